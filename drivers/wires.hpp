@@ -50,7 +50,7 @@ class ByteStream {
   [[nodiscard]] virtual Result<std::size_t> read(std::span<std::byte> buffer, Duration within) = 0;
   /// Returns the arrival time of the newest byte of the last read, on the steady clock. Empty if bytes are always read
   /// when they arrive.
-  [[nodiscard]] virtual std::optional<Duration> came() const { return {}; }
+  [[nodiscard]] virtual std::optional<Duration> arrival_time() const { return {}; }
   /// Writes all bytes. Fails with timeout or disconnected.
   [[nodiscard]] virtual Result<void> write(std::span<const std::byte> bytes, Duration within) = 0;
   /// Makes the next call try immediately, even if the line is in its rest period after failures.

@@ -12,20 +12,20 @@ namespace gyrotherm::drivers {
 
 namespace {
 
-struct KindWord {
+struct CheckKeyword {
   CheckKind kind;
   int width;  // width of a CRC, or 0
 };
-constexpr Vocabulary<KindWord, 10> kCheckKinds{{{"none", {CheckKind::none, 0}},
-                                                {"sum8", {CheckKind::sum8, 0}},
-                                                {"sum16", {CheckKind::sum16, 0}},
-                                                {"xor8", {CheckKind::xor8, 0}},
-                                                {"crc", {CheckKind::crc, 0}},
-                                                {"crc8", {CheckKind::crc, 8}},
-                                                {"crc16", {CheckKind::crc, 16}},
-                                                {"crc32", {CheckKind::crc, 32}},
-                                                {"odd_parity", {CheckKind::odd_parity, 0}},
-                                                {"even_parity", {CheckKind::even_parity, 0}}}};
+constexpr Vocabulary<CheckKeyword, 10> kCheckKinds{{{"none", {CheckKind::none, 0}},
+                                                    {"sum8", {CheckKind::sum8, 0}},
+                                                    {"sum16", {CheckKind::sum16, 0}},
+                                                    {"xor8", {CheckKind::xor8, 0}},
+                                                    {"crc", {CheckKind::crc, 0}},
+                                                    {"crc8", {CheckKind::crc, 8}},
+                                                    {"crc16", {CheckKind::crc, 16}},
+                                                    {"crc32", {CheckKind::crc, 32}},
+                                                    {"odd_parity", {CheckKind::odd_parity, 0}},
+                                                    {"even_parity", {CheckKind::even_parity, 0}}}};
 
 Crc read_crc(const TomlTable& table, int width) {
   Crc model;
@@ -43,8 +43,8 @@ Crc read_crc(const TomlTable& table, int width) {
 bool is_parity(CheckKind kind) { return kind == CheckKind::odd_parity || kind == CheckKind::even_parity; }
 
 /// Returns a position from the start of a frame. A position before the start remains negative.
-std::ptrdiff_t absolute(std::ptrdiff_t place, std::size_t length) {
-  return place < 0 ? place + static_cast<std::ptrdiff_t>(length) : place;
+std::ptrdiff_t absolute_position(std::ptrdiff_t position, std::size_t length) {
+  return position < 0 ? position + static_cast<std::ptrdiff_t>(length) : position;
 }
 
 struct Extent {
@@ -52,15 +52,15 @@ struct Extent {
 };
 
 /// Returns the extent of the check in a frame of this length, or nothing if it does not fit or covers nothing.
-std::optional<Extent> extent_of(const FrameCheck& check, std::size_t length) {
-  const auto from = absolute(check.from, length), to = absolute(check.to, length),
-             stored = absolute(check.offset, length), end = static_cast<std::ptrdiff_t>(length);
+std::optional<Extent> find_extent(const FrameCheck& check, std::size_t length) {
+  const auto from = absolute_position(check.from, length), to = absolute_position(check.to, length),
+             stored = absolute_position(check.offset, length), end = static_cast<std::ptrdiff_t>(length);
   if (from < 0 || from >= to || to > end || stored < 0) return std::nullopt;
   if (stored + static_cast<std::ptrdiff_t>(byte_count(check)) > end) return std::nullopt;
   return Extent{static_cast<std::size_t>(from), static_cast<std::size_t>(to), static_cast<std::size_t>(stored)};
 }
 
-bool odd_bits(std::span<const std::byte> bytes) { return std::popcount(xor8(bytes)) % 2 != 0; }
+bool has_odd_parity(std::span<const std::byte> bytes) { return std::popcount(xor8(bytes)) % 2 != 0; }
 
 }  // namespace
 
@@ -78,10 +78,10 @@ std::size_t byte_count(const FrameCheck& check) {
 }
 
 FrameCheck read_frame_check(const TomlTable& table, std::size_t shortest, bool in_line) {
-  const auto word = one_of(kCheckKinds, table, "kind");
-  FrameCheck check{.kind = word.kind};
+  const auto keyword = one_of(kCheckKinds, table, "kind");
+  FrameCheck check{.kind = keyword.kind};
   if (check.kind == CheckKind::none) return check;
-  if (check.kind == CheckKind::crc) check.model = read_crc(table, word.width);
+  if (check.kind == CheckKind::crc) check.model = read_crc(table, keyword.width);
   check.from = whole<std::ptrdiff_t>(table, "from", -kLongestFrame, kLongestFrame, 0);
   if (in_line) {
     if (is_parity(check.kind)) table.mistake("kind", "a line of text has no parity bit, expected a sum or a crc");
@@ -95,7 +95,7 @@ FrameCheck read_frame_check(const TomlTable& table, std::size_t shortest, bool i
   check.padded_to = whole<std::size_t>(table, "padded_to", 1, 64, 1);
   check.mask = read_uint32(table, "mask", 0xFFFFFFFF);
   if (is_parity(check.kind)) check.bit = whole<unsigned>(table, "bit", 0, 7);
-  if (!extent_of(check, shortest)) table.mistake("offset", "the check lies outside the frame, or covers nothing");
+  if (!find_extent(check, shortest)) table.mistake("offset", "the check lies outside the frame, or covers nothing");
   return check;
 }
 
@@ -118,22 +118,22 @@ std::uint32_t check_value(const FrameCheck& check, std::span<const std::byte> by
   return 0;
 }
 
-bool passes(const FrameCheck& check, std::span<const std::byte> frame) {
+bool has_valid_check(const FrameCheck& check, std::span<const std::byte> frame) {
   if (check.kind == CheckKind::none) return true;
-  const auto extent = extent_of(check, frame.size());
+  const auto extent = find_extent(check, frame.size());
   if (!extent) return false;
   const auto covered = frame.subspan(extent->from, extent->to - extent->from);
-  if (is_parity(check.kind)) return odd_bits(covered) == (check.kind == CheckKind::odd_parity);
+  if (is_parity(check.kind)) return has_odd_parity(covered) == (check.kind == CheckKind::odd_parity);
   const auto stored = load_bits(frame.subspan(extent->stored, byte_count(check)), check.big_endian);
   return ((stored ^ check_value(check, covered)) & check.mask) == 0;
 }
 
-void seal(const FrameCheck& check, std::span<std::byte> frame) {
-  const auto extent = extent_of(check, frame.size());
+void write_check(const FrameCheck& check, std::span<std::byte> frame) {
+  const auto extent = find_extent(check, frame.size());
   if (check.kind == CheckKind::none || !extent) return;
   const auto covered = frame.subspan(extent->from, extent->to - extent->from);
   if (is_parity(check.kind)) {
-    if (!passes(check, frame)) frame[extent->stored] ^= static_cast<std::byte>(1u << check.bit);
+    if (!has_valid_check(check, frame)) frame[extent->stored] ^= static_cast<std::byte>(1u << check.bit);
     return;
   }
   const auto value = check_value(check, covered) & check.mask;

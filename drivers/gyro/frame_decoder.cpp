@@ -13,18 +13,18 @@
 namespace gyrotherm::drivers {
 namespace {
 
-std::span<const std::byte> bytes_in(std::string_view text) { return std::as_bytes(std::span(text)); }
+std::span<const std::byte> text_bytes(std::string_view text) { return std::as_bytes(std::span(text)); }
 
-bool digits_pass(const FrameCheck& check, std::string_view covered, std::string_view digits) {
+bool is_check_text_valid(const FrameCheck& check, std::string_view covered, std::string_view digits) {
   const auto from = static_cast<std::size_t>(check.from);
   if (digits.size() != 2 * byte_count(check) || covered.size() <= from) return false;
   std::uint32_t stored{};
   const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), stored, 16);
   if (error != std::errc{} || end != digits.data() + digits.size()) return false;
-  return stored == check_value(check, bytes_in(covered.substr(from)));
+  return stored == check_value(check, text_bytes(covered.substr(from)));
 }
 
-std::vector<std::string_view> words_between(const LineFormat& format, std::string_view line) {
+std::vector<std::string_view> split_tokens(const LineFormat& format, std::string_view line) {
   std::vector<std::string_view> words;
   for (std::size_t begin = 0; begin <= line.size();) {
     const auto end = std::min(line.find_first_of(format.separators, begin), line.size());
@@ -35,20 +35,20 @@ std::vector<std::string_view> words_between(const LineFormat& format, std::strin
 }
 
 /// Splits a line into its tokens. Returns no tokens if the header does not have the described number of tokens.
-std::vector<std::string_view> words_of(const LineFormat& format, std::string_view line) {
-  if (format.header_words == 0) return words_between(format, line);
+std::vector<std::string_view> split_with_header(const LineFormat& format, std::string_view line) {
+  if (format.header_words == 0) return split_tokens(format, line);
   const auto end = line.find(format.header_end);
   if (end == std::string_view::npos) return {};
-  auto words = words_between(format, line.substr(0, end));
+  auto words = split_tokens(format, line.substr(0, end));
   if (words.size() != format.header_words) return {};
-  const auto rest = words_between(format, line.substr(end + format.header_end.size()));
-  words.insert(words.end(), rest.begin(), rest.end());
+  const auto others = split_tokens(format, line.substr(end + format.header_end.size()));
+  words.insert(words.end(), others.begin(), others.end());
   return words;
 }
 
 /// Returns the position of the first terminator.
 std::optional<std::size_t> find_terminator(const LineFormat& format, std::span<const std::byte> bytes) {
-  const auto wanted = bytes_in(format.terminator);
+  const auto wanted = text_bytes(format.terminator);
   const auto found = std::search(bytes.begin(), bytes.end(), wanted.begin(), wanted.end());
   if (found == bytes.end()) return std::nullopt;
   return static_cast<std::size_t>(found - bytes.begin());
@@ -62,10 +62,10 @@ std::optional<std::vector<std::string_view>> split_line(const LineFormat& format
   if (check.kind != CheckKind::none) {
     const auto mark = line.rfind(format.mark);
     if (mark == std::string_view::npos) return std::nullopt;
-    if (!digits_pass(check, line.substr(0, mark), line.substr(mark + format.mark.size()))) return std::nullopt;
+    if (!is_check_text_valid(check, line.substr(0, mark), line.substr(mark + format.mark.size()))) return std::nullopt;
     line = line.substr(0, mark);
   }
-  auto words = words_of(format, line);
+  auto words = split_with_header(format, line);
   if (words.size() != format.words) return std::nullopt;
   if (!format.starts_with.empty() && words.front() != format.starts_with) return std::nullopt;
   return words;
@@ -78,14 +78,14 @@ struct FrameView {
   std::optional<std::uint32_t> id{};
 };
 
-constexpr double kFarthestTime = 9.2e18;  // below 2^63
+constexpr double kMaxTime = 9.2e18;  // below 2^63
 
-std::uint32_t status_of(const RawValue& raw) { return static_cast<std::uint32_t>(raw.whole); }
+std::uint32_t status_bits(const RawValue& raw) { return static_cast<std::uint32_t>(raw.whole); }
 
-void judge_status(const FrameField& field, std::uint32_t status, GyroFrame& frame) {
+void apply_status(const FrameField& field, std::uint32_t status, GyroFrame& frame) {
   bool good = (status & field.mask) == field.good, flagged = !good;
   for (const auto& rule : field.rules) {
-    if (keeps(rule, status)) continue;
+    if (is_satisfied(rule, status)) continue;
     flagged = true;
     good = good && rule.verdict != StatusMeaning::invalid;
   }
@@ -93,29 +93,29 @@ void judge_status(const FrameField& field, std::uint32_t status, GyroFrame& fram
   frame.flagged = frame.flagged || flagged;
 }
 
-std::optional<std::uint64_t> timestamp_of(const FrameField& field, const RawValue& raw) {
+std::optional<std::uint64_t> timestamp_counts(const FrameField& field, const RawValue& raw) {
   if (!raw.is_real) return static_cast<std::uint64_t>(raw.whole);
   const double counts = scaled(field, raw) / field.unit_s;
-  if (!(counts >= 0 && counts < kFarthestTime)) return std::nullopt;
+  if (!(counts >= 0 && counts < kMaxTime)) return std::nullopt;
   return static_cast<std::uint64_t>(std::llround(counts));
 }
 
-void place_gyro(const FrameField& field, const RawValue& raw, double value, GyroFrame& frame) {
+void store_gyro(const FrameField& field, const RawValue& raw, double value, GyroFrame& frame) {
   auto& axis = frame.axes[field.slot];
   if (!raw.is_real) axis.pulses = raw.whole;
   if (std::isfinite(value)) axis.value = value;
   frame.good = frame.good && std::isfinite(value);
 }
 
-void place(const FrameField& field, const RawValue& raw, double value, GyroFrame& frame) {
+void store_field(const FrameField& field, const RawValue& raw, double value, GyroFrame& frame) {
   switch (field.role) {
     case FieldRole::pulse_count:
     case FieldRole::increment:
     case FieldRole::rate:
-    case FieldRole::integrated_angle: place_gyro(field, raw, value, frame); break;
+    case FieldRole::integrated_angle: store_gyro(field, raw, value, frame); break;
     case FieldRole::sequence: frame.sequence = static_cast<std::uint32_t>(raw.whole); break;
-    case FieldRole::timestamp: frame.timestamp = timestamp_of(field, raw); break;
-    case FieldRole::status: judge_status(field, status_of(raw), frame); break;
+    case FieldRole::timestamp: frame.timestamp = timestamp_counts(field, raw); break;
+    case FieldRole::status: apply_status(field, status_bits(raw), frame); break;
     case FieldRole::temperature:
     case FieldRole::value:
       if (is_housekeeping(field) && std::isfinite(value)) frame.values[field.slot] = value;
@@ -125,28 +125,28 @@ void place(const FrameField& field, const RawValue& raw, double value, GyroFrame
 }
 
 /// Returns the raw value of a field, or nothing if this message does not contain it or the token is not a number.
-std::optional<RawValue> raw_of(const FrameField& field, const FrameView& view) {
+std::optional<RawValue> find_raw(const FrameField& field, const FrameView& view) {
   if (!is_in_message(field, view.id)) return std::nullopt;
   if (!is_word(field.type)) return read_raw(field, view.bytes);
   const auto word = static_cast<std::size_t>(field.offset);
   return word < view.words.size() ? parse_word(field, view.words[word]) : std::nullopt;
 }
 
-std::optional<std::uint32_t> sequence_of(const FrameFormat& format, const FrameView& view) {
+std::optional<std::uint32_t> find_sequence(const FrameFormat& format, const FrameView& view) {
   for (const auto& field : format.fields)
     if (field.role == FieldRole::sequence)
-      if (const auto raw = raw_of(field, view)) return static_cast<std::uint32_t>(raw->whole);
+      if (const auto raw = find_raw(field, view)) return static_cast<std::uint32_t>(raw->whole);
   return std::nullopt;
 }
 
 /// Returns true if a status rule with the verdict `reject` is broken, or if a numeric token is not a number.
-bool is_refuted(const FrameFormat& format, const FrameView& view) {
+bool is_rejected(const FrameFormat& format, const FrameView& view) {
   for (const auto& field : format.fields) {
-    const auto raw = raw_of(field, view);
+    const auto raw = find_raw(field, view);
     if (!raw && is_word(field.type)) return true;
     if (!raw || field.role != FieldRole::status) continue;
     for (const auto& rule : field.rules)
-      if (rule.verdict == StatusMeaning::reject && !keeps(rule, status_of(*raw))) return true;
+      if (rule.verdict == StatusMeaning::reject && !is_satisfied(rule, status_bits(*raw))) return true;
   }
   return false;
 }
@@ -162,19 +162,19 @@ void decode_frame(const FrameFormat& format, const FrameView& view, GyroFrame& f
   frame.timestamp.reset();
   frame.good = true;
   frame.flagged = false;
-  const auto sequence = sequence_of(format, view);
+  const auto sequence = find_sequence(format, view);
   all.assign(format.fields.size(), std::nullopt);
   for (std::size_t i = 0; i < format.fields.size(); ++i) {
     const auto& field = format.fields[i];
     if (field.every > 1 && (!sequence || *sequence % field.every != field.turn)) continue;
-    const auto raw = raw_of(field, view);
+    const auto raw = find_raw(field, view);
     if (!raw) continue;
     all[i] = field.role == FieldRole::status ? raw->number(is_signed(field.type)) : scaled(field, *raw);
-    place(field, *raw, *all[i], frame);
+    store_field(field, *raw, *all[i], frame);
   }
 }
 
-constexpr std::size_t kTakenBytesWorthMoving = 4096;
+constexpr std::size_t kMinBytesToMove = 4096;
 
 /// Result of examining the bytes at one position.
 struct Finding {
@@ -183,7 +183,7 @@ struct Finding {
   FrameView view{};
 };
 
-const FrameVariant* variant_of(const FrameFormat& format, std::uint32_t id) {
+const FrameVariant* find_variant(const FrameFormat& format, std::uint32_t id) {
   const auto& all = format.variants;
   const auto found = std::find_if(all.begin(), all.end(), [&](const auto& variant) { return variant.id == id; });
   return found == all.end() ? nullptr : &*found;
@@ -202,13 +202,13 @@ Finding find_frame(const FrameFormat& format, std::span<const std::byte> bytes) 
   std::size_t length = format.length;
   const FrameCheck* check = &format.check;
   if (format.length_at) {
-    const auto told = std::size_t{number(*format.length_at)} + format.length_plus;
-    if (told > format.length || told < head) return {};
-    length = told;
+    const auto stated_length = std::size_t{number(*format.length_at)} + format.length_plus;
+    if (stated_length > format.length || stated_length < head) return {};
+    length = stated_length;
   }
   if (format.id) {
     view.id = number(*format.id);
-    const auto* variant = variant_of(format, *view.id);
+    const auto* variant = find_variant(format, *view.id);
     if (!variant && !format.variants.empty() && !format.length_at) return {};
     if (variant && variant->length != 0 && format.length_at && variant->length != length) return {};
     if (variant && variant->length != 0) length = variant->length;
@@ -216,11 +216,11 @@ Finding find_frame(const FrameFormat& format, std::span<const std::byte> bytes) 
   }
   if (bytes.size() < length) return {.kind = Finding::more};
   view.bytes = bytes.first(length);
-  if (!passes(*check, view.bytes) || is_refuted(format, view)) return {};
+  if (!has_valid_check(*check, view.bytes) || is_rejected(format, view)) return {};
   return {.kind = Finding::frame, .view = std::move(view)};
 }
 
-bool follows(const FrameFormat& format, std::optional<std::uint32_t> before, std::optional<std::uint32_t> now) {
+bool is_next_frame(const FrameFormat& format, std::optional<std::uint32_t> before, std::optional<std::uint32_t> now) {
   const auto* field = format.find(FieldRole::sequence);
   if (!field || !before || !now) return true;
   const auto next = *before + field->step;
@@ -235,7 +235,7 @@ Finding find_run(const FrameFormat& format, std::span<const std::byte> bytes) {
     end += before.view.bytes.size();
     auto next = find_frame(format, bytes.subspan(end));
     if (next.kind == Finding::frame &&
-        !follows(format, sequence_of(format, before.view), sequence_of(format, next.view)))
+        !is_next_frame(format, find_sequence(format, before.view), find_sequence(format, next.view)))
       return {};
     before = std::move(next);
   }
@@ -253,7 +253,7 @@ FrameDecoder::FrameDecoder(FrameFormat format) : format_(std::move(format)) {
 }
 
 void FrameDecoder::feed(std::span<const std::byte> bytes) {
-  if (begin_ == buffer_.size() || begin_ > kTakenBytesWorthMoving) {
+  if (begin_ == buffer_.size() || begin_ > kMinBytesToMove) {
     buffer_.erase(buffer_.begin(), buffer_.begin() + static_cast<std::ptrdiff_t>(begin_));
     begin_ = 0;
   }
@@ -263,33 +263,33 @@ void FrameDecoder::feed(std::span<const std::byte> bytes) {
 void FrameDecoder::reject(std::size_t bytes) {
   begin_ += bytes;
   rejected_ += bytes;
-  locked_ = false;
+  is_locked_ = false;
 }
 
 const GyroFrame* FrameDecoder::take() { return format_.line ? take_line() : take_bytes(); }
 
 const GyroFrame* FrameDecoder::take_bytes() {
   while (begin_ < buffer_.size()) {
-    const auto bytes = waiting();
-    const bool tail = locked_ && !format_.tail.empty() && bytes.size() >= format_.tail.size() &&
-                      std::equal(format_.tail.begin(), format_.tail.end(), bytes.begin());
-    if (tail) {
+    const auto bytes = unread();
+    const bool has_tail = is_locked_ && !format_.tail.empty() && bytes.size() >= format_.tail.size() &&
+                          std::equal(format_.tail.begin(), format_.tail.end(), bytes.begin());
+    if (has_tail) {
       begin_ += format_.tail.size();
       continue;
     }
-    const bool believed = locked_ || format_.lock_frames == 0;
-    const auto found = believed ? find_frame(format_, bytes) : find_run(format_, bytes);
+    const bool accepts_single_frame = is_locked_ || format_.lock_frames == 0;
+    const auto found = accepts_single_frame ? find_frame(format_, bytes) : find_run(format_, bytes);
     if (found.kind == Finding::more) return nullptr;
     if (found.kind == Finding::nothing) {
       reject(1);
       continue;
     }
-    const auto sequence = sequence_of(format_, found.view);
-    if (format_.lock_frames > 0 && locked_ && !follows(format_, sequence_, sequence)) {
-      locked_ = false;
+    const auto sequence = find_sequence(format_, found.view);
+    if (format_.lock_frames > 0 && is_locked_ && !is_next_frame(format_, sequence_, sequence)) {
+      is_locked_ = false;
       continue;
     }
-    locked_ = true;
+    is_locked_ = true;
     sequence_ = sequence;
     begin_ += found.view.bytes.size();
     decode_frame(format_, found.view, frame_, values_);
@@ -300,22 +300,22 @@ const GyroFrame* FrameDecoder::take_bytes() {
 
 const GyroFrame* FrameDecoder::take_line() {
   const auto& line = *format_.line;
-  while (const auto end = find_terminator(line, waiting())) {
+  while (const auto end = find_terminator(line, unread())) {
     const auto size = *end + line.terminator.size();
-    const auto bytes = waiting().first(*end);
-    const bool whole = locked_ || (!line.starts_with.empty() && format_.check.kind != CheckKind::none);
+    const auto bytes = unread().first(*end);
+    const bool is_complete = is_locked_ || (!line.starts_with.empty() && format_.check.kind != CheckKind::none);
     FrameView view;
     if (auto words = split_line(line, format_.check, {reinterpret_cast<const char*>(bytes.data()), bytes.size()}))
       view.words = std::move(*words);
-    const bool fits = whole && size <= line.longest && !view.words.empty() && !is_refuted(format_, view);
+    const bool fits = is_complete && size <= line.longest && !view.words.empty() && !is_rejected(format_, view);
     if (!fits) reject(size);
     begin_ += fits ? size : 0;
-    locked_ = true;
+    is_locked_ = true;
     if (!fits) continue;
     decode_frame(format_, view, frame_, values_);
     return &frame_;
   }
-  if (waiting().size() > line.longest) reject(waiting().size() - line.longest);
+  if (unread().size() > line.longest) reject(unread().size() - line.longest);
   return nullptr;
 }
 
@@ -327,12 +327,12 @@ std::uint32_t status_from(double value) {
 
 }  // namespace
 
-std::vector<std::string> FrameDecoder::complaints() const {
+std::vector<std::string> FrameDecoder::broken_rules() const {
   std::vector<std::string> found;
   for (std::size_t i = 0; i < values_.size(); ++i) {
     if (!values_[i] || format_.fields[i].role != FieldRole::status) continue;
     for (const auto& rule : format_.fields[i].rules)
-      if (!keeps(rule, status_from(*values_[i]))) found.push_back(rule.meaning);
+      if (!is_satisfied(rule, status_from(*values_[i]))) found.push_back(rule.meaning);
   }
   return found;
 }
@@ -344,7 +344,7 @@ std::optional<std::vector<std::string>> FrameDecoder::differing_settings() const
     for (const auto& rule : format_.fields[i].rules) {
       if (rule.verdict != StatusMeaning::mismatch) continue;
       if (!found) found.emplace();
-      if (!keeps(rule, status_from(*values_[i]))) found->push_back(rule.meaning);
+      if (!is_satisfied(rule, status_from(*values_[i]))) found->push_back(rule.meaning);
     }
   }
   return found;

@@ -28,27 +28,27 @@ std::string join_line(const LineFormat& format, const FrameCheck& check, const s
 }
 
 /// Returns the nearest value that the slice can hold.
-RawValue within_slice(const FrameField& field, const RawValue& raw) {
+RawValue clamp_to_slice(const FrameField& field, const RawValue& raw) {
   if (raw.is_real || field.bits >= 63) return raw;
   const auto values = std::int64_t{1} << field.bits;
   const auto lowest = is_signed(field.type) ? -values / 2 : 0;
   return {.whole = std::clamp(raw.whole, lowest, lowest + values - 1)};
 }
 
-RawValue raw_gyro(const FrameField& field, const GyroFrame& frame) {
+RawValue raw_gyro_value(const FrameField& field, const GyroFrame& frame) {
   const auto axis = field.slot < frame.axes.size() ? frame.axes[field.slot] : AxisReading{};
   if (!is_real(field.type) && axis.pulses) return {.whole = *axis.pulses};
   return unscaled(field, axis.value.value_or(0));
 }
 
-std::optional<double> value_in(const GyroFrame& frame, std::size_t slot) {
+std::optional<double> find_value(const GyroFrame& frame, std::size_t slot) {
   return slot < frame.values.size() ? frame.values[slot] : std::nullopt;
 }
 
 /// Returns the raw value of a field that is not a status.
 RawValue raw_value(const FrameField& field, const GyroFrame& frame) {
-  if (is_gyro(field.role)) return raw_gyro(field, frame);
-  if (is_housekeeping(field)) return within_slice(field, unscaled(field, value_in(frame, field.slot).value_or(0)));
+  if (is_gyro(field.role)) return raw_gyro_value(field, frame);
+  if (is_housekeeping(field)) return clamp_to_slice(field, unscaled(field, find_value(frame, field.slot).value_or(0)));
   if (field.role == FieldRole::sequence) return {.whole = frame.sequence.value_or(0)};
   if (field.role != FieldRole::timestamp) return {.real = 0, .is_real = is_real(field.type)};
   const auto counts = frame.timestamp.value_or(0);
@@ -72,7 +72,7 @@ RawValue status_value(const FrameField& field, const RawValue& present, const Gy
 
 bool is_written(const FrameField& field, const GyroFrame& frame) {
   if (field.every > 1 && frame.sequence.value_or(0) % field.every != field.turn) return false;
-  if (field.when_mask != 0 && is_housekeeping(field)) return value_in(frame, field.slot).has_value();
+  if (field.when_mask != 0 && is_housekeeping(field)) return find_value(frame, field.slot).has_value();
   return field.role != FieldRole::other_axis && (field.role != FieldRole::value || is_housekeeping(field));
 }
 
@@ -83,13 +83,13 @@ class LineWriter {
     if (!format.starts_with.empty()) words_.front() = format.starts_with;
   }
   void write(const FrameField& field, const GyroFrame& frame) {
-    const auto place = static_cast<std::size_t>(field.offset);
-    auto& whole = wholes_[place];
+    const auto position = static_cast<std::size_t>(field.offset);
+    auto& whole = wholes_[position];
     const bool is_hexadecimal = field.type == FieldType::hexadecimal || field.type == FieldType::signed_hexadecimal;
     const RawValue present{.whole = static_cast<std::int64_t>(whole >> field.low_bit)};
     const auto raw = field.role == FieldRole::status ? status_value(field, present, frame) : raw_value(field, frame);
-    whole = with_slice(field, whole, raw);
-    words_[place] = is_hexadecimal ? fmt::format("{:08x}", whole) : print_word(field, raw);
+    whole = replace_slice(field, whole, raw);
+    words_[position] = is_hexadecimal ? fmt::format("{:08x}", whole) : print_word(field, raw);
   }
   [[nodiscard]] const std::vector<std::string>& words() const { return words_; }
 
@@ -109,7 +109,7 @@ std::vector<std::byte> encode_line(const FrameFormat& format, const GyroFrame& f
 }
 
 /// Returns the numbers of axes and of values in a message.
-std::pair<std::size_t, std::size_t> content_of(const FrameFormat& format, std::uint32_t id) {
+std::pair<std::size_t, std::size_t> count_contents(const FrameFormat& format, std::uint32_t id) {
   std::pair<std::size_t, std::size_t> content{};
   for (const auto& field : format.fields) {
     if (!is_in_message(field, id)) continue;
@@ -122,9 +122,10 @@ std::pair<std::size_t, std::size_t> content_of(const FrameFormat& format, std::u
 /// Returns the first message with the most axes and values.
 std::optional<FrameVariant> fullest_variant(const FrameFormat& format) {
   if (!format.id) return std::nullopt;
-  const auto fullest = std::max_element(
-      format.variants.begin(), format.variants.end(),
-      [&](const auto& one, const auto& other) { return content_of(format, one.id) < content_of(format, other.id); });
+  const auto fullest =
+      std::max_element(format.variants.begin(), format.variants.end(), [&](const auto& one, const auto& other) {
+        return count_contents(format, one.id) < count_contents(format, other.id);
+      });
   if (fullest != format.variants.end()) return *fullest;
   const auto* gyro = format.gyro();
   return FrameVariant{.id = gyro && !gyro->ids.empty() ? gyro->ids.front() : 0};
@@ -134,11 +135,11 @@ std::vector<std::byte> encode_message(const FrameFormat& format, const std::opti
                                       const GyroFrame& frame) {
   std::vector<std::byte> bytes(variant && variant->length != 0 ? variant->length : format.length);
   std::copy(format.sync.begin(), format.sync.end(), bytes.begin());
-  const auto head = [&](const HeadNumber& at, std::uint64_t number) {
+  const auto write_head = [&](const HeadNumber& at, std::uint64_t number) {
     store_bits(std::span(bytes).subspan(at.offset, at.bytes), at.big_endian, number);
   };
-  if (format.id) head(*format.id, variant->id);
-  if (format.length_at) head(*format.length_at, bytes.size() - format.length_plus);
+  if (format.id) write_head(*format.id, variant->id);
+  if (format.length_at) write_head(*format.length_at, bytes.size() - format.length_plus);
   const auto id = variant ? std::optional(variant->id) : std::nullopt;
   for (const auto& field : format.fields)
     if (is_in_message(field, id) && field.role == FieldRole::status)
@@ -146,14 +147,14 @@ std::vector<std::byte> encode_message(const FrameFormat& format, const std::opti
   for (const auto& field : format.fields)
     if (is_in_message(field, id) && field.role != FieldRole::status && is_written(field, frame))
       write_raw(field, bytes, raw_value(field, frame));
-  seal(variant && variant->check ? *variant->check : format.check, bytes);
+  write_check(variant && variant->check ? *variant->check : format.check, bytes);
   return bytes;
 }
 
 /// Returns a value that is not good under the rule's mask, or a good one if all values are good.
-std::uint32_t breaking_value(const StatusRule& rule) {
+std::uint32_t find_bad_value(const StatusRule& rule) {
   for (std::uint32_t value = 0; value <= 0xFF; ++value)
-    if ((value & ~rule.mask) == 0 && !keeps(rule, value)) return value;
+    if ((value & ~rule.mask) == 0 && !is_satisfied(rule, value)) return value;
   return rule.good;
 }
 
@@ -168,7 +169,7 @@ std::vector<std::byte> encode_settings(const FrameFormat& format, std::uint32_t 
   auto changed = format;
   for (auto& field : changed.fields)
     for (auto& rule : field.rules)
-      if (differs && rule.verdict == StatusMeaning::mismatch) rule.good = breaking_value(rule);
+      if (differs && rule.verdict == StatusMeaning::mismatch) rule.good = find_bad_value(rule);
   const auto variant = std::ranges::find(changed.variants, id, &FrameVariant::id);
   assert(variant != changed.variants.end());
   return encode_message(changed, *variant, {});

@@ -15,19 +15,19 @@ namespace gyrotherm::drivers {
 
 namespace {
 
-constexpr double kFarthestWhole = 9.2e18;  // below 2^63
+constexpr double kMaxWhole = 9.2e18;  // below 2^63
 
 std::uint64_t low_mask(unsigned bits) { return bits >= 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << bits) - 1; }
 
-std::int64_t sign_extended(std::uint64_t value, unsigned bits) {
+std::int64_t sign_extend(std::uint64_t value, unsigned bits) {
   if (bits >= 64) return static_cast<std::int64_t>(value);
   const std::uint64_t sign = std::uint64_t{1} << (bits - 1);
   return static_cast<std::int64_t>((value ^ sign) - sign);
 }
 
-std::int64_t slice_of(const FrameField& field, std::uint64_t whole) {
+std::int64_t extract_slice(const FrameField& field, std::uint64_t whole) {
   const auto slice = whole >> field.low_bit & low_mask(field.bits);
-  return is_signed(field.type) ? sign_extended(slice, field.bits) : static_cast<std::int64_t>(slice);
+  return is_signed(field.type) ? sign_extend(slice, field.bits) : static_cast<std::int64_t>(slice);
 }
 
 bool is_hexadecimal(FieldType type) { return type == FieldType::hexadecimal || type == FieldType::signed_hexadecimal; }
@@ -52,9 +52,9 @@ double RawValue::number(bool is_signed_type) const {
 }
 
 std::size_t byte_count(FieldType type) {
-  constexpr std::uint8_t kInOrderOfTypes[] = {1, 2, 3, 4, 8, 1, 2, 3, 4, 8, 4, 8, 0, 0, 0, 0};
-  static_assert(std::size(kInOrderOfTypes) == static_cast<std::size_t>(FieldType::decimal) + 1);
-  return kInOrderOfTypes[static_cast<std::size_t>(type)];
+  constexpr std::uint8_t kTypeSizes[] = {1, 2, 3, 4, 8, 1, 2, 3, 4, 8, 4, 8, 0, 0, 0, 0};
+  static_assert(std::size(kTypeSizes) == static_cast<std::size_t>(FieldType::decimal) + 1);
+  return kTypeSizes[static_cast<std::size_t>(type)];
 }
 
 bool is_signed(FieldType type) {
@@ -72,7 +72,7 @@ bool is_housekeeping(const FrameField& field) {
   return field.role == FieldRole::temperature || (field.role == FieldRole::value && !field.unit.empty());
 }
 
-bool keeps(const StatusRule& rule, std::uint32_t status) {
+bool is_satisfied(const StatusRule& rule, std::uint32_t status) {
   const auto held = status & rule.mask;
   return held == rule.good || std::find(rule.also_good.begin(), rule.also_good.end(), held) != rule.also_good.end();
 }
@@ -86,7 +86,7 @@ bool is_in_message(const FrameField& field, std::optional<std::uint32_t> id) {
   return field.ids.empty() || (id && std::find(field.ids.begin(), field.ids.end(), *id) != field.ids.end());
 }
 
-std::optional<std::size_t> place_of(const FrameField& field, std::size_t length) {
+std::optional<std::size_t> find_field_position(const FrameField& field, std::size_t length) {
   const auto begin = field.offset < 0 ? static_cast<std::ptrdiff_t>(length) + field.offset : field.offset;
   if (begin < 0 || static_cast<std::size_t>(begin) + field.bytes > length) return std::nullopt;
   return static_cast<std::size_t>(begin);
@@ -110,18 +110,18 @@ void store_bits(std::span<std::byte> bytes, bool big_endian, std::uint64_t value
 }
 
 std::optional<RawValue> read_raw(const FrameField& field, std::span<const std::byte> frame) {
-  const auto place = place_of(field, frame.size());
+  const auto place = find_field_position(field, frame.size());
   if (!place) return std::nullopt;
   const auto whole = load_bits(frame.subspan(*place, field.bytes), field.big_endian, field.bits_per_byte);
   if ((whole & field.when_mask) != field.when_value) return std::nullopt;
   if (field.type == FieldType::f32)
     return RawValue{.real = std::bit_cast<float>(static_cast<std::uint32_t>(whole)), .is_real = true};
   if (field.type == FieldType::f64) return RawValue{.real = std::bit_cast<double>(whole), .is_real = true};
-  return RawValue{.whole = slice_of(field, whole)};
+  return RawValue{.whole = extract_slice(field, whole)};
 }
 
 void write_raw(const FrameField& field, std::span<std::byte> frame, const RawValue& raw) {
-  const auto place = place_of(field, frame.size());
+  const auto place = find_field_position(field, frame.size());
   if (!place) return;
   const auto bytes = frame.subspan(*place, field.bytes);
   std::uint64_t whole = 0;
@@ -130,7 +130,7 @@ void write_raw(const FrameField& field, std::span<std::byte> frame, const RawVal
   } else if (field.type == FieldType::f64) {
     whole = std::bit_cast<std::uint64_t>(raw.real);
   } else {
-    whole = with_slice(field, load_bits(bytes, field.big_endian, field.bits_per_byte), raw);
+    whole = replace_slice(field, load_bits(bytes, field.big_endian, field.bits_per_byte), raw);
   }
   store_bits(bytes, field.big_endian, whole, field.bits_per_byte);
 }
@@ -139,7 +139,7 @@ std::optional<RawValue> parse_word(const FrameField& field, std::string_view wor
   if (is_hexadecimal(field.type)) {
     const auto whole = parse_whole<std::uint64_t>(word, 16);
     if (!whole) return std::nullopt;
-    return RawValue{.whole = slice_of(field, *whole)};
+    return RawValue{.whole = extract_slice(field, *whole)};
   }
   if (word.starts_with("+-")) return std::nullopt;
   if (word.starts_with('+')) word.remove_prefix(1);
@@ -160,7 +160,7 @@ std::string print_word(const FrameField& field, const RawValue& raw) {
   return field.type == FieldType::integer ? fmt::format("{}", raw.whole) : fmt::format("{:.9f}", raw.real);
 }
 
-std::uint64_t with_slice(const FrameField& field, std::uint64_t whole, const RawValue& raw) {
+std::uint64_t replace_slice(const FrameField& field, std::uint64_t whole, const RawValue& raw) {
   const auto mask = low_mask(field.bits) << field.low_bit;
   whole = (whole & ~mask) | (static_cast<std::uint64_t>(raw.whole) << field.low_bit & mask);
   return (whole & ~field.when_mask) | field.when_value;
@@ -173,7 +173,7 @@ double scaled(const FrameField& field, const RawValue& raw) {
 RawValue unscaled(const FrameField& field, double value) {
   const double raw = (value - field.zero) / field.scale.of(1);
   if (is_real(field.type)) return {.real = raw, .is_real = true};
-  return {.whole = std::llround(std::clamp(raw, -kFarthestWhole, kFarthestWhole))};
+  return {.whole = std::llround(std::clamp(raw, -kMaxWhole, kMaxWhole))};
 }
 
 std::optional<double> arcsec_per(std::string_view unit, FieldRole role) {

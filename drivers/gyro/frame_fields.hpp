@@ -147,7 +147,7 @@ struct RawValue {
 [[nodiscard]] bool is_housekeeping(const FrameField& field);
 
 /// Returns whether the status is good under the rule's mask.
-[[nodiscard]] bool keeps(const StatusRule& rule, std::uint32_t status);
+[[nodiscard]] bool is_satisfied(const StatusRule& rule, std::uint32_t status);
 
 /// Returns whether the field is an exact count: an integer that wraps at its width.
 [[nodiscard]] bool is_counted(const FrameField& field);
@@ -155,7 +155,7 @@ struct RawValue {
 /// Returns whether message `id` contains the field. A field without ids is in every message.
 [[nodiscard]] bool is_in_message(const FrameField& field, std::optional<std::uint32_t> id);
 /// Returns the position of the field in a frame of `length` bytes, or nothing if it does not fit.
-[[nodiscard]] std::optional<std::size_t> place_of(const FrameField& field, std::size_t length);
+[[nodiscard]] std::optional<std::size_t> find_field_position(const FrameField& field, std::size_t length);
 /// Reads an unsigned number from up to 8 bytes, using the lower `bits_per_byte` bits of each.
 [[nodiscard]] std::uint64_t load_bits(std::span<const std::byte> bytes, bool big_endian, unsigned bits_per_byte = 8);
 /// Writes a number as load_bits() reads it. Only the lower `bits_per_byte` bits of each byte are changed.
@@ -169,7 +169,7 @@ void write_raw(const FrameField& field, std::span<std::byte> frame, const RawVal
 [[nodiscard]] std::optional<RawValue> parse_word(const FrameField& field, std::string_view word);
 [[nodiscard]] std::string print_word(const FrameField& field, const RawValue& raw);
 /// Returns `whole` with the slice replaced as by write_raw().
-[[nodiscard]] std::uint64_t with_slice(const FrameField& field, std::uint64_t whole, const RawValue& raw);
+[[nodiscard]] std::uint64_t replace_slice(const FrameField& field, std::uint64_t whole, const RawValue& raw);
 
 /// Returns raw · scale + zero.
 [[nodiscard]] double scaled(const FrameField& field, const RawValue& raw);

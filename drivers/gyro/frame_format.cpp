@@ -70,12 +70,13 @@ void read_framing(const TomlTable& table, FrameFormat& format) {
     format.length_at = read_head_number(at);
     format.length_plus = whole<std::size_t>(at, "plus", 0, kLongestFrame, 0);
   }
-  const bool by_message = format.id && !table.has("length");
-  format.length = bounded<std::size_t>(table, "length", by_message ? 1 : table.integer("length"), 1, kLongestFrame);
+  const bool has_length_per_message = format.id && !table.has("length");
+  format.length =
+      bounded<std::size_t>(table, "length", has_length_per_message ? 1 : table.integer("length"), 1, kLongestFrame);
   read_variants(table, format);
-  if (by_message && format.variants.empty())
+  if (has_length_per_message && format.variants.empty())
     table.mistake("length", "no length, expected one here or in every [[frame.message]]");
-  if (by_message && !format.variants.empty()) format.length = format.variants.front().length;
+  if (has_length_per_message && !format.variants.empty()) format.length = format.variants.front().length;
   if (format.head_size() > format.length) table.mistake("length", "the frame is shorter than its head");
   format.lock_frames = whole<std::size_t>(table, "lock_frames", 0, 1000, 0);
   if (format.sync.empty() && format.lock_frames == 0 && format.variants.empty())
@@ -102,7 +103,7 @@ constexpr auto kMeanings =
     make_vocabulary<StatusMeaning::invalid, StatusMeaning::mismatch>("invalid", "warning", "reject", "mismatch");
 
 /// Reads the position of the bits.
-void read_place(const TomlTable& table, const FrameFormat& format, FrameField& field) {
+void read_bit_layout(const TomlTable& table, const FrameFormat& format, FrameField& field) {
   if (format.line) {
     field.type = one_of(kWordTypes, table, "type");
     field.offset = whole<std::ptrdiff_t>(table, "word", 0, static_cast<std::int64_t>(format.line->words) - 1);
@@ -141,17 +142,18 @@ void read_presence(const TomlTable& table, const FrameFormat& format, FrameField
   const auto when = table.table("when");
   field.when_mask = read_uint32(when, "mask", 0);
   field.when_value = read_uint32(when, "value", 0);
-  const auto held = static_cast<unsigned>(std::min<std::size_t>(64, field.bits_per_byte * field.bytes));
-  if (field.when_mask == 0 || (field.when_value & ~field.when_mask) != 0 || (held < 32 && field.when_mask >> held != 0))
+  const auto width = static_cast<unsigned>(std::min<std::size_t>(64, field.bits_per_byte * field.bytes));
+  if (field.when_mask == 0 || (field.when_value & ~field.when_mask) != 0 ||
+      (width < 32 && field.when_mask >> width != 0))
     when.mistake("mask", "the mask is empty, has bits outside the field, or does not contain the value");
 }
 
-void check_place(const TomlTable& table, const FrameFormat& format, const FrameField& field) {
+void check_field_position(const TomlTable& table, const FrameFormat& format, const FrameField& field) {
   if (format.line) return;
   bool fits = field.offset < 0 || static_cast<std::size_t>(field.offset) >= format.sync.size();
   const auto fits_in = [&](std::size_t length) {
-    const auto place = place_of(field, length);
-    return place && *place >= format.sync.size();
+    const auto position = find_field_position(field, length);
+    return position && *position >= format.sync.size();
   };
   if (format.variants.empty()) fits = fits && fits_in(format.length);
   for (const auto& variant : format.variants)
@@ -170,8 +172,8 @@ ExactScale read_scale(const TomlTable& table) {
 }
 
 void read_status(const TomlTable& table, FrameField& field) {
-  const bool ruled = table.has("rule");
-  field.mask = read_uint32(table, "mask", ruled && !table.has("good") ? 0 : 0xFFFFFFFF);
+  const bool has_rules = table.has("rule");
+  field.mask = read_uint32(table, "mask", has_rules && !table.has("good") ? 0 : 0xFFFFFFFF);
   field.good = read_uint32(table, "good", 0);
   if (field.bits < 32) field.mask &= (std::uint32_t{1} << field.bits) - 1;
   for (const auto& each : table.tables("rule")) {
@@ -200,7 +202,7 @@ std::uint64_t read_range(const TomlTable& table, const FrameField& field, double
   return field.bits >= 63 || is_real(field.type) ? 0 : std::uint64_t{1} << field.bits;
 }
 
-void read_time(const TomlTable& table, FrameField& field) {
+void read_timestamp(const TomlTable& table, FrameField& field) {
   const double unit_s = one_of(kTimes, table, "unit", "us");
   if (is_real(field.type)) {
     field.scale.denominator = 1;
@@ -217,10 +219,10 @@ void read_time(const TomlTable& table, FrameField& field) {
 void read_gyro_field(const TomlTable& table, FrameField& field) {
   field.axis = table.text("axis", "");
   field.unit = table.text("unit", "");
-  const bool angle_or_rate = arcsec_per(field.unit, field.role).has_value();
-  const bool pulses = field.unit.empty() && !is_real(field.type) &&
-                      (field.role == FieldRole::pulse_count || field.role == FieldRole::increment);
-  if (!angle_or_rate && !pulses)
+  const bool has_known_unit = arcsec_per(field.unit, field.role).has_value();
+  const bool is_pulse_field = field.unit.empty() && !is_real(field.type) &&
+                              (field.role == FieldRole::pulse_count || field.role == FieldRole::increment);
+  if (!has_known_unit && !is_pulse_field)
     table.mistake("unit", field.role == FieldRole::rate ? "expected \"rad/s\", \"deg/s\" or \"deg/h\""
                                                         : "expected \"rad\", \"deg\" or \"arcsec\"");
   field.range = field.bits >= 63 || is_real(field.type) ? 0 : std::uint64_t{1} << field.bits;
@@ -244,7 +246,7 @@ std::uint64_t read_step(const TomlTable& table, double rate_hz) {
   return 1;
 }
 
-void read_meaning(const TomlTable& table, double rate_hz, FrameField& field) {
+void read_role(const TomlTable& table, double rate_hz, FrameField& field) {
   if (is_gyro(field.role)) return read_gyro_field(table, field);
   const bool is_whole = !is_real(field.type) && !(is_signed(field.type) && !is_word(field.type)) && field.bits <= 32;
   switch (field.role) {
@@ -252,26 +254,26 @@ void read_meaning(const TomlTable& table, double rate_hz, FrameField& field) {
       field.range = read_range(table, field, 1);
       field.step = read_step(table, rate_hz);
       break;
-    case FieldRole::timestamp: read_time(table, field); break;
+    case FieldRole::timestamp: read_timestamp(table, field); break;
     case FieldRole::status: read_status(table, field); break;
     default: field.unit = table.text("unit", ""); break;
   }
-  const bool counted = field.role == FieldRole::sequence || field.role == FieldRole::status;
-  const bool timed = field.role == FieldRole::timestamp && !is_real(field.type);
-  if ((counted && !is_whole && !is_word(field.type)) || (counted && is_real(field.type)) ||
-      (timed && is_signed(field.type) && !is_word(field.type)))
+  const bool is_sequence_or_status = field.role == FieldRole::sequence || field.role == FieldRole::status;
+  const bool is_integer_time = field.role == FieldRole::timestamp && !is_real(field.type);
+  if ((is_sequence_or_status && !is_whole && !is_word(field.type)) || (is_sequence_or_status && is_real(field.type)) ||
+      (is_integer_time && is_signed(field.type) && !is_word(field.type)))
     table.mistake("type", "a signed type, expected u8, u16, u24 or u32 for this role");
 }
 
 /// Reads one field of `format`. All keys of the format except its fields must have been read before.
 FrameField read_frame_field(const TomlTable& table, const FrameFormat& format) {
   FrameField field{.role = one_of(kFieldRoles, table, "role")};
-  read_place(table, format, field);
+  read_bit_layout(table, format, field);
   read_presence(table, format, field);
-  check_place(table, format, field);
+  check_field_position(table, format, field);
   if (table.has("scale")) field.scale = read_scale(table.table("scale"));
   field.zero = table.number("zero", 0);
-  read_meaning(table, format.rate_hz, field);
+  read_role(table, format.rate_hz, field);
   field.name = table.text("name", field.axis.empty() ? keyword_for(kFieldRoles, field.role) : "gyro_" + field.axis);
   table.ignore("confidence");
   return field;
@@ -331,7 +333,7 @@ FrameFormat read_frame_format(const TomlTable& table, const std::vector<std::str
     format.check = read_frame_check(table.table("check"), shortest_frame(format), format.line.has_value());
   if (format.line && (format.check.kind == CheckKind::none) != format.line->mark.empty())
     table.mistake("line", "a check and the mark before it require each other");
-  settle_roles(table, fields, axes, format);
+  assign_slots(table, fields, axes, format);
   return format;
 }
 

@@ -46,9 +46,9 @@ struct FrameCheck {
 
 /// Returns the check value of the covered bytes.
 [[nodiscard]] std::uint32_t check_value(const FrameCheck& check, std::span<const std::byte> covered);
-[[nodiscard]] bool passes(const FrameCheck& check, std::span<const std::byte> frame);
+[[nodiscard]] bool has_valid_check(const FrameCheck& check, std::span<const std::byte> frame);
 /// Writes the correct check value into the frame.
-void seal(const FrameCheck& check, std::span<std::byte> frame);
+void write_check(const FrameCheck& check, std::span<std::byte> frame);
 
 /// Format of a line of text: tokens between separators, a terminator, and an optional check in hexadecimal digits.
 struct LineFormat {
@@ -198,7 +198,7 @@ inline constexpr auto kFieldRoles = make_vocabulary<FieldRole::pulse_count, Fiel
 /// read_frame_format(). Errors are noted in `table` or in the field's own table of `fields`: an axis that does not
 /// exist or is requested twice; two fields of one frame for the same column of the record; fields with the same axis or
 /// name and different meanings; an invalid name of a housekeeping value.
-void settle_roles(const TomlTable& table, const std::vector<TomlTable>& fields, const std::vector<std::string>& wanted,
+void assign_slots(const TomlTable& table, const std::vector<TomlTable>& fields, const std::vector<std::string>& wanted,
                   FrameFormat& format);
 
 /// Decodes frames from bytes that arrive in pieces. After a false sync it resynchronises at the next byte, or in text
@@ -216,13 +216,13 @@ class FrameDecoder {
   /// empty.
   [[nodiscard]] const std::vector<std::optional<double>>& values() const { return values_; }
   /// Returns the meanings of the status rules that the latest frame breaks.
-  [[nodiscard]] std::vector<std::string> complaints() const;
+  [[nodiscard]] std::vector<std::string> broken_rules() const;
   /// Returns the meanings of the `mismatch` rules that the latest frame breaks. Returns nothing if the frame has no
   /// field with such a rule.
   [[nodiscard]] std::optional<std::vector<std::string>> differing_settings() const;
 
  private:
-  [[nodiscard]] std::span<const std::byte> waiting() const { return std::span(buffer_).subspan(begin_); }
+  [[nodiscard]] std::span<const std::byte> unread() const { return std::span(buffer_).subspan(begin_); }
   [[nodiscard]] const GyroFrame* take_line();
   [[nodiscard]] const GyroFrame* take_bytes();
   void reject(std::size_t bytes);
@@ -234,7 +234,7 @@ class FrameDecoder {
   /// The format has a rule with the verdict `mismatch`.
   bool has_settings_{};
   /// The bytes before `begin_` were a valid frame or a whole line.
-  bool locked_{};
+  bool is_locked_{};
   std::optional<std::uint32_t> sequence_{};
   GyroFrame frame_;  ///< the latest
   std::vector<std::optional<double>> values_;

@@ -15,14 +15,14 @@ constexpr const char* kFrames = "frames";
 constexpr const char* kFlagged = "flagged";
 constexpr const char* kCelsius = "°C";
 
-bool holds(const std::vector<std::string>& names, const std::string& name) {
+bool contains(const std::vector<std::string>& names, const std::string& name) {
   return std::find(names.begin(), names.end(), name) != names.end();
 }
 
-std::vector<std::string> named_axes(const FrameFormat& format) {
+std::vector<std::string> list_axes(const FrameFormat& format) {
   std::vector<std::string> axes;
   for (const auto& field : format.fields)
-    if (is_gyro(field.role) && !field.axis.empty() && !holds(axes, field.axis)) axes.push_back(field.axis);
+    if (is_gyro(field.role) && !field.axis.empty() && !contains(axes, field.axis)) axes.push_back(field.axis);
   return axes;
 }
 
@@ -32,28 +32,28 @@ bool has_axis(const FrameFormat& format, const std::string& axis) {
 }
 
 /// Returns the axis that the file selects by default. A gyro without axis names has the empty name.
-std::vector<std::string> own_choice(const TomlTable& table, const FrameFormat& format) {
+std::vector<std::string> default_axes(const TomlTable& table, const FrameFormat& format) {
   if (table.has("axis")) return {table.text("axis")};
   if (!format.all_axes.empty()) return {format.all_axes.front()};
   return has_axis(format, "") ? std::vector<std::string>{""} : std::vector<std::string>{};
 }
 
 void choose_axes(const TomlTable& table, const std::vector<std::string>& wanted, FrameFormat& format) {
-  format.all_axes = named_axes(format);
+  format.all_axes = list_axes(format);
   if (!wanted.empty()) table.ignore("axis");
-  for (const auto& axis : wanted.empty() ? own_choice(table, format) : wanted) {
+  for (const auto& axis : wanted.empty() ? default_axes(table, format) : wanted) {
     if (!has_axis(format, axis))
       table.mistake("axis", fmt::format("no gyro's field has the axis \"{}\"", axis));
-    else if (holds(format.axes, axis))
+    else if (contains(format.axes, axis))
       table.mistake("axis", fmt::format("the axis \"{}\" is requested twice", axis));
     else
       format.axes.push_back(axis);
   }
   for (auto& field : format.fields) {
     if (!is_gyro(field.role)) continue;
-    const auto place = std::find(format.axes.begin(), format.axes.end(), field.axis);
-    if (place == format.axes.end()) field.role = FieldRole::other_axis;
-    field.slot = static_cast<std::size_t>(place - format.axes.begin());
+    const auto position = std::find(format.axes.begin(), format.axes.end(), field.axis);
+    if (position == format.axes.end()) field.role = FieldRole::other_axis;
+    field.slot = static_cast<std::size_t>(position - format.axes.begin());
   }
 }
 
@@ -61,26 +61,26 @@ void number_housekeeping(FrameFormat& format) {
   std::vector<std::string> names;
   for (auto& field : format.fields) {
     if (!is_housekeeping(field)) continue;
-    const auto place = std::find(names.begin(), names.end(), field.name);
-    field.slot = static_cast<std::size_t>(place - names.begin());
-    if (place == names.end()) names.push_back(field.name);
+    const auto position = std::find(names.begin(), names.end(), field.name);
+    field.slot = static_cast<std::size_t>(position - names.begin());
+    if (position == names.end()) names.push_back(field.name);
   }
 }
 
 /// Returns whether any message contains both fields, according to their ids.
-bool may_share_message(const FrameField& one, const FrameField& other) {
+bool can_share_message(const FrameField& one, const FrameField& other) {
   if (one.ids.empty() || other.ids.empty()) return true;
   return std::any_of(one.ids.begin(), one.ids.end(), [&](auto id) { return is_in_message(other, id); });
 }
 
 /// Returns whether a sequence number exists for which both fields are present.
-bool may_share_turn(const FrameField& one, const FrameField& other) {
+bool can_share_turn(const FrameField& one, const FrameField& other) {
   const auto common = std::gcd(one.every, other.every);
   return one.turn % common == other.turn % common;
 }
 
 /// Returns whether both fields can be present at the same time, according to the integers that contain them.
-bool may_share_word(const FrameField& one, const FrameField& other) {
+bool can_share_integer(const FrameField& one, const FrameField& other) {
   const auto where = [](const FrameField& field) {
     return std::tuple(field.offset, field.bytes, field.big_endian, field.bits_per_byte);
   };
@@ -88,19 +88,19 @@ bool may_share_word(const FrameField& one, const FrameField& other) {
 }
 
 /// Returns whether a frame may contain both fields.
-bool collide(const FrameField& one, const FrameField& other) {
-  return may_share_message(one, other) && may_share_turn(one, other) && may_share_word(one, other);
+bool can_share_frame(const FrameField& one, const FrameField& other) {
+  return can_share_message(one, other) && can_share_turn(one, other) && can_share_integer(one, other);
 }
 
 /// Returns whether both fields are stored in the same member of a GyroFrame.
-bool fill_same_slot(const FrameField& one, const FrameField& other) {
+bool has_same_slot(const FrameField& one, const FrameField& other) {
   if (is_gyro(one.role)) return is_gyro(other.role) && one.slot == other.slot;
   if (is_housekeeping(one)) return is_housekeeping(other) && one.slot == other.slot;
   return one.role == other.role && (one.role == FieldRole::sequence || one.role == FieldRole::timestamp);
 }
 
 /// Returns whether values of both fields are comparable: their units, scales, zeros and ranges are equal.
-bool have_same_meaning(const FrameField& one, const FrameField& other) {
+bool has_same_meaning(const FrameField& one, const FrameField& other) {
   const auto meaning = [](const FrameField& field) {
     return std::tuple(field.unit, is_counted(field), field.scale.of(1), field.zero, field.wraps_at,
                       field.role == FieldRole::pulse_count ? field.range : 0);
@@ -108,32 +108,32 @@ bool have_same_meaning(const FrameField& one, const FrameField& other) {
   return meaning(one) == meaning(other);
 }
 
-std::string word_for(const FrameField& field) {
+std::string describe_field(const FrameField& field) {
   return is_housekeeping(field) ? fmt::format("the name \"{}\"", field.name)
                                 : fmt::format("the role \"{}\"", keyword_for(kFieldRoles, field.role));
 }
 
 /// Compares a field with the fields before it. Errors are noted in `table`, the table of the field.
 void check_pairs(const TomlTable& table, const FrameFormat& format, const FrameField& field) {
-  std::size_t same = 1;
+  std::size_t sharing = 1;
   for (const auto* other = format.fields.data(); other != &field; ++other) {
-    if (!fill_same_slot(*other, field)) continue;
-    same += collide(*other, field) ? 1 : 0;
+    if (!has_same_slot(*other, field)) continue;
+    sharing += can_share_frame(*other, field) ? 1 : 0;
     if (is_housekeeping(field) && (other->unit != field.unit || other->role != field.role))
-      table.mistake("", fmt::format("the fields with {} differ in role or unit", word_for(field)));
-    if (is_gyro(field.role) && other->role == field.role && !have_same_meaning(*other, field))
+      table.mistake("", fmt::format("the fields with {} differ in role or unit", describe_field(field)));
+    if (is_gyro(field.role) && other->role == field.role && !has_same_meaning(*other, field))
       table.mistake("", fmt::format("the fields of axis \"{}\" differ in type, scale or unit", field.axis));
   }
-  if (same > 1) table.mistake("", fmt::format("{} fields have {}, expected one", same, word_for(field)));
+  if (sharing > 1) table.mistake("", fmt::format("{} fields have {}, expected one", sharing, describe_field(field)));
 }
 
 /// Verifies that there is an axis and that each axis has one role.
 void check_axes(const TomlTable& table, const FrameFormat& format) {
   const auto gyros = format.gyros();
-  const bool two_kinds = std::any_of(format.fields.begin(), format.fields.end(), [&](const auto& field) {
+  const bool has_two_roles = std::any_of(format.fields.begin(), format.fields.end(), [&](const auto& field) {
     return is_gyro(field.role) && gyros[field.slot]->role != field.role;
   });
-  if (gyros.empty() || two_kinds)
+  if (gyros.empty() || has_two_roles)
     table.mistake("",
                   "the frame needs either a field with the role \"pulse_count\" or one with \"increment\", \"rate\" or "
                   "\"integrated_angle\"");
@@ -141,7 +141,7 @@ void check_axes(const TomlTable& table, const FrameFormat& format) {
     table.mistake("clock", "\"clock\" is \"sequence\", expected a field with that role and \"rate_hz\"");
 }
 
-bool is_a_name(const std::string& name) {
+bool is_valid_name(const std::string& name) {
   return !name.empty() && std::all_of(name.begin(), name.end(), [](unsigned char letter) {
     return letter == '_' || (letter < 0x80 && std::isalnum(letter) != 0);
   });
@@ -149,19 +149,19 @@ bool is_a_name(const std::string& name) {
 
 void check_name(const TomlTable& table, const FrameField& field) {
   if (!is_housekeeping(field)) return;
-  if (!is_a_name(field.name))
+  if (!is_valid_name(field.name))
     table.mistake("name", fmt::format("\"{}\" is not a name, expected letters, digits and \"_\"", field.name));
   if (field.name == kFrames || field.name == kFlagged)
     table.mistake("name",
                   fmt::format("\"{}\" is the name of a count in every record, expected another name", field.name));
-  const bool celsius = field.unit.empty() || field.unit == "degC" || field.unit == kCelsius;
-  if (field.role == FieldRole::temperature && !celsius)
+  const bool is_celsius = field.unit.empty() || field.unit == "degC" || field.unit == kCelsius;
+  if (field.role == FieldRole::temperature && !is_celsius)
     table.mistake("unit", "after scale and zero a temperature must be in °C, expected \"degC\"");
 }
 
 /// Returns the first field of each slot.
 template <class Belongs>
-std::vector<const FrameField*> first_of_each(const std::vector<FrameField>& fields, Belongs belongs) {
+std::vector<const FrameField*> find_first_per_slot(const std::vector<FrameField>& fields, Belongs belongs) {
   std::vector<const FrameField*> found;
   for (const auto& field : fields) {
     if (!belongs(field)) continue;
@@ -179,7 +179,7 @@ const FrameField* FrameFormat::find(FieldRole role) const {
 }
 
 std::vector<const FrameField*> FrameFormat::gyros() const {
-  return first_of_each(fields, [](const FrameField& field) { return is_gyro(field.role); });
+  return find_first_per_slot(fields, [](const FrameField& field) { return is_gyro(field.role); });
 }
 
 const FrameField* FrameFormat::gyro() const {
@@ -188,7 +188,7 @@ const FrameField* FrameFormat::gyro() const {
   return found == fields.end() ? nullptr : &*found;
 }
 
-std::vector<const FrameField*> FrameFormat::values() const { return first_of_each(fields, is_housekeeping); }
+std::vector<const FrameField*> FrameFormat::values() const { return find_first_per_slot(fields, is_housekeeping); }
 
 std::vector<HousekeepingValue> list_housekeeping(const FrameFormat& format) {
   std::vector<HousekeepingValue> all;
@@ -202,7 +202,7 @@ std::vector<HousekeepingValue> list_housekeeping(const FrameFormat& format) {
   return all;
 }
 
-void settle_roles(const TomlTable& table, const std::vector<TomlTable>& fields, const std::vector<std::string>& wanted,
+void assign_slots(const TomlTable& table, const std::vector<TomlTable>& fields, const std::vector<std::string>& wanted,
                   FrameFormat& format) {
   choose_axes(table, wanted, format);
   number_housekeeping(format);

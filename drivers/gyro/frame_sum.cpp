@@ -11,12 +11,12 @@ namespace gyrotherm::drivers {
 namespace {
 
 constexpr double kArcsecPerCount = 1e-6;  // for fields that are not integers
-constexpr double kFarthestCount = 9.2e18, kMostSeconds = 1e6;
+constexpr double kMaxCount = 9.2e18, kMostSeconds = 1e6;
 /// In a sequence of at least this many values, a forward step of more than half the range is a backward step.
 constexpr std::uint64_t kWideSequence = 1 << 16;
 
 /// Returns the forward distance of a counter with `range` values (0: 2^64).
-std::uint64_t forward(std::uint64_t before, std::uint64_t now, std::uint64_t range) {
+std::uint64_t forward_distance(std::uint64_t before, std::uint64_t now, std::uint64_t range) {
   if (range == 0) return now - before;
   return (now % range + range - before % range) % range;
 }
@@ -30,9 +30,9 @@ std::int64_t signed_step(std::int64_t before, std::int64_t now, std::uint64_t ra
   return step - (static_cast<std::uint64_t>(step) < range / 2 ? 0 : static_cast<std::int64_t>(range));
 }
 
-double wrapped(double step, double wraps_at) { return step - wraps_at * std::round(step / wraps_at); }
+double wrap_step(double step, double wraps_at) { return step - wraps_at * std::round(step / wraps_at); }
 
-Duration seconds_of(double seconds) { return from_seconds(std::min(seconds, kMostSeconds)); }
+Duration capped_duration(double seconds) { return from_seconds(std::min(seconds, kMostSeconds)); }
 
 }  // namespace
 
@@ -46,20 +46,20 @@ std::optional<double> arcsec_per_count(const FrameFormat& format, std::size_t ax
 
 void StepWatch::add(double step) {
   constexpr double kScatter = 0.2;
-  const bool agrees = run_ > 0 && std::abs(step - step_) <= (exact_ ? 0 : kScatter * step_);
+  const bool agrees = run_length_ > 0 && std::abs(step - step_) <= (is_exact_ ? 0 : kScatter * step_);
   if (!agrees) step_ = step;
-  run_ = agrees ? run_ + 1 : 1;
-  ++all_;
+  run_length_ = agrees ? run_length_ + 1 : 1;
+  ++step_count_;
 }
 
 /// Returns whether the step differs from the described one. For time stamps, a step above 1.25 or below 0.8 differs,
 /// because lost frames would be miscounted.
-bool StepWatch::is_other() const { return step_ > 0 && (exact_ ? step_ != 1 : step_ > 1.25 || step_ < 0.8); }
+bool StepWatch::is_deviating() const { return step_ > 0 && (is_exact_ ? step_ != 1 : step_ > 1.25 || step_ < 0.8); }
 
-std::optional<double> StepWatch::other_step() const {
-  constexpr std::uint64_t kSteady = 8, kSteadyFromTheFirst = 3;
-  const bool is_steady = run_ >= kSteady || (run_ >= kSteadyFromTheFirst && run_ == all_);
-  return is_steady && is_other() ? std::optional(step_) : std::nullopt;
+std::optional<double> StepWatch::find_deviating_step() const {
+  constexpr std::uint64_t kSteady = 8, kSteadySinceStart = 3;
+  const bool is_steady = run_length_ >= kSteady || (run_length_ >= kSteadySinceStart && run_length_ == step_count_);
+  return is_steady && is_deviating() ? std::optional(step_) : std::nullopt;
 }
 
 FrameSum::FrameSum(const FrameFormat& format)
@@ -80,50 +80,50 @@ FrameSum::FrameSum(const FrameFormat& format)
 void FrameSum::add(const GyroFrame& frame, FrameTally& tally) {
   tally.axes.resize(axes_.size());
   tally.bad += frame.good ? 0 : 1;
-  if (frame.sequence) follow(*frame.sequence, tally);
+  if (frame.sequence) update_losses(*frame.sequence, tally);
   if (frame.sequence) sequence_ = frame.sequence;
   if (frame.timestamp) timestamp_ = frame.timestamp;
-  timed_ = timed_ || frame.timestamp;
+  has_new_time_ = has_new_time_ || frame.timestamp;
   bool whole = true;
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     if (i < frame.axes.size()) add_reading(frame.axes[i], axes_[i]);
-    whole = whole && axes_[i].share.frames > 0;
+    whole = whole && axes_[i].pending.frames > 0;
   }
   if (whole) end_round(tally);
 }
 
 /// Updates the losses from the sequence. The number of frames hidden by a backward step is unknown.
-void FrameSum::follow(std::uint32_t sequence, FrameTally& tally) {
+void FrameSum::update_losses(std::uint32_t sequence, FrameTally& tally) {
   if (!sequence_ || !sequence_format_) return;
   const auto [range, step] = *sequence_format_;
-  const auto way = forward(*sequence_, sequence, range);
-  steps_.add(static_cast<double>(way) / static_cast<double>(step));
+  const auto distance = forward_distance(*sequence_, sequence, range);
+  steps_.add(static_cast<double>(distance) / static_cast<double>(step));
   const bool is_wide = range == 0 || range >= kWideSequence;
-  if (way == 0 || (is_wide && way > (range == 0 ? ~std::uint64_t{0} : range) / 2))
-    tally.disordered = true;
+  if (distance == 0 || (is_wide && distance > (range == 0 ? ~std::uint64_t{0} : range) / 2))
+    tally.is_disordered = true;
   else
-    tally.lost += forward(*sequence_ + step, sequence, range) / step;
+    tally.lost += forward_distance(*sequence_ + step, sequence, range) / step;
 }
 
 void FrameSum::add_reading(const AxisReading& reading, Axis& axis) {
   if (!reading.pulses && !reading.value) return;
   const double value = reading.value.value_or(0);
   const auto pulses = reading.pulses.value_or(0);
-  auto& share = axis.share;
-  ++share.frames;
+  auto& pending = axis.pending;
+  ++pending.frames;
   switch (axis.role) {
-    case FieldRole::rate: share.arcsec_per_s += value * axis.arcsec_per_unit; break;
+    case FieldRole::rate: pending.arcsec_per_s += value * axis.arcsec_per_unit; break;
     case FieldRole::increment:
       if (axis.is_counted)
-        share.counts += pulses;
+        pending.counts += pulses;
       else
-        share.arcsec += value * axis.arcsec_per_unit;
+        pending.arcsec += value * axis.arcsec_per_unit;
       break;
     case FieldRole::pulse_count:
-      if (axis.pulses) share.counts += signed_step(*axis.pulses, pulses, axis.range);
+      if (axis.pulses) pending.counts += signed_step(*axis.pulses, pulses, axis.range);
       break;
     case FieldRole::integrated_angle:
-      if (axis.angle) share.arcsec += wrapped(value - *axis.angle, axis.wraps_at) * axis.arcsec_per_unit;
+      if (axis.angle) pending.arcsec += wrap_step(value - *axis.angle, axis.wraps_at) * axis.arcsec_per_unit;
       break;
     default: break;
   }
@@ -133,42 +133,44 @@ void FrameSum::add_reading(const AxisReading& reading, Axis& axis) {
 
 Duration FrameSum::since_last_round() const {
   if (clocked_by_sequence_ && round_sequence_ && sequence_ && sequence_format_)
-    return seconds_of(
-        static_cast<double>(forward(*round_sequence_, *sequence_, sequence_format_->range) / sequence_format_->step) /
-        rate_hz_);
+    return capped_duration(static_cast<double>(forward_distance(*round_sequence_, *sequence_, sequence_format_->range) /
+                                               sequence_format_->step) /
+                           rate_hz_);
   if (!clocked_by_sequence_ && time_ && round_timestamp_ && timestamp_)
-    return seconds_of(static_cast<double>(forward(*round_timestamp_, *timestamp_, time_->range)) * time_->unit_s);
+    return capped_duration(static_cast<double>(forward_distance(*round_timestamp_, *timestamp_, time_->range)) *
+                           time_->unit_s);
   return Duration::zero();
 }
 
 /// Returns whether the device's time must change from frame to frame: there is no sequence, and the resolution of the
 /// time is finer than half the time between frames.
-bool FrameSum::tells_each_frame_by_time() const {
+bool FrameSum::has_time_per_frame() const {
   return rate_hz_ > 0 && !sequence_format_ && time_ && !time_->is_real && 2 * rate_hz_ * time_->unit_s < 1;
 }
 
 void FrameSum::end_round(FrameTally& tally) {
-  const bool dropped = std::exchange(dropped_, false);
-  const bool counts = std::exchange(origin_, true) && !dropped;
+  const bool dropped = std::exchange(is_round_dropped_, false);
+  const bool counts = std::exchange(has_origin_, true) && !dropped;
   tally.round = counts ? since_last_round() : Duration::zero();
   tally.interval += tally.round;
   tally.longest = std::max(tally.longest, tally.round);
   tally.rounds += counts ? 1 : 0;
-  const bool stands = std::exchange(timed_, false) && round_timestamp_ && tally.round == Duration::zero();
-  if (counts && stands && tells_each_frame_by_time()) tally.disordered = true;
+  const bool is_time_unchanged =
+      std::exchange(has_new_time_, false) && round_timestamp_ && tally.round == Duration::zero();
+  if (counts && is_time_unchanged && has_time_per_frame()) tally.is_disordered = true;
   if (rate_hz_ > 0 && !sequence_format_ && tally.round > Duration::zero()) {
     steps_.add(to_seconds(tally.round) * rate_hz_);
     tally.lost +=
         static_cast<std::uint64_t>(std::max<std::int64_t>(0, std::llround(to_seconds(tally.round) * rate_hz_) - 1));
   }
   for (std::size_t i = 0; i < axes_.size(); ++i) {
-    const auto share = std::exchange(axes_[i].share, {});
+    const auto pending = std::exchange(axes_[i].pending, {});
     if (!counts) continue;
     auto& axis = tally.axes[i];
-    axis.frames += share.frames;
-    axis.counts += share.counts;
-    axis.arcsec += share.arcsec;
-    axis.arcsec_per_s += share.arcsec_per_s;
+    axis.frames += pending.frames;
+    axis.counts += pending.counts;
+    axis.arcsec += pending.arcsec;
+    axis.arcsec_per_s += pending.arcsec_per_s;
   }
   round_sequence_ = sequence_;
   round_timestamp_ = timestamp_;
@@ -176,8 +178,8 @@ void FrameSum::end_round(FrameTally& tally) {
 
 void FrameSum::drop_round() {
   for (auto& axis : axes_) {
-    dropped_ = dropped_ || axis.share.frames > 0;
-    axis.share = {};
+    is_round_dropped_ = is_round_dropped_ || axis.pending.frames > 0;
+    axis.pending = {};
   }
 }
 
@@ -188,8 +190,8 @@ std::vector<std::int64_t> FrameSum::counts(const FrameTally& tally, Duration int
     double arcsec = axis.arcsec;
     if (axes_[i].role == FieldRole::rate && axis.frames > 0)
       arcsec = axis.arcsec_per_s / static_cast<double>(axis.frames) * to_seconds(interval);
-    all[i] = axes_[i].is_counted ? axis.counts
-                                 : std::llround(std::clamp(arcsec / kArcsecPerCount, -kFarthestCount, kFarthestCount));
+    all[i] =
+        axes_[i].is_counted ? axis.counts : std::llround(std::clamp(arcsec / kArcsecPerCount, -kMaxCount, kMaxCount));
   }
   return all;
 }
@@ -218,7 +220,7 @@ std::vector<double> FrameMeans::values() const {
   return found;
 }
 
-void FrameMeans::begin() {
+void FrameMeans::clear() {
   std::fill(sums_.begin(), sums_.end(), Sum{});
   frames_ = flagged_ = 0;
 }

@@ -35,7 +35,7 @@ struct FrameTally {
   std::uint64_t lost{};
   std::uint64_t bad{};  ///< frames the gyro marked bad
   /// A frame arrived twice, or the sequence went backwards.
-  bool disordered{};
+  bool is_disordered{};
   /// Duration of all rounds, of the last round and of the longest round, by the device's clock (time or sequence). Zero
   /// if the format has no clock.
   Duration interval{};
@@ -49,20 +49,22 @@ struct FrameTally {
 class StepWatch {
  public:
   /// `exact` selects the comparison of steps: those of a sequence must be equal, those of time stamps may vary by 20 %.
-  explicit StepWatch(bool exact) : exact_(exact) {}
+  explicit StepWatch(bool exact) : is_exact_(exact) {}
   void add(double step);
   /// Returns the constant step if it differs from the described one. It is constant if the last eight steps agree, or
   /// if all steps since the first frame agree and there are at least three.
-  [[nodiscard]] std::optional<double> other_step() const;
+  [[nodiscard]] std::optional<double> find_deviating_step() const;
   /// Returns true if every step so far was the same and differed from the described one.
-  [[nodiscard]] bool is_always_other() const { return run_ > 0 && run_ == all_ && is_other(); }
+  [[nodiscard]] bool has_constant_deviation() const {
+    return run_length_ > 0 && run_length_ == step_count_ && is_deviating();
+  }
 
  private:
-  [[nodiscard]] bool is_other() const;
+  [[nodiscard]] bool is_deviating() const;
 
-  bool exact_;
+  bool is_exact_;
   double step_{};
-  std::uint64_t run_{}, all_{};
+  std::uint64_t run_length_{}, step_count_{};
 };
 
 class FrameSum {
@@ -73,7 +75,7 @@ class FrameSum {
   void add(const GyroFrame& frame, FrameTally& tally);
   /// Discards the incomplete round after lost or bad frames. The end of this round is the new origin.
   void drop_round();
-  [[nodiscard]] bool has_origin() const { return origin_; }
+  [[nodiscard]] bool has_origin() const { return has_origin_; }
   /// Returns the steps of the sequence between the frames so far. Without a sequence, returns the steps of the device's
   /// time between rounds.
   [[nodiscard]] const StepWatch& steps() const { return steps_; }
@@ -92,7 +94,7 @@ class FrameSum {
     double arcsec_per_unit{};
     std::optional<std::int64_t> pulses{};
     std::optional<double> angle{};
-    AxisTally share{};
+    AxisTally pending{};
   };
   struct Sequence {
     std::uint64_t range{};
@@ -105,10 +107,10 @@ class FrameSum {
   };
 
   static void add_reading(const AxisReading& reading, Axis& axis);
-  void follow(std::uint32_t sequence, FrameTally& tally);
+  void update_losses(std::uint32_t sequence, FrameTally& tally);
   void end_round(FrameTally& tally);
   [[nodiscard]] Duration since_last_round() const;
-  [[nodiscard]] bool tells_each_frame_by_time() const;
+  [[nodiscard]] bool has_time_per_frame() const;
 
   std::vector<Axis> axes_;
   std::optional<Sequence> sequence_format_;
@@ -116,14 +118,14 @@ class FrameSum {
   bool clocked_by_sequence_{};
   double rate_hz_{};
   StepWatch steps_;
-  bool origin_{};
+  bool has_origin_{};
   /// The incomplete round is discarded at its end.
-  bool dropped_{};
+  bool is_round_dropped_{};
   /// Values of the latest frame.
   std::optional<std::uint32_t> sequence_{};
   std::optional<std::uint64_t> timestamp_{};
   /// A timestamp arrived after the latest round.
-  bool timed_{};
+  bool has_new_time_{};
   /// Values of the latest round.
   std::optional<std::uint32_t> round_sequence_{};
   std::optional<std::uint64_t> round_timestamp_{};
@@ -139,7 +141,7 @@ class FrameMeans {
   /// frames, and the number of flagged frames. Empty if the format has no housekeeping.
   [[nodiscard]] std::vector<double> values() const;
   /// Discards all frames.
-  void begin();
+  void clear();
 
  private:
   struct Sum {

@@ -25,14 +25,14 @@ namespace gyrotherm::drivers {
 
 namespace {
 
-constexpr Vocabulary<SerialParity, 3> kParityWords{
+constexpr Vocabulary<SerialParity, 3> kParityKeywords{
     {{"none", SerialParity::none}, {"even", SerialParity::even}, {"odd", SerialParity::odd}}};
 
 SerialFormat read_port(const TomlTable& table) {
   SerialFormat port;
   port.baud = whole<int>(table, "baud", 50, 20'000'000);
   port.data_bits = whole<int>(table, "data_bits", 5, 8, 8);
-  port.parity = one_of(kParityWords, table, "parity", "none");
+  port.parity = one_of(kParityKeywords, table, "parity", "none");
   port.stop_bits = whole<int>(table, "stop_bits", 1, 2, 1);
   return port;
 }
@@ -54,7 +54,7 @@ Result<GyroStream> parse_gyro_stream(std::string_view text, const std::string& f
   stream.frame = read_frame_format(parsed->table("frame"), axes, rate_hz);
   stream.start = read_commands(*parsed, "start", stream.frame);
   stream.stop = read_commands(*parsed, "stop", stream.frame);
-  if (parsed->has("identity")) stream.identity = read_question(parsed->table("identity"));
+  if (parsed->has("identity")) stream.identity = read_identity_query(parsed->table("identity"));
   stream.settings = read_settings(*parsed, stream.start, stream.frame);
   if (parsed->has("largest_bias_deg_per_h"))
     stream.largest_bias_deg_per_h = std::max(0.0, parsed->number("largest_bias_deg_per_h"));
@@ -64,33 +64,33 @@ Result<GyroStream> parse_gyro_stream(std::string_view text, const std::string& f
 
 namespace {
 
-constexpr std::size_t kPumpedChunk = 16384, kMostWaiting = 1 << 20;
+constexpr std::size_t kReadSize = 16384, kMaxUnread = 1 << 20;
 /// Maximum duration of one read from the line. A write is delayed by up to this time.
-constexpr Duration kTurn = std::chrono::milliseconds(20);
+constexpr Duration kReadTimeout = std::chrono::milliseconds(20);
 
 /// Returns the steady time including suspended time, because a gyro's clock runs while the host is suspended.
 [[nodiscard]] Duration steady_time() { return since_boot(); }
 
 /// A write that the reading thread executes, and its result.
-struct Errand {
+struct WriteRequest {
   std::span<const std::byte> bytes;
   Duration within;
-  std::optional<Result<void>> done;
+  std::optional<Result<void>> result;
 };
 
-class PumpedStream final : public ByteStream {
+class BufferedStream final : public ByteStream {
  public:
-  explicit PumpedStream(std::unique_ptr<ByteStream> line) : line_(std::move(line)) {}
+  explicit BufferedStream(std::unique_ptr<ByteStream> line) : line_(std::move(line)) {}
 
   Result<std::size_t> read(std::span<std::byte> buffer, Duration within) override {
-    begin();
+    start_thread();
     std::unique_lock lock(mutex_);
-    changed_.wait_for(lock, within, [this] { return !waiting_.empty() || fault_; });
-    if (!waiting_.empty()) {
-      const auto size = std::min(buffer.size(), waiting_.size());
-      std::copy_n(waiting_.begin(), size, buffer.begin());
-      waiting_.erase(waiting_.begin(), waiting_.begin() + static_cast<std::ptrdiff_t>(size));
-      came_ = newest_;
+    changed_.wait_for(lock, within, [this] { return !unread_.empty() || fault_; });
+    if (!unread_.empty()) {
+      const auto size = std::min(buffer.size(), unread_.size());
+      std::copy_n(unread_.begin(), size, buffer.begin());
+      unread_.erase(unread_.begin(), unread_.begin() + static_cast<std::ptrdiff_t>(size));
+      read_arrival_ = newest_arrival_;
       return size;
     }
     if (!fault_) return failure(FaultKind::timeout, "", "no data");
@@ -101,83 +101,84 @@ class PumpedStream final : public ByteStream {
   }
 
   Result<void> write(std::span<const std::byte> bytes, Duration within) override {
-    begin();
-    Errand errand{bytes, within, {}};
+    start_thread();
+    WriteRequest request{bytes, within, {}};
     std::unique_lock lock(mutex_);
-    errand_ = &errand;
+    request_ = &request;
     changed_.notify_all();
-    changed_.wait(lock, [&] { return errand.done.has_value(); });
-    return std::move(*errand.done);
+    changed_.wait(lock, [&] { return request.result.has_value(); });
+    return std::move(*request.result);
   }
 
-  std::optional<Duration> came() const override { return came_; }
+  std::optional<Duration> arrival_time() const override { return read_arrival_; }
 
  private:
   /// Starts the thread, which opens the line.
-  void begin() {
-    if (!thread_.joinable()) thread_ = std::jthread([this](const std::stop_token& stop) { pump(stop); });
+  void start_thread() {
+    if (!thread_.joinable())
+      thread_ = std::jthread([this](const std::stop_token& stop) { read_line_until_stopped(stop); });
   }
 
-  void pump(const std::stop_token& stop) {
+  void read_line_until_stopped(const std::stop_token& stop) {
     block_signals();
-    std::array<std::byte, kPumpedChunk> chunk;
+    std::array<std::byte, kReadSize> chunk;
     std::unique_lock lock(mutex_);
     while (!stop.stop_requested()) {
-      if (errand_) {
-        run_errand(lock);
+      if (request_) {
+        run_write(lock);
         continue;
       }
       if (fault_) {
-        changed_.wait(lock, stop, [this] { return !fault_ || errand_; });
+        changed_.wait(lock, stop, [this] { return !fault_ || request_; });
         continue;
       }
       lock.unlock();
-      const auto size = line_->read(chunk, kTurn);
-      const auto came = steady_time();
+      const auto size = line_->read(chunk, kReadTimeout);
+      const auto arrival = steady_time();
       lock.lock();
       if (size)
-        keep(std::span(chunk).first(*size), came);
+        store(std::span(chunk).first(*size), arrival);
       else if (size.error().kind != FaultKind::timeout)
         fault_ = size.error();
       if (size || fault_) changed_.notify_all();
     }
   }
 
-  void run_errand(std::unique_lock<std::mutex>& lock) {
-    Errand& errand = *std::exchange(errand_, nullptr);
+  void run_write(std::unique_lock<std::mutex>& lock) {
+    WriteRequest& request = *std::exchange(request_, nullptr);
     lock.unlock();
-    auto done = line_->write(errand.bytes, errand.within);
+    auto result = line_->write(request.bytes, request.within);
     lock.lock();
-    errand.done = std::move(done);
+    request.result = std::move(result);
     changed_.notify_all();
   }
 
-  void keep(std::span<const std::byte> bytes, Duration came) {
-    if (waiting_.size() + bytes.size() > kMostWaiting) {
-      waiting_.clear();
+  void store(std::span<const std::byte> bytes, Duration arrival) {
+    if (unread_.size() + bytes.size() > kMaxUnread) {
+      unread_.clear();
       fault_ = Fault{FaultKind::corrupted, "", "received bytes were dropped because they were not read in time"};
       return;
     }
-    waiting_.insert(waiting_.end(), bytes.begin(), bytes.end());
-    newest_ = came;
+    unread_.insert(unread_.end(), bytes.begin(), bytes.end());
+    newest_arrival_ = arrival;
   }
 
   std::unique_ptr<ByteStream> line_;  ///< used by the thread only
   std::mutex mutex_;
   std::condition_variable_any changed_;
-  std::vector<std::byte> waiting_;
-  Duration newest_{};             ///< arrival of the newest byte
-  std::optional<Duration> came_;  ///< used by the caller only
+  std::vector<std::byte> unread_;
+  Duration newest_arrival_{};             ///< arrival of the newest byte
+  std::optional<Duration> read_arrival_;  ///< used by the caller only
   /// Fault that is not reported yet. The line is not read until it is reported.
   std::optional<Fault> fault_;
-  Errand* errand_ = nullptr;
+  WriteRequest* request_ = nullptr;
   std::jthread thread_;  ///< last member: uses the others
 };
 
 }  // namespace
 
 std::unique_ptr<ByteStream> make_buffered_stream(std::unique_ptr<ByteStream> line) {
-  return std::make_unique<PumpedStream>(std::move(line));
+  return std::make_unique<BufferedStream>(std::move(line));
 }
 
 namespace {
@@ -187,20 +188,20 @@ constexpr std::size_t kChunk = 4096;
 constexpr Duration kMostAhead = std::chrono::seconds(1);
 
 /// The bytes received in one read.
-class HeardBytes {
+class ReceivedBytes {
  public:
-  void begin() { *this = {}; }
+  void clear() { *this = {}; }
   void add(std::span<const std::byte> bytes) {
-    for (const auto byte : bytes.first(std::min(bytes.size(), kFirst - std::min(kFirst, all_))))
+    for (const auto byte : bytes.first(std::min(bytes.size(), kFirst - std::min(kFirst, size_))))
       first_ += fmt::format("{}{:02X}", first_.empty() ? "" : " ", static_cast<unsigned>(byte));
-    all_ += bytes.size();
+    size_ += bytes.size();
   }
-  [[nodiscard]] std::size_t size() const { return all_; }
+  [[nodiscard]] std::size_t size() const { return size_; }
   [[nodiscard]] const std::string& first() const { return first_; }
 
  private:
   static constexpr std::size_t kFirst = 16;
-  std::size_t all_{};
+  std::size_t size_{};
   std::string first_;  ///< in hexadecimal
 };
 
@@ -227,14 +228,14 @@ class FramedGyro final : public Gyro {
     for (const auto& command : commands_.start)
       if (auto done = send(command); !done) return done;
     open_ = true;
-    if (!commands_.start.empty()) start_afresh();
+    if (!commands_.start.empty()) reset_stream();
     return {};
   }
 
   Result<void> wait_for_origin() override {
-    takes_origin_ = true;
+    is_waiting_for_origin_ = true;
     auto taken = take(kSecond);
-    takes_origin_ = false;
+    is_waiting_for_origin_ = false;
     return taken.map([](const MaybeCount&) {});
   }
 
@@ -252,7 +253,7 @@ class FramedGyro final : public Gyro {
   Result<std::string> identify() override {
     if (!commands_.identity) return std::string();
     const auto answer = query_identity(*commands_.identity, *line_, within_, clock_);
-    start_afresh();
+    reset_stream();
     if (!answer) return failure(answer.error());
     if (answer->empty() && has_identity_)
       return failure(FaultKind::timeout, place(),
@@ -275,8 +276,8 @@ class FramedGyro final : public Gyro {
     if (!open_ && !commands_.start.empty())
       if (auto opened = open(); !opened) return failure(std::move(opened.error()));
     FrameTally tally;
-    means_.begin();
-    heard_.begin();
+    means_.clear();
+    received_.clear();
     rejected_before_ = decoder_.rejected_bytes();
     auto count = take(expected, tally);
     frames_.lost += tally.lost;
@@ -292,22 +293,22 @@ class FramedGyro final : public Gyro {
     const auto seen = frames_.seen;
     bool enough = false;
     while (true) {
-      const auto more = take_chunk(enough ? Duration::zero() : deadline.left(), tally);
+      const auto more = read_chunk(enough ? Duration::zero() : deadline.left(), tally);
       if (!more) {
-        if (more.error().kind == FaultKind::timeout && (enough || tally.rounds > 0)) return conclude(tally, first);
+        if (more.error().kind == FaultKind::timeout && (enough || tally.rounds > 0)) return finish_read(tally, first);
         const auto what =
             more.error().kind == FaultKind::timeout ? explain_missing_count(frames_.seen - seen) : std::string();
-        start_afresh();
+        reset_stream();
         if (what.empty()) return failure(more.error());
         open_ = false;  // the gyro may have restarted
         return failure(FaultKind::corrupted, place(), what);
       }
-      enough = first ? sum_.has_origin() : covers(tally, expected);
-      if (enough && !*more) return conclude(tally, first);
+      enough = first ? sum_.has_origin() : is_long_enough(tally, expected);
+      if (enough && !*more) return finish_read(tally, first);
       if (!deadline.over()) continue;
-      if (tally.rounds > 0) return conclude(tally, first);
+      if (tally.rounds > 0) return finish_read(tally, first);
       const auto what = explain_missing_count(frames_.seen - seen);
-      start_afresh();
+      reset_stream();
       open_ = false;
       return failure(FaultKind::corrupted, place(), what.empty() ? "no complete frame" : what);
     }
@@ -321,24 +322,24 @@ class FramedGyro final : public Gyro {
       return fmt::format("{} frames received in {:.1f} s, but none with all axes: is another message selected?", frames,
                          wait_s);
     const auto rejected = decoder_.rejected_bytes() - rejected_before_;
-    if (rejected == 0 && heard_.size() < format_.length) return {};
+    if (rejected == 0 && received_.size() < format_.length) return {};
     return fmt::format(
         "{} bytes received in {:.1f} s, but no frame of this stream ({} bytes rejected; first bytes: {}): check "
         "the baud rate and the stream file",
-        heard_.size(), wait_s, rejected, heard_.first());
+        received_.size(), wait_s, rejected, received_.first());
   }
 
   /// Decodes the available bytes. Returns true if more bytes may be available already.
-  [[nodiscard]] Result<bool> take_chunk(Duration within, FrameTally& tally) {
+  [[nodiscard]] Result<bool> read_chunk(Duration within, FrameTally& tally) {
     std::array<std::byte, kChunk> chunk;
     const auto size = line_->read(chunk, within);
     if (!size) return failure(size.error());
-    const auto came = clock_ ? clock_->now().since_start : line_->came().value_or(steady_time());
+    const auto arrival = clock_ ? clock_->now().since_start : line_->arrival_time().value_or(steady_time());
     const auto rejected = decoder_.rejected_bytes();
     const bool first = !sum_.has_origin();
     const auto lost = tally.lost;
     const auto rounds = tally.rounds;
-    heard_.add(std::span(chunk).first(*size));
+    received_.add(std::span(chunk).first(*size));
     decoder_.feed(std::span(chunk).first(*size));
     while (const auto* frame = decoder_.take()) {
       if (auto differ = decoder_.differing_settings()) differing_settings_ = std::move(*differ);
@@ -346,10 +347,10 @@ class FramedGyro final : public Gyro {
       sum_.add(*frame, tally);
       ++frames_.seen;
     }
-    if (tally.rounds > rounds || (first && sum_.has_origin())) came_ = came;
-    const auto false_bytes = decoder_.rejected_bytes() - rejected;
-    if (!first && counts_false_bytes())
-      tally.lost = std::max(tally.lost, lost + (false_bytes + format_.length - 1) / format_.length);
+    if (tally.rounds > rounds || (first && sum_.has_origin())) newest_arrival_ = arrival;
+    const auto rejected_bytes = decoder_.rejected_bytes() - rejected;
+    if (!first && are_rejected_bytes_losses())
+      tally.lost = std::max(tally.lost, lost + (rejected_bytes + format_.length - 1) / format_.length);
     return *size == kChunk;
   }
 
@@ -357,10 +358,10 @@ class FramedGyro final : public Gyro {
   /// next round would exceed `expected` by at least as much. If not, half of `expected` by the host's clock is enough.
   /// A short read can then compensate for a late one before it, and every interval is long compared with the delays of
   /// the line.
-  [[nodiscard]] bool covers(const FrameTally& tally, Duration expected) const {
+  [[nodiscard]] bool is_long_enough(const FrameTally& tally, Duration expected) const {
     if (tally.rounds == 0) return false;
     if (sum_.has_clock()) return tally.interval + tally.round / 2 >= expected;
-    return arrivals_.passed(came_) >= expected / 2;
+    return arrivals_.time_since_start(newest_arrival_) >= expected / 2;
   }
 
   /// Properties of the frames of one read.
@@ -379,43 +380,43 @@ class FramedGyro final : public Gyro {
 
   /// Ends a read: evaluates its frames, prepares the next read, and returns the count or the fault. `first` means that
   /// the frames contain the origin. Sets `tally.lost` to the number of lost frames.
-  [[nodiscard]] Result<MaybeCount> conclude(FrameTally& tally, bool first) {
-    const auto found = judge(tally, first);
+  [[nodiscard]] Result<MaybeCount> finish_read(FrameTally& tally, bool first) {
+    const auto found = evaluate(tally, first);
     tally.lost = found.lost;
     prepare_next_read(found, tally, first);
-    if (auto fault = fault_of(found)) return failure(std::move(*fault));
+    if (auto fault = find_fault(found)) return failure(std::move(*fault));
     return count_frames(tally, first);
   }
 
-  [[nodiscard]] Findings judge(const FrameTally& tally, bool first) const {
-    Findings found{.other_rate = steady_other_rate(),
-                   .time_jumped = !first && tally.longest > came_ - came_before_ + kMostAhead,
-                   .is_disordered = tally.disordered,
+  [[nodiscard]] Findings evaluate(const FrameTally& tally, bool first) const {
+    Findings found{.other_rate = find_rate_mismatch(),
+                   .time_jumped = !first && tally.longest > newest_arrival_ - previous_arrival_ + kMostAhead,
+                   .is_disordered = tally.is_disordered,
                    .lost = tally.lost,
                    .bad = tally.bad};
     // No losses: another frame rate, a gap before the origin, a jump of the only clock that shows gaps.
     const bool jump_hides_losses = found.time_jumped && !format_.find(FieldRole::sequence);
-    if (!found.other_rate.empty() || takes_origin_ || jump_hides_losses) found.lost = 0;
+    if (!found.other_rate.empty() || is_waiting_for_origin_ || jump_hides_losses) found.lost = 0;
     return found;
   }
 
   /// Sets the origin of the next read. If the gyro may have restarted, the next read sends the start commands.
   void prepare_next_read(const Findings& found, const FrameTally& tally, bool first) {
-    came_before_ = came_;
+    previous_arrival_ = newest_arrival_;
     const bool is_doubtful = found.has_gap() || found.bad > 0;
     if (is_doubtful) sum_.drop_round();
-    if (first || is_doubtful) arrivals_.count_from(came_);
+    if (first || is_doubtful) arrivals_.start_at(newest_arrival_);
     if (first || found.has_gap())
-      pace_.count_from(came_);
+      pace_.start_at(newest_arrival_);
     else
-      pace_.add(tally.interval, came_);
+      pace_.add(tally.interval, newest_arrival_);
     if (!found.may_have_restarted()) return;
     ++breaks_;
     open_ = open_ && commands_.start.empty();
   }
 
   /// Returns the most severe fault of the frames of a read, or nothing if they can be counted.
-  [[nodiscard]] std::optional<Fault> fault_of(const Findings& found) const {
+  [[nodiscard]] std::optional<Fault> find_fault(const Findings& found) const {
     const auto fault = [this](FaultKind kind, std::string what) { return Fault{kind, place(), std::move(what)}; };
     if (!differing_settings_.empty())
       return fault(FaultKind::mismatch, fmt::format("{}", fmt::join(differing_settings_, "; ")));
@@ -427,10 +428,10 @@ class FramedGyro final : public Gyro {
     if (found.lost > 0)
       return fault(FaultKind::corrupted,
                    fmt::format("{} frames lost{}", found.lost,
-                               sum_.steps().is_always_other() ? ", or it is set to another rate" : ""));
+                               sum_.steps().has_constant_deviation() ? ", or it is set to another rate" : ""));
     if (found.bad > 0)
       return fault(FaultKind::out_of_range, fmt::format("{} frames are marked bad by the gyro", found.bad));
-    if (auto why = other_time(); !why.empty()) return fault(FaultKind::mismatch, std::move(why));
+    if (auto why = find_time_mismatch(); !why.empty()) return fault(FaultKind::mismatch, std::move(why));
     return std::nullopt;
   }
 
@@ -438,15 +439,15 @@ class FramedGyro final : public Gyro {
   /// the first read has no interval, because the host only knows the arrival time of the newest frame.
   [[nodiscard]] Result<MaybeCount> count_frames(const FrameTally& tally, bool first) {
     if (tally.rounds == 0) return std::nullopt;
-    if (sum_.has_clock()) return count_of(tally, tally.interval);
+    if (sum_.has_clock()) return make_count(tally, tally.interval);
     if (first) return std::nullopt;
     return count_by_host_clock(tally);
   }
 
   /// Describes the frame rate if the steps between frames are constant and differ from the described ones. Otherwise
   /// returns an empty text.
-  [[nodiscard]] std::string steady_other_rate() const {
-    const auto step = sum_.steps().other_step();
+  [[nodiscard]] std::string find_rate_mismatch() const {
+    const auto step = sum_.steps().find_deviating_step();
     if (!step) return {};
     if (format_.rate_hz <= 0) return fmt::format("its frame counter advances by {:g} times the described step", *step);
     return other_rate(format_.rate_hz / *step);
@@ -461,9 +462,9 @@ class FramedGyro final : public Gyro {
   /// Describes a difference between the gyro's and the host's time; empty if they agree. For time stamps, a factor of
   /// two or more is a difference. A wrong unit changes the time by a factor of ten or more, and a simulated gyro may
   /// deviate by less.
-  [[nodiscard]] std::string other_time() const {
+  [[nodiscard]] std::string find_time_mismatch() const {
     constexpr double kOtherUnit = 2;
-    const auto pace = pace_.other_pace();
+    const auto pace = pace_.find_deviating_pace();
     if (!pace || !sum_.has_clock()) return {};
     if (format_.clocked_by_sequence) return other_rate(*pace * format_.rate_hz);
     if (std::max(*pace, 1 / *pace) < kOtherUnit) return {};
@@ -471,25 +472,25 @@ class FramedGyro final : public Gyro {
   }
 
   [[nodiscard]] Result<MaybeCount> count_by_host_clock(const FrameTally& tally) {
-    if (const auto interval = arrivals_.next(tally.rounds, came_)) return count_of(tally, *interval);
+    if (const auto interval = arrivals_.next(tally.rounds, newest_arrival_)) return make_count(tally, *interval);
     restart_count();
     return failure(
         FaultKind::corrupted, place(),
         fmt::format("{} frames do not match the time in which they arrived: some were lost or late", tally.rounds));
   }
 
-  [[nodiscard]] GyroCount count_of(const FrameTally& tally, Duration interval) const {
+  [[nodiscard]] GyroCount make_count(const FrameTally& tally, Duration interval) const {
     return {sum_.counts(tally, interval), interval, means_.values()};
   }
 
   /// Returns whether rejected bytes count as lost frames: neither the sequence nor the device's time shows losses, or a
   /// lock replaces the sync.
-  [[nodiscard]] bool counts_false_bytes() const {
+  [[nodiscard]] bool are_rejected_bytes_losses() const {
     const bool timed = format_.rate_hz > 0 && sum_.has_clock();
     return format_.lock_frames > 0 || (!format_.find(FieldRole::sequence) && !timed);
   }
 
-  void start_afresh() {
+  void reset_stream() {
     decoder_ = FrameDecoder(format_);
     differing_settings_.clear();
     restart_count();
@@ -509,10 +510,10 @@ class FramedGyro final : public Gyro {
   GyroCommands commands_;
   const Clock* clock_;
   bool open_ = false;
-  bool takes_origin_ = false;
+  bool is_waiting_for_origin_ = false;
   bool has_identity_ = false;  ///< has sent its identity before
   std::uint64_t breaks_ = 0;
-  HeardBytes heard_;  ///< in this read
+  ReceivedBytes received_;  ///< in this read
   /// Rejected bytes before this read.
   std::uint64_t rejected_before_{};
   /// Differences in the newest configuration message.
@@ -521,9 +522,9 @@ class FramedGyro final : public Gyro {
   FrameSum sum_;
   FrameMeans means_;
   /// Arrival of the newest round, by the host's clock.
-  Duration came_{};
+  Duration newest_arrival_{};
   /// Arrival of the last round of the previous read.
-  Duration came_before_{};
+  Duration previous_arrival_{};
   /// Used if the format has no device clock.
   HostInterval arrivals_;
   /// Used if the format has a device clock.

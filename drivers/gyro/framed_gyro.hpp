@@ -28,7 +28,7 @@ struct GyroStream {
   /// Commands that make the gyro send, in order.
   std::vector<GyroCommand> start;
   std::vector<GyroCommand> stop;
-  std::optional<GyroQuestion> identity{};
+  std::optional<IdentityQuery> identity{};
   FrameFormat frame;
   /// Settings that the frames depend on.
   std::vector<StreamSetting> settings{};
@@ -54,7 +54,7 @@ struct GyroStream {
 /// Commands that are sent to a gyro before its frames are read, and at the end.
 struct GyroCommands {
   std::vector<GyroCommand> start{}, stop{};
-  std::optional<GyroQuestion> identity{};
+  std::optional<IdentityQuery> identity{};
 };
 
 /// Returns the driver for a gyro with frames described by `format`. `within` limits one read. `clock` is the host's

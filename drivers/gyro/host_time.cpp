@@ -11,56 +11,56 @@ namespace {
 
 constexpr int kInstants = 60;  // one per second
 // Maximum deviation of a line's delay from its usual delay.
-constexpr double kMostLate_ns = 2e8;
+constexpr double kMaxDelayChange_ns = 2e8;
 
 constexpr double kPaceMemory_s = 30;
-constexpr double kMostOff = 0.05, kMostOff_s = 0.3;
-constexpr int kWrongAtLeast = 2;
+constexpr double kMaxDifference = 0.05, kMaxDifference_s = 0.3;
+constexpr int kDeviationsForResult = 2;
 
 }  // namespace
 
-void HostInterval::count_from(Duration came) {
-  newest_ = came;
+void HostInterval::start_at(Duration arrival) {
+  newest_ = arrival;
   instants_ = std::max(instants_, 1);
 }
 
-std::optional<Duration> HostInterval::next(std::uint64_t rounds, Duration came) {
+std::optional<Duration> HostInterval::next(std::uint64_t rounds, Duration arrival) {
   const double expected_ns = static_cast<double>(rounds) * round_ns_;
-  const double late_ns = static_cast<double>(passed(came).count()) - expected_ns;
-  if (instants_ > 1 && std::abs(late_ns) > kMostLate_ns + round_ns_ / 2) return std::nullopt;
+  const double late_ns = static_cast<double>(time_since_start(arrival).count()) - expected_ns;
+  if (instants_ > 1 && std::abs(late_ns) > kMaxDelayChange_ns + round_ns_ / 2) return std::nullopt;
   const double n = instants_;
   const double g = 2 * (2 * n + 1) / ((n + 1) * (n + 2)), h = 6 / ((n + 1) * (n + 2));
   const Duration interval(std::llround(expected_ns + g * late_ns));
   if (interval <= Duration::zero()) return std::nullopt;
   newest_ += interval;
-  if (!even_) return interval;
+  if (!has_regular_rate_) return interval;
   round_ns_ += h * late_ns / static_cast<double>(rounds);
   instants_ = std::min(instants_ + 1, kInstants);
   return interval;
 }
 
-void FramePace::count_from(Duration came) {
-  newest_ = came;
-  judges_ = false;
+void FramePace::start_at(Duration arrival) {
+  newest_ = arrival;
+  is_started_ = false;
   host_s_ = counted_s_ = 0;
-  wrong_ = 0;
+  deviations_ = 0;
 }
 
-void FramePace::add(Duration counted, Duration came) {
-  const double host_s = to_seconds(came - std::exchange(newest_, came));
-  if (!std::exchange(judges_, true)) return;
-  const double kept = std::exp(-host_s / kPaceMemory_s);
-  host_s_ = host_s_ * kept + host_s;
-  counted_s_ = counted_s_ * kept + to_seconds(counted);
-  const double off_s = std::abs(host_s_ - counted_s_);
-  const bool fits = off_s <= kMostOff * host_s_ + kMostOff_s + frame_s_;
-  const bool is_far = off_s > host_s_ / 2;
-  wrong_ = fits ? 0 : std::min(wrong_ + (is_far ? kWrongAtLeast : 1), kWrongAtLeast);
+void FramePace::add(Duration gyro_time, Duration arrival) {
+  const double host_s = to_seconds(arrival - std::exchange(newest_, arrival));
+  if (!std::exchange(is_started_, true)) return;
+  const double decay = std::exp(-host_s / kPaceMemory_s);
+  host_s_ = host_s_ * decay + host_s;
+  counted_s_ = counted_s_ * decay + to_seconds(gyro_time);
+  const double difference_s = std::abs(host_s_ - counted_s_);
+  const bool agrees = difference_s <= kMaxDifference * host_s_ + kMaxDifference_s + frame_s_;
+  const bool is_far = difference_s > host_s_ / 2;
+  deviations_ = agrees ? 0 : std::min(deviations_ + (is_far ? kDeviationsForResult : 1), kDeviationsForResult);
 }
 
-std::optional<double> FramePace::other_pace() const {
+std::optional<double> FramePace::find_deviating_pace() const {
   constexpr double kLeast_s = 1e-3;
-  if (wrong_ < kWrongAtLeast) return std::nullopt;
+  if (deviations_ < kDeviationsForResult) return std::nullopt;
   return counted_s_ / std::max(host_s_, kLeast_s);
 }
 

@@ -22,18 +22,18 @@ namespace gyrotherm::drivers {
 class HostInterval {
  public:
   /// Smooths the intervals if `even` is true: the frames have a regular rate, which need not be known.
-  explicit HostInterval(bool even) : even_(even) {}
+  explicit HostInterval(bool has_regular_rate) : has_regular_rate_(has_regular_rate) {}
   /// Starts the next interval at a round that arrived at `came`. The estimated rate is kept.
-  void count_from(Duration came);
+  void start_at(Duration arrival);
   /// Returns the time from the start of the next interval to `came`, by the host's clock.
-  [[nodiscard]] Duration passed(Duration came) const { return came - newest_; }
+  [[nodiscard]] Duration time_since_start(Duration arrival) const { return arrival - newest_; }
   /// Returns the interval of the next `rounds`, at least one, the newest of which arrived at `came`. Returns nothing if
   /// no time has passed, or if the time differs from the expected one by more than 0.2 s plus half a round. Frames were
   /// then lost or late; these cases cannot be distinguished.
-  [[nodiscard]] std::optional<Duration> next(std::uint64_t rounds, Duration came);
+  [[nodiscard]] std::optional<Duration> next(std::uint64_t rounds, Duration arrival);
 
  private:
-  bool even_;
+  bool has_regular_rate_;
   /// Number of arrival times in the fit.
   int instants_{};
   /// Time of the newest round, on the fitted line.
@@ -49,21 +49,21 @@ class FramePace {
   explicit FramePace(double rate_hz) : frame_s_(rate_hz > 0 ? 1 / rate_hz : 1) {}
   /// Discards all times before the frame that arrived at `came`. The next call of add() is not evaluated, because a
   /// line may have delayed many of its frames.
-  void count_from(Duration came);
+  void start_at(Duration arrival);
   /// Adds `counted`, the gyro's time of the frames since the last call; the newest arrived at `came`.
-  void add(Duration counted, Duration came);
+  void add(Duration gyro_time, Duration arrival);
   /// Returns the gyro's time per second of the host's time, s. Returns nothing while both agree. They agree if they
   /// differ by at most 5 % plus 0.3 s plus one frame, over about the last half minute. A single larger difference is
   /// tolerated if it is at most half the host's time.
-  [[nodiscard]] std::optional<double> other_pace() const;
+  [[nodiscard]] std::optional<double> find_deviating_pace() const;
 
  private:
   double frame_s_;
   Duration newest_{};
-  bool judges_{};
+  bool is_started_{};
   double host_s_{}, counted_s_{};  ///< sums with fading memory
   /// Number of calls in a row with a difference; a large difference counts as two.
-  int wrong_{};
+  int deviations_{};
 };
 
 }  // namespace gyrotherm::drivers

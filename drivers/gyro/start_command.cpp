@@ -101,7 +101,7 @@ std::string required_answer(const GyroCommand& command) {
 
 }  // namespace
 
-std::string with_rate(std::string text, double rate_hz) {
+std::string substitute_rate(std::string text, double rate_hz) {
   constexpr std::string_view kRate = "{rate_hz}";
   for (auto at = text.find(kRate); at != std::string::npos; at = text.find(kRate))
     text.replace(at, kRate.size(), fmt::format("{:g}", rate_hz));
@@ -115,9 +115,9 @@ std::string first_line(const std::string& text) { return text.substr(0, text.fin
 std::vector<GyroCommand> read_commands(const TomlTable& root, const char* key, const FrameFormat& format) {
   std::vector<GyroCommand> commands;
   for (const auto& table : root.tables(key)) {
-    GyroCommand command{.send = with_rate(table.text("send"), format.rate_hz),
+    GyroCommand command{.send = substitute_rate(table.text("send"), format.rate_hz),
                         .wait = table.duration("wait", Duration::zero()),
-                        .reply = with_rate(table.text("reply", ""), format.rate_hz)};
+                        .reply = substitute_rate(table.text("reply", ""), format.rate_hz)};
     command.refusal = table.text("refusal", "");
     command.messages = read_messages(table, format);
     if (table.has("then")) command.then_silent = table.choice("then", {"silent", "sends"}) == "silent";
@@ -147,18 +147,18 @@ Result<void> send_command(const GyroCommand& command, const FrameFormat& format,
                              waited.count(), answer.in_words()));
 }
 
-GyroQuestion read_question(const TomlTable& table) {
-  GyroQuestion question{.send = table.text("send"),
-                        .wait = table.duration("wait", Duration::zero()),
-                        .begins = table.text("begins"),
-                        .ends = table.text("ends", "\r\n")};
+IdentityQuery read_identity_query(const TomlTable& table) {
+  IdentityQuery question{.send = table.text("send"),
+                         .wait = table.duration("wait", Duration::zero()),
+                         .begins = table.text("begins"),
+                         .ends = table.text("ends", "\r\n")};
   if (question.begins.empty()) table.mistake("begins", "empty, expected the text before the identity");
   if (question.ends.empty()) table.mistake("ends", "empty, expected the text after the identity");
   if (question.wait <= Duration::zero()) table.mistake("wait", "expected a positive duration");
   return question;
 }
 
-Result<std::string> query_identity(const GyroQuestion& question, ByteStream& line, Duration within,
+Result<std::string> query_identity(const IdentityQuery& question, ByteStream& line, Duration within,
                                    const Clock* clock) {
   if (auto sent = line.write(std::as_bytes(std::span(question.send)), within); !sent) return failure(sent.error());
   std::string heard;
@@ -195,12 +195,12 @@ bool has_settings_message(const FrameFormat& format) {
 
 StreamSetting read_setting(const TomlTable& table, const std::vector<GyroCommand>& start, const FrameFormat& format) {
   StreamSetting setting{.name = table.text("name"),
-                        .value = with_rate(table.text("value"), format.rate_hz),
+                        .value = substitute_rate(table.text("value"), format.rate_hz),
                         .affects = table.choice("affects", {"scale", "content", "rate"}),
                         .evidence = one_of(kEvidence, table, "verified_by"),
                         .note = table.text("note", "")};
   if (setting.evidence == SettingEvidence::reply) {
-    const auto command = with_rate(table.text("command"), format.rate_hz);
+    const auto command = substitute_rate(table.text("command"), format.rate_hz);
     if (!is_answered_command(command, start))
       table.mistake("command", fmt::format("no [[start]] sends \"{}\" and requires an answer", command));
   }

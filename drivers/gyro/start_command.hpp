@@ -31,7 +31,7 @@ struct GyroCommand {
 };
 
 /// A query for the identity of a gyro.
-struct GyroQuestion {
+struct IdentityQuery {
   std::string send;
   Duration wait{};
   /// Texts around the identity in the answer.
@@ -39,10 +39,10 @@ struct GyroQuestion {
   std::string ends;
 };
 /// Reads the table [identity]: `send`, `wait`, `begins`, `ends`.
-[[nodiscard]] GyroQuestion read_question(const TomlTable& table);
+[[nodiscard]] IdentityQuery read_identity_query(const TomlTable& table);
 /// Sends the query. Returns the text between `begins` and `ends`, or an empty text if it does not arrive within `wait`.
 /// Fails with the fault of the line.
-[[nodiscard]] Result<std::string> query_identity(const GyroQuestion& question, ByteStream& line, Duration within,
+[[nodiscard]] Result<std::string> query_identity(const IdentityQuery& question, ByteStream& line, Duration within,
                                                  const Clock* clock);
 
 /// Returns true if the command requires an answer.
@@ -51,7 +51,7 @@ struct GyroQuestion {
 [[nodiscard]] std::string first_line(const std::string& text);
 
 /// Replaces each "{rate_hz}" in the text.
-[[nodiscard]] std::string with_rate(std::string text, double rate_hz);
+[[nodiscard]] std::string substitute_rate(std::string text, double rate_hz);
 
 /// Reads the tables `key`, [[start]] or [[stop]]: `send`, `wait`, `reply`, `refusal`, `message` and `then`. "{rate_hz}"
 /// in `send` and `reply` is replaced by the frame rate of `format`. Errors are noted in the tables.

@@ -363,7 +363,7 @@ class EchoStream final : public ByteStream {
     }
   }
 
-  std::optional<Duration> came() const override { return line_->came(); }
+  std::optional<Duration> arrival_time() const override { return line_->arrival_time(); }
   void end_rest() override { line_->end_rest(); }
 
  private:

@@ -66,7 +66,7 @@ class Fed {
     while (const auto* frame = decoder_.take()) {
       frames.push_back(*frame);
       values_.push_back(decoder_.values());
-      complaints.push_back(decoder_.complaints());
+      broken_rules.push_back(decoder_.broken_rules());
     }
     rejected = decoder_.rejected_bytes();
   }
@@ -85,7 +85,7 @@ class Fed {
     return std::numeric_limits<double>::quiet_NaN();
   }
   std::vector<drivers::GyroFrame> frames;
-  std::vector<std::vector<std::string>> complaints;
+  std::vector<std::vector<std::string>> broken_rules;
   std::uint64_t rejected{};
 
  private:

@@ -105,7 +105,7 @@ TEST(FrameSum, AFrameOfAStampedStreamThatComesTwiceIsSeenByItsTime) {
     FrameSum sum(format);
     FrameTally tally;
     for (const auto ms : times) sum.add({.axes = {{.pulses = 1}}, .timestamp = ms}, tally);
-    return tally.disordered;
+    return tally.is_disordered;
   };
   EXPECT_TRUE(is_disordered(100, {0, 10, 10, 20}));
   EXPECT_FALSE(is_disordered(1000, {0, 10, 10, 20})) << "two frames may have the same millisecond";
@@ -338,7 +338,7 @@ TEST(FrameMeans, AnInvalidFrameIsCountedAsFlaggedButNotAveraged) {
 
 TEST(FrameMeans, BeginsWithNothing) {
   auto means = means_over({{.flagged = true, .values = {20, 1}}});
-  means.begin();
+  means.clear();
   means.add({.values = {10, 2}});
   EXPECT_EQ(means.values(), (std::vector<double>{10, 2, 1, 0}));
 }
@@ -353,7 +353,7 @@ TEST(FrameMeans, AFormatWithoutHousekeepingHasNone) {
 TEST(FrameMeans, KeepNoTraceOfTheSecondBefore) {
   auto means = means_over({});
   for (int second = 0; second < 100; ++second) {
-    means.begin();
+    means.clear();
     for (int i = 0; i < 1000; ++i) means.add({.values = {second + 0.001 * (i - 499.5), 1e6}});
     EXPECT_NEAR(means.values()[0], second, 1e-9);
     EXPECT_EQ(means.values()[1], 1e6);

@@ -36,7 +36,7 @@ void use(const GyroStream& stream) {
                                          .values = std::vector<std::optional<double>>(format.values().size(), 1e9)});
   for (int i = 0; i < 3; ++i) decoder.feed(one);
   while (const auto* frame = decoder.take()) {
-    (void)decoder.complaints();
+    (void)decoder.broken_rules();
     sum.add(*frame, tally);
     means.add(*frame);
   }

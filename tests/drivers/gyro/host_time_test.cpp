@@ -38,7 +38,7 @@ TEST(HostInterval, OfEvenFramesIsCalmerThanTheirLine) {
     HostInterval intervals(true);
     auto before = line.newest(2);
     const auto from = line.came(before);
-    intervals.count_from(from);
+    intervals.start_at(from);
     Duration sum{};
     for (int second = 3; second < 600; ++second) {
       const bool late = second == 300;
@@ -60,7 +60,7 @@ TEST(HostInterval, OfEvenFramesIsCalmerThanTheirLine) {
 
 TEST(HostInterval, IsExactWhereTheLineIs) {
   HostInterval intervals(true);
-  intervals.count_from(seconds(7));
+  intervals.start_at(seconds(7));
   Duration now = seconds(7);
   for (const int tenths : {10, 10, 35, 5, 10}) {
     now += milliseconds(100 * tenths);
@@ -70,7 +70,7 @@ TEST(HostInterval, IsExactWhereTheLineIs) {
 
 TEST(HostInterval, OfUnevenFramesIsThatBetweenThem) {
   HostInterval intervals(false);
-  intervals.count_from(seconds(1));
+  intervals.start_at(seconds(1));
   EXPECT_EQ(intervals.next(3, milliseconds(1700)), milliseconds(700));
   EXPECT_EQ(intervals.next(1, milliseconds(3600)), milliseconds(1900));
   EXPECT_FALSE(intervals.next(1, milliseconds(3600))) << "no time has passed";
@@ -79,7 +79,7 @@ TEST(HostInterval, OfUnevenFramesIsThatBetweenThem) {
 TEST(HostInterval, IsNoneWhereFramesAreMissing) {
   const auto after_three_seconds = [] {
     HostInterval intervals(true);
-    intervals.count_from(seconds(0));
+    intervals.start_at(seconds(0));
     for (int second = 1; second <= 3; ++second) EXPECT_TRUE(intervals.next(100, seconds(second)));
     return intervals;
   };
@@ -90,7 +90,7 @@ TEST(HostInterval, IsNoneWhereFramesAreMissing) {
   intervals = after_three_seconds();
   EXPECT_TRUE(intervals.next(90, seconds(4))) << "a line may be a tenth of a second late";
   intervals = after_three_seconds();
-  intervals.count_from(seconds(9));
+  intervals.start_at(seconds(9));
   EXPECT_EQ(intervals.next(100, seconds(10)), seconds(1)) << "the rate is still known";
   EXPECT_FALSE(intervals.next(10, seconds(11)));
 }
@@ -98,12 +98,12 @@ TEST(HostInterval, IsNoneWhereFramesAreMissing) {
 /// Returns the pace that FramePace reports after each second with that many frames instead of 1000.
 std::vector<std::optional<double>> told(double frames_a_second, int seconds_long) {
   FramePace pace(1000);
-  pace.count_from(seconds(0));
+  pace.start_at(seconds(0));
   std::vector<std::optional<double>> all;
   for (int second = 1; second <= seconds_long; ++second) {
     const auto jitter = milliseconds(7 * second % 17);
     pace.add(from_seconds(frames_a_second / 1000), seconds(second) + jitter);
-    all.push_back(pace.other_pace());
+    all.push_back(pace.find_deviating_pace());
   }
   return all;
 }
@@ -129,19 +129,19 @@ TEST(FramePace, TheDescribedRateIsNone) {
 
 TEST(FramePace, OneLateReadIsNone) {
   FramePace pace(1000);
-  pace.count_from(seconds(0));
+  pace.start_at(seconds(0));
   for (int second = 1; second < 100; ++second) {
     const auto late = second == 50 ? milliseconds(700) : second == 51 ? milliseconds(-700) : milliseconds(0);
     pace.add(seconds(1) - late, seconds(second));
-    EXPECT_FALSE(pace.other_pace()) << second;
+    EXPECT_FALSE(pace.find_deviating_pace()) << second;
   }
 }
 
 TEST(FramePace, ARateThatWasSetRightIsBelievedAgain) {
   FramePace pace(1000);
-  pace.count_from(seconds(0));
+  pace.start_at(seconds(0));
   for (int second = 1; second <= 60; ++second) pace.add(second < 10 ? milliseconds(100) : seconds(1), seconds(second));
-  EXPECT_FALSE(pace.other_pace());
+  EXPECT_FALSE(pace.find_deviating_pace());
 }
 
 }  // namespace

@@ -148,7 +148,7 @@ TEST(GyroHousekeeping, OfARingLaserGyro) {
       {{"temperature", -20}, {"path_length_reset_x", 0}, {"path_length_reset_y", 1}, {"path_length_reset_z", 0}});
   EXPECT_TRUE(fed.frames[1].flagged);
   EXPECT_TRUE(fed.frames[1].good);
-  EXPECT_EQ(fed.complaints[1], std::vector<std::string>{"the path-length control of Y was reset"});
+  EXPECT_EQ(fed.broken_rules[1], std::vector<std::string>{"the path-length control of Y was reset"});
 }
 
 /// Binary message with the same numbers.

@@ -42,9 +42,9 @@ class PairStream final : public ByteStream {
   int descriptor_;
 };
 
-class PumpedStream : public testing::Test {
+class BufferedStream : public testing::Test {
  protected:
-  PumpedStream() {
+  BufferedStream() {
     std::array<int, 2> ends{};
     EXPECT_EQ(::socketpair(AF_UNIX, SOCK_STREAM, 0, ends.data()), 0);
     instrument = ends[1];
@@ -52,7 +52,7 @@ class PumpedStream : public testing::Test {
     line = made.get();
     pumped = make_buffered_stream(std::move(made));
   }
-  ~PumpedStream() override { hang_up(); }
+  ~BufferedStream() override { hang_up(); }
   void say(const std::string& text) const { ASSERT_EQ(::send(instrument, text.data(), text.size(), 0), text.size()); }
   void hang_up() {
     if (instrument >= 0) ::close(instrument);
@@ -78,7 +78,7 @@ class PumpedStream : public testing::Test {
   std::unique_ptr<ByteStream> pumped;
 };
 
-TEST_F(PumpedStream, GivesWhatCameInItsOrder) {
+TEST_F(BufferedStream, GivesWhatCameInItsOrder) {
   begin();
   std::string sent;
   for (int i = 0; i < 2000; ++i) {
@@ -89,23 +89,23 @@ TEST_F(PumpedStream, GivesWhatCameInItsOrder) {
   EXPECT_EQ(read(sent.size()), sent);
 }
 
-TEST_F(PumpedStream, KnowsWhenBytesCameHoweverLateTheyAreRead) {
+TEST_F(BufferedStream, KnowsWhenBytesCameHoweverLateTheyAreRead) {
   const auto now = [] { return Duration(std::chrono::steady_clock::now().time_since_epoch()); };
   begin();
   const auto before = now();
   say("ab");
   EXPECT_EQ(read(1), "a");
   const auto after = now();
-  const auto came = pumped->came();
+  const auto came = pumped->arrival_time();
   ASSERT_TRUE(came);
   EXPECT_GE(*came, before);
   EXPECT_LE(*came, after);
   while (now() < after + std::chrono::milliseconds(1)) continue;
   EXPECT_EQ(read(1), "b");
-  EXPECT_EQ(pumped->came(), came);
+  EXPECT_EQ(pumped->arrival_time(), came);
 }
 
-TEST_F(PumpedStream, TakesWhatTheSystemWouldNotHold) {
+TEST_F(BufferedStream, TakesWhatTheSystemWouldNotHold) {
   begin();
   const std::string second(92'160, 'x');  // one second at 921600 baud
   std::size_t done = 0;
@@ -117,9 +117,9 @@ TEST_F(PumpedStream, TakesWhatTheSystemWouldNotHold) {
   EXPECT_EQ(read(second.size()), second);
 }
 
-TEST_F(PumpedStream, OpensNothingBeforeItsFirstUse) { EXPECT_EQ(line->reads, 0); }
+TEST_F(BufferedStream, OpensNothingBeforeItsFirstUse) { EXPECT_EQ(line->reads, 0); }
 
-TEST_F(PumpedStream, WritesWhileItReads) {
+TEST_F(BufferedStream, WritesWhileItReads) {
   const std::string command = "=CONFIG,1\r\n";
   ASSERT_TRUE(pumped->write(std::as_bytes(std::span(command)), kLong));
   std::array<char, 64> heard{};
@@ -127,12 +127,12 @@ TEST_F(PumpedStream, WritesWhileItReads) {
   EXPECT_STREQ(heard.data(), command.c_str());
 }
 
-TEST_F(PumpedStream, WithoutBytesItTimesOut) {
+TEST_F(BufferedStream, WithoutBytesItTimesOut) {
   std::array<std::byte, 16> buffer{};
   EXPECT_EQ(pumped->read(buffer, std::chrono::milliseconds(1)).error().kind, FaultKind::timeout);
 }
 
-TEST_F(PumpedStream, TellsABrokenLineAfterTheLastBytesAndTriesItAgain) {
+TEST_F(BufferedStream, TellsABrokenLineAfterTheLastBytesAndTriesItAgain) {
   say("last");
   hang_up();
   EXPECT_EQ(read(4), "last");

@@ -34,7 +34,7 @@ std::vector<std::string_view> split_tokens(const LineFormat& format, std::string
   return words;
 }
 
-/// Splits a line into its tokens. Returns no tokens if the header does not have the described number of tokens.
+/// Splits a line into its tokens. Returns no tokens if the header has a different number of tokens than described.
 std::vector<std::string_view> split_with_header(const LineFormat& format, std::string_view line) {
   if (format.header_words == 0) return split_tokens(format, line);
   const auto end = line.find(format.header_end);
@@ -54,8 +54,8 @@ std::optional<std::size_t> find_terminator(const LineFormat& format, std::span<c
   return static_cast<std::size_t>(found - bytes.begin());
 }
 
-/// Splits a line without its terminator. Returns nothing if its start or number of tokens differs from the format, or
-/// if the check fails. The tokens refer to `line`.
+/// Splits a line, given without its terminator, into tokens that refer to `line`. Returns nothing if its start or
+/// number of tokens differs from the format, or if the check fails.
 std::optional<std::vector<std::string_view>> split_line(const LineFormat& format, const FrameCheck& check,
                                                         std::string_view line) {
   if (!line.starts_with(format.starts_with)) return std::nullopt;
@@ -71,7 +71,7 @@ std::optional<std::vector<std::string_view>> split_line(const LineFormat& format
   return words;
 }
 
-/// One whole frame, as bytes or tokens in the caller's buffer.
+/// A complete frame, as bytes or tokens in the caller's buffer.
 struct FrameView {
   std::span<const std::byte> bytes{};
   std::vector<std::string_view> words{};
@@ -151,7 +151,7 @@ bool is_rejected(const FrameFormat& format, const FrameView& view) {
   return false;
 }
 
-/// Stores the frame in `frame`, which has an entry for every axis and value, and every scaled field in `all`, in the
+/// Decodes a frame into `frame`, whose lists have the size of the format's, and every scaled field into `all`, in the
 /// format's order.
 void decode_frame(const FrameFormat& format, const FrameView& view, GyroFrame& frame,
                   std::vector<std::optional<double>>& all) {
@@ -178,7 +178,7 @@ constexpr std::size_t kMinBytesToMove = 4096;
 
 /// Result of examining the bytes at one position.
 struct Finding {
-  /// No frame begins here; more bytes are needed; a whole valid frame.
+  /// No frame begins here; more bytes are needed; or a complete, valid frame.
   enum { nothing, more, frame } kind = nothing;
   FrameView view{};
 };

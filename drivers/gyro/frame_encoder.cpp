@@ -27,7 +27,7 @@ std::string join_line(const LineFormat& format, const FrameCheck& check, const s
   return line + format.terminator;
 }
 
-/// Returns the nearest value that the slice can hold.
+/// Returns the nearest value that fits in the slice of the field.
 RawValue clamp_to_slice(const FrameField& field, const RawValue& raw) {
   if (raw.is_real || field.bits >= 63) return raw;
   const auto values = std::int64_t{1} << field.bits;
@@ -56,8 +56,9 @@ RawValue raw_value(const FrameField& field, const GyroFrame& frame) {
   return unscaled(field, static_cast<double>(counts) * field.unit_s);
 }
 
-/// Returns a status with good or bad bits under its masks; other bits are kept. A flagged frame breaks the first rule
-/// that only warns. Fields that share bits with a status are written after it.
+/// Returns `present` with good bits under the masks of the status and its rules, or with bad bits under the mask of the
+/// status if the frame is bad. A flagged frame breaks the first `warning` rule. Fields that share bits with a status
+/// must be written after it.
 RawValue status_value(const FrameField& field, const RawValue& present, const GyroFrame& frame) {
   auto status = static_cast<std::uint32_t>(present.whole);
   bool flagged = !frame.flagged;
@@ -108,7 +109,7 @@ std::vector<std::byte> encode_line(const FrameFormat& format, const GyroFrame& f
   return {bytes.begin(), bytes.end()};
 }
 
-/// Returns the numbers of axes and of values in a message.
+/// Returns the number of axes and the number of housekeeping values in a message.
 std::pair<std::size_t, std::size_t> count_contents(const FrameFormat& format, std::uint32_t id) {
   std::pair<std::size_t, std::size_t> content{};
   for (const auto& field : format.fields) {
@@ -151,7 +152,7 @@ std::vector<std::byte> encode_message(const FrameFormat& format, const std::opti
   return bytes;
 }
 
-/// Returns a value that is not good under the rule's mask, or a good one if all values are good.
+/// Returns a value up to 255 that breaks the rule, or a good one if there is none.
 std::uint32_t find_bad_value(const StatusRule& rule) {
   for (std::uint32_t value = 0; value <= 0xFF; ++value)
     if ((value & ~rule.mask) == 0 && !is_satisfied(rule, value)) return value;

@@ -36,9 +36,9 @@ enum class FieldType {
 enum class FieldRole {
   /// Accumulated up–down counter, which wraps at its width.
   pulse_count,
-  /// Pulses or angle since the last frame.
+  /// Pulses or angle since the previous frame.
   increment,
-  /// Mean rate since the last frame.
+  /// Mean rate since the previous frame.
   rate,
   /// Accumulated angle, which wraps at `wraps_at`.
   integrated_angle,
@@ -48,11 +48,11 @@ enum class FieldRole {
   timestamp,
   /// Status bits. The frame is good if they equal `good` under `mask` and satisfy the field's rules.
   status,
-  /// In °C after scaling.
+  /// Temperature, in °C after scaling.
   temperature,
-  /// Value irrelevant to the bias, such as an acceleration; recorded as housekeeping if it has a unit.
+  /// Any other value, such as an acceleration; recorded as housekeeping if it has a unit.
   value,
-  /// Belongs to an axis that is not in use; not a keyword of files.
+  /// Field of an axis that is not in use; not a keyword in files.
   other_axis,
 };
 
@@ -64,15 +64,15 @@ struct ExactScale {
   [[nodiscard]] double of(double raw) const;
 };
 
-/// Consequence of a status that differs from `good` under `mask`.
+/// Consequence of a status that breaks a rule.
 enum class StatusMeaning {
-  /// The gyro's value is unusable.
+  /// The gyro's value is unusable, and the frame is flagged.
   invalid,
   /// The frame is flagged.
   warning,
-  /// The bytes are rejected as not being a frame.
+  /// The bytes are not a frame and are rejected.
   reject,
-  /// A setting of the unit differs from the description.
+  /// A setting of the gyro differs from the description.
   mismatch,
 };
 struct StatusRule {
@@ -91,9 +91,9 @@ struct FrameField {
   /// Bytes from the start of the frame, or from its end if negative. In a line of text, the index of the token.
   std::ptrdiff_t offset{};
   std::size_t bytes{};  ///< bytes on the wire
-  /// 7 if the top bit of each byte is not part of the value.
+  /// 8, or 7 if the top bit of each byte is not part of the value.
   unsigned bits_per_byte = 8;
-  /// Position and width of the slice; bit 0 is the least significant of the whole integer.
+  /// Position and width of the slice of the integer that is the field; bit 0 is the least significant.
   unsigned low_bit{};
   unsigned bits{};
   bool big_endian{};
@@ -104,31 +104,31 @@ struct FrameField {
   /// The field is present if sequence modulo `every` is `turn`.
   std::uint32_t every = 1;
   std::uint32_t turn = 0;
-  /// The field is present if the integer that contains it has `when_value` under this mask.
+  /// The field is present if the integer that contains it equals `when_value` under `when_mask`.
   std::uint64_t when_mask{};
   std::uint64_t when_value{};
-  /// Index of the axis or of the housekeeping value, as in FrameFormat.
+  /// Index into FrameFormat::axes or FrameFormat::values().
   std::size_t slot{};
 
   /// The scaled value, in `unit`, is raw · scale + zero.
   ExactScale scale{};
   double zero{};
   std::string unit{};  ///< empty: pulses or counts
-  /// Range of an integrated angle, in `unit`.
+  /// Angle at which an integrated angle wraps around, in `unit`.
   double wraps_at{};
-  /// Seconds per count of a timestamp. A floating-point timestamp is counted in nanoseconds.
+  /// Seconds per count of a timestamp; 1e-9 for a floating-point timestamp, which is converted to nanoseconds.
   double unit_s = 1e-6;
   /// Number of values of a sequence, timestamp or pulse count before it wraps; 0 means 2^64.
   std::uint64_t range{};
-  /// Step of a sequence from one frame to the next.
+  /// Increase of a sequence from one frame to the next.
   std::uint64_t step = 1;
-  /// Masked value of a good status.
+  /// A good status equals `good` under `mask`.
   std::uint32_t mask = 0;
   std::uint32_t good = 0;
   std::vector<StatusRule> rules{};
 };
 
-/// The bits of a field: an integer, sign-extended to 64 bits, or a real number.
+/// Unscaled value of a field: an integer, sign-extended to 64 bits if its type is signed, or a real number.
 struct RawValue {
   std::int64_t whole{};
   double real{};
@@ -136,7 +136,7 @@ struct RawValue {
   [[nodiscard]] double number(bool is_signed) const;
 };
 
-/// Returns the size of a type; 0 for a token.
+/// Returns the bytes of a type; 0 for a token.
 [[nodiscard]] std::size_t byte_count(FieldType type);
 [[nodiscard]] bool is_signed(FieldType type);
 [[nodiscard]] bool is_real(FieldType type);
@@ -146,13 +146,13 @@ struct RawValue {
 /// Returns whether a field is housekeeping that is recorded: a temperature, or a value with a unit.
 [[nodiscard]] bool is_housekeeping(const FrameField& field);
 
-/// Returns whether the status is good under the rule's mask.
+/// Returns whether the status has a good value under the rule's mask.
 [[nodiscard]] bool is_satisfied(const StatusRule& rule, std::uint32_t status);
 
-/// Returns whether the field is an exact count: an integer that wraps at its width.
+/// Returns whether the field counts pulses exactly: an integer pulse count or increment with `zero` = 0.
 [[nodiscard]] bool is_counted(const FrameField& field);
 
-/// Returns whether message `id` contains the field. A field without ids is in every message.
+/// Returns whether message `id` contains the field. A field without ids belongs to every message.
 [[nodiscard]] bool is_in_message(const FrameField& field, std::optional<std::uint32_t> id);
 /// Returns the position of the field in a frame of `length` bytes, or nothing if it does not fit.
 [[nodiscard]] std::optional<std::size_t> find_field_position(const FrameField& field, std::size_t length);
@@ -161,14 +161,14 @@ struct RawValue {
 /// Writes a number as load_bits() reads it. Only the lower `bits_per_byte` bits of each byte are changed.
 void store_bits(std::span<std::byte> bytes, bool big_endian, std::uint64_t value, unsigned bits_per_byte = 8);
 
-/// Reads a field. Returns nothing if the frame is too short, or does not have `when_value` under `when_mask`.
+/// Reads a field. Returns nothing if the frame is too short or the `when` condition does not hold.
 [[nodiscard]] std::optional<RawValue> read_raw(const FrameField& field, std::span<const std::byte> frame);
-/// Writes the slice and the bits of `when_mask`, and no other bits. Integers wrap at the width of the slice.
+/// Writes only the bits of the slice and of `when_mask`. Integers wrap at the width of the slice.
 void write_raw(const FrameField& field, std::span<std::byte> frame, const RawValue& raw);
-/// Parses a token. The whole token must be a number of the field's type that fits in 64 bits.
+/// Parses a token. Returns nothing unless the whole token is a number of the field's type that fits in 64 bits.
 [[nodiscard]] std::optional<RawValue> parse_word(const FrameField& field, std::string_view word);
 [[nodiscard]] std::string print_word(const FrameField& field, const RawValue& raw);
-/// Returns `whole` with the slice replaced as by write_raw().
+/// Returns the integer `whole` with the slice and the bits of `when_mask` replaced, as in write_raw().
 [[nodiscard]] std::uint64_t replace_slice(const FrameField& field, std::uint64_t whole, const RawValue& raw);
 
 /// Returns raw · scale + zero.

@@ -15,7 +15,7 @@ namespace {
 constexpr std::size_t kMostSyncBytes = 8;
 constexpr Vocabulary<bool, 2> kClocks{{{"device", false}, {"sequence", true}}};
 
-/// Reads whole numbers from 0 to `highest`.
+/// Reads a list of whole numbers from 0 to `highest`. `what` is their plural in the message.
 std::vector<std::uint32_t> read_whole_numbers(const TomlTable& table, const char* key, double highest,
                                               const char* what) {
   std::vector<std::uint32_t> found;
@@ -102,7 +102,7 @@ constexpr Vocabulary<double, 4> kTimes{{{"us", 1e-6}, {"ns", 1e-9}, {"ms", 1e-3}
 constexpr auto kMeanings =
     make_vocabulary<StatusMeaning::invalid, StatusMeaning::mismatch>("invalid", "warning", "reject", "mismatch");
 
-/// Reads the position of the bits.
+/// Reads the type, offset, byte order and bit range of a field.
 void read_bit_layout(const TomlTable& table, const FrameFormat& format, FrameField& field) {
   if (format.line) {
     field.type = one_of(kWordTypes, table, "type");
@@ -120,7 +120,7 @@ void read_bit_layout(const TomlTable& table, const FrameFormat& format, FrameFie
   }
   if (is_real(field.type)) {
     if (field.bits_per_byte != 8 || (!format.line && field.bytes != byte_count(field.type)))
-      table.mistake("type", "a floating-point number is made of whole bytes, expected an integer type");
+      table.mistake("type", "a floating-point number needs whole bytes, expected an integer type");
     return;
   }
   const auto width = static_cast<std::int64_t>(field.bits);
@@ -128,7 +128,7 @@ void read_bit_layout(const TomlTable& table, const FrameFormat& format, FrameFie
   field.bits = whole<unsigned>(table, "bits", 1, width - field.low_bit, width - field.low_bit);
 }
 
-/// Reads the conditions for the presence of the field.
+/// Reads the conditions under which a frame contains the field.
 void read_presence(const TomlTable& table, const FrameFormat& format, FrameField& field) {
   field.ids = read_whole_numbers(table, "ids", 0xFFFFFFFF, "message ids");
   if (!field.ids.empty() && !format.id) table.mistake("ids", "the messages have no id, expected a table [frame.id]");
@@ -194,7 +194,8 @@ void read_status(const TomlTable& table, FrameField& field) {
     table.mistake("good", "\"good\" has bits outside \"mask\": no frame would be good");
 }
 
-/// Reads the number of values of a counter before it wraps.
+/// Returns the number of values of a counter before it wraps, or 0 for 2^64. `modulus` in the file is in units of
+/// `counts_per_unit`.
 std::uint64_t read_range(const TomlTable& table, const FrameField& field, double counts_per_unit) {
   const auto modulus = table.integer("modulus", 0);
   if (table.has("modulus") && modulus < 2) table.mistake("modulus", "expected a whole number from 2");
@@ -236,7 +237,7 @@ void read_gyro_field(const TomlTable& table, FrameField& field) {
     table.mistake("wraps_at", "expected the angle at which it wraps around, in the field's unit");
 }
 
-/// Reads the step of a sequence between frames: `step`, or `ticks_hz` divided by the frame rate.
+/// Reads the step of a sequence from one frame to the next: `step`, or `ticks_hz` divided by the frame rate.
 std::uint64_t read_step(const TomlTable& table, double rate_hz) {
   if (!table.has("ticks_hz")) return whole<std::uint64_t>(table, "step", 1, 65536, 1);
   if (table.has("step")) table.mistake("step", "\"step\" follows from \"ticks_hz\", expected only one of them");
@@ -262,10 +263,10 @@ void read_role(const TomlTable& table, double rate_hz, FrameField& field) {
   const bool is_integer_time = field.role == FieldRole::timestamp && !is_real(field.type);
   if ((is_sequence_or_status && !is_whole && !is_word(field.type)) || (is_sequence_or_status && is_real(field.type)) ||
       (is_integer_time && is_signed(field.type) && !is_word(field.type)))
-    table.mistake("type", "a signed type, expected u8, u16, u24 or u32 for this role");
+    table.mistake("type", "expected an unsigned integer type; a sequence or status has at most 32 bits");
 }
 
-/// Reads one field of `format`. All keys of the format except its fields must have been read before.
+/// Reads one field. All other keys of `format` must have been read before.
 FrameField read_frame_field(const TomlTable& table, const FrameFormat& format) {
   FrameField field{.role = one_of(kFieldRoles, table, "role")};
   read_bit_layout(table, format, field);
@@ -284,9 +285,10 @@ void read_header(const TomlTable& table, LineFormat& format) {
   format.header_words = whole<std::size_t>(table, "header_words", 1, 255);
   format.header_end = table.text("header_end");
   if (format.header_end.empty() || format.header_end.find_first_of(format.separators) != std::string::npos)
-    table.mistake("header_end", "expected a text that follows the header and is not a separator, like \";\"");
+    table.mistake("header_end",
+                  "expected the text that ends the header, such as \";\"; it must not contain a separator");
   if (format.header_words >= format.words)
-    table.mistake("header_words", "the whole line is header, expected fewer than \"words\"");
+    table.mistake("header_words", "no token follows the header, expected fewer than \"words\"");
 }
 
 /// Reads the [frame.line] table.
@@ -332,7 +334,7 @@ FrameFormat read_frame_format(const TomlTable& table, const std::vector<std::str
   if (table.has("check"))
     format.check = read_frame_check(table.table("check"), shortest_frame(format), format.line.has_value());
   if (format.line && (format.check.kind == CheckKind::none) != format.line->mark.empty())
-    table.mistake("line", "a check and the mark before it require each other");
+    table.mistake("line", "expected both a check and \"mark\", the text before it, or neither");
   assign_slots(table, fields, axes, format);
   return format;
 }

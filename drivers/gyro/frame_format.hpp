@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Framed stream of a gyro, described by a file: the framing of binary frames or lines of text, their check values, and
-/// the decoder. frame_fields.hpp describes the fields.
+/// The framed stream of a gyro, as described by a file: the framing of binary frames or lines of text, their check
+/// values, and the decoder. frame_fields.hpp contains the fields.
 #pragma once
 
 #include <cstddef>
@@ -17,13 +17,13 @@
 
 namespace gyrotherm::drivers {
 
-/// Kinds of check values. For sum16, the words that are added have the byte order of the check. Parity includes all
-/// covered bits and the parity bit.
+/// Kinds of check values. sum16 adds 16-bit words in the byte order of the check. Parity is computed over all covered
+/// bits, including the parity bit.
 enum class CheckKind { none, sum8, sum16, xor8, crc, odd_parity, even_parity };
 
 /// A check value of a frame. Positions are counted from the start of the frame, or from its end if negative. In a line
-/// of text, the check is the hexadecimal digits after `LineFormat::mark`; it covers the text before the mark and has no
-/// position.
+/// of text, the check consists of the hexadecimal digits after `LineFormat::mark` and covers the text before the mark;
+/// `offset` and `to` are not used.
 struct FrameCheck {
   CheckKind kind = CheckKind::none;
   std::ptrdiff_t from{};    ///< first byte covered
@@ -32,16 +32,16 @@ struct FrameCheck {
   std::ptrdiff_t to{};
   bool big_endian{};
   Crc model{};  ///< crc only
-  /// For the computation, zeros are appended to the covered bytes until their number is a multiple of this.
+  /// The check is computed as if zero bytes followed the covered bytes up to a multiple of this number.
   std::size_t padded_to = 1;
-  /// Parity: bit of the byte at `offset`.
+  /// Position of the parity bit in the byte at `offset`.
   unsigned bit{};
   std::uint32_t mask = 0xFFFFFFFF;  ///< bits that are compared
 };
 
 /// Returns the size of the stored check.
 [[nodiscard]] std::size_t byte_count(const FrameCheck& check);
-/// Reads a [frame.check] table. The check must fit in frames of `shortest` bytes. In a line of text it has no position.
+/// Reads a [frame.check] table. The check must fit in frames of `shortest` bytes. `in_line` means a line of text.
 [[nodiscard]] FrameCheck read_frame_check(const TomlTable& table, std::size_t shortest, bool in_line);
 
 /// Returns the check value of the covered bytes.
@@ -55,7 +55,7 @@ struct LineFormat {
   std::string starts_with;  ///< first token; empty: any
   std::string terminator = "\r\n";
   std::string separators = " ";
-  /// Consecutive separators count as one, and separators at the ends are ignored.
+  /// Treats consecutive separators as one, and ignores separators at both ends.
   bool merges = true;
   /// Number of tokens in the header, which ends with `header_end` instead of a separator; 0 for no header.
   std::size_t header_words{};
@@ -66,7 +66,7 @@ struct LineFormat {
   std::size_t longest = 256;  ///< bytes, including the terminator
 };
 
-/// An unsigned number in the frame's head: the message id or the length.
+/// An unsigned integer in the frame's head: the message id or the length.
 struct HeadNumber {
   std::size_t offset{};
   std::size_t bytes{};  ///< 1 to 4
@@ -78,7 +78,7 @@ struct FrameVariant {
   std::uint32_t id{};
   /// Total bytes; 0 if the head contains the length.
   std::size_t length{};
-  std::optional<FrameCheck> check{};  ///< if different from the stream's
+  std::optional<FrameCheck> check{};  ///< replaces the stream's check
 };
 
 struct FrameFormat {
@@ -89,37 +89,37 @@ struct FrameFormat {
   std::vector<FrameField> fields{};
   FrameCheck check{};
 
-  /// Axes in use, in the requested order; a single empty name if the gyro names no axis.
+  /// Axes in use, in the requested order. A gyro whose fields name no axis has one axis with an empty name.
   std::vector<std::string> axes{};
-  /// Axes of the description, in its order.
+  /// All axes in the description, in its order.
   std::vector<std::string> all_axes{};
-  /// Number that identifies the message.
+  /// Field of the head that identifies the message.
   std::optional<HeadNumber> id{};
-  /// All messages of a stream with an id. If the head contains the length, other messages may occur too.
+  /// The messages of a stream with an id. Messages with other ids are valid only if the head contains the length.
   std::vector<FrameVariant> variants{};
-  /// Number in the head from which the length of the frame follows, by adding `length_plus`.
+  /// Field of the head that contains the length of the frame minus `length_plus`.
   std::optional<HeadNumber> length_at{};
   std::size_t length_plus{};
   std::vector<std::byte> tail{};  ///< optional bytes after a frame
-  /// Number of following frames that must match before the first one is accepted.
+  /// Number of consecutive valid frames that must follow a frame before it is accepted, while not synchronised.
   std::size_t lock_frames{};
   /// Set for a stream of text lines.
   std::optional<LineFormat> line{};
   double rate_hz{};  ///< nominal; 0 if unknown
-  /// The device's time is computed from the number of frames and the nominal rate.
+  /// The device's time is computed from the sequence and the nominal rate.
   bool clocked_by_sequence{};
 
   /// Returns the first field with this role, or null. Fields of axes that are not in use have the role `other_axis`.
   [[nodiscard]] const FrameField* find(FieldRole role) const;
-  /// Returns the gyro fields, one for each of `axes`, in their order. If several messages contain an axis, its first
-  /// field is returned. A format that was read without errors has at least one. The pointers refer to `fields`.
+  /// Returns one gyro field for each of `axes`, in their order. If several messages contain an axis, returns its first
+  /// field. A format that was read without errors has at least one axis. The pointers refer to `fields`.
   [[nodiscard]] std::vector<const FrameField*> gyros() const;
   /// Returns the first gyro field, or null.
   [[nodiscard]] const FrameField* gyro() const;
   /// Returns the housekeeping fields, one per name, in the order of `fields`: all temperatures, and all values with a
   /// unit.
   [[nodiscard]] std::vector<const FrameField*> values() const;
-  /// Returns the number of bytes that determine a frame's length.
+  /// Returns the number of bytes from the start of a frame to the end of its sync, id and length.
   [[nodiscard]] std::size_t head_size() const;
 };
 
@@ -127,17 +127,17 @@ struct FrameFormat {
 struct HousekeepingValue {
   /// Letters, digits and '_'; unique within a format.
   std::string name;
-  /// "°C" for a temperature, "1" for a number.
+  /// "°C" for a temperature, "1" for a dimensionless value, otherwise the unit of the field.
   std::string unit;
   bool is_temperature{};
 };
 
 /// Returns the names and units of GyroCount::values, in their order. They correspond to FrameFormat::values(). If there
-/// are any, two more follow: "frames" (the number of averaged frames) and "flagged" (the number of frames with a status
-/// that was not good or broke a rule).
+/// are any, two more follow: "frames" (the number of averaged frames) and "flagged" (the number of frames whose status
+/// was not good or broke a rule).
 [[nodiscard]] std::vector<HousekeepingValue> list_housekeeping(const FrameFormat& format);
 
-/// Values of one axis in a frame; empty if the frame does not contain them.
+/// Values of one axis in a frame; both are empty if the frame does not contain the axis.
 struct AxisReading {
   /// The unscaled field if it is an integer.
   std::optional<std::int64_t> pulses{};
@@ -153,12 +153,12 @@ struct GyroFrame {
   bool good = true;
   /// A status is not good, or breaks a rule that only warns.
   bool flagged = false;
-  /// In the order and the units of FrameFormat::values().
+  /// Housekeeping, in the order and the units of FrameFormat::values().
   std::vector<std::optional<double>> values{};
 };
 
-/// Reads a [frame] table. Errors are noted in the table; the caller calls verdict(). profiles/gyro-streams/README.md
-/// describes the keys with examples. The minimum is:
+/// Reads a [frame] table. Notes errors in the table; the caller must call verdict(). profiles/gyro-streams/README.md
+/// describes the keys. A minimal table is:
 ///
 ///     [frame]
 ///     name = "…"
@@ -194,15 +194,15 @@ struct GyroFrame {
 inline constexpr auto kFieldRoles = make_vocabulary<FieldRole::pulse_count, FieldRole::value>(
     "pulse_count", "increment", "rate", "integrated_angle", "sequence", "timestamp", "status", "temperature", "value");
 
-/// Assigns axes and slots to the fields of `format`, after all fields were read. `wanted` selects the axes as for
-/// read_frame_format(). Errors are noted in `table` or in the field's own table of `fields`: an axis that does not
-/// exist or is requested twice; two fields of one frame for the same column of the record; fields with the same axis or
-/// name and different meanings; an invalid name of a housekeeping value.
+/// Assigns axes and slots to the fields of `format`, after all fields were read. `wanted` selects the axes as in
+/// read_frame_format(). Notes these errors in `table`, or in the field's table in `fields`: an axis that does not exist
+/// or is requested twice; two fields of one frame for the same column of the record; fields with the same axis or name
+/// but different meanings; an invalid name of a housekeeping value.
 void assign_slots(const TomlTable& table, const std::vector<TomlTable>& fields, const std::vector<std::string>& wanted,
                   FrameFormat& format);
 
-/// Decodes frames from bytes that arrive in pieces. After a false sync it resynchronises at the next byte, or in text
-/// at the next line. The first line may be incomplete and is rejected, unless it begins with `starts_with` and has a
+/// Decodes frames from bytes that arrive in pieces. After a false sync it resynchronises at the next byte; in text, at
+/// the next line. The first line is rejected because it may be incomplete, unless the format has `starts_with` and a
 /// check.
 class FrameDecoder {
  public:
@@ -210,14 +210,14 @@ class FrameDecoder {
   void feed(std::span<const std::byte> bytes);
   /// Returns the next valid frame, or null if more bytes are needed. The frame remains valid until the next call.
   [[nodiscard]] const GyroFrame* take();
-  /// Returns the number of bytes so far that belong to no valid frame.
+  /// Returns the number of bytes so far that were not part of a valid frame.
   [[nodiscard]] std::uint64_t rejected_bytes() const { return rejected_; }
-  /// Returns every field of the latest frame, scaled, in the format's order. A field that the frame does not contain is
-  /// empty.
+  /// Returns the scaled value of every field of the latest frame, in the format's order. It is empty for a field that
+  /// the frame does not contain.
   [[nodiscard]] const std::vector<std::optional<double>>& values() const { return values_; }
   /// Returns the meanings of the status rules that the latest frame breaks.
   [[nodiscard]] std::vector<std::string> broken_rules() const;
-  /// Returns the meanings of the `mismatch` rules that the latest frame breaks. Returns nothing if the frame has no
+  /// Returns the meanings of the `mismatch` rules that the latest frame breaks, or nothing if the frame contains no
   /// field with such a rule.
   [[nodiscard]] std::optional<std::vector<std::string>> differing_settings() const;
 
@@ -233,19 +233,20 @@ class FrameDecoder {
   std::uint64_t rejected_{};
   /// The format has a rule with the verdict `mismatch`.
   bool has_settings_{};
-  /// The bytes before `begin_` were a valid frame or a whole line.
+  /// The bytes before `begin_` were a valid frame or a complete line.
   bool is_locked_{};
   std::optional<std::uint32_t> sequence_{};
   GyroFrame frame_;  ///< the latest
   std::vector<std::optional<double>> values_;
 };
 
-/// Encodes a frame for the virtual gyro and for tests, as the message with the most axes and, among those, with the
-/// most housekeeping. Counts wrap at the width of their fields; housekeeping saturates. A value that `frame` does not
-/// contain is encoded as zero in its unit, or omitted if the format allows it. Bytes outside all fields are zero.
+/// Encodes a frame for the virtual gyro and for tests. Selects the message with the most axes; among those, the one
+/// with the most housekeeping. Counts wrap at the width of their fields; housekeeping saturates. A value that `frame`
+/// does not contain is encoded as zero in its unit, or omitted if the format permits it. Bytes outside all fields are
+/// zero.
 [[nodiscard]] std::vector<std::byte> encode_frame(const FrameFormat& format, const GyroFrame& frame);
-/// Encodes the message `id` of the format with the settings that the description requires. With `differs`, each setting
-/// breaks its first rule instead.
+/// Encodes message `id` with the settings that the description requires. If `differs`, each setting breaks its
+/// `mismatch` rules instead.
 [[nodiscard]] std::vector<std::byte> encode_settings(const FrameFormat& format, std::uint32_t id, bool differs);
 
 }  // namespace gyrotherm::drivers

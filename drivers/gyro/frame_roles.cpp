@@ -31,7 +31,8 @@ bool has_axis(const FrameFormat& format, const std::string& axis) {
                      [&](const auto& field) { return is_gyro(field.role) && field.axis == axis; });
 }
 
-/// Returns the axis that the file selects by default. A gyro without axis names has the empty name.
+/// Returns the axis to use if none is requested: the file's `axis`, otherwise the first one. The axis of a gyro without
+/// axis names has an empty name.
 std::vector<std::string> default_axes(const TomlTable& table, const FrameFormat& format) {
   if (table.has("axis")) return {table.text("axis")};
   if (!format.all_axes.empty()) return {format.all_axes.front()};
@@ -43,7 +44,7 @@ void choose_axes(const TomlTable& table, const std::vector<std::string>& wanted,
   if (!wanted.empty()) table.ignore("axis");
   for (const auto& axis : wanted.empty() ? default_axes(table, format) : wanted) {
     if (!has_axis(format, axis))
-      table.mistake("axis", fmt::format("no gyro's field has the axis \"{}\"", axis));
+      table.mistake("axis", fmt::format("no gyro field has the axis \"{}\"", axis));
     else if (contains(format.axes, axis))
       table.mistake("axis", fmt::format("the axis \"{}\" is requested twice", axis));
     else
@@ -67,7 +68,7 @@ void number_housekeeping(FrameFormat& format) {
   }
 }
 
-/// Returns whether any message contains both fields, according to their ids.
+/// Returns whether the same message can contain both fields, according to their ids.
 bool can_share_message(const FrameField& one, const FrameField& other) {
   if (one.ids.empty() || other.ids.empty()) return true;
   return std::any_of(one.ids.begin(), one.ids.end(), [&](auto id) { return is_in_message(other, id); });
@@ -79,7 +80,8 @@ bool can_share_turn(const FrameField& one, const FrameField& other) {
   return one.turn % common == other.turn % common;
 }
 
-/// Returns whether both fields can be present at the same time, according to the integers that contain them.
+/// Returns whether both fields can be present at the same time, according to their `when` conditions. Conditions on
+/// different integers of a frame are independent.
 bool can_share_integer(const FrameField& one, const FrameField& other) {
   const auto where = [](const FrameField& field) {
     return std::tuple(field.offset, field.bytes, field.big_endian, field.bits_per_byte);
@@ -87,7 +89,7 @@ bool can_share_integer(const FrameField& one, const FrameField& other) {
   return where(one) != where(other) || ((one.when_value ^ other.when_value) & one.when_mask & other.when_mask) == 0;
 }
 
-/// Returns whether a frame may contain both fields.
+/// Returns whether the same frame can contain both fields.
 bool can_share_frame(const FrameField& one, const FrameField& other) {
   return can_share_message(one, other) && can_share_turn(one, other) && can_share_integer(one, other);
 }
@@ -99,7 +101,7 @@ bool has_same_slot(const FrameField& one, const FrameField& other) {
   return one.role == other.role && (one.role == FieldRole::sequence || one.role == FieldRole::timestamp);
 }
 
-/// Returns whether values of both fields are comparable: their units, scales, zeros and ranges are equal.
+/// Returns whether the values of both fields are comparable, because their units, scales, zeros and ranges are equal.
 bool has_same_meaning(const FrameField& one, const FrameField& other) {
   const auto meaning = [](const FrameField& field) {
     return std::tuple(field.unit, is_counted(field), field.scale.of(1), field.zero, field.wraps_at,
@@ -113,7 +115,7 @@ std::string describe_field(const FrameField& field) {
                                 : fmt::format("the role \"{}\"", keyword_for(kFieldRoles, field.role));
 }
 
-/// Compares a field with the fields before it. Errors are noted in `table`, the table of the field.
+/// Compares a field with the fields before it. Notes errors in `table`, the table of the field.
 void check_pairs(const TomlTable& table, const FrameFormat& format, const FrameField& field) {
   std::size_t sharing = 1;
   for (const auto* other = format.fields.data(); other != &field; ++other) {
@@ -127,7 +129,7 @@ void check_pairs(const TomlTable& table, const FrameFormat& format, const FrameF
   if (sharing > 1) table.mistake("", fmt::format("{} fields have {}, expected one", sharing, describe_field(field)));
 }
 
-/// Verifies that there is an axis and that each axis has one role.
+/// Notes an error if there is no axis or if the fields of an axis differ in role.
 void check_axes(const TomlTable& table, const FrameFormat& format) {
   const auto gyros = format.gyros();
   const bool has_two_roles = std::any_of(format.fields.begin(), format.fields.end(), [&](const auto& field) {
@@ -152,14 +154,13 @@ void check_name(const TomlTable& table, const FrameField& field) {
   if (!is_valid_name(field.name))
     table.mistake("name", fmt::format("\"{}\" is not a name, expected letters, digits and \"_\"", field.name));
   if (field.name == kFrames || field.name == kFlagged)
-    table.mistake("name",
-                  fmt::format("\"{}\" is the name of a count in every record, expected another name", field.name));
+    table.mistake("name", fmt::format("the name \"{}\" is reserved, expected another name", field.name));
   const bool is_celsius = field.unit.empty() || field.unit == "degC" || field.unit == kCelsius;
   if (field.role == FieldRole::temperature && !is_celsius)
-    table.mistake("unit", "after scale and zero a temperature must be in °C, expected \"degC\"");
+    table.mistake("unit", "a scaled temperature must be in °C, expected \"degC\"");
 }
 
-/// Returns the first field of each slot.
+/// Returns the first field of each slot, among the fields for which `belongs` returns true.
 template <class Belongs>
 std::vector<const FrameField*> find_first_per_slot(const std::vector<FrameField>& fields, Belongs belongs) {
   std::vector<const FrameField*> found;

@@ -12,16 +12,16 @@ namespace {
 
 constexpr double kArcsecPerCount = 1e-6;  // for fields that are not integers
 constexpr double kMaxCount = 9.2e18, kMostSeconds = 1e6;
-/// In a sequence of at least this many values, a forward step of more than half the range is a backward step.
+/// Least range of a sequence in which a forward step of more than half the range is taken as a backward step.
 constexpr std::uint64_t kWideSequence = 1 << 16;
 
-/// Returns the forward distance of a counter with `range` values (0: 2^64).
+/// Returns the forward distance between two states of a counter that has `range` values; 0 means 2^64.
 std::uint64_t forward_distance(std::uint64_t before, std::uint64_t now, std::uint64_t range) {
   if (range == 0) return now - before;
   return (now % range + range - before % range) % range;
 }
 
-/// Returns the signed distance of an up–down counter, in the shorter direction.
+/// Returns the signed distance between two states of an up–down counter, in the shorter direction.
 std::int64_t signed_step(std::int64_t before, std::int64_t now, std::uint64_t range) {
   const auto difference = static_cast<std::uint64_t>(now) - static_cast<std::uint64_t>(before);
   if (range == 0) return static_cast<std::int64_t>(difference);
@@ -52,8 +52,8 @@ void StepWatch::add(double step) {
   ++step_count_;
 }
 
-/// Returns whether the step differs from the described one. For time stamps, a step above 1.25 or below 0.8 differs,
-/// because lost frames would be miscounted.
+/// Returns whether the step differs from the described one. For time stamps, it differs above 1.25 or below 0.8, where
+/// lost frames would be miscounted.
 bool StepWatch::is_deviating() const { return step_ > 0 && (is_exact_ ? step_ != 1 : step_ > 1.25 || step_ < 0.8); }
 
 std::optional<double> StepWatch::find_deviating_step() const {
@@ -92,7 +92,7 @@ void FrameSum::add(const GyroFrame& frame, FrameTally& tally) {
   if (whole) end_round(tally);
 }
 
-/// Updates the losses from the sequence. The number of frames hidden by a backward step is unknown.
+/// Counts lost frames by the sequence. After a backward step their number is unknown.
 void FrameSum::update_losses(std::uint32_t sequence, FrameTally& tally) {
   if (!sequence_ || !sequence_format_) return;
   const auto [range, step] = *sequence_format_;
@@ -142,8 +142,8 @@ Duration FrameSum::since_last_round() const {
   return Duration::zero();
 }
 
-/// Returns whether the device's time must change from frame to frame: there is no sequence, and the resolution of the
-/// time is finer than half the time between frames.
+/// Returns whether the device's time must differ from frame to frame. This is checked only without a sequence, and if
+/// the resolution of the time is finer than half the time between frames.
 bool FrameSum::has_time_per_frame() const {
   return rate_hz_ > 0 && !sequence_format_ && time_ && !time_->is_real && 2 * rate_hz_ * time_->unit_s < 1;
 }

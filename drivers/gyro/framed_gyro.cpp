@@ -65,13 +65,13 @@ Result<GyroStream> parse_gyro_stream(std::string_view text, const std::string& f
 namespace {
 
 constexpr std::size_t kReadSize = 16384, kMaxUnread = 1 << 20;
-/// Maximum duration of one read from the line. A write is delayed by up to this time.
+/// Timeout of one read from the line. It may delay a write by this time.
 constexpr Duration kReadTimeout = std::chrono::milliseconds(20);
 
-/// Returns the steady time including suspended time, because a gyro's clock runs while the host is suspended.
+/// Returns a time that includes suspension, because the gyro's clock runs while the host is suspended.
 [[nodiscard]] Duration steady_time() { return since_boot(); }
 
-/// A write that the reading thread executes, and its result.
+/// A write to be executed by the reading thread, and its result.
 struct WriteRequest {
   std::span<const std::byte> bytes;
   Duration within;
@@ -167,7 +167,7 @@ class BufferedStream final : public ByteStream {
   std::mutex mutex_;
   std::condition_variable_any changed_;
   std::vector<std::byte> unread_;
-  Duration newest_arrival_{};             ///< arrival of the newest byte
+  Duration newest_arrival_{};             ///< arrival of the newest unread byte
   std::optional<Duration> read_arrival_;  ///< used by the caller only
   /// Fault that is not reported yet. The line is not read until it is reported.
   std::optional<Fault> fault_;
@@ -184,7 +184,7 @@ std::unique_ptr<ByteStream> make_buffered_stream(std::unique_ptr<ByteStream> lin
 namespace {
 
 constexpr std::size_t kChunk = 4096;
-/// Maximum excess of the gyro's time between two rounds over the host's time between two reads.
+/// Maximum by which the gyro's time between two rounds may exceed the host's time between two reads.
 constexpr Duration kMostAhead = std::chrono::seconds(1);
 
 /// The bytes received in one read.
@@ -234,15 +234,16 @@ class FramedGyro final : public Gyro {
 
   Result<void> wait_for_origin() override {
     is_waiting_for_origin_ = true;
-    auto taken = take(kSecond);
+    auto taken = read_count(kSecond);
     is_waiting_for_origin_ = false;
     return taken.map([](const MaybeCount&) {});
   }
 
   Result<GyroCount> read(Duration expected) override {
-    auto count = take(expected);
+    auto count = read_count(expected);
     if (!count) return failure(count.error());
-    if (!*count) return failure(FaultKind::corrupted, place(), "its counter restarted; the counts before are lost");
+    if (!*count)
+      return failure(FaultKind::corrupted, place(), "the frame counter restarted; the counts before it are lost");
     return std::move(**count);
   }
 
@@ -269,17 +270,17 @@ class FramedGyro final : public Gyro {
     return sent;
   }
 
-  /// Count of a read; empty if the frames of the read only provide the origin.
+  /// Count of one read; empty if the read only received the origin, from which the next read counts.
   using MaybeCount = std::optional<GyroCount>;
 
-  [[nodiscard]] Result<MaybeCount> take(Duration expected) {
+  [[nodiscard]] Result<MaybeCount> read_count(Duration expected) {
     if (!open_ && !commands_.start.empty())
       if (auto opened = open(); !opened) return failure(std::move(opened.error()));
     FrameTally tally;
     means_.clear();
     received_.clear();
     rejected_before_ = decoder_.rejected_bytes();
-    auto count = take(expected, tally);
+    auto count = collect_frames(expected, tally);
     frames_.lost += tally.lost;
     frames_.bad += tally.bad;
     const auto kind = count ? FaultKind::corrupted : count.error().kind;
@@ -287,27 +288,28 @@ class FramedGyro final : public Gyro {
     return count;
   }
 
-  [[nodiscard]] Result<MaybeCount> take(Duration expected, FrameTally& tally) {
+  [[nodiscard]] Result<MaybeCount> collect_frames(Duration expected, FrameTally& tally) {
     const Deadline deadline(within_, clock_);
     const bool first = !sum_.has_origin();
-    const auto seen = frames_.seen;
-    bool enough = false;
+    const auto seen_before = frames_.seen;
+    bool is_complete = false;
     while (true) {
-      const auto more = read_chunk(enough ? Duration::zero() : deadline.left(), tally);
+      const auto more = read_chunk(is_complete ? Duration::zero() : deadline.left(), tally);
       if (!more) {
-        if (more.error().kind == FaultKind::timeout && (enough || tally.rounds > 0)) return finish_read(tally, first);
+        if (more.error().kind == FaultKind::timeout && (is_complete || tally.rounds > 0))
+          return finish_read(tally, first);
         const auto what =
-            more.error().kind == FaultKind::timeout ? explain_missing_count(frames_.seen - seen) : std::string();
+            more.error().kind == FaultKind::timeout ? explain_missing_count(frames_.seen - seen_before) : std::string();
         reset_stream();
         if (what.empty()) return failure(more.error());
         open_ = false;  // the gyro may have restarted
         return failure(FaultKind::corrupted, place(), what);
       }
-      enough = first ? sum_.has_origin() : is_long_enough(tally, expected);
-      if (enough && !*more) return finish_read(tally, first);
+      is_complete = first ? sum_.has_origin() : is_long_enough(tally, expected);
+      if (is_complete && !*more) return finish_read(tally, first);
       if (!deadline.over()) continue;
       if (tally.rounds > 0) return finish_read(tally, first);
-      const auto what = explain_missing_count(frames_.seen - seen);
+      const auto what = explain_missing_count(frames_.seen - seen_before);
       reset_stream();
       open_ = false;
       return failure(FaultKind::corrupted, place(), what.empty() ? "no complete frame" : what);
@@ -319,8 +321,8 @@ class FramedGyro final : public Gyro {
   [[nodiscard]] std::string explain_missing_count(std::uint64_t frames) const {
     const auto wait_s = to_seconds(within_);
     if (frames > 0)
-      return fmt::format("{} frames received in {:.1f} s, but none with all axes: is another message selected?", frames,
-                         wait_s);
+      return fmt::format("{} frames received in {:.1f} s, but none with all axes; check which messages the gyro sends",
+                         frames, wait_s);
     const auto rejected = decoder_.rejected_bytes() - rejected_before_;
     if (rejected == 0 && received_.size() < format_.length) return {};
     return fmt::format(
@@ -354,19 +356,20 @@ class FramedGyro final : public Gyro {
     return *size == kChunk;
   }
 
-  /// Returns whether the read is long enough. If the device has a clock, up to half a round may be missing, because the
-  /// next round would exceed `expected` by at least as much. If not, half of `expected` by the host's clock is enough.
-  /// A short read can then compensate for a late one before it, and every interval is long compared with the delays of
-  /// the line.
+  /// Returns whether the frames cover enough of `expected`. With a device clock, up to half a round may be missing,
+  /// because the next round would exceed `expected` by at least as much. Without one, half of `expected` by the host's
+  /// clock is enough: a short read can then compensate for a late one before it, and the interval is still long
+  /// compared with the delays of the line.
   [[nodiscard]] bool is_long_enough(const FrameTally& tally, Duration expected) const {
     if (tally.rounds == 0) return false;
     if (sum_.has_clock()) return tally.interval + tally.round / 2 >= expected;
     return arrivals_.time_since_start(newest_arrival_) >= expected / 2;
   }
 
-  /// Properties of the frames of one read.
+  /// Irregularities in the frames of one read.
   struct Findings {
-    std::string other_rate{};
+    /// Message about a deviating frame rate; empty if there is none.
+    std::string rate_mismatch{};
     /// The device's time jumped ahead of the host's.
     bool time_jumped{};
     bool is_disordered{};  ///< see FrameTally
@@ -378,8 +381,8 @@ class FramedGyro final : public Gyro {
     [[nodiscard]] bool has_gap() const { return lost > 0 || may_have_restarted(); }
   };
 
-  /// Ends a read: evaluates its frames, prepares the next read, and returns the count or the fault. `first` means that
-  /// the frames contain the origin. Sets `tally.lost` to the number of lost frames.
+  /// Evaluates the frames of a read, prepares the next read, and returns the count or the fault. `first` is true if the
+  /// frames contain the origin. Sets `tally.lost` to the number of lost frames.
   [[nodiscard]] Result<MaybeCount> finish_read(FrameTally& tally, bool first) {
     const auto found = evaluate(tally, first);
     tally.lost = found.lost;
@@ -389,23 +392,23 @@ class FramedGyro final : public Gyro {
   }
 
   [[nodiscard]] Findings evaluate(const FrameTally& tally, bool first) const {
-    Findings found{.other_rate = find_rate_mismatch(),
+    Findings found{.rate_mismatch = find_rate_mismatch(),
                    .time_jumped = !first && tally.longest > newest_arrival_ - previous_arrival_ + kMostAhead,
                    .is_disordered = tally.is_disordered,
                    .lost = tally.lost,
                    .bad = tally.bad};
-    // No losses: another frame rate, a gap before the origin, a jump of the only clock that shows gaps.
+    // Not counted as losses: a different frame rate, a gap before the origin, a jump of the only clock that shows gaps.
     const bool jump_hides_losses = found.time_jumped && !format_.find(FieldRole::sequence);
-    if (!found.other_rate.empty() || is_waiting_for_origin_ || jump_hides_losses) found.lost = 0;
+    if (!found.rate_mismatch.empty() || is_waiting_for_origin_ || jump_hides_losses) found.lost = 0;
     return found;
   }
 
   /// Sets the origin of the next read. If the gyro may have restarted, the next read sends the start commands.
   void prepare_next_read(const Findings& found, const FrameTally& tally, bool first) {
     previous_arrival_ = newest_arrival_;
-    const bool is_doubtful = found.has_gap() || found.bad > 0;
-    if (is_doubtful) sum_.drop_round();
-    if (first || is_doubtful) arrivals_.start_at(newest_arrival_);
+    const bool has_flaw = found.has_gap() || found.bad > 0;
+    if (has_flaw) sum_.drop_round();
+    if (first || has_flaw) arrivals_.start_at(newest_arrival_);
     if (first || found.has_gap())
       pace_.start_at(newest_arrival_);
     else
@@ -420,18 +423,19 @@ class FramedGyro final : public Gyro {
     const auto fault = [this](FaultKind kind, std::string what) { return Fault{kind, place(), std::move(what)}; };
     if (!differing_settings_.empty())
       return fault(FaultKind::mismatch, fmt::format("{}", fmt::join(differing_settings_, "; ")));
-    if (!found.other_rate.empty()) return fault(FaultKind::mismatch, found.other_rate);
+    if (!found.rate_mismatch.empty()) return fault(FaultKind::mismatch, found.rate_mismatch);
     if (found.is_disordered)
       return fault(FaultKind::corrupted,
-                   "a frame was received twice, or its frame counter restarted; the number of lost frames is unknown");
-    if (found.time_jumped) return fault(FaultKind::corrupted, "its clock jumped: it was set or restarted");
+                   "a frame was received twice or the frame counter restarted; the number of lost frames is unknown");
+    if (found.time_jumped)
+      return fault(FaultKind::corrupted, "the device clock jumped: it was set, or the gyro restarted");
     if (found.lost > 0)
       return fault(FaultKind::corrupted,
                    fmt::format("{} frames lost{}", found.lost,
-                               sum_.steps().has_constant_deviation() ? ", or it is set to another rate" : ""));
+                               sum_.steps().has_constant_deviation() ? ", or the unit is set to another rate" : ""));
     if (found.bad > 0)
       return fault(FaultKind::out_of_range, fmt::format("{} frames are marked bad by the gyro", found.bad));
-    if (auto why = find_time_mismatch(); !why.empty()) return fault(FaultKind::mismatch, std::move(why));
+    if (auto text = find_time_mismatch(); !text.empty()) return fault(FaultKind::mismatch, std::move(text));
     return std::nullopt;
   }
 
@@ -444,31 +448,32 @@ class FramedGyro final : public Gyro {
     return count_by_host_clock(tally);
   }
 
-  /// Describes the frame rate if the steps between frames are constant and differ from the described ones. Otherwise
-  /// returns an empty text.
+  /// Returns a message if the steps between frames are constant but differ from the described step, otherwise an empty
+  /// text.
   [[nodiscard]] std::string find_rate_mismatch() const {
     const auto step = sum_.steps().find_deviating_step();
     if (!step) return {};
-    if (format_.rate_hz <= 0) return fmt::format("its frame counter advances by {:g} times the described step", *step);
-    return other_rate(format_.rate_hz / *step);
+    if (format_.rate_hz <= 0) return fmt::format("the frame counter advances by {:g} times the described step", *step);
+    return rate_mismatch_text(format_.rate_hz / *step);
   }
 
-  [[nodiscard]] std::string other_rate(double rate_hz) const {
+  [[nodiscard]] std::string rate_mismatch_text(double rate_hz) const {
     return fmt::format(
-        "it sends {:.1f} frames a second, its description says {:g}; set the unit, or rate_hz in the rig file's [gyro]",
+        "sends {:.1f} frames per second, but its stream file states {:g}; set the unit, or rate_hz in [gyro] of the "
+        "rig file",
         rate_hz, format_.rate_hz);
   }
 
-  /// Describes a difference between the gyro's and the host's time; empty if they agree. For time stamps, a factor of
-  /// two or more is a difference. A wrong unit changes the time by a factor of ten or more, and a simulated gyro may
-  /// deviate by less.
+  /// Returns a message if the gyro's time passes faster or slower than the host's, otherwise an empty text. Time stamps
+  /// must differ by a factor of at least two: a wrong unit changes the time by a factor of ten or more, and the time of
+  /// a simulated gyro may deviate by less than two.
   [[nodiscard]] std::string find_time_mismatch() const {
-    constexpr double kOtherUnit = 2;
+    constexpr double kLeastFactor = 2;
     const auto pace = pace_.find_deviating_pace();
     if (!pace || !sum_.has_clock()) return {};
-    if (format_.clocked_by_sequence) return other_rate(*pace * format_.rate_hz);
-    if (std::max(*pace, 1 / *pace) < kOtherUnit) return {};
-    return fmt::format("{:.3g} s of its time stamps pass per second; check their unit in the stream file", *pace);
+    if (format_.clocked_by_sequence) return rate_mismatch_text(*pace * format_.rate_hz);
+    if (std::max(*pace, 1 / *pace) < kLeastFactor) return {};
+    return fmt::format("the time stamps advance by {:.3g} s per second; check their unit in the stream file", *pace);
   }
 
   [[nodiscard]] Result<MaybeCount> count_by_host_clock(const FrameTally& tally) {
@@ -483,8 +488,8 @@ class FramedGyro final : public Gyro {
     return {sum_.counts(tally, interval), interval, means_.values()};
   }
 
-  /// Returns whether rejected bytes count as lost frames: neither the sequence nor the device's time shows losses, or a
-  /// lock replaces the sync.
+  /// Returns whether rejected bytes must be counted as lost frames. They must if neither a sequence nor the device's
+  /// time shows losses, or if `lock_frames` replaces a sync.
   [[nodiscard]] bool are_rejected_bytes_losses() const {
     const bool timed = format_.rate_hz > 0 && sum_.has_clock();
     return format_.lock_frames > 0 || (!format_.find(FieldRole::sequence) && !timed);
@@ -511,7 +516,7 @@ class FramedGyro final : public Gyro {
   const Clock* clock_;
   bool open_ = false;
   bool is_waiting_for_origin_ = false;
-  bool has_identity_ = false;  ///< has sent its identity before
+  bool has_identity_ = false;  ///< sent its identity before
   std::uint64_t breaks_ = 0;
   ReceivedBytes received_;  ///< in this read
   /// Rejected bytes before this read.
@@ -525,9 +530,9 @@ class FramedGyro final : public Gyro {
   Duration newest_arrival_{};
   /// Arrival of the last round of the previous read.
   Duration previous_arrival_{};
-  /// Used if the format has no device clock.
+  /// Measures the intervals if the format has no device clock.
   HostInterval arrivals_;
-  /// Used if the format has a device clock.
+  /// Compares the device clock, if there is one, with the host's clock.
   FramePace pace_;
   FrameCount frames_;
 };

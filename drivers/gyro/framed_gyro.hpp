@@ -43,12 +43,13 @@ struct GyroStream {
                                                    const std::vector<std::string>& axes = {},
                                                    std::optional<double> rate_hz = {});
 
-/// Returns a stream that reads `line` continuously in its own thread, from the first use on. The bytes that a gyro
-/// sends between two reads would otherwise overflow the system's buffers: at a thousand frames per second, the buffer
-/// of a serial port lasts for a tenth of a second. Only one thread may call it at a time. If more than 1 MiB is unread,
-/// all of it is discarded and the next read fails with corrupted. A fault of the line is reported after all earlier
-/// bytes were read; only then is the line read again. came() returns the time when the bytes arrived, not when they
-/// were read.
+/// Returns a stream that reads `line` continuously in a thread of its own, which starts at the first use. Without it,
+/// the bytes that a gyro sends between two reads would overflow the buffers of the operating system: at a thousand
+/// frames per second, the buffer of a serial port is full after a tenth of a second.
+///
+/// Only one thread may use the stream at a time. If more than 1 MiB is unread, all of it is discarded and the next read
+/// fails with corrupted. A fault of the line is reported after all earlier bytes were read; the line is not read again
+/// before. arrival_time() returns the time at which the bytes arrived, not the time of the read.
 [[nodiscard]] std::unique_ptr<ByteStream> make_buffered_stream(std::unique_ptr<ByteStream> line);
 
 /// Commands that are sent to a gyro before its frames are read, and at the end.
@@ -57,27 +58,30 @@ struct GyroCommands {
   std::optional<IdentityQuery> identity{};
 };
 
-/// Returns the driver for a gyro with frames described by `format`. `within` limits one read. `clock` is the host's
-/// clock. It must be the clock of the line and outlive the gyro; null means the steady clock.
+/// Returns the driver for a gyro whose frames are described by `format`. `within` limits one read. `clock` is the
+/// host's clock; null means the steady clock. It must outlive the gyro, and the line must use the same clock.
 ///
 /// Start commands: `commands.start` is sent when the gyro is opened, by the first read at the latest, and again before
-/// the read that follows a silence or a broken line. Each command lasts for its `wait`, or until its answer arrives
-/// (send_command()). A missing answer or a refusal fails the read: the frames of a gyro that did not confirm its
+/// the read that follows a silence or a broken line. The driver waits for the answer to each command (send_command()).
+/// If an answer is missing or refuses the command, the read fails: the frames of a gyro that did not confirm its
 /// settings are not counted. If a message shows settings that differ from the description, every read fails with
-/// mismatch until a later message agrees. `commands.stop` is sent to an open gyro by the destructor.
+/// mismatch until a later message agrees. The destructor sends `commands.stop` to an open gyro.
 ///
-/// Count: pulses, in the order of FrameFormat::axes, are counts of the axis's field; for a rate or a real number, one
-/// count is 1e-6 arcsec (arcsec_per_count() in frame_sum.hpp). If several messages are needed for all axes, whole
-/// rounds of them are counted. The interval extends from the last frame of the previous read to the newest frame. The
-/// device's clock measures it. If there is no such clock, it is computed from the arrival times, which are smoothed if
-/// there is a nominal rate (HostInterval). Housekeeping values, in the order of list_housekeeping(), are averaged over
-/// the frames of this read; in the first read, over the frames after the origin. A read that covers less than
-/// `expected` returns its pulses with their exact interval.
+/// Count: the pulses are in the order of FrameFormat::axes, in counts of the axis's field; for a rate or a real number,
+/// one count is 1e-6 arcsec (arcsec_per_count() in frame_sum.hpp). If several messages are needed for all axes, only
+/// whole rounds of them are counted.
 ///
-/// Identity: identify() sends `commands.identity` if there is one. Frames that arrive meanwhile are not counted. A gyro
-/// that never answered has an empty identity; a gyro that answered before and does not answer now fails with timeout.
-/// If the frame counter restarted or the device's time jumped, the gyro may have been restarted or exchanged: breaks()
-/// increases, and the start commands are sent again.
+/// Interval: it extends from the last frame of the previous read to the newest frame, measured by the device's clock.
+/// If there is no such clock, it is computed from the arrival times, which are smoothed if there is a nominal rate
+/// (HostInterval). A read that covers less than `expected` returns its pulses with their exact interval.
+///
+/// Housekeeping: the values, in the order of list_housekeeping(), are averaged over the frames of this read; in the
+/// first read, over the frames after the origin.
+///
+/// Identity: identify() sends `commands.identity` if there is one. Frames that arrive meanwhile are not counted. If the
+/// gyro has never answered, its identity is empty; if it answered before and does not answer now, identify() fails with
+/// timeout. If the frame counter restarted or the device's time jumped, the gyro may have been restarted or exchanged:
+/// breaks() increases, and the start commands are sent again.
 ///
 /// Faults of read():
 ///
@@ -85,16 +89,17 @@ struct GyroCommands {
 ///   next read sends the start commands again.
 /// - corrupted, if there is only one frame and none before it, except in wait_for_origin(). Without a device clock,
 /// also
-///   if there are several frames and none before them, because the arrival time of the first is unknown.
-/// - corrupted, if frames were lost. Losses are a jump of the sequence; without a sequence, a jump of the device's time
-///   at the nominal rate; without both, or if `lock_frames` replaces a sync, bytes that are not a frame. Without a
-///   device clock, frames that do not fit the host's time count as a loss too, and the count starts again.
+///   if there are several frames and none before them, because the arrival time of the first one is unknown.
+/// - corrupted, if frames were lost. A loss is detected by a jump of the sequence; without a sequence, by a jump of the
+///   device's time, from the nominal rate; without both, or if `lock_frames` replaces a sync, by bytes that are not a
+///   frame. Without a device clock, frames that do not fit the host's time are also a loss, and the count starts again.
 /// - corrupted, without lost frames, if a frame arrived twice, the sequence went backwards, or the device's time jumped
 ///   by more than a second ahead of the host's.
 /// - out_of_range, if the gyro marked frames as bad. The next read counts from the newest frame.
-/// - mismatch, if the sequence is the clock and frames arrive at another rate than the nominal one (FramePace), if the
-///   steps of the sequence or of the device's time are constant and differ from the described ones (StepWatch), or if
-///   the device's time passes at least twice as fast as the host's, or at most half as fast.
+/// - mismatch, if the sequence is the clock and the frame rate differs from the nominal one (FramePace), if the steps
+/// of
+///   the sequence or of the device's time are constant but differ from the described ones (StepWatch), or if the
+///   device's time passes at least twice as fast as the host's, or at most half as fast.
 /// - timeout and disconnected, as the line reports them. The next read has no frame to count from.
 [[nodiscard]] std::unique_ptr<Gyro> make_framed_gyro(FrameFormat format, std::unique_ptr<ByteStream> line,
                                                      Duration within, GyroCommands commands = {},

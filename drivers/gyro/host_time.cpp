@@ -10,7 +10,7 @@ namespace gyrotherm::drivers {
 namespace {
 
 constexpr int kInstants = 60;  // one per second
-// Maximum deviation of a line's delay from its usual delay.
+// Maximum change of the line's delay between two reads.
 constexpr double kMaxDelayChange_ns = 2e8;
 
 constexpr double kPaceMemory_s = 30;
@@ -42,7 +42,7 @@ std::optional<Duration> HostInterval::next(std::uint64_t rounds, Duration arriva
 void FramePace::start_at(Duration arrival) {
   newest_ = arrival;
   is_started_ = false;
-  host_s_ = counted_s_ = 0;
+  host_s_ = gyro_s_ = 0;
   deviations_ = 0;
 }
 
@@ -51,8 +51,8 @@ void FramePace::add(Duration gyro_time, Duration arrival) {
   if (!std::exchange(is_started_, true)) return;
   const double decay = std::exp(-host_s / kPaceMemory_s);
   host_s_ = host_s_ * decay + host_s;
-  counted_s_ = counted_s_ * decay + to_seconds(gyro_time);
-  const double difference_s = std::abs(host_s_ - counted_s_);
+  gyro_s_ = gyro_s_ * decay + to_seconds(gyro_time);
+  const double difference_s = std::abs(host_s_ - gyro_s_);
   const bool agrees = difference_s <= kMaxDifference * host_s_ + kMaxDifference_s + frame_s_;
   const bool is_far = difference_s > host_s_ / 2;
   deviations_ = agrees ? 0 : std::min(deviations_ + (is_far ? kDeviationsForResult : 1), kDeviationsForResult);
@@ -61,7 +61,7 @@ void FramePace::add(Duration gyro_time, Duration arrival) {
 std::optional<double> FramePace::find_deviating_pace() const {
   constexpr double kLeast_s = 1e-3;
   if (deviations_ < kDeviationsForResult) return std::nullopt;
-  return counted_s_ / std::max(host_s_, kLeast_s);
+  return gyro_s_ / std::max(host_s_, kLeast_s);
 }
 
 }  // namespace gyrotherm::drivers

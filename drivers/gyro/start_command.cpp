@@ -16,7 +16,7 @@ namespace gyrotherm::drivers {
 namespace {
 
 constexpr std::size_t kAnswerChunk = 4096;
-constexpr std::size_t kMostShown = 48;  // bytes of an unexpected answer
+constexpr std::size_t kMostShown = 48;  // bytes of an answer in a message
 
 std::vector<std::uint32_t> read_messages(const TomlTable& table, const FrameFormat& format) {
   std::vector<std::uint32_t> ids;
@@ -31,56 +31,58 @@ std::vector<std::uint32_t> read_messages(const TomlTable& table, const FrameForm
 }
 
 /// Searches for a required answer in all bytes received since the command was sent.
-class Answer {
+class AnswerSearch {
  public:
-  Answer(const GyroCommand& command, const FrameFormat& format) : command_(command), decoder_(format) {
+  AnswerSearch(const GyroCommand& command, const FrameFormat& format) : command_(command), decoder_(format) {
     if (!command.reply.empty()) reply_in_command_ = command.send.find(command.reply);
     if (!command.refusal.empty()) refusal_in_command_ = command.send.find(command.refusal);
   }
 
   /// Adds received bytes. Returns nothing until the answer is complete.
   [[nodiscard]] std::optional<Result<void>> add(std::span<const std::byte> bytes) {
-    heard_.append(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    received_.append(reinterpret_cast<const char*>(bytes.data()), bytes.size());
     if (!command_.refusal.empty())
       if (const auto at = find(command_.refusal, refusal_in_command_); at != std::string::npos)
-        return failure(
-            FaultKind::refused, "",
-            fmt::format("\"{}\" answers \"{}\"", first_line(heard_.substr(at, kMostShown)), first_line(command_.send)));
+        return failure(FaultKind::refused, "",
+                       fmt::format("refusal \"{}\" received after \"{}\"", first_line(received_.substr(at, kMostShown)),
+                                   first_line(command_.send)));
     if (!command_.reply.empty() && find(command_.reply, reply_in_command_) != std::string::npos) return Result<void>();
     if (command_.messages.empty()) return std::nullopt;
     decoder_.feed(bytes);
     while (const auto* frame = decoder_.take())
-      if (frame->id && std::ranges::count(command_.messages, *frame->id) > 0) return judge();
+      if (frame->id && std::ranges::count(command_.messages, *frame->id) > 0) return check_settings();
     return std::nullopt;
   }
 
-  /// Describes the bytes received instead of the answer; empty if there are none.
-  [[nodiscard]] std::string in_words() const {
-    if (heard_.empty()) return {};
+  /// Returns a description of the received bytes, for a fault without the required answer. Empty if there are none.
+  [[nodiscard]] std::string describe_received() const {
+    if (received_.empty()) return {};
     const auto is_text = [](char letter) {
       return std::isprint(static_cast<unsigned char>(letter)) != 0 || letter == '\r' || letter == '\n';
     };
-    if (std::ranges::all_of(heard_, is_text))
-      return fmt::format(", but \"{}\"", first_line(heard_.substr(0, kMostShown)));
-    return fmt::format(", but {} bytes of frames or noise", heard_.size());
+    if (std::ranges::all_of(received_, is_text))
+      return fmt::format("; received \"{}\"", first_line(received_.substr(0, kMostShown)));
+    return fmt::format("; received {} bytes of frames or noise", received_.size());
   }
 
  private:
-  /// Returns the position of `text`, skipping an echo of the command. `in_command` is the position of `text` in the
-  /// command; an echo is accepted as an answer if that is 0. A longer number is not a match.
+  /// Returns the position of `text` in the received bytes, or npos. `in_command` is the position of `text` in the
+  /// command. A match inside an echo of the command is skipped, unless `in_command` is 0. If `text` ends in a digit, a
+  /// match followed by another digit is skipped.
   [[nodiscard]] std::size_t find(const std::string& text, std::size_t in_command) const {
-    for (auto at = heard_.find(text); at != std::string::npos; at = heard_.find(text, at + 1)) {
+    for (auto at = received_.find(text); at != std::string::npos; at = received_.find(text, at + 1)) {
       const bool is_echo = in_command != 0 && in_command != std::string::npos && at >= in_command &&
-                           heard_.compare(at - in_command, in_command, command_.send, 0, in_command) == 0;
+                           received_.compare(at - in_command, in_command, command_.send, 0, in_command) == 0;
       const auto end = at + text.size();
-      const bool goes_on = end < heard_.size() && std::isdigit(static_cast<unsigned char>(text.back())) != 0 &&
-                           std::isdigit(static_cast<unsigned char>(heard_[end])) != 0;
-      if (!is_echo && !goes_on) return at;
+      const bool number_continues = end < received_.size() &&
+                                    std::isdigit(static_cast<unsigned char>(text.back())) != 0 &&
+                                    std::isdigit(static_cast<unsigned char>(received_[end])) != 0;
+      if (!is_echo && !number_continues) return at;
     }
     return std::string::npos;
   }
 
-  [[nodiscard]] Result<void> judge() const {
+  [[nodiscard]] Result<void> check_settings() const {
     const auto differ = decoder_.differing_settings();
     if (!differ || differ->empty()) return {};
     return failure(FaultKind::mismatch, "", fmt::format("{}", fmt::join(*differ, "; ")));
@@ -89,7 +91,7 @@ class Answer {
   const GyroCommand& command_;
   FrameDecoder decoder_;
   std::size_t reply_in_command_ = std::string::npos, refusal_in_command_ = std::string::npos;
-  std::string heard_;
+  std::string received_;
 };
 
 std::string required_answer(const GyroCommand& command) {
@@ -121,7 +123,7 @@ std::vector<GyroCommand> read_commands(const TomlTable& root, const char* key, c
     command.refusal = table.text("refusal", "");
     command.messages = read_messages(table, format);
     if (table.has("then")) command.then_silent = table.choice("then", {"silent", "sends"}) == "silent";
-    if (command.send.empty()) table.mistake("send", "nothing to send");
+    if (command.send.empty()) table.mistake("send", "empty, expected the command to send");
     if (requires_answer(command) && command.wait <= Duration::zero())
       table.mistake("wait", "the time to wait for a reply is zero, expected a positive duration");
     commands.push_back(std::move(command));
@@ -132,7 +134,7 @@ std::vector<GyroCommand> read_commands(const TomlTable& root, const char* key, c
 Result<void> send_command(const GyroCommand& command, const FrameFormat& format, ByteStream& line, Duration within,
                           const Clock* clock) {
   if (auto sent = line.write(std::as_bytes(std::span(command.send)), within); !sent) return sent;
-  Answer answer(command, format);
+  AnswerSearch answer(command, format);
   std::array<std::byte, kAnswerChunk> chunk;
   for (const Deadline deadline(command.wait, clock); !deadline.over();) {
     const auto size = line.read(chunk, deadline.left());
@@ -144,42 +146,41 @@ Result<void> send_command(const GyroCommand& command, const FrameFormat& format,
   const auto waited = std::chrono::duration_cast<std::chrono::milliseconds>(command.wait);
   return failure(FaultKind::timeout, "",
                  fmt::format("no {} to \"{}\" in {} ms{}", required_answer(command), first_line(command.send),
-                             waited.count(), answer.in_words()));
+                             waited.count(), answer.describe_received()));
 }
 
 IdentityQuery read_identity_query(const TomlTable& table) {
-  IdentityQuery question{.send = table.text("send"),
-                         .wait = table.duration("wait", Duration::zero()),
-                         .begins = table.text("begins"),
-                         .ends = table.text("ends", "\r\n")};
-  if (question.begins.empty()) table.mistake("begins", "empty, expected the text before the identity");
-  if (question.ends.empty()) table.mistake("ends", "empty, expected the text after the identity");
-  if (question.wait <= Duration::zero()) table.mistake("wait", "expected a positive duration");
-  return question;
+  IdentityQuery query{.send = table.text("send"),
+                      .wait = table.duration("wait", Duration::zero()),
+                      .begins = table.text("begins"),
+                      .ends = table.text("ends", "\r\n")};
+  if (query.begins.empty()) table.mistake("begins", "empty, expected the text before the identity");
+  if (query.ends.empty()) table.mistake("ends", "empty, expected the text after the identity");
+  if (query.wait <= Duration::zero()) table.mistake("wait", "expected a positive duration");
+  return query;
 }
 
-Result<std::string> query_identity(const IdentityQuery& question, ByteStream& line, Duration within,
-                                   const Clock* clock) {
-  if (auto sent = line.write(std::as_bytes(std::span(question.send)), within); !sent) return failure(sent.error());
-  std::string heard;
+Result<std::string> query_identity(const IdentityQuery& query, ByteStream& line, Duration within, const Clock* clock) {
+  if (auto sent = line.write(std::as_bytes(std::span(query.send)), within); !sent) return failure(sent.error());
+  std::string received;
   std::array<std::byte, kAnswerChunk> chunk;
-  for (const Deadline deadline(question.wait, clock); !deadline.over();) {
+  for (const Deadline deadline(query.wait, clock); !deadline.over();) {
     const auto size = line.read(chunk, deadline.left());
     if (!size && size.error().kind == FaultKind::timeout) break;
     if (!size) return failure(size.error());
-    heard.append(reinterpret_cast<const char*>(chunk.data()), *size);
-    const auto begin = heard.find(question.begins);
+    received.append(reinterpret_cast<const char*>(chunk.data()), *size);
+    const auto begin = received.find(query.begins);
     if (begin == std::string::npos) continue;
-    const auto from = begin + question.begins.size();
-    const auto end = heard.find(question.ends, from);
-    if (end != std::string::npos) return heard.substr(from, end - from);
+    const auto from = begin + query.begins.size();
+    const auto end = received.find(query.ends, from);
+    if (end != std::string::npos) return received.substr(from, end - from);
   }
   return std::string();
 }
 
 namespace {
 
-constexpr auto kEvidence =
+constexpr auto kEvidenceKeywords =
     make_vocabulary<SettingEvidence::reply, SettingEvidence::nothing>("reply", "message", "frame", "pace", "nothing");
 
 bool is_answered_command(const std::string& line, const std::vector<GyroCommand>& start) {
@@ -197,12 +198,12 @@ StreamSetting read_setting(const TomlTable& table, const std::vector<GyroCommand
   StreamSetting setting{.name = table.text("name"),
                         .value = substitute_rate(table.text("value"), format.rate_hz),
                         .affects = table.choice("affects", {"scale", "content", "rate"}),
-                        .evidence = one_of(kEvidence, table, "verified_by"),
+                        .evidence = one_of(kEvidenceKeywords, table, "verified_by"),
                         .note = table.text("note", "")};
   if (setting.evidence == SettingEvidence::reply) {
     const auto command = substitute_rate(table.text("command"), format.rate_hz);
     if (!is_answered_command(command, start))
-      table.mistake("command", fmt::format("no [[start]] sends \"{}\" and requires an answer", command));
+      table.mistake("command", fmt::format("no [[start]] command sends \"{}\" and requires an answer", command));
   }
   if (setting.evidence == SettingEvidence::message && !has_settings_message(format))
     table.mistake("verified_by", "no field has a rule with the verdict \"mismatch\"");
@@ -222,21 +223,21 @@ std::vector<StreamSetting> read_settings(const TomlTable& root, const std::vecto
   return settings;
 }
 
-std::string in_words(const std::vector<StreamSetting>& settings, bool is_asked) {
-  std::string verified, others;
+std::string in_words(const std::vector<StreamSetting>& settings, bool is_queried) {
+  std::string verified, unverified;
   const auto add = [](std::string& list, const std::string& one) { list += (list.empty() ? "" : ", ") + one; };
   for (const auto& [name, value, affects, evidence, note] : settings) {
     const bool needs_command = evidence == SettingEvidence::reply || evidence == SettingEvidence::message;
     if (evidence == SettingEvidence::nothing)
-      add(others, fmt::format("{}: {} ({})", name, value, note));
-    else if (needs_command && !is_asked)
-      add(others, fmt::format("{}: {} (the gyro was not queried)", name, value));
+      add(unverified, fmt::format("{}: {} ({})", name, value, note));
+    else if (needs_command && !is_queried)
+      add(unverified, fmt::format("{}: {} (the gyro was not queried)", name, value));
     else
       add(verified, fmt::format("{}: {}", name, value));
   }
   std::string text;
   if (!verified.empty()) text = "settings verified: " + verified;
-  if (!others.empty()) text += (text.empty() ? "" : "; ") + ("settings NOT verified: " + others);
+  if (!unverified.empty()) text += (text.empty() ? "" : "; ") + ("settings NOT verified: " + unverified);
   return text;
 }
 

@@ -17,16 +17,18 @@
 
 namespace gyrotherm::drivers {
 
-/// A command, and the answer required within `wait`. Without `reply` and `messages` no answer is required.
+/// A command to a gyro, and the answer that must arrive within `wait`. If `reply` and `messages` are empty, no answer
+/// is required.
 struct GyroCommand {
   std::string send;
   Duration wait{};
   std::string reply;
   /// Start of an answer that refuses the command.
   std::string refusal{};
-  /// Message ids, one of which must arrive.
+  /// Ids of messages, any of which is an answer.
   std::vector<std::uint32_t> messages{};
-  /// For the simulator: after the command, the gyro is silent (true) or sends frames (false). Empty for no change.
+  /// For the simulator: true if the command stops the stream of frames, false if it starts it, empty if it does
+  /// neither.
   std::optional<bool> then_silent{};
 };
 
@@ -42,7 +44,7 @@ struct IdentityQuery {
 [[nodiscard]] IdentityQuery read_identity_query(const TomlTable& table);
 /// Sends the query. Returns the text between `begins` and `ends`, or an empty text if it does not arrive within `wait`.
 /// Fails with the fault of the line.
-[[nodiscard]] Result<std::string> query_identity(const IdentityQuery& question, ByteStream& line, Duration within,
+[[nodiscard]] Result<std::string> query_identity(const IdentityQuery& query, ByteStream& line, Duration within,
                                                  const Clock* clock);
 
 /// Returns true if the command requires an answer.
@@ -50,21 +52,22 @@ struct IdentityQuery {
 /// Returns the first line of a text, without its line end.
 [[nodiscard]] std::string first_line(const std::string& text);
 
-/// Replaces each "{rate_hz}" in the text.
+/// Replaces each "{rate_hz}" in the text by the rate.
 [[nodiscard]] std::string substitute_rate(std::string text, double rate_hz);
 
 /// Reads the tables `key`, [[start]] or [[stop]]: `send`, `wait`, `reply`, `refusal`, `message` and `then`. "{rate_hz}"
 /// in `send` and `reply` is replaced by the frame rate of `format`. Errors are noted in the tables.
 [[nodiscard]] std::vector<GyroCommand> read_commands(const TomlTable& root, const char* key, const FrameFormat& format);
 
-/// Sends a command and waits for its answer, or for the whole of `wait` if no answer is required. An echo of the
-/// command is not an answer, unless the answer is the start of the command. Fails with timeout if no answer arrives
-/// (the fault contains the bytes that arrived), refused if the gyro refuses, mismatch if a required message shows
-/// settings that differ from the description, or with the fault of the line. `within` limits the write.
+/// Sends a command and waits for its answer, or for the whole of `wait` if no answer is required. `within` limits the
+/// write. An echo of the command is not accepted as an answer, except for a required reply that is the beginning of the
+/// command. Fails with timeout if no answer arrives (the fault contains the received bytes), refused if the answer
+/// begins with `refusal`, mismatch if a required message shows settings that differ from the description, or with the
+/// fault of the line.
 [[nodiscard]] Result<void> send_command(const GyroCommand& command, const FrameFormat& format, ByteStream& line,
                                         Duration within, const Clock* clock);
 
-/// The evidence that a setting has the described value.
+/// Means by which a setting is verified.
 enum class SettingEvidence {
   /// The answer to a start command.
   reply,
@@ -78,24 +81,25 @@ enum class SettingEvidence {
   nothing,
 };
 
-/// A setting: its described value, and the effect of another value.
+/// A setting of the gyro that the meaning of the frames depends on.
 struct StreamSetting {
   std::string name;
-  std::string value;
-  /// "scale", "content" or "rate".
+  std::string value;  ///< assumed by the description
+  /// Property of the frames that another value would change: "scale", "content" or "rate".
   std::string affects;
   SettingEvidence evidence{};
-  std::string note{};  ///< reason for `nothing`
+  std::string note{};  ///< reason if not verified
 };
 
 /// Reads the tables [[setting]] of a stream. The evidence `reply` requires a command of `start` with an answer,
-/// `message` requires a field that has a rule with the verdict `mismatch`, `pace` requires `rate_hz`, and `nothing`
-/// requires a note. Errors are noted in the tables.
+/// `message` requires a field with a `mismatch` rule, `pace` requires `rate_hz`, and `nothing` requires a note. Errors
+/// are noted in the tables.
 [[nodiscard]] std::vector<StreamSetting> read_settings(const TomlTable& root, const std::vector<GyroCommand>& start,
                                                        const FrameFormat& format);
 
 /// Returns the verified and unverified settings as text: "verified: rotation in radians; NOT verified: filter as found
-/// (…)". `is_asked` means that the start commands were sent. Empty without settings.
-[[nodiscard]] std::string in_words(const std::vector<StreamSetting>& settings, bool is_asked);
+/// (…)". Empty if there are no settings. Unless `is_queried`, the start commands were not sent, and settings that need
+/// them are unverified.
+[[nodiscard]] std::string in_words(const std::vector<StreamSetting>& settings, bool is_queried);
 
 }  // namespace gyrotherm::drivers

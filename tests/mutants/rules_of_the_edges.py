@@ -218,13 +218,13 @@ MUTANTS = [
 
     # Settings of a gyro, and bytes that are not its frames.
     ("an echo confirms a start command", "drivers/gyro/start_command.cpp",
-     "if (!is_echo && !goes_on) return at;", "if (!goes_on) return at;",
+     "if (!is_echo && !number_continues) return at;", "if (!number_continues) return at;",
      "drivers_test", "StartCommand.IsNotConfirmedByItsEcho"),
     ("an ignored start command is obeyed", "drivers/gyro/start_command.cpp",
      "if (!requires_answer(command)) return {};", "return {};",
      "drivers_test", "GyroStream.EachIgnoredOrRefusedStartCommandOfAShippedOneFailsItsOpening"),
     ("another frame rate is a loss", "drivers/gyro/framed_gyro.cpp",
-     "if (!found.other_rate.empty()) return fault(FaultKind::mismatch, found.other_rate);", "",
+     "if (!found.rate_mismatch.empty()) return fault(FaultKind::mismatch, found.rate_mismatch);", "",
      "drivers_test", "OtherRate.IsReportedAsSuchAndNeverAsLostFrames"),
     ("bytes without a frame are a silence", "drivers/gyro/framed_gyro.cpp",
      "if (what.empty()) return failure(more.error());", "if (true) return failure(more.error());",

@@ -380,7 +380,7 @@ TEST(GyroStream, NamesEachMistake) {
     return stream ? std::string() : text(stream.error());
   };
   EXPECT_EQ(mistake("axis = \"z\"", "axis = \"x\""), "");
-  EXPECT_NE(mistake("axis = \"z\"", "axis = \"w\"").find("no gyro's field has the axis \"w\""), std::string::npos);
+  EXPECT_NE(mistake("axis = \"z\"", "axis = \"w\"").find("no gyro field has the axis \"w\""), std::string::npos);
   EXPECT_NE(mistake("unit = \"rad\"", "unit = \"furlong\"").find("expected \"rad\""), std::string::npos);
   EXPECT_NE(mistake("length = 36", "length = 30").find("outside the frame"), std::string::npos);
   EXPECT_NE(mistake("offset = -4", "offset = -3").find("check lies outside"), std::string::npos);

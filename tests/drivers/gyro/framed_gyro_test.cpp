@@ -71,7 +71,7 @@ TEST_F(FramedGyro, AFrameWithNoneBeforeItIsAFaultInEveryRead) {
   const auto first = gyro->read(seconds(1));
   ASSERT_FALSE(first);
   EXPECT_EQ(first.error().kind, FaultKind::corrupted);
-  EXPECT_EQ(first.error().what, "its counter restarted; the counts before are lost");
+  EXPECT_EQ(first.error().what, "the frame counter restarted; the counts before it are lost");
   send(10);
   expect_second();
 }
@@ -158,7 +158,7 @@ TEST_F(FramedGyro, ASilentGyroIsATimeoutAndThenStartsAfresh) {
   EXPECT_EQ(gyro->read(seconds(1)).error().kind, FaultKind::timeout);
   for (int i = 0; i < 5; ++i) skip();
   send(1);
-  EXPECT_EQ(gyro->read(seconds(1)).error().what, "its counter restarted; the counts before are lost");
+  EXPECT_EQ(gyro->read(seconds(1)).error().what, "the frame counter restarted; the counts before it are lost");
   send(10);
   expect_second();
 }
@@ -260,7 +260,7 @@ TEST_F(FramedGyroByTheHost, AfterASilenceItCountsFromTheNewestFrame) {
   clock.advance(seconds(3));
   EXPECT_EQ(gyro->read(seconds(1)).error().kind, FaultKind::timeout);
   pass(seconds(1), 67);
-  EXPECT_EQ(gyro->read(seconds(1)).error().what, "its counter restarted; the counts before are lost");
+  EXPECT_EQ(gyro->read(seconds(1)).error().what, "the frame counter restarted; the counts before it are lost");
   pass(seconds(1), 100);
   expect(100, seconds(1));
 }
@@ -273,7 +273,7 @@ TEST_F(FramedGyroByTheHost, FramesThatAreMissingWithoutATraceAreAFault) {
   EXPECT_EQ(lost.error().kind, FaultKind::corrupted);
   EXPECT_EQ(lost.error().what, "40 frames do not match the time in which they arrived: some were lost or late");
   pass(seconds(1), 100);
-  EXPECT_EQ(gyro->read(seconds(1)).error().what, "its counter restarted; the counts before are lost");
+  EXPECT_EQ(gyro->read(seconds(1)).error().what, "the frame counter restarted; the counts before it are lost");
   pass(seconds(1), 100);
   expect(100, seconds(1));
 }
@@ -318,9 +318,9 @@ TEST_F(FramedGyroByItsFrames, AnotherRateThanDescribedIsAFaultInEveryRead) {
     const auto count = read_after_a_second_of(100);
     ASSERT_FALSE(count) << second;
     EXPECT_EQ(count.error().kind, FaultKind::mismatch);
-    EXPECT_EQ(
-        count.error().what,
-        "it sends 100.0 frames a second, its description says 1000; set the unit, or rate_hz in the rig file's [gyro]");
+    EXPECT_EQ(count.error().what,
+              "sends 100.0 frames per second, but its stream file states 1000; set the unit, or rate_hz in [gyro] of "
+              "the rig file");
   }
 }
 
@@ -385,7 +385,7 @@ TEST_F(FramedGyro, ATimeThatJumpsIsNoInterval) {
     const auto count = gyro->read(seconds(1));
     ASSERT_FALSE(count) << jump << ": an interval of " << to_seconds(count->interval) << " s";
     EXPECT_EQ(count.error().kind, FaultKind::corrupted);
-    EXPECT_EQ(count.error().what, "its clock jumped: it was set or restarted");
+    EXPECT_EQ(count.error().what, "the device clock jumped: it was set, or the gyro restarted");
     EXPECT_EQ(gyro->frames().lost, 0u);
     send(10);
     expect_second();
@@ -412,7 +412,7 @@ TEST_F(FramedGyro, AnotherUnitOfItsTimeIsAFaultInEveryRead) {
     const auto count = second_of(100);
     ASSERT_FALSE(count) << second;
     EXPECT_EQ(count.error().kind, FaultKind::mismatch);
-    EXPECT_EQ(count.error().what, "0.001 s of its time stamps pass per second; check their unit in the stream file");
+    EXPECT_EQ(count.error().what, "the time stamps advance by 0.001 s per second; check their unit in the stream file");
   }
 }
 
@@ -692,7 +692,7 @@ TEST_F(FramedGyroByCommand, WithoutItsReplyIsATimeout) {
   const auto opened = gyro->open();
   ASSERT_FALSE(opened);
   EXPECT_EQ(opened.error().kind, FaultKind::timeout);
-  EXPECT_EQ(opened.error().what, "no reply \"FINE\" to \"go\" in 50 ms, but \"ready OK\"");
+  EXPECT_EQ(opened.error().what, "no reply \"FINE\" to \"go\" in 50 ms; received \"ready OK\"");
 }
 
 TEST_F(FramedGyroByCommand, IsStoppedWhenItGoes) {

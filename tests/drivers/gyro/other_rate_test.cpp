@@ -77,7 +77,7 @@ TEST(OtherRate, IsReportedAsSuchAndNeverAsLostFrames) {
       const auto count = unit.read_second();
       ASSERT_FALSE(count) << name << " " << rate_hz;
       EXPECT_EQ(count.error().kind, FaultKind::mismatch) << name << " " << rate_hz << ": " << count.error().what;
-      EXPECT_TRUE(count.error().what.starts_with(fmt::format("it sends {:.1f} frames a second", rate_hz)))
+      EXPECT_TRUE(count.error().what.starts_with(fmt::format("sends {:.1f} frames per second", rate_hz)))
           << name << ": " << count.error().what;
     }
     EXPECT_EQ(unit.gyro().frames().lost, 0u) << name << " " << rate_hz;

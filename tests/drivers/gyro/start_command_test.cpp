@@ -60,9 +60,9 @@ TEST(StartCommand, FailsWithRefusedWhenItsUnitRefuses) {
 TEST(StartCommand, ReportsWhatCameInsteadOfItsReply) {
   EXPECT_EQ(answered(kUnits, "").error().what, "no reply \"ROTUNITS,RAD\" to \"=ROTUNITS,RAD\" in 20 ms");
   EXPECT_EQ(answered(kUnits, "ROTUNITS,DEG\r\n").error().what,
-            "no reply \"ROTUNITS,RAD\" to \"=ROTUNITS,RAD\" in 20 ms, but \"ROTUNITS,DEG\"");
+            "no reply \"ROTUNITS,RAD\" to \"=ROTUNITS,RAD\" in 20 ms; received \"ROTUNITS,DEG\"");
   EXPECT_EQ(answered(kUnits, std::string("\xFE\x81\x00", 3)).error().what,
-            "no reply \"ROTUNITS,RAD\" to \"=ROTUNITS,RAD\" in 20 ms, but 3 bytes of frames or noise");
+            "no reply \"ROTUNITS,RAD\" to \"=ROTUNITS,RAD\" in 20 ms; received 3 bytes of frames or noise");
 }
 
 TEST(StartCommand, RequiresAMessageWhoseSettingsAgree) {

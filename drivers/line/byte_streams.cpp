@@ -37,14 +37,14 @@ class DescriptorStream : public ByteStream {
     if (auto opened = open(); !opened) return opened;
     const Deadline deadline(within);
     while (!bytes.empty()) {
-      const auto size = put(bytes);
+      const auto size = write_some(bytes);
       if (size > 0) {
         bytes = bytes.subspan(static_cast<std::size_t>(size));
         continue;
       }
-      if (size < 0 && !would_block()) return broken(std::strerror(errno));
+      if (size < 0 && !would_block()) return close_with_fault(std::strerror(errno));
       if (!deadline.over() && ready(line_.number(), POLLOUT, deadline)) continue;
-      (void)broken("a part may have been sent");
+      (void)close_with_fault("a part may have been sent");
       return failure(FaultKind::timeout, place(), fmt::format("could not send in {:.3f} s", to_seconds(within)));
     }
     return {};
@@ -55,15 +55,15 @@ class DescriptorStream : public ByteStream {
  protected:
   [[nodiscard]] Result<void> open() {
     if (line_.is_open()) return {};
-    if (backoff_.left() > Duration::zero()) return failure(FaultKind::disconnected, place(), backoff_.words());
+    if (backoff_.left() > Duration::zero()) return failure(FaultKind::disconnected, place(), backoff_.message());
     return open_line();
   }
 
   /// Closes the line and returns the fault. If the line remained open after its device was removed, poll() would always
   /// report it as ready.
-  [[nodiscard]] tl::unexpected<Fault> broken(std::string why) {
+  [[nodiscard]] tl::unexpected<Fault> close_with_fault(std::string why) {
     line_.close();
-    backoff_.failed();
+    backoff_.note_failure();
     return failure(FaultKind::disconnected, place(), std::move(why));
   }
 
@@ -75,7 +75,7 @@ class DescriptorStream : public ByteStream {
  private:
   [[nodiscard]] virtual Result<void> open_line() = 0;
   /// Writes as many bytes as the system accepts. Returns their number, or -1 with errno set.
-  [[nodiscard]] virtual ssize_t put(std::span<const std::byte> bytes) const = 0;
+  [[nodiscard]] virtual ssize_t write_some(std::span<const std::byte> bytes) const = 0;
 };
 
 class TcpStream final : public DescriptorStream {
@@ -88,11 +88,11 @@ class TcpStream final : public DescriptorStream {
     while (true) {
       const auto size = recv(line_.number(), buffer.data(), buffer.size(), 0);
       if (size > 0) {
-        backoff_.succeeded();
+        backoff_.note_success();
         return static_cast<std::size_t>(size);
       }
-      if (size == 0) return broken("the peer closed the connection");
-      if (!would_block()) return broken(std::strerror(errno));
+      if (size == 0) return close_with_fault("the peer closed the connection");
+      if (!would_block()) return close_with_fault(std::strerror(errno));
       if (deadline.over() || !ready(line_.number(), POLLIN, deadline))
         return failure(FaultKind::timeout, place(), fmt::format("no data in {:.3f} s", to_seconds(within)));
     }
@@ -104,22 +104,22 @@ class TcpStream final : public DescriptorStream {
     address.sin_family = AF_INET;
     address.sin_port = htons(peer_.port);
     if (inet_pton(AF_INET, peer_.host.c_str(), &address.sin_addr) != 1)
-      return broken("the host is not a numeric IPv4 address");
+      return close_with_fault("the host is not a numeric IPv4 address");
 
     line_ = Descriptor(::socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
-    if (!line_.is_open()) return broken(std::strerror(errno));
+    if (!line_.is_open()) return close_with_fault(std::strerror(errno));
     enable_dead_peer_detection(line_.number());
     if (::connect(line_.number(), reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0) return {};
-    if (errno != EINPROGRESS) return broken(std::strerror(errno));
-    if (!ready(line_.number(), POLLOUT, Deadline(connect_within_))) return broken("no connection in time");
+    if (errno != EINPROGRESS) return close_with_fault(std::strerror(errno));
+    if (!ready(line_.number(), POLLOUT, Deadline(connect_within_))) return close_with_fault("no connection in time");
     int error = 0;
     socklen_t size = sizeof error;
     getsockopt(line_.number(), SOL_SOCKET, SO_ERROR, &error, &size);
-    if (error != 0) return broken(std::strerror(error));
+    if (error != 0) return close_with_fault(std::strerror(error));
     return {};
   }
 
-  ssize_t put(std::span<const std::byte> bytes) const override {
+  ssize_t write_some(std::span<const std::byte> bytes) const override {
     return ::send(line_.number(), bytes.data(), bytes.size(), MSG_NOSIGNAL);
   }
   std::string place() const override { return fmt::format("tcp {}:{}", peer_.host, peer_.port); }
@@ -151,22 +151,22 @@ struct FreeConfig {
 };
 using Config = std::unique_ptr<sp_port_config, FreeConfig>;
 
-tl::unexpected<Fault> refused(std::string what) { return failure(FaultKind::disconnected, "", std::move(what)); }
+tl::unexpected<Fault> open_fault(std::string what) { return failure(FaultKind::disconnected, "", std::move(what)); }
 
-std::string reason(int error) {
+std::string error_text(int error) {
   if (error == EACCES) return "permission denied; see \"gyrotherm devices\"";
   if (error == EBUSY) return "in use by another program";
   return std::strerror(error);
 }
 
 /// Describes an error of libserialport, which keeps the system's reason in errno.
-std::string reason(sp_return code) { return code == SP_ERR_FAIL ? reason(errno) : "not a serial port"; }
+std::string error_text(sp_return code) { return code == SP_ERR_FAIL ? error_text(errno) : "not a serial port"; }
 
 /// Makes the port exclusive. The kernel excludes other processes; the lock excludes root and processes that opened the
 /// port earlier.
-Result<void> claim(int descriptor) {
-  if (flock(descriptor, LOCK_EX | LOCK_NB) != 0) return refused("in use by another program");
-  if (ioctl(descriptor, TIOCEXCL) != 0) return refused(reason(errno));
+Result<void> lock_port(int descriptor) {
+  if (flock(descriptor, LOCK_EX | LOCK_NB) != 0) return open_fault("in use by another program");
+  if (ioctl(descriptor, TIOCEXCL) != 0) return open_fault(error_text(errno));
   return {};
 }
 
@@ -195,10 +195,11 @@ Result<void> configure(sp_port* port, const SerialFormat& format) {
                    sp_set_parity(port, kParities[static_cast<std::size_t>(format.parity)]) == SP_OK &&
                    sp_set_stopbits(port, format.stop_bits) == SP_OK &&
                    sp_set_flowcontrol(port, format.rtscts ? SP_FLOWCONTROL_RTSCTS : SP_FLOWCONTROL_NONE) == SP_OK;
-  if (!set) return refused(fmt::format("cannot be set to {}", text(format)));
+  if (!set) return open_fault(fmt::format("cannot be set to {}", text(format)));
   const auto found = read_port_format(port);
   if (found != format)
-    return refused(fmt::format("set to {}, the port is at {}", text(format), found ? text(*found) : "something else"));
+    return open_fault(
+        fmt::format("set to {}, the port is at {}", text(format), found ? text(*found) : "something else"));
   return {};
 }
 
@@ -212,12 +213,13 @@ void keep_modem_lines(int descriptor) {
 
 Result<Descriptor> open_port(const std::string& device, const SerialFormat& format) {
   sp_port* raw = nullptr;
-  if (const auto found = sp_get_port_by_name(device.c_str(), &raw); found != SP_OK) return refused(reason(found));
+  if (const auto found = sp_get_port_by_name(device.c_str(), &raw); found != SP_OK)
+    return open_fault(error_text(found));
   const Port port(raw);
-  if (const auto opened = sp_open(raw, SP_MODE_READ_WRITE); opened != SP_OK) return refused(reason(opened));
+  if (const auto opened = sp_open(raw, SP_MODE_READ_WRITE); opened != SP_OK) return open_fault(error_text(opened));
   int handle = kNoDescriptor;
   sp_get_port_handle(raw, &handle);
-  if (auto mine = claim(handle); !mine) return failure(std::move(mine.error()));
+  if (auto claimed = lock_port(handle); !claimed) return failure(std::move(claimed.error()));
   if (auto set = configure(raw, format); !set) return failure(std::move(set.error()));
   keep_modem_lines(handle);
   tcflush(handle, TCIOFLUSH);
@@ -227,17 +229,17 @@ Result<Descriptor> open_port(const std::string& device, const SerialFormat& form
 /// Opens a pseudo-terminal, which libserialport does not support.
 Result<Descriptor> open_pseudo_terminal(const std::string& device) {
   Descriptor line(open(device.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
-  if (!line.is_open()) return refused(reason(errno));
-  if (auto mine = claim(line.number()); !mine) return failure(std::move(mine.error()));
+  if (!line.is_open()) return open_fault(error_text(errno));
+  if (auto claimed = lock_port(line.number()); !claimed) return failure(std::move(claimed.error()));
   termios settings{};
-  if (tcgetattr(line.number(), &settings) != 0) return refused(reason(errno));
+  if (tcgetattr(line.number(), &settings) != 0) return open_fault(error_text(errno));
   cfmakeraw(&settings);
-  if (tcsetattr(line.number(), TCSANOW, &settings) != 0) return refused(reason(errno));
+  if (tcsetattr(line.number(), TCSANOW, &settings) != 0) return open_fault(error_text(errno));
   tcflush(line.number(), TCIOFLUSH);
   return line;
 }
 
-std::string words(const char* text) { return text == nullptr ? "" : text; }
+std::string text_or_empty(const char* text) { return text == nullptr ? "" : text; }
 
 class SerialStream final : public DescriptorStream {
  public:
@@ -249,11 +251,11 @@ class SerialStream final : public DescriptorStream {
     while (ready(line_.number(), POLLIN, deadline)) {
       const auto size = ::read(line_.number(), buffer.data(), buffer.size());
       if (size > 0) {
-        backoff_.succeeded();
+        backoff_.note_success();
         return static_cast<std::size_t>(size);
       }
-      if (size == 0) return broken("the port is gone");  // ready without data: hung up
-      if (!would_block()) return broken(std::strerror(errno));
+      if (size == 0) return close_with_fault("the port is gone");  // ready without data: hung up
+      if (!would_block()) return close_with_fault(std::strerror(errno));
     }
     return failure(FaultKind::timeout, place(), fmt::format("no data in {:.3f} s", to_seconds(within)));
   }
@@ -261,12 +263,12 @@ class SerialStream final : public DescriptorStream {
  private:
   Result<void> open_line() override {
     auto opened = open_serial_port(device_, format_);
-    if (!opened) return broken(std::move(opened.error().what));
+    if (!opened) return close_with_fault(std::move(opened.error().what));
     line_ = std::move(*opened);
     return {};
   }
 
-  ssize_t put(std::span<const std::byte> bytes) const override {
+  ssize_t write_some(std::span<const std::byte> bytes) const override {
     return ::write(line_.number(), bytes.data(), bytes.size());
   }
   std::string place() const override { return "serial " + device_; }
@@ -296,7 +298,7 @@ bool has_unstable_name(const std::string& device) {
 Result<Descriptor> open_serial_port(const std::string& device, const SerialFormat& format) {
   std::error_code missing;
   const auto real = fs::canonical(device, missing).string();
-  if (missing) return refused("no such device");
+  if (missing) return open_fault("no such device");
   return real.starts_with("/dev/pts/") ? open_pseudo_terminal(real) : open_port(real, format);
 }
 
@@ -305,9 +307,9 @@ std::vector<SerialPortFound> serial_ports() {
   sp_port** ports = nullptr;
   if (sp_list_ports(&ports) != SP_OK) return found;
   for (auto** port = ports; *port != nullptr; ++port) {
-    SerialPortFound entry{.device = words(sp_get_port_name(*port)),
-                          .description = words(sp_get_port_description(*port)),
-                          .serial = words(sp_get_port_usb_serial(*port)),
+    SerialPortFound entry{.device = text_or_empty(sp_get_port_name(*port)),
+                          .description = text_or_empty(sp_get_port_description(*port)),
+                          .serial = text_or_empty(sp_get_port_usb_serial(*port)),
                           .stable_name = {}};
     entry.stable_name = stable_name(entry.device);
     sp_get_port_usb_vid_pid(*port, &entry.vendor, &entry.product);
@@ -324,40 +326,40 @@ std::unique_ptr<ByteStream> make_serial_stream(std::string device, const SerialF
 
 namespace {
 
-constexpr std::size_t kMostStray = 8;
+constexpr std::size_t kMaxStrayBytes = 8;
 /// A gateway may delay the second packet of an echo until the first is acknowledged.
-constexpr Duration kLongestGap = std::chrono::milliseconds(250);
+constexpr Duration kEchoGap = std::chrono::milliseconds(250);
 
 class EchoStream final : public ByteStream {
  public:
   EchoStream(std::unique_ptr<ByteStream> line, const Clock* clock) : line_(std::move(line)), clock_(clock) {}
 
   Result<std::size_t> read(std::span<std::byte> buffer, Duration within) override {
-    if (behind_echo_.empty()) return line_->read(buffer, within);
-    const auto size = std::min(buffer.size(), behind_echo_.size());
-    const auto end = behind_echo_.begin() + static_cast<std::ptrdiff_t>(size);
-    std::copy(behind_echo_.begin(), end, buffer.begin());
-    behind_echo_.erase(behind_echo_.begin(), end);
+    if (after_echo_.empty()) return line_->read(buffer, within);
+    const auto size = std::min(buffer.size(), after_echo_.size());
+    const auto end = after_echo_.begin() + static_cast<std::ptrdiff_t>(size);
+    std::copy(after_echo_.begin(), end, buffer.begin());
+    after_echo_.erase(after_echo_.begin(), end);
     return size;
   }
 
   Result<void> write(std::span<const std::byte> bytes, Duration within) override {
-    behind_echo_.clear();
+    after_echo_.clear();
     const Deadline deadline(within, clock_);
     if (auto sent = line_->write(bytes, within); !sent || bytes.empty()) return sent;
-    std::vector<std::byte> came;
+    std::vector<std::byte> received;
     std::array<std::byte, 256> buffer;
     while (true) {
-      const auto size = line_->read(buffer, std::min(kLongestGap, deadline.left()));
+      const auto size = line_->read(buffer, std::min(kEchoGap, deadline.left()));
       if (!size && size.error().kind != FaultKind::timeout) return failure(size.error());
-      if (!size) return no_echo(came.size(), bytes.size());
-      came.insert(came.end(), buffer.begin(), buffer.begin() + static_cast<std::ptrdiff_t>(*size));
-      const auto echo = std::ranges::search(came, bytes);
+      if (!size) return echo_fault(received.size(), bytes.size());
+      received.insert(received.end(), buffer.begin(), buffer.begin() + static_cast<std::ptrdiff_t>(*size));
+      const auto echo = std::ranges::search(received, bytes);
       if (!echo.empty()) {
-        behind_echo_.assign(echo.end(), came.end());
+        after_echo_.assign(echo.end(), received.end());
         return {};
       }
-      if (came.size() >= bytes.size() + kMostStray)
+      if (received.size() >= bytes.size() + kMaxStrayBytes)
         return failure(FaultKind::corrupted, "",
                        "the bytes that came back differ from those sent; \"echo\" expects the same");
     }
@@ -367,18 +369,18 @@ class EchoStream final : public ByteStream {
   void end_rest() override { line_->end_rest(); }
 
  private:
-  [[nodiscard]] static tl::unexpected<Fault> no_echo(std::size_t came, std::size_t sent) {
-    if (came == 0)
+  [[nodiscard]] static tl::unexpected<Fault> echo_fault(std::size_t received, std::size_t sent) {
+    if (received == 0)
       return failure(FaultKind::timeout, "",
                      "nothing that was sent came back; \"echo\" expects an adapter that echoes");
     return failure(FaultKind::corrupted, "",
-                   fmt::format("{} bytes came back where {} were sent; \"echo\" expects the same", came, sent));
+                   fmt::format("{} bytes came back where {} were sent; \"echo\" expects the same", received, sent));
   }
 
   std::unique_ptr<ByteStream> line_;
   const Clock* clock_;
   /// Bytes that arrived together with the echo.
-  std::vector<std::byte> behind_echo_;
+  std::vector<std::byte> after_echo_;
 };
 
 }  // namespace

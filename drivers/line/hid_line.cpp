@@ -27,31 +27,31 @@ using std::chrono::milliseconds;
 constexpr std::size_t kLongestReport = 64;
 /// Number of failed reads after which the device is closed. A read may fail although the device is present, for example
 /// after a signal.
-constexpr int kMostOddFailures = 3;
+constexpr int kMaxReadFailures = 3;
 
 /// Returns the lock for hidapi, whose listing, opening and closing is not thread-safe.
-std::mutex& library() {
+std::mutex& hidapi_mutex() {
   static std::mutex one;
   return one;
 }
 
 struct CloseDevice {
   void operator()(hid_device* device) const {
-    const std::scoped_lock lock(library());
+    const std::scoped_lock lock(hidapi_mutex());
     hid_close(device);
   }
 };
 
 /// Converts to ASCII; other characters become question marks.
-std::string narrow(const wchar_t* text) {
-  std::string narrowed;
-  for (; text != nullptr && *text != L'\0'; ++text) narrowed += *text < 128 ? static_cast<char>(*text) : '?';
-  return narrowed;
+std::string to_ascii(const wchar_t* text) {
+  std::string ascii;
+  for (; text != nullptr && *text != L'\0'; ++text) ascii += *text < 128 ? static_cast<char>(*text) : '?';
+  return ascii;
 }
 
 /// Returns the reason why a device file cannot be used, or "". hidapi reads freed memory when it opens a file that is
 /// not an HID device, or a device that is being removed.
-std::string objection_to(const std::string& path) {
+std::string find_access_error(const std::string& path) {
   const Descriptor node(open(path.c_str(), O_RDWR | O_CLOEXEC));
   if (!node.is_open() && errno == EACCES) return "permission denied; see \"gyrotherm devices\"";
   if (!node.is_open()) return std::strerror(errno);
@@ -64,74 +64,76 @@ class OpenedHid final : public HidReports {
   OpenedHid(std::vector<HidKind> kinds, std::string serial) : kinds_(std::move(kinds)), serial_(std::move(serial)) {}
 
   Result<std::string> open() override {
-    if (device_) return who_;
-    if (backoff_.left() > Duration::zero()) return failure(FaultKind::disconnected, place(), backoff_.words());
-    const auto found = find();
-    if (!found) return broken(found.error().what);
-    if (auto objection = objection_to(found->path); !objection.empty()) return broken(std::move(objection));
+    if (device_) return identity_;
+    if (backoff_.left() > Duration::zero()) return failure(FaultKind::disconnected, place(), backoff_.message());
+    const auto found = find_device();
+    if (!found) return close_with_fault(found.error().what);
+    if (auto access_error = find_access_error(found->path); !access_error.empty())
+      return close_with_fault(std::move(access_error));
     {
-      const std::scoped_lock lock(library());
+      const std::scoped_lock lock(hidapi_mutex());
       device_.reset(hid_open_path(found->path.c_str()));
     }
-    if (!device_) return broken("cannot be opened");
+    if (!device_) return close_with_fault("cannot be opened");
     path_ = found->path;
-    who_ = fmt::format("{} {}", kind_of(*found)->name, found->serial);
+    identity_ = fmt::format("{} {}", find_kind(*found)->name, found->serial);
     std::array<unsigned char, kLongestReport> stale;
     while (hid_read_timeout(device_.get(), stale.data(), stale.size(), 0) > 0) {
     }
-    return who_;
+    return identity_;
   }
 
   Result<void> write(std::span<const std::byte> report) override {
     if (auto opened = open(); !opened) return failure(std::move(opened.error()));
     const auto* bytes = reinterpret_cast<const unsigned char*>(report.data());
     if (hid_write(device_.get(), bytes, report.size()) >= 0) return {};
-    return broken(is_still_connected() ? "the device did not accept the report" : "unplugged");
+    return close_with_fault(is_still_connected() ? "the device did not accept the report" : "unplugged");
   }
 
   Result<std::size_t> read(std::span<std::byte> report, Duration within) override {
     if (auto opened = open(); !opened) return failure(std::move(opened.error()));
     const Deadline deadline(within);
-    for (int failures = 0; failures < kMostOddFailures;) {
+    for (int failures = 0; failures < kMaxReadFailures;) {
       const auto left = std::chrono::ceil<milliseconds>(deadline.left()).count();
       auto* bytes = reinterpret_cast<unsigned char*>(report.data());
       const int size = hid_read_timeout(device_.get(), bytes, report.size(), static_cast<int>(left));
       if (size > 0) {
-        backoff_.succeeded();
+        backoff_.note_success();
         return static_cast<std::size_t>(size);
       }
       if (size == 0)
         return failure(FaultKind::timeout, place(), fmt::format("no report in {} ms", within / milliseconds(1)));
-      if (!is_still_connected()) return broken("unplugged");
+      if (!is_still_connected()) return close_with_fault("unplugged");
       ++failures;
     }
-    return broken("reports cannot be read");
+    return close_with_fault("reports cannot be read");
   }
 
  private:
-  [[nodiscard]] const HidKind* kind_of(const HidDeviceFound& device) const {
+  [[nodiscard]] const HidKind* find_kind(const HidDeviceFound& device) const {
     const auto found = std::ranges::find_if(
         kinds_, [&](const auto& kind) { return kind.vendor == device.vendor && kind.product == device.product; });
     return found == kinds_.end() ? nullptr : &*found;
   }
 
-  [[nodiscard]] Result<HidDeviceFound> find() const {
-    std::vector<HidDeviceFound> fitting;
+  [[nodiscard]] Result<HidDeviceFound> find_device() const {
+    std::vector<HidDeviceFound> matches;
     std::string serials;
     for (auto& device : hid_devices()) {
-      if (kind_of(device) == nullptr || (!serial_.empty() && device.serial != serial_)) continue;
+      if (find_kind(device) == nullptr || (!serial_.empty() && device.serial != serial_)) continue;
       serials += (serials.empty() ? "" : ", ") + device.serial;
-      fitting.push_back(std::move(device));
+      matches.push_back(std::move(device));
     }
-    if (fitting.size() == 1) return std::move(fitting.front());
+    if (matches.size() == 1) return std::move(matches.front());
     const auto which = serial_.empty() ? std::string() : fmt::format(" with serial number {}", serial_);
-    if (fitting.empty())
-      return failure(FaultKind::disconnected, "", fmt::format("no {}{} is connected", names(), which));
-    return failure(FaultKind::disconnected, "",
-                   fmt::format("{} of {}{} are connected ({}); expected one", fitting.size(), names(), which, serials));
+    if (matches.empty())
+      return failure(FaultKind::disconnected, "", fmt::format("no {}{} is connected", kind_names(), which));
+    return failure(
+        FaultKind::disconnected, "",
+        fmt::format("{} of {}{} are connected ({}); expected one", matches.size(), kind_names(), which, serials));
   }
 
-  [[nodiscard]] std::string names() const {
+  [[nodiscard]] std::string kind_names() const {
     std::string all;
     for (const auto& kind : kinds_) all += (all.empty() ? "" : " or ") + std::string(kind.name);
     return all;
@@ -139,9 +141,9 @@ class OpenedHid final : public HidReports {
 
   [[nodiscard]] std::string place() const { return serial_.empty() ? "hid" : "hid " + serial_; }
 
-  [[nodiscard]] tl::unexpected<Fault> broken(std::string why) {
+  [[nodiscard]] tl::unexpected<Fault> close_with_fault(std::string why) {
     device_.reset();
-    backoff_.failed();
+    backoff_.note_failure();
     return failure(FaultKind::disconnected, place(), std::move(why));
   }
 
@@ -150,7 +152,7 @@ class OpenedHid final : public HidReports {
   std::vector<HidKind> kinds_;
   std::string serial_;
   std::unique_ptr<hid_device, CloseDevice> device_;
-  std::string path_, who_;
+  std::string path_, identity_;
   Backoff backoff_;
 };
 
@@ -161,15 +163,15 @@ std::unique_ptr<HidReports> make_hid_line(std::vector<HidKind> kinds, std::strin
 }
 
 std::vector<HidDeviceFound> hid_devices() {
-  const std::scoped_lock lock(library());
+  const std::scoped_lock lock(hidapi_mutex());
   std::vector<HidDeviceFound> found;
   auto* first = hid_enumerate(0, 0);
   for (const auto* device = first; device != nullptr; device = device->next) {
     const std::string path = device->path == nullptr ? "" : device->path;
     const bool seen = std::ranges::any_of(found, [&](const auto& other) { return other.path == path; });
     if (seen) continue;  // listed once per usage
-    found.push_back({path, device->vendor_id, device->product_id, narrow(device->serial_number),
-                     narrow(device->manufacturer_string), narrow(device->product_string)});
+    found.push_back({path, device->vendor_id, device->product_id, to_ascii(device->serial_number),
+                     to_ascii(device->manufacturer_string), to_ascii(device->product_string)});
   }
   hid_free_enumeration(first);
   std::ranges::sort(found, {}, &HidDeviceFound::path);

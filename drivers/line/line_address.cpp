@@ -24,12 +24,12 @@ constexpr std::array kBaudRates{300,   600,   1200,  2400,  4800,   9600,   1440
 constexpr std::string_view kParityLetters = "NOE";  ///< in the order of SerialParity
 constexpr std::string_view kTcp = "tcp://", kSerial = "serial:", kHid = "hid:", kVirtual = "virtual";
 
-tl::unexpected<Fault> wrong(std::string_view text, std::string_view what, std::string_view expected) {
+tl::unexpected<Fault> address_fault(std::string_view text, std::string_view what, std::string_view expected) {
   return failure(FaultKind::bad_file, "", fmt::format("\"{}\": {}, expected {}", text, what, expected));
 }
 
 template <class Number>
-bool take_number(std::string_view digits, Number& number) {
+bool parse_number(std::string_view digits, Number& number) {
   const auto* end = digits.data() + digits.size();
   const auto [stopped, error] = std::from_chars(digits.data(), end, number);
   return error == std::errc{} && stopped == end;
@@ -38,27 +38,30 @@ bool take_number(std::string_view digits, Number& number) {
 bool is_windows_port(std::string_view text) {
   constexpr std::size_t kLetters = 3;
   int number = 0;
-  return (text.starts_with("COM") || text.starts_with("com")) && take_number(text.substr(kLetters), number);
+  return (text.starts_with("COM") || text.starts_with("com")) && parse_number(text.substr(kLetters), number);
 }
 
-constexpr const char* kPortsAreListed =
+constexpr const char* kPortHelp =
     "serial:/dev/ttyUSB0 or its name in /dev/serial/by-id (\"gyrotherm devices\" lists "
     "them)";
 
 /// Suggests the likely intention: a serial port or a host name.
-tl::unexpected<Fault> wrong_host(std::string_view text, std::string_view host, std::string_view expected) {
+tl::unexpected<Fault> host_fault(std::string_view text, std::string_view host, std::string_view expected) {
   if (text.starts_with("/dev/"))
-    return wrong(text, "a device file is not an address of the network", fmt::format("\"serial:{}\"", text));
+    return address_fault(text, "a device file is not an address of the network", fmt::format("\"serial:{}\"", text));
   if (text.starts_with("tty"))
-    return wrong(text, "a device file is not an address of the network", fmt::format("\"serial:/dev/{}\"", text));
-  if (is_windows_port(text)) return wrong(text, "ports have such names only on Windows", kPortsAreListed);
+    return address_fault(text, "a device file is not an address of the network",
+                         fmt::format("\"serial:/dev/{}\"", text));
+  if (is_windows_port(text)) return address_fault(text, "ports have such names only on Windows", kPortHelp);
   const bool has_scheme = text.find("://") != std::string_view::npos && !text.starts_with(kTcp);
-  const auto is_of_a_name = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '-' || c == '.'; };
-  if (!has_scheme && std::ranges::all_of(host, is_of_a_name) &&
+  const auto is_name_letter = [](char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) || c == '-' || c == '.';
+  };
+  if (!has_scheme && std::ranges::all_of(host, is_name_letter) &&
       std::ranges::any_of(host, [](char c) { return std::isalpha(static_cast<unsigned char>(c)); }))
-    return wrong(text, "host names are not resolved, because that can take any time",
-                 fmt::format("the numeric IPv4 address that \"getent ahostsv4 {}\" prints", host));
-  return wrong(text, "the host is not a numeric IPv4 address", expected);
+    return address_fault(text, "host names are not resolved, because that can take any time",
+                         fmt::format("the numeric IPv4 address that \"getent ahostsv4 {}\" prints", host));
+  return address_fault(text, "the host is not a numeric IPv4 address", expected);
 }
 
 Result<Line> parse_tcp(std::string_view text) {
@@ -69,22 +72,22 @@ Result<Line> parse_tcp(std::string_view text) {
   TcpLine line{std::string(rest.substr(0, colon)), 0};
   if (line.host == "localhost") line.host = "127.0.0.1";
   if (in_addr numeric{}; inet_pton(AF_INET, line.host.c_str(), &numeric) != 1)
-    return wrong_host(text, line.host, kExpected);
+    return host_fault(text, line.host, kExpected);
   if (colon == std::string_view::npos) return line;
-  if (!take_number(rest.substr(colon + 1), line.port) || line.port == 0)
-    return wrong(text, "the port is not a number from 1 to 65535", kExpected);
+  if (!parse_number(rest.substr(colon + 1), line.port) || line.port == 0)
+    return address_fault(text, "the port is not a number from 1 to 65535", kExpected);
   return line;
 }
 
 Result<Line> parse_serial(std::string_view text) {
   const auto rest = text.substr(kSerial.size());
-  const auto question = rest.find('?');
-  SerialLine line{std::string(rest.substr(0, question)), {}};
-  if (is_windows_port(line.device)) return wrong(text, "ports have such names only on Windows", kPortsAreListed);
+  const auto query_mark = rest.find('?');
+  SerialLine line{std::string(rest.substr(0, query_mark)), {}};
+  if (is_windows_port(line.device)) return address_fault(text, "ports have such names only on Windows", kPortHelp);
   if (!line.device.starts_with("/dev/") || line.device.ends_with('/'))
-    return wrong(text, "the device is not a file under /dev", "serial:/dev/ttyUSB0?9600,8N1");
-  if (question == std::string_view::npos) return line;
-  const auto format = parse_serial_format(rest.substr(question + 1));
+    return address_fault(text, "the device is not a file under /dev", "serial:/dev/ttyUSB0?9600,8N1");
+  if (query_mark == std::string_view::npos) return line;
+  const auto format = parse_serial_format(rest.substr(query_mark + 1));
   if (!format) return failure(format.error());
   line.format = *format;
   return line;
@@ -102,12 +105,12 @@ Result<SerialFormat> parse_serial_format(std::string_view text) {
   if (format.rtscts) text.remove_suffix(kHandshake.size());
   const auto comma = text.find(',');
   const auto frame = comma == std::string_view::npos ? std::string_view() : text.substr(comma + 1);
-  if (frame.size() != 3) return wrong(whole, "not a serial format", kExpected);
-  if (!take_number(text.substr(0, comma), format.baud) || std::ranges::count(kBaudRates, format.baud) == 0)
-    return wrong(whole, "the baud rate is unknown", fmt::format("one of {}", fmt::join(kBaudRates, ", ")));
+  if (frame.size() != 3) return address_fault(whole, "not a serial format", kExpected);
+  if (!parse_number(text.substr(0, comma), format.baud) || std::ranges::count(kBaudRates, format.baud) == 0)
+    return address_fault(whole, "the baud rate is unknown", fmt::format("one of {}", fmt::join(kBaudRates, ", ")));
   const auto parity = kParityLetters.find(frame[1]);
   if ((frame[0] != '7' && frame[0] != '8') || parity == std::string_view::npos || (frame[2] != '1' && frame[2] != '2'))
-    return wrong(whole, "not a serial format", kExpected);
+    return address_fault(whole, "not a serial format", kExpected);
   format.data_bits = frame[0] - '0';
   format.parity = static_cast<SerialParity>(parity);
   format.stop_bits = frame[2] - '0';
@@ -132,7 +135,7 @@ Result<Line> parse_line(std::string_view text) {
 }
 
 std::string text(const Line& line) {
-  struct Words {
+  struct Formatter {
     std::string operator()(const VirtualLine&) const { return std::string(kVirtual); }
     std::string operator()(const TcpLine& tcp) const {
       return tcp.port == 0 ? fmt::format("{}{}", kTcp, tcp.host) : fmt::format("{}{}:{}", kTcp, tcp.host, tcp.port);
@@ -142,7 +145,7 @@ std::string text(const Line& line) {
     }
     std::string operator()(const HidLine& hid) const { return fmt::format("{}{}", kHid, hid.serial); }
   };
-  return std::visit(Words{}, line);
+  return std::visit(Formatter{}, line);
 }
 
 bool carries_bytes(const Line& line) {

@@ -11,11 +11,11 @@ namespace {
 
 constexpr int kMostReadAtOnce = 125;
 /// Maximum timeout. The watchdog acts later than after three such timeouts.
-constexpr Duration kLongestTimeout = std::chrono::seconds(2);
+constexpr Duration kMaxTimeout = std::chrono::seconds(2);
 
 template <class T>
-void replace(T& value, const std::optional<T>& by) {
-  if (by) value = *by;
+void override_value(T& value, const std::optional<T>& replacement) {
+  if (replacement) value = *replacement;
 }
 
 }  // namespace
@@ -25,7 +25,7 @@ LinkSettings read_link_settings(const TomlTable& table) {
   if (table.has("unit")) settings.unit = whole<std::uint8_t>(table, "unit", 0, 255);
   if (table.has("timeout")) {
     settings.timeout = table.duration("timeout");
-    if (*settings.timeout <= Duration::zero() || *settings.timeout > kLongestTimeout)
+    if (*settings.timeout <= Duration::zero() || *settings.timeout > kMaxTimeout)
       table.mistake("timeout", "\"timeout\" is not within its bounds, expected more than zero and at most 2 s");
   }
   if (table.has("read_at_most"))
@@ -54,13 +54,13 @@ std::string to_toml(const LinkSettings& settings) {
 }
 
 ModbusLink with_settings(ModbusLink link, const LinkSettings& settings) {
-  replace(link.unit, settings.unit);
-  replace(link.timeout, settings.timeout);
-  replace(link.read_at_most, settings.read_at_most);
-  replace(link.echo, settings.echo);
-  replace(link.returns_other_transaction, settings.returns_other_transaction);
-  replace(link.returns_other_unit, settings.returns_other_unit);
-  replace(link.miscounts_write_replies, settings.miscounts_write_replies);
+  override_value(link.unit, settings.unit);
+  override_value(link.timeout, settings.timeout);
+  override_value(link.read_at_most, settings.read_at_most);
+  override_value(link.echo, settings.echo);
+  override_value(link.returns_other_transaction, settings.returns_other_transaction);
+  override_value(link.returns_other_unit, settings.returns_other_unit);
+  override_value(link.miscounts_write_replies, settings.miscounts_write_replies);
   return link;
 }
 
@@ -71,14 +71,14 @@ Result<void> check_framing(const ModbusLink& link, const LinkSettings& settings)
                      "Modbus TCP has no echo, expected a serial line or framing \"rtu_over_tcp\"");
     return {};
   }
-  constexpr const char* kTcpAlone = "RTU frames have no such field; set it only on a link with framing \"tcp\"";
+  constexpr const char* kTcpOnly = "RTU frames have no such field; set it only on a link with framing \"tcp\"";
   if (settings.returns_other_transaction.value_or(false))
-    return failure(FaultKind::usage, "returns_other_transaction", kTcpAlone);
+    return failure(FaultKind::usage, "returns_other_transaction", kTcpOnly);
   if (settings.returns_other_unit.value_or(false))
     return failure(FaultKind::usage, "returns_other_unit",
                    "RTU identifies a reply only by its unit number; set \"unit\" to the number of the replies");
   if (settings.miscounts_write_replies.value_or(false))
-    return failure(FaultKind::usage, "miscounts_write_replies", kTcpAlone);
+    return failure(FaultKind::usage, "miscounts_write_replies", kTcpOnly);
   return {};
 }
 

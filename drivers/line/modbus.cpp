@@ -18,19 +18,19 @@ namespace {
 
 using std::chrono::milliseconds;
 
-constexpr Duration kWholeTcpExchange = milliseconds(1000), kWholeRtuExchange = milliseconds(1500);
+constexpr Duration kTcpExchangeLimit = milliseconds(1000), kRtuExchangeLimit = milliseconds(1500);
 constexpr int kMostTries = 3;
-constexpr Duration kFirstRestOfABusyUnit = milliseconds(20);
+constexpr Duration kFirstBusyWait = milliseconds(20);
 /// The second packet of a reply may wait for the acknowledgement of the first (RFC 896), which systems delay by 40 to
 /// 200 ms.
 constexpr Duration kPieceGapOverTcp = milliseconds(250);
 
 /// Returns the limit of an exchange. Without transaction numbers, an attempt may first have to wait for twice the
 /// timeout, because an answer to an older request may arrive.
-Duration whole_exchange(const ModbusLink& link) {
-  const bool waits = link.framing == ModbusLink::Framing::rtu || link.returns_other_transaction;
-  const auto one_try = (waits ? 3 : 1) * link.timeout + link.gap;
-  return std::max(waits ? kWholeRtuExchange : kWholeTcpExchange,
+Duration exchange_limit(const ModbusLink& link) {
+  const bool must_wait = link.framing == ModbusLink::Framing::rtu || link.returns_other_transaction;
+  const auto one_try = (must_wait ? 3 : 1) * link.timeout + link.gap;
+  return std::max(must_wait ? kRtuExchangeLimit : kTcpExchangeLimit,
                   one_try + std::max(link.minimum_period, link.after_write));
 }
 
@@ -40,21 +40,21 @@ class GuardedRegisters final : public Registers {
       : line_(std::move(line)), link_(link), clock_(clock), backoff_(clock) {}
 
   Result<std::vector<std::uint16_t>> read(ReadFunction function, std::uint16_t address, std::uint16_t count) override {
-    auto asked = request(static_cast<std::uint8_t>(function), address);
-    assert(count >= 1 && count <= (reads_bits(asked.function) ? kMostBits : link_.read_at_most));
-    asked.count = count;
-    return exchange(asked, kMostTries);
+    auto message = request(static_cast<std::uint8_t>(function), address);
+    assert(count >= 1 && count <= (reads_bits(message.function) ? kMostBits : link_.read_at_most));
+    message.count = count;
+    return exchange(message, kMostTries);
   }
 
   Result<void> write(WriteFunction function, std::uint16_t address, std::span<const std::uint16_t> words) override {
-    const bool together = function == WriteFunction::registers;
-    assert(!words.empty() && (!together || words.size() <= link_.write_at_most));
-    const auto size = together ? words.size() : 1;
+    const bool is_one_exchange = function == WriteFunction::registers;
+    assert(!words.empty() && (!is_one_exchange || words.size() <= link_.write_at_most));
+    const auto size = is_one_exchange ? words.size() : 1;
     for (; !words.empty(); words = words.subspan(size)) {
-      auto asked = request(static_cast<std::uint8_t>(function), address);
-      asked.words.assign(words.begin(), words.begin() + static_cast<std::ptrdiff_t>(size));
-      asked.count = static_cast<std::uint16_t>(size);
-      if (auto done = exchange(asked, 1); !done) return failure(std::move(done.error()));
+      auto message = request(static_cast<std::uint8_t>(function), address);
+      message.words.assign(words.begin(), words.begin() + static_cast<std::ptrdiff_t>(size));
+      message.count = static_cast<std::uint16_t>(size);
+      if (auto done = exchange(message, 1); !done) return failure(std::move(done.error()));
       address = static_cast<std::uint16_t>(address + size);
     }
     return {};
@@ -74,18 +74,18 @@ class GuardedRegisters final : public Registers {
   /// failure of the line, with at most `most_tries` attempts. Returns the first of several failures, because a later
   /// one may only result from too little remaining time.
   [[nodiscard]] Result<ModbusAnswer> request_with_retries(ModbusRequest& request, int most_tries) {
-    const Deadline deadline(whole_exchange(link_), clock_);
-    auto rest = kFirstRestOfABusyUnit;
+    const Deadline deadline(exchange_limit(link_), clock_);
+    auto rest = kFirstBusyWait;
     std::optional<Fault> first;
     for (int tries = 1;; ++tries) {
-      auto answer = line_->ask(request, deadline);
+      auto answer = line_->try_request(request, deadline);
       if (!answer) note_break(answer.error());
       if (!answer && !first) first = answer.error();
       if (!answer) answer = failure(*first);
-      const bool busy = answer && is_busy(*answer);
-      if (busy ? !reads(request.function) : answer || tries >= most_tries) return answer;
-      if (deadline.left() <= (busy ? rest : Duration::zero())) return answer;
-      if (busy) line_->rest(std::exchange(rest, 2 * rest));
+      const bool is_unit_busy = answer && is_busy(*answer);
+      if (is_unit_busy ? !reads(request.function) : answer || tries >= most_tries) return answer;
+      if (deadline.left() <= (is_unit_busy ? rest : Duration::zero())) return answer;
+      if (is_unit_busy) line_->rest(std::exchange(rest, 2 * rest));
     }
   }
 
@@ -98,9 +98,9 @@ class GuardedRegisters final : public Registers {
 
   /// Performs an exchange and updates the rest period. Adds the location to a fault.
   [[nodiscard]] Result<Words> exchange(ModbusRequest& request, int most_tries) {
-    if (backoff_.left() > Duration::zero()) return failure(FaultKind::disconnected, place(request), backoff_.words());
+    if (backoff_.left() > Duration::zero()) return failure(FaultKind::disconnected, place(request), backoff_.message());
     auto answer = request_with_retries(request, most_tries);
-    answer ? backoff_.succeeded() : backoff_.failed();
+    answer ? backoff_.note_success() : backoff_.note_failure();
     if (answer && answer->exception == 0) return std::move(answer->words);
     auto fault = answer ? refusal(request, answer->exception) : std::move(answer.error());
     fault.where = place(request);
@@ -126,23 +126,25 @@ class GuardedRegisters final : public Registers {
   }
 
   [[nodiscard]] Fault refusal(const ModbusRequest& request, std::uint8_t exception) const {
-    const auto own = link_.exception_names.find(exception);
-    const bool is_own = own != link_.exception_names.end();
-    return {kind_of(request, exception, is_own), "",
-            fmt::format("exception {}, {}", exception, is_own ? own->second : exception_meaning(exception))};
+    const auto vendor_name = link_.exception_names.find(exception);
+    const bool is_vendor_specific = vendor_name != link_.exception_names.end();
+    return {fault_kind(request, exception, is_vendor_specific), "",
+            fmt::format("exception {}, {}", exception,
+                        is_vendor_specific ? vendor_name->second : exception_meaning(exception))};
   }
 
   /// Returns the kind of an exception. If the unit is busy, or if a gateway did not reach it, the kind is timeout,
   /// because nothing was refused. For a read, only exceptions 1 and 2 (no such function or register) are refused; any
   /// other exception means that the unit has no value at present.
-  [[nodiscard]] FaultKind kind_of(const ModbusRequest& request, std::uint8_t exception, bool is_own) const {
+  [[nodiscard]] FaultKind fault_kind(const ModbusRequest& request, std::uint8_t exception,
+                                     bool is_vendor_specific) const {
     constexpr std::uint8_t kNoAddress = 2, kFailure = 4, kAcknowledged = 5, kBusy = 6, kNoPath = 10, kNoAnswer = 11;
     if (link_.busy_exceptions.contains(exception)) return FaultKind::timeout;
-    const bool passes =
+    const bool is_temporary =
         exception == kAcknowledged || exception == kBusy || exception == kNoPath || exception == kNoAnswer;
-    if (passes && !is_own) return FaultKind::timeout;
+    if (is_temporary && !is_vendor_specific) return FaultKind::timeout;
     if (reads(request.function)) return exception > kNoAddress ? FaultKind::out_of_range : FaultKind::refused;
-    return exception == kFailure && !is_own ? FaultKind::timeout : FaultKind::refused;
+    return exception == kFailure && !is_vendor_specific ? FaultKind::timeout : FaultKind::refused;
   }
 
   [[nodiscard]] ModbusRequest request(std::uint8_t function, std::uint16_t address) const {

@@ -88,7 +88,7 @@ class ModbusLine {
   virtual ~ModbusLine() = default;
   /// Makes one attempt, at the pace of the link, and ends by `deadline`. Bytes that arrive after a failed attempt are
   /// never accepted as the answer to a later request. Fails with timeout, disconnected or corrupted.
-  [[nodiscard]] virtual Result<ModbusAnswer> ask(ModbusRequest& request, const Deadline& deadline) = 0;
+  [[nodiscard]] virtual Result<ModbusAnswer> try_request(ModbusRequest& request, const Deadline& deadline) = 0;
   /// Waits for `time`. Bytes that arrive meanwhile are never accepted as an answer.
   virtual void rest(Duration time) = 0;
   /// Makes the next call try immediately, even if the underlying line is in its rest period after failures.

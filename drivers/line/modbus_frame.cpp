@@ -30,9 +30,9 @@ tl::unexpected<Fault> wrong_field(const char* field, std::size_t found, std::siz
   return failure(FaultKind::corrupted, "", fmt::format("{} of the reply is {}, expected {}", field, found, expected));
 }
 
-std::uint8_t code(ModbusFunction function) { return static_cast<std::uint8_t>(function); }
+std::uint8_t function_code(ModbusFunction function) { return static_cast<std::uint8_t>(function); }
 
-bool known(ModbusFunction function) {
+bool is_known(ModbusFunction function) {
   switch (function) {
     case ModbusFunction::read_coils:
     case ModbusFunction::read_discrete_inputs:
@@ -66,7 +66,7 @@ std::uint16_t count_or_value(const ModbusRequest& request) {
   }
 }
 
-tl::unexpected<Fault> answer_with(const char* exception) {
+tl::unexpected<Fault> exception_fault(const char* exception) {
   return failure(FaultKind::refused, "modbus request", exception);
 }
 
@@ -75,7 +75,7 @@ std::uint16_t bit_at(std::span<const std::byte> bytes, std::size_t at, std::size
   return (byte_at(bytes, at) >> bit & 1) != 0 ? 1 : 0;
 }
 
-Result<ModbusAnswer> decode_data(const ModbusRequest& request, std::span<const std::byte> reply) {
+Result<ModbusAnswer> decode_read_reply(const ModbusRequest& request, std::span<const std::byte> reply) {
   if (const auto found = byte_at(reply, 1); found != data_size(request))
     return wrong_field("byte count", found, data_size(request));
   if (reply.size() != reply_size(request)) return wrong_field("size", reply.size(), reply_size(request));
@@ -85,48 +85,48 @@ Result<ModbusAnswer> decode_data(const ModbusRequest& request, std::span<const s
   return answer;
 }
 
-Result<ModbusAnswer> check_echo(const ModbusRequest& request, std::span<const std::byte> reply) {
+Result<ModbusAnswer> decode_write_reply(const ModbusRequest& request, std::span<const std::byte> reply) {
   if (reply.size() != reply_size(request)) return wrong_field("size", reply.size(), reply_size(request));
   if (const auto found = word_at(reply, 1); found != request.address)
     return wrong_field("address", found, request.address);
-  const bool multiple = request.function == ModbusFunction::write_multiple;
+  const bool is_multiple = request.function == ModbusFunction::write_multiple;
   if (const auto found = word_at(reply, 3); found != count_or_value(request))
-    return wrong_field(multiple ? "count" : "value", found, count_or_value(request));
+    return wrong_field(is_multiple ? "count" : "value", found, count_or_value(request));
   return ModbusAnswer{};
 }
 
 /// Reads count and words of a request; function and size were checked before.
-Result<void> take_contents(ModbusRequest& request, std::span<const std::byte> bytes) {
+Result<void> read_contents(ModbusRequest& request, std::span<const std::byte> bytes) {
   const auto last = word_at(bytes, 3);
   request.words.clear();
   request.count = 1;
   switch (request.function) {
     case ModbusFunction::write_coil:
-      if (last != kCoilOn && last != 0) return answer_with("3");
+      if (last != kCoilOn && last != 0) return exception_fault("3");
       request.words.push_back(last == kCoilOn);
       return {};
     case ModbusFunction::write_single: request.words.push_back(last); return {};
     case ModbusFunction::loop_back:
-      if (request.address != 0) return answer_with("1");
+      if (request.address != 0) return exception_fault("1");
       request.words.push_back(last);
       return {};
     case ModbusFunction::write_multiple:
       request.count = last;
       if (last < 1 || last > kMostWritten || byte_at(bytes, kShortRequest) != 2 * last ||
           bytes.size() != kWordsAt + 2u * last)
-        return answer_with("3");
+        return exception_fault("3");
       for (std::size_t i = 0; i < last; ++i) request.words.push_back(word_at(bytes, kWordsAt + 2 * i));
       return {};
     default:
       request.count = last;
-      if (last < 1 || last > (reads_bits(request.function) ? kMostBits : kMostRead)) return answer_with("3");
+      if (last < 1 || last > (reads_bits(request.function) ? kMostBits : kMostRead)) return exception_fault("3");
       return {};
   }
 }
 
 void append_request(const ModbusRequest& request, std::vector<std::byte>& bytes) {
   assert(reads(request.function) || request.words.size() == request.count);
-  append_byte(bytes, code(request.function));
+  append_byte(bytes, function_code(request.function));
   append_word(bytes, request.address);
   append_word(bytes, count_or_value(request));
   if (request.function != ModbusFunction::write_multiple) return;
@@ -135,40 +135,41 @@ void append_request(const ModbusRequest& request, std::vector<std::byte>& bytes)
 }
 
 /// Returns whether `function`, the first byte of a reply that is not an exception, matches `request`.
-bool answers(const ModbusRequest& request, std::uint8_t function) {
-  if (function == code(request.function)) return true;
-  const bool registers = reads(request.function) && !reads_bits(request.function);
-  return request.either_read_function && registers && (function == 3 || function == 4);
+bool is_answer_function(const ModbusRequest& request, std::uint8_t function) {
+  if (function == function_code(request.function)) return true;
+  const bool is_register_read = reads(request.function) && !reads_bits(request.function);
+  return request.either_read_function && is_register_read && (function == 3 || function == 4);
 }
 
-bool answers_by_exception(const ModbusRequest& request, std::uint8_t function) {
-  return (function & kExceptionFlag) != 0 && answers(request, function & ~kExceptionFlag & 0xFF);
+bool is_exception_function(const ModbusRequest& request, std::uint8_t function) {
+  return (function & kExceptionFlag) != 0 && is_answer_function(request, function & ~kExceptionFlag & 0xFF);
 }
 
 /// Decodes the PDU of a reply after comparing every field with its request: function, byte count and size; for a write
 /// also address and count or value. Fails with corrupted, naming the field.
-Result<ModbusAnswer> decode_answer_of(const ModbusRequest& request, std::span<const std::byte> reply) {
+Result<ModbusAnswer> decode_pdu(const ModbusRequest& request, std::span<const std::byte> reply) {
   if (reply.size() < kExceptionReplySize) return wrong_field("size", reply.size(), kExceptionReplySize);
   const auto function = byte_at(reply, 0);
-  if (answers_by_exception(request, function)) {
+  if (is_exception_function(request, function)) {
     if (reply.size() != kExceptionReplySize) return wrong_field("size", reply.size(), kExceptionReplySize);
     if (byte_at(reply, 1) == 0) return failure(FaultKind::corrupted, "", "exception 0, which does not exist");
     return ModbusAnswer{.exception = byte_at(reply, 1)};
   }
-  if (!answers(request, function)) return wrong_field("function", function, code(request.function));
-  return reads(request.function) ? decode_data(request, reply) : check_echo(request, reply);
+  if (!is_answer_function(request, function)) return wrong_field("function", function, function_code(request.function));
+  return reads(request.function) ? decode_read_reply(request, reply) : decode_write_reply(request, reply);
 }
 
 /// Server: decodes function, address, count and words into `request`. Fails with refused if the answer must be an
 /// exception; `what` is its code as text ("1", "2", "3").
-Result<void> decode_request_into(ModbusRequest& request, std::span<const std::byte> bytes) {
+Result<void> decode_request_pdu(ModbusRequest& request, std::span<const std::byte> bytes) {
   request.function = bytes.empty() ? ModbusFunction{} : static_cast<ModbusFunction>(byte_at(bytes, 0));
-  if (!known(request.function)) return answer_with("1");
-  const bool multiple = request.function == ModbusFunction::write_multiple;
-  if (bytes.size() < kShortRequest + multiple || (!multiple && bytes.size() != kShortRequest)) return answer_with("3");
+  if (!is_known(request.function)) return exception_fault("1");
+  const bool is_multiple = request.function == ModbusFunction::write_multiple;
+  if (bytes.size() < kShortRequest + is_multiple || (!is_multiple && bytes.size() != kShortRequest))
+    return exception_fault("3");
   request.address = word_at(bytes, 1);
-  if (auto taken = take_contents(request, bytes); !taken) return taken;
-  if (request.address + request.count > 0x10000) return answer_with("2");
+  if (auto read = read_contents(request, bytes); !read) return read;
+  if (request.address + request.count > 0x10000) return exception_fault("2");
   return {};
 }
 
@@ -177,7 +178,7 @@ Result<void> decode_request_into(ModbusRequest& request, std::span<const std::by
 std::optional<std::size_t> request_size(std::span<const std::byte> bytes) {
   if (bytes.empty()) return std::nullopt;
   const auto function = static_cast<ModbusFunction>(byte_at(bytes, 0));
-  if (!known(function)) return 0;
+  if (!is_known(function)) return 0;
   if (function != ModbusFunction::write_multiple) return kShortRequest;
   if (bytes.size() <= kShortRequest) return std::nullopt;
   return kWordsAt + byte_at(bytes, kShortRequest);
@@ -185,7 +186,7 @@ std::optional<std::size_t> request_size(std::span<const std::byte> bytes) {
 
 /// Appends a reply. `words` are the words of a read, as many as requested.
 void append_reply(const ModbusRequest& request, std::span<const std::uint16_t> words, std::vector<std::byte>& bytes) {
-  append_byte(bytes, code(request.function));
+  append_byte(bytes, function_code(request.function));
   if (!reads(request.function)) {
     append_word(bytes, request.address);
     append_word(bytes, count_or_value(request));
@@ -225,7 +226,7 @@ std::vector<std::byte> begin_frame(std::uint16_t transaction, std::uint8_t unit)
   return frame;
 }
 
-std::vector<std::byte> with_length(std::vector<std::byte> frame) {
+std::vector<std::byte> finish_tcp_frame(std::vector<std::byte> frame) {
   const auto length = frame.size() - kUnitAt;
   frame[kLengthAt] = static_cast<std::byte>(length >> 8);
   frame[kLengthAt + 1] = static_cast<std::byte>(length & 0xFF);
@@ -244,8 +245,8 @@ Result<void> check_header(const ModbusRequest& request, std::span<const std::byt
   if (const auto found = word_at(reply, 0); !request.any_transaction && found != request.transaction)
     return wrong_number("transaction", found, request.transaction, "returns_other_transaction");
   if (const auto found = word_at(reply, 2); found != 0) return wrong_field("protocol", found, 0);
-  const bool counts = reads(request.function) || !request.miscounted_reply;
-  if (const auto found = word_at(reply, kLengthAt); counts && found != reply.size() - kUnitAt)
+  const bool has_length = reads(request.function) || !request.miscounted_reply;
+  if (const auto found = word_at(reply, kLengthAt); has_length && found != reply.size() - kUnitAt)
     return wrong_field("length", found, reply.size() - kUnitAt);
   if (const auto found = byte_at(reply, kUnitAt); !request.any_unit && found != request.unit)
     return wrong_number("unit", found, request.unit, "returns_other_unit");
@@ -253,10 +254,10 @@ Result<void> check_header(const ModbusRequest& request, std::span<const std::byt
 }
 
 constexpr Crc kCrc{.width = 16, .polynomial = 0x8005, .initial = 0xFFFF, .reflected = true};
-constexpr std::size_t kAround = 3;  ///< bytes of unit and CRC
-constexpr std::size_t kLeast = kAround + 1;
+constexpr std::size_t kOverhead = 3;  ///< bytes of unit and CRC
+constexpr std::size_t kShortestFrame = kOverhead + 1;
 
-std::uint32_t crc_of(std::span<const std::byte> bytes) { return crc(kCrc, bytes); }
+std::uint32_t modbus_crc(std::span<const std::byte> bytes) { return crc(kCrc, bytes); }
 
 std::vector<std::byte> begin_frame(std::uint8_t unit) {
   std::vector<std::byte> frame;
@@ -265,18 +266,18 @@ std::vector<std::byte> begin_frame(std::uint8_t unit) {
   return frame;
 }
 
-std::vector<std::byte> with_crc(std::vector<std::byte> frame) {
+std::vector<std::byte> finish_rtu_frame(std::vector<std::byte> frame) {
   append_rtu_crc(frame);
   return frame;
 }
 
 /// Returns whether the last two bytes of `frame` are its CRC.
-bool crc_fits(std::span<const std::byte> frame) {
+bool has_valid_crc(std::span<const std::byte> frame) {
   const auto last = frame.size() - 2;
-  return crc_of(frame.first(last)) == (byte_at(frame, last) | unsigned{byte_at(frame, last + 1)} << 8);
+  return modbus_crc(frame.first(last)) == (byte_at(frame, last) | unsigned{byte_at(frame, last + 1)} << 8);
 }
 
-std::span<const std::byte> pdu(std::span<const std::byte> frame) { return frame.subspan(1, frame.size() - kAround); }
+std::span<const std::byte> pdu(std::span<const std::byte> frame) { return frame.subspan(1, frame.size() - kOverhead); }
 
 }  // namespace
 
@@ -298,12 +299,12 @@ std::string exception_meaning(std::uint8_t exception) {
 std::vector<std::byte> encode_request(const ModbusRequest& request) {
   auto frame = begin_frame(request.transaction, request.unit);
   append_request(request, frame);
-  return with_length(std::move(frame));
+  return finish_tcp_frame(std::move(frame));
 }
 
 Result<ModbusAnswer> decode_answer(const ModbusRequest& request, std::span<const std::byte> reply) {
   if (auto header = check_header(request, reply); !header) return failure(std::move(header.error()));
-  return decode_answer_of(request, reply.subspan(kFunctionAt));
+  return decode_pdu(request, reply.subspan(kFunctionAt));
 }
 
 Result<std::optional<std::size_t>> frame_length(std::span<const std::byte> bytes) {
@@ -321,7 +322,7 @@ Result<ModbusRequest> decode_request(std::span<const std::byte> frame) {
   if (*length != frame.size()) return failure(FaultKind::corrupted, "modbus request", "not one whole frame");
 
   ModbusRequest request{.transaction = word_at(frame, 0), .unit = byte_at(frame, kUnitAt)};
-  if (auto decoded = decode_request_into(request, frame.subspan(kFunctionAt)); !decoded)
+  if (auto decoded = decode_request_pdu(request, frame.subspan(kFunctionAt)); !decoded)
     return failure(std::move(decoded.error()));
   return request;
 }
@@ -329,18 +330,18 @@ Result<ModbusRequest> decode_request(std::span<const std::byte> frame) {
 std::vector<std::byte> encode_reply(const ModbusRequest& request, std::span<const std::uint16_t> words) {
   auto frame = begin_frame(request.transaction, request.unit);
   append_reply(request, words, frame);
-  return with_length(std::move(frame));
+  return finish_tcp_frame(std::move(frame));
 }
 
 std::vector<std::byte> encode_exception(std::span<const std::byte> request_frame, std::uint8_t code) {
   assert(request_frame.size() > kFunctionAt);
   auto frame = begin_frame(word_at(request_frame, 0), byte_at(request_frame, kUnitAt));
   append_exception(request_frame[kFunctionAt], code, frame);
-  return with_length(std::move(frame));
+  return finish_tcp_frame(std::move(frame));
 }
 
 void append_rtu_crc(std::vector<std::byte>& frame) {
-  const auto value = crc_of(frame);
+  const auto value = modbus_crc(frame);
   append_byte(frame, value & 0xFF);
   append_byte(frame, value >> 8);
 }
@@ -348,29 +349,29 @@ void append_rtu_crc(std::vector<std::byte>& frame) {
 std::vector<std::byte> encode_rtu_request(const ModbusRequest& request) {
   auto frame = begin_frame(request.unit);
   append_request(request, frame);
-  return with_crc(std::move(frame));
+  return finish_rtu_frame(std::move(frame));
 }
 
 Result<std::optional<std::size_t>> rtu_answer_size(const ModbusRequest& request, std::span<const std::byte> bytes) {
   if (!bytes.empty() && byte_at(bytes, 0) != request.unit) return wrong_field("unit", byte_at(bytes, 0), request.unit);
   if (bytes.size() < 2) return std::nullopt;
   const auto function = byte_at(bytes, 1);
-  if (answers_by_exception(request, function)) return kAround + kExceptionReplySize;
-  if (!answers(request, function))
+  if (is_exception_function(request, function)) return kOverhead + kExceptionReplySize;
+  if (!is_answer_function(request, function))
     return wrong_field("function", function, static_cast<std::uint8_t>(request.function));
-  const auto size = kAround + reply_size(request);
-  if (reads(request.function) && bytes.size() > 2 && byte_at(bytes, 2) + kAround + 2u != size)
-    return wrong_field("byte count", byte_at(bytes, 2), size - kAround - 2);
+  const auto size = kOverhead + reply_size(request);
+  if (reads(request.function) && bytes.size() > 2 && byte_at(bytes, 2) + kOverhead + 2u != size)
+    return wrong_field("byte count", byte_at(bytes, 2), size - kOverhead - 2);
   return size;
 }
 
 Result<ModbusAnswer> decode_rtu_answer(const ModbusRequest& request, std::span<const std::byte> frame) {
   const auto size = rtu_answer_size(request, frame);
   if (!size) return failure(size.error());
-  const auto expected = size->value_or(kAround + kExceptionReplySize);
+  const auto expected = size->value_or(kOverhead + kExceptionReplySize);
   if (frame.size() != expected) return wrong_field("size", frame.size(), expected);
-  if (!crc_fits(frame)) return failure(FaultKind::corrupted, "", "the CRC of the reply does not fit");
-  return decode_answer_of(request, pdu(frame));
+  if (!has_valid_crc(frame)) return failure(FaultKind::corrupted, "", "the CRC of the reply does not fit");
+  return decode_pdu(request, pdu(frame));
 }
 
 RtuFinding find_rtu_answer(const ModbusRequest& request, std::span<const std::byte> bytes) {
@@ -382,7 +383,7 @@ RtuFinding find_rtu_answer(const ModbusRequest& request, std::span<const std::by
     const auto rest = bytes.subspan(at);
     const auto size = rtu_answer_size(request, rest);
     if (size && (!*size || rest.size() < **size)) {
-      found.begun = found.begun || rest.size() >= kHeader;
+      found.has_partial_frame = found.has_partial_frame || rest.size() >= kHeader;
       continue;
     }
     auto answer = size ? decode_rtu_answer(request, rest.first(**size)) : Result<ModbusAnswer>(failure(size.error()));
@@ -402,29 +403,29 @@ Result<std::optional<std::size_t>> rtu_request_size(std::span<const std::byte> b
   const auto size = bytes.empty() ? std::nullopt : request_size(bytes.subspan(1));
   if (!size) return std::nullopt;
   if (*size == 0) return failure(FaultKind::corrupted, "modbus request", "an unknown function");
-  return bytes.size() < kAround + *size ? std::nullopt : std::optional(kAround + *size);
+  return bytes.size() < kOverhead + *size ? std::nullopt : std::optional(kOverhead + *size);
 }
 
 Result<ModbusRequest> decode_rtu_request(std::span<const std::byte> frame) {
-  if (frame.size() < kLeast || frame.size() > kLongestRtuFrame)
+  if (frame.size() < kShortestFrame || frame.size() > kLongestRtuFrame)
     return failure(FaultKind::corrupted, "modbus request", "not one whole frame");
-  if (!crc_fits(frame)) return failure(FaultKind::corrupted, "modbus request", "the CRC does not fit");
+  if (!has_valid_crc(frame)) return failure(FaultKind::corrupted, "modbus request", "the CRC does not fit");
   ModbusRequest request{.unit = byte_at(frame, 0)};
-  if (auto decoded = decode_request_into(request, pdu(frame)); !decoded) return failure(std::move(decoded.error()));
+  if (auto decoded = decode_request_pdu(request, pdu(frame)); !decoded) return failure(std::move(decoded.error()));
   return request;
 }
 
 std::vector<std::byte> encode_rtu_reply(const ModbusRequest& request, std::span<const std::uint16_t> words) {
   auto frame = begin_frame(request.unit);
   append_reply(request, words, frame);
-  return with_crc(std::move(frame));
+  return finish_rtu_frame(std::move(frame));
 }
 
 std::vector<std::byte> encode_rtu_exception(std::span<const std::byte> request_frame, std::uint8_t code) {
   assert(request_frame.size() >= 2);
   auto frame = begin_frame(byte_at(request_frame, 0));
   append_exception(request_frame[1], code, frame);
-  return with_crc(std::move(frame));
+  return finish_rtu_frame(std::move(frame));
 }
 
 }  // namespace gyrotherm::drivers

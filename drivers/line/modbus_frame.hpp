@@ -99,7 +99,7 @@ struct RtuFinding {
   std::optional<ModbusAnswer> answer{};
   std::size_t begin = 0, end = 0;
   /// The bytes end within a frame that matches in its first three bytes.
-  bool begun = false;
+  bool has_partial_frame = false;
   /// Reason for rejecting the most likely frame, if there is no answer.
   Fault fault{FaultKind::corrupted, "", ""};
 };

@@ -30,7 +30,7 @@ constexpr int kSelectableDescriptors = 1000;  ///< libmodbus uses select(): belo
 
 /// Returns whether the next descriptor, which the connection will get, is small enough for select(). libmodbus calls
 /// select() already while connecting.
-bool may_select() {
+bool can_select() {
   const Descriptor next(::open("/", O_PATH | O_CLOEXEC));
   return next.is_open() && next.number() < kSelectableDescriptors;
 }
@@ -52,13 +52,13 @@ class LibmodbusConnection final : public FrameConnection {
   Result<void> open(Duration within) override {
     context_.reset(modbus_new_tcp(line_.host.c_str(), line_.port));
     if (!context_) return failure(FaultKind::disconnected, "", "the address is not a numeric IPv4 address");
-    if (!may_select())
+    if (!can_select())
       return failure(FaultKind::disconnected, "",
                      fmt::format("more than {} files are open, expected fewer", kSelectableDescriptors));
     modbus_set_error_recovery(context_.get(), MODBUS_ERROR_RECOVERY_NONE);
     modbus_set_byte_timeout(context_.get(), 0, 0);
-    limit_waits(within);
-    auto connected = connect_ ? take_over() : connect();
+    set_timeout(within);
+    auto connected = connect_ ? adopt_socket() : connect();
     if (!connected) close();
     return connected;
   }
@@ -73,7 +73,7 @@ class LibmodbusConnection final : public FrameConnection {
 
   Result<std::size_t> receive(std::span<std::byte> frame, Duration within) override {
     assert(frame.size() >= kLongestTcpFrame);
-    limit_waits(within);
+    set_timeout(within);
     const int size = modbus_receive_confirmation(context_.get(), reinterpret_cast<std::uint8_t*>(frame.data()));
     if (size >= 0) return static_cast<std::size_t>(size);
     if (errno == ETIMEDOUT) return failure(FaultKind::timeout, "", "no reply");
@@ -92,14 +92,14 @@ class LibmodbusConnection final : public FrameConnection {
     return {};
   }
 
-  Result<void> take_over() {
+  Result<void> adopt_socket() {
     auto connected = connect_();
     if (!connected) return failure(std::move(connected.error()));
     modbus_set_socket(context_.get(), std::move(*connected).release());
     return {};
   }
 
-  void limit_waits(Duration within) {
+  void set_timeout(Duration within) {
     const auto us = std::max<std::int64_t>(std::chrono::duration_cast<std::chrono::microseconds>(within).count(), 1);
     modbus_set_response_timeout(context_.get(), static_cast<std::uint32_t>(us / 1'000'000),
                                 static_cast<std::uint32_t>(us % 1'000'000));
@@ -122,7 +122,7 @@ class ModbusTcp final : public ModbusLine {
         late_answers_(Duration::zero(), clock),
         pace_(link, clock) {}
 
-  Result<ModbusAnswer> ask(ModbusRequest& request, const Deadline& deadline) override {
+  Result<ModbusAnswer> try_request(ModbusRequest& request, const Deadline& deadline) override {
     if (const auto pause = pace_.left(); pause > Duration::zero()) {
       if (pause >= deadline.left()) return failure(FaultKind::timeout, "", "no time left for the pause the unit needs");
       rest(pause);
@@ -215,18 +215,18 @@ namespace {
 
 using std::chrono::milliseconds;
 
-constexpr int kFastestByCharacters = 19200;
-constexpr Duration kSilenceOfFastLines = std::chrono::microseconds(1750);
+constexpr int kFixedSilenceBaud = 19200;
+constexpr Duration kFixedSilence = std::chrono::microseconds(1750);
 /// Bytes of an answer and of noise around it.
-constexpr std::size_t kRoom = 3 * kLongestRtuFrame;
+constexpr std::size_t kBufferSize = 3 * kLongestRtuFrame;
 constexpr int kLeastPieceGapInCharacters = 4;
 
-constexpr const char* kEchoes =
+constexpr const char* kEchoMessage =
     "the request itself came back: the line or its adapter echoes; expected echo = true in the link table of the rig "
     "file";
 
 /// Returns whether `whole` is longer than `part` and begins with it.
-bool is_start(std::span<const std::byte> part, std::span<const std::byte> whole) {
+bool is_proper_prefix(std::span<const std::byte> part, std::span<const std::byte> whole) {
   return part.size() < whole.size() && std::ranges::equal(part, whole.first(part.size()));
 }
 
@@ -244,20 +244,20 @@ class ModbusRtu final : public ModbusLine {
         piece_gap_(std::max(link.piece_gap, kLeastPieceGapInCharacters * character_time(link.serial))),
         silence_(silence_between_frames(link)),
         loop_back_(link.loop_back),
-        echo_is_read_(link.echo),
+        stream_removes_echo_(link.echo),
         has_no_echo_(link.echo),
         clock_(clock),
         late_answers_(Duration::zero(), clock),
         pace_(link, clock) {}
 
-  Result<ModbusAnswer> ask(ModbusRequest& request, const Deadline& deadline) override {
-    auto answer = ask_once(request, deadline);
-    if (!answer && answer.error().kind == FaultKind::disconnected) has_no_echo_ = echo_is_read_;
+  Result<ModbusAnswer> try_request(ModbusRequest& request, const Deadline& deadline) override {
+    auto answer = exchange_after_silence(request, deadline);
+    if (!answer && answer.error().kind == FaultKind::disconnected) has_no_echo_ = stream_removes_echo_;
     return answer;
   }
 
   void rest(Duration time) override {
-    std::array<std::byte, kRoom> stale;
+    std::array<std::byte, kBufferSize> stale;
     const Deadline deadline(time, clock_);
     while (!deadline.over()) {
       const auto size = stream_->read(stale, deadline.left());
@@ -271,20 +271,20 @@ class ModbusRtu final : public ModbusLine {
   std::string place() const override { return place_; }
 
  private:
-  [[nodiscard]] Result<ModbusAnswer> ask_once(const ModbusRequest& request, const Deadline& deadline) {
-    const bool lost_the_resync = answer_may_come_late_;
+  [[nodiscard]] Result<ModbusAnswer> exchange_after_silence(const ModbusRequest& request, const Deadline& deadline) {
+    const bool could_answer_be_late = answer_may_come_late_;
     if (auto silent = wait_for_silence(deadline); !silent) return failure(std::move(silent.error()));
-    if (loop_back_ && (lost_the_resync || answer_may_come_late_))
+    if (loop_back_ && (could_answer_be_late || answer_may_come_late_))
       if (auto found = resynchronise(deadline); !found) return failure(std::move(found.error()));
     auto answer = exchange(request, deadline);
     if (answer && !has_no_echo_)
-      if (auto proved = prove_no_echo(request, deadline); !proved) return failure(std::move(proved.error()));
+      if (auto verified = verify_no_echo(request, deadline); !verified) return failure(std::move(verified.error()));
     return answer;
   }
 
   /// Discards arriving bytes until the line has been silent long enough.
   [[nodiscard]] Result<void> wait_for_silence(const Deadline& deadline) {
-    std::array<std::byte, kRoom> stale;
+    std::array<std::byte, kBufferSize> stale;
     std::size_t stray = 0;
     while (true) {
       const auto pause = std::max(silence_, pace_.left());
@@ -302,25 +302,25 @@ class ModbusRtu final : public ModbusLine {
 
   /// Sends a new number with function 8; only the answer to this request can return it.
   [[nodiscard]] Result<void> resynchronise(const Deadline& deadline) {
-    const ModbusRequest ask{
+    const ModbusRequest query{
         .unit = unit_, .function = ModbusFunction::loop_back, .count = 1, .words = {++last_number_}};
-    auto answer = exchange(ask, deadline);
+    auto answer = exchange(query, deadline);
     if (!answer) return failure(std::move(answer.error()));
     if (answer->exception == 0) return wait_for_silence(deadline);
     return failure(FaultKind::corrupted, "", "the unit does not return the data of a loop-back request (function 8)");
   }
 
   /// Reads the address of a write whose answer equals its request. The answer to a read differs from its echo.
-  [[nodiscard]] Result<void> prove_no_echo(const ModbusRequest& written, const Deadline& deadline) {
+  [[nodiscard]] Result<void> verify_no_echo(const ModbusRequest& written, const Deadline& deadline) {
     if (auto silent = wait_for_silence(deadline); !silent) return silent;
     const bool is_coil = written.function == ModbusFunction::write_coil || reads_bits(written.function);
-    const ModbusRequest ask{.unit = unit_,
-                            .function = is_coil ? ModbusFunction::read_coils : ModbusFunction::read_holding,
-                            .address = written.address,
-                            .count = 1};
-    const auto answer = exchange(ask, deadline);
+    const ModbusRequest query{.unit = unit_,
+                              .function = is_coil ? ModbusFunction::read_coils : ModbusFunction::read_holding,
+                              .address = written.address,
+                              .count = 1};
+    const auto answer = exchange(query, deadline);
     if (has_no_echo_) return {};
-    if (answer || answer.error().what == kEchoes) return failure(FaultKind::corrupted, "", kEchoes);
+    if (answer || answer.error().what == kEchoMessage) return failure(FaultKind::corrupted, "", kEchoMessage);
     return failure(answer.error().kind, "", "the reply equals the request, perhaps an echo: " + answer.error().what);
   }
 
@@ -339,26 +339,27 @@ class ModbusRtu final : public ModbusLine {
   /// Collects bytes until a frame among them answers the request.
   [[nodiscard]] Result<ModbusAnswer> receive(const ModbusRequest& request, std::span<const std::byte> sent,
                                              const Deadline& deadline) {
-    std::array<std::byte, kRoom> room;
+    std::array<std::byte, kBufferSize> buffer;
     std::size_t size = 0;
     RtuFinding found;
     const Deadline reply(std::min(timeout_, deadline.left()), clock_);
-    while (size < room.size()) {
-      const auto within = found.begun ? std::min(piece_gap_, reply.left()) : reply.left();
-      const auto more = stream_->read(std::span(room).subspan(size), within);
+    while (size < buffer.size()) {
+      const auto within = found.has_partial_frame ? std::min(piece_gap_, reply.left()) : reply.left();
+      const auto more = stream_->read(std::span(buffer).subspan(size), within);
       if (!more && more.error().kind != FaultKind::timeout) return failure(more.error());
-      if (!more) return at_the_end(std::move(found), std::span<const std::byte>(room).first(size), sent);
+      if (!more) return finish_reply(std::move(found), std::span<const std::byte>(buffer).first(size), sent);
       size += *more;
-      const auto bytes = std::span<const std::byte>(room).first(size);
+      const auto bytes = std::span<const std::byte>(buffer).first(size);
       found = find_rtu_answer(request, bytes);
-      if (is_echo(request, found, bytes, sent)) return failure(FaultKind::corrupted, "", kEchoes);
-      if (found.answer && (has_no_echo_ || !is_start(frame_in(bytes, found), sent)))
-        return taken(std::move(found), bytes, sent);
+      if (is_echo(request, found, bytes, sent)) return failure(FaultKind::corrupted, "", kEchoMessage);
+      if (found.answer && (has_no_echo_ || !is_proper_prefix(frame_bytes(bytes, found), sent)))
+        return accept(std::move(found), bytes, sent);
     }
     return failure(FaultKind::corrupted, "", fmt::format("no reply among {} bytes", size));
   }
 
-  [[nodiscard]] static std::span<const std::byte> frame_in(std::span<const std::byte> bytes, const RtuFinding& found) {
+  [[nodiscard]] static std::span<const std::byte> frame_bytes(std::span<const std::byte> bytes,
+                                                              const RtuFinding& found) {
     return bytes.subspan(found.begin, found.end - found.begin);
   }
 
@@ -366,25 +367,25 @@ class ModbusRtu final : public ModbusLine {
   /// a second matching frame, sent by the unit, shows that the first was the echo.
   [[nodiscard]] bool is_echo(const ModbusRequest& request, const RtuFinding& found, std::span<const std::byte> bytes,
                              std::span<const std::byte> sent) const {
-    if (!found.answer || !std::ranges::equal(frame_in(bytes, found), sent)) return contains(bytes, sent);
+    if (!found.answer || !std::ranges::equal(frame_bytes(bytes, found), sent)) return contains(bytes, sent);
     return !has_no_echo_ && find_rtu_answer(request, bytes.subspan(found.end)).answer.has_value();
   }
 
   /// Evaluates the received bytes after the reply ended.
-  [[nodiscard]] Result<ModbusAnswer> at_the_end(RtuFinding found, std::span<const std::byte> bytes,
-                                                std::span<const std::byte> sent) {
-    if (found.answer) return taken(std::move(found), bytes, sent);
+  [[nodiscard]] Result<ModbusAnswer> finish_reply(RtuFinding found, std::span<const std::byte> bytes,
+                                                  std::span<const std::byte> sent) {
+    if (found.answer) return accept(std::move(found), bytes, sent);
     if (bytes.empty())
       return failure(FaultKind::timeout, "", fmt::format("no reply in {} ms", timeout_ / milliseconds(1)));
-    if (found.begun || found.fault.what.empty())
+    if (found.has_partial_frame || found.fault.what.empty())
       return failure(FaultKind::corrupted, "", fmt::format("the reply ends after {} bytes", bytes.size()));
     return failure(std::move(found.fault));
   }
 
   /// Accepts an answer. If enough bytes for a frame follow it, a late answer to an older request may be among them.
-  [[nodiscard]] Result<ModbusAnswer> taken(RtuFinding found, std::span<const std::byte> bytes,
-                                           std::span<const std::byte> sent) {
-    const auto frame = frame_in(bytes, found);
+  [[nodiscard]] Result<ModbusAnswer> accept(RtuFinding found, std::span<const std::byte> bytes,
+                                            std::span<const std::byte> sent) {
+    const auto frame = frame_bytes(bytes, found);
     has_no_echo_ = has_no_echo_ || !std::ranges::equal(frame, sent.first(std::min(frame.size(), sent.size())));
     answer_may_come_late_ = bytes.size() - found.end >= kShortestRtuAnswer;
     return std::move(*found.answer);
@@ -396,7 +397,7 @@ class ModbusRtu final : public ModbusLine {
   Duration timeout_, piece_gap_, silence_;
   bool loop_back_;
   /// The stream removes the echo.
-  bool echo_is_read_;
+  bool stream_removes_echo_;
   /// An answer proved that the line does not echo.
   bool has_no_echo_;
   const Clock* clock_;
@@ -413,7 +414,7 @@ class ModbusRtu final : public ModbusLine {
 
 Duration silence_between_frames(const ModbusLink& link) {
   if (link.gap > Duration::zero()) return link.gap;
-  if (link.serial.baud >= kFastestByCharacters) return kSilenceOfFastLines;
+  if (link.serial.baud >= kFixedSilenceBaud) return kFixedSilence;
   return 7 * character_time(link.serial) / 2;
 }
 

@@ -12,14 +12,14 @@
 
 namespace gyrotherm::drivers {
 
-void Backoff::failed() {
+void Backoff::note_failure() {
   constexpr Duration kFirst = std::chrono::milliseconds(500), kLongest = std::chrono::seconds(10);
   if (++failures_ < 2) return;
   rest_ = std::clamp(2 * rest_, kFirst, kLongest);
   next_ = Deadline(rest_, clock_);
 }
 
-std::string Backoff::words() const { return fmt::format("failed before, next try in {:.1f} s", to_seconds(left())); }
+std::string Backoff::message() const { return fmt::format("failed before, next try in {:.1f} s", to_seconds(left())); }
 
 namespace {
 
@@ -45,7 +45,7 @@ class VirtualPauses final : public Pauses {
   Duration now_{};
 };
 
-constexpr Duration kPieceOfARest = std::chrono::milliseconds(500);
+constexpr Duration kNoteInterval = std::chrono::milliseconds(500);
 
 class NotingRegisters final : public Registers {
  public:
@@ -77,8 +77,8 @@ class NotingPauses final : public Pauses {
 
   Duration now() const override { return pauses_->now(); }
   void rest(Duration time) override {
-    for (; time > Duration{}; time -= kPieceOfARest) {
-      pauses_->rest(std::min(time, kPieceOfARest));
+    for (; time > Duration{}; time -= kNoteInterval) {
+      pauses_->rest(std::min(time, kNoteInterval));
       activity_->note();
     }
   }

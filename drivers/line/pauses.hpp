@@ -21,14 +21,14 @@ class Backoff {
  public:
   /// Uses `clock`, which must outlive this object; null means the steady clock.
   explicit Backoff(const Clock* clock = nullptr) : clock_(clock), next_(Duration::zero(), clock) {}
-  void succeeded() { rest_ = Duration::zero(), failures_ = 0; }
-  void failed();
+  void note_success() { rest_ = Duration::zero(), failures_ = 0; }
+  void note_failure();
   /// Ends the rest period. If the next attempt fails too, the rest period is the one after a second failure.
   void end_rest() { rest_ = Duration::zero(); }
   /// Returns the remaining rest period; zero if the line may be tried.
   [[nodiscard]] Duration left() const { return rest_ == Duration::zero() ? rest_ : next_.left(); }
   /// Describes the rest period: "failed before, next try in 0.5 s".
-  [[nodiscard]] std::string words() const;
+  [[nodiscard]] std::string message() const;
 
  private:
   const Clock* clock_;

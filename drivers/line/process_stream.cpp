@@ -27,10 +27,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr Duration kEndsWithin = std::chrono::milliseconds(500), kDiesWithin = std::chrono::seconds(1);
+constexpr Duration kEndTimeout = std::chrono::milliseconds(500), kKillTimeout = std::chrono::seconds(1);
 /// A program that ran for this long has started successfully.
-constexpr Duration kSettledAfter = std::chrono::seconds(10);
-constexpr std::size_t kLastWords = 200;  ///< bytes
+constexpr Duration kSettlingTime = std::chrono::seconds(10);
+constexpr std::size_t kMaxLastLine = 200;  ///< bytes
 
 std::string describe_exit(int status) {
   if (WIFSIGNALED(status)) return fmt::format("the program was ended by signal {}", WTERMSIG(status));
@@ -39,18 +39,18 @@ std::string describe_exit(int status) {
 
 /// Both ends of the connection for data, and both ends of the pipe for stderr.
 struct Pipes {
-  Descriptor ours, theirs, complaints, complains;
+  Descriptor our_data, child_data, our_errors, child_errors;
 };
 
 Result<Pipes> make_pipes(const std::string& place) {
   std::array<int, 2> both{}, errors{};
   if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, both.data()) != 0)
     return failure(FaultKind::disconnected, place, std::strerror(errno));
-  Pipes pipes{.ours = Descriptor(both[0]), .theirs = Descriptor(both[1]), .complaints = {}, .complains = {}};
+  Pipes pipes{.our_data = Descriptor(both[0]), .child_data = Descriptor(both[1]), .our_errors = {}, .child_errors = {}};
   if (::pipe2(errors.data(), O_CLOEXEC) != 0) return failure(FaultKind::disconnected, place, std::strerror(errno));
-  pipes.complaints = Descriptor(errors[0]);
-  pipes.complains = Descriptor(errors[1]);
-  for (const int end : {pipes.ours.number(), pipes.complaints.number()}) ::fcntl(end, F_SETFL, O_NONBLOCK);
+  pipes.our_errors = Descriptor(errors[0]);
+  pipes.child_errors = Descriptor(errors[1]);
+  for (const int end : {pipes.our_data.number(), pipes.our_errors.number()}) ::fcntl(end, F_SETFL, O_NONBLOCK);
   return pipes;
 }
 
@@ -62,23 +62,23 @@ pid_t spawn(const ProgramCommand& command, const Pipes& pipes) {
   posix_spawn_file_actions_t files;
   posix_spawn_file_actions_init(&files);
   posix_spawn_file_actions_addchdir_np(&files, command.folder.c_str());
-  posix_spawn_file_actions_adddup2(&files, pipes.theirs.number(), STDIN_FILENO);
-  posix_spawn_file_actions_adddup2(&files, pipes.theirs.number(), STDOUT_FILENO);
-  posix_spawn_file_actions_adddup2(&files, pipes.complains.number(), STDERR_FILENO);
+  posix_spawn_file_actions_adddup2(&files, pipes.child_data.number(), STDIN_FILENO);
+  posix_spawn_file_actions_adddup2(&files, pipes.child_data.number(), STDOUT_FILENO);
+  posix_spawn_file_actions_adddup2(&files, pipes.child_errors.number(), STDERR_FILENO);
   posix_spawn_file_actions_addclosefrom_np(&files, STDERR_FILENO + 1);
-  posix_spawnattr_t how;
-  posix_spawnattr_init(&how);
+  posix_spawnattr_t attributes;
+  posix_spawnattr_init(&attributes);
   sigset_t none, pipes_end;
   sigemptyset(&none);
   sigemptyset(&pipes_end);
   sigaddset(&pipes_end, SIGPIPE);
-  posix_spawnattr_setsigmask(&how, &none);
-  posix_spawnattr_setsigdefault(&how, &pipes_end);
-  posix_spawnattr_setpgroup(&how, 0);
-  posix_spawnattr_setflags(&how, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETPGROUP);
+  posix_spawnattr_setsigmask(&attributes, &none);
+  posix_spawnattr_setsigdefault(&attributes, &pipes_end);
+  posix_spawnattr_setpgroup(&attributes, 0);
+  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETPGROUP);
   pid_t child = 0;
-  const int error = ::posix_spawnp(&child, words.front(), &files, &how, words.data(), environ);
-  posix_spawnattr_destroy(&how);
+  const int error = ::posix_spawnp(&child, words.front(), &files, &attributes, words.data(), environ);
+  posix_spawnattr_destroy(&attributes);
   posix_spawn_file_actions_destroy(&files);
   errno = error;
   return error == 0 ? child : 0;
@@ -106,76 +106,76 @@ class ProcessStream::Child {
   Child(pid_t process, Pipes& pipes)
       : process_(process),
         watched_(static_cast<int>(::syscall(SYS_pidfd_open, process, 0))),
-        line_(std::move(pipes.ours)),
-        complaints_(std::move(pipes.complaints)) {}
-  ~Child() { (void)end(); }
+        line_(std::move(pipes.our_data)),
+        errors_(std::move(pipes.our_errors)) {}
+  ~Child() { (void)kill(); }
   Child(const Child&) = delete;
   Child& operator=(const Child&) = delete;
 
   [[nodiscard]] int line() const { return line_.number(); }
   [[nodiscard]] bool is_settled() const { return settling_.over(); }
-  [[nodiscard]] bool runs() const {
+  [[nodiscard]] bool is_running() const {
     return !watched_.is_open() || !ready(watched_.number(), POLLIN, Deadline(Duration::zero()));
   }
-  void let_end(Duration within) {
+  void close_and_wait(Duration within) {
     ::shutdown(line_.number(), SHUT_RDWR);
     if (watched_.is_open()) (void)ready(watched_.number(), POLLIN, Deadline(within));
   }
   /// Kills the process group. Returns how the process ended and its last line on stderr. The process number cannot be
   /// reused before waitpid(), so no other process is killed.
-  std::string end() {
+  std::string kill() {
     if (process_ == 0) return {};
     ::kill(-process_, SIGKILL);
     ::kill(process_, SIGKILL);
-    if (watched_.is_open()) (void)ready(watched_.number(), POLLIN, Deadline(kDiesWithin));
+    if (watched_.is_open()) (void)ready(watched_.number(), POLLIN, Deadline(kKillTimeout));
     int status = 0;
     const bool dead = ::waitpid(process_, &status, WNOHANG) == process_;
     process_ = 0;
-    listen();
-    const auto said = last_line();
+    read_errors();
+    const auto last = last_line();
     return (dead ? describe_exit(status) : "the program was killed but has not ended yet") +
-           (said.empty() ? said : fmt::format("; its last output was \"{}\"", said));
+           (last.empty() ? last : fmt::format("; its last output was \"{}\"", last));
   }
   /// Waits for output of the program and returns true, or returns false at the deadline. Reads the program's stderr
   /// while waiting.
   [[nodiscard]] bool wait(const Deadline& deadline) {
     while (!deadline.over()) {
-      std::array<pollfd, 2> lines{{{line(), POLLIN, 0}, {complaints_.number(), POLLIN, 0}}};
+      std::array<pollfd, 2> lines{{{line(), POLLIN, 0}, {errors_.number(), POLLIN, 0}}};
       const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline.left());
       const int found = ::poll(lines.data(), lines.size(), static_cast<int>(left.count()));
-      if (lines[1].revents != 0) listen();
+      if (lines[1].revents != 0) read_errors();
       if (lines[0].revents != 0) return true;
       if (found < 0 && errno != EINTR) return false;
     }
     return false;
   }
   /// Reads the available stderr output of the program, up to a limit. Otherwise the program would block on a full pipe.
-  void listen() {
+  void read_errors() {
     constexpr int kMostPieces = 64;
     std::array<char, 4096> some{};
-    for (int i = 0; i < kMostPieces && complaints_.is_open(); ++i) {
-      const auto size = ::read(complaints_.number(), some.data(), some.size());
-      if (size == 0) complaints_.close();
+    for (int i = 0; i < kMostPieces && errors_.is_open(); ++i) {
+      const auto size = ::read(errors_.number(), some.data(), some.size());
+      if (size == 0) errors_.close();
       if (size <= 0) return;
-      said_.append(some.data(), static_cast<std::size_t>(size));
-      if (said_.size() > some.size()) said_.erase(0, said_.size() - some.size());
+      error_output_.append(some.data(), static_cast<std::size_t>(size));
+      if (error_output_.size() > some.size()) error_output_.erase(0, error_output_.size() - some.size());
     }
   }
 
  private:
   [[nodiscard]] std::string last_line() const {
-    auto whole = trimmed(said_, " \t\r\n");
+    auto whole = trimmed(error_output_, " \t\r\n");
     if (const auto end = whole.rfind('\n'); end != std::string_view::npos) whole.remove_prefix(end + 1);
-    return plain(whole.substr(0, kLastWords));
+    return plain(whole.substr(0, kMaxLastLine));
   }
 
   pid_t process_;
-  Descriptor watched_, line_, complaints_;
-  Deadline settling_{kSettledAfter};
-  std::string said_;
+  Descriptor watched_, line_, errors_;
+  Deadline settling_{kSettlingTime};
+  std::string error_output_;
 };
 
-struct ProcessStream::Inside {
+struct ProcessStream::State {
   ProgramCommand command;
   std::unique_ptr<Child> child{};
   Backoff backoff{};
@@ -184,15 +184,15 @@ struct ProcessStream::Inside {
 };
 
 ProcessStream::ProcessStream(ProgramCommand command)
-    : inside_(std::make_unique<Inside>(Inside{.command = std::move(command)})) {}
+    : state_(std::make_unique<State>(State{.command = std::move(command)})) {}
 
 ProcessStream::~ProcessStream() {
-  if (inside_->child) inside_->child->let_end(kEndsWithin);
+  if (state_->child) state_->child->close_and_wait(kEndTimeout);
 }
 
 Result<void> ProcessStream::start() {
-  auto& [command, child, backoff, why] = *inside_;
-  if (child && !child->runs()) return broken({});
+  auto& [command, child, backoff, why] = *state_;
+  if (child && !child->is_running()) return broken({});
   if (child) return {};
   if (backoff.left() > Duration::zero())
     return failure(FaultKind::disconnected, text(command),
@@ -206,32 +206,31 @@ Result<void> ProcessStream::start() {
 }
 
 tl::unexpected<Fault> ProcessStream::broken(std::string why) {
-  if (inside_->child) {
-    if (inside_->child->is_settled()) inside_->backoff.succeeded();
-    const auto how = inside_->child->end();
-    if (why.empty()) why = how;
+  if (state_->child) {
+    if (state_->child->is_settled()) state_->backoff.note_success();
+    const auto exit = state_->child->kill();
+    if (why.empty()) why = exit;
   }
-  inside_->child.reset();
-  inside_->backoff.failed();
-  inside_->why = why;
-  return failure(FaultKind::disconnected, text(inside_->command), std::move(why));
+  state_->child.reset();
+  state_->backoff.note_failure();
+  state_->why = why;
+  return failure(FaultKind::disconnected, text(state_->command), std::move(why));
 }
 
 Result<std::size_t> ProcessStream::read(std::span<std::byte> buffer, Duration within) {
   if (auto started = start(); !started) return failure(std::move(started.error()));
   const Deadline deadline(within);
-  auto& child = *inside_->child;
+  auto& child = *state_->child;
   while (true) {
-    child.listen();
+    child.read_errors();
     const auto size = ::recv(child.line(), buffer.data(), buffer.size(), 0);
     if (size > 0) return static_cast<std::size_t>(size);
     if (size == 0 || !would_block()) {
-      child.let_end(Duration(std::chrono::milliseconds(100)));  // the exit status follows shortly
+      child.close_and_wait(Duration(std::chrono::milliseconds(100)));  // the exit status follows shortly
       return broken({});
     }
     if (!child.wait(deadline))
-      return failure(FaultKind::timeout, text(inside_->command),
-                     fmt::format("no data in {:.3f} s", to_seconds(within)));
+      return failure(FaultKind::timeout, text(state_->command), fmt::format("no data in {:.3f} s", to_seconds(within)));
   }
 }
 
@@ -239,20 +238,20 @@ Result<void> ProcessStream::write(std::span<const std::byte> bytes, Duration wit
   if (auto started = start(); !started) return started;
   const Deadline deadline(within);
   while (!bytes.empty()) {
-    const auto sent = ::send(inside_->child->line(), bytes.data(), bytes.size(), MSG_NOSIGNAL);
+    const auto sent = ::send(state_->child->line(), bytes.data(), bytes.size(), MSG_NOSIGNAL);
     if (sent > 0) {
       bytes = bytes.subspan(static_cast<std::size_t>(sent));
       continue;
     }
     if (sent < 0 && !would_block()) return broken({});
-    if (deadline.over() || !ready(inside_->child->line(), POLLOUT, deadline))
+    if (deadline.over() || !ready(state_->child->line(), POLLOUT, deadline))
       return broken(fmt::format("the program read nothing in {:.3f} s and was stopped", to_seconds(within)));
   }
   return {};
 }
 
 void ProcessStream::kill() {
-  if (inside_->child) (void)broken("the program gave no valid answer and was stopped");
+  if (state_->child) (void)broken("the program gave no valid answer and was stopped");
 }
 
 }  // namespace gyrotherm::drivers

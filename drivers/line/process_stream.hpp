@@ -48,8 +48,8 @@ class ProcessStream final : public ByteStream {
   [[nodiscard]] Result<void> start();
   [[nodiscard]] tl::unexpected<Fault> broken(std::string why);
 
-  struct Inside;
-  std::unique_ptr<Inside> inside_;
+  struct State;
+  std::unique_ptr<State> state_;
 };
 
 }  // namespace gyrotherm::drivers

@@ -19,7 +19,7 @@ constexpr std::string_view kNoise("\0\xFF", 2);
 
 void remove_noise_before(std::string& text) { text.erase(0, std::min(text.find_first_not_of(kNoise), text.size())); }
 /// Not a whole number of seconds, so that it does not synchronise with faults that repeat each second.
-constexpr Duration kRest = std::chrono::milliseconds(3250);
+constexpr Duration kRestPeriod = std::chrono::milliseconds(3250);
 
 }  // namespace
 
@@ -28,8 +28,8 @@ TextExchange::TextExchange(std::unique_ptr<ByteStream> line, TextExchangeOptions
 
 Result<void> TextExchange::wait_for_silence(bool resync_follows) {
   std::array<std::byte, kBufferSize> stale;
-  const bool in_order = options_.alone && resync_follows && !resync_is_owed_;
-  auto pause = answer_may_come_late_ && !in_order ? options_.within : options_.pause;
+  const bool is_in_order = options_.alone && resync_follows && !is_resync_outstanding_;
+  auto pause = answer_may_come_late_ && !is_in_order ? options_.within : options_.pause;
   if (quiet_until_) pause = std::max(pause, quiet_until_->left());
   quiet_until_.reset();
   const Deadline deadline(std::max(options_.within, pause), options_.clock);
@@ -37,7 +37,7 @@ Result<void> TextExchange::wait_for_silence(bool resync_follows) {
     const auto size = line_->read(stale, pause);
     if (size) continue;
     if (size.error().kind != FaultKind::timeout) return failure(size.error());
-    answer_may_come_late_ = answer_may_come_late_ && in_order;
+    answer_may_come_late_ = answer_may_come_late_ && is_in_order;
     return {};
   } while (!deadline.over());
   return failure(FaultKind::corrupted, "", "the line does not become silent");
@@ -92,12 +92,12 @@ Result<std::string> TextExchange::exchange(std::string_view question, std::strin
   return answer;
 }
 
-Result<void> TextExchange::find(const ResyncQuery& resync) {
+Result<void> TextExchange::send_resync(const ResyncQuery& resync) {
   const auto answer = exchange(resync.question, resync.answer_begins);
-  resync_is_lost_ = !answer;
-  resync_is_owed_ = resync_is_owed_ || (options_.alone && !answer);
+  must_resynchronise_ = !answer;
+  is_resync_outstanding_ = is_resync_outstanding_ || (options_.alone && !answer);
   if (answer) return {};
-  rest_.emplace(kRest, options_.clock);
+  rest_.emplace(kRestPeriod, options_.clock);
   return failure(answer.error());
 }
 
@@ -105,9 +105,9 @@ Result<void> TextExchange::find(const ResyncQuery& resync) {
 Result<void> TextExchange::prepare(const ResyncQuery& resync) {
   if (rest_ && !rest_->over()) return failure(FaultKind::timeout, "", "waiting after lost answers");
   rest_.reset();
-  const bool resynchronises = resync_is_lost_ && !resync.question.empty();
+  const bool resynchronises = must_resynchronise_ && !resync.question.empty();
   if (auto silent = wait_for_silence(resynchronises); !silent) return silent;
-  return resynchronises ? find(resync) : Result<void>{};
+  return resynchronises ? send_resync(resync) : Result<void>{};
 }
 
 Result<void> TextExchange::send(std::string_view command, const ResyncQuery& resync) {
@@ -115,16 +115,16 @@ Result<void> TextExchange::send(std::string_view command, const ResyncQuery& res
   return transmit(command);
 }
 
-Result<std::string> TextExchange::ask(std::string_view question, const ResyncQuery& resync) {
+Result<std::string> TextExchange::query(std::string_view question, const ResyncQuery& resync) {
   if (auto ready = prepare(resync); !ready) return failure(std::move(ready.error()));
   auto answer = exchange(question);
   const bool is_resync = question == resync.question;
   if (answer && options_.alone && !is_resync && !resync.question.empty() && answer->starts_with(resync.answer_begins))
     answer = failure(FaultKind::corrupted, "", "answer to an earlier command");
-  resync_is_lost_ = !answer;
-  if (!answer && resync_is_owed_) rest_.emplace(kRest, options_.clock);
-  if (answer && !is_resync) resync_is_owed_ = false;  // no answer to resync can follow
-  if (!answer && is_resync) resync_is_owed_ = options_.alone;
+  must_resynchronise_ = !answer;
+  if (!answer && is_resync_outstanding_) rest_.emplace(kRestPeriod, options_.clock);
+  if (answer && !is_resync) is_resync_outstanding_ = false;  // no answer to resync can follow
+  if (!answer && is_resync) is_resync_outstanding_ = options_.alone;
   return answer;
 }
 

@@ -49,12 +49,12 @@ class TextExchange {
   /// with timeout, disconnected or corrupted (no silence, no end within the longest answer, or bytes after the end,
   /// which are two answers to one question). Without `resync`, an answer that arrives later than twice `within` is
   /// accepted for the next question.
-  [[nodiscard]] Result<std::string> ask(std::string_view question, const ResyncQuery& resync = {});
-  /// Sends a command that has no answer. Resynchronises first, as ask() does. Fails as ask() does.
+  [[nodiscard]] Result<std::string> query(std::string_view question, const ResyncQuery& resync = {});
+  /// Sends a command that has no answer. Resynchronises first, as query() does. Fails as query() does.
   [[nodiscard]] Result<void> send(std::string_view command, const ResyncQuery& resync = {});
 
   /// Treats the last answer as lost, because it was not the answer to its question.
-  void reject_answer() { resync_is_lost_ = answer_may_come_late_ = true; }
+  void reject_answer() { must_resynchronise_ = answer_may_come_late_ = true; }
   /// Requires a silence of at least `time` from now on before the next question.
   void rest_before_next(Duration time) { quiet_until_.emplace(time, options_.clock); }
   /// Makes the next question try immediately, even in the rest period after a lost answer to `resync`.
@@ -67,16 +67,16 @@ class TextExchange {
   [[nodiscard]] Result<void> wait_for_silence(bool resync_follows);
   [[nodiscard]] Result<std::string> receive(std::string_view begins);
   [[nodiscard]] Result<std::string> exchange(std::string_view question, std::string_view begins = {});
-  [[nodiscard]] Result<void> find(const ResyncQuery& resync);
+  [[nodiscard]] Result<void> send_resync(const ResyncQuery& resync);
   [[nodiscard]] Result<void> prepare(const ResyncQuery& resync);
   [[nodiscard]] Result<void> transmit(std::string_view line);
 
   std::unique_ptr<ByteStream> line_;
   TextExchangeOptions options_;
   bool answer_may_come_late_ = false;
-  bool resync_is_lost_ = false;
+  bool must_resynchronise_ = false;
   /// The answer to `resync` may still arrive.
-  bool resync_is_owed_ = false;
+  bool is_resync_outstanding_ = false;
   /// No question is sent before this deadline.
   std::optional<Deadline> rest_;
   std::optional<Deadline> quiet_until_;

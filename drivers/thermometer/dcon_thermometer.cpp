@@ -197,12 +197,12 @@ class DconThermometer final : public Thermometer {
   };
 
   /// Sends a question and returns the answer without its checksum.
-  [[nodiscard]] Result<std::string> ask(std::string_view question) {
+  [[nodiscard]] Result<std::string> query(std::string_view question) {
     const auto sealed = [&](std::string text) { return seal_dcon(std::move(text), options_.checksum); };
     // Readings contain no address; names do.
     const ResyncQuery resync{.question = sealed(dcon_query(options_.address, "M")),
                              .answer_begins = fmt::format("!{:02X}{}", options_.address, name_)};
-    auto answer = exchange_->ask(sealed(std::string(question)), resync).and_then([&](const auto& line) {
+    auto answer = exchange_->query(sealed(std::string(question)), resync).and_then([&](const auto& line) {
       return unseal_dcon(line, options_.checksum).map([](auto text) { return std::string(text); });
     });
     if (!answer && answer.error().where.empty()) answer.error().where = question;
@@ -212,7 +212,7 @@ class DconThermometer final : public Thermometer {
   /// Returns the text after the address in the answer to "$AA" and `what`.
   [[nodiscard]] Result<std::string> tell(std::string_view what) {
     const auto question = dcon_query(options_.address, what);
-    return ask(question).and_then([&](const std::string& line) -> Result<std::string> {
+    return query(question).and_then([&](const std::string& line) -> Result<std::string> {
       auto rest = decode_dcon_answer(line, options_.address);
       if (rest) return std::string(*rest);
       rest.error().where = question;
@@ -260,7 +260,7 @@ class DconThermometer final : public Thermometer {
             fmt::format("set to type {:02X}, was {:02X}", fmt::join(found->types, " "), fmt::join(types_, " ")));
       ranges_ = std::move(found->ranges);
     }
-    return ask(dcon_read_all(options_.address)).and_then([&](const std::string& line) {
+    return query(dcon_read_all(options_.address)).and_then([&](const std::string& line) {
       return decode_dcon_readings(line, options_.address, ranges_);
     });
   }
@@ -309,7 +309,7 @@ class DconModules final : public Thermometer {
       const bool silent =
           !first && (first.error().kind == FaultKind::timeout || first.error().kind == FaultKind::disconnected);
       if (silent) module.last = first.error();
-      silent ? module.backoff.failed() : module.backoff.succeeded();
+      silent ? module.backoff.note_failure() : module.backoff.note_success();
       if (!silent && module.silences >= kSilencesInDoubt) ++breaks_;
       module.silences = silent ? module.silences + 1 : 0;
       all.insert(all.end(), std::make_move_iterator(readings.begin()), std::make_move_iterator(readings.end()));

@@ -94,7 +94,7 @@ class Lakeshore218 final : public Thermometer {
         place_(std::move(place)) {}
 
   Result<std::string> identify() override {
-    auto who = exchange_.ask(kResync.question, kResync);
+    auto who = exchange_.query(kResync.question, kResync);
     if (!who) return failure(with_location(place_, std::move(who.error())));
     if (!who->starts_with(kWho))
       return failure(with_location(
@@ -104,9 +104,9 @@ class Lakeshore218 final : public Thermometer {
   }
 
   std::vector<Result<Celsius>> read() override {
-    return with_locations(place_, kLakeshore218Inputs, exchange_.ask("CRDG? 0", resync_).and_then([](const auto& line) {
-      return decode_crdg(line);
-    }));
+    return with_locations(
+        place_, kLakeshore218Inputs,
+        exchange_.query("CRDG? 0", resync_).and_then([](const auto& line) { return decode_crdg(line); }));
   }
 
  private:

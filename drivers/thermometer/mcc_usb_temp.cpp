@@ -341,7 +341,7 @@ class MccUsbTemp final : public Thermometer {
 
   std::vector<Result<Celsius>> read() override {
     const auto scan = mcc_scan(0, kMccInputs - 1);
-    auto readings = make_ready().and_then([&] { return ask(scan); }).and_then([&](const Report& report) {
+    auto readings = make_ready().and_then([&] { return query(scan); }).and_then([&](const Report& report) {
       return decode_mcc_temperatures(scan, report, ranges_);
     });
     if (!readings) seen(readings.error());
@@ -373,7 +373,7 @@ class MccUsbTemp final : public Thermometer {
   }
 
   /// Sends a request and returns its reply; other reports are ignored.
-  [[nodiscard]] Result<Report> ask(const MccRequest& request) {
+  [[nodiscard]] Result<Report> query(const MccRequest& request) {
     if (auto silent = wait_for_silence(); !silent) return failure(std::move(silent.error()));
     if (auto sent = send(request); !sent) return failure(std::move(sent.error()));
     reply_may_come_late_ = true;
@@ -391,7 +391,7 @@ class MccUsbTemp final : public Thermometer {
   }
 
   [[nodiscard]] Result<Bytes> ask_bytes(const MccRequest& request) {
-    return ask(request).and_then([&](const Report& report) { return decode_mcc_bytes(request, report); });
+    return query(request).and_then([&](const Report& report) { return decode_mcc_bytes(request, report); });
   }
 
   /// Returns whether the item of the request `set_item` already has its value.

@@ -136,7 +136,7 @@ class ProcessThermometer final : public Thermometer {
   Result<std::vector<Result<Celsius>>> ask_readings(const Deadline& deadline) {
     if (!greeting_)
       if (auto greeted = greet(deadline); !greeted) return failure(std::move(greeted.error()));
-    const auto answer = ask("read", deadline);
+    const auto answer = query("read", deadline);
     if (!answer) return failure(answer.error());
     auto readings = decode_process_readings(*answer, greeting_->inputs);
     if (readings) readings->erase(readings->begin() + static_cast<std::ptrdiff_t>(options_.channels), readings->end());
@@ -144,7 +144,7 @@ class ProcessThermometer final : public Thermometer {
   }
 
   Result<void> greet(const Deadline& deadline) {
-    const auto answer = ask("hello", deadline);
+    const auto answer = query("hello", deadline);
     if (!answer) return failure(answer.error());
     auto greeting = decode_process_greeting(*answer);
     if (!greeting) return failure(std::move(greeting.error()));
@@ -156,7 +156,7 @@ class ProcessThermometer final : public Thermometer {
     return {};
   }
 
-  Result<std::string> ask(std::string_view word, const Deadline& deadline) {
+  Result<std::string> query(std::string_view word, const Deadline& deadline) {
     const auto question = fmt::format("{} {}\n", ++number_, word);
     if (auto sent = line_->write(std::as_bytes(std::span(question)), deadline.left()); !sent)
       return broken(std::move(sent.error()));

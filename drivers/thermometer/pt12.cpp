@@ -96,18 +96,18 @@ class Pt12 final : public Thermometer {
         place_(std::move(place)) {}
 
   Result<std::string> identify() override {
-    auto who = exchange_.ask(kPt12Resync.question, kPt12Resync);
+    auto who = exchange_.query(kPt12Resync.question, kPt12Resync);
     if (!who) return failure(with_location(place_, std::move(who.error())));
     if (*who != kPt12)
       return failure(
           with_location(place_, {FaultKind::mismatch, "ID?", fmt::format("\"{}\" answers, expected {}", *who, kPt12)}));
-    auto serial = exchange_.ask("SN?", kPt12Resync);
+    auto serial = exchange_.query("SN?", kPt12Resync);
     if (!serial) return failure(with_location(place_, std::move(serial.error())));
     return fmt::format("{} {}", kPt12, *serial);
   }
 
   std::vector<Result<Celsius>> read() override {
-    return with_locations(place_, kPt12Inputs, exchange_.ask("T?", kPt12Resync).and_then([](const auto& line) {
+    return with_locations(place_, kPt12Inputs, exchange_.query("T?", kPt12Resync).and_then([](const auto& line) {
       return decode_pt12_temperatures(line);
     }));
   }

@@ -168,7 +168,9 @@ TEST(ModbusRtuFrame, FindsPublishedAnswersAmongNoise) {
 
 TEST(ModbusRtuFrame, AnAnswerThatHasBegunIsAwaitedAndNoiseIsNot) {
   const auto asked = read_of(1, 60, 2);
-  const auto has_begun = [&](const char* bytes) { return find_rtu_answer(asked, tests::bytes_of_hex(bytes)).begun; };
+  const auto has_begun = [&](const char* bytes) {
+    return find_rtu_answer(asked, tests::bytes_of_hex(bytes)).has_partial_frame;
+  };
   EXPECT_TRUE(has_begun("FF 01 03 04"));
   EXPECT_TRUE(has_begun("01 83 02"));
   EXPECT_FALSE(has_begun("FF"));

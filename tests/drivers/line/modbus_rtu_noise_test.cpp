@@ -100,14 +100,14 @@ TEST_F(ModbusRtuNoise, TakesAFrameBehindTheReplyForALateAnswer) {
   EXPECT_GE(asked_at[1] - answered, kTimeout);
 }
 
-constexpr const char* kEchoes =
+constexpr const char* kEchoMessage =
     "the request itself came back: the line or its adapter echoes; expected echo = true in the link table of the rig "
     "file";
 
 void expect_echo(const Result<void>& written) {
   ASSERT_FALSE(written);
   EXPECT_EQ(written.error().kind, FaultKind::corrupted);
-  EXPECT_EQ(written.error().what, kEchoes);
+  EXPECT_EQ(written.error().what, kEchoMessage);
 }
 
 TEST_F(ModbusRtuEcho, IsReportedForWritesAsForReads) {
@@ -125,8 +125,8 @@ TEST_F(ModbusRtuEcho, IsReportedForWritesAsForReads) {
       fresh();
       expect_echo(registers->write(WriteFunction::registers, 60, Words{1, 2}));
       fresh();
-      EXPECT_EQ(registers->read(kHolding, 60, 2).error().what, kEchoes);
-      EXPECT_EQ(registers->read(ReadFunction::input_registers, 60, 2).error().what, kEchoes);
+      EXPECT_EQ(registers->read(kHolding, 60, 2).error().what, kEchoMessage);
+      EXPECT_EQ(registers->read(ReadFunction::input_registers, 60, 2).error().what, kEchoMessage);
     }
 }
 

@@ -65,8 +65,8 @@ TEST(TextExchange, AsksAndTakesOneLine) {
   auto made = std::make_unique<SlowStream>();
   auto& line = *made;
   TextExchange exchange(std::move(made), kOptions);
-  EXPECT_EQ(exchange.ask("one").value(), "answer 1");
-  EXPECT_EQ(exchange.ask("two").value(), "answer 2");
+  EXPECT_EQ(exchange.query("one").value(), "answer 1");
+  EXPECT_EQ(exchange.query("two").value(), "answer 2");
   EXPECT_EQ(line.heard, (std::vector<std::string>{"one\r", "two\r"}));
 }
 
@@ -76,11 +76,11 @@ TEST(TextExchange, IgnoresBytesOfAnIdleBusAroundALine) {
     auto& line = *made;
     TextExchange exchange(std::move(made), kOptions);
     line.before = noise;
-    EXPECT_EQ(exchange.ask("one").value(), "answer 1");
+    EXPECT_EQ(exchange.query("one").value(), "answer 1");
     line.behind = noise;
-    EXPECT_EQ(exchange.ask("two").value(), "answer 2");
+    EXPECT_EQ(exchange.query("two").value(), "answer 2");
     line.before = "?";
-    EXPECT_EQ(exchange.ask("three").value(), "?answer 3") << "a character is no noise";
+    EXPECT_EQ(exchange.query("three").value(), "?answer 3") << "a character is no noise";
   }
 }
 
@@ -93,10 +93,10 @@ TEST(TextExchange, ReadsItsQuestionBackFromALineThatEchoes) {
       line.before = noise;
       line.delay = delay;
       TextExchange exchange(make_echo_stream(std::move(made)), kOptions);
-      EXPECT_EQ(exchange.ask("$012").value(), "answer 1");
-      EXPECT_EQ(exchange.ask("#01").value(), "answer 2");
+      EXPECT_EQ(exchange.query("$012").value(), "answer 1");
+      EXPECT_EQ(exchange.query("#01").value(), "answer 2");
       line.returns_questions = false;
-      EXPECT_EQ(exchange.ask("#01").error().kind, FaultKind::corrupted) << "the answer is none of its echo";
+      EXPECT_EQ(exchange.query("#01").error().kind, FaultKind::corrupted) << "the answer is none of its echo";
     }
 }
 
@@ -106,9 +106,9 @@ TEST(TextExchange, AnAnswerThatComesAfterTheLimitIsNotTakenForTheNext) {
     auto& line = *made;
     TextExchange exchange(std::move(made), kOptions);
     line.delay = late;
-    EXPECT_EQ(exchange.ask("one").error().kind, FaultKind::timeout);
+    EXPECT_EQ(exchange.query("one").error().kind, FaultKind::timeout);
     line.delay = milliseconds(1);
-    EXPECT_EQ(exchange.ask("two").value(), "answer 2") << late.count() << " ms";
+    EXPECT_EQ(exchange.query("two").value(), "answer 2") << late.count() << " ms";
   }
 }
 
@@ -125,7 +125,7 @@ TEST(TextExchange, NoFaultMakesAnOldAnswerANewOne) {
     line.delay = random() % 3 == 0 ? up_to(990) : up_to(20);
     line.echo = random() % 4 == 0 ? up_to(400) : milliseconds(0);
     line.cut = random() % 5 == 0 ? random() % 12 : SIZE_MAX;
-    const auto answer = exchange.ask("?");
+    const auto answer = exchange.query("?");
     answer ? ++good : ++refused;
     if (answer) {
       ASSERT_EQ(*answer, line.answer()) << "seed " << kSeed << " round " << round;
@@ -193,7 +193,7 @@ TEST(TextExchange, WithABeatNoAnswerHoweverLateIsANewOne) {
     for (int round = 0; round < 20'000; ++round) {
       one.line.delay = milliseconds(random() % 20 == 0 ? random() % 3000 : random() % 50);
       const bool is_who = alone && random() % 5 == 0;
-      const auto answer = one.exchange->ask(is_who ? kWho.question : "?", kWho);
+      const auto answer = one.exchange->query(is_who ? kWho.question : "?", kWho);
       if (answer) {
         ++good;
         const auto right = is_who ? kWho.answer_begins : "answer " + std::to_string(one.line.asked);
@@ -212,7 +212,7 @@ TEST(TextExchange, ANameThatWasAskedForInVainIsOwed) {
       int round = 0;
       for (const int delay : {who, next, 20, 20, 20, 20}) {
         one.line.delay = milliseconds(delay);
-        const auto answer = one.exchange->ask(round++ == 0 ? kWho.question : "?", kWho);
+        const auto answer = one.exchange->query(round++ == 0 ? kWho.question : "?", kWho);
         if (answer) {
           ASSERT_EQ(*answer, "answer " + std::to_string(one.line.asked)) << who << " ms, then " << next << " ms";
         }
@@ -232,7 +232,7 @@ TEST(TextExchange, NoFaultThatComesAndGoesHidesAnInstrumentForGood) {
         const auto now = one.line.clock.now().since_start;
         if (now > tick) continue;
         one.line.clock.advance(tick - now);
-        good += one.exchange->ask("?", kWho).has_value() ? 1 : 0;
+        good += one.exchange->query("?", kWho).has_value() ? 1 : 0;
       }
       EXPECT_GE(good, alone ? 30 : 15) << moment << " ms";
     }
@@ -243,9 +243,9 @@ TEST(TextExchange, TwoAnswersToOneQuestionAreNone) {
   auto& line = *made;
   TextExchange exchange(std::move(made), kOptions);
   line.instrument = [](std::string_view) { return std::string("old\nnew\n"); };
-  EXPECT_EQ(exchange.ask("?").error().kind, FaultKind::corrupted);
+  EXPECT_EQ(exchange.query("?").error().kind, FaultKind::corrupted);
   line.instrument = [](std::string_view) { return std::string("new\n"); };
-  EXPECT_EQ(exchange.ask("?").value(), "new");
+  EXPECT_EQ(exchange.query("?").value(), "new");
 }
 
 TEST(TextExchange, ALineThatNeverFallsSilentIsCorrupted) {
@@ -256,7 +256,7 @@ TEST(TextExchange, ALineThatNeverFallsSilentIsCorrupted) {
   auto options = kOptions;
   options.within = milliseconds(5);
   TextExchange exchange(std::make_unique<Chatter>(), options);
-  EXPECT_EQ(exchange.ask("?").error().what, "the line does not become silent");
+  EXPECT_EQ(exchange.query("?").error().what, "the line does not become silent");
 }
 
 }  // namespace

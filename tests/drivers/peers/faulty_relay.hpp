@@ -70,13 +70,13 @@ class FaultyRelay {
     if (size <= 0) return false;
     request.resize(static_cast<std::size_t>(size));
     const Deadline asked(timeout_);
-    auto reply = ask(server, request);
+    auto reply = query(server, request);
     // Later than the faults made here.
     if (reply.empty() || asked.over()) return true;
     return answer(client, std::move(reply));
   }
 
-  Bytes ask(int server, const Bytes& request) const {
+  Bytes query(int server, const Bytes& request) const {
     if (write(server, request.data(), request.size()) < 0) return {};
     Bytes reply;
     const Deadline patience(std::chrono::seconds(2));

@@ -107,17 +107,17 @@ TEST(MccUsbTempCodec, ATimeThatIsNoneIsCorrupted) {
 
 TEST(MccUsbTempCodec, SetsAndReadsANumber) {
   EXPECT_EQ(sent(mcc_set_item(2, MccItem::coefficient_0, 100.02f)), "49 01 14 3D 0A C8 42");
-  const auto ask = mcc_read_item(2, MccItem::coefficient_0);
-  EXPECT_EQ(sent(ask), "4A 01 14");
-  EXPECT_EQ(decode_mcc_numbers(ask, tests::bytes_of_hex("4A 3D0AC842")).value(), std::vector{100.02f});
+  const auto query = mcc_read_item(2, MccItem::coefficient_0);
+  EXPECT_EQ(sent(query), "4A 01 14");
+  EXPECT_EQ(decode_mcc_numbers(query, tests::bytes_of_hex("4A 3D0AC842")).value(), std::vector{100.02f});
   EXPECT_EQ(decode_mcc_bytes(mcc_read_item(2, MccItem::thermocouple), tests::bytes_of_hex("4A 02")).value(),
             std::vector<std::uint8_t>{2});
 }
 
 TEST(MccUsbTempCodec, TellsACalibrationFromItsEnd) {
-  const auto ask = mcc_request(MccCommand::read_status);
-  EXPECT_TRUE(mcc_calibrating(decode_mcc_bytes(ask, tests::bytes_of_hex("44 01")).value()[0]));
-  EXPECT_FALSE(mcc_calibrating(decode_mcc_bytes(ask, tests::bytes_of_hex("44 00")).value()[0]));
+  const auto query = mcc_request(MccCommand::read_status);
+  EXPECT_TRUE(mcc_calibrating(decode_mcc_bytes(query, tests::bytes_of_hex("44 01")).value()[0]));
+  EXPECT_FALSE(mcc_calibrating(decode_mcc_bytes(query, tests::bytes_of_hex("44 00")).value()[0]));
 }
 
 TEST(MccUsbTempCodec, AnotherCommandsReportIsCorrupted) {

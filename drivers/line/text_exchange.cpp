@@ -28,7 +28,7 @@ TextExchange::TextExchange(std::unique_ptr<ByteStream> line, TextExchangeOptions
 
 Result<void> TextExchange::wait_for_silence(bool resync_follows) {
   std::array<std::byte, kBufferSize> stale;
-  const bool is_in_order = options_.alone && resync_follows && !is_resync_outstanding_;
+  const bool is_in_order = options_.is_only_instrument && resync_follows && !is_resync_outstanding_;
   auto pause = answer_may_come_late_ && !is_in_order ? options_.within : options_.pause;
   if (quiet_until_) pause = std::max(pause, quiet_until_->left());
   quiet_until_.reset();
@@ -95,7 +95,7 @@ Result<std::string> TextExchange::exchange(std::string_view question, std::strin
 Result<void> TextExchange::send_resync(const ResyncQuery& resync) {
   const auto answer = exchange(resync.question, resync.answer_begins);
   must_resynchronise_ = !answer;
-  is_resync_outstanding_ = is_resync_outstanding_ || (options_.alone && !answer);
+  is_resync_outstanding_ = is_resync_outstanding_ || (options_.is_only_instrument && !answer);
   if (answer) return {};
   rest_.emplace(kRestPeriod, options_.clock);
   return failure(answer.error());
@@ -119,12 +119,13 @@ Result<std::string> TextExchange::query(std::string_view question, const ResyncQ
   if (auto ready = prepare(resync); !ready) return failure(std::move(ready.error()));
   auto answer = exchange(question);
   const bool is_resync = question == resync.question;
-  if (answer && options_.alone && !is_resync && !resync.question.empty() && answer->starts_with(resync.answer_begins))
+  if (answer && options_.is_only_instrument && !is_resync && !resync.question.empty() &&
+      answer->starts_with(resync.answer_begins))
     answer = failure(FaultKind::corrupted, "", "answer to an earlier command");
   must_resynchronise_ = !answer;
   if (!answer && is_resync_outstanding_) rest_.emplace(kRestPeriod, options_.clock);
   if (answer && !is_resync) is_resync_outstanding_ = false;  // no answer to resync can follow
-  if (!answer && is_resync) is_resync_outstanding_ = options_.alone;
+  if (!answer && is_resync) is_resync_outstanding_ = options_.is_only_instrument;
   return answer;
 }
 

@@ -22,7 +22,7 @@ struct TextExchangeOptions {
   /// Required silence before a question.
   Duration pause{};
   /// No other instrument is on the line; all answers arrive in order.
-  bool alone = false;
+  bool is_only_instrument = false;
   /// Clock of the line, which outlives the exchange; null means the steady clock.
   const Clock* clock = nullptr;
   /// Maximum size of an answer with its terminator.

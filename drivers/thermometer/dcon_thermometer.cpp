@@ -20,7 +20,7 @@ constexpr std::string_view kUnderRange = "-0000";  // as a number it is zero
 constexpr std::size_t kLongestValue = 8;
 constexpr std::size_t kSumDigits = 2;
 
-std::string sum_of(std::string_view text) { return fmt::format("{:02X}", sum8(std::as_bytes(std::span(text)))); }
+std::string checksum_text(std::string_view text) { return fmt::format("{:02X}", sum8(std::as_bytes(std::span(text)))); }
 
 std::optional<std::uint8_t> parse_hex(std::string_view text) {
   if (text.size() != 2 || text.find_first_not_of("0123456789ABCDEF") != std::string_view::npos) return std::nullopt;
@@ -50,14 +50,14 @@ std::vector<std::string_view> split_at_signs(std::string_view text) {
 }  // namespace
 
 std::string seal_dcon(std::string text, DconChecksum checksum) {
-  return checksum == DconChecksum::on ? text + sum_of(text) : text;
+  return checksum == DconChecksum::on ? text + checksum_text(text) : text;
 }
 
 Result<std::string_view> unseal_dcon(std::string_view line, DconChecksum checksum) {
   if (checksum == DconChecksum::off) return line;
   if (line.size() < kSumDigits) return corrupted(line, "an answer with a checksum");
   const auto text = line.substr(0, line.size() - kSumDigits);
-  const auto sum = sum_of(text);
+  const auto sum = checksum_text(text);
   if (line.substr(text.size()) != sum)
     return failure(FaultKind::corrupted, "",
                    fmt::format("\"{}\" has the checksum {}, expected {}", text, line.substr(text.size()), sum));
@@ -76,11 +76,11 @@ Result<std::string_view> decode_dcon_answer(std::string_view line, std::uint8_t 
 }
 
 Result<DconConfiguration> decode_dcon_configuration(std::string_view text) {
-  const auto wrong = [&] { return corrupted(text, "a configuration TTCCFF"); };
-  if (text.size() != 6) return wrong();
+  const auto not_readings = [&] { return corrupted(text, "a configuration TTCCFF"); };
+  if (text.size() != 6) return not_readings();
   const auto type = parse_hex(text.substr(0, 2)), baud = parse_hex(text.substr(2, 2)),
              format = parse_hex(text.substr(4));
-  if (!type || !baud || !format) return wrong();
+  if (!type || !baud || !format) return not_readings();
   return DconConfiguration{*type, *baud, *format};
 }
 
@@ -112,10 +112,10 @@ Result<std::vector<Result<Celsius>>> decode_dcon_readings(std::string_view line,
     auto refusal = decode_dcon_answer(line, address);
     return failure(std::move(refusal.error()));
   }
-  const auto wrong = [&] { return corrupted(line, fmt::format("{} readings", ranges.size())); };
-  if (!line.starts_with('>')) return wrong();
+  const auto not_readings = [&] { return corrupted(line, fmt::format("{} readings", ranges.size())); };
+  if (!line.starts_with('>')) return not_readings();
   const auto values = split_at_signs(line.substr(1));
-  if (values.size() != ranges.size()) return wrong();
+  if (values.size() != ranges.size()) return not_readings();
 
   std::vector<Result<Celsius>> readings;
   readings.reserve(ranges.size());
@@ -127,11 +127,12 @@ Result<std::vector<Result<Celsius>>> decode_dcon_readings(std::string_view line,
       readings.push_back(failure(FaultKind::out_of_range, place, fmt::format("{} ({})", what, text)));
       continue;
     }
-    const auto value = signed_decimal(text);
+    const auto value = parse_signed_decimal(text);
     const bool has_point = text.find('.') != std::string_view::npos;
-    if (!value || !has_point || text.size() > kLongestValue || (width != 0 && text.size() != width)) return wrong();
+    if (!value || !has_point || text.size() > kLongestValue || (width != 0 && text.size() != width))
+      return not_readings();
     width = text.size();
-    readings.push_back(within(ranges[readings.size()], {*value}, place));
+    readings.push_back(check_range(ranges[readings.size()], {*value}, place));
   }
   return readings;
 }
@@ -149,17 +150,17 @@ std::string encode_dcon_readings(std::span<const double> celsius, const Temperat
 
 namespace {
 
-tl::unexpected<Fault> no_thermocouple(std::uint8_t type, std::string where) {
+tl::unexpected<Fault> type_fault(std::uint8_t type, std::string where) {
   return failure(FaultKind::mismatch, std::move(where),
                  fmt::format("set to type {:02X}, expected thermocouple J, K, T or E (0E to 11)", type));
 }
 
-std::shared_ptr<TextExchange> exchange_on(std::unique_ptr<ByteStream> line, const DconOptions& options) {
+std::shared_ptr<TextExchange> make_exchange(std::unique_ptr<ByteStream> line, const DconOptions& options) {
   return std::make_shared<TextExchange>(std::move(line), TextExchangeOptions{.question_end = "\r",
                                                                              .answer_end = "\r",
                                                                              .within = options.within,
                                                                              .pause = options.pause,
-                                                                             .alone = false,
+                                                                             .is_only_instrument = false,
                                                                              .clock = options.clock});
 }
 
@@ -173,10 +174,10 @@ class DconThermometer final : public Thermometer {
   Result<std::string> identify() override {
     ranges_.clear();
     name_.clear();
-    auto name = tell("M");
-    if (!name) return failure(with_location(place_, std::move(name.error())));
-    auto found = setting();
-    if (!found) return failure(with_location(place_, std::move(found.error())));
+    auto name = query_module("M");
+    if (!name) return failure(add_location(place_, std::move(name.error())));
+    auto found = read_settings();
+    if (!found) return failure(add_location(place_, std::move(found.error())));
     ranges_ = std::move(found->ranges);
     name_ = *name;
     types_ = found->types;
@@ -186,12 +187,12 @@ class DconThermometer final : public Thermometer {
   std::vector<Result<Celsius>> read() override {
     auto found = readings();
     if (!found) ranges_.clear();  // another module may answer next
-    return with_locations(place_, kDconInputs, std::move(found));
+    return add_locations(place_, kDconInputs, std::move(found));
   }
 
  private:
   using Ranges = std::vector<TemperatureRange>;
-  struct Setting {
+  struct Settings {
     Ranges ranges;
     std::vector<std::uint8_t> types;  ///< one for all, or one each
   };
@@ -210,7 +211,7 @@ class DconThermometer final : public Thermometer {
   }
 
   /// Returns the text after the address in the answer to "$AA" and `what`.
-  [[nodiscard]] Result<std::string> tell(std::string_view what) {
+  [[nodiscard]] Result<std::string> query_module(std::string_view what) {
     const auto question = dcon_query(options_.address, what);
     return query(question).and_then([&](const std::string& line) -> Result<std::string> {
       auto rest = decode_dcon_answer(line, options_.address);
@@ -220,8 +221,9 @@ class DconThermometer final : public Thermometer {
     });
   }
 
-  [[nodiscard]] Result<Setting> setting() {
-    const auto configuration = tell("2").and_then([](const auto& text) { return decode_dcon_configuration(text); });
+  [[nodiscard]] Result<Settings> read_settings() {
+    const auto configuration =
+        query_module("2").and_then([](const auto& text) { return decode_dcon_configuration(text); });
     if (!configuration) return failure(configuration.error());
     if (!configuration->in_engineering_units())
       return failure(FaultKind::mismatch, "",
@@ -230,29 +232,30 @@ class DconThermometer final : public Thermometer {
       return failure(FaultKind::mismatch, "",
                      fmt::format("set to type {:02X}, expected {:02X}", configuration->type, *options_.type));
     if (const auto range = dcon_range(configuration->type))
-      return Setting{Ranges(kDconInputs, *range), {configuration->type}};
-    auto each = setting_of_each_input();
-    if (!each && each.error().kind == FaultKind::refused) return no_thermocouple(configuration->type, "");
+      return Settings{Ranges(kDconInputs, *range), {configuration->type}};
+    auto each = read_settings_per_input();
+    if (!each && each.error().kind == FaultKind::refused) return type_fault(configuration->type, "");
     return each;
   }
 
-  [[nodiscard]] Result<Setting> setting_of_each_input() {
-    Setting setting;
+  [[nodiscard]] Result<Settings> read_settings_per_input() {
+    Settings read_settings;
     for (int input = 0; input < static_cast<int>(kDconInputs); ++input) {
-      const auto type =
-          tell(fmt::format("8C{}", input)).and_then([&](const auto& text) { return decode_dcon_type(text, input); });
+      const auto type = query_module(fmt::format("8C{}", input)).and_then([&](const auto& text) {
+        return decode_dcon_type(text, input);
+      });
       if (!type) return failure(type.error());
       const auto range = dcon_range(*type);
-      if (!range) return no_thermocouple(*type, fmt::format("input {}", input));
-      setting.ranges.push_back(*range);
-      setting.types.push_back(*type);
+      if (!range) return type_fault(*type, fmt::format("input {}", input));
+      read_settings.ranges.push_back(*range);
+      read_settings.types.push_back(*type);
     }
-    return setting;
+    return read_settings;
   }
 
   [[nodiscard]] Result<std::vector<Result<Celsius>>> readings() {
     if (ranges_.empty()) {
-      auto found = setting();
+      auto found = read_settings();
       if (!found) return failure(std::move(found.error()));
       if (!types_.empty() && found->types != types_)
         return failure(
@@ -280,7 +283,7 @@ class DconModules final : public Thermometer {
   struct Module {
     std::unique_ptr<Thermometer> thermometer;
     Backoff backoff{};
-    Fault last{};
+    Fault last_fault{};
     int silences = 0;  ///< in a row
   };
   explicit DconModules(std::vector<Module> modules) : modules_(std::move(modules)) {}
@@ -288,9 +291,9 @@ class DconModules final : public Thermometer {
   Result<std::string> identify() override {
     std::string all;
     for (auto& module : modules_) {
-      auto who = module.thermometer->identify();
-      if (!who) return who;
-      all += (all.empty() ? "" : ", ") + *who;
+      auto identity = module.thermometer->identify();
+      if (!identity) return identity;
+      all += (all.empty() ? "" : ", ") + *identity;
     }
     return all;
   }
@@ -301,16 +304,16 @@ class DconModules final : public Thermometer {
     std::vector<Result<Celsius>> all;
     for (auto& module : modules_) {
       if (module.backoff.left() > Duration::zero()) {
-        all.insert(all.end(), kDconInputs, failure(module.last));
+        all.insert(all.end(), kDconInputs, failure(module.last_fault));
         continue;
       }
       auto readings = module.thermometer->read();
       const auto& first = readings.front();
       const bool silent =
           !first && (first.error().kind == FaultKind::timeout || first.error().kind == FaultKind::disconnected);
-      if (silent) module.last = first.error();
+      if (silent) module.last_fault = first.error();
       silent ? module.backoff.note_failure() : module.backoff.note_success();
-      if (!silent && module.silences >= kSilencesInDoubt) ++breaks_;
+      if (!silent && module.silences >= kSilencesBeforeDoubt) ++breaks_;
       module.silences = silent ? module.silences + 1 : 0;
       all.insert(all.end(), std::make_move_iterator(readings.begin()), std::make_move_iterator(readings.end()));
     }
@@ -319,7 +322,7 @@ class DconModules final : public Thermometer {
 
  private:
   /// After this number of silences in a row, the module may have been replaced, even if the line never broke.
-  static constexpr int kSilencesInDoubt = 2;
+  static constexpr int kSilencesBeforeDoubt = 2;
   std::vector<Module> modules_;
   std::uint64_t breaks_ = 0;
 };
@@ -328,18 +331,18 @@ class DconModules final : public Thermometer {
 
 std::unique_ptr<Thermometer> make_dcon_thermometer(std::unique_ptr<ByteStream> line, std::string place,
                                                    DconOptions options) {
-  return std::make_unique<DconThermometer>(exchange_on(std::move(line), options), std::move(place), options);
+  return std::make_unique<DconThermometer>(make_exchange(std::move(line), options), std::move(place), options);
 }
 
 std::unique_ptr<Thermometer> make_dcon_modules(std::unique_ptr<ByteStream> line, const std::string& place,
                                                const std::vector<std::uint8_t>& addresses, const DconOptions& options) {
-  const auto exchange = exchange_on(std::move(line), options);
+  const auto exchange = make_exchange(std::move(line), options);
   std::vector<DconModules::Module> modules;
   for (const auto address : addresses) {
-    auto own = options;
-    own.address = address;
+    auto module_options = options;
+    module_options.address = address;
     modules.push_back({.thermometer = std::make_unique<DconThermometer>(
-                           exchange, fmt::format("{} module {:02X}", place, address), own),
+                           exchange, fmt::format("{} module {:02X}", place, address), module_options),
                        .backoff = Backoff(options.clock)});
   }
   return std::make_unique<DconModules>(std::move(modules));

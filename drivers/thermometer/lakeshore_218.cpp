@@ -15,20 +15,20 @@ namespace gyrotherm::drivers {
 namespace {
 
 constexpr Celsius kAbsoluteZero{-273.15};
-constexpr Celsius kHottest{1000};  ///< above every supported sensor
+constexpr Celsius kMaxTemperature{1000};  ///< above every supported sensor
 
 /// Returns the reading, or a fault: an input without a sensor, or with a broken one, reads 0 K.
-Result<Celsius> plausible(Celsius reading, std::size_t input) {
-  if (reading > kAbsoluteZero && reading <= kHottest) return reading;
+Result<Celsius> check_plausible(Celsius reading, std::size_t input) {
+  if (reading > kAbsoluteZero && reading <= kMaxTemperature) return reading;
   return failure(FaultKind::out_of_range, fmt::format("input {}", input),
                  fmt::format("{} °C is an impossible reading", reading.value));
 }
 
 /// Formats like "{:+08.3f}" for three decimals. A virtual run formats millions of readings, and integers are faster.
 void append_reading(std::string& line, double reading, int decimals) {
-  constexpr double kMost = 999;
-  constexpr int kMostPlaces = 6;
-  if (!(std::abs(reading) < kMost) || decimals < 1 || decimals > kMostPlaces) {
+  constexpr double kMaxReading = 999;
+  constexpr int kMaxDecimals = 6;
+  if (!(std::abs(reading) < kMaxReading) || decimals < 1 || decimals > kMaxDecimals) {
     line += fmt::format("{:+0{}.{}f}", reading, decimals + 5, decimals);
     return;
   }
@@ -50,18 +50,18 @@ void append_reading(std::string& line, double reading, int decimals) {
 }  // namespace
 
 Result<std::vector<Result<Celsius>>> decode_crdg(std::string_view line) {
-  const auto wrong = [&] {
+  const auto not_readings = [&] {
     return failure(FaultKind::corrupted, "CRDG?", fmt::format("\"{}\" is not {} readings", line, kLakeshore218Inputs));
   };
   std::vector<Result<Celsius>> readings;
   readings.reserve(kLakeshore218Inputs);
   for (auto rest = line; readings.size() < kLakeshore218Inputs;) {
     const auto comma = rest.find(',');
-    const auto value = signed_decimal(rest.substr(0, comma));
-    if (!value) return wrong();
-    readings.push_back(plausible({*value}, readings.size() + 1));
+    const auto value = parse_signed_decimal(rest.substr(0, comma));
+    if (!value) return not_readings();
+    readings.push_back(check_plausible({*value}, readings.size() + 1));
     const bool last = readings.size() == kLakeshore218Inputs;
-    if (last != (comma == std::string_view::npos)) return wrong();
+    if (last != (comma == std::string_view::npos)) return not_readings();
     if (!last) rest.remove_prefix(comma + 1);
   }
   return readings;
@@ -79,7 +79,7 @@ std::string encode_crdg(std::span<const double> celsius, int decimals) {
 namespace {
 
 constexpr const char* kTerminator = "\r\n";
-constexpr std::string_view kWho = "LSCI,MODEL218";
+constexpr std::string_view kIdentity = "LSCI,MODEL218";
 const ResyncQuery kResync{.question = "*IDN?", .answer_begins = "LSCI,"};
 
 class Lakeshore218 final : public Thermometer {
@@ -89,22 +89,22 @@ class Lakeshore218 final : public Thermometer {
                                     .answer_end = kTerminator,
                                     .within = timing.within,
                                     .pause = timing.pause,
-                                    .alone = true,
+                                    .is_only_instrument = true,
                                     .clock = timing.clock}),
         place_(std::move(place)) {}
 
   Result<std::string> identify() override {
-    auto who = exchange_.query(kResync.question, kResync);
-    if (!who) return failure(with_location(place_, std::move(who.error())));
-    if (!who->starts_with(kWho))
-      return failure(with_location(
-          place_, {FaultKind::mismatch, "*IDN?", fmt::format("\"{}\" answers, expected {}…", *who, kWho)}));
-    resync_.answer_begins = *who;
-    return who;
+    auto identity = exchange_.query(kResync.question, kResync);
+    if (!identity) return failure(add_location(place_, std::move(identity.error())));
+    if (!identity->starts_with(kIdentity))
+      return failure(add_location(
+          place_, {FaultKind::mismatch, "*IDN?", fmt::format("\"{}\" answers, expected {}…", *identity, kIdentity)}));
+    resync_.answer_begins = *identity;
+    return identity;
   }
 
   std::vector<Result<Celsius>> read() override {
-    return with_locations(
+    return add_locations(
         place_, kLakeshore218Inputs,
         exchange_.query("CRDG? 0", resync_).and_then([](const auto& line) { return decode_crdg(line); }));
   }

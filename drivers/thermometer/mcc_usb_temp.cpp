@@ -39,18 +39,18 @@ constexpr Layout kLayouts[] = {
     {MccCommand::calibrate, 0, 0},
 };
 
-const Layout* layout_of(std::uint8_t command) {
+const Layout* find_layout(std::uint8_t command) {
   const auto* found = std::ranges::find(kLayouts, static_cast<MccCommand>(command), &Layout::command);
   return found == std::end(kLayouts) ? nullptr : found;
 }
 
 /// Returns true for the reference, measured currents and voltages, and coefficients.
-bool holds_number(unsigned sub) { return (sub >= 0x04 && sub <= 0x0A) || (sub >= 0x14 && sub < kItems); }
-bool is_item(unsigned sub) { return sub <= 0x0A || (sub >= kSharedItems && sub < kItems); }
+bool is_number_item(unsigned item) { return (item >= 0x04 && item <= 0x0A) || (item >= 0x14 && item < kItems); }
+bool is_item(unsigned item) { return item <= 0x0A || (item >= kSharedItems && item < kItems); }
 
-std::uint8_t item_of(std::uint8_t input, MccItem item) {
-  const auto sub = static_cast<unsigned>(item);
-  return static_cast<std::uint8_t>(sub < kSharedItems ? sub : sub + input % 2);
+std::uint8_t item_number(std::uint8_t input, MccItem item) {
+  const auto number = static_cast<unsigned>(item);
+  return static_cast<std::uint8_t>(number < kSharedItems ? number : number + input % 2);
 }
 
 void append(std::vector<std::uint8_t>& bytes, float number) {
@@ -58,7 +58,7 @@ void append(std::vector<std::uint8_t>& bytes, float number) {
   for (int shift = 0; shift < 32; shift += 8) bytes.push_back(static_cast<std::uint8_t>(bits >> shift));
 }
 
-std::string place(MccCommand command) { return fmt::format("report {:02X}", static_cast<unsigned>(command)); }
+std::string report_name(MccCommand command) { return fmt::format("report {:02X}", static_cast<unsigned>(command)); }
 
 std::string input_name(std::uint8_t input) {
   if (input >= kMccColdJunction0) return fmt::format("CJC{}", input - kMccColdJunction0);
@@ -66,7 +66,7 @@ std::string input_name(std::uint8_t input) {
 }
 
 /// Returns the reason for refusing the arguments, or nothing.
-std::optional<std::string> objection(const MccRequest& request) {
+std::optional<std::string> find_argument_error(const MccRequest& request) {
   const auto& a = request.arguments;
   const auto units = [](unsigned code) { return code <= 1; };
   const auto input = [](unsigned code) { return code < kMccInputs; };
@@ -103,7 +103,7 @@ Result<Celsius> to_celsius(float number, std::uint8_t input, const MccRanges& ra
   if (whole == kMccOpen) return invalid("open thermocouple");
   if (whole == kMccNotReady) return invalid("not ready");
   if (whole == kMccDisabled) return invalid("disabled, or a float error");
-  return within(input < kMccInputs ? ranges[input] : kMccWidest, {number}, input_name(input));
+  return check_range(input < kMccInputs ? ranges[input] : kMccMaxRange, {number}, input_name(input));
 }
 
 }  // namespace
@@ -127,16 +127,16 @@ MccRequest mcc_read_memory(std::uint8_t address, std::uint8_t count) {
 }
 
 MccRequest mcc_read_item(std::uint8_t input, MccItem item) {
-  return mcc_request(MccCommand::read_item, {static_cast<std::uint8_t>(input / 2), item_of(input, item)});
+  return mcc_request(MccCommand::read_item, {static_cast<std::uint8_t>(input / 2), item_number(input, item)});
 }
 
 MccRequest mcc_set_item(std::uint8_t input, MccItem item, std::uint8_t value) {
-  return mcc_request(MccCommand::set_item, {static_cast<std::uint8_t>(input / 2), item_of(input, item), value});
+  return mcc_request(MccCommand::set_item, {static_cast<std::uint8_t>(input / 2), item_number(input, item), value});
 }
 
 MccRequest mcc_set_item(std::uint8_t input, MccItem item, float value) {
-  MccRequest request{MccCommand::set_item, {static_cast<std::uint8_t>(input / 2), item_of(input, item)}};
-  assert(holds_number(request.arguments[1]));
+  MccRequest request{MccCommand::set_item, {static_cast<std::uint8_t>(input / 2), item_number(input, item)}};
+  assert(is_number_item(request.arguments[1]));
   append(request.arguments, value);
   return request;
 }
@@ -146,19 +146,20 @@ std::vector<std::byte> encode_mcc_request(const MccRequest& request) {
 }
 
 Result<MccRequest> decode_mcc_request(std::span<const std::byte> report) {
-  const auto* layout = report.empty() ? nullptr : layout_of(byte_at(report, 0));
+  const auto* layout = report.empty() ? nullptr : find_layout(byte_at(report, 0));
   if (layout == nullptr) return failure(FaultKind::corrupted, "report", "not a command of a USB-TEMP");
   auto length = layout->arguments;
-  if (layout->command == MccCommand::set_item && report.size() > 2 && holds_number(byte_at(report, 2)))
+  if (layout->command == MccCommand::set_item && report.size() > 2 && is_number_item(byte_at(report, 2)))
     length += sizeof(float) - 1;
   if (report.size() <= length || report.size() > kMccLongestReport)
-    return failure(FaultKind::corrupted, place(layout->command),
+    return failure(FaultKind::corrupted, report_name(layout->command),
                    fmt::format("{} bytes, expected {} to {}", report.size(), length + 1, kMccLongestReport));
   MccRequest request{layout->command, {}};
   for (std::size_t i = 1; i <= length; ++i) request.arguments.push_back(byte_at(report, i));
   if (std::ranges::any_of(report.subspan(length + 1), [](std::byte padding) { return padding != std::byte{0}; }))
-    return failure(FaultKind::corrupted, place(layout->command), "the report is longer than its arguments");
-  if (const auto objected = objection(request)) return failure(FaultKind::refused, place(layout->command), *objected);
+    return failure(FaultKind::corrupted, report_name(layout->command), "the report is longer than its arguments");
+  if (const auto error = find_argument_error(request))
+    return failure(FaultKind::refused, report_name(layout->command), *error);
   return request;
 }
 
@@ -166,8 +167,8 @@ std::size_t mcc_reply_length(const MccRequest& request) {
   const auto& a = request.arguments;
   if (request.command == MccCommand::scan) return sizeof(float) * (1u + a[1] - a[0]);
   if (request.command == MccCommand::read_memory) return a[3];
-  if (request.command == MccCommand::read_item && holds_number(a[1])) return sizeof(float);
-  const auto* layout = layout_of(static_cast<std::uint8_t>(request.command));
+  if (request.command == MccCommand::read_item && is_number_item(a[1])) return sizeof(float);
+  const auto* layout = find_layout(static_cast<std::uint8_t>(request.command));
   assert(layout != nullptr);
   return layout->reply;
 }
@@ -175,7 +176,7 @@ std::size_t mcc_reply_length(const MccRequest& request) {
 Result<std::vector<std::uint8_t>> decode_mcc_bytes(const MccRequest& request, std::span<const std::byte> report) {
   const auto length = mcc_reply_length(request);
   const auto corrupted = [&](std::string what) {
-    return failure(FaultKind::corrupted, place(request.command), std::move(what));
+    return failure(FaultKind::corrupted, report_name(request.command), std::move(what));
   };
   if (report.empty()) return corrupted("empty");
   if (const auto id = byte_at(report, 0); static_cast<MccCommand>(id) != request.command)
@@ -284,10 +285,10 @@ std::vector<MccRequest> setup(std::uint8_t input, const MccThermocouple& thermoc
           set(input, MccItem::thermocouple, thermocouple.type)};
 }
 
-constexpr TemperatureRange kOther{{-273.15}, {200}};
+constexpr TemperatureRange kOtherRange{{-273.15}, {200}};
 TemperatureRange range(const MccRtd&) { return {{-200}, {850}}; }
-TemperatureRange range(const MccThermistor&) { return kOther; }
-TemperatureRange range(const MccSemiconductor&) { return kOther; }
+TemperatureRange range(const MccThermistor&) { return kOtherRange; }
+TemperatureRange range(const MccSemiconductor&) { return kOtherRange; }
 TemperatureRange range(const MccThermocouple& thermocouple) {
   switch (thermocouple.type) {
     case MccThermocoupleType::j: return {{-210}, {1200}};
@@ -299,7 +300,7 @@ TemperatureRange range(const MccThermocouple& thermocouple) {
     case MccThermocoupleType::b: return {{0}, {1820}};
     case MccThermocoupleType::n: return {{-270}, {1300}};
   }
-  return kMccWidest;
+  return kMccMaxRange;
 }
 
 }  // namespace
@@ -317,9 +318,9 @@ namespace {
 
 using Bytes = std::vector<std::uint8_t>;
 
-constexpr std::size_t kLeastReport = 2;  ///< hidraw refuses shorter ones
-constexpr Duration kStatusEvery = std::chrono::seconds(1);
-constexpr int kMostStatusReads = 12;
+constexpr std::size_t kMinReportSize = 2;  ///< hidraw refuses shorter ones
+constexpr Duration kStatusPeriod = std::chrono::seconds(1);
+constexpr int kMaxStatusReads = 12;
 
 class MccUsbTemp final : public Thermometer {
  public:
@@ -330,13 +331,13 @@ class MccUsbTemp final : public Thermometer {
   }
 
   Result<std::string> identify() override {
-    auto who = wait_until_ready();
-    if (!who) return failure(with_location(place_, seen(who.error())));
-    const auto date = ask_bytes(mcc_read_calibration_date());
-    if (!date) return failure(with_location(place_, seen(date.error())));
+    auto identity = wait_until_ready();
+    if (!identity) return failure(add_location(place_, note_fault(identity.error())));
+    const auto date = query_bytes(mcc_read_calibration_date());
+    if (!date) return failure(add_location(place_, note_fault(date.error())));
     const auto calibrated = decode_mcc_date(*date);
-    if (!calibrated) return "MCC " + *who;
-    return fmt::format("MCC {}, calibrated {:%F}", *who, std::chrono::sys_seconds(calibrated->time_since_epoch()));
+    if (!calibrated) return "MCC " + *identity;
+    return fmt::format("MCC {}, calibrated {:%F}", *identity, std::chrono::sys_seconds(calibrated->time_since_epoch()));
   }
 
   std::vector<Result<Celsius>> read() override {
@@ -344,8 +345,8 @@ class MccUsbTemp final : public Thermometer {
     auto readings = make_ready().and_then([&] { return query(scan); }).and_then([&](const Report& report) {
       return decode_mcc_temperatures(scan, report, ranges_);
     });
-    if (!readings) seen(readings.error());
-    return with_locations(place_, kMccInputs, std::move(readings));
+    if (!readings) note_fault(readings.error());
+    return add_locations(place_, kMccInputs, std::move(readings));
   }
 
  private:
@@ -354,7 +355,7 @@ class MccUsbTemp final : public Thermometer {
 
   [[nodiscard]] Result<void> send(const MccRequest& request) {
     auto report = encode_mcc_request(request);
-    report.resize(std::max(report.size(), kLeastReport));
+    report.resize(std::max(report.size(), kMinReportSize));
     return reports_->write(report);
   }
 
@@ -390,27 +391,27 @@ class MccUsbTemp final : public Thermometer {
     return failure(FaultKind::timeout, "", "only other reports arrived");
   }
 
-  [[nodiscard]] Result<Bytes> ask_bytes(const MccRequest& request) {
+  [[nodiscard]] Result<Bytes> query_bytes(const MccRequest& request) {
     return query(request).and_then([&](const Report& report) { return decode_mcc_bytes(request, report); });
   }
 
   /// Returns whether the item of the request `set_item` already has its value.
-  [[nodiscard]] Result<bool> holds(const MccRequest& set_item) {
+  [[nodiscard]] Result<bool> has_value(const MccRequest& set_item) {
     const auto& arguments = set_item.arguments;
-    const auto found = ask_bytes({MccCommand::read_item, {arguments[0], arguments[1]}});
+    const auto found = query_bytes({MccCommand::read_item, {arguments[0], arguments[1]}});
     if (!found) return failure(found.error());
     return std::ranges::equal(*found, std::span(arguments).subspan(2));
   }
 
   /// Sets the items that differ. Returns their number.
-  [[nodiscard]] Result<int> set_what_differs() {
+  [[nodiscard]] Result<int> set_differing_items() {
     int count = 0;
     for (std::uint8_t input = 0; input < kMccInputs; ++input) {
       if (!options_.sensors[input]) continue;
       for (const auto& item : mcc_setup(input, *options_.sensors[input])) {
-        const auto same = holds(item);
-        if (!same) return failure(same.error());
-        if (*same) continue;
+        const auto is_set = has_value(item);
+        if (!is_set) return failure(is_set.error());
+        if (*is_set) continue;
         if (auto sent = send(item); !sent) return failure(std::move(sent.error()));
         ++count;
       }
@@ -418,9 +419,9 @@ class MccUsbTemp final : public Thermometer {
     return count;
   }
 
-  [[nodiscard]] Result<void> begin() {
+  [[nodiscard]] Result<void> begin_setup() {
     if (auto opened = reports_->open(); !opened) return failure(std::move(opened.error()));
-    const auto set = set_what_differs();
+    const auto set = set_differing_items();
     if (!set) return failure(set.error());
     if (*set > 0)
       if (auto sent = send(mcc_request(MccCommand::calibrate)); !sent) return sent;
@@ -430,16 +431,16 @@ class MccUsbTemp final : public Thermometer {
 
   /// Fails unless the calibration has ended and the settings are still correct.
   [[nodiscard]] Result<void> finish_calibration() {
-    const auto status = ask_bytes(mcc_request(MccCommand::read_status));
+    const auto status = query_bytes(mcc_request(MccCommand::read_status));
     if (!status) return failure(status.error());
     if (mcc_calibrating(status->front())) return failure(FaultKind::timeout, "", "self-calibration in progress");
     stage_ = Stage::unknown;
     for (std::uint8_t input = 0; input < kMccInputs; ++input) {
       if (!options_.sensors[input]) continue;
       for (const auto& item : mcc_setup(input, *options_.sensors[input])) {
-        const auto same = holds(item);
-        if (!same) return failure(same.error());
-        if (!*same)
+        const auto is_set = has_value(item);
+        if (!is_set) return failure(is_set.error());
+        if (!*is_set)
           return failure(FaultKind::mismatch, fmt::format("input {}", input),
                          fmt::format("item {:02X} does not keep its setting", item.arguments[1]));
       }
@@ -450,7 +451,7 @@ class MccUsbTemp final : public Thermometer {
 
   [[nodiscard]] Result<void> make_ready() {
     if (stage_ == Stage::unknown)
-      if (auto begun = begin(); !begun) return begun;
+      if (auto started = begin_setup(); !started) return started;
     return stage_ == Stage::calibrating ? finish_calibration() : Result<void>{};
   }
 
@@ -459,14 +460,14 @@ class MccUsbTemp final : public Thermometer {
     for (int reads = 1;; ++reads) {
       auto ready = make_ready();
       if (ready) return reports_->open();
-      if (stage_ != Stage::calibrating || reads == kMostStatusReads) return failure(std::move(ready.error()));
-      (void)reports_->read(stray, kStatusEvery);  // a pause; no report is expected
+      if (stage_ != Stage::calibrating || reads == kMaxStatusReads) return failure(std::move(ready.error()));
+      (void)reports_->read(stray, kStatusPeriod);  // a pause; no report is expected
     }
   }
 
   /// Makes the next call identify the instrument again after a disconnect, because another device may have been plugged
   /// in.
-  const Fault& seen(const Fault& fault) {
+  const Fault& note_fault(const Fault& fault) {
     if (fault.kind == FaultKind::disconnected) stage_ = Stage::unknown;
     return fault;
   }
@@ -474,14 +475,14 @@ class MccUsbTemp final : public Thermometer {
   std::unique_ptr<HidReports> reports_;
   std::string place_;
   MccOptions options_;
-  MccRanges ranges_ = mcc_widest_ranges();
+  MccRanges ranges_ = mcc_max_ranges();
   Stage stage_ = Stage::unknown;
   bool reply_may_come_late_ = false;
 };
 
 }  // namespace
 
-std::unique_ptr<Thermometer> make_mcc_usb_temp(std::unique_ptr<HidReports> reports, std::string place,
+std::unique_ptr<Thermometer> make_mcc_usb_temp(std::unique_ptr<HidReports> reports, std::string report_name,
                                                MccOptions options) {
   return std::make_unique<MccUsbTemp>(std::move(reports), std::move(place), std::move(options));
 }

@@ -105,17 +105,18 @@ struct MccRequest {
 
 using MccRanges = std::array<TemperatureRange, kMccInputs>;
 /// Range of inputs with an unknown sensor: absolute zero to the end of type B.
-inline constexpr TemperatureRange kMccWidest{{-273.15}, {1820}};
-[[nodiscard]] constexpr MccRanges mcc_widest_ranges() {
+inline constexpr TemperatureRange kMccMaxRange{{-273.15}, {1820}};
+[[nodiscard]] constexpr MccRanges mcc_max_ranges() {
   MccRanges ranges{};
-  ranges.fill(kMccWidest);
+  ranges.fill(kMccMaxRange);
   return ranges;
 }
 
 /// Decodes the temperatures of a scan or a single input, requested in °C. Fails with corrupted. An input that is open,
 /// not ready, disabled or outside its range has a fault (out_of_range).
-[[nodiscard]] Result<std::vector<Result<Celsius>>> decode_mcc_temperatures(
-    const MccRequest& request, std::span<const std::byte> report, const MccRanges& ranges = mcc_widest_ranges());
+[[nodiscard]] Result<std::vector<Result<Celsius>>> decode_mcc_temperatures(const MccRequest& request,
+                                                                           std::span<const std::byte> report,
+                                                                           const MccRanges& ranges = mcc_max_ranges());
 
 /// Returns whether a calibration is in progress. Meanwhile the readings do not change, and items cannot be set.
 [[nodiscard]] constexpr bool mcc_calibrating(std::uint8_t status) { return (status & 1) != 0; }

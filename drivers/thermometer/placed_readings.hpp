@@ -23,7 +23,7 @@ struct TemperatureRange {
 };
 
 /// Returns `reading`, or the fault out_of_range at `where` if it is outside `range`. NaN is outside every range.
-[[nodiscard]] inline Result<Celsius> within(const TemperatureRange& range, Celsius reading, std::string where) {
+[[nodiscard]] inline Result<Celsius> check_range(const TemperatureRange& range, Celsius reading, std::string where) {
   if (reading >= range.lowest && reading <= range.highest) return reading;
   return failure(FaultKind::out_of_range, std::move(where),
                  fmt::format("{} °C is an impossible reading, expected {} to {} °C", reading.value, range.lowest.value,
@@ -31,7 +31,7 @@ struct TemperatureRange {
 }
 
 /// Parses a sign followed by digits, with or without a point. Returns nothing for any other text.
-[[nodiscard]] inline std::optional<double> signed_decimal(std::string_view text) {
+[[nodiscard]] inline std::optional<double> parse_signed_decimal(std::string_view text) {
   if (text.size() < 2 || (text[0] != '+' && text[0] != '-')) return std::nullopt;
   const auto digits = text.substr(1);
   if (digits.find_first_not_of("0123456789.") != std::string_view::npos) return std::nullopt;
@@ -43,18 +43,18 @@ struct TemperatureRange {
 }
 
 /// Prepends the location of the instrument to a fault: "thermometer 2 input 3".
-[[nodiscard]] inline Fault with_location(const std::string& place, Fault fault) {
+[[nodiscard]] inline Fault add_location(const std::string& place, Fault fault) {
   fault.where = fault.where.empty() ? place : fmt::format("{} {}", place, fault.where);
   return fault;
 }
 
 /// Returns the readings, with the location prepended to their faults. If `answer` is a fault, returns this fault for
 /// each of the `inputs`.
-[[nodiscard]] inline std::vector<Result<Celsius>> with_locations(const std::string& place, std::size_t inputs,
-                                                                 Result<std::vector<Result<Celsius>>> answer) {
-  if (!answer) return {inputs, failure(with_location(place, std::move(answer.error())))};
+[[nodiscard]] inline std::vector<Result<Celsius>> add_locations(const std::string& place, std::size_t inputs,
+                                                                Result<std::vector<Result<Celsius>>> answer) {
+  if (!answer) return {inputs, failure(add_location(place, std::move(answer.error())))};
   for (auto& reading : *answer)
-    if (!reading) reading.error() = with_location(place, std::move(reading.error()));
+    if (!reading) reading.error() = add_location(place, std::move(reading.error()));
   return std::move(*answer);
 }
 

@@ -16,13 +16,13 @@
 namespace gyrotherm::drivers {
 namespace {
 
-constexpr TemperatureRange kPossible{{-273.15}, {3000}};
-constexpr std::size_t kMostAtOnce = 64 * 1024;  ///< bytes per answer
+constexpr TemperatureRange kPossibleRange{{-273.15}, {3000}};
+constexpr std::size_t kMaxAnswer = 64 * 1024;  ///< bytes per answer
 constexpr int kMostFailures = 10;
 constexpr std::string_view kNoReading = "-";
 
 template <class Number>
-std::optional<Number> whole_number(std::string_view text) {
+std::optional<Number> parse_whole_number(std::string_view text) {
   Number number{};
   const auto* const last = text.data() + text.size();
   const auto [end, error] = std::from_chars(text.data(), last, number);
@@ -30,27 +30,27 @@ std::optional<Number> whole_number(std::string_view text) {
 }
 
 /// Removes the first token and the blank after it, and returns the token.
-std::string_view next_word(std::string_view& text) {
+std::string_view take_token(std::string_view& text) {
   const auto blank = text.find(' ');
-  const auto word = text.substr(0, blank);
+  const auto token = text.substr(0, blank);
   text = blank == std::string_view::npos ? std::string_view() : text.substr(blank + 1);
-  return word;
+  return token;
 }
 
-std::string shown(std::string_view text) {
+std::string shorten(std::string_view text) {
   constexpr std::size_t kShown = 60;
   return plain(text.substr(0, kShown)) + (text.size() > kShown ? "…" : "");
 }
 
-std::optional<double> number_in(std::string_view word) {
-  if (word.empty() || word.find_first_not_of("0123456789.eE+-") != std::string_view::npos) return std::nullopt;
-  if (word.front() == '+') {
-    word.remove_prefix(1);
-    if (word.starts_with('-')) return std::nullopt;
+std::optional<double> parse_number(std::string_view token) {
+  if (token.empty() || token.find_first_not_of("0123456789.eE+-") != std::string_view::npos) return std::nullopt;
+  if (token.front() == '+') {
+    token.remove_prefix(1);
+    if (token.starts_with('-')) return std::nullopt;
   }
   double value{};
-  const auto* const last = word.data() + word.size();
-  const auto [end, error] = std::from_chars(word.data(), last, value);
+  const auto* const last = token.data() + token.size();
+  const auto [end, error] = std::from_chars(token.data(), last, value);
   return error == std::errc{} && end == last ? std::optional(value) : std::nullopt;
 }
 
@@ -58,16 +58,16 @@ std::optional<double> number_in(std::string_view word) {
 
 std::optional<NumberedLine> split_numbered_line(std::string_view line) {
   if (line.ends_with('\r')) line.remove_suffix(1);
-  const auto number = whole_number<std::uint64_t>(next_word(line));
+  const auto number = parse_whole_number<std::uint64_t>(take_token(line));
   return number ? std::optional(NumberedLine{*number, line}) : std::nullopt;
 }
 
 Result<ProcessGreeting> decode_process_greeting(std::string_view text) {
-  const auto protocol = next_word(text);
+  const auto protocol = take_token(text);
   if (protocol != kProcessProtocol)
     return failure(FaultKind::mismatch, "hello",
-                   fmt::format("\"{}\" answers, expected {}", shown(protocol), kProcessProtocol));
-  const auto inputs = whole_number<std::size_t>(next_word(text));
+                   fmt::format("\"{}\" answers, expected {}", shorten(protocol), kProcessProtocol));
+  const auto inputs = parse_whole_number<std::size_t>(take_token(text));
   if (!inputs || *inputs < 1 || *inputs > kMostProcessInputs || trimmed(text).empty())
     return failure(FaultKind::corrupted, "hello",
                    fmt::format("expected {} INPUTS NAME, with 1 to {} inputs", kProcessProtocol, kMostProcessInputs));
@@ -80,19 +80,19 @@ std::string encode_process_greeting(const ProcessGreeting& greeting) {
 
 Result<std::vector<Result<Celsius>>> decode_process_readings(std::string_view text, std::size_t inputs) {
   const auto whole = text;
-  const auto wrong = [&] {
-    return failure(FaultKind::corrupted, "read", fmt::format("\"{}\" is not {} readings", shown(whole), inputs));
+  const auto not_readings = [&] {
+    return failure(FaultKind::corrupted, "read", fmt::format("\"{}\" is not {} readings", shorten(whole), inputs));
   };
   std::vector<Result<Celsius>> readings;
   while (!text.empty()) {
-    const auto word = next_word(text);
+    const auto token = take_token(text);
     const auto place = fmt::format("input {}", readings.size() + 1);
-    const auto value = number_in(word);
-    if (readings.size() == inputs || (!value && word != kNoReading)) return wrong();
-    readings.push_back(value ? within(kPossible, {*value}, place)
+    const auto value = parse_number(token);
+    if (readings.size() == inputs || (!value && token != kNoReading)) return not_readings();
+    readings.push_back(value ? check_range(kPossibleRange, {*value}, place)
                              : failure(FaultKind::out_of_range, place, "the program reports no reading"));
   }
-  if (readings.size() != inputs || whole.ends_with(' ')) return wrong();
+  if (readings.size() != inputs || whole.ends_with(' ')) return not_readings();
   return readings;
 }
 
@@ -114,26 +114,26 @@ class ProcessThermometer final : public Thermometer {
 
   Result<std::string> identify() override {
     greeting_.reset();
-    auto greeted = greet(Deadline(options_.greets_within, options_.clock));
-    if (!greeted) return failure(with_location(place_, std::move(greeted.error())));
+    auto greeted = greet(Deadline(options_.greeting_timeout, options_.clock));
+    if (!greeted) return failure(add_location(place_, std::move(greeted.error())));
     return greeting_->identity;
   }
 
   std::uint64_t breaks() const override { return breaks_; }
 
   std::vector<Result<Celsius>> read() override {
-    auto readings = ask_readings(Deadline(options_.within, options_.clock));
+    auto readings = query_readings(Deadline(options_.within, options_.clock));
     failures_ = readings ? 0 : failures_ + 1;
     if (failures_ >= kMostFailures && options_.end_program) {
       options_.end_program();
-      forget();
+      reset_connection();
       failures_ = 0;
     }
-    return with_locations(place_, options_.channels, std::move(readings));
+    return add_locations(place_, options_.channels, std::move(readings));
   }
 
  private:
-  Result<std::vector<Result<Celsius>>> ask_readings(const Deadline& deadline) {
+  Result<std::vector<Result<Celsius>>> query_readings(const Deadline& deadline) {
     if (!greeting_)
       if (auto greeted = greet(deadline); !greeted) return failure(std::move(greeted.error()));
     const auto answer = query("read", deadline);
@@ -156,20 +156,20 @@ class ProcessThermometer final : public Thermometer {
     return {};
   }
 
-  Result<std::string> query(std::string_view word, const Deadline& deadline) {
-    const auto question = fmt::format("{} {}\n", ++number_, word);
+  Result<std::string> query(std::string_view token, const Deadline& deadline) {
+    const auto question = fmt::format("{} {}\n", ++number_, token);
     if (auto sent = line_->write(std::as_bytes(std::span(question)), deadline.left()); !sent)
-      return broken(std::move(sent.error()));
-    std::size_t came = 0;
+      return note_broken_line(std::move(sent.error()));
+    std::size_t received = 0;
     while (true) {
       if (auto answer = take_answer(); !answer || *answer)
         return answer.map([](std::optional<std::string> found) { return std::move(*found); });
-      if (came > kMostAtOnce)
-        return failure(FaultKind::corrupted, std::string(word), "more than 64 KiB in answer to one request");
+      if (received > kMaxAnswer)
+        return failure(FaultKind::corrupted, std::string(token), "more than 64 KiB in answer to one request");
       std::array<std::byte, 4096> some{};
       const auto size = line_->read(some, deadline.left());
-      if (!size) return broken(size.error());
-      came += *size;
+      if (!size) return note_broken_line(size.error());
+      received += *size;
       text_.append(reinterpret_cast<const char*>(some.data()), *size);
     }
   }
@@ -182,7 +182,7 @@ class ProcessThermometer final : public Thermometer {
       const auto numbered = split_numbered_line(line);
       if (!numbered || numbered->number > number_ || line.size() > kLongestProcessLine) {
         text_.clear();
-        return failure(FaultKind::corrupted, "", fmt::format("\"{}\" is not an answer to a request", shown(line)));
+        return failure(FaultKind::corrupted, "", fmt::format("\"{}\" is not an answer to a request", shorten(line)));
       }
       if (numbered->number == number_) return std::string(numbered->rest);
     }
@@ -191,11 +191,11 @@ class ProcessThermometer final : public Thermometer {
     return failure(FaultKind::corrupted, "", fmt::format("no end of line in {} bytes", kLongestProcessLine));
   }
 
-  tl::unexpected<Fault> broken(Fault fault) {
-    if (fault.kind == FaultKind::disconnected) forget();
+  tl::unexpected<Fault> note_broken_line(Fault fault) {
+    if (fault.kind == FaultKind::disconnected) reset_connection();
     return failure(std::move(fault));
   }
-  void forget() {
+  void reset_connection() {
     ++breaks_;
     greeting_.reset();
     text_.clear();

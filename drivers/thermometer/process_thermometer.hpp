@@ -63,7 +63,7 @@ struct ProcessThermometerOptions {
   /// Limit for a reading, including the greeting.
   Duration within = std::chrono::milliseconds(500);
   /// Limit for identify(); interpreters start slowly.
-  Duration greets_within = std::chrono::milliseconds(5000);
+  Duration greeting_timeout = std::chrono::milliseconds(5000);
   /// Clock of the line; null means the steady clock.
   const Clock* clock = nullptr;
   /// Ends the program; the next question starts it again. Called after ten questions in a row without a valid answer.

@@ -16,11 +16,11 @@
 namespace gyrotherm::drivers {
 namespace {
 
-constexpr TemperatureRange kPlatinum{{-200}, {850}};
+constexpr TemperatureRange kPlatinumRange{{-200}, {850}};
 
 bool is_nan(std::string_view text) {
-  const auto same = [](char a, char b) { return (a | 0x20) == b; };
-  return std::ranges::equal(text, std::string_view("nan"), same);
+  const auto is_equal_letter = [](char a, char b) { return (a | 0x20) == b; };
+  return std::ranges::equal(text, std::string_view("nan"), is_equal_letter);
 }
 
 /// Parses a text that is one number in standard or scientific notation, or NaN.
@@ -49,22 +49,22 @@ std::vector<std::string_view> split_at_commas(std::string_view line) {
 Result<Celsius> to_celsius(double value, std::size_t input) {
   const auto place = fmt::format("T{}", input);
   if (std::isnan(value)) return failure(FaultKind::out_of_range, place, "no probe is connected (NaN)");
-  return within(kPlatinum, {value}, place);
+  return check_range(kPlatinumRange, {value}, place);
 }
 
 }  // namespace
 
 Result<std::vector<Result<Celsius>>> decode_pt12_temperatures(std::string_view line) {
   const auto items = split_at_commas(line);
-  const auto wrong = [&] {
+  const auto not_readings = [&] {
     return failure(FaultKind::corrupted, "T?", fmt::format("\"{}\" is not {} readings", line, kPt12Inputs));
   };
-  if (items.size() != kPt12Inputs) return wrong();
+  if (items.size() != kPt12Inputs) return not_readings();
   std::vector<Result<Celsius>> readings;
   readings.reserve(kPt12Inputs);
   for (const auto item : items) {
     const auto value = parse_number(item);
-    if (!value) return wrong();
+    if (!value) return not_readings();
     readings.push_back(to_celsius(*value, readings.size() + 1));
   }
   return readings;
@@ -91,23 +91,23 @@ class Pt12 final : public Thermometer {
                                     .answer_end = "\r\n",
                                     .within = timing.within,
                                     .pause = timing.pause,
-                                    .alone = true,
+                                    .is_only_instrument = true,
                                     .clock = timing.clock}),
         place_(std::move(place)) {}
 
   Result<std::string> identify() override {
-    auto who = exchange_.query(kPt12Resync.question, kPt12Resync);
-    if (!who) return failure(with_location(place_, std::move(who.error())));
-    if (*who != kPt12)
-      return failure(
-          with_location(place_, {FaultKind::mismatch, "ID?", fmt::format("\"{}\" answers, expected {}", *who, kPt12)}));
+    auto identity = exchange_.query(kPt12Resync.question, kPt12Resync);
+    if (!identity) return failure(add_location(place_, std::move(identity.error())));
+    if (*identity != kPt12)
+      return failure(add_location(
+          place_, {FaultKind::mismatch, "ID?", fmt::format("\"{}\" answers, expected {}", *identity, kPt12)}));
     auto serial = exchange_.query("SN?", kPt12Resync);
-    if (!serial) return failure(with_location(place_, std::move(serial.error())));
+    if (!serial) return failure(add_location(place_, std::move(serial.error())));
     return fmt::format("{} {}", kPt12, *serial);
   }
 
   std::vector<Result<Celsius>> read() override {
-    return with_locations(place_, kPt12Inputs, exchange_.query("T?", kPt12Resync).and_then([](const auto& line) {
+    return add_locations(place_, kPt12Inputs, exchange_.query("T?", kPt12Resync).and_then([](const auto& line) {
       return decode_pt12_temperatures(line);
     }));
   }

@@ -24,8 +24,8 @@ enum class ThermometerKind { lakeshore_218, dcon, pt12, mcc_usb_temp, process };
 using MakeOnLine = std::unique_ptr<Thermometer> (*)(std::unique_ptr<ByteStream> line, std::string place,
                                                     const Clock* clock, bool simulated);
 template <class Timing, auto make>
-std::unique_ptr<Thermometer> on_line(std::unique_ptr<ByteStream> line, std::string place, const Clock* clock,
-                                     bool simulated) {
+std::unique_ptr<Thermometer> make_on_line(std::unique_ptr<ByteStream> line, std::string place, const Clock* clock,
+                                          bool simulated) {
   Timing timing{.clock = clock};
   if (simulated) timing.pause = {};
   return make(std::move(line), std::move(place), timing);
@@ -49,10 +49,12 @@ inline constexpr std::array kThermometerKinds{
                        .name = "lakeshore_218",
                        .inputs = kLakeshore218Inputs,
                        .serial = {.baud = 9600, .data_bits = 7, .parity = SerialParity::odd, .stop_bits = 1},
-                       .make = on_line<Lakeshore218Timing, make_lakeshore_218>},
+                       .make = make_on_line<Lakeshore218Timing, make_lakeshore_218>},
     ThermometerKindRow{.kind = ThermometerKind::dcon, .name = "dcon", .inputs = kDconInputs},
-    ThermometerKindRow{
-        .kind = ThermometerKind::pt12, .name = "pt12", .inputs = kPt12Inputs, .make = on_line<Pt12Timing, make_pt12>},
+    ThermometerKindRow{.kind = ThermometerKind::pt12,
+                       .name = "pt12",
+                       .inputs = kPt12Inputs,
+                       .make = make_on_line<Pt12Timing, make_pt12>},
     ThermometerKindRow{.kind = ThermometerKind::mcc_usb_temp, .name = "mcc_usb_temp", .inputs = kMccInputs},
     ThermometerKindRow{.kind = ThermometerKind::process, .name = "process", .inputs = kMostProcessInputs},
 };

@@ -284,7 +284,7 @@ MUTANTS = [
      "const bool resynchronises = must_resynchronise_ && !resync.question.empty();", "const bool resynchronises = false;",
      "drivers_test", "TextExchange.WithABeatNoAnswerHoweverLateIsANewOne"),
     ("a name that is still owed is forgotten", "drivers/line/text_exchange.cpp",
-     "  if (!answer && is_resync) is_resync_outstanding_ = options_.alone;\n", "",
+     "  if (!answer && is_resync) is_resync_outstanding_ = options_.is_only_instrument;\n", "",
      "drivers_test", "TextExchange.ANameThatWasAskedForInVainIsOwed"),
     ("the echo of a write is its answer", "drivers/line/modbus_lines.cpp",
      "if (answer && !has_no_echo_)", "if (answer && false)",

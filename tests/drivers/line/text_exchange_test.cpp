@@ -174,7 +174,7 @@ const ResyncQuery kWho{.question = "who", .answer_begins = "me"};
 struct OneInstrument {
   explicit OneInstrument(bool alone) {
     auto options = kOptions;
-    options.alone = alone;
+    options.is_only_instrument = alone;
     options.clock = &line.clock;
     exchange.emplace(std::move(made), options);
   }

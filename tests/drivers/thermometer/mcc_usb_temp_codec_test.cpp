@@ -73,7 +73,7 @@ TEST(MccUsbTempCodec, SpecialValuesAreNotTemperatures) {
 }
 
 TEST(MccUsbTempCodec, AReadingOutsideItsSensorsRangeIsAFaultInItsPlace) {
-  MccRanges ranges = mcc_widest_ranges();
+  MccRanges ranges = mcc_max_ranges();
   ranges[1] = mcc_range(MccThermocouple{MccThermocoupleType::t});
   const std::array numbers{401.f, 401.f, -271.f, std::numeric_limits<float>::quiet_NaN(), 1e30f, -274.f};
   const auto report = encode_mcc_numbers(MccCommand::scan, numbers);

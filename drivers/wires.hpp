@@ -18,7 +18,7 @@ namespace gyrotherm::drivers {
 /// Modbus function of a read, which selects one of a unit's four tables (Modbus Application Protocol V1.1b3, section
 /// 6).
 enum class ReadFunction : std::uint8_t { coils = 1, discrete_inputs = 2, holding_registers = 3, input_registers = 4 };
-/// Modbus function of a write. `coil` and `one_register` write one word per exchange; `registers` writes all words in
+/// Modbus function of a write. `coil` and `one_register` need one exchange per word; `registers` writes all words in
 /// one exchange.
 enum class WriteFunction : std::uint8_t { coil = 5, one_register = 6, registers = 16 };
 
@@ -38,7 +38,7 @@ class Registers {
                                            std::span<const std::uint16_t> words) = 0;
   /// Makes the next call try immediately, even if the line is in its rest period after failures. For urgent commands.
   virtual void end_rest() {}
-  /// Returns the number of connections that broke so far. Another instrument may answer on the next connection.
+  /// Returns the number of connections that broke so far. After a break, another instrument may answer.
   [[nodiscard]] virtual std::uint64_t breaks() const { return 0; }
 };
 
@@ -48,8 +48,8 @@ class ByteStream {
   virtual ~ByteStream() = default;
   /// Reads the available bytes, waiting for at least one. Fails with timeout (no byte arrived) or disconnected.
   [[nodiscard]] virtual Result<std::size_t> read(std::span<std::byte> buffer, Duration within) = 0;
-  /// Returns the arrival time of the newest byte of the last read, on the steady clock. Empty if bytes are always read
-  /// when they arrive.
+  /// Returns the arrival time, on the steady clock, of the newest byte of the last read. Returns nothing if bytes are
+  /// always read when they arrive.
   [[nodiscard]] virtual std::optional<Duration> arrival_time() const { return {}; }
   /// Writes all bytes. Fails with timeout or disconnected.
   [[nodiscard]] virtual Result<void> write(std::span<const std::byte> bytes, Duration within) = 0;
@@ -57,8 +57,8 @@ class ByteStream {
   virtual void end_rest() {}
 };
 
-/// An HID device that exchanges reports; byte 0 of a report is its number. The device is opened at first use, and found
-/// again by its serial number after it was unplugged.
+/// An HID device that exchanges reports; byte 0 of a report is its number. The device is opened at first use. After it
+/// was unplugged, it is found again by its serial number.
 class HidReports {
  public:
   virtual ~HidReports() = default;

@@ -30,7 +30,7 @@ namespace gyrotherm::drivers {
 
 namespace {
 
-/// A line with a file descriptor. It is opened at first use, and again after it broke.
+/// A line that is a file descriptor. Opened at first use, and again after a failure.
 class DescriptorStream : public ByteStream {
  public:
   Result<void> write(std::span<const std::byte> bytes, Duration within) override {
@@ -44,7 +44,7 @@ class DescriptorStream : public ByteStream {
       }
       if (size < 0 && !would_block()) return close_with_fault(std::strerror(errno));
       if (!deadline.over() && ready(line_.number(), POLLOUT, deadline)) continue;
-      (void)close_with_fault("a part may have been sent");
+      (void)close_with_fault("some bytes may have been sent");
       return failure(FaultKind::timeout, place(), fmt::format("could not send in {:.3f} s", to_seconds(within)));
     }
     return {};
@@ -59,8 +59,8 @@ class DescriptorStream : public ByteStream {
     return open_line();
   }
 
-  /// Closes the line and returns the fault. If the line remained open after its device was removed, poll() would always
-  /// report it as ready.
+  /// Closes the line and returns the fault. Closing is necessary because poll() always reports a removed device as
+  /// ready.
   [[nodiscard]] tl::unexpected<Fault> close_with_fault(std::string why) {
     line_.close();
     backoff_.note_failure();
@@ -159,10 +159,10 @@ std::string error_text(int error) {
   return std::strerror(error);
 }
 
-/// Describes an error of libserialport, which keeps the system's reason in errno.
+/// Returns the text of a libserialport error. For SP_ERR_FAIL, errno contains the reason.
 std::string error_text(sp_return code) { return code == SP_ERR_FAIL ? error_text(errno) : "not a serial port"; }
 
-/// Makes the port exclusive. The kernel excludes other processes; the lock excludes root and processes that opened the
+/// Makes the port exclusive. TIOCEXCL excludes other processes; the lock excludes root and programs that opened the
 /// port earlier.
 Result<void> lock_port(int descriptor) {
   if (flock(descriptor, LOCK_EX | LOCK_NB) != 0) return open_fault("in use by another program");
@@ -199,11 +199,11 @@ Result<void> configure(sp_port* port, const SerialFormat& format) {
   const auto found = read_port_format(port);
   if (found != format)
     return open_fault(
-        fmt::format("set to {}, the port is at {}", text(format), found ? text(*found) : "something else"));
+        fmt::format("set to {}, but the port reports {}", text(format), found ? text(*found) : "an unknown setting"));
   return {};
 }
 
-/// Keeps the modem lines unchanged when the port is closed. Some instruments reset when these lines drop.
+/// Keeps the modem lines active when the port is closed, because some instruments reset when these lines drop.
 void keep_modem_lines(int descriptor) {
   termios settings{};
   if (tcgetattr(descriptor, &settings) != 0) return;
@@ -254,7 +254,7 @@ class SerialStream final : public DescriptorStream {
         backoff_.note_success();
         return static_cast<std::size_t>(size);
       }
-      if (size == 0) return close_with_fault("the port is gone");  // ready without data: hung up
+      if (size == 0) return close_with_fault("the port was removed");  // ready without data
       if (!would_block()) return close_with_fault(std::strerror(errno));
     }
     return failure(FaultKind::timeout, place(), fmt::format("no data in {:.3f} s", to_seconds(within)));
@@ -327,7 +327,7 @@ std::unique_ptr<ByteStream> make_serial_stream(std::string device, const SerialF
 namespace {
 
 constexpr std::size_t kMaxStrayBytes = 8;
-/// A gateway may delay the second packet of an echo until the first is acknowledged.
+/// Maximum silence within an echo. A gateway may delay its second packet until the first is acknowledged.
 constexpr Duration kEchoGap = std::chrono::milliseconds(250);
 
 class EchoStream final : public ByteStream {
@@ -361,7 +361,7 @@ class EchoStream final : public ByteStream {
       }
       if (received.size() >= bytes.size() + kMaxStrayBytes)
         return failure(FaultKind::corrupted, "",
-                       "the bytes that came back differ from those sent; \"echo\" expects the same");
+                       "the echo differs from the bytes sent; check the adapter, or remove \"echo\"");
     }
   }
 
@@ -371,15 +371,15 @@ class EchoStream final : public ByteStream {
  private:
   [[nodiscard]] static tl::unexpected<Fault> echo_fault(std::size_t received, std::size_t sent) {
     if (received == 0)
-      return failure(FaultKind::timeout, "",
-                     "nothing that was sent came back; \"echo\" expects an adapter that echoes");
-    return failure(FaultKind::corrupted, "",
-                   fmt::format("{} bytes came back where {} were sent; \"echo\" expects the same", received, sent));
+      return failure(FaultKind::timeout, "", "no echo received; check the adapter, or remove \"echo\"");
+    return failure(
+        FaultKind::corrupted, "",
+        fmt::format("the echo has {} bytes, but {} were sent; check the adapter, or remove \"echo\"", received, sent));
   }
 
   std::unique_ptr<ByteStream> line_;
   const Clock* clock_;
-  /// Bytes that arrived together with the echo.
+  /// Bytes that arrived after the echo, in the same reads.
   std::vector<std::byte> after_echo_;
 };
 

@@ -18,8 +18,8 @@
 
 namespace gyrotherm::drivers {
 
-/// Configures a socket to detect a dead peer: it sends keep-alive probes every second after 5 s of silence, and the
-/// connection breaks after 5 s without an acknowledgement of data or probes. Small writes are sent immediately.
+/// Configures a socket to detect a dead peer: after 5 s of silence it sends a keep-alive probe every second, and the
+/// connection breaks after 5 s without an acknowledgement of data or probes. Also sends small writes immediately.
 inline void enable_dead_peer_detection(int socket) {
   constexpr int kGiveUpUnacknowledgedMs = 5000;
   const auto set = [socket](int level, int option, int value) {
@@ -38,15 +38,15 @@ inline void enable_dead_peer_detection(int socket) {
 /// to 10 s.
 [[nodiscard]] std::unique_ptr<ByteStream> make_tcp_stream(const TcpLine& line, Duration connect_within);
 
-/// Opens `device` without waiting for a carrier. Excludes other processes by an advisory lock and by the kernel. Sets
-/// `format` and reads it back. Reads and writes do not block. Fails with disconnected.
+/// Opens `device` without waiting for a carrier, sets `format` and reads it back. Excludes other processes by an
+/// advisory lock and TIOCEXCL. Reads and writes do not block. Fails with disconnected.
 [[nodiscard]] Result<Descriptor> open_serial_port(const std::string& device, const SerialFormat& format);
 
-/// Returns the link to `device` under /dev/serial/by-id, which does not depend on the order in which adapters are
-/// plugged in. Empty if there is none.
+/// Returns the link to `device` under /dev/serial/by-id, whose name does not depend on the order in which adapters are
+/// plugged in, or an empty text if there is none.
 [[nodiscard]] std::string stable_name(const std::string& device);
-/// Returns whether a device name, such as /dev/ttyUSB0, has a number that depends on the order in which devices are
-/// plugged in.
+/// Returns whether the number in a device name, such as /dev/ttyUSB0, depends on the order in which devices are plugged
+/// in.
 [[nodiscard]] bool has_unstable_name(const std::string& device);
 
 struct SerialPortFound {
@@ -66,10 +66,10 @@ struct SerialPortFound {
 [[nodiscard]] std::unique_ptr<ByteStream> make_serial_stream(std::string device, const SerialFormat& format);
 
 /// Wraps `line`, whose adapter echoes everything that is sent, as two-wire RS-485 adapters with an active receiver do.
-/// Each write reads its echo and compares it. Therefore reads return only bytes from other devices. Up to eight stray
-/// bytes before the echo are ignored, because no answer can precede the echo. A write fails as `line` does, with
-/// timeout if no byte returns within 250 ms, and with corrupted if the bytes that return differ. An answer may still
-/// follow in these cases. `clock` must be the clock of `line` and outlive the stream; null means the steady clock.
+/// Each write reads its echo and compares it, so reads return only bytes from other devices. Up to eight stray bytes
+/// before the echo are ignored, because no answer can precede the echo. A write fails as a write to `line` does, with
+/// timeout if no byte returns within 250 ms, and with corrupted if the returned bytes differ; even then an answer may
+/// follow. `clock` must be the clock of `line` and outlive the stream; null means the steady clock.
 [[nodiscard]] std::unique_ptr<ByteStream> make_echo_stream(std::unique_ptr<ByteStream> line,
                                                            const Clock* clock = nullptr);
 

@@ -25,11 +25,11 @@ namespace {
 using std::chrono::milliseconds;
 
 constexpr std::size_t kLongestReport = 64;
-/// Number of failed reads after which the device is closed. A read may fail although the device is present, for example
-/// after a signal.
+/// Number of failed reads in one call after which the device is closed. A single read may fail although the device is
+/// present, for example after a signal.
 constexpr int kMaxReadFailures = 3;
 
-/// Returns the lock for hidapi, whose listing, opening and closing is not thread-safe.
+/// Returns the mutex for hidapi, whose functions for listing, opening and closing are not thread-safe.
 std::mutex& hidapi_mutex() {
   static std::mutex one;
   return one;
@@ -42,15 +42,15 @@ struct CloseDevice {
   }
 };
 
-/// Converts to ASCII; other characters become question marks.
+/// Converts a text to ASCII. Replaces other characters by question marks.
 std::string to_ascii(const wchar_t* text) {
   std::string ascii;
   for (; text != nullptr && *text != L'\0'; ++text) ascii += *text < 128 ? static_cast<char>(*text) : '?';
   return ascii;
 }
 
-/// Returns the reason why a device file cannot be used, or "". hidapi reads freed memory when it opens a file that is
-/// not an HID device, or a device that is being removed.
+/// Returns the reason why a device file cannot be used, or "". It must be called before hidapi opens the file, because
+/// hidapi reads freed memory if the file is not an HID device or the device is being removed.
 std::string find_access_error(const std::string& path) {
   const Descriptor node(open(path.c_str(), O_RDWR | O_CLOEXEC));
   if (!node.is_open() && errno == EACCES) return "permission denied; see \"gyrotherm devices\"";
@@ -169,7 +169,7 @@ std::vector<HidDeviceFound> hid_devices() {
   for (const auto* device = first; device != nullptr; device = device->next) {
     const std::string path = device->path == nullptr ? "" : device->path;
     const bool seen = std::ranges::any_of(found, [&](const auto& other) { return other.path == path; });
-    if (seen) continue;  // listed once per usage
+    if (seen) continue;  // hidapi lists each usage
     found.push_back({path, device->vendor_id, device->product_id, to_ascii(device->serial_number),
                      to_ascii(device->manufacturer_string), to_ascii(device->product_string)});
   }

@@ -11,16 +11,16 @@
 
 namespace gyrotherm::drivers {
 
-/// An HID model by its USB identifiers, with its name for messages.
+/// USB identifiers of an HID model, and its name for messages.
 struct HidKind {
   std::uint16_t vendor{}, product{};
   const char* name = "";
 };
 
-/// Returns the device with that serial number among the devices of these kinds; if `serial` is empty, the only such
-/// device. It is opened at first use. After it was unplugged, it is searched for at all ports. Opening discards input
-/// reports that answer earlier queries. After the second consecutive failure, calls fail immediately for 0.5 s, then
-/// for longer periods up to 10 s.
+/// Returns the device of one of these kinds that has the serial number `serial`, or the only device of these kinds if
+/// `serial` is empty. It is opened at first use. After it was unplugged, it is searched for at all ports. Opening
+/// discards input reports that answer earlier queries. After the second consecutive failure, calls fail immediately for
+/// 0.5 s, then for longer periods up to 10 s.
 [[nodiscard]] std::unique_ptr<HidReports> make_hid_line(std::vector<HidKind> kinds, std::string serial);
 
 struct HidDeviceFound {
@@ -30,6 +30,7 @@ struct HidDeviceFound {
   /// Texts that the device reports.
   std::string serial, maker, model;
 };
+/// Lists the connected HID devices, sorted by path.
 [[nodiscard]] std::vector<HidDeviceFound> hid_devices();
 
 }  // namespace gyrotherm::drivers

@@ -45,21 +45,20 @@ constexpr const char* kPortHelp =
     "serial:/dev/ttyUSB0 or its name in /dev/serial/by-id (\"gyrotherm devices\" lists "
     "them)";
 
-/// Suggests the likely intention: a serial port or a host name.
+/// Returns a fault that suggests the address that was probably intended, such as a serial port.
 tl::unexpected<Fault> host_fault(std::string_view text, std::string_view host, std::string_view expected) {
   if (text.starts_with("/dev/"))
-    return address_fault(text, "a device file is not an address of the network", fmt::format("\"serial:{}\"", text));
+    return address_fault(text, "a device file is not a network address", fmt::format("\"serial:{}\"", text));
   if (text.starts_with("tty"))
-    return address_fault(text, "a device file is not an address of the network",
-                         fmt::format("\"serial:/dev/{}\"", text));
-  if (is_windows_port(text)) return address_fault(text, "ports have such names only on Windows", kPortHelp);
+    return address_fault(text, "a device file is not a network address", fmt::format("\"serial:/dev/{}\"", text));
+  if (is_windows_port(text)) return address_fault(text, "this is a port name of Windows", kPortHelp);
   const bool has_scheme = text.find("://") != std::string_view::npos && !text.starts_with(kTcp);
   const auto is_name_letter = [](char c) {
     return std::isalnum(static_cast<unsigned char>(c)) || c == '-' || c == '.';
   };
   if (!has_scheme && std::ranges::all_of(host, is_name_letter) &&
       std::ranges::any_of(host, [](char c) { return std::isalpha(static_cast<unsigned char>(c)); }))
-    return address_fault(text, "host names are not resolved, because that can take any time",
+    return address_fault(text, "host names are not resolved, because name lookup has no time limit",
                          fmt::format("the numeric IPv4 address that \"getent ahostsv4 {}\" prints", host));
   return address_fault(text, "the host is not a numeric IPv4 address", expected);
 }
@@ -83,7 +82,7 @@ Result<Line> parse_serial(std::string_view text) {
   const auto rest = text.substr(kSerial.size());
   const auto query_mark = rest.find('?');
   SerialLine line{std::string(rest.substr(0, query_mark)), {}};
-  if (is_windows_port(line.device)) return address_fault(text, "ports have such names only on Windows", kPortHelp);
+  if (is_windows_port(line.device)) return address_fault(text, "this is a port name of Windows", kPortHelp);
   if (!line.device.starts_with("/dev/") || line.device.ends_with('/'))
     return address_fault(text, "the device is not a file under /dev", "serial:/dev/ttyUSB0?9600,8N1");
   if (query_mark == std::string_view::npos) return line;
@@ -97,7 +96,8 @@ Result<Line> parse_serial(std::string_view text) {
 
 Result<SerialFormat> parse_serial_format(std::string_view text) {
   constexpr auto kExpected =
-      "something like 9600,8N1 (7 or 8 data bits; N, O or E; 1 or 2 stop bits) or 9600,8N1,rtscts (hardware handshake)";
+      "BAUD,FORMAT such as 9600,8N1 (7 or 8 data bits; N, O or E; 1 or 2 stop bits), or 9600,8N1,rtscts for hardware "
+      "flow control";
   constexpr std::string_view kHandshake = ",rtscts";
   SerialFormat format;
   format.rtscts = text.ends_with(kHandshake);

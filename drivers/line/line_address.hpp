@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Addresses of instruments in rig files, and the lines they refer to.
+/// Addresses of instruments in rig files, and the lines to which they refer.
 #pragma once
 
 #include <cstdint>
@@ -47,8 +47,8 @@ struct SerialLine {
   std::string device;
   std::optional<SerialFormat> format;
 };
-/// An HID device with this serial number; if the number is empty, the only device of its kind. The driver contains the
-/// vendor and product numbers.
+/// An HID device with this serial number; if the number is empty, the only connected device of its kind. The driver
+/// defines the vendor and product numbers.
 struct HidLine {
   std::string serial;
 };
@@ -66,9 +66,9 @@ using Line = std::variant<VirtualLine, TcpLine, SerialLine, HidLine>;
 /// Returns whether make_stream() accepts the line: a TCP or a serial line.
 [[nodiscard]] bool carries_bytes(const Line& line);
 
-/// Defaults of an instrument for values missing from its line address.
+/// Default values of an instrument for a line address that does not contain them.
 struct LineDefaults {
-  /// First port of a serial device server.
+  /// Usual first port of a serial device server.
   std::uint16_t port = 4001;
   SerialFormat serial;
 };

@@ -10,7 +10,7 @@ namespace gyrotherm::drivers {
 namespace {
 
 constexpr int kMostReadAtOnce = 125;
-/// Maximum timeout. The watchdog acts later than after three such timeouts.
+/// Maximum timeout. The watchdog must not act before three such timeouts have passed.
 constexpr Duration kMaxTimeout = std::chrono::seconds(2);
 
 template <class T>
@@ -26,7 +26,7 @@ LinkSettings read_link_settings(const TomlTable& table) {
   if (table.has("timeout")) {
     settings.timeout = table.duration("timeout");
     if (*settings.timeout <= Duration::zero() || *settings.timeout > kMaxTimeout)
-      table.mistake("timeout", "\"timeout\" is not within its bounds, expected more than zero and at most 2 s");
+      table.mistake("timeout", "\"timeout\" is out of range, expected more than zero and at most 2 s");
   }
   if (table.has("read_at_most"))
     settings.read_at_most = whole<std::uint16_t>(table, "read_at_most", 1, kMostReadAtOnce);
@@ -68,7 +68,7 @@ Result<void> check_framing(const ModbusLink& link, const LinkSettings& settings)
   if (link.framing == ModbusLink::Framing::tcp) {
     if (settings.echo.value_or(false))
       return failure(FaultKind::usage, "echo",
-                     "Modbus TCP has no echo, expected a serial line or framing \"rtu_over_tcp\"");
+                     "Modbus TCP has no echo; set it only on a serial line or with framing \"rtu_over_tcp\"");
     return {};
   }
   constexpr const char* kTcpOnly = "RTU frames have no such field; set it only on a link with framing \"tcp\"";

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Settings of a Modbus link that depend on the installation and not on the model: the unit number, a slow gateway, an
-/// echoing adapter, deviations from the standard. They replace the settings in the instrument's map.
+/// Settings of a Modbus link that depend on the installation and not on the instrument's model: the unit number, the
+/// timeout of a slow gateway, an adapter that echoes, and deviations from the standard.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,7 @@
 
 namespace gyrotherm::drivers {
 
-/// Overrides of a map's link settings. An empty member keeps the map's value.
+/// Overrides of the link settings in an instrument's map. An empty member keeps the map's value.
 struct LinkSettings {
   std::optional<std::uint8_t> unit{};
   std::optional<Duration> timeout{};
@@ -25,7 +25,7 @@ struct LinkSettings {
   bool operator==(const LinkSettings&) const = default;
 };
 
-/// Reads the keys of a link table. Errors are noted in the table.
+/// Reads the keys of a link table. Notes errors in the table.
 [[nodiscard]] LinkSettings read_link_settings(const TomlTable& table);
 
 /// Formats the settings as an inline TOML table, "{ unit = 2, echo = true }", for read_link_settings().

@@ -25,8 +25,8 @@ constexpr Duration kFirstBusyWait = milliseconds(20);
 /// 200 ms.
 constexpr Duration kPieceGapOverTcp = milliseconds(250);
 
-/// Returns the limit of an exchange. Without transaction numbers, an attempt may first have to wait for twice the
-/// timeout, because an answer to an older request may arrive.
+/// Returns the time limit of an exchange with all its attempts. Without transaction numbers, an attempt may first have
+/// to wait for twice the timeout, in which the answer to an older request may arrive.
 Duration exchange_limit(const ModbusLink& link) {
   const bool must_wait = link.framing == ModbusLink::Framing::rtu || link.returns_other_transaction;
   const auto one_try = (must_wait ? 3 : 1) * link.timeout + link.gap;
@@ -70,9 +70,9 @@ class GuardedRegisters final : public Registers {
  private:
   using Words = std::vector<std::uint16_t>;
 
-  /// Sends the request, and repeats it while there is time: a read while the unit is busy, and any request after a
-  /// failure of the line, with at most `most_tries` attempts. Returns the first of several failures, because a later
-  /// one may only result from too little remaining time.
+  /// Sends a request, and repeats it within the time limit: a read while the unit is busy, and any request after a
+  /// failure of the line, up to `most_tries` attempts. Returns the first of several failures, because a later one may
+  /// result only from too little remaining time.
   [[nodiscard]] Result<ModbusAnswer> request_with_retries(ModbusRequest& request, int most_tries) {
     const Deadline deadline(exchange_limit(link_), clock_);
     auto rest = kFirstBusyWait;
@@ -96,7 +96,7 @@ class GuardedRegisters final : public Registers {
     if (is_closed || fault.kind == FaultKind::disconnected) ++breaks_;
   }
 
-  /// Performs an exchange and updates the rest period. Adds the location to a fault.
+  /// Performs an exchange with retries and updates the rest period. Adds the location to a fault.
   [[nodiscard]] Result<Words> exchange(ModbusRequest& request, int most_tries) {
     if (backoff_.left() > Duration::zero()) return failure(FaultKind::disconnected, place(request), backoff_.message());
     auto answer = request_with_retries(request, most_tries);
@@ -133,9 +133,9 @@ class GuardedRegisters final : public Registers {
                         is_vendor_specific ? vendor_name->second : exception_meaning(exception))};
   }
 
-  /// Returns the kind of an exception. If the unit is busy, or if a gateway did not reach it, the kind is timeout,
-  /// because nothing was refused. For a read, only exceptions 1 and 2 (no such function or register) are refused; any
-  /// other exception means that the unit has no value at present.
+  /// Returns the fault kind of an exception: timeout if the unit is busy or a gateway did not reach it, because nothing
+  /// was refused. For a read, only exceptions 1 and 2 (no such function or register) are refused; any other exception
+  /// means that the unit has no value at present.
   [[nodiscard]] FaultKind fault_kind(const ModbusRequest& request, std::uint8_t exception,
                                      bool is_vendor_specific) const {
     constexpr std::uint8_t kNoAddress = 2, kFailure = 4, kAcknowledged = 5, kBusy = 6, kNoPath = 10, kNoAnswer = 11;

@@ -19,11 +19,11 @@
 
 namespace gyrotherm::drivers {
 
-/// Parameters of the link to one unit. A zero duration adds nothing to the minimum that the framing needs.
+/// Parameters of the link to one unit. A zero duration selects the minimum that the framing requires.
 struct ModbusLink {
   enum class Framing : std::uint8_t { tcp, rtu };  ///< rtu: serial, or over TCP
   Framing framing = Framing::tcp;
-  /// 0 is a normal unit number here, not broadcast.
+  /// Unit number; 0 is a normal number, not the broadcast address.
   std::uint8_t unit = 1;
   /// Default port of a TcpLine.
   std::uint16_t port = 502;
@@ -38,9 +38,8 @@ struct ModbusLink {
   Duration after_write{};
   /// RTU: silence before a request; 0 means 3.5 characters.
   Duration gap{};
-  /// RTU: a reply ends after a silence of this length. It is longer than the standard's 1.5 characters, because
-  /// operating systems and gateways deliver replies in pieces. The effective value is at least four characters, and at
-  /// least 250 ms over TCP.
+  /// RTU: a reply ends after this silence. It is longer than the standard's 1.5 characters, because operating systems
+  /// and gateways deliver replies in pieces. The minimum in effect is four characters, and 250 ms over TCP.
   Duration piece_gap = std::chrono::milliseconds(30);
 
   /// Maximum number of registers in one exchange.
@@ -57,24 +56,24 @@ struct ModbusLink {
   bool returns_other_unit = false;
   bool echo = false;
 
-  /// RTU: the unit supports function 8, which resynchronises the exchange after a lost reply.
+  /// RTU: the unit supports function 8 (loop-back), by which the exchange is resynchronised after a lost reply.
   bool loop_back = false;
 
   /// Exceptions after which the request is repeated.
   std::set<std::uint8_t> busy_exceptions{5, 6};
-  /// Exceptions with a vendor-specific meaning.
+  /// Names of exceptions with a vendor-specific meaning.
   std::map<std::uint8_t, std::string> exception_names{};
 };
 
-/// Returns the link without pauses, for a unit in virtual time.
+/// Returns the link with all pauses removed, for a unit in virtual time.
 [[nodiscard]] ModbusLink without_pauses(ModbusLink link);
 
 /// Returns the registers of the link's unit at the end of `line`, which must satisfy carries_bytes(). The line is
 /// opened at first use.
 ///
 /// A read is attempted up to three times within a time limit: 1.0 s for TCP, and 1.5 s for RTU and for TCP without
-/// transaction numbers. The limit is longer only if the link's own times would otherwise not allow an attempt after a
-/// lost answer. Within the limit, a read is repeated while the unit is busy. A write is attempted once: if it fails,
+/// transaction numbers. The limit is longer only if the times of the link would otherwise not permit an attempt after a
+/// lost answer. Within the limit, a read is repeated while the unit is busy. A write is attempted once; if it fails,
 /// its effect is unknown until the register is read. After the second consecutive failure, calls fail immediately for
 /// 0.5 s, then for longer periods up to 10 s. An exception is an answer, not a failure of the line. Counts must be
 /// within the link's limits.
@@ -82,22 +81,23 @@ struct ModbusLink {
 /// modbus_lines.hpp describes how a reply is matched to its request.
 [[nodiscard]] std::unique_ptr<Registers> make_modbus(const Line& line, const ModbusLink& link);
 
-/// Exchange of one request and its answer, including the check that they belong together.
+/// A line to one unit, on which each answer is matched to its request.
 class ModbusLine {
  public:
   virtual ~ModbusLine() = default;
-  /// Makes one attempt, at the pace of the link, and ends by `deadline`. Bytes that arrive after a failed attempt are
-  /// never accepted as the answer to a later request. Fails with timeout, disconnected or corrupted.
+  /// Sends the request once and returns its answer, by `deadline`. First waits for the pauses that the link requires.
+  /// Bytes that arrive after a failed attempt are never accepted as the answer to a later request. Fails with timeout,
+  /// disconnected or corrupted.
   [[nodiscard]] virtual Result<ModbusAnswer> try_request(ModbusRequest& request, const Deadline& deadline) = 0;
   /// Waits for `time`. Bytes that arrive meanwhile are never accepted as an answer.
   virtual void rest(Duration time) = 0;
   /// Makes the next call try immediately, even if the underlying line is in its rest period after failures.
   virtual void end_rest() {}
-  /// Returns the address for messages: "modbus 10.0.0.7:502".
+  /// Returns the address for messages, such as "modbus 10.0.0.7:502".
   [[nodiscard]] virtual std::string place() const = 0;
 };
 
-/// Earliest time of the next request to a unit.
+/// Tracks the earliest time of the next request to a unit, from `minimum_period` and `after_write`.
 class Pace {
  public:
   Pace(const ModbusLink& link, const Clock* clock)
@@ -118,7 +118,8 @@ class Pace {
   Deadline next_, after_last_write_;
 };
 
-/// Returns registers with retries on top of `line`. `clock` must outlive them; null means the steady clock.
+/// Returns registers that use `line`, with the retries and rest periods of make_modbus(). `clock` must outlive them;
+/// null means the steady clock.
 [[nodiscard]] std::unique_ptr<Registers> make_guarded_registers(std::unique_ptr<ModbusLine> line,
                                                                 const ModbusLink& link, const Clock* clock = nullptr);
 

@@ -12,7 +12,7 @@
 namespace gyrotherm::drivers {
 namespace {
 
-constexpr std::size_t kShortRequest = 5;  ///< function, address, count or value
+constexpr std::size_t kShortRequest = 5;  ///< bytes: function, address, last field
 constexpr std::size_t kWordsAt = 6;
 constexpr std::uint16_t kMostRead = 125, kMostWritten = 123;
 constexpr std::uint8_t kExceptionFlag = 0x80;
@@ -25,7 +25,7 @@ void append_word(std::vector<std::byte>& bytes, std::size_t value) {
   append_byte(bytes, value & 0xFF);
 }
 
-/// Reports a field of a reply that differs from the expected value.
+/// Returns the fault for a field of a reply with an unexpected value.
 tl::unexpected<Fault> wrong_field(const char* field, std::size_t found, std::size_t expected) {
   return failure(FaultKind::corrupted, "", fmt::format("{} of the reply is {}, expected {}", field, found, expected));
 }
@@ -46,17 +46,17 @@ bool is_known(ModbusFunction function) {
   return false;
 }
 
-/// Returns the number of bytes after the byte count of a read's reply.
+/// Returns the number of data bytes in the reply to a read.
 std::size_t data_size(const ModbusRequest& request) {
   return reads_bits(request.function) ? (request.count + 7u) / 8 : 2 * std::size_t{request.count};
 }
 
-/// Returns the size of a reply that is not an exception.
+/// Returns the size of the reply's PDU if it is not an exception.
 std::size_t reply_size(const ModbusRequest& request) {
   return reads(request.function) ? 2 + data_size(request) : kShortRequest;
 }
 
-/// Returns the content of the last field of a short request: its count or its value.
+/// Returns the last field of a short request: the count or the value.
 std::uint16_t count_or_value(const ModbusRequest& request) {
   switch (request.function) {
     case ModbusFunction::write_coil: return request.words.front() != 0 ? kCoilOn : std::uint16_t{0};
@@ -70,7 +70,6 @@ tl::unexpected<Fault> exception_fault(const char* exception) {
   return failure(FaultKind::refused, "modbus request", exception);
 }
 
-/// Returns 0 or 1.
 std::uint16_t bit_at(std::span<const std::byte> bytes, std::size_t at, std::size_t bit) {
   return (byte_at(bytes, at) >> bit & 1) != 0 ? 1 : 0;
 }
@@ -95,7 +94,7 @@ Result<ModbusAnswer> decode_write_reply(const ModbusRequest& request, std::span<
   return ModbusAnswer{};
 }
 
-/// Reads count and words of a request; function and size were checked before.
+/// Reads count and words of a request whose function and minimum size were checked before.
 Result<void> read_contents(ModbusRequest& request, std::span<const std::byte> bytes) {
   const auto last = word_at(bytes, 3);
   request.words.clear();
@@ -134,7 +133,7 @@ void append_request(const ModbusRequest& request, std::vector<std::byte>& bytes)
   for (const auto word : request.words) append_word(bytes, word);
 }
 
-/// Returns whether `function`, the first byte of a reply that is not an exception, matches `request`.
+/// Returns whether `function`, the first byte of a reply without exception flag, matches `request`.
 bool is_answer_function(const ModbusRequest& request, std::uint8_t function) {
   if (function == function_code(request.function)) return true;
   const bool is_register_read = reads(request.function) && !reads_bits(request.function);
@@ -233,7 +232,7 @@ std::vector<std::byte> finish_tcp_frame(std::vector<std::byte> frame) {
   return frame;
 }
 
-/// Reports a wrong number. Names the setting for units that always reply with a different number.
+/// Returns the fault for a wrong number in a reply. Names `key`, the setting for units that always use another number.
 tl::unexpected<Fault> wrong_number(const char* field, std::size_t found, std::size_t expected, const char* key) {
   return failure(FaultKind::corrupted, "",
                  fmt::format("{} of the reply is {}, expected {}, or {} = true in the link table of the rig file",
@@ -254,7 +253,7 @@ Result<void> check_header(const ModbusRequest& request, std::span<const std::byt
 }
 
 constexpr Crc kCrc{.width = 16, .polynomial = 0x8005, .initial = 0xFFFF, .reflected = true};
-constexpr std::size_t kOverhead = 3;  ///< bytes of unit and CRC
+constexpr std::size_t kOverhead = 3;  ///< bytes: unit and CRC
 constexpr std::size_t kShortestFrame = kOverhead + 1;
 
 std::uint32_t modbus_crc(std::span<const std::byte> bytes) { return crc(kCrc, bytes); }
@@ -287,7 +286,7 @@ std::string exception_meaning(std::uint8_t exception) {
     case 2: return "illegal data address";
     case 3: return "illegal data value";
     case 4: return "server device failure";
-    case 5: return "acknowledge, still at work";
+    case 5: return "acknowledge, request in progress";
     case 6: return "server device busy";
     case 8: return "memory parity error";
     case 10: return "gateway path unavailable";
@@ -319,7 +318,7 @@ Result<std::optional<std::size_t>> frame_length(std::span<const std::byte> bytes
 Result<ModbusRequest> decode_request(std::span<const std::byte> frame) {
   const auto length = frame_length(frame);
   if (!length) return failure(length.error());
-  if (*length != frame.size()) return failure(FaultKind::corrupted, "modbus request", "not one whole frame");
+  if (*length != frame.size()) return failure(FaultKind::corrupted, "modbus request", "not exactly one frame");
 
   ModbusRequest request{.transaction = word_at(frame, 0), .unit = byte_at(frame, kUnitAt)};
   if (auto decoded = decode_request_pdu(request, frame.subspan(kFunctionAt)); !decoded)
@@ -370,14 +369,14 @@ Result<ModbusAnswer> decode_rtu_answer(const ModbusRequest& request, std::span<c
   if (!size) return failure(size.error());
   const auto expected = size->value_or(kOverhead + kExceptionReplySize);
   if (frame.size() != expected) return wrong_field("size", frame.size(), expected);
-  if (!has_valid_crc(frame)) return failure(FaultKind::corrupted, "", "the CRC of the reply does not fit");
+  if (!has_valid_crc(frame)) return failure(FaultKind::corrupted, "", "the reply has a wrong CRC");
   return decode_pdu(request, pdu(frame));
 }
 
 RtuFinding find_rtu_answer(const ModbusRequest& request, std::span<const std::byte> bytes) {
   constexpr std::size_t kHeader = 3;  // unit, function, byte count
   RtuFinding found;
-  // The fault belongs to a whole frame.
+  // found.fault is the fault of a complete frame.
   bool is_whole = false;
   for (std::size_t at = 0; at < bytes.size(); ++at) {
     const auto rest = bytes.subspan(at);
@@ -402,14 +401,14 @@ RtuFinding find_rtu_answer(const ModbusRequest& request, std::span<const std::by
 Result<std::optional<std::size_t>> rtu_request_size(std::span<const std::byte> bytes) {
   const auto size = bytes.empty() ? std::nullopt : request_size(bytes.subspan(1));
   if (!size) return std::nullopt;
-  if (*size == 0) return failure(FaultKind::corrupted, "modbus request", "an unknown function");
+  if (*size == 0) return failure(FaultKind::corrupted, "modbus request", "unknown function");
   return bytes.size() < kOverhead + *size ? std::nullopt : std::optional(kOverhead + *size);
 }
 
 Result<ModbusRequest> decode_rtu_request(std::span<const std::byte> frame) {
   if (frame.size() < kShortestFrame || frame.size() > kLongestRtuFrame)
-    return failure(FaultKind::corrupted, "modbus request", "not one whole frame");
-  if (!has_valid_crc(frame)) return failure(FaultKind::corrupted, "modbus request", "the CRC does not fit");
+    return failure(FaultKind::corrupted, "modbus request", "not exactly one frame");
+  if (!has_valid_crc(frame)) return failure(FaultKind::corrupted, "modbus request", "wrong CRC");
   ModbusRequest request{.unit = byte_at(frame, 0)};
   if (auto decoded = decode_request_pdu(request, pdu(frame)); !decoded) return failure(std::move(decoded.error()));
   return request;

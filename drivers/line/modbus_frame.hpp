@@ -38,9 +38,11 @@ struct ModbusRequest {
   std::uint16_t count{};  ///< registers or bits
   /// Words to write; exactly one for a coil or a loop-back.
   std::vector<std::uint16_t> words{};
-  /// Accepts an answer by function 4 to a read by function 3, and the reverse. Not sent.
+
+  // Deviations to accept in the reply, not part of the request frame.
+  /// Function 4 may answer a read by function 3, and the reverse.
   bool either_read_function{};
-  // Accept any length in the reply to a write, any transaction number, any unit number. Not sent.
+  // The length in the reply to a write, the transaction number or the unit number may have any value.
   bool miscounted_reply{};
   bool any_transaction{};
   bool any_unit{};
@@ -48,11 +50,11 @@ struct ModbusRequest {
 
 /// Answer of a unit: words, or an exception. A bit is a word that is 0 or 1; a write has no words.
 struct ModbusAnswer {
-  std::uint8_t exception{};  ///< 0 for none
+  std::uint8_t exception{};  ///< code; 0 if there is none
   std::vector<std::uint16_t> words{};
 };
 
-/// Returns the standard's name of an exception: "illegal data address".
+/// Returns the name of an exception in the standard, such as "illegal data address".
 [[nodiscard]] std::string exception_meaning(std::uint8_t exception);
 
 [[nodiscard]] constexpr bool reads(ModbusFunction function) { return static_cast<std::uint8_t>(function) <= 4; }
@@ -64,16 +66,16 @@ struct ModbusAnswer {
 
 [[nodiscard]] std::vector<std::byte> encode_request(const ModbusRequest& request);
 
-/// Decodes a reply. First compares its fields with the request, except those that the request exempts: transaction,
-/// protocol 0, length, unit, function and byte count; for a write also address and count or value. Fails with
-/// corrupted, naming the field.
+/// Decodes a reply after comparing it with the request: transaction, protocol (0), length, unit, function and byte
+/// count; for a write also address and count or value. Skips the fields that may deviate according to the request.
+/// Fails with corrupted, naming the field.
 [[nodiscard]] Result<ModbusAnswer> decode_answer(const ModbusRequest& request, std::span<const std::byte> reply);
 
-/// Server: returns the length of the first whole frame in `bytes`, or nothing if more bytes are needed. Fails with
+/// Server: returns the length of the first complete frame in `bytes`, or nothing if more bytes are needed. Fails with
 /// corrupted if the bytes cannot become a frame.
 [[nodiscard]] Result<std::optional<std::size_t>> frame_length(std::span<const std::byte> bytes);
-/// Server: decodes one whole frame. Fails with refused if the answer must be an exception; `what` is its code as text
-/// ("1", "3").
+/// Server: decodes one complete frame. Fails with refused if the answer must be an exception; `what` is the exception
+/// code as text ("1", "3").
 [[nodiscard]] Result<ModbusRequest> decode_request(std::span<const std::byte> frame);
 [[nodiscard]] std::vector<std::byte> encode_reply(const ModbusRequest& request, std::span<const std::uint16_t> words);
 [[nodiscard]] std::vector<std::byte> encode_exception(std::span<const std::byte> request_frame, std::uint8_t code);
@@ -82,36 +84,36 @@ inline constexpr std::size_t kLongestRtuFrame = 256;
 
 [[nodiscard]] std::vector<std::byte> encode_rtu_request(const ModbusRequest& request);
 
-/// Returns the size of the answer at the start of `bytes`, or nothing if more bytes are needed. Fails with corrupted as
-/// soon as unit, function or byte count cannot belong to an answer to `request`.
+/// Returns the size of the answer at the start of `bytes`, or nothing if more bytes are needed. Fails with corrupted if
+/// the unit, function or byte count received so far cannot belong to an answer to `request`.
 [[nodiscard]] Result<std::optional<std::size_t>> rtu_answer_size(const ModbusRequest& request,
                                                                  std::span<const std::byte> bytes);
-/// Decodes an answer after comparing every field with its request: unit, function, byte count and size, for writes
-/// address and count or value, and the CRC. Fails with corrupted, naming the field. The reply to a read contains
-/// neither the address of its words nor a transaction number, so these cannot be checked.
+/// Decodes an answer after comparing it with its request: unit, function, byte count, size and CRC; for a write also
+/// address and count or value. Fails with corrupted, naming the field. The reply to a read contains no address and no
+/// transaction number, so these cannot be checked.
 [[nodiscard]] Result<ModbusAnswer> decode_rtu_answer(const ModbusRequest& request, std::span<const std::byte> frame);
 
-inline constexpr std::size_t kShortestRtuAnswer = 5;  ///< an exception
+inline constexpr std::size_t kShortestRtuAnswer = 5;  ///< bytes; an exception
 
 /// Result of searching the received bytes for the answer to a request.
 struct RtuFinding {
-  /// The answer in the first matching frame, and the position of that frame.
+  /// The answer, if a frame matches. The frame extends from `begin` to `end`.
   std::optional<ModbusAnswer> answer{};
   std::size_t begin = 0, end = 0;
-  /// The bytes end within a frame that matches in its first three bytes.
+  /// The bytes end with an incomplete frame of at least three bytes that may be the answer.
   bool has_partial_frame = false;
-  /// Reason for rejecting the most likely frame, if there is no answer.
+  /// If there is no answer, the reason for rejecting the most likely frame.
   Fault fault{FaultKind::corrupted, "", ""};
 };
-/// Returns the first frame that decode_rtu_answer() accepts, at any position. Noise of an idle bus and frames of other
-/// units may precede it; bytes after it are ignored.
+/// Searches for the first frame that decode_rtu_answer() accepts. Noise of an idle bus and frames of other units may
+/// precede it; bytes after it are ignored.
 [[nodiscard]] RtuFinding find_rtu_answer(const ModbusRequest& request, std::span<const std::byte> bytes);
 
 /// Server: returns the size of the first frame in `bytes`, or nothing if more bytes are needed. Fails with corrupted if
-/// the function is unknown; such a frame ends at the next silence.
+/// the function is unknown; the caller must then wait for silence, which ends the frame.
 [[nodiscard]] Result<std::optional<std::size_t>> rtu_request_size(std::span<const std::byte> bytes);
-/// Server: decodes one whole frame. Fails with corrupted if the CRC is wrong; the server must not answer then. Fails
-/// with refused if the answer must be an exception; `what` is its code as text ("1", "3").
+/// Server: decodes one complete frame. Fails with corrupted if the CRC is wrong; the server must then not answer. Fails
+/// with refused if the answer must be an exception; `what` is the exception code as text ("1", "3").
 [[nodiscard]] Result<ModbusRequest> decode_rtu_request(std::span<const std::byte> frame);
 [[nodiscard]] std::vector<std::byte> encode_rtu_reply(const ModbusRequest& request,
                                                       std::span<const std::uint16_t> words);

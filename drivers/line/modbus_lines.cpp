@@ -26,10 +26,10 @@ namespace {
 using std::chrono::milliseconds;
 
 constexpr std::size_t kLongestTcpFrame = 260;
-constexpr int kSelectableDescriptors = 1000;  ///< libmodbus uses select(): below 1024
+constexpr int kSelectableDescriptors = 1000;  ///< below FD_SETSIZE
 
-/// Returns whether the next descriptor, which the connection will get, is small enough for select(). libmodbus calls
-/// select() already while connecting.
+/// Returns whether the next file descriptor, which the connection will use, is small enough for select(), which
+/// libmodbus calls.
 bool can_select() {
   const Descriptor next(::open("/", O_PATH | O_CLOEXEC));
   return next.is_open() && next.number() < kSelectableDescriptors;
@@ -78,7 +78,7 @@ class LibmodbusConnection final : public FrameConnection {
     if (size >= 0) return static_cast<std::size_t>(size);
     if (errno == ETIMEDOUT) return failure(FaultKind::timeout, "", "no reply");
     if (errno >= MODBUS_ENOBASE) return failure(FaultKind::corrupted, "", modbus_strerror(errno));
-    return failure(FaultKind::disconnected, "", fmt::format("the line broke: {}", modbus_strerror(errno)));
+    return failure(FaultKind::disconnected, "", fmt::format("connection lost: {}", modbus_strerror(errno)));
   }
 
   bool silent_for(Duration time) override {
@@ -106,7 +106,7 @@ class LibmodbusConnection final : public FrameConnection {
   }
 
   TcpLine line_{"127.0.0.1", 0};
-  /// Socket provider; if empty, `line_` is connected.
+  /// Provides the socket; if empty, connect() connects to `line_`.
   Connect connect_;
   std::unique_ptr<modbus_t, FreeContext> context_;
 };
@@ -124,7 +124,8 @@ class ModbusTcp final : public ModbusLine {
 
   Result<ModbusAnswer> try_request(ModbusRequest& request, const Deadline& deadline) override {
     if (const auto pause = pace_.left(); pause > Duration::zero()) {
-      if (pause >= deadline.left()) return failure(FaultKind::timeout, "", "no time left for the pause the unit needs");
+      if (pause >= deadline.left())
+        return failure(FaultKind::timeout, "", "no time left for the pause that the unit needs");
       rest(pause);
     }
     if (auto ready = is_numbered_ ? open(deadline) : open_silent(deadline); !ready)
@@ -149,9 +150,9 @@ class ModbusTcp final : public ModbusLine {
     return connection_->open(std::min(timeout_, deadline.left()));
   }
 
-  /// Opens a connection on which no answer to an older request can arrive. Without transaction numbers, answers are
-  /// distinguished by time: after a failure or unsolicited bytes, a new connection must be silent for a whole timeout,
-  /// and twice the timeout must pass after the last request.
+  /// Opens a connection on which no answer to an older request can arrive, for replies without transaction numbers.
+  /// After a failure or unsolicited bytes, a new connection must be silent for a whole timeout, and at least until
+  /// twice the timeout has passed since the last request.
   [[nodiscard]] Result<void> open_silent(const Deadline& deadline) {
     while (true) {
       if (connection_->is_open() && !connection_->silent_for(Duration::zero())) drop();
@@ -192,7 +193,7 @@ class ModbusTcp final : public ModbusLine {
   /// End of the time in which an answer to the last request may arrive.
   Deadline late_answers_;
   Pace pace_;
-  /// Continues counting across connections.
+  /// Latest transaction number. It is not reset when the connection is.
   std::uint16_t transaction_ = 0;
 };
 
@@ -217,7 +218,7 @@ using std::chrono::milliseconds;
 
 constexpr int kFixedSilenceBaud = 19200;
 constexpr Duration kFixedSilence = std::chrono::microseconds(1750);
-/// Bytes of an answer and of noise around it.
+/// Maximum number of received bytes: an answer and the noise around it.
 constexpr std::size_t kBufferSize = 3 * kLongestRtuFrame;
 constexpr int kLeastPieceGapInCharacters = 4;
 
@@ -282,7 +283,7 @@ class ModbusRtu final : public ModbusLine {
     return answer;
   }
 
-  /// Discards arriving bytes until the line has been silent long enough.
+  /// Discards arriving bytes until the line has been silent for the required time.
   [[nodiscard]] Result<void> wait_for_silence(const Deadline& deadline) {
     std::array<std::byte, kBufferSize> stale;
     std::size_t stray = 0;
@@ -300,7 +301,7 @@ class ModbusRtu final : public ModbusLine {
     }
   }
 
-  /// Sends a new number with function 8; only the answer to this request can return it.
+  /// Sends a number that was not used before with function 8. An answer with this number is not an older one.
   [[nodiscard]] Result<void> resynchronise(const Deadline& deadline) {
     const ModbusRequest query{
         .unit = unit_, .function = ModbusFunction::loop_back, .count = 1, .words = {++last_number_}};
@@ -310,7 +311,8 @@ class ModbusRtu final : public ModbusLine {
     return failure(FaultKind::corrupted, "", "the unit does not return the data of a loop-back request (function 8)");
   }
 
-  /// Reads the address of a write whose answer equals its request. The answer to a read differs from its echo.
+  /// Verifies that the answer to a write, which equals its request, was not an echo: reads the same address, because
+  /// the answer to a read differs from the request.
   [[nodiscard]] Result<void> verify_no_echo(const ModbusRequest& written, const Deadline& deadline) {
     if (auto silent = wait_for_silence(deadline); !silent) return silent;
     const bool is_coil = written.function == ModbusFunction::write_coil || reads_bits(written.function);
@@ -336,7 +338,7 @@ class ModbusRtu final : public ModbusLine {
     return answer;
   }
 
-  /// Collects bytes until a frame among them answers the request.
+  /// Reads bytes until they contain a frame that answers the request.
   [[nodiscard]] Result<ModbusAnswer> receive(const ModbusRequest& request, std::span<const std::byte> sent,
                                              const Deadline& deadline) {
     std::array<std::byte, kBufferSize> buffer;
@@ -363,15 +365,15 @@ class ModbusRtu final : public ModbusLine {
     return bytes.subspan(found.begin, found.end - found.begin);
   }
 
-  /// Returns whether `bytes` contain the request itself as an echo. The answer to some writes equals the request; then
-  /// a second matching frame, sent by the unit, shows that the first was the echo.
+  /// Returns whether `bytes` contain an echo of the request. If the answer equals the request, as for some writes, the
+  /// first matching frame is an echo only if a second one, from the unit, follows.
   [[nodiscard]] bool is_echo(const ModbusRequest& request, const RtuFinding& found, std::span<const std::byte> bytes,
                              std::span<const std::byte> sent) const {
     if (!found.answer || !std::ranges::equal(frame_bytes(bytes, found), sent)) return contains(bytes, sent);
     return !has_no_echo_ && find_rtu_answer(request, bytes.subspan(found.end)).answer.has_value();
   }
 
-  /// Evaluates the received bytes after the reply ended.
+  /// Evaluates the received bytes when no more bytes arrived in time.
   [[nodiscard]] Result<ModbusAnswer> finish_reply(RtuFinding found, std::span<const std::byte> bytes,
                                                   std::span<const std::byte> sent) {
     if (found.answer) return accept(std::move(found), bytes, sent);
@@ -382,7 +384,7 @@ class ModbusRtu final : public ModbusLine {
     return failure(std::move(found.fault));
   }
 
-  /// Accepts an answer. If enough bytes for a frame follow it, a late answer to an older request may be among them.
+  /// Accepts an answer. If at least as many bytes as the shortest answer follow it, an older answer may be among them.
   [[nodiscard]] Result<ModbusAnswer> accept(RtuFinding found, std::span<const std::byte> bytes,
                                             std::span<const std::byte> sent) {
     const auto frame = frame_bytes(bytes, found);
@@ -396,9 +398,9 @@ class ModbusRtu final : public ModbusLine {
   std::uint8_t unit_;
   Duration timeout_, piece_gap_, silence_;
   bool loop_back_;
-  /// The stream removes the echo.
+  /// The line echoes requests, and the stream discards the echo.
   bool stream_removes_echo_;
-  /// An answer proved that the line does not echo.
+  /// An answer has shown that the line does not echo, or the stream removes the echo.
   bool has_no_echo_;
   const Clock* clock_;
   /// True at the start, because another client may have used the line.
@@ -406,7 +408,7 @@ class ModbusRtu final : public ModbusLine {
   /// End of the time in which an answer to the last request may arrive.
   Deadline late_answers_;
   Pace pace_;
-  /// Number of the latest loop-back.
+  /// Number sent in the latest loop-back request.
   std::uint16_t last_number_ = 0;
 };
 

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Waiting times of a line: the rest period after failures, the pauses between exchanges, and the time since the last
-/// exchange.
+/// Times of a line: the rest period after failures, the pauses between exchanges, and the time since the last exchange.
 #pragma once
 
 #include <atomic>
@@ -23,11 +22,11 @@ class Backoff {
   explicit Backoff(const Clock* clock = nullptr) : clock_(clock), next_(Duration::zero(), clock) {}
   void note_success() { rest_ = Duration::zero(), failures_ = 0; }
   void note_failure();
-  /// Ends the rest period. If the next attempt fails too, the rest period is the one after a second failure.
+  /// Ends the rest period. If the next attempt fails too, the next rest period is again the shortest one.
   void end_rest() { rest_ = Duration::zero(); }
   /// Returns the remaining rest period; zero if the line may be tried.
   [[nodiscard]] Duration left() const { return rest_ == Duration::zero() ? rest_ : next_.left(); }
-  /// Describes the rest period: "failed before, next try in 0.5 s".
+  /// Returns a message about the rest period: "failed before, next try in 0.5 s".
   [[nodiscard]] std::string message() const;
 
  private:
@@ -47,11 +46,11 @@ class Pauses {
 
 /// Returns the machine's steady clock. A pause blocks the calling thread.
 [[nodiscard]] std::unique_ptr<Pauses> real_pauses();
-/// Returns a counter that each pause advances, for virtual instruments. A pause returns immediately.
+/// Returns a virtual clock, for virtual instruments. A pause only advances it and returns immediately.
 [[nodiscard]] std::unique_ptr<Pauses> virtual_pauses();
 
-/// Measures the time since a line was last active. On a bad line, one call may make many exchanges and last for many
-/// seconds. A line hangs only if no exchange ends. One thread calls note(); any thread may call quiet_for().
+/// Measures the time since the last exchange on a line, to detect a line that hangs: on a bad line, one call may take
+/// many seconds, but its exchanges end. Only one thread may call note(); any thread may call quiet_for().
 class LineActivity {
  public:
   /// Notes the end of an exchange, even a failed one, or the end of a part of a pause.

@@ -28,16 +28,16 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr Duration kEndTimeout = std::chrono::milliseconds(500), kKillTimeout = std::chrono::seconds(1);
-/// A program that ran for this long has started successfully.
+/// After this time, the start of a program counts as successful.
 constexpr Duration kSettlingTime = std::chrono::seconds(10);
-constexpr std::size_t kMaxLastLine = 200;  ///< bytes
+constexpr std::size_t kMaxLastLine = 200;  ///< bytes in a message
 
 std::string describe_exit(int status) {
-  if (WIFSIGNALED(status)) return fmt::format("the program was ended by signal {}", WTERMSIG(status));
+  if (WIFSIGNALED(status)) return fmt::format("the program was terminated by signal {}", WTERMSIG(status));
   return fmt::format("the program ended with exit code {}", WEXITSTATUS(status));
 }
 
-/// Both ends of the connection for data, and both ends of the pipe for stderr.
+/// Both ends of the socket pair for stdin and stdout, and both ends of the pipe for stderr.
 struct Pipes {
   Descriptor our_data, child_data, our_errors, child_errors;
 };
@@ -54,7 +54,7 @@ Result<Pipes> make_pipes(const std::string& place) {
   return pipes;
 }
 
-/// Starts the program. Returns its process, or 0 with errno set.
+/// Starts the program. Returns its process number, or 0 with errno set.
 pid_t spawn(const ProgramCommand& command, const Pipes& pipes) {
   std::vector<char*> words;
   for (const auto& word : command.words) words.push_back(const_cast<char*>(word.c_str()));
@@ -96,11 +96,11 @@ Result<std::string> find_program(const ProgramCommand& command) {
     return failure(FaultKind::disconnected, file, "is not a program that this user may run");
   }
   const auto file = find_program_in_path(word, command.folder);
-  if (file.empty()) return failure(FaultKind::disconnected, word, "program not found in the path");
+  if (file.empty()) return failure(FaultKind::disconnected, word, "program not found in PATH");
   return file;
 }
 
-/// A running process, with this side's ends of its pipes.
+/// A running process, and our ends of its pipes.
 class ProcessStream::Child {
  public:
   Child(pid_t process, Pipes& pipes)
@@ -121,8 +121,8 @@ class ProcessStream::Child {
     ::shutdown(line_.number(), SHUT_RDWR);
     if (watched_.is_open()) (void)ready(watched_.number(), POLLIN, Deadline(within));
   }
-  /// Kills the process group. Returns how the process ended and its last line on stderr. The process number cannot be
-  /// reused before waitpid(), so no other process is killed.
+  /// Kills the process group. Returns a description of how the process ended, with its last line on stderr. No other
+  /// process can be killed, because a process number is not reused before waitpid().
   std::string kill() {
     if (process_ == 0) return {};
     ::kill(-process_, SIGKILL);
@@ -149,7 +149,7 @@ class ProcessStream::Child {
     }
     return false;
   }
-  /// Reads the available stderr output of the program, up to a limit. Otherwise the program would block on a full pipe.
+  /// Reads the available stderr output of the program, up to a limit, because the program would block on a full pipe.
   void read_errors() {
     constexpr int kMostPieces = 64;
     std::array<char, 4096> some{};
@@ -179,7 +179,7 @@ struct ProcessStream::State {
   ProgramCommand command;
   std::unique_ptr<Child> child{};
   Backoff backoff{};
-  /// Reason for the latest end.
+  /// Reason why the program ended last.
   std::string why{};
 };
 
@@ -245,7 +245,7 @@ Result<void> ProcessStream::write(std::span<const std::byte> bytes, Duration wit
     }
     if (sent < 0 && !would_block()) return broken({});
     if (deadline.over() || !ready(state_->child->line(), POLLOUT, deadline))
-      return broken(fmt::format("the program read nothing in {:.3f} s and was stopped", to_seconds(within)));
+      return broken(fmt::format("the program did not read its input for {:.3f} s and was stopped", to_seconds(within)));
   }
   return {};
 }

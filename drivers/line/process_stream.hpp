@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A third-party program as a byte stream: written bytes go to its standard input, and its standard output is read. It
-/// is a separate process: if it crashes, hangs or leaks memory, the process that drives a chamber is not affected.
+/// A third-party program as a byte stream: written bytes go to its standard input, and its standard output is read.
+/// Because the program is a separate process, the process that drives a chamber is not affected if the program crashes,
+/// hangs or leaks memory.
 #pragma once
 
 #include <memory>
@@ -13,21 +14,21 @@
 
 namespace gyrotherm::drivers {
 
-/// A program and its arguments; no shell interprets them. A program name without a slash is searched in PATH. Relative
-/// paths are relative to `folder`, the program's working directory.
+/// A program and its arguments, which no shell interprets. A program name without a slash is searched for in PATH.
+/// Relative paths are relative to `folder`, the program's working directory.
 struct ProgramCommand {
   std::vector<std::string> words;
   std::string folder = ".";
 };
-/// Formats the command for people, with blanks between its arguments.
+/// Formats the command for messages, with blanks between its arguments.
 [[nodiscard]] std::string text(const ProgramCommand& command);
 /// Returns the path of the executable file. Fails with disconnected if there is none, or if this user may not execute
 /// it.
 [[nodiscard]] Result<std::string> find_program(const ProgramCommand& command);
 
-/// The stream of a program; not thread-safe. The program is started at first use, and again after it ended. After it
-/// ended twice in a row, calls fail immediately for 0.5 s, then for longer periods up to 10 s. It is started with its
-/// three standard streams only, in its own process group. When it ends, calls fail with disconnected; the message
+/// The stream of a program; not thread-safe. The program is started at first use, and again after it ended. It inherits
+/// only its three standard streams and runs in its own process group. After it ended twice in a row, calls fail
+/// immediately for 0.5 s, then for longer periods up to 10 s. If it ends, calls fail with disconnected; the message
 /// contains its exit status and the last line that it wrote to stderr.
 class ProcessStream final : public ByteStream {
  public:

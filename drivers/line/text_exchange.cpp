@@ -14,11 +14,11 @@ namespace gyrotherm::drivers {
 namespace {
 
 constexpr std::size_t kBufferSize = 256;
-/// Bytes that an idle bus adds around lines. None of them occurs in a line.
+/// Bytes that an idle bus adds between lines. They do not occur in a line.
 constexpr std::string_view kNoise("\0\xFF", 2);
 
 void remove_noise_before(std::string& text) { text.erase(0, std::min(text.find_first_not_of(kNoise), text.size())); }
-/// Not a whole number of seconds, so that it does not synchronise with faults that repeat each second.
+/// Not a whole number of seconds, to avoid synchronisation with faults that repeat every second.
 constexpr Duration kRestPeriod = std::chrono::milliseconds(3250);
 
 }  // namespace
@@ -43,7 +43,7 @@ Result<void> TextExchange::wait_for_silence(bool resync_follows) {
   return failure(FaultKind::corrupted, "", "the line does not become silent");
 }
 
-/// Reads lines until one begins with `begins`; earlier lines answer older questions. Without a terminator, the bytes up
+/// Reads lines until one begins with `begins`. Discards earlier lines, which answer older questions. Without a terminator, the bytes up
 /// to a silence are one line.
 Result<std::string> TextExchange::receive(std::string_view begins) {
   std::string text;

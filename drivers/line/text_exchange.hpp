@@ -21,7 +21,7 @@ struct TextExchangeOptions {
   Duration within{};  ///< for a whole answer
   /// Required silence before a question.
   Duration pause{};
-  /// No other instrument is on the line; all answers arrive in order.
+  /// No other instrument is on the line, so all answers arrive in order.
   bool is_only_instrument = false;
   /// Clock of the line, which outlives the exchange; null means the steady clock.
   const Clock* clock = nullptr;
@@ -30,25 +30,26 @@ struct TextExchangeOptions {
   Duration silence = std::chrono::milliseconds(50);
 };
 
-/// A question with an answer that cannot be confused with any other answer. An instrument answers in order: after this
-/// answer, no answer to an earlier question can arrive.
+/// A question whose answer cannot be confused with any other answer. Because an instrument answers in order, no answer
+/// to an earlier question can arrive after it.
 struct ResyncQuery {
   std::string question;
-  std::string answer_begins;
+  std::string answer_begins;  ///< accepted start of the answer
 };
 
 class TextExchange {
  public:
   TextExchange(std::unique_ptr<ByteStream> line, TextExchangeOptions options);
 
-  /// Sends `question` and returns its one-line answer. First discards unread bytes on the line. After an unanswered
-  /// question, sends `resync` before `question` and requires its answer, so that a late answer is not accepted for
-  /// `question`. Before `resync` is sent, the line must be silent for `within`, unless the instrument is alone on the
-  /// line and no answer to an earlier `resync` is outstanding. If `resync` is not answered, all questions fail for the
-  /// next 3.25 s; the same applies to a question that is not answered while an answer to `resync` is outstanding. Fails
-  /// with timeout, disconnected or corrupted (no silence, no end within the longest answer, or bytes after the end,
-  /// which are two answers to one question). Without `resync`, an answer that arrives later than twice `within` is
-  /// accepted for the next question.
+  /// Discards unread bytes on the line, sends `question` and returns its one-line answer. Fails with timeout,
+  /// disconnected or corrupted (no silence, no end within the longest answer, or bytes after the end).
+  ///
+  /// After an unanswered question, sends `resync` before `question` and requires its answer, so a late answer is not
+  /// accepted for `question`. Before that, the line must be silent for `within`, unless the instrument is the only one
+  /// on the line and no answer to an earlier `resync` is outstanding. If `resync` is not answered, all questions fail
+  /// for the next 3.25 s. They also fail after a question that is not answered while an answer to `resync` is
+  /// outstanding. If `resync` is empty, an answer that arrives later than twice `within` is accepted for the next
+  /// question.
   [[nodiscard]] Result<std::string> query(std::string_view question, const ResyncQuery& resync = {});
   /// Sends a command that has no answer. Resynchronises first, as query() does. Fails as query() does.
   [[nodiscard]] Result<void> send(std::string_view command, const ResyncQuery& resync = {});

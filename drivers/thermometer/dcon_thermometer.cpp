@@ -16,7 +16,7 @@ namespace gyrotherm::drivers {
 namespace {
 
 constexpr std::string_view kOverRange = "+9999";
-constexpr std::string_view kUnderRange = "-0000";  // as a number it is zero
+constexpr std::string_view kUnderRange = "-0000";
 constexpr std::size_t kLongestValue = 8;
 constexpr std::size_t kSumDigits = 2;
 
@@ -35,7 +35,7 @@ tl::unexpected<Fault> corrupted(std::string_view line, std::string_view expected
   return failure(FaultKind::corrupted, "", fmt::format("\"{}\" is not {}", line, expected));
 }
 
-/// Splits before each sign. Returns nothing if the text does not begin with a sign.
+/// Splits a text before each sign. Returns an empty list if it does not begin with a sign.
 std::vector<std::string_view> split_at_signs(std::string_view text) {
   std::vector<std::string_view> values;
   if (text.find_first_of("+-") != 0) return values;
@@ -69,7 +69,7 @@ std::string dcon_read_all(std::uint8_t address) { return address_text('#', addre
 std::string dcon_query(std::uint8_t address, std::string_view what) { return address_text('$', address).append(what); }
 
 Result<std::string_view> decode_dcon_answer(std::string_view line, std::uint8_t address) {
-  if (line == address_text('?', address)) return failure(FaultKind::refused, "", "the module refuses the command");
+  if (line == address_text('?', address)) return failure(FaultKind::refused, "", "command refused by the module");
   const auto lead = address_text('!', address);
   if (!line.starts_with(lead)) return corrupted(line, fmt::format("an answer of module {:02X}", address));
   return line.substr(lead.size());
@@ -108,7 +108,7 @@ std::optional<TemperatureRange> dcon_range(std::uint8_t type) {
 Result<std::vector<Result<Celsius>>> decode_dcon_readings(std::string_view line, std::uint8_t address,
                                                           std::span<const TemperatureRange> ranges) {
   if (line.starts_with('?')) {
-    // The line is a refusal by this module or by another one; neither contains readings.
+    // A refusal, by this module or by another one.
     auto refusal = decode_dcon_answer(line, address);
     return failure(std::move(refusal.error()));
   }
@@ -166,8 +166,7 @@ std::shared_ptr<TextExchange> make_exchange(std::unique_ptr<ByteStream> line, co
 
 class DconThermometer final : public Thermometer {
  public:
-  /// Exchange shared by all modules on the line, so that a late answer of one module is not accepted for another
-  /// module.
+  /// All modules on a line must share one exchange, which does not accept a late answer of one module for another one.
   DconThermometer(std::shared_ptr<TextExchange> exchange, std::string place, DconOptions options)
       : exchange_(std::move(exchange)), place_(std::move(place)), options_(options) {}
 
@@ -194,13 +193,13 @@ class DconThermometer final : public Thermometer {
   using Ranges = std::vector<TemperatureRange>;
   struct Settings {
     Ranges ranges;
-    std::vector<std::uint8_t> types;  ///< one for all, or one each
+    std::vector<std::uint8_t> types;  ///< one in all, or one per input
   };
 
   /// Sends a question and returns the answer without its checksum.
   [[nodiscard]] Result<std::string> query(std::string_view question) {
     const auto sealed = [&](std::string text) { return seal_dcon(std::move(text), options_.checksum); };
-    // Readings contain no address; names do.
+    // Unlike readings, the answer with the name contains the address.
     const ResyncQuery resync{.question = sealed(dcon_query(options_.address, "M")),
                              .answer_begins = fmt::format("!{:02X}{}", options_.address, name_)};
     auto answer = exchange_->query(sealed(std::string(question)), resync).and_then([&](const auto& line) {
@@ -272,7 +271,7 @@ class DconThermometer final : public Thermometer {
   std::string place_;
   DconOptions options_;
   Ranges ranges_;  ///< empty: settings not read
-  /// Latest identity. After a lost answer, a module with another name or type is refused.
+  /// Latest identity. A module with another name or type is not accepted after a lost answer.
   std::string name_;
   std::vector<std::uint8_t> types_;
 };
@@ -284,7 +283,7 @@ class DconModules final : public Thermometer {
     std::unique_ptr<Thermometer> thermometer;
     Backoff backoff{};
     Fault last_fault{};
-    int silences = 0;  ///< in a row
+    int silences = 0;  ///< consecutive missing answers
   };
   explicit DconModules(std::vector<Module> modules) : modules_(std::move(modules)) {}
 
@@ -321,7 +320,8 @@ class DconModules final : public Thermometer {
   }
 
  private:
-  /// After this number of silences in a row, the module may have been replaced, even if the line never broke.
+  /// Number of consecutive missing answers after which the module may have been replaced, although the line did not
+  /// break.
   static constexpr int kSilencesBeforeDoubt = 2;
   std::vector<Module> modules_;
   std::uint64_t breaks_ = 0;

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-/// DCON thermocouple modules (ADAM-4018/4018+, ICP DAS I-7018, ADLINK 6018), each with eight thermometers: the encoding
-/// for the host and for the module (I-7018 user's manual rev. B1.0, chapters 1.10 and 2; ADAM-4000 manuals), and the
+/// DCON thermocouple modules (ADAM-4018/4018+, ICP DAS I-7018, ADLINK 6018), each with eight inputs: the encoding for
+/// the host and for the module (I-7018 user's manual rev. B1.0, chapters 1.10 and 2; ADAM-4000 manuals), and the
 /// driver.
 ///
 /// A line ends with CR, which is not part of the texts here. `address` is the address of a module, 0 to 255. A module
-/// does not answer a command with a syntax error, and no module answers a wrong address.
+/// does not answer commands with a syntax error or with another address.
 #pragma once
 
 #include <chrono>
@@ -27,8 +27,8 @@ namespace gyrotherm::drivers {
 
 inline constexpr std::size_t kDconInputs = 8;
 
-/// Selects whether lines end with the sum of their characters modulo 256, as two upper-case hexadecimal digits. It is a
-/// setting of the module.
+/// Setting of a module: whether lines end with the sum of their characters modulo 256, as two upper-case hexadecimal
+/// digits.
 enum class DconChecksum { off, on };
 
 /// Returns `text` as it is sent, with its checksum if there is one.
@@ -36,15 +36,15 @@ enum class DconChecksum { off, on };
 /// Returns `line` without its checksum. Fails with corrupted if the checksum is wrong.
 [[nodiscard]] Result<std::string_view> unseal_dcon(std::string_view line, DconChecksum checksum);
 
-/// Returns "#AA", the query for all inputs.
+/// Returns "#AA", the query for the readings of all inputs.
 [[nodiscard]] std::string dcon_read_all(std::uint8_t address);
 /// Returns "$AA" followed by `what`: "2" for the configuration, "8Ci" for the type of input i (modules with a type per
 /// input), "M" for the name, "F" for the firmware, "3" for the cold junction, "6" for the enabled inputs, "B" for the
 /// open inputs (not on I-7018).
 [[nodiscard]] std::string dcon_query(std::uint8_t address, std::string_view what);
 
-/// Returns the text after the address in "!AA…", a line without its checksum. Fails with refused ("?AA": the module
-/// does not know the command) or corrupted (the answer of another module, or no answer).
+/// Returns the text after the address in "!AA…", a line without its checksum. Fails with refused if the line is "?AA"
+/// (unknown command), and with corrupted if it is not an answer of this module.
 [[nodiscard]] Result<std::string_view> decode_dcon_answer(std::string_view line, std::uint8_t address);
 
 /// The configuration "TTCCFF" in the answer to "$AA2".
@@ -66,14 +66,15 @@ struct DconConfiguration {
 /// Decodes the type of an input from "CiRTT" in the answer to "$AA8Ci". Fails with corrupted.
 [[nodiscard]] Result<std::uint8_t> decode_dcon_type(std::string_view text, int input);
 
-/// Returns the range of a module set to thermocouple J, K, T or E (0E, 0F, 10, 11). Only T extends below 0 °C.
+/// Returns the range of an input type: thermocouple J, K, T or E (0E, 0F, 10, 11). Returns nothing for other types.
+/// Only T extends below 0 °C.
 [[nodiscard]] std::optional<TemperatureRange> dcon_range(std::uint8_t type);
 
-/// Decodes ">+05.123+04.153…", a line without its checksum in engineering units, to one reading per range. A value
+/// Decodes ">+05.123+04.153…", a line in engineering units without its checksum, to one reading per range. A value
 /// consists of a sign, digits and a point, at most eight characters. All values of a line must have equal length;
 /// otherwise an unexpected checksum could be decoded as decimals. "+9999" (over range), "-0000" (under range) and
-/// values outside their range are decoded as the fault out_of_range of their input, "input 0" to "input 7". Fails with
-/// refused ("?AA") or corrupted.
+/// values outside their range become out_of_range faults of their inputs, "input 0" to "input 7". Fails with refused
+/// ("?AA") or corrupted.
 [[nodiscard]] Result<std::vector<Result<Celsius>>> decode_dcon_readings(std::string_view line, std::uint8_t address,
                                                                         std::span<const TemperatureRange> ranges);
 
@@ -84,11 +85,11 @@ struct DconConfiguration {
 
 struct DconOptions {
   std::uint8_t address = 1;
-  /// Setting of the module.
+  /// Checksum setting of the module.
   DconChecksum checksum = DconChecksum::off;
   /// Required type of all inputs; any type if empty.
   std::optional<std::uint8_t> type{};
-  /// Limit for a whole answer.
+  /// Time limit for a complete answer.
   Duration within = std::chrono::milliseconds(500);
   /// Required silence before a question.
   Duration pause = std::chrono::milliseconds(10);
@@ -96,16 +97,16 @@ struct DconOptions {
   const Clock* clock = nullptr;
 };
 
-/// Returns the driver of the only module on a line. The module's settings are read before the first reading and after
-/// each missing answer. Settings other than engineering units and thermocouples J, K, T or E (or `type`, if it is
-/// given) cause a mismatch. `place` names the instrument in its faults.
+/// Returns the driver of the only module on a line. It reads the module's settings before the first reading and after
+/// each missing answer. Fails with mismatch if the readings are not in engineering units, or if an input is not of
+/// `type`, or without `type` not a thermocouple J, K, T or E. `place` names the instrument in its faults.
 [[nodiscard]] std::unique_ptr<Thermometer> make_dcon_thermometer(std::unique_ptr<ByteStream> line, std::string place,
                                                                  DconOptions options = {});
 
-/// Returns one thermometer for the modules at these addresses of one line: the inputs of the first module, then the
-/// inputs of the next, and so on. The modules are queried in turn. A module that does not answer twice in a row is
-/// skipped for 0.5 s, then for longer periods up to 10 s; its inputs have faults meanwhile. Each attempt to query it
-/// delays the readings of the other modules by up to twice `within`.
+/// Returns one thermometer for all modules at these addresses of one line. Its inputs are those of the first module,
+/// then those of the next, and so on. The modules are queried one after the other. A module that does not answer twice
+/// in a row is skipped for 0.5 s, then for longer periods up to 10 s; meanwhile its inputs have faults. Each attempt to
+/// query such a module delays the readings of the others by up to twice `within`.
 [[nodiscard]] std::unique_ptr<Thermometer> make_dcon_modules(std::unique_ptr<ByteStream> line, const std::string& place,
                                                              const std::vector<std::uint8_t>& addresses,
                                                              const DconOptions& options = {});

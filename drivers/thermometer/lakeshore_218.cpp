@@ -17,14 +17,15 @@ namespace {
 constexpr Celsius kAbsoluteZero{-273.15};
 constexpr Celsius kMaxTemperature{1000};  ///< above every supported sensor
 
-/// Returns the reading, or a fault: an input without a sensor, or with a broken one, reads 0 K.
+/// Returns the reading, or a fault if it is impossible. An input without a working sensor reads 0 K.
 Result<Celsius> check_plausible(Celsius reading, std::size_t input) {
   if (reading > kAbsoluteZero && reading <= kMaxTemperature) return reading;
   return failure(FaultKind::out_of_range, fmt::format("input {}", input),
                  fmt::format("{} °C is an impossible reading", reading.value));
 }
 
-/// Formats like "{:+08.3f}" for three decimals. A virtual run formats millions of readings, and integers are faster.
+/// Appends a reading, formatted as by "{:+08.3f}" for three decimals. Uses integers, which are faster: a virtual run
+/// formats millions of readings.
 void append_reading(std::string& line, double reading, int decimals) {
   constexpr double kMaxReading = 999;
   constexpr int kMaxDecimals = 6;
@@ -98,7 +99,7 @@ class Lakeshore218 final : public Thermometer {
     if (!identity) return failure(add_location(place_, std::move(identity.error())));
     if (!identity->starts_with(kIdentity))
       return failure(add_location(
-          place_, {FaultKind::mismatch, "*IDN?", fmt::format("\"{}\" answers, expected {}…", *identity, kIdentity)}));
+          place_, {FaultKind::mismatch, "*IDN?", fmt::format("received \"{}\", expected {}…", *identity, kIdentity)}));
     resync_.answer_begins = *identity;
     return identity;
   }

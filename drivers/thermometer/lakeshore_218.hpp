@@ -20,9 +20,9 @@ namespace gyrotherm::drivers {
 
 inline constexpr std::size_t kLakeshore218Inputs = 8;
 
-/// Decodes "+295.123,+296.124,…", the answer to `CRDG? 0` without its CR LF, to eight readings. The number of decimals
-/// varies, and every number has a sign. Fails with corrupted if the line is not eight numbers. An impossible reading is
-/// a fault of its input.
+/// Decodes "+295.123,+296.124,…", the answer to `CRDG? 0` without its CR LF, to eight readings. Every number has a sign
+/// and any number of decimals. Fails with corrupted if the line is not eight numbers. An impossible reading becomes a
+/// fault of its input.
 [[nodiscard]] Result<std::vector<Result<Celsius>>> decode_crdg(std::string_view line);
 
 /// Instrument: encodes readings, rounded to `decimals`.
@@ -32,9 +32,9 @@ inline constexpr std::size_t kLakeshore218Inputs = 8;
 /// characters takes 77 ms at 9600 baud; an unknown command is not answered. A whole exchange ends within three times
 /// `within`.
 struct Lakeshore218Timing {
-  /// Limit for a whole reply.
+  /// Time limit for a complete reply.
   Duration within = std::chrono::milliseconds(500);
-  /// Required silence before a query; 0 on the virtual rig.
+  /// Required silence before a query; 0 for the virtual instrument.
   Duration pause = std::chrono::milliseconds(50);
   /// Clock of the line; null means the steady clock.
   const Clock* clock = nullptr;

@@ -19,10 +19,10 @@
 namespace gyrotherm::drivers {
 namespace {
 
-/// The two inputs of a converter share the items with a number below this one.
+/// Items with a number below this one are shared by the two inputs of a converter.
 constexpr unsigned kSharedItems = 0x10;
 constexpr unsigned kItems = 0x1C;
-/// Maximum number of bytes per request, for each microcontroller.
+/// Maximum number of memory bytes per request, for each of the two microcontrollers.
 constexpr std::size_t kLongestMemory[] = {62, 60};
 constexpr std::size_t kMemory = 256;
 
@@ -30,7 +30,7 @@ constexpr std::size_t kMemory = 256;
 struct Layout {
   MccCommand command;
   std::size_t arguments;
-  /// Minimum size. The reply to a scan, or to a read of memory or of an item, may be longer.
+  /// Minimum size. Replies to scan, read_memory and read_item may be longer.
   std::size_t reply;
 };
 constexpr Layout kLayouts[] = {
@@ -44,7 +44,7 @@ const Layout* find_layout(std::uint8_t command) {
   return found == std::end(kLayouts) ? nullptr : found;
 }
 
-/// Returns true for the reference, measured currents and voltages, and coefficients.
+/// Returns whether an item is a number: the reference, measured currents and voltages, and coefficients.
 bool is_number_item(unsigned item) { return (item >= 0x04 && item <= 0x0A) || (item >= 0x14 && item < kItems); }
 bool is_item(unsigned item) { return item <= 0x0A || (item >= kSharedItems && item < kItems); }
 
@@ -65,7 +65,7 @@ std::string input_name(std::uint8_t input) {
   return fmt::format("input {}", input);
 }
 
-/// Returns the reason for refusing the arguments, or nothing.
+/// Returns the reason for refusing the arguments of a request, or nothing.
 std::optional<std::string> find_argument_error(const MccRequest& request) {
   const auto& a = request.arguments;
   const auto units = [](unsigned code) { return code <= 1; };
@@ -102,7 +102,7 @@ Result<Celsius> to_celsius(float number, std::uint8_t input, const MccRanges& ra
   const float whole = std::trunc(number);
   if (whole == kMccOpen) return invalid("open thermocouple");
   if (whole == kMccNotReady) return invalid("not ready");
-  if (whole == kMccDisabled) return invalid("disabled, or a float error");
+  if (whole == kMccDisabled) return invalid("disabled, or floating-point error");
   return check_range(input < kMccInputs ? ranges[input] : kMccMaxRange, {number}, input_name(input));
 }
 
@@ -359,7 +359,7 @@ class MccUsbTemp final : public Thermometer {
     return reports_->write(report);
   }
 
-  /// Discards the replies to earlier requests.
+  /// Discards replies to earlier requests until no report arrives.
   [[nodiscard]] Result<void> wait_for_silence() {
     std::array<std::byte, kMccLongestReport> stale;
     const Deadline deadline(options_.within, options_.clock);
@@ -370,7 +370,7 @@ class MccUsbTemp final : public Thermometer {
       reply_may_come_late_ = false;
       return {};
     } while (!deadline.over());
-    return failure(FaultKind::corrupted, "", "unrequested reports arrive");
+    return failure(FaultKind::corrupted, "", "the device sends unrequested reports");
   }
 
   /// Sends a request and returns its reply; other reports are ignored.
@@ -395,7 +395,7 @@ class MccUsbTemp final : public Thermometer {
     return query(request).and_then([&](const Report& report) { return decode_mcc_bytes(request, report); });
   }
 
-  /// Returns whether the item of the request `set_item` already has its value.
+  /// Returns whether the instrument's item already has the value in the request `set_item`.
   [[nodiscard]] Result<bool> has_value(const MccRequest& set_item) {
     const auto& arguments = set_item.arguments;
     const auto found = query_bytes({MccCommand::read_item, {arguments[0], arguments[1]}});
@@ -403,7 +403,7 @@ class MccUsbTemp final : public Thermometer {
     return std::ranges::equal(*found, std::span(arguments).subspan(2));
   }
 
-  /// Sets the items that differ. Returns their number.
+  /// Sets the items that differ from the required settings. Returns their number.
   [[nodiscard]] Result<int> set_differing_items() {
     int count = 0;
     for (std::uint8_t input = 0; input < kMccInputs; ++input) {
@@ -429,7 +429,8 @@ class MccUsbTemp final : public Thermometer {
     return {};
   }
 
-  /// Fails unless the calibration has ended and the settings are still correct.
+  /// Verifies that the calibration has ended (otherwise fails with timeout) and that the settings are correct
+  /// (otherwise fails with mismatch).
   [[nodiscard]] Result<void> finish_calibration() {
     const auto status = query_bytes(mcc_request(MccCommand::read_status));
     if (!status) return failure(status.error());
@@ -442,7 +443,7 @@ class MccUsbTemp final : public Thermometer {
         if (!is_set) return failure(is_set.error());
         if (!*is_set)
           return failure(FaultKind::mismatch, fmt::format("input {}", input),
-                         fmt::format("item {:02X} does not keep its setting", item.arguments[1]));
+                         fmt::format("item {:02X} did not keep its setting", item.arguments[1]));
       }
     }
     stage_ = Stage::ready;
@@ -465,8 +466,8 @@ class MccUsbTemp final : public Thermometer {
     }
   }
 
-  /// Makes the next call identify the instrument again after a disconnect, because another device may have been plugged
-  /// in.
+  /// Notes a fault and returns it. After a disconnect, the next call compares the settings again, because another
+  /// device may have been plugged in.
   const Fault& note_fault(const Fault& fault) {
     if (fault.kind == FaultKind::disconnected) stage_ = Stage::unknown;
     return fault;
@@ -482,7 +483,7 @@ class MccUsbTemp final : public Thermometer {
 
 }  // namespace
 
-std::unique_ptr<Thermometer> make_mcc_usb_temp(std::unique_ptr<HidReports> reports, std::string report_name,
+std::unique_ptr<Thermometer> make_mcc_usb_temp(std::unique_ptr<HidReports> reports, std::string place,
                                                MccOptions options) {
   return std::make_unique<MccUsbTemp>(std::move(reports), std::move(place), std::move(options));
 }

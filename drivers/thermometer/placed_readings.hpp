@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Helpers for the readings of thermometers: parsing, range checks, and faults with the location of the instrument.
+/// Helpers for the readings of thermometers: parsing, range checks, and the location of the instrument in faults.
 #pragma once
 
 #include <fmt/format.h>
@@ -42,14 +42,14 @@ struct TemperatureRange {
   return text[0] == '-' ? -value : value;
 }
 
-/// Prepends the location of the instrument to a fault: "thermometer 2 input 3".
+/// Prepends the location of the instrument to the location of a fault: "thermometer 2 input 3".
 [[nodiscard]] inline Fault add_location(const std::string& place, Fault fault) {
   fault.where = fault.where.empty() ? place : fmt::format("{} {}", place, fault.where);
   return fault;
 }
 
-/// Returns the readings, with the location prepended to their faults. If `answer` is a fault, returns this fault for
-/// each of the `inputs`.
+/// Returns the readings in `answer`, with `place` prepended to the locations of their faults. If `answer` is itself a
+/// fault, returns this fault for each of the `inputs`.
 [[nodiscard]] inline std::vector<Result<Celsius>> add_locations(const std::string& place, std::size_t inputs,
                                                                 Result<std::vector<Result<Celsius>>> answer) {
   if (!answer) return {inputs, failure(add_location(place, std::move(answer.error())))};

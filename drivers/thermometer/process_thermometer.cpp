@@ -29,7 +29,7 @@ std::optional<Number> parse_whole_number(std::string_view text) {
   return error == std::errc{} && end == last ? std::optional(number) : std::nullopt;
 }
 
-/// Removes the first token and the blank after it, and returns the token.
+/// Removes the first token and the blank after it from `text`, and returns the token.
 std::string_view take_token(std::string_view& text) {
   const auto blank = text.find(' ');
   const auto token = text.substr(0, blank);
@@ -66,7 +66,7 @@ Result<ProcessGreeting> decode_process_greeting(std::string_view text) {
   const auto protocol = take_token(text);
   if (protocol != kProcessProtocol)
     return failure(FaultKind::mismatch, "hello",
-                   fmt::format("\"{}\" answers, expected {}", shorten(protocol), kProcessProtocol));
+                   fmt::format("received \"{}\", expected {}", shorten(protocol), kProcessProtocol));
   const auto inputs = parse_whole_number<std::size_t>(take_token(text));
   if (!inputs || *inputs < 1 || *inputs > kMostProcessInputs || trimmed(text).empty())
     return failure(FaultKind::corrupted, "hello",
@@ -149,9 +149,9 @@ class ProcessThermometer final : public Thermometer {
     auto greeting = decode_process_greeting(*answer);
     if (!greeting) return failure(std::move(greeting.error()));
     if (greeting->inputs < options_.channels)
-      return failure(
-          FaultKind::mismatch, "hello",
-          fmt::format("it has {} inputs, and the rig names {} channels", greeting->inputs, options_.channels));
+      return failure(FaultKind::mismatch, "hello",
+                     fmt::format("the program has {} inputs, but the rig file names {} channels", greeting->inputs,
+                                 options_.channels));
     greeting_ = std::move(*greeting);
     return {};
   }
@@ -174,7 +174,8 @@ class ProcessThermometer final : public Thermometer {
     }
   }
 
-  /// Returns the answer if it is complete. Other lines are discarded; a line that is not an answer is a fault.
+  /// Removes complete lines from the received text until one answers the latest request. Discards answers to earlier
+  /// requests. Fails if a line is not an answer, and returns nothing if the answer is incomplete.
   Result<std::optional<std::string>> take_answer() {
     for (auto end = text_.find('\n'); end != std::string::npos; end = text_.find('\n')) {
       const auto line = text_.substr(0, end);
@@ -205,10 +206,10 @@ class ProcessThermometer final : public Thermometer {
   std::string place_;
   ProcessThermometerOptions options_;
   std::optional<ProcessGreeting> greeting_;
-  std::uint64_t number_{};  ///< latest question
-  /// Received text without a complete line.
+  std::uint64_t number_{};  ///< latest request
+  /// Received text that is not a complete line.
   std::string text_;
-  int failures_{};  ///< in a row
+  int failures_{};  ///< consecutive
   std::uint64_t breaks_{};
 };
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A thermometer with a third-party program as its driver, connected to the program's standard input and output: the
-/// encoding for host and program, and the driver. docs/adding-an-instrument.md describes the protocol.
+/// A thermometer that a third-party program reads: the messages on the program's standard input and output, encoded for
+/// host and program, and the driver. docs/adding-an-instrument.md describes the protocol.
 ///
-/// A question is a line with its number and a keyword: "1 hello", "2 read". Its answer is one line that begins with the
+/// A request is a line with a number and a keyword: "1 hello", "2 read". Its answer is one line that begins with the
 /// same number. Lines end with LF, which is not part of the texts here; a CR before it is ignored.
 #pragma once
 
@@ -25,12 +25,12 @@
 
 namespace gyrotherm::drivers {
 
-/// Name and version of the protocol. Programs for other versions use another name.
+/// Name and version of the protocol. Another version has another name.
 inline constexpr std::string_view kProcessProtocol = "gyrotherm-thermometer/1";
 inline constexpr std::size_t kMostProcessInputs = 64;
 inline constexpr std::size_t kLongestProcessLine = 1024;  ///< bytes
 
-/// Identity of the program's instrument, and its number of inputs.
+/// Identity and number of inputs of the instrument that the program reads.
 struct ProcessGreeting {
   std::size_t inputs{};  ///< 1 to kMostProcessInputs
   std::string identity;  ///< such as "Acme T-2 0815"
@@ -58,20 +58,20 @@ struct NumberedLine {
 [[nodiscard]] std::string encode_process_readings(std::span<const std::optional<double>> celsius);
 
 struct ProcessThermometerOptions {
-  /// Number of inputs that are read, starting with the first.
+  /// Number of inputs to read, starting with the first one.
   std::size_t channels{};
-  /// Limit for a reading, including the greeting.
+  /// Time limit for read(), including a greeting.
   Duration within = std::chrono::milliseconds(500);
-  /// Limit for identify(); interpreters start slowly.
+  /// Time limit for identify(). It is longer because interpreters start slowly.
   Duration greeting_timeout = std::chrono::milliseconds(5000);
   /// Clock of the line; null means the steady clock.
   const Clock* clock = nullptr;
-  /// Ends the program; the next question starts it again. Called after ten questions in a row without a valid answer.
+  /// Ends the program; the next request starts it again. Called after ten consecutive readings without a valid answer.
   std::function<void()> end_program{};
 };
 
-/// Returns the driver. The program is greeted before the first reading, and again after its line broke. A late answer
-/// is recognised by its number and discarded. `place` names the instrument in its faults.
+/// Returns the driver. It sends "hello" before the first reading, and again after the line broke. A late answer is
+/// recognised by its number and discarded. `place` names the instrument in its faults.
 [[nodiscard]] std::unique_ptr<Thermometer> make_process_thermometer(std::unique_ptr<ByteStream> line, std::string place,
                                                                     ProcessThermometerOptions options);
 

@@ -23,7 +23,7 @@ bool is_nan(std::string_view text) {
   return std::ranges::equal(text, std::string_view("nan"), is_equal_letter);
 }
 
-/// Parses a text that is one number in standard or scientific notation, or NaN.
+/// Parses one number in standard or scientific notation, or NaN. Returns nothing for any other text.
 std::optional<double> parse_number(std::string_view text) {
   if (is_nan(text)) return std::numeric_limits<double>::quiet_NaN();
   const bool negative = text.starts_with('-');
@@ -100,7 +100,7 @@ class Pt12 final : public Thermometer {
     if (!identity) return failure(add_location(place_, std::move(identity.error())));
     if (*identity != kPt12)
       return failure(add_location(
-          place_, {FaultKind::mismatch, "ID?", fmt::format("\"{}\" answers, expected {}", *identity, kPt12)}));
+          place_, {FaultKind::mismatch, "ID?", fmt::format("received \"{}\", expected {}", *identity, kPt12)}));
     auto serial = exchange_.query("SN?", kPt12Resync);
     if (!serial) return failure(add_location(place_, std::move(serial.error())));
     return fmt::format("{} {}", kPt12, *serial);

@@ -20,7 +20,8 @@ namespace gyrotherm::drivers {
 
 enum class ThermometerKind { lakeshore_218, dcon, pt12, mcc_usb_temp, process };
 
-/// Makes an instrument that needs only its line. If `simulated`, it omits the waits that only a real instrument needs.
+/// Makes an instrument that has no settings except its line. If `simulated`, the pauses that only a real instrument
+/// needs are omitted.
 using MakeOnLine = std::unique_ptr<Thermometer> (*)(std::unique_ptr<ByteStream> line, std::string place,
                                                     const Clock* clock, bool simulated);
 template <class Timing, auto make>
@@ -37,10 +38,9 @@ struct ThermometerKindRow {
   const char* name = "";
   /// Inputs of one instrument, or of one module on a line.
   std::size_t inputs{};
-  /// Format of a serial line for which the rig file does not specify one: the factory setting, or the only one of the
-  /// instrument.
+  /// Serial format if the rig file does not specify one: the factory setting, or the only format of the instrument.
   SerialFormat serial{};
-  /// Null for a kind that has its own settings. The reader of rig files makes such an instrument.
+  /// Null for a kind with its own settings. The reader of rig files then makes the instrument.
   MakeOnLine make = nullptr;
 };
 
@@ -59,7 +59,7 @@ inline constexpr std::array kThermometerKinds{
     ThermometerKindRow{.kind = ThermometerKind::process, .name = "process", .inputs = kMostProcessInputs},
 };
 
-/// Returns the row of a kind. Rows are in the order of the kinds.
+/// Returns the row of a kind. Requires that the rows are in the order of the kinds.
 [[nodiscard]] constexpr const ThermometerKindRow& row_of(ThermometerKind kind) {
   return kThermometerKinds[static_cast<std::size_t>(kind)];
 }

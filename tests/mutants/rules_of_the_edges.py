@@ -233,7 +233,7 @@ MUTANTS = [
      "if (!differing_settings_.empty())", "if (false)",
      "drivers_test", "ConfigurationMessage.ThatDiffersFailsEveryReadUntilOneAgrees"),
     ("another scanner answers after a lost answer", "drivers/thermometer/lakeshore_218.cpp",
-     "resync_.answer_begins = *who;", "",
+     "resync_.answer_begins = *identity;", "",
      "drivers_test", "Lakeshore218.ThatIsAnotherOneAfterALostAnswerGivesNoValue"),
     ("a module of another type answers after a lost answer", "drivers/thermometer/dcon_thermometer.cpp",
      "if (!types_.empty() && found->types != types_)", "if (false)",

@@ -178,7 +178,7 @@ TEST(ModbusRtuFrame, AnAnswerThatHasBegunIsAwaitedAndNoiseIsNot) {
   EXPECT_FALSE(has_begun("01 03 02 00 EC B9 C9")) << "an answer to another request";
   EXPECT_EQ(find_rtu_answer(asked, tests::bytes_of_hex("FF 02")).fault.what, "unit of the reply is 255, expected 1");
   EXPECT_EQ(find_rtu_answer(asked, tests::bytes_of_hex("FF 01 03 04 01 90 01 49 FA 44")).fault.what,
-            "the CRC of the reply does not fit");
+            "the reply has a wrong CRC");
 }
 
 TEST(ModbusRtuFrame, UpToThreeFalseBitsOrABurstOfSixteenAreAlwaysFound) {

@@ -70,7 +70,7 @@ TEST_F(ModbusRtuNoise, NeverHidesAFalseCrc) {
     reply[3] ^= std::byte{0x10};
     line->arrive(kSoon, joined({std::byte{0xFF}}, reply, {std::byte{0x00}}));
   };
-  EXPECT_EQ(registers->read(kHolding, 60, 2).error().what, "the CRC of the reply does not fit");
+  EXPECT_EQ(registers->read(kHolding, 60, 2).error().what, "the reply has a wrong CRC");
   EXPECT_EQ(registers->write(WriteFunction::registers, 60, Words{1, 2}).error().kind, FaultKind::corrupted);
 }
 

@@ -86,7 +86,7 @@ TEST(ProcessStream, SaysHowTheProgramEndedAndItsLastWords) {
 
 TEST(ProcessStream, SaysWhichSignalEndedIt) {
   ProcessStream line(shell("kill -SEGV $$"));
-  EXPECT_EQ(hear(line).error().what, "the program was ended by signal 11");
+  EXPECT_EQ(hear(line).error().what, "the program was terminated by signal 11");
 }
 
 TEST(ProcessStream, IsStartedAnewAndRestsAfterTheSecondEnd) {
@@ -121,7 +121,7 @@ TEST(ProcessStream, OneThatReadsNothingIsEndedOnceItsPipeIsFull) {
   Result<void> sent;
   for (int i = 0; i < 8 && sent; ++i) sent = line.write(std::as_bytes(std::span(much)), 50ms);
   ASSERT_FALSE(sent);
-  EXPECT_EQ(sent.error().what, "the program read nothing in 0.050 s and was stopped");
+  EXPECT_EQ(sent.error().what, "the program did not read its input for 0.050 s and was stopped");
 }
 
 TEST(ProcessStream, ComplaintsDoNotFillUp) {
@@ -178,7 +178,7 @@ TEST(ProcessStream, AStoppedProgramIsKilledToo) {
 TEST(FindProgram, LooksInThePathAndInTheFolder) {
   const tests::TestFolder folder;
   EXPECT_TRUE(find_program({.words = {"sh"}}).value().ends_with("/sh"));
-  EXPECT_EQ(find_program({.words = {"no-such-program-anywhere"}}).error().what, "program not found in the path");
+  EXPECT_EQ(find_program({.words = {"no-such-program-anywhere"}}).error().what, "program not found in PATH");
   const auto file = folder / "driver";
   std::ofstream(file) << "#!/bin/sh\n";
   const ProgramCommand command{.words = {"./driver"}, .folder = folder / ""};

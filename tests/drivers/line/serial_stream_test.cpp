@@ -74,7 +74,7 @@ TEST(SerialStream, AnUnpluggedLineIsDisconnectedAtOnce) {
   const auto stream = opened(pair.device());
   pair.unplug();
   const Deadline soon(kPatient / 2);
-  EXPECT_EQ(read_text(*stream, kPatient).error().what, "the port is gone");
+  EXPECT_EQ(read_text(*stream, kPatient).error().what, "the port was removed");
   EXPECT_EQ(read_text(*stream, kPatient).error().what, "no such device");
   EXPECT_EQ(read_text(*stream, kPatient).error().what, "failed before, next try in 0.5 s");
   stream->end_rest();

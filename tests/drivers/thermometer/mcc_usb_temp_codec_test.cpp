@@ -60,7 +60,7 @@ TEST(MccUsbTempCodec, ReadsOneInput) {
 TEST(MccUsbTempCodec, SpecialValuesAreNotTemperatures) {
   for (const auto& [bytes, meaning] : {std::pair{"00 E0 0A C6", "open thermocouple (-8888)"},
                                        {"00 A0 0C C6", "not ready (-9000)"},
-                                       {"00 3C 1C C6", "disabled, or a float error (-9999)"}}) {
+                                       {"00 3C 1C C6", "disabled, or floating-point error (-9999)"}}) {
     const auto report = tests::bytes_of_hex(std::string("18 ") + bytes);
     EXPECT_EQ(decode_mcc_temperatures(mcc_read_input(0), report).value()[0].error().what, meaning);
     const auto numbers = decode_mcc_numbers(mcc_read_input(0), report).value();

@@ -106,11 +106,11 @@ TEST_F(ProcessThermometerTest, AnotherProtocolOrTooFewInputsAreMismatches) {
   line->instrument = [](std::string_view query) {
     return std::string(query.substr(0, query.find(' '))) + " gyrotherm-thermometer/2 2 Acme\n";
   };
-  EXPECT_EQ(fault(), "thermometer 1 hello: \"gyrotherm-thermometer/2\" answers, expected gyrotherm-thermometer/1");
+  EXPECT_EQ(fault(), "thermometer 1 hello: received \"gyrotherm-thermometer/2\", expected gyrotherm-thermometer/1");
   line->instrument = [](std::string_view query) {
     return std::string(query.substr(0, query.find(' '))) + " gyrotherm-thermometer/1 1 Acme\n";
   };
-  EXPECT_EQ(fault(), "thermometer 1 hello: it has 1 inputs, and the rig names 2 channels");
+  EXPECT_EQ(fault(), "thermometer 1 hello: the program has 1 inputs, but the rig file names 2 channels");
 }
 
 TEST_F(ProcessThermometerTest, IsEndedAfterTenQuestionsWithoutAGoodAnswer) {

@@ -16,7 +16,7 @@ namespace gyrotherm::drivers {
 namespace {
 
 constexpr std::size_t kAnswerChunk = 4096;
-constexpr std::size_t kMostShown = 48;  // bytes of an answer in a message
+constexpr std::size_t kMostShown = 48;  // bytes of an answer in messages
 
 std::vector<std::uint32_t> read_messages(const TomlTable& table, const FrameFormat& format) {
   std::vector<std::uint32_t> ids;

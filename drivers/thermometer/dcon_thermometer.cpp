@@ -193,7 +193,7 @@ class DconThermometer final : public Thermometer {
   using Ranges = std::vector<TemperatureRange>;
   struct Settings {
     Ranges ranges;
-    std::vector<std::uint8_t> types;  ///< one in all, or one per input
+    std::vector<std::uint8_t> types;  ///< one, or one per input
   };
 
   /// Sends a question and returns the answer without its checksum.

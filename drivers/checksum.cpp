@@ -35,7 +35,7 @@ ByteTable shifted_bytes(std::uint32_t polynomial) {
   return table;
 }
 
-/// Returns the table of a polynomial. Each thread makes it once per polynomial; a rig needs one per kind of instrument.
+/// Returns the table of a polynomial. Each thread computes a table once; a rig needs one per kind of instrument.
 const ByteTable& find_table(std::uint32_t polynomial) {
   constexpr std::size_t kMostTables = 16;
   thread_local std::map<std::uint32_t, ByteTable> tables;
@@ -47,7 +47,7 @@ const ByteTable& find_table(std::uint32_t polynomial) {
 }  // namespace
 
 std::uint32_t crc(const Crc& model, std::span<const std::byte> bytes) {
-  // The register occupies the top of 32 bits. Therefore the same loop is used for every width.
+  // The register occupies the top of 32 bits, so the same loop works for every width.
   static const ByteTable kMirrored = mirrored_bytes();
   const int spare = 32 - model.width;
   const auto& table = find_table(model.polynomial << spare);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Checksums, and bytes as numbers.
+/// Checksums, and access to bytes as numbers.
 #pragma once
 
 #include <cstddef>
@@ -20,10 +20,10 @@ struct Crc {
   int width{};  ///< bits, 3 to 32
   std::uint32_t polynomial{};
   std::uint32_t initial{};
-  /// Bytes are processed lowest bit first.
+  /// Bytes are processed with the lowest bit first.
   bool reflected{};
   std::uint32_t final_xor{};
-  /// True if the result is bit-reversed. If empty, the value of `reflected` applies.
+  /// The result is bit-reversed; if empty, as in `reflected`.
   std::optional<bool> reflected_out{};
 };
 [[nodiscard]] std::uint32_t crc(const Crc& model, std::span<const std::byte> bytes);

@@ -26,20 +26,20 @@ class Identified {
  public:
   virtual ~Identified() = default;
   /// Returns make, model, serial number and the settings that change the meaning of the instrument's values, as far as
-  /// the instrument reports them. The text is always equal for the same instrument with the same settings. Empty if the
-  /// instrument cannot be queried. Fails with timeout, disconnected, refused or corrupted, and with mismatch if the
-  /// instrument differs from its description.
+  /// the instrument reports them. The text is always equal for the same instrument with the same settings; it is empty
+  /// if the instrument cannot be queried. Fails with timeout, disconnected, refused or corrupted, and with mismatch if
+  /// the instrument differs from its description.
   [[nodiscard]] virtual Result<std::string> identify() = 0;
-  /// Returns only make, model and serial number, which are the start of the text that identify() returns. This is
-  /// enough to send the safe set point to an instrument whose settings were changed. Fails as identify() does.
+  /// Returns only make, model and serial number, the start of the text that identify() returns. They suffice to send
+  /// the safe set point to an instrument whose settings were changed. Fails as identify() does.
   [[nodiscard]] virtual Result<std::string> recognise() { return identify(); }
   /// Returns the number of connections that broke so far, including connections that the driver replaced within one
   /// call.
   [[nodiscard]] virtual std::uint64_t breaks() const { return 0; }
 };
 
-/// Properties in an instrument's description. `verified` were compared with the instrument's answers by identify();
-/// `not_verified` are not in any answer. Each is a text for people.
+/// Properties in an instrument's description, as text. identify() compared those in `verified` with the instrument's
+/// answers; no answer contains those in `not_verified`.
 struct IdentityReport {
   std::vector<std::string> verified, not_verified;
 };
@@ -47,7 +47,7 @@ struct IdentityReport {
 /// Latest settings of a controller that determine the meaning of its values (unit, decimals), keyed by register name.
 using ControllerSettings = std::map<std::string, double>;
 
-/// Number and duration of the exchanges with a chamber, as far as the driver can measure them.
+/// Number and duration of a driver's exchanges with a chamber; 0 if unknown.
 struct ChamberEffort {
   /// Exchanges per second for air temperature and set point.
   int each_second = 0;
@@ -63,37 +63,37 @@ class Chamber : public Identified {
  public:
   /// Returns the report of the latest identify().
   [[nodiscard]] virtual IdentityReport verification() const { return {}; }
-  /// Reads the air temperature and the controller's set point once, within one second plus one exchange. Status values
-  /// are read in turn, as far as there is time.
+  /// Reads the air temperature and the controller's set point once, within one second plus one exchange. In the
+  /// remaining time, reads status values in turn.
   [[nodiscard]] virtual Result<ChamberState> read() = 0;
-  /// Reads all status values in addition, regardless of the time it takes. Not for use within a tick.
+  /// Reads as read() does, but including all status values, regardless of the time required. Not for use within a tick.
   [[nodiscard]] virtual Result<ChamberState> inspect() { return read(); }
   /// Writes `target` as the controller's set point and reads it back; both must agree within the register's resolution.
   /// Fails with timeout, disconnected, refused or mismatch; the controller's set point is unknown afterwards.
   [[nodiscard]] virtual Result<void> send_set_point(Celsius target) = 0;
-  /// Starts temperature control at the present set point. Verified by the state register if the map has one.
+  /// Starts temperature control at the present set point, and verifies it by the state register if the map has one.
   [[nodiscard]] virtual Result<void> start() = 0;
-  /// Stops temperature control. Verified as in start().
+  /// Stops temperature control, verified as in start().
   [[nodiscard]] virtual Result<void> stop() = 0;
-  /// Returns the exchanges that the driver needs. Zero means unknown.
+  /// Returns the exchanges that the driver needs.
   [[nodiscard]] virtual ChamberEffort effort() const { return {}; }
-  /// Returns the status values and alarms that do not exist in the controller. The driver no longer reads them.
-  /// Complete after inspect().
+  /// Returns the status values and alarms that do not exist in the controller and are therefore no longer read. The
+  /// list is complete after inspect().
   [[nodiscard]] virtual std::vector<std::string> missing() const { return {}; }
   /// Returns the settings that were read last. Empty if the controller has none or none was read.
   [[nodiscard]] virtual ControllerSettings settings() const { return {}; }
   /// Executes another command of the instrument: "acknowledge" (its alarms), "pause", "resume" (its program), … Fails
   /// with refused if the instrument has no such command.
   [[nodiscard]] virtual Result<void> perform(const std::string& command) {
-    return failure(FaultKind::refused, "chamber " + command, "it does not have this command");
+    return failure(FaultKind::refused, "chamber " + command, "not supported by this chamber");
   }
   /// Makes the next call try immediately, even if the connection is in its rest period after failures. For urgent
   /// commands.
   virtual void end_rest() {}
-  /// Sends a set point as send_set_point() does, but immediately and without any query that the write itself does not
-  /// need, because every query may be lost on a bad line. It ignores the rest period after failures, and ends only a
-  /// program that this process started. From now on, a unit or number of decimals that cannot be read keeps its latest
-  /// value. Fails as send_set_point() does.
+  /// Sends a set point as send_set_point() does, but immediately, and without queries that the write itself does not
+  /// need, because every query may be lost on a bad line. Ignores the rest period after failures. Ends a program only
+  /// if this process started it, the latest status reports one, or the controller refuses the write. From now on, if a
+  /// unit or number of decimals cannot be read, its latest value is used. Fails as send_set_point() does.
   [[nodiscard]] virtual Result<void> send_set_point_immediately(Celsius target) {
     end_rest();
     return send_set_point(target);
@@ -108,11 +108,11 @@ class Chamber : public Identified {
   /// Nothing is started.
   [[nodiscard]] virtual Result<std::string> upload(const ChamberProgram& program) {
     (void)program;
-    return failure(FaultKind::refused, "chamber upload", "it cannot store programs");
+    return failure(FaultKind::refused, "chamber upload", "this chamber cannot store programs");
   }
   /// Starts the uploaded program at its first step, verified by the state register. send_set_point() ends it.
   [[nodiscard]] virtual Result<void> start_program() {
-    return failure(FaultKind::refused, "chamber start_program", "it has no program");
+    return failure(FaultKind::refused, "chamber start_program", "this chamber has no programs");
   }
 };
 
@@ -124,11 +124,11 @@ class Thermometer : public Identified {
   [[nodiscard]] virtual std::vector<Result<Celsius>> read() = 0;
 };
 
-/// An instrument with inputs for voltages and currents. It measures values of a gyro that are not in the gyro's frames.
+/// An instrument with inputs for voltages and currents, which measures values of a gyro that its frames do not contain.
 class AnalogueInputs : public Identified {
  public:
-  /// Returns one reading per configured input, in their order, within one second plus one exchange. Each is in the unit
-  /// of measure that the instrument's description specifies. Faults are reported as by Thermometer::read().
+  /// Returns one reading per configured input, in their order, within one second plus one exchange. The unit of a
+  /// reading is specified in the instrument's description. Faults are reported as by Thermometer::read().
   [[nodiscard]] virtual std::vector<Result<double>> read() = 0;
 };
 
@@ -144,8 +144,8 @@ class Gyro : public Identified {
   /// does. The default does nothing.
   [[nodiscard]] virtual Result<void> wait_for_origin() { return {}; }
   /// Returns the pulses since the last successful read, and the interval in which they were counted. The interval is
-  /// measured by the gyro's own clock, or by the host's if the gyro has none. Waits until `expected` of the gyro's time
-  /// has passed (at least half of it by the host's clock), or until the driver's limit. Fails with timeout,
+  /// measured by the gyro's own clock, or by the host's clock if the gyro has none. Waits until `expected` of the
+  /// gyro's time has passed (at least half of it by the host's clock), or until the driver's limit. Fails with timeout,
   /// disconnected or corrupted if frames were lost, or if the count starts again after a silence or a broken line. The
   /// pulses since the last successful read are then unknown, and the next read counts from the new start. Fails with
   /// mismatch if the gyro's settings differ from its description.

@@ -17,9 +17,9 @@ namespace {
 
 constexpr std::size_t kMostInputs = 256;
 
-/// Returns the item of that name, or the items that `count` made from it. If there is none, notes an error.
-std::vector<const RegisterItem*> items_named(const RegisterMap& map, const TomlTable& table, const char* key,
-                                             const std::string& name) {
+/// Returns the item `name`, or the items "name_1", "name_2", … made by `count`. If there is none, notes an error.
+std::vector<const RegisterItem*> find_items(const RegisterMap& map, const TomlTable& table, const char* key,
+                                            const std::string& name) {
   if (const auto* one = map.find(name)) return {one};
   std::vector<const RegisterItem*> all;
   while (const auto* next = map.find(fmt::format("{}_{}", name, all.size() + 1))) all.push_back(next);
@@ -33,16 +33,16 @@ void check_number(const TomlTable& table, const char* key, const RegisterItem& i
     table.mistake(key, fmt::format("register \"{}\" is not a number", item.name));
 }
 
-/// Reads one name or a list of names; none if the key is absent.
-std::vector<std::string> names_at(const TomlTable& table, const char* key) {
+/// Reads one name or a list of names; an empty list if the key is missing.
+std::vector<std::string> read_names(const TomlTable& table, const char* key) {
   if (!table.has(key)) return {};
   if (table.is_list(key)) return table.texts(key);
   return {table.text(key)};
 }
 
-/// Assigns the status registers of that name to the inputs, one to each, starting with the input at index `first`.
+/// Assigns the status registers `status` to the inputs from index `first`, one to each.
 void add_status(const TomlTable& table, const std::string& status, std::size_t first, AnalogueMap& map) {
-  const auto states = items_named(map.registers, table, "status", status);
+  const auto states = find_items(map.registers, table, "status", status);
   const auto inputs = map.inputs.size() - first;
   if (!states.empty() && states.size() != inputs)
     table.mistake("status", fmt::format("{} status registers for {} inputs", states.size(), inputs));
@@ -56,7 +56,7 @@ void add_status(const TomlTable& table, const std::string& status, std::size_t f
 }
 
 void add_inputs(const TomlTable& table, AnalogueMap& map) {
-  const auto values = items_named(map.registers, table, "register", table.text("register"));
+  const auto values = find_items(map.registers, table, "register", table.text("register"));
   const auto unit = table.text("unit");
   if (unit.empty()) table.mistake("unit", "expected the unit of measure, such as \"mA\"");
   const auto first = map.inputs.size();
@@ -64,7 +64,7 @@ void add_inputs(const TomlTable& table, AnalogueMap& map) {
     check_number(table, "register", *value);
     map.inputs.push_back({.item = value->name, .unit = unit, .statuses = {}});
   }
-  for (const auto& status : names_at(table, "status")) add_status(table, status, first, map);
+  for (const auto& status : read_names(table, "status")) add_status(table, status, first, map);
 }
 
 }  // namespace
@@ -90,29 +90,29 @@ Result<AnalogueMap> parse_analogue_map(std::string_view text, const std::string&
 }
 
 std::string describe_confidence(const AnalogueMap& map) {
-  auto least_sure = Confidence::verified;
+  auto least_confidence = Confidence::verified;
   std::vector<std::string> notes;
-  const auto look_at = [&](const std::string& name) {
+  const auto add_item = [&](const std::string& name) {
     const auto* item = map.registers.find(name);
     if (!item) return;
-    least_sure = std::max(least_sure, item->confidence);
+    least_confidence = std::max(least_confidence, item->confidence);
     if (!item->note.empty() && std::ranges::count(notes, item->note) == 0) notes.push_back(item->note);
   };
   for (const auto& input : map.inputs) {
-    look_at(input.item);
-    for (const auto& status : input.statuses) look_at(status);
+    add_item(input.item);
+    for (const auto& status : input.statuses) add_item(status);
   }
-  return fmt::format("{} inputs: {}{}{}", map.inputs.size(), name(least_sure), notes.empty() ? "" : "; ",
+  return fmt::format("{} inputs: {}{}{}", map.inputs.size(), name(least_confidence), notes.empty() ? "" : "; ",
                      fmt::join(notes, "; "));
 }
 
 namespace {
 
 /// Maximum duration of a reading. The caller does not wait longer.
-constexpr Duration kLongestLook = std::chrono::milliseconds(900);
+constexpr Duration kReadingTimeLimit = std::chrono::milliseconds(900);
 
 /// Joins adjacent spans up to a length of `at_most`.
-std::vector<ReadSpan> joined(const std::vector<ReadSpan>& spans, std::uint16_t at_most) {
+std::vector<ReadSpan> join_spans(const std::vector<ReadSpan>& spans, std::uint16_t at_most) {
   std::vector<ReadSpan> all;
   for (const auto& span : spans) {
     const bool follows =
@@ -148,22 +148,22 @@ class ModbusAnalogueInputs final : public AnalogueInputs {
 
   Result<std::string> identify() override {
     auto found = items_.identify(items_.item(input(wanted_.front()).item));
-    if (!found) return failure(here(std::move(found.error())));
+    if (!found) return failure(locate_fault(std::move(found.error())));
     return std::move(found->who);
   }
 
   std::vector<Result<double>> read() override {
     const auto began = pauses_->now();
     Snapshot found;
-    std::vector<std::pair<ReadSpan, Fault>> lost;
+    std::vector<std::pair<ReadSpan, Fault>> failed;
     bool silent = false;
     for (const auto& span : plan_) {
       if (silent) {
-        lost.emplace_back(span, lost.back().second);
+        failed.emplace_back(span, failed.back().second);
         continue;
       }
-      if (pauses_->now() - began >= kLongestLook) {
-        lost.emplace_back(span, Fault{FaultKind::timeout, place_, "the line is too slow for one reading per second"});
+      if (pauses_->now() - began >= kReadingTimeLimit) {
+        failed.emplace_back(span, Fault{FaultKind::timeout, place_, "the line is too slow for one reading per second"});
         silent = true;
         continue;
       }
@@ -174,18 +174,18 @@ class ModbusAnalogueInputs final : public AnalogueInputs {
       }
       const auto kind = words.error().kind;
       silent = kind != FaultKind::refused && kind != FaultKind::out_of_range;
-      lost.emplace_back(span, std::move(words.error()));
+      failed.emplace_back(span, std::move(words.error()));
     }
     std::vector<Result<double>> values;
-    for (const auto wanted : wanted_) values.push_back(value_of(input(wanted), found, lost));
+    for (const auto wanted : wanted_) values.push_back(value_of(input(wanted), found, failed));
     return values;
   }
 
  private:
   [[nodiscard]] const AnalogueInput& input(std::size_t index) const { return map_.inputs.at(index); }
 
-  /// Returns the registers of an input, and those for their decimals and units.
-  [[nodiscard]] std::vector<const RegisterItem*> items_of(const AnalogueInput& input) const {
+  /// Returns the registers of an input, and the registers for their decimals and units.
+  [[nodiscard]] std::vector<const RegisterItem*> find_input_items(const AnalogueInput& input) const {
     std::vector<const RegisterItem*> items{&items_.item(input.item)};
     for (const auto& status : input.statuses) items.push_back(&items_.item(status));
     const auto context = items_.find_context_items(items);
@@ -196,13 +196,13 @@ class ModbusAnalogueInputs final : public AnalogueInputs {
   [[nodiscard]] std::vector<ReadSpan> plan() const {
     std::vector<const RegisterItem*> all, wanted;
     const auto add = [&](std::vector<const RegisterItem*>& to, const AnalogueInput& input) {
-      const auto items = items_of(input);
+      const auto items = find_input_items(input);
       to.insert(to.end(), items.begin(), items.end());
     };
     for (const auto& input : map_.inputs) add(all, input);
     for (const auto index : wanted_) add(wanted, input(index));
     const auto at_most = map_.registers.link.modbus.read_at_most;
-    auto spans = joined(plan_reads(all, map_.registers.holes, at_most), at_most);
+    auto spans = join_spans(plan_reads(all, map_.registers.holes, at_most), at_most);
     std::erase_if(spans, [&](const auto& span) {
       return std::ranges::none_of(wanted, [&](const auto* item) { return holds(span, *item); });
     });
@@ -210,23 +210,23 @@ class ModbusAnalogueInputs final : public AnalogueInputs {
   }
 
   [[nodiscard]] Result<double> value_of(const AnalogueInput& input, const Snapshot& found,
-                                        const std::vector<std::pair<ReadSpan, Fault>>& lost) const {
-    for (const auto* item : items_of(input))
-      for (const auto& [span, fault] : lost)
+                                        const std::vector<std::pair<ReadSpan, Fault>>& failed) const {
+    for (const auto* item : find_input_items(input))
+      for (const auto& [span, fault] : failed)
         if (holds(span, *item)) return failure(fault);
     for (const auto& name : input.statuses) {
       const auto& status = items_.item(name);
       const auto code = items_.value_in(found, status);
-      if (!code) return failure(here(code.error()));
+      if (!code) return failure(locate_fault(code.error()));
       if (const auto word = meaning(status, *code); word != kNormalStatus)
-        return failure(here({FaultKind::out_of_range, gyrotherm::drivers::place(status), word}));
+        return failure(locate_fault({FaultKind::out_of_range, gyrotherm::drivers::place(status), word}));
     }
     auto value = items_.value_in(found, items_.item(input.item));
-    return value ? value : failure(here(std::move(value.error())));
+    return value ? value : failure(locate_fault(std::move(value.error())));
   }
 
   /// Replaces "chamber" in the location of an item's fault by this unit's name.
-  [[nodiscard]] Fault here(Fault fault) const {
+  [[nodiscard]] Fault locate_fault(Fault fault) const {
     constexpr std::string_view kChamber = "chamber ";
     if (fault.where.starts_with(kChamber)) fault.where = place_ + " " + fault.where.substr(kChamber.size());
     return fault;

@@ -81,7 +81,7 @@ struct SocketQuery {
 };
 
 /// Reads the user from an answer of the kernel. Returns nothing if the answer is an error or has no user.
-std::optional<std::int64_t> user_in(const char* answer, std::size_t size) {
+std::optional<std::int64_t> find_user(const char* answer, std::size_t size) {
   nlmsghdr header{};
   if (size < sizeof header) return {};
   std::memcpy(&header, answer, sizeof header);
@@ -108,22 +108,22 @@ bool may_drive_chambers(std::int64_t uid) {
 }
 
 std::optional<std::int64_t> find_socket_user(std::uint32_t inode) {
-  constexpr auto kKernelAnswersWithin = std::chrono::milliseconds(200);
+  constexpr auto kKernelTimeout = std::chrono::milliseconds(200);
   const Descriptor socket(::socket(AF_NETLINK, SOCK_RAW | SOCK_CLOEXEC, NETLINK_SOCK_DIAG));
-  SocketQuery question;
-  question.header.nlmsg_len = sizeof question;
-  question.header.nlmsg_type = SOCK_DIAG_BY_FAMILY;
-  question.header.nlmsg_flags = NLM_F_REQUEST;
-  question.request.sdiag_family = AF_UNIX;
-  question.request.udiag_states = ~0U;
-  question.request.udiag_ino = inode;
-  question.request.udiag_show = UDIAG_SHOW_UID;
-  question.request.udiag_cookie[0] = question.request.udiag_cookie[1] = ~0U;
-  if (!socket.is_open() || ::send(socket.number(), &question, sizeof question, 0) < 0) return {};
-  if (!ready(socket.number(), POLLIN, Deadline(kKernelAnswersWithin))) return {};
+  SocketQuery query;
+  query.header.nlmsg_len = sizeof query;
+  query.header.nlmsg_type = SOCK_DIAG_BY_FAMILY;
+  query.header.nlmsg_flags = NLM_F_REQUEST;
+  query.request.sdiag_family = AF_UNIX;
+  query.request.udiag_states = ~0U;
+  query.request.udiag_ino = inode;
+  query.request.udiag_show = UDIAG_SHOW_UID;
+  query.request.udiag_cookie[0] = query.request.udiag_cookie[1] = ~0U;
+  if (!socket.is_open() || ::send(socket.number(), &query, sizeof query, 0) < 0) return {};
+  if (!ready(socket.number(), POLLIN, Deadline(kKernelTimeout))) return {};
   std::array<char, 1024> answer{};
   const auto size = ::recv(socket.number(), answer.data(), answer.size(), MSG_DONTWAIT);
-  return size < 0 ? std::nullopt : user_in(answer.data(), static_cast<std::size_t>(size));
+  return size < 0 ? std::nullopt : find_user(answer.data(), static_cast<std::size_t>(size));
 }
 
 namespace {
@@ -131,16 +131,16 @@ namespace {
 // The kernel limits the queue to its own maximum.
 constexpr int kBacklog = 4096;
 // Socket type in /proc/net/unix (proc(5)); each type has its own names.
-constexpr const char* kStream = "0001";
+constexpr const char* kStreamType = "0001";
 
 /// Returns the abstract name of a chamber, without its leading zero byte (unix(7)). A long identifier is replaced by
 /// its hash and its end.
 std::string socket_name(const std::string& place) {
   constexpr std::size_t kLongest = 70;
-  const auto shown = place.size() <= kLongest
-                         ? place
-                         : fmt::format("{:016x}-{}", std::hash<std::string>()(place), place.substr(place.size() - 50));
-  return "gyrotherm-chamber/" + shown;
+  const auto text = place.size() <= kLongest
+                        ? place
+                        : fmt::format("{:016x}-{}", std::hash<std::string>()(place), place.substr(place.size() - 50));
+  return "gyrotherm-chamber/" + text;
 }
 
 struct Address {
@@ -185,7 +185,7 @@ std::vector<NamedSocket> find_sockets(const std::string& place) {
     std::string skipped, type, state, path;
     std::uint64_t inode = 0;
     for (int i = 0; i < 4; ++i) fields >> skipped;
-    if (!(fields >> type >> state >> inode >> path) || type != kStream || inode == 0) continue;
+    if (!(fields >> type >> state >> inode >> path) || type != kStreamType || inode == 0) continue;
     if (path != own && !path.starts_with(own + kSpareMark)) continue;
     const auto name = path.substr(1);
     if (std::ranges::find(found, name, &NamedSocket::name) == found.end()) found.push_back({name, inode});
@@ -193,7 +193,7 @@ std::vector<NamedSocket> find_sockets(const std::string& place) {
   return found;
 }
 
-bool has_open(const std::filesystem::path& process, const std::string& socket) {
+bool has_open_socket(const std::filesystem::path& process, const std::string& socket) {
   const auto held = list_folder(process / "fd");
   return std::any_of(held.begin(), held.end(), [&](const auto& descriptor) {
     std::error_code error;
@@ -201,23 +201,23 @@ bool has_open(const std::filesystem::path& process, const std::string& socket) {
   });
 }
 
-/// Finds the process that holds a socket that does not respond. The result is unknown if this user may not inspect the
-/// process.
+/// Finds the process that holds a socket, by the open files of all processes. The result is unknown if this user may
+/// not inspect the process.
 NameOwner find_owner_by_descriptors(std::uint64_t inode) {
   const auto socket = fmt::format("socket:[{}]", inode);
   for (const auto& process : list_folder("/proc")) {
     const auto number = process.filename().string();
     if (!std::all_of(number.begin(), number.end(), [](char c) { return c >= '0' && c <= '9'; })) continue;
     struct stat found {};
-    if (has_open(process, socket) && ::stat(process.c_str(), &found) == 0)
+    if (has_open_socket(process, socket) && ::stat(process.c_str(), &found) == 0)
       return {.pid = std::stoll(number), .uid = found.st_uid};
   }
   return {};
 }
 
-constexpr mode_t kOwnFolder = 0755;
+constexpr mode_t kFolderMode = 0755;
 /// Not readable for other users, because a user who can open the file can lock it.
-constexpr mode_t kOwnFile = 0600;
+constexpr mode_t kFileMode = 0600;
 constexpr mode_t kWritableByOthers = S_IWGRP | S_IWOTH;
 
 std::string as_file_name(const std::string& text) {
@@ -229,8 +229,8 @@ std::string as_file_name(const std::string& text) {
   return name;
 }
 
-/// Returns the candidate folders in order of preference. None is on a disk, because a disk may hang. Every user may
-/// write to the parent of the last one. If another user created that folder first, it is not used.
+/// Returns the candidate folders for the lock file, in order of preference. None is on a disk, because a disk may hang.
+/// Every user may write to the parent of the last folder, so it is not used if another user has created it.
 std::vector<std::string> candidate_folders() {
   std::vector<std::string> all{"/run/gyrotherm"};
   if (const char* own = std::getenv("XDG_RUNTIME_DIR"); own && *own == '/')
@@ -246,7 +246,7 @@ bool is_own(const struct stat& found) {
 /// Opens a folder that this user owns and that no other user may write. Creates it if necessary. Does not follow a
 /// link.
 Descriptor open_own_folder(const std::string& path) {
-  ::mkdir(path.c_str(), kOwnFolder);
+  ::mkdir(path.c_str(), kFolderMode);
   Descriptor folder(::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC));
   struct stat found {};
   if (!folder.is_open() || ::fstat(folder.number(), &found) != 0 || !is_own(found)) return {};
@@ -259,22 +259,22 @@ Descriptor open_lock_file(const std::string& place) {
     const auto folder = open_own_folder(path);
     if (!folder.is_open()) continue;
     Descriptor file(::openat(folder.number(), (place + ".lock").c_str(),
-                             O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, kOwnFile));
+                             O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, kFileMode));
     struct stat found {};
     if (file.is_open() && ::fstat(file.number(), &found) == 0 && S_ISREG(found.st_mode) && is_own(found) &&
-        ::fchmod(file.number(), kOwnFile) == 0)
+        ::fchmod(file.number(), kFileMode) == 0)
       return file;
   }
   return {};
 }
 
-std::string content(int file) {
+std::string read_file(int file) {
   char text[4096];
   const auto size = ::pread(file, text, sizeof text, 0);
   return {text, static_cast<std::size_t>(size < 0 ? 0 : size)};
 }
 
-std::string value_of(const std::string& text, const std::string& key) {
+std::string find_value(const std::string& text, const std::string& key) {
   const auto at = text.find("\n" + key + ": ");
   if (at == std::string::npos) return "unknown";
   const auto from = at + key.size() + 3;
@@ -289,24 +289,25 @@ void write_signature(int file, const std::string& record) {
 
 /// Returns ", record PATH" for a message if process `pid` signed the lock file, otherwise an empty text.
 std::string record_suffix(const std::string& signature, std::int64_t pid) {
-  return value_of(signature, "pid") == std::to_string(pid) ? ", record " + value_of(signature, "record") : "";
+  return find_value(signature, "pid") == std::to_string(pid) ? ", record " + find_value(signature, "record") : "";
 }
 
-ChamberHolder in_words(ChamberHolder holder, const std::string& signature) {
+ChamberHolder describe_holder(ChamberHolder holder, const std::string& signature) {
   holder.words = holder.pid == 0 ? "an unidentified process"
                                  : fmt::format("process {} of {}{}", holder.pid, describe_user(holder.uid),
                                                record_suffix(signature, holder.pid));
   return holder;
 }
 
-/// Returns the signer of the lock file if a program of this user holds it.
+/// Returns the process that signed the lock file, or nothing if no program of this user holds the file.
 std::optional<ChamberHolder> read_lock_holder(int file) {
   if (::flock(file, LOCK_SH | LOCK_NB) == 0) {
     ::flock(file, LOCK_UN);
     return {};
   }
-  const auto signature = content(file);
-  return in_words({.pid = std::atoll(value_of(signature, "pid").c_str()), .uid = ::geteuid(), .words = {}}, signature);
+  const auto signature = read_file(file);
+  return describe_holder({.pid = std::atoll(find_value(signature, "pid").c_str()), .uid = ::geteuid(), .words = {}},
+                         signature);
 }
 
 tl::expected<Descriptor, int> bind_name(const std::string& name) {
@@ -318,8 +319,8 @@ tl::expected<Descriptor, int> bind_name(const std::string& name) {
   return socket;
 }
 
-/// Returns the process and user of a named socket. If its queue has space, connecting to it returns both. Otherwise
-/// sock_diag returns the user, and the process is found by its open files.
+/// Returns the process and user of a named socket. If the queue of the socket has space, both are known after
+/// connecting to it. Otherwise sock_diag reports the user, and the process is found by its open files.
 NameOwner find_socket_owner(const NamedSocket& named) {
   const auto address = make_address(named.name);
   const auto socket = new_socket();
@@ -340,7 +341,7 @@ std::uint64_t socket_inode(const Descriptor& socket) {
 
 /// Processes that hold a name of the chamber.
 struct Holders {
-  std::optional<ChamberHolder> rightful{};  ///< first holder with a permitted user
+  std::optional<ChamberHolder> permitted{};  ///< first holder with a permitted user
   std::vector<ChamberHolder> strangers{};
 };
 
@@ -350,17 +351,17 @@ Holders find_holders(const std::string& place, const std::string& signature, std
   for (const auto& named : find_sockets(place)) {
     if (named.inode == own) continue;
     const auto owner = find_socket_owner(named);
-    auto holder = in_words({.pid = owner.pid, .uid = owner.uid, .words = {}}, signature);
+    auto holder = describe_holder({.pid = owner.pid, .uid = owner.uid, .words = {}}, signature);
     if (!may_drive_chambers(owner.uid))
       holders.strangers.push_back(std::move(holder));
-    else if (!holders.rightful)
-      holders.rightful = std::move(holder);
+    else if (!holders.permitted)
+      holders.permitted = std::move(holder);
   }
   return holders;
 }
 
-tl::unexpected<Fault> driven_by(const std::string& place, const ChamberHolder& holder) {
-  return failure(FaultKind::refused, "chamber " + place, "another program drives it: " + holder.words);
+tl::unexpected<Fault> in_use_fault(const std::string& place, const ChamberHolder& holder) {
+  return failure(FaultKind::refused, "chamber " + place, "driven by another program: " + holder.words);
 }
 
 }  // namespace
@@ -391,14 +392,14 @@ Result<ChamberLock> ChamberLock::take(const std::string& place, const std::strin
   if (!name && name.error() == EADDRINUSE) name = bind_name(spare_name(place));
   auto file = open_lock_file(place);
   auto holders =
-      find_holders(place, file.is_open() ? content(file.number()) : std::string(), name ? socket_inode(*name) : 0);
-  if (holders.rightful) return driven_by(place, *holders.rightful);
+      find_holders(place, file.is_open() ? read_file(file.number()) : std::string(), name ? socket_inode(*name) : 0);
+  if (holders.permitted) return in_use_fault(place, *holders.permitted);
   if (!name && !file.is_open())
     return failure(FaultKind::storage, "chamber " + place,
-                   fmt::format("cannot create its lock: {}", std::strerror(name.error())));
+                   fmt::format("cannot create the lock: {}", std::strerror(name.error())));
   if (file.is_open()) {
     if (::flock(file.number(), LOCK_EX | LOCK_NB) != 0)
-      return driven_by(place, read_lock_holder(file.number()).value_or(in_words({}, {})));
+      return in_use_fault(place, read_lock_holder(file.number()).value_or(describe_holder({}, {})));
     write_signature(file.number(), record);
   }
   ChamberLock lock(name ? std::move(*name) : Descriptor(), std::move(file));
@@ -408,8 +409,8 @@ Result<ChamberLock> ChamberLock::take(const std::string& place, const std::strin
 
 std::optional<ChamberHolder> ChamberLock::holder(const std::string& place) {
   const auto file = open_lock_file(place);
-  auto holders = find_holders(place, file.is_open() ? content(file.number()) : std::string());
-  if (holders.rightful) return std::move(holders.rightful);
+  auto holders = find_holders(place, file.is_open() ? read_file(file.number()) : std::string());
+  if (holders.permitted) return std::move(holders.permitted);
   return file.is_open() ? read_lock_holder(file.number()) : std::nullopt;
 }
 

@@ -34,16 +34,16 @@ Result<bool> read_is_fahrenheit(const RegisterItem& item, const ValueOf& value_o
   });
 }
 
-/// Fraction of a register's resolution: larger than rounding errors, smaller than one step.
+/// Default tolerance of a value read back, as a fraction of the resolution: above rounding errors, below one step.
 constexpr double kSameStep = 0.75;
 /// Interval between reads of a register while waiting for its value.
 constexpr Duration kPollInterval = std::chrono::milliseconds(100);
-/// Time for which settings are not read again: about one second.
+/// Time for which settings are not read again, about one second.
 constexpr Duration kContextLifetime = std::chrono::milliseconds(1500);
-/// Within this time a unit cannot be replaced by another one.
+/// Time in which a unit cannot be replaced by another one.
 constexpr Duration kRecognisedFor = std::chrono::seconds(2);
 
-Fault at(const RegisterItem& item, Fault fault) {
+Fault add_location(const RegisterItem& item, Fault fault) {
   if (fault.where == item.name) fault.where = place(item);
   return fault;
 }
@@ -138,10 +138,10 @@ Result<void> check_fingerprint(const RegisterMap& map, const Fingerprint& print,
   constexpr std::uint32_t kAllBits = 0xFFFFFFFF;
   if (print.mask == kAllBits ? found == print.value : masked(found) == masked(print.value)) return {};
   return failure(FaultKind::mismatch, place(named(map, print.item)),
-                 fmt::format("holds {}, expected {} of a {} {}", found, print.value, map.vendor, map.name));
+                 fmt::format("reads {}, expected {} for a {} {}", found, print.value, map.vendor, map.name));
 }
 
-Result<ItemExchange::Shown> ItemExchange::show(const RegisterItem& item) {
+Result<ItemExchange::Shown> ItemExchange::read_shown(const RegisterItem& item) {
   if (item.type == RegisterType::text) {
     auto found = read_text(item);
     if (!found) return failure(found.error());
@@ -168,8 +168,8 @@ Result<void> ItemExchange::check(const VerifiedSetting& setting, const Shown& sh
                  fmt::format("is {}, expected: {}", shown.words, setting.verifies));
 }
 
-Result<void> ItemExchange::add_shown(const std::string& name, const VerifiedSetting* setting, IdentityFound& found) {
-  const auto shown = show(item(name));
+Result<void> ItemExchange::add_property(const std::string& name, const VerifiedSetting* setting, IdentityFound& found) {
+  const auto shown = read_shown(item(name));
   const bool is_missing = !shown && shown.error().kind == FaultKind::refused;
   const auto what = setting != nullptr && !setting->verifies.empty() ? setting->verifies : name;
   if (is_missing) {
@@ -187,7 +187,7 @@ Result<void> ItemExchange::add_shown(const std::string& name, const VerifiedSett
 Result<IdentityFound> ItemExchange::recognise(const RegisterItem& instead) {
   IdentityFound found{.who = fmt::format("{} {}", map_.vendor, map_.name), .verified = {}, .not_verified = {}};
   const auto& wanted = map_.verification;
-  const auto shown = show(map_.identity ? item(map_.identity->item) : instead);
+  const auto shown = read_shown(map_.identity ? item(map_.identity->item) : instead);
   if (!shown) return failure(shown.error());
   if (map_.identity) {
     for (const auto& other : wanted.other_maps)
@@ -201,11 +201,11 @@ Result<IdentityFound> ItemExchange::recognise(const RegisterItem& instead) {
     found.who += " (its map describes no identity to check";
   }
   for (const auto& name : wanted.shows)
-    if (auto added = add_shown(name, nullptr, found); !added) return failure(std::move(added.error()));
+    if (auto added = add_property(name, nullptr, found); !added) return failure(std::move(added.error()));
   found.who += ")";
   recognised_ = found.who;
   recognised_at_ = pauses_.now();
-  recognised_by_ = &instead;
+  recognised_item_ = &instead;
   return found;
 }
 
@@ -214,7 +214,7 @@ Result<IdentityFound> ItemExchange::identify(const RegisterItem& instead) {
   if (!found) return found;
   const auto& wanted = map_.verification;
   for (const auto& setting : wanted.settings)
-    if (auto added = add_shown(setting.item, &setting, *found); !added) return failure(std::move(added.error()));
+    if (auto added = add_property(setting.item, &setting, *found); !added) return failure(std::move(added.error()));
   const bool reads_unit = std::ranges::any_of(map_.items, [](const auto& one) { return !one.unit.empty(); });
   if (reads_unit) found->verified.emplace_back("°C or °F, read with each value");
   found->not_verified.insert(found->not_verified.end(), wanted.not_verified.begin(), wanted.not_verified.end());
@@ -241,14 +241,14 @@ std::vector<const RegisterItem*> ItemExchange::find_context_items(std::span<cons
   return context;
 }
 
-Result<Snapshot> ItemExchange::look(std::span<const ReadSpan> spans) {
+Result<Snapshot> ItemExchange::read_spans(std::span<const ReadSpan> spans) {
   Snapshot snapshot;
   for (const auto& span : spans) {
     auto words = registers_.read(span.function, span.first, span.count);
     if (!words) return failure(std::move(words.error()));
     snapshot.add(span, std::move(*words));
   }
-  confirm(snapshot);
+  store_settings(snapshot);
   return snapshot;
 }
 
@@ -256,19 +256,19 @@ Result<double> ItemExchange::value_in(const Snapshot& snapshot, const RegisterIt
   const auto words = snapshot.words_of(item);
   if (words.size() != word_count(item)) return failure(FaultKind::refused, place(item), "not read");
   const auto context = context_of(
-      map_, item, [&](const RegisterItem& other) { return value_or_confirmed(other, value_in(snapshot, other)); });
+      map_, item, [&](const RegisterItem& other) { return value_or_latest(other, value_in(snapshot, other)); });
   if (!context) return failure(context.error());
   auto value = context->is_empty() ? decode(item, words) : decode(in_context(item, *context), words);
-  return value ? value : failure(at(item, std::move(value.error())));
+  return value ? value : failure(add_location(item, std::move(value.error())));
 }
 
 Result<double> ItemExchange::read(const RegisterItem& item) {
   const RegisterItem* const self = &item;
   auto wanted = find_context_items(std::span(&self, 1));
   wanted.push_back(self);
-  auto snapshot = look(plan_reads(wanted, map_.holes, map_.link.modbus.read_at_most));
+  auto snapshot = read_spans(plan_reads(wanted, map_.holes, map_.link.modbus.read_at_most));
   const auto alone = span_of(item);
-  if (!snapshot && falls_back_ && wanted.size() > 1) snapshot = look(std::span(&alone, 1));
+  if (!snapshot && falls_back_ && wanted.size() > 1) snapshot = read_spans(std::span(&alone, 1));
   return snapshot.and_then([&](const Snapshot& found) { return value_in(found, item); });
 }
 
@@ -291,63 +291,63 @@ Result<CivilTime> ItemExchange::read_date(const RegisterItem& item) {
   return time;
 }
 
-void ItemExchange::know(const Snapshot& found) {
+void ItemExchange::keep_snapshot(const Snapshot& found) {
   known_ = found;
   known_since_ = pauses_.now();
 }
 
-void ItemExchange::confirm(const Snapshot& found) {
+void ItemExchange::store_settings(const Snapshot& found) {
   for (const auto* item : contexts_) {
     if (found.words_of(*item).empty()) continue;
-    if (const auto value = value_in(found, *item)) confirmed_[item->name] = *value;
+    if (const auto value = value_in(found, *item)) latest_settings_[item->name] = *value;
   }
 }
 
-bool ItemExchange::may_skip(const ReadSpan& span) const {
+bool ItemExchange::can_skip(const ReadSpan& span) const {
   if (!falls_back_) return false;
   const auto is_needed = [&](const RegisterItem& item) {
     const bool inside =
         read_function(item) == span.function && item.address >= span.first && item.address < span.first + span.count;
-    return inside && !confirmed_.contains(item.name);
+    return inside && !latest_settings_.contains(item.name);
   };
   return std::ranges::none_of(map_.items, is_needed);
 }
 
-Result<double> ItemExchange::value_or_confirmed(const RegisterItem& item, Result<double> value) const {
+Result<double> ItemExchange::value_or_latest(const RegisterItem& item, Result<double> value) const {
   if (value || !falls_back_) return value;
-  const auto before = confirmed_.find(item.name);
-  return before == confirmed_.end() ? value : Result<double>(before->second);
+  const auto before = latest_settings_.find(item.name);
+  return before == latest_settings_.end() ? value : Result<double>(before->second);
 }
 
-bool ItemExchange::knows(const RegisterItem& item) const {
+bool ItemExchange::is_known(const RegisterItem& item) const {
   return pauses_.now() - known_since_ <= kContextLifetime && !known_.words_of(item).empty();
 }
 
 Result<double> ItemExchange::context_value(const RegisterItem& item) {
-  return value_or_confirmed(item, knows(item) ? value_in(known_, item) : read(item));
+  return value_or_latest(item, is_known(item) ? value_in(known_, item) : read(item));
 }
 
 /// Reads only the item if its context is known.
 Result<double> ItemExchange::read_in_known_context(const RegisterItem& item) {
   const RegisterItem* const self = &item;
   const auto context = find_context_items(std::span(&self, 1));
-  if (!std::ranges::all_of(context, [&](const auto* other) { return knows(*other); })) return read(item);
-  const auto in_context = in_its_context(item);
+  if (!std::ranges::all_of(context, [&](const auto* other) { return is_known(*other); })) return read(item);
+  const auto in_context = resolve_context(item);
   if (!in_context) return failure(in_context.error());
   const auto span = span_of(item);
-  const auto found = look(std::span(&span, 1));
+  const auto found = read_spans(std::span(&span, 1));
   if (!found) return failure(found.error());
   auto value = decode(*in_context, found->words_of(item));
-  return value ? value : failure(at(item, std::move(value.error())));
+  return value ? value : failure(add_location(item, std::move(value.error())));
 }
 
-Result<RegisterItem> ItemExchange::in_its_context(const RegisterItem& item) {
+Result<RegisterItem> ItemExchange::resolve_context(const RegisterItem& item) {
   return context_of(map_, item, [&](const RegisterItem& other) { return context_value(other); })
       .map([&](const ItemContext& context) { return in_context(item, context); });
 }
 
 /// Returns the words for a value. For a bit field, the other bits of the register remain unchanged.
-Result<std::vector<std::uint16_t>> ItemExchange::words_for(const RegisterItem& item, double value) {
+Result<std::vector<std::uint16_t>> ItemExchange::encode_value(const RegisterItem& item, double value) {
   auto words = encode(item, value);
   const double written = decode_as_written(item, words);
   if (std::abs(written - value) > finest_step(item))
@@ -359,35 +359,35 @@ Result<std::vector<std::uint16_t>> ItemExchange::words_for(const RegisterItem& i
   return words;
 }
 
-ItemExchange::Trust ItemExchange::trust() {
+ItemExchange::UnitCheck ItemExchange::check_unit() {
   const auto now = registers_.breaks();
-  if (now == trusted_ || recognised_.empty()) return Trust::same;
+  if (now == accepted_breaks_ || recognised_.empty()) return UnitCheck::same;
   const auto before = recognised_;
   const auto asked_at = recognised_at_;
-  const auto who = recognise(*recognised_by_);
+  const auto who = recognise(*recognised_item_);
   recognised_ = before;
   const bool is_same = who && who->who == before && registers_.breaks() == now;
   if (!is_same) recognised_at_ = asked_at;
-  if (is_same) trusted_ = now;
-  if (is_same) return Trust::same;
+  if (is_same) accepted_breaks_ = now;
+  if (is_same) return UnitCheck::same;
   const bool has_answered = who || who.error().kind == FaultKind::mismatch || who.error().kind == FaultKind::refused;
-  return has_answered && registers_.breaks() == now ? Trust::another : Trust::unanswered;
+  return has_answered && registers_.breaks() == now ? UnitCheck::another : UnitCheck::unanswered;
 }
 
 Result<void> ItemExchange::write_words(const RegisterItem& item, std::span<const std::uint16_t> words) {
-  if (trust() != Trust::same) return not_sent(item);
+  if (check_unit() != UnitCheck::same) return not_sent_fault(item);
   return registers_.write(write_function(item.write_function, words.size()), item.address, words);
 }
 
-/// Writes the words, also to a unit that does not answer. Does not query a unit that was identified recently: on a line
-/// that loses every second exchange, the query would succeed and the write would be lost.
+/// Writes the words, even to a unit that does not answer. Does not query a unit that was identified recently, because
+/// on a line that loses every second exchange the query would succeed and the write would be lost.
 Result<void> ItemExchange::write_safe_words(const RegisterItem& item, std::span<const std::uint16_t> words) {
   const bool is_recent = !recognised_.empty() && pauses_.now() - recognised_at_ < kRecognisedFor;
-  if (!is_recent && trust() == Trust::another) return not_sent(item);
+  if (!is_recent && check_unit() == UnitCheck::another) return not_sent_fault(item);
   return registers_.write(write_function(item.write_function, words.size()), item.address, words);
 }
 
-tl::unexpected<Fault> ItemExchange::not_sent(const RegisterItem& item) const {
+tl::unexpected<Fault> ItemExchange::not_sent_fault(const RegisterItem& item) const {
   return failure(FaultKind::disconnected, place(item),
                  "not sent: the line was interrupted and the unit has not been identified since");
 }
@@ -402,13 +402,13 @@ Result<void> ItemExchange::write_words(const RegisterItem& item, std::span<const
 }
 
 Result<void> ItemExchange::write(const RegisterItem& item, double value, int tries) {
-  const auto set = in_its_context(item);
+  const auto set = resolve_context(item);
   if (!set) return failure(set.error());
-  auto words = words_for(*set, value);
+  auto words = encode_value(*set, value);
   if (!words) return failure(words.error());
   for (const auto& name : item.also) {
     const auto& other = this->item(name);
-    const auto same = words_for(other, value).and_then([&](const auto& its) { return write_words(other, its); });
+    const auto same = encode_value(other, value).and_then([&](const auto& its) { return write_words(other, its); });
     if (!same) return same;
   }
   const double written = decode_as_written(*set, std::span(*words).first(word_count(item)));
@@ -421,7 +421,7 @@ Result<void> ItemExchange::write(const RegisterItem& item, double value, int tri
   if (sent) return is_seen ? wait_until_seen(*set, written) : Result<void>{};
   if (tries == 1 || !is_seen || sent.error().kind == FaultKind::refused) return sent;
   registers_.end_rest();
-  if (trust() == Trust::another) return sent;
+  if (check_unit() == UnitCheck::another) return sent;
   return wait_until_seen(*set, written) ? Result<void>{} : sent;
 }
 
@@ -452,7 +452,7 @@ Result<void> ItemExchange::wait_until(const Condition& condition, Duration withi
     if (holds(condition, *found)) return {};
     if (pauses_.now() >= end)
       return failure(FaultKind::timeout, place(shown),
-                     fmt::format("is {} and not {} after {:g} s", meaning(shown, *found),
+                     fmt::format("is {}, expected {} within {:g} s", meaning(shown, *found),
                                  condition.meanings.empty() ? "the expected value"
                                                             : fmt::format("{}", fmt::join(condition.meanings, " or ")),
                                  to_seconds(within)));

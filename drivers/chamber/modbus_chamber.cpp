@@ -19,7 +19,7 @@ namespace gyrotherm::drivers {
 namespace {
 
 /// Replaces underscores: "door_open" → "door open".
-std::string in_words(std::string name) {
+std::string replace_underscores(std::string name) {
   std::ranges::replace(name, '_', ' ');
   return name;
 }
@@ -27,11 +27,12 @@ std::string in_words(std::string name) {
 /// Returns the text of an alarm: the rule's text, or the names of the item's codes or bits.
 std::string alarm_text(const AlarmRule& rule, const RegisterItem& item, double value) {
   if (!rule.text.empty()) return rule.text;
-  if (item.flags.empty()) return fmt::format("{}: {}", in_words(item.name), in_words(meaning(item, value)));
+  if (item.flags.empty())
+    return fmt::format("{}: {}", replace_underscores(item.name), replace_underscores(meaning(item, value)));
   const auto word = static_cast<std::uint32_t>(static_cast<std::int64_t>(value)) & rule.when.bits;
   std::vector<std::string> names;
   for (const auto& [name, bit] : item.flags)
-    if ((word >> bit & 1U) != 0) names.push_back(in_words(name));
+    if ((word >> bit & 1U) != 0) names.push_back(replace_underscores(name));
   return fmt::format("{}", fmt::join(names, ", "));
 }
 
@@ -81,14 +82,14 @@ std::vector<const RegisterItem*> status_items(const RegisterMap& map) {
 
 /// Maximum duration of a reading. The caller does not wait longer.
 constexpr Duration kLongestReading = std::chrono::milliseconds(900);
-/// A line is slow if an exchange takes at least this long. On a slow line, units and decimals are not read again for a
-/// set point that is sent in the same second.
+/// Duration of an exchange from which a line is slow. On a slow line, units and decimals are not read again for a set
+/// point that is sent in the same second.
 constexpr Duration kSlowExchange = std::chrono::milliseconds(50);
-/// Maximum number of stray zeros in a row. A further zero is accepted as a value.
+/// Maximum number of consecutive stray zeros. A further zero is accepted as a value.
 constexpr int kMaxStrayZeros = 6;
 /// A zero or tiny value this close to the previous air temperature is accepted.
 constexpr double kNearZeroK = 2;
-/// Limits for every chamber. A value outside them has a different word order or unit, or is corrupted.
+/// Limits of the air temperature. A value outside them has another word order or unit, or is corrupted.
 constexpr double kColdestAirC = -120, kWarmestAirC = 250;
 /// A smaller non-zero value indicates a wrong word order.
 constexpr double kTinyValueC = 1e-4;
@@ -103,7 +104,7 @@ class ModbusChamber final : public Chamber {
                 const ControllerSettings& before);
 
   Result<std::string> identify() override {
-    items_.trust_line();
+    items_.accept_unit();
     limits_.reset();
     if (std::exchange(is_new_, false))
       turns_.schedule_full_round();
@@ -111,14 +112,14 @@ class ModbusChamber final : public Chamber {
       turns_.begin_new_round();  // no time within a tick
     auto found = items_.identify(air_);
     if (!found) return failure(std::move(found.error()));
-    if (auto fits = check_step(); !fits) return failure(std::move(fits.error()));
+    if (auto fits = check_resolution(); !fits) return failure(std::move(fits.error()));
     if (auto fits = check_word_order(*found); !fits) return failure(std::move(fits.error()));
     verification_ = {std::move(found->verified), std::move(found->not_verified)};
     return std::move(found->who);
   }
 
   Result<std::string> recognise() override {
-    items_.trust_line();
+    items_.accept_unit();
     return items_.recognise(air_).map([](IdentityFound found) { return std::move(found.who); });
   }
 
@@ -126,10 +127,10 @@ class ModbusChamber final : public Chamber {
 
   std::uint64_t breaks() const override { return registers_->breaks(); }
 
-  /// Reads the state. After a failure the activity is unknown, but alarms remain until the next status.
+  /// Reads the state. After a failure the activity is unknown, but the alarms remain until the status is read again.
   Result<ChamberState> read() override {
-    auto state = look();
-    if (state && turns_.is_overdue()) return unreadable("its state and its alarms could not be read for a minute");
+    auto state = read_state();
+    if (state && turns_.is_overdue()) return status_fault("the state and alarms could not be read for a minute");
     if (state) return state;
     turns_.begin_new_round();
     status_.activity = ChamberActivity::unknown;
@@ -146,18 +147,18 @@ class ModbusChamber final : public Chamber {
     for (int i = 0; i < kTries + zeros_ && !(state && status_known_); ++i) {
       if (zeros_ > 0) pauses_->rest(std::chrono::seconds(1));
       turns_.schedule_full_round();
-      state = look();
+      state = read_state();
       status_known_ = status_known_ || turns_.pieces() == 0;
     }
     unhurried_ = false;
-    if (state && !status_known_) return unreadable("its activity could not be read");
+    if (state && !status_known_) return status_fault("the activity could not be read");
     return state;
   }
 
-  /// Ends a running program before the first set point. A program started at the panel, or by this program before a
-  /// restart, would overrule the set point.
+  /// Ends a running program before the first set point, because a program started at the panel, or by this host before
+  /// a restart, would override the set point.
   Result<void> send_set_point(Celsius target) override {
-    items_.trust_line();
+    items_.accept_unit();
     if (auto allowed = check_limits(target); !allowed) return allowed;
     if (std::isnan(sent_c_)) {
       if (auto free = end_program(); !free) return free;
@@ -166,20 +167,20 @@ class ModbusChamber final : public Chamber {
     if (auto free = end_known_program(); !free) return free;
     auto done = items_.write(set_point_, target.value);
     if (done) sent_c_ = target.value;
-    to_be_seen_ = done && set_point_.seen_later && set_point_.readable;
+    must_show_set_point_ = done && set_point_.seen_later && set_point_.readable;
     return done;
   }
 
   /// Starts temperature control and restores the set point, which a finished program may have changed. The stored
   /// activity "off" is discarded, because on a slow line the next query takes a while.
   Result<void> start() override {
-    items_.trust_line();
+    items_.accept_unit();
     turns_.begin_new_round();
     if (status_.activity == ChamberActivity::off) status_.activity = ChamberActivity::unknown;
-    if (!map_.sequences.contains("start")) return map_.control ? switch_to(map_.control->on) : Result<void>{};
+    if (!map_.sequences.contains("start")) return map_.control ? write_control_code(map_.control->on) : Result<void>{};
     if (auto started = perform("start"); !started) return started;
     if (std::isnan(sent_c_)) return {};
-    if (!set_point_.readable) return send_set_point({sent_c_});  // some ignore it while off
+    if (!set_point_.readable) return send_set_point({sent_c_});  // may be ignored while off
     const auto now = items_.read(set_point_);
     if (!now) return failure(now.error());
     const bool kept = std::abs(*now - sent_c_) <= set_point_tolerance(map_).value;
@@ -187,16 +188,16 @@ class ModbusChamber final : public Chamber {
   }
 
   Result<void> stop() override {
-    items_.trust_line();
+    items_.accept_unit();
     const auto found = map_.sequences.find("stop");
     if (found != map_.sequences.end() && map_.text_link) return items_.perform_all(found->second);
     if (found != map_.sequences.end()) return perform("stop");
-    if (map_.control) return switch_to(map_.control->off);
+    if (map_.control) return write_control_code(map_.control->off);
     return failure(FaultKind::refused, "chamber stop", "its register map has neither a command \"stop\" nor [control]");
   }
 
   Result<void> perform(const std::string& command) override {
-    items_.trust_line();
+    items_.accept_unit();
     turns_.begin_new_round();
     const auto found = map_.sequences.find(command);
     if (found != map_.sequences.end()) return items_.perform(found->second, {});
@@ -207,7 +208,7 @@ class ModbusChamber final : public Chamber {
   void end_rest() override { registers_->end_rest(); }
 
   Result<void> send_set_point_immediately(Celsius target) override {
-    items_.trust_line();
+    items_.accept_unit();
     end_rest();
     items_.fall_back();
     const auto free = end_known_program();
@@ -217,7 +218,7 @@ class ModbusChamber final : public Chamber {
     const bool may_run_program = !done && done.error().kind == FaultKind::refused;
     if (may_run_program && end_program()) done = items_.write_persistently(seen_at_once, target.value);
     if (done) sent_c_ = target.value;
-    to_be_seen_ = false;
+    must_show_set_point_ = false;
     return done ? free : done;
   }
 
@@ -231,7 +232,7 @@ class ModbusChamber final : public Chamber {
 
   Result<SetPointRange> limits() override {
     limits_.reset();
-    return learn_limits().map([&] { return *limits_; });
+    return read_limits().map([&] { return *limits_; });
   }
 
   ChamberEffort effort() const override {
@@ -243,7 +244,7 @@ class ModbusChamber final : public Chamber {
   }
 
   std::vector<std::string> missing() const override { return missing_; }
-  ControllerSettings settings() const override { return items_.confirmed(); }
+  ControllerSettings settings() const override { return items_.latest_settings(); }
 
   Result<std::string> upload(const ChamberProgram& program) override {
     if (!map_.sequences.contains("start_program") || !map_.sequences.contains("stop_program"))
@@ -254,16 +255,16 @@ class ModbusChamber final : public Chamber {
         if (auto allowed = check_limits(target); !allowed) return failure(allowed.error());
     const auto report = upload_program(map_, items_, *registers_, *pauses_, program);
     if (!report) return failure(report.error());
-    uploaded_ = report->program;
+    uploaded_program_ = report->program;
     return in_words(*report);
   }
 
   Result<void> start_program() override {
-    if (!uploaded_) return failure(FaultKind::refused, "chamber start_program", "no program was uploaded");
-    items_.trust_line();
+    if (!uploaded_program_) return failure(FaultKind::refused, "chamber start_program", "no program was uploaded");
+    items_.accept_unit();
     turns_.begin_new_round();
-    auto started =
-        items_.perform(map_.sequences.at("start_program"), {.program = *uploaded_, .step = map_.memory->first_step});
+    auto started = items_.perform(map_.sequences.at("start_program"),
+                                  {.program = *uploaded_program_, .step = map_.memory->first_step});
     // Set even after a failure, because the program may have started; send_set_point() must end it.
     program_runs_ = true;
     return started;
@@ -280,7 +281,7 @@ class ModbusChamber final : public Chamber {
     return core;
   }
 
-  [[nodiscard]] Result<ChamberState> look() {
+  [[nodiscard]] Result<ChamberState> read_state() {
     const auto began = pauses_->now();
     const auto core = read_core_items(began);
     if (!core) return failure(core.error());
@@ -290,9 +291,9 @@ class ModbusChamber final : public Chamber {
       });
       if (!same) return failure(same.error());
     }
-    const auto air = air_in(*core);
+    const auto air = evaluate_air(*core);
     if (!air) return failure(air.error());
-    const auto set_point = set_point_in(*core);
+    const auto set_point = evaluate_set_point(*core);
     if (!set_point) return failure(set_point.error());
     read_status_pieces(*core, began);
     return ChamberState{{*air}, {*set_point}, status_.activity, status_.alarms, status_.must_stop};
@@ -307,24 +308,24 @@ class ModbusChamber final : public Chamber {
         return failure(FaultKind::timeout, place(air_),
                        "the line is too slow or too unreliable for one reading per second");
       auto words = registers_->read(span.function, span.first, span.count);
-      if (!words && items_.may_skip(span)) continue;
+      if (!words && items_.can_skip(span)) continue;
       if (!words) return failure(std::move(words.error()));
       exchange_ = std::max(pauses_->now() - before, exchange_ * 3 / 4);
       core.add(span, std::move(*words));
     }
-    items_.confirm(core);
-    items_.know(exchange_ >= kSlowExchange ? core : Snapshot());
+    items_.store_settings(core);
+    items_.keep_snapshot(exchange_ >= kSlowExchange ? core : Snapshot());
     return core;
   }
 
-  /// Returns the air temperature. A zero far from the previous value may be a stray zero; a genuine 0 °C of a ramp or
-  /// soak is close to the previous value.
-  [[nodiscard]] Result<double> air_in(const Snapshot& core) {
+  /// Returns the air temperature. A zero that is far from the previous value may be a stray zero; a genuine 0 °C is
+  /// close to the previous value.
+  [[nodiscard]] Result<double> evaluate_air(const Snapshot& core) {
     const auto air = items_.value_in(core, air_);
     if (!air) return air;
     if (auto sound = check_air(*air); !sound) return failure(std::move(sound.error()));
-    const bool follows = std::abs(*air - last_air_c_) <= kNearZeroK;
-    if (air_.stray_zeros && *air == 0 && !follows && zeros_ < kMaxStrayZeros) {
+    const bool is_near = std::abs(*air - last_air_c_) <= kNearZeroK;
+    if (air_.stray_zeros && *air == 0 && !is_near && zeros_ < kMaxStrayZeros) {
       ++zeros_;
       return failure(FaultKind::out_of_range, place(air_), "the unit returned a stray zero instead of a value");
     }
@@ -334,14 +335,14 @@ class ModbusChamber final : public Chamber {
     return air;
   }
 
-  /// Reads the air temperature twice more if no other value confirms its word order: in a wrong order, a single reading
-  /// may be plausible by chance. Only before the first set point.
+  /// Reads the air temperature twice more if no other value confirms its word order, because in a wrong order a single
+  /// reading may be plausible by chance. Called before the first set point.
   [[nodiscard]] Result<void> confirm_air() {
     constexpr int kReadings = 2;
     if (set_point_.readable || map_.text_link || word_count(air_.type) < 2) return {};
     for (int good = 0; good < kReadings;) {
       pauses_->rest(std::chrono::seconds(1));
-      const auto state = look();
+      const auto state = read_state();
       if (!state && zeros_ == 0) return failure(state.error());  // retry after a stray zero
       if (state) ++good;
     }
@@ -365,23 +366,23 @@ class ModbusChamber final : public Chamber {
     }
     jumps_ = jumps_ > 0 && std::abs(air_c - jumped_to_c_) <= kJumpK ? jumps_ + 1 : 1;
     jumped_to_c_ = air_c;
-    if (jumps_ < kReadingsToAcceptJump) return refuse("which is too fast a change for air since the last reading");
+    if (jumps_ < kReadingsToAcceptJump) return refuse("a faster change since the last reading than air can make");
     jumps_ = 0;
     return {};
   }
 
-  [[nodiscard]] Result<double> set_point_in(const Snapshot& core) {
+  [[nodiscard]] Result<double> evaluate_set_point(const Snapshot& core) {
     const auto set_point = set_point_.readable ? items_.value_in(core, set_point_) : Result<double>(sent_c_);
     if (!set_point) return set_point;
     const double as_written = set_point_.tolerance.value_or(std::max(finest_step(set_point_), 1e-3));
-    if (std::exchange(to_be_seen_, false) && std::abs(*set_point - sent_c_) > as_written)
+    if (std::exchange(must_show_set_point_, false) && std::abs(*set_point - sent_c_) > as_written)
       return failure(FaultKind::mismatch, place(set_point_),
                      fmt::format("reads {} after {} was written", *set_point, sent_c_));
     return set_point;
   }
 
-  /// Reads pieces of the status. A lost piece is retried by a later reading, and the status changes only when all
-  /// pieces were read.
+  /// Reads as many pieces of the status as there is time for. A lost piece is retried by a later reading. The status is
+  /// updated only after all pieces were read.
   void read_status_pieces(const Snapshot& core, Duration began) {
     turns_.begin_reading();
     while (const auto* next = turns_.next(pauses_->now() - began, exchange_)) {
@@ -390,7 +391,7 @@ class ModbusChamber final : public Chamber {
       if (words) {
         turns_.found(std::move(*words));
       } else if (words.error().kind == FaultKind::refused && turns_.refused()) {
-        missing_.push_back(fmt::format("{} ({})", fmt::join(status_in(span), ", "), words.error().what));
+        missing_.push_back(fmt::format("{} ({})", fmt::join(find_status_names(span), ", "), words.error().what));
       } else {
         turns_.lost(pauses_->now() - began);
         lost_ = text(words.error());
@@ -404,7 +405,7 @@ class ModbusChamber final : public Chamber {
   }
 
   /// Returns the names of the status items in a span.
-  [[nodiscard]] std::vector<std::string> status_in(const ReadSpan& span) const {
+  [[nodiscard]] std::vector<std::string> find_status_names(const ReadSpan& span) const {
     std::vector<std::string> names;
     for (const auto* item : status_items_)
       if (read_function(*item) == span.function && item->address >= span.first &&
@@ -413,7 +414,7 @@ class ModbusChamber final : public Chamber {
     return names;
   }
 
-  [[nodiscard]] tl::unexpected<Fault> unreadable(const char* what) const {
+  [[nodiscard]] tl::unexpected<Fault> status_fault(const char* what) const {
     return failure(FaultKind::timeout, place(air_), lost_.empty() ? what : fmt::format("{}: {}", what, lost_));
   }
 
@@ -429,7 +430,7 @@ class ModbusChamber final : public Chamber {
     });
   }
 
-  [[nodiscard]] Result<void> learn_limits() {
+  [[nodiscard]] Result<void> read_limits() {
     if (limits_) return {};
     const auto limit = [&](const std::string& name, std::optional<Celsius> fixed) -> Result<std::optional<Celsius>> {
       if (name.empty()) return fixed;
@@ -445,23 +446,23 @@ class ModbusChamber final : public Chamber {
     return {};
   }
 
-  /// Fails if the controller rounds more coarsely than its map states. A rounded set point would seem to come from
-  /// another program.
-  [[nodiscard]] Result<void> check_step() {
+  /// Fails with mismatch if the controller rounds set points more coarsely than its map states, because a rounded set
+  /// point would be mistaken for one from another program.
+  [[nodiscard]] Result<void> check_resolution() {
     if (set_point_.decimals.empty()) return {};
-    const auto as_set = items_.in_its_context(set_point_);
+    const auto as_set = items_.resolve_context(set_point_);
     if (!as_set) return failure(as_set.error());
     constexpr double kRounding = 1.001;
     const double kept = finest_step(*as_set), expected = set_point_tolerance(map_).value;
     if (kept <= kRounding * expected) return {};
     return failure(
         FaultKind::mismatch, place(set_point_),
-        fmt::format("the controller stores steps of {:g} K, expected {:g} K: set it to more decimals, or set "
+        fmt::format("the controller stores steps of {:g} K, expected {:g} K; set it to more decimals, or set "
                     "the resolution in its map",
                     kept, expected));
   }
 
-  /// Verifies the word order. In some controllers it is a setting that can only be inferred from the values.
+  /// Verifies the word order, which in some controllers is a setting that can only be inferred from the values.
   [[nodiscard]] Result<void> check_word_order(IdentityFound& found) {
     if (word_count(air_) < 2 || word_count(set_point_) < 2) return {};
     if (!set_point_.readable) {
@@ -469,7 +470,7 @@ class ModbusChamber final : public Chamber {
       return {};
     }
     const auto air = span_of(air_), set_point = span_of(set_point_);
-    const auto words = items_.look(std::array{air, set_point});
+    const auto words = items_.read_spans(std::array{air, set_point});
     if (!words) return failure(words.error());
     const auto findings = probe_word_order(air_, words->words_of(air_), set_point_, words->words_of(set_point_));
     if (has_wrong_word_order(findings)) return failure(FaultKind::mismatch, place(air_), in_words(findings));
@@ -480,7 +481,7 @@ class ModbusChamber final : public Chamber {
   }
 
   [[nodiscard]] Result<void> check_limits(Celsius target) {
-    if (auto known = learn_limits(); !known) return known;
+    if (auto known = read_limits(); !known) return known;
     const auto refuse = [&](const char* side, Celsius limit) {
       return failure(FaultKind::out_of_range, place(set_point_),
                      fmt::format("{:g} °C is {} the controller's limit of {:g} °C", target.value, side, limit.value));
@@ -500,7 +501,7 @@ class ModbusChamber final : public Chamber {
     });
   }
 
-  [[nodiscard]] Result<void> switch_to(std::int64_t code) {
+  [[nodiscard]] Result<void> write_control_code(std::int64_t code) {
     auto commanded = items_.item(map_.control->commanded);
     commanded.seen_in = map_.control->active;
     return items_.write(commanded, static_cast<double>(code));
@@ -529,17 +530,17 @@ class ModbusChamber final : public Chamber {
   Duration exchange_{};  ///< duration of one exchange
   /// Limits in the controller; empty before they are read.
   std::optional<SetPointRange> limits_;
-  std::optional<int> uploaded_;  ///< program number
+  std::optional<int> uploaded_program_;  ///< program number
   /// The uploaded program was started.
   bool program_runs_ = false;
   /// The next reading must show the sent set point.
-  bool to_be_seen_ = false;
+  bool must_show_set_point_ = false;
   /// Latest acknowledged set point.
   double sent_c_ = std::numeric_limits<double>::quiet_NaN();
   double last_air_c_ = std::numeric_limits<double>::quiet_NaN();
   Duration last_air_at_{};
-  int zeros_ = 0;  ///< stray zeros in a row
-  int jumps_ = 0;  ///< in a row near `jumped_to_c_`
+  int zeros_ = 0;  ///< consecutive stray zeros
+  int jumps_ = 0;  ///< consecutive, near `jumped_to_c_`
   double jumped_to_c_{};
 };
 
@@ -552,15 +553,15 @@ ModbusChamber::ModbusChamber(RegisterMap map, std::unique_ptr<Registers> registe
       air_(items_.item("air_temperature")),
       set_point_(items_.item("set_point")),
       identity_(map_.identity && map_.identity->pattern.empty() ? &items_.item(map_.identity->item) : nullptr) {
-  items_.assume(before);
+  items_.set_latest_settings(before);
   if (!before.empty()) items_.fall_back();
   const auto at_most = map_.link.modbus.read_at_most;
   core_plan_ = plan_reads(core_items(), map_.one_block || map_.holes, at_most);
   status_items_ = status_items(map_);
   const auto context = items_.find_context_items(status_items_);
   status_items_.insert(status_items_.end(), context.begin(), context.end());
-  const bool asks = !(map_.states.empty() && map_.alarms.empty());
-  turns_ = StatusTurns(plan_reads(status_items_, map_.holes, at_most), asks ? map_.status_every : 0);
+  const bool has_rules = !(map_.states.empty() && map_.alarms.empty());
+  turns_ = StatusTurns(plan_reads(status_items_, map_.holes, at_most), has_rules ? map_.status_every : 0);
 }
 
 }  // namespace

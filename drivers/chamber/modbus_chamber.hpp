@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Driver for every chamber that a register map describes.
+/// Driver for chambers that are described by a register map.
 #pragma once
 
 #include <memory>
@@ -14,21 +14,20 @@
 
 namespace gyrotherm::drivers {
 
-/// Returns the chamber. `registers` must belong to the map's selected link. If the map allows one block, each read()
-/// checks the fingerprint too, and fails with mismatch if another unit answers. A sentinel, or a value that the map
-/// excludes, is out_of_range. State and alarms are read as often as the map specifies; between these readings, read()
+/// Returns the driver. `registers` must belong to the map's selected link. If the map has `one_block`, each read() also
+/// checks the fingerprint, and fails with mismatch if another unit answers. A sentinel, or a value outside the map's
+/// limits, is out_of_range. State and alarms are read as often as the map specifies; between these readings, read()
 /// returns their latest values. A status register that the unit refuses is not read again.
 ///
 /// identify() also fails with mismatch if the controller is set to so few decimals that the step of its set points
-/// exceeds set_point_tolerance(). A rounded set point would look like one from another program.
+/// exceeds set_point_tolerance(), because a rounded set point would be mistaken for one from another program.
 ///
-/// read() also fails with out_of_range for an impossible air temperature: outside −120 … 250 °C, a tiny non-zero value
-/// when the air was not near zero before, or a change from the last reading that is faster than air can change. A value
-/// that persists for three readings after such a jump is accepted as the sensor's output; the interlocks then evaluate
-/// it.
+/// read() also fails with out_of_range for an impossible air temperature: outside −120 … 250 °C, almost zero although
+/// the air was not near zero before, or changed faster than air can change. A value that persists for three readings
+/// after such a jump is accepted as the sensor's output; the interlocks then evaluate it.
 ///
-/// `before` contains the controller's settings as another program has read them. They are used if the settings cannot
-/// be read while a chamber is being made safe.
+/// `before` contains the controller's settings that another program has read. They are used if a chamber must be made
+/// safe and its settings cannot be read.
 ///
 /// send_set_point() fails with out_of_range, without writing, if the register cannot hold the target, or if the map or
 /// the controller limits it. start(), stop() and perform() execute the map's command of that name, which waits until

@@ -18,11 +18,11 @@ using std::chrono::hours;
 using std::chrono::minutes;
 using std::chrono::seconds;
 
-tl::unexpected<Fault> cannot(std::size_t step, std::string what) {
+tl::unexpected<Fault> step_fault(std::size_t step, std::string what) {
   return failure(FaultKind::out_of_range, fmt::format("step {} of the program", step + 1), std::move(what));
 }
 
-bool holds_soak(const ProfileMemory& memory) {
+bool has_guaranteed_soak(const ProfileMemory& memory) {
   return std::ranges::any_of(memory.step, [](const auto& block) {
     return std::ranges::any_of(block.cells,
                                [](const auto& cell) { return cell.source == CellSource::guaranteed_soak; });
@@ -55,7 +55,7 @@ double code(const MemoryCell& cell, const char* meaning) {
   return found == cell.form.codes.end() ? 0 : static_cast<double>(found->second.front());
 }
 
-const char* word(StepKind kind) { return keyword_for(kStepKinds, kind); }
+const char* keyword(StepKind kind) { return keyword_for(kStepKinds, kind); }
 
 RegisterItem cell_form(const MemoryCell& cell, const ContextOf& context_of) {
   return context_of && !(cell.form.decimals.empty() && cell.form.unit.empty())
@@ -63,7 +63,7 @@ RegisterItem cell_form(const MemoryCell& cell, const ContextOf& context_of) {
              : cell.form;
 }
 
-/// Contents of the cells of a program.
+/// Computes the contents of the memory for a program.
 struct Content {
   const ProfileMemory& memory;
   const ChamberProgram& program;
@@ -79,7 +79,7 @@ struct Content {
       case CellSource::number: return program.number;
       case CellSource::step_count: return static_cast<double>(steps.size());
       case CellSource::step: return index + memory.first_step;
-      case CellSource::kind: return code(cell, word(step.kind));
+      case CellSource::kind: return code(cell, keyword(step.kind));
       case CellSource::start: return step.start.value;
       case CellSource::target: return step.target.value;
       case CellSource::rate: return std::abs((step.target - step.start).value) / (to_seconds(step.duration) / 60);
@@ -104,8 +104,8 @@ struct Content {
         const double wanted = value(cell, index);
         own = encode(form, wanted);
         if (!(std::abs(decode_as_written(form, own) - wanted) <= form.resolution))
-          return cannot(static_cast<std::size_t>(std::max(index, 0)),
-                        fmt::format("register {} cannot hold {:g}", block.address + cell.at, wanted));
+          return step_fault(static_cast<std::size_t>(std::max(index, 0)),
+                            fmt::format("register {} cannot hold {:g}", block.address + cell.at, wanted));
       }
       for (std::size_t i = 0; i < own.size(); ++i) all[cell.at + i] |= own[i];
     }
@@ -113,12 +113,12 @@ struct Content {
   }
 };
 
-bool is_for(const MemoryBlock& block, StepKind kind) {
+bool is_written_for(const MemoryBlock& block, StepKind kind) {
   return block.kinds.empty() || std::ranges::find(block.kinds, kind) != block.kinds.end();
 }
 
 /// Values found in the cells of one step.
-struct FoundStep {
+struct StoredStep {
   std::optional<double> start, target, hours, minutes, seconds, total;
   std::string kind;
   bool guaranteed_soak{};
@@ -129,7 +129,7 @@ struct FoundStep {
   }
 };
 
-void take(const MemoryCell& cell, const RegisterItem& form, double value, FoundStep& step) {
+void store_cell(const MemoryCell& cell, const RegisterItem& form, double value, StoredStep& step) {
   switch (cell.source) {
     case CellSource::kind: step.kind = meaning(form, value); return;
     case CellSource::start: step.start = value; return;
@@ -158,35 +158,35 @@ Result<void> for_each_cell(const MemoryBlock& block, const Result<std::vector<st
 }
 
 /// Returns whether a step of that kind, or of an unknown kind, has this block.
-bool may_have(const MemoryBlock& block, const std::string& kind) {
+bool can_have(const MemoryBlock& block, const std::string& kind) {
   return kind.empty() || block.kinds.empty() ||
-         std::ranges::any_of(block.kinds, [&](auto one) { return kind == word(one); });
+         std::ranges::any_of(block.kinds, [&](auto one) { return kind == keyword(one); });
 }
 
-Result<FoundStep> find_step(const ProfileMemory& memory, int index, const BlockWords& words_of,
-                            const ContextOf& context) {
-  FoundStep found;
+Result<StoredStep> read_step(const ProfileMemory& memory, int index, const BlockWords& words_of,
+                             const ContextOf& context) {
+  StoredStep found;
   for (const auto& block : memory.step) {
-    if (block.select || !may_have(block, found.kind)) continue;
+    if (block.select || !can_have(block, found.kind)) continue;
     const auto taken =
         for_each_cell(block, words_of(block, index), context, [&](const auto& cell, const auto& form, auto own) {
-          if (cell.source != CellSource::name) take(cell, form, decode_as_written(form, own), found);
+          if (cell.source != CellSource::name) store_cell(cell, form, decode_as_written(form, own), found);
         });
     if (!taken) return failure(taken.error());
-    if (found.kind == word(StepKind::end) && !found.start) break;
+    if (found.kind == keyword(StepKind::end) && !found.start) break;
   }
   return found;
 }
 
 /// Contents of the header's cells.
-struct FoundHeader {
+struct StoredHeader {
   std::string name;
   Kelvins soak_band{};
   int step_count{};  ///< steps_at_most if no cell contains it
 };
 
-Result<FoundHeader> find_header(const ProfileMemory& memory, const BlockWords& words_of, const ContextOf& context) {
-  FoundHeader found{.name = {}, .step_count = memory.steps_at_most};
+Result<StoredHeader> read_header(const ProfileMemory& memory, const BlockWords& words_of, const ContextOf& context) {
+  StoredHeader found{.name = {}, .step_count = memory.steps_at_most};
   for (const auto& block : memory.header) {
     if (block.select) continue;
     const auto taken =
@@ -201,13 +201,13 @@ Result<FoundHeader> find_header(const ProfileMemory& memory, const BlockWords& w
   return found;
 }
 
-/// Returns true for an end step in a memory without start set points.
-bool marks_end(const FoundStep& found) { return !found.start && found.kind == word(StepKind::end); }
+/// Returns whether the step is an end step, in a memory that stores no start set points.
+bool is_end_mark(const StoredStep& found) { return !found.start && found.kind == keyword(StepKind::end); }
 
-/// Makes a step from its cells. `before` is the set point after the previous steps. The kind is read from the step's
-/// kind cell; an end is treated as a soak. If there is no such cell, the kind follows from the set points. Fails with
-/// corrupted for an unknown kind.
-Result<ProgramStep> make_step(const FoundStep& found, Celsius before, int index) {
+/// Makes a step from its cells. `before` is the set point after the previous step. The kind is the content of the kind
+/// cell, where an end becomes a soak; without a kind cell it follows from the set points. Fails with corrupted for an
+/// unknown kind.
+Result<ProgramStep> make_step(const StoredStep& found, Celsius before, int index) {
   ProgramStep step;
   step.start = found.start ? Celsius{*found.start} : before;
   step.target = found.target ? Celsius{*found.target} : step.start;
@@ -215,16 +215,16 @@ Result<ProgramStep> make_step(const FoundStep& found, Celsius before, int index)
   step.guaranteed_soak = found.guaranteed_soak;
   step.kind = step.target == step.start ? StepKind::soak : StepKind::ramp;
   if (found.kind.empty()) return step;
-  const bool is_ramp = found.kind == word(StepKind::ramp);
-  if (!is_ramp && found.kind != word(StepKind::soak) && found.kind != word(StepKind::end))
+  const bool is_ramp = found.kind == keyword(StepKind::ramp);
+  if (!is_ramp && found.kind != keyword(StepKind::soak) && found.kind != keyword(StepKind::end))
     return failure(FaultKind::corrupted, fmt::format("step {} of the program", index + 1),
                    "has the unknown kind " + found.kind);
   step.kind = is_ramp ? StepKind::ramp : StepKind::soak;
   return step;
 }
 
-/// Sets the target of each ramp to the start of the next step, for a memory that stores starts but no targets.
-void close_ramps(std::vector<ProgramStep>& steps) {
+/// Sets the target of each ramp to the start of the next step, for a memory that stores only starts.
+void set_ramp_targets(std::vector<ProgramStep>& steps) {
   for (std::size_t i = 0; i + 1 < steps.size(); ++i)
     if (steps[i].kind == StepKind::ramp) steps[i].target = steps[i + 1].start;
 }
@@ -234,18 +234,18 @@ std::string describe_location(const MemoryWrite& write) {
                         : fmt::format("profile memory, register {}, step {}", write.address, write.step + 1);
 }
 
-using Named = std::pair<std::string, std::string>;  ///< items for decimals and unit
+using ContextNames = std::pair<std::string, std::string>;  ///< items for decimals and unit
 
 class Upload {
  public:
   Upload(const RegisterMap& map, ItemExchange& items, Registers& registers, Pauses& pauses)
       : map_(map), memory_(*map.memory), items_(items), registers_(registers), pauses_(pauses) {}
 
-  [[nodiscard]] Result<void> learn_contexts() {
+  [[nodiscard]] Result<void> read_contexts() {
     for (const auto* blocks : {&memory_.header, &memory_.step, &memory_.footer})
       for (const auto& block : *blocks)
         for (const auto& cell : block.cells)
-          if (auto known = learn_context(cell.form); !known) return known;
+          if (auto known = read_context(cell.form); !known) return known;
     return {};
   }
 
@@ -298,8 +298,8 @@ class Upload {
   [[nodiscard]] const UploadReport& report() const { return report_; }
 
  private:
-  [[nodiscard]] Result<void> learn_context(const RegisterItem& form) {
-    const Named named{form.decimals, form.unit};
+  [[nodiscard]] Result<void> read_context(const RegisterItem& form) {
+    const ContextNames named{form.decimals, form.unit};
     if (contexts_.contains(named)) return {};
     auto context = context_of(map_, form, [this](const RegisterItem& item) { return items_.read(item); });
     if (!context) return failure(std::move(context.error()));
@@ -339,7 +339,7 @@ class Upload {
   ItemExchange& items_;
   Registers& registers_;
   Pauses& pauses_;
-  std::map<Named, ItemContext> contexts_;
+  std::map<ContextNames, ItemContext> contexts_;
   std::vector<MemoryWrite> writes_;
   UploadReport report_;
 };
@@ -348,24 +348,24 @@ class Upload {
 
 Result<std::vector<ProgramStep>> steps_in_memory(const ProfileMemory& memory, const ChamberProgram& program) {
   std::vector<ProgramStep> parts;
-  const bool soaks = holds_soak(memory);
+  const bool can_guarantee_soak = has_guaranteed_soak(memory);
   for (std::size_t i = 0; i < program.steps.size(); ++i) {
     const auto& step = program.steps[i];
     if (step.duration <= Duration{} || step.duration % memory.finest != Duration{})
-      return cannot(
+      return step_fault(
           i, fmt::format("{:g} s is not a multiple of {:g} s", to_seconds(step.duration), to_seconds(memory.finest)));
-    if (step.guaranteed_soak && !soaks) return cannot(i, "this controller has no guaranteed soak");
+    if (step.guaranteed_soak && !can_guarantee_soak) return step_fault(i, "this controller has no guaranteed soak");
     append_parts(memory, step, parts);
   }
-  if (parts.empty()) return cannot(0, "is missing: the program is empty");
+  if (parts.empty()) return step_fault(0, "is missing: the program is empty");
   if (memory.end_step) {
     const auto last = parts.back().target;
     parts.push_back({StepKind::end, last, last, memory.end_time, false});
   }
   if (parts.size() > static_cast<std::size_t>(memory.steps_at_most))
-    return cannot(static_cast<std::size_t>(memory.steps_at_most),
-                  fmt::format("is one too many: this controller stores {} steps, and the program needs {}",
-                              memory.steps_at_most, parts.size()));
+    return step_fault(static_cast<std::size_t>(memory.steps_at_most),
+                      fmt::format("does not fit: this controller stores {} steps, and the program needs {}",
+                                  memory.steps_at_most, parts.size()));
   return parts;
 }
 
@@ -387,7 +387,7 @@ Result<std::vector<MemoryWrite>> encode_program(const ProfileMemory& memory, con
     if (auto added = add(block, -1); !added) return failure(added.error());
   for (std::size_t i = 0; i < steps->size(); ++i)
     for (const auto& block : memory.step)
-      if (is_for(block, (*steps)[i].kind))
+      if (is_written_for(block, (*steps)[i].kind))
         if (auto added = add(block, static_cast<int>(i)); !added) return failure(added.error());
   for (const auto& block : memory.footer)
     if (auto added = add(block, -1); !added) return failure(added.error());
@@ -396,22 +396,22 @@ Result<std::vector<MemoryWrite>> encode_program(const ProfileMemory& memory, con
 
 Result<ChamberProgram> decode_program(const ProfileMemory& memory, Celsius from, const BlockWords& words_of,
                                       const ContextOf& context_of) {
-  const auto header = find_header(memory, words_of, context_of);
+  const auto header = read_header(memory, words_of, context_of);
   if (!header) return failure(header.error());
   ChamberProgram program{.name = header->name, .soak_band = header->soak_band, .steps = {}};
   auto& steps = program.steps;
   bool has_starts = false;
   for (int i = 0; i < header->step_count; ++i) {
-    const auto found = find_step(memory, i, words_of, context_of);
+    const auto found = read_step(memory, i, words_of, context_of);
     if (!found) return failure(found.error());
-    if (marks_end(*found)) break;
+    if (is_end_mark(*found)) break;
     const auto step = make_step(*found, steps.empty() ? from : steps.back().target, i);
     if (!step) return failure(step.error());
     steps.push_back(*step);
     has_starts = has_starts || found->start.has_value();
   }
   if (!has_starts) return program;
-  close_ramps(steps);
+  set_ramp_targets(steps);
   // The last of the counted steps is an end step, which only maintains the final set point.
   const bool is_counted = header->step_count < memory.steps_at_most;
   if (memory.end_step && is_counted && std::ssize(steps) == header->step_count) steps.pop_back();
@@ -423,7 +423,7 @@ Result<UploadReport> upload_program(const RegisterMap& map, ItemExchange& items,
   if (!map.memory) return failure(FaultKind::refused, "chamber upload", "its register map describes no profile memory");
   if (auto fits = steps_in_memory(*map.memory, program); !fits) return failure(fits.error());
   Upload upload(map, items, registers, pauses);
-  if (auto known = upload.learn_contexts(); !known) return failure(known.error());
+  if (auto known = upload.read_contexts(); !known) return failure(known.error());
   auto sent = upload.send(program);
   if (!sent && map.memory->recovery > Duration{}) {
     pauses.rest(map.memory->recovery);

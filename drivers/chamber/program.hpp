@@ -20,7 +20,7 @@ struct ProgramStep {
   Celsius start;
   Celsius target;
   Duration duration{};
-  /// The step's time passes only while the air is within the program's soak band.
+  /// The time of the step runs only while the air is within the program's soak band.
   bool guaranteed_soak{};
 };
 
@@ -67,20 +67,20 @@ using BlockWords = std::function<Result<std::vector<std::uint16_t>>(const Memory
 
 struct UploadReport {
   int program = 0;       ///< number in the controller
-  int steps = 0;         ///< end step included
+  int steps = 0;         ///< including the end step
   int written = 0;       ///< exchanges
   int compared = 0;      ///< writes read back and equal
   int not_readable = 0;  ///< writes that cannot be read back
 };
 
-/// Writes `program` at the pace of the map, between its commands begin_upload and end_upload, then reads back all
+/// Writes `program` with the pauses of the map, between its commands begin_upload and end_upload, then reads back all
 /// readable registers. After a failed write the whole program is sent once more, if the map specifies a recovery time.
 /// Fails with refused if the map has no profile memory, with out_of_range if the program does not fit, with mismatch if
 /// other words are read back, or as the line does.
 [[nodiscard]] Result<UploadReport> upload_program(const RegisterMap& map, ItemExchange& items, Registers& registers,
                                                   Pauses& pauses, ChamberProgram program);
 
-/// Returns a summary: "18 steps as program 3, 55 writes, 55 read back and the same".
+/// Returns a summary: "18 steps as program 3, 55 writes, 55 read back and equal".
 [[nodiscard]] std::string in_words(const UploadReport& report);
 
 }  // namespace gyrotherm::drivers

@@ -17,10 +17,10 @@ namespace {
 
 constexpr double kFahrenheitPerKelvin = 1.8;
 constexpr double kFahrenheitAtZeroCelsius = 32;
-/// Relative tolerance for a sentinel: a float after one or two scalings.
+/// Relative tolerance for a sentinel, for the rounding of a float by one or two scalings.
 constexpr double kSameSentinel = 1e-6;
 
-std::uint16_t swapped(std::uint16_t word) { return static_cast<std::uint16_t>(word << 8 | word >> 8); }
+std::uint16_t swap_bytes(std::uint16_t word) { return static_cast<std::uint16_t>(word << 8 | word >> 8); }
 
 struct Range {
   double low, high;
@@ -54,7 +54,7 @@ double from_unit(const RegisterItem& item, double value) {
   return (value - (item.step ? 0 : kFahrenheitAtZeroCelsius)) / kFahrenheitPerKelvin;
 }
 
-std::uint32_t bits_of(const RegisterItem& item, double raw) {
+std::uint32_t to_bits(const RegisterItem& item, double raw) {
   const auto [low, high] = range(item);
   raw = std::clamp(raw, low, high);
   if (item.type == RegisterType::f32) return std::bit_cast<std::uint32_t>(static_cast<float>(raw));
@@ -62,7 +62,7 @@ std::uint32_t bits_of(const RegisterItem& item, double raw) {
   return item.type == RegisterType::bits ? whole << item.first_bit : whole;
 }
 
-double raw_of(const RegisterItem& item, std::uint32_t bits) {
+double from_bits(const RegisterItem& item, std::uint32_t bits) {
   switch (item.type) {
     case RegisterType::u16:
     case RegisterType::date_time:
@@ -81,14 +81,14 @@ double raw_of(const RegisterItem& item, std::uint32_t bits) {
 void reorder(WordOrder order, std::span<std::uint16_t> words) {
   if (order == WordOrder::cdab || order == WordOrder::dcba) std::ranges::reverse(words);
   if (order == WordOrder::badc || order == WordOrder::dcba)
-    for (auto& word : words) word = swapped(word);
+    for (auto& word : words) word = swap_bytes(word);
 }
 
 constexpr std::size_t kWordsOfDouble = 4;
 constexpr int kBitsPerWord = 16;
 
-std::vector<std::uint16_t> words_of(const RegisterItem& item, double raw) {
-  const auto bits = item.type == RegisterType::f64 ? std::bit_cast<std::uint64_t>(raw) : bits_of(item, raw);
+std::vector<std::uint16_t> to_words(const RegisterItem& item, double raw) {
+  const auto bits = item.type == RegisterType::f64 ? std::bit_cast<std::uint64_t>(raw) : to_bits(item, raw);
   const std::size_t count = word_count(item.type);
   std::vector<std::uint16_t> words(count);
   for (std::size_t i = 0; i < count; ++i) words[count - 1 - i] = static_cast<std::uint16_t>(bits >> (i * kBitsPerWord));
@@ -96,9 +96,9 @@ std::vector<std::uint16_t> words_of(const RegisterItem& item, double raw) {
   return words;
 }
 
-double writing_scale(const RegisterItem& item) { return item.write_scale.value_or(item.scale); }
+double written_scale(const RegisterItem& item) { return item.write_scale.value_or(item.scale); }
 
-std::string in_hex(std::span<const std::uint16_t> words) {
+std::string to_hex(std::span<const std::uint16_t> words) {
   std::string all;
   for (const auto word : words) all += fmt::format("{}{:04X}", all.empty() ? "" : " ", word);
   return all;
@@ -109,14 +109,14 @@ using std::chrono::year;
 
 constexpr char kNotPrintable = '?';
 
-char printable(char byte) { return byte >= 0x20 && byte < 0x7F ? byte : kNotPrintable; }
+char to_printable(char byte) { return byte >= 0x20 && byte < 0x7F ? byte : kNotPrintable; }
 
 /// Returns the day of the week; 0 is Sunday.
 int weekday(const CivilTime& time) {
   return static_cast<int>(std::chrono::weekday(sys_days(year(time.year) / time.month / time.day)).c_encoding());
 }
 
-/// Member for each part, in the order of DatePart; none for the weekday.
+/// Members of CivilTime in the order of DatePart; null for the weekday.
 constexpr int CivilTime::*kParts[] = {&CivilTime::year, &CivilTime::month,  &CivilTime::day,   nullptr,
                                       &CivilTime::hour, &CivilTime::minute, &CivilTime::second};
 
@@ -125,12 +125,12 @@ int part(const DateForm& form, const CivilTime& time, DatePart which) {
   return time.*kParts[static_cast<std::size_t>(which)] - (which == DatePart::year ? form.century : 0);
 }
 
-void take(const DateForm& form, CivilTime& time, DatePart which, int value) {
+void set_part(const DateForm& form, CivilTime& time, DatePart which, int value) {
   if (which == DatePart::weekday) return;
   time.*kParts[static_cast<std::size_t>(which)] = value + (which == DatePart::year ? form.century : 0);
 }
 
-bool is_in_the_calendar(const CivilTime& t) {
+bool is_valid_time(const CivilTime& t) {
   const auto of = [](int value) { return static_cast<unsigned>(value); };
   return t.year >= 1970 && t.year < 2200 && (year(t.year) / of(t.month) / of(t.day)).ok() && t.hour < 24 &&
          t.minute < 60 && t.second < 60;
@@ -163,8 +163,8 @@ std::uint16_t with_other_bits(const RegisterItem& item, std::uint16_t word, std:
   return static_cast<std::uint16_t>((present & ~mask) | (word & mask));
 }
 
-WriteFunction write_function(const std::optional<WriteFunction>& said, std::size_t count) {
-  return said.value_or(count == 1 ? WriteFunction::one_register : WriteFunction::registers);
+WriteFunction write_function(const std::optional<WriteFunction>& specified, std::size_t count) {
+  return specified.value_or(count == 1 ? WriteFunction::one_register : WriteFunction::registers);
 }
 
 RegisterItem in_context(RegisterItem item, const ItemContext& context) {
@@ -179,29 +179,29 @@ RegisterItem in_context(RegisterItem item, const ItemContext& context) {
 
 std::vector<std::uint16_t> encode(const RegisterItem& item, double value) {
   assert(std::isfinite(value));
-  return words_of(item, (to_unit(item, value) - item.offset) / writing_scale(item));
+  return to_words(item, (to_unit(item, value) - item.offset) / written_scale(item));
 }
 
 std::vector<std::uint16_t> encode_as_read(const RegisterItem& item, double value) {
   assert(std::isfinite(value));
-  return words_of(item, (to_unit(item, value) - item.offset) / item.scale);
+  return to_words(item, (to_unit(item, value) - item.offset) / item.scale);
 }
 
 double raw_value(const RegisterItem& item, std::span<const std::uint16_t> words) {
   assert(words.size() >= word_count(item.type));
   const std::size_t count = word_count(item.type);
-  if (count == 1) return raw_of(item, words[0]);
+  if (count == 1) return from_bits(item, words[0]);
   std::array<std::uint16_t, kWordsOfDouble> ordered{};
   std::ranges::copy(words.first(count), ordered.begin());
   reorder(item.order, std::span(ordered).first(count));
   std::uint64_t bits = 0;
   for (const auto word : std::span(ordered).first(count)) bits = bits << kBitsPerWord | word;
   if (item.type == RegisterType::f64) return std::bit_cast<double>(bits);
-  return raw_of(item, static_cast<std::uint32_t>(bits));
+  return from_bits(item, static_cast<std::uint32_t>(bits));
 }
 
 double decode_as_written(const RegisterItem& item, std::span<const std::uint16_t> words) {
-  return from_unit(item, raw_value(item, words) * writing_scale(item) + item.offset);
+  return from_unit(item, raw_value(item, words) * written_scale(item) + item.offset);
 }
 
 Result<double> decode(const RegisterItem& item, std::span<const std::uint16_t> words) {
@@ -209,12 +209,12 @@ Result<double> decode(const RegisterItem& item, std::span<const std::uint16_t> w
   const double raw = raw_value(item, words);
   for (const auto& [why, sentinel] : item.sentinels)
     if (std::abs(raw - sentinel) <= kSameSentinel * std::abs(sentinel))
-      return failure(FaultKind::out_of_range, item.name, fmt::format("{} ({})", why, in_hex(words)));
+      return failure(FaultKind::out_of_range, item.name, fmt::format("{} ({})", why, to_hex(words)));
   const double value = from_unit(item, raw * item.scale + item.offset);
-  if (!std::isfinite(value)) return failure(FaultKind::corrupted, item.name, in_hex(words) + " is not a finite number");
+  if (!std::isfinite(value)) return failure(FaultKind::corrupted, item.name, to_hex(words) + " is not a finite number");
   if ((item.lowest && value < *item.lowest) || (item.highest && value > *item.highest))
     return failure(FaultKind::out_of_range, item.name,
-                   fmt::format("{:g} ({}) is an impossible value", value, in_hex(words)));
+                   fmt::format("{:g} ({}) is an impossible value", value, to_hex(words)));
   return value;
 }
 
@@ -254,7 +254,7 @@ std::string decode_text(const TextForm& form, std::span<const std::uint16_t> wor
   }
   const auto last = bytes.find_last_not_of(form.padding);
   bytes.resize(last == std::string::npos ? 0 : last + 1);
-  std::ranges::transform(bytes, bytes.begin(), printable);
+  std::ranges::transform(bytes, bytes.begin(), to_printable);
   return bytes;
 }
 
@@ -273,10 +273,10 @@ Result<CivilTime> decode_date(const DateForm& form, std::span<const std::uint16_
   for (std::size_t i = 0; i < form.words.size() && i * form.stride < words.size(); ++i) {
     const auto& parts = form.words[i];
     const int word = words[i * form.stride];
-    take(form, time, parts.high, parts.low ? word >> 8 : word);
-    if (parts.low) take(form, time, *parts.low, word & 0xFF);
+    set_part(form, time, parts.high, parts.low ? word >> 8 : word);
+    if (parts.low) set_part(form, time, *parts.low, word & 0xFF);
   }
-  if (is_in_the_calendar(time)) return time;
+  if (is_valid_time(time)) return time;
   return failure(FaultKind::out_of_range, "",
                  fmt::format("{}-{}-{} {}:{}:{} is not a valid date and time", time.year, time.month, time.day,
                              time.hour, time.minute, time.second));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// One item of a chamber's register map, and the encoding of its value in registers. Pure functions.
+/// An item of a register map, and the encoding of its value in registers. Pure functions.
 #pragma once
 
 #include <cstdint>
@@ -21,8 +21,8 @@ enum class RegisterType { u16, s16, u32, s32, f32, f64, bits, text, date_time };
 /// In four registers cdab reverses the registers, and badc swaps the bytes of each.
 enum class WordOrder { abcd, cdab, badc, dcba };
 
-/// Source of a fact in the map: a test on the instrument, the vendor's manual, a public source or an excerpt, or
-/// nothing better than one contradicted source.
+/// Source of a fact in the map: a test on the instrument, the vendor's manual, another public source or an excerpt, or
+/// only a source that is contradicted by another one.
 enum class Confidence { verified, manual, secondary, unverified };
 
 /// Padded ASCII text with one or two characters per register.
@@ -54,14 +54,14 @@ struct CivilTime {
   auto operator<=>(const CivilTime&) const = default;
 };
 
-/// A value for another item that is written together with this item, as one block of adjacent registers.
+/// Another item and its value, written together with this item as one block of adjacent registers.
 struct Companion {
   std::string item;
   double value{};
 };
 
 struct RegisterItem {
-  /// "air_temperature", "set_point", "control_mode", …
+  /// Name such as "air_temperature", "set_point" or "control_mode".
   std::string name;
   /// Question or command of a text unit, for messages; empty for a Modbus unit.
   std::string line;
@@ -75,16 +75,16 @@ struct RegisterItem {
   double offset = 0;
   /// Scale of written values if it differs.
   std::optional<double> write_scale;
-  /// Smallest step that the controller stores. The default is the scale, or a tenth of it with `decimals`, or 0.001 for
-  /// f32. in_context() replaces it by the step of the present decimals.
+  /// Smallest step that the controller stores. The default is the scale, a tenth of the scale with `decimals`, or 0.001
+  /// for f32. in_context() replaces it according to the present number of decimals.
   double resolution = 1;
-  /// The register holds °F; the program's values are in °C.
+  /// The register contains °F; encode() and decode() convert from and to °C.
   bool fahrenheit{};
-  /// The value is a difference: °F are converted without the offset of 32.
+  /// The value is a temperature difference: °F are converted without the offset of 32.
   bool step{};
   /// Item whose value is the number of decimals of the raw value.
   std::string decimals;
-  /// Item whose codes "celsius" and "fahrenheit" specify the register's unit.
+  /// Item whose codes "celsius" and "fahrenheit" state the unit of the register.
   std::string unit;
   std::uint8_t first_bit = 0, bit_count = 1;  ///< bits
   TextForm text;
@@ -92,33 +92,33 @@ struct RegisterItem {
 
   bool readable = true;
   bool writable{};
-  /// A command: the register returns to 0 immediately and is not read back.
+  /// The item is a command: its register returns to 0 immediately and is not read back.
   bool self_clearing{};
   /// Number of registers per read, if more than the item has.
   std::uint16_t read_count = 0;
   std::optional<ReadFunction> read_function;    ///< default: holding registers
   std::optional<WriteFunction> write_function;  ///< default: 6, or 16 for several
-  /// Item that shows the written value; this one if empty.
+  /// Item in which the written value is read back; this item if empty.
   std::string seen_in;
   /// Tolerance of the value read back; three quarters of the resolution if empty.
   std::optional<double> tolerance;
-  /// Maximum time until the written value is shown.
+  /// Maximum time until the written value can be read back.
   Duration seen_within{};
-  /// The next reading of the chamber verifies the write, which saves an exchange.
+  /// The write is verified by the next reading of the chamber, which saves an exchange.
   bool seen_later{};
   /// Items to which the same value is written before this one.
   std::vector<std::string> also;
   /// Item that is written in the same block, in the registers after this one.
   std::optional<Companion> companion;
 
-  /// Codes, keyed by their meaning. To write a meaning, its first code is used.
+  /// Codes, keyed by their meaning. If a meaning has several codes, the first one is written.
   std::map<std::string, std::vector<std::int64_t>> codes;
   std::map<std::string, std::uint8_t> flags;  ///< bit numbers, keyed by their meaning
   /// Meaning of an unlisted code; unknown if empty.
   std::string otherwise;
   /// Raw values that mark a missing value, keyed by the reason.
   std::map<std::string, double> sentinels;
-  /// The instrument sends zeros without a meaning.
+  /// The instrument sometimes returns zero instead of the value.
   bool stray_zeros{};
   /// Bounds of possible values.
   std::optional<double> lowest, highest;
@@ -132,24 +132,25 @@ struct ItemContext {
   std::optional<bool> fahrenheit;
   [[nodiscard]] bool is_empty() const { return !decimals && !fahrenheit; }
 };
-/// Returns the item with the instrument's present scale and unit.
+/// Returns the item with the scale, resolution and unit that the context determines.
 [[nodiscard]] RegisterItem in_context(RegisterItem item, const ItemContext& context);
 
 /// Returns the words of a number on the wire: four for f64, otherwise one or two. The type must not be text or
 /// date_time, and `value` must be finite. The value is rounded to the nearest one of the type and saturates at the
 /// limits of the type. In the word of a bit field the other bits are 0.
 [[nodiscard]] std::vector<std::uint16_t> encode(const RegisterItem& item, double value);
-/// Returns the value of `words`, which must have the item's count. Fails with corrupted (not finite) or out_of_range (a
-/// sentinel, which is named, or an impossible value).
+/// Decodes `words`, which must have word_count() elements. Fails with corrupted if the value is not finite, and with
+/// out_of_range if it is a sentinel, which is named, or outside `lowest` and `highest`.
 [[nodiscard]] Result<double> decode(const RegisterItem& item, std::span<const std::uint16_t> words);
-/// Returns the words that a read returns if the item has the value `value`: encode() with the scale of reading.
+/// Returns the words that a read of the item returns if its value is `value`: encode() with `scale` in place of
+/// `write_scale`.
 [[nodiscard]] std::vector<std::uint16_t> encode_as_read(const RegisterItem& item, double value);
-/// Returns the value of written words: decode() with the scale of writing, without sentinels and limits.
+/// Returns the value of words that were written: decode() with the write scale, ignoring sentinels and limits.
 [[nodiscard]] double decode_as_written(const RegisterItem& item, std::span<const std::uint16_t> words);
 /// Returns the raw value, before scale and offset.
 [[nodiscard]] double raw_value(const RegisterItem& item, std::span<const std::uint16_t> words);
 
-/// Encodes a text, cut or padded to the length of the field.
+/// Encodes a text, truncated or padded to the length of the field.
 [[nodiscard]] std::vector<std::uint16_t> encode_text(const TextForm& form, std::string_view text);
 /// Decodes a text without its padding. Characters outside printable ASCII become "?".
 [[nodiscard]] std::string decode_text(const TextForm& form, std::span<const std::uint16_t> words);
@@ -157,6 +158,7 @@ struct ItemContext {
 /// Decodes a date. Fails with out_of_range for an impossible date or time.
 [[nodiscard]] Result<CivilTime> decode_date(const DateForm& form, std::span<const std::uint16_t> words);
 [[nodiscard]] CivilTime to_civil_time(Duration utc);
+/// Returns the time `by` later, without time zones.
 [[nodiscard]] CivilTime later(const CivilTime& time, Duration by);
 
 /// Returns the number of registers of a number of this type.
@@ -164,16 +166,16 @@ struct ItemContext {
 /// Returns the number of registers of any item.
 [[nodiscard]] std::uint16_t word_count(const RegisterItem& item);
 
-/// Returns the location for faults: "chamber register 2782 (set_point)" or "chamber item set_point (TEMP?)".
+/// Returns the item's location for faults: "chamber register 2782 (set_point)" or "chamber item set_point (TEMP?)".
 [[nodiscard]] std::string place(const RegisterItem& item);
 
-/// Returns `word` with the other bits of the register set as in `present`. The item is a bit field.
+/// Returns `word` with all bits outside the bit field `item` taken from `present`.
 [[nodiscard]] std::uint16_t with_other_bits(const RegisterItem& item, std::uint16_t word, std::uint16_t present);
 
-/// Returns the specified function, or 6 for one register and 16 for more.
-[[nodiscard]] WriteFunction write_function(const std::optional<WriteFunction>& said, std::size_t count);
+/// Returns `specified` if it is set, otherwise function 6 for one register and 16 for more.
+[[nodiscard]] WriteFunction write_function(const std::optional<WriteFunction>& specified, std::size_t count);
 
-/// Returns the meaning of a code: its name, `otherwise`, or the number as text.
+/// Returns the meaning of a code: its name in the map, `otherwise` if that is set, or the number as text.
 [[nodiscard]] std::string meaning(const RegisterItem& item, double value);
 
 }  // namespace gyrotherm::drivers

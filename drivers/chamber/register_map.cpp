@@ -33,7 +33,7 @@ const MapLink* RegisterMap::find(LinkKind kind) const {
 
 Result<RegisterMap> select_link(RegisterMap map, LinkKind kind) {
   const auto* link = map.find(kind);
-  if (!link) return failure(FaultKind::usage, map.name, fmt::format("its map describes no {} link", name(kind)));
+  if (!link) return failure(FaultKind::usage, map.name, fmt::format("the map has no {} link", name(kind)));
   const auto has_rtu_addresses = [](LinkKind one) { return one == LinkKind::rtu || one == LinkKind::rtu_over_tcp; };
   const bool was_rtu = has_rtu_addresses(map.link.kind), is_rtu = has_rtu_addresses(kind);
   for (auto& item : map.items)
@@ -62,7 +62,7 @@ Result<RegisterMap> with_power_switch(RegisterMap map, const std::string& name) 
     std::vector<std::string> names;
     for (const auto& one : map.power_switches) names.push_back(one.name);
     return failure(FaultKind::usage, map.name,
-                   fmt::format("its map has no power switch \"{}\", expected one of: {}", name,
+                   fmt::format("the map has no power switch \"{}\", expected one of: {}", name,
                                names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "))));
   }
   const auto& [own_name, is_on, on, off] = *found;
@@ -93,8 +93,8 @@ const char* name(Confidence confidence) { return keyword_for(kConfidences, confi
 
 namespace {
 
-/// Items in use, in the order of the map, without repetition.
-std::vector<const RegisterItem*> items_in_use(const RegisterMap& map) {
+/// Returns the items in use (see doubts()), in the order of the map, each once.
+std::vector<const RegisterItem*> find_items_in_use(const RegisterMap& map) {
   std::vector<std::string> names{"air_temperature", "set_point", map.limits.lowest_item, map.limits.highest_item};
   if (map.identity) names.push_back(map.identity->item);
   names.insert(names.end(), map.verification.shows.begin(), map.verification.shows.end());
@@ -118,7 +118,7 @@ std::vector<const RegisterItem*> items_in_use(const RegisterMap& map) {
   return items;
 }
 
-std::string listed(const std::vector<Doubt>& all, Confidence confidence) {
+std::string list_items(const std::vector<Doubt>& all, Confidence confidence) {
   std::vector<std::string> names;
   for (const auto& doubt : all)
     if (doubt.confidence == confidence)
@@ -130,7 +130,7 @@ std::string listed(const std::vector<Doubt>& all, Confidence confidence) {
 
 std::vector<Doubt> doubts(const RegisterMap& map) {
   std::vector<Doubt> all;
-  for (const auto* item : items_in_use(map))
+  for (const auto* item : find_items_in_use(map))
     if (item->confidence != Confidence::verified) all.push_back({item->name, item->confidence, item->note});
   if (map.memory && map.memory->confidence != Confidence::verified)
     all.push_back({"profile memory", map.memory->confidence, ""});
@@ -142,14 +142,14 @@ std::string describe_confidence(const RegisterMap& map) {
   const auto all = doubts(map);
   const auto count = [&](Confidence confidence) { return std::ranges::count(all, confidence, &Doubt::confidence); };
   const auto verified = std::ranges::count_if(
-      items_in_use(map), [](const auto* item) { return item->confidence == Confidence::verified; });
+      find_items_in_use(map), [](const auto* item) { return item->confidence == Confidence::verified; });
   std::vector<std::string> parts;
   if (verified > 0) parts.push_back(fmt::format("{} verified", verified));
   if (const auto n = count(Confidence::manual); n > 0) parts.push_back(fmt::format("{} from the manual", n));
   if (const auto n = count(Confidence::secondary); n > 0)
-    parts.push_back(fmt::format("{} from public sources: {}", n, listed(all, Confidence::secondary)));
+    parts.push_back(fmt::format("{} from public sources: {}", n, list_items(all, Confidence::secondary)));
   if (const auto n = count(Confidence::unverified); n > 0)
-    parts.push_back(fmt::format("{} UNVERIFIED: {}", n, listed(all, Confidence::unverified)));
+    parts.push_back(fmt::format("{} UNVERIFIED: {}", n, list_items(all, Confidence::unverified)));
   return fmt::format("registers in use: {}", fmt::join(parts, "; "));
 }
 
@@ -163,10 +163,10 @@ Kelvins set_point_tolerance(const RegisterMap& map) {
 namespace {
 
 constexpr std::array kOrders{WordOrder::abcd, WordOrder::cdab, WordOrder::badc, WordOrder::dcba};
-constexpr double kNextToNothing = 1e-4;
-constexpr double kNearZero = 0.05;
+constexpr double kTinyC = 1e-4;
+constexpr double kNearZeroC = 0.05;
 
-double value_in(RegisterItem item, WordOrder order, std::span<const std::uint16_t> words) {
+double decode_in_order(RegisterItem item, WordOrder order, std::span<const std::uint16_t> words) {
   item.order = order;
   item.lowest.reset();
   item.highest.reset();
@@ -180,13 +180,13 @@ bool is_plausible(double value, double least) {
   return value >= kLowestC && value <= kHighestC && (value == 0 || std::abs(value) >= least);
 }
 
-/// Returns whether both values are plausible. Two zeros are equal in every order and prove nothing.
+/// Returns whether both values are plausible. Two zeros are not, because they are equal in every order.
 bool is_plausible(const OrderFinding& one, double least) {
   const bool shows_nothing = one.air_c == 0 && one.set_point_c == 0;
   return is_plausible(one.air_c, least) && is_plausible(one.set_point_c, least) && !shows_nothing;
 }
 
-std::string found(const OrderFinding& one) {
+std::string describe_order(const OrderFinding& one) {
   return fmt::format("{} (air {:.2f} °C, set point {:.2f} °C)", name(one.order), one.air_c, one.set_point_c);
 }
 
@@ -201,36 +201,36 @@ std::vector<OrderFinding> probe_word_order(const RegisterItem& air, std::span<co
   std::stable_partition(orders.begin(), orders.end(), [&](auto order) { return order == air.order; });
   for (const auto order : orders) {
     OrderFinding one{.order = order,
-                     .air_c = value_in(air, order, air_words),
-                     .set_point_c = value_in(set_point, order, set_point_words)};
-    one.plausible = is_plausible(one, kNearZero);
+                     .air_c = decode_in_order(air, order, air_words),
+                     .set_point_c = decode_in_order(set_point, order, set_point_words)};
+    one.plausible = is_plausible(one, kNearZeroC);
     findings.push_back(one);
   }
   if (std::ranges::none_of(findings, &OrderFinding::plausible))
-    for (auto& one : findings) one.plausible = is_plausible(one, kNextToNothing);
+    for (auto& one : findings) one.plausible = is_plausible(one, kTinyC);
   return findings;
 }
 
 bool has_wrong_word_order(const std::vector<OrderFinding>& findings) {
-  return !findings.empty() && !is_plausible(findings.front(), kNextToNothing) &&
+  return !findings.empty() && !is_plausible(findings.front(), kTinyC) &&
          !(findings.front().air_c == 0 && findings.front().set_point_c == 0) &&
          std::ranges::any_of(findings, &OrderFinding::plausible);
 }
 
 std::string in_words(const std::vector<OrderFinding>& findings) {
   if (findings.empty()) return "values of one register: no word order to detect";
-  std::vector<std::string> fitting;
+  std::vector<std::string> matches;
   for (const auto& one : findings)
-    if (one.plausible) fitting.push_back(found(one));
-  if (fitting.empty())
+    if (one.plausible) matches.push_back(describe_order(one));
+  if (matches.empty())
     return fmt::format("no word order gives a plausible air temperature and set point; the map's order gives {}",
-                       found(findings.front()));
+                       describe_order(findings.front()));
   if (!findings.front().plausible)
-    return fmt::format("the map's word order does not fit: {}; set word_order to {}", found(findings.front()),
-                       fmt::join(fitting, " or "));
-  if (fitting.size() == 1) return "word order " + fitting.front() + " fits; no other does";
-  return fmt::format("word order {} fits, but so does {}: compare with the display", fitting.front(),
-                     fmt::join(fitting.begin() + 1, fitting.end(), ", "));
+    return fmt::format("the map's word order does not fit: {}; set word_order to {}", describe_order(findings.front()),
+                       fmt::join(matches, " or "));
+  if (matches.size() == 1) return "word order " + matches.front() + " fits; no other does";
+  return fmt::format("word order {} fits, but so does {}: compare with the display", matches.front(),
+                     fmt::join(matches.begin() + 1, matches.end(), ", "));
 }
 
 const char* name(WordOrder order) { return keyword_for(kWordOrders, order); }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The register map of a Modbus chamber, a TOML file under profiles/chambers. The driver and the virtual chamber both
-/// use it. docs/chamber-maps.md describes the format.
+/// The register map of a Modbus chamber, a TOML file under profiles/chambers, used by the driver and by the virtual
+/// chamber. docs/chamber-maps.md describes the format.
 #pragma once
 
 #include <cstdint>
@@ -33,10 +33,10 @@ struct Condition {
   bool not_these{};
   std::optional<double> above;
 };
-/// Returns whether `value`, a finite result of decode(), meets the condition.
+/// Returns whether `value`, a finite result of decode(), satisfies the condition.
 [[nodiscard]] bool holds(const Condition& condition, double value);
 
-/// Activity of the chamber if a condition holds. The first rule whose condition holds applies.
+/// Activity of the chamber while a condition is satisfied. The first rule with a satisfied condition applies.
 struct StateRule {
   ChamberActivity activity = ChamberActivity::unknown;
   Condition when;
@@ -44,7 +44,7 @@ struct StateRule {
 
 struct AlarmRule {
   AlarmSeverity severity{};
-  std::string text;  ///< empty: names of codes or bits
+  std::string text;  ///< if empty, names of codes or bits
   Condition when;
 };
 
@@ -57,12 +57,12 @@ struct SequenceStep {
   std::string item;
   Source source = Source::number;
   double value{};
-  /// Item of type date_time that is read; its value plus `duration` is written.
+  /// Item of type date_time; its value plus `duration` is written to `item`.
   std::string date_of;
   Condition until;
-  /// Length of a pause, or limit of a wait.
+  /// Length of a pause, or time limit of a wait.
   Duration duration{};
-  /// The step is skipped unless this condition holds.
+  /// The step is skipped unless this condition is satisfied.
   std::optional<Condition> only_if;
 };
 using Sequence = std::vector<SequenceStep>;
@@ -77,7 +77,7 @@ enum class CellSource {
   step_count,
   /// Number of the step, starting with first_step.
   step,
-  /// Kind of the step, by the codes of the cell.
+  /// Kind of the step, encoded by the codes of the cell.
   kind,
   /// Set points at the start and the end of the step, °C.
   start,
@@ -91,9 +91,9 @@ enum class CellSource {
   total_seconds,
   /// Codes "off" and "on".
   guaranteed_soak,
-  /// In kelvins.
+  /// Soak band, K.
   soak_band,
-  /// The cell's own constant.
+  /// MemoryCell::constant.
   constant,
 };
 
@@ -112,7 +112,7 @@ struct MemoryBlock {
   std::optional<WriteFunction> function;
   /// The block is written only for steps of these kinds; for every step if empty.
   std::vector<StepKind> kinds;
-  /// The block selects a program or step. It is also written before a read, and is not read itself.
+  /// The block selects a program or step: it is also written before other blocks are read, and is not read itself.
   bool select{};
   /// The written registers can be read back.
   bool read_back = true;
@@ -124,19 +124,19 @@ struct ProfileMemory {
   int programs = 1;
   int first_program = 1;
   int first_step = 1;
-  /// Registers from one step to the next; 0 if all steps share one window.
+  /// Number of registers from one step to the next; 0 if all steps use the same registers.
   std::uint16_t stride{};
   /// Ramps are stored as rates instead of durations.
   bool ramps_by_rate{};
   /// An end step follows the last step.
   bool end_step{};
   Duration end_time{};  ///< duration of the end step
-  /// Longer steps are split.
+  /// Maximum duration of a step. Longer steps are split.
   Duration longest_step{};
   /// Resolution of durations.
   Duration finest{};
   Duration pause{};  ///< between writes
-  /// Waiting time between a failed write and the repetition of the whole upload. If zero, there is no repetition.
+  /// Pause between a failed write and the repetition of the whole upload; 0 for no repetition.
   Duration recovery{};
   /// Item that contains the program number assigned by the controller. If empty, the driver chooses the number.
   std::string number_from;
@@ -159,9 +159,9 @@ struct MapLink {
 struct Fingerprint {
   std::string item;
   double value{};
-  /// Bits of a whole number that are compared.
+  /// Bits of an integer that are compared.
   std::uint32_t mask = 0xFFFFFFFF;
-  /// Pattern for a text instead of the value, as in matches().
+  /// Pattern of a text, as in matches(), in place of the value.
   std::string pattern;
   /// The pattern is a regular expression (ECMAScript) that is searched for in the text.
   bool is_expression = false;
@@ -184,9 +184,9 @@ struct OtherMap {
   std::string what;
 };
 
-/// Identity checks in addition to the fingerprint, and properties that no register shows.
+/// Identity checks in addition to the fingerprint, and properties that cannot be verified.
 struct Verification {
-  /// Description of the fingerprint.
+  /// Description of the property that the fingerprint verifies.
   std::string verifies;
   /// Items such as a serial number.
   std::vector<std::string> shows;
@@ -195,8 +195,8 @@ struct Verification {
   std::vector<std::string> not_verified;
 };
 
-/// Items and codes that switch temperature control. A code is written to one item; another item, or the same one, shows
-/// the effect.
+/// Items and codes that switch temperature control. A code is written to `commanded`; `active`, which may be the same
+/// item, shows the effect.
 struct ControlMode {
   std::string commanded;
   std::string active;
@@ -204,7 +204,7 @@ struct ControlMode {
   std::int64_t off{};
 };
 
-/// One way of wiring the output that switches the chamber's power. The rig file names the one that its chamber uses.
+/// An output that may be wired to switch the chamber's power. The rig file names the output that its chamber uses.
 struct PowerSwitch {
   std::string name;  ///< such as "event_1"
   Condition is_on;
@@ -225,21 +225,21 @@ struct SetPointLimits {
 struct RegisterMap {
   std::string name;
   std::string vendor;
-  /// At least one; the first is the usual one.
+  /// Links of the unit, at least one; the first is the usual one.
   std::vector<MapLink> links;
   MapLink link;  ///< the selected link
-  /// The air temperature, the set point and the fingerprint may be read as one block, including holes.
+  /// The air temperature, the set point and the fingerprint may be read as one block, with the registers in between.
   bool one_block{};
-  /// Any registers within the link's limit may be read as one block, including holes.
+  /// Any registers may be read as one block with the registers in between, up to the limit of the link.
   bool holes{};
-  /// State and alarms are read at every n-th reading; 0 for never.
+  /// State and alarms are read at every n-th reading of the chamber; 0 for never.
   int status_every{};
   std::vector<RegisterItem> items;
   /// Protocol of a text unit; null for a Modbus unit.
   std::shared_ptr<const TextLink> text_link;
   std::optional<Fingerprint> identity;
   Verification verification;
-  /// If empty, the chamber controls whenever it is powered.
+  /// If empty, temperature control is active whenever the chamber is powered.
   std::optional<ControlMode> control;
   std::vector<PowerSwitch> power_switches;
   /// Keyed by command: "start", "stop", "pause", "resume", "acknowledge", …
@@ -262,7 +262,7 @@ struct RegisterMap {
 [[nodiscard]] Result<RegisterMap> parse_register_map(std::string_view text, const std::string& file,
                                                      std::optional<WordOrder> word_order = {});
 
-/// Returns the map with its link of that kind selected, with the link's settings and addresses. Fails with usage if the
+/// Returns the map with the link of that kind selected, including its settings and addresses. Fails with usage if the
 /// map has no such link.
 [[nodiscard]] Result<RegisterMap> select_link(RegisterMap map, LinkKind kind);
 /// Returns the map for a unit at the end of `line`. A serial line uses RTU; a TCP line uses Modbus TCP if the map has
@@ -294,7 +294,7 @@ inline constexpr auto kStepKinds = make_vocabulary<StepKind::ramp, StepKind::end
 inline constexpr auto kConfidences =
     make_vocabulary<Confidence::verified, Confidence::unverified>("verified", "manual", "secondary", "unverified");
 
-/// A register that is not verified on the instrument.
+/// A register whose description was not verified on the instrument.
 struct Doubt {
   std::string item;
   Confidence confidence{};
@@ -305,12 +305,12 @@ struct Doubt {
 /// commands, states, alarms, limits, the fingerprint or the profile memory need them.
 [[nodiscard]] std::vector<Doubt> doubts(const RegisterMap& map);
 
-/// Returns a line for people: "3 registers in use verified, 5 from the manual, 1 from one source (…), 1 unverified:
+/// Returns a line of text: "3 registers in use verified, 5 from the manual, 1 from one source (…), 1 unverified:
 /// set_point (…)".
 [[nodiscard]] std::string describe_confidence(const RegisterMap& map);
 
-/// Returns the accepted difference between a sent set point and the one that the chamber shows. It is the register's
-/// resolution, or the map's tolerance if that is larger, and at least 0.1 K. A run's interlocks, its safe sequence and
+/// Returns the tolerance between a sent set point and the one that the chamber shows: the resolution of the register or
+/// the tolerance in the map, whichever is larger, and at least 0.1 K. The interlocks, the safe sequence and
 /// gyrotherm-make-safe all use this value.
 [[nodiscard]] Kelvins set_point_tolerance(const RegisterMap& map);
 
@@ -320,29 +320,29 @@ struct OrderFinding {
   WordOrder order{};
   /// Values in this order; NaN for bytes that are not a number.
   double air_c{}, set_point_c{};
-  /// Both values are possible in a chamber, and neither is tiny without being zero.
+  /// Both values are possible in a chamber, and each is either zero or not close to zero.
   bool plausible{};
 };
 
-/// Decodes two items in all four word orders, starting with their own. Empty for items of one register. A non-zero
-/// value below 0.05 °C is considered the result of a wrong order, unless no order gives a larger value. A non-zero
-/// value below 10⁻⁴ °C is always considered wrong.
+/// Decodes two items in all four word orders, starting with the order of the map. Returns nothing if an item has only
+/// one register. A non-zero value below 0.05 °C is considered the result of a wrong order, unless no order gives a
+/// larger value. A non-zero value below 10⁻⁴ °C is always considered wrong.
 [[nodiscard]] std::vector<OrderFinding> probe_word_order(const RegisterItem& air,
                                                          std::span<const std::uint16_t> air_words,
                                                          const RegisterItem& set_point,
                                                          std::span<const std::uint16_t> set_point_words);
 
-/// Returns true if the values are plausible in another order but not in the item's own: the unit has a different
+/// Returns whether the values are plausible in another order but not in the map's, because the unit has a different
 /// setting.
 [[nodiscard]] bool has_wrong_word_order(const std::vector<OrderFinding>& findings);
 
-/// Returns a result for people: "word order cdab fits (air 23.41 °C, set point 20.00 °C)", or the change to make.
+/// Returns the result as text: "word order cdab fits (air 23.41 °C, set point 20.00 °C)", or the change to make.
 [[nodiscard]] std::string in_words(const std::vector<OrderFinding>& findings);
 
 [[nodiscard]] const char* name(WordOrder order);
 
-// Parts of parse_register_map(), used by the readers of the map's [simulated] table and of other units' maps. Errors
-// are noted in the table.
+// Parts of parse_register_map(), also used by the readers of the map's [simulated] table and of maps for other
+// instruments. They note errors in the table.
 
 /// Reads the keys that every Modbus unit has: name, vendor, source, [link], [[register]], [identity].
 void read_unit(const TomlTable& file, std::optional<WordOrder> word_order, RegisterMap& map);

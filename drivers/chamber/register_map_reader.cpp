@@ -41,7 +41,7 @@ void read_text_form(const TomlTable& table, TextForm& form) {
   form.padding = table.choice("padding", {"space", "zero"}, "space") == "zero" ? '\0' : ' ';
 }
 
-std::optional<DatePart> date_part(const TomlTable& table, const std::string& word) {
+std::optional<DatePart> find_date_part(const TomlTable& table, const std::string& word) {
   for (const auto& [known, part] : kDateParts)
     if (word == known) return part;
   table.mistake("parts", fmt::format("\"{}\" is not one of year, month, day, weekday, hour, minute, second", word));
@@ -52,9 +52,9 @@ std::optional<DatePart> date_part(const TomlTable& table, const std::string& wor
 void read_date_form(const TomlTable& table, DateForm& form) {
   for (const auto& word : table.texts("parts")) {
     const auto slash = word.find('/');
-    const auto high = date_part(table, word.substr(0, slash));
+    const auto high = find_date_part(table, word.substr(0, slash));
     DateForm::Word parts{high.value_or(DatePart::year), std::nullopt};
-    if (slash != std::string::npos) parts.low = date_part(table, word.substr(slash + 1));
+    if (slash != std::string::npos) parts.low = find_date_part(table, word.substr(slash + 1));
     form.words.push_back(parts);
   }
   if (form.words.empty() || form.words.size() > 7) table.mistake("parts", "expected one to seven registers of parts");
@@ -184,7 +184,7 @@ RegisterItem read_item(const TomlTable& table, const ItemDefaults& defaults) {
 }
 
 /// Returns equal items at equal distances: "alarm" becomes "alarm_1", "alarm_2", …
-std::vector<RegisterItem> repeated(const TomlTable& table, const RegisterItem& item) {
+std::vector<RegisterItem> repeat_item(const TomlTable& table, const RegisterItem& item) {
   if (!table.has("count")) return {item};
   const auto count = whole<int>(table, "count", 1, kMostOfOneKind);
   const auto spacing = whole<int>(table, "spacing", 1, 4096);
@@ -192,14 +192,14 @@ std::vector<RegisterItem> repeated(const TomlTable& table, const RegisterItem& i
   for (int i = 0; i < count; ++i) {
     auto& one = all.emplace_back(item);
     one.name = fmt::format("{}_{}", item.name, i + 1);
-    const auto moved = [&](std::uint16_t address) {
-      const int there = address + i * spacing;
-      if (there + word_count(item) > 0x10000)
+    const auto shift = [&](std::uint16_t address) {
+      const int shifted = address + i * spacing;
+      if (shifted + word_count(item) > 0x10000)
         table.mistake("count", fmt::format("\"{}\" does not fit below address 65536", one.name));
-      return static_cast<std::uint16_t>(there);
+      return static_cast<std::uint16_t>(shifted);
     };
-    one.address = moved(item.address);
-    if (item.rtu_address) one.rtu_address = moved(*item.rtu_address);
+    one.address = shift(item.address);
+    if (item.rtu_address) one.rtu_address = shift(*item.rtu_address);
   }
   return all;
 }
@@ -294,8 +294,8 @@ void check_steps(const TomlTable& table, const ProfileMemory& memory) {
   };
   if (!has(CellSource::target) && !has(CellSource::start))
     table.mistake("step", "no cell of a step contains its target or its start");
-  const bool timed = has(CellSource::total_seconds) || (has(CellSource::hours) && has(CellSource::minutes));
-  if (!timed) table.mistake("step", "the cells of a step do not contain its time");
+  const bool has_time = has(CellSource::total_seconds) || (has(CellSource::hours) && has(CellSource::minutes));
+  if (!has_time) table.mistake("step", "the cells of a step do not contain its time");
   if (memory.ramps_by_rate && !has(CellSource::rate)) table.mistake("step", "no cell of a step contains the rate");
   for (const auto& block : memory.step)
     if (block.address + (memory.steps_at_most - 1) * memory.stride + block.count > 0x10000)
@@ -307,7 +307,7 @@ const std::vector<std::string> kCommands{"start",   "stop",          "pause",   
                                          "advance", "start_program", "stop_program", "begin_upload", "end_upload"};
 
 /// Reads the value to write: a number, a code, a parameter of the command, or the time of another item.
-void read_value(const TomlTable& table, const RegisterMap& map, const RegisterItem* item, SequenceStep& step) {
+void read_written_value(const TomlTable& table, const RegisterMap& map, const RegisterItem* item, SequenceStep& step) {
   if (table.has("code")) {
     const auto meaning = table.text("code");
     const auto code = item ? code_of(*item, meaning) : std::nullopt;
@@ -339,7 +339,7 @@ SequenceStep read_step(const TomlTable& table, const RegisterMap& map) {
     step.item = table.text("write");
     const auto* item = find_named_item(map, table, "write", step.item);
     if (item && !item->writable) table.mistake("write", fmt::format("register \"{}\" is not writable", item->name));
-    read_value(table, map, item, step);
+    read_written_value(table, map, item, step);
   } else if (table.has("wait")) {
     step.kind = SequenceStep::Kind::wait;
     step.until = read_condition(table.table("wait"), map);
@@ -356,7 +356,7 @@ void read_items(const TomlTable& file, const ItemDefaults& defaults, RegisterMap
   std::set<std::string> names;
   const auto tables = file.tables("register");
   for (const auto& table : tables)
-    for (auto& item : repeated(table, read_item(table, defaults))) {
+    for (auto& item : repeat_item(table, read_item(table, defaults))) {
       if (!names.insert(item.name).second)
         table.mistake("name", fmt::format("a second register is named \"{}\"", item.name));
       check_sizes(table, item, map);
@@ -455,7 +455,7 @@ void check_block(const TomlTable& link, const RegisterMap& map) {
 constexpr int kMostWrittenAtOnce = 123;
 
 /// Reads a non-negative duration that `link` may override.
-void read_time(const TomlTable& link, const char* key, Duration& time) { time = link.duration(key, time); }
+void read_duration(const TomlTable& link, const char* key, Duration& time) { time = link.duration(key, time); }
 
 void read_serial(const TomlTable& link, SerialFormat& serial) {
   if (!link.has("serial")) return;
@@ -471,9 +471,9 @@ void read_serial(const TomlTable& link, SerialFormat& serial) {
 void read_settings(const TomlTable& link, ModbusLink& modbus) {
   modbus = with_settings(std::move(modbus), read_link_settings(link));
   modbus.port = whole<std::uint16_t>(link, "port", 1, 65535, modbus.port);
-  read_time(link, "minimum_period", modbus.minimum_period);
-  read_time(link, "after_write", modbus.after_write);
-  read_time(link, "gap", modbus.gap);
+  read_duration(link, "minimum_period", modbus.minimum_period);
+  read_duration(link, "after_write", modbus.after_write);
+  read_duration(link, "gap", modbus.gap);
   modbus.write_at_most = whole<std::uint16_t>(link, "write_at_most", 1, kMostWrittenAtOnce, modbus.write_at_most);
   modbus.answers_reads_by_either_function =
       link.boolean("answers_reads_by_either_function", modbus.answers_reads_by_either_function);
@@ -498,7 +498,7 @@ constexpr auto kActivities = make_vocabulary<ChamberActivity::off, ChamberActivi
     "door_open", "emergency_stop", "power_failure", "unknown");
 constexpr auto kSeverities = make_vocabulary<AlarmSeverity::note, AlarmSeverity::stop>("note", "warning", "stop");
 
-std::vector<std::int64_t> every_code(const RegisterItem& item) {
+std::vector<std::int64_t> collect_codes(const RegisterItem& item) {
   std::vector<std::int64_t> all;
   for (const auto& [name, codes] : item.codes) all.insert(all.end(), codes.begin(), codes.end());
   return all;
@@ -512,14 +512,14 @@ void add_meaning(const TomlTable& table, const char* key, const RegisterItem& it
   } else if (const auto flag = item.flags.find(meaning); flag != item.flags.end()) {
     condition.bits |= 1U << flag->second;
   } else if (!meaning.empty() && meaning == item.otherwise) {
-    condition.codes = every_code(item);
+    condition.codes = collect_codes(item);
     condition.not_these = true;
   } else {
     table.mistake(key, fmt::format("register \"{}\" has no code named \"{}\"", item.name, meaning));
   }
 }
 
-std::vector<std::string> one_or_more(const TomlTable& table, const char* key) {
+std::vector<std::string> read_one_or_more(const TomlTable& table, const char* key) {
   if (table.is_list(key)) return table.texts(key);
   return {table.text(key)};
 }
@@ -683,19 +683,19 @@ Condition read_condition(const TomlTable& table, const RegisterMap& map) {
   Condition condition;
   condition.item = table.text(item_key(table));
   const auto* item = find_named_item(map, table, item_key(table), condition.item);
-  const bool negated = table.has("is_not");
-  const char* key = negated ? "is_not" : "is";
-  if (table.has(key)) condition.meanings = one_or_more(table, key);
+  const bool is_negated = table.has("is_not");
+  const char* key = is_negated ? "is_not" : "is";
+  if (table.has(key)) condition.meanings = read_one_or_more(table, key);
   if (item && !item->readable && item->type == RegisterType::text)
     table.mistake(item_key(table), fmt::format("register \"{}\" is not a number", item->name));
   for (const auto& meaning : condition.meanings)
     if (item) add_meaning(table, key, *item, meaning, condition);
-  if (negated) condition.not_these = !condition.not_these;
+  if (is_negated) condition.not_these = !condition.not_these;
   read_numbers(table, condition);
-  const bool says = !condition.meanings.empty() || condition.bits != 0 || condition.above;
-  if (!says && item && !item->flags.empty())
+  const bool has_condition = !condition.meanings.empty() || condition.bits != 0 || condition.above;
+  if (!has_condition && item && !item->flags.empty())
     for (const auto& [name, bit] : item->flags) condition.bits |= 1U << bit;
-  else if (!says)
+  else if (!has_condition)
     table.mistake("", "expected \"is\", \"is_not\", \"bits\" or \"above\"");
   return condition;
 }

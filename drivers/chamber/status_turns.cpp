@@ -36,9 +36,9 @@ std::vector<ReadSpan> plan_reads(std::span<const RegisterItem* const> items, boo
   std::vector<ReadSpan> plan;
   for (const auto& span : wanted) {
     const int end = span.first + span.count;
-    const bool together = !plan.empty() && plan.back().function == span.function;
-    if (together && end <= plan.back().first + plan.back().count) continue;
-    if (together && holes && end - plan.back().first <= at_most)
+    const bool is_same_table = !plan.empty() && plan.back().function == span.function;
+    if (is_same_table && end <= plan.back().first + plan.back().count) continue;
+    if (is_same_table && holes && end - plan.back().first <= at_most)
       plan.back().count = static_cast<std::uint16_t>(end - plan.back().first);
     else
       plan.push_back(span);
@@ -59,58 +59,58 @@ std::span<const std::uint16_t> Snapshot::words_of(const RegisterItem& item) cons
 void StatusTurns::begin_new_round() {
   so_far_.clear();
   at_ = 0;
-  under_way_ = false;
-  delays_ = false;
+  is_in_progress_ = false;
+  is_next_slow_ = false;
   until_round_ = 0;
 }
 
 void StatusTurns::schedule_full_round() {
   begin_new_round();
-  at_once_ = true;
+  reads_all_next_ = true;
 }
 
 void StatusTurns::begin_reading() {
-  unhurried_ = std::exchange(at_once_, false);
-  const bool asks = (every_ > 0 || unhurried_) && !pieces_.empty();
-  if (asks && !under_way_ && until_round_ <= 0) {
-    under_way_ = true;
+  unhurried_ = std::exchange(reads_all_next_, false);
+  const bool has_work = (every_ > 0 || unhurried_) && !pieces_.empty();
+  if (has_work && !is_in_progress_ && until_round_ <= 0) {
+    is_in_progress_ = true;
     until_round_ = every_;
   }
   --until_round_;
   ++since_piece_;
-  since_round_ = asks ? since_round_ + 1 : 0;
+  since_round_ = has_work ? since_round_ + 1 : 0;
 }
 
 const ReadSpan* StatusTurns::next(Duration spent, Duration exchange) {
-  if (!under_way_ || at_ == pieces_.size()) return nullptr;
+  if (!is_in_progress_ || at_ == pieces_.size()) return nullptr;
   const bool is_due = since_piece_ >= kReadingsWithoutAPiece;
-  const bool has_time =
-      !delays_ && spent + exchange <= kReading && spent + exchange + kExchangesOfASetPoint * exchange <= kSecondsWork;
+  const bool has_time = !is_next_slow_ && spent + exchange <= kReading &&
+                        spent + exchange + kExchangesOfASetPoint * exchange <= kSecondsWork;
   if (!unhurried_ && !is_due && !has_time) return nullptr;
   since_piece_ = 0;
   return &pieces_[at_];
 }
 
 void StatusTurns::found(std::vector<std::uint16_t> words) {
-  had_[at_] = true;
-  delays_ = false;
+  was_read_[at_] = true;
+  is_next_slow_ = false;
   so_far_.add(pieces_[at_++], std::move(words));
 }
 
 bool StatusTurns::refused() {
-  delays_ = false;
-  if (had_[at_]) return false;
+  is_next_slow_ = false;
+  if (was_read_[at_]) return false;
   pieces_.erase(pieces_.begin() + static_cast<std::ptrdiff_t>(at_));
-  had_.erase(had_.begin() + static_cast<std::ptrdiff_t>(at_));
+  was_read_.erase(was_read_.begin() + static_cast<std::ptrdiff_t>(at_));
   return true;
 }
 
-void StatusTurns::lost(Duration spent) { delays_ = spent > kReading; }
+void StatusTurns::lost(Duration spent) { is_next_slow_ = spent > kReading; }
 
 Snapshot StatusTurns::take() {
   at_ = 0;
   since_round_ = 0;
-  under_way_ = false;
+  is_in_progress_ = false;
   return std::exchange(so_far_, {});
 }
 

@@ -42,7 +42,7 @@ std::string shorten(std::string_view text) {
   return plain(text.substr(0, kShown)) + (text.size() > kShown ? "…" : "");
 }
 
-std::optional<double> parse_number(std::string_view token) {
+std::optional<double> parse_decimal(std::string_view token) {
   if (token.empty() || token.find_first_not_of("0123456789.eE+-") != std::string_view::npos) return std::nullopt;
   if (token.front() == '+') {
     token.remove_prefix(1);
@@ -87,7 +87,7 @@ Result<std::vector<Result<Celsius>>> decode_process_readings(std::string_view te
   while (!text.empty()) {
     const auto token = take_token(text);
     const auto place = fmt::format("input {}", readings.size() + 1);
-    const auto value = parse_number(token);
+    const auto value = parse_decimal(token);
     if (readings.size() == inputs || (!value && token != kNoReading)) return not_readings();
     readings.push_back(value ? check_range(kPossibleRange, {*value}, place)
                              : failure(FaultKind::out_of_range, place, "the program reports no reading"));

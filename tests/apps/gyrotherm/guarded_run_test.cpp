@@ -93,7 +93,7 @@ TEST_F(GuardedRun, KeepsSetPointWithoutGuardAfterOrderlyStop) {
   ASSERT_TRUE(run.wait_for("\"acknowledged\": 1}", 60)) << run.output();
   Background second(warm_run(folder / "second.db"), folder / "second.log");
   EXPECT_EQ(second.wait(), 3) << "one program drives a chamber";
-  EXPECT_NE(second.output().find("another program drives it: process "), std::string::npos) << second.output();
+  EXPECT_NE(second.output().find("driven by another program: process "), std::string::npos) << second.output();
   EXPECT_FALSE(std::filesystem::exists(folder / "second.db"));
   run.signal(SIGINT);
   EXPECT_EQ(run.wait(), 5) << run.output();

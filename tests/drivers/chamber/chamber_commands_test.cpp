@@ -197,7 +197,7 @@ TEST_F(ChamberCommands, AStartThatDoesNotShowIsATimeout) {
   const auto done = chamber->start();
   ASSERT_FALSE(done);
   EXPECT_EQ(done.error().kind, FaultKind::timeout);
-  EXPECT_EQ(text(done.error()), "chamber register 7 (state): is stopped and not constant after 3 s");
+  EXPECT_EQ(text(done.error()), "chamber register 7 (state): is stopped, expected constant within 3 s");
 }
 
 TEST_F(ChamberCommands, AStepIsLeftOutUnlessItsConditionHolds) {
@@ -325,7 +325,7 @@ TEST_F(ChamberCommands, WhatIsNotAnsweredAtFirstIsAskedForAgain) {
     EXPECT_TRUE(chamber->read()) << "air and set point are there";
     const auto state = chamber->inspect();
     ASSERT_FALSE(state) << "nobody knows whether a program runs";
-    EXPECT_EQ(state.error().what, "its activity could not be read: unit: exception 6, server device busy");
+    EXPECT_EQ(state.error().what, "the activity could not be read: unit: exception 6, server device busy");
     EXPECT_TRUE(chamber->missing().empty());
     unit->refused_from = 0xFFFF;
     unit->words[8] = 0b001;
@@ -341,7 +341,7 @@ TEST_F(ChamberCommands, AStatusThatIsBusyForAMinuteIsToldWithItsAnswer) {
   const auto state = chamber->read();
   ASSERT_FALSE(state);
   EXPECT_EQ(state.error().what,
-            "its state and its alarms could not be read for a minute: unit: exception 6, server device busy");
+            "the state and alarms could not be read for a minute: unit: exception 6, server device busy");
 }
 
 TEST_F(ChamberCommands, APieceThatTakesASecondToBeBusyMakesNotEveryReadingLate) {

@@ -76,7 +76,7 @@ TEST_F(ChamberLockTest, ASecondIsRefusedAndToldWhoHoldsIt) {
   ASSERT_FALSE(second);
   EXPECT_EQ(second.error().kind, FaultKind::refused);
   const auto words = fmt::format("process {} of {}, record /data/first.db", ::getpid(), describe_user(::getuid()));
-  EXPECT_EQ(second.error().what, "another program drives it: " + words);
+  EXPECT_EQ(second.error().what, "driven by another program: " + words);
   const auto holder = ChamberLock::holder(place);
   ASSERT_TRUE(holder);
   EXPECT_EQ(holder->words, words);

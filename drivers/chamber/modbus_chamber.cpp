@@ -389,18 +389,18 @@ class ModbusChamber final : public Chamber {
       const auto span = *next;
       auto words = registers_->read(span.function, span.first, span.count);
       if (words) {
-        turns_.found(std::move(*words));
-      } else if (words.error().kind == FaultKind::refused && turns_.refused()) {
+        turns_.store(std::move(*words));
+      } else if (words.error().kind == FaultKind::refused && turns_.note_refused()) {
         missing_.push_back(fmt::format("{} ({})", fmt::join(find_status_names(span), ", "), words.error().what));
       } else {
-        turns_.lost(pauses_->now() - began);
+        turns_.note_lost(pauses_->now() - began);
         lost_ = text(words.error());
         return;
       }
     }
     if (!turns_.is_complete()) return;
     lost_.clear();
-    status_ = evaluate_status(core, turns_.take());
+    status_ = evaluate_status(core, turns_.take_snapshot());
     status_known_ = true;
   }
 

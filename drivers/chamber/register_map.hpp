@@ -44,7 +44,7 @@ struct StateRule {
 
 struct AlarmRule {
   AlarmSeverity severity{};
-  std::string text;  ///< if empty, names of codes or bits
+  std::string text;  ///< default: names of codes or bits
   Condition when;
 };
 

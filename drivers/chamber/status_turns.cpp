@@ -60,7 +60,7 @@ void StatusTurns::begin_new_round() {
   so_far_.clear();
   at_ = 0;
   is_in_progress_ = false;
-  is_next_slow_ = false;
+  is_late_ = false;
   until_round_ = 0;
 }
 
@@ -84,30 +84,30 @@ void StatusTurns::begin_reading() {
 const ReadSpan* StatusTurns::next(Duration spent, Duration exchange) {
   if (!is_in_progress_ || at_ == pieces_.size()) return nullptr;
   const bool is_due = since_piece_ >= kReadingsWithoutAPiece;
-  const bool has_time = !is_next_slow_ && spent + exchange <= kReading &&
-                        spent + exchange + kExchangesOfASetPoint * exchange <= kSecondsWork;
+  const bool has_time =
+      !is_late_ && spent + exchange <= kReading && spent + exchange + kExchangesOfASetPoint * exchange <= kSecondsWork;
   if (!unhurried_ && !is_due && !has_time) return nullptr;
   since_piece_ = 0;
   return &pieces_[at_];
 }
 
-void StatusTurns::found(std::vector<std::uint16_t> words) {
+void StatusTurns::store(std::vector<std::uint16_t> words) {
   was_read_[at_] = true;
-  is_next_slow_ = false;
+  is_late_ = false;
   so_far_.add(pieces_[at_++], std::move(words));
 }
 
-bool StatusTurns::refused() {
-  is_next_slow_ = false;
+bool StatusTurns::note_refused() {
+  is_late_ = false;
   if (was_read_[at_]) return false;
   pieces_.erase(pieces_.begin() + static_cast<std::ptrdiff_t>(at_));
   was_read_.erase(was_read_.begin() + static_cast<std::ptrdiff_t>(at_));
   return true;
 }
 
-void StatusTurns::lost(Duration spent) { is_next_slow_ = spent > kReading; }
+void StatusTurns::note_lost(Duration spent) { is_late_ = spent > kReading; }
 
-Snapshot StatusTurns::take() {
+Snapshot StatusTurns::take_snapshot() {
   at_ = 0;
   since_round_ = 0;
   is_in_progress_ = false;

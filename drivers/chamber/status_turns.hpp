@@ -64,17 +64,17 @@ class StatusTurns {
   /// point in the same second. Regardless of time, every fifth reading reads at least one piece.
   [[nodiscard]] const ReadSpan* next(Duration spent, Duration exchange);
   /// Stores the words of the piece that next() returned.
-  void found(std::vector<std::uint16_t> words);
+  void store(std::vector<std::uint16_t> words);
   /// Notes that the unit refused the piece as non-existent. Unless the piece was read successfully before, removes it
   /// and returns true; next() then returns the following piece.
-  bool refused();
+  bool note_refused();
   /// Notes that the piece could not be read. `spent` is the time used in this reading. A piece that made the reading
   /// late is retried only at every fifth reading, so the other readings remain on time.
-  void lost(Duration spent);
+  void note_lost(Duration spent);
 
-  /// Returns whether the round is complete. take() then returns its snapshot once.
+  /// Returns whether the round is complete. take_snapshot() then returns its snapshot once.
   [[nodiscard]] bool is_complete() const { return is_in_progress_ && at_ == pieces_.size(); }
-  [[nodiscard]] Snapshot take();
+  [[nodiscard]] Snapshot take_snapshot();
 
   /// Returns whether no round was completed in the last 60 + `every` readings.
   [[nodiscard]] bool is_overdue() const;
@@ -97,7 +97,7 @@ class StatusTurns {
   bool reads_all_next_ = false;
   bool unhurried_ = false;
   /// The next piece made a reading late.
-  bool is_next_slow_ = false;
+  bool is_late_ = false;
 };
 
 }  // namespace gyrotherm::drivers

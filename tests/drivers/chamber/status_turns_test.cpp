@@ -21,7 +21,7 @@ std::vector<ReadSpan> pieces(int count) {
 int reading(StatusTurns& turns, Duration spent, Duration exchange) {
   turns.begin_reading();
   int asked = 0;
-  for (; turns.next(spent, exchange) != nullptr; spent += exchange, ++asked) turns.found({0});
+  for (; turns.next(spent, exchange) != nullptr; spent += exchange, ++asked) turns.store({0});
   return asked;
 }
 
@@ -30,7 +30,7 @@ TEST(StatusTurns, OfAFastLineAllIsAskedForAtOnce) {
   for (int round = 0; round < 3; ++round) {
     EXPECT_EQ(reading(turns, 10ms, 5ms), 6);
     EXPECT_TRUE(turns.is_complete());
-    static_cast<void>(turns.take());
+    static_cast<void>(turns.take_snapshot());
     EXPECT_EQ(reading(turns, 10ms, 5ms), 0);
     EXPECT_EQ(reading(turns, 10ms, 5ms), 0);
   }
@@ -50,7 +50,7 @@ TEST(StatusTurns, HoweverSlowALineIsSomePieceIsAskedForInEveryFifthReading) {
   int asked = 0;
   for (int i = 0; i < 20; ++i) asked += reading(turns, 900ms, 300ms);
   EXPECT_EQ(asked, 2 + 0) << "then the round is complete and waits to be taken";
-  static_cast<void>(turns.take());
+  static_cast<void>(turns.take_snapshot());
   for (int i = 0; i < 5; ++i) asked += reading(turns, 900ms, 300ms);
   EXPECT_EQ(asked, 3);
 }
@@ -59,7 +59,7 @@ TEST(StatusTurns, ALostPieceIsAskedForAgain) {
   StatusTurns turns(pieces(2), 1);
   turns.begin_reading();
   EXPECT_EQ(turns.next(0ms, 1ms)->first, 0);
-  turns.found({1});
+  turns.store({1});
   // The piece is not answered.
   EXPECT_EQ(turns.next(0ms, 1ms)->first, 10);
   turns.begin_reading();
@@ -70,21 +70,21 @@ TEST(StatusTurns, APieceThatTheUnitDoesNotHaveIsNeverAskedForAgain) {
   StatusTurns turns(pieces(3), 1);
   turns.begin_reading();
   static_cast<void>(turns.next(0ms, 1ms));
-  EXPECT_TRUE(turns.refused());
+  EXPECT_TRUE(turns.note_refused());
   EXPECT_EQ(turns.next(0ms, 1ms)->first, 10);
-  turns.found({1}), turns.found({1});
+  turns.store({1}), turns.store({1});
   EXPECT_TRUE(turns.is_complete());
-  static_cast<void>(turns.take());
+  static_cast<void>(turns.take_snapshot());
   EXPECT_EQ(reading(turns, 0ms, 1ms), 2);
 }
 
 TEST(StatusTurns, APieceThatWasThereIsAskedForAgainWhateverIsAnswered) {
   StatusTurns turns(pieces(2), 1);
   EXPECT_EQ(reading(turns, 0ms, 1ms), 2);
-  static_cast<void>(turns.take());
+  static_cast<void>(turns.take_snapshot());
   turns.begin_reading();
   EXPECT_EQ(turns.next(0ms, 1ms)->first, 0);
-  EXPECT_FALSE(turns.refused()) << "an exception now does not mean that there is no such register";
+  EXPECT_FALSE(turns.note_refused()) << "an exception now does not mean that there is no such register";
   EXPECT_EQ(turns.pieces(), 2);
   turns.begin_reading();
   EXPECT_EQ(turns.next(0ms, 1ms)->first, 0);
@@ -96,7 +96,7 @@ TEST(StatusTurns, APieceThatMadeAReadingLateIsAskedForByEveryFifthAloneUntilItCo
   for (int i = 0; i < 20; ++i) {
     turns.begin_reading();
     if (turns.next(10ms, 5ms) == nullptr) continue;
-    turns.lost(1500ms);
+    turns.note_lost(1500ms);
     ++asked;
   }
   EXPECT_EQ(asked, 4);
@@ -116,7 +116,7 @@ TEST(StatusTurns, AllAtOnceIsForOneReading) {
   StatusTurns turns(pieces(6), 1);
   turns.schedule_full_round();
   EXPECT_EQ(reading(turns, 400ms, 200ms), 6);
-  static_cast<void>(turns.take());
+  static_cast<void>(turns.take_snapshot());
   EXPECT_LT(reading(turns, 400ms, 200ms), 6);
 }
 

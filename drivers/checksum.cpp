@@ -10,7 +10,7 @@ namespace gyrotherm::drivers {
 
 namespace {
 
-std::uint32_t mirrored(std::uint32_t value, int bits) {
+std::uint32_t mirror_bits(std::uint32_t value, int bits) {
   std::uint32_t image = 0;
   for (int i = 0; i < bits; ++i) image |= (value >> i & 1u) << (bits - 1 - i);
   return image;
@@ -18,14 +18,14 @@ std::uint32_t mirrored(std::uint32_t value, int bits) {
 
 using ByteTable = std::array<std::uint32_t, 256>;
 
-ByteTable mirrored_bytes() {
+ByteTable make_mirror_table() {
   ByteTable table{};
-  for (std::uint32_t byte = 0; byte < table.size(); ++byte) table[byte] = mirrored(byte, 8);
+  for (std::uint32_t byte = 0; byte < table.size(); ++byte) table[byte] = mirror_bits(byte, 8);
   return table;
 }
 
 /// Returns the register after eight shifts, for each byte at the top of 32 bits.
-ByteTable shifted_bytes(std::uint32_t polynomial) {
+ByteTable make_shift_table(std::uint32_t polynomial) {
   ByteTable table{};
   for (std::uint32_t byte = 0; byte < table.size(); ++byte) {
     auto value = byte << 24;
@@ -41,14 +41,14 @@ const ByteTable& find_table(std::uint32_t polynomial) {
   thread_local std::map<std::uint32_t, ByteTable> tables;
   const auto found = tables.find(polynomial);
   if (found == tables.end() && tables.size() == kMostTables) tables.clear();
-  return found != tables.end() ? found->second : tables.emplace(polynomial, shifted_bytes(polynomial)).first->second;
+  return found != tables.end() ? found->second : tables.emplace(polynomial, make_shift_table(polynomial)).first->second;
 }
 
 }  // namespace
 
 std::uint32_t crc(const Crc& model, std::span<const std::byte> bytes) {
   // The register occupies the top of 32 bits, so the same loop works for every width.
-  static const ByteTable kMirrored = mirrored_bytes();
+  static const ByteTable kMirrored = make_mirror_table();
   const int spare = 32 - model.width;
   const auto& table = find_table(model.polynomial << spare);
   std::uint32_t value = model.initial << spare;
@@ -57,7 +57,7 @@ std::uint32_t crc(const Crc& model, std::span<const std::byte> bytes) {
     value = value << 8 ^ table[value >> 24 ^ (model.reflected ? kMirrored[next] : next)];
   }
   value >>= spare;
-  return (model.reflected_out.value_or(model.reflected) ? mirrored(value, model.width) : value) ^ model.final_xor;
+  return (model.reflected_out.value_or(model.reflected) ? mirror_bits(value, model.width) : value) ^ model.final_xor;
 }
 
 std::uint8_t sum8(std::span<const std::byte> bytes) {

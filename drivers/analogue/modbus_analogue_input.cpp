@@ -141,7 +141,7 @@ class ModbusAnalogueInputs final : public AnalogueInputs {
         pauses_(std::move(pauses)),
         items_(map_.registers, *registers_, *pauses_) {
     assert(!wanted_.empty());
-    plan_ = plan();
+    plan_ = plan_spans();
   }
 
   std::uint64_t breaks() const override { return registers_->breaks(); }
@@ -193,7 +193,7 @@ class ModbusAnalogueInputs final : public AnalogueInputs {
     return items;
   }
 
-  [[nodiscard]] std::vector<ReadSpan> plan() const {
+  [[nodiscard]] std::vector<ReadSpan> plan_spans() const {
     std::vector<const RegisterItem*> all, wanted;
     const auto add = [&](std::vector<const RegisterItem*>& to, const AnalogueInput& input) {
       const auto items = find_input_items(input);

@@ -158,7 +158,7 @@ Address make_address(const std::string& name) {
 
 const sockaddr* as_sockaddr(const Address& address) { return reinterpret_cast<const sockaddr*>(&address.text); }
 
-Descriptor new_socket() { return Descriptor(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)); }
+Descriptor make_socket() { return Descriptor(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)); }
 
 constexpr char kSpareMark = '#';  ///< "NAME#5f0c…" is a spare name
 
@@ -312,7 +312,7 @@ std::optional<ChamberHolder> read_lock_holder(int file) {
 
 tl::expected<Descriptor, int> bind_name(const std::string& name) {
   const auto address = make_address(name);
-  auto socket = new_socket();
+  auto socket = make_socket();
   if (!socket.is_open() || ::bind(socket.number(), as_sockaddr(address), address.size) != 0 ||
       ::listen(socket.number(), kBacklog) != 0)
     return tl::unexpected(errno);
@@ -323,7 +323,7 @@ tl::expected<Descriptor, int> bind_name(const std::string& name) {
 /// connecting to it. Otherwise sock_diag reports the user, and the process is found by its open files.
 NameOwner find_socket_owner(const NamedSocket& named) {
   const auto address = make_address(named.name);
-  const auto socket = new_socket();
+  const auto socket = make_socket();
   ucred owner{};
   socklen_t size = sizeof owner;
   if (socket.is_open() && ::connect(socket.number(), as_sockaddr(address), address.size) == 0 &&

@@ -30,7 +30,7 @@ std::string read_pattern(const TomlTable& table) {
   return pattern;
 }
 
-const RegisterItem* readable_item(const TomlTable& table, const RegisterMap& map, const std::string& name) {
+const RegisterItem* find_readable_item(const TomlTable& table, const RegisterMap& map, const std::string& name) {
   const auto* item = find_named_item(map, table, item_key(table), name);
   if (item && !item->readable) table.mistake(item_key(table), fmt::format("register \"{}\" cannot be read", name));
   return item;
@@ -39,7 +39,7 @@ const RegisterItem* readable_item(const TomlTable& table, const RegisterMap& map
 Fingerprint read_fingerprint(const TomlTable& table, const RegisterMap& map, const std::string& name) {
   Fingerprint print;
   print.item = name;
-  const auto* item = readable_item(table, map, name);
+  const auto* item = find_readable_item(table, map, name);
   if (item && item->type == RegisterType::text) {
     print.pattern = read_pattern(table);
     return print;
@@ -52,7 +52,7 @@ Fingerprint read_fingerprint(const TomlTable& table, const RegisterMap& map, con
 VerifiedSetting read_setting(const TomlTable& table, const RegisterMap& map) {
   VerifiedSetting setting{
       .item = table.text(item_key(table)), .verifies = table.text("verifies", ""), .when = {}, .pattern = {}};
-  const auto* item = readable_item(table, map, setting.item);
+  const auto* item = find_readable_item(table, map, setting.item);
   const bool is_text = item && item->type == RegisterType::text;
   if (setting.verifies.empty()) return setting;
   if (is_text)
@@ -73,7 +73,7 @@ void read_verification(const TomlTable& table, RegisterMap& map) {
   auto& verification = map.verification;
   verification.verifies = table.text("verifies", "");
   for (const auto& name : table.texts("shows")) {
-    if (readable_item(table, map, name)) verification.shows.push_back(name);
+    if (find_readable_item(table, map, name)) verification.shows.push_back(name);
   }
   for (const auto& one : table.tables("setting")) verification.settings.push_back(read_setting(one, map));
   for (const auto& one : table.tables("other_map"))

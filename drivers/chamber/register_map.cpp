@@ -93,7 +93,7 @@ const char* name(Confidence confidence) { return keyword_for(kConfidences, confi
 
 namespace {
 
-/// Returns the items in use (see doubts()), in the order of the map, each once.
+/// Returns the items in use (see list_doubts()), in the order of the map, each once.
 std::vector<const RegisterItem*> find_items_in_use(const RegisterMap& map) {
   std::vector<std::string> names{"air_temperature", "set_point", map.limits.lowest_item, map.limits.highest_item};
   if (map.identity) names.push_back(map.identity->item);
@@ -128,7 +128,7 @@ std::string list_items(const std::vector<Doubt>& all, Confidence confidence) {
 
 }  // namespace
 
-std::vector<Doubt> doubts(const RegisterMap& map) {
+std::vector<Doubt> list_doubts(const RegisterMap& map) {
   std::vector<Doubt> all;
   for (const auto* item : find_items_in_use(map))
     if (item->confidence != Confidence::verified) all.push_back({item->name, item->confidence, item->note});
@@ -139,7 +139,7 @@ std::vector<Doubt> doubts(const RegisterMap& map) {
 }
 
 std::string describe_confidence(const RegisterMap& map) {
-  const auto all = doubts(map);
+  const auto all = list_doubts(map);
   const auto count = [&](Confidence confidence) { return std::ranges::count(all, confidence, &Doubt::confidence); };
   const auto verified = std::ranges::count_if(
       find_items_in_use(map), [](const auto* item) { return item->confidence == Confidence::verified; });

@@ -303,7 +303,7 @@ struct Doubt {
 
 /// Returns the unverified items that are in use, least certain first. Items are in use if reading, set points,
 /// commands, states, alarms, limits, the fingerprint or the profile memory need them.
-[[nodiscard]] std::vector<Doubt> doubts(const RegisterMap& map);
+[[nodiscard]] std::vector<Doubt> list_doubts(const RegisterMap& map);
 
 /// Returns a line of text: "3 registers in use verified, 5 from the manual, 1 from one source (…), 1 unverified:
 /// set_point (…)".

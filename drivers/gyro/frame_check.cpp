@@ -99,7 +99,7 @@ FrameCheck read_frame_check(const TomlTable& table, std::size_t shortest, bool i
   return check;
 }
 
-std::uint32_t check_value(const FrameCheck& check, std::span<const std::byte> bytes) {
+std::uint32_t compute_check_value(const FrameCheck& check, std::span<const std::byte> bytes) {
   std::vector<std::byte> padded;
   if (bytes.size() % check.padded_to != 0) {
     padded.assign(bytes.begin(), bytes.end());
@@ -125,7 +125,7 @@ bool has_valid_check(const FrameCheck& check, std::span<const std::byte> frame) 
   const auto covered = frame.subspan(extent->from, extent->to - extent->from);
   if (is_parity(check.kind)) return has_odd_parity(covered) == (check.kind == CheckKind::odd_parity);
   const auto stored = load_bits(frame.subspan(extent->stored, byte_count(check)), check.big_endian);
-  return ((stored ^ check_value(check, covered)) & check.mask) == 0;
+  return ((stored ^ compute_check_value(check, covered)) & check.mask) == 0;
 }
 
 void write_check(const FrameCheck& check, std::span<std::byte> frame) {
@@ -136,7 +136,7 @@ void write_check(const FrameCheck& check, std::span<std::byte> frame) {
     if (!has_valid_check(check, frame)) frame[extent->stored] ^= static_cast<std::byte>(1u << check.bit);
     return;
   }
-  const auto value = check_value(check, covered) & check.mask;
+  const auto value = compute_check_value(check, covered) & check.mask;
   store_bits(frame.subspan(extent->stored, byte_count(check)), check.big_endian, value);
 }
 

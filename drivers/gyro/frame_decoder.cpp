@@ -21,7 +21,7 @@ bool is_check_text_valid(const FrameCheck& check, std::string_view covered, std:
   std::uint32_t stored{};
   const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), stored, 16);
   if (error != std::errc{} || end != digits.data() + digits.size()) return false;
-  return stored == check_value(check, text_bytes(covered.substr(from)));
+  return stored == compute_check_value(check, text_bytes(covered.substr(from)));
 }
 
 std::vector<std::string_view> split_tokens(const LineFormat& format, std::string_view line) {

@@ -22,7 +22,7 @@ std::string join_line(const LineFormat& format, const FrameCheck& check, const s
   if (check.kind != CheckKind::none) {
     const auto covered =
         std::as_bytes(std::span(line)).subspan(std::min(static_cast<std::size_t>(check.from), line.size()));
-    line += fmt::format("{}{:0{}x}", format.mark, check_value(check, covered), 2 * byte_count(check));
+    line += fmt::format("{}{:0{}x}", format.mark, compute_check_value(check, covered), 2 * byte_count(check));
   }
   return line + format.terminator;
 }

@@ -45,7 +45,7 @@ struct FrameCheck {
 [[nodiscard]] FrameCheck read_frame_check(const TomlTable& table, std::size_t shortest, bool in_line);
 
 /// Returns the check value of the covered bytes.
-[[nodiscard]] std::uint32_t check_value(const FrameCheck& check, std::span<const std::byte> covered);
+[[nodiscard]] std::uint32_t compute_check_value(const FrameCheck& check, std::span<const std::byte> covered);
 [[nodiscard]] bool has_valid_check(const FrameCheck& check, std::span<const std::byte> frame);
 /// Writes the correct check value into the frame.
 void write_check(const FrameCheck& check, std::span<std::byte> frame);

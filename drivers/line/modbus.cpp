@@ -41,7 +41,7 @@ class GuardedRegisters final : public Registers {
 
   Result<std::vector<std::uint16_t>> read(ReadFunction function, std::uint16_t address, std::uint16_t count) override {
     auto message = request(static_cast<std::uint8_t>(function), address);
-    assert(count >= 1 && count <= (reads_bits(message.function) ? kMostBits : link_.read_at_most));
+    assert(count >= 1 && count <= (is_bit_read(message.function) ? kMostBits : link_.read_at_most));
     message.count = count;
     return exchange(message, kMostTries);
   }
@@ -83,7 +83,7 @@ class GuardedRegisters final : public Registers {
       if (!answer && !first) first = answer.error();
       if (!answer) answer = failure(*first);
       const bool is_unit_busy = answer && is_busy(*answer);
-      if (is_unit_busy ? !reads(request.function) : answer || tries >= most_tries) return answer;
+      if (is_unit_busy ? !is_read(request.function) : answer || tries >= most_tries) return answer;
       if (deadline.left() <= (is_unit_busy ? rest : Duration::zero())) return answer;
       if (is_unit_busy) line_->rest(std::exchange(rest, 2 * rest));
     }
@@ -121,8 +121,8 @@ class GuardedRegisters final : public Registers {
         default: return "";
       }
     };
-    return fmt::format("{} unit {} {} {}{}+{}", line_->place(), link_.unit, reads(request.function) ? "read" : "write",
-                       table(), request.address, request.count);
+    return fmt::format("{} unit {} {} {}{}+{}", line_->place(), link_.unit,
+                       is_read(request.function) ? "read" : "write", table(), request.address, request.count);
   }
 
   [[nodiscard]] Fault refusal(const ModbusRequest& request, std::uint8_t exception) const {
@@ -143,7 +143,7 @@ class GuardedRegisters final : public Registers {
     const bool is_temporary =
         exception == kAcknowledged || exception == kBusy || exception == kNoPath || exception == kNoAnswer;
     if (is_temporary && !is_vendor_specific) return FaultKind::timeout;
-    if (reads(request.function)) return exception > kNoAddress ? FaultKind::out_of_range : FaultKind::refused;
+    if (is_read(request.function)) return exception > kNoAddress ? FaultKind::out_of_range : FaultKind::refused;
     return exception == kFailure && !is_vendor_specific ? FaultKind::timeout : FaultKind::refused;
   }
 

@@ -107,9 +107,9 @@ class Pace {
         next_(Duration::zero(), clock),
         after_last_write_(Duration::zero(), clock) {}
   [[nodiscard]] Duration left() const { return std::max(next_.left(), after_last_write_.left()); }
-  void began() { next_ = Deadline(period_, clock_); }
-  void ended(const ModbusRequest& request) {
-    if (!reads(request.function)) after_last_write_ = Deadline(after_write_, clock_);
+  void note_start() { next_ = Deadline(period_, clock_); }
+  void note_end(const ModbusRequest& request) {
+    if (!is_read(request.function)) after_last_write_ = Deadline(after_write_, clock_);
   }
 
  private:

@@ -26,7 +26,7 @@ void append_word(std::vector<std::byte>& bytes, std::size_t value) {
 }
 
 /// Returns the fault for a field of a reply with an unexpected value.
-tl::unexpected<Fault> wrong_field(const char* field, std::size_t found, std::size_t expected) {
+tl::unexpected<Fault> field_fault(const char* field, std::size_t found, std::size_t expected) {
   return failure(FaultKind::corrupted, "", fmt::format("{} of the reply is {}, expected {}", field, found, expected));
 }
 
@@ -48,12 +48,12 @@ bool is_known(ModbusFunction function) {
 
 /// Returns the number of data bytes in the reply to a read.
 std::size_t data_size(const ModbusRequest& request) {
-  return reads_bits(request.function) ? (request.count + 7u) / 8 : 2 * std::size_t{request.count};
+  return is_bit_read(request.function) ? (request.count + 7u) / 8 : 2 * std::size_t{request.count};
 }
 
 /// Returns the size of the reply's PDU if it is not an exception.
 std::size_t reply_size(const ModbusRequest& request) {
-  return reads(request.function) ? 2 + data_size(request) : kShortRequest;
+  return is_read(request.function) ? 2 + data_size(request) : kShortRequest;
 }
 
 /// Returns the last field of a short request: the count or the value.
@@ -76,21 +76,21 @@ std::uint16_t bit_at(std::span<const std::byte> bytes, std::size_t at, std::size
 
 Result<ModbusAnswer> decode_read_reply(const ModbusRequest& request, std::span<const std::byte> reply) {
   if (const auto found = byte_at(reply, 1); found != data_size(request))
-    return wrong_field("byte count", found, data_size(request));
-  if (reply.size() != reply_size(request)) return wrong_field("size", reply.size(), reply_size(request));
+    return field_fault("byte count", found, data_size(request));
+  if (reply.size() != reply_size(request)) return field_fault("size", reply.size(), reply_size(request));
   ModbusAnswer answer{.words = std::vector<std::uint16_t>(request.count)};
   for (std::size_t i = 0; i < answer.words.size(); ++i)
-    answer.words[i] = reads_bits(request.function) ? bit_at(reply, 2 + i / 8, i % 8) : word_at(reply, 2 + 2 * i);
+    answer.words[i] = is_bit_read(request.function) ? bit_at(reply, 2 + i / 8, i % 8) : word_at(reply, 2 + 2 * i);
   return answer;
 }
 
 Result<ModbusAnswer> decode_write_reply(const ModbusRequest& request, std::span<const std::byte> reply) {
-  if (reply.size() != reply_size(request)) return wrong_field("size", reply.size(), reply_size(request));
+  if (reply.size() != reply_size(request)) return field_fault("size", reply.size(), reply_size(request));
   if (const auto found = word_at(reply, 1); found != request.address)
-    return wrong_field("address", found, request.address);
+    return field_fault("address", found, request.address);
   const bool is_multiple = request.function == ModbusFunction::write_multiple;
   if (const auto found = word_at(reply, 3); found != count_or_value(request))
-    return wrong_field(is_multiple ? "count" : "value", found, count_or_value(request));
+    return field_fault(is_multiple ? "count" : "value", found, count_or_value(request));
   return ModbusAnswer{};
 }
 
@@ -118,13 +118,13 @@ Result<void> read_contents(ModbusRequest& request, std::span<const std::byte> by
       return {};
     default:
       request.count = last;
-      if (last < 1 || last > (reads_bits(request.function) ? kMostBits : kMostRead)) return exception_fault("3");
+      if (last < 1 || last > (is_bit_read(request.function) ? kMostBits : kMostRead)) return exception_fault("3");
       return {};
   }
 }
 
 void append_request(const ModbusRequest& request, std::vector<std::byte>& bytes) {
-  assert(reads(request.function) || request.words.size() == request.count);
+  assert(is_read(request.function) || request.words.size() == request.count);
   append_byte(bytes, function_code(request.function));
   append_word(bytes, request.address);
   append_word(bytes, count_or_value(request));
@@ -136,7 +136,7 @@ void append_request(const ModbusRequest& request, std::vector<std::byte>& bytes)
 /// Returns whether `function`, the first byte of a reply without exception flag, matches `request`.
 bool is_answer_function(const ModbusRequest& request, std::uint8_t function) {
   if (function == function_code(request.function)) return true;
-  const bool is_register_read = reads(request.function) && !reads_bits(request.function);
+  const bool is_register_read = is_read(request.function) && !is_bit_read(request.function);
   return request.either_read_function && is_register_read && (function == 3 || function == 4);
 }
 
@@ -147,15 +147,15 @@ bool is_exception_function(const ModbusRequest& request, std::uint8_t function) 
 /// Decodes the PDU of a reply after comparing every field with its request: function, byte count and size; for a write
 /// also address and count or value. Fails with corrupted, naming the field.
 Result<ModbusAnswer> decode_pdu(const ModbusRequest& request, std::span<const std::byte> reply) {
-  if (reply.size() < kExceptionReplySize) return wrong_field("size", reply.size(), kExceptionReplySize);
+  if (reply.size() < kExceptionReplySize) return field_fault("size", reply.size(), kExceptionReplySize);
   const auto function = byte_at(reply, 0);
   if (is_exception_function(request, function)) {
-    if (reply.size() != kExceptionReplySize) return wrong_field("size", reply.size(), kExceptionReplySize);
+    if (reply.size() != kExceptionReplySize) return field_fault("size", reply.size(), kExceptionReplySize);
     if (byte_at(reply, 1) == 0) return failure(FaultKind::corrupted, "", "exception 0, which does not exist");
     return ModbusAnswer{.exception = byte_at(reply, 1)};
   }
-  if (!is_answer_function(request, function)) return wrong_field("function", function, function_code(request.function));
-  return reads(request.function) ? decode_read_reply(request, reply) : decode_write_reply(request, reply);
+  if (!is_answer_function(request, function)) return field_fault("function", function, function_code(request.function));
+  return is_read(request.function) ? decode_read_reply(request, reply) : decode_write_reply(request, reply);
 }
 
 /// Server: decodes function, address, count and words into `request`. Fails with refused if the answer must be an
@@ -186,14 +186,14 @@ std::optional<std::size_t> request_size(std::span<const std::byte> bytes) {
 /// Appends a reply. `words` are the words of a read, as many as requested.
 void append_reply(const ModbusRequest& request, std::span<const std::uint16_t> words, std::vector<std::byte>& bytes) {
   append_byte(bytes, function_code(request.function));
-  if (!reads(request.function)) {
+  if (!is_read(request.function)) {
     append_word(bytes, request.address);
     append_word(bytes, count_or_value(request));
     return;
   }
   assert(words.size() == request.count);
   append_byte(bytes, data_size(request));
-  if (!reads_bits(request.function)) {
+  if (!is_bit_read(request.function)) {
     for (const auto word : words) append_word(bytes, word);
     return;
   }
@@ -233,22 +233,22 @@ std::vector<std::byte> finish_tcp_frame(std::vector<std::byte> frame) {
 }
 
 /// Returns the fault for a wrong number in a reply. Names `key`, the setting for units that always use another number.
-tl::unexpected<Fault> wrong_number(const char* field, std::size_t found, std::size_t expected, const char* key) {
+tl::unexpected<Fault> number_fault(const char* field, std::size_t found, std::size_t expected, const char* key) {
   return failure(FaultKind::corrupted, "",
                  fmt::format("{} of the reply is {}, expected {}, or {} = true in the link table of the rig file",
                              field, found, expected, key));
 }
 
 Result<void> check_header(const ModbusRequest& request, std::span<const std::byte> reply) {
-  if (reply.size() < kExceptionSize) return wrong_field("size", reply.size(), kExceptionSize);
+  if (reply.size() < kExceptionSize) return field_fault("size", reply.size(), kExceptionSize);
   if (const auto found = word_at(reply, 0); !request.any_transaction && found != request.transaction)
-    return wrong_number("transaction", found, request.transaction, "returns_other_transaction");
-  if (const auto found = word_at(reply, 2); found != 0) return wrong_field("protocol", found, 0);
-  const bool has_length = reads(request.function) || !request.miscounted_reply;
+    return number_fault("transaction", found, request.transaction, "returns_other_transaction");
+  if (const auto found = word_at(reply, 2); found != 0) return field_fault("protocol", found, 0);
+  const bool has_length = is_read(request.function) || !request.miscounted_reply;
   if (const auto found = word_at(reply, kLengthAt); has_length && found != reply.size() - kUnitAt)
-    return wrong_field("length", found, reply.size() - kUnitAt);
+    return field_fault("length", found, reply.size() - kUnitAt);
   if (const auto found = byte_at(reply, kUnitAt); !request.any_unit && found != request.unit)
-    return wrong_number("unit", found, request.unit, "returns_other_unit");
+    return number_fault("unit", found, request.unit, "returns_other_unit");
   return {};
 }
 
@@ -352,15 +352,15 @@ std::vector<std::byte> encode_rtu_request(const ModbusRequest& request) {
 }
 
 Result<std::optional<std::size_t>> rtu_answer_size(const ModbusRequest& request, std::span<const std::byte> bytes) {
-  if (!bytes.empty() && byte_at(bytes, 0) != request.unit) return wrong_field("unit", byte_at(bytes, 0), request.unit);
+  if (!bytes.empty() && byte_at(bytes, 0) != request.unit) return field_fault("unit", byte_at(bytes, 0), request.unit);
   if (bytes.size() < 2) return std::nullopt;
   const auto function = byte_at(bytes, 1);
   if (is_exception_function(request, function)) return kOverhead + kExceptionReplySize;
   if (!is_answer_function(request, function))
-    return wrong_field("function", function, static_cast<std::uint8_t>(request.function));
+    return field_fault("function", function, static_cast<std::uint8_t>(request.function));
   const auto size = kOverhead + reply_size(request);
-  if (reads(request.function) && bytes.size() > 2 && byte_at(bytes, 2) + kOverhead + 2u != size)
-    return wrong_field("byte count", byte_at(bytes, 2), size - kOverhead - 2);
+  if (is_read(request.function) && bytes.size() > 2 && byte_at(bytes, 2) + kOverhead + 2u != size)
+    return field_fault("byte count", byte_at(bytes, 2), size - kOverhead - 2);
   return size;
 }
 
@@ -368,7 +368,7 @@ Result<ModbusAnswer> decode_rtu_answer(const ModbusRequest& request, std::span<c
   const auto size = rtu_answer_size(request, frame);
   if (!size) return failure(size.error());
   const auto expected = size->value_or(kOverhead + kExceptionReplySize);
-  if (frame.size() != expected) return wrong_field("size", frame.size(), expected);
+  if (frame.size() != expected) return field_fault("size", frame.size(), expected);
   if (!has_valid_crc(frame)) return failure(FaultKind::corrupted, "", "the reply has a wrong CRC");
   return decode_pdu(request, pdu(frame));
 }

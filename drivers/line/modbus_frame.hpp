@@ -57,8 +57,8 @@ struct ModbusAnswer {
 /// Returns the name of an exception in the standard, such as "illegal data address".
 [[nodiscard]] std::string exception_meaning(std::uint8_t exception);
 
-[[nodiscard]] constexpr bool reads(ModbusFunction function) { return static_cast<std::uint8_t>(function) <= 4; }
-[[nodiscard]] constexpr bool reads_bits(ModbusFunction function) { return static_cast<std::uint8_t>(function) <= 2; }
+[[nodiscard]] constexpr bool is_read(ModbusFunction function) { return static_cast<std::uint8_t>(function) <= 4; }
+[[nodiscard]] constexpr bool is_bit_read(ModbusFunction function) { return static_cast<std::uint8_t>(function) <= 2; }
 
 [[nodiscard]] inline std::uint16_t word_at(std::span<const std::byte> bytes, std::size_t at) {
   return static_cast<std::uint16_t>(byte_at(bytes, at) << 8 | byte_at(bytes, at + 1));

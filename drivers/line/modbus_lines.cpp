@@ -131,10 +131,10 @@ class ModbusTcp final : public ModbusLine {
     if (auto ready = is_numbered_ ? open(deadline) : open_silent(deadline); !ready)
       return failure(std::move(ready.error()));
     request.transaction = ++transaction_;
-    pace_.began();
+    pace_.note_start();
     late_answers_ = Deadline(2 * timeout_, clock_);
     auto answer = connection_->send(encode_request(request)).and_then([&] { return receive(request, deadline); });
-    pace_.ended(request);
+    pace_.note_end(request);
     if (!answer) drop();
     return answer;
   }
@@ -315,7 +315,7 @@ class ModbusRtu final : public ModbusLine {
   /// the answer to a read differs from the request.
   [[nodiscard]] Result<void> verify_no_echo(const ModbusRequest& written, const Deadline& deadline) {
     if (auto silent = wait_for_silence(deadline); !silent) return silent;
-    const bool is_coil = written.function == ModbusFunction::write_coil || reads_bits(written.function);
+    const bool is_coil = written.function == ModbusFunction::write_coil || is_bit_read(written.function);
     const ModbusRequest query{.unit = unit_,
                               .function = is_coil ? ModbusFunction::read_coils : ModbusFunction::read_holding,
                               .address = written.address,
@@ -330,11 +330,11 @@ class ModbusRtu final : public ModbusLine {
     const auto frame = encode_rtu_request(request);
     auto sent = stream_->write(frame, deadline.left());
     if (!sent && sent.error().kind == FaultKind::disconnected) return failure(std::move(sent.error()));
-    pace_.began();
+    pace_.note_start();
     answer_may_come_late_ = true;
     late_answers_ = Deadline(2 * timeout_, clock_);
     auto answer = sent ? receive(request, frame, deadline) : Result<ModbusAnswer>(failure(std::move(sent.error())));
-    pace_.ended(request);
+    pace_.note_end(request);
     return answer;
   }
 

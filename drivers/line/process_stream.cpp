@@ -192,7 +192,7 @@ ProcessStream::~ProcessStream() {
 
 Result<void> ProcessStream::start() {
   auto& [command, child, backoff, why] = *state_;
-  if (child && !child->is_running()) return broken({});
+  if (child && !child->is_running()) return close_with_fault({});
   if (child) return {};
   if (backoff.left() > Duration::zero())
     return failure(FaultKind::disconnected, text(command),
@@ -200,12 +200,12 @@ Result<void> ProcessStream::start() {
   auto pipes = make_pipes(text(command));
   if (!pipes) return failure(pipes.error());
   const auto process = spawn(command, *pipes);
-  if (process == 0) return broken(fmt::format("cannot be run: {}", std::strerror(errno)));
+  if (process == 0) return close_with_fault(fmt::format("cannot be run: {}", std::strerror(errno)));
   child = std::make_unique<Child>(process, *pipes);
   return {};
 }
 
-tl::unexpected<Fault> ProcessStream::broken(std::string why) {
+tl::unexpected<Fault> ProcessStream::close_with_fault(std::string why) {
   if (state_->child) {
     if (state_->child->is_settled()) state_->backoff.note_success();
     const auto exit = state_->child->kill();
@@ -227,7 +227,7 @@ Result<std::size_t> ProcessStream::read(std::span<std::byte> buffer, Duration wi
     if (size > 0) return static_cast<std::size_t>(size);
     if (size == 0 || !would_block()) {
       child.close_and_wait(Duration(std::chrono::milliseconds(100)));  // the exit status follows shortly
-      return broken({});
+      return close_with_fault({});
     }
     if (!child.wait(deadline))
       return failure(FaultKind::timeout, text(state_->command), fmt::format("no data in {:.3f} s", to_seconds(within)));
@@ -243,15 +243,16 @@ Result<void> ProcessStream::write(std::span<const std::byte> bytes, Duration wit
       bytes = bytes.subspan(static_cast<std::size_t>(sent));
       continue;
     }
-    if (sent < 0 && !would_block()) return broken({});
+    if (sent < 0 && !would_block()) return close_with_fault({});
     if (deadline.over() || !ready(state_->child->line(), POLLOUT, deadline))
-      return broken(fmt::format("the program did not read its input for {:.3f} s and was stopped", to_seconds(within)));
+      return close_with_fault(
+          fmt::format("the program did not read its input for {:.3f} s and was stopped", to_seconds(within)));
   }
   return {};
 }
 
 void ProcessStream::kill() {
-  if (state_->child) (void)broken("the program gave no valid answer and was stopped");
+  if (state_->child) (void)close_with_fault("the program gave no valid answer and was stopped");
 }
 
 }  // namespace gyrotherm::drivers

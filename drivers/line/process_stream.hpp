@@ -47,7 +47,7 @@ class ProcessStream final : public ByteStream {
  private:
   class Child;
   [[nodiscard]] Result<void> start();
-  [[nodiscard]] tl::unexpected<Fault> broken(std::string why);
+  [[nodiscard]] tl::unexpected<Fault> close_with_fault(std::string why);
 
   struct State;
   std::unique_ptr<State> state_;

@@ -31,7 +31,7 @@ std::optional<std::uint8_t> parse_hex(std::string_view text) {
 
 std::string address_text(char lead, std::uint8_t address) { return fmt::format("{}{:02X}", lead, address); }
 
-tl::unexpected<Fault> corrupted(std::string_view line, std::string_view expected) {
+tl::unexpected<Fault> corrupted_fault(std::string_view line, std::string_view expected) {
   return failure(FaultKind::corrupted, "", fmt::format("\"{}\" is not {}", line, expected));
 }
 
@@ -55,7 +55,7 @@ std::string seal_dcon(std::string text, DconChecksum checksum) {
 
 Result<std::string_view> unseal_dcon(std::string_view line, DconChecksum checksum) {
   if (checksum == DconChecksum::off) return line;
-  if (line.size() < kSumDigits) return corrupted(line, "an answer with a checksum");
+  if (line.size() < kSumDigits) return corrupted_fault(line, "an answer with a checksum");
   const auto text = line.substr(0, line.size() - kSumDigits);
   const auto sum = checksum_text(text);
   if (line.substr(text.size()) != sum)
@@ -71,16 +71,16 @@ std::string dcon_query(std::uint8_t address, std::string_view what) { return add
 Result<std::string_view> decode_dcon_answer(std::string_view line, std::uint8_t address) {
   if (line == address_text('?', address)) return failure(FaultKind::refused, "", "command refused by the module");
   const auto lead = address_text('!', address);
-  if (!line.starts_with(lead)) return corrupted(line, fmt::format("an answer of module {:02X}", address));
+  if (!line.starts_with(lead)) return corrupted_fault(line, fmt::format("an answer of module {:02X}", address));
   return line.substr(lead.size());
 }
 
 Result<DconConfiguration> decode_dcon_configuration(std::string_view text) {
-  const auto not_readings = [&] { return corrupted(text, "a configuration TTCCFF"); };
-  if (text.size() != 6) return not_readings();
+  const auto wrong = [&] { return corrupted_fault(text, "a configuration TTCCFF"); };
+  if (text.size() != 6) return wrong();
   const auto type = parse_hex(text.substr(0, 2)), baud = parse_hex(text.substr(2, 2)),
              format = parse_hex(text.substr(4));
-  if (!type || !baud || !format) return not_readings();
+  if (!type || !baud || !format) return wrong();
   return DconConfiguration{*type, *baud, *format};
 }
 
@@ -91,7 +91,7 @@ std::string encode_dcon_configuration(const DconConfiguration& configuration) {
 Result<std::uint8_t> decode_dcon_type(std::string_view text, int input) {
   const auto lead = fmt::format("C{}R", input);
   const auto type = text.starts_with(lead) ? parse_hex(text.substr(lead.size())) : std::nullopt;
-  if (!type) return corrupted(text, fmt::format("the type of input {}", input));
+  if (!type) return corrupted_fault(text, fmt::format("the type of input {}", input));
   return *type;
 }
 
@@ -112,7 +112,7 @@ Result<std::vector<Result<Celsius>>> decode_dcon_readings(std::string_view line,
     auto refusal = decode_dcon_answer(line, address);
     return failure(std::move(refusal.error()));
   }
-  const auto not_readings = [&] { return corrupted(line, fmt::format("{} readings", ranges.size())); };
+  const auto not_readings = [&] { return corrupted_fault(line, fmt::format("{} readings", ranges.size())); };
   if (!line.starts_with('>')) return not_readings();
   const auto values = split_at_signs(line.substr(1));
   if (values.size() != ranges.size()) return not_readings();

@@ -246,43 +246,44 @@ enum class SensorCode : std::uint8_t { rtd, thermistor, thermocouple, semiconduc
 enum class Excitation : std::uint8_t { off, ten_ua, two_hundred_ten_ua };
 
 template <class Code>
-MccRequest set(std::uint8_t input, MccItem item, Code code) {
+MccRequest make_set_request(std::uint8_t input, MccItem item, Code code) {
   return mcc_set_item(input, item, static_cast<std::uint8_t>(code));
 }
 
-std::vector<MccRequest> setup(std::uint8_t input, const MccRtd& rtd) {
-  return {set(input, MccItem::sensor, SensorCode::rtd),
-          set(input, MccItem::connection, rtd.wires),
-          set(input, MccItem::excitation, Excitation::two_hundred_ten_ua),
-          set(input, MccItem::gain, 2),
+std::vector<MccRequest> make_setup(std::uint8_t input, const MccRtd& rtd) {
+  return {make_set_request(input, MccItem::sensor, SensorCode::rtd),
+          make_set_request(input, MccItem::connection, rtd.wires),
+          make_set_request(input, MccItem::excitation, Excitation::two_hundred_ten_ua),
+          make_set_request(input, MccItem::gain, 2),
           mcc_set_item(input, MccItem::coefficient_0, rtd.r0_ohm),
           mcc_set_item(input, MccItem::coefficient_1, rtd.a_per_k),
           mcc_set_item(input, MccItem::coefficient_2, rtd.b_per_k2),
           mcc_set_item(input, MccItem::coefficient_3, rtd.c_per_k4)};
 }
 
-std::vector<MccRequest> setup(std::uint8_t input, const MccThermistor& thermistor) {
-  return {set(input, MccItem::sensor, SensorCode::thermistor),
-          set(input, MccItem::connection, thermistor.wires),
-          set(input, MccItem::excitation, Excitation::ten_ua),
-          set(input, MccItem::gain, 0),
+std::vector<MccRequest> make_setup(std::uint8_t input, const MccThermistor& thermistor) {
+  return {make_set_request(input, MccItem::sensor, SensorCode::thermistor),
+          make_set_request(input, MccItem::connection, thermistor.wires),
+          make_set_request(input, MccItem::excitation, Excitation::ten_ua),
+          make_set_request(input, MccItem::gain, 0),
           mcc_set_item(input, MccItem::coefficient_0, thermistor.a),
           mcc_set_item(input, MccItem::coefficient_1, thermistor.b),
           mcc_set_item(input, MccItem::coefficient_2, thermistor.c)};
 }
 
-std::vector<MccRequest> setup(std::uint8_t input, const MccSemiconductor& semiconductor) {
-  return {set(input, MccItem::sensor, SensorCode::semiconductor),
-          set(input, MccItem::connection, semiconductor.differential),
-          set(input, MccItem::excitation, Excitation::off),
-          set(input, MccItem::gain, 1),
+std::vector<MccRequest> make_setup(std::uint8_t input, const MccSemiconductor& semiconductor) {
+  return {make_set_request(input, MccItem::sensor, SensorCode::semiconductor),
+          make_set_request(input, MccItem::connection, semiconductor.differential),
+          make_set_request(input, MccItem::excitation, Excitation::off),
+          make_set_request(input, MccItem::gain, 1),
           mcc_set_item(input, MccItem::coefficient_0, semiconductor.offset),
           mcc_set_item(input, MccItem::coefficient_1, semiconductor.scale)};
 }
 
-std::vector<MccRequest> setup(std::uint8_t input, const MccThermocouple& thermocouple) {
-  return {set(input, MccItem::sensor, SensorCode::thermocouple), set(input, MccItem::excitation, Excitation::off),
-          set(input, MccItem::thermocouple, thermocouple.type)};
+std::vector<MccRequest> make_setup(std::uint8_t input, const MccThermocouple& thermocouple) {
+  return {make_set_request(input, MccItem::sensor, SensorCode::thermocouple),
+          make_set_request(input, MccItem::excitation, Excitation::off),
+          make_set_request(input, MccItem::thermocouple, thermocouple.type)};
 }
 
 constexpr TemperatureRange kOtherRange{{-273.15}, {200}};
@@ -307,7 +308,7 @@ TemperatureRange range(const MccThermocouple& thermocouple) {
 
 std::vector<MccRequest> mcc_setup(std::uint8_t input, const MccSensor& sensor) {
   assert(input < kMccInputs);
-  return std::visit([input](const auto& kind) { return setup(input, kind); }, sensor);
+  return std::visit([input](const auto& kind) { return make_setup(input, kind); }, sensor);
 }
 
 TemperatureRange mcc_range(const MccSensor& sensor) {

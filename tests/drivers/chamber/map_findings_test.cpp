@@ -56,7 +56,7 @@ TEST(WordOrderProbe, SaysWhatToChange) {
 }
 
 TEST(MapConfidence, NamesWhatIsUsedAndNotVerifiedTheLeastSureFirst) {
-  const auto all = doubts(shipped("binder_mb1"));
+  const auto all = list_doubts(shipped("binder_mb1"));
   ASSERT_FALSE(all.empty());
   EXPECT_EQ(all.front().confidence, Confidence::unverified);
   const auto words = describe_confidence(shipped("binder_mb1"));

@@ -42,8 +42,8 @@ void check_reply(const ModbusRequest& asked, std::span<const std::byte> bytes) {
   if (!answer) return;
   if (!size || !*size || **size != bytes.size()) std::abort();
   if (answer->exception != 0) return;
-  if (answer->words.size() != (reads(asked.function) ? asked.count : 0u)) std::abort();
-  if (!reads_bits(asked.function) && !std::ranges::equal(encode_rtu_reply(asked, answer->words), bytes)) std::abort();
+  if (answer->words.size() != (is_read(asked.function) ? asked.count : 0u)) std::abort();
+  if (!is_bit_read(asked.function) && !std::ranges::equal(encode_rtu_reply(asked, answer->words), bytes)) std::abort();
 }
 
 }  // namespace

@@ -38,11 +38,11 @@ class FaultyUnit {
     const auto request = decode_rtu_request(frame);
     ASSERT_TRUE(request) << text(request.error());
     ++requests_;
-    if (!reads(request->function) && request->function != ModbusFunction::loop_back)
+    if (!is_read(request->function) && request->function != ModbusFunction::loop_back)
       for (std::size_t i = 0; i < request->words.size(); ++i)
         stored_[static_cast<std::uint16_t>(request->address + i)] = request->words[i];
     auto reply = encode_rtu_reply(
-        *request, reads(request->function) ? telltale_words(request->address, request->count, requests_) : Words{});
+        *request, is_read(request->function) ? telltale_words(request->address, request->count, requests_) : Words{});
     misbehave(*request, Bytes(frame.begin(), frame.end()), std::move(reply));
   }
 
@@ -102,7 +102,7 @@ class FaultyUnit {
 
   /// Returns a valid answer to a request that the client never makes: of another unit, function or size.
   [[nodiscard]] Bytes foreign(ModbusRequest request) {
-    if (!reads(request.function))
+    if (!is_read(request.function))
       request = {.unit = request.unit, .function = ModbusFunction::read_holding, .count = 9};
     const auto kind = chance_.below(3);
     if (kind == 0) request.unit ^= static_cast<std::uint8_t>(1 + chance_.below(255));
@@ -113,7 +113,7 @@ class FaultyUnit {
 
   /// Answers a write with another register or value. A read has no such field.
   void misdirect(Duration at, ModbusRequest request) {
-    if (reads(request.function)) return line_.arrive(at, foreign(request));
+    if (is_read(request.function)) return line_.arrive(at, foreign(request));
     request.address ^= static_cast<std::uint16_t>(1 + chance_.below(0xFFFF));
     line_.arrive(at, encode_rtu_reply(request, {}));
   }

@@ -23,7 +23,7 @@ TEST_F(ModbusRtu, ReadsAndWrites) {
 TEST_F(ModbusRtu, SingleWritesOfSeveralWordsGoOneByOne) {
   std::vector<std::pair<std::uint16_t, std::uint16_t>> written;
   unit = [&](int, const ModbusRequest& request, const Bytes&) {
-    if (!reads(request.function)) {
+    if (!is_read(request.function)) {
       EXPECT_EQ(request.function, ModbusFunction::write_single);
       written.emplace_back(request.address, request.words.front());
     }

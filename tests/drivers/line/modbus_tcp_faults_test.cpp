@@ -98,9 +98,9 @@ class FaultyClient {
     const auto request = decode_request(frame);
     ASSERT_TRUE(request) << text(request.error());
     ++requests_;
-    if (!reads(request->function)) stored_ = *request;
+    if (!is_read(request->function)) stored_ = *request;
     auto reply = encode_reply(
-        *request, reads(request->function) ? telltale_words(request->address, request->count, requests_) : Words{});
+        *request, is_read(request->function) ? telltale_words(request->address, request->count, requests_) : Words{});
     if (!is_numbered_) reply[0] = reply[1] = std::byte{0};
     is_numbered_ ? misbehave(line, *request, frame, std::move(reply)) : misbehave_unnumbered(line, std::move(reply));
     last_ = *request;
@@ -140,7 +140,7 @@ class FaultyClient {
 
   /// Corrupts the header, the function or the byte count, and for a write also the address, count or value.
   void falsify(const ModbusRequest& request, Bytes& reply) {
-    const auto end = reads(request.function) ? std::size_t{9} : reply.size();
+    const auto end = is_read(request.function) ? std::size_t{9} : reply.size();
     for (auto flips = 1 + chance_.below(3); flips > 0; --flips)
       reply[chance_.below(end)] ^= static_cast<std::byte>(1 + chance_.below(255));
   }
@@ -150,7 +150,7 @@ class FaultyClient {
     auto request = last_;
     if (request.function == ModbusFunction{}) request.function = ModbusFunction::read_holding, request.count = 1;
     return encode_reply(request,
-                        telltale_words(request.address, reads(request.function) ? request.count : 0, requests_));
+                        telltale_words(request.address, is_read(request.function) ? request.count : 0, requests_));
   }
 
   bool read_once(Account& account) {

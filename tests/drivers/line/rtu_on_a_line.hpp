@@ -31,7 +31,7 @@ inline ModbusLink usual() {
 
 /// Returns a reply in which each register holds its own address.
 inline Bytes good(const ModbusRequest& request) {
-  Words words(reads(request.function) ? request.count : 0u);
+  Words words(is_read(request.function) ? request.count : 0u);
   for (std::size_t i = 0; i < words.size(); ++i) words[i] = static_cast<std::uint16_t>(request.address + i);
   return encode_rtu_reply(request, words);
 }

@@ -39,7 +39,7 @@ bool ChamberPort::asks_who(const drivers::ModbusRequest& request) const {
   const auto is = [&](const drivers::RegisterItem& item) {
     return request.address == item.address && request.count == word_count(item);
   };
-  return reads(request.function) && map.identity &&
+  return is_read(request.function) && map.identity &&
          (is(*map.find(map.identity->item)) || is(*map.find("air_temperature")));
 }
 
@@ -47,9 +47,9 @@ bool ChamberPort::asks_who(const drivers::ModbusRequest& request) const {
 /// reconnection. A set point without an acknowledgement may be repeated.
 void ChamberPort::note(const drivers::ModbusRequest& request) {
   if (asks_who(request)) return;
-  const auto sent = reads(request.function) ? std::nullopt : set_point_in(request);
+  const auto sent = is_read(request.function) ? std::nullopt : set_point_in(request);
   const bool is_another = sent && to_be_read_back_ && abs(*sent - *to_be_read_back_) >= Kelvins{1e-3};
-  if (to_be_read_back_ && !sent && !(reads(request.function) && shows_set_point(request))) ++not_read_back_;
+  if (to_be_read_back_ && !sent && !(is_read(request.function) && shows_set_point(request))) ++not_read_back_;
   to_be_read_back_ = sent;
   if (sent) sent_.push_back({*sent, !trouble.ignores_writes && trouble.exception == 0, is_another});
 }

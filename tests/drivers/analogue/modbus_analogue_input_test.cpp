@@ -46,7 +46,7 @@ std::string mistake_in(const std::string& input) {
   return map ? "" : text(map.error());
 }
 
-TEST(AnalogueMap, RegistersThatAreAlikeAreAsManyInputs) {
+TEST(AnalogueMap, MakesOneInputPerCountedRegister) {
   const auto map = parse_analogue_map(kGood + R"([[input]]
 register = "voltage"
 status = "state"
@@ -66,7 +66,7 @@ unit = "V"
   EXPECT_EQ(describe_confidence(*map), "4 inputs: unverified");
 }
 
-TEST(AnalogueMap, EveryMistakeIsToldWithItsPlace) {
+TEST(AnalogueMap, ReportsEachErrorWithItsPosition) {
   const auto expect = [](const std::string& input, const std::string& what) {
     const auto mistake = mistake_in(input);
     EXPECT_NE(mistake.find(what), std::string::npos) << mistake;
@@ -83,18 +83,18 @@ TEST(AnalogueMap, EveryMistakeIsToldWithItsPlace) {
   expect("register = \"voltage\"\nunits = \"V\"\n", "units");
 }
 
-TEST(AnalogueMap, WithoutInputsIsNone) {
+TEST(AnalogueMap, RequiresAnInput) {
   const auto map = parse_analogue_map(kGood, "map.toml");
   ASSERT_FALSE(map);
   EXPECT_NE(text(map.error()).find("missing [[input]]"), std::string::npos);
 }
 
-TEST(AnalogueMap, AChambersMapIsNone) {
+TEST(AnalogueMap, RejectsChamberMap) {
   const auto text_of = read_text_file(GYROTHERM_SOURCE_DIR "/profiles/chambers/virtual.toml").value();
   EXPECT_FALSE(parse_analogue_map(text_of, "virtual.toml"));
 }
 
-TEST(AnalogueMap, EveryShippedOneIsRead) {
+TEST(AnalogueMap, ReadsEveryShippedMap) {
   int maps = 0;
   for (const auto& entry : std::filesystem::directory_iterator(GYROTHERM_SOURCE_DIR "/profiles/analogue-inputs")) {
     if (entry.path().extension() != ".toml") continue;
@@ -153,7 +153,7 @@ struct Unit {
   std::unique_ptr<AnalogueInputs> inputs;
 };
 
-TEST(ModbusAnalogueInputs, GivesTheInputsThatAreWantedInTheirOrder) {
+TEST(ModbusAnalogueInputs, ReturnsRequestedInputsInOrder) {
   Unit unit({2, 0});
   const auto readings = unit.inputs->read();
   ASSERT_EQ(readings.size(), 2u);
@@ -167,7 +167,7 @@ TEST(ModbusAnalogueInputs, RegistersThatFollowEachOtherAreOneExchange) {
   EXPECT_EQ(unit.registers->reads, 2) << "currents and states";
 }
 
-TEST(ModbusAnalogueInputs, WithHolesAllOfThemAre) {
+TEST(ModbusAnalogueInputs, ReadsAcrossHolesInOneExchange) {
   auto text = kUnit;
   text.replace(text.find("read_at_most = 16"), 17, "holes = true");
   Unit unit({0, 3}, text);
@@ -184,7 +184,7 @@ TEST(ModbusAnalogueInputs, NoExchangeIsLongerThanTheLinkAllows) {
   EXPECT_EQ(unit.registers->reads, 2) << "what holds no input that is wanted is not read";
 }
 
-TEST(ModbusAnalogueInputs, SaysWhoItIs) {
+TEST(ModbusAnalogueInputs, ReportsIdentity) {
   Unit unit({0});
   EXPECT_EQ(unit.inputs->identify(), "Acme AI-4 (model = 4711)");
   unit.registers->words[100] = 5;
@@ -194,7 +194,7 @@ TEST(ModbusAnalogueInputs, SaysWhoItIs) {
   EXPECT_EQ(another.error().where, "analogue input 2 register 100 (model)");
 }
 
-TEST(ModbusAnalogueInputs, AnInputThatDoesNotCountIsAFaultInItsPlaceAlone) {
+TEST(ModbusAnalogueInputs, ReportsFaultOfOneInput) {
   Unit unit({0, 1, 2});
   unit.registers->words[61] = 1;
   unit.registers->words[2] = 65535;
@@ -208,7 +208,7 @@ TEST(ModbusAnalogueInputs, AnInputThatDoesNotCountIsAFaultInItsPlaceAlone) {
   EXPECT_NE(text(readings[2].error()).find("analogue input 2 register 2 (current_3)"), std::string::npos);
 }
 
-TEST(ModbusAnalogueInputs, OneThatIsSetToAnotherRangeDoesNotCountEither) {
+TEST(ModbusAnalogueInputs, ReportsInputWithDifferentRange) {
   auto text_of = kUnit + R"([[register]]
 name = "mode"
 address = 24
@@ -231,7 +231,7 @@ otherwise = "no current"
   EXPECT_EQ(text(unit.inputs->read()[0].error()), "analogue input 2 register 60 (state_1): burn_out");
 }
 
-TEST(ModbusAnalogueInputs, SilenceIsAFaultInEveryPlaceAfterOneExchange) {
+TEST(ModbusAnalogueInputs, ReportsSilenceAfterOneExchange) {
   Unit unit({0, 1});
   unit.registers->fall_silent();
   for (const auto& reading : unit.inputs->read()) {

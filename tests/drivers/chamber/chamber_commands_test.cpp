@@ -179,7 +179,7 @@ class ChamberCommands : public testing::Test {
   std::unique_ptr<Chamber> chamber;
 };
 
-TEST_F(ChamberCommands, StartIsDoneWhenTheStateRegisterSaysSo) {
+TEST_F(ChamberCommands, CompletesStartByStateRegister) {
   Duration commanded{};
   unit->obey = [&](auto address, auto word) {
     if (address == 6 && word == 1) commanded = time->now();
@@ -193,14 +193,14 @@ TEST_F(ChamberCommands, StartIsDoneWhenTheStateRegisterSaysSo) {
   EXPECT_GE(time->now(), seconds(3));
 }
 
-TEST_F(ChamberCommands, AStartThatDoesNotShowIsATimeout) {
+TEST_F(ChamberCommands, TimesOutIfStartIsNotShown) {
   const auto done = chamber->start();
   ASSERT_FALSE(done);
   EXPECT_EQ(done.error().kind, FaultKind::timeout);
   EXPECT_EQ(text(done.error()), "chamber register 7 (state): is stopped, expected constant within 3 s");
 }
 
-TEST_F(ChamberCommands, AStepIsLeftOutUnlessItsConditionHolds) {
+TEST_F(ChamberCommands, SkipsStepIfConditionIsNotSatisfied) {
   unit->words[7] = 3;
   unit->obey = [&](auto address, auto word) {
     if (address == 6) unit->words[7] = word == 1 ? 1 : 0;
@@ -209,16 +209,16 @@ TEST_F(ChamberCommands, AStepIsLeftOutUnlessItsConditionHolds) {
   EXPECT_EQ(unit->written, (Written{{6, 4}, {6, 1}})) << "a program ran, and was stopped first";
 }
 
-TEST_F(ChamberCommands, AnUnknownCommandIsRefused) {
+TEST_F(ChamberCommands, RefusesUnknownCommand) {
   EXPECT_EQ(chamber->perform("defrost").error().kind, FaultKind::refused);
 }
 
-TEST_F(ChamberCommands, ABitIsSetAndTheOthersStay) {
+TEST_F(ChamberCommands, WritesOneBitAndKeepsTheOthers) {
   ASSERT_TRUE(chamber->perform("acknowledge"));
   EXPECT_EQ(unit->words[9], 0b1101);
 }
 
-TEST_F(ChamberCommands, ASetPointIsWrittenAsTheControllerCountsNow) {
+TEST_F(ChamberCommands, WritesSetPointWithPresentDecimals) {
   ASSERT_TRUE(chamber->send_set_point({40}));
   EXPECT_EQ(unit->words[3], 400);
   unit->words[4] = 2;
@@ -230,7 +230,7 @@ TEST_F(ChamberCommands, ASetPointIsWrittenAsTheControllerCountsNow) {
   EXPECT_NEAR(chamber->read().value().set_point.value, 40, 1e-9);
 }
 
-TEST_F(ChamberCommands, AControllerThatRoundsSetPointsToWholeDegreesIsNotTheOneOfTheMap) {
+TEST_F(ChamberCommands, RejectsControllerThatRoundsToWholeDegrees) {
   EXPECT_TRUE(chamber->identify());
   unit->words[4] = 0;
   const auto coarse = chamber->identify();
@@ -243,7 +243,7 @@ TEST_F(ChamberCommands, AControllerThatRoundsSetPointsToWholeDegreesIsNotTheOneO
   EXPECT_EQ(unit->words[3], 23);
 }
 
-TEST_F(ChamberCommands, ASetPointThatTakesItsTimeToShowIsWaitedFor) {
+TEST_F(ChamberCommands, WaitsUntilSetPointIsShown) {
   bool slow = true;
   unit->obey = [&](auto address, auto) {
     if (address == 3 && slow) unit->words[3] = 200;
@@ -257,7 +257,7 @@ TEST_F(ChamberCommands, ASetPointThatTakesItsTimeToShowIsWaitedFor) {
   EXPECT_EQ(chamber->send_set_point({31}).error().kind, FaultKind::mismatch);
 }
 
-TEST_F(ChamberCommands, ASetPointBeyondTheControllersLimitIsNotWritten) {
+TEST_F(ChamberCommands, DoesNotWriteSetPointOutsideControllerLimits) {
   const auto above = chamber->send_set_point({81});
   ASSERT_FALSE(above);
   EXPECT_EQ(above.error().kind, FaultKind::out_of_range);
@@ -266,20 +266,20 @@ TEST_F(ChamberCommands, ASetPointBeyondTheControllersLimitIsNotWritten) {
   EXPECT_TRUE(unit->written.empty());
 }
 
-TEST_F(ChamberCommands, ASentinelInTheAirIsAFaultAndNoTemperature) {
+TEST_F(ChamberCommands, ReportsSentinelAsFault) {
   unit->words[1] = 32767;
   const auto state = chamber->read();
   ASSERT_FALSE(state);
   EXPECT_EQ(text(state.error()), "chamber register 1 (air_temperature): sensor broken (7FFF)");
 }
 
-TEST_F(ChamberCommands, SomebodyElsesSetPointIsSeen) {
+TEST_F(ChamberCommands, ReadsSetPointOfAnotherProgram) {
   ASSERT_TRUE(chamber->send_set_point({40}));
   unit->words[3] = 555;
   EXPECT_NEAR(chamber->read().value().set_point.value, 55.5, 1e-9);
 }
 
-TEST_F(ChamberCommands, TheFirstRuleThatHoldsIsTheState) {
+TEST_F(ChamberCommands, UsesFirstSatisfiedStateRule) {
   unit->words[7] = 1;
   EXPECT_EQ(chamber->read().value().activity, ChamberActivity::running);
   unit->words[8] = 0b101;
@@ -290,7 +290,7 @@ TEST_F(ChamberCommands, TheFirstRuleThatHoldsIsTheState) {
   EXPECT_FALSE(state.must_stop);
 }
 
-TEST_F(ChamberCommands, TheGravestAlarmComesFirst) {
+TEST_F(ChamberCommands, ListsMostSevereAlarmFirst) {
   unit->words[8] = 0b111;
   const auto state = chamber->read().value();
   EXPECT_EQ(state.activity, ChamberActivity::emergency_stop);
@@ -298,7 +298,7 @@ TEST_F(ChamberCommands, TheGravestAlarmComesFirst) {
   EXPECT_TRUE(state.must_stop);
 }
 
-TEST_F(ChamberCommands, ARegisterOfTheStatusThatTheUnitRefusesIsNotAskedForAgain) {
+TEST_F(ChamberCommands, StopsReadingRefusedStatusRegister) {
   unit->words[7] = 1;
   unit->refused_from = 8;
   EXPECT_EQ(chamber->read().value().activity, ChamberActivity::running);
@@ -308,7 +308,7 @@ TEST_F(ChamberCommands, ARegisterOfTheStatusThatTheUnitRefusesIsNotAskedForAgain
   EXPECT_EQ(unit->reads - before, 4 + 5) << "air, set point, decimals, unit; then the state too";
 }
 
-TEST_F(ChamberCommands, WhatTheUnitDoesNotHaveIsNamed) {
+TEST_F(ChamberCommands, ReportsMissingRegisters) {
   unit->refused_from = 8;
   ASSERT_TRUE(chamber->inspect());
   EXPECT_EQ(chamber->missing(), std::vector<std::string>{"alarms (exception 2, illegal data address)"});
@@ -317,7 +317,7 @@ TEST_F(ChamberCommands, WhatTheUnitDoesNotHaveIsNamed) {
   EXPECT_EQ(chamber->missing().size(), 1u) << "it is asked for no more";
 }
 
-TEST_F(ChamberCommands, WhatIsNotAnsweredAtFirstIsAskedForAgain) {
+TEST_F(ChamberCommands, RetriesUnansweredStatus) {
   for (const auto kind : {FaultKind::timeout, FaultKind::out_of_range}) {
     SetUp();
     unit->refused_from = 7;
@@ -333,7 +333,7 @@ TEST_F(ChamberCommands, WhatIsNotAnsweredAtFirstIsAskedForAgain) {
   }
 }
 
-TEST_F(ChamberCommands, AStatusThatIsBusyForAMinuteIsToldWithItsAnswer) {
+TEST_F(ChamberCommands, ReportsStatusThatIsBusyForAMinute) {
   unit->refused_from = 8;
   unit->refusal = {FaultKind::timeout, "unit", "exception 6, server device busy"};
   for (int second = 0; second < 30; ++second) EXPECT_TRUE(chamber->read()) << second;
@@ -344,7 +344,7 @@ TEST_F(ChamberCommands, AStatusThatIsBusyForAMinuteIsToldWithItsAnswer) {
             "the state and alarms could not be read for a minute: unit: exception 6, server device busy");
 }
 
-TEST_F(ChamberCommands, APieceThatTakesASecondToBeBusyMakesNotEveryReadingLate) {
+TEST_F(ChamberCommands, KeepsMostReadingsOnTimeWhenStatusPieceIsSlow) {
   unit->words[7] = 1;
   ASSERT_TRUE(chamber->read());
   unit->loses = [&] { return unit->asked.back() >= 7 && (time->rest(seconds(1)), true); };
@@ -357,7 +357,7 @@ TEST_F(ChamberCommands, APieceThatTakesASecondToBeBusyMakesNotEveryReadingLate) 
   EXPECT_EQ(late, 10) << "one in five";
 }
 
-TEST_F(ChamberCommands, InsistingAsksNothingThatTheSetPointItselfDoesNotNeed) {
+TEST_F(ChamberCommands, SendsImmediateSetPointWithoutOtherQueries) {
   ASSERT_TRUE(chamber->send_set_point_immediately({23}));
   EXPECT_EQ(unit->written, (Written{{3, 230}}));
   EXPECT_EQ(unit->asked, (std::vector<std::uint16_t>{4, 5, 3, 4, 5})) << "its decimals and unit, and the read-back";
@@ -365,7 +365,7 @@ TEST_F(ChamberCommands, InsistingAsksNothingThatTheSetPointItselfDoesNotNeed) {
       << "the controller's limit is not asked for: it may clamp, and is read back";
 }
 
-TEST_F(ChamberCommands, InsistingGetsThroughOnALineThatLosesEachSecondRequest) {
+TEST_F(ChamberCommands, SendsImmediateSetPointOnLineThatLosesEverySecondRequest) {
   int requests = 0;
   unit->arrives = [&] { return ++requests % 2 == 0; };
   unit->loses = [&] {
@@ -376,7 +376,7 @@ TEST_F(ChamberCommands, InsistingGetsThroughOnALineThatLosesEachSecondRequest) {
   EXPECT_EQ(unit->words[3], 230);
 }
 
-TEST_F(ChamberCommands, ASlowLineBringsAirAndSetPointInEachReadingAndTheRestInTurn) {
+TEST_F(ChamberCommands, ReadsStatusInTurnOnSlowLine) {
   unit->words[7] = 1;
   unit->each_exchange = [&] { time->rest(std::chrono::milliseconds(130)); };
   int states = 0;
@@ -392,14 +392,14 @@ TEST_F(ChamberCommands, ASlowLineBringsAirAndSetPointInEachReadingAndTheRestInTu
   EXPECT_GE(states, 8);
 }
 
-TEST_F(ChamberCommands, AReadingIsLeftWhenItsSecondIsOver) {
+TEST_F(ChamberCommands, EndsReadingAfterOneSecond) {
   unit->each_exchange = [&] { time->rest(std::chrono::milliseconds(400)); };
   const auto began = time->now();
   EXPECT_EQ(chamber->read().error().kind, FaultKind::timeout);
   EXPECT_LE(time->now() - began, std::chrono::milliseconds(1300)) << "no longer than one exchange beyond";
 }
 
-TEST_F(ChamberCommands, ALostPieceOfTheStatusCostsNoReading) {
+TEST_F(ChamberCommands, ReadsAirDespiteLostStatusPiece) {
   unit->words[7] = 1;
   ASSERT_TRUE(chamber->read());
   unit->loses = [&] { return unit->asked.back() >= 7; };
@@ -410,7 +410,7 @@ TEST_F(ChamberCommands, ALostPieceOfTheStatusCostsNoReading) {
   EXPECT_TRUE(chamber->read());
 }
 
-TEST_F(ChamberCommands, ASlowLineWhoseStatusWasOverdueComesBack) {
+TEST_F(ChamberCommands, RecoversWhenOverdueStatusArrives) {
   unit->words[7] = 1;
   unit->each_exchange = [&] { time->rest(std::chrono::milliseconds(200)); };
   const auto second = [&] {
@@ -430,7 +430,7 @@ TEST_F(ChamberCommands, ASlowLineWhoseStatusWasOverdueComesBack) {
   EXPECT_EQ(state->activity, ChamberActivity::running);
 }
 
-TEST_F(ChamberCommands, WhatItDidBeforeASilenceItMayDoNoLonger) {
+TEST_F(ChamberCommands, ForgetsActivityAfterSilence) {
   unit->words[7] = 1;
   EXPECT_EQ(chamber->read().value().activity, ChamberActivity::running);
   unit->loses = [] { return true; };
@@ -441,7 +441,7 @@ TEST_F(ChamberCommands, WhatItDidBeforeASilenceItMayDoNoLonger) {
   EXPECT_EQ(chamber->read().value().activity, ChamberActivity::running);
 }
 
-TEST_F(ChamberCommands, TellsItsLimitsAndWhatItCostsToSpeakToIt) {
+TEST_F(ChamberCommands, ReportsLimitsAndNumberOfExchanges) {
   unit->each_exchange = [&] { time->rest(std::chrono::milliseconds(20)); };
   const auto limits = chamber->limits();
   ASSERT_TRUE(limits);

@@ -69,7 +69,7 @@ class Child {
   pid_t pid_ = -1;
 };
 
-TEST_F(ChamberLockTest, ASecondIsRefusedAndToldWhoHoldsIt) {
+TEST_F(ChamberLockTest, RefusesSecondProgramAndNamesHolder) {
   const auto first = ChamberLock::take(place, "/data/first.db");
   ASSERT_TRUE(first) << text(first.error());
   const auto second = ChamberLock::take(place, "/data/second.db");
@@ -84,13 +84,13 @@ TEST_F(ChamberLockTest, ASecondIsRefusedAndToldWhoHoldsIt) {
   EXPECT_EQ(holder->uid, ::getuid());
 }
 
-TEST_F(ChamberLockTest, IsFreeOnceItsHolderHasLetGo) {
+TEST_F(ChamberLockTest, IsFreeAfterRelease) {
   { ASSERT_TRUE(ChamberLock::take(place, "a.db")); }
   EXPECT_FALSE(ChamberLock::holder(place));
   EXPECT_TRUE(ChamberLock::take(place, "b.db"));
 }
 
-TEST_F(ChamberLockTest, OneThatAKilledProgramLeftIsNoObstacle) {
+TEST_F(ChamberLockTest, IsFreeAfterHolderWasKilled) {
   Child child([&] {
     static auto taken = ChamberLock::take(place, "dead.db");
     return taken.has_value();
@@ -101,7 +101,7 @@ TEST_F(ChamberLockTest, OneThatAKilledProgramLeftIsNoObstacle) {
   EXPECT_TRUE(ChamberLock::take(place, "later.db"));
 }
 
-TEST_F(ChamberLockTest, ManyWhoAskDoNotKeepOthersFromBeingTold) {
+TEST_F(ChamberLockTest, ReportsHolderDespiteManyQueries) {
   const auto lock = ChamberLock::take(place, "a.db");
   ASSERT_TRUE(lock);
   for (int i = 0; i < 6000; ++i) {
@@ -190,7 +190,7 @@ bool takes_lock_as(const std::string& place, uid_t uid) {
   return ::setgid(uid) == 0 && ::setuid(uid) == 0 && ChamberLock::take(place, "other.db").has_value();
 }
 
-TEST_F(ChamberLockTest, ExcludesRootForEveryUser) {
+TEST_F(ChamberLockTest, AcceptsLockOfRootForEveryUser) {
   if (::geteuid() != 0) GTEST_SKIP() << "only root can be another user";
   const auto lock = ChamberLock::take(place, "mine.db");
   ASSERT_TRUE(lock);
@@ -264,7 +264,7 @@ bool in_a_run_of_its_own() {
          ::mount("none", "/run", "tmpfs", 0, nullptr) == 0;
 }
 
-TEST_F(ChamberLockTest, AFolderThatIsNotTheUsersOwnIsNotUsed) {
+TEST_F(ChamberLockTest, IgnoresFolderOfAnotherUser) {
   if (::geteuid() != 0) GTEST_SKIP() << "only root can make another user's folder";
   constexpr int kSkipped = 77;
   for (const bool foreign : {true, false}) {
@@ -284,7 +284,7 @@ TEST_F(ChamberLockTest, AFolderThatIsNotTheUsersOwnIsNotUsed) {
   }
 }
 
-TEST(ChamberPlace, IsOneHoweverItsLineIsWritten) {
+TEST(ChamberPlace, DoesNotDependOnNotation) {
   const auto place = [](const char* line) { return chamber_lock_name(parse_line(line).value(), 502, 3); };
   EXPECT_EQ(place("tcp://10.0.0.7:502"), "tcp-10.0.0.7-502-3");
   EXPECT_EQ(place("10.0.0.7"), place("tcp://10.0.0.7:502"));
@@ -297,19 +297,19 @@ TEST(ChamberPlace, IsOneHoweverItsLineIsWritten) {
   std::filesystem::remove(link_name);
 }
 
-TEST(ChamberPlace, OfEveryAddressOfThisMachineIsTheSame) {
+TEST(ChamberPlace, IsEqualForEveryLocalAddress) {
   const auto place = [](const char* host) { return chamber_lock_name(TcpLine{host, 502}, 502, 1); };
   for (const auto* host : {"0.0.0.0", "127.0.0.1", "127.1.2.3"}) EXPECT_EQ(place(host), "tcp-this.machine-502-1");
   EXPECT_EQ(chamber_lock_name(parse_line("tcp://localhost:502").value(), 502, 1), "tcp-this.machine-502-1");
   EXPECT_EQ(place("198.51.100.7"), "tcp-198.51.100.7-502-1");
 }
 
-TEST(ChamberPlace, OfUnitsBehindOneAddressAreSeveral) {
+TEST(ChamberPlace, DistinguishesUnitsAtOneAddress) {
   const auto line = parse_line("10.0.0.7").value();
   EXPECT_NE(chamber_lock_name(line, 502, 1), chamber_lock_name(line, 502, 2));
 }
 
-TEST(ChamberName, OfALongPlaceIsItsOwnToo) {
+TEST(ChamberName, IsUniqueForLongIdentifier) {
   const std::string long_place(300, 'x');
   const auto taken = bind_chamber_name(long_place + "1");
   ASSERT_TRUE(taken);

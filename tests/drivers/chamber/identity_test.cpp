@@ -122,7 +122,7 @@ TEST(Patterns, HaveSingleCharactersAndClasses) {
   }
 }
 
-TEST(Patterns, WithoutAnEndOrCharactersAreMistakes) {
+TEST(Patterns, RequireClosedNonEmptyClass) {
   auto text = read_text_file((kMaps / "watlow_f4t.toml").string()).value();
   for (const auto* wrong : {"F4T[1-4", "F4T[]*", "F4T[!]"}) {
     auto changed = text;
@@ -132,7 +132,7 @@ TEST(Patterns, WithoutAnEndOrCharactersAreMistakes) {
   }
 }
 
-TEST(Identity, TellsAnF4TWithCascadeFromOneWithoutAndNamesTheOtherMap) {
+TEST(Identity, DistinguishesF4TWithAndWithoutCascade) {
   const auto identify = [](const char* map, const std::string& loops) {
     auto unit = f4t(loops);
     auto who = unit.on_map(shipped_map(map))->identify();
@@ -157,7 +157,7 @@ TEST(Identity, TellsAnF4TWithCascadeFromOneWithoutAndNamesTheOtherMap) {
     for (const std::string loops : {"5", "D", "0", " "}) EXPECT_FALSE(identify(map, loops)) << map << " " << loops;
 }
 
-TEST(Identity, OfACascadeUnitIsItsAirAndItsOwnLimits) {
+TEST(Identity, ReadsAirAndLimitsOfCascadeUnit) {
   auto unit = f4t("7");
   take_modes(unit);
   unit.set_float(2820, 45);
@@ -221,7 +221,7 @@ TEST(Identity, OfAControllerWithProductControlIsRefusedWhileThatIsOn) {
   }
 }
 
-TEST(Identity, NamesTheSerialNumberAndChangesWithIt) {
+TEST(Identity, ContainsSerialNumber) {
   auto unit = f4t("1");
   const auto chamber = unit.on_map(shipped_map("watlow_f4t"));
   const auto without = chamber->identify();
@@ -250,7 +250,7 @@ TEST(Identity, RefusesAUnitThatIsSetToAnotherWordOrder) {
 }
 
 /// In another order, the value is near zero for every set point.
-TEST(WordOrder, IsNotDoubtedForTheTraceOfAWrongOne) {
+TEST(WordOrder, AcceptsTinyValueOfCorrectOrder) {
   const auto map = shipped_map("watlow_f4t");
   for (const float celsius : {21.0F, 23.3F, -40.25F, 19.97F, 70.1F}) {
     ActiveUnit unit;
@@ -332,7 +332,7 @@ void for_each_combination(const RegisterMap& map,
 }
 
 /// A mode without a state would not cast doubt on the set point.
-TEST(EveryMap, KnowsAStateForEachCodeOfItsModes) {
+TEST(EveryMap, HasStateForEachModeCode) {
   int combinations = 0;
   std::set<std::string> not_following;
   for (const auto& file : std::filesystem::directory_iterator(kMaps)) {
@@ -362,7 +362,7 @@ TEST(EveryMap, KnowsAStateForEachCodeOfItsModes) {
 }
 
 /// The basic mode returns to idle by itself. The mode is a bit field.
-TEST(BinderMb1, StopIsConfirmedByAnyModeThatDoesNotCondition) {
+TEST(BinderMb1, ConfirmsStopByAnyIdleMode) {
   struct Case {
     /// Mode after the basic mode was commanded.
     std::uint16_t shown;
@@ -379,7 +379,7 @@ TEST(BinderMb1, StopIsConfirmedByAnyModeThatDoesNotCondition) {
   }
 }
 
-TEST(BinderMb1, StartIsConfirmedByTheBitOfTheManualMode) {
+TEST(BinderMb1, ConfirmsStartByManualModeBit) {
   for (const auto& [shown, is_started] : {std::pair<std::uint16_t, bool>{0x0800, true}, {0x0801, true}, {0, false}}) {
     ActiveUnit unit;
     unit.words[0x1A22] = 0;
@@ -389,7 +389,7 @@ TEST(BinderMb1, StartIsConfirmedByTheBitOfTheManualMode) {
 }
 
 /// The unit ignores set points while it is off, and its set point cannot be read.
-TEST(UnreadableSetPoint, IsSentAgainOnceTheUnitIsOn) {
+TEST(UnreadableSetPoint, IsSentAgainAfterStart) {
   ActiveUnit unit;
   const auto map = shipped_map("tt5166");
   const auto address = static_cast<std::uint16_t>(map.find("set_point")->address);
@@ -424,7 +424,7 @@ TEST(PowerSwitch, IsSwitchedOnBeforeTheLoopAndOffAfterIt) {
 }
 
 /// The key of an ESPEC chamber. A second press stops the chamber.
-TEST(PowerSwitch, IsAKeyThatIsPressedOnlyWhereTheOutputShowsTheNeed) {
+TEST(PowerSwitch, PressesKeyOnlyIfOutputIsOff) {
   auto unit = f4t("1");
   unit.words[33718] = 62;
   unit.words[6850] = 1456;
@@ -444,7 +444,7 @@ TEST(PowerSwitch, IsAKeyThatIsPressedOnlyWhereTheOutputShowsTheNeed) {
   EXPECT_EQ(presses(), 2);
 }
 
-TEST(PowerSwitch, IsNotTouchedUnlessTheRigNamesIt) {
+TEST(PowerSwitch, IsNotSwitchedUnlessRigNamesIt) {
   auto unit = f4t("1");
   take_modes(unit);
   unit.words[16594] = unit.words[33718] = 62;
@@ -459,7 +459,7 @@ TEST(PowerSwitch, IsNotTouchedUnlessTheRigNamesIt) {
   EXPECT_EQ(with_power_switch(shipped_map("binder_mb1"), "event_1").error().kind, FaultKind::usage);
 }
 
-TEST(F4tLimitModule, EndsARunWhenItHasTripped) {
+TEST(F4tLimitModule, RaisesStopAlarmWhenTripped) {
   struct Case {
     std::uint16_t address, code;
   };

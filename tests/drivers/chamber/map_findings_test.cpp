@@ -41,7 +41,7 @@ TEST(WordOrderProbe, FindsTheOrderThatTheUnitIsSetTo) {
       }
 }
 
-TEST(WordOrderProbe, SaysWhatToChange) {
+TEST(WordOrderProbe, ReportsRequiredChange) {
   const auto there = float_item(WordOrder::abcd), here = float_item(WordOrder::cdab);
   const auto wrong = in_words(probe_word_order(here, encode(there, 23.41), here, encode(there, 20)));
   EXPECT_NE(wrong.find("set word_order to abcd (air 23.41 °C, set point 20.00 °C)"), std::string::npos) << wrong;
@@ -55,7 +55,7 @@ TEST(WordOrderProbe, SaysWhatToChange) {
   EXPECT_TRUE(probe_word_order(short_item, Words{1}, short_item, Words{1}).empty());
 }
 
-TEST(MapConfidence, NamesWhatIsUsedAndNotVerifiedTheLeastSureFirst) {
+TEST(MapConfidence, ListsUnverifiedItemsInUse) {
   const auto all = list_doubts(shipped("binder_mb1"));
   ASSERT_FALSE(all.empty());
   EXPECT_EQ(all.front().confidence, Confidence::unverified);
@@ -65,7 +65,7 @@ TEST(MapConfidence, NamesWhatIsUsedAndNotVerifiedTheLeastSureFirst) {
   EXPECT_NE(describe_confidence(shipped("csz_ezt570i")).find("from the manual"), std::string::npos);
 }
 
-TEST(SetPointTolerance, IsATenthWhereTheControllerSaysHowManyDecimalsItHas) {
+TEST(SetPointTolerance, IsOneTenthIfControllerReportsDecimals) {
   for (const auto* name : {"watlow_f4", "watlow_f4t_map2", "watlow_f4t_map3", "watlow_f4t"})
     EXPECT_DOUBLE_EQ(set_point_tolerance(shipped(name)).value, 0.1) << name;
 }
@@ -85,7 +85,7 @@ TEST(ReadPlan, MergesOnlyWhereHolesMayBeRead) {
   EXPECT_EQ(plan_reads(items, true, 61), (std::vector<ReadSpan>{{holding, 60, 61}}));
 }
 
-TEST(Pattern, AStarStandsForAnything) {
+TEST(Pattern, MatchesAnythingWithStar) {
   EXPECT_TRUE(matches("F4T*", "F4T1L2"));
   EXPECT_TRUE(matches("*", ""));
   EXPECT_TRUE(matches("F*T*9", "F4T199"));

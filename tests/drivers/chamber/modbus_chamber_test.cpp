@@ -85,13 +85,13 @@ TEST_F(ModbusChamber, ReadsAirAndSetPointInOneBlockIfItsMapSaysSo) {
   EXPECT_EQ(registers->reads, 1);
 }
 
-TEST_F(ModbusChamber, ReadsOneByOneOtherwise) {
+TEST_F(ModbusChamber, ReadsItemsSeparately) {
   connect(false);
   EXPECT_EQ(chamber->read().value(), (ChamberState{{21.5}, {20.0}}));
   EXPECT_EQ(registers->reads, 2);
 }
 
-TEST_F(ModbusChamber, KnowsItsInstrumentByTheFingerprint) {
+TEST_F(ModbusChamber, ChecksFingerprint) {
   connect();
   EXPECT_EQ(chamber->identify().value(), "test oven (identity = 570)");
   registers->words[0] = 571;
@@ -99,7 +99,7 @@ TEST_F(ModbusChamber, KnowsItsInstrumentByTheFingerprint) {
   EXPECT_EQ(chamber->read().error().kind, FaultKind::mismatch) << "each block holds the fingerprint";
 }
 
-TEST_F(ModbusChamber, HeadsForASetPointThatItReadsBack) {
+TEST_F(ModbusChamber, ReadsBackSetPoint) {
   connect();
   ASSERT_TRUE(chamber->send_set_point({-40.04}));
   EXPECT_EQ(registers->words[3], 0xFE70) << "-40.0 at the register's resolution";
@@ -121,7 +121,7 @@ TEST_F(ModbusChamber, AnIgnoredStepOfOneCountIsAMismatchToo) {
   EXPECT_EQ(chamber->send_set_point({20.1}).error().kind, FaultKind::mismatch);
 }
 
-TEST_F(ModbusChamber, WritesNothingThatTheRegisterCannotHold) {
+TEST_F(ModbusChamber, RefusesValueOutsideRegisterRange) {
   connect();
   EXPECT_EQ(chamber->send_set_point({4000}).error().kind, FaultKind::out_of_range);
   EXPECT_EQ(registers->words[3], 200);
@@ -139,7 +139,7 @@ TEST_F(ModbusChamber, StartAndStopAreSeenInTheActiveMode) {
   EXPECT_EQ(registers->words[4], 62);
 }
 
-TEST_F(ModbusChamber, OneThatWasOffIsNotSaidToBeOffAfterItWasSwitchedOn) {
+TEST_F(ModbusChamber, DoesNotReportOffAfterStart) {
   connect_with_states();
   EXPECT_EQ(chamber->read().value().activity, ChamberActivity::off);
   registers->words[5] = 10;
@@ -147,7 +147,7 @@ TEST_F(ModbusChamber, OneThatWasOffIsNotSaidToBeOffAfterItWasSwitchedOn) {
   EXPECT_EQ(chamber->read().value().activity, ChamberActivity::running);
 }
 
-TEST_F(ModbusChamber, OneThatWasSwitchedOnAndDoesNotSaySoMayBeAnything) {
+TEST_F(ModbusChamber, ReportsUnknownActivityAfterStart) {
   connect_with_states();
   EXPECT_EQ(chamber->read().value().activity, ChamberActivity::off);
   registers->words[5] = 10;
@@ -156,7 +156,7 @@ TEST_F(ModbusChamber, OneThatWasSwitchedOnAndDoesNotSaySoMayBeAnything) {
   EXPECT_EQ(chamber->read().value().activity, ChamberActivity::unknown);
 }
 
-TEST_F(ModbusChamber, AFaultOfTheWireIsItsOwn) {
+TEST_F(ModbusChamber, ReturnsFaultOfLine) {
   connect();
   registers->fall_silent();
   EXPECT_EQ(chamber->read().error().kind, FaultKind::timeout);
@@ -178,7 +178,7 @@ RegisterMap shipped(const std::string& name) {
   return parse_register_map(file.value(), name + ".toml").value();
 }
 
-TEST(Ezt570i, OneThatIsOfflineIsOffWhateverItsFrozenRegistersSay) {
+TEST(Ezt570i, IsOffWhenOfflineDespiteFrozenRegisters) {
   auto made = std::make_unique<tests::FakeRegisters>();
   auto& words = made->words;
   for (std::uint16_t at = 0; at <= 61; ++at) words[at] = 0;
@@ -217,7 +217,7 @@ class SendsZeros {
   tests::FakeRegisters* registers_;
 };
 
-TEST(StrayZeros, AreToldFromTheZeroDegreesOfARampByWhatWasReadBefore) {
+TEST(StrayZeros, AreDistinguishedFromRampByPreviousReading) {
   for (const auto* map : {"tt5166", "umc1200", "yinhe"}) {
     SendsZeros unit(map);
     EXPECT_NEAR(unit.read(23.4).value().air.value, 23.4, 1e-5) << map;
@@ -230,7 +230,7 @@ TEST(StrayZeros, AreToldFromTheZeroDegreesOfARampByWhatWasReadBefore) {
   }
 }
 
-TEST(StrayZeros, MoreThanSixInARowAreATemperature) {
+TEST(StrayZeros, AreAcceptedAfterSix) {
   SendsZeros unit("umc1200");
   ASSERT_TRUE(unit.read(-40));
   for (int i = 0; i < 6; ++i) EXPECT_FALSE(unit.read(0)) << i;
@@ -238,7 +238,7 @@ TEST(StrayZeros, MoreThanSixInARowAreATemperature) {
   EXPECT_TRUE(unit.read(0));
 }
 
-TEST(StrayZeros, AtFirstNoneIsBelievedBeforeItIsAskedForAgain) {
+TEST(StrayZeros, AreRetriedAtFirstReading) {
   SendsZeros unit("tt5166");
   EXPECT_FALSE(unit.read(0));
   SendsZeros at_zero("tt5166");

@@ -64,7 +64,7 @@ TEST(ProgramMemory, HoldsThePublishedFramesOfTheEzt570i) {
   EXPECT_EQ((*writes)[1].words, (Words{1, 0x1E00, 1, 0, 1, 0, 0, 0, 1, 0, 0xFE70, 0, 0, 0, 0}));
 }
 
-TEST(ProgramMemory, GivesBackWhatEachControllerWasGiven) {
+TEST(ProgramMemory, DecodesStoredProgramOfEachController) {
   std::mt19937 random(3);
   const ContextOf one_decimal = [](const RegisterItem&) { return ItemContext{.decimals = 1, .fahrenheit = false}; };
   for (const auto* name : {"csz_ezt570i", "watlow_f4", "watlow_f4t", "binder_mb2"}) {
@@ -100,7 +100,7 @@ TEST(ProgramMemory, GivesBackWhatEachControllerWasGiven) {
   }
 }
 
-TEST(ProgramMemory, CutsAStepThatIsTooLong) {
+TEST(ProgramMemory, SplitsLongStep) {
   const auto map = shipped("watlow_f4t");
   const ChamberProgram program{
       .name = "LONG", .number = 1, .soak_band = {}, .steps = {{StepKind::ramp, {20}, {50}, hours(250), false}}};
@@ -117,7 +117,7 @@ TEST(ProgramMemory, CutsAStepThatIsTooLong) {
   EXPECT_EQ((*steps)[2].target, Celsius{50});
 }
 
-TEST(ProgramMemory, RefusesWhatItCannotHold) {
+TEST(ProgramMemory, RefusesProgramThatDoesNotFit) {
   const auto ezt = shipped("csz_ezt570i"), binder = shipped("binder_mb2");
   const auto program = [](std::size_t steps, Duration time, bool guaranteed) {
     return ChamberProgram{.name = "P",

@@ -61,7 +61,7 @@ TEST(RegisterForm, ReadAndWriteMayHaveScalesOfTheirOwn) {
   EXPECT_DOUBLE_EQ(x.resolution, 0.1) << "the coarser of the two";
 }
 
-TEST(RegisterForm, FahrenheitIsSpokenOnTheWireAndNowhereElse) {
+TEST(RegisterForm, ConvertsFahrenheitOnlyOnTheWire) {
   const auto map =
       good(item("type = \"s16\"\nscale = 0.1\nunit = \"°F\"\naccess = \"rw\"\n") +
            "[[register]]\nname = \"band\"\naddress = 9\ntype = \"s16\"\nunit = \"°F\"\ndifference = true\n");
@@ -70,7 +70,7 @@ TEST(RegisterForm, FahrenheitIsSpokenOnTheWireAndNowhereElse) {
   EXPECT_NEAR(decode(*map.find("band"), Words{18}).value(), 10, 1e-9) << "18 °F of difference";
 }
 
-TEST(RegisterForm, DecimalsAndUnitComeFromWhatTheControllerIsSetTo) {
+TEST(RegisterForm, UsesDecimalsAndUnitOfController) {
   auto x = *good(item("type = \"s16\"\n")).find("x");
   EXPECT_DOUBLE_EQ(decode(in_context(x, {.decimals = 2, .fahrenheit = false}), Words{2345}).value(), 23.45);
   EXPECT_DOUBLE_EQ(in_context(x, {.decimals = 3, .fahrenheit = {}}).resolution, 0.001);
@@ -131,7 +131,7 @@ TEST(RegisterForm, TextComesBackAsItWasWritten) {
   }
 }
 
-TEST(RegisterForm, DatesComeBackAndWhatNoCalendarHasIsAFault) {
+TEST(RegisterForm, DecodesDatesAndRejectsInvalidOnes) {
   const auto map =
       good(item("type = \"date_time\"\nparts = [\"hour\", \"minute\", \"second\", \"month\", \"day\", \"year\"]\n"
                 "stride = 2\n"));
@@ -182,14 +182,14 @@ TEST(RegisterMap, EachLinkHasSettingsAndAddressesOfItsOwn) {
   EXPECT_FALSE(select_link(good(""), LinkKind::rtu)) << "a map says which links it has";
 }
 
-TEST(RegisterMap, ItemsThatAreAlikeAreWrittenOnce) {
+TEST(RegisterMap, RepeatsItemsByCount) {
   const auto map = good("[[register]]\nname = \"loop\"\naddress = 60\ntype = \"s16\"\ncount = 5\nspacing = 12\n");
   EXPECT_EQ(map.find("loop_1")->address, 60);
   EXPECT_EQ(map.find("loop_5")->address, 108);
   EXPECT_FALSE(map.find("loop"));
 }
 
-TEST(RegisterMap, NamesEachMistakeOfItsRules) {
+TEST(RegisterMap, ReportsEachErrorOfRules) {
   const auto expect = [](const std::string& more, const std::string& what, const std::string& head = "") {
     EXPECT_NE(mistakes(more, head).find(what), std::string::npos) << more << "\n" << mistakes(more, head);
   };

@@ -71,7 +71,7 @@ std::vector<std::filesystem::path> shipped_maps() {
   return maps;
 }
 
-TEST(RegisterMap, EveryShippedMapIsRight) {
+TEST(RegisterMap, ParsesEveryShippedMap) {
   int maps = 0;
   for (const auto& path : shipped_maps()) {
     const auto map = parse_register_map(content(path), path.filename());
@@ -81,7 +81,7 @@ TEST(RegisterMap, EveryShippedMapIsRight) {
   EXPECT_GE(maps, 13);
 }
 
-TEST(RegisterMap, KnowsTheWatlowF4T) {
+TEST(RegisterMap, ReadsWatlowF4TMap) {
   const auto map = parse_register_map(content(kChambers / "watlow_f4t.toml"), "watlow_f4t.toml");
   ASSERT_TRUE(map) << text(map.error());
   EXPECT_EQ(map->find("set_point")->address, 2782);
@@ -142,7 +142,7 @@ std::string mistakes_in(const std::string& map) {
   return parsed ? "" : text(parsed.error());
 }
 
-TEST(RegisterMap, NeedsLittle) {
+TEST(RegisterMap, ParsesMinimalMap) {
   EXPECT_EQ(mistakes_in(kSmallest), "");
   const auto map = parse_register_map(kSmallest, "map.toml").value();
   EXPECT_EQ(map.link.modbus.port, 502);
@@ -153,7 +153,7 @@ TEST(RegisterMap, NeedsLittle) {
   EXPECT_EQ(map.text, kSmallest);
 }
 
-TEST(RegisterMap, NamesEachMistake) {
+TEST(RegisterMap, ReportsEachError) {
   const std::string smallest = kSmallest;
   const auto with = [&](const char* more) { return mistakes_in(smallest + more); };
   EXPECT_NE(with("colour = 3").find("unknown key \"colour\""), std::string::npos);

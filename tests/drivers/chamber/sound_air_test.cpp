@@ -106,7 +106,7 @@ class UnitRegister : public testing::TestWithParam<UnitOfAMap> {
   ShippedChamber shipped{GetParam().map};
 };
 
-TEST_P(UnitRegister, CountsAsLastReadForTheSafeSetPointAlone) {
+TEST_P(UnitRegister, KeepsLatestUnitOnlyForSafeSetPoint) {
   const auto chamber = shipped.connect();
   ASSERT_NEAR(chamber->read().value().air.value, 60, 0.01);
   shipped.refuse(GetParam().unit);
@@ -122,7 +122,7 @@ TEST_P(UnitRegister, CountsAsLastReadForTheSafeSetPointAlone) {
   EXPECT_NEAR(state->set_point.value, 22, 0.06);
 }
 
-TEST_P(UnitRegister, IsHandedOnToTheProgramThatMakesSafe) {
+TEST_P(UnitRegister, IsPassedToMakeSafe) {
   const auto chamber = shipped.connect();
   ASSERT_TRUE(chamber->read());
   const auto settings = chamber->settings();
@@ -155,7 +155,7 @@ class SoundAir : public testing::TestWithParam<const char*> {
   std::unique_ptr<Chamber> chamber = shipped.connect();
 };
 
-TEST_P(SoundAir, IsWithinWhatChambersDo) {
+TEST_P(SoundAir, IsWithinChamberLimits) {
   ASSERT_EQ(fault(), kNone);
   for (const double air : {-1.9e31, 2.5e17, 251.0, -121.0, 3e-20, -2.6e-5}) {
     show(air);
@@ -178,7 +178,7 @@ TEST_P(SoundAir, DoesNotJump) {
   EXPECT_EQ(fault(), kNone) << "that far it may have come in a minute";
 }
 
-TEST_P(SoundAir, IsWhatTheSensorShowsWhenItStaysWhereItHasJumpedTo) {
+TEST_P(SoundAir, AcceptsPersistentValueAfterJump) {
   ASSERT_EQ(fault(), kNone);
   show(120);
   int refused = 0;

@@ -25,7 +25,7 @@ int reading(StatusTurns& turns, Duration spent, Duration exchange) {
   return asked;
 }
 
-TEST(StatusTurns, OfAFastLineAllIsAskedForAtOnce) {
+TEST(StatusTurns, ReadAllPiecesOnFastLine) {
   StatusTurns turns(pieces(6), 3);
   for (int round = 0; round < 3; ++round) {
     EXPECT_EQ(reading(turns, 10ms, 5ms), 6);
@@ -36,7 +36,7 @@ TEST(StatusTurns, OfAFastLineAllIsAskedForAtOnce) {
   }
 }
 
-TEST(StatusTurns, OfASlowLineThePiecesTakeTurnsAndASetPointHasItsTime) {
+TEST(StatusTurns, ReserveTimeForSetPointOnSlowLine) {
   StatusTurns turns(pieces(6), 3);
   EXPECT_EQ(reading(turns, 300ms, 100ms), 4)
       << "300 ms for air, set point and unit, 400 for these, 200 for a set point";
@@ -45,7 +45,7 @@ TEST(StatusTurns, OfASlowLineThePiecesTakeTurnsAndASetPointHasItsTime) {
   EXPECT_TRUE(turns.is_complete());
 }
 
-TEST(StatusTurns, HoweverSlowALineIsSomePieceIsAskedForInEveryFifthReading) {
+TEST(StatusTurns, ReadPieceInEveryFifthReadingOnSlowLine) {
   StatusTurns turns(pieces(2), 1);
   int asked = 0;
   for (int i = 0; i < 20; ++i) asked += reading(turns, 900ms, 300ms);
@@ -55,7 +55,7 @@ TEST(StatusTurns, HoweverSlowALineIsSomePieceIsAskedForInEveryFifthReading) {
   EXPECT_EQ(asked, 3);
 }
 
-TEST(StatusTurns, ALostPieceIsAskedForAgain) {
+TEST(StatusTurns, RetryLostPiece) {
   StatusTurns turns(pieces(2), 1);
   turns.begin_reading();
   EXPECT_EQ(turns.next(0ms, 1ms)->first, 0);
@@ -66,7 +66,7 @@ TEST(StatusTurns, ALostPieceIsAskedForAgain) {
   EXPECT_EQ(turns.next(0ms, 1ms)->first, 10);
 }
 
-TEST(StatusTurns, APieceThatTheUnitDoesNotHaveIsNeverAskedForAgain) {
+TEST(StatusTurns, RemoveMissingPiece) {
   StatusTurns turns(pieces(3), 1);
   turns.begin_reading();
   static_cast<void>(turns.next(0ms, 1ms));
@@ -78,7 +78,7 @@ TEST(StatusTurns, APieceThatTheUnitDoesNotHaveIsNeverAskedForAgain) {
   EXPECT_EQ(reading(turns, 0ms, 1ms), 2);
 }
 
-TEST(StatusTurns, APieceThatWasThereIsAskedForAgainWhateverIsAnswered) {
+TEST(StatusTurns, KeepPieceThatWasReadBefore) {
   StatusTurns turns(pieces(2), 1);
   EXPECT_EQ(reading(turns, 0ms, 1ms), 2);
   static_cast<void>(turns.take_snapshot());
@@ -90,7 +90,7 @@ TEST(StatusTurns, APieceThatWasThereIsAskedForAgainWhateverIsAnswered) {
   EXPECT_EQ(turns.next(0ms, 1ms)->first, 0);
 }
 
-TEST(StatusTurns, APieceThatMadeAReadingLateIsAskedForByEveryFifthAloneUntilItComes) {
+TEST(StatusTurns, RetryLatePieceInEveryFifthReading) {
   StatusTurns turns(pieces(2), 1);
   int asked = 0;
   for (int i = 0; i < 20; ++i) {
@@ -104,7 +104,7 @@ TEST(StatusTurns, APieceThatMadeAReadingLateIsAskedForByEveryFifthAloneUntilItCo
   EXPECT_EQ(asked, 4 + 2) << "it came, and the next one is asked for at once";
 }
 
-TEST(StatusTurns, WhatWasFoundBeforeASilenceIsForgotten) {
+TEST(StatusTurns, DiscardWordsAtNewRound) {
   StatusTurns turns(pieces(6), 1);
   EXPECT_EQ(reading(turns, 400ms, 100ms), 3);
   turns.begin_new_round();
@@ -112,7 +112,7 @@ TEST(StatusTurns, WhatWasFoundBeforeASilenceIsForgotten) {
   EXPECT_EQ(turns.next(0ms, 100ms)->first, 0);
 }
 
-TEST(StatusTurns, AllAtOnceIsForOneReading) {
+TEST(StatusTurns, ReadAllPiecesInOneFullRound) {
   StatusTurns turns(pieces(6), 1);
   turns.schedule_full_round();
   EXPECT_EQ(reading(turns, 400ms, 200ms), 6);
@@ -120,7 +120,7 @@ TEST(StatusTurns, AllAtOnceIsForOneReading) {
   EXPECT_LT(reading(turns, 400ms, 200ms), 6);
 }
 
-TEST(StatusTurns, ARoundThatIsNotCompletedForAMinuteIsOverdue) {
+TEST(StatusTurns, AreOverdueAfterAMinute) {
   StatusTurns turns(pieces(1), 3);
   for (int i = 0; i < 60 + 3; ++i) {
     turns.begin_reading();

@@ -56,7 +56,7 @@ TEST(FrameField, ScalesExactly) {
   EXPECT_DOUBLE_EQ(value_of(field, "01 00 12 00 00000000000000"), 18 * 5.0 / 9 / 2 - 17);
 }
 
-TEST(FrameField, WritesNoBitBesideItsOwn) {
+TEST(FrameField, WritesOnlyItsBits) {
   const std::uint64_t seed = 11;
   std::mt19937_64 random(seed);
   for (int i = 0; i < 2000; ++i) {
@@ -73,7 +73,7 @@ TEST(FrameField, WritesNoBitBesideItsOwn) {
   }
 }
 
-TEST(FrameField, ReadsWordsWholeOrNotAtAll) {
+TEST(FrameField, RejectsIncompleteTokens) {
   FrameField field{.type = FieldType::decimal};
   EXPECT_EQ(parse_word(field, "-1.5e-3").value().real, -1.5e-3);
   EXPECT_EQ(parse_word(field, "+2").value().real, 2);
@@ -91,7 +91,7 @@ FrameCheck check_of(const std::string& keys) {
   return frame_format_of(text.c_str()).check;
 }
 
-TEST(FrameCheck, SealsWhatItThenPasses) {
+TEST(FrameCheck, WritesValidCheck) {
   const char* kinds[] = {"kind = \"sum8\"\noffset = -1",
                          "kind = \"sum16\"\noffset = -3\nendian = \"big\"",
                          "kind = \"xor8\"\nfrom = 1\noffset = 10",
@@ -124,7 +124,7 @@ TEST(FrameCheck, AgreesWithThePublishedValuesOfOtherWidths) {
   EXPECT_EQ(crc({12, 0x80F, 0, false, 0, true}, digits), 0xDAFu) << "CRC-12/UMTS, mirrored out alone";
 }
 
-TEST(FrameFormat, ReservedBitsThatAreSetMakeNoFrame) {
+TEST(FrameFormat, RejectsFrameWithReservedBits) {
   auto frame = tests::from_hex("FE81FF55 37A96A6E 38586C1F B75BF862 BF803E78 BB650D28 3B0A37AC 77 3D 0028 4BFA34D8");
   const auto format = tests::shipped_stream("kvh-17xx-a").frame;
   frame[28] = std::byte{0x7F};

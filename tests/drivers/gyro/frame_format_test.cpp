@@ -48,7 +48,7 @@ TEST(FrameDecoder, ReadsBackWhatWasEncoded) {
   EXPECT_EQ(decoder.rejected_bytes(), 0u);
 }
 
-TEST(FrameDecoder, TakesBytesAsTheyCome) {
+TEST(FrameDecoder, AcceptsBytesInPieces) {
   FrameDecoder decoder(virtual_gyro_frame());
   const auto bytes = encode_frame(virtual_gyro_frame(), frame(1, 2, 3));
   for (std::size_t i = 0; i < bytes.size(); ++i) {
@@ -77,7 +77,7 @@ TEST(FrameDecoder, FindsTheFrameThatBeginsInsideAFalseOne) {
   EXPECT_EQ(decoder.rejected_bytes(), 9u);
 }
 
-TEST(FrameFormat, KnowsEveryTypeOrderAndCheck) {
+TEST(FrameFormat, ReadsEveryTypeOrderAndCheck) {
   for (const char* type : {"u8", "u16", "u24", "u32", "i8", "i16", "i24", "i32"})
     for (const char* endian : {"little", "big"})
       for (const char* check : {"none", "sum8", "xor8", "crc16", "crc32"}) {
@@ -104,7 +104,7 @@ std::string mistakes_in(const std::string& text) {
   return verdict ? "" : gyrotherm::text(verdict.error());
 }
 
-TEST(FrameFormat, NamesEachMistake) {
+TEST(FrameFormat, ReportsEachError) {
   const std::string head = "[frame]\nname = \"f\"\nsync = [1]\nlength = 8\n";
   const std::string count = "[[frame.field]]\nrole = \"pulse_count\"\ntype = \"i32\"\noffset = 1\n";
   EXPECT_EQ(mistakes_in(head + count), "");

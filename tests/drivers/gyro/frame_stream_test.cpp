@@ -77,7 +77,7 @@ TEST(GyroStream, RejectsThePublishedKvhFrameWithABadCheck) {
   EXPECT_EQ(fed.rejected, 36u);
 }
 
-TEST(GyroStream, PassesOverThePublishedKvhTestMessage) {
+TEST(GyroStream, SkipsPublishedKvhTestMessage) {
   const tests::Fed fed(tests::shipped_stream("kvh-17xx-a").frame,
                        tests::from_hex(kKvh1750a) + tests::from_hex(kKvhTest) + tests::from_hex(kKvh1775));
   ASSERT_EQ(fed.frames.size(), 3u);
@@ -134,7 +134,7 @@ TEST(GyroStream, WritesALineOfTheNovatelAsAReceiverDoes) {
   EXPECT_EQ(line, "%RAWIMUSXA,0,0;0,1,0,484620.664389000,00001500,0,0,0,-215194,0,0*8033301c\r\n");
 }
 
-TEST(GyroStream, TakesASemicolonBehindTheShortHeaderAlone) {
+TEST(GyroStream, AcceptsSemicolonOnlyAfterShortHeader) {
   const auto format = tests::shipped_stream("hg1700-rawimusxa").frame;
   const std::string words =
       "%RAWIMUSXA,1692,484620.664;00,11,1692,484620.664389000,00801503,43110635,-817242,-202184,-215194,-41188,-9895";
@@ -154,7 +154,7 @@ TEST(GyroStream, TakesASemicolonBehindTheShortHeaderAlone) {
 }
 
 /// Each type of IMU has its own scale in this message.
-TEST(GyroStream, OfAReceiverTakesRingLaserGyrosAlone) {
+TEST(GyroStream, AcceptsOnlyRingLaserGyrosBehindReceiver) {
   const auto lines = tests::shipped_stream("hg1700-rawimusxa").frame;
   const auto messages = tests::shipped_stream("hg1700-rawimusx").frame;
   auto message = encode_frame(messages, {});
@@ -356,7 +356,7 @@ TEST(GyroStream, EveryShippedDescriptionReadsBackWhatItEncodes) {
   }
 }
 
-TEST(GyroStream, NamesEachMistakeOfAHeaderOfWords) {
+TEST(GyroStream, ReportsEachErrorOfHeader) {
   const auto mistake = [](const std::string& was, const std::string& is) {
     auto changed = tests::shipped_stream("hg1700-rawimusxa").text;
     changed.replace(changed.find(was), was.size(), is);
@@ -369,7 +369,7 @@ TEST(GyroStream, NamesEachMistakeOfAHeaderOfWords) {
   EXPECT_NE(mistake("header_words = 3", "header_words = 14").find("fewer than \"words\""), std::string::npos);
 }
 
-TEST(GyroStream, NamesEachMistake) {
+TEST(GyroStream, ReportsEachError) {
   const std::string good = tests::shipped_stream("kvh-17xx-a").text;
   const auto mistake = [&](const std::string& was, const std::string& is) {
     auto changed = good;

@@ -66,7 +66,7 @@ TEST(FrameSum, IntegerIncrementsKeepTheirExactWeight) {
       << "the rig file has the weight of a pulse";
 }
 
-TEST(FrameSum, CountersOfAnyWidthTurnBackTheShorterWay) {
+TEST(FrameSum, CountsShorterWayAcrossWrap) {
   const std::uint64_t seed = 5;
   std::mt19937_64 random(seed);
   for (const unsigned bits : {16u, 22u, 24u, 26u, 32u}) {
@@ -88,7 +88,7 @@ TEST(FrameSum, CountersOfAnyWidthTurnBackTheShorterWay) {
   }
 }
 
-TEST(FrameSum, ALostFrameOfAStampedStreamIsSeenByItsTime) {
+TEST(FrameSum, DetectsLostFrameByTime) {
   auto format = format_with("role = \"increment\"\ntype = \"i32\"");
   format.rate_hz = 100;
   FrameSum sum(format);
@@ -97,7 +97,7 @@ TEST(FrameSum, ALostFrameOfAStampedStreamIsSeenByItsTime) {
   EXPECT_EQ(tally.lost, 2u);
 }
 
-TEST(FrameSum, AFrameOfAStampedStreamThatComesTwiceIsSeenByItsTime) {
+TEST(FrameSum, DetectsRepeatedFrameByTime) {
   auto format = format_with("role = \"increment\"\ntype = \"i32\"");
   using Times = std::vector<std::optional<std::uint64_t>>;
   const auto is_disordered = [&](double rate_hz, const Times& times) {
@@ -222,7 +222,7 @@ TEST(FrameSum, AxesInSeveralMessagesCountInWholeRounds) {
   EXPECT_EQ(interval + tally.interval, milliseconds(29'997));
 }
 
-TEST(FrameSum, ARoundThatWasDroppedIsCountedFrom) {
+TEST(FrameSum, CountsFromEndOfDroppedRound) {
   FrameSum sum(multiplexed());
   FrameTally tally;
   for (std::uint64_t ms = 0; ms < 4; ++ms) sum.add(only(ms % 2, 1, ms), tally);
@@ -239,7 +239,7 @@ TEST(FrameSum, ARoundThatWasDroppedIsCountedFrom) {
   EXPECT_EQ(tally.interval, milliseconds(4));
 }
 
-TEST(FrameSum, BetweenTwoRoundsThereIsNothingToDrop) {
+TEST(FrameSum, DropsNothingBetweenRounds) {
   FrameSum sum(multiplexed());
   FrameTally tally;
   for (std::uint64_t ms = 0; ms < 2; ++ms) sum.add(only(ms % 2, 1, ms), tally);
@@ -249,7 +249,7 @@ TEST(FrameSum, BetweenTwoRoundsThereIsNothingToDrop) {
 }
 
 /// A message without an axis may carry the device's time, and a time may be missing once.
-TEST(FrameSum, AFrameWithoutATimeLosesNone) {
+TEST(FrameSum, CountsNoLossForFrameWithoutTime) {
   const auto format = format_with("role = \"increment\"\ntype = \"i32\"");
   FrameSum sum(format);
   FrameTally tally;
@@ -261,7 +261,7 @@ TEST(FrameSum, AFrameWithoutATimeLosesNone) {
 }
 
 /// Reads one second of each shipped stream with the driver.
-TEST(GyroStream, EveryShippedOneGivesItsAngleThroughTheDriver) {
+TEST(GyroStream, ReturnsAngleForEveryShippedStream) {
   int streams = 0;
   for (const auto& name : tests::shipped_streams()) {
     const auto format = tests::shipped_stream(name).frame;
@@ -318,7 +318,7 @@ TEST(FrameMeans, EachValueIsAveragedOverTheFramesThatHaveIt) {
   EXPECT_EQ(means.values(), (std::vector<double>{21, 2.5, 3, 0})) << "the last frame carried nothing";
 }
 
-TEST(FrameMeans, WhatNoFrameHadIsNoNumber) {
+TEST(FrameMeans, AreNanForMissingValues) {
   const auto values = means_over({{.values = {20, {}}}}).values();
   EXPECT_EQ(values[0], 20);
   EXPECT_TRUE(std::isnan(values[1]));
@@ -336,7 +336,7 @@ TEST(FrameMeans, AnInvalidFrameIsCountedAsFlaggedButNotAveraged) {
   EXPECT_EQ(means.values(), (std::vector<double>{21, 2, 2, 3}));
 }
 
-TEST(FrameMeans, BeginsWithNothing) {
+TEST(FrameMeans, BeginEmpty) {
   auto means = means_over({{.flagged = true, .values = {20, 1}}});
   means.clear();
   means.add({.values = {10, 2}});
@@ -350,7 +350,7 @@ TEST(FrameMeans, AFormatWithoutHousekeepingHasNone) {
 }
 
 /// Each second's means depend only on its own thousand frames.
-TEST(FrameMeans, KeepNoTraceOfTheSecondBefore) {
+TEST(FrameMeans, AreEmptyAfterClear) {
   auto means = means_over({});
   for (int second = 0; second < 100; ++second) {
     means.clear();

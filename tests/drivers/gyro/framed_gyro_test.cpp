@@ -57,7 +57,7 @@ class OnFakeStream : public testing::Test {
 };
 using FramedGyro = OnFakeStream;
 
-TEST_F(FramedGyro, CountsFromTheOriginThatItTook) {
+TEST_F(FramedGyro, CountsFromOrigin) {
   EXPECT_EQ(gyro->wait_for_origin().error().kind, FaultKind::timeout);
   send(1);
   ASSERT_TRUE(gyro->wait_for_origin());
@@ -66,7 +66,7 @@ TEST_F(FramedGyro, CountsFromTheOriginThatItTook) {
 }
 
 /// The read must not be counted as a second without pulses.
-TEST_F(FramedGyro, AFrameWithNoneBeforeItIsAFaultInEveryRead) {
+TEST_F(FramedGyro, FailsEveryReadOfSingleFrame) {
   send(1);
   const auto first = gyro->read(seconds(1));
   ASSERT_FALSE(first);
@@ -76,7 +76,7 @@ TEST_F(FramedGyro, AFrameWithNoneBeforeItIsAFaultInEveryRead) {
   expect_second();
 }
 
-TEST_F(FramedGyro, TheFirstReadCoversWhatItSaw) {
+TEST_F(FramedGyro, CountsFramesOfFirstRead) {
   send(4);
   const auto count = gyro->read(seconds(1)).value();
   EXPECT_EQ(count.pulses.at(0), 21);
@@ -128,7 +128,7 @@ TEST_F(FramedGyro, CountsDownAsWellAsUp) {
   EXPECT_EQ(gyro->read(seconds(1)).value().pulses.at(0), -30);
 }
 
-TEST_F(FramedGyro, LostFramesAreCountedAndTheNextReadStartsAfresh) {
+TEST_F(FramedGyro, CountsLostFramesAndRestarts) {
   send(1);
   ASSERT_TRUE(gyro->wait_for_origin());
   send(4);
@@ -152,7 +152,7 @@ TEST_F(FramedGyro, FramesMarkedBadMakeTheSecondInvalid) {
   expect_second();
 }
 
-TEST_F(FramedGyro, ASilentGyroIsATimeoutAndThenStartsAfresh) {
+TEST_F(FramedGyro, TimesOutWhenSilentAndRestarts) {
   send(1);
   ASSERT_TRUE(gyro->wait_for_origin());
   EXPECT_EQ(gyro->read(seconds(1)).error().kind, FaultKind::timeout);
@@ -204,7 +204,7 @@ TEST_F(FramedGyro, IncrementsAreSummedOverTheHostsTime) {
   EXPECT_EQ(count.interval, milliseconds(2700));
 }
 
-TEST_F(FramedGyro, WithoutASequenceFalseBytesAreALoss) {
+TEST_F(FramedGyro, CountsRejectedBytesAsLossWithoutSequence) {
   connect(frame_format_of(kIncrementsOnly));
   send(1);
   ASSERT_TRUE(gyro->wait_for_origin());
@@ -312,7 +312,7 @@ class FramedGyroByItsFrames : public OnFakeStream {
   }
 };
 
-TEST_F(FramedGyroByItsFrames, AnotherRateThanDescribedIsAFaultInEveryRead) {
+TEST_F(FramedGyroByItsFrames, FailsEveryReadAtDeviatingRate) {
   (void)read_after_a_second_of(100);
   for (int second = 0; second < 60; ++second) {
     const auto count = read_after_a_second_of(100);
@@ -324,7 +324,7 @@ TEST_F(FramedGyroByItsFrames, AnotherRateThanDescribedIsAFaultInEveryRead) {
   }
 }
 
-TEST_F(FramedGyroByItsFrames, ALineThatHoldsFramesBackForAWhileIsNone) {
+TEST_F(FramedGyroByItsFrames, ToleratesDelayedFrames) {
   for (const int frames : {1000, 1000, 1000, 400, 1600, 1000, 1030, 1030, 1030, 970}) {
     const auto count = read_after_a_second_of(frames);
     ASSERT_TRUE(count) << text(count.error());
@@ -346,7 +346,7 @@ TEST_F(FramedGyro, CountsItsFrames) {
   EXPECT_EQ(gyro->frames(), all);
 }
 
-TEST_F(FramedGyro, AFrameThatComesTwiceIsAFaultAndNoLoss) {
+TEST_F(FramedGyro, ReportsRepeatedFrameAsFaultNotLoss) {
   send(1);
   ASSERT_TRUE(gyro->wait_for_origin());
   send(5);
@@ -361,7 +361,7 @@ TEST_F(FramedGyro, AFrameThatComesTwiceIsAFaultAndNoLoss) {
   expect_second();
 }
 
-TEST_F(FramedGyro, ACountThatBeginsAnewIsAFaultAndNoLoss) {
+TEST_F(FramedGyro, ReportsRestartedCounterAsFaultNotLoss) {
   sequence = 500, timestamp = 50'000'000, pulses = 3500;
   send(1);
   ASSERT_TRUE(gyro->wait_for_origin());
@@ -375,7 +375,7 @@ TEST_F(FramedGyro, ACountThatBeginsAnewIsAFaultAndNoLoss) {
 }
 
 /// Time jumps when a receiver learns the time of day. The pulses of one second must not be spread over an hour.
-TEST_F(FramedGyro, ATimeThatJumpsIsNoInterval) {
+TEST_F(FramedGyro, ReportsTimeJump) {
   send(1);
   ASSERT_TRUE(gyro->wait_for_origin());
   for (const std::uint64_t jump : {2'000'000u, 1'000'000'000u, 0u - 1'000'000'000u}) {
@@ -393,7 +393,7 @@ TEST_F(FramedGyro, ATimeThatJumpsIsNoInterval) {
 }
 
 /// Milliseconds described as microseconds would multiply each rate by a thousand.
-TEST_F(FramedGyro, AnotherUnitOfItsTimeIsAFaultInEveryRead) {
+TEST_F(FramedGyro, FailsEveryReadIfTimeUnitDiffers) {
   const auto second_of = [&](std::uint64_t stamp) {
     for (int i = 0; i < 10; ++i) {
       send(1);
@@ -496,7 +496,7 @@ class FramedTriad : public OnFakeStream {
   std::uint32_t number = 0;
 };
 
-TEST_F(FramedTriad, TellsAllAxesAndWhatTheyTellOfThemselves) {
+TEST_F(FramedTriad, ReturnsAllAxesAndHousekeeping) {
   tell(1, {.temperature = 90});
   ASSERT_TRUE(gyro->wait_for_origin());
   tell(50, {.temperature = 20});
@@ -523,7 +523,7 @@ TEST_F(FramedTriad, AveragesEachSecondForItself) {
   EXPECT_EQ(values[3], 0);
 }
 
-TEST_F(FramedTriad, AValueThatDidNotComeIsNoNumber) {
+TEST_F(FramedTriad, ReturnsNanForMissingValue) {
   tell(2, {});
   ASSERT_TRUE(gyro->wait_for_origin());
   tell(2, {});  // turns 2 and 3
@@ -619,7 +619,7 @@ class FramedMultiplex : public OnFakeStream {
   std::uint32_t number = 0;
 };
 
-TEST_F(FramedMultiplex, EachSecondHasAsMuchOfEachAxis) {
+TEST_F(FramedMultiplex, CountsWholeRounds) {
   say(2);
   ASSERT_TRUE(gyro->wait_for_origin());
   std::int64_t x = 0;
@@ -635,7 +635,7 @@ TEST_F(FramedMultiplex, EachSecondHasAsMuchOfEachAxis) {
   EXPECT_EQ(x, (number - 2) / 2);
 }
 
-TEST_F(FramedMultiplex, AMessageLostAtTheEndOfASecondSpoilsNotTheNext) {
+TEST_F(FramedMultiplex, CountsNextSecondAfterLostMessage) {
   say(2);
   ASSERT_TRUE(gyro->wait_for_origin());
   say(999);
@@ -687,7 +687,7 @@ TEST_F(FramedGyroByCommand, IsStartedByTheFirstReadAndAgainAfterASilence) {
   EXPECT_EQ(commands().size(), 4u) << "it may have been switched off";
 }
 
-TEST_F(FramedGyroByCommand, WithoutItsReplyIsATimeout) {
+TEST_F(FramedGyroByCommand, TimesOutWithoutReply) {
   connect_with("FINE");
   const auto opened = gyro->open();
   ASSERT_FALSE(opened);
@@ -695,7 +695,7 @@ TEST_F(FramedGyroByCommand, WithoutItsReplyIsATimeout) {
   EXPECT_EQ(opened.error().what, "no reply \"FINE\" to \"go\" in 50 ms; received \"ready OK\"");
 }
 
-TEST_F(FramedGyroByCommand, IsStoppedWhenItGoes) {
+TEST_F(FramedGyroByCommand, SendsStopCommandAtEnd) {
   static std::string last;
   line->instrument = [](std::string_view command) {
     last = command;

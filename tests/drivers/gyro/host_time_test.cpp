@@ -32,7 +32,7 @@ class BurstyLine {
   double rate_;
 };
 
-TEST(HostInterval, OfEvenFramesIsCalmerThanTheirLine) {
+TEST(HostInterval, SmoothsRegularFrames) {
   for (const double rate : {0.97, 97.3, 100.0, 1000.0, 1028.0}) {
     const BurstyLine line(rate);
     HostInterval intervals(true);
@@ -58,7 +58,7 @@ TEST(HostInterval, OfEvenFramesIsCalmerThanTheirLine) {
   }
 }
 
-TEST(HostInterval, IsExactWhereTheLineIs) {
+TEST(HostInterval, IsExactWithoutDelays) {
   HostInterval intervals(true);
   intervals.start_at(seconds(7));
   Duration now = seconds(7);
@@ -68,7 +68,7 @@ TEST(HostInterval, IsExactWhereTheLineIs) {
   }
 }
 
-TEST(HostInterval, OfUnevenFramesIsThatBetweenThem) {
+TEST(HostInterval, UsesArrivalTimesOfIrregularFrames) {
   HostInterval intervals(false);
   intervals.start_at(seconds(1));
   EXPECT_EQ(intervals.next(3, milliseconds(1700)), milliseconds(700));
@@ -76,7 +76,7 @@ TEST(HostInterval, OfUnevenFramesIsThatBetweenThem) {
   EXPECT_FALSE(intervals.next(1, milliseconds(3600))) << "no time has passed";
 }
 
-TEST(HostInterval, IsNoneWhereFramesAreMissing) {
+TEST(HostInterval, IsEmptyIfFramesAreMissing) {
   const auto after_three_seconds = [] {
     HostInterval intervals(true);
     intervals.start_at(seconds(0));
@@ -108,7 +108,7 @@ std::vector<std::optional<double>> told(double frames_a_second, int seconds_long
   return all;
 }
 
-TEST(FramePace, AnotherRateIsTold) {
+TEST(FramePace, ReportsDeviatingRate) {
   for (const double rate : {50.0, 100.0, 500.0, 900.0, 1100.0, 2000.0, 10'000.0}) {
     const auto all = told(rate, 20);
     EXPECT_FALSE(all.front()) << "what a line has held back is not judged";
@@ -122,12 +122,12 @@ TEST(FramePace, AnotherRateIsTold) {
   }
 }
 
-TEST(FramePace, TheDescribedRateIsNone) {
+TEST(FramePace, AcceptsDescribedRate) {
   for (const double rate : {970.0, 1000.0, 1030.0})
     for (const auto& other : told(rate, 1000)) ASSERT_FALSE(other) << rate << ' ' << *other;
 }
 
-TEST(FramePace, OneLateReadIsNone) {
+TEST(FramePace, ToleratesOneLateRead) {
   FramePace pace(1000);
   pace.start_at(seconds(0));
   for (int second = 1; second < 100; ++second) {
@@ -137,7 +137,7 @@ TEST(FramePace, OneLateReadIsNone) {
   }
 }
 
-TEST(FramePace, ARateThatWasSetRightIsBelievedAgain) {
+TEST(FramePace, AcceptsCorrectedRate) {
   FramePace pace(1000);
   pace.start_at(seconds(0));
   for (int second = 1; second <= 60; ++second) pace.add(second < 10 ? milliseconds(100) : seconds(1), seconds(second));

@@ -44,7 +44,7 @@ std::string names_of(const std::string& stream) {
   return names;
 }
 
-TEST(GyroHousekeeping, NamesWhatEachStreamTells) {
+TEST(GyroHousekeeping, ListsValuesOfEachStream) {
   const std::string kvh = "acceleration_x[g] acceleration_y[g] acceleration_z[g] temperature[°C]T frames[1] flagged[1]";
   EXPECT_EQ(names_of("kvh-17xx-a"), kvh);
   EXPECT_EQ(names_of("kvh-17xx-b"), kvh);
@@ -101,7 +101,7 @@ TEST(GyroHousekeeping, OfTheKvhImus) {
   EXPECT_TRUE(fed.frames[1].flagged);
 }
 
-TEST(GyroHousekeeping, OfKvhFormatCComesInTurn) {
+TEST(GyroHousekeeping, ReadsKvhFormatCInTurn) {
   std::vector<std::byte> bytes;
   for (const auto* frame : {"FE81FF5737800000B80000003880000000000000000000003F80000041BC0000770833414C7B",
                             "FE81FF5737800000B80000003880000000000000000000003F8000003E80000077094034C31E",
@@ -296,7 +296,7 @@ TEST(GyroHousekeeping, IsReadBackAsEncoded) {
   EXPECT_GT(read_back, 50u);
 }
 
-TEST(GyroHousekeeping, ThatDoesNotFitStopsAtTheEndOfItsField) {
+TEST(GyroHousekeeping, SaturatesAtFieldLimits) {
   const auto format = tests::shipped_stream("hg1700-rawimusx").frame;
   for (const auto& [sent, read] : {std::pair(300.0, 127.0), std::pair(-300.0, -128.0)})
     EXPECT_EQ(tests::Fed(format, encode_frame(format, {.values = {sent}})).housekeeping("temperature"), read);
@@ -330,7 +330,7 @@ TEST(GyroHousekeeping, AValueWithAUnitIsKeptByItsName) {
   EXPECT_EQ(values[2].name, "flagged");
 }
 
-TEST(GyroHousekeeping, NamesEachMistakeWithItsPlace) {
+TEST(GyroHousekeeping, ReportsEachErrorWithItsPosition) {
   const auto one = [](const std::string& keys) { return mistakes_of(kGyro + value_field(keys)); };
   EXPECT_EQ(one("name = \"current_1\"\nunit = \"mA\"\n"), "");
   EXPECT_NE(one("name = \"current-1\"\nunit = \"mA\"\n").find("frame.toml:13:8: \"current-1\" is not a name"),
@@ -353,7 +353,7 @@ TEST(GyroHousekeeping, NamesEachMistakeWithItsPlace) {
   EXPECT_NE(mistakes_of(kGyro + temperature + "unit = \"degF\"\n").find("must be in °C"), std::string::npos);
 }
 
-TEST(GyroHousekeeping, NamesEachMistakeOfWhatIsThereOnlyWhen) {
+TEST(GyroHousekeeping, ReportsEachErrorOfConditions) {
   const auto one = [](const std::string& when) {
     return mistakes_of(kGyro + value_field("name = \"a\"\nunit = \"V\"\nwhen = " + when + "\n"));
   };

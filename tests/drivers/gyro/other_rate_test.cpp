@@ -64,7 +64,7 @@ class UnitAtRate {
 };
 
 /// The time or the sequence of each frame advances by a constant multiple of the described step.
-TEST(OtherRate, IsReportedAsSuchAndNeverAsLostFrames) {
+TEST(OtherRate, IsNotReportedAsLostFrames) {
   const std::vector<std::pair<std::string, double>> units{
       {"vectornav", 50},       {"vectornav", 25},        {"vectornav", 200},
       {"hg1700-rawimusx", 50}, {"hg1700-rawimusx", 200}, {"hg1700-rawimusxa", 20},
@@ -84,7 +84,7 @@ TEST(OtherRate, IsReportedAsSuchAndNeverAsLostFrames) {
   }
 }
 
-TEST(OtherRate, IsNoFaultWhereTheRigFileStatesIt) {
+TEST(OtherRate, IsAcceptedIfRigFileStatesIt) {
   const std::vector<std::pair<std::string, double>> units{
       {"vectornav", 50}, {"vectornav", 200}, {"hg1700-rawimusx", 50}, {"stim300", 125}, {"stim300", 1000}};
   for (const auto& [name, rate_hz] : units) {
@@ -117,7 +117,7 @@ TEST(OtherRate, IsNotSeenInFramesThatAreLost) {
   }
 }
 
-TEST(ForeignBytes, AreReportedWithTheirNumberAndTheFirstOfThem) {
+TEST(ForeignBytes, AreReportedWithCountAndFirstBytes) {
   std::mt19937 random(5);
   std::vector<std::byte> drawn(2000);
   for (auto& byte : drawn) byte = static_cast<std::byte>(random());
@@ -154,7 +154,7 @@ TEST(ForeignBytes, AreReportedWithTheirNumberAndTheFirstOfThem) {
   EXPECT_EQ(checked, 80u);
 }
 
-TEST(ForeignBytes, OfLessThanAFrameAreATimeout) {
+TEST(ForeignBytes, TimeOutIfShorterThanFrame) {
   const auto format = tests::shipped_stream("vectornav").frame;
   auto made = std::make_unique<tests::FakeStream>();
   made->say(encode_frame(format, {.axes = {{.value = 1}}}));
@@ -167,7 +167,7 @@ TEST(ForeignBytes, OfLessThanAFrameAreATimeout) {
   EXPECT_EQ(gyro->read(kSecond).error().kind, FaultKind::timeout);
 }
 
-TEST(ConfigurationMessage, ThatDiffersFailsEveryReadUntilOneAgrees) {
+TEST(ConfigurationMessage, FailsEveryReadUntilSettingsAgree) {
   const auto format = tests::shipped_stream("stim300").frame;
   auto made = std::make_unique<tests::FakeStream>();
   auto* line = made.get();

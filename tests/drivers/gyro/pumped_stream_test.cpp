@@ -78,7 +78,7 @@ class BufferedStream : public testing::Test {
   std::unique_ptr<ByteStream> pumped;
 };
 
-TEST_F(BufferedStream, GivesWhatCameInItsOrder) {
+TEST_F(BufferedStream, ReturnsBytesInOrder) {
   begin();
   std::string sent;
   for (int i = 0; i < 2000; ++i) {
@@ -89,7 +89,7 @@ TEST_F(BufferedStream, GivesWhatCameInItsOrder) {
   EXPECT_EQ(read(sent.size()), sent);
 }
 
-TEST_F(BufferedStream, KnowsWhenBytesCameHoweverLateTheyAreRead) {
+TEST_F(BufferedStream, ReportsArrivalTimeOfBytesReadLate) {
   const auto now = [] { return Duration(std::chrono::steady_clock::now().time_since_epoch()); };
   begin();
   const auto before = now();
@@ -105,7 +105,7 @@ TEST_F(BufferedStream, KnowsWhenBytesCameHoweverLateTheyAreRead) {
   EXPECT_EQ(pumped->arrival_time(), came);
 }
 
-TEST_F(BufferedStream, TakesWhatTheSystemWouldNotHold) {
+TEST_F(BufferedStream, BuffersMoreThanTheSystem) {
   begin();
   const std::string second(92'160, 'x');  // one second at 921600 baud
   std::size_t done = 0;
@@ -117,9 +117,9 @@ TEST_F(BufferedStream, TakesWhatTheSystemWouldNotHold) {
   EXPECT_EQ(read(second.size()), second);
 }
 
-TEST_F(BufferedStream, OpensNothingBeforeItsFirstUse) { EXPECT_EQ(line->reads, 0); }
+TEST_F(BufferedStream, OpensLineAtFirstUse) { EXPECT_EQ(line->reads, 0); }
 
-TEST_F(BufferedStream, WritesWhileItReads) {
+TEST_F(BufferedStream, WritesWhileReading) {
   const std::string command = "=CONFIG,1\r\n";
   ASSERT_TRUE(pumped->write(std::as_bytes(std::span(command)), kLong));
   std::array<char, 64> heard{};
@@ -127,12 +127,12 @@ TEST_F(BufferedStream, WritesWhileItReads) {
   EXPECT_STREQ(heard.data(), command.c_str());
 }
 
-TEST_F(BufferedStream, WithoutBytesItTimesOut) {
+TEST_F(BufferedStream, TimesOutWithoutBytes) {
   std::array<std::byte, 16> buffer{};
   EXPECT_EQ(pumped->read(buffer, std::chrono::milliseconds(1)).error().kind, FaultKind::timeout);
 }
 
-TEST_F(BufferedStream, TellsABrokenLineAfterTheLastBytesAndTriesItAgain) {
+TEST_F(BufferedStream, ReportsBrokenLineAfterLastBytesAndRetries) {
   say("last");
   hang_up();
   EXPECT_EQ(read(4), "last");

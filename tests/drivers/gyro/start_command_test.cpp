@@ -28,7 +28,7 @@ Result<void> answered(const GyroCommand& command, const std::string& answer, con
 const GyroCommand kUnits{
     .send = "=ROTUNITS,RAD\r\n", .wait = milliseconds(20), .reply = "ROTUNITS,RAD", .refusal = "INVALID"};
 
-TEST(StartCommand, TakesItsReplyAmongFrames) {
+TEST(StartCommand, FindsReplyAmongFrames) {
   EXPECT_TRUE(answered(kUnits, "ROTUNITS,RAD\r\n"));
   EXPECT_TRUE(answered(kUnits, std::string("\xFE\x81\xFF\x55\x00", 5) + "ROTUNITS,RAD\n"));
   EXPECT_TRUE(answered(kUnits, "=ROTUNITS,RAD\r\nROTUNITS,RAD\r\n")) << "an adapter that echoes";
@@ -57,7 +57,7 @@ TEST(StartCommand, FailsWithRefusedWhenItsUnitRefuses) {
   }
 }
 
-TEST(StartCommand, ReportsWhatCameInsteadOfItsReply) {
+TEST(StartCommand, ReportsBytesReceivedInsteadOfReply) {
   EXPECT_EQ(answered(kUnits, "").error().what, "no reply \"ROTUNITS,RAD\" to \"=ROTUNITS,RAD\" in 20 ms");
   EXPECT_EQ(answered(kUnits, "ROTUNITS,DEG\r\n").error().what,
             "no reply \"ROTUNITS,RAD\" to \"=ROTUNITS,RAD\" in 20 ms; received \"ROTUNITS,DEG\"");
@@ -107,7 +107,7 @@ class ObeysAllBut {
   std::unique_ptr<Gyro> gyro_;
 };
 
-TEST(GyroStream, EachIgnoredOrRefusedStartCommandOfAShippedOneFailsItsOpening) {
+TEST(GyroStream, FailsOpeningIfStartCommandIsIgnoredOrRefused) {
   std::size_t commands = 0, refusals = 0;
   for (const auto& name : tests::shipped_streams()) {
     const auto stream = tests::shipped_stream(name);
@@ -130,7 +130,7 @@ TEST(GyroStream, EachIgnoredOrRefusedStartCommandOfAShippedOneFailsItsOpening) {
   EXPECT_EQ(refusals, 25u);
 }
 
-TEST(GyroStream, EveryShippedOneListsItsSettingsAndWhatShowsThem) {
+TEST(GyroStream, ListsSettingsOfEveryShippedStream) {
   std::size_t settings = 0, unverified = 0;
   for (const auto& name : tests::shipped_streams()) {
     const auto stream = tests::shipped_stream(name);
@@ -161,7 +161,7 @@ TEST(GyroStream, DescribesWhichOfItsSettingsAreVerified) {
   EXPECT_EQ(in_words({}, true), "");
 }
 
-TEST(GyroStream, RefusesASettingThatNothingOfItsDescriptionShows) {
+TEST(GyroStream, RefusesUnverifiableSetting) {
   const std::string good = tests::shipped_stream("kvh-17xx-a").text;
   const auto mistake = [&](const std::string& was, const std::string& is) {
     auto changed = good;
@@ -239,7 +239,7 @@ TEST_F(OnVectorNav, NamesItsSerialNumber) {
   EXPECT_EQ(gyro->identify().value(), "vectornav 0100011982");
 }
 
-TEST_F(OnVectorNav, HasNoIdentityUnlessItAnsweredOnce) {
+TEST_F(OnVectorNav, HasNoIdentityWithoutAnswer) {
   ASSERT_TRUE(gyro->open());
   serial = "";
   EXPECT_EQ(gyro->identify().value(), "");
@@ -249,7 +249,7 @@ TEST_F(OnVectorNav, HasNoIdentityUnlessItAnsweredOnce) {
   EXPECT_EQ(gyro->identify().error().kind, FaultKind::timeout);
 }
 
-TEST_F(OnVectorNav, IsSetAgainWhenItsTimeBeginsAnew) {
+TEST_F(OnVectorNav, SendsStartCommandsAfterTimeRestarts) {
   ASSERT_TRUE(gyro->open());
   send(1);
   ASSERT_TRUE(gyro->wait_for_origin());

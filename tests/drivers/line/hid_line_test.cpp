@@ -10,7 +10,7 @@
 namespace gyrotherm::drivers {
 namespace {
 
-TEST(HidLine, ADeviceThatIsNotThereIsDisconnectedAndThenLeftAlone) {
+TEST(HidLine, FailsAndRestsIfDeviceIsMissing) {
   const auto line = make_hid_line({{0xFFFF, 0xFFFE, "NONE"}, {0xFFFF, 0xFFFD, "NOTHING"}}, "01234567");
   EXPECT_EQ(text(line->open().error()), "hid 01234567: no NONE or NOTHING with serial number 01234567 is connected");
   std::array<std::byte, 2> report{};
@@ -18,7 +18,7 @@ TEST(HidLine, ADeviceThatIsNotThereIsDisconnectedAndThenLeftAlone) {
   EXPECT_EQ(line->read(report, std::chrono::seconds(5)).error().what, "failed before, next try in 0.5 s");
 }
 
-TEST(HidLine, DevicesAreListedOnceEach) {
+TEST(HidLine, ListsEachDeviceOnce) {
   const auto devices = hid_devices();
   for (std::size_t i = 1; i < devices.size(); ++i) EXPECT_LT(devices[i - 1].path, devices[i].path);
 }

@@ -19,7 +19,7 @@ TEST(LineAddress, ATcpLineIsNumericSoThatNoNameIsLookedUp) {
     EXPECT_EQ(parse_line(wrong).error().kind, FaultKind::bad_file) << wrong;
 }
 
-TEST(LineAddress, NamesWhatWasMeantWhereAnAddressIsNone) {
+TEST(LineAddress, SuggestsIntendedAddress) {
   const auto why = [](const char* line) { return parse_line(line).error().what; };
   for (const char* device : {"/dev/ttyUSB0", "/dev/ttyS1", "/dev/serial/by-id/usb-FTDI-if00", "/dev/ttyACM0?9600,8N1"})
     EXPECT_NE(why(device).find("expected \"serial:" + std::string(device) + "\""), std::string::npos) << why(device);
@@ -43,7 +43,7 @@ TEST(LineAddress, ASerialLineMayHaveAHandshake) {
     EXPECT_NE(parse_serial_format(wrong).error().what.find(std::string("\"") + wrong + "\""), std::string::npos);
 }
 
-TEST(LineAddress, ASerialLineMaySayItsFormat) {
+TEST(LineAddress, AcceptsSerialFormat) {
   const auto plain = std::get<SerialLine>(parse_line("serial:/dev/ttyUSB0").value());
   EXPECT_EQ(plain.device, "/dev/ttyUSB0");
   EXPECT_FALSE(plain.format);
@@ -63,7 +63,7 @@ TEST(LineAddress, AnUnknownBaudRateIsRefused) {
     EXPECT_NE(parse_serial_format(wrong).error().what.find("baud rate is unknown"), std::string::npos) << wrong;
 }
 
-TEST(LineAddress, IsWrittenAsItIsRead) {
+TEST(LineAddress, FormatsAddressForParsing) {
   for (const char* line :
        {"tcp://10.0.0.7:502", "tcp://10.0.0.7", "serial:/dev/ttyUSB0", "serial:/dev/ttyS1?19200,8E1",
         "serial:/dev/ttyS1?300,7N2", "serial:/dev/ttyS1?4800,7E1,rtscts", "hid:01234567", "hid:", "virtual"})

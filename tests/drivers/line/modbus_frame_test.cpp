@@ -41,12 +41,12 @@ TEST(ModbusFrame, EncodesThePublishedFrames) {
   EXPECT_EQ(encode_reply(kWriteTwo, {}), hex("00 00 00 00 00 06 01 10 06 CE 00 02"));
 }
 
-TEST(ModbusFrame, ASingleWriteIsAnsweredByItself) {
+TEST(ModbusFrame, AcceptsEchoAsAnswerToSingleWrite) {
   EXPECT_EQ(encode_request(kWriteOne), hex("12 34 00 00 00 06 01 06 00 3C FE 70"));
   EXPECT_EQ(encode_reply(kWriteOne, {}), encode_request(kWriteOne));
 }
 
-TEST(ModbusFrame, ReadsWhatAReplyHolds) {
+TEST(ModbusFrame, DecodesReply) {
   const auto words = decode_reply(kRead, hex("00 00 00 00 00 07 01 03 04 41 B0 00 00"));
   ASSERT_TRUE(words) << text(words.error());
   EXPECT_EQ(*words, (Words{0x41B0, 0}));
@@ -95,7 +95,7 @@ TEST(ModbusFrame, AReplyOfAnyOtherLengthIsCorrupted) {
 }
 
 // The UMC1200's source shows that its length is that of the request.
-TEST(ModbusFrame, AMiscountedReplyToAWriteIsComparedInAllElse) {
+TEST(ModbusFrame, ComparesOtherFieldsOfMiscountedReply) {
   auto write = kWriteTwo;
   const auto reply = hex("00 00 00 00 00 0B 01 10 06 CE 00 02");
   EXPECT_EQ(decode_reply(write, reply).error().what, "length of the reply is 11, expected 6");

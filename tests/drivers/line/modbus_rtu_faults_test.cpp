@@ -202,8 +202,8 @@ void expect_no_wrong_value(unsigned seed, bool loop_back) {
              account.faults);
 }
 
-TEST(ModbusRtuFaults, NoneMakesAWrongValueGood) { expect_no_wrong_value(20151130, false); }
-TEST(ModbusRtuFaults, NoneDoesWhereLoopBacksFindTheBeat) { expect_no_wrong_value(20151201, true); }
+TEST(ModbusRtuFaults, NeverReturnWrongValue) { expect_no_wrong_value(20151130, false); }
+TEST(ModbusRtuFaults, NeverReturnWrongValueWithLoopBack) { expect_no_wrong_value(20151201, true); }
 
 }  // namespace
 }  // namespace gyrotherm::drivers

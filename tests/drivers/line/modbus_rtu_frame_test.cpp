@@ -45,7 +45,7 @@ void expect_golden(const Golden& golden) {
 }
 
 // Published in the CSZ EZT-570i User Communication Reference Manual, and computed by its rules.
-TEST(ModbusRtuFrame, SpeaksAsTheManualOfTheEzt570iShows) {
+TEST(ModbusRtuFrame, MatchesManualOfEzt570i) {
   expect_golden({read_of(1, 61, 1), "01 03 00 3D 00 01 15 C6", "01 03 02 00 EC B9 C9", {236}});
   expect_golden({read_of(1, 60, 2), "01 03 00 3C 00 02 04 07", "01 03 04 01 90 01 48 FA 44", {400, 328}});
   expect_golden({write_of(1, 60, 200), "01 06 00 3C 00 C8 48 50", "01 06 00 3C 00 C8 48 50", {}});
@@ -60,7 +60,7 @@ TEST(ModbusRtuFrame, SpeaksAsTheManualOfTheEzt570iShows) {
   expect_golden({write_of(1, 24, 2), "01 06 00 18 00 02 88 0C", "", {}});
 }
 
-TEST(ModbusRtuFrame, WritesABlockAsTheEzt570iWantsIt) {
+TEST(ModbusRtuFrame, EncodesBlockWriteOfEzt570i) {
   const ModbusRequest header{.unit = 1,
                              .function = write_multiple,
                              .address = 200,
@@ -74,13 +74,13 @@ TEST(ModbusRtuFrame, WritesABlockAsTheEzt570iWantsIt) {
        {}});
 }
 
-TEST(ModbusRtuFrame, SpeaksAsTheManualsOfSamwonShow) {
+TEST(ModbusRtuFrame, MatchesManualsOfSamwon) {
   expect_golden({read_of(1, 0, 2), "01 03 00 00 00 02 C4 0B", "01 03 04 00 FA 03 E8 DA BC", {250, 1000}});
   expect_golden({write_of(1, 99, 2), "01 06 00 63 00 02 F8 15", "01 06 00 63 00 02 F8 15", {}});
   expect_golden({read_of(1, 0, 3), "01 03 00 00 00 03 05 CB", "01 03 06 01 ED 00 00 00 6C 8C 9E", {493, 0, 108}});
 }
 
-TEST(ModbusRtuFrame, SpeaksToUnitZeroAsATt5166Does) {
+TEST(ModbusRtuFrame, AddressesUnitZeroOfTt5166) {
   expect_golden({write_of(0, 38, 220), "00 06 00 26 00 DC 68 49", "00 06 00 26 00 DC 68 49", {}});
   expect_golden({write_of(0, 39, 550), "00 06 00 27 02 26 B8 AA", "00 06 00 27 02 26 B8 AA", {}});
   expect_golden({read_of(0, 0, 1), "00 03 00 00 00 01 85 DB", "00 03 02 08 98 83 EE", {2200}});
@@ -129,7 +129,7 @@ TEST(ModbusRtuFrame, AReadByThreeIsAnsweredByFourOnlyWhereTheUnitDoesSo) {
   EXPECT_EQ(decode_rtu_answer(asked, reply)->words, Words{7});
 }
 
-TEST(ModbusRtuFrame, AReplyThatCannotAnswerIsKnownByItsFirstBytes) {
+TEST(ModbusRtuFrame, RejectsReplyByFirstBytes) {
   const auto asked = read_of(1, 60, 2);
   const auto fault = [&](const char* bytes) { return rtu_answer_size(asked, tests::bytes_of_hex(bytes)).error().what; };
   EXPECT_EQ(fault("02"), "unit of the reply is 2, expected 1");
@@ -166,7 +166,7 @@ TEST(ModbusRtuFrame, FindsPublishedAnswersAmongNoise) {
   EXPECT_FALSE(find_rtu_answer(read_of(1, 60, 2), other).answer);
 }
 
-TEST(ModbusRtuFrame, AnAnswerThatHasBegunIsAwaitedAndNoiseIsNot) {
+TEST(ModbusRtuFrame, WaitsForPartialAnswerNotForNoise) {
   const auto asked = read_of(1, 60, 2);
   const auto has_begun = [&](const char* bytes) {
     return find_rtu_answer(asked, tests::bytes_of_hex(bytes)).has_partial_frame;
@@ -181,7 +181,7 @@ TEST(ModbusRtuFrame, AnAnswerThatHasBegunIsAwaitedAndNoiseIsNot) {
             "the reply has a wrong CRC");
 }
 
-TEST(ModbusRtuFrame, UpToThreeFalseBitsOrABurstOfSixteenAreAlwaysFound) {
+TEST(ModbusRtuFrame, DetectsThreeWrongBitsOrBurstOfSixteen) {
   constexpr unsigned kSeed = 11;
   std::mt19937 random(kSeed);
   const auto asked = read_of(1, 60, 20);
@@ -210,7 +210,7 @@ TEST(ModbusRtuServer, TakesFramesFromAStreamOneByOne) {
   EXPECT_EQ(rtu_request_size(tests::bytes_of_hex("01 07 00")).error().kind, FaultKind::corrupted);
 }
 
-TEST(ModbusRtuServer, MeetsAWrongCrcWithSilenceAndAWrongRequestWithAnException) {
+TEST(ModbusRtuServer, IgnoresWrongCrcAndAnswersWrongRequestByException) {
   auto frame = encode_rtu_request(read_of(1, 0, 1));
   frame.back() ^= std::byte{1};
   EXPECT_EQ(decode_rtu_request(frame).error().kind, FaultKind::corrupted);

@@ -87,7 +87,7 @@ TEST_F(ModbusRtuNoise, EndsWithinTheLimitOnALineThatNeverFallsSilent) {
   EXPECT_LE(now() - began, milliseconds(1500));
 }
 
-TEST_F(ModbusRtuNoise, TakesAFrameBehindTheReplyForALateAnswer) {
+TEST_F(ModbusRtuNoise, TreatsFrameAfterReplyAsLateAnswer) {
   unit = [this](int number, const ModbusRequest& request, const Bytes&) {
     auto old = request;
     old.address = 7;
@@ -130,7 +130,7 @@ TEST_F(ModbusRtuEcho, IsReportedForWritesAsForReads) {
     }
 }
 
-TEST_F(ModbusRtuEcho, OfAWriteIsNeverTakenForTheAnswerOfASilentUnit) {
+TEST_F(ModbusRtuEcho, IsNotAcceptedAsAnswerOfSilentUnit) {
   unit = [this](int, const ModbusRequest&, const Bytes& frame) { line->arrive(milliseconds(1), frame); };
   for (const auto function : {WriteFunction::one_register, WriteFunction::coil, WriteFunction::registers}) {
     connect(usual());
@@ -138,7 +138,7 @@ TEST_F(ModbusRtuEcho, OfAWriteIsNeverTakenForTheAnswerOfASilentUnit) {
   }
 }
 
-TEST_F(ModbusRtuEcho, OfAWriteIsNeverTakenForItsRefusal) {
+TEST_F(ModbusRtuEcho, IsNotAcceptedAsRefusalOfWrite) {
   unit = [this](int, const ModbusRequest&, const Bytes& frame) {
     line->arrive(milliseconds(1), frame);
     line->arrive(milliseconds(30), encode_rtu_exception(frame, 4));
@@ -147,7 +147,7 @@ TEST_F(ModbusRtuEcho, OfAWriteIsNeverTakenForItsRefusal) {
   EXPECT_FALSE(registers->write(WriteFunction::one_register, 60, Words{1}));
 }
 
-TEST_F(ModbusRtuEcho, IsReadBackWhereTheLinkExpectsIt) {
+TEST_F(ModbusRtuEcho, IsReadIfLinkExpectsIt) {
   auto link = usual();
   link.echo = true;
   for (const int delay_ms : {0, 1, 60})
@@ -163,7 +163,7 @@ TEST_F(ModbusRtuEcho, IsReadBackWhereTheLinkExpectsIt) {
     }
 }
 
-TEST_F(ModbusRtuEcho, ThatIsExpectedAndFalseOrMissingIsAFault) {
+TEST_F(ModbusRtuEcho, FailsIfExpectedEchoIsWrongOrMissing) {
   auto link = usual();
   link.echo = true;
   connect(link);
@@ -183,7 +183,7 @@ TEST_F(ModbusRtuEcho, ThatIsExpectedAndFalseOrMissingIsAFault) {
   EXPECT_EQ(registers->read(kHolding, 60, 2).error().kind, FaultKind::timeout);
 }
 
-TEST_F(ModbusRtuEcho, ThatIsExpectedOfASilentUnitIsNoAnswer) {
+TEST_F(ModbusRtuEcho, IsNotAnAnswerOfSilentUnit) {
   auto link = usual();
   link.echo = true;
   connect(link);
@@ -194,7 +194,7 @@ TEST_F(ModbusRtuEcho, ThatIsExpectedOfASilentUnitIsNoAnswer) {
   }
 }
 
-TEST_F(ModbusRtuEcho, IsDisprovedOnceForEachConnection) {
+TEST_F(ModbusRtuEcho, IsExcludedOncePerConnection) {
   EXPECT_TRUE(registers->write(WriteFunction::one_register, 60, Words{1}));
   EXPECT_EQ(requests(), 2u) << "a read shows that the line does not echo";
   EXPECT_TRUE(registers->write(WriteFunction::one_register, 60, Words{1}));

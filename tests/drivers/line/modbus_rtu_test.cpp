@@ -54,7 +54,7 @@ TEST_F(ModbusRtu, OnASlowLineAReplyIsNotOverBetweenTwoOfItsCharacters) {
   EXPECT_EQ(requests(), 1u);
 }
 
-TEST_F(ModbusRtu, AReplyThatStopsHalfWayIsOverSoon) {
+TEST_F(ModbusRtu, EndsIncompleteReplyEarly) {
   unit = [this](int, const ModbusRequest& request, const Bytes&) {
     auto reply = good(request);
     reply.pop_back();
@@ -64,13 +64,13 @@ TEST_F(ModbusRtu, AReplyThatStopsHalfWayIsOverSoon) {
   EXPECT_LT(now() - asked_at[0], kTimeout / 2);
 }
 
-TEST_F(ModbusRtu, WhatLiesOnTheLineIsThrownAwayBeforeARequest) {
+TEST_F(ModbusRtu, DiscardsUnreadBytesBeforeRequest) {
   line->arrive({}, tests::bytes_of_hex("01 03 02 00 EC B9 C9"));
   EXPECT_EQ(registers->read(kHolding, 60, 1).value(), Words{60});
   EXPECT_EQ(registers->read(kHolding, 61, 1).value(), Words{61});
 }
 
-TEST_F(ModbusRtu, ALateReplyIsNeverTakenForTheNext) {
+TEST_F(ModbusRtu, NeverAcceptsLateReplyForNextRequest) {
   for (const int late_ms : {201, 250, 300, 399}) {
     unit = [&](int number, const ModbusRequest& request, const Bytes&) {
       line->arrive(number == 0 ? Duration(milliseconds(late_ms)) : kSoon, good(request));
@@ -127,7 +127,7 @@ TEST_F(ModbusRtu, AnEchoOfAnotherRegisterIsCorrupted) {
             "address of the reply is 61, expected 60");
 }
 
-TEST_F(ModbusRtu, ALineThatReturnsWhatIsSentIsNotReadAsAnAnswer) {
+TEST_F(ModbusRtu, RejectsEchoAsAnswer) {
   unit = [this](int, const ModbusRequest& request, const Bytes& frame) {
     line->arrive(milliseconds(1), frame);
     line->arrive(kSoon, good(request));
@@ -164,7 +164,7 @@ TEST_F(ModbusRtu, AFailedWriteIsNotRepeated) {
   EXPECT_EQ(requests(), 1u);
 }
 
-TEST_F(ModbusRtu, AnExceptionIsNamedAsTheMakerMeansIt) {
+TEST_F(ModbusRtu, UsesVendorNameOfException) {
   auto link = usual();
   link.busy_exceptions = {};
   link.exception_names = {{5, "write denied"}};
@@ -177,7 +177,7 @@ TEST_F(ModbusRtu, AnExceptionIsNamedAsTheMakerMeansIt) {
   EXPECT_EQ(requests(), 2u);
 }
 
-TEST_F(ModbusRtu, OnlyAFunctionOrAnAddressThatIsNotThereRefusesARead) {
+TEST_F(ModbusRtu, RefusesReadOnlyForMissingFunctionOrAddress) {
   auto link = usual();
   link.exception_names = {{7, "not ready"}, {9, "no such channel"}};
   link.busy_exceptions = {6, 7};
@@ -199,7 +199,7 @@ TEST_F(ModbusRtu, OnlyAFunctionOrAnAddressThatIsNotThereRefusesARead) {
   expect({5, 6, 7, 10, 11}, FaultKind::timeout, FaultKind::timeout);
 }
 
-TEST_F(ModbusRtu, ABusyUnitIsAskedAgain) {
+TEST_F(ModbusRtu, RetriesReadOfBusyUnit) {
   unit = [this](int number, const ModbusRequest& request, const Bytes& frame) {
     line->arrive(kSoon, number < 3 ? encode_rtu_exception(frame, number == 0 ? 5 : 6) : good(request));
   };
@@ -207,7 +207,7 @@ TEST_F(ModbusRtu, ABusyUnitIsAskedAgain) {
   EXPECT_EQ(requests(), 4u);
 }
 
-TEST_F(ModbusRtu, LeavesTheUnitThePausesItNeeds) {
+TEST_F(ModbusRtu, ObservesPausesOfUnit) {
   auto link = usual();
   link.minimum_period = milliseconds(500);
   link.after_write = milliseconds(800);
@@ -236,7 +236,7 @@ TEST_F(ModbusRtu, TheSilenceBetweenFramesIsThreeAndAHalfCharacters) {
   EXPECT_EQ(silence_between_frames(link), milliseconds(203));
 }
 
-TEST_F(ModbusRtu, ALoopBackFindsTheBeatAgain) {
+TEST_F(ModbusRtu, ResynchronisesByLoopBack) {
   auto link = usual();
   link.loop_back = true;
   connect(link);
@@ -266,7 +266,7 @@ TEST_F(ModbusRtu, RestsAfterTheSecondFailureInARow) {
   EXPECT_TRUE(registers->read(kHolding, 1, 1));
 }
 
-TEST(ModbusRtuOverTcp, InsistingEndsTheRestOfTheSocketTooAndNotOfTheRegistersAlone) {
+TEST(ModbusRtuOverTcp, EndsRestPeriodOfSocketAndRegisters) {
   TcpLine nobody;
   {
     const LoopbackServer closed([](auto) { return Answer{}; });
@@ -281,7 +281,7 @@ TEST(ModbusRtuOverTcp, InsistingEndsTheRestOfTheSocketTooAndNotOfTheRegistersAlo
 }
 
 /// A gateway delays the second packet until the first is acknowledged, as TCP may require.
-TEST(ModbusRtuOverTcp, TakesAReplyWhoseRestComesLater) {
+TEST(ModbusRtuOverTcp, AcceptsReplyInTwoPieces) {
   const LoopbackServer gateway([](auto request) {
     const Bytes reply = good(decode_rtu_request(request).value());
     return Answer{{reply.begin(), reply.begin() + 3}, false, {reply.begin() + 3, reply.end()}};

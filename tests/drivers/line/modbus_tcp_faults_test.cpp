@@ -180,7 +180,7 @@ class FaultyClient {
   long faults_ = 0;
 };
 
-TEST(ModbusTcpFaults, NoneMakesAWrongValueGood) {
+TEST(ModbusTcpFaults, NeverReturnWrongValue) {
   constexpr unsigned kSeed = 20151202;
   FaultyClient client(kSeed);
   const auto account = client.run(kFaultedTransactions);
@@ -192,7 +192,7 @@ TEST(ModbusTcpFaults, NoneMakesAWrongValueGood) {
              account.faults);
 }
 
-TEST(ModbusTcpFaults, NoneDoesWhereTheUnitReturnsNoTransaction) {
+TEST(ModbusTcpFaults, NeverReturnWrongValueWithoutTransaction) {
   constexpr unsigned kSeed = 20261127;
   FaultyClient client(kSeed, false);
   const auto account = client.run(kFaultedTransactions);

@@ -122,7 +122,7 @@ TEST(ModbusTcp, NoTransactionIsUsedTwiceAlsoAcrossConnections) {
   EXPECT_GT(unit.connections(), 2);
 }
 
-TEST(ModbusTcp, AGarbledReplyCostsTheConnectionAndIsReadAgain) {
+TEST(ModbusTcp, ReconnectsAndRetriesAfterCorruptedReply) {
   Unit unit([](int number, const auto& request, auto) {
     auto reply = good(request);
     if (number == 1) reply[6] = std::byte{9};
@@ -134,7 +134,7 @@ TEST(ModbusTcp, AGarbledReplyCostsTheConnectionAndIsReadAgain) {
   EXPECT_EQ(unit.connections(), 2);
 }
 
-TEST(ModbusTcp, ALateReplyIsNeverTakenForTheNext) {
+TEST(ModbusTcp, NeverAcceptsLateReplyForNextRequest) {
   std::vector<std::byte> late;
   Unit unit([&](int number, const auto& request, auto) {
     if (number == 0) return late = good(request), Answer{};
@@ -162,7 +162,7 @@ TEST(ModbusTcp, ASilentUnitIsATimeoutWithinTheLimit) {
   EXPECT_FALSE(soon.over());
 }
 
-TEST(ModbusTcp, ADrippingUnitCannotHoldTheLine) {
+TEST(ModbusTcp, EndsExchangeWithUnitThatSendsSlowly) {
   Unit unit([](int, const auto& request, auto) { return Answer{{good(request).front()}}; });
   const auto client = unit.client();
   const Deadline soon(milliseconds(900));
@@ -170,7 +170,7 @@ TEST(ModbusTcp, ADrippingUnitCannotHoldTheLine) {
   EXPECT_FALSE(soon.over());
 }
 
-TEST(ModbusTcp, AMiscountedReplyToAWriteIsTakenFromAUnitThatIsKnownForIt) {
+TEST(ModbusTcp, AcceptsMiscountedReplyIfLinkPermits) {
   const LoopbackServer server([](std::span<const std::byte> frame) {
     auto reply = good(decode_request(frame).value());
     reply[5] = std::byte{11};
@@ -207,7 +207,7 @@ class DeviatingUnit {
   LoopbackServer server_;
 };
 
-TEST(ModbusTcp, ToleratesADeviationOnlyWhereTheLinkNamesIt) {
+TEST(ModbusTcp, ToleratesDeviationOnlyIfLinkPermits) {
   struct Deviation {
     std::size_t at;  ///< offset in the header
     std::uint8_t byte;
@@ -241,7 +241,7 @@ TEST(ModbusTcp, AToleratedReplyHasEveryOtherFieldCompared) {
   }
 }
 
-TEST(ModbusTcp, AResetIsSurvivedByARead) {
+TEST(ModbusTcp, RetriesReadAfterReset) {
   Unit unit([](int number, const auto& request, auto) {
     return number == 0 ? Answer{{}, true} : Answer{good(request)};
   });
@@ -276,7 +276,7 @@ TEST(ModbusTcp, AnExceptionIsNamedAndKeepsTheConnection) {
   EXPECT_EQ(unit.connections(), 1);
 }
 
-TEST(ModbusTcp, ABusyUnitIsAskedAgain) {
+TEST(ModbusTcp, RetriesReadOfBusyUnit) {
   Unit unit([](int number, const auto& request, auto frame) {
     return Answer{number < 3 ? encode_exception(frame, number == 0 ? 5 : 6) : good(request)};
   });

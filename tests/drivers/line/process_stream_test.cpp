@@ -57,13 +57,13 @@ pid_t number_in(const std::string& file) {
   return number;
 }
 
-TEST(ProcessStream, SpeaksToAProgram) {
+TEST(ProcessStream, ExchangesLinesWithProgram) {
   ProcessStream line({.words = {"cat"}});
   ASSERT_TRUE(say(line, "hello\n"));
   EXPECT_EQ(hear(line).value(), "hello\n");
 }
 
-TEST(ProcessStream, NoShellSeesTheWords) {
+TEST(ProcessStream, DoesNotUseShell) {
   ProcessStream line({.words = {"echo", "$HOME; *"}});
   EXPECT_EQ(hear(line).value(), "$HOME; *\n");
 }
@@ -76,7 +76,7 @@ TEST(ProcessStream, RunsInItsFolderAndHasNoOpenFileOfOurs) {
   EXPECT_EQ(hear(line).value(), "none, " + std::filesystem::canonical(folder / ".").string() + "\n");
 }
 
-TEST(ProcessStream, SaysHowTheProgramEndedAndItsLastWords) {
+TEST(ProcessStream, ReportsExitCodeAndLastOutput) {
   ProcessStream line(shell("echo first >&2; echo no such port >&2; exit 3"));
   const auto ended = hear(line);
   ASSERT_FALSE(ended);
@@ -84,12 +84,12 @@ TEST(ProcessStream, SaysHowTheProgramEndedAndItsLastWords) {
   EXPECT_EQ(ended.error().what, "the program ended with exit code 3; its last output was \"no such port\"");
 }
 
-TEST(ProcessStream, SaysWhichSignalEndedIt) {
+TEST(ProcessStream, ReportsSignal) {
   ProcessStream line(shell("kill -SEGV $$"));
   EXPECT_EQ(hear(line).error().what, "the program was terminated by signal 11");
 }
 
-TEST(ProcessStream, IsStartedAnewAndRestsAfterTheSecondEnd) {
+TEST(ProcessStream, RestartsProgramAndRestsAfterSecondEnd) {
   const tests::TestFolder folder;
   const auto starts = folder / "starts";
   ProcessStream line(shell("echo . >> " + starts + "; exit 1"));
@@ -115,7 +115,7 @@ TEST(ProcessStream, SilenceIsATimeout) {
   EXPECT_EQ(hear(line, 100ms).error().kind, FaultKind::timeout);
 }
 
-TEST(ProcessStream, OneThatReadsNothingIsEndedOnceItsPipeIsFull) {
+TEST(ProcessStream, EndsProgramThatDoesNotReadItsInput) {
   ProcessStream line(shell("sleep 1000"));
   const std::string much(1 << 20, 'x');
   Result<void> sent;
@@ -124,7 +124,7 @@ TEST(ProcessStream, OneThatReadsNothingIsEndedOnceItsPipeIsFull) {
   EXPECT_EQ(sent.error().what, "the program did not read its input for 0.050 s and was stopped");
 }
 
-TEST(ProcessStream, ComplaintsDoNotFillUp) {
+TEST(ProcessStream, DrainsErrorOutput) {
   ProcessStream line(shell("head -c 1000000 /dev/zero | tr '\\0' 'x' >&2; echo done"));
   EXPECT_EQ(hear(line).value(), "done\n");
 }
@@ -141,7 +141,7 @@ TEST(ProcessStream, AProgramMayEndByItself) {
   EXPECT_EQ(word, "ended") << "its input was closed, and it had time";
 }
 
-TEST(ProcessStream, NothingIsLeftOfOneThatDoesNotWantToEnd) {
+TEST(ProcessStream, KillsProgramThatDoesNotEnd) {
   const tests::TestFolder folder;
   const auto file = folder / "child";
   const tests::SleepMeter meter;
@@ -154,7 +154,7 @@ TEST(ProcessStream, NothingIsLeftOfOneThatDoesNotWantToEnd) {
   EXPECT_TRUE(is_gone(number_in(file))) << "its own children too";
 }
 
-TEST(ProcessStream, NothingIsLeftOfTheChildrenOfOneThatDied) {
+TEST(ProcessStream, KillsChildrenOfEndedProgram) {
   const tests::TestFolder folder;
   const auto file = folder / "child";
   ProcessStream line(shell("sleep 1000 & echo $! > " + file + "; echo here; read word; exit 1"));
@@ -175,7 +175,7 @@ TEST(ProcessStream, AStoppedProgramIsKilledToo) {
   EXPECT_TRUE(is_gone(number_in(file)));
 }
 
-TEST(FindProgram, LooksInThePathAndInTheFolder) {
+TEST(FindProgram, SearchesPathAndFolder) {
   const tests::TestFolder folder;
   EXPECT_TRUE(find_program({.words = {"sh"}}).value().ends_with("/sh"));
   EXPECT_EQ(find_program({.words = {"no-such-program-anywhere"}}).error().what, "program not found in PATH");

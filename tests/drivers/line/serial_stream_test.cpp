@@ -60,7 +60,7 @@ TEST(SerialStream, ASilentPeerIsATimeoutAndNotAnEnd) {
   EXPECT_EQ(read_text(*stream, kPatient).value(), "here");
 }
 
-TEST(SerialStream, WhatCameBeforeTheOpeningIsThrownAway) {
+TEST(SerialStream, DiscardsBytesReceivedBeforeOpening) {
   const PseudoTerminal pair;
   const Descriptor keeps_it(open(pair.device().c_str(), O_RDWR | O_NOCTTY));
   pair.say("stale\n");
@@ -89,7 +89,7 @@ TEST(SerialStream, AWriteToAnUnpluggedLineIsDisconnected) {
   EXPECT_EQ(stream->write(tests::bytes_of("?"), kPatient).error().kind, FaultKind::disconnected);
 }
 
-TEST(SerialStream, ALinkIsFollowedAnewToWhereTheAdapterCameBack) {
+TEST(SerialStream, ResolvesLinkAgainAfterReplug) {
   const auto link = std::filesystem::temp_directory_path() / ("gyrotherm-serial-" + std::to_string(getpid()));
   auto first = std::make_unique<PseudoTerminal>();
   std::filesystem::create_symlink(first->device(), link);
@@ -105,7 +105,7 @@ TEST(SerialStream, ALinkIsFollowedAnewToWhereTheAdapterCameBack) {
   std::filesystem::remove(link);
 }
 
-TEST(SerialStream, OneProgramHasTheLine) {
+TEST(SerialStream, ExcludesSecondProgram) {
   const PseudoTerminal pair;
   const auto stream = opened(pair.device());
   const auto other = make_serial_stream(pair.device(), {});
@@ -114,7 +114,7 @@ TEST(SerialStream, OneProgramHasTheLine) {
   EXPECT_EQ(read_text(*stream, kPatient).value(), "mine");
 }
 
-TEST(SerialStream, ALockThatAnotherHoldsIsRespected) {
+TEST(SerialStream, RespectsLockOfAnotherProgram) {
   const PseudoTerminal pair;
   const Descriptor other(open(pair.device().c_str(), O_RDWR | O_NOCTTY));
   ASSERT_EQ(flock(other.number(), LOCK_EX), 0);
@@ -153,7 +153,7 @@ TEST(SerialStream, ANumberThatDependsOnTheOrderOfPluggingIsNoStableName) {
   EXPECT_EQ(stable_name("/dev/gyrotherm-none"), "");
 }
 
-TEST(SerialStream, WhatIsNoSerialPortIsRefused) {
+TEST(SerialStream, RefusesFileThatIsNotASerialPort) {
   EXPECT_EQ(open_serial_port("/dev/null", {}).error().kind, FaultKind::disconnected);
   EXPECT_EQ(open_serial_port("/dev/gyrotherm-none", {}).error().what, "no such device");
 }

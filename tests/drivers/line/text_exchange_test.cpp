@@ -61,7 +61,7 @@ class SlowStream final : public ByteStream {
 const TextExchangeOptions kOptions{
     .question_end = "\r", .answer_end = "\n", .within = milliseconds(500), .pause = milliseconds(10)};
 
-TEST(TextExchange, AsksAndTakesOneLine) {
+TEST(TextExchange, ReturnsOneLine) {
   auto made = std::make_unique<SlowStream>();
   auto& line = *made;
   TextExchange exchange(std::move(made), kOptions);
@@ -100,7 +100,7 @@ TEST(TextExchange, ReadsItsQuestionBackFromALineThatEchoes) {
     }
 }
 
-TEST(TextExchange, AnAnswerThatComesAfterTheLimitIsNotTakenForTheNext) {
+TEST(TextExchange, DoesNotAcceptLateAnswerForNextQuestion) {
   for (const auto late : {milliseconds(505), milliseconds(600), milliseconds(990)}) {
     auto made = std::make_unique<SlowStream>();
     auto& line = *made;
@@ -113,7 +113,7 @@ TEST(TextExchange, AnAnswerThatComesAfterTheLimitIsNotTakenForTheNext) {
 }
 
 // Answers, one question per second, that are late (by less than the limit), lost, truncated or duplicated.
-TEST(TextExchange, NoFaultMakesAnOldAnswerANewOne) {
+TEST(TextExchange, NeverAcceptsOldAnswer) {
   constexpr unsigned kSeed = 3;
   std::mt19937 random(kSeed);
   const auto up_to = [&](int ms) { return milliseconds(random() % ms); };
@@ -184,7 +184,7 @@ struct OneInstrument {
 };
 
 // Answers with any delay, to questions that the instrument answers in order.
-TEST(TextExchange, WithABeatNoAnswerHoweverLateIsANewOne) {
+TEST(TextExchange, NeverAcceptsLateAnswerWithResync) {
   constexpr unsigned kSeed = 4;
   for (const bool alone : {false, true}) {
     std::mt19937 random(kSeed);
@@ -205,7 +205,7 @@ TEST(TextExchange, WithABeatNoAnswerHoweverLateIsANewOne) {
   }
 }
 
-TEST(TextExchange, ANameThatWasAskedForInVainIsOwed) {
+TEST(TextExchange, TracksOutstandingResyncAnswer) {
   for (int who = 600; who < 3000; who += 20)
     for (int next = 600; next < 3000; next += 20) {
       OneInstrument one(true);
@@ -222,7 +222,7 @@ TEST(TextExchange, ANameThatWasAskedForInVainIsOwed) {
 }
 
 // The instrument receives nothing in every other second, and is queried once per second at various phases.
-TEST(TextExchange, NoFaultThatComesAndGoesHidesAnInstrumentForGood) {
+TEST(TextExchange, RecoversFromIntermittentFaults) {
   for (const bool alone : {false, true})
     for (int moment = 0; moment < 1000; moment += 50) {
       OneInstrument one(alone);
@@ -238,7 +238,7 @@ TEST(TextExchange, NoFaultThatComesAndGoesHidesAnInstrumentForGood) {
     }
 }
 
-TEST(TextExchange, TwoAnswersToOneQuestionAreNone) {
+TEST(TextExchange, RejectsTwoAnswers) {
   auto made = std::make_unique<tests::FakeStream>();
   auto& line = *made;
   TextExchange exchange(std::move(made), kOptions);

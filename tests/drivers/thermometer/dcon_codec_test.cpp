@@ -77,7 +77,7 @@ TEST(DconCodec, AnythingButEightValuesIsCorrupted) {
 }
 
 // Its two digits would extend the last reading.
-TEST(DconCodec, AChecksumThatNobodyAskedForIsNotTakenForDecimals) {
+TEST(DconCodec, DoesNotDecodeUnexpectedChecksumAsDecimals) {
   for (unsigned sum = 0; sum < 100; ++sum) {
     EXPECT_FALSE(decode_dcon_readings(fmt::format("{}{:02}", kSample, sum), 4, kEight)) << sum;
     EXPECT_FALSE(decode_dcon_readings(fmt::format(">+02.513{:02}", sum), 4, kOne)) << sum;

@@ -62,7 +62,7 @@ class OnModule : public testing::Test {
 };
 using DconThermometer = OnModule;
 
-TEST_F(DconThermometer, TellsItsModelAndAddress) { EXPECT_EQ(bank->identify().value(), "7018P at 04, type 10"); }
+TEST_F(DconThermometer, ReportsModelAndAddress) { EXPECT_EQ(bank->identify().value(), "7018P at 04, type 10"); }
 
 TEST_F(DconThermometer, ReadsAllInputsWithOneQuestion) {
   ASSERT_TRUE(bank->identify());
@@ -76,7 +76,7 @@ TEST_F(DconThermometer, ReadsAllInputsWithOneQuestion) {
   EXPECT_EQ(text(readings[7].error()), "bank input 7: under range (-0000)");
 }
 
-TEST_F(DconThermometer, SealsWhatItSaysIfTheModuleDoes) {
+TEST_F(DconThermometer, AddsChecksumIfModuleDoes) {
   module.checksum = DconChecksum::on;
   connect({.address = 4, .checksum = DconChecksum::on});
   EXPECT_EQ(bank->read()[0].value(), Celsius{5.123});
@@ -164,7 +164,7 @@ TEST_F(OnModule, AnotherTypeThanTheRigExpectsIsAMismatch) {
   EXPECT_TRUE(bank->read()[0]);
 }
 
-TEST_F(DconThermometer, ThatIsAnotherOneAfterALostAnswerGivesNoValue) {
+TEST_F(DconThermometer, RejectsExchangedModuleAfterLostAnswer) {
   for (const auto& [name, configuration, types] :
        std::vector<std::tuple<std::string, std::string, std::string>>{{"7018P", "0F0600", ""},
                                                                       {"7018P", "FF0600", "0F0F0F0F0F0F0F0F"},
@@ -211,7 +211,7 @@ class OnTwoModules : public testing::Test {
 };
 using DconModules = OnTwoModules;
 
-TEST_F(DconModules, AreOneThermometerInTheirOrder) {
+TEST_F(DconModules, ReturnInputsInOrderOfModules) {
   EXPECT_EQ(bank->identify().value(), "7018P at 04, type 10, 7018P at 05, type 10");
   const auto readings = bank->read();
   ASSERT_EQ(readings.size(), 16u);
@@ -220,7 +220,7 @@ TEST_F(DconModules, AreOneThermometerInTheirOrder) {
   EXPECT_EQ(readings[15].value(), Celsius{8});
 }
 
-TEST_F(DconModules, OneThatIsSilentRestsAndTheOtherIsRead) {
+TEST_F(DconModules, SkipSilentModuleAndReadTheOther) {
   silent = true;
   for (int i = 0; i < 5; ++i) {
     const auto readings = bank->read();
@@ -232,7 +232,7 @@ TEST_F(DconModules, OneThatIsSilentRestsAndTheOtherIsRead) {
   EXPECT_EQ(asked, 2) << "it rests after the second failure";
 }
 
-TEST_F(DconModules, OneThatReturnsAfterASilenceIsAskedForItsNameAgain) {
+TEST_F(DconModules, CountBreakAfterSilence) {
   VirtualClock clock;
   auto made = std::make_unique<tests::FakeStream>();
   made->instrument = [this](std::string_view query) {

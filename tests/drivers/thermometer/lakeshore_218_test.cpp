@@ -32,7 +32,7 @@ TEST(Lakeshore218Codec, AnythingButEightNumbersIsCorrupted) {
     EXPECT_EQ(decode_crdg(wrong).error().kind, FaultKind::corrupted) << wrong;
 }
 
-TEST(Lakeshore218Codec, AReadingThatCannotBeIsAFaultInItsPlace) {
+TEST(Lakeshore218Codec, ReportsImpossibleReadingForItsInput) {
   const auto readings = decode_crdg("+20.0,-273.2,+1000.1,+20.0,+20.0,+20.0,+20.0,-273.15").value();
   EXPECT_TRUE(readings[0]);
   EXPECT_EQ(readings[1].error().kind, FaultKind::out_of_range);
@@ -63,7 +63,7 @@ class OnFakeLine : public testing::Test {
 };
 using Lakeshore218 = OnFakeLine;
 
-TEST_F(Lakeshore218, TellsItsModel) { EXPECT_EQ(bank->identify().value(), "LSCI,MODEL218E,21EA4F,042109"); }
+TEST_F(Lakeshore218, ReportsModel) { EXPECT_EQ(bank->identify().value(), "LSCI,MODEL218E,21EA4F,042109"); }
 
 TEST_F(Lakeshore218, AnotherInstrumentIsAMismatch) {
   line->instrument = [](std::string_view) { return std::string("LSCI,MODEL340,1,2\r\n"); };
@@ -71,7 +71,7 @@ TEST_F(Lakeshore218, AnotherInstrumentIsAMismatch) {
 }
 
 /// After a lost answer, another scanner of the same or of another model answers.
-TEST_F(Lakeshore218, ThatIsAnotherOneAfterALostAnswerGivesNoValue) {
+TEST_F(Lakeshore218, RejectsExchangedInstrumentAfterLostAnswer) {
   const auto answers_as = [](const std::string& who) {
     return [who](std::string_view query) -> std::string {
       if (query == "*IDN?\r\n") return who + "\r\n";
@@ -110,7 +110,7 @@ void expect_all(const std::vector<Result<Celsius>>& readings, FaultKind kind) {
   for (const auto& reading : readings) EXPECT_EQ(reading.error().kind, kind);
 }
 
-TEST_F(Lakeshore218, SilenceIsATimeoutInEveryPlace) {
+TEST_F(Lakeshore218, ReportsTimeoutForEveryInput) {
   line->fall_silent();
   expect_all(bank->read(), FaultKind::timeout);
   line->recover();
@@ -130,7 +130,7 @@ TEST_F(Lakeshore218, TwoRepliesToOneQueryAreCorrupted) {
   expect_all(bank->read(), FaultKind::corrupted);
 }
 
-TEST_F(Lakeshore218, NoExchangeOutlastsTheRuleOfAnAsynchronousLine) {
+TEST_F(Lakeshore218, EndsExchangeWithinLimit) {
   EXPECT_LE(3 * Lakeshore218Timing{}.within, std::chrono::milliseconds(1500));
 }
 

@@ -97,7 +97,7 @@ TEST(MccUsbTempCodec, ReadsTheCalibrationDate) {
   EXPECT_EQ(decode_mcc_date(bytes).value(), day + std::chrono::hours(10) + std::chrono::minutes(30));
 }
 
-TEST(MccUsbTempCodec, ATimeThatIsNoneIsCorrupted) {
+TEST(MccUsbTempCodec, RejectsInvalidTime) {
   using Bytes = std::vector<std::uint8_t>;
   for (const auto& wrong : {Bytes{}, Bytes{24, 5, 17, 10, 30}, Bytes{24, 2, 30, 0, 0, 0}, Bytes{24, 13, 1, 0, 0, 0},
                             Bytes{24, 5, 0, 0, 0, 0}, Bytes{24, 5, 17, 24, 0, 0}, Bytes{24, 5, 17, 0, 60, 0},
@@ -114,7 +114,7 @@ TEST(MccUsbTempCodec, SetsAndReadsANumber) {
             std::vector<std::uint8_t>{2});
 }
 
-TEST(MccUsbTempCodec, TellsACalibrationFromItsEnd) {
+TEST(MccUsbTempCodec, DetectsEndOfCalibration) {
   const auto query = mcc_request(MccCommand::read_status);
   EXPECT_TRUE(mcc_calibrating(decode_mcc_bytes(query, tests::bytes_of_hex("44 01")).value()[0]));
   EXPECT_FALSE(mcc_calibrating(decode_mcc_bytes(query, tests::bytes_of_hex("44 00")).value()[0]));
@@ -142,7 +142,7 @@ TEST(MccUsbTempCodec, MemoryAndFirmwareAreNeverWritten) {
     EXPECT_EQ(decode_mcc_request(tests::bytes_of_hex(report)).error().kind, FaultKind::corrupted) << report;
 }
 
-TEST(MccUsbTempCodec, WhatTheInstrumentDoesNotHaveIsRefused) {
+TEST(MccUsbTempCodec, RefusesUnsupportedArguments) {
   for (const char* report : {"18 08 00", "18 82 00", "18 00 02", "19 00 08 00", "19 03 02 00", "19 00 07 02",
                              "30 00 00 00 00", "30 00 00 00 3F", "30 00 00 01 3D", "30 00 00 02 01", "30 F0 00 00 11",
                              "30 00 01 00 01", "49 04 00 00", "49 00 0B 00", "4A 00 1C", "4A 00 0F"})

@@ -42,7 +42,7 @@ MccOptions with_sensors() {
   return options;
 }
 
-TEST_F(MccUsbTemp, TellsModelSerialNumberAndCalibration) {
+TEST_F(MccUsbTemp, ReportsModelSerialNumberAndCalibration) {
   EXPECT_EQ(bank->identify().value(), "MCC USB-TEMP 01234567, calibrated 2024-05-17");
   device->date = {255, 255, 255, 255, 255, 255};
   EXPECT_EQ(bank->identify().value(), "MCC USB-TEMP 01234567");
@@ -54,7 +54,7 @@ TEST_F(MccUsbTemp, ReadsEightTemperaturesInOneScan) {
   EXPECT_EQ(device->count(MccCommand::calibrate), 0) << "nothing was set";
 }
 
-TEST_F(MccUsbTemp, AnOpenOrImpossibleInputIsAFaultInItsPlaceAlone) {
+TEST_F(MccUsbTemp, ReportsOpenOrImpossibleInput) {
   auto options = with_sensors();
   options.sensors[4] = options.sensors[5] = MccThermocouple{MccThermocoupleType::t};
   connect(options);
@@ -69,7 +69,7 @@ TEST_F(MccUsbTemp, AnOpenOrImpossibleInputIsAFaultInItsPlaceAlone) {
   for (const auto input : {1, 2, 3, 7}) EXPECT_TRUE(readings[input]) << input;
 }
 
-TEST_F(MccUsbTemp, SetsWhatDiffersAndCalibratesBeforeItReads) {
+TEST_F(MccUsbTemp, SetsDifferingItemsAndCalibratesBeforeReading) {
   connect(with_sensors());
   expect_all(FaultKind::timeout);
   EXPECT_EQ(device->count(MccCommand::calibrate), 1);
@@ -94,7 +94,7 @@ TEST_F(MccUsbTemp, IdentifyingWaitsForTheCalibration) {
   EXPECT_EQ(text(bank->identify().error()), "bank: self-calibration in progress") << "but not for ever";
 }
 
-TEST_F(MccUsbTemp, AnInstrumentThatDoesNotKeepItsSetUpIsAMismatch) {
+TEST_F(MccUsbTemp, ReportsMismatchIfSettingsAreNotKept) {
   connect(with_sensors());
   device->forget_settings();
   EXPECT_EQ(bank->identify().error().kind, FaultKind::mismatch);
@@ -109,7 +109,7 @@ TEST_F(MccUsbTemp, SensorsThatCannotShareAConverterAreAMismatch) {
   EXPECT_EQ(bank->identify().error().kind, FaultKind::mismatch);
 }
 
-TEST_F(MccUsbTemp, AfterAReplugTheSetUpIsComparedAgain) {
+TEST_F(MccUsbTemp, ComparesSettingsAfterReplug) {
   connect(with_sensors());
   ASSERT_TRUE(bank->identify());
   device->unplug();
@@ -124,7 +124,7 @@ TEST_F(MccUsbTemp, AfterAReplugTheSetUpIsComparedAgain) {
   EXPECT_EQ(device->openings, 2);
 }
 
-TEST_F(MccUsbTemp, ASilentInstrumentIsATimeoutInEveryPlace) {
+TEST_F(MccUsbTemp, ReportsTimeoutForEveryInput) {
   expect_good();
   device->fall_silent();
   expect_all(FaultKind::timeout);
@@ -141,7 +141,7 @@ TEST_F(MccUsbTemp, ALateScanIsNeverTakenForTheNext) {
   expect_good();
 }
 
-TEST_F(MccUsbTemp, WhatAnOlderProgramLeftIsThrownAway) {
+TEST_F(MccUsbTemp, DiscardsRepliesToEarlierPrograms) {
   device->leave(tests::bytes_of_hex("19 00009041 00009041 00009041 00009041 00009041 00009041 00009041 00009041"));
   device->leave(tests::bytes_of_hex("44 00"));
   expect_good();

@@ -92,7 +92,7 @@ TEST_F(ProcessThermometerTest, ALateAnswerIsNotTakenForTheNext) {
   EXPECT_EQ(bank->read()[0].value(), Celsius{23.5});
 }
 
-TEST_F(ProcessThermometerTest, WhatIsNoAnswerIsShown) {
+TEST_F(ProcessThermometerTest, ReportsInvalidAnswer) {
   EXPECT_TRUE(bank->read()[0]);
   line->instrument = [](std::string_view) { return std::string("Reading the sensor…\n"); };
   EXPECT_EQ(fault(), "thermometer 1: \"Reading the sensor…\" is not an answer to a request");

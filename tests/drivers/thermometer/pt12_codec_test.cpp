@@ -40,7 +40,7 @@ TEST(Pt12Codec, NumbersAreStandardOrScientific) {
   EXPECT_EQ(first_reading("-10.015").value(), Celsius{-10.015});
 }
 
-TEST(Pt12Codec, WhatIsNoNumberIsCorrupted) {
+TEST(Pt12Codec, RejectsInvalidNumber) {
   for (const char* wrong : {"", " ", "-", "+", "+-1", "-+1", "--1", "1e", "1e400", "1 2", "1,2", "0x10", "inf", "-nan",
                             "nan(1)", "NaNs", "1.2.3", "1\t", "12.34C"})
     EXPECT_EQ(first_reading(wrong).error().kind, FaultKind::corrupted) << wrong;

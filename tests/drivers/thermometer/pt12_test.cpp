@@ -30,7 +30,7 @@ class Pt12 : public testing::Test {
   std::unique_ptr<Thermometer> bank;
 };
 
-TEST_F(Pt12, TellsItsSerialNumber) { EXPECT_EQ(bank->identify().value(), "PT12 T21X123"); }
+TEST_F(Pt12, ReportsSerialNumber) { EXPECT_EQ(bank->identify().value(), "PT12 T21X123"); }
 
 TEST_F(Pt12, AnotherInstrumentIsAMismatch) {
   line->instrument = [](std::string_view) { return std::string("T1\r\n"); };
@@ -51,7 +51,7 @@ TEST_F(Pt12, AnAnswerMayComeByteByByte) {
   EXPECT_TRUE(bank->read()[11]);
 }
 
-TEST_F(Pt12, SilenceIsATimeoutInEveryPlace) {
+TEST_F(Pt12, ReportsTimeoutForEveryInput) {
   line->fall_silent();
   expect_all(FaultKind::timeout);
   line->recover();

@@ -50,7 +50,7 @@ class BufferedStream : public testing::Test {
     instrument = ends[1];
     auto made = std::make_unique<PairStream>(ends[0]);
     line = made.get();
-    pumped = make_buffered_stream(std::move(made));
+    buffered = make_buffered_stream(std::move(made));
   }
   ~BufferedStream() override { hang_up(); }
   void say(const std::string& text) const { ASSERT_EQ(::send(instrument, text.data(), text.size(), 0), text.size()); }
@@ -62,7 +62,7 @@ class BufferedStream : public testing::Test {
     std::string text;
     while (text.size() < size) {
       std::array<std::byte, 256> buffer{};
-      const auto got = pumped->read(std::span(buffer).first(std::min(buffer.size(), size - text.size())), kLong);
+      const auto got = buffered->read(std::span(buffer).first(std::min(buffer.size(), size - text.size())), kLong);
       if (!got) break;
       text.append(reinterpret_cast<const char*>(buffer.data()), *got);
     }
@@ -71,11 +71,11 @@ class BufferedStream : public testing::Test {
   /// Opens the line by its first use.
   void begin() {
     std::array<std::byte, 16> nothing{};
-    (void)pumped->read(nothing, Duration{});
+    (void)buffered->read(nothing, Duration{});
   }
   int instrument = -1;
   PairStream* line{};
-  std::unique_ptr<ByteStream> pumped;
+  std::unique_ptr<ByteStream> buffered;
 };
 
 TEST_F(BufferedStream, ReturnsBytesInOrder) {
@@ -96,13 +96,13 @@ TEST_F(BufferedStream, ReportsArrivalTimeOfBytesReadLate) {
   say("ab");
   EXPECT_EQ(read(1), "a");
   const auto after = now();
-  const auto came = pumped->arrival_time();
+  const auto came = buffered->arrival_time();
   ASSERT_TRUE(came);
   EXPECT_GE(*came, before);
   EXPECT_LE(*came, after);
   while (now() < after + std::chrono::milliseconds(1)) continue;
   EXPECT_EQ(read(1), "b");
-  EXPECT_EQ(pumped->arrival_time(), came);
+  EXPECT_EQ(buffered->arrival_time(), came);
 }
 
 TEST_F(BufferedStream, BuffersMoreThanTheSystem) {
@@ -121,7 +121,7 @@ TEST_F(BufferedStream, OpensLineAtFirstUse) { EXPECT_EQ(line->reads, 0); }
 
 TEST_F(BufferedStream, WritesWhileReading) {
   const std::string command = "=CONFIG,1\r\n";
-  ASSERT_TRUE(pumped->write(std::as_bytes(std::span(command)), kLong));
+  ASSERT_TRUE(buffered->write(std::as_bytes(std::span(command)), kLong));
   std::array<char, 64> heard{};
   EXPECT_EQ(::recv(instrument, heard.data(), heard.size(), 0), static_cast<long>(command.size()));
   EXPECT_STREQ(heard.data(), command.c_str());
@@ -129,7 +129,7 @@ TEST_F(BufferedStream, WritesWhileReading) {
 
 TEST_F(BufferedStream, TimesOutWithoutBytes) {
   std::array<std::byte, 16> buffer{};
-  EXPECT_EQ(pumped->read(buffer, std::chrono::milliseconds(1)).error().kind, FaultKind::timeout);
+  EXPECT_EQ(buffered->read(buffer, std::chrono::milliseconds(1)).error().kind, FaultKind::timeout);
 }
 
 TEST_F(BufferedStream, ReportsBrokenLineAfterLastBytesAndRetries) {
@@ -137,7 +137,7 @@ TEST_F(BufferedStream, ReportsBrokenLineAfterLastBytesAndRetries) {
   hang_up();
   EXPECT_EQ(read(4), "last");
   std::array<std::byte, 16> buffer{};
-  for (int i = 0; i < 3; ++i) EXPECT_EQ(pumped->read(buffer, kLong).error().kind, FaultKind::disconnected);
+  for (int i = 0; i < 3; ++i) EXPECT_EQ(buffered->read(buffer, kLong).error().kind, FaultKind::disconnected);
 }
 
 }  // namespace

@@ -107,7 +107,7 @@ register = "alarms"
 is = "emergency_stop"
 )";
 
-/// A unit that obeys after a delay, with a clock that only pauses advance.
+/// A unit that executes writes after a delay, with a clock that only pauses advance.
 class SlowUnit final : public Registers {
  public:
   std::map<std::uint16_t, std::uint16_t> words{{1, 215}, {3, 200}, {4, 1}, {5, 0},   {6, 0},

@@ -23,7 +23,7 @@
 namespace gyrotherm::drivers {
 namespace {
 
-/// A chamber of this process alone, with lock files in a temporary folder.
+/// A chamber used only by this process, with lock files in a temporary folder.
 class LockOfItsOwn : public ::testing::Test {
  protected:
   LockOfItsOwn() {
@@ -114,7 +114,7 @@ TEST_F(ChamberLockTest, ReportsHolderDespiteManyQueries) {
 
 constexpr uid_t kStranger = 65534;
 
-/// A way of holding the name.
+/// Behaviour of the process that holds the name.
 struct Squat {
   const char* what;
   bool listens;  ///< answers until its queue is full
@@ -167,7 +167,7 @@ TEST_F(ChamberLockTest, ExcludesSecondProgramWhileStrangerHoldsItsName) {
   }
 }
 
-/// A folder in the place of the lock file prevents the file.
+/// A folder at the path of the lock file prevents its creation.
 TEST_F(ChamberLockTest, ExcludesSecondProgramByNamesAlone) {
   if (::geteuid() != 0) GTEST_SKIP() << "only root can be another user";
   ::unsetenv("XDG_RUNTIME_DIR");

@@ -96,7 +96,7 @@ ActiveUnit f4t(const std::string& loops) {
   return unit;
 }
 
-/// Makes the control modes take effect at once.
+/// Makes the control modes take effect immediately.
 void take_modes(ActiveUnit& unit) {
   unit.reacts = [&unit](std::uint16_t address, std::uint16_t word) {
     if (address == 2730) unit.words[2814] = word;

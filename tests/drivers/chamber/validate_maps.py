@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Validates every register map of a folder against its JSON Schema, and that the schema refuses what is wrong.
+"""Validates every register map of a folder against its JSON Schema, and checks that the schema refuses errors.
 
 Exit code 77: python3-jsonschema is not installed.
 """

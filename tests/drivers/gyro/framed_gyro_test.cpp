@@ -649,7 +649,7 @@ TEST_F(FramedMultiplex, CountsNextSecondAfterLostMessage) {
   EXPECT_EQ(count->interval, milliseconds(2 * count->pulses[0]));
 }
 
-/// A gyro that two commands start; it answers the second.
+/// A gyro that is started by two commands and answers the second one.
 class FramedGyroByCommand : public OnFakeStream {
  protected:
   FramedGyroByCommand() { connect_with("OK"); }

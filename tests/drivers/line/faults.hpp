@@ -11,7 +11,7 @@
 
 namespace gyrotherm::drivers {
 
-/// Returns words that depend on the address and on the request, so that no earlier or later answer is correct.
+/// Returns words that depend on the address and on the request, so no earlier or later answer is correct.
 [[nodiscard]] inline std::vector<std::uint16_t> telltale_words(std::uint16_t address, std::size_t count,
                                                                std::uint32_t request) {
   std::vector<std::uint16_t> words(count);

@@ -139,7 +139,7 @@ TEST(ModbusRtuFrame, RejectsReplyByFirstBytes) {
   EXPECT_EQ(rtu_answer_size(asked, tests::bytes_of_hex("01 03"))->value(), 9u);
 }
 
-// Answers published by the makers (above), among bytes of an idle bus and of other units.
+// The published answers above, among bytes of an idle bus and of other units.
 TEST(ModbusRtuFrame, FindsPublishedAnswersAmongNoise) {
   const std::vector<Golden> published{
       {read_of(1, 60, 2), "", "01 03 04 01 90 01 48 FA 44", {400, 328}},

@@ -124,7 +124,8 @@ class FaultyClient {
     }
   }
 
-  /// Makes faults that time can separate: no matching frame arrives while another answer is expected.
+  /// Generates only faults that can be distinguished by time: no matching frame arrives while another answer is
+  /// expected.
   void misbehave_unnumbered(tests::SimulatedLine& line, Bytes reply) {
     ++faults_;
     const auto at = chance_.between(milliseconds(1), milliseconds(60));

@@ -28,7 +28,7 @@ Result<std::string> read_text(ByteStream& stream, Duration within) {
   return std::string(reinterpret_cast<const char*>(buffer.data()), *size);
 }
 
-/// Opens the line, so that it receives later bytes.
+/// Opens the line, which then receives later bytes.
 std::unique_ptr<ByteStream> opened(const std::string& device) {
   auto stream = make_serial_stream(device, {});
   EXPECT_EQ(read_text(*stream, Duration::zero()).error().kind, FaultKind::timeout);

@@ -48,7 +48,7 @@ TEST(ProcessProtocol, IsStrict) {
 
 constexpr const char* kGreeting = "gyrotherm-thermometer/1 2 Acme T-2 0815\n";
 
-/// A well-behaved program, in memory.
+/// An in-memory program that follows the protocol.
 class ProcessThermometerTest : public testing::Test {
  protected:
   ProcessThermometerTest() {

@@ -9,24 +9,24 @@ from typing import Callable
 HERE = pathlib.Path(__file__).resolve().parent
 SOURCE = HERE.parents[3]
 
-import program  # the processes of the tests at the edges
+import program  # starts programs, shared with tests/edges
 from families import (F4, F4T, F4T_MANUAL, F4T_RUNNING, BinderMb1, BinderMb2, Chamber, Ezt570i, F4TCascade,
                       F4TMap2, F4TMap3, Temi, Tt5166, Umc1200, X100, Yinhe)
 from modbus_server import Gyro, ModbusTcp, RtuInTcp, RtuOnTerminal, Thermometers, high_first
 
 SAFE = 22.0  # °C, the safe set point of every rig
-HOT = 40.0  # °C, where the runs go
+HOT = 40.0  # °C, set point of the runs
 CHANNELS = ("A", "B", "C", "D", "E", "F", "G", "H", "shell")
 
 
 @dataclass(frozen=True)
 class Fake:
-    """A controller, its link, the map that is meant for it, and what the rig file adds to `[chamber]`."""
+    """A controller, its link, its register map, and the lines that the rig file adds to `[chamber]`."""
     make: Callable[[], Chamber]
     server: type
     map: str
     keys: str = ""
-    verifies: str = ""  # what `check --connect` must state as verified
+    verifies: str = ""  # text that `check --connect` must print as verified
 
 
 F4T_PLAIN = "Watlow F4T, control loops without cascade"
@@ -84,7 +84,7 @@ IDENTITY_MAPS = {"watlow_f4t": ("tcp", "rtu", "rtu_over_tcp"), "watlow_f4t_casca
 
 
 class Bench:
-    """A controller that is served, beside its thermometers and its gyro, in a folder of its own."""
+    """Serves a controller, its thermometers and its gyro, in a folder of its own."""
 
     def __init__(self, gyrotherm: pathlib.Path, folder: pathlib.Path, fake: Fake, air: float | None = None) -> None:
         self.programs, self.folder, self.fake = program.Programs(gyrotherm, folder), folder, fake

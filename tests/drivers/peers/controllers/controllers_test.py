@@ -33,9 +33,9 @@ from modbus_server import BUSY, ILLEGAL_ADDRESS, ROOM, ModbusTcp, RtuInTcp, high
 from program import Run, until
 from standstill import Standstill
 
-STAGGER = 0.1  # s between the beginnings of two tests
+STAGGER = 0.1  # s between the starts of two tests
 ATTEMPTS = 3
-BEGINS = 60  # s, within which a run begins or is refused
+BEGINS = 60  # s until a run has begun or is refused
 ALARM_WITHIN = 60.0  # s
 ALARMS = ("not_following", "foreign_set_point", "following", "air_rate", "restarted")
 places = 40  # tests at a time
@@ -43,7 +43,7 @@ gyrotherm, base = pathlib.Path(), pathlib.Path()
 
 
 class Scene(unittest.TestCase):
-    """One controller on a bench of its own."""
+    """Tests one controller on its own bench."""
 
     def __init__(self, name: str, act: "Callable[[Scene], None]", fake: Fake, air: float | None = None) -> None:
         super().__init__("carry_out")
@@ -82,7 +82,7 @@ class Scene(unittest.TestCase):
         self.assertEqual(self.chamber.log, [], "check has written")
 
     def begin(self, more: str = "") -> Run:
-        """Starts a run and waits until the air has really moved towards its set point."""
+        """Starts a run and waits until the air has moved towards its set point."""
         run = self.bench.run(self.bench.rig(more=more))
         began = run.wait_acknowledged(1, BEGINS)
         self.assertTrue(began, f"the run did not begin: exit {run.process.poll()}, {run.errors()[-900:]}")
@@ -101,7 +101,7 @@ class Scene(unittest.TestCase):
         self.assertEqual(absent, [], "registers that the unit lacks were written")
 
     def expect_safe(self, when: str) -> None:
-        """The air goes to the safe set point by itself, or the controller is off."""
+        """Expects that the air moves to the safe set point, or that the controller is off."""
         sought = self.chamber.follows()
         self.assertTrue(self.chamber.is_off() or (sought is not None and abs(sought - SAFE) < 0.06),
                         f"{when}: follows {sought}, off: {self.chamber.is_off()}, air {self.chamber.air_now():.1f} °C")
@@ -173,14 +173,14 @@ def program_is_noticed(scene: Scene) -> None:
 
 
 def off_is_noticed(scene: Scene) -> None:
-    """A controller that another user switched off stays off, also when it is made safe."""
+    """A controller that another user switched off remains off, even when it is made safe."""
     taken_over(scene, True, lambda: scene.assertTrue(scene.chamber.to_off()), "switched off",
                still=scene.chamber.is_off)
     scene.assertTrue(scene.chamber.is_off(), "it was switched on again")
 
 
 def guard_brings_back(scene: Scene) -> None:
-    """The program dies while another user has the controller: its guard alone brings it back."""
+    """The program dies while another user controls the chamber: only the guard makes the chamber safe."""
     run = scene.begin()
     scene.assertTrue(scene.chamber.to_manual() or scene.chamber.to_program())
     run.signal(signal.SIGKILL)
@@ -191,12 +191,12 @@ def guard_brings_back(scene: Scene) -> None:
 
 
 def open_loop_is_noticed(scene: Scene) -> None:
-    """A fixed output, which no register shows, is noticed by the air."""
+    """A fixed output, which no register shows, is detected by the air temperature."""
     taken_over(scene, False, scene.chamber.to_open_loop, "an open loop that nothing shows")
 
 
 def refused_under(map_name: str, keys: str = "") -> Callable[[Scene], None]:
-    """Another family's map that has an identity check: refused, and nothing at all is sent to be written."""
+    """The map of another family, with an identity check, is refused, and nothing is written."""
     def act(scene: Scene) -> None:
         rig = scene.bench.rig(map_name, keys=keys)
         checked = scene.bench.check(rig)
@@ -208,7 +208,7 @@ def refused_under(map_name: str, keys: str = "") -> Callable[[Scene], None]:
 
 
 def read_back_late(scene: Scene) -> None:
-    """A set point that is shown later than it is acknowledged: the run does not begin, and leaves it as it was."""
+    """A set point is acknowledged but shown late: the run does not begin and leaves the chamber unchanged."""
     run = scene.bench.run(scene.bench.rig())
     scene.assertEqual(run.wait(BEGINS), 3, run.errors())
     scene.assertIn("was written", run.errors())
@@ -218,7 +218,7 @@ def read_back_late(scene: Scene) -> None:
 
 
 def set_point_lost_while_off(scene: Scene) -> None:
-    """A controller that shows no set point and ignores one while it is off gets it once more when it is on."""
+    """A controller that shows no set point, and ignores it while off, receives it again after it was started."""
     scene.chamber.set_point = OF_OTHERS
     run = scene.bench.run(scene.bench.rig())
     scene.assertTrue(run.wait_acknowledged(5, BEGINS), run.errors()[-600:])
@@ -226,7 +226,7 @@ def set_point_lost_while_off(scene: Scene) -> None:
 
 
 def never_written_to(scene: Scene) -> None:
-    """A run does not begin, however often it is tried."""
+    """A run does not begin, even after several attempts."""
     for attempt in range(12):
         run = scene.bench.run(scene.bench.rig(), f"run{attempt}.db")
         run.wait_acknowledged(0, 10)
@@ -235,20 +235,20 @@ def never_written_to(scene: Scene) -> None:
 
 
 def no_false_fault(scene: Scene) -> None:
-    """Set points that are acknowledged and applied are no faults."""
+    """Set points that are acknowledged and applied cause no faults."""
     run = scene.bench.run(scene.bench.rig())
     scene.assertTrue(run.wait_acknowledged(12, BEGINS), run.errors()[-600:])
     scene.assertNotIn("fault", run.errors())
 
 
 def air_is_compared(scene: Scene) -> None:
-    """The air that the controller shows is 40 K from all thermometers: `check --connect` warns of it."""
+    """The controller's air temperature is 40 K from all thermometers: `check --connect` prints a warning."""
     checked = scene.bench.check(scene.bench.rig())
     scene.assertRegex(checked.text, r"(?i)warning[^\n]*thermometer|fault[^\n]*thermometer")
 
 
 def read_back_is_not_claimed(scene: Scene) -> None:
-    """No message claims that a set point was read back that cannot be read."""
+    """If a set point cannot be read, no message claims that it was read back."""
     run = scene.begin()
     run.signal(signal.SIGKILL)
     run.wait()
@@ -257,7 +257,7 @@ def read_back_is_not_claimed(scene: Scene) -> None:
 
 
 def refused_by_name(*parts: str) -> Callable[[Scene], None]:
-    """Under its own map: `check --connect` refuses the setting and names it; a run writes nothing."""
+    """With the controller's own map, `check --connect` refuses and names the setting, and a run writes nothing."""
     def act(scene: Scene) -> None:
         rig = scene.bench.rig()
         checked = scene.bench.check(rig)
@@ -303,7 +303,7 @@ SLOW = ("csz_ezt570i",)  # maps whose units take half a second for each exchange
 
 
 def tests_of(number: int, name: str, fake: Fake, long: bool) -> list[Scene]:
-    """Returns the tests of one controller; in the normal suite one that runs and one that is refused."""
+    """Returns the tests of one controller. The normal suite has one that runs and one that is refused."""
     chamber = fake.make()
     manual, programs, off = chamber.to_manual(), chamber.to_program(), chamber.to_off()
     acts = [("FollowAndKill", follow_and_kill)]
@@ -321,7 +321,7 @@ def tests_of(number: int, name: str, fake: Fake, long: bool) -> list[Scene]:
 
 
 def tests(long: bool) -> list[Scene]:
-    """Returns the tests of the normal suite, or all; those that take longest first."""
+    """Returns the tests of the normal suite, or all tests, the longest ones first."""
     found = [test for number, (name, fake) in enumerate(FAKES.items()) for test in tests_of(number, name, fake, long)]
     found += [Scene(f"RefusedByName.{name}", refused_by_name(*parts), fake) for name, (fake, parts) in SETTINGS.items()]
     found += [Scene(name, *how) for name, how in OTHERS.items() if long or name not in KNOWN]
@@ -329,7 +329,7 @@ def tests(long: bool) -> list[Scene]:
 
 
 class Parallel(unittest.TestSuite):
-    """Runs its tests in threads, and once more those that fail while the machine stands still."""
+    """Runs tests in threads. Repeats tests that failed while the machine was not responding."""
 
     def run(self, result: unittest.TestResult, debug: bool = False) -> unittest.TestResult:
         standstill, lock = Standstill(), threading.Lock()
@@ -359,7 +359,7 @@ class Parallel(unittest.TestSuite):
 
 
 def sweep_when_this_ends(base: pathlib.Path) -> None:
-    """Leaves nothing behind, also if this process is killed: a child waits for its end."""
+    """Removes everything at the end, even if this process is killed: a child process waits for its end."""
     reads, writes = os.pipe()
     if os.fork() == 0:
         os.close(writes)

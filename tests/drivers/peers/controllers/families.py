@@ -15,15 +15,15 @@ from modbus_server import (BUSY, ILLEGAL_ADDRESS, ILLEGAL_VALUE, READ_HOLDING, R
                            Controller, Refused, Silent, fahrenheit, from_fahrenheit, from_high_first, from_low_first,
                            high_first, low_first, signed)
 
-FAST, SLOW = 1.0, 0.02  # K/s, of conditioned air and of air that drifts to the room's
-MANUAL_HEAT = 240.0, 0.95  # °C and K/s, of a fixed output
-OF_OTHERS = 55.0  # °C, where a foreign program goes
+FAST, SLOW = 1.0, 0.02  # K/s, conditioned air; air that drifts to ambient
+MANUAL_HEAT = 240.0, 0.95  # °C and K/s, with a fixed output
+OF_OTHERS = 55.0  # °C, target of another user's program
 OFF = ROOM, SLOW
 
 
 class Chamber(Controller):
-    """Says what tests ask of every family; `follows` is the set point that the air goes to, or nothing."""
-    open_loop = False  # in a family that does not show it
+    """Operations that the tests require of every family. `follows` is the set point in effect, or None."""
+    open_loop = False  # a state that no register shows
 
 
     def follows(self) -> float | None:
@@ -38,37 +38,37 @@ class Chamber(Controller):
             return self.forced() == OFF
 
     def forced(self) -> tuple[float, float]:
-        """Returns where the air goes; a fixed output, which nothing shows, acts while the controller is on."""
+        """Returns the target of the air. A fixed output, which no register shows, acts while the controller is on."""
         to, rate = self.drive()
         return MANUAL_HEAT if self.open_loop and rate == FAST else (to, rate)
 
     def kept(self) -> object:
-        """Returns settings beside the set point and the mode, which no run may change."""
+        """Returns the settings except set point and mode. No run may change them."""
         return None
 
     def in_program(self) -> bool:
         return False
 
     def to_manual(self) -> bool:
-        """Puts the controller into a mode that does not follow its set point; false if the family shows none."""
+        """Selects a mode that does not follow the set point. Returns false if no register shows the mode."""
         return False
 
     def to_off(self) -> bool:
-        """Switches the controller off at its panel; false if the family does not show it."""
+        """Switches the controller off at its panel. Returns false if no register shows it."""
         return False
 
     def to_open_loop(self) -> None:
-        """Fixes the output, which no register shows."""
+        """Fixes the output. No register shows it."""
         with self.lock:
             self.open_loop = True
 
     def to_program(self) -> bool:
-        """Starts a foreign program; false if the family has none."""
+        """Starts a program of another user. Returns false if the family has no programs."""
         return False
 
 
 class Temperatures:
-    """A unit of temperature that is a setting of the controller."""
+    """A temperature unit that is a setting of the controller."""
     in_fahrenheit = False
 
     def shown(self, celsius: float) -> float:
@@ -88,7 +88,7 @@ PROFILE_REGISTERS = {16558, 16560, 16562, 16564, 16566}
 
 @dataclass(frozen=True)
 class LoopTable:
-    """Where a control loop or a cascade has its parameters."""
+    """Addresses of the parameters of a control loop or cascade."""
     mode: int
     mode_active: int
     low: int
@@ -98,7 +98,7 @@ class LoopTable:
     active_set_point: int
     air: int
     ramp_action: int
-    other: dict[int, float] = field(default_factory=dict)  # floats that are shown and never written
+    other: dict[int, float] = field(default_factory=dict)  # floats that are never written
 
 
 LOOP_1 = LoopTable(mode=2730, mode_active=2814, low=2774, high=2776, set_point=2782, output=2808,
@@ -108,7 +108,7 @@ CASCADE_1 = LoopTable(mode=4010, mode_active=4012, low=4034, high=4036, set_poin
 
 
 class F4T(Temperatures, Chamber):
-    """Data map 1. Every parameter takes two registers; an absent one is exception 2."""
+    """Data map 1. Every parameter has two registers; a missing parameter gives exception 2."""
     table = LOOP_1
 
     def __init__(self, *, air: float = 25.0, in_fahrenheit: bool = False,
@@ -252,7 +252,7 @@ class F4TCascade(F4T):
         held = {4200: 62 if self.cascade else 63, 4201: 0}
         held[4180], held[4181] = self.words(self.shown(self.air - 1))
         held[4190], held[4191] = self.words(self.shown(self.set_point))
-        if self.part[11] == "7":  # one loop beside the cascade: the humidity, in percent
+        if self.part[11] == "7":  # a further loop: humidity, %
             for address, value in {2774: 0.0, 2776: 100.0, 2782: 45.0, 2810: 45.0, 2820: 45.0}.items():
                 held[address], held[address + 1] = self.words(value)
             held |= {2730: F4T_AUTO, 2731: 0, 2814: F4T_AUTO, 2815: 0, 2794: 62, 2795: 0}
@@ -266,7 +266,7 @@ class F4TCascade(F4T):
 
 
 class F4Like(Temperatures, Chamber):
-    """Registers of 16 bits that the F4 and the data maps 2 and 3 of the F4T share."""
+    """16-bit registers common to the F4 and to the data maps 2 and 3 of the F4T."""
 
     def __init__(self, *, air: float = 25.0, in_fahrenheit: bool = False, decimals: int = 1, lag: float = 0.0,
                  lowest: float = -50.0, highest: float = 110.0, profile: bool = False) -> None:
@@ -307,14 +307,14 @@ class F4Like(Temperatures, Chamber):
 
 
 class F4TMap2(F4Like):
-    """Data map 2 of a unit without cascade: nothing shows a profile or a mode."""
+    """Data map 2 of a unit without cascade. No register shows a profile or a mode."""
 
     def registers(self) -> dict[int, int]:
         return super().registers() | {104: 450, 105: 0, 319: 450, 616: 1, 4002: 0}
 
 
 class F4TMap3(F4Like):
-    """Data map 3 of a cascade unit: the part's temperature has decimals of its own."""
+    """Data map 3 of a cascade unit. The part's temperature has its own number of decimals."""
 
     def __init__(self, part_decimals: int = 1, **how: Any) -> None:
         super().__init__(**how)
@@ -326,7 +326,7 @@ class F4TMap3(F4Like):
 
 
 class F4(F4Like):
-    """Series F4: register 0 shows the model; a profile is seen at 200."""
+    """Series F4. Register 0 shows the model, register 200 a running profile."""
 
     def __init__(self, *, serial: int = 4711, cascade: bool = False, only_one: bool = False, **how: Any) -> None:
         super().__init__(**how)
@@ -366,7 +366,7 @@ class Binder(Chamber):
 
 
 class BinderMb1(Binder):
-    """The mode is a field of bits at 1A22; a value written there is a command. Basic falls back to idle by itself."""
+    """The mode is a bit field at 1A22, where commands are written. The basic mode returns to idle by itself."""
     IDLE, PROGRAM, MANUAL, BASIC = 0, 0x0400, 0x0800, 0x1000
 
     def __init__(self, *, manual_at: int = 0x1581, other_bits: int = 0, active_at: int = 0x1077, mode: int = 0,
@@ -422,7 +422,7 @@ class BinderMb1(Binder):
 
 
 class BinderMb2(Binder):
-    """Contacts at 1158 are commanded, those at 1292 are in force; bit 1 is idle."""
+    """Commanded contacts are at 1158, active contacts at 1292; bit 1 is idle."""
     IDLE = 2
 
     def __init__(self, *, contacts: int = IDLE, program: bool = False, lag: float = 0.0, denies: bool = False,
@@ -490,7 +490,7 @@ class Ezt570i(Temperatures, Chamber):
     shows the unit of temperature that is set at its panel."""
     read_at_most = 60
     loop_back = True
-    PERIOD = 0.25  # s between the beginnings of two exchanges; the manual wants 0.5, and 0.2 of silence
+    PERIOD = 0.25  # s between exchanges; 0.5 in the manual
 
     def __init__(self, *, air: float = 25.0, events: int = 0, profile: int = 0, product_control: int = 0,
                  online: bool = True, lowest: float = -70.0, highest: float = 180.0,
@@ -569,7 +569,7 @@ class Ezt570i(Temperatures, Chamber):
 # Samwon and its clone.
 
 class Temi(Chamber):
-    """D registers, one less on the wire; nothing is known of a register that shows whether it runs."""
+    """D registers, whose addresses on the wire are one less. No known register shows whether the unit runs."""
     read_at_most = 64
     loop_back = True
 
@@ -601,7 +601,7 @@ class Temi(Chamber):
 
 
 class X100(Chamber):
-    """The clone: hundredths, no offset, at most 16 registers a read; acknowledges all writes that it knows."""
+    """The clone: hundredths, no address offset, at most 16 registers per read. It acknowledges all valid writes."""
     read_at_most = 16
     STOPPED, CONSTANT, PROGRAM = 0, 1, 2
 
@@ -621,7 +621,7 @@ class X100(Chamber):
         if address == 102:
             self.set_point = signed(words[0]) / 100
         elif address == 104:
-            if self.state == self.STOPPED:  # otherwise it is acknowledged, and not stored
+            if self.state == self.STOPPED:  # otherwise acknowledged but not stored
                 self.panel = words[0]
         elif address == 101:
             if words[0] not in (1, 4):
@@ -654,10 +654,10 @@ class X100(Chamber):
         return True
 
 
-# Three controllers that a battery tester's driver knows: neither set point nor state can be read.
+# Three controllers supported by the driver of a battery tester. Their set points and states cannot be read.
 
 class Tt5166(Chamber):
-    """Unit 0. One register a read, in hundredths; one register a write, in tenths; coils 0 and 1 start and stop."""
+    """Unit 0. Reads one register in hundredths, writes one register in tenths; coils 0 and 1 start and stop."""
     unit = 0
     read_at_most = 1
     writes = (WRITE_COIL, WRITE_ONE)
@@ -688,7 +688,7 @@ class Tt5166(Chamber):
 
 
 class Umc1200(Chamber):
-    """Unit 0. Set points of temperature and humidity go in one block by function 16, which alone writes."""
+    """Unit 0. Only function 16 writes: the set points of temperature and humidity in one block."""
     unit = 0
     writes = (WRITE_MANY,)
 
@@ -718,7 +718,7 @@ class Umc1200(Chamber):
 
 
 class Yinhe(Chamber):
-    """Floats; function 16 alone writes. It wants 200 ms between two commands."""
+    """Floats, written only by function 16. The unit needs 200 ms between two commands."""
     writes = (WRITE_MANY,)
 
     def __init__(self, *, air: float = 25.37, words: Callable[[float], list[int]] = high_first, zero_every: int = 0,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Modbus servers and a plant of their own: no code and no register map of gyrotherm is used here."""
+"""Modbus servers with their own plant, independent of gyrotherm's code and register maps."""
 from __future__ import annotations
 
 import os
@@ -15,7 +15,7 @@ from typing import Callable
 READ_COILS, READ_HOLDING, READ_INPUT, WRITE_COIL, WRITE_ONE, LOOP_BACK, WRITE_MANY = 1, 3, 4, 5, 6, 8, 16
 ILLEGAL_FUNCTION, ILLEGAL_ADDRESS, ILLEGAL_VALUE, BUSY = 1, 2, 3, 4
 ROOM = 23.0  # °C
-LONGEST_STEP = 0.5  # s, by which the plant moves at once
+LONGEST_STEP = 0.5  # s, maximum time step of the plant
 
 
 class Refused(Exception):
@@ -32,7 +32,7 @@ class Silent(Exception):
 
 @dataclass(frozen=True)
 class Write:
-    """A write that reached the controller; `refused` is the exception that it was answered with, or 0."""
+    """A write that reached the controller. `refused` is the exception in the answer, or 0."""
     at: float  # monotonic, s
     function: int
     address: int
@@ -105,21 +105,21 @@ class Controller:
         raise NotImplementedError
 
     def store(self, function: int, address: int, words: list[int]) -> None:
-        """Takes a write, or raises Refused or Silent."""
+        """Executes a write, or raises Refused or Silent."""
         raise NotImplementedError
 
     def drive(self) -> tuple[float, float]:
-        """Returns where the air goes, in °C, and how fast, in K/s."""
+        """Returns the target of the air, °C, and the rate, K/s."""
         raise NotImplementedError
 
     def forced(self) -> tuple[float, float]:
-        """Returns where the air really goes."""
+        """Returns the actual target and rate of the air."""
         return self.drive()
 
-    # Common to all.
+    # Common to all families.
 
     def later(self, seconds: float, action: Callable[[], None]) -> None:
-        """Does something after a while, as a controller that acknowledges first."""
+        """Calls a function later, as a controller does that acknowledges a command before it acts."""
         self._pending.append((time.monotonic() + seconds, action))
 
     def advance(self) -> None:
@@ -140,7 +140,7 @@ class Controller:
             return self.air
 
     def show(self) -> dict[int, int]:
-        """Returns the registers at this moment."""
+        """Returns the present registers."""
         with self.lock:
             self.advance()
             return self.registers()
@@ -205,7 +205,7 @@ class Controller:
 
 
 def has_hung_up(client: socket.socket) -> bool:
-    """Returns whether the client has closed its end, though its thread may not have seen it yet."""
+    """Returns whether the client has closed its end, even if the serving thread has not noticed."""
     try:
         return client.recv(1, socket.MSG_PEEK | socket.MSG_DONTWAIT) == b""
     except BlockingIOError:
@@ -215,7 +215,7 @@ def has_hung_up(client: socket.socket) -> bool:
 
 
 class Server:
-    """Serves one instrument to connections, each in a thread of its own."""
+    """Serves one instrument, with one thread per connection."""
 
     def __init__(self, clients_at_most: int = 8) -> None:
         self.socket = socket.create_server(("127.0.0.1", 0))
@@ -296,14 +296,14 @@ class ModbusTcp(Server):
 
 
 def request_size(frame: bytes) -> int:
-    """Returns how long an RTU request is with its check; 0 if that is not known yet."""
+    """Returns the size of an RTU request with its CRC, or 0 if it is not known yet."""
     if len(frame) < 8:
         return 0
     return 9 + frame[6] if frame[1] == WRITE_MANY else 8
 
 
 def answer_frames(controller: Controller, received: bytes, send: Callable[[bytes], object]) -> bytes:
-    """Answers each whole RTU frame; returns what is left."""
+    """Answers each complete RTU frame. Returns the remaining bytes."""
     while (size := request_size(received)) and len(received) >= size:
         frame, received = received[:size], received[size:]
         if crc16(frame[:-2]) != frame[-2:]:
@@ -348,7 +348,7 @@ class RtuOnTerminal:
         received = b""
         while not self.closed.is_set():
             if not select.select([self.master], [], [], 0.2)[0]:
-                received = b""  # an unfinished frame ends with the silence behind it
+                received = b""  # a silence ends an incomplete frame
                 continue
             try:
                 received += os.read(self.master, 4096)
@@ -364,7 +364,7 @@ class RtuOnTerminal:
 
 
 class Thermometers(Server):
-    """An RH Systems PT12 in the chamber: nine of its inputs are connected."""
+    """An RH Systems PT12 in the chamber, with nine connected inputs."""
 
     INPUTS, CONNECTED = 12, 9
 
@@ -396,7 +396,7 @@ class Thermometers(Server):
 
 
 class Gyro(Server):
-    """A gyro at rest at 45° of latitude, upright: it counts the Earth's 10.6 °/h in pulses of 0.1″, once a second."""
+    """A vertical gyro at rest at latitude 45°. It sends the Earth rate, 10.6 °/h, in pulses of 0.1″ once a second."""
 
     PULSES = 106
 

@@ -83,7 +83,7 @@ Result<RegisterMap> with_settings(RegisterMap map, const LinkSettings& settings)
     if (const auto size = std::max(item.read_count, word_count(item)); item.readable && size > linked.read_at_most)
       return failure(
           FaultKind::usage, "read_at_most",
-          fmt::format("register \"{}\" requires {} in one exchange, expected at least that number", item.name, size));
+          fmt::format("register \"{0}\" needs {1} registers in one exchange, expected at least {1}", item.name, size));
   map.link.modbus = std::move(linked);
   return map;
 }
@@ -218,7 +218,7 @@ bool has_wrong_word_order(const std::vector<OrderFinding>& findings) {
 }
 
 std::string in_words(const std::vector<OrderFinding>& findings) {
-  if (findings.empty()) return "values of one register: no word order to detect";
+  if (findings.empty()) return "values in a single register have no word order";
   std::vector<std::string> matches;
   for (const auto& one : findings)
     if (one.plausible) matches.push_back(describe_order(one));

@@ -648,7 +648,7 @@ void read_forbidden(const TomlTable& file, const ItemDefaults& defaults, const R
 ItemDefaults read_any_unit(const TomlTable& file, std::optional<WordOrder> word_order, RegisterMap& map) {
   map.name = file.text("name");
   map.vendor = file.text("vendor");
-  for (const auto* said : {"model", "firmware"}) (void)file.text(said, "");  // documentation only
+  for (const auto* key : {"model", "firmware"}) (void)file.text(key, "");  // documentation only
   (void)file.text("source");
   const auto link = file.table("link");
   read_links(link, map);

@@ -51,7 +51,7 @@ tl::unexpected<Fault> host_fault(std::string_view text, std::string_view host, s
     return address_fault(text, "a device file is not a network address", fmt::format("\"serial:{}\"", text));
   if (text.starts_with("tty"))
     return address_fault(text, "a device file is not a network address", fmt::format("\"serial:/dev/{}\"", text));
-  if (is_windows_port(text)) return address_fault(text, "this is a port name of Windows", kPortHelp);
+  if (is_windows_port(text)) return address_fault(text, "this is a Windows port name", kPortHelp);
   const bool has_scheme = text.find("://") != std::string_view::npos && !text.starts_with(kTcp);
   const auto is_name_letter = [](char c) {
     return std::isalnum(static_cast<unsigned char>(c)) || c == '-' || c == '.';
@@ -82,7 +82,7 @@ Result<Line> parse_serial(std::string_view text) {
   const auto rest = text.substr(kSerial.size());
   const auto query_mark = rest.find('?');
   SerialLine line{std::string(rest.substr(0, query_mark)), {}};
-  if (is_windows_port(line.device)) return address_fault(text, "this is a port name of Windows", kPortHelp);
+  if (is_windows_port(line.device)) return address_fault(text, "this is a Windows port name", kPortHelp);
   if (!line.device.starts_with("/dev/") || line.device.ends_with('/'))
     return address_fault(text, "the device is not a file under /dev", "serial:/dev/ttyUSB0?9600,8N1");
   if (query_mark == std::string_view::npos) return line;

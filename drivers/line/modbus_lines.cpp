@@ -223,7 +223,7 @@ constexpr std::size_t kBufferSize = 3 * kLongestRtuFrame;
 constexpr int kLeastPieceGapInCharacters = 4;
 
 constexpr const char* kEchoMessage =
-    "the request itself came back: the line or its adapter echoes; expected echo = true in the link table of the rig "
+    "the line or its adapter echoes the request; set echo = true in the link table of the rig "
     "file";
 
 /// Returns whether `whole` is longer than `part` and begins with it.

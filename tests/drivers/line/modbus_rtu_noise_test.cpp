@@ -101,7 +101,7 @@ TEST_F(ModbusRtuNoise, TreatsFrameAfterReplyAsLateAnswer) {
 }
 
 constexpr const char* kEchoMessage =
-    "the request itself came back: the line or its adapter echoes; expected echo = true in the link table of the rig "
+    "the line or its adapter echoes the request; set echo = true in the link table of the rig "
     "file";
 
 void expect_echo(const Result<void>& written) {

@@ -134,10 +134,9 @@ TEST_F(ModbusRtu, RejectsEchoAsAnswer) {
   };
   EXPECT_EQ(registers->read(kHolding, 0x200, 1).error().kind, FaultKind::corrupted) << "its address looks like a count";
   clock.advance(std::chrono::seconds(1));
-  EXPECT_EQ(
-      registers->read(kHolding, 60, 1).error().what,
-      "the request itself came back: the line or its adapter echoes; expected echo = true in the link table of the rig "
-      "file");
+  EXPECT_EQ(registers->read(kHolding, 60, 1).error().what,
+            "the line or its adapter echoes the request; set echo = true in the link table of the rig "
+            "file");
 }
 
 TEST_F(ModbusRtu, ASilentUnitIsATimeoutWithinTheLimit) {

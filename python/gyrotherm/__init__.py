@@ -9,7 +9,7 @@
     residual = run.clusters().bias_deg_per_h - model.predict(run.clusters())
     gyrotherm.figures(residual).std
 
-Nothing is written: neither into a record nor beside it.
+Reading does not change a record and creates no files.
 """
 
 from .budget import Uncertainty

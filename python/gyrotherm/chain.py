@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Whether a file of a record is as it was written: its rows are chained by SHA-256. Only files that others go on from
-are looked at here, some seconds each; a whole record is for `gyrotherm status RUN.db --verify`."""
+"""Detects changed files of a record: the rows are chained by SHA-256. The package checks only files that have a
+continuation, which takes some seconds each. To check a whole record, use `gyrotherm status RUN.db --verify`."""
 
 from __future__ import annotations
 
@@ -17,14 +17,15 @@ _DESCRIPTION = (
     ("axis", "SELECT * FROM axis ORDER BY unit, position"),
     ("unit_value", "SELECT * FROM unit_value ORDER BY unit, position"),
     ("segment", "SELECT * FROM segment ORDER BY position"), ("list", "SELECT * FROM list ORDER BY name, of, position"))
-#: of each table the column that says the second, its rank within one, and by what it is sorted
+#: table, column that contains the second, rank within a second, sort column
 _ROWS = (("sample", 0, 0, "slot"), ("gap", 1, 0, "first"), ("fault", 1, 1, "id"), ("event", 1, 2, "id"))
-_LARGEST = 9.2e18  # of SQLite's integers, about
+_INTEGER_LIMIT = 9.2e18  # just below 2^63, the limit of SQLite's integers
 
 
-def _hashed(value: Any) -> bytes:
-    """
-    >>> _hashed(3) == _hashed(3.0), _hashed("A"), _hashed(None)
+def _encode(value: Any) -> bytes:
+    """Returns the bytes of a value that are hashed. A float that is an integer has the bytes of the integer.
+
+    >>> _encode(3) == _encode(3.0), _encode("A"), _encode(None)
     (True, b't\\x01\\x00\\x00\\x00\\x00\\x00\\x00\\x00A', b'n')
     """
     if value is None or value != value:
@@ -34,14 +35,14 @@ def _hashed(value: Any) -> bytes:
         return b"t" + struct.pack("<Q", len(text)) + text
     if isinstance(value, int):
         return b"i" + struct.pack("<q", value)
-    if abs(value) < _LARGEST and value == int(value):
+    if abs(value) < _INTEGER_LIMIT and value == int(value):
         return b"i" + struct.pack("<q", int(value))
     return b"r" + struct.pack("<d", value)
 
 
-def link(head: bytes, table: str, values: Iterable[Any]) -> bytes:
-    """The chain's head after a row."""
-    return hashlib.sha256(head + _hashed(table) + b"".join(map(_hashed, values))).digest()
+def next_head(head: bytes, table: str, values: Iterable[Any]) -> bytes:
+    """Returns the head of the chain after a row."""
+    return hashlib.sha256(head + _encode(table) + b"".join(map(_encode, values))).digest()
 
 
 def description_head(database: sqlite3.Connection) -> bytes:
@@ -49,32 +50,32 @@ def description_head(database: sqlite3.Connection) -> bytes:
     head = bytes(32)
     for table, query in _DESCRIPTION:
         for row in database.execute(query):
-            head = link(head, table, row)
+            head = next_head(head, table, row)
     return head
 
 
-def _in_order(database: sqlite3.Connection) -> Iterator[tuple[str, tuple[Any, ...]]]:
-    """The rows as they were written: of each second sample or gap, faults, events."""
-    def rows(place: int, table: str, key: int, rank: int, order: str) -> Iterator[Any]:
+def rows_in_order(database: sqlite3.Connection) -> Iterator[tuple[str, tuple[Any, ...]]]:
+    """Yields the rows in the order of writing: for each second the sample or gap, then faults, then events."""
+    def rows(position: int, table: str, key: int, rank: int, order: str) -> Iterator[Any]:
         for row in database.execute(f"SELECT * FROM {table} ORDER BY {order}"):
-            yield (row[key], rank, place), table, row
+            yield (row[key], rank, position), table, row
 
     for _, table, row in heapq.merge(*(rows(i, *of) for i, of in enumerate(_ROWS)), key=lambda found: found[0]):
         yield table, row
 
 
 def rows_head(database: sqlite3.Connection, start: bytes) -> bytes | None:
-    """The chain's head after the last row; None if a row does not fit."""
+    """Returns the head of the chain after the last row, or None if the hash of a row is wrong."""
     head = start
-    for table, row in _in_order(database):
-        head = link(head, table, row[:-1])
+    for table, row in rows_in_order(database):
+        head = next_head(head, table, row[:-1])
         if row[-1] != struct.unpack("<q", head[:8])[0]:
             return None
     return head
 
 
-def is_as_written(database: sqlite3.Connection) -> bool:
-    """Returns true if description, rows and end of the file are consistent."""
+def is_intact(database: sqlite3.Connection) -> bool:
+    """Returns True if the description, rows and end of the file match their hashes."""
     meta = dict(database.execute("SELECT key, value FROM meta").fetchall())
     start = description_head(database)
     if start.hex() != meta.get("chain_start"):
@@ -86,4 +87,4 @@ def is_as_written(database: sqlite3.Connection) -> bool:
     if database.execute("SELECT EXISTS(SELECT 1 FROM frames WHERE id <> 1)").fetchone()[0]:
         return False
     finished = meta.get("outcome") == "finished"
-    return (link(head, "end", frames[1:]).hex() if finished else "") == (meta.get("chain_end") or "")
+    return (next_head(head, "end", frames[1:]).hex() if finished else "") == (meta.get("chain_end") or "")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Means over 100 s for training and verification of models; their rates, and lags of the temperatures."""
+"""Clusters: means over 100 s, with their rates and temperature lags, for training and verifying models."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ if TYPE_CHECKING:
     import xarray
 
 SECONDS_PER_MINUTE = 60
-_TIME_SLACK = 1e-9  # of a cluster length: what rounding of a time stamp may amount to
+_TIME_SLACK = 1e-9  # tolerance for rounded timestamps, relative to the cluster length
 
 
 def lags(temperature_c: Numbers, elapsed_s: Numbers, time_constant_s: Numbers) -> Numbers:
-    """By how much bodies that follow a temperature with time constants lag behind, K. Rows are moments, columns are
-    bodies; `elapsed_s` is the time since the row before, infinite in the first row of a run. A NaN makes a longer step.
+    """Returns the first-order lag of bodies behind a temperature, K. Rows are times, columns are bodies.
 
+    `elapsed_s` is the time since the previous row, infinite in the first row of a run. A NaN row extends the next step.
     >>> lags(np.array([[20.0], [21.0]]), np.array([np.inf, 100.0]), np.array([100.0])).round(4).tolist()
     [[0.0], [0.3679]]
     """
@@ -47,7 +47,7 @@ def lags(temperature_c: Numbers, elapsed_s: Numbers, time_constant_s: Numbers) -
 
 @dataclass
 class Clusters:
-    """The whole clusters of one axis of a run, a row each."""
+    """The complete clusters of one axis of a run, one row each."""
 
     label: str  #: of the axis
     run_id: str
@@ -56,23 +56,23 @@ class Clusters:
     length_s: float
     names: tuple[str, ...]  #: of the inputs: thermometers, "self", "aux:NAME"
     gradients: tuple[str, ...]
-    start_s: Numbers  #: since the run started
+    start_s: Numbers  #: since the start of the run
     temperature_c: Numbers  #: clusters × inputs
     bias_deg_per_h: Numbers
     true_bias_deg_per_h: Numbers
     set_point_c: Numbers
     segment: NDArray[np.int32]  #: of the first sample; −1: none
     cycle: NDArray[np.int32]  #: of the first sample; −1: none
-    history_elapsed_s: Numbers  #: of all clusters of the run that have each second: since the one before
-    history_c: Numbers
-    moments: NDArray[np.int64]  #: each cluster's row of the history
+    history_elapsed_s: Numbers  #: time since the previous row of the history: all clusters without a missing second
+    history_c: Numbers  #: temperatures of the history, from which lags are computed
+    history_rows: NDArray[np.int64]  #: row of each cluster in the history
 
     def __len__(self) -> int:
         return int(self.start_s.size)
 
     @cached_property
     def rate_c_per_min(self) -> Numbers:
-        """Causal: (mean of this cluster − mean of the one before)/length; NaN in the first and after a gap."""
+        """Returns the causal rate: (mean − mean of the previous cluster)/length; NaN in the first and after a gap."""
         rate = np.full(self.temperature_c.shape, np.nan)
         if len(self) > 1:
             follows = np.diff(np.rint((self.start_s - self.start_s[0]) / self.length_s)) == 1
@@ -82,25 +82,25 @@ class Clusters:
 
     def _column(self, name: str) -> int:
         if name not in self.names:
-            raise ModelError(f'no thermometer "{name}"; there are {", ".join(self.names)}')
+            raise ModelError(f'no thermometer "{name}", expected one of: {", ".join(self.names)}')
         return self.names.index(name)
 
-    def _lags_of(self, factors: set[Factor]) -> dict[Factor, Numbers]:
+    def _compute_lags(self, factors: set[Factor]) -> dict[Factor, Numbers]:
         ordered = sorted(factors, key=lambda factor: factor.order)
         if not ordered:
             return {}
         columns = [self._column(factor.first) for factor in ordered]
         constants = np.array([float(factor.time_constant_s) for factor in ordered])
-        values = lags(self.history_c[:, columns], self.history_elapsed_s, constants)[self.moments]
+        values = lags(self.history_c[:, columns], self.history_elapsed_s, constants)[self.history_rows]
         return dict(zip(ordered, values.T))
 
     def inputs(self, terms: Sequence[Term | str] | str) -> Numbers:
-        """The values of terms, clusters × terms, unscaled: `clusters.inputs("A,A-B,rate:A,lag:600:A")`. NaN where there
-        is none: a rate in the first cluster and after a gap."""
+        """Returns the unscaled values of terms, clusters × terms: `clusters.inputs("A,A-B,rate:A,lag:600:A")`. A rate
+        is NaN in the first cluster and after a gap."""
         if isinstance(terms, str):
             terms = [text.strip() for text in terms.split(",")]
         parsed = [term if isinstance(term, Term) else parse_term(term, self.names) for term in terms]
-        lag_values = self._lags_of({f for term in parsed for f in term.factors if f.kind == "lag"})
+        lag_values = self._compute_lags({f for term in parsed for f in term.factors if f.kind == "lag"})
 
         def value_of(factor: Factor) -> Numbers:
             if factor.kind == "lag":
@@ -115,7 +115,7 @@ class Clusters:
         return np.column_stack(evaluate(parsed, value_of)) if parsed else np.empty((len(self), 0))
 
     def to_pandas(self) -> pandas.DataFrame:
-        """Means of the inputs, bias and where the profile stood, by the start of each cluster."""
+        """Returns the means of the inputs, the bias and the profile position, indexed by the start of each cluster."""
         import pandas
 
         frame = pandas.DataFrame(dict(zip(self.names, self.temperature_c.T)))
@@ -130,14 +130,14 @@ class Clusters:
         return frame
 
     def to_xarray(self) -> xarray.Dataset:
-        """The same as a Dataset."""
+        """Returns the content of `to_pandas` as a Dataset."""
         frame = self.to_pandas()
         dataset = frame.to_xarray()
         dataset.attrs = dict(frame.attrs)
         return dataset
 
 
-def _missing_throughout(axis: AxisColumns) -> str:
+def _missing_columns_text(axis: AxisColumns) -> str:
     missing = [name for name, values in axis.inputs.items()
                if name != "self" and not name.startswith("aux:") and not np.isfinite(values).any()]
     if not np.isfinite(axis.bias_deg_per_h).any():
@@ -146,9 +146,10 @@ def _missing_throughout(axis: AxisColumns) -> str:
 
 
 def make_clusters(axis: AxisColumns, length_s: float, run_id: str, profile_name: str, simulated: bool) -> Clusters:
-    """Cuts an axis into clusters: number k holds the samples with k·length ≤ t − t_0 < (k + 1)·length. Of our own
-    records one is whole if each of its seconds has every temperature and the bias; in an imported record rows count by
-    their own time. What the unit tells of itself may be missing."""
+    """Divides an axis into clusters. Cluster k contains the samples with k·length ≤ t − t_0 < (k + 1)·length.
+
+    A cluster is complete if each of its seconds has every temperature and the bias; values that the unit reports about
+    itself may be missing. In an imported record each row has its own time, so no number of rows is required."""
     time = axis.time_s
     if time.size == 0:
         raise RecordError(f"contains no complete cluster of {length_s:g} s")
@@ -170,13 +171,13 @@ def make_clusters(axis: AxisColumns, length_s: float, run_id: str, profile_name:
         if name != "self" and not name.startswith("aux:"):
             whole &= np.isfinite(values)
     if not whole.any():
-        raise RecordError(f"contains no complete cluster of {length_s:g} s{_missing_throughout(axis)}")
-    remembered = numbers[each_second]
+        raise RecordError(f"contains no complete cluster of {length_s:g} s{_missing_columns_text(axis)}")
+    history_numbers = numbers[each_second]
     return Clusters(
         label=axis.axis.label, run_id=run_id, profile_name=profile_name, simulated=simulated, length_s=length_s,
         names=tuple(axis.inputs), gradients=axis.gradients, start_s=time[0] + numbers[whole] * length_s,
         temperature_c=temperatures[whole], bias_deg_per_h=bias[whole],
         true_bias_deg_per_h=means(axis.true_bias_deg_per_h)[whole], set_point_c=means(axis.set_point_c)[whole],
         segment=axis.segment[firsts][whole], cycle=axis.cycle[firsts][whole],
-        history_elapsed_s=np.concatenate([[np.inf], np.diff(remembered) * length_s]),
-        history_c=temperatures[each_second], moments=np.flatnonzero(whole[each_second]))
+        history_elapsed_s=np.concatenate([[np.inf], np.diff(history_numbers) * length_s]),
+        history_c=temperatures[each_second], history_rows=np.flatnonzero(whole[each_second]))

@@ -15,11 +15,11 @@ from pathlib import Path
 from typing import Iterator
 from urllib.parse import quote
 
-from .errors import BeingWritten, NoRecord, RecordError
+from .errors import BeingWritten, NotARecord, RecordError
 
 try:
     import fcntl
-except ImportError:  # no POSIX: SQLite's own locks have to do
+except ImportError:  # not POSIX: only SQLite's own locks are used
     fcntl = None  # type: ignore[assignment]
 
 APPLICATION_ID = 0x67797274  # "gyrt"
@@ -32,7 +32,7 @@ _FIRST_LOCKED_BYTE, _LOCKED_BYTES = 0x40000002, 510  # where SQLite keeps its sh
 
 
 def live_path(path: str | os.PathLike[str]) -> Path:
-    """The live copy that stands beside a record while it is being written.
+    """Returns the path of the live copy that exists next to a record while the record is being written.
 
     >>> live_path("data/ramp.db").as_posix()
     'data/ramp.live.db'
@@ -41,25 +41,26 @@ def live_path(path: str | os.PathLike[str]) -> Path:
     return record.with_name(record.name.removesuffix(".db") + _LIVE)
 
 
-def record_of_copy(path: str | os.PathLike[str]) -> Path:
-    """The record beside which a live copy stands; another path as it is.
+def record_path_from_copy(path: str | os.PathLike[str]) -> Path:
+    """Returns the record of a live copy. Returns any other path unchanged.
 
-    >>> record_of_copy("data/ramp.live.db").as_posix()
+    >>> record_path_from_copy("data/ramp.live.db").as_posix()
     'data/ramp.db'
     """
     copy = Path(path)
     return copy.with_name(copy.name.removesuffix(_LIVE) + ".db") if copy.name.endswith(_LIVE) else copy
 
 
-def record_behind(path: str | os.PathLike[str]) -> Path:
-    """The record that a path leads to: its parts and its live copy go by its own name, not by that of a link to it."""
+def follow_links(path: str | os.PathLike[str]) -> Path:
+    """Returns the record that a path leads to. Its continuation files and live copy are named after it, not after a
+    link to it."""
     record, most_links = Path(path), 40
     while most_links > 0 and record.is_symlink() and not record.name.endswith(_LIVE):
         record, most_links = record.parent / record.readlink(), most_links - 1
     return record
 
 
-def _being_written(path: Path) -> BeingWritten:
+def _being_written_error(path: Path) -> BeingWritten:
     writer = ""
     try:
         status = json.loads(Path(f"{path}.status").read_text(encoding="utf-8"))
@@ -68,20 +69,20 @@ def _being_written(path: Path) -> BeingWritten:
     except (OSError, ValueError, AttributeError):
         pass
     has_copy = live_path(path).exists()
-    how = "gyrotherm.follow() yields its seconds as they come" if has_copy else "open it when it is closed"
-    return BeingWritten(f"{path}: is being written by another program{writer}; {how}")
+    remedy = "gyrotherm.follow() yields new seconds as they arrive" if has_copy else "open it after the run has ended"
+    return BeingWritten(f"{path}: is being written by another program{writer}; {remedy}")
 
 
 @contextmanager
-def _writers_kept_out(path: Path) -> Iterator[None]:
-    """Holds a shared lock on the file; the run's writer has an exclusive one."""
+def _shared_lock(path: Path) -> Iterator[None]:
+    """Holds a shared lock on the file. Raises `BeingWritten` if a writer has its exclusive lock."""
     with open(path, "rb") as file:
         if fcntl is not None and hasattr(fcntl, "F_OFD_SETLK"):
             lock = struct.pack("hhqqi4x", fcntl.F_RDLCK, os.SEEK_SET, _FIRST_LOCKED_BYTE, _LOCKED_BYTES, 0)
             try:
                 fcntl.fcntl(file, fcntl.F_OFD_SETLK, lock)
             except (BlockingIOError, PermissionError):
-                raise _being_written(path) from None
+                raise _being_written_error(path) from None
             except OSError:  # a file system without locks
                 pass
         yield
@@ -96,24 +97,27 @@ def _connect(path: Path, option: str) -> sqlite3.Connection:
 
 def _check(database: sqlite3.Connection, path: Path) -> None:
     if database.execute("PRAGMA application_id").fetchone()[0] != APPLICATION_ID:
-        raise NoRecord(f"{path}: not a gyrotherm record")
+        raise NotARecord(f"{path}: not a gyrotherm record")
     version = database.execute("PRAGMA user_version").fetchone()[0]
     if version != USER_VERSION:
-        raise NoRecord(f'{path}: schema "gyrotherm-run/{version}", expected "{SCHEMA}"')
-    there = {name for name, in database.execute("SELECT name FROM sqlite_master WHERE type = 'table'")}
-    if missing := [table for table in TABLES if table not in there]:
-        raise NoRecord(f'{path}: it has no table "{missing[0]}"')
+        raise NotARecord(f'{path}: schema "gyrotherm-run/{version}", expected "{SCHEMA}"')
+    tables = {name for name, in database.execute("SELECT name FROM sqlite_master WHERE type = 'table'")}
+    if missing := [table for table in TABLES if table not in tables]:
+        raise NotARecord(f'{path}: not a gyrotherm record: table "{missing[0]}" is missing')
     schema = database.execute("SELECT value FROM meta WHERE key = 'schema'").fetchone()
     if schema is None or schema[0] != SCHEMA:
-        raise NoRecord(f'{path}: schema "{schema[0] if schema else ""}", expected "{SCHEMA}"')
+        raise NotARecord(f'{path}: schema "{schema[0] if schema else ""}", expected "{SCHEMA}"')
 
 
 @contextmanager
-def _connected(path: Path) -> Iterator[sqlite3.Connection]:
-    """Four cases. A closed file is read where it lies. One in write-ahead mode whose index is there is a live copy, and
-    is read beside its writer. One without an index is looked at as it is if its log is empty; else the writer died, and
-    a copy of the file and its log is read, since SQLite would make files beside the original."""
-    path = path.resolve()  # RUN.live.db is a link, and log and index lie beside what it leads to
+def _connection(path: Path) -> Iterator[sqlite3.Connection]:
+    """Connects to a database without creating files next to it.
+
+    - Not in write-ahead mode: the file is closed, and is read in place.
+    - Write-ahead mode with an index: a live copy, which is read while its writer continues.
+    - Write-ahead mode without an index and with an empty log: the file is read as immutable.
+    - Write-ahead mode without an index but with a log: the writer died. A temporary copy of file and log is read."""
+    path = path.resolve()  # RUN.live.db is a link; log and index are next to its target
     log, index = Path(f"{path}-wal"), Path(f"{path}-shm")
     with open(path, "rb") as file:
         in_wal_mode = file.read(20)[18:19] == b"\x02" or (log.exists() and log.stat().st_size > 0)
@@ -133,28 +137,28 @@ def _connected(path: Path) -> Iterator[sqlite3.Connection]:
 
 
 @contextmanager
-def opened(path: Path) -> Iterator[sqlite3.Connection]:
-    """A connection to one file of a record, which has been seen to be one. Raises `BeingWritten` or `RecordError`."""
+def open_database(path: Path) -> Iterator[sqlite3.Connection]:
+    """Connects to one file of a record and checks that it is one. Raises `BeingWritten` or `RecordError`."""
     try:
         mode = path.stat().st_mode
     except OSError as error:
         raise RecordError(f"{path}: {error.strerror or error}, expected a gyrotherm record") from None
     if not stat.S_ISREG(mode):
-        raise NoRecord(f"{path}: is not a regular file, expected a gyrotherm record")
+        raise NotARecord(f"{path}: is not a regular file, expected a gyrotherm record")
     if os.path.lexists(f"{path}-journal"):
-        raise NoRecord(f"{path}: a journal exists next to it: another program was interrupted while it "
-                       "changed the record, and the journal is not played back here")
+        raise NotARecord(f"{path}: a journal exists next to it: another program was interrupted while it changed the "
+                         "record; restore the record from a copy")
     try:
-        with _writers_kept_out(path), _connected(path) as database:
-            database.execute("BEGIN")  # all that is read is of one moment
+        with _shared_lock(path), _connection(path) as database:
+            database.execute("BEGIN")  # all queries read the same state
             _check(database, path)
             yield database
     except sqlite3.OperationalError as error:
         if "locked" in str(error) or "busy" in str(error):
-            raise _being_written(path) from None
+            raise _being_written_error(path) from None
         raise RecordError(f"{path}: {error}") from None
     except sqlite3.DatabaseError as error:
-        kind = NoRecord if getattr(error, "sqlite_errorname", "") == "SQLITE_NOTADB" else RecordError
+        kind = NotARecord if getattr(error, "sqlite_errorname", "") == "SQLITE_NOTADB" else RecordError
         raise kind(f"{path}: {error}, expected a gyrotherm record") from None
     except OSError as error:
         raise RecordError(f"{path}: {error.strerror or error}") from None

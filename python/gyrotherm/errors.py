@@ -3,14 +3,14 @@
 
 
 class GyrothermError(Exception):
-    """Base of all exceptions below. The text states cause, location and remedy."""
+    """Base class of all exceptions below. The message states cause, location and remedy."""
 
 
 class RecordError(GyrothermError):
     """The file is not a record, is damaged, or does not contain the requested data."""
 
 
-class NoRecord(RecordError):
+class NotARecord(RecordError):
     """The file is not a record, or is a record of another version."""
 
 

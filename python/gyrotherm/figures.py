@@ -11,7 +11,9 @@ from numpy.typing import ArrayLike
 
 @dataclass(frozen=True)
 class Figures:
-    """Of a residual in °/h over clusters: `std` is the paper's (n − 1), `rmse` has the mean in it."""
+    """Statistics of a residual over clusters, °/h.
+
+    `std` divides by n − 1, as in the paper. `rmse` includes the mean."""
 
     std: float
     mean: float
@@ -21,8 +23,7 @@ class Figures:
 
 
 def figures(residual_deg_per_h: ArrayLike) -> Figures:
-    """The figures of a residual: bias less prediction, a value per cluster. What is NaN is left out.
-
+    """Returns the statistics of a residual (bias minus prediction, one value per cluster). Ignores NaN.
     >>> f = figures([1.0, -1.0, float("nan")])
     >>> f.count, f.mean, f.rmse, round(f.std, 4)
     (2, 0.0, 1.0, 1.4142)

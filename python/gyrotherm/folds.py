@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which clusters are held out together, as the program does it: cycles, whole records, programs, or blocks with a
-guard. Never clusters at random: neighbours are nearly copies of each other."""
+"""Folds for cross-validation, the same as the program's: cycles, whole records, programs, or blocks with a guard.
+Clusters are never held out at random, because neighbouring clusters are nearly equal."""
 
 from __future__ import annotations
 
@@ -17,22 +17,22 @@ from .record import Numbers
 
 DEFAULT_BLOCKS = 4
 DEFAULT_GUARD_MINUTES = 45.0
-FEWEST_FOR_RECORDS = 3
+MIN_RECORDS = 3
 KINDS = ("auto", "cycles", "records", "programs", "blocks")
 Rows = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
 class _Cut:
-    """Clusters of one record with the fold in which each is held out."""
+    """Division of one record into folds."""
 
-    fold: Rows
+    fold: Rows  #: of each cluster, the fold that holds it out
     folds: int
     guard_s: float = 0.0
 
 
 def _cut_at_cycles(record: Clusters, guard_minutes: float | None) -> _Cut:
-    """Clusters outside any cycle go with the one before them, the first ones with the first."""
+    """Makes one fold per cycle. Clusters outside a cycle belong to the previous cycle, the first ones to the first."""
     numbers: dict[int, int] = {}
     fold, current = [], 0
     for cycle in record.cycle.tolist():
@@ -53,7 +53,7 @@ def _cut_into_blocks(record: Clusters, blocks: int, guard_minutes: float | None)
 
 
 def _distance_to(record: Clusters, held_out: NDArray[np.bool_]) -> Numbers:
-    """Seconds between each cluster and the nearest one of the fold, edge to edge."""
+    """Returns the time between each cluster and the nearest held-out cluster, edge to edge, s."""
     starts = record.start_s[held_out]
     at = np.searchsorted(starts, record.start_s)
     before = record.start_s - starts[np.maximum(at - 1, 0)]
@@ -61,26 +61,27 @@ def _distance_to(record: Clusters, held_out: NDArray[np.bool_]) -> Numbers:
     return np.minimum(np.abs(before), np.abs(after)) - record.length_s
 
 
-def _by_programs(records: Sequence[Clusters]) -> list[tuple[Rows, Rows]]:
+def _folds_by_program(records: Sequence[Clusters]) -> list[tuple[Rows, Rows]]:
     names = list(dict.fromkeys(record.profile_name for record in records))
     if len(names) < 2:
-        raise RecordError(f'folds: by programs: all records are of "{"".join(names)}"; one of another is needed')
+        raise RecordError(f'folds: by programs: all records are of program "{"".join(names)}"; add a record of'
+                          " another program")
     program = np.concatenate([np.full(len(record), names.index(record.profile_name)) for record in records])
     return [(np.flatnonzero(program != p), np.flatnonzero(program == p)) for p in range(len(names))]
 
 
-def _cuts(records: Sequence[Clusters], by: str, blocks: int, guard_minutes: float | None) -> list[_Cut]:
+def _cut_records(records: Sequence[Clusters], by: str, blocks: int, guard_minutes: float | None) -> list[_Cut]:
     cycles = [int(np.unique(record.cycle[record.cycle >= 0]).size) for record in records]
     if by == "auto":
-        by = "records" if len(records) >= FEWEST_FOR_RECORDS and not any(cycles) else "cycles"
+        by = "records" if len(records) >= MIN_RECORDS and not any(cycles) else "cycles"
     if by == "records" and len(records) < 2:
         raise RecordError("folds: by records: a single record cannot be both held out and used for training")
-    alone = len(records) == 1 and sum(cycles) == 1
+    has_one_cycle = len(records) == 1 and sum(cycles) == 1
     cuts = []
-    for record, its_cycles in zip(records, cycles):
+    for record, cycle_count in zip(records, cycles):
         if by == "records":
             cuts.append(_Cut(np.zeros(len(record), dtype=np.int64), 1))
-        elif by == "cycles" and its_cycles and not alone:
+        elif by == "cycles" and cycle_count and not has_one_cycle:
             cuts.append(_cut_at_cycles(record, guard_minutes))
         else:
             cuts.append(_cut_into_blocks(record, blocks, guard_minutes))
@@ -89,30 +90,36 @@ def _cuts(records: Sequence[Clusters], by: str, blocks: int, guard_minutes: floa
 
 def folds(records: Sequence[Clusters] | Clusters, by: str = "auto", *, blocks: int = DEFAULT_BLOCKS,
           guard_minutes: float | None = None) -> list[tuple[Rows, Rows]]:
-    """Rows to learn from and rows held out, of each fold: what scikit-learn takes as `cv`. Rows number the clusters of
-    all records, one after the other. `by` is "cycles" (a record without two is cut into blocks), "records", "programs",
-    "blocks", or "auto": records where there are three or more and none has a cycle, else cycles. Clusters within the
-    guard of what is held out are on neither side: none between cycles, around blocks 45 min but at most half a
-    block."""
+    """Returns the training rows and the held-out rows of each fold, for the parameter `cv` of scikit-learn. A row is an
+    index into the clusters of all records, in order.
+
+    `by` is one of:
+    - "cycles": one fold per cycle. A record without cycles, or a single record with one cycle, is divided into blocks.
+    - "records" or "programs": one fold per record or per program.
+    - "blocks": `blocks` blocks of each record.
+    - "auto": "records" if there are at least three and none has cycles, otherwise "cycles".
+
+    Clusters within the guard around the held-out ones are in neither set. By default the guard is 0 around cycles, and
+    45 min around blocks, but at most half a block."""
     if isinstance(records, Clusters):
         records = [records]
     if by not in KINDS:
-        raise RecordError(f'folds: "{by}" is none of {", ".join(KINDS)}')
+        raise RecordError(f'folds: unknown kind "{by}", expected {", ".join(KINDS)}')
     if blocks < 2:
         raise RecordError(f"folds: {blocks} blocks are too few, expected two or more")
     if by == "programs":
-        return _by_programs(records)
+        return _folds_by_program(records)
     plan: list[tuple[Rows, Rows]] = []
-    everything = sum(len(record) for record in records)
+    cluster_count = sum(len(record) for record in records)
     first = 0
-    for record, cut in zip(records, _cuts(records, by, blocks, guard_minutes)):
+    for record, cut in zip(records, _cut_records(records, by, blocks, guard_minutes)):
         for fold in range(cut.folds):
             held_out = cut.fold == fold
-            learnt = np.ones(everything, dtype=bool)
-            far = _distance_to(record, held_out) >= cut.guard_s - 1e-6 * record.length_s
-            learnt[first:first + len(record)] = far & ~held_out
-            if not learnt.any():
+            training = np.ones(cluster_count, dtype=bool)
+            is_outside_guard = _distance_to(record, held_out) >= cut.guard_s - 1e-6 * record.length_s
+            training[first:first + len(record)] = is_outside_guard & ~held_out
+            if not training.any():
                 raise RecordError("folds: no training data remain outside a held-out fold; use a shorter guard")
-            plan.append((np.flatnonzero(learnt), first + np.flatnonzero(held_out)))
+            plan.append((np.flatnonzero(training), first + np.flatnonzero(held_out)))
         first += len(record)
     return plan

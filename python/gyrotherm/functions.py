@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Functions of the methods: four forms in the scaled inputs, and the variance of a Gaussian process."""
+"""Functions of a model file: four forms of the scaled inputs, and the variance of a Gaussian process."""
 
 from __future__ import annotations
 
@@ -11,12 +11,11 @@ import numpy as np
 from .errors import ModelError
 from .record import Numbers
 
-_MOST_DIFFERENCES = 4_000_000  # at a time: 32 MB
+_MAX_DIFFERENCES = 4_000_000  # per block: 32 MB
 
 
 def squared_distances(points: Numbers, centres: Numbers) -> Numbers:
-    """‖z − c‖², points × centres, from the differences, in which nothing cancels.
-
+    """Returns ‖z − c‖², points × centres. Computed from the differences to avoid cancellation.
     >>> squared_distances(np.array([[0.0, 0.0]]), np.array([[3.0, 4.0]])).tolist()
     [[25.0]]
     """
@@ -27,8 +26,8 @@ def squared_distances(points: Numbers, centres: Numbers) -> Numbers:
 
 
 def _sum_of_gaussians(points: Numbers, centres: Numbers, widths: Numbers, weights: Numbers) -> Numbers:
-    """Σ_k w_k exp(−‖z − c_k‖²/(2 s_k²))."""
-    rows = max(1, _MOST_DIFFERENCES // max(1, len(centres)))
+    """Returns Σ_k w_k exp(−‖z − c_k‖²/(2 s_k²)) at each point."""
+    rows = max(1, _MAX_DIFFERENCES // max(1, len(centres)))
     parts = [np.exp(squared_distances(points[i:i + rows], centres) / (-2 * widths**2)) @ weights
              for i in range(0, len(points), rows)]
     return np.concatenate(parts) if parts else np.zeros(0)
@@ -36,11 +35,12 @@ def _sum_of_gaussians(points: Numbers, centres: Numbers, widths: Numbers, weight
 
 @dataclass(frozen=True)
 class Function:
-    """f of the plane's point and of the point of all else, and Σ|w|, by which its rounding grows."""
+    """A trained function of scaled inputs."""
 
     form: str
-    at: Callable[[Numbers, Numbers], Numbers]
-    weight: float
+    #: takes the inputs of the linear part and the inputs of all other parts, which differ outside the trained range
+    evaluate: Callable[[Numbers, Numbers], Numbers]
+    weight_sum: float  #: Σ|w|; the rounding error is proportional to it
 
 
 def _matrix(entry: dict[str, Any], key: str, columns: int, rows: int | None = None) -> Numbers:
@@ -59,7 +59,7 @@ def _vector(entry: dict[str, Any], key: str, size: int | None = None) -> Numbers
     return vector
 
 
-def _positive(entry: dict[str, Any], key: str, size: int) -> Numbers:
+def _positive_vector(entry: dict[str, Any], key: str, size: int) -> Numbers:
     vector = _vector(entry, key, size)
     if not (vector > 0).all():
         raise ValueError(f"{key}: expected numbers above 0")
@@ -67,7 +67,8 @@ def _positive(entry: dict[str, Any], key: str, size: int) -> Numbers:
 
 
 def function_from_json(function: dict[str, Any], inputs: int) -> Function:
-    """The function of a model file, of so many inputs. Raises `ValueError` where its parts do not fit each other."""
+    """Returns the function of a model file. Raises `ValueError` if the sizes of its parts do not match, or if a width
+    or length is not positive."""
     form, b = function["form"], float(function["b"])
     if form == "svr":
         beta = _vector(function, "beta")
@@ -82,15 +83,15 @@ def function_from_json(function: dict[str, Any], inputs: int) -> Function:
         weights = _vector(function, "weights", inputs)
         return Function(form, lambda z, bounded: z @ weights + b, float(np.abs(weights).sum()))
     if form == "expansion":
-        weights, lengths = _vector(function, "weights"), _positive(function, "lengths", inputs)
-        widths = _positive(function, "widths", weights.size)
+        weights, lengths = _vector(function, "weights"), _positive_vector(function, "lengths", inputs)
+        widths = _positive_vector(function, "widths", weights.size)
         centres = _matrix(function, "centres", inputs, weights.size) / lengths
         slope = _vector(function, "slope", inputs) if "slope" in function else np.zeros(inputs)
 
-        def at(z: Numbers, bounded: Numbers) -> Numbers:
+        def evaluate(z: Numbers, bounded: Numbers) -> Numbers:
             return _sum_of_gaussians(bounded / lengths, centres, widths, weights) + b + z @ slope
 
-        return Function(form, at, float(np.abs(weights).sum() + np.abs(slope).sum()))
+        return Function(form, evaluate, float(np.abs(weights).sum() + np.abs(slope).sum()))
     if form == "network":
         out = _vector(function, "out")
         hidden, offsets = _matrix(function, "weights", inputs, out.size), _vector(function, "offsets", out.size)
@@ -100,21 +101,22 @@ def function_from_json(function: dict[str, Any], inputs: int) -> Function:
 
 
 def variance_from_json(variance: dict[str, Any], inputs: int) -> Callable[[Numbers], Numbers]:
-    """What a Gaussian process knows of its own: φᵀSφ + σ_f² − |w|², φ = (z, w), w = L⁻¹k, in the target's variance."""
-    lengths, signal = _positive(variance, "lengths", inputs), float(variance["signal"])
+    """Returns the variance of a Gaussian process as a function of the scaled inputs, relative to the target's variance:
+    φᵀSφ + σ_f² − |w|², φ = (z, w), w = L⁻¹k."""
+    lengths, signal = _positive_vector(variance, "lengths", inputs), float(variance["signal"])
     centres = _matrix(variance, "centres", inputs) / lengths
     count = len(centres)
     posterior = _matrix(variance, "posterior", inputs + count, inputs + count)
     root = _matrix(variance, "root", count, count)
 
-    def at(z: Numbers) -> Numbers:
+    def evaluate(z: Numbers) -> Numbers:
         kernel = signal**2 * np.exp(-0.5 * squared_distances(z / lengths, centres))
         known = np.isfinite(kernel).all(axis=1)
         w = np.full(kernel.shape, np.nan)
         w[known] = np.linalg.solve(np.tril(root), kernel[known].T).T if count else kernel[known]
         features = np.hstack([z, w])
-        seen = np.einsum("ij,ij->i", w, w)
-        value = np.einsum("ij,ij->i", features @ posterior, features) + np.maximum(signal**2 - seen, 0)
+        explained = np.einsum("ij,ij->i", w, w)
+        value = np.einsum("ij,ij->i", features @ posterior, features) + np.maximum(signal**2 - explained, 0)
         return np.maximum(value, 0)
 
-    return at
+    return evaluate

@@ -7,16 +7,16 @@ import math
 import sqlite3
 from dataclasses import dataclass, field
 
-ONLY_UNIT = "gyro"  # the unit under test of a rig file that names none
+DEFAULT_UNIT_NAME = "gyro"  # of a unit under test without a name in the rig file
 
 
 @dataclass(frozen=True)
 class Thermometer:
-    """A thermometer and its calibration: reading + offset, or Σ c_i reading^i where there is a polynomial, in °C."""
+    """A thermometer and its calibration: reading + offset, or Σ c_i reading^i if it has a polynomial, °C."""
 
     name: str
     instrument: str
-    unit_under_test: str  #: that it belongs to; empty: the rig
+    unit_under_test: str  #: to which it belongs; empty: the rig
     offset_k: float
     polynomial: tuple[float, ...] = ()
     certificate: str = ""
@@ -30,12 +30,12 @@ class Axis:
     """One input axis of a unit under test."""
 
     unit: str
-    name: str  #: empty: the unit's only one
+    name: str  #: empty for the only axis of a unit
     kind: str  #: "pulse_count" or "rate"
     scale: float  #: arcsec per pulse, or °/h per unit of the stored number
     earth_rate_deg_per_h: float | None  #: on the input axis
     direction: tuple[float, float, float] | None = None
-    label: str = ""  #: among all of the run: "gyro", "x", "u1.x"
+    label: str = ""  #: unique in the run: "gyro", "x", "u1.x"
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class Unit:
     instrument: str
     axes: tuple[Axis, ...]
     values: tuple[Value, ...]
-    gradients: tuple[str, ...]  #: the thermometers whose differences are the multi-point gradients
+    gradients: tuple[str, ...]  #: thermometers whose differences are the multi-point gradients
     three_point: tuple[str, ...]
 
 
@@ -84,7 +84,7 @@ class RunInfo:
     profile_name: str
     rig_name: str
     simulated: bool
-    imported: bool  #: rows are a foreign record's, at its own times
+    imported: bool  #: the rows come from a file of another program, with its times
     started_utc_ns: int
     seed: int
     days_later: int
@@ -92,7 +92,7 @@ class RunInfo:
     thermometers: tuple[Thermometer, ...]
     segments: tuple[Segment, ...]
     cycles: tuple[str, ...]
-    meta: dict[str, str] = field(repr=False)  #: all keys as they stand, with the texts of profile and rig
+    meta: dict[str, str] = field(repr=False)  #: the table `meta` unchanged, with the texts of profile and rig
 
     @property
     def axes(self) -> tuple[Axis, ...]:
@@ -100,13 +100,13 @@ class RunInfo:
         return tuple(axis for unit in self.units for axis in unit.axes)
 
 
-def column_of(label: str, what: str) -> str:
-    """The column of `sample` that belongs to an axis or a unit.
+def column_name(label: str, what: str) -> str:
+    """Returns the name of a column of `sample` that belongs to an axis or a unit.
 
-    >>> column_of("u1.x", "pulses"), column_of("gyro", "pulses")
+    >>> column_name("u1.x", "pulses"), column_name("gyro", "pulses")
     ('u1.x.pulses', 'pulses')
     """
-    return what if label == ONLY_UNIT else f"{label}.{what}"
+    return what if label == DEFAULT_UNIT_NAME else f"{label}.{what}"
 
 
 def _polynomial(text: str) -> tuple[float, ...]:
@@ -161,14 +161,14 @@ def _segments(database: sqlite3.Connection) -> tuple[Segment, ...]:
 
 
 def _started_utc_ns(database: sqlite3.Connection, described: int) -> int:
-    """When the run's clock started. A real run is described before its chamber is prepared, and its clock starts after
-    that; the first second knows when the clock stood at zero."""
+    """Returns the UTC time at which the run's clock was zero, from the first sample. Returns `described`, the time at
+    which the description was written, if there is no sample: a real run prepares its chamber in between."""
     first = database.execute("SELECT utc_ns - monotonic_ns FROM sample ORDER BY slot LIMIT 1").fetchone()
     return first[0] if first and isinstance(first[0], int) and first[0] >= 0 else described
 
 
 def read_info(database: sqlite3.Connection) -> RunInfo:
-    """All of it, of an open record."""
+    """Reads the description of an open record."""
     rows = database.execute("SELECT key, value FROM meta")
     meta = {str(key): "" if value is None else str(value) for key, value in rows}
     cycles = database.execute("SELECT value FROM list WHERE name = 'cycles' ORDER BY position")

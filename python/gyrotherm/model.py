@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Any, Union
 
 import numpy as np
 
-from .budget import Uncertainty, expanded_outside, of_mean_over
+from .budget import Uncertainty, expanded_uncertainty_outside, mean_uncertainty
 from .clusters import Clusters
 from .errors import ModelError
 from .functions import function_from_json, variance_from_json
 from .record import Numbers
-from .stream import inputs_each_second, led
+from .stream import apply_lead, inputs_each_second
 from .terms import term_from_json
 
 if TYPE_CHECKING:
@@ -25,13 +25,13 @@ if TYPE_CHECKING:
     from .run import Run
 
 SCHEMA = "gyrotherm-model/1"
-OUTSIDE = ("continue", "refuse", "extrapolate")
-_ROUNDING = 1e-9  # of a range: what the rounding of a mean may amount to
+OUTSIDE_POLICIES = ("continue", "refuse", "extrapolate")
+_ROUNDING = 1e-9  # tolerance for a rounded mean, relative to the trained range
 Predictable = Union["Run", Clusters, "pandas.DataFrame", "xarray.Dataset"]
 
 
 class Model:
-    """Predicts the bias in °/h, to be subtracted. `json` is the model file as it is."""
+    """A trained model of the bias, °/h. Subtract its prediction to compensate. `json` is the content of the file."""
 
     def __init__(self, content: dict[str, Any], file: str = "model") -> None:
         if content.get("schema") != SCHEMA:
@@ -44,13 +44,13 @@ class Model:
             self.mean, self.std, self.min, self.max = (
                 np.array([float(entry[key]) for entry in content["terms"]]) for key in ("mean", "std", "min", "max"))
             if (self.max < self.min).any():
-                raise ValueError("an input whose max is less than its min")
+                raise ValueError("the max of an input is less than its min")
             if not (self.std > 0).all():
-                raise ValueError("an input whose std is not above 0")
+                raise ValueError("the std of an input is not above 0")
             self.target_mean_deg_per_h = float(content["target"]["mean_deg_per_h"])
             self.target_std_deg_per_h = float(content["target"]["std_deg_per_h"])
             if not self.target_std_deg_per_h > 0:
-                raise ValueError("a target whose std is not above 0")
+                raise ValueError("the std of the target is not above 0")
             self.is_led = bool(content.get("latency", {}).get("is_led", False))
             self.function = function_from_json(content["function"], len(self.terms))
             self._variance = variance_from_json(content["variance"], len(self.terms)) if "variance" in content else None
@@ -62,99 +62,107 @@ class Model:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Thermometers (and "self", "aux:NAME") that the model needs."""
+        """Returns the names of the thermometers (and "self", "aux:NAME") that the model requires, sorted."""
         named = {name for term in self.terms for f in term.factors for name in (f.first, f.second) if name}
         return tuple(sorted(named))
 
     @property
     def axis(self) -> tuple[str, str]:
-        """Unit and axis of the training; empty if the record had only one."""
+        """Returns the unit and the axis of the training record; empty if the record had only one."""
         first = self.json["trained_on"][0] if self.json.get("trained_on") else {}
         return first.get("unit", ""), first.get("axis", "")
 
     @property
     def rounding_deg_per_h(self) -> float:
-        """Within what two evaluations of the model agree: 1e-12 of the bias' STD in training, and more as the weights
-        add up to more than 1000."""
-        return 1e-12 * self.target_std_deg_per_h * max(1.0, self.function.weight / 1000)
+        """Returns the tolerance within which two evaluations of the model agree: 1e-12 of the bias' STD in training. If
+        the sum of the weights exceeds 1000, the tolerance grows with it."""
+        return 1e-12 * self.target_std_deg_per_h * max(1.0, self.function.weight_sum / 1000)
 
     def excess_of_inputs(self, inputs: Numbers) -> Numbers:
-        """How far the worst of each row of unscaled inputs (rows × terms) is outside, as a part of its trained range;
-        0 inside and where an input is not finite."""
+        """Returns the greatest distance of an input from its trained range, relative to the width of the range, for
+        each row of unscaled inputs (rows × terms). It is 0 inside the range, and if an input is not finite."""
         width = self.max - self.min
-        beyond = np.maximum(self.min - inputs, inputs - self.max)
+        distance = np.maximum(self.min - inputs, inputs - self.max)
         known = np.isfinite(inputs).all(axis=1, keepdims=True)
-        counts = known & (beyond > _ROUNDING * width)
-        return np.where(counts, beyond / np.maximum(width, np.finfo(float).tiny), 0.0).max(axis=1, initial=0.0)
+        is_outside = known & (distance > _ROUNDING * width)
+        return np.where(is_outside, distance / np.maximum(width, np.finfo(float).tiny), 0.0).max(axis=1, initial=0.0)
 
     def bounded_inputs(self, inputs: Numbers) -> Numbers:
-        """Where all but the plane of the function is taken: rows outside the trained range are moved towards the mean
-        of the training, all inputs by the same share, until each is in its range; a product whose factors are inputs
-        is made of them anew."""
+        """Returns the inputs at which all parts of the function but the linear one are evaluated.
+
+        Moves each row outside the trained range towards the training mean, all inputs by the same fraction, until each
+        is in its range. Then recomputes the products whose factors are inputs themselves."""
         rows = self.excess_of_inputs(inputs) > 0
         bounded = inputs.copy()
         if not rows.any():
             return bounded
-        remade = self._remade_products()
-        simple = [i for i in range(len(self.terms)) if i not in remade]
-        away = inputs[rows] - self.mean
-        room = np.where(away > 0, self.max, self.min) - self.mean
+        products = self._recomputed_products()
+        simple = [i for i in range(len(self.terms)) if i not in products]
+        deviation = inputs[rows] - self.mean
+        limit = np.where(deviation > 0, self.max, self.min) - self.mean
         is_out = (inputs[rows] < self.min) | (inputs[rows] > self.max)
-        part = np.where(is_out, room / np.where(away == 0, 1.0, away), 1.0)[:, simple]
-        share = np.clip(part.min(axis=1, initial=1.0), 0.0, 1.0)
-        bounded[rows] = self.mean + share[:, None] * away
-        for term, factors in remade.items():
+        ratio = np.where(is_out, limit / np.where(deviation == 0, 1.0, deviation), 1.0)[:, simple]
+        fraction = np.clip(ratio.min(axis=1, initial=1.0), 0.0, 1.0)
+        bounded[rows] = self.mean + fraction[:, None] * deviation
+        for term, factors in products.items():
             bounded[rows, term] = np.prod(bounded[rows][:, factors], axis=1)
         return bounded
 
-    def _remade_products(self) -> dict[int, list[int]]:
+    def _recomputed_products(self) -> dict[int, list[int]]:
+        """Returns index of a product → indices of its factors, for products whose factors are all inputs."""
         single = {term.factors[0]: i for i, term in enumerate(self.terms) if len(term.factors) == 1}
         return {i: [single[factor] for factor in term.factors] for i, term in enumerate(self.terms)
                 if len(term.factors) > 1 and all(factor in single for factor in term.factors)}
 
     def predict_inputs(self, inputs: Numbers, outside: str = "continue") -> Numbers:
-        """The bias of rows of unscaled inputs (rows × terms), °/h; NaN where an input is not finite. Outside the
-        trained range the plane of the function continues and all else is taken at `bounded_inputs`; refuse: NaN;
-        extrapolate: the whole function is used as it is."""
-        if outside not in OUTSIDE:
-            raise ModelError(f'outside="{outside}" is not a policy, expected {", ".join(OUTSIDE)}')
+        """Returns the bias of each row of unscaled inputs (rows × terms), °/h; NaN if an input is not finite.
+
+        `outside` controls rows outside the trained range. "continue": the linear part continues, and all other parts
+        are evaluated at `bounded_inputs`. "refuse": NaN. "extrapolate": the whole function is extrapolated."""
+        if outside not in OUTSIDE_POLICIES:
+            raise ModelError(f'outside="{outside}" is not a policy, expected {", ".join(OUTSIDE_POLICIES)}')
         known = np.isfinite(inputs).all(axis=1)
         if outside == "refuse":
             known &= self.excess_of_inputs(inputs) == 0
         bounded = self.bounded_inputs(inputs) if outside == "continue" else inputs
         bias = np.full(len(inputs), np.nan)
-        bias[known] = self.function.at((inputs[known] - self.mean) / self.std,
+        bias[known] = self.function.evaluate((inputs[known] - self.mean) / self.std,
                                        (bounded[known] - self.mean) / self.std)
         return bias * self.target_std_deg_per_h + self.target_mean_deg_per_h
 
     def inputs_of(self, of: Predictable) -> tuple[Numbers, pandas.Index]:
-        """The model's unscaled inputs, rows × terms, and the time of each row."""
+        """Returns the model's unscaled inputs, rows × terms, and the time of each row."""
         import pandas
 
         if isinstance(of, Clusters):
             if of.length_s != self.cluster_length_s:
-                raise ModelError(f"the clusters are of {of.length_s:g} s, the model of {self.cluster_length_s:g} s")
+                raise ModelError(f"the length of the clusters is {of.length_s:g} s, that of the model "
+                                 f"{self.cluster_length_s:g} s")
             return of.inputs(self.terms), pandas.Index(of.start_s, name="start_s")
         columns, time = _columns(of, self)
         return inputs_each_second(self.terms, columns, self.cluster_length_s), time
 
     def predict(self, of: Predictable, outside: str = "continue") -> pandas.Series:
-        """The bias in °/h, to be subtracted. Of clusters: of each mean, by its start. Of a run, or a frame or Dataset
-        with a row per second and a column for each of `names`: in each second from the means over the last cluster
-        length (causal: it lags by half of that), NaN until there are enough rows and where a reading is missing. A model
-        that `is_led` extrapolates by that half from the prediction of one cluster length before, as `compensate`."""
+        """Returns the predicted bias, °/h. Subtract it to compensate.
+
+        - For clusters: one value per cluster, indexed by its start.
+        - For a run, or a DataFrame or Dataset with one row per second and a column for each of `names`: one value per
+          second, from the means over the last cluster length. These means lag by half a cluster length. The value is
+          NaN until there are enough rows, and while a reading is missing.
+
+        If the model `is_led`, predictions for seconds are extrapolated by half a cluster length, from the current
+        prediction and that of one cluster length before, as in `compensate`."""
         import pandas
 
         inputs, time = self.inputs_of(of)
         bias = self.predict_inputs(inputs, outside)
         if self.is_led and not isinstance(of, Clusters):
-            bias = led(bias, max(1, round(self.cluster_length_s)))
+            bias = apply_lead(bias, max(1, round(self.cluster_length_s)))
         return pandas.Series(bias, index=time, name="bias_deg_per_h")
 
     def predict_std(self, of: Predictable) -> pandas.Series:
-        """The standard deviation of the function, °/h, as far as the model knows it (a Gaussian process): without the
-        noise of a mean, and without what the thermometers do after the training. It grows outside the trained
-        range."""
+        """Returns the standard deviation of the function itself, °/h. Only a Gaussian process estimates it. Noise of
+        the means and drift of the thermometers are not included. It grows outside the trained range."""
         import pandas
 
         if self._variance is None:
@@ -165,27 +173,28 @@ class Model:
                              name="std_deg_per_h")
 
     def uncertainty(self, averaging_s: float | None = None) -> Uncertainty:
-        """What the model's budget comes to for a mean of compensated bias over that time; its cluster length if none is
-        given."""
+        """Returns the uncertainty of a mean of compensated bias over `averaging_s`, from the model's budget. Without
+        `averaging_s`, uses the cluster length."""
         if "uncertainty" not in self.json:
             raise ModelError("the model has no budget")
-        return of_mean_over(self.json["uncertainty"], averaging_s or self.cluster_length_s)
+        return mean_uncertainty(self.json["uncertainty"], averaging_s or self.cluster_length_s)
 
     def expanded_uncertainty(self, of: Predictable) -> pandas.Series:
-        """U of a mean over the cluster length beside each prediction, °/h: wider where an input is outside the trained
+        """Returns U of each prediction, °/h, for a mean over the cluster length. It is larger outside the trained
         range."""
         import pandas
 
         if "uncertainty" not in self.json:
             raise ModelError("the model has no budget")
         inputs, time = self.inputs_of(of)
-        expanded = expanded_outside(self.json["uncertainty"], self.cluster_length_s, self.excess_of_inputs(inputs))
+        expanded = expanded_uncertainty_outside(self.json["uncertainty"], self.cluster_length_s,
+                                                self.excess_of_inputs(inputs))
         expanded[~np.isfinite(inputs).all(axis=1)] = np.nan
         return pandas.Series(expanded, index=time, name="U_deg_per_h")
 
 
 def _columns(of: Any, model: Model) -> tuple[dict[str, Numbers], pandas.Index]:
-    """Columns of seconds by the names of the model's inputs, and their times."""
+    """Returns the columns of the model's inputs by name, one row per second, and the time of each row."""
     import pandas
 
     if hasattr(of, "inputs_each_second"):  # a run
@@ -193,20 +202,21 @@ def _columns(of: Any, model: Model) -> tuple[dict[str, Numbers], pandas.Index]:
     elif not hasattr(of, "columns"):  # a Dataset of xarray
         of = of.to_dataframe()
     if not isinstance(of, pandas.DataFrame):
-        raise ModelError(f"cannot predict of a {type(of).__name__}: give a run, clusters, a DataFrame or a Dataset")
+        raise ModelError(f"cannot predict from a {type(of).__name__}; pass a run, clusters, a DataFrame or a Dataset")
     if missing := [name for name in model.names if name not in of.columns]:
-        raise ModelError(f'no column "{missing[0]}"; there are {", ".join(map(str, of.columns))}')
+        raise ModelError(f'no column "{missing[0]}", expected one of: {", ".join(map(str, of.columns))}')
     return {name: of[name].to_numpy(dtype=np.float64) for name in model.names}, of.index
 
 
-def _no_number(word: str) -> float:
-    raise ValueError(f"{word} is not a number")
+def _refuse_constant(name: str) -> float:
+    """Refuses NaN and Infinity, which Python's JSON parser accepts."""
+    raise ValueError(f"{name} is not a number")
 
 
 def load_model(path: str | os.PathLike[str]) -> Model:
     """Reads a model file. Raises `ModelError`."""
     try:
-        content = json.loads(Path(path).read_text(encoding="utf-8"), parse_constant=_no_number)
+        content = json.loads(Path(path).read_text(encoding="utf-8"), parse_constant=_refuse_constant)
     except OSError as error:
         raise ModelError(f"{path}: {error.strerror or error}, expected a model file") from None
     except ValueError as error:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A record read back: the columns of its seconds, raw, joined from all files that it consists of."""
+"""Reads a record: the raw columns of its samples, joined from all files of the record."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .chain import is_as_written
-from .database import opened
-from .errors import BeingWritten, NoRecord, RecordError
-from .info import RunInfo, column_of, read_info
+from .chain import is_intact
+from .database import open_database
+from .errors import BeingWritten, NotARecord, RecordError
+from .info import RunInfo, column_name, read_info
 
 Numbers = NDArray[np.float64]
 
@@ -25,12 +25,12 @@ PHASES = ("ramping", "holding", "waiting for soak", "overdue", "complete")
 STATES = ("execute", "suspended", "held", "aborting", "aborted", "stopped", "complete")
 EVENT_COLUMNS = ("slot", "monotonic_ns", "utc_ns", "kind", "interlock", "reaction", "segment", "channel", "text")
 FAULT_COLUMNS = ("slot", "channel", "kind", "where", "what")
-_OF_EACH_RECORD = ("set_point_c", "chamber_air_c", "chamber_set_point_c")
+_COMMON_COLUMNS = ("set_point_c", "chamber_air_c", "chamber_set_point_c")
 
 
 @dataclass(frozen=True)
 class Gap:
-    """Slots without a sample, and why."""
+    """Slots without a sample, and the cause."""
 
     first: int
     last: int
@@ -39,14 +39,14 @@ class Gap:
 
 @dataclass
 class Record:
-    """Columns of equal length, one row per sample in order of time; NaN where a reading was a fault."""
+    """Columns of equal length, one row per sample in order of time. A failed reading is NaN."""
 
     info: RunInfo
     finished: bool
     slot: NDArray[np.int64]
-    time_s: Numbers  #: since the run started: the slot; of an imported record the foreign one's own time
-    utc_ns: Numbers  #: by the wall clock, less `info.started_utc_ns`; NaN if not known
-    columns: dict[str, Numbers]  #: by their names in the table `sample`; raw
+    time_s: Numbers  #: since the start of the run: the slot; for an imported record the time of its file
+    utc_ns: Numbers  #: wall clock minus `info.started_utc_ns`; NaN if unknown
+    columns: dict[str, Numbers]  #: raw values by column name of the table `sample`
     segment: NDArray[np.int32]  #: −1: none
     cycle: NDArray[np.int32]  #: −1: none
     phase: NDArray[np.int8]  #: index into PHASES; −1: none
@@ -59,11 +59,11 @@ class Record:
 
 @dataclass(frozen=True)
 class Continuation:
-    """What a file says of the one before it, which failed."""
+    """Describes in a continuation file why it replaced the previous file, which could not be written any longer."""
 
     part: int
-    before: str
-    first: int  #: slots from here on stand in it
+    previous: str
+    first: int  #: first slot in the continuation file
     cause: str
 
 
@@ -71,34 +71,37 @@ def channel_columns(info: RunInfo) -> list[str]:
     """Returns the columns of `sample` for the channels of the run."""
     names = [thermometer.name for thermometer in info.thermometers]
     for unit in info.units:
-        names += [column_of(axis.label, "pulses") for axis in unit.axes]
-        names += [column_of(unit.name, "interval_ns")]
+        names += [column_name(axis.label, "pulses") for axis in unit.axes]
+        names += [column_name(unit.name, "interval_ns")]
         names += [f"{unit.name}.{value.name}" for value in unit.values]
-    return names + [column_of(axis.label, "true_bias_deg_per_h") for axis in info.axes]
+    return names + [column_name(axis.label, "true_bias_deg_per_h") for axis in info.axes]
 
 
-def _quoted(name: str) -> str:
+def _quote_name(name: str) -> str:
     return '"' + name.replace('"', '""') + '"'
 
 
-def _index(column: str, words: tuple[str, ...]) -> str:
+def _index_expression(column: str, words: tuple[str, ...]) -> str:
     return f"CASE {column} " + " ".join(f"WHEN '{word}' THEN {i}" for i, word in enumerate(words)) + " ELSE -1 END"
 
 
 def _samples(database: sqlite3.Connection, info: RunInfo, first: int) -> tuple[list[str], NDArray[np.float64]]:
-    """Names, and a row of numbers for each; NaN for NULL. Numbers go through one iterator into one array: a list of
-    rows would cost twice the time and ten times the memory."""
-    nothing = "9e999"  # no NaN comes out of SQLite, and no infinity is in a record
-    numbers = [*_OF_EACH_RECORD, *channel_columns(info)]
-    taken = {"slot": "slot", "time": "monotonic_ns / 1e9",
-             "utc": f"ifnull(utc_ns - {info.started_utc_ns}, {nothing})",
-             "segment": "ifnull(segment, -1)", "cycle": "ifnull(cycle, -1)", "phase": _index("phase", PHASES),
-             "state": _index("state", STATES), "in_segment_ns": f"ifnull(in_segment_ns, {nothing})"}
+    """Returns the names of the columns and their values, columns × samples; NaN for NULL.
+
+    All numbers go through one iterator into one array. A list of rows would take twice the time and ten times the
+    memory."""
+    null = "9e999"  # infinity: SQLite returns no NaN, and a record contains no infinity
+    numbers = [*_COMMON_COLUMNS, *channel_columns(info)]
+    selected = {"slot": "slot", "time": "monotonic_ns / 1e9",
+             "utc": f"ifnull(utc_ns - {info.started_utc_ns}, {null})",
+             "segment": "ifnull(segment, -1)", "cycle": "ifnull(cycle, -1)",
+             "phase": _index_expression("phase", PHASES), "state": _index_expression("state", STATES),
+             "in_segment_ns": f"ifnull(in_segment_ns, {null})"}
     if not info.imported:
-        del taken["time"]
+        del selected["time"]
     if all(segment.prompt == "" for segment in info.segments):
-        del taken["in_segment_ns"]  # asked for nowhere else
-    expressions = [*taken.values(), *(f"ifnull({_quoted(name)}, {nothing})" for name in numbers)]
+        del selected["in_segment_ns"]  # used only with prompts
+    expressions = [*selected.values(), *(f"ifnull({_quote_name(name)}, {null})" for name in numbers)]
     rows = database.execute(f"SELECT {', '.join(expressions)} FROM sample WHERE slot >= ? ORDER BY slot", (first,))
     try:
         flat = np.fromiter(itertools.chain.from_iterable(rows), dtype=np.float64)
@@ -106,11 +109,11 @@ def _samples(database: sqlite3.Connection, info: RunInfo, first: int) -> tuple[l
         raise RecordError(f"a sample contains a value that is not a number: {error}") from None
     table = np.ascontiguousarray(flat.reshape(-1, len(expressions)).T)
     table[table == np.inf] = np.nan
-    return [*taken, *numbers], table
+    return [*selected, *numbers], table
 
 
-def record_of(database: sqlite3.Connection, first: int = 0) -> Record:
-    """Content of one open file from a slot on."""
+def read_part(database: sqlite3.Connection, first: int = 0) -> Record:
+    """Reads one open file from the slot `first` on."""
     info = read_info(database)
     names, table = _samples(database, info, first)
     column = dict(zip(names, table))
@@ -130,7 +133,8 @@ def record_of(database: sqlite3.Connection, first: int = 0) -> Record:
 
 
 def part_path(path: Path, part: int) -> Path:
-    """
+    """Returns the path of a file of the record: part 1 is the record itself, later parts are its continuations.
+
     >>> part_path(Path("ramp.db"), 2).name
     'ramp.2.db'
     """
@@ -146,19 +150,20 @@ def _continuation(database: sqlite3.Connection) -> Continuation | None:
                         str(found.get("continues_cause", "")))
 
 
-def _lost_with(continuation: Continuation, first: int) -> Gap:
-    return Gap(first, continuation.first - 1, f"lost with {continuation.before}: {continuation.cause}")
+def _lost_gap(continuation: Continuation, first: int) -> Gap:
+    return Gap(first, continuation.first - 1, f"lost with {continuation.previous}: {continuation.cause}")
 
 
 def _join(record: Record, part: Record, continuation: Continuation) -> None:
-    """What the part says from its first slot on counts; slots that neither has went with the file that failed."""
+    """Appends a continuation file. From its first slot on it replaces the record. Slots that neither contains were lost
+    with the previous file, and become a gap."""
     kept = int(np.searchsorted(record.slot, continuation.first))
     record.gaps = [gap for gap in record.gaps if gap.first < continuation.first]
     record.events = [event for event in record.events if event[0] < continuation.first]
     record.faults = [fault for fault in record.faults if fault[0] < continuation.first]
     last = max(int(record.slot[kept - 1]) if kept else -1, record.gaps[-1].last if record.gaps else -1)
     if last + 1 < continuation.first:
-        record.gaps.append(_lost_with(continuation, last + 1))
+        record.gaps.append(_lost_gap(continuation, last + 1))
     part.utc_ns = part.utc_ns + (part.info.started_utc_ns - record.info.started_utc_ns)
     for name in ("slot", "time_s", "utc_ns", "segment", "cycle", "phase", "state", "in_segment_ns"):
         setattr(record, name, np.concatenate([getattr(record, name)[:kept], getattr(part, name)]))
@@ -170,9 +175,9 @@ def _join(record: Record, part: Record, continuation: Continuation) -> None:
     record.finished = part.finished
 
 
-def _numbers_beside(path: Path) -> list[int]:
-    """The numbers of all files that have the name of a part of the record, whatever is missing in between; one of more
-    than 6 digits is a date, in the name of a record of its own."""
+def _part_numbers(path: Path) -> list[int]:
+    """Returns the numbers of all files that are named like a part of the record, with or without gaps. A number of more
+    than 6 digits is a date in the name of another record."""
     numbers = set()
     try:
         names = [entry.name for entry in path.parent.iterdir()]
@@ -187,38 +192,38 @@ def _numbers_beside(path: Path) -> list[int]:
     return sorted(numbers)
 
 
-def run_told_of(path: Path) -> str:
-    """Returns the run of the status file next to a record; empty if there is no file."""
+def run_id_from_status(path: Path) -> str:
+    """Returns the run ID from the status file next to a record, or "" if there is none."""
     try:
         return str(json.loads(Path(f"{path}.status").read_text(encoding="utf-8"))["id"])
     except (OSError, ValueError, LookupError, TypeError):
         return ""
 
 
-def _parts(path: Path) -> tuple[list[tuple[Path, Continuation | None]], RecordError | None]:
+def _find_parts(path: Path) -> tuple[list[tuple[Path, Continuation | None]], RecordError | None]:
     """Returns the files of a record in order, and the reason if its own file is not one of them."""
     parts: list[tuple[Path, Continuation | None]] = []
     lost = damaged = None
     try:
-        with opened(path) as database:
+        with open_database(path) as database:
             run_id = read_info(database).id
         parts.append((path, None))
     except BeingWritten:
         raise
     except RecordError as error:
         lost = error
-        run_id = run_told_of(path)
-    for number in _numbers_beside(path):
+        run_id = run_id_from_status(path)
+    for number in _part_numbers(path):
         name = part_path(path, number)
         try:
-            with opened(name) as database:
+            with open_database(name) as database:
                 continuation = _continuation(database)
                 events = database.execute("SELECT count(*) FROM event").fetchone()[0]
                 its_run = read_info(database).id
-        except NoRecord:  # somebody's file, or one whose writer died before it was a record
+        except NotARecord:  # unrelated, or its writer died before the schema was complete
             continue
         except RecordError as error:
-            if run_told_of(name) not in ("", run_id):  # a record of its own: no part has a status file
+            if run_id_from_status(name) not in ("", run_id):  # another record: parts have no status file
                 continue
             if isinstance(error, BeingWritten):
                 raise
@@ -228,7 +233,7 @@ def _parts(path: Path) -> tuple[list[tuple[Path, Continuation | None]], RecordEr
             continue
         run_id = its_run if not parts else run_id
         if its_run == run_id:
-            damaged = None  # the run went on from there
+            damaged = None  # the run continued in this file
             parts.append((name, continuation))
     if damaged is not None:
         raise damaged
@@ -237,18 +242,18 @@ def _parts(path: Path) -> tuple[list[tuple[Path, Continuation | None]], RecordEr
 
 
 def read_record(path: Path) -> Record:
-    """Everything, of all the files that the record consists of. One that others go on from, and that is not as it was
-    written, is passed over: what it held is in those after it, or is a gap. Raises `BeingWritten` or `RecordError`."""
-    parts, lost = _parts(path)
+    """Reads all files of a record. Skips a file that has a continuation and was changed after it was written; its rows
+    are then in the continuation, or become a gap. Raises `BeingWritten` or `RecordError`."""
+    parts, lost = _find_parts(path)
     if not parts:
         raise lost or RecordError(f"{path}: is not a record")
     record: Record | None = None
     for name, continuation in parts:
         try:
-            with opened(name) as database:
-                if name != parts[-1][0] and not is_as_written(database):
-                    continue  # one that others go on from must be as it was written
-                part = record_of(database)
+            with open_database(name) as database:
+                if name != parts[-1][0] and not is_intact(database):
+                    continue
+                part = read_part(database)
         except BeingWritten:
             raise
         except RecordError:
@@ -258,7 +263,7 @@ def read_record(path: Path) -> Record:
         if record is None:
             record = part
             if continuation is not None and continuation.first > 0:
-                record.gaps.insert(0, _lost_with(continuation, 0))
+                record.gaps.insert(0, _lost_gap(continuation, 0))
         elif continuation is not None:
             _join(record, part, continuation)
     assert record is not None

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A run as recorded: what `gyrotherm.open` returns."""
+"""A recorded run, as `gyrotherm.open` returns it."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .axis import AxisColumns, axis_columns, choose_axis
+from .axis import AxisColumns, choose_axis, make_axis_columns
 from .clusters import Clusters, make_clusters
-from .database import record_behind
+from .database import follow_links
 from .errors import RecordError
 from .folds import DEFAULT_BLOCKS, Rows, folds
 from .info import Axis, RunInfo
 from .record import EVENT_COLUMNS, FAULT_COLUMNS, Record, read_record
-from .table import Table, table_of, to_pandas, to_xarray
+from .table import Table, make_table, to_pandas, to_xarray
 
 if TYPE_CHECKING:
     import pandas
@@ -24,19 +24,19 @@ if TYPE_CHECKING:
 
 
 class Run:
-    """A run, read completely. The file is closed."""
+    """A recorded run. It is completely in memory, and the file is closed."""
 
     def __init__(self, path: str | os.PathLike[str], record: Record) -> None:
         self.path = Path(path)
-        self.record = record  #: raw, a row per sample
+        self.record = record  #: raw columns, one row per sample
         self._clusters: dict[tuple[str, str, float], Clusters] = {}
 
     def __repr__(self) -> str:
-        of = "SIMULATED run" if self.info.simulated else "run"
+        kind = "SIMULATED run" if self.info.simulated else "run"
         axes = ", ".join(axis.label for axis in self.axes)
         rows = self.record.slot.size
         span = f"{rows} rows over {self.record.time_s[-1] if rows else 0:.10g} s" if self.info.imported else f"{rows} s"
-        return f"<{of} of {self.info.profile_name}, {span}, {axes or 'no gyro'}>"
+        return f"<{kind} of {self.info.profile_name}, {span}, {axes or 'no gyro'}>"
 
     @property
     def info(self) -> RunInfo:
@@ -55,7 +55,7 @@ class Run:
 
     @property
     def events(self) -> pandas.DataFrame:
-        """Events in order: slot, time since the start, UTC, kind, …"""
+        """Returns the events in order: slot, time since the start, UTC, kind, …"""
         import pandas
 
         frame = pandas.DataFrame(self.record.events, columns=list(EVENT_COLUMNS))
@@ -65,14 +65,14 @@ class Run:
 
     @property
     def faults(self) -> pandas.DataFrame:
-        """Reasons of NaN values in samples: slot, channel, kind, where, what."""
+        """Returns the reasons for NaN values in samples: slot, channel, kind, where, what."""
         import pandas
 
         return pandas.DataFrame(self.record.faults, columns=list(FAULT_COLUMNS))
 
     @property
     def gaps(self) -> pandas.DataFrame:
-        """Slots without a sample, and the reason."""
+        """Returns the ranges of slots without a sample, and the cause of each."""
         import pandas
 
         rows = [(gap.first, gap.last, gap.cause) for gap in self.record.gaps]
@@ -80,7 +80,7 @@ class Run:
 
     @property
     def segments(self) -> pandas.DataFrame:
-        """The expanded profile, with the seconds that each segment has in the record."""
+        """Returns the segments of the expanded profile, with the number of samples of each in the record."""
         import pandas
 
         seconds = np.bincount(self.record.segment[self.record.segment >= 0], minlength=len(self.info.segments))
@@ -88,35 +88,36 @@ class Run:
         return pandas.DataFrame(rows)
 
     def _table(self, is_calibrated: bool) -> Table:
-        return table_of(self.record, is_calibrated)
+        return make_table(self.record, is_calibrated)
 
     def to_pandas(self, *, calibrated: bool = True) -> pandas.DataFrame:
-        """Every second from the start to the end, NaN in gaps; temperatures calibrated unless asked otherwise, bias in
-        °/h, raw counts beside it. Units are in `attrs["columns"]`."""
+        """Returns one row per second from the start to the end, NaN in gaps: temperatures (calibrated or raw), raw
+        counts, bias in °/h. Units are in `attrs["columns"]`."""
         return to_pandas(self._table(calibrated))
 
     def to_xarray(self, *, calibrated: bool = True) -> xarray.Dataset:
-        """The same as a Dataset, units in the attributes of each variable."""
+        """Returns the content of `to_pandas` as a Dataset. Units are in the attributes of each variable."""
         return to_xarray(self._table(calibrated))
 
     def axis(self, unit: str = "", axis: str = "") -> AxisColumns:
-        """One axis as a model sees it; names may be left out where there is one. A label like "u1.x" will do."""
+        """Returns the columns of one axis. A name may be omitted if there is only one. `unit` may be a label such as
+        "u1.x"."""
         try:
-            return axis_columns(self.record, choose_axis(self.info, unit, axis))
+            return make_axis_columns(self.record, choose_axis(self.info, unit, axis))
         except RecordError as error:
             raise RecordError(f"{self.path}: {error}") from None
 
     def inputs_each_second(self, unit: str = "", axis: str = "") -> pandas.DataFrame:
-        """The inputs of a model and "bias", on the grid of seconds: NaN in gaps."""
+        """Returns the possible model inputs and "bias", one row per second, NaN in gaps."""
         frame = self.axis(unit, axis).to_pandas()
         if self.info.imported:
-            raise RecordError(f"{self.path}: an imported record has rows at its own times; use its clusters")
+            raise RecordError(f"{self.path}: an imported record has no grid of seconds; use its clusters")
         return frame.reindex(np.arange(int(frame.index[-1]) + 1, dtype=np.float64)).rename_axis("time_s")
 
     def clusters(self, unit: str = "", axis: str = "", length_s: float = 100) -> Clusters:
-        """Means of one axis over 100 s for training and verification of models. Computed once."""
+        """Returns the means of one axis over `length_s`, for training and verifying models. The result is cached."""
         if not self.finished:
-            raise RecordError(f'{self.path}: the run has not finished; "gyrotherm resume" ends it')
+            raise RecordError(f'{self.path}: the run has not finished; complete it with "gyrotherm resume"')
         key, info = (unit, axis, length_s), self.info
         if key not in self._clusters:
             columns = self.axis(unit, axis)
@@ -129,12 +130,12 @@ class Run:
 
     def folds(self, by: str = "auto", *, unit: str = "", axis: str = "", blocks: int = DEFAULT_BLOCKS,
               guard_minutes: float | None = None) -> list[tuple[Rows, Rows]]:
-        """Rows of `clusters(unit, axis)` to learn from and held out, of each fold, as the program takes them."""
+        """Returns the training rows and held-out rows of `clusters(unit, axis)` for each fold, as the program does."""
         return folds(self.clusters(unit, axis), by, blocks=blocks, guard_minutes=guard_minutes)
 
 
 def open_run(path: str | os.PathLike[str]) -> Run:
-    """Reads a record, all files that it consists of. Raises `BeingWritten` while its run goes on: `follow` is for that.
-    Whether it is as it was written is for `gyrotherm status RUN.db --verify` to say."""
-    record = record_behind(path)
+    """Reads all files of a record. Raises `BeingWritten` while the run is active; use `follow` for such a run. Does not
+    verify the record; use `gyrotherm status RUN.db --verify`."""
+    record = follow_links(path)
     return Run(record, read_record(record))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Inputs of a model second by second, as `compensate` makes them: trailing means, their rates and lags."""
+"""Inputs of a model for each second, as in `compensate`: means over the last cluster length, with rates and lags."""
 
 from __future__ import annotations
 
@@ -13,9 +13,10 @@ from .terms import Factor, Term, evaluate
 
 
 def sliding_means(values: Numbers, length: int) -> Numbers:
-    """Means of the last `length` values, NaN before there are as many. A window is the rest of one block of `length`
-    and the beginning of the next, each summed anew: nothing is subtracted, so that nothing drifts and a NaN leaves.
+    """Returns the mean of the last `length` values at each position; NaN for the first positions.
 
+    A window consists of the end of one block of `length` values and the beginning of the next, and the sums of both are
+    computed separately. No value is ever subtracted, so rounding errors do not accumulate and a NaN does not persist.
     >>> sliding_means(np.array([1.0, 2.0, np.nan, 4.0, 5.0, 6.0]), 2).tolist()
     [nan, 1.5, nan, nan, 4.5, 5.5]
     """
@@ -23,15 +24,16 @@ def sliding_means(values: Numbers, length: int) -> Numbers:
     padded = np.full(blocks * length, np.nan)
     padded[:values.size] = values
     table = padded.reshape(blocks, length)
-    begun = np.cumsum(table, axis=1)
-    ends = np.zeros_like(table)  # of the block before, behind each place
-    ends[1:, :-1] = np.cumsum(table[:-1, :0:-1], axis=1)[:, ::-1]
-    ends[0, :-1] = np.nan
-    return ((begun + ends) / length).ravel()[:values.size]
+    head_sums = np.cumsum(table, axis=1)
+    tail_sums = np.zeros_like(table)  # of the previous block, after each position
+    tail_sums[1:, :-1] = np.cumsum(table[:-1, :0:-1], axis=1)[:, ::-1]
+    tail_sums[0, :-1] = np.nan
+    return ((head_sums + tail_sums) / length).ravel()[:values.size]
 
 
 def _lag_each_second(means: Numbers, length: int, time_constant_s: int) -> Numbers:
-    """Each second those of the means a cluster length apart that end with it: so many series beside each other."""
+    """Returns the lag at each second. Each second has a series of means one cluster length apart that ends with it;
+    `length` such series are computed side by side."""
     blocks = -(-means.size // length)
     padded = np.full(blocks * length, np.nan)
     padded[:means.size] = means
@@ -41,7 +43,7 @@ def _lag_each_second(means: Numbers, length: int, time_constant_s: int) -> Numbe
 
 
 def inputs_each_second(terms: Sequence[Term], columns: dict[str, Numbers], length_s: float) -> Numbers:
-    """The terms, seconds × terms, from temperatures in °C once a second."""
+    """Returns the values of terms, seconds × terms, from temperatures in °C, one row per second."""
     length = max(1, round(length_s))
     means = {name: sliding_means(values, length) for name, values in columns.items()}
     known: dict[Factor, Numbers] = {}
@@ -63,11 +65,10 @@ def inputs_each_second(terms: Sequence[Term], columns: dict[str, Numbers], lengt
     return np.column_stack(evaluate(terms, value_of))
 
 
-def led(predicted: Numbers, length: int) -> Numbers:
-    """Predictions of every second, extrapolated by half of `length` from those of `length` seconds before; as they are
-    where there is none.
-
-    >>> led(np.array([np.nan, 1.0, 2.0, 4.0]), 1).tolist()
+def apply_lead(predicted: Numbers, length: int) -> Numbers:
+    """Extrapolates the prediction of each second by `length`/2 seconds, along the line through the prediction of
+    `length` seconds before. Leaves a prediction unchanged if there is no earlier one.
+    >>> apply_lead(np.array([np.nan, 1.0, 2.0, 4.0]), 1).tolist()
     [nan, 1.0, 2.5, 5.0]
     """
     before = np.concatenate([np.full(min(length, predicted.size), np.nan), predicted[:-length]])[:predicted.size]

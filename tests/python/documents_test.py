@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The examples in the module's headers and in docs/python.md are correct."""
+"""The examples in the docstrings of the module and in docs/python.md are correct."""
 
 import doctest
 import importlib
@@ -8,14 +8,14 @@ import pkgutil
 import re
 import unittest
 
-from program import HERE, SOURCE, InAFolder, gyrotherm, record
+from program import HERE, SOURCE, FolderTest, gyrotherm, record
 
 import gyrotherm as module
 
 FLAGS = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
 
 
-class Documents(InAFolder):
+class Documents(FolderTest):
     def test_examples_of_the_module(self):
         attempted = 0
         for name in (found.name for found in pkgutil.iter_modules(module.__path__)):

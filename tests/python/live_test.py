@@ -1,34 +1,33 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A run is followed by its live copy: a link to an SQLite file in write-ahead mode that another connection still
-writes."""
+"""Follows a run through its live copy: a link to an SQLite file in write-ahead mode that another connection writes."""
 
 import shutil
 import sqlite3
 import unittest
 from unittest import mock
 
-from program import InAFolder, record
+from program import FolderTest, record
 
 import pandas as pd
 
 import gyrotherm as module
 from gyrotherm import live
-from gyrotherm.database import live_path, opened
+from gyrotherm.database import live_path, open_database
 from gyrotherm.errors import RecordError
 
 
-OF_ANOTHER = "f" * 32
+OTHER_RUN_ID = "f" * 32
 
 
-def be_of_another_run(path, connection=None):
-    """Turns a file into that of another run, by its writing connection or by one of its own."""
+def assign_other_run(path, connection=None):
+    """Changes the run ID in a file, through the given connection or a new one."""
     writer = connection or sqlite3.connect(path, isolation_level=None)
-    writer.execute("UPDATE meta SET value = ? WHERE key = 'id'", (OF_ANOTHER,))
+    writer.execute("UPDATE meta SET value = ? WHERE key = 'id'", (OTHER_RUN_ID,))
     if connection is None:
         writer.close()
 
 
-class Follow(InAFolder):
+class Follow(FolderTest):
     def setUp(self):
         whole = self.folder / "whole.db"
         if not whole.exists():
@@ -98,14 +97,14 @@ class Follow(InAFolder):
     def test_reopens_restarted_live_copy(self):
         steps = [lambda: None, self.close]
         looks = [RecordError("run.live.db: No such file or directory"), None]
-        with mock.patch.object(live, "opened", side_effect=lambda path: self.look(looks, path)):
+        with mock.patch.object(live, "open_database", side_effect=lambda path: self.look(looks, path)):
             pieces = list(module.follow(self.path, sleep=lambda seconds: steps.pop(0)()))
         self.assertEqual([len(piece) for piece in pieces], [3000, 6600])
 
     def look(self, looks, path):
         if looks and (trouble := looks.pop(0)) is not None:
             raise trouble
-        return opened(path)
+        return open_database(path)
 
     def test_follows_path_of_live_copy(self):
         steps = [lambda: self.advance(3000, 3099), self.close]
@@ -114,13 +113,13 @@ class Follow(InAFolder):
 
     def test_ignores_live_copy_of_another_run(self):
         shutil.copy(self.folder / "whole.db", self.path)
-        be_of_another_run(self.path)
+        assign_other_run(self.path)
         pieces = list(module.follow(self.path))
         self.assertEqual([len(piece) for piece in pieces], [9600])
 
     def test_ignores_live_copy_of_another_run_while_writing(self):
         shutil.copy(self.folder / "whole.db", self.path)
-        (self.folder / "run.db.status").write_text('{"id": "%s"}' % OF_ANOTHER, encoding="utf-8")
+        (self.folder / "run.db.status").write_text('{"id": "%s"}' % OTHER_RUN_ID, encoding="utf-8")
         writer = sqlite3.connect(self.path, isolation_level=None)
         writer.execute("BEGIN EXCLUSIVE")
         with self.assertRaises(module.BeingWritten):
@@ -128,7 +127,7 @@ class Follow(InAFolder):
         writer.close()
 
     def test_ends_when_another_run_replaces_copy(self):
-        seconds = module.follow(self.path, sleep=lambda seconds: be_of_another_run(self.live, self.writer))
+        seconds = module.follow(self.path, sleep=lambda seconds: assign_other_run(self.live, self.writer))
         self.assertEqual(len(next(seconds)), 3000)
         with self.assertRaises(RecordError):
             next(seconds)
@@ -136,7 +135,7 @@ class Follow(InAFolder):
     def test_ends_when_another_run_replaces_record(self):
         def replace(seconds):
             shutil.copy(self.folder / "whole.db", self.path)
-            be_of_another_run(self.path)
+            assign_other_run(self.path)
 
         seconds = module.follow(self.path, sleep=replace)
         self.assertEqual(len(next(seconds)), 3000)

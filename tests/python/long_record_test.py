@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A record of 102 h is a Dataset within 2 s of processor time."""
+"""A record of 102 h becomes a Dataset within 2 s of processor time."""
 
 import time
 import unittest
 
-from program import InAFolder, record
+from program import FolderTest, record
 
 import gyrotherm as module
 
@@ -29,7 +29,7 @@ time = "100 min"
 """ for to in (0, 20))
 
 
-class LongRecord(InAFolder):
+class LongRecord(FolderTest):
     def test_is_a_dataset_in_two_seconds(self):
         (self.folder / "long.toml").write_text(PROFILE, encoding="utf-8")
         path = record(self.folder / "long.db", profile=self.folder / "long.toml")

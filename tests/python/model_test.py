@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Predictions equal the program's, for each method and each kind of input, to 1e-12 of the bias' STD in training (less
-precisely if the function's weights add up to more than 1000: docs/files.md)."""
+"""Predictions equal the program's for each method and each kind of input, to 1e-12 of the bias' STD in training. The
+tolerance is larger if the sum of the function's weights exceeds 1000 (docs/files.md)."""
 
 import json
 import re
 import sqlite3
 import unittest
 
-from program import InAFolder, gyrotherm, record
+from program import FolderTest, gyrotherm, record
 
 import numpy as np
 import pandas as pd
@@ -45,16 +45,16 @@ def methods():
     return re.search(r"--method METHOD:\{([a-z,-]+)\}", gyrotherm("train", "--help"))[1].split(",")
 
 
-class Predictions(InAFolder):
+class Predictions(FolderTest):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
         cls.path = record(cls.folder / "run.db")
 
-    def predicted(self, model, path, *more):
+    def predicted(self, model, path, *options):
         """Returns the program's prediction for each second: raw bias minus the result of `export --compensated`."""
         out = model.with_suffix(".csv")
-        gyrotherm("export", path, "--compensated", "--model", model, "--out", out, "--force", "--unverified", *more)
+        gyrotherm("export", path, "--compensated", "--model", model, "--out", out, "--force", "--unverified", *options)
         table = pd.read_csv(out, comment="#", float_precision="round_trip", index_col="time [s]")
         table.index -= 1  # a second is sampled at its end
         return table["bias [°/h]"] - table["compensated [°/h]"]
@@ -66,7 +66,7 @@ class Predictions(InAFolder):
         np.testing.assert_array_equal(program.isna(), ours.isna())
         self.assertGreater(ours.notna().sum(), len(ours) / 2)
         self.assertLess((program - ours).abs().max(), allowed, file)
-        clusters = run.clusters()  # the last second of each represents its mean
+        clusters = run.clusters()  # the prediction at the last second of a cluster is for the mean of the cluster
         means = model.predict(clusters)
         inputs, time = model.inputs_of(run)
         seconds = pd.Series(model.predict_inputs(inputs), index=time)  # not extrapolated, unlike streamed means
@@ -98,7 +98,7 @@ class Predictions(InAFolder):
         self.agree(self.path, self.train(self.path, "terms", "--method", "linear", "--inputs", TERMS))
 
     def test_predicts_imported_record(self):
-        """Rows count by their own time: two per second, some missing."""
+        """The file has two rows per second, and some are missing."""
         rows = ["ms,T1,T2,rate"]
         for k in range(0, 8000):
             if not 3000 < k < 3450:
@@ -117,7 +117,7 @@ class Predictions(InAFolder):
         verified = json.loads(gyrotherm("verify", file, path, "--json"))["compensated"]
         self.assertEqual(verified["count"], residual.count)
         self.assertLess(abs(verified["rmse_deg_per_h"] - residual.rmse), 1e-12 * model.target_std_deg_per_h)
-        with self.assertRaisesRegex(module.RecordError, "own times"):
+        with self.assertRaisesRegex(module.RecordError, "no grid of seconds"):
             model.predict(run)
 
     def test_names_dead_thermometer(self):
@@ -131,7 +131,7 @@ class Predictions(InAFolder):
 
     def test_predicts_with_values_of_unit(self):
         mixed = record(self.folder / "mixed.db", rig="virtual-mixed")
-        database = sqlite3.connect(mixed)  # its own temperature is constant there
+        database = sqlite3.connect(mixed)  # the gyro's temperature is constant in this record
         database.execute('UPDATE sample SET "gyro.temperature" = round(A + 0.3 * B)')
         database.execute('UPDATE sample SET "gyro.acceleration_x" = slot % 977')
         database.execute("""UPDATE sample SET "gyro.temperature" = NULL WHERE slot BETWEEN 2050 AND 2060""")
@@ -147,20 +147,20 @@ class Predictions(InAFolder):
         for method, inputs in (("linear", "A,B"), ("gp", "A,B,A*B"), ("ls-svm", "A,A-B")):
             file = self.train(self.path, f"part-{method}", "--method", method, "--inputs", inputs, "--clusters", "0:60",
                               "--quick")
-            model, answers = module.load_model(file), {}
+            model, predictions = module.load_model(file), {}
             for outside in ("continue", "refuse", "extrapolate"):
-                program, answers[outside] = self.predicted(file, self.path, "--outside", outside), model.predict(run, outside)
-                np.testing.assert_array_equal(program.isna(), answers[outside].isna())
-                self.assertLess((program - answers[outside]).abs().max(),
+                program, predictions[outside] = self.predicted(file, self.path, "--outside", outside), model.predict(run, outside)
+                np.testing.assert_array_equal(program.isna(), predictions[outside].isna())
+                self.assertLess((program - predictions[outside]).abs().max(),
                                 model.rounding_deg_per_h + 1e-12 * model.target_std_deg_per_h, (method, outside))
-            same = np.array_equal(answers["continue"], answers["extrapolate"], equal_nan=True)
-            self.assertEqual(same, method == "linear", "a linear model is all plane")
+            same = np.array_equal(predictions["continue"], predictions["extrapolate"], equal_nan=True)
+            self.assertEqual(same, method == "linear", "a linear model has no part but the linear one")
             table = pd.read_csv(file.with_suffix(".csv"), comment="#", float_precision="round_trip")
             ours = model.expanded_uncertainty(run)
-            self.assertGreater(ours.max(), model.uncertainty().expanded_deg_per_h, "wider outside")
+            self.assertGreater(ours.max(), model.uncertainty().expanded_deg_per_h, "larger outside the trained range")
             self.assertLess((table.iloc[:, -1].to_numpy() - ours.to_numpy())[~np.isnan(ours)].__abs__().max(), 1e-12)
 
-    def test_takes_frames_and_datasets_with_row_per_second(self):
+    def test_predicts_from_frames_and_datasets(self):
         file = self.train(self.path, "frame", "--method", "linear", "--inputs", "A,A-B")
         run, model = module.open(self.path), module.load_model(file)
         for seconds in (run.to_pandas(), run.to_xarray()):
@@ -237,13 +237,13 @@ class Predictions(InAFolder):
         content = json.loads(file.read_text())
         content["terms"][1]["min"], content["terms"][1]["max"] = 50.0, -50.0
         file.write_text(json.dumps(content))
-        with self.assertRaisesRegex(module.ModelError, "max is less than"):
+        with self.assertRaisesRegex(module.ModelError, "the max of an input is less than its min"):
             module.load_model(file)
 
 
-class Folds(InAFolder):
+class Folds(FolderTest):
     def test_folds_equal_those_of_program(self):
-        """Least squares on these folds leave the program's held-out residual, cluster by cluster."""
+        """Least squares on these folds yields the program's held-out residual of each cluster."""
         path = record(self.folder / "run.db")
         run = module.open(path)
         for by in ("cycles", "blocks"):
@@ -264,7 +264,7 @@ class Folds(InAFolder):
         by_records = module.folds([clusters, clusters, clusters], "records")
         self.assertEqual([len(held_out) for _, held_out in by_records], [96] * 3)
         self.assertEqual([len(training) for training, _ in by_records], [192] * 3)
-        with self.assertRaisesRegex(module.RecordError, "one of another"):
+        with self.assertRaisesRegex(module.RecordError, "a record of another"):
             module.folds([clusters, clusters], "programs")
         self.assertEqual(len(module.folds([clusters, clusters], "cycles")), 4)
 

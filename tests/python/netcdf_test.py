@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A record as NetCDF, and its views, have the record's content: read by netCDF4, h5py, xarray and plain sqlite3."""
+"""NetCDF exports and SQL views have the content of the record, as read by netCDF4, h5py, xarray and plain sqlite3."""
 
 import shutil
 import sqlite3
 import unittest
 
-from program import InAFolder, gyrotherm, need, record
+from program import FolderTest, gyrotherm, need, record
 
 need("netCDF4", "h5py")
 import h5py
@@ -21,7 +21,7 @@ def exported(path, out, *words):
     return out
 
 
-class Netcdf(InAFolder):
+class Netcdf(FolderTest):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
@@ -113,7 +113,7 @@ class Netcdf(InAFolder):
     def test_means_in_gap_are_on_grid(self):
         path = self.folder / "cut.db"
         shutil.copy(self.path, path)
-        with sqlite3.connect(path) as database:  # 1010 … 1014 begins in the gap, another gap follows
+        with sqlite3.connect(path) as database:  # the group 1010 … 1014 begins in the gap; another gap follows
             database.execute("DELETE FROM sample WHERE slot BETWEEN 1010 AND 1012 OR slot BETWEEN 1015 AND 1024")
             database.execute("INSERT INTO gap VALUES(1010, 1012, 'tested', 0), (1015, 1024, 'tested', 0)")
         with netCDF4.Dataset(exported(path, self.folder / "cut.nc", "--every", "5 s")) as found:
@@ -139,7 +139,7 @@ class Netcdf(InAFolder):
         self.assertEqual(set(turned[~np.isnan(turned)]), {0, 1})
         self.assertNotIn("turned", netCDF4.Dataset(self.file).variables)
 
-    def test_text_table_takes_same_options(self):
+    def test_text_table_accepts_same_options(self):
         gyrotherm("export", self.path, "--out", self.folder / "part.csv", "--unverified", "--every", "1 min")
         import pandas
 
@@ -165,7 +165,7 @@ scale = 1
 """
 
 
-class Import(InAFolder):
+class Import(FolderTest):
     """NetCDF of other programs, packed as CF allows."""
 
     @classmethod
@@ -190,7 +190,7 @@ class Import(InAFolder):
         gyrotherm("import", self.file, "--map", self.folder / "map.toml", "--out", path)
         return path
 
-    def test_has_its_values_in_utc(self):
+    def test_imports_values_and_utc(self):
         path = self.imported()
         run = module.open(path)
         self.assertEqual(repr(run), "<run of foreign.nc, 40000 rows over 39999 s, gyro>")
@@ -219,7 +219,7 @@ class Import(InAFolder):
         np.testing.assert_array_equal(back["utc"], there["utc"])
 
 
-class OfOthers(InAFolder):
+class ForeignFiles(FolderTest):
     """Times and missing values in files of other programs."""
 
     def made(self, times, units, kind="f8", calendar="", temperatures=None, temperature_kind="f4", **attributes):
@@ -253,7 +253,7 @@ class OfOthers(InAFolder):
     def utcs(self, *arguments, **words):
         return [str(utc) for utc in self.imported(self.made(*arguments, **words))["utc"]]
 
-    def test_nanoseconds_since_1970_keep_each(self):
+    def test_keeps_each_nanosecond_since_1970(self):
         first = 1767225600_000000000
         for kind in ("i8", "u8"):
             frame = self.imported(self.made([first, first + 1_000_000, first + 10_000_000, first + 20_000_100],
@@ -280,14 +280,14 @@ class OfOthers(InAFolder):
     def test_reads_days_before_calendar_reform_like_others(self):
         for calendar in ("standard", "gregorian", "proleptic_gregorian"):
             units = "days since 0001-01-01"
-            said = netCDF4.num2date(739000.25, units, calendar)
-            self.assertEqual(self.utcs([739000.25], units, calendar=calendar), [f"{said}+00:00"], calendar)
+            expected = netCDF4.num2date(739000.25, units, calendar)
+            self.assertEqual(self.utcs([739000.25], units, calendar=calendar), [f"{expected}+00:00"], calendar)
 
     def test_explains_invalid_units_of_time(self):
-        for units, said in (("fortnights since 2026-03-01", '"fortnights" is not a unit of time'),
-                            ("seconds since the start", '"the start" is not a time'),
-                            ("seconds since 2026-02-30", '"2026-02-30" is not a time')):
-            with self.assertRaisesRegex(AssertionError, said):
+        for units, message in (("fortnights since 2026-03-01", '"fortnights" is not a unit of time'),
+                               ("seconds since the start", '"the start" is not a time'),
+                               ("seconds since 2026-02-30", '"2026-02-30" is not a time')):
+            with self.assertRaisesRegex(AssertionError, message):
                 self.imported(self.made([0], units))
 
     def test_ignores_fill_values(self):
@@ -315,8 +315,8 @@ class OfOthers(InAFolder):
         with self.assertRaisesRegex(AssertionError, 'the attribute missing_value of "T" is not a number'):
             self.imported(self.made([0], "s", missing_value="-999"))
 
-    def with_time(self, **attributes):
-        """Returns the file with the given attributes of its time. A function is called with variable and name."""
+    def file_with_time_attributes(self, **attributes):
+        """Returns a file whose time has the given attributes. A function is called with the variable and the name."""
         path = self.made([0], "s")
         with netCDF4.Dataset(path, "a") as made:
             for name, value in attributes.items():
@@ -331,16 +331,16 @@ class OfOthers(InAFolder):
             return lambda variable, name: variable.setncattr_string(name, text)
 
         units = "days since 2026-03-01 12:00:00"
-        frame = self.imported(self.with_time(units=string(units), calendar=string("standard")))
+        frame = self.imported(self.file_with_time_attributes(units=string(units), calendar=string("standard")))
         self.assertEqual(str(frame["utc"].iloc[0]), "2026-03-01 12:00:00+00:00")
         for calendar in ("noleap", string("noleap")):
             with self.assertRaisesRegex(AssertionError, 'has the calendar "noleap"'):
-                self.imported(self.with_time(units=units, calendar=calendar))
+                self.imported(self.file_with_time_attributes(units=units, calendar=calendar))
 
     def test_refuses_units_and_calendar_that_are_not_text(self):
         for name, value in (("units", 1), ("calendar", np.array([1.0, 2.0])), ("calendar", ["standard", "noleap"])):
             with self.assertRaisesRegex(AssertionError, f'the attribute {name} of "time" is not a text'):
-                self.imported(self.with_time(**{name: value}))
+                self.imported(self.file_with_time_attributes(**{name: value}))
 
     def test_refuses_scale_that_is_not_a_number(self):
         for name, value in (("scale_factor", np.array([0.01, 0.02])), ("add_offset", "20")):
@@ -348,8 +348,8 @@ class OfOthers(InAFolder):
                 self.imported(self.made([0], "s", **{name: value}))
 
 
-class Names(InAFolder):
-    """Names in a record that NetCDF and CF do not allow."""
+class Names(FolderTest):
+    """Names that a record may contain, but NetCDF and CF do not permit."""
 
     def exported(self, header, rows, thermometers, time='column = "t"\nunit = "s"'):
         columns = "".join(f'[[thermometer]]\nname = "{name}"\ncolumn = "{column}"\n' for name, column in thermometers)
@@ -385,7 +385,7 @@ class Names(InAFolder):
             self.assertEqual(found["time"].standard_name, "time")
 
 
-class Views(InAFolder):
+class Views(FolderTest):
     def test_plain_sql_reads_same_values(self):
         path = record(self.folder / "run.db")
         frame = module.open(path).to_pandas()
@@ -406,7 +406,7 @@ class Views(InAFolder):
         self.assertTrue(set(channels) <= set(names))
 
 
-class Gnuplot(InAFolder):
+class Gnuplot(FolderTest):
     def test_breaks_lines_at_gaps(self):
         path = record(self.folder / "gap.db")
         with sqlite3.connect(path) as database:
@@ -425,16 +425,16 @@ class Gnuplot(InAFolder):
         script = (self.folder / "run.gp").read_text()
         self.assertIn("title 'SIMULATED: ", script)
         self.assertEqual(script.count("with lines"), 2 + 9 + 1)
-        self.assert_draws("run")
+        self.check_drawing("run")
 
     def test_draws_temperatures_of_silent_gyro(self):
         path = record(self.folder / "silent.db")
         with sqlite3.connect(path) as database:
             database.execute("UPDATE sample SET pulses = NULL, interval_ns = NULL")
         gyrotherm("export", path, "--as", "gnuplot", "--out", self.folder / "silent.gp", "--unverified")
-        self.assert_draws("silent")
+        self.check_drawing("silent")
 
-    def assert_draws(self, name):
+    def check_drawing(self, name):
         if not shutil.which("gnuplot"):
             return
         import subprocess

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The notebooks run from beginning to end, on records that the program makes, and are stored without outputs."""
+"""The notebooks run completely on records that the program makes, and are stored without outputs."""
 
 import os
 import unittest
 
-from program import HERE, SOURCE, InAFolder, gyrotherm, need, record
+from program import HERE, SOURCE, FolderTest, gyrotherm, need, record
 
 need("matplotlib", "sklearn", "nbconvert", "nbformat", "ipykernel")
 
@@ -14,7 +14,7 @@ from nbconvert.preprocessors import ExecutePreprocessor  # noqa: E402
 NOTEBOOKS = SOURCE / "python" / "notebooks"
 
 
-class Notebooks(InAFolder):
+class Notebooks(FolderTest):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()

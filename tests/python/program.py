@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Common part of the tests of python/: the program, and records that it makes. The program's path is the first
+"""Common functions of the tests of python/: run the program and make records. The program's path is the first
 argument."""
 
 import importlib
@@ -15,7 +15,7 @@ SKIPPED = 77
 SOURCE = Path(__file__).resolve().parents[2]
 HERE = Path(__file__).resolve().parent
 sys.dont_write_bytecode = True
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small matrices: more threads only wait
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # more threads are slower for small matrices
 sys.path.insert(0, str(SOURCE / "python"))
 
 
@@ -25,7 +25,7 @@ def need(*modules):
         try:
             importlib.import_module(module)
         except ImportError as error:
-            print(f"skipped: {error}; needed are {', '.join(modules)}")
+            print(f"skipped: {error}; this test requires {', '.join(modules)}")
             sys.exit(SKIPPED)
 
 
@@ -52,7 +52,7 @@ _folder_of_masters = tempfile.TemporaryDirectory(prefix="gyrotherm-python-")
 
 
 def record(path, rig="virtual", profile=HERE / "two_cycles.toml"):
-    """Makes the record of a profile at the path, by default one of two short cycles. Each is run once."""
+    """Makes the record of a profile at the path, by default of two short cycles. Each profile is run only once."""
     if (rig, profile) not in _masters:
         master = Path(_folder_of_masters.name) / f"{len(_masters)}.db"
         gyrotherm("run", profile, "--rig", f"profiles/rigs/{rig}.toml", "--out", master, "--quiet")
@@ -61,8 +61,8 @@ def record(path, rig="virtual", profile=HERE / "two_cycles.toml"):
     return path
 
 
-class InAFolder(unittest.TestCase):
-    """Tests that share a folder of their class, and check that reading leaves no file in it."""
+class FolderTest(unittest.TestCase):
+    """Tests of a class that share a temporary folder."""
 
     @classmethod
     def setUpClass(cls):

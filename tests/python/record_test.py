@@ -10,7 +10,7 @@ import time
 import unittest
 from pathlib import Path
 
-from program import SOURCE, InAFolder, gyrotherm, record, start
+from program import SOURCE, FolderTest, gyrotherm, record, start
 
 import numpy as np
 import pandas as pd
@@ -25,7 +25,7 @@ def exported(path, out):
     return pd.read_csv(out, comment="#", float_precision="round_trip")
 
 
-class Record(InAFolder):
+class Record(FolderTest):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
@@ -90,7 +90,7 @@ class Record(InAFolder):
         np.testing.assert_allclose(frame["B"], 0.5 + 1.01 * raw["B"] - 0.0001 * raw["B"] ** 2, rtol=1e-15)
         self.assertEqual(run.to_xarray()["A"].attrs["calibration"], "applied")
 
-    def test_start_is_that_of_first_second(self):
+    def test_run_starts_at_first_second(self):
         copy = self.folder / "real.db"
         shutil.copy(self.path, copy)
         described = module.open(copy).info.started_utc_ns
@@ -127,7 +127,7 @@ class Record(InAFolder):
         self.assertTrue(np.isnan(rates[1100.0]) and np.isfinite(rates[1200.0]))
 
 
-class Turned(InAFolder):
+class Turned(FolderTest):
     def test_earth_rate_changes_sign_after_turn(self):
         text = (SOURCE / "profiles/two-position.toml").read_text(encoding="utf-8")
         profile = self.folder / "turned.toml"
@@ -142,7 +142,7 @@ class Turned(InAFolder):
         np.testing.assert_array_equal(table["bias [°/h]"], frame["bias_deg_per_h"].to_numpy())
 
 
-class UnknownEarthRate(InAFolder):
+class UnknownEarthRate(FolderTest):
     def test_removes_mean_of_first_hold(self):
         path = record(self.folder / "run.db")
         database = sqlite3.connect(path)
@@ -154,7 +154,7 @@ class UnknownEarthRate(InAFolder):
         self.assertLess(abs(axis.bias_deg_per_h[:1200].mean()), 1e-12)
 
 
-class Lot(InAFolder):
+class Lot(FolderTest):
     def test_requires_name_of_axis(self):
         run = module.open(record(self.folder / "run.db", rig="virtual-tetrad"))
         labels = [axis.label for axis in run.axes]
@@ -166,15 +166,15 @@ class Lot(InAFolder):
             self.assertEqual(run.to_xarray()[f"{label}.bias_deg_per_h"].attrs["input_axis"], label)
 
 
-def wait_for(what, seconds=60.0):
+def wait_until(condition, seconds=60.0):
     end = time.monotonic() + seconds
-    while not what():
+    while not condition():
         if time.monotonic() > end:
-            raise AssertionError("waited in vain")
+            raise AssertionError(f"condition not met within {seconds:g} s")
         time.sleep(0.01)
 
 
-class Running(InAFolder):
+class Running(FolderTest):
     """A run that is read while it is written, and after it was killed."""
 
     def begin(self, name):
@@ -183,10 +183,10 @@ class Running(InAFolder):
                         "--json", out=printed)
         self.addCleanup(process.wait)
         self.addCleanup(process.kill)
-        wait_for(lambda: "acknowledged" in printed.read_text())
+        wait_until(lambda: "acknowledged" in printed.read_text())
         return path, process
 
-    def test_ignores_neighbours_that_are_not_parts(self):
+    def test_ignores_files_named_like_parts(self):
         path = record(self.folder / "alone.db")
         beside = self.folder / "alone.2.db"
         for content in (b"", b"no record", None):
@@ -202,7 +202,7 @@ class Running(InAFolder):
         path = Path(os.fsdecode(os.fsencode(self.folder) + b"/r\xe9 %?.db"))
         self.assertEqual(len(module.open(record(path)).to_pandas()), 9600)
 
-    def test_is_refused_while_written_and_read_after_a_kill(self):
+    def test_refuses_active_run_and_reads_killed_run(self):
         path, process = self.begin("killed.db")
         with self.assertRaisesRegex(module.BeingWritten, "is being written by another program"):
             module.open(path)
@@ -221,11 +221,11 @@ class Running(InAFolder):
                                       run.to_pandas(calibrated=False)["A"].to_numpy())
 
 
-class Parts(InAFolder):
-    """A record in two files, made of one: after a disk error the program continues in a second file."""
+class Parts(FolderTest):
+    """A record in two files, as after a disk error. The tests split the record of an undisturbed run."""
 
-    def in_two_files(self, whole, name, set_by_ns=0):
-        """The second file begins after the wall clock was set forward."""
+    def split_record(self, whole, name, clock_step_ns=0):
+        """Splits a record. `clock_step_ns` is a step of the wall clock at the beginning of the second file."""
         first, second = self.folder / f"{name}.db", self.folder / f"{name}.2.db"
         shutil.copy(whole, first)
         shutil.copy(whole, second)
@@ -240,7 +240,7 @@ class Parts(InAFolder):
         database = sqlite3.connect(second)
         database.execute("DELETE FROM sample WHERE slot < 4900")
         database.execute("DELETE FROM event WHERE slot < 4900")
-        database.execute("UPDATE sample SET utc_ns = utc_ns + ?", (set_by_ns,))
+        database.execute("UPDATE sample SET utc_ns = utc_ns + ?", (clock_step_ns,))
         database.executemany("INSERT INTO meta VALUES(?, ?)", [("part", 2), ("continues", first.name),
                                                                ("continues_from", 4900), ("continues_cause", "tested")])
         database.commit()
@@ -248,7 +248,7 @@ class Parts(InAFolder):
         return first
 
     def test_report_names_each_file(self):
-        path = self.in_two_files(record(self.folder / "whole.db"), "reported")
+        path = self.split_record(record(self.folder / "whole.db"), "reported")
         gyrotherm("report", path, "--unverified", "--out", self.folder / "report")
         files = json.loads((self.folder / "report" / "calibration.json").read_text())["files"]
         self.assertEqual([(file["role"], file["name"], file["sha256"]) for file in files[:2]],
@@ -256,11 +256,11 @@ class Parts(InAFolder):
                           for role, name in (("record", "reported.db"), ("record_part", "reported.2.db"))])
 
     @staticmethod
-    def chain_anew(database):
+    def rebuild_chain(database):
         head = chain.description_head(database)
         database.execute("UPDATE meta SET value = ? WHERE key = 'chain_start'", (head.hex(),))
-        for table, row in list(chain._in_order(database)):
-            head = chain.link(head, table, row[:-1])
+        for table, row in list(chain.rows_in_order(database)):
+            head = chain.next_head(head, table, row[:-1])
             key = {"sample": "slot", "gap": "first"}.get(table, "id")
             database.execute(f"UPDATE {table} SET chain = ? WHERE {key} = ?",
                              (int.from_bytes(head[:8], "little", signed=True), row[0]))
@@ -269,17 +269,17 @@ class Parts(InAFolder):
         whole = record(self.folder / "virtual.db")
         database = sqlite3.connect(whole)
         database.execute("UPDATE meta SET value = 0 WHERE key = 'simulated'")
-        self.chain_anew(database)
+        self.rebuild_chain(database)
         database.commit()
         database.close()
-        run = module.open(self.in_two_files(whole, "set", set_by_ns=10_000_000_000))
+        run = module.open(self.split_record(whole, "set", clock_step_ns=10_000_000_000))
         self.assertTrue(run.gaps.empty)
         expected = module.open(whole).to_pandas()["utc"] + pd.to_timedelta(10 * (np.arange(9600) >= 4900), unit="s")
         np.testing.assert_array_equal(run.to_pandas()["utc"], expected)
 
-    def test_second_file_counts_from_its_first_slot(self):
+    def test_second_file_replaces_rows_from_its_first_slot(self):
         whole = record(self.folder / "whole.db")
-        first = self.in_two_files(whole, "run")
+        first = self.split_record(whole, "run")
         run = module.open(first)
         self.assertTrue(run.finished)
         self.assertTrue(run.gaps.empty)
@@ -299,7 +299,7 @@ class Parts(InAFolder):
         self.assertEqual(len(run.to_pandas()), 9600)
 
     def test_missing_middle_file_is_gap(self):
-        first = self.in_two_files(record(self.folder / "long.db"), "hole")
+        first = self.split_record(record(self.folder / "long.db"), "hole")
         third = (self.folder / "hole.2.db").rename(self.folder / "hole.3.db")
         database = sqlite3.connect(third)
         database.executemany("UPDATE meta SET value = ? WHERE key = ?",

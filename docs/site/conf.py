@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Sphinx' settings of the manual's site. make.py puts the pages together and calls Sphinx."""
+"""Sphinx settings for the site of the manual. make.py assembles the pages and calls Sphinx."""
 
 import re
 
@@ -29,7 +29,7 @@ _NAMED = re.compile(r"^docs/((?:[\w-]+/)*[\w-]+)\.md$")
 
 
 class NamedPages(SphinxTransform):
-    """`docs/files.md` in code font, as sources and messages write it, is a link to that page on the site."""
+    """Turns paths of pages in code font, such as `docs/files.md`, into links to these pages."""
 
     default_priority = 210
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Makes JSON schemas (draft 07) of the files that people write, from the same data as docs/reference/keys.md.
+"""Makes JSON schemas (draft 07) of user-written files, from the same data as docs/reference/keys.md.
 
 A schema is at most as strict as the program: it accepts each file that the program accepts. It does not compare values
 of different keys and does not read other files."""
@@ -134,8 +134,8 @@ _PUBLISHED = {
 }  # fmt: skip
 
 
-def bounds_of(text: str) -> dict:
-    """Returns the bounds of numbers in a range. Parts that name another key, and words, have none."""
+def parse_bounds(text: str) -> dict:
+    """Returns the numeric bounds in the description of a range. Ignores words and parts that refer to another key."""
     bounds: dict = {}
     for part in re.split(r"[,;] ", text):
         number = r"(-?[\d.]+(?:e\d+)?)"
@@ -159,8 +159,8 @@ def _number(text: str) -> int | float:
     return int(value) if value.is_integer() else value
 
 
-def _count_of(text: str) -> dict:
-    """Returns the bounds of a list's length."""
+def _parse_count(text: str) -> dict:
+    """Returns the bounds on the length of a list from its description."""
     if found := re.fullmatch(r"0 or (\d+)", text):
         exact = int(found[1])
         return {"anyOf": [{"maxItems": 0}, {"minItems": exact, "maxItems": exact}]}
@@ -172,7 +172,7 @@ def _count_of(text: str) -> dict:
 
 
 def _add_bounds(form: dict, bounds: dict) -> None:
-    """Adds bounds to the numbers of a schema, in lists and alternatives, too."""
+    """Adds bounds to all numbers of a schema, including those in lists and alternatives."""
     types = form.get("type", ())
     if {"number", "integer"} & ({types} if isinstance(types, str) else set(types)):
         form.update(bounds)
@@ -189,15 +189,15 @@ def _description(key: Key) -> str:
 
 
 def value_schema(key: Key) -> dict:
-    """Returns the schema of a value that is not a table."""
+    """Returns the schema of a key whose value is not a table."""
     if key.kind.startswith("one of "):
         form: dict = {"enum": re.findall(r"`([^`]+)`", key.kind)}
     else:
         form = deepcopy(_FORMS[key.kind])
     if constant := re.fullmatch(r'`"(gyrotherm-[\w-]+/\d+)"`', key.meaning.range):
         form = {"const": constant[1]}
-    _add_bounds(form, bounds_of(key.range))
-    form |= _count_of(key.meaning.count)
+    _add_bounds(form, parse_bounds(key.range))
+    form |= _parse_count(key.meaning.count)
     if key.meaning.pattern:
         form["pattern"] = key.meaning.pattern
     literal = re.fullmatch(r"`([\"\[\d][^`]*)`", key.meaning.default or f"`{key.default}`")
@@ -245,7 +245,7 @@ class _Maker:
         return {"description": _description(key)} | form
 
     def _object(self, table: str) -> dict:
-        """Returns the schema of a table; its kinds are conditions."""
+        """Returns the schema of a table. Each kind of the table becomes a condition."""
         own = self._tables[table]
         form = {
             "type": "object",
@@ -261,7 +261,7 @@ class _Maker:
         return form
 
     def _add_cases(self, form: dict, choice: Choice) -> None:
-        """Adds the keys of each kind, and conditions under which they are accepted and required."""
+        """Adds the keys of each kind, and the conditions under which each is accepted or required."""
         properties = form["properties"]
         common = set(properties) - {name for case in choice.cases.values() for name in case.keys}
         of_case: dict[str, dict[str, dict]] = {}
@@ -291,12 +291,12 @@ class _Maker:
             rules = deepcopy(case.rules)
             then["properties"] |= rules.pop("properties", {})
             if value in _BIASES:
-                then["properties"]["bias"] = self._bias_of(_BIASES[value])
+                then["properties"]["bias"] = self._bias_conditions(_BIASES[value])
             form["allOf"].append({"if": condition, "then": {k: v for k, v in (then | rules).items() if v}})
 
     def _segment(self) -> dict:
         if "segment" not in self._definitions:
-            self._definitions["segment"] = {}  # its own kind "repeat" refers to it
+            self._definitions["segment"] = {}  # the kind "repeat" refers to it
             self._definitions["segment"].update(self._object("[segment]"))
         return {"$ref": "#/definitions/segment"}
 
@@ -311,7 +311,7 @@ class _Maker:
         return {"allOf": [{"$ref": "#/definitions/accept"}]}
 
     def _policy(self) -> dict:
-        """Reads the interlocks, their default reactions and the unchangeable ones in their table."""
+        """Returns the schema of [policy]. Reads the interlocks and their default reactions from the C++ source."""
         text = (keys.SOURCE / "sequencer/interlocks/interlocks.cpp").read_text(encoding="utf-8")
         rows = re.findall(r'\.name = "(\w+)", \.usual = Reaction::(\w+)(, \.choosable = false)?', text)
         reactions = ["warn", "suspend", "hold", "abort"]
@@ -345,7 +345,7 @@ class _Maker:
         return {"type": "object"}
 
     def _virtual_bias(self) -> dict:
-        """Returns the keys of both bodies. _bias_of has the conditions of each."""
+        """Returns the keys of both bodies. _bias_conditions has the conditions of each."""
         properties: dict[str, dict] = {}
         for body, table in _BIASES.items():
             for name, form in self._object(table)["properties"].items():
@@ -354,8 +354,8 @@ class _Maker:
                 properties[name] = form | {"description": f"{before}\n\n{text}".lstrip()}
         return {"type": "object", "properties": properties, "additionalProperties": False}
 
-    def _bias_of(self, table: str) -> dict:
-        """Returns the required keys of a body's bias, and refuses those of the other body."""
+    def _bias_conditions(self, table: str) -> dict:
+        """Returns the conditions of one body: its required keys. Keys of the other body are refused."""
         own = {key.name for key in self._tables[table]}
         others = [key.name for other in _BIASES.values() for key in self._tables[other] if key.name not in own]
         required = [key.name for key in self._tables[table] if key.is_required]
@@ -363,7 +363,7 @@ class _Maker:
 
 
 def schemas() -> dict[str, dict]:
-    """Returns kind of file → its schema. The schema of a rig contains [virtual]."""
+    """Returns kind of file → schema. The schema of a rig includes [virtual]."""
     made = {}
     for name in keys.FILES:
         if name == "virtual":
@@ -374,7 +374,7 @@ def schemas() -> dict[str, dict]:
 
 
 def schema_texts() -> dict[str, str]:
-    """Returns name of a file in docs/reference/schemas → its text."""
+    """Returns file name in docs/reference/schemas → content."""
     return {
         f"{name}.schema.json": json.dumps(schema, indent=1, ensure_ascii=False) + "\n"
         for name, schema in schemas().items()

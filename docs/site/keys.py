@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Writes docs/reference/keys.md: every key of the files that people write.
+"""Writes docs/reference/keys.md, the list of all keys of user-written files.
 
 The functions that read the files state which keys exist, the kind of each value, whether a key is required and most
 defaults. This program reads them in the C++ sources. docs/site/key_meanings describes each key: its meaning, and the
@@ -104,7 +104,7 @@ VIRTUAL = {
         "read_links:conduction": ["[virtual.network.conduction]"], "read_bias": [f"{_BIAS} reference"],
     },
 }  # fmt: skip
-# Reads laboratory files and orders, in part with the same functions.
+# This source reads laboratory files and orders, partly with the same functions.
 _ORDER = "report/order.cpp"
 LABORATORY = {
     _ORDER: {
@@ -156,22 +156,22 @@ _KINDS = {
     "check_safe_set_point": None, "expect_set_point": None, "format": None, "failure": None, "find_node": None,
     "has_role": None,
 }  # fmt: skip
-# Reading functions that accept a missing key.
-_LEFT_OUT = {
+# Reading functions for which the key is optional.
+_OPTIONAL_READERS = {
     "read_limit_if_any", "read_time_if_any", "read_temperature_if_any", "read_rate_if_any", "read_uncertainty",
     "read_axis_uncertainty", "read_positive_number", "read_day", "day", "one_of_or_default", "read_link_keyword", "read_either", "texts", "numbers", "rates",
     "read_rates", "read_channel_names", "read_choice", "tables", "read_range", "ignore", "table texts",
 }  # fmt: skip
 _DEFAULTS = {"each_or_none": "0"}
-# Table → keys that are required under a condition. The line that reads them does not show it.
-_DEPENDS = {
+# Table → keys that are required under a condition which is not visible in the line that reads them.
+_CONDITIONALLY_REQUIRED = {
     "[thermometer]": {"line"}, "thermometer.sensor": {"a", "b", "c", "offset", "scale"},
     "[gyro]": {"line", "latitude", "shares_line_with"}, "[gyro.axis]": {"latitude"},
     "virtual": {"thermal", "network"}, "virtual.spread": {"capacity", "film"}, "[virtual.unit.axis]": {"name"},
     "notify.mail": {"password_file"},
 }  # fmt: skip
 # Table → keys that a later check requires.
-_NEEDED = {
+_REQUIRED_LATER = {
     "": {"thermometer", "gyro", "segment", "folders"}, "[segment] repeat": {"segment"}, "[thermometer]": {"channels"},
     "[thermometer] process": {"command"}, "[analogue_input]": {"channel"}, "virtual.network": {"nodes"},
     "[virtual.unit]": {"axis"}, "[virtual.bracket]": {"units"}, "[influence]": {"name"},
@@ -180,7 +180,7 @@ _FUNCTION = re.compile(
     r"^(?:  )?(?:static |\[\[nodiscard\]\] |constexpr )*[\w:<>,&* ]+?[ &*](\w+)\((?:[^;]*|[^;]*\) (?:const )?\{.*\})$"
 )
 # Reading function → number of arguments after the key that are not the default.
-_BOUNDS = {
+_ARGUMENTS_BEFORE_DEFAULT = {
     "choice": 1, "expect": 1, "read_bounded": 1, "each": 1, "each_or_none": 1, "table numbers": 2, "whole": 2,
     "read_named": 3, "read_either": 2,
 }  # fmt: skip
@@ -197,7 +197,7 @@ _UNITS = [
     ("arcsec_per_pulse", "arcsec"), ("_arcmin", "′"), ("_ohm", "Ω"), ("_ppm", "ppm"), ("_deg", "°"), ("_hz", "Hz"),
     ("_gb", "GB"), ("_k", "K"), ("_s", "s"), ("_w", "W"),
 ]  # fmt: skip
-# Kind → its name on the page, the unit of its numbers, and the bounds that the reading function keeps.
+# Kind → its name on the page, the unit of its numbers, and the bounds that the reading function enforces.
 _FORMS = {
     "a text": ("text", "", ""), "a list of texts": ("list of texts", "", ""), "a number": ("number", "", ""),
     "a list of numbers": ("list of numbers", "", ""), "a whole number": ("whole number", "", ""),
@@ -214,7 +214,7 @@ _FORMS = {
     "a text, or one for each of `en` and `de`": ("text, or table of `en` and `de`", "", ""),
 }  # fmt: skip
 _CHRONO = {"milliseconds": "ms", "seconds": "s", "minutes": "min", "hours": "h"}
-_LONGEST_MEANING = 120
+_MAX_MEANING_LENGTH = 120
 
 
 @dataclass
@@ -323,20 +323,20 @@ def _form(kind: str) -> tuple[str, str, str]:
 
 
 @cache
-def _text_of(path: Path) -> str:
+def _read_text(path: Path) -> str:
     return path.read_text(encoding="utf-8")
 
 
-def _terms_of(constant: str) -> list[str]:
+def _find_terms(constant: str) -> list[str]:
     """Returns the terms of a Vocabulary from its definition."""
     constant = constant.split("::")[-1]
     if constant == "kThermometerDrivers":  # made from the table of kinds
-        return re.findall(r'\.name = "(\w+)"', _text_of(SOURCE / "drivers/thermometer/thermometer_kinds.hpp"))
+        return re.findall(r'\.name = "(\w+)"', _read_text(SOURCE / "drivers/thermometer/thermometer_kinds.hpp"))
     for path in [*SOURCE.glob("drivers/**/*.hpp"), *SOURCE.glob("sequencer/rig/*.cpp"), *SOURCE.glob("simulator/*.cpp"),
                  SOURCE / _ORDER, SOURCE / "apps/monitor/site_file.cpp"]:  # fmt: skip
-        if found := re.search(rf"constexpr [^;=]*\b{constant}\b\s*[={{][^;]*;", _text_of(path)):
+        if found := re.search(rf"constexpr [^;=]*\b{constant}\b\s*[={{][^;]*;", _read_text(path)):
             return re.findall(r'"([^"]+)"', found[0])
-    raise ValueError(f"{constant}: its definition is not found")
+    raise ValueError(f"{constant}: definition not found")
 
 
 def _arguments(rest: str) -> list[str]:
@@ -355,10 +355,10 @@ def _arguments(rest: str) -> list[str]:
 
 
 @cache
-def _initialisers_in(header: Path) -> dict[str, set[str]]:
-    """Returns member → its initialisers, of all structs of a header."""
+def _read_initialisers(header: Path) -> dict[str, set[str]]:
+    """Returns member → initialisers, for all structs of a header."""
     found: dict[str, set[str]] = {}
-    for line in _text_of(header).splitlines():
+    for line in _read_text(header).splitlines():
         line = line.split("//")[0].rstrip()
         declared = re.match(r"  (?:const )?[\w:]+(?:<[\w:<>, ]*>)?\*? (\w.*);", line)
         if not declared or "(" in declared[1].split("=")[0]:
@@ -368,28 +368,28 @@ def _initialisers_in(header: Path) -> dict[str, set[str]]:
     return found
 
 
-def _includes_of(path: Path) -> list[Path]:
-    names = re.findall(r'^#include "([^"]+)"', _text_of(path), re.M)
+def _find_included_headers(path: Path) -> list[Path]:
+    names = re.findall(r'^#include "([^"]+)"', _read_text(path), re.M)
     return [SOURCE / name for name in names if (SOURCE / name).exists()]
 
 
 @cache
-def _initialiser_of(source: Path, member: str) -> str:
-    """Returns the initialiser of a member in the nearest included header that has one; nothing where two differ."""
+def _find_initialiser(source: Path, member: str) -> str:
+    """Returns the initialiser of a member from the nearest included header that has one, or "" if two differ."""
     own = source.with_suffix(".hpp")
-    headers = [own] if own.exists() else _includes_of(source)
+    headers = [own] if own.exists() else _find_included_headers(source)
     seen: set[Path] = set()
     for _ in range(4):
-        found = {one for header in headers for one in _initialisers_in(header).get(member, ())}
+        found = {one for header in headers for one in _read_initialisers(header).get(member, ())}
         if found:
             return found.pop() if len(found) == 1 else ""
         seen |= set(headers)
-        headers = [one for header in [source, *headers] for one in _includes_of(header) if one not in seen]
+        headers = [one for header in [source, *headers] for one in _find_included_headers(header) if one not in seen]
     return ""
 
 
 def _literal(kind: str, initialiser: str) -> str:
-    """Returns a C++ initialiser as a value of a file; nothing where it is not a literal."""
+    """Returns a C++ initialiser as a TOML value, or "" if it is not a literal."""
     if time := re.fullmatch(r"std::chrono::(\w+)\((\d+)\)", initialiser):
         return f'"{time[2]} {_CHRONO[time[1]]}"'
     if kind == "true or false" and initialiser == "{}":
@@ -405,24 +405,24 @@ def _literal(kind: str, initialiser: str) -> str:
     return f'"{number[1]} {unit}"' if unit else number[1]
 
 
-def _default_of(arguments: list[str], kind: str, source: Path) -> str:
-    """Returns the default of a call as a value of a file: a literal, or the initialiser of a member."""
+def _find_default(arguments: list[str], kind: str, source: Path) -> str:
+    """Returns the default of a call as a TOML value: a literal argument, or the initialiser of a member."""
     if not arguments:
         return ""
     member = re.fullmatch(r"(?:\w+(?:\.|->))+(\w+)", arguments[0])
     if member and re.fullmatch(r"[\d.]+", arguments[0]) is None:
-        return _literal(kind, _initialiser_of(source, member[1]))
+        return _literal(kind, _find_initialiser(source, member[1]))
     return _literal(kind, arguments[0])
 
 
-def _kind_of(function: str, constant: str, rest: str, position: str) -> str | None:
+def _find_kind(function: str, constant: str, rest: str, position: str) -> str | None:
     if function not in _KINDS:
-        raise ValueError(f"{position}: docs/site/keys.py does not know what {function} reads")
+        raise ValueError(f"{position}: unknown reading function {function}; add it to _KINDS in docs/site/keys.py")
     kind = _KINDS[function]
     if kind != "one of":
         return kind
     if function.startswith("one_of") or function == "read_link_keyword":
-        terms = _terms_of(constant) + (["default"] if function in ("read_link_keyword", "one_of_or_default") else [])
+        terms = _find_terms(constant) + (["default"] if function in ("read_link_keyword", "one_of_or_default") else [])
     else:
         braces = re.match(r", \{([^}]*)\}", rest)
         terms = re.findall(r'"([^"]+)"', braces[1] if braces else rest.split(")")[0])
@@ -432,7 +432,8 @@ def _kind_of(function: str, constant: str, rest: str, position: str) -> str | No
 
 
 def _is_guarded(key: str, before: str, function: str) -> bool:
-    """Returns whether a key is read under a condition. `before` is the line before it, `function` the code above."""
+    """Returns whether a key is read under a condition. `before` is the part of the line before the key, `function` the
+    part of the function above the line."""
     return re.match(r"\s*(if|else|case)\b", before) is not None or _is_chosen(before) or f'has("{key}")' in function
 
 
@@ -441,23 +442,23 @@ def _is_chosen(before: str) -> bool:
 
 
 def _is_more_precise(kind: str, known: str) -> bool:
-    """Returns whether a second call for a key shows more than the first."""
+    """Returns whether the kind from another call for the same key contains more information than the known kind."""
     return known == _KINDS["ignore"] or (known == "a text" and kind.startswith(("one of", "a file")))
 
 
-def keys_of(sources: dict[str, dict[str, list[str]]]) -> list[Key]:
-    """Reads every key in the reading functions."""
+def read_keys(sources: dict[str, dict[str, list[str]]]) -> list[Key]:
+    """Returns all keys that the reading functions in the sources read."""
     keys: dict[tuple[str, str], Key] = {}
     for source, functions in sources.items():
         function, above = "", ""
-        lines = _text_of(SOURCE / source).splitlines()
+        lines = _read_text(SOURCE / source).splitlines()
         for number, line in enumerate(lines, 1):
             begins = _FUNCTION.match(line)
             if begins and re.match(r" {0,2}\S", line) and not _STATEMENT.match(line):
                 function, above = begins[1], ""
             whole = line + " ".join(following.strip() for following in lines[number : number + 2])
             for call in _CALL.finditer(line):
-                for key in _keys_of_call(call, line, whole, function, above, functions, f"{source}:{number}"):
+                for key in _read_call(call, line, whole, function, above, functions, f"{source}:{number}"):
                     known = keys.get((key.table, key.name))
                     if known is None or _is_more_precise(key.kind, known.kind):
                         keys[key.table, key.name] = key
@@ -465,9 +466,9 @@ def keys_of(sources: dict[str, dict[str, list[str]]]) -> list[Key]:
     return _complete(list(keys.values()))
 
 
-def _keys_of_call(call: re.Match, line: str, whole: str, function: str, above: str, functions: dict[str, list[str]],
+def _read_call(call: re.Match, line: str, whole: str, function: str, above: str, functions: dict[str, list[str]],
                   position: str) -> list[Key]:  # fmt: skip
-    """Returns the keys that one call reads, one for each table that its function reads."""
+    """Returns the keys that one call reads: one for each table of the function that contains the call."""
     name = call[1].split("::")[-1].removeprefix("std::")
     if call[1].startswith(("std::", "fmt::", "drivers::")) or name in ("make_vocabulary", "parse_day"):
         return []
@@ -476,7 +477,7 @@ def _keys_of_call(call: re.Match, line: str, whole: str, function: str, above: s
     rest = whole[call.end("key") + 1 :]
     is_given = call["table"] or call["first"]
     name = f"table {name}" if is_given and f"table {name}" in _KINDS else name
-    kind = _kind_of(name, call["first"] or "", rest, position)
+    kind = _find_kind(name, call["first"] or "", rest, position)
     if kind is None:
         return []
     before = line[: call.start()]
@@ -484,26 +485,26 @@ def _keys_of_call(call: re.Match, line: str, whole: str, function: str, above: s
     variable = owner[1] if owner else (call["table"] or call["first"] or "").split(".")[0]
     tables = functions.get(f"{function}:{variable}", functions.get(function))
     if tables is None:
-        raise ValueError(f"{position}: docs/site/keys.py does not know which table {function} reads")
+        raise ValueError(f"{position}: the table that {function} reads is unknown; add it to docs/site/keys.py")
     source = SOURCE / position.split(":")[0]
-    arguments = _arguments(rest)[_BOUNDS.get(name, 0) :]
+    arguments = _arguments(rest)[_ARGUMENTS_BEFORE_DEFAULT.get(name, 0) :]
     if name == "read_range":
         found = [(call["key"] + end, arguments[i : i + 1]) for i, end in enumerate(("lowest", "highest"))]
     else:
         found = [(call["key"], arguments)]
     keys = []
     for one, given in found:
-        default = _DEFAULTS.get(name, "" if _is_chosen(before) else _default_of(given, kind, source))
-        required = not (given or _is_guarded(one, before, above) or default or name in _LEFT_OUT)
+        default = _DEFAULTS.get(name, "" if _is_chosen(before) else _find_default(given, kind, source))
+        required = not (given or _is_guarded(one, before, above) or default or name in _OPTIONAL_READERS)
         keys += [Key(table, one, kind, required, default, position) for table in tables]
     return keys
 
 
 def _complete(keys: list[Key]) -> list[Key]:
-    """Adds what no single line shows: later checks, and tables that are optional because all of their keys are."""
+    """Corrects `required`: adds keys required by later checks, and makes a table optional if all of its keys are."""
     for key in keys:
-        key.required = key.required or key.name in _NEEDED.get(key.table, ())
-        key.required = key.required and key.name not in _DEPENDS.get(key.table, ())
+        key.required = key.required or key.name in _REQUIRED_LATER.get(key.table, ())
+        key.required = key.required and key.name not in _CONDITIONALLY_REQUIRED.get(key.table, ())
     of_table = {table: [key for key in keys if key.table == table] for table in {key.table for key in keys}}
     for key in sorted(keys, key=lambda k: -k.table.count(".")):
         if key.kind == _KINDS["table"] and key.required:
@@ -513,7 +514,7 @@ def _complete(keys: list[Key]) -> list[Key]:
 
 
 def read_meanings(name: str) -> dict[str, dict[str, dict[str, str]]]:
-    """Reads table → key → fields of a file of key_meanings."""
+    """Reads a file of key_meanings. Returns table → key → fields."""
     with open(MEANINGS / f"{name}.toml", "rb") as file:
         tables = tomllib.load(file)
     return {
@@ -524,17 +525,17 @@ def read_meanings(name: str) -> dict[str, dict[str, dict[str, str]]]:
     }
 
 
-def _fields_of(tables: dict[str, dict[str, dict[str, str]]], table: str, key: str) -> dict[str, str]:
-    """Returns the fields of an entry, with those of the entry that it is like."""
+def _merge_fields(tables: dict[str, dict[str, dict[str, str]]], table: str, key: str) -> dict[str, str]:
+    """Returns the fields of an entry, completed by those of the entry named in its field "like"."""
     entry = tables.get(table, {}).get(key, {})
     if "like" not in entry:
         return entry
     own = {name: value for name, value in entry.items() if name != "like"}
-    return _fields_of(tables, entry["like"], key) | own
+    return _merge_fields(tables, entry["like"], key) | own
 
 
-def faults_of(name: str, keys: list[Key], tables: dict[str, dict[str, dict[str, str]]]) -> list[str]:
-    """Compares the entries of key_meanings with the keys of the sources. Returns the faults with the names of keys."""
+def find_faults(name: str, keys: list[Key], tables: dict[str, dict[str, dict[str, str]]]) -> list[str]:
+    """Compares the entries of key_meanings with the keys of the sources. Returns a message for each difference."""
     faults = []
     read = {(key.table, key.name) for key in keys}
     for table, entries in tables.items():
@@ -545,14 +546,14 @@ def faults_of(name: str, keys: list[Key], tables: dict[str, dict[str, dict[str, 
     known = {"is", "unit", "range", "count", "pattern", "example", "default", "required"}
     for key in keys:
         at = f"{key.position}: [{key.table or 'file'}] {key.name}"
-        fields = _fields_of(tables, key.table, key.name)
+        fields = _merge_fields(tables, key.table, key.name)
         if not fields.get("is"):
             faults.append(f"{at} has no meaning in key_meanings/{name}.toml")
             continue
         if unknown := fields.keys() - known:
             faults.append(f"{at}: unknown field {', '.join(sorted(unknown))}")
-        if len(fields["is"]) > _LONGEST_MEANING or fields["is"].endswith("."):
-            faults.append(f"{at}: the meaning is longer than {_LONGEST_MEANING} characters or ends with a point")
+        if len(fields["is"]) > _MAX_MEANING_LENGTH or fields["is"].endswith("."):
+            faults.append(f"{at}: the meaning is longer than {_MAX_MEANING_LENGTH} characters or ends with a period")
         if key.required and "default" in fields:
             faults.append(f"{at} is required and has a default")
         if not key.required and not (key.default or fields.get("default") or fields.get("required")):
@@ -564,11 +565,11 @@ def faults_of(name: str, keys: list[Key], tables: dict[str, dict[str, dict[str, 
 
 def described_keys(name: str) -> list[Key]:
     """Returns the keys of a kind of file with their meanings, in the order of key_meanings. Fails for any fault."""
-    keys, tables = keys_of(FILES[name].sources), read_meanings(name)
-    if faults := faults_of(name, keys, tables):
+    keys, tables = read_keys(FILES[name].sources), read_meanings(name)
+    if faults := find_faults(name, keys, tables):
         raise ValueError("\n".join(faults))
     for key in keys:
-        fields = dict(_fields_of(tables, key.table, key.name))
+        fields = dict(_merge_fields(tables, key.table, key.name))
         key.meaning = Meaning(text=fields.pop("is"), condition=fields.pop("required", ""), **fields)
         if key.kind == _KINDS["expect"]:
             key.meaning = replace(key.meaning, range=f'`"{FILES[name].schema}"`')
@@ -648,7 +649,7 @@ def page() -> str:
 
 
 def written_keys(file: dict) -> set[tuple[str, str]]:
-    """Returns every (table, key) of a parsed TOML file. The table of each segment is "segment"."""
+    """Returns all pairs (table, key) of a parsed TOML file. The table of a segment is always "segment"."""
     found: set[tuple[str, str]] = set()
 
     def walk(table: dict, name: str) -> None:

@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Makes the pictures of the live page: live_page.py PROGRAMS [FOLDER]. A run on the rig of the tutorial "The first real
-rig" goes on for two minutes, in real time; then headless chromium looks at it. It needs chromium-driver and
-python3-selenium."""
+"""Takes the screenshots of the live page: live_page.py PROGRAMS [FOLDER].
+
+Starts a run in real time on the rig of the tutorial "The first real rig". After two minutes headless Chromium opens its
+page. Needs chromium-driver and python3-selenium."""
 
 from __future__ import annotations
 
@@ -42,8 +43,8 @@ time = "30 min"
 """
 
 
-def free_ports() -> int:
-    """The first of four ports that are free."""
+def find_free_ports() -> int:
+    """Returns the first of four consecutive free TCP ports."""
     for first in range(17020, 20000, 10):
         lines = []
         try:
@@ -56,21 +57,22 @@ def free_ports() -> int:
         finally:
             for line in lines:
                 line.close()
-    raise SystemExit("no four ports in a row are free")
+    raise SystemExit("four consecutive free ports not found between 17020 and 20000")
 
 
-def wait_for(path: Path, words: str) -> str:
+def wait_for_text(path: Path, pattern: str) -> str:
+    """Waits until a file matches a pattern, at most 30 s. Returns the content of the file."""
     for _ in range(300):
-        if path.exists() and re.search(words, text := path.read_text(encoding="utf-8")):
+        if path.exists() and re.search(pattern, text := path.read_text(encoding="utf-8")):
             return text
         time.sleep(0.1)
-    raise SystemExit(f"{path} does not say {words}")
+    raise SystemExit(f"{path} does not contain {pattern} after 30 s")
 
 
 def main() -> int:
     programs = Path(sys.argv[1]).resolve()
     pictures = Path(sys.argv[2]) if len(sys.argv) > 2 else DOCS / "figures"
-    first = free_ports()
+    first = find_free_ports()
     tutorial = (DOCS / "tutorial/first-real-rig.md").read_text(encoding="utf-8")
     rig = re.search(r"```toml\n(# rig\.toml\n.*?)```", tutorial, re.S)[1]
     for i in range(4):
@@ -81,24 +83,24 @@ def main() -> int:
         (folder / "rig.toml").write_text(rig, encoding="utf-8")
         (folder / "warm-up.toml").write_text(PROFILE, encoding="utf-8")
 
-        def start(program: str, *words: str) -> None:
-            with open(folder / f"{words[0].strip('-')}.txt", "wb") as said:
-                started.append(subprocess.Popen([programs / program, *words], cwd=folder, stdout=said, stderr=said))
+        def start(program: str, *arguments: str) -> None:
+            with open(folder / f"{arguments[0].strip('-')}.txt", "wb") as out:
+                started.append(subprocess.Popen([programs / program, *arguments], cwd=folder, stdout=out, stderr=out))
 
         try:
             start("gyrotherm", "simulate", "--port", str(first))
-            wait_for(folder / "simulate.txt", "gyro  ")
+            wait_for_text(folder / "simulate.txt", "gyro  ")
             start("gyrotherm", "run", "./warm-up.toml", "--rig", "./rig.toml", "--out", "warm-up.db")
             start("gyrotherm-monitor", "--folder", ".", "--listen", "127.0.0.1:0", "--state", "state")
-            page = re.search(r"http://\S+:\d+/", wait_for(folder / "folder.txt", r"http://\S+:\d+/"))[0]
+            page = re.search(r"http://\S+:\d+/", wait_for_text(folder / "folder.txt", r"http://\S+:\d+/"))[0]
             time.sleep(60)
-            tell = [programs / "gyrotherm", "tell", "warm-up.db"]
-            subprocess.run([*tell, "note", "heater hums"], cwd=folder, check=True)
+            request = [programs / "gyrotherm", "tell", "warm-up.db"]
+            subprocess.run([*request, "note", "heater hums"], cwd=folder, check=True)
             time.sleep(60)
             runs = json.load(urllib.request.urlopen(f"{page}api/v1/runs"))["runs"]
             options = Options()
-            for word in ("--headless=new", "--no-sandbox", "--hide-scrollbars"):
-                options.add_argument(word)
+            for argument in ("--headless=new", "--no-sandbox", "--hide-scrollbars"):
+                options.add_argument(argument)
             browser = webdriver.Chrome(service=Service("/usr/bin/chromedriver"), options=options)
             browser.set_window_size(1100, 900)
             for view in ("now", "trend"):
@@ -107,7 +109,7 @@ def main() -> int:
                 time.sleep(3)
                 browser.save_screenshot(str(pictures / f"live-{view}.png"))
             browser.quit()
-            subprocess.run([*tell, "stop"], cwd=folder, check=True)
+            subprocess.run([*request, "stop"], cwd=folder, check=True)
             started[1].wait(30)
         finally:
             for process in reversed(started):

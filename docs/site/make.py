@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Makes the manual's site: make.py --pages FOLDER_OF_MANUAL_PAGES --out FOLDER [--version V]. The pages are those of
-docs/ as they are; each command's page is its manual page; the navigation is docs/index.md. A warning of Sphinx, like a
-link that leads nowhere, is an error."""
+"""Makes the site of the manual: make.py --pages FOLDER_OF_MANUAL_PAGES --out FOLDER [--version V].
+
+The pages are those of docs/, without changes, and the manual page of each command. The navigation comes from
+docs/index.md. A warning of Sphinx, for example about a dead link, is an error."""
 
 from __future__ import annotations
 
@@ -23,7 +24,7 @@ def _plain(text: str) -> str:
 
 
 def _inline(text: str) -> str:
-    """A line of a manual page in Markdown; what is bold is typed as it stands."""
+    """Converts a line of a manual page to Markdown. Bold text becomes code font, because users type it."""
     parts = re.split(r"(\\fB.*?\\fP(?:\(\d\))?|\\fI.*?\\fP)", text)
     done = ""
     for part in parts:
@@ -37,8 +38,8 @@ def _inline(text: str) -> str:
     return done
 
 
-def markdown_of(manual_page: str, name: str) -> str:
-    """A manual page as the program writes it, which is a small part of man(7)."""
+def to_markdown(manual_page: str, name: str) -> str:
+    """Converts a manual page to Markdown. Supports the requests of man(7) that gyrotherm's pages contain."""
     lines: list[str] = [f"# {name}", ""]
     expects_term = in_description = verbatim = False
     for line in manual_page.splitlines():
@@ -67,7 +68,7 @@ def markdown_of(manual_page: str, name: str) -> str:
             text = re.sub(r"^\.B (.*)$", r"\\fB\1\\fP", line)
             text = re.sub(r"^\.BR (\S+) (\S+)$", r"\\fB\1\\fP\2", text)
             if text.startswith("."):
-                raise ValueError(f"{name}: {line}: a request that docs/site/make.py does not know")
+                raise ValueError(f"{name}: {line}: unknown request; add it to docs/site/make.py")
             if expects_term:
                 lines.append(_inline(text))
                 expects_term, in_description = False, True
@@ -77,8 +78,8 @@ def markdown_of(manual_page: str, name: str) -> str:
     return re.sub(r"\n{3,}", "\n\n", "\n".join(lines)).rstrip() + "\n"
 
 
-def _trees_of(index: str) -> str:
-    """What Sphinx needs to know of the lists of docs/index.md: a hidden tree for each heading."""
+def _make_toctrees(index: str) -> str:
+    """Returns a hidden toctree of Sphinx for each heading of docs/index.md."""
     trees = ""
     for chapter in re.split(r"^## ", index, flags=re.M)[1:]:
         title = chapter.splitlines()[0]
@@ -91,20 +92,22 @@ def _trees_of(index: str) -> str:
     return trees
 
 
-def gather(pages: Path, source: Path) -> None:
+def copy_pages(pages: Path, source: Path) -> None:
+    """Copies docs/ to `source` and adds the manual pages, the navigation and the settings of Sphinx."""
     shutil.rmtree(source, ignore_errors=True)
     skipped = {"man", "site"}
     shutil.copytree(DOCS, source, ignore=lambda folder, names: skipped if Path(folder) == DOCS else set())
     for name in ("conf.py", "site.css"):
         shutil.copy(SITE / name, source / name)
     index = source / "index.md"
-    index.write_text(index.read_text(encoding="utf-8") + _trees_of(index.read_text(encoding="utf-8")), encoding="utf-8")
+    text = index.read_text(encoding="utf-8")
+    index.write_text(text + _make_toctrees(text), encoding="utf-8")
     commands = source / "reference"
     names = []
     for page in sorted(pages.glob("gyrotherm*.1")):
         names.append(page.stem)
         (commands / f"{page.stem}.md").write_text(
-            markdown_of(page.read_text(encoding="utf-8"), page.stem), encoding="utf-8"
+            to_markdown(page.read_text(encoding="utf-8"), page.stem), encoding="utf-8"
         )
     if len(names) < 20:
         raise SystemExit(f"{pages}: {len(names)} manual pages, expected one for each command")
@@ -121,12 +124,13 @@ def main() -> int:
     options.add_argument("--pages", type=Path, required=True)
     options.add_argument("--out", type=Path, required=True)
     options.add_argument("--version", default="")
-    asked = options.parse_args()
-    source = asked.out / "source"
-    gather(asked.pages, source)
+    arguments = options.parse_args()
+    source = arguments.out / "source"
+    copy_pages(arguments.pages, source)
     return subprocess.run(
-        [sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going", "-b", "html", "-d", str(asked.out / "doctrees"),
-         "-D", f"release={asked.version}", "-D", f"version={asked.version}", str(source), str(asked.out / "html")],
+        [sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going", "-b", "html", "-d",
+         str(arguments.out / "doctrees"), "-D", f"release={arguments.version}", "-D", f"version={arguments.version}",
+         str(source), str(arguments.out / "html")],
         check=False,
     ).returncode  # fmt: skip
 

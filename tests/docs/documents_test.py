@@ -13,10 +13,10 @@ from functools import cache
 from pathlib import Path
 
 sys.dont_write_bytecode = True
-from markdown import DOCS, SOURCE, blocks_of, commands_of, prose_of  # noqa: E402
+from markdown import DOCS, SOURCE, read_blocks, read_commands, read_prose  # noqa: E402
 
 PROGRAMS = Path(sys.argv.pop(1)).resolve()
-PARTS = {"gyrotherm-monitor": {"user", "token"}}  # commands with subcommands
+COMMANDS_WITH_SUBCOMMANDS = {"gyrotherm-monitor": {"user", "token"}}
 LANGUAGES = {"console", "sh", "text", "toml", "python", "ini", "c", "json", "yaml"}
 FOLDERS = ("*.md", "docs/**/*.md", "bench/*.md", "profiles/**/*.md")
 PAGES = sorted(page for folder in FOLDERS for page in SOURCE.glob(folder))
@@ -28,92 +28,92 @@ _NAMED = re.compile(
     r"`((?:acquisition|analysis|apps|bench|cmake|core|debian|docs|drivers|profiles|python|report|sequencer|simulator"
     r"|tests)/[\w./-]*\w)`"
 )
-_MADE_UP = re.compile(r"acme|NAME|^report/\w+\.json$")  # invented names, and files that a run leaves
+_INVENTED = re.compile(r"acme|NAME|^report/\w+\.json$")  # invented names, and files that a run leaves
 
 
-def anchors_of(page: Path) -> set[str]:
+def find_anchors(page: Path) -> set[str]:
     found = set()
-    for _, line in prose_of(page):
+    for _, line in read_prose(page):
         if heading := re.match(r"#+ (.*)", line):
             found.add(re.sub(r"[^\w\- ]", "", heading[1].lower()).strip().replace(" ", "-"))
     return found
 
 
-def place(page: Path, line: int) -> str:
+def format_position(page: Path, line: int) -> str:
     return f"{page.relative_to(SOURCE)}:{line}"
 
 
 @cache
-def help_of(program: str, *words: str) -> str:
+def read_help(program: str, *words: str) -> str:
     return subprocess.run([PROGRAMS / program, *words, "--help"], capture_output=True, text=True, check=False).stdout
 
 
 @cache
 def commands() -> set[str]:
-    return set(re.findall(r"^  ([a-z-]+) ", help_of("gyrotherm").split("Subcommands:")[-1], re.M))
+    return set(re.findall(r"^  ([a-z-]+) ", read_help("gyrotherm").split("Subcommands:")[-1], re.M))
 
 
 class Documents(unittest.TestCase):
     def test_links_resolve(self):
         links = 0
         for page in PAGES:
-            for line, text in prose_of(page):
+            for line, text in read_prose(page):
                 for figure, words, target in _LINK.findall(text):
                     links += 1
-                    at = place(page, line)
-                    self.assertFalse(figure and not words, f"{at}: a figure without a text for who cannot see it")
+                    at = format_position(page, line)
+                    self.assertFalse(figure and not words, f"{at}: the figure has no alternative text")
                     if re.match(r"[a-z]+:", target):
                         self.assertTrue(target.startswith(("https://", "mailto:")), f"{at}: {target}")
                         continue
                     path, _, anchor = target.partition("#")
-                    aim = (page.parent / path).resolve() if path else page
-                    self.assertTrue(aim.exists(), f"{at}: {target} is not there")
+                    destination = (page.parent / path).resolve() if path else page
+                    self.assertTrue(destination.exists(), f"{at}: {target} does not exist")
                     if anchor:
-                        self.assertIn(anchor, anchors_of(aim), f"{at}: {target}")
+                        self.assertIn(anchor, find_anchors(destination), f"{at}: {target}")
         self.assertGreater(links, 50)
 
     def test_files_in_code_font_exist(self):
         seen = 0
         for page in PAGES:
-            for line, text in prose_of(page):
+            for line, text in read_prose(page):
                 for name in _NAMED.findall(text):
-                    if name.endswith(SOURCES) and not _MADE_UP.search(name):
+                    if name.endswith(SOURCES) and not _INVENTED.search(name):
                         seen += 1
-                        self.assertTrue((SOURCE / name).exists(), f"{place(page, line)}: {name} is not there")
+                        self.assertTrue((SOURCE / name).exists(), f"{format_position(page, line)}: {name} does not exist")
         self.assertGreater(seen, 150)
 
     def test_blocks_name_their_language(self):
         """Sessions may only occur on pages that follow.py runs."""
         sessions = 0
         for page in MANUAL:
-            for block in blocks_of(page):
-                self.assertIn(block.language, LANGUAGES, block.place)
+            for block in read_blocks(page):
+                self.assertIn(block.language, LANGUAGES, block.position)
                 if block.language == "console":
-                    self.assertTrue(page.parent.name in ("tutorial", "how-to") or page.name == "mistakes.md", block.place)
-                    self.assertTrue(commands_of(block), block.place)
+                    self.assertTrue(page.parent.name in ("tutorial", "how-to") or page.name == "mistakes.md", block.position)
+                    self.assertTrue(read_commands(block), block.position)
                     sessions += 1
         self.assertGreater(sessions, 20)
 
     def test_commands_and_options_exist(self):
         seen = 0
         for page in PAGES:
-            shown = [line for block in blocks_of(page) if block.language == "sh" for line in block.lines]
-            sessions = [b for b in blocks_of(page) if b.language == "console" and "fails" not in b.words]
-            shown += [command.text for session in sessions for command in commands_of(session)]
+            shown = [line for block in read_blocks(page) if block.language == "sh" for line in block.lines]
+            sessions = [b for b in read_blocks(page) if b.language == "console" and "fails" not in b.words]
+            shown += [command.text for session in sessions for command in read_commands(session)]
             whole = "\n".join(shown).replace("\\\n", " ")
             for line in re.split(r"\n|[|;&] |\bdo |#", whole):
                 called = re.match(r"(?:sudo -u [\w-]+ )?(gyrotherm(?:-[a-z]+)*) +([a-z-]+)(.*)", line)
-                known_by = PARTS.get(called[1], commands()) if called else set()
+                known_by = COMMANDS_WITH_SUBCOMMANDS.get(called[1], commands()) if called else set()
                 if not called or not (PROGRAMS / called[1]).exists() or called[2] not in known_by:
                     continue
                 words = [called[2]]
-                if called[1] in PARTS and (below := re.match(r" ([a-z-]+)", called[3])):
+                if called[1] in COMMANDS_WITH_SUBCOMMANDS and (below := re.match(r" ([a-z-]+)", called[3])):
                     words.append(below[1])
                 if called[2] == "site" and (below := re.match(r" ([a-z-]+)", called[3])):
                     words.append(below[1])
                 if called[2] == "report" and (below := re.match(r" (sign|verify|compare|authorise)\b", called[3])):
                     words.append(below[1])
-                known = set(_OPTION.findall(help_of(called[1], *words)))
+                known = set(_OPTION.findall(read_help(called[1], *words)))
                 self.assertTrue(known, line)
                 own = called[3].split(" -- ")[0]  # after "--": another command
                 for option in _OPTION.findall(own):
@@ -124,9 +124,9 @@ class Documents(unittest.TestCase):
     def test_each_figure_has_its_source(self):
         table = (DOCS / "figures/README.md").read_text(encoding="utf-8")
         listed = set(re.findall(r"^\| `([\w.-]+)` \|", table, re.M))
-        there = {f.name for f in (DOCS / "figures").iterdir() if f.suffix in (".svg", ".png")}
-        self.assertEqual(listed, there)
-        self.assertGreater(len(there), 3)
+        existing = {f.name for f in (DOCS / "figures").iterdir() if f.suffix in (".svg", ".png")}
+        self.assertEqual(listed, existing)
+        self.assertGreater(len(existing), 3)
 
     def test_index_lists_each_page(self):
         index = (DOCS / "index.md").read_text(encoding="utf-8")
@@ -140,7 +140,7 @@ class Documents(unittest.TestCase):
         text = (SOURCE / ".github/CODEOWNERS").read_text(encoding="utf-8")
         rules = [line.split() for line in text.splitlines() if line and not line.startswith("#")]
         for path, *owners in rules:
-            self.assertTrue(path == "*" or (SOURCE / path.strip("/")).exists(), f"{path} is not there")
+            self.assertTrue(path == "*" or (SOURCE / path.strip("/")).exists(), f"{path} does not exist")
             self.assertTrue(owners and all(owner.startswith("@") for owner in owners), path)
         lists = (SOURCE / "CMakeLists.txt").read_text(encoding="utf-8")
         modules = re.search(r"^foreach\(folder ([a-z ]+)\)$", lists, re.M)[1].split()

@@ -42,9 +42,9 @@ def main() -> int:
     programs, page = Path(sys.argv[1]).resolve(), (DOCS / sys.argv[2]).resolve()
     nightly = "nightly" in sys.argv[3:]
     text = page.read_text(encoding="utf-8")
-    before = re.search(r"<!-- follows ([\w.-]+) -->", text)
-    needed = re.search(r"<!-- needs ([\w -]+?) -->", text)
-    missing = [program for program in (needed[1].split() if needed else []) if not shutil.which(program)]
+    previous = re.search(r"<!-- follows ([\w.-]+) -->", text)
+    requirements = re.search(r"<!-- needs ([\w -]+?) -->", text)
+    missing = [program for program in (requirements[1].split() if requirements else []) if not shutil.which(program)]
     if missing:
         print(f"skipped: {', '.join(missing)} is not installed")
         return SKIPPED
@@ -52,15 +52,15 @@ def main() -> int:
     for _ in range(ATTEMPTS):
         standstill = Standstill()
         with tempfile.TemporaryDirectory(prefix="gyrotherm-manual-") as name:
-            wrong = follow(page.parent / before[1], Path(name), programs, False, 120) if before else []
+            differences = follow(page.parent / previous[1], Path(name), programs, False, 120) if previous else []
             began = time.monotonic()
-            wrong += follow(page, Path(name), programs, nightly, 900 if nightly else 180)
-            print(f"{page.relative_to(DOCS)} was followed in {time.monotonic() - began:.1f} s")
-        print("\n\n".join(wrong))
-        if not wrong or not standstill.total():
+            differences += follow(page, Path(name), programs, nightly, 900 if nightly else 180)
+            print(f"{page.relative_to(DOCS)} ran in {time.monotonic() - began:.1f} s")
+        print("\n\n".join(differences))
+        if not differences or not standstill.total():
             break
-        print(f"the machine itself stood still for {standstill.total():.1f} s")
-    return 1 if wrong else 0
+        print(f"the machine stalled for {standstill.total():.1f} s")
+    return 1 if differences else 0
 
 
 if __name__ == "__main__":

@@ -60,7 +60,7 @@ BAD = {
 }
 
 
-def judge(message: str) -> subprocess.CompletedProcess:
+def run_hook(message: str) -> subprocess.CompletedProcess:
     with tempfile.TemporaryDirectory(prefix="gyrotherm-hook-") as folder:
         file = Path(folder) / "COMMIT_EDITMSG"
         file.write_text(message, encoding="utf-8")
@@ -69,16 +69,16 @@ def judge(message: str) -> subprocess.CompletedProcess:
 
 class CommitMessage(unittest.TestCase):
     def expect_passed(self, message: str) -> None:
-        judged = judge(message)
-        self.assertEqual((judged.returncode, judged.stderr), (0, ""), message)
+        result = run_hook(message)
+        self.assertEqual((result.returncode, result.stderr), (0, ""), message)
 
     def expect_refused(self, message: str, cause: str) -> None:
-        judged = judge(message)
-        self.assertEqual(judged.returncode, 1, message)
-        first = judged.stderr.splitlines()[0]
+        result = run_hook(message)
+        self.assertEqual(result.returncode, 1, message)
+        first = result.stderr.splitlines()[0]
         self.assertTrue(first.startswith("commit-msg: "), first)
         self.assertIn(cause, first)
-        self.assertIn("A good subject:", judged.stderr)
+        self.assertIn("A good subject:", result.stderr)
 
     def test_hook_is_executable(self):
         self.assertTrue(os.access(HOOK, os.X_OK), f"chmod +x {HOOK}")
@@ -97,8 +97,8 @@ class CommitMessage(unittest.TestCase):
             self.expect_refused(subject + "\n", cause)
 
     def test_each_cause_is_printed(self):
-        judged = judge("added a great many things that one subject can hardly hold at all.\n")
-        self.assertEqual(judged.stderr.count("commit-msg: "), 3, judged.stderr)
+        result = run_hook("added a great many things that one subject can hardly hold at all.\n")
+        self.assertEqual(result.stderr.count("commit-msg: "), 3, result.stderr)
 
     def test_a_body_follows_an_empty_line(self):
         self.expect_refused("verify: share the count\nIt was computed twice.\n", "second line")

@@ -24,9 +24,9 @@ sys.path.insert(0, str(SOURCE / "docs/site"))
 sys.path.insert(0, str(Path(__file__).parent))
 import key_schemas  # noqa: E402
 import keys  # noqa: E402
-from markdown import DOCS, blocks_of  # noqa: E402
+from markdown import DOCS, read_blocks  # noqa: E402
 
-ELSEWHERE = re.compile(r"^(gyro\.frame|metadata|accept|policy|limits\.channel)")  # explained in other pages
+DOCUMENTED_ELSEWHERE = re.compile(r"^(gyro\.frame|metadata|accept|policy|limits\.channel)")  # described on other pages
 SCHEMAS = SOURCE / "docs/reference/schemas"
 OPENER = re.compile(r"^(of|by|with|without|from|to|as|that|what|which|who|how|why|whether)\b", re.I)
 
@@ -46,20 +46,20 @@ def read(path: Path) -> dict:
 def files_in_documents(kind: str) -> list[tuple[str, dict]]:
     """Returns the position and the content of each file of a kind in the documents."""
     found = []
-    for block in (block for page in sorted(DOCS.rglob("*.md")) for block in blocks_of(page)):
+    for block in (block for page in sorted(DOCS.rglob("*.md")) for block in read_blocks(page)):
         if block.language == "toml" and f'schema = "gyrotherm-{kind}/1"' in block.lines:
-            found.append((block.place, tomllib.loads("\n".join(block.lines))))
+            found.append((block.position, tomllib.loads("\n".join(block.lines))))
     return found
 
 
 class Keys(unittest.TestCase):
     def check(self, sources, pattern):
-        known = {(bare(key.table), key.name) for key in keys.keys_of(sources)}
+        known = {(bare(key.table), key.name) for key in keys.read_keys(sources)}
         files = shipped(pattern)
         self.assertTrue(files)
         for path in files:
             for table, key in keys.written_keys(read(path)):
-                if not ELSEWHERE.match(table) and key != "frame":
+                if not DOCUMENTED_ELSEWHERE.match(table) and key != "frame":
                     self.assertTrue((table, key) in known, f"{path.name}: [{table}] {key}")
         return known
 
@@ -71,7 +71,7 @@ class Keys(unittest.TestCase):
 
     def test_files_in_the_documents(self):
         for kind, sources in (("laboratory", keys.LABORATORY), ("order", keys.ORDER), ("site", keys.SITE)):
-            known = {(bare(key.table), key.name) for key in keys.keys_of(sources)}
+            known = {(bare(key.table), key.name) for key in keys.read_keys(sources)}
             files = files_in_documents(kind)
             for position, content in files:
                 for table, key in keys.written_keys(content):
@@ -83,7 +83,7 @@ class Keys(unittest.TestCase):
         absent = {
             (bare(key.table), key.name): "required" if key.required else key.default
             for sources in (keys.PROFILE, keys.RIG, keys.VIRTUAL, keys.SITE)
-            for key in keys.keys_of(sources)
+            for key in keys.read_keys(sources)
         }
         for position, expected in (
             (("virtual.thermometers", "noise_k"), "required"),  # the last argument is a lower bound
@@ -110,20 +110,20 @@ class Keys(unittest.TestCase):
             self.assertEqual(absent[position], expected, position)
 
     def test_a_function_on_one_line_is_found(self):
-        self.assertNotIn(("[virtual.value]", "unit"), {(k.table, k.name) for k in keys.keys_of(keys.VIRTUAL)})
+        self.assertNotIn(("[virtual.value]", "unit"), {(k.table, k.name) for k in keys.read_keys(keys.VIRTUAL)})
 
     def test_the_page_is_up_to_date(self):
         written = (SOURCE / "docs/reference/keys.md").read_text(encoding="utf-8")
         self.assertTrue(written == keys.page(), "run docs/site/keys.py")
 
-    def test_each_is_documented(self):
+    def test_each_key_is_documented(self):
         texts = [p.read_text(encoding="utf-8") for p in (SOURCE / "docs").glob("*.md")]
         texts += [p.read_text(encoding="utf-8") for p in (SOURCE / "profiles").rglob("*.toml")]
         texts.append((SOURCE / "sequencer/rig/thermometer_settings.cpp").read_text(encoding="utf-8"))
         whole = "\n".join(texts)
         seen = 0
         for sources in (keys.PROFILE, keys.RIG, keys.VIRTUAL, keys.LABORATORY, keys.ORDER, keys.SITE):
-            for key in keys.keys_of(sources):
+            for key in keys.read_keys(sources):
                 in_prose, in_a_file = (
                     rf"`\[*([\w.]+\.)?{key.name}\b",
                     rf"^\s*(# )?{key.name} += |^\[+([\w.]+\.)?{key.name}\]",
@@ -150,22 +150,22 @@ class Meanings(unittest.TestCase):
         for name, table, key in keys_removed:
             tables = keys.read_meanings(name)
             del tables[table][key]
-            faults = keys.faults_of(name, keys.keys_of(keys.FILES[name].sources), tables)
+            faults = keys.find_faults(name, keys.read_keys(keys.FILES[name].sources), tables)
             self.assertTrue(any(f"[{table or 'file'}] {key} has no meaning" in fault for fault in faults), faults)
 
     def test_a_meaning_without_a_key_is_named(self):
         tables = keys.read_meanings("rig")
         tables["chamber"]["colour"] = {"is": "Colour of the chamber"}
-        faults = keys.faults_of("rig", keys.keys_of(keys.RIG), tables)
+        faults = keys.find_faults("rig", keys.read_keys(keys.RIG), tables)
         self.assertEqual(len(faults), 1, faults)
         self.assertIn("[chamber] colour has a meaning, but no source reads it", faults[0])
 
     def test_an_optional_key_without_a_default_is_named(self):
         tables = keys.read_meanings("rig")
         del tables["chamber"]["power"]["default"]
-        key = next(key for key in keys.keys_of(keys.RIG) if key.name == "power")
+        key = next(key for key in keys.read_keys(keys.RIG) if key.name == "power")
         key.default = ""
-        faults = keys.faults_of("rig", [k for k in keys.keys_of(keys.RIG) if k.name != "power"] + [key], tables)
+        faults = keys.find_faults("rig", [k for k in keys.read_keys(keys.RIG) if k.name != "power"] + [key], tables)
         self.assertEqual(len(faults), 1, faults)
         self.assertIn("[chamber] power is optional and has no default", faults[0])
 

@@ -32,7 +32,7 @@ class Block:
     lines: list[str] = field(default_factory=list)
 
     @property
-    def place(self) -> str:
+    def position(self) -> str:
         return f"{self.page.relative_to(SOURCE)}:{self.line}"
 
     @property
@@ -43,13 +43,13 @@ class Block:
 
 @dataclass
 class Command:
-    place: str
+    position: str
     text: str
     must_fail: bool
-    prints: list[str] = field(default_factory=list)
+    expected: list[str] = field(default_factory=list)
 
 
-def blocks_of(page: Path) -> list[Block]:
+def read_blocks(page: Path) -> list[Block]:
     blocks: list[Block] = []
     inside = ""
     for number, line in enumerate(page.read_text(encoding="utf-8").splitlines(), 1):
@@ -66,7 +66,7 @@ def blocks_of(page: Path) -> list[Block]:
     return blocks
 
 
-def prose_of(page: Path) -> list[tuple[int, str]]:
+def read_prose(page: Path) -> list[tuple[int, str]]:
     """Returns the lines outside blocks, with their numbers."""
     lines, inside = [], ""
     for number, line in enumerate(page.read_text(encoding="utf-8").splitlines(), 1):
@@ -80,18 +80,18 @@ def prose_of(page: Path) -> list[tuple[int, str]]:
     return lines
 
 
-def commands_of(block: Block) -> list[Command]:
+def read_commands(block: Block) -> list[Command]:
     commands: list[Command] = []
     for number, line in enumerate(block.lines, block.line + 1):
         if line.startswith("$ "):
-            place = f"{block.page.relative_to(SOURCE)}:{number}"
-            commands.append(Command(place, line[2:], "fails" in block.words))
+            position = f"{block.page.relative_to(SOURCE)}:{number}"
+            commands.append(Command(position, line[2:], "fails" in block.words))
         elif not commands:
-            raise ValueError(f"{block.place}: a session begins with a command")
-        elif line.startswith("> ") and not commands[-1].prints:
+            raise ValueError(f"{block.position}: a session begins with a command")
+        elif line.startswith("> ") and not commands[-1].expected:
             commands[-1].text += "\n" + line[2:]
         else:
-            commands[-1].prints.append(line.rstrip())
+            commands[-1].expected.append(line.rstrip())
     return commands
 
 
@@ -102,7 +102,7 @@ def is_printed(expected: list[str], printed: str) -> bool:
     return re.fullmatch(pattern, printed) is not None
 
 
-def _what_stays(text: str) -> str:
+def _remove_transient_lines(text: str) -> str:
     """Removes progress lines, which a terminal overwrites, and job messages of the shell."""
     kept = [line.rstrip() for line in text.splitlines() if not _PROGRESS.search(line) and not _JOB.search(line)]
     return "".join(line + "\n" for line in kept if line or text.strip())
@@ -112,13 +112,13 @@ def follow(page: Path, folder: Path, programs: Path, nightly: bool, seconds: flo
     """Runs the sessions of a page in the folder, with `programs` first in the path. Returns the differences."""
     commands: list[Command] = []
     script = ""
-    for block in blocks_of(page):
+    for block in read_blocks(page):
         if block.file:
             quoted = "\n".join(block.lines)
             script += f"mkdir -p \"$(dirname {block.file})\"\ncat > {block.file} <<'@@'\n{quoted}\n@@\n"
         if block.language != "console" or ("nightly" in block.words and not nightly):
             continue
-        for command in commands_of(block):
+        for command in read_commands(block):
             script += f"{command.text}\n_code=$?; printf '@@%s@@\\n' $_code; (exit $_code)\n"
             commands.append(command)
     (folder / ".followed").write_text(script, encoding="utf-8")
@@ -141,15 +141,15 @@ def follow(page: Path, folder: Path, programs: Path, nightly: bool, seconds: flo
             pass
         shell.wait()
     parts = re.split(r"@@(\d+)@@\n", printed.read_text(encoding="utf-8", errors="replace"))
-    done = [(_what_stays(parts[i]), int(parts[i + 1])) for i in range(0, len(parts) - 1, 2)]
+    done = [(_remove_transient_lines(parts[i]), int(parts[i + 1])) for i in range(0, len(parts) - 1, 2)]
     wrong = []
     for index, (command, (text, code)) in enumerate(zip(commands, done)):
-        asked = index + 1 < len(commands) and commands[index + 1].text == "echo $?"
-        if (code != 0) != command.must_fail and not asked:
-            wrong.append(f"{command.place}: exit code {code}: {command.text}\n{text}")
-        elif not is_printed(command.prints, text):
-            wanted = "\n".join(command.prints)
-            wrong.append(f"{command.place}: {command.text}\nexpected:\n{wanted}\nprinted:\n{text}")
+        code_is_checked = index + 1 < len(commands) and commands[index + 1].text == "echo $?"
+        if (code != 0) != command.must_fail and not code_is_checked:
+            wrong.append(f"{command.position}: exit code {code}: {command.text}\n{text}")
+        elif not is_printed(command.expected, text):
+            expected_text = "\n".join(command.expected)
+            wrong.append(f"{command.position}: {command.text}\nexpected:\n{expected_text}\nprinted:\n{text}")
     if len(done) < len(commands):
-        wrong.append(f"{commands[len(done)].place}: did not end within {seconds} s: {commands[len(done)].text}")
+        wrong.append(f"{commands[len(done)].position}: did not end within {seconds} s: {commands[len(done)].text}")
     return wrong

@@ -14,7 +14,7 @@ try:
     import myst_parser  # noqa: F401
     import sphinx  # noqa: F401
 except ImportError as error:
-    print(f"skipped: {error}; needed are python3-sphinx and python3-myst-parser")
+    print(f"skipped: {error}; this test requires python3-sphinx and python3-myst-parser")
     sys.exit(77)
 
 
@@ -39,17 +39,17 @@ def main() -> int:
                         print(f"{page.relative_to(site)}: {target}")
                         wrong += 1
                     continue
-                aim = page.parent / unquote(path) if path else page
-                there = aim.exists() and (not anchor or aim.suffix != ".html" or f'id="{unquote(anchor)}"' in
-                                          aim.read_text(encoding="utf-8"))  # fmt: skip
-                if not there:
-                    print(f"{page.relative_to(site)}: {target} leads nowhere")
+                destination = page.parent / unquote(path) if path else page
+                exists = destination.exists() and (not anchor or destination.suffix != ".html" or f'id="{unquote(anchor)}"' in
+                                          destination.read_text(encoding="utf-8"))  # fmt: skip
+                if not exists:
+                    print(f"{page.relative_to(site)}: {target}: dead link")
                     wrong += 1
             if re.search(r'<(?:script|link)[^>]*(?:src|href)="https?:', text):
-                print(f"{page.relative_to(site)} asks another machine for something")
+                print(f"{page.relative_to(site)} loads a resource from another server")
                 wrong += 1
         count = len(list(site.rglob("*.html")))
-        print(f"{count} pages, {wrong} of their links lead nowhere")
+        print(f"{count} pages, {wrong} dead or forbidden links")
         return 1 if wrong or count < 80 else 0
 
 

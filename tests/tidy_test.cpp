@@ -205,7 +205,7 @@ std::vector<Source> all_sources() {
   return all;
 }
 
-TEST(House, EachFileBelongsToAPartOfAModule) {
+TEST(House, AssignsEachFileToPartOfModule) {
   for (const auto& source : sources()) EXPECT_TRUE(kArrows.contains(source.part)) << source.at(0);
 }
 
@@ -244,7 +244,7 @@ TEST(House, ModulesDependOneWay) {
 }
 
 /// The modules' tests share what lies in tests/support; only the tests of the benchmarks include those.
-TEST(House, TestsAndBenchmarksShareWhatIsMeantToBeShared) {
+TEST(House, TestsAndBenchmarksIncludeOnlySharedHeaders) {
   const std::regex include(R"re(^#include "((tests|bench)/[a-z_0-9]+)/.*")re");
   std::size_t includes = 0;
   for (const auto& source : sources_beside())
@@ -259,7 +259,7 @@ TEST(House, TestsAndBenchmarksShareWhatIsMeantToBeShared) {
   EXPECT_GT(includes, 100u);
 }
 
-TEST(House, ThirdPartiesStayInTheirModules) {
+TEST(House, ThirdPartyHeadersAreIncludedInTheirModulesOnly) {
   const std::regex include(R"(^#include <([^>]+)>)");
   const std::vector<std::string> known{"toml++/",  "modbus/",         "sqlite3.h", "nlohmann/", "Eigen/", "tbb/",
                                        "oneapi/",  "boost/",          "Q",         "CLI/",      "png.h",  "HYPRE",
@@ -279,7 +279,7 @@ TEST(House, ThirdPartiesStayInTheirModules) {
   EXPECT_GT(includes, 100u);
 }
 
-TEST(House, HeadersOfAModuleHideItsThirdParties) {
+TEST(House, HeadersIncludeNoThirdPartyHeaders) {
   const std::regex include(
       R"(^#include <(toml\+\+/|modbus/|libserialport|hidapi|sqlite3\.h|libpq|nlohmann/|Q[A-Z]|HYPRE|mpi\.h))");
   for (const auto& source : sources()) {
@@ -292,7 +292,7 @@ TEST(House, HeadersOfAModuleHideItsThirdParties) {
   }
 }
 
-TEST(House, WrappersOfThirdPartiesAreIncludedBySourcesAlone) {
+TEST(House, OnlySourcesIncludeThirdPartyWrappers) {
   for (const auto& source : sources()) {
     const bool is_header = source.path.extension() == ".hpp";
     for (std::size_t i = 0; i < source.lines.size(); ++i)
@@ -327,7 +327,7 @@ TEST(House, EachPartHasItsNamespace) {
   EXPECT_GT(seen, 600u);
 }
 
-TEST(House, EachSourceSaysItsLicence) {
+TEST(House, EachSourceStatesItsLicence) {
   for (const auto& source : all_sources())
     EXPECT_EQ(source.lines.front(), "// SPDX-License-Identifier: Apache-2.0") << source.at(0);
 }
@@ -343,14 +343,14 @@ std::size_t width_of(const std::string& line) {
 
 constexpr std::size_t kWidest = 120;
 
-TEST(House, LinesFitASheet) {
+TEST(House, LinesAreAtMost120Characters) {
   for (const auto& source : all_sources())
     for (std::size_t i = 0; i < source.lines.size(); ++i)
       EXPECT_LE(width_of(source.lines[i]), kWidest) << source.at(i) << ": too wide";
 }
 
 /// Rows of tables, code and what has no blank to break at may be wider.
-TEST(House, DocumentsFitASheet) {
+TEST(House, LinesOfDocumentsAreAtMost120Characters) {
   std::vector<fs::path> documents;
   for (const auto* folder : {"", "docs", "docs/decisions", "docs/how-to", "docs/reference", "docs/tutorial", "bench",
                              "profiles", "profiles/analogue-inputs", "profiles/gyro-streams", "tests/edges"})
@@ -446,7 +446,7 @@ void f() {
   EXPECT_EQ(found_by_scanner(source), (Found{"7-10 void f()"}));
 }
 
-TEST(FunctionScanner, TakesNoValueTypeOrNamespaceForAFunction) {
+TEST(FunctionScanner, DistinguishesValuesTypesAndNamespacesFromFunctions) {
   const std::string source = R"(extern "C" {
 int c_function(void) { return 0; }
 }
@@ -468,7 +468,7 @@ struct LineOf<float> {
   EXPECT_EQ(found_by_scanner(source), (Found{"2-2 int c_function(void)", "13-13 struct stat status_of(int file)"}));
 }
 
-TEST(FunctionScanner, ReportsABraceWithoutItsPartner) {
+TEST(FunctionScanner, ReportsUnmatchedBrace) {
   EXPECT_FALSE(scan_functions("void f() { if (x) { }\n").is_balanced);
   EXPECT_FALSE(scan_functions("namespace a {\nvoid f() {}\n").is_balanced);
   EXPECT_FALSE(scan_functions("void f() {} }\n").is_balanced);
@@ -505,7 +505,7 @@ TEST(House, BannedWordsAreNotUsed) {
 }
 
 /// What a test may do, and the program may not.
-TEST(House, WordsBannedFromTheProgramAreNotUsedInIt) {
+TEST(House, WordsBannedFromProgramAreNotUsed) {
   const std::vector<Ban> bans{
       {std::regex(R"(\bsleep_for\b|\busleep\b|\bnanosleep\b)"), "hand in a Clock", {"apps", "sequencer/watchdog"}},
       {std::regex(R"(\bthrow\b)"), "Result", {}},
@@ -540,7 +540,7 @@ TEST(House, EachPresetCompilesWithAssertions) {
 }
 
 /// The documents name scripts as commands.
-TEST(House, ScriptsCanBeRun) {
+TEST(House, ScriptsAreExecutable) {
   int scripts = 0;
   for (const std::string folder : {"bench", "debian", "profiles", "tests"}) {
     for (const auto& entry : fs::recursive_directory_iterator(kRoot / folder)) {
@@ -567,7 +567,7 @@ std::set<std::string> found_in(const std::string& text, const char* pattern) {
 std::string text_of(const fs::path& path) { return fmt::format("{}", fmt::join(lines_of(path), "\n")); }
 
 /// Sections of docs/errata.md, rows of docs/invariants.md and numbers of docs/decisions that sources speak of.
-TEST(House, EveryReferenceToAnErratumAnInvariantOrADecisionResolves) {
+TEST(House, ReferencesToErrataInvariantsAndDecisionsResolve) {
   const auto sections = found_in(text_of(kRoot / "docs/errata.md"), R"((?:^|\n)##+ (\d+(?:\.\d+)?)\.? )");
   const auto invariants = found_in(text_of(kRoot / "docs/invariants.md"), R"(\n\| (I\d+) \|)");
   std::set<std::string> decisions;
@@ -597,7 +597,7 @@ TEST(House, EveryReferenceToAnErratumAnInvariantOrADecisionResolves) {
 }
 
 /// The last column of docs/glossary.md.
-TEST(House, NamesAreThoseOfTheGlossary) {
+TEST(House, NamesFollowGlossary) {
   std::set<std::string> losers;
   for (const auto& line : lines_of(kRoot / "docs/glossary.md"))
     if (line.starts_with("| ")) losers.merge(found_in(line.substr(line.rfind('|', line.size() - 2)), R"(`(\w+)`)"));
@@ -608,7 +608,7 @@ TEST(House, NamesAreThoseOfTheGlossary) {
       EXPECT_FALSE(std::regex_search(source.lines[i], loser)) << source.at(i) << ": see docs/glossary.md";
 }
 
-TEST(House, TopLevelHoldsTheModulesAndNothingElse) {
+TEST(House, TopLevelContainsOnlyModules) {
   std::set<std::string> allowed{"ARCHITECTURE.md",
                                 "CHANGELOG.md",
                                 "CITATION.cff",

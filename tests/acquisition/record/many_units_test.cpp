@@ -201,7 +201,7 @@ TEST(ManyUnits, AreColumnsWithTheirLabels) {
             "u-2.true_bias_deg_per_h ");
 }
 
-TEST(ManyUnits, AreColumnsOfATextTable) {
+TEST(ManyUnits, AreColumnsOfTextTable) {
   Record record;
   record.info = two_units();
   const auto csv = to_csv(record);

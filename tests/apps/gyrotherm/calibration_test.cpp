@@ -342,7 +342,7 @@ TEST_F(CalibrationOfAUnit, IsComparedWithReportOfYearBefore) {
   EXPECT_TRUE(found);
 }
 
-TEST_F(CalibrationOfAUnit, IsSupersededByAnAuthorisedReportOfTheSameUnit) {
+TEST_F(CalibrationOfAUnit, IsSupersededByAuthorisedReportOfSameUnit) {
   const auto reported = [](const std::string& name, std::initializer_list<std::pair<std::string, std::string>> other) {
     std::string order = kOrder;
     for (const auto& [from, to] : other) order.replace(order.find(from), from.size(), to);

@@ -40,7 +40,7 @@ TEST_F(Compensate, PrintsLinePerRow) {
   EXPECT_NE(ran.err.find("lag by 50 s"), std::string::npos) << ran.err;
 }
 
-TEST_F(Compensate, AnswersSingleRowAtOnce) {
+TEST_F(Compensate, AnswersSingleRowImmediately) {
   std::ofstream(folder_ / "rows") << small_rows(101);
   // The writer keeps its end open and continues only after its rows have been answered. It gives up after a minute.
   const auto ran = shell("cd " + (folder_ / ".") +

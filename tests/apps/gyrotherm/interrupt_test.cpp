@@ -48,7 +48,7 @@ kind = "rate"
 scale = 1.0
 )";
 
-TEST(Interrupt, EndsSimpleCommandAtOnce) {
+TEST(Interrupt, EndsSimpleCommandImmediately) {
   const Folder folder;
   const Listener chamber;
   ASSERT_EQ(shell("sed 's#tcp://[0-9.]*:502#tcp://127.0.0.1:" + std::to_string(chamber.port()) +
@@ -80,7 +80,7 @@ TEST(Interrupt, LeavesNoFileOfImport) {
   }
 }
 
-TEST(Interrupt, StopsAServerInOrder) {
+TEST(Interrupt, StopsServerInOrder) {
   const Folder folder;
   for (const int number : {SIGINT, SIGTERM, SIGHUP}) {
     Background simulate({"simulate"}, folder / ("out" + std::to_string(number)));

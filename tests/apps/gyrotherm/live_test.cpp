@@ -42,7 +42,7 @@ class LiveRun : public testing::Test {
   Background run_;
 };
 
-TEST_F(LiveRun, ExportsRowsAsTheyCome) {
+TEST_F(LiveRun, ExportsRowsAsTheyArrive) {
   const auto followed = shell("gyrotherm export " + path_ + " --follow | head -200");
   const auto lines = split_lines(followed.out);
   ASSERT_EQ(lines.size(), 200u) << followed.err;

@@ -22,7 +22,7 @@ const Finding* find(const std::vector<Finding>& findings, const std::string& wha
 
 std::vector<Finding> readiness(const rig::RigFile& rig) { return check_readiness(rig, "run.db", kVirtualEpoch); }
 
-TEST(Readiness, WarnsWhenTheEarthRateOfAnAxisIsUnknown) {
+TEST(Readiness, WarnsWhenEarthRateOfAxisIsUnknown) {
   for (const auto* name : {"virtual", "virtual-lot", "virtual-hard", "example-f4t-lakeshore-kvh"}) {
     auto rig = shipped(name);
     const auto known = check_bias_zero(rig);

@@ -71,7 +71,7 @@ TEST(ReliabilityTable, NamesEveryPromise) {
 
 TEST(ReliabilityTable, NamesExistingTests) { EXPECT_GT(expect_named_tests_exist(promises()), 30u); }
 
-TEST(VerifiedEffects, NamesATestForEachFinding) {
+TEST(VerifiedEffects, NamesTestForEachFinding) {
   const auto rows = read_rows("verified-effects.md");
   for (int i = 0; i <= 17; ++i) EXPECT_TRUE(rows.contains("X" + std::to_string(i))) << "X" << i;
   for (int i = 1; i <= 12; ++i) EXPECT_TRUE(rows.contains("A" + std::to_string(i))) << "A" << i;

@@ -12,7 +12,7 @@
 namespace gyrotherm::control {
 namespace {
 
-TEST(ControlRequest, GoesThroughAMessageUnchanged) {
+TEST(ControlRequest, SurvivesMessageUnchanged) {
   for (const auto* word : {"pause", "resume", "stop", "abort"}) {
     const auto request = make_request(word, "");
     ASSERT_TRUE(request) << word;
@@ -42,14 +42,14 @@ TEST(ControlRequest, GoesThroughAMessageUnchanged) {
   }
 }
 
-TEST(ControlRequest, SaysForWhomAMonitorAsks) {
+TEST(ControlRequest, NamesUserOfMonitor) {
   auto request = *make_request("acknowledge", "7 seen");
   request.for_user = "anna.b@lab-2";
   EXPECT_EQ(to_message(request), "gyrotherm-tell/1 for=anna.b@lab-2 acknowledge 7 seen");
   EXPECT_EQ(parse_request(to_message(request)), request);
 }
 
-TEST(ControlRequest, AUserHasANameOfAFewCharacters) {
+TEST(ControlRequest, RestrictsCharactersOfUserNames) {
   for (const auto* good : {"a", "anna", "A.B_c-d@e", "0"}) EXPECT_TRUE(is_user_name(good)) << good;
   EXPECT_TRUE(is_user_name(std::string(64, 'x')));
   for (const auto& bad : {std::string(), std::string(65, 'x'), std::string("an na"), std::string("änna"),
@@ -59,7 +59,7 @@ TEST(ControlRequest, AUserHasANameOfAFewCharacters) {
   }
 }
 
-TEST(ControlRequest, AnAlarmIsAcknowledgedByItsNumberAndWithAComment) {
+TEST(ControlRequest, AcknowledgesAlarmByNumberWithComment) {
   const auto one = make_request("acknowledge", "12  seen: it was the fuse");
   ASSERT_TRUE(one) << text(one.error());
   EXPECT_EQ(one->acknowledgement->alarms, std::vector<std::int64_t>{12});
@@ -70,7 +70,7 @@ TEST(ControlRequest, AnAlarmIsAcknowledgedByItsNumberAndWithAComment) {
     EXPECT_FALSE(make_request("acknowledge", wrong)) << wrong;
 }
 
-TEST(ControlRequest, WhatIsNoWordIsAMistakeOfTheCommandLine) {
+TEST(ControlRequest, RefusesUnknownKeyword) {
   for (const auto& [word, note] : std::vector<std::pair<std::string, std::string>>{{"go", ""},
                                                                                    {"", ""},
                                                                                    {"pause", "now"},

@@ -60,7 +60,7 @@ class Listening {
   std::jthread thread_;
 };
 
-TEST(ControlSocket, AnswersWithWhatWasDone) {
+TEST(ControlSocket, AnswersWithResult) {
   const tests::TestFolder folder;
   auto socket = open_with_status(folder / "run.db");
   ASSERT_TRUE(socket) << text(socket.error());
@@ -73,7 +73,7 @@ TEST(ControlSocket, AnswersWithWhatWasDone) {
   EXPECT_EQ(listening.heard[0].command, OperatorCommand::pause);
 }
 
-TEST(ControlSocket, TheKernelSaysWhoSpeaks) {
+TEST(ControlSocket, IdentifiesClientByKernelCredentials) {
   const tests::TestFolder folder;
   auto socket = open_with_status(folder / "run.db");
   ASSERT_TRUE(socket);
@@ -83,7 +83,7 @@ TEST(ControlSocket, TheKernelSaysWhoSpeaks) {
   EXPECT_NE(listening.speaker.find("(uid " + std::to_string(::getuid()) + ")"), std::string::npos) << listening.speaker;
 }
 
-TEST(ControlSocket, WhomAMonitorAsksForIsNamedBesideWhoTheKernelSaysItIs) {
+TEST(ControlSocket, RecordsUserOfMonitorNextToKernelUser) {
   const tests::TestFolder folder;
   auto socket = open_with_status(folder / "run.db");
   ASSERT_TRUE(socket);
@@ -98,7 +98,7 @@ TEST(ControlSocket, WhomAMonitorAsksForIsNamedBesideWhoTheKernelSaysItIs) {
   EXPECT_EQ(listening.heard[0].note, "the door was open");
 }
 
-TEST(ControlSocket, NobodyThereIsAMistakeAndASilentOneATimeout) {
+TEST(ControlSocket, ReportsMissingListenerAndTimeOutOfSilentOne) {
   const tests::TestFolder folder;
   const auto nobody = tell(folder / "run.db", *make_request("pause", ""), 1s);
   ASSERT_FALSE(nobody);
@@ -110,7 +110,7 @@ TEST(ControlSocket, NobodyThereIsAMistakeAndASilentOneATimeout) {
   EXPECT_EQ(silent.error().kind, FaultKind::timeout);
 }
 
-TEST(ControlSocket, OneThatADeadProgramLeftIsReplacedAndAnythingElseIsNot) {
+TEST(ControlSocket, ReplacesSocketOfDeadProgramOnly) {
   const tests::TestFolder folder;
   {
     auto dead = ControlSocket::open(folder / "run.db");
@@ -127,7 +127,7 @@ TEST(ControlSocket, OneThatADeadProgramLeftIsReplacedAndAnythingElseIsNot) {
   EXPECT_FALSE(ControlSocket::open(folder / "other.db"));
 }
 
-TEST(ControlSocket, IsForOwnerAndGroup) {
+TEST(ControlSocket, IsAccessibleToOwnerAndGroupOnly) {
   const tests::TestFolder folder;
   const auto socket = ControlSocket::open(folder / "run.db");
   ASSERT_TRUE(socket);
@@ -136,7 +136,7 @@ TEST(ControlSocket, IsForOwnerAndGroup) {
   EXPECT_EQ(found.st_mode & 0777, 0660u);
 }
 
-TEST(ControlSocket, IsForOwnerAloneWhenUmaskExcludesGroup) {
+TEST(ControlSocket, IsAccessibleToOwnerOnlyWhenUmaskExcludesGroup) {
   for (const auto& [mask, mode] : {std::pair{0000u, 0660u}, {0022u, 0660u}, {0027u, 0660u}, {0077u, 0600u}}) {
     const tests::TestFolder folder;
     const auto before = ::umask(mask);
@@ -240,7 +240,7 @@ TEST(ControlSocket, RefusesListenerOfAnotherUser) {
   EXPECT_TRUE(answer) << "the run of that user";
 }
 
-TEST(ControlSocket, IsReachedInAFolderOfAnyDepth) {
+TEST(ControlSocket, WorksInFolderOfAnyDepth) {
   const tests::TestFolder folder;
   const auto deep = folder / (std::string(90, 'a') + "/" + std::string(90, 'b'));
   std::filesystem::create_directories(deep);
@@ -267,7 +267,7 @@ std::string say_raw(const std::string& record, const std::string& message) {
   return {heard, static_cast<std::size_t>(std::max<ssize_t>(size, 0))};
 }
 
-TEST(ControlSocket, NoMessageButAWholeOneOfThisVersionIsHeard) {
+TEST(ControlSocket, RefusesIncompleteMessagesAndOtherVersions) {
   const tests::TestFolder folder;
   auto socket = ControlSocket::open(folder / "run.db");
   ASSERT_TRUE(socket);
@@ -282,7 +282,7 @@ TEST(ControlSocket, NoMessageButAWholeOneOfThisVersionIsHeard) {
   EXPECT_TRUE(listening.heard.empty());
 }
 
-TEST(ControlSocket, AnswersWhenDescriptorsAreUsedUp) {
+TEST(ControlSocket, AnswersWhenDescriptorsAreExhausted) {
   const tests::TestFolder folder;
   auto socket = open_with_status(folder / "run.db");
   ASSERT_TRUE(socket);
@@ -354,7 +354,7 @@ class HangsUp {
   std::jthread thread_;
 };
 
-TEST(ControlSocket, SpeaksAgainUntilItsMessageIsTakenAndNeverTwice) {
+TEST(ControlSocket, RetriesUntilMessageIsReadAndSendsItOnce) {
   using When = HangsUp::When;
   const tests::TestFolder folder;
   HangsUp listener(folder / "run.db", {When::unread, When::before_it_speaks, When::unread, When::read});
@@ -364,7 +364,7 @@ TEST(ControlSocket, SpeaksAgainUntilItsMessageIsTakenAndNeverTwice) {
   EXPECT_EQ(answer.error().kind, FaultKind::disconnected) << text(answer.error());
 }
 
-TEST(ControlSocket, WhoConnectsAndSaysNothingKeepsNobodyOut) {
+TEST(ControlSocket, ServesOthersWhileClientIsSilent) {
   const tests::TestFolder folder;
   auto socket = open_with_status(folder / "run.db");
   ASSERT_TRUE(socket);

@@ -87,7 +87,7 @@ void EachInterlock::expect_the_chamber_is_made_safe() {
   EXPECT_EQ(d_.chambers_set_point(), kSafe);
 }
 
-TEST_P(EachInterlock, BrokenAloneActsAloneAsItsTablePromises) {
+TEST_P(EachInterlock, ActsAloneAsDocumentedWhenOneThingBreaks) {
   d_.seconds(broken_.at);
   ASSERT_EQ(d_.run_controller().run_state(), RunState::execute);
   ASSERT_TRUE(d_.standing().empty()) << d_.standing().front();
@@ -112,7 +112,7 @@ TEST_P(EachInterlock, BrokenAloneActsAloneAsItsTablePromises) {
 INSTANTIATE_TEST_SUITE_P(Interlocks, EachInterlock, ::testing::ValuesIn(broken_things()),
                          [](const auto& one) { return std::string(one.param.shows); });
 
-TEST(Interlocks, AreEachShownByBreakingOneThing) {
+TEST(Interlocks, AreAllTestedByBreakingOneThing) {
   std::set<interlocks::InterlockId> shown;
   for (const auto& thing : broken_things()) {
     shown.insert(thing.cause);
@@ -130,7 +130,7 @@ const BrokenThing& that_shows(interlocks::InterlockId cause) {
   return *std::ranges::find(broken_things(), cause, &BrokenThing::cause);
 }
 
-TEST(Interlocks, ASilenceThatDoesNotEndEndsTheRun) {
+TEST(Interlocks, AbortRunWhenSilenceDoesNotEnd) {
   for (const auto cause : {interlocks::InterlockId::chamber_silent, interlocks::InterlockId::thermometers_lost,
                            interlocks::InterlockId::gyro_silent}) {
     const auto& broken = that_shows(cause);
@@ -153,7 +153,7 @@ TEST(Interlocks, ASilenceThatDoesNotEndEndsTheRun) {
   }
 }
 
-TEST(Interlocks, AChamberThatKeepsWholeKelvinsIsDrivenAndMadeSafeAllTheSame) {
+TEST(Interlocks, AcceptChamberThatRoundsToWholeKelvins) {
   BreakableRun d({.rig = [](rig::RigFile& file) {
     auto& items = file.chamber_map.items;
     auto& set_point = *std::ranges::find(items, "set_point", &drivers::RegisterItem::name);
@@ -170,7 +170,7 @@ TEST(Interlocks, AChamberThatKeepsWholeKelvinsIsDrivenAndMadeSafeAllTheSame) {
 }
 
 /// Another client writes 65 °C in every other second.
-TEST(Interlocks, SuspendWithinSecondsWhenSetPointFlickers) {
+TEST(Interlocks, SuspendWithinSecondsWhenSetPointAlternates) {
   BreakableRun d({});
   d.seconds(900);
   int seconds = 0;
@@ -183,7 +183,7 @@ TEST(Interlocks, SuspendWithinSecondsWhenSetPointFlickers) {
 }
 
 /// Thermometers H and shell are exchanged on a ramp.
-TEST(Interlocks, NameBothThermometersThatWereExchanged) {
+TEST(Interlocks, NameBothExchangedThermometers) {
   BreakableRun d({.rig = [](rig::RigFile& file) { file.limits.drift = {0.5}; }});
   d.seconds(560);
   d.break_plant([](simulator::LaboratoryFaults& faults) {
@@ -196,7 +196,7 @@ TEST(Interlocks, NameBothThermometersThatWereExchanged) {
 }
 
 /// Readings that were stored before the instrument was reported as frozen remain; later ones are stored as faults.
-TEST(Interlocks, StoreNoReadingOfAFrozenInstrumentAndNoCountOfADeadGyro) {
+TEST(Interlocks, StoreNoReadingsOfFrozenInstrumentOrDeadGyro) {
   BreakableRun d({});
   d.seconds(900);
   that_shows(interlocks::InterlockId::gyro_dead).breaks(d);
@@ -209,7 +209,7 @@ TEST(Interlocks, StoreNoReadingOfAFrozenInstrumentAndNoCountOfADeadGyro) {
   EXPECT_FALSE(last.units[0].count.value);
 }
 
-TEST(Interlocks, AWaitThatDoesNotEndEndsTheRun) {
+TEST(Interlocks, AbortRunWhenWaitDoesNotEnd) {
   for (const auto cause : {interlocks::InterlockId::door, interlocks::InterlockId::slept}) {
     const auto& broken = that_shows(cause);
     BreakableRun d({.rig = [](rig::RigFile& file) {

@@ -43,7 +43,7 @@ void expect_invariants_hold(const SimulatedSetup& ground, const SimulatedRunSett
 class HourLong : public ::testing::TestWithParam<std::uint64_t> {};
 constexpr std::uint64_t kSeedsInABlock = 50;
 
-TEST_P(HourLong, FaultSchedulesBreakNoLaw) {
+TEST_P(HourLong, FaultSchedulesViolateNoInvariant) {
   const auto& ground = ground_of(kHour);
   const auto options = options_for(ground);
   for (auto seed = GetParam(); seed < GetParam() + kSeedsInABlock; ++seed)
@@ -52,7 +52,7 @@ TEST_P(HourLong, FaultSchedulesBreakNoLaw) {
 INSTANTIATE_TEST_SUITE_P(FaultSchedules, HourLong, ::testing::Values(1, 51, 101, 151, 201, 251));
 
 class Whole : public ::testing::TestWithParam<std::uint64_t> {};
-TEST_P(Whole, QualificationsWithFaultsBreakNoLaw) {
+TEST_P(Whole, QualificationsWithFaultsViolateNoInvariant) {
   const auto& ground = ground_of(GetParam() % 4 < 2 ? kWhole : kSoaked);
   for (auto seed = GetParam(); seed < GetParam() + 2; ++seed)
     expect_invariants_hold(ground, make_setting(seed, draw_schedule(seed, options_for(ground))));
@@ -63,7 +63,7 @@ INSTANTIATE_TEST_SUITE_P(FaultSchedules, Whole, ::testing::Values(1, 3, 5, 7, 9)
 INSTANTIATE_TEST_SUITE_P(FaultSchedules, Whole, ::testing::Values(1, 7));  // one with each profile
 #endif
 
-TEST(FaultSchedules, ThatFailedOnceDoNotFailAgain) {
+TEST(FaultSchedules, PassWhenTheyFailedOnce) {
   std::ifstream file(GYROTHERM_SOURCE_DIR "/tests/sequencer/faults/regressions.txt");
   ASSERT_TRUE(file);
   SimulatedRunSetting setting = make_setting(0, {});
@@ -90,7 +90,7 @@ TEST(FaultSchedules, ThatFailedOnceDoNotFailAgain) {
   EXPECT_GT(carried_out, 0);
 }
 
-TEST(FaultSchedules, WithoutFaultsEverySecondExecutesAndNothingIsAlarmed) {
+TEST(FaultSchedules, ExecuteEverySecondWithoutAlarmWhenEmpty) {
   for (const std::uint64_t seed : {0U, 1U}) {
     const auto report = carry_out(ground_of(kHour), make_setting(seed, {}));
     EXPECT_TRUE(report.violations.empty()) << report.violations.front();
@@ -100,7 +100,7 @@ TEST(FaultSchedules, WithoutFaultsEverySecondExecutesAndNothingIsAlarmed) {
   }
 }
 
-TEST(FaultSchedules, OfOneSeedGiveOneLog) {
+TEST(FaultSchedules, GiveSameLogForSameSeed) {
   const auto& ground = ground_of(kHour);
   std::set<std::uint64_t> logs;
   for (std::uint64_t seed = 1; seed <= 12; ++seed) {
@@ -113,7 +113,7 @@ TEST(FaultSchedules, OfOneSeedGiveOneLog) {
 }
 
 /// Twenty-four axes on eight lines: one falls silent, is dropped and is returned, and the others continue.
-TEST(FaultSchedules, ALotOfGyrosBreaksNoLaw) {
+TEST(FaultSchedules, ViolateNoInvariantWithLotOfGyros) {
   const auto lot = simulated_setup(kHour, "virtual-lot");
   for (std::uint64_t seed = 1; seed <= 6; ++seed)
     expect_invariants_hold(lot, make_setting(seed, draw_schedule(seed, options_for(lot))));
@@ -124,7 +124,7 @@ TEST(FaultSchedules, ALotOfGyrosBreaksNoLaw) {
   EXPECT_EQ(report.ending, Ending::complete);
 }
 
-TEST(FaultSchedules, DrawEveryKindOfMishapAndReachEveryState) {
+TEST(FaultSchedules, DrawEveryKindOfFaultAndReachEveryState) {
   const auto options = options_for(ground_of(kHour));
   auto of_many_units = options;
   of_many_units.units = 8;
@@ -146,7 +146,7 @@ TEST(FaultSchedules, DrawEveryKindOfMishapAndReachEveryState) {
 }
 
 /// Runs one schedule for each fault that stops the disk.
-TEST(FaultSchedules, RideOutADiskThatTakesNothing) {
+TEST(FaultSchedules, SurviveDiskThatAcceptsNothing) {
   const auto with = [](std::uint64_t seed, InjectedFaultKind kind, double size) {
     const Schedule schedule{{.at = 600, .kind = kind, .target = 0, .lasts = 400, .size = size},
                             {.at = 1500, .kind = InjectedFaultKind::power_cut, .target = 0, .lasts = 60, .size = 0}};
@@ -171,14 +171,14 @@ TEST(FaultSchedules, RideOutADiskThatTakesNothing) {
   EXPECT_LE(slow.longest_backlog, 70) << "what comes during one transaction waits for the next";
 }
 
-TEST(FaultSchedules, AMachineThatSleptIsHeld) {
+TEST(FaultSchedules, HoldRunAfterSleepOfMachine) {
   const Schedule schedule{{.at = 600, .kind = InjectedFaultKind::machine_sleeps, .target = 0, .lasts = 300, .size = 0}};
   const auto report = carry_out(ground_of(kHour), make_setting(4, schedule));
   EXPECT_TRUE(report.violations.empty()) << report.violations.front();
   EXPECT_GT(report.seconds_in_state[static_cast<std::size_t>(RunState::held)], 0);
 }
 
-TEST(FaultSchedules, AreReadAsTheyAreWritten) {
+TEST(FaultSchedules, SurviveTextFormUnchanged) {
   for (std::uint64_t seed = 1; seed <= 50; ++seed)
     for (const auto& fault : draw_schedule(seed, {})) EXPECT_EQ(parse_fault(text(fault)), fault) << text(fault);
   EXPECT_FALSE(parse_fault("12 nothing_like_it 0 1 0"));
@@ -242,16 +242,14 @@ void expect_resume_equals_twin(const std::string& profile, std::size_t first, st
     for (const auto rows : {ends[i], ends[i] + 1}) expect_twin_up_to(rows, kDown, ground, twin);
 }
 
-TEST(Crash, AtAnySegmentsBoundaryIsFollowedByTheSameSegmentsNoneOfThemShorter) {
-  expect_resume_equals_twin(kHour, 0, 1);
-}
+TEST(Crash, AtSegmentBoundaryShortensNoLaterSegment) { expect_resume_equals_twin(kHour, 0, 1); }
 
 #ifdef GYROTHERM_NIGHTLY
 /// Tests one share of the boundaries. The shares can run in parallel.
 class WholeCrash : public ::testing::TestWithParam<std::size_t> {};
 constexpr std::size_t kShares = 11;
 
-TEST_P(WholeCrash, AtEachSegmentsBoundaryIsFollowedByTheSameSegmentsNoneOfThemShorter) {
+TEST_P(WholeCrash, AtEachSegmentBoundaryShortensNoLaterSegment) {
   expect_resume_equals_twin(kWhole, GetParam(), kShares);
 }
 INSTANTIATE_TEST_SUITE_P(Qualification, WholeCrash, ::testing::Range<std::size_t>(0, kShares));

@@ -15,7 +15,7 @@ std::string objection(const std::string& segments, const ChamberLimits& chamber 
   return text(checked.error());
 }
 
-TEST(Check, AllowsWhatTheChamberCanDoExactly) {
+TEST(Check, AllowsExactLimitsOfChamber) {
   EXPECT_EQ(
       objection(kHold20 +
                 "[[segment]]\nkind = \"ramp\"\nto = 70\nrate = 6\n[[segment]]\nkind = \"ramp\"\nto = -45\nrate = 4\n"),
@@ -23,13 +23,13 @@ TEST(Check, AllowsWhatTheChamberCanDoExactly) {
   EXPECT_EQ(objection(kHold20 + "[[segment]]\nkind = \"ramp\"\nto = 20.1\ntime = \"1 s\"\n"), "nothing");
 }
 
-TEST(Check, HeatingAndCoolingHaveTheirOwnRates) {
+TEST(Check, AppliesSeparateRatesToHeatingAndCooling) {
   EXPECT_EQ(objection(kHold20 + "[[segment]]\nkind = \"ramp\"\nto = 30\nrate = 5\n"), "nothing");
   EXPECT_EQ(objection(kHold20 + "[[segment]]\nkind = \"ramp\"\nto = 10\nrate = 5\n"),
             "p.toml:8:1: 5 °C/min is faster than the chamber cools, expected at most 4 °C/min");
 }
 
-TEST(Check, TellsEveryMistakeAtOnceAndEachOnce) {
+TEST(Check, ReportsAllErrorsOnce) {
   EXPECT_EQ(objection(R"([[segment]]
 kind = "hold"
 at = 80
@@ -52,7 +52,7 @@ rates = [2, 7]
             "p.toml:15:3: 7 °C/min is faster than the chamber heats, expected at most 6 °C/min");
 }
 
-TEST(Check, ATemperatureAtWhichTheAirEndsTheRunIsAMistake) {
+TEST(Check, RefusesTemperatureAtAirLimit) {
   const auto p = parsed(kHold20);
   EXPECT_TRUE(check_air(p, {20}, {20}));
   const auto verdict = check_air(p, {-60}, {15});
@@ -61,7 +61,7 @@ TEST(Check, ATemperatureAtWhichTheAirEndsTheRunIsAMistake) {
             "p.toml:4:1: 20 °C is outside the rig's air limits, at which a run ends, expected -60 to 15 °C");
 }
 
-TEST(Check, ADeadlineMustLeaveTimeForTheSoak) {
+TEST(Check, RefusesDeadlineShorterThanSoak) {
   const std::string soak = "guaranteed_soak = true\nsoak_time = \"300 s\"\n";
   EXPECT_EQ(objection(kHold20 + soak + "deadline = \"300 s\"\n"), "nothing");
   EXPECT_EQ(objection(kHold20 + soak + "deadline = \"299 s\"\n"),
@@ -77,7 +77,7 @@ rates = [1, 4]
 hold = ["1 min", "5 min"]
 )";
 
-TEST(Check, AHoldElsewhereThatNothingLeadsToIsAMistake) {
+TEST(Check, RefusesHoldThatNoRampReaches) {
   const std::string warm = "[[segment]]\nkind = \"hold\"\nat = 60\ntime = \"5 min\"\n";
   const std::string said =
       "the set point is 20 °C before this hold at 60 °C, so the hold's time would begin before the set point arrives; "
@@ -89,7 +89,7 @@ TEST(Check, AHoldElsewhereThatNothingLeadsToIsAMistake) {
   EXPECT_EQ(objection(kHold20 + kHold20), "nothing");
 }
 
-TEST(Check, APassThatBeginsWhereTheOneBeforeDidNotEndIsAMistake) {
+TEST(Check, RefusesPassThatBeginsElsewhereThanPreviousEnds) {
   const auto passes = [](const std::string& count) {
     return "[[segment]]\nkind = \"repeat\"\ncount = " + count +
            "\n[[segment.segment]]\nkind = \"hold\"\nat = 20\ntime = \"1 min\"\n"
@@ -99,9 +99,9 @@ TEST(Check, APassThatBeginsWhereTheOneBeforeDidNotEndIsAMistake) {
   EXPECT_TRUE(objection(passes("3")).starts_with("p.toml:7:1: the set point is 30 °C before this hold at 20 °C"));
 }
 
-TEST(Check, HoldsOfARandomProgramAreWhereItsRampsLead) { EXPECT_EQ(objection(kRandomOfAnHour), "nothing"); }
+TEST(Check, HoldsOfRandomProgramAreAtEndsOfRamps) { EXPECT_EQ(objection(kRandomOfAnHour), "nothing"); }
 
-TEST(Check, AKeyOfASoakWhereThereIsNoneIsAMistake) {
+TEST(Check, RefusesSoakKeyWithoutSoak) {
   const std::string keys = "soak_time = \"5 h\"\nsoak_dwell = \"3 h\"\nsoak_sensor = \"A\"\n";
   EXPECT_EQ(objection(kHold20 + keys),
             "p.toml:4:1: soak_time, soak_sensor, soak_dwell has no effect without a guaranteed soak, expected "
@@ -112,7 +112,7 @@ TEST(Check, AKeyOfASoakWhereThereIsNoneIsAMistake) {
   EXPECT_EQ(objection("[defaults]\nsoak_band = 1\nsoak_slope = 0.1\n" + kHold20), "nothing");
 }
 
-TEST(Check, ASoakOfADrawnHoldIsAsLongAsItIsDrawn) {
+TEST(Check, SoakOfRandomHoldHasDrawnLength) {
   const auto p = parsed("[defaults]\nguaranteed_soak = true\nsoak_time = \"2 h\"\n" + kRandomOfAnHour);
   EXPECT_EQ(p.segments[0].soak_time, std::chrono::hours(2));
   ASSERT_EQ(p.segments[2].kind, SegmentKind::hold);

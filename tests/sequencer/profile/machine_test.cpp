@@ -37,7 +37,7 @@ ProfileState after(const Profile& profile, ProfileState state, int steps, std::o
 
 ProfileState at_soak(const Profile& profile) { return after(profile, begin(profile), 160, Celsius{20}); }
 
-TEST(Machine, BeginsWithTheFirstSecondOfTheFirstSegment) {
+TEST(Machine, BeginsWithFirstSecondOfFirstSegment) {
   const auto profile = soak_profile();
   const auto state = begin(profile);
   ASSERT_TRUE(std::holds_alternative<Holding>(state));
@@ -45,7 +45,7 @@ TEST(Machine, BeginsWithTheFirstSecondOfTheFirstSegment) {
             (ProfilePosition{.segment = 0, .cycle = -1, .phase = Phase::holding, .set_point = Celsius{20}}));
 }
 
-TEST(Machine, TimedSegmentsNeedNoAir) {
+TEST(Machine, CompletesTimedSegmentsWithoutAirReading) {
   const auto profile = soak_profile();
   const auto state = after(profile, begin(profile), 100, std::nullopt);
   ASSERT_TRUE(std::holds_alternative<Ramping>(state));
@@ -53,7 +53,7 @@ TEST(Machine, TimedSegmentsNeedNoAir) {
   EXPECT_EQ(std::get<Ramping>(state).elapsed, Duration::zero());
 }
 
-TEST(Machine, ALongSecondCarriesItsRestIntoTheNextSegment) {
+TEST(Machine, CarriesRemainderOfLongSecondIntoNextSegment) {
   const auto profile = soak_profile();
   const auto ramp = std::get<Ramping>(next(profile, begin(profile), {seconds(107), Celsius{20}}));
   EXPECT_EQ(ramp.elapsed, seconds(7));
@@ -63,7 +63,7 @@ TEST(Machine, ALongSecondCarriesItsRestIntoTheNextSegment) {
   EXPECT_EQ(hold.soaked, Duration::zero());
 }
 
-TEST(Ramp, ItsSetPointGoesInAStraightLine) {
+TEST(Ramp, SetPointIsLinearInTime) {
   const auto profile = soak_profile();
   auto state = after(profile, begin(profile), 100, Celsius{20});
   for (int s = 0; s < 60; ++s, state = next(profile, state, {kSecond, std::nullopt}))
@@ -71,13 +71,13 @@ TEST(Ramp, ItsSetPointGoesInAStraightLine) {
   EXPECT_EQ(demanded_set_point(profile, state), Celsius{25});
 }
 
-TEST(Soak, TakesNoLongerThanAHoldIfTheAirIsThere) {
+TEST(Soak, TakesNoLongerThanHoldWhenAirIsInBand) {
   const auto profile = soak_profile();
   EXPECT_FALSE(std::holds_alternative<Complete>(after(profile, at_soak(profile), 99, Celsius{25})));
   EXPECT_TRUE(std::holds_alternative<Complete>(after(profile, at_soak(profile), 100, Celsius{25})));
 }
 
-TEST(Soak, CountsOnlyInsideTheBand) {
+TEST(Soak, CountsOnlyTimeInBand) {
   const auto profile = soak_profile();
   auto state = after(profile, at_soak(profile), 30, Celsius{23});  // the edge counts
   EXPECT_EQ(std::get<Holding>(state).soaked, seconds(30));
@@ -102,7 +102,7 @@ ProfileState after_at(const Profile& profile, ProfileState state, int steps, dou
   return state;
 }
 
-TEST(Soak, CountsOnlyAfterItsDwellInTheBandWithoutLeavingIt) {
+TEST(Soak, CountsOnlyAfterUninterruptedDwellInBand) {
   const auto profile = patient_profile();
   auto state = after_at(profile, at_soak(profile), 30, 25, 0);
   EXPECT_EQ(std::get<WaitingForSoak>(state).soaked, Duration::zero());
@@ -115,7 +115,7 @@ TEST(Soak, CountsOnlyAfterItsDwellInTheBandWithoutLeavingIt) {
   EXPECT_TRUE(std::holds_alternative<Complete>(after_at(profile, state, 90, 25, 0)));
 }
 
-TEST(Soak, CountsOnlyWhileItsSensorStandsStill) {
+TEST(Soak, CountsOnlyWhileSensorIsStable) {
   const auto profile = patient_profile();
   auto state = after_at(profile, at_soak(profile), 40, 25, 0);
   ASSERT_EQ(std::get<Holding>(state).soaked, seconds(10));
@@ -139,19 +139,19 @@ TEST(Soak, NamesItsSensor) {
       << text(refused.error());
 }
 
-TEST(Soak, DoesNotCountWhileTheAirIsUnknown) {
+TEST(Soak, DoesNotCountWhileAirIsUnknown) {
   const auto profile = soak_profile();
   const auto state = after(profile, at_soak(profile), 5, std::nullopt);
   EXPECT_EQ(std::get<WaitingForSoak>(state).soaked, Duration::zero());
 }
 
-TEST(Soak, AHoldIsNeverShorterThanItsTime) {
+TEST(Soak, IsNeverShorterThanTimeOfHold) {
   const auto profile = parsed(kHold20 + "guaranteed_soak = true\nsoak_time = \"10 s\"\n");
   EXPECT_FALSE(std::holds_alternative<Complete>(after(profile, begin(profile), 99, Celsius{20})));
   EXPECT_TRUE(std::holds_alternative<Complete>(after(profile, begin(profile), 100, Celsius{20})));
 }
 
-TEST(Soak, IsOverdueAfterItsDeadlineAndStaysSo) {
+TEST(Soak, RemainsOverdueAfterDeadline) {
   const auto profile = soak_profile();
   auto state = after(profile, at_soak(profile), 200, Celsius{20});
   EXPECT_TRUE(std::holds_alternative<WaitingForSoak>(state));
@@ -162,7 +162,7 @@ TEST(Soak, IsOverdueAfterItsDeadlineAndStaysSo) {
   EXPECT_EQ(demanded_set_point(profile, state), Celsius{25});
 }
 
-TEST(Soak, WithItsDeadlineAnewHasAllOfItAndKeepsWhatWasSoaked) {
+TEST(Soak, KeepsSoakTimeWhenDeadlineIsRestarted) {
   const auto profile = soak_profile();
   auto state = after(profile, at_soak(profile), 20, Celsius{25});
   EXPECT_EQ(profile_position(profile, restart_deadline(state)), profile_position(profile, state))
@@ -173,7 +173,7 @@ TEST(Soak, WithItsDeadlineAnewHasAllOfItAndKeepsWhatWasSoaked) {
   EXPECT_TRUE(std::holds_alternative<Overdue>(after(profile, state, 181, Celsius{20})));
 }
 
-TEST(Machine, CompleteStaysAtTheLastSetPoint) {
+TEST(Machine, KeepsLastSetPointWhenComplete) {
   const auto profile = soak_profile();
   const auto state = after(profile, at_soak(profile), 150, Celsius{25});
   EXPECT_TRUE(std::holds_alternative<Complete>(state));
@@ -182,7 +182,7 @@ TEST(Machine, CompleteStaysAtTheLastSetPoint) {
   EXPECT_EQ(profile_position(profile, state).segment, 2);
 }
 
-TEST(TimeLeft, FallsByASecondEachSecondThatCounts) {
+TEST(TimeLeft, DecreasesBySecondInEachCountedSecond) {
   const auto profile = soak_profile();
   auto state = begin(profile);
   for (auto left = seconds(260); left > seconds(0); left -= seconds(1)) {
@@ -192,12 +192,12 @@ TEST(TimeLeft, FallsByASecondEachSecondThatCounts) {
   EXPECT_EQ(time_left(profile, state), Duration::zero());
 }
 
-TEST(TimeLeft, StandsStillWhileASoakWaits) {
+TEST(TimeLeft, IsConstantWhileSoakWaits) {
   const auto profile = soak_profile();
   EXPECT_EQ(time_left(profile, after(profile, at_soak(profile), 50, Celsius{20})), seconds(100));
 }
 
-TEST(ProfilePosition, ComesBackAsTheStateItWas) {
+TEST(ProfilePosition, RestoresState) {
   const auto profile = soak_profile();
   for (unsigned seed = 0; seed < 500; ++seed) {
     SCOPED_TRACE(seed);
@@ -219,7 +219,7 @@ TEST(ProfilePosition, ComesBackAsTheStateItWas) {
   }
 }
 
-TEST(ProfilePosition, OfAnotherProfileIsRefused) {
+TEST(ProfilePosition, IsRefusedForAnotherProfile) {
   const auto profile = soak_profile();
   const auto refused = [&](int segment, Phase phase, Duration in_segment = {}) {
     ProfilePosition progress;

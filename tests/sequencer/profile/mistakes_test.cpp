@@ -20,7 +20,7 @@ void PrintTo(const Wrong& wrong, std::ostream* os) { *os << wrong.segments; }
 
 class Mistake : public testing::TestWithParam<Wrong> {};
 
-TEST_P(Mistake, IsToldWithItsPlace) { EXPECT_EQ(refusal(GetParam().segments), GetParam().said); }
+TEST_P(Mistake, IsReportedWithPosition) { EXPECT_EQ(refusal(GetParam().segments), GetParam().said); }
 
 const std::string kRamp = kHold20 + "[[segment]]\nkind = \"ramp\"\n";      // continues at line 10
 const std::string kRepeat = kHold20 + "[[segment]]\nkind = \"repeat\"\n";  // continues at line 10
@@ -111,7 +111,7 @@ INSTANTIATE_TEST_SUITE_P(
             "p.toml:9:8: \"hold\" is zero, expected a time longer than zero\n"
             "p.toml:4:1: the start of this random program is unknown, expected a hold with \"at\" before it"}));
 
-TEST(Mistakes, AreToldAllAtOnceInTheOrderOfTheFile) {
+TEST(Mistakes, AreAllReportedInOrderOfFile) {
   EXPECT_EQ(refusal("[[segment]]\nkind = \"hold\"\nat = \"warm\"\ntime = 5\nsoka_band = 1\n"
                     "[[segment]]\nkind = \"ramp\"\nto = 30\n"),
             "p.toml:6:6: \"at\" is \"warm\", expected a temperature like 20 or \"20 °C\"\n"
@@ -120,7 +120,7 @@ TEST(Mistakes, AreToldAllAtOnceInTheOrderOfTheFile) {
             "p.toml:9:1: neither \"rate\" nor \"time\" is given, expected one of them");
 }
 
-TEST(Mistakes, AWrongSchemaIsOne) {
+TEST(Mistakes, IncludeUnknownSchema) {
   const auto p = parse_profile("schema = \"gyrotherm-profile/2\"\nname = \"p\"\n" + kHold20, "p.toml");
   ASSERT_FALSE(p);
   EXPECT_EQ(p.error().kind, FaultKind::bad_file);
@@ -128,7 +128,7 @@ TEST(Mistakes, AWrongSchemaIsOne) {
             "p.toml:1:10: \"gyrotherm-profile/2\" is not understood, expected \"gyrotherm-profile/1\"");
 }
 
-TEST(Mistakes, AnotherKindOfFileIsTheOnlyOne) {
+TEST(Mistakes, OmitOtherErrorsWhenFileIsOfAnotherKind) {
   const auto p = parse_profile("schema = \"gyrotherm-rig/1\"\nname = \"p\"\nsegment = 5\n", "p.toml");
   ASSERT_FALSE(p);
   EXPECT_EQ(text(p.error()), "p.toml:1:10: the schema of this file is gyrotherm-rig/1, expected gyrotherm-profile/1");
@@ -143,12 +143,12 @@ std::string nested(int depth, const std::string& count) {
 }
 
 /// An expansion would never end.
-TEST(RepeatBomb, IsRefusedWithoutBeingExpanded) {
+TEST(RepeatBomb, IsRefusedWithoutExpansion) {
   EXPECT_EQ(refusal(nested(7, "9223372036854775807")),
             "p.toml:25:1: the profile exceeds 20000 segments or 100000000 s here");
 }
 
-TEST(RepeatBomb, TwentyThousandSegmentsAreStillAllowed) {
+TEST(RepeatBomb, AllowsTwentyThousandSegments) {
   EXPECT_EQ(parsed(nested(1, "20000")).segments.size(), 20'000u);
   EXPECT_NE(refusal(nested(1, "20001")), "nothing");
 }
@@ -160,13 +160,13 @@ std::string written_out(int count) {
   return segments;
 }
 
-TEST(SegmentBomb, IsReadInATimeThatGrowsWithItsLength) {
+TEST(SegmentBomb, IsParsedInLinearTime) {
   const auto read = [](int count) { EXPECT_EQ(std::ssize(parsed(written_out(count)).segments), count); };
   EXPECT_LT(tests::growth_over_ten(read, 2'000), tests::kLargestLinearGrowth);
   EXPECT_EQ(refusal(written_out(20'001)), "p.toml:80004:1: the profile exceeds 20000 segments or 100000000 s here");
 }
 
-TEST(SegmentBomb, OfMistakesTellsTheFirstHundred) {
+TEST(SegmentBomb, ReportsFirstHundredErrors) {
   std::string told;
   const auto refuse = [&](int count) {
     std::string segments;
@@ -180,13 +180,13 @@ TEST(SegmentBomb, OfMistakesTellsTheFirstHundred) {
   EXPECT_TRUE(told.ends_with("p.toml: more errors than the 100 reported here"));
 }
 
-TEST(RepeatBomb, TheWholeProfileHasALongestTime) {
+TEST(RepeatBomb, RefusesProfileLongerThanMaximum) {
   EXPECT_EQ(refusal("[[segment]]\nkind = \"repeat\"\ncount = 1000\n[[segment.segment]]\nkind = \"hold\"\nat = 20\n"
                     "time = \"1000 d\"\n"),
             "p.toml:7:1: the profile exceeds 20000 segments or 100000000 s here");
 }
 
-TEST(RepeatBomb, NestingHasALimit) {
+TEST(RepeatBomb, LimitsNesting) {
   EXPECT_EQ(parsed(nested(7, "1")).segments.size(), 1u);
   EXPECT_EQ(refusal(nested(8, "1")), "p.toml:25:1: repeats are nested deeper than 8 levels");
 }

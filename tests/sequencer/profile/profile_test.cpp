@@ -10,7 +10,7 @@ using std::chrono::hours;
 using std::chrono::minutes;
 using std::chrono::seconds;
 
-TEST(Expansion, AHoldKeepsWhatTheSegmentBeforeLeft) {
+TEST(Expansion, HoldKeepsTemperatureOfPreviousSegment) {
   const auto p = parsed(kHold20 + R"(
 [[segment]]
 kind = "ramp"
@@ -27,19 +27,19 @@ time = "1 min"
   EXPECT_EQ(p.segments[2].place, "p.toml:13:1");
 }
 
-TEST(Expansion, ARampTakesWholeSecondsRoundedUp) {
+TEST(Expansion, RoundsRampUpToWholeSeconds) {
   const auto p = parsed(kHold20 + "[[segment]]\nkind = \"ramp\"\nto = 21\nrate = 0.7\n");
   EXPECT_EQ(p.segments[1].duration, seconds(86));  // 85.7 s
   EXPECT_EQ(p.segments[1].rate, CelsiusPerMinute{0.7});
 }
 
-TEST(Expansion, ARampOfAGivenTimeHasTheRateThatFollows) {
+TEST(Expansion, ComputesRateOfRampFromItsTime) {
   const auto p = parsed(kHold20 + "[[segment]]\nkind = \"ramp\"\nto = -40\ntime = \"30 min\"\n");
   EXPECT_EQ(p.segments[1].duration, minutes(30));
   EXPECT_DOUBLE_EQ(p.segments[1].rate.value, 2);
 }
 
-TEST(Expansion, ARepeatByRatesGivesEachPassItsRate) {
+TEST(Expansion, GivesEachPassOfRepeatItsRate) {
   const auto p = parsed(kHold20 + R"([[segment]]
 kind = "repeat"
 rates = [1, "2.5 °C/min"]
@@ -61,7 +61,7 @@ rate = 5
   }
 }
 
-TEST(Expansion, ACountedRepeatNamesItsPassesAfterItself) {
+TEST(Expansion, NamesPassesOfCountedRepeat) {
   const std::string body = "cycle = true\n[[segment.segment]]\nkind = \"hold\"\nat = 20\ntime = \"1 s\"\n";
   const auto plain = parsed("[[segment]]\nkind = \"repeat\"\ncount = 2\n" + body);
   EXPECT_EQ(plain.cycles, (std::vector<std::string>{"pass 1", "pass 2"}));
@@ -69,7 +69,7 @@ TEST(Expansion, ACountedRepeatNamesItsPassesAfterItself) {
   EXPECT_EQ(named.cycles, std::vector<std::string>{"soak, pass 1"});
 }
 
-TEST(Expansion, RepeatsNestAndTheInnermostRateCounts) {
+TEST(Expansion, InnermostRateOfNestedRepeatsApplies) {
   const auto p = parsed(kHold20 + R"([[segment]]
 kind = "repeat"
 rates = [1, 2]
@@ -88,7 +88,7 @@ rates = [1, 2]
   EXPECT_EQ(p.segments[5].rate, CelsiusPerMinute{2});
 }
 
-TEST(Expansion, SoaksFallBackToTheDefaults) {
+TEST(Expansion, SoaksUseDefaults) {
   const auto p = parsed(R"([defaults]
 guaranteed_soak = true
 soak_band = 1.5
@@ -121,13 +121,13 @@ deadline = "5 h"
   EXPECT_EQ(shortest(p.segments[2]), hours(2));
 }
 
-TEST(Expansion, AGuaranteedSoakMayTakeThriceItsTimeAndTwoHours) {
+TEST(Expansion, DefaultDeadlineIsThreeTimesSoakPlusTwoHours) {
   const auto p = parsed("[[segment]]\nkind = \"hold\"\nat = 20\ntime = \"2 h\"\nguaranteed_soak = true\n");
   EXPECT_EQ(p.segments[0].deadline, hours(8));
   EXPECT_EQ(p.segments[0].soak_time, hours(2));
 }
 
-TEST(Profile, KeepsNamesMetadataLimitsAndText) {
+TEST(Profile, KeepsNamesMetadataLimitsAndSource) {
   const auto body =
       "[metadata]\nauthor = \"someone\"\n[accept]\n\"random.raw\" = 0.5\nrate.multi_point.std = 1\n" + kHold20;
   const auto p = parsed(body);
@@ -145,7 +145,7 @@ std::string random_program(int seed, const std::string& rest) {
   return kHold20 + "[[segment]]\nkind = \"random\"\nseed = " + std::to_string(seed) + "\n" + rest;
 }
 
-TEST(RandomProgram, FillsItsDurationExactlyInsideItsRanges) {
+TEST(RandomProgram, FillsDurationExactlyWithinRanges) {
   for (int seed = 0; seed < 200; ++seed) {
     SCOPED_TRACE(seed);
     const auto p = parsed(random_program(seed, R"(duration = "10 h"
@@ -176,7 +176,7 @@ least_step = 5
   }
 }
 
-TEST(RandomProgram, ACutRampEndsWhereItsSetPointStandsByThen) {
+TEST(RandomProgram, TruncatedRampEndsAtItsSetPoint) {
   const auto p = parsed(random_program(1, R"(duration = "60 s"
 targets = [[90, 100]]
 rates = [2, 2]
@@ -187,7 +187,7 @@ hold = ["1 s", "1 s"]
   EXPECT_NEAR(p.segments[1].target.value, 22, 1e-9);
 }
 
-TEST(RandomProgram, ATargetNearerThanTheLeastStepIsDrawnAgain) {
+TEST(RandomProgram, RedrawsTargetCloserThanLeastStep) {
   const auto p = parsed(random_program(7, R"(duration = "100 h"
 targets = [[0, 40]]
 rates = [5, 5]
@@ -199,7 +199,7 @@ least_step = 15
     EXPECT_GE(abs(p.segments[i].target - p.segments[i - 1].target), Kelvins{15});
 }
 
-TEST(RandomProgram, ASeedMeansTheSameProgramEverywhere) {
+TEST(RandomProgram, IsSameForSameSeedOnEveryMachine) {
   const auto p = parsed(random_program(2015, R"(duration = "4 h"
 targets = [[-40, 60]]
 rates = [1, 5]

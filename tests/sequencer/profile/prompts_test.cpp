@@ -10,7 +10,7 @@ namespace {
 std::string hold(const std::string& more) { return "[[segment]]\nkind = \"hold\"\ntime = \"100 s\"\n" + more; }
 const std::string kWayUp = "[[segment]]\nkind = \"ramp\"\nto = 30\nrate = 1\n";
 
-TEST(Prompts, AreAskedForWhereTheUnitChanges) {
+TEST(Prompts, AreRequiredWhereUnitChanges) {
   const auto p = parsed(kHold20 + hold("power = \"off\"\n") + kWayUp + hold("power = \"on\"\naxis = \"turned\"\n") +
                         hold("") + hold("axis = \"as mounted\"\nprompt = \"turn it back; close the door\"\n"));
   ASSERT_EQ(p.segments.size(), 6u);
@@ -28,7 +28,7 @@ TEST(Prompts, AreAskedForWhereTheUnitChanges) {
   EXPECT_EQ(p.segments[5].unit, UnitState{});
 }
 
-TEST(Prompts, AreAskedInEachPassOfARepeat) {
+TEST(Prompts, AreInEachPassOfRepeat) {
   const auto p = parsed(kHold20 + R"(
 [[segment]]
 kind = "repeat"
@@ -47,12 +47,12 @@ count = 2
   EXPECT_EQ(p.segments[4].prompt, "switch the unit on");
 }
 
-TEST(Prompts, AreTold) {
+TEST(Prompts, AreListed) {
   const auto p = parsed(kHold20 + hold("prompt = \"look at the window\"\n"));
   EXPECT_TRUE(describe(p, plan(p)).ends_with("segment 2 waits for the operator: look at the window\n"));
 }
 
-TEST(Prompts, AreOneLineOfText) {
+TEST(Prompts, RefuseTextOfSeveralLines) {
   EXPECT_EQ(refusal(kHold20 + hold("prompt = \"\"\n")),
             "p.toml:11:10: \"prompt\" is empty, expected a task for the operator");
   EXPECT_EQ(refusal(kHold20 + hold("prompt = \"a\\u001b[2J\"\n")),
@@ -64,7 +64,7 @@ TEST(Prompts, AreOneLineOfText) {
   EXPECT_NE(refusal(kHold20 + hold("power = 1\n")), "nothing");
 }
 
-TEST(Prompts, TurnNoUnitThatCannotBeTurned) {
+TEST(Prompts, RefuseTurnOfFixedUnit) {
   const auto p = parsed(kHold20 + hold("axis = \"turned\"\n"));
   EXPECT_TRUE(check_turns(p, true));
   const auto refused = check_turns(p, false);

@@ -55,7 +55,7 @@ Run run(const Profile& profile) {
   return run;
 }
 
-TEST(ShippedProfiles, AllParseSuitTheChamberAndRunToTheEnd) {
+TEST(ShippedProfiles, ParseFitChamberAndRunToEnd) {
   int count = 0;
   for (const auto& entry : fs::directory_iterator(kProfiles)) {
     if (entry.path().extension() != ".toml") continue;
@@ -70,7 +70,7 @@ TEST(ShippedProfiles, AllParseSuitTheChamberAndRunToTheEnd) {
 }
 
 /// The numbers come from the errata, section 5.
-TEST(Qualification, HasThePapersArithmetic) {
+TEST(Qualification, MatchesArithmeticOfPaper) {
   const auto profile = shipped(kProfiles / "qualification.toml");
   const auto timeline = plan(profile);
   EXPECT_EQ(profile.segments.size(), 44u);
@@ -87,7 +87,7 @@ TEST(Qualification, HasThePapersArithmetic) {
   EXPECT_EQ(run(profile).steps, 221'600);
 }
 
-TEST(Qualification, ItsRampsTakeWhatTheErrataSay) {
+TEST(Qualification, RampTimesMatchErrata) {
   const auto profile = shipped(kProfiles / "qualification.toml");
   const std::vector<int> expected{3600, 6000, 6000, 6000, 2400, 1800, 3000, 3000, 3000, 1200,
                                   1200, 2000, 2000, 2000, 800,  720,  1200, 1200, 1200, 480};
@@ -97,7 +97,7 @@ TEST(Qualification, ItsRampsTakeWhatTheErrataSay) {
   EXPECT_EQ(ramps, expected);
 }
 
-TEST(Qualification, SoakedIsTheSameProgramAndTakesLonger) {
+TEST(Qualification, WithSoaksHasSameSegmentsAndTakesLonger) {
   const auto timed = shipped(kProfiles / "qualification.toml");
   const auto soaked = shipped(kProfiles / "qualification-soaked.toml");
   ASSERT_EQ(timed.segments.size(), soaked.segments.size());
@@ -109,7 +109,7 @@ TEST(Qualification, SoakedIsTheSameProgramAndTakesLonger) {
   EXPECT_GT(run(soaked).steps, 221'600);
 }
 
-TEST(Random, LastsFortyHoursAndStartsAtRest) {
+TEST(Random, TakesFortyHoursAndStartsAtRest) {
   const auto profile = shipped(kProfiles / "random.toml");
   const auto timeline = plan(profile);
   EXPECT_EQ(timeline.all.ramps + timeline.all.holds, seconds(144'000));

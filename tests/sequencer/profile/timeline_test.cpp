@@ -27,7 +27,7 @@ cycle = true
   to = 20
 )";
 
-TEST(Timeline, SegmentsFollowEachOther) {
+TEST(Timeline, PlacesSegmentsOneAfterAnother) {
   const auto timeline = plan(parsed(kProgram));
   ASSERT_EQ(timeline.segments.size(), 7u);
   EXPECT_EQ(timeline.segments[0].from, Celsius{20});
@@ -38,7 +38,7 @@ TEST(Timeline, SegmentsFollowEachOther) {
     EXPECT_EQ(timeline.segments[i].start, timeline.segments[i - 1].start + timeline.segments[i - 1].duration);
 }
 
-TEST(Timeline, CyclesCountRampsHoldsAndWholeClusters) {
+TEST(Timeline, CountsRampsHoldsAndCompleteClustersOfCycles) {
   const auto timeline = plan(parsed(kProgram));
   ASSERT_EQ(timeline.cycles.size(), 2u);
   EXPECT_EQ(timeline.cycles[0].ramps, hours(2));
@@ -50,7 +50,7 @@ TEST(Timeline, CyclesCountRampsHoldsAndWholeClusters) {
   EXPECT_EQ(timeline.all.clusters, 102);
 }
 
-TEST(Timeline, IsDescribedAsATable) {
+TEST(Timeline, FormatsTable) {
   const auto profile = parsed(kProgram);
   EXPECT_EQ("\n" + describe(profile, plan(profile)), R"(
 p: p

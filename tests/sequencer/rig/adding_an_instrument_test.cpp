@@ -48,7 +48,7 @@ Result<RigFile> shown_rig(const std::string& instead_of = "", const std::string&
        .gyro_streams = {{"gyro", files["profiles/gyro-streams/acme-g1.toml"]}}});
 }
 
-TEST(AddingAnInstrument, EveryFileOfThePageIsRead) {
+TEST(AddingAnInstrument, PageFilesParse) {
   EXPECT_EQ(shown_files().size(), 6u);
   const auto rig = shown_rig();
   ASSERT_TRUE(rig) << text(rig.error());
@@ -57,7 +57,7 @@ TEST(AddingAnInstrument, EveryFileOfThePageIsRead) {
   EXPECT_DOUBLE_EQ(rig->units[0].info.axes[0].scale, 0.01);
 }
 
-TEST(AddingAnInstrument, TheyRunOnTheVirtualLaboratory) {
+TEST(AddingAnInstrument, PageFilesRunOnVirtualLaboratory) {
   tests::DryRun dry_run(GYROTHERM_SOURCE_DIR "/tests/profiles/short-rate.toml");
   auto rig = shown_rig();
   ASSERT_TRUE(rig) << text(rig.error());
@@ -73,7 +73,7 @@ TEST(AddingAnInstrument, TheyRunOnTheVirtualLaboratory) {
   }
 }
 
-TEST(AddingAnInstrument, TheProgramOfThePageIsAThermometer) {
+TEST(AddingAnInstrument, PageProgramIsThermometer) {
   auto files = shown_files();
   const tests::TestFolder folder;
   std::ofstream(folder / "acme_t2.py") << files["acme_t2.py"];
@@ -92,7 +92,7 @@ TEST(AddingAnInstrument, TheProgramOfThePageIsAThermometer) {
   EXPECT_EQ(text(readings[1].error()), "thermometer 1 input 2: the program reports no reading");
 }
 
-TEST(AddingAnInstrument, AProgramHasACommandAndNoLine) {
+TEST(AddingAnInstrument, ProcessDriverRequiresCommandInsteadOfLine) {
   const auto mistake = [](const std::string& keys) {
     const auto table =
         TomlTable::parse("[[thermometer]]\ndriver = \"process\"\nchannels = [\"A\"]\n" + keys, "rig.toml");
@@ -109,7 +109,7 @@ TEST(AddingAnInstrument, AProgramHasACommandAndNoLine) {
 }
 
 /// The page's rig, with programs for all its thermometers: the laboratory answers in their place.
-TEST(AddingAnInstrument, AProgramIsTriedOnTheVirtualLaboratory) {
+TEST(AddingAnInstrument, ProcessDriverRunsOnVirtualLaboratory) {
   tests::DryRun dry_run(GYROTHERM_SOURCE_DIR "/tests/profiles/short-rate.toml");
   auto rig = shown_rig("driver = \"pt12\"", "driver = \"process\"\ncommand = [\"./none\"]");
   ASSERT_TRUE(rig) << text(rig.error());
@@ -121,7 +121,7 @@ TEST(AddingAnInstrument, AProgramIsTriedOnTheVirtualLaboratory) {
     for (const double reading : channel) EXPECT_FALSE(std::isnan(reading));
 }
 
-TEST(AddingAnInstrument, EveryPlaceThatThePageNamesIsThere) {
+TEST(AddingAnInstrument, PathsOnPageExist) {
   const auto page = read_text_file(GYROTHERM_SOURCE_DIR "/docs/adding-an-instrument.md").value();
   for (const auto* path :
        {"drivers/thermometer/pt12.hpp", "drivers/thermometer/pt12.cpp", "drivers/thermometer/thermometer_kinds.hpp",

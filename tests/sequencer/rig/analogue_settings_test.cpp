@@ -25,7 +25,7 @@ std::string mistakes_in_triad(const std::string& what, const std::string& with) 
   return rig ? "" : text(rig.error());
 }
 
-TEST(AnalogueSettings, EachChannelIsOneMoreValueOfItsGyro) {
+TEST(AnalogueSettings, EachChannelAddsValueToItsGyro) {
   const auto rig = read_rig(kTriad);
   ASSERT_TRUE(rig) << text(rig.error());
   ASSERT_EQ(rig->analogue_inputs.size(), 1u);
@@ -44,7 +44,7 @@ TEST(AnalogueSettings, EachChannelIsOneMoreValueOfItsGyro) {
   EXPECT_EQ(analogue_channel(rig->limits.units[2], 0), "z.discharge_current_ma");
 }
 
-TEST(AnalogueSettings, ValuesThatTheStreamSendsComeFirst) {
+TEST(AnalogueSettings, ValuesOfStreamPrecedeAnalogueValues) {
   const auto lot = GYROTHERM_SOURCE_DIR "/profiles/rigs/virtual-lot.toml";
   auto text_of = read_text_file(lot).value();
   const auto plain = parse_rig(text_of, lot);
@@ -68,7 +68,7 @@ gyro = ")" + name + "\"\n");
   EXPECT_TRUE(after.back().is_temperature);
 }
 
-TEST(AnalogueSettings, EveryMistakeIsToldWithItsPlace) {
+TEST(AnalogueSettings, ReportsEveryErrorWithPosition) {
   const auto expect = [](const std::string& what, const std::string& with, const std::string& mistake) {
     const auto found = mistakes_in_triad(what, with);
     EXPECT_NE(found.find(mistake), std::string::npos) << with << ": " << found;
@@ -92,7 +92,7 @@ TEST(AnalogueSettings, EveryMistakeIsToldWithItsPlace) {
          "is not one of abcd");
 }
 
-TEST(AnalogueSettings, LinkSettingsReplaceThoseOfTheMap) {
+TEST(AnalogueSettings, LinkSettingsReplaceThoseOfMap) {
   const std::string line = "line = \"virtual\"                                    #";
   const auto rig = parse_rig(triad_with(line, "link = { read_at_most = 40, timeout = \"900 ms\" }\n" + line), kTriad);
   ASSERT_TRUE(rig) << text(rig.error());
@@ -104,7 +104,7 @@ TEST(AnalogueSettings, LinkSettingsReplaceThoseOfTheMap) {
   EXPECT_NE(echo.find("virtual-triad.toml:"), std::string::npos) << echo;
 }
 
-TEST(AnalogueSettings, AUnitWithoutChannelsIsAMistake) {
+TEST(AnalogueSettings, RefusesInputWithoutChannels) {
   auto text_of = read_text_file(kTriad).value();
   const auto from = text_of.find("[[analogue_input.channel]]"), to = text_of.find("# Interlocks.");
   text_of.erase(from, to - from);
@@ -113,7 +113,7 @@ TEST(AnalogueSettings, AUnitWithoutChannelsIsAMistake) {
   EXPECT_NE(text(rig.error()).find("missing [[analogue_input.channel]]"), std::string::npos);
 }
 
-TEST(AnalogueSettings, AMapThatIsKnownNeedsNoFile) {
+TEST(AnalogueSettings, ParsesWithMapsStoredInRecord) {
   const auto rig = read_rig(kTriad);
   ASSERT_TRUE(rig);
   const auto texts = collect_analogue_map_texts(*rig);
@@ -123,7 +123,7 @@ TEST(AnalogueSettings, AMapThatIsKnownNeedsNoFile) {
   EXPECT_TRUE(parse_rig(moved, kTriad, {.analogue_maps = texts}));
 }
 
-TEST(AnalogueSettings, TheUnitIsAskedWhoItIsAndWhatItReads) {
+TEST(AnalogueSettings, QueriesIdentityAndReadings) {
   const auto file = read_rig(kTriad);
   ASSERT_TRUE(file) << text(file.error());
   const auto rig = Rig::assemble(*file, {.seed = {}, .already = {}, .replay = {}});

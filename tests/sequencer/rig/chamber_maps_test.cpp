@@ -40,7 +40,7 @@ std::vector<MapOnALink> all_maps() {
 
 class EveryMap : public testing::TestWithParam<MapOnALink> {};
 
-TEST_P(EveryMap, RunsTheShortQualification) {
+TEST_P(EveryMap, RunsShortQualification) {
   tests::DryRun dry_run(GYROTHERM_SOURCE_DIR "/tests/profiles/qualification-hour.toml");
   auto map = select_link(map_of(GetParam().map), GetParam().link);
   ASSERT_TRUE(map) << text(map.error());
@@ -63,7 +63,7 @@ TEST_P(EveryMap, RunsTheShortQualification) {
   for (const auto& event : record->events) EXPECT_NE(event.event.kind, EventKind::fault) << event.event.text;
 }
 
-TEST(SetPoints, AreSentNoMoreOftenThanTheMapSays) {
+TEST(SetPoints, AreSentAtMostAsOftenAsMapAllows) {
   tests::DryRun dry_run(GYROTHERM_SOURCE_DIR "/tests/profiles/qualification-hour.toml");
   auto map = map_of("csz_ezt570i");
   map.link.modbus.timeout = std::chrono::milliseconds(400);

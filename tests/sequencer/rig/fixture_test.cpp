@@ -30,7 +30,7 @@ TEST(Fixture, PointsNorthWestAndUp) {
   EXPECT_NEAR(placed(level, {0, 1, 0}).uncertainty.azimuth_deg.value(), -90, 1e-12) << "west";
 }
 
-TEST(Fixture, IsTurnedOverEastRaisedAndRolled) {
+TEST(Fixture, AppliesTurnElevationAndRoll) {
   const auto x = placed({.latitude = 30, .azimuth = 25, .elevation = 40, .roll = 70}, {1, 0, 0});
   EXPECT_NEAR(x.uncertainty.azimuth_deg.value(), 25, 1e-12);
   EXPECT_NEAR(x.uncertainty.elevation_deg.value(), 40, 1e-12);
@@ -38,13 +38,13 @@ TEST(Fixture, IsTurnedOverEastRaisedAndRolled) {
   EXPECT_NEAR(y.uncertainty.elevation_deg.value(), 90, 1e-9) << "right-handed about x: y goes up";
 }
 
-TEST(Fixture, KeepsTheLengthOfTheEarthsRate) {
+TEST(Fixture, KeepsMagnitudeOfEarthRate) {
   const Fixture fixture{.latitude = -47, .azimuth = 123, .elevation = -31, .roll = 12};
   const double x = rate_on(fixture, {1, 0, 0}), y = rate_on(fixture, {0, 1, 0}), z = rate_on(fixture, {0, 0, 1});
   EXPECT_NEAR(std::hypot(x, y, z), kOmega, 1e-5);
 }
 
-TEST(Fixture, StandsOnTheEarth) {
+TEST(Fixture, RequiresLatitudeOnEarth) {
   const auto table = TomlTable::parse("latitude = 140\n", "rig.toml");
   (void)read_fixture(*table);
   const auto verdict = table->verdict();
@@ -53,7 +53,7 @@ TEST(Fixture, StandsOnTheEarth) {
 }
 
 /// The uncertainty of one axis cannot represent the angles of a fixture: here the tilt of axis a alone would be 0.3°.
-TEST(Fixture, KeepsEachAngleAsItWasSaid) {
+TEST(Fixture, KeepsEachAngleOfFile) {
   const Fixture fixture{.latitude = 31.2, .azimuth = 12, .elevation_uncertainty = 0.01, .roll_uncertainty = 0.02};
   const auto known = placed(fixture, {0.6, 0, 0.8}, 0.005).uncertainty;
   EXPECT_EQ(known.fixture_azimuth_deg, 12);
@@ -64,7 +64,7 @@ TEST(Fixture, KeepsEachAngleAsItWasSaid) {
   EXPECT_FALSE(known.tilt_uncertainty_deg);
 }
 
-TEST(Fixture, SaysNothingOfAnAngleWhereNothingIsSaid) {
+TEST(Fixture, LeavesUnstatedAnglesUnknown) {
   const auto known = placed({.latitude = 40, .roll_uncertainty = 0.01}, {0, 0, 1}).uncertainty;
   EXPECT_FALSE(known.elevation_uncertainty_deg);
   EXPECT_FALSE(known.direction_uncertainty_deg);

@@ -19,7 +19,7 @@ record::Record recorded(tests::DryRun& dry_run, std::int64_t seconds) {
 }
 
 /// The reading of each second scatters around Earth rate plus true bias: 0.018 °/h in one second.
-TEST(HardRig, ItsRecordHasTheTrueBiasOfEachSecond) {
+TEST(HardRig, RecordsTrueBiasOfEachSecond) {
   tests::DryRun dry_run(kShortRandom, 3, "virtual-hard");
   const auto record = recorded(dry_run, 1'000'000);
   ASSERT_TRUE(record.finished);
@@ -34,7 +34,7 @@ TEST(HardRig, ItsRecordHasTheTrueBiasOfEachSecond) {
   EXPECT_NEAR(error, 0, 0.008) << "turn-on, scale factor and tilt are not in it";
 }
 
-TEST(HardRig, AnotherDayIsAnotherRunOfAnOlderGyro) {
+TEST(HardRig, LaterDayIsNewRunOfOlderGyro) {
   tests::DryRun now(kShortRandom, 3, "virtual-hard");
   const auto before = recorded(now, 300);
   tests::DryRun later(kShortRandom, 3, "virtual-hard");
@@ -49,7 +49,7 @@ TEST(HardRig, AnotherDayIsAnotherRunOfAnOlderGyro) {
 }
 
 /// The world of a resumed run is identical to the interrupted one, to the bit.
-TEST(HardRig, ResumeReplaysTheSameDays) {
+TEST(HardRig, ResumeReplaysSameDays) {
   tests::DryRun dry_run(kShortRandom, 3, "virtual-hard");
   dry_run.days_later = 30;
   const auto whole = recorded(dry_run, 200);
@@ -77,7 +77,7 @@ TEST(HardRig, ResumeReplaysTheSameDays) {
   EXPECT_NE(next_after(on_day_0).units[0].true_bias[0].value, sample.units[0].true_bias[0].value);
 }
 
-TEST(HardRig, ColdStartBeginsWhereTheProfileDoes) {
+TEST(HardRig, ColdStartBeginsAtStartOfProfile) {
   tests::DryRun dry_run(GYROTHERM_SOURCE_DIR "/profiles/cold-start.toml", 0, "virtual-hard");
   const auto record = recorded(dry_run, 60);
   EXPECT_NEAR(record.chamber_air_c.front(), -40, 0.1);

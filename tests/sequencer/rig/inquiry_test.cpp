@@ -15,7 +15,7 @@
 namespace gyrotherm::rig {
 namespace {
 
-TEST(Inquiry, RoundTripsAreOrdered) {
+TEST(Inquiry, OrdersRoundTripTimes) {
   VirtualClock clock;
   int call = 0;
   const auto trips = time_calls([&] { clock.advance(std::chrono::milliseconds(++call == 3 ? 100 : call)); }, clock);
@@ -26,7 +26,7 @@ TEST(Inquiry, RoundTripsAreOrdered) {
   EXPECT_EQ(text(trips), "10 reads: 1.000, 6.500, 100.000 ms (least, median, most)");
 }
 
-TEST(Inquiry, WarnsOfAirThatIsFarFromEveryThermometer) {
+TEST(Inquiry, WarnsWhenAirIsFarFromEveryThermometer) {
   EXPECT_EQ(describe_air_mismatch({20}, {}), "");
   EXPECT_EQ(describe_air_mismatch({20}, {{-40}, {33}}), "") << "one that is near is enough";
   EXPECT_EQ(describe_air_mismatch({20}, {{35}}), "");
@@ -39,7 +39,7 @@ TEST(Inquiry, WarnsOfAirThatIsFarFromEveryThermometer) {
   }
 }
 
-TEST(Inquiry, TellsWhichAlarmNobodyWatches) {
+TEST(Inquiry, ReportsAlarmsThatAreNotMonitored) {
   const auto map = drivers::parse_register_map(R"(schema = "gyrotherm-chamber/1"
 name = "oven"
 vendor = "test"
@@ -76,7 +76,7 @@ is = "open"
       << *answer;
 }
 
-TEST(Inquiry, ChamberPrintsWhatWasVerifiedAndWhatWasNot) {
+TEST(Inquiry, PrintsVerifiedAndUnverifiedPartsOfChamberMap) {
   for (const auto& [name, verified, not_verified] :
        {std::tuple{"watlow_f4t", "Watlow F4T, control loops without cascade", "what switches the chamber's power"},
         std::tuple{"watlow_f4", "Watlow F4", "whether the unit ramps set points by itself"},
@@ -99,7 +99,7 @@ TEST(Inquiry, ChamberPrintsWhatWasVerifiedAndWhatWasNot) {
   }
 }
 
-TEST(Inquiry, EveryInstrumentOfTheMixedRigSaysWhoItIsAndWhatItReads) {
+TEST(Inquiry, PrintsIdentityAndReadingsOfEveryInstrument) {
   const auto file = read_rig(GYROTHERM_SOURCE_DIR "/profiles/rigs/virtual-mixed.toml");
   ASSERT_TRUE(file) << text(file.error());
   const auto rig = Rig::assemble(*file, {.seed = {}, .already = {}, .replay = {}});
@@ -118,7 +118,7 @@ TEST(Inquiry, EveryInstrumentOfTheMixedRigSaysWhoItIsAndWhatItReads) {
   expect(3, "2 frames seen, 0 lost, 0 bad");
 }
 
-TEST(Inquiry, AGyroWithoutAClockIsReadByTheRigs) {
+TEST(Inquiry, ReadsGyroWithoutClockByRigClock) {
   const std::string place = GYROTHERM_SOURCE_DIR "/profiles/rigs/virtual-mixed.toml";
   auto rig_text = read_text_file(place).value();
   const std::string was = "kvh-17xx-a.toml";
@@ -132,7 +132,7 @@ TEST(Inquiry, AGyroWithoutAClockIsReadByTheRigs) {
   EXPECT_NE(answers.at(3)->find("mean of 2.000 s"), std::string::npos) << *answers.at(3);
 }
 
-TEST(Inquiry, DescribesARateBesideTheEarthRateAndWarnsWhenTheyDisagree) {
+TEST(Inquiry, ComparesRateWithEarthRate) {
   struct Case {
     double measured, earth, bias, one_count;
     bool warns;
@@ -178,7 +178,7 @@ std::string asked(const RigFile& rig, std::int64_t counts, const std::vector<dou
   return answer ? *answer : text(answer.error());
 }
 
-TEST(Inquiry, NamesTheRateOfAGyroAndNoValueThatDidNotCome) {
+TEST(Inquiry, PrintsRateOfGyroButNoMissingValue) {
   const auto rig = mixed_rig_with("stim300", "");
   ASSERT_TRUE(rig) << text(rig.error());
   const auto line = asked(*rig, 10'640'000, {std::nan(""), 1.5, std::nan("")});
@@ -189,7 +189,7 @@ TEST(Inquiry, NamesTheRateOfAGyroAndNoValueThatDidNotCome) {
   EXPECT_EQ(line.find("WARNING"), std::string::npos) << line;
 }
 
-TEST(Inquiry, WarnsOfARateThatTheBiasOfTheGyroDoesNotExplain) {
+TEST(Inquiry, WarnsWhenRateExceedsLargestBias) {
   for (const auto& [stream, keys, counts, warns] :
        std::vector<std::tuple<std::string, std::string, std::int64_t, bool>>{
            {"kvh-17xx-a", "", 859'000'000, true},                              // degrees for radians
@@ -205,7 +205,7 @@ TEST(Inquiry, WarnsOfARateThatTheBiasOfTheGyroDoesNotExplain) {
   }
 }
 
-TEST(Inquiry, PrintsWhatOfTheSettingsWasNotVerified) {
+TEST(Inquiry, PrintsUnverifiedSettings) {
   const auto rig = mixed_rig_with("kvh-17xx-a", "");
   ASSERT_TRUE(rig) << text(rig.error());
   const auto line = asked(*rig, 0, {});

@@ -30,7 +30,7 @@ std::string mistakes(const std::string& text) {
   return rig ? std::string() : rig.error().what;
 }
 
-TEST(ManyUnitsRig, ATriadHasThreeUnitsOnLinesOfTheirOwn) {
+TEST(ManyUnitsRig, TriadHasThreeUnitsOnSeparateLines) {
   const auto rig = read_rig(kRigFolder + "virtual-triad.toml").value();
   ASSERT_EQ(rig.units.size(), 3u);
   ASSERT_EQ(rig.gyro_lines.size(), 3u);
@@ -45,7 +45,7 @@ TEST(ManyUnitsRig, ATriadHasThreeUnitsOnLinesOfTheirOwn) {
   EXPECT_EQ(rig.limits.units[1].thermometers.size(), 9u) << "with the shell of its three points";
 }
 
-TEST(ManyUnitsRig, ALotHasTwentyFourAxesAndValues) {
+TEST(ManyUnitsRig, LotHasTwentyFourAxesAndValues) {
   const auto rig = read_rig(kRigFolder + "virtual-lot.toml").value();
   ASSERT_EQ(rig.units.size(), 8u);
   for (const auto& unit : rig.units) {
@@ -63,7 +63,7 @@ std::string two_on_one_line() {
          "\n[[gyro]]\nname = \"b\"\nshares_line_with = \"a\"\naxis = \"x\"\nvalues = [\"temperature_x\"]\n";
 }
 
-TEST(ManyUnitsRig, UnitsMayShareALine) {
+TEST(ManyUnitsRig, AllowsUnitsToShareLine) {
   const auto rig = parse_rig(two_on_one_line(), kRigFolder + "x.toml");
   ASSERT_TRUE(rig) << text(rig.error());
   ASSERT_EQ(rig->gyro_lines.size(), 1u);
@@ -77,7 +77,7 @@ TEST(ManyUnitsRig, UnitsMayShareALine) {
   for (const auto& value : rig->units[0].info.values) EXPECT_NE(value.name, "temperature_x") << "the other's";
 }
 
-TEST(ManyUnitsRig, ASharedLineIsSomebodys) {
+TEST(ManyUnitsRig, RefusesSharedLineWithoutOwner) {
   EXPECT_NE(mistakes(changed(two_on_one_line(), "shares_line_with = \"a\"", "shares_line_with = \"c\""))
                 .find("\"c\" is not a gyro with a line of its own"),
             std::string::npos);
@@ -86,7 +86,7 @@ TEST(ManyUnitsRig, ASharedLineIsSomebodys) {
             std::string::npos);
 }
 
-TEST(ManyUnitsRig, EveryMistakeIsToldWithItsPlace) {
+TEST(ManyUnitsRig, ReportsEveryErrorWithPosition) {
   const auto lot = rig_text_of("virtual-lot");
   EXPECT_NE(mistakes(changed(lot, "name = \"u2\"", "name = \"u1\"")).find("\"u1\" is the name of another gyro"),
             std::string::npos);
@@ -134,7 +134,7 @@ record::Record two_minutes_on(const std::string& rig_text, const std::string& wh
 
 /// Invariant of the lot: an axis alone equals the same axis among twenty-four, to the last bit. Only the record's own
 /// description differs, and with it the chain.
-TEST(ManyUnitsRig, AUnitAloneIsTheUnitOfTheLot) {
+TEST(ManyUnitsRig, SingleUnitEqualsSameUnitOfLot) {
   const auto lot = rig_text_of("virtual-lot");
   const auto all = two_minutes_on(lot, "lot"), alone = two_minutes_on(only(lot, "u3"), "alone");
   ASSERT_EQ(alone.units.size(), 1u);
@@ -153,7 +153,7 @@ TEST(ManyUnitsRig, AUnitAloneIsTheUnitOfTheLot) {
   EXPECT_NE(all.units[2].rotation, all.units[3].rotation) << "each unit is another gyro";
 }
 
-TEST(ManyUnitsRig, RecordsEveryChannelOfATriad) {
+TEST(ManyUnitsRig, RecordsEveryChannelOfTriad) {
   const auto record = two_minutes_on(rig_text_of("virtual-triad"), "triad");
   ASSERT_EQ(record.units.size(), 3u);
   for (const auto& unit : record.units)

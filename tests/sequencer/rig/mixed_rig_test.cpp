@@ -25,7 +25,7 @@ const std::pair<record::Record, record::Record>& both() {
   return records;
 }
 
-TEST(MixedRig, EveryChannelReadsTheSameWithinItsResolution) {
+TEST(MixedRig, ReadsSameValuesWithinResolution) {
   const auto& [one, other] = both();
   ASSERT_EQ(one.slot.size(), static_cast<std::size_t>(kSeconds));
   ASSERT_EQ(other.slot.size(), one.slot.size());
@@ -43,7 +43,7 @@ TEST(MixedRig, EveryChannelReadsTheSameWithinItsResolution) {
 }
 
 // The mixed rig's gyro counts its own frames instead of its clock, which is 5 ppm fast: 5e-5 °/h of 10.6 °/h.
-TEST(MixedRig, TheBiasIsTheSameWithinTheReadOutsResolution) {
+TEST(MixedRig, HasSameBiasWithinReadOutResolution) {
   const auto rate_deg_per_h = [](const record::Record& record, std::size_t i) {
     return record.info.units[0].axes[0].scale * record.units[0].rotation[0][i] / record.units[0].interval_s[i];
   };

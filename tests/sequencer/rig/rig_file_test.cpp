@@ -27,7 +27,7 @@ std::string mistake_in(const std::string& text) {
   return rig ? "" : rig.error().what;
 }
 
-TEST(RigFile, ShippedRigsAreWholeAndSimulated) {
+TEST(RigFile, ShippedVirtualRigsAreCompleteAndSimulated) {
   for (const auto* name : {"virtual.toml", "virtual-reference.toml", "virtual-gradients.toml", "virtual-mixed.toml"}) {
     const auto rig = read_rig(kRigs + name);
     ASSERT_TRUE(rig) << text(rig.error());
@@ -38,7 +38,7 @@ TEST(RigFile, ShippedRigsAreWholeAndSimulated) {
   }
 }
 
-TEST(RigFile, EveryShippedRigIsRead) {
+TEST(RigFile, ParsesEveryShippedRig) {
   int real = 0, simulated = 0;
   for (const auto& entry : std::filesystem::directory_iterator(kRigs)) {
     if (entry.path().extension() != ".toml") continue;
@@ -52,7 +52,7 @@ TEST(RigFile, EveryShippedRigIsRead) {
   EXPECT_GE(real, 2) << "examples of real rigs";
 }
 
-TEST(RigFile, EarthRateIsProjectedOnTheInputAxis) {
+TEST(RigFile, ProjectsEarthRateOntoInputAxis) {
   const auto rig = read_rig(kRigs + "virtual.toml");
   ASSERT_TRUE(rig) << text(rig.error());
   ASSERT_TRUE(rig->units[0].info.axes[0].earth_rate);
@@ -60,7 +60,7 @@ TEST(RigFile, EarthRateIsProjectedOnTheInputAxis) {
   EXPECT_LT(rig->units[0].info.axes[0].earth_rate->value, 15.0411);
 }
 
-TEST(RigFile, AMisspeltKeyIsAMistakeWithItsPlaceAndAGuess) {
+TEST(RigFile, ReportsMisspeltKeyWithPositionAndSuggestion) {
   const auto rig = parse_rig(replaced(virtual_rig(), "safe_set_point", "save_set_point"), kRigs + "virtual.toml");
   ASSERT_FALSE(rig);
   EXPECT_EQ(rig.error().kind, FaultKind::bad_file);
@@ -68,13 +68,13 @@ TEST(RigFile, AMisspeltKeyIsAMistakeWithItsPlaceAndAGuess) {
   EXPECT_NE(rig.error().what.find("safe_set_point"), std::string::npos);
 }
 
-TEST(RigFile, ARigIsWhollyVirtualOrWhollyReal) {
+TEST(RigFile, RefusesMixOfVirtualAndRealLines) {
   EXPECT_NE(
       mistake_in(replaced(virtual_rig(), "line = \"virtual\"", "line = \"tcp://192.168.1.20:502\"")).find("wholly"),
       std::string::npos);
 }
 
-TEST(RigFile, ALineMustBeAnAddress) {
+TEST(RigFile, RefusesLineThatIsNotAddress) {
   EXPECT_NE(mistake_in(replaced(virtual_rig(), "line = \"virtual\"", "line = \"COM3\"")), "");
 }
 
@@ -93,7 +93,7 @@ drivers::ModbusLink link_of(const std::string& text) {
   return rig ? rig->chamber_map.link.modbus : drivers::ModbusLink{};
 }
 
-TEST(RigFile, LinkSettingsOfTheInstallationReplaceThoseOfTheMap) {
+TEST(RigFile, LinkSettingsReplaceThoseOfMap) {
   using std::chrono::milliseconds;
   const auto plain = link_of(real_rig_with(""));
   EXPECT_EQ(plain.unit, 1);
@@ -119,7 +119,7 @@ TEST(RigFile, LinkSettingsOfTheInstallationReplaceThoseOfTheMap) {
   EXPECT_EQ(order->chamber_word_order, drivers::WordOrder::dcba);
 }
 
-TEST(RigFile, LinkSettingsThatTheLinkCannotHaveAreMistakes) {
+TEST(RigFile, RefusesSettingsThatLinkCannotHave) {
   const auto expect = [](const std::string& lines, const std::string& mistake, const char* example) {
     const auto rig = parse_rig(real_rig_with(lines, example), kRigs + "mine.toml");
     ASSERT_FALSE(rig) << lines;
@@ -148,7 +148,7 @@ TEST(RigFile, LinkSettingsThatTheLinkCannotHaveAreMistakes) {
   EXPECT_EQ(in_virtual("unit = 1, timeout = \"1 s\""), "");
 }
 
-TEST(RigFile, TextInstrumentsMayBeOnALineThatEchoes) {
+TEST(RigFile, AllowsTextInstrumentsOnEchoingLine) {
   const auto text = real_rig_with("link = { echo = true }\n", "example-binder-dcon-stim300.toml", "addresses = ");
   const auto rig = parse_rig(text, kRigs + "mine.toml");
   ASSERT_TRUE(rig) << gyrotherm::text(rig.error());
@@ -160,7 +160,7 @@ TEST(RigFile, TextInstrumentsMayBeOnALineThatEchoes) {
 }
 
 /// The second instrument would otherwise be reported as locked by another program.
-TEST(RigFile, APortIsOneInstruments) {
+TEST(RigFile, RefusesPortOfTwoInstruments) {
   const auto text = read_text_file(kRigs + "example-f4t-lakeshore-kvh.toml").value();
   const auto with_gyro_at = [&](const std::string& line) {
     const auto was = "serial:/dev/serial/by-id/usb-Moxa_UPort_1150-if00-port0";
@@ -173,43 +173,43 @@ TEST(RigFile, APortIsOneInstruments) {
   EXPECT_EQ(with_gyro_at("tcp://192.168.1.20:502"), "") << "behind an address there may be several";
 }
 
-TEST(RigFile, ThreePointNamesMustBeChannels) {
+TEST(RigFile, RefusesThreePointNamesThatAreNotChannels) {
   EXPECT_NE(mistake_in(replaced(virtual_rig(), "\"D\", \"shell\"]", "\"D\", \"shall\"]")).find("shall"),
             std::string::npos);
 }
 
-TEST(RigFile, AMissingRegisterMapIsNamed) {
+TEST(RigFile, NamesMissingRegisterMap) {
   const auto rig =
       parse_rig(replaced(virtual_rig(), "chambers/virtual.toml", "chambers/none.toml"), kRigs + "virtual.toml");
   ASSERT_FALSE(rig);
   EXPECT_NE(rig.error().what.find("none.toml"), std::string::npos);
 }
 
-TEST(RigFile, ALimitThatWouldEndEveryRunIsAMistake) {
+TEST(RigFile, RefusesLimitThatWouldEndEveryRun) {
   for (const auto* line : {"confirming_samples = 0", "suspend_after = \"0 s\"", "gyro_lost = \"0 s\"",
                            "air_lowest = 200", "gyro_band = 0", "frozen_after = \"0 s\"", "response_step = 0"})
     EXPECT_NE(mistake_in(replaced(virtual_rig(), "[limits]\n", "[limits]\n" + std::string(line) + "\n")), "") << line;
 }
 
-TEST(RigFile, ASilenceEndsTheRunNoSoonerThanItSuspendsIt) {
+TEST(RigFile, RefusesAbortTimeShorterThanSuspendTime) {
   const auto said = mistake_in(
       replaced(virtual_rig(), "[limits]\n", "[limits]\nsuspend_after = \"40 s\"\nthermometers_lost = \"10 s\"\n"));
   EXPECT_NE(said.find("thermometers_lost is 10 s, expected suspend_after, 40 s, or more"), std::string::npos) << said;
 }
 
-TEST(RigFile, TheSafeSetPointLiesWithinTheAirsLimits) {
+TEST(RigFile, RefusesSafeSetPointOutsideAirLimits) {
   const auto said = mistake_in(replaced(virtual_rig(), "[limits]\n", "[limits]\nair_highest = 15\n"));
   EXPECT_NE(said.find("the safe set point is 20 °C, outside the air limits, -60 to 15 °C"), std::string::npos) << said;
 }
 
-TEST(RigFile, AThermometersNameIsOneThatARecordTakes) {
+TEST(RigFile, RefusesThermometerNameThatRecordRefuses) {
   for (const auto* name : {"slot", "A,B", "", "a"}) {
     const auto said = mistake_in(replaced(virtual_rig(), "\"B\"", "\"" + std::string(name) + "\""));
     EXPECT_NE(said.find(std::string("thermometer \"") + name + "\": "), std::string::npos) << said;
   }
 }
 
-TEST(RigFile, AChamberThatHeatsOrCoolsBackwardsIsAMistake) {
+TEST(RigFile, RefusesNegativeRatesOfChamber) {
   for (const auto* key : {"fastest_heating", "fastest_cooling"})
     for (const auto* rate : {"-6 °C/min", "0 °C/min"}) {
       const auto said = std::string(key) + " = \"6 °C/min\"";
@@ -225,7 +225,7 @@ Result<RigFile> with_limits(const std::string& lines) {
   return parse_rig(text.replace(from, to - from, "[limits]\n" + lines), kRigs + "virtual.toml");
 }
 
-TEST(RigFile, EachLimitIsTheOneThatTheFileSays) {
+TEST(RigFile, ReadsEachLimit) {
   using std::chrono_literals::operator""s;
   using std::chrono_literals::operator""min;
   using std::chrono_literals::operator""h;
@@ -295,7 +295,7 @@ longest_return = "5 h"
 }
 
 /// docs/interlocks.md has the table.
-TEST(RigFile, ALimitThatIsNotSaidIsTheDocumentedOne) {
+TEST(RigFile, UsesDocumentedDefaultsOfLimits) {
   using std::chrono_literals::operator""s;
   using std::chrono_literals::operator""min;
   using std::chrono_literals::operator""h;
@@ -333,7 +333,7 @@ std::string with_tables(const std::string& tables) {
   return replaced(virtual_rig(), "[limits]\n", tables + "[limits]\n");
 }
 
-TEST(RigFile, ThePolicyOfACauseCanBeChosenUnlessItWouldDamageTheArticle) {
+TEST(RigFile, RefusesPolicyThatWouldDamageUnit) {
   const auto rig =
       parse_rig(with_tables("[policy]\ndoor = \"hold\"\ngyro_silent = \"warn\"\n"), kRigs + "virtual.toml");
   ASSERT_TRUE(rig) << text(rig.error());
@@ -349,7 +349,7 @@ TEST(RigFile, ThePolicyOfACauseCanBeChosenUnlessItWouldDamageTheArticle) {
   EXPECT_NE(mistake_in(with_tables("[policy]\ndoor = \"stop\"\n")), "");
 }
 
-TEST(RigFile, WhatItSaysOfARestartHoldsForOneThatLeavesTheChamberOffToo) {
+TEST(RigFile, PolicyOfRestartAppliesToRestartWithChamberOff) {
   const auto policy_of = [](const std::string& policy) {
     const auto rig = parse_rig(with_tables("[policy]\n" + policy), kRigs + "virtual.toml");
     EXPECT_TRUE(rig) << text(rig.error());
@@ -360,7 +360,7 @@ TEST(RigFile, WhatItSaysOfARestartHoldsForOneThatLeavesTheChamberOffToo) {
   EXPECT_EQ(policy_of("restarted = \"suspend\"\nrestarted_off = \"abort\"\n"), interlocks::Reaction::abort);
 }
 
-TEST(RigFile, SafeIsASequenceWithinTheChambersLimits) {
+TEST(RigFile, ReadsSafeSequenceWithinChamberLimits) {
   const auto rig =
       parse_rig(with_tables("[safe]\nset_point = 23\noff = true\non_stop = \"hold\"\n"), kRigs + "virtual.toml");
   ASSERT_TRUE(rig) << text(rig.error());
@@ -370,7 +370,7 @@ TEST(RigFile, SafeIsASequenceWithinTheChambersLimits) {
   EXPECT_NE(mistake_in(with_tables("[safe]\nset_point = 90\n")), "");
 }
 
-TEST(RigFile, AThermometerMayHaveLimitsOfItsOwn) {
+TEST(RigFile, ReadsLimitsOfSingleThermometer) {
   const auto own = [](const std::string& tables) {
     return replaced(virtual_rig(), "\n[virtual]\n", "\n" + tables + "\n[virtual]\n");
   };
@@ -383,7 +383,7 @@ TEST(RigFile, AThermometerMayHaveLimitsOfItsOwn) {
   EXPECT_NE(mistake_in(own("[limits.channel.Z]\nhighest = 60\n")), "");
 }
 
-TEST(RigFile, TheRecordsCopiesOfTheFilesItNamesAreEnough) {
+TEST(RigFile, ParsesWithFilesStoredInRecord) {
   const auto map = read_text_file(GYROTHERM_SOURCE_DIR "/profiles/chambers/virtual.toml").value();
   const auto gyro = read_text_file(GYROTHERM_SOURCE_DIR "/profiles/gyros/calibrated.reduced.toml").value();
   const auto rig = parse_rig(virtual_rig(), "elsewhere/rig.toml", {.chamber_map = map, .gyro_model = gyro});
@@ -392,7 +392,7 @@ TEST(RigFile, TheRecordsCopiesOfTheFilesItNamesAreEnough) {
   EXPECT_FALSE(parse_rig(virtual_rig(), "elsewhere/rig.toml", {.chamber_map = map, .gyro_model = {}}));
 }
 
-TEST(RigFile, AMissingGyroModelIsNamed) {
+TEST(RigFile, NamesMissingGyroModel) {
   const auto rig = parse_rig(replaced(virtual_rig(), "gyros/calibrated", "gyros/none"), kRigs + "virtual.toml");
   ASSERT_FALSE(rig);
   EXPECT_EQ(rig.error().kind, FaultKind::bad_file);
@@ -400,7 +400,7 @@ TEST(RigFile, AMissingGyroModelIsNamed) {
   EXPECT_NE(rig.error().what.find("none.reduced.toml"), std::string::npos);
 }
 
-TEST(RigFile, AStreamBringsItsFramesItsScaleAndItsPort) {
+TEST(RigFile, TakesFramesScaleAndPortFromStream) {
   const auto rig = read_rig(kRigs + "example-f4t-lakeshore-kvh.toml");
   ASSERT_TRUE(rig) << text(rig.error());
   ASSERT_TRUE(rig->gyro_lines[0].stream);
@@ -413,7 +413,7 @@ TEST(RigFile, AStreamBringsItsFramesItsScaleAndItsPort) {
 
 std::string mixed_rig() { return read_text_file(kRigs + "virtual-mixed.toml").value(); }
 
-TEST(RigFile, TheScaleIsSaidOnce) {
+TEST(RigFile, RefusesSecondScale) {
   const std::string stream = "stream = \"../gyro-streams/kvh-17xx-a.toml\"";
   EXPECT_EQ(mistake_in(mixed_rig()), "");
   EXPECT_NE(mistake_in(replaced(mixed_rig(), stream, stream + "\narcsec_per_pulse = 1")).find("contain their scale"),
@@ -424,7 +424,7 @@ TEST(RigFile, TheScaleIsSaidOnce) {
   EXPECT_EQ(mistake_in(replaced(of_pulses, pulses, pulses + "\narcsec_per_pulse = 0.1")), "");
 }
 
-TEST(RigFile, AGyroHasTheRateThatItsUnitIsSetTo) {
+TEST(RigFile, ReadsFrameRateOfGyro) {
   const std::string axis = "axis = \"z\"\n";
   const auto rig =
       parse_rig(replaced(mixed_rig(), axis, axis + "rate_hz = 100\nlisten_only = true\nlargest_bias_deg_per_h = 3\n"),
@@ -440,7 +440,7 @@ TEST(RigFile, AGyroHasTheRateThatItsUnitIsSetTo) {
             std::string::npos);
 }
 
-TEST(RigFile, AGyroOfAnotherSerialNumberIsAMismatch) {
+TEST(RigFile, ReportsMismatchOfSerialNumber) {
   const std::string axis = "axis = \"z\"\n";
   const auto compared = [&](const std::string& keys, const std::string& identity) {
     const auto rig = parse_rig(replaced(mixed_rig(), axis, axis + keys), kRigs + "virtual-mixed.toml").value();
@@ -456,14 +456,14 @@ TEST(RigFile, AGyroOfAnotherSerialNumberIsAMismatch) {
   }
 }
 
-TEST(RigFile, AMissingOrWrongStreamIsNamed) {
+TEST(RigFile, NamesMissingOrInvalidStream) {
   EXPECT_NE(mistake_in(replaced(mixed_rig(), "kvh-17xx-a", "none")).find("none.toml"), std::string::npos);
   const auto rig = parse_rig(replaced(mixed_rig(), "axis = \"z\"", "axis = \"w\""), kRigs + "virtual.toml");
   ASSERT_FALSE(rig);
   EXPECT_NE(rig.error().where.find("kvh-17xx-a.toml:"), std::string::npos) << rig.error().where;
 }
 
-TEST(RigFile, TheRecordsCopyOfTheStreamIsEnough) {
+TEST(RigFile, ParsesWithStreamStoredInRecord) {
   const auto rig = read_rig(kRigs + "virtual-mixed.toml").value();
   const NamedTexts known{.chamber_map = rig.chamber_map.text,
                          .gyro_model = rig.gyro_model.text,
@@ -473,7 +473,7 @@ TEST(RigFile, TheRecordsCopyOfTheStreamIsEnough) {
   EXPECT_EQ(again->gyro_lines[0].frame.name, "kvh-17xx-a");
 }
 
-TEST(RigFile, EachChannelHasItsCalibration) {
+TEST(RigFile, ReadsCalibrationOfEachChannel) {
   const auto channels = channels_of(read_rig(kRigs + "example-f4t-lakeshore-kvh.toml").value());
   ASSERT_EQ(channels.size(), 9u);
   EXPECT_EQ(channels[0].offset, Kelvins{-0.012});
@@ -486,7 +486,7 @@ TEST(RigFile, EachChannelHasItsCalibration) {
   ASSERT_TRUE(channels[8].due);
 }
 
-TEST(RigFile, SaysHowWellEachThermometerIsKnown) {
+TEST(RigFile, ReadsUncertaintyOfEachThermometer) {
   const auto rig = read_rig(kRigs + "example-f4t-lakeshore-kvh.toml").value();
   const auto channels = channels_of(rig);
   const auto& of_all = channels[0].uncertainty;
@@ -503,7 +503,7 @@ TEST(RigFile, SaysHowWellEachThermometerIsKnown) {
   EXPECT_EQ(rig.units[0].info.axes[0].uncertainty.turn_on_repeatability_deg_per_h, 0.5);
 }
 
-TEST(RigFile, AnUncertaintyThatCannotBeIsAMistake) {
+TEST(RigFile, RefusesImpossibleUncertainty) {
   const std::string mark = "channels = [\"A\", \"B\", \"C\", \"D\"]";
   const auto with = [&](const std::string& more) {
     return mistake_in(replaced(mixed_rig(), mark, mark + "\n" + more));
@@ -521,7 +521,7 @@ TEST(RigFile, AnUncertaintyThatCannotBeIsAMistake) {
             std::string::npos);
 }
 
-TEST(RigFile, ACalibrationThatCannotBeIsAMistake) {
+TEST(RigFile, RefusesImpossibleCalibration) {
   const std::string mark = "channels = [\"A\", \"B\", \"C\", \"D\"]";
   const auto with = [&](const std::string& more) {
     return mistake_in(replaced(mixed_rig(), mark, mark + "\n" + more));
@@ -536,7 +536,7 @@ TEST(RigFile, ACalibrationThatCannotBeIsAMistake) {
   EXPECT_NE(with("offsets = [1, 2]").find("2 offsets for 4 channels"), std::string::npos);
 }
 
-TEST(RigFile, AnInstrumentsOwnKeysAreChecked) {
+TEST(RigFile, ChecksKeysOfEachDriver) {
   const auto file = kRigs + "example-binder-dcon-stim300.toml";
   const auto text_of = read_text_file(file).value();
   const auto with = [&](const std::string& what, const std::string& instead) {
@@ -555,7 +555,7 @@ TEST(RigFile, AnInstrumentsOwnKeysAreChecked) {
   EXPECT_NE(with("kind = \"rtd\"", "kind = \"ntc\"").find("not one of rtd"), std::string::npos);
 }
 
-TEST(RigFile, TheChambersOwnLimiterStandsOutsideWhatTheChamberMayBeGiven) {
+TEST(RigFile, RefusesLimiterInsideSetPointRange) {
   const auto with = [](const std::string& lines) {
     return replaced(virtual_rig(), "[[thermometer]]", "[chamber.limiter]\n" + lines + "\n[[thermometer]]");
   };

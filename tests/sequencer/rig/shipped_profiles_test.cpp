@@ -9,7 +9,7 @@ namespace {
 
 class ShippedProfile : public ::testing::TestWithParam<const char*> {};
 
-TEST_P(ShippedProfile, RunsToItsEndOnTheVirtualRig) {
+TEST_P(ShippedProfile, RunsToEndOnVirtualRig) {
   tests::DryRun dry_run(std::string(GYROTHERM_SOURCE_DIR "/profiles/") + GetParam());
   ASSERT_TRUE(check_profile(dry_run.profile(), dry_run.file().chamber_limits));
   EXPECT_EQ(dry_run.run(), run::RunOutcome::complete);

@@ -31,7 +31,7 @@ class DoorTest : public testing::Test {
   tests::Bench bench_{kTwoHours};
 };
 
-TEST_F(DoorTest, AReturnedAlarmStaysUntilItIsAcknowledged) {
+TEST_F(DoorTest, KeepsClearedAlarmUntilAcknowledged) {
   ASSERT_EQ(list().size(), 1u);
   const auto alarm = list()[0];
   EXPECT_EQ(state_in_words(alarm), "returned");
@@ -46,7 +46,7 @@ TEST_F(DoorTest, AReturnedAlarmStaysUntilItIsAcknowledged) {
   EXPECT_EQ(bench_.run_controller().run_state(), RunState::execute);
 }
 
-TEST_F(DoorTest, OneThatIsNotThereOrWasAcknowledgedIsRefusedAndThatIsInTheRecord) {
+TEST_F(DoorTest, RefusesAndRecordsAcknowledgementOfUnknownAlarm) {
   const auto number = std::to_string(list()[0].number);
   EXPECT_FALSE(say("9999 seen").done);
   EXPECT_EQ(list().size(), 1u);
@@ -60,7 +60,7 @@ TEST_F(DoorTest, OneThatIsNotThereOrWasAcknowledgedIsRefusedAndThatIsInTheRecord
   EXPECT_TRUE(bench_.told(EventKind::command, "acknowledge all, refused: all alarms are acknowledged"));
 }
 
-TEST_F(DoorTest, OccurrencesOfOneCauseAreOneRowAndOneAcknowledgement) {
+TEST_F(DoorTest, AcknowledgesAllOccurrencesOfOneCauseOnce) {
   const auto number = list()[0].number;
   for (int i = 0; i < 4; ++i) open_the_door();
   ASSERT_EQ(list().size(), 1u);
@@ -73,7 +73,7 @@ TEST_F(DoorTest, OccurrencesOfOneCauseAreOneRowAndOneAcknowledgement) {
 }
 
 /// A door, a gyro and a refusing chamber: three causes, acknowledged in three ways.
-TEST_F(DoorTest, OneSeveralOrAllAreAcknowledged) {
+TEST_F(DoorTest, AcknowledgesOneSeveralOrAllAlarms) {
   for (const auto* how : {"one by one", "several", "all"}) {
     bench_.chamber().door_open = true;
     bench_.instruments().gyro_silent = true;
@@ -98,7 +98,7 @@ TEST_F(DoorTest, OneSeveralOrAllAreAcknowledged) {
   }
 }
 
-TEST_F(DoorTest, AnActiveAlarmStaysInTheListUntilItReturns) {
+TEST_F(DoorTest, KeepsAcknowledgedAlarmUntilCleared) {
   bench_.chamber().door_open = true;
   bench_.seconds(20);
   EXPECT_TRUE(say("all I am at the door").done);
@@ -111,14 +111,14 @@ TEST_F(DoorTest, AnActiveAlarmStaysInTheListUntilItReturns) {
   EXPECT_TRUE(list().empty());
 }
 
-TEST_F(DoorTest, WhoWasToldIsInTheRecord) {
+TEST_F(DoorTest, RecordsNotifiedUsers) {
   const auto request = *control::make_request("told", "anna@lab.example: rule night, alarm 7");
   EXPECT_TRUE(bench_.run_controller().carry_out(request, "gyrotherm-monitor (uid 998)").done);
   bench_.seconds(1);
   EXPECT_TRUE(bench_.told(EventKind::told, "gyrotherm-monitor (uid 998): anna@lab.example: rule night, alarm 7"));
 }
 
-TEST_F(DoorTest, TheReasonOfAnEndIsInTheRecordAndInTheCause) {
+TEST_F(DoorTest, RecordsReasonForEnd) {
   for (const auto* word : {"stop", "abort"}) {
     tests::Bench bench(kTwoHours);
     bench.seconds(5);

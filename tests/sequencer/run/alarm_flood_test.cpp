@@ -96,7 +96,7 @@ class AlarmFlood : public testing::Test {
   std::size_t most_rows_ = 0;
 };
 
-TEST_F(AlarmFlood, OfAStarvedMachineHasOneRow) {
+TEST_F(AlarmFlood, OfStarvedMachineHasOneRow) {
   auto& io = bench_.instruments();
   drop_out(
       [&](bool silent) {
@@ -111,7 +111,7 @@ TEST_F(AlarmFlood, OfAStarvedMachineHasOneRow) {
   expect_all_acknowledged_at_once();
 }
 
-TEST_F(AlarmFlood, OfAFlakyCableOfAScannerHasOneRow) {
+TEST_F(AlarmFlood, OfIntermittentScannerCableHasOneRow) {
   drop_out(
       [&](bool silent) {
         bench_.instruments().silent_thermometers =
@@ -123,14 +123,14 @@ TEST_F(AlarmFlood, OfAFlakyCableOfAScannerHasOneRow) {
   expect_all_acknowledged_at_once();
 }
 
-TEST_F(AlarmFlood, OfAFlakyCableOfTheChamberHasOneRow) {
+TEST_F(AlarmFlood, OfIntermittentChamberCableHasOneRow) {
   drop_out([&](bool silent) { bench_.chamber().silent = silent; }, 0);
   EXPECT_EQ(most_rows_, 1u) << rows();
   expect_every_occurrence();
   expect_all_acknowledged_at_once();
 }
 
-TEST_F(AlarmFlood, OfAFlakyCableOfTheGyroHasOneRow) {
+TEST_F(AlarmFlood, OfIntermittentGyroCableHasOneRow) {
   drop_out([&](bool silent) { bench_.instruments().gyro_silent = silent; }, 0);
   EXPECT_EQ(most_rows_, 1u) << rows();
   expect_every_occurrence();

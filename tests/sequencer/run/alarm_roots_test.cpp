@@ -59,7 +59,7 @@ class Roots {
 
 Roots apart() { return {"tcp://10.0.0.5:502", "tcp://10.0.0.6:502", "serial:/dev/ttyUSB0", "serial:/dev/ttyUSB1"}; }
 
-TEST(AlarmRoots, NamesALateHostForEachSilence) {
+TEST(AlarmRoots, NamesLateHostAsRootOfEachSilence) {
   for (const auto id : {InterlockId::chamber_silent, InterlockId::gyro_silent, InterlockId::unit_silent,
                         InterlockId::channel_lost, InterlockId::needed_channel_lost, InterlockId::thermometers_lost}) {
     auto roots = apart();
@@ -81,7 +81,7 @@ TEST(AlarmRoots, NamesNoRootForOtherCauses) {
     EXPECT_EQ(roots.second({id}).roots, std::vector<std::string>{""}) << name(id);
 }
 
-TEST(AlarmRoots, ReturnsAMinuteAfterTheLastLateSecond) {
+TEST(AlarmRoots, EndsMinuteAfterLastLateSecond) {
   auto roots = apart();
   (void)roots.second({InterlockId::gyro_silent}, 2s);
   for (int i = 0; i < 60; ++i) EXPECT_TRUE(roots.second().cleared.empty()) << i;
@@ -91,21 +91,21 @@ TEST(AlarmRoots, ReturnsAMinuteAfterTheLastLateSecond) {
   EXPECT_EQ(roots.second({InterlockId::gyro_silent}).roots, std::vector<std::string>{""});
 }
 
-TEST(AlarmRoots, RaisesAHostThatIsLateForTenSeconds) {
+TEST(AlarmRoots, RaisesAlarmWhenHostIsLateForTenSeconds) {
   auto roots = apart();
   for (int i = 0; i < 4; ++i) EXPECT_TRUE(roots.second({}, 2s).raised.empty());
   EXPECT_EQ(roots.second({}, 2s).raised.size(), 1u);
   EXPECT_TRUE(roots.second({}, 2s).raised.empty()) << "once until it returns";
 }
 
-TEST(AlarmRoots, LeavesASleepOfTheMachineToItsInterlock) {
+TEST(AlarmRoots, IgnoresSleepOfMachine) {
   auto roots = apart();
   const auto result = roots.second({InterlockId::slept, InterlockId::gyro_silent}, 121s);
   EXPECT_TRUE(result.raised.empty());
   EXPECT_EQ(result.roots, (std::vector<std::string>{"", ""}));
 }
 
-TEST(AlarmRoots, NamesTheLineOfALostScanner) {
+TEST(AlarmRoots, NamesLineOfLostScanner) {
   for (const auto id : {InterlockId::channel_lost, InterlockId::needed_channel_lost, InterlockId::thermometers_lost}) {
     auto roots = apart();
     roots.silence_thermometers({2, 3});
@@ -117,7 +117,7 @@ TEST(AlarmRoots, NamesTheLineOfALostScanner) {
   }
 }
 
-TEST(AlarmRoots, BlamesNoLineOnWhichAnotherInstrumentAnswers) {
+TEST(AlarmRoots, NamesNoLineWhileAnotherInstrumentAnswersOnIt) {
   auto roots = apart();
   roots.silence_thermometers({2});
   EXPECT_TRUE(roots.second({InterlockId::channel_lost}).raised.empty()) << "D still answers";
@@ -125,7 +125,7 @@ TEST(AlarmRoots, BlamesNoLineOnWhichAnotherInstrumentAnswers) {
   EXPECT_TRUE(roots.second({InterlockId::thermometers_lost}).raised.empty()) << "not all that is lost is on that line";
 }
 
-TEST(AlarmRoots, FindsTheLineOfASubject) {
+TEST(AlarmRoots, FindsLineOfSubject) {
   for (const auto* subject : {"thermometer 2", "C", "D"}) {
     auto roots = apart();
     roots.silence_thermometers({0, 2, 3});
@@ -136,7 +136,7 @@ TEST(AlarmRoots, FindsTheLineOfASubject) {
   }
 }
 
-TEST(AlarmRoots, GivesASharedLineOneRoot) {
+TEST(AlarmRoots, NamesOneRootForSharedLine) {
   Roots roots("tcp://10.0.0.9:502", "tcp://10.0.0.9:502", "serial:/dev/ttyUSB0", "tcp://10.0.0.9:502");
   roots.silence_thermometers({0, 1});
   roots.sample.chamber.value = lost();
@@ -147,20 +147,20 @@ TEST(AlarmRoots, GivesASharedLineOneRoot) {
   EXPECT_EQ(result.roots, std::vector<std::string>(3, "line_lost tcp://10.0.0.9:502"));
 }
 
-TEST(AlarmRoots, TreatsTheInstrumentsOfAVirtualRigAsApart) {
+TEST(AlarmRoots, TreatsVirtualInstrumentsAsSeparate) {
   Roots roots("virtual", "virtual", "virtual", "virtual");
   roots.silence_thermometers({0, 1});
   EXPECT_EQ(roots.second({InterlockId::channel_lost}).roots, std::vector<std::string>{"line_lost thermometer 1"});
 }
 
-TEST(AlarmRoots, GivesALineOfOneInstrumentNoRootBesideItsOwnAlarm) {
+TEST(AlarmRoots, NamesNoRootForLineOfSingleInstrument) {
   auto roots = apart();
   roots.sample.chamber.value = lost();
   roots.sample.units[0].count.value = lost();
   EXPECT_TRUE(roots.second({InterlockId::chamber_silent, InterlockId::gyro_silent}).raised.empty());
 }
 
-TEST(AlarmRoots, ALineReturnsAfterItsConsequences) {
+TEST(AlarmRoots, LineAlarmEndsAfterItsConsequences) {
   auto roots = apart();
   roots.silence_thermometers({2, 3});
   (void)roots.second({InterlockId::channel_lost});

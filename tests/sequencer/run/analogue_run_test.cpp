@@ -27,7 +27,7 @@ std::vector<double> other_columns(const record::Record& record) {
   return all;
 }
 
-TEST(AnalogueInputs, AreValuesOfTheirUnitsInTheRecord) {
+TEST(AnalogueInputs, AreRecordedAsValuesOfTheirUnits) {
   tests::DryRun dry_run(kTenSeconds, 0, "virtual-triad");
   EXPECT_EQ(dry_run.run(), RunOutcome::complete);
   const auto record = record::read_record(dry_run.path());
@@ -43,7 +43,7 @@ TEST(AnalogueInputs, AreValuesOfTheirUnitsInTheRecord) {
   EXPECT_EQ(record->info.analogue_map_texts, collect_analogue_map_texts(dry_run.file()));
 }
 
-TEST(AnalogueInputs, LeaveTheOtherColumnsAsTheyAre) {
+TEST(AnalogueInputs, DoNotChangeOtherColumns) {
   tests::DryRun with(kTenSeconds, 0, "virtual-triad");
   EXPECT_EQ(with.run(), RunOutcome::complete);
   const auto other = other_columns(record::read_record(with.path()).value());
@@ -62,7 +62,7 @@ TEST(AnalogueInputs, LeaveTheOtherColumnsAsTheyAre) {
   EXPECT_EQ(other_columns(record::read_record(with.path()).value()), other);
 }
 
-TEST(AnalogueInputs, ARunGoesOnFromItsRecordAlone) {
+TEST(AnalogueInputs, ResumeFromRecordOnly) {
   tests::DryRun dry_run(kTenSeconds, 0, "virtual-triad");
   EXPECT_EQ(dry_run.run(4), RunOutcome::going_on);
   const auto record = record::read_record(dry_run.path());
@@ -94,7 +94,7 @@ Sample half_silent() {
   return sample;
 }
 
-TEST(AnalogueInputs, TheirSilenceWarnsAndStopsNothing) {
+TEST(AnalogueInputs, WarnWhenSilentAndContinue) {
   interlocks::InterlockLimits limits;
   limits.units = {{.name = "u1", .analogue = {"intensity", "current"}}, {.name = "u2"}};
   const auto result = interlocks::judge(limits, {}, half_silent(), kSecond, {});
@@ -105,7 +105,7 @@ TEST(AnalogueInputs, TheirSilenceWarnsAndStopsNothing) {
   EXPECT_EQ(result.demand.reaction, interlocks::Reaction::warn);
 }
 
-TEST(AnalogueInputs, TheirSilenceIsAnEventOfTheirChannelAndTheRunGoesOn) {
+TEST(AnalogueInputs, RecordSilenceAsEventOfTheirChannel) {
   tests::Bench bench("[[segment]]\nkind = \"hold\"\nat = \"20 °C\"\ntime = \"1 h\"\n", [](rig::RigFile& file) {
     file.limits.units = {{.name = file.units[0].info.name, .analogue = {"intensity", "current"}}};
   });
@@ -126,7 +126,7 @@ TEST(AnalogueInputs, TheirSilenceIsAnEventOfTheirChannelAndTheRunGoesOn) {
   EXPECT_TRUE(bench.told(EventKind::recovered, "channel_lost is over"));
 }
 
-TEST(AnalogueInputs, OfADroppedUnitHaveNeitherValueNorFault) {
+TEST(AnalogueInputs, HaveNeitherValueNorFaultWhenUnitIsDropped) {
   DroppedUnits units({"u1", "u2"});
   units.carry_out({.drop = true, .unit = "u1"});
   auto sample = half_silent();

@@ -37,7 +37,7 @@ double greatest_step(const std::vector<double>& sent, std::size_t from = 0) {
   return greatest;
 }
 
-TEST(BrokenRig, WithoutAFaultThereIsNoAlarmAndNoWait) {
+TEST(BrokenRig, RaisesNoAlarmAndWaitsNotWithoutFault) {
   tests::Bench bench(kSoak);
   EXPECT_EQ(bench.seconds(5000), RunOutcome::complete);
   for (const auto& sample : bench.record().samples)
@@ -46,7 +46,7 @@ TEST(BrokenRig, WithoutAFaultThereIsNoAlarmAndNoWait) {
   EXPECT_LE(greatest_step(bench.chamber().sent_c), 5.0 / 60 + 1e-6);
 }
 
-TEST(BrokenRig, AnOpenDoorStopsTheClockAndShortensNoSoak) {
+TEST(BrokenRig, OpenDoorStopsClockAndShortensNoSoak) {
   tests::Bench bench(kSoak);
   bench.seconds(400);
   const auto before = bench.progress();
@@ -68,7 +68,7 @@ TEST(BrokenRig, AnOpenDoorStopsTheClockAndShortensNoSoak) {
   EXPECT_GE(soaked, 600);
 }
 
-TEST(BrokenRig, ARestartedChamberIsRampedBackFromWhereTheAirIs) {
+TEST(BrokenRig, RampsRestartedChamberBackFromAir) {
   tests::Bench bench(kSoak);
   bench.seconds(500);
   bench.chamber().silent = true;
@@ -100,7 +100,7 @@ void take_off_the_mains(tests::Bench& bench, bool keeps_its_set_point) {
   bench.seconds(2);
 }
 
-TEST(BrokenRig, AChamberThatComesBackOffIsSwitchedOnByAnOperatorAlone) {
+TEST(BrokenRig, OnlyOperatorSwitchesOnChamberThatReturnsOff) {
   for (const bool keeps_its_set_point : {true, false}) {
     tests::Bench bench(kSoak);
     take_off_the_mains(bench, keeps_its_set_point);
@@ -122,7 +122,7 @@ TEST(BrokenRig, AChamberThatComesBackOffIsSwitchedOnByAnOperatorAlone) {
   }
 }
 
-TEST(BrokenRig, AChamberThatComesBackOffIsSwitchedOnWhereTheRigFileWantsIt) {
+TEST(BrokenRig, SwitchesOnChamberThatReturnsOffWhenPolicyAllows) {
   const auto suspends = [](rig::RigFile& file) {
     file.limits.policy[static_cast<std::size_t>(interlocks::InterlockId::restarted_off)] =
         interlocks::Reaction::suspend;
@@ -133,7 +133,7 @@ TEST(BrokenRig, AChamberThatComesBackOffIsSwitchedOnWhereTheRigFileWantsIt) {
   ASSERT_NE(bench.until(RunState::execute, 2000), -1);
 }
 
-TEST(BrokenRig, AChamberThatComesBackOtherwiseWaitsForTheOperatorWhereTheRigFileWantsIt) {
+TEST(BrokenRig, WaitsForOperatorAfterRestartWhenPolicyIsHold) {
   const auto holds = [](rig::RigFile& file) {
     file.limits.policy[static_cast<std::size_t>(interlocks::InterlockId::restarted)] = interlocks::Reaction::hold;
   };
@@ -152,7 +152,7 @@ TEST(BrokenRig, AChamberThatComesBackOtherwiseWaitsForTheOperatorWhereTheRigFile
   EXPECT_EQ(bench.chamber().set_point_c, 30);
 }
 
-TEST(BrokenRig, AnotherInstrumentHoldsTheRunUntilTheFirstOneIsBackAndAnOperatorResumes) {
+TEST(BrokenRig, OtherInstrumentHoldsRunUntilFirstReturnsAndOperatorResumes) {
   tests::Bench bench(kSoak);
   bench.seconds(500);
   bench.instruments().others = {"chamber: another instrument, or other settings: F4T 222; the run began with: F4T 111"};
@@ -169,7 +169,7 @@ TEST(BrokenRig, AnotherInstrumentHoldsTheRunUntilTheFirstOneIsBackAndAnOperatorR
   ASSERT_NE(bench.until(RunState::execute, 2000), -1);
 }
 
-TEST(BrokenRig, AForeignSetPointIsNotFought) {
+TEST(BrokenRig, DoesNotOverwriteForeignSetPoint) {
   tests::Bench bench(kSoak);
   bench.seconds(500);
   bench.chamber().set_point_c = 40;
@@ -185,7 +185,7 @@ TEST(BrokenRig, AForeignSetPointIsNotFought) {
   EXPECT_TRUE(bench.told(EventKind::command, "resume by Ada"));
 }
 
-TEST(BrokenRig, AForeignSetPointOnARampIsNotOverwritten) {
+TEST(BrokenRig, DoesNotOverwriteForeignSetPointOnRamp) {
   tests::Bench bench(kSoak);
   bench.seconds(150);
   bench.chamber().set_point_c = 40;
@@ -196,7 +196,7 @@ TEST(BrokenRig, AForeignSetPointOnARampIsNotOverwritten) {
   EXPECT_EQ(bench.chamber().set_point_c, 40);
 }
 
-TEST(BrokenRig, AForeignSetPointThatIsPutBackIsForgotten) {
+TEST(BrokenRig, ForgetsForeignSetPointThatIsReset) {
   tests::Bench bench(kSoak);
   bench.seconds(500);
   bench.chamber().set_point_c = 31;
@@ -205,7 +205,7 @@ TEST(BrokenRig, AForeignSetPointThatIsPutBackIsForgotten) {
   EXPECT_NE(bench.until(RunState::execute, 20), -1);
 }
 
-TEST(BrokenRig, AfterAForeignSetPointThatIsPutBackTheClockWaitsForTheAir) {
+TEST(BrokenRig, ClockWaitsForAirAfterForeignSetPointIsReset) {
   tests::Bench bench(kSoak);
   bench.seconds(500);
   bench.chamber().set_point_c = 60;
@@ -217,7 +217,7 @@ TEST(BrokenRig, AfterAForeignSetPointThatIsPutBackTheClockWaitsForTheAir) {
 }
 
 /// A refused set point is sent again only while the run continues.
-TEST(BrokenRig, AForeignSetPointAfterOneThatWasRefusedIsSeenToo) {
+TEST(BrokenRig, DetectsForeignSetPointAfterRefusedOne) {
   tests::Bench bench(kSoak);
   bench.seconds(150);
   bench.chamber().refuses = true;
@@ -239,7 +239,7 @@ TEST(BrokenRig, AForeignSetPointAfterOneThatWasRefusedIsSeenToo) {
   EXPECT_LE(greatest_step(bench.chamber().sent_c, sent + 1), 6.0 / 60 * 5 + 1e-6);
 }
 
-TEST(BrokenRig, WhatAForeignSetPointHoldsTheOperatorLetsGoOnAtOnce) {
+TEST(BrokenRig, OperatorResumesImmediatelyAfterForeignSetPoint) {
   tests::Bench bench(kSoak, [](rig::RigFile& file) {
     file.limits.policy[static_cast<std::size_t>(interlocks::InterlockId::foreign_set_point)] =
         interlocks::Reaction::hold;
@@ -255,7 +255,7 @@ TEST(BrokenRig, WhatAForeignSetPointHoldsTheOperatorLetsGoOnAtOnce) {
 }
 
 /// An operator who resumes a paused run with the panel's set point does not know yet that the machine slept.
-TEST(BrokenRig, TakingTheChamberOverEndsNoOtherHold) {
+TEST(BrokenRig, TakingOverChamberEndsNoOtherHold) {
   tests::Bench bench(kSoak);
   bench.seconds(500);
   bench.chamber().set_point_c = 40;
@@ -290,7 +290,7 @@ void let_go_on_before_it_is_told(tests::Bench& bench) {
   EXPECT_EQ(bench.chamber().set_point_c, 40);
 }
 
-TEST(BrokenRig, WhoDoesNotKnowOfAForeignSetPointDoesNotTakeTheChamberOver) {
+TEST(BrokenRig, ResumeDoesNotTakeOverUnreportedForeignSetPoint) {
   tests::Bench bench(kSoak);
   let_go_on_before_it_is_told(bench);
   EXPECT_EQ(bench.run_controller().run_state(), RunState::suspended);
@@ -309,7 +309,7 @@ TEST(BrokenRig, WhoDoesNotKnowOfAForeignSetPointDoesNotTakeTheChamberOver) {
   }
 }
 
-TEST(BrokenRig, WhoLetsARunGoOnIsToldWhatStillSuspendsIt) {
+TEST(BrokenRig, ResumeReportsRemainingCauses) {
   tests::Bench bench(kSoak);
   bench.seconds(500);
   const auto answer_to = [&](const std::string& word) {
@@ -327,7 +327,7 @@ TEST(BrokenRig, WhoLetsARunGoOnIsToldWhatStillSuspendsIt) {
   EXPECT_EQ(answer_to("resume"), "continues");
 }
 
-TEST(BrokenRig, ASetPointAcknowledgedAndNotAppliedSuspendsWithinThreeSeconds) {
+TEST(BrokenRig, SuspendsWithinThreeSecondsWhenSetPointIsNotApplied) {
   tests::Bench bench(kSoak);
   bench.seconds(130);  // on the ramp
   bench.chamber().ignores = true;
@@ -342,7 +342,7 @@ TEST(BrokenRig, ASetPointAcknowledgedAndNotAppliedSuspendsWithinThreeSeconds) {
   EXPECT_EQ(bench.seconds(5000), RunOutcome::complete);
 }
 
-TEST(BrokenRig, AnArticleBeyondItsLimitMakesSafeAndTheRunEndsWhenTheChamberHasShownIt) {
+TEST(BrokenRig, EndsRunWhenChamberConfirmsSafeStateAfterLimitOfUnit) {
   tests::Bench bench(kSoak);
   bench.seconds(500);
   bench.instruments().uut_c = 101;
@@ -358,7 +358,7 @@ TEST(BrokenRig, AnArticleBeyondItsLimitMakesSafeAndTheRunEndsWhenTheChamberHasSh
       << bench.run_controller().end_cause();
 }
 
-TEST(BrokenRig, AChamberThatCannotBeMadeSafeIsTriedUntilItCanAndTheOperatorIsToldOnceAMinute) {
+TEST(BrokenRig, RetriesSafeSequenceAndWarnsOperatorEachMinute) {
   tests::Bench bench(kSoak);
   bench.seconds(500);
   bench.chamber().silent = true;
@@ -373,7 +373,7 @@ TEST(BrokenRig, AChamberThatCannotBeMadeSafeIsTriedUntilItCanAndTheOperatorIsTol
   EXPECT_EQ(bench.chamber().set_point_c, 20);
 }
 
-TEST(BrokenRig, ASafeSetPointThatIsNotKeptIsSentAgain) {
+TEST(BrokenRig, ResendsSafeSetPointThatChanged) {
   tests::Bench bench(kSoak);
   bench.seconds(500);
   bench.instruments().uut_c = 101;
@@ -384,7 +384,7 @@ TEST(BrokenRig, ASafeSetPointThatIsNotKeptIsSentAgain) {
   EXPECT_EQ(bench.seconds(1), RunOutcome::made_safe);
 }
 
-TEST(BrokenRig, SafeMaySwitchTheChamberOffToo) {
+TEST(BrokenRig, SafeSequenceMaySwitchChamberOff) {
   tests::Bench bench(kSoak, [](rig::RigFile& file) { file.safe_off = true; });
   bench.seconds(500);
   bench.chamber().must_stop = true;
@@ -393,7 +393,7 @@ TEST(BrokenRig, SafeMaySwitchTheChamberOffToo) {
   EXPECT_EQ(bench.chamber().set_point_c, 20);
 }
 
-TEST(BrokenRig, NothingIsSentWhileItIsHeldAndTheClockStands) {
+TEST(BrokenRig, SendsNothingAndStopsClockWhileHeld) {
   tests::Bench bench(kSoak);
   bench.seconds(130);
   bench.run_controller().submit(OperatorCommand::pause, "Ada");
@@ -411,7 +411,7 @@ TEST(BrokenRig, NothingIsSentWhileItIsHeldAndTheClockStands) {
   EXPECT_LE(greatest_step(bench.chamber().sent_c), 5.0 / 60 * 5 + 1e-6);
 }
 
-TEST(BrokenRig, AStopLeavesTheChamberAsTheRigSays) {
+TEST(BrokenRig, StopLeavesChamberAsRigSpecifies) {
   tests::Bench safe(kSoak);
   safe.seconds(500);
   safe.run_controller().submit(OperatorCommand::stop, "Ada");
@@ -436,7 +436,7 @@ std::function<void(rig::RigFile&)> with_offset_of_b(Kelvins too_high) {
   };
 }
 
-TEST(BrokenRig, ASoakCountsOnTheSensorThatTheProfileNames) {
+TEST(BrokenRig, CountsSoakBySensorOfProfile) {
   auto profile = kSoak;
   profile.insert(profile.find("soak_band = 1"), "soak_sensor = \"B\"\ndeadline = \"3 h\"\n");
   tests::Bench bench(profile, with_offset_of_b({}));
@@ -446,7 +446,7 @@ TEST(BrokenRig, ASoakCountsOnTheSensorThatTheProfileNames) {
   EXPECT_TRUE(bench.told(EventKind::note, "soak of segment 3 ended: 10 min 00 s inside ±1 K of 30 °C on B, in"));
 }
 
-TEST(BrokenRig, ASoakCountsAtTheTemperatureAndNotAtTheReading) {
+TEST(BrokenRig, CountsSoakByCalibratedTemperature) {
   auto profile = kSoak;
   profile.insert(profile.find("soak_band = 1"), "soak_sensor = \"B\"\ndeadline = \"3 h\"\n");
   tests::Bench bench(profile, with_offset_of_b({-6}));
@@ -456,7 +456,7 @@ TEST(BrokenRig, ASoakCountsAtTheTemperatureAndNotAtTheReading) {
 }
 
 /// Leaving the band restarts the dwell, also while the profile's clock is stopped.
-TEST(BrokenRig, ADwellBeginsAnewIfTheAirLeftItsBandWhileTheRunWasHeld) {
+TEST(BrokenRig, RestartsDwellWhenAirLeavesBandWhileHeld) {
   auto profile = kSoak;
   profile.insert(profile.find("soak_band = 1"), "soak_dwell = \"5 min\"\n");
   tests::Bench bench(profile);
@@ -482,13 +482,13 @@ TEST(BrokenRig, ADwellBeginsAnewIfTheAirLeftItsBandWhileTheRunWasHeld) {
   }
 }
 
-TEST(BrokenRig, ARampAtTheEndComesToItsTarget) {
+TEST(BrokenRig, FinalRampReachesTarget) {
   tests::Bench bench(kSoak);
   EXPECT_EQ(bench.seconds(5000), RunOutcome::complete);
   EXPECT_EQ(bench.chamber().set_point_c, 20);
 }
 
-TEST(BrokenRig, AnOperatorsAbortMakesSafe) {
+TEST(BrokenRig, AbortByOperatorMakesChamberSafe) {
   tests::Bench bench(kSoak);
   bench.seconds(500);
   bench.run_controller().submit(OperatorCommand::abort, "Ada");
@@ -496,7 +496,7 @@ TEST(BrokenRig, AnOperatorsAbortMakesSafe) {
   EXPECT_EQ(bench.chamber().set_point_c, 20);
 }
 
-TEST(BrokenRig, InALateSecondTheClockStandsAndTheSetPointDoesNotJump) {
+TEST(BrokenRig, LateSecondStopsClockWithoutSetPointJump) {
   tests::Bench bench(kSoak);
   bench.seconds(130);
   const auto before = bench.progress();
@@ -508,7 +508,7 @@ TEST(BrokenRig, InALateSecondTheClockStandsAndTheSetPointDoesNotJump) {
   EXPECT_LE(greatest_step(bench.chamber().sent_c), 5.0 / 60 + 1e-6);
 }
 
-TEST(BrokenRig, AfterALongSleepOnlyTheOperatorGoesOn) {
+TEST(BrokenRig, OnlyOperatorResumesAfterLongSleep) {
   tests::Bench bench(kSoak);
   bench.seconds(400);
   bench.late(121);
@@ -522,7 +522,7 @@ TEST(BrokenRig, AfterALongSleepOnlyTheOperatorGoesOn) {
 }
 
 /// A gyro that lost its data while the machine slept reports one fault. That is not a silence of an hour.
-TEST(BrokenRig, ASleepIsNoSilence) {
+TEST(BrokenRig, TreatsSleepAsNoSilence) {
   tests::Bench bench(kSoak);
   bench.seconds(400);
   bench.late(3700);
@@ -535,7 +535,7 @@ TEST(BrokenRig, ASleepIsNoSilence) {
   EXPECT_FALSE(bench.told(EventKind::interlock, "silent"));
 }
 
-TEST(BrokenRig, OneLostReadingInALateSecondIsNoSilence) {
+TEST(BrokenRig, TreatsLostReadingInLateSecondAsNoSilence) {
   tests::Bench bench(kSoak);
   bench.seconds(400);
   bench.late(6);
@@ -548,7 +548,7 @@ TEST(BrokenRig, OneLostReadingInALateSecondIsNoSilence) {
 }
 
 /// Applies also if another cause stops the run, or if the chamber does not answer at first.
-TEST(BrokenRig, AirThatLeftItsPlaceInAPauseHasToComeBack) {
+TEST(BrokenRig, WaitsForAirToReturnAfterPause) {
   for (const int pause : {100, 125})
     for (const bool silent : {false, true}) {
       tests::Bench bench(kSoak);
@@ -567,7 +567,7 @@ TEST(BrokenRig, AirThatLeftItsPlaceInAPauseHasToComeBack) {
     }
 }
 
-TEST(BrokenRig, ARunThatBeginsElsewhereGoesThereByARampAndItsClockWaits) {
+TEST(BrokenRig, RampsToFirstSetPointBeforeClockStarts) {
   tests::Bench bench(kSoak);
   bench.chamber().air_c = bench.chamber().set_point_c = 40;
   bench.run_controller().begin_away(Celsius{40}, "the air is elsewhere", {});
@@ -580,7 +580,7 @@ TEST(BrokenRig, ARunThatBeginsElsewhereGoesThereByARampAndItsClockWaits) {
   EXPECT_EQ(bench.seconds(5000), RunOutcome::complete);
 }
 
-TEST(BrokenRig, ASilentChamberIsSentNothingAndALostOneIsAborted) {
+TEST(BrokenRig, SendsNothingToSilentChamberAndAbortsLostOne) {
   tests::Bench bench(kSoak);
   bench.seconds(130);
   bench.chamber().silent = true;
@@ -588,7 +588,7 @@ TEST(BrokenRig, ASilentChamberIsSentNothingAndALostOneIsAborted) {
   EXPECT_EQ(bench.until(RunState::aborting, 2000), 595);
 }
 
-TEST(BrokenRigDeathTest, ALawOfSafetyThatIsBrokenEndsTheProcess) {
+TEST(BrokenRigDeathTest, ViolatedSafetyInvariantEndsProcess) {
   EXPECT_DEATH(
       {
         tests::Bench bench(kSoak, [](rig::RigFile& file) { file.chamber_limits.highest = {25}; });
@@ -597,7 +597,7 @@ TEST(BrokenRigDeathTest, ALawOfSafetyThatIsBrokenEndsTheProcess) {
       "a set point lies within the limits");
 }
 
-TEST(BrokenRigDeathTest, ASetPointFasterThanTheRampLimitEndsTheProcess) {
+TEST(BrokenRigDeathTest, SetPointFasterThanRampLimitEndsProcess) {
   EXPECT_DEATH(
       // Limits that no rig file can have: heating at −6 °C/min cools, and faster than permitted.
       {

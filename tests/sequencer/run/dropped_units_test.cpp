@@ -13,7 +13,7 @@ constexpr const char* kHold = "[[segment]]\nkind = \"hold\"\nat = \"20 °C\"\nti
 control::UnitRequest drop(const std::string& unit) { return {.drop = true, .unit = unit}; }
 control::UnitRequest give_back(const std::string& unit) { return {.drop = false, .unit = unit}; }
 
-TEST(DroppedUnits, AreThoseThatWereDroppedAndNotReturned) {
+TEST(DroppedUnits, ExcludeReturnedUnits) {
   DroppedUnits units({"u1", "u2", "u3"});
   EXPECT_EQ(units.objection(drop("u4")), "\"u4\" is not a unit of this run, expected one of u1, u2, u3");
   EXPECT_EQ(units.objection(give_back("u1")), "u1 is not dropped");
@@ -39,7 +39,7 @@ TEST(DroppedUnits, HaveNeitherReadingNorFault) {
   EXPECT_EQ(sample.units[1].count.value->pulses, std::vector<std::int64_t>{7}) << "the others' are untouched";
 }
 
-TEST(DroppedUnits, OfARunThatGoesOnAreInItsRecord) {
+TEST(DroppedUnits, AreRestoredFromRecordOfResumedRun) {
   const auto event = [](EventKind kind, const char* unit) {
     return record::RecordedEvent{0, {{}, kind, "", {.channel = unit}}};
   };
@@ -62,7 +62,7 @@ std::function<void(rig::RigFile&)> two_units(bool go_on) {
   };
 }
 
-TEST(ManyUnitsInARun, GoOnWithoutOneThatIsSilent) {
+TEST(ManyUnitsInARun, ContinueWithoutSilentUnit) {
   tests::Bench bench(kHold, two_units(true));
   bench.seconds(10);
   bench.instruments().gyro_silent = true;
@@ -75,7 +75,7 @@ TEST(ManyUnitsInARun, GoOnWithoutOneThatIsSilent) {
   EXPECT_TRUE(bench.told(EventKind::recovered, "gyro u1 answers again"));
 }
 
-TEST(ManyUnitsInARun, StopForOneThatTheRigFileSaysIsNeeded) {
+TEST(ManyUnitsInARun, SuspendForSilentUnitThatRigRequires) {
   tests::Bench bench(kHold, two_units(false));
   bench.seconds(10);
   bench.instruments().gyro_silent = true;
@@ -83,7 +83,7 @@ TEST(ManyUnitsInARun, StopForOneThatTheRigFileSaysIsNeeded) {
   EXPECT_TRUE(bench.told(EventKind::interlock, "gyro_silent (suspend): gyro u1 silent"));
 }
 
-TEST(ManyUnitsInARun, DropOneByAnOperatorsWordAndTakeItBack) {
+TEST(ManyUnitsInARun, DropAndReturnUnitOnRequest) {
   tests::Bench bench(kHold, two_units(false));
   bench.seconds(10);
   bench.instruments().gyro_silent = true;

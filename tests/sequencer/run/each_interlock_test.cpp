@@ -12,7 +12,7 @@ namespace {
 
 using Bench = InterlockBench;
 
-TEST(InterlockId, OneAlarmUntilItIsOver) {
+TEST(InterlockId, RaisesOneAlarmUntilCauseEnds) {
   Bench bench;
   bench.chamber().activity = ChamberActivity::door_open;
   bench.seconds(100);
@@ -30,7 +30,7 @@ TEST(InterlockId, OneAlarmUntilItIsOver) {
   EXPECT_TRUE(active_faults(bench.memory).empty());
 }
 
-TEST(InterlockId, EachThermometerMayHaveLimitsOfItsOwn) {
+TEST(InterlockId, AppliesLimitsOfEachThermometer) {
   Bench bench;
   bench.limits.thermometers.assign(9, {});
   bench.limits.thermometers[4] = {{-10}, {21.5}};
@@ -41,7 +41,7 @@ TEST(InterlockId, EachThermometerMayHaveLimitsOfItsOwn) {
   EXPECT_EQ(bench.seconds(2).cause, "thermometer shell reads -61.00 °C, outside -60 … 100 °C");
 }
 
-TEST(InterlockId, ASpikeOfOneSampleIsNoLimitPassed) {
+TEST(InterlockId, IgnoresSpikeOfOneSample) {
   Bench bench;
   for (int i = 0; i < 100; ++i) {
     bench.thermometer(2, i % 5 ? 22 : 850);
@@ -49,7 +49,7 @@ TEST(InterlockId, ASpikeOfOneSampleIsNoLimitPassed) {
   }
 }
 
-TEST(InterlockId, FewerThermometersThanNeededSuspendWithinTenSeconds) {
+TEST(InterlockId, SuspendsWithinTenSecondsWithTooFewThermometers) {
   Bench bench;
   bench.limits.thermometers_needed = 8;
   bench.sample.thermometers[0].value = silence();
@@ -59,7 +59,7 @@ TEST(InterlockId, FewerThermometersThanNeededSuspendWithinTenSeconds) {
   EXPECT_EQ(bench.second().cause, "7 thermometers answer, 8 are needed for 6 s");
 }
 
-TEST(InterlockId, AirThatChangesFasterThanAClosedChamberCanSuspends) {
+TEST(InterlockId, SuspendsWhenAirChangesFasterThanClosedChamberCan) {
   Bench bench;
   bench.seconds(70);
   for (int i = 0; i < 60; ++i) bench.chamber().air = bench.chamber().air + Kelvins{0.32}, bench.second();
@@ -68,7 +68,7 @@ TEST(InterlockId, AirThatChangesFasterThanAClosedChamberCanSuspends) {
   EXPECT_TRUE(bench.has(interlocks::InterlockId::air_rate)) << "21.6 °C in a minute";
 }
 
-TEST(InterlockId, AnArticleThatChangesTooFastSuspends) {
+TEST(InterlockId, SuspendsWhenUnitChangesTooFast) {
   Bench bench;
   bench.limits.thermometers_fastest = {1};
   bench.seconds(70);
@@ -81,7 +81,7 @@ TEST(InterlockId, AnArticleThatChangesTooFastSuspends) {
   EXPECT_TRUE(bench.has(interlocks::InterlockId::thermometer_rate));
 }
 
-TEST(InterlockId, AThermometerFarFromTheOthersWarns) {
+TEST(InterlockId, WarnsOfThermometerFarFromOthers) {
   Bench bench;
   bench.limits.disagreement = {10};
   bench.thermometer(3, 33);
@@ -90,7 +90,7 @@ TEST(InterlockId, AThermometerFarFromTheOthersWarns) {
   EXPECT_TRUE(bench.has(interlocks::InterlockId::disagreement));
 }
 
-TEST(InterlockId, AThermometerBetweenTheOthersAndTheAirAgreesWithThem) {
+TEST(InterlockId, AcceptsThermometerBetweenOthersAndAir) {
   for (const bool is_cooling : {true, false}) {
     Bench bench;
     bench.limits.disagreement = {10};
@@ -113,7 +113,7 @@ TEST(InterlockId, AThermometerBetweenTheOthersAndTheAirAgreesWithThem) {
 }
 
 /// With three thermometers, a high reading lies between the others and their median in the same way as a low one.
-TEST(InterlockId, OfThreeThermometersTheOneThatIsWrongIsNamed) {
+TEST(InterlockId, NamesWrongThermometerOfThree) {
   for (const double wrong : {-60.0, 90.0}) {
     Bench bench;
     bench.limits.disagreement = {40};
@@ -126,7 +126,7 @@ TEST(InterlockId, OfThreeThermometersTheOneThatIsWrongIsNamed) {
   }
 }
 
-TEST(InterlockId, AStuckThermometerWarnsWhileTheOthersMove) {
+TEST(InterlockId, WarnsOfStuckThermometerWhileOthersMove) {
   Bench bench;
   bench.seconds(300);
   EXPECT_FALSE(bench.has(interlocks::InterlockId::stuck)) << "nothing moves";
@@ -138,7 +138,7 @@ TEST(InterlockId, AStuckThermometerWarnsWhileTheOthersMove) {
   EXPECT_EQ(bench.second().reaction, interlocks::Reaction::warn);
 }
 
-TEST(InterlockId, AChamberSensorThatJumpsAbortsThoughItsControllerBringsTheReadingBack) {
+TEST(InterlockId, AbortsAfterJumpOfChamberSensorThoughReadingReturns) {
   Bench bench;
   bench.seconds(100);
   bench.chamber().air = {32.5};
@@ -149,7 +149,7 @@ TEST(InterlockId, AChamberSensorThatJumpsAbortsThoughItsControllerBringsTheReadi
   EXPECT_TRUE(bench.has(interlocks::InterlockId::chamber_sensor));
 }
 
-TEST(InterlockId, AJumpIsMeasuredWhereverTheArticleIs) {
+TEST(InterlockId, DetectsJumpAtAnyTemperatureOfUnit) {
   Bench bench;
   for (std::size_t i = 0; i < 9; ++i) bench.thermometer(i, 35);
   EXPECT_EQ(bench.seconds(3000).reaction, interlocks::Reaction::go_on) << "it warms itself";
@@ -160,7 +160,7 @@ TEST(InterlockId, AJumpIsMeasuredWhereverTheArticleIs) {
   EXPECT_EQ(large.seconds_until(interlocks::Reaction::abort, 40), 30);
 }
 
-TEST(InterlockId, AJumpInTwoStepsIsOneAndOneThatComesBackIsNone) {
+TEST(InterlockId, CountsJumpInTwoStepsAndIgnoresReturningJump) {
   Bench bench;
   bench.seconds(10);
   auto spike = bench;
@@ -176,7 +176,7 @@ TEST(InterlockId, AJumpInTwoStepsIsOneAndOneThatComesBackIsNone) {
 }
 
 /// The air falls to the ambient temperature within a minute, also while its reading is lost for some seconds.
-TEST(InterlockId, AirThatLeavesThroughTheDoorIsNoContradiction) {
+TEST(InterlockId, OpenDoorIsNoContradiction) {
   Bench bench;
   double air = 85;
   for (int i = 0; i < 300; ++i) {
@@ -188,7 +188,7 @@ TEST(InterlockId, AirThatLeavesThroughTheDoorIsNoContradiction) {
   }
 }
 
-TEST(InterlockId, AnArticleThatLagsIsNoContradiction) {
+TEST(InterlockId, LaggingUnitIsNoContradiction) {
   Bench bench;
   bench.seconds(700);
   // A ramp of 5 °C/min, and a unit under test that hardly follows.
@@ -199,14 +199,14 @@ TEST(InterlockId, AnArticleThatLagsIsNoContradiction) {
   }
 }
 
-TEST(InterlockId, ThermometersInTheAirContradictTheChamberAtAnyTime) {
+TEST(InterlockId, AirThermometersMayContradictChamberAtAnyTime) {
   Bench bench;
   bench.limits.air_thermometers = {8};
   bench.thermometer(8, 31);
   EXPECT_EQ(bench.seconds_until(interlocks::Reaction::abort, 40), 30);
 }
 
-TEST(InterlockId, AirThatDoesNotFollowSuspendsAfterFiveMinutes) {
+TEST(InterlockId, SuspendsAfterFiveMinutesWhenAirDoesNotFollow) {
   Bench bench;
   bench.seconds(10);
   bench.around.sent = bench.chamber().set_point = {40};
@@ -216,7 +216,7 @@ TEST(InterlockId, AirThatDoesNotFollowSuspendsAfterFiveMinutes) {
   EXPECT_TRUE(bench.has(interlocks::InterlockId::following));
 }
 
-TEST(InterlockId, AirThatFollowsWithALagIsWell) {
+TEST(InterlockId, AcceptsAirThatFollowsWithLag) {
   Bench bench;
   double set_point = 20, air = 20, uut = 20;
   for (int i = 0; i < 4000; ++i) {
@@ -229,7 +229,7 @@ TEST(InterlockId, AirThatFollowsWithALagIsWell) {
   }
 }
 
-TEST(InterlockId, AirThatDoesNotFollowNearALimitAborts) {
+TEST(InterlockId, AbortsNearLimitWhenAirDoesNotFollow) {
   Bench bench;
   bench.limits.air_highest = {21};
   bench.seconds(10);
@@ -237,7 +237,7 @@ TEST(InterlockId, AirThatDoesNotFollowNearALimitAborts) {
   EXPECT_NE(bench.seconds_until(interlocks::Reaction::abort, 1200), -1);
 }
 
-TEST(InterlockId, AForeignSetPointIsFoundAtTheSecondPoll) {
+TEST(InterlockId, DetectsForeignSetPointAtSecondPoll) {
   Bench bench;
   bench.seconds(10);
   bench.chamber().set_point = {25};
@@ -249,13 +249,13 @@ TEST(InterlockId, AForeignSetPointIsFoundAtTheSecondPoll) {
   EXPECT_EQ(bench.seconds(10'000).reaction, interlocks::Reaction::suspend) << "as long as it stands";
 }
 
-TEST(InterlockId, ASetPointRoundedByTheControllerIsTheOneThatWasSent) {
+TEST(InterlockId, AcceptsSetPointRoundedByController) {
   Bench bench;
   bench.chamber().set_point = {20.09};
   EXPECT_EQ(bench.seconds(100).reaction, interlocks::Reaction::go_on);
 }
 
-TEST(InterlockId, AChamberThatComesBackOtherwiseWasRestarted) {
+TEST(InterlockId, TreatsChangedStateAfterSilenceAsRestart) {
   Bench bench;
   bench.around.sent = bench.chamber().set_point = {60};
   bench.seconds(10);
@@ -271,7 +271,7 @@ TEST(InterlockId, AChamberThatComesBackOtherwiseWasRestarted) {
   EXPECT_FALSE(bench.has(interlocks::InterlockId::foreign_set_point)) << "one alarm per cause";
 }
 
-TEST(InterlockId, AForeignSetPointThatOutlastsASilenceIsNoRestart) {
+TEST(InterlockId, ForeignSetPointThatOutlastsSilenceIsNoRestart) {
   Bench bench;
   bench.seconds(10);
   bench.chamber().set_point = {25};
@@ -285,7 +285,7 @@ TEST(InterlockId, AForeignSetPointThatOutlastsASilenceIsNoRestart) {
   EXPECT_FALSE(bench.has(interlocks::InterlockId::restarted)) << "it would be brought back, which is fighting it";
 }
 
-TEST(InterlockId, AChamberThatComesBackAsItWasIsWell) {
+TEST(InterlockId, AcceptsChamberUnchangedAfterSilence) {
   Bench bench;
   const auto state = bench.chamber();
   bench.sample.chamber.value = silence();
@@ -294,13 +294,13 @@ TEST(InterlockId, AChamberThatComesBackAsItWasIsWell) {
   EXPECT_EQ(bench.seconds(10).reaction, interlocks::Reaction::go_on);
 }
 
-TEST(InterlockId, ASwitchedOffChamberSuspends) {
+TEST(InterlockId, SuspendsWhenChamberIsSwitchedOff) {
   Bench bench;
   bench.chamber().activity = ChamberActivity::off;
   EXPECT_EQ(bench.seconds(2).reaction, interlocks::Reaction::suspend);
 }
 
-TEST(InterlockId, ThreeSetPointsNotTakenSuspend) {
+TEST(InterlockId, SuspendsAfterThreeRefusedSetPoints) {
   Bench bench;
   bench.around.refusals = 2;
   EXPECT_EQ(bench.second().reaction, interlocks::Reaction::go_on);
@@ -309,7 +309,7 @@ TEST(InterlockId, ThreeSetPointsNotTakenSuspend) {
   EXPECT_EQ(bench.second().cause, "the chamber refuses set points: it reads 20 after 21 was written");
 }
 
-TEST(InterlockId, AMachineThatSleptHolds) {
+TEST(InterlockId, HoldsAfterSleepOfMachine) {
   Bench bench;
   bench.around.missed = std::chrono::seconds(120);
   EXPECT_EQ(bench.second(std::chrono::seconds(121)).reaction, interlocks::Reaction::go_on);
@@ -317,7 +317,7 @@ TEST(InterlockId, AMachineThatSleptHolds) {
   EXPECT_EQ(bench.second(std::chrono::seconds(122)).reaction, interlocks::Reaction::hold);
 }
 
-TEST(InterlockId, ARecordThatIsBehindWarnsUnlessThePolicySaysMore) {
+TEST(InterlockId, WarnsOfDelayedRecordUnlessPolicyIsStricter) {
   Bench bench;
   bench.around.backlog = std::chrono::seconds(60);
   EXPECT_EQ(bench.second().reaction, interlocks::Reaction::go_on);
@@ -330,7 +330,7 @@ TEST(InterlockId, ARecordThatIsBehindWarnsUnlessThePolicySaysMore) {
   EXPECT_EQ(bench.second().cause, "the record loses rows");
 }
 
-TEST(InterlockId, AStepOfTheWallClockWarnsAndStopsNothing) {
+TEST(InterlockId, WarnsOfWallClockStepAndContinues) {
   Bench bench;
   bench.seconds(10);
   bench.sample.at.utc += std::chrono::milliseconds(49);
@@ -341,13 +341,13 @@ TEST(InterlockId, AStepOfTheWallClockWarnsAndStopsNothing) {
   EXPECT_EQ(bench.alarms, 1);
 }
 
-TEST(InterlockId, AControllerThatLeftItsProgramAborts) {
+TEST(InterlockId, AbortsWhenControllerLeavesItsProgram) {
   Bench bench;
   bench.around.program = "the controller has not carried out its program";
   EXPECT_EQ(bench.second().reaction, interlocks::Reaction::abort);
 }
 
-TEST(InterlockId, WhatWouldDamageTheArticleCannotBeChosen) {
+TEST(InterlockId, HasFixedReactionWhenUnitCouldBeDamaged) {
   for (const auto cause : {interlocks::InterlockId::air_limit, interlocks::InterlockId::thermometer_limit,
                            interlocks::InterlockId::chamber_alarm, interlocks::InterlockId::emergency_stop,
                            interlocks::InterlockId::deadline, interlocks::InterlockId::program}) {
@@ -356,7 +356,7 @@ TEST(InterlockId, WhatWouldDamageTheArticleCannotBeChosen) {
   }
 }
 
-TEST(InterlockId, NoiseAloneRaisesNothing) {
+TEST(InterlockId, RaisesNothingForNoise) {
   Bench bench;
   unsigned state = 1;
   const auto noise = [&state] {
@@ -370,7 +370,7 @@ TEST(InterlockId, NoiseAloneRaisesNothing) {
   EXPECT_EQ(bench.alarms, 0);
 }
 
-TEST(InterlockId, ALostChannelIsAnAlarmByNameAtOnceAndStopsNothing) {
+TEST(InterlockId, ReportsLostChannelByNameAndContinues) {
   Bench bench;
   bench.limits.channels = {"A", "B", "C", "D", "E", "F", "G", "H", "shell"};
   bench.sample.thermometers[1].value = silence();
@@ -382,7 +382,7 @@ TEST(InterlockId, ALostChannelIsAnAlarmByNameAtOnceAndStopsNothing) {
   EXPECT_EQ(bench.alarms, 2);
 }
 
-TEST(InterlockId, ALostChannelThatTheAnalysisNeedsSuspends) {
+TEST(InterlockId, SuspendsWhenAnalysisNeedsLostChannel) {
   Bench bench;
   bench.limits.channels = {"A", "B", "C", "D", "E", "F", "G", "H", "shell"};
   bench.limits.units = {{.name = "gyro", .thermometers = {0, 3}}};
@@ -397,7 +397,7 @@ TEST(InterlockId, ALostChannelThatTheAnalysisNeedsSuspends) {
   EXPECT_EQ(bench.second().reaction, interlocks::Reaction::warn) << "as the rig file says";
 }
 
-TEST(InterlockId, ARecordThatSomebodyDamagedAndAChamberThatNobodyGuardsAreAlarmsAtOnce) {
+TEST(InterlockId, ReportsDamagedRecordAndMissingGuardImmediately) {
   Bench bench;
   bench.around.record_damage = "run.db was removed or moved by another program while it was being written";
   EXPECT_EQ(bench.second().reaction, interlocks::Reaction::warn);
@@ -409,7 +409,7 @@ TEST(InterlockId, ARecordThatSomebodyDamagedAndAChamberThatNobodyGuardsAreAlarms
 }
 
 /// An operator whose confirmation is required could otherwise never resume the run.
-TEST(InterlockId, ADamagedRecordHoldsTheRunOnceForEachDamage) {
+TEST(InterlockId, HoldsOnceForEachDamageOfRecord) {
   Bench bench;
   bench.limits.policy[static_cast<std::size_t>(interlocks::InterlockId::record_damaged)] = interlocks::Reaction::hold;
   for (const auto* damage : {"run.db was removed", "run.2.db was removed"}) {
@@ -421,7 +421,7 @@ TEST(InterlockId, ADamagedRecordHoldsTheRunOnceForEachDamage) {
 }
 
 /// On a lossy line the chamber's activity is known some seconds after its air.
-TEST(InterlockId, AChamberFoundOffAfterASilenceWasRestartedThoughItsStateIsKnownLater) {
+TEST(InterlockId, TreatsChamberOffAfterSilenceAsRestartWhenStateIsLate) {
   Bench bench;
   bench.sample.chamber.value = silence();
   bench.second();

@@ -33,7 +33,7 @@ TEST(InterlockSubjects, RaiseAlarmForSecondThermometerThatDisagrees) {
   EXPECT_EQ(bench.cleared, Strings{"disagreement C"});
 }
 
-TEST(InterlockSubjects, RaiseAlarmForEachOfTwoThermometersThatDisagreeAtOnce) {
+TEST(InterlockSubjects, RaiseAlarmForEachOfTwoThermometersThatDisagreeTogether) {
   auto bench = nine_thermometers();
   bench.limits.disagreement = {10};
   bench.thermometer(2, 40);
@@ -66,7 +66,7 @@ TEST(InterlockSubjects, RaiseAlarmForChannelLostAfterAnother) {
   EXPECT_EQ(bench.raised, (Strings{"channel_lost B", "channel_lost shell"}));
 }
 
-TEST(InterlockSubjects, RaiseOneAlarmForAllChannelsOfASilentInstrument) {
+TEST(InterlockSubjects, RaiseOneAlarmForAllChannelsOfSilentInstrument) {
   auto bench = nine_thermometers();
   bench.sample.thermometers[1].value = silence();
   bench.seconds(5);
@@ -98,7 +98,7 @@ TEST(InterlockSubjects, RaiseAlarmForThermometerThatStopsAfterAnother) {
 }
 
 /// Tests the fields of the record's events.
-TEST(InterlockSubjects, AreTheChannelsOfTheEvents) {
+TEST(InterlockSubjects, AreChannelsOfEvents) {
   tests::Bench bench("[[segment]]\nkind = \"hold\"\nat = 20\ntime = \"1 h\"\n");
   bench.seconds(5);
   bench.run_controller().set_guard_troubles({{"safe-state file", "the safe-state file is gone"}});

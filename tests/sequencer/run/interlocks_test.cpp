@@ -32,9 +32,9 @@ interlocks::InterlockDemand after(const Sample& sample, int seconds, const inter
   return result.demand;
 }
 
-TEST(Interlocks, LetAGoodSecondPass) { EXPECT_EQ(after(good_sample(), 1000).reaction, interlocks::Reaction::go_on); }
+TEST(Interlocks, AcceptGoodSecond) { EXPECT_EQ(after(good_sample(), 1000).reaction, interlocks::Reaction::go_on); }
 
-TEST(Interlocks, SuspendWhenTheChamberIsSilentAndAbortWhenItIsLost) {
+TEST(Interlocks, SuspendWhenChamberIsSilentAndAbortWhenLost) {
   auto sample = good_sample();
   sample.chamber.value = no_reply();
   EXPECT_EQ(after(sample, 4).reaction, interlocks::Reaction::go_on);
@@ -44,7 +44,7 @@ TEST(Interlocks, SuspendWhenTheChamberIsSilentAndAbortWhenItIsLost) {
   EXPECT_EQ(after(sample, 600).cause, "chamber silent for 10 min 00 s");
 }
 
-TEST(Interlocks, ForgetASilenceThatEnded) {
+TEST(Interlocks, ForgetSilenceThatEnded) {
   auto silent = good_sample();
   silent.chamber.value = no_reply();
   interlocks::InterlockResult result;
@@ -55,7 +55,7 @@ TEST(Interlocks, ForgetASilenceThatEnded) {
   EXPECT_EQ(result.demand.reaction, interlocks::Reaction::go_on) << "the next one is counted from its own beginning";
 }
 
-TEST(Interlocks, OneThermometerIsEnoughToGoOn) {
+TEST(Interlocks, ContinueWithOneThermometer) {
   auto sample = good_sample();
   for (std::size_t i = 1; i < sample.thermometers.size(); ++i) sample.thermometers[i].value = no_reply();
   EXPECT_EQ(after(sample, 1000).reaction, interlocks::Reaction::warn) << "where the analysis needs no other";
@@ -63,7 +63,7 @@ TEST(Interlocks, OneThermometerIsEnoughToGoOn) {
   EXPECT_EQ(after(sample, 1000).reaction, interlocks::Reaction::abort);
 }
 
-TEST(Interlocks, AbortAtTheSecondSampleBeyondALimit) {
+TEST(Interlocks, AbortAtSecondSampleOutsideLimit) {
   auto sample = good_sample();
   sample.thermometers[3].value = Celsius{100.5};
   EXPECT_EQ(after(sample, 1).reaction, interlocks::Reaction::go_on);
@@ -82,7 +82,7 @@ interlocks::InterlockResult after_all(const std::vector<Sample>& samples,
   return result;
 }
 
-TEST(Interlocks, ALostReadingIsNoSignThatALimitIsKept) {
+TEST(Interlocks, DoNotTakeLostReadingAsWithinLimit) {
   const auto good = good_sample();
   auto hot_air = good, hot_uut = good, silent = good, loose = good;
   hot_air.chamber.value->air = {101};
@@ -103,7 +103,7 @@ TEST(Interlocks, ALostReadingIsNoSignThatALimitIsKept) {
       << "the one that was hot was read in between";
 }
 
-TEST(Interlocks, WhatCannotBeSeenStandsUntilItsSilenceIsOne) {
+TEST(Interlocks, KeepCauseWithoutReadingUntilSilence) {
   auto open = good_sample(), silent = good_sample();
   open.chamber.value->activity = ChamberActivity::door_open;
   silent.chamber.value = no_reply();
@@ -115,7 +115,7 @@ TEST(Interlocks, WhatCannotBeSeenStandsUntilItsSilenceIsOne) {
   EXPECT_EQ(after_all(lost).demand.cause, "chamber silent for 19 s");
 }
 
-TEST(Interlocks, WhatCannotBeSeenAnyMoreDemandsNothingBesideAnother) {
+TEST(Interlocks, CauseWithoutReadingDemandsNothingNextToAnother) {
   interlocks::InterlockLimits limits;
   limits.policy[static_cast<std::size_t>(interlocks::InterlockId::door)] = interlocks::Reaction::hold;
   std::vector<Sample> samples(20, good_sample());
@@ -127,7 +127,7 @@ TEST(Interlocks, WhatCannotBeSeenAnyMoreDemandsNothingBesideAnother) {
             interlocks::Reaction::go_on);
 }
 
-TEST(Interlocks, TimeBetweenTwoReadingsCounts) {
+TEST(Interlocks, CountTimeBetweenReadings) {
   interlocks::InterlockLimits limits;
   limits.follow_time = std::chrono::seconds(30);
   auto still = good_sample(), silent = good_sample();
@@ -145,13 +145,13 @@ TEST(Interlocks, TimeBetweenTwoReadingsCounts) {
   EXPECT_NEAR(seconds, each_seconds, 3) << "air that does not follow";
 }
 
-TEST(Interlocks, AbortAnOverdueSegment) {
+TEST(Interlocks, AbortOverdueSegment) {
   auto sample = good_sample();
   sample.progress.phase = Phase::overdue;
   EXPECT_EQ(after(sample, 1).reaction, interlocks::Reaction::abort);
 }
 
-TEST(Interlocks, DoWhatTheChamberItselfAsksFor) {
+TEST(Interlocks, FollowRequestsOfChamber) {
   auto sample = good_sample();
   sample.chamber.value->alarms = {"filter dirty"};
   EXPECT_EQ(after(sample, 100).reaction, interlocks::Reaction::go_on) << "a note stops nothing";
@@ -165,7 +165,7 @@ TEST(Interlocks, DoWhatTheChamberItselfAsksFor) {
   EXPECT_EQ(after(sample, 1).reaction, interlocks::Reaction::abort);
 }
 
-TEST(Interlocks, TheMostSevereReactionWins) {
+TEST(Interlocks, ApplyMostSevereReaction) {
   auto sample = good_sample();
   sample.units[0].count.value = no_reply();
   sample.thermometers[0].value = Celsius{150};
@@ -178,7 +178,7 @@ std::string documented(const std::string& page, const interlocks::Interlock& row
   return begin == std::string::npos ? "" : page.substr(begin + 1, page.find('\n', begin + 1) - begin - 1);
 }
 
-TEST(Interlocks, StandInTheDocumentWithReactionAndLimits) {
+TEST(Interlocks, AreDocumentedWithReactionAndLimits) {
   const auto page = read_text_file(GYROTHERM_SOURCE_DIR "/docs/interlocks.md");
   ASSERT_TRUE(page) << text(page.error());
   const auto limits = page->substr(page->find("## `[limits]`"));

@@ -30,13 +30,13 @@ void hot_thermometer(InterlockBench& bench, bool is_hot) { bench.thermometer(3, 
 void hot_air(InterlockBench& bench, bool is_hot) { bench.chamber().air = {is_hot ? 130.0 : 20.0}; }
 void foreign(InterlockBench& bench, bool is_foreign) { bench.chamber().set_point = {is_foreign ? 65.0 : 20.0}; }
 
-TEST(KOfN, LimitsActWhenEverySecondReadingIsBeyond) {
+TEST(KOfN, ActsWhenEverySecondReadingExceedsLimit) {
   EXPECT_EQ(acts_after({}, InterlockId::thermometer_limit, 2, 100, hot_thermometer), 3);
   EXPECT_EQ(acts_after({}, InterlockId::air_limit, 2, 100, hot_air), 3);
   EXPECT_EQ(acts_after({}, InterlockId::foreign_set_point, 2, 100, foreign), 3);
 }
 
-TEST(KOfN, LimitsActWhenEveryThirdReadingIsBeyondAndNotWhenEveryFourthIs) {
+TEST(KOfN, ActsWhenEveryThirdButNotEveryFourthReadingExceedsLimit) {
   for (const auto& [id, make] :
        {std::pair(InterlockId::thermometer_limit, &hot_thermometer), std::pair(InterlockId::air_limit, &hot_air),
         std::pair(InterlockId::foreign_set_point, &foreign)}) {
@@ -45,7 +45,7 @@ TEST(KOfN, LimitsActWhenEveryThirdReadingIsBeyondAndNotWhenEveryFourthIs) {
   }
 }
 
-TEST(KOfN, FollowsFromConfirmingSamples) {
+TEST(KOfN, DependsOnConfirmingSamples) {
   InterlockBench bench;
   bench.limits.confirming_samples = 5;
   EXPECT_EQ(acts_after(bench, InterlockId::air_limit, 2, 100, hot_air), 9);
@@ -54,7 +54,7 @@ TEST(KOfN, FollowsFromConfirmingSamples) {
   EXPECT_EQ(acts_after(bench, InterlockId::thermometer_limit, 50, 100, hot_thermometer), 1);
 }
 
-TEST(KOfN, LostReadingsResetNoCount) {
+TEST(KOfN, LostReadingsDoNotResetCount) {
   const auto hot_or_lost = [](InterlockBench& bench, bool is_hot) {
     if (is_hot)
       bench.thermometer(3, 180);
@@ -64,7 +64,7 @@ TEST(KOfN, LostReadingsResetNoCount) {
   EXPECT_EQ(acts_after({}, InterlockId::thermometer_limit, 20, 100, hot_or_lost), 21);
 }
 
-TEST(KOfN, LimitsOverATimeActWhenTheCauseIsThereForHalfOfIt) {
+TEST(KOfN, ActsWhenCauseIsPresentForHalfOfTime) {
   InterlockBench bench;
   bench.limits.air_thermometers = {8};
   const auto sensor = [](InterlockBench& one, bool is_wrong) { one.thermometer(8, is_wrong ? 35 : 20); };
@@ -75,7 +75,7 @@ TEST(KOfN, LimitsOverATimeActWhenTheCauseIsThereForHalfOfIt) {
 }
 
 /// The count restarts after an alarm has cleared.
-TEST(KOfN, ForgetsWhatWasBeforeTheEndOfAnAlarm) {
+TEST(KOfN, RestartsCountAfterAlarmCleared) {
   InterlockBench bench;
   bench.limits.disagreement = {10};
   bench.thermometer(3, 40);

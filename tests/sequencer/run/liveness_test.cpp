@@ -80,7 +80,7 @@ TEST(Frozen, FindsSingleChannelAndFineAndSlowInstruments) {
   }
 }
 
-TEST(Frozen, FindsInstrumentOnARampThoughReadingsAreLost) {
+TEST(Frozen, FindsInstrumentOnRampDespiteLostReadings) {
   NoisyBench bench;
   bench.pass(600);
   bench.first_is_frozen = true;
@@ -94,7 +94,7 @@ TEST(Frozen, FindsInstrumentOnARampThoughReadingsAreLost) {
   EXPECT_TRUE(bench.has(InterlockId::frozen));
 }
 
-TEST(Frozen, FindsAirOfTheChamber) {
+TEST(Frozen, FindsAirOfChamber) {
   NoisyBench bench;
   bench.pass(900);
   bench.air_is_frozen = true;
@@ -103,7 +103,7 @@ TEST(Frozen, FindsAirOfTheChamber) {
 }
 
 /// A scanner that is dead from the first second has never shown noise.
-TEST(Frozen, FindsInstrumentThatNeverChangedOnceTheAirHasMoved) {
+TEST(Frozen, FindsInstrumentThatNeverChangedAfterAirMoved) {
   NoisyBench bench;
   bench.first_is_frozen = true;
   bench.pass(600);
@@ -112,7 +112,7 @@ TEST(Frozen, FindsInstrumentThatNeverChangedOnceTheAirHasMoved) {
   EXPECT_TRUE(bench.has(InterlockId::frozen));
 }
 
-TEST(Frozen, LeavesCoarseAndNoiselessInstrumentsAtASoakAlone) {
+TEST(Frozen, IgnoresCoarseAndNoiselessInstrumentsDuringSoak) {
   for (const auto& quality : {Quality{0.005, 0.1}, Quality{0.02, 0.1}, Quality{0, 0.1}, Quality{0, 0}}) {
     NoisyBench bench(quality, quality);
     for (const double step : {0.05, -0.08}) {
@@ -127,7 +127,7 @@ TEST(Frozen, LeavesCoarseAndNoiselessInstrumentsAtASoakAlone) {
 }
 
 /// Air with a resolution of 0.1 K, noisy on ramps because of a fan, and quiet at holds.
-TEST(Frozen, LeavesAirThatIsQuietAtHoldsAlone) {
+TEST(Frozen, IgnoresAirThatIsConstantAtHolds) {
   NoisyBench noisy({0.01, 0.01}, {0.15, 0.1});
   NoisyBench bench({0.01, 0.01}, {0.01, 0.1});
   bench.pass(300);
@@ -143,7 +143,7 @@ TEST(Frozen, LeavesAirThatIsQuietAtHoldsAlone) {
   EXPECT_EQ(std::ranges::count(bench.raised, "frozen chamber"), 0);
 }
 
-TEST(Frozen, ReadingsCountNeitherForLimitsNorAsThermometersThatAnswer) {
+TEST(Frozen, ExcludesReadingsFromLimitsAndThermometerCount) {
   NoisyBench bench;
   bench.limits.thermometers_needed = 2;
   bench.pass(600);
@@ -164,7 +164,7 @@ void count(InterlockBench& bench, const std::vector<std::int64_t>& pulses, int s
   bench.seconds(seconds);
 }
 
-TEST(GyroDead, FindsAxisWithoutCountsWhereTheEarthTurnsIt) {
+TEST(GyroDead, FindsAxisWithoutCountsDespiteEarthRate) {
   NoisyBench bench;
   count(bench, {106}, 100);
   count(bench, {0}, 59);
@@ -188,7 +188,7 @@ TEST(GyroDead, FindsOneAxisOfThree) {
   EXPECT_EQ(bench.raised, std::vector<std::string>{"gyro_dead u1.z"});
 }
 
-TEST(GyroDead, FindsIdenticalCountsOfNoisyAxisThoughNoLatitudeIsKnown) {
+TEST(GyroDead, FindsIdenticalCountsOfNoisyAxisWithoutLatitude) {
   NoisyBench bench;
   bench.limits.units[0].axes[0].earth_rate.reset();
   std::mt19937 random(1);
@@ -198,7 +198,7 @@ TEST(GyroDead, FindsIdenticalCountsOfNoisyAxisThoughNoLatitudeIsKnown) {
   EXPECT_EQ(bench.raised, std::vector<std::string>{"gyro_dead gyro"});
 }
 
-TEST(GyroDead, FindsRateFarFromTheEarths) {
+TEST(GyroDead, FindsRateFarFromEarthRate) {
   const auto found = [](double deg_per_h, double band, bool is_turned,
                         std::optional<DegreesPerHour> largest_bias = std::nullopt) {
     NoisyBench bench;
@@ -223,7 +223,7 @@ TEST(GyroDead, FindsRateFarFromTheEarths) {
   EXPECT_FALSE(found(-10.6, 5, true)) << "it is turned";
 }
 
-TEST(GyroDead, LeavesUnitsAloneThatAreOffDroppedOrMoved) {
+TEST(GyroDead, IgnoresUnitsThatAreOffDroppedOrMoved) {
   NoisyBench off, dropped, moved;
   off.around.gyro_is_off = true;
   dropped.around.dropped = {true};
@@ -270,7 +270,7 @@ TEST(NoThermalResponse, HoldsWhenOnlySetPointMoved) {
   EXPECT_NEAR(bench.seconds_until(Reaction::hold), 1800, 2);
 }
 
-TEST(NoThermalResponse, LeavesSmallStepsAndOneThermometerThatFollowsAlone) {
+TEST(NoThermalResponse, IgnoresSmallStepsAndSingleThermometerThatFollows) {
   InterlockBench small, one;
   for (auto* bench : {&small, &one}) bench->limits.follow_band = {100};
   small.around.sent = small.chamber().air = small.chamber().set_point = {20};
@@ -286,7 +286,7 @@ TEST(NoThermalResponse, LeavesSmallStepsAndOneThermometerThatFollowsAlone) {
   EXPECT_FALSE(one.has(InterlockId::no_thermal_response)) << "the others sit in a heavy article";
 }
 
-TEST(Drifting, NamesBothOfTwoThermometersThatAreExchanged) {
+TEST(Drifting, NamesBothExchangedThermometers) {
   NoisyBench bench;
   bench.pass(100);
   std::swap(bench.sample.thermometers[0], bench.sample.thermometers[5]);
@@ -300,7 +300,7 @@ TEST(Drifting, NamesBothOfTwoThermometersThatAreExchanged) {
   EXPECT_EQ(still.raised, (std::vector<std::string>{"drifting A", "drifting F"}));
 }
 
-TEST(Drifting, FindsThermometerThatMovesWhileEverythingRests) {
+TEST(Drifting, FindsThermometerThatDriftsAtRest) {
   NoisyBench bench;
   bench.pass(1300);
   const auto drift = [&](double kelvins_per_minute, int seconds) {
@@ -314,7 +314,7 @@ TEST(Drifting, FindsThermometerThatMovesWhileEverythingRests) {
   EXPECT_EQ(bench.cleared, std::vector<std::string>{"drifting D"});
 }
 
-TEST(Drifting, LeavesSpikesRampsAndThermometersThatFollowTheAirAlone) {
+TEST(Drifting, IgnoresSpikesRampsAndThermometersThatFollowAir) {
   NoisyBench bench;
   bench.pass(100);
   bench.thermometer(2, 60);

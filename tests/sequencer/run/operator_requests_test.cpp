@@ -20,7 +20,7 @@ std::optional<OperatorCommand> carried_out(RunState state, const std::vector<Ope
   return taken.carried_out ? std::optional(taken.carried_out->command) : std::nullopt;
 }
 
-TEST(OperatorRequests, AnAbortThatIsAnsweredHappensWhateverElseIsSaid) {
+TEST(OperatorRequests, CarryOutAcknowledgedAbortDespiteOtherRequests) {
   for (const auto state : {RunState::execute, RunState::suspended, RunState::held, RunState::aborting})
     for (const auto other : kAll) {
       EXPECT_EQ(carried_out(state, {OperatorCommand::abort, other}), OperatorCommand::abort) << name(other);
@@ -28,7 +28,7 @@ TEST(OperatorRequests, AnAbortThatIsAnsweredHappensWhateverElseIsSaid) {
     }
 }
 
-TEST(OperatorRequests, TheMostSevereWinsInWhateverOrderTheyCome) {
+TEST(OperatorRequests, CarryOutMostSevereRequestInAnyOrder) {
   EXPECT_EQ(carried_out(RunState::execute, {OperatorCommand::stop, OperatorCommand::pause}), OperatorCommand::stop);
   EXPECT_EQ(carried_out(RunState::execute, {OperatorCommand::pause, OperatorCommand::stop}), OperatorCommand::stop);
   EXPECT_EQ(carried_out(RunState::execute, {OperatorCommand::pause, OperatorCommand::resume}), OperatorCommand::pause);
@@ -36,7 +36,7 @@ TEST(OperatorRequests, TheMostSevereWinsInWhateverOrderTheyCome) {
   EXPECT_EQ(carried_out(RunState::held, {OperatorCommand::resume}), OperatorCommand::resume);
 }
 
-TEST(OperatorRequests, AMilderOneIsRefusedAndToldWhatComesFirst) {
+TEST(OperatorRequests, RefuseMilderRequestAndNamePrecedingOne) {
   OperatorRequests requests;
   requests.add({OperatorCommand::abort, "ada (uid 1000)"});
   for (const auto milder : {OperatorCommand::resume, OperatorCommand::pause, OperatorCommand::stop})
@@ -44,7 +44,7 @@ TEST(OperatorRequests, AMilderOneIsRefusedAndToldWhatComesFirst) {
   EXPECT_EQ(requests.objection(RunState::execute, OperatorCommand::abort), "") << "it will be done";
 }
 
-TEST(OperatorRequests, OfEquallySevereOnesTheFirstIsCarriedOutAndTheOthersAreDropped) {
+TEST(OperatorRequests, CarryOutFirstOfEquallySevereRequests) {
   OperatorRequests requests;
   requests.add({OperatorCommand::resume, "ada"});
   requests.add({OperatorCommand::pause, "bob"});
@@ -58,7 +58,7 @@ TEST(OperatorRequests, OfEquallySevereOnesTheFirstIsCarriedOutAndTheOthersAreDro
   EXPECT_EQ(requests.find_next(), nullptr);
 }
 
-TEST(OperatorRequests, WhatAStateForbidsIsRefused) {
+TEST(OperatorRequests, RefuseRequestsThatStateForbids) {
   const OperatorRequests none;
   EXPECT_EQ(none.objection(RunState::execute, OperatorCommand::resume), "the run is not held: execute");
   EXPECT_EQ(none.objection(RunState::held, OperatorCommand::pause), "the run is held already");
@@ -67,7 +67,7 @@ TEST(OperatorRequests, WhatAStateForbidsIsRefused) {
     for (const auto command : kAll) EXPECT_FALSE(none.objection(state, command).empty()) << name(state);
 }
 
-TEST(OperatorRequests, OnlyAStopOrAnAbortEndsTheRun) {
+TEST(OperatorRequests, EndRunOnlyByStopOrAbort) {
   for (const auto command : kAll) {
     OperatorRequests requests;
     requests.add({command, "ada"});

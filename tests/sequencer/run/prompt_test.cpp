@@ -80,7 +80,7 @@ class PromptTest : public testing::Test {
   std::unique_ptr<tests::RunHarness> harness_;
 };
 
-TEST_F(PromptTest, HoldsTheRunUntilTheOperatorAnswers) {
+TEST_F(PromptTest, HoldsRunUntilOperatorAnswers) {
   ASSERT_EQ(after(60), RunState::execute);
   ASSERT_EQ(after(1), RunState::held);
   EXPECT_EQ(run().standing().cause, "the profile asks: switch the unit off");
@@ -105,7 +105,7 @@ TEST_F(PromptTest, HoldsTheRunUntilTheOperatorAnswers) {
   EXPECT_EQ(texts_of(dry_run_.path(), EventKind::fault), std::vector<std::string>{});
 }
 
-TEST_F(PromptTest, AUnitThatStaysSilentAfterItWasSwitchedOnSuspendsTheRun) {
+TEST_F(PromptTest, SuspendsRunWhenUnitRemainsSilentAfterSwitchOn) {
   ASSERT_EQ(after(61), RunState::held);
   bring_units_to({.off = true});
   answer("");
@@ -115,7 +115,7 @@ TEST_F(PromptTest, AUnitThatStaysSilentAfterItWasSwitchedOnSuspendsTheRun) {
   EXPECT_NE(run().standing().cause.find("gyro silent"), std::string::npos) << run().standing().cause;
 }
 
-TEST_F(PromptTest, OutranksNoInterlock) {
+TEST_F(PromptTest, HasLowerPriorityThanInterlocks) {
   ASSERT_EQ(after(61), RunState::held);
   const auto abort = control::make_request("abort", "");
   ASSERT_TRUE(abort);
@@ -124,7 +124,7 @@ TEST_F(PromptTest, OutranksNoInterlock) {
   EXPECT_EQ(harness_->outcome(), RunOutcome::made_safe);
 }
 
-TEST_F(PromptTest, ComesAfterAPauseInItsFirstSecond) {
+TEST_F(PromptTest, FollowsPauseInItsFirstSecond) {
   ASSERT_EQ(after(60), RunState::execute);
   EXPECT_TRUE(run().carry_out(*control::make_request("pause", ""), "ada (uid 1000)").done);
   ASSERT_EQ(after(1), RunState::held);
@@ -137,7 +137,7 @@ TEST_F(PromptTest, ComesAfterAPauseInItsFirstSecond) {
   EXPECT_EQ(after(1), RunState::execute);
 }
 
-TEST(PromptOnTheVirtualRig, IsDoneAtOnceAndNoted) {
+TEST(PromptOnTheVirtualRig, IsAnsweredImmediatelyAndRecorded) {
   tests::DryRun dry_run(kSwitched);
   ASSERT_EQ(dry_run.run(), RunOutcome::complete);
   const auto record = record::read_record(dry_run.path());
@@ -155,7 +155,7 @@ TEST(PromptOnTheVirtualRig, IsDoneAtOnceAndNoted) {
 }
 
 /// The resume replays the time while the unit was off: its temperature and its silence are the same.
-TEST(PromptOnTheVirtualRig, IsLivedThroughAgainWhenARunIsResumed) {
+TEST(PromptOnTheVirtualRig, IsReplayedWhenRunIsResumed) {
   tests::DryRun dry_run(kSwitched);
   ASSERT_EQ(dry_run.run(), RunOutcome::complete);
   const auto whole = record::read_record(dry_run.path()).value();

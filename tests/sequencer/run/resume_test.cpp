@@ -24,14 +24,14 @@ InterruptedRun cold() {
 
 Reentry way(const InterruptedRun& stood, double air_now) { return judge_reentry(stood, kMild, {air_now}).way; }
 
-TEST(ResumeRule, GoesOnAfterAShortGapWithTheAirWhereItWas) {
+TEST(ResumeRule, ContinuesAfterShortGapWithUnchangedAir) {
   EXPECT_EQ(way(hot(), 59.8), Reentry::go_on);
   EXPECT_EQ(way(hot(), 57.8), Reentry::go_on);
   EXPECT_EQ(way(cold(), -38), Reentry::go_on);
   EXPECT_EQ(judge_reentry(hot(), kMild, {59}).why, "");
 }
 
-TEST(ResumeRule, StabilisesAgainAfterADriftToTheMildSide) {
+TEST(ResumeRule, StabilisesAfterDriftToMildSide) {
   EXPECT_EQ(way(hot(), 57.7), Reentry::stabilise);
   EXPECT_EQ(way(hot(), 21), Reentry::stabilise);
   EXPECT_EQ(way(cold(), -37), Reentry::stabilise);
@@ -39,14 +39,14 @@ TEST(ResumeRule, StabilisesAgainAfterADriftToTheMildSide) {
   EXPECT_EQ(judge_reentry(hot(), kMild, {50}).why, "the air is at 50.00 °C, it was at 59.80 °C");
 }
 
-TEST(ResumeRule, AsksAfterADriftBeyondTheSegmentOnTheHostileSide) {
+TEST(ResumeRule, AsksOperatorAfterDriftPastSegmentOnHarmfulSide) {
   EXPECT_EQ(way(hot(), 62.1), Reentry::ask);
   EXPECT_EQ(way(hot(), 17.9), Reentry::ask) << "beyond the mild temperature, on the other side";
   EXPECT_EQ(way(cold(), -42.1), Reentry::ask);
   EXPECT_EQ(way(cold(), 22.1), Reentry::ask);
 }
 
-TEST(ResumeRule, AsksForAnotherInstrumentThanTheRunBeganWith) {
+TEST(ResumeRule, AsksOperatorWhenInstrumentDiffersFromStart) {
   const std::map<std::string, std::string> at_start{
       {"chamber", "F4T 111"}, {"thermometer 1", "LSCI,1"}, {"gyro", "G1"}};
   EXPECT_EQ(compare_identities(at_start, at_start), "");
@@ -63,7 +63,7 @@ TEST(ResumeRule, AsksForAnotherInstrumentThanTheRunBeganWith) {
   }
 }
 
-TEST(ResumeRule, AsksAfterALongGapWhereverTheAirIs) {
+TEST(ResumeRule, AsksOperatorAfterLongGapAtAnyAir) {
   auto stood = hot();
   stood.down = std::chrono::seconds(120);
   EXPECT_EQ(way(stood, 59.8), Reentry::go_on);
@@ -72,7 +72,7 @@ TEST(ResumeRule, AsksAfterALongGapWhereverTheAirIs) {
   EXPECT_EQ(judge_reentry(stood, kMild, {59.8}).why, "down for 2 min 01 s, longer than 2 min 00 s");
 }
 
-TEST(ResumeRule, AsksWhereTheClockCannotTellHowLongItWas) {
+TEST(ResumeRule, AsksOperatorWhenDowntimeIsUnknown) {
   using std::chrono_literals::operator""s;
   using std::chrono_literals::operator""h;
   for (const Duration known : {Duration(0s), Duration(-2s), Duration(90s), Duration(24h * 366)})
@@ -88,7 +88,7 @@ TEST(ResumeRule, AsksWhereTheClockCannotTellHowLongItWas) {
   EXPECT_EQ(describe_downtime(stood), "an unknown time");
 }
 
-TEST(ResumeRule, AsksWhenOnlyWallClockTellsDowntime) {
+TEST(ResumeRule, AsksOperatorWhenOnlyWallClockShowsDowntime) {
   auto stood = hot();
   stood.why_asks = "the machine was restarted meanwhile";
   EXPECT_EQ(way(stood, 59.8), Reentry::ask);
@@ -116,7 +116,7 @@ record::RunStatus status_at(std::int64_t slot) {
   return status;
 }
 
-TEST(Downtime, FollowsBootClockWhateverWallClockSays) {
+TEST(Downtime, FollowsBootClockRegardlessOfWallClock) {
   const auto record = stopped_at_100();
   for (const Duration down : {kSecond * 3, kSecond * 119, kSecond * 200, kSecond * 40'000})
     for (const Duration step : {kSecond * 0, kSecond * -190, kSecond * 3600, kSecond * -1'000'000'000}) {
@@ -128,14 +128,14 @@ TEST(Downtime, FollowsBootClockWhateverWallClockSays) {
     }
 }
 
-TEST(Downtime, CountsFromRecordsLastSecondWhenStatusIsOfAnother) {
+TEST(Downtime, CountsFromLastSecondOfRecordWhenStatusIsOfAnotherRun) {
   const auto record = stopped_at_100();
   const MachineTime now{.utc = {}, .since_boot = kSecond * 5060, .boot = "this boot"};
   for (const std::int64_t slot : {-1, 90, 100, 103})
     EXPECT_EQ(compute_downtime(record, status_at(slot), now).down, kSecond * 60);
 }
 
-TEST(Downtime, IsForAnOperatorWhenBootClockCannotTell) {
+TEST(Downtime, RequiresOperatorWhenBootClockIsUnusable) {
   const auto record = stopped_at_100();
   const MachineTime now{.utc = kLastSecond + kSecond * 60, .since_boot = kSecond * 20, .boot = "next boot"};
   auto of_another_run = status_at(100), without_boot = status_at(100);
@@ -156,7 +156,7 @@ TEST(Downtime, IsForAnOperatorWhenBootClockCannotTell) {
   EXPECT_NE(compute_downtime(record, without_boot, no_boot).why_asks, "") << "neither has a boot id";
 }
 
-TEST(ResumeRule, AsksWhatAnInterlockEndedOrAnOperatorHeld) {
+TEST(ResumeRule, AsksOperatorAfterInterlockAbortOrOperatorHold) {
   auto stood = hot();
   stood.aborted = true;
   EXPECT_EQ(way(stood, 59.8), Reentry::ask);
@@ -166,14 +166,14 @@ TEST(ResumeRule, AsksWhatAnInterlockEndedOrAnOperatorHeld) {
   EXPECT_EQ(way(stood, 59.8), Reentry::ask);
 }
 
-TEST(ResumeRule, StabilisesWhereTheAirWasNeverSeen) {
+TEST(ResumeRule, StabilisesWhenAirWasNeverRead) {
   auto stood = hot();
   stood.air.reset();
   EXPECT_EQ(way(stood, 59.8), Reentry::stabilise);
   EXPECT_EQ(way(stood, 70), Reentry::ask);
 }
 
-TEST(ResumeRule, ARampHasTheExtremesOfItsWay) {
+TEST(ResumeRule, UsesExtremesOfRamp) {
   const auto profile = profile::parsed(profile::kHold20 + "[[segment]]\nkind = \"ramp\"\nto = -30\nrate = 5\n");
   const auto hold = segment_extremes(profile, profile::Holding{0, {}, {}});
   EXPECT_EQ(hold.lowest, Celsius{20});
@@ -184,7 +184,7 @@ TEST(ResumeRule, ARampHasTheExtremesOfItsWay) {
 }
 
 /// The air reaches 50 °C long before the block does.
-TEST(Resume, CreditsNoSecondOfASoakToTheAirWhereAThermometerDecides) {
+TEST(Resume, CreditsNoSoakByAirWhenThermometerDecides) {
   tests::DryRun dry_run(GYROTHERM_SOURCE_DIR "/tests/profiles/soak-on-block.toml");
   ASSERT_EQ(dry_run.run(1200), RunOutcome::going_on);
   const auto whole = record::read_record(dry_run.path());
@@ -202,7 +202,7 @@ TEST(Resume, CreditsNoSecondOfASoakToTheAirWhereAThermometerDecides) {
 }
 
 /// The run has never been at the profile's set point, so that there is no earlier air to compare with.
-TEST(Resume, OfARunThatWasOnItsWayKnowsNoPlaceToGoOnFrom) {
+TEST(Resume, HasNoAirWhenRunHadNotReachedProfile) {
   tests::DryRun dry_run(GYROTHERM_SOURCE_DIR "/tests/profiles/soak-on-block.toml");
   ASSERT_EQ(dry_run.run(100), RunOutcome::going_on);
   auto record = record::read_record(dry_run.path()).value();
@@ -216,7 +216,7 @@ TEST(Resume, OfARunThatWasOnItsWayKnowsNoPlaceToGoOnFrom) {
   EXPECT_FALSE(is_in_place({19.8}, {-30}, air_after(0)));
 }
 
-TEST(Resume, OfAChamberThatSomebodyElseHasIsForPeople) {
+TEST(Resume, RequiresOperatorAfterForeignSetPoint) {
   tests::DryRun dry_run(GYROTHERM_SOURCE_DIR "/tests/profiles/soak-on-block.toml");
   ASSERT_EQ(dry_run.run(50), RunOutcome::going_on);
   auto record = record::read_record(dry_run.path()).value();
@@ -235,7 +235,7 @@ TEST(Resume, OfAChamberThatSomebodyElseHasIsForPeople) {
 }
 
 /// The deadline that has passed would abort the run in its first second, regardless of the operator.
-TEST(Resume, OfARunThatADeadlineEndedGivesItThatDeadlineAnew) {
+TEST(Resume, RestartsDeadlineThatEndedRun) {
   tests::DryRun dry_run(GYROTHERM_SOURCE_DIR "/tests/profiles/soak-on-block.toml");
   ASSERT_EQ(dry_run.run(600), RunOutcome::going_on);
   auto record = record::read_record(dry_run.path()).value();

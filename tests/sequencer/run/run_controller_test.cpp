@@ -15,7 +15,7 @@ namespace {
 
 const std::string kShort = GYROTHERM_SOURCE_DIR "/tests/profiles/short-rate.toml";
 
-TEST(RunController, EverySecondOfTheProfileHasOneSample) {
+TEST(RunController, RecordsOneSamplePerSecondOfProfile) {
   tests::DryRun dry_run(kShort);
   ASSERT_EQ(dry_run.run(), RunOutcome::complete);
   const auto record = record::read_record(dry_run.path());
@@ -27,7 +27,7 @@ TEST(RunController, EverySecondOfTheProfileHasOneSample) {
   EXPECT_TRUE(record->gaps.empty());
 }
 
-TEST(RunController, EveryReadingOfTheVirtualRigIsGood) {
+TEST(RunController, ReadsVirtualRigWithoutFaults) {
   tests::DryRun dry_run(kShort);
   dry_run.run(3000);
   const auto record = record::read_record(dry_run.path());
@@ -40,7 +40,7 @@ TEST(RunController, EveryReadingOfTheVirtualRigIsGood) {
   }
 }
 
-TEST(RunController, TheChamberHoldsInEachSecondWhatTheProfileAsks) {
+TEST(RunController, SendsSetPointOfProfileEachSecond) {
   tests::DryRun dry_run(kShort);
   dry_run.run(4000);
   const auto record = record::read_record(dry_run.path());
@@ -49,7 +49,7 @@ TEST(RunController, TheChamberHoldsInEachSecondWhatTheProfileAsks) {
     ASSERT_NEAR(record->chamber_set_point_c[i], record->set_point_c[i], 1e-5) << "second " << i;
 }
 
-TEST(RunController, AnArticleBeyondItsLimitEndsTheRunAndMakesTheChamberSafe) {
+TEST(RunController, MakesChamberSafeWhenUnitExceedsLimit) {
   tests::DryRun dry_run(kShort);
   dry_run.file().limits.thermometers_lowest = {10};
   EXPECT_EQ(dry_run.run(), RunOutcome::made_safe);
@@ -65,7 +65,7 @@ TEST(RunController, AnArticleBeyondItsLimitEndsTheRunAndMakesTheChamberSafe) {
             events.end());
 }
 
-TEST(Rig, MovesNothingThatItIsNotPermittedToMove) {
+TEST(Rig, SendsOnlyPermittedCommands) {
   tests::DryRun dry_run(kShort);
   auto rig = rig::Rig::assemble(dry_run.file(), {.seed = {}, .already = {}, .replay = {}});
   ASSERT_TRUE(rig) << text(rig.error());

@@ -45,7 +45,7 @@ const RunStateMachine kSuspended = Suspended{"the door is open", {}, {}};
 const RunStateMachine kHeld = Held{"paused by Ada", {}};
 const RunStateMachine kReturning = Returning{"the door is open", {}};
 
-TEST(RunStateMachine, ASuspensionEndsByItselfAfterItsCauseIsGoneForAWhile) {
+TEST(RunStateMachine, EndsSuspensionSomeTimeAfterCauseEnds) {
   const auto suspended = after(Execute{}, seeing(interlocks::Reaction::suspend));
   ASSERT_EQ(run_state(suspended), RunState::suspended);
   EXPECT_EQ(state_cause(suspended), "the door is open");
@@ -55,7 +55,7 @@ TEST(RunStateMachine, ASuspensionEndsByItselfAfterItsCauseIsGoneForAWhile) {
   EXPECT_EQ(state_after(flapping, quiet(), 9), RunState::suspended) << "the while begins anew";
 }
 
-TEST(RunStateMachine, AHoldEndsByTheOperatorAlone) {
+TEST(RunStateMachine, EndsHoldOnlyByOperator) {
   const auto held = after(Execute{}, seeing(interlocks::Reaction::hold, "the machine slept"));
   ASSERT_EQ(run_state(held), RunState::held);
   EXPECT_EQ(state_after(held, quiet(), 10'000), RunState::held);
@@ -65,7 +65,7 @@ TEST(RunStateMachine, AHoldEndsByTheOperatorAlone) {
   EXPECT_EQ(state_after(held, still), RunState::held) << "not while its cause stands";
 }
 
-TEST(RunStateMachine, AProfilesPromptHoldsWhatNothingGraverStops) {
+TEST(RunStateMachine, PromptHoldsUnlessSevererCauseExists) {
   auto asked = quiet();
   asked.prompt = "the profile asks: switch the unit on";
   const auto held = after(Execute{}, asked);
@@ -87,14 +87,14 @@ TEST(RunStateMachine, AProfilesPromptHoldsWhatNothingGraverStops) {
   EXPECT_EQ(state_cause(after(kReturning, asked)), asked.prompt);
 }
 
-TEST(RunStateMachine, APauseIsNoFailure) {
+TEST(RunStateMachine, TreatsPauseAsNoFailure) {
   const auto paused = after(Execute{}, told(OperatorCommand::pause));
   EXPECT_EQ(run_state(paused), RunState::held);
   EXPECT_EQ(state_cause(paused), "paused by Ada");
   EXPECT_EQ(run_state(after(kSuspended, told(OperatorCommand::pause))), RunState::held);
 }
 
-TEST(RunStateMachine, NothingLastsLongerThanItsLimit) {
+TEST(RunStateMachine, LimitsDurationOfWaits) {
   EXPECT_EQ(state_after(kSuspended, seeing(interlocks::Reaction::suspend), 7199), RunState::suspended);
   EXPECT_EQ(state_after(kSuspended, seeing(interlocks::Reaction::suspend), 7200), RunState::aborting);
   EXPECT_EQ(state_cause(after(kSuspended, seeing(interlocks::Reaction::suspend), 7200)),
@@ -107,7 +107,7 @@ TEST(RunStateMachine, NothingLastsLongerThanItsLimit) {
   EXPECT_EQ(state_after(kReturning, away, 14'400), RunState::aborting);
 }
 
-TEST(RunStateMachine, ReturnsToTheProfileWhenTheSetPointIsAway) {
+TEST(RunStateMachine, ReturnsToProfileWhenSetPointDiffers) {
   auto away = quiet();
   away.in_place = false;
   const auto returning = after(kSuspended, away, 10);
@@ -119,7 +119,7 @@ TEST(RunStateMachine, ReturnsToTheProfileWhenTheSetPointIsAway) {
   EXPECT_TRUE(std::holds_alternative<Returning>(after(kHeld, resume)));
 }
 
-TEST(RunStateMachine, AnAbortIsLatchedAndWaitsForTheChamber) {
+TEST(RunStateMachine, LatchesAbortAndWaitsForChamber) {
   const auto aborting = after(Execute{}, seeing(interlocks::Reaction::abort, "too hot"));
   ASSERT_EQ(run_state(aborting), RunState::aborting);
   EXPECT_EQ(state_after(aborting, quiet(), 1'000'000), RunState::aborting) << "as long as it takes";
@@ -135,7 +135,7 @@ TEST(RunStateMachine, AnAbortIsLatchedAndWaitsForTheChamber) {
     EXPECT_EQ(state_after(aborted, told(command)), RunState::aborted);
 }
 
-TEST(RunStateMachine, AStopLeavesTheChamberAsTheRigSays) {
+TEST(RunStateMachine, StopLeavesChamberAsRigSpecifies) {
   auto confirmed = quiet();
   confirmed.safe_confirmed = true;
   const auto stopping = after(Execute{}, told(OperatorCommand::stop));
@@ -147,7 +147,7 @@ TEST(RunStateMachine, AStopLeavesTheChamberAsTheRigSays) {
     EXPECT_EQ(state_after(from, told(OperatorCommand::stop), 1, limits), RunState::stopped);
 }
 
-TEST(RunStateMachine, AStopThatIsAbortedIsAborted) {
+TEST(RunStateMachine, AbortsDuringStop) {
   const auto stopping = after(Execute{}, told(OperatorCommand::stop));
   auto confirmed = quiet();
   confirmed.safe_confirmed = true;
@@ -155,7 +155,7 @@ TEST(RunStateMachine, AStopThatIsAbortedIsAborted) {
   EXPECT_EQ(state_after(after(stopping, seeing(interlocks::Reaction::abort)), confirmed), RunState::aborted);
 }
 
-TEST(RunStateMachine, TheMostSevereWins) {
+TEST(RunStateMachine, AppliesMostSevereReaction) {
   auto all = seeing(interlocks::Reaction::abort, "too hot");
   all.request = OperatorRequest{OperatorCommand::pause, "Ada"};
   EXPECT_EQ(state_after(Execute{}, all), RunState::aborting);
@@ -168,11 +168,11 @@ TEST(RunStateMachine, TheMostSevereWins) {
   EXPECT_EQ(state_after(kHeld, seeing(interlocks::Reaction::suspend)), RunState::held) << "a hold is the more severe";
 }
 
-TEST(RunStateMachine, AWarningStopsNothing) {
+TEST(RunStateMachine, ContinuesAfterWarning) {
   EXPECT_EQ(state_after(Execute{}, seeing(interlocks::Reaction::warn)), RunState::execute);
 }
 
-TEST(RunStateMachine, CompleteStaysComplete) {
+TEST(RunStateMachine, RemainsComplete) {
   auto end = quiet();
   end.complete = true;
   const auto complete = after(Execute{}, end);
@@ -181,7 +181,7 @@ TEST(RunStateMachine, CompleteStaysComplete) {
 }
 
 /// Random events: no step leaves the table of the drawing, and every transition occurs.
-TEST(RunStateMachine, StatesChangeAlongTheTableAlone) {
+TEST(RunStateMachine, FollowsTransitionTableOnly) {
   std::mt19937_64 random(20261122);
   const auto draw = [&](int sides) { return static_cast<int>(random() % static_cast<unsigned>(sides)); };
   std::set<std::pair<RunState, RunState>> walked;
@@ -211,7 +211,7 @@ TEST(RunStateMachine, StatesChangeAlongTheTableAlone) {
     }
 }
 
-TEST(RunStateMachine, NothingIsCommandedOnceItIsOver) {
+TEST(RunStateMachine, CommandsNothingAfterEnd) {
   for (const auto state : {RunState::aborted, RunState::stopped, RunState::complete}) EXPECT_FALSE(may_command(state));
   for (const auto state : {RunState::execute, RunState::suspended, RunState::held, RunState::aborting})
     EXPECT_TRUE(may_command(state));

@@ -42,7 +42,7 @@ TEST(RunTally, CountsFaultsAlarmsSuspendedTimeAndGaps) {
   EXPECT_NE(words.find("2 gaps of 4 s in all"), std::string::npos) << words;
 }
 
-TEST(RunTally, OfAResumedRunContinuesFromTheRecord) {
+TEST(RunTally, ContinuesFromRecordOfResumedRun) {
   record::Record record;
   record.state = {RunState::execute, RunState::suspended, RunState::suspended, RunState::held};
   record.gaps = {{.first = 4, .last = 9, .cause = "late"}, {.first = 20, .last = 20, .cause = "late"}};

@@ -31,7 +31,7 @@ void abort_warm(tests::Bench& bench) {
   ASSERT_EQ(bench.run_controller().run_state(), RunState::aborting);
 }
 
-TEST(SafeSequence, WatchesTheAirForItsTimeBeforeTheRunEnds) {
+TEST(SafeSequence, WatchesAirBeforeRunEnds) {
   tests::Bench bench(kHoldAt30, is_watched);
   abort_warm(bench);
   EXPECT_EQ(bench.seconds(290), RunOutcome::going_on);
@@ -42,7 +42,7 @@ TEST(SafeSequence, WatchesTheAirForItsTimeBeforeTheRunEnds) {
   EXPECT_TRUE(bench.instruments().switched.empty()) << "the mode was right";
 }
 
-TEST(SafeSequence, WritesTheModeOfAChamberInManualMode) {
+TEST(SafeSequence, WritesModeOfChamberInManualMode) {
   tests::Bench bench(kHoldAt30, is_watched);
   abort_warm(bench);
   bench.chamber().manual = true;
@@ -52,7 +52,7 @@ TEST(SafeSequence, WritesTheModeOfAChamberInManualMode) {
   EXPECT_LT(bench.chamber().air_c, 22);
 }
 
-TEST(SafeSequence, SwitchesOffAChamberThatHeatsOnAndRaisesAnAlarm) {
+TEST(SafeSequence, SwitchesOffChamberThatContinuesToHeatAndRaisesAlarm) {
   for (const bool hides_mode : {false, true}) {
     tests::Bench bench(kHoldAt30, is_watched);
     abort_warm(bench);
@@ -74,7 +74,7 @@ TEST(SafeSequence, SwitchesOffAChamberThatHeatsOnAndRaisesAnAlarm) {
   }
 }
 
-TEST(SafeSequence, SwitchesOffAgainWhatComesOnAgain) {
+TEST(SafeSequence, SwitchesOffAgainWhenChamberStartsAgain) {
   tests::Bench bench(kHoldAt30, [](rig::RigFile& file) {
     is_watched(file);
     file.safe_off = true;
@@ -90,7 +90,7 @@ TEST(SafeSequence, SwitchesOffAgainWhatComesOnAgain) {
   EXPECT_EQ(bench.seconds(320), RunOutcome::made_safe);
 }
 
-TEST(SafeSequence, OfAStopShowsTheAirToo) {
+TEST(SafeSequence, WatchesAirAfterStop) {
   tests::Bench bench(kHoldAt30, is_watched);
   bench.chamber().air_c = 30;
   bench.seconds(60);
@@ -102,7 +102,7 @@ TEST(SafeSequence, OfAStopShowsTheAirToo) {
   EXPECT_FALSE(bench.chamber().on);
 }
 
-TEST(SafeSequence, WithoutTicksLeavesTheAirToTheGuard) {
+TEST(SafeSequence, LeavesAirToGuardWithoutTicks) {
   tests::Bench bench(kHoldAt30, is_watched);
   bench.seconds(60);
   bench.run_controller().make_safe("the disk is full");
@@ -113,7 +113,7 @@ TEST(SafeSequence, WithoutTicksLeavesTheAirToTheGuard) {
       << bench.run_controller().end_cause();
 }
 
-TEST(NotFollowing, SuspendsUntilTheModeIsBackOrAnOperatorTakesOver) {
+TEST(NotFollowing, SuspendsUntilModeReturnsOrOperatorTakesOver) {
   tests::Bench bench(kHoldAt30, is_watched);
   bench.seconds(60);
   bench.chamber().manual = bench.chamber().keeps_manual = true;
@@ -133,7 +133,7 @@ TEST(NotFollowing, SuspendsUntilTheModeIsBackOrAnOperatorTakesOver) {
   EXPECT_EQ(bench.run_controller().describe_external_change(), "");
 }
 
-TEST(NotFollowing, IsNoStateThatAStopMayLeave) {
+TEST(NotFollowing, PreventsStopFromLeavingChamber) {
   for (const bool manual : {true, false}) {
     tests::Bench bench(kHoldAt30, [](rig::RigFile& file) {
       is_watched(file);
@@ -182,7 +182,7 @@ class LastSegment {
   ControllerLead lead_{kTolerance};
 };
 
-TEST(LastSegment, EndsWhereTheControllerHoldsItsSetPoint) {
+TEST(LastSegment, EndsWhenControllerHoldsItsSetPoint) {
   for (const auto activity : {ChamberActivity::program, ChamberActivity::soaking, ChamberActivity::running,
                               ChamberActivity::done, ChamberActivity::unknown}) {
     LastSegment last;
@@ -191,7 +191,7 @@ TEST(LastSegment, EndsWhereTheControllerHoldsItsSetPoint) {
   }
 }
 
-TEST(LastSegment, IsWatchedLikeAnyOther) {
+TEST(LastSegment, IsMonitoredLikeOtherSegments) {
   for (const auto activity :
        {ChamberActivity::not_following, ChamberActivity::holding, ChamberActivity::alarm, ChamberActivity::off}) {
     LastSegment last;
@@ -204,7 +204,7 @@ TEST(LastSegment, IsWatchedLikeAnyOther) {
   EXPECT_NE(heats.objection().find("the air moves away from 30 °C"), std::string::npos) << heats.objection();
 }
 
-TEST(LastSegment, ThatIsNotCarriedOutAtItsEndMakesTheChamberSafe) {
+TEST(LastSegment, MakesChamberSafeWhenNotFollowedAtEnd) {
   tests::Bench bench("[[segment]]\nkind = \"hold\"\nat = 30\ntime = \"1 min\"\n", is_watched);
   bench.chamber().air_c = bench.chamber().set_point_c = 30;
   bench.run_controller().hand_over_to_controller();

@@ -22,7 +22,7 @@ constexpr const char* kRamp =
     "[[segment]]\nkind = \"ramp\"\nto = 22\nrate = 2\n"
     "[[segment]]\nkind = \"hold\"\nat = 22\ntime = \"5 s\"\n";
 
-TEST(SetPointPath, CountsASetPointEachSecondOfARamp) {
+TEST(SetPointPath, CountsOneSetPointPerSecondOfRamp) {
   const profile::ChamberLimits limits;
   EXPECT_EQ(count_set_points(profile_with(kRamp), limits, {}), 61);
   EXPECT_EQ(count_set_points(profile_with(kRamp), limits, milliseconds(500)), 61) << "a tick sends one at most";
@@ -30,12 +30,12 @@ TEST(SetPointPath, CountsASetPointEachSecondOfARamp) {
   EXPECT_EQ(count_set_points(profile_with(kRamp), limits, seconds(7)), 10) << "the last one is sent early";
 }
 
-TEST(SetPointPath, CountsOneOfHoldsAlone) {
+TEST(SetPointPath, CountsOneSetPointWithoutRamps) {
   const auto hold = profile_with("[[segment]]\nkind = \"hold\"\nat = 20\ntime = \"8 h\"\n");
   EXPECT_EQ(count_set_points(hold, {}, {}), 1);
 }
 
-TEST(SetPointPath, CountsTheWayToAHoldAtTheRateOfTheChamber) {
+TEST(SetPointPath, CountsWayToHoldAtChamberRate) {
   profile::ChamberLimits limits;
   limits.fastest_heating = {5};
   limits.fastest_cooling = {2};
@@ -47,7 +47,7 @@ TEST(SetPointPath, CountsTheWayToAHoldAtTheRateOfTheChamber) {
   EXPECT_EQ(count_set_points(soaks, limits, seconds(60)), 1 + 2 + 5);
 }
 
-TEST(SetPointPath, CountsEveryTurnOfARepeat) {
+TEST(SetPointPath, CountsEveryPassOfRepeat) {
   const auto repeated = profile_with(
       "[[segment]]\nkind = \"hold\"\nat = 20\ntime = \"10 s\"\n"
       "[[segment]]\nkind = \"repeat\"\ncount = 3\n"

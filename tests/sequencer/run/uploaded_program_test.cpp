@@ -34,7 +34,7 @@ RunOutcome upload_and_run(tests::DryRun& dry_run, const std::string& map, std::s
 }
 
 /// The controller has completed a soak meanwhile, and does not repeat it.
-TEST(UploadedProgram, IsFollowedWhileTheMachineSleeps) {
+TEST(UploadedProgram, ContinuesWhileMachineSleeps) {
   tests::DryRun dry_run(GYROTHERM_SOURCE_DIR "/tests/profiles/soaks.toml");
   dry_run.file().chamber_map = shipped_map("watlow_f4t");
   const auto program = make_chamber_program(dry_run.profile());
@@ -51,7 +51,7 @@ TEST(UploadedProgram, IsFollowedWhileTheMachineSleeps) {
 }
 
 /// The air is at 20 °C before and after, not at the 30 °C of the soak.
-TEST(UploadedProgram, SoaksInNoLateSecondInWhichTheAirIsElsewhere) {
+TEST(UploadedProgram, CountsNoSoakInLateSecondWithAirOutsideBand) {
   tests::Bench bench(
       "[[segment]]\nkind = \"hold\"\nat = 30\ntime = \"10 min\"\nguaranteed_soak = true\nsoak_band = \"1 K\"\n");
   bench.run_controller().hand_over_to_controller();
@@ -66,7 +66,7 @@ TEST(UploadedProgram, SoaksInNoLateSecondInWhichTheAirIsElsewhere) {
 
 class EachController : public testing::TestWithParam<const char*> {};
 
-TEST_P(EachController, IsCarriedOutByTheController) {
+TEST_P(EachController, CarriesOutProgram) {
   tests::DryRun dry_run(kHour);
   std::string cause;
   ASSERT_EQ(upload_and_run(dry_run, GetParam(), cause), RunOutcome::complete) << cause;
@@ -77,7 +77,7 @@ TEST_P(EachController, IsCarriedOutByTheController) {
     ASSERT_NEAR(record->chamber_set_point_c[i], record->set_point_c[i], 0.11) << "second " << i;
 }
 
-TEST_P(EachController, OutranksNoInterlock) {
+TEST_P(EachController, HasLowerPriorityThanInterlocks) {
   tests::DryRun dry_run(kHour);
   dry_run.file().limits.thermometers_lowest = {10};
   std::string cause;
@@ -86,7 +86,7 @@ TEST_P(EachController, OutranksNoInterlock) {
   EXPECT_NE(cause.find("was sent to 20 °C"), std::string::npos) << cause;
 }
 
-TEST_P(EachController, ThatSomebodyEndsEndsTheRun) {
+TEST_P(EachController, EndsRunWhenProgramIsEndedAtPanel) {
   tests::DryRun dry_run(kHour);
   std::string cause;
   // A set point ends the program, as a person at the panel would.
@@ -117,7 +117,7 @@ void upload_and_stop(tests::Bench& bench, bool silent) {
   bench.seconds(1);
 }
 
-TEST(UploadedProgram, OfAStoppedRunIsEndedOrTheChamberMadeSafe) {
+TEST(UploadedProgram, IsEndedOrChamberMadeSafeWhenRunIsStopped) {
   tests::Bench answers(kHold30, is_held_on_stop), silent(kHold30, is_held_on_stop);
   upload_and_stop(answers, false);
   EXPECT_EQ(answers.run_controller().run_state(), RunState::stopped);
@@ -130,7 +130,7 @@ TEST(UploadedProgram, OfAStoppedRunIsEndedOrTheChamberMadeSafe) {
   EXPECT_EQ(silent.chamber().set_point_c, 25);
 }
 
-TEST(UploadedProgram, OfAStoppedRunIsNotHeldWhereAnInterlockAborts) {
+TEST(UploadedProgram, IsMadeSafeWhenInterlockAbortsDuringStop) {
   tests::Bench bench(kHold30, is_held_on_stop);
   bench.run_controller().hand_over_to_controller();
   bench.seconds(10);
@@ -142,7 +142,7 @@ TEST(UploadedProgram, OfAStoppedRunIsNotHeldWhereAnInterlockAborts) {
   EXPECT_EQ(bench.chamber().sent_c, std::vector<double>{25}) << "the safe set point alone";
 }
 
-TEST(UploadedProgram, IsTheProfileSegmentBySegment) {
+TEST(UploadedProgram, HasSameSegmentsAsProfile) {
   const auto program = make_chamber_program(profile::parse_profile(read_text_file(kHour).value(), kHour).value());
   ASSERT_TRUE(program);
   EXPECT_EQ(program->name, "QUALIFICATIONHOUR");
@@ -153,7 +153,7 @@ TEST(UploadedProgram, IsTheProfileSegmentBySegment) {
   EXPECT_EQ(program->steps[1].duration, std::chrono::minutes(12));
 }
 
-TEST(UploadedProgram, OfSoaksWithDifferentBandsIsRefused) {
+TEST(UploadedProgram, IsRefusedForSoaksWithDifferentBands) {
   const auto profile = profile::parsed(profile::kHold20 + R"(guaranteed_soak = true
 soak_band = 1
 [[segment]]
@@ -173,7 +173,7 @@ std::string objection_to_soak(const std::string& keys) {
   return text(program.error());
 }
 
-TEST(UploadedProgram, OfASoakThatTheControllerWouldEndAtAnotherTimeIsRefused) {
+TEST(UploadedProgram, IsRefusedForSoakThatControllerWouldEndOtherwise) {
   EXPECT_EQ(objection_to_soak("soak_sensor = \"A\"\n"),
             "p.toml:4:1: a controller soaks on its own air sensor, but soak_sensor is \"A\"");
   EXPECT_EQ(objection_to_soak("soak_slope = 0.2\n"),
@@ -184,28 +184,28 @@ TEST(UploadedProgram, OfASoakThatTheControllerWouldEndAtAnotherTimeIsRefused) {
             "p.toml:4:1: a controller requires the whole hold inside the band, but soak_time is 99 s of 100 s");
 }
 
-TEST(UploadedProgram, OfAHoldThatWouldJumpIsRefused) {
+TEST(UploadedProgram, IsRefusedForHoldWithSetPointJump) {
   EXPECT_EQ(objection_to_soak("[[segment]]\nkind = \"hold\"\nat = 60\ntime = \"1 h\"\nguaranteed_soak = true\n"),
             "p.toml:9:1: a controller jumps from 20 °C to 60 °C, expected a ramp before this hold");
 }
 
-TEST(UploadedProgram, SoaksByItsAirForAsLongAsTheProfile) {
+TEST(UploadedProgram, SoaksByControllerAirForTimeOfProfile) {
   EXPECT_EQ(objection_to_soak("soak_sensor = \"air\"\nsoak_time = \"100 s\"\n"), "nothing");
   const auto longer = profile::parsed(profile::kHold20 + "guaranteed_soak = true\nsoak_time = \"150 s\"\n");
   EXPECT_EQ(make_chamber_program(longer).value().steps.at(0).duration, std::chrono::seconds(150));
 }
 
-TEST(UploadedProgram, OfAHoldWithoutASoakCaresForNoDefaultOfOne) {
+TEST(UploadedProgram, IgnoresSoakDefaultsForHoldWithoutSoak) {
   EXPECT_TRUE(make_chamber_program(
       profile::parsed("[defaults]\nsoak_sensor = \"A\"\nsoak_slope = 0.2\nsoak_time = \"1 s\"\n" + profile::kHold20)));
 }
 
-TEST(UploadedProgram, ThatWaitsForPeopleIsRefused) {
+TEST(UploadedProgram, IsRefusedWithPrompts) {
   const auto profile = profile::parsed(profile::kHold20 + "prompt = \"look at the window\"\n");
   EXPECT_EQ(make_chamber_program(profile).error().where, "p.toml:4:1");
 }
 
-TEST(UploadedProgram, MayBeFinishedInTheLastSegmentAlone) {
+TEST(UploadedProgram, MayFinishOnlyInLastSegment) {
   ControllerLead lead({0.1});
   const auto after = [&](ChamberActivity activity, bool last) {
     Sample sample;

@@ -29,7 +29,7 @@ AirVerdict after(Duration length, AirSource source, const std::function<double(d
 
 constexpr auto kController = AirSource::controller;
 
-TEST(AirWatch, ShowsAirThatArrivesOrIsOnItsWay) {
+TEST(AirWatch, AcceptsAirThatArrivesOrApproaches) {
   const auto cools = [](double s) { return 22 + 40 * std::exp(-s / 600); };
   EXPECT_EQ(after(minutes(5) - kSecond, kController, cools), AirVerdict::watching) << "too early";
   EXPECT_EQ(after(minutes(5), kController, cools), AirVerdict::shown);
@@ -40,7 +40,7 @@ TEST(AirWatch, ShowsAirThatArrivesOrIsOnItsWay) {
       << "turns round";
 }
 
-TEST(AirWatch, FindsAirThatMovesAway) {
+TEST(AirWatch, DetectsAirThatMovesAway) {
   EXPECT_EQ(after(minutes(1), kController, [](double s) { return 40 + 0.5 * s; }), AirVerdict::moves_away);
   EXPECT_EQ(after(minutes(1), kController, [](double s) { return -20 - 0.5 * s; }), AirVerdict::moves_away);
   EXPECT_EQ(after(minutes(1), kController, [](double s) { return 22 + 0.5 * s; }), AirVerdict::moves_away);
@@ -48,7 +48,7 @@ TEST(AirWatch, FindsAirThatMovesAway) {
       << "passes the set point and goes on";
 }
 
-TEST(AirWatch, ExtendsTheWatchOfSlowAirAndEndsItForAirThatStands) {
+TEST(AirWatch, ExtendsWatchOfSlowAirAndEndsItWhenAirIsStable) {
   const auto slow = [](double s) { return 60 - s / 500; };
   EXPECT_EQ(after(minutes(8), kController, slow), AirVerdict::watching);
   EXPECT_EQ(after(minutes(9), kController, slow), AirVerdict::shown);
@@ -56,7 +56,7 @@ TEST(AirWatch, ExtendsTheWatchOfSlowAirAndEndsItForAirThatStands) {
   EXPECT_EQ(after(minutes(16), kController, [](double) { return 60.0; }), AirVerdict::does_not_move);
 }
 
-TEST(AirWatch, IsNotMisledByOneReading) {
+TEST(AirWatch, IgnoresSingleOutlier) {
   const auto with_spike = [](double spike) { return [=](double s) { return s == 100 ? spike : 22.0; }; };
   for (const double spike : {22 + 40.0, 22 - 40.0})
     EXPECT_EQ(after(minutes(5), kController, with_spike(spike)), AirVerdict::shown);
@@ -64,7 +64,7 @@ TEST(AirWatch, IsNotMisledByOneReading) {
       << "the way back from a spike is no movement";
 }
 
-TEST(AirWatch, LetsAirOfAChamberThatIsOffDriftToTheRoomAndNoFarther) {
+TEST(AirWatch, AllowsDriftToAmbientWhenChamberIsOff) {
   EXPECT_EQ(after(minutes(5), AirSource::seen_off, [](double s) { return 22 + s / 60; }), AirVerdict::shown);
   EXPECT_EQ(after(minutes(5), AirSource::seen_off, [](double) { return 60.0; }), AirVerdict::shown) << "does not rise";
   EXPECT_EQ(after(minutes(5), AirSource::switched_off, [](double) { return 60.0; }), AirVerdict::watching)
@@ -73,14 +73,14 @@ TEST(AirWatch, LetsAirOfAChamberThatIsOffDriftToTheRoomAndNoFarther) {
   EXPECT_EQ(after(minutes(5), AirSource::seen_off, [](double s) { return -s / 10; }), AirVerdict::moves_away);
 }
 
-TEST(AirWatch, CountsTimeInWhichTheAirWasRead) {
+TEST(AirWatch, CountsOnlyTimeWithReadings) {
   AirWatch watch(kSafe, minutes(5));
   EXPECT_EQ(watch.see({22}, {}), AirVerdict::watching);
   EXPECT_EQ(watch.see({22}, minutes(60)), AirVerdict::watching) << "it was silent for an hour";
   EXPECT_EQ(watch.watched(), seconds(30));
 }
 
-TEST(AirWatch, WithoutATimeBelievesTheFirstReadingAndSaysSo) {
+TEST(AirWatch, AcceptsFirstReadingAndReportsItWithoutWatchTime) {
   AirWatch watch(kSafe, {});
   EXPECT_EQ(watch.see({60}, {}), AirVerdict::shown);
   EXPECT_EQ(watch.describe(), "air 60.00 °C, not watched");

@@ -30,20 +30,20 @@ struct Pipe {
   int ends[2]{};
 };
 
-TEST(Guard, AGoodByeEndsItsWatch) {
+TEST(Guard, EndsWatchAfterGoodBye) {
   Pipe pipe;
   pipe.say("p...q");
   EXPECT_EQ(watch(pipe.ends[0]), WatchEnd::good_bye);
 }
 
-TEST(Guard, AnEndWithoutAGoodByeIsADeath) {
+TEST(Guard, TreatsEndWithoutGoodByeAsDeath) {
   Pipe pipe;
   pipe.say("p..");
   pipe.close();
   EXPECT_EQ(watch(pipe.ends[0]), WatchEnd::closed);
 }
 
-TEST(Guard, SilenceIsAHangAndPreparingMayTakeLonger) {
+TEST(Guard, TreatsSilenceAsHangAndAllowsLongerPreparation) {
   Pipe pipe;
   pipe.say(".");
   EXPECT_EQ(watch(pipe.ends[0], {.silence = std::chrono::seconds(1), .preparing = std::chrono::hours(1)}),
@@ -53,7 +53,7 @@ TEST(Guard, SilenceIsAHangAndPreparingMayTakeLonger) {
             WatchEnd::silent);
 }
 
-TEST(Guard, AnswersWhatItHearsAndSoIsKnownToLive) {
+TEST(Guard, AnswersEachSignOfLife) {
   int ends[2];
   ASSERT_EQ(::socketpair(AF_UNIX, SOCK_STREAM, 0, ends), 0);
   ASSERT_EQ(::write(ends[1], ".", 1), 1);
@@ -65,7 +65,7 @@ TEST(Guard, AnswersWhatItHearsAndSoIsKnownToLive) {
   ::close(ends[0]), ::close(ends[1]);
 }
 
-TEST(Guard, TakesItsOrdersFromTheLineAndNothingAfterThem) {
+TEST(Guard, ReadsOrdersFromFirstLineOnly) {
   Pipe pipe;
   pipe.say((safe_state_message("some text") + ".q").c_str());
   const auto orders = receive_safe_state(pipe.ends[0], std::chrono::seconds(5));
@@ -74,7 +74,7 @@ TEST(Guard, TakesItsOrdersFromTheLineAndNothingAfterThem) {
   EXPECT_EQ(watch(pipe.ends[0]), WatchEnd::good_bye);
 }
 
-TEST(Guard, OrdersThatAreNoneAreRefused) {
+TEST(Guard, RefusesInvalidOrders) {
   for (const auto* orders : {"p", "A\n", "Ax\n", "A123456789\nx", "A-1\nx", "A5\nabc", ""}) {
     Pipe pipe;
     if (*orders != '\0') pipe.say(orders);
@@ -85,7 +85,7 @@ TEST(Guard, OrdersThatAreNoneAreRefused) {
   EXPECT_EQ(receive_safe_state(silent.ends[0], std::chrono::milliseconds(10)).error().kind, FaultKind::timeout);
 }
 
-TEST(ChildWork, TellsItsLinesAndItsEnd) {
+TEST(ChildWork, ReportsLinesAndEnd) {
   ChildWork work([](const auto& tell) { tell("first"), tell("second"); });
   EXPECT_EQ(work.next(std::chrono::seconds(60)), "first");
   EXPECT_EQ(work.next(std::chrono::seconds(60)), "second");
@@ -93,7 +93,7 @@ TEST(ChildWork, TellsItsLinesAndItsEnd) {
   EXPECT_TRUE(work.has_ended());
 }
 
-TEST(ChildWork, OneThatHangsHoldsUpNobody) {
+TEST(ChildWork, DoesNotDelayOthersWhenItHangs) {
   const tests::SleepMeter meter;
   {
     ChildWork work([](const auto& tell) {
@@ -117,7 +117,7 @@ pid_t idle_child() {
   return child;
 }
 
-TEST(Guard, KillsTheProcessThatItKnowsEvenStopped) {
+TEST(Guard, KillsKnownProcessEvenWhenStopped) {
   const auto child = idle_child();
   const auto known = read_process_identity(child);
   ASSERT_TRUE(known);
@@ -130,7 +130,7 @@ TEST(Guard, KillsTheProcessThatItKnowsEvenStopped) {
   EXPECT_EQ(WTERMSIG(status), SIGKILL);
 }
 
-TEST(Guard, NeverKillsALaterProcessOfTheSameNumber) {
+TEST(Guard, NeverKillsLaterProcessWithSamePid) {
   const auto child = idle_child();
   auto another = read_process_identity(child);
   ASSERT_TRUE(another);
@@ -145,7 +145,7 @@ TEST(Guard, NeverKillsALaterProcessOfTheSameNumber) {
 }
 
 /// The parent of a program may reap it at the moment at which the guard reads its state.
-TEST(Guard, LooksAtProcessesThatEndMeanwhile) {
+TEST(Guard, HandlesProcessThatEndsWhileInspected) {
   for (int i = 0; i < 500; ++i) {
     const auto child = idle_child();
     const auto known = read_process_identity(child);
@@ -161,7 +161,7 @@ TEST(Guard, LooksAtProcessesThatEndMeanwhile) {
   }
 }
 
-TEST(NotifySocket, TellsWhoeverListens) {
+TEST(NotifySocket, NotifiesListener) {
   const tests::TestFolder folder;
   const auto path = folder / "notify";
   const Descriptor listener(::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0));
@@ -178,7 +178,7 @@ TEST(NotifySocket, TellsWhoeverListens) {
   EXPECT_EQ(std::string(heard, static_cast<std::size_t>(size)), "READY=1");
 }
 
-TEST(NotifySocket, NobodyThereIsNoFault) {
+TEST(NotifySocket, IgnoresMissingListener) {
   auto socket = NotifySocket::at("@gyrotherm-nobody-listens");
   ASSERT_TRUE(socket);
   socket->notify("WATCHDOG=1");

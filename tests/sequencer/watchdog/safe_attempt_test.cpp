@@ -87,7 +87,7 @@ SafeAttempt attempt(FakeChamber::ProfileState& state, const SafeGoal& goal = {.s
 
 const SafeGoal kOff{.set_point = {23}, .tolerance = {0.1}, .switch_off = true};
 
-TEST(MakeSafe, SendsTheSetPointBeforeItAsksAnything) {
+TEST(MakeSafe, SendsSetPointBeforeAnyQuery) {
   FakeChamber::ProfileState state;
   EXPECT_EQ(attempt(state).reached, SafeStage::all);
   EXPECT_EQ(state.heard, "set program set look ");
@@ -115,7 +115,7 @@ TEST(MakeSafe, SendsNothingToAnotherInstrument) {
   EXPECT_EQ(attempt(state, known).reached, SafeStage::all) << "with other settings it is the one of the run";
 }
 
-TEST(MakeSafe, SendsTheSetPointWhereTheQuestionWhoItIsIsLost) {
+TEST(MakeSafe, SendsSetPointWhenIdentityQueryIsLost) {
   FakeChamber::ProfileState state;
   state.who = failure(FaultKind::timeout, "part_number", "no reply");
   EXPECT_EQ(attempt(state).reached, SafeStage::all);
@@ -135,7 +135,7 @@ TEST(MakeSafe, IsConfirmedOnlyByReadBack) {
   EXPECT_NE(lost_again.details.find("reads 60 after 23 was written"), std::string::npos) << lost_again.details;
 }
 
-TEST(MakeSafe, TriesAgainOnTheSameConnectionUnlessItBroke) {
+TEST(MakeSafe, RetriesOnSameConnectionUnlessBroken) {
   FakeChamber::ProfileState state;
   state.silent_tries = 5;
   EXPECT_EQ(attempt(state).tries, 6);
@@ -146,7 +146,7 @@ TEST(MakeSafe, TriesAgainOnTheSameConnectionUnlessItBroke) {
   EXPECT_EQ(state.connections, 1 + 3);
 }
 
-TEST(MakeSafe, NoTryBeginsThatCouldNotEndWithinTenSeconds) {
+TEST(MakeSafe, BeginsNoAttemptThatCouldExceedTenSeconds) {
   FakeChamber::ProfileState state;
   state.silent_tries = 99;
   state.slowness = std::chrono::milliseconds(1900);
@@ -155,7 +155,7 @@ TEST(MakeSafe, NoTryBeginsThatCouldNotEndWithinTenSeconds) {
   EXPECT_LE(state.clock.now().since_start - began, kSafeWithin);
 }
 
-TEST(MakeSafe, EndsConditioningWhereTheRigWantsItAndTheSetPointCountsByItself) {
+TEST(MakeSafe, EndsConditioningAndConfirmsSetPointSeparately) {
   FakeChamber::ProfileState state;
   EXPECT_EQ(attempt(state, kOff).reached, SafeStage::all);
   EXPECT_EQ(state.heard, "set program set off look ");
@@ -165,7 +165,7 @@ TEST(MakeSafe, EndsConditioningWhereTheRigWantsItAndTheSetPointCountsByItself) {
   EXPECT_NE(refused.details.find("set point read back, but chamber stop: no"), std::string::npos) << refused.details;
 }
 
-TEST(MakeSafe, AProgramOfTheControllersIsEndedBeforeASetPointCounts) {
+TEST(MakeSafe, EndsProgramOfControllerBeforeSetPoint) {
   FakeChamber::ProfileState state;
   state.runs_program = true;
   const SafeGoal kUploaded{.set_point = {23}, .tolerance = {0.1}, .by_program = true};
@@ -175,7 +175,7 @@ TEST(MakeSafe, AProgramOfTheControllersIsEndedBeforeASetPointCounts) {
   EXPECT_EQ(attempt(state, kUploaded).reached, SafeStage::nothing);
 }
 
-TEST(MakeSafe, WritesTheModeThatFollowsWhereTheChamberShowsAnother) {
+TEST(MakeSafe, WritesModeThatFollowsSetPointWhenChamberShowsAnother) {
   for (const auto activity :
        {ChamberActivity::not_following, ChamberActivity::program, ChamberActivity::holding, ChamberActivity::done}) {
     FakeChamber::ProfileState state;
@@ -193,7 +193,7 @@ TEST(MakeSafe, WritesTheModeThatFollowsWhereTheChamberShowsAnother) {
   }
 }
 
-TEST(MakeSafe, DoesWhatTheEvidenceAsksFor) {
+TEST(MakeSafe, CarriesOutActionsOfEvidence) {
   FakeChamber::ProfileState state;
   EXPECT_EQ(attempt(state, {.set_point = {23}, .tolerance = {0.1}}, SafeTask::look).state->air, Celsius{79});
   EXPECT_EQ(state.heard, "look ") << "nothing is sent";
@@ -209,7 +209,7 @@ TEST(MakeSafe, DoesWhatTheEvidenceAsksFor) {
   EXPECT_TRUE(state.heard.ends_with("set off look ")) << "although the set point is not taken: " << state.heard;
 }
 
-TEST(MakeSafe, TellsEachStageAsItComes) {
+TEST(MakeSafe, ReportsEachStage) {
   FakeChamber::ProfileState state;
   state.silent_tries = 1;
   std::vector<SafeStage> stages;
@@ -220,7 +220,7 @@ TEST(MakeSafe, TellsEachStageAsItComes) {
   EXPECT_EQ(stages, (std::vector{SafeStage::nothing, SafeStage::set_point, SafeStage::all}));
 }
 
-TEST(MakeSafe, AnArmedFileOfAnyShippedMapLeadsToItsChamber) {
+TEST(MakeSafe, SafeStateFileOfEachShippedMapReachesChamber) {
   int maps = 0;
   for (const auto& entry : std::filesystem::directory_iterator(GYROTHERM_SOURCE_DIR "/profiles/chambers")) {
     if (entry.path().extension() != ".toml") continue;
@@ -244,7 +244,7 @@ TEST(MakeSafe, AnArmedFileOfAnyShippedMapLeadsToItsChamber) {
   EXPECT_GE(maps, 14);
 }
 
-TEST(MakeSafe, TheArmedMapSaysHowFarASetPointIsRounded) {
+TEST(MakeSafe, SafeStateFileHasRoundingOfSetPoint) {
   auto map_text = read_text_file(GYROTHERM_SOURCE_DIR "/tests/sequencer/faults/chamber.toml").value();
   const auto tolerance = [&] {
     const auto chamber = make_safe_state_chamber({.record = "r.db",
@@ -282,7 +282,7 @@ SafeState armed(const std::string& line, drivers::LinkKind link, const drivers::
           .map_text = read_text_file(GYROTHERM_SOURCE_DIR "/profiles/chambers/watlow_f4t.toml").value()};
 }
 
-TEST(MakeSafe, SpeaksAsTheRigFileOfTheRunDid) {
+TEST(MakeSafe, UsesLinkSettingsOfRun) {
   using drivers::LinkKind;
   const auto place = [](const SafeState& safe_state) {
     const auto chamber = parse_safe_state(to_text(safe_state), "text").and_then(make_safe_state_chamber);
@@ -297,7 +297,7 @@ TEST(MakeSafe, SpeaksAsTheRigFileOfTheRunDid) {
   EXPECT_FALSE(make_safe_state_chamber(armed("tcp://10.0.0.7", LinkKind::tcp, {.echo = true}))) << "no such link";
 }
 
-TEST(MakeSafe, ALineWithoutAChamberIsRefused) {
+TEST(MakeSafe, RefusesLineWithoutChamber) {
   for (const auto* line : {"virtual", "hid:1", "nonsense://"})
     EXPECT_FALSE(make_safe_state_chamber({.record = "r.db",
                                           .line = line,
@@ -326,7 +326,7 @@ TEST(MakeSafe, RefusesLinkThatDoesNotFitLine) {
   EXPECT_EQ(refusal("tcp://10.0.0.7", LinkKind::tcp), "");
 }
 
-TEST(MakeSafe, LeavesATraceThatReadsBack) {
+TEST(MakeSafe, WritesTraceThatCanBeRead) {
   const tests::TestFolder folder;
   const MadeSafe trace{.at = std::chrono::seconds(1767225600),
                        .because = "the program that drove it hung",
@@ -347,7 +347,7 @@ TEST(MakeSafe, LeavesATraceThatReadsBack) {
 }
 
 /// A write that arrived may have been carried out even if its reply was not understood.
-TEST(MakeSafe, DoesNotClaimThatNothingWasSentWhenTheChamberHasNotConfirmed) {
+TEST(MakeSafe, ReportsUnconfirmedWriteAsPossiblySent) {
   for (const auto* details : {"transaction of the reply is 0, expected 1", "no reply in 500 ms", "no connection"})
     EXPECT_EQ(
         describe(MadeSafe{.at = std::chrono::seconds(1767225600),

@@ -67,7 +67,7 @@ int until_safe(SafeEvidence& evidence, Chamber& chamber, const std::function<voi
   return -1;
 }
 
-TEST(SafeEvidence, WantsSetPointModeAndAir) {
+TEST(SafeEvidence, RequiresSetPointModeAndAir) {
   Chamber chamber;
   SafeEvidence evidence(kGoal);
   EXPECT_EQ(until_safe(evidence, chamber), 301) << evidence.describe();
@@ -76,7 +76,7 @@ TEST(SafeEvidence, WantsSetPointModeAndAir) {
   EXPECT_NE(evidence.describe().find("moves towards 22 °C"), std::string::npos) << evidence.describe();
 }
 
-TEST(SafeEvidence, WritesTheModeOfAChamberThatDoesNotFollow) {
+TEST(SafeEvidence, WritesModeOfChamberThatDoesNotFollow) {
   for (const auto activity :
        {ChamberActivity::not_following, ChamberActivity::program, ChamberActivity::holding, ChamberActivity::done}) {
     Chamber chamber{.activity = activity};
@@ -86,7 +86,7 @@ TEST(SafeEvidence, WritesTheModeOfAChamberThatDoesNotFollow) {
   }
 }
 
-TEST(SafeEvidence, SwitchesOffWhatHeatsOnWhateverModeIsWritten) {
+TEST(SafeEvidence, SwitchesOffChamberThatHeatsInEveryMode) {
   Chamber chamber{.activity = ChamberActivity::not_following, .obeys_mode = false};
   SafeEvidence evidence(kGoal);
   bool alarmed = false;
@@ -97,7 +97,7 @@ TEST(SafeEvidence, SwitchesOffWhatHeatsOnWhateverModeIsWritten) {
   EXPECT_FALSE(evidence.is_ineffective()) << "it has helped";
 }
 
-TEST(SafeEvidence, SwitchesOffWhatShowsTheRightModeAndMovesAway) {
+TEST(SafeEvidence, SwitchesOffChamberWhoseAirMovesAwayInRightMode) {
   Chamber chamber{.heats_k = 0};  // "running", and does not follow
   SafeEvidence evidence(kGoal);
   EXPECT_GT(until_safe(evidence, chamber), 15 * 60) << "air that stands still is watched for longer";
@@ -105,7 +105,7 @@ TEST(SafeEvidence, SwitchesOffWhatShowsTheRightModeAndMovesAway) {
   EXPECT_TRUE(chamber.commands.ends_with("off ")) << chamber.commands;
 }
 
-TEST(SafeEvidence, NeverEndsWhileTheAirMovesAway) {
+TEST(SafeEvidence, NeverEndsWhileAirMovesAway) {
   Chamber chamber{.activity = ChamberActivity::not_following, .obeys_mode = false, .obeys_off = false};
   SafeEvidence evidence(kGoal);
   EXPECT_EQ(until_safe(evidence, chamber), -1);
@@ -115,7 +115,7 @@ TEST(SafeEvidence, NeverEndsWhileTheAirMovesAway) {
   EXPECT_NE(evidence.describe().find("moves AWAY from 22 °C"), std::string::npos) << evidence.describe();
 }
 
-TEST(SafeEvidence, SwitchesOffAgainWhatComesOnAgain) {
+TEST(SafeEvidence, SwitchesOffAgainWhenChamberStartsAgain) {
   auto goal = kGoal;
   goal.switch_off = true;
   Chamber chamber{.air = 22};
@@ -127,7 +127,7 @@ TEST(SafeEvidence, SwitchesOffAgainWhatComesOnAgain) {
   EXPECT_EQ(chamber.commands, "set off off off ");
 }
 
-TEST(SafeEvidence, SendsTheSetPointAgainThatSomebodyElseChanged) {
+TEST(SafeEvidence, SendsSetPointAgainWhenChanged) {
   Chamber chamber;
   SafeEvidence evidence(kGoal);
   const auto change = [&](int s) {
@@ -137,14 +137,14 @@ TEST(SafeEvidence, SendsTheSetPointAgainThatSomebodyElseChanged) {
   EXPECT_EQ(chamber.commands, "set set ");
 }
 
-TEST(SafeEvidence, LeavesAChamberOffThatSomebodyHasSwitchedOff) {
+TEST(SafeEvidence, LeavesChamberOffWhenSwitchedOffAtPanel) {
   Chamber chamber{.activity = ChamberActivity::off};
   SafeEvidence evidence(kGoal);
   EXPECT_EQ(until_safe(evidence, chamber), 301) << "somebody may reach into it";
   EXPECT_EQ(chamber.commands, "set ");
 }
 
-TEST(SafeEvidence, DoesNotBelieveAModeThatHasNoMeaning) {
+TEST(SafeEvidence, IgnoresUnknownMode) {
   Chamber chamber{.heats_k = 0, .activity = ChamberActivity::unknown};
   SafeEvidence evidence(kGoal);
   EXPECT_GT(until_safe(evidence, chamber), 120 + 300);
@@ -158,7 +158,7 @@ TEST(SafeEvidence, DoesNotBelieveAModeThatHasNoMeaning) {
   }
 }
 
-TEST(SafeEvidence, OfAMapWithoutStatesTakesAirAlone) {
+TEST(SafeEvidence, UsesOnlyAirWhenMapHasNoStates) {
   const SafeGoal bare{
       .set_point = {22}, .tolerance = {0.1}, .observe = minutes(5), .can_start = true, .can_stop = true};
   SafeEvidence evidence(bare);
@@ -176,7 +176,7 @@ TEST(SafeEvidence, OfAMapWithoutStatesTakesAirAlone) {
   EXPECT_TRUE(rising.must_be_off());
 }
 
-TEST(SafeEvidence, OfEveryShippedMapKnowsWhatItShows) {
+TEST(SafeEvidence, HasStatesOfEveryShippedMap) {
   int maps = 0, with_mode = 0;
   for (const auto& entry : std::filesystem::directory_iterator(GYROTHERM_SOURCE_DIR "/profiles/chambers")) {
     if (entry.path().extension() != ".toml") continue;

@@ -95,7 +95,7 @@ TEST(SafeStateFile, RefusesLinkSettingsThatNoLinkHas) {
   }
 }
 
-TEST(SafeStateFile, ReadsBackWhateverIsWritten) {
+TEST(SafeStateFile, RestoresEveryWrittenState) {
   auto written = safe_state();
   written.word_order = {};
   written.switch_off = false;
@@ -110,7 +110,7 @@ TEST(SafeStateFile, ReadsBackWhateverIsWritten) {
   EXPECT_EQ(*read, written);
 }
 
-TEST(SafeStateFile, EveryCutAndEveryChangedLineIsRefusedWithItsPlace) {
+TEST(SafeStateFile, RefusesTruncatedAndChangedFilesWithPosition) {
   const std::string& golden = kGolden;
   // The last line may lack its line break.
   for (std::size_t length = 0; length + 1 < golden.size(); ++length)
@@ -128,7 +128,7 @@ TEST(SafeStateFile, EveryCutAndEveryChangedLineIsRefusedWithItsPlace) {
   EXPECT_GE(lines, 8);
 }
 
-TEST(SafeStateFile, NoNumberThatIsNoTemperatureIsTaken) {
+TEST(SafeStateFile, RefusesNumbersThatAreNotTemperatures) {
   for (const auto* number : {"nan", "inf", "-inf", "", "23,5", "true", "\"23.5\"", "1e999"}) {
     auto changed = kGolden;
     changed.replace(changed.find("23.5"), 4, number);
@@ -136,7 +136,7 @@ TEST(SafeStateFile, NoNumberThatIsNoTemperatureIsTaken) {
   }
 }
 
-TEST(SafeStateFile, IsForOwnerAndGroupAndGoesWhenTheRunEnds) {
+TEST(SafeStateFile, IsForOwnerAndGroupAndRemovedAtEndOfRun) {
   const tests::TestFolder folder;
   auto written = safe_state();
   written.record = folder / "run.db";
@@ -155,7 +155,7 @@ TEST(SafeStateFile, IsForOwnerAndGroupAndGoesWhenTheRunEnds) {
 }
 
 /// The author of the file decides which process is killed, and the chamber's set point.
-TEST(SafeStateFile, OfAStrangerOrOpenToOthersIsRefused) {
+TEST(SafeStateFile, IsRefusedWhenOwnedByAnotherUserOrWritableByOthers) {
   const tests::TestFolder folder;
   auto written = safe_state();
   written.record = folder / "run.db";
@@ -170,7 +170,7 @@ TEST(SafeStateFile, OfAStrangerOrOpenToOthersIsRefused) {
   EXPECT_NE(text(read_safe_state(path).error()).find("belongs to nobody (uid 65534)"), std::string::npos);
 }
 
-TEST(SafeStateFile, WhatIsNoRegularFileIsRefusedAtOnce) {
+TEST(SafeStateFile, IsRefusedImmediatelyWhenNotRegularFile) {
   const tests::TestFolder folder;
   const auto path = folder / "run.db.safe-state";
   ASSERT_EQ(::mkfifo(path.c_str(), 0600), 0);
@@ -181,7 +181,7 @@ TEST(SafeStateFile, WhatIsNoRegularFileIsRefusedAtOnce) {
   EXPECT_FALSE(read_safe_state(path)) << "a link leads where somebody else likes";
 }
 
-TEST(SafeStateFile, APathThatIsNoTextIsRefused) {
+TEST(SafeStateFile, IsRefusedWhenPathIsNotText) {
   const tests::TestFolder folder;
   auto written = safe_state();
   written.record = folder / "\xff.db";

@@ -39,14 +39,15 @@ rig::RigFile rig_file(const Setting& setting) {
   return file;
 }
 
-profile::Profile profile_of(const Setting& setting) {
+profile::Profile read_profile_of_setting(const Setting& setting) {
   return expected(profile::parse_profile(
       "schema = \"gyrotherm-profile/1\"\nname = \"demonstration\"\n" + setting.segments, "profile"));
 }
 
 }  // namespace
 
-BreakableRun::BreakableRun(const Setting& setting) : file_(rig_file(setting)), profile_(profile_of(setting)) {
+BreakableRun::BreakableRun(const Setting& setting)
+    : file_(rig_file(setting)), profile_(read_profile_of_setting(setting)) {
   const auto laboratory = expected(simulator::parse_laboratory(file_.text, file_.file));
   clock_.restart_at(-kSecond);
   plant_.emplace(file_, laboratory, clock_, 1);
@@ -63,7 +64,7 @@ BreakableRun::BreakableRun(const Setting& setting) : file_(rig_file(setting)), p
     path_ = folder_.emplace() / "run.db";
   }
   store_ = expected(record::Store::create(
-      path_, info_of(profile_, file_),
+      path_, make_run_info(profile_, file_),
       {.background = disk_.has_value(), .most_rows = setting.rows_on_disk, .retry = std::chrono::milliseconds(1)}));
   harness_.emplace(profile_, *rig_, *store_);
   harness_->after_tick = [this] { make_durable(); };
@@ -77,13 +78,13 @@ void BreakableRun::fill_disk() {
   disk_is_full_ = true;
 }
 
-void BreakableRun::make_room_on_disk() {
+void BreakableRun::free_disk_space() {
   disk_->heal();
   disk_is_full_ = false;
   EXPECT_TRUE(store_->settle(kLongestWrite));
 }
 
-void BreakableRun::take_record_away() {
+void BreakableRun::move_record() {
   std::filesystem::rename(path_, path_ + ".away");
   path_ = record::part_path(path_, 2);
 }

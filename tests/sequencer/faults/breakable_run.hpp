@@ -64,9 +64,9 @@ class BreakableRun {
   Plant& plant() { return *plant_; }
   SimulatedClock& clock() { return clock_; }
   void fill_disk();
-  void make_room_on_disk();
+  void free_disk_space();
   /// Lets another program move the record's file.
-  void take_record_away();
+  void move_record();
   [[nodiscard]] run::RunController& run_controller() { return harness_->run_controller(); }
   [[nodiscard]] const rig::RigFile& file() const { return file_; }
   void break_plant(const std::function<void(simulator::LaboratoryFaults&)>& fault) {
@@ -81,9 +81,11 @@ class BreakableRun {
 
   [[nodiscard]] ProfilePosition progress() const { return harness_->progress(); }
   /// Returns the chamber's own set point, independent of any reading.
-  [[nodiscard]] Celsius chambers_set_point() { return plant_->laboratory().set_point(); }
+  [[nodiscard]] Celsius chamber_set_point() { return plant_->laboratory().set_point(); }
   /// Returns the texts of the active alarms.
-  [[nodiscard]] std::vector<std::string> standing() const { return harness_->run_controller().standing().faults_now; }
+  [[nodiscard]] std::vector<std::string> active_alarms() const {
+    return harness_->run_controller().standing().faults_now;
+  }
 
   /// Ends the program and reads the record.
   [[nodiscard]] record::Record record();

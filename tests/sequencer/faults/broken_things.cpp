@@ -46,9 +46,9 @@ kind = "hold"
 time = "10 min"
 )";
 
-void condition(D& d, double code) { d.plant().write("condition", code); }
+void set_condition(D& d, double code) { d.plant().write("condition", code); }
 constexpr double kGood = 0, kDoorOpen = 1, kLimiterTripped = 2, kEmergencyStop = 4, kSupplyLost = 5;
-void well(D& d) { condition(d, kGood); }
+void clear_condition(D& d) { set_condition(d, kGood); }
 
 template <class Fault>
 void plant(D& d, Fault fault) {
@@ -64,7 +64,7 @@ void output(D& d, std::optional<double> stuck) {
 void sensor_detached(D& d) {
   plant(d, [](simulator::LaboratoryFaults& faults) { faults.plant.sensor_error_k = -15; });
 }
-void all_sound(D& d) {
+void remove_laboratory_faults(D& d) {
   plant(d, [](simulator::LaboratoryFaults& faults) { faults = {}; });
 }
 
@@ -74,10 +74,10 @@ Setting with(std::function<void(rig::RigFile&)> rig, const char* segments = kSte
 
 void open_door(D& d) {
   plant(d, [](simulator::LaboratoryFaults& faults) { faults.plant.door_open = true; });
-  condition(d, kDoorOpen);
+  set_condition(d, kDoorOpen);
 }
 
-std::vector<BrokenThing> what_ends_a_run() {
+std::vector<BrokenThing> aborting_faults() {
   return {{.shows = "HeatersStuckBeyondTheAirsLimit",
            .cause = interlocks::InterlockId::air_limit,
            .reaction = interlocks::Reaction::abort,
@@ -95,13 +95,13 @@ std::vector<BrokenThing> what_ends_a_run() {
            .cause = interlocks::InterlockId::chamber_alarm,
            .reaction = interlocks::Reaction::abort,
            .at = kRamp,
-           .breaks = [](D& d) { condition(d, kLimiterTripped); },
+           .breaks = [](D& d) { set_condition(d, kLimiterTripped); },
            .acts_within = 3},
           {.shows = "AnEmergencyStop",
            .cause = interlocks::InterlockId::emergency_stop,
            .reaction = interlocks::Reaction::abort,
            .at = kRamp,
-           .breaks = [](D& d) { condition(d, kEmergencyStop); },
+           .breaks = [](D& d) { set_condition(d, kEmergencyStop); },
            .acts_within = 3},
           {.shows = "ASoakThatNeverCounts",
            .cause = interlocks::InterlockId::deadline,
@@ -120,7 +120,7 @@ std::vector<BrokenThing> what_ends_a_run() {
            .setting = {.chamber_map = "profiles/chambers/binder_mb2.toml", .by_the_controller = true}}};
 }
 
-std::vector<BrokenThing> what_the_chambers_sensor_does() {
+std::vector<BrokenThing> chamber_sensor_faults() {
   return {{.shows = "TheChambersSensorDetached",
            .cause = interlocks::InterlockId::chamber_sensor,
            .reaction = interlocks::Reaction::abort,
@@ -136,7 +136,7 @@ std::vector<BrokenThing> what_the_chambers_sensor_does() {
            .setting = with([](rig::RigFile& file) { file.limits.air_thermometers = {8}; }, kAtRest)}};
 }
 
-std::vector<BrokenThing> what_falls_silent() {
+std::vector<BrokenThing> silence_faults() {
   return {{.shows = "TheChambersLineCut",
            .cause = interlocks::InterlockId::chamber_silent,
            .reaction = interlocks::Reaction::suspend,
@@ -173,7 +173,7 @@ std::vector<BrokenThing> what_falls_silent() {
            .repairs = [](D& d) { d.plant().gyro().line().trouble.gone = false; }}};
 }
 
-std::vector<BrokenThing> what_the_chamber_does() {
+std::vector<BrokenThing> chamber_faults() {
   return {
       {.shows = "AnOpenDoor",
        .cause = interlocks::InterlockId::door,
@@ -183,25 +183,25 @@ std::vector<BrokenThing> what_the_chamber_does() {
        .acts_within = 3,
        .repairs =
            [](D& d) {
-             all_sound(d);
-             well(d);
+             remove_laboratory_faults(d);
+             clear_condition(d);
            },
-       .over_within = 300},
+       .clears_within = 300},
       {.shows = "TheSupplyLost",
        .cause = interlocks::InterlockId::supply,
        .reaction = interlocks::Reaction::suspend,
        .at = kHold,
-       .breaks = [](D& d) { condition(d, kSupplyLost); },
+       .breaks = [](D& d) { set_condition(d, kSupplyLost); },
        .acts_within = 3,
-       .repairs = well},
+       .repairs = clear_condition},
       {.shows = "ADoorThatNoSwitchTells",
        .cause = interlocks::InterlockId::air_rate,
        .reaction = interlocks::Reaction::suspend,
        .at = kInTheCold,
        .breaks = [](D& d) { plant(d, [](simulator::LaboratoryFaults& faults) { faults.plant.door_open = true; }); },
        .acts_within = 60,
-       .repairs = all_sound,
-       .over_within = 300,
+       .repairs = remove_laboratory_faults,
+       .clears_within = 300,
        .setting = with([](rig::RigFile& file) { file.limits.air_fastest = {12}; }, kCold)},
       {.shows = "HeatersStuckWarmTheArticle",
        .cause = interlocks::InterlockId::thermometer_rate,
@@ -210,7 +210,7 @@ std::vector<BrokenThing> what_the_chamber_does() {
        .breaks = [](D& d) { output(d, 1); },
        .acts_within = 120,
        .repairs = [](D& d) { output(d, {}); },
-       .over_within = 300,
+       .clears_within = 300,
        .setting = with([](rig::RigFile& file) { file.limits.thermometers_fastest = {2}; })},
       {.shows = "HeatersWithoutPower",
        .cause = interlocks::InterlockId::following,
@@ -218,8 +218,8 @@ std::vector<BrokenThing> what_the_chamber_does() {
        .at = kRamp - 60,
        .breaks = [](D& d) { plant(d, [](simulator::LaboratoryFaults& faults) { faults.plant.heating_share = 0; }); },
        .acts_within = 900,
-       .repairs = all_sound,
-       .over_within = 600},
+       .repairs = remove_laboratory_faults,
+       .clears_within = 600},
       {.shows = "HeatersWithoutPowerNearALimit",
        .cause = interlocks::InterlockId::following,
        .reaction = interlocks::Reaction::abort,
@@ -237,21 +237,21 @@ void freeze_thermometers(D& d, std::size_t count) {
   });
 }
 
-std::vector<BrokenThing> what_no_longer_measures() {
+std::vector<BrokenThing> frozen_instrument_faults() {
   return {{.shows = "AFrozenScanner",
            .cause = interlocks::InterlockId::frozen,
            .reaction = interlocks::Reaction::suspend,
            .at = kHold,
            .breaks = [](D& d) { freeze_thermometers(d, 8); },
            .acts_within = 130,
-           .repairs = all_sound},
+           .repairs = remove_laboratory_faults},
           {.shows = "AFrozenSensorOfTheAir",
            .cause = interlocks::InterlockId::frozen,
            .reaction = interlocks::Reaction::suspend,
            .at = kHold,
            .breaks = [](D& d) { plant(d, [](simulator::LaboratoryFaults& faults) { faults.air_is_frozen = true; }); },
            .acts_within = 400,
-           .repairs = all_sound},
+           .repairs = remove_laboratory_faults},
           {.shows = "AGyroThatCountsNothing",
            .cause = interlocks::InterlockId::gyro_dead,
            .reaction = interlocks::Reaction::suspend,
@@ -265,7 +265,7 @@ std::vector<BrokenThing> what_no_longer_measures() {
            .at = kFirstHold,
            .breaks = [](D& d) { freeze_thermometers(d, 9); },
            .acts_within = 1000,
-           .repairs = all_sound,
+           .repairs = remove_laboratory_faults,
            .setting = with([](rig::RigFile& file) {
              file.limits.frozen_after = std::chrono::hours(10);
              file.limits.response_step = {15};
@@ -274,7 +274,7 @@ std::vector<BrokenThing> what_no_longer_measures() {
            })}};
 }
 
-std::vector<BrokenThing> what_becomes_of_set_points() {
+std::vector<BrokenThing> set_point_faults() {
   return {{.shows = "ASetPointFromThePanel",
            .cause = interlocks::InterlockId::foreign_set_point,
            .reaction = interlocks::Reaction::suspend,
@@ -308,8 +308,8 @@ std::vector<BrokenThing> what_becomes_of_set_points() {
                  d.plant().chamber().line().trouble.gone = false;
                },
            .acts_within = 5,
-           .over_within = 600,
-           .brought_back = true},
+           .clears_within = 600,
+           .returns_to_set_point = true},
           {.shows = "AChamberTakenOffTheMains",
            .cause = interlocks::InterlockId::restarted_off,
            .reaction = interlocks::Reaction::hold,
@@ -343,10 +343,10 @@ std::vector<BrokenThing> what_becomes_of_set_points() {
            .breaks = [](D& d) { d.plant().chamber().trouble.ignores_writes = true; },
            .acts_within = 5,
            .repairs = [](D& d) { d.plant().chamber().trouble.ignores_writes = false; },
-           .over_within = 120}};
+           .clears_within = 120}};
 }
 
-std::vector<BrokenThing> what_computers_do() {
+std::vector<BrokenThing> computer_faults() {
   return {{.shows = "AMachineThatSlept",
            .cause = interlocks::InterlockId::slept,
            .reaction = interlocks::Reaction::hold,
@@ -359,8 +359,8 @@ std::vector<BrokenThing> what_computers_do() {
            .at = kEarly,
            .breaks = [](D& d) { d.fill_disk(); },
            .acts_within = 62,
-           .repairs = [](D& d) { d.make_room_on_disk(); },
-           .over_within = 11,
+           .repairs = [](D& d) { d.free_disk_space(); },
+           .clears_within = 11,
            .setting = {.rows_on_disk = 14'400}},
           {.shows = "AFullDiskForLongerThanTheMemoryHolds",
            .cause = interlocks::InterlockId::storage,
@@ -368,12 +368,12 @@ std::vector<BrokenThing> what_computers_do() {
            .at = kEarly,
            .breaks = [](D& d) { d.fill_disk(); },
            .acts_within = 60,
-           .repairs = [](D& d) { d.make_room_on_disk(); },
-           .over_within = 11,
+           .repairs = [](D& d) { d.free_disk_space(); },
+           .clears_within = 11,
            .setting = {.rows_on_disk = 40}}};
 }
 
-std::vector<BrokenThing> what_only_warns() {
+std::vector<BrokenThing> warning_faults() {
   return {{.shows = "AThermometersLineCutThatTheAnalysisDoesNotNeed",
            .cause = interlocks::InterlockId::channel_lost,
            .reaction = interlocks::Reaction::warn,
@@ -403,10 +403,10 @@ std::vector<BrokenThing> what_only_warns() {
            .cause = interlocks::InterlockId::record_damaged,
            .reaction = interlocks::Reaction::warn,
            .at = kEarly,
-           .breaks = [](D& d) { d.take_record_away(); },
+           .breaks = [](D& d) { d.move_record(); },
            .acts_within = 2,
            .setting = {.rows_on_disk = 14'400},
-           .for_good = true},
+           .is_permanent = true},
           {.shows = "AGuardThatHasEnded",
            .cause = interlocks::InterlockId::unguarded,
            .reaction = interlocks::Reaction::warn,
@@ -423,8 +423,8 @@ std::vector<BrokenThing> what_only_warns() {
            .at = kFirstHold,
            .breaks = [](D& d) { thermometer_off_by(d, 40); },
            .acts_within = 61,
-           .repairs = all_sound,
-           .over_within = 11,
+           .repairs = remove_laboratory_faults,
+           .clears_within = 11,
            .setting = with([](rig::RigFile& file) {
              file.limits.disagreement = {30};
              file.limits.thermometers_fastest = {50};
@@ -436,8 +436,8 @@ std::vector<BrokenThing> what_only_warns() {
            .at = kFirstHold,
            .breaks = [](D& d) { thermometer_off_by(d, 3); },
            .acts_within = 31,
-           .repairs = all_sound,
-           .over_within = 12},
+           .repairs = remove_laboratory_faults,
+           .clears_within = 12},
           {.shows = "AFrozenThermometer",
            .cause = interlocks::InterlockId::stuck,
            .reaction = interlocks::Reaction::warn,
@@ -448,15 +448,15 @@ std::vector<BrokenThing> what_only_warns() {
                  plant(d, [=](simulator::LaboratoryFaults& faults) { faults.thermometers[0].shown_c = shown; });
                },
            .acts_within = 600,
-           .repairs = all_sound,
-           .over_within = 11},
+           .repairs = remove_laboratory_faults,
+           .clears_within = 11},
           {.shows = "AStepOfTheTimeOfDay",
            .cause = interlocks::InterlockId::wall_clock,
            .reaction = interlocks::Reaction::warn,
            .at = kRamp,
            .breaks = [](D& d) { d.clock().step_utc(std::chrono::hours(-1)); },
            .acts_within = 1,
-           .over_within = 11}};
+           .clears_within = 11}};
 }
 
 }  // namespace
@@ -464,9 +464,8 @@ std::vector<BrokenThing> what_only_warns() {
 const std::vector<BrokenThing>& broken_things() {
   static const std::vector<BrokenThing> all = [] {
     std::vector<BrokenThing> things;
-    for (const auto& some :
-         {what_ends_a_run(), what_the_chambers_sensor_does(), what_falls_silent(), what_no_longer_measures(),
-          what_the_chamber_does(), what_becomes_of_set_points(), what_computers_do(), what_only_warns()})
+    for (const auto& some : {aborting_faults(), chamber_sensor_faults(), silence_faults(), frozen_instrument_faults(),
+                             chamber_faults(), set_point_faults(), computer_faults(), warning_faults()})
       things.insert(things.end(), some.begin(), some.end());
     return things;
   }();

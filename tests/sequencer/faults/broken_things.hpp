@@ -21,14 +21,14 @@ struct BrokenThing {
   /// Null if the fault passes by itself.
   void (*repairs)(BreakableRun&) = {};
   /// Seconds after the repair.
-  int over_within = 60;
+  int clears_within = 60;
   Setting setting = {};
   /// The set point moves back to its value before the fault.
-  bool brought_back = false;
+  bool returns_to_set_point = false;
   /// Milder interlocks that also act, earlier or in the same second.
   std::vector<interlocks::InterlockId> also = {};
   /// The alarm remains until the end of the run.
-  bool for_good = false;
+  bool is_permanent = false;
 };
 inline std::ostream& operator<<(std::ostream& out, const BrokenThing& thing) { return out << thing.shows; }
 

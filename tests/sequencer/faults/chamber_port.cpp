@@ -34,7 +34,7 @@ bool ChamberPort::shows_set_point(const drivers::ModbusRequest& request) const {
          request.address + request.count >= set_point_.address + word_count(set_point_);
 }
 
-bool ChamberPort::asks_who(const drivers::ModbusRequest& request) const {
+bool ChamberPort::is_identity_request(const drivers::ModbusRequest& request) const {
   const auto& map = registers_.map();
   const auto is = [&](const drivers::RegisterItem& item) {
     return request.address == item.address && request.count == word_count(item);
@@ -46,7 +46,7 @@ bool ChamberPort::asks_who(const drivers::ModbusRequest& request) const {
 /// Checks that the next request after each set point reads it back. Ignores identity requests, which follow a
 /// reconnection. A set point without an acknowledgement may be repeated.
 void ChamberPort::note(const drivers::ModbusRequest& request) {
-  if (asks_who(request)) return;
+  if (is_identity_request(request)) return;
   const auto sent = is_read(request.function) ? std::nullopt : set_point_in(request);
   const bool is_another = sent && to_be_read_back_ && abs(*sent - *to_be_read_back_) >= Kelvins{1e-3};
   if (to_be_read_back_ && !sent && !(is_read(request.function) && shows_set_point(request))) ++not_read_back_;
@@ -60,7 +60,7 @@ void ChamberPort::clamp() {
     laboratory_.change_set_point({std::copysign(limit, laboratory_.set_point().value)});
 }
 
-void ChamberPort::spoil(Bytes& answer) {
+void ChamberPort::corrupt(Bytes& answer) {
   if (answer.empty()) return;
   if (trouble.wrong_number && is_tcp()) answer[1] ^= std::byte{0x01};
   if (!trouble.foreign_unit) return;
@@ -89,7 +89,7 @@ void ChamberPort::answer(std::span<const std::byte> frame, Bytes& answer) {
     if (!session_->feed(frame, answer)) session_ = make_modbus_session(registers_);
     if (writes && trouble.clamps_at) clamp();
   }
-  spoil(answer);
+  corrupt(answer);
 }
 
 Result<void> MemoryConnection::open(Duration within) {
@@ -111,12 +111,12 @@ Result<void> MemoryConnection::send(std::span<const std::byte> frame) {
   answer_.clear();
   port_.answer(frame, answer_);
   if (answer_.empty() || trouble.answers_lost || loss == LineEnd::Loss::of_answer) return {};
-  if (line.happens(trouble.garbled))
+  if (line.draw_event(trouble.garbled))
     answer_[line.random()() % kTcpHeader] ^= std::byte{0x40};  // TCP protects the remaining bytes
-  const bool cut = line.happens(trouble.cut);
+  const bool cut = line.draw_event(trouble.cut);
   const auto at = line.line_clock().time() + trouble.late;
   coming_.push_back({at, answer_, cut});
-  if (line.happens(trouble.doubled)) coming_.push_back({at, answer_, false});
+  if (line.draw_event(trouble.doubled)) coming_.push_back({at, answer_, false});
   return {};
 }
 

@@ -57,22 +57,22 @@ class ChamberPort {
 
   /// Returns the set points since the last call of forget().
   [[nodiscard]] const std::vector<SetPointSent>& set_points_sent() const { return sent_; }
-  [[nodiscard]] int not_read_back() const { return not_read_back_; }
+  [[nodiscard]] int unread_set_points() const { return not_read_back_; }
   [[nodiscard]] std::int64_t exchanges() const { return exchanges_; }
   /// Returns the number of writes since the last call that reached another chamber connected in place of this one.
-  [[nodiscard]] int take_sent_to_another() { return std::exchange(sent_to_another_, 0); }
+  [[nodiscard]] int take_writes_to_other_chamber() { return std::exchange(sent_to_another_, 0); }
   /// Ends the wait for a read-back, because the program has died.
-  void start_afresh() { to_be_read_back_.reset(); }
+  void reset() { to_be_read_back_.reset(); }
   void forget() { sent_.clear(), not_read_back_ = 0, exchanges_ = 0; }
 
  private:
   [[nodiscard]] std::optional<Celsius> set_point_in(const drivers::ModbusRequest& request) const;
   [[nodiscard]] bool shows_set_point(const drivers::ModbusRequest& request) const;
   /// Returns true for a read of the identity, or of only the air temperature, which is read to check the word order.
-  [[nodiscard]] bool asks_who(const drivers::ModbusRequest& request) const;
+  [[nodiscard]] bool is_identity_request(const drivers::ModbusRequest& request) const;
   void note(const drivers::ModbusRequest& request);
   void clamp();
-  void spoil(Bytes& answer);
+  void corrupt(Bytes& answer);
 
   simulator::ChamberRegisters& registers_;
   simulator::VirtualLaboratory& laboratory_;

@@ -21,11 +21,11 @@ const record::StoreOptions kOfManySyncs{.status_interval = std::chrono::seconds(
 
 }  // namespace
 
-bool is_of_disk(InjectedFaultKind kind) { return kind >= Kind::disk_full && kind <= Kind::disk_hangs; }
+bool is_disk_fault(InjectedFaultKind kind) { return kind >= Kind::disk_full && kind <= Kind::disk_hangs; }
 
 bool has_faults_of_disk(const Schedule& schedule) {
   return std::ranges::any_of(schedule, [](const auto& fault) {
-    return is_of_disk(fault.kind) || concerns_record(fault.kind) || fault.kind == Kind::power_cut;
+    return is_disk_fault(fault.kind) || concerns_record(fault.kind) || fault.kind == Kind::power_cut;
   });
 }
 
@@ -43,8 +43,8 @@ Disk::~Disk() {
       std::filesystem::remove(entry.path(), error);
 }
 
-Result<std::unique_ptr<record::Store>> Disk::attended(record::RunFile file, record::RunStatus status,
-                                                      record::Alarms alarms, int part, std::int64_t last_event) {
+Result<std::unique_ptr<record::Store>> Disk::open_store(record::RunFile file, record::RunStatus status,
+                                                        record::Alarms alarms, int part, std::int64_t last_event) {
   auto info = file.info();
   record::RecordWriter writer(std::move(file), path_,
                               {.most_rows = static_cast<std::size_t>(most_rows_),
@@ -62,7 +62,7 @@ Result<std::unique_ptr<record::Store>> Disk::create(const record::RunInfo& info)
   if (!vfs_) return record::Store::create(path_, info, kOfManySyncs);
   auto file = record::RunFile::create(path_, info);
   if (!file) return failure(file.error());
-  return attended(std::move(*file), first_status(path_, info), {}, 1, 0);
+  return open_store(std::move(*file), first_status(path_, info), {}, 1, 0);
 }
 
 Result<std::unique_ptr<record::Store>> Disk::reopen() {
@@ -78,17 +78,17 @@ Result<std::unique_ptr<record::Store>> Disk::reopen() {
   if (!file) return failure(file.error());
   auto status = record::stored_status(file->database(), path_);
   if (!status) return failure(status.error());
-  return attended(std::move(*file), std::move(*status), std::move(*alarms), last.continuation.part, *last_event);
+  return open_store(std::move(*file), std::move(*status), std::move(*alarms), last.continuation.part, *last_event);
 }
 
-void Disk::inject(const std::vector<InjectedFault>& standing) {
+void Disk::inject(const std::vector<InjectedFault>& active) {
   if (!vfs_) return;
   Schedule now;
-  std::ranges::copy_if(standing, std::back_inserter(now), [](const auto& fault) { return is_of_disk(fault.kind); });
-  if (now == standing_) return;
+  std::ranges::copy_if(active, std::back_inserter(now), [](const auto& fault) { return is_disk_fault(fault.kind); });
+  if (now == active_) return;
   heal();
-  standing_ = std::move(now);
-  for (const auto& fault : standing_) {
+  active_ = std::move(now);
+  for (const auto& fault : active_) {
     takes_nothing_ = takes_nothing_ || fault.kind != Kind::disk_slow;
     switch (fault.kind) {
       case Kind::disk_full: vfs_->fail(1, true, tests::FailingVfs::Kind::full); break;
@@ -107,7 +107,7 @@ void Disk::fail_once(std::int64_t operation) {
   fails_once_ = true;
 }
 
-bool Disk::is_sick() const { return takes_nothing_ || (fails_once_ && vfs_->failures() == 0); }
+bool Disk::is_failing() const { return takes_nothing_ || (fails_once_ && vfs_->failures() == 0); }
 
 bool Disk::attack(const InjectedFault& fault, int part) {
   namespace fs = std::filesystem;
@@ -137,7 +137,7 @@ bool Disk::attack(const InjectedFault& fault, int part) {
 
 void Disk::heal() {
   if (vfs_) vfs_->heal();
-  standing_.clear();
+  active_.clear();
   takes_nothing_ = hangs_ = fails_once_ = false;
   every_ = 1;
 }
@@ -151,7 +151,7 @@ void Disk::leave(bool power_cut, unsigned seed, const std::function<void()>& die
   heal();
 }
 
-void Disk::attend(std::int64_t second) {
+void Disk::advance(std::int64_t second) {
   if (attend_ && !hangs_ && second % every_ == 0) attend_();
 }
 

@@ -19,7 +19,7 @@
 
 namespace gyrotherm::faults {
 
-[[nodiscard]] bool is_of_disk(InjectedFaultKind kind);
+[[nodiscard]] bool is_disk_fault(InjectedFaultKind kind);
 [[nodiscard]] bool has_faults_of_disk(const Schedule& schedule);
 
 class Disk {
@@ -33,34 +33,34 @@ class Disk {
   [[nodiscard]] Result<std::unique_ptr<record::Store>> create(const record::RunInfo& info);
   [[nodiscard]] Result<std::unique_ptr<record::Store>> reopen();
   /// Applies the active faults of the disk.
-  void inject(const std::vector<InjectedFault>& standing);
+  void inject(const std::vector<InjectedFault>& active);
   void fail_once(std::int64_t operation);
   void heal();
   /// Lets another program change the file to which the record is being written, or its log. A destroyed file loses its
   /// bytes. Returns false if there is no file, or no byte to cut off.
   [[nodiscard]] bool attack(const InjectedFault& fault, int part);
   /// Carries out one second of the store's work.
-  void attend(std::int64_t second);
+  void advance(std::int64_t second);
   /// Lets the program and its store die: the disk does no more work for them. A power cut loses a random part of the
   /// data that was not synced.
   void leave(bool power_cut, unsigned seed, const std::function<void()>& die);
 
   [[nodiscard]] bool breaks() const { return vfs_.has_value(); }
   /// Returns true if an operation may fail now.
-  [[nodiscard]] bool is_sick() const;
+  [[nodiscard]] bool is_failing() const;
   [[nodiscard]] bool hangs() const { return hangs_; }
 
  private:
-  [[nodiscard]] Result<std::unique_ptr<record::Store>> attended(record::RunFile file, record::RunStatus status,
-                                                                record::Alarms alarms, int part,
-                                                                std::int64_t last_event);
+  [[nodiscard]] Result<std::unique_ptr<record::Store>> open_store(record::RunFile file, record::RunStatus status,
+                                                                  record::Alarms alarms, int part,
+                                                                  std::int64_t last_event);
 
   std::string path_;
   std::int64_t most_rows_;
   std::optional<tests::FailingVfs> vfs_;
   std::function<void()> attend_;
   /// Active faults of the disk.
-  Schedule standing_;
+  Schedule active_;
   bool takes_nothing_ = false, hangs_ = false, fails_once_ = false;
   std::int64_t every_ = 1;  ///< seconds per transaction
 };

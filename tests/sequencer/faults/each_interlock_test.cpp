@@ -20,85 +20,85 @@ class EachInterlock : public ::testing::TestWithParam<BrokenThing> {
   void repair() {
     if (broken_.repairs) broken_.repairs(d_);
   }
-  [[nodiscard]] bool is_active() const { return !d_.standing().empty(); }
-  [[nodiscard]] bool all_stand() const { return d_.standing().size() > broken_.also.size(); }
+  [[nodiscard]] bool is_active() const { return !d_.active_alarms().empty(); }
+  [[nodiscard]] bool are_all_active() const { return d_.active_alarms().size() > broken_.also.size(); }
 
-  void expect_a_warning_alone();
-  void expect_it_waits_and_goes_on_by_itself();
-  void expect_it_waits_for_the_operator();
-  void expect_the_chamber_is_made_safe();
+  void expect_warning_only();
+  void expect_wait_and_automatic_resume();
+  void expect_wait_for_operator();
+  void expect_chamber_made_safe();
 
   const BrokenThing& broken_ = GetParam();
   BreakableRun d_{GetParam().setting};
 };
 
 /// The profile continues during the warning.
-void EachInterlock::expect_a_warning_alone() {
+void EachInterlock::expect_warning_only() {
   const auto before = d_.progress();
   d_.seconds(kWhile);
   repair();
-  const auto over = broken_.for_good ? 0 : d_.until([&] { return !is_active(); }, broken_.over_within);
+  const auto over = broken_.is_permanent ? 0 : d_.until([&] { return !is_active(); }, broken_.clears_within);
   EXPECT_NE(over, -1) << "it is over by itself";
   EXPECT_EQ(d_.run_controller().run_state(), RunState::execute);
   EXPECT_EQ(d_.progress().in_segment - before.in_segment, std::chrono::seconds(kWhile + over));
 }
 
 /// The profile's clock and the set point stop. The run does not overwrite a foreign change.
-void EachInterlock::expect_it_waits_and_goes_on_by_itself() {
+void EachInterlock::expect_wait_and_automatic_resume() {
   const auto stood = d_.progress();
-  const auto set_point = d_.chambers_set_point();
+  const auto set_point = d_.chamber_set_point();
   EXPECT_EQ(d_.run_controller().run_state(), RunState::suspended);
-  for (int i = 0; i < kWhile && !broken_.brought_back; ++i) {
+  for (int i = 0; i < kWhile && !broken_.returns_to_set_point; ++i) {
     d_.seconds(1);
-    ASSERT_EQ(d_.chambers_set_point(), set_point);
+    ASSERT_EQ(d_.chamber_set_point(), set_point);
     ASSERT_EQ(d_.progress(), stood);
   }
   repair();
-  const auto on = d_.until(RunState::execute, broken_.over_within);
+  const auto on = d_.until(RunState::execute, broken_.clears_within);
   EXPECT_GE(on, broken_.repairs ? d_.file().run_limits.resume_delay / std::chrono::seconds(1) : 0);
   EXPECT_EQ(d_.progress().segment, stood.segment);
   EXPECT_LE(d_.progress().in_segment - stood.in_segment, std::chrono::seconds(1));
-  EXPECT_NE(d_.until([&] { return !is_active(); }, broken_.over_within), -1) << "it is over";
-  EXPECT_NEAR(d_.chambers_set_point().value, d_.progress().set_point.value, 0.1);
+  EXPECT_NE(d_.until([&] { return !is_active(); }, broken_.clears_within), -1) << "it is over";
+  EXPECT_NEAR(d_.chamber_set_point().value, d_.progress().set_point.value, 0.1);
 }
 
-void EachInterlock::expect_it_waits_for_the_operator() {
+void EachInterlock::expect_wait_for_operator() {
   const auto stood = d_.progress();
-  const auto set_point = d_.chambers_set_point();
+  const auto set_point = d_.chamber_set_point();
   EXPECT_EQ(d_.run_controller().run_state(), RunState::held);
   repair();
   d_.seconds(900);
   EXPECT_FALSE(is_active()) << "its alarm is over";
   EXPECT_EQ(d_.run_controller().run_state(), RunState::held) << "and yet it does not go on by itself";
   EXPECT_EQ(d_.progress(), stood);
-  EXPECT_EQ(d_.chambers_set_point(), set_point);
+  EXPECT_EQ(d_.chamber_set_point(), set_point);
   d_.run_controller().submit(control::OperatorCommand::resume, "Ada");
   EXPECT_NE(d_.until(RunState::execute, 1), -1);
 }
 
 /// The chamber is made safe in the same second. The run ends when the chamber has confirmed its safe state, and does
 /// not start again.
-void EachInterlock::expect_the_chamber_is_made_safe() {
+void EachInterlock::expect_chamber_made_safe() {
   EXPECT_EQ(d_.run_controller().run_state(), RunState::aborting);
-  EXPECT_EQ(d_.chambers_set_point(), kSafe);
+  EXPECT_EQ(d_.chamber_set_point(), kSafe);
   EXPECT_EQ(d_.seconds(10), run::RunOutcome::made_safe);
   EXPECT_EQ(d_.run_controller().run_state(), RunState::aborted);
   EXPECT_TRUE(d_.run_controller().is_safe());
-  EXPECT_EQ(d_.chambers_set_point(), kSafe);
+  EXPECT_EQ(d_.chamber_set_point(), kSafe);
 }
 
 TEST_P(EachInterlock, ActsAloneAsDocumentedWhenOneThingBreaks) {
   d_.seconds(broken_.at);
   ASSERT_EQ(d_.run_controller().run_state(), RunState::execute);
-  ASSERT_TRUE(d_.standing().empty()) << d_.standing().front();
+  ASSERT_TRUE(d_.active_alarms().empty()) << d_.active_alarms().front();
   broken_.breaks(d_);
-  ASSERT_NE(d_.until([&] { return all_stand(); }, broken_.acts_within), -1) << "it does not act";
-  EXPECT_EQ(d_.standing().size(), 1 + broken_.also.size());
+  ASSERT_NE(d_.until([&] { return are_all_active(); }, broken_.acts_within), -1) << "it does not act";
+  EXPECT_EQ(d_.active_alarms().size(), 1 + broken_.also.size());
   switch (broken_.reaction) {
-    case interlocks::Reaction::warn: expect_a_warning_alone(); break;
-    case interlocks::Reaction::suspend: expect_it_waits_and_goes_on_by_itself(); break;
-    case interlocks::Reaction::hold: expect_it_waits_for_the_operator(); break;
-    case interlocks::Reaction::abort: expect_the_chamber_is_made_safe(); break;
+    case interlocks::Reaction::warn: expect_warning_only(); break;
+    case interlocks::Reaction::suspend: expect_wait_and_automatic_resume(); break;
+    case interlocks::Reaction::hold: expect_wait_for_operator(); break;
+    case interlocks::Reaction::abort: expect_chamber_made_safe(); break;
     case interlocks::Reaction::go_on: FAIL();
   }
   auto alarms = BreakableRun::alarms_in(d_.record());
@@ -126,14 +126,14 @@ TEST(Interlocks, AreAllTestedByBreakingOneThing) {
 }
 
 /// Returns the first fault that shows the cause.
-const BrokenThing& that_shows(interlocks::InterlockId cause) {
+const BrokenThing& find_broken_thing(interlocks::InterlockId cause) {
   return *std::ranges::find(broken_things(), cause, &BrokenThing::cause);
 }
 
 TEST(Interlocks, AbortRunWhenSilenceDoesNotEnd) {
   for (const auto cause : {interlocks::InterlockId::chamber_silent, interlocks::InterlockId::thermometers_lost,
                            interlocks::InterlockId::gyro_silent}) {
-    const auto& broken = that_shows(cause);
+    const auto& broken = find_broken_thing(cause);
     auto setting = broken.setting;
     setting.rig = [&](rig::RigFile& file) {
       if (broken.setting.rig) broken.setting.rig(file);
@@ -148,7 +148,7 @@ TEST(Interlocks, AbortRunWhenSilenceDoesNotEnd) {
       broken.repairs(d);
     }
     EXPECT_EQ(d.seconds(15), run::RunOutcome::made_safe) << broken.shows;
-    EXPECT_EQ(d.chambers_set_point(), kSafe);
+    EXPECT_EQ(d.chamber_set_point(), kSafe);
     EXPECT_EQ(BreakableRun::alarms_in(d.record()).size(), 1 + broken.also.size()) << "still one alarm";
   }
 }
@@ -163,9 +163,9 @@ TEST(Interlocks, AcceptChamberThatRoundsToWholeKelvins) {
   }});
   d.seconds(500);
   EXPECT_EQ(d.run_controller().run_state(), RunState::execute);
-  that_shows(interlocks::InterlockId::chamber_alarm).breaks(d);
+  find_broken_thing(interlocks::InterlockId::chamber_alarm).breaks(d);
   EXPECT_EQ(d.seconds(10), run::RunOutcome::made_safe);
-  EXPECT_EQ(d.chambers_set_point(), Celsius{20});
+  EXPECT_EQ(d.chamber_set_point(), Celsius{20});
   EXPECT_EQ(BreakableRun::alarms_in(d.record()).size(), 1u);
 }
 
@@ -199,9 +199,9 @@ TEST(Interlocks, NameBothExchangedThermometers) {
 TEST(Interlocks, StoreNoReadingsOfFrozenInstrumentOrDeadGyro) {
   BreakableRun d({});
   d.seconds(900);
-  that_shows(interlocks::InterlockId::gyro_dead).breaks(d);
+  find_broken_thing(interlocks::InterlockId::gyro_dead).breaks(d);
   d.seconds(70);
-  that_shows(interlocks::InterlockId::frozen).breaks(d);
+  find_broken_thing(interlocks::InterlockId::frozen).breaks(d);
   d.seconds(130);
   const auto& last = d.run_controller().last();
   for (std::size_t i = 0; i < 8; ++i) EXPECT_FALSE(last.thermometers[i].value) << i;
@@ -211,7 +211,7 @@ TEST(Interlocks, StoreNoReadingsOfFrozenInstrumentOrDeadGyro) {
 
 TEST(Interlocks, AbortRunWhenWaitDoesNotEnd) {
   for (const auto cause : {interlocks::InterlockId::door, interlocks::InterlockId::slept}) {
-    const auto& broken = that_shows(cause);
+    const auto& broken = find_broken_thing(cause);
     BreakableRun d({.rig = [](rig::RigFile& file) {
       file.run_limits.longest_suspended = file.run_limits.longest_held = std::chrono::seconds(120);
     }});
@@ -220,7 +220,7 @@ TEST(Interlocks, AbortRunWhenWaitDoesNotEnd) {
     d.until(cause == interlocks::InterlockId::door ? RunState::suspended : RunState::held, 3);
     EXPECT_EQ(d.until(RunState::aborting, 200), 120) << broken.shows;
     EXPECT_EQ(d.seconds(5), run::RunOutcome::made_safe) << broken.shows;
-    EXPECT_EQ(d.chambers_set_point(), kSafe);
+    EXPECT_EQ(d.chamber_set_point(), kSafe);
   }
 }
 

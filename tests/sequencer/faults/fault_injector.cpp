@@ -16,12 +16,14 @@ constexpr double kOwnIdentity = 21868, kAnotherIdentity = 21869;
 constexpr std::int64_t kUnplugged = 4;
 constexpr double kManual = 2, kDoorOpen = 1, kLimiterTripped = 2, kFilterDirty = 3;
 
-bool is_of_thermometer_line(Kind kind) { return kind >= Kind::thermometer_silent && kind <= Kind::thermometer_doubled; }
-bool changes_by_itself(const InjectedFault& fault) {
+bool is_thermometer_line_fault(Kind kind) {
+  return kind >= Kind::thermometer_silent && kind <= Kind::thermometer_doubled;
+}
+bool changes_over_time(const InjectedFault& fault) {
   return fault.kind == Kind::thermometer_alternates || fault.kind == Kind::chamber_exchanged ||
          fault.kind == Kind::thermometer_exchanged;
 }
-bool is_of_gyro(Kind kind) { return kind >= Kind::gyro_silent && kind <= Kind::gyro_restarts; }
+bool is_gyro_fault(Kind kind) { return kind >= Kind::gyro_silent && kind <= Kind::gyro_restarts; }
 
 }  // namespace
 
@@ -35,13 +37,13 @@ bool concerns_program(InjectedFaultKind kind) {
 std::vector<InjectedFault> FaultInjector::pass(std::int64_t second) {
   std::vector<InjectedFault> of_program;
   second_ = second;
-  const auto before = standing_.size();
-  for (std::size_t i = standing_.size(); i-- > 0;) {
-    if (standing_[i].at + standing_[i].lasts > second) continue;
-    standing_.erase(standing_.begin() + static_cast<std::ptrdiff_t>(i));
+  const auto before = active_.size();
+  for (std::size_t i = active_.size(); i-- > 0;) {
+    if (active_[i].at + active_[i].lasts > second) continue;
+    active_.erase(active_.begin() + static_cast<std::ptrdiff_t>(i));
     shown_then_.erase(shown_then_.begin() + static_cast<std::ptrdiff_t>(i));
   }
-  bool changed = standing_.size() != before;
+  bool changed = active_.size() != before;
   for (; next_ < schedule_.size() && schedule_[next_].at <= second; ++next_) {
     const auto& fault = schedule_[next_];
     last_change_ = second;
@@ -51,7 +53,7 @@ std::vector<InjectedFault> FaultInjector::pass(std::int64_t second) {
     }
     changed = true;
     if (fault.lasts == 0) {
-      happen(fault);
+      start_event(fault);
       if (fault.kind != Kind::thermometer_spike) continue;
     }
     auto lasting = fault;
@@ -59,19 +61,19 @@ std::vector<InjectedFault> FaultInjector::pass(std::int64_t second) {
     lasting.lasts = std::max<std::int64_t>(lasting.lasts, 1);
     const auto shown = plant_.laboratory().thermometers_as_measured_c();
     shown_then_.emplace_back(shown.begin(), shown.end()).push_back(plant_.laboratory().air_as_measured().value);
-    standing_.push_back(lasting);
+    active_.push_back(lasting);
   }
   if (changed) last_change_ = second;
-  if (changed || std::ranges::any_of(standing_, changes_by_itself)) settle();
+  if (changed || std::ranges::any_of(active_, changes_over_time)) update_plant();
   return of_program;
 }
 
-std::size_t FaultInjector::gyro_of(const InjectedFault& fault) const {
+std::size_t FaultInjector::gyro_index(const InjectedFault& fault) const {
   return static_cast<std::size_t>(fault.target) % plant_.gyro_count();
 }
 
 /// Carries out a fault that is an event and not a state.
-void FaultInjector::happen(const InjectedFault& fault) {
+void FaultInjector::start_event(const InjectedFault& fault) {
   auto& laboratory = plant_.laboratory();
   switch (fault.kind) {
     case Kind::chamber_restarts:
@@ -82,14 +84,14 @@ void FaultInjector::happen(const InjectedFault& fault) {
     case Kind::chamber_manual: return plant_.write("control_mode", kManual);
     case Kind::panel_set_point: return laboratory.change_set_point({fault.size});
     case Kind::limiter_trips: return plant_.write("condition", kLimiterTripped);
-    case Kind::gyro_restarts: return plant_.gyro(gyro_of(fault)).restart();
+    case Kind::gyro_restarts: return plant_.gyro(gyro_index(fault)).restart();
     case Kind::wall_clock_steps: return clock_.step_utc(from_seconds(fault.size));
     default: return;
   }
 }
 
 /// Resets the plant to a state without faults, then applies all active faults.
-void FaultInjector::settle() {
+void FaultInjector::update_plant() {
   plant_.faults = simulator::LaboratoryFaults(plant_.faults.thermometers.size());
   plant_.chamber().trouble = {};
   plant_.chamber().line().trouble = {};
@@ -101,24 +103,24 @@ void FaultInjector::settle() {
   bool tripped = false;
   for (const auto& fault : schedule_)
     tripped = tripped || (fault.kind == Kind::limiter_trips && fault.at <= last_change_);
-  for (std::size_t i = 0; i < standing_.size(); ++i) stand(standing_[i]);
-  for (std::size_t i = 0; i < standing_.size(); ++i) {
-    const auto target = static_cast<std::size_t>(standing_[i].target);
+  for (std::size_t i = 0; i < active_.size(); ++i) apply_fault(active_[i]);
+  for (std::size_t i = 0; i < active_.size(); ++i) {
+    const auto target = static_cast<std::size_t>(active_[i].target);
     const auto channel = target % simulator::kThermalLocations;
     const auto& then = shown_then_[i];
     auto& shown_c = plant_.faults.plant.sensor_c;
-    if (standing_[i].kind == Kind::air_sensor_frozen && !shown_c) {  // a broken sensor shows its error
+    if (active_[i].kind == Kind::air_sensor_frozen && !shown_c) {  // a broken sensor shows its error
       shown_c = then.back();
       plant_.faults.air_is_frozen = true;
     }
-    if (standing_[i].kind == Kind::thermometer_stuck) plant_.faults.thermometers[channel].shown_c = then[channel];
-    if (standing_[i].kind != Kind::thermometers_frozen) continue;
+    if (active_[i].kind == Kind::thermometer_stuck) plant_.faults.thermometers[channel].shown_c = then[channel];
+    if (active_[i].kind != Kind::thermometers_frozen) continue;
     for (const auto place : plant_.places(target % plant_.thermometer_count()))
       plant_.faults.thermometers[place].shown_c = then[place];
   }
   plant_.write("identity", plant_.chamber().trouble.exchanged ? kAnotherIdentity : kOwnIdentity);
   double condition = 0;  // one code: the most severe
-  for (const auto& fault : standing_)
+  for (const auto& fault : active_)
     if (fault.kind == Kind::filter_dirty) condition = kFilterDirty;
   if (plant_.faults.plant.door_open) condition = kDoorOpen;
   if (tripped) condition = kLimiterTripped;
@@ -126,16 +128,16 @@ void FaultInjector::settle() {
   plant_.apply_faults();
 }
 
-void FaultInjector::stand(const InjectedFault& fault) {
+void FaultInjector::apply_fault(const InjectedFault& fault) {
   if (fault.kind == Kind::machine_sleeps) {
     for (std::size_t i = 0; i < plant_.gyro_count(); ++i) plant_.gyro(i).line().trouble.gone = true;
     return;
   }
   if (concerns_program(fault.kind)) return;
-  if (fault.kind <= Kind::chamber_wrong_number) return stand_on_line(fault);
-  if (fault.kind <= Kind::air_sensor_broken) return stand_in_chamber(fault);
-  if (is_of_thermometer_line(fault.kind) || is_of_gyro(fault.kind)) return stand_on_line(fault);
-  stand_in_thermometer(fault);
+  if (fault.kind <= Kind::chamber_wrong_number) return apply_to_line(fault);
+  if (fault.kind <= Kind::air_sensor_broken) return apply_to_chamber(fault);
+  if (is_thermometer_line_fault(fault.kind) || is_gyro_fault(fault.kind)) return apply_to_line(fault);
+  apply_to_thermometer(fault);
 }
 
 /// Nothing answers while the line is moved from one instrument to another.
@@ -149,11 +151,11 @@ void FaultInjector::exchange(const InjectedFault& fault, LineEnd& line) {
     plant_.exchange_thermometer(static_cast<std::size_t>(fault.target) % plant_.thermometer_count(), true);
 }
 
-void FaultInjector::stand_on_line(const InjectedFault& fault) {
+void FaultInjector::apply_to_line(const InjectedFault& fault) {
   auto& chamber = plant_.chamber();
-  auto& gyro = plant_.gyro(gyro_of(fault));
-  auto& line = is_of_gyro(fault.kind) ? gyro.line()
-               : is_of_thermometer_line(fault.kind)
+  auto& gyro = plant_.gyro(gyro_index(fault));
+  auto& line = is_gyro_fault(fault.kind) ? gyro.line()
+               : is_thermometer_line_fault(fault.kind)
                    ? plant_.thermometer(static_cast<std::size_t>(fault.target) % plant_.thermometer_count())
                    : chamber.line();
   const auto code = static_cast<std::uint8_t>(fault.size);
@@ -191,7 +193,7 @@ void FaultInjector::stand_on_line(const InjectedFault& fault) {
   }
 }
 
-void FaultInjector::stand_in_chamber(const InjectedFault& fault) {
+void FaultInjector::apply_to_chamber(const InjectedFault& fault) {
   auto& plant = plant_.faults.plant;
   switch (fault.kind) {
     case Kind::chamber_ignores_writes: plant_.chamber().trouble.ignores_writes = true; return;
@@ -206,7 +208,7 @@ void FaultInjector::stand_in_chamber(const InjectedFault& fault) {
   }
 }
 
-void FaultInjector::stand_in_thermometer(const InjectedFault& fault) {
+void FaultInjector::apply_to_thermometer(const InjectedFault& fault) {
   auto& thermometers = plant_.faults.thermometers;
   const auto channel = static_cast<std::size_t>(fault.target) % simulator::kThermalLocations;
   auto& shown = thermometers[channel];

@@ -20,26 +20,26 @@ class FaultInjector {
   [[nodiscard]] std::vector<InjectedFault> pass(std::int64_t second);
 
   /// Returns the active faults. An instantaneous fault remains active while its effect lasts.
-  [[nodiscard]] const std::vector<InjectedFault>& standing() const { return standing_; }
+  [[nodiscard]] const std::vector<InjectedFault>& active_faults() const { return active_; }
   /// Returns the second in which the last fault ended, or began if it is instantaneous; −1: none.
   [[nodiscard]] std::int64_t last_change() const { return last_change_; }
-  [[nodiscard]] bool any_begun() const { return next_ > 0; }
+  [[nodiscard]] bool has_any_begun() const { return next_ > 0; }
 
  private:
-  [[nodiscard]] std::size_t gyro_of(const InjectedFault& fault) const;
-  void happen(const InjectedFault& fault);
-  void settle();
-  void stand(const InjectedFault& fault);
-  void stand_on_line(const InjectedFault& fault);
+  [[nodiscard]] std::size_t gyro_index(const InjectedFault& fault) const;
+  void start_event(const InjectedFault& fault);
+  void update_plant();
+  void apply_fault(const InjectedFault& fault);
+  void apply_to_line(const InjectedFault& fault);
   void exchange(const InjectedFault& fault, LineEnd& line);
-  void stand_in_chamber(const InjectedFault& fault);
-  void stand_in_thermometer(const InjectedFault& fault);
+  void apply_to_chamber(const InjectedFault& fault);
+  void apply_to_thermometer(const InjectedFault& fault);
 
   Schedule schedule_;
   Plant& plant_;
   SimulatedClock& clock_;
   std::size_t next_ = 0;
-  std::vector<InjectedFault> standing_;
+  std::vector<InjectedFault> active_;
   /// Readings at the start of each fault: the thermometers, then the air.
   std::vector<std::vector<double>> shown_then_;
   std::int64_t second_ = 0;

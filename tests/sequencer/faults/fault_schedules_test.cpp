@@ -18,7 +18,7 @@ constexpr const char* kHour = "tests/sequencer/faults/hour.toml";
 constexpr const char* kWhole = "profiles/qualification.toml";
 constexpr const char* kSoaked = "profiles/qualification-soaked.toml";
 
-const SimulatedSetup& ground_of(const std::string& profile) {
+const SimulatedSetup& setup_for(const std::string& profile) {
   static std::map<std::string, SimulatedSetup> grounds;
   const auto found = grounds.find(profile);
   return found != grounds.end() ? found->second : grounds.emplace(profile, simulated_setup(profile)).first->second;
@@ -44,7 +44,7 @@ class HourLong : public ::testing::TestWithParam<std::uint64_t> {};
 constexpr std::uint64_t kSeedsInABlock = 50;
 
 TEST_P(HourLong, FaultSchedulesViolateNoInvariant) {
-  const auto& ground = ground_of(kHour);
+  const auto& ground = setup_for(kHour);
   const auto options = options_for(ground);
   for (auto seed = GetParam(); seed < GetParam() + kSeedsInABlock; ++seed)
     expect_invariants_hold(ground, make_setting(seed, draw_schedule(seed, options)));
@@ -53,7 +53,7 @@ INSTANTIATE_TEST_SUITE_P(FaultSchedules, HourLong, ::testing::Values(1, 51, 101,
 
 class Whole : public ::testing::TestWithParam<std::uint64_t> {};
 TEST_P(Whole, QualificationsWithFaultsViolateNoInvariant) {
-  const auto& ground = ground_of(GetParam() % 4 < 2 ? kWhole : kSoaked);
+  const auto& ground = setup_for(GetParam() % 4 < 2 ? kWhole : kSoaked);
   for (auto seed = GetParam(); seed < GetParam() + 2; ++seed)
     expect_invariants_hold(ground, make_setting(seed, draw_schedule(seed, options_for(ground))));
 }
@@ -71,7 +71,7 @@ TEST(FaultSchedules, PassWhenTheyFailedOnce) {
   int carried_out = 0;
   const auto carry_out_what_was_read = [&] {
     if (profile.empty()) return;
-    expect_invariants_hold(ground_of(profile), setting);
+    expect_invariants_hold(setup_for(profile), setting);
     ++carried_out;
   };
   for (std::string line; std::getline(file, line);) {
@@ -92,7 +92,7 @@ TEST(FaultSchedules, PassWhenTheyFailedOnce) {
 
 TEST(FaultSchedules, ExecuteEverySecondWithoutAlarmWhenEmpty) {
   for (const std::uint64_t seed : {0U, 1U}) {
-    const auto report = carry_out(ground_of(kHour), make_setting(seed, {}));
+    const auto report = carry_out(setup_for(kHour), make_setting(seed, {}));
     EXPECT_TRUE(report.violations.empty()) << report.violations.front();
     EXPECT_EQ(report.ending, Ending::complete);
     EXPECT_EQ(report.seconds_in_state[static_cast<std::size_t>(RunState::execute)],
@@ -101,7 +101,7 @@ TEST(FaultSchedules, ExecuteEverySecondWithoutAlarmWhenEmpty) {
 }
 
 TEST(FaultSchedules, GiveSameLogForSameSeed) {
-  const auto& ground = ground_of(kHour);
+  const auto& ground = setup_for(kHour);
   std::set<std::uint64_t> logs;
   for (std::uint64_t seed = 1; seed <= 12; ++seed) {
     const auto setting = make_setting(seed, draw_schedule(seed, options_for(ground)));
@@ -125,7 +125,7 @@ TEST(FaultSchedules, ViolateNoInvariantWithLotOfGyros) {
 }
 
 TEST(FaultSchedules, DrawEveryKindOfFaultAndReachEveryState) {
-  const auto options = options_for(ground_of(kHour));
+  const auto options = options_for(setup_for(kHour));
   auto of_many_units = options;
   of_many_units.units = 8;
   std::map<InjectedFaultKind, int> drawn;
@@ -138,7 +138,7 @@ TEST(FaultSchedules, DrawEveryKindOfFaultAndReachEveryState) {
     EXPECT_GE(drawn[static_cast<InjectedFaultKind>(kind)], 3) << name(static_cast<InjectedFaultKind>(kind));
   std::array<std::int64_t, 7> seconds{};
   for (std::uint64_t seed = 1; seed <= 30; ++seed) {
-    const auto report = carry_out(ground_of(kHour), make_setting(seed, draw_schedule(seed, options)));
+    const auto report = carry_out(setup_for(kHour), make_setting(seed, draw_schedule(seed, options)));
     for (std::size_t i = 0; i < seconds.size(); ++i) seconds[i] += report.seconds_in_state[i];
   }
   for (const auto state : {RunState::execute, RunState::suspended, RunState::held, RunState::aborting})
@@ -150,7 +150,7 @@ TEST(FaultSchedules, SurviveDiskThatAcceptsNothing) {
   const auto with = [](std::uint64_t seed, InjectedFaultKind kind, double size) {
     const Schedule schedule{{.at = 600, .kind = kind, .target = 0, .lasts = 400, .size = size},
                             {.at = 1500, .kind = InjectedFaultKind::power_cut, .target = 0, .lasts = 60, .size = 0}};
-    const auto report = carry_out(ground_of(kHour), make_setting(seed, schedule));
+    const auto report = carry_out(setup_for(kHour), make_setting(seed, schedule));
     for (const auto& violation : report.violations) ADD_FAILURE() << name(kind) << ": " << violation;
     EXPECT_EQ(report.ending, Ending::complete) << name(kind);
     EXPECT_EQ(report.lives, 2) << name(kind);
@@ -173,7 +173,7 @@ TEST(FaultSchedules, SurviveDiskThatAcceptsNothing) {
 
 TEST(FaultSchedules, HoldRunAfterSleepOfMachine) {
   const Schedule schedule{{.at = 600, .kind = InjectedFaultKind::machine_sleeps, .target = 0, .lasts = 300, .size = 0}};
-  const auto report = carry_out(ground_of(kHour), make_setting(4, schedule));
+  const auto report = carry_out(setup_for(kHour), make_setting(4, schedule));
   EXPECT_TRUE(report.violations.empty()) << report.violations.front();
   EXPECT_GT(report.seconds_in_state[static_cast<std::size_t>(RunState::held)], 0);
 }
@@ -221,7 +221,7 @@ void expect_twin_up_to(std::size_t rows, std::int64_t down, const SimulatedSetup
 }
 
 /// Returns the row counts at which a segment's last second has reached the disk.
-std::vector<std::size_t> ends_of_segments(const SimulatedRunReport& twin) {
+std::vector<std::size_t> rows_at_segment_ends(const SimulatedRunReport& twin) {
   std::vector<std::size_t> ends;
   for (std::size_t i = 1; i < twin.rows.size(); ++i)
     if (twin.rows[i].segment != twin.rows[i - 1].segment) ends.push_back(i);
@@ -233,10 +233,10 @@ constexpr std::int64_t kDown = 30;
 /// Crashes two runs at every `each`th segment boundary, from index `first` on. The last second on the disk is the last
 /// one of a segment in one run, and the first one of the next segment in the other.
 void expect_resume_equals_twin(const std::string& profile, std::size_t first, std::size_t each) {
-  const auto& ground = ground_of(profile);
+  const auto& ground = setup_for(profile);
   const auto twin = carry_out(ground, make_setting(2, {}));
   ASSERT_EQ(twin.ending, Ending::complete);
-  const auto ends = ends_of_segments(twin);
+  const auto ends = rows_at_segment_ends(twin);
   ASSERT_EQ(ends.size() + 1, ground.profile.segments.size());
   for (auto i = first; i < ends.size() && !::testing::Test::HasFailure(); i += each)
     for (const auto rows : {ends[i], ends[i] + 1}) expect_twin_up_to(rows, kDown, ground, twin);

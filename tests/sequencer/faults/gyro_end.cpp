@@ -11,7 +11,7 @@ namespace {
 constexpr std::size_t kFramesKept = 20000;
 
 /// Returns the index of a name; the last index for a name that the laboratory does not know.
-std::size_t index_of(const std::vector<std::string>& all, const std::string& one) {
+std::size_t find_index(const std::vector<std::string>& all, const std::string& one) {
   return std::min(static_cast<std::size_t>(std::ranges::find(all, one) - all.begin()), all.size() - 1);
 }
 
@@ -24,8 +24,8 @@ GyroEnd::GyroEnd(const rig::GyroLine& settings, const std::vector<rig::UnitSetti
         std::vector<Axis> axes;
         for (const auto& share : settings.shares)
           for (const auto& axis : units[share.unit].info.axes) {
-            const auto unit = index_of(laboratory.units(), units[share.unit].info.name);
-            axes.push_back({unit, index_of(laboratory.axes(unit), axis.name)});
+            const auto unit = find_index(laboratory.units(), units[share.unit].info.name);
+            axes.push_back({unit, find_index(laboratory.axes(unit), axis.name)});
           }
         return axes;
       }()),
@@ -56,8 +56,8 @@ void GyroEnd::send_frame() {
     pulses.push_back(static_cast<double>(sent.pulses[i] -= origin_.pulses[i]));
   auto frame = writer_.next(pulses, sent.device_time_us, 1);
   const auto& of_line = line_.trouble;
-  if (laboratory_.unit().off || of_line.gone || of_line.silent || line_.happens(trouble.lost)) return;
-  if (line_.happens(trouble.garbled)) return garble_burst(frame, line_.random()), line_.arrive(frame);
+  if (laboratory_.unit().off || of_line.gone || of_line.silent || line_.draw_event(trouble.lost)) return;
+  if (line_.draw_event(trouble.garbled)) return garble_burst(frame, line_.random()), line_.arrive(frame);
   held_back_.insert(held_back_.end(), frame.begin(), frame.end());
   held_frames_.push_back(std::move(sent));
   if (trouble.held_back) return;
@@ -72,7 +72,7 @@ void GyroEnd::restart() {
   writer_ = make_writer();
 }
 
-bool GyroEnd::was_counted(const GyroCount& count, std::size_t first) const {
+bool GyroEnd::matches_sent_counts(const GyroCount& count, std::size_t first) const {
   if (count.interval == Duration::zero()) return std::ranges::all_of(count.pulses, [](auto n) { return n == 0; });
   const auto interval_us = std::chrono::duration_cast<std::chrono::microseconds>(count.interval).count();
   const auto fits = [&](const Sent& from, const Sent& to) {

@@ -36,7 +36,7 @@ class GyroEnd {
   [[nodiscard]] LineEnd& line() { return line_; }
   /// Returns true if `count` equals the difference between two received frames over the same interval. Compares the
   /// axes from index `first` on.
-  [[nodiscard]] bool was_counted(const GyroCount& count, std::size_t first) const;
+  [[nodiscard]] bool matches_sent_counts(const GyroCount& count, std::size_t first) const;
 
  private:
   /// A frame that the program received whole.

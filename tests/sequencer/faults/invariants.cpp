@@ -77,7 +77,7 @@ Invariants::Invariants(const profile::Profile& profile, const rig::RigFile& file
   highest_ = std::min(highest_, file.chamber_limits.highest);
 }
 
-void Invariants::broken(const char* invariant, std::int64_t second, const std::string& what) {
+void Invariants::report_violation(const char* invariant, std::int64_t second, const std::string& what) {
   if (violations_.size() < kMostViolations)
     violations_.push_back(fmt::format("{} at second {}: {}", invariant, second, what));
 }
@@ -88,7 +88,7 @@ std::int64_t Invariants::gap_seconds() const {
   return sum;
 }
 
-void Invariants::life_begins(std::int64_t last_recorded) {
+void Invariants::begin_life(std::int64_t last_recorded) {
   while (!rows_.empty() && rows_.back().slot > last_recorded) rows_.pop_back();
   std::erase_if(gaps_, [&](const auto& gap) { return gap.first > last_recorded; });
   last_slot_ = last_recorded;
@@ -101,7 +101,7 @@ void Invariants::life_begins(std::int64_t last_recorded) {
 }
 
 bool Invariants::is_active(InjectedFaultKind first, InjectedFaultKind last) const {
-  return std::ranges::any_of(injector_.standing(),
+  return std::ranges::any_of(injector_.active_faults(),
                              [&](const auto& fault) { return fault.kind >= first && fault.kind <= last; });
 }
 
@@ -127,36 +127,41 @@ void Invariants::judge_set_points(std::int64_t second, RunState state) {
     const bool in_chamber = value >= limits.lowest - kSame && value <= limits.highest + kSame;
     if (in_profile || near_air) is_kept_away_ = is_broken;
     if (!in_chamber || !(in_profile || near_air || (is_kept_away_ && inwards)))
-      broken("I1", second, fmt::format("set point {} outside {} … {}", value.value, lowest_.value, highest_.value));
+      report_violation("I1", second,
+                       fmt::format("set point {} outside {} … {}", value.value, lowest_.value, highest_.value));
     const bool safe = severity(state) >= severity(RunState::aborting) && abs(value - file_.safe_set_point) <= kSame;
     const double step_k = std::abs((value - before).value);
     tries_ = sent_ && abs(value - *sent_) <= kSame ? tries_ + 1 : 0;
     const bool tried_again = tries_ > 0 && tries_ <= kMostTries;
     if (!safe && !near_air && !tried_again && step_k > largest_step_k(limits, value > before) + kSame.value)
-      broken("I2", second, fmt::format("set point goes from {} to {} at once", before.value, value.value));
+      report_violation("I2", second, fmt::format("set point goes from {} to {} at once", before.value, value.value));
     if (severity(state) > severity(RunState::aborting) || state == RunState::aborted)
-      broken("I3", second, fmt::format("set point {} sent in state {}", value.value, name(state)));
+      report_violation("I3", second, fmt::format("set point {} sent in state {}", value.value, name(state)));
     if (sent.before_read_back && !safe)
-      broken("I4", second, fmt::format("set point {} sent before another one was read back", value.value));
+      report_violation("I4", second, fmt::format("set point {} sent before another one was read back", value.value));
     if (sent.applied) before = value;
     sent_ = value;
   }
-  if (port.not_read_back() > 0) broken("I4", second, "a set point was not read back by the next exchange");
+  if (port.unread_set_points() > 0)
+    report_violation("I4", second, "a set point was not read back by the next exchange");
   port.forget();
 }
 
 /// I10, I11, I12: each slot is in one row or one gap, in order.
 void Invariants::judge_rows(std::int64_t second, const RecordingStore& recording) {
   for (const auto& gap : recording.gaps()) {
-    if (gap.first != last_slot_ + 1) broken("I10", second, fmt::format("gap from {} after {}", gap.first, last_slot_));
-    if (gap.cause.empty() || gap.last < gap.first) broken("I11", second, "a gap without cause or without slots");
+    if (gap.first != last_slot_ + 1)
+      report_violation("I10", second, fmt::format("gap from {} after {}", gap.first, last_slot_));
+    if (gap.cause.empty() || gap.last < gap.first)
+      report_violation("I11", second, "a gap without cause or without slots");
     gaps_.push_back(gap);
     last_slot_ = gap.last;
   }
   if (!recording.sample()) return;
   const auto& sample = *recording.sample();
-  if (sample.slot != last_slot_ + 1) broken("I10", second, fmt::format("slot {} after {}", sample.slot, last_slot_));
-  if (sample.at.since_start <= last_time_) broken("I12", second, "time does not go on");
+  if (sample.slot != last_slot_ + 1)
+    report_violation("I10", second, fmt::format("slot {} after {}", sample.slot, last_slot_));
+  if (sample.at.since_start <= last_time_) report_violation("I12", second, "time does not go on");
   last_slot_ = sample.slot;
   last_time_ = sample.at.since_start;
 }
@@ -170,45 +175,47 @@ void Invariants::judge_values(std::int64_t second, const Sample& sample) {
   };
   if (const auto& chamber = sample.chamber.value) {
     if (!same(chamber->air.value, laboratory.air_as_measured().value, kFloatK))
-      broken(
+      report_violation(
           "I13", second,
           fmt::format("air {} stored, the chamber showed {}", chamber->air.value, laboratory.air_as_measured().value));
     if (!same(chamber->set_point.value, in_force_.value, kFloatK))
-      broken("I13", second,
-             fmt::format("set point {} stored, the chamber had {}", chamber->set_point.value, in_force_.value));
+      report_violation(
+          "I13", second,
+          fmt::format("set point {} stored, the chamber had {}", chamber->set_point.value, in_force_.value));
   }
   const auto shown = laboratory.thermometers_as_measured_c();
   for (std::size_t i = 0; i < sample.thermometers.size(); ++i)
     if (const auto& reading = sample.thermometers[i].value; reading && !same(reading->value, shown[places_[i]], kTextK))
-      broken("I13", second,
-             fmt::format("thermometer {} stored as {}, it showed {}", i, reading->value, shown[places_[i]]));
+      report_violation("I13", second,
+                       fmt::format("thermometer {} stored as {}, it showed {}", i, reading->value, shown[places_[i]]));
   for (std::size_t line = 0; line < file_.gyro_lines.size(); ++line)
     for (const auto& share : file_.gyro_lines[line].shares) {
       const auto& count = sample.units[share.unit].count.value;
       if (!count || count->pulses.empty()) continue;
-      if (count->interval <= Duration{} || !plant_.gyro(line).was_counted(*count, share.axes.front()))
-        broken("I13", second,
-               fmt::format("gyro {} did not count {} in {} ns", share.unit, fmt::join(count->pulses, ", "),
-                           count->interval.count()));
+      if (count->interval <= Duration{} || !plant_.gyro(line).matches_sent_counts(*count, share.axes.front()))
+        report_violation("I13", second,
+                         fmt::format("gyro {} did not count {} in {} ns", share.unit, fmt::join(count->pulses, ", "),
+                                     count->interval.count()));
     }
 }
 
 /// I28: another instrument receives no command, and its values are not stored as good.
 void Invariants::judge_identities(std::int64_t second, const Sample& sample) {
-  if (plant_.chamber().take_sent_to_another() > 0) broken("I28", second, "another chamber was sent something");
+  if (plant_.chamber().take_writes_to_other_chamber() > 0)
+    report_violation("I28", second, "another chamber was sent something");
   if (plant_.chamber().trouble.exchanged && sample.chamber.value)
-    broken("I28", second, "a value of another chamber is stored as good");
+    report_violation("I28", second, "a value of another chamber is stored as good");
   for (std::size_t i = 0; i < plant_.thermometer_count(); ++i) {
     if (!plant_.is_exchanged(i)) continue;
     const auto& places = plant_.places(i);
     for (std::size_t channel = 0; channel < sample.thermometers.size(); ++channel)
       if (std::ranges::count(places, places_[channel]) > 0 && sample.thermometers[channel].value)
-        broken("I28", second, fmt::format("channel {} of another thermometer is stored as good", channel));
+        report_violation("I28", second, fmt::format("channel {} of another thermometer is stored as good", channel));
   }
 }
 
 bool Invariants::is_troubled(std::size_t line) const {
-  return std::ranges::any_of(injector_.standing(), [&](const auto& fault) {
+  return std::ranges::any_of(injector_.active_faults(), [&](const auto& fault) {
     const bool of_this_gyro = fault.kind >= Kind::gyro_silent && fault.kind <= Kind::gyro_restarts &&
                               static_cast<std::size_t>(fault.target) % plant_.gyro_count() == line;
     return of_this_gyro || fault.kind == Kind::machine_sleeps;
@@ -229,11 +236,11 @@ void Invariants::judge_units(std::int64_t second, const Sample& sample, const Op
       const auto& name = file_.units[share.unit].info.name;
       const bool is_out = operators.has_dropped(name);
       if (is_out && (!count || !count->pulses.empty()))
-        broken("I24", second, fmt::format("gyro {} is dropped, and still in the record", name));
+        report_violation("I24", second, fmt::format("gyro {} is dropped, and still in the record", name));
       if (!is_out && ticks > kCountsAgainAfter && (!count || count->pulses.empty()))
-        broken("I24", second,
-               fmt::format("gyro {} is lost while its own line is well: {}", name,
-                           count ? "nothing in it" : count.error().what));
+        report_violation("I24", second,
+                         fmt::format("gyro {} is lost while its own line is well: {}", name,
+                                     count ? "nothing in it" : count.error().what));
     }
   }
 }
@@ -241,7 +248,7 @@ void Invariants::judge_units(std::int64_t second, const Sample& sample, const Op
 /// I5, I6: states change along the table, and never back from an abort.
 void Invariants::judge_state(std::int64_t second, const Sample& sample) {
   if (last_state_ && !follows(*last_state_, sample.state))
-    broken("I5", second, fmt::format("state {} follows {}", name(sample.state), name(*last_state_)));
+    report_violation("I5", second, fmt::format("state {} follows {}", name(sample.state), name(*last_state_)));
   last_state_ = sample.state;
   ++seconds_in_state_[static_cast<std::size_t>(sample.state)];
 }
@@ -253,7 +260,8 @@ void Invariants::judge_machine(std::int64_t second, const RecordingStore& record
   for (const auto& gap : recording.gaps())
     if (gap.cause == "the program was late" && gap.last - gap.first + 1 > seconds(run::kLongestUnattended) &&
         severity(state) < severity(RunState::held))
-      broken("I7", second, fmt::format("after {} s without a tick in state {}", gap.last - gap.first + 1, name(state)));
+      report_violation("I7", second,
+                       fmt::format("after {} s without a tick in state {}", gap.last - gap.first + 1, name(state)));
   for (const auto& event : recording.events()) {
     if (event.about.interlock == name(interlocks::InterlockId::storage))
       storage_alarm_ = event.kind != EventKind::recovered;
@@ -262,7 +270,8 @@ void Invariants::judge_machine(std::int64_t second, const RecordingStore& record
       is_active(Kind::disk_full, Kind::disk_fails) || is_active(Kind::disk_loses_syncs, Kind::disk_loses_syncs);
   quiet_ticks_.disk_dead = dead ? quiet_ticks_.disk_dead + 1 : 0;
   if (quiet_ticks_.disk_dead > seconds(file_.limits.backlog) + kUntilAlarm && !storage_alarm_)
-    broken("I7", second, fmt::format("the disk takes nothing for {} s, and nobody is told", quiet_ticks_.disk_dead));
+    report_violation("I7", second,
+                     fmt::format("the disk takes nothing for {} s, and nobody is told", quiet_ticks_.disk_dead));
 }
 
 /// I21: a lost thermometer is reported by name immediately, and suspends the run if the analysis needs it.
@@ -277,22 +286,22 @@ void Invariants::judge_channels(std::int64_t second, const RecordingStore& recor
     for (const auto& event : recording.events())
       lost.reported = lost.reported || (event.kind == EventKind::fault && event.about.channel == name) ||
                       event.about.interlock == interlocks::name(interlocks::InterlockId::frozen);
-    if (lost.ticks > 1 && !lost.reported) broken("I21", second, fmt::format("{} is lost, and no word", name));
+    if (lost.ticks > 1 && !lost.reported) report_violation("I21", second, fmt::format("{} is lost, and no word", name));
     const bool is_needed = std::ranges::any_of(file_.limits.units, [&](const auto& unit) {
       return !operators.has_dropped(unit.name) && std::ranges::count(unit.thermometers, i) > 0;
     });
     if (is_needed && lost.ticks > suspend_after + 3 && severity(sample.state) < severity(RunState::suspended))
-      broken("I21", second, fmt::format("{} is needed, is lost, and the run goes on", name));
+      report_violation("I21", second, fmt::format("{} is needed, is lost, and the run goes on", name));
   }
 }
 
 /// I18: no alarm is raised before the first fault.
 void Invariants::judge_alarms(std::int64_t second, const RecordingStore& recording) {
   const auto finished = [](const Event& event) { return event.kind == EventKind::finished; };
-  if (injector_.any_begun() || std::ranges::any_of(recording.events(), finished)) return;
+  if (injector_.has_any_begun() || std::ranges::any_of(recording.events(), finished)) return;
   for (const auto& event : recording.events())
     if (event.kind == EventKind::fault || event.kind == EventKind::interlock || event.kind == EventKind::state)
-      broken("I18", second, "without a cause: " + event.text);
+      report_violation("I18", second, "without a cause: " + event.text);
 }
 
 /// I14: judges a segment at its end. Seconds without a row are not soak time.
@@ -311,19 +320,20 @@ void Invariants::judge_segment_end(std::int64_t second, int index) {
     if (gap.last >= first - 1 && gap.first <= last + 1) unseen += gap.last - gap.first + 1;
   const auto seconds = [](Duration time) { return time / std::chrono::seconds(1); };
   if (first >= 0 && clock + unseen < seconds(segment.duration))
-    broken("I14", second,
-           fmt::format("segment {} ended after {} s, and {} s unseen, of {}", index + 1, clock, unseen,
-                       seconds(segment.duration)));
+    report_violation("I14", second,
+                     fmt::format("segment {} ended after {} s, and {} s unseen, of {}", index + 1, clock, unseen,
+                                 seconds(segment.duration)));
   if (segment.guaranteed_soak && soaked < seconds(segment.soak_time))
-    broken("I14", second,
-           fmt::format("segment {} was soaked for {} s of {}", index + 1, soaked, seconds(segment.soak_time)));
+    report_violation(
+        "I14", second,
+        fmt::format("segment {} was soaked for {} s of {}", index + 1, soaked, seconds(segment.soak_time)));
 }
 
 /// I14, I15: judges the order and the ends of segments.
 void Invariants::judge_segments(std::int64_t second, const Sample& sample) {
   const int index = sample.progress.segment;
   if (!rows_.empty() && index < rows_.back().segment)
-    broken("I15", second, fmt::format("segment {} after {}", index + 1, rows_.back().segment + 1));
+    report_violation("I15", second, fmt::format("segment {} after {}", index + 1, rows_.back().segment + 1));
   for (int ended = rows_.empty() ? index : rows_.back().segment; ended < index; ++ended)
     judge_segment_end(second, ended);
   const auto& segment = profile_.segments[static_cast<std::size_t>(index)];
@@ -339,7 +349,7 @@ namespace {
 /// Returns the number of consecutive rows for which readings of an instrument may be identical and still be stored as
 /// good: a minute plus the time until the instrument's noise is known, or five times the longest earlier spell plus a
 /// margin, whichever is larger.
-std::int64_t longest_identical(std::int64_t before) {
+std::int64_t max_identical_rows(std::int64_t before) {
   constexpr std::int64_t kNoiseIsKnown = 300, kTimes = 5, kMargin = 60;
   return std::max(kNoiseIsKnown, kTimes * before + kMargin);
 }
@@ -363,8 +373,9 @@ void Invariants::judge_liveness(std::int64_t second, const Sample& sample) {
     if (!same) seen.longest = std::max(seen.longest, seen.rows);
     seen.rows = same ? seen.rows + 1 : 0;
     seen.last = std::move(values);
-    if (ticks_of_life_ - seen.rows > kLearned && seen.rows > longest_identical(seen.longest))
-      broken("I25", second, fmt::format("{} identical for {} rows, and stored as good", instrument.name, seen.rows));
+    if (ticks_of_life_ - seen.rows > kLearned && seen.rows > max_identical_rows(seen.longest))
+      report_violation("I25", second,
+                       fmt::format("{} identical for {} rows, and stored as good", instrument.name, seen.rows));
   }
   without_counts_.resize(sample.units.size());
   for (std::size_t unit = 0; unit < sample.units.size(); ++unit) {
@@ -373,7 +384,7 @@ void Invariants::judge_liveness(std::int64_t second, const Sample& sample) {
         count && !count->pulses.empty() && std::ranges::all_of(count->pulses, [](auto n) { return n == 0; });
     without_counts_[unit] = none ? without_counts_[unit] + 1 : 0;
     if (without_counts_[unit] > file_.limits.gyro_dead_after / std::chrono::seconds(1) + kMargin)
-      broken("I25", second, fmt::format("gyro {} counts nothing for {} rows", unit, without_counts_[unit]));
+      report_violation("I25", second, fmt::format("gyro {} counts nothing for {} rows", unit, without_counts_[unit]));
   }
 }
 
@@ -389,7 +400,7 @@ void Invariants::judge_limits(std::int64_t second, const Sample& sample) {
     if (std::ssize(last) > 2 * limits.confirming_samples) last.erase(last.begin());
     if (is_beyond && std::ranges::count(last, true) >= limits.confirming_samples &&
         severity(sample.state) < severity(RunState::aborting))
-      broken("I26", second, fmt::format("column {} is beyond its limit, in state {}", i, name(sample.state)));
+      report_violation("I26", second, fmt::format("column {} is beyond its limit, in state {}", i, name(sample.state)));
   };
   for (std::size_t i = 0; i < all; ++i)
     if (const auto& value = sample.thermometers[i].value)
@@ -399,20 +410,22 @@ void Invariants::judge_limits(std::int64_t second, const Sample& sample) {
 }
 
 /// I27: no run ends while the air moves away from the safe set point, or in a mode that does not follow it.
-void Invariants::left_as_safe(std::int64_t second) {
+void Invariants::check_end_of_safe_run(std::int64_t second) {
   constexpr double kMargin = 1.5;
   const auto& laboratory = plant_.laboratory();
-  if (laboratory.is_on() && laboratory.holds_output()) broken("I27", second, "the chamber is left in manual mode");
+  if (laboratory.is_on() && laboratory.holds_output())
+    report_violation("I27", second, "the chamber is left in manual mode");
   const bool is_quiet = injector_.last_change() < second - 60 && !from_safe_k_.empty();
   if (is_quiet && from_safe_k_.back() > from_safe_k_.front() + kMargin)
-    broken("I27", second,
-           fmt::format("the air is {} K from the safe set point, {} K a minute ago", from_safe_k_.back(),
-                       from_safe_k_.front()));
+    report_violation("I27", second,
+                     fmt::format("the air is {} K from the safe set point, {} K a minute ago", from_safe_k_.back(),
+                                 from_safe_k_.front()));
 }
 
 void Invariants::completed(std::int64_t second) {
   const int last = static_cast<int>(profile_.segments.size()) - 1;
-  if (rows_.empty() || rows_.back().segment != last) broken("I15", second, "complete before the last segment");
+  if (rows_.empty() || rows_.back().segment != last)
+    report_violation("I15", second, "complete before the last segment");
   judge_segment_end(second, last);
 }
 
@@ -451,7 +464,7 @@ void Invariants::count_ticks(const Sample& sample) {
       abs(laboratory.set_point() - file_.safe_set_point) <= drivers::set_point_tolerance(file_.chamber_map) + kSame;
   const bool safe = reads_back || !laboratory.is_on();
   const bool obeys = !is_active(Kind::chamber_ignores_writes, Kind::chamber_clamps);
-  const bool lossy_alone = injector_.standing().size() == 1 && is_active(Kind::chamber_lossy, Kind::chamber_lossy);
+  const bool lossy_alone = injector_.active_faults().size() == 1 && is_active(Kind::chamber_lossy, Kind::chamber_lossy);
   count(ticks.lossy, lossy_alone && severity(sample.state) == severity(RunState::aborting) && !safe);
   count(ticks.aborting, good && obeys && severity(sample.state) == severity(RunState::aborting) && !safe);
 }
@@ -463,7 +476,8 @@ void Invariants::judge_reactions(std::int64_t second, const Sample& sample) {
   const auto seconds = [](Duration time) { return time / std::chrono::seconds(1); };
   const auto want = [&](bool due, RunState least, const char* cause) {
     if (due && is < severity(least))
-      broken("I7", second, fmt::format("{}: in state {}, expected {}", cause, name(sample.state), name(least)));
+      report_violation("I7", second,
+                       fmt::format("{}: in state {}, expected {}", cause, name(sample.state), name(least)));
   };
   want(ticks.link_bad > seconds(file_.limits.suspend_after) + 3, RunState::suspended, "the chamber does not answer");
   want(ticks.link_bad > seconds(file_.limits.chamber_lost) + 15, RunState::aborting, "the chamber is lost");
@@ -472,22 +486,23 @@ void Invariants::judge_reactions(std::int64_t second, const Sample& sample) {
   want(ticks.off > 2 * file_.chamber_map.status_every + 8, RunState::suspended, "the chamber is off");
   want(ticks.other_set_point > 4, RunState::suspended, "the chamber has another set point");
   want(ticks.beyond > 4, RunState::aborting, "two sensors are beyond their limits");
-  const bool calm = injector_.standing().empty() && second - injector_.last_change() > kRecoversWithin;
+  const bool calm = injector_.active_faults().empty() && second - injector_.last_change() > kRecoversWithin;
   if (calm && sample.state == RunState::suspended && ticks.off == 0 && ticks.other_set_point == 0)
-    broken("I20", second, "still suspended, long after the last fault");
-  if (ticks.aborting > 10) broken("I9", second, "the safe set point is not in the chamber 10 s after the abort");
-  if (ticks.lossy > 20) broken("I9", second, "a line that loses exchanges keeps the chamber from being safe");
+    report_violation("I20", second, "still suspended, long after the last fault");
+  if (ticks.aborting > 10)
+    report_violation("I9", second, "the safe set point is not in the chamber 10 s after the abort");
+  if (ticks.lossy > 20) report_violation("I9", second, "a line that loses exchanges keeps the chamber from being safe");
 }
 
 /// I16: a resumed run continues in the same segment or after its end, and counts only soak seconds that have a row.
-void Invariants::judge_resumption(std::int64_t second, const ProfilePosition& at) {
+void Invariants::judge_resume(std::int64_t second, const ProfilePosition& at) {
   if (rows_.empty()) {
-    if (at.segment != 0) broken("I16", second, "it does not begin with the first segment");
+    if (at.segment != 0) report_violation("I16", second, "it does not begin with the first segment");
     return;
   }
   const auto segment = rows_.back().segment;
   if (at.segment != segment && at.segment != segment + 1)
-    broken("I16", second, fmt::format("segment {} after {}", at.segment + 1, segment + 1));
+    report_violation("I16", second, fmt::format("segment {} after {}", at.segment + 1, segment + 1));
   Duration clock{}, soaked{};
   for (auto row = rows_.rbegin(); row != rows_.rend() && row->segment == at.segment; ++row) {
     if (row->state != RunState::execute) continue;
@@ -496,9 +511,9 @@ void Invariants::judge_resumption(std::int64_t second, const ProfilePosition& at
   }
   const bool guaranteed = profile_.segments[static_cast<std::size_t>(at.segment)].guaranteed_soak;
   if (at.in_segment > clock || (guaranteed && at.soaked > soaked))
-    broken("I16", second,
-           fmt::format("{} in the segment and {} of soak, the rows have {} and {}", spoken(at.in_segment),
-                       spoken(at.soaked), spoken(clock), spoken(soaked)));
+    report_violation("I16", second,
+                     fmt::format("{} in the segment and {} of soak, the rows have {} and {}", spoken(at.in_segment),
+                                 spoken(at.soaked), spoken(clock), spoken(soaked)));
 }
 
 /// Compares the record with the rows that were appended to it. Rows that were not acknowledged may be missing at the
@@ -519,15 +534,15 @@ void Invariants::judge_record(std::int64_t second, const record::Record& record,
     pass_gaps();
     const auto& at = record.progress[i];
     if (record.slot[i] != next || given == rows_.end() || given->slot != next)
-      return broken("I10", second, fmt::format("the record has slot {}, expected {}", record.slot[i], next));
+      return report_violation("I10", second, fmt::format("the record has slot {}, expected {}", record.slot[i], next));
     if (at.segment != given->segment || record.state[i] != given->state)
-      return broken("I13", second, fmt::format("slot {} is not what was given", next));
+      return report_violation("I13", second, fmt::format("slot {} is not what was given", next));
   }
   pass_gaps();
   if (next - 1 < acknowledged)
-    broken("P1", second, fmt::format("the record ends at {}, {} was acknowledged", next - 1, acknowledged));
+    report_violation("P1", second, fmt::format("the record ends at {}, {} was acknowledged", next - 1, acknowledged));
   if (given != rows_.end() && !left_unwritten)
-    broken("I10", second, fmt::format("rows from {} on are not in the record", given->slot));
+    report_violation("I10", second, fmt::format("rows from {} on are not in the record", given->slot));
 }
 
 void Invariants::after_tick(std::int64_t second, const RecordingStore& recording, const Operators& operators) {

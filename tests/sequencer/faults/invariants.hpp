@@ -42,28 +42,28 @@ class Invariants {
   Invariants(const profile::Profile& profile, const rig::RigFile& file, Plant& plant, const FaultInjector& injector);
 
   /// Begins a life of the program, with a new record or with one whose last row or gap is in slot `last_recorded`.
-  void life_begins(std::int64_t last_recorded);
+  void begin_life(std::int64_t last_recorded);
   /// Records the world's state before the tick.
   void before_tick() { in_force_ = plant_.laboratory().set_point(); }
   /// Judges one tick. `recording` contains its rows and events.
   void after_tick(std::int64_t second, const RecordingStore& recording, const Operators& operators);
   /// Resets the counts of consecutive ticks after seconds without a program or without a tick.
-  void no_tick() {
+  void skip_tick() {
     quiet_ticks_ = {};
     untroubled_ticks_.clear();
     restart_liveness();
   }
   /// Judges the position at which a resumed run continues.
-  void judge_resumption(std::int64_t second, const ProfilePosition& at);
+  void judge_resume(std::int64_t second, const ProfilePosition& at);
   /// Judges the closed record. `left_unwritten` is true if the disk did not accept its last rows.
   void judge_record(std::int64_t second, const record::Record& record, std::int64_t acknowledged, bool left_unwritten);
   /// Judges a run that reported the profile's end.
   void completed(std::int64_t second);
   /// Judges a run that has ended and reported the chamber as safe.
-  void left_as_safe(std::int64_t second);
+  void check_end_of_safe_run(std::int64_t second);
   /// Returns true if a fault of the kinds from `first` to `last` is active.
   [[nodiscard]] bool is_active(InjectedFaultKind first, InjectedFaultKind last) const;
-  void broken(const char* invariant, std::int64_t second, const std::string& what);
+  void report_violation(const char* invariant, std::int64_t second, const std::string& what);
 
   [[nodiscard]] const Violations& violations() const { return violations_; }
   [[nodiscard]] const std::vector<RowBrief>& rows() const { return rows_; }

@@ -18,7 +18,7 @@ namespace gyrotherm::faults {
 
 namespace {
 
-struct Wanted {
+struct Arguments {
   std::string profile = "tests/sequencer/faults/hour.toml";
   std::string rig = "virtual-reference";
   std::string folder = "/dev/shm";
@@ -27,21 +27,21 @@ struct Wanted {
   std::string replay;
 };
 
-Wanted wanted_by(int argc, char** argv) {
-  Wanted wanted;
+Arguments parse_arguments(int argc, char** argv) {
+  Arguments arguments;
   for (int i = 1; i < argc; ++i) {
     const std::string key = argv[i];
     const auto value = [&] { return i + 1 < argc ? std::string(argv[++i]) : std::string(); };
-    if (key == "--profile") wanted.profile = value();
-    if (key == "--rig") wanted.rig = value();
-    if (key == "--folder") wanted.folder = value();
-    if (key == "--first") wanted.first = std::strtoull(value().c_str(), nullptr, 10);
-    if (key == "--count") wanted.count = std::strtoull(value().c_str(), nullptr, 10);
-    if (key == "--none") wanted.none = true;
-    if (key == "--reduce") wanted.reduce = true;
-    if (key == "--replay") wanted.replay = value();
+    if (key == "--profile") arguments.profile = value();
+    if (key == "--rig") arguments.rig = value();
+    if (key == "--folder") arguments.folder = value();
+    if (key == "--first") arguments.first = std::strtoull(value().c_str(), nullptr, 10);
+    if (key == "--count") arguments.count = std::strtoull(value().c_str(), nullptr, 10);
+    if (key == "--none") arguments.none = true;
+    if (key == "--reduce") arguments.reduce = true;
+    if (key == "--replay") arguments.replay = value();
   }
-  return wanted;
+  return arguments;
 }
 
 Schedule read_schedule(const std::string& path) {
@@ -53,37 +53,37 @@ Schedule read_schedule(const std::string& path) {
 }
 
 int carry_out_schedules(int argc, char** argv) {
-  const auto wanted = wanted_by(argc, argv);
-  const auto ground = simulated_setup(wanted.profile, wanted.rig);
+  const auto arguments = parse_arguments(argc, argv);
+  const auto ground = simulated_setup(arguments.profile, arguments.rig);
   const auto options = options_for(ground);
   std::map<std::string, int> endings, invariants;
   std::array<std::int64_t, 7> states{};
   std::int64_t seconds = 0, failed = 0;
   const auto began = std::chrono::steady_clock::now();
-  for (auto seed = wanted.first; seed < wanted.first + wanted.count; ++seed) {
-    SimulatedRunSetting setting{.seed = seed, .schedule = {}, .folder = wanted.folder};
-    if (!wanted.none)
-      setting.schedule = wanted.replay.empty() ? draw_schedule(seed, options) : read_schedule(wanted.replay);
+  for (auto seed = arguments.first; seed < arguments.first + arguments.count; ++seed) {
+    SimulatedRunSetting setting{.seed = seed, .schedule = {}, .folder = arguments.folder};
+    if (!arguments.none)
+      setting.schedule = arguments.replay.empty() ? draw_schedule(seed, options) : read_schedule(arguments.replay);
     setting.sync_every = sync_every(seed);
     const auto report = carry_out(ground, setting);
     ++endings[name(report.ending)];
     seconds += report.seconds;
     for (std::size_t i = 0; i < states.size(); ++i) states[i] += report.seconds_in_state[i];
-    if (wanted.count == 1)
+    if (arguments.count == 1)
       fmt::print("seed {}: {} after {} s, {} lives, log {:016x}\n{}", seed, name(report.ending), report.seconds,
                  report.lives, report.log_hash, text(setting.schedule));
     if (report.violations.empty()) continue;
     ++failed;
     for (const auto& violation : report.violations) ++invariants[violation.substr(0, violation.find(' '))];
     fmt::print("seed {}: {}\n", seed, report.violations.front());
-    if (wanted.count == 1)
+    if (arguments.count == 1)
       for (const auto& violation : report.violations) fmt::print("  {}\n", violation);
-    if (wanted.reduce) fmt::print("{}", text(reduced(ground, setting)));
+    if (arguments.reduce) fmt::print("{}", text(shrink_schedule(ground, setting)));
     std::fflush(stdout);
   }
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - began;
-  fmt::print("{} schedules, {} failed, {:.3f} s each, {} virtual seconds\n", wanted.count, failed,
-             took.count() / static_cast<double>(wanted.count), seconds);
+  fmt::print("{} schedules, {} failed, {:.3f} s each, {} virtual seconds\n", arguments.count, failed,
+             took.count() / static_cast<double>(arguments.count), seconds);
   for (const auto& [ending, count] : endings) fmt::print("  {}: {}\n", ending, count);
   for (std::size_t i = 0; i < states.size(); ++i)
     fmt::print("  {} s in {}\n", states[i], name(static_cast<RunState>(i)));

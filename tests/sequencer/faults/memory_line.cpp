@@ -45,10 +45,10 @@ Result<void> LineEnd::write(std::span<const std::byte> bytes) {
   answered_.clear();
   answer_(bytes, answered_);
   if (answered_.empty() || trouble.answers_lost || loss == Loss::of_answer) return {};
-  if (happens(trouble.garbled)) garble_(answered_, random_);
-  if (happens(trouble.cut)) answered_.resize(1 + random_() % answered_.size());
+  if (draw_event(trouble.garbled)) garble_(answered_, random_);
+  if (draw_event(trouble.cut)) answered_.resize(1 + random_() % answered_.size());
   arrive(answered_, trouble.late);
-  if (happens(trouble.doubled)) arrive(answered_, trouble.late);
+  if (draw_event(trouble.doubled)) arrive(answered_, trouble.late);
   return {};
 }
 

@@ -48,14 +48,14 @@ class LineEnd {
   [[nodiscard]] const LineClock& line_clock() const { return line_clock_; }
   [[nodiscard]] LineClock& line_clock() { return line_clock_; }
   [[nodiscard]] std::mt19937_64& random() { return random_; }
-  [[nodiscard]] bool happens(double share) {
+  [[nodiscard]] bool draw_event(double share) {
     return share > 0 && std::uniform_real_distribution<>(0, 1)(random_) < share;
   }
 
   /// Part of an exchange that a lossy line loses.
   enum class Loss { none, of_request, of_answer };
   [[nodiscard]] Loss loss() {
-    if (!happens(trouble.lost)) return Loss::none;
+    if (!draw_event(trouble.lost)) return Loss::none;
     return random_() % 2 == 0 ? Loss::of_request : Loss::of_answer;
   }
 

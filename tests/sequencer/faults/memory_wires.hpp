@@ -23,7 +23,7 @@ class LineClockPauses final : public drivers::Pauses {
 class MemoryWires final : public rig::Wires {
  public:
   /// Both arguments must outlive this object.
-  MemoryWires(Plant& plant, SimulatedClock& clock) : plant_(plant), clock_(clock) { plant_.chamber().start_afresh(); }
+  MemoryWires(Plant& plant, SimulatedClock& clock) : plant_(plant), clock_(clock) { plant_.chamber().reset(); }
 
   std::unique_ptr<drivers::Registers> chamber(const drivers::RegisterMap& map) override {
     auto& port = plant_.chamber();

@@ -30,23 +30,23 @@ int least_severity(control::OperatorCommand command) {
 
 /// Makes a request. If the run controller does not object, it has promised to carry the request out. Of several
 /// promises, only the most severe one must be kept.
-void Operators::ask(control::OperatorCommand command, run::RunController& run_controller) {
+void Operators::submit(control::OperatorCommand command, run::RunController& run_controller) {
   if (!run_controller.objection(command).empty()) return;
   run_controller.submit(command, "operator");
   promised_ = std::max(promised_.value_or(command), command);
 }
 
-void Operators::ask(const InjectedFault& fault, run::RunController& run_controller, std::int64_t second) {
+void Operators::submit(const InjectedFault& fault, run::RunController& run_controller, std::int64_t second) {
   constexpr int kCommands = 4;
   switch (fault.kind) {
     case InjectedFaultKind::operator_pauses:
       resumes_at_ = second + fault.lasts;
-      return ask(control::OperatorCommand::pause, run_controller);
-    case InjectedFaultKind::operator_stops: return ask(control::OperatorCommand::stop, run_controller);
-    case InjectedFaultKind::operator_aborts: return ask(control::OperatorCommand::abort, run_controller);
+      return submit(control::OperatorCommand::pause, run_controller);
+    case InjectedFaultKind::operator_stops: return submit(control::OperatorCommand::stop, run_controller);
+    case InjectedFaultKind::operator_aborts: return submit(control::OperatorCommand::abort, run_controller);
     case InjectedFaultKind::operators_at_once:
       for (int which = static_cast<int>(fault.size); which > 0; which /= kCommands)
-        ask(static_cast<control::OperatorCommand>(which % kCommands), run_controller);
+        submit(static_cast<control::OperatorCommand>(which % kCommands), run_controller);
       return;
     default: return;
   }
@@ -63,7 +63,7 @@ void Operators::drop(const std::string& unit, std::int64_t lasts, run::RunContro
   if (run_controller.carry_out(request, "operator").done) returns_at_.emplace_back(unit, second + lasts);
 }
 
-void Operators::attend(run::RunController& run_controller, std::int64_t second) {
+void Operators::resume_after_wait(run::RunController& run_controller, std::int64_t second) {
   std::erase_if(returns_at_, [&](const auto& one) {
     const control::ControlRequest request{.unit = control::UnitRequest{.drop = false, .unit = one.first}};
     return second >= one.second && run_controller.carry_out(request, "operator").done;
@@ -74,7 +74,7 @@ void Operators::attend(run::RunController& run_controller, std::int64_t second) 
   }
   if (!resumes_at_) resumes_at_ = second + kOperatorComesAfter;
   if (second < *resumes_at_) return;
-  ask(control::OperatorCommand::resume, run_controller);
+  submit(control::OperatorCommand::resume, run_controller);
   resumes_at_ = second + kOperatorComesAfter;
 }
 
@@ -102,12 +102,12 @@ Listener::Listener() {
 }
 
 /// Writes "#12 0#": the twelfth message, and no message was dropped before it.
-void Listener::hear() {
+void Listener::write_second() {
   outlet_->write_lines([&](std::size_t dropped) {
-    return fmt::format("#{} {}#{}\n", said_ + 1, dropped, std::string(kLongMessage, '.'));
+    return fmt::format("#{} {}#{}\n", last_written_ + 1, dropped, std::string(kLongMessage, '.'));
   });
-  ++said_;
-  outlet_->draw({fmt::format("{} s", said_)});
+  ++last_written_;
+  outlet_->draw({fmt::format("{} s", last_written_)});
 }
 
 void Listener::take(const char* bytes, std::size_t size) {
@@ -122,14 +122,14 @@ void Listener::take(const char* bytes, std::size_t size) {
     const auto* end = number_.data() + number_.size();
     const auto first = std::from_chars(number_.data(), end, number);
     std::from_chars(first.ptr + 1, end, dropped);
-    if (number != heard_ + dropped + 1 && !missing_)
-      missing_ = fmt::format("message {} came after {}, and says that {} are missing", number, heard_, dropped);
-    heard_ = number;
+    if (number != last_read_ + dropped + 1 && !missing_)
+      missing_ = fmt::format("message {} follows {}, and reports {} dropped messages", number, last_read_, dropped);
+    last_read_ = number;
     number_.clear();
   }
 }
 
-bool Listener::read_within(int milliseconds) {
+bool Listener::wait_for_output(int milliseconds) {
   pollfd waiting{reader_.number(), POLLIN, 0};
   if (::poll(&waiting, 1, milliseconds) <= 0) return false;
   char bytes[1 << 16];
@@ -139,17 +139,17 @@ bool Listener::read_within(int milliseconds) {
 }
 
 void Listener::read() {
-  while (read_within(0)) continue;
+  while (wait_for_output(0)) continue;
 }
 
-std::optional<std::string> Listener::missing() {
+std::optional<std::string> Listener::first_lost_message() {
   constexpr int kUntilQuiet = 20;  // ms
-  while (read_within(kUntilQuiet)) continue;
+  while (wait_for_output(kUntilQuiet)) continue;
   // The outlet has memory again, and this message reports the drops before it.
-  hear();
-  while (heard_ < said_ && !missing_)
-    if (!read_within(kLongestSilence))
-      missing_ = fmt::format("nothing came after message {}, {} were said", heard_, said_);
+  write_second();
+  while (last_read_ < last_written_ && !missing_)
+    if (!wait_for_output(kLongestSilence))
+      missing_ = fmt::format("no message after {}, expected {}", last_read_, last_written_);
   return missing_;
 }
 

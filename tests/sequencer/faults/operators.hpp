@@ -22,9 +22,9 @@ inline constexpr std::int64_t kOperatorComesAfter = 60;
 class Operators {
  public:
   /// Makes the requests of a fault in this second, one after the other.
-  void ask(const InjectedFault& fault, run::RunController& run_controller, std::int64_t second);
+  void submit(const InjectedFault& fault, run::RunController& run_controller, std::int64_t second);
   /// Resumes a held run after a while.
-  void attend(run::RunController& run_controller, std::int64_t second);
+  void resume_after_wait(run::RunController& run_controller, std::int64_t second);
   /// Returns the promise that the last tick did not keep, or nothing.
   [[nodiscard]] std::optional<std::string> broken_promise(RunState state);
   /// Discards the promises of a program that has died.
@@ -34,7 +34,7 @@ class Operators {
   [[nodiscard]] bool has_dropped(const std::string& unit) const;
 
  private:
-  void ask(control::OperatorCommand command, run::RunController& run_controller);
+  void submit(control::OperatorCommand command, run::RunController& run_controller);
 
   /// Dropped units, each with the second of its return.
   std::vector<std::pair<std::string, std::int64_t>> returns_at_;
@@ -51,20 +51,20 @@ class Listener {
   Listener();
 
   /// Writes the output of one second: a long message and a display.
-  void hear();
+  void write_second();
   /// Reads the pending output.
   void read();
   /// Describes the first message that was lost without a report; nothing if there is none. Call it at the end.
-  [[nodiscard]] std::optional<std::string> missing();
+  [[nodiscard]] std::optional<std::string> first_lost_message();
 
  private:
   void take(const char* bytes, std::size_t size);
-  bool read_within(int milliseconds);
+  bool wait_for_output(int milliseconds);
 
   Descriptor reader_, writer_;
   std::unique_ptr<app::Outlet> outlet_;
   /// Numbers of the last written and the last read message.
-  std::int64_t said_ = 0, heard_ = 0;
+  std::int64_t last_written_ = 0, last_read_ = 0;
   /// Digits of the current message so far.
   std::string number_;
   bool in_number_ = false;

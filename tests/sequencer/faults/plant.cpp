@@ -10,8 +10,8 @@
 namespace gyrotherm::faults {
 namespace {
 
-simulator::Lakeshore218Session::Inputs inputs_of(const rig::ThermometerSettings& entry,
-                                                 const simulator::VirtualLaboratory& laboratory) {
+simulator::Lakeshore218Session::Inputs make_inputs(const rig::ThermometerSettings& entry,
+                                                   const simulator::VirtualLaboratory& laboratory) {
   simulator::Lakeshore218Session::Inputs inputs;
   const auto& names = laboratory.thermometer_names();
   for (std::size_t i = 0; i < entry.channels.size(); ++i)
@@ -20,7 +20,7 @@ simulator::Lakeshore218Session::Inputs inputs_of(const rig::ThermometerSettings&
 }
 
 /// Replaces the serial number in the answer to *IDN? by that of another instrument.
-void name_another(Bytes& answer) {
+void replace_serial_number(Bytes& answer) {
   constexpr std::string_view kOwn = "VIRTUAL1", kAnother = "VIRTUAL2";
   const auto same = [](std::byte byte, char c) { return static_cast<char>(byte) == c; };
   const auto found = std::ranges::search(answer, kOwn, same);
@@ -39,7 +39,7 @@ Plant::Plant(const rig::RigFile& file, const simulator::LaboratoryParameters& pa
     gyros_.push_back(std::make_unique<GyroEnd>(file.gyro_lines[i], file.units, laboratory_, rig,
                                                splitmix64(i == 0 ? seed + 1 : splitmix64(seed + 1) + i)));
   for (const auto& entry : file.thermometers) {
-    sessions_.push_back(std::make_unique<simulator::Lakeshore218Session>(laboratory_, inputs_of(entry, laboratory_)));
+    sessions_.push_back(std::make_unique<simulator::Lakeshore218Session>(laboratory_, make_inputs(entry, laboratory_)));
     const auto& names = laboratory_.thermometer_names();
     auto& places = places_.emplace_back();
     for (const auto& channel : entry.channels)
@@ -49,7 +49,7 @@ Plant::Plant(const rig::RigFile& file, const simulator::LaboratoryParameters& pa
         rig, splitmix64(seed + 2 + sessions_.size()),
         [session = sessions_.back().get(), is_another = are_exchanged_.back().get()](auto sent, Bytes& answer) {
           (void)session->feed(sent, answer);
-          if (*is_another) name_another(answer);
+          if (*is_another) replace_serial_number(answer);
         },
         garble_text));
   }

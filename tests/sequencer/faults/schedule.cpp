@@ -145,7 +145,7 @@ std::vector<InjectedFaultKind> enabled_kinds(Draw& draw, const ScheduleOptions& 
   return kinds;
 }
 
-bool is_of_a_unit(InjectedFaultKind kind) {
+bool is_unit_fault(InjectedFaultKind kind) {
   return (kind >= Kind::gyro_silent && kind <= Kind::gyro_restarts) || kind == Kind::unit_dropped;
 }
 
@@ -154,7 +154,7 @@ InjectedFault draw_fault(Draw& draw, const std::vector<InjectedFaultKind>& kinds
   const double in_one = row.most - row.least > 20 ? 1 : 100;
   return {.at = draw.whole(options.seconds),
           .kind = row.kind,
-          .target = static_cast<int>(draw.whole(is_of_a_unit(row.kind) ? options.units : row.targets)),
+          .target = static_cast<int>(draw.whole(is_unit_fault(row.kind) ? options.units : row.targets)),
           .lasts = row.lasting ? draw.seconds(options.longest) : 0,
           .size = std::round(draw.uniform(row.least, row.most) * in_one) / in_one};
 }

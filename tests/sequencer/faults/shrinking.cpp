@@ -7,13 +7,14 @@
 namespace gyrotherm::faults {
 namespace {
 
-std::string law_of(const std::string& violation) { return violation.substr(0, violation.find(' ')); }
+std::string invariant_name(const std::string& violation) { return violation.substr(0, violation.find(' ')); }
 
 bool breaks(const SimulatedSetup& ground, SimulatedRunSetting setting, Schedule schedule,
             const std::string& invariant) {
   setting.schedule = std::move(schedule);
   const auto report = carry_out(ground, setting);
-  return std::ranges::any_of(report.violations, [&](const auto& violation) { return law_of(violation) == invariant; });
+  return std::ranges::any_of(report.violations,
+                             [&](const auto& violation) { return invariant_name(violation) == invariant; });
 }
 
 }  // namespace
@@ -34,11 +35,11 @@ std::int64_t sync_every(std::uint64_t seed) {
   return kBatches[seed / 2 % kBatches.size()];
 }
 
-Schedule reduced(const SimulatedSetup& ground, const SimulatedRunSetting& setting) {
+Schedule shrink_schedule(const SimulatedSetup& ground, const SimulatedRunSetting& setting) {
   const auto whole = carry_out(ground, setting);
   auto schedule = setting.schedule;
   if (whole.violations.empty()) return schedule;
-  const auto invariant = law_of(whole.violations.front());
+  const auto invariant = invariant_name(whole.violations.front());
   for (std::size_t i = schedule.size(); i-- > 0;) {
     auto without = schedule;
     without.erase(without.begin() + static_cast<std::ptrdiff_t>(i));

@@ -13,6 +13,6 @@ namespace gyrotherm::faults {
 
 /// Reduces the schedule of `setting`, which violates an invariant: removes the faults that the violation does not need,
 /// and shortens the others as far as possible.
-[[nodiscard]] Schedule reduced(const SimulatedSetup& ground, const SimulatedRunSetting& setting);
+[[nodiscard]] Schedule shrink_schedule(const SimulatedSetup& ground, const SimulatedRunSetting& setting);
 
 }  // namespace gyrotherm::faults

@@ -32,7 +32,7 @@ std::string from(const std::string& path) { return std::string(GYROTHERM_SOURCE_
 
 }  // namespace
 
-record::RunInfo info_of(const profile::Profile& profile, const rig::RigFile& file) {
+record::RunInfo make_run_info(const profile::Profile& profile, const rig::RigFile& file) {
   return run::run_info("", profile, file, 0, kVirtualEpoch);
 }
 
@@ -59,7 +59,7 @@ bool has(const Schedule& schedule, InjectedFaultKind kind) {
 }
 
 /// Returns true if the record must outlive its program. A record in memory ends with its store.
-bool survives_its_program(const Schedule& schedule) {
+bool must_outlive_program(const Schedule& schedule) {
   return has_faults_of_disk(schedule) || has(schedule, InjectedFaultKind::program_crashes) ||
          has(schedule, InjectedFaultKind::program_stopped);
 }
@@ -80,11 +80,11 @@ class SimulatedRun {
  private:
   void second();
   void advance_second();
-  void obey(const InjectedFault& fault);
+  void apply_program_fault(const InjectedFault& fault);
   void attack(const InjectedFault& fault);
   void check_attack_is_noticed();
-  [[nodiscard]] Result<run::RunContinuation> take_up();
-  [[nodiscard]] bool is_another_connected() const;
+  [[nodiscard]] Result<run::RunContinuation> prepare_continuation();
+  [[nodiscard]] bool is_other_instrument_connected() const;
   void begin_run();
   void resume_run();
   void assemble();
@@ -96,7 +96,7 @@ class SimulatedRun {
   void judge_record();
   void close();
   [[nodiscard]] Result<record::Record> read_after_closing();
-  void end_at_storage(const char* invariant, const Fault& fault, bool excused);
+  void end_by_storage_fault(const char* invariant, const Fault& fault, bool excused);
 
   const SimulatedSetup& ground_;
   const rig::RigFile& file_;
@@ -120,8 +120,8 @@ class SimulatedRun {
   /// Last acknowledged slot before a file was attacked, until the program has noticed it.
   std::optional<std::int64_t> attacked_at_;
   bool spoiled_ = false;  ///< a main file was attacked
-  /// File that was attacked on a sick disk; the program may leave it.
-  std::optional<int> part_of_sick_disk_;
+  /// File that was attacked on a failing disk; the program may leave it.
+  std::optional<int> part_of_failing_disk_;
   std::optional<Ending> ending_;
   std::int64_t longest_backlog_ = 0;
   int parts_ = 1;
@@ -137,7 +137,7 @@ SimulatedRun::SimulatedRun(const SimulatedSetup& ground, const SimulatedRunSetti
       setting_(setting),
       sync_every_(has_faults_of_disk(setting.schedule) ? std::min(setting.sync_every, kShortBatch)
                                                        : setting.sync_every),
-      in_memory_(!survives_its_program(setting.schedule)),
+      in_memory_(!must_outlive_program(setting.schedule)),
       path_(in_memory_ ? record::kInMemory : fmt::format("{}/run-{}-{}.db", setting.folder, ::getpid(), setting.seed)),
       disk_(has_faults_of_disk(setting.schedule), path_,
             setting.seed % 3 == 0 ? kFewRows : record::StoreOptions().most_rows),
@@ -154,7 +154,7 @@ void SimulatedRun::advance_second() {
 }
 
 /// Reads the end of the record and prepares the continuation, as the program itself does.
-Result<run::RunContinuation> SimulatedRun::take_up() {
+Result<run::RunContinuation> SimulatedRun::prepare_continuation() {
   const auto record = record::read_record(path_);
   if (!record) return failure(record.error());
   const auto last_row = record->time_s.empty() ? Duration{} : from_seconds(record->time_s.back());
@@ -162,35 +162,36 @@ Result<run::RunContinuation> SimulatedRun::take_up() {
   if (!on) return on;
   identities_ = record->info.identities;
   if (on->recorded < acknowledged_)
-    invariants_.broken("P1", second_,
-                       fmt::format("the record ends at {}, {} was acknowledged", on->recorded, acknowledged_));
-  if (on->profile.text != ground_.profile.text) invariants_.broken("I16", second_, "another profile than before");
-  invariants_.life_begins(on->recorded);
-  invariants_.judge_resumption(second_, profile::profile_position(on->profile, on->state));
+    invariants_.report_violation(
+        "P1", second_, fmt::format("the record ends at {}, {} was acknowledged", on->recorded, acknowledged_));
+  if (on->profile.text != ground_.profile.text)
+    invariants_.report_violation("I16", second_, "another profile than before");
+  invariants_.begin_life(on->recorded);
+  invariants_.judge_resume(second_, profile::profile_position(on->profile, on->state));
   return on;
 }
 
 /// Returns true if another instrument is connected. Then no operator starts a run.
-bool SimulatedRun::is_another_connected() const {
+bool SimulatedRun::is_other_instrument_connected() const {
   return invariants_.is_active(InjectedFaultKind::chamber_exchanged, InjectedFaultKind::chamber_exchanged) ||
          invariants_.is_active(InjectedFaultKind::thermometer_exchanged, InjectedFaultKind::thermometer_exchanged);
 }
 
 /// Starts the first program of a run. If it cannot start, it is started again after kTriesAgainAfter.
 void SimulatedRun::begin_run() {
-  if (disk_.hangs() || is_another_connected()) return end_life(kTriesAgainAfter);
+  if (disk_.hangs() || is_other_instrument_connected()) return end_life(kTriesAgainAfter);
   clock_.restart_at(-kSecond);
   assemble();
   const auto state = begin(ground_.profile);
-  auto info = info_of(ground_.profile, file_);
+  auto info = make_run_info(ground_.profile, file_);
   const auto entrance = [&](const rig::FoundChamber& found) -> Result<Celsius> {
     info.identities = found.identities;
     return demanded_set_point(ground_.profile, state);
   };
   if (const auto prepared = rig_->prepare(entrance, nullptr); !prepared) return end_life(kTriesAgainAfter);
-  const bool excused = disk_.is_sick();
+  const bool excused = disk_.is_failing();
   auto store = disk_.create(info);
-  if (!store) return end_at_storage("record", store.error(), excused);
+  if (!store) return end_by_storage_fault("record", store.error(), excused);
   recorded_ = true;
   live(std::move(*store), state, 0);
 }
@@ -199,9 +200,9 @@ void SimulatedRun::begin_run() {
 /// another instrument is connected.
 void SimulatedRun::resume_run() {
   if (disk_.hangs()) return end_life(kTriesAgainAfter);
-  const bool excused = disk_.is_sick();
-  auto on = take_up();
-  if (!on) return end_at_storage("I16", on.error(), excused);
+  const bool excused = disk_.is_failing();
+  auto on = prepare_continuation();
+  if (!on) return end_by_storage_fault("I16", on.error(), excused);
   clock_.restart_at(on->start.already - kSecond);
   assemble();
   const auto goal = demanded_set_point(on->profile, on->state);
@@ -220,7 +221,7 @@ void SimulatedRun::resume_run() {
     return end_life(prepared.error().kind == FaultKind::interrupted ? kOperatorComesAfter : kTriesAgainAfter);
   accepted_ = false;
   auto store = disk_.reopen();
-  if (!store) return end_at_storage("record", store.error(), excused);
+  if (!store) return end_by_storage_fault("record", store.error(), excused);
   dropped_ = on->start.dropped_units;
   live(std::move(*store), on->state, on->recorded + 1);
   if (entry.away) run_controller_->begin_away(entry.set_point, on->why_stopped, on->interruption.air);
@@ -240,15 +241,16 @@ void SimulatedRun::live(std::unique_ptr<record::Store> store, const profile::Pro
   const auto now = clock_second();
   if (now > first_free)
     if (auto gap = store_->append_gap(first_free, now - 1, "the program was not running"); !gap)
-      invariants_.broken("record", second_, text(gap.error()));
+      invariants_.report_violation("record", second_, text(gap.error()));
   run_controller_.emplace(ground_.profile, *rig_, *store_, state, now);
   run_controller_->leave_out(dropped_);
 }
 
-/// Handles a storage fault. On a sick disk (`excused`) the fault is expected, and the program is started again later.
-void SimulatedRun::end_at_storage(const char* invariant, const Fault& fault, bool excused) {
+/// Handles a storage fault. On a failing disk (`excused`) the fault is expected, and the program is started again
+/// later.
+void SimulatedRun::end_by_storage_fault(const char* invariant, const Fault& fault, bool excused) {
   if (excused) return end_life(kTriesAgainAfter);
-  invariants_.broken(invariant, second_, text(fault));
+  invariants_.report_violation(invariant, second_, text(fault));
   end(Ending::never_began);
 }
 
@@ -265,14 +267,14 @@ void SimulatedRun::end_life(std::int64_t down, bool power_cut) {
   wires_.reset();
   down_ = std::max<std::int64_t>(down, 1);
   late_ = asleep_ = 0;
-  invariants_.no_tick();
+  invariants_.skip_tick();
 }
 
 void SimulatedRun::end(Ending ending) {
   if (!ending_) ending_ = ending;
 }
 
-void SimulatedRun::obey(const InjectedFault& fault) {
+void SimulatedRun::apply_program_fault(const InjectedFault& fault) {
   if (fault.kind == InjectedFaultKind::disk_fails_once) return disk_.fail_once(static_cast<std::int64_t>(fault.size));
   if (!run_controller_) return;
   switch (fault.kind) {
@@ -280,7 +282,7 @@ void SimulatedRun::obey(const InjectedFault& fault) {
     case InjectedFaultKind::machine_sleeps: asleep_ = std::max(asleep_, fault.lasts); return;
     case InjectedFaultKind::program_stopped:
       if (!store_->append_event({clock_.now(), EventKind::interrupted, "stopped by a signal"}) || !store_->sync())
-        invariants_.broken("record", second_, "a signal could not be recorded");
+        invariants_.report_violation("record", second_, "a signal could not be recorded");
       return end_life(fault.lasts);
     case InjectedFaultKind::program_crashes: return end_life(fault.lasts);
     case InjectedFaultKind::power_cut: return end_life(fault.lasts, true);
@@ -291,7 +293,7 @@ void SimulatedRun::obey(const InjectedFault& fault) {
     const auto unit = static_cast<std::size_t>(fault.target) % file_.units.size();
     return operators_.drop(file_.units[unit].info.name, fault.lasts, *run_controller_, second_);
   }
-  operators_.ask(fault, *run_controller_, second_);
+  operators_.submit(fault, *run_controller_, second_);
 }
 
 /// Attacks the record's files. Does nothing before a power cut, because the effect of the cut is only known for files
@@ -300,73 +302,74 @@ void SimulatedRun::attack(const InjectedFault& fault) {
   if (cuts_power_) return;
   if (!disk_.attack(fault, store_->health().parts)) return;
   attacked_at_ = store_->sync().value_or(-1);
-  part_of_sick_disk_ = disk_.is_sick() ? std::optional(store_->health().parts) : std::nullopt;
+  part_of_failing_disk_ = disk_.is_failing() ? std::optional(store_->health().parts) : std::nullopt;
   if (fault.target == 0) spoiled_ = true;
 }
 
 /// P12: checks that the program reports an attack once it has continued in another file. If it had already left the
-/// attacked file on a sick disk, no report is required yet: its rows are in memory, and the file is checked when the
+/// attacked file on a failing disk, no report is required yet: its rows are in memory, and the file is checked when the
 /// record is closed.
 void SimulatedRun::check_attack_is_noticed() {
   if (!attacked_at_ || store_->sync().value_or(-1) <= *attacked_at_) return;
   attacked_at_.reset();
-  const bool was_left = part_of_sick_disk_ && store_->health().parts > *part_of_sick_disk_;
+  const bool was_left = part_of_failing_disk_ && store_->health().parts > *part_of_failing_disk_;
   if (store_->health().damage.empty() && !was_left)
-    invariants_.broken("P12", second_, "a file of the record was attacked, and no word");
+    invariants_.report_violation("P12", second_, "a file of the record was attacked, and no word");
 }
 
 void SimulatedRun::tick() {
-  operators_.attend(*run_controller_, second_);
+  operators_.resume_after_wait(*run_controller_, second_);
   invariants_.before_tick();
   const auto slot = clock_second() - 1;
   const auto outcome = run_controller_->tick(slot);
-  if (!outcome) return invariants_.broken("tick", second_, text(outcome.error())), end(Ending::stopped);
+  if (!outcome) return invariants_.report_violation("tick", second_, text(outcome.error())), end(Ending::stopped);
   invariants_.after_tick(second_, *store_, operators_);
   if (const auto broken = operators_.broken_promise(run_controller_->run_state()))
-    invariants_.broken("I22", second_, *broken);
+    invariants_.report_violation("I22", second_, *broken);
   const auto health = store_->health();
   longest_backlog_ = std::max(longest_backlog_, health.backlog_s);
   parts_ = std::max(parts_, health.parts);
   if (severity(run_controller_->run_state()) > 0 && run_controller_->standing().cause.empty() &&
       *outcome != run::RunOutcome::complete)
-    invariants_.broken("I20", second_, fmt::format("{}, and no reason for it", name(run_controller_->run_state())));
+    invariants_.report_violation("I20", second_,
+                                 fmt::format("{}, and no reason for it", name(run_controller_->run_state())));
   store_->forget();
   const bool ended = *outcome != run::RunOutcome::going_on;
   if (ended || slot % sync_every_ == sync_every_ - 1)
-    if (auto synced = store_->sync(); !synced) invariants_.broken("record", second_, text(synced.error()));
+    if (auto synced = store_->sync(); !synced) invariants_.report_violation("record", second_, text(synced.error()));
   if (*outcome == run::RunOutcome::complete) {
     invariants_.completed(second_);
     end(Ending::complete);
   }
   if (*outcome == run::RunOutcome::made_safe) {
-    invariants_.left_as_safe(second_);
+    invariants_.check_end_of_safe_run(second_);
     end(Ending::made_safe);
   }
   if (*outcome == run::RunOutcome::stopped) end(Ending::stopped);
 }
 
 void SimulatedRun::second() {
-  for (const auto& fault : injector_.pass(second_)) obey(fault);
-  disk_.inject(injector_.standing());
+  for (const auto& fault : injector_.pass(second_)) apply_program_fault(fault);
+  disk_.inject(injector_.active_faults());
   ++second_;
   if (!run_controller_) {
     if (--down_ <= 0) return recorded_ ? resume_run() : begin_run();
     return advance_second();
   }
   rig_->let_pass(1);
-  if (asleep_ > 0) return --asleep_, invariants_.no_tick();
+  if (asleep_ > 0) return --asleep_, invariants_.skip_tick();
   if (late_ > 0) {
     --late_;
-    invariants_.no_tick();
+    invariants_.skip_tick();
   } else {
     tick();
   }
   if (listener_) {
-    listener_->hear();
+    listener_->write_second();
     if (!invariants_.is_active(InjectedFaultKind::outputs_blocked, InjectedFaultKind::outputs_blocked))
       listener_->read();
   }
-  disk_.attend(second_);
+  disk_.advance(second_);
   check_attack_is_noticed();
 }
 
@@ -377,29 +380,29 @@ void SimulatedRun::judge_record() {
   if (ending_ == Ending::lost_its_record) return;
   const auto record = in_memory_ ? store_->read_back() : read_after_closing();
   if (attacked_at_) return;  // just before the end
-  if (!record) return invariants_.broken("record", second_, text(record.error()));
+  if (!record) return invariants_.report_violation("record", second_, text(record.error()));
   invariants_.judge_record(second_, *record, acknowledged_, left_unwritten_);
   if (in_memory_) return;
   if (const auto verified = record::verify_record(path_); !verified && !spoiled_)
-    invariants_.broken("I17", second_, text(verified.error()));
+    invariants_.report_violation("I17", second_, text(verified.error()));
   const bool closed_as_if_whole = record::is_there(record::manifest_path(path_));
   if (spoiled_ && closed_as_if_whole && !record::verify_record(path_))
-    invariants_.broken("P12", second_, "a spoiled record has a manifest");
+    invariants_.report_violation("P12", second_, "a spoiled record has a manifest");
 }
 
 /// Closes the record as the program does: waits for the disk.
 void SimulatedRun::close() {
   constexpr std::int64_t kLongestFinish = 30;
-  const bool excused = disk_.is_sick();
-  for (auto second = second_; second < second_ + kLongestFinish; ++second) disk_.attend(second);
+  const bool excused = disk_.is_failing();
+  for (auto second = second_; second < second_ + kLongestFinish; ++second) disk_.advance(second);
   const auto synced = store_->sync();
-  if (!synced && !excused) invariants_.broken("record", second_, text(synced.error()));
+  if (!synced && !excused) invariants_.report_violation("record", second_, text(synced.error()));
   acknowledged_ = store_->acknowledged();
   left_unwritten_ = store_->health().backlog_s > 0;
-  if (left_unwritten_ && !excused) invariants_.broken("P13", second_, "rows wait for a disk that is well");
+  if (left_unwritten_ && !excused) invariants_.report_violation("P13", second_, "rows wait for a disk that is well");
   if (ending_ != Ending::complete || left_unwritten_ || disk_.hangs()) return;
   if (const auto finished = store_->finish(); !finished && !excused && !spoiled_)
-    invariants_.broken("record", second_, text(finished.error()));
+    invariants_.report_violation("record", second_, text(finished.error()));
 }
 
 Result<record::Record> SimulatedRun::read_after_closing() {
@@ -418,7 +421,7 @@ SimulatedRunReport SimulatedRun::run() {
   if (store_ && (!ending_ || *ending_ != Ending::complete)) (void)store_->sync();
   judge_record();
   if (listener_)
-    if (const auto missing = listener_->missing()) invariants_.broken("I23", second_, *missing);
+    if (const auto missing = listener_->first_lost_message()) invariants_.report_violation("I23", second_, *missing);
   return {.violations = invariants_.violations(),
           .ending = ending_.value_or(Ending::ran_out_of_time),
           .seconds = second_,

@@ -38,7 +38,7 @@ struct SimulatedSetup {
 [[nodiscard]] SimulatedSetup simulated_setup(const std::string& profile, const std::string& rig = "virtual-reference");
 
 /// Returns the run data of this profile on this virtual rig.
-[[nodiscard]] record::RunInfo info_of(const profile::Profile& profile, const rig::RigFile& file);
+[[nodiscard]] record::RunInfo make_run_info(const profile::Profile& profile, const rig::RigFile& file);
 
 // One run of a profile on the virtual plant during a schedule of faults. Run controller, I/O, driver logic and store
 // are the real ones; the time is virtual, and every second is judged.

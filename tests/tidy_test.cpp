@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The house rules, held: who may include what, how large a file and a function may grow, which words are not used.
+/// Checks the house rules: permitted includes, sizes of files and functions, banned words.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -29,8 +29,8 @@ const fs::path kRoot = GYROTHERM_SOURCE_DIR;
 const std::vector<std::string> kModules{"core",      "drivers",  "simulator", "acquisition",
                                         "sequencer", "analysis", "report",    "apps"};
 
-/// Module → the modules whose headers it may include. Each module lists only modules that stand before it in kModules.
-const std::map<std::string, std::set<std::string>> kModuleArrows{
+/// Module → the modules whose headers it may include. Each module lists only modules that precede it in kModules.
+const std::map<std::string, std::set<std::string>> kModuleDependencies{
     {"core", {}},
     {"drivers", {"core"}},
     {"simulator", {"core", "drivers"}},
@@ -41,9 +41,9 @@ const std::map<std::string, std::set<std::string>> kModuleArrows{
     {"apps", {"core", "drivers", "simulator", "acquisition", "sequencer", "analysis", "report"}},
 };
 
-/// Part of a module (the module itself, or a folder of it with a library of its own) → the parts whose headers it may
-/// include, beside its own.
-const std::map<std::string, std::set<std::string>> kArrows{
+/// Part of a module → the other parts whose headers it may include. A part is a module, or a folder of a module that
+/// has its own library.
+const std::map<std::string, std::set<std::string>> kPartDependencies{
     {"core", {}},
     {"drivers", {"core"}},
     {"simulator/thermal/reduced", {"core"}},
@@ -107,7 +107,7 @@ const std::map<std::string, std::set<std::string>> kArrows{
      {"core", "report", "report/plot", "simulator/thermal", "simulator/thermal/reduced", "apps/console"}},
 };
 
-/// Part → beginnings of the third-party headers that it may include. fmt and tl::expected are allowed everywhere.
+/// Part → prefixes of the third-party headers that it may include. fmt and tl::expected are allowed everywhere.
 const std::map<std::string, std::vector<std::string>> kThirdParties{
     {"core", {"toml++/", "nlohmann/", "openssl/"}},
     {"drivers", {"modbus/", "libserialport.h", "hidapi.h"}},
@@ -143,10 +143,10 @@ const std::map<std::string, std::vector<std::string>> kThirdParties{
     {"apps/site/job", {"CLI/"}},
 };
 
-/// Returns the part that a path from the root belongs to; empty if it belongs to none.
-std::string part_of(const std::string& path) {
+/// Returns the part that contains a path relative to the root; empty if there is none.
+std::string find_part(const std::string& path) {
   std::string best;
-  for (const auto& [part, allowed] : kArrows)
+  for (const auto& [part, allowed] : kPartDependencies)
     if (path.starts_with(part + "/") && part.size() > best.size()) best = part;
   return best;
 }
@@ -161,7 +161,7 @@ struct Source {
   }
 };
 
-std::vector<std::string> lines_of(const fs::path& path) {
+std::vector<std::string> read_lines(const fs::path& path) {
   std::ifstream file(path);
   std::vector<std::string> lines;
   for (std::string line; std::getline(file, line);) lines.push_back(line);
@@ -174,11 +174,11 @@ std::vector<Source> sources_in(const std::vector<std::string>& folders) {
     for (const auto& entry : fs::recursive_directory_iterator(kRoot / folder))
       if (const auto extension = entry.path().extension(); extension == ".hpp" || extension == ".cpp")
         found.push_back(
-            {entry.path(), folder, part_of(fs::relative(entry.path(), kRoot).string()), lines_of(entry.path())});
+            {entry.path(), folder, find_part(fs::relative(entry.path(), kRoot).string()), read_lines(entry.path())});
   return found;
 }
 
-/// Every .hpp and .cpp of the modules.
+/// Returns every .hpp and .cpp file of the modules.
 const std::vector<Source>& sources() {
   static const std::vector<Source> all = [] {
     auto found = sources_in(kModules);
@@ -188,8 +188,8 @@ const std::vector<Source>& sources() {
   return all;
 }
 
-/// Every .hpp and .cpp of the tests and the benchmarks but this one, which has the banned words in it.
-const std::vector<Source>& sources_beside() {
+/// Returns every .hpp and .cpp file of the tests and benchmarks except this one, which contains the banned words.
+const std::vector<Source>& test_and_bench_sources() {
   static const std::vector<Source> all = [] {
     auto found = sources_in({"tests", "bench"});
     std::erase_if(found, [](const Source& source) { return source.path.filename() == "tidy_test.cpp"; });
@@ -201,12 +201,12 @@ const std::vector<Source>& sources_beside() {
 
 std::vector<Source> all_sources() {
   auto all = sources();
-  all.insert(all.end(), sources_beside().begin(), sources_beside().end());
+  all.insert(all.end(), test_and_bench_sources().begin(), test_and_bench_sources().end());
   return all;
 }
 
 TEST(House, AssignsEachFileToPartOfModule) {
-  for (const auto& source : sources()) EXPECT_TRUE(kArrows.contains(source.part)) << source.at(0);
+  for (const auto& source : sources()) EXPECT_TRUE(kPartDependencies.contains(source.part)) << source.at(0);
 }
 
 TEST(House, IncludesPointOneWay) {
@@ -216,8 +216,8 @@ TEST(House, IncludesPointOneWay) {
     for (std::size_t i = 0; i < source.lines.size(); ++i) {
       std::smatch match;
       if (!std::regex_search(source.lines[i], match, include)) continue;
-      const auto part = part_of(match[1].str() + "/");
-      EXPECT_TRUE(part == source.part || kArrows.at(source.part).contains(part))
+      const auto part = find_part(match[1].str() + "/");
+      EXPECT_TRUE(part == source.part || kPartDependencies.at(source.part).contains(part))
           << source.at(i) << ": " << source.part << " may not include " << match[1];
       ++includes;
     }
@@ -226,28 +226,29 @@ TEST(House, IncludesPointOneWay) {
 
 TEST(House, ModulesDependOneWay) {
   const std::regex include(R"re(^#include "([a-z_0-9]+)/[a-z_0-9/]+\.hpp")re");
-  std::set<std::pair<std::string, std::string>> arrows;
+  std::set<std::pair<std::string, std::string>> dependencies;
   for (const auto& source : sources())
     for (std::size_t i = 0; i < source.lines.size(); ++i) {
       std::smatch match;
       if (!std::regex_search(source.lines[i], match, include) || match[1] == source.module) continue;
-      arrows.emplace(source.module, match[1]);
-      EXPECT_TRUE(kModuleArrows.at(source.module).contains(match[1]))
+      dependencies.emplace(source.module, match[1]);
+      EXPECT_TRUE(kModuleDependencies.at(source.module).contains(match[1]))
           << source.at(i) << ": " << source.module << " may not include " << match[1];
     }
-  EXPECT_GT(arrows.size(), 10u);
+  EXPECT_GT(dependencies.size(), 10u);
   std::set<std::string> before;
   for (const auto& module : kModules) {
-    for (const auto& below : kModuleArrows.at(module)) EXPECT_TRUE(before.contains(below)) << module << " → " << below;
+    for (const auto& below : kModuleDependencies.at(module))
+      EXPECT_TRUE(before.contains(below)) << module << " → " << below;
     before.insert(module);
   }
 }
 
-/// The modules' tests share what lies in tests/support; only the tests of the benchmarks include those.
+/// Tests of different modules share only headers in tests/support. Only tests/bench includes headers of bench.
 TEST(House, TestsAndBenchmarksIncludeOnlySharedHeaders) {
   const std::regex include(R"re(^#include "((tests|bench)/[a-z_0-9]+)/.*")re");
   std::size_t includes = 0;
-  for (const auto& source : sources_beside())
+  for (const auto& source : test_and_bench_sources())
     for (std::size_t i = 0; i < source.lines.size(); ++i) {
       std::smatch match;
       if (!std::regex_search(source.lines[i], match, include) || match[1] == "tests/support") continue;
@@ -283,10 +284,10 @@ TEST(House, HeadersIncludeNoThirdPartyHeaders) {
   const std::regex include(
       R"(^#include <(toml\+\+/|modbus/|libserialport|hidapi|sqlite3\.h|libpq|nlohmann/|Q[A-Z]|HYPRE|mpi\.h))");
   for (const auto& source : sources()) {
-    const bool is_of_a_program =
+    const bool is_program =
         source.module == "apps" && !source.part.starts_with("apps/monitor") && !source.part.starts_with("apps/site");
-    if (source.path.extension() != ".hpp" || is_of_a_program) continue;
-    if (source.path.stem() == "sqlite" || source.path.stem() == "json") continue;  // wrappers for .cpp files alone
+    if (source.path.extension() != ".hpp" || is_program) continue;
+    if (source.path.stem() == "sqlite" || source.path.stem() == "json") continue;  // wrappers for .cpp files only
     for (std::size_t i = 0; i < source.lines.size(); ++i)
       EXPECT_FALSE(std::regex_search(source.lines[i], include)) << source.at(i) << ": third party in a header";
   }
@@ -300,9 +301,8 @@ TEST(House, OnlySourcesIncludeThirdPartyWrappers) {
   }
 }
 
-/// Returns the namespace of a source: gyrotherm for core, gyrotherm::app for what the programs share with `gyrotherm`,
-/// the module's name in drivers, simulator and report, and the part's name elsewhere.
-std::string namespace_of(const Source& source) {
+/// Returns the expected innermost namespace of a source: the name of its last folder in gyrotherm, with exceptions.
+std::string expected_namespace(const Source& source) {
   static const std::map<std::string, std::string> exceptions{{"core", "gyrotherm"},
                                                              {"apps/console", "gyrotherm::app"},
                                                              {"apps/gyrotherm", "gyrotherm::app"},
@@ -317,11 +317,11 @@ std::string namespace_of(const Source& source) {
 TEST(House, EachPartHasItsNamespace) {
   std::size_t seen = 0;
   for (const auto& source : sources()) {
-    std::string last;  // before it others may stand: of what is declared there, or specialised
+    std::string last;  // earlier ones may be opened for declarations or specialisations
     for (const auto& line : source.lines)
       if (line.starts_with("namespace gyrotherm")) last = line;
     if (last.empty()) continue;
-    EXPECT_EQ(last, "namespace " + namespace_of(source) + " {") << source.at(0);
+    EXPECT_EQ(last, "namespace " + expected_namespace(source) + " {") << source.at(0);
     ++seen;
   }
   EXPECT_GT(seen, 600u);
@@ -336,20 +336,20 @@ TEST(House, FilesHaveOneSubject) {
   for (const auto& source : all_sources()) EXPECT_LE(source.lines.size(), 800u) << source.at(0) << ": split this file";
 }
 
-std::size_t width_of(const std::string& line) {
+std::size_t display_width(const std::string& line) {
   return static_cast<std::size_t>(
       std::count_if(line.begin(), line.end(), [](unsigned char byte) { return (byte & 0xC0) != 0x80; }));
 }
 
-constexpr std::size_t kWidest = 120;
+constexpr std::size_t kMaxWidth = 120;
 
 TEST(House, LinesAreAtMost120Characters) {
   for (const auto& source : all_sources())
     for (std::size_t i = 0; i < source.lines.size(); ++i)
-      EXPECT_LE(width_of(source.lines[i]), kWidest) << source.at(i) << ": too wide";
+      EXPECT_LE(display_width(source.lines[i]), kMaxWidth) << source.at(i) << ": too wide";
 }
 
-/// Rows of tables, code and what has no blank to break at may be wider.
+/// Rows of tables and code may be wider.
 TEST(House, LinesOfDocumentsAreAtMost120Characters) {
   std::vector<fs::path> documents;
   for (const auto* folder : {"", "docs", "docs/decisions", "docs/how-to", "docs/reference", "docs/tutorial", "bench",
@@ -360,11 +360,11 @@ TEST(House, LinesOfDocumentsAreAtMost120Characters) {
   for (const auto& path : documents) {
     bool code = false;
     int number = 0;
-    for (const auto& line : lines_of(path)) {
+    for (const auto& line : read_lines(path)) {
       ++number;
       if (line.find("```") != std::string::npos) code = !code;
       if (code || line.starts_with("|") || line.starts_with("    ")) continue;
-      EXPECT_LE(width_of(line), kWidest) << fs::relative(path, kRoot).string() << ":" << number << ": too wide";
+      EXPECT_LE(display_width(line), kMaxWidth) << fs::relative(path, kRoot).string() << ":" << number << ": too wide";
     }
   }
 }
@@ -373,7 +373,7 @@ TEST(House, FunctionsAreShort) {
   std::size_t functions = 0, wrapped = 0;
   for (const auto& source : sources()) {
     const auto scanned = scan_functions(fmt::format("{}\n", fmt::join(source.lines, "\n")));
-    EXPECT_TRUE(scanned.is_balanced) << source.at(0) << ": the scanner does not understand this file";
+    EXPECT_TRUE(scanned.is_balanced) << source.at(0) << ": the scanner finds unbalanced braces";
     for (const auto& function : scanned.functions) {
       EXPECT_LE(function.lines(), 70u) << source.at(function.first_line - 1) << ": shorten this function";
       if (source.lines[function.first_line - 1].find('{') == std::string::npos) ++wrapped;
@@ -385,7 +385,7 @@ TEST(House, FunctionsAreShort) {
 }
 
 /// Returns the signatures that the scanner finds, each with its first and its last line.
-std::vector<std::string> found_by_scanner(const std::string& source) {
+std::vector<std::string> scan_signatures(const std::string& source) {
   const auto scanned = scan_functions(source);
   EXPECT_TRUE(scanned.is_balanced) << source;
   std::vector<std::string> found;
@@ -396,11 +396,11 @@ std::vector<std::string> found_by_scanner(const std::string& source) {
 using Found = std::vector<std::string>;
 
 TEST(FunctionScanner, FindsWrappedSignatures) {
-  EXPECT_EQ(found_by_scanner("namespace a {\nint sum(int first,\n        int second) {\n  return first;\n}\n}\n"),
+  EXPECT_EQ(scan_signatures("namespace a {\nint sum(int first,\n        int second) {\n  return first;\n}\n}\n"),
             (Found{"2-5 int sum(int first, int second)"}));
-  EXPECT_EQ(found_by_scanner("template <class T,\n          class U = T>\nauto f(T t) -> std::vector<T> {\n}\n"),
+  EXPECT_EQ(scan_signatures("template <class T,\n          class U = T>\nauto f(T t) -> std::vector<T> {\n}\n"),
             (Found{"1-4 template <class T, class U = T> auto f(T t) -> std::vector<T>"}));
-  EXPECT_EQ(found_by_scanner("std::map<int,\n         int>\nC::f()\n    const noexcept {}\n"),
+  EXPECT_EQ(scan_signatures("std::map<int,\n         int>\nC::f()\n    const noexcept {}\n"),
             (Found{"1-4 std::map<int, int> C::f() const noexcept"}));
 }
 
@@ -426,7 +426,7 @@ TEST(FunctionScanner, FindsMembersAndConstructorsWithInitialisers) {
   };
 };)";
   EXPECT_EQ(
-      found_by_scanner(source),
+      scan_signatures(source),
       (Found{"3-8 explicit C(int n) : n_(n), list_{ }, work_([this] { run(); }), base_<int>{ }", "9-9 ~C()",
              "11-11 bool operator==(const C& other) const", "12-12 int operator()(int x) const", "18-18 void g()"}));
 }
@@ -443,7 +443,7 @@ void f() {
   use(text, '}', 1'0);
 }
 )code";
-  EXPECT_EQ(found_by_scanner(source), (Found{"7-10 void f()"}));
+  EXPECT_EQ(scan_signatures(source), (Found{"7-10 void f()"}));
 }
 
 TEST(FunctionScanner, DistinguishesValuesTypesAndNamespacesFromFunctions) {
@@ -465,7 +465,7 @@ struct LineOf<float> {
   using Line = float __attribute__((vector_size(64)));
 };
 )";
-  EXPECT_EQ(found_by_scanner(source), (Found{"2-2 int c_function(void)", "13-13 struct stat status_of(int file)"}));
+  EXPECT_EQ(scan_signatures(source), (Found{"2-2 int c_function(void)", "13-13 struct stat status_of(int file)"}));
 }
 
 TEST(FunctionScanner, ReportsUnmatchedBrace) {
@@ -480,48 +480,49 @@ struct Ban {
   std::set<std::string> allowed;  ///< modules or their parts
 };
 
-void expect_none_of(const std::vector<Ban>& bans, const std::vector<Source>& in) {
+void expect_no_banned_words(const std::vector<Ban>& bans, const std::vector<Source>& in) {
   for (const auto& source : in)
     for (std::size_t i = 0; i < source.lines.size(); ++i)
       for (const auto& ban : bans) {
         if (ban.allowed.contains(source.module) || ban.allowed.contains(source.part)) continue;
         EXPECT_FALSE(std::regex_search(source.lines[i], ban.word))
-            << source.at(i) << ": not used here; instead: " << ban.instead << "\n"
+            << source.at(i) << ": banned here; use instead: " << ban.instead << "\n"
             << source.lines[i];
       }
 }
 
 TEST(House, BannedWordsAreNotUsed) {
   const std::vector<Ban> bans{
-      {std::regex(R"(\b(TODO|FIXME|XXX|HACK)\b)"), "do it, or file an issue", {}},
-      {std::regex(R"(\busing namespace\b)"), "name what you use", {}},
-      {std::regex(R"(\b(?!ModemManager\b)\w*(Manager|Helper|Utils|Impl)\b)"), "say what it is", {}},
-      {std::regex(R"((^|[^:.>\w])get_[a-z_]+\()"), "name the thing, not the getting", {"bench"}},  // pagmo asks for one
+      {std::regex(R"(\b(TODO|FIXME|XXX|HACK)\b)"), "fix it, or file an issue", {}},
+      {std::regex(R"(\busing namespace\b)"), "a using declaration for each name", {}},
+      {std::regex(R"(\b(?!ModemManager\b)\w*(Manager|Helper|Utils|Impl)\b)"), "a specific noun", {}},
+      {std::regex(R"((^|[^:.>\w])get_[a-z_]+\()"), "a noun: result(), not get_result()", {"bench"}},  // pagmo needs it
       {std::regex(R"(\bstd::rand\b|\brand\(\))"), "a seeded engine", {}},
       {std::regex(R"(\bmodbus_(set|get)_float)"), "drivers/chamber/register_item", {}},
       {std::regex(R"(\bsystem_clock\b)"), "Clock", {"core"}},
   };
-  expect_none_of(bans, all_sources());
+  expect_no_banned_words(bans, all_sources());
 }
 
-/// What a test may do, and the program may not.
+/// Bans words in the program that are allowed in tests.
 TEST(House, WordsBannedFromProgramAreNotUsed) {
   const std::vector<Ban> bans{
-      {std::regex(R"(\bsleep_for\b|\busleep\b|\bnanosleep\b)"), "hand in a Clock", {"apps", "sequencer/watchdog"}},
+      {std::regex(R"(\bsleep_for\b|\busleep\b|\bnanosleep\b)"), "an injected Clock", {"apps", "sequencer/watchdog"}},
       {std::regex(R"(\bthrow\b)"), "Result", {}},
-      {std::regex(R"(\bistreambuf_iterator\b)"), "getline: no exception if a read fails", {}},
+      {std::regex(R"(\bistreambuf_iterator\b)"), "getline, which does not throw if a read fails", {}},
       {std::regex(R"(: (std::file|f)s(ystem)?::(recursive_)?directory_iterator)"), "list_folder", {}},
       {std::regex(R"(\bstd::cout\b|\bprintf\()"), "the program's own output", {"apps"}},
-      {std::regex(R"(\bfmt::print\()"), "write_to_stdout, write_to_stderr: it throws where nobody takes it", {}},
+      {std::regex(R"(\bfmt::print\()"), "write_to_stdout or write_to_stderr, which do not throw", {}},
   };
-  expect_none_of(bans, sources());
+  expect_no_banned_words(bans, sources());
 }
 
-/// CMake's own flags of every build type but Debug bring NDEBUG: a type that a preset uses has flags of ours.
+/// CMake's default flags define NDEBUG for every build type but Debug. The project sets its own flags for each build
+/// type that a preset uses.
 TEST(House, EachPresetCompilesWithAssertions) {
   const auto whole = [](const fs::path& path) {
     std::string text;
-    for (const auto& line : lines_of(path)) text += line + "\n";
+    for (const auto& line : read_lines(path)) text += line + "\n";
     return text;
   };
   const auto presets = whole(kRoot / "CMakePresets.json");
@@ -539,7 +540,7 @@ TEST(House, EachPresetCompilesWithAssertions) {
   EXPECT_GT(types, 0u);
 }
 
-/// The documents name scripts as commands.
+/// The documents show scripts as commands.
 TEST(House, ScriptsAreExecutable) {
   int scripts = 0;
   for (const std::string folder : {"bench", "debian", "profiles", "tests"}) {
@@ -555,8 +556,8 @@ TEST(House, ScriptsAreExecutable) {
   EXPECT_GT(scripts, 20);
 }
 
-/// What a pattern finds in a text, its first group of each.
-std::set<std::string> found_in(const std::string& text, const char* pattern) {
+/// Returns the first group of each match of a pattern in a text.
+std::set<std::string> find_matches(const std::string& text, const char* pattern) {
   std::set<std::string> found;
   const std::regex one(pattern);
   for (std::sregex_iterator match(text.begin(), text.end(), one), end; match != end; ++match)
@@ -564,12 +565,12 @@ std::set<std::string> found_in(const std::string& text, const char* pattern) {
   return found;
 }
 
-std::string text_of(const fs::path& path) { return fmt::format("{}", fmt::join(lines_of(path), "\n")); }
+std::string read_text(const fs::path& path) { return fmt::format("{}", fmt::join(read_lines(path), "\n")); }
 
-/// Sections of docs/errata.md, rows of docs/invariants.md and numbers of docs/decisions that sources speak of.
+/// Sources refer to sections of docs/errata.md, rows of docs/invariants.md and numbers of docs/decisions.
 TEST(House, ReferencesToErrataInvariantsAndDecisionsResolve) {
-  const auto sections = found_in(text_of(kRoot / "docs/errata.md"), R"((?:^|\n)##+ (\d+(?:\.\d+)?)\.? )");
-  const auto invariants = found_in(text_of(kRoot / "docs/invariants.md"), R"(\n\| (I\d+) \|)");
+  const auto sections = find_matches(read_text(kRoot / "docs/errata.md"), R"((?:^|\n)##+ (\d+(?:\.\d+)?)\.? )");
+  const auto invariants = find_matches(read_text(kRoot / "docs/invariants.md"), R"(\n\| (I\d+) \|)");
   std::set<std::string> decisions;
   for (const auto& entry : fs::directory_iterator(kRoot / "docs/decisions"))
     decisions.insert(entry.path().filename().string().substr(0, 4));
@@ -581,9 +582,9 @@ TEST(House, ReferencesToErrataInvariantsAndDecisionsResolve) {
     const auto ending = entry->path().extension();
     if (path == "build" || path == "out" || path == ".git") entry.disable_recursion_pending();
     if (ending != ".cpp" && ending != ".hpp" && ending != ".py" && ending != ".md") continue;
-    const auto text = text_of(entry->path());
+    const auto text = read_text(entry->path());
     const auto expect_in = [&](const std::set<std::string>& known, const char* pattern) {
-      for (const auto& reference : found_in(text, pattern)) {
+      for (const auto& reference : find_matches(text, pattern)) {
         EXPECT_TRUE(known.contains(reference)) << path << ": " << pattern << ": " << reference;
         ++references;
       }
@@ -596,16 +597,17 @@ TEST(House, ReferencesToErrataInvariantsAndDecisionsResolve) {
   EXPECT_GT(references, 50u);
 }
 
-/// The last column of docs/glossary.md.
+/// The last column of docs/glossary.md contains names that are not used.
 TEST(House, NamesFollowGlossary) {
-  std::set<std::string> losers;
-  for (const auto& line : lines_of(kRoot / "docs/glossary.md"))
-    if (line.starts_with("| ")) losers.merge(found_in(line.substr(line.rfind('|', line.size() - 2)), R"(`(\w+)`)"));
-  EXPECT_GT(losers.size(), 20u);
-  const std::regex loser(fmt::format("\\b(?:{})\\b", fmt::join(losers, "|")));
+  std::set<std::string> banned_names;
+  for (const auto& line : read_lines(kRoot / "docs/glossary.md"))
+    if (line.starts_with("| "))
+      banned_names.merge(find_matches(line.substr(line.rfind('|', line.size() - 2)), R"(`(\w+)`)"));
+  EXPECT_GT(banned_names.size(), 20u);
+  const std::regex banned_name(fmt::format("\\b(?:{})\\b", fmt::join(banned_names, "|")));
   for (const auto& source : all_sources())
     for (std::size_t i = 0; i < source.lines.size(); ++i)
-      EXPECT_FALSE(std::regex_search(source.lines[i], loser)) << source.at(i) << ": see docs/glossary.md";
+      EXPECT_FALSE(std::regex_search(source.lines[i], banned_name)) << source.at(i) << ": see docs/glossary.md";
 }
 
 TEST(House, TopLevelContainsOnlyModules) {

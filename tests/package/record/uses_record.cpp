@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Somebody else's program: opens a record that is not there, and is told so.
+/// A program of a user of the library: reads a missing record and prints the fault.
 #include <cstdio>
 
 #include "acquisition/record/record.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Somebody else's program: learns a parabola from its installed headers and libraries.
+/// A program of a user of the library: trains an SVR on a parabola with the installed headers and libraries.
 #include <cstdio>
 
 #include "analysis/svm/svr.hpp"

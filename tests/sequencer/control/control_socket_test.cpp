@@ -28,13 +28,13 @@ using std::chrono_literals::operator""ms;
 using std::chrono_literals::operator""s;
 
 /// Writes the status file of the program that carries out `record`.
-void write_status_of(const std::string& record, std::int64_t pid = ::getpid()) {
+void write_status(const std::string& record, std::int64_t pid = ::getpid()) {
   std::ofstream(record + ".status") << fmt::format(R"({{"schema":"gyrotherm-status/1","pid":{}}})", pid);
 }
 
 /// Opens a socket next to the record, and writes the status file of its program.
 Result<ControlSocket> open_with_status(const std::string& record) {
-  write_status_of(record);
+  write_status(record);
   return ControlSocket::open(record);
 }
 
@@ -150,9 +150,9 @@ TEST(ControlSocket, IsAccessibleToOwnerOnlyWhenUmaskExcludesGroup) {
 }
 
 /// Another process that has replaced the run's socket and answers every request with "done".
-class Impostor {
+class ImpostorListener {
  public:
-  explicit Impostor(const std::string& record, uid_t uid = ::geteuid()) {
+  explicit ImpostorListener(const std::string& record, uid_t uid = ::geteuid()) {
     int ready[2];
     EXPECT_EQ(::pipe(ready), 0);
     pid_ = ::fork();
@@ -172,12 +172,12 @@ class Impostor {
     EXPECT_EQ(answer, 'y');
     ::close(ready[0]), ::close(ready[1]);
   }
-  ~Impostor() {
+  ~ImpostorListener() {
     ::kill(pid_, SIGKILL);
     ::waitpid(pid_, nullptr, 0);
   }
-  Impostor(const Impostor&) = delete;
-  Impostor& operator=(const Impostor&) = delete;
+  ImpostorListener(const ImpostorListener&) = delete;
+  ImpostorListener& operator=(const ImpostorListener&) = delete;
   [[nodiscard]] pid_t pid() const { return pid_; }
 
  private:
@@ -197,7 +197,7 @@ TEST(ControlSocket, RefusesListenerThatStatusFileDoesNotName) {
   const auto own = open_with_status(record);
   ASSERT_TRUE(own);
   std::filesystem::rename(control_socket_path(record), folder / "away");
-  const Impostor impostor(record);
+  const ImpostorListener impostor(record);
   for (const auto* word : {"abort", "stop", "pause", "note"}) expect_refused(record, word);
   const auto answer = tell(record, *make_request("abort", ""), 5s);
   EXPECT_NE(answer.error().what.find(fmt::format("process {} of", impostor.pid())), std::string::npos)
@@ -216,7 +216,7 @@ TEST(ControlSocket, RefusesListenerWhenStatusFileIsUnusable) {
     expect_refused(record, "abort");
   }
   std::filesystem::remove(status);
-  write_status_of(folder / "other.db");
+  write_status(folder / "other.db");
   std::filesystem::create_symlink(folder / "other.db.status", status);
   expect_refused(record, "abort");
   listening.end();
@@ -230,8 +230,8 @@ TEST(ControlSocket, RefusesListenerOfAnotherUser) {
   const auto record = folder / "run.db";
   std::filesystem::permissions(folder / "", std::filesystem::perms::all);
   std::ofstream(record) << "record";
-  const Impostor impostor(record, kStranger);
-  write_status_of(record, impostor.pid());
+  const ImpostorListener impostor(record, kStranger);
+  write_status(record, impostor.pid());
   expect_refused(record, "abort");  // the status file belongs to root
   ASSERT_EQ(::chown((record + ".status").c_str(), kStranger, kStranger), 0);
   expect_refused(record, "abort");  // the record belongs to root
@@ -253,7 +253,7 @@ TEST(ControlSocket, WorksInFolderOfAnyDepth) {
 }
 
 /// Sends a raw message and returns the answer.
-std::string say_raw(const std::string& record, const std::string& message) {
+std::string send_raw(const std::string& record, const std::string& message) {
   const Descriptor socket(::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0));
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
@@ -277,7 +277,7 @@ TEST(ControlSocket, RefusesIncompleteMessagesAndOtherVersions) {
         std::string("gyrotherm-tell/1 pause now"), std::string("gyrotherm-tell/1 for= abort "),
         std::string("gyrotherm-tell/1 for=a/b abort "), std::string("gyrotherm-tell/1 for=anna"),
         std::string("gyrotherm-tell/1 note \n"), std::string(4500, 'x'), std::string("\0\0\0", 3)})
-    EXPECT_TRUE(say_raw(folder / "run.db", message).starts_with("gyrotherm-tell/1 refused ")) << message;
+    EXPECT_TRUE(send_raw(folder / "run.db", message).starts_with("gyrotherm-tell/1 refused ")) << message;
   listening.end();
   EXPECT_TRUE(listening.heard.empty());
 }
@@ -314,11 +314,11 @@ TEST(ControlSocket, AnswersWhenDescriptorsAreExhausted) {
 }
 
 /// Hangs up on each client: before its message, with the message unread, or after reading it. Counts the messages read.
-class HangsUp {
+class HangingUpListener {
  public:
   enum class When { before_it_speaks, unread, read };
-  HangsUp(const std::string& record, std::vector<When> times) : address_(address_of(record)) {
-    write_status_of(record);
+  HangingUpListener(const std::string& record, std::vector<When> times) : address_(socket_address(record)) {
+    write_status(record);
     EXPECT_EQ(::bind(socket_.number(), reinterpret_cast<const sockaddr*>(&address_), sizeof address_), 0);
     EXPECT_EQ(::listen(socket_.number(), 8), 0);
     thread_ = std::jthread([this, times = std::move(times)] {
@@ -332,7 +332,7 @@ class HangsUp {
   }
 
  private:
-  static sockaddr_un address_of(const std::string& record) {
+  static sockaddr_un socket_address(const std::string& record) {
     sockaddr_un address{};
     address.sun_family = AF_UNIX;
     const auto path = control_socket_path(record);
@@ -355,9 +355,9 @@ class HangsUp {
 };
 
 TEST(ControlSocket, RetriesUntilMessageIsReadAndSendsItOnce) {
-  using When = HangsUp::When;
+  using When = HangingUpListener::When;
   const tests::TestFolder folder;
-  HangsUp listener(folder / "run.db", {When::unread, When::before_it_speaks, When::unread, When::read});
+  HangingUpListener listener(folder / "run.db", {When::unread, When::before_it_speaks, When::unread, When::read});
   const auto answer = tell(folder / "run.db", *make_request("abort", ""), 5s);
   EXPECT_EQ(listener.read(), 1);
   ASSERT_FALSE(answer);

@@ -35,7 +35,7 @@ void run(std::string_view text) {
 }
 
 /// Builds a profile from bytes: each selects a segment or one of its lines, so that random input reaches the expansion.
-std::string spelled(const std::uint8_t* data, std::size_t size) {
+std::string build_profile(const std::uint8_t* data, std::size_t size) {
   constexpr std::string_view kParts[] = {
       "[[segment]]\nkind = \"hold\"\ntime = \"1 h\"\n",
       "[[segment]]\nkind = \"hold\"\nat = -10\ntime = \"5 s\"\nguaranteed_soak = true\n",
@@ -63,7 +63,7 @@ FUZZ_TARGET(profile, const std::uint8_t* data, std::size_t size) {
   const std::string bytes(reinterpret_cast<const char*>(data), size);
   run(bytes);
   run(std::string(kHead) + bytes);
-  if (size > 0) run(spelled(data, std::min<std::size_t>(size, 1 + data[0] % 5)));
+  if (size > 0) run(build_profile(data, std::min<std::size_t>(size, 1 + data[0] % 5)));
   return 0;
 }
 

@@ -29,13 +29,13 @@ guaranteed_soak = true
 /// Returns that profile with a deadline of 200 s.
 Profile soak_profile() { return profile_with("deadline = \"200 s\"\n"); }
 
-ProfileState after(const Profile& profile, ProfileState state, int steps, std::optional<Celsius> air,
-                   Duration each = kSecond) {
+ProfileState advance(const Profile& profile, ProfileState state, int steps, std::optional<Celsius> air,
+                     Duration each = kSecond) {
   for (int i = 0; i < steps; ++i) state = next(profile, state, {each, air});
   return state;
 }
 
-ProfileState at_soak(const Profile& profile) { return after(profile, begin(profile), 160, Celsius{20}); }
+ProfileState state_at_soak(const Profile& profile) { return advance(profile, begin(profile), 160, Celsius{20}); }
 
 TEST(Machine, BeginsWithFirstSecondOfFirstSegment) {
   const auto profile = soak_profile();
@@ -47,7 +47,7 @@ TEST(Machine, BeginsWithFirstSecondOfFirstSegment) {
 
 TEST(Machine, CompletesTimedSegmentsWithoutAirReading) {
   const auto profile = soak_profile();
-  const auto state = after(profile, begin(profile), 100, std::nullopt);
+  const auto state = advance(profile, begin(profile), 100, std::nullopt);
   ASSERT_TRUE(std::holds_alternative<Ramping>(state));
   EXPECT_EQ(std::get<Ramping>(state).segment, 1);
   EXPECT_EQ(std::get<Ramping>(state).elapsed, Duration::zero());
@@ -65,7 +65,7 @@ TEST(Machine, CarriesRemainderOfLongSecondIntoNextSegment) {
 
 TEST(Ramp, SetPointIsLinearInTime) {
   const auto profile = soak_profile();
-  auto state = after(profile, begin(profile), 100, Celsius{20});
+  auto state = advance(profile, begin(profile), 100, Celsius{20});
   for (int s = 0; s < 60; ++s, state = next(profile, state, {kSecond, std::nullopt}))
     EXPECT_NEAR(demanded_set_point(profile, state).value, 20 + s * 5 / 60.0, 1e-12);
   EXPECT_EQ(demanded_set_point(profile, state), Celsius{25});
@@ -73,64 +73,64 @@ TEST(Ramp, SetPointIsLinearInTime) {
 
 TEST(Soak, TakesNoLongerThanHoldWhenAirIsInBand) {
   const auto profile = soak_profile();
-  EXPECT_FALSE(std::holds_alternative<Complete>(after(profile, at_soak(profile), 99, Celsius{25})));
-  EXPECT_TRUE(std::holds_alternative<Complete>(after(profile, at_soak(profile), 100, Celsius{25})));
+  EXPECT_FALSE(std::holds_alternative<Complete>(advance(profile, state_at_soak(profile), 99, Celsius{25})));
+  EXPECT_TRUE(std::holds_alternative<Complete>(advance(profile, state_at_soak(profile), 100, Celsius{25})));
 }
 
 TEST(Soak, CountsOnlyTimeInBand) {
   const auto profile = soak_profile();
-  auto state = after(profile, at_soak(profile), 30, Celsius{23});  // the edge counts
+  auto state = advance(profile, state_at_soak(profile), 30, Celsius{23});  // the edge counts
   EXPECT_EQ(std::get<Holding>(state).soaked, seconds(30));
-  state = after(profile, state, 20, Celsius{22.99});
+  state = advance(profile, state, 20, Celsius{22.99});
   EXPECT_EQ(std::get<WaitingForSoak>(state).soaked, seconds(30));
   EXPECT_EQ(std::get<WaitingForSoak>(state).elapsed, seconds(50));
-  state = after(profile, state, 69, Celsius{27});
+  state = advance(profile, state, 69, Celsius{27});
   EXPECT_EQ(std::get<Holding>(state).soaked, seconds(99));
   EXPECT_TRUE(std::holds_alternative<Complete>(next(profile, state, {kSecond, Celsius{25}})));
 }
 
 /// Returns that profile with a soak that counts only after 30 s in the band, and below 0.5 °C/min.
-Profile patient_profile() {
+Profile profile_with_deadline() {
   return profile_with(R"(soak_sensor = "A"
 soak_dwell = "30 s"
 soak_slope = "0.5 °C/min"
 )");
 }
 
-ProfileState after_at(const Profile& profile, ProfileState state, int steps, double celsius, double slope) {
+ProfileState advance_at(const Profile& profile, ProfileState state, int steps, double celsius, double slope) {
   for (int i = 0; i < steps; ++i) state = next(profile, state, {kSecond, Celsius{celsius}, CelsiusPerMinute{slope}});
   return state;
 }
 
 TEST(Soak, CountsOnlyAfterUninterruptedDwellInBand) {
-  const auto profile = patient_profile();
-  auto state = after_at(profile, at_soak(profile), 30, 25, 0);
+  const auto profile = profile_with_deadline();
+  auto state = advance_at(profile, state_at_soak(profile), 30, 25, 0);
   EXPECT_EQ(std::get<WaitingForSoak>(state).soaked, Duration::zero());
-  state = after_at(profile, state, 10, 25, 0);
+  state = advance_at(profile, state, 10, 25, 0);
   EXPECT_EQ(std::get<Holding>(state).soaked, seconds(10));
-  state = after_at(profile, state, 1, 28, 0);
-  state = after_at(profile, state, 30, 25, 0);
+  state = advance_at(profile, state, 1, 28, 0);
+  state = advance_at(profile, state, 30, 25, 0);
   EXPECT_EQ(std::get<WaitingForSoak>(state).soaked, seconds(10)) << "the dwell begins anew";
-  EXPECT_FALSE(std::holds_alternative<Complete>(after_at(profile, state, 89, 25, 0)));
-  EXPECT_TRUE(std::holds_alternative<Complete>(after_at(profile, state, 90, 25, 0)));
+  EXPECT_FALSE(std::holds_alternative<Complete>(advance_at(profile, state, 89, 25, 0)));
+  EXPECT_TRUE(std::holds_alternative<Complete>(advance_at(profile, state, 90, 25, 0)));
 }
 
 TEST(Soak, CountsOnlyWhileSensorIsStable) {
-  const auto profile = patient_profile();
-  auto state = after_at(profile, at_soak(profile), 40, 25, 0);
+  const auto profile = profile_with_deadline();
+  auto state = advance_at(profile, state_at_soak(profile), 40, 25, 0);
   ASSERT_EQ(std::get<Holding>(state).soaked, seconds(10));
-  state = after_at(profile, state, 20, 25, -0.51);
+  state = advance_at(profile, state, 20, 25, -0.51);
   EXPECT_EQ(std::get<WaitingForSoak>(state).soaked, seconds(10));
-  state = after_at(profile, state, 20, 25, 0.5);
+  state = advance_at(profile, state, 20, 25, 0.5);
   EXPECT_EQ(std::get<Holding>(state).soaked, seconds(30));
   state = next(profile, state, {kSecond, Celsius{25}, std::nullopt});
   EXPECT_EQ(std::get<WaitingForSoak>(state).soaked, seconds(30)) << "a slope that is not known is none";
 }
 
 TEST(Soak, NamesItsSensor) {
-  const auto profile = patient_profile();
+  const auto profile = profile_with_deadline();
   EXPECT_EQ(soak_sensor(profile, begin(profile)), "air");
-  EXPECT_EQ(soak_sensor(profile, at_soak(profile)), "A");
+  EXPECT_EQ(soak_sensor(profile, state_at_soak(profile)), "A");
   EXPECT_TRUE(check_sensors(profile, {"A", "B"}));
   const auto refused = check_sensors(profile, {"B", "shell"});
   ASSERT_FALSE(refused);
@@ -141,41 +141,41 @@ TEST(Soak, NamesItsSensor) {
 
 TEST(Soak, DoesNotCountWhileAirIsUnknown) {
   const auto profile = soak_profile();
-  const auto state = after(profile, at_soak(profile), 5, std::nullopt);
+  const auto state = advance(profile, state_at_soak(profile), 5, std::nullopt);
   EXPECT_EQ(std::get<WaitingForSoak>(state).soaked, Duration::zero());
 }
 
 TEST(Soak, IsNeverShorterThanTimeOfHold) {
   const auto profile = parsed(kHold20 + "guaranteed_soak = true\nsoak_time = \"10 s\"\n");
-  EXPECT_FALSE(std::holds_alternative<Complete>(after(profile, begin(profile), 99, Celsius{20})));
-  EXPECT_TRUE(std::holds_alternative<Complete>(after(profile, begin(profile), 100, Celsius{20})));
+  EXPECT_FALSE(std::holds_alternative<Complete>(advance(profile, begin(profile), 99, Celsius{20})));
+  EXPECT_TRUE(std::holds_alternative<Complete>(advance(profile, begin(profile), 100, Celsius{20})));
 }
 
 TEST(Soak, RemainsOverdueAfterDeadline) {
   const auto profile = soak_profile();
-  auto state = after(profile, at_soak(profile), 200, Celsius{20});
+  auto state = advance(profile, state_at_soak(profile), 200, Celsius{20});
   EXPECT_TRUE(std::holds_alternative<WaitingForSoak>(state));
   state = next(profile, state, {kSecond, Celsius{20}});
   ASSERT_TRUE(std::holds_alternative<Overdue>(state));
   const auto before = profile_position(profile, state);
-  EXPECT_EQ(profile_position(profile, after(profile, state, 1000, Celsius{25})), before);
+  EXPECT_EQ(profile_position(profile, advance(profile, state, 1000, Celsius{25})), before);
   EXPECT_EQ(demanded_set_point(profile, state), Celsius{25});
 }
 
 TEST(Soak, KeepsSoakTimeWhenDeadlineIsRestarted) {
   const auto profile = soak_profile();
-  auto state = after(profile, at_soak(profile), 20, Celsius{25});
+  auto state = advance(profile, state_at_soak(profile), 20, Celsius{25});
   EXPECT_EQ(profile_position(profile, restart_deadline(state)), profile_position(profile, state))
       << "it was not overdue";
-  state = restart_deadline(after(profile, state, 181, Celsius{20}));
+  state = restart_deadline(advance(profile, state, 181, Celsius{20}));
   EXPECT_EQ(profile_position(profile, state).soaked, std::chrono::seconds(20));
-  EXPECT_FALSE(std::holds_alternative<Overdue>(after(profile, state, 180, Celsius{20})));
-  EXPECT_TRUE(std::holds_alternative<Overdue>(after(profile, state, 181, Celsius{20})));
+  EXPECT_FALSE(std::holds_alternative<Overdue>(advance(profile, state, 180, Celsius{20})));
+  EXPECT_TRUE(std::holds_alternative<Overdue>(advance(profile, state, 181, Celsius{20})));
 }
 
 TEST(Machine, KeepsLastSetPointWhenComplete) {
   const auto profile = soak_profile();
-  const auto state = after(profile, at_soak(profile), 150, Celsius{25});
+  const auto state = advance(profile, state_at_soak(profile), 150, Celsius{25});
   EXPECT_TRUE(std::holds_alternative<Complete>(state));
   EXPECT_EQ(demanded_set_point(profile, state), Celsius{25});
   EXPECT_EQ(time_left(profile, state), Duration::zero());
@@ -194,7 +194,7 @@ TEST(TimeLeft, DecreasesBySecondInEachCountedSecond) {
 
 TEST(TimeLeft, IsConstantWhileSoakWaits) {
   const auto profile = soak_profile();
-  EXPECT_EQ(time_left(profile, after(profile, at_soak(profile), 50, Celsius{20})), seconds(100));
+  EXPECT_EQ(time_left(profile, advance(profile, state_at_soak(profile), 50, Celsius{20})), seconds(100));
 }
 
 TEST(ProfilePosition, RestoresState) {

@@ -20,7 +20,7 @@ void PrintTo(const Wrong& wrong, std::ostream* os) { *os << wrong.segments; }
 
 class Mistake : public testing::TestWithParam<Wrong> {};
 
-TEST_P(Mistake, IsReportedWithPosition) { EXPECT_EQ(refusal(GetParam().segments), GetParam().said); }
+TEST_P(Mistake, IsReportedWithPosition) { EXPECT_EQ(profile_errors(GetParam().segments), GetParam().said); }
 
 const std::string kRamp = kHold20 + "[[segment]]\nkind = \"ramp\"\n";      // continues at line 10
 const std::string kRepeat = kHold20 + "[[segment]]\nkind = \"repeat\"\n";  // continues at line 10
@@ -112,8 +112,8 @@ INSTANTIATE_TEST_SUITE_P(
             "p.toml:4:1: the start of this random program is unknown, expected a hold with \"at\" before it"}));
 
 TEST(Mistakes, AreAllReportedInOrderOfFile) {
-  EXPECT_EQ(refusal("[[segment]]\nkind = \"hold\"\nat = \"warm\"\ntime = 5\nsoka_band = 1\n"
-                    "[[segment]]\nkind = \"ramp\"\nto = 30\n"),
+  EXPECT_EQ(profile_errors("[[segment]]\nkind = \"hold\"\nat = \"warm\"\ntime = 5\nsoka_band = 1\n"
+                           "[[segment]]\nkind = \"ramp\"\nto = 30\n"),
             "p.toml:6:6: \"at\" is \"warm\", expected a temperature like 20 or \"20 °C\"\n"
             "p.toml:7:8: \"time\" is 5, expected a duration like \"2 h\" or \"90 s\"\n"
             "p.toml:8:1: unknown key \"soka_band\", did you mean \"soak_band\"?\n"
@@ -134,8 +134,8 @@ TEST(Mistakes, OmitOtherErrorsWhenFileIsOfAnotherKind) {
   EXPECT_EQ(text(p.error()), "p.toml:1:10: the schema of this file is gyrotherm-rig/1, expected gyrotherm-profile/1");
 }
 
-/// Returns `depth` nested repeats around one hold, each with `count` passes.
-std::string nested(int depth, const std::string& count) {
+/// Returns `depth` nested_repeats repeats around one hold, each with `count` passes.
+std::string nested_repeats(int depth, const std::string& count) {
   std::string segments, path = "segment";
   for (int i = 0; i < depth; ++i, path += ".segment")
     segments += "[[" + path + "]]\nkind = \"repeat\"\ncount = " + count + "\n";
@@ -144,26 +144,27 @@ std::string nested(int depth, const std::string& count) {
 
 /// An expansion would never end.
 TEST(RepeatBomb, IsRefusedWithoutExpansion) {
-  EXPECT_EQ(refusal(nested(7, "9223372036854775807")),
+  EXPECT_EQ(profile_errors(nested_repeats(7, "9223372036854775807")),
             "p.toml:25:1: the profile exceeds 20000 segments or 100000000 s here");
 }
 
 TEST(RepeatBomb, AllowsTwentyThousandSegments) {
-  EXPECT_EQ(parsed(nested(1, "20000")).segments.size(), 20'000u);
-  EXPECT_NE(refusal(nested(1, "20001")), "nothing");
+  EXPECT_EQ(parsed(nested_repeats(1, "20000")).segments.size(), 20'000u);
+  EXPECT_NE(profile_errors(nested_repeats(1, "20001")), "nothing");
 }
 
 /// Returns this number of holds in a row.
-std::string written_out(int count) {
+std::string written_holds(int count) {
   std::string segments;
   for (int i = 0; i < count; ++i) segments += "[[segment]]\nkind = \"hold\"\nat = 20\ntime = \"1 s\"\n";
   return segments;
 }
 
 TEST(SegmentBomb, IsParsedInLinearTime) {
-  const auto read = [](int count) { EXPECT_EQ(std::ssize(parsed(written_out(count)).segments), count); };
+  const auto read = [](int count) { EXPECT_EQ(std::ssize(parsed(written_holds(count)).segments), count); };
   EXPECT_LT(tests::growth_over_ten(read, 2'000), tests::kLargestLinearGrowth);
-  EXPECT_EQ(refusal(written_out(20'001)), "p.toml:80004:1: the profile exceeds 20000 segments or 100000000 s here");
+  EXPECT_EQ(profile_errors(written_holds(20'001)),
+            "p.toml:80004:1: the profile exceeds 20000 segments or 100000000 s here");
 }
 
 TEST(SegmentBomb, ReportsFirstHundredErrors) {
@@ -171,7 +172,7 @@ TEST(SegmentBomb, ReportsFirstHundredErrors) {
   const auto refuse = [&](int count) {
     std::string segments;
     for (int i = 0; i < count; ++i) segments += "[[segment]]\nkind = \"hold\"\nat = 20\ntime = \"1 s\"\nx = 1\n";
-    told = refusal(segments);
+    told = profile_errors(segments);
   };
   EXPECT_LT(tests::growth_over_ten(refuse, 2'000), tests::kLargestLinearGrowth);
   EXPECT_TRUE(told.starts_with("p.toml:8:1: unknown key \"x\", did you mean \"at\"?\np.toml:13:1: unknown key"))
@@ -181,14 +182,15 @@ TEST(SegmentBomb, ReportsFirstHundredErrors) {
 }
 
 TEST(RepeatBomb, RefusesProfileLongerThanMaximum) {
-  EXPECT_EQ(refusal("[[segment]]\nkind = \"repeat\"\ncount = 1000\n[[segment.segment]]\nkind = \"hold\"\nat = 20\n"
-                    "time = \"1000 d\"\n"),
-            "p.toml:7:1: the profile exceeds 20000 segments or 100000000 s here");
+  EXPECT_EQ(
+      profile_errors("[[segment]]\nkind = \"repeat\"\ncount = 1000\n[[segment.segment]]\nkind = \"hold\"\nat = 20\n"
+                     "time = \"1000 d\"\n"),
+      "p.toml:7:1: the profile exceeds 20000 segments or 100000000 s here");
 }
 
 TEST(RepeatBomb, LimitsNesting) {
-  EXPECT_EQ(parsed(nested(7, "1")).segments.size(), 1u);
-  EXPECT_EQ(refusal(nested(8, "1")), "p.toml:25:1: repeats are nested deeper than 8 levels");
+  EXPECT_EQ(parsed(nested_repeats(7, "1")).segments.size(), 1u);
+  EXPECT_EQ(profile_errors(nested_repeats(8, "1")), "p.toml:25:1: repeats are nested_repeats deeper than 8 levels");
 }
 
 }  // namespace

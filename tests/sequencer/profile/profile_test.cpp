@@ -138,7 +138,7 @@ TEST(Profile, KeepsNamesMetadataLimitsAndSource) {
   EXPECT_EQ(p.accept[0].key, "random.raw");
   EXPECT_EQ(p.accept[0].at_most, 0.5);
   EXPECT_EQ(p.accept[1].key, "rate.multi_point.std");
-  EXPECT_EQ(p.text, with_head(body));
+  EXPECT_EQ(p.text, add_head(body));
 }
 
 std::string random_program(int seed, const std::string& rest) {

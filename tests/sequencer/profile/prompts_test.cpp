@@ -53,15 +53,15 @@ TEST(Prompts, AreListed) {
 }
 
 TEST(Prompts, RefuseTextOfSeveralLines) {
-  EXPECT_EQ(refusal(kHold20 + hold("prompt = \"\"\n")),
+  EXPECT_EQ(profile_errors(kHold20 + hold("prompt = \"\"\n")),
             "p.toml:11:10: \"prompt\" is empty, expected a task for the operator");
-  EXPECT_EQ(refusal(kHold20 + hold("prompt = \"a\\u001b[2J\"\n")),
+  EXPECT_EQ(profile_errors(kHold20 + hold("prompt = \"a\\u001b[2J\"\n")),
             "p.toml:11:10: \"prompt\" has control characters, expected one line of text");
-  EXPECT_EQ(refusal(kHold20 + hold("prompt = \"" + std::string(501, 'x') + "\"\n")),
+  EXPECT_EQ(profile_errors(kHold20 + hold("prompt = \"" + std::string(501, 'x') + "\"\n")),
             "p.toml:11:10: \"prompt\" is 501 bytes long, expected at most 500");
-  EXPECT_NE(refusal(kHold20 + kWayUp + "prompt = \"look\"\n"), "nothing");
-  EXPECT_NE(refusal(kHold20 + hold("axis = \"upside down\"\n")), "nothing");
-  EXPECT_NE(refusal(kHold20 + hold("power = 1\n")), "nothing");
+  EXPECT_NE(profile_errors(kHold20 + kWayUp + "prompt = \"look\"\n"), "nothing");
+  EXPECT_NE(profile_errors(kHold20 + hold("axis = \"upside down\"\n")), "nothing");
+  EXPECT_NE(profile_errors(kHold20 + hold("power = 1\n")), "nothing");
 }
 
 TEST(Prompts, RefuseTurnOfFixedUnit) {

@@ -22,7 +22,7 @@ namespace fs = std::filesystem;
 constexpr ChamberLimits kShippedFor{Celsius{-45}, Celsius{70}, CelsiusPerMinute{6}, CelsiusPerMinute{6}};
 const fs::path kProfiles = fs::path(GYROTHERM_SOURCE_DIR) / "profiles";
 
-Profile shipped(const fs::path& path) {
+Profile parse_shipped(const fs::path& path) {
   const auto text = read_text_file(path.string());
   const auto profile = parse_profile(text.value(), path.string());
   EXPECT_TRUE(profile.has_value()) << (profile ? "" : gyrotherm::text(profile.error()));
@@ -32,7 +32,7 @@ Profile shipped(const fs::path& path) {
 /// Air that follows the set point with a time constant of two minutes.
 class LaggingAir {
  public:
-  Celsius after_a_second(Celsius set_point) { return air_ = air_ + (set_point - air_) * (1.0 / 120); }
+  Celsius step(Celsius set_point) { return air_ = air_ + (set_point - air_) * (1.0 / 120); }
 
  private:
   Celsius air_{20};
@@ -50,7 +50,7 @@ Run run(const Profile& profile) {
   for (; run.steps < 1'000'000; ++run.steps) {
     run.ended = profile_position(profile, state).phase;
     if (run.ended == Phase::complete || run.ended == Phase::overdue) break;
-    state = next(profile, state, {seconds(1), air.after_a_second(demanded_set_point(profile, state))});
+    state = next(profile, state, {seconds(1), air.step(demanded_set_point(profile, state))});
   }
   return run;
 }
@@ -60,7 +60,7 @@ TEST(ShippedProfiles, ParseFitChamberAndRunToEnd) {
   for (const auto& entry : fs::directory_iterator(kProfiles)) {
     if (entry.path().extension() != ".toml") continue;
     SCOPED_TRACE(entry.path());
-    const auto profile = shipped(entry.path());
+    const auto profile = parse_shipped(entry.path());
     EXPECT_TRUE(check_profile(profile, kShippedFor).has_value());
     EXPECT_EQ(run(profile).ended, Phase::complete);
     EXPECT_EQ(profile.name, entry.path().stem());
@@ -71,7 +71,7 @@ TEST(ShippedProfiles, ParseFitChamberAndRunToEnd) {
 
 /// The numbers come from the errata, section 5.
 TEST(Qualification, MatchesArithmeticOfPaper) {
-  const auto profile = shipped(kProfiles / "qualification.toml");
+  const auto profile = parse_shipped(kProfiles / "qualification.toml");
   const auto timeline = plan(profile);
   EXPECT_EQ(profile.segments.size(), 44u);
   EXPECT_EQ(profile.cycles, (std::vector<std::string>{"1 °C/min", "2 °C/min", "3 °C/min", "5 °C/min"}));
@@ -88,7 +88,7 @@ TEST(Qualification, MatchesArithmeticOfPaper) {
 }
 
 TEST(Qualification, RampTimesMatchErrata) {
-  const auto profile = shipped(kProfiles / "qualification.toml");
+  const auto profile = parse_shipped(kProfiles / "qualification.toml");
   const std::vector<int> expected{3600, 6000, 6000, 6000, 2400, 1800, 3000, 3000, 3000, 1200,
                                   1200, 2000, 2000, 2000, 800,  720,  1200, 1200, 1200, 480};
   std::vector<int> ramps;
@@ -98,8 +98,8 @@ TEST(Qualification, RampTimesMatchErrata) {
 }
 
 TEST(Qualification, WithSoaksHasSameSegmentsAndTakesLonger) {
-  const auto timed = shipped(kProfiles / "qualification.toml");
-  const auto soaked = shipped(kProfiles / "qualification-soaked.toml");
+  const auto timed = parse_shipped(kProfiles / "qualification.toml");
+  const auto soaked = parse_shipped(kProfiles / "qualification-soaked.toml");
   ASSERT_EQ(timed.segments.size(), soaked.segments.size());
   for (std::size_t i = 0; i < timed.segments.size(); ++i) {
     EXPECT_EQ(timed.segments[i].target, soaked.segments[i].target);
@@ -110,7 +110,7 @@ TEST(Qualification, WithSoaksHasSameSegmentsAndTakesLonger) {
 }
 
 TEST(Random, TakesFortyHoursAndStartsAtRest) {
-  const auto profile = shipped(kProfiles / "random.toml");
+  const auto profile = parse_shipped(kProfiles / "random.toml");
   const auto timeline = plan(profile);
   EXPECT_EQ(timeline.all.ramps + timeline.all.holds, seconds(144'000));
   EXPECT_EQ(timeline.all.clusters, 1440);

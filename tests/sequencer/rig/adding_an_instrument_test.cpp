@@ -16,7 +16,7 @@ namespace gyrotherm::rig {
 namespace {
 
 /// Returns the page's files by path, which is their first line.
-std::map<std::string, std::string> shown_files() {
+std::map<std::string, std::string> read_page_files() {
   std::istringstream page(read_text_file(GYROTHERM_SOURCE_DIR "/docs/adding-an-instrument.md").value());
   std::map<std::string, std::string> files;
   std::string path;
@@ -35,8 +35,8 @@ std::map<std::string, std::string> shown_files() {
 }
 
 /// Returns the page's rig with the laboratory of the default rig.
-Result<RigFile> shown_rig(const std::string& instead_of = "", const std::string& other = "") {
-  auto files = shown_files();
+Result<RigFile> parse_page_rig(const std::string& instead_of = "", const std::string& other = "") {
+  auto files = read_page_files();
   auto& rig = files["profiles/rigs/acme.toml"];
   if (!instead_of.empty()) rig.replace(rig.find(instead_of), instead_of.size(), other);
   const auto by_default = read_text_file(GYROTHERM_SOURCE_DIR "/profiles/rigs/virtual.toml").value();
@@ -49,8 +49,8 @@ Result<RigFile> shown_rig(const std::string& instead_of = "", const std::string&
 }
 
 TEST(AddingAnInstrument, PageFilesParse) {
-  EXPECT_EQ(shown_files().size(), 6u);
-  const auto rig = shown_rig();
+  EXPECT_EQ(read_page_files().size(), 6u);
+  const auto rig = parse_page_rig();
   ASSERT_TRUE(rig) << text(rig.error());
   EXPECT_EQ(rig->chamber_map.name, "TC-100");
   EXPECT_EQ(rig->gyro_lines[0].frame.name, "acme-g1");
@@ -59,7 +59,7 @@ TEST(AddingAnInstrument, PageFilesParse) {
 
 TEST(AddingAnInstrument, PageFilesRunOnVirtualLaboratory) {
   tests::DryRun dry_run(GYROTHERM_SOURCE_DIR "/tests/profiles/short-rate.toml");
-  auto rig = shown_rig();
+  auto rig = parse_page_rig();
   ASSERT_TRUE(rig) << text(rig.error());
   dry_run.file() = std::move(*rig);
   dry_run.run(600);
@@ -74,7 +74,7 @@ TEST(AddingAnInstrument, PageFilesRunOnVirtualLaboratory) {
 }
 
 TEST(AddingAnInstrument, PageProgramIsThermometer) {
-  auto files = shown_files();
+  auto files = read_page_files();
   const tests::TestFolder folder;
   std::ofstream(folder / "acme_t2.py") << files["acme_t2.py"];
   const auto table = TomlTable::parse(files["acme_t2.toml"], folder / "acme_t2.toml");
@@ -111,7 +111,7 @@ TEST(AddingAnInstrument, ProcessDriverRequiresCommandInsteadOfLine) {
 /// The page's rig, with programs for all its thermometers: the laboratory answers in their place.
 TEST(AddingAnInstrument, ProcessDriverRunsOnVirtualLaboratory) {
   tests::DryRun dry_run(GYROTHERM_SOURCE_DIR "/tests/profiles/short-rate.toml");
-  auto rig = shown_rig("driver = \"pt12\"", "driver = \"process\"\ncommand = [\"./none\"]");
+  auto rig = parse_page_rig("driver = \"pt12\"", "driver = \"process\"\ncommand = [\"./none\"]");
   ASSERT_TRUE(rig) << text(rig.error());
   dry_run.file() = std::move(*rig);
   dry_run.run(60);

@@ -13,15 +13,15 @@ namespace {
 
 const std::string kTriad = GYROTHERM_SOURCE_DIR "/profiles/rigs/virtual-triad.toml";
 
-std::string triad_with(const std::string& what, const std::string& with) {
+std::string change_triad(const std::string& what, const std::string& with) {
   auto text = read_text_file(kTriad).value();
   const auto at = text.find(what);
   EXPECT_NE(at, std::string::npos) << what;
   return text.replace(at, what.size(), with);
 }
 
-std::string mistakes_in_triad(const std::string& what, const std::string& with) {
-  const auto rig = parse_rig(triad_with(what, with), kTriad);
+std::string triad_errors(const std::string& what, const std::string& with) {
+  const auto rig = parse_rig(change_triad(what, with), kTriad);
   return rig ? "" : text(rig.error());
 }
 
@@ -70,7 +70,7 @@ gyro = ")" + name + "\"\n");
 
 TEST(AnalogueSettings, ReportsEveryErrorWithPosition) {
   const auto expect = [](const std::string& what, const std::string& with, const std::string& mistake) {
-    const auto found = mistakes_in_triad(what, with);
+    const auto found = triad_errors(what, with);
     EXPECT_NE(found.find(mistake), std::string::npos) << with << ": " << found;
     EXPECT_NE(found.find("virtual-triad.toml:"), std::string::npos) << found;
   };
@@ -94,12 +94,12 @@ TEST(AnalogueSettings, ReportsEveryErrorWithPosition) {
 
 TEST(AnalogueSettings, LinkSettingsReplaceThoseOfMap) {
   const std::string line = "line = \"virtual\"                                    #";
-  const auto rig = parse_rig(triad_with(line, "link = { read_at_most = 40, timeout = \"900 ms\" }\n" + line), kTriad);
+  const auto rig = parse_rig(change_triad(line, "link = { read_at_most = 40, timeout = \"900 ms\" }\n" + line), kTriad);
   ASSERT_TRUE(rig) << text(rig.error());
   const auto& link = rig->analogue_inputs.front().map.registers.link.modbus;
   EXPECT_EQ(link.read_at_most, 40);
   EXPECT_EQ(link.timeout, std::chrono::milliseconds(900));
-  const auto echo = mistakes_in_triad(line, "link = { echo = true }\n" + line);
+  const auto echo = triad_errors(line, "link = { echo = true }\n" + line);
   EXPECT_NE(echo.find("a virtual line does not echo"), std::string::npos) << echo;
   EXPECT_NE(echo.find("virtual-triad.toml:"), std::string::npos) << echo;
 }
@@ -118,7 +118,7 @@ TEST(AnalogueSettings, ParsesWithMapsStoredInRecord) {
   ASSERT_TRUE(rig);
   const auto texts = collect_analogue_map_texts(*rig);
   ASSERT_EQ(texts.size(), 1u);
-  const auto moved = triad_with("e1240.toml\"", "gone.toml\"");
+  const auto moved = change_triad("e1240.toml\"", "gone.toml\"");
   EXPECT_FALSE(parse_rig(moved, kTriad));
   EXPECT_TRUE(parse_rig(moved, kTriad, {.analogue_maps = texts}));
 }

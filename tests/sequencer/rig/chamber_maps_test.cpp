@@ -19,7 +19,7 @@ struct MapOnALink {
   drivers::LinkKind link{};
 };
 
-drivers::RegisterMap map_of(const std::string& name) {
+drivers::RegisterMap read_map(const std::string& name) {
   const auto text = read_text_file(GYROTHERM_SOURCE_DIR "/profiles/chambers/" + name + ".toml");
   return drivers::parse_register_map(text.value(), name + ".toml").value();
 }
@@ -31,7 +31,7 @@ std::vector<MapOnALink> all_maps() {
   for (const auto& file : std::filesystem::directory_iterator(GYROTHERM_SOURCE_DIR "/profiles/chambers")) {
     if (file.path().extension() != ".toml") continue;
     const auto name = file.path().stem().string();
-    for (const auto& link : map_of(name).links)
+    for (const auto& link : read_map(name).links)
       if (link.kind != drivers::LinkKind::rtu_over_tcp) all.push_back({name, link.kind});
   }
   std::ranges::sort(all, {}, [](const auto& one) { return one.map + name(one.link); });
@@ -42,7 +42,7 @@ class EveryMap : public testing::TestWithParam<MapOnALink> {};
 
 TEST_P(EveryMap, RunsShortQualification) {
   tests::DryRun dry_run(GYROTHERM_SOURCE_DIR "/tests/profiles/qualification-hour.toml");
-  auto map = select_link(map_of(GetParam().map), GetParam().link);
+  auto map = select_link(read_map(GetParam().map), GetParam().link);
   ASSERT_TRUE(map) << text(map.error());
   const double step = map->find("set_point")->resolution;
   // With RTU the first request waits for twice this time, because the line may carry answers to another client.
@@ -65,7 +65,7 @@ TEST_P(EveryMap, RunsShortQualification) {
 
 TEST(SetPoints, AreSentAtMostAsOftenAsMapAllows) {
   tests::DryRun dry_run(GYROTHERM_SOURCE_DIR "/tests/profiles/qualification-hour.toml");
-  auto map = map_of("csz_ezt570i");
+  auto map = read_map("csz_ezt570i");
   map.link.modbus.timeout = std::chrono::milliseconds(400);
   ASSERT_EQ(map.limits.every, std::chrono::seconds(2));
   dry_run.file().chamber_map = map;

@@ -11,36 +11,37 @@ namespace {
 
 constexpr double kOmega = 15.041067;  // °/h
 
-record::AxisInfo placed(const Fixture& fixture, const FixtureVector& direction,
-                        const std::optional<double>& direction_uncertainty = {}) {
+record::AxisInfo make_axis_info(const Fixture& fixture, const FixtureVector& direction,
+                                const std::optional<double>& direction_uncertainty = {}) {
   record::AxisInfo axis;
   orient_axis(fixture, direction, direction_uncertainty, axis);
   return axis;
 }
 
-double rate_on(const Fixture& fixture, const FixtureVector& direction) {
-  return placed(fixture, direction).earth_rate->value;
+double earth_rate_on(const Fixture& fixture, const FixtureVector& direction) {
+  return make_axis_info(fixture, direction).earth_rate->value;
 }
 
 TEST(Fixture, PointsNorthWestAndUp) {
   const Fixture level{.latitude = 30};
-  EXPECT_NEAR(rate_on(level, {1, 0, 0}), kOmega * std::cos(std::numbers::pi / 6), 1e-5);
-  EXPECT_NEAR(rate_on(level, {0, 1, 0}), 0, 1e-12);
-  EXPECT_NEAR(rate_on(level, {0, 0, 1}), kOmega / 2, 1e-5);
-  EXPECT_NEAR(placed(level, {0, 1, 0}).uncertainty.azimuth_deg.value(), -90, 1e-12) << "west";
+  EXPECT_NEAR(earth_rate_on(level, {1, 0, 0}), kOmega * std::cos(std::numbers::pi / 6), 1e-5);
+  EXPECT_NEAR(earth_rate_on(level, {0, 1, 0}), 0, 1e-12);
+  EXPECT_NEAR(earth_rate_on(level, {0, 0, 1}), kOmega / 2, 1e-5);
+  EXPECT_NEAR(make_axis_info(level, {0, 1, 0}).uncertainty.azimuth_deg.value(), -90, 1e-12) << "west";
 }
 
 TEST(Fixture, AppliesTurnElevationAndRoll) {
-  const auto x = placed({.latitude = 30, .azimuth = 25, .elevation = 40, .roll = 70}, {1, 0, 0});
+  const auto x = make_axis_info({.latitude = 30, .azimuth = 25, .elevation = 40, .roll = 70}, {1, 0, 0});
   EXPECT_NEAR(x.uncertainty.azimuth_deg.value(), 25, 1e-12);
   EXPECT_NEAR(x.uncertainty.elevation_deg.value(), 40, 1e-12);
-  const auto y = placed({.latitude = 30, .roll = 90}, {0, 1, 0});
+  const auto y = make_axis_info({.latitude = 30, .roll = 90}, {0, 1, 0});
   EXPECT_NEAR(y.uncertainty.elevation_deg.value(), 90, 1e-9) << "right-handed about x: y goes up";
 }
 
 TEST(Fixture, KeepsMagnitudeOfEarthRate) {
   const Fixture fixture{.latitude = -47, .azimuth = 123, .elevation = -31, .roll = 12};
-  const double x = rate_on(fixture, {1, 0, 0}), y = rate_on(fixture, {0, 1, 0}), z = rate_on(fixture, {0, 0, 1});
+  const double x = earth_rate_on(fixture, {1, 0, 0}), y = earth_rate_on(fixture, {0, 1, 0}),
+               z = earth_rate_on(fixture, {0, 0, 1});
   EXPECT_NEAR(std::hypot(x, y, z), kOmega, 1e-5);
 }
 
@@ -55,7 +56,7 @@ TEST(Fixture, RequiresLatitudeOnEarth) {
 /// The uncertainty of one axis cannot represent the angles of a fixture: here the tilt of axis a alone would be 0.3°.
 TEST(Fixture, KeepsEachAngleOfFile) {
   const Fixture fixture{.latitude = 31.2, .azimuth = 12, .elevation_uncertainty = 0.01, .roll_uncertainty = 0.02};
-  const auto known = placed(fixture, {0.6, 0, 0.8}, 0.005).uncertainty;
+  const auto known = make_axis_info(fixture, {0.6, 0, 0.8}, 0.005).uncertainty;
   EXPECT_EQ(known.fixture_azimuth_deg, 12);
   EXPECT_EQ(known.fixture_elevation_deg, 0);
   EXPECT_EQ(known.elevation_uncertainty_deg, 0.01);
@@ -65,7 +66,7 @@ TEST(Fixture, KeepsEachAngleOfFile) {
 }
 
 TEST(Fixture, LeavesUnstatedAnglesUnknown) {
-  const auto known = placed({.latitude = 40, .roll_uncertainty = 0.01}, {0, 0, 1}).uncertainty;
+  const auto known = make_axis_info({.latitude = 40, .roll_uncertainty = 0.01}, {0, 0, 1}).uncertainty;
   EXPECT_FALSE(known.elevation_uncertainty_deg);
   EXPECT_FALSE(known.direction_uncertainty_deg);
   EXPECT_EQ(known.roll_uncertainty_deg, 0.01);

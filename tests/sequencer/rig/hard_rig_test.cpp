@@ -11,7 +11,7 @@ namespace {
 
 constexpr const char* kShortRandom = GYROTHERM_SOURCE_DIR "/tests/profiles/short-random.toml";
 
-record::Record recorded(tests::DryRun& dry_run, std::int64_t seconds) {
+record::Record record_seconds(tests::DryRun& dry_run, std::int64_t seconds) {
   (void)dry_run.run(seconds);
   auto record = record::read_record(dry_run.path());
   EXPECT_TRUE(record) << text(record.error());
@@ -21,7 +21,7 @@ record::Record recorded(tests::DryRun& dry_run, std::int64_t seconds) {
 /// The reading of each second scatters around Earth rate plus true bias: 0.018 °/h in one second.
 TEST(HardRig, RecordsTrueBiasOfEachSecond) {
   tests::DryRun dry_run(kShortRandom, 3, "virtual-hard");
-  const auto record = recorded(dry_run, 1'000'000);
+  const auto record = record_seconds(dry_run, 1'000'000);
   ASSERT_TRUE(record.finished);
   ASSERT_EQ(record.units[0].true_bias_deg_per_h[0].size(), record.slot.size());
   double error = 0;
@@ -36,12 +36,12 @@ TEST(HardRig, RecordsTrueBiasOfEachSecond) {
 
 TEST(HardRig, LaterDayIsNewRunOfOlderGyro) {
   tests::DryRun now(kShortRandom, 3, "virtual-hard");
-  const auto before = recorded(now, 300);
+  const auto before = record_seconds(now, 300);
   tests::DryRun later(kShortRandom, 3, "virtual-hard");
   later.days_later = 365;
   EXPECT_NE(later.info().id, now.info().id);
   std::filesystem::remove(now.path());
-  const auto after = recorded(later, 300);
+  const auto after = record_seconds(later, 300);
   EXPECT_EQ(after.info.days_later, 365u);
   EXPECT_NE(after.units[0].true_bias_deg_per_h[0].back(), before.units[0].true_bias_deg_per_h[0].back());
   EXPECT_NEAR(after.units[0].true_bias_deg_per_h[0].back(), before.units[0].true_bias_deg_per_h[0].back(), 0.02)
@@ -52,9 +52,9 @@ TEST(HardRig, LaterDayIsNewRunOfOlderGyro) {
 TEST(HardRig, ResumeReplaysSameDays) {
   tests::DryRun dry_run(kShortRandom, 3, "virtual-hard");
   dry_run.days_later = 30;
-  const auto whole = recorded(dry_run, 200);
+  const auto whole = record_seconds(dry_run, 200);
   std::filesystem::remove(dry_run.path());
-  const auto interrupted = recorded(dry_run, 150);
+  const auto interrupted = record_seconds(dry_run, 150);
   ASSERT_EQ(interrupted.units[0].true_bias_deg_per_h[0].back(), whole.units[0].true_bias_deg_per_h[0][149]);
   const auto on = run::plan_continuation(interrupted, dry_run.path(), kSecond, 0);
   ASSERT_TRUE(on) << text(on.error());
@@ -79,7 +79,7 @@ TEST(HardRig, ResumeReplaysSameDays) {
 
 TEST(HardRig, ColdStartBeginsAtStartOfProfile) {
   tests::DryRun dry_run(GYROTHERM_SOURCE_DIR "/profiles/cold-start.toml", 0, "virtual-hard");
-  const auto record = recorded(dry_run, 60);
+  const auto record = record_seconds(dry_run, 60);
   EXPECT_NEAR(record.chamber_air_c.front(), -40, 0.1);
   EXPECT_NEAR(record.thermometers_c[0].front(), -40, 0.1);
 }

@@ -172,7 +172,7 @@ Result<RigFile> mixed_rig_with(const std::string& stream, const std::string& key
   return parse_rig(rig_text, place);
 }
 
-std::string asked(const RigFile& rig, std::int64_t counts, const std::vector<double>& values) {
+std::string print_answers(const RigFile& rig, std::int64_t counts, const std::vector<double>& values) {
   SteadyGyro gyro(counts, values);
   const auto answer = query_gyro(gyro, rig.gyro_lines[0], rig.units, false, [] {});
   return answer ? *answer : text(answer.error());
@@ -181,7 +181,7 @@ std::string asked(const RigFile& rig, std::int64_t counts, const std::vector<dou
 TEST(Inquiry, PrintsRateOfGyroButNoMissingValue) {
   const auto rig = mixed_rig_with("stim300", "");
   ASSERT_TRUE(rig) << text(rig.error());
-  const auto line = asked(*rig, 10'640'000, {std::nan(""), 1.5, std::nan("")});
+  const auto line = print_answers(*rig, 10'640'000, {std::nan(""), 1.5, std::nan("")});
   EXPECT_NE(line.find("rate 10.64 °/h (Earth rate 10.64 °/h)"), std::string::npos) << line;
   EXPECT_EQ(line.find("nan"), std::string::npos) << line;
   EXPECT_EQ(line.find("acceleration_x"), std::string::npos) << line;
@@ -200,7 +200,7 @@ TEST(Inquiry, WarnsWhenRateExceedsLargestBias) {
            {"stim300", "", -600'000'000, true}}) {
     const auto rig = mixed_rig_with(stream, keys);
     ASSERT_TRUE(rig) << text(rig.error());
-    const auto line = asked(*rig, counts, {});
+    const auto line = print_answers(*rig, counts, {});
     EXPECT_EQ(line.find("WARNING") != std::string::npos, warns) << line;
   }
 }
@@ -208,12 +208,12 @@ TEST(Inquiry, WarnsWhenRateExceedsLargestBias) {
 TEST(Inquiry, PrintsUnverifiedSettings) {
   const auto rig = mixed_rig_with("kvh-17xx-a", "");
   ASSERT_TRUE(rig) << text(rig.error());
-  const auto line = asked(*rig, 0, {});
+  const auto line = print_answers(*rig, 0, {});
   EXPECT_NE(line.find("settings verified: output format: A, unit of rotation: radians"), std::string::npos) << line;
   EXPECT_NE(line.find("settings NOT verified: filter: as found"), std::string::npos) << line;
   const auto silent = mixed_rig_with("kvh-17xx-a", "listen_only = true");
   ASSERT_TRUE(silent) << text(silent.error());
-  EXPECT_NE(asked(*silent, 0, {}).find("settings NOT verified: output format: A (the gyro was not queried)"),
+  EXPECT_NE(print_answers(*silent, 0, {}).find("settings NOT verified: output format: A (the gyro was not queried)"),
             std::string::npos);
 }
 

@@ -17,15 +17,15 @@ namespace {
 
 const std::string kRigFolder = GYROTHERM_SOURCE_DIR "/profiles/rigs/";
 
-std::string rig_text_of(const std::string& name) { return read_text_file(kRigFolder + name + ".toml").value(); }
+std::string read_shipped_rig(const std::string& name) { return read_text_file(kRigFolder + name + ".toml").value(); }
 
-std::string changed(std::string text, const std::string& from, const std::string& to) {
+std::string replace_text(std::string text, const std::string& from, const std::string& to) {
   const auto at = text.find(from);
   EXPECT_NE(at, std::string::npos) << from;
   return text.replace(at, from.size(), to);
 }
 
-std::string mistakes(const std::string& text) {
+std::string rig_errors(const std::string& text) {
   const auto rig = parse_rig(text, kRigFolder + "x.toml");
   return rig ? std::string() : rig.error().what;
 }
@@ -58,13 +58,13 @@ TEST(ManyUnitsRig, LotHasTwentyFourAxesAndValues) {
 
 /// Returns a real rig whose inertial unit is two units under test on one line: its z axis, and its x axis with a
 /// temperature.
-std::string two_on_one_line() {
-  return changed(rig_text_of("example-binder-dcon-stim300"), "[gyro]\n", "[[gyro]]\nname = \"a\"\n") +
+std::string rig_with_two_units_on_one_line() {
+  return replace_text(read_shipped_rig("example-binder-dcon-stim300"), "[gyro]\n", "[[gyro]]\nname = \"a\"\n") +
          "\n[[gyro]]\nname = \"b\"\nshares_line_with = \"a\"\naxis = \"x\"\nvalues = [\"temperature_x\"]\n";
 }
 
 TEST(ManyUnitsRig, AllowsUnitsToShareLine) {
-  const auto rig = parse_rig(two_on_one_line(), kRigFolder + "x.toml");
+  const auto rig = parse_rig(rig_with_two_units_on_one_line(), kRigFolder + "x.toml");
   ASSERT_TRUE(rig) << text(rig.error());
   ASSERT_EQ(rig->gyro_lines.size(), 1u);
   const auto& line = rig->gyro_lines[0];
@@ -78,28 +78,30 @@ TEST(ManyUnitsRig, AllowsUnitsToShareLine) {
 }
 
 TEST(ManyUnitsRig, RefusesSharedLineWithoutOwner) {
-  EXPECT_NE(mistakes(changed(two_on_one_line(), "shares_line_with = \"a\"", "shares_line_with = \"c\""))
-                .find("\"c\" is not a gyro with a line of its own"),
-            std::string::npos);
-  EXPECT_NE(mistakes(changed(two_on_one_line(), "[\"temperature_x\"]", "[\"temperature_q\"]"))
+  EXPECT_NE(
+      rig_errors(replace_text(rig_with_two_units_on_one_line(), "shares_line_with = \"a\"", "shares_line_with = \"c\""))
+          .find("\"c\" is not a gyro with a line of its own"),
+      std::string::npos);
+  EXPECT_NE(rig_errors(replace_text(rig_with_two_units_on_one_line(), "[\"temperature_x\"]", "[\"temperature_q\"]"))
                 .find("\"temperature_q\" is not one of the stream's values"),
             std::string::npos);
 }
 
 TEST(ManyUnitsRig, ReportsEveryErrorWithPosition) {
-  const auto lot = rig_text_of("virtual-lot");
-  EXPECT_NE(mistakes(changed(lot, "name = \"u2\"", "name = \"u1\"")).find("\"u1\" is the name of another gyro"),
+  const auto lot = read_shipped_rig("virtual-lot");
+  EXPECT_NE(rig_errors(replace_text(lot, "name = \"u2\"", "name = \"u1\"")).find("\"u1\" is the name of another gyro"),
             std::string::npos);
-  EXPECT_NE(mistakes(changed(lot, "direction = [1, 0, 0]", "direction = [0, 0, 0]")).find("that are not all zero"),
-            std::string::npos);
-  const auto triad = rig_text_of("virtual-triad");
-  EXPECT_NE(mistakes(changed(triad, "thermometers = [\"x.A\"", "thermometers = [\"x.Q\""))
+  EXPECT_NE(
+      rig_errors(replace_text(lot, "direction = [1, 0, 0]", "direction = [0, 0, 0]")).find("that are not all zero"),
+      std::string::npos);
+  const auto triad = read_shipped_rig("virtual-triad");
+  EXPECT_NE(rig_errors(replace_text(triad, "thermometers = [\"x.A\"", "thermometers = [\"x.Q\""))
                 .find("\"x.Q\" is not a channel of this rig's thermometers"),
             std::string::npos);
 }
 
 /// Returns the rig file with one of its units alone.
-std::string only(const std::string& rig_text, const std::string& unit) {
+std::string keep_unit(const std::string& rig_text, const std::string& unit) {
   std::string kept, block;
   bool of_a_unit = false;
   const auto end_block = [&] {
@@ -123,7 +125,7 @@ std::string only(const std::string& rig_text, const std::string& unit) {
 }
 
 /// Returns the record of two minutes on a rig.
-record::Record two_minutes_on(const std::string& rig_text, const std::string& which) {
+record::Record record_two_minutes(const std::string& rig_text, const std::string& which) {
   auto rig = parse_rig(rig_text, kRigFolder + which + ".toml");
   EXPECT_TRUE(rig) << text(rig.error());
   tests::DryRun run(GYROTHERM_SOURCE_DIR "/profiles/cold-start.toml", 3);
@@ -135,8 +137,8 @@ record::Record two_minutes_on(const std::string& rig_text, const std::string& wh
 /// Invariant of the lot: an axis alone equals the same axis among twenty-four, to the last bit. Only the record's own
 /// description differs, and with it the chain.
 TEST(ManyUnitsRig, SingleUnitEqualsSameUnitOfLot) {
-  const auto lot = rig_text_of("virtual-lot");
-  const auto all = two_minutes_on(lot, "lot"), alone = two_minutes_on(only(lot, "u3"), "alone");
+  const auto lot = read_shipped_rig("virtual-lot");
+  const auto all = record_two_minutes(lot, "lot"), alone = record_two_minutes(keep_unit(lot, "u3"), "alone");
   ASSERT_EQ(alone.units.size(), 1u);
   ASSERT_EQ(all.units.size(), 8u);
   EXPECT_EQ(alone.info.units[0].name, "u3");
@@ -154,7 +156,7 @@ TEST(ManyUnitsRig, SingleUnitEqualsSameUnitOfLot) {
 }
 
 TEST(ManyUnitsRig, RecordsEveryChannelOfTriad) {
-  const auto record = two_minutes_on(rig_text_of("virtual-triad"), "triad");
+  const auto record = record_two_minutes(read_shipped_rig("virtual-triad"), "triad");
   ASSERT_EQ(record.units.size(), 3u);
   for (const auto& unit : record.units)
     for (const double pulses : unit.rotation[0]) ASSERT_FALSE(std::isnan(pulses));

@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::int64_t kSeconds = 3000;
 
-record::Record recorded_on(const std::string& rig) {
+record::Record record_rig(const std::string& rig) {
   tests::DryRun dry_run(GYROTHERM_SOURCE_DIR "/tests/profiles/short-rate.toml", 1, rig);
   dry_run.run(kSeconds);
   auto record = record::read_record(dry_run.path());
@@ -20,13 +20,13 @@ record::Record recorded_on(const std::string& rig) {
   return std::move(*record);
 }
 
-const std::pair<record::Record, record::Record>& both() {
-  static const std::pair<record::Record, record::Record> records{recorded_on("virtual"), recorded_on("virtual-mixed")};
+const std::pair<record::Record, record::Record>& both_records() {
+  static const std::pair<record::Record, record::Record> records{record_rig("virtual"), record_rig("virtual-mixed")};
   return records;
 }
 
 TEST(MixedRig, ReadsSameValuesWithinResolution) {
-  const auto& [one, other] = both();
+  const auto& [one, other] = both_records();
   ASSERT_EQ(one.slot.size(), static_cast<std::size_t>(kSeconds));
   ASSERT_EQ(other.slot.size(), one.slot.size());
   ASSERT_EQ(other.info.thermometers.size(), one.info.thermometers.size());
@@ -47,7 +47,7 @@ TEST(MixedRig, HasSameBiasWithinReadOutResolution) {
   const auto rate_deg_per_h = [](const record::Record& record, std::size_t i) {
     return record.info.units[0].axes[0].scale * record.units[0].rotation[0][i] / record.units[0].interval_s[i];
   };
-  const auto& [one, other] = both();
+  const auto& [one, other] = both_records();
   EXPECT_EQ(one.info.units[0].axes[0].earth_rate, other.info.units[0].axes[0].earth_rate);
   for (std::size_t i = 0; i < one.slot.size(); ++i)
     ASSERT_NEAR(rate_deg_per_h(other, i), rate_deg_per_h(one, i), 1.5e-4) << i;

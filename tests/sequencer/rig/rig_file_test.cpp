@@ -13,7 +13,7 @@ namespace {
 
 const std::string kRigs = GYROTHERM_SOURCE_DIR "/profiles/rigs/";
 
-std::string replaced(std::string text, const std::string& what, const std::string& with) {
+std::string replace_once(std::string text, const std::string& what, const std::string& with) {
   const auto at = text.find(what);
   EXPECT_NE(at, std::string::npos) << what;
   return text.replace(at, what.size(), with);
@@ -22,7 +22,7 @@ std::string replaced(std::string text, const std::string& what, const std::strin
 std::string virtual_rig() { return read_text_file(kRigs + "virtual.toml").value(); }
 
 /// Returns the error of a rig file in the folder of the shipped rig.
-std::string mistake_in(const std::string& text) {
+std::string rig_error(const std::string& text) {
   const auto rig = parse_rig(text, kRigs + "virtual.toml");
   return rig ? "" : rig.error().what;
 }
@@ -61,7 +61,7 @@ TEST(RigFile, ProjectsEarthRateOntoInputAxis) {
 }
 
 TEST(RigFile, ReportsMisspeltKeyWithPositionAndSuggestion) {
-  const auto rig = parse_rig(replaced(virtual_rig(), "safe_set_point", "save_set_point"), kRigs + "virtual.toml");
+  const auto rig = parse_rig(replace_once(virtual_rig(), "safe_set_point", "save_set_point"), kRigs + "virtual.toml");
   ASSERT_FALSE(rig);
   EXPECT_EQ(rig.error().kind, FaultKind::bad_file);
   EXPECT_NE(rig.error().where.find("virtual.toml:"), std::string::npos);
@@ -70,12 +70,12 @@ TEST(RigFile, ReportsMisspeltKeyWithPositionAndSuggestion) {
 
 TEST(RigFile, RefusesMixOfVirtualAndRealLines) {
   EXPECT_NE(
-      mistake_in(replaced(virtual_rig(), "line = \"virtual\"", "line = \"tcp://192.168.1.20:502\"")).find("wholly"),
+      rig_error(replace_once(virtual_rig(), "line = \"virtual\"", "line = \"tcp://192.168.1.20:502\"")).find("wholly"),
       std::string::npos);
 }
 
 TEST(RigFile, RefusesLineThatIsNotAddress) {
-  EXPECT_NE(mistake_in(replaced(virtual_rig(), "line = \"virtual\"", "line = \"COM3\"")), "");
+  EXPECT_NE(rig_error(replace_once(virtual_rig(), "line = \"virtual\"", "line = \"COM3\"")), "");
 }
 
 /// Returns a shipped example of a real rig with additional lines before the first line that begins with `before`.
@@ -84,10 +84,10 @@ std::string real_rig_with(const std::string& lines, const std::string& example =
   auto text = read_text_file(kRigs + example).value();
   const std::string table = "[chamber.link]\n";  // has only comments
   if (const auto at = text.find(table); at != std::string::npos) text.erase(at, table.size());
-  return replaced(text, before, lines + before);
+  return replace_once(text, before, lines + before);
 }
 
-drivers::ModbusLink link_of(const std::string& text) {
+drivers::ModbusLink read_link(const std::string& text) {
   const auto rig = parse_rig(text, kRigs + "mine.toml");
   EXPECT_TRUE(rig) << gyrotherm::text(rig.error());
   return rig ? rig->chamber_map.link.modbus : drivers::ModbusLink{};
@@ -95,12 +95,12 @@ drivers::ModbusLink link_of(const std::string& text) {
 
 TEST(RigFile, LinkSettingsReplaceThoseOfMap) {
   using std::chrono::milliseconds;
-  const auto plain = link_of(real_rig_with(""));
+  const auto plain = read_link(real_rig_with(""));
   EXPECT_EQ(plain.unit, 1);
   EXPECT_EQ(plain.timeout, milliseconds(600));
   EXPECT_FALSE(plain.echo || plain.returns_other_transaction || plain.returns_other_unit ||
                plain.miscounts_write_replies);
-  const auto tcp = link_of(
+  const auto tcp = read_link(
       real_rig_with("link = { unit = 2, timeout = \"1500 ms\", read_at_most = 20, returns_other_transaction = true, "
                     "returns_other_unit = true, miscounts_write_replies = true }\n"));
   EXPECT_EQ(tcp.unit, 2);
@@ -108,10 +108,11 @@ TEST(RigFile, LinkSettingsReplaceThoseOfMap) {
   EXPECT_EQ(tcp.read_at_most, 20);
   EXPECT_TRUE(tcp.returns_other_transaction && tcp.returns_other_unit && tcp.miscounts_write_replies);
   EXPECT_EQ(tcp.port, plain.port) << "what is not said remains the map's";
-  const auto serial = link_of(real_rig_with("link = { unit = 3, echo = true }\n", "example-binder-dcon-stim300.toml"));
+  const auto serial =
+      read_link(real_rig_with("link = { unit = 3, echo = true }\n", "example-binder-dcon-stim300.toml"));
   EXPECT_EQ(serial.unit, 3);
   EXPECT_TRUE(serial.echo);
-  const auto gateway = link_of(real_rig_with("link = { framing = \"rtu_over_tcp\", echo = true }\n"));
+  const auto gateway = read_link(real_rig_with("link = { framing = \"rtu_over_tcp\", echo = true }\n"));
   EXPECT_TRUE(gateway.echo);
   EXPECT_EQ(gateway.framing, drivers::ModbusLink::Framing::rtu);
   const auto order = parse_rig(real_rig_with("link = { word_order = \"dcba\" }\n"), kRigs + "mine.toml");
@@ -141,7 +142,7 @@ TEST(RigFile, RefusesSettingsThatLinkCannotHave) {
   expect("link = { speed = 9600 }\n", "speed", kSerial);
   expect("framing = \"tcp\"\nlink = { framing = \"tcp\" }\n", "expected only one of them", kTcp);
   const auto in_virtual = [](const std::string& link) {
-    return mistake_in(replaced(virtual_rig(), "line = \"virtual\"", "line = \"virtual\"\nlink = { " + link + " }"));
+    return rig_error(replace_once(virtual_rig(), "line = \"virtual\"", "line = \"virtual\"\nlink = { " + link + " }"));
   };
   EXPECT_NE(in_virtual("echo = true").find("a virtual line does not echo"), std::string::npos);
   EXPECT_NE(in_virtual("unit = 7").find("a virtual unit has the number of its map"), std::string::npos);
@@ -164,7 +165,7 @@ TEST(RigFile, RefusesPortOfTwoInstruments) {
   const auto text = read_text_file(kRigs + "example-f4t-lakeshore-kvh.toml").value();
   const auto with_gyro_at = [&](const std::string& line) {
     const auto was = "serial:/dev/serial/by-id/usb-Moxa_UPort_1150-if00-port0";
-    const auto rig = parse_rig(replaced(text, was, line), kRigs + "mine.toml");
+    const auto rig = parse_rig(replace_once(text, was, line), kRigs + "mine.toml");
     return rig ? "" : rig.error().what;
   };
   EXPECT_NE(with_gyro_at("serial:/dev/serial/by-id/usb-FTDI_USB-RS232_Cable_FT123456-if00-port0")
@@ -174,13 +175,13 @@ TEST(RigFile, RefusesPortOfTwoInstruments) {
 }
 
 TEST(RigFile, RefusesThreePointNamesThatAreNotChannels) {
-  EXPECT_NE(mistake_in(replaced(virtual_rig(), "\"D\", \"shell\"]", "\"D\", \"shall\"]")).find("shall"),
+  EXPECT_NE(rig_error(replace_once(virtual_rig(), "\"D\", \"shell\"]", "\"D\", \"shall\"]")).find("shall"),
             std::string::npos);
 }
 
 TEST(RigFile, NamesMissingRegisterMap) {
   const auto rig =
-      parse_rig(replaced(virtual_rig(), "chambers/virtual.toml", "chambers/none.toml"), kRigs + "virtual.toml");
+      parse_rig(replace_once(virtual_rig(), "chambers/virtual.toml", "chambers/none.toml"), kRigs + "virtual.toml");
   ASSERT_FALSE(rig);
   EXPECT_NE(rig.error().what.find("none.toml"), std::string::npos);
 }
@@ -188,23 +189,24 @@ TEST(RigFile, NamesMissingRegisterMap) {
 TEST(RigFile, RefusesLimitThatWouldEndEveryRun) {
   for (const auto* line : {"confirming_samples = 0", "suspend_after = \"0 s\"", "gyro_lost = \"0 s\"",
                            "air_lowest = 200", "gyro_band = 0", "frozen_after = \"0 s\"", "response_step = 0"})
-    EXPECT_NE(mistake_in(replaced(virtual_rig(), "[limits]\n", "[limits]\n" + std::string(line) + "\n")), "") << line;
+    EXPECT_NE(rig_error(replace_once(virtual_rig(), "[limits]\n", "[limits]\n" + std::string(line) + "\n")), "")
+        << line;
 }
 
 TEST(RigFile, RefusesAbortTimeShorterThanSuspendTime) {
-  const auto said = mistake_in(
-      replaced(virtual_rig(), "[limits]\n", "[limits]\nsuspend_after = \"40 s\"\nthermometers_lost = \"10 s\"\n"));
+  const auto said = rig_error(
+      replace_once(virtual_rig(), "[limits]\n", "[limits]\nsuspend_after = \"40 s\"\nthermometers_lost = \"10 s\"\n"));
   EXPECT_NE(said.find("thermometers_lost is 10 s, expected suspend_after, 40 s, or more"), std::string::npos) << said;
 }
 
 TEST(RigFile, RefusesSafeSetPointOutsideAirLimits) {
-  const auto said = mistake_in(replaced(virtual_rig(), "[limits]\n", "[limits]\nair_highest = 15\n"));
+  const auto said = rig_error(replace_once(virtual_rig(), "[limits]\n", "[limits]\nair_highest = 15\n"));
   EXPECT_NE(said.find("the safe set point is 20 °C, outside the air limits, -60 to 15 °C"), std::string::npos) << said;
 }
 
 TEST(RigFile, RefusesThermometerNameThatRecordRefuses) {
   for (const auto* name : {"slot", "A,B", "", "a"}) {
-    const auto said = mistake_in(replaced(virtual_rig(), "\"B\"", "\"" + std::string(name) + "\""));
+    const auto said = rig_error(replace_once(virtual_rig(), "\"B\"", "\"" + std::string(name) + "\""));
     EXPECT_NE(said.find(std::string("thermometer \"") + name + "\": "), std::string::npos) << said;
   }
 }
@@ -213,7 +215,7 @@ TEST(RigFile, RefusesNegativeRatesOfChamber) {
   for (const auto* key : {"fastest_heating", "fastest_cooling"})
     for (const auto* rate : {"-6 °C/min", "0 °C/min"}) {
       const auto said = std::string(key) + " = \"6 °C/min\"";
-      const auto mistake = mistake_in(replaced(virtual_rig(), said, std::string(key) + " = \"" + rate + "\""));
+      const auto mistake = rig_error(replace_once(virtual_rig(), said, std::string(key) + " = \"" + rate + "\""));
       EXPECT_NE(mistake.find("more than 0 °C/min"), std::string::npos) << key << " " << rate << ": " << mistake;
     }
 }
@@ -330,7 +332,7 @@ TEST(RigFile, UsesDocumentedDefaultsOfLimits) {
 }
 
 std::string with_tables(const std::string& tables) {
-  return replaced(virtual_rig(), "[limits]\n", tables + "[limits]\n");
+  return replace_once(virtual_rig(), "[limits]\n", tables + "[limits]\n");
 }
 
 TEST(RigFile, RefusesPolicyThatWouldDamageUnit) {
@@ -344,9 +346,9 @@ TEST(RigFile, RefusesPolicyThatWouldDamageUnit) {
             interlocks::Reaction::suspend);
   EXPECT_EQ(rig->limits.policy[static_cast<std::size_t>(interlocks::InterlockId::restarted_off)],
             interlocks::Reaction::hold);
-  EXPECT_NE(mistake_in(with_tables("[policy]\nair_limit = \"warn\"\n")), "");
-  EXPECT_NE(mistake_in(with_tables("[policy]\ndoors = \"hold\"\n")), "");
-  EXPECT_NE(mistake_in(with_tables("[policy]\ndoor = \"stop\"\n")), "");
+  EXPECT_NE(rig_error(with_tables("[policy]\nair_limit = \"warn\"\n")), "");
+  EXPECT_NE(rig_error(with_tables("[policy]\ndoors = \"hold\"\n")), "");
+  EXPECT_NE(rig_error(with_tables("[policy]\ndoor = \"stop\"\n")), "");
 }
 
 TEST(RigFile, PolicyOfRestartAppliesToRestartWithChamberOff) {
@@ -367,12 +369,12 @@ TEST(RigFile, ReadsSafeSequenceWithinChamberLimits) {
   EXPECT_EQ(rig->safe_set_point, Celsius{23});
   EXPECT_TRUE(rig->safe_off);
   EXPECT_EQ(rig->run_limits.on_stop, interlocks::OnStop::hold);
-  EXPECT_NE(mistake_in(with_tables("[safe]\nset_point = 90\n")), "");
+  EXPECT_NE(rig_error(with_tables("[safe]\nset_point = 90\n")), "");
 }
 
 TEST(RigFile, ReadsLimitsOfSingleThermometer) {
   const auto own = [](const std::string& tables) {
-    return replaced(virtual_rig(), "\n[virtual]\n", "\n" + tables + "\n[virtual]\n");
+    return replace_once(virtual_rig(), "\n[virtual]\n", "\n" + tables + "\n[virtual]\n");
   };
   const auto rig = parse_rig(own("[limits.channel.C]\nhighest = \"61 °C\"\n"), kRigs + "virtual.toml");
   ASSERT_TRUE(rig) << text(rig.error());
@@ -380,7 +382,7 @@ TEST(RigFile, ReadsLimitsOfSingleThermometer) {
   EXPECT_EQ(rig->limits.thermometers[2].highest, Celsius{61});
   EXPECT_EQ(rig->limits.thermometers[2].lowest, Celsius{-50});
   EXPECT_EQ(rig->limits.thermometers[3].highest, Celsius{85});
-  EXPECT_NE(mistake_in(own("[limits.channel.Z]\nhighest = 60\n")), "");
+  EXPECT_NE(rig_error(own("[limits.channel.Z]\nhighest = 60\n")), "");
 }
 
 TEST(RigFile, ParsesWithFilesStoredInRecord) {
@@ -393,7 +395,7 @@ TEST(RigFile, ParsesWithFilesStoredInRecord) {
 }
 
 TEST(RigFile, NamesMissingGyroModel) {
-  const auto rig = parse_rig(replaced(virtual_rig(), "gyros/calibrated", "gyros/none"), kRigs + "virtual.toml");
+  const auto rig = parse_rig(replace_once(virtual_rig(), "gyros/calibrated", "gyros/none"), kRigs + "virtual.toml");
   ASSERT_FALSE(rig);
   EXPECT_EQ(rig.error().kind, FaultKind::bad_file);
   EXPECT_NE(rig.error().where.find("virtual.toml:"), std::string::npos);
@@ -415,35 +417,35 @@ std::string mixed_rig() { return read_text_file(kRigs + "virtual-mixed.toml").va
 
 TEST(RigFile, RefusesSecondScale) {
   const std::string stream = "stream = \"../gyro-streams/kvh-17xx-a.toml\"";
-  EXPECT_EQ(mistake_in(mixed_rig()), "");
-  EXPECT_NE(mistake_in(replaced(mixed_rig(), stream, stream + "\narcsec_per_pulse = 1")).find("contain their scale"),
+  EXPECT_EQ(rig_error(mixed_rig()), "");
+  EXPECT_NE(rig_error(replace_once(mixed_rig(), stream, stream + "\narcsec_per_pulse = 1")).find("contain their scale"),
             std::string::npos);
   const std::string pulses = "stream = \"../gyro-streams/pulse-count.toml\"";
-  const auto of_pulses = replaced(replaced(mixed_rig(), stream, pulses), "axis = \"z\"\n", "");
-  EXPECT_NE(mistake_in(of_pulses).find("arcsec_per_pulse"), std::string::npos);
-  EXPECT_EQ(mistake_in(replaced(of_pulses, pulses, pulses + "\narcsec_per_pulse = 0.1")), "");
+  const auto of_pulses = replace_once(replace_once(mixed_rig(), stream, pulses), "axis = \"z\"\n", "");
+  EXPECT_NE(rig_error(of_pulses).find("arcsec_per_pulse"), std::string::npos);
+  EXPECT_EQ(rig_error(replace_once(of_pulses, pulses, pulses + "\narcsec_per_pulse = 0.1")), "");
 }
 
 TEST(RigFile, ReadsFrameRateOfGyro) {
   const std::string axis = "axis = \"z\"\n";
-  const auto rig =
-      parse_rig(replaced(mixed_rig(), axis, axis + "rate_hz = 100\nlisten_only = true\nlargest_bias_deg_per_h = 3\n"),
-                kRigs + "virtual-mixed.toml");
+  const auto rig = parse_rig(
+      replace_once(mixed_rig(), axis, axis + "rate_hz = 100\nlisten_only = true\nlargest_bias_deg_per_h = 3\n"),
+      kRigs + "virtual-mixed.toml");
   ASSERT_TRUE(rig) << text(rig.error());
   EXPECT_EQ(rig->gyro_lines[0].frame.rate_hz, 100);
   EXPECT_TRUE(rig->gyro_lines[0].listen_only);
   EXPECT_EQ(rig->limits.units[0].axes[0].largest_bias, DegreesPerHour{3}) << "not the 20 of its stream";
   EXPECT_FALSE(read_rig(kRigs + "virtual-mixed.toml")->gyro_lines[0].listen_only);
-  EXPECT_NE(mistake_in(replaced(mixed_rig(), axis, axis + "rate_hz = 0\n")).find("positive number of frames"),
+  EXPECT_NE(rig_error(replace_once(mixed_rig(), axis, axis + "rate_hz = 0\n")).find("positive number of frames"),
             std::string::npos);
-  EXPECT_NE(mistake_in(replaced(mixed_rig(), axis, axis + "largest_bias_deg_per_h = -1\n")).find("zero or more"),
+  EXPECT_NE(rig_error(replace_once(mixed_rig(), axis, axis + "largest_bias_deg_per_h = -1\n")).find("zero or more"),
             std::string::npos);
 }
 
 TEST(RigFile, ReportsMismatchOfSerialNumber) {
   const std::string axis = "axis = \"z\"\n";
   const auto compared = [&](const std::string& keys, const std::string& identity) {
-    const auto rig = parse_rig(replaced(mixed_rig(), axis, axis + keys), kRigs + "virtual-mixed.toml").value();
+    const auto rig = parse_rig(replace_once(mixed_rig(), axis, axis + keys), kRigs + "virtual-mixed.toml").value();
     return compare_serial_number(rig.gyro_lines[0], rig.units, identity);
   };
   EXPECT_TRUE(compared("", "vectornav 0100011981"));
@@ -457,8 +459,8 @@ TEST(RigFile, ReportsMismatchOfSerialNumber) {
 }
 
 TEST(RigFile, NamesMissingOrInvalidStream) {
-  EXPECT_NE(mistake_in(replaced(mixed_rig(), "kvh-17xx-a", "none")).find("none.toml"), std::string::npos);
-  const auto rig = parse_rig(replaced(mixed_rig(), "axis = \"z\"", "axis = \"w\""), kRigs + "virtual.toml");
+  EXPECT_NE(rig_error(replace_once(mixed_rig(), "kvh-17xx-a", "none")).find("none.toml"), std::string::npos);
+  const auto rig = parse_rig(replace_once(mixed_rig(), "axis = \"z\"", "axis = \"w\""), kRigs + "virtual.toml");
   ASSERT_FALSE(rig);
   EXPECT_NE(rig.error().where.find("kvh-17xx-a.toml:"), std::string::npos) << rig.error().where;
 }
@@ -506,7 +508,7 @@ TEST(RigFile, ReadsUncertaintyOfEachThermometer) {
 TEST(RigFile, RefusesImpossibleUncertainty) {
   const std::string mark = "channels = [\"A\", \"B\", \"C\", \"D\"]";
   const auto with = [&](const std::string& more) {
-    return mistake_in(replaced(mixed_rig(), mark, mark + "\n" + more));
+    return rig_error(replace_once(mixed_rig(), mark, mark + "\n" + more));
   };
   EXPECT_EQ(with("uncertainty = 0.01\ncoverage_factor = 2\ndrift_k_per_year = 0.05"), "");
   EXPECT_NE(with("uncertainty = 0").find("above zero"), std::string::npos);
@@ -517,14 +519,14 @@ TEST(RigFile, RefusesImpossibleUncertainty) {
             std::string::npos);
   EXPECT_NE(with("calibrated = \"2026-02-30\"").find("expected a day"), std::string::npos);
   const std::string gyro = "[gyro]\n";
-  EXPECT_NE(mistake_in(replaced(mixed_rig(), gyro, gyro + "tilt_uncertainty = -1\n")).find("of zero or more"),
+  EXPECT_NE(rig_error(replace_once(mixed_rig(), gyro, gyro + "tilt_uncertainty = -1\n")).find("of zero or more"),
             std::string::npos);
 }
 
 TEST(RigFile, RefusesImpossibleCalibration) {
   const std::string mark = "channels = [\"A\", \"B\", \"C\", \"D\"]";
   const auto with = [&](const std::string& more) {
-    return mistake_in(replaced(mixed_rig(), mark, mark + "\n" + more));
+    return rig_error(replace_once(mixed_rig(), mark, mark + "\n" + more));
   };
   const std::string of_a = "[[thermometer.calibration]]\nchannel = \"A\"\n";
   EXPECT_EQ(with(of_a + "offset = 0.1\ndue = \"2027-01-31\""), "");
@@ -540,7 +542,7 @@ TEST(RigFile, ChecksKeysOfEachDriver) {
   const auto file = kRigs + "example-binder-dcon-stim300.toml";
   const auto text_of = read_text_file(file).value();
   const auto with = [&](const std::string& what, const std::string& instead) {
-    const auto rig = parse_rig(replaced(text_of, what, instead), file);
+    const auto rig = parse_rig(replace_once(text_of, what, instead), file);
     return rig ? "" : rig.error().what;
   };
   const auto rig = read_rig(file).value();
@@ -557,16 +559,16 @@ TEST(RigFile, ChecksKeysOfEachDriver) {
 
 TEST(RigFile, RefusesLimiterInsideSetPointRange) {
   const auto with = [](const std::string& lines) {
-    return replaced(virtual_rig(), "[[thermometer]]", "[chamber.limiter]\n" + lines + "\n[[thermometer]]");
+    return replace_once(virtual_rig(), "[[thermometer]]", "[chamber.limiter]\n" + lines + "\n[[thermometer]]");
   };
   const auto good =
       parse_rig(with("class = \"3.3\"\nlowest = \"-50 °C\"\nhighest = \"75 °C\"\n"), kRigs + "virtual.toml");
-  ASSERT_TRUE(good && good->limiter) << mistake_in(with("class = \"3.3\"\nlowest = \"-50 °C\"\nhighest = \"75 °C\"\n"));
+  ASSERT_TRUE(good && good->limiter) << rig_error(with("class = \"3.3\"\nlowest = \"-50 °C\"\nhighest = \"75 °C\"\n"));
   EXPECT_EQ(in_words(*good->limiter), "class 3.3, below -50 °C, above 75 °C");
-  EXPECT_NE(mistake_in(with("class = \"2\"\nhighest = \"70 °C\"\n")).find("would trip"), std::string::npos);
-  EXPECT_NE(mistake_in(with("class = \"3.2\"\nlowest = \"-40 °C\"\n")).find("would trip"), std::string::npos);
-  EXPECT_NE(mistake_in(with("class = \"2\"\n")).find("the limiter's settings"), std::string::npos);
-  EXPECT_NE(mistake_in(with("class = \"4\"\nhighest = \"75 °C\"\n")), "");
+  EXPECT_NE(rig_error(with("class = \"2\"\nhighest = \"70 °C\"\n")).find("would trip"), std::string::npos);
+  EXPECT_NE(rig_error(with("class = \"3.2\"\nlowest = \"-40 °C\"\n")).find("would trip"), std::string::npos);
+  EXPECT_NE(rig_error(with("class = \"2\"\n")).find("the limiter's settings"), std::string::npos);
+  EXPECT_NE(rig_error(with("class = \"4\"\nhighest = \"75 °C\"\n")), "");
 }
 
 }  // namespace

@@ -16,15 +16,15 @@ class DoorTest : public testing::Test {
  protected:
   DoorTest() {
     bench_.seconds(5);
-    open_the_door();
+    open_door();
   }
-  void open_the_door() {
+  void open_door() {
     bench_.chamber().door_open = true;
     bench_.seconds(20);
     bench_.chamber().door_open = false;
     bench_.seconds(60);
   }
-  control::ControlAnswer say(const std::string& text) {
+  control::ControlAnswer send_request(const std::string& text) {
     return bench_.run_controller().carry_out(acknowledge(text), "ada (uid 1000)");
   }
   [[nodiscard]] std::vector<record::Alarm> list() { return bench_.record().alarms().list(); }
@@ -35,7 +35,7 @@ TEST_F(DoorTest, KeepsClearedAlarmUntilAcknowledged) {
   ASSERT_EQ(list().size(), 1u);
   const auto alarm = list()[0];
   EXPECT_EQ(state_in_words(alarm), "returned");
-  const auto answer = say(std::to_string(alarm.number) + " looked at the cable");
+  const auto answer = send_request(std::to_string(alarm.number) + " looked at the cable");
   EXPECT_TRUE(answer.done) << answer.text;
   EXPECT_TRUE(list().empty());
   const auto& event = bench_.record().events.back();
@@ -48,13 +48,13 @@ TEST_F(DoorTest, KeepsClearedAlarmUntilAcknowledged) {
 
 TEST_F(DoorTest, RefusesAndRecordsAcknowledgementOfUnknownAlarm) {
   const auto number = std::to_string(list()[0].number);
-  EXPECT_FALSE(say("9999 seen").done);
+  EXPECT_FALSE(send_request("9999 seen").done);
   EXPECT_EQ(list().size(), 1u);
-  EXPECT_TRUE(say(number + " seen").done);
-  const auto again = say(number + " seen");
+  EXPECT_TRUE(send_request(number + " seen").done);
+  const auto again = send_request(number + " seen");
   EXPECT_FALSE(again.done);
   EXPECT_EQ(again.text, "alarm " + number + " is acknowledged already") << "also within the same second";
-  EXPECT_FALSE(say("all seen").done);
+  EXPECT_FALSE(send_request("all seen").done);
   bench_.seconds(1);
   EXPECT_TRUE(bench_.told(EventKind::command, "ada (uid 1000): acknowledge 9999, refused: there is no alarm 9999"));
   EXPECT_TRUE(bench_.told(EventKind::command, "acknowledge all, refused: all alarms are acknowledged"));
@@ -62,11 +62,11 @@ TEST_F(DoorTest, RefusesAndRecordsAcknowledgementOfUnknownAlarm) {
 
 TEST_F(DoorTest, AcknowledgesAllOccurrencesOfOneCauseOnce) {
   const auto number = list()[0].number;
-  for (int i = 0; i < 4; ++i) open_the_door();
+  for (int i = 0; i < 4; ++i) open_door();
   ASSERT_EQ(list().size(), 1u);
   EXPECT_EQ(list()[0].count, 5);
   EXPECT_EQ(list()[0].number, number) << "a comment that is being typed still goes to the row";
-  EXPECT_TRUE(say(std::to_string(number) + " the latch").done);
+  EXPECT_TRUE(send_request(std::to_string(number) + " the latch").done);
   EXPECT_EQ(bench_.count(EventKind::acknowledged, "acknowledged by ada (uid 1000): the latch"), 1);
   EXPECT_TRUE(list().empty());
   EXPECT_EQ(bench_.count(EventKind::interlock, "door (suspend)"), 5) << "the record has every occurrence";
@@ -85,14 +85,14 @@ TEST_F(DoorTest, AcknowledgesOneSeveralOrAllAlarms) {
     ASSERT_EQ(record::count_unacknowledged(rows), 2u) << how;
     const auto a = std::to_string(rows[0].number), b = std::to_string(rows[1].number);
     if (how == std::string("one by one")) {
-      EXPECT_EQ(say(a + " first").text, "1 alarm is acknowledged");
+      EXPECT_EQ(send_request(a + " first").text, "1 alarm is acknowledged");
       EXPECT_EQ(record::count_unacknowledged(list()), 1u);
-      EXPECT_TRUE(say(b + " second").done);
+      EXPECT_TRUE(send_request(b + " second").done);
     } else if (how == std::string("several")) {
-      EXPECT_EQ(say(a + "," + b + ",9999 both").text.substr(0, 49),
+      EXPECT_EQ(send_request(a + "," + b + ",9999 both").text.substr(0, 49),
                 "2 alarms are acknowledged; there is no alarm 9999");
     } else {
-      EXPECT_EQ(say("all seen").text, "2 alarms are acknowledged");
+      EXPECT_EQ(send_request("all seen").text, "2 alarms are acknowledged");
     }
     EXPECT_TRUE(list().empty()) << how;
   }
@@ -101,7 +101,7 @@ TEST_F(DoorTest, AcknowledgesOneSeveralOrAllAlarms) {
 TEST_F(DoorTest, KeepsAcknowledgedAlarmUntilCleared) {
   bench_.chamber().door_open = true;
   bench_.seconds(20);
-  EXPECT_TRUE(say("all I am at the door").done);
+  EXPECT_TRUE(send_request("all I am at the door").done);
   ASSERT_EQ(list().size(), 1u);
   EXPECT_EQ(state_in_words(list()[0]), "active, acknowledged");
   EXPECT_EQ(list()[0].comment, "I am at the door");

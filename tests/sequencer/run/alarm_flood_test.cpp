@@ -15,7 +15,7 @@ namespace {
 const char* kLongHold = "[[segment]]\nkind = \"hold\"\nat = \"20 °C\"\ntime = \"2 h\"\n";
 constexpr int kHalfAnHour = 1800;
 
-void wire_up(rig::RigFile& rig) {
+void set_addresses(rig::RigFile& rig) {
   rig.chamber_line = "tcp://10.0.0.5:502";
   rig.thermometers.resize(2);
   rig.thermometers[0].line = "tcp://10.0.0.6:502";
@@ -40,7 +40,7 @@ class AlarmFlood : public testing::Test {
   int between(int low, int high) { return std::uniform_int_distribution(low, high)(random_); }
 
   /// Simulates silence for 1 to 12 s, then answers for 3 to 40 s, for half an hour.
-  void drop_out(const Silence& silence, int most_late) {
+  void simulate_dropouts(const Silence& silence, int most_late) {
     for (int second = 0; second < kHalfAnHour;) {
       const auto late = most_late > 0 ? between(1, most_late) : 0;
       if (late > 0) bench_.late(late);
@@ -66,7 +66,7 @@ class AlarmFlood : public testing::Test {
       EXPECT_TRUE(tags.insert(alarm.tag()).second) << alarm.tag();
   }
   /// Checks that the record has each occurrence as a separate event.
-  void expect_every_occurrence() {
+  void expect_event_per_occurrence() {
     std::int64_t events = 0;
     for (const auto& event : bench_.record().events)
       events +=
@@ -74,7 +74,7 @@ class AlarmFlood : public testing::Test {
     EXPECT_EQ(bench_.record().alarms().count().occurrences, events);
     EXPECT_GT(events, 20) << "this is a flood";
   }
-  void expect_all_acknowledged_at_once() {
+  void expect_one_acknowledgement() {
     EXPECT_TRUE(bench_.run_controller()
                     .carry_out(*control::make_request("acknowledge", "all the cable was replaced"), "ada (uid 1000)")
                     .done);
@@ -92,13 +92,13 @@ class AlarmFlood : public testing::Test {
   }
 
   std::mt19937 random_{49};
-  tests::Bench bench_{kLongHold, wire_up};
+  tests::Bench bench_{kLongHold, set_addresses};
   std::size_t most_rows_ = 0;
 };
 
 TEST_F(AlarmFlood, OfStarvedMachineHasOneRow) {
   auto& io = bench_.instruments();
-  drop_out(
+  simulate_dropouts(
       [&](bool silent) {
         bench_.chamber().silent = silent;
         io.gyro_silent = silent;
@@ -107,39 +107,39 @@ TEST_F(AlarmFlood, OfStarvedMachineHasOneRow) {
       },
       4);
   EXPECT_EQ(most_rows_, 1u) << rows();
-  expect_every_occurrence();
-  expect_all_acknowledged_at_once();
+  expect_event_per_occurrence();
+  expect_one_acknowledgement();
 }
 
 TEST_F(AlarmFlood, OfIntermittentScannerCableHasOneRow) {
-  drop_out(
+  simulate_dropouts(
       [&](bool silent) {
         bench_.instruments().silent_thermometers =
             silent ? std::vector<std::size_t>{4, 5, 6, 7, 8} : std::vector<std::size_t>{};
       },
       0);
   EXPECT_EQ(most_rows_, 1u) << rows();
-  expect_every_occurrence();
-  expect_all_acknowledged_at_once();
+  expect_event_per_occurrence();
+  expect_one_acknowledgement();
 }
 
 TEST_F(AlarmFlood, OfIntermittentChamberCableHasOneRow) {
-  drop_out([&](bool silent) { bench_.chamber().silent = silent; }, 0);
+  simulate_dropouts([&](bool silent) { bench_.chamber().silent = silent; }, 0);
   EXPECT_EQ(most_rows_, 1u) << rows();
-  expect_every_occurrence();
-  expect_all_acknowledged_at_once();
+  expect_event_per_occurrence();
+  expect_one_acknowledgement();
 }
 
 TEST_F(AlarmFlood, OfIntermittentGyroCableHasOneRow) {
-  drop_out([&](bool silent) { bench_.instruments().gyro_silent = silent; }, 0);
+  simulate_dropouts([&](bool silent) { bench_.instruments().gyro_silent = silent; }, 0);
   EXPECT_EQ(most_rows_, 1u) << rows();
-  expect_every_occurrence();
-  expect_all_acknowledged_at_once();
+  expect_event_per_occurrence();
+  expect_one_acknowledgement();
 }
 
 /// Two cables at once are two causes.
 TEST_F(AlarmFlood, OfTwoCablesHasTwoRows) {
-  drop_out(
+  simulate_dropouts(
       [&](bool silent) {
         bench_.instruments().gyro_silent = silent;
         bench_.instruments().silent_thermometers =
@@ -147,8 +147,8 @@ TEST_F(AlarmFlood, OfTwoCablesHasTwoRows) {
       },
       0);
   EXPECT_EQ(most_rows_, 2u) << rows();
-  expect_every_occurrence();
-  expect_all_acknowledged_at_once();
+  expect_event_per_occurrence();
+  expect_one_acknowledgement();
 }
 
 }  // namespace

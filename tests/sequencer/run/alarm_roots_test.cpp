@@ -38,9 +38,9 @@ class Roots {
   RootResult second(std::vector<InterlockId> raised = {}, Duration missed = {}) {
     std::vector<InterlockAlarm> alarms;
     for (const auto id : raised) alarms.push_back({id, Reaction::warn, "silent", ""});
-    return second_with(std::move(alarms), missed);
+    return step_with(std::move(alarms), missed);
   }
-  RootResult second_with(std::vector<InterlockAlarm> alarms, Duration missed = {}) {
+  RootResult step_with(std::vector<InterlockAlarm> alarms, Duration missed = {}) {
     auto result =
         find_roots(lines_, memory_,
                    {.sample = sample, .missed = missed, .longest_missed = 120s, .clear_after = 10s, .raised = alarms});
@@ -129,9 +129,9 @@ TEST(AlarmRoots, FindsLineOfSubject) {
   for (const auto* subject : {"thermometer 2", "C", "D"}) {
     auto roots = apart();
     roots.silence_thermometers({0, 2, 3});
-    const auto result = roots.second_with({{InterlockId::channel_lost, Reaction::warn, "silent", subject},
-                                           {InterlockId::channel_lost, Reaction::warn, "silent", "A"},
-                                           {InterlockId::channel_lost, Reaction::warn, "silent", "u1.current"}});
+    const auto result = roots.step_with({{InterlockId::channel_lost, Reaction::warn, "silent", subject},
+                                         {InterlockId::channel_lost, Reaction::warn, "silent", "A"},
+                                         {InterlockId::channel_lost, Reaction::warn, "silent", "u1.current"}});
     EXPECT_EQ(result.roots, (std::vector<std::string>{"line_lost serial:/dev/ttyUSB0", "", ""})) << subject;
   }
 }

@@ -17,7 +17,7 @@ namespace {
 const std::string kTenSeconds = GYROTHERM_SOURCE_DIR "/tests/profiles/ten-seconds.toml";
 
 /// Returns the columns of the record that do not come from an analogue input.
-std::vector<double> other_columns(const record::Record& record) {
+std::vector<double> columns_without_analogue_inputs(const record::Record& record) {
   std::vector<double> all = record.chamber_air_c;
   for (const auto& thermometer : record.thermometers_c) all.insert(all.end(), thermometer.begin(), thermometer.end());
   for (const auto& unit : record.units) {
@@ -46,7 +46,7 @@ TEST(AnalogueInputs, AreRecordedAsValuesOfTheirUnits) {
 TEST(AnalogueInputs, DoNotChangeOtherColumns) {
   tests::DryRun with(kTenSeconds, 0, "virtual-triad");
   EXPECT_EQ(with.run(), RunOutcome::complete);
-  const auto other = other_columns(record::read_record(with.path()).value());
+  const auto other = columns_without_analogue_inputs(record::read_record(with.path()).value());
   std::filesystem::remove(with.path());
 
   const auto path = GYROTHERM_SOURCE_DIR "/profiles/rigs/virtual-triad.toml";
@@ -59,7 +59,7 @@ TEST(AnalogueInputs, DoNotChangeOtherColumns) {
   cut("[[virtual.value]]", "# share:");
   with.file() = rig::parse_rig(plain, path).value();
   EXPECT_EQ(with.run(), RunOutcome::complete);
-  EXPECT_EQ(other_columns(record::read_record(with.path()).value()), other);
+  EXPECT_EQ(columns_without_analogue_inputs(record::read_record(with.path()).value()), other);
 }
 
 TEST(AnalogueInputs, ResumeFromRecordOnly) {
@@ -84,7 +84,7 @@ TEST(AnalogueInputs, ResumeFromRecordOnly) {
 }
 
 /// Returns a sample of two units. The first has two analogue values, and the second of them is silent.
-Sample half_silent() {
+Sample half_silent_sample() {
   Sample sample;
   sample.chamber = {ChamberState{{20}, {20}}, {}};
   sample.thermometers = {{Celsius{20}, {}}};
@@ -97,7 +97,7 @@ Sample half_silent() {
 TEST(AnalogueInputs, WarnWhenSilentAndContinue) {
   interlocks::InterlockLimits limits;
   limits.units = {{.name = "u1", .analogue = {"intensity", "current"}}, {.name = "u2"}};
-  const auto result = interlocks::judge(limits, {}, half_silent(), kSecond, {});
+  const auto result = interlocks::judge(limits, {}, half_silent_sample(), kSecond, {});
   ASSERT_EQ(result.raised.size(), 1u);
   EXPECT_EQ(result.raised[0].id, interlocks::InterlockId::channel_lost);
   EXPECT_EQ(result.raised[0].reaction, interlocks::Reaction::warn);
@@ -129,7 +129,7 @@ TEST(AnalogueInputs, RecordSilenceAsEventOfTheirChannel) {
 TEST(AnalogueInputs, HaveNeitherValueNorFaultWhenUnitIsDropped) {
   DroppedUnits units({"u1", "u2"});
   units.carry_out({.drop = true, .unit = "u1"});
-  auto sample = half_silent();
+  auto sample = half_silent_sample();
   sample.units[1].analogue = {{2.5, {}}};
   units.clear_readings(sample);
   for (const auto& analogue : sample.units[0].analogue) {

@@ -30,7 +30,7 @@ rate = 5
 )";
 
 /// Returns the greatest difference between a set point sent and the previous one.
-double greatest_step(const std::vector<double>& sent, std::size_t from = 0) {
+double largest_set_point_step(const std::vector<double>& sent, std::size_t from = 0) {
   double greatest = 0;
   for (auto i = std::max<std::size_t>(from, 1); i < sent.size(); ++i)
     greatest = std::max(greatest, std::abs(sent[i] - sent[i - 1]));
@@ -43,7 +43,7 @@ TEST(BrokenRig, RaisesNoAlarmAndWaitsNotWithoutFault) {
   for (const auto& sample : bench.record().samples)
     ASSERT_TRUE(sample.state == RunState::execute || sample.state == RunState::complete) << sample.slot;
   EXPECT_EQ(bench.count(EventKind::interlock, ""), 0);
-  EXPECT_LE(greatest_step(bench.chamber().sent_c), 5.0 / 60 + 1e-6);
+  EXPECT_LE(largest_set_point_step(bench.chamber().sent_c), 5.0 / 60 + 1e-6);
 }
 
 TEST(BrokenRig, OpenDoorStopsClockAndShortensNoSoak) {
@@ -83,14 +83,14 @@ TEST(BrokenRig, RampsRestartedChamberBackFromAir) {
   ASSERT_GT(bench.chamber().sent_c.size(), sent);
   EXPECT_NEAR(bench.chamber().sent_c[sent], air, 0.5);
   ASSERT_NE(bench.until(RunState::execute, 2000), -1);
-  EXPECT_LE(greatest_step(bench.chamber().sent_c, sent + 1), 6.0 / 60 * 12) << "no jump";
+  EXPECT_LE(largest_set_point_step(bench.chamber().sent_c, sent + 1), 6.0 / 60 * 12) << "no jump";
   EXPECT_NEAR(bench.chamber().air_c, 30, 2);
   EXPECT_EQ(bench.count(EventKind::interlock, "restarted"), 1);
   EXPECT_EQ(bench.seconds(5000), RunOutcome::complete);
 }
 
 /// Disconnects the chamber from the mains for 20 s, and lets 2 s pass.
-void take_off_the_mains(tests::Bench& bench, bool keeps_its_set_point) {
+void interrupt_mains(tests::Bench& bench, bool keeps_its_set_point) {
   bench.seconds(500);
   bench.chamber().silent = true;
   bench.seconds(20);
@@ -103,7 +103,7 @@ void take_off_the_mains(tests::Bench& bench, bool keeps_its_set_point) {
 TEST(BrokenRig, OnlyOperatorSwitchesOnChamberThatReturnsOff) {
   for (const bool keeps_its_set_point : {true, false}) {
     tests::Bench bench(kSoak);
-    take_off_the_mains(bench, keeps_its_set_point);
+    interrupt_mains(bench, keeps_its_set_point);
     EXPECT_EQ(bench.run_controller().run_state(), RunState::held);
     EXPECT_EQ(bench.count(EventKind::interlock, "restarted_off (hold)"), 1);
     const auto sent = bench.chamber().sent_c.size();
@@ -128,7 +128,7 @@ TEST(BrokenRig, SwitchesOnChamberThatReturnsOffWhenPolicyAllows) {
         interlocks::Reaction::suspend;
   };
   tests::Bench bench(kSoak, suspends);
-  take_off_the_mains(bench, true);
+  interrupt_mains(bench, true);
   EXPECT_TRUE(bench.chamber().on);
   ASSERT_NE(bench.until(RunState::execute, 2000), -1);
 }
@@ -236,7 +236,7 @@ TEST(BrokenRig, DetectsForeignSetPointAfterRefusedOne) {
   ASSERT_GT(bench.chamber().sent_c.size(), sent);
   EXPECT_NEAR(bench.chamber().sent_c[sent], air, 1) << "from the air on";
   ASSERT_NE(bench.until(RunState::execute, 2000), -1);
-  EXPECT_LE(greatest_step(bench.chamber().sent_c, sent + 1), 6.0 / 60 * 5 + 1e-6);
+  EXPECT_LE(largest_set_point_step(bench.chamber().sent_c, sent + 1), 6.0 / 60 * 5 + 1e-6);
 }
 
 TEST(BrokenRig, OperatorResumesImmediatelyAfterForeignSetPoint) {
@@ -278,7 +278,7 @@ TEST(BrokenRig, TakingOverChamberEndsNoOtherHold) {
 }
 
 /// Pauses a run, changes the set point at the panel, and resumes the run before the change is reported.
-void let_go_on_before_it_is_told(tests::Bench& bench) {
+void resume_before_report(tests::Bench& bench) {
   bench.seconds(500);
   bench.run_controller().submit(OperatorCommand::pause, "Ada");
   bench.seconds(10);
@@ -292,13 +292,13 @@ void let_go_on_before_it_is_told(tests::Bench& bench) {
 
 TEST(BrokenRig, ResumeDoesNotTakeOverUnreportedForeignSetPoint) {
   tests::Bench bench(kSoak);
-  let_go_on_before_it_is_told(bench);
+  resume_before_report(bench);
   EXPECT_EQ(bench.run_controller().run_state(), RunState::suspended);
   tests::Bench holding(kSoak, [](rig::RigFile& file) {
     file.limits.policy[static_cast<std::size_t>(interlocks::InterlockId::foreign_set_point)] =
         interlocks::Reaction::hold;
   });
-  let_go_on_before_it_is_told(holding);
+  resume_before_report(holding);
   EXPECT_EQ(holding.run_controller().run_state(), RunState::held);
   EXPECT_TRUE(holding.told(
       EventKind::note, "resume is not carried out: the cause of the hold is still active: changed by another program"));
@@ -408,7 +408,7 @@ TEST(BrokenRig, SendsNothingAndStopsClockWhileHeld) {
   bench.seconds(1);
   EXPECT_EQ(bench.run_controller().run_state(), RunState::execute);
   EXPECT_EQ(bench.seconds(5000), RunOutcome::complete);
-  EXPECT_LE(greatest_step(bench.chamber().sent_c), 5.0 / 60 * 5 + 1e-6);
+  EXPECT_LE(largest_set_point_step(bench.chamber().sent_c), 5.0 / 60 * 5 + 1e-6);
 }
 
 TEST(BrokenRig, StopLeavesChamberAsRigSpecifies) {
@@ -505,7 +505,7 @@ TEST(BrokenRig, LateSecondStopsClockWithoutSetPointJump) {
   EXPECT_EQ(bench.progress().in_segment - before.in_segment, std::chrono::seconds(1));
   EXPECT_EQ(bench.record().gap_seconds, 60);
   EXPECT_EQ(bench.seconds(5000), RunOutcome::complete);
-  EXPECT_LE(greatest_step(bench.chamber().sent_c), 5.0 / 60 + 1e-6);
+  EXPECT_LE(largest_set_point_step(bench.chamber().sent_c), 5.0 / 60 + 1e-6);
 }
 
 TEST(BrokenRig, OnlyOperatorResumesAfterLongSleep) {
@@ -576,7 +576,7 @@ TEST(BrokenRig, RampsToFirstSetPointBeforeClockStarts) {
   EXPECT_EQ(bench.progress().in_segment, Duration{});
   ASSERT_NE(bench.until(RunState::execute, 2000), -1);
   EXPECT_NEAR(bench.chamber().air_c, 20, 2);
-  EXPECT_LE(greatest_step(bench.chamber().sent_c), 6.0 / 60 + 1e-6);
+  EXPECT_LE(largest_set_point_step(bench.chamber().sent_c), 6.0 / 60 + 1e-6);
   EXPECT_EQ(bench.seconds(5000), RunOutcome::complete);
 }
 

@@ -11,19 +11,19 @@ namespace {
 constexpr const char* kHold = "[[segment]]\nkind = \"hold\"\nat = \"20 °C\"\ntime = \"1 h\"\n";
 
 control::UnitRequest drop(const std::string& unit) { return {.drop = true, .unit = unit}; }
-control::UnitRequest give_back(const std::string& unit) { return {.drop = false, .unit = unit}; }
+control::UnitRequest return_unit(const std::string& unit) { return {.drop = false, .unit = unit}; }
 
 TEST(DroppedUnits, ExcludeReturnedUnits) {
   DroppedUnits units({"u1", "u2", "u3"});
   EXPECT_EQ(units.objection(drop("u4")), "\"u4\" is not a unit of this run, expected one of u1, u2, u3");
-  EXPECT_EQ(units.objection(give_back("u1")), "u1 is not dropped");
+  EXPECT_EQ(units.objection(return_unit("u1")), "u1 is not dropped");
   EXPECT_EQ(units.objection(drop("u1")), "");
   units.carry_out(drop("u1"));
   EXPECT_EQ(units.objection(drop("u1")), "u1 is dropped already");
   units.carry_out(drop("u3"));
   EXPECT_EQ(units.objection(drop("u2")), "u2 is the only unit left; \"stop\" ends the run");
   EXPECT_EQ(units.all(), (std::vector{true, false, true}));
-  units.carry_out(give_back("u1"));
+  units.carry_out(return_unit("u1"));
   EXPECT_EQ(units.all(), (std::vector{false, false, true}));
 }
 
@@ -53,7 +53,7 @@ TEST(DroppedUnits, AreRestoredFromRecordOfResumedRun) {
 }
 
 /// Returns a rig with two units. With `go_on`, the run continues for the other unit if one falls silent.
-std::function<void(rig::RigFile&)> two_units(bool go_on) {
+std::function<void(rig::RigFile&)> make_two_units(bool go_on) {
   return [go_on](rig::RigFile& file) {
     file.units = {rig::UnitSettings{}, rig::UnitSettings{}};
     file.units[0].info.name = "u1";
@@ -63,7 +63,7 @@ std::function<void(rig::RigFile&)> two_units(bool go_on) {
 }
 
 TEST(ManyUnitsInARun, ContinueWithoutSilentUnit) {
-  tests::Bench bench(kHold, two_units(true));
+  tests::Bench bench(kHold, make_two_units(true));
   bench.seconds(10);
   bench.instruments().gyro_silent = true;
   EXPECT_EQ(bench.seconds(600), RunOutcome::going_on);
@@ -76,7 +76,7 @@ TEST(ManyUnitsInARun, ContinueWithoutSilentUnit) {
 }
 
 TEST(ManyUnitsInARun, SuspendForSilentUnitThatRigRequires) {
-  tests::Bench bench(kHold, two_units(false));
+  tests::Bench bench(kHold, make_two_units(false));
   bench.seconds(10);
   bench.instruments().gyro_silent = true;
   EXPECT_EQ(bench.until(RunState::suspended, 20), 5);
@@ -84,7 +84,7 @@ TEST(ManyUnitsInARun, SuspendForSilentUnitThatRigRequires) {
 }
 
 TEST(ManyUnitsInARun, DropAndReturnUnitOnRequest) {
-  tests::Bench bench(kHold, two_units(false));
+  tests::Bench bench(kHold, make_two_units(false));
   bench.seconds(10);
   bench.instruments().gyro_silent = true;
   bench.until(RunState::suspended, 20);
@@ -98,7 +98,7 @@ TEST(ManyUnitsInARun, DropAndReturnUnitOnRequest) {
   bench.instruments().gyro_silent = false;
   bench.seconds(10);
   EXPECT_TRUE(bench.run_controller().last().units[0].count.value->pulses.empty()) << "it sends, and nothing is taken";
-  EXPECT_TRUE(bench.run_controller().carry_out({.unit = give_back("u1")}, "ada").done);
+  EXPECT_TRUE(bench.run_controller().carry_out({.unit = return_unit("u1")}, "ada").done);
   bench.seconds(2);
   EXPECT_EQ(bench.run_controller().last().units[0].count.value->pulses, std::vector<std::int64_t>{106});
   EXPECT_TRUE(bench.told(EventKind::recovered, "gyro u1 answers again"));

@@ -75,8 +75,8 @@ TEST(Interlocks, AbortAtSecondSampleOutsideLimit) {
 }
 
 /// Judges the samples in turn, one second each, and returns the last result.
-interlocks::InterlockResult after_all(const std::vector<Sample>& samples,
-                                      const interlocks::InterlockLimits& limits = {}) {
+interlocks::InterlockResult evaluate_all(const std::vector<Sample>& samples,
+                                         const interlocks::InterlockLimits& limits = {}) {
   interlocks::InterlockResult result;
   for (const auto& sample : samples) result = judge(limits, result.memory, sample, kSecond);
   return result;
@@ -87,18 +87,18 @@ TEST(Interlocks, DoNotTakeLostReadingAsWithinLimit) {
   auto hot_air = good, hot_uut = good, silent = good, loose = good;
   hot_air.chamber.value->air = {101};
   silent.chamber.value = no_reply();
-  EXPECT_EQ(after_all({hot_air, silent, hot_air}).demand.reaction, interlocks::Reaction::abort);
-  EXPECT_EQ(after_all({hot_air, good, hot_air}).demand.reaction, interlocks::Reaction::abort) << "2 of the last 4";
-  EXPECT_NE(after_all({hot_air, good, good, good, hot_air}).demand.reaction, interlocks::Reaction::abort);
+  EXPECT_EQ(evaluate_all({hot_air, silent, hot_air}).demand.reaction, interlocks::Reaction::abort);
+  EXPECT_EQ(evaluate_all({hot_air, good, hot_air}).demand.reaction, interlocks::Reaction::abort) << "2 of the last 4";
+  EXPECT_NE(evaluate_all({hot_air, good, good, good, hot_air}).demand.reaction, interlocks::Reaction::abort);
   hot_uut.thermometers[3].value = Celsius{100.5};
   loose.thermometers[3].value = no_reply();
-  EXPECT_EQ(after_all({hot_uut, loose, hot_uut}).demand.reaction, interlocks::Reaction::abort);
+  EXPECT_EQ(evaluate_all({hot_uut, loose, hot_uut}).demand.reaction, interlocks::Reaction::abort);
   std::vector<Sample> long_silence(3600, loose);
   long_silence.front() = long_silence.back() = hot_uut;
-  EXPECT_EQ(after_all(long_silence).demand.reaction, interlocks::Reaction::abort) << "however long it was lost";
+  EXPECT_EQ(evaluate_all(long_silence).demand.reaction, interlocks::Reaction::abort) << "however long it was lost";
   auto other_lost = good;
   other_lost.thermometers[4].value = no_reply();
-  EXPECT_NE(after_all({hot_uut, other_lost, other_lost, other_lost, hot_uut}).demand.reaction,
+  EXPECT_NE(evaluate_all({hot_uut, other_lost, other_lost, other_lost, hot_uut}).demand.reaction,
             interlocks::Reaction::abort)
       << "the one that was hot was read in between";
 }
@@ -107,12 +107,12 @@ TEST(Interlocks, KeepCauseWithoutReadingUntilSilence) {
   auto open = good_sample(), silent = good_sample();
   open.chamber.value->activity = ChamberActivity::door_open;
   silent.chamber.value = no_reply();
-  EXPECT_EQ(after_all({open, silent, silent, silent}).demand.cause, "the chamber's door is open");
-  EXPECT_EQ(after_all({open, silent, silent, silent}).demand.reaction, interlocks::Reaction::suspend);
-  EXPECT_EQ(after_all({open, silent, good_sample()}).demand.reaction, interlocks::Reaction::go_on);
+  EXPECT_EQ(evaluate_all({open, silent, silent, silent}).demand.cause, "the chamber's door is open");
+  EXPECT_EQ(evaluate_all({open, silent, silent, silent}).demand.reaction, interlocks::Reaction::suspend);
+  EXPECT_EQ(evaluate_all({open, silent, good_sample()}).demand.reaction, interlocks::Reaction::go_on);
   std::vector<Sample> lost(20, silent);
   lost.front() = open;
-  EXPECT_EQ(after_all(lost).demand.cause, "chamber silent for 19 s");
+  EXPECT_EQ(evaluate_all(lost).demand.cause, "chamber silent for 19 s");
 }
 
 TEST(Interlocks, CauseWithoutReadingDemandsNothingNextToAnother) {
@@ -121,7 +121,7 @@ TEST(Interlocks, CauseWithoutReadingDemandsNothingNextToAnother) {
   std::vector<Sample> samples(20, good_sample());
   samples.front().chamber.value->activity = ChamberActivity::door_open;
   for (std::size_t i = 1; i < samples.size(); ++i) samples[i].chamber.value = no_reply();
-  const auto result = after_all(samples, limits);
+  const auto result = evaluate_all(samples, limits);
   ASSERT_EQ(result.demand.reaction, interlocks::Reaction::suspend);
   EXPECT_EQ(demand_without(result.memory, {interlocks::InterlockId::chamber_silent}).reaction,
             interlocks::Reaction::go_on);
@@ -173,7 +173,7 @@ TEST(Interlocks, ApplyMostSevereReaction) {
 }
 
 /// Returns the row of docs/interlocks.md that begins with the interlock's name; empty if there is none.
-std::string documented(const std::string& page, const interlocks::Interlock& row) {
+std::string documented_row(const std::string& page, const interlocks::Interlock& row) {
   const auto begin = page.find(fmt::format("\n| `{}`{} | {} |", row.name, row.choosable ? "" : " ×", name(row.usual)));
   return begin == std::string::npos ? "" : page.substr(begin + 1, page.find('\n', begin + 1) - begin - 1);
 }
@@ -184,7 +184,7 @@ TEST(Interlocks, AreDocumentedWithReactionAndLimits) {
   const auto limits = page->substr(page->find("## `[limits]`"));
   for (std::size_t i = 0; i < interlocks::kInterlocks; ++i) {
     const auto& row = interlock(static_cast<interlocks::InterlockId>(i));
-    const auto said = documented(*page, row);
+    const auto said = documented_row(*page, row);
     EXPECT_NE(said, "") << row.name << " has no row, or another reaction";
     std::istringstream keys{std::string(row.limits)};
     for (std::string key; keys >> key;) {

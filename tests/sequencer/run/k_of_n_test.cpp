@@ -14,8 +14,8 @@ using interlocks::Reaction;
 
 /// Creates the cause in each `of`th second. Returns the number of seconds until the interlock acts; −1: not within
 /// `most`.
-int acts_after(InterlockBench bench, InterlockId id, int of, int most,
-               const std::function<void(InterlockBench&, bool)>& make) {
+int seconds_until_action(InterlockBench bench, InterlockId id, int of, int most,
+                         const std::function<void(InterlockBench&, bool)>& make) {
   make(bench, false);
   bench.seconds(100);
   for (int i = 1; i <= most; ++i) {
@@ -31,27 +31,27 @@ void hot_air(InterlockBench& bench, bool is_hot) { bench.chamber().air = {is_hot
 void foreign(InterlockBench& bench, bool is_foreign) { bench.chamber().set_point = {is_foreign ? 65.0 : 20.0}; }
 
 TEST(KOfN, ActsWhenEverySecondReadingExceedsLimit) {
-  EXPECT_EQ(acts_after({}, InterlockId::thermometer_limit, 2, 100, hot_thermometer), 3);
-  EXPECT_EQ(acts_after({}, InterlockId::air_limit, 2, 100, hot_air), 3);
-  EXPECT_EQ(acts_after({}, InterlockId::foreign_set_point, 2, 100, foreign), 3);
+  EXPECT_EQ(seconds_until_action({}, InterlockId::thermometer_limit, 2, 100, hot_thermometer), 3);
+  EXPECT_EQ(seconds_until_action({}, InterlockId::air_limit, 2, 100, hot_air), 3);
+  EXPECT_EQ(seconds_until_action({}, InterlockId::foreign_set_point, 2, 100, foreign), 3);
 }
 
 TEST(KOfN, ActsWhenEveryThirdButNotEveryFourthReadingExceedsLimit) {
   for (const auto& [id, make] :
        {std::pair(InterlockId::thermometer_limit, &hot_thermometer), std::pair(InterlockId::air_limit, &hot_air),
         std::pair(InterlockId::foreign_set_point, &foreign)}) {
-    EXPECT_EQ(acts_after({}, id, 3, 100, make), 4) << name(id);
-    EXPECT_EQ(acts_after({}, id, 4, 400, make), -1) << name(id);
+    EXPECT_EQ(seconds_until_action({}, id, 3, 100, make), 4) << name(id);
+    EXPECT_EQ(seconds_until_action({}, id, 4, 400, make), -1) << name(id);
   }
 }
 
 TEST(KOfN, DependsOnConfirmingSamples) {
   InterlockBench bench;
   bench.limits.confirming_samples = 5;
-  EXPECT_EQ(acts_after(bench, InterlockId::air_limit, 2, 100, hot_air), 9);
-  EXPECT_EQ(acts_after(bench, InterlockId::foreign_set_point, 2, 100, foreign), 9);
+  EXPECT_EQ(seconds_until_action(bench, InterlockId::air_limit, 2, 100, hot_air), 9);
+  EXPECT_EQ(seconds_until_action(bench, InterlockId::foreign_set_point, 2, 100, foreign), 9);
   bench.limits.confirming_samples = 1;
-  EXPECT_EQ(acts_after(bench, InterlockId::thermometer_limit, 50, 100, hot_thermometer), 1);
+  EXPECT_EQ(seconds_until_action(bench, InterlockId::thermometer_limit, 50, 100, hot_thermometer), 1);
 }
 
 TEST(KOfN, LostReadingsDoNotResetCount) {
@@ -61,17 +61,17 @@ TEST(KOfN, LostReadingsDoNotResetCount) {
     else
       bench.sample.thermometers[3].value = silence();
   };
-  EXPECT_EQ(acts_after({}, InterlockId::thermometer_limit, 20, 100, hot_or_lost), 21);
+  EXPECT_EQ(seconds_until_action({}, InterlockId::thermometer_limit, 20, 100, hot_or_lost), 21);
 }
 
 TEST(KOfN, ActsWhenCauseIsPresentForHalfOfTime) {
   InterlockBench bench;
   bench.limits.air_thermometers = {8};
   const auto sensor = [](InterlockBench& one, bool is_wrong) { one.thermometer(8, is_wrong ? 35 : 20); };
-  EXPECT_NEAR(acts_after(bench, InterlockId::chamber_sensor, 2, 200, sensor), 60, 1);
+  EXPECT_NEAR(seconds_until_action(bench, InterlockId::chamber_sensor, 2, 200, sensor), 60, 1);
   const auto apart = [](InterlockBench& one, bool is_apart) { one.thermometer(8, is_apart ? 90 : 22); };
-  EXPECT_NEAR(acts_after({}, InterlockId::disagreement, 2, 400, apart), 120, 1);
-  EXPECT_EQ(acts_after({}, InterlockId::disagreement, 3, 1000, apart), -1);
+  EXPECT_NEAR(seconds_until_action({}, InterlockId::disagreement, 2, 400, apart), 120, 1);
+  EXPECT_EQ(seconds_until_action({}, InterlockId::disagreement, 3, 1000, apart), -1);
 }
 
 /// The count restarts after an alarm has cleared.

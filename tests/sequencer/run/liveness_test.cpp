@@ -244,7 +244,7 @@ TEST(GyroDead, WarnsOfUnitWithoutWhichTheRunContinues) {
 }
 
 /// Moves air and set point by 25 K; each thermometer follows by `share` of it. Returns the alarms.
-std::vector<std::string> raised_after_ramp(double share, int seconds) {
+std::vector<std::string> alarms_after_ramp(double share, int seconds) {
   InterlockBench bench;
   bench.limits.follow_band = {100};
   for (int i = 0; i < 300 + seconds; ++i) {
@@ -257,9 +257,9 @@ std::vector<std::string> raised_after_ramp(double share, int seconds) {
 }
 
 TEST(NoThermalResponse, HoldsWhenAirMovedAndNoThermometerFollowed) {
-  EXPECT_TRUE(raised_after_ramp(0, 1600).empty()) << "a heavy article is given its time";
-  EXPECT_EQ(raised_after_ramp(0, 1900), std::vector<std::string>{"no_thermal_response "});
-  EXPECT_TRUE(raised_after_ramp(0.05, 4000).empty());
+  EXPECT_TRUE(alarms_after_ramp(0, 1600).empty()) << "a heavy article is given its time";
+  EXPECT_EQ(alarms_after_ramp(0, 1900), std::vector<std::string>{"no_thermal_response "});
+  EXPECT_TRUE(alarms_after_ramp(0.05, 4000).empty());
 }
 
 TEST(NoThermalResponse, HoldsWhenOnlySetPointMoved) {

@@ -12,7 +12,7 @@ constexpr std::array kAll{OperatorCommand::resume, OperatorCommand::pause, Opera
                           OperatorCommand::abort};
 
 /// Returns the command that the tick carries out after these requests, each made in that state if it had no objection.
-std::optional<OperatorCommand> carried_out(RunState state, const std::vector<OperatorCommand>& commands) {
+std::optional<OperatorCommand> command_after(RunState state, const std::vector<OperatorCommand>& commands) {
   OperatorRequests requests;
   for (const auto command : commands)
     if (requests.objection(state, command).empty()) requests.add({command, name(command)});
@@ -23,17 +23,18 @@ std::optional<OperatorCommand> carried_out(RunState state, const std::vector<Ope
 TEST(OperatorRequests, CarryOutAcknowledgedAbortDespiteOtherRequests) {
   for (const auto state : {RunState::execute, RunState::suspended, RunState::held, RunState::aborting})
     for (const auto other : kAll) {
-      EXPECT_EQ(carried_out(state, {OperatorCommand::abort, other}), OperatorCommand::abort) << name(other);
-      EXPECT_EQ(carried_out(state, {other, OperatorCommand::abort}), OperatorCommand::abort) << name(other);
+      EXPECT_EQ(command_after(state, {OperatorCommand::abort, other}), OperatorCommand::abort) << name(other);
+      EXPECT_EQ(command_after(state, {other, OperatorCommand::abort}), OperatorCommand::abort) << name(other);
     }
 }
 
 TEST(OperatorRequests, CarryOutMostSevereRequestInAnyOrder) {
-  EXPECT_EQ(carried_out(RunState::execute, {OperatorCommand::stop, OperatorCommand::pause}), OperatorCommand::stop);
-  EXPECT_EQ(carried_out(RunState::execute, {OperatorCommand::pause, OperatorCommand::stop}), OperatorCommand::stop);
-  EXPECT_EQ(carried_out(RunState::execute, {OperatorCommand::pause, OperatorCommand::resume}), OperatorCommand::pause);
-  EXPECT_EQ(carried_out(RunState::held, {OperatorCommand::resume, OperatorCommand::pause}), OperatorCommand::pause);
-  EXPECT_EQ(carried_out(RunState::held, {OperatorCommand::resume}), OperatorCommand::resume);
+  EXPECT_EQ(command_after(RunState::execute, {OperatorCommand::stop, OperatorCommand::pause}), OperatorCommand::stop);
+  EXPECT_EQ(command_after(RunState::execute, {OperatorCommand::pause, OperatorCommand::stop}), OperatorCommand::stop);
+  EXPECT_EQ(command_after(RunState::execute, {OperatorCommand::pause, OperatorCommand::resume}),
+            OperatorCommand::pause);
+  EXPECT_EQ(command_after(RunState::held, {OperatorCommand::resume, OperatorCommand::pause}), OperatorCommand::pause);
+  EXPECT_EQ(command_after(RunState::held, {OperatorCommand::resume}), OperatorCommand::resume);
 }
 
 TEST(OperatorRequests, RefuseMilderRequestAndNamePrecedingOne) {

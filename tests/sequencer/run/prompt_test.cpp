@@ -14,9 +14,9 @@ namespace {
 const std::string kSwitched = GYROTHERM_SOURCE_DIR "/tests/profiles/switched.toml";
 
 /// A virtual rig that reports to be real: the run waits for people, and the test brings the units to a state.
-class SeemsReal final : public rig::Rig {
+class RealLookingRig final : public rig::Rig {
  public:
-  explicit SeemsReal(rig::Rig& inner) : inner_(inner), file_(inner.file()) { file_.simulated = false; }
+  explicit RealLookingRig(rig::Rig& inner) : inner_(inner), file_(inner.file()) { file_.simulated = false; }
 
   std::vector<Result<std::string>> ask() override { return inner_.ask(); }
   Result<drivers::SetPointRange> controller_limits() override { return inner_.controller_limits(); }
@@ -37,7 +37,7 @@ class SeemsReal final : public rig::Rig {
   rig::RigFile file_;
 };
 
-std::vector<std::string> texts_of(const std::string& path, EventKind kind) {
+std::vector<std::string> event_texts(const std::string& path, EventKind kind) {
   std::vector<std::string> texts;
   const auto record = record::read_record(path).value();
   for (const auto& recorded : record.events)
@@ -56,7 +56,7 @@ class PromptTest : public testing::Test {
     auto created = record::Store::create(dry_run_.path(), dry_run_.info());
     EXPECT_TRUE(created) << text(created.error());
     store_ = std::move(*created);
-    rig_ = std::make_unique<SeemsReal>(*virtual_rig_);
+    rig_ = std::make_unique<RealLookingRig>(*virtual_rig_);
     harness_ = std::make_unique<tests::RunHarness>(dry_run_.profile(), *rig_, *store_);
   }
 
@@ -76,7 +76,7 @@ class PromptTest : public testing::Test {
   tests::DryRun dry_run_{kSwitched};
   std::unique_ptr<rig::Rig> virtual_rig_;
   std::unique_ptr<record::Store> store_;
-  std::unique_ptr<SeemsReal> rig_;
+  std::unique_ptr<RealLookingRig> rig_;
   std::unique_ptr<tests::RunHarness> harness_;
 };
 
@@ -99,10 +99,10 @@ TEST_F(PromptTest, HoldsRunUntilOperatorAnswers) {
   harness_->seconds(1000);
   ASSERT_EQ(harness_->outcome(), RunOutcome::complete);
   ASSERT_TRUE(store_->finish());
-  const auto commands = texts_of(dry_run_.path(), EventKind::command);
+  const auto commands = event_texts(dry_run_.path(), EventKind::command);
   EXPECT_EQ(commands, (std::vector<std::string>{"resume by ada (uid 1000): switched off at the supply",
                                                 "resume by ada (uid 1000)"}));
-  EXPECT_EQ(texts_of(dry_run_.path(), EventKind::fault), std::vector<std::string>{});
+  EXPECT_EQ(event_texts(dry_run_.path(), EventKind::fault), std::vector<std::string>{});
 }
 
 TEST_F(PromptTest, SuspendsRunWhenUnitRemainsSilentAfterSwitchOn) {
@@ -143,7 +143,7 @@ TEST(PromptOnTheVirtualRig, IsAnsweredImmediatelyAndRecorded) {
   const auto record = record::read_record(dry_run.path());
   ASSERT_TRUE(record) << text(record.error());
   EXPECT_EQ(record->slot.size(), 720u) << "nobody is waited for";
-  EXPECT_EQ(texts_of(dry_run.path(), EventKind::note),
+  EXPECT_EQ(event_texts(dry_run.path(), EventKind::note),
             (std::vector<std::string>{"the profile asks: switch the unit off; done by the virtual rig",
                                       "the profile asks: switch the unit on; done by the virtual rig"}));
   EXPECT_FALSE(std::isnan(record->units[0].rotation[0][60])) << "switched off in this second";

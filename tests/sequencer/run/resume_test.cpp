@@ -15,35 +15,35 @@ namespace {
 constexpr Celsius kMild{20};
 
 /// Returns a soak at 60 °C, interrupted for 30 s.
-InterruptedRun hot() {
+InterruptedRun interrupted_hot_soak() {
   return {.lowest = {60}, .highest = {60}, .air = Celsius{59.8}, .down = std::chrono::seconds(30)};
 }
-InterruptedRun cold() {
+InterruptedRun interrupted_cold_soak() {
   return {.lowest = {-40}, .highest = {-40}, .air = Celsius{-39.9}, .down = std::chrono::seconds(30)};
 }
 
 Reentry way(const InterruptedRun& stood, double air_now) { return judge_reentry(stood, kMild, {air_now}).way; }
 
 TEST(ResumeRule, ContinuesAfterShortGapWithUnchangedAir) {
-  EXPECT_EQ(way(hot(), 59.8), Reentry::go_on);
-  EXPECT_EQ(way(hot(), 57.8), Reentry::go_on);
-  EXPECT_EQ(way(cold(), -38), Reentry::go_on);
-  EXPECT_EQ(judge_reentry(hot(), kMild, {59}).why, "");
+  EXPECT_EQ(way(interrupted_hot_soak(), 59.8), Reentry::go_on);
+  EXPECT_EQ(way(interrupted_hot_soak(), 57.8), Reentry::go_on);
+  EXPECT_EQ(way(interrupted_cold_soak(), -38), Reentry::go_on);
+  EXPECT_EQ(judge_reentry(interrupted_hot_soak(), kMild, {59}).why, "");
 }
 
 TEST(ResumeRule, StabilisesAfterDriftToMildSide) {
-  EXPECT_EQ(way(hot(), 57.7), Reentry::stabilise);
-  EXPECT_EQ(way(hot(), 21), Reentry::stabilise);
-  EXPECT_EQ(way(cold(), -37), Reentry::stabilise);
-  EXPECT_EQ(way(cold(), 21.9), Reentry::stabilise);
-  EXPECT_EQ(judge_reentry(hot(), kMild, {50}).why, "the air is at 50.00 °C, it was at 59.80 °C");
+  EXPECT_EQ(way(interrupted_hot_soak(), 57.7), Reentry::stabilise);
+  EXPECT_EQ(way(interrupted_hot_soak(), 21), Reentry::stabilise);
+  EXPECT_EQ(way(interrupted_cold_soak(), -37), Reentry::stabilise);
+  EXPECT_EQ(way(interrupted_cold_soak(), 21.9), Reentry::stabilise);
+  EXPECT_EQ(judge_reentry(interrupted_hot_soak(), kMild, {50}).why, "the air is at 50.00 °C, it was at 59.80 °C");
 }
 
 TEST(ResumeRule, AsksOperatorAfterDriftPastSegmentOnHarmfulSide) {
-  EXPECT_EQ(way(hot(), 62.1), Reentry::ask);
-  EXPECT_EQ(way(hot(), 17.9), Reentry::ask) << "beyond the mild temperature, on the other side";
-  EXPECT_EQ(way(cold(), -42.1), Reentry::ask);
-  EXPECT_EQ(way(cold(), 22.1), Reentry::ask);
+  EXPECT_EQ(way(interrupted_hot_soak(), 62.1), Reentry::ask);
+  EXPECT_EQ(way(interrupted_hot_soak(), 17.9), Reentry::ask) << "beyond the mild temperature, on the other side";
+  EXPECT_EQ(way(interrupted_cold_soak(), -42.1), Reentry::ask);
+  EXPECT_EQ(way(interrupted_cold_soak(), 22.1), Reentry::ask);
 }
 
 TEST(ResumeRule, AsksOperatorWhenInstrumentDiffersFromStart) {
@@ -54,7 +54,7 @@ TEST(ResumeRule, AsksOperatorWhenInstrumentDiffersFromStart) {
   for (const auto* title : {"chamber", "thermometer 1", "gyro"}) {
     auto now = at_start;
     now[title] = "other 222";
-    auto stood = hot();
+    auto stood = interrupted_hot_soak();
     stood.strangers = compare_identities(at_start, now);
     EXPECT_NE(stood.strangers.find("other 222"), std::string::npos) << title;
     EXPECT_NE(stood.strangers.find(at_start.at(title)), std::string::npos) << "names both";
@@ -64,7 +64,7 @@ TEST(ResumeRule, AsksOperatorWhenInstrumentDiffersFromStart) {
 }
 
 TEST(ResumeRule, AsksOperatorAfterLongGapAtAnyAir) {
-  auto stood = hot();
+  auto stood = interrupted_hot_soak();
   stood.down = std::chrono::seconds(120);
   EXPECT_EQ(way(stood, 59.8), Reentry::go_on);
   stood.down = std::chrono::seconds(121);
@@ -81,7 +81,7 @@ TEST(ResumeRule, AsksOperatorWhenDowntimeIsUnknown) {
             "the clock is 10 h 00 min 00 s behind the last second of the record: the downtime is unknown");
   EXPECT_EQ(unknown_downtime_reason(24h * 20'000),
             "by the clock it was down for 20000 days, which is implausible: the downtime is unknown");
-  auto stood = hot();
+  auto stood = interrupted_hot_soak();
   EXPECT_EQ(describe_downtime(stood), "30 s");
   stood.why_unknown = unknown_downtime_reason(-10h);
   EXPECT_EQ(way(stood, 59.8), Reentry::ask);
@@ -89,7 +89,7 @@ TEST(ResumeRule, AsksOperatorWhenDowntimeIsUnknown) {
 }
 
 TEST(ResumeRule, AsksOperatorWhenOnlyWallClockShowsDowntime) {
-  auto stood = hot();
+  auto stood = interrupted_hot_soak();
   stood.why_asks = "the machine was restarted meanwhile";
   EXPECT_EQ(way(stood, 59.8), Reentry::ask);
   EXPECT_EQ(judge_reentry(stood, kMild, {59.8}).why, stood.why_asks);
@@ -98,7 +98,7 @@ TEST(ResumeRule, AsksOperatorWhenOnlyWallClockShowsDowntime) {
 constexpr Duration kLastSecond = std::chrono::days(20'000);  ///< UTC of the record's last second
 
 /// Returns a real run. Its last second, 100, was stored 5000 s after the machine's start.
-record::Record stopped_at_100() {
+record::Record record_stopped_at_100() {
   record::Record record;
   record.info.id = "run";
   record.slot = {98, 99, 100};
@@ -117,7 +117,7 @@ record::RunStatus status_at(std::int64_t slot) {
 }
 
 TEST(Downtime, FollowsBootClockRegardlessOfWallClock) {
-  const auto record = stopped_at_100();
+  const auto record = record_stopped_at_100();
   for (const Duration down : {kSecond * 3, kSecond * 119, kSecond * 200, kSecond * 40'000})
     for (const Duration step : {kSecond * 0, kSecond * -190, kSecond * 3600, kSecond * -1'000'000'000}) {
       const auto found = compute_downtime(
@@ -129,14 +129,14 @@ TEST(Downtime, FollowsBootClockRegardlessOfWallClock) {
 }
 
 TEST(Downtime, CountsFromLastSecondOfRecordWhenStatusIsOfAnotherRun) {
-  const auto record = stopped_at_100();
+  const auto record = record_stopped_at_100();
   const MachineTime now{.utc = {}, .since_boot = kSecond * 5060, .boot = "this boot"};
   for (const std::int64_t slot : {-1, 90, 100, 103})
     EXPECT_EQ(compute_downtime(record, status_at(slot), now).down, kSecond * 60);
 }
 
 TEST(Downtime, RequiresOperatorWhenBootClockIsUnusable) {
-  const auto record = stopped_at_100();
+  const auto record = record_stopped_at_100();
   const MachineTime now{.utc = kLastSecond + kSecond * 60, .since_boot = kSecond * 20, .boot = "next boot"};
   auto of_another_run = status_at(100), without_boot = status_at(100);
   of_another_run.id = "another";
@@ -157,17 +157,17 @@ TEST(Downtime, RequiresOperatorWhenBootClockIsUnusable) {
 }
 
 TEST(ResumeRule, AsksOperatorAfterInterlockAbortOrOperatorHold) {
-  auto stood = hot();
+  auto stood = interrupted_hot_soak();
   stood.aborted = true;
   EXPECT_EQ(way(stood, 59.8), Reentry::ask);
   EXPECT_EQ(judge_reentry(stood, kMild, {59.8}).why, "the run was aborted") << "by whomever";
-  stood = hot();
+  stood = interrupted_hot_soak();
   stood.held = true;
   EXPECT_EQ(way(stood, 59.8), Reentry::ask);
 }
 
 TEST(ResumeRule, StabilisesWhenAirWasNeverRead) {
-  auto stood = hot();
+  auto stood = interrupted_hot_soak();
   stood.air.reset();
   EXPECT_EQ(way(stood, 59.8), Reentry::stabilise);
   EXPECT_EQ(way(stood, 70), Reentry::ask);

@@ -15,18 +15,18 @@ using std::chrono::seconds;
 
 const interlocks::RunLimits kLimits{};
 
-RunInputs quiet() {
+RunInputs quiet_inputs() {
   RunInputs now;
   now.elapsed = kSecond;
   return now;
 }
-RunInputs seeing(interlocks::Reaction reaction, const std::string& cause = "the door is open") {
-  auto now = quiet();
+RunInputs inputs_with_reaction(interlocks::Reaction reaction, const std::string& cause = "the door is open") {
+  auto now = quiet_inputs();
   now.demand = {reaction, cause};
   return now;
 }
-RunInputs told(OperatorCommand command) {
-  auto now = quiet();
+RunInputs inputs_with_command(OperatorCommand command) {
+  auto now = quiet_inputs();
   now.request = OperatorRequest{command, "Ada"};
   return now;
 }
@@ -46,41 +46,41 @@ const RunStateMachine kHeld = Held{"paused by Ada", {}};
 const RunStateMachine kReturning = Returning{"the door is open", {}};
 
 TEST(RunStateMachine, EndsSuspensionSomeTimeAfterCauseEnds) {
-  const auto suspended = after(Execute{}, seeing(interlocks::Reaction::suspend));
+  const auto suspended = after(Execute{}, inputs_with_reaction(interlocks::Reaction::suspend));
   ASSERT_EQ(run_state(suspended), RunState::suspended);
   EXPECT_EQ(state_cause(suspended), "the door is open");
-  EXPECT_EQ(state_after(suspended, quiet(), 9), RunState::suspended);
-  EXPECT_EQ(state_after(suspended, quiet(), 10), RunState::execute);
-  const auto flapping = after(after(suspended, quiet(), 9), seeing(interlocks::Reaction::suspend));
-  EXPECT_EQ(state_after(flapping, quiet(), 9), RunState::suspended) << "the while begins anew";
+  EXPECT_EQ(state_after(suspended, quiet_inputs(), 9), RunState::suspended);
+  EXPECT_EQ(state_after(suspended, quiet_inputs(), 10), RunState::execute);
+  const auto flapping = after(after(suspended, quiet_inputs(), 9), inputs_with_reaction(interlocks::Reaction::suspend));
+  EXPECT_EQ(state_after(flapping, quiet_inputs(), 9), RunState::suspended) << "the while begins anew";
 }
 
 TEST(RunStateMachine, EndsHoldOnlyByOperator) {
-  const auto held = after(Execute{}, seeing(interlocks::Reaction::hold, "the machine slept"));
+  const auto held = after(Execute{}, inputs_with_reaction(interlocks::Reaction::hold, "the machine slept"));
   ASSERT_EQ(run_state(held), RunState::held);
-  EXPECT_EQ(state_after(held, quiet(), 10'000), RunState::held);
-  EXPECT_EQ(state_after(held, told(OperatorCommand::resume)), RunState::execute);
-  auto still = told(OperatorCommand::resume);
+  EXPECT_EQ(state_after(held, quiet_inputs(), 10'000), RunState::held);
+  EXPECT_EQ(state_after(held, inputs_with_command(OperatorCommand::resume)), RunState::execute);
+  auto still = inputs_with_command(OperatorCommand::resume);
   still.demand = {interlocks::Reaction::hold, "the machine slept"};
   EXPECT_EQ(state_after(held, still), RunState::held) << "not while its cause stands";
 }
 
 TEST(RunStateMachine, PromptHoldsUnlessSevererCauseExists) {
-  auto asked = quiet();
+  auto asked = quiet_inputs();
   asked.prompt = "the profile asks: switch the unit on";
   const auto held = after(Execute{}, asked);
   ASSERT_EQ(run_state(held), RunState::held);
   EXPECT_EQ(state_cause(held), asked.prompt);
-  EXPECT_EQ(state_after(held, quiet(), 100), RunState::held);
-  EXPECT_EQ(state_after(held, told(OperatorCommand::resume)), RunState::execute);
-  auto grave = seeing(interlocks::Reaction::abort);
+  EXPECT_EQ(state_after(held, quiet_inputs(), 100), RunState::held);
+  EXPECT_EQ(state_after(held, inputs_with_command(OperatorCommand::resume)), RunState::execute);
+  auto grave = inputs_with_reaction(interlocks::Reaction::abort);
   grave.prompt = asked.prompt;
   EXPECT_EQ(state_after(Execute{}, grave), RunState::aborting);
-  auto mild = seeing(interlocks::Reaction::suspend);
+  auto mild = inputs_with_reaction(interlocks::Reaction::suspend);
   mild.prompt = asked.prompt;
   EXPECT_EQ(state_after(Execute{}, mild), RunState::held);
   for (const auto& other : {kSuspended, kHeld}) {
-    auto on = told(OperatorCommand::resume);
+    auto on = inputs_with_command(OperatorCommand::resume);
     on.prompt = asked.prompt;
     EXPECT_EQ(state_cause(after(other, on)), asked.prompt) << "it comes when the other cause is gone";
   }
@@ -88,96 +88,98 @@ TEST(RunStateMachine, PromptHoldsUnlessSevererCauseExists) {
 }
 
 TEST(RunStateMachine, TreatsPauseAsNoFailure) {
-  const auto paused = after(Execute{}, told(OperatorCommand::pause));
+  const auto paused = after(Execute{}, inputs_with_command(OperatorCommand::pause));
   EXPECT_EQ(run_state(paused), RunState::held);
   EXPECT_EQ(state_cause(paused), "paused by Ada");
-  EXPECT_EQ(run_state(after(kSuspended, told(OperatorCommand::pause))), RunState::held);
+  EXPECT_EQ(run_state(after(kSuspended, inputs_with_command(OperatorCommand::pause))), RunState::held);
 }
 
 TEST(RunStateMachine, LimitsDurationOfWaits) {
-  EXPECT_EQ(state_after(kSuspended, seeing(interlocks::Reaction::suspend), 7199), RunState::suspended);
-  EXPECT_EQ(state_after(kSuspended, seeing(interlocks::Reaction::suspend), 7200), RunState::aborting);
-  EXPECT_EQ(state_cause(after(kSuspended, seeing(interlocks::Reaction::suspend), 7200)),
+  EXPECT_EQ(state_after(kSuspended, inputs_with_reaction(interlocks::Reaction::suspend), 7199), RunState::suspended);
+  EXPECT_EQ(state_after(kSuspended, inputs_with_reaction(interlocks::Reaction::suspend), 7200), RunState::aborting);
+  EXPECT_EQ(state_cause(after(kSuspended, inputs_with_reaction(interlocks::Reaction::suspend), 7200)),
             "suspended for 2 h 00 min 00 s: the door is open");
-  EXPECT_EQ(state_after(kHeld, quiet(), 43'199), RunState::held);
-  EXPECT_EQ(state_after(kHeld, quiet(), 43'200), RunState::aborting);
-  auto away = quiet();
+  EXPECT_EQ(state_after(kHeld, quiet_inputs(), 43'199), RunState::held);
+  EXPECT_EQ(state_after(kHeld, quiet_inputs(), 43'200), RunState::aborting);
+  auto away = quiet_inputs();
   away.in_place = false;
   EXPECT_EQ(state_after(kReturning, away, 14'399), RunState::suspended);
   EXPECT_EQ(state_after(kReturning, away, 14'400), RunState::aborting);
 }
 
 TEST(RunStateMachine, ReturnsToProfileWhenSetPointDiffers) {
-  auto away = quiet();
+  auto away = quiet_inputs();
   away.in_place = false;
   const auto returning = after(kSuspended, away, 10);
   ASSERT_TRUE(std::holds_alternative<Returning>(returning));
   EXPECT_EQ(run_state(returning), RunState::suspended);
-  EXPECT_EQ(state_after(returning, quiet()), RunState::execute);
-  auto resume = told(OperatorCommand::resume);
+  EXPECT_EQ(state_after(returning, quiet_inputs()), RunState::execute);
+  auto resume = inputs_with_command(OperatorCommand::resume);
   resume.in_place = false;
   EXPECT_TRUE(std::holds_alternative<Returning>(after(kHeld, resume)));
 }
 
 TEST(RunStateMachine, LatchesAbortAndWaitsForChamber) {
-  const auto aborting = after(Execute{}, seeing(interlocks::Reaction::abort, "too hot"));
+  const auto aborting = after(Execute{}, inputs_with_reaction(interlocks::Reaction::abort, "too hot"));
   ASSERT_EQ(run_state(aborting), RunState::aborting);
-  EXPECT_EQ(state_after(aborting, quiet(), 1'000'000), RunState::aborting) << "as long as it takes";
-  EXPECT_EQ(state_after(aborting, told(OperatorCommand::resume)), RunState::aborting);
-  EXPECT_EQ(state_after(aborting, told(OperatorCommand::stop)), RunState::aborting);
-  auto confirmed = quiet();
+  EXPECT_EQ(state_after(aborting, quiet_inputs(), 1'000'000), RunState::aborting) << "as long as it takes";
+  EXPECT_EQ(state_after(aborting, inputs_with_command(OperatorCommand::resume)), RunState::aborting);
+  EXPECT_EQ(state_after(aborting, inputs_with_command(OperatorCommand::stop)), RunState::aborting);
+  auto confirmed = quiet_inputs();
   confirmed.safe_confirmed = true;
   const auto aborted = after(aborting, confirmed);
   ASSERT_EQ(run_state(aborted), RunState::aborted);
   EXPECT_TRUE(is_over(aborted));
   EXPECT_EQ(state_cause(aborted), "too hot");
   for (const auto command : {OperatorCommand::resume, OperatorCommand::pause, OperatorCommand::stop})
-    EXPECT_EQ(state_after(aborted, told(command)), RunState::aborted);
+    EXPECT_EQ(state_after(aborted, inputs_with_command(command)), RunState::aborted);
 }
 
 TEST(RunStateMachine, StopLeavesChamberAsRigSpecifies) {
-  auto confirmed = quiet();
+  auto confirmed = quiet_inputs();
   confirmed.safe_confirmed = true;
-  const auto stopping = after(Execute{}, told(OperatorCommand::stop));
+  const auto stopping = after(Execute{}, inputs_with_command(OperatorCommand::stop));
   EXPECT_EQ(run_state(stopping), RunState::aborting);
   EXPECT_EQ(state_after(stopping, confirmed), RunState::stopped);
   interlocks::RunLimits limits;
   limits.on_stop = interlocks::OnStop::hold;
   for (const auto& from : {RunStateMachine(Execute{}), kSuspended, kHeld, kReturning})
-    EXPECT_EQ(state_after(from, told(OperatorCommand::stop), 1, limits), RunState::stopped);
+    EXPECT_EQ(state_after(from, inputs_with_command(OperatorCommand::stop), 1, limits), RunState::stopped);
 }
 
 TEST(RunStateMachine, AbortsDuringStop) {
-  const auto stopping = after(Execute{}, told(OperatorCommand::stop));
-  auto confirmed = quiet();
+  const auto stopping = after(Execute{}, inputs_with_command(OperatorCommand::stop));
+  auto confirmed = quiet_inputs();
   confirmed.safe_confirmed = true;
-  EXPECT_EQ(state_after(after(stopping, told(OperatorCommand::abort)), confirmed), RunState::aborted);
-  EXPECT_EQ(state_after(after(stopping, seeing(interlocks::Reaction::abort)), confirmed), RunState::aborted);
+  EXPECT_EQ(state_after(after(stopping, inputs_with_command(OperatorCommand::abort)), confirmed), RunState::aborted);
+  EXPECT_EQ(state_after(after(stopping, inputs_with_reaction(interlocks::Reaction::abort)), confirmed),
+            RunState::aborted);
 }
 
 TEST(RunStateMachine, AppliesMostSevereReaction) {
-  auto all = seeing(interlocks::Reaction::abort, "too hot");
+  auto all = inputs_with_reaction(interlocks::Reaction::abort, "too hot");
   all.request = OperatorRequest{OperatorCommand::pause, "Ada"};
   EXPECT_EQ(state_after(Execute{}, all), RunState::aborting);
-  all = seeing(interlocks::Reaction::suspend);
+  all = inputs_with_reaction(interlocks::Reaction::suspend);
   all.request = OperatorRequest{OperatorCommand::abort, "Ada"};
   EXPECT_EQ(state_after(kHeld, all), RunState::aborting);
   all.request = OperatorRequest{OperatorCommand::pause, "Ada"};
   EXPECT_EQ(state_after(Execute{}, all), RunState::held);
-  EXPECT_EQ(state_after(kSuspended, seeing(interlocks::Reaction::hold)), RunState::held);
-  EXPECT_EQ(state_after(kHeld, seeing(interlocks::Reaction::suspend)), RunState::held) << "a hold is the more severe";
+  EXPECT_EQ(state_after(kSuspended, inputs_with_reaction(interlocks::Reaction::hold)), RunState::held);
+  EXPECT_EQ(state_after(kHeld, inputs_with_reaction(interlocks::Reaction::suspend)), RunState::held)
+      << "a hold is the more severe";
 }
 
 TEST(RunStateMachine, ContinuesAfterWarning) {
-  EXPECT_EQ(state_after(Execute{}, seeing(interlocks::Reaction::warn)), RunState::execute);
+  EXPECT_EQ(state_after(Execute{}, inputs_with_reaction(interlocks::Reaction::warn)), RunState::execute);
 }
 
 TEST(RunStateMachine, RemainsComplete) {
-  auto end = quiet();
+  auto end = quiet_inputs();
   end.complete = true;
   const auto complete = after(Execute{}, end);
   EXPECT_EQ(run_state(complete), RunState::complete);
-  EXPECT_EQ(state_after(complete, seeing(interlocks::Reaction::abort)), RunState::complete);
+  EXPECT_EQ(state_after(complete, inputs_with_reaction(interlocks::Reaction::abort)), RunState::complete);
 }
 
 /// Random events: no step leaves the table of the drawing, and every transition occurs.
@@ -191,8 +193,8 @@ TEST(RunStateMachine, FollowsTransitionTableOnly) {
     limits.on_stop = run % 2 == 0 ? interlocks::OnStop::hold : interlocks::OnStop::safe;
     RunStateMachine machine = Execute{};
     for (int i = 0; i < 60; ++i) {
-      auto now = seeing(draw(3) == 0 ? static_cast<interlocks::Reaction>(draw(draw(8) == 0 ? 5 : 4))
-                                     : interlocks::Reaction::go_on);
+      auto now = inputs_with_reaction(draw(3) == 0 ? static_cast<interlocks::Reaction>(draw(draw(8) == 0 ? 5 : 4))
+                                                   : interlocks::Reaction::go_on);
       if (draw(12) == 0) now.request = OperatorRequest{static_cast<OperatorCommand>(draw(4)), "Ada"};
       now.in_place = draw(3) != 0;
       now.safe_confirmed = draw(6) == 0;

@@ -16,14 +16,14 @@ const std::string kHoldAt30 = "[[segment]]\nkind = \"hold\"\nat = 30\ntime = \"2
 constexpr Kelvins kTolerance{0.1};
 
 /// Sets a chamber with states, start and stop. Its air is watched for five minutes.
-void is_watched(rig::RigFile& file) {
+void watch_air(rig::RigFile& file) {
   const auto name = GYROTHERM_SOURCE_DIR "/profiles/chambers/watlow_f4t.toml";
   file.chamber_map = drivers::parse_register_map(read_text_file(name).value(), name).value();
   file.safe_observe = std::chrono::minutes(5);
 }
 
 /// Aborts a run at 30 °C, as an operator.
-void abort_warm(tests::Bench& bench) {
+void abort_at_30(tests::Bench& bench) {
   bench.chamber().air_c = 30;
   bench.seconds(60);
   bench.run_controller().submit(OperatorCommand::abort, "Ada");
@@ -32,8 +32,8 @@ void abort_warm(tests::Bench& bench) {
 }
 
 TEST(SafeSequence, WatchesAirBeforeRunEnds) {
-  tests::Bench bench(kHoldAt30, is_watched);
-  abort_warm(bench);
+  tests::Bench bench(kHoldAt30, watch_air);
+  abort_at_30(bench);
   EXPECT_EQ(bench.seconds(290), RunOutcome::going_on);
   EXPECT_EQ(bench.seconds(30), RunOutcome::made_safe);
   const auto cause = bench.run_controller().end_cause();
@@ -43,8 +43,8 @@ TEST(SafeSequence, WatchesAirBeforeRunEnds) {
 }
 
 TEST(SafeSequence, WritesModeOfChamberInManualMode) {
-  tests::Bench bench(kHoldAt30, is_watched);
-  abort_warm(bench);
+  tests::Bench bench(kHoldAt30, watch_air);
+  abort_at_30(bench);
   bench.chamber().manual = true;
   EXPECT_EQ(bench.seconds(1000), RunOutcome::made_safe);
   EXPECT_FALSE(bench.chamber().manual);
@@ -54,8 +54,8 @@ TEST(SafeSequence, WritesModeOfChamberInManualMode) {
 
 TEST(SafeSequence, SwitchesOffChamberThatContinuesToHeatAndRaisesAlarm) {
   for (const bool hides_mode : {false, true}) {
-    tests::Bench bench(kHoldAt30, is_watched);
-    abort_warm(bench);
+    tests::Bench bench(kHoldAt30, watch_air);
+    abort_at_30(bench);
     bench.chamber().manual = bench.chamber().keeps_manual = true;
     bench.chamber().hides_mode = hides_mode;
     int highest = 0;
@@ -76,10 +76,10 @@ TEST(SafeSequence, SwitchesOffChamberThatContinuesToHeatAndRaisesAlarm) {
 
 TEST(SafeSequence, SwitchesOffAgainWhenChamberStartsAgain) {
   tests::Bench bench(kHoldAt30, [](rig::RigFile& file) {
-    is_watched(file);
+    watch_air(file);
     file.safe_off = true;
   });
-  abort_warm(bench);
+  abort_at_30(bench);
   ASSERT_FALSE(bench.chamber().on);
   for (int i = 0; i < 3; ++i) {
     bench.seconds(100);
@@ -91,7 +91,7 @@ TEST(SafeSequence, SwitchesOffAgainWhenChamberStartsAgain) {
 }
 
 TEST(SafeSequence, WatchesAirAfterStop) {
-  tests::Bench bench(kHoldAt30, is_watched);
+  tests::Bench bench(kHoldAt30, watch_air);
   bench.chamber().air_c = 30;
   bench.seconds(60);
   bench.run_controller().submit(OperatorCommand::stop, "Ada");
@@ -103,7 +103,7 @@ TEST(SafeSequence, WatchesAirAfterStop) {
 }
 
 TEST(SafeSequence, LeavesAirToGuardWithoutTicks) {
-  tests::Bench bench(kHoldAt30, is_watched);
+  tests::Bench bench(kHoldAt30, watch_air);
   bench.seconds(60);
   bench.run_controller().make_safe("the disk is full");
   EXPECT_EQ(bench.chamber().set_point_c, 20);
@@ -114,7 +114,7 @@ TEST(SafeSequence, LeavesAirToGuardWithoutTicks) {
 }
 
 TEST(NotFollowing, SuspendsUntilModeReturnsOrOperatorTakesOver) {
-  tests::Bench bench(kHoldAt30, is_watched);
+  tests::Bench bench(kHoldAt30, watch_air);
   bench.seconds(60);
   bench.chamber().manual = bench.chamber().keeps_manual = true;
   bench.seconds(2);
@@ -136,7 +136,7 @@ TEST(NotFollowing, SuspendsUntilModeReturnsOrOperatorTakesOver) {
 TEST(NotFollowing, PreventsStopFromLeavingChamber) {
   for (const bool manual : {true, false}) {
     tests::Bench bench(kHoldAt30, [](rig::RigFile& file) {
-      is_watched(file);
+      watch_air(file);
       file.run_limits.on_stop = interlocks::OnStop::hold;
     });
     bench.seconds(60);
@@ -205,7 +205,7 @@ TEST(LastSegment, IsMonitoredLikeOtherSegments) {
 }
 
 TEST(LastSegment, MakesChamberSafeWhenNotFollowedAtEnd) {
-  tests::Bench bench("[[segment]]\nkind = \"hold\"\nat = 30\ntime = \"1 min\"\n", is_watched);
+  tests::Bench bench("[[segment]]\nkind = \"hold\"\nat = 30\ntime = \"1 min\"\n", watch_air);
   bench.chamber().air_c = bench.chamber().set_point_c = 30;
   bench.run_controller().hand_over_to_controller();
   bench.seconds(20);

@@ -103,7 +103,7 @@ INSTANTIATE_TEST_SUITE_P(Controllers, EachController, testing::Values("watlow_f4
 
 const std::string kHold30 = "[[segment]]\nkind = \"hold\"\nat = 30\ntime = \"10 min\"\n";
 
-void is_held_on_stop(rig::RigFile& file) {
+void hold_on_stop(rig::RigFile& file) {
   file.run_limits.on_stop = interlocks::OnStop::hold;
   file.safe_set_point = {25};
 }
@@ -118,7 +118,7 @@ void upload_and_stop(tests::Bench& bench, bool silent) {
 }
 
 TEST(UploadedProgram, IsEndedOrChamberMadeSafeWhenRunIsStopped) {
-  tests::Bench answers(kHold30, is_held_on_stop), silent(kHold30, is_held_on_stop);
+  tests::Bench answers(kHold30, hold_on_stop), silent(kHold30, hold_on_stop);
   upload_and_stop(answers, false);
   EXPECT_EQ(answers.run_controller().run_state(), RunState::stopped);
   EXPECT_EQ(answers.chamber().set_point_c, 30);
@@ -131,7 +131,7 @@ TEST(UploadedProgram, IsEndedOrChamberMadeSafeWhenRunIsStopped) {
 }
 
 TEST(UploadedProgram, IsMadeSafeWhenInterlockAbortsDuringStop) {
-  tests::Bench bench(kHold30, is_held_on_stop);
+  tests::Bench bench(kHold30, hold_on_stop);
   bench.run_controller().hand_over_to_controller();
   bench.seconds(10);
   bench.chamber().sent_c.clear();

@@ -19,7 +19,7 @@ using fuzz::require;
 namespace {
 
 /// Returns a text with a valid beginning, so that the bytes after it are reached.
-std::string with_beginning(std::string_view bytes, std::size_t lines) {
+std::string add_valid_beginning(std::string_view bytes, std::size_t lines) {
   const auto whole = to_text(SafeState{.record = "r",
                                        .line = "tcp://1.2.3.4",
                                        .link = drivers::LinkKind::tcp,
@@ -39,7 +39,7 @@ std::string with_beginning(std::string_view bytes, std::size_t lines) {
 FUZZ_TARGET(safe_state_file, const std::uint8_t* data, std::size_t size) {
   if (size == 0) return 0;
   const std::string_view bytes(reinterpret_cast<const char*>(data) + 1, size - 1);
-  const auto text = with_beginning(bytes, data[0] % 15);
+  const auto text = add_valid_beginning(bytes, data[0] % 15);
   if (const auto safe_state = parse_safe_state(text, "fuzz")) {
     require(std::isfinite(safe_state->safe_set_point.value) && safe_state->written_by.pid > 0);
     const auto again = parse_safe_state(to_text(*safe_state), "again");

@@ -22,7 +22,7 @@ namespace {
 struct Pipe {
   Pipe() { EXPECT_EQ(::pipe(ends), 0); }
   ~Pipe() { ::close(ends[0]), close(); }
-  void say(const char* bytes) const { EXPECT_GT(::write(ends[1], bytes, std::string_view(bytes).size()), 0); }
+  void send(const char* bytes) const { EXPECT_GT(::write(ends[1], bytes, std::string_view(bytes).size()), 0); }
   void close() {
     if (ends[1] >= 0) ::close(ends[1]);
     ends[1] = -1;
@@ -32,23 +32,23 @@ struct Pipe {
 
 TEST(Guard, EndsWatchAfterGoodBye) {
   Pipe pipe;
-  pipe.say("p...q");
+  pipe.send("p...q");
   EXPECT_EQ(watch(pipe.ends[0]), WatchEnd::good_bye);
 }
 
 TEST(Guard, TreatsEndWithoutGoodByeAsDeath) {
   Pipe pipe;
-  pipe.say("p..");
+  pipe.send("p..");
   pipe.close();
   EXPECT_EQ(watch(pipe.ends[0]), WatchEnd::closed);
 }
 
 TEST(Guard, TreatsSilenceAsHangAndAllowsLongerPreparation) {
   Pipe pipe;
-  pipe.say(".");
+  pipe.send(".");
   EXPECT_EQ(watch(pipe.ends[0], {.silence = std::chrono::seconds(1), .preparing = std::chrono::hours(1)}),
             WatchEnd::silent);
-  pipe.say("p");
+  pipe.send("p");
   EXPECT_EQ(watch(pipe.ends[0], {.silence = std::chrono::hours(1), .preparing = std::chrono::seconds(1)}),
             WatchEnd::silent);
 }
@@ -67,7 +67,7 @@ TEST(Guard, AnswersEachSignOfLife) {
 
 TEST(Guard, ReadsOrdersFromFirstLineOnly) {
   Pipe pipe;
-  pipe.say((safe_state_message("some text") + ".q").c_str());
+  pipe.send((safe_state_message("some text") + ".q").c_str());
   const auto orders = receive_safe_state(pipe.ends[0], std::chrono::seconds(5));
   ASSERT_TRUE(orders) << text(orders.error());
   EXPECT_EQ(*orders, "some text");
@@ -77,7 +77,7 @@ TEST(Guard, ReadsOrdersFromFirstLineOnly) {
 TEST(Guard, RefusesInvalidOrders) {
   for (const auto* orders : {"p", "A\n", "Ax\n", "A123456789\nx", "A-1\nx", "A5\nabc", ""}) {
     Pipe pipe;
-    if (*orders != '\0') pipe.say(orders);
+    if (*orders != '\0') pipe.send(orders);
     pipe.close();
     EXPECT_FALSE(receive_safe_state(pipe.ends[0], std::chrono::seconds(5)).has_value()) << orders;
   }

@@ -269,7 +269,7 @@ TEST(MakeSafe, SafeStateFileHasRoundingOfSetPoint) {
 }
 
 /// Returns the safe-state file of a run, with settings of its installation.
-SafeState armed(const std::string& line, drivers::LinkKind link, const drivers::LinkSettings& settings) {
+SafeState make_armed_state(const std::string& line, drivers::LinkKind link, const drivers::LinkSettings& settings) {
   return {.record = "r.db",
           .line = line,
           .link = link,
@@ -289,12 +289,14 @@ TEST(MakeSafe, UsesLinkSettingsOfRun) {
     EXPECT_TRUE(chamber) << text(chamber.error());
     return chamber ? chamber->place : "";
   };
-  const auto plain = place(armed("tcp://10.0.0.7", LinkKind::tcp, {}));
-  EXPECT_EQ(place(armed("tcp://10.0.0.7", LinkKind::tcp, {.unit = 1})), plain) << "the map's own number";
-  EXPECT_NE(place(armed("tcp://10.0.0.7", LinkKind::tcp, {.unit = 2})), plain) << "another unit, another lock";
-  EXPECT_NE(place(armed("serial:/dev/ttyUSB9", LinkKind::rtu, {.unit = 3, .echo = true})), "");
-  EXPECT_NE(place(armed("tcp://10.0.0.7", LinkKind::tcp, {.returns_other_transaction = true})), "");
-  EXPECT_FALSE(make_safe_state_chamber(armed("tcp://10.0.0.7", LinkKind::tcp, {.echo = true}))) << "no such link";
+  const auto plain = place(make_armed_state("tcp://10.0.0.7", LinkKind::tcp, {}));
+  EXPECT_EQ(place(make_armed_state("tcp://10.0.0.7", LinkKind::tcp, {.unit = 1})), plain) << "the map's own number";
+  EXPECT_NE(place(make_armed_state("tcp://10.0.0.7", LinkKind::tcp, {.unit = 2})), plain)
+      << "another unit, another lock";
+  EXPECT_NE(place(make_armed_state("serial:/dev/ttyUSB9", LinkKind::rtu, {.unit = 3, .echo = true})), "");
+  EXPECT_NE(place(make_armed_state("tcp://10.0.0.7", LinkKind::tcp, {.returns_other_transaction = true})), "");
+  EXPECT_FALSE(make_safe_state_chamber(make_armed_state("tcp://10.0.0.7", LinkKind::tcp, {.echo = true})))
+      << "no such link";
 }
 
 TEST(MakeSafe, RefusesLineWithoutChamber) {
@@ -314,7 +316,7 @@ TEST(MakeSafe, RefusesLineWithoutChamber) {
 TEST(MakeSafe, RefusesLinkThatDoesNotFitLine) {
   using drivers::LinkKind;
   const auto refusal = [](const char* line, LinkKind link) {
-    const auto chamber = make_safe_state_chamber(armed(line, link, {}));
+    const auto chamber = make_safe_state_chamber(make_armed_state(line, link, {}));
     return chamber ? "" : text(chamber.error());
   };
   for (const auto& [line, link] : {std::pair("serial:/dev/ttyUSB9", LinkKind::tcp),

@@ -59,7 +59,7 @@ const std::string kGolden =
     "]\n";
 
 /// Returns the same state in the format of version 0.1.0.
-std::string of_version_one() {
+std::string version_one_text() {
   auto text = kGolden;
   text.replace(text.find("state/2"), 7, "state/1");
   text.erase(text.find(kLinkSettings), std::string(kLinkSettings).size());
@@ -73,7 +73,7 @@ TEST(SafeStateFile, ReadsBothFormats) {
   const auto read = parse_safe_state(kGolden, "golden");
   ASSERT_TRUE(read) << text(read.error());
   EXPECT_EQ(*read, safe_state());
-  const auto first = parse_safe_state(of_version_one(), "first");
+  const auto first = parse_safe_state(version_one_text(), "first");
   ASSERT_TRUE(first) << text(first.error());
   auto expected = safe_state();
   expected.link_settings = {};

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Tests docs/interlocks.md. For each interlock, one thing breaks in the virtual instruments, on a line, on the disk or
-/// in the clock, during the real run. Only that interlock acts, and the documented reaction follows.
+/// Tests docs/interlocks.md. For each interlock, one thing breaks in a virtual instrument, on a line, on the disk or
+/// in the clock. Only that interlock acts, and the documented reaction follows.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -140,7 +140,7 @@ void FaultInjector::apply_fault(const InjectedFault& fault) {
   apply_to_thermometer(fault);
 }
 
-/// Nothing answers while the line is moved from one instrument to another.
+/// No instrument answers while the line is being reconnected from one instrument to another.
 void FaultInjector::exchange(const InjectedFault& fault, LineEnd& line) {
   const bool is_unplugged = second_ - fault.at < kUnplugged || fault.at + fault.lasts - second_ <= kUnplugged;
   if (is_unplugged)

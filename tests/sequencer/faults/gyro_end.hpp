@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A gyro's end of its line: sends one frame a second, intact or damaged.
+/// The gyro's end of its line. Sends one frame per second, intact or damaged.
 #pragma once
 
 #include <cstdint>
@@ -55,7 +55,7 @@ class GyroEnd {
   drivers::FrameFormat format_;
   simulator::StreamWriter writer_;
   LineEnd line_;
-  /// Frame with its counters at zero.
+  /// The frame at which the counters were zero.
   Sent origin_;
   Sent before_;  ///< the previous second
   Bytes held_back_;

@@ -222,9 +222,9 @@ bool Invariants::is_troubled(std::size_t line) const {
   });
 }
 
-/// I24: a unit with an undisturbed line is read, whatever happens to the others. A dropped unit is silent.
+/// I24: a unit with an undisturbed line is read regardless of faults of other units. A dropped unit has no values.
 void Invariants::judge_units(std::int64_t second, const Sample& sample, const Operators& operators) {
-  // Ticks after any change in the world before a unit is judged again.
+  // Ticks after any change of the faults before a unit is checked again.
   constexpr std::int64_t kCountsAgainAfter = 5;
   untroubled_ticks_.resize(file_.gyro_lines.size());
   for (std::size_t line = 0; line < file_.gyro_lines.size(); ++line) {

@@ -15,7 +15,7 @@ namespace gyrotherm::faults {
 
 namespace {
 
-/// Returns the least severity of the state after a command was carried out.
+/// Returns the minimum severity of the state after a command.
 int least_severity(control::OperatorCommand command) {
   switch (command) {
     case control::OperatorCommand::resume: return severity(RunState::execute);
@@ -28,7 +28,7 @@ int least_severity(control::OperatorCommand command) {
 
 }  // namespace
 
-/// Makes a request. If the run controller does not object, it has promised to carry the request out. Of several
+/// Submits a request. If the run controller does not refuse it, it has promised to carry it out. If there are several
 /// promises, only the most severe one must be kept.
 void Operators::submit(control::OperatorCommand command, run::RunController& run_controller) {
   if (!run_controller.objection(command).empty()) return;
@@ -86,7 +86,7 @@ std::optional<std::string> Operators::broken_promise(RunState state) {
 
 namespace {
 
-/// Long enough that an hour of messages exceeds an outlet's memory.
+/// So long that the messages of an hour exceed the memory of an outlet.
 constexpr std::size_t kLongMessage = 1000;
 constexpr int kLongestSilence = 2000;  ///< ms
 

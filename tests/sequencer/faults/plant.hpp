@@ -29,7 +29,7 @@ class Plant {
   void advance_second();
   /// Restarts the controller at `set_point`, switched on or off.
   void restart_chamber(Celsius set_point, bool on);
-  /// Writes an item of the chamber's map, like a person at its panel.
+  /// Writes an item of the chamber's map, as an operator does at the panel.
   void write(const char* item, double value);
 
   [[nodiscard]] simulator::VirtualLaboratory& laboratory() { return laboratory_; }

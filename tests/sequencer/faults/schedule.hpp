@@ -27,7 +27,7 @@ enum class InjectedFaultKind {
   chamber_noise,
   chamber_cut,
   chamber_exception,  ///< size: the code
-  /// Only to writes; size: the code.
+  /// As above, but only for writes; size: the code.
   chamber_write_exception,
   chamber_foreign_unit,
   chamber_wrong_number,
@@ -35,7 +35,7 @@ enum class InjectedFaultKind {
   chamber_ignores_writes,
   /// Size: largest magnitude that is applied, °C.
   chamber_clamps,
-  /// Starts at its default set point.
+  /// Restarts with its default set point.
   chamber_restarts,
   chamber_switched_off,  ///< at its panel
   /// Full heating, regardless of its set point.
@@ -51,7 +51,7 @@ enum class InjectedFaultKind {
   filter_dirty,
   air_sensor_error,  ///< size: K
   air_sensor_frozen,
-  /// Shows an impossible value.
+  /// Reads an impossible value.
   air_sensor_broken,
   // Thermometers. The target is the channel; for a line, the instrument.
   thermometer_open,   ///< reads 850 °C
@@ -64,11 +64,11 @@ enum class InjectedFaultKind {
   thermometers_swapped,
   /// Size: °C shown in every other second.
   thermometer_alternates,
-  /// All channels of the target instrument.
+  /// Affects all channels of the target instrument.
   thermometers_frozen,
   thermometer_silent,
   thermometer_gone,
-  /// Another instrument has its position.
+  /// Another instrument is connected in its place.
   thermometer_exchanged,
   thermometer_lossy,
   thermometer_noise,
@@ -86,7 +86,7 @@ enum class InjectedFaultKind {
   // the disk
   disk_full,
   disk_fails,  ///< at every operation
-  /// Size: number of operations until then.
+  /// Size: number of operations before the failure.
   disk_fails_once,
   disk_loses_syncs,
   /// Size: s per transaction.

@@ -8,11 +8,11 @@ namespace gyrotherm::faults {
 
 /// Returns options for faults during the planned duration of the profile plus one third.
 [[nodiscard]] ScheduleOptions options_for(const SimulatedSetup& ground);
-/// Returns the interval of syncs that the seed draws: every second, every few, or in batches.
+/// Draws the sync interval for a seed: each second, every few seconds, or a batch.
 [[nodiscard]] std::int64_t sync_every(std::uint64_t seed);
 
-/// Reduces the schedule of `setting`, which violates an invariant: removes the faults that the violation does not need,
-/// and shortens the others as far as possible.
+/// Shrinks the schedule of `setting`, which violates an invariant. Removes the faults without which the violation still
+/// occurs, and shortens the others as far as possible.
 [[nodiscard]] Schedule shrink_schedule(const SimulatedSetup& ground, const SimulatedRunSetting& setting);
 
 }  // namespace gyrotherm::faults

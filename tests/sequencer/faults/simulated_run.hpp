@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The common parts of simulated runs: a profile, a rig, and the parameters of its world.
+/// Simulated runs of a profile on a virtual rig, during schedules of faults.
 #pragma once
 
 #include <array>

@@ -12,9 +12,9 @@ namespace {
 
 using std::chrono::seconds;
 
-/// Returns a profile: 100 s at 20 °C, 60 s to 25 °C, and 100 s there as a guaranteed soak within 2 K with the keys
-/// `soak`.
-Profile profile_with(const std::string& soak) {
+/// Returns a profile: 100 s at 20 °C, 60 s to 25 °C, and 100 s there as a guaranteed soak within 2 K with
+/// `soak_keys`.
+Profile profile_with(const std::string& soak_keys) {
   return parsed(kHold20 + R"([[segment]]
 kind = "ramp"
 to = 25
@@ -23,10 +23,10 @@ rate = 5
 kind = "hold"
 time = "100 s"
 guaranteed_soak = true
-)" + soak);
+)" + soak_keys);
 }
 
-/// Returns that profile with a deadline of 200 s.
+/// Returns profile_with() with a deadline of 200 s.
 Profile soak_profile() { return profile_with("deadline = \"200 s\"\n"); }
 
 ProfileState advance(const Profile& profile, ProfileState state, int steps, std::optional<Celsius> air,
@@ -89,8 +89,8 @@ TEST(Soak, CountsOnlyTimeInBand) {
   EXPECT_TRUE(std::holds_alternative<Complete>(next(profile, state, {kSecond, Celsius{25}})));
 }
 
-/// Returns that profile with a soak that counts only after 30 s in the band, and below 0.5 °C/min.
-Profile profile_with_deadline() {
+/// Returns profile_with() with a soak that counts only after 30 s in the band, and below 0.5 °C/min.
+Profile profile_with_dwell() {
   return profile_with(R"(soak_sensor = "A"
 soak_dwell = "30 s"
 soak_slope = "0.5 °C/min"
@@ -103,7 +103,7 @@ ProfileState advance_at(const Profile& profile, ProfileState state, int steps, d
 }
 
 TEST(Soak, CountsOnlyAfterUninterruptedDwellInBand) {
-  const auto profile = profile_with_deadline();
+  const auto profile = profile_with_dwell();
   auto state = advance_at(profile, state_at_soak(profile), 30, 25, 0);
   EXPECT_EQ(std::get<WaitingForSoak>(state).soaked, Duration::zero());
   state = advance_at(profile, state, 10, 25, 0);
@@ -116,7 +116,7 @@ TEST(Soak, CountsOnlyAfterUninterruptedDwellInBand) {
 }
 
 TEST(Soak, CountsOnlyWhileSensorIsStable) {
-  const auto profile = profile_with_deadline();
+  const auto profile = profile_with_dwell();
   auto state = advance_at(profile, state_at_soak(profile), 40, 25, 0);
   ASSERT_EQ(std::get<Holding>(state).soaked, seconds(10));
   state = advance_at(profile, state, 20, 25, -0.51);
@@ -128,7 +128,7 @@ TEST(Soak, CountsOnlyWhileSensorIsStable) {
 }
 
 TEST(Soak, NamesItsSensor) {
-  const auto profile = profile_with_deadline();
+  const auto profile = profile_with_dwell();
   EXPECT_EQ(soak_sensor(profile, begin(profile)), "air");
   EXPECT_EQ(soak_sensor(profile, state_at_soak(profile)), "A");
   EXPECT_TRUE(check_sensors(profile, {"A", "B"}));

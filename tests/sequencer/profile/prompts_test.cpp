@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Prompts: the tasks of a profile for people.
+/// Prompts: tasks in a profile for the operator.
 #include <gtest/gtest.h>
 
 #include "tests/sequencer/profile/profiles.hpp"

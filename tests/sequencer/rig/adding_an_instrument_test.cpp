@@ -108,7 +108,7 @@ TEST(AddingAnInstrument, ProcessDriverRequiresCommandInsteadOfLine) {
   EXPECT_NE(mistake("command = [\"acme\"]\nline = \"tcp://1.2.3.4\"").find("a program has no line"), std::string::npos);
 }
 
-/// The page's rig, with programs for all its thermometers: the laboratory answers in their place.
+/// The page's rig, with process drivers for all thermometers. The virtual laboratory answers instead of the programs.
 TEST(AddingAnInstrument, ProcessDriverRunsOnVirtualLaboratory) {
   tests::DryRun dry_run(GYROTHERM_SOURCE_DIR "/tests/profiles/short-rate.toml");
   auto rig = parse_page_rig("driver = \"pt12\"", "driver = \"process\"\ncommand = [\"./none\"]");

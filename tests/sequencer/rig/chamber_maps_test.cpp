@@ -24,8 +24,7 @@ drivers::RegisterMap read_map(const std::string& name) {
   return drivers::parse_register_map(text.value(), name + ".toml").value();
 }
 
-/// Returns all maps on their links. On the virtual rig every line is a TCP line, so that RTU and RTU over TCP are
-/// equal.
+/// Returns all maps on their links. On the virtual rig every line is a TCP line, so RTU and RTU over TCP are equal.
 std::vector<MapOnALink> all_maps() {
   std::vector<MapOnALink> all;
   for (const auto& file : std::filesystem::directory_iterator(GYROTHERM_SOURCE_DIR "/profiles/chambers")) {

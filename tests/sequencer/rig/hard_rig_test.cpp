@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Runs on the hard rig: the true bias in the record, and a gyro that is days older and remains so.
+/// Runs on the hard rig: the record contains the true bias, and --days-later ages the gyro.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -48,7 +48,7 @@ TEST(HardRig, LaterDayIsNewRunOfOlderGyro) {
       << "the same gyro";
 }
 
-/// The world of a resumed run is identical to the interrupted one, to the bit.
+/// The virtual laboratory of a resumed run is bit-identical to that of the interrupted run.
 TEST(HardRig, ResumeReplaysSameDays) {
   tests::DryRun dry_run(kShortRandom, 3, "virtual-hard");
   dry_run.days_later = 30;

@@ -100,7 +100,7 @@ TEST(ManyUnitsRig, ReportsEveryErrorWithPosition) {
             std::string::npos);
 }
 
-/// Returns the rig file with one of its units alone.
+/// Returns the rig file with only one of its units.
 std::string keep_unit(const std::string& rig_text, const std::string& unit) {
   std::string kept, block;
   bool of_a_unit = false;
@@ -134,8 +134,8 @@ record::Record record_two_minutes(const std::string& rig_text, const std::string
   return record::read_record(run.path()).value();
 }
 
-/// Invariant of the lot: an axis alone equals the same axis among twenty-four, to the last bit. Only the record's own
-/// description differs, and with it the chain.
+/// A single axis is bit-identical to the same axis among twenty-four. Only the description of the record differs, and
+/// with it the hash chain.
 TEST(ManyUnitsRig, SingleUnitEqualsSameUnitOfLot) {
   const auto lot = read_shipped_rig("virtual-lot");
   const auto all = record_two_minutes(lot, "lot"), alone = record_two_minutes(keep_unit(lot, "u3"), "alone");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The same laboratory with other instruments gives the same record.
+/// The same virtual laboratory, measured by other instruments, gives the same record.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -42,7 +42,7 @@ TEST(MixedRig, ReadsSameValuesWithinResolution) {
   }
 }
 
-// The mixed rig's gyro counts its own frames instead of its clock, which is 5 ppm fast: 5e-5 °/h of 10.6 °/h.
+// The gyro of the mixed rig counts frames by its own clock, which is 5 ppm fast: 5e-5 °/h at an Earth rate of 10.6 °/h.
 TEST(MixedRig, HasSameBiasWithinReadOutResolution) {
   const auto rate_deg_per_h = [](const record::Record& record, std::size_t i) {
     return record.info.units[0].axes[0].scale * record.units[0].rotation[0][i] / record.units[0].interval_s[i];

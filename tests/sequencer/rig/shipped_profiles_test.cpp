@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Every shipped profile runs to its end on the virtual rig, so that none becomes invalid unnoticed.
+/// Every shipped profile runs to its end on the virtual rig.
 #include <gtest/gtest.h>
 
 #include "tests/support/dry_run.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Alarms that follow from one event name their root.
+/// Alarms that have a common cause refer to its alarm, the root.
 #include "sequencer/run/alarm_roots.hpp"
 
 #include <gtest/gtest.h>

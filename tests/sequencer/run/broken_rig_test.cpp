@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Runs on a rig in which one thing breaks: the commands, the waits, and the end.
+/// Runs on a rig in which one thing breaks. Tests the commands sent, the waits, and the end of the run.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The interlocks without a rig: the test sets samples, and reads demands and alarms, second by second.
+/// Runs the interlocks without a rig. For each second a test sets the sample, then reads the demands and alarms.
 #pragma once
 
 #include <string>

@@ -12,8 +12,8 @@ namespace {
 using interlocks::InterlockId;
 using interlocks::Reaction;
 
-/// Creates the cause in each `of`th second. Returns the number of seconds until the interlock acts; −1: not within
-/// `most`.
+/// Creates the cause in every `of`th second. Returns the number of seconds until the interlock acts, or −1 if it does
+/// not act within `most`.
 int seconds_until_action(InterlockBench bench, InterlockId id, int of, int most,
                          const std::function<void(InterlockBench&, bool)>& make) {
   make(bench, false);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A profile with a prompt waits for people, and the record has their answer.
+/// A profile with a prompt waits for an operator, and the record contains the answer.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -13,7 +13,7 @@ namespace {
 
 const std::string kSwitched = GYROTHERM_SOURCE_DIR "/tests/profiles/switched.toml";
 
-/// A virtual rig that reports to be real: the run waits for people, and the test brings the units to a state.
+/// A virtual rig that claims to be real, so the run waits for an operator. The test changes the state of the units.
 class RealLookingRig final : public rig::Rig {
  public:
   explicit RealLookingRig(rig::Rig& inner) : inner_(inner), file_(inner.file()) { file_.simulated = false; }
@@ -45,7 +45,7 @@ std::vector<std::string> event_texts(const std::string& path, EventKind kind) {
   return texts;
 }
 
-/// A run of the profile on a rig that reports to be real.
+/// A run of the profile on a rig that claims to be real.
 class PromptTest : public testing::Test {
  protected:
   PromptTest() {
@@ -60,7 +60,7 @@ class PromptTest : public testing::Test {
     harness_ = std::make_unique<tests::RunHarness>(dry_run_.profile(), *rig_, *store_);
   }
 
-  /// Brings the units to a state, as people would.
+  /// Brings the units to a state, as an operator does.
   void bring_units_to(const UnitState& state) { virtual_rig_->bring_units_to(state); }
   RunController& run() { return harness_->run_controller(); }
   RunState after(int seconds) {

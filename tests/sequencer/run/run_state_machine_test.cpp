@@ -182,7 +182,7 @@ TEST(RunStateMachine, RemainsComplete) {
   EXPECT_EQ(state_after(complete, inputs_with_reaction(interlocks::Reaction::abort)), RunState::complete);
 }
 
-/// Random events: no step leaves the table of the drawing, and every transition occurs.
+/// Applies random events. Every transition is in the transition table, and every transition of the table occurs.
 TEST(RunStateMachine, FollowsTransitionTableOnly) {
   std::mt19937_64 random(20261122);
   const auto draw = [&](int sides) { return static_cast<int>(random() % static_cast<unsigned>(sides)); };

@@ -33,7 +33,7 @@ RunOutcome upload_and_run(tests::DryRun& dry_run, const std::string& map, std::s
   });
 }
 
-/// The controller has completed a soak meanwhile, and does not repeat it.
+/// During the sleep the controller completes a soak, and does not repeat it.
 TEST(UploadedProgram, ContinuesWhileMachineSleeps) {
   tests::DryRun dry_run(GYROTHERM_SOURCE_DIR "/tests/profiles/soaks.toml");
   dry_run.file().chamber_map = shipped_map("watlow_f4t");
@@ -89,7 +89,7 @@ TEST_P(EachController, HasLowerPriorityThanInterlocks) {
 TEST_P(EachController, EndsRunWhenProgramIsEndedAtPanel) {
   tests::DryRun dry_run(kHour);
   std::string cause;
-  // A set point ends the program, as a person at the panel would.
+  // A set point ends the program, like an operator at the panel.
   const auto end_it = [](std::int64_t slot, rig::Rig& rig) {
     if (slot != 400) return;
     ASSERT_TRUE(rig.io().send_set_point({0}));
@@ -165,7 +165,7 @@ soak_band = 2
   EXPECT_EQ(make_chamber_program(profile).error().kind, FaultKind::usage);
 }
 
-/// Returns the objection to a soak of 100 s with these additional keys.
+/// Returns the reason for refusing a soak of 100 s with these additional keys; empty if it is accepted.
 std::string objection_to_soak(const std::string& keys) {
   const auto program = make_chamber_program(profile::parsed(profile::kHold20 + "guaranteed_soak = true\n" + keys));
   if (program) return "nothing";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Movements of the air of a chamber that is being made safe, and their verdicts.
+/// Judges the movement of the air in a chamber that is being made safe.
 #include "sequencer/watchdog/air_watch.hpp"
 
 #include <gtest/gtest.h>

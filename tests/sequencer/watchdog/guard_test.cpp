@@ -144,7 +144,7 @@ TEST(Guard, NeverKillsLaterProcessWithSamePid) {
   ::waitpid(child, nullptr, 0);
 }
 
-/// The parent of a program may reap it at the moment at which the guard reads its state.
+/// The parent of a program may reap it while the guard reads its state.
 TEST(Guard, HandlesProcessThatEndsWhileInspected) {
   for (int i = 0; i < 500; ++i) {
     const auto child = idle_child();

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Mutants of the rules by which a run is carried out: its states, its interlocks, its ways to and from the profile."""
+"""Mutants of the rules for runs: states, interlocks, and the ramps to and from the profile."""
 
 
 def shown_by(name):
@@ -425,7 +425,7 @@ MUTANTS = [
      "faults_test", shown_by("AFullDiskForLongerThanTheMemoryHolds")),
 ]
 
-# What the rig file says of these is what holds.
+# Each of these keys of the rig file must have an effect.
 for key in ("longest_suspended", "longest_held", "longest_return", "resume_delay", "clear_after", "suspend_after",
             "chamber_lost", "thermometers_lost", "gyro_lost", "chamber_lag", "follow_time", "backlog"):
     read = "read_lost(" if key.endswith("_lost") else "read_time("
@@ -433,7 +433,7 @@ for key in ("longest_suspended", "longest_held", "longest_return", "resume_delay
                     f"limits.{key} = {read}", f"(void){read}",
                     "rig_test", "RigFile.ReadsEachLimit"))
 
-# The reaction of each cause: milder, or for a warning severer, is noticed.
+# A milder reaction to a cause, or a more severe one than a warning, must be detected.
 POLICY = {
     "air_limit": ("abort", "hold", "HeatersStuckBeyondTheAirsLimit"),
     "thermometer_limit": ("abort", "hold", "AThermometerBeyondItsLimit"),

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Mutants of the rules about other processes and files: which one is spoken to, believed, waited for or started."""
+"""Mutants of the rules for other processes and files: which are contacted, trusted, waited for or started."""
 
 MUTANTS = [
     ("any process that listens is the run", "sequencer/control/control_socket.cpp",

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Mutants of the rules that hold where the program ends: its outputs, its locks, its guard, its files, a chamber's line."""
+"""Mutants of the rules for the program's surroundings: outputs, locks, guard, files, lines of instruments."""
 from rules_of_a_run import shown_by
 
 ON_THE_DISK = "OnTheDisk/FileAttacks.LoseNothingAcknowledgedAndAreReported/"
@@ -9,7 +9,7 @@ MUTANTS = [
     ("the guard is started by its name alone", "sequencer/watchdog/watchdog_client.cpp",
      'return is_there ? path_ : fmt::format("/proc/self/fd/{}", file_.number());', "return path_;",
      "gyrotherm", "program_removed"),
-    # Several words within a second.
+    # Several requests within a second.
     ("the first word wins", "sequencer/run/operator_requests.cpp",
      "const auto most = std::max_element(waiting_.begin(), waiting_.end(), is_milder);",
      "const auto most = waiting_.begin();",
@@ -24,7 +24,7 @@ MUTANTS = [
      "if (state == RunState::aborting && command != OperatorCommand::abort)", "if (false)",
      "run_test", "OperatorRequests.RefuseRequestsThatStateForbids"),
 
-    # A line that is slow, or loses.
+    # Slow and lossy lines.
     ("the rest is never due on a slow line", "drivers/chamber/status_turns.cpp",
      "const bool is_due = since_piece_ >= kReadingsWithoutAPiece;", "const bool is_due = false;",
      "drivers_test", "StatusTurns.ReadPieceInEveryFifthReadingOnSlowLine"),
@@ -50,7 +50,7 @@ MUTANTS = [
      "(off && !in.memory.activity_seen)", "false",
      "run_test", "InterlockId.TreatsChamberOffAfterSilenceAsRestartWhenStateIsLate"),
 
-    # Another instrument at the end of a line (acquisition/io/identity_watch.hpp).
+    # Exchanged instruments (acquisition/io/identity_watch.hpp).
     ("a reconnection is no reason to ask who answers", "acquisition/io/identity_watch.cpp",
      "if (!in_doubt_ && instrument.breaks() == breaks_) return {};", "if (!in_doubt_) return {};",
      "acquisition_test", "Instrument/Exchanged.IsRefusedWhenDriverReconnectsWithinCall/Chamber"),
@@ -158,7 +158,7 @@ MUTANTS = [
      "constexpr int kMostTries = 3;", "constexpr int kMostTries = 1;",
      "gyrotherm", "thermometer_1_silent_for_a_moment"),
 
-    # What the program says.
+    # Output of the program.
     ("messages wait for their reader", "apps/console/outlet.cpp",
      "if (has_thread) return available.notify_one();", "",
      "console_test", "Outlet.DoesNotWaitForBlockedReader"),
@@ -216,7 +216,7 @@ MUTANTS = [
      "if (tally.rounds == 0) return std::nullopt;", "",
      "drivers_test", "FramedGyro.FailsEveryReadOfSingleFrame"),
 
-    # Settings of a gyro, and bytes that are not its frames.
+    # Settings of a gyro, and bytes that are not frames.
     ("an echo confirms a start command", "drivers/gyro/start_command.cpp",
      "if (!is_echo && !number_continues) return at;", "if (!number_continues) return at;",
      "drivers_test", "StartCommand.IsNotConfirmedByItsEcho"),
@@ -245,7 +245,7 @@ MUTANTS = [
      "if (std::abs(measured.value - earth_rate->value) <= allowed) return line;", "if (allowed > 0) return line;",
      "rig_test", "Inquiry.WarnsWhenRateExceedsLargestBias"),
 
-    # What is not seen, or not meant.
+    # Missing readings, and inputs without effect.
     ("a lost reading is a good one", "sequencer/interlocks/interlocks.cpp",
      "if (!found && unread && watch.samples > 0)", "if (false)",
      "run_test", "Interlocks.DoNotTakeLostReadingAsWithinLimit"),

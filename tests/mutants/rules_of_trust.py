@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Mutants of the rules of trust: what is authorised, signed and verified, by whom, and what a foreign file may do."""
+"""Mutants of the rules of trust: authorisation, signatures, verification, and files of other programs."""
 
 MUTANTS = [
-    # Signed is what was authorised.
+    # Only authorised files are signed.
     ("a file that was changed after its authorisation is signed", "report/signed_report.cpp",
      "!differences.empty())", "false)",
      "report_test", "Signed.RefusesFolderChangedAfterAuthorisation"),
@@ -45,7 +45,7 @@ MUTANTS = [
      "return std::ranges::find(kExamples, lower) != kExamples.end() ||", "return",
      "report_test", "Placeholders.RefusesTextsOfShippedExamples"),
 
-    # A library of others.
+    # Libraries of third parties.
     ("a library has all memory", "core/child_process.cpp",
      "set_limit(RLIMIT_AS, address_space() + confinement.memory_bytes);", "{}",
      "exchange_test", "ConfinedRows.RefuseFileThatExceedsLimits"),

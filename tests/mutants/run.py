@@ -1,15 +1,15 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Breaks one rule of safety at a time and shows that a named test notices.
+"""Breaks one safety rule at a time and checks that a named test fails.
 
     tests/mutants/run.py BUILD [PART-OF-A-NAME]
-    tests/mutants/run.py --lines               whether what each of them edits is there, once
+    tests/mutants/run.py --lines               checks that the text that each mutant edits occurs exactly once
 
-BUILD is a folder built with Ninja, all tests in it. Each mutant is one edit of one source: it is compiled from a copy
-(together with its neighbours where the build compiles several as one), linked in the place of what the build has of it,
-and the test that holds the rule must fail; before, the same test must pass unchanged. The test is a law of a test program,
-or an attack of tests/edges on gyrotherm itself. For a test program that starts gyrotherm the mutant takes its place.
-Exit code 1 if a mutant survives or its line is not there any more.
+BUILD is a folder built with Ninja, including all tests. A mutant is one edit of one source. It is compiled from a copy
+(in a unity build together with the other sources of the unit) and linked instead of the original object. The named test
+must pass without the mutant and fail with it. The test belongs to a test program, or is an attack of tests/edges on
+gyrotherm. If the test program starts gyrotherm, the mutant replaces gyrotherm in the build folder.
+Exits with 1 if a mutant survives or its text is missing.
 """
 import contextlib
 import pathlib
@@ -29,10 +29,10 @@ import rules_of_the_edges
 import rules_of_trust
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-PROGRAMS = ("gyrotherm", "gyrotherm-make-safe")  # what an attack is made on, the first by name
-STARTER = "app_test"  # starts these programs of the build
+PROGRAMS = ("gyrotherm", "gyrotherm-make-safe")  # attacked programs; an attack is given the path of the first
+STARTER = "app_test"  # test program that starts these programs
 
-# name, source, what it says, what the mutant says, test program (or gyrotherm), test (or attack) that must fail
+# name, source, original text, replacement, test program (or gyrotherm), test (or attack) that must fail
 MUTANTS = (rules_of_a_run.MUTANTS + rules_of_access.MUTANTS + rules_of_the_edges.MUTANTS +
            rules_of_trust.MUTANTS)
 
@@ -43,7 +43,7 @@ def commands(build, target):
 
 
 def passes(program, test):
-    """Whether the test passes; None if there is no such test."""
+    """Returns whether the test passes; None if there is no such test."""
     if program.name == PROGRAMS[0]:
         command = [sys.executable, ROOT / "tests/edges/run.py", program, test]
     else:
@@ -51,80 +51,80 @@ def passes(program, test):
     try:
         ended = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
     except subprocess.TimeoutExpired:
-        return False  # a law that never ends is broken too
+        return False  # a test that hangs has failed
     if ended.returncode == 0 and "[  PASSED  ] 1 test" not in ended.stdout and "1 attacks: 1 ok" not in ended.stdout:
         return None
     return ended.returncode == 0
 
 
-def compiled_as_one(unity):
+def unity_sources(unity):
     return [pathlib.Path(source) for source in re.findall(r'#include "(\S+\.cpp)"', unity.read_text())]
 
 
-class Bench:
-    """The compile and link commands of the build, bent to a mutant."""
+class MutantBuild:
+    """Compiles and links mutants with modified commands of the build."""
 
     def __init__(self, build):
         self.build = pathlib.Path(build).resolve()
         self.links, self.compiles = {}, {}
 
-    def learn(self, program):
-        """How the program is linked, and each source of ours that it is made of compiled."""
+    def read_commands(self, program):
+        """Reads the commands that link the program and compile its sources."""
         if program in self.links:
             return
         lines = commands(self.build, program)
         self.links[program] = lines[-1]
         for line in lines:
             source = re.search(r" -c (\S+)$", line)
-            of_target = re.search(r" -o \S*CMakeFiles/([^/\s]+)\.dir/", line)
-            if of_target and of_target.group(1) in PROGRAMS and of_target.group(1) != program:
-                continue  # is built before it, and no part of it
+            target = re.search(r" -o \S*CMakeFiles/([^/\s]+)\.dir/", line)
+            if target and target.group(1) in PROGRAMS and target.group(1) != program:
+                continue  # another program, built before this one
             path = (self.build / source.group(1)).resolve() if source else self.build
-            for one in compiled_as_one(path) if "/Unity/" in str(path) else [path]:
+            for one in unity_sources(path) if "/Unity/" in str(path) else [path]:
                 if source and one.is_relative_to(ROOT):
                     self.compiles[program, str(one.relative_to(ROOT))] = line, path
 
     def mutate(self, folder, program, source, old, new):
-        """The mutant compiled and the program linked with it; None if the source does not say what it should."""
+        """Compiles the mutant and links the program. Returns its path, or None if `old` does not occur exactly once."""
         text = (ROOT / source).read_text()
         if text.count(old) != 1:
             return None
         (folder / "mutant.cpp").write_text(text.replace(old, new))
         for name in PROGRAMS if program == PROGRAMS[0] else [program]:
-            self.learn(name)
-            if program == PROGRAMS[0] and (name, source) not in self.compiles:  # only the other one is made of it
+            self.read_commands(name)
+            if program == PROGRAMS[0] and (name, source) not in self.compiles:  # only the other program contains it
                 shutil.copy2(self.build / name, folder)
             else:
                 self.link(folder, name, self.compile(folder, source, *self.compiles[name, source]))
         return folder / program
 
     def compile(self, folder, source, line, compiled):
-        """Returns the object that the build has and the one of the mutant."""
-        theirs = re.search(r" -o (\S+)", line).group(1)
-        ours, text = shlex.quote(str(folder / "mutant.o")), folder / "mutant.cpp"
+        """Compiles the mutant. Returns the object of the build and the object of the mutant."""
+        original = re.search(r" -o (\S+)", line).group(1)
+        mutated_object, text = shlex.quote(str(folder / "mutant.o")), folder / "mutant.cpp"
         if compiled != ROOT / source:
             text = folder / compiled.name
             text.write_text(compiled.read_text().replace(str(ROOT / source), str(folder / "mutant.cpp")))
-        line = re.sub(r" -o \S+", " -o " + ours, line)
+        line = re.sub(r" -o \S+", " -o " + mutated_object, line)
         line = re.sub(r" -MF \S+", " -MF " + shlex.quote(str(folder / "mutant.d")), line)
-        line = re.sub(r" -O[0-9]", " -O0", line).replace(" -Werror", "")  # a mutant may leave something unused
+        line = re.sub(r" -O[0-9]", " -O0", line).replace(" -Werror", "")  # a mutant may leave unused variables
         line = re.sub(r" -c \S+$", " -c " + shlex.quote(str(text)), line)
         subprocess.run(line, shell=True, cwd=self.build, check=True, capture_output=True)
-        return theirs, ours
+        return original, mutated_object
 
     def link(self, folder, program, objects):
-        """In the place of the object if the program is linked with it, in front of all libraries if one of them has it."""
-        theirs, ours = objects
+        """Links the mutant. Replaces the object, or precedes all libraries if the object is in one of them."""
+        original, mutated_object = objects
         line = re.search(r"\S*(?:g\+\+|c\+\+|clang\+\+)\S* .*", self.links[program]).group(0)
-        line = line.replace(f" {theirs} ", " ")
-        line = re.sub(r" -o (\S+)", f" {ours} -o " + shlex.quote(str(folder / program)), line, count=1)
+        line = line.replace(f" {original} ", " ")
+        line = re.sub(r" -o (\S+)", f" {mutated_object} -o " + shlex.quote(str(folder / program)), line, count=1)
         line = re.split(r" && ", line)[0]
         subprocess.run(line, shell=True, cwd=self.build, check=True, capture_output=True)
 
 
 @contextlib.contextmanager
-def in_the_place_of_the_build(build, folder):
-    """Puts the mutant's programs where a test program starts them, and the build's back afterwards."""
+def installed_mutant(build, folder):
+    """Installs the mutant's programs in the build folder, and restores the originals afterwards."""
     try:
         for name in PROGRAMS:
             (build / name).rename(build / f"{name}.kept")
@@ -136,23 +136,23 @@ def in_the_place_of_the_build(build, folder):
                 (build / f"{name}.kept").replace(build / name)
 
 
-def verdict(bench, source, old, new, program, test):
-    """What becomes of one mutant, in a word."""
-    if not passes(bench.build / program, test):
-        return "NO LAW"
-    with tempfile.TemporaryDirectory() as place:
+def test_mutant(mutant_build, source, old, new, program, test):
+    """Tests one mutant. Returns "caught", "SURVIVES", or the reason why it cannot be tested."""
+    if not passes(mutant_build.build / program, test):
+        return "NO TEST"
+    with tempfile.TemporaryDirectory() as folder:
         try:
             mutated = PROGRAMS[0] if program == STARTER else program
-            mutant = bench.mutate(pathlib.Path(place), mutated, source, old, new)
+            mutant = mutant_build.mutate(pathlib.Path(folder), mutated, source, old, new)
         except subprocess.CalledProcessError as error:
             print(error.stderr.decode()[-400:])
             return "NO BUILD"
         if mutant is None:
-            return "NO LINE"
+            return "NO TEXT"
         if program != STARTER:
             return "SURVIVES" if passes(mutant, test) else "caught"
-        with in_the_place_of_the_build(bench.build, pathlib.Path(place)):
-            return "SURVIVES" if passes(bench.build / program, test) else "caught"
+        with installed_mutant(mutant_build.build, pathlib.Path(folder)):
+            return "SURVIVES" if passes(mutant_build.build / program, test) else "caught"
 
 
 def main():
@@ -160,14 +160,14 @@ def main():
         sys.exit(__doc__)
     if sys.argv[1] == "--lines":
         gone = [name for name, source, old, *_ in MUTANTS if (ROOT / source).read_text().count(old) != 1]
-        sys.exit("\n".join(f"its line is not there once: {name}" for name in gone) or 0)
-    bench = Bench(sys.argv[1])
+        sys.exit("\n".join(f"text to edit does not occur exactly once: {name}" for name in gone) or 0)
+    mutant_build = MutantBuild(sys.argv[1])
     chosen = [m for m in MUTANTS if len(sys.argv) < 3 or sys.argv[2] in m[0]]
     if not chosen:
-        sys.exit(f"no mutant has {sys.argv[2]} in its name")
+        sys.exit(f"no mutant has {sys.argv[2]} in its name; see tests/mutants/rules_of_*.py")
     caught = 0
     for name, source, old, new, program, test in chosen:
-        found = verdict(bench, source, old, new, program, test)
+        found = test_mutant(mutant_build, source, old, new, program, test)
         caught += found == "caught"
         print(f"{found:<9} {name}: {test}", flush=True)
     print(f"{caught} of {len(chosen)} mutants caught")

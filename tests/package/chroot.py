@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""The packages, as a stranger has them: built in a clean Debian 12 by the commands of docs/installing.md, installed in
-another that has no source, used there, upgraded while a run goes on, and purged.
+"""Tests the Debian packages as a user gets them.
 
-    chroot.py [FOLDER]        FOLDER keeps both systems, for who wants to look; the packages that are there already are
-                              taken instead of built anew
+Builds them in a clean Debian 12 by the commands of docs/installing.md. Then installs them in another one without the
+source, uses them, upgrades them during a run, and purges them.
+
+    chroot.py [FOLDER]        keeps both systems in FOLDER, and uses packages that already exist there
 """
 
 from __future__ import annotations
@@ -22,18 +23,18 @@ from pathlib import Path
 SOURCE = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(SOURCE / "tests/docs"))
 
-from markdown import blocks_of
+from markdown import read_blocks
 
 SKIPPED = 77
 INSTALLED = ["gyrotherm", "gyrotherm-monitor", "gyrotherm-site", "libgyrotherm-dev", "python3-gyrotherm",
              "gyrotherm-doc"]
-FOLLOWED = ["tutorial/first-dry-run.md", "tutorial/first-real-rig.md", "tutorial/first-import.md"]
+FOLLOWED_PAGES = ["tutorial/first-dry-run.md", "tutorial/first-real-rig.md", "tutorial/first-import.md"]
 LATER = "0.1.0+later"
 ENVIRONMENT = {"PATH": "/usr/sbin:/usr/bin:/sbin:/bin", "HOME": "/root", "LC_ALL": "C.UTF-8",
                "DEBIAN_FRONTEND": "noninteractive"}
 
 
-def say(what: str) -> None:
+def report_progress(what: str) -> None:
     print(time.strftime("%H:%M:%S"), what, flush=True)
 
 
@@ -48,7 +49,7 @@ class System:
         self.root = folder / name
         if (self.root / "etc").is_dir():
             return
-        say(f"a clean Debian 12 for {name}")
+        report_progress(f"creating a clean Debian 12: {name}")
         made = subprocess.run(["mmdebstrap", "--variant=apt", "--quiet", "bookworm", str(self.root),
                                "deb http://deb.debian.org/debian bookworm main",
                                "deb http://deb.debian.org/debian bookworm-updates main",
@@ -61,15 +62,15 @@ class System:
         return ["chroot", str(self.root), "sh", "-euc", line]
 
     def run(self, line: str) -> str:
-        """What the command prints."""
+        """Runs a command line in the system and returns its output. Raises `Failed` if it fails."""
         done = subprocess.run(self.command(line), env=ENVIRONMENT, text=True, timeout=7200, stdin=subprocess.DEVNULL,
                               stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
         if done.returncode:
-            raise Failed(f"{line}\nends with {done.returncode}:\n{done.stdout[-4000:]}")
+            raise Failed(f"{line}\nexit code {done.returncode}:\n{done.stdout[-4000:]}")
         return done.stdout
 
     def copy_source(self, to: str) -> None:
-        """What is built and what git keeps of it stay behind."""
+        """Copies the source tree without build folders and .git."""
         target = self.root / to
         shutil.rmtree(target, ignore_errors=True)
         shutil.copytree(SOURCE, target, symlinks=True, ignore=shutil.ignore_patterns("build", ".git", "__pycache__"))
@@ -87,21 +88,22 @@ class System:
 
 
 def build(system: System, packages: Path) -> None:
-    """By the lines of the first block of docs/installing.md, but the last, which installs."""
-    block = blocks_of(SOURCE / "docs/installing.md")[0]
+    """Builds the packages by the first block of docs/installing.md, without its last line, which installs them. Builds
+    a later version, too."""
+    block = read_blocks(SOURCE / "docs/installing.md")[0]
     lines = [line.replace("apt-get install", "apt-get install -y").replace("build-dep", "build-dep -y")
              for line in "\n".join(block.lines).replace("\\\n", "").splitlines() if "install ../" not in line]
     system.copy_source("src/gyrotherm")
     system.run("apt-get update")
     for line in lines:
-        say(line)
+        report_progress(line)
         system.run(f"cd /src/gyrotherm; {line}")
     collect(system, packages / "first")
     changelog = system.root / "src/gyrotherm/debian/changelog"
     newest = changelog.read_text(encoding="utf-8")
     stanza = newest[:newest.index("\n -- ")] + newest[newest.index("\n -- "):].split("\n\n")[0] + "\n\n"
     changelog.write_text(stanza.replace(newest.split("(")[1].split(")")[0], LATER, 1) + newest, encoding="utf-8")
-    say(f"{lines[-1]} -nc, as {LATER}")
+    report_progress(f"{lines[-1]} -nc, as {LATER}")
     system.run(f"cd /src/gyrotherm; {lines[-1]} -nc")
     collect(system, packages / "later")
 
@@ -114,7 +116,7 @@ def collect(system: System, into: Path) -> None:
 
 def lint(packages: Path) -> None:
     if not shutil.which("lintian"):
-        say("lintian is not installed here, and was not asked")
+        report_progress("lintian is not installed; skipped")
         return
     found = subprocess.run(["lintian", "--allow-root", "--fail-on", "error", *(packages / "first").glob("*.deb")],
                            capture_output=True, text=True)
@@ -126,31 +128,31 @@ def lint(packages: Path) -> None:
 def install(system: System, packages: Path) -> None:
     shutil.copytree(packages, system.root / "packages", dirs_exist_ok=True)
     system.run("apt-get update")
-    say("installing the packages, and nothing of the source")
-    wanted = " ".join(f"/packages/first/{name}_*.deb" for name in INSTALLED)
-    system.run(f"apt-get install -y --no-install-recommends {wanted}")
+    report_progress("installing the packages")
+    packages_to_install = " ".join(f"/packages/first/{name}_*.deb" for name in INSTALLED)
+    system.run(f"apt-get install -y --no-install-recommends {packages_to_install}")
 
 
 def use(system: System) -> None:
-    say("debian/tests/installed")
+    report_progress("debian/tests/installed")
     shutil.copy(SOURCE / "debian/tests/installed", system.root / "tmp/installed")
     system.run("apt-get install -y --no-install-recommends bash-completion man-db systemd")
     system.run("rm -f /etc/dpkg/dpkg.cfg.d/excludes; sh /tmp/installed")
     security = system.run("for unit in gyrotherm@ gyrotherm-monitor gyrotherm-publish; do "
                           "systemd-analyze security --offline=true /lib/systemd/system/$unit.service | tail -1; done")
     print(security, end="")
-    for page in FOLLOWED:
-        say(f"{page}, followed with the installed programs")
+    for page in FOLLOWED_PAGES:
+        report_progress(f"{page}, followed with the installed programs")
         for part in ("docs", "tests/docs", "tests/support"):
             shutil.copytree(SOURCE / part, system.root / "manual" / part, dirs_exist_ok=True)
         system.run(f"/manual/tests/docs/follow.py /usr/bin {page}")
-    say("gyrotherm qualify --quick")
+    report_progress("gyrotherm qualify --quick")
     system.run("mkdir /srv/trial; cd /srv/trial; gyrotherm qualify --quick --out out; test -s out/report/report.html")
 
 
-def upgrade_in_a_run(system: System) -> None:
-    """The bench of the tutorial, for a minute and a half, while its program is replaced."""
-    rig = next(block for block in blocks_of(SOURCE / "docs/tutorial/first-real-rig.md") if block.file == "rig.toml")
+def upgrade_during_run(system: System) -> None:
+    """Upgrades the packages during a run of 90 s on the rig of the tutorial."""
+    rig = next(block for block in read_blocks(SOURCE / "docs/tutorial/first-real-rig.md") if block.file == "rig.toml")
     bench = system.root / "srv/bench"
     bench.mkdir()
     (bench / "rig.toml").write_text("\n".join(rig.lines) + "\n", encoding="utf-8")
@@ -163,38 +165,38 @@ def upgrade_in_a_run(system: System) -> None:
     run = subprocess.Popen(system.command(command), env=ENVIRONMENT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
                            text=True)
     time.sleep(15)
-    say("upgrading while a run goes on")
-    wanted = " ".join(f"/packages/later/{name}_*.deb" for name in INSTALLED)
+    report_progress("upgrading during a run")
+    packages_to_install = " ".join(f"/packages/later/{name}_*.deb" for name in INSTALLED)
     try:
-        system.run(f"apt-get install -y --no-install-recommends {wanted}")
+        system.run(f"apt-get install -y --no-install-recommends {packages_to_install}")
         if run.poll() is not None:
             raise Failed(f"the upgrade ended the run: {run.communicate()[0]}")
-        said, _ = run.communicate(timeout=300)
+        output, _ = run.communicate(timeout=300)
     finally:
         run.kill()
         laboratory.send_signal(signal.SIGTERM)
         laboratory.wait()
     if run.returncode:
-        raise Failed(f"the run ends with {run.returncode}:\n{said}")
+        raise Failed(f"exit code {run.returncode} of the run:\n{output}")
     kept = system.run("cd /srv/bench; gyrotherm status run.db --verify; dpkg-query -W -f '${Version}\\n' gyrotherm")
     if LATER not in kept:
-        raise Failed(f"another version is installed: {kept}")
+        raise Failed(f"expected version {LATER}: {kept}")
 
 
 def purge(system: System) -> None:
-    say("purging")
+    report_progress("purging")
     (system.root / "var/lib/gyrotherm/run.db").write_bytes(b"data")
     system.run(f"apt-get purge -y {' '.join(INSTALLED)}")
     ours = " -o ".join(f"-path /{part}" for part in ("root", "srv", "packages", "manual", "tmp", "var/cache", "var/log",
                                                      "var/lib/apt"))
     left = system.run(f"find / -xdev \\( {ours} \\) -prune -o -iname '*gyrotherm*' -print")
     if left.split() != ["/var/lib/gyrotherm"]:
-        raise Failed(f"a purge leaves more than data:\n{left}")
+        raise Failed(f"files left after purge, other than data:\n{left}")
 
 
 def main() -> int:
     if os.geteuid() != 0 or not shutil.which("mmdebstrap"):
-        print("skipped: it wants root and mmdebstrap (apt-get install mmdebstrap)")
+        print("skipped: requires root and mmdebstrap (apt-get install mmdebstrap)")
         return SKIPPED
     with tempfile.TemporaryDirectory(prefix="gyrotherm-packages-") as temporary:
         folder = Path(sys.argv[1] if len(sys.argv) > 1 else temporary).resolve()
@@ -207,12 +209,12 @@ def main() -> int:
             with System(folder, "use").mounted() as system:
                 install(system, folder / "packages")
                 use(system)
-                upgrade_in_a_run(system)
+                upgrade_during_run(system)
                 purge(system)
         except Failed as failed:
             print(failed)
             return 1
-    say("all of it held")
+    report_progress("all tests passed")
     return 0
 
 

@@ -27,7 +27,7 @@ class Failed(Exception):
 
 
 class Skipped(Exception):
-    """Reports why the attack is impossible on this machine."""
+    """Raised with the reason why the attack is impossible on this machine."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ def enter(group: str, name: str, carry_out: Callable[["Scene"], None], *, limit:
 
 
 def attack(group: str, **how: Any) -> Callable[[Callable[["Scene"], None]], Callable[["Scene"], None]]:
-    """Decorates a function that is a single attack with the function's name."""
+    """Returns a decorator that registers a function as an attack with the function's name."""
     def add(function: Callable[["Scene"], None]) -> Callable[["Scene"], None]:
         enter(group, function.__name__, function, **how)
         return function
@@ -63,7 +63,7 @@ def attack(group: str, **how: Any) -> Callable[[Callable[["Scene"], None]], Call
 
 
 class Scene:
-    """Folder, instruments and programs of one attack. close() removes all of them."""
+    """Folder, instruments and programs of one attack. close() ends all of them."""
 
     def __init__(self, gyrotherm: pathlib.Path, folder: pathlib.Path, long: bool, hanging_disk: str = "") -> None:
         self.folder = folder
@@ -175,8 +175,8 @@ class Scene:
             return True
         chamber = laboratory.chamber
         late = [w.at - since for w in chamber.writes(since) if w.address == SET_POINT and abs(w.value - SAFE) < 0.01]
-        so = f"22 °C was written after {late[0]:.1f} s" if late else "22 °C was never written"
-        return self.expect(False, f"{what}: not safe within {within:.0f} s ({so}; now {chamber.set_point:g} °C)")
+        detail = f"22 °C was written after {late[0]:.1f} s" if late else "22 °C was never written"
+        return self.expect(False, f"{what}: not safe within {within:.0f} s ({detail}; now {chamber.set_point:g} °C)")
 
     def expect_held(self, laboratory: Laboratory, seconds: float) -> None:
         """Expects the safe set point to remain for a while."""
@@ -203,14 +203,14 @@ class Scene:
     def expect_nothing_lost(self, record: Record, acknowledged: int) -> None:
         lost = lost_seconds(record, acknowledged)
         self.fact(f"{acknowledged + 1} s acknowledged")
-        self.expect(not lost, f"{len(lost)} of {acknowledged + 1} acknowledged seconds are lost: {in_short(lost)}"
+        self.expect(not lost, f"{len(lost)} of {acknowledged + 1} acknowledged seconds are lost: {format_ranges(lost)}"
                               f" (damaged: {record.damaged or 'none'})")
 
     def expect_whole(self, record: Record, laboratory: Laboratory, acknowledged: int) -> None:
         """Expects every acknowledged second once, each with the readings of its own second."""
         self.expect_nothing_lost(record, acknowledged)
         broken = holes(record)
-        self.expect(not broken, f"seconds that are neither a row nor a gap, or both: {in_short(broken)}")
+        self.expect(not broken, f"seconds that are neither a row nor a gap, or both: {format_ranges(broken)}")
         wrong = wrong_readings(record, laboratory)
         self.fact(f"{len(record.rows)} rows compared")
         self.expect(not wrong, f"{len(wrong)} wrong or old readings: " + "; ".join(wrong[:4]))
@@ -248,12 +248,12 @@ def with_tools(*names: str) -> None:
             raise Skipped(f"{name} is not installed")
 
 
-def in_short(numbers: list[int]) -> str:
+def format_ranges(numbers: list[int]) -> str:
     """Formats numbers as "3…7, 9"."""
-    return ", ".join(f"{a}" if a == b else f"{a}…{b}" for a, b in stretches(numbers)) or "none"
+    return ", ".join(f"{a}" if a == b else f"{a}…{b}" for a, b in group_consecutive(numbers)) or "none"
 
 
-def stretches(numbers: list[int]) -> Iterator[tuple[int, int]]:
+def group_consecutive(numbers: list[int]) -> Iterator[tuple[int, int]]:
     """Groups consecutive numbers."""
     first = last = None
     for number in sorted(numbers):

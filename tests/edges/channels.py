@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Lost thermometers and channels: they are named at once, and the run waits if it needs them (D1)."""
+"""Lost thermometers and channels: they are reported immediately, and the run waits if it needs them (D1)."""
 from __future__ import annotations
 
 import functools
@@ -13,7 +13,7 @@ from program import Run, until
 from records import wrong_readings
 from rig import CHANNELS
 
-TOLD_WITHIN = 3.5  # s
+REPORTED_WITHIN_S = 3.5  # s
 SUSPENDED_WITHIN = 9.0  # s; suspend_after is 5 s
 GOES_ON_WITHIN = 30.0  # s; resume_delay is 10 s
 
@@ -31,31 +31,31 @@ def state(run: Run) -> str:
     return str(run.status().get("state"))
 
 
-def expect_told(scene: Scene, run: Run, before: str, lost: tuple[str, ...], since: float) -> None:
+def expect_reported(scene: Scene, run: Run, before: str, lost: tuple[str, ...], since: float) -> None:
     """Expects the lost channels on standard error and in status."""
-    on_stderr = until(lambda: named(run.errors()[len(before):], lost) == list(lost), TOLD_WITHIN)
-    scene.expect(on_stderr, f"not named on standard error within {TOLD_WITHIN:g} s, which is no terminal: "
+    on_stderr = until(lambda: named(run.errors()[len(before):], lost) == list(lost), REPORTED_WITHIN_S)
+    scene.expect(on_stderr, f"not named on standard error within {REPORTED_WITHIN_S:g} s, which is no terminal: "
                             f"{run.errors()[len(before):]!r}")
-    left = since + TOLD_WITHIN + 1 - time.monotonic()
+    left = since + REPORTED_WITHIN_S + 1 - time.monotonic()
     in_status = until(lambda: named(" ".join(run.status().get("faults_now", [])), lost) == list(lost), left, 0.3)
     scene.expect(in_status, f"not named in faults_now: {run.status().get('faults_now')}")
 
 
 def lost_channel(scene: Scene, *, lose: Callable[[Laboratory], Any], find: Callable[[Laboratory], Any],
                  lost: tuple[str, ...], rig: dict[str, Any], suspends: bool) -> None:
-    """Loses channels for a while. Each is named at once, on standard error, in status and in the record. The run waits
-    for channels that its analysis needs, and continues when they are back."""
+    """Loses channels for a while. Each is reported immediately, on standard error, in status and in the record. The
+    run waits for channels that its analysis needs, and continues when they are back."""
     laboratory = scene.laboratory()
     run = scene.hot_run(laboratory, rig=rig)
     before, slot, since = run.errors(), run.acknowledged(), time.monotonic()
     lose(laboratory)
-    expect_told(scene, run, before, lost, since)
+    expect_reported(scene, run, before, lost, since)
     if suspends:
         scene.expect(until(lambda: state(run) == "suspended", since + SUSPENDED_WITHIN - time.monotonic(), 0.3),
                      f"not suspended within {SUSPENDED_WITHIN:g} s, but \"{state(run)}\"")
     else:
         time.sleep(max(0.0, since + SUSPENDED_WITHIN - time.monotonic()))
-        scene.expect(state(run) == "execute", f"\"{state(run)}\" although it may go on")
+        scene.expect(state(run) == "execute", f"\"{state(run)}\" although it may continue")
     before, found = run.errors(), run.acknowledged()
     find(laboratory)
     scene.expect(until(lambda: state(run) == "execute" and not run.status().get("faults_now"), GOES_ON_WITHIN, 0.5),
@@ -79,7 +79,7 @@ def one_input(channel: str) -> dict[str, Any]:
             "find": lambda laboratory: laboratory.thermometer_1.lose()}
 
 
-def line_of(instrument: str, how: str, lost: tuple[str, ...]) -> dict[str, Any]:
+def lose_line(instrument: str, how: str, lost: tuple[str, ...]) -> dict[str, Any]:
     """The whole line of an instrument is lost."""
     return {"lost": lost, "lose": lambda laboratory: setattr(getattr(laboratory, instrument), how, True),
             "find": lambda laboratory: setattr(getattr(laboratory, instrument), how, False)}
@@ -93,10 +93,10 @@ CASES: dict[str, dict[str, Any]] = {
     "one_channel_lost_with_warn": one_input("C") | {"rig": WARN, "suspends": False},
     "one_channel_lost_that_is_not_needed": one_input("H") | {"rig": FEW, "suspends": False},
     "channel_of_three_point_lost": one_input("D") | {"rig": FEW, "suspends": True},
-    "line_of_eight_gone": line_of("thermometer_1", "gone", CHANNELS[:8]) | {"rig": {}, "suspends": True},
-    "line_of_eight_silent": line_of("thermometer_1", "silent", CHANNELS[:8]) | {"rig": {}, "suspends": True},
-    "line_of_one_gone": line_of("thermometer_2", "gone", CHANNELS[8:]) | {"rig": {}, "suspends": True},
-    "line_of_eight_gone_with_warn": line_of("thermometer_1", "gone", CHANNELS[:8]) | {"rig": WARN, "suspends": False},
+    "line_of_eight_gone": lose_line("thermometer_1", "gone", CHANNELS[:8]) | {"rig": {}, "suspends": True},
+    "line_of_eight_silent": lose_line("thermometer_1", "silent", CHANNELS[:8]) | {"rig": {}, "suspends": True},
+    "line_of_one_gone": lose_line("thermometer_2", "gone", CHANNELS[8:]) | {"rig": {}, "suspends": True},
+    "line_of_eight_gone_with_warn": lose_line("thermometer_1", "gone", CHANNELS[:8]) | {"rig": WARN, "suspends": False},
 }
 SHORT = ("one_channel_lost", "one_channel_lost_with_warn", "one_channel_lost_that_is_not_needed", "line_of_eight_gone")
 

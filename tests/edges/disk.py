@@ -13,7 +13,7 @@ from laboratory import Laboratory
 from program import Run
 from rig import hold
 
-AFTER_THE_LIMIT = 5.0  # s; limit for a chamber outside its limits
+LIMIT_REACTION_S = 5.0  # s; limit for a chamber outside its limits
 
 
 class HangingDisk:
@@ -78,7 +78,7 @@ def goes_on(scene: Scene, *, kind: type[Disk]) -> None:
     scene.expect_ticks(laboratory, hung, time.monotonic())
     beyond = time.monotonic()
     laboratory.chamber.shown_air = 120.0
-    scene.expect_safe(laboratory, beyond, AFTER_THE_LIMIT, "the air beyond its limit")
+    scene.expect_safe(laboratory, beyond, LIMIT_REACTION_S, "air outside its limit")
     laboratory.chamber.shown_air = None
     disk.answer()
     code = run.wait()
@@ -140,7 +140,7 @@ def messages(scene: Scene, *, then: str) -> None:
         scene.expect_safe(laboratory, since, GUARD_LIMIT, "killed, its messages on a frozen disk")
     else:
         laboratory.chamber.shown_air = 120.0
-        scene.expect_safe(laboratory, since, AFTER_THE_LIMIT, "the air beyond its limit")
+        scene.expect_safe(laboratory, since, LIMIT_REACTION_S, "air outside its limit")
         laboratory.chamber.shown_air = None
     disk.answer()
     code = run.wait()

@@ -15,12 +15,12 @@ from typing import Callable
 
 from attack import Scene, attack, enter
 from program import Run, until
-from records import part_of
+from records import part_path
 from rig import hold
 
 LENGTH = 22  # s, of the profile
 AFTER = 5  # acknowledged seconds before the attack
-TOLD_WITHIN = 3.0  # s
+REPORTED_WITHIN_S = 3.0  # s
 GARBAGE = bytes(range(256)) * 8
 
 
@@ -28,7 +28,7 @@ GARBAGE = bytes(range(256)) * 8
 class Mishap:
     """Attack on the files, and the required reaction in addition to keeping all rows."""
     act: Callable[[pathlib.Path], None]
-    told: bool = True  # an alarm within seconds
+    is_reported: bool = True  # an alarm within seconds
     damaged: bool = False  # main file damaged: exit code not 0, no manifest
 
 
@@ -174,18 +174,18 @@ MISHAPS: dict[str, Mishap] = {
     "overwrite_middle_of_log": Mishap(overwrite(log_of, 0.5)),
     "zero_log": Mishap(overwrite(log_of, 0.0, 1.0, ZEROS)),
     "append_to_main": Mishap(append, damaged=True),
-    "replace_main_by_link_to_itself": Mishap(replace_by_link, told=False),
+    "replace_main_by_link_to_itself": Mishap(replace_by_link, is_reported=False),
     "replace_main_by_link_to_copy": Mishap(replace_by_link_to_copy, damaged=True),
     "replace_main_by_fifo": Mishap(replace_by_fifo, damaged=True),
     "replace_main_by_folder": Mishap(replace_by_folder, damaged=True),
-    "chmod_0_main": Mishap(lambda record: record.chmod(0), told=False),
-    "folder_away_and_back": Mishap(folder_away_and_back, told=False),
-    "another_program_writes": Mishap(another_writes, told=False),
-    "another_program_reads": Mishap(another_reads, told=False),
-    "touch_main": Mishap(lambda record: record.touch(), told=False),
+    "chmod_0_main": Mishap(lambda record: record.chmod(0), is_reported=False),
+    "folder_away_and_back": Mishap(folder_away_and_back, is_reported=False),
+    "another_program_writes": Mishap(another_writes, is_reported=False),
+    "another_program_reads": Mishap(another_reads, is_reported=False),
+    "touch_main": Mishap(lambda record: record.touch(), is_reported=False),
     "overwrite_main_with_its_times": Mishap(overwrite_with_its_times, damaged=True),
     "folder_replaced_by_copy": Mishap(folder_replaced_by_copy, damaged=True),
-    "hard_link_to_main": Mishap(lambda record: os.link(record, away(record)), told=False),
+    "hard_link_to_main": Mishap(lambda record: os.link(record, away(record)), is_reported=False),
 }
 SHORT_KILLED = ("rm_main", "copy_renamed_over", "truncate_main", "overwrite_main", "rm_both", "truncate_log",
                 "overwrite_main_with_its_times")
@@ -198,7 +198,7 @@ def begin(scene: Scene) -> Run:
     run = scene.start(scene.profile(hold(30.0, LENGTH)), scene.rig(laboratory), "records/run.db")
     scene.need(run.wait_acknowledged(2), f"the run did not begin: {run.errors()[-600:]}")
     shutil.copyfile(run.record, run.record.with_name("older"))
-    scene.need(run.wait_acknowledged(AFTER), f"the run did not go on: {run.errors()[-600:]}")
+    scene.need(run.wait_acknowledged(AFTER), f"the run did not continue: {run.errors()[-600:]}")
     return run
 
 
@@ -211,15 +211,15 @@ def alarm(scene: Scene, run: Run) -> bool:
 def in_the_events(scene: Scene, run: Run, attacked_at: int) -> bool:
     """Returns whether an event of the next seconds is a fault or an interlock."""
     events = scene.read(run.record).events
-    return any(attacked_at <= slot <= attacked_at + TOLD_WITHIN + 1 and kind in ("fault", "interlock")
+    return any(attacked_at <= slot <= attacked_at + REPORTED_WITHIN_S + 1 and kind in ("fault", "interlock")
                for slot, kind, _ in events)
 
 
-def expect_told(scene: Scene, run: Run, mishap: Mishap, since: float) -> bool:
+def expect_reported(scene: Scene, run: Run, mishap: Mishap, since: float) -> bool:
     """Waits for the alarm in `status`. Returns whether it came or none is due."""
-    if not mishap.told:
+    if not mishap.is_reported:
         return True
-    return bool(until(lambda: alarm(scene, run), since + TOLD_WITHIN - time.monotonic(), 0.2))
+    return bool(until(lambda: alarm(scene, run), since + REPORTED_WITHIN_S - time.monotonic(), 0.2))
 
 
 def attacked(scene: Scene, *, mishap: Mishap) -> None:
@@ -230,14 +230,14 @@ def attacked(scene: Scene, *, mishap: Mishap) -> None:
     attacked_at = run.acknowledged()
     since = time.monotonic()
     mishap.act(run.record)
-    in_status = expect_told(scene, run, mishap, since)
+    in_status = expect_reported(scene, run, mishap, since)
     code = run.wait(LENGTH + 30)
     scene.expect(code is not None, f"the run did not end within {LENGTH + 30} s")
     if code is None:
         run.signal(signal.SIGKILL)
         run.wait()
     scene.expect(in_status or in_the_events(scene, run, attacked_at),
-                 f"no alarm within {TOLD_WITHIN:g} s, neither in status nor in the record's events")
+                 f"no alarm within {REPORTED_WITHIN_S:g} s, neither in status nor in the record's events")
     manifest = run.record.with_name(run.record.name + ".sha256")
     if mishap.damaged:
         scene.expect(code != 0, "it ended with 0 although its main file is damaged")
@@ -269,9 +269,9 @@ def second_part_too(scene: Scene) -> None:
     """Removes the main file and then its continuation. Nothing is lost."""
     run = begin(scene)
     run.record.unlink()
-    scene.need(until(lambda: part_of(run.record, 2).exists()), "there is no RUN.2.db")
+    scene.need(until(lambda: part_path(run.record, 2).exists()), "there is no RUN.2.db")
     time.sleep(2)
-    part_of(run.record, 2).unlink()
+    part_path(run.record, 2).unlink()
     code = run.wait(LENGTH + 30)
     scene.expect(code not in (0, None), f"exit {code}")
     scene.expect_whole(scene.read(run.record), scene.laboratories[0], run.acknowledged())

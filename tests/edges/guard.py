@@ -14,7 +14,7 @@ from typing import Any, Callable
 
 from attack import GUARD_LIMIT, Scene, enter
 from laboratory import AUTO, MANUAL, OFF, UNIT_BY_TCP, Chamber, Laboratory
-from program import Run, descriptors_of, kill, until
+from program import Run, open_descriptors, kill, until
 from rig import SAFE
 
 HEALED_AFTER = 40.0  # s, of a chamber that accepts nothing meanwhile
@@ -84,7 +84,7 @@ def break_and_kill(scene: Scene, link: str, faults: dict[str, Any], off: bool, s
     return laboratory.chamber, watch
 
 
-def expect_off_if_told(scene: Scene, chamber: Chamber, off: bool) -> None:
+def expect_off_if_required(scene: Scene, chamber: Chamber, off: bool) -> None:
     wanted = OFF if off else AUTO
     scene.expect(until(lambda: chamber.mode == wanted), f"conditioning is left in mode {chamber.mode}, "
                                                             f"expected {wanted}")
@@ -112,7 +112,7 @@ def safe_while_broken(scene: Scene, *, link: str, faults: dict[str, Any], off: b
     chamber.heats_by_itself = 0.0
     scene.expect(abs(chamber.set_point - SAFE) < 0.01, f"the set point is {chamber.set_point:g} °C in the end")
     expect_on_guard(scene, watch)
-    expect_off_if_told(scene, chamber, off)
+    expect_off_if_required(scene, chamber, off)
     scene.fact(f"all in {time.monotonic() - began:.0f} s")
 
 
@@ -126,7 +126,7 @@ def safe_once_healed(scene: Scene, *, link: str, faults: dict[str, Any], off: bo
     chamber.heal()
     scene.expect_safe(scene.laboratories[0], healed, GUARD_LIMIT, "the chamber can take it again")
     expect_on_guard(scene, watch)
-    expect_off_if_told(scene, chamber, off)
+    expect_off_if_required(scene, chamber, off)
 
 
 for _carry_out, _cases in ((safe_while_broken, WHILE_BROKEN), (safe_once_healed, UNTIL_HEALED)):
@@ -148,7 +148,7 @@ def both_killed(scene: Scene, laboratory: Laboratory) -> tuple[Run, float]:
 
 
 def make_safe_by_hand(scene: Scene) -> None:
-    """Program and guard are killed at once. A manual gyrotherm-make-safe makes the chamber safe over a line that loses
+    """Program and guard are killed together. A manual gyrotherm-make-safe makes the chamber safe over a line that loses
     every second request."""
     laboratory = scene.laboratory()
     run, died = both_killed(scene, laboratory)
@@ -162,7 +162,7 @@ enter("guard", "make_safe_by_hand", make_safe_by_hand)
 
 
 def make_safe_that_insists(scene: Scene) -> None:
-    """Program and guard are killed at once, and the chamber is silent. make-safe --insist, as systemd calls it,
+    """Program and guard are killed together, and the chamber is silent. make-safe --insist, as systemd calls it,
     continues until the chamber has confirmed."""
     laboratory = scene.laboratory()
     run, _ = both_killed(scene, laboratory)
@@ -182,7 +182,7 @@ enter("guard", "make_safe_that_insists", make_safe_that_insists)
 
 
 def resume_that_fails(scene: Scene) -> None:
-    """Program and guard are killed at once, and the gyro is gone. The resume fails, and the hot chamber is made
+    """Program and guard are killed together, and the gyro is gone. The resume fails, and the hot chamber is made
     safe."""
     laboratory = scene.laboratory()
     run, _ = both_killed(scene, laboratory)
@@ -223,7 +223,7 @@ enter("guard", "dead_silent_folder_moved",
 
 def guard_program_changed(scene: Scene, *, change: Callable[[pathlib.Path], Any], at_once: bool) -> None:
     """The guard's file is removed or replaced, as by an upgrade, and the guard ends. The run starts its original guard
-    program again. When the run is killed, at once or later, that guard makes the chamber safe."""
+    program again. When the run is killed, immediately or later, that guard makes the chamber safe."""
     folder = scene.folder / "bin"
     folder.mkdir()
     for path in (scene.programs.gyrotherm, scene.programs.make_safe):
@@ -237,7 +237,7 @@ def guard_program_changed(scene: Scene, *, change: Callable[[pathlib.Path], Any]
     for pid in before:
         kill(pid)
     again = until(lambda: [pid for pid in run.guards() if pid not in before], 10, 0.02)
-    scene.need(again, "the guard was not started anew")
+    scene.need(again, "the guard was not started again")
     if not at_once:
         time.sleep(2)
     died = time.monotonic()
@@ -284,7 +284,7 @@ def holds_the_chamber(pid: int, laboratory: Laboratory) -> bool:
     port = laboratory.lines["chamber"].rpartition(":")[2]
     with open("/proc/net/unix", encoding="utf-8", errors="replace") as table:
         held = {f"socket:[{line.split()[6]}]" for line in table if "gyrotherm-chamber" in line and port in line}
-    return any(link in held for link in descriptors_of(pid))
+    return any(link in held for link in open_descriptors(pid))
 
 
 enter("guard", "make_safe_that_is_stopped", make_safe_that_is_stopped)
@@ -390,8 +390,8 @@ def manual_mode_aborted(scene: Scene) -> None:
     run = scene.hot_run(laboratory, at=40)
     laboratory.chamber.switch_to(MANUAL)
     scene.expect(until(lambda: "not_following" in run.errors()), f"no alarm: {run.errors()[-400:]}")
-    told = scene.programs.finish([scene.programs.gyrotherm, "tell", run.record, "abort"], 20)
-    scene.expect(told.code == 0, f"tell: exit {told.code}: {told.text}")
+    ran = scene.programs.finish([scene.programs.gyrotherm, "tell", run.record, "abort"], 20)
+    scene.expect(ran.code == 0, f"tell: exit {ran.code}: {ran.text}")
     code = run.wait()
     scene.expect(code == 6, f"exit {code}, expected 6")
     for part in ("set point read back", "mode running", "towards 22 °C"):

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Independent instruments on their own lines. They fail on command and record all requests.
+"""Independent instruments, each on its own line. They fail on command and record all requests.
 
 A Watlow F4T (data map 1) with a small thermal plant, on Modbus TCP, on RTU frames over TCP or on RTU at a
 pseudo-terminal; two Lake Shore 218; a gyro that sends the frames of profiles/rigs/virtual.toml. No value is served
@@ -8,9 +8,9 @@ twice within a minute or more, so that each recorded reading can be traced to th
 
     laboratory.py [tcp|rtu_over_tcp|rtu]
 
-serves them as a process of its own: the first line printed names their lines, then each line of standard input, as
-{"set": "chamber.silent", "to": true}, {"get": "chamber.air"} or {"do": "chamber.change_set_point", "with": [40]}, is
-answered by one line of JSON. It ends with its standard input.
+serves them in a separate process. It prints their lines as one line of JSON. It answers each line of standard input,
+such as {"set": "chamber.silent", "to": true}, {"get": "chamber.air"} or {"do": "chamber.change_set_point", "with": [40]},
+by one line of JSON. It ends with its standard input.
 """
 from __future__ import annotations
 
@@ -47,17 +47,17 @@ READ_ONLY = {AIR, OUTPUT, ACTIVE_SET_POINT, CONTROL_MODE_ACTIVE, PROFILE_STATE, 
 
 
 def as_float32(value: float) -> float:
-    """Returns the number that four bytes keep of `value`."""
+    """Returns `value` rounded to a 32-bit float."""
     return struct.unpack("<f", struct.pack("<f", value))[0]
 
 
-def words_of(value: float) -> tuple[int, int]:
-    """Splits a float into two registers, the low word first."""
+def split_float(value: float) -> tuple[int, int]:
+    """Splits a 32-bit float into two registers, the low word first."""
     low, high = struct.unpack("<HH", struct.pack("<f", value))
     return low, high
 
 
-def float_of(low: int, high: int) -> float:
+def join_float(low: int, high: int) -> float:
     return struct.unpack("<f", struct.pack("<HH", low, high))[0]
 
 
@@ -89,7 +89,7 @@ def gyro_crc(frame: bytes) -> bytes:
 
 
 class Connection:
-    """Client of a line, or the pseudo-terminal."""
+    """A client of a line, or a pseudo-terminal."""
 
     def __init__(self, descriptor: int, close: Callable[[], None]) -> None:
         self.descriptor = descriptor
@@ -108,7 +108,7 @@ class Due:
 
 
 class Line(threading.Thread):
-    """Instrument's end of a line: accepts connections, passes bytes on, sends the answers when they are due."""
+    """The instrument's end of a line. Accepts connections, passes received bytes on, and sends answers when due."""
 
     def __init__(self, instrument: "Instrument", host: str) -> None:
         super().__init__(daemon=True)
@@ -207,7 +207,7 @@ class Line(threading.Thread):
         self.port_holder, self.is_listening = None, False
 
     def _follow_gone(self) -> None:
-        """Refuses connections. A pseudo-terminal cannot refuse; it is silent."""
+        """Closes or reopens the port when `gone` changes. A pseudo-terminal cannot refuse connections; it is silent."""
         if not self.port or self.instrument.gone != self.is_listening:
             return
         if self.instrument.gone:
@@ -280,10 +280,10 @@ class Instrument:
         """Disconnects. Returns once its TCP line refuses connections."""
         self.gone = True
         if not self.left.wait(10):
-            raise TimeoutError("its line still takes connections")
+            raise TimeoutError("the line still accepts connections after 10 s")
 
     def hear(self, line: Line, connection: Connection) -> None:
-        """Takes a client's bytes from `connection.received`."""
+        """Consumes a client's bytes in `connection.received`."""
 
     def tick(self, line: Line) -> None:
         """Called after each wait and after each event."""
@@ -295,7 +295,7 @@ class Instrument:
 
 @dataclass(frozen=True)
 class Exchange:
-    """Request that reached the chamber, and its fate."""
+    """A request that reached the chamber, and whether it was answered."""
     at: float  # s, monotonic
     utc: float
     function: int
@@ -310,7 +310,7 @@ class Exchange:
     @property
     def value(self) -> float:
         """Returns the written number."""
-        return float_of(*self.words) if self.address in FLOATS and len(self.words) == 2 else float(self.words[0])
+        return join_float(*self.words) if self.address in FLOATS and len(self.words) == 2 else float(self.words[0])
 
 
 @dataclass(frozen=True)
@@ -389,15 +389,15 @@ class Chamber(Instrument):
             self.begin_at(air)
 
     def _keep(self, address: int, value: int) -> None:
-        """Returns the register map: every parameter takes two registers, and a 16-bit value is in the first."""
+        """Stores a 16-bit value in the first of the two registers of a parameter."""
         self._words[address] = value
         self._words.setdefault(address + 1, 0)
 
     def _keep_float(self, address: int, value: float) -> None:
-        self._words[address], self._words[address + 1] = words_of(value)
+        self._words[address], self._words[address + 1] = split_float(value)
 
     def _float(self, address: int) -> float:
-        return float_of(self._words[address], self._words[address + 1])
+        return join_float(self._words[address], self._words[address + 1])
 
     # Functions for tests.
 
@@ -580,7 +580,7 @@ class Chamber(Instrument):
         return bytes([pdu[0], 2 * count]) + struct.pack(f">{count}H", *(self._words[a] for a in wanted))
 
     def next_air(self) -> float:
-        """Makes each served reading unique by hundred-thousandths of a degree."""
+        """Returns the next air temperature. Readings differ by 1e-5 °C, so each one is unique."""
         self._served += 1
         air = self.air if self.shown_air is None else self.shown_air
         return as_float32(round(air, 2) + self._served % 1000 * 1e-5)
@@ -599,7 +599,7 @@ class Chamber(Instrument):
         """Writes a register. Returns False for a refused value."""
         words = list(words)
         if address == SET_POINT and len(words) == 2:
-            value, low, high = float_of(*words), self._float(SET_POINT_LOW), self._float(SET_POINT_HIGH)
+            value, low, high = join_float(*words), self._float(SET_POINT_LOW), self._float(SET_POINT_HIGH)
             if not low <= value <= high and not self.clamps:
                 return False
             if self.clamp_to:
@@ -729,7 +729,7 @@ class Gyro(Instrument):
 
 
 class Laboratory:
-    """All instruments of a rig, each on a line of its own."""
+    """All instruments of a rig, each on its own line."""
 
     LINKS = ("tcp", "rtu_over_tcp", "rtu")
 
@@ -751,7 +751,7 @@ class Laboratory:
             line.close()
 
 
-def answer_to(laboratory: Laboratory, message: dict[str, Any]) -> Any:
+def carry_out_request(laboratory: Laboratory, message: dict[str, Any]) -> Any:
     path = message.get("set") or message.get("get") or message["do"]
     owner_name, _, name = path.partition(".")
     owner = getattr(laboratory, owner_name)
@@ -774,7 +774,7 @@ def main() -> int:
     print(json.dumps(laboratory.lines), flush=True)
     for line in sys.stdin:
         try:
-            answer = {"done": answer_to(laboratory, json.loads(line))}
+            answer = {"done": carry_out_request(laboratory, json.loads(line))}
         except (AttributeError, KeyError, TypeError, ValueError) as error:
             answer = {"refused": str(error)}
         print(json.dumps(answer, default=lambda thing: getattr(thing, "__dict__", str(thing))), flush=True)

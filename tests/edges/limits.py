@@ -32,7 +32,7 @@ class Flicker(threading.Thread):
         self.lose(False)
 
 
-def line_of(instrument: str) -> Callable[[Laboratory], Callable[[bool], None]]:
+def lose_line(instrument: str) -> Callable[[Laboratory], Callable[[bool], None]]:
     return lambda laboratory: functools.partial(setattr, getattr(laboratory, instrument), "silent")
 
 
@@ -58,15 +58,15 @@ def beyond_its_limit(scene: Scene, *, flickers: Callable[[Laboratory], Callable[
     time.sleep(4)
     since = time.monotonic()
     heat(laboratory)
-    scene.expect_safe(laboratory, since, SAFE_WITHIN, "beyond its limit, each other reading lost")
+    scene.expect_safe(laboratory, since, SAFE_WITHIN, "outside its limit, every other reading lost")
     flicker.ends.set()
     laboratory.chamber.shown_air = None  # run ends when the air approaches the safe set point
     code = run.wait()
     scene.expect(code == 6, f"exit {code}, expected 6")
 
 
-for _name, _flickers, _heat in (("air_beyond_its_limit_in_every_other_second", line_of("chamber"), hot_air),
-                                ("article_beyond_its_limit_in_every_other_second", line_of("thermometer_1"),
+for _name, _flickers, _heat in (("air_beyond_its_limit_in_every_other_second", lose_line("chamber"), hot_air),
+                                ("article_beyond_its_limit_in_every_other_second", lose_line("thermometer_1"),
                                  hot_article),
                                 ("loose_contact_beyond_its_limit", input_a, hot_article)):
     enter("limits", _name, functools.partial(beyond_its_limit, flickers=_flickers, heat=_heat))
@@ -80,7 +80,7 @@ def air_that_stands_still_now_and_then_unread(scene: Scene) -> None:
     run = scene.start(scene.profile(hold(30.0, 6), ramp(80.0, 30.0), hold(80.0, 600)), scene.rig(laboratory, **rig))
     scene.need(run.wait_acknowledged(4), f"the run did not begin: {run.errors()[-600:]}")
     laboratory.chamber.shown_air = 30.0
-    flicker = Flicker(line_of("chamber")(laboratory))
+    flicker = Flicker(lose_line("chamber")(laboratory))
     suspended = until(lambda: "does not follow" in str(run.status().get("faults_now")), 60, 0.5)
     flicker.ends.set()
     scene.expect(suspended, f"60 s later: {run.status().get('state')}, {run.status().get('faults_now')}")
@@ -100,11 +100,11 @@ def profile_at_the_panel(scene: Scene, *, aborted: bool, goes_on: bool = False) 
                      f"15 s later the run is \"{run.status().get('state')}\"")
         scene.expect(run.tell("abort")[0], "the abort was refused")
     if goes_on:
-        scene.expect(run.wait(12) is None, "it ended while the profile went on")
+        scene.expect(run.wait(12) is None, "it ended while the profile continued")
         chamber.heal()
     code = run.wait()
     scene.expect(code == 6, f"exit {code}, expected 6")
-    scene.expect(chamber.profile_goal is None, "the profile goes on although the run says that the chamber is safe")
+    scene.expect(chamber.profile_goal is None, "the profile continues although the run reports a safe chamber")
     scene.expect(abs(chamber.set_point - SAFE) < 0.01, f"the set point is {chamber.set_point:g} °C")
 
 

@@ -64,7 +64,7 @@ def goes_on_too_long(record: Record) -> list[str]:
     for slot, row in sorted(record.rows.items()):
         missing = missing + 1 if row["chamber_air_c"] is None else 0
         if missing == SUSPENDED_BY and row["state"] == "execute":
-            found.append(f"second {slot}: {missing} s without the chamber, and the run goes on")
+            found.append(f"second {slot}: {missing} s without a reading of the chamber, but the run is not suspended")
     return found
 
 
@@ -99,7 +99,7 @@ def bad_line(scene: Scene, *, link: str, faults: dict[str, Any]) -> None:
     scene.fact(f"{states.count('execute')} of {len(states)} s executed")
     if alive:
         scene.expect(code == 5, f"exit {code} after SIGINT, expected 5")
-        scene.expect(states[-1:] == ["execute"], f"it did not go on when the line was good again: {states[-3:]}")
+        scene.expect(states[-1:] == ["execute"], f"it did not continue when the line was good again: {states[-3:]}")
     expect_no_harm(scene, laboratory, record, run.acknowledged())
 
 

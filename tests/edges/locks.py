@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Other users, other folders, other names: nobody keeps a chamber hot, no two programs drive it (H2, P17, M10).
+"""Locks of a chamber under attack by other users, folders and names (H2, P17, M10). No user keeps a chamber hot, and no
+two programs drive it.
 
 Each attack has a /run and a /tmp of its own, so that it meets nothing of this machine's.
 """
@@ -19,7 +20,7 @@ from typing import Any, Callable, Iterable
 
 from attack import GUARD_LIMIT, START_LIMIT, Failed, Scene, Skipped, as_root, enter, with_tools
 from laboratory import Laboratory
-from program import NOBODY, Ran, Run, kill, state_of, until
+from program import NOBODY, Ran, Run, kill, process_state, until
 from rig import SAFE, Rig, hold
 
 LOCK_PLACES = ("/run/lock/gyrotherm", "/run/gyrotherm", "/run/user/*/gyrotherm", "/tmp/gyrotherm*")
@@ -40,7 +41,7 @@ exec "$@"
 
 
 class Machine:
-    """Fresh machine with one chamber, a first program with a profile at 60 °C, and a second one at 45 °C."""
+    """A clean machine with one chamber, a first program with a profile at 60 °C, and a second one at 45 °C."""
 
     def __init__(self, scene: Scene) -> None:
         as_root()
@@ -55,7 +56,7 @@ class Machine:
         self.laboratory: Laboratory = scene.laboratory(host="0.0.0.0")
         self.hot = scene.profile(hold(60.0, 3600))
         self.other = scene.profile(hold(45.0, 3600), name="other.toml")
-        self.thieves: list[subprocess.Popen[bytes]] = []
+        self.attackers: list[subprocess.Popen[bytes]] = []
         self.stolen: set[str] = set()  # names taken before the guard acts
 
     def rig(self, host: str = "127.0.0.1", name: str = "rig.toml") -> pathlib.Path:
@@ -75,15 +76,15 @@ class Machine:
                                            self.rig(host, "second.toml"), "--out", record], 15, before, **environment)
 
     def as_nobody(self, *command: str) -> None:
-        """Attacks the locks as user nobody, as far as permitted."""
+        """Runs a command as user nobody. It may fail."""
         subprocess.run([*NOBODY, *command], check=False, timeout=20, stdin=subprocess.DEVNULL,
                        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
 
     def nobody_begins(self, *command: str) -> subprocess.Popen[bytes]:
-        """Continues an attack as user nobody from now on."""
+        """Starts a command as user nobody that runs until the end of the attack."""
         process = subprocess.Popen([*NOBODY, *command], env=self.scene.programs.environment(), start_new_session=True,
                                    stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        self.thieves.append(process)
+        self.attackers.append(process)
         return process
 
     def lock_files(self) -> list[pathlib.Path]:
@@ -117,10 +118,10 @@ class Machine:
         return files, names
 
 
-def expect_told(scene: Scene, text: str, user: str, pid: int) -> None:
+def expect_reported(scene: Scene, text: str, user: str, pid: int) -> None:
     """Expects that a refused program reports the owner of the chamber."""
-    scene.expect(re.search(rf"\b{pid}\b", text), f"it is not told the holder's process {pid}: {text[-400:]}")
-    scene.expect(user in text, f"it is not told the holder's user {user}: {text[-400:]}")
+    scene.expect(re.search(rf"\b{pid}\b", text), f"the message does not name the owner's process {pid}: {text[-400:]}")
+    scene.expect(user in text, f"the message does not name the owner's user {user}: {text[-400:]}")
 
 
 def expect_refused(machine: Machine, ran: Ran, holder: Run, user: str = "root") -> None:
@@ -129,7 +130,7 @@ def expect_refused(machine: Machine, ran: Ran, holder: Run, user: str = "root") 
     sent = {change.value for change in machine.laboratory.chamber.changes if change.value not in (60.0, SAFE)}
     scene.expect(not sent, f"two programs drive the chamber: the second sent {len(sent)} other set points")
     if scene.expect(ran.code == 3, f"the second program ended with {ran.code} and not with 3: {ran.text[-400:]}"):
-        expect_told(scene, ran.text, user, holder.pid)
+        expect_reported(scene, ran.text, user, holder.pid)
 
 
 def expect_safe_death(machine: Machine, run: Run) -> None:
@@ -141,7 +142,7 @@ def expect_safe_death(machine: Machine, run: Run) -> None:
     run.signal(signal.SIGKILL)
     if machine.stolen:
         run.wait()
-        machine.scene.need(bool(until(lambda: machine.stolen <= machine.names())), "the thieves were too slow")
+        machine.scene.need(bool(until(lambda: machine.stolen <= machine.names())), "the attackers were too slow")
     for pid in guards:
         kill(pid, signal.SIGCONT)
     machine.scene.expect_safe(machine.laboratory, died, GUARD_LIMIT, "the program killed")
@@ -149,7 +150,7 @@ def expect_safe_death(machine: Machine, run: Run) -> None:
 
 
 def need_begun(machine: Machine, run: Run) -> None:
-    """The first program drives the chamber. Another user must not prevent it from starting."""
+    """Requires that the first program drives the chamber. Another user must not prevent it from starting."""
     scene = machine.scene
     scene.need(run.wait_acknowledged(2, 30), f"the first program did not begin: {run.errors()[-400:]}")
     scene.need(abs(machine.laboratory.chamber.set_point - 60) < 0.01, "the chamber was not sent to 60 °C")
@@ -174,7 +175,7 @@ def attacked(scene: Scene, *, before: Preparation | None = None,
     expect_safe_death(machine, run)
 
 
-# Attacks by nobody before the first program starts.
+# Attacks by user nobody before the first program starts.
 
 def folder_by_nobody(machine: Machine, files: list[pathlib.Path], names: list[str], *, mode: str) -> None:
     machine.as_nobody("mkdir", "-m", mode, str(FOLDER))
@@ -187,7 +188,7 @@ def folder_as_link(machine: Machine, files: list[pathlib.Path], names: list[str]
 
 
 def files_by_nobody(machine: Machine, files: list[pathlib.Path], names: list[str], *, mode: str) -> None:
-    """Returns the lock files, in a folder like the program's own."""
+    """Creates the lock files as user nobody, in a folder like the program's own."""
     for file in files:
         os.makedirs(file.parent, exist_ok=True)
         file.parent.chmod(0o1777)
@@ -244,12 +245,12 @@ time.sleep(600)
 
 
 def squat(machine: Machine, names: Iterable[str], interpreter: pathlib.Path = pathlib.Path(sys.executable)) -> None:
-    """User nobody takes these names, or waits for them. Begins as root, because nobody may not be allowed to run this
-    Python."""
+    """User nobody takes these names, or waits for them. Begins as root, because nobody may not have permission to run
+    this Python."""
     environment = machine.scene.programs.environment({"PYTHONHOME": sys.base_prefix})
-    machine.thieves.append(subprocess.Popen([interpreter, "-c", SQUAT, *names], env=environment, start_new_session=True,
-                                            stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
-                                            stderr=subprocess.DEVNULL))
+    machine.attackers.append(subprocess.Popen([interpreter, "-c", SQUAT, *names], env=environment,
+                                              start_new_session=True, stdin=subprocess.DEVNULL,
+                                              stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL))
 
 
 def names_by_nobody(machine: Machine, files: list[pathlib.Path], names: list[str]) -> None:
@@ -257,12 +258,12 @@ def names_by_nobody(machine: Machine, files: list[pathlib.Path], names: list[str
         machine.scene.fact("the program listens at no abstract name")
     squat(machine, names)
     taken = until(lambda: set(names) <= machine.names())
-    machine.scene.need(bool(taken), "nobody could not take the names")
+    machine.scene.need(bool(taken), "user nobody could not take the names")
 
 
-# Attacks by nobody while it runs.
+# Attacks by user nobody while the program runs.
 
-def thieves(machine: Machine, number: int = 8) -> None:
+def start_lock_thieves(machine: Machine, number: int = 8) -> None:
     """Waits for the locks, to take them when the program dies."""
     for file in machine.lock_files():
         for _ in range(number):
@@ -282,12 +283,12 @@ def lies(machine: Machine) -> None:
         machine.as_nobody("sh", "-c", f"printf 'gyrotherm-lock/1\\npid: 1\\nboot: x\\nrecord: y\\n' > '{file}'")
 
 
-def name_thieves(machine: Machine) -> None:
+def start_reserved_name_thieves(machine: Machine) -> None:
     squat(machine, machine.names())
     time.sleep(0.5)
 
 
-def namesakes(machine: Machine) -> None:
+def start_name_thieves(machine: Machine) -> None:
     """Takes lock names with processes that have the program's name and are faster than its guard."""
     likeness = machine.scene.folder / "likeness" / "gyrotherm"
     likeness.parent.mkdir(mode=0o755)
@@ -295,7 +296,7 @@ def namesakes(machine: Machine) -> None:
     machine.stolen = machine.names()
     squat(machine, machine.stolen, likeness)
     time.sleep(0.5)
-    machine.scene.need(machine.thieves[-1].poll() is None, "the likeness did not run")
+    machine.scene.need(machine.attackers[-1].poll() is None, "the process with the name of the program did not run")
 
 
 def with_folder_of_nobody(then: Callable[[Machine], None]) -> dict[str, Any]:
@@ -308,7 +309,7 @@ PREPARED: dict[str, dict[str, Any]] = {
     "lock_folder_1777_by_nobody_and_removal": {"before": functools.partial(folder_by_nobody, mode="1777"),
                                                "during": removal},
     "lock_folder_0777_by_nobody_and_removal": with_folder_of_nobody(removal),
-    "lock_folder_0777_by_nobody_and_thieves": with_folder_of_nobody(thieves),
+    "lock_folder_0777_by_nobody_and_thieves": with_folder_of_nobody(start_lock_thieves),
     "lock_folder_as_link": {"before": folder_as_link, "during": removal},
     "lock_files_0600_by_nobody": {"before": functools.partial(files_by_nobody, mode="0600")},
     "lock_files_0666_by_nobody": {"before": functools.partial(files_by_nobody, mode="0666"), "during": lies},
@@ -317,11 +318,11 @@ PREPARED: dict[str, dict[str, Any]] = {
     "lock_files_as_folders": {"before": files_as_folders},
     "locks_held_by_nobody": {"before": files_held_by_nobody},
     "lock_names_by_nobody": {"before": names_by_nobody},
-    "lock_thieves": {"during": thieves},
+    "lock_thieves": {"during": start_lock_thieves},
     "lock_removal": {"during": removal},
     "lock_lies": {"during": lies},
-    "lock_name_thieves": {"during": name_thieves},
-    "lock_name_thieves_called_gyrotherm": {"during": namesakes},
+    "lock_name_thieves": {"during": start_reserved_name_thieves},
+    "lock_name_thieves_called_gyrotherm": {"during": start_name_thieves},
 }
 
 for _name, _what in PREPARED.items():
@@ -329,12 +330,12 @@ for _name, _what in PREPARED.items():
 
 
 def lock_thieves_and_make_safe(scene: Scene) -> None:
-    """Program and guard are killed while nobody waits for the locks. make-safe --kill, as systemd calls it, acts, and
-    so does a resume."""
+    """Program and guard are killed while user nobody waits for the locks. make-safe --kill, as systemd calls it, acts,
+    and so does a resume."""
     machine = Machine(scene)
     run = machine.first()
     need_begun(machine, run)
-    thieves(machine)
+    start_lock_thieves(machine)
     guards = until(run.guards) or []
     for pid in guards:
         kill(pid, signal.SIGSTOP)
@@ -349,7 +350,7 @@ def lock_thieves_and_make_safe(scene: Scene) -> None:
     scene.expect_safe(machine.laboratory, died, 40, "make-safe --kill")
     again = scene.resume(run)
     acknowledged = run.acknowledged()
-    scene.expect(again.wait_acknowledged(acknowledged + 3, 30), f"resume did not go on: {again.errors()[-400:]}")
+    scene.expect(again.wait_acknowledged(acknowledged + 3, 30), f"no progress after resume: {again.errors()[-400:]}")
 
 
 def second_in_another_mount_namespace(scene: Scene) -> None:
@@ -395,7 +396,7 @@ def first_by_nobody(scene: Scene) -> None:
     subprocess.run(["mount", "--bind", groups, "/etc/group"], check=True, timeout=20)
     shutil.chown(scene.folder, "nobody")
     run = machine.first(before=NOBODY)
-    scene.need(run.wait_acknowledged(2, 30), f"nobody's program did not begin: {run.errors()[-400:]}")
+    scene.need(run.wait_acknowledged(2, 30), f"the run of user nobody did not begin: {run.errors()[-400:]}")
     expect_refused(machine, machine.second(), run, user="nobody")
     expect_safe_death(machine, run)
 
@@ -446,7 +447,7 @@ def foreign_safe_state_file(scene: Scene, *, option: str) -> None:
     made = scene.programs.finish([scene.programs.make_safe, *([option] if option else []), evil], 30)
     codes = (2, 4) if option == "--guard" else (4,)  # a guard first waits for orders
     scene.expect(made.code in codes, f"make-safe ended with {made.code}, expected 4: {made.text}")
-    scene.expect(state_of(victim.pid) not in ("", "Z"), "make-safe has killed a process that another user named")
+    scene.expect(process_state(victim.pid) not in ("", "Z"), "make-safe has killed a process that another user named")
     victim.kill()
     victim.wait()
     sent = [write.value for write in machine.laboratory.chamber.writes(since)]

@@ -43,7 +43,7 @@ def safe_state_file_lost(scene: Scene, *, how: str) -> None:
         orders.write_bytes(b'schema = "gyrotherm-safe-state/1"\ngarbage\n')
     back = until(lambda: orders.exists() and orders.read_bytes() == content, PUT_BACK_WITHIN)
     scene.expect(back, f"the safe-state file was not put back within {PUT_BACK_WITHIN:g} s")
-    scene.expect(until(lambda: says(run, before, "safe-state")), f"nobody was told: {run.errors()[len(before):]!r}")
+    scene.expect(until(lambda: says(run, before, "safe-state")), f"no message: {run.errors()[len(before):]!r}")
     expect_safe_death(scene, laboratory, run, f"killed after its safe-state file was {how}")
 
 
@@ -81,7 +81,7 @@ def guard_killed_and_its_program_gone(scene: Scene) -> None:
         kill(pid)
     alarm = until(lambda: any("guard" in fault for fault in run.status().get("faults_now", [])), every=0.5)
     scene.expect(alarm, f"status has no alarm of the missing guard: {run.status().get('faults_now')}")
-    scene.expect(until(lambda: says(run, before, "guard")), f"nobody was told: {run.errors()[len(before):]!r}")
+    scene.expect(until(lambda: says(run, before, "guard")), f"no message: {run.errors()[len(before):]!r}")
     away.rename(make_safe)
     scene.expect(until(run.guards), "no guard after its program file was back")
     gone = until(lambda: not run.status().get("faults_now"), every=0.5)
@@ -141,7 +141,7 @@ def killed_while_its_guard_is_replaced(scene: Scene, *, by: int) -> None:
     begins_late.touch()
     for pid in guards:
         kill(pid, by)
-    scene.need(until(begun.exists, 2 * PUT_BACK_WITHIN), "nobody came in the place of the guard")
+    scene.need(until(begun.exists, 2 * PUT_BACK_WITHIN), "the guard was not replaced")
     time.sleep(0.5)
     expect_safe_death(scene, laboratory, run, "killed while its guard was replaced")
 
@@ -174,10 +174,10 @@ def guard_without_orders(scene: Scene) -> None:
 
 @attack("presence")
 def whole_group_killed(scene: Scene) -> None:
-    """All processes that the terminal had started are killed at once. The guard is not among them."""
+    """All processes that the terminal has started are killed together. The guard is not among them."""
     laboratory, terminal = scene.laboratory(), scene.terminal()
-    terminal.read_on()
+    terminal.start_reading()
     run = scene.hot_run(laboratory, terminal=terminal)
     died = time.monotonic()
     os.killpg(os.getpgid(run.pid), signal.SIGKILL)
-    scene.expect_safe(laboratory, died, GUARD_LIMIT, "the whole process group killed")
+    scene.expect_safe(laboratory, died, GUARD_LIMIT, "process group killed")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The real programs as processes: started on files, pipes and terminals, addressed, killed and cleaned up."""
+"""The real programs as processes: start them on files, pipes and terminals, send requests, kill and clean up."""
 from __future__ import annotations
 
 import contextlib
@@ -20,14 +20,14 @@ from typing import Any, Callable, IO
 
 MARK = "GYROTHERM_EDGES"  # environment mark of started processes: the attack's folder
 TELL = "gyrotherm-tell/1"
-OF_OTHERS = ("NOTIFY_SOCKET", "WATCHDOG_USEC", "WATCHDOG_PID", "XDG_RUNTIME_DIR", "NO_COLOR")  # not passed on
+FOREIGN_VARIABLES = ("NOTIFY_SOCKET", "WATCHDOG_USEC", "WATCHDOG_PID", "XDG_RUNTIME_DIR", "NO_COLOR")  # not passed on
 EVENT_LIMIT = 60.0  # s; a later event counts as missing
 TERMINAL = {"TERM": "xterm"}  # a chroot has no terminal type
 NOBODY = ("setpriv", "--reuid=nobody", "--regid=nogroup", "--clear-groups", "--")
 
 
 def until(condition: Callable[[], Any], seconds: float = EVENT_LIMIT, every: float = 0.05) -> Any:
-    """Waits until the condition holds and returns its value; the last value after `seconds`."""
+    """Waits until the condition holds. Returns its value, or its last value after `seconds`."""
     end = time.monotonic() + seconds
     while not (answer := condition()) and time.monotonic() < end:
         time.sleep(every)
@@ -58,7 +58,7 @@ class Programs:
         return self.gyrotherm.with_name("gyrotherm-make-safe")
 
     def environment(self, more: dict[str, str] | None = None) -> dict[str, str]:
-        kept = {k: v for k, v in os.environ.items() if k not in OF_OTHERS}
+        kept = {k: v for k, v in os.environ.items() if k not in FOREIGN_VARIABLES}
         return kept | TERMINAL | {MARK: str(self.folder)} | (more or {})
 
     def finish(self, command: list[Any], within: float = 60, before: tuple[str, ...] = (), **environment: str) -> Ran:
@@ -141,7 +141,7 @@ class Run:
         return self.programs.status(self.record)
 
     def guards(self) -> list[int]:
-        return guards_of(self.record)
+        return find_guards(self.record)
 
 
 def json_lines(text: str) -> list[dict[str, Any]]:
@@ -190,7 +190,7 @@ ERASE = b"\r\x1b[J"  # begins each picture but the first
 
 
 class Terminal:
-    """Pseudo-terminal whose master is read only on request."""
+    """A pseudo-terminal whose master is read only on request."""
 
     def __init__(self) -> None:
         self.master, self.slave = os.openpty()
@@ -215,8 +215,8 @@ class Terminal:
                 time.sleep(0.02)
         os.close(own)
 
-    def read_on(self) -> None:
-        """Shows the output from now on."""
+    def start_reading(self) -> None:
+        """Reads and stores the output from now on."""
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
 
@@ -249,7 +249,7 @@ class Terminal:
 
 
 class Pipe:
-    """Pipe that is read only on request."""
+    """A pipe that is read only on request."""
 
     SIZE = 4096
 
@@ -337,13 +337,13 @@ def processes() -> dict[int, list[str]]:
     return found
 
 
-def guards_of(record: pathlib.Path) -> list[int]:
+def find_guards(record: pathlib.Path) -> list[int]:
     """Returns the living guards of a run."""
     return [pid for pid, words in processes().items()
-            if "--guard" in words and str(record) in words and state_of(pid) not in ("Z", "X", "")]
+            if "--guard" in words and str(record) in words and process_state(pid) not in ("Z", "X", "")]
 
 
-def state_of(pid: int) -> str:
+def process_state(pid: int) -> str:
     """Returns the state letter of proc(5); empty if the process does not exist."""
     try:
         return pathlib.Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
@@ -351,7 +351,7 @@ def state_of(pid: int) -> str:
         return ""
 
 
-def descriptors_of(pid: int) -> list[str]:
+def open_descriptors(pid: int) -> list[str]:
     """Returns the target of each descriptor of a process. Descriptors that it closes meanwhile are omitted."""
     found = []
     try:
@@ -370,8 +370,8 @@ def kill(pid: int, number: int = signal.SIGKILL) -> None:
         pass
 
 
-def marked(folder: pathlib.Path) -> list[int]:
-    """Returns every process that was started for the attack of this folder, or by one of those."""
+def find_started_processes(folder: pathlib.Path) -> list[int]:
+    """Returns all processes that were started for the attack of this folder, and their descendants."""
     wanted, found = f"{MARK}={folder}".encode(), []
     for entry in os.listdir("/proc"):
         if entry.isdigit() and int(entry) != os.getpid():
@@ -390,7 +390,7 @@ def sweep(folder: pathlib.Path) -> None:
     for mount in mounts:
         subprocess.run(["fsfreeze", "-u", mount], stderr=subprocess.DEVNULL, check=False, timeout=30)
     end = time.monotonic() + 10
-    while (left := marked(folder)) and time.monotonic() < end:
+    while (left := find_started_processes(folder)) and time.monotonic() < end:
         for pid in left:
             kill(pid)
         time.sleep(0.05)

@@ -43,7 +43,7 @@ class Record:
         return {slot: row["chamber_air_c"] for slot, row in sorted(self.rows.items())}
 
 
-def part_of(record: pathlib.Path, number: int) -> pathlib.Path:
+def part_path(record: pathlib.Path, number: int) -> pathlib.Path:
     return record if number == 1 else record.with_name(f"{record.stem}.{number}{record.suffix}")
 
 
@@ -52,7 +52,7 @@ def read_record(record: pathlib.Path, copies: pathlib.Path) -> Record:
     copies.mkdir(parents=True)
     found = Record()
     for number in range(1, 100):
-        part = part_of(record, number)
+        part = part_path(record, number)
         if not part.is_file() and number > 2:
             break
         if part.is_file():
@@ -61,7 +61,7 @@ def read_record(record: pathlib.Path, copies: pathlib.Path) -> Record:
             except (sqlite3.Error, OSError) as error:
                 found.damaged[part.name] = str(error)
         elif number == 1:
-            found.damaged[part.name] = "is not there"
+            found.damaged[part.name] = "is missing"
     found.events.sort(key=lambda event: event[0])
     return found
 
@@ -114,7 +114,7 @@ def was_served(times: list[float], utc: float, early: float = UTC_EARLY) -> bool
     return any(utc - early <= at <= utc + UTC_LATE for at in times)
 
 
-def off_by(times: list[float], utc: float) -> str:
+def offset_text(times: list[float], utc: float) -> str:
     nearest = min(times, key=lambda at: abs(at - utc), default=None)
     return "never served" if nearest is None else f"served {nearest - utc:+.2f} s from its second"
 
@@ -127,7 +127,7 @@ def wrong_airs(record: Record, laboratory: Laboratory) -> list[str]:
     for slot, row in record.rows.items():
         value, utc = row["chamber_air_c"], row["utc_ns"] / 1e9
         if value is not None and not was_served(served.get(value, []), utc):
-            wrong.append(f"second {slot}: air {value!r} was {off_by(served.get(value, []), utc)}")
+            wrong.append(f"second {slot}: air {value!r} was {offset_text(served.get(value, []), utc)}")
     return wrong
 
 
@@ -142,7 +142,7 @@ def wrong_thermometers(record: Record, laboratory: Laboratory) -> list[str]:
         for name in CHANNELS:
             value, utc = row[name], row["utc_ns"] / 1e9
             if value is not None and not was_served(served.get((name, value), []), utc):
-                wrong.append(f"second {slot}: {name} {value!r} was {off_by(served.get((name, value), []), utc)}")
+                wrong.append(f"second {slot}: {name} {value!r} was {offset_text(served.get((name, value), []), utc)}")
     return wrong
 
 

@@ -17,31 +17,31 @@ from rig import SAFE
 SOON = 5.0  # s, for the effect of an answered request
 MOMENTS = (0.05, 0.6, 0.3, 0.8, 0.15, 0.45)  # s after a tick, one per try
 
-Said = list[tuple[str, bool, str]]  # request, done, answer
+Answers = list[tuple[str, bool, str]]  # request, done, answer
 
 
-def say(run: Run, words: tuple[str, ...]) -> Said:
+def send_in_turn(run: Run, words: tuple[str, ...]) -> Answers:
     """Sends the requests or signals, each after the previous answer."""
-    said = []
+    answers = []
     for word in words:
         if word.startswith("SIG"):
             run.signal(getattr(signal, word))
-            said.append((word, True, ""))
+            answers.append((word, True, ""))
         else:
-            said.append((word, *run.tell(word, "of a hurry" if word == "note" else "")))
-    return said
+            answers.append((word, *run.tell(word, "of a hurry" if word == "note" else "")))
+    return answers
 
 
-def say_at_once(run: Run, words: tuple[str, ...]) -> Said:
+def send_together(run: Run, words: tuple[str, ...]) -> Answers:
     """Sends all requests before it reads the first answer, like several operators."""
     speakers = [(word, Speaker(run.record, word, "of a hurry" if word == "note" else "")) for word in words]
     return [(word, *speaker.answer()) for word, speaker in speakers]
 
 
 def tries(scene: Scene, words: tuple[str, ...], on_stop: str,
-          judge: Callable[[Scene, Laboratory, Run, Said, float], None], held: bool = False) -> None:
-    """Sends the requests within one second, at several moments, one after the other and all at once, each time to a new
-    run."""
+          judge: Callable[[Scene, Laboratory, Run, Answers, float], None], held: bool = False) -> None:
+    """Sends the requests within one second, at several moments, one after the other and all together, each time to a
+    new run."""
     for number, moment in enumerate(MOMENTS[:6 if scene.long else 2]):
         laboratory = scene.laboratory()
         run = scene.hot_run(laboratory, acknowledged=1, rig={"safe": {"on_stop": f'"{on_stop}"'}},
@@ -54,54 +54,54 @@ def tries(scene: Scene, words: tuple[str, ...], on_stop: str,
         time.sleep(moment)
         began = time.monotonic()
         signals = any(word.startswith("SIG") for word in words)
-        said = say_at_once(run, words) if number % 2 and not signals else say(run, words)
-        judge(scene, laboratory, run, said, began)
+        answers = send_together(run, words) if number % 2 and not signals else send_in_turn(run, words)
+        judge(scene, laboratory, run, answers, began)
         run.signal(signal.SIGKILL)
         run.wait()
         for guard in run.guards():
             program.kill(guard)
 
 
-def expect_consistent(scene: Scene, said: Said, after: str, *promises: str) -> None:
+def expect_consistent(scene: Scene, answers: Answers, after: str, *promises: str) -> None:
     """Expects that an answer "done" after the request `after` names the pending action."""
-    behind = [word for word, _, _ in said].index(after) + 1
-    for word, done, answer in said[behind:]:
+    behind = [word for word, _, _ in answers].index(after) + 1
+    for word, done, answer in answers[behind:]:
         if word in ("pause", "stop", "resume") and done:
             scene.expect(any(p in answer for p in promises), f"\"{word}\" was answered \"done {answer}\", and that did "
-                                                             f"not happen: {said}")
+                                                             f"not happen: {answers}")
 
 
-def expect_aborted(scene: Scene, laboratory: Laboratory, run: Run, said: Said, since: float) -> None:
-    """Expects that an abort answered "done" is executed whatever came with it, and that no other answer denies it."""
-    if ("stop", True) in [(word, done) for word, done, _ in said] and ("abort", False) in [s[:2] for s in said]:
-        expect_stopped(scene, laboratory, run, said, since, left_at=60.0)  # it had ended before the abort arrived
+def expect_aborted(scene: Scene, laboratory: Laboratory, run: Run, answers: Answers, since: float) -> None:
+    """Expects that an abort answered "done" is executed, whichever requests follow, and that no answer contradicts it."""
+    if ("stop", True) in [(word, done) for word, done, _ in answers] and ("abort", False) in [s[:2] for s in answers]:
+        expect_stopped(scene, laboratory, run, answers, since, left_at=60.0)  # it had ended before the abort arrived
         return
-    scene.expect(any(word == "abort" and done for word, done, _ in said), f"the abort was not acknowledged: {said}")
-    scene.expect_safe(laboratory, since, SOON, f"{said}")
+    scene.expect(any(word == "abort" and done for word, done, _ in answers), f"abort not acknowledged: {answers}")
+    scene.expect_safe(laboratory, since, SOON, f"{answers}")
     code = run.wait()
-    scene.expect(code == 6, f"exit {code}, expected 6 after {said}")
-    expect_consistent(scene, said, "abort", "safe", "abort")
+    scene.expect(code == 6, f"exit {code}, expected 6 after {answers}")
+    expect_consistent(scene, answers, "abort", "safe", "abort")
     scene.expect_held(laboratory, 1)
 
 
-def expect_stopped(scene: Scene, laboratory: Laboratory, run: Run, said: Said, since: float, *,
+def expect_stopped(scene: Scene, laboratory: Laboratory, run: Run, answers: Answers, since: float, *,
                    left_at: float) -> None:
     """Expects that a stop answered "done" ends the run and leaves the chamber as the rig file requires."""
-    scene.expect(any(word == "stop" and done for word, done, _ in said), f"the stop was not acknowledged: {said}")
+    scene.expect(any(word == "stop" and done for word, done, _ in answers), f"the stop was not acknowledged: {answers}")
     code = run.wait(max(0.0, since + 2 * SOON - time.monotonic()))
-    scene.expect(code == 0, f"exit {code}, expected 0 after {said}")
+    scene.expect(code == 0, f"exit {code}, expected 0 after {answers}")
     time.sleep(1)
     at = laboratory.chamber.set_point
-    scene.expect(abs(at - left_at) < 0.01, f"the chamber was left at {at:g} °C instead of {left_at:g} °C after {said}")
-    expect_consistent(scene, said, "stop", "stop", "end", "over")
+    scene.expect(abs(at - left_at) < 0.01, f"chamber left at {at:g} °C instead of {left_at:g} °C after {answers}")
+    expect_consistent(scene, answers, "stop", "stop", "end", "over")
 
 
-def expect_held(scene: Scene, laboratory: Laboratory, run: Run, said: Said, since: float) -> None:
+def expect_held(scene: Scene, laboratory: Laboratory, run: Run, answers: Answers, since: float) -> None:
     """Expects that the run is held after a pause answered "done"."""
-    scene.expect(said[-1][1], f"the pause was refused: {said}")
+    scene.expect(answers[-1][1], f"the pause was refused: {answers}")
     time.sleep(max(0.0, since + 2.5 - time.monotonic()))
     shown = run.status().get("state")
-    scene.expect(shown == "held", f"the run is \"{shown}\" and not \"held\" after {said}")
+    scene.expect(shown == "held", f"the run is \"{shown}\" and not \"held\" after {answers}")
 
 
 ABORTS = {
@@ -140,15 +140,15 @@ enter("requests", "stop_then_pause", functools.partial(stopped, on_stop="hold"))
 enter("requests", "stop_then_pause_safe", functools.partial(stopped, on_stop="safe"), long_only=True)
 
 
-def expect_paused_or_resumed(scene: Scene, laboratory: Laboratory, run: Run, said: Said, since: float) -> None:
+def expect_paused_or_resumed(scene: Scene, laboratory: Laboratory, run: Run, answers: Answers, since: float) -> None:
     """The pause is done. The resume is done, or refused because of the pause, but not with the reason that the run is
     not held."""
-    (_, paused, _), (_, resumed, answer) = said
-    scene.expect(paused, f"the pause was refused: {said}")
-    scene.expect("not held" not in answer, f"the resume was refused for a reason that the pause denies: {said}")
+    (_, paused, _), (_, resumed, answer) = answers
+    scene.expect(paused, f"the pause was refused: {answers}")
+    scene.expect("not held" not in answer, f"resume refused with a reason that contradicts the pause: {answers}")
     time.sleep(max(0.0, since + 2.5 - time.monotonic()))
     shown, promised = run.status().get("state"), "execute" if resumed else "held"
-    scene.expect(shown == promised, f"the run is \"{shown}\" and not \"{promised}\" after {said}")
+    scene.expect(shown == promised, f"the run is \"{shown}\" and not \"{promised}\" after {answers}")
 
 
 def paused_and_resumed(scene: Scene) -> None:
@@ -173,9 +173,9 @@ enter("requests", "resume_then_abort", resumed_and_aborted)
 
 def killed_after_abort(scene: Scene) -> None:
     """The program is killed at the moment at which it has acknowledged an abort. Its guard makes the chamber safe."""
-    def judge(scene: Scene, laboratory: Laboratory, run: Run, said: Said, since: float) -> None:
-        scene.expect(said[0][1], f"the abort was not acknowledged: {said}")
-        scene.expect_safe(laboratory, since, GUARD_LIMIT, f"{said}")
+    def judge(scene: Scene, laboratory: Laboratory, run: Run, answers: Answers, since: float) -> None:
+        scene.expect(answers[0][1], f"abort not acknowledged: {answers}")
+        scene.expect_safe(laboratory, since, GUARD_LIMIT, f"{answers}")
     tries(scene, ("abort", "SIGKILL"), "hold", judge)
 
 
@@ -183,7 +183,7 @@ enter("requests", "abort_then_killed", killed_after_abort)
 
 
 def abort_before_a_crowd(scene: Scene) -> None:
-    """The program is stopped for a moment. An abort is the first of several requests that it then reads at once."""
+    """The program is stopped for a moment. An abort is the first of several requests that it then reads together."""
     laboratory = scene.laboratory()
     run = scene.hot_run(laboratory)
     run.signal(signal.SIGSTOP)

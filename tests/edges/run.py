@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Attacks the real program, and judges by the chamber's received commands and the record's content.
+"""Attacks the real program, and checks the commands that the chamber received and the content of the record.
 
     run.py GYROTHERM [NAME…] [--jobs N] [--long] [--hanging-disk LIBRARY] [--keep] [--list]
 
-NAME is an attack, a group of attacks, or a pattern like "rm_*"; without one, all are made. Each attack is a process of
-its own. One that fails while the machine itself stands still is made again, three times in all. Prints a line for each,
-then what failed in detail; exit code 1 if one did.
+NAME is an attack, a group of attacks, or a pattern like "rm_*"; without NAME, all attacks run. Each attack runs in its
+own process. An attack that fails while the machine itself stalls is repeated, up to three attempts. Prints one line for
+each attack, then the details of the failures. Exits with 1 if an attack failed.
 """
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ from attack import ATTACKS, Attack, Failed, Scene, Skipped
 
 GROUPS = ("terminal", "lines", "requests", "guard", "locks", "files", "disk", "start", "slow", "presence", "status",
           "channels", "limits")
-ATTEMPTS = 3  # for an attack on a machine that stands still
+ATTEMPTS = 3  # for an attack on a machine that stalls
 CROWDED = 3 * (os.cpu_count() or 1)  # busy programs that delay the next attack
 LONGEST_CROWD = 1.0  # s, longest delay
 
@@ -47,7 +47,7 @@ class Outcome:
     verdict: str  # ok, FAILED, skipped
     why: list[str]
     facts: list[str]
-    stood_still: float  # s, standstill of the machine meanwhile
+    stall_s: float  # duration of stalls of the machine during the attack
     seconds: float
 
     def line(self) -> str:
@@ -57,30 +57,30 @@ class Outcome:
 
 def arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("program", nargs="?", help="gyrotherm, with gyrotherm-make-safe beside it")
+    parser.add_argument("program", nargs="?", help="path of gyrotherm; gyrotherm-make-safe is in the same folder")
     parser.add_argument("names", nargs="*", help="attacks, groups or patterns")
-    parser.add_argument("--jobs", type=int, default=8, help="places; three attacks take one (default: 8)")
-    parser.add_argument("--long", action="store_true", help="the long forms, and all repetitions")
+    parser.add_argument("--jobs", type=int, default=8, help="slots; three attacks share one (default: 8)")
+    parser.add_argument("--long", action="store_true", help="run the long forms and all repetitions")
     parser.add_argument("--hanging-disk", default="", help="the library of tests/apps/gyrotherm/hanging_disk.cpp")
-    parser.add_argument("--keep", action="store_true", help="keep the folders of attacks that failed")
-    parser.add_argument("--list", action="store_true", help="print the attacks and end")
+    parser.add_argument("--keep", action="store_true", help="keep the folders of failed attacks")
+    parser.add_argument("--list", action="store_true", help="print the attacks and exit")
     parser.add_argument("--alone", metavar="FOLDER", help=argparse.SUPPRESS)  # one attack in this process
     return parser.parse_args()
 
 
 def chosen(names: list[str], long: bool) -> list[Attack]:
     """Returns the attacks with these names, in the order of their groups."""
-    of_name = {n: [a for a in ATTACKS.values() if a.group == n or fnmatch.fnmatchcase(a.name, n)] for n in names}
-    for name, attacks in of_name.items():
+    matches = {n: [a for a in ATTACKS.values() if a.group == n or fnmatch.fnmatchcase(a.name, n)] for n in names}
+    for name, attacks in matches.items():
         if not attacks:
-            sys.exit(f"no attack and no group is called {name}; --list names them")
-    found = [a for a in ATTACKS.values() if not names or any(a in attacks for attacks in of_name.values())]
+            sys.exit(f"unknown attack or group: {name}; --list prints all names")
+    found = [a for a in ATTACKS.values() if not names or any(a in attacks for attacks in matches.values())]
     exact = set(names)
     return [a for a in found if long or not a.long_only or a.name in exact]
 
 
-def end_with(runner: int, folder: pathlib.Path) -> None:
-    """Cleans up if the runner is killed."""
+def clean_up_after_runner(runner: int, folder: pathlib.Path) -> None:
+    """Cleans up after an attack when its runner has been killed. Does not return."""
     while os.getppid() == runner:
         time.sleep(1)
     program.sweep(folder)
@@ -88,11 +88,11 @@ def end_with(runner: int, folder: pathlib.Path) -> None:
     os._exit(1)
 
 
-def carry_out_alone(attack: Attack, options: argparse.Namespace) -> int:
-    """Makes one attack and writes its outcome for the runner."""
+def carry_out_in_process(attack: Attack, options: argparse.Namespace) -> int:
+    """Runs one attack in this process and prints its outcome for the runner."""
     folder = pathlib.Path(options.alone)
     signal.signal(signal.SIGHUP, signal.SIG_DFL)  # started programs would inherit nohup's setting
-    threading.Thread(target=end_with, args=(os.getppid(), folder), daemon=True).start()
+    threading.Thread(target=clean_up_after_runner, args=(os.getppid(), folder), daemon=True).start()
     scene = Scene(pathlib.Path(options.program), folder, options.long, options.hanging_disk)
     verdict, why = "ok", scene.failures
     try:
@@ -107,7 +107,7 @@ def carry_out_alone(attack: Attack, options: argparse.Namespace) -> int:
         scene.close()
     if scene.failures:
         verdict, why = "FAILED", scene.failures
-    outcome = {"verdict": verdict, "why": why, "facts": scene.facts, "stood_still": scene.standstill.total()}
+    outcome = {"verdict": verdict, "why": why, "facts": scene.facts, "stall_s": scene.standstill.total()}
     print("outcome " + json.dumps(outcome), flush=True)
     return 0
 
@@ -128,8 +128,8 @@ def run_in_a_process(attack: Attack, options: argparse.Namespace, folder: pathli
     process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
                                start_new_session=True)
     try:
-        said, _ = process.communicate(timeout=attack.limit + 30)
-        text = said.decode(errors="replace")
+        output, _ = process.communicate(timeout=attack.limit + 30)
+        text = output.decode(errors="replace")
     except subprocess.TimeoutExpired:
         process.kill()
         text = f"the attack itself hung for {attack.limit + 30:g} s"
@@ -138,27 +138,27 @@ def run_in_a_process(attack: Attack, options: argparse.Namespace, folder: pathli
     seconds = time.monotonic() - began
     result = next((json.loads(line[8:]) for line in text.splitlines() if line.startswith("outcome ")), None)
     if result is None:
-        result = {"verdict": "FAILED", "why": ["no outcome: " + text[-2000:]], "facts": [], "stood_still": 0.0}
+        result = {"verdict": "FAILED", "why": ["no outcome: " + text[-2000:]], "facts": [], "stall_s": 0.0}
     if result["verdict"] != "FAILED" or not options.keep:
         shutil.rmtree(folder, ignore_errors=True)
-    return Outcome(attack, result["verdict"], result["why"], result["facts"], result["stood_still"], seconds)
+    return Outcome(attack, result["verdict"], result["why"], result["facts"], result["stall_s"], seconds)
 
 
 def carry_out(attack: Attack, options: argparse.Namespace, base: pathlib.Path) -> Outcome:
-    """Makes the attack, and repeats it if it fails on a machine that stood still."""
-    spoiled = []
+    """Runs an attack, and repeats it if it fails while the machine stalls."""
+    discarded = []
     while True:
-        outcome = run_in_a_process(attack, options, base / (attack.name + "-again" * len(spoiled)))
-        if not (outcome.verdict == "FAILED" and outcome.stood_still and len(spoiled) < ATTEMPTS - 1):
-            return dataclasses.replace(outcome, facts=spoiled + outcome.facts)
-        spoiled.append(f"made again: the machine stood still for {outcome.stood_still:.1f} s and {outcome.why[0]}")
+        outcome = run_in_a_process(attack, options, base / (attack.name + "-again" * len(discarded)))
+        if not (outcome.verdict == "FAILED" and outcome.stall_s and len(discarded) < ATTEMPTS - 1):
+            return dataclasses.replace(outcome, facts=discarded + outcome.facts)
+        discarded.append(f"repeated: the machine stalled for {outcome.stall_s:.1f} s and {outcome.why[0]}")
 
 
-class Places:
-    """Returns how many attacks may run at once: three per slot, because nearly all of them wait."""
+class Slots:
+    """Limits the number of attacks that run at once to three per slot, because attacks mostly wait."""
 
-    def __init__(self, places: int) -> None:
-        self.free = 3 * max(1, places)
+    def __init__(self, slots: int) -> None:
+        self.free = 3 * max(1, slots)
         self.change = threading.Condition()
 
     def take(self, attack: Attack) -> None:
@@ -176,16 +176,16 @@ class Places:
         return 3 if attack.alone else 1
 
 
-def running() -> int:
-    """Counts the programs of this machine that run or want a processor."""
+def running_process_count() -> int:
+    """Returns the number of processes of this machine that run or wait for a processor."""
     stat = pathlib.Path("/proc/stat").read_text()
     return next((int(line.split()[1]) for line in stat.splitlines() if line.startswith("procs_running ")), 0)
 
 
 def run_all(attacks: list[Attack], options: argparse.Namespace) -> list[Outcome]:
-    """Sorts the longest first, so that none runs alone at the end."""
+    """Runs all attacks, the longest first so that no long one runs last."""
     outcomes: list[Outcome] = []
-    places, printing = Places(options.jobs), threading.Lock()
+    slots, printing = Slots(options.jobs), threading.Lock()
     base = pathlib.Path(tempfile.mkdtemp(prefix="gyrotherm-edges-"))
     base.chmod(0o755)
 
@@ -193,15 +193,15 @@ def run_all(attacks: list[Attack], options: argparse.Namespace) -> list[Outcome]
         try:
             outcome = carry_out(attack, options, base)
         finally:
-            places.give_back(attack)
+            slots.give_back(attack)
         with printing:
             outcomes.append(outcome)
             print(outcome.line(), flush=True)
 
     workers = []
     for attack in sorted(attacks, key=lambda a: -a.limit):
-        places.take(attack)
-        program.until(lambda: running() <= CROWDED, LONGEST_CROWD)
+        slots.take(attack)
+        program.until(lambda: running_process_count() <= CROWDED, LONGEST_CROWD)
         workers.append(threading.Thread(target=work, args=(attack,)))
         workers[-1].start()
     for worker in workers:
@@ -235,12 +235,12 @@ def main() -> int:
             print(f"{attack.group:<10} {attack.name:<40} {attack.doc.splitlines()[0] if attack.doc else ''}")
         return 0
     if not options.program or not pathlib.Path(options.program).is_file():
-        print("expected the path of gyrotherm; --help says more", file=sys.stderr)
+        print("expected the path of gyrotherm; see --help", file=sys.stderr)
         return 2
     os.umask(0o022)
     options.program = str(pathlib.Path(options.program).resolve())
     if options.alone:
-        return carry_out_alone(attacks[0], options)
+        return carry_out_in_process(attacks[0], options)
     began = time.monotonic()
     return report(run_all(attacks, options), time.monotonic() - began)
 

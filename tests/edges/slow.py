@@ -28,14 +28,14 @@ def slow_answers(scene: Scene, *, answer_time: float) -> None:
     scene.stop(run)
     record = scene.read(run.record)
     rows = [row for slot, row in record.rows.items() if 1 <= slot <= seconds]
-    judged = [row for row in rows if not scene.standstill.touches(row["utc_ns"] / 1e9, EXCUSED)]
-    needed = math.floor(GOOD[answer_time] * len(judged) / SECONDS)
-    good = sum(row["chamber_air_c"] is not None for row in judged)
+    counted_rows = [row for row in rows if not scene.standstill.touches(row["utc_ns"] / 1e9, EXCUSED)]
+    needed = math.floor(GOOD[answer_time] * len(counted_rows) / SECONDS)
+    good = sum(row["chamber_air_c"] is not None for row in counted_rows)
     executed = sum(row["state"] == "execute" for row in rows)
-    scene.fact(f"{good} of {len(judged)} s with a reading")
-    scene.need(len(judged) >= seconds / 2, f"the machine itself stood still in {seconds - len(judged)} of {seconds} s")
-    scene.expect(good >= needed, f"{good} of {len(judged)} s have a reading of the chamber, expected {needed}")
-    scene.expect(executed >= needed, f"the profile went on in {executed} of {seconds} s, expected {needed}")
+    scene.fact(f"{good} of {len(counted_rows)} s with a reading")
+    scene.need(len(counted_rows) >= seconds / 2, f"the machine stalled in {seconds - len(counted_rows)} of {seconds} s")
+    scene.expect(good >= needed, f"{good} of {len(counted_rows)} s have a reading of the chamber, expected {needed}")
+    scene.expect(executed >= needed, f"the profile continued in {executed} of {seconds} s, expected {needed}")
     scene.expect(set_point > 30 + (executed - 5) * 0.1 * 0.75, f"the ramp is only at {set_point:g} °C")
     scene.expect(not holes(record), f"holes: {holes(record)}")
     wrong = wrong_readings(record, laboratory)

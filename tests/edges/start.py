@@ -246,13 +246,13 @@ for _instrument in ("chamber", "thermometer_1", "thermometer_2", "gyro"):
 
 @attack("start")
 def a_start_says_what_it_waits_for(scene: Scene) -> None:
-    """A run whose chamber is silent says what it is connecting to while it waits for it."""
+    """A run whose chamber is silent reports what it is connecting to while it waits."""
     laboratory = scene.laboratory()
     laboratory.chamber.silent = True
     began = time.monotonic()
     run = scene.start(scene.profile(hold(60.0, 10)), scene.rig(laboratory))
-    said = until(lambda: "connecting to" in run.errors() or run.ended())
-    scene.fact(f"said after {time.monotonic() - began:.1f} s")
-    scene.expect(said and not run.ended(), "it does not say what it waits for before it gives up")
+    reported = until(lambda: "connecting to" in run.errors() or run.ended())
+    scene.fact(f"reported after {time.monotonic() - began:.1f} s")
+    scene.expect(reported and not run.ended(), "it does not report what it waits for before it fails")
     scene.expect(laboratory.lines["chamber"] in run.errors(), f"without the line: {run.errors()[-300:]}")
     scene.expect(run.wait(60) not in (None, 0), "it did not end")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What others learn of a run and say to it while it does not answer; hostile texts and files; modes (M8 and lesser)."""
+"""Status of and requests to a run that does not answer; hostile texts and files; permissions (M8, others)."""
 from __future__ import annotations
 
 import datetime
@@ -17,8 +17,8 @@ from attack import Scene, attack, enter
 from program import Ran, Run, kill, until
 from rig import hold
 
-TELL_LIMIT = 7.0  # s, within which `tell` answers or fails
-AT_ONCE = 3.0  # s
+TELL_LIMIT = 7.0  # s, until `tell` ends
+IMMEDIATELY_S = 3.0
 EVIL = "\x1b[31mEVIL\x1b]0;title\x07\x9b2J"
 
 
@@ -33,8 +33,8 @@ def stop_with_its_guard(scene: Scene, run: Run) -> list[int]:
 
 @attack("status")
 def stopped_program_in_status(scene: Scene) -> None:
-    """A program that does not answer is not shown as a healthy run: status says when it was written, and that the
-    program does not answer."""
+    """The program is stopped. `status` does not show it as a healthy run, but reports that it does not respond, and the
+    time of the status."""
     laboratory = scene.laboratory()
     run = scene.hot_run(laboratory)
     well = run.status()
@@ -44,7 +44,7 @@ def stopped_program_in_status(scene: Scene) -> None:
     guards = stop_with_its_guard(scene, run)
     silent = until(lambda: run.status().get("answers") is False, every=0.3)
     status = run.status()
-    scene.expect(silent, f"status says answers = {status.get('answers')}, state = {status.get('state')}")
+    scene.expect(silent, f"status reports answers = {status.get('answers')}, state = {status.get('state')}")
     scene.expect((status.get("written_ago_s") or 0) > 1.5, f"written_ago_s = {status.get('written_ago_s')}")
     try:
         written = datetime.datetime.fromisoformat(str(status.get("written")).replace("Z", "+00:00"))
@@ -57,16 +57,16 @@ def stopped_program_in_status(scene: Scene) -> None:
     run.signal(signal.SIGCONT)
     for pid in guards:
         kill(pid, signal.SIGCONT)
-    scene.expect(until(lambda: run.status().get("answers") is True, every=0.3), "it answers again, and status denies it")
+    scene.expect(until(lambda: run.status().get("answers") is True, every=0.3), "status does not report the recovery")
 
 
 @attack("status", limit=240)
 def tell_a_stopped_program(scene: Scene) -> None:
-    """The program is stopped and a dozen others wait: tell ends within about 6 s."""
+    """The program is stopped, and a dozen requests wait. Each `tell` ends within about 6 s."""
     laboratory = scene.laboratory()
     run = scene.hot_run(laboratory)
     stop_with_its_guard(scene, run)
-    command = [scene.programs.gyrotherm, "tell", run.record, "note", "anybody there?"]
+    command = [scene.programs.gyrotherm, "tell", run.record, "note", "no answer expected"]
     ran: list[Ran] = []
     speakers = [threading.Thread(target=lambda: ran.append(scene.programs.finish(command, 25))) for _ in range(13)]
     for speaker in speakers:
@@ -82,7 +82,7 @@ def tell_a_stopped_program(scene: Scene) -> None:
 
 @attack("status")
 def note_that_is_no_text(scene: Scene) -> None:
-    """A note that is no UTF-8 is refused, and every event of the record can be read as text."""
+    """A note that is not UTF-8 is refused, and every event of the record can be read as text."""
     laboratory = scene.laboratory()
     run = scene.hot_run(laboratory)
     for bytes_ in (b"\xff\xfe broken", b"cut \xc3", b"\xed\xa0\x80 half a pair", b"\xc0\xaf overlong"):
@@ -98,7 +98,7 @@ def note_that_is_no_text(scene: Scene) -> None:
 
 
 def escape_sequences(scene: Scene, *, identity: str) -> None:
-    """An instrument says escape sequences: none of them reaches the terminal as such."""
+    """An instrument sends escape sequences. None of them reaches the terminal unescaped."""
     laboratory = scene.laboratory()
     laboratory.thermometer_2.identity = identity
     rig, profile = scene.rig(laboratory), scene.profile(hold(60.0, 2))
@@ -109,7 +109,7 @@ def escape_sequences(scene: Scene, *, identity: str) -> None:
         ran = scene.programs.finish(command, 40)
         raw = [letter for letter in ran.text if unicodedata.category(letter) == "Cc" and letter not in "\n\t"]
         scene.expect(not raw, f"{command[1]}: control characters reach the output: {ran.text[-300:]!r}")
-        scene.expect("EVIL" in ran.text, f"{command[1]} does not show what the instrument says: {ran.text[-300:]!r}")
+        scene.expect("EVIL" in ran.text, f"{command[1]} does not show the identity: {ran.text[-300:]!r}")
 
 
 enter("status", "escape_sequences_of_an_instrument",
@@ -120,7 +120,7 @@ enter("status", "escape_sequences_of_a_foreign_instrument",
 
 @attack("status")
 def fifos_beside_a_record(scene: Scene) -> None:
-    """FIFOs lie where status and make-safe look for their small files: both end at once."""
+    """FIFOs have the names of the files that status and make-safe read. Both end immediately."""
     laboratory = scene.laboratory()
     laboratory.chamber.begin_at(60)
     run = scene.start(scene.profile(hold(60.0, 3)), scene.rig(laboratory))
@@ -134,23 +134,23 @@ def fifos_beside_a_record(scene: Scene) -> None:
                         [scene.programs.gyrotherm, "status", "--verify", run.record],
                         [scene.programs.make_safe, run.record], [scene.programs.make_safe, "--kill", run.record]):
             ran = scene.programs.finish(command, 8)
-            scene.expect(ran.code != -1000 and ran.seconds < AT_ONCE,
+            scene.expect(ran.code != -1000 and ran.seconds < IMMEDIATELY_S,
                          f"{command[0].name} {command[1]} hangs on a FIFO as {ending}")
         path.unlink()
 
 
 @attack("status")
 def fifo_as_a_record(scene: Scene) -> None:
-    """The record itself is a FIFO: every command that reads records ends at once."""
+    """The record itself is a FIFO. Every command that reads records ends immediately."""
     record = scene.folder / "run.db"
     os.mkfifo(record)
     for words in (["status"], ["status", "--verify"], ["export"], ["resume"]):
         ran = scene.programs.finish([scene.programs.gyrotherm, *words, record], 8)
-        scene.expect(ran.code not in (0, -1000) and ran.seconds < AT_ONCE, f"{words}: exit {ran.code}")
+        scene.expect(ran.code not in (0, -1000) and ran.seconds < IMMEDIATELY_S, f"{words}: exit {ran.code}")
 
 
 def mode_of_file(path: pathlib.Path) -> int | None:
-    """Nothing for what is no file, or for one that took its final name meanwhile."""
+    """Returns the permissions of a regular file; None for another file, or if it has been renamed meanwhile."""
     try:
         found = path.lstat().st_mode
     except FileNotFoundError:
@@ -159,13 +159,13 @@ def mode_of_file(path: pathlib.Path) -> int | None:
 
 
 def modes(scene: Scene, *, umask: str) -> None:
-    """Whatever the umask, a record, its parts, its status and its manifest are for their owner to write and for the
-    group to read."""
+    """A record, its parts, its status and its manifest are writable by their owner and readable by their group,
+    regardless of the umask."""
     laboratory = scene.laboratory(air=30.0)
     run = scene.start(scene.profile(hold(30.0, 14)), scene.rig(laboratory),
                       before=("sh", "-c", f'umask {umask}; exec "$@"', "sh"))
     scene.need(run.wait_acknowledged(2), f"the run did not begin: {run.errors()[-400:]}")
-    run.record.with_name("run.db-wal").unlink()  # so that there is a second part
+    run.record.with_name("run.db-wal").unlink()  # causes a second part
     scene.need(run.wait(60) == 0, f"the run did not end well: {run.errors()[-400:]}")
     again = scene.start(scene.profile(hold(30.0, 300)), scene.rig(laboratory), "another.db",
                         before=("sh", "-c", f'umask {umask}; exec "$@"', "sh"))
@@ -174,7 +174,7 @@ def modes(scene: Scene, *, umask: str) -> None:
              if path.suffix not in (".out", ".err", ".socket") and (mode := mode_of_file(path)) is not None}
     scene.fact(", ".join(f"{name} {mode:o}" for name, mode in sorted(found.items())))
     for name in ("run.db", "run.2.db", "run.db.sha256", "another.db", "another.db.status", "another.db.safe-state"):
-        scene.expect(name in found, f"{name} is not there: {sorted(found)}")
+        scene.expect(name in found, f"{name} is missing: {sorted(found)}")
     wrong = {name: f"{mode:04o}" for name, mode in found.items() if mode != 0o640}
     scene.expect(not wrong, f"not 0640: {wrong}")
     scene.stop(again)

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Holds the verifier of these attacks: whatever is taken from, added to or changed in a record, it finds."""
+"""Tests the verifier of these attacks: it finds each removed, added or changed value of a record."""
 from __future__ import annotations
 
 import pathlib
@@ -13,8 +13,8 @@ import unittest
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 
-from laboratory import AIR, SET_POINT, Chamber, Gyro, Laboratory, Thermometers, float_of, modbus_crc, words_of
-from records import Record, holes, lost_seconds, part_of, read_record, wrong_readings
+from laboratory import AIR, SET_POINT, Chamber, Gyro, Laboratory, Thermometers, join_float, modbus_crc, split_float
+from records import Record, holes, lost_seconds, part_path, read_record, wrong_readings
 from rig import CHANNELS
 
 SECONDS = 12
@@ -22,7 +22,7 @@ BEGAN = 1_800_000_000.0  # UTC of second 0
 
 
 class Served:
-    """What a laboratory without lines has served in some seconds."""
+    """The values that a laboratory without lines has served in some seconds."""
 
     def __init__(self) -> None:
         self.chamber, self.gyro = Chamber(rtu=False, seed=1), Gyro()
@@ -118,11 +118,11 @@ class Verifier(unittest.TestCase):
         record = self.read()
         self.assertEqual((sorted(record.rows), list(record.damaged)), (list(range(6, SECONDS)), ["run.db"]))
         self.assertEqual(lost_seconds(record, SECONDS - 1), list(range(6)))
-        self.assertEqual(part_of(self.folder / "run.db", 3).name, "run.3.db")
+        self.assertEqual(part_path(self.folder / "run.db", 3).name, "run.3.db")
 
 
 class ChamberOfOurs(unittest.TestCase):
-    """The golden numbers of the protocol, for what the lines cannot show."""
+    """Golden bytes of the protocol, for errors that client and server could have in common."""
 
     def ask(self, pdu: bytes) -> bytes:
         return self.chamber.answer(pdu, 0.0, False)
@@ -131,18 +131,18 @@ class ChamberOfOurs(unittest.TestCase):
         self.chamber = Chamber(rtu=False, seed=1)
 
     def test_has_the_low_word_first(self) -> None:
-        self.assertEqual(words_of(-40.25), (0x0000, 0xC221))
-        self.assertEqual(self.ask(struct.pack(">BHHBHH", 16, SET_POINT, 2, 4, *words_of(40.5))).hex(), "100ade0002")
+        self.assertEqual(split_float(-40.25), (0x0000, 0xC221))
+        self.assertEqual(self.ask(struct.pack(">BHHBHH", 16, SET_POINT, 2, 4, *split_float(40.5))).hex(), "100ade0002")
         self.assertEqual(self.chamber.set_point, 40.5)
 
     def test_refuses_unknown_registers_and_values_outside_limits(self) -> None:
         self.assertEqual(self.ask(struct.pack(">BHH", 3, 5, 1)), bytes([0x83, 2]))
         self.assertEqual(self.ask(struct.pack(">BHH", 3, AIR, 3)), bytes([0x83, 2]))
-        self.assertEqual(self.ask(struct.pack(">BHHBHH", 16, SET_POINT, 2, 4, *words_of(200.0))), bytes([0x90, 3]))
-        self.assertEqual(self.ask(struct.pack(">BHHBHH", 16, AIR, 2, 4, *words_of(20.0))), bytes([0x90, 2]))
+        self.assertEqual(self.ask(struct.pack(">BHHBHH", 16, SET_POINT, 2, 4, *split_float(200.0))), bytes([0x90, 3]))
+        self.assertEqual(self.ask(struct.pack(">BHHBHH", 16, AIR, 2, 4, *split_float(20.0))), bytes([0x90, 2]))
 
     def test_serves_no_air_twice(self) -> None:
-        served = [float_of(*struct.unpack(">HH", self.ask(struct.pack(">BHH", 3, AIR, 2))[2:])) for _ in range(900)]
+        served = [join_float(*struct.unpack(">HH", self.ask(struct.pack(">BHH", 3, AIR, 2))[2:])) for _ in range(900)]
         self.assertEqual(len(set(served)), len(served))
 
     def test_checks_frames_like_standard(self) -> None:

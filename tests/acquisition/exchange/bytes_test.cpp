@@ -24,14 +24,14 @@ const std::string kPacked(
     34);
 const std::string kContent = "t,T\n0,20\n1,21\n";
 
-std::string written(const tests::TestFolder& folder, const std::string& bytes) {
+std::string write_file(const tests::TestFolder& folder, const std::string& bytes) {
   const auto path = folder / "table.gz";
   std::ofstream(path, std::ios::binary) << bytes;
   return path;
 }
 
 /// Returns the remaining content, read in pieces of `piece` bytes.
-Result<std::string> rest(Bytes& bytes, std::size_t piece) {
+Result<std::string> read_remainder(Bytes& bytes, std::size_t piece) {
   std::string all;
   while (true) {
     const auto ahead = bytes.ahead(piece);
@@ -44,14 +44,14 @@ Result<std::string> rest(Bytes& bytes, std::size_t piece) {
 }
 
 Result<std::string> content(const tests::TestFolder& folder, const std::string& packed, std::size_t piece = 1000) {
-  auto bytes = Bytes::open(written(folder, packed));
+  auto bytes = Bytes::open(write_file(folder, packed));
   if (!bytes) return failure(bytes.error());
   EXPECT_TRUE(bytes->is_packed());
-  return rest(*bytes, piece);
+  return read_remainder(*bytes, piece);
 }
 
 /// Packs a text with gzip.
-std::string packed_by_gzip(const tests::TestFolder& folder, const std::string& text, const std::string& options = "") {
+std::string pack_with_gzip(const tests::TestFolder& folder, const std::string& text, const std::string& options = "") {
   std::ofstream(folder / "plain", std::ios::binary) << text;
   const auto command = "gzip -c " + options + " '" + (folder / "plain") + "' > '" + (folder / "made.gz") + "'";
   EXPECT_EQ(std::system(command.c_str()), 0);
@@ -86,7 +86,7 @@ TEST(Gunzip, UnpacksFilesLargerThanItsPieces) {
   while (large.size() < (5 << 20))
     large += std::to_string(noise = noise * 6364136223846793005u + 1442695040888963407u) + "\n";
   for (const auto* options : {"", "-1", "-9"}) {
-    const auto packed = packed_by_gzip(folder, large, options);
+    const auto packed = pack_with_gzip(folder, large, options);
     for (const auto& [file, expected] : {std::pair(packed, large), std::pair(packed + packed, large + large)}) {
       const auto read = content(folder, file, 70'001);
       ASSERT_TRUE(read) << text(read.error());
@@ -99,10 +99,10 @@ TEST(Gunzip, ReturnsToEarlierPosition) {
   const tests::TestFolder folder;
   std::string large;
   for (int i = 0; i < 400'000; ++i) large += std::to_string(i) + "\n";
-  auto bytes = Bytes::open(written(folder, packed_by_gzip(folder, large)));
+  auto bytes = Bytes::open(write_file(folder, pack_with_gzip(folder, large)));
   ASSERT_TRUE(bytes);
   for (const std::size_t to : {0u, 1u, 1'500'000u}) {
-    ASSERT_TRUE(rest(*bytes, 4096));
+    ASSERT_TRUE(read_remainder(*bytes, 4096));
     ASSERT_TRUE(bytes->go_back(to));
     EXPECT_EQ(bytes->passed(), to);
     EXPECT_EQ(bytes->ahead(100)->substr(0, 100), std::string_view(large).substr(to, 100));

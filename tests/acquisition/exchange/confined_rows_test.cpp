@@ -21,15 +21,15 @@ using Step = std::function<void()>;
 const ReadingLimits kShort{
     .memory_bytes = 64 << 20, .processor_time = std::chrono::seconds(1), .silence = std::chrono::milliseconds(300)};
 
-Result<void> read_by(
+Result<void> read_with(
     const ReadInSteps& read, const TakeRow& take = [](const ForeignRow&) { return Result<void>(); },
     const ReadingLimits& limits = kShort) {
   return read_confined("a.nc", "the library", 2, read, take, limits);
 }
 
 /// Returns the fault for a reader that terminates with `end`.
-std::string refusal(const std::function<void()>& end, const ReadingLimits& limits = kShort) {
-  const auto read = read_by(
+std::string reading_fault(const std::function<void()>& end, const ReadingLimits& limits = kShort) {
+  const auto read = read_with(
       [&](const TakeRow&, const Step& step) -> Result<void> {
         step();
         end();
@@ -48,7 +48,7 @@ TEST(ConfinedRows, EqualRowsOfReader) {
   constexpr int kRows = 100'000;
   std::size_t count = 0;
   double sum = 0;
-  const auto read = read_by(
+  const auto read = read_with(
       [](const TakeRow& take, const Step&) -> Result<void> {
         for (int i = 0; i < kRows; ++i) {
           const std::vector<double> numbers{1.0 * i, -0.5};
@@ -78,47 +78,47 @@ TEST(ConfinedRows, PassOnFaultsOfReaderAndTaker) {
     return failure(FaultKind::bad_file, "a.nc: row 3", "no time");
   };
   int rows = 0;
-  const auto read = read_by(faulty, [&](const ForeignRow&) {
+  const auto read = read_with(faulty, [&](const ForeignRow&) {
     ++rows;
     return Result<void>();
   });
   ASSERT_FALSE(read);
   EXPECT_EQ(text(read.error()), "a.nc: row 3: no time");
   EXPECT_EQ(rows, 3);
-  const auto refused = read_by(faulty, [](const ForeignRow& row) -> Result<void> {
+  const auto refused = read_with(faulty, [](const ForeignRow& row) -> Result<void> {
     return row.time == Duration(1) ? Result<void>(failure(FaultKind::bad_file, "", "too hot")) : Result<void>();
   });
   ASSERT_FALSE(refused);
   EXPECT_EQ(text(refused.error()), "a.nc: row 1: too hot");
-  const auto stopped = read_by(
+  const auto stopped = read_with(
       faulty, [](const ForeignRow&) -> Result<void> { return failure(FaultKind::interrupted, "run.db", "stopped"); });
   ASSERT_FALSE(stopped);
   EXPECT_EQ(stopped.error().kind, FaultKind::interrupted);
 }
 
 TEST(ConfinedRows, RefuseFileThatCrashesReader) {
-  EXPECT_NE(refusal([] { ::raise(SIGSEGV); }), "");
-  EXPECT_NE(refusal([] { std::abort(); }), "");
-  EXPECT_NE(refusal([] { ::raise(SIGKILL); }).find("was ended by signal 9 (Killed)"), std::string::npos);
-  EXPECT_NE(refusal([] { ::_exit(3); }).find("ended with exit code 3"), std::string::npos);
+  EXPECT_NE(reading_fault([] { ::raise(SIGSEGV); }), "");
+  EXPECT_NE(reading_fault([] { std::abort(); }), "");
+  EXPECT_NE(reading_fault([] { ::raise(SIGKILL); }).find("was ended by signal 9 (Killed)"), std::string::npos);
+  EXPECT_NE(reading_fault([] { ::_exit(3); }).find("ended with exit code 3"), std::string::npos);
 }
 
 TEST(ConfinedRows, RefuseFileThatExceedsLimits) {
-  EXPECT_NE(refusal(
+  EXPECT_NE(reading_fault(
                 [] {
                   while (true) sink = sink + 1;
                 },
                 {.processor_time = std::chrono::seconds(1)})
                 .find("more than 1 s of processor time"),
             std::string::npos);
-  EXPECT_NE(refusal([] { ::sleep(60); }).find("returned no row for 0.3 s"), std::string::npos);
+  EXPECT_NE(reading_fault([] { ::sleep(60); }).find("returned no row for 0.3 s"), std::string::npos);
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-  EXPECT_NE(refusal([] {
+  EXPECT_NE(reading_fault([] {
               const std::vector<char> much(std::size_t{1} << 30);
               sink = much[sink];
             }).find("more than 64 MiB of memory"),
             std::string::npos);
-  const auto taken = read_by([](const TakeRow&, const Step&) -> Result<void> {
+  const auto taken = read_with([](const TakeRow&, const Step&) -> Result<void> {
     void* much = std::malloc(std::size_t{1} << 30);
     return much == nullptr ? failure(FaultKind::bad_file, "a.nc", "no memory") : Result<void>();
   });
@@ -132,12 +132,12 @@ TEST(ConfinedRows, PreventReaderFromWritingFiles) {
   std::ofstream(path) << "before";
   const Descriptor any(::open(path.c_str(), O_WRONLY)), opened(::fcntl(any.number(), F_DUPFD, 20));
   ASSERT_TRUE(opened.is_open());
-  EXPECT_NE(refusal([&] {
+  EXPECT_NE(reading_fault([&] {
               std::ofstream file(path);
               file << "after" << std::flush;
             }).find("tried to write a file"),
             std::string::npos);
-  EXPECT_EQ(refusal([&] {
+  EXPECT_EQ(reading_fault([&] {
               if (::write(opened.number(), "x", 1) == 1) ::_exit(4);  // the parent's descriptor
             }),
             "");
@@ -146,7 +146,7 @@ TEST(ConfinedRows, PreventReaderFromWritingFiles) {
 /// Sends messages like those of a library that has overwritten the memory of the child.
 TEST(ConfinedRows, RefuseMalformedMessages) {
   const auto garbage = [](std::string bytes) {
-    return refusal([bytes] {
+    return reading_fault([bytes] {
       constexpr int kLine = STDERR_FILENO + 1;
       if (::write(kLine, bytes.data(), bytes.size()) < 0) ::_exit(1);
       ::_exit(0);

@@ -15,7 +15,7 @@
 namespace gyrotherm::exchange {
 
 /// Returns whether a map is valid, or has a question for the user in the section that is not.
-bool is_read_or_asks(const std::string& map) {
+bool is_valid_or_has_question(const std::string& map) {
   const auto read = parse_import_map(map, "fuzz");
   if (read) return true;
   constexpr std::string_view kPlace = "fuzz:";
@@ -32,7 +32,7 @@ FUZZ_TARGET(guess, const std::uint8_t* data, std::size_t size) {
   for (const std::string& table : {bytes, "time,gyro x,gyro y,T\n" + bytes, "t;T;w\n0;1;2\n" + bytes}) {
     const auto map = guess_map_from_bytes(table, "fuzz");
     if (map)
-      require(is_read_or_asks(*map));
+      require(is_valid_or_has_question(*map));
     else
       require(map.error().kind == FaultKind::bad_file && map.error().where.starts_with("fuzz"));
   }

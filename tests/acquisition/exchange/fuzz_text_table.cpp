@@ -12,7 +12,7 @@ namespace gyrotherm::exchange {
 namespace {
 
 /// Chooses a map by the first byte, so that every separator and all kinds of time are reached.
-ImportMap chosen_map(std::uint8_t choice) {
+ImportMap choose_map(std::uint8_t choice) {
   constexpr char kSeparators[] = {',', ';', '\t', ' '};
   ImportMap map;
   map.separator = kSeparators[choice & 3];
@@ -35,7 +35,7 @@ ImportMap chosen_map(std::uint8_t choice) {
 }
 
 /// Returns a row followed by many repetitions of a line. This input takes as much work as hundreds of others.
-std::string drawn_out(const std::string& bytes) {
+std::string append_repetitions(const std::string& bytes) {
   constexpr std::size_t kTooLong = 70'000;
   std::string text = bytes + "\n";
   while (text.size() < kTooLong) text += bytes.substr(0, bytes.find('\n')) + ",";
@@ -43,7 +43,7 @@ std::string drawn_out(const std::string& bytes) {
 }
 
 /// Converts a text to UTF-16.
-std::string widened(const std::string& bytes) {
+std::string to_utf16(const std::string& bytes) {
   std::string wide = "\xFF\xFE";
   for (const char byte : bytes) wide += {byte, byte == 'z' ? '\xD8' : '\0'};
   return wide;
@@ -53,12 +53,12 @@ std::string widened(const std::string& bytes) {
 
 FUZZ_TARGET(text_table, const std::uint8_t* data, std::size_t size) {
   if (size == 0) return 0;
-  const ImportMap map = chosen_map(data[0]);
+  const ImportMap map = choose_map(data[0]);
   const std::string bytes(reinterpret_cast<const char*>(data) + 1, size - 1);
   require_rows_or_a_fault(bytes, map);
-  require_rows_or_a_fault(widened(bytes), map);
+  require_rows_or_a_fault(to_utf16(bytes), map);
   require_rows_or_a_fault((map.header ? "a,b\n" : "") + bytes, map);
-  if (data[0] % 8 == 0 && bytes.size() % 32 == 1) require_rows_or_a_fault(drawn_out(bytes), map);
+  if (data[0] % 8 == 0 && bytes.size() % 32 == 1) require_rows_or_a_fault(append_repetitions(bytes), map);
   return 0;
 }
 

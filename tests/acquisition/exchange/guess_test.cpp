@@ -29,7 +29,7 @@ Guessed draft_map(std::string_view bytes) {
   return {text.value(), map.value(), rows.value()};
 }
 
-ImportMap guessed(std::string_view bytes) { return draft_map(bytes).map; }
+ImportMap draft(std::string_view bytes) { return draft_map(bytes).map; }
 
 /// Returns the line of a map that assigns a key, with its comment.
 std::string map_line(const std::string& map, const std::string& key, const std::string& behind = "[time]") {
@@ -45,7 +45,7 @@ std::string counter(const std::string& name, std::int64_t from, std::int64_t ste
 }
 
 TEST(Guess, ReadsSpreadsheetTableWithoutCorrection) {
-  const ImportMap map = guessed(
+  const ImportMap map = draft(
       "\xEF\xBB\xBFsep=;\r\nZeit [ms];Gehäuse Temp [°C];Kern T [°C];Gyro X [°/s];Gyro Y [°/s]\r\n"
       "0;20,5;21,5;0,001;0,002\r\n1000;20,6;;0,001;NaN\r\n2000;20,7;21,7;0,001;0,002\r\n");
   EXPECT_EQ(map.separator, ';');
@@ -61,7 +61,7 @@ TEST(Guess, ReadsSpreadsheetTableWithoutCorrection) {
 }
 
 TEST(Guess, GivesThermometersNoReservedNames) {
-  const ImportMap map = guessed(
+  const ImportMap map = draft(
       "slot,time [s],set point [°C],chamber air [°C],A [°C],self temp [°C],gyro [°/h]\n"
       "0,1,20,20.5,21,22,0.1\n1,2,20,20.5,21,22,0.1\n2,3,20,20.5,21,22,0.1\n");
   EXPECT_EQ(map.thermometers, (std::vector<std::string>{"set pointT", "chamber airT", "A", "self temp"}));
@@ -70,14 +70,14 @@ TEST(Guess, GivesThermometersNoReservedNames) {
 TEST(Guess, CombinesFastRows) {
   std::string table = "timestamp,temp,gx,gy,gz\n";
   for (int i = 0; i < 100; ++i) table += std::to_string(i * 10) + ",20,1,2,3\n";
-  const ImportMap map = guessed(table);
+  const ImportMap map = draft(table);
   EXPECT_EQ(map.time_unit, std::chrono::milliseconds(1)) << "rows do not come every 10 s";
   EXPECT_EQ(map.units[0].axes.size(), 3u);
 }
 
 TEST(Guess, DetectsUnixAndCalendarTimes) {
-  EXPECT_EQ(guessed("time,T,w\n1772362800000,20,1\n1772362801000,20,1\n").since, CountedTime{});
-  const ImportMap map = guessed("when\tT\tw\n2026-03-01 12:00:00\t20\t1\n2026-03-01 12:00:01\t20\t1\n");
+  EXPECT_EQ(draft("time,T,w\n1772362800000,20,1\n1772362801000,20,1\n").since, CountedTime{});
+  const ImportMap map = draft("when\tT\tw\n2026-03-01 12:00:00\t20\t1\n2026-03-01 12:00:01\t20\t1\n");
   EXPECT_EQ(map.time_form, TimeForm::civil);
   EXPECT_EQ(map.zone, Duration{});
   EXPECT_EQ(map.separator, '\t');
@@ -103,9 +103,9 @@ TEST(Guess, AcceptsClockOnlyWithUnitInName) {
   const Guessed bare = draft_map(counter("time", 1'772'362'800'000));
   EXPECT_EQ(bare.map.time_unit, std::chrono::milliseconds(1));
   EXPECT_EQ(map_line(bare.text, "unit"), "unit = \"ms\"        # a guess by the size of its numbers");
-  EXPECT_EQ(guessed(counter("time [s]", 1'772'362'800, 1)).since, CountedTime{});
-  EXPECT_EQ(guessed(counter("time [UTC]", 1'772'362'800, 300)).since, CountedTime{}) << "a row every five minutes";
-  EXPECT_EQ(guessed(counter("time [ms]", 1'772'362'800, 1)).since, std::nullopt);
+  EXPECT_EQ(draft(counter("time [s]", 1'772'362'800, 1)).since, CountedTime{});
+  EXPECT_EQ(draft(counter("time [UTC]", 1'772'362'800, 300)).since, CountedTime{}) << "a row every five minutes";
+  EXPECT_EQ(draft(counter("time [ms]", 1'772'362'800, 1)).since, std::nullopt);
 }
 
 TEST(Guess, ReportsUnknownTimeUnit) {
@@ -147,7 +147,7 @@ TEST(Guess, ConvertsOrReportsOtherTemperatureUnits) {
     EXPECT_EQ(lines_of(name), "column = \"" + std::string(name) + "\"");
   EXPECT_EQ(lines_of("Temp [K]"), "column = \"Temp [K]\"\noffset = -273.15        # of kelvins");
   const auto scale_of = [](const std::string& name) {
-    const auto column = guessed("t [s]," + name + ",gyro_x\n0,20,1\n1,20,1\n").thermometer_columns[0];
+    const auto column = draft("t [s]," + name + ",gyro_x\n0,20,1\n1,20,1\n").thermometer_columns[0];
     return std::pair(column.scale, column.offset);
   };
   for (const char* name : {"Temp [°F]", "T1 (degF)", "temp_f"}) {
@@ -188,7 +188,7 @@ TEST(Guess, CombinesRowsOfEqualTime) {
   const Guessed guess = draft_map("time,T,w\n5,20,1\n5,20,3\n5,20,5\n6,20,1\n");
   EXPECT_EQ(guess.map.every, std::chrono::seconds(1)) << guess.text;
   EXPECT_EQ(guess.rows.columns[1], (std::vector<double>{3, 1}));
-  EXPECT_EQ(guessed("when,T,w\n2026-03-01,20,1\n2026-03-02,20,1\n").time_form, TimeForm::civil) << "a row a day";
+  EXPECT_EQ(draft("when,T,w\n2026-03-01,20,1\n2026-03-02,20,1\n").time_form, TimeForm::civil) << "a row a day";
 }
 
 TEST(Guess, AsksWhenTimeColumnIsMissing) {
@@ -219,10 +219,9 @@ TEST(Guess, ShowsBothNotationsOfDate) {
     EXPECT_NE(map.find("2026-03-04; which one"), std::string::npos) << map;
     EXPECT_FALSE(parse_import_map(map, "f")) << map;
   }
-  EXPECT_EQ(guessed("Date,T1,w\n12/03/2026 23:59:59,20,1\n13/03/2026 00:00:00,20,1\n").date_order,
-            DateOrder::day_first);
+  EXPECT_EQ(draft("Date,T1,w\n12/03/2026 23:59:59,20,1\n13/03/2026 00:00:00,20,1\n").date_order, DateOrder::day_first);
   EXPECT_EQ(
-      guessed("Date,T1,w\n03/08/2026 23:59:58,20,1\n03/08/2026 23:59:59,20,1\n03/09/2026 00:00:00,20,1\n").date_order,
+      draft("Date,T1,w\n03/08/2026 23:59:58,20,1\n03/08/2026 23:59:59,20,1\n03/09/2026 00:00:00,20,1\n").date_order,
       DateOrder::month_first)
       << "by the other reading a month lies between two rows";
 }
@@ -342,7 +341,7 @@ TEST(Guess, FindsLatin1Header) {
 }
 
 TEST(Guess, AcceptsQuotesInNames) {
-  EXPECT_EQ(guessed("t [s],\"T \"\"die\"\"\",w\n0,20,1\n1,20,1\n").time->name, "t [s]");
+  EXPECT_EQ(draft("t [s],\"T \"\"die\"\"\",w\n0,20,1\n1,20,1\n").time->name, "t [s]");
 }
 
 TEST(Guess, SkipsUnitsBelowHeader) {
@@ -353,11 +352,11 @@ TEST(Guess, SkipsUnitsBelowHeader) {
   const Guessed apart = draft_map("# a\nTime,Temp,Rate\n# b\n\ns,degC,deg/h\n0,20,1\n1,20,1\n");
   EXPECT_EQ(apart.map.skip, 2u) << "an empty line counts, a comment does not";
   EXPECT_EQ(apart.rows.time.size(), 2u);
-  EXPECT_EQ(guessed("Time,Temp,Rate\n0,x,y\n1,20,1\n2,20,2\n").skip, 0u) << "a row with a number is one";
+  EXPECT_EQ(draft("Time,Temp,Rate\n0,x,y\n1,20,1\n2,20,2\n").skip, 0u) << "a row with a number is one";
 }
 
 TEST(Guess, NumbersColumnsWithoutHeader) {
-  const ImportMap map = guessed("% made by hand\n0 20 5\n1 21 6\n2 22 7\n");
+  const ImportMap map = draft("% made by hand\n0 20 5\n1 21 6\n2 22 7\n");
   EXPECT_FALSE(map.header);
   EXPECT_EQ(map.comment, "%");
   EXPECT_EQ(map.time->number, 1u);
@@ -365,7 +364,7 @@ TEST(Guess, NumbersColumnsWithoutHeader) {
 }
 
 TEST(Guess, DetectsDecreasingTime) {
-  EXPECT_EQ(guessed("time,T,w\n0,20,1\n2,20,1\n1,20,1\n3,20,1\n").out_of_order, OutOfOrder::skip);
+  EXPECT_EQ(draft("time,T,w\n0,20,1\n2,20,1\n1,20,1\n3,20,1\n").out_of_order, OutOfOrder::skip);
 }
 
 TEST(Guess, DetectsLogsByFirstBytes) {
@@ -376,7 +375,7 @@ TEST(Guess, DetectsLogsByFirstBytes) {
       .subscribe(1, "sensor_gyro");
   px4.data(0, little(std::uint64_t{900}) + little(25.F));
   px4.data(1, little(std::uint64_t{1000}) + little(1.F) + little(2.F) + little(3.F) + little(30.F));
-  const ImportMap map = guessed(px4.text());
+  const ImportMap map = draft(px4.text());
   EXPECT_EQ(map.format, FileFormat::ulog);
   EXPECT_EQ(map.thermometers, (std::vector<std::string>{"sensor_baro.temperature", "sensor_gyro.temperature"}));
   ASSERT_EQ(map.axis_columns.size(), 3u);
@@ -385,7 +384,7 @@ TEST(Guess, DetectsLogsByFirstBytes) {
   DataflashText ardupilot;
   ardupilot.format(9, "IMU", "Qfff", "TimeUS,GyrX,GyrY,T", 23);
   ardupilot.message(9, little(std::uint64_t{1000}) + little(1.F) + little(2.F) + little(30.F));
-  EXPECT_EQ(guessed(ardupilot.text()).axis_columns.size(), 2u);
+  EXPECT_EQ(draft(ardupilot.text()).axis_columns.size(), 2u);
 }
 
 TEST(Guess, SelectsPublishedRawRatesOfLog) {

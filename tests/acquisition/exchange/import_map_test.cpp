@@ -36,7 +36,7 @@ scale = 219.5
 gradients = ["die"]
 )";
 
-std::string replaced(std::string text, const std::string& from, const std::string& to) {
+std::string replace_once(std::string text, const std::string& from, const std::string& to) {
   return text.replace(text.find(from), from.size(), to);
 }
 
@@ -60,12 +60,12 @@ TEST(ImportMap, ParsesExample) {
 }
 
 TEST(ImportMap, NumbersColumnsWithoutHeader) {
-  std::string numbered = replaced(kMap, "comment = \"#\"", "header = false");
-  for (const char* name : {"\"t\"", "\"T\"", "\"w\""}) numbered = replaced(numbered, name, "2");
+  std::string numbered = replace_once(kMap, "comment = \"#\"", "header = false");
+  for (const char* name : {"\"t\"", "\"T\"", "\"w\""}) numbered = replace_once(numbered, name, "2");
   const auto map = parse_import_map(numbered, "map.toml");
   ASSERT_TRUE(map) << text(map.error());
   EXPECT_EQ(map->axis_columns[0].number, 2u);
-  EXPECT_FALSE(parse_import_map(replaced(kMap, "comment = \"#\"", "header = false"), "map.toml"));
+  EXPECT_FALSE(parse_import_map(replace_once(kMap, "comment = \"#\"", "header = false"), "map.toml"));
 }
 
 TEST(ImportMap, ReportsEveryErrorWithPosition) {
@@ -97,7 +97,7 @@ TEST(ImportMap, ReportsEveryErrorWithPosition) {
            Case{"name = \"bench\"", "name = \"bench\"\nnonsense = 1", "map.toml:3:"},
            Case{"[file]", "[file", "map.toml:3:"},
        }) {
-    const auto map = parse_import_map(replaced(kMap, mistake.from, mistake.to), "map.toml");
+    const auto map = parse_import_map(replace_once(kMap, mistake.from, mistake.to), "map.toml");
     ASSERT_FALSE(map) << mistake.to;
     EXPECT_EQ(map.error().kind, FaultKind::bad_file);
     EXPECT_EQ(map.error().where.rfind(mistake.place, 0), 0u) << mistake.to << " → " << text(map.error());
@@ -147,13 +147,13 @@ column = "g"
             "m:37:8: channel \"B.interval_ns\": the name is already in use, expected a unique one\n"
             "m:42:8: thermometer \"T*\": expected only letters, digits, blanks and _ . -\n"
             "m:45:8: thermometer \"DIE\": the name is already in use, expected a unique one");
-  const auto missing = parse_import_map(replaced(kMap, "name = \"die\"\n", ""), "m");
+  const auto missing = parse_import_map(replace_once(kMap, "name = \"die\"\n", ""), "m");
   EXPECT_EQ(text(missing.error()).find("64 characters"), std::string::npos) << text(missing.error());
 }
 
 TEST(ImportMap, RequiresAxisOfUnit) {
   const std::string column = "column = \"w\"\nkind = \"rate\"\nscale = 219.5\n";
-  const auto map = parse_import_map(replaced(kMap, column, "axis = []\n"), "m");
+  const auto map = parse_import_map(replace_once(kMap, column, "axis = []\n"), "m");
   ASSERT_FALSE(map);
   EXPECT_EQ(map.error().where.rfind("m:15:", 0), 0u) << text(map.error());
   EXPECT_NE(text(map.error()).find("column"), std::string::npos) << text(map.error());
@@ -204,8 +204,8 @@ scale = 206264.806247
   EXPECT_EQ(map->format, FileFormat::ulog);
   EXPECT_EQ(map->every, std::chrono::seconds(1));
   EXPECT_FALSE(map->time);
-  EXPECT_FALSE(parse_import_map(replaced(log, "every", "column = \"t\"\nevery"), "map.toml"));
-  EXPECT_FALSE(parse_import_map(replaced(log, "\"rate\"", "\"increment\""), "map.toml"));
+  EXPECT_FALSE(parse_import_map(replace_once(log, "every", "column = \"t\"\nevery"), "map.toml"));
+  EXPECT_FALSE(parse_import_map(replace_once(log, "\"rate\"", "\"increment\""), "map.toml"));
 }
 
 TEST(ImportMap, AssignsEachThermometerToUnit) {

@@ -86,7 +86,7 @@ struct CfFile {
   std::vector<std::pair<std::string, std::vector<double>>> valid{};
   std::string temperature_units{}, rate_units{};
 
-  [[nodiscard]] std::string written(const std::string& path) const {
+  [[nodiscard]] std::string write_file(const std::string& path) const {
     int file = 0, rows = 0, time = 0, temperature = 0, rate = 0;
     const double times[] = {0, 1, 2}, temperatures[] = {20, 999, -999}, rates[] = {1, 2, 3};
     EXPECT_EQ(nc_create(path.c_str(), NC_CLOBBER, &file), NC_NOERR);
@@ -118,7 +118,7 @@ Result<std::vector<double>> calibrated_temperatures(const CfFile& file, double s
   map.units[0].axes[0].kind = record::GyroKind::rate;
   map.units[0].axes[0].scale = rate;
   std::vector<double> read;
-  const auto done = read_netcdf(file.written(folder / "cf.nc"), map, [&](const ForeignRow& row) -> Result<void> {
+  const auto done = read_netcdf(file.write_file(folder / "cf.nc"), map, [&](const ForeignRow& row) -> Result<void> {
     read.push_back(row.numbers[0]);
     return {};
   });
@@ -159,7 +159,7 @@ struct Vectors {
   bool in_columns = false;
   /// The number of bytes before the HDF5 signature.
   std::size_t block{};
-  [[nodiscard]] std::string written(const std::string& path) const {
+  [[nodiscard]] std::string write_file(const std::string& path) const {
     int file = 0, one = 0, many = 0, three = 0, id = 0;
     nc_create(path.c_str(), NC_NETCDF4 | NC_CLOBBER, &file);
     nc_def_dim(file, "one", 1, &one);
@@ -181,7 +181,7 @@ struct Vectors {
   }
 };
 
-ImportMap map_of_vectors(const std::string& unit, const std::string& rate = "w") {
+ImportMap vector_map(const std::string& unit, const std::string& rate = "w") {
   const auto map =
       parse_import_map("schema = \"gyrotherm-import/1\"\nname = \"m\"\n[file]\nformat = \"netcdf\"\n[time]\n" +
                            (unit.empty() ? unit : "unit = \"" + unit + "\"\n") +
@@ -198,7 +198,7 @@ TEST(NetcdfTable, ReadsVectorsOfHdf5) {
        {Vectors{}, Vectors{.in_columns = true}, Vectors{.block = 512}, Vectors{.in_columns = true, .block = 512}}) {
     std::vector<double> times, numbers;
     std::optional<Duration> utc;
-    const auto done = read_netcdf(file.written(folder / "m.mat"), map_of_vectors("minutes since 2026-03-01"),
+    const auto done = read_netcdf(file.write_file(folder / "m.mat"), vector_map("minutes since 2026-03-01"),
                                   [&](const ForeignRow& row) -> Result<void> {
                                     times.push_back(to_seconds(row.time));
                                     numbers.insert(numbers.end(), row.numbers.begin(), row.numbers.end());
@@ -216,17 +216,17 @@ TEST(NetcdfTable, RequiresUnitsWhenHdf5HasNone) {
   const tests::TestFolder folder;
   const auto said = [&](const ImportMap& map) {
     const auto read =
-        read_netcdf(Vectors{}.written(folder / "m.mat"), map, [](const ForeignRow&) { return Result<void>{}; });
+        read_netcdf(Vectors{}.write_file(folder / "m.mat"), map, [](const ForeignRow&) { return Result<void>{}; });
     return read ? "" : text(read.error());
   };
-  EXPECT_NE(said(map_of_vectors("")).find("\"time\" has no units, expected unit = \"s\""), std::string::npos);
-  EXPECT_NE(said(map_of_vectors("fortnights")).find("not a unit of time"), std::string::npos);
-  EXPECT_NE(said(map_of_vectors("s", "matrix")).find("no column \"matrix\""), std::string::npos);
-  EXPECT_EQ(said(map_of_vectors("s")), "");
-  auto map = map_of_vectors("s");
+  EXPECT_NE(said(vector_map("")).find("\"time\" has no units, expected unit = \"s\""), std::string::npos);
+  EXPECT_NE(said(vector_map("fortnights")).find("not a unit of time"), std::string::npos);
+  EXPECT_NE(said(vector_map("s", "matrix")).find("no column \"matrix\""), std::string::npos);
+  EXPECT_EQ(said(vector_map("s")), "");
+  auto map = vector_map("s");
   map.time->name = "t";
   const auto twice =
-      read_netcdf(CfFile{}.written(folder / "cf.nc"), map, [](const ForeignRow&) { return Result<void>{}; });
+      read_netcdf(CfFile{}.write_file(folder / "cf.nc"), map, [](const ForeignRow&) { return Result<void>{}; });
   ASSERT_FALSE(twice);
   EXPECT_NE(text(twice.error()).find("expected no unit in the map"), std::string::npos) << text(twice.error());
 }

@@ -50,13 +50,13 @@ class WiredChamber final : public drivers::Chamber {
     if (auto fault = wire_.call()) return failure(*fault);
     return ChamberState{Celsius{20}, Celsius{20}};
   }
-  Result<void> send_set_point(Celsius) override { return commanded(); }
-  Result<void> start() override { return commanded(); }
-  Result<void> stop() override { return commanded(); }
+  Result<void> send_set_point(Celsius) override { return count_command(); }
+  Result<void> start() override { return count_command(); }
+  Result<void> stop() override { return count_command(); }
   int commands = 0;
 
  private:
-  Result<void> commanded() {
+  Result<void> count_command() {
     if (auto fault = wire_.call()) return failure(*fault);
     ++commands;
     return {};

@@ -231,7 +231,7 @@ TEST(InstrumentIo, NeverUsesLateAnswerForLaterSecond) {
 }
 
 /// A clock that jumps while its thermometer is read, as if the machine had been suspended.
-class StandingStill final : public Clock, public drivers::Thermometer {
+class SuspendingClock final : public Clock, public drivers::Thermometer {
  public:
   Result<std::string> identify() override { return "slept"; }
   Instant now() const override { return {elapsed_ms.load() * 1ms, elapsed_ms.load() * 1ms}; }
@@ -245,7 +245,7 @@ class StandingStill final : public Clock, public drivers::Thermometer {
 
 TEST(InstrumentIo, DropsAnswerFromAfterSuspension) {
   Bench bench;
-  StandingStill machine;
+  SuspendingClock machine;
   const auto io = InstrumentIo::workers({bench.chamber, {{machine, {"A"}}}, {{bench.gyro, {{0, {0}}}}}});
   machine.stands_still_ms = 700;
   EXPECT_EQ(io->read(0, machine).thermometers[0].value, Celsius{24});

@@ -30,7 +30,9 @@ RecordedEvent numbered(std::int64_t number, Event event) {
   return {.slot = number, .event = std::move(event)};
 }
 
-Event seen(const Alarm& alarm) { return acknowledgement_event(alarm, sample_at(0).at, {}, "ada (uid 1000)", "seen"); }
+Event acknowledge_event(const Alarm& alarm) {
+  return acknowledgement_event(alarm, sample_at(0).at, {}, "ada (uid 1000)", "seen");
+}
 
 Event occurrence(const std::string& id, const std::string& subject, const std::string& reaction, int at_s,
                  const std::string& root = "") {
@@ -42,7 +44,7 @@ Event occurrence(const std::string& id, const std::string& subject, const std::s
           {.interlock = id, .reaction = reaction, .channel = subject}};
 }
 
-Event over(const std::string& id, const std::string& subject, int at_s) {
+Event clear_event(const std::string& id, const std::string& subject, int at_s) {
   return {{.since_start = std::chrono::seconds(at_s), .utc = std::chrono::seconds(at_s)},
           EventKind::recovered,
           id + " is over",
@@ -52,9 +54,9 @@ Event over(const std::string& id, const std::string& subject, int at_s) {
 /// Numbers events as a record does.
 class AlarmList : public testing::Test {
  protected:
-  void see(Event event) { alarms_.see(numbered(++last_, std::move(event))); }
+  void add(Event event) { alarms_.see(numbered(++last_, std::move(event))); }
   void acknowledge(std::int64_t number) {
-    for (const auto& row : alarms_.rows_for(number)) see(seen(row));
+    for (const auto& row : alarms_.rows_for(number)) add(acknowledge_event(row));
   }
   [[nodiscard]] std::vector<std::string> tags() const {
     std::vector<std::string> all;
@@ -69,11 +71,11 @@ using Tags = std::vector<std::string>;
 
 TEST_F(AlarmList, HasOneRowPerInterlockAndSubject) {
   for (int i = 0; i < 50; ++i) {
-    see(occurrence("disagreement", "A", "warn", 10 * i));
-    see(occurrence("disagreement", "B", "warn", 10 * i + 1));
-    see(occurrence("door", "", "suspend", 10 * i + 2));
-    see(over("door", "", 10 * i + 5));
-    see(over("disagreement", "A", 10 * i + 6));
+    add(occurrence("disagreement", "A", "warn", 10 * i));
+    add(occurrence("disagreement", "B", "warn", 10 * i + 1));
+    add(occurrence("door", "", "suspend", 10 * i + 2));
+    add(clear_event("door", "", 10 * i + 5));
+    add(clear_event("disagreement", "A", 10 * i + 6));
   }
   const auto list = alarms_.list();
   ASSERT_EQ(tags(), (Tags{"door", "disagreement B", "disagreement A"})) << "the newest first";
@@ -93,21 +95,21 @@ TEST_F(AlarmList, HasOneRowPerInterlockAndSubject) {
 
 /// The states A to D of ISA-18.2, clause 5.3, and each transition between them.
 TEST_F(AlarmList, FollowsStatesOfIsa18) {
-  see(occurrence("door", "", "suspend", 1));
+  add(occurrence("door", "", "suspend", 1));
   EXPECT_EQ(state_in_words(alarms_.list().at(0)), "active");
   acknowledge(1);
   EXPECT_EQ(state_in_words(alarms_.list().at(0)), "active, acknowledged") << "it stays until it returns";
   EXPECT_EQ(count_unacknowledged(alarms_.list()), 0u);
-  see(over("door", "", 5));
+  add(clear_event("door", "", 5));
   EXPECT_TRUE(alarms_.list().empty());
-  see(occurrence("door", "", "suspend", 6));
+  add(occurrence("door", "", "suspend", 6));
   EXPECT_EQ(alarms_.list().at(0).count, 2);
   EXPECT_EQ(alarms_.list().at(0).number, 4) << "a new number after an acknowledgement";
-  see(over("door", "", 7));
+  add(clear_event("door", "", 7));
   EXPECT_EQ(state_in_words(alarms_.list().at(0)), "returned");
-  see(occurrence("door", "", "suspend", 8));
+  add(occurrence("door", "", "suspend", 8));
   EXPECT_EQ(state_in_words(alarms_.list().at(0)), "active");
-  see(over("door", "", 9));
+  add(clear_event("door", "", 9));
   EXPECT_EQ(alarms_.list().at(0).number, 4);
   acknowledge(4);
   EXPECT_TRUE(alarms_.list().empty());
@@ -115,18 +117,18 @@ TEST_F(AlarmList, FollowsStatesOfIsa18) {
 }
 
 TEST_F(AlarmList, AwaitsAcknowledgementWhenAlarmRecursWhileActive) {
-  see(occurrence("disagreement", "A", "warn", 1));
+  add(occurrence("disagreement", "A", "warn", 1));
   acknowledge(1);
-  see(occurrence("disagreement", "A", "warn", 100));
+  add(occurrence("disagreement", "A", "warn", 100));
   EXPECT_EQ(count_unacknowledged(alarms_.list()), 1u);
 }
 
 TEST_F(AlarmList, AcknowledgesOnlyEarlierOccurrences) {
-  see(occurrence("door", "", "suspend", 1));
-  see(occurrence("door", "", "suspend", 2));
+  add(occurrence("door", "", "suspend", 1));
+  add(occurrence("door", "", "suspend", 2));
   const auto shown = alarms_.list().at(0);
-  see(occurrence("door", "", "suspend", 3));
-  see(seen(shown));
+  add(occurrence("door", "", "suspend", 3));
+  add(acknowledge_event(shown));
   const auto list = alarms_.list();
   ASSERT_EQ(list.size(), 1u);
   EXPECT_FALSE(list[0].acknowledged);
@@ -136,10 +138,10 @@ TEST_F(AlarmList, AcknowledgesOnlyEarlierOccurrences) {
 }
 
 TEST_F(AlarmList, SuppressesConsequencesUnderRoot) {
-  see(occurrence("host_late", "", "warn", 1));
+  add(occurrence("host_late", "", "warn", 1));
   for (const auto* id : {"gyro_silent", "chamber_silent", "channel_lost", "needed_channel_lost", "thermometers_lost"})
-    see(occurrence(id, "", id == std::string("channel_lost") ? "warn" : "suspend", 2, "host_late"));
-  see(occurrence("door", "", "suspend", 3));
+    add(occurrence(id, "", id == std::string("channel_lost") ? "warn" : "suspend", 2, "host_late"));
+  add(occurrence("door", "", "suspend", 3));
   const auto list = alarms_.list();
   ASSERT_EQ(list.size(), 7u);
   EXPECT_EQ(tags()[0], "door");
@@ -164,7 +166,7 @@ TEST_F(AlarmList, ShowsConsequenceThatOutlivesRoot) {
     alarms.see(numbered(1, occurrence(id, subject, "warn", 1)));
     alarms.see(numbered(2, occurrence("gyro_silent", "", "suspend", 2, root)));
     ASSERT_EQ(count_unacknowledged(alarms.list()), 1u) << root;
-    alarms.see(numbered(3, over(id, subject, 60)));
+    alarms.see(numbered(3, clear_event(id, subject, 60)));
     EXPECT_EQ(count_unacknowledged(alarms.list()), 2u) << root;
     EXPECT_EQ(alarms.list()[0].tag(), "gyro_silent");
     EXPECT_TRUE(alarms.list()[0].active);
@@ -172,19 +174,19 @@ TEST_F(AlarmList, ShowsConsequenceThatOutlivesRoot) {
 }
 
 TEST_F(AlarmList, NeverSuppressesAlarmsThatHoldOrAbort) {
-  see(occurrence("host_late", "", "warn", 1));
-  for (const auto* reaction : {"hold", "abort"}) see(occurrence(reaction, "", reaction, 2, "host_late"));
+  add(occurrence("host_late", "", "warn", 1));
+  for (const auto* reaction : {"hold", "abort"}) add(occurrence(reaction, "", reaction, 2, "host_late"));
   EXPECT_EQ(tags(), (Tags{"abort", "hold", "host_late"}));
   EXPECT_EQ(count_unacknowledged(alarms_.list()), 3u);
 }
 
 TEST_F(AlarmList, DoesNotSuppressHigherPriorityThanAcknowledgedRoot) {
-  see(occurrence("line_lost", "T", "warn", 1));
-  see(occurrence("channel_lost", "", "warn", 1, "line_lost T"));
+  add(occurrence("line_lost", "T", "warn", 1));
+  add(occurrence("channel_lost", "", "warn", 1, "line_lost T"));
   acknowledge(1);
-  see(occurrence("channel_lost", "B", "warn", 2, "line_lost T"));
+  add(occurrence("channel_lost", "B", "warn", 2, "line_lost T"));
   EXPECT_EQ(count_unacknowledged(alarms_.list()), 0u);
-  see(occurrence("thermometers_lost", "", "suspend", 6, "line_lost T"));
+  add(occurrence("thermometers_lost", "", "suspend", 6, "line_lost T"));
   EXPECT_EQ(count_unacknowledged(alarms_.list()), 1u);
   EXPECT_EQ(tags()[0], "thermometers_lost");
 }
@@ -198,26 +200,26 @@ TEST_F(AlarmList, IgnoresMissingRoot) {
 }
 
 TEST_F(AlarmList, HasNoActiveRowWhenRunIsResumed) {
-  see(occurrence("door", "", "suspend", 1));
-  see(occurrence("stuck", "A", "warn", 1));
+  add(occurrence("door", "", "suspend", 1));
+  add(occurrence("stuck", "A", "warn", 1));
   acknowledge(2);
-  see({sample_at(0).at, EventKind::resumed, "resumed after 3 s"});
+  add({sample_at(0).at, EventKind::resumed, "resumed after 3 s"});
   ASSERT_EQ(tags(), Tags{"door"});
   EXPECT_EQ(state_in_words(alarms_.list()[0]), "returned");
 }
 
 /// Version 0.1.0 acknowledged each occurrence separately and recorded no subject.
 TEST_F(AlarmList, ReadsRecordOf010) {
-  see(interlock("door", "door (suspend): open"));
-  see(over("door", "", 9));
-  see(interlock("door", "door (suspend): open"));
-  see({sample_at(0).at, EventKind::acknowledged, "alarm 3 acknowledged by ada (uid 1000): the later one"});
+  add(interlock("door", "door (suspend): open"));
+  add(clear_event("door", "", 9));
+  add(interlock("door", "door (suspend): open"));
+  add({sample_at(0).at, EventKind::acknowledged, "alarm 3 acknowledged by ada (uid 1000): the later one"});
   auto list = alarms_.list();
   ASSERT_EQ(list.size(), 1u);
   EXPECT_EQ(list[0].number, 1);
   EXPECT_EQ(list[0].count, 2);
   EXPECT_FALSE(list[0].acknowledged) << "its first occurrence is not";
-  see({sample_at(0).at, EventKind::acknowledged, "alarm 1 acknowledged by ada (uid 1000): and the first"});
+  add({sample_at(0).at, EventKind::acknowledged, "alarm 1 acknowledged by ada (uid 1000): and the first"});
   EXPECT_TRUE(alarms_.list()[0].acknowledged);
 }
 
@@ -229,7 +231,7 @@ TEST(Alarms, ListInterlocksUntilAcknowledged) {
   alarms.see(numbered(6, {sample_at(0).at, EventKind::recovered, "door is over", {.interlock = "door"}}));
   EXPECT_EQ(numbers(alarms.list()), (std::vector<std::int64_t>{5, 3})) << "what is over is still to be seen";
   EXPECT_EQ(alarms.objection(3), "");
-  alarms.see(numbered(7, seen(alarms.list()[1])));
+  alarms.see(numbered(7, acknowledge_event(alarms.list()[1])));
   EXPECT_EQ(numbers(alarms.list()), std::vector<std::int64_t>{5});
   EXPECT_EQ(alarms.objection(3), "alarm 3 is acknowledged already");
   EXPECT_TRUE(alarms.objection(4).starts_with("there is no alarm 4;")) << alarms.objection(4);
@@ -273,13 +275,13 @@ TEST(Alarms, OutliveProgramThatRecordedThem) {
       auto store = Store::create(path, two_thermometers(), {.background = background});
       ASSERT_TRUE(store) << text(store.error());
       const std::vector<Event> events{interlock("door", "door (suspend): open"), interlock("lag", "lag (suspend): 9 K"),
-                                      over("door", "", 1), occurrence("channel_lost", "A", "warn", 1, "lag")};
+                                      clear_event("door", "", 1), occurrence("channel_lost", "A", "warn", 1, "lag")};
       ASSERT_TRUE((*store)->append(sample_at(0), events));
       ASSERT_TRUE((*store)->append(sample_at(1), {}));
       before = (*store)->alarms().list();
       ASSERT_EQ(before.size(), 3u);
       ASSERT_EQ(before[2].tag(), "door");
-      ASSERT_TRUE((*store)->append_event(seen(before[2])));
+      ASSERT_TRUE((*store)->append_event(acknowledge_event(before[2])));
       ASSERT_EQ((*store)->alarms().list().size(), 2u);
       ASSERT_TRUE((*store)->settle(5s));
     }

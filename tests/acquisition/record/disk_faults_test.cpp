@@ -27,15 +27,15 @@ constexpr unsigned kCuts = 100;
 constexpr int kRows = 100;  ///< one transaction each
 
 /// Writes rows as the worker of a store does, and stores the last acknowledged one.
-class Diligent {
+class RetryingWriter {
  public:
-  explicit Diligent(const std::string& path) {
+  explicit RetryingWriter(const std::string& path) {
     auto file = RunFile::create(path, two_thermometers());
     if (!file) return;
     writer_.emplace(std::move(*file), path,
                     RecordWriterOptions{.most_rows = 14'400, .longest_locked = 3, .last_slot = -1});
   }
-  [[nodiscard]] bool began() const { return writer_.has_value(); }
+  [[nodiscard]] bool has_begun() const { return writer_.has_value(); }
   [[nodiscard]] std::int64_t acknowledged() const { return writer_ ? writer_->acknowledged() : -1; }
   [[nodiscard]] int parts() const { return writer_->part(); }
 
@@ -80,7 +80,7 @@ void expect_record(const std::string& path, std::int64_t acknowledged, const std
   ASSERT_TRUE(verified) << what << ": " << text(verified.error());
 }
 
-void expect_sound(const std::string& path, std::int64_t acknowledged, const std::string& what) {
+void expect_valid_record(const std::string& path, std::int64_t acknowledged, const std::string& what) {
   expect_record(path, acknowledged, what);
   int databases = 0;
   for (const auto& entry : std::filesystem::directory_iterator(std::filesystem::path(path).parent_path())) {
@@ -93,7 +93,7 @@ void expect_sound(const std::string& path, std::int64_t acknowledged, const std:
 }
 
 /// Runs with one fault at one operation. Returns false if the run has fewer operations.
-bool ride_out(const std::string& folder, std::int64_t operation, bool sticky, tests::FailingVfs::Kind kind) {
+bool run_with_fault(const std::string& folder, std::int64_t operation, bool sticky, tests::FailingVfs::Kind kind) {
   const std::string path = folder + "/run.db";
   const auto what = "operation " + std::to_string(operation) + (sticky ? " and all that follow" : "");
   remove_all_in(folder);
@@ -103,8 +103,8 @@ bool ride_out(const std::string& folder, std::int64_t operation, bool sticky, te
   {
     tests::FailingVfs vfs;
     vfs.fail(operation, sticky, kind);
-    Diligent run(path);
-    began = run.began();
+    RetryingWriter run(path);
+    began = run.has_begun();
     int refused = 0;
     for (int row = 0; began && row < kRows; ++row)
       if (!run.second() && ++refused == 8) vfs.heal();
@@ -117,17 +117,18 @@ bool ride_out(const std::string& folder, std::int64_t operation, bool sticky, te
         << what << ": a full disk is not broken";
     EXPECT_TRUE(!began || operation % 2 == 0 || run.finish()) << what;
   }
-  if (began) expect_sound(path, acknowledged, what);
+  if (began) expect_valid_record(path, acknowledged, what);
   EXPECT_EQ(std::filesystem::exists(path), began) << what << ": a file that could not be begun is not left";
   return failures > 0;
 }
 
-void ride_out_all(tests::FailingVfs::Kind kind) {
+void run_with_each_fault(tests::FailingVfs::Kind kind) {
   const Folder folder;
   std::filesystem::create_directory(folder / "disk");
   int points = 0;
   for (const bool sticky : {false, true})
-    for (std::int64_t operation = 1; ride_out(folder / "disk", operation, sticky, kind); operation += kEachPoint) {
+    for (std::int64_t operation = 1; run_with_fault(folder / "disk", operation, sticky, kind);
+         operation += kEachPoint) {
       ++points;
       if (::testing::Test::HasFailure()) return;
     }
@@ -135,16 +136,16 @@ void ride_out_all(tests::FailingVfs::Kind kind) {
   EXPECT_GT(points, 10);
 }
 
-TEST(DiskFaults, LoseNothingOnErrorAtAnyOperation) { ride_out_all(tests::FailingVfs::Kind::io_error); }
+TEST(DiskFaults, LoseNothingOnErrorAtAnyOperation) { run_with_each_fault(tests::FailingVfs::Kind::io_error); }
 
-TEST(DiskFaults, ContinueInSameFileAfterFullDisk) { ride_out_all(tests::FailingVfs::Kind::full); }
+TEST(DiskFaults, ContinueInSameFileAfterFullDisk) { run_with_each_fault(tests::FailingVfs::Kind::full); }
 
 /// If the failed file could be opened, the run would seem to be abandoned.
 TEST(DiskFaults, KeepRecordLockedBetweenTwoFiles) {
   const Folder folder;
   const auto path = folder / "run.db";
   tests::FailingVfs vfs;
-  Diligent run(path);
+  RetryingWriter run(path);
   ASSERT_TRUE(run.second());
   vfs.fail(1, true, tests::FailingVfs::Kind::io_error);
   for (int attempt = 0; attempt < 3; ++attempt) {
@@ -170,8 +171,8 @@ TEST(DiskFaults, LoseNothingAcknowledgedInPowerCut) {
     {
       tests::FailingVfs vfs;
       {
-        Diligent run(path);
-        ASSERT_TRUE(run.began());
+        RetryingWriter run(path);
+        ASSERT_TRUE(run.has_begun());
         vfs.fail(1 + random() % 600, true, tests::FailingVfs::Kind::power_cut);
         for (int row = 0; row < 150 && vfs.failures() == 0; ++row) run.second();
         acknowledged = run.acknowledged();
@@ -179,7 +180,7 @@ TEST(DiskFaults, LoseNothingAcknowledgedInPowerCut) {
       vfs.lose_unsynced_data(seed);
     }
     const auto what = "seed " + std::to_string(seed);
-    expect_sound(path, acknowledged, what);
+    expect_valid_record(path, acknowledged, what);
     auto store = Store::reopen(path);
     ASSERT_TRUE(store) << what << ": " << text(store.error());
     ASSERT_TRUE((*store)->finish()) << what;
@@ -197,8 +198,8 @@ TEST(DiskFaults, LeaveRecordReadableWhenCloseIsInterrupted) {
       {
         tests::FailingVfs vfs;
         {
-          Diligent run(path);
-          ASSERT_TRUE(run.began());
+          RetryingWriter run(path);
+          ASSERT_TRUE(run.has_begun());
           for (int row = 0; row < kRows; ++row) ASSERT_TRUE(run.second());
           vfs.fail(operation, true, tests::FailingVfs::Kind::power_cut);
           (void)run.finish();
@@ -208,7 +209,7 @@ TEST(DiskFaults, LeaveRecordReadableWhenCloseIsInterrupted) {
       }
       const auto what = (power_cut ? "power cut at " : "killed at ") + std::to_string(operation);
       EXPECT_FALSE(std::filesystem::exists(path + "-journal")) << what;
-      expect_sound(path, kRows - 1, what);
+      expect_valid_record(path, kRows - 1, what);
       EXPECT_TRUE(done == 0 || operation > 10) << what;
       if (HasFailure()) return;
     }
@@ -225,8 +226,8 @@ TEST(DiskFaults, LoseNothingAcknowledgedInPowerCutAfterFailedSync) {
     {
       tests::FailingVfs vfs;
       {
-        Diligent run(path);
-        ASSERT_TRUE(run.began());
+        RetryingWriter run(path);
+        ASSERT_TRUE(run.has_begun());
         vfs.fail(sync, false, tests::FailingVfs::Kind::sync_error);
         for (int row = 0; row < 2 * kRows; ++row) run.second();
         acknowledged = run.acknowledged();
@@ -236,7 +237,7 @@ TEST(DiskFaults, LoseNothingAcknowledgedInPowerCutAfterFailedSync) {
       vfs.lose_unsynced_data(static_cast<unsigned>(sync));
     }
     EXPECT_EQ(acknowledged, 2 * kRows - 1);
-    expect_sound(path, acknowledged, "sync " + std::to_string(sync));
+    expect_valid_record(path, acknowledged, "sync " + std::to_string(sync));
     if (HasFailure()) return;
   }
 }
@@ -276,7 +277,7 @@ class SmallDisk {
   }
   SmallDisk(const SmallDisk&) = delete;
   SmallDisk& operator=(const SmallDisk&) = delete;
-  [[nodiscard]] bool works() const { return works_; }
+  [[nodiscard]] bool is_mounted() const { return works_; }
   [[nodiscard]] std::string operator/(const std::string& name) const { return mounted_ + "/" + name; }
   /// Fills the disk except for `but` bytes.
   void fill_up(std::uintmax_t but) const {
@@ -302,7 +303,7 @@ TEST(DiskFaults, LoseNothingWhenSmallDiskFillsUp) {
 #endif
   const Folder folder;
   const SmallDisk disk(folder);
-  if (!disk.works()) GTEST_SKIP() << "needs root, mkfs.ext4 and a loop device";
+  if (!disk.is_mounted()) GTEST_SKIP() << "needs root, mkfs.ext4 and a loop device";
   for (int point = 0; point < kPoints; ++point) {
     const auto path = disk / ("run" + std::to_string(point) + ".db");
     auto store = Store::create(path, two_thermometers(), {.background = true, .retry = std::chrono::milliseconds(20)});

@@ -90,7 +90,7 @@ std::vector<Attack> attacks() {
 /// The number of seconds before the attack and after it.
 constexpr std::int64_t kBefore = 450, kAfter = 20;  // two checkpoints precede the attack
 
-std::unique_ptr<Store> attacked(const std::string& path, const Attack& attack) {
+std::unique_ptr<Store> run_attack(const std::string& path, const Attack& attack) {
   auto store =
       Store::create(path, two_thermometers(), {.background = true, .retry = std::chrono::milliseconds(20)}).value();
   for (std::int64_t slot = 0; slot < kBefore; ++slot) {
@@ -108,7 +108,7 @@ class FileAttacks : public ::testing::TestWithParam<Attack> {};
 TEST_P(FileAttacks, LoseNothingAcknowledgedAndAreReported) {
   const Folder folder;
   const auto path = folder / "run.db";
-  auto store = attacked(path, GetParam());
+  auto store = run_attack(path, GetParam());
   EXPECT_EQ(store->health().parts, 2);
   EXPECT_NE(store->health().damage.find("by another program while it was being written"), std::string::npos)
       << store->health().damage;
@@ -131,7 +131,7 @@ TEST_P(FileAttacks, LoseNothingAcknowledgedAndAreReported) {
 TEST_P(FileAttacks, LetRunResumeAfterProgramDied) {
   const Folder folder;
   const auto path = folder / "run.db";
-  attacked(path, GetParam()).reset();
+  run_attack(path, GetParam()).reset();
   const bool whole = verify_record(path).has_value();  // for example after a copy
   auto store = Store::reopen(path, {.background = true});
   ASSERT_TRUE(store) << text(store.error());

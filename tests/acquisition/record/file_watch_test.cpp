@@ -23,13 +23,13 @@ std::string log_image(const std::string& path) {
 }
 
 /// A file in a temporary folder.
-class SomeLog {
+class TemporaryLog {
  public:
-  explicit SomeLog(const std::string& text) {
+  explicit TemporaryLog(const std::string& text) {
     std::ofstream(folder_ / "log", std::ios::binary) << text;
     file_ = Descriptor(::open((folder_ / "log").c_str(), O_RDONLY | O_CLOEXEC));
   }
-  [[nodiscard]] bool is_whole(std::size_t frames) const {
+  [[nodiscard]] bool is_intact(std::size_t frames) const {
     return log_is_whole(file_.number(), static_cast<std::int64_t>(frames));
   }
 
@@ -39,7 +39,7 @@ class SomeLog {
 };
 
 /// Returns the log of a record of 50 seconds, with only one checkpoint at its beginning.
-std::string log_of_a_record() {
+std::string make_record_log() {
   const Folder folder;
   auto file = RunFile::create(folder / "run.db", two_thermometers()).value();
   for (std::int64_t slot = 0; slot < 50; ++slot) {
@@ -52,32 +52,32 @@ std::string log_of_a_record() {
 }
 
 TEST(LogCheck, AcceptsUnchangedLog) {
-  const auto log = log_of_a_record();
+  const auto log = make_record_log();
   const auto frames = (log.size() - kHeader) / kFrame;
   ASSERT_GE(frames, 50u);
-  const SomeLog whole(log);
-  EXPECT_TRUE(whole.is_whole(frames));
-  EXPECT_TRUE(whole.is_whole(0));
-  EXPECT_FALSE(whole.is_whole(frames + 1)) << "one that is not there";
-  EXPECT_TRUE(SomeLog({}).is_whole(0));
-  EXPECT_FALSE(SomeLog({}).is_whole(1));
+  const TemporaryLog whole(log);
+  EXPECT_TRUE(whole.is_intact(frames));
+  EXPECT_TRUE(whole.is_intact(0));
+  EXPECT_FALSE(whole.is_intact(frames + 1)) << "one that is not there";
+  EXPECT_TRUE(TemporaryLog({}).is_intact(0));
+  EXPECT_FALSE(TemporaryLog({}).is_intact(1));
 }
 
 TEST(LogCheck, DetectsChangeOfEveryByte) {
-  const auto log = log_of_a_record();
+  const auto log = make_record_log();
   const auto frames = (log.size() - kHeader) / kFrame;
   for (std::size_t at = 0; at < kHeader + frames * kFrame; at += at < kHeader + kFrame ? 7 : 997) {
     auto other = log;
     other[at] = static_cast<char>(other[at] ^ 0x10);
-    EXPECT_FALSE(SomeLog(other).is_whole(frames)) << at;
+    EXPECT_FALSE(TemporaryLog(other).is_intact(frames)) << at;
   }
 }
 
 TEST(LogCheck, AcceptsOnlyExistingFramesOfTruncatedLog) {
-  const auto log = log_of_a_record();
-  const SomeLog cut(log.substr(0, kHeader + 5 * kFrame + 100));
-  EXPECT_TRUE(cut.is_whole(5));
-  EXPECT_FALSE(cut.is_whole(6));
+  const auto log = make_record_log();
+  const TemporaryLog cut(log.substr(0, kHeader + 5 * kFrame + 100));
+  EXPECT_TRUE(cut.is_intact(5));
+  EXPECT_FALSE(cut.is_intact(6));
 }
 
 }  // namespace

@@ -16,7 +16,7 @@ using fuzz::require;
 
 namespace {
 
-bool same(const std::vector<double>& one, const std::vector<double>& other) {
+bool are_equal(const std::vector<double>& one, const std::vector<double>& other) {
   if (one.size() != other.size()) return false;
   for (std::size_t i = 0; i < one.size(); ++i)
     if (one[i] != other[i] && !(std::isnan(one[i]) && std::isnan(other[i]))) return false;
@@ -39,7 +39,7 @@ FUZZ_TARGET(live_rows, const std::uint8_t* data, std::size_t size) {
   const auto other = read_in_pieces(pieces, text, 1 + data[0] % 16);
   require(one.has_value() == other.has_value());
   if (!one) require(one.error().kind == FaultKind::bad_file && one.error().where == other.error().where);
-  require(whole.header() == pieces.header() && same(whole.numbers(), pieces.numbers()));
+  require(whole.header() == pieces.header() && are_equal(whole.numbers(), pieces.numbers()));
   require(whole.header().empty() ? whole.numbers().empty() : whole.numbers().size() % whole.header().size() == 0);
   for (const double number : whole.numbers()) require(!std::isinf(number));
   LiveRows last("fuzz", [](const std::vector<std::string>& header, const std::vector<std::string>&) {

@@ -40,12 +40,12 @@ constexpr int kReaders = 4, kSeconds = 40;
 /// The duration of one second in these tests.
 constexpr auto kShort = 5ms;
 
-StoreOptions watched(bool background, LiveCopyOptions copy = {.pause = 2ms}) {
+StoreOptions live_copy_options(bool background, LiveCopyOptions copy = {.pause = 2ms}) {
   return {.background = background, .live_copy = copy};
 }
 
 /// Returns the present content of the status file.
-Result<RunStatus> status_beside(const std::string& path) {
+Result<RunStatus> read_present_status(const std::string& path) {
   return parse_status((std::stringstream() << std::ifstream(status_path(path)).rdbuf()).str(), "");
 }
 
@@ -86,25 +86,25 @@ class Reader {
   bool opened_{};
 };
 
-std::int64_t last_in(const std::string& copy) {
+std::int64_t last_slot_of_copy(const std::string& copy) {
   return std::filesystem::exists(copy)
              ? Reader(copy, SQLITE_OPEN_READONLY).number("SELECT coalesce(max(slot), -1) FROM sample")
              : -1;
 }
 
-bool comes_to(const std::string& copy, std::int64_t slot, std::chrono::milliseconds within = 60s) {
+bool reaches_slot(const std::string& copy, std::int64_t slot, std::chrono::milliseconds within = 60s) {
   for (const auto end = steady_clock::now() + within; steady_clock::now() < end; std::this_thread::sleep_for(2ms))
-    if (last_in(copy) >= slot) return true;
+    if (last_slot_of_copy(copy) >= slot) return true;
   return false;
 }
 
 /// Appends until the copy reports a reason for its delay and returns it; "" if it never does.
-std::string await_trouble(Store& store, const std::string& path) {
+std::string append_until_delayed(Store& store, const std::string& path) {
   std::string trouble;
   for (int i = 0; i < 2000 && trouble.empty(); ++i) {
     std::this_thread::sleep_for(5ms);
     EXPECT_TRUE(store.sync());
-    if (const auto status = status_beside(path)) trouble = status->live_copy_trouble;
+    if (const auto status = read_present_status(path)) trouble = status->live_copy_trouble;
   }
   return trouble;
 }
@@ -115,7 +115,7 @@ bool has_copy_files(const Folder& folder) {
   return false;
 }
 
-bool loses_its_copy_files(const Folder& folder) {
+bool wait_until_copy_is_removed(const Folder& folder) {
   for (const auto end = steady_clock::now() + 60s; steady_clock::now() < end; std::this_thread::sleep_for(5ms))
     if (!has_copy_files(folder)) return true;
   return false;
@@ -148,13 +148,13 @@ TEST(LiveCopy, HasRowsOfRecordAndEndsWithRun) {
   for (const bool background : {false, true}) {
     const Folder folder;
     const auto path = folder / "run.db", copy = live_copy_path(path);
-    auto store = Store::create(path, two_thermometers(), watched(background));
+    auto store = Store::create(path, two_thermometers(), live_copy_options(background));
     ASSERT_TRUE(store) << text(store.error());
     for (std::int64_t slot = 0; slot < 40; ++slot) append(**store, slot);
     ASSERT_TRUE((*store)->append_gap(40, 44, "the program was late"));
     append(**store, 45);
     ASSERT_TRUE((*store)->settle(kLong));
-    ASSERT_TRUE(comes_to(copy, 45));
+    ASSERT_TRUE(reaches_slot(copy, 45));
     const auto seen = all_rows(copy);
     ASSERT_TRUE((*store)->finish());
     EXPECT_TRUE(all_rows(path) == seen) << "its links of the chain too";
@@ -175,12 +175,12 @@ TEST(LiveCopy, ReplacesStaleCopyWithAllRowsOfRecord) {
     std::ofstream(copy + ".3") << "what a program that died left";
     std::ofstream(copy + ".3-wal") << "its log";
     std::filesystem::create_symlink("run.live.db.3", copy);
-    auto store = Store::reopen(path, watched(background));
+    auto store = Store::reopen(path, live_copy_options(background));
     ASSERT_TRUE(store) << text(store.error());
-    EXPECT_EQ(last_in(copy), 19) << "before the first tick";
+    EXPECT_EQ(last_slot_of_copy(copy), 19) << "before the first tick";
     for (std::int64_t slot = 20; slot < 30; ++slot) append(**store, slot);
     ASSERT_TRUE((*store)->settle(kLong));
-    EXPECT_TRUE(comes_to(copy, 29));
+    EXPECT_TRUE(reaches_slot(copy, 29));
     EXPECT_EQ(Reader(copy).number("SELECT count(*) FROM sample"), 30);
     EXPECT_FALSE(std::filesystem::exists(copy + ".3"));
     const auto seen = all_rows(copy);
@@ -196,11 +196,11 @@ TEST(LiveCopy, RemovesCopyOfOtherRunBeforeFirstRow) {
     std::ofstream(copy + ".3") << "of another run";
     std::ofstream(copy + ".3-wal") << "its log";
     std::filesystem::create_symlink("run.live.db.3", copy);
-    auto store = Store::create(path, two_thermometers(), watched(background));
+    auto store = Store::create(path, two_thermometers(), live_copy_options(background));
     ASSERT_TRUE(store) << text(store.error());
     EXPECT_FALSE(has_copy_files(folder));
     append(**store, 0);
-    EXPECT_TRUE(comes_to(copy, 0));
+    EXPECT_TRUE(reaches_slot(copy, 0));
     EXPECT_EQ(std::filesystem::read_symlink(copy), "run.live.db.4") << "which no reader takes for the one before";
     ASSERT_TRUE((*store)->finish());
   }
@@ -212,10 +212,10 @@ TEST(LiveCopy, KeepsFilesWithOtherNumbers) {
   const std::vector<std::string> others{"20261127", "2147483647", "10000", "007", "0", "-3", "3-journal"};
   for (const auto& other : others) std::ofstream(copy + "." + other) << "precious";
   std::ofstream(copy + ".9999") << "what a program that died left";
-  auto store = Store::create(path, two_thermometers(), watched(false));
+  auto store = Store::create(path, two_thermometers(), live_copy_options(false));
   ASSERT_TRUE(store);
   append(**store, 0);
-  EXPECT_TRUE(comes_to(copy, 0));
+  EXPECT_TRUE(reaches_slot(copy, 0));
   EXPECT_EQ(std::filesystem::read_symlink(copy), "run.live.db.1") << "after the last number comes the first";
   ASSERT_TRUE((*store)->finish());
   for (const auto& other : others) EXPECT_TRUE(std::filesystem::exists(copy + "." + other)) << other;
@@ -238,10 +238,10 @@ TEST(LiveCopy, HasFaultsAndEventsOfAllParts) {
   const Continuation continuation{.part = 2, .before = "run.db", .from = 10, .cause = "a failure"};
   fill(RunFile::create(path, two_thermometers()).value(), 0, 9);
   fill(RunFile::create(part_path(path, 2), two_thermometers(), continuation).value(), 10, 19);
-  auto store = Store::reopen(path, watched(false));
+  auto store = Store::reopen(path, live_copy_options(false));
   ASSERT_TRUE(store) << text(store.error());
   append(**store, 20);
-  EXPECT_TRUE(comes_to(copy, 20));
+  EXPECT_TRUE(reaches_slot(copy, 20));
   {
     Reader reader(copy);
     EXPECT_EQ(reader.table("SELECT count(*), count(DISTINCT slot) FROM fault"), "20|20|\n");
@@ -256,10 +256,10 @@ TEST(LiveCopy, KeepsOtherFileOfThatName) {
   const Folder folder;
   const auto path = folder / "run.db", copy = live_copy_path(path);
   std::ofstream(copy) << "precious";
-  auto store = Store::create(path, two_thermometers(), watched(false));
+  auto store = Store::create(path, two_thermometers(), live_copy_options(false));
   ASSERT_TRUE(store);
   for (std::int64_t slot = 0; slot < 5; ++slot) append(**store, slot);
-  const auto trouble = [&] { return status_beside(path).value().live_copy_trouble; };
+  const auto trouble = [&] { return read_present_status(path).value().live_copy_trouble; };
   for (int i = 0; i < 500 && trouble().empty(); ++i) {
     std::this_thread::sleep_for(5ms);
     ASSERT_TRUE((*store)->sync());
@@ -273,14 +273,15 @@ TEST(LiveCopy, FullDiskStopsOnlyCopy) {
   for (const bool background : {false, true}) {
     const Folder folder;
     const auto path = folder / "run.db";
-    auto store = Store::create(path, two_thermometers(), watched(background, {.pause = 2ms, .most_pages = 22}));
+    auto store =
+        Store::create(path, two_thermometers(), live_copy_options(background, {.pause = 2ms, .most_pages = 22}));
     ASSERT_TRUE(store);
     std::string trouble;
     for (std::int64_t slot = 0; slot < 600; ++slot) append(**store, slot);
     for (int i = 0; i < 1000 && trouble.empty(); ++i) {
       std::this_thread::sleep_for(5ms);
       ASSERT_TRUE((*store)->sync());
-      const auto status = status_beside(path);
+      const auto status = read_present_status(path);
       if (status) trouble = status->live_copy_trouble;
     }
     EXPECT_NE(trouble.find(kDiskFull), std::string::npos) << trouble;
@@ -300,18 +301,18 @@ TEST(LiveCopy, LeavesReservedSpaceForRecord) {
     const auto path = folder / "run.db";
     const auto free = std::filesystem::space(folder / "").available;
     const LiveCopyOptions options{.pause = 2ms, .left_free = goes ? 100 * free : 2 * free};
-    auto store = Store::create(path, two_thermometers(), watched(false, options));
+    auto store = Store::create(path, two_thermometers(), live_copy_options(false, options));
     ASSERT_TRUE(store);
     for (std::int64_t slot = 0; slot < 5; ++slot) append(**store, slot);
-    const auto trouble = await_trouble(**store, path);
+    const auto trouble = append_until_delayed(**store, path);
     EXPECT_NE(trouble.find("are reserved for the record"), std::string::npos) << trouble;
     EXPECT_EQ(trouble.find("the live copy has ended") != std::string::npos, goes) << trouble;
     EXPECT_FALSE(has_copy_files(folder));
     EXPECT_EQ((*store)->health().trouble, "");
     store->reset();
-    store = Store::reopen(path, watched(false, options));
+    store = Store::reopen(path, live_copy_options(false, options));
     ASSERT_TRUE(store) << text(store.error());
-    EXPECT_NE(await_trouble(**store, path).find("are reserved for the record"), std::string::npos);
+    EXPECT_NE(append_until_delayed(**store, path).find("are reserved for the record"), std::string::npos);
     EXPECT_FALSE(has_copy_files(folder));
     append(**store, 5);
     ASSERT_TRUE((*store)->finish());
@@ -324,22 +325,22 @@ TEST(LiveCopy, RemovesDamagedCopy) {
   const auto path = folder / "run.db", copy = live_copy_path(path);
   constexpr std::int64_t kManySeconds = 30'000;  // more than SQLite caches
   constexpr auto kPatience = 60s;
-  auto store = Store::create(path, two_thermometers(), watched(false, {.pause = 1ms, .longest_log = 0}));
+  auto store = Store::create(path, two_thermometers(), live_copy_options(false, {.pause = 1ms, .longest_log = 0}));
   ASSERT_TRUE(store);
   for (std::int64_t slot = 0; slot < kManySeconds; ++slot) ASSERT_TRUE((*store)->append(sample_at(slot), {}));
   ASSERT_TRUE((*store)->sync());
-  ASSERT_TRUE(comes_to(copy, kManySeconds - 1, kPatience));
+  ASSERT_TRUE(reaches_slot(copy, kManySeconds - 1, kPatience));
   append(**store, kManySeconds);
-  ASSERT_TRUE(comes_to(copy, kManySeconds, kPatience)) << "it is begun anew with each transaction";
+  ASSERT_TRUE(reaches_slot(copy, kManySeconds, kPatience)) << "it is begun anew with each transaction";
   const auto file = std::filesystem::canonical(copy);
   constexpr std::uintmax_t kPage = 4096;
   const auto size = std::filesystem::file_size(file);
   ASSERT_GT(size, 2'500'000u);
   std::fstream(file, std::ios::in | std::ios::out | std::ios::binary).seekp(kPage) << std::string(size - kPage, '\0');
   append(**store, kManySeconds + 1);
-  const auto trouble = await_trouble(**store, path);
+  const auto trouble = append_until_delayed(**store, path);
   EXPECT_NE(trouble.find("the live copy has ended"), std::string::npos) << trouble;
-  EXPECT_TRUE(loses_its_copy_files(folder));
+  EXPECT_TRUE(wait_until_copy_is_removed(folder));
   ASSERT_TRUE((*store)->finish());
   EXPECT_EQ(read_record(path)->slot.size(), static_cast<std::size_t>(kManySeconds + 2));
 }
@@ -367,10 +368,10 @@ void end(pid_t pid) {
 TEST(LiveCopy, ReadersDoNotAffectRecord) {
   const Folder folder;
   const auto path = folder / "run.db", copy = live_copy_path(path);
-  auto store = Store::create(path, two_thermometers(), watched(true));
+  auto store = Store::create(path, two_thermometers(), live_copy_options(true));
   ASSERT_TRUE(store);
   append(**store, 0);
-  ASSERT_TRUE(comes_to(copy, 0));
+  ASSERT_TRUE(reaches_slot(copy, 0));
   Reader open_for_long(copy);
   ASSERT_TRUE(open_for_long.run("BEGIN; SELECT count(*) FROM sample"));
   std::vector<pid_t> readers;
@@ -386,7 +387,7 @@ TEST(LiveCopy, ReadersDoNotAffectRecord) {
     victim = start_reader(copy, slot % 40 == 0);
   }
   ASSERT_TRUE((*store)->settle(kLong));
-  EXPECT_TRUE(comes_to(copy, kSeconds * 10 - 1));
+  EXPECT_TRUE(reaches_slot(copy, kSeconds * 10 - 1));
   EXPECT_EQ(open_for_long.number("SELECT max(slot) FROM sample"), 0) << "it sees what it saw";
   for (const auto reader : readers) end(reader);
   const auto seen = all_rows(copy);
@@ -407,16 +408,16 @@ TEST(LiveCopy, LimitsLogWhileReaderHoldsTransaction) {
   const Folder folder;
   const auto path = folder / "run.db", copy = live_copy_path(path);
   constexpr std::int64_t kBound = 400'000;
-  auto store = Store::create(path, two_thermometers(), watched(true, {.pause = 1ms, .longest_log = kBound}));
+  auto store = Store::create(path, two_thermometers(), live_copy_options(true, {.pause = 1ms, .longest_log = kBound}));
   ASSERT_TRUE(store);
   append(**store, 0);
-  ASSERT_TRUE(comes_to(copy, 0));
+  ASSERT_TRUE(reaches_slot(copy, 0));
   Reader pinned(copy);
   ASSERT_TRUE(pinned.run("BEGIN; SELECT count(*) FROM sample"));
   std::uintmax_t longest = 0;
   for (std::int64_t slot = 1; slot < 600; ++slot) {
     append(**store, slot);
-    ASSERT_TRUE(comes_to(copy, slot));
+    ASSERT_TRUE(reaches_slot(copy, slot));
     longest = std::max(longest, longest_log(folder / ""));
   }
   EXPECT_LT(longest, kBound * 3 / 2);
@@ -431,31 +432,31 @@ TEST(LiveCopy, LimitsLogWhileReaderHoldsTransaction) {
 TEST(LiveCopy, ContinuesInNewFileWhenLocked) {
   const Folder folder;
   const auto path = folder / "run.db", copy = live_copy_path(path);
-  auto store =
-      Store::create(path, two_thermometers(), watched(true, {.pause = 1ms, .longest_locked = 100ms, .rest = 0ms}));
+  auto store = Store::create(path, two_thermometers(),
+                             live_copy_options(true, {.pause = 1ms, .longest_locked = 100ms, .rest = 0ms}));
   ASSERT_TRUE(store);
   append(**store, 0);
-  ASSERT_TRUE(comes_to(copy, 0));
+  ASSERT_TRUE(reaches_slot(copy, 0));
   Reader greedy(copy);
   ASSERT_TRUE(greedy.run("BEGIN IMMEDIATE"));
   for (std::int64_t slot = 1; slot < 20; ++slot) append(**store, slot);
-  EXPECT_TRUE(comes_to(copy, 19));
+  EXPECT_TRUE(reaches_slot(copy, 19));
   ASSERT_TRUE((*store)->finish());
 }
 
 TEST(LiveCopy, RestoresRemovedCopy) {
   const Folder folder;
   const auto path = folder / "run.db", copy = live_copy_path(path);
-  auto store = Store::create(path, two_thermometers(), watched(true, {.pause = 1ms, .rest = 0ms}));
+  auto store = Store::create(path, two_thermometers(), live_copy_options(true, {.pause = 1ms, .rest = 0ms}));
   ASSERT_TRUE(store);
   append(**store, 0);
-  ASSERT_TRUE(comes_to(copy, 0));
+  ASSERT_TRUE(reaches_slot(copy, 0));
   std::filesystem::remove(copy);
   append(**store, 1);
-  EXPECT_TRUE(comes_to(copy, 1));
+  EXPECT_TRUE(reaches_slot(copy, 1));
   std::filesystem::remove(std::filesystem::canonical(copy));
   append(**store, 2);
-  EXPECT_TRUE(comes_to(copy, 2));
+  EXPECT_TRUE(reaches_slot(copy, 2));
   EXPECT_EQ(Reader(copy).number("SELECT count(*) FROM sample"), 3);
   ASSERT_TRUE((*store)->finish());
 }
@@ -463,10 +464,10 @@ TEST(LiveCopy, RestoresRemovedCopy) {
 TEST(LiveCopy, IsReadableByOwnerAndGroupOnly) {
   const Folder folder;
   const auto path = folder / "run.db", copy = live_copy_path(path);
-  auto store = Store::create(path, two_thermometers(), watched(true));
+  auto store = Store::create(path, two_thermometers(), live_copy_options(true));
   ASSERT_TRUE(store);
   append(**store, 0);
-  ASSERT_TRUE(comes_to(copy, 0));
+  ASSERT_TRUE(reaches_slot(copy, 0));
   for (const auto* suffix : {"", "-wal", "-shm"}) {
     struct stat found {};
     ASSERT_EQ(::stat((std::filesystem::canonical(copy).string() + suffix).c_str(), &found), 0) << suffix;

@@ -12,7 +12,7 @@ namespace {
 
 using std::chrono_literals::operator""s;
 
-Sample counted(std::vector<std::int64_t> pulses, Duration interval = 1s) {
+Sample make_sample(std::vector<std::int64_t> pulses, Duration interval = 1s) {
   Sample sample;
   sample.units.resize(1);
   sample.units[0].count.value = GyroCount{.pulses = std::move(pulses), .interval = interval};
@@ -27,8 +27,8 @@ TEST(RateMeters, ShowEachAxisInDegreesPerHour) {
   const AxisInfo other_way{.name = "z", .kind = GyroKind::pulse_count, .scale = -0.5, .earth_rate = DegreesPerHour{-5}};
   RateMeters meters({unit({pulses, rate, other_way})});
   EXPECT_FALSE(meters.rates()[0].rate_deg_per_h);
-  meters.see(counted({22, 12'600, 12}));
-  meters.see(counted({52, 12'400, 12}, 2s));
+  meters.see(make_sample({22, 12'600, 12}));
+  meters.see(make_sample({52, 12'400, 12}, 2s));
   const auto rates = meters.rates();
   ASSERT_EQ(rates.size(), 3u);
   EXPECT_EQ(rates[0].axis, "u1.x");
@@ -42,17 +42,17 @@ TEST(RateMeters, ShowEachAxisInDegreesPerHour) {
 
 TEST(RateMeters, ForgetRatesOlderThanHundredSeconds) {
   RateMeters meters({unit({{.kind = GyroKind::pulse_count, .scale = 1}})});
-  meters.see(counted({1'000'000}));
-  for (int i = 0; i < 100; ++i) meters.see(counted({7}));
+  meters.see(make_sample({1'000'000}));
+  for (int i = 0; i < 100; ++i) meters.see(make_sample({7}));
   EXPECT_NEAR(*meters.rates()[0].mean_deg_per_h, 7, 1e-12);
-  meters.see(counted({9}));
+  meters.see(make_sample({9}));
   EXPECT_NEAR(*meters.rates()[0].rate_deg_per_h, 9, 1e-12) << "the newest, whatever its position in the ring";
 }
 
 TEST(RateMeters, ShowNoRateWhenReadingIsFault) {
   RateMeters meters({unit({{.kind = GyroKind::pulse_count, .scale = 1}})});
-  meters.see(counted({7}));
-  Sample silent = counted({});
+  meters.see(make_sample({7}));
+  Sample silent = make_sample({});
   meters.see(silent);
   silent.units[0].count.value = failure(FaultKind::timeout, "gyro", "silent");
   meters.see(silent);

@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 constexpr StoreOptions kInBackground{.background = true, .retry = std::chrono::milliseconds(20)};
 
 template <class T>
-std::string trouble(const Result<T>& result) {
+std::string fault_text(const Result<T>& result) {
   return result ? "" : text(result.error());
 }
 
@@ -38,7 +38,7 @@ void add_part(const std::string& record, int part, int before, std::int64_t from
   });
   for (auto slot = from; done && slot < end; ++slot) done = file.insert(sample_entry(sample_at(slot), {}, info));
   done = done.and_then([&] { return file.replace_frames({}); }).and_then([&] { return file.commit(); });
-  ASSERT_EQ(trouble(done), "");
+  ASSERT_EQ(fault_text(done), "");
 }
 
 /// Writes three files with ten seconds each.
@@ -79,7 +79,7 @@ TEST(RunParts, ReportMissingOrDestroyedMiddlePart) {
     const Folder folder;
     const auto path = folder / "run.db", second = part_path(path, 2), third = part_path(path, 3);
     make_three_files(path);
-    ASSERT_EQ(trouble(verify_record(path)), "");
+    ASSERT_EQ(fault_text(verify_record(path)), "");
     fs::remove(second);
     if (destroyed) std::ofstream(second) << std::string(4096, 'x');
 
@@ -92,14 +92,14 @@ TEST(RunParts, ReportMissingOrDestroyedMiddlePart) {
     EXPECT_EQ(record.gaps[0].cause, "lost with run.2.db: an I/O error");
 
     const std::string why = destroyed ? "not a gyrotherm record" : "no such file, expected a part of the record";
-    const auto told = trouble(verify_record(path));
+    const auto told = fault_text(verify_record(path));
     EXPECT_NE(told.find("run.2.db: " + why), std::string::npos) << told;
     EXPECT_NE(told.find("; the run continues in " + third), std::string::npos) << told;
     EXPECT_NE(read_status(path).value().record_damage.find("run.2.db: " + why), std::string::npos);
 
     auto store = Store::reopen(path).value();
     ASSERT_TRUE(store->append(sample_at(30), {})) << "the run goes on where it ended";
-    EXPECT_NE(trouble(store->finish()).find("run.2.db: " + why), std::string::npos);
+    EXPECT_NE(fault_text(store->finish()).find("run.2.db: " + why), std::string::npos);
     store.reset();
     EXPECT_FALSE(is_there(manifest_path(path)));
     EXPECT_EQ(last_part(path), 3);
@@ -147,7 +147,7 @@ TEST(RunParts, AreInOrderOfRunWhenNumberWasReused) {
   EXPECT_EQ(record.slot.size(), 30u);
   EXPECT_TRUE(record.gaps.empty());
   EXPECT_EQ(last_part(path), 2);
-  EXPECT_EQ(trouble(verify_record(path)), "") << "the second one of old had nothing that the third has not";
+  EXPECT_EQ(fault_text(verify_record(path)), "") << "the second one of old had nothing that the third has not";
 }
 
 TEST(RunParts, DoNotMissPartWhoseRowsWereCopied) {
@@ -159,7 +159,7 @@ TEST(RunParts, DoNotMissPartWhoseRowsWereCopied) {
   for (const bool destroyed : {false, true}) {
     fs::remove(part_path(path, 2));
     if (destroyed) std::ofstream(part_path(path, 2)).close();
-    EXPECT_EQ(trouble(verify_record(path)), "");
+    EXPECT_EQ(fault_text(verify_record(path)), "");
     EXPECT_EQ(read_record(path).value().slot.size(), 20u);
   }
 }
@@ -171,7 +171,7 @@ TEST(RunParts, DoNotMissEmptyPartWithoutSuccessor) {
   store_with(path, 10).reset();
   add_part(path, 2, 1, 5, 8);
   add_part(path, 3, 1, 8, 20);
-  EXPECT_EQ(trouble(verify_record(path)), "");
+  EXPECT_EQ(fault_text(verify_record(path)), "");
   EXPECT_EQ(read_record(path).value().slot.size(), 20u);
 }
 
@@ -180,10 +180,10 @@ TEST(RunParts, AreFoundAfterAllWereRenamed) {
   const auto old = folder / "run.db", path = folder / "kept.db";
   make_three_files(old);
   for (int part = 1; part <= 3; ++part) fs::rename(part_path(old, part), part_path(path, part));
-  EXPECT_EQ(trouble(verify_record(path)), "");
+  EXPECT_EQ(fault_text(verify_record(path)), "");
   EXPECT_EQ(read_record(path).value().slot.size(), 30u);
   fs::remove(part_path(path, 2));
-  EXPECT_NE(trouble(verify_record(path)).find("kept.2.db: no such file"), std::string::npos);
+  EXPECT_NE(fault_text(verify_record(path)).find("kept.2.db: no such file"), std::string::npos);
 }
 
 TEST(RunParts, ExcludeRecordOfOtherRunWithPartName) {
@@ -193,7 +193,7 @@ TEST(RunParts, ExcludeRecordOfOtherRunWithPartName) {
   RunInfo other = two_thermometers();
   other.id[0] = 'f';
   const auto theirs = Store::create(part_path(path, 2), other).value();
-  EXPECT_EQ(trouble(verify_record(path)), "");
+  EXPECT_EQ(fault_text(verify_record(path)), "");
   EXPECT_EQ(read_record(path).value().slot.size(), 10u);
   EXPECT_FALSE(read_status(path).value().being_written);
 
@@ -202,11 +202,11 @@ TEST(RunParts, ExcludeRecordOfOtherRunWithPartName) {
   ASSERT_TRUE(store->settle(kLong));
   fs::remove(path + "-wal");
   ASSERT_TRUE(store->append(sample_at(11), {}));
-  ASSERT_EQ(trouble(store->finish()), "");
+  ASSERT_EQ(fault_text(store->finish()), "");
   store.reset();
   const auto told = parse_status(read_text_file(status_path(path)).value(), "status").value();
   EXPECT_EQ(told.parts, std::vector<std::string>{part_path(path, 3)});
-  EXPECT_EQ(trouble(verify_record(path)), "");
+  EXPECT_EQ(fault_text(verify_record(path)), "");
   const auto manifest = check_manifest(path).value().value();
   EXPECT_TRUE(manifest.contains("run.db") && manifest.contains("run.3.db"));
   EXPECT_FALSE(manifest.contains("run.2.db"));
@@ -230,15 +230,15 @@ TEST(RunParts, ContinuePreviousPartWhenLastHasNoSample) {
   // The status file of the first part acknowledges second 9.
   store_with(path, 10).reset();
   add_part(path, 2, 1, 10, 10);
-  EXPECT_EQ(trouble(verify_record(path)), "");
+  EXPECT_EQ(fault_text(verify_record(path)), "");
   const auto status = read_status(path).value();
   EXPECT_EQ(status.acknowledged, 9);
   EXPECT_EQ(status.slot, 9);
   EXPECT_EQ(status.segment, "hold");
   EXPECT_EQ(status.chamber_air, sample_at(9).chamber.value->air);
   auto store = Store::reopen(path).value();
-  ASSERT_EQ(trouble(store->append(sample_at(10), {})), "");
-  ASSERT_EQ(trouble(store->finish()), "");
+  ASSERT_EQ(fault_text(store->append(sample_at(10), {})), "");
+  ASSERT_EQ(fault_text(store->finish()), "");
   store.reset();
   EXPECT_EQ(read_record(path).value().slot.size(), 11u);
 }
@@ -261,27 +261,27 @@ TEST(RunParts, ExcludePartWithImpossibleFirstSlot) {
 TEST(RunParts, ReserveNamesAgainstNewRecords) {
   const Folder folder;
   const auto path = folder / "run.db";
-  EXPECT_EQ(trouble(check_name_of_new_record(path)), "");
+  EXPECT_EQ(fault_text(check_name_of_new_record(path)), "");
   store_with(path, 10).reset();
-  EXPECT_NE(trouble(check_name_of_new_record(path)).find("exists already"), std::string::npos);
-  EXPECT_NE(trouble(check_name_of_new_record(part_path(path, 2))).find("is the name of a continuation file"),
+  EXPECT_NE(fault_text(check_name_of_new_record(path)).find("exists already"), std::string::npos);
+  EXPECT_NE(fault_text(check_name_of_new_record(part_path(path, 2))).find("is the name of a continuation file"),
             std::string::npos);
   for (const char* name : {"run.20261127.db", "another.2.db"})
-    EXPECT_EQ(trouble(check_name_of_new_record(folder / name)), "") << name;
+    EXPECT_EQ(fault_text(check_name_of_new_record(folder / name)), "") << name;
   add_part(path, 2, 1, 10, 20);
   fs::remove(path);
-  const auto refused = trouble(check_name_of_new_record(path));
+  const auto refused = fault_text(check_name_of_new_record(path));
   EXPECT_NE(refused.find("its run continues in " + part_path(path, 2)), std::string::npos) << refused;
   fs::remove(part_path(path, 2));
-  EXPECT_EQ(trouble(check_name_of_new_record(path)), "");
+  EXPECT_EQ(fault_text(check_name_of_new_record(path)), "");
   const auto fresh = folder / "fresh.db";
   for (const char* ending : {".status", ".sha256", ".socket", ".safe-state", ".made-safe", "-wal", "-shm", "-journal"})
-    EXPECT_NE(trouble(check_name_of_new_record(fresh + ending)).find(std::string("end with ") + ending),
+    EXPECT_NE(fault_text(check_name_of_new_record(fresh + ending)).find(std::string("end with ") + ending),
               std::string::npos)
         << ending;
-  EXPECT_NE(trouble(check_name_of_new_record(live_copy_path(fresh))).find("end with .live.db"), std::string::npos);
+  EXPECT_NE(fault_text(check_name_of_new_record(live_copy_path(fresh))).find("end with .live.db"), std::string::npos);
   for (const char* name : {"status", "run-wal.db", "live.db", "sha256.db"})
-    EXPECT_EQ(trouble(check_name_of_new_record(folder / name)), "") << name;
+    EXPECT_EQ(fault_text(check_name_of_new_record(folder / name)), "") << name;
 }
 
 TEST(RunFinder, HidesPartsButNotRecordsWithSimilarNames) {

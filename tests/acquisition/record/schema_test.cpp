@@ -11,7 +11,7 @@ namespace gyrotherm::record {
 namespace {
 
 /// Makes a record of two thermometers, one with a polynomial, with a fault, an event and a gap.
-void make_seen_run(const std::string& path) {
+void make_run_with_views(const std::string& path) {
   RunInfo info = two_thermometers();
   info.thermometers[1].polynomial = {-0.5, 1.001, 1e-5};
   auto store = Store::create(path, info);
@@ -26,7 +26,7 @@ void make_seen_run(const std::string& path) {
   ASSERT_TRUE((*store)->finish());
 }
 
-std::vector<std::string> answers(Database& database, const std::string& sql) {
+std::vector<std::string> query_rows(Database& database, const std::string& sql) {
   std::vector<std::string> rows;
   EXPECT_TRUE(database.each_row(sql, [&](const Statement& row) { rows.emplace_back(row.text(0)); })) << sql;
   return rows;
@@ -34,7 +34,7 @@ std::vector<std::string> answers(Database& database, const std::string& sql) {
 
 TEST(Views, CalibrateSamplesInDegreesPerHourAndUtc) {
   const Folder folder;
-  make_seen_run(folder / "run.db");
+  make_run_with_views(folder / "run.db");
   const Record record = read_record(folder / "run.db").value();
   auto database = open_record(folder / "run.db").value();
   std::size_t at = 0;
@@ -59,24 +59,25 @@ TEST(Views, CalibrateSamplesInDegreesPerHourAndUtc) {
 
 TEST(Views, ShowNamesInEventsGapsAndChannels) {
   const Folder folder;
-  make_seen_run(folder / "run.db");
+  make_run_with_views(folder / "run.db");
   auto database = open_record(folder / "run.db").value();
-  EXPECT_EQ(answers(database, "SELECT utc || ' ' || kind || ' ' || text FROM v1_event WHERE kind = 'note'"),
+  EXPECT_EQ(query_rows(database, "SELECT utc || ' ' || kind || ' ' || text FROM v1_event WHERE kind = 'note'"),
             std::vector<std::string>{"2026-01-01T00:00:01.000Z note hello"});
-  EXPECT_EQ(answers(database, "SELECT first || ' ' || last || ' ' || seconds || ' ' || cause FROM v1_gap"),
+  EXPECT_EQ(query_rows(database, "SELECT first || ' ' || last || ' ' || seconds || ' ' || cause FROM v1_gap"),
             std::vector<std::string>{"3 7 5 power"});
-  EXPECT_EQ(answers(database, "SELECT name || ' ' || unit FROM v1_channel ORDER BY position"),
+  EXPECT_EQ(query_rows(database, "SELECT name || ' ' || unit FROM v1_channel ORDER BY position"),
             (std::vector<std::string>{"chamber_air_c °C", "chamber_set_point_c °C", "A °C", "shell-1.b °C",
                                       "rate_deg_per_h °/h", "interval_s s", "true_bias_deg_per_h °/h"}));
 }
 
 TEST(Views, HaveColumnForEachChannel) {
   const Folder folder;
-  make_seen_run(folder / "run.db");
+  make_run_with_views(folder / "run.db");
   auto database = open_record(folder / "run.db").value();
-  EXPECT_EQ(answers(database,
-                    "SELECT name FROM v1_channel WHERE name NOT IN (SELECT name FROM pragma_table_info('v1_sample'))"),
-            std::vector<std::string>{});
+  EXPECT_EQ(
+      query_rows(database,
+                 "SELECT name FROM v1_channel WHERE name NOT IN (SELECT name FROM pragma_table_info('v1_sample'))"),
+      std::vector<std::string>{});
 }
 
 TEST(Views, ShowNullWhenReadingIsMissingDespiteConstant) {

@@ -132,7 +132,7 @@ namespace {
 constexpr int kSeconds = 40;  ///< too few for a checkpoint
 
 /// Leaves an unfinished run of a dead writer, with one transaction per second.
-void leave_behind(const std::string& path) {
+void leave_unfinished_run(const std::string& path) {
   if (const auto child = ::fork(); child != 0) {
     ASSERT_EQ(::waitpid(child, nullptr, 0), child);
     return;
@@ -145,7 +145,7 @@ void leave_behind(const std::string& path) {
   ::_exit(0);
 }
 
-std::string finding(const std::string& path) {
+std::string find_lost_end(const std::string& path) {
   const auto lost = find_record_files(path).and_then(lost_end);
   if (!lost) return text(lost.error());
   return *lost ? describe(**lost) : "nothing";
@@ -154,8 +154,8 @@ std::string finding(const std::string& path) {
 TEST(LostEnd, IsFoundWhereverLogIsTruncated) {
   const Folder folder;
   const auto path = folder / "run.db";
-  leave_behind(path);
-  ASSERT_EQ(finding(path), "nothing");
+  leave_unfinished_run(path);
+  ASSERT_EQ(find_lost_end(path), "nothing");
   const auto whole = std::filesystem::file_size(path + "-wal");
   std::filesystem::copy_file(path + "-wal", folder / "log");
   std::mt19937_64 random(16);
@@ -166,7 +166,7 @@ TEST(LostEnd, IsFoundWhereverLogIsTruncated) {
     ASSERT_LT(last, static_cast<std::size_t>(kSeconds));
     const auto words = "ends at second " + std::to_string(static_cast<int>(last) - 1) +
                        ", but second 39 was acknowledged: its end is lost";
-    EXPECT_EQ(finding(path), words);
+    EXPECT_EQ(find_lost_end(path), words);
     const auto verified = verify_record(path);
     ASSERT_FALSE(verified);
     EXPECT_EQ(verified.error().kind, FaultKind::bad_file);
@@ -177,7 +177,7 @@ TEST(LostEnd, IsFoundWhereverLogIsTruncated) {
 TEST(LostEnd, IsReportedOnlyByStatusOfSameRun) {
   const Folder folder;
   const auto path = folder / "run.db";
-  leave_behind(path);
+  leave_unfinished_run(path);
   std::filesystem::remove(path + "-wal");
   const auto status = parse_status(
                           [&] {
@@ -186,21 +186,21 @@ TEST(LostEnd, IsReportedOnlyByStatusOfSameRun) {
                           }(),
                           "status")
                           .value();
-  EXPECT_NE(finding(path), "nothing");
+  EXPECT_NE(find_lost_end(path), "nothing");
   auto other = status;
   other.id = "another";
   ASSERT_TRUE(write_status(other));
-  EXPECT_EQ(finding(path), "nothing");
+  EXPECT_EQ(find_lost_end(path), "nothing");
   std::ofstream(status_path(path)) << "[[[[";
-  EXPECT_EQ(finding(path), "nothing");
+  EXPECT_EQ(find_lost_end(path), "nothing");
   std::filesystem::remove(status_path(path));
-  EXPECT_EQ(finding(path), "nothing");
+  EXPECT_EQ(find_lost_end(path), "nothing");
   ASSERT_TRUE(write_status(status));
   auto store = Store::reopen(path).value();
   ASSERT_TRUE(store->finish());
   store.reset();
   ASSERT_TRUE(write_status(status));
-  EXPECT_EQ(finding(path), "nothing") << "a finished run says itself where it ends";
+  EXPECT_EQ(find_lost_end(path), "nothing") << "a finished run says itself where it ends";
 }
 
 }  // namespace

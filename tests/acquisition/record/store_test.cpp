@@ -251,14 +251,14 @@ TEST(Store, RestoresAppendedRowsFromMemory) {
 }
 
 /// Changes the working directory to a folder until destruction.
-class Inside {
+class WorkingFolder {
  public:
-  explicit Inside(const std::filesystem::path& folder) : before_(std::filesystem::current_path()) {
+  explicit WorkingFolder(const std::filesystem::path& folder) : before_(std::filesystem::current_path()) {
     std::filesystem::current_path(folder);
   }
-  ~Inside() { std::filesystem::current_path(before_); }
-  Inside(const Inside&) = delete;
-  Inside& operator=(const Inside&) = delete;
+  ~WorkingFolder() { std::filesystem::current_path(before_); }
+  WorkingFolder(const WorkingFolder&) = delete;
+  WorkingFolder& operator=(const WorkingFolder&) = delete;
 
  private:
   std::filesystem::path before_;
@@ -266,7 +266,7 @@ class Inside {
 
 TEST(Store, TreatsSqliteUriAsFileName) {
   const Folder folder;
-  const Inside inside(folder / "");
+  const WorkingFolder inside(folder / "");
   ASSERT_TRUE(store_with("run.db", 3)->finish());
   for (const std::string name : {"file:run.db", "file:new.db?mode=memory", "./:memory:"}) {
     {
@@ -301,7 +301,7 @@ TEST(Store, LeavesFileUnchangedWhenLogIsRemoved) {
 
 namespace {
 
-StoreOptions in_background() { return {.background = true, .retry = std::chrono::milliseconds(20)}; }
+StoreOptions background_options() { return {.background = true, .retry = std::chrono::milliseconds(20)}; }
 
 /// Reads the status file. The process that writes a record does not open the record for it.
 RunStatus status_in_file(const std::string& path) {
@@ -310,7 +310,7 @@ RunStatus status_in_file(const std::string& path) {
 }
 
 std::unique_ptr<Store> background_store(const std::string& path, std::int64_t count) {
-  auto store = Store::create(path, two_thermometers(), in_background());
+  auto store = Store::create(path, two_thermometers(), background_options());
   EXPECT_TRUE(store) << text(store.error());
   for (std::int64_t slot = 0; slot < count; ++slot) EXPECT_TRUE((*store)->append(sample_at(slot), {}));
   EXPECT_TRUE((*store)->settle(kLong));
@@ -418,7 +418,7 @@ TEST(BackgroundStore, ResumesInLastPart) {
   ASSERT_TRUE(store->append(sample_at(10), {}));
   ASSERT_TRUE(store->settle(kLong));
   store.reset();
-  auto again = Store::reopen(path, in_background());
+  auto again = Store::reopen(path, background_options());
   ASSERT_TRUE(again) << text(again.error());
   ASSERT_TRUE((*again)->append_gap(11, 40, "power cut"));
   ASSERT_TRUE((*again)->append(sample_at(41), {}));
@@ -436,14 +436,14 @@ TEST(BackgroundStore, NumbersEventsAcrossAllFiles) {
   const auto path = folder / "run.db";
   const std::vector<Event> three(3, Event{sample_at(0).at, EventKind::note, "a note"});
   {
-    auto store = Store::create(path, two_thermometers(), in_background()).value();
+    auto store = Store::create(path, two_thermometers(), background_options()).value();
     ASSERT_TRUE(store->append(sample_at(0), three));
     ASSERT_TRUE(store->settle(kLong));
   }
   const auto highest = read_last_event_number(find_record_files(path).value()).value();
   EXPECT_GE(highest, 3);
   {
-    auto store = Store::reopen(path, in_background()).value();
+    auto store = Store::reopen(path, background_options()).value();
     ASSERT_TRUE(store->append(sample_at(1), {}));
     ASSERT_TRUE(store->settle(kLong));
     std::filesystem::remove(path + "-wal");
@@ -480,7 +480,7 @@ TEST(BackgroundStore, CountsFaultyReadingsOfAllFiles) {
     ASSERT_TRUE(store->settle(kLong));
   }
   {
-    auto store = Store::reopen(path, in_background()).value();
+    auto store = Store::reopen(path, background_options()).value();
     ASSERT_TRUE(store->append(silent(5), {}));
     ASSERT_TRUE(store->settle(kLong));
     std::filesystem::remove(path + "-wal");
@@ -490,7 +490,7 @@ TEST(BackgroundStore, CountsFaultyReadingsOfAllFiles) {
     EXPECT_EQ(status_in_file(path).faults, 5);
   }
   EXPECT_EQ(read_status(path)->faults, 5) << "what both files have counts once";
-  auto store = Store::reopen(path, in_background()).value();
+  auto store = Store::reopen(path, background_options()).value();
   ASSERT_TRUE(store->append(silent(7), {}));
   ASSERT_TRUE(store->settle(kLong));
   EXPECT_EQ(status_in_file(path).faults, 6);
@@ -505,7 +505,7 @@ TEST(BackgroundStore, LosesNothingWhenNewPartIsEmpty) {
   ASSERT_TRUE(RunFile::create(part_path(path, 2), two_thermometers(), continuation));
   EXPECT_EQ(read_record(path).value().slot.size(), 10u);
   EXPECT_TRUE(verify_record(path));
-  auto store = Store::reopen(path, in_background()).value();
+  auto store = Store::reopen(path, background_options()).value();
   ASSERT_TRUE(store->append(sample_at(10), {}));
   ASSERT_TRUE(store->settle(kLong));
   std::filesystem::remove(path + "-wal");

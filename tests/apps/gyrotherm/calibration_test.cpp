@@ -60,7 +60,7 @@ stage = "uncompensated"
 at_most = 0.0001
 )";
 
-std::string text_in(const std::string& path) { return read_text_file(path, kLargestTable).value_or(""); }
+std::string read_text(const std::string& path) { return read_text_file(path, kLargestTable).value_or(""); }
 
 /// Replaces narrow and non-breaking blanks by plain ones, as pdftotext prints them, and joins lines.
 std::string plain_blanks(std::string text) {
@@ -94,8 +94,8 @@ class CalibrationOfAUnit : public testing::Test {
     return " --laboratory " + in("laboratory.toml") + " --order " + in(order);
   }
   [[nodiscard]] static std::string in(const std::string& name) { return *folder() / name; }
-  [[nodiscard]] static report::CalibrationReport filed(const std::string& name) {
-    return report::calibration_from_json(text_in(in(name) + "/calibration.json"), name).value();
+  [[nodiscard]] static report::CalibrationReport read_report(const std::string& name) {
+    return report::calibration_from_json(read_text(in(name) + "/calibration.json"), name).value();
   }
 
  private:
@@ -109,22 +109,22 @@ TEST_F(CalibrationOfAUnit, WritesAllViews) {
   for (const char* name : {"calibration.json", "calibration.csv", "dcc.xml", "calibration.html", "calibration.de.html",
                            "calibration.pdf", "calibration.de.pdf"})
     EXPECT_TRUE(std::filesystem::exists(in("report/") + name)) << name;
-  const auto report = filed("report");
+  const auto report = read_report("report");
   EXPECT_TRUE(report.missing.empty());
   EXPECT_TRUE(report.simulated);
   EXPECT_EQ(verdict_of(report), report::Verdict::fail)
       << "before compensation it is far beyond a tenth of a thousandth";
-  EXPECT_NE(text_in(in("report/calibration.html")).find("&lt;script&gt;alert(1)"), std::string::npos);
+  EXPECT_NE(read_text(in("report/calibration.html")).find("&lt;script&gt;alert(1)"), std::string::npos);
 }
 
 TEST_F(CalibrationOfAUnit, WritesSameNumbersIntoAllViews) {
-  const std::string page = plain_blanks(text_in(in("report/calibration.html")));
-  const std::string certificate = text_in(in("report/dcc.xml"));
+  const std::string page = plain_blanks(read_text(in("report/calibration.html")));
+  const std::string certificate = read_text(in("report/dcc.xml"));
   const auto pdf = shell("pdftotext -layout " + in("report/calibration.pdf") + " -");
   ASSERT_EQ(pdf.exit_code, 0) << pdf.err;
   const std::string paper = plain_blanks(pdf.out);
   int values = 0;
-  for (const report::ResultTable& table : filed("report").results) {
+  for (const report::ResultTable& table : read_report("report").results) {
     for (const report::Column& column : table.columns) {
       for (const report::ReportedValue& value : column.values) {
         if (!std::isfinite(value.standard_uncertainty)) continue;
@@ -140,26 +140,26 @@ TEST_F(CalibrationOfAUnit, WritesSameNumbersIntoAllViews) {
 }
 
 TEST_F(CalibrationOfAUnit, StatesTrainedRangeOfBlock) {
-  const auto model = nlohmann::json::parse(text_in(in("model.json")));
+  const auto model = nlohmann::json::parse(read_text(in("model.json")));
   const auto& block = model["trained_on"][0]["block"];
-  const auto ranges = filed("report").trained_ranges;
+  const auto ranges = read_report("report").trained_ranges;
   ASSERT_EQ(ranges.size(), 1U);
   EXPECT_EQ(ranges[0].stage, report::Stage::as_left);
   ASSERT_TRUE(ranges[0].block);
   EXPECT_EQ(ranges[0].block->low_c, block["low_c"]);
   EXPECT_EQ(ranges[0].block->high_c, block["high_c"]);
-  EXPECT_NE(text_in(in("report/calibration.html")).find("The model was trained at block temperatures from "),
+  EXPECT_NE(read_text(in("report/calibration.html")).find("The model was trained at block temperatures from "),
             std::string::npos);
-  EXPECT_NE(text_in(in("report/calibration.de.html")).find("Das Modell wurde bei Temperaturen des Blocks von "),
+  EXPECT_NE(read_text(in("report/calibration.de.html")).find("Das Modell wurde bei Temperaturen des Blocks von "),
             std::string::npos);
 }
 
 TEST_F(CalibrationOfAUnit, AppliesAsLeftLimitsToUnseenRunOnly) {
   int as_left = 0;
-  for (const report::Conformity& one : filed("report").conformity) {
+  for (const report::Conformity& one : read_report("report").conformity) {
     if (one.stage != report::Stage::as_left) continue;
     ++as_left;
-    EXPECT_EQ(one.run, filed("report").files[3].id) << "the random run";
+    EXPECT_EQ(one.run, read_report("report").files[3].id) << "the random run";
   }
   EXPECT_GT(as_left, 0);
 }
@@ -167,7 +167,7 @@ TEST_F(CalibrationOfAUnit, AppliesAsLeftLimitsToUnseenRunOnly) {
 /// A coefficient known to a tenth of its value has fifty degrees of freedom (GUM G.3).
 TEST_F(CalibrationOfAUnit, GivesNoiseDegreesOfFreedomOfBudget) {
   int coefficients = 0;
-  for (const report::ResultTable& table : filed("report").results) {
+  for (const report::ResultTable& table : read_report("report").results) {
     if (table.group != report::Group::random_drift) continue;
     const report::ReportedValue& value = table.columns.front().values.front();
     EXPECT_NEAR(value.degrees_of_freedom, std::max(1.0, 0.5 * std::pow(value.value / value.standard_uncertainty, 2)),
@@ -185,7 +185,7 @@ TEST_F(CalibrationOfAUnit, RefusesRecordsOfTwoGyros) {
   EXPECT_NE(refused.err.find("is of another gyro (seed 4)"), std::string::npos) << refused.err;
   EXPECT_EQ(gyrotherm_with("train " + in("ramp.db") + " " + in("other.db") + " --out " + in("none.json")).exit_code, 2);
   run("report " + in("other.db") + " --model " + in("model.json") + files("order.toml") + " --out " + in("of_other"));
-  const auto missing = filed("of_other").missing;
+  const auto missing = read_report("of_other").missing;
   EXPECT_NE(std::ranges::find(missing, "models: one trained on this unit"), missing.end());
 }
 
@@ -203,14 +203,14 @@ TEST_F(CalibrationOfAUnit, StatesBiasReferenceOfEachRecord) {
     run("import " + in("table.csv") + " --map " + in(name) + ".toml --out " + in(name) + ".db");
   }
   run("report " + in("known.db") + " " + in("unknown.db") + " --out " + in("zeros"));
-  const auto report = filed("zeros");
+  const auto report = read_report("zeros");
   EXPECT_EQ(report.bias_zero, "");
   ASSERT_EQ(report.bias_zeros.size(), 2u);
   EXPECT_EQ(report.bias_zeros[0].zero, "earth rate removed");
   EXPECT_EQ(report.bias_zeros[1].zero, "nothing removed");
   run("report " + in("known.db") + " --out " + in("zero"));
-  EXPECT_EQ(filed("zero").bias_zero, "earth rate removed");
-  EXPECT_TRUE(filed("zero").bias_zeros.empty());
+  EXPECT_EQ(read_report("zero").bias_zero, "earth rate removed");
+  EXPECT_TRUE(read_report("zero").bias_zeros.empty());
 }
 
 TEST_F(CalibrationOfAUnit, ListsEachCalibrationOfThermometer) {
@@ -221,7 +221,7 @@ TEST_F(CalibrationOfAUnit, ListsEachCalibrationOfThermometer) {
   }
   run("report " + in("ramp.db") + " " + in("anew.db") + " --unverified --out " + in("anew"));
   std::vector<double> of_a;
-  for (const report::Equipment& one : filed("anew").equipment)
+  for (const report::Equipment& one : read_report("anew").equipment)
     if (one.channel == "A") of_a.push_back(one.standard_uncertainty_k);
   EXPECT_EQ(of_a, (std::vector<double>{0.02, 0.1})) << "as the budgets of the two records take it";
 }
@@ -229,7 +229,7 @@ TEST_F(CalibrationOfAUnit, ListsEachCalibrationOfThermometer) {
 TEST_F(CalibrationOfAUnit, IsAuthorisedOnceAndNeverOverwritten) {
   run("report " + in("random.db") + " --model " + in("model.json") + files("order.toml") + " --out " + in("once"));
   run("report authorise " + in("once") + " --by 'B. Berg'");
-  EXPECT_EQ(filed("once").authorised->name, "B. Berg");
+  EXPECT_EQ(read_report("once").authorised->name, "B. Berg");
   EXPECT_EQ(gyrotherm_with("report authorise " + in("once") + " --by 'B. Berg'").exit_code, 2);
   const auto again = gyrotherm_with("report " + in("random.db") + files("order.toml") + " --out " + in("once"));
   EXPECT_EQ(again.exit_code, 2);
@@ -244,13 +244,13 @@ TEST_F(CalibrationOfAUnit, IsAuthorisedOnlyByPersonWithRole) {
     EXPECT_NE(refused.err.find("does not have the role authorising; laboratory.toml gives it to \"B. Berg\""),
               std::string::npos)
         << refused.err;
-    EXPECT_EQ(filed("roles").state, report::ReportState::draft);
+    EXPECT_EQ(read_report("roles").state, report::ReportState::draft);
   }
 }
 
 TEST_F(CalibrationOfAUnit, IsNotAuthorisedWithPlaceholderTexts) {
   run("report " + in("random.db") + " --model " + in("model.json") + files("order.toml") + " --out " + in("copied"));
-  auto draft = filed("copied");
+  auto draft = read_report("copied");
   draft.traceability = {"Temperatures are traceable to the SI through …", ""};
   draft.customer.name = "Navigation Works";
   draft.people[1].name = "O. Perator";
@@ -260,7 +260,7 @@ TEST_F(CalibrationOfAUnit, IsNotAuthorisedWithPlaceholderTexts) {
   for (const char* key :
        {"laboratory.toml: traceability.en", "order.toml: customer.name", "order.toml: person[1].name"})
     EXPECT_NE(refused.err.find(key), std::string::npos) << refused.err;
-  EXPECT_EQ(filed("copied").state, report::ReportState::draft);
+  EXPECT_EQ(read_report("copied").state, report::ReportState::draft);
 }
 
 /// Covers reports that gyrotherm 0.1.0 authorised and reports with a changed view.
@@ -289,16 +289,16 @@ TEST_F(CalibrationOfAUnit, RemainsDraftWhenViewCannotBeWritten) {
   std::filesystem::remove(pdf);
   std::filesystem::create_directories(pdf + "/in-the-way");
   EXPECT_EQ(gyrotherm_with("report authorise " + in("half") + " --by 'B. Berg'").exit_code, 4);
-  EXPECT_EQ(filed("half").state, report::ReportState::draft);
+  EXPECT_EQ(read_report("half").state, report::ReportState::draft);
   std::filesystem::remove_all(pdf);
   run("report authorise " + in("half") + " --by 'B. Berg'");
-  EXPECT_EQ(filed("half").state, report::ReportState::authorised);
+  EXPECT_EQ(read_report("half").state, report::ReportState::authorised);
   EXPECT_TRUE(std::filesystem::is_regular_file(pdf));
 }
 
 TEST_F(CalibrationOfAUnit, IsDraftThatListsMissingTextsWithoutOrder) {
   run("report " + in("ramp.db") + " --model " + in("model.json") + " --out " + in("draft"));
-  const auto report = filed("draft");
+  const auto report = read_report("draft");
   EXPECT_NE(std::ranges::find(report.missing, "order.toml: customer.name"), report.missing.end());
   EXPECT_NE(std::ranges::find(report.missing, "records: a record that the model was not trained on"),
             report.missing.end());
@@ -369,7 +369,7 @@ TEST_F(CalibrationOfAUnit, IsSupersededByAuthorisedReportOfSameUnit) {
   std::filesystem::remove(in("first/as-signed"));
   run("report supersede " + in("first") + " --by " + in("second") + " --reason 'a year'");
   EXPECT_TRUE(std::filesystem::exists(in("first/as-signed/dcc.xml")));
-  EXPECT_EQ(filed("first").replaced_by->number, "C-2");
+  EXPECT_EQ(read_report("first").replaced_by->number, "C-2");
 }
 
 /// The repeatability of three starts is known only from all three together, and the model has seen each of them.
@@ -405,7 +405,7 @@ cycle = true
   std::ofstream(in("starts.toml")) << kOrder << "[[limit]]\nquantity = \"turn_on_repeatability.std_of_bias\"\n"
                                    << "stage = \"as_left\"\nat_most = 0.1\n";
   run("report" + records + " --model " + in("starts.json") + files("starts.toml") + " --out " + in("starts"));
-  const auto report = filed("starts");
+  const auto report = read_report("starts");
   EXPECT_NE(std::ranges::find(report.missing, "records: a record that the model was not trained on"),
             report.missing.end());
   EXPECT_EQ(report.conformity.back().verdict, report::Verdict::not_known);
@@ -445,7 +445,7 @@ TEST_F(CalibrationOfAUnit, RefusesLimitOnUnknownQuantity) {
     EXPECT_FALSE(std::filesystem::exists(in("mistyped")));
   }
   // A limit may apply to every reported result except set points, counts and shares.
-  for (const report::ResultTable& table : filed("report").results) {
+  for (const report::ResultTable& table : read_report("report").results) {
     for (const report::Column& column : table.columns) {
       const auto given = {"set_point", "temperature", "starts", "within", "nominal_share", "seen_share"};
       if (std::ranges::find(given, column.quantity) != given.end()) continue;
@@ -459,9 +459,9 @@ TEST_F(CalibrationOfAUnit, RefusesLimitOnUnknownQuantity) {
 TEST_F(CalibrationOfAUnit, CompensateReadsExportedRows) {
   run("export " + in("random.db") + " --out " + in("random.csv"));
   run("export " + in("random.db") + " --compensated --model " + in("model.json") + " --out " + in("compensated.csv"));
-  const auto stream = gyrotherm_with("compensate " + in("model.json"), text_in(in("random.csv")));
+  const auto stream = gyrotherm_with("compensate " + in("model.json"), read_text(in("random.csv")));
   ASSERT_EQ(stream.exit_code, 0) << stream.err;
-  const std::string table = text_in(in("compensated.csv"));
+  const std::string table = read_text(in("compensated.csv"));
   EXPECT_NE(table.find("# SIMULATED"), std::string::npos);
   EXPECT_NE(table.find(",bias [°/h],compensated [°/h],U of a mean over 100 s [°/h]\n"), std::string::npos);
   const auto last_of = [](std::string text, int from_behind) {
@@ -476,7 +476,7 @@ TEST_F(CalibrationOfAUnit, CompensateReadsExportedRows) {
 TEST_F(CalibrationOfAUnit, ExportsCompensatedRowsWithSameTimes) {
   const auto exported = [&](const std::string& how) {
     run("export " + in("random.db") + " --from '10 min' --to '602 s' --force --out " + in("chosen.csv") + how);
-    return text_in(in("chosen.csv"));
+    return read_text(in("chosen.csv"));
   };
   const auto plain = exported(""), compensated = exported(" --compensated --model " + in("model.json"));
   for (const char* time : {"600", "601", "602"}) {
@@ -499,7 +499,7 @@ TEST_F(CalibrationOfAUnit, LeavesMeansEmptyAcrossGap) {
     ASSERT_TRUE(record.execute("DELETE FROM sample WHERE slot BETWEEN 1000 AND 1009"));
   }
   run("export " + in("gap.db") + " --unverified --compensated --model " + in("model.json") + " --out " + in("gap.csv"));
-  const auto compensated = [table = text_in(in("gap.csv"))](int second) {
+  const auto compensated = [table = read_text(in("gap.csv"))](int second) {
     auto line = table.substr(table.find(fmt::format("\n{},", second + 1)) + 1);  // a second is sampled at its end
     line = line.substr(0, line.find('\n'));
     line = line.substr(0, line.rfind(','));

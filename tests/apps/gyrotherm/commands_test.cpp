@@ -221,7 +221,8 @@ TEST(Check, ReportsConfidenceOfFilesAndDueCalibrations) {
 
 /// Returns the path of a copy of the virtual rig with these [limits] in its chamber map. `link` holds lines of
 /// [chamber].
-std::string rig_that_stores(const Folder& folder, const std::string& limits, const std::string& link = "") {
+std::string write_rig_with_chamber_limits(const Folder& folder, const std::string& limits,
+                                          const std::string& link = "") {
   const auto made = shell("printf '[limits]\\n" + limits + "\\n' | cat profiles/chambers/virtual.toml - > '" +
                           (folder / "map.toml") + "'; sed -e 's#\\.\\./chambers/virtual.toml#map.toml#; s#\\.\\./#" +
                           GYROTHERM_SOURCE_DIR "/profiles/#; s#^safe_set_point#" + link +
@@ -233,8 +234,8 @@ std::string rig_that_stores(const Folder& folder, const std::string& limits, con
 TEST(Check, CountsSetPointsOfRun) {
   const Folder folder;
   const auto counted = [&](const std::string& limits) {
-    const auto ran =
-        gyrotherm_with("check profiles/qualification.toml --json --rig " + rig_that_stores(folder, limits));
+    const auto ran = gyrotherm_with("check profiles/qualification.toml --json --rig " +
+                                    write_rig_with_chamber_limits(folder, limits));
     EXPECT_EQ(ran.exit_code, 0) << ran.err;
     return nlohmann::json::parse(ran.out).at("profile").at("set_points").get<long>();
   };
@@ -249,14 +250,15 @@ TEST(Check, CountsSetPointsOfRun) {
 TEST(Check, WarnsWhenControllerStoresEachSetPoint) {
   const Folder folder;
   const auto ran = gyrotherm_with("check profiles/qualification.toml --rig " +
-                                  rig_that_stores(folder, "nonvolatile_set_point = 100000"));
+                                  write_rig_with_chamber_limits(folder, "nonvolatile_set_point = 100000"));
   EXPECT_EQ(ran.exit_code, 0) << ran.err;
   for (const auto* word : {"stores each of them in memory that is rated for 100000 writes", "% of its life", "`every`"})
     EXPECT_NE(ran.out.find(word), std::string::npos) << ran.out;
   EXPECT_EQ(gyrotherm_with("check profiles/qualification.toml --rig virtual").out.find("is rated for"),
             std::string::npos);
   for (const auto* wrong : {"0", "-5", "1.5", "\"many\""})
-    EXPECT_EQ(gyrotherm_with("check --rig " + rig_that_stores(folder, "nonvolatile_set_point = " + std::string(wrong)))
+    EXPECT_EQ(gyrotherm_with("check --rig " +
+                             write_rig_with_chamber_limits(folder, "nonvolatile_set_point = " + std::string(wrong)))
                   .exit_code,
               4)
         << wrong;
@@ -278,7 +280,8 @@ TEST(Check, ConnectUsesLinkSettingsOfRig) {
   const Folder folder;
   for (const auto* link : {"link = { unit = 1 }", "link = { returns_other_transaction = true, read_at_most = 9 }",
                            "link = { timeout = \"1 s\", returns_other_unit = true }"}) {
-    const auto ran = gyrotherm_with("check --connect --rig " + rig_that_stores(folder, "", std::string(link) + "\\n"));
+    const auto ran =
+        gyrotherm_with("check --connect --rig " + write_rig_with_chamber_limits(folder, "", std::string(link) + "\\n"));
     EXPECT_EQ(ran.exit_code, 0) << link << ": " << ran.err;
     EXPECT_NE(ran.out.find("chamber: "), std::string::npos);
   }

@@ -20,7 +20,7 @@ constexpr int kKilled = 40;
 constexpr int kKilled = 8;
 #endif
 
-void expect_whole(const record::Record& record) {
+void expect_complete(const record::Record& record) {
   std::int64_t expected = 0;
   auto gap = record.gaps.begin();
   for (const auto slot : record.slot) {
@@ -46,7 +46,7 @@ TEST(Crash, LosesNoAcknowledgedSecondWhenKilledAndResumes) {
       ASSERT_TRUE(record) << text(record.error());
       ASSERT_FALSE(record->slot.empty());
       EXPECT_GE(record->slot.back(), acknowledged) << "killed for the " << i + 1 << "th time";
-      expect_whole(*record);
+      expect_complete(*record);
       if (record->finished) continue;  // run ended before the signal
     }
     ASSERT_EQ(ended, -SIGKILL);
@@ -57,7 +57,7 @@ TEST(Crash, LosesNoAcknowledgedSecondWhenKilledAndResumes) {
     EXPECT_TRUE(record->finished);
     ASSERT_EQ(record->gaps.size(), 1u);
     EXPECT_EQ(record->gaps[0].last - record->gaps[0].first + 1, 30);
-    expect_whole(*record);
+    expect_complete(*record);
   }
 }
 

@@ -11,23 +11,23 @@ namespace {
 
 const record::AxisInfo kGyro{.kind = record::GyroKind::pulse_count, .scale = 0.5, .earth_rate = DegreesPerHour{10}};
 
-Reading<GyroCount> counted(std::int64_t pulses) {
+Reading<GyroCount> make_count(std::int64_t pulses) {
   return {GyroCount{.pulses = {pulses}, .interval = std::chrono::seconds(1)}, {}};
 }
 
 TEST(BiasMeter, SubtractsEarthRate) {
   BiasMeter meter(kGyro);
   EXPECT_FALSE(meter.last_second() || meter.mean());
-  meter.see(counted(22));
+  meter.see(make_count(22));
   EXPECT_NEAR(meter.last_second()->value, 1.0, 1e-12) << "22 pulses of 0.5 arcsec in 1 s, less 10 °/h";
-  meter.see(counted(24));
+  meter.see(make_count(24));
   EXPECT_NEAR(meter.last_second()->value, 2.0, 1e-12);
   EXPECT_NEAR(meter.mean()->value, 1.5, 1e-12);
 }
 
 TEST(BiasMeter, SkipsFaultsInMean) {
   BiasMeter meter(kGyro);
-  meter.see(counted(22));
+  meter.see(make_count(22));
   meter.see({failure(FaultKind::timeout, "gyro", "silent"), {}});
   EXPECT_FALSE(meter.last_second());
   EXPECT_NEAR(meter.mean()->value, 1.0, 1e-12);
@@ -35,8 +35,8 @@ TEST(BiasMeter, SkipsFaultsInMean) {
 
 TEST(BiasMeter, AveragesLastHundredSeconds) {
   BiasMeter meter(kGyro);
-  meter.see(counted(1'000'000));
-  for (int i = 0; i < 100; ++i) meter.see(counted(22));
+  meter.see(make_count(1'000'000));
+  for (int i = 0; i < 100; ++i) meter.see(make_count(22));
   EXPECT_NEAR(meter.mean()->value, 1.0, 1e-12);
 }
 

@@ -36,7 +36,7 @@ std::string clock(int row) {
   return fmt::format("{:02}:{:02}:{:02}", s / 3600, s / 60 % 60, s % 60);
 }
 
-std::string with_comma(double number, int digits) {
+std::string format_with_comma(double number, int digits) {
   auto text = fmt::format("{:.{}f}", number, digits);
   text[text.find('.')] = ',';
   return text;
@@ -60,8 +60,8 @@ std::vector<ForeignTable> tables() {
       {"a spreadsheet in German",
        table("Zeit;T1 [°C];T2 [°C];Gyro [°/h]",
              [](int i) {
-               return "01.03.2026 " + clock(i) + ";" + with_comma(B::oven_c(i), 3) + ";" + with_comma(B::wall_c(i), 3) +
-                      ";" + with_comma(B::rate_deg_per_h(i), 5);
+               return "01.03.2026 " + clock(i) + ";" + format_with_comma(B::oven_c(i), 3) + ";" +
+                      format_with_comma(B::wall_c(i), 3) + ";" + format_with_comma(B::rate_deg_per_h(i), 5);
              }),
        ""},
       {"minutes and Fahrenheit",

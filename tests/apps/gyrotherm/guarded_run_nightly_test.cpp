@@ -41,7 +41,7 @@ std::optional<double> seconds_until_safe(const RealLaboratory& laboratory, const
   return taken;
 }
 
-void break_off(int times, unsigned seed, Times& all) {
+void end_programs(int times, unsigned seed, Times& all) {
   const tests::TestFolder folder;
   const RealLaboratory laboratory(folder / "");
   std::mt19937_64 random(seed);
@@ -70,7 +70,7 @@ TEST(GuardedRuns, LeaveChamberSafeWithinTwentySecondsWhenKilledOrStopped) {
   {
     std::vector<std::jthread> threads;
     for (int i = 0; i < kAtATime; ++i)
-      threads.emplace_back([&, i] { break_off((times + i) / kAtATime, 20260101 + i, all); });
+      threads.emplace_back([&, i] { end_programs((times + i) / kAtATime, 20260101 + i, all); });
   }
   std::printf("killed: %s\nstopped: %s\n", figures(all.killed).c_str(), figures(all.stopped).c_str());
   EXPECT_EQ(all.failed, 0);

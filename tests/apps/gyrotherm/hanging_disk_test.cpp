@@ -18,12 +18,12 @@ namespace gyrotherm::app {
 namespace {
 
 /// Environment variable for child processes, during the lifetime of the object.
-class Setting {
+class EnvironmentVariable {
  public:
-  Setting(const char* name, const std::string& value) : name_(name) { ::setenv(name, value.c_str(), 1); }
-  ~Setting() { ::unsetenv(name_); }
-  Setting(const Setting&) = delete;
-  Setting& operator=(const Setting&) = delete;
+  EnvironmentVariable(const char* name, const std::string& value) : name_(name) { ::setenv(name, value.c_str(), 1); }
+  ~EnvironmentVariable() { ::unsetenv(name_); }
+  EnvironmentVariable(const EnvironmentVariable&) = delete;
+  EnvironmentVariable& operator=(const EnvironmentVariable&) = delete;
 
  private:
   const char* name_;
@@ -65,8 +65,8 @@ TEST(HangingDisk, DelaysNoTickIsReportedAndLosesNothing) {
   const auto record = folder / "run.db", hangs = folder / "hangs";
   std::optional<Background> run;
   {
-    const Setting disk("LD_PRELOAD", GYROTHERM_HANGING_DISK), file("GYROTHERM_HANG", hangs);
-    const Setting also_with_its_sanitizer("ASAN_OPTIONS", "verify_asan_link_order=0");
+    const EnvironmentVariable disk("LD_PRELOAD", GYROTHERM_HANGING_DISK), file("GYROTHERM_HANG", hangs);
+    const EnvironmentVariable also_with_its_sanitizer("ASAN_OPTIONS", "verify_asan_link_order=0");
     run.emplace(std::vector<std::string>{"run", "tests/profiles/ten-minutes-warm.toml", "--rig", laboratory.rig(),
                                          "--out", record, "--json"},
                 folder / "log");
@@ -103,8 +103,8 @@ TEST(HangingDisk, LetsRunEndWithoutStatusFile) {
   const auto record = folder / "run.db", hangs = folder / "hangs";
   std::optional<Background> run;
   {
-    const Setting disk("LD_PRELOAD", GYROTHERM_HANGING_DISK), file("GYROTHERM_HANG_STATUS", hangs);
-    const Setting also_with_its_sanitizer("ASAN_OPTIONS", "verify_asan_link_order=0");
+    const EnvironmentVariable disk("LD_PRELOAD", GYROTHERM_HANGING_DISK), file("GYROTHERM_HANG_STATUS", hangs);
+    const EnvironmentVariable also_with_its_sanitizer("ASAN_OPTIONS", "verify_asan_link_order=0");
     run.emplace(std::vector<std::string>{"run", "tests/profiles/ten-seconds.toml", "--rig", laboratory.rig(), "--out",
                                          record, "--json"},
                 folder / "log");

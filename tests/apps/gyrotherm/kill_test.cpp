@@ -97,7 +97,7 @@ Sample make_sample(const record::Record& record, std::size_t i) {
 }
 
 /// Returns the last slot that a row or a gap accounts for.
-std::int64_t accounted(const record::Record& record) {
+std::int64_t last_accounted_slot(const record::Record& record) {
   const auto row = record.slot.empty() ? -1 : record.slot.back();
   return record.gaps.empty() ? row : std::max(row, record.gaps.back().last);
 }
@@ -116,7 +116,7 @@ std::ostream& operator<<(std::ostream& out, const Moment& moment) {
 }
 
 /// Waits for the moment. Returns false if the program ended first.
-bool await(const Background& run, const Moment& moment) {
+bool wait_for_moment(const Background& run, const Moment& moment) {
   constexpr Nanoseconds kLook = std::chrono::microseconds(500), kSharp = std::chrono::microseconds(50);
   while (moment.acknowledged >= 0 && last_acknowledged(run.output()) < moment.acknowledged) {
     if (!run.is_running()) return false;
@@ -174,10 +174,10 @@ class Kills : public ::testing::Test {
   }
 
   /// Runs a program that writes the record at `path` and kills it. Returns the record if it is unfinished.
-  std::optional<record::Record> killed(const std::vector<std::string>& arguments, const std::string& path,
-                                       const Moment& moment) {
+  std::optional<record::Record> run_and_kill(const std::vector<std::string>& arguments, const std::string& path,
+                                             const Moment& moment) {
     Background run(arguments, path + ".log");
-    const bool met = await(run, moment);
+    const bool met = wait_for_moment(run, moment);
     run.signal(SIGKILL);
     if (run.wait() != -SIGKILL || !met) return ++tally_.ended, std::nullopt;
     const auto acknowledged = last_acknowledged(run.output());
@@ -185,7 +185,7 @@ class Kills : public ::testing::Test {
     if (!record && acknowledged < 0) return ++tally_.before_the_record, std::nullopt;
     EXPECT_TRUE(record) << text(record.error());
     if (!record) return std::nullopt;
-    const auto last = accounted(*record);
+    const auto last = last_accounted_slot(*record);
     tally_.lost += std::max<std::int64_t>(0, acknowledged - last);
     EXPECT_GE(last, acknowledged) << "seconds were lost that had been acknowledged";
     const auto verified = record::verify_record(path);
@@ -199,7 +199,7 @@ class Kills : public ::testing::Test {
   void kill_one(int number, const std::string& path) {
     const auto moment = draw(number);
     SCOPED_TRACE(::testing::Message() << "run " << number << ", " << moment);
-    const auto before = killed({"run", kProfile, "--rig", kRig, "--out", path, "--json"}, path, moment);
+    const auto before = run_and_kill({"run", kProfile, "--rig", kRig, "--out", path, "--json"}, path, moment);
     if (!before) return;
     const auto rows = before->slot.size();
     expect_same_up_to(rows, *before, twin_);
@@ -214,7 +214,7 @@ class Kills : public ::testing::Test {
     const auto rest = std::chrono::duration_cast<Nanoseconds>((whole_ - until_record_) * left);
     const Moment again{-1, until_record_ + draw_part(rest)};
     SCOPED_TRACE(::testing::Message() << "its continuation " << again);
-    const bool was_killed = killed({"resume", path, "--json"}, path, again).has_value();
+    const bool was_killed = run_and_kill({"resume", path, "--json"}, path, again).has_value();
     tally_.resumed_too += was_killed ? 1 : 0;
     return was_killed || !record::read_record(path).value().finished;
   }

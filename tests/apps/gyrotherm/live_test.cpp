@@ -157,9 +157,9 @@ class CopyOfAnotherRun : public testing::Test {
           gyrotherm_with("import " + file + ".csv --map " + (folder_ / "map.toml") + " --out " + file + ".db");
       EXPECT_EQ(imported.exit_code, 0) << imported.err;
     }
-    lead_to("one", 1);
+    link_copy_to("one", 1);
   }
-  void lead_to(const std::string& name, int number) {
+  void link_copy_to(const std::string& name, int number) {
     const auto target = "run.live.db." + std::to_string(number);
     std::filesystem::copy_file(folder_ / (name + ".db"), folder_ / target);
     std::filesystem::create_symlink(target, folder_ / "run.live.db.new");
@@ -182,7 +182,7 @@ TEST_F(CopyOfAnotherRun, IsNotFollowed) {
 TEST_F(CopyOfAnotherRun, EndsFollowing) {
   Background follower({"export", folder_ / "run.db", "--follow"}, folder_ / "followed");
   ASSERT_TRUE(follower.wait_for("\n39,", 60)) << follower.output();
-  lead_to("two", 2);
+  link_copy_to("two", 2);
   EXPECT_NE(follower.wait(), 0);
   EXPECT_EQ(follower.output().find("\n40,"), std::string::npos) << follower.output();
 }

@@ -65,7 +65,8 @@ class ProgramOfOthers : public testing::Test {
     ASSERT_EQ(run.wait(), 5) << run.output();
   }
   /// Resumes the record and returns whether it continues. Stores the program's messages in `output`.
-  [[nodiscard]] bool continues(const std::string& path, const std::vector<std::string>& options, std::string& output) {
+  [[nodiscard]] bool resume_continues(const std::string& path, const std::vector<std::string>& options,
+                                      std::string& output) {
     std::vector<std::string> words{"resume", path, "--json"};
     words.insert(words.end(), options.begin(), options.end());
     Background resumed(words, new_log());
@@ -147,10 +148,10 @@ TEST_F(ProgramOfOthers, ResumesWithOriginalRelativePaths) {
   for (const auto* words : {R"(["/bin/sh", "acme.sh"])", kRelative, R"(["../rigs/acme.sh"])"}) {
     record_from_rigs(words);
     std::string output;
-    EXPECT_TRUE(continues(stopped, {}, output)) << words << output;
+    EXPECT_TRUE(resume_continues(stopped, {}, output)) << words << output;
     const auto archive = folder / "archive";
     std::filesystem::rename(folder / "runs", archive);
-    EXPECT_TRUE(continues(archive + "/r.db", {"--accept"}, output)) << "after the record was moved: " << output;
+    EXPECT_TRUE(resume_continues(archive + "/r.db", {"--accept"}, output)) << "after the record was moved: " << output;
     std::filesystem::remove_all(archive);
   }
 }
@@ -181,7 +182,8 @@ TEST_F(ProgramOfOthers, IsNotStartedFromChangedRecord) {
 }
 
 /// Writes a record with a valid chain and another rig.
-void forge(const std::string& from, const std::string& to, const std::string& rig_text, const std::string& rig_file) {
+void write_forged_record(const std::string& from, const std::string& to, const std::string& rig_text,
+                         const std::string& rig_file) {
   auto info = record::read_info(from);
   ASSERT_TRUE(info) << text(info.error());
   info->rig_text = rig_text;
@@ -214,7 +216,7 @@ TEST_F(ProgramOfOthers, IsNotStartedFromForgedRecord) {
   };
   for (std::size_t i = 0; i < forgeries.size(); ++i) {
     const auto copy = folder / ("runs/forged" + std::to_string(i) + ".db");
-    forge(stopped, copy, forgeries[i].first, forgeries[i].second);
+    write_forged_record(stopped, copy, forgeries[i].first, forgeries[i].second);
     const auto resumed = shell("timeout 60 " GYROTHERM_PROGRAM " resume --accept " + copy);
     EXPECT_EQ(resumed.exit_code, 3) << i << resumed.err;
     EXPECT_NE(resumed.err.find("not started: this user has not confirmed it"), std::string::npos) << resumed.err;
@@ -236,8 +238,8 @@ TEST_F(ProgramOfOthers, IsStartedByResumeOnlyAsConfirmed) {
   std::ofstream(folder / "rigs/acme.sh", std::ios::app) << "# changed\n";
   expect_refused("has changed since it was confirmed");
   std::string output;
-  EXPECT_TRUE(continues(stopped, {"--accept", "--trust-commands"}, output)) << output;
-  EXPECT_TRUE(continues(stopped, {"--accept"}, output)) << "what was trusted is confirmed: " << output;
+  EXPECT_TRUE(resume_continues(stopped, {"--accept", "--trust-commands"}, output)) << output;
+  EXPECT_TRUE(resume_continues(stopped, {"--accept"}, output)) << "what was trusted is confirmed: " << output;
   const auto confirmed = folder / "state/gyrotherm/confirmed-commands";
   std::filesystem::permissions(confirmed, std::filesystem::perms::all);
   expect_refused("is writable by users other than its owner");
@@ -260,7 +262,7 @@ TEST_F(ProgramOfOthers, IsResumedOnlyByAcceptAfterRestartOfMachine) {
   EXPECT_EQ(asked.exit_code, 5) << asked.err;
   EXPECT_NE(asked.err.find("--accept"), std::string::npos) << asked.err;
   std::string output;
-  EXPECT_TRUE(continues(stopped, {"--accept"}, output)) << output;
+  EXPECT_TRUE(resume_continues(stopped, {"--accept"}, output)) << output;
 }
 
 }  // namespace

@@ -56,13 +56,13 @@ class Signing : public testing::Test {
                             "keyUsage=critical,digitalSignature && openssl req -x509 -newkey rsa:2048 -nodes -keyout "
                             "other.key -out other.pem -days 30 -subj /CN=Other");
     ASSERT_EQ(keys.exit_code, 0) << keys.err;
-    is_refused_when_changed_after_it_was_authorised();
+    expect_refused_when_changed_after_authorisation();
     const auto done = gyrotherm_with(sign_command());
     ASSERT_EQ(done.exit_code, 0) << done.err;
     ready_ = true;
   }
   /// Checks that a file changed between authorisation and signature is never signed, then restores the file.
-  static void is_refused_when_changed_after_it_was_authorised() {
+  static void expect_refused_when_changed_after_authorisation() {
     const auto refused = [](const std::string& name, const std::string& bytes, const std::string& why) {
       const std::string path = *folder_ / ("report/" + name), before = read_text_file(path, kLargestTable).value_or("");
       std::ofstream(path, std::ios::binary) << bytes;
@@ -84,17 +84,17 @@ class Signing : public testing::Test {
   static void TearDownTestSuite() { delete folder_; }
   void SetUp() override { ASSERT_TRUE(ready_); }
 
-  static Ran verified(const std::string& options, const std::string& trusted = "lab.pem") {
+  static Ran verify(const std::string& options, const std::string& trusted = "lab.pem") {
     return gyrotherm_with("report verify " + (*folder_ / "report") + " --trusted " + (*folder_ / trusted) + " " +
                           options);
   }
   /// Verifies after one byte of a file was changed, then restores the file.
-  static Ran verified_with_another_byte(const std::string& name) {
+  static Ran verify_with_changed_byte(const std::string& name) {
     const std::string before = *read_text_file(*folder_ / name, kLargestTable);
     std::string after = before;
     after[after.size() / 2] ^= 1;
     std::ofstream(*folder_ / name, std::ios::binary) << after;
-    const Ran ran = verified("");
+    const Ran ran = verify("");
     std::ofstream(*folder_ / name, std::ios::binary) << before;
     return ran;
   }
@@ -104,7 +104,7 @@ class Signing : public testing::Test {
 };
 
 TEST_F(Signing, IsVerifiedByCustomer) {
-  const auto ran = verified("");
+  const auto ran = verify("");
   EXPECT_EQ(ran.exit_code, 0) << ran.err;
   EXPECT_NE(ran.out.find("holds      dcc.xml: signed by CN=Our laboratory"), std::string::npos) << ran.out;
   EXPECT_NE(ran.out.find("holds      record.db: is the file on which the report is based, and all of its"),
@@ -115,7 +115,7 @@ TEST_F(Signing, IsVerifiedByCustomer) {
 }
 
 TEST_F(Signing, IsVerifiedAsJson) {
-  const auto found = nlohmann::json::parse(verified("--json").out);
+  const auto found = nlohmann::json::parse(verify("--json").out);
   EXPECT_EQ(found["holds"], true);
   EXPECT_EQ(found["report"], "C-1");
   EXPECT_EQ(found["signer"]["subject"], "CN=Our laboratory");
@@ -126,7 +126,7 @@ TEST_F(Signing, NamesForeignAndMissingFiles) {
   const std::string page = *folder_ / "report/calibration.html", note = *folder_ / "report/Calibration report.pdf";
   std::filesystem::copy_file(*folder_ / "report/calibration.pdf", note);
   std::filesystem::rename(page, *folder_ / "page.html");
-  const auto ran = verified(""), as_json = verified("--json");
+  const auto ran = verify(""), as_json = verify("--json");
   std::filesystem::rename(*folder_ / "page.html", page);
   std::filesystem::remove(note);
   EXPECT_EQ(ran.exit_code, 4);
@@ -138,12 +138,12 @@ TEST_F(Signing, NamesForeignAndMissingFiles) {
 
 TEST_F(Signing, FailsForChangedFiles) {
   for (const char* name : {"report/dcc.xml", "report/calibration.json", "record.db", "model.json"}) {
-    const auto ran = verified_with_another_byte(name);
+    const auto ran = verify_with_changed_byte(name);
     EXPECT_EQ(ran.exit_code, 4) << name;
     EXPECT_NE(ran.out.find("FAILS      " + std::filesystem::path(name).filename().string()), std::string::npos)
         << ran.out;
   }
-  EXPECT_EQ(verified("").exit_code, 0);
+  EXPECT_EQ(verify("").exit_code, 0);
 }
 
 /// A continuation file must not add rows that were never signed.
@@ -158,7 +158,7 @@ TEST_F(Signing, CoversAllFilesOfRecord) {
     ASSERT_TRUE(part->begin() && part->insert_event(-1, {{}, EventKind::fault, "goes on"}) &&
                 part->replace_frames({}) && part->commit());
   }
-  const auto ran = verified("");
+  const auto ran = verify("");
   std::filesystem::remove(*folder_ / "record.2.db");
   std::ofstream(manifest) << bytes;
   EXPECT_EQ(ran.exit_code, 4);
@@ -166,7 +166,7 @@ TEST_F(Signing, CoversAllFilesOfRecord) {
 }
 
 TEST_F(Signing, RefusesUntrustedSigner) {
-  const auto ran = verified("", "other.pem");
+  const auto ran = verify("", "other.pem");
   EXPECT_EQ(ran.exit_code, 4);
   EXPECT_NE(ran.out.find("FAILS      dcc.xml: the signer is not trusted"), std::string::npos) << ran.out;
 }

@@ -33,7 +33,7 @@ class TypePriorCommand : public testing::Test {
   void SetUp() override { ASSERT_TRUE(ready_) << "there are no records, or no prior of them"; }
 
   static std::string record(int seed) { return *folder_ / fmt::format("r{}.db", seed); }
-  static Ran trained(const std::string& options) {
+  static Ran train(const std::string& options) {
     return gyrotherm_with(fmt::format("train {} --prior {} --out {} {}", record(kUnits), *folder_ / "prior.json",
                                       *folder_ / "m.json", options));
   }
@@ -55,7 +55,7 @@ TEST_F(TypePriorCommand, DistinguishesVirtualGyrosBySeed) {
 }
 
 TEST_F(TypePriorCommand, TrainsUsableModelFromOneHour) {
-  const auto ran = trained("--clusters 0:36");
+  const auto ran = train("--clusters 0:36");
   ASSERT_EQ(ran.exit_code, 0) << ran.err;
   for (const auto* words : {"type-prior on A-B,", "type \"ring\" of 3 units (seed 1; seed 2; seed 3)",
                             "held out, 4 cons", "uncertainty of a mean over 1 h: U = "})

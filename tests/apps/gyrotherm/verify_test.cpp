@@ -24,12 +24,12 @@ class Verify : public testing::Test {
     ready_ = true;
   }
   static void TearDownTestSuite() { delete folder_; }
-  static Ran verified(const std::string& options) {
+  static Ran verify(const std::string& options) {
     return gyrotherm_with("verify " + (*folder_ / "m.json") + " " + (*folder_ / "r.db") + " --clusters 88:160 " +
                           options);
   }
-  static nlohmann::json figures(const std::string& options) {
-    const auto ran = verified("--json " + options);
+  static nlohmann::json verify_as_json(const std::string& options) {
+    const auto ran = verify("--json " + options);
     EXPECT_EQ(ran.exit_code, 0) << ran.err;
     return nlohmann::json::parse(ran.out);
   }
@@ -41,8 +41,8 @@ class Verify : public testing::Test {
 };
 
 TEST_F(Verify, AppliesPolicyForInputsOutsideTrainedRange) {
-  const auto by_default = figures(""), continued = figures("--outside continue");
-  const auto refused = figures("--outside refuse"), extrapolated = figures("--outside extrapolate");
+  const auto by_default = verify_as_json(""), continued = verify_as_json("--outside continue");
+  const auto refused = verify_as_json("--outside refuse"), extrapolated = verify_as_json("--outside extrapolate");
   EXPECT_EQ(by_default, continued);
   EXPECT_EQ(continued["outside"]["policy"], "continue");
   const int outside = continued["outside_trained_range"];
@@ -53,20 +53,20 @@ TEST_F(Verify, AppliesPolicyForInputsOutsideTrainedRange) {
 }
 
 TEST_F(Verify, ListsPoliciesWhenUnknown) {
-  const auto ran = verified("--outside ignore");
+  const auto ran = verify("--outside ignore");
   EXPECT_EQ(ran.exit_code, 2);
   EXPECT_NE(ran.err.find("continue, refuse or extrapolate"), std::string::npos) << ran.err;
 }
 
 TEST_F(Verify, GivesNoiseAndErrorBars) {
-  const auto report = figures("");
+  const auto report = verify_as_json("");
   const auto n = report["allan"]["coefficients"]["N"];
   EXPECT_NEAR(n["value"].get<double>(), 3e-4, 5 * n["error"].get<double>()) << "as the virtual gyro is made";
   EXPECT_GT(report["compensated"]["std_error_deg_per_h"], 0.0);
   EXPECT_GT(report["noise_floor_error_deg_per_h"], 0.0);
   EXPECT_FALSE(report["characterisation"]["ramp_deg_per_h_per_k_per_min"]["before"]["u"].is_null());
   EXPECT_LE(report["compensated"]["effective_count"], report["compensated"]["count"]);
-  const auto words = verified("").out;
+  const auto words = verify("").out;
   for (const auto* word : {"n_eff", "angle random walk", "°/√h, read at τ = 3600 s", "noise floor of the record"})
     EXPECT_NE(words.find(word), std::string::npos) << words;
 }
@@ -74,7 +74,7 @@ TEST_F(Verify, GivesNoiseAndErrorBars) {
 /// Only the selected 7200 s count.
 TEST_F(Verify, TakesNoiseOnlyOfSelectedClusters) {
   const std::string command = "verify " + (*folder_ / "m.json") + " " + (*folder_ / "r.db") + " --json";
-  const auto all = nlohmann::json::parse(gyrotherm_with(command).out), some = figures("");
+  const auto all = nlohmann::json::parse(gyrotherm_with(command).out), some = verify_as_json("");
   EXPECT_LT(some["allan"]["seconds"], all["allan"]["seconds"]);
   EXPECT_LE(some["allan"]["seconds"], 7200);
   EXPECT_GE(some["allan"]["seconds"], some["allan_compensated"]["seconds"]);
@@ -95,14 +95,14 @@ TEST_F(Verify, ReportsNoScatterOfSingleCluster) {
 }
 
 TEST_F(Verify, ReportsCoverageOfIntervals) {
-  const auto coverage = figures("")["coverage"];
+  const auto coverage = verify_as_json("")["coverage"];
   EXPECT_EQ(coverage["nominal"], 0.95);
   EXPECT_GE(coverage["seen"], 0.0);
   EXPECT_LE(coverage["seen"], 1.0);
   EXPECT_GT(coverage["clusters"], 0);
   EXPECT_LE(coverage["effective"], coverage["clusters"]);
   EXPECT_GT(coverage["mean_half_width_deg_per_h"], 0.0);
-  EXPECT_NE(verified("").out.find("95 % intervals"), std::string::npos);
+  EXPECT_NE(verify("").out.find("95 % intervals"), std::string::npos);
 }
 
 /// The gyro is turned around and back at 20 °C. With one hour in each of three positions, 0.0003 °/√h give ± 0.0002
@@ -134,7 +134,7 @@ TEST_F(Verify, SeparatesBiasAndEarthRateOfTurnedGyro) {
 }
 
 TEST_F(Verify, AssessesTrackingOnRequest) {
-  EXPECT_FALSE(figures("").contains("tracking"));
+  EXPECT_FALSE(verify_as_json("").contains("tracking"));
   const std::string command = "verify " + (*folder_ / "m.json") + " " + (*folder_ / "r.db") + " --track";
   const auto ran = gyrotherm_with(command + " --json");
   ASSERT_EQ(ran.exit_code, 0) << ran.err;
@@ -152,7 +152,7 @@ TEST_F(Verify, AssessesTrackingOnRequest) {
   const auto words = gyrotherm_with(command).out;
   for (const auto* word : {"hours predicted", "thermal model alone", "Kalman, an hour late", "Ljung–Box"})
     EXPECT_NE(words.find(word), std::string::npos) << words;
-  EXPECT_EQ(verified("--noise " + (*folder_ / "r.db")).exit_code, 2) << "a noise without tracking";
+  EXPECT_EQ(verify("--noise " + (*folder_ / "r.db")).exit_code, 2) << "a noise without tracking";
 }
 
 }  // namespace

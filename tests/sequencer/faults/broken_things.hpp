@@ -11,7 +11,7 @@ namespace gyrotherm::faults {
 
 /// One fault, and the reaction that docs/interlocks.md documents.
 struct BrokenThing {
-  const char* shows;
+  const char* name;
   interlocks::InterlockId cause;
   interlocks::Reaction reaction;
   /// Second in which it breaks.
@@ -30,7 +30,7 @@ struct BrokenThing {
   /// The alarm remains until the end of the run.
   bool is_permanent = false;
 };
-inline std::ostream& operator<<(std::ostream& out, const BrokenThing& thing) { return out << thing.shows; }
+inline std::ostream& operator<<(std::ostream& out, const BrokenThing& thing) { return out << thing.name; }
 
 /// Returns the faults, at least one for each interlock.
 [[nodiscard]] const std::vector<BrokenThing>& broken_things();

@@ -110,7 +110,7 @@ TEST_P(EachInterlock, ActsAloneAsDocumentedWhenOneThingBreaks) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Interlocks, EachInterlock, ::testing::ValuesIn(broken_things()),
-                         [](const auto& one) { return std::string(one.param.shows); });
+                         [](const auto& one) { return std::string(one.param.name); });
 
 TEST(Interlocks, AreAllTestedByBreakingOneThing) {
   std::set<interlocks::InterlockId> shown;
@@ -118,7 +118,7 @@ TEST(Interlocks, AreAllTestedByBreakingOneThing) {
     shown.insert(thing.cause);
     const bool near_a_limit =
         thing.cause == interlocks::InterlockId::following && thing.reaction == interlocks::Reaction::abort;
-    EXPECT_EQ(thing.reaction, near_a_limit ? interlocks::Reaction::abort : interlock(thing.cause).usual) << thing.shows;
+    EXPECT_EQ(thing.reaction, near_a_limit ? interlocks::Reaction::abort : interlock(thing.cause).usual) << thing.name;
   }
   for (std::size_t i = 0; i < interlocks::kInterlocks; ++i)
     EXPECT_TRUE(shown.contains(static_cast<interlocks::InterlockId>(i)))
@@ -142,12 +142,12 @@ TEST(Interlocks, AbortRunWhenSilenceDoesNotEnd) {
     BreakableRun d(setting);
     d.seconds(broken.at);
     broken.breaks(d);
-    EXPECT_NEAR(d.until(RunState::aborting, 200), 90, 2) << broken.shows;
+    EXPECT_NEAR(d.until(RunState::aborting, 200), 90, 2) << broken.name;
     if (cause == interlocks::InterlockId::chamber_silent) {
       EXPECT_EQ(d.seconds(60), run::RunOutcome::going_on) << "nobody can tell whether it is safe";
       broken.repairs(d);
     }
-    EXPECT_EQ(d.seconds(15), run::RunOutcome::made_safe) << broken.shows;
+    EXPECT_EQ(d.seconds(15), run::RunOutcome::made_safe) << broken.name;
     EXPECT_EQ(d.chamber_set_point(), kSafe);
     EXPECT_EQ(BreakableRun::alarms_in(d.record()).size(), 1 + broken.also.size()) << "still one alarm";
   }
@@ -218,8 +218,8 @@ TEST(Interlocks, AbortRunWhenWaitDoesNotEnd) {
     d.seconds(broken.at);
     broken.breaks(d);
     d.until(cause == interlocks::InterlockId::door ? RunState::suspended : RunState::held, 3);
-    EXPECT_EQ(d.until(RunState::aborting, 200), 120) << broken.shows;
-    EXPECT_EQ(d.seconds(5), run::RunOutcome::made_safe) << broken.shows;
+    EXPECT_EQ(d.until(RunState::aborting, 200), 120) << broken.name;
+    EXPECT_EQ(d.seconds(5), run::RunOutcome::made_safe) << broken.name;
     EXPECT_EQ(d.chamber_set_point(), kSafe);
   }
 }

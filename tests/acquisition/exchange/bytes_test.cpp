@@ -131,7 +131,7 @@ TEST(Gunzip, NeverReadsWrongContentFromDamagedFile) {
       EXPECT_EQ(read.value_or(kContent), kContent) << at;  // unused bits of the header
       refused += !read;
     }
-  EXPECT_GT(refused, (kPacked.size() - 10) * 8 - 1) << "all bits behind the header count";
+  EXPECT_GT(refused, (kPacked.size() - 10) * 8 - 1) << "all bits after the header are checked";
 }
 
 TEST(Gunzip, ReportsBytesAfterGzip) {

@@ -93,7 +93,7 @@ TEST(ChannelSummary, RefusesIsolatedTemperatures) {
   import.thermometer = "";
   const auto near = import({{7, "62"}});
   ASSERT_TRUE(near) << text(near.error());
-  ASSERT_EQ(near->notes.size(), 1u) << "22 K above all others is said";
+  ASSERT_EQ(near->notes.size(), 1u) << "22 K above all others is reported";
 }
 
 TEST(ChannelSummary, ReportsOrRefusesEmptyAndConstantChannels) {
@@ -123,7 +123,7 @@ TEST(ChannelSummary, RefusesTimeThatContradictsOtherColumn) {
   import.header = "t,T,w,logged\n";
   for (const char* first : {"2026-03-01T08:00:00Z", "01.03.2026 08:00:00", "3/1/2026 8:00:00 AM"}) {
     import.behind = first;
-    EXPECT_TRUE(import({})) << "a date that stands still says nothing of a duration";
+    EXPECT_TRUE(import({})) << "a constant date shows no duration";
   }
   const tests::TestFolder folder;
   for (const auto& [first, last] :

@@ -122,7 +122,7 @@ TEST(ConfinedRows, RefuseFileThatExceedsLimits) {
     void* much = std::malloc(std::size_t{1} << 30);
     return much == nullptr ? failure(FaultKind::bad_file, "a.nc", "no memory") : Result<void>();
   });
-  ASSERT_FALSE(taken) << "code in C is given none either";
+  ASSERT_FALSE(taken) << "C code cannot write either";
 #endif
 }
 

@@ -94,7 +94,7 @@ TEST(Dataflash, SeparatesSensorsByNumberField) {
   DataflashText without = with_imu();
   without.message(9, imu(1000, 0, 1, 3000)).message(9, imu(1100, 1, 2, 4000));
   EXPECT_EQ(read_rows(without.text(), dataflash_map(), "f")->columns[1], (std::vector<double>{1, 2}))
-      << "nothing numbers them";
+      << "the messages have no number field";
 }
 
 TEST(Dataflash, ReportsMessagesBeforeSensorUnits) {
@@ -116,7 +116,7 @@ TEST(Dataflash, ReportsMessagesBeforeSensorUnits) {
         rates.push_back(row.numbers[1]);
         return {};
       });
-  EXPECT_EQ(notes.value(), rows->notes) << "a file is gone through twice as a text in memory is";
+  EXPECT_EQ(notes.value(), rows->notes) << "a file is read twice, like a text in memory";
   EXPECT_EQ(rates, (std::vector<double>{1, 3}));
 }
 

@@ -166,7 +166,7 @@ TEST(ForeignFiles, ReportSkippedContentInRecord) {
                                                   "sensor_gyro.x");
   const auto summary = import_record(folder / "file", folder / "map.toml", folder / "run.db", "0.1.0");
   ASSERT_TRUE(summary) << text(summary.error());
-  ASSERT_EQ(summary->notes.size(), 3u) << "the end, and two channels that stand still";
+  ASSERT_EQ(summary->notes.size(), 3u) << "the end, and two constant channels";
   const auto made = record::read_record(folder / "run.db").value();
   ASSERT_EQ(made.events.size(), summary->notes.size() + 1) << "and the values of the channels";
   EXPECT_EQ(made.events[0].event.text, summary->notes[0]);

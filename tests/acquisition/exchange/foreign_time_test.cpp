@@ -185,7 +185,7 @@ TEST(ReferenceTime, ParsesNotationsOfOtherPrograms) {
 
 TEST(ReferenceTime, UsesJulianCalendarBeforeReform) {
   constexpr std::int64_t kDay = 86400, kReform = -12219292800;
-  EXPECT_EQ(parse_reference_time("1582-10-04", EarlyDays::julian)->seconds, kReform - kDay) << "ten days were left out";
+  EXPECT_EQ(parse_reference_time("1582-10-04", EarlyDays::julian)->seconds, kReform - kDay) << "ten days were omitted";
   EXPECT_EQ(parse_reference_time("1582-10-05", EarlyDays::gregorian)->seconds, kReform - 10 * kDay);
   // Julian day 1721423.5 and 1721425.5; 1970-01-01 is 2440587.5.
   EXPECT_EQ(parse_reference_time("0001-01-01", EarlyDays::julian)->seconds, (1721423 - 2440587) * kDay);

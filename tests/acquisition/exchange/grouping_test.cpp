@@ -62,7 +62,7 @@ TEST(Grouping, AveragesAvailableRatesAndTemperatures) {
   map.missing = {""};
   const auto rows = read_rows("t,T,w\n0,20,1\n500,22,\n900,,3\n1000,24,\n3100,25,9\n", map, "f");
   ASSERT_TRUE(rows) << text(rows.error());
-  EXPECT_EQ(rows->time, (std::vector<Duration>{{}, seconds(1), seconds(3)})) << "a second without rows makes none";
+  EXPECT_EQ(rows->time, (std::vector<Duration>{{}, seconds(1), seconds(3)})) << "a second without rows gives no row";
   EXPECT_EQ(rows->columns[0], (std::vector<double>{21, 24, 25}));
   EXPECT_EQ(rows->columns[1][0], 2);
   EXPECT_TRUE(std::isnan(rows->columns[1][1]));
@@ -79,7 +79,7 @@ TEST(Grouping, AddsIncrementsAndIntervals) {
   ASSERT_TRUE(rows) << text(rows.error());
   EXPECT_EQ(rows->columns[1][0], 70);
   EXPECT_EQ(rows->columns[1][1], 70);
-  EXPECT_TRUE(std::isnan(rows->columns[1][2])) << "the sum of a stretch in which one is missing is not known";
+  EXPECT_TRUE(std::isnan(rows->columns[1][2])) << "a missing increment makes the sum unknown";
   EXPECT_EQ(rows->interval, std::vector<Duration>(3, milliseconds(100)));
 }
 

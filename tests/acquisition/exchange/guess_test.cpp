@@ -223,7 +223,7 @@ TEST(Guess, ShowsBothNotationsOfDate) {
   EXPECT_EQ(
       draft("Date,T1,w\n03/08/2026 23:59:58,20,1\n03/08/2026 23:59:59,20,1\n03/09/2026 00:00:00,20,1\n").date_order,
       DateOrder::month_first)
-      << "by the other reading a month lies between two rows";
+      << "the other order would put a month between two rows";
 }
 
 TEST(Guess, DetectsUnitsAndSerialDates) {
@@ -352,7 +352,7 @@ TEST(Guess, SkipsUnitsBelowHeader) {
   const Guessed apart = draft_map("# a\nTime,Temp,Rate\n# b\n\ns,degC,deg/h\n0,20,1\n1,20,1\n");
   EXPECT_EQ(apart.map.skip, 2u) << "an empty line counts, a comment does not";
   EXPECT_EQ(apart.rows.time.size(), 2u);
-  EXPECT_EQ(draft("Time,Temp,Rate\n0,x,y\n1,20,1\n2,20,2\n").skip, 0u) << "a row with a number is one";
+  EXPECT_EQ(draft("Time,Temp,Rate\n0,x,y\n1,20,1\n2,20,2\n").skip, 0u) << "a row with a number is a data row";
 }
 
 TEST(Guess, NumbersColumnsWithoutHeader) {

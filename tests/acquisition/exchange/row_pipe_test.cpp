@@ -40,7 +40,7 @@ TEST(RowPipe, ReportsWriteFaultToReader) {
   ASSERT_FALSE(pushed);
   EXPECT_EQ(pushed.error().what, "the disk is full");
   EXPECT_EQ(pipe.finish().error().what, "the disk is full");
-  EXPECT_EQ(written, kLast) << "nothing is written after it";
+  EXPECT_EQ(written, kLast) << "no row is written after the fault";
 }
 
 TEST(RowPipe, FinishesImmediatelyWithoutRows) {

@@ -45,7 +45,7 @@ TEST(TextLines, ReplaceIncompletePairOfUtf16) {
                              "a\0b"sv,
                              "f")),
             Lines{"1:a"})
-      << "half a unit at the end is none";
+      << "half a code unit at the end is ignored";
 }
 
 TEST(TextLines, ReportUtf16WithoutMark) {

@@ -180,7 +180,7 @@ TEST(TextTable, AcceptsBlanksAroundQuotes) {
   map.separator = '\t';
   map.time->name = "t";
   map.thermometer_columns[0].column.name = "";
-  EXPECT_TRUE(read_rows("t\t\t\"w\"\n0\t1\t2\n", map, "f")) << "a tab that separates is no blank before a quote";
+  EXPECT_TRUE(read_rows("t\t\t\"w\"\n0\t1\t2\n", map, "f")) << "a separating tab is not a blank before a quote";
 }
 
 TEST(TextTable, SkipCountsLinesOfFile) {
@@ -220,7 +220,7 @@ TEST(TextTable, RequiresZoneOfCalendarTimes) {
             "f:2:1: \"2026-03-01T12:00:00\" has no zone, expected one after the time, or zone = \"Z\" in [time]");
   map.zone = std::chrono::hours(-5);
   EXPECT_EQ(with("")->utc[0], std::chrono::seconds(1772362800 + 6 * 3600));
-  EXPECT_EQ(with("Z")->utc[0], std::chrono::seconds(1772362800 + 3600)) << "the text's own zone counts";
+  EXPECT_EQ(with("Z")->utc[0], std::chrono::seconds(1772362800 + 3600)) << "the zone in the text applies";
   EXPECT_EQ(text(read_rows("t,T,w\n01.03.2026 12:00,1,2\n", map, "f").error()),
             "f:2:1: \"01.03.2026 12:00\", expected a time like \"2026-03-01T12:30:05.25Z\"");
 }
@@ -264,7 +264,7 @@ TEST(TextTable, IgnoresSeparatorLineOfSpreadsheets) {
     map.skip = skip;
     const auto numbered = read_rows("sep=;\n0;20;1\n1;20;1\n", map, "f");
     ASSERT_TRUE(numbered) << text(numbered.error());
-    EXPECT_EQ(numbered->time.size(), 2u) << "skipped or not, it is no row";
+    EXPECT_EQ(numbered->time.size(), 2u) << "it is not a row in either case";
   }
 }
 

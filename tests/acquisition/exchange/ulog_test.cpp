@@ -208,8 +208,7 @@ TEST(Ulog, ContinuesAfterDamage) {
     EXPECT_GE(rows->time.size(), 200 - touched - 1) << damage.size();
     EXPECT_EQ(rows->columns[1].back(), 199);
     if (damage.size() == 1) continue;
-    for (const double temperature : rows->columns[0])
-      EXPECT_EQ(temperature, 30) << "what damage follows is not believed";
+    for (const double temperature : rows->columns[0]) EXPECT_EQ(temperature, 30) << "data before damage is discarded";
   }
 }
 

@@ -146,8 +146,8 @@ class Exchanged : public ::testing::TestWithParam<WireOf> {
   void expect_refused() {
     expect_all(second(), GetParam(), FaultKind::mismatch);
     ASSERT_EQ(io_->strangers().size(), 1u);
-    EXPECT_NE(io_->strangers()[0].find("111"), std::string::npos) << "names the one of the run";
-    EXPECT_NE(io_->strangers()[0].find("222"), std::string::npos) << "names the one that answers";
+    EXPECT_NE(io_->strangers()[0].find("111"), std::string::npos) << "names the instrument of the run";
+    EXPECT_NE(io_->strangers()[0].find("222"), std::string::npos) << "names the instrument that answers";
   }
 };
 
@@ -195,7 +195,7 @@ TEST_P(Exchanged, IsRefusedWhenItRefusesQuery) {
   ++wire_.breaks;
   wire_.broken = FaultKind::refused;
   expect_all(second(), GetParam(), FaultKind::mismatch);
-  EXPECT_EQ(io_->strangers().size(), 1u) << "an instrument of another make does not know the question";
+  EXPECT_EQ(io_->strangers().size(), 1u) << "an instrument of another vendor does not support the query";
 }
 
 TEST_P(Exchanged, IsAcceptedWhenFirstInstrumentReturns) {
@@ -215,7 +215,7 @@ TEST_P(Exchanged, IsNotQueriedAgainWhileLineHolds) {
   second();
   wire_.broken.reset();
   second();
-  EXPECT_EQ(wire_.asked, 0) << "one lost answer is no reconnection";
+  EXPECT_EQ(wire_.asked, 0) << "one lost answer is not a reconnection";
 }
 
 TEST_P(Exchanged, GivesNoValueWhileQueryFails) {

@@ -181,7 +181,7 @@ TEST(InstrumentIo, MeasuresTimeWithoutProgressOfChamberCall) {
   std::this_thread::sleep_for(50ms);
   const auto before = steady_clock::now();
   const auto stuck_for = io->stuck_for();
-  EXPECT_GE(stuck_for, before - stuck) << "the call that hangs is under way";
+  EXPECT_GE(stuck_for, before - stuck) << "the hanging call is active";
   EXPECT_LE(stuck_for, steady_clock::now() - began);
   bench.chamber.gate.open();
   static_cast<void>(io->read(1, bench.clock));
@@ -200,7 +200,7 @@ TEST(InstrumentIo, DoesNotReportProgressingCallAsStuck) {
   const auto noted = steady_clock::now();
   line.note();
   const auto stuck_for = io->stuck_for();
-  EXPECT_LE(stuck_for, steady_clock::now() - noted) << "on a line that loses most of what is asked";
+  EXPECT_LE(stuck_for, steady_clock::now() - noted) << "on a line that loses most requests";
   bench.chamber.gate.open();
 }
 

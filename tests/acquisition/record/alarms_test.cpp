@@ -81,7 +81,7 @@ TEST_F(AlarmList, HasOneRowPerInterlockAndSubject) {
   ASSERT_EQ(tags(), (Tags{"door", "disagreement B", "disagreement A"})) << "the newest first";
   const auto& door = list[0];
   EXPECT_EQ(door.count, 50);
-  EXPECT_EQ(door.number, 3) << "of the first unacknowledged occurrence: it stays while further ones come";
+  EXPECT_EQ(door.number, 3) << "of the first unacknowledged occurrence; later ones do not change it";
   EXPECT_EQ(door.last_number, 5 * 49 + 3);
   EXPECT_EQ(door.first_utc, 2s);
   EXPECT_EQ(door.utc, 492s);
@@ -89,7 +89,7 @@ TEST_F(AlarmList, HasOneRowPerInterlockAndSubject) {
   EXPECT_FALSE(door.active);
   EXPECT_EQ(state_in_words(door), "returned");
   EXPECT_EQ(door.priority, AlarmPriority::medium);
-  EXPECT_TRUE(list[1].active) << "B did not return";
+  EXPECT_TRUE(list[1].active) << "B has not cleared";
   EXPECT_EQ(list[1].priority, AlarmPriority::low);
 }
 
@@ -98,7 +98,7 @@ TEST_F(AlarmList, FollowsStatesOfIsa18) {
   add(occurrence("door", "", "suspend", 1));
   EXPECT_EQ(state_in_words(alarms_.list().at(0)), "active");
   acknowledge(1);
-  EXPECT_EQ(state_in_words(alarms_.list().at(0)), "active, acknowledged") << "it stays until it returns";
+  EXPECT_EQ(state_in_words(alarms_.list().at(0)), "active, acknowledged") << "it remains until it clears";
   EXPECT_EQ(count_unacknowledged(alarms_.list()), 0u);
   add(clear_event("door", "", 5));
   EXPECT_TRUE(alarms_.list().empty());
@@ -229,7 +229,7 @@ TEST(Alarms, ListInterlocksUntilAcknowledged) {
   alarms.see(numbered(4, {sample_at(0).at, EventKind::fault, "A: no reply", {.channel = "A"}}));
   alarms.see(numbered(5, {sample_at(0).at, EventKind::fault, "lag (warn)", {.interlock = "lag", .reaction = "warn"}}));
   alarms.see(numbered(6, {sample_at(0).at, EventKind::recovered, "door is over", {.interlock = "door"}}));
-  EXPECT_EQ(numbers(alarms.list()), (std::vector<std::int64_t>{5, 3})) << "what is over is still to be seen";
+  EXPECT_EQ(numbers(alarms.list()), (std::vector<std::int64_t>{5, 3})) << "a cleared alarm is still listed";
   EXPECT_EQ(alarms.objection(3), "");
   alarms.see(numbered(7, acknowledge_event(alarms.list()[1])));
   EXPECT_EQ(numbers(alarms.list()), std::vector<std::int64_t>{5});

@@ -128,7 +128,7 @@ TEST(Crash, PreventsTwoWritersOfOneRecord) {
   EXPECT_EQ(second.error().what, "being written by another program");
   EXPECT_FALSE(Store::create(path, two_thermometers()));
   const auto before = writer.next_acknowledged();
-  EXPECT_GT(writer.next_acknowledged(), before) << "the first one goes on";
+  EXPECT_GT(writer.next_acknowledged(), before) << "the first writer continues";
 }
 
 TEST(Crash, NamesWriterOfRecordBeingWritten) {

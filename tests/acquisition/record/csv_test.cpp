@@ -41,7 +41,7 @@ TEST(LiveRows, AreAvailableWhenLineEnds) {
   rows.forget_rows();
   ASSERT_TRUE(rows.take("4\n\n5,6\n"));
   EXPECT_EQ(rows.numbers(), (Numbers{3, 4, 5, 6}));
-  EXPECT_EQ(rows.lines(), (std::vector<std::size_t>{3, 5})) << "a blank line is none of them, but counted";
+  EXPECT_EQ(rows.lines(), (std::vector<std::size_t>{3, 5})) << "a blank line is not a row, but counts as a line";
 }
 
 TEST(LiveRows, TreatEmptyFieldAsMissing) {

@@ -110,15 +110,15 @@ bool run_with_fault(const std::string& folder, std::int64_t operation, bool stic
       if (!run.second() && ++refused == 8) vfs.heal();
     failures = vfs.failures();
     vfs.heal();
-    EXPECT_TRUE(!began || run.flush()) << what << ": the rows in memory are written once the disk is well";
+    EXPECT_TRUE(!began || run.flush()) << what << ": the rows in memory are written after the disk recovers";
     acknowledged = run.acknowledged();
     EXPECT_TRUE(!began || acknowledged == kRows - 1) << what;
     EXPECT_TRUE(!began || kind != tests::FailingVfs::Kind::full || run.parts() == 1)
-        << what << ": a full disk is not broken";
+        << what << ": a full disk does not cause a new file";
     EXPECT_TRUE(!began || operation % 2 == 0 || run.finish()) << what;
   }
   if (began) expect_valid_record(path, acknowledged, what);
-  EXPECT_EQ(std::filesystem::exists(path), began) << what << ": a file that could not be begun is not left";
+  EXPECT_EQ(std::filesystem::exists(path), began) << what << ": a file that could not be created is removed";
   return failures > 0;
 }
 
@@ -157,7 +157,7 @@ TEST(DiskFaults, KeepRecordLockedBetweenTwoFiles) {
   vfs.heal();
   ASSERT_TRUE(run.flush());
   EXPECT_EQ(run.parts(), 2);
-  EXPECT_TRUE(open_record(path)) << "which the next one goes on from";
+  EXPECT_TRUE(open_record(path)) << "which the next file continues";
 }
 
 TEST(DiskFaults, LoseNothingAcknowledgedInPowerCut) {

@@ -69,7 +69,7 @@ std::vector<Attack> attacks() {
        [](const auto& path) { overwrite(path, static_cast<std::streamoff>(size_on_disk(path) / 2), 4096, 'x'); }, true},
       {"AllOverwritten", [](const auto& path) { overwrite(path, 0, size_on_disk(path), '\0'); }, true},
       {"WrittenBehind",
-       [](const auto& path) { std::ofstream(path, std::ios::app | std::ios::binary) << "something at its end"; }, true},
+       [](const auto& path) { std::ofstream(path, std::ios::app | std::ios::binary) << "bytes after its end"; }, true},
       {"LogRemoved", [](const auto& path) { fs::remove(path + "-wal"); }, false},
       {"LogMoved", [](const auto& path) { fs::rename(path + "-wal", path + "-away"); }, false},
       {"LogReplaced",
@@ -113,7 +113,7 @@ TEST_P(FileAttacks, LoseNothingAcknowledgedAndAreReported) {
   EXPECT_NE(store->health().damage.find("by another program while it was being written"), std::string::npos)
       << store->health().damage;
   const auto finished = store->finish();
-  EXPECT_EQ(finished.has_value(), !GetParam().damages_database) << "whoever asks how it ended is told";
+  EXPECT_EQ(finished.has_value(), !GetParam().damages_database) << "status reports how it ended";
   store.reset();
   EXPECT_EQ(is_there(manifest_path(path)), !GetParam().damages_database);
 
@@ -178,7 +178,7 @@ TEST(FileAttack, CopiesLongRecordFromRemovedFile) {
   EXPECT_EQ(record->slot.size(), 991u);
   ASSERT_EQ(record->gaps.size(), 1u);
   EXPECT_EQ(record->gaps[0].first, 500);
-  EXPECT_EQ(record->events.size(), 198u + 1) << "and the one that tells of it";
+  EXPECT_EQ(record->events.size(), 198u + 1) << "and the event that reports it";
   EXPECT_TRUE(verify_record(part_path(path, 2)));
 }
 
@@ -206,11 +206,11 @@ TEST(FileAttack, LosesNothingWhenNameIsRemovedTwice) {
   }
   EXPECT_FALSE(store->finish());
   store.reset();
-  EXPECT_EQ(last_part(path), 4) << "a number is not given anew";
-  EXPECT_FALSE(verify_record(path)) << "the fourth says that it goes on from the third";
+  EXPECT_EQ(last_part(path), 4) << "a number is not reused";
+  EXPECT_FALSE(verify_record(path)) << "the fourth continues the third";
   const auto record = read_record(part_path(path, 4));
   ASSERT_TRUE(record) << text(record.error());
-  EXPECT_EQ(record->slot.front(), 50) << "the first that was in memory when the log was lost";
+  EXPECT_EQ(record->slot.front(), 50) << "the first slot in memory when the log was lost";
   EXPECT_EQ(record->slot.size(), 350u);
 }
 

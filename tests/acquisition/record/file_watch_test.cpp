@@ -58,7 +58,7 @@ TEST(LogCheck, AcceptsUnchangedLog) {
   const TemporaryLog whole(log);
   EXPECT_TRUE(whole.is_intact(frames));
   EXPECT_TRUE(whole.is_intact(0));
-  EXPECT_FALSE(whole.is_intact(frames + 1)) << "one that is not there";
+  EXPECT_FALSE(whole.is_intact(frames + 1)) << "a missing frame";
   EXPECT_TRUE(TemporaryLog({}).is_intact(0));
   EXPECT_FALSE(TemporaryLog({}).is_intact(1));
 }

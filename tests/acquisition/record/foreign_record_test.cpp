@@ -111,7 +111,7 @@ TEST(ForeignRecord, IsReadWithoutLogWhenUnfinished) {
   const Folder folder;
   leave_unfinished(folder / "run.db", 300);
   std::filesystem::remove(folder / "run.db-wal");
-  EXPECT_EQ(read_every_way(folder / "run.db"), "read") << "what had been folded in";
+  EXPECT_EQ(read_every_way(folder / "run.db"), "read") << "the checkpointed rows";
 }
 
 TEST(ForeignRecord, IsRefusedWithoutRollbackWhenJournalExists) {
@@ -291,7 +291,7 @@ TEST(ForeignRecord, IsNotOpenedByItsWriter) {
   if (const auto child = ::fork(); child != 0) {
     int status = 0;
     ASSERT_EQ(::waitpid(child, &status, 0), child);
-    EXPECT_EQ(status, 0) << "the lock is still there";
+    EXPECT_EQ(status, 0) << "the lock still exists";
   } else {
     auto other = Database::open(folder / "run.db", Access::read_write, 0).value();
     ::_exit(other.execute("DELETE FROM sample") ? 1 : 0);

@@ -157,7 +157,7 @@ TEST(LiveCopy, HasRowsOfRecordAndEndsWithRun) {
     ASSERT_TRUE(reaches_slot(copy, 45));
     const auto seen = all_rows(copy);
     ASSERT_TRUE((*store)->finish());
-    EXPECT_TRUE(all_rows(path) == seen) << "its links of the chain too";
+    EXPECT_TRUE(all_rows(path) == seen) << "including its hash chain";
     for (const auto& entry : std::filesystem::directory_iterator(folder / ""))
       EXPECT_EQ(entry.path().string().find(".live."), std::string::npos) << entry.path();
   }
@@ -172,7 +172,7 @@ TEST(LiveCopy, ReplacesStaleCopyWithAllRowsOfRecord) {
       ASSERT_TRUE(store);
       for (std::int64_t slot = 0; slot < 20; ++slot) append(**store, slot);
     }
-    std::ofstream(copy + ".3") << "what a program that died left";
+    std::ofstream(copy + ".3") << "the file of a dead program";
     std::ofstream(copy + ".3-wal") << "its log";
     std::filesystem::create_symlink("run.live.db.3", copy);
     auto store = Store::reopen(path, live_copy_options(background));
@@ -201,7 +201,7 @@ TEST(LiveCopy, RemovesCopyOfOtherRunBeforeFirstRow) {
     EXPECT_FALSE(has_copy_files(folder));
     append(**store, 0);
     EXPECT_TRUE(reaches_slot(copy, 0));
-    EXPECT_EQ(std::filesystem::read_symlink(copy), "run.live.db.4") << "which no reader takes for the one before";
+    EXPECT_EQ(std::filesystem::read_symlink(copy), "run.live.db.4") << "a reader detects that it is another file";
     ASSERT_TRUE((*store)->finish());
   }
 }
@@ -211,7 +211,7 @@ TEST(LiveCopy, KeepsFilesWithOtherNumbers) {
   const auto path = folder / "run.db", copy = live_copy_path(path);
   const std::vector<std::string> others{"20261127", "2147483647", "10000", "007", "0", "-3", "3-journal"};
   for (const auto& other : others) std::ofstream(copy + "." + other) << "precious";
-  std::ofstream(copy + ".9999") << "what a program that died left";
+  std::ofstream(copy + ".9999") << "the file of a dead program";
   auto store = Store::create(path, two_thermometers(), live_copy_options(false));
   ASSERT_TRUE(store);
   append(**store, 0);
@@ -248,7 +248,7 @@ TEST(LiveCopy, HasFaultsAndEventsOfAllParts) {
     EXPECT_EQ(reader.table("SELECT count(*), count(DISTINCT slot) FROM event"), "20|20|\n");
     ASSERT_TRUE(reader.run("VACUUM INTO '" + whole + "'"));
   }
-  EXPECT_TRUE(verify_record(whole)) << "its chain is that of its rows";
+  EXPECT_TRUE(verify_record(whole)) << "its hash chain matches its rows";
   ASSERT_TRUE((*store)->finish());
 }
 
@@ -285,7 +285,7 @@ TEST(LiveCopy, FullDiskStopsOnlyCopy) {
       if (status) trouble = status->live_copy_trouble;
     }
     EXPECT_NE(trouble.find(kDiskFull), std::string::npos) << trouble;
-    EXPECT_EQ((*store)->health().trouble, "") << "the record's is another";
+    EXPECT_EQ((*store)->health().trouble, "") << "the record has another one";
     ASSERT_TRUE((*store)->finish());
     const auto record = read_record(path);
     ASSERT_TRUE(record);
@@ -331,7 +331,7 @@ TEST(LiveCopy, RemovesDamagedCopy) {
   ASSERT_TRUE((*store)->sync());
   ASSERT_TRUE(reaches_slot(copy, kManySeconds - 1, kPatience));
   append(**store, kManySeconds);
-  ASSERT_TRUE(reaches_slot(copy, kManySeconds, kPatience)) << "it is begun anew with each transaction";
+  ASSERT_TRUE(reaches_slot(copy, kManySeconds, kPatience)) << "it restarts with each transaction";
   const auto file = std::filesystem::canonical(copy);
   constexpr std::uintmax_t kPage = 4096;
   const auto size = std::filesystem::file_size(file);
@@ -379,7 +379,7 @@ TEST(LiveCopy, ReadersDoNotAffectRecord) {
   for (std::int64_t slot = 1; slot < kSeconds * 10; ++slot) {
     const tests::SleepMeter meter;
     append(**store, slot);
-    EXPECT_LT(meter.slept(), 250ms) << "a tick waits for no reader";
+    EXPECT_LT(meter.slept(), 250ms) << "a tick does not wait for a reader";
     std::this_thread::sleep_for(kShort);
     if (slot % 20 != 0) continue;
     auto& victim = readers[static_cast<std::size_t>(slot / 20) % readers.size()];
@@ -388,7 +388,7 @@ TEST(LiveCopy, ReadersDoNotAffectRecord) {
   }
   ASSERT_TRUE((*store)->settle(kLong));
   EXPECT_TRUE(reaches_slot(copy, kSeconds * 10 - 1));
-  EXPECT_EQ(open_for_long.number("SELECT max(slot) FROM sample"), 0) << "it sees what it saw";
+  EXPECT_EQ(open_for_long.number("SELECT max(slot) FROM sample"), 0) << "its snapshot is unchanged";
   for (const auto reader : readers) end(reader);
   const auto seen = all_rows(copy);
   ASSERT_TRUE((*store)->finish());
@@ -421,7 +421,7 @@ TEST(LiveCopy, LimitsLogWhileReaderHoldsTransaction) {
     longest = std::max(longest, longest_log(folder / ""));
   }
   EXPECT_LT(longest, kBound * 3 / 2);
-  EXPECT_NE(std::filesystem::read_symlink(copy), "run.live.db.1") << "it was begun anew";
+  EXPECT_NE(std::filesystem::read_symlink(copy), "run.live.db.1") << "it was restarted";
   EXPECT_EQ(Reader(copy).number("SELECT count(*) FROM sample"), 600);
   EXPECT_EQ(pinned.number("SELECT count(*) FROM sample"), 1);
   const auto seen = all_rows(copy);

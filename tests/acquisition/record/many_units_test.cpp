@@ -97,11 +97,11 @@ TEST(ManyUnits, AreReadSeparately) {
     ASSERT_TRUE(store->finish());
   }
   const auto whole = read_record(folder / "run.db").value(), part = read_record(folder / "run.db", "u-2").value();
-  EXPECT_EQ(part.info.units.size(), 2u) << "what the run knew is there";
+  EXPECT_EQ(part.info.units.size(), 2u) << "the data of the run are present";
   EXPECT_EQ(read_info(folder / "run.db")->id, whole.info.id);
   EXPECT_EQ(part.slot, whole.slot);
   EXPECT_EQ(part.chamber_air_c, whole.chamber_air_c);
-  EXPECT_TRUE(part.thermometers_c[0].empty()) << "A is no thermometer of it";
+  EXPECT_TRUE(part.thermometers_c[0].empty()) << "A is not a thermometer of the unit";
   EXPECT_EQ(part.thermometers_c[1], whole.thermometers_c[1]);
   EXPECT_TRUE(part.units[0].rotation[0].empty() && part.units[0].interval_s.empty() && part.units[0].values[0].empty());
   EXPECT_EQ(part.units[1].rotation, whole.units[1].rotation);
@@ -166,7 +166,7 @@ TEST(ManyUnits, StoreAnalogueValuesAfterSentValues) {
   EXPECT_EQ(values[0][0], 25.5);
   EXPECT_TRUE(std::isnan(values[0][1]));
   EXPECT_EQ(values[1][0], 1.5);
-  EXPECT_EQ(values[1][1], 1.5) << "the gyro's silence is its own";
+  EXPECT_EQ(values[1][1], 1.5) << "the silence concerns only the gyro";
   EXPECT_TRUE(std::isnan(values[1][2]));
   EXPECT_EQ(values[0][2], 25.5);
   EXPECT_EQ(record.units[1].values[0], (std::vector{-0.25, -0.25, -0.25}));
@@ -241,7 +241,7 @@ TEST(ManyUnits, RefuseThermometerWithNameOfColumn) {
     ASSERT_FALSE(good) << name;
     EXPECT_EQ(text(good.error()),
               std::string("thermometer \"") + name + "\": the name is already in use, expected a unique one");
-    EXPECT_TRUE(check_channel_names(info)) << "a record that has it already is read";
+    EXPECT_TRUE(check_channel_names(info)) << "an existing record with the name can be read";
   }
   RunInfo one = two_thermometers();
   EXPECT_TRUE(check_new_channel_names(one));

@@ -98,7 +98,7 @@ TEST(RunParts, ReportMissingOrDestroyedMiddlePart) {
     EXPECT_NE(read_status(path).value().record_damage.find("run.2.db: " + why), std::string::npos);
 
     auto store = Store::reopen(path).value();
-    ASSERT_TRUE(store->append(sample_at(30), {})) << "the run goes on where it ended";
+    ASSERT_TRUE(store->append(sample_at(30), {})) << "the run continues where it ended";
     EXPECT_NE(fault_text(store->finish()).find("run.2.db: " + why), std::string::npos);
     store.reset();
     EXPECT_FALSE(is_there(manifest_path(path)));
@@ -147,7 +147,7 @@ TEST(RunParts, AreInOrderOfRunWhenNumberWasReused) {
   EXPECT_EQ(record.slot.size(), 30u);
   EXPECT_TRUE(record.gaps.empty());
   EXPECT_EQ(last_part(path), 2);
-  EXPECT_EQ(fault_text(verify_record(path)), "") << "the second one of old had nothing that the third has not";
+  EXPECT_EQ(fault_text(verify_record(path)), "") << "the third file has all rows of the former second one";
 }
 
 TEST(RunParts, DoNotMissPartWhoseRowsWereCopied) {

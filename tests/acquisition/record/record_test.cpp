@@ -72,7 +72,7 @@ TEST(Record, TakesStartOfRealRunFromFirstSample) {
   auto real = two_thermometers();
   real.simulated = false;
   EXPECT_EQ(start_time(real, kLate, 3), real.started_utc + kLate);
-  EXPECT_EQ(start_time(real, kLate, 0), real.started_utc) << "as long as there is none";
+  EXPECT_EQ(start_time(real, kLate, 0), real.started_utc) << "while there is no sample";
   auto foreign = real;
   foreign.imported = true;
   EXPECT_EQ(start_time(foreign, kLate, 3), foreign.started_utc);
@@ -92,7 +92,7 @@ TEST(Record, KeepsKnownTrueBias) {
   const auto record = read_record(folder / "run.db").value();
   ASSERT_EQ(record.units[0].true_bias_deg_per_h[0].size(), 2u);
   EXPECT_EQ(record.units[0].true_bias_deg_per_h[0][0], -0.0123);
-  EXPECT_TRUE(std::isnan(record.units[0].true_bias_deg_per_h[0][1])) << "no real gyro tells";
+  EXPECT_TRUE(std::isnan(record.units[0].true_bias_deg_per_h[0][1])) << "a real gyro does not report it";
 }
 
 TEST(Record, KeepsUnknownEarthRateUnknown) {
@@ -198,7 +198,7 @@ TEST(Record, HasNoValueWhenReadingIsFault) {
   EXPECT_TRUE(std::isnan(record.thermometers_c[0][1]));
   EXPECT_FALSE(std::isnan(record.thermometers_c[1][1]) || std::isnan(record.units[0].rotation[0][1]));
   EXPECT_TRUE(std::isnan(record.units[0].rotation[0][2]) && std::isnan(record.units[0].interval_s[2]));
-  EXPECT_EQ(record.set_point_c[1], 22.5) << "what was asked for is known all the same";
+  EXPECT_EQ(record.set_point_c[1], 22.5) << "the requested value is known nevertheless";
 }
 
 TEST(Record, RestoresSubjectOfEvent) {

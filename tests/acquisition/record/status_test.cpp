@@ -200,7 +200,7 @@ TEST(LostEnd, IsReportedOnlyByStatusOfSameRun) {
   ASSERT_TRUE(store->finish());
   store.reset();
   ASSERT_TRUE(write_status(status));
-  EXPECT_EQ(find_lost_end(path), "nothing") << "a finished run says itself where it ends";
+  EXPECT_EQ(find_lost_end(path), "nothing") << "a finished run states its end";
 }
 
 }  // namespace

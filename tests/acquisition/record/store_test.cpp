@@ -33,7 +33,7 @@ TEST(Store, RemovesManifestOfEarlierRecord) {
   ASSERT_TRUE(store_with(path, 3)->finish());
   ASSERT_TRUE(is_there(manifest_path(path)));
   EXPECT_FALSE(Store::create(path, two_thermometers()));
-  EXPECT_TRUE(is_there(manifest_path(path))) << "that record is still there";
+  EXPECT_TRUE(is_there(manifest_path(path))) << "that record still exists";
   std::filesystem::rename(path, folder / "moved.db");
   store_with(path, 5).reset();
   EXPECT_FALSE(is_there(manifest_path(path)));
@@ -69,7 +69,7 @@ TEST(Store, RefusesSlotsThatDoNotIncrease) {
     ASSERT_FALSE(again);
     EXPECT_EQ(again.error().kind, FaultKind::storage);
   }
-  EXPECT_TRUE(store->append(sample_at(3), {})) << "a refused sample spoils nothing";
+  EXPECT_TRUE(store->append(sample_at(3), {})) << "a refused sample has no effect";
 }
 
 TEST(Store, RefusesSkippedSlots) {
@@ -81,7 +81,7 @@ TEST(Store, RefusesSkippedSlots) {
   EXPECT_FALSE(store->append_gap(2, 4, "overlaps"));
   EXPECT_TRUE(store->append_gap(3, 4, "late"));
   EXPECT_TRUE(store->append(sample_at(5), {}));
-  EXPECT_FALSE(store->append_gap(6, 2'000'000'000, "the clock was wrong")) << "no record of that could be read";
+  EXPECT_FALSE(store->append_gap(6, 2'000'000'000, "the clock was wrong")) << "a record of it would be unreadable";
   EXPECT_TRUE(store->append(sample_at(6), {}));
   EXPECT_EQ(store->sync().value(), 6);
 }
@@ -279,7 +279,7 @@ TEST(Store, TreatsSqliteUriAsFileName) {
     EXPECT_TRUE(verify_record(name)) << name;
     EXPECT_GT(std::filesystem::file_size(name), 0u) << name;
   }
-  EXPECT_EQ(read_record(kInMemory)->slot.size(), 5u) << "to be read it is a file's name as well";
+  EXPECT_EQ(read_record(kInMemory)->slot.size(), 5u) << "readers also treat it as a file name";
   EXPECT_EQ(read_record("run.db")->slot.size(), 3u);
   EXPECT_TRUE(verify_record("run.db"));
   EXPECT_FALSE(std::filesystem::exists("new.db"));
@@ -452,7 +452,7 @@ TEST(BackgroundStore, NumbersEventsAcrossAllFiles) {
     EXPECT_EQ(store->health().parts, 2);
   }
   EXPECT_EQ(read_last_event_number(find_record_files(path).value()).value(), highest + 1)
-      << "that it goes on in another file";
+      << "that it continues in another file";
   for (const bool background : {true, false}) {
     const auto before = read_last_event_number(find_record_files(path).value()).value();
     auto store = Store::reopen(path, {.background = background}).value();
@@ -462,7 +462,7 @@ TEST(BackgroundStore, NumbersEventsAcrossAllFiles) {
     const auto told = store->alarms().list().front().last_number;
     EXPECT_GT(told, before);
     store.reset();
-    EXPECT_EQ(read_last_event_number(find_record_files(path).value()).value(), told) << "as the record has it";
+    EXPECT_EQ(read_last_event_number(find_record_files(path).value()).value(), told) << "as in the record";
   }
 }
 
@@ -489,7 +489,7 @@ TEST(BackgroundStore, CountsFaultyReadingsOfAllFiles) {
     EXPECT_EQ(store->health().parts, 2);
     EXPECT_EQ(status_in_file(path).faults, 5);
   }
-  EXPECT_EQ(read_status(path)->faults, 5) << "what both files have counts once";
+  EXPECT_EQ(read_status(path)->faults, 5) << "rows in both files count once";
   auto store = Store::reopen(path, background_options()).value();
   ASSERT_TRUE(store->append(silent(7), {}));
   ASSERT_TRUE(store->settle(kLong));

@@ -112,8 +112,7 @@ TEST_F(CalibrationOfAUnit, WritesAllViews) {
   const auto report = read_report("report");
   EXPECT_TRUE(report.missing.empty());
   EXPECT_TRUE(report.simulated);
-  EXPECT_EQ(verdict_of(report), report::Verdict::fail)
-      << "before compensation it is far beyond a tenth of a thousandth";
+  EXPECT_EQ(verdict_of(report), report::Verdict::fail) << "before compensation it far exceeds a tenth of a thousandth";
   EXPECT_NE(read_text(in("report/calibration.html")).find("&lt;script&gt;alert(1)"), std::string::npos);
 }
 
@@ -223,7 +222,7 @@ TEST_F(CalibrationOfAUnit, ListsEachCalibrationOfThermometer) {
   std::vector<double> of_a;
   for (const report::Equipment& one : read_report("anew").equipment)
     if (one.channel == "A") of_a.push_back(one.standard_uncertainty_k);
-  EXPECT_EQ(of_a, (std::vector<double>{0.02, 0.1})) << "as the budgets of the two records take it";
+  EXPECT_EQ(of_a, (std::vector<double>{0.02, 0.1})) << "as in the budgets of the two records";
 }
 
 TEST_F(CalibrationOfAUnit, IsAuthorisedOnceAndNeverOverwritten) {
@@ -268,7 +267,7 @@ TEST_F(CalibrationOfAUnit, IsAuthorisedAgainWhenFilesHaveChanged) {
   run("report " + in("random.db") + " --model " + in("model.json") + files("order.toml") + " --out " + in("again"));
   const auto authorise = [] { return gyrotherm_with("report authorise " + in("again") + " --by 'B. Berg'"); };
   ASSERT_EQ(authorise().exit_code, 0);
-  EXPECT_EQ(authorise().exit_code, 2) << "all files are as they were authorised";
+  EXPECT_EQ(authorise().exit_code, 2) << "all files are unchanged since the authorisation";
   const auto changes = std::to_array<std::function<void()>>(
       {[] { std::filesystem::remove(in("again/authorisation.json")); },
        [] { std::ofstream(in("again/calibration.csv"), std::ios::app) << "more\n"; },
@@ -426,7 +425,7 @@ TEST_F(CalibrationOfAUnit, RefusesOrderOfAnotherUnit) {
   const auto planned = gyrotherm_with("qualify --rig " + in("rig.toml") + files("order.toml") + " --out " + in("q"));
   EXPECT_EQ(planned.exit_code, 4);
   EXPECT_NE(planned.err.find("the unit's serial_number is \"0042\", but"), std::string::npos) << planned.err;
-  EXPECT_FALSE(std::filesystem::exists(in("q"))) << "before anything moves";
+  EXPECT_FALSE(std::filesystem::exists(in("q"))) << "before any work";
   run("run tests/profiles/short-random.toml --rig " + in("rig.toml") + " --seed 3 --out " + in("0043.db"));
   const auto refused = gyrotherm_with("report " + in("0043.db") + files("order.toml") + " --out " + in("other_unit"));
   EXPECT_EQ(refused.exit_code, 4);
@@ -506,7 +505,7 @@ TEST_F(CalibrationOfAUnit, LeavesMeansEmptyAcrossGap) {
     return line.substr(line.rfind(',') + 1);
   };
   EXPECT_NE(compensated(999), "");
-  EXPECT_EQ(compensated(1010), "") << "the means of the last 100 s are not known";
+  EXPECT_EQ(compensated(1010), "") << "the means of the last 100 s are unknown";
   EXPECT_EQ(compensated(1108), "");
   EXPECT_NE(compensated(1209), "");
 }

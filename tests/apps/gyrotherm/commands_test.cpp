@@ -172,13 +172,13 @@ TEST(Check, RefusesSoakOnUnknownSensor) {
          "\"hold\"\nat = \"20 °C\"\ntime = \"1 min\"\n\n[[segment]]\nkind = \"hold\"\n"
          "at = \"150 °C\"\ntime = \"1 min\"\nguaranteed_soak = true\nsoak_sensor = \"Z\"\n";
   const auto profile = folder / "soak.toml", record = folder / "soak.db";
-  EXPECT_EQ(gyrotherm_with("check " + profile).exit_code, 0) << "by itself it is well";
+  EXPECT_EQ(gyrotherm_with("check " + profile).exit_code, 0) << "it is valid by itself";
   for (const auto& command : {"check " + profile, "run " + profile + " --out " + record}) {
     const auto ran = gyrotherm_with(command + " --rig profiles/rigs/virtual.toml");
     EXPECT_EQ(ran.exit_code, 4) << command;
     EXPECT_NE(ran.err.find("soak.toml:9:1: soak_sensor is \"Z\", expected \"air\" or a channel"), std::string::npos)
         << ran.err;
-    EXPECT_NE(ran.err.find("150 °C is outside the chamber"), std::string::npos) << "and the other mistake: " << ran.err;
+    EXPECT_NE(ran.err.find("150 °C is outside the chamber"), std::string::npos) << "and the other error: " << ran.err;
   }
   EXPECT_FALSE(std::filesystem::exists(record));
 }
@@ -388,7 +388,7 @@ TEST_F(Force, NeverOverwritesFilesOfRecord) {
     expect_refused("export record.db", std::string("--out ") + out);
   const auto other = gyrotherm_with("export-model " + (folder_ / "model.json") + " --as libsvm --force --out " +
                                     (folder_ / "map.toml"));
-  EXPECT_EQ(other.exit_code, 0) << "what is no record is written over: " << other.err;
+  EXPECT_EQ(other.exit_code, 0) << "a file that is not a record is overwritten: " << other.err;
 }
 
 }  // namespace

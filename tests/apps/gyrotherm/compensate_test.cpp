@@ -108,7 +108,7 @@ TEST_F(Compensate, AppliesSignOfEarthRateToTurnedRows) {
   ASSERT_EQ(found.size(), 301u);
   for (std::size_t row = 100; row <= 300; ++row)
     if (row > 150 && row <= 200)
-      EXPECT_EQ(found[row], "") << "in people's hands";
+      EXPECT_EQ(found[row], "") << "while an operator handles the unit";
     else
       EXPECT_NEAR(std::stod(found[row]), std::stod(known[row]), 2e-7) << row;
 }
@@ -121,7 +121,7 @@ TEST_F(Compensate, PrintsNoValueAfterGapUntilMeanIsComplete) {
   }
   const auto whole = compensate(exported_rows(slots)), ran = compensate(exported_rows(with_gap));
   ASSERT_EQ(ran.exit_code, 0) << ran.err;
-  EXPECT_EQ(whole.out, compensate(small_rows(400)).out) << "it need not begin with the run";
+  EXPECT_EQ(whole.out, compensate(small_rows(400)).out) << "the rows may begin after the start of the run";
   EXPECT_EQ(whole.err.find("missing"), std::string::npos) << whole.err;
   const auto lines = split_lines(ran.out);
   ASSERT_EQ(lines.size(), 401u);
@@ -282,15 +282,15 @@ TEST_F(CompensateAndTrack, RemovesResidualBiasAtRest) {
   ASSERT_EQ(moving.exit_code, 0) << moving.err;
   EXPECT_NE(resting.err.find("tracking the residual bias, N "), std::string::npos) << resting.err;
   EXPECT_LT(std::abs(last_mean(resting)), 0.2) << "of 1 °/h";
-  EXPECT_GT(last_mean(moving), 0.8) << "what may be a rotation is left alone";
-  EXPECT_EQ(compensate(shifted_rows(""), options()).out, moving.out) << "an empty field is no rest";
+  EXPECT_GT(last_mean(moving), 0.8) << "a possible rotation is not corrected";
+  EXPECT_EQ(compensate(shifted_rows(""), options()).out, moving.out) << "an empty field does not mean rest";
 }
 
 TEST_F(CompensateAndTrack, RequiresNoiseOfResidual) {
   const auto ran = compensate(small_rows(10), "--track");
-  EXPECT_EQ(ran.exit_code, 2) << "its 40 clusters were too few to tell";
+  EXPECT_EQ(ran.exit_code, 2) << "its 40 clusters were too few";
   EXPECT_NE(ran.err.find("--noise"), std::string::npos) << ran.err;
-  EXPECT_EQ(compensate(small_rows(10), "--noise " + (folder_ / "long.db")).exit_code, 2) << "a noise without tracking";
+  EXPECT_EQ(compensate(small_rows(10), "--noise " + (folder_ / "long.db")).exit_code, 2) << "noise without tracking";
   EXPECT_EQ(compensate(shifted_rows("1"), "").exit_code, 4) << "at_rest is for tracking";
 }
 

@@ -143,7 +143,7 @@ TEST(CompletionOfBash, TreatsEqualsSignAsToken) {
 
 TEST(CompletionOfBash, OffersNoNameForFile) {
   const auto ran = shell(kBuild + "/gyrotherm-thermal completion bash | grep -F \"'reduce/1'\"");
-  EXPECT_EQ(ran.out, "    'reduce/1') offer='files toml' ;;\n") << "it leaves its result beside the file";
+  EXPECT_EQ(ran.out, "    'reduce/1') offer='files toml' ;;\n") << "the result is written next to the file";
 }
 
 TEST(CompletionCommand, RefusesUnknownShellsAndKinds) {

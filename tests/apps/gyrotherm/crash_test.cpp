@@ -25,7 +25,7 @@ void expect_complete(const record::Record& record) {
   auto gap = record.gaps.begin();
   for (const auto slot : record.slot) {
     if (gap != record.gaps.end() && gap->first == expected) expected = (gap++)->last + 1;
-    ASSERT_EQ(slot, expected) << "every second has one sample or lies in one gap";
+    ASSERT_EQ(slot, expected) << "every second has one sample or is in one gap";
     ++expected;
   }
 }
@@ -73,8 +73,9 @@ TEST(Crash, StopsCleanlyOnCtrlCAndResumes) {
   EXPECT_EQ(status.exit_code, 0);
   EXPECT_NE(status.out.find("not finished"), std::string::npos) << status.out;
   EXPECT_EQ(gyrotherm_with("train " + path + " --method linear --inputs A --out " + (folder / "m.json")).exit_code, 2)
-      << "an unfinished run is never mistaken for a finished one";
-  EXPECT_EQ(gyrotherm_with("resume " + path + " --gap '10 min'").exit_code, 5) << "a long gap is for people to allow";
+      << "an unfinished run is not reported as finished";
+  EXPECT_EQ(gyrotherm_with("resume " + path + " --gap '10 min'").exit_code, 5)
+      << "a long gap requires an operator's permission";
   EXPECT_EQ(gyrotherm_with("resume " + path + " --gap '10 min' --accept").exit_code, 0);
 }
 

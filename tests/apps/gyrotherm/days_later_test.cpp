@@ -30,7 +30,7 @@ TEST(DaysLater, ComparesModelWithTrueBiasOfNextYear) {
     return nlohmann::json::parse(ran.out)["to_truth"];
   };
   const auto today = to_truth("now.db"), next_year = to_truth("later.db");
-  EXPECT_FALSE(today["mean_removed"].get<bool>()) << "Earth's rate is known";
+  EXPECT_FALSE(today["mean_removed"].get<bool>()) << "the Earth rate is known";
   EXPECT_GT(next_year["rmse_deg_per_h"].get<double>(), 1.2 * today["rmse_deg_per_h"].get<double>());
   const auto words = gyrotherm_with("verify " + model + " " + (folder / "later.db")).out;
   EXPECT_NE(words.find("error vs. true bias"), std::string::npos) << words;

@@ -51,7 +51,8 @@ TEST_P(DefaultRigOracle, KeepsAccuracyOnUnseenRun) {
     const auto left = nlohmann::json::parse(verified.out)["compensated"];
     EXPECT_LT(left["std_deg_per_h"].get<double>(), kLoss * oracle.std_deg_per_h);
     EXPECT_LT(left["rmse_deg_per_h"].get<double>(), kLoss * oracle.rmse_deg_per_h);
-    EXPECT_GT(left["std_deg_per_h"].get<double>(), oracle.std_deg_per_h / kLoss) << "better: store the new figure";
+    EXPECT_GT(left["std_deg_per_h"].get<double>(), oracle.std_deg_per_h / kLoss)
+        << "better than the stored value: store the new one";
   }
 }
 

@@ -70,7 +70,7 @@ TEST_F(ExportModel, PrintsWrittenFilesAsJson) {
   const auto as_libsvm = gyrotherm_with(command + "libsvm --out " + (folder_ / "model.libsvm"));
   EXPECT_EQ(nlohmann::json::parse(as_libsvm.out)["file"], folder_ / "model.libsvm") << as_libsvm.err;
   const auto to_stdout = gyrotherm_with(command + "libsvm");
-  EXPECT_EQ(to_stdout.exit_code, 2) << "the model is no JSON";
+  EXPECT_EQ(to_stdout.exit_code, 2) << "the model is not JSON";
   EXPECT_EQ(to_stdout.out, "");
 }
 

@@ -269,7 +269,7 @@ TEST(ForeignWay, AcceptsMapsOfPublicReports) {
   ASSERT_TRUE(record);
   double all = 0;
   for (const double number : record->units.at(0).rotation.at(0)) all += number;
-  EXPECT_NEAR(all, 9029.5358, 1e-6) << "as the file's own column adds up to";
+  EXPECT_NEAR(all, 9029.5358, 1e-6) << "equals the sum of the file's own column";
 
   ASSERT_EQ(import_report("s0_good.csv", "s0e.toml", folder / "t.db").exit_code, 0);
   train(folder, folder / "t.db", "");

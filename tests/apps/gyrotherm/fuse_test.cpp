@@ -71,7 +71,7 @@ TEST_F(Fuse, FindsEarthRateAndNorth) {
   const auto summary = nlohmann::json::parse(ran.out);
   EXPECT_EQ(summary["schema"], "gyrotherm-fusion/1");
   EXPECT_TRUE(summary["simulated"]);
-  EXPECT_TRUE(summary["thermometers_vote"]) << "ramp.db stands beside the models";
+  EXPECT_TRUE(summary["thermometers_vote"]) << "ramp.db is next to the models";
   EXPECT_EQ(summary["axes"].size(), 4u);
   EXPECT_EQ(summary["fused"].get<int>() + 99, summary["seconds"].get<int>()) << "the first mean is of 100 s";
   EXPECT_NEAR(summary["said_heading_deg"].get<double>(), 30, 1e-9);
@@ -132,7 +132,7 @@ TEST_F(Fuse, HasNoParityWithThreeAxes) {
 TEST_F(Fuse, TakesModelsByAxisName) {
   const std::string model = in("tetrad/a/model-multi-point-t.json");
   const auto ran = fuse(models() + " --inputs none --model tetrad.a=" + model);
-  EXPECT_EQ(ran.exit_code, 4) << "the others are not there under that name";
+  EXPECT_EQ(ran.exit_code, 4) << "the others do not exist under that name";
   EXPECT_NE(ran.err.find("tetrad/b/model-none.json"), std::string::npos) << ran.err;
   std::string all;
   for (const std::string axis : {"a", "b", "c", "d"})

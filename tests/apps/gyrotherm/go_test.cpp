@@ -33,7 +33,7 @@ TEST(Go, RespectsLimitsOfRig) {
     const auto record = folder / "never.db";
     const auto ran = gyrotherm_with("go " + std::string(kVirtual) + " " + beyond + " --out " + record);
     EXPECT_EQ(ran.exit_code, 2) << beyond << ran.err;
-    EXPECT_EQ(ran.err.find("go:"), std::string::npos) << "a place in a file that nobody wrote: " << ran.err;
+    EXPECT_EQ(ran.err.find("go:"), std::string::npos) << "a position in a file that does not exist: " << ran.err;
     EXPECT_FALSE(std::filesystem::exists(record)) << beyond;
   }
   EXPECT_EQ(gyrotherm_with("go " + std::string(kVirtual) + " warm").exit_code, 2);

@@ -238,7 +238,7 @@ TEST_F(GuardedRun, StopSurvivesInterruptInSameSecond) {
     EXPECT_TRUE(kept->finished);
     return;
   }
-  FAIL() << "the second was always over";
+  FAIL() << "the signal never arrived within the second";
 }
 
 /// Socket of systemd's watchdog. The environment names it during the lifetime of the object.
@@ -280,7 +280,7 @@ TEST_F(GuardedRun, NotifiesSystemdWatchdogEachTick) {
   EXPECT_TRUE(messages.starts_with("READY=1\nWATCHDOG_USEC=900000000\n")) << messages;
   EXPECT_NE(messages.find("WATCHDOG_USEC=8000000\nWATCHDOG=1\nWATCHDOG=1\n"), std::string::npos) << messages;
   const std::string make_safe = std::string(GYROTHERM_PROGRAM) + "-make-safe ";
-  EXPECT_EQ(shell(make_safe + record).exit_code, 5) << "the program lives";
+  EXPECT_EQ(shell(make_safe + record).exit_code, 5) << "the program still runs";
   EXPECT_EQ(laboratory.set_point(), kWarm);
   run.signal(SIGKILL);
   EXPECT_EQ(run.wait(), -SIGKILL);

@@ -82,14 +82,14 @@ TEST(HangingDisk, DelaysNoTickIsReportedAndLosesNothing) {
   EXPECT_EQ(later.acknowledged, hanging.acknowledged);
   EXPECT_GE(later.backlog_s, 4);
   EXPECT_EQ(run->output().find(acknowledged(hanging.acknowledged + 1)), std::string::npos)
-      << "what is not on the disk is not acknowledged";
+      << "rows that are not on the disk are not acknowledged";
   const auto shown = gyrotherm_with("status " + record);
   EXPECT_NE(shown.out.find("no rows can be written: a write to the disk has not returned for "), std::string::npos)
       << shown.out << shown.err;
 
   std::filesystem::remove(hangs);
   const auto well = wait_for_status(record, [&](const auto& status) { return status.acknowledged >= later.slot; });
-  EXPECT_GE(well.acknowledged, later.slot) << "what waited is on the disk";
+  EXPECT_GE(well.acknowledged, later.slot) << "the waiting rows are on the disk";
   EXPECT_EQ(well.storage_trouble, "");
   run->signal(SIGINT);
   EXPECT_EQ(run->wait(), 5) << run->output();

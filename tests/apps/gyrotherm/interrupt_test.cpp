@@ -100,7 +100,7 @@ TEST(Interrupt, EndsBusyCommandWhenRepeated) {
   std::this_thread::sleep_for(700ms);
   if (!thermal.is_running()) GTEST_SKIP() << "this machine solves it too fast";
   thermal.signal(SIGINT);
-  EXPECT_EQ(wait_for_end(thermal), -SIGINT) << "two at once are one press; the one after it counts";
+  EXPECT_EQ(wait_for_end(thermal), -SIGINT) << "two simultaneous signals count as one; the next one counts";
 }
 
 TEST(Interrupt, StopsThermalWithoutImage) {

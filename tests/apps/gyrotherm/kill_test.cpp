@@ -75,7 +75,7 @@ void expect_every_slot(const record::Record& record) {
   auto gap = record.gaps.begin();
   for (const auto slot : record.slot) {
     while (gap != record.gaps.end() && gap->first == expected) expected = (gap++)->last + 1;
-    ASSERT_EQ(slot, expected) << "every second has one sample or lies in one gap";
+    ASSERT_EQ(slot, expected) << "every second has one sample or is in one gap";
     ++expected;
   }
   ASSERT_TRUE(gap == record.gaps.end());
@@ -187,7 +187,7 @@ class Kills : public ::testing::Test {
     if (!record) return std::nullopt;
     const auto last = last_accounted_slot(*record);
     tally_.lost += std::max<std::int64_t>(0, acknowledged - last);
-    EXPECT_GE(last, acknowledged) << "seconds were lost that had been acknowledged";
+    EXPECT_GE(last, acknowledged) << "acknowledged seconds were lost";
     const auto verified = record::verify_record(path);
     EXPECT_TRUE(verified) << text(verified.error());
     if (record->finished) return ++tally_.closed, std::nullopt;

@@ -59,7 +59,7 @@ TEST_F(LiveRun, IsFollowedToEnd) {
   EXPECT_EQ(follower.wait(), 0) << follower.output();
   EXPECT_FALSE(std::filesystem::exists(folder_ / "run.live.db"));
   ASSERT_EQ(gyrotherm_with("export " + path_ + " --out " + (folder_ / "whole.csv")).exit_code, 0);
-  EXPECT_EQ(follower.output(), shell("cat " + (folder_ / "whole.csv")).out) << "no row twice, and none left out";
+  EXPECT_EQ(follower.output(), shell("cat " + (folder_ / "whole.csv")).out) << "each row exactly once";
 }
 
 TEST_F(LiveRun, IsFollowedToLastRowWhenKilled) {
@@ -129,7 +129,7 @@ TEST_F(LiveRun, IsFoundByNameOfLiveCopy) {
   ASSERT_TRUE(follower.wait_for("\n10,", 60)) << follower.output();
   run_.signal(SIGSTOP);
   std::this_thread::sleep_for(3000ms);
-  EXPECT_TRUE(follower.is_running()) << "the record is being written, although nobody writes the copy";
+  EXPECT_TRUE(follower.is_running()) << "the record is being written, although the copy is not";
   run_.signal(SIGCONT);
   run_.signal(SIGINT);
   EXPECT_EQ(run_.wait(), 5);
@@ -142,7 +142,7 @@ TEST_F(LiveRun, RefusesToAcknowledgeUnknownAlarm) {
   const auto unknown = gyrotherm_with("tell " + path_ + " acknowledge 9999 seen");
   EXPECT_EQ(unknown.exit_code, 3);
   EXPECT_NE(unknown.err.find("there is no alarm 9999"), std::string::npos) << unknown.err;
-  EXPECT_EQ(gyrotherm_with("tell " + path_ + " acknowledge 9999").exit_code, 2) << "a comment is wanted";
+  EXPECT_EQ(gyrotherm_with("tell " + path_ + " acknowledge 9999").exit_code, 2) << "a comment is required";
 }
 
 /// Records of two runs, one.db and two.db. The live copy of the first has the names for run.db and for run.

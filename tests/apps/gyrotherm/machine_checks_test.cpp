@@ -74,7 +74,7 @@ TEST_F(SerialChecks, FindModemManagerWhenItMayProbePort) {
 
 TEST_F(SerialChecks, FindBrlttyWhenItClaimsCommonAdapters) {
   write("/usr/lib/udev/rules.d/85-brltty.rules", "# ENV{PRODUCT}==\"1a86/7523/*\"\nENV{PRODUCT}==\"4242/1/100\"\n");
-  EXPECT_EQ(findings({}).at("brltty").state, FindingState::ok) << "a comment claims nothing";
+  EXPECT_EQ(findings({}).at("brltty").state, FindingState::ok) << "a comment does not claim an adapter";
   write("/usr/lib/udev/rules.d/90-brltty-device.rules", "ENV{PRODUCT}==\"10c4/ea60/*\", ENV{BRLTTY}=\"yes\"\n");
   EXPECT_NE(findings({}).at("brltty").found.find("/usr/lib/udev/rules.d/90-brltty-device.rules"), std::string::npos);
   fs::remove_all(root() + "/usr");

@@ -79,7 +79,7 @@ TEST(Outlet, DoesNotWaitForBlockedReader) {
     }
     EXPECT_LT(meter.slept(), 1s);
   }
-  EXPECT_LT(meter.slept(), 3s) << "a farewell of a second at most";
+  EXPECT_LT(meter.slept(), 3s) << "the destructor waits at most one second";
   // Otherwise the thread would remain blocked in a closed pipe.
   (void)pipe.read_until("a picture");
 }
@@ -106,7 +106,7 @@ TEST(Outlet, DrawsOnlyNewestPicture) {
   const auto drawn = pipe.read_until("picture 49");
   std::size_t pictures = 0;
   for (auto at = drawn.find("picture"); at != std::string::npos; at = drawn.find("picture", at + 1)) ++pictures;
-  EXPECT_LE(pictures, 2u) << "the one that was under way, and the newest";
+  EXPECT_LE(pictures, 2u) << "the one being written, and the newest";
   EXPECT_TRUE(drawn.ends_with("picture 49")) << drawn;
 }
 
@@ -161,7 +161,7 @@ TEST(Console, LimitsPanelToTerminalHeight) {
   console.panel(ten_lines, true);
   const auto shown = terminal.shown();
   EXPECT_NE(shown.find("line 3"), std::string::npos) << shown;
-  EXPECT_EQ(shown.find("line 4"), std::string::npos) << "its first line would leave the screen: " << shown;
+  EXPECT_EQ(shown.find("line 4"), std::string::npos) << "its first line would scroll off the screen: " << shown;
 }
 
 TEST(Console, DoesNotRedrawDumbTerminal) {

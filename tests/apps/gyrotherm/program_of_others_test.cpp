@@ -106,7 +106,7 @@ TEST_F(ProgramOfOthers, IsRunByCheckOnlyToConnect) {
   EXPECT_NE(checked.out.find("shell: read by the program ./acme.sh"), std::string::npos) << checked.out;
   const auto looked = gyrotherm_with("doctor --rig " + rig);
   EXPECT_NE(looked.out.find("acme.sh may be run"), std::string::npos) << looked.out << looked.err;
-  EXPECT_TRUE(pids().empty()) << "neither has run it";
+  EXPECT_TRUE(pids().empty()) << "neither command has started it";
   const auto connected = gyrotherm_with("check --connect --rig " + rig);
   EXPECT_EQ(connected.exit_code, 0) << connected.err;
   EXPECT_NE(connected.out.find("Acme T-1 0815"), std::string::npos) << connected.out;
@@ -130,7 +130,7 @@ TEST_F(ProgramOfOthers, CausesOnlyChannelFaultWhenItDies) {
   EXPECT_TRUE(run.wait_for("\"acknowledged\": " + std::to_string(reached) + "}", 60)) << run.output();
   run.signal(SIGINT);
   EXPECT_EQ(run.wait(), 5) << run.output();
-  EXPECT_GE(pids().size(), 2u) << "it was started anew";
+  EXPECT_GE(pids().size(), 2u) << "it was started again";
   for (const auto pid : pids()) EXPECT_NE(::kill(pid, 0), 0) << "it is left";
   const auto kept = record::read_record(record);
   ASSERT_TRUE(kept) << text(kept.error());
@@ -239,7 +239,7 @@ TEST_F(ProgramOfOthers, IsStartedByResumeOnlyAsConfirmed) {
   expect_refused("has changed since it was confirmed");
   std::string output;
   EXPECT_TRUE(resume_continues(stopped, {"--accept", "--trust-commands"}, output)) << output;
-  EXPECT_TRUE(resume_continues(stopped, {"--accept"}, output)) << "what was trusted is confirmed: " << output;
+  EXPECT_TRUE(resume_continues(stopped, {"--accept"}, output)) << "a trusted command is confirmed: " << output;
   const auto confirmed = folder / "state/gyrotherm/confirmed-commands";
   std::filesystem::permissions(confirmed, std::filesystem::perms::all);
   expect_refused("is writable by users other than its owner");

@@ -34,7 +34,7 @@ TEST(Qualify, WritesAllPromisedFiles) {
   EXPECT_EQ(report["schema"], "gyrotherm-report/1");
   EXPECT_EQ(report["rig"]["virtual"], true);
   EXPECT_LT(report["rate"]["multi_point_t"]["std_deg_per_h"], report["rate"]["raw"]["std_deg_per_h"]);
-  EXPECT_EQ(report["recommendation"]["recommended"], "") << "there is no record to choose on";
+  EXPECT_EQ(report["recommendation"]["recommended"], "") << "no record to select a model with";
   const auto html = read_text_file(out + "/report/report.html", kLargestTable).value();
   EXPECT_NE(html.find("SIMULATED"), std::string::npos);
   const auto figure = nlohmann::json::parse(shell(GYROTHERM_PROGRAM "-thermal figure").out);
@@ -46,9 +46,9 @@ TEST(Qualify, WritesAllPromisedFiles) {
 
   const auto again = gyrotherm_with("qualify --out " + out + kSmall);
   EXPECT_EQ(again.exit_code, 0) << again.err;
-  EXPECT_NE(again.err.find("already recorded"), std::string::npos) << "what is recorded is kept";
+  EXPECT_NE(again.err.find("already recorded"), std::string::npos) << "existing records are kept";
   const auto other = gyrotherm_with("qualify --seed 9 --out " + out + kSmall);
-  EXPECT_EQ(other.exit_code, 2) << "another experiment does not go into the same folder";
+  EXPECT_EQ(other.exit_code, 2) << "another experiment is refused in the same folder";
 }
 
 TEST(Qualify, ReportsImageNotApplicableWithoutFiniteElements) {
@@ -71,16 +71,16 @@ TEST(Qualify, TrainsOneAxisOfLotWithoutOthers) {
   const auto unknown = gyrotherm_with(command + " --only w");
   EXPECT_EQ(unknown.exit_code, 2);
   EXPECT_NE(unknown.err.find("\"w\"; the axes are x, y, z"), std::string::npos) << unknown.err;
-  EXPECT_FALSE(std::filesystem::exists(out)) << "before anything moves";
+  EXPECT_FALSE(std::filesystem::exists(out)) << "before any work";
   EXPECT_EQ(gyrotherm_with("qualify --only gyro --out " + out + kSmall).exit_code, 2)
-      << "of one axis there is no choice";
+      << "one axis is not recommended separately";
 
   const auto ran = gyrotherm_with(command + " --only z");
   ASSERT_EQ(ran.exit_code, 0) << ran.err;
   EXPECT_NE(ran.out.find("\nz "), std::string::npos) << ran.out;
   EXPECT_TRUE(std::filesystem::exists(out + "/z/report/report.json"));
   EXPECT_FALSE(std::filesystem::exists(out + "/y"));
-  EXPECT_FALSE(std::filesystem::exists(out + "/lot.json")) << "a part of a lot is none";
+  EXPECT_FALSE(std::filesystem::exists(out + "/lot.json")) << "a part of a lot has no recommendation";
 }
 
 TEST(Qualify, RetrainsAxisWhenOptionsChange) {
@@ -93,7 +93,7 @@ TEST(Qualify, RetrainsAxisWhenOptionsChange) {
   EXPECT_FALSE(is_nested());
   const auto nested = gyrotherm_with(command + " --nested");
   ASSERT_EQ(nested.exit_code, 0) << nested.err;
-  EXPECT_TRUE(is_nested()) << "the report that was left has no such figures";
+  EXPECT_TRUE(is_nested()) << "the earlier report has no such results";
 }
 
 /// A stored digest is used only for files with the same bytes.
@@ -102,7 +102,7 @@ TEST(Qualify, RefusesRecordChangedAfterwards) {
   const auto out = folder / "out";
   const auto command = "qualify --records-only --out " + out + kSmall;
   ASSERT_EQ(gyrotherm_with(command).exit_code, 0);
-  ASSERT_EQ(gyrotherm_with(command).exit_code, 0) << "what is recorded is believed";
+  ASSERT_EQ(gyrotherm_with(command).exit_code, 0) << "existing records are used";
   ASSERT_TRUE(std::filesystem::exists(out + "/digests.json"));
   auto record = read_text_file(out + "/random.db", kLargestTable).value();
   record[record.size() / 2] ^= 1;
@@ -129,7 +129,7 @@ TEST(Qualify, RecommendsOnlyOnFurtherRecords) {
   ASSERT_EQ(ran.exit_code, 0) << ran.err;
   const auto found = report_in(out)["recommendation"];
   EXPECT_NE(found["recommended"], "");
-  EXPECT_EQ(found["records"], 2) << "the further record, and the ramp run by models of the further one";
+  EXPECT_EQ(found["records"], 2) << "the further record, and the ramp run by models trained on it";
   EXPECT_NE(ran.out.find("recommended: " + found["recommended"].get<std::string>()), std::string::npos) << ran.out;
   const auto other = gyrotherm_with("qualify --out " + out + kSmall + " --further " + (folder / "other.db"));
   EXPECT_EQ(other.exit_code, 2);

@@ -44,7 +44,7 @@ TEST(RecordedRun, IsGivenOnceToPlacement) {
   make_small_model(folder);
   const auto record = folder / "record.db";
   const auto twice = gyrotherm_with("placement " + record + " " + record + " --folds blocks");
-  EXPECT_EQ(twice.exit_code, 2) << "it would be held out and learnt from at once";
+  EXPECT_EQ(twice.exit_code, 2) << "it would be held out and used for training";
   EXPECT_NE(twice.err.find("is the same run as " + record), std::string::npos) << twice.err;
   const auto seen = gyrotherm_with("placement " + record + " --folds blocks --verify " + record);
   EXPECT_EQ(seen.exit_code, 2);

@@ -31,7 +31,7 @@ TEST(Shipped, HelpExamplesWorkFromAnyFolder) {
 
 TEST(Shipped, PrefersShippedNameToFileInWorkingFolder) {
   const Folder folder;
-  std::ofstream(folder / "qualification") << "this is no profile";
+  std::ofstream(folder / "qualification") << "this is not a profile";
   std::ofstream(folder / "qualification.toml") << "neither = \"is this\"";
   EXPECT_EQ(from(folder / "", "gyrotherm check qualification").exit_code, 0);
   for (const auto* path : {"./qualification", "qualification.toml"})

@@ -92,10 +92,10 @@ TEST(SystemdUnit, SkipsFinishedRunWithoutFailure) {
   ASSERT_TRUE(run.wait_for("acknowledged", 60));
   run.signal(SIGINT);
   ASSERT_EQ(run.wait(), 5) << run.output();
-  EXPECT_EQ(run_condition(folder), 0) << "one that was broken off goes on";
+  EXPECT_EQ(run_condition(folder), 0) << "an interrupted run continues";
   const auto resumed = gyrotherm_with("resume " + record);
   ASSERT_EQ(resumed.exit_code, 0) << resumed.err;
-  EXPECT_EQ(gyrotherm_with("resume " + record).exit_code, 2) << "which would be a unit that failed";
+  EXPECT_EQ(gyrotherm_with("resume " + record).exit_code, 2) << "which would be a failed unit";
   EXPECT_EQ(run_condition(folder), 1);
 }
 
@@ -130,7 +130,7 @@ TEST(SystemdUnit, ResumesExistingRun) {
   const std::string begins = "run day.toml --rig lab.toml --out rate.db\n", goes_on = "resume rate.db\n";
   EXPECT_EQ(shell(command).out, begins);
   std::ofstream(folder / "rate.2.db") << "somebody's";
-  EXPECT_EQ(shell(command).out, begins) << "no part of a run";
+  EXPECT_EQ(shell(command).out, begins) << "not a part of a run";
   std::filesystem::remove(folder / "rate.2.db");
   leave_second_file(folder);
   EXPECT_EQ(shell(command).out, goes_on);
@@ -141,7 +141,7 @@ TEST(SystemdUnit, ResumesExistingRun) {
   EXPECT_FALSE(std::filesystem::exists(folder / "rate.db"));
   std::filesystem::remove(folder / "rate.2.db");
   std::ofstream(folder / "rate.db") << "damaged";
-  EXPECT_EQ(shell(command).out, goes_on) << "and resume says what is wrong with it";
+  EXPECT_EQ(shell(command).out, goes_on) << "and resume reports what is wrong with it";
 }
 
 }  // namespace

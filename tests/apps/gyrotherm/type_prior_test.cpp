@@ -30,7 +30,7 @@ class TypePriorCommand : public testing::Test {
     ready_ = true;
   }
   static void TearDownTestSuite() { delete folder_; }
-  void SetUp() override { ASSERT_TRUE(ready_) << "there are no records, or no prior of them"; }
+  void SetUp() override { ASSERT_TRUE(ready_) << "the records or their prior are missing"; }
 
   static std::string record(int seed) { return *folder_ / fmt::format("r{}.db", seed); }
   static Ran train(const std::string& options) {

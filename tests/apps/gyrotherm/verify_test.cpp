@@ -33,7 +33,7 @@ class Verify : public testing::Test {
     EXPECT_EQ(ran.exit_code, 0) << ran.err;
     return nlohmann::json::parse(ran.out);
   }
-  void SetUp() override { ASSERT_TRUE(ready_) << "there is no record, or no model of it"; }
+  void SetUp() override { ASSERT_TRUE(ready_) << "the record or its model is missing"; }
 
   static inline Folder* folder_ = nullptr;
   /// A suite whose setup failed must fail, not be skipped.
@@ -49,7 +49,7 @@ TEST_F(Verify, AppliesPolicyForInputsOutsideTrainedRange) {
   EXPECT_GT(outside, 0);
   EXPECT_EQ(refused["compensated"]["count"].get<int>(), continued["compensated"]["count"].get<int>() - outside);
   EXPECT_EQ(extrapolated["outside_trained_range"], outside);
-  EXPECT_EQ(extrapolated["compensated"], continued["compensated"]) << "a plane continues as itself";
+  EXPECT_EQ(extrapolated["compensated"], continued["compensated"]) << "a plane continues unchanged";
 }
 
 TEST_F(Verify, ListsPoliciesWhenUnknown) {
@@ -61,7 +61,7 @@ TEST_F(Verify, ListsPoliciesWhenUnknown) {
 TEST_F(Verify, GivesNoiseAndErrorBars) {
   const auto report = verify_as_json("");
   const auto n = report["allan"]["coefficients"]["N"];
-  EXPECT_NEAR(n["value"].get<double>(), 3e-4, 5 * n["error"].get<double>()) << "as the virtual gyro is made";
+  EXPECT_NEAR(n["value"].get<double>(), 3e-4, 5 * n["error"].get<double>()) << "as in the model of the virtual gyro";
   EXPECT_GT(report["compensated"]["std_error_deg_per_h"], 0.0);
   EXPECT_GT(report["noise_floor_error_deg_per_h"], 0.0);
   EXPECT_FALSE(report["characterisation"]["ramp_deg_per_h_per_k_per_min"]["before"]["u"].is_null());
@@ -126,7 +126,7 @@ TEST_F(Verify, SeparatesBiasAndEarthRateOfTurnedGyro) {
   EXPECT_LT(earth["u"], 5e-4);
   const auto& bias = found[0]["bias_deg_per_h"]["before"];
   EXPECT_NEAR(bias["value"], report["raw"]["mean_deg_per_h"], 0.005);
-  EXPECT_LT(report["raw"]["max_abs_deg_per_h"], 0.1) << "no second is counted with the sign of the other position";
+  EXPECT_LT(report["raw"]["max_abs_deg_per_h"], 0.1) << "no second has the sign of the other position";
   const auto words = gyrotherm_with(command).out;
   EXPECT_NE(words.find("another gyro: it was trained on seed "), std::string::npos) << "than that of seed 3";
   for (const auto* word : {"bias, both positions", "earth rate, by turning", "the rig file states 10.63"})
@@ -140,19 +140,19 @@ TEST_F(Verify, AssessesTrackingOnRequest) {
   ASSERT_EQ(ran.exit_code, 0) << ran.err;
   const auto tracking = nlohmann::json::parse(ran.out)["tracking"];
   EXPECT_NEAR(tracking["noise"]["angle_random_walk_deg_per_sqrt_h"].get<double>(), 3e-4, 1e-4)
-      << "as the virtual gyro is made";
+      << "as in the model of the virtual gyro";
   EXPECT_GT(tracking["hours"], 0);
   EXPECT_EQ(tracking["denoisers"].size(), 9u);
   for (const auto& denoiser : tracking["denoisers"]) {
     const bool late = denoiser["latency_s"] > 0;
     EXPECT_EQ(denoiser["next_hour_rmse_deg_per_h"].is_null(), late) << denoiser["name"];
-    EXPECT_TRUE(denoiser["rmse_to_truth_deg_per_h"].is_null()) << "the record does not know it";
+    EXPECT_TRUE(denoiser["rmse_to_truth_deg_per_h"].is_null()) << "the record does not contain it";
   }
   EXPECT_EQ(tracking["series"]["smoothed_deg_per_h"].size(), tracking["series"]["residual_deg_per_h"].size());
   const auto words = gyrotherm_with(command).out;
   for (const auto* word : {"hours predicted", "thermal model alone", "Kalman, an hour late", "Ljung–Box"})
     EXPECT_NE(words.find(word), std::string::npos) << words;
-  EXPECT_EQ(verify("--noise " + (*folder_ / "r.db")).exit_code, 2) << "a noise without tracking";
+  EXPECT_EQ(verify("--noise " + (*folder_ / "r.db")).exit_code, 2) << "noise without tracking";
 }
 
 }  // namespace

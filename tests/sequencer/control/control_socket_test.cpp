@@ -117,13 +117,13 @@ TEST(ControlSocket, ReplacesSocketOfDeadProgramOnly) {
     ASSERT_TRUE(dead);
     std::filesystem::create_hard_link(control_socket_path(folder / "run.db"), folder / "kept");
   }
-  EXPECT_FALSE(std::filesystem::exists(control_socket_path(folder / "run.db"))) << "an orderly end takes it away";
+  EXPECT_FALSE(std::filesystem::exists(control_socket_path(folder / "run.db"))) << "an orderly end removes it";
   std::filesystem::rename(folder / "kept", control_socket_path(folder / "run.db"));
   const auto left = tell(folder / "run.db", *make_request("stop", ""), 1s);
   ASSERT_FALSE(left);
   EXPECT_EQ(left.error().kind, FaultKind::usage);
   EXPECT_TRUE(ControlSocket::open(folder / "run.db"));
-  std::ofstream(control_socket_path(folder / "other.db")) << "somebody's file";
+  std::ofstream(control_socket_path(folder / "other.db")) << "a file of another program";
   EXPECT_FALSE(ControlSocket::open(folder / "other.db"));
 }
 

@@ -38,7 +38,7 @@ void EachInterlock::expect_warning_only() {
   d_.seconds(kWhile);
   repair();
   const auto over = broken_.is_permanent ? 0 : d_.until([&] { return !is_active(); }, broken_.clears_within);
-  EXPECT_NE(over, -1) << "it is over by itself";
+  EXPECT_NE(over, -1) << "the alarm does not clear by itself";
   EXPECT_EQ(d_.run_controller().run_state(), RunState::execute);
   EXPECT_EQ(d_.progress().in_segment - before.in_segment, std::chrono::seconds(kWhile + over));
 }
@@ -68,8 +68,8 @@ void EachInterlock::expect_wait_for_operator() {
   EXPECT_EQ(d_.run_controller().run_state(), RunState::held);
   repair();
   d_.seconds(900);
-  EXPECT_FALSE(is_active()) << "its alarm is over";
-  EXPECT_EQ(d_.run_controller().run_state(), RunState::held) << "and yet it does not go on by itself";
+  EXPECT_FALSE(is_active()) << "its alarm has cleared";
+  EXPECT_EQ(d_.run_controller().run_state(), RunState::held) << "it does not resume by itself";
   EXPECT_EQ(d_.progress(), stood);
   EXPECT_EQ(d_.chamber_set_point(), set_point);
   d_.run_controller().submit(control::OperatorCommand::resume, "Ada");
@@ -92,7 +92,7 @@ TEST_P(EachInterlock, ActsAloneAsDocumentedWhenOneThingBreaks) {
   ASSERT_EQ(d_.run_controller().run_state(), RunState::execute);
   ASSERT_TRUE(d_.active_alarms().empty()) << d_.active_alarms().front();
   broken_.breaks(d_);
-  ASSERT_NE(d_.until([&] { return are_all_active(); }, broken_.acts_within), -1) << "it does not act";
+  ASSERT_NE(d_.until([&] { return are_all_active(); }, broken_.acts_within), -1) << "the interlock does not act";
   EXPECT_EQ(d_.active_alarms().size(), 1 + broken_.also.size());
   switch (broken_.reaction) {
     case interlocks::Reaction::warn: expect_warning_only(); break;
@@ -104,7 +104,7 @@ TEST_P(EachInterlock, ActsAloneAsDocumentedWhenOneThingBreaks) {
   auto alarms = BreakableRun::alarms_in(d_.record());
   for (const auto cause : broken_.also)
     EXPECT_EQ(std::erase_if(alarms, [&](const auto& alarm) { return alarm.cause == name(cause); }), 1u) << name(cause);
-  ASSERT_EQ(alarms.size(), 1u) << "one alarm, and no other cause's";
+  ASSERT_EQ(alarms.size(), 1u) << "one alarm, and none with another cause";
   EXPECT_EQ(alarms.front().cause, name(broken_.cause));
   EXPECT_EQ(alarms.front().reaction, name(broken_.reaction));
 }
@@ -144,7 +144,7 @@ TEST(Interlocks, AbortRunWhenSilenceDoesNotEnd) {
     broken.breaks(d);
     EXPECT_NEAR(d.until(RunState::aborting, 200), 90, 2) << broken.name;
     if (cause == interlocks::InterlockId::chamber_silent) {
-      EXPECT_EQ(d.seconds(60), run::RunOutcome::going_on) << "nobody can tell whether it is safe";
+      EXPECT_EQ(d.seconds(60), run::RunOutcome::going_on) << "the chamber's state is unknown";
       broken.repairs(d);
     }
     EXPECT_EQ(d.seconds(15), run::RunOutcome::made_safe) << broken.name;

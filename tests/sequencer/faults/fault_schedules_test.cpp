@@ -109,7 +109,7 @@ TEST(FaultSchedules, GiveSameLogForSameSeed) {
     EXPECT_EQ(first.log_hash, carry_out(ground, setting).log_hash) << "seed " << seed;
     logs.insert(first.log_hash);
   }
-  EXPECT_EQ(logs.size(), 12U) << "and other seeds other logs";
+  EXPECT_EQ(logs.size(), 12U) << "other seeds give other logs";
 }
 
 /// Twenty-four axes on eight lines: one falls silent, is dropped and is returned, and the others continue.
@@ -158,17 +158,17 @@ TEST(FaultSchedules, SurviveDiskThatAcceptsNothing) {
   };
   for (const auto kind : {InjectedFaultKind::disk_full, InjectedFaultKind::disk_hangs}) {
     const auto report = with(4, kind, 0);
-    EXPECT_GE(report.longest_backlog, 390) << name(kind) << ": it took nothing";
-    EXPECT_EQ(report.parts, 1) << name(kind) << ": the file is good";
+    EXPECT_GE(report.longest_backlog, 390) << name(kind) << ": the disk accepted nothing";
+    EXPECT_EQ(report.parts, 1) << name(kind) << ": the file is intact";
   }
   for (const auto kind : {InjectedFaultKind::disk_fails, InjectedFaultKind::disk_loses_syncs}) {
     const auto report = with(5, kind, 0);
-    EXPECT_GE(report.longest_backlog, 390) << name(kind) << ": it took nothing";
-    EXPECT_EQ(report.parts, 2) << name(kind) << ": a file that failed is left";
+    EXPECT_GE(report.longest_backlog, 390) << name(kind) << ": the disk accepted nothing";
+    EXPECT_EQ(report.parts, 2) << name(kind) << ": the failed file is replaced";
   }
   const auto slow = with(4, InjectedFaultKind::disk_slow, 30);
   EXPECT_GE(slow.longest_backlog, 25);
-  EXPECT_LE(slow.longest_backlog, 70) << "what comes during one transaction waits for the next";
+  EXPECT_LE(slow.longest_backlog, 70) << "rows during a transaction wait for the next one";
 }
 
 TEST(FaultSchedules, HoldRunAfterSleepOfMachine) {
@@ -209,8 +209,8 @@ void expect_twin_up_to(std::size_t rows, std::int64_t down, const SimulatedSetup
   ASSERT_EQ(report.ending, Ending::complete) << where;
   EXPECT_EQ(report.lives, 2) << where;
   EXPECT_TRUE(std::equal(twin.rows.begin(), twin.rows.begin() + static_cast<std::ptrdiff_t>(rows), report.rows.begin()))
-      << where << ": it is not the same run up to the crash";
-  EXPECT_GT(report.rows[rows].slot, twin.rows[rows].slot) << where << ": there is no gap";
+      << where << ": differs before the crash";
+  EXPECT_GT(report.rows[rows].slot, twin.rows[rows].slot) << where << ": the gap is missing";
   const auto found = rows_by_segment(report);
   for (const auto& [segment, count] : rows_by_segment(twin)) {
     const auto resumed = found.find(segment);

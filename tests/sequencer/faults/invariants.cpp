@@ -134,7 +134,7 @@ void Invariants::judge_set_points(std::int64_t second, RunState state) {
     tries_ = sent_ && abs(value - *sent_) <= kSame ? tries_ + 1 : 0;
     const bool tried_again = tries_ > 0 && tries_ <= kMostTries;
     if (!safe && !near_air && !tried_again && step_k > largest_step_k(limits, value > before) + kSame.value)
-      report_violation("I2", second, fmt::format("set point goes from {} to {} at once", before.value, value.value));
+      report_violation("I2", second, fmt::format("set point jumps from {} to {}", before.value, value.value));
     if (severity(state) > severity(RunState::aborting) || state == RunState::aborted)
       report_violation("I3", second, fmt::format("set point {} sent in state {}", value.value, name(state)));
     if (sent.before_read_back && !safe)
@@ -161,7 +161,7 @@ void Invariants::judge_rows(std::int64_t second, const RecordingStore& recording
   const auto& sample = *recording.sample();
   if (sample.slot != last_slot_ + 1)
     report_violation("I10", second, fmt::format("slot {} after {}", sample.slot, last_slot_));
-  if (sample.at.since_start <= last_time_) report_violation("I12", second, "time does not go on");
+  if (sample.at.since_start <= last_time_) report_violation("I12", second, "time does not advance");
   last_slot_ = sample.slot;
   last_time_ = sample.at.since_start;
 }
@@ -202,7 +202,7 @@ void Invariants::judge_values(std::int64_t second, const Sample& sample) {
 /// I28: another instrument receives no command, and its values are not stored as good.
 void Invariants::judge_identities(std::int64_t second, const Sample& sample) {
   if (plant_.chamber().take_writes_to_other_chamber() > 0)
-    report_violation("I28", second, "another chamber was sent something");
+    report_violation("I28", second, "another chamber received a command");
   if (plant_.chamber().trouble.exchanged && sample.chamber.value)
     report_violation("I28", second, "a value of another chamber is stored as good");
   for (std::size_t i = 0; i < plant_.thermometer_count(); ++i) {
@@ -236,10 +236,10 @@ void Invariants::judge_units(std::int64_t second, const Sample& sample, const Op
       const auto& name = file_.units[share.unit].info.name;
       const bool is_out = operators.has_dropped(name);
       if (is_out && (!count || !count->pulses.empty()))
-        report_violation("I24", second, fmt::format("gyro {} is dropped, and still in the record", name));
+        report_violation("I24", second, fmt::format("gyro {} is dropped but still in the record", name));
       if (!is_out && ticks > kCountsAgainAfter && (!count || count->pulses.empty()))
         report_violation("I24", second,
-                         fmt::format("gyro {} is lost while its own line is well: {}", name,
+                         fmt::format("gyro {} is lost although its line works: {}", name,
                                      count ? "nothing in it" : count.error().what));
     }
   }
@@ -271,7 +271,7 @@ void Invariants::judge_machine(std::int64_t second, const RecordingStore& record
   quiet_ticks_.disk_dead = dead ? quiet_ticks_.disk_dead + 1 : 0;
   if (quiet_ticks_.disk_dead > seconds(file_.limits.backlog) + kUntilAlarm && !storage_alarm_)
     report_violation("I7", second,
-                     fmt::format("the disk takes nothing for {} s, and nobody is told", quiet_ticks_.disk_dead));
+                     fmt::format("no alarm although the disk accepts nothing for {} s", quiet_ticks_.disk_dead));
 }
 
 /// I21: a lost thermometer is reported by name immediately, and suspends the run if the analysis needs it.
@@ -286,12 +286,12 @@ void Invariants::judge_channels(std::int64_t second, const RecordingStore& recor
     for (const auto& event : recording.events())
       lost.reported = lost.reported || (event.kind == EventKind::fault && event.about.channel == name) ||
                       event.about.interlock == interlocks::name(interlocks::InterlockId::frozen);
-    if (lost.ticks > 1 && !lost.reported) report_violation("I21", second, fmt::format("{} is lost, and no word", name));
+    if (lost.ticks > 1 && !lost.reported) report_violation("I21", second, fmt::format("loss of {} not reported", name));
     const bool is_needed = std::ranges::any_of(file_.limits.units, [&](const auto& unit) {
       return !operators.has_dropped(unit.name) && std::ranges::count(unit.thermometers, i) > 0;
     });
     if (is_needed && lost.ticks > suspend_after + 3 && severity(sample.state) < severity(RunState::suspended))
-      report_violation("I21", second, fmt::format("{} is needed, is lost, and the run goes on", name));
+      report_violation("I21", second, fmt::format("{} is needed and lost, but the run continues", name));
   }
 }
 
@@ -301,7 +301,7 @@ void Invariants::judge_alarms(std::int64_t second, const RecordingStore& recordi
   if (injector_.has_any_begun() || std::ranges::any_of(recording.events(), finished)) return;
   for (const auto& event : recording.events())
     if (event.kind == EventKind::fault || event.kind == EventKind::interlock || event.kind == EventKind::state)
-      report_violation("I18", second, "without a cause: " + event.text);
+      report_violation("I18", second, "alarm without a cause: " + event.text);
 }
 
 /// I14: judges a segment at its end. Seconds without a row are not soak time.
@@ -321,12 +321,12 @@ void Invariants::judge_segment_end(std::int64_t second, int index) {
   const auto seconds = [](Duration time) { return time / std::chrono::seconds(1); };
   if (first >= 0 && clock + unseen < seconds(segment.duration))
     report_violation("I14", second,
-                     fmt::format("segment {} ended after {} s, and {} s unseen, of {}", index + 1, clock, unseen,
-                                 seconds(segment.duration)));
+                     fmt::format("segment {} ended after {} s and {} s without a row, expected {}", index + 1, clock,
+                                 unseen, seconds(segment.duration)));
   if (segment.guaranteed_soak && soaked < seconds(segment.soak_time))
     report_violation(
         "I14", second,
-        fmt::format("segment {} was soaked for {} s of {}", index + 1, soaked, seconds(segment.soak_time)));
+        fmt::format("segment {} soaked for {} s, expected {}", index + 1, soaked, seconds(segment.soak_time)));
 }
 
 /// I14, I15: judges the order and the ends of segments.
@@ -384,7 +384,7 @@ void Invariants::judge_liveness(std::int64_t second, const Sample& sample) {
         count && !count->pulses.empty() && std::ranges::all_of(count->pulses, [](auto n) { return n == 0; });
     without_counts_[unit] = none ? without_counts_[unit] + 1 : 0;
     if (without_counts_[unit] > file_.limits.gyro_dead_after / std::chrono::seconds(1) + kMargin)
-      report_violation("I25", second, fmt::format("gyro {} counts nothing for {} rows", unit, without_counts_[unit]));
+      report_violation("I25", second, fmt::format("gyro {} has no counts for {} rows", unit, without_counts_[unit]));
   }
 }
 
@@ -400,7 +400,7 @@ void Invariants::judge_limits(std::int64_t second, const Sample& sample) {
     if (std::ssize(last) > 2 * limits.confirming_samples) last.erase(last.begin());
     if (is_beyond && std::ranges::count(last, true) >= limits.confirming_samples &&
         severity(sample.state) < severity(RunState::aborting))
-      report_violation("I26", second, fmt::format("column {} is beyond its limit, in state {}", i, name(sample.state)));
+      report_violation("I26", second, fmt::format("column {} is outside its limit in state {}", i, name(sample.state)));
   };
   for (std::size_t i = 0; i < all; ++i)
     if (const auto& value = sample.thermometers[i].value)
@@ -414,7 +414,7 @@ void Invariants::check_end_of_safe_run(std::int64_t second) {
   constexpr double kMargin = 1.5;
   const auto& laboratory = plant_.laboratory();
   if (laboratory.is_on() && laboratory.holds_output())
-    report_violation("I27", second, "the chamber is left in manual mode");
+    report_violation("I27", second, "the chamber remains in manual mode");
   const bool is_quiet = injector_.last_change() < second - 60 && !from_safe_k_.empty();
   if (is_quiet && from_safe_k_.back() > from_safe_k_.front() + kMargin)
     report_violation("I27", second,
@@ -497,7 +497,7 @@ void Invariants::judge_reactions(std::int64_t second, const Sample& sample) {
 /// I16: a resumed run continues in the same segment or after its end, and counts only soak seconds that have a row.
 void Invariants::judge_resume(std::int64_t second, const ProfilePosition& at) {
   if (rows_.empty()) {
-    if (at.segment != 0) report_violation("I16", second, "it does not begin with the first segment");
+    if (at.segment != 0) report_violation("I16", second, "the run does not begin with the first segment");
     return;
   }
   const auto segment = rows_.back().segment;
@@ -536,13 +536,13 @@ void Invariants::judge_record(std::int64_t second, const record::Record& record,
     if (record.slot[i] != next || given == rows_.end() || given->slot != next)
       return report_violation("I10", second, fmt::format("the record has slot {}, expected {}", record.slot[i], next));
     if (at.segment != given->segment || record.state[i] != given->state)
-      return report_violation("I13", second, fmt::format("slot {} is not what was given", next));
+      return report_violation("I13", second, fmt::format("slot {} differs from the appended sample", next));
   }
   pass_gaps();
   if (next - 1 < acknowledged)
     report_violation("P1", second, fmt::format("the record ends at {}, {} was acknowledged", next - 1, acknowledged));
   if (given != rows_.end() && !left_unwritten)
-    report_violation("I10", second, fmt::format("rows from {} on are not in the record", given->slot));
+    report_violation("I10", second, fmt::format("rows from {} are missing in the record", given->slot));
 }
 
 void Invariants::after_tick(std::int64_t second, const RecordingStore& recording, const Operators& operators) {

@@ -164,8 +164,7 @@ Result<run::RunContinuation> SimulatedRun::prepare_continuation() {
   if (on->recorded < acknowledged_)
     invariants_.report_violation(
         "P1", second_, fmt::format("the record ends at {}, {} was acknowledged", on->recorded, acknowledged_));
-  if (on->profile.text != ground_.profile.text)
-    invariants_.report_violation("I16", second_, "another profile than before");
+  if (on->profile.text != ground_.profile.text) invariants_.report_violation("I16", second_, "the profile has changed");
   invariants_.begin_life(on->recorded);
   invariants_.judge_resume(second_, profile::profile_position(on->profile, on->state));
   return on;
@@ -314,7 +313,7 @@ void SimulatedRun::check_attack_is_noticed() {
   attacked_at_.reset();
   const bool was_left = part_of_failing_disk_ && store_->health().parts > *part_of_failing_disk_;
   if (store_->health().damage.empty() && !was_left)
-    invariants_.report_violation("P12", second_, "a file of the record was attacked, and no word");
+    invariants_.report_violation("P12", second_, "an attack on a file of the record was not reported");
 }
 
 void SimulatedRun::tick() {
@@ -387,7 +386,7 @@ void SimulatedRun::judge_record() {
     invariants_.report_violation("I17", second_, text(verified.error()));
   const bool closed_as_if_whole = record::is_there(record::manifest_path(path_));
   if (spoiled_ && closed_as_if_whole && !record::verify_record(path_))
-    invariants_.report_violation("P12", second_, "a spoiled record has a manifest");
+    invariants_.report_violation("P12", second_, "a damaged record has a manifest");
 }
 
 /// Closes the record as the program does: waits for the disk.
@@ -399,7 +398,7 @@ void SimulatedRun::close() {
   if (!synced && !excused) invariants_.report_violation("record", second_, text(synced.error()));
   acknowledged_ = store_->acknowledged();
   left_unwritten_ = store_->health().backlog_s > 0;
-  if (left_unwritten_ && !excused) invariants_.report_violation("P13", second_, "rows wait for a disk that is well");
+  if (left_unwritten_ && !excused) invariants_.report_violation("P13", second_, "rows wait although the disk works");
   if (ending_ != Ending::complete || left_unwritten_ || disk_.hangs()) return;
   if (const auto finished = store_->finish(); !finished && !excused && !spoiled_)
     invariants_.report_violation("record", second_, text(finished.error()));

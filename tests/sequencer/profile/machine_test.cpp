@@ -110,7 +110,7 @@ TEST(Soak, CountsOnlyAfterUninterruptedDwellInBand) {
   EXPECT_EQ(std::get<Holding>(state).soaked, seconds(10));
   state = advance_at(profile, state, 1, 28, 0);
   state = advance_at(profile, state, 30, 25, 0);
-  EXPECT_EQ(std::get<WaitingForSoak>(state).soaked, seconds(10)) << "the dwell begins anew";
+  EXPECT_EQ(std::get<WaitingForSoak>(state).soaked, seconds(10)) << "the dwell restarts";
   EXPECT_FALSE(std::holds_alternative<Complete>(advance_at(profile, state, 89, 25, 0)));
   EXPECT_TRUE(std::holds_alternative<Complete>(advance_at(profile, state, 90, 25, 0)));
 }
@@ -124,7 +124,7 @@ TEST(Soak, CountsOnlyWhileSensorIsStable) {
   state = advance_at(profile, state, 20, 25, 0.5);
   EXPECT_EQ(std::get<Holding>(state).soaked, seconds(30));
   state = next(profile, state, {kSecond, Celsius{25}, std::nullopt});
-  EXPECT_EQ(std::get<WaitingForSoak>(state).soaked, seconds(30)) << "a slope that is not known is none";
+  EXPECT_EQ(std::get<WaitingForSoak>(state).soaked, seconds(30)) << "an unknown slope does not count";
 }
 
 TEST(Soak, NamesItsSensor) {
@@ -166,7 +166,7 @@ TEST(Soak, KeepsSoakTimeWhenDeadlineIsRestarted) {
   const auto profile = soak_profile();
   auto state = advance(profile, state_at_soak(profile), 20, Celsius{25});
   EXPECT_EQ(profile_position(profile, restart_deadline(state)), profile_position(profile, state))
-      << "it was not overdue";
+      << "the segment was not overdue";
   state = restart_deadline(advance(profile, state, 181, Celsius{20}));
   EXPECT_EQ(profile_position(profile, state).soaked, std::chrono::seconds(20));
   EXPECT_FALSE(std::holds_alternative<Overdue>(advance(profile, state, 180, Celsius{20})));

@@ -18,8 +18,8 @@ TEST(Prompts, AreRequiredWhereUnitChanges) {
   EXPECT_EQ(p.segments[0].unit, UnitState{});
   EXPECT_EQ(p.segments[1].prompt, "switch the unit off");
   EXPECT_EQ(p.segments[1].unit, (UnitState{.off = true}));
-  EXPECT_EQ(p.segments[2].prompt, "") << "a ramp asks for nothing";
-  EXPECT_EQ(p.segments[2].unit, (UnitState{.off = true})) << "and leaves the unit as it is";
+  EXPECT_EQ(p.segments[2].prompt, "") << "a ramp has no prompt";
+  EXPECT_EQ(p.segments[2].unit, (UnitState{.off = true})) << "and does not change the unit";
   EXPECT_EQ(p.segments[3].prompt, "switch the unit on and turn the unit around: its input axis points the other way");
   EXPECT_EQ(p.segments[3].unit, (UnitState{.turned = true}));
   EXPECT_EQ(p.segments[4].prompt, "");

@@ -78,7 +78,7 @@ TEST(SetPoints, AreSentAtMostAsOftenAsMapAllows) {
     EXPECT_GE(i - last, 2u) << "second " << i;
     last = i;
     ++changes;
-    ASSERT_NEAR(sent[i], record->set_point_c[i], 0.26) << "a staircase beside the ramp";
+    ASSERT_NEAR(sent[i], record->set_point_c[i], 0.26) << "the set points form a staircase";
   }
   EXPECT_GT(changes, 100u) << "five minutes of a ramp at 5 °C/min";
 }

@@ -31,7 +31,7 @@ TEST(HardRig, RecordsTrueBiasOfEachSecond) {
     error += (rate - record.info.units[0].axes[0].earth_rate->value - record.units[0].true_bias_deg_per_h[0][i]) /
              static_cast<double>(record.slot.size());
   }
-  EXPECT_NEAR(error, 0, 0.008) << "turn-on, scale factor and tilt are not in it";
+  EXPECT_NEAR(error, 0, 0.008) << "without turn-on bias, scale factor and tilt";
 }
 
 TEST(HardRig, LaterDayIsNewRunOfOlderGyro) {

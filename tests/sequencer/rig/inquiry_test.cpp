@@ -28,7 +28,7 @@ TEST(Inquiry, OrdersRoundTripTimes) {
 
 TEST(Inquiry, WarnsWhenAirIsFarFromEveryThermometer) {
   EXPECT_EQ(describe_air_mismatch({20}, {}), "");
-  EXPECT_EQ(describe_air_mismatch({20}, {{-40}, {33}}), "") << "one that is near is enough";
+  EXPECT_EQ(describe_air_mismatch({20}, {{-40}, {33}}), "") << "one thermometer near the air is enough";
   EXPECT_EQ(describe_air_mismatch({20}, {{35}}), "");
   const auto hot = describe_air_mismatch({20}, {{60}, {35.5}});
   EXPECT_NE(hot.find("WARNING: the chamber shows air of 20.0 °C, the nearest thermometer 35.5 °C;"), std::string::npos)

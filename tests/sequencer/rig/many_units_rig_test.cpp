@@ -42,7 +42,7 @@ TEST(ManyUnitsRig, TriadHasThreeUnitsOnSeparateLines) {
   EXPECT_EQ(line_title(rig.gyro_lines[1], rig.units), "gyro y");
   const auto channels = channels_of(rig);
   EXPECT_EQ(channels[8].unit_under_test, "y");
-  EXPECT_EQ(rig.limits.units[1].thermometers.size(), 9u) << "with the shell of its three points";
+  EXPECT_EQ(rig.limits.units[1].thermometers.size(), 9u) << "including the shell of three_point";
 }
 
 TEST(ManyUnitsRig, LotHasTwentyFourAxesAndValues) {
@@ -152,7 +152,7 @@ TEST(ManyUnitsRig, SingleUnitEqualsSameUnitOfLot) {
         std::ranges::find(all.info.thermometers, name, &record::Channel::name) - all.info.thermometers.begin();
     EXPECT_EQ(alone.thermometers_c[i], all.thermometers_c[static_cast<std::size_t>(at)]) << name;
   }
-  EXPECT_NE(all.units[2].rotation, all.units[3].rotation) << "each unit is another gyro";
+  EXPECT_NE(all.units[2].rotation, all.units[3].rotation) << "each unit is a separate gyro";
 }
 
 TEST(ManyUnitsRig, RecordsEveryChannelOfTriad) {

@@ -107,7 +107,7 @@ TEST(RigFile, LinkSettingsReplaceThoseOfMap) {
   EXPECT_EQ(tcp.timeout, milliseconds(1500));
   EXPECT_EQ(tcp.read_at_most, 20);
   EXPECT_TRUE(tcp.returns_other_transaction && tcp.returns_other_unit && tcp.miscounts_write_replies);
-  EXPECT_EQ(tcp.port, plain.port) << "what is not said remains the map's";
+  EXPECT_EQ(tcp.port, plain.port) << "unstated settings come from the map";
   const auto serial =
       read_link(real_rig_with("link = { unit = 3, echo = true }\n", "example-binder-dcon-stim300.toml"));
   EXPECT_EQ(serial.unit, 3);
@@ -171,7 +171,7 @@ TEST(RigFile, RefusesPortOfTwoInstruments) {
   EXPECT_NE(with_gyro_at("serial:/dev/serial/by-id/usb-FTDI_USB-RS232_Cable_FT123456-if00-port0")
                 .find("FT123456-if00-port0?9600,7O1\" is the line of two instruments"),
             std::string::npos);
-  EXPECT_EQ(with_gyro_at("tcp://192.168.1.20:502"), "") << "behind an address there may be several";
+  EXPECT_EQ(with_gyro_at("tcp://192.168.1.20:502"), "") << "an address may lead to several instruments";
 }
 
 TEST(RigFile, RefusesThreePointNamesThatAreNotChannels) {
@@ -409,7 +409,7 @@ TEST(RigFile, TakesFramesScaleAndPortFromStream) {
   EXPECT_EQ(rig->gyro_lines[0].frame.name, "kvh-dsp-3000-ascii");
   EXPECT_EQ(rig->gyro_lines[0].stream->port.baud, 38400u);
   EXPECT_EQ(rig->gyro_lines[0].stream->start.front().send, "RRR");
-  EXPECT_EQ(rig->units[0].info.axes[0].scale, 1e-6) << "of a rate: a count is 1e-6 arcsec";
+  EXPECT_EQ(rig->units[0].info.axes[0].scale, 1e-6) << "for a rate, one count is 1e-6 arcsec";
   EXPECT_EQ(rig->limits.units[0].axes[0].largest_bias, DegreesPerHour{20});
 }
 
@@ -434,7 +434,7 @@ TEST(RigFile, ReadsFrameRateOfGyro) {
   ASSERT_TRUE(rig) << text(rig.error());
   EXPECT_EQ(rig->gyro_lines[0].frame.rate_hz, 100);
   EXPECT_TRUE(rig->gyro_lines[0].listen_only);
-  EXPECT_EQ(rig->limits.units[0].axes[0].largest_bias, DegreesPerHour{3}) << "not the 20 of its stream";
+  EXPECT_EQ(rig->limits.units[0].axes[0].largest_bias, DegreesPerHour{3}) << "replaces the 20 of its stream";
   EXPECT_FALSE(read_rig(kRigs + "virtual-mixed.toml")->gyro_lines[0].listen_only);
   EXPECT_NE(rig_error(replace_once(mixed_rig(), axis, axis + "rate_hz = 0\n")).find("positive number of frames"),
             std::string::npos);
@@ -479,7 +479,7 @@ TEST(RigFile, ReadsCalibrationOfEachChannel) {
   const auto channels = channels_of(read_rig(kRigs + "example-f4t-lakeshore-kvh.toml").value());
   ASSERT_EQ(channels.size(), 9u);
   EXPECT_EQ(channels[0].offset, Kelvins{-0.012});
-  EXPECT_EQ(channels[0].certificate, "K-2026-0117") << "the instrument's";
+  EXPECT_EQ(channels[0].certificate, "K-2026-0117") << "from the instrument";
   EXPECT_EQ(channels[1].polynomial, (std::vector<double>{0.0031, 0.99987, 1.2e-6}));
   EXPECT_EQ(channels[1].certificate, "K-2026-0118") << "its own";
   EXPECT_EQ(channels[2].offset, Kelvins{});
@@ -492,12 +492,12 @@ TEST(RigFile, ReadsUncertaintyOfEachThermometer) {
   const auto rig = read_rig(kRigs + "example-f4t-lakeshore-kvh.toml").value();
   const auto channels = channels_of(rig);
   const auto& of_all = channels[0].uncertainty;
-  EXPECT_EQ(of_all.calibration, Kelvins{0.02 / 2}) << "the certificate's U by its k";
+  EXPECT_EQ(of_all.calibration, Kelvins{0.02 / 2}) << "U of the certificate divided by k";
   EXPECT_FALSE(of_all.rectangular);
   EXPECT_EQ(of_all.drift_in_a_year, Kelvins{0.05});
   EXPECT_EQ(of_all.calibrated, record::parse_day("2026-01-17"));
-  EXPECT_EQ(channels[1].uncertainty.calibration, Kelvins{0.01 / 2}) << "its own; k is 2 where nothing is said";
-  EXPECT_EQ(channels[1].uncertainty.drift_in_a_year, Kelvins{0.05}) << "the instrument's";
+  EXPECT_EQ(channels[1].uncertainty.calibration, Kelvins{0.01 / 2}) << "from the channel; k defaults to 2";
+  EXPECT_EQ(channels[1].uncertainty.drift_in_a_year, Kelvins{0.05}) << "from the instrument";
   EXPECT_DOUBLE_EQ(channels[8].uncertainty.calibration->value, 0.03 / std::sqrt(3)) << "limits of ± 0.03 K";
   EXPECT_TRUE(channels[8].uncertainty.rectangular);
   EXPECT_EQ(rig.units[0].info.axes[0].uncertainty.latitude_deg, 47.3769);

@@ -65,7 +65,7 @@ TEST_F(DoorTest, AcknowledgesAllOccurrencesOfOneCauseOnce) {
   for (int i = 0; i < 4; ++i) open_door();
   ASSERT_EQ(list().size(), 1u);
   EXPECT_EQ(list()[0].count, 5);
-  EXPECT_EQ(list()[0].number, number) << "a comment that is being typed still goes to the row";
+  EXPECT_EQ(list()[0].number, number) << "a comment typed meanwhile still applies to the row";
   EXPECT_TRUE(send_request(std::to_string(number) + " the latch").done);
   EXPECT_EQ(bench_.count(EventKind::acknowledged, "acknowledged by ada (uid 1000): the latch"), 1);
   EXPECT_TRUE(list().empty());

@@ -95,7 +95,7 @@ TEST(AlarmRoots, RaisesAlarmWhenHostIsLateForTenSeconds) {
   auto roots = apart();
   for (int i = 0; i < 4; ++i) EXPECT_TRUE(roots.second({}, 2s).raised.empty());
   EXPECT_EQ(roots.second({}, 2s).raised.size(), 1u);
-  EXPECT_TRUE(roots.second({}, 2s).raised.empty()) << "once until it returns";
+  EXPECT_TRUE(roots.second({}, 2s).raised.empty()) << "once until it clears";
 }
 
 TEST(AlarmRoots, IgnoresSleepOfMachine) {
@@ -122,7 +122,8 @@ TEST(AlarmRoots, NamesNoLineWhileAnotherInstrumentAnswersOnIt) {
   roots.silence_thermometers({2});
   EXPECT_TRUE(roots.second({InterlockId::channel_lost}).raised.empty()) << "D still answers";
   roots.silence_thermometers({0, 1});
-  EXPECT_TRUE(roots.second({InterlockId::thermometers_lost}).raised.empty()) << "not all that is lost is on that line";
+  EXPECT_TRUE(roots.second({InterlockId::thermometers_lost}).raised.empty())
+      << "not all lost channels are on that line";
 }
 
 TEST(AlarmRoots, FindsLineOfSubject) {

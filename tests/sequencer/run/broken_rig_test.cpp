@@ -108,7 +108,7 @@ TEST(BrokenRig, OnlyOperatorSwitchesOnChamberThatReturnsOff) {
     EXPECT_EQ(bench.count(EventKind::interlock, "restarted_off (hold)"), 1);
     const auto sent = bench.chamber().sent_c.size();
     bench.seconds(3600);
-    EXPECT_FALSE(bench.chamber().on) << "hands may be inside";
+    EXPECT_FALSE(bench.chamber().on) << "someone may reach into the chamber";
     EXPECT_EQ(bench.chamber().sent_c.size(), sent);
     ASSERT_EQ(bench.run_controller().objection(OperatorCommand::resume), "");
     const double air = bench.chamber().air_c;
@@ -234,7 +234,7 @@ TEST(BrokenRig, DetectsForeignSetPointAfterRefusedOne) {
   bench.run_controller().submit(OperatorCommand::resume, "Ada");
   bench.seconds(1);
   ASSERT_GT(bench.chamber().sent_c.size(), sent);
-  EXPECT_NEAR(bench.chamber().sent_c[sent], air, 1) << "from the air on";
+  EXPECT_NEAR(bench.chamber().sent_c[sent], air, 1) << "starting at the air temperature";
   ASSERT_NE(bench.until(RunState::execute, 2000), -1);
   EXPECT_LE(largest_set_point_step(bench.chamber().sent_c, sent + 1), 6.0 / 60 * 5 + 1e-6);
 }
@@ -268,7 +268,7 @@ TEST(BrokenRig, TakingOverChamberEndsNoOtherHold) {
   bench.run_controller().submit(OperatorCommand::resume, "Ada");
   bench.seconds(1);
   EXPECT_EQ(bench.run_controller().run_state(), RunState::held);
-  EXPECT_EQ(bench.chamber().set_point_c, 40) << "nor is it taken over";
+  EXPECT_EQ(bench.chamber().set_point_c, 40) << "and it is not accepted";
   EXPECT_TRUE(bench.told(EventKind::note,
                          "resume is not carried out: the cause of the hold is still active: the program did not run"));
   bench.seconds(1);
@@ -338,7 +338,7 @@ TEST(BrokenRig, SuspendsWithinThreeSecondsWhenSetPointIsNotApplied) {
   EXPECT_GE(bench.run_controller().standing().missed_set_points, 3);
   bench.seconds(30);
   bench.chamber().ignores = false;
-  ASSERT_NE(bench.until(RunState::execute, 60), -1) << "it is tried again";
+  ASSERT_NE(bench.until(RunState::execute, 60), -1) << "it is retried";
   EXPECT_EQ(bench.seconds(5000), RunOutcome::complete);
 }
 
@@ -365,11 +365,11 @@ TEST(BrokenRig, RetriesSafeSequenceAndWarnsOperatorEachMinute) {
   bench.instruments().uut_c = 101;
   EXPECT_EQ(bench.seconds(605), RunOutcome::going_on);
   EXPECT_EQ(bench.run_controller().run_state(), RunState::aborting);
-  EXPECT_EQ(bench.record().samples.size(), 1105u) << "the recording goes on";
+  EXPECT_EQ(bench.record().samples.size(), 1105u) << "recording continues";
   EXPECT_NEAR(bench.count(EventKind::fault, "could NOT be sent to 20 °C"), 10, 2);
-  EXPECT_NEAR(bench.chamber().insisted, 10 + 59, 3) << "at once, but not for ever each second";
+  EXPECT_NEAR(bench.chamber().insisted, 10 + 59, 3) << "immediately, but later less often";
   bench.chamber().silent = false;
-  EXPECT_EQ(bench.seconds(10), RunOutcome::made_safe) << "within ten seconds of its answering again";
+  EXPECT_EQ(bench.seconds(10), RunOutcome::made_safe) << "within ten seconds after it answers again";
   EXPECT_EQ(bench.chamber().set_point_c, 20);
 }
 
@@ -440,7 +440,7 @@ TEST(BrokenRig, CountsSoakBySensorOfProfile) {
   auto profile = kSoak;
   profile.insert(profile.find("soak_band = 1"), "soak_sensor = \"B\"\ndeadline = \"3 h\"\n");
   tests::Bench bench(profile, with_offset_of_b({}));
-  EXPECT_EQ(bench.seconds(1500), RunOutcome::going_on) << "the air has long been there, the article has not";
+  EXPECT_EQ(bench.seconds(1500), RunOutcome::going_on) << "the air is in the band, the unit is not";
   EXPECT_EQ(bench.progress().phase, Phase::waiting_for_soak);
   EXPECT_EQ(bench.seconds(5000), RunOutcome::complete);
   EXPECT_TRUE(bench.told(EventKind::note, "soak of segment 3 ended: 10 min 00 s inside ±1 K of 30 °C on B, in"));
@@ -451,8 +451,8 @@ TEST(BrokenRig, CountsSoakByCalibratedTemperature) {
   profile.insert(profile.find("soak_band = 1"), "soak_sensor = \"B\"\ndeadline = \"3 h\"\n");
   tests::Bench bench(profile, with_offset_of_b({-6}));
   EXPECT_EQ(bench.seconds(9000), RunOutcome::going_on);
-  EXPECT_EQ(bench.progress().phase, Phase::waiting_for_soak) << "what reads 30 °C is at 36 °C";
-  EXPECT_NEAR(to_seconds(bench.progress().soaked), 302, 30) << "on its way from 29 to 31 °C";
+  EXPECT_EQ(bench.progress().phase, Phase::waiting_for_soak) << "a reading of 30 °C is a temperature of 36 °C";
+  EXPECT_NEAR(to_seconds(bench.progress().soaked), 302, 30) << "while it changes from 29 to 31 °C";
 }
 
 /// Leaving the band restarts the dwell, also while the profile's clock is stopped.

@@ -36,7 +36,8 @@ TEST(DroppedUnits, HaveNeitherReadingNorFault) {
   units.clear_readings(sample);
   ASSERT_TRUE(sample.units[0].count.value);
   EXPECT_TRUE(sample.units[0].count.value->pulses.empty());
-  EXPECT_EQ(sample.units[1].count.value->pulses, std::vector<std::int64_t>{7}) << "the others' are untouched";
+  EXPECT_EQ(sample.units[1].count.value->pulses, std::vector<std::int64_t>{7})
+      << "the values of the others are unchanged";
 }
 
 TEST(DroppedUnits, AreRestoredFromRecordOfResumedRun) {
@@ -89,7 +90,7 @@ TEST(ManyUnitsInARun, DropAndReturnUnitOnRequest) {
   bench.instruments().gyro_silent = true;
   bench.until(RunState::suspended, 20);
   EXPECT_TRUE(bench.run_controller().carry_out({.note = "its fan is loose", .unit = drop("u1")}, "ada").done);
-  EXPECT_EQ(bench.until(RunState::execute, 60) > 0, true) << "its silence is no cause any more";
+  EXPECT_EQ(bench.until(RunState::execute, 60) > 0, true) << "its silence is no longer a cause";
   EXPECT_TRUE(bench.told(EventKind::dropped, "u1 dropped by ada: its fan is loose"));
   EXPECT_FALSE(bench.told(EventKind::recovered, "gyro u1 answers again")) << "it does not";
   EXPECT_FALSE(bench.run_controller().carry_out({.unit = drop("u2")}, "ada").done) << "the last one";
@@ -97,7 +98,8 @@ TEST(ManyUnitsInARun, DropAndReturnUnitOnRequest) {
   EXPECT_TRUE(bench.told(EventKind::command, "ada: drop u2, refused: u2 is the only unit left"));
   bench.instruments().gyro_silent = false;
   bench.seconds(10);
-  EXPECT_TRUE(bench.run_controller().last().units[0].count.value->pulses.empty()) << "it sends, and nothing is taken";
+  EXPECT_TRUE(bench.run_controller().last().units[0].count.value->pulses.empty())
+      << "it sends, and its frames are ignored";
   EXPECT_TRUE(bench.run_controller().carry_out({.unit = return_unit("u1")}, "ada").done);
   bench.seconds(2);
   EXPECT_EQ(bench.run_controller().last().units[0].count.value->pulses, std::vector<std::int64_t>{106});

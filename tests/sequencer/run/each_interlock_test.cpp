@@ -102,13 +102,13 @@ TEST(InterlockId, AcceptsThermometerBetweenOthersAndAir) {
     EXPECT_FALSE(bench.has(interlocks::InterlockId::disagreement)) << "the shell follows the air first";
     bench.thermometer(8, 22 - 75 * sign);
     bench.seconds(70);
-    EXPECT_TRUE(bench.has(interlocks::InterlockId::disagreement)) << "beyond the air";
+    EXPECT_TRUE(bench.has(interlocks::InterlockId::disagreement)) << "above the air temperature";
     bench.thermometer(8, 22 - 45 * sign);
     bench.seconds(70);
     EXPECT_FALSE(bench.has(interlocks::InterlockId::disagreement));
     bench.sample.chamber.value = silence();
     bench.seconds(70);
-    EXPECT_TRUE(bench.has(interlocks::InterlockId::disagreement)) << "without the air, the others alone count";
+    EXPECT_TRUE(bench.has(interlocks::InterlockId::disagreement)) << "without the air, only the others count";
   }
 }
 
@@ -246,7 +246,7 @@ TEST(InterlockId, DetectsForeignSetPointAtSecondPoll) {
   EXPECT_EQ(demand.reaction, interlocks::Reaction::suspend);
   EXPECT_EQ(demand.cause,
             "changed by another program or at its panel: the chamber has the set point 25 °C instead of 20 °C");
-  EXPECT_EQ(bench.seconds(10'000).reaction, interlocks::Reaction::suspend) << "as long as it stands";
+  EXPECT_EQ(bench.seconds(10'000).reaction, interlocks::Reaction::suspend) << "while the foreign set point is active";
 }
 
 TEST(InterlockId, AcceptsSetPointRoundedByController) {
@@ -282,7 +282,7 @@ TEST(InterlockId, ForeignSetPointThatOutlastsSilenceIsNoRestart) {
   bench.sample.chamber.value = state;
   bench.seconds(10);
   EXPECT_TRUE(bench.has(interlocks::InterlockId::foreign_set_point));
-  EXPECT_FALSE(bench.has(interlocks::InterlockId::restarted)) << "it would be brought back, which is fighting it";
+  EXPECT_FALSE(bench.has(interlocks::InterlockId::restarted)) << "the run does not overwrite it";
 }
 
 TEST(InterlockId, AcceptsChamberUnchangedAfterSilence) {
@@ -337,7 +337,7 @@ TEST(InterlockId, WarnsOfWallClockStepAndContinues) {
   EXPECT_EQ(bench.second().reaction, interlocks::Reaction::go_on);
   bench.sample.at.utc -= std::chrono::hours(1);
   EXPECT_EQ(bench.second().reaction, interlocks::Reaction::warn);
-  EXPECT_EQ(bench.second().reaction, interlocks::Reaction::go_on) << "a step is over at once";
+  EXPECT_EQ(bench.second().reaction, interlocks::Reaction::go_on) << "a step clears immediately";
   EXPECT_EQ(bench.alarms, 1);
 }
 
@@ -394,7 +394,7 @@ TEST(InterlockId, SuspendsWhenAnalysisNeedsLostChannel) {
             "no reading of thermometer D, which the analysis needs");
   bench.limits.policy[static_cast<std::size_t>(interlocks::InterlockId::needed_channel_lost)] =
       interlocks::Reaction::warn;
-  EXPECT_EQ(bench.second().reaction, interlocks::Reaction::warn) << "as the rig file says";
+  EXPECT_EQ(bench.second().reaction, interlocks::Reaction::warn) << "as the rig file specifies";
 }
 
 TEST(InterlockId, ReportsDamagedRecordAndMissingGuardImmediately) {
@@ -417,7 +417,7 @@ TEST(InterlockId, HoldsOnceForEachDamageOfRecord) {
     EXPECT_EQ(bench.second().reaction, interlocks::Reaction::hold) << damage;
     EXPECT_EQ(bench.seconds(100).reaction, interlocks::Reaction::warn);
   }
-  EXPECT_EQ(bench.alarms, 2) << "one for each file; none is over";
+  EXPECT_EQ(bench.alarms, 2) << "one for each file; none clears";
 }
 
 /// On a lossy line the chamber's activity is known some seconds after its air.

@@ -73,7 +73,7 @@ TEST(InterlockSubjects, RaiseOneAlarmForAllChannelsOfSilentInstrument) {
   for (std::size_t i = 0; i < 8; ++i) bench.sample.thermometers[i].value = silence();
   bench.seconds(5);
   EXPECT_EQ(bench.raised, (Strings{"channel_lost B", "channel_lost thermometer 1"}));
-  EXPECT_TRUE(bench.cleared.empty()) << "B is lost all the same";
+  EXPECT_TRUE(bench.cleared.empty()) << "B is lost nevertheless";
 }
 
 TEST(InterlockSubjects, RaiseAlarmForUnitThatFallsSilentAfterAnother) {

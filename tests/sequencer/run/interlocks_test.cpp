@@ -52,13 +52,13 @@ TEST(Interlocks, ForgetSilenceThatEnded) {
   result = judge({}, result.memory, good_sample(), kSecond);
   EXPECT_EQ(result.demand.reaction, interlocks::Reaction::go_on);
   for (int i = 0; i < 4; ++i) result = judge({}, result.memory, silent, kSecond);
-  EXPECT_EQ(result.demand.reaction, interlocks::Reaction::go_on) << "the next one is counted from its own beginning";
+  EXPECT_EQ(result.demand.reaction, interlocks::Reaction::go_on) << "the next silence is counted from its own start";
 }
 
 TEST(Interlocks, ContinueWithOneThermometer) {
   auto sample = good_sample();
   for (std::size_t i = 1; i < sample.thermometers.size(); ++i) sample.thermometers[i].value = no_reply();
-  EXPECT_EQ(after(sample, 1000).reaction, interlocks::Reaction::warn) << "where the analysis needs no other";
+  EXPECT_EQ(after(sample, 1000).reaction, interlocks::Reaction::warn) << "if the analysis needs no other";
   sample.thermometers[0].value = no_reply();
   EXPECT_EQ(after(sample, 1000).reaction, interlocks::Reaction::abort);
 }
@@ -95,12 +95,13 @@ TEST(Interlocks, DoNotTakeLostReadingAsWithinLimit) {
   EXPECT_EQ(evaluate_all({hot_uut, loose, hot_uut}).demand.reaction, interlocks::Reaction::abort);
   std::vector<Sample> long_silence(3600, loose);
   long_silence.front() = long_silence.back() = hot_uut;
-  EXPECT_EQ(evaluate_all(long_silence).demand.reaction, interlocks::Reaction::abort) << "however long it was lost";
+  EXPECT_EQ(evaluate_all(long_silence).demand.reaction, interlocks::Reaction::abort)
+      << "regardless of the duration of the loss";
   auto other_lost = good;
   other_lost.thermometers[4].value = no_reply();
   EXPECT_NE(evaluate_all({hot_uut, other_lost, other_lost, other_lost, hot_uut}).demand.reaction,
             interlocks::Reaction::abort)
-      << "the one that was hot was read in between";
+      << "the hot one was read in between";
 }
 
 TEST(Interlocks, KeepCauseWithoutReadingUntilSilence) {
@@ -154,7 +155,7 @@ TEST(Interlocks, AbortOverdueSegment) {
 TEST(Interlocks, FollowRequestsOfChamber) {
   auto sample = good_sample();
   sample.chamber.value->alarms = {"filter dirty"};
-  EXPECT_EQ(after(sample, 100).reaction, interlocks::Reaction::go_on) << "a note stops nothing";
+  EXPECT_EQ(after(sample, 100).reaction, interlocks::Reaction::go_on) << "a note does not stop the run";
   sample.chamber.value->activity = ChamberActivity::door_open;
   EXPECT_EQ(after(sample, 1).reaction, interlocks::Reaction::suspend);
   sample.chamber.value->must_stop = true;
@@ -185,10 +186,10 @@ TEST(Interlocks, AreDocumentedWithReactionAndLimits) {
   for (std::size_t i = 0; i < interlocks::kInterlocks; ++i) {
     const auto& row = interlock(static_cast<interlocks::InterlockId>(i));
     const auto said = documented_row(*page, row);
-    EXPECT_NE(said, "") << row.name << " has no row, or another reaction";
+    EXPECT_NE(said, "") << row.name << " has no row or a different reaction";
     std::istringstream keys{std::string(row.limits)};
     for (std::string key; keys >> key;) {
-      EXPECT_NE(said.find(fmt::format("`{}`", key)), std::string::npos) << row.name << " does not speak of " << key;
+      EXPECT_NE(said.find(fmt::format("`{}`", key)), std::string::npos) << row.name << " does not mention " << key;
       EXPECT_NE(limits.find(fmt::format("`{}`", key)), std::string::npos) << key << " has no default";
     }
   }

@@ -150,7 +150,7 @@ TEST(Frozen, ExcludesReadingsFromLimitsAndThermometerCount) {
   bench.first_is_frozen = true;
   bench.pass(80);
   EXPECT_TRUE(bench.has(InterlockId::thermometers_lost));
-  EXPECT_FALSE(bench.has(InterlockId::channel_lost)) << "frozen says it";
+  EXPECT_FALSE(bench.has(InterlockId::channel_lost)) << "frozen reports it";
   bench.limits.thermometers_highest = {21};
   bench.limits.thermometers.assign(9, {{-60}, {21}});  // the frozen ones read more
   bench.limits.thermometers[8] = {{-60}, {100}};
@@ -210,17 +210,17 @@ TEST(GyroDead, FindsRateFarFromEarthRate) {
   };
   EXPECT_FALSE(found(10.6, 1000, false));
   EXPECT_FALSE(found(310, 1000, false)) << "a bias of 300 °/h";
-  EXPECT_FALSE(found(900, 0, false)) << "any gyro, where no bias is stated";
+  EXPECT_FALSE(found(900, 0, false)) << "any gyro without a stated bias";
   EXPECT_TRUE(found(1100, 0, false));
-  EXPECT_TRUE(found(10.6 * 57.3, 0, false, DegreesPerHour{20})) << "degrees taken for radians, of a good gyro";
+  EXPECT_TRUE(found(10.6 * 57.3, 0, false, DegreesPerHour{20})) << "degrees read as radians, good gyro";
   EXPECT_FALSE(found(200, 0, false, DegreesPerHour{20})) << "a bias ten times as large as it should be";
-  EXPECT_FALSE(found(900, 0, false, DegreesPerHour{500})) << "a gyro that bears such a bias";
+  EXPECT_FALSE(found(900, 0, false, DegreesPerHour{500})) << "a gyro of a class with such a bias";
   EXPECT_TRUE(found(-10.6, 0, false, DegreesPerHour{0})) << "the other way round";
-  EXPECT_FALSE(found(900, 1000, false, DegreesPerHour{20})) << "the rig file's own band comes first";
-  EXPECT_TRUE(found(206'265, 1000, false)) << "radians taken for seconds of arc";
-  EXPECT_TRUE(found(10.6 * 57.3, 100, false)) << "degrees taken for radians";
+  EXPECT_FALSE(found(900, 1000, false, DegreesPerHour{20})) << "the band of the rig file has priority";
+  EXPECT_TRUE(found(206'265, 1000, false)) << "radians read as arcseconds";
+  EXPECT_TRUE(found(10.6 * 57.3, 100, false)) << "degrees read as radians";
   EXPECT_TRUE(found(-10.6, 5, false)) << "the other way round";
-  EXPECT_FALSE(found(-10.6, 5, true)) << "it is turned";
+  EXPECT_FALSE(found(-10.6, 5, true)) << "the unit is turned";
 }
 
 TEST(GyroDead, IgnoresUnitsThatAreOffDroppedOrMoved) {
@@ -257,7 +257,7 @@ std::vector<std::string> alarms_after_ramp(double share, int seconds) {
 }
 
 TEST(NoThermalResponse, HoldsWhenAirMovedAndNoThermometerFollowed) {
-  EXPECT_TRUE(alarms_after_ramp(0, 1600).empty()) << "a heavy article is given its time";
+  EXPECT_TRUE(alarms_after_ramp(0, 1600).empty()) << "a heavy unit has more time";
   EXPECT_EQ(alarms_after_ramp(0, 1900), std::vector<std::string>{"no_thermal_response "});
   EXPECT_TRUE(alarms_after_ramp(0.05, 4000).empty());
 }
@@ -283,7 +283,7 @@ TEST(NoThermalResponse, IgnoresSmallStepsAndSingleThermometerThatFollows) {
     one.thermometer(8, 22 + std::min(35.0, 0.09 * i));
     one.second();
   }
-  EXPECT_FALSE(one.has(InterlockId::no_thermal_response)) << "the others sit in a heavy article";
+  EXPECT_FALSE(one.has(InterlockId::no_thermal_response)) << "the others are in a heavy unit";
 }
 
 TEST(Drifting, NamesBothExchangedThermometers) {

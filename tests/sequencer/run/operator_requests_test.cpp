@@ -42,7 +42,7 @@ TEST(OperatorRequests, RefuseMilderRequestAndNamePrecedingOne) {
   requests.add({OperatorCommand::abort, "ada (uid 1000)"});
   for (const auto milder : {OperatorCommand::resume, OperatorCommand::pause, OperatorCommand::stop})
     EXPECT_EQ(requests.objection(RunState::execute, milder), "abort by ada (uid 1000) has priority in the same second");
-  EXPECT_EQ(requests.objection(RunState::execute, OperatorCommand::abort), "") << "it will be done";
+  EXPECT_EQ(requests.objection(RunState::execute, OperatorCommand::abort), "") << "the promise is kept";
 }
 
 TEST(OperatorRequests, CarryOutFirstOfEquallySevereRequests) {

@@ -84,13 +84,13 @@ TEST_F(PromptTest, HoldsRunUntilOperatorAnswers) {
   ASSERT_EQ(after(60), RunState::execute);
   ASSERT_EQ(after(1), RunState::held);
   EXPECT_EQ(run().standing().cause, "the profile asks: switch the unit off");
-  EXPECT_EQ(after(3600), RunState::held) << "however long it takes";
+  EXPECT_EQ(after(3600), RunState::held) << "without a time limit";
   EXPECT_EQ(harness_->progress().segment, 1);
-  EXPECT_EQ(harness_->progress().in_segment, Duration{}) << "the profile's clock stands";
+  EXPECT_EQ(harness_->progress().in_segment, Duration{}) << "the profile's clock is stopped";
   bring_units_to({.off = true});
   answer("switched off at the supply");
   ASSERT_EQ(after(1), RunState::execute);
-  EXPECT_EQ(after(599), RunState::execute) << "asked once, and the unit's silence is no fault";
+  EXPECT_EQ(after(599), RunState::execute) << "one prompt, and the unit's silence is not a fault";
   ASSERT_EQ(after(1), RunState::held);
   EXPECT_EQ(run().standing().cause, "the profile asks: switch the unit on");
   EXPECT_EQ(after(3600), RunState::held) << "still silent";
@@ -142,7 +142,7 @@ TEST(PromptOnTheVirtualRig, IsAnsweredImmediatelyAndRecorded) {
   ASSERT_EQ(dry_run.run(), RunOutcome::complete);
   const auto record = record::read_record(dry_run.path());
   ASSERT_TRUE(record) << text(record.error());
-  EXPECT_EQ(record->slot.size(), 720u) << "nobody is waited for";
+  EXPECT_EQ(record->slot.size(), 720u) << "the run does not wait for an operator";
   EXPECT_EQ(event_texts(dry_run.path(), EventKind::note),
             (std::vector<std::string>{"the profile asks: switch the unit off; done by the virtual rig",
                                       "the profile asks: switch the unit on; done by the virtual rig"}));

@@ -41,7 +41,7 @@ TEST(ResumeRule, StabilisesAfterDriftToMildSide) {
 
 TEST(ResumeRule, AsksOperatorAfterDriftPastSegmentOnHarmfulSide) {
   EXPECT_EQ(way(interrupted_hot_soak(), 62.1), Reentry::ask);
-  EXPECT_EQ(way(interrupted_hot_soak(), 17.9), Reentry::ask) << "beyond the mild temperature, on the other side";
+  EXPECT_EQ(way(interrupted_hot_soak(), 17.9), Reentry::ask) << "past the mild temperature, on the other side";
   EXPECT_EQ(way(interrupted_cold_soak(), -42.1), Reentry::ask);
   EXPECT_EQ(way(interrupted_cold_soak(), 22.1), Reentry::ask);
 }
@@ -153,7 +153,7 @@ TEST(Downtime, RequiresOperatorWhenBootClockIsUnusable) {
   EXPECT_NE(impossible.why_asks.find("the machine was started 20 s ago"), std::string::npos) << impossible.why_asks;
   auto no_boot = now;
   no_boot.boot.clear();
-  EXPECT_NE(compute_downtime(record, without_boot, no_boot).why_asks, "") << "neither has a boot id";
+  EXPECT_NE(compute_downtime(record, without_boot, no_boot).why_asks, "") << "both boot ids are missing";
 }
 
 TEST(ResumeRule, AsksOperatorAfterInterlockAbortOrOperatorHold) {
@@ -212,7 +212,7 @@ TEST(Resume, HasNoAirWhenRunHadNotReachedProfile) {
     return plan_continuation(record, dry_run.path(), kSecond, 0)->interruption.air;
   };
   EXPECT_FALSE(air_after(0));
-  EXPECT_EQ(air_after(70), Celsius{record.chamber_air_c[69]}) << "the last at which the clock ran";
+  EXPECT_EQ(air_after(70), Celsius{record.chamber_air_c[69]}) << "the last second with a running clock";
   EXPECT_FALSE(is_in_place({19.8}, {-30}, air_after(0)));
 }
 
@@ -230,8 +230,8 @@ TEST(Resume, RequiresOperatorAfterForeignSetPoint) {
   EXPECT_EQ(way_after(EventKind::acknowledged, "foreign_set_point"), Reentry::ask);
   EXPECT_EQ(way_after(EventKind::recovered, "door"), Reentry::ask);
   EXPECT_EQ(way_after(EventKind::recovered, "foreign_set_point"), Reentry::go_on);
-  EXPECT_EQ(way_after(EventKind::fault, "foreign_set_point"), Reentry::ask) << "where it is a warning alone, too";
-  EXPECT_EQ(way_after(EventKind::resumed, ""), Reentry::go_on) << "somebody has looked since";
+  EXPECT_EQ(way_after(EventKind::fault, "foreign_set_point"), Reentry::ask) << "also if its reaction is warn";
+  EXPECT_EQ(way_after(EventKind::resumed, ""), Reentry::go_on) << "an operator has resumed since";
 }
 
 /// The deadline that has passed would abort the run in its first second, regardless of the operator.

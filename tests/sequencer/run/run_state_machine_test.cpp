@@ -52,7 +52,7 @@ TEST(RunStateMachine, EndsSuspensionSomeTimeAfterCauseEnds) {
   EXPECT_EQ(state_after(suspended, quiet_inputs(), 9), RunState::suspended);
   EXPECT_EQ(state_after(suspended, quiet_inputs(), 10), RunState::execute);
   const auto flapping = after(after(suspended, quiet_inputs(), 9), inputs_with_reaction(interlocks::Reaction::suspend));
-  EXPECT_EQ(state_after(flapping, quiet_inputs(), 9), RunState::suspended) << "the while begins anew";
+  EXPECT_EQ(state_after(flapping, quiet_inputs(), 9), RunState::suspended) << "the delay restarts";
 }
 
 TEST(RunStateMachine, EndsHoldOnlyByOperator) {
@@ -62,7 +62,7 @@ TEST(RunStateMachine, EndsHoldOnlyByOperator) {
   EXPECT_EQ(state_after(held, inputs_with_command(OperatorCommand::resume)), RunState::execute);
   auto still = inputs_with_command(OperatorCommand::resume);
   still.demand = {interlocks::Reaction::hold, "the machine slept"};
-  EXPECT_EQ(state_after(held, still), RunState::held) << "not while its cause stands";
+  EXPECT_EQ(state_after(held, still), RunState::held) << "not while its cause is active";
 }
 
 TEST(RunStateMachine, PromptHoldsUnlessSevererCauseExists) {
@@ -82,7 +82,7 @@ TEST(RunStateMachine, PromptHoldsUnlessSevererCauseExists) {
   for (const auto& other : {kSuspended, kHeld}) {
     auto on = inputs_with_command(OperatorCommand::resume);
     on.prompt = asked.prompt;
-    EXPECT_EQ(state_cause(after(other, on)), asked.prompt) << "it comes when the other cause is gone";
+    EXPECT_EQ(state_cause(after(other, on)), asked.prompt) << "it follows after the other cause has ended";
   }
   EXPECT_EQ(state_cause(after(kReturning, asked)), asked.prompt);
 }
@@ -122,7 +122,7 @@ TEST(RunStateMachine, ReturnsToProfileWhenSetPointDiffers) {
 TEST(RunStateMachine, LatchesAbortAndWaitsForChamber) {
   const auto aborting = after(Execute{}, inputs_with_reaction(interlocks::Reaction::abort, "too hot"));
   ASSERT_EQ(run_state(aborting), RunState::aborting);
-  EXPECT_EQ(state_after(aborting, quiet_inputs(), 1'000'000), RunState::aborting) << "as long as it takes";
+  EXPECT_EQ(state_after(aborting, quiet_inputs(), 1'000'000), RunState::aborting) << "without a time limit";
   EXPECT_EQ(state_after(aborting, inputs_with_command(OperatorCommand::resume)), RunState::aborting);
   EXPECT_EQ(state_after(aborting, inputs_with_command(OperatorCommand::stop)), RunState::aborting);
   auto confirmed = quiet_inputs();
@@ -167,7 +167,7 @@ TEST(RunStateMachine, AppliesMostSevereReaction) {
   EXPECT_EQ(state_after(Execute{}, all), RunState::held);
   EXPECT_EQ(state_after(kSuspended, inputs_with_reaction(interlocks::Reaction::hold)), RunState::held);
   EXPECT_EQ(state_after(kHeld, inputs_with_reaction(interlocks::Reaction::suspend)), RunState::held)
-      << "a hold is the more severe";
+      << "a hold is more severe";
 }
 
 TEST(RunStateMachine, ContinuesAfterWarning) {

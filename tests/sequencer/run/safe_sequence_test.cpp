@@ -107,7 +107,7 @@ TEST(SafeSequence, LeavesAirToGuardWithoutTicks) {
   bench.seconds(60);
   bench.run_controller().make_safe("the disk is full");
   EXPECT_EQ(bench.chamber().set_point_c, 20);
-  EXPECT_FALSE(bench.run_controller().is_safe()) << "the guard is not dismissed";
+  EXPECT_FALSE(bench.run_controller().is_safe()) << "the guard still watches";
   EXPECT_NE(bench.run_controller().end_cause().find("was sent to 20 °C, and is NOT confirmed safe yet"),
             std::string::npos)
       << bench.run_controller().end_cause();
@@ -122,7 +122,7 @@ TEST(NotFollowing, SuspendsUntilModeReturnsOrOperatorTakesOver) {
   EXPECT_TRUE(bench.told(EventKind::interlock, "not_following (suspend): "));
   const auto sent = bench.chamber().sent_c.size();
   bench.seconds(20);
-  EXPECT_EQ(bench.chamber().sent_c.size(), sent) << "what somebody else has set is not fought";
+  EXPECT_EQ(bench.chamber().sent_c.size(), sent) << "a foreign set point is not overwritten";
   EXPECT_TRUE(bench.instruments().switched.empty());
   EXPECT_NE(bench.run_controller().describe_external_change(), "");
   bench.chamber().keeps_manual = false;

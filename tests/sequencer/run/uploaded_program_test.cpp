@@ -61,7 +61,8 @@ TEST(UploadedProgram, CountsNoSoakInLateSecondWithAirOutsideBand) {
   EXPECT_EQ(bench.record().samples.back().progress.soaked, Duration{});
   bench.late(200);
   bench.seconds(1);
-  EXPECT_GE(bench.record().samples.back().progress.soaked, std::chrono::seconds(200)) << "a sleep: nobody knows";
+  EXPECT_GE(bench.record().samples.back().progress.soaked, std::chrono::seconds(200))
+      << "after a sleep the position is unknown";
 }
 
 class EachController : public testing::TestWithParam<const char*> {};
@@ -123,7 +124,7 @@ TEST(UploadedProgram, IsEndedOrChamberMadeSafeWhenRunIsStopped) {
   EXPECT_EQ(answers.run_controller().run_state(), RunState::stopped);
   EXPECT_EQ(answers.chamber().set_point_c, 30);
   upload_and_stop(silent, true);
-  ASSERT_EQ(silent.run_controller().run_state(), RunState::aborting) << "the controller goes on with its program";
+  ASSERT_EQ(silent.run_controller().run_state(), RunState::aborting) << "the controller continues its program";
   EXPECT_TRUE(silent.told(EventKind::fault, "cannot be left at its set point"));
   silent.chamber().silent = false;
   EXPECT_EQ(silent.seconds(3), RunOutcome::stopped);
@@ -139,7 +140,7 @@ TEST(UploadedProgram, IsMadeSafeWhenInterlockAbortsDuringStop) {
   bench.run_controller().submit(OperatorCommand::stop, "Ada");
   bench.seconds(1);
   EXPECT_EQ(bench.run_controller().run_state(), RunState::aborting);
-  EXPECT_EQ(bench.chamber().sent_c, std::vector<double>{25}) << "the safe set point alone";
+  EXPECT_EQ(bench.chamber().sent_c, std::vector<double>{25}) << "only the safe set point";
 }
 
 TEST(UploadedProgram, HasSameSegmentsAsProfile) {

@@ -45,7 +45,7 @@ TEST(AirWatch, DetectsAirThatMovesAway) {
   EXPECT_EQ(after(minutes(1), kController, [](double s) { return -20 - 0.5 * s; }), AirVerdict::moves_away);
   EXPECT_EQ(after(minutes(1), kController, [](double s) { return 22 + 0.5 * s; }), AirVerdict::moves_away);
   EXPECT_EQ(after(minutes(5), kController, [](double s) { return std::abs(60 - s) + 22; }), AirVerdict::moves_away)
-      << "passes the set point and goes on";
+      << "passes the set point and continues";
 }
 
 TEST(AirWatch, ExtendsWatchOfSlowAirAndEndsItWhenAirIsStable) {
@@ -61,14 +61,14 @@ TEST(AirWatch, IgnoresSingleOutlier) {
   for (const double spike : {22 + 40.0, 22 - 40.0})
     EXPECT_EQ(after(minutes(5), kController, with_spike(spike)), AirVerdict::shown);
   EXPECT_EQ(after(minutes(6), kController, [](double s) { return s == 100 ? 70 : 60; }), AirVerdict::watching)
-      << "the way back from a spike is no movement";
+      << "the return from a spike is not a movement";
 }
 
 TEST(AirWatch, AllowsDriftToAmbientWhenChamberIsOff) {
   EXPECT_EQ(after(minutes(5), AirSource::seen_off, [](double s) { return 22 + s / 60; }), AirVerdict::shown);
   EXPECT_EQ(after(minutes(5), AirSource::seen_off, [](double) { return 60.0; }), AirVerdict::shown) << "does not rise";
   EXPECT_EQ(after(minutes(5), AirSource::switched_off, [](double) { return 60.0; }), AirVerdict::watching)
-      << "nothing shows that it is off";
+      << "nothing shows that the chamber is off";
   EXPECT_EQ(after(minutes(5), AirSource::seen_off, [](double s) { return 40 + s / 10; }), AirVerdict::moves_away);
   EXPECT_EQ(after(minutes(5), AirSource::seen_off, [](double s) { return -s / 10; }), AirVerdict::moves_away);
 }

@@ -124,7 +124,7 @@ TEST(Guard, KillsKnownProcessEvenWhenStopped) {
   EXPECT_TRUE(lives(*known));
   ::kill(child, SIGSTOP);
   EXPECT_TRUE(kill_process(*known, std::chrono::seconds(5)));
-  EXPECT_FALSE(lives(*known)) << "one that only waits to be reaped is dead";
+  EXPECT_FALSE(lives(*known)) << "a zombie is dead";
   int status = 0;
   ::waitpid(child, &status, 0);
   EXPECT_EQ(WTERMSIG(status), SIGKILL);

@@ -41,7 +41,7 @@ class FakeChamber final : public drivers::Chamber {
         .air = {79}, .set_point = state_.drifts ? Celsius{60} : state_.set_point, .activity = state_.activity};
   }
   Result<void> send_set_point(Celsius) override {
-    ADD_FAILURE() << "asks for limits and programs first";
+    ADD_FAILURE() << "would query limits and programs first";
     return {};
   }
   Result<void> send_set_point_immediately(Celsius target) override {
@@ -109,10 +109,10 @@ TEST(MakeSafe, SendsNothingToAnotherInstrument) {
     EXPECT_EQ(tried.reached, SafeStage::nothing);
     EXPECT_EQ(state.heard, "");
     EXPECT_NE(tried.details.find("nothing is sent to another instrument"), std::string::npos) << tried.details;
-    EXPECT_NE(tried.details.find("serial_number = 111"), std::string::npos) << "names the one of the run";
+    EXPECT_NE(tried.details.find("serial_number = 111"), std::string::npos) << "names the chamber of the run";
   }
   FakeChamber::ProfileState state;
-  EXPECT_EQ(attempt(state, known).reached, SafeStage::all) << "with other settings it is the one of the run";
+  EXPECT_EQ(attempt(state, known).reached, SafeStage::all) << "with other settings it is the chamber of the run";
 }
 
 TEST(MakeSafe, SendsSetPointWhenIdentityQueryIsLost) {
@@ -131,7 +131,7 @@ TEST(MakeSafe, IsConfirmedOnlyByReadBack) {
   state.ignores = false;
   state.drifts = true;
   const auto lost_again = attempt(state);
-  EXPECT_EQ(lost_again.reached, SafeStage::set_point) << "it was there, and is not any more";
+  EXPECT_EQ(lost_again.reached, SafeStage::set_point) << "it answered, and no longer does";
   EXPECT_NE(lost_again.details.find("reads 60 after 23 was written"), std::string::npos) << lost_again.details;
 }
 
@@ -206,7 +206,7 @@ TEST(MakeSafe, CarriesOutActionsOfEvidence) {
   state.heard.clear();
   state.ignores = true;
   (void)attempt(state, {.set_point = {23}, .tolerance = {0.1}}, SafeTask::off);
-  EXPECT_TRUE(state.heard.ends_with("set off look ")) << "although the set point is not taken: " << state.heard;
+  EXPECT_TRUE(state.heard.ends_with("set off look ")) << "although the set point is refused: " << state.heard;
 }
 
 TEST(MakeSafe, ReportsEachStage) {
@@ -290,9 +290,10 @@ TEST(MakeSafe, UsesLinkSettingsOfRun) {
     return chamber ? chamber->place : "";
   };
   const auto plain = place(make_armed_state("tcp://10.0.0.7", LinkKind::tcp, {}));
-  EXPECT_EQ(place(make_armed_state("tcp://10.0.0.7", LinkKind::tcp, {.unit = 1})), plain) << "the map's own number";
+  EXPECT_EQ(place(make_armed_state("tcp://10.0.0.7", LinkKind::tcp, {.unit = 1})), plain)
+      << "the unit number of the map";
   EXPECT_NE(place(make_armed_state("tcp://10.0.0.7", LinkKind::tcp, {.unit = 2})), plain)
-      << "another unit, another lock";
+      << "another unit has another lock";
   EXPECT_NE(place(make_armed_state("serial:/dev/ttyUSB9", LinkKind::rtu, {.unit = 3, .echo = true})), "");
   EXPECT_NE(place(make_armed_state("tcp://10.0.0.7", LinkKind::tcp, {.returns_other_transaction = true})), "");
   EXPECT_FALSE(make_safe_state_chamber(make_armed_state("tcp://10.0.0.7", LinkKind::tcp, {.echo = true})))

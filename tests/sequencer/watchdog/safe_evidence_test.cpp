@@ -93,14 +93,14 @@ TEST(SafeEvidence, SwitchesOffChamberThatHeatsInEveryMode) {
   EXPECT_GT(until_safe(evidence, chamber, [&](int) { alarmed = alarmed || evidence.is_ineffective(); }), 300);
   EXPECT_TRUE(alarmed);
   EXPECT_TRUE(chamber.commands.ends_with("off ")) << chamber.commands;
-  EXPECT_LT(chamber.air, 75) << "found within some kelvin";
-  EXPECT_FALSE(evidence.is_ineffective()) << "it has helped";
+  EXPECT_LT(chamber.air, 75) << "detected within a few kelvins";
+  EXPECT_FALSE(evidence.is_ineffective()) << "switching off has helped";
 }
 
 TEST(SafeEvidence, SwitchesOffChamberWhoseAirMovesAwayInRightMode) {
   Chamber chamber{.heats_k = 0};  // "running", and does not follow
   SafeEvidence evidence(kGoal);
-  EXPECT_GT(until_safe(evidence, chamber), 15 * 60) << "air that stands still is watched for longer";
+  EXPECT_GT(until_safe(evidence, chamber), 15 * 60) << "stable air is watched for longer";
   EXPECT_TRUE(chamber.commands.starts_with("set set follow ")) << chamber.commands;
   EXPECT_TRUE(chamber.commands.ends_with("off ")) << chamber.commands;
 }
@@ -123,7 +123,7 @@ TEST(SafeEvidence, SwitchesOffAgainWhenChamberStartsAgain) {
   const auto on_again = [&](int s) {
     if (s == 2 || s == 100) chamber.activity = ChamberActivity::running;
   };
-  EXPECT_GT(until_safe(evidence, chamber, on_again), 400) << "watched anew";
+  EXPECT_GT(until_safe(evidence, chamber, on_again), 400) << "the watch restarts";
   EXPECT_EQ(chamber.commands, "set off off off ");
 }
 
@@ -140,7 +140,7 @@ TEST(SafeEvidence, SendsSetPointAgainWhenChanged) {
 TEST(SafeEvidence, LeavesChamberOffWhenSwitchedOffAtPanel) {
   Chamber chamber{.activity = ChamberActivity::off};
   SafeEvidence evidence(kGoal);
-  EXPECT_EQ(until_safe(evidence, chamber), 301) << "somebody may reach into it";
+  EXPECT_EQ(until_safe(evidence, chamber), 301) << "an open door is accepted";
   EXPECT_EQ(chamber.commands, "set ");
 }
 
@@ -148,13 +148,13 @@ TEST(SafeEvidence, IgnoresUnknownMode) {
   Chamber chamber{.heats_k = 0, .activity = ChamberActivity::unknown};
   SafeEvidence evidence(kGoal);
   EXPECT_GT(until_safe(evidence, chamber), 120 + 300);
-  EXPECT_EQ(chamber.commands.find("follow"), std::string::npos) << "it may be off";
+  EXPECT_EQ(chamber.commands.find("follow"), std::string::npos) << "the chamber may be off";
   EXPECT_TRUE(chamber.commands.ends_with("off ")) << chamber.commands;
   SafeEvidence falling(kGoal);
   falling.acknowledge(SafeAction::set_point);
   for (int s = 0; s <= 400; ++s) {
     falling.see({{60 - s * 0.05}, {22}, ChamberActivity::unknown}, kSecond * s);
-    EXPECT_FALSE(falling.is_safe()) << "air alone, at " << s << " s";
+    EXPECT_FALSE(falling.is_safe()) << "only the air, at " << s << " s";
   }
 }
 

@@ -174,11 +174,11 @@ TEST(SafeStateFile, IsRefusedImmediatelyWhenNotRegularFile) {
   const tests::TestFolder folder;
   const auto path = folder / "run.db.safe-state";
   ASSERT_EQ(::mkfifo(path.c_str(), 0600), 0);
-  EXPECT_FALSE(read_safe_state(path)) << "nobody writes into it, and nobody waits for that";
+  EXPECT_FALSE(read_safe_state(path)) << "a FIFO without a writer is not waited for";
   std::filesystem::remove(path);
   std::ofstream(folder / "elsewhere") << to_text(safe_state());
   std::filesystem::create_symlink(folder / "elsewhere", path);
-  EXPECT_FALSE(read_safe_state(path)) << "a link leads where somebody else likes";
+  EXPECT_FALSE(read_safe_state(path)) << "a link may lead anywhere";
 }
 
 TEST(SafeStateFile, IsRefusedWhenPathIsNotText) {

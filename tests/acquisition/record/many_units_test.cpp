@@ -246,7 +246,7 @@ TEST(ManyUnits, RefuseThermometerWithNameOfColumn) {
   RunInfo one = two_thermometers();
   EXPECT_TRUE(check_new_channel_names(one));
   one.thermometers[0].name = "slot";
-  EXPECT_EQ(new_name_troubles(one).size(), 1u) << "told once";
+  EXPECT_EQ(new_name_troubles(one).size(), 1u) << "reported once";
   one.thermometers[0].name = "bias_deg_per_h";
   EXPECT_FALSE(check_new_channel_names(one));
   EXPECT_FALSE(RunFile::create_at_once(kInMemory, one));

@@ -155,7 +155,7 @@ TEST_F(GuardedRun, IsMadeSafeBySigtermWithoutGuard) {
 
 TEST_F(GuardedRun, AnswersAndRecordsRequests) {
   const auto tell = [&](const std::string& words) { return gyrotherm_with("tell " + record + " " + words); };
-  EXPECT_EQ(tell("pause").exit_code, 2) << "nobody there";
+  EXPECT_EQ(tell("pause").exit_code, 2) << "no run is active";
   Background run(warm_run(record), folder / "log");
   ASSERT_TRUE(run.wait_for("\"acknowledged\": 1}", 60)) << run.output();
   EXPECT_EQ(tell("note 'looked at the cable'").exit_code, 0);

@@ -485,7 +485,7 @@ void Invariants::judge_reactions(std::int64_t second, const Sample& sample) {
   want(ticks.door > 2 * file_.chamber_map.status_every + 2, RunState::suspended, "the door is open");
   want(ticks.off > 2 * file_.chamber_map.status_every + 8, RunState::suspended, "the chamber is off");
   want(ticks.other_set_point > 4, RunState::suspended, "the chamber has another set point");
-  want(ticks.beyond > 4, RunState::aborting, "two sensors are beyond their limits");
+  want(ticks.beyond > 4, RunState::aborting, "two sensors are outside their limits");
   const bool calm = injector_.active_faults().empty() && second - injector_.last_change() > kRecoversWithin;
   if (calm && sample.state == RunState::suspended && ticks.off == 0 && ticks.other_set_point == 0)
     report_violation("I20", second, "still suspended, long after the last fault");

@@ -169,7 +169,7 @@ TEST(AlarmRoots, LineAlarmEndsAfterItsConsequences) {
   for (int i = 0; i < 14; ++i) EXPECT_TRUE(roots.second().cleared.empty()) << i;
   ASSERT_EQ(roots.second().cleared.size(), 1u);
   roots.silence_thermometers({2});
-  EXPECT_EQ(roots.second({InterlockId::channel_lost}).raised.size(), 1u) << "raised anew";
+  EXPECT_EQ(roots.second({InterlockId::channel_lost}).raised.size(), 1u) << "raised again";
 }
 
 }  // namespace

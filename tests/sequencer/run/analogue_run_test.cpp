@@ -115,7 +115,7 @@ TEST(AnalogueInputs, RecordSilenceAsEventOfTheirChannel) {
   analogue[1] = failure(FaultKind::timeout, "analogue input 1", "no reply in 300 ms");
   EXPECT_EQ(bench.seconds(1800), RunOutcome::going_on);
   EXPECT_EQ(bench.run_controller().run_state(), RunState::execute);
-  EXPECT_EQ(bench.count(EventKind::fault, "gyro.current: analogue input 1: no reply in 300 ms"), 1) << "told once";
+  EXPECT_EQ(bench.count(EventKind::fault, "gyro.current: analogue input 1: no reply in 300 ms"), 1) << "reported once";
   EXPECT_EQ(bench.count(EventKind::fault, "channel_lost (warn): no reading of gyro.current"), 1);
   EXPECT_FALSE(bench.told(EventKind::fault, "intensity"));
   EXPECT_FALSE(bench.record().samples.back().units[0].analogue[1].value);

@@ -15,7 +15,7 @@ namespace {
 using std::chrono::hours;
 using std::chrono::seconds;
 
-TEST(VirtualClock, MovesOnlyWhenTold) {
+TEST(VirtualClock, AdvancesOnlyOnRequest) {
   VirtualClock clock;
   EXPECT_EQ(clock.now().since_start, Duration::zero());
   EXPECT_EQ(clock.now().utc, kVirtualEpoch);
@@ -24,17 +24,17 @@ TEST(VirtualClock, MovesOnlyWhenTold) {
   EXPECT_EQ(clock.now().utc, kVirtualEpoch + seconds(5));
 }
 
-TEST(VirtualClock, StartsSoMuchLater) {
+TEST(VirtualClock, StartsAtGivenOffset) {
   const VirtualClock clock(hours(3), hours(24));
   EXPECT_EQ(clock.now().since_start, hours(3));
   EXPECT_EQ(clock.now().utc, kVirtualEpoch + hours(27));
 }
 
-TEST(VirtualClock, GoesOnFromWhatARunHasLastedAlready) {
+TEST(VirtualClock, ContinuesFromElapsedTimeOfRun) {
   EXPECT_EQ(VirtualClock(hours(3)).now().since_start, hours(3));
 }
 
-TEST(SteadyClock, NeverGoesBackAndCountsWhatWasBefore) {
+TEST(SteadyClock, NeverDecreasesAndIncludesEarlierTime) {
   const SteadyClock clock(hours(1));
   const auto first = clock.now();
   const auto second = clock.now();
@@ -53,7 +53,7 @@ bool enter_time_after(seconds slept) {
   return entrance >= 0 && ::setns(entrance, CLONE_NEWTIME) == 0;
 }
 
-TEST(SteadyClock, CountsTheTimeThatTheMachineSleeps) {
+TEST(SteadyClock, IncludesTimeInSuspension) {
   constexpr int kCannot = 77;
   const auto child = ::fork();
   if (child == 0) {
@@ -76,7 +76,7 @@ TEST(CivilTime, IsUtcInWholeSeconds) {
   EXPECT_EQ(civil_time(seconds(951'782'400)), "2000-02-29T00:00:00Z");
 }
 
-TEST(Spoken, LeavesOutWhatIsZeroAtTheFront) {
+TEST(Spoken, OmitsLeadingZeros) {
   EXPECT_EQ(spoken(seconds(0)), "0 s");
   EXPECT_EQ(spoken(seconds(59)), "59 s");
   EXPECT_EQ(spoken(seconds(61)), "1 min 01 s");

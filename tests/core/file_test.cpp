@@ -57,7 +57,7 @@ using ReadFile = Files;
 using ReplaceFile = Files;
 using OwnFile = Files;
 
-TEST_F(ReadFile, GivesBackWhatWasWritten) {
+TEST_F(ReadFile, ReturnsWrittenText) {
   const std::string text("a\0b\r\n°", 7);
   ASSERT_TRUE(replace_text_file(in("f"), "old, and longer than what replaces it"));
   ASSERT_TRUE(replace_text_file(in("f"), text));
@@ -65,13 +65,13 @@ TEST_F(ReadFile, GivesBackWhatWasWritten) {
   EXPECT_EQ(names(), std::set<std::string>{"f"});
 }
 
-TEST_F(ReadFile, NamesTheFileThatIsNotThere) {
+TEST_F(ReadFile, NamesMissingFile) {
   EXPECT_EQ(what_reading_says("/nowhere/at/all.toml"),
             "/nowhere/at/all.toml: cannot be read: No such file or directory");
   EXPECT_EQ(read_text_file_if_any(in("none")).value(), std::nullopt);
 }
 
-TEST_F(ReadFile, WaitsForNoPipeAndReadsNoDevice) {
+TEST_F(ReadFile, RefusesPipesDevicesAndFolders) {
   ASSERT_EQ(::mkfifo(in("pipe").c_str(), 0600), 0);
   EXPECT_EQ(what_reading_says(in("pipe")), in("pipe") + ": is a pipe, expected a regular file");
   EXPECT_EQ(what_reading_says("/dev/zero"), "/dev/zero: is a device, expected a regular file");
@@ -81,7 +81,7 @@ TEST_F(ReadFile, WaitsForNoPipeAndReadsNoDevice) {
   EXPECT_FALSE(read_text_file_if_any(in("pipe")));
 }
 
-TEST_F(ReadFile, BelievesNoFileThatIsMadeWhileItIsRead) {
+TEST_F(ReadFile, RefusesFilesOfKernel) {
   EXPECT_EQ(what_reading_says("/proc/self/mem"), "/proc/self/mem: cannot be read: Input/output error");
   EXPECT_NE(what_reading_says("/proc/self/status").find("its size was 0 bytes, but more bytes were read"),
             std::string::npos);
@@ -89,7 +89,7 @@ TEST_F(ReadFile, BelievesNoFileThatIsMadeWhileItIsRead) {
             std::string::npos);
 }
 
-TEST_F(ReadFile, LooksAtTheSizeBeforeItReads) {
+TEST_F(ReadFile, ChecksSizeBeforeReading) {
   std::ofstream(in("sparse")).close();
   fs::resize_file(in("sparse"), 1ULL << 40);
   EXPECT_EQ(what_reading_says(in("sparse")),
@@ -99,7 +99,7 @@ TEST_F(ReadFile, LooksAtTheSizeBeforeItReads) {
   EXPECT_EQ(what_reading_says(in("sparse"), 100), "read");
 }
 
-TEST_F(ReadFile, FollowsALinkOnlyWhereItMay) {
+TEST_F(ReadFile, FollowsLinkOnlyIfPermitted) {
   ASSERT_TRUE(replace_text_file(in("f"), "x"));
   fs::create_symlink("f", in("link"));
   EXPECT_EQ(read_text_file(in("link")).value(), "x");
@@ -111,7 +111,7 @@ TEST_F(ReadFile, FollowsALinkOnlyWhereItMay) {
   EXPECT_FALSE(read_text_file_if_any(in("link"), kLargestText, Links::refused));
 }
 
-TEST_F(ReplaceFile, FailsWhereNothingCanBeWritten) {
+TEST_F(ReplaceFile, FailsWhenPathIsNotWritable) {
   for (const std::string path : {"/nowhere/at/all.toml", folder_.c_str(), "/dev/null"}) {
     const auto written = replace_text_file(path, "x");
     ASSERT_FALSE(written) << path;
@@ -121,7 +121,7 @@ TEST_F(ReplaceFile, FailsWhereNothingCanBeWritten) {
   EXPECT_TRUE(fs::is_character_file("/dev/null"));
 }
 
-TEST_F(ReplaceFile, ReplacesALinksTargetAndTheLinkStays) {
+TEST_F(ReplaceFile, ReplacesTargetAndKeepsLink) {
   fs::create_directory(in("elsewhere"));
   ASSERT_TRUE(replace_text_file(in("elsewhere/target"), "old"));
   fs::create_symlink("elsewhere/target", in("link"));
@@ -131,7 +131,7 @@ TEST_F(ReplaceFile, ReplacesALinksTargetAndTheLinkStays) {
 }
 
 /// The names were used for new files in the past. Another program may have put a link there.
-TEST_F(ReplaceFile, WritesThroughNoLinkUnderAnyNameOfItsOwn) {
+TEST_F(ReplaceFile, FollowsNoLinkWithNameOfTemporaryFile) {
   ASSERT_TRUE(replace_text_file(in("precious"), "precious"));
   for (const char* name : {"f.part", "g.part"}) fs::create_symlink("precious", in(name));
   ASSERT_TRUE(replace_text_file(in("f"), "x"));
@@ -140,7 +140,7 @@ TEST_F(ReplaceFile, WritesThroughNoLinkUnderAnyNameOfItsOwn) {
   EXPECT_EQ(names(), (std::set<std::string>{"f", "f.part", "g", "g.part", "precious"}));
 }
 
-TEST_F(ReplaceFile, TakesALongNameAndOneWithoutAFolder) {
+TEST_F(ReplaceFile, AcceptsLongNameAndNameWithoutFolder) {
   const std::string longest(255, 'n');
   EXPECT_TRUE(replace_text_file(in(longest), "x"));
   EXPECT_TRUE(replace_own_file(in(longest), "y"));
@@ -153,7 +153,7 @@ TEST_F(ReplaceFile, TakesALongNameAndOneWithoutAFolder) {
   EXPECT_TRUE(fs::exists(in("here")) && fs::exists(in("here too")));
 }
 
-TEST_F(OwnFile, ReplacesALinkItselfAndFollowsNone) {
+TEST_F(OwnFile, ReplacesLinkWithoutFollowingIt) {
   ASSERT_TRUE(replace_text_file(in("precious"), "precious"));
   for (const std::string target : {"precious", "nowhere"}) {
     fs::remove(in("status"));
@@ -181,7 +181,7 @@ TEST_F(OwnFile, IsForOwnerAndGroupUnlessUmaskExcludesGroup) {
   }
 }
 
-TEST_F(Files, LeaveNoHalfOfThemselvesWhereASignalEndsTheProgram) {
+TEST_F(Files, AreWrittenWhollyDespiteSignal) {
   const std::string text(100'000'000, '.');
   const auto writer = ::fork();
   ASSERT_GE(writer, 0);
@@ -196,13 +196,13 @@ TEST_F(Files, LeaveNoHalfOfThemselvesWhereASignalEndsTheProgram) {
   EXPECT_EQ(fs::file_size(in("table.csv")), text.size());
 }
 
-TEST(EntriesOf, AFolderAreWhatLiesInIt) {
+TEST(ListFolder, ReturnsEntries) {
   const auto entries = list_folder(GYROTHERM_SOURCE_DIR "/core");
   EXPECT_NE(std::find(entries.begin(), entries.end(), std::filesystem::path(GYROTHERM_SOURCE_DIR "/core/file.hpp")),
             entries.end());
 }
 
-TEST(EntriesOf, WhatIsNoFolderAreNone) {
+TEST(ListFolder, IsEmptyForOtherPaths) {
   EXPECT_TRUE(list_folder("/nonexistent").empty());
   EXPECT_TRUE(list_folder("/etc/passwd").empty());
 }

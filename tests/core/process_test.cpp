@@ -13,7 +13,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-TEST(ProgramInPath, IsTheFirstThatThisUserMayRun) {
+TEST(ProgramInPath, IsFirstExecutableFile) {
   const fs::path folder = fs::temp_directory_path() / ("gyrotherm-path-" + std::to_string(::getpid()));
   fs::create_directories(folder / "a/tool");  // a folder is not a program
   fs::create_directories(folder / "b");

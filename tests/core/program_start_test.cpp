@@ -34,7 +34,7 @@ class Elsewhere {
   int before_;
 };
 
-TEST(StandardStreams, AreToldApartWhereNobodyTakesWhatIsWritten) {
+TEST(StandardStreams, DistinguishFullDiskFromClosedPipe) {
   const std::string much(100'000, '.');
   const Descriptor full(::open("/dev/full", O_WRONLY | O_CLOEXEC));
   std::array<int, 2> ends{};
@@ -63,7 +63,7 @@ TEST(StandardStreams, AreToldApartWhereNobodyTakesWhatIsWritten) {
   std::signal(SIGPIPE, before);
 }
 
-TEST(ObjectionTo, WhatIsNoNumberOfItsKind) {
+TEST(ObjectionTo, RejectsInvalidNumbers) {
   for (const auto* good : {"0", "-3", "9223372036854775807"}) EXPECT_EQ(objection_to(good, "INT"), "") << good;
   for (const auto* good : {"0", "18446744073709551615"}) EXPECT_EQ(objection_to(good, "UINT"), "") << good;
   for (const auto* good : {"0", "-12.5", "1e-3", ".5", "5."}) EXPECT_EQ(objection_to(good, "FLOAT"), "") << good;
@@ -75,12 +75,12 @@ TEST(ObjectionTo, WhatIsNoNumberOfItsKind) {
   EXPECT_NE(objection_to("18446744073709551616", "UINT"), "");
 }
 
-TEST(ObjectionTo, AnEmptyValueOfAnyKind) {
+TEST(ObjectionTo, RejectsEmptyValueOfAnyKind) {
   EXPECT_NE(objection_to("", "RIG"), "");
   EXPECT_EQ(objection_to(" nan", "RIG"), "");
 }
 
-TEST(ObjectionToCommand, NamesTheNearestOrAll) {
+TEST(CommandRefusalReason, SuggestsNearestOrAllCommands) {
   const std::string known[] = {"rigs", "units"};
   EXPECT_EQ(command_refusal_reason("rigs", known), "");
   EXPECT_EQ(command_refusal_reason("--json", known), "");

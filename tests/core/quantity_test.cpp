@@ -21,19 +21,19 @@ static_assert(!Addable<Celsius, Celsius>, "points do not add");
 static_assert(Addable<Celsius, Kelvins>);
 static_assert(std::is_same_v<decltype(Celsius{} - Celsius{}), Kelvins>);
 
-TEST(Quantity, ADifferenceOfPointsIsAnAmount) {
+TEST(Quantity, SubtractsPointsToDifference) {
   EXPECT_EQ(Celsius{60} - Celsius{-40}, Kelvins{100});
   EXPECT_EQ(Celsius{-40} + Kelvins{100}, Celsius{60});
   EXPECT_EQ(abs(Celsius{-40} - Celsius{60}), Kelvins{100});
 }
 
-TEST(Quantity, ARateTimesATimeIsAnAmountAndBack) {
+TEST(Quantity, MultipliesRateByTime) {
   EXPECT_EQ(CelsiusPerMinute{5} * std::chrono::minutes(20), Kelvins{100});
   EXPECT_EQ(Kelvins{100} / CelsiusPerMinute{5}, std::chrono::minutes(20));
   EXPECT_EQ(Kelvins{100} / CelsiusPerMinute{3}, std::chrono::seconds(2000));
 }
 
-TEST(Quantity, SecondsGoToNanosecondsAndBackExactly) {
+TEST(Quantity, ConvertsSecondsToNanosecondsAndBackExactly) {
   for (const double s : {0.0, 0.25, 1.0, 221600.0, 1e8}) EXPECT_EQ(to_seconds(from_seconds(s)), s);
   EXPECT_EQ(from_seconds(-1.5), std::chrono::milliseconds(-1500));
 }
@@ -43,7 +43,7 @@ using std::chrono::milliseconds;
 using std::chrono::minutes;
 using std::chrono::seconds;
 
-TEST(ParseDuration, KnownTexts) {
+TEST(ParseDuration, AcceptsKnownTexts) {
   const std::vector<std::pair<std::string, Duration>> golden{
       {"2 h", hours(2)},           {"2h", hours(2)},         {"90 s", seconds(90)},
       {"1 h 30 min", minutes(90)}, {"1h30min", minutes(90)}, {"250 ms", milliseconds(250)},
@@ -56,7 +56,7 @@ TEST(ParseDuration, KnownTexts) {
   }
 }
 
-TEST(ParseDuration, RefusesAndNamesWhatIsNone) {
+TEST(ParseDuration, QuotesInvalidText) {
   for (const std::string text : {"", " ", "5", "h", "5 hours", "-5 s", "+-5 s", "1 h -30 min", "nan s", "inf s",
                                  "1e9 s", "1e400 s", "5 s x", "5 m", "1 h . 5 min", "0x10 s"}) {
     const auto d = parse_duration(text);

@@ -8,7 +8,7 @@
 namespace gyrotherm {
 namespace {
 
-TEST(RandomStream, GivesTheSameNumbersEverywhere) {
+TEST(RandomStream, MatchesReferenceOnEveryPlatform) {
   // First output of seed 0 published with the generator.
   EXPECT_EQ(splitmix64(0), 0xe220a8397b1dcdafU);
   RandomStream stream(1, RandomPurpose::angle_noise);
@@ -22,7 +22,7 @@ TEST(RandomStream, DiffersByPurposeAndBySeed) {
   EXPECT_NE(first, RandomStream(2, RandomPurpose::angle_noise).uniform());
 }
 
-TEST(RandomStream, IsNormalInItsFirstFourMoments) {
+TEST(RandomStream, HasFirstFourNormalMoments) {
   RandomStream stream(20151130, RandomPurpose::angle_noise);
   std::vector<double> values(400000);
   for (double& value : values) value = stream.normal();

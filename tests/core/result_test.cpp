@@ -6,13 +6,13 @@
 namespace gyrotherm {
 namespace {
 
-TEST(Fault, IsToldWithItsPlaceFirst) {
+TEST(Fault, HasTextThatBeginsWithLocation) {
   EXPECT_EQ(text(Fault{FaultKind::timeout, "chamber read holding 2782", "no reply in 500 ms"}),
             "chamber read holding 2782: no reply in 500 ms");
   EXPECT_EQ(text(Fault{FaultKind::usage, "", "no command"}), "no command");
 }
 
-TEST(Fault, EveryKindHasAName) {
+TEST(Fault, HasNameForEveryKind) {
   for (int i = 0; i <= static_cast<int>(FaultKind::usage); ++i)
     EXPECT_STRNE(name(static_cast<FaultKind>(i)), "unknown");
 }

@@ -21,7 +21,7 @@ Descriptor connect_to_loopback(std::uint16_t port) {
   return client;
 }
 
-TEST(TcpListener, AcceptsConnectionThatWaits) {
+TEST(TcpListener, AcceptsPendingConnection) {
   const auto listener = listen_on_tcp("127.0.0.1", 0, 1);
   ASSERT_TRUE(listener) << text(listener.error());
   EXPECT_FALSE(accept_connection(*listener).is_open());

@@ -9,13 +9,13 @@
 namespace gyrotherm {
 namespace {
 
-TEST(PlainText, OfLettersOfAnyScriptStaysAsItIs) {
+TEST(PlainText, KeepsLettersOfAnyScript) {
   for (const std::string text :
        {"", "Watlow F4T 4.2", "−40 … 80 °C ± 0,3 K", "室温", "Ωμέγα \xF0\x9F\x8C\xA1", "a\\x1b"})
     EXPECT_EQ(plain(text), text);
 }
 
-TEST(PlainText, ShowsWhatSteersATerminal) {
+TEST(PlainText, EscapesTerminalControls) {
   EXPECT_EQ(plain("\x1b]0;owned\x07"), "\\x1b]0;owned\\x07");
   EXPECT_EQ(plain("a\rb\x7f"), "a\\x0db\\x7f");
   EXPECT_EQ(plain(std::string_view("\0", 1)), "\\x00");
@@ -24,13 +24,13 @@ TEST(PlainText, ShowsWhatSteersATerminal) {
             "\\u009b31m");
 }
 
-TEST(PlainText, ShowsMarksThatTurnTheDirectionOfWriting) {
+TEST(PlainText, EscapesMarksOfWritingDirection) {
   EXPECT_EQ(plain("\u202Egnp.exe"), "\\u202egnp.exe");
   EXPECT_EQ(plain("\u2066\u2069"), "\\u2066\\u2069");
   EXPECT_EQ(plain("\u2029\u2065\u206A"), "\u2029\u2065\u206A");
 }
 
-TEST(PlainText, ShowsBytesThatAreNotUtf8) {
+TEST(PlainText, EscapesInvalidUtf8) {
   EXPECT_EQ(plain("\xff\xfe"), "\\xff\\xfe");
   EXPECT_EQ(plain("\xC0\x9B"), "\\xc0\\x9b");
   EXPECT_EQ(plain("\xE2\x80"), "\\xe2\\x80");
@@ -39,12 +39,12 @@ TEST(PlainText, ShowsBytesThatAreNotUtf8) {
             "20 \\xb0C");
 }
 
-TEST(PlainText, KeepsLineEndsAndTabulatorsWhereTheyAreWanted) {
+TEST(PlainText, KeepsLineEndsAndTabsOnRequest) {
   EXPECT_EQ(plain("a\n\tb\r"), "a\\x0a\\x09b\\x0d");
   EXPECT_EQ(plain("a\n\tb\r", Blanks::kept), "a\n\tb\\x0d");
 }
 
-TEST(PlainText, OfAnyBytesIsUtf8WithoutControlsAndPlainAlready) {
+TEST(PlainText, IsValidUtf8WithoutControlsForAnyBytes) {
   std::mt19937 random(20260101);
   for (int i = 0; i < 20'000; ++i) {
     std::string bytes(random() % 40, '\0');
@@ -60,17 +60,17 @@ TEST(PlainText, OfAnyBytesIsUtf8WithoutControlsAndPlainAlready) {
 
 const std::vector<std::string> kKnown{"qualify", "run", "resume", "report"};
 
-TEST(Nearest, FindsWhatWasMeant) {
+TEST(Nearest, FindsMisspeltWord) {
   EXPECT_EQ(nearest("qualfy", kKnown), "qualify");
   EXPECT_EQ(nearest("resmue", kKnown), "resume");
   EXPECT_EQ(nearest("rn", kKnown), "run");
 }
 
-TEST(Nearest, IsTheWordItselfIfKnown) {
+TEST(Nearest, ReturnsKnownWordUnchanged) {
   for (const auto& word : kKnown) EXPECT_EQ(nearest(word, kKnown), word);
 }
 
-TEST(Nearest, FindsNothingWhenNothingIsNear) {
+TEST(Nearest, IsEmptyWithoutSimilarWord) {
   EXPECT_EQ(nearest("thermometer", kKnown), "");
   EXPECT_EQ(nearest("qualify", {}), "");
 }

@@ -49,7 +49,7 @@ durations = ["1 s", "2 min"]
   EXPECT_EQ(verdict(t), "nothing");
 }
 
-TEST(TomlTable, AbsentKeysTakeTheirFallback) {
+TEST(TomlTable, UsesFallbackForAbsentKeys) {
   const auto t = parsed("");
   EXPECT_EQ(t.number("a", 1.5), 1.5);
   EXPECT_EQ(t.text("b", "x"), "x");
@@ -60,7 +60,7 @@ TEST(TomlTable, AbsentKeysTakeTheirFallback) {
   EXPECT_EQ(verdict(t), "nothing");
 }
 
-TEST(TomlTable, EveryMistakeHasItsPlaceAndWhatIsMissingComesLast) {
+TEST(TomlTable, ReportsErrorsWithPositionAndMissingKeysLast) {
   const auto t = parsed("a = \"x\"\nunknwon = 1\n[b]\nc = \"5 parsecs\"\n");
   (void)t.table("b").duration("c");
   (void)t.table("b").number("d");
@@ -73,26 +73,26 @@ TEST(TomlTable, EveryMistakeHasItsPlaceAndWhatIsMissingComesLast) {
             "f.toml:3:1: missing key \"d\", expected a number");
 }
 
-TEST(TomlTable, AKeyThatIsMisspeltIsNotMissingToo) {
+TEST(TomlTable, DoesNotReportMisspeltKeyAsMissing) {
   const auto t = parsed("tmie = \"1 h\"\n");
   (void)t.duration("time");
   EXPECT_EQ(verdict(t), "f.toml:1:1: unknown key \"tmie\", did you mean \"time\"?");
 }
 
-TEST(TomlTable, AnotherUnitIsShownWithTheOneThatIsExpected) {
+TEST(TomlTable, ReportsWrongUnitWithExpectedUnit) {
   const auto t = parsed("at = \"68 °F\"\n");
   (void)t.celsius("at");
   EXPECT_EQ(verdict(t), "f.toml:1:6: \"at\" is \"68 °F\", expected a temperature like 20 or \"20 °C\"");
 }
 
-TEST(TomlTable, AMistakeIsToldOnce) {
+TEST(TomlTable, ReportsErrorOnce) {
   const auto t = parsed("a = 1\n");
   t.ignore("a");
   for (int i = 0; i < 3; ++i) t.mistake("a", "odd");
   EXPECT_EQ(verdict(t), "f.toml:1:5: odd");
 }
 
-TEST(TomlTable, UnitsAreNotMixedUp) {
+TEST(TomlTable, RejectsUnitsOfOtherQuantities) {
   const auto t = parsed("a = \"5 K\"\nb = \"5 °C\"\nc = \"5 °C/s\"\nd = nan\ne = \"+-5 °C\"\n");
   (void)t.celsius("a");
   (void)t.rate("b");
@@ -104,7 +104,7 @@ TEST(TomlTable, UnitsAreNotMixedUp) {
   EXPECT_EQ(std::count(fault.what.begin(), fault.what.end(), '\n'), 4);
 }
 
-TEST(TomlTable, AChoiceSuggestsTheNearest) {
+TEST(TomlTable, SuggestsNearestChoice) {
   const auto t = parsed("kind = \"hodl\"\n");
   EXPECT_EQ(t.choice("kind", {"ramp", "hold"}), "ramp");
   EXPECT_EQ(verdict(t), "f.toml:1:8: \"hodl\" is not one of ramp, hold; did you mean \"hold\"?");
@@ -130,13 +130,13 @@ TEST(TomlTable, ExpectRefusesEmptyText) {
   EXPECT_EQ(verdict(t), "f.toml:1:10: \"\" is not understood, expected \"b/1\"");
 }
 
-TEST(TomlTable, ASchemaMustBeTheOneExpected) {
+TEST(TomlTable, RejectsOtherSchema) {
   const auto t = parsed("schema = \"b/2\"\n");
   t.expect("schema", "b/1");
   EXPECT_EQ(verdict(t), "f.toml:1:10: \"b/2\" is not understood, expected \"b/1\"");
 }
 
-TEST(TomlTable, OfATableThatIsMissingNothingElseIsTold) {
+TEST(TomlTable, ReportsMissingTableWithoutItsKeys) {
   const auto t = parsed("a = 1\n");
   t.ignore("a");
   const auto chamber = t.table("chamber");
@@ -146,26 +146,26 @@ TEST(TomlTable, OfATableThatIsMissingNothingElseIsTold) {
   EXPECT_EQ(verdict(t), "f.toml:1:1: missing [chamber]");
 }
 
-TEST(TomlTable, AValueInPlaceOfATableIsTheOnlyMistake) {
+TEST(TomlTable, ReportsValueInsteadOfTableAsOnlyError) {
   const auto t = parsed("chamber = 5\n");
   (void)t.table("chamber").text("line");
   EXPECT_EQ(verdict(t), "f.toml:1:11: \"chamber\" is not a table, expected [chamber]");
 }
 
-TEST(TomlTable, AFileOfAnotherKindIsCalledThat) {
+TEST(TomlTable, NamesOtherFileFormat) {
   const auto json = TomlTable::parse("{\"a\": 1}", "f.toml");
   ASSERT_FALSE(json);
   EXPECT_EQ(text(json.error()), "f.toml:1:1: is JSON, expected TOML");
 }
 
-TEST(TomlTable, OfAnotherKindOfFileNothingElseIsTold) {
+TEST(TomlTable, ReportsOnlySchemaForOtherKindOfFile) {
   const auto t = parsed("schema = \"a/1\"\nc = 1\n");
   t.expect("schema", "b/1");
   (void)t.number("d");
   EXPECT_EQ(verdict(t), "f.toml:1:10: the schema of this file is a/1, expected b/1");
 }
 
-TEST(TomlTable, ArraysOfTablesKeepTheirPlaces) {
+TEST(TomlTable, KeepsPositionsInArraysOfTables) {
   const auto t = parsed("[[s]]\na = 1\n\n[[s]]\na = 2\n  [[s.s]]\n  a = 3\n");
   const auto tables = t.tables("s");
   ASSERT_EQ(tables.size(), 2u);
@@ -174,14 +174,14 @@ TEST(TomlTable, ArraysOfTablesKeepTheirPlaces) {
   EXPECT_EQ(tables[1].tables("s")[0].place(), "f.toml:6:3");
 }
 
-TEST(TomlTable, KeysComeInTheOrderOfTheFile) {
+TEST(TomlTable, ListsKeysInFileOrder) {
   const auto t = parsed("z = 1\na = 2\nm.x = 3\n");
   EXPECT_EQ(t.keys(), (std::vector<std::string>{"z", "a", "m"}));
   EXPECT_TRUE(t.is_table("m"));
   EXPECT_FALSE(t.is_table("a"));
 }
 
-TEST(TomlTable, AWrongSyntaxIsRefusedAtItsPlace) {
+TEST(TomlTable, ReportsSyntaxErrorWithPosition) {
   const auto t = TomlTable::parse("a = 1\nb = = 2\n", "f.toml");
   ASSERT_FALSE(t);
   EXPECT_EQ(t.error().kind, FaultKind::bad_file);
@@ -189,7 +189,7 @@ TEST(TomlTable, AWrongSyntaxIsRefusedAtItsPlace) {
 }
 
 // toml++ does not handle "ʿ" at the start of a key or value.
-TEST(TomlTable, ALetterBeyondAsciiOutsideTextsIsRefusedAtItsPlace) {
+TEST(TomlTable, ReportsNonAsciiLetterOutsideStringsWithPosition) {
   for (const char* text : {"\xCA\xBF\n8", "a = 1\n\xCA\xBF = 2", "a = \xCA\xBF"}) {
     const auto t = TomlTable::parse(text, "f.toml");
     ASSERT_FALSE(t) << text;

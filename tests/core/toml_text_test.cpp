@@ -20,7 +20,7 @@ std::string place(std::string_view text) {
   return flaw ? std::to_string(flaw->line) + ":" + std::to_string(flaw->column) : "";
 }
 
-TEST(TomlText, TextsAndCommentsTakeAnyCharacter) {
+TEST(TomlText, AcceptsAnyCharacterInStringsAndComments) {
   for (const char* text :
        {"a = \"20 °C\" # °C\nb = '°'\n", "a = \"\"\"°\n°\"\"\"\n", "a = '''°\n'°'''\n# °", "a = \"\" # °\nb = ''\n",
         "a = \"\\\"°\\\\\" # °\n", "a = \"\"\"\"°\"\"\"\"\" # °\n", "a = \"\"\"\"\"\" # °", "\xEF\xBB\xBF# °\na = 1",
@@ -28,7 +28,7 @@ TEST(TomlText, TextsAndCommentsTakeAnyCharacter) {
     EXPECT_EQ(place(text), "") << text;
 }
 
-TEST(TomlText, OutsideThemAnyCharacterBeyondAsciiHasItsPlace) {
+TEST(TomlText, LocatesNonAsciiCharacterElsewhere) {
   EXPECT_EQ(place("\xCA\xBF\n8"), "1:1");
   EXPECT_EQ(place("a = \"°°\" °"), "1:10");
   EXPECT_EQ(place("a = 1\n  ° = 2"), "2:3");
@@ -38,13 +38,13 @@ TEST(TomlText, OutsideThemAnyCharacterBeyondAsciiHasItsPlace) {
 }
 
 // toml++ skips blanks there as it does outside of texts.
-TEST(TomlText, AContinuedLineDoesNotBeginWithOne) {
+TEST(TomlText, RejectsNonAsciiCharacterAtStartOfContinuedLine) {
   EXPECT_EQ(place("a = \"\"\"x \\\n  °\"\"\""), "2:3");
   EXPECT_EQ(place("a = \"\"\"x \\\n  y°\"\"\""), "");
   EXPECT_EQ(place("a = \"\\°\""), "1:7");
 }
 
-TEST(TomlText, BytesThatAreNotUtf8HaveTheirPlace) {
+TEST(TomlText, LocatesInvalidUtf8) {
   for (const char* bytes : {"\x80", "\xC0\x80", "\xC1\xBF", "\xE0\x9F\xBF", "\xED\xA0\x80", "\xF0\x8F\xBF\xBF",
                             "\xF4\x90\x80\x80", "\xF5\x80\x80\x80", "\xFF", "\xE2\x82", "\xC2"})
     EXPECT_EQ(place("# é\n# " + std::string(bytes)), "2:3") << bytes;
@@ -53,12 +53,12 @@ TEST(TomlText, BytesThatAreNotUtf8HaveTheirPlace) {
     EXPECT_EQ(place("# " + std::string(text)), "") << text;
 }
 
-TEST(TomlText, ATextThatIsNotEndedOnItsLineIsTheGrammarsToTell) {
+TEST(TomlText, LeavesUnterminatedStringToParser) {
   EXPECT_EQ(place("a = \"x\n° = 1"), "");
   EXPECT_EQ(place("a = 'x\n° = 1"), "");
 }
 
-TEST(TomlText, EveryShippedFileIsWithoutFlaw) {
+TEST(TomlText, AcceptsEveryShippedFile) {
   int files = 0;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(GYROTHERM_SOURCE_DIR "/profiles")) {
     if (entry.path().extension() != ".toml") continue;
@@ -86,13 +86,13 @@ std::string refusal_of_text(std::string_view bomb) {
 
 constexpr const char* kTooDeep = "is nested more than 32 keys, tables and arrays deep, expected fewer";
 
-TEST(TomlBounds, ADottedKeyHasAsManyPartsAsTablesMayLieInEachOther) {
+TEST(TomlBounds, LimitPartsOfDottedKey) {
   EXPECT_EQ(refusal_of_text(key_of(30'780) + " = 1"), fmt::format("b.toml:1:66: {}", kTooDeep));
   EXPECT_EQ(refusal_of_text("x = 1\n  " + key_of(34) + " = 1"), fmt::format("b.toml:2:68: {}", kTooDeep));
   EXPECT_EQ(refusal_of_text(key_of(33) + " = 1"), "nothing");
 }
 
-TEST(TomlBounds, AllThatLiesInEachOtherCountsTogether) {
+TEST(TomlBounds, LimitTotalNestingOfKeysTablesAndArrays) {
   EXPECT_NE(refusal_of_text("[" + key_of(30'780) + "]").find(kTooDeep), std::string::npos);
   EXPECT_NE(refusal_of_text("a = " + repeated(33, "[") + repeated(33, "]")).find(kTooDeep), std::string::npos);
   EXPECT_NE(refusal_of_text("a = " + repeated(33, "{b=") + "1" + repeated(33, "}")).find(kTooDeep), std::string::npos);
@@ -103,7 +103,7 @@ TEST(TomlBounds, AllThatLiesInEachOtherCountsTogether) {
   EXPECT_EQ(refusal_of_text(key_of(8) + " = {" + key_of(8) + " = {" + key_of(8) + " = 1}}"), "nothing");
 }
 
-TEST(TomlBounds, WhatHasEndedCountsNoMore) {
+TEST(TomlBounds, DoNotCountClosedTables) {
   EXPECT_EQ(refusal_of_text(repeated(1000, "[[s]]\nx.y.z = [[1.5, 2.5], [3.5]] # a.b.c.d.e\nt = '[[[['\n")), "nothing");
   std::string tables;
   for (int i = 0; i < 1000; ++i)
@@ -111,7 +111,7 @@ TEST(TomlBounds, WhatHasEndedCountsNoMore) {
   EXPECT_EQ(refusal_of_text(tables), "nothing");
 }
 
-TEST(TomlBounds, KeysValuesTextsAndWordsAreBounded) {
+TEST(TomlBounds, LimitKeysValuesStringsAndTokens) {
   EXPECT_EQ(refusal_of_text(repeated(200'001, "[[a]]\n")),
             "b.toml:200001:1: more than 200000 keys and tables, expected fewer");
   std::string keys;
@@ -128,19 +128,19 @@ TEST(TomlBounds, KeysValuesTextsAndWordsAreBounded) {
             "b.toml:1:1029: a token of more than 1024 bytes, expected a shorter one");
 }
 
-TEST(TomlBounds, TheWholeTextIsBounded) {
+TEST(TomlBounds, LimitSizeOfText) {
   EXPECT_EQ(refusal_of_text(std::string(100'000'000, '#')),
             "b.toml:1:1: the text has 100000000 bytes, expected at most 4000000");
   EXPECT_EQ(refusal_of_text(repeated(kLargestText / 2, "#\n")), "nothing");
 }
 
-TEST(TomlBounds, QuotesWithoutEndAreGoneThroughOnce) {
+TEST(TomlBounds, ScanUnterminatedQuotesOnce) {
   for (const char* quotes : {"'''", "\"\"\"", "\"", "'", "\"x\\\""})
     EXPECT_NE(refusal_of_text(repeated(1'000'000, quotes)), "nothing") << quotes;
 }
 
 /// Requires that reading a text within the limits takes linear time.
-TEST(TomlBounds, TheFullestTextsTakeTimeAsTheyAreLong) {
+TEST(TomlBounds, ReadLargestTextsInLinearTime) {
   const auto keys = [](int count) {
     std::string text;
     for (int i = 0; i < count; ++i) text += fmt::format("k{} = 1\n", i);
@@ -162,7 +162,7 @@ TEST(TomlBounds, TheFullestTextsTakeTimeAsTheyAreLong) {
   }
 }
 
-TEST(TomlText, QuotedIsReadBackAsItWas) {
+TEST(TomlText, RoundTripsQuotedText) {
   std::string all = "\"\\ °C \x7f";
   for (char c = 0; c < ' '; ++c) all += c;
   const auto table = TomlTable::parse("a = " + toml_quoted(all), "t");

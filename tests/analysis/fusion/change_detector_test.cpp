@@ -30,7 +30,7 @@ double simulated_run_length(int dimension, double slack, double limit, int runs)
   return steps / runs;
 }
 
-TEST(RunLength, IsThatOfVectorsThatAreDrawn) {
+TEST(RunLength, MatchesSimulation) {
   constexpr int kRuns = 4000;
   struct Chart {
     int dimension;
@@ -46,7 +46,7 @@ TEST(RunLength, IsThatOfVectorsThatAreDrawn) {
 
 /// In one dimension, the chain on −h … h is divided into small intervals (Brook and Evans, Biometrika 59 (1972) 539)
 /// with probabilities of the normal distribution, independent of the noncentral χ².
-TEST(RunLength, OfOneNumberIsThatOfAFineMarkovChain) {
+TEST(RunLength, MatchesFineMarkovChainInOneDimension) {
   const double slack = 0.25, limit = 6;
   // The middle state is exactly 0, which the slack produces.
   constexpr int kHalf = 300, kStates = 2 * kHalf + 1;
@@ -69,7 +69,7 @@ TEST(RunLength, OfOneNumberIsThatOfAFineMarkovChain) {
   EXPECT_NEAR(average_run_length(1, slack, limit) / lengths(kHalf), 1, 1e-3);
 }
 
-TEST(RunLength, GrowsAndIsMetByItsLimit) {
+TEST(RunLength, IsReachedByItsLimit) {
   for (const int dimension : {1, 3, 8}) {
     for (const double slack : {0.1, 0.5}) {
       double before = 0;
@@ -85,7 +85,7 @@ TEST(RunLength, GrowsAndIsMetByItsLimit) {
 
 /// In one dimension and for long runs, each unit of h multiplies the run length by exp(2k): exp(2 k S) is Wald's
 /// martingale.
-TEST(RunLength, GrowsByTheExponentOfTwiceTheSlack) {
+TEST(RunLength, GrowsExponentiallyWithTwiceTheSlack) {
   const double slack = 0.2, first = average_run_length(1, slack, 25), second = average_run_length(1, slack, 26);
   EXPECT_NEAR(std::log(second / first), 2 * slack, 1e-3);
 }
@@ -156,12 +156,12 @@ void expect_meets_where_white_does_not(auto kind) {
   }
 }
 
-TEST(LearntLimit, MeetsTheStatedRateWhereRampsAreNoisier) { expect_meets_where_white_does_not(noisier_in_ramps); }
+TEST(LearntLimit, MeetsStatedRateWhenRampsAreNoisier) { expect_meets_where_white_does_not(noisier_in_ramps); }
 
-TEST(LearntLimit, MeetsTheStatedRateWhereErrorsLast) { expect_meets_where_white_does_not(with_lasting_errors); }
+TEST(LearntLimit, MeetsStatedRateWhenErrorsPersist) { expect_meets_where_white_does_not(with_lasting_errors); }
 
 /// The run length is 2.5 times the length of the healthy record. About 400 alarms are expected in the other records.
-TEST(LearntLimit, MeetsARateThatTheRecordIsTooShortFor) {
+TEST(LearntLimit, MeetsStatedRateWhenRecordIsShorterThanRunLength) {
   constexpr double kStated = 20000;
   Draws draws(1);
   const auto limit = limit_of_healthy(louder(2, 8000, draws), kSlack, kStated);
@@ -170,21 +170,21 @@ TEST(LearntLimit, MeetsARateThatTheRecordIsTooShortFor) {
   EXPECT_GT(kStated / steps_per_alarm(louder, 2, limit_for_run_length(2, kSlack, kStated), 20000), 3);
 }
 
-TEST(LearntLimit, IsNeverBelowThatOfWhiteVectors) {
+TEST(LearntLimit, IsNeverBelowLimitForWhiteVectors) {
   Draws draws(1);
   const Eigen::MatrixXd quiet = 0.5 * louder(3, 1000, draws);
   for (const double stated : {500.0, 36000.0})
     EXPECT_EQ(*limit_of_healthy(quiet, kSlack, stated), limit_for_run_length(3, kSlack, stated));
 }
 
-TEST(LearntLimit, IsNotLearntOfAFewVectors) {
+TEST(LearntLimit, IsMissingForTooFewVectors) {
   Draws draws(1);
   const Eigen::MatrixXd vectors = louder(2, kFewestHealthy, draws);
   EXPECT_TRUE(limit_of_healthy(vectors, kSlack, 500));
   EXPECT_FALSE(limit_of_healthy(vectors.leftCols(kFewestHealthy - 1), kSlack, 500));
 }
 
-TEST(ChangeDetector, AlarmsAboveTheLimitThatItIsGiven) {
+TEST(ChangeDetector, AlarmsAboveGivenLimit) {
   const auto made = ChangeDetector::make({.dimension = 1, .shift = 1, .false_alarms_per_h = 1, .interval_s = 100});
   ASSERT_TRUE(made);
   ChangeDetector higher = made->with_limit(10);
@@ -207,7 +207,7 @@ ChangeDetector detector(int dimension, double shift, double false_alarms_per_h) 
 
 /// 20 seeds of ten hours each at six false alarms per hour: 1200 ± 35 are expected. No seed may deviate from 60 by more
 /// than four standard deviations.
-TEST(ChangeDetector, AlarmsByChanceAsOftenAnHourAsItSays) {
+TEST(ChangeDetector, HasStatedFalseAlarmRate) {
   constexpr double kPerHour = 6, kHours = 10;
   for (const int dimension : {1, 3}) {
     int alarms = 0;
@@ -227,7 +227,7 @@ TEST(ChangeDetector, AlarmsByChanceAsOftenAnHourAsItSays) {
 
 /// A dodecahedron's parity contains √½ of a hop: 0.39 of the noise of a second. With one false alarm in a thousand
 /// hours the limit is 44; the hop is found and its axis identified within some minutes.
-TEST(ChangeDetector, FindsAHopThatIsSmallerThanTheNoiseOfASecond) {
+TEST(ChangeDetector, FindsHopBelowNoiseOfOneSecond) {
   const Geometry geometry = made_of(dodecahedron_axes(kSecond_deg_per_h));
   const Gains gains = compute_gains(geometry);
   const FaultTest test = parity_test(gains, geometry);
@@ -263,7 +263,7 @@ TEST(ChangeDetector, FindsAHopThatIsSmallerThanTheNoiseOfASecond) {
   EXPECT_GE(named, 19);
 }
 
-TEST(ChangeDetector, PassesOverWhatIsMissing) {
+TEST(ChangeDetector, IgnoresMissingValues) {
   ChangeDetector changes = detector(2, 1, 1);
   EXPECT_FALSE(changes.push(Eigen::Vector2d(2, 0)));
   const double level = changes.level();
@@ -274,7 +274,7 @@ TEST(ChangeDetector, PassesOverWhatIsMissing) {
   EXPECT_EQ(changes.level(), 0);
 }
 
-TEST(ChangeDetector, BeginsAnewAfterAnAlarmAndSaysTheMean) {
+TEST(ChangeDetector, ReportsMeanAndRestartsAfterAlarm) {
   ChangeDetector changes = detector(2, 1, 1);
   int steps = 0;
   std::optional<Change> change;
@@ -288,7 +288,7 @@ TEST(ChangeDetector, BeginsAnewAfterAnAlarmAndSaysTheMean) {
   EXPECT_EQ(changes.level(), 0);
 }
 
-TEST(ChangeDetector, RefusesWhatCannotBe) {
+TEST(ChangeDetector, RejectsInvalidOptions) {
   const auto fails = [](const ChangeOptions& options) {
     const auto made = ChangeDetector::make(options);
     return !made && made.error().kind == FaultKind::usage;

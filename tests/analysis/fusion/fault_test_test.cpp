@@ -29,7 +29,7 @@ struct Tested {
 /// once in 16 000 times by chance.
 constexpr int kReadingsOfSeed = 2000;
 
-TEST(FaultTest, AlarmsByChanceAsOftenAsItSays) {
+TEST(FaultTest, HasStatedFalseAlarmProbability) {
   for (const auto& axes : {tetrad_axes(0.01), dodecahedron_axes(0.01), uneven_axes()}) {
     const Tested tested(axes);
     for (const double probability : {0.05, 0.003}) {
@@ -45,7 +45,7 @@ TEST(FaultTest, AlarmsByChanceAsOftenAsItSays) {
   }
 }
 
-TEST(FaultTest, DetectsAFaultAsOftenAsNoncentralChiSquaredSays) {
+TEST(FaultTest, HasDetectionProbabilityOfNoncentralChiSquared) {
   for (const auto& axes : {tetrad_axes(0.01), dodecahedron_axes(0.01), uneven_axes()}) {
     const Tested tested(axes);
     constexpr double kFalse = 0.001, kCount = kSeeds * kReadingsOfSeed;
@@ -88,7 +88,7 @@ double share_of_the_right_one(const FaultTest& test, double delta) {
   return share * 4 * std::numbers::pi / (kHeights * kTurns) / std::pow(2 * std::numbers::pi, 1.5);
 }
 
-TEST(FaultTest, NamesTheRightAxisOfADodecahedronAsOftenAsTheorySays) {
+TEST(FaultTest, IdentifiesAxisOfDodecahedronWithTheoreticalProbability) {
   const double u = 0.01;
   const Tested tested(dodecahedron_axes(u));
   EXPECT_NEAR(tested.test.effects.col(0).norm(), std::sqrt(0.5) / u, 1e-9) << "half of a bias is seen";
@@ -109,7 +109,7 @@ TEST(FaultTest, NamesTheRightAxisOfADodecahedronAsOftenAsTheorySays) {
   }
 }
 
-TEST(FaultTest, NamesAnAxisWronglyMoreSeldomThanItsMarginSays) {
+TEST(FaultTest, MisidentifiesAxisLessOftenThanMarginAllows) {
   const double u = 0.01;
   const Tested tested(dodecahedron_axes(u));
   int named = 0, wrong = 0;
@@ -126,7 +126,7 @@ TEST(FaultTest, NamesAnAxisWronglyMoreSeldomThanItsMarginSays) {
   EXPECT_LT(wrong, 5.0 / 20 * named / 6) << "five others, each 20 times less likely";
 }
 
-TEST(FaultTest, SaysHowLargeTheFaultIs) {
+TEST(FaultTest, EstimatesSizeOfFault) {
   const double u = 0.01;
   const Tested tested(dodecahedron_axes(u));
   Draws draws(1);
@@ -142,7 +142,7 @@ TEST(FaultTest, SaysHowLargeTheFaultIs) {
   EXPECT_NEAR(squares, 1, 4 * std::sqrt(2.0 / kCount));
 }
 
-TEST(FaultTest, OfFourAxesDetectsAndDoesNotIsolate) {
+TEST(FaultTest, DetectsWithoutIsolationForFourAxes) {
   const Tested tested(tetrad_axes(0.01));
   for (int seed = 1; seed <= kSeeds; ++seed) {
     Draws draws(static_cast<std::uint64_t>(seed));
@@ -156,7 +156,7 @@ TEST(FaultTest, OfFourAxesDetectsAndDoesNotIsolate) {
   }
 }
 
-TEST(FaultTest, OfThreeAxesFindsNothing) {
+TEST(FaultTest, FindsNothingForThreeAxes) {
   const Tested tested(triad_axes(0.01));
   Draws draws(1);
   const Finding finding = tested.find(draws, 0, 1000, {});
@@ -165,7 +165,7 @@ TEST(FaultTest, OfThreeAxesFindsNothing) {
   EXPECT_EQ(detectable_size(tested.test, 0, 0.9, 0.01), std::numeric_limits<double>::infinity());
 }
 
-TEST(FaultTest, DoesNotSeeAnAxisThatIsAlone) {
+TEST(FaultTest, CannotDetectFaultOfAxisWithoutRedundancy) {
   const Tested tested({axis("1", 1, 0, 0, 1), axis("2", 0, 1, 0, 1), axis("3", 1, 1, 0, 1), axis("up", 0, 0, 1, 1)});
   Draws draws(1);
   EXPECT_FALSE(tested.find(draws, 3, 1000, {}).fault);
@@ -175,7 +175,7 @@ TEST(FaultTest, DoesNotSeeAnAxisThatIsAlone) {
   EXPECT_EQ(finding.isolation->rivals.size(), 2u) << "the one that is not seen is none";
 }
 
-TEST(FaultTest, SaysThatTwoFaultsAreNotOne) {
+TEST(FaultTest, ReportsThatTwoFaultsAreNotOneFault) {
   const Tested tested(dodecahedron_axes(0.01));
   Draws draws(1);
   Eigen::VectorXd readings = draws.with(tested.geometry.covariance);

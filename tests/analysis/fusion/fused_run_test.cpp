@@ -76,7 +76,7 @@ std::vector<fusion::InputAxis> regular_tetrad() {
           fusion::axis("d", -1, -1, 1, 1)};
 }
 
-TEST(FusedRun, IsTheEarthsRotationWithinItsUncertainty) {
+TEST(FusedRun, EqualsEarthRateWithinUncertainty) {
   for (int seed = 1; seed <= fusion::kSeeds; ++seed) {
     const FusedRun run = fused_run(at_rest(regular_tetrad(), 4000, static_cast<std::uint64_t>(seed)));
     ASSERT_TRUE(run.summary.rest);
@@ -90,7 +90,7 @@ TEST(FusedRun, IsTheEarthsRotationWithinItsUncertainty) {
   }
 }
 
-TEST(FusedRun, ContradictsItselfByChanceAsOftenAsWasAsked) {
+TEST(FusedRun, HasRequestedFalseAlarmProbability) {
   FusionOptions options;
   options.watch.false_alarm_probability = 0.01;
   options.leave_out = false;
@@ -104,7 +104,7 @@ TEST(FusedRun, ContradictsItselfByChanceAsOftenAsWasAsked) {
   }
 }
 
-TEST(FusedRun, LosesAnAxisInTheSecondInWhichItIsWrong) {
+TEST(FusedRun, OmitsAxisInSecondOfItsFault) {
   FusedAxes axes = at_rest(fusion::dodecahedron_axes(1), 1000, 1);
   axes.rate_deg_per_h(500, 2) += 0.5;
   const FusedRun run = fused_run(axes);
@@ -116,7 +116,7 @@ TEST(FusedRun, LosesAnAxisInTheSecondInWhichItIsWrong) {
   EXPECT_NEAR(run.summary.alarms[0].size, 0.5, 0.1);
 }
 
-TEST(FusedRun, WatchesTheMeanThatEndsWithTheRecord) {
+TEST(FusedRun, TestsMeanThatEndsWithRecord) {
   FusedAxes axes = at_rest(regular_tetrad(), 2000, 1);
   axes.rate_deg_per_h.col(1).tail(100).array() += 0.05;
   const FusedRun run = fused_run(axes);
@@ -126,7 +126,7 @@ TEST(FusedRun, WatchesTheMeanThatEndsWithTheRecord) {
   }));
 }
 
-TEST(FusedRun, OfFourAxesNamesAHopAtRestAndGoesOnWithoutIt) {
+TEST(FusedRun, IdentifiesHopAtRestAndOmitsAxisForFourAxes) {
   int named = 0, wrongly = 0;
   for (int seed = 1; seed <= fusion::kSeeds; ++seed) {
     FusedAxes axes = at_rest(regular_tetrad(), 40000, static_cast<std::uint64_t>(seed));
@@ -157,7 +157,7 @@ FusedAxes with_lasting_errors(Eigen::Index seconds, std::uint64_t seed) {
 }
 
 /// 20 h of a healthy record and 22 h of another one, at a stated rate of 0.2 per hour.
-TEST(FusedRun, TakesTheLimitsOfItsSumsFromAHealthyRecord) {
+TEST(FusedRun, LearnsSumLimitsFromHealthyRecord) {
   FusionOptions options;
   options.leave_out = false;
   options.watch.false_alarms_per_h = 0.2;
@@ -180,7 +180,7 @@ TEST(FusedRun, TakesTheLimitsOfItsSumsFromAHealthyRecord) {
   EXPECT_NE(to_json(after.summary).find("\"learnt\": true"), std::string::npos);
 }
 
-TEST(FusedRun, KeepsItsLimitsWithAHealthyRecordOfOtherAxesOrTooShort) {
+TEST(FusedRun, KeepsWhiteLimitsWhenHealthyRecordIsUnsuitable) {
   const FusedAxes axes = at_rest(regular_tetrad(), 1000, 1);
   FusionOptions options;
   const auto limits_with = [&](const FusedAxes& healthy) {
@@ -222,7 +222,7 @@ FusedAxes on_a_body(Eigen::Index seconds, Eigen::Index thermometer, double off_k
   return axes;
 }
 
-TEST(FusedRun, BlamesABrokenThermometerAndNoGyro) {
+TEST(FusedRun, IdentifiesBrokenThermometerInsteadOfGyro) {
   const auto run = fuse(on_a_body(20000, 3, 0.5), fusion::learnt_accord(), {});
   ASSERT_TRUE(run) << text(run.error());
   const auto& alarms = run->summary.alarms;
@@ -237,14 +237,14 @@ TEST(FusedRun, BlamesABrokenThermometerAndNoGyro) {
     }
 }
 
-TEST(FusedRun, WithThermometersInAccordVotesAgainstNobody) {
+TEST(FusedRun, RaisesNoAlarmWhenThermometersAgree) {
   const auto run = fuse(on_a_body(20000, 3, 0), fusion::learnt_accord(), {});
   ASSERT_TRUE(run) << text(run.error());
   EXPECT_TRUE(run->summary.alarms.empty()) << run->summary.alarms[0].statement;
   EXPECT_TRUE(run->summary.thermometers_vote);
 }
 
-TEST(FusedRun, GoesOnWithThreeAxesWhileAFourthIsSilent) {
+TEST(FusedRun, FusesThreeAxesWhileFourthIsSilent) {
   FusedAxes axes = at_rest(regular_tetrad(), 300, 1);
   axes.rate_deg_per_h.col(3).segment(100, 50).setConstant(std::numeric_limits<double>::quiet_NaN());
   const FusedRun run = fused_run(axes);
@@ -255,7 +255,7 @@ TEST(FusedRun, GoesOnWithThreeAxesWhileAFourthIsSilent) {
   EXPECT_EQ(run.used[150], 0b1111u);
 }
 
-TEST(FusedRun, OfTwoAxesInASecondIsNotKnown) {
+TEST(FusedRun, HasNoRateInSecondWithTwoAxes) {
   FusedAxes axes = at_rest(fusion::triad_axes(1), 10, 1);
   axes.rate_deg_per_h(4, 0) = std::numeric_limits<double>::quiet_NaN();
   const FusedRun run = fused_run(axes);
@@ -267,7 +267,7 @@ TEST(FusedRun, OfTwoAxesInASecondIsNotKnown) {
 /// An axis with a bias five times worse counts like the others in a second, where noise hides the bias. Its weight must
 /// follow from its effect on the mean in which the rate is used. Two axes along x with u₁ and u₂ have the weights
 /// u₂²/(u₁² + u₂²) and u₁²/(u₁² + u₂²).
-TEST(FusedRun, WeighsAxesForTheMeansThatTheRateIsUsedIn) {
+TEST(FusedRun, WeightsAxesForAveragingTime) {
   auto along_x_twice = fusion::triad_axes(1);
   along_x_twice.push_back(fusion::axis("x2", 1, 0, 0, 1));
   FusedAxes axes = at_rest(along_x_twice, 300, 1);
@@ -292,7 +292,7 @@ TEST(FusedRun, WeighsAxesForTheMeansThatTheRateIsUsedIn) {
   EXPECT_LT(expected(100), 0.14);
 }
 
-TEST(FusedRun, HasAWiderUncertaintyAndBlamesNobodyBeyondTheTrainedRange) {
+TEST(FusedRun, WidensUncertaintyWithoutAlarmOutsideTrainedRange) {
   FusedAxes axes = at_rest(regular_tetrad(), 20000, 1);
   for (std::size_t row = 10000; row < 10500; ++row) {
     axes.rate_deg_per_h(static_cast<Eigen::Index>(row), 1) += 0.02;
@@ -308,13 +308,13 @@ TEST(FusedRun, HasAWiderUncertaintyAndBlamesNobodyBeyondTheTrainedRange) {
   EXPECT_EQ(run.summary.axes[1].outside_s, 500);
 }
 
-TEST(FusedRun, RefusesTwoAxes) {
+TEST(FusedRun, RejectsTwoAxes) {
   auto axes = fusion::triad_axes(1);
   axes.pop_back();
   EXPECT_FALSE(fuse(at_rest(axes, 10, 1), std::nullopt, {}));
 }
 
-TEST(FusedRun, WithoutAnAttitudeSaysNothingOfTheEarth) {
+TEST(FusedRun, OmitsEarthRateWithoutAttitude) {
   FusedAxes axes = at_rest(regular_tetrad(), 1000, 1);
   axes.attitude.reset();
   const FusedRun run = fused_run(axes);
@@ -325,7 +325,7 @@ TEST(FusedRun, WithoutAnAttitudeSaysNothingOfTheEarth) {
 }
 
 /// The record has a gap of a little more than a day, in which the biases walk as far as their models predict.
-TEST(FusedRun, LetsTheBiasWanderOnOverAGap) {
+TEST(FusedRun, PermitsBiasDriftDuringGap) {
   FusedAxes axes = at_rest(regular_tetrad(), 40000, 1);
   for (Model& model : axes.models) model.residual_noise->rate_random_walk_deg_per_h_per_sqrt_h = 0.01;
   axes.time_s.tail(20000).array() += 90000;
@@ -337,7 +337,7 @@ TEST(FusedRun, LetsTheBiasWanderOnOverAGap) {
     EXPECT_NE(alarm.kind, AlarmKind::rest_hop) << alarm.at_s << ": " << alarm.statement;
 }
 
-TEST(FusedRun, SaysWhenAHopBeganThoughAGapFollowedIt) {
+TEST(FusedRun, DatesHopBeforeGap) {
   FusedAxes axes = at_rest(regular_tetrad(), 40000, 1);
   axes.rate_deg_per_h.col(1).tail(20000).array() += 0.004;
   axes.time_s.tail(19800).array() += 7200;
@@ -348,7 +348,7 @@ TEST(FusedRun, SaysWhenAHopBeganThoughAGapFollowedIt) {
   EXPECT_NEAR(hop->since_s, 20000, 300);
 }
 
-TEST(FusedRun, SaysWhereTheAxesAtRestContradictTheEarth) {
+TEST(FusedRun, ReportsStretchThatContradictsEarthRate) {
   FusedAxes axes = at_rest(regular_tetrad(), 4000, 1);
   axes.rate_deg_per_h.rowwise() += (axes.directions * Eigen::Vector3d(0.05, 0, 0)).transpose();
   const FusedRun run = fused_run(axes);
@@ -362,7 +362,7 @@ TEST(FusedRun, SaysWhereTheAxesAtRestContradictTheEarth) {
   EXPECT_NE(rest->statement.find("at rest (hold)"), std::string::npos) << rest->statement;
 }
 
-TEST(UncertaintyOfMeans, StepsOfACounterGoWithTheTimeAndNoiseWithItsRoot) {
+TEST(UncertaintyOfMeans, ReducesQuantisationWithTimeAndNoiseWithItsRoot) {
   FusedAxes axes = at_rest(fusion::triad_axes(1), 10, 1);
   axes.step_deg_per_h.assign(3, 0.1);
   for (Model& model : axes.models)
@@ -406,7 +406,7 @@ std::vector<CompensatedAxis> sharing_axes() {
   return axes;
 }
 
-TEST(FusedAxes, ThatShareAThermometerAreWrongTogetherWithTheSignsOfTheirSlopes) {
+TEST(FusedAxes, CorrelateErrorsOfSharedThermometerBySignOfSlope) {
   const auto fused = fused_axes(sharing_axes());
   ASSERT_TRUE(fused) << text(fused.error());
   const Eigen::MatrixXd& shared = fused->by_thermometer_drift;
@@ -417,7 +417,7 @@ TEST(FusedAxes, ThatShareAThermometerAreWrongTogetherWithTheSignsOfTheirSlopes) 
   EXPECT_FALSE(fused->attitude) << "the record knows no azimuth";
 }
 
-TEST(FusedAxes, AreCompensatedByTrailingMeans) {
+TEST(FusedAxes, UseTrailingMeansForCompensation) {
   const auto fused = fused_axes(sharing_axes());
   ASSERT_TRUE(fused);
   EXPECT_TRUE(std::isnan(fused->rate_deg_per_h(98, 0))) << "the first mean is of 100 seconds";
@@ -425,7 +425,7 @@ TEST(FusedAxes, AreCompensatedByTrailingMeans) {
   EXPECT_NEAR(fused->rate_deg_per_h(999, 0), -0.1 * (5 - 49.5 * 10 / 999), 1e-9);
 }
 
-TEST(FusedAxes, HaveNoRateAfterAGapUntilAWholeMeanHasCome) {
+TEST(FusedAxes, HaveNoRateAfterGapUntilMeanIsComplete) {
   auto axes = sharing_axes();
   for (CompensatedAxis& axis : axes) axis.dataset.time_s.tail(400).array() += 50;
   const auto fused = fused_axes(axes);
@@ -435,7 +435,7 @@ TEST(FusedAxes, HaveNoRateAfterAGapUntilAWholeMeanHasCome) {
   EXPECT_TRUE(fused->rate_deg_per_h.bottomRows(301).allFinite());
 }
 
-TEST(FusedAxes, AreNotOfTheModelOfAnotherAxisAndSayWhereOneIsOfAnotherGyro) {
+TEST(FusedAxes, RejectModelOfOtherAxisAndWarnOfOtherGyro) {
   auto axes = sharing_axes();
   for (CompensatedAxis& axis : axes) {
     axis.dataset.of = {.unit = "triad", .axis = axis.dataset.of.unit};
@@ -459,7 +459,7 @@ TEST(FusedAxes, AreNotOfTheModelOfAnotherAxisAndSayWhereOneIsOfAnotherGyro) {
       << text(refused.error());
 }
 
-TEST(FusedAxes, RefuseAnAxisWithoutADirectionOrAModelWithoutABudget) {
+TEST(FusedAxes, RejectMissingDirectionOrBudget) {
   auto axes = sharing_axes();
   axes[1].dataset.direction.reset();
   const auto nowhere = fused_axes(axes);
@@ -470,7 +470,7 @@ TEST(FusedAxes, RefuseAnAxisWithoutADirectionOrAModelWithoutABudget) {
   EXPECT_FALSE(fused_axes(axes));
 }
 
-TEST(ClusterMeans, LeaveOutAClusterInWhichASecondIsMissing) {
+TEST(ClusterMeans, OmitClusterWithMissingSecond) {
   Eigen::VectorXd time = Eigen::VectorXd::LinSpaced(300, 0, 299);
   Eigen::VectorXd values = Eigen::VectorXd::Constant(300, 1);
   const auto whole = cluster_means(time, values, 100);

@@ -8,7 +8,7 @@
 namespace gyrotherm::fusion {
 namespace {
 
-TEST(Geometry, HasWhatIsSharedBesideTheDiagonal) {
+TEST(Geometry, IncludesSharedUncertaintyInCovariance) {
   auto axes = triad_axes(0.1);
   axes[0].shared_deg_per_h = {0.2, 0};
   axes[1].shared_deg_per_h = {-0.3, 0.4};
@@ -20,7 +20,7 @@ TEST(Geometry, HasWhatIsSharedBesideTheDiagonal) {
   EXPECT_EQ(geometry.names, (std::vector<std::string>{"x", "y", "z"}));
 }
 
-TEST(Geometry, OfMeansLeavesWhatIsShared) {
+TEST(Geometry, KeepsSharedUncertaintyInMeans) {
   auto axes = triad_axes(0.1);
   for (auto& one : axes) one.shared_deg_per_h = {0.2};
   const auto means = geometry_of_means(axes, 100);
@@ -61,7 +61,7 @@ std::vector<Broken> broken_fixtures() {
   };
 }
 
-TEST(Geometry, OfABrokenFixtureIsRefusedByWhatIsWrong) {
+TEST(Geometry, ReportsErrorOfInvalidFixture) {
   for (const Broken& broken : broken_fixtures()) {
     const auto geometry = make_geometry(broken.axes);
     ASSERT_FALSE(geometry) << broken.says;
@@ -70,7 +70,7 @@ TEST(Geometry, OfABrokenFixtureIsRefusedByWhatIsWrong) {
   }
 }
 
-TEST(Geometry, WithoutAnAxisKeepsTheOthers) {
+TEST(Geometry, KeepsOtherAxesWhenOneIsRemoved) {
   const Geometry whole = made_of(uneven_axes());
   const auto rest = without(whole, 2);
   ASSERT_TRUE(rest);
@@ -81,7 +81,7 @@ TEST(Geometry, WithoutAnAxisKeepsTheOthers) {
   EXPECT_TRUE(rest->directions.isApprox(made_of(axes).directions));
 }
 
-TEST(Geometry, WithoutTheOnlyAxisOutOfAPlaneIsNone) {
+TEST(Geometry, RejectsRemovalThatLeavesAxesInPlane) {
   const Geometry geometry =
       made_of({axis("1", 1, 0, 0, 1), axis("2", 0, 1, 0, 1), axis("3", 1, 1, 0, 1), axis("up", 0, 0, 1, 1)});
   EXPECT_TRUE(without(geometry, 0));

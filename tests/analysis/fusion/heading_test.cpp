@@ -156,19 +156,19 @@ void expect_u_everywhere(const std::vector<fusion::InputAxis>& axes, std::uint64
   EXPECT_EQ(compared, kPoses);
 }
 
-TEST(Heading, OfATetradIsAsUncertainAsAMonteCarloAtAnyLatitudeAndAzimuth) {
+TEST(Heading, HasUncertaintyOfMonteCarloForTetrad) {
   expect_u_everywhere({fusion::axis("a", 1, 1, 1, 1), fusion::axis("b", 1, -1, -1, 1), fusion::axis("c", -1, 1, -1, 1),
                        fusion::axis("d", -1, -1, 1, 1)},
                       1);
 }
 
-TEST(Heading, OfATriadIsAsUncertainAsAMonteCarloAtAnyLatitudeAndAzimuth) {
+TEST(Heading, HasUncertaintyOfMonteCarloForTriad) {
   expect_u_everywhere(fusion::triad_axes(1), 2);
 }
 
 /// The shipped tetrad in Shanghai. Dividing by the slope of an axis whose Earth rate hardly depends on its tilt gave
 /// that axis a tilt of 0.3°, and the heading a U of 543′ at an azimuth of 14°.
-TEST(Heading, DoesNotHangOnASlopeThatVanishes) {
+TEST(Heading, HasBoundedUncertaintyForVanishingSlope) {
   for (const double azimuth : {12.0, 14.0, 60.0}) {
     const auto fused = fused_axes(axes_at({.latitude = 31.2, .azimuth = azimuth}, fusion::triad_axes(1)));
     ASSERT_TRUE(fused && fused->attitude);
@@ -178,7 +178,7 @@ TEST(Heading, DoesNotHangOnASlopeThatVanishes) {
   }
 }
 
-TEST(FixtureAngles, HaveTheSlopesOfTheEarthsRate) {
+TEST(FixtureAngles, HaveSlopesOfEarthRate) {
   const Pose pose{.latitude = 31.2, .azimuth = 12, .elevation = 20, .roll = -35};
   constexpr double kStep_deg = 1e-4;
   for (const Eigen::Vector3d& direction : {Eigen::Vector3d(1, 0, 0), Eigen::Vector3d(0.6, 0, -0.8)}) {
@@ -193,7 +193,7 @@ TEST(FixtureAngles, HaveTheSlopesOfTheEarthsRate) {
   }
 }
 
-TEST(FixtureAngles, ThatAreMissingAreAssumedOneByOne) {
+TEST(FixtureAngles, AreAssumedIndividuallyWhenMissing) {
   const Pose pose{.latitude = 45, .azimuth = 30};
   data::Dataset dataset;
   dataset.gyro_uncertainty = said_of(pose, {0, 0.6, 0.8});

@@ -6,7 +6,7 @@
 namespace gyrotherm::fusion {
 namespace {
 
-TEST(RateFusion, OfATriadIsItsInverse) {
+TEST(RateFusion, InvertsDirectionsOfTriad) {
   const std::vector<InputAxis> axes = {axis("1", 1, 0, 0, 0.1), axis("2", 3, 4, 0, 0.2), axis("3", 0, 3, 4, 0.3)};
   const Gains gains = compute_gains(made_of(axes));
   // Computed by hand: x = y₁; 0.6 x + 0.8 y = y₂; 0.6 y + 0.8 z = y₃.
@@ -19,7 +19,7 @@ TEST(RateFusion, OfATriadIsItsInverse) {
 }
 
 /// For h = (1, 1, 1)/√3, HᵀH = I + hhᵀ, and its inverse is I − hhᵀ/2.
-TEST(RateFusion, OfATetradIsWhatHandsCompute) {
+TEST(RateFusion, MatchesManualComputationForTetrad) {
   const double u = 0.02, root = std::sqrt(3.0);
   const Gains gains = compute_gains(made_of(tetrad_axes(u)));
   const Eigen::Matrix3d inverse = Eigen::Matrix3d::Identity() - Eigen::Matrix3d::Constant(1.0 / 6);
@@ -36,7 +36,7 @@ TEST(RateFusion, OfATetradIsWhatHandsCompute) {
   EXPECT_TRUE(fused(gains, readings).deg_per_h.isApprox(Eigen::Vector3d(10, -5, 2), 1e-13));
 }
 
-TEST(RateFusion, IsTheBestLinearUnbiasedEstimate) {
+TEST(RateFusion, IsBestLinearUnbiasedEstimate) {
   const Geometry geometry = made_of(uneven_axes());
   const Gains gains = compute_gains(geometry);
   const Eigen::MatrixXd h = geometry.directions, inverse = geometry.covariance.inverse();
@@ -47,7 +47,7 @@ TEST(RateFusion, IsTheBestLinearUnbiasedEstimate) {
   EXPECT_TRUE((gains.rate * geometry.covariance * gains.rate.transpose()).isApprox(gains.covariance, 1e-11));
 }
 
-TEST(RateFusion, HasAParityThatNoRateReachesAndThatIsWhite) {
+TEST(RateFusion, HasWhiteParityIndependentOfRate) {
   for (const auto& axes : {tetrad_axes(0.01), dodecahedron_axes(0.3), uneven_axes()}) {
     const Geometry geometry = made_of(axes);
     const Gains gains = compute_gains(geometry);
@@ -60,7 +60,7 @@ TEST(RateFusion, HasAParityThatNoRateReachesAndThatIsWhite) {
 
 /// 20 seeds of 5000 readings: a variance has a standard error of 0.45 %, so that the worst of nine entries in 20 seeds
 /// is within four times that; the mean over the seeds has 0.1 %.
-TEST(RateFusion, HasTheCovarianceThatItSays) {
+TEST(RateFusion, HasStatedCovariance) {
   const Geometry geometry = made_of(uneven_axes());
   const Gains gains = compute_gains(geometry);
   const Eigen::Vector3d truth(12, -3, 40);
@@ -82,7 +82,7 @@ TEST(RateFusion, HasTheCovarianceThatItSays) {
   EXPECT_LT((mean - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff(), 4 * std::sqrt(2.0 / (kReadings * kSeeds)));
 }
 
-TEST(RateFusion, WithoutAnAxisIsThatOfTheGeometryWithoutIt) {
+TEST(RateFusion, MatchesReducedGeometryWhenAxisIsOmitted) {
   const Geometry geometry = made_of(uneven_axes());
   const Gains gains = compute_gains(geometry);
   Draws draws(3);
@@ -102,7 +102,7 @@ TEST(RateFusion, WithoutAnAxisIsThatOfTheGeometryWithoutIt) {
   }
 }
 
-TEST(RateFusion, WithoutAnAxisThatIsAloneIsRefused) {
+TEST(RateFusion, RefusesToOmitAxisWithoutRedundancy) {
   const Gains gains = compute_gains(
       made_of({axis("1", 1, 0, 0, 1), axis("2", 0, 1, 0, 1), axis("3", 1, 1, 0, 1), axis("up", 0, 0, 1, 1)}));
   const Eigen::Vector4d readings(1, 2, 2, 3);

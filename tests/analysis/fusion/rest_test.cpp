@@ -26,14 +26,14 @@ Eigen::VectorXd readings_of(const Geometry& geometry, const Attitude& attitude, 
   return geometry.directions * turned.transpose() * earth_rate(attitude.latitude_deg) + bias;
 }
 
-TEST(Rest, HasTheEarthsRate) {
+TEST(Rest, HasEarthRate) {
   EXPECT_NEAR(kEarthRateDegPerHour, 7.292115e-5 * 3600 / kDegree, 1e-5);
   EXPECT_TRUE(earth_rate(0).isApprox(Eigen::Vector3d(kEarthRateDegPerHour, 0, 0)));
   EXPECT_TRUE(earth_rate(30).isApprox(kEarthRateDegPerHour * Eigen::Vector3d(std::sqrt(0.75), 0, -0.5)));
   EXPECT_TRUE(earth_rate(-90).isApprox(Eigen::Vector3d(0, 0, kEarthRateDegPerHour), 1e-9)) << "up, at the south pole";
 }
 
-TEST(Rest, OfAKnownAttitudeGivesTheBiasesBack) {
+TEST(Rest, RecoversBiasesForKnownAttitude) {
   const Geometry geometry = made_of(tetrad_axes(1e-4));
   const Attitude attitude{.to_local = level_fixture(30), .latitude_deg = kLatitude_deg};
   const Eigen::Vector4d bias(0.01, -0.02, 0.03, 0.005);
@@ -48,7 +48,7 @@ TEST(Rest, OfAKnownAttitudeGivesTheBiasesBack) {
 
 /// The east axis reads bias − Ω cos φ ψ_down − Ω sin φ ψ_north. With biases of u and a known tilt, the azimuth of a
 /// triad has the uncertainty u/(Ω cos φ); a tilt of u_t adds u_t tan φ.
-TEST(Rest, KnowsTheAzimuthAsWellAsTheBiasOfTheEastAxis) {
+TEST(Rest, HasAzimuthUncertaintyOfEastAxisBias) {
   const double u = 0.003, tilt = 0.02;
   const Geometry geometry = made_of(triad_axes(1e-6));
   const double horizontal = kEarthRateDegPerHour * std::cos(kLatitude_deg * kDegree);
@@ -63,7 +63,7 @@ TEST(Rest, KnowsTheAzimuthAsWellAsTheBiasOfTheEastAxis) {
   }
 }
 
-TEST(Rest, SeesNothingAboutTheEarthsAxis) {
+TEST(Rest, CannotObserveRotationAboutEarthAxis) {
   const Geometry geometry = made_of(dodecahedron_axes(1e-6));
   const Attitude attitude{.tilt_std_deg = 0.5, .azimuth_std_deg = 0.5, .latitude_deg = kLatitude_deg};
   const auto estimate =
@@ -76,7 +76,7 @@ TEST(Rest, SeesNothingAboutTheEarthsAxis) {
 }
 
 /// The derivative of the minimised sum of squares vanishes at the solution, computed by differences.
-TEST(Rest, IsTheMostProbableOfAllBiasesAndAngles) {
+TEST(Rest, MaximisesPosteriorOfBiasesAndAngles) {
   const Geometry geometry = made_of(uneven_axes());
   const Attitude attitude{.to_local = level_fixture(77),
                           .tilt_std_deg = 4,
@@ -114,7 +114,7 @@ TEST(Rest, IsTheMostProbableOfAllBiasesAndAngles) {
 }
 
 /// Errors over their covariance, and the contradiction of priors and readings, are both χ².
-TEST(Rest, IsWrongAsOftenAsItSays) {
+TEST(Rest, HasErrorsOfStatedCovariance) {
   const Geometry geometry = made_of(tetrad_axes(0.001));
   const Attitude attitude{
       .to_local = level_fixture(120), .tilt_std_deg = 0.02, .azimuth_std_deg = 0.5, .latitude_deg = kLatitude_deg};
@@ -144,7 +144,7 @@ TEST(Rest, IsWrongAsOftenAsItSays) {
   EXPECT_NEAR(odds / kCount, 4, 4 * std::sqrt(2 * 4 / kCount));
 }
 
-TEST(Rest, TestsThreeAxesThatHaveNoParity) {
+TEST(Rest, TestsThreeAxesWithoutParity) {
   const Geometry geometry = made_of(triad_axes(0.001));
   const Attitude attitude{.tilt_std_deg = 0.01, .azimuth_std_deg = 0.02, .latitude_deg = kLatitude_deg};
   const BiasPrior prior = unknown_biases(3, 0.002);
@@ -173,7 +173,7 @@ TEST(Rest, TestsThreeAxesThatHaveNoParity) {
   EXPECT_GT(named, 0.99 * kCount);
 }
 
-TEST(Rest, RefusesWhatCannotBe) {
+TEST(Rest, RejectsInvalidAttitudeOrPrior) {
   const Geometry geometry = made_of(triad_axes(0.001));
   const Eigen::Vector3d readings(1, 2, 3);
   const auto refused = [&](const Attitude& attitude, const BiasPrior& prior) {
@@ -189,7 +189,7 @@ TEST(Rest, RefusesWhatCannotBe) {
   EXPECT_FALSE(at_rest(geometry, Eigen::Vector3d(1, std::nan(""), 3), {}, prior));
 }
 
-TEST(North, IsTheHeadingOfTheFixture) {
+TEST(North, EqualsHeadingOfFixture) {
   const Gains gains = compute_gains(made_of(tetrad_axes(1e-4)));
   for (const double latitude : {-60.0, 0.0, 48.0}) {
     for (double heading = -179; heading <= 180; heading += 13) {
@@ -201,7 +201,7 @@ TEST(North, IsTheHeadingOfTheFixture) {
   }
 }
 
-TEST(North, IsAsUncertainAsTheEastAxisOverTheHorizontalEarth) {
+TEST(North, HasUncertaintyOfEastAxisPerHorizontalEarthRate) {
   const double u = 0.01, latitude = 48, tilt = 0.05;
   Eigen::Matrix3d covariance = Eigen::Vector3d(9, 1, 25).asDiagonal();
   covariance *= u * u;
@@ -219,7 +219,7 @@ TEST(North, IsAsUncertainAsTheEastAxisOverTheHorizontalEarth) {
 
 /// 20 seeds of 500 fixtures with random headings, biases and tilts: the mean square of the error over u is 1, and U
 /// contains 95 %.
-TEST(North, IsWrongAsOftenAsItSays) {
+TEST(North, HasErrorsOfStatedUncertainty) {
   const double latitude = 55, tilt = 0.03;
   const Geometry geometry = made_of(uneven_axes());
   const Gains gains = compute_gains(geometry);
@@ -247,7 +247,7 @@ TEST(North, IsWrongAsOftenAsItSays) {
   EXPECT_NEAR(inside / kCount, 0.95, 4 * spread_of_share(0.95, kCount));
 }
 
-TEST(North, AgreesWithWhatTheRestSays) {
+TEST(North, AgreesWithRestEstimate) {
   const double latitude = 40, u = 0.002;
   const Geometry geometry = made_of(triad_axes(u));
   const Attitude attitude{.azimuth_std_deg = 20, .latitude_deg = latitude};
@@ -260,7 +260,7 @@ TEST(North, AgreesWithWhatTheRestSays) {
   EXPECT_NEAR(std::sqrt(rest->rotation_covariance(2, 2)) / kDegree / north->standard_deg, 1, 1e-3);
 }
 
-TEST(North, IsRefusedWhereItCannotBeFound) {
+TEST(North, IsRefusedWhenNotObservable) {
   const Eigen::Matrix3d covariance = 1e-4 * Eigen::Matrix3d::Identity();
   const auto kind = [&](const Eigen::Vector3d& rate, double latitude, double tilt) {
     const auto north = find_north({rate, covariance}, latitude, {tilt, 0});

@@ -8,7 +8,7 @@
 namespace gyrotherm::fusion {
 namespace {
 
-TEST(ThermometerParity, IsInAccordAsOftenAsItSays) {
+TEST(ThermometerParity, HasStatedFalseAlarmProbability) {
   const ThermometerParity parity = learnt_accord();
   constexpr int kEach = 2000;
   int alarms = 0;
@@ -24,7 +24,7 @@ TEST(ThermometerParity, IsInAccordAsOftenAsItSays) {
   EXPECT_NEAR(alarms / (kEach * 1.0 * kSeeds), 0.01, 4 * spread_of_share(0.01, kEach * kSeeds) + 1e-4);
 }
 
-TEST(ThermometerParity, NamesTheThermometerThatIsOff) {
+TEST(ThermometerParity, IdentifiesFaultyThermometer) {
   const ThermometerParity parity = learnt_accord();
   int named = 0;
   double squares = 0;
@@ -44,14 +44,14 @@ TEST(ThermometerParity, NamesTheThermometerThatIsOff) {
   EXPECT_NEAR(squares / named, 1, 0.1);
 }
 
-TEST(ThermometerParity, DoesNotMindHowTheBodyMoves) {
+TEST(ThermometerParity, IgnoresCommonModesOutsideRecord) {
   const ThermometerParity parity = learnt_accord();
   Draws draws(7);
   const Eigen::RowVectorXd warm = temperatures(draws, 0) + Eigen::RowVectorXd::Constant(kThermometers, 100);
   EXPECT_FALSE(examine(parity.test(), parity.vector(warm)).fault) << "further than the record";
 }
 
-TEST(ThermometerParity, RefusesWhatIsNotEnough) {
+TEST(ThermometerParity, RejectsInsufficientRecord) {
   Draws draws(1);
   Eigen::MatrixXd record(200, 4);
   for (Eigen::Index i = 0; i < 200; ++i) record.row(i) = draws.normal(4);
@@ -130,14 +130,14 @@ Tally tally(const Fixture& fixture, Eigen::Index candidate, double size, Verdict
   return tally;
 }
 
-TEST(Voting, IsInAccordWhileNothingIsAtFault) {
+TEST(Voting, AgreesWithoutFault) {
   for (const bool rests : {true, false}) {
     const Tally of_none = tally(Fixture(rests), -1, 0, VerdictKind::accord);
     EXPECT_EQ(of_none.kind, of_none.count);
   }
 }
 
-TEST(Voting, AtRestTellsEachHopFromEachBrokenThermometer) {
+TEST(Voting, DistinguishesHopsFromBrokenThermometersAtRest) {
   const Fixture fixture(true);
   for (Eigen::Index axis = 0; axis < 4; ++axis) {
     const Tally hop = tally(fixture, axis, -0.05, VerdictKind::gyro_hop);
@@ -149,7 +149,7 @@ TEST(Voting, AtRestTellsEachHopFromEachBrokenThermometer) {
   }
 }
 
-TEST(Voting, InMotionFourAxesTellThatOneHoppedAndNotWhich) {
+TEST(Voting, DetectsHopWithoutAxisForFourMovingAxes) {
   const Fixture fixture(false);
   for (Eigen::Index axis = 0; axis < 4; ++axis) {
     const double size =
@@ -164,7 +164,7 @@ TEST(Voting, InMotionFourAxesTellThatOneHoppedAndNotWhich) {
   EXPECT_GE(broken.who, 0.99 * broken.count);
 }
 
-TEST(Voting, SaysWhy) {
+TEST(Voting, StatesReason) {
   Draws draws(3);
   const Fixture rests(true), moves(false);
   const Verdict hop = rests.judged(draws, 1, 0.05);
@@ -184,7 +184,7 @@ TEST(Voting, SaysWhy) {
   EXPECT_EQ(none.reason.find("axes consistent"), 0u) << none.reason;
 }
 
-TEST(Voting, OfAHopAndABrokenThermometerTogetherIsUndecided) {
+TEST(Voting, IsUndecidedForSimultaneousHopAndBrokenThermometer) {
   const Fixture fixture(true);
   Draws draws(4);
   Eigen::VectorXd departures = draws.with(fixture.spread) - 0.3 * fixture.voters.sensitivity_deg_per_h_per_k.col(2);
@@ -196,7 +196,7 @@ TEST(Voting, OfAHopAndABrokenThermometerTogetherIsUndecided) {
   EXPECT_NE(verdict.reason.find("no single fault explains it"), std::string::npos) << verdict.reason;
 }
 
-TEST(Voting, CallsAThermometerThatMovesNoPredictionBrokenAllTheSame) {
+TEST(Voting, IdentifiesBrokenThermometerThatAffectsNoPrediction) {
   Fixture fixture(true);
   fixture.voters.sensitivity_deg_per_h_per_k.col(3).setZero();
   Draws draws(5);

@@ -106,19 +106,19 @@ void expect_dense(const Coregionalisation& model, const data::SampleMatrix& x, c
               1e-3);
 }
 
-TEST(CoregionalisedGp, IsTheDenseProcessOfKroneckersProduct) {
+TEST(CoregionalisedGp, MatchesDenseProcessWithKroneckerProduct) {
   const data::SampleMatrix x = data::normal_matrix(12, 2, 1);
   expect_dense(some_model(), x, table_of(some_model(), x, 3).array() + 0.7);
 }
 
-TEST(CoregionalisedGp, LeavesOutWhatIsMissing) {
+TEST(CoregionalisedGp, OmitsMissingValues) {
   const data::SampleMatrix x = data::normal_matrix(10, 2, 1);
   Eigen::MatrixXd table = table_of(some_model(), x, 3);
   for (Eigen::Index i = 1; i < table.size(); i += 4) table.reshaped()(i) = kMissing;
   expect_dense(some_model(), x, table);
 }
 
-TEST(CoregionalisedGp, GradientIsThatOfItsLikelihood) {
+TEST(CoregionalisedGp, HasGradientOfItsLikelihood) {
   const data::SampleMatrix x = data::normal_matrix(9, 2, 1);
   Eigen::MatrixXd table = table_of(some_model(), x, 4);
   table(2, 1) = table(7, 0) = kMissing;
@@ -146,7 +146,7 @@ TEST(CoregionalisedGp, GradientIsThatOfItsLikelihood) {
 }
 
 /// The method has no constant. Its likelihood is therefore integrated over all constants.
-TEST(CoregionalisedGp, OfOneOutputIsTheProcessOfTheMethods) {
+TEST(CoregionalisedGp, MatchesSingleOutputProcess) {
   const data::SampleMatrix x = data::normal_matrix(20, 2, 1);
   const Eigen::VectorXd y = data::normal_vector(20, 2);
   const methods::Covariance covariance{Eigen::RowVector2d(0.7, 1.4), 0.8, 0.4};
@@ -162,7 +162,7 @@ TEST(CoregionalisedGp, OfOneOutputIsTheProcessOfTheMethods) {
 }
 
 /// Autokrigeability: outputs with equal rows and without noise do not improve each other's prediction.
-TEST(CoregionalisedGp, GainsNothingWithoutNoiseAndWithoutGaps) {
+TEST(CoregionalisedGp, GainsNothingWithoutNoiseAndGaps) {
   Coregionalisation model = some_model();
   model.noise.setConstant(1e-5);
   const data::SampleMatrix x = 2 * data::normal_matrix(8, 2, 1), at = data::normal_matrix(5, 2, 2);
@@ -188,7 +188,7 @@ Coregionalisation two_alike(double correlation) {
   return model;
 }
 
-TEST(CoregionalisedGp, LearnsHowOutputsGoTogether) {
+TEST(CoregionalisedGp, LearnsCorrelationBetweenOutputs) {
   for (const double correlation : {0.0, 0.9, -0.7}) {
     double mean = 0;
     Eigen::Vector2d noise = Eigen::Vector2d::Zero();
@@ -208,7 +208,7 @@ TEST(CoregionalisedGp, LearnsHowOutputsGoTogether) {
 }
 
 /// The first output has a gap in which the second one has values.
-TEST(CoregionalisedGp, FillsAGapByAnOutputThatGoesAlongAndKnowsHowWell) {
+TEST(CoregionalisedGp, FillsGapFromCorrelatedOutput) {
   double together_error = 0, alone_error = 0, within = 0;
   constexpr int kDraws = 12;
   for (std::uint64_t seed = 1; seed <= kDraws; ++seed) {
@@ -232,7 +232,7 @@ TEST(CoregionalisedGp, FillsAGapByAnOutputThatGoesAlongAndKnowsHowWell) {
   EXPECT_GT(within, 0.85);
 }
 
-TEST(CoregionalisedGp, RefusesWhatItCannotLearnFrom) {
+TEST(CoregionalisedGp, RejectsInvalidSamples) {
   const data::SampleMatrix x = data::normal_matrix(5, 1, 1);
   const auto refuses = [](OutputSamples samples) {
     const auto process = learn_coregionalised(std::move(samples));

@@ -31,7 +31,7 @@ Outputs some_outputs(std::uint64_t seed) {
   return outputs;
 }
 
-TEST(MultiOutputRidge, SolvesItsNormalEquations) {
+TEST(MultiOutputRidge, SolvesNormalEquations) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     SCOPED_TRACE(seed);
     const Outputs o = some_outputs(seed);
@@ -48,7 +48,7 @@ TEST(MultiOutputRidge, SolvesItsNormalEquations) {
 }
 
 /// Computes the posterior mean of all slopes at once, with Kronecker products.
-TEST(MultiOutputRidge, IsThePosteriorMeanOfTheWholeSystem) {
+TEST(MultiOutputRidge, EqualsPosteriorMeanOfWholeSystem) {
   const Outputs o = some_outputs(3);
   const OutputCovariances between{positive_matrix(3, 4), positive_matrix(3, 5)};
   const Eigen::MatrixXd z = o.z.rowwise() - o.z.colwise().mean(), y = o.y.rowwise() - o.y.colwise().mean();
@@ -77,7 +77,7 @@ void expect_separate(const Outputs& o, const OutputCovariances& between, const E
   }
 }
 
-TEST(MultiOutputRidge, IsSeparateRidgesWhereNothingIsToBeGained) {
+TEST(MultiOutputRidge, EqualsSeparateRidgesWhenCorrelationsCannotHelp) {
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     SCOPED_TRACE(seed);
     Outputs o = some_outputs(seed);
@@ -92,7 +92,7 @@ TEST(MultiOutputRidge, IsSeparateRidgesWhereNothingIsToBeGained) {
 }
 
 /// There are few rows, the noises correlate, and the slopes do not.
-TEST(MultiOutputRidge, GainsWhereNoiseCorrelatesAndSlopesDoNot) {
+TEST(MultiOutputRidge, ReducesErrorWhenOnlyNoiseIsCorrelated) {
   Eigen::Matrix3d noise = Eigen::Matrix3d::Constant(4 * 0.9);
   noise.diagonal().setConstant(4);
   const Eigen::Matrix3d root = noise.llt().matrixL(), identity = Eigen::Matrix3d::Identity();
@@ -109,7 +109,7 @@ TEST(MultiOutputRidge, GainsWhereNoiseCorrelatesAndSlopesDoNot) {
   EXPECT_LT(estimated, 0.9 * separate);
 }
 
-TEST(MultiOutputRidge, EstimatesTheNoiseBetweenOutputs) {
+TEST(MultiOutputRidge, EstimatesNoiseCovarianceOfOutputs) {
   const Eigen::Matrix3d noise = positive_matrix(3, 8);
   const Eigen::Matrix3d root = noise.llt().matrixL();
   const Eigen::MatrixXd z = normal_matrix(4000, 4, 1);
@@ -119,7 +119,7 @@ TEST(MultiOutputRidge, EstimatesTheNoiseBetweenOutputs) {
   EXPECT_LT((found->noise - noise).norm(), 0.06 * noise.norm());
 }
 
-TEST(MultiOutputRidge, RefusesWhatDoesNotFit) {
+TEST(MultiOutputRidge, RejectsInconsistentInputs) {
   const Outputs o = some_outputs(1);
   const Eigen::Matrix3d identity = Eigen::Matrix3d::Identity();
   const auto kind_of = [](const auto& result) { return result ? FaultKind::timeout : result.error().kind; };

@@ -50,7 +50,7 @@ double log_normal_density(const Eigen::VectorXd& y, const Eigen::VectorXd& mean,
 }
 
 /// A constant of 10 ± 2 and four values of 13 with noise 1: precisions of ¼ and 4.
-TEST(Population, PosteriorIsThatComputedByHand) {
+TEST(Population, HasPosteriorOfManualComputation) {
   const Coefficients prior{Eigen::VectorXd::Constant(1, 10), Eigen::MatrixXd::Constant(1, 1, 4)};
   const auto own = unit_information(Eigen::MatrixXd::Ones(4, 1), Eigen::VectorXd::Constant(4, 13));
   const Coefficients after = posterior(prior, own);
@@ -58,7 +58,7 @@ TEST(Population, PosteriorIsThatComputedByHand) {
   EXPECT_NEAR(after.covariance(0, 0), 1 / 4.25, 1e-12);
 }
 
-TEST(Population, PosteriorAndPredictiveAreTheDenseOnes) {
+TEST(Population, HasPosteriorAndPredictiveOfDenseComputation) {
   const double noise = 0.7;
   const Coefficients prior{normal_vector(3, 1), spread_matrix(3, 2)};
   const DenseUnit unit = draw_unit(prior, 8, noise, 3);
@@ -74,7 +74,7 @@ TEST(Population, PosteriorAndPredictiveAreTheDenseOnes) {
   EXPECT_NEAR(log_predictive(prior, own), log_normal_density(unit.y, unit.z * prior.mean, covariance), 1e-9);
 }
 
-TEST(Population, NothingSeenChangesNothing) {
+TEST(Population, KeepsPriorWithoutInformation) {
   Coefficients prior{normal_vector(3, 1), spread_matrix(3, 2)};
   const Coefficients after = posterior(prior, no_information(3));
   EXPECT_LT((after.mean - prior.mean).norm(), 1e-14);
@@ -82,7 +82,7 @@ TEST(Population, NothingSeenChangesNothing) {
   EXPECT_EQ(log_predictive(prior, no_information(3)), 0);
 }
 
-TEST(Population, WhatDoesNotVaryIsKnown) {
+TEST(Population, TreatsCoefficientWithoutVarianceAsKnown) {
   Coefficients prior{Eigen::Vector2d(1, 2), Eigen::Vector2d(4, 0).asDiagonal()};
   const auto own = unit_information(normal_matrix(20, 2, 1), normal_vector(20, 2));
   const Coefficients after = posterior(prior, own);
@@ -100,7 +100,7 @@ std::vector<UnitInformation> draw_units(const Coefficients& population, int unit
 }
 
 /// Computes the density of the vector of all units' values, with μ integrated out.
-TEST(Population, RestrictedLikelihoodIsTheDenseOne) {
+TEST(Population, HasRestrictedLikelihoodOfDenseComputation) {
   const double noise = 0.5;
   const Coefficients population{normal_vector(2, 1), spread_matrix(2, 2)};
   std::vector<DenseUnit> dense;
@@ -129,7 +129,7 @@ TEST(Population, RestrictedLikelihoodIsTheDenseOne) {
   EXPECT_NEAR(fit->log_likelihood, likelihood, 1e-8);
 }
 
-TEST(Population, NoIterationLosesLikelihood) {
+TEST(Population, NeverLowersLikelihoodInIteration) {
   const Coefficients population{normal_vector(3, 1), spread_matrix(3, 2)};
   const auto units = draw_units(population, 6, 10, 1, 3);
   const Eigen::MatrixXd start = Eigen::MatrixXd::Identity(3, 3);
@@ -150,7 +150,7 @@ TEST(Population, NoIterationLosesLikelihood) {
 
 /// One constant per unit and n values each with noise of variance 1: the restricted estimate of Σ is the variance of
 /// the units' means less 1/n (analysis of variance).
-TEST(Population, OfBalancedConstantsIsTheAnalysisOfVariance) {
+TEST(Population, MatchesAnalysisOfVarianceForBalancedConstants) {
   const Coefficients population{Eigen::VectorXd::Constant(1, 3), Eigen::MatrixXd::Constant(1, 1, 2)};
   std::vector<UnitInformation> units;
   Eigen::VectorXd means(9);
@@ -177,7 +177,7 @@ TEST(Population, FindsMeanAndCovarianceOfManyUnits) {
   EXPECT_LT((fit->population.covariance - population.covariance).norm(), 0.12 * population.covariance.norm());
 }
 
-TEST(Population, WithoutCorrelationsIsDiagonal) {
+TEST(Population, HasDiagonalCovarianceWithoutCorrelations) {
   const Coefficients population{Eigen::Vector3d(2, -1, 0.5), Eigen::Vector3d(4, 1, 0.25).asDiagonal()};
   const auto units = draw_units(population, 300, 12, 1, 1);
   const auto fit = fit_population(units, Eigen::MatrixXd::Identity(3, 3), {.independent = true});
@@ -190,7 +190,7 @@ TEST(Population, WithoutCorrelationsIsDiagonal) {
 }
 
 /// The result is between the units' own estimate and the target, and nearer to the target with a greater weight.
-TEST(Population, IsDrawnToTheTarget) {
+TEST(Population, ShrinksTowardsTarget) {
   const Coefficients population{normal_vector(3, 1), spread_matrix(3, 2)};
   const auto units = draw_units(population, 8, 200, 0.1, 4);
   const Eigen::MatrixXd start = Eigen::MatrixXd::Identity(3, 3);
@@ -212,7 +212,7 @@ TEST(Population, IsDrawnToTheTarget) {
 
 /// The prior from twelve units contains the next unit's coefficients. k = 2 gives slightly less than 95 %, because Σ
 /// has eleven degrees of freedom.
-TEST(Population, SaysHowFarTheNextUnitMayBe) {
+TEST(Population, HasNominalCoverageForNextUnit) {
   int within = 0;
   constexpr int kDraws = 400;
   const Coefficients population{Eigen::Vector2d(2, -1), Eigen::Vector2d(4, 1).asDiagonal()};
@@ -230,7 +230,7 @@ TEST(Population, SaysHowFarTheNextUnitMayBe) {
   EXPECT_LT(within, 0.97 * kDraws);
 }
 
-TEST(Population, RefusesTooFewUnitsAndWhatTheyDoNotTell) {
+TEST(Population, RejectsTooFewUnitsOrMissingInformation) {
   const Coefficients population{Eigen::Vector2d(2, -1), Eigen::Matrix2d::Identity()};
   const auto units = draw_units(population, 2, 10, 1, 1);
   const auto few = fit_population(units, Eigen::Matrix2d::Identity());

@@ -53,7 +53,7 @@ AlarmRates alarm_rates(double memory, double correlation, Eigen::Index rows, int
   return rates;
 }
 
-TEST(ResidualCorrelation, AlarmsFalselyAsOftenAsIsAsked) {
+TEST(ResidualCorrelation, HasNominalFalseAlarmRate) {
   // Two standard errors of 5 % are 1.1 %.
   constexpr int kDraws = 1500;
   for (const double memory : {0.0, 0.5, 0.8}) {
@@ -67,13 +67,13 @@ TEST(ResidualCorrelation, AlarmsFalselyAsOftenAsIsAsked) {
 }
 
 /// 44 independent pairs. Counting each cluster as independent would raise alarms in nearly half of all pairs.
-TEST(ResidualCorrelation, AlarmsLittleMoreOftenWhereAnHourIsOneValue) {
+TEST(ResidualCorrelation, HasNearlyNominalFalseAlarmRateForLongCorrelation) {
   const AlarmRates rates = alarm_rates(0.9, 0, 400, 1500);
   for (const double rate : {rates.pair, rates.all, rates.largest}) EXPECT_LT(rate, 0.09);
   EXPECT_GT(rates.naive, 0.4);
 }
 
-TEST(ResidualCorrelation, SeesWhatIsThere) {
+TEST(ResidualCorrelation, DetectsCorrelation) {
   for (const double memory : {0.0, 0.8}) {
     const AlarmRates rates = alarm_rates(memory, 0.5, 400, 100);
     EXPECT_GT(rates.all, 0.98) << memory;
@@ -82,7 +82,7 @@ TEST(ResidualCorrelation, SeesWhatIsThere) {
 }
 
 /// The expected number is n(1 − φ²)/(1 + φ²) for two series of autocorrelation φ.
-TEST(ResidualCorrelation, KnowsHowManyPairsTellAsMuch) {
+TEST(ResidualCorrelation, EstimatesEffectiveNumberOfPairs) {
   for (const double memory : {0.0, 0.5, 0.8, 0.9}) {
     SCOPED_TRACE(memory);
     double mean = 0;
@@ -94,7 +94,7 @@ TEST(ResidualCorrelation, KnowsHowManyPairsTellAsMuch) {
   }
 }
 
-TEST(ResidualCorrelation, LooksAtThePlacesThatBothAxesHave) {
+TEST(ResidualCorrelation, UsesOnlyRowsKnownForBothAxes) {
   AxisResiduals residuals = remembering(300, 3, 0.5, 0.3, 7);
   AxisResiduals picked{.axes = {"x", "y"}, .places = {}, .residual_deg_per_h = {}};
   std::vector<Eigen::Index> rows;
@@ -114,7 +114,7 @@ TEST(ResidualCorrelation, LooksAtThePlacesThatBothAxesHave) {
   EXPECT_EQ(of_common.all_probability < 0.05, of_common.largest_probability < 0.05);
 }
 
-TEST(ResidualCorrelation, SaysNothingOfWhatDoesNotVaryOrIsTooShort) {
+TEST(ResidualCorrelation, ReportsNothingForConstantOrShortResiduals) {
   AxisResiduals residuals = remembering(100, 2, 0, 0.9, 1);
   residuals.residual_deg_per_h.col(1).setConstant(0.25);
   EXPECT_EQ(correlate_residuals(residuals).all_probability, 1);
@@ -131,7 +131,7 @@ data::Clusters clusters_at(const std::vector<double>& start_s) {
   return clusters;
 }
 
-TEST(ResidualCorrelation, PutsAxesSideBySideByTheTimeOfTheirRun) {
+TEST(ResidualCorrelation, AlignsAxesByRunTime) {
   const auto x = clusters_at({0, 100, 300}), y = clusters_at({100, 200, 300});
   const std::vector<AxisResidual> axes{{"x", x, Eigen::Vector3d{1, 2, 3}}, {"y", y, Eigen::Vector3d{4, 5, 6}}};
   const auto all = align_residuals(axes);
@@ -142,7 +142,7 @@ TEST(ResidualCorrelation, PutsAxesSideBySideByTheTimeOfTheirRun) {
   EXPECT_EQ(all->residual_deg_per_h(1, 1), 4);
 }
 
-TEST(ResidualCorrelation, RefusesWhatDoesNotGoTogether) {
+TEST(ResidualCorrelation, RejectsInconsistentAxes) {
   const auto x = clusters_at({0, 100}), again = clusters_at({100, 0});
   auto longer = x;
   longer.length_s = 50;

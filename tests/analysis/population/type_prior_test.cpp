@@ -91,7 +91,7 @@ double rms(const Eigen::VectorXd& values) {
   return std::sqrt(values.squaredNorm() / static_cast<double>(values.size()));
 }
 
-TEST(TypePrior, FindsTheTypeAndItsNoise) {
+TEST(TypePrior, RecoversTypeAndNoise) {
   const SimulatedType type;
   const auto prior = learn_type_prior(simulated_units(type, 40, 1), {.type = "simulated"});
   ASSERT_TRUE(prior) << text(prior.error());
@@ -111,7 +111,7 @@ TEST(TypePrior, FindsTheTypeAndItsNoise) {
   }
 }
 
-TEST(TypePrior, IsInThermometersAndNotInWhatAGyroTellsOfItself) {
+TEST(TypePrior, UsesThermometersInsteadOfValuesMeasuredByGyro) {
   std::vector<UnitClusters> units = simulated_units({}, 3, 1);
   const auto renamed = [&](std::vector<std::string> names) {
     for (UnitClusters& unit : units)
@@ -142,7 +142,7 @@ struct CoverageCount {
 
 /// Twelve units give the prior of the thirteenth. Its true bias, including turn-on, is within U (k = 2) about as often
 /// as for a normal distribution, after no, few and all hours of its own data; and U decreases.
-TEST(TypePrior, GivesAnUncertaintyThatHoldsForTheNextUnit) {
+TEST(TypePrior, HasNominalCoverageForNextUnit) {
   const SimulatedType type;
   const std::vector<Eigen::Index> counts = {0, 20, 80, 300};
   std::vector<CoverageCount> coverage(counts.size());
@@ -183,7 +183,7 @@ TEST(TypePrior, GivesAnUncertaintyThatHoldsForTheNextUnit) {
 }
 
 /// A unit with half an hour of its own data and the prior is predicted better than by a plane from twice as much data.
-TEST(TypePrior, SavesHours) {
+TEST(TypePrior, ReducesOwnDataNeededByUnit) {
   const SimulatedType type;
   const auto prior = learn_type_prior(simulated_units(type, 12, 3), {.quick = true});
   ASSERT_TRUE(prior);
@@ -205,7 +205,7 @@ TEST(TypePrior, SavesHours) {
   EXPECT_LT(with, twice_as_long);
 }
 
-TEST(TypePrior, WithoutRunsIsThePriorAndWithTwoIsWithBoth) {
+TEST(TypePrior, UsesEveryRunOfUnitAndOnlyPriorWithoutRuns) {
   const auto prior = learn_type_prior(simulated_units({}, 6, 2), {.quick = true});
   ASSERT_TRUE(prior);
   const auto nothing = learn_unit(*prior, {});
@@ -222,7 +222,7 @@ TEST(TypePrior, WithoutRunsIsThePriorAndWithTwoIsWithBoth) {
 
 /// The careful slopes have the least error for inexact readings; with exact thermometers they are the most likely ones.
 /// likely ones.
-TEST(TypePrior, CarriesTheCertificateOfTheThermometers) {
+TEST(TypePrior, AppliesUncertaintyOfThermometers) {
   const auto units = simulated_units({}, 6, 2);
   const Eigen::RowVector3d uncertainty(0.1, 0.2, 0.4);
   const auto exact = learn_type_prior(units, {.quick = true});
@@ -256,7 +256,7 @@ TEST(TypePrior, CarriesTheCertificateOfTheThermometers) {
 }
 
 /// The terms are A, A − B and A − C, so that u² increases by (Σw·drift_A)² + (w₂·drift_B)² + (w₃·drift_C)².
-TEST(TypePrior, WidensUByTheDriftThatHasPassed) {
+TEST(TypePrior, WidensUncertaintyByThermometerDrift) {
   const auto units = simulated_units({}, 6, 2);
   const auto prior = learn_type_prior(units, {.thermometer_uncertainty_k = {0.1, 0.2, 0.4}, .quick = true});
   ASSERT_TRUE(prior);
@@ -279,7 +279,7 @@ TEST(TypePrior, WidensUByTheDriftThatHasPassed) {
   EXPECT_EQ(u_squared_with({0.05, -0.05, 0.05}).size(), 0);
 }
 
-TEST(TypePrior, IsReadAsItWasWritten) {
+TEST(TypePrior, RoundTripsThroughFile) {
   const auto prior = learn_type_prior(
       simulated_units({}, 5, 2), {.type = "RLG-1 \"°\"", .thermometer_uncertainty_k = {0.1, 0.2, 0.05}, .quick = true});
   ASSERT_TRUE(prior);
@@ -295,7 +295,7 @@ TEST(TypePrior, IsReadAsItWasWritten) {
   EXPECT_EQ(read->noise.wander_time_s, prior->noise.wander_time_s);
 }
 
-TEST(TypePrior, TellsWhatIsWrongWithItsFile) {
+TEST(TypePrior, ReportsErrorInFile) {
   const auto prior = learn_type_prior(simulated_units({}, 5, 2), {.quick = true});
   ASSERT_TRUE(prior);
   const auto fault_with = [&](const std::string& from, const std::string& to) {
@@ -317,7 +317,7 @@ TEST(TypePrior, TellsWhatIsWrongWithItsFile) {
   EXPECT_FALSE(type_prior_from_json("{", "type.json"));
 }
 
-TEST(TypePrior, RefusesUnitsThatDoNotGoTogether) {
+TEST(TypePrior, RejectsInconsistentUnits) {
   const auto units = simulated_units({}, 4, 1);
   const auto refuses = [](std::vector<UnitClusters> of, const TypePriorOptions& options = {}) {
     const auto prior = learn_type_prior(of, options);

@@ -10,7 +10,7 @@
 namespace gyrotherm::population {
 namespace {
 
-TEST(UnexplainedNoise, IsWhitenedAsByTheCholeskyFactorOfItsCovariance) {
+TEST(UnexplainedNoise, IsWhitenedLikeByCholeskyFactorOfCovariance) {
   Eigen::VectorXd time(40);
   for (Eigen::Index k = 0; k < time.size(); ++k)
     time(k) = 100.0 * static_cast<double>(k) + (k >= 15 ? 5000 : 0) + (k >= 30 ? 1e6 : 0);  // gaps
@@ -25,7 +25,7 @@ TEST(UnexplainedNoise, IsWhitenedAsByTheCholeskyFactorOfItsCovariance) {
   }
 }
 
-TEST(UnexplainedNoise, OfNoRowsIsNothing) {
+TEST(UnexplainedNoise, IsEmptyWithoutRows) {
   const Whitened whitened = whiten({1, 1, 1, 1}, Eigen::VectorXd(0), Eigen::MatrixXd(0, 2));
   EXPECT_EQ(whitened.columns.rows(), 0);
   EXPECT_EQ(whitened.log_determinant, 0);

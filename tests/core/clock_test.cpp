@@ -30,9 +30,7 @@ TEST(VirtualClock, StartsAtGivenOffset) {
   EXPECT_EQ(clock.now().utc, kVirtualEpoch + hours(27));
 }
 
-TEST(VirtualClock, ContinuesFromElapsedTimeOfRun) {
-  EXPECT_EQ(VirtualClock(hours(3)).now().since_start, hours(3));
-}
+TEST(VirtualClock, ContinuesFromElapsedTimeOfRun) { EXPECT_EQ(VirtualClock(hours(3)).now().since_start, hours(3)); }
 
 TEST(SteadyClock, NeverDecreasesAndIncludesEarlierTime) {
   const SteadyClock clock(hours(1));

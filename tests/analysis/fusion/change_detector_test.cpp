@@ -12,8 +12,8 @@
 namespace gyrotherm::fusion {
 namespace {
 
-/// Returns the mean number of steps to an alarm for drawn vectors. Run lengths are nearly exponential, so that the
-/// standard error is the mean over the root of their number.
+/// Returns the mean number of steps to an alarm in simulated runs. Run lengths are nearly exponentially distributed, so
+/// the standard error is the mean divided by √runs.
 double simulated_run_length(int dimension, double slack, double limit, int runs) {
   double steps = 0;
   for (int seed = 1; seed <= kSeeds; ++seed) {
@@ -44,8 +44,8 @@ TEST(RunLength, MatchesSimulation) {
   }
 }
 
-/// In one dimension, the chain on −h … h is divided into small intervals (Brook and Evans, Biometrika 59 (1972) 539)
-/// with probabilities of the normal distribution, independent of the noncentral χ².
+/// Markov chain approximation of Brook and Evans, Biometrika 59 (1972) 539: −h … h is divided into small intervals.
+/// The transition probabilities come from the normal distribution; the noncentral χ² is not used.
 TEST(RunLength, MatchesFineMarkovChainInOneDimension) {
   const double slack = 0.25, limit = 6;
   // The middle state is exactly 0, which the slack produces.
@@ -60,9 +60,9 @@ TEST(RunLength, MatchesFineMarkovChainInOneDimension) {
   Eigen::MatrixXd left = Eigen::MatrixXd::Identity(kStates, kStates);
   for (int i = 0; i < kStates; ++i) {
     for (int j = 0; j < kStates; ++j) {
-      const double before = j == kHalf ? 0 : centres(j) + std::copysign(slack, centres(j));
+      const double middle = j == kHalf ? 0 : centres(j) + std::copysign(slack, centres(j));
       const double half = j == kHalf ? slack : width / 2;
-      left(i, j) -= below(before + half - centres(i)) - below(before - half - centres(i));
+      left(i, j) -= below(middle + half - centres(i)) - below(middle - half - centres(i));
     }
   }
   const Eigen::VectorXd lengths = left.partialPivLu().solve(Eigen::VectorXd::Ones(kStates));
@@ -83,8 +83,8 @@ TEST(RunLength, IsReachedByItsLimit) {
   }
 }
 
-/// In one dimension and for long runs, each unit of h multiplies the run length by exp(2k): exp(2 k S) is Wald's
-/// martingale.
+/// For one dimension and long runs, increasing h by 1 multiplies the run length by exp(2k), because exp(2 k S) is
+/// Wald's martingale.
 TEST(RunLength, GrowsExponentiallyWithTwiceTheSlack) {
   const double slack = 0.2, first = average_run_length(1, slack, 25), second = average_run_length(1, slack, 26);
   EXPECT_NEAR(std::log(second / first), 2 * slack, 1e-3);
@@ -92,40 +92,42 @@ TEST(RunLength, GrowsExponentiallyWithTwiceTheSlack) {
 
 constexpr double kSlack = 0.5;
 
-/// Draws white vectors, one column each, with a variance of 1.5 in every third period of ten steps, as in ramps.
-Eigen::MatrixXd noisier_in_ramps(int dimension, Eigen::Index count, Draws& draws) {
-  constexpr Eigen::Index kLasts = 10, kEvery = 3;
+/// Draws white vectors as columns. Their variance is 1.5 in every third period of ten steps, as in ramps, otherwise 1.
+Eigen::MatrixXd vectors_noisier_in_ramps(int dimension, Eigen::Index count, Draws& draws) {
+  constexpr Eigen::Index kPeriod = 10, kEvery = 3;  // steps, periods
   Eigen::MatrixXd vectors(dimension, count);
   for (Eigen::Index k = 0; k < count; ++k)
-    vectors.col(k) = std::sqrt(k / kLasts % kEvery == 0 ? 1.5 : 1.0) * draws.normal(dimension);
+    vectors.col(k) = std::sqrt(k / kPeriod % kEvery == 0 ? 1.5 : 1.0) * draws.normal(dimension);
   return vectors;
 }
 
-/// Draws white vectors of variance 0.95 plus a mean of variance 0.05 that lasts for 15 steps. The total variance is 1.
-Eigen::MatrixXd with_lasting_errors(int dimension, Eigen::Index count, Draws& draws) {
-  constexpr Eigen::Index kLasts = 15;
-  constexpr double kOfMean = 0.05;
+/// Draws white vectors of variance 0.95 plus a mean of variance 0.05 that changes every 15 steps. The total variance is
+/// 1.
+Eigen::MatrixXd vectors_with_persistent_errors(int dimension, Eigen::Index count, Draws& draws) {
+  constexpr Eigen::Index kPeriod = 15;
+  constexpr double kMeanVariance = 0.05;
   Eigen::MatrixXd vectors(dimension, count);
   Eigen::VectorXd mean;
   for (Eigen::Index k = 0; k < count; ++k) {
-    if (k % kLasts == 0) mean = std::sqrt(kOfMean) * draws.normal(dimension);
-    vectors.col(k) = mean + std::sqrt(1 - kOfMean) * draws.normal(dimension);
+    if (k % kPeriod == 0) mean = std::sqrt(kMeanVariance) * draws.normal(dimension);
+    vectors.col(k) = mean + std::sqrt(1 - kMeanVariance) * draws.normal(dimension);
   }
   return vectors;
 }
 
-Eigen::MatrixXd louder(int dimension, Eigen::Index count, Draws& draws) {
+/// Draws white vectors with a standard deviation of 1.2 in each component.
+Eigen::MatrixXd vectors_with_more_noise(int dimension, Eigen::Index count, Draws& draws) {
   Eigen::MatrixXd vectors(dimension, count);
   for (Eigen::Index k = 0; k < count; ++k) vectors.col(k) = 1.2 * draws.normal(dimension);
   return vectors;
 }
 
-/// Returns the steps per alarm in other vectors of the same kind.
-double steps_per_alarm(auto kind, int dimension, double limit, Eigen::Index count) {
+/// Returns the mean number of steps per alarm in `count` vectors of `draw` for each seed.
+double steps_per_alarm(auto draw, int dimension, double limit, Eigen::Index count) {
   int alarms = 0;
   for (int seed = 1; seed <= kSeeds; ++seed) {
     Draws draws(static_cast<std::uint64_t>(100 + seed));
-    const Eigen::MatrixXd vectors = kind(dimension, count, draws);
+    const Eigen::MatrixXd vectors = draw(dimension, count, draws);
     Eigen::VectorXd sum = Eigen::VectorXd::Zero(dimension);
     for (Eigen::Index k = 0; k < count; ++k) {
       if (add_less_slack(sum, vectors.col(k), kSlack) - kSlack <= limit) continue;
@@ -136,9 +138,9 @@ double steps_per_alarm(auto kind, int dimension, double limit, Eigen::Index coun
   return static_cast<double>(kSeeds * count) / alarms;
 }
 
-/// The rate of a limit that is learnt from 8000 vectors has a scatter of about 15 %. Its mean over ten healthy records
-/// must match the stated one.
-void expect_meets_where_white_does_not(auto kind) {
+/// Requires that a learnt limit has the stated false alarm rate, and that the limit for white vectors exceeds it. A
+/// limit learnt from 8000 vectors gives a rate that scatters by about 15 %, so the mean of ten limits is compared.
+void expect_stated_rate_only_when_learnt(auto draw) {
   constexpr double kStated = 500, kTolerance = 0.3;
   constexpr Eigen::Index kLearnt = 8000, kOthers = 10000;
   constexpr int kRecords = 10;
@@ -146,40 +148,43 @@ void expect_meets_where_white_does_not(auto kind) {
     double rates = 0;
     for (int record = 1; record <= kRecords; ++record) {
       Draws draws(static_cast<std::uint64_t>(record));
-      const auto limit = limit_of_healthy(kind(dimension, kLearnt, draws), kSlack, kStated);
+      const auto limit = limit_of_healthy(draw(dimension, kLearnt, draws), kSlack, kStated);
       ASSERT_TRUE(limit);
-      rates += kStated / steps_per_alarm(kind, dimension, *limit, kOthers);
+      rates += kStated / steps_per_alarm(draw, dimension, *limit, kOthers);
     }
     EXPECT_NEAR(rates / kRecords, 1, kTolerance) << dimension;
     const double white = limit_for_run_length(dimension, kSlack, kStated);
-    EXPECT_GT(kStated / steps_per_alarm(kind, dimension, white, kOthers), 1 + kTolerance) << dimension;
+    EXPECT_GT(kStated / steps_per_alarm(draw, dimension, white, kOthers), 1 + kTolerance) << dimension;
   }
 }
 
-TEST(LearntLimit, MeetsStatedRateWhenRampsAreNoisier) { expect_meets_where_white_does_not(noisier_in_ramps); }
+TEST(LearntLimit, MeetsStatedRateWhenRampsAreNoisier) { expect_stated_rate_only_when_learnt(vectors_noisier_in_ramps); }
 
-TEST(LearntLimit, MeetsStatedRateWhenErrorsPersist) { expect_meets_where_white_does_not(with_lasting_errors); }
+TEST(LearntLimit, MeetsStatedRateWhenErrorsPersist) {
+  expect_stated_rate_only_when_learnt(vectors_with_persistent_errors);
+}
 
-/// The run length is 2.5 times the length of the healthy record. About 400 alarms are expected in the other records.
+/// The stated run length is 2.5 times the length of the healthy record. About 400 alarms are expected in the simulated
+/// records.
 TEST(LearntLimit, MeetsStatedRateWhenRecordIsShorterThanRunLength) {
   constexpr double kStated = 20000;
   Draws draws(1);
-  const auto limit = limit_of_healthy(louder(2, 8000, draws), kSlack, kStated);
+  const auto limit = limit_of_healthy(vectors_with_more_noise(2, 8000, draws), kSlack, kStated);
   ASSERT_TRUE(limit);
-  EXPECT_NEAR(kStated / steps_per_alarm(louder, 2, *limit, 400000), 1, 0.3);
-  EXPECT_GT(kStated / steps_per_alarm(louder, 2, limit_for_run_length(2, kSlack, kStated), 20000), 3);
+  EXPECT_NEAR(kStated / steps_per_alarm(vectors_with_more_noise, 2, *limit, 400000), 1, 0.3);
+  EXPECT_GT(kStated / steps_per_alarm(vectors_with_more_noise, 2, limit_for_run_length(2, kSlack, kStated), 20000), 3);
 }
 
 TEST(LearntLimit, IsNeverBelowLimitForWhiteVectors) {
   Draws draws(1);
-  const Eigen::MatrixXd quiet = 0.5 * louder(3, 1000, draws);
+  const Eigen::MatrixXd quiet = 0.5 * vectors_with_more_noise(3, 1000, draws);
   for (const double stated : {500.0, 36000.0})
     EXPECT_EQ(*limit_of_healthy(quiet, kSlack, stated), limit_for_run_length(3, kSlack, stated));
 }
 
 TEST(LearntLimit, IsMissingForTooFewVectors) {
   Draws draws(1);
-  const Eigen::MatrixXd vectors = louder(2, kFewestHealthy, draws);
+  const Eigen::MatrixXd vectors = vectors_with_more_noise(2, kFewestHealthy, draws);
   EXPECT_TRUE(limit_of_healthy(vectors, kSlack, 500));
   EXPECT_FALSE(limit_of_healthy(vectors.leftCols(kFewestHealthy - 1), kSlack, 500));
 }
@@ -191,11 +196,11 @@ TEST(ChangeDetector, AlarmsAboveGivenLimit) {
   EXPECT_EQ(higher.limit(), 10);
   int steps = 1;
   while (!higher.push(Eigen::VectorXd::Constant(1, 2))) ++steps;
-  EXPECT_EQ(steps, 7) << "each adds 2 less the slack of 0.5: 10.5 is the first sum above 10";
+  EXPECT_EQ(steps, 7) << "each step adds 2 minus the slack of 0.5; the first sum above 10 is 10.5";
 }
 
 constexpr double kHop_deg_per_h = 0.01;
-/// Noise of a second: an angle random walk of 3e-4 °/√h.
+/// Noise of a one-second mean for an angle random walk of 3e-4 °/√h.
 constexpr double kSecond_deg_per_h = 0.018;
 
 ChangeDetector detector(int dimension, double shift, double false_alarms_per_h) {
@@ -205,8 +210,8 @@ ChangeDetector detector(int dimension, double shift, double false_alarms_per_h) 
   return *made;
 }
 
-/// 20 seeds of ten hours each at six false alarms per hour: 1200 ± 35 are expected. No seed may deviate from 60 by more
-/// than four standard deviations.
+/// 20 seeds of ten hours each at six false alarms per hour: 1200 ± 35 alarms are expected. The tolerance is four
+/// standard deviations, for each seed and in total.
 TEST(ChangeDetector, HasStatedFalseAlarmRate) {
   constexpr double kPerHour = 6, kHours = 10;
   for (const int dimension : {1, 3}) {
@@ -214,21 +219,21 @@ TEST(ChangeDetector, HasStatedFalseAlarmRate) {
     for (int seed = 1; seed <= kSeeds; ++seed) {
       Draws draws(static_cast<std::uint64_t>(seed));
       ChangeDetector changes = detector(dimension, 0.4, kPerHour);
-      int of_seed = 0;
+      int alarms_of_seed = 0;
       for (int second = 0; second < static_cast<int>(kHours * 3600); ++second)
-        of_seed += changes.push(draws.normal(dimension)) ? 1 : 0;
-      EXPECT_NEAR(of_seed, kPerHour * kHours, 4 * std::sqrt(kPerHour * kHours)) << "seed " << seed;
-      alarms += of_seed;
+        alarms_of_seed += changes.push(draws.normal(dimension)) ? 1 : 0;
+      EXPECT_NEAR(alarms_of_seed, kPerHour * kHours, 4 * std::sqrt(kPerHour * kHours)) << "seed " << seed;
+      alarms += alarms_of_seed;
     }
     const double expected = kPerHour * kHours * kSeeds;
     EXPECT_NEAR(alarms, expected, 4 * std::sqrt(expected)) << dimension;
   }
 }
 
-/// A dodecahedron's parity contains √½ of a hop: 0.39 of the noise of a second. With one false alarm in a thousand
-/// hours the limit is 44; the hop is found and its axis identified within some minutes.
+/// The parity of a dodecahedron contains √½ of a hop, which is 0.39 of the noise of one second. The limit for one false
+/// alarm in a thousand hours is 44. The hop is detected and its axis identified within a few minutes.
 TEST(ChangeDetector, FindsHopBelowNoiseOfOneSecond) {
-  const Geometry geometry = made_of(dodecahedron_axes(kSecond_deg_per_h));
+  const Geometry geometry = valid_geometry(dodecahedron_axes(kSecond_deg_per_h));
   const Gains gains = compute_gains(geometry);
   const FaultTest test = parity_test(gains, geometry);
   const double shift = kHop_deg_per_h * test.effects.col(0).norm();
@@ -243,7 +248,8 @@ TEST(ChangeDetector, FindsHopBelowNoiseOfOneSecond) {
     std::optional<Change> change;
     int second = 0;
     for (; !change && second < kQuiet + 3600; ++second) {
-      Eigen::VectorXd readings = geometry.directions * Eigen::Vector3d(5, -8, 3) + draws.with(geometry.covariance);
+      Eigen::VectorXd readings =
+          geometry.directions * Eigen::Vector3d(5, -8, 3) + draws.correlated_normal(geometry.covariance);
       if (second >= kQuiet) readings(hopped) += kHop_deg_per_h;
       change = changes.push(gains.parity * readings);
     }
@@ -258,7 +264,7 @@ TEST(ChangeDetector, FindsHopBelowNoiseOfOneSecond) {
     EXPECT_NEAR(isolation->size / root, kHop_deg_per_h, 4 * isolation->size_std / root) << "seed " << seed;
   }
   const double expected = fresh.limit() / (shift - fresh.slack());
-  EXPECT_NEAR(delays / kSeeds, expected, 0.3 * expected) << "the sum does not start at 0";
+  EXPECT_NEAR(delays / kSeeds, expected, 0.3 * expected) << "approximate, because the sum is not 0 at the hop";
   EXPECT_LT(delays / kSeeds, 300);
   EXPECT_GE(named, 19);
 }
@@ -270,7 +276,7 @@ TEST(ChangeDetector, IgnoresMissingValues) {
   EXPECT_NEAR(level, 1.5, 1e-12);
   EXPECT_FALSE(changes.push(Eigen::Vector2d(std::numeric_limits<double>::quiet_NaN(), 0)));
   EXPECT_EQ(changes.level(), level);
-  EXPECT_FALSE(changes.push(Eigen::Vector2d(-1.4, 0))) << "within the slack: it begins anew";
+  EXPECT_FALSE(changes.push(Eigen::Vector2d(-1.4, 0))) << "within the slack: the sum restarts at 0";
   EXPECT_EQ(changes.level(), 0);
 }
 

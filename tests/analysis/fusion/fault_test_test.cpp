@@ -12,11 +12,13 @@
 namespace gyrotherm::fusion {
 namespace {
 
-struct Tested {
-  explicit Tested(const std::vector<InputAxis>& axes)
-      : geometry(made_of(axes)), gains(compute_gains(geometry)), test(parity_test(gains, geometry)) {}
+/// Axes with the parity test for them.
+struct TestedAxes {
+  explicit TestedAxes(const std::vector<InputAxis>& axes)
+      : geometry(valid_geometry(axes)), gains(compute_gains(geometry)), test(parity_test(gains, geometry)) {}
+  /// Tests drawn readings with an additional bias of one axis, °/h. An axis of −1 adds none.
   [[nodiscard]] Finding find(Draws& draws, Eigen::Index axis, double bias, const TestOptions& options) const {
-    Eigen::VectorXd readings = draws.with(geometry.covariance);
+    Eigen::VectorXd readings = draws.correlated_normal(geometry.covariance);
     if (axis >= 0) readings(axis) += bias;
     return examine(test, gains.parity * readings, options);
   }
@@ -25,13 +27,13 @@ struct Tested {
   FaultTest test;
 };
 
-/// 20 seeds of 2000 readings each, 40 000 in total. A share deviates from theory by more than four standard deviations
-/// once in 16 000 times by chance.
+/// 20 seeds of 2000 readings each, 40 000 in total. A relative frequency deviates from its expectation by more than
+/// four standard deviations with a probability of 1/16 000.
 constexpr int kReadingsOfSeed = 2000;
 
 TEST(FaultTest, HasStatedFalseAlarmProbability) {
   for (const auto& axes : {tetrad_axes(0.01), dodecahedron_axes(0.01), uneven_axes()}) {
-    const Tested tested(axes);
+    const TestedAxes tested(axes);
     for (const double probability : {0.05, 0.003}) {
       int alarms = 0;
       for (int seed = 1; seed <= kSeeds; ++seed) {
@@ -40,14 +42,15 @@ TEST(FaultTest, HasStatedFalseAlarmProbability) {
           alarms += tested.find(draws, -1, 0, {.false_alarm_probability = probability}).fault ? 1 : 0;
       }
       constexpr double kCount = kSeeds * kReadingsOfSeed;
-      EXPECT_NEAR(alarms / kCount, probability, 4 * spread_of_share(probability, kCount)) << axes.size() << " axes";
+      EXPECT_NEAR(alarms / kCount, probability, 4 * relative_frequency_std(probability, kCount))
+          << axes.size() << " axes";
     }
   }
 }
 
 TEST(FaultTest, HasDetectionProbabilityOfNoncentralChiSquared) {
   for (const auto& axes : {tetrad_axes(0.01), dodecahedron_axes(0.01), uneven_axes()}) {
-    const Tested tested(axes);
+    const TestedAxes tested(axes);
     constexpr double kFalse = 0.001, kCount = kSeeds * kReadingsOfSeed;
     for (const double wanted : {0.2, 0.9}) {
       const Eigen::Index hopped = 1;
@@ -59,14 +62,15 @@ TEST(FaultTest, HasDetectionProbabilityOfNoncentralChiSquared) {
           found += tested.find(draws, hopped, size, {.false_alarm_probability = kFalse}).fault ? 1 : 0;
       }
       EXPECT_NEAR(detection_probability(tested.test, hopped, size, kFalse), wanted, 1e-9);
-      EXPECT_NEAR(found / kCount, wanted, 4 * spread_of_share(wanted, kCount)) << axes.size() << " axes";
+      EXPECT_NEAR(found / kCount, wanted, 4 * relative_frequency_std(wanted, kCount)) << axes.size() << " axes";
     }
   }
 }
 
-/// Computes the probability that the first of six effects, unit vectors in space, is the likeliest for a vector N(δ f₁,
-/// I): an integral over directions, on a grid of the sphere, of the radial integral of the shifted normal density.
-double share_of_the_right_one(const FaultTest& test, double delta) {
+/// Computes the probability that the first of six effects (unit vectors f₁ … f₆ in space) is the likeliest one for a
+/// parity vector distributed as N(δ f₁, I). Integrates the shifted normal density along the radius in closed form and
+/// over the directions on a grid of the sphere.
+double correct_identification_probability(const FaultTest& test, double delta) {
   Eigen::MatrixXd effects = test.effects.colwise().normalized();
   const Eigen::Vector3d shift = delta * effects.col(0);
   constexpr int kHeights = 400, kTurns = 800;
@@ -90,12 +94,14 @@ double share_of_the_right_one(const FaultTest& test, double delta) {
 
 TEST(FaultTest, IdentifiesAxisOfDodecahedronWithTheoreticalProbability) {
   const double u = 0.01;
-  const Tested tested(dodecahedron_axes(u));
-  EXPECT_NEAR(tested.test.effects.col(0).norm(), std::sqrt(0.5) / u, 1e-9) << "half of a bias is seen";
-  EXPECT_NEAR(share_of_the_right_one(tested.test, 0), 1.0 / 6, 1e-3) << "of no fault each is as likely";
+  const TestedAxes tested(dodecahedron_axes(u));
+  EXPECT_NEAR(tested.test.effects.col(0).norm(), std::sqrt(0.5) / u, 1e-9)
+      << "the parity contains half of the square of a bias";
+  EXPECT_NEAR(correct_identification_probability(tested.test, 0), 1.0 / 6, 1e-3)
+      << "without a fault all axes are equally likely";
   constexpr double kCount = kSeeds * kReadingsOfSeed;
   for (const double delta : {1.0, 2.5, 4.0}) {
-    const double expected = share_of_the_right_one(tested.test, delta);
+    const double expected = correct_identification_probability(tested.test, delta);
     int right = 0;
     for (int seed = 1; seed <= kSeeds; ++seed) {
       Draws draws(static_cast<std::uint64_t>(seed));
@@ -105,13 +111,13 @@ TEST(FaultTest, IdentifiesAxisOfDodecahedronWithTheoreticalProbability) {
         right += finding.isolation->likeliest == 0 ? 1 : 0;
       }
     }
-    EXPECT_NEAR(right / kCount, expected, 4 * spread_of_share(expected, kCount) + 1e-3) << delta;
+    EXPECT_NEAR(right / kCount, expected, 4 * relative_frequency_std(expected, kCount) + 1e-3) << delta;
   }
 }
 
 TEST(FaultTest, MisidentifiesAxisLessOftenThanMarginAllows) {
   const double u = 0.01;
-  const Tested tested(dodecahedron_axes(u));
+  const TestedAxes tested(dodecahedron_axes(u));
   int named = 0, wrong = 0;
   for (int seed = 1; seed <= kSeeds; ++seed) {
     Draws draws(static_cast<std::uint64_t>(seed));
@@ -123,12 +129,12 @@ TEST(FaultTest, MisidentifiesAxisLessOftenThanMarginAllows) {
     }
   }
   EXPECT_GT(named, 0.8 * kSeeds * kReadingsOfSeed);
-  EXPECT_LT(wrong, 5.0 / 20 * named / 6) << "five others, each 20 times less likely";
+  EXPECT_LT(wrong, 5.0 / 20 * named / 6) << "the five other axes are each 20 times less likely";
 }
 
 TEST(FaultTest, EstimatesSizeOfFault) {
   const double u = 0.01;
-  const Tested tested(dodecahedron_axes(u));
+  const TestedAxes tested(dodecahedron_axes(u));
   Draws draws(1);
   double squares = 0;
   constexpr int kCount = 4000;
@@ -143,7 +149,7 @@ TEST(FaultTest, EstimatesSizeOfFault) {
 }
 
 TEST(FaultTest, DetectsWithoutIsolationForFourAxes) {
-  const Tested tested(tetrad_axes(0.01));
+  const TestedAxes tested(tetrad_axes(0.01));
   for (int seed = 1; seed <= kSeeds; ++seed) {
     Draws draws(static_cast<std::uint64_t>(seed));
     const Finding finding = tested.find(draws, seed % 4, 1, {});
@@ -157,7 +163,7 @@ TEST(FaultTest, DetectsWithoutIsolationForFourAxes) {
 }
 
 TEST(FaultTest, FindsNothingForThreeAxes) {
-  const Tested tested(triad_axes(0.01));
+  const TestedAxes tested(triad_axes(0.01));
   Draws draws(1);
   const Finding finding = tested.find(draws, 0, 1000, {});
   EXPECT_FALSE(finding.fault);
@@ -166,19 +172,20 @@ TEST(FaultTest, FindsNothingForThreeAxes) {
 }
 
 TEST(FaultTest, CannotDetectFaultOfAxisWithoutRedundancy) {
-  const Tested tested({axis("1", 1, 0, 0, 1), axis("2", 0, 1, 0, 1), axis("3", 1, 1, 0, 1), axis("up", 0, 0, 1, 1)});
+  const TestedAxes tested(
+      {axis("1", 1, 0, 0, 1), axis("2", 0, 1, 0, 1), axis("3", 1, 1, 0, 1), axis("up", 0, 0, 1, 1)});
   Draws draws(1);
   EXPECT_FALSE(tested.find(draws, 3, 1000, {}).fault);
   EXPECT_EQ(detectable_size(tested.test, 3, 0.9, 0.01), std::numeric_limits<double>::infinity());
   const Finding finding = tested.find(draws, 0, 1000, {});
   ASSERT_TRUE(finding.isolation);
-  EXPECT_EQ(finding.isolation->rivals.size(), 2u) << "the one that is not seen is none";
+  EXPECT_EQ(finding.isolation->rivals.size(), 2u) << "an axis without redundancy is not a candidate";
 }
 
 TEST(FaultTest, ReportsThatTwoFaultsAreNotOneFault) {
-  const Tested tested(dodecahedron_axes(0.01));
+  const TestedAxes tested(dodecahedron_axes(0.01));
   Draws draws(1);
-  Eigen::VectorXd readings = draws.with(tested.geometry.covariance);
+  Eigen::VectorXd readings = draws.correlated_normal(tested.geometry.covariance);
   readings(0) += 0.5;
   readings(3) += 0.4;
   const Finding finding = examine(tested.test, tested.gains.parity * readings);

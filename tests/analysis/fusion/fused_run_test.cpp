@@ -14,11 +14,11 @@ namespace {
 using fusion::Draws;
 
 constexpr double kAngleRandomWalk = 3e-4;                    // °/√h
-constexpr double kSecond_deg_per_h = 60 * kAngleRandomWalk;  // standard uncertainty of a second
+constexpr double kSecond_deg_per_h = 60 * kAngleRandomWalk;  // standard uncertainty over one second
 constexpr double kTurnOn_deg_per_h = 0.001;
 constexpr double kLatitude_deg = 45;
 
-/// Returns a model with white noise and a turn-on in its budget.
+/// Returns a model whose budget contains only white noise and the turn-on scatter.
 Model quiet_model() {
   Model model;
   model.inputs = "A";
@@ -32,7 +32,7 @@ Model quiet_model() {
   return model;
 }
 
-/// Returns a level fixture of these axes at rest in one hold, heading north.
+/// Returns the rates of a level fixture that heads north and rests during one hold.
 FusedAxes at_rest(const std::vector<fusion::InputAxis>& axes, Eigen::Index seconds, std::uint64_t seed) {
   FusedAxes fused{.simulated = true, .profile_name = "rest", .segments = {{}}};
   fused.segments.front().name = "hold";
@@ -98,9 +98,9 @@ TEST(FusedRun, HasRequestedFalseAlarmProbability) {
   for (const auto& axes : {regular_tetrad(), fusion::dodecahedron_axes(1)}) {
     FusedAxes fused = at_rest(axes, static_cast<Eigen::Index>(seconds), 3);
     const FusedRun run = fused_run(fused, options);
-    // The readings have no turn-on of their own in each second, so that contradictions are slightly rarer than nominal.
+    // The readings do not get a new turn-on bias each second, so contradictions are slightly rarer than nominal.
     EXPECT_NEAR(static_cast<double>(run.summary.contradictions) / seconds, 0.01,
-                5 * fusion::spread_of_share(0.01, seconds));
+                5 * fusion::relative_frequency_std(0.01, seconds));
   }
 }
 
@@ -120,7 +120,7 @@ TEST(FusedRun, TestsMeanThatEndsWithRecord) {
   FusedAxes axes = at_rest(regular_tetrad(), 2000, 1);
   axes.rate_deg_per_h.col(1).tail(100).array() += 0.05;
   const FusedRun run = fused_run(axes);
-  EXPECT_EQ(run.summary.contradictions, 0) << "no single second shows it";
+  EXPECT_EQ(run.summary.contradictions, 0) << "the fault is too small for one second";
   EXPECT_TRUE(std::ranges::any_of(run.summary.alarms, [](const Alarm& alarm) {
     return alarm.kind == AlarmKind::rest_hop && alarm.who == "b" && alarm.at_s == 2000;
   }));
@@ -144,28 +144,28 @@ TEST(FusedRun, IdentifiesHopAtRestAndOmitsAxisForFourAxes) {
   EXPECT_LE(wrongly, 1);
 }
 
-/// Returns four axes at rest with model errors of 0.001 °/h (standard deviation) that last 20 min each.
-FusedAxes with_lasting_errors(Eigen::Index seconds, std::uint64_t seed) {
+/// Returns four axes at rest with model errors of 0.001 °/h (standard deviation) that change every 20 min.
+FusedAxes axes_with_persistent_errors(Eigen::Index seconds, std::uint64_t seed) {
   FusedAxes axes = at_rest(regular_tetrad(), seconds, seed);
   Draws draws(seed + 50);
-  constexpr Eigen::Index kLasts = 1200;
-  for (Eigen::Index row = 0; row < seconds; row += kLasts) {
-    const Eigen::Index count = std::min(kLasts, seconds - row);
+  constexpr Eigen::Index kPeriod = 1200;
+  for (Eigen::Index row = 0; row < seconds; row += kPeriod) {
+    const Eigen::Index count = std::min(kPeriod, seconds - row);
     axes.rate_deg_per_h.middleRows(row, count).rowwise() += 0.001 * draws.normal(4).transpose();
   }
   return axes;
 }
 
-/// 20 h of a healthy record and 22 h of another one, at a stated rate of 0.2 per hour.
+/// Learns from a healthy record of 20 h and fuses another one of 22 h. The stated rate is 0.2 false alarms per hour.
 TEST(FusedRun, LearnsSumLimitsFromHealthyRecord) {
   FusionOptions options;
   options.leave_out = false;
   options.watch.false_alarms_per_h = 0.2;
   FusionOptions learnt = options;
-  learnt.healthy = healthy_rates(with_lasting_errors(72000, 1), options.cluster_s);
+  learnt.healthy = healthy_rates(axes_with_persistent_errors(72000, 1), options.cluster_s);
   ASSERT_EQ(learnt.healthy->departures_deg_per_h.rows(), 720);
-  EXPECT_LT(learnt.healthy->departures_deg_per_h.cwiseAbs().maxCoeff(), 0.02) << "less the Earth's rate";
-  const FusedAxes other = with_lasting_errors(80000, 2);
+  EXPECT_LT(learnt.healthy->departures_deg_per_h.cwiseAbs().maxCoeff(), 0.02) << "without the Earth rate";
+  const FusedAxes other = axes_with_persistent_errors(80000, 2);
   const FusedRun before = fused_run(other, options), after = fused_run(other, learnt);
   ASSERT_EQ(before.summary.sum_limits.size(), 2u);
   ASSERT_EQ(after.summary.sum_limits.size(), 2u);
@@ -187,23 +187,23 @@ TEST(FusedRun, KeepsWhiteLimitsWhenHealthyRecordIsUnsuitable) {
     options.healthy = healthy_rates(healthy, options.cluster_s);
     return fused_run(axes, options).summary.sum_limits;
   };
-  FusedAxes healthy = with_lasting_errors(40000, 1);
+  FusedAxes healthy = axes_with_persistent_errors(40000, 1);
   ASSERT_EQ(limits_with(healthy).size(), 2u);
   for (const SumLimit& sum : limits_with(healthy)) EXPECT_TRUE(sum.learnt) << sum.kind;
-  for (const SumLimit& sum : limits_with(with_lasting_errors(30000, 1))) EXPECT_FALSE(sum.learnt) << sum.kind;
+  for (const SumLimit& sum : limits_with(axes_with_persistent_errors(30000, 1))) EXPECT_FALSE(sum.learnt) << sum.kind;
   healthy.attitude.reset();
   const auto limits = limits_with(healthy);
   ASSERT_EQ(limits.size(), 2u);
   EXPECT_EQ(limits[0].kind, "parity_hop");
-  EXPECT_TRUE(limits[0].learnt) << "the parity needs no Earth";
+  EXPECT_TRUE(limits[0].learnt) << "the parity does not depend on the Earth rate";
   EXPECT_FALSE(limits[1].learnt);
   healthy.names[0] = "e";
   for (const SumLimit& sum : limits_with(healthy)) EXPECT_FALSE(sum.learnt) << sum.kind;
 }
 
-/// Returns four axes with models that depend on eight thermometers of a body; one thermometer is off by `off_k` in the
-/// second half.
-FusedAxes on_a_body(Eigen::Index seconds, Eigen::Index thermometer, double off_k) {
+/// Returns four axes with models that depend on eight thermometers of a body. In the second half of the record, one
+/// thermometer has an error of `off_k`.
+FusedAxes axes_on_body(Eigen::Index seconds, Eigen::Index thermometer, double off_k) {
   FusedAxes axes = at_rest(regular_tetrad(), seconds, 2);
   axes.thermometers = {"A", "B", "C", "D", "E", "F", "G", "H"};
   axes.thermometer_in_a_year_k.assign(fusion::kThermometers, fusion::kOwn_k);
@@ -223,14 +223,14 @@ FusedAxes on_a_body(Eigen::Index seconds, Eigen::Index thermometer, double off_k
 }
 
 TEST(FusedRun, IdentifiesBrokenThermometerInsteadOfGyro) {
-  const auto run = fuse(on_a_body(20000, 3, 0.5), fusion::learnt_accord(), {});
+  const auto run = fuse(axes_on_body(20000, 3, 0.5), fusion::learnt_thermometer_parity(), {});
   ASSERT_TRUE(run) << text(run.error());
   const auto& alarms = run->summary.alarms;
   ASSERT_FALSE(alarms.empty());
   EXPECT_EQ(alarms[0].kind, AlarmKind::thermometer);
   EXPECT_EQ(alarms[0].who, "D");
   EXPECT_NEAR(alarms[0].size, 0.5, 0.1);
-  EXPECT_EQ(alarms[0].at_s, 10100) << "the first mean that it is in";
+  EXPECT_EQ(alarms[0].at_s, 10100) << "end of the first mean with the error";
   for (const Alarm& alarm : alarms)
     if (alarm.kind != AlarmKind::thermometer) {
       EXPECT_EQ(alarm.who, "") << alarm.statement;
@@ -238,7 +238,7 @@ TEST(FusedRun, IdentifiesBrokenThermometerInsteadOfGyro) {
 }
 
 TEST(FusedRun, RaisesNoAlarmWhenThermometersAgree) {
-  const auto run = fuse(on_a_body(20000, 3, 0), fusion::learnt_accord(), {});
+  const auto run = fuse(axes_on_body(20000, 3, 0), fusion::learnt_thermometer_parity(), {});
   ASSERT_TRUE(run) << text(run.error());
   EXPECT_TRUE(run->summary.alarms.empty()) << run->summary.alarms[0].statement;
   EXPECT_TRUE(run->summary.thermometers_vote);
@@ -264,16 +264,16 @@ TEST(FusedRun, HasNoRateInSecondWithTwoAxes) {
   EXPECT_EQ(run.summary.fused, 9);
 }
 
-/// An axis with a bias five times worse counts like the others in a second, where noise hides the bias. Its weight must
-/// follow from its effect on the mean in which the rate is used. Two axes along x with u₁ and u₂ have the weights
-/// u₂²/(u₁² + u₂²) and u₁²/(u₁² + u₂²).
+/// Two axes along x with the uncertainties u₁ and u₂ have the weights u₂²/(u₁² + u₂²) and u₁²/(u₁² + u₂²). One of them
+/// has a five times larger bias uncertainty. Over one second noise dominates and the weights are nearly equal; over
+/// 100 s the worse axis has a much smaller weight.
 TEST(FusedRun, WeightsAxesForAveragingTime) {
   auto along_x_twice = fusion::triad_axes(1);
   along_x_twice.push_back(fusion::axis("x2", 1, 0, 0, 1));
   FusedAxes axes = at_rest(along_x_twice, 300, 1);
   constexpr double kWorse = 5 * kTurnOn_deg_per_h;
   axes.models[3].uncertainty->budget.rows[1].standard_uncertainty = kWorse;
-  const auto share_of_the_worse = [&](double averaging_s) {
+  const auto weight_of_worse_axis = [&](double averaging_s) {
     FusionOptions options;
     options.averaging_s = averaging_s;
     const FusedRun run = fused_run(axes, options);
@@ -286,8 +286,8 @@ TEST(FusedRun, WeightsAxesForAveragingTime) {
     const double good = noise + std::pow(kTurnOn_deg_per_h, 2), worse = noise + std::pow(kWorse, 2);
     return good / (good + worse);
   };
-  EXPECT_NEAR(share_of_the_worse(1), expected(1), 1e-9);
-  EXPECT_NEAR(share_of_the_worse(100), expected(100), 1e-9);
+  EXPECT_NEAR(weight_of_worse_axis(1), expected(1), 1e-9);
+  EXPECT_NEAR(weight_of_worse_axis(100), expected(100), 1e-9);
   EXPECT_GT(expected(1), 0.48);
   EXPECT_LT(expected(100), 0.14);
 }
@@ -301,7 +301,7 @@ TEST(FusedRun, WidensUncertaintyWithoutAlarmOutsideTrainedRange) {
   }
   const FusedRun run = fused_run(axes);
   EXPECT_TRUE(run.rate_deg_per_h.row(10100).allFinite());
-  // Each component contains √3/4 of an axis of a regular tetrad, so that 0.04 (°/h)² add 0.0075.
+  // An axis of a regular tetrad contributes √3/4 of its reading to each component, so 0.04 (°/h)² add 0.0075 (°/h)².
   const double inside = run.expanded_deg_per_h(10600, 0), outside = run.expanded_deg_per_h(10100, 0);
   EXPECT_NEAR(outside * outside - inside * inside, 4 * 0.04 * 3 / 16, 1e-12);
   EXPECT_TRUE(run.summary.alarms.empty());
@@ -324,13 +324,13 @@ TEST(FusedRun, OmitsEarthRateWithoutAttitude) {
   EXPECT_NE(to_json(run.summary).find("\"latitude_deg\": null"), std::string::npos);
 }
 
-/// The record has a gap of a little more than a day, in which the biases walk as far as their models predict.
+/// During a gap of 25 h the biases drift as far as their models predict.
 TEST(FusedRun, PermitsBiasDriftDuringGap) {
   FusedAxes axes = at_rest(regular_tetrad(), 40000, 1);
   for (Model& model : axes.models) model.residual_noise->rate_random_walk_deg_per_h_per_sqrt_h = 0.01;
   axes.time_s.tail(20000).array() += 90000;
-  const Eigen::RowVector4d walked = (axes.directions * Eigen::Vector3d(0.05, 0, 0)).transpose();
-  axes.rate_deg_per_h.bottomRows(20000).rowwise() += walked;
+  const Eigen::RowVector4d drift = (axes.directions * Eigen::Vector3d(0.05, 0, 0)).transpose();
+  axes.rate_deg_per_h.bottomRows(20000).rowwise() += drift;
   const FusedRun run = fused_run(axes);
   EXPECT_GT(run.summary.fused, 39000);
   for (const Alarm& alarm : run.summary.alarms)
@@ -344,7 +344,7 @@ TEST(FusedRun, DatesHopBeforeGap) {
   const FusedRun run = fused_run(axes);
   const auto hop = std::ranges::find(run.summary.alarms, AlarmKind::rest_hop, &Alarm::kind);
   ASSERT_NE(hop, run.summary.alarms.end());
-  EXPECT_GT(hop->at_s, 27400) << "it was found after the gap";
+  EXPECT_GT(hop->at_s, 27400) << "the hop was detected after the gap";
   EXPECT_NEAR(hop->since_s, 20000, 300);
 }
 
@@ -356,7 +356,7 @@ TEST(FusedRun, ReportsStretchThatContradictsEarthRate) {
   EXPECT_GT(run.summary.rest->statistic, run.summary.rest->limit);
   const auto rest = std::ranges::find(run.summary.alarms, AlarmKind::rest, &Alarm::kind);
   ASSERT_NE(rest, run.summary.alarms.end());
-  EXPECT_EQ(rest->who, "") << "a turn of the fixture explains it as well";
+  EXPECT_EQ(rest->who, "") << "a rotation of the fixture is another explanation";
   EXPECT_EQ(rest->since_s, 400);
   EXPECT_EQ(rest->at_s, 4000);
   EXPECT_NE(rest->statement.find("at rest (hold)"), std::string::npos) << rest->statement;
@@ -373,8 +373,9 @@ TEST(UncertaintyOfMeans, ReducesQuantisationWithTimeAndNoiseWithItsRoot) {
   EXPECT_NEAR(uncertainty_of_means(axes, 100).bias(0, 0), std::pow(kTurnOn_deg_per_h, 2), 1e-12);
 }
 
-/// Returns two axes with opposite slopes to a shared thermometer, and one with a thermometer of its own.
-std::vector<CompensatedAxis> sharing_axes() {
+/// Returns two axes whose models use the same thermometer with slopes of opposite sign, and a third axis with another
+/// thermometer.
+std::vector<CompensatedAxis> axes_with_shared_thermometer() {
   std::vector<CompensatedAxis> axes;
   const std::array<std::array<double, 3>, 3> directions = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
   for (std::size_t a = 0; a < 3; ++a) {
@@ -407,26 +408,26 @@ std::vector<CompensatedAxis> sharing_axes() {
 }
 
 TEST(FusedAxes, CorrelateErrorsOfSharedThermometerBySignOfSlope) {
-  const auto fused = fused_axes(sharing_axes());
+  const auto fused = fused_axes(axes_with_shared_thermometer());
   ASSERT_TRUE(fused) << text(fused.error());
   const Eigen::MatrixXd& shared = fused->by_thermometer_drift;
   EXPECT_NEAR(shared(0, 0), std::pow(0.05 * 0.1, 2), 1e-10);
   EXPECT_NEAR(shared(0, 1), -0.05 * 0.05 * 0.1 * 0.2, 1e-10);
   EXPECT_NEAR(shared(0, 2), 0, 1e-12) << "another thermometer";
   EXPECT_NEAR(fused->sensitivity_deg_per_h_per_k(1, 0), -0.2, 1e-6);
-  EXPECT_FALSE(fused->attitude) << "the record knows no azimuth";
+  EXPECT_FALSE(fused->attitude) << "the record contains no azimuth";
 }
 
 TEST(FusedAxes, UseTrailingMeansForCompensation) {
-  const auto fused = fused_axes(sharing_axes());
+  const auto fused = fused_axes(axes_with_shared_thermometer());
   ASSERT_TRUE(fused);
-  EXPECT_TRUE(std::isnan(fused->rate_deg_per_h(98, 0))) << "the first mean is of 100 seconds";
-  // The mean of the last 100 s of 20 + (−5 … 5), less 20, times a slope of 0.1.
+  EXPECT_TRUE(std::isnan(fused->rate_deg_per_h(98, 0))) << "the first mean is complete after 100 s";
+  // Mean of the last 100 s of a ramp from −5 to 5 K, times a slope of 0.1.
   EXPECT_NEAR(fused->rate_deg_per_h(999, 0), -0.1 * (5 - 49.5 * 10 / 999), 1e-9);
 }
 
 TEST(FusedAxes, HaveNoRateAfterGapUntilMeanIsComplete) {
-  auto axes = sharing_axes();
+  auto axes = axes_with_shared_thermometer();
   for (CompensatedAxis& axis : axes) axis.dataset.time_s.tail(400).array() += 50;
   const auto fused = fused_axes(axes);
   ASSERT_TRUE(fused) << text(fused.error());
@@ -436,7 +437,7 @@ TEST(FusedAxes, HaveNoRateAfterGapUntilMeanIsComplete) {
 }
 
 TEST(FusedAxes, RejectModelOfOtherAxisAndWarnOfOtherGyro) {
-  auto axes = sharing_axes();
+  auto axes = axes_with_shared_thermometer();
   for (CompensatedAxis& axis : axes) {
     axis.dataset.of = {.unit = "triad", .axis = axis.dataset.of.unit};
     axis.dataset.identity = "0042";
@@ -460,12 +461,12 @@ TEST(FusedAxes, RejectModelOfOtherAxisAndWarnOfOtherGyro) {
 }
 
 TEST(FusedAxes, RejectMissingDirectionOrBudget) {
-  auto axes = sharing_axes();
+  auto axes = axes_with_shared_thermometer();
   axes[1].dataset.direction.reset();
-  const auto nowhere = fused_axes(axes);
-  ASSERT_FALSE(nowhere);
-  EXPECT_NE(text(nowhere.error()).find("axis y"), std::string::npos) << text(nowhere.error());
-  axes = sharing_axes();
+  const auto refused = fused_axes(axes);
+  ASSERT_FALSE(refused);
+  EXPECT_NE(text(refused.error()).find("axis y"), std::string::npos) << text(refused.error());
+  axes = axes_with_shared_thermometer();
   axes[0].model.uncertainty.reset();
   EXPECT_FALSE(fused_axes(axes));
 }
@@ -473,11 +474,11 @@ TEST(FusedAxes, RejectMissingDirectionOrBudget) {
 TEST(ClusterMeans, OmitClusterWithMissingSecond) {
   Eigen::VectorXd time = Eigen::VectorXd::LinSpaced(300, 0, 299);
   Eigen::VectorXd values = Eigen::VectorXd::Constant(300, 1);
-  const auto whole = cluster_means(time, values, 100);
-  EXPECT_EQ(whole.end_s.size(), 3);
+  const auto complete = cluster_means(time, values, 100);
+  EXPECT_EQ(complete.end_s.size(), 3);
   time.tail(150).array() += 1;
-  const auto cut = cluster_means(time, values, 100);
-  EXPECT_EQ(cut.end_s.size(), 2) << "149 is followed by 151";
+  const auto with_gap = cluster_means(time, values, 100);
+  EXPECT_EQ(with_gap.end_s.size(), 2) << "149 s is followed by 151 s";
 }
 
 }  // namespace

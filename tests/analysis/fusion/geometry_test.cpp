@@ -13,7 +13,7 @@ TEST(Geometry, IncludesSharedUncertaintyInCovariance) {
   axes[0].shared_deg_per_h = {0.2, 0};
   axes[1].shared_deg_per_h = {-0.3, 0.4};
   axes[2].shared_deg_per_h = {0, 0.5};
-  const Geometry geometry = made_of(axes);
+  const Geometry geometry = valid_geometry(axes);
   Eigen::Matrix3d expected;
   expected << 0.05, -0.06, 0, -0.06, 0.26, 0.2, 0, 0.2, 0.26;
   EXPECT_TRUE(geometry.covariance.isApprox(expected, 1e-14)) << geometry.covariance;
@@ -29,12 +29,13 @@ TEST(Geometry, KeepsSharedUncertaintyInMeans) {
   EXPECT_NEAR(means->covariance(0, 1), 0.04, 1e-15);
 }
 
-struct Broken {
-  std::string says;
+struct InvalidFixture {
+  /// Part of the expected message.
+  std::string message;
   std::vector<InputAxis> axes;
 };
 
-std::vector<Broken> broken_fixtures() {
+std::vector<InvalidFixture> invalid_fixtures() {
   const double nan = std::numeric_limits<double>::quiet_NaN(), infinite = std::numeric_limits<double>::infinity();
   const auto changed = [](auto change) {
     auto axes = tetrad_axes(0.1);
@@ -62,33 +63,33 @@ std::vector<Broken> broken_fixtures() {
 }
 
 TEST(Geometry, ReportsErrorOfInvalidFixture) {
-  for (const Broken& broken : broken_fixtures()) {
-    const auto geometry = make_geometry(broken.axes);
-    ASSERT_FALSE(geometry) << broken.says;
+  for (const InvalidFixture& fixture : invalid_fixtures()) {
+    const auto geometry = make_geometry(fixture.axes);
+    ASSERT_FALSE(geometry) << fixture.message;
     EXPECT_EQ(geometry.error().kind, FaultKind::usage);
-    EXPECT_NE(text(geometry.error()).find(broken.says), std::string::npos) << text(geometry.error());
+    EXPECT_NE(text(geometry.error()).find(fixture.message), std::string::npos) << text(geometry.error());
   }
 }
 
 TEST(Geometry, KeepsOtherAxesWhenOneIsRemoved) {
-  const Geometry whole = made_of(uneven_axes());
-  const auto rest = without(whole, 2);
+  const Geometry geometry = valid_geometry(uneven_axes());
+  const auto rest = without(geometry, 2);
   ASSERT_TRUE(rest);
   auto axes = uneven_axes();
   axes.erase(axes.begin() + 2);
-  EXPECT_EQ(rest->names, made_of(axes).names);
-  EXPECT_TRUE(rest->covariance.isApprox(made_of(axes).covariance));
-  EXPECT_TRUE(rest->directions.isApprox(made_of(axes).directions));
+  EXPECT_EQ(rest->names, valid_geometry(axes).names);
+  EXPECT_TRUE(rest->covariance.isApprox(valid_geometry(axes).covariance));
+  EXPECT_TRUE(rest->directions.isApprox(valid_geometry(axes).directions));
 }
 
 TEST(Geometry, RejectsRemovalThatLeavesAxesInPlane) {
   const Geometry geometry =
-      made_of({axis("1", 1, 0, 0, 1), axis("2", 0, 1, 0, 1), axis("3", 1, 1, 0, 1), axis("up", 0, 0, 1, 1)});
+      valid_geometry({axis("1", 1, 0, 0, 1), axis("2", 0, 1, 0, 1), axis("3", 1, 1, 0, 1), axis("up", 0, 0, 1, 1)});
   EXPECT_TRUE(without(geometry, 0));
   const auto rest = without(geometry, 3);
   ASSERT_FALSE(rest);
   EXPECT_EQ(rest.error().where, "axes without up");
-  EXPECT_FALSE(without(made_of(triad_axes(1)), 0)) << "two axes are no geometry";
+  EXPECT_FALSE(without(valid_geometry(triad_axes(1)), 0)) << "two axes are not sufficient";
 }
 
 }  // namespace

@@ -16,9 +16,10 @@ BiasPrior unknown_biases(Eigen::Index axes, double std) {
   return {Eigen::VectorXd::Zero(axes), std * std * Eigen::MatrixXd::Identity(axes, axes)};
 }
 
-/// Returns the readings of a fixture that is rotated by ψ from its nominal attitude, with these biases.
-Eigen::VectorXd readings_of(const Geometry& geometry, const Attitude& attitude, const Eigen::Vector3d& angle,
-                            const Eigen::VectorXd& bias) {
+/// Returns the readings of a fixture at rest that is rotated by `angle` (rad, rotation vector) from its nominal
+/// attitude and has these biases.
+Eigen::VectorXd fixture_readings(const Geometry& geometry, const Attitude& attitude, const Eigen::Vector3d& angle,
+                                 const Eigen::VectorXd& bias) {
   const double size = angle.norm();
   const Eigen::Matrix3d turned = (size == 0 ? Eigen::Matrix3d(Eigen::Matrix3d::Identity())
                                             : Eigen::AngleAxisd(size, angle / size).toRotationMatrix()) *
@@ -34,27 +35,27 @@ TEST(Rest, HasEarthRate) {
 }
 
 TEST(Rest, RecoversBiasesForKnownAttitude) {
-  const Geometry geometry = made_of(tetrad_axes(1e-4));
+  const Geometry geometry = valid_geometry(tetrad_axes(1e-4));
   const Attitude attitude{.to_local = level_fixture(30), .latitude_deg = kLatitude_deg};
   const Eigen::Vector4d bias(0.01, -0.02, 0.03, 0.005);
-  const auto estimate =
-      at_rest(geometry, readings_of(geometry, attitude, Eigen::Vector3d::Zero(), bias), attitude, unknown_biases(4, 1));
+  const auto estimate = at_rest(geometry, fixture_readings(geometry, attitude, Eigen::Vector3d::Zero(), bias), attitude,
+                                unknown_biases(4, 1));
   ASSERT_TRUE(estimate) << text(estimate.error());
-  EXPECT_TRUE(estimate->bias_deg_per_h.isApprox(bias, 1e-7)) << "but for the prior's pull";
-  EXPECT_EQ(estimate->rotation_rad.norm(), 0) << "is known";
+  EXPECT_TRUE(estimate->bias_deg_per_h.isApprox(bias, 1e-7)) << "the weak prior hardly shifts them";
+  EXPECT_EQ(estimate->rotation_rad.norm(), 0) << "the attitude is known";
   EXPECT_NEAR(std::sqrt(estimate->bias_covariance(0, 0)), 1e-4, 1e-9);
   EXPECT_LE(estimate->iterations, 2);
 }
 
-/// The east axis reads bias − Ω cos φ ψ_down − Ω sin φ ψ_north. With biases of u and a known tilt, the azimuth of a
-/// triad has the uncertainty u/(Ω cos φ); a tilt of u_t adds u_t tan φ.
+/// The east axis measures bias − Ω cos φ ψ_down − Ω sin φ ψ_north. If its bias has the uncertainty u and the tilt is
+/// known, the azimuth has the uncertainty u/(Ω cos φ). A tilt uncertainty u_t adds u_t tan φ as a root sum of squares.
 TEST(Rest, HasAzimuthUncertaintyOfEastAxisBias) {
   const double u = 0.003, tilt = 0.02;
-  const Geometry geometry = made_of(triad_axes(1e-6));
+  const Geometry geometry = valid_geometry(triad_axes(1e-6));
   const double horizontal = kEarthRateDegPerHour * std::cos(kLatitude_deg * kDegree);
   for (const double tilt_std_deg : {0.0, tilt}) {
     const Attitude attitude{.tilt_std_deg = tilt_std_deg, .azimuth_std_deg = 3, .latitude_deg = kLatitude_deg};
-    const auto estimate = at_rest(geometry, readings_of(geometry, attitude, {0, 0, 0.01}, Eigen::Vector3d::Zero()),
+    const auto estimate = at_rest(geometry, fixture_readings(geometry, attitude, {0, 0, 0.01}, Eigen::Vector3d::Zero()),
                                   attitude, unknown_biases(3, u));
     ASSERT_TRUE(estimate);
     const double expected = std::hypot(u / horizontal, tilt_std_deg * kDegree * std::tan(kLatitude_deg * kDegree));
@@ -64,20 +65,20 @@ TEST(Rest, HasAzimuthUncertaintyOfEastAxisBias) {
 }
 
 TEST(Rest, CannotObserveRotationAboutEarthAxis) {
-  const Geometry geometry = made_of(dodecahedron_axes(1e-6));
+  const Geometry geometry = valid_geometry(dodecahedron_axes(1e-6));
   const Attitude attitude{.tilt_std_deg = 0.5, .azimuth_std_deg = 0.5, .latitude_deg = kLatitude_deg};
   const auto estimate =
-      at_rest(geometry, readings_of(geometry, attitude, Eigen::Vector3d::Zero(), Eigen::VectorXd::Zero(6)), attitude,
-              unknown_biases(6, 1e-5));
+      at_rest(geometry, fixture_readings(geometry, attitude, Eigen::Vector3d::Zero(), Eigen::VectorXd::Zero(6)),
+              attitude, unknown_biases(6, 1e-5));
   ASSERT_TRUE(estimate);
   const Eigen::Vector3d axis = earth_rate(kLatitude_deg).normalized(), across = Eigen::Vector3d(0, 1, 0);
   EXPECT_NEAR(std::sqrt(axis.dot(estimate->rotation_covariance * axis)), 0.5 * kDegree, 1e-6);
   EXPECT_LT(std::sqrt(across.dot(estimate->rotation_covariance * across)), 2e-6);
 }
 
-/// The derivative of the minimised sum of squares vanishes at the solution, computed by differences.
+/// The numerical derivative of the minimised sum of squares vanishes at the solution.
 TEST(Rest, MaximisesPosteriorOfBiasesAndAngles) {
-  const Geometry geometry = made_of(uneven_axes());
+  const Geometry geometry = valid_geometry(uneven_axes());
   const Attitude attitude{.to_local = level_fixture(77),
                           .tilt_std_deg = 4,
                           .azimuth_std_deg = 15,
@@ -88,7 +89,7 @@ TEST(Rest, MaximisesPosteriorOfBiasesAndAngles) {
   const Eigen::Vector3d stds(4, std::hypot(4, 1), 15);
   const auto cost = [&](const Eigen::VectorXd& readings, const Eigen::VectorXd& x) {
     const Eigen::VectorXd bias = x.head(6) - prior.mean_deg_per_h;
-    const Eigen::VectorXd left = readings - readings_of(geometry, attitude, x.tail(3), x.head(6));
+    const Eigen::VectorXd left = readings - fixture_readings(geometry, attitude, x.tail(3), x.head(6));
     return left.dot(geometry.covariance.ldlt().solve(left)) + bias.dot(prior.covariance.ldlt().solve(bias)) +
            x.tail(3).cwiseQuotient(stds * kDegree).squaredNorm();
   };
@@ -96,7 +97,8 @@ TEST(Rest, MaximisesPosteriorOfBiasesAndAngles) {
     Draws draws(static_cast<std::uint64_t>(seed));
     const Eigen::Vector3d angle = kDegree * stds.cwiseProduct(draws.normal(3));
     const Eigen::VectorXd readings =
-        readings_of(geometry, attitude, angle, draws.with(prior.covariance)) + draws.with(geometry.covariance);
+        fixture_readings(geometry, attitude, angle, draws.correlated_normal(prior.covariance)) +
+        draws.correlated_normal(geometry.covariance);
     const auto estimate = at_rest(geometry, readings, attitude, prior);
     ASSERT_TRUE(estimate) << text(estimate.error());
     Eigen::VectorXd x(9);
@@ -113,22 +115,24 @@ TEST(Rest, MaximisesPosteriorOfBiasesAndAngles) {
   }
 }
 
-/// Errors over their covariance, and the contradiction of priors and readings, are both χ².
+/// Two statistics follow χ²: the errors weighted by the inverse of their covariance, and the residual of priors and
+/// readings.
 TEST(Rest, HasErrorsOfStatedCovariance) {
-  const Geometry geometry = made_of(tetrad_axes(0.001));
+  const Geometry geometry = valid_geometry(tetrad_axes(0.001));
   const Attitude attitude{
       .to_local = level_fixture(120), .tilt_std_deg = 0.02, .azimuth_std_deg = 0.5, .latitude_deg = kLatitude_deg};
   const BiasPrior prior = unknown_biases(4, 0.004);
   const Eigen::Vector3d stds(0.02, 0.02, 0.5);
   constexpr int kEach = 200;
-  double errors = 0, odds = 0;
+  double errors = 0, statistics = 0;
   for (int seed = 1; seed <= kSeeds; ++seed) {
     Draws draws(static_cast<std::uint64_t>(seed));
     for (int n = 0; n < kEach; ++n) {
       const Eigen::Vector3d angle = kDegree * stds.cwiseProduct(draws.normal(3));
-      const Eigen::VectorXd bias = draws.with(prior.covariance);
+      const Eigen::VectorXd bias = draws.correlated_normal(prior.covariance);
       const auto estimate = at_rest(
-          geometry, readings_of(geometry, attitude, angle, bias) + draws.with(geometry.covariance), attitude, prior);
+          geometry, fixture_readings(geometry, attitude, angle, bias) + draws.correlated_normal(geometry.covariance),
+          attitude, prior);
       ASSERT_TRUE(estimate);
       Eigen::VectorXd error(7);
       error << estimate->bias_deg_per_h - bias, estimate->rotation_rad - angle;
@@ -136,16 +140,16 @@ TEST(Rest, HasErrorsOfStatedCovariance) {
       covariance << estimate->bias_covariance, estimate->cross_covariance, estimate->cross_covariance.transpose(),
           estimate->rotation_covariance;
       errors += error.dot(covariance.ldlt().solve(error));
-      odds += estimate->statistic;
+      statistics += estimate->statistic;
     }
   }
   constexpr double kCount = kSeeds * kEach;
   EXPECT_NEAR(errors / kCount, 7, 4 * std::sqrt(2 * 7 / kCount));
-  EXPECT_NEAR(odds / kCount, 4, 4 * std::sqrt(2 * 4 / kCount));
+  EXPECT_NEAR(statistics / kCount, 4, 4 * std::sqrt(2 * 4 / kCount));
 }
 
 TEST(Rest, TestsThreeAxesWithoutParity) {
-  const Geometry geometry = made_of(triad_axes(0.001));
+  const Geometry geometry = valid_geometry(triad_axes(0.001));
   const Attitude attitude{.tilt_std_deg = 0.01, .azimuth_std_deg = 0.02, .latitude_deg = kLatitude_deg};
   const BiasPrior prior = unknown_biases(3, 0.002);
   const auto rest = rest_test(geometry, attitude, prior);
@@ -157,7 +161,8 @@ TEST(Rest, TestsThreeAxesWithoutParity) {
     for (int n = 0; n < kEach; ++n) {
       const Eigen::Vector3d angle = kDegree * Eigen::Vector3d(0.01, 0.01, 0.02).cwiseProduct(draws.normal(3));
       Eigen::VectorXd readings =
-          readings_of(geometry, attitude, angle, draws.with(prior.covariance)) + draws.with(geometry.covariance);
+          fixture_readings(geometry, attitude, angle, draws.correlated_normal(prior.covariance)) +
+          draws.correlated_normal(geometry.covariance);
       const auto examined = [&](double probability) {
         return examine(rest->test, rest->whitening * (readings - rest->expected_deg_per_h),
                        {.false_alarm_probability = probability});
@@ -169,12 +174,12 @@ TEST(Rest, TestsThreeAxesWithoutParity) {
     }
   }
   constexpr double kCount = kSeeds * kEach;
-  EXPECT_NEAR(alarms / kCount, 0.01, 4 * spread_of_share(0.01, kCount));
+  EXPECT_NEAR(alarms / kCount, 0.01, 4 * relative_frequency_std(0.01, kCount));
   EXPECT_GT(named, 0.99 * kCount);
 }
 
 TEST(Rest, RejectsInvalidAttitudeOrPrior) {
-  const Geometry geometry = made_of(triad_axes(0.001));
+  const Geometry geometry = valid_geometry(triad_axes(0.001));
   const Eigen::Vector3d readings(1, 2, 3);
   const auto refused = [&](const Attitude& attitude, const BiasPrior& prior) {
     const auto estimate = at_rest(geometry, readings, attitude, prior);
@@ -190,7 +195,7 @@ TEST(Rest, RejectsInvalidAttitudeOrPrior) {
 }
 
 TEST(North, EqualsHeadingOfFixture) {
-  const Gains gains = compute_gains(made_of(tetrad_axes(1e-4)));
+  const Gains gains = compute_gains(valid_geometry(tetrad_axes(1e-4)));
   for (const double latitude : {-60.0, 0.0, 48.0}) {
     for (double heading = -179; heading <= 180; heading += 13) {
       const Eigen::Vector3d rate = level_fixture(heading).transpose() * earth_rate(latitude);
@@ -217,11 +222,11 @@ TEST(North, HasUncertaintyOfEastAxisPerHorizontalEarthRate) {
               1e-9);
 }
 
-/// 20 seeds of 500 fixtures with random headings, biases and tilts: the mean square of the error over u is 1, and U
-/// contains 95 %.
+/// 20 seeds of 500 fixtures, with headings all around and random noise and tilts. The mean square of error / u is 1,
+/// and 95 % of the errors are within U.
 TEST(North, HasErrorsOfStatedUncertainty) {
   const double latitude = 55, tilt = 0.03;
-  const Geometry geometry = made_of(uneven_axes());
+  const Geometry geometry = valid_geometry(uneven_axes());
   const Gains gains = compute_gains(geometry);
   double squares = 0;
   int inside = 0;
@@ -233,8 +238,8 @@ TEST(North, HasErrorsOfStatedUncertainty) {
       const Eigen::Vector3d tilted = tilt * kDegree * Eigen::Vector3d(draws.normal(1)(0), draws.normal(1)(0), 0);
       const Eigen::Matrix3d turned =
           Eigen::AngleAxisd(tilted.norm(), tilted.normalized()).toRotationMatrix() * level_fixture(heading);
-      const Eigen::VectorXd readings =
-          geometry.directions * turned.transpose() * earth_rate(latitude) + draws.with(geometry.covariance);
+      const Eigen::VectorXd readings = geometry.directions * turned.transpose() * earth_rate(latitude) +
+                                       draws.correlated_normal(geometry.covariance);
       const auto north = find_north(fused(gains, readings), latitude, {tilt, tilt});
       ASSERT_TRUE(north) << text(north.error());
       const double error = std::remainder(north->heading_deg - heading, 360);
@@ -244,12 +249,12 @@ TEST(North, HasErrorsOfStatedUncertainty) {
   }
   constexpr double kCount = kSeeds * kEach;
   EXPECT_NEAR(squares / kCount, 1, 4 * std::sqrt(2 / kCount));
-  EXPECT_NEAR(inside / kCount, 0.95, 4 * spread_of_share(0.95, kCount));
+  EXPECT_NEAR(inside / kCount, 0.95, 4 * relative_frequency_std(0.95, kCount));
 }
 
 TEST(North, AgreesWithRestEstimate) {
   const double latitude = 40, u = 0.002;
-  const Geometry geometry = made_of(triad_axes(u));
+  const Geometry geometry = valid_geometry(triad_axes(u));
   const Attitude attitude{.azimuth_std_deg = 20, .latitude_deg = latitude};
   const Eigen::Vector3d readings = level_fixture(8).transpose() * earth_rate(latitude);
   const auto north = find_north(fused(compute_gains(geometry), readings), latitude, {});
@@ -267,8 +272,8 @@ TEST(North, IsRefusedWhenNotObservable) {
     return north ? std::nullopt : std::optional(north.error().kind);
   };
   EXPECT_EQ(kind(earth_rate(45), 45, 0), std::nullopt);
-  EXPECT_EQ(kind(earth_rate(89.7), 89.7, 0), FaultKind::numeric) << "at a pole there is no north";
-  EXPECT_EQ(kind(2 * earth_rate(45), 45, 0), FaultKind::numeric) << "it turns";
+  EXPECT_EQ(kind(earth_rate(89.7), 89.7, 0), FaultKind::numeric) << "heading is undefined near the pole";
+  EXPECT_EQ(kind(2 * earth_rate(45), 45, 0), FaultKind::numeric) << "the fixture rotates";
   EXPECT_EQ(kind(earth_rate(45), 10, 0), FaultKind::numeric) << "another latitude";
   EXPECT_EQ(kind(earth_rate(45), 100, 0), FaultKind::usage);
   EXPECT_EQ(kind(earth_rate(45), 45, -1), FaultKind::usage);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Eight thermometers on a body with three modes, for the tests of their agreement.
+/// Eight thermometers on a body with three common modes, for tests of the thermometer parity.
 #pragma once
 
 #include <string>
@@ -13,21 +13,22 @@ namespace gyrotherm::fusion {
 inline constexpr Eigen::Index kThermometers = 8;
 inline constexpr int kModes = 3;
 inline constexpr double kNoise_k = 0.005, kDrift_k = 0.012;
-inline constexpr double kOwn_k = 0.013;  ///< both together
+inline constexpr double kOwn_k = 0.013;  ///< root sum of squares
 
-/// Draws temperatures: a common part of tens of kelvins, gradients along and across the body of some kelvins, and the
-/// thermometers' own errors.
+/// Draws temperatures: a common part of tens of kelvins, gradients along and across the body of a few kelvins, and
+/// independent thermometer errors with the standard deviation `own_k`.
 [[nodiscard]] inline Eigen::RowVectorXd temperatures(Draws& draws, double own_k) {
   Eigen::RowVectorXd row(kThermometers);
-  const Eigen::VectorXd ways = draws.normal(kModes);
+  const Eigen::VectorXd modes = draws.normal(kModes);
   for (Eigen::Index j = 0; j < kThermometers; ++j) {
-    const double place = 2.0 * static_cast<double>(j) / (kThermometers - 1) - 1;
-    row(j) = 20 + 20 * ways(0) + 3 * ways(1) * place + 1.5 * ways(2) * (place * place - 0.4) * (j % 2 == 0 ? 1 : 0.7);
+    const double position = 2.0 * static_cast<double>(j) / (kThermometers - 1) - 1;
+    row(j) = 20 + 20 * modes(0) + 3 * modes(1) * position +
+             1.5 * modes(2) * (position * position - 0.4) * (j % 2 == 0 ? 1 : 0.7);
   }
   return row + own_k * draws.normal(kThermometers).transpose();
 }
 
-[[nodiscard]] inline ThermometerParity learnt_accord() {
+[[nodiscard]] inline ThermometerParity learnt_thermometer_parity() {
   Draws draws(1000);
   Eigen::MatrixXd record(4000, kThermometers);
   for (Eigen::Index i = 0; i < record.rows(); ++i) record.row(i) = temperatures(draws, kNoise_k);

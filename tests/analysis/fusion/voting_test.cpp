@@ -9,7 +9,7 @@ namespace gyrotherm::fusion {
 namespace {
 
 TEST(ThermometerParity, HasStatedFalseAlarmProbability) {
-  const ThermometerParity parity = learnt_accord();
+  const ThermometerParity parity = learnt_thermometer_parity();
   constexpr int kEach = 2000;
   int alarms = 0;
   for (int seed = 1; seed <= kSeeds; ++seed) {
@@ -20,12 +20,12 @@ TEST(ThermometerParity, HasStatedFalseAlarmProbability) {
               ? 1
               : 0;
   }
-  // The spread was learnt from 4000 rows, with a standard error of 1.1 %; the thermometers' own part is 15 % of it.
-  EXPECT_NEAR(alarms / (kEach * 1.0 * kSeeds), 0.01, 4 * spread_of_share(0.01, kEach * kSeeds) + 1e-4);
+  // The spread is learnt from 4000 rows with a standard error of 1.1 %. Thermometer noise is 15 % of the spread.
+  EXPECT_NEAR(alarms / (kEach * 1.0 * kSeeds), 0.01, 4 * relative_frequency_std(0.01, kEach * kSeeds) + 1e-4);
 }
 
 TEST(ThermometerParity, IdentifiesFaultyThermometer) {
-  const ThermometerParity parity = learnt_accord();
+  const ThermometerParity parity = learnt_thermometer_parity();
   int named = 0;
   double squares = 0;
   constexpr int kEach = 200;
@@ -45,10 +45,10 @@ TEST(ThermometerParity, IdentifiesFaultyThermometer) {
 }
 
 TEST(ThermometerParity, IgnoresCommonModesOutsideRecord) {
-  const ThermometerParity parity = learnt_accord();
+  const ThermometerParity parity = learnt_thermometer_parity();
   Draws draws(7);
   const Eigen::RowVectorXd warm = temperatures(draws, 0) + Eigen::RowVectorXd::Constant(kThermometers, 100);
-  EXPECT_FALSE(examine(parity.test(), parity.vector(warm)).fault) << "further than the record";
+  EXPECT_FALSE(examine(parity.test(), parity.vector(warm)).fault) << "outside the range of the record";
 }
 
 TEST(ThermometerParity, RejectsInsufficientRecord) {
@@ -57,26 +57,28 @@ TEST(ThermometerParity, RejectsInsufficientRecord) {
   for (Eigen::Index i = 0; i < 200; ++i) record.row(i) = draws.normal(4);
   const std::vector<std::string> names = {"A", "B", "C", "D"};
   const Eigen::VectorXd uncertainty = Eigen::VectorXd::Constant(4, 0.01);
-  const auto says = [&](const auto& parity, const char* what) {
-    return !parity && parity.error().kind == FaultKind::usage && text(parity.error()).find(what) != std::string::npos;
+  const auto refuses = [&](const auto& parity, const char* reason) {
+    return !parity && parity.error().kind == FaultKind::usage && text(parity.error()).find(reason) != std::string::npos;
   };
   EXPECT_TRUE(learn_thermometer_parity(record, names, uncertainty, 2));
-  EXPECT_TRUE(says(learn_thermometer_parity(record, names, uncertainty, 3), "at least 2 more thermometers than modes"));
-  EXPECT_TRUE(says(learn_thermometer_parity(record, names, uncertainty, 0), "0 common modes"));
-  EXPECT_TRUE(says(learn_thermometer_parity(record, {"A"}, uncertainty, 2), "1 names"));
-  EXPECT_TRUE(says(learn_thermometer_parity(record, names, 0 * uncertainty, 2), "not above 0"));
+  EXPECT_TRUE(
+      refuses(learn_thermometer_parity(record, names, uncertainty, 3), "at least 2 more thermometers than modes"));
+  EXPECT_TRUE(refuses(learn_thermometer_parity(record, names, uncertainty, 0), "0 common modes"));
+  EXPECT_TRUE(refuses(learn_thermometer_parity(record, {"A"}, uncertainty, 2), "1 names"));
+  EXPECT_TRUE(refuses(learn_thermometer_parity(record, names, 0 * uncertainty, 2), "not above 0"));
   record.topRows(170).col(1).setConstant(std::nan(""));
-  EXPECT_TRUE(says(learn_thermometer_parity(record, names, uncertainty, 2), "30 rows are known"));
+  EXPECT_TRUE(refuses(learn_thermometer_parity(record, names, uncertainty, 2), "30 rows are known"));
 }
 
-constexpr double kMean_deg_per_h = 0.002;  ///< a mean over 100 s
+constexpr double kMean_deg_per_h = 0.002;  ///< noise of a 100 s mean
 
-/// Four axes with thermal models of 0.33 °/h per K, root sum of squares over eight thermometers.
+/// Four axes with random sensitivities to eight thermometers. Their expected root sum of squares per axis is 0.33 °/h
+/// per K.
 struct Fixture {
-  explicit Fixture(bool rests) {
-    geometry = made_of(tetrad_axes(kMean_deg_per_h));
+  explicit Fixture(bool at_rest) {
+    geometry = valid_geometry(tetrad_axes(kMean_deg_per_h));
     voters.axes = geometry.names;
-    voters.thermometers = learnt_accord();
+    voters.thermometers = learnt_thermometer_parity();
     Draws draws(55);
     voters.sensitivity_deg_per_h_per_k = Eigen::MatrixXd(4, kThermometers);
     for (Eigen::Index j = 0; j < kThermometers; ++j)
@@ -85,14 +87,15 @@ struct Fixture {
     const BiasPrior prior{Eigen::Vector4d::Zero(), 4e-6 * Eigen::Matrix4d::Identity()};
     spread = geometry.covariance;
     voters.whitening = compute_gains(geometry).parity;
-    if (!rests) return;
+    if (!at_rest) return;
     const RestTest rest = *rest_test(geometry, attitude, prior);
     voters.whitening = rest.whitening;
     spread = (rest.whitening.transpose() * rest.whitening).inverse();
   }
-  /// Returns the verdict for a fault of this candidate (axes first), °/h or K; −1: no fault.
-  [[nodiscard]] Verdict judged(Draws& draws, Eigen::Index candidate, double size) const {
-    Eigen::VectorXd departures = draws.with(spread);
+  /// Returns the verdict for a fault of `size` (°/h or K) in one candidate. Candidates 0 … 3 are axes, the following
+  /// ones thermometers, and −1 means no fault.
+  [[nodiscard]] Verdict verdict_for(Draws& draws, Eigen::Index candidate, double size) const {
+    Eigen::VectorXd departures = draws.correlated_normal(spread);
     Eigen::RowVectorXd row = temperatures(draws, kOwn_k);
     if (candidate >= 4) {
       departures -= size * voters.sensitivity_deg_per_h_per_k.col(candidate - 4);
@@ -110,7 +113,12 @@ struct Fixture {
 constexpr int kVotes = 50;
 
 struct Tally {
-  int kind{}, who{}, count{};
+  /// Verdicts of the expected kind.
+  int kind{};
+  /// Verdicts of the expected kind that name the faulty candidate.
+  int who{};
+  /// All verdicts.
+  int count{};
 };
 
 Tally tally(const Fixture& fixture, Eigen::Index candidate, double size, VerdictKind kind) {
@@ -118,7 +126,7 @@ Tally tally(const Fixture& fixture, Eigen::Index candidate, double size, Verdict
   for (int seed = 1; seed <= kSeeds; ++seed) {
     Draws draws(static_cast<std::uint64_t>(seed));
     for (int n = 0; n < kVotes; ++n) {
-      const Verdict verdict = fixture.judged(draws, candidate, size);
+      const Verdict verdict = fixture.verdict_for(draws, candidate, size);
       ++tally.count;
       tally.kind += verdict.kind == kind ? 1 : 0;
       tally.who += verdict.kind == kind && candidate >= 0 &&
@@ -131,9 +139,9 @@ Tally tally(const Fixture& fixture, Eigen::Index candidate, double size, Verdict
 }
 
 TEST(Voting, AgreesWithoutFault) {
-  for (const bool rests : {true, false}) {
-    const Tally of_none = tally(Fixture(rests), -1, 0, VerdictKind::accord);
-    EXPECT_EQ(of_none.kind, of_none.count);
+  for (const bool at_rest : {true, false}) {
+    const Tally accord = tally(Fixture(at_rest), -1, 0, VerdictKind::accord);
+    EXPECT_EQ(accord.kind, accord.count);
   }
 }
 
@@ -158,7 +166,7 @@ TEST(Voting, DetectsHopWithoutAxisForFourMovingAxes) {
     const Tally hop = tally(fixture, axis, size, VerdictKind::gyro_hop);
     EXPECT_GE(hop.kind, 0.98 * hop.count) << axis;
     EXPECT_EQ(hop.who, 0);
-    EXPECT_EQ(tally(fixture, axis, size, VerdictKind::broken_thermometer).kind, 0) << "else it is undecided";
+    EXPECT_EQ(tally(fixture, axis, size, VerdictKind::broken_thermometer).kind, 0) << "other verdicts are undecided";
   }
   const Tally broken = tally(fixture, 6, 0.3, VerdictKind::broken_thermometer);
   EXPECT_GE(broken.who, 0.99 * broken.count);
@@ -166,28 +174,29 @@ TEST(Voting, DetectsHopWithoutAxisForFourMovingAxes) {
 
 TEST(Voting, StatesReason) {
   Draws draws(3);
-  const Fixture rests(true), moves(false);
-  const Verdict hop = rests.judged(draws, 1, 0.05);
+  const Fixture resting(true), moving(false);
+  const Verdict hop = resting.verdict_for(draws, 1, 0.05);
   EXPECT_EQ(hop.who, "y");
   EXPECT_NEAR(hop.size, 0.05, 5 * hop.size_std);
   EXPECT_NE(hop.reason.find("y is off by"), std::string::npos) << hop.reason;
   EXPECT_NE(hop.reason.find("°/h (k = 1)"), std::string::npos) << hop.reason;
   EXPECT_NE(hop.reason.find("axes inconsistent"), std::string::npos) << hop.reason;
   EXPECT_NE(hop.reason.find("thermometers consistent"), std::string::npos) << hop.reason;
-  const Verdict broken = rests.judged(draws, 6, 0.3);
+  const Verdict broken = resting.verdict_for(draws, 6, 0.3);
   EXPECT_NE(broken.reason.find("C is off by"), std::string::npos) << broken.reason;
   EXPECT_NE(broken.reason.find("thermometers inconsistent"), std::string::npos) << broken.reason;
-  const Verdict nobody = moves.judged(draws, 1, 0.05);
-  EXPECT_EQ(nobody.who, "");
-  EXPECT_NE(nobody.reason.find("not distinguishable"), std::string::npos) << nobody.reason;
-  const Verdict none = rests.judged(draws, -1, 0);
-  EXPECT_EQ(none.reason.find("axes consistent"), 0u) << none.reason;
+  const Verdict ambiguous = moving.verdict_for(draws, 1, 0.05);
+  EXPECT_EQ(ambiguous.who, "");
+  EXPECT_NE(ambiguous.reason.find("not distinguishable"), std::string::npos) << ambiguous.reason;
+  const Verdict accord = resting.verdict_for(draws, -1, 0);
+  EXPECT_EQ(accord.reason.find("axes consistent"), 0u) << accord.reason;
 }
 
 TEST(Voting, IsUndecidedForSimultaneousHopAndBrokenThermometer) {
   const Fixture fixture(true);
   Draws draws(4);
-  Eigen::VectorXd departures = draws.with(fixture.spread) - 0.3 * fixture.voters.sensitivity_deg_per_h_per_k.col(2);
+  Eigen::VectorXd departures =
+      draws.correlated_normal(fixture.spread) - 0.3 * fixture.voters.sensitivity_deg_per_h_per_k.col(2);
   departures(0) += 0.08;
   Eigen::RowVectorXd row = temperatures(draws, kOwn_k);
   row(2) += 0.3;
@@ -200,7 +209,7 @@ TEST(Voting, IdentifiesBrokenThermometerThatAffectsNoPrediction) {
   Fixture fixture(true);
   fixture.voters.sensitivity_deg_per_h_per_k.col(3).setZero();
   Draws draws(5);
-  const Verdict verdict = fixture.judged(draws, 7, 0.3);
+  const Verdict verdict = fixture.verdict_for(draws, 7, 0.3);
   EXPECT_EQ(verdict.kind, VerdictKind::broken_thermometer);
   EXPECT_EQ(verdict.who, "D");
   EXPECT_FALSE(verdict.of_axes.fault);

@@ -70,7 +70,7 @@ TEST(FusionExport, FusesLikeLibrary) {
   for (const auto& axes :
        {fusion::triad_axes(0.02), fusion::tetrad_axes(0.02), fusion::dodecahedron_axes(0.02), fusion::uneven_axes()}) {
     const Workplace place;
-    const fusion::Geometry geometry = fusion::made_of(axes);
+    const fusion::Geometry geometry = fusion::valid_geometry(axes);
     const fusion::Gains gains = compute_gains(geometry);
     const Eigen::MatrixXd readings = drawn_readings(geometry);
     std::ifstream out = answers_of(place, geometry, readings, options);
@@ -108,8 +108,9 @@ TEST(FusionExport, FusesLikeLibrary) {
 TEST(FusionExport, RefusesToLeaveOutAxisWithoutRedundancy) {
   if (!has_gcc()) GTEST_SKIP() << "gcc is not installed";
   const Workplace place;
-  const fusion::Geometry geometry = fusion::made_of({fusion::axis("1", 1, 0, 0, 1), fusion::axis("up", 0, 0, 1, 1),
-                                                     fusion::axis("2", 0, 1, 0, 1), fusion::axis("3", 1, 1, 0, 1)});
+  const fusion::Geometry geometry =
+      fusion::valid_geometry({fusion::axis("1", 1, 0, 0, 1), fusion::axis("up", 0, 0, 1, 1),
+                              fusion::axis("2", 0, 1, 0, 1), fusion::axis("3", 1, 1, 0, 1)});
   std::ifstream out = answers_of(place, geometry, Eigen::RowVector4d(1, 5, 2, 3 / std::sqrt(2.0)), {});
   std::string answer;
   std::getline(out, answer);
@@ -117,7 +118,7 @@ TEST(FusionExport, RefusesToLeaveOutAxisWithoutRedundancy) {
 }
 
 TEST(FusionExport, RefusesInvalidCName) {
-  const auto program = fusion_to_c(fusion::made_of(fusion::triad_axes(1)), "7-B");
+  const auto program = fusion_to_c(fusion::valid_geometry(fusion::triad_axes(1)), "7-B");
   ASSERT_FALSE(program);
   EXPECT_EQ(program.error().kind, FaultKind::usage);
 }

@@ -36,17 +36,18 @@ Eigen::MatrixXd kronecker(const Coregionalisation& model, const data::SampleMatr
   return all;
 }
 
-Eigen::VectorXd noise_of_all(const Coregionalisation& model, Eigen::Index rows) {
+/// Returns the noise variance of each output at each row, output by output.
+Eigen::VectorXd noise_variances(const Coregionalisation& model, Eigen::Index rows) {
   Eigen::VectorXd all(model.noise.size() * rows);
   for (Eigen::Index j = 0; j < model.noise.size(); ++j)
     all.segment(j * rows, rows).setConstant(model.noise(j) * model.noise(j));
   return all;
 }
 
-/// Draws a table of three outputs from the model.
-Eigen::MatrixXd table_of(const Coregionalisation& model, const data::SampleMatrix& x, std::uint64_t seed) {
+/// Draws a table from the model, with one column per output.
+Eigen::MatrixXd draw_table(const Coregionalisation& model, const data::SampleMatrix& x, std::uint64_t seed) {
   Eigen::MatrixXd covariance = kronecker(model, x, x);
-  covariance.diagonal() += noise_of_all(model, x.rows());
+  covariance.diagonal() += noise_variances(model, x.rows());
   const Eigen::MatrixXd root = covariance.llt().matrixL();
   const Eigen::VectorXd values = root * data::normal_vector(covariance.rows(), seed);
   return values.reshaped(x.rows(), model.noise.size());
@@ -57,14 +58,15 @@ Eigen::MatrixXd table_of(const Coregionalisation& model, const data::SampleMatri
 struct DenseProcess {
   Eigen::MatrixXd covariance;  ///< known values
   Eigen::VectorXd y;
-  /// Covariance of the predicted with the known values.
-  Eigen::MatrixXd with;
-  Eigen::VectorXd before;        ///< prior variance of the predicted values
-  std::vector<Eigen::Index> at;  ///< indices of the known values
+  /// Covariance of the predicted values (rows) with the known ones (columns).
+  Eigen::MatrixXd cross_covariance;
+  Eigen::VectorXd prior_variance;   ///< predicted values
+  std::vector<Eigen::Index> known;  ///< indices of the known values
 };
 
 constexpr double kUnknownConstant = 1e6;  // variance
 
+/// Returns a matrix that is 1 for each pair of values of the same output and 0 elsewhere.
 Eigen::MatrixXd same_output(Eigen::Index outputs, Eigen::Index rows, Eigen::Index columns) {
   Eigen::MatrixXd all = Eigen::MatrixXd::Zero(outputs * rows, outputs * columns);
   for (Eigen::Index j = 0; j < outputs; ++j) all.block(j * rows, j * columns, rows, columns).setOnes();
@@ -76,29 +78,32 @@ DenseProcess dense_process(const Coregionalisation& model, const data::SampleMat
   const Eigen::Index outputs = model.noise.size();
   DenseProcess dense;
   for (Eigen::Index i = 0; i < table.size(); ++i)
-    if (!std::isnan(table.reshaped()(i))) dense.at.push_back(i);
+    if (!std::isnan(table.reshaped()(i))) dense.known.push_back(i);
   Eigen::MatrixXd all = kronecker(model, x, x) + kUnknownConstant * same_output(outputs, x.rows(), x.rows());
-  all.diagonal() += noise_of_all(model, x.rows());
-  const Eigen::MatrixXd with = kronecker(model, at, x) + kUnknownConstant * same_output(outputs, at.rows(), x.rows());
-  dense.covariance = all(dense.at, dense.at);
-  dense.with = with(Eigen::all, dense.at);
-  dense.y = table.reshaped()(dense.at);
-  dense.before = kronecker(model, at, at).diagonal().array() + kUnknownConstant;
+  all.diagonal() += noise_variances(model, x.rows());
+  const Eigen::MatrixXd cross = kronecker(model, at, x) + kUnknownConstant * same_output(outputs, at.rows(), x.rows());
+  dense.covariance = all(dense.known, dense.known);
+  dense.cross_covariance = cross(Eigen::all, dense.known);
+  dense.y = table.reshaped()(dense.known);
+  dense.prior_variance = kronecker(model, at, at).diagonal().array() + kUnknownConstant;
   return dense;
 }
 
-void expect_dense(const Coregionalisation& model, const data::SampleMatrix& x, const Eigen::MatrixXd& table) {
+/// Requires that predictions and likelihood agree with those of the dense process.
+void expect_agreement_with_dense_process(const Coregionalisation& model, const data::SampleMatrix& x,
+                                         const Eigen::MatrixXd& table) {
   const data::SampleMatrix at = data::normal_matrix(5, 2, 2);
   const auto process = condition(model, samples_from_table(x, table));
   ASSERT_TRUE(process);
   const DenseProcess dense = dense_process(model, x, table, at);
-  ASSERT_EQ(process->samples.values.size(), dense.at.size());
+  ASSERT_EQ(process->samples.values.size(), dense.known.size());
   const Eigen::LDLT<Eigen::MatrixXd> factor(dense.covariance);
   const auto predicted = predict(*process, at);
-  EXPECT_LT((predicted.mean.reshaped() - dense.with * factor.solve(dense.y)).norm(), 1e-4);
-  const Eigen::VectorXd variance = dense.before - (dense.with * factor.solve(dense.with.transpose())).diagonal();
+  EXPECT_LT((predicted.mean.reshaped() - dense.cross_covariance * factor.solve(dense.y)).norm(), 1e-4);
+  const Eigen::VectorXd variance =
+      dense.prior_variance - (dense.cross_covariance * factor.solve(dense.cross_covariance.transpose())).diagonal();
   EXPECT_LT((predicted.variance.reshaped() - variance).norm(), 1e-4);
-  // Both agree up to the flat density of the constants.
+  // The likelihoods differ by the density of the constants, which is nearly flat in the dense process.
   const double flat = 0.5 * 3 * std::log(2 * std::numbers::pi * kUnknownConstant);
   EXPECT_NEAR(process->log_likelihood,
               -0.5 * dense.y.dot(factor.solve(dense.y)) - 0.5 * factor.vectorD().array().log().sum() -
@@ -108,19 +113,19 @@ void expect_dense(const Coregionalisation& model, const data::SampleMatrix& x, c
 
 TEST(CoregionalisedGp, MatchesDenseProcessWithKroneckerProduct) {
   const data::SampleMatrix x = data::normal_matrix(12, 2, 1);
-  expect_dense(some_model(), x, table_of(some_model(), x, 3).array() + 0.7);
+  expect_agreement_with_dense_process(some_model(), x, draw_table(some_model(), x, 3).array() + 0.7);
 }
 
 TEST(CoregionalisedGp, OmitsMissingValues) {
   const data::SampleMatrix x = data::normal_matrix(10, 2, 1);
-  Eigen::MatrixXd table = table_of(some_model(), x, 3);
+  Eigen::MatrixXd table = draw_table(some_model(), x, 3);
   for (Eigen::Index i = 1; i < table.size(); i += 4) table.reshaped()(i) = kMissing;
-  expect_dense(some_model(), x, table);
+  expect_agreement_with_dense_process(some_model(), x, table);
 }
 
 TEST(CoregionalisedGp, HasGradientOfItsLikelihood) {
   const data::SampleMatrix x = data::normal_matrix(9, 2, 1);
-  Eigen::MatrixXd table = table_of(some_model(), x, 4);
+  Eigen::MatrixXd table = draw_table(some_model(), x, 4);
   table(2, 1) = table(7, 0) = kMissing;
   const OutputSamples samples = samples_from_table(x, table);
   const auto at = marginal_likelihood(some_model(), samples);
@@ -131,9 +136,9 @@ TEST(CoregionalisedGp, HasGradientOfItsLikelihood) {
     Coregionalisation model = some_model();
     if (k < 2) model.lengths(k) *= std::exp(by);
     if (k >= 8) model.noise(k - 8) *= std::exp(by);
-    constexpr std::pair<int, int> kPlaces[] = {{0, 0}, {1, 0}, {2, 0}, {1, 1}, {2, 1}, {2, 2}};
+    constexpr std::pair<int, int> kEntries[] = {{0, 0}, {1, 0}, {2, 0}, {1, 1}, {2, 1}, {2, 2}};
     if (k < 2 || k >= 8) return model;
-    const auto [row, column] = kPlaces[k - 2];
+    const auto [row, column] = kEntries[k - 2];
     row == column ? model.root(row, column) *= std::exp(by) : model.root(row, column) += by;
     return model;
   };
@@ -145,7 +150,7 @@ TEST(CoregionalisedGp, HasGradientOfItsLikelihood) {
   }
 }
 
-/// The method has no constant. Its likelihood is therefore integrated over all constants.
+/// The single-output process has no constant, so its likelihood is integrated over the constant.
 TEST(CoregionalisedGp, MatchesSingleOutputProcess) {
   const data::SampleMatrix x = data::normal_matrix(20, 2, 1);
   const Eigen::VectorXd y = data::normal_vector(20, 2);
@@ -161,12 +166,12 @@ TEST(CoregionalisedGp, MatchesSingleOutputProcess) {
   EXPECT_NEAR(found->log_value, std::log(sum), 1e-6);
 }
 
-/// Autokrigeability: outputs with equal rows and without noise do not improve each other's prediction.
+/// Autokrigeability: without noise, outputs that are known at the same rows do not improve each other's prediction.
 TEST(CoregionalisedGp, GainsNothingWithoutNoiseAndGaps) {
   Coregionalisation model = some_model();
   model.noise.setConstant(1e-5);
   const data::SampleMatrix x = 2 * data::normal_matrix(8, 2, 1), at = data::normal_matrix(5, 2, 2);
-  const Eigen::MatrixXd table = table_of(model, x, 3);
+  const Eigen::MatrixXd table = draw_table(model, x, 3);
   const auto together = condition(model, samples_from_table(x, table));
   const auto alone =
       condition({model.lengths, Eigen::MatrixXd::Constant(1, 1, 1.2), Eigen::VectorXd::Constant(1, 1e-5)},
@@ -175,13 +180,14 @@ TEST(CoregionalisedGp, GainsNothingWithoutNoiseAndGaps) {
   EXPECT_LT((predict(*together, at).mean.col(0) - predict(*alone, at).mean.col(0)).norm(), 1e-5);
 }
 
-data::SampleMatrix in_time(Eigen::Index rows, double length) {
+/// Returns the times 0 … rows − 1 as multiples of the kernel length.
+data::SampleMatrix scaled_times(Eigen::Index rows, double length) {
   data::SampleMatrix time(rows, 1);
   for (Eigen::Index k = 0; k < rows; ++k) time(k, 0) = static_cast<double>(k) / length;
   return time;
 }
 
-Coregionalisation two_alike(double correlation) {
+Coregionalisation two_correlated_outputs(double correlation) {
   Coregionalisation model{.lengths = Eigen::RowVectorXd::Ones(1), .root = Eigen::Matrix2d::Zero(), .noise = {}};
   model.root << 1, 0, correlation, std::sqrt(1 - correlation * correlation);
   model.noise = Eigen::Vector2d(0.3, 0.6);
@@ -194,14 +200,14 @@ TEST(CoregionalisedGp, LearnsCorrelationBetweenOutputs) {
     Eigen::Vector2d noise = Eigen::Vector2d::Zero();
     constexpr int kDraws = 5;
     for (std::uint64_t seed = 1; seed <= kDraws; ++seed) {
-      const data::SampleMatrix time = in_time(100, 2);
-      const auto process =
-          learn_coregionalised(samples_from_table(time, 1e-3 * table_of(two_alike(correlation), time, seed)));
+      const data::SampleMatrix time = scaled_times(100, 2);
+      const auto process = learn_coregionalised(
+          samples_from_table(time, 1e-3 * draw_table(two_correlated_outputs(correlation), time, seed)));
       ASSERT_TRUE(process);
       mean += correlation_between_outputs(process->model)(0, 1) / kDraws;
       noise += 1e3 * process->model.noise / kDraws;
     }
-    // Two standard errors of five times 50 values.
+    // Two standard errors, for five draws with 50 kernel lengths each.
     EXPECT_NEAR(mean, correlation, 0.15);
     EXPECT_LT((noise - Eigen::Vector2d(0.3, 0.6)).norm(), 0.06);
   }
@@ -212,9 +218,9 @@ TEST(CoregionalisedGp, FillsGapFromCorrelatedOutput) {
   double together_error = 0, alone_error = 0, within = 0;
   constexpr int kDraws = 12;
   for (std::uint64_t seed = 1; seed <= kDraws; ++seed) {
-    const Coregionalisation model = two_alike(0.95);
-    const data::SampleMatrix time = in_time(80, 6), gap = time.middleRows(30, 20);
-    Eigen::MatrixXd table = table_of(model, time, seed);
+    const Coregionalisation model = two_correlated_outputs(0.95);
+    const data::SampleMatrix time = scaled_times(80, 6), gap = time.middleRows(30, 20);
+    Eigen::MatrixXd table = draw_table(model, time, seed);
     const Eigen::VectorXd hidden = table.col(0).segment(30, 20);
     table.col(0).segment(30, 20).setConstant(kMissing);
     const auto together = learn_coregionalised(samples_from_table(time, table));

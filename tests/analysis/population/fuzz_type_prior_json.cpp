@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Parses arbitrary bytes as the file of a type prior. The result is a prior or a fault, and a parsed prior is written
-/// equally twice.
+/// Parses arbitrary bytes as a type-prior file. A parsed prior must be the same after it is written and read again.
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>

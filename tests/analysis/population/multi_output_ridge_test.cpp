@@ -67,13 +67,14 @@ TEST(MultiOutputRidge, EqualsPosteriorMeanOfWholeSystem) {
   EXPECT_LT((planes->weights.reshaped() - solution).norm(), 1e-9 * solution.norm());
 }
 
-void expect_separate(const Outputs& o, const OutputCovariances& between, const Eigen::Vector3d& penalties) {
+/// Requires that each output has the plane of its own ridge regression with penalties(j) times the penalty.
+void expect_separate_ridges(const Outputs& o, const OutputCovariances& between, const Eigen::Vector3d& penalties) {
   const auto planes = multi_output_ridge(o.z, o.y, o.penalty, between);
   ASSERT_TRUE(planes);
   for (Eigen::Index j = 0; j < 3; ++j) {
-    const auto alone = methods::penalised_plane(o.z, o.y.col(j), penalties(j) * o.penalty);
-    EXPECT_LT((planes->weights.col(j) - alone.weights).norm(), 1e-10) << j;
-    EXPECT_NEAR(planes->b(j), alone.b, 1e-10) << j;
+    const auto plane = methods::penalised_plane(o.z, o.y.col(j), penalties(j) * o.penalty);
+    EXPECT_LT((planes->weights.col(j) - plane.weights).norm(), 1e-10) << j;
+    EXPECT_NEAR(planes->b(j), plane.b, 1e-10) << j;
   }
 }
 
@@ -83,15 +84,15 @@ TEST(MultiOutputRidge, EqualsSeparateRidgesWhenCorrelationsCannotHelp) {
     Outputs o = some_outputs(seed);
     const Eigen::MatrixXd noise = positive_matrix(3, seed);
     const Eigen::Vector3d variances(0.5, 2, 7), slopes(1, 3, 0.2);
-    expect_separate(o, {2.5 * noise, noise}, Eigen::Vector3d::Constant(2.5));  // proportional
-    expect_separate(o, {variances.asDiagonal(), slopes.asDiagonal()}, variances.cwiseQuotient(slopes));
-    // Zellner: the same inputs in each equation.
+    expect_separate_ridges(o, {2.5 * noise, noise}, Eigen::Vector3d::Constant(2.5));  // proportional
+    expect_separate_ridges(o, {variances.asDiagonal(), slopes.asDiagonal()}, variances.cwiseQuotient(slopes));
+    // Zellner's theorem: all equations have the same inputs.
     o.penalty.setZero();
-    expect_separate(o, {noise, Eigen::Matrix3d::Identity()}, Eigen::Vector3d::Zero());
+    expect_separate_ridges(o, {noise, Eigen::Matrix3d::Identity()}, Eigen::Vector3d::Zero());
   }
 }
 
-/// There are few rows, the noises correlate, and the slopes do not.
+/// Uses 30 rows for eight inputs, strongly correlated noise, and uncorrelated slopes.
 TEST(MultiOutputRidge, ReducesErrorWhenOnlyNoiseIsCorrelated) {
   Eigen::Matrix3d noise = Eigen::Matrix3d::Constant(4 * 0.9);
   noise.diagonal().setConstant(4);

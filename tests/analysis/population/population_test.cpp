@@ -17,7 +17,8 @@ namespace {
 using data::normal_matrix;
 using data::normal_vector;
 
-Eigen::MatrixXd spread_matrix(Eigen::Index size, std::uint64_t seed) {
+/// Returns a random positive definite matrix.
+Eigen::MatrixXd random_covariance(Eigen::Index size, std::uint64_t seed) {
   const Eigen::MatrixXd root = normal_matrix(size, size, seed);
   return root * root.transpose() + 0.2 * Eigen::MatrixXd::Identity(size, size);
 }
@@ -37,19 +38,19 @@ DenseUnit draw_unit(const Coefficients& population, Eigen::Index rows, double no
   return unit;
 }
 
-/// Returns the statistics of a unit whose values are divided by the noise.
-UnitInformation of_unit(const DenseUnit& unit, double noise) {
+/// Returns the sufficient statistics of a unit whose values have the standard deviation `noise`.
+UnitInformation information(const DenseUnit& unit, double noise) {
   return unit_information(unit.z / noise, unit.y / noise, 2 * static_cast<double>(unit.y.size()) * std::log(noise));
 }
 
 double log_normal_density(const Eigen::VectorXd& y, const Eigen::VectorXd& mean, const Eigen::MatrixXd& covariance) {
-  const Eigen::VectorXd apart = y - mean;
+  const Eigen::VectorXd deviation = y - mean;
   const Eigen::LLT<Eigen::MatrixXd> factor(covariance);
-  return -0.5 * apart.dot(factor.solve(apart)) - factor.matrixLLT().diagonal().array().log().sum() -
+  return -0.5 * deviation.dot(factor.solve(deviation)) - factor.matrixLLT().diagonal().array().log().sum() -
          0.5 * static_cast<double>(y.size()) * std::log(2 * std::numbers::pi);
 }
 
-/// A constant of 10 ± 2 and four values of 13 with noise 1: precisions of ¼ and 4.
+/// The prior is 10 ± 2, with a precision of ¼. Four values of 13 with noise 1 have a precision of 4.
 TEST(Population, HasPosteriorOfManualComputation) {
   const Coefficients prior{Eigen::VectorXd::Constant(1, 10), Eigen::MatrixXd::Constant(1, 1, 4)};
   const auto own = unit_information(Eigen::MatrixXd::Ones(4, 1), Eigen::VectorXd::Constant(4, 13));
@@ -60,9 +61,9 @@ TEST(Population, HasPosteriorOfManualComputation) {
 
 TEST(Population, HasPosteriorAndPredictiveOfDenseComputation) {
   const double noise = 0.7;
-  const Coefficients prior{normal_vector(3, 1), spread_matrix(3, 2)};
+  const Coefficients prior{normal_vector(3, 1), random_covariance(3, 2)};
   const DenseUnit unit = draw_unit(prior, 8, noise, 3);
-  const auto own = of_unit(unit, noise);
+  const auto own = information(unit, noise);
   const Eigen::MatrixXd precision = unit.z.transpose() * unit.z / (noise * noise) + prior.covariance.inverse();
   const Eigen::VectorXd mean =
       precision.ldlt().solve(unit.z.transpose() * unit.y / (noise * noise) + prior.covariance.inverse() * prior.mean);
@@ -75,7 +76,7 @@ TEST(Population, HasPosteriorAndPredictiveOfDenseComputation) {
 }
 
 TEST(Population, KeepsPriorWithoutInformation) {
-  Coefficients prior{normal_vector(3, 1), spread_matrix(3, 2)};
+  Coefficients prior{normal_vector(3, 1), random_covariance(3, 2)};
   const Coefficients after = posterior(prior, no_information(3));
   EXPECT_LT((after.mean - prior.mean).norm(), 1e-14);
   EXPECT_LT((after.covariance - prior.covariance).norm(), 1e-12);
@@ -95,21 +96,21 @@ std::vector<UnitInformation> draw_units(const Coefficients& population, int unit
                                         std::uint64_t seed) {
   std::vector<UnitInformation> all;
   for (int u = 0; u < units; ++u)
-    all.push_back(of_unit(draw_unit(population, rows, noise, 100 * seed + static_cast<std::uint64_t>(u)), noise));
+    all.push_back(information(draw_unit(population, rows, noise, 100 * seed + static_cast<std::uint64_t>(u)), noise));
   return all;
 }
 
-/// Computes the density of the vector of all units' values, with μ integrated out.
+/// The expected likelihood is the normal density of all values of all units, with μ integrated out.
 TEST(Population, HasRestrictedLikelihoodOfDenseComputation) {
   const double noise = 0.5;
-  const Coefficients population{normal_vector(2, 1), spread_matrix(2, 2)};
+  const Coefficients population{normal_vector(2, 1), random_covariance(2, 2)};
   std::vector<DenseUnit> dense;
   std::vector<UnitInformation> units;
   for (std::uint64_t u = 0; u < 4; ++u) {
     dense.push_back(draw_unit(population, 5, noise, u + 5));
-    units.push_back(of_unit(dense.back(), noise));
+    units.push_back(information(dense.back(), noise));
   }
-  const Eigen::MatrixXd covariance = spread_matrix(2, 9);
+  const Eigen::MatrixXd covariance = random_covariance(2, 9);
   Eigen::MatrixXd all = noise * noise * Eigen::MatrixXd::Identity(20, 20), z(20, 2);
   Eigen::VectorXd y(20);
   for (Eigen::Index u = 0; u < 4; ++u) {
@@ -130,7 +131,7 @@ TEST(Population, HasRestrictedLikelihoodOfDenseComputation) {
 }
 
 TEST(Population, NeverLowersLikelihoodInIteration) {
-  const Coefficients population{normal_vector(3, 1), spread_matrix(3, 2)};
+  const Coefficients population{normal_vector(3, 1), random_covariance(3, 2)};
   const auto units = draw_units(population, 6, 10, 1, 3);
   const Eigen::MatrixXd start = Eigen::MatrixXd::Identity(3, 3);
   for (const PopulationOptions& kind : {PopulationOptions{}, PopulationOptions{.independent = true},
@@ -148,15 +149,15 @@ TEST(Population, NeverLowersLikelihoodInIteration) {
   }
 }
 
-/// One constant per unit and n values each with noise of variance 1: the restricted estimate of Σ is the variance of
-/// the units' means less 1/n (analysis of variance).
+/// Each unit has one constant and n values with noise of variance 1. The restricted estimate of Σ is then the variance
+/// of the unit means minus 1/n, as in the analysis of variance.
 TEST(Population, MatchesAnalysisOfVarianceForBalancedConstants) {
   const Coefficients population{Eigen::VectorXd::Constant(1, 3), Eigen::MatrixXd::Constant(1, 1, 2)};
   std::vector<UnitInformation> units;
   Eigen::VectorXd means(9);
   for (Eigen::Index u = 0; u < 9; ++u) {
     const DenseUnit unit = draw_unit(population, 4, 1, static_cast<std::uint64_t>(u) + 1);
-    units.push_back(of_unit(unit, 1));
+    units.push_back(information(unit, 1));
     means(u) = unit.y.mean();
   }
   const auto fit =
@@ -169,7 +170,7 @@ TEST(Population, MatchesAnalysisOfVarianceForBalancedConstants) {
 }
 
 TEST(Population, FindsMeanAndCovarianceOfManyUnits) {
-  const Coefficients population{Eigen::Vector3d(2, -1, 0.5), spread_matrix(3, 5)};
+  const Coefficients population{Eigen::Vector3d(2, -1, 0.5), random_covariance(3, 5)};
   const auto units = draw_units(population, 600, 12, 1, 1);
   const auto fit = fit_population(units, Eigen::MatrixXd::Identity(3, 3), {.tolerance = 1e-6});
   ASSERT_TRUE(fit && fit->converged);
@@ -189,42 +190,42 @@ TEST(Population, HasDiagonalCovarianceWithoutCorrelations) {
     EXPECT_NEAR(found(j, j) / population.covariance(j, j), 1, 4 * std::sqrt(2.0 / 300)) << j;
 }
 
-/// The result is between the units' own estimate and the target, and nearer to the target with a greater weight.
+/// The estimate is between the estimate without shrinkage and the target. It approaches the target with the weight.
 TEST(Population, ShrinksTowardsTarget) {
-  const Coefficients population{normal_vector(3, 1), spread_matrix(3, 2)};
+  const Coefficients population{normal_vector(3, 1), random_covariance(3, 2)};
   const auto units = draw_units(population, 8, 200, 0.1, 4);
   const Eigen::MatrixXd start = Eigen::MatrixXd::Identity(3, 3);
   const Eigen::Vector3d target(1, 1, 1);
   const auto free = fit_population(units, start, {.tolerance = 1e-9});
   double before = 1e300;
-  for (const double worth : {0.1, 1.0, 10.0, 1000.0}) {
-    const auto fit = fit_population(units, start, {.shrinkage = Shrinkage{target, worth}, .tolerance = 1e-9});
+  for (const double weight : {0.1, 1.0, 10.0, 1000.0}) {
+    const auto fit = fit_population(units, start, {.shrinkage = Shrinkage{target, weight}, .tolerance = 1e-9});
     ASSERT_TRUE(free && fit);
-    const double apart = (fit->population.covariance - Eigen::MatrixXd(target.asDiagonal())).norm();
-    EXPECT_LT(apart, before);
-    before = apart;
-    // Exact coefficients give (S + κD)/(U − 1 + κ), with S that of their mean.
+    const double distance = (fit->population.covariance - Eigen::MatrixXd(target.asDiagonal())).norm();
+    EXPECT_LT(distance, before);
+    before = distance;
+    // Exactly known coefficients give (S + κD)/(U − 1 + κ), with S the scatter matrix about their mean.
     const Eigen::MatrixXd expected =
-        (7 * free->population.covariance + worth * Eigen::MatrixXd(target.asDiagonal())) / (7 + worth);
+        (7 * free->population.covariance + weight * Eigen::MatrixXd(target.asDiagonal())) / (7 + weight);
     EXPECT_LT((fit->population.covariance - expected).norm(), 0.02 * expected.norm());
   }
 }
 
-/// The prior from twelve units contains the next unit's coefficients. k = 2 gives slightly less than 95 %, because Σ
-/// has eleven degrees of freedom.
+/// The interval of the prior from twelve units contains a linear combination of the next unit's coefficients in 90 to
+/// 97 % of the draws. k = 2 gives slightly less than 95 %, because Σ has eleven degrees of freedom.
 TEST(Population, HasNominalCoverageForNextUnit) {
   int within = 0;
   constexpr int kDraws = 400;
   const Coefficients population{Eigen::Vector2d(2, -1), Eigen::Vector2d(4, 1).asDiagonal()};
-  const Eigen::Vector2d looked_at(1, 0.7);
+  const Eigen::Vector2d combination(1, 0.7);
   for (std::uint64_t draw = 1; draw <= kDraws; ++draw) {
     const auto units = draw_units(population, 12, 30, 1, draw);
     const auto fit = fit_population(units, Eigen::MatrixXd::Identity(2, 2));
     ASSERT_TRUE(fit);
     const Coefficients prior = next_unit(fit->population);
     const Eigen::Vector2d own = population.mean + Eigen::Vector2d(2, 1).cwiseProduct(normal_vector(2, draw + 777777));
-    const double u = std::sqrt(looked_at.dot(prior.covariance * looked_at));
-    within += std::abs(looked_at.dot(own - prior.mean)) <= 2 * u;
+    const double u = std::sqrt(combination.dot(prior.covariance * combination));
+    within += std::abs(combination.dot(own - prior.mean)) <= 2 * u;
   }
   EXPECT_GT(within, 0.90 * kDraws);
   EXPECT_LT(within, 0.97 * kDraws);
@@ -236,10 +237,10 @@ TEST(Population, RejectsTooFewUnitsOrMissingInformation) {
   const auto few = fit_population(units, Eigen::Matrix2d::Identity());
   ASSERT_FALSE(few);
   EXPECT_EQ(few.error().kind, FaultKind::usage);
-  const std::vector<UnitInformation> silent(4, no_information(2));
-  const auto untold = fit_population(silent, Eigen::Matrix2d::Identity());
-  ASSERT_FALSE(untold);
-  EXPECT_EQ(untold.error().kind, FaultKind::numeric);
+  const std::vector<UnitInformation> uninformative(4, no_information(2));
+  const auto unidentified = fit_population(uninformative, Eigen::Matrix2d::Identity());
+  ASSERT_FALSE(unidentified);
+  EXPECT_EQ(unidentified.error().kind, FaultKind::numeric);
 }
 
 }  // namespace

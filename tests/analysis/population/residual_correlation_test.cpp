@@ -13,8 +13,10 @@
 namespace gyrotherm::population {
 namespace {
 
-/// Draws axes with the autocorrelation `memory` at one step and equal correlations with each other.
-AxisResiduals remembering(Eigen::Index rows, Eigen::Index axes, double memory, double correlation, std::uint64_t seed) {
+/// Draws residuals with the autocorrelation `memory` at a lag of one step, and with the same correlation between any
+/// two axes.
+AxisResiduals draw_residuals(Eigen::Index rows, Eigen::Index axes, double memory, double correlation,
+                             std::uint64_t seed) {
   std::mt19937_64 random(seed);
   std::normal_distribution<double> normal;
   AxisResiduals residuals{.axes = {},
@@ -33,15 +35,18 @@ AxisResiduals remembering(Eigen::Index rows, Eigen::Index axes, double memory, d
   return residuals;
 }
 
+/// Relative frequencies of alarms at a level of 5 %.
 struct AlarmRates {
-  double pair{}, all{}, largest{}, naive{};
+  double pair{}, all{}, largest{};
+  /// A t test that treats all rows as independent.
+  double naive{};
 };
 
 AlarmRates alarm_rates(double memory, double correlation, Eigen::Index rows, int draws) {
   constexpr double kLevel = 0.05;
   AlarmRates rates;
   for (int draw = 1; draw <= draws; ++draw) {
-    const auto residuals = remembering(rows, 3, memory, correlation, static_cast<std::uint64_t>(draw));
+    const auto residuals = draw_residuals(rows, 3, memory, correlation, static_cast<std::uint64_t>(draw));
     const auto found = correlate_residuals(residuals);
     const double freedom = static_cast<double>(rows) - 2, r = found.correlation(0, 1);
     const double t = std::abs(r) * std::sqrt(freedom / (1 - r * r));
@@ -54,7 +59,7 @@ AlarmRates alarm_rates(double memory, double correlation, Eigen::Index rows, int
 }
 
 TEST(ResidualCorrelation, HasNominalFalseAlarmRate) {
-  // Two standard errors of 5 % are 1.1 %.
+  // Two standard errors of a rate of 5 % are 1.1 %.
   constexpr int kDraws = 1500;
   for (const double memory : {0.0, 0.5, 0.8}) {
     SCOPED_TRACE(memory);
@@ -66,7 +71,8 @@ TEST(ResidualCorrelation, HasNominalFalseAlarmRate) {
   }
 }
 
-/// 44 independent pairs. Counting each cluster as independent would raise alarms in nearly half of all pairs.
+/// The 400 rows are worth about 42 independent pairs. A test that treats all rows as independent raises alarms in
+/// nearly half of the draws.
 TEST(ResidualCorrelation, HasNearlyNominalFalseAlarmRateForLongCorrelation) {
   const AlarmRates rates = alarm_rates(0.9, 0, 400, 1500);
   for (const double rate : {rates.pair, rates.all, rates.largest}) EXPECT_LT(rate, 0.09);
@@ -81,21 +87,22 @@ TEST(ResidualCorrelation, DetectsCorrelation) {
   }
 }
 
-/// The expected number is n(1 − φ²)/(1 + φ²) for two series of autocorrelation φ.
+/// For two series with the autocorrelation φ at a lag of one step, the expected number is n(1 − φ²)/(1 + φ²).
 TEST(ResidualCorrelation, EstimatesEffectiveNumberOfPairs) {
   for (const double memory : {0.0, 0.5, 0.8, 0.9}) {
     SCOPED_TRACE(memory);
     double mean = 0;
     constexpr int kDraws = 60;
     for (int draw = 1; draw <= kDraws; ++draw)
-      mean += correlate_residuals(remembering(2000, 2, memory, 0, static_cast<std::uint64_t>(draw))).effective(0, 1) /
-              kDraws;
+      mean +=
+          correlate_residuals(draw_residuals(2000, 2, memory, 0, static_cast<std::uint64_t>(draw))).effective(0, 1) /
+          kDraws;
     EXPECT_NEAR(mean / (2000 * (1 - memory * memory) / (1 + memory * memory)), 1, 0.06);
   }
 }
 
 TEST(ResidualCorrelation, UsesOnlyRowsKnownForBothAxes) {
-  AxisResiduals residuals = remembering(300, 3, 0.5, 0.3, 7);
+  AxisResiduals residuals = draw_residuals(300, 3, 0.5, 0.3, 7);
   AxisResiduals picked{.axes = {"x", "y"}, .places = {}, .residual_deg_per_h = {}};
   std::vector<Eigen::Index> rows;
   for (Eigen::Index k = 0; k < 300; ++k) {
@@ -107,19 +114,19 @@ TEST(ResidualCorrelation, UsesOnlyRowsKnownForBothAxes) {
   }
   picked.places = residuals.places(rows);
   picked.residual_deg_per_h = residuals.residual_deg_per_h(rows, std::vector<Eigen::Index>{0, 1});
-  const auto all = correlate_residuals(residuals), of_common = correlate_residuals(picked);
-  EXPECT_DOUBLE_EQ(all.correlation(0, 1), of_common.correlation(0, 1));
-  EXPECT_DOUBLE_EQ(all.effective(0, 1), of_common.effective(0, 1));
+  const auto all = correlate_residuals(residuals), of_picked = correlate_residuals(picked);
+  EXPECT_DOUBLE_EQ(all.correlation(0, 1), of_picked.correlation(0, 1));
+  EXPECT_DOUBLE_EQ(all.effective(0, 1), of_picked.effective(0, 1));
   // The tests are equal for a single pair.
-  EXPECT_EQ(of_common.all_probability < 0.05, of_common.largest_probability < 0.05);
+  EXPECT_EQ(of_picked.all_probability < 0.05, of_picked.largest_probability < 0.05);
 }
 
 TEST(ResidualCorrelation, ReportsNothingForConstantOrShortResiduals) {
-  AxisResiduals residuals = remembering(100, 2, 0, 0.9, 1);
+  AxisResiduals residuals = draw_residuals(100, 2, 0, 0.9, 1);
   residuals.residual_deg_per_h.col(1).setConstant(0.25);
   EXPECT_EQ(correlate_residuals(residuals).all_probability, 1);
-  EXPECT_EQ(correlate_residuals(remembering(4, 2, 0, 0.9, 1)).largest_probability, 1);
-  AxisResiduals twice = remembering(100, 2, 0, 0, 1);
+  EXPECT_EQ(correlate_residuals(draw_residuals(4, 2, 0, 0.9, 1)).largest_probability, 1);
+  AxisResiduals twice = draw_residuals(100, 2, 0, 0, 1);
   twice.residual_deg_per_h.col(1) = twice.residual_deg_per_h.col(0);
   EXPECT_LT(correlate_residuals(twice).largest_probability, 1e-12);
   EXPECT_LT(correlate_residuals(twice).all_probability, 1e-12);

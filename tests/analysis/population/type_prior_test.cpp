@@ -15,14 +15,14 @@
 namespace gyrotherm::population {
 namespace {
 
-/// A type with units of bias w_0 + w_1 (A − 20) + w_2 (A − B) + w_3 (A − C) and the noise of the prior's model, °/h.
+/// Type of gyros whose bias in °/h is w_0 + w_1 (A − 20) + w_2 (A − B) + w_3 (A − C) plus unexplained noise.
 struct SimulatedType {
   Eigen::Vector4d mean{0.01, -2e-4, 8e-3, -5e-3};
   Eigen::Vector4d spread{0.002, 1e-4, 2e-3, 2e-3};  ///< standard deviations, independent
   UnexplainedNoise noise{0.002, 0.001, 4000, 0.001};
 };
 
-/// Draws temperatures between −40 and 60 °C and differences that follow their rates.
+/// Returns a run with temperatures between −40 and 60 °C and with differences that lag and jitter.
 data::Clusters temperature_run(Eigen::Index count, std::uint64_t seed) {
   data::Clusters run;
   run.thermometers = {"A", "B", "C"};
@@ -81,7 +81,8 @@ std::vector<UnitClusters> simulated_units(const SimulatedType& type, int count, 
   return units;
 }
 
-data::Clusters beginning(const data::Clusters& run, Eigen::Index count) {
+/// Returns the first `count` clusters of a run.
+data::Clusters first_clusters(const data::Clusters& run, Eigen::Index count) {
   std::vector<Eigen::Index> rows(static_cast<std::size_t>(count));
   std::iota(rows.begin(), rows.end(), 0);
   return pick(run, rows);
@@ -128,7 +129,8 @@ TEST(TypePrior, UsesThermometersInsteadOfValuesMeasuredByGyro) {
   renamed({"A", "B", "aux:frames"});
   EXPECT_EQ(inputs(), (std::vector<std::string>{"A", "A-B"}));
   renamed({"aux:frames", "self", "aux:current"});
-  EXPECT_EQ(inputs(), std::vector<std::string>{"self"}) << "its own temperature, where there is no other";
+  EXPECT_EQ(inputs(), std::vector<std::string>{"self"})
+      << "the gyro's own temperature is used if there is no thermometer";
 }
 
 struct CoverageCount {
@@ -140,8 +142,8 @@ struct CoverageCount {
   [[nodiscard]] double share() const { return truth / units; }
 };
 
-/// Twelve units give the prior of the thirteenth. Its true bias, including turn-on, is within U (k = 2) about as often
-/// as for a normal distribution, after no, few and all hours of its own data; and U decreases.
+/// A prior from twelve units predicts further units from 0 to 300 clusters of their own data. The true bias, including
+/// turn-on, is within U (k = 2) about as often as for a normal distribution, and U decreases with the amount of data.
 TEST(TypePrior, HasNominalCoverageForNextUnit) {
   const SimulatedType type;
   const std::vector<Eigen::Index> counts = {0, 20, 80, 300};
@@ -163,7 +165,7 @@ TEST(TypePrior, HasNominalCoverageForNextUnit) {
                                     Eigen::VectorXd::Constant(200, turn_on);
       for (std::size_t i = 0; i < counts.size(); ++i) {
         std::vector<data::Clusters> own;
-        if (counts[i] > 0) own.push_back(beginning(unit.runs[0], counts[i]));
+        if (counts[i] > 0) own.push_back(first_clusters(unit.runs[0], counts[i]));
         const auto coefficients = learn_unit(*prior, own);
         ASSERT_TRUE(coefficients);
         const auto predicted = predict(*prior, *coefficients, used);
@@ -182,27 +184,27 @@ TEST(TypePrior, HasNominalCoverageForNextUnit) {
   EXPECT_LT(expanded[3], 0.7 * expanded[0]);
 }
 
-/// A unit with half an hour of its own data and the prior is predicted better than by a plane from twice as much data.
+/// The prior and 20 clusters of a unit predict its bias better than a plane fitted to 40 clusters.
 TEST(TypePrior, ReducesOwnDataNeededByUnit) {
   const SimulatedType type;
   const auto prior = learn_type_prior(simulated_units(type, 12, 3), {.quick = true});
   ASSERT_TRUE(prior);
-  double with = 0, alone = 0, twice_as_long = 0;
+  double with_prior = 0, without_prior = 0, twice_as_long = 0;
   for (std::uint64_t next = 0; next < 20; ++next) {
     const SimulatedUnit unit = simulated_unit(type, 600000 + next, 600);
-    const data::Clusters used = temperature_run(200, next + 3), few = beginning(unit.runs[0], 20);
+    const data::Clusters used = temperature_run(200, next + 3), few = first_clusters(unit.runs[0], 20);
     const Eigen::VectorXd truth = simulated_inputs(used) * unit.coefficients;
     const auto error_of_plane = [&](const data::Clusters& own) {
       const auto z = *evaluate(prior->terms, own), at = *evaluate(prior->terms, used);
       const auto plane = methods::penalised_plane(z, own.bias_deg_per_h, Eigen::Matrix3d::Zero());
       return rms(((at * plane.weights).array() + plane.b).matrix() - truth);
     };
-    with += rms(predict(*prior, *learn_unit(*prior, std::vector{few}), used)->bias_deg_per_h - truth);
-    alone += error_of_plane(few);
-    twice_as_long += error_of_plane(beginning(unit.runs[0], 40));
+    with_prior += rms(predict(*prior, *learn_unit(*prior, std::vector{few}), used)->bias_deg_per_h - truth);
+    without_prior += error_of_plane(few);
+    twice_as_long += error_of_plane(first_clusters(unit.runs[0], 40));
   }
-  EXPECT_LT(with, 0.5 * alone);
-  EXPECT_LT(with, twice_as_long);
+  EXPECT_LT(with_prior, 0.5 * without_prior);
+  EXPECT_LT(with_prior, twice_as_long);
 }
 
 TEST(TypePrior, UsesEveryRunOfUnitAndOnlyPriorWithoutRuns) {
@@ -215,13 +217,12 @@ TEST(TypePrior, UsesEveryRunOfUnitAndOnlyPriorWithoutRuns) {
   const auto one = learn_unit(*prior, std::vector{unit.runs[0]}), both = learn_unit(*prior, unit.runs);
   ASSERT_TRUE(one && both);
   EXPECT_LT(both->coefficients.covariance.trace(), one->coefficients.covariance.trace());
-  // The uncertainty of the constant is limited by the prior and the turn-ons of two runs.
-  const double of_turn_ons = 2 / std::pow(prior->noise.turn_on_deg_per_h, 2);
-  EXPECT_GT(both->coefficients.covariance(0, 0), 1 / (1 / prior->next_unit.covariance(0, 0) + of_turn_ons));
+  // The prior and the turn-on scatter of two runs limit the uncertainty of the constant.
+  const double turn_on_precision = 2 / std::pow(prior->noise.turn_on_deg_per_h, 2);
+  EXPECT_GT(both->coefficients.covariance(0, 0), 1 / (1 / prior->next_unit.covariance(0, 0) + turn_on_precision));
 }
 
-/// The careful slopes have the least error for inexact readings; with exact thermometers they are the most likely ones.
-/// likely ones.
+/// The careful slopes minimise the error for inexact readings. With exact thermometers they are the most likely slopes.
 TEST(TypePrior, AppliesUncertaintyOfThermometers) {
   const auto units = simulated_units({}, 6, 2);
   const Eigen::RowVector3d uncertainty(0.1, 0.2, 0.4);
@@ -234,7 +235,7 @@ TEST(TypePrior, AppliesUncertaintyOfThermometers) {
   EXPECT_EQ(careful_coefficients(*exact, *learn_unit(*exact, units[2].runs)), likeliest);
   EXPECT_NEAR(careful(0) + unit->centre.dot(careful.tail(3)), likeliest(0) + unit->centre.dot(likeliest.tail(3)),
               1e-12);
-  // Mean over all units' runs, each about its own mean.
+  // Sum of squared errors over the runs of all units, each relative to its own mean.
   const auto error_of = [&](const Eigen::Vector4d& coefficients) {
     double sum = 0;
     for (std::uint64_t draw = 0; draw < 300; ++draw) {
@@ -251,11 +252,11 @@ TEST(TypePrior, AppliesUncertaintyOfThermometers) {
     return sum;
   };
   const double least = error_of(careful);
-  // Steps towards the most likely slopes and away from them.
-  for (const double part : {-0.3, 0.3, 1.0}) EXPECT_GT(error_of(careful + part * (likeliest - careful)), least) << part;
+  // A step away from the most likely slopes, and two steps towards them.
+  for (const double step : {-0.3, 0.3, 1.0}) EXPECT_GT(error_of(careful + step * (likeliest - careful)), least) << step;
 }
 
-/// The terms are A, A − B and A − C, so that u² increases by (Σw·drift_A)² + (w₂·drift_B)² + (w₃·drift_C)².
+/// The terms are A, A − B and A − C, so u² increases by (Σw·drift_A)² + (w₂·drift_B)² + (w₃·drift_C)².
 TEST(TypePrior, WidensUncertaintyByThermometerDrift) {
   const auto units = simulated_units({}, 6, 2);
   const auto prior = learn_type_prior(units, {.thermometer_uncertainty_k = {0.1, 0.2, 0.4}, .quick = true});
@@ -275,7 +276,7 @@ TEST(TypePrior, WidensUncertaintyByThermometerDrift) {
   const double of_drift = Eigen::Vector3d(0.01 * slopes.sum(), -0.02 * slopes(1), -0.03 * slopes(2)).squaredNorm();
   const Eigen::VectorXd added = u_squared_with({0.01, 0.02, 0.03}) - without;
   EXPECT_LT((added.array() - of_drift).abs().maxCoeff(), 1e-9 * of_drift);
-  EXPECT_EQ(u_squared_with({0.05}).size(), 0) << "one drift for each thermometer";
+  EXPECT_EQ(u_squared_with({0.05}).size(), 0) << "expected one drift for each thermometer";
   EXPECT_EQ(u_squared_with({0.05, -0.05, 0.05}).size(), 0);
 }
 

@@ -42,9 +42,9 @@ TEST(SteadyClock, NeverDecreasesAndIncludesEarlierTime) {
   EXPECT_GT(first.utc, kVirtualEpoch - hours(24 * 365));
 }
 
-/// Enters a time namespace with a boot time that is ahead by `slept`, as after a suspension. Returns false without the
-/// privilege to make one.
-bool enter_time_after(seconds slept) {
+/// Enters a time namespace whose boot-time clock is ahead by `slept`, as after a suspension. Returns false if this user
+/// may not create one.
+bool enter_suspended_time_namespace(seconds slept) {
   if (::unshare(CLONE_NEWTIME) != 0) return false;
   std::ofstream("/proc/self/timens_offsets") << "boottime " << slept.count() << " 0";
   const int entrance = ::open("/proc/self/ns/time_for_children", O_RDONLY | O_CLOEXEC);
@@ -52,19 +52,19 @@ bool enter_time_after(seconds slept) {
 }
 
 TEST(SteadyClock, IncludesTimeInSuspension) {
-  constexpr int kCannot = 77;
+  constexpr int kNotPermitted = 77;  // exit code
   const auto child = ::fork();
   if (child == 0) {
     const SteadyClock clock;
     const auto before = clock.now();
-    if (!enter_time_after(seconds(600))) ::_exit(kCannot);
+    if (!enter_suspended_time_namespace(seconds(600))) ::_exit(kNotPermitted);
     const auto after = clock.now();
     const auto passed = after.since_start - before.since_start;
     ::_exit(passed >= seconds(600) && passed < seconds(660) && after.utc - before.utc < seconds(60) ? 0 : 1);
   }
   int status = 0;
   ASSERT_EQ(::waitpid(child, &status, 0), child);
-  if (WEXITSTATUS(status) == kCannot) GTEST_SKIP() << "no right to make a time namespace";
+  if (WEXITSTATUS(status) == kNotPermitted) GTEST_SKIP() << "this user may not create a time namespace";
   EXPECT_EQ(status, 0);
 }
 

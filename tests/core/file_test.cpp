@@ -41,8 +41,9 @@ mode_t mode_of(const std::string& path) {
   return ::lstat(path.c_str(), &facts) == 0 ? facts.st_mode & 07777 : 0;
 }
 
-/// Returns the text of a file, or the fault. Fails the test if reading takes much processor time or sleeps.
-std::string what_reading_says(const std::string& path, std::size_t most = kLargestText) {
+/// Returns "read", or the text of the fault. Fails the test if reading takes more than one second of processor time or
+/// sleeps for as long.
+std::string read_result(const std::string& path, std::size_t most = kLargestText) {
   const tests::SleepMeter meter;
   const auto worked = std::clock();
   const auto read = read_text_file(path, most);
@@ -66,37 +67,35 @@ TEST_F(ReadFile, ReturnsWrittenText) {
 }
 
 TEST_F(ReadFile, NamesMissingFile) {
-  EXPECT_EQ(what_reading_says("/nowhere/at/all.toml"),
-            "/nowhere/at/all.toml: cannot be read: No such file or directory");
+  EXPECT_EQ(read_result("/nowhere/at/all.toml"), "/nowhere/at/all.toml: cannot be read: No such file or directory");
   EXPECT_EQ(read_text_file_if_any(in("none")).value(), std::nullopt);
 }
 
 TEST_F(ReadFile, RefusesPipesDevicesAndFolders) {
   ASSERT_EQ(::mkfifo(in("pipe").c_str(), 0600), 0);
-  EXPECT_EQ(what_reading_says(in("pipe")), in("pipe") + ": is a pipe, expected a regular file");
-  EXPECT_EQ(what_reading_says("/dev/zero"), "/dev/zero: is a device, expected a regular file");
-  EXPECT_EQ(what_reading_says(folder_.string()), folder_.string() + ": is a folder, expected a regular file");
+  EXPECT_EQ(read_result(in("pipe")), in("pipe") + ": is a pipe, expected a regular file");
+  EXPECT_EQ(read_result("/dev/zero"), "/dev/zero: is a device, expected a regular file");
+  EXPECT_EQ(read_result(folder_.string()), folder_.string() + ": is a folder, expected a regular file");
   fs::create_symlink(in("pipe"), in("link"));
-  EXPECT_EQ(what_reading_says(in("link")), in("link") + ": is a pipe, expected a regular file");
+  EXPECT_EQ(read_result(in("link")), in("link") + ": is a pipe, expected a regular file");
   EXPECT_FALSE(read_text_file_if_any(in("pipe")));
 }
 
 TEST_F(ReadFile, RefusesFilesOfKernel) {
-  EXPECT_EQ(what_reading_says("/proc/self/mem"), "/proc/self/mem: cannot be read: Input/output error");
-  EXPECT_NE(what_reading_says("/proc/self/status").find("its size was 0 bytes, but more bytes were read"),
-            std::string::npos);
-  EXPECT_NE(what_reading_says("/sys/kernel/mm/transparent_hugepage/enabled", 100'000).find("cannot be read"),
+  EXPECT_EQ(read_result("/proc/self/mem"), "/proc/self/mem: cannot be read: Input/output error");
+  EXPECT_NE(read_result("/proc/self/status").find("its size was 0 bytes, but more bytes were read"), std::string::npos);
+  EXPECT_NE(read_result("/sys/kernel/mm/transparent_hugepage/enabled", 100'000).find("cannot be read"),
             std::string::npos);
 }
 
 TEST_F(ReadFile, ChecksSizeBeforeReading) {
   std::ofstream(in("sparse")).close();
   fs::resize_file(in("sparse"), 1ULL << 40);
-  EXPECT_EQ(what_reading_says(in("sparse")),
+  EXPECT_EQ(read_result(in("sparse")),
             in("sparse") + ":1:1: the file has 1099511627776 bytes, expected at most 4000000");
   fs::resize_file(in("sparse"), 100);
-  EXPECT_EQ(what_reading_says(in("sparse"), 99), in("sparse") + ":1:1: the file has 100 bytes, expected at most 99");
-  EXPECT_EQ(what_reading_says(in("sparse"), 100), "read");
+  EXPECT_EQ(read_result(in("sparse"), 99), in("sparse") + ":1:1: the file has 100 bytes, expected at most 99");
+  EXPECT_EQ(read_result(in("sparse"), 100), "read");
 }
 
 TEST_F(ReadFile, FollowsLinkOnlyIfPermitted) {
@@ -107,7 +106,7 @@ TEST_F(ReadFile, FollowsLinkOnlyIfPermitted) {
   ASSERT_FALSE(refused);
   EXPECT_EQ(text(refused.error()), in("link") + ": is a link, expected a regular file");
   fs::create_symlink("nowhere", in("dangling"));
-  EXPECT_FALSE(read_text_file_if_any(in("dangling"))) << "something is there";
+  EXPECT_FALSE(read_text_file_if_any(in("dangling"))) << "a dangling link is not a missing file";
   EXPECT_FALSE(read_text_file_if_any(in("link"), kLargestText, Links::refused));
 }
 
@@ -130,7 +129,7 @@ TEST_F(ReplaceFile, ReplacesTargetAndKeepsLink) {
   EXPECT_EQ(read_text_file(in("elsewhere/target")).value(), "new");
 }
 
-/// The names were used for new files in the past. Another program may have put a link there.
+/// Earlier versions used these names for temporary files. Another program may have created a link with such a name.
 TEST_F(ReplaceFile, FollowsNoLinkWithNameOfTemporaryFile) {
   ASSERT_TRUE(replace_text_file(in("precious"), "precious"));
   for (const char* name : {"f.part", "g.part"}) fs::create_symlink("precious", in(name));

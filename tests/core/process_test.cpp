@@ -15,10 +15,10 @@ namespace fs = std::filesystem;
 
 TEST(ProgramInPath, IsFirstExecutableFile) {
   const fs::path folder = fs::temp_directory_path() / ("gyrotherm-path-" + std::to_string(::getpid()));
-  fs::create_directories(folder / "a/tool");  // a folder is not a program
+  fs::create_directories(folder / "a/tool");  // a folder, not a program
   fs::create_directories(folder / "b");
   fs::create_directories(folder / "c");
-  for (const char* place : {"b/tool", "c/tool"}) std::ofstream(folder / place) << "#!/bin/sh\n";
+  for (const char* file : {"b/tool", "c/tool"}) std::ofstream(folder / file) << "#!/bin/sh\n";
   fs::permissions(folder / "c/tool", fs::perms::owner_all);
   const std::string before = std::getenv("PATH");
   ::setenv("PATH", (folder.string() + "/a:" + folder.string() + "/b:c").c_str(), 1);

@@ -15,19 +15,19 @@ namespace gyrotherm {
 namespace {
 
 /// Redirects a standard stream for the lifetime of the object.
-class Elsewhere {
+class RedirectedStream {
  public:
-  Elsewhere(std::FILE* stream, int to) : stream_(stream), before_(::dup(::fileno(stream))) {
+  RedirectedStream(std::FILE* stream, int to) : stream_(stream), before_(::dup(::fileno(stream))) {
     std::fflush(stream_);
     ::dup2(to, ::fileno(stream_));
   }
-  ~Elsewhere() {
+  ~RedirectedStream() {
     ::dup2(before_, ::fileno(stream_));
     ::close(before_);
     std::clearerr(stream_);
   }
-  Elsewhere(const Elsewhere&) = delete;
-  Elsewhere& operator=(const Elsewhere&) = delete;
+  RedirectedStream(const RedirectedStream&) = delete;
+  RedirectedStream& operator=(const RedirectedStream&) = delete;
 
  private:
   std::FILE* stream_;
@@ -35,25 +35,25 @@ class Elsewhere {
 };
 
 TEST(StandardStreams, DistinguishFullDiskFromClosedPipe) {
-  const std::string much(100'000, '.');
+  const std::string long_text(100'000, '.');
   const Descriptor full(::open("/dev/full", O_WRONLY | O_CLOEXEC));
   std::array<int, 2> ends{};
   ASSERT_EQ(::pipe2(ends.data(), O_CLOEXEC), 0);
   ::close(ends[0]);
-  const Descriptor reader_has_gone(ends[1]);
+  const Descriptor without_reader(ends[1]);
   const auto before = std::signal(SIGPIPE, SIG_IGN);
-  for (const auto* descriptor : {&full, &reader_has_gone}) {
-    const Elsewhere told(stderr, descriptor->number());
-    write_to_stderr(much);
+  for (const auto* descriptor : {&full, &without_reader}) {
+    const RedirectedStream err(stderr, descriptor->number());
+    write_to_stderr(long_text);
   }
-  for (const auto& text : {std::string("."), much}) {
+  for (const auto& text : {std::string("."), long_text}) {
     Result<void> on_full, on_closed;
     {
-      const Elsewhere out(stdout, full.number());
+      const RedirectedStream out(stdout, full.number());
       on_full = write_to_stdout(text);
     }
     {
-      const Elsewhere out(stdout, reader_has_gone.number());
+      const RedirectedStream out(stdout, without_reader.number());
       on_closed = write_to_stdout(text);
     }
     ASSERT_FALSE(on_full) << text.size() << " bytes";

@@ -17,7 +17,7 @@ concept Addable = requires(A a, B b) {
   a + b;
 };
 
-static_assert(!Addable<Celsius, Celsius>, "points do not add");
+static_assert(!Addable<Celsius, Celsius>, "temperatures cannot be added");
 static_assert(Addable<Celsius, Kelvins>);
 static_assert(std::is_same_v<decltype(Celsius{} - Celsius{}), Kelvins>);
 

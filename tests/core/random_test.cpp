@@ -9,7 +9,7 @@ namespace gyrotherm {
 namespace {
 
 TEST(RandomStream, MatchesReferenceOnEveryPlatform) {
-  // First output of seed 0 published with the generator.
+  // The published first output for the seed 0.
   EXPECT_EQ(splitmix64(0), 0xe220a8397b1dcdafU);
   RandomStream stream(1, RandomPurpose::angle_noise);
   std::mt19937_64 engine(splitmix64(splitmix64(1) + 8));

@@ -58,20 +58,20 @@ TEST(PlainText, IsValidUtf8WithoutControlsForAnyBytes) {
   }
 }
 
-const std::vector<std::string> kKnown{"qualify", "run", "resume", "report"};
+const std::vector<std::string> kKnownWords{"qualify", "run", "resume", "report"};
 
 TEST(Nearest, FindsMisspeltWord) {
-  EXPECT_EQ(nearest("qualfy", kKnown), "qualify");
-  EXPECT_EQ(nearest("resmue", kKnown), "resume");
-  EXPECT_EQ(nearest("rn", kKnown), "run");
+  EXPECT_EQ(nearest("qualfy", kKnownWords), "qualify");
+  EXPECT_EQ(nearest("resmue", kKnownWords), "resume");
+  EXPECT_EQ(nearest("rn", kKnownWords), "run");
 }
 
 TEST(Nearest, ReturnsKnownWordUnchanged) {
-  for (const auto& word : kKnown) EXPECT_EQ(nearest(word, kKnown), word);
+  for (const auto& word : kKnownWords) EXPECT_EQ(nearest(word, kKnownWords), word);
 }
 
 TEST(Nearest, IsEmptyWithoutSimilarWord) {
-  EXPECT_EQ(nearest("thermometer", kKnown), "");
+  EXPECT_EQ(nearest("thermometer", kKnownWords), "");
   EXPECT_EQ(nearest("qualify", {}), "");
 }
 

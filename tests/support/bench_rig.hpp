@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Bench rig: a chamber with its air, nine thermometers, a gyro, and a record in memory. Each part fails on command.
-/// The parts implement the real interfaces, so the tests execute the same run code as real rigs.
+/// The parts implement the interfaces of real rigs, so tests execute the same run code.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -18,14 +18,14 @@
 
 namespace gyrotherm::tests {
 
-/// State of the chamber, independent of its reported values.
+/// Actual state of the chamber, which its replies may contradict.
 struct BenchChamber {
   double set_point_c = 20, air_c = 20;
   bool on = true;
   bool silent{};
   /// Refuses set points with an exception.
   bool refuses{};
-  /// Acknowledges set points and keeps the old one, which the read-back shows.
+  /// Acknowledges set points but keeps the previous one, which the read-back reveals.
   bool ignores{};
   bool door_open{};
   bool must_stop{};
@@ -38,7 +38,7 @@ struct BenchChamber {
   double lag_s = 60;
   /// Every set point that reached the chamber.
   std::vector<double> sent_c;
-  /// Number of set points sent without the line's pause.
+  /// Number of set points sent although the line is paused.
   int insisted = 0;
 
   void second() {
@@ -49,7 +49,7 @@ struct BenchChamber {
       follow();
   }
   void follow() { air_c += (on && !door_open ? set_point_c - air_c : 22 - air_c) / lag_s; }
-  /// Restarts after a power cut with its default set point.
+  /// Restarts with the default set point, as after a power cut.
   void restart() { set_point_c = 20; }
 };
 

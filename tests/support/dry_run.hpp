@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Virtual rig, profile and record in a folder of their own.
+/// Virtual rig, profile and record in a temporary folder.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -55,8 +55,8 @@ class DryRun {
     return run({.gyro = seed_, .run = 0, .days_later = days_later}, nullptr,
                [&](RunHarness& harness, rig::Rig&) { harness.seconds(seconds); });
   }
-  /// Calls `steps` to drive the run. Loads `program`, unless it is null, into the chamber's controller. Finishes the
-  /// record if the run is complete.
+  /// Starts a run and calls `steps`, which advances it. First loads `program` into the chamber controller, unless it is
+  /// null. Finishes the record if the run is complete.
   run::RunOutcome run(simulator::LaboratorySeed seed, const drivers::ChamberProgram* program,
                       const std::function<void(RunHarness&, rig::Rig&)>& steps) {
     auto rig = rig::Rig::assemble(

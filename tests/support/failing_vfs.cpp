@@ -13,7 +13,7 @@
 namespace gyrotherm::tests {
 namespace {
 
-/// SQLite's handle of an open file. The handle of the file below follows it in memory.
+/// SQLite's handle of an open file. In memory, it is followed by the handle of the underlying file system.
 struct OpenFile {
   sqlite3_file base;
   FailingVfs* vfs;
@@ -80,7 +80,7 @@ int sector_size(sqlite3_file* file) { return of(file).below()->pMethods->xSector
 
 int characteristics(sqlite3_file* file) { return of(file).below()->pMethods->xDeviceCharacteristics(of(file).below()); }
 
-/// Shared memory is used only by readers of a log that a writer left.
+// Shared memory is used only by readers of a log that a writer left behind.
 int map_shared(sqlite3_file* file, int region, int size, int extend, void volatile** memory) {
   return of(file).below()->pMethods->xShmMap(of(file).below(), region, size, extend, memory);
 }

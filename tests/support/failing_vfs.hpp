@@ -12,18 +12,18 @@ struct sqlite3_vfs;
 
 namespace gyrotherm::tests {
 
-/// During its lifetime every database of the process is opened through it. A sync takes no time; unsynced writes are
-/// tracked.
+/// Default file system of SQLite during its lifetime. Files are never actually synced: the object only tracks which
+/// writes would be lost in a power cut.
 class FailingVfs {
  public:
   enum class Kind {
     /// Every operation may fail: open, read, write, truncate, sync, lock.
     io_error,
-    /// Only syncs fail. The unsynced data is lost although the next sync succeeds, as on Linux.
+    /// Only syncs fail. As on Linux, the unsynced data is then lost although the next sync succeeds.
     sync_error,
     full,       ///< only writes fail: disk full
-    power_cut,  ///< later operations have no effect
-    /// Writes report success and store other bytes.
+    power_cut,  ///< every later operation fails
+    /// Writes report success but store zeros.
     forgetful,
   };
 
@@ -32,20 +32,20 @@ class FailingVfs {
   FailingVfs(const FailingVfs&) = delete;
   FailingVfs& operator=(const FailingVfs&) = delete;
 
-  /// Makes an operation fail, once or together with all later ones. Operations are numbered from 1, starting with the
-  /// first one after this call.
+  /// Makes one operation fail, or that operation and all later ones (`sticky`). Operations are counted from 1 after
+  /// this call.
   void fail(std::int64_t operation, bool sticky, Kind kind);
   void heal() { fail_at_ = 0; }
   [[nodiscard]] std::int64_t operations() const { return operations_; }
   [[nodiscard]] std::int64_t failures() const { return failures_; }
 
-  /// Sets every file to a content that a power cut may leave: all synced data, and a random selection of later 512-byte
-  /// sectors. All files must be closed.
+  /// Rewrites every file with a content that a power cut may leave: all synced data, and a random selection of the
+  /// unsynced 512-byte sectors. All files must be closed.
   void lose_unsynced_data(unsigned seed);
 
-  /// Functions for the file system itself. count() returns the code to fail with, or 0; forgets() returns whether a
-  /// write is lost.
+  /// Counts an operation of the file system. Returns the SQLite error code with which it must fail, or 0.
   int count(char operation);
+  /// Counts a write. Returns whether it must store zeros.
   bool forgets();
   void wrote(const std::string& path, std::int64_t offset, std::string bytes);
   void truncated(const std::string& path, std::int64_t size);
@@ -68,7 +68,7 @@ class FailingVfs {
   sqlite3_vfs* below_{};
   std::int64_t operations_{};
   std::int64_t failures_{};
-  std::atomic<std::int64_t> fail_at_{};  ///< reset while a worker writes
+  std::atomic<std::int64_t> fail_at_{};  ///< 0: never; atomic for heal()
   bool sticky_{};
   Kind kind_{};
   std::map<std::string, File> disk_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// USB-TEMP in memory with its HID reports. It works until a function breaks it.
+/// Fake USB-TEMP that exchanges HID reports. It works until a member function makes it fail.
 #pragma once
 
 #include <algorithm>
@@ -23,7 +23,7 @@ class FakeUsbTemp final : public drivers::HidReports {
   std::array<float, drivers::kMccInputs> temperatures{20.125f, 21.125f, 22.125f, 23.125f,
                                                       24.125f, 25.125f, 26.125f, 27.125f};
   std::vector<std::uint8_t> date{24, 5, 17, 10, 30, 0};
-  /// Items by converter and sub-item.
+  /// Item settings by converter and sub-item.
   std::map<std::pair<std::uint8_t, std::uint8_t>, std::vector<std::uint8_t>> items;
   std::vector<drivers::MccRequest> heard;
   int openings = 0;
@@ -32,7 +32,7 @@ class FakeUsbTemp final : public drivers::HidReports {
   void unplug() { plugged_ = open_ = false, waiting_.clear(); }
   void plug_in() { plugged_ = true; }
   void fall_silent() { silent_ = true; }
-  /// Delays each answer until the next query.
+  /// Answers each query with the answer to the previous one.
   void answer_late() { late_ = true; }
   /// Ignores new settings.
   void forget_settings() { deaf_ = true; }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Registers and byte streams in memory. They work until a function breaks them.
+/// Fake registers and byte streams. They work until a member function makes them fail.
 #pragma once
 
 #include <algorithm>
@@ -21,7 +21,7 @@ namespace gyrotherm::tests {
   return {first, first + text.size()};
 }
 
-/// Registers of a unit in memory. An address that was never set is illegal.
+/// Registers of a Modbus unit. An address that was never set is refused as illegal.
 class FakeRegisters final : public drivers::Registers {
  public:
   std::map<std::uint16_t, std::uint16_t> words;
@@ -30,9 +30,9 @@ class FakeRegisters final : public drivers::Registers {
   void fall_silent() { broken_ = FaultKind::timeout; }
   void disconnect() { broken_ = FaultKind::disconnected; }
   void recover() { broken_ = kWell, late_ = deaf_ = false; }
-  /// Carries writes out, but their acknowledgements time out.
+  /// Executes writes, but their acknowledgements time out.
   void answer_late() { late_ = true; }
-  /// Acknowledges writes and does nothing.
+  /// Acknowledges writes without executing them.
   void ignore_writes() { deaf_ = true; }
 
   Result<std::vector<std::uint16_t>> read(drivers::ReadFunction, std::uint16_t address, std::uint16_t count) override {
@@ -56,13 +56,15 @@ class FakeRegisters final : public drivers::Registers {
   }
 
  private:
-  static constexpr FaultKind kWell = FaultKind::interrupted;  ///< unused by all wires
+  /// No failure. Wires never return this kind.
+  static constexpr FaultKind kWell = FaultKind::interrupted;
   FaultKind broken_ = kWell;
   bool late_ = false;
   bool deaf_ = false;
 };
 
-/// Byte stream in memory. Written bytes go to `instrument`, and its answer waits to be read. No time passes.
+/// Byte stream to a fake instrument. write() passes the bytes to `instrument` and queues its answer for read(). No call
+/// waits.
 class FakeStream final : public drivers::ByteStream {
  public:
   std::function<std::string(std::string_view)> instrument = [](std::string_view) { return std::string(); };
@@ -72,9 +74,9 @@ class FakeStream final : public drivers::ByteStream {
   void say(const std::vector<std::byte>& bytes) { waiting_.insert(waiting_.end(), bytes.begin(), bytes.end()); }
   void in_pieces_of(std::size_t size) { piece_ = size; }
   void fall_silent() { silent_ = true; }
-  /// Delays each answer until the next query.
+  /// Answers each query with the answer to the previous one.
   void answer_late() { late_ = true; }
-  void garble() { garbled_ = true; }  ///< inverts top bits
+  void garble() { garbled_ = true; }  ///< inverts the top bits
   void disconnect() { gone_ = true; }
   void recover() { silent_ = late_ = garbled_ = gone_ = false; }
 

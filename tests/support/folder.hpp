@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Folder that is removed at the end of the test.
+/// Temporary folder that is removed with the object.
 #pragma once
 
 #include <cstdlib>

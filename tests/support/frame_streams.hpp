@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Shipped descriptions of gyro streams, and bytes in hexadecimal notation.
+/// Shipped gyro streams and a decoder for tests of them.
 #pragma once
 
 #include <algorithm>
@@ -19,7 +19,7 @@
 
 namespace gyrotherm::tests {
 
-/// Returns the names of the shipped streams. Throws if one is missing.
+/// Returns the sorted names of the shipped streams. Throws if there are fewer than expected.
 [[nodiscard]] inline std::vector<std::string> shipped_streams() {
   std::vector<std::string> names;
   for (const auto& entry : std::filesystem::directory_iterator(GYROTHERM_SOURCE_DIR "/profiles/gyro-streams"))
@@ -40,7 +40,7 @@ namespace gyrotherm::tests {
   return *stream;
 }
 
-/// Returns the stream with all of its axes.
+/// Returns the shipped stream with all of its axes selected.
 [[nodiscard]] inline drivers::GyroStream whole_shipped_stream(const std::string& name) {
   return shipped_stream(name, shipped_stream(name).frame.all_axes);
 }
@@ -58,7 +58,7 @@ namespace gyrotherm::tests {
   return bytes;
 }
 
-/// Decoder that has processed all given bytes, with its results.
+/// Frames, values and complaints that a decoder returns for the given bytes.
 class Fed {
  public:
   Fed(const drivers::FrameFormat& format, const std::vector<std::byte>& bytes) : format_(format), decoder_(format) {

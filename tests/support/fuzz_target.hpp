@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Declares fuzz targets. CTest runs all of them from one program, fuzz_test; for libFuzzer each is a program of its
-/// own.
+/// Declares fuzz targets. CTest runs all of them in one program, fuzz_test. For libFuzzer, each target is a separate
+/// program.
 #pragma once
 
 #include <cstddef>
@@ -17,8 +17,8 @@ struct Target {
 };
 
 /// Aborts if the invariant does not hold. A fuzzer reports an abort as a finding.
-inline void require(bool law) {
-  if (!law) std::abort();
+inline void require(bool invariant) {
+  if (!invariant) std::abort();
 }
 
 }  // namespace gyrotherm::fuzz

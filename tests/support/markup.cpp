@@ -35,7 +35,7 @@ bool is_tag(std::string_view tag) {
   return tag.empty() || tag == "/";
 }
 
-/// Returns whether the text starts with an entity that escaped() or the page writes.
+/// Returns whether the text starts with one of the entities that the reports use.
 bool starts_with_entity(std::string_view text) {
   constexpr std::array kEntities = {"&amp;", "&lt;", "&gt;", "&quot;", "&#39;", "&nbsp;"};
   return std::ranges::any_of(kEntities, [&](const char* entity) { return text.starts_with(entity); });

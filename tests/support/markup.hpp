@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Checks markup that the report wrote.
+/// Checks the HTML and SVG of the reports.
 #pragma once
 
 #include <string>
@@ -7,10 +7,11 @@
 
 namespace gyrotherm::tests {
 
-/// Returns an empty string if every element is closed in order, every attribute is quoted and no bare '&' or '<'
-/// exists; otherwise the error. Accepts raw style sheets, the doctype and void HTML elements written "<x/>".
+/// Returns the first error, or an empty string. Requires that elements are closed in order, that attributes are quoted,
+/// and that there is no bare '&' or '<'. Accepts the doctype, raw style sheets and void elements written "<x/>".
 [[nodiscard]] std::string markup_error(std::string_view markup);
 
+/// Counts the occurrences of a word without overlaps.
 [[nodiscard]] int count_of(std::string_view text, std::string_view word);
 
 }  // namespace gyrotherm::tests

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Run of a profile in virtual time, one second at a time: the common part of all tests of whole runs. It uses a rig
-/// (bench rig, simulated plant or virtual rig behind sockets) and a store.
+/// Executes a profile in virtual time, one second at a time. All tests of whole runs use it, with a bench rig, a
+/// simulated plant or a virtual rig behind sockets.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -26,11 +26,12 @@ class RunHarness {
   [[nodiscard]] run::RunOutcome outcome() const { return outcome_; }
   [[nodiscard]] ProfilePosition progress() const { return profile_position(profile_, run_controller_.state()); }
 
-  /// Called before the time of a slot passes.
+  /// Called before the time of a slot advances.
   std::function<void(std::int64_t slot)> before_second = {};
   std::function<void()> after_tick = {};
 
-  /// Advances by `count` seconds with a tick each, or until the run has ended. Returns the outcome of the last tick.
+  /// Advances by `count` seconds with one tick each. Stops early when the run has ended. Returns the outcome of the
+  /// last tick.
   run::RunOutcome seconds(std::int64_t count) {
     for (; count > 0 && outcome_ == run::RunOutcome::going_on; --count) {
       if (before_second) before_second(slot_);
@@ -42,15 +43,15 @@ class RunHarness {
     }
     return outcome_;
   }
-  /// Advances without a tick: the program was late, or the machine slept.
+  /// Advances without a tick, as if the program was late or the machine was suspended.
   void without_tick(std::int64_t count) {
     rig_.let_pass(count);
     slot_ += count;
   }
-  /// Returns the number of seconds until `so` holds, or −1 if it does not within `most`.
-  int until(const std::function<bool()>& so, int most) {
+  /// Advances until the condition is true. Returns the number of seconds, or −1 if it is still false after `most`.
+  int until(const std::function<bool()>& condition, int most) {
     for (int i = 0; i <= most; ++i) {
-      if (so()) return i;
+      if (condition()) return i;
       seconds(1);
     }
     return -1;

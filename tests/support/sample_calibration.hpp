@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Calibration report with invented values: two axes, all groups of results, both languages, every optional part.
+/// Calibration report with invented values. It has two axes, all groups of results, both languages and every optional
+/// part.
 #pragma once
 
 #include "report/calibration.hpp"

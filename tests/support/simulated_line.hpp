@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Line in memory on a virtual clock that advances only while the code waits. Bytes arrive at scheduled times.
+/// Simulated line on which bytes arrive at scheduled times. Its virtual clock advances only while read() waits.
 #pragma once
 
 #include <algorithm>
@@ -18,7 +18,7 @@ namespace gyrotherm::tests {
 class SimulatedLine final : public drivers::ByteStream {
  public:
   using Bytes = std::vector<std::byte>;
-  /// Reaction of the other end to a request; it calls arrive().
+  /// Called with each request. Calls arrive() to schedule the reply of the instrument.
   std::function<void(std::span<const std::byte> request)> heard = [](auto) {};
 
   explicit SimulatedLine(VirtualClock& clock) : clock_(clock) {}
@@ -26,7 +26,7 @@ class SimulatedLine final : public drivers::ByteStream {
   void arrive(Duration after, Bytes bytes) {
     if (!ended_) coming_.emplace(now() + after, std::move(bytes));
   }
-  /// Schedules the last bytes; the other end is silent afterwards.
+  /// Schedules the last bytes. Drops all later ones, including those of further calls of arrive().
   void arrive_last(Duration after, Bytes bytes) {
     const auto at = now() + after;
     coming_.erase(coming_.upper_bound(at), coming_.end());
@@ -58,11 +58,11 @@ class SimulatedLine final : public drivers::ByteStream {
   }
 
  private:
-  /// Takes as many of the first arrived bytes as fit.
-  std::size_t take(std::span<std::byte> room) {
+  /// Moves bytes of the earliest arrival into the buffer, as many as fit. Returns their number.
+  std::size_t take(std::span<std::byte> buffer) {
     auto& bytes = coming_.begin()->second;
-    const auto size = std::min(room.size(), bytes.size());
-    std::copy_n(bytes.begin(), size, room.begin());
+    const auto size = std::min(buffer.size(), bytes.size());
+    std::copy_n(bytes.begin(), size, buffer.begin());
     bytes.erase(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(size));
     if (bytes.empty()) coming_.erase(coming_.begin());
     return size;

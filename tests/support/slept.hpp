@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Measures how long a thread sleeps, independent of the load: the time in which it waits for a lock, a timer or a
-/// device, without the time in which it works or waits for a processor.
+/// Measures how long a thread sleeps, independent of the load of the machine. Sleep is the time in which the thread
+/// waits for a lock, a timer or a device. Time in which it works or waits for a processor does not count.
 #pragma once
 
 #include <chrono>
@@ -10,18 +10,18 @@
 
 namespace gyrotherm::tests {
 
-/// Measures the calling thread. The kernel counts the waits for a processor (CONFIG_SCHED_INFO). Without that count,
-/// they are counted as sleep.
+/// Measures the calling thread from the construction on. Waits for a processor come from the kernel
+/// (CONFIG_SCHED_INFO). A kernel without this option includes them in the sleep.
 class SleepMeter {
  public:
   [[nodiscard]] std::chrono::nanoseconds slept() const {
-    const auto now = at_work();
-    return std::chrono::steady_clock::now() - began_ - (now - at_work_);
+    const auto now = awake_time();
+    return std::chrono::steady_clock::now() - began_ - (now - awake_);
   }
 
  private:
-  /// Returns how long this thread has worked, or waited for a processor, since it began.
-  static std::chrono::nanoseconds at_work() {
+  /// Returns the time in which this thread has worked or waited for a processor since its start.
+  static std::chrono::nanoseconds awake_time() {
     timespec time{};
     ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
     std::int64_t worked_ns = 0, waited_ns = 0;
@@ -29,7 +29,7 @@ class SleepMeter {
     return std::chrono::seconds(time.tv_sec) + std::chrono::nanoseconds(time.tv_nsec + waited_ns);
   }
 
-  std::chrono::nanoseconds at_work_ = at_work();
+  std::chrono::nanoseconds awake_ = awake_time();
   std::chrono::steady_clock::time_point began_ = std::chrono::steady_clock::now();
 };
 

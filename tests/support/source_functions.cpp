@@ -11,12 +11,12 @@ namespace {
 bool is_in_a_name(char letter) { return std::isalnum(static_cast<unsigned char>(letter)) != 0 || letter == '_'; }
 bool is_blank(char letter) { return std::isspace(static_cast<unsigned char>(letter)) != 0; }
 
-/// Copies a source and replaces everything except code by blanks.
+/// Replaces everything except code by blanks in a copy of a source.
 class Blanker {
  public:
   explicit Blanker(const std::string& source) : text_(source) {}
 
-  std::string blanked() {
+  std::string blank() {
     while (at_ < text_.size()) step();
     return text_;
   }
@@ -82,7 +82,7 @@ class Blanker {
   std::size_t at_{};
 };
 
-/// Returns the position behind the bracket that closes the one at `open`.
+/// Returns the position behind the bracket that closes the bracket at `open`, or the size of the text.
 std::size_t end_of_brackets(const std::string& text, std::size_t open, char opening, char closing) {
   int depth = 0;
   for (auto at = open; at < text.size(); ++at) {
@@ -96,8 +96,8 @@ std::size_t end_of_brackets(const std::string& text, std::size_t open, char open
   return text.size();
 }
 
-/// Reduces a head to the part that decides its kind: removes template lists, attributes and the inside of brackets. The
-/// symbol of an operator becomes a name.
+/// Reduces the head of a declaration to the part that decides its kind. Removes template lists, attributes and the
+/// inside of parentheses, and replaces the symbol of an operator by a name.
 std::string outline_of_head(std::string head) {
   static const std::regex symbol(R"(\boperator\s*(?:\(\s*\)|\[\s*\]|[^\s\w(]+))"), arrow("->"),
       attribute(R"(\[\[.*?\]\])"), declared(R"(\b(?:alignas|__attribute__|decltype|noexcept|explicit|throw)\s*(?=\())");
@@ -124,20 +124,20 @@ std::string outline_of_head(std::string head) {
   return outline;
 }
 
-enum class Opened { scope, function, member, value };
+enum class BlockKind { scope, function, member, value };
 
-/// Decides the kind of block that a brace opens, from the text between the end of the last declaration and the brace.
-Opened opened_by(const std::string& head) {
+/// Returns the kind of block that a brace opens. `head` is the text between the previous declaration and the brace.
+BlockKind block_kind(const std::string& head) {
   static const std::regex scope(R"(^\s*(?:inline\s+)?namespace\b|^\s*extern\s*$)"), enumeration(R"(\benum\b)"),
       record(R"(^[^()=]*\b(?:class|struct|union)\b[^()=]*$)"), function(R"(^[^=]*\(\))"),
       initialisers(R"(\(\)[\w\s]*:(?!:))"), member(R"([\w>]\s*$)");
-  if (std::regex_search(head, scope)) return Opened::scope;
+  if (std::regex_search(head, scope)) return BlockKind::scope;
   const auto outline = outline_of_head(head);
-  if (std::regex_search(outline, enumeration)) return Opened::value;
-  if (std::regex_search(outline, record)) return Opened::scope;
-  if (!std::regex_search(outline, function)) return Opened::value;
+  if (std::regex_search(outline, enumeration)) return BlockKind::value;
+  if (std::regex_search(outline, record)) return BlockKind::scope;
+  if (!std::regex_search(outline, function)) return BlockKind::value;
   const bool is_a_list = std::regex_search(outline, initialisers);
-  return is_a_list && std::regex_search(head, member) ? Opened::member : Opened::function;
+  return is_a_list && std::regex_search(head, member) ? BlockKind::member : BlockKind::function;
 }
 
 /// Returns the length of access specifiers such as `public:` at the beginning of a head.
@@ -148,7 +148,8 @@ std::size_t length_of_access(const std::string& head) {
   return std::regex_search(head, match, access) ? static_cast<std::size_t>(match.length()) : 0;
 }
 
-std::string in_one_line(const std::string& text) {
+/// Replaces each sequence of blanks and line breaks by one blank.
+std::string joined_lines(const std::string& text) {
   std::string line;
   for (const char letter : text) {
     if (!is_blank(letter))
@@ -187,17 +188,17 @@ class FunctionScanner {
 
   void open() {
     skip_access();
-    const auto kind = opened_by(text_.substr(head_, at_ - head_));
-    if (kind == Opened::scope) {
+    const auto kind = block_kind(text_.substr(head_, at_ - head_));
+    if (kind == BlockKind::scope) {
       ++depth_;
       head_ = at_ + 1;
       return;
     }
     const auto end = end_of_brackets(text_, at_, '{', '}');
     if (text_[end - 1] != '}') found_.is_balanced = false;
-    if (kind == Opened::function) {
+    if (kind == BlockKind::function) {
       const auto first = text_.find_first_not_of(" \t\n", head_);
-      found_.functions.push_back({in_one_line(text_.substr(first, at_ - first)), line_at(first), line_at(end - 1)});
+      found_.functions.push_back({joined_lines(text_.substr(first, at_ - first)), line_at(first), line_at(end - 1)});
       head_ = end;
     } else {
       blank_between(at_ + 1, end - 1);
@@ -229,7 +230,7 @@ class FunctionScanner {
 
 }  // namespace
 
-std::string blank_literals(const std::string& source) { return Blanker(source).blanked(); }
+std::string blank_literals(const std::string& source) { return Blanker(source).blank(); }
 
 ScannedSource scan_functions(const std::string& source) { return FunctionScanner(source).scan(); }
 

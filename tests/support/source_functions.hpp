@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Finds the function definitions of a C++ source, for the house rule on the length of functions.
+/// Finds the function definitions in a C++ source. The house rule for the length of functions uses it.
 #pragma once
 
 #include <cstddef>
@@ -8,11 +8,11 @@
 
 namespace gyrotherm {
 
-/// Function definition at namespace or class scope. Lines count from 1.
+/// Function definition at namespace or class scope. Lines are numbered from 1.
 struct SourceFunction {
-  /// Lines of the head, up to the opening brace, joined by single blanks. Without literals.
+  /// Text up to the opening brace in one line, with literals removed.
   std::string signature;
-  std::size_t first_line{};  ///< template line included
+  std::size_t first_line{};  ///< includes the template line
   std::size_t last_line{};
 
   [[nodiscard]] std::size_t lines() const { return last_line - first_line + 1; }
@@ -20,15 +20,15 @@ struct SourceFunction {
 
 struct ScannedSource {
   std::vector<SourceFunction> functions;
-  /// False if a brace is unbalanced. The functions behind it are then unknown.
+  /// False if a brace is unbalanced. Functions behind that brace are then unknown.
   bool is_balanced{};
 };
 
 /// Replaces comments, literals and preprocessor directives by blanks. Keeps the line breaks.
 [[nodiscard]] std::string blank_literals(const std::string& source);
 
-/// Finds every function with a body at namespace or class scope. Skips local classes and lambdas: they are part of the
-/// function, or of the initialiser, around them.
+/// Finds every function with a body at namespace or class scope. Local classes and lambdas are part of the enclosing
+/// function or initialiser.
 [[nodiscard]] ScannedSource scan_functions(const std::string& source);
 
 }  // namespace gyrotherm

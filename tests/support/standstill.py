@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Detects whether the machine itself stood still. A test that takes time may then fail although the program is
+"""Detects delays of the whole machine. During such a delay a test in real time may fail although the program is
 correct."""
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ import threading
 import time
 
 STEP = 0.02  # s between two readings of the clock
-NOTICEABLE = 0.2  # s; such a delay changes an instrument's behaviour
+NOTICEABLE = 0.2  # s; a longer delay changes the behaviour of an instrument
 
 
 class Standstill(threading.Thread):
-    """Reads the clock all the time, and stores the stretches in which it could not."""
+    """Thread that reads the clock every 20 ms and stores the intervals in which it was not scheduled."""
 
     def __init__(self) -> None:
         super().__init__(daemon=True)
-        self.stretches: list[tuple[float, float]] = []  # UTC of the readings around each standstill
+        self.stretches: list[tuple[float, float]] = []  # UTC before and after each delay, s
         self.start()
 
     def run(self) -> None:
@@ -28,9 +28,9 @@ class Standstill(threading.Thread):
             before, utc_before = now, utc
 
     def total(self) -> float:
-        """Returns the duration of all standstills, in s."""
+        """Returns the total duration of the delays, in s."""
         return sum(end - begin for begin, end in self.stretches)
 
     def touches(self, utc: float, seconds: float) -> bool:
-        """Returns whether it stood still during part of the given seconds from `utc` on."""
+        """Returns whether a delay overlaps the interval of `seconds` that starts at `utc`."""
         return any(begin < utc + seconds and end > utc for begin, end in self.stretches)

@@ -52,8 +52,8 @@ TEST(WholeRun, RootMeanSquareHasUncertaintyOfReferenceWhenMeanDominates) {
   const ReportedValue rmse = run.value("rmse"), mean = run.value("mean");
   EXPECT_GE(mean.standard_uncertainty, 0.003);
   EXPECT_NEAR(rmse.standard_uncertainty, mean.standard_uncertainty, 1e-3 * mean.standard_uncertainty);
-  EXPECT_GT(rmse.degrees_of_freedom, 1e6) << "the zero is of type B";
-  EXPECT_LT(run.value("std").standard_uncertainty, 0.0003) << "which the zero does not move";
+  EXPECT_GT(rmse.degrees_of_freedom, 1e6) << "the uncertainty of the bias reference is of type B";
+  EXPECT_LT(run.value("std").standard_uncertainty, 0.0003) << "a STD does not depend on the bias reference";
 }
 
 /// At mean 0 the root mean square has its minimum, but an uncertain bias reference still changes it. Monte Carlo draws
@@ -121,7 +121,7 @@ TEST(CompensatedMean, IncludesThermometerDriftSinceTraining) {
   const auto added =
       add_results(report, {.label = "x", .runs = {trained, later}, .left = plane_in_a(trained.dataset.run_id)});
   ASSERT_TRUE(added) << text(added.error());
-  ASSERT_EQ(report.budgets.size(), 2u) << "of each record its own";
+  ASSERT_EQ(report.budgets.size(), 2u) << "one budget per record";
   const auto check = [&](const std::string& run, double drift_k) {
     const auto budget = std::ranges::find(report.budgets, run, &ReportedBudget::run);
     ASSERT_NE(budget, report.budgets.end());
@@ -132,7 +132,8 @@ TEST(CompensatedMean, IncludesThermometerDriftSinceTraining) {
     ASSERT_NE(table, report.results.end());
     const ReportedValue& value = find_column(*table, "compensated_bias")->values.front();
     EXPECT_NEAR(value.standard_uncertainty, std::hypot(1e-4, 0.004 * drift_k), 1e-12);
-    EXPECT_DOUBLE_EQ(value.expanded(), combined(budget->budget.rows).expanded_deg_per_h) << "the table adds up";
+    EXPECT_DOUBLE_EQ(value.expanded(), combined(budget->budget.rows).expanded_deg_per_h)
+        << "U equals the root sum of squares of the table";
   };
   check(trained.dataset.run_id, 0.05);
   check(later.dataset.run_id, std::hypot(0.05, 0.1));
@@ -168,7 +169,7 @@ TEST(TwoPositions, GiveEarthRateUncertaintyOfScaleFactor) {
               std::hypot(exact.standard_uncertainty, 50e-6 * with_scale_error.value), 1e-12);
   EXPECT_NEAR(reported(std::nullopt, "earth_rate").standard_uncertainty,
               std::hypot(exact.standard_uncertainty, 10e-6 * with_scale_error.value), 1e-12)
-      << "10 ppm are assumed";
+      << "a scale-factor uncertainty of 10 ppm is assumed";
   EXPECT_EQ(reported(50, "bias").standard_uncertainty, reported(0, "bias").standard_uncertainty);
 }
 

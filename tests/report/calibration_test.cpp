@@ -85,7 +85,7 @@ TEST(Decision, OverallIsWorst) {
   EXPECT_EQ(verdict_of(report), Verdict::conditional_fail);
   report.conformity[0].verdict = Verdict::fail;
   report.conformity[1].verdict = Verdict::not_known;
-  EXPECT_EQ(verdict_of(report), Verdict::fail) << "whatever is not known of another";
+  EXPECT_EQ(verdict_of(report), Verdict::fail) << "a missing result does not change a failure";
   report.conformity.clear();
   EXPECT_FALSE(verdict_of(report));
 }

@@ -150,7 +150,7 @@ TEST(CalibrationPage, ShowsFiguresWithoutScripts) {
   const std::string page = page_of(sample_calibration());
   EXPECT_EQ(count_of(page, "<figure "), 6);
   EXPECT_EQ(count_of(page, "<div class=\"static\" role=\"group\" tabindex=\"0\""), 6);
-  EXPECT_EQ(count_of(page, "class=\"enlargeable\""), 4) << "two are logarithmic";
+  EXPECT_EQ(count_of(page, "class=\"enlargeable\""), 4) << "the two logarithmic plots cannot be enlarged";
 }
 
 TEST(CalibrationPage, HasNoScriptWithoutFigures) {
@@ -214,7 +214,7 @@ TEST(CalibrationTable, QuotesFieldsByRfc4180) {
   report.results[0].axis = "=1+1";
   const std::string csv = results_to_csv(report);
   EXPECT_TRUE(contains(csv, ",\"a, \"\"b\"\"\nc\","));
-  EXPECT_TRUE(contains(csv, ",'=1+1,")) << "a spreadsheet would run it";
+  EXPECT_TRUE(contains(csv, ",'=1+1,")) << "the quote keeps spreadsheets from executing it";
 }
 
 TEST(CalibrationSchema, AcceptsWrittenReport) {

@@ -90,7 +90,7 @@ TEST(Comparison, PairsRecordsOfOneProfileInOrder) {
   const auto once = compare(before, now);
   ASSERT_TRUE(once);
   add_second_record(before, 0.1);
-  EXPECT_EQ(compare(before, now)->results.size(), once->results.size()) << "the second has no like";
+  EXPECT_EQ(compare(before, now)->results.size(), once->results.size()) << "the second record has no counterpart";
   add_second_record(now, 0.1);
   const auto twice = compare(before, now);
   ASSERT_TRUE(twice);
@@ -111,7 +111,7 @@ TEST(Comparison, PairsRecordsOfOneProfileInOrder) {
     if (table.run == first) table.in_sample = true;
   const auto unseen = compare(before, now);
   ASSERT_TRUE(unseen);
-  EXPECT_EQ(unseen->results.size(), once->results.size()) << "the first that can be compared is held against the first";
+  EXPECT_EQ(unseen->results.size(), once->results.size()) << "the first comparable records form the pair";
 }
 
 TEST(Comparison, SkipsConditions) {
@@ -134,7 +134,7 @@ TEST(Comparison, SkipsBiasWhenReferencesDiffer) {
   CalibrationReport before = sample_calibration(), now = a_year_later();
   const auto expect_no_bias = [&] {
     const auto comparison = compare(before, now);
-    ASSERT_TRUE(comparison) << "a spread has no zero";
+    ASSERT_TRUE(comparison) << "a standard deviation does not depend on the reference";
     EXPECT_FALSE(comparison->results.empty());
     for (const ComparedResult& one : comparison->results)
       for (const char* quantity : {"bias", "mean", "rmse", "largest", "compensated_bias"})

@@ -121,7 +121,7 @@ TEST(Dcc, NamesRecommendedModelOnlyIfOneExists) {
   CalibrationReport report = sample_calibration();
   EXPECT_EQ(tests::count_of(dcc(report), "recommends no model"), 0);
   for (ComparedModel& model : report.compared) model.recommended = false;
-  EXPECT_EQ(tests::count_of(dcc(report), "recommends no model"), 2) << "once for each axis";
+  EXPECT_EQ(tests::count_of(dcc(report), "recommends no model"), 2) << "one statement per axis";
 }
 
 TEST(Dcc, HasUnitPerSourceOfUncertainty) {

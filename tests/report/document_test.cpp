@@ -166,7 +166,7 @@ TEST(Document, StatesTrainedRangeOfModel) {
   EXPECT_TRUE(has(text_of(report), "u1.x: The model does not state the block temperatures"));
   EXPECT_TRUE(has(text_of(report, Language::german), "u1.x: Das Modell gibt nicht an"));
   report.trained_ranges.clear();
-  EXPECT_FALSE(has(text_of(report), "block temperatures")) << "without a model nothing is said";
+  EXPECT_FALSE(has(text_of(report), "block temperatures")) << "no statement without a model";
 }
 
 TEST(Document, PrefersTrainedRangeOfModelAsLeft) {
@@ -230,7 +230,7 @@ TEST(Document, ComparesStagesOfOneRecord) {
   const Document document = make_document(report, Language::english);
   const std::string text = text_of(document);
   const std::string raw = quantity_text(Language::english, value_with_uncertainty(0.5, 0.01, 60), "°/h");
-  EXPECT_TRUE(has(text, raw)) << "uncompensated, of the record that the model has not seen";
+  EXPECT_TRUE(has(text, raw)) << "uncompensated result of the unseen record";
   EXPECT_TRUE(has(text, ", 10 times as large")) << text.substr(0, 3000);
   const auto keys = all_of<KeyFigures>(document);
   EXPECT_EQ(keys[0].figures[3].value, format(Language::english, value_with_uncertainty(0.3, 0.01, 60))) << "as found";
@@ -260,7 +260,7 @@ TEST(Document, NamesRecordInResultsOfSeveralRecords) {
   EXPECT_TRUE(std::ranges::any_of(tables, [](const DocumentTable& table) {
     return table.header.size() > 1 && table.header[1] == "Record" && table.rows.back()[1].text == "R2";
   }));
-  EXPECT_TRUE(has(text_of(document), " s: u1.y, As left, R2")) << "its budget";
+  EXPECT_TRUE(has(text_of(document), " s: u1.y, As left, R2")) << "the budget of this record";
   EXPECT_TRUE(has(text_of(document), "hash chain of the following records was not verified: random.db"));
 }
 
@@ -283,7 +283,7 @@ TEST(Document, NamesRecordInTableOfOneOfSeveralRecords) {
     records.insert(table.rows[0][0].text);
   }
   EXPECT_EQ(records, (std::set<std::string>{"R1", "R2"}));
-  EXPECT_EQ(tables, 3) << "two of the first axis and one of the second";
+  EXPECT_EQ(tables, 3) << "two tables for the first axis and one for the second";
 }
 
 TEST(Document, NamesRecommendedModelOnlyIfOneExists) {
@@ -326,7 +326,7 @@ TEST(Document, DashesThermometerLinesBeyondPalette) {
   std::set<std::pair<std::string, bool>> looks;
   for (std::size_t k = 0; k < figure.lines.size(); ++k)
     EXPECT_TRUE(looks.emplace(line_colour(figure, k), is_line_dashed(figure, k)).second) << figure.lines[k].detail;
-  EXPECT_FALSE(is_line_dashed(figure, 8)) << "H, the eighth";
+  EXPECT_FALSE(is_line_dashed(figure, 8)) << "H is the eighth line";
   EXPECT_TRUE(is_line_dashed(figure, 9)) << "shell";
 }
 

@@ -151,7 +151,7 @@ TEST(HtmlReport, EscapesNamesFromFiles) {
 TEST(HtmlReport, ShowsErrorOfEachFigureOfMerit) {
   const SyntheticExperiment experiment;
   const std::string page = page_of(experiment.report());
-  EXPECT_GE(tests::count_of(page, "0.001870 ± 0.000060"), 2) << "the floor of both runs";
+  EXPECT_GE(tests::count_of(page, "0.001870 ± 0.000060"), 2) << "noise floor of both runs";
   EXPECT_GE(tests::count_of(page, "n<sub>eff</sub>"), 2);
   EXPECT_GE(tests::count_of(page, "the linear part of a model continues there"), 1);
 }
@@ -167,7 +167,7 @@ TEST(HtmlReport, CitesEachSourceOnce) {
   report.methods.back().citation = "A. Author, J. Tests 1 (2001) <1>";
   const std::string page = page_of(report);
   EXPECT_EQ(tests::count_of(page, "A. Author, J. Tests 1 (2001) &lt;1&gt;"), 1);
-  EXPECT_EQ(tests::count_of(page, "Li et al., Sensors 15 (2015)"), 1) << "three models share it";
+  EXPECT_EQ(tests::count_of(page, "Li et al., Sensors 15 (2015)"), 1) << "three models share this source";
 }
 
 TEST(HtmlReport, StatesRuleOfRecommendation) {
@@ -207,7 +207,7 @@ TEST(HtmlReport, CharacterisesBiasBeforeAndAfterCompensation) {
                             "Temperature, linear fit to the hold biases</td><td>°/h/K</td><td "
                             "class=\"n\">–</td>"),
             1)
-      << "what is not known is a dash";
+      << "an unknown value is shown as a dash";
 }
 
 TEST(HtmlReport, ShowsBudgetAndResultsOfLaterRuns) {

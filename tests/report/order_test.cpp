@@ -70,7 +70,7 @@ TEST(Order, CompletesReport) {
   EXPECT_EQ(report.customer.name, "Navigation <script>alert(1)</script> \"Works\" 航海");
   EXPECT_EQ(report.traceability.de, "Auf das SI.");
   EXPECT_EQ(report.method.de, "Ramps and soaks");
-  ASSERT_EQ(report.conformity.size(), 2u) << "each axis as left";
+  ASSERT_EQ(report.conformity.size(), 2u) << "one statement per axis as left";
   EXPECT_EQ(report.conformity[0].verdict, Verdict::pass);
 }
 
@@ -87,7 +87,7 @@ TEST(Order, ListsEachMissingField) {
     return std::ranges::any_of(report.missing, [&](const std::string& one) { return one.starts_with(what); });
   };
   EXPECT_TRUE(lacks("order.toml: issued"));
-  EXPECT_TRUE(lacks("records: start times")) << "an imported record may know none";
+  EXPECT_TRUE(lacks("records: start times")) << "an imported record may have no start time";
   EXPECT_TRUE(lacks("laboratory.toml: traceability"));
   EXPECT_FALSE(lacks("order.toml: customer.name"));
 }
@@ -216,7 +216,7 @@ TEST(Order, RequiresUnitNamesForSeveralUnits) {
   const auto order = parse_order(kOrder, "order.toml");
   ASSERT_TRUE(order);
   const auto refused = check_units(*order, {{.name = "u1"}, {.name = "u2"}}, "lot.db");
-  ASSERT_FALSE(refused) << "both would be the 0042";
+  ASSERT_FALSE(refused) << "both units would have the identity 0042";
   EXPECT_EQ(text(refused.error()),
             "order.toml:10:1: the unit has no name although lot.db has several units, expected one of u1, u2");
   std::string named = kOrder;
@@ -240,7 +240,8 @@ TEST(Order, ComparesEachRowWithLimit) {
   const Conformity conditional = worst({greatest, blurred}, guard_band);
   EXPECT_EQ(conditional.verdict, Verdict::conditional_pass);
   EXPECT_EQ(conditional.value.value, 0.8);
-  EXPECT_EQ(worst({blurred, more_blurred, greatest}, guard_band).value.value, 0.7) << "is the least probable";
+  EXPECT_EQ(worst({blurred, more_blurred, greatest}, guard_band).value.value, 0.7)
+      << "the least probable value is the worst";
   EXPECT_EQ(worst({greatest, blurred}, simple).value.value, 0.8) << "both pass";
   EXPECT_EQ(worst({greatest, unknown}, guard_band).verdict, Verdict::not_known);
   EXPECT_EQ(worst({unknown, beyond}, guard_band).verdict, Verdict::fail);
@@ -266,7 +267,7 @@ TEST(Order, RequiresDaysInOrder) {
   EXPECT_EQ(lacks("2026-11-01", "2026-11-26", false),
             (std::vector<std::string>{"order.toml: received, on or before 2026-11-01 (UTC) when the calibration began",
                                       "order.toml: issued, on or after 2026-11-26 (UTC) when the calibration ended"}));
-  EXPECT_TRUE(lacks("2026-01-01", "2026-12-31", true).empty()) << "of a virtual rig";
+  EXPECT_TRUE(lacks("2026-01-01", "2026-12-31", true).empty()) << "a virtual rig needs no calibration dates";
 }
 
 /// The certificate states for each instrument whether its calibration is valid.

@@ -34,7 +34,7 @@ TEST(Placeholders, RefusesTextsOfShippedExamples) {
                           "laboratory.toml: statement[0].en", "laboratory.toml or order.toml: person[0].name",
                           "laboratory.toml or order.toml: person[1].name", "order.toml: customer.name"})
     EXPECT_TRUE(has(report.missing, key)) << key;
-  EXPECT_FALSE(has(report.missing, "order.toml: unit.condition")) << "a text that is true of many units";
+  EXPECT_FALSE(has(report.missing, "order.toml: unit.condition")) << "a text that applies to many units";
 }
 
 TEST(Placeholders, FindsUnfinishedTextInEachKey) {

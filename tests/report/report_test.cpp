@@ -251,7 +251,7 @@ TEST(ReportFile, ReadsBackWrittenReport) {
   ASSERT_TRUE(report->methods[2].uncertainty);
   EXPECT_NEAR(report->methods[2].uncertainty->standard_deg_per_h, 5e-4, 1e-12) << "√(3² + 4²)·10⁻⁴";
   EXPECT_NEAR(report->methods[2].uncertainty->sensitivity_deg_per_h_per_k, 0.01, 1e-12);
-  EXPECT_FALSE(report->methods[0].uncertainty) << "a model that says nothing of it";
+  EXPECT_FALSE(report->methods[0].uncertainty) << "the model has no uncertainty budget";
   EXPECT_TRUE(report->methods.back().nested.has_value());
   EXPECT_FALSE(report->methods.front().nested.has_value());
 }

@@ -373,7 +373,7 @@ TEST_F(Signed, RefusesFolderChangedAfterAuthorisation) {
   std::string other = bytes(kAuthorisationFile);
   other.replace(other.find("A. Metrologist"), 14, "B. Metrologist");
   EXPECT_NE(with(kAuthorisationFile, other).find("changed authorisation.json"), std::string::npos);
-  EXPECT_NE(with(kAuthorisationFile, bytes(kAuthorisationFile) + " "), "") << "bytes that gyrotherm does not write";
+  EXPECT_NE(with(kAuthorisationFile, bytes(kAuthorisationFile) + " "), "") << "not the canonical form";
   std::filesystem::remove(at("report.html"));
   EXPECT_EQ(refusal(), begins + "missing report.html");
   write("report.html", "<p>Bias</p>");
@@ -486,7 +486,7 @@ TEST_F(Signed, VerifyRefusesUntrustedSigner) {
   ASSERT_FALSE(signer);
   EXPECT_NE(signer.error().what.find("the signer is not trusted: unable to get"), std::string::npos);
   EXPECT_FALSE(verify_pdf(at("report.pdf"), keys_->trust("other-ca")));
-  EXPECT_TRUE(dcc_holds(bytes("dcc.xml"), keys_->trust("lab"))) << "the laboratory's own certificate is enough";
+  EXPECT_TRUE(dcc_holds(bytes("dcc.xml"), keys_->trust("lab"))) << "the certificate of the laboratory is sufficient";
   EXPECT_FALSE(dcc_holds(bytes("dcc.xml"), keys_->trust("colleague")));
 }
 

@@ -41,7 +41,7 @@ TEST(Words, ExistInBothLanguages) {
   for (const std::string_view key : text_keys()) {
     EXPECT_FALSE(translate(kEn, key).empty()) << key;
     EXPECT_FALSE(translate(kDe, key).empty()) << key;
-    EXPECT_TRUE(seen.insert(key).second) << key << " is there twice";
+    EXPECT_TRUE(seen.insert(key).second) << key << " is duplicated";
   }
   EXPECT_GT(seen.size(), 200u);
 }
@@ -111,8 +111,8 @@ TEST(Words, AreExactlyThoseUsedInSources) {
   for (const std::string_view key : text_keys())
     if (std::regex_match(std::string(key), kDocumentKey)) covered.emplace(key);
   EXPECT_GT(named.size(), 150u);
-  for (const std::string& key : named) EXPECT_TRUE(covered.contains(key)) << key << " is missing in the table";
-  for (const std::string& key : covered) EXPECT_TRUE(named.contains(key)) << key << " is used nowhere";
+  for (const std::string& key : named) EXPECT_TRUE(covered.contains(key)) << key << " is missing from the table";
+  for (const std::string& key : covered) EXPECT_TRUE(named.contains(key)) << key << " is unused";
 }
 
 TEST(Words, OfPeopleFallBackToOtherLanguage) {

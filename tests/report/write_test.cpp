@@ -57,7 +57,7 @@ TEST_F(WriteReport, WritesNothingForInvalidReport) {
 }
 
 TEST_F(WriteReport, ReportsFolderThatCannotBeCreated) {
-  std::ofstream(folder_) << "a file in the way";
+  std::ofstream(folder_) << "an existing file";
   const auto written = write_report(to_json(SyntheticExperiment().report()), folder_.string());
   ASSERT_FALSE(written.has_value());
   EXPECT_EQ(written.error().kind, FaultKind::storage);

@@ -93,9 +93,9 @@ TEST(PowerGrowth, IsProportionalToSourceTemperature) {
   EXPECT_NEAR(watt_of(added_w, ThermalInput::preamplifier), 0.8 * 1e-3 * 50, 1e-15);
   EXPECT_NEAR(watt_of(added_w, ThermalInput::ballast_left), 0.07 * 1e-4 * 30, 1e-15);
   EXPECT_NEAR(watt_of(added_w, ThermalInput::ballast_right), 0.06 * 1e-4 * 30, 1e-15);
-  EXPECT_EQ(heat.watts(all_at(20)), thermal::ThermalPowers{}) << "the file's powers are those at 20 °C";
+  EXPECT_EQ(heat.watts(all_at(20)), thermal::ThermalPowers{}) << "the powers of the file are valid at 20 °C";
   heat.switch_on(false);
-  EXPECT_EQ(heat.watts(inner_c), thermal::ThermalPowers{}) << "no power, no growth";
+  EXPECT_EQ(heat.watts(inner_c), thermal::ThermalPowers{}) << "without power there is no growth";
 }
 
 ReducedGyroParameters windy_type() {
@@ -116,7 +116,7 @@ TEST(AddedHeat, StaysAtRestWithGyro) {
     std::ranges::copy(gyro.inner_c(), inner.begin());
     return inner;
   }();
-  EXPECT_NE(gyro.inner_c()[1], gyro.inner_c()[2]) << "left is not right";
+  EXPECT_NE(gyro.inner_c()[1], gyro.inner_c()[2]) << "left and right differ";
   for (int t = 0; t < 3600; ++t) gyro.step({-10}, 0);
   for (std::size_t i = 0; i < rest_c.size(); ++i) EXPECT_NEAR(gyro.inner_c()[i], rest_c[i], 1e-6) << i;
 }
@@ -133,7 +133,7 @@ TEST(AddedHeat, LeavesThroughTheFilm) {
   const auto grown_w = AddedHeat(type.model.powers_w, {}, kGrowth).watts(inner_c);
   const double sum_w = std::accumulate(grown_w.begin(), grown_w.end(), 0.0);
   const double given_w = std::accumulate(type.model.powers_w.begin(), type.model.powers_w.end(), 0.0);
-  EXPECT_NEAR((shell_c + 10) * 25 * 0.09, given_w + sum_w, 1e-6) << "film times area of the small gyro";
+  EXPECT_NEAR((shell_c + 10) * 25 * 0.09, given_w + sum_w, 1e-6) << "film coefficient times area of the small gyro";
 }
 
 /// Returns the linear gyro with only these terms of the hard rig's gyro.
@@ -298,13 +298,13 @@ TEST(Bracket, TransfersHeatBetweenBodies) {
     auto own = thermometers(separate), shared = thermometers(together), bare = thermometers(alone);
     const std::string warm = own["a.shell"] > own["b.shell"] ? "a" : "b";
     const std::string other = warm == "a" ? "b" : "a";
-    ASSERT_GT(own[warm + ".shell"], own[other + ".shell"] + 0.01) << "their powers differ";
+    ASSERT_GT(own[warm + ".shell"], own[other + ".shell"] + 0.01) << "the powers of the bodies differ";
     for (const auto* place : {".A", ".shell"}) {
       const double lost_k = own[warm + place] - shared[warm + place];
       const double gained_k = shared[other + place] - own[other + place];
       EXPECT_GT(lost_k, 0) << place;
-      EXPECT_NEAR(gained_k, lost_k, 0.1 * lost_k) << place << ", but for their films";
-      EXPECT_GT(shared[other + place], bare[other + place]) << "it is warmer than in the open";
+      EXPECT_NEAR(gained_k, lost_k, 0.1 * lost_k) << place << ": heat is conserved except through the films";
+      EXPECT_GT(shared[other + place], bare[other + place]) << "warmer than without a bracket";
     }
     EXPECT_GT(together.bracket(0)->value, shared[other + ".shell"]);
     EXPECT_LT(together.bracket(0)->value, shared[warm + ".shell"]);

@@ -100,7 +100,7 @@ TEST(AnalogueRegisters, AnswerOnlyTheirReadFunction) {
             ModbusException::illegal_address);
   EXPECT_EQ(registers->read(drivers::ReadFunction::input_registers, 0, 0, words).error(),
             ModbusException::illegal_value);
-  EXPECT_EQ(words.size(), 8u) << "a refusal adds nothing";
+  EXPECT_EQ(words.size(), 8u) << "a refused read adds no registers";
   EXPECT_EQ(registers->write(drivers::WriteFunction::registers, 0, words).error(), ModbusException::illegal_address);
 }
 

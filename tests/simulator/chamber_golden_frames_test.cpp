@@ -49,7 +49,8 @@ TEST(EztUnit, ShowsChangedSetPointAtNextReading) {
   const auto seen = line.chamber->read();
   ASSERT_FALSE(seen);
   EXPECT_EQ(seen.error().kind, FaultKind::mismatch);
-  EXPECT_EQ(line.chamber->read().value().set_point.value, 25.0) << "later it is what the controller holds";
+  EXPECT_EQ(line.chamber->read().value().set_point.value, 25.0)
+      << "the second read returns the set point of the controller";
 }
 
 TEST(GoldenFrames, MatchEzt570iValues) {
@@ -62,8 +63,9 @@ TEST(GoldenFrames, MatchEzt570iValues) {
   EXPECT_EQ(encode_text(name, "JESD22A"), (Words{0x454A, 0x4453, 0x3232, 0x2041, 0x2020}));
   EXPECT_EQ(decode_date(map.find("clock")->date, Words{0x0801, 0x1702, 0x1131, 0x0000}).value(),
             (drivers::CivilTime{2008, 1, 23, 17, 49, 0}));
-  EXPECT_EQ(encode_date(map.find("clock")->date, {2008, 1, 23, 17, 49, 0})[1], 0x1703) << "a Wednesday; the example "
-                                                                                          "of the manual says Tuesday";
+  EXPECT_EQ(encode_date(map.find("clock")->date, {2008, 1, 23, 17, 49, 0})[1], 0x1703)
+      << "the day is a Wednesday; the example "
+         "of the manual says Tuesday";
 }
 
 TEST(GoldenFrames, MatchSamwon) {
@@ -88,7 +90,7 @@ TEST(GoldenFrames, MatchTt5166WithUnitZero) {
   EXPECT_EQ(reply_to(line, "00 05 00 01 FF 00 DC 2B"), "00 05 00 01 FF 00 DC 2B");
   const auto state = line.chamber->read();
   ASSERT_TRUE(state);
-  EXPECT_EQ(state->set_point.value, 22.0) << "as it was acknowledged";
+  EXPECT_EQ(state->set_point.value, 22.0) << "the acknowledged set point";
   EXPECT_NE(reply_to(line, "00 03 00 00 00 01 85 DB"), "not sent");
   EXPECT_NEAR(decode(*line.map.find("air_temperature"), Words{0x0898}).value(), 22.0, 1e-9);
   const auto registers = line.registers();
@@ -98,7 +100,7 @@ TEST(GoldenFrames, MatchTt5166WithUnitZero) {
   EXPECT_NE(reply_to(line, "00 06 00 27 02 26 B8 AA"), "not sent");
   ASSERT_TRUE(items.read(*line.map.find("humidity")));
   EXPECT_NE(reply_to(line, "00 03 00 03 00 01 75 DB"), "not sent");
-  EXPECT_NEAR(decode(*line.map.find("humidity"), Words{0x0226}).value(), 55.0, 1e-9) << "in tenths, as it is written";
+  EXPECT_NEAR(decode(*line.map.find("humidity"), Words{0x0226}).value(), 55.0, 1e-9) << "tenths of a percent";
 }
 
 TEST(GoldenFrames, MatchYinhe) {
@@ -125,7 +127,7 @@ TEST(GoldenFrames, MatchUmc1200WithSetPointsInOneBlock) {
   EXPECT_NE(reply_behind_number(line, "00 00 00 09 00 10 00 2F 00 01 02 00 00"), "not sent");
   ASSERT_TRUE(line.chamber->read());
   EXPECT_NE(reply_behind_number(line, "00 00 00 06 00 03 00 00 00 02"), "not sent");
-  EXPECT_TRUE(line.map.link.modbus.miscounts_write_replies) << "the reply to a write that its source shows says 11";
+  EXPECT_TRUE(line.map.link.modbus.miscounts_write_replies) << "the published reply to a write contains the length 11";
 }
 
 }  // namespace

@@ -22,7 +22,7 @@ TEST(ChamberPlant, FollowsEveryRampOfTheQualificationWithinOneKelvin) {
       worst_k = std::max(worst_k, std::abs(plant.air().value - set_point));
     }
     EXPECT_LT(worst_k, 1.0) << rate << " °C/min";
-    EXPECT_GT(worst_k, 0.01 * rate) << "a chamber without any lag is none";
+    EXPECT_GT(worst_k, 0.01 * rate) << "the plant must have a lag";
   }
 }
 
@@ -49,7 +49,7 @@ TEST(ChamberPlant, CoolsMoreSlowlyInTheCold) {
   (void)seconds_to(-30);
   const int cold_s = seconds_to(-40);
   EXPECT_GT(cold_s, 1.3 * warm_s);
-  EXPECT_GT(cold_s, 60) << "its rate is limited";
+  EXPECT_GT(cold_s, 60) << "the cooling rate is limited";
 }
 
 TEST(ChamberPlant, DoesNotWindUpWhileItsOutputIsAtTheLimit) {

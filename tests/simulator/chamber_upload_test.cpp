@@ -77,10 +77,10 @@ TEST_P(Upload, IsComparedAndExecuted) {
     line.pass(1);
     furthest = std::max(furthest, std::abs(line.laboratory.set_point().value - set_point_at(program, second)));
   }
-  EXPECT_LT(furthest, 0.06) << "the set point is a straight line between those of the memory's resolution";
+  EXPECT_LT(furthest, 0.06) << "the set point is interpolated between the stored steps";
   const auto during = line.chamber->read();
   ASSERT_TRUE(during) << text(during.error());
-  EXPECT_EQ(line.unit.program().step(), 6) << "the last second is the last step's";
+  EXPECT_EQ(line.unit.program().step(), 6) << "the last second belongs to the last step";
   line.pass(5);
   EXPECT_FALSE(line.unit.program().runs());
   EXPECT_EQ(line.laboratory.set_point().value, 20);
@@ -138,8 +138,8 @@ TEST(F4tUpload, UsesUnitOfController) {
     return std::bit_cast<float>(static_cast<std::uint32_t>(words[1]) << 16 | words[0]);
   };
   EXPECT_NEAR(number_at(19086), 1.8, 1e-3) << "band";
-  EXPECT_NEAR(number_at(19114 + 170), -40, 1e-3) << "the first ramp's target, the same in both";
-  EXPECT_NEAR(number_at(19114 + 3 * 170), 140, 1e-3) << "the second one's, 60 °C";
+  EXPECT_NEAR(number_at(19114 + 170), -40, 1e-3) << "target of the first ramp, the same number in both units";
+  EXPECT_NEAR(number_at(19114 + 3 * 170), 140, 1e-3) << "target of the second ramp: 60 °C in °F";
 }
 
 TEST(EztUpload, MatchesPublishedFrames) {
@@ -154,7 +154,7 @@ TEST(EztUpload, MatchesPublishedFrames) {
     const auto found = std::ranges::find(line.heard, request);
     return found == line.heard.end() ? "not sent" : line.said[static_cast<std::size_t>(found - line.heard.begin())];
   };
-  EXPECT_NE(said("01 03 00 B4 00 01 C4 2C"), "not sent") << "whether the controller is busy";
+  EXPECT_NE(said("01 03 00 B4 00 01 C4 2C"), "not sent") << "query whether the controller is busy";
   EXPECT_EQ(said("01 10 00 C8 00 0F 1E 00 00 00 00 00 00 00 00 45 4A 44 53 32 32 20 41 20 20 00 01 00 0A "
                  "00 00 00 00 00 00 00 00 3E B4"),
             "01 10 00 C8 00 0F 01 F3");
@@ -170,7 +170,7 @@ TEST(EztUpload, MatchesPublishedFrames) {
 TEST(EztUpload, SendsBlocksOneSecondApart) {
   ChamberOnALine line("csz_ezt570i", drivers::LinkKind::rtu);
   ASSERT_TRUE(line.chamber->upload(an_hour()));
-  EXPECT_GE(line.clock.now().since_start, seconds(8)) << "a header and seven steps";
+  EXPECT_GE(line.clock.now().since_start, seconds(8)) << "a header and seven steps, one second apart";
 }
 
 TEST(EztUnit, SendsNoExceptionsAndIgnoresForeignBlocks) {

@@ -47,7 +47,7 @@ TEST(Flicker, HasAllanDeviationOfItsProcesses) {
   const double found = std::sqrt(squares / 2 / static_cast<double>(means.size() - 1));
   double variance = 0;
   for (const auto& process : processes) variance += allan_variance(process, 100);
-  EXPECT_NEAR(found / std::sqrt(variance), 1, 4 / std::sqrt(2.0 * 1999)) << "2000 means";
+  EXPECT_NEAR(found / std::sqrt(variance), 1, 4 / std::sqrt(2.0 * 1999)) << "standard error for 2000 means";
 }
 
 TEST(Flicker, StartsFromItsStationaryDistribution) {

@@ -79,7 +79,7 @@ TEST(Storage, AddsOneTurnPerDay) {
   EXPECT_TRUE(std::equal(first.begin(), first.end(), later.begin()));
   EXPECT_GE(*std::ranges::min_element(later), -40);
   EXPECT_LE(*std::ranges::max_element(later), 60);
-  EXPECT_TRUE(make_history({}, {.gyro = 5, .days_later = 30}).turning_points_c.empty()) << "it has rested";
+  EXPECT_TRUE(make_history({}, {.gyro = 5, .days_later = 30}).turning_points_c.empty()) << "the gyro has relaxed";
 }
 
 }  // namespace

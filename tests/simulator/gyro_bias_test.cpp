@@ -96,7 +96,7 @@ TEST(GyroBias, HysteresisSeparatesHeatingFromCooling) {
   bias.step(even(50));
   EXPECT_NEAR(bias.parts().hysteresis, 1.5e-3, 1e-15);
   bias.step(even(20));
-  EXPECT_NEAR(bias.parts().hysteresis, -1.5e-3, 1e-15) << "fully turned after more than both widths";
+  EXPECT_NEAR(bias.parts().hysteresis, -1.5e-3, 1e-15) << "the play has fully reversed";
 }
 
 /// The analysis must not read the temperatures that determine the bias.

@@ -124,7 +124,7 @@ double left_over(const Means& means, std::size_t late) {
 TEST(CurrentControl, LeavesResidualWithDelayedInputs) {
   auto alone = reduced_of_rig("virtual");
   const auto linear = means_over_the_fast_cycle(alone);
-  EXPECT_LT(left_over(linear, 3), 1.2 * left_over(linear, 0)) << "nobody would notice";
+  EXPECT_LT(left_over(linear, 3), 1.2 * left_over(linear, 0)) << "delayed inputs explain a linear gyro as well";
   alone.bias.flow.unbalance_per_k = reduced_of_rig("virtual-hard").bias.flow.unbalance_per_k;
   const auto fast = means_over_the_fast_cycle(alone);
   EXPECT_GT(left_over(fast, 3), 1.3 * left_over(fast, 0));
@@ -156,11 +156,12 @@ TEST(Hysteresis, DependsOnPreviousRun) {
   physics.plays = {{4, 1e-3}, {30, 1e-3}};
   GyroBias warmed(physics, even_c(20), {.turning_points_c = {-40, 60}});
   GyroBias cooled(physics, even_c(20), {.turning_points_c = {60, -40}});
-  EXPECT_NEAR(warmed.total().value, -1e-3 - 1e-3 / 3, 1e-15) << "it comes from above, the wide play by 10 of its 30 K";
+  EXPECT_NEAR(warmed.total().value, -1e-3 - 1e-3 / 3, 1e-15)
+      << "approached from above; the wide play has moved 10 of its 30 K";
   EXPECT_NEAR(cooled.total().value, 2e-3, 1e-15);
   for (auto* bias : {&warmed, &cooled})
     for (const double wider_c : {-50.0, 70.0, 20.0}) bias->step(even_c(wider_c));
-  EXPECT_EQ(warmed.total().value, cooled.total().value) << "a wider excursion wipes it out";
+  EXPECT_EQ(warmed.total().value, cooled.total().value) << "a wider excursion erases the history";
 }
 
 TEST(HardGyro, HopTakesTwoToTwentySeconds) {
@@ -171,15 +172,15 @@ TEST(HardGyro, HopTakesTwoToTwentySeconds) {
     ASSERT_EQ(lock.deg_per_h(), 0);
     lock.follow(20 + 40);
     ASSERT_EQ(lock.mode(), 1);
-    ASSERT_DOUBLE_EQ(lock.deg_per_h(), hops.transient_deg_per_h) << "the step has not begun";
+    ASSERT_DOUBLE_EQ(lock.deg_per_h(), hops.transient_deg_per_h) << "the transient precedes the step";
     int lasted_s = 0;
     for (; lock.is_hopping(); ++lasted_s) lock.follow(20 + 40);
-    ASSERT_EQ(lock.deg_per_h(), hops.step_deg_per_h) << "it is done";
+    ASSERT_EQ(lock.deg_per_h(), hops.step_deg_per_h) << "the hop has ended";
     lengths.insert(lasted_s);
   }
   EXPECT_GE(*lengths.begin(), 2);
   EXPECT_LE(*lengths.rbegin(), 20);
-  EXPECT_GT(lengths.size(), 10u) << "each its own";
+  EXPECT_GT(lengths.size(), 10u) << "each hop has its own duration";
 }
 
 TEST(HardGyro, HopsAtSameTemperaturesWhereverSwitchedOn) {
@@ -208,7 +209,7 @@ TEST(HardGyro, HopsInACycle) {
     mode = now;
   }
   EXPECT_GE(hops, 2);
-  EXPECT_LE(hops, 4) << "there and back, each time that it is warm";
+  EXPECT_LE(hops, 4) << "one hop and its return in each warm phase";
 }
 
 TEST(HardGyro, EqualsLinearGyroWithoutHardTerms) {

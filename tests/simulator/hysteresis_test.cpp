@@ -92,7 +92,7 @@ TEST(ModeLock, LocksToNearestModeBeyondAndReturnsLater) {
   lock.follow(96);
   EXPECT_EQ(lock.mode(), 2);
   lock.follow(60);
-  EXPECT_EQ(lock.mode(), 2) << "the way back has another threshold";
+  EXPECT_EQ(lock.mode(), 2) << "the return has another threshold";
   lock.follow(44);
   EXPECT_EQ(lock.mode(), 0);
 }

@@ -28,7 +28,7 @@ TEST(ReducedGyro, StaysAtRest) {
   ReducedGyro gyro(small_type());
   const double rest_c = gyro.locations_c()[0];
   const double rest_bias = gyro.bias().value;
-  EXPECT_GT(rest_c, 22) << "it is switched on";
+  EXPECT_GT(rest_c, 22) << "the gyro is switched on";
   for (int t = 0; t < 3600; ++t) gyro.step({20}, 0);
   EXPECT_NEAR(gyro.locations_c()[0], rest_c, 1e-6);
   EXPECT_NEAR(gyro.bias().value, rest_bias, 1e-9);
@@ -72,7 +72,7 @@ TEST(ReducedGyro, SeparatesArmsInRampWithUnequalLeads) {
   for (int t = 0; t < 1200; ++t) gyro.step({20 + t / 30.0}, 0);
   const double in_ramp_k = at(gyro, thermal::ThermalOutput::gain_left) - at(gyro, thermal::ThermalOutput::gain_right);
   EXPECT_LT(at_rest_k, 0);
-  EXPECT_GT(in_ramp_k, 0) << "the lead now warms its arm";
+  EXPECT_GT(in_ramp_k, 0) << "the lead warms its arm";
 }
 
 TEST(ReducedGyro, IsCoolerUnderFan) {

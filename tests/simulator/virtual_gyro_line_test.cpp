@@ -100,7 +100,7 @@ TEST(VirtualGyroLine, CarriesAxesOfSeveralUnits) {
   EXPECT_EQ(frames.back().axes[0].pulses, same.pulses(1)[2]);
   EXPECT_EQ(frames.back().axes[1].pulses, same.pulses(0)[0]);
   EXPECT_EQ(frames.back().axes[2].pulses, same.pulses(7)[1]);
-  EXPECT_NEAR(frames.back().values[0].value(), same.values(1)[0].value, 0.006) << "of its first unit";
+  EXPECT_NEAR(frames.back().values[0].value(), same.values(1)[0].value, 0.006) << "value of the first unit";
 }
 
 TEST(VirtualGyroLine, FindsValueByUnitName) {
@@ -127,7 +127,7 @@ TEST(VirtualGyroLine, RefusesUnknownAxesAndWrongCount) {
   EXPECT_NE(mistake({{"u9", "x"}, {"u1", "x"}, {"u1", "y"}}).find("\"u9\""), std::string::npos);
   EXPECT_NE(mistake({{"u1", "x"}, {"u1", "w"}, {"u1", "y"}}).find("\"w\""), std::string::npos);
   EXPECT_NE(mistake({{"u1", "x"}}).find("1 axes"), std::string::npos);
-  EXPECT_NE(mistake({}).find("0 axes"), std::string::npos) << "there are several units";
+  EXPECT_NE(mistake({}).find("0 axes"), std::string::npos) << "ambiguous with several units";
 }
 
 /// Two lines have only the last frame of a second in common.
@@ -147,7 +147,7 @@ TEST(VirtualGyroLine, HasItsOwnFrameRate) {
     const auto of_fast = frames_in(lines[1], fast.receive(100 * kFrameBytes));
     ASSERT_EQ(of_slow.size(), 7U);
     ASSERT_EQ(of_fast.size(), 100U);
-    EXPECT_EQ(of_slow.back().axes[0].pulses, same.pulses(0)[0]) << "a second adds up to the second";
+    EXPECT_EQ(of_slow.back().axes[0].pulses, same.pulses(0)[0]) << "the frames of a second sum to its angle";
     EXPECT_EQ(of_fast.back().axes[2].pulses, same.pulses(1)[2]);
     EXPECT_TRUE(std::ranges::is_sorted(of_fast, {}, [](const auto& frame) { return *frame.timestamp; }));
   }
@@ -180,7 +180,7 @@ TEST(VirtualGyroLine, SendsNothingForSilentUnit) {
   const auto of_y = frames_in(lines[1], y.receive(6 * 16));
   ASSERT_EQ(of_x.size(), 3U);
   ASSERT_EQ(of_y.size(), 6U);
-  EXPECT_EQ(of_x[2].sequence, 5U) << "three frames are missing";
+  EXPECT_EQ(of_x[2].sequence, 5U) << "three frames were lost";
   EXPECT_EQ(of_x[2].axes[0].pulses, same.pulses(0)[0]);
   EXPECT_EQ(of_y[5].axes[0].pulses, same.pulses(1)[0]);
 }

@@ -105,7 +105,7 @@ TEST_F(VirtualInstrumentsTest, AttendedAnswerOnCallingThread) {
   EXPECT_EQ(heard_on(*shell), "") << "no request was sent";
   ASSERT_TRUE(shell->write(bytes_of("CRDG? 1\r\n"), {}));
   EXPECT_NEAR(std::stod(heard_on(*shell)), same.thermometers_as_measured_c()[8], 0.0005);
-  EXPECT_EQ(heard_on(*gyro), "") << "it sends when time passes";
+  EXPECT_EQ(heard_on(*gyro), "") << "frames are sent only when time advances";
   attended->advance(1);
   EXPECT_EQ(heard_on(*gyro).size(), 16U) << "a frame";
 }
@@ -121,9 +121,9 @@ TEST_F(VirtualInstrumentsTest, GyroWithoutReaderClosesLineAndSendsOnNewOne) {
   attended->advance(static_cast<int>(MemoryPipe::kCapacity / 16 + 100));
   std::size_t heard = 0;
   while (const auto size = heard_on(*gyro).size()) heard += size;
-  EXPECT_EQ(heard, MemoryPipe::kCapacity) << "whole frames, as many as there was room for";
+  EXPECT_EQ(heard, MemoryPipe::kCapacity) << "as many whole frames as fit";
   attended->advance(1);
-  EXPECT_EQ(heard_on(*gyro), "") << "opened again, after a gap";
+  EXPECT_EQ(heard_on(*gyro), "") << "the line was closed and opened again";
   attended->advance(1);
   EXPECT_EQ(heard_on(*gyro).size(), 16U);
 }

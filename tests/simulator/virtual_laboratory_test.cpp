@@ -61,7 +61,7 @@ TEST(VirtualLaboratory, TurnedGyroMeasuresOppositeEarthRate) {
     laboratory.set_unit_state({.turned = true});
     const double turned = rate_over(laboratory, 600);
     const double earth_rate = 15.041067 * std::sin(45 * std::numbers::pi / 180);
-    EXPECT_NEAR((as_mounted - turned) / 2, earth_rate, 0.01) << rig << ": less noise over ten minutes";
+    EXPECT_NEAR((as_mounted - turned) / 2, earth_rate, 0.01) << rig << ": tolerance for noise over ten minutes";
     EXPECT_NEAR((as_mounted + turned) / 2, laboratory.true_bias()[0].value + laboratory.drift()[0].value, 0.02) << rig;
     laboratory.set_unit_state({});
     EXPECT_NEAR(rate_over(laboratory, 600), as_mounted, 0.02) << rig;
@@ -137,7 +137,7 @@ TEST(VirtualLaboratory, TwoRunsOfOneGyroShareNoNoise) {
   }
   EXPECT_NE(first.pulses()[0], second.pulses()[0]);
   EXPECT_NEAR(static_cast<double>(first.pulses()[0]), static_cast<double>(second.pulses()[0]), 10)
-      << "the same physics";
+      << "the bias is the same";
 }
 
 TEST(VirtualLaboratory, DoesNotChangeByBeingRead) {
@@ -244,11 +244,11 @@ TEST(VirtualLaboratory, RunsAwayWithStuckMachineryOrWrongSensor) {
   faults = {};
   faults.plant.sensor_c = 20;
   frozen.inject(faults);
-  EXPECT_NEAR(air_after(frozen, {40}, 5), 20, 0.05) << "it shows what it showed, and its noise";
+  EXPECT_NEAR(air_after(frozen, {40}, 5), 20, 0.05) << "the reading is frozen except for noise";
   frozen.inject({});
   EXPECT_GT(frozen.output_percent(), 50);
   frozen.step();
-  EXPECT_GT(frozen.air_as_measured().value, 50) << "while the air temperature continued to rise";
+  EXPECT_GT(frozen.air_as_measured().value, 50) << "the real air temperature continued to rise";
 }
 
 TEST(VirtualLaboratory, AppliesAndRemovesThermometerFaults) {

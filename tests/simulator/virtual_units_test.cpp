@@ -180,7 +180,7 @@ TEST(VirtualUnits, CountTheEarthsRateOfEachAxis) {
   for (std::size_t i = 0; i < 2; ++i) {
     const double rate = 0.1 * static_cast<double>(laboratory.pulses()[i]) / 3600;
     EXPECT_NEAR(rate, (i == 0 ? 10 : -4) + laboratory.true_bias()[i].value + laboratory.drift()[i].value, 0.004)
-        << "but for noise, and what has drifted since";
+        << "except for noise and later drift";
   }
 }
 
@@ -260,7 +260,7 @@ TEST(OwnValues, AreLinearInBlockTemperature) {
   const auto values = laboratory.values();
   ASSERT_EQ(values.size(), 3U);
   EXPECT_GT(values[0].value, 40);
-  EXPECT_NEAR(values[1].value, 2 + 0.1 * (values[0].value - 20), 0.01) << "the sensor lags by a second";
+  EXPECT_NEAR(values[1].value, 2 + 0.1 * (values[0].value - 20), 0.01) << "the sensor lags by one second";
   EXPECT_EQ(values[2].value, 5);
 }
 

@@ -67,7 +67,7 @@ TEST(AllanDeviation, IsProportionalToSlopeOfLine) {
 TEST(AllanCurve, ComputesDeviationInOctavesForOneStretch) {
   const RateStretches rates{.interval_s = 2, .values = {nist_values()}};
   const AllanCurve curve = allan_curve(rates);
-  ASSERT_EQ(curve.size(), 9U) << "m = 256 leaves three means, 512 one";
+  ASSERT_EQ(curve.size(), 9U) << "there are three means at m = 256, and one at m = 512";
   for (const AllanPoint& point : curve) {
     EXPECT_EQ(point.tau_s, 2.0 * point.m);
     EXPECT_EQ(point.differences, 1001 - 2 * point.m);
@@ -166,8 +166,8 @@ class Pulls {
   }
   ~Pulls() {
     const double spread = std::sqrt(squares_ / count_);
-    EXPECT_GT(spread, 0.6) << info(term_).symbol << ": the error bars are too long";
-    EXPECT_LT(spread, 1.5) << info(term_).symbol << ": the error bars are too short";
+    EXPECT_GT(spread, 0.6) << info(term_).symbol << ": the error bars are too wide";
+    EXPECT_LT(spread, 1.5) << info(term_).symbol << ": the error bars are too narrow";
   }
 
  private:
@@ -197,7 +197,7 @@ TEST(AllanFit, FindsNoOtherTermInWhiteNoise) {
       EXPECT_GT(coefficient.at_most, 0) << seed << info(coefficient.term).symbol;
     }
   }
-  EXPECT_LE(false_ones, 12) << "of 160, at two standard errors";
+  EXPECT_LE(false_ones, 12) << "of 160 values, outside two standard errors";
 }
 
 TEST(AllanFit, RecoversRateRandomWalkWithAngleRandomWalk) {
@@ -274,7 +274,7 @@ TEST(AllanFit, BoundsInsignificantCoefficient) {
     const NoiseCoefficient& k = of(fit, NoiseTerm::rate_random_walk);
     covered += k.at_most > 5e-4 ? 1 : 0;
   }
-  EXPECT_GE(covered, 52) << "of 60, at 95 %";
+  EXPECT_GE(covered, 52) << "of 60 intervals at 95 %";
 }
 
 TEST(AllanFit, ScalesWithRate) {
@@ -315,7 +315,7 @@ TEST(AllanFit, FitsOnlyChosenTerms) {
   for (std::size_t k = 0; k < kNoiseTerms; ++k) EXPECT_EQ(same.coefficients[k].value, all.coefficients[k].value);
   EXPECT_FALSE(of(two, NoiseTerm::quantisation).seen);
   EXPECT_GT(of(two, NoiseTerm::angle_random_walk).value, of(all, NoiseTerm::angle_random_walk).value)
-      << "what is not fitted goes to what is";
+      << "the fitted term includes the noise of the omitted ones";
 }
 
 TEST(AllanFit, FindsNoTermInConstantRate) {

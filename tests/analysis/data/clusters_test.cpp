@@ -43,7 +43,7 @@ TEST(Clusters, AverageTrueBiasWhenKnown) {
   dataset.true_bias_deg_per_h = 2 * dataset.time_s;
   dataset.true_bias_deg_per_h(250) = std::nan("");
   const auto clusters = make_clusters(dataset);
-  ASSERT_EQ(clusters->true_bias_deg_per_h.size(), 3) << "a missing truth drops no cluster";
+  ASSERT_EQ(clusters->true_bias_deg_per_h.size(), 3) << "a cluster without true bias is kept";
   EXPECT_DOUBLE_EQ(clusters->true_bias_deg_per_h(1), 2 * 149.5);
   EXPECT_TRUE(std::isnan(clusters->true_bias_deg_per_h(2)));
   EXPECT_DOUBLE_EQ(pick(*clusters, {1}).true_bias_deg_per_h(0), 2 * 149.5);
@@ -56,7 +56,7 @@ TEST(Clusters, KeepLastClusterWhenExactlyComplete) { EXPECT_EQ(make_clusters(ram
 
 TEST(Clusters, ComputeCausalRate) {
   const auto clusters = make_clusters(ramp(400));
-  EXPECT_TRUE(std::isnan(clusters->rate_c_per_min(0, 0))) << "the first has none";
+  EXPECT_TRUE(std::isnan(clusters->rate_c_per_min(0, 0))) << "the first cluster has no rate";
   EXPECT_NEAR(clusters->rate_c_per_min(1, 0), 0.6, 1e-12);
 }
 
@@ -67,7 +67,7 @@ TEST(Clusters, DropClusterWithMissingReading) {
   ASSERT_EQ(clusters->start_s.size(), 3);
   EXPECT_EQ(clusters->dropped_gaps, 1);
   EXPECT_DOUBLE_EQ(clusters->start_s(1), 200);
-  EXPECT_TRUE(std::isnan(clusters->rate_c_per_min(1, 0))) << "the first after a gap has none";
+  EXPECT_TRUE(std::isnan(clusters->rate_c_per_min(1, 0))) << "the first cluster after a gap has no rate";
   EXPECT_NEAR(clusters->rate_c_per_min(2, 0), 0.6, 1e-12);
 }
 
@@ -103,7 +103,7 @@ TEST(Clusters, RecordSegmentChangeInsideCluster) {
   dataset.segment.tail(80).setOnes();
   const auto clusters = make_clusters(dataset);
   EXPECT_EQ(clusters->segment, (Eigen::Vector2i{0, 0}));
-  EXPECT_EQ(clusters->last_segment, (Eigen::Vector2i{0, 1})) << "a corner at 120 s";
+  EXPECT_EQ(clusters->last_segment, (Eigen::Vector2i{0, 1})) << "the segment changes at 120 s";
 }
 
 TEST(Clusters, PickAndConcatenateRows) {

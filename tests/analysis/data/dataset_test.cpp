@@ -62,9 +62,9 @@ TEST(Dataset, DetectsPulseCountsFromWholeNumbers) {
   EXPECT_EQ(to_dataset(record).step_deg_per_h, 0.5);
   record.info.units[0].axes[0].scale = -0.5;
   record.units[0].rotation[0][1] = std::nan("");
-  EXPECT_EQ(to_dataset(record).step_deg_per_h, 0.5) << "mounted upside down, and one second is missing";
+  EXPECT_EQ(to_dataset(record).step_deg_per_h, 0.5) << "also for a negative scale and a missing second";
   record.units[0].rotation[0][1] = 11.5;
-  EXPECT_EQ(to_dataset(record).step_deg_per_h, 0) << "an angle, as an imported increment in degrees";
+  EXPECT_EQ(to_dataset(record).step_deg_per_h, 0) << "angles are not pulse counts";
   record.info.units[0].axes[0].kind = record::GyroKind::rate;
   record.units[0].rotation[0][1] = 12;
   EXPECT_EQ(to_dataset(record).step_deg_per_h, 0) << "a rate";
@@ -87,7 +87,8 @@ TEST(Dataset, AddsEarthRateWhenUnitIsTurnedAround) {
   EXPECT_DOUBLE_EQ(dataset.bias_deg_per_h(2), 0.5 * 20 + 4);
   record.info.units[0].axes[0].earth_rate.reset();
   const Dataset unknown = to_dataset(record);
-  EXPECT_EQ(unknown.bias_zero, "nothing removed") << "a mean of one position would be wrong twofold in the other";
+  EXPECT_EQ(unknown.bias_zero, "nothing removed")
+      << "the mean of one position would be wrong by twice the Earth rate in the other";
   EXPECT_DOUBLE_EQ(unknown.bias_deg_per_h(0), 5);
 }
 
@@ -97,7 +98,7 @@ TEST(Dataset, OmitsBiasWhileOperatorHandlesUnit) {
   record.info.segments[1].prompt = "turn the unit around";
   record.progress[3].in_segment = std::chrono::seconds(1);
   const Dataset dataset = to_dataset(record);
-  EXPECT_FALSE(std::isnan(dataset.bias_deg_per_h(1))) << "nobody was asked for anything";
+  EXPECT_FALSE(std::isnan(dataset.bias_deg_per_h(1))) << "there was no operator request";
   EXPECT_TRUE(std::isnan(dataset.bias_deg_per_h(2)));
   EXPECT_FALSE(std::isnan(dataset.bias_deg_per_h(3)));
 }
@@ -118,7 +119,7 @@ TEST(Dataset, ProvidesTrueBiasOnlyForVirtualGyro) {
   record.units[0].true_bias_deg_per_h[0] = {1, 2, 3, 4};
   record.info.units[0].axes[0].earth_rate = DegreesPerHour{4};
   const Dataset dataset = to_dataset(record);
-  EXPECT_EQ(dataset.true_bias_deg_per_h(3), 4) << "Earth's rate is not in it";
+  EXPECT_EQ(dataset.true_bias_deg_per_h(3), 4) << "the true bias excludes the Earth rate";
   EXPECT_FALSE(dataset.has_own_reference);
 }
 
@@ -189,7 +190,7 @@ TEST(Dataset, ContainsOneAxisOfOneUnit) {
   EXPECT_DOUBLE_EQ(dataset.bias_deg_per_h(3), 2 * 8 - 3);
   EXPECT_EQ(dataset.true_bias_deg_per_h(0), 1);
   EXPECT_EQ(dataset.thermometers, (std::vector<std::string>{"B", "air", "aux:current", "self", "aux:outside"}))
-      << "those on the unit, the rig's, and what the unit tells of itself";
+      << "thermometers of the unit and of the rig, and values measured by the gyro";
   EXPECT_EQ(dataset.input_units, (std::vector<std::string>{"°C", "°C", "mA", "°C", "°C"}));
   EXPECT_EQ(dataset.temperature_c.col(3), Eigen::Vector4d(30, 31, 32, 33));
   EXPECT_EQ(dataset.gradients, std::vector<std::string>{"B"});
@@ -199,8 +200,8 @@ TEST(Dataset, ContainsOneAxisOfOneUnit) {
 TEST(Dataset, RequiresChoiceAmongSeveralAxes) {
   const auto info = two_units().info;
   const auto chosen = [&](const AxisChoice& requested) { return choose_axis(info, requested, "run.db"); };
-  EXPECT_EQ(chosen({.unit = "u1"}), (AxisChoice{"u1", ""})) << "it has one axis";
-  EXPECT_EQ(chosen({.axis = "y"}), (AxisChoice{"u2", "y"})) << "no other unit has such an axis";
+  EXPECT_EQ(chosen({.unit = "u1"}), (AxisChoice{"u1", ""})) << "the unit has only one axis";
+  EXPECT_EQ(chosen({.axis = "y"}), (AxisChoice{"u2", "y"})) << "only this unit has the axis";
   EXPECT_EQ(text(chosen({}).error()), "run.db: has 3 axes, u1, u2.x, u2.y: choose one with --unit and --axis");
   EXPECT_EQ(text(chosen({.unit = "u2"}).error()), "run.db: has 2 axes, u2.x, u2.y: choose one with --unit and --axis");
   EXPECT_EQ(chosen({.unit = "u3"}).error().kind, FaultKind::usage);
@@ -210,10 +211,11 @@ TEST(Dataset, KeepsClusterWhenOwnValueIsMissing) {
   record::Record record = two_units();
   const auto clusters = make_clusters(make_dataset(record, "run.db", {"u2", "x"}), 4).value();
   ASSERT_EQ(clusters.start_s.size(), 1);
-  EXPECT_TRUE(std::isnan(clusters.temperature_c(0, 2))) << "a second of its current is missing";
+  EXPECT_TRUE(std::isnan(clusters.temperature_c(0, 2))) << "one current reading is missing";
   EXPECT_DOUBLE_EQ(clusters.temperature_c(0, 3), 31.5);
   record.thermometers_c[0][1] = std::nan("");
-  EXPECT_EQ(make_clusters(make_dataset(record, "run.db", {"u2", "x"}), 4)->start_s.size(), 1) << "another unit's";
+  EXPECT_EQ(make_clusters(make_dataset(record, "run.db", {"u2", "x"}), 4)->start_s.size(), 1)
+      << "the missing reading belongs to another unit";
   record.thermometers_c[1][1] = std::nan("");
   EXPECT_FALSE(make_clusters(make_dataset(record, "run.db", {"u2", "x"}), 4));
 }

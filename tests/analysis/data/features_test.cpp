@@ -30,7 +30,7 @@ TEST(Term, RoundTripsThroughText) {
     ASSERT_TRUE(term) << input;
     EXPECT_EQ(to_string(*term), input);
   }
-  EXPECT_EQ(*parse_term("die-cap", kOddNames), temperature_term("die-cap")) << "a whole name comes first";
+  EXPECT_EQ(*parse_term("die-cap", kOddNames), temperature_term("die-cap")) << "names take precedence over expressions";
   EXPECT_EQ(*parse_term("die-cap-A", kOddNames), (gradient_term("die-cap", "A")));
 }
 
@@ -47,7 +47,7 @@ TEST(Term, IgnoresOrderOfFactors) {
   EXPECT_EQ(*parse_term("rate:A*A", kOddNames), *parse_term("A*rate:A", kOddNames));
   EXPECT_EQ(*parse_term("A*A*A", kOddNames), *parse_term("A^3", kOddNames));
   EXPECT_EQ(*parse_term("B*A^2", kOddNames), *parse_term("A*B*A", kOddNames));
-  EXPECT_EQ(*parse_term("A^2", {"A", "A^2"}), temperature_term("A^2")) << "a whole name comes first";
+  EXPECT_EQ(*parse_term("A^2", {"A", "A^2"}), temperature_term("A^2")) << "names take precedence over expressions";
   EXPECT_EQ(*parse_term("A*B*A", {"A", "A*B"}), temperature_term("A") * temperature_term("A*B"));
 }
 
@@ -128,7 +128,7 @@ constexpr double kNever = std::numeric_limits<double>::infinity();
 TEST(Lag, MatchesExactSolutionForStaircase) {
   const double tau = 600, step = 100;
   FirstOrderLag lag(tau);
-  EXPECT_EQ(lag.push(20, kNever), 0) << "a run starts in balance";
+  EXPECT_EQ(lag.push(20, kNever), 0) << "a run starts in equilibrium";
   for (int k = 1; k <= 40; ++k) EXPECT_NEAR(lag.push(30, step), 10 * std::exp(-k * step / tau), 1e-12);
 }
 
@@ -137,7 +137,7 @@ TEST(Lag, EqualsRateTimesTimeConstantForRamp) {
   FirstOrderLag lag(tau);
   double behind = lag.push(0, kNever);
   for (int k = 1; k <= 20000; ++k) behind = lag.push(rate * fine_s * k, fine_s);
-  EXPECT_NEAR(behind, rate * tau, 2 * rate * fine_s) << "but for the width of a stair";
+  EXPECT_NEAR(behind, rate * tau, 2 * rate * fine_s) << "within the error of the steps";
 }
 
 TEST(Lag, TreatsGapAsOneLongStep) {
@@ -146,7 +146,7 @@ TEST(Lag, TreatsGapAsOneLongStep) {
   double behind = 0;
   for (int k = 0; k < 7; ++k) behind = whole.push(25, 100);
   EXPECT_NEAR(gap.push(25, 700), behind, 1e-12);
-  EXPECT_NEAR(gap.push(-40, 1e6), 0, 1e-12) << "long after, the body is in balance again";
+  EXPECT_NEAR(gap.push(-40, 1e6), 0, 1e-12) << "in equilibrium again after a long time";
 }
 
 std::vector<Term> lags() {
@@ -160,7 +160,7 @@ TEST(Lags, UseHistoryOfWholeRunForSelectedClusters) {
   const Clusters part = pick(clusters, rows);
   EXPECT_EQ(*evaluate(lags(), part), SampleMatrix(whole(rows, Eigen::all)));
   EXPECT_EQ(*evaluate(lags(), pick(part, {1, 5})), SampleMatrix(whole(std::vector<int>{3, 90}, Eigen::all)));
-  EXPECT_TRUE(whole.row(0).isZero(0)) << "a run starts in balance";
+  EXPECT_TRUE(whole.row(0).isZero(0)) << "a run starts in equilibrium";
 }
 
 TEST(Lags, MatchRecursion) {
@@ -193,7 +193,7 @@ TEST(Lags, BridgeDroppedCluster) {
   ASSERT_EQ(clusters.dropped_gaps, 1);
   const SampleMatrix values = *evaluate(terms, clusters);
   EXPECT_EQ(SampleMatrix(values.topRows(12)), SampleMatrix(whole.topRows(12)));
-  EXPECT_EQ(values(12, 0), whole(13, 0)) << "A was known all the time";
+  EXPECT_EQ(values(12, 0), whole(13, 0)) << "the cluster was dropped for another thermometer";
   const double followed = clusters.temperature_c(11, 3) - values(11, 1);
   EXPECT_NEAR(values(12, 1), std::exp(-200.0 / 600) * (clusters.temperature_c(12, 3) - followed), 1e-12);
 }
@@ -217,7 +217,8 @@ TEST(LagTerm, RoundTripsThroughText) {
     EXPECT_EQ(lags_in({*term}).empty(), false);
   }
   EXPECT_EQ(*parse_term("lag:600:A", names), lag_term(600, "A"));
-  EXPECT_EQ(*parse_term("lag:600:A", {"A", "lag:600:A"}), temperature_term("lag:600:A")) << "a whole name comes first";
+  EXPECT_EQ(*parse_term("lag:600:A", {"A", "lag:600:A"}), temperature_term("lag:600:A"))
+      << "names take precedence over expressions";
   for (const char* input : {"lag:", "lag:A", "lag:600", "lag:0:A", "lag:-5:A", "lag:6.5:A", "lag:86401:A", "lag::A",
                             "lag:99999999999:A", "lag:600:Z", "lag:600:A-B"})
     EXPECT_EQ(parse_term(input, names).error().kind, FaultKind::usage) << input;

@@ -63,7 +63,7 @@ TEST(Folds, HoldOutCyclesOfEachRecord) {
   EXPECT_EQ(plan->statement, "leave one cycle out (8)");
   expect_each_held_out_once(*plan, 2 * rows);
   for (const Fold& fold : plan->folds) {
-    EXPECT_EQ(fold.held_out.size() + fold.training.size(), 2 * rows) << "no guard between cycles";
+    EXPECT_EQ(fold.held_out.size() + fold.training.size(), 2 * rows) << "there is no guard between cycles";
     for (const Eigen::Index k : fold.held_out) {
       EXPECT_EQ(a.cycle(k % rows), a.cycle(fold.held_out.front() % rows));
     }
@@ -77,7 +77,7 @@ TEST(Folds, HoldOutFourGuardedBlocksWithoutCycles) {
   ASSERT_EQ(plan->folds.size(), 4u);
   EXPECT_EQ(plan->folds[1].held_out.front(), 100);
   EXPECT_EQ(plan->folds[1].held_out.back(), 199);
-  EXPECT_EQ(plan->folds[1].training.size(), 400u - 100 - 2 * 27) << "45 min are 27 clusters, on both sides";
+  EXPECT_EQ(plan->folds[1].training.size(), 400u - 100 - 2 * 27) << "the guard of 45 min is 27 clusters on each side";
   EXPECT_FALSE(plan_folds({without_cycles(7)}));
 }
 
@@ -184,7 +184,7 @@ TEST(Folds, BecomeBlocksWhenOneFoldRemains) {
   ASSERT_TRUE(left);
   EXPECT_EQ(left->folds.folds.size(), 4u);
   EXPECT_FALSE(ensure_two_folds(within(training_set, training_set.folds.folds[1].training)))
-      << "four clusters cannot be cut";
+      << "four clusters are too few for two folds";
 }
 
 TEST(Folds, HoldOutRecordsForThreeRecordsWithoutCycles) {
@@ -198,7 +198,7 @@ TEST(Folds, HoldOutRecordsForThreeRecordsWithoutCycles) {
   EXPECT_EQ(plan->statement, "leave one record out (3)");
   EXPECT_EQ(plan_folds(records, {.kind = FoldKind::records, .guard_minutes = 45})->folds[1].training,
             plan->folds[1].training)
-      << "no guard reaches into another record";
+      << "guards do not extend into other records";
 }
 
 TEST(Folds, DoNotHoldOutRecordsWithCyclesOrFewRecords) {
@@ -247,7 +247,7 @@ TEST(FoldsByProgram, HoldOutAllRecordsOfProgramTogether) {
   EXPECT_EQ(plan->statement, "leave one program out (2)");
   ASSERT_EQ(plan->folds.size(), 2U);
   EXPECT_EQ(plan->folds[0].held_out.size(), 40U);
-  EXPECT_EQ(plan->folds[0].training, plan->folds[1].held_out) << "the random record alone";
+  EXPECT_EQ(plan->folds[0].training, plan->folds[1].held_out) << "only the record of the random program";
   EXPECT_EQ(plan->folds[1].training, plan->folds[0].held_out);
   EXPECT_EQ(plan->folds[0].training.front(), 30);
   EXPECT_EQ(plan->folds[0].training.back(), 49);

@@ -31,7 +31,7 @@ const record::RunInfo::SegmentInfo kHoldSegment{"hold", true, {}, {}, -1}, kRamp
 
 TEST(NoiseFloor, MeasuresWhiteNoiseUnderDrift) {
   const NoiseFloor floor = noise_floor(noisy_clusters(4000, 0.002), {kHoldSegment});
-  EXPECT_EQ(floor.differences, 34) << "36 clusters in the last hour";
+  EXPECT_EQ(floor.differences, 34) << "second differences of 36 clusters in the last hour";
   EXPECT_NEAR(floor.deg_per_h, 0.002, 0.0008);
   EXPECT_EQ(floor.statement, "Hadamard deviation at τ = 100 s of the raw bias in the last hour of 1 hold");
 }
@@ -59,7 +59,7 @@ TEST(NoiseFloor, IsUnbiasedOnShortDriftingHolds) {
       noise_floor(clusters, std::vector<record::RunInfo::SegmentInfo>(static_cast<std::size_t>(kHolds), kHoldSegment));
   EXPECT_EQ(floor.differences, kHolds * (kMeans - 2));
   EXPECT_NEAR(floor.deg_per_h, 0.002, 3 * floor.error_deg_per_h);
-  EXPECT_GT(std::sqrt(first_differences / (kHolds * (kMeans - 1))), 1.05 * 0.002) << "first differences are not";
+  EXPECT_GT(std::sqrt(first_differences / (kHolds * (kMeans - 1))), 1.05 * 0.002) << "first differences are biased";
 }
 
 /// More than half of the noise of a mean is quantisation for a pulse of 1″. Neighbouring means share it.
@@ -84,7 +84,8 @@ TEST(NoiseFloor, CorrectsForQuantisationOfPulses) {
       floors += std::pow(noise_floor(clusters, {kHoldSegment}, kPulse_arcsec).deg_per_h, 2);
       noise += clusters.bias_deg_per_h.squaredNorm() / kMeans;
     }
-    EXPECT_NEAR(std::sqrt(floors / noise), 1, 0.1) << white_deg_per_h << ": uncorrected it is 1.29 of counting alone";
+    EXPECT_NEAR(std::sqrt(floors / noise), 1, 0.1)
+        << white_deg_per_h << ": without correction the ratio is 1.29 for quantisation only";
   }
 }
 
@@ -139,8 +140,8 @@ TEST(NoiseFloor, HasErrorBarThatCoversTruth) {
     EXPECT_EQ(floor.differences, 340);
     held += std::abs(floor.deg_per_h - 0.002) < 2 * floor.error_deg_per_h ? 1 : 0;
   }
-  EXPECT_GE(held, 182) << "of 200, at 95 %";
-  EXPECT_LE(held, 199) << "of 200, at 95 %: the error bars are too long";
+  EXPECT_GE(held, 182) << "of 200 intervals at 95 %";
+  EXPECT_LE(held, 199) << "of 200 intervals at 95 %; the error bars are too wide";
 }
 
 TEST(OverFit, ExpectsFloorReducedByParameters) {
@@ -170,7 +171,7 @@ TEST(OverFit, ExpectsResidualOfLeastSquares) {
 TEST(OverFit, WarnsOnlyOutsideErrorBar) {
   const NoiseFloor floor{.deg_per_h = 0.002, .differences = 800, .error_deg_per_h = 0.00006};
   Figures residual{.std = 0.0019, .count = 2000, .effective = {2000, 2000}};
-  EXPECT_FALSE(over_fit_warning(residual, floor, 0)) << "0.0001 below, the bar is 0.00013";
+  EXPECT_FALSE(over_fit_warning(residual, floor, 0)) << "the difference of 0.0001 is within the error bar of 0.00013";
   residual.std = 0.0018;
   const auto warning = over_fit_warning(residual, floor, 0);
   ASSERT_TRUE(warning);
@@ -179,7 +180,7 @@ TEST(OverFit, WarnsOnlyOutsideErrorBar) {
   EXPECT_NE(over_fit_warning(residual, floor, 300)->find("300 effective parameters on 2000 clusters"),
             std::string::npos);
   residual.effective = {50, 50};
-  EXPECT_FALSE(over_fit_warning(residual, floor, 0)) << "50 independent values say little";
+  EXPECT_FALSE(over_fit_warning(residual, floor, 0)) << "the error bar of 50 independent values is wide";
 }
 
 TEST(OverFit, GivesNoWarningWithoutFloor) {
@@ -225,7 +226,7 @@ TEST(HoldNoise, EndsStretchAtMissingSamples) {
   const HoldNoise noise = measure_hold_noise(dataset);
   EXPECT_EQ(noise.holds, 2);
   EXPECT_EQ(noise.stretches, 4);
-  EXPECT_EQ(noise.seconds, 2 * 3600 - 1 - 30) << "the hour of the second hold ends as late as before";
+  EXPECT_EQ(noise.seconds, 2 * 3600 - 1 - 30) << "the last hour of the second hold is unchanged";
   const NoiseCoefficient& n = of(noise.fit, NoiseTerm::angle_random_walk);
   EXPECT_NEAR(n.value, 3e-4, 4 * n.error);
 }

@@ -98,8 +98,8 @@ TEST(EffectiveNumber, GivesErrorBarsThatCoverTruth) {
     std_held += std::abs(figures.std - 1) < 2 * std_error(figures) ? 1 : 0;
     mean_held += std::abs(figures.mean) < 2 * mean_error(figures) ? 1 : 0;
   }
-  EXPECT_GE(std_held, 178) << "of 200, at 95 %";
-  EXPECT_GE(mean_held, 178) << "of 200, at 95 %";
+  EXPECT_GE(std_held, 178) << "of 200 intervals at 95 %";
+  EXPECT_GE(mean_held, 178) << "of 200 intervals at 95 %";
 }
 
 TEST(EffectiveNumber, CountsOnlyPairsAtLag) {
@@ -107,7 +107,7 @@ TEST(EffectiveNumber, CountsOnlyPairsAtLag) {
   const Eigen::VectorXd values = autoregression(0.95, 400, random);
   EXPECT_LT(effective_number(values, counted(400)).of_std, 200);
   const EffectiveNumber apart = effective_number(values, 500 * counted(400));
-  EXPECT_EQ(apart.of_std, 400) << "no two of them are neighbours";
+  EXPECT_EQ(apart.of_std, 400) << "no two values are adjacent";
 }
 
 TEST(EffectiveNumber, IsCountForFewOrEqualValues) {

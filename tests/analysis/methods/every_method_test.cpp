@@ -99,7 +99,7 @@ TEST_P(EveryMethod, RequiresFoldsAndStopsWhenInterrupted) {
   auto folds = folds_of(samples, 3);
   const auto stopped = method.choose(folds, quick_options(), [](std::string_view, double) { return false; });
   if (stopped) {
-    EXPECT_TRUE(stopped->parameters.empty()) << "it has nothing to choose";
+    EXPECT_TRUE(stopped->parameters.empty()) << "the method has no parameters";
     return;
   }
   EXPECT_EQ(stopped.error().kind, FaultKind::interrupted);

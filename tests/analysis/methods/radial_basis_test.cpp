@@ -76,7 +76,7 @@ TEST(SelfOrganisingMap, KeepsNeighboursClose) {
   }
   EXPECT_LT(neighbours, 0.4 * all);
   for (Eigen::Index k = 0; k < 2; ++k) {
-    EXPECT_GE(nodes.col(k).minCoeff(), samples.col(k).minCoeff()) << "nodes stay among the samples";
+    EXPECT_GE(nodes.col(k).minCoeff(), samples.col(k).minCoeff()) << "nodes are within the range of the samples";
     EXPECT_LE(nodes.col(k).maxCoeff(), samples.col(k).maxCoeff());
   }
 }

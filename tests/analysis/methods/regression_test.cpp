@@ -39,7 +39,7 @@ TEST(Polynomial, IsRecoveredWithOrder) {
       ASSERT_TRUE(fit);
       EXPECT_LT((linear_model(*fit).weights - weights).cwiseAbs().maxCoeff(), 2e-3);
       EXPECT_EQ(fit->effective_parameters, 1 + order + (rates ? 2 : 0));
-      EXPECT_EQ(numbers_in(fit->function), 1 + order + (rates ? 2 : 0)) << "what is not taken weighs nothing";
+      EXPECT_EQ(numbers_in(fit->function), 1 + order + (rates ? 2 : 0)) << "omitted terms have a weight of 0";
     }
   }
 }

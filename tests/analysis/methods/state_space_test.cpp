@@ -37,7 +37,7 @@ TEST(StateSpace, FindsTimeConstantsOfStates) {
   ASSERT_TRUE(model) << text(model.error());
   EXPECT_TRUE(has(*model, 1200) && has(*model, 9600));
   EXPECT_LE(model->hyper_parameters.size(), kMostStates);
-  EXPECT_LT(model->leave_cycle_out.rmse, 4e-4) << "what is put in is a noise of 2e-4 °/h";
+  EXPECT_LT(model->leave_cycle_out.rmse, 4e-4) << "the simulated noise is 2e-4 °/h";
 }
 
 TEST(StateSpace, FitsPlaneOfChosenLagsOnly) {

@@ -161,7 +161,7 @@ TEST(PlaneWithKernel, ExtrapolatesAsPlane) {
   ASSERT_TRUE(beside && alone);
   const data::SampleMatrix far = Eigen::RowVector3d(0, 0, 8);
   EXPECT_NEAR(value_of(beside->function, far)(0), 32, 2);
-  EXPECT_LT(value_of(alone->function, far)(0), 16) << "a Gaussian kernel has forgotten the slope";
+  EXPECT_LT(value_of(alone->function, far)(0), 16) << "a Gaussian kernel does not extrapolate the slope";
 }
 
 TEST(PlaneWithKernel, DependsLessOnUncertainInput) {

@@ -39,7 +39,7 @@ TEST(Characterisation, RecoversSensitivitiesOfSyntheticBias) {
   const Characterisation result = run.found(linear + 2e-3 * known_rate(run));
   EXPECT_NEAR(result.ramp.before.value, 2e-3, 1e-8);
   EXPECT_LT(result.ramp.before.u, 1e-6);
-  EXPECT_NEAR(result.temperature.before.value, 3e-4, 1e-5) << "what the block still warms in a hold is no part of it";
+  EXPECT_NEAR(result.temperature.before.value, 3e-4, 1e-5) << "residual warming during a hold is excluded";
   EXPECT_NEAR(result.ramp.after.value, 0, 1e-12);
   EXPECT_NEAR(result.temperature.after.value, 0, 1e-12);
 
@@ -65,7 +65,8 @@ TEST(Characterisation, ReportsWarmUpTime) {
     ASSERT_EQ(result.warm_ups.size(), 1u);
     EXPECT_EQ(result.warm_ups[0].set_point_c, 20);
     EXPECT_NEAR(result.warm_ups[0].within.before.value, 0.002, 0.0004);
-    EXPECT_NEAR(result.warm_ups[0].seconds.before.value, 1900 + 500, 700) << "half a mean over 1000 s is added";
+    EXPECT_NEAR(result.warm_ups[0].seconds.before.value, 1900 + 500, 700)
+        << "half of the 1000 s averaging time is added";
   }
 }
 
@@ -90,14 +91,14 @@ TEST(Characterisation, FindsNoStartInPartialRecord) {
   };
   EXPECT_EQ(starts_from(0), 1u);
   EXPECT_EQ(starts_from(1), 1u) << "the first cluster of a record may lack a reading";
-  EXPECT_EQ(starts_from(12), 0u) << "20 min late";
+  EXPECT_EQ(starts_from(12), 0u) << "starts 20 min after the beginning of the hold";
   constexpr int kSecondHold = 2;
   Eigen::Index second = 0;
   while (whole.segment(second) != kSecondHold) ++second;
   EXPECT_EQ(starts_from(second), 0u);
   run.dataset.segments[kSecondHold - 1].unit.off = true;
   EXPECT_EQ(starts_from(second), 1u);
-  EXPECT_EQ(starts_from(second + 12), 0u) << "20 min after it was switched on";
+  EXPECT_EQ(starts_from(second + 12), 0u) << "starts 20 min after the unit was switched on";
   EXPECT_EQ(starts_from(0), 2u);
 }
 
@@ -106,7 +107,7 @@ TEST(Characterisation, ComputesTurnOnScatterOfThreeStarts) {
   std::vector<Characterisation> starts;
   for (const double turn_on : {-0.002, 0.0, 0.002})
     starts.push_back(run.found(noise_of(run.temperature_c, 7).array() + turn_on));
-  EXPECT_TRUE(turn_on_scatter({starts[0], starts[1]}).empty()) << "two are too few";
+  EXPECT_TRUE(turn_on_scatter({starts[0], starts[1]}).empty()) << "two starts are too few";
   const auto found = turn_on_scatter(starts);
   ASSERT_EQ(found.size(), 1U);
   EXPECT_EQ(found.front().set_point_c, 20);
@@ -144,7 +145,7 @@ TEST(Characterisation, PoolsNearlyEqualSetPoints) {
   }
   const auto found = turn_on_scatter(starts);
   ASSERT_EQ(found.size(), 1U);
-  EXPECT_EQ(found.front().set_point_c, 19.74) << "the first of them, as it was asked for";
+  EXPECT_EQ(found.front().set_point_c, 19.74) << "the first requested set point";
 }
 
 /// At 0.01 °/h per K, pooled starts at −40 and −39.5 °C would have a scatter of 0.003 °/h without any real one.
@@ -156,7 +157,7 @@ TEST(Characterisation, SeparatesSetPointsHalfAKelvinApart) {
     run.dataset.run_id = "run " + std::to_string(starts.size());
     starts.push_back(run.found(noise_of(run.temperature_c, 7)));
   }
-  EXPECT_TRUE(turn_on_scatter(starts).empty()) << "two starts each, of three that are wanted";
+  EXPECT_TRUE(turn_on_scatter(starts).empty()) << "each set point has two starts, and three are required";
 }
 
 /// The unit is off during the holds at −20 °C and is switched on again in the holds at 50 °C.
@@ -170,7 +171,7 @@ TEST(Characterisation, ComputesTurnOnScatterWithinOneRecord) {
   for (std::size_t s = 1; s < segments.size(); ++s)
     segments[s - 1].unit.off = segments[s].hold && segments[s].target == Celsius{50};
   const Characterisation result = run.found(bias + 1e-6 * noise_of(bias, 3));
-  ASSERT_EQ(result.warm_ups.size(), 4u) << "with the run, and three times";
+  ASSERT_EQ(result.warm_ups.size(), 4u) << "one at the start of the run and three later ones";
   EXPECT_EQ(result.warm_ups[0].segment, 0);
   EXPECT_EQ(result.warm_ups[1].set_point_c, 50);
   const auto found = turn_on_scatter({result});
@@ -189,7 +190,7 @@ TEST(Characterisation, SeparatesBiasFromEarthRateByTurning) {
   for (Eigen::Index k = 0; k < bias.size(); ++k)
     bias(k) = 0.05 + (segments[static_cast<std::size_t>(run.clusters.segment(k))].unit.turned ? -0.002 : 0.002);
   const Characterisation result = run.found(bias);
-  ASSERT_EQ(result.two_position.size(), 3u) << "-20, 20 and 50 °C";
+  ASSERT_EQ(result.two_position.size(), 3u) << "one each at -20, 20 and 50 °C";
   EXPECT_TRUE(result.stabilised.back().turned);
   EXPECT_FALSE(result.stabilised.front().turned);
   for (const Retrace& retrace : result.retrace) EXPECT_NEAR(retrace.change.before.value, 0, 1e-3) << retrace.segment;
@@ -197,7 +198,7 @@ TEST(Characterisation, SeparatesBiasFromEarthRateByTurning) {
     EXPECT_NEAR(found.bias.before.value, 0.05, 1e-12);
     EXPECT_NEAR(found.earth_rate.before.value, 10.002, 1e-12);
     EXPECT_EQ(found.bias.after.value, 0);
-    EXPECT_EQ(found.earth_rate.after.value, 10) << "nothing is left after compensation";
+    EXPECT_EQ(found.earth_rate.after.value, 10) << "compensation removes the whole bias";
     EXPECT_EQ(found.stated_earth_rate_deg_per_h, 10);
   }
   EXPECT_EQ(result.two_position[1].set_point_c, 20);
@@ -260,7 +261,7 @@ TEST(Characterisation, ExcludesResidualEarthRateFromSlope) {
 TEST(Characterisation, ReportsBiasAtEachStabilisedTemperature) {
   MadeToOrder run;
   const Characterisation result = run.found(1e-3 * run.temperature_c);
-  ASSERT_EQ(result.stabilised.size(), 8U) << "four holds of each cycle";
+  ASSERT_EQ(result.stabilised.size(), 8U) << "one for each of the four set points in a cycle";
   EXPECT_EQ(result.statement, "last hour of 8 holds of 1.5 h or more");
   const double set_points_c[] = {20, -20, 50, 20};
   for (std::size_t k = 0; k < 8; ++k) {
@@ -360,7 +361,7 @@ TEST(Characterisation, FindsRetraceError) {
   Eigen::VectorXd bias = Eigen::VectorXd::Zero(run.temperature_c.size());
   for (Eigen::Index k = 0; k < bias.size(); ++k) bias(k) = 1e-3 * run.clusters.segment(k);
   const Characterisation result = run.found(bias);
-  ASSERT_EQ(result.retrace.size(), 3U) << "20 °C is held four times";
+  ASSERT_EQ(result.retrace.size(), 3U) << "20 °C has four holds, and thus three pairs";
   for (const Retrace& retrace : result.retrace) {
     EXPECT_EQ(retrace.set_point_c, 20);
     EXPECT_NEAR(retrace.change.before.value, 1e-3 * retrace.segment, 1e-12);
@@ -375,7 +376,7 @@ TEST(Characterisation, StatesThatRecordHasNoLongHold) {
   EXPECT_TRUE(result.retrace.empty());
   EXPECT_TRUE(std::isnan(result.temperature.before.value));
   EXPECT_NE(result.statement.find("no hold bias"), std::string::npos);
-  EXPECT_TRUE(std::isfinite(result.ramp.before.value)) << "its ramps are there";
+  EXPECT_TRUE(std::isfinite(result.ramp.before.value)) << "the record still has ramps";
 }
 
 TEST(Characterisation, ReportsUnknownValuesWhereModelRefuses) {
@@ -385,7 +386,7 @@ TEST(Characterisation, ReportsUnknownValuesWhereModelRefuses) {
   const Characterisation result = characterise(run.dataset, run.clusters, residual);
   EXPECT_TRUE(std::isnan(result.stabilised.back().bias.after.value));
   EXPECT_TRUE(std::isfinite(result.stabilised.back().bias.before.value));
-  EXPECT_TRUE(std::isfinite(result.ramp.after.value)) << "of the clusters that are compensated";
+  EXPECT_TRUE(std::isfinite(result.ramp.after.value)) << "computed from the compensated clusters";
 }
 
 Eigen::VectorXi running(Eigen::Index count) {
@@ -400,7 +401,7 @@ TEST(RobustFit, EqualsWhiteEstimatorForReachZero) {
   const Eigen::VectorXd y = x.col(1) + Eigen::VectorXd::NullaryExpr(50, [&] { return normal(random); });
   const RobustFit fit = fit_robustly(x, y, running(50), 0);
   const Eigen::VectorXd left = y - x * fit.coefficients;
-  EXPECT_LT((x.transpose() * left).cwiseAbs().maxCoeff(), 1e-10) << "normal equations";
+  EXPECT_LT((x.transpose() * left).cwiseAbs().maxCoeff(), 1e-10) << "the normal equations are satisfied";
   const Eigen::MatrixXd inverse = (x.transpose() * x).inverse();
   const Eigen::MatrixXd middle = x.transpose() * left.cwiseAbs2().asDiagonal() * x;
   const Eigen::VectorXd u = (50.0 / 48 * (inverse * middle * inverse).diagonal()).cwiseSqrt();

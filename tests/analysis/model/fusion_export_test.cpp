@@ -101,7 +101,7 @@ TEST(FusionExport, FusesLikeLibrary) {
       EXPECT_LT((rest - fuse_without(gains, reading, 1)->deg_per_h).norm(), 1e-11 * 60) << n;
       suspects += named ? 1 : 0;
     }
-    EXPECT_EQ(suspects > 0, axes.size() > 4) << "four axes name nobody";
+    EXPECT_EQ(suspects > 0, axes.size() > 4) << "no axis can be isolated with four axes";
   }
 }
 

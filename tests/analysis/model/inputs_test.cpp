@@ -16,18 +16,18 @@ TEST(Inputs, ParsesKeywordsAndTermsInAnyMix) {
   EXPECT_EQ(fixed("rates"), 8u);
   EXPECT_EQ(fixed("three-point"), 3u);
   EXPECT_EQ(fixed("three-point-t"), 4u);
-  EXPECT_EQ(fixed("thermal-history"), 48u) << "8 temperatures, 16 lags, and T times each";
+  EXPECT_EQ(fixed("thermal-history"), 48u) << "8 temperatures, 16 lags, and the product of T with each";
   EXPECT_EQ(fixed("thermal-history,lag:600:A,A^2"), 48u);
   EXPECT_EQ(fixed("gradients,temperatures,rates"), 44u);
   EXPECT_EQ(fixed("gradients+temperatures + rates, A^2"), 45u);
-  EXPECT_EQ(fixed("seven-point,three-point,A-B"), 8u) << "A-D, A-G and A-B are in both";
+  EXPECT_EQ(fixed("seven-point,three-point,A-B"), 8u) << "A-D, A-G and A-B are in both sets";
 }
 
 TEST(Inputs, SelectsFromKeywordsAndKeepsSingleTerms) {
   const data::Dataset dataset = data::make_synthetic_run({});
   const InputPlan plan = *plan_inputs("gradients,A,A-B", dataset, *parse_selection("forward"));
   EXPECT_EQ(plan.fixed, (std::vector<data::Term>{data::temperature_term("A"), data::gradient_term("A", "B")}));
-  EXPECT_EQ(plan.candidates.size(), 27u) << "A-B is taken anyway";
+  EXPECT_EQ(plan.candidates.size(), 27u) << "A-B is selected in any case";
   EXPECT_EQ(plan.rule.kind, SelectionKind::forward);
   EXPECT_EQ(plan_inputs("A,A-B", dataset, SelectionRule{}).error().where, "--select");
 }

@@ -231,7 +231,7 @@ TEST(CExport, PredictsLikeLibrary) {
     const std::vector<Answer> answers = answers_in_c(model, lines);
     ASSERT_EQ(answers.size(), 300u);
     const double tolerance = c_tolerance_deg_per_h(model);
-    EXPECT_LE(tolerance, 1e-12 * model.target_std_deg_per_h * 10) << "the weights of these models are not large";
+    EXPECT_LE(tolerance, 1e-12 * model.target_std_deg_per_h * 10) << "the tolerance must be small for moderate weights";
     for (Eigen::Index i = 0; i < 300; ++i) {
       const Answer& answer = answers[static_cast<std::size_t>(i)];
       const bool outside = std::ranges::count(ranged.rows, i) > 0, missing = std::isnan(predicted(i));
@@ -302,14 +302,14 @@ TEST(CExport, ExportsUncertaintyOfMeans) {
   double expanded{};
   place.read("out") >> expanded;
   const CombinedUncertainty known = of_mean_over(*model.uncertainty, model.cluster_length_s);
-  EXPECT_EQ(expanded, known.expanded_deg_per_h) << "to the bit";
+  EXPECT_EQ(expanded, known.expanded_deg_per_h) << "must be equal bit for bit";
   EXPECT_NE(program.source.find("thermometer drift A (assumed) */"), std::string::npos) << program.source;
   const std::string returns = "return " + c_number(known.expanded_deg_per_h);
   const auto at = program.source.find(returns);
   ASSERT_NE(at, std::string::npos);
   place.write("gyro.c", program.source.replace(at, returns.size(), "return 2.0 * " + returns.substr(7)));
   ASSERT_EQ(place.run(compile), 0);
-  EXPECT_EQ(place.run("./program > out"), 1) << "the self-test finds a wrong U";
+  EXPECT_EQ(place.run("./program > out"), 1) << "the self-test detects a wrong U";
 }
 
 TEST(CExport, OmitsUncertaintyWithoutBudget) {

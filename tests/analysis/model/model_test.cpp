@@ -252,19 +252,19 @@ TEST(TrainedRange, RecomputesProductsFromBoundedFactors) {
   Model model = opposed_slopes();
   const data::Term a = data::temperature_term("A"), b = data::temperature_term("B");
   model.terms = {a, b, a * b, a * data::rate_term("A")};
-  EXPECT_EQ(recomputed_products(model.terms).size(), 1u) << "the rate of A is no input by itself";
+  EXPECT_EQ(recomputed_products(model.terms).size(), 1u) << "the rate of A is not an input itself";
   model.scaling = {Eigen::RowVector4d{20, 20, 410, 0}, Eigen::RowVector4d::Ones()};
   model.input_min = Eigen::RowVector4d{-20, -20, 0, -100};
   model.input_max = Eigen::RowVector4d{60, 60, 3600, 100};
   model.function = methods::NetworkModel{};
   const data::SampleMatrix row = (data::SampleMatrix(1, 4) << 100, 60, 6000, 8).finished();
   const data::SampleMatrix bounded = within_range(model, row, Outside::continued).bounded;
-  EXPECT_EQ(bounded, (data::SampleMatrix(1, 4) << 60, 40, 2400, 4).finished()) << "half the way to the mean";
+  EXPECT_EQ(bounded, (data::SampleMatrix(1, 4) << 60, 40, 2400, 4).finished()) << "moved half of the way to the mean";
 }
 
 TEST(TrainedRange, ReportsFarthestTermRelativeToRange) {
   const RangedInputs ranged = within_range(data::small_svr_model(), two_outside(), Outside::extrapolate);
-  EXPECT_EQ(ranged.worst_term, 0) << "0.5 of 2 is as far as 2.5 of 10; the first is named";
+  EXPECT_EQ(ranged.worst_term, 0) << "0.5 of 2 equals 2.5 of 10; the first term is reported";
   EXPECT_DOUBLE_EQ(ranged.worst_excess, 0.25);
   EXPECT_EQ(ranged.inputs, two_outside());
 }

@@ -101,7 +101,7 @@ TEST(Placement, ExcludesValuesMeasuredByGyro) {
   EXPECT_EQ(placement->all.kept, without->all.kept);
   EXPECT_EQ(placement->all.held_out.std, without->all.held_out.std);
   EXPECT_EQ(placement->elimination.back().left_out, without->elimination.back().left_out);
-  EXPECT_TRUE(placement->all.unseen) << "a record without such values is no other";
+  EXPECT_TRUE(placement->all.unseen) << "the unseen record needs no values measured by the gyro";
   const auto one = study_placement({reduced(with_own_values(all), {0, 3, 4})}, {});
   ASSERT_FALSE(one);
   EXPECT_EQ(one.error().what, "needs at least two thermometers, the record has 1");

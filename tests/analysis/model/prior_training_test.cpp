@@ -76,7 +76,7 @@ TEST_F(TypePriorTraining, LearnsTypeWithUncertaintiesOfRecord) {
   EXPECT_EQ(to_string(prior_.terms.front()), "A-B");
   EXPECT_EQ(to_string(prior_.terms.back()), "A");
   EXPECT_EQ(prior_.noise.turn_on_deg_per_h, kTurnOn_deg_per_h);
-  EXPECT_FALSE(prior_.error_covariance.isZero(0)) << "0.05 K of drift where nothing is said";
+  EXPECT_FALSE(prior_.error_covariance.isZero(0)) << "a drift of 0.05 K is assumed";
   EXPECT_LT(prior_.input_min(7), -15);
   EXPECT_GT(prior_.input_max(7), 45);
 }
@@ -86,7 +86,7 @@ TEST_F(TypePriorTraining, TrainsWholeRangeModelFromFewClusters) {
   ASSERT_TRUE(few && all) << text((few ? all : few).error());
   const auto error = [&](const Model& model) -> Eigen::VectorXd {
     const auto inputs = within_range(model, *evaluate(model.terms, used_clusters_), Outside::continued);
-    EXPECT_LE(inputs.worst_excess, 0.05) << "an hour and a quarter is no bound";
+    EXPECT_LE(inputs.worst_excess, 0.05) << "a record of 75 min does not bound the range";
     return used_clusters_.bias_deg_per_h - predict(model, inputs);
   };
   const double raw = data::compute_figures(used_clusters_.bias_deg_per_h).std;
@@ -185,11 +185,11 @@ TEST_F(TypePriorTraining, WarnsIfPriorContainsSameGyro) {
   const auto trained = [&] {
     return *train_with_prior(named, {known}, {*make_clusters(known)}, {.folds = {}, .program_version = {}});
   };
-  EXPECT_FALSE(warns_of(trained(), "counts twice")) << "nobody knows";
+  EXPECT_FALSE(warns_of(trained(), "counts twice")) << "identity unknown";
   named.records = {{.name = "the third", .run_id = "another", .identity = known.identity}};
-  EXPECT_TRUE(warns_of(trained(), "counts twice")) << "whatever it is called";
+  EXPECT_TRUE(warns_of(trained(), "counts twice")) << "the identity decides, not the name";
   named.records = {{.name = "the third", .run_id = known.run_id}};
-  EXPECT_TRUE(warns_of(trained(), "counts twice")) << "the very run";
+  EXPECT_TRUE(warns_of(trained(), "counts twice")) << "the same run";
   data::Dataset real = own_;
   real.simulated = false;
   const auto mixed = train_with_prior(prior_, {real}, {clusters_}, {.folds = {}, .program_version = {}});
@@ -224,7 +224,7 @@ TEST_F(TypePriorTraining, RefusesUnsuitableRecords) {
   data::Dataset own_zero = own_;
   own_zero.bias_zero = of_another_zero.records.front().bias_zero = data::kOwnReference;
   EXPECT_FALSE(train_with_prior(of_another_zero, {own_zero}, {clusters_}, {.folds = {}, .program_version = {}}))
-      << "two means of two records";
+      << "the two references are means of different records";
   const auto selecting = learn_prior(own_, {}, {.inputs = "multi-point"});
   ASSERT_FALSE(selecting);
   EXPECT_EQ(selecting.error().kind, FaultKind::usage);

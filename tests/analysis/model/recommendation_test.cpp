@@ -33,7 +33,8 @@ TEST(Recommendation, ComparesRecordByRecord) {
 
 TEST(Recommendation, SelectsLowestForSingleRecord) {
   EXPECT_EQ(recommend({{"large", 9000, {1}}, {"small", 20, {1.01}}}).recommended, "large");
-  EXPECT_EQ(recommend({{"large", 9000, {1}}, {"small", 20, {1}}}).recommended, "small") << "of equals the simpler";
+  EXPECT_EQ(recommend({{"large", 9000, {1}}, {"small", 20, {1}}}).recommended, "small")
+      << "the simpler model is preferred if errors are equal";
 }
 
 TEST(Recommendation, SelectsNoneWithoutRecord) {

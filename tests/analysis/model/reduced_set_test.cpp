@@ -149,7 +149,7 @@ TEST(ReducedSet, ChangesNoPredictionByMoreThanItsBound) {
     const Model smaller = reduced(model, clusters_of(30, seed), {.vectors = 10});
     const double worst = change(model, smaller, clusters_of(5000, seed + 99)).cwiseAbs().maxCoeff();
     EXPECT_LE(worst, smaller.reduction->bound_deg_per_h);
-    EXPECT_GT(worst, 0.01 * smaller.reduction->bound_deg_per_h) << "or the bound says nothing";
+    EXPECT_GT(worst, 0.01 * smaller.reduction->bound_deg_per_h) << "the bound must not be far too wide";
   }
 }
 

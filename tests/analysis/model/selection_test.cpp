@@ -77,7 +77,7 @@ TEST(Selection, FallsBackToDifferencesWithFirstThermometer) {
 }
 
 TEST(Selection, FallsBackIfTooFewDimensionsRemain) {
-  EXPECT_FALSE(of_table_3(0.941).fallback) << "A-H alone passes";
+  EXPECT_FALSE(of_table_3(0.941).fallback) << "only A-H exceeds the limit";
   EXPECT_TRUE(of_table_3(0.941, 2).fallback);
 }
 
@@ -90,7 +90,7 @@ TEST(Selection, SelectsAnyKindOfInputByCorrelation) {
   clusters.bias_deg_per_h = 3 * clusters.temperature_c.col(2);
   const auto selection = select_inputs({.threshold = 0.999999}, {}, temperatures(), training_set_of(clusters));
   ASSERT_TRUE(selection);
-  EXPECT_TRUE(selection->fallback) << "one input is no choice: " << selection->statement;
+  EXPECT_TRUE(selection->fallback) << "a single input is not sufficient: " << selection->statement;
   EXPECT_FALSE(select_inputs({}, {}, {}, training_set_of(clusters)));
 }
 
@@ -134,7 +134,7 @@ TEST(Redundancy, KeepsSevenOfTwentyEightGradients) {
   EXPECT_EQ(gradients->rank, 7);
   const auto beside = select_independent({data::temperature_term("A")}, temperatures(), clusters, 1e-6);
   EXPECT_EQ(beside->terms.size(), 7u);
-  EXPECT_FALSE(std::ranges::count(beside->terms, data::temperature_term("A"))) << "it is taken anyway";
+  EXPECT_FALSE(std::ranges::count(beside->terms, data::temperature_term("A"))) << "the term is selected in any case";
 }
 
 TEST(Redundancy, DropsOnlyDependentInputs) {

@@ -54,7 +54,7 @@ TEST(CompensationStream, EqualsClusterPredictionAtClusterEnds) {
   const Eigen::VectorXd predicted = *predict(data::small_svr_model(), *make_clusters(dataset));
   const Eigen::VectorXd compensated = open().push(dataset.temperature_c, dataset.bias_deg_per_h);
   for (Eigen::Index i = 0; i < 1000; ++i) {
-    EXPECT_EQ(std::isnan(compensated(i)), i < 199) << "a rate needs two means, row " << i;
+    EXPECT_EQ(std::isnan(compensated(i)), i < 199) << "a rate requires two means, row " << i;
     if (i >= 199 && i % 100 == 99) {
       EXPECT_NEAR(compensated(i), 0.5 - predicted(i / 100), 1e-12);
     }
@@ -93,7 +93,7 @@ TEST(CompensationStream, RecoversAfterMissingReading) {
   missing(330, 0) = std::nan("");
   const Eigen::VectorXd whole = open().push(temperatures, zeros(900)), gap = open().push(missing, zeros(900));
   expect_same(gap.head(330), whole.head(330));
-  EXPECT_TRUE(gap.segment(330, 200).array().isNaN().all()) << "two means hold it";
+  EXPECT_TRUE(gap.segment(330, 200).array().isNaN().all()) << "two means contain the missing reading";
   expect_same(gap.tail(370), whole.tail(370));
 }
 
@@ -104,7 +104,7 @@ TEST(CompensationStream, ContinuesOutsideTrainedRangeAndCountsRows) {
   const Eigen::VectorXd held = continued.push(temperatures, zeros(400));
   EXPECT_TRUE(held.tail(201).allFinite());
   EXPECT_EQ(continued.outside(), 201);
-  EXPECT_GT(continued.excess().tail(201).minCoeff(), 1) << "4 °C and more of 2";
+  EXPECT_GT(continued.excess().tail(201).minCoeff(), 1) << "at least 4 °C outside a range of 2 °C";
   EXPECT_EQ(continued.excess().head(199), zeros(199));
   const Eigen::VectorXd refused = open({"A", "B"}, Outside::refuse).push(temperatures, zeros(400));
   EXPECT_TRUE(refused.array().isNaN().all());
@@ -151,9 +151,10 @@ TEST(Latency, UsesConsecutiveMeans) {
   std::normal_distribution<double> noise(0, 1);
   const Eigen::VectorXd white = Eigen::VectorXd::NullaryExpr(720, [&] { return noise(random); });
   EXPECT_FALSE(measure_latency(data::small_slope_model(), clusters, white)->is_led)
-      << "to lead noise is to make it larger";
+      << "extrapolation would amplify the noise";
   clusters.start_s = Eigen::Vector4d(0, 100, 500, 600);
-  EXPECT_FALSE(measure_latency(data::small_slope_model(), clusters, predicted.head(4))) << "no three follow each other";
+  EXPECT_FALSE(measure_latency(data::small_slope_model(), clusters, predicted.head(4)))
+      << "there are no three consecutive clusters";
 }
 
 TEST(CompensationStream, RefusesMissingThermometers) {
@@ -180,12 +181,13 @@ TEST(CompensationStream, EqualsClusterLagsAtClusterEnds) {
   const Eigen::VectorXd predicted = *predict(lag_model(), clusters);
   const Eigen::VectorXd compensated = CompensationStream::open(lag_model(), {"A", "B"}, Outside::extrapolate)
                                           ->push(dataset.temperature_c, dataset.bias_deg_per_h);
-  for (Eigen::Index i = 0; i < 99; ++i) EXPECT_TRUE(std::isnan(compensated(i))) << "there is no mean yet, row " << i;
+  for (Eigen::Index i = 0; i < 99; ++i)
+    EXPECT_TRUE(std::isnan(compensated(i))) << "the first mean is incomplete, row " << i;
   for (Eigen::Index k = 0; k < predicted.size(); ++k) {
     const auto end = static_cast<Eigen::Index>(clusters.start_s(k)) + 99;
     EXPECT_NEAR(compensated(end), 0.5 - predicted(k), 1e-12) << k;
   }
-  EXPECT_EQ(compensated.array().isNaN().count(), 99 + 100) << "and one reading was missing";
+  EXPECT_EQ(compensated.array().isNaN().count(), 99 + 100) << "includes the means with the missing reading";
 }
 
 TEST(CompensationStream, DoesNotDependOnDivisionIntoCallsWithLags) {

@@ -40,7 +40,7 @@ TEST(TrainedModel, StatesNoiseOfHeldOutResidual) {
   ASSERT_TRUE(model) << text(model.error());
   ASSERT_TRUE(model->residual_noise);
   EXPECT_NEAR(model->residual_noise->angle_random_walk_deg_per_sqrt_h, 0.02 / 60, 0.2 * 0.02 / 60)
-      << "0.02 °/h of one second";
+      << "0.02 °/h over one second";
   EXPECT_NEAR(model->residual_noise->start_deg_per_h, model->leave_cycle_out.rmse, 1e-12);
 }
 
@@ -105,7 +105,7 @@ TEST(Training, ApproachesNoiseFloorWithSupportVectors) {
   EXPECT_EQ(model->folds, "leave one cycle out (4)");
   EXPECT_TRUE(model->quick);
   const auto& svr = std::get<methods::SvrModel>(model->function);
-  EXPECT_LE(svr.relative_gap, 1e-6) << "the model that is kept has the tight certificate";
+  EXPECT_LE(svr.relative_gap, 1e-6) << "the final model has the tight certificate";
   EXPECT_GT(svr.beta.size(), 0);
   EXPECT_EQ(svr.parameters.C, model->tuning.best.C);
   EXPECT_EQ(model->leave_cycle_out_residual.size(), model->in_sample.count);
@@ -209,9 +209,9 @@ TEST(OneStandardError, IsStoredAndAgreesWithHeldOutError) {
   const auto simple = train_on(dataset, options);
   ASSERT_TRUE(best && simple);
   EXPECT_FALSE(best->tuning.one_standard_error);
-  EXPECT_EQ(to_json(*best).find("one_standard_error"), std::string::npos) << "the paper's choice is kept as it was";
+  EXPECT_EQ(to_json(*best).find("one_standard_error"), std::string::npos) << "the rule of the paper adds no entry";
   ASSERT_TRUE(simple->tuning.one_standard_error);
-  EXPECT_LE(simple->tuning.best.C, best->tuning.best.C * 2) << "no simpler by an octave is no gain";
+  EXPECT_LE(simple->tuning.best.C, best->tuning.best.C * 2) << "C may exceed the best one by at most an octave";
   const auto read = model_from_json(to_json(*simple), "model.json");
   ASSERT_TRUE(read) << text(read.error());
   EXPECT_EQ(read->tuning.one_standard_error->within, simple->tuning.one_standard_error->within);
@@ -264,7 +264,7 @@ TEST(Training, ReportsInvalidOptions) {
   other.run_id = "synthetic-2";
   const data::Clusters clusters = *make_clusters(dataset);
   one.identity = "0042";
-  EXPECT_TRUE(train({one, other}, {clusters, clusters}, linear("A,A-B"))) << "the other does not say whose it is";
+  EXPECT_TRUE(train({one, other}, {clusters, clusters}, linear("A,A-B"))) << "the other record has no identity";
   other.identity = "0043";
   const auto of_two = train({one, other}, {clusters, clusters}, linear("A,A-B"));
   ASSERT_FALSE(of_two);
@@ -279,11 +279,11 @@ TEST(Training, ReportsInvalidOptions) {
       << of_two_zeros.error().what;
   one.bias_zero = other.bias_zero = data::kOwnReference;
   const auto of_own_zeros = train({one, other}, {clusters, clusters}, linear("A,A-B"));
-  ASSERT_FALSE(of_own_zeros) << "both say the same, and it is not the same";
+  ASSERT_FALSE(of_own_zeros) << "equal names, but each record is relative to its own mean";
   EXPECT_EQ(of_own_zeros.error().kind, FaultKind::usage);
   EXPECT_NE(of_own_zeros.error().what.find("its bias reference is its own mean"), std::string::npos)
       << of_own_zeros.error().what;
-  EXPECT_TRUE(train({one}, {clusters}, linear("A,A-B"))) << "one record may have its own";
+  EXPECT_TRUE(train({one}, {clusters}, linear("A,A-B"))) << "a single record may use its own mean";
   data::Dataset turned = dataset;
   turned.earth_rate_deg_per_h.reset();
   turned.segments.back().unit.turned = true;
@@ -293,9 +293,9 @@ TEST(Training, ReportsInvalidOptions) {
   std::vector<Eigen::Index> as_mounted;
   for (Eigen::Index k = 0; k < clusters.segment.size(); ++k)
     if (clusters.last_segment(k) + 1 < std::ssize(turned.segments)) as_mounted.push_back(k);
-  EXPECT_TRUE(train({turned}, {pick(clusters, as_mounted)}, linear("A,A-B"))) << "of one position alone";
+  EXPECT_TRUE(train({turned}, {pick(clusters, as_mounted)}, linear("A,A-B"))) << "all clusters are from one position";
   turned.earth_rate_deg_per_h = 10;
-  EXPECT_TRUE(train_on(turned, linear("A,A-B"))) << "it is removed with the sign of each position";
+  EXPECT_TRUE(train_on(turned, linear("A,A-B"))) << "the Earth rate is removed with the sign of each position";
   data::Dataset without = dataset;
   without.run_id = "synthetic-3";
   data::Clusters without_a = clusters;
@@ -303,7 +303,7 @@ TEST(Training, ReportsInvalidOptions) {
   TrainingOptions by_record = linear("A,A-B");
   by_record.folds.kind = data::FoldKind::records;
   const auto held_out_by_nothing = train({dataset, without}, {clusters, without_a}, by_record);
-  ASSERT_FALSE(held_out_by_nothing) << "only one record has A";
+  ASSERT_FALSE(held_out_by_nothing) << "thermometer A exists in only one record";
   EXPECT_EQ(held_out_by_nothing.error().where, "--folds");
   data::Dataset nameless = dataset;
   nameless.three_point.clear();
@@ -358,7 +358,7 @@ TEST(Nested, NeverUsesHeldOutFoldForChoice) {
       for (const Eigen::Index k : fold.held_out) spoilt.bias_deg_per_h(k) += 1;
       const Eigen::VectorXd predicted = nested_predictions({spoilt, folds}, plan);
       EXPECT_TRUE(predicted(fold.held_out).isApprox(clean(fold.held_out), 1e-12));
-      EXPECT_FALSE(predicted.isApprox(clean, 1e-3)) << "the other folds have learnt from it";
+      EXPECT_FALSE(predicted.isApprox(clean, 1e-3)) << "the training of the other folds includes it";
     }
   }
 }

@@ -45,7 +45,7 @@ TEST(Budget, ReproducesEndGaugeExampleOfGum) {
   const std::vector<BudgetRow> rows{row_of(25, 1, 18), row_of(9.7, 1, 25.6), row_of(2.9, 1, 50), row_of(16.6, 1, 2)};
   const CombinedUncertainty sum = combined(rows, 0.99);
   EXPECT_NEAR(sum.standard_deg_per_h, 32, 0.5);
-  EXPECT_NEAR(sum.degrees_of_freedom, 16.7, 0.5) << "16 when cut";
+  EXPECT_NEAR(sum.degrees_of_freedom, 16.7, 0.5) << "the GUM truncates to 16";
   EXPECT_EQ(std::floor(sum.degrees_of_freedom), 16);
   EXPECT_NEAR(sum.coverage_factor, 2.92, 0.005);
   EXPECT_NEAR(sum.expanded_deg_per_h, 93, 1);
@@ -54,7 +54,7 @@ TEST(Budget, ReproducesEndGaugeExampleOfGum) {
 TEST(Budget, KeepsDegreesOfFreedomOfSingleSource) {
   EXPECT_DOUBLE_EQ(combined({row_of(0.3, 2, 7)}).degrees_of_freedom, 7);
   EXPECT_NEAR(combined({row_of(0.3, 2, 7)}).coverage_factor, 2.365, 0.0005);
-  EXPECT_NEAR(combined({row_of(1e-100, 1, 7)}).degrees_of_freedom, 7, 1e-9) << "however small";
+  EXPECT_NEAR(combined({row_of(1e-100, 1, 7)}).degrees_of_freedom, 7, 1e-9) << "also for tiny contributions";
 }
 
 TEST(Budget, WidensLinearlyOutsideTrainedRange) {
@@ -78,8 +78,8 @@ TEST(Budget, ReducesWhiteNoiseForLongerMean) {
   EXPECT_DOUBLE_EQ(four.rows[0].standard_uncertainty, 1);
   EXPECT_DOUBLE_EQ(four.rows[1].standard_uncertainty, 6);
   EXPECT_DOUBLE_EQ(four.rows[2].standard_uncertainty, 4);
-  EXPECT_DOUBLE_EQ(four.rows[3].standard_uncertainty, 2) << "both ends, however long it is";
-  EXPECT_EQ(differing_rows(four.rows).size(), 3u) << "a tilt is the same in training and in use";
+  EXPECT_DOUBLE_EQ(four.rows[3].standard_uncertainty, 2) << "only the two end points count";
+  EXPECT_EQ(differing_rows(four.rows).size(), 3u) << "the tilt is equal in training and in use";
 }
 
 TEST(EarthRate, HasDerivativesEqualToDifferences) {
@@ -182,7 +182,7 @@ TEST_F(UncertaintyOfAModel, SensitivityEqualsChangeOfPrediction) {
     moved.temperature_c.col(3).array() += kMove_k;
     const Eigen::VectorXd change = *predict(model, moved) - *predict(model, clusters_);
     EXPECT_LT((change - kMove_k * found.col(3)).norm(), 0.05 * change.norm()) << method;
-    EXPECT_TRUE(found.col(1).isZero(0)) << "B is no input";
+    EXPECT_TRUE(found.col(1).isZero(0)) << "B is not an input";
   }
 }
 
@@ -194,7 +194,7 @@ TEST_F(UncertaintyOfAModel, PlaneSensitivityIsEqualOutsideRange) {
 
 TEST_F(UncertaintyOfAModel, ThermometerNoiseIsThatOfSamples) {
   const Eigen::RowVectorXd noise = thermometer_noise_k(dataset_, clusters_);
-  for (Eigen::Index j = 0; j < 8; ++j) EXPECT_NEAR(noise(j), 0.003 / 10, 0.03 * 0.003 / 10) << "of 100 samples";
+  for (Eigen::Index j = 0; j < 8; ++j) EXPECT_NEAR(noise(j), 0.003 / 10, 0.03 * 0.003 / 10) << "mean of 100 samples";
   double squares = 0;
   for (const Sensitivity& one : model_.uncertainty->sensitivities) squares += std::pow(one.rms * 0.003 / 10, 2);
   EXPECT_NEAR(model_.uncertainty->added_noise_deg_per_h, std::sqrt(squares), 0.03 * std::sqrt(squares));
@@ -218,7 +218,7 @@ TEST_F(UncertaintyOfAModel, HysteresisIsHalfTheDifferenceOfDirections) {
     residual(k) = chance(k) + std::copysign(0.003, clusters_.rate_c_per_min.row(k).mean());
   }
   EXPECT_NEAR(estimate_hysteresis(residual, clusters_).half_deg_per_h, 0.003, 0.0004);
-  EXPECT_LT(estimate_hysteresis(chance, clusters_).half_deg_per_h, 0.0006) << "of noise alone there is hardly any";
+  EXPECT_LT(estimate_hysteresis(chance, clusters_).half_deg_per_h, 0.0006) << "noise causes hardly any hysteresis";
   EXPECT_EQ(estimate_hysteresis(Eigen::VectorXd::Zero(residual.size()), clusters_).half_deg_per_h, 0);
   EXPECT_GT(estimate_hysteresis(residual, clusters_).degrees_of_freedom,
             5 * estimate_hysteresis(chance, clusters_).degrees_of_freedom);
@@ -246,7 +246,8 @@ TEST_F(UncertaintyOfAModel, HysteresisIgnoresValuesMeasuredByGyro) {
   alone.thermometers = {"self"};
   alone.temperature_c = clusters_.temperature_c.col(0);
   alone.rate_c_per_min = clusters_.rate_c_per_min.col(0);
-  EXPECT_NEAR(estimate_hysteresis(residual, alone).half_deg_per_h, 0.003, 0.0004) << "the only temperature there is";
+  EXPECT_NEAR(estimate_hysteresis(residual, alone).half_deg_per_h, 0.003, 0.0004)
+      << "the only temperature of the record";
   alone.thermometers = {"aux:current"};
   EXPECT_EQ(estimate_hysteresis(residual, alone).half_deg_per_h, 0);
 }
@@ -258,13 +259,13 @@ TEST_F(UncertaintyOfAModel, MarksAssumedValues) {
   EXPECT_TRUE(row(model_, Source::thermometer_drift).assumed);
   EXPECT_EQ(row(model_, Source::thermometer_drift).standard_uncertainty, 0.05);
   EXPECT_EQ(row(model_, Source::thermometer_calibration).standard_uncertainty, 0.02);
-  EXPECT_DOUBLE_EQ(row(model_, Source::turn_on).sensitivity, std::numbers::sqrt2) << "in training and in use";
+  EXPECT_DOUBLE_EQ(row(model_, Source::turn_on).sensitivity, std::numbers::sqrt2) << "both in training and in use";
 }
 
 TEST_F(UncertaintyOfAModel, IncludesQuantisationOfPulses) {
   EXPECT_TRUE(std::ranges::none_of(model_.uncertainty->budget.rows, [](const BudgetRow& row) {
     return row.source == Source::counting;
-  })) << "a rate is read";
+  })) << "the gyro reports a rate";
   constexpr double kPulse_arcsec = 1.5;
   std::vector<data::Dataset> datasets{dataset_};
   datasets.front().step_deg_per_h = kPulse_arcsec;
@@ -300,8 +301,9 @@ TEST_F(UncertaintyOfAModel, ModelFormHasFewDegreesOfFreedomForFewMeans) {
   EXPECT_LT(wave.degrees_of_freedom, 8);
   const double form = std::hypot(wave.standard_uncertainty, row(model, Source::hysteresis).standard_uncertainty);
   EXPECT_NEAR(form, 0.05 / std::numbers::sqrt2, 0.001);
-  EXPECT_GT(combined(model.uncertainty->budget.rows).expanded_deg_per_h, 2.3 * form) << "Student's t of these";
-  EXPECT_EQ(judged_by(Eigen::VectorXd::Zero(count)).standard_uncertainty, 0) << "zero where the estimate is";
+  EXPECT_GT(combined(model.uncertainty->budget.rows).expanded_deg_per_h, 2.3 * form)
+      << "by Student's t for few degrees of freedom";
+  EXPECT_EQ(judged_by(Eigen::VectorXd::Zero(count)).standard_uncertainty, 0) << "zero, like the estimate";
   EXPECT_EQ(judged_by(Eigen::VectorXd::Zero(count)).degrees_of_freedom, 1);
 }
 
@@ -312,10 +314,11 @@ TEST(RobustStandard, EqualsRootMeanSquareWithoutTransient) {
   EXPECT_NEAR(robust_standard_deg_per_h(residual, 20000), 1, 0.02);
   residual.head(200).array() += 20;  // 1 % of the means
   EXPECT_NEAR(std::sqrt(residual.squaredNorm() / 20000), std::sqrt(1 + 4), 0.05);
-  EXPECT_NEAR(robust_standard_deg_per_h(residual, 20000), 1.04, 0.03) << "of 95 in 99";
+  EXPECT_NEAR(robust_standard_deg_per_h(residual, 20000), 1.04, 0.03)
+      << "percentile 95/99 of the values without the transient";
   const Eigen::VectorXd wave = Eigen::VectorXd::LinSpaced(1000, 0, 20 * std::numbers::pi).array().sin();
-  EXPECT_NEAR(robust_standard_deg_per_h(wave, 500), std::sqrt(0.5), 1e-3) << "a wave has no tails";
-  EXPECT_EQ(robust_standard_deg_per_h(Eigen::Vector4d(0, 0, 0, 10), 4), 5) << "of four means nobody knows the tails";
+  EXPECT_NEAR(robust_standard_deg_per_h(wave, 500), std::sqrt(0.5), 1e-3) << "a sine has no outliers";
+  EXPECT_EQ(robust_standard_deg_per_h(Eigen::Vector4d(0, 0, 0, 10), 4), 5) << "four means are too few for a percentile";
 }
 
 TEST_F(UncertaintyOfAModel, MarksRowsChosenOnTheseFolds) {
@@ -323,7 +326,8 @@ TEST_F(UncertaintyOfAModel, MarksRowsChosenOnTheseFolds) {
   const std::vector<data::Clusters> clusters{clusters_};
   Model model = model_;
   using Remarks = std::vector<std::string>;
-  EXPECT_EQ(remarks(row(model, Source::model_form)), Remarks{"only power-on held out"}) << "and nothing chosen";
+  EXPECT_EQ(remarks(row(model, Source::model_form)), Remarks{"only power-on held out"})
+      << "no parameter was chosen on these folds";
   model.uncertainty = *evaluate_uncertainty(model_, {datasets, clusters, model_.leave_cycle_out_residual, true});
   EXPECT_EQ(remarks(row(model, Source::model_form)), (Remarks{"chosen on these folds", "only power-on held out"}));
   const auto back = model_from_json(to_json(model), "model.json");
@@ -356,7 +360,7 @@ TEST_F(UncertaintyOfAModel, DriftGrowsWithRootOfTimeSinceCalibration) {
   model.uncertainty = *evaluate_uncertainty(model_, {datasets, clusters, none});
   const BudgetRow& drift = row(model, Source::thermometer_drift);
   EXPECT_FALSE(drift.assumed);
-  EXPECT_NEAR(drift.standard_uncertainty, 0.04, 1e-4) << "a quarter of a year, 91.25 days";
+  EXPECT_NEAR(drift.standard_uncertainty, 0.04, 1e-4) << "91.25 days are a quarter of a year";
   EXPECT_EQ(row(model, Source::thermometer_calibration).distribution, ErrorDistribution::rectangular);
   EXPECT_EQ(row(model, Source::thermometer_calibration).standard_uncertainty, 0.01);
 }
@@ -368,7 +372,7 @@ TEST_F(UncertaintyOfAModel, UnitValueDriftsInItsOwnUnit) {
   dataset.input_units = {"°C", "mA"};
   dataset.thermometer_uncertainty = {{}, {.calibration = Kelvins{}, .drift_in_a_year = Kelvins{0.0041}}};
   const auto rows = budget_of_thermometer(dataset, {.thermometer = "aux:current", .rms = 2});
-  ASSERT_EQ(rows.size(), 1u) << "what its sensor is off by is a part of the unit";
+  ASSERT_EQ(rows.size(), 1u) << "the sensor belongs to the unit, so its error does not change";
   EXPECT_EQ(rows[0].source, Source::input_drift);
   EXPECT_EQ(unit_of(rows[0]), "mA");
   EXPECT_DOUBLE_EQ(contribution_deg_per_h(rows[0]), 0.0082);
@@ -380,7 +384,7 @@ TEST_F(UncertaintyOfAModel, UnitValueDriftsInItsOwnUnit) {
   const auto back = model_from_json(to_json(model), "model.json");
   ASSERT_TRUE(back) << text(back.error());
   EXPECT_EQ(unit_of(row(*back, Source::input_drift)), "mA");
-  EXPECT_NEAR(rows_for_run(dataset, rows)[0].standard_uncertainty, 0.0041, 1e-12) << "neither day is known";
+  EXPECT_NEAR(rows_for_run(dataset, rows)[0].standard_uncertainty, 0.0041, 1e-12) << "neither calibration day is known";
 }
 
 TEST_F(UncertaintyOfAModel, IncludesDriftUntilUnseenRun) {
@@ -389,17 +393,17 @@ TEST_F(UncertaintyOfAModel, IncludesDriftUntilUnseenRun) {
     model.uncertainty->budget.rows = rows_for_run(run, model.uncertainty->budget.rows);
     return model;
   };
-  EXPECT_EQ(row(rows_in(dataset_), Source::thermometer_drift).standard_uncertainty, 0.05) << "a year, and no more";
+  EXPECT_EQ(row(rows_in(dataset_), Source::thermometer_drift).standard_uncertainty, 0.05) << "limited to one year";
   data::Dataset dated = dataset_;
   dated.started_utc = std::chrono::days(4 * 365 + 1);
   dated.thermometer_uncertainty.assign(8, {.drift_in_a_year = Kelvins{0.02}, .calibrated = std::chrono::sys_days{}});
   Model said = rows_in(dated);
   EXPECT_NEAR(row(said, Source::thermometer_drift).standard_uncertainty, std::hypot(0.05, 0.04), 1e-12);
-  EXPECT_TRUE(row(said, Source::thermometer_drift).assumed) << "what it was trained on said nothing";
+  EXPECT_TRUE(row(said, Source::thermometer_drift).assumed) << "the training record states no drift";
   for (BudgetRow& one : said.uncertainty->budget.rows) one.assumed = false;
   said.uncertainty->budget.rows = rows_for_run(dataset_, said.uncertainty->budget.rows);
-  EXPECT_TRUE(row(said, Source::thermometer_drift).assumed) << "nor does this run";
-  EXPECT_FALSE(row(said, Source::turn_on).assumed) << "which has no drift";
+  EXPECT_TRUE(row(said, Source::thermometer_drift).assumed) << "this run states no drift either";
+  EXPECT_FALSE(row(said, Source::turn_on).assumed) << "the turn-on does not depend on drift";
 }
 
 TEST_F(UncertaintyOfAModel, AddsDriftOfTwoRunsPerThermometer) {
@@ -412,17 +416,19 @@ TEST_F(UncertaintyOfAModel, AddsDriftOfTwoRunsPerThermometer) {
   const auto all = [](double each) {
     return testing::ElementsAreArray(std::vector(8, testing::DoubleNear(each, 1e-9)));
   };
-  EXPECT_THAT(drifts_between_k(dataset_, dataset_), all(0.05)) << "nothing is stated: a year lies between the runs";
-  EXPECT_THAT(drifts_between_k(at_years(0), at_years(0)), all(0)) << "both on the day of the calibration";
+  EXPECT_THAT(drifts_between_k(dataset_, dataset_), all(0.05))
+      << "without stated days, one year between the runs is assumed";
+  EXPECT_THAT(drifts_between_k(at_years(0), at_years(0)), all(0)) << "both runs are on the day of the calibration";
   EXPECT_THAT(drifts_between_k(at_years(0), at_years(4)), all(0.04));
   EXPECT_THAT(drifts_between_k(at_years(1), at_years(4)), all(std::hypot(0.02, 0.04)));
-  EXPECT_THAT(drifts_between_k(dataset_, at_years(4)), all(std::hypot(0.05, 0.04))) << "a year passed in the first";
+  EXPECT_THAT(drifts_between_k(dataset_, at_years(4)), all(std::hypot(0.05, 0.04)))
+      << "the first run was one year after its calibration";
 }
 
 TEST_F(UncertaintyOfAModel, ComputesEffectOfOneYearOfDrift) {
   double squares = 0;
   for (const Sensitivity& one : model_.uncertainty->sensitivities) squares += std::pow(one.rms, 2);
-  EXPECT_NEAR(yearly_drift_deg_per_h(model_, dataset_), 0.05 * std::sqrt(squares), 1e-15) << "nothing is said";
+  EXPECT_NEAR(yearly_drift_deg_per_h(model_, dataset_), 0.05 * std::sqrt(squares), 1e-15) << "no drift is stated";
   data::Dataset said = dataset_;
   said.thermometer_uncertainty.assign(8, {.drift_in_a_year = Kelvins{0.02}});
   EXPECT_NEAR(yearly_drift_deg_per_h(model_, said), 0.02 * std::sqrt(squares), 1e-15);
@@ -504,7 +510,7 @@ TEST_F(UncertaintyOfAModel, WidensCoefficientsForCorrelatedResiduals) {
   ASSERT_LT(effective, 0.3 * count);
   const double in_training = model->uncertainty->variance_in_training;
   const double by_hand = 2 * count * std::pow(model->in_sample.rmse, 2) / (effective - 2) / count;
-  EXPECT_NEAR(in_training, by_hand, 1e-6 * by_hand) << "two coefficients, each of one part in n of the variance";
+  EXPECT_NEAR(in_training, by_hand, 1e-6 * by_hand) << "two coefficients, each with 1/n of the variance";
 }
 
 TEST_F(UncertaintyOfAModel, BudgetAgreesWithMonteCarlo) {

@@ -48,14 +48,14 @@ TEST_F(VerificationOfALinearModel, EvaluatesUnseenRecord) {
   EXPECT_FALSE(result.trained_on_this);
   EXPECT_LT(result.compensated.std, 0.3 * result.raw.std);
   EXPECT_GT(result.compensated.std, result.floor.deg_per_h * 0.7);
-  EXPECT_NEAR(result.floor.deg_per_h, 0.002, 0.0008) << "0.02 °/h of one second";
+  EXPECT_NEAR(result.floor.deg_per_h, 0.002, 0.0008) << "0.02 °/h over one second";
 }
 
 /// The true bias is the prediction minus 0.01 °/h, with alternating deviations of 0.003 °/h.
 TEST_F(VerificationOfALinearModel, ReportsErrorRelativeToTrueBias) {
   data::Dataset dataset = unseen_run();
   const data::Clusters clusters = *make_clusters(dataset);
-  EXPECT_FALSE(verified(dataset).to_truth) << "of a real gyro nobody knows it";
+  EXPECT_FALSE(verified(dataset).to_truth) << "the true bias of a real gyro is unknown";
   const Eigen::VectorXd predicted = clusters.bias_deg_per_h - verified(dataset).residual_deg_per_h;
   data::Clusters known = clusters;
   known.true_bias_deg_per_h = predicted.array() - 0.01;
@@ -126,7 +126,8 @@ TEST_F(VerificationOfALinearModel, WarnsOfStepByTurningUnit) {
   unseen.segments.back().unit.turned = true;
   EXPECT_TRUE(says(*verify(model_, unseen, clusters), jumps));
   unseen.earth_rate_deg_per_h = 10;
-  EXPECT_FALSE(says(*verify(model_, unseen, clusters), jumps)) << "it is removed with the sign of each position";
+  EXPECT_FALSE(says(*verify(model_, unseen, clusters), jumps))
+      << "the Earth rate is removed with the sign of each position";
 }
 
 TEST_F(VerificationOfALinearModel, WarnsOfAnotherAxis) {
@@ -141,8 +142,8 @@ TEST_F(VerificationOfALinearModel, WarnsOfAnotherAxis) {
   EXPECT_TRUE(of_another({.unit = "u", .axis = "x"}, {.unit = "u", .axis = "y"}));
   EXPECT_TRUE(says(*verify(model, unseen, clusters), "it was trained on u.x, this is u.y"));
   EXPECT_FALSE(of_another({.unit = "u", .axis = "x"}, {.unit = "u", .axis = "x"}));
-  EXPECT_FALSE(of_another({.unit = "u", .axis = "x"}, {})) << "of a record with one axis";
-  EXPECT_FALSE(of_another({.unit = "u1"}, {.unit = "u2"})) << "the identity says whether it is another gyro";
+  EXPECT_FALSE(of_another({.unit = "u", .axis = "x"}, {})) << "a record with one axis";
+  EXPECT_FALSE(of_another({.unit = "u1"}, {.unit = "u2"})) << "the identity decides, not the name";
 }
 
 TEST_F(VerificationOfALinearModel, SeparatesRampsHoldsAndCorners) {
@@ -152,7 +153,7 @@ TEST_F(VerificationOfALinearModel, SeparatesRampsHoldsAndCorners) {
   EXPECT_EQ(result.segments.size(), dataset.segments.size());
   EXPECT_DOUBLE_EQ(result.segments.front().duration_s, 1500);
   EXPECT_TRUE(result.segments.front().hold);
-  EXPECT_GE(result.corners.count, 6 * 6) << "six corners, each over at least six clusters";
+  EXPECT_GE(result.corners.count, 6 * 6) << "six corners with at least six clusters each";
   EXPECT_LE(result.corners.count, 6 * 7);
 }
 
@@ -162,7 +163,7 @@ TEST_F(VerificationOfALinearModel, CountsClustersOutsideTheTrainedRange) {
   const Verification result = verified(dataset);
   EXPECT_EQ(result.outside.clusters, 3);
   EXPECT_TRUE(result.outside.farthest_term.starts_with("A-")) << result.outside.farthest_term;
-  EXPECT_GT(result.outside.farthest, 1) << "30 °C of a few";
+  EXPECT_GT(result.outside.farthest, 1) << "30 °C outside a range of a few kelvins";
   EXPECT_TRUE(says(result, "the plane is extrapolated"));
 }
 
@@ -173,7 +174,7 @@ TEST_F(VerificationOfALinearModel, AppliesPolicyOutsideRange) {
   const auto with = [&](Outside outside) { return *verify(model_, dataset, clusters, outside); };
   const Verification continued = with(Outside::continued), refused = with(Outside::refuse);
   const Verification extrapolated = with(Outside::extrapolate);
-  EXPECT_EQ(continued.residual_deg_per_h, extrapolated.residual_deg_per_h) << "a linear model is all plane";
+  EXPECT_EQ(continued.residual_deg_per_h, extrapolated.residual_deg_per_h) << "a linear model is a plane";
   EXPECT_EQ(refused.compensated.count, continued.compensated.count - 3);
   EXPECT_EQ(refused.ramps.count + refused.holds.count, refused.compensated.count);
   EXPECT_LE(refused.compensated.max_abs, continued.compensated.max_abs);
@@ -235,7 +236,7 @@ TEST_F(VerificationOfALinearModel, ComputesExpectedInSampleResidual) {
   const auto of_a_part = verify(model_, dataset, pick(clusters, quarter));
   ASSERT_TRUE(of_a_part);
   EXPECT_DOUBLE_EQ(of_a_part->expected_in_sample_std, of_a_part->floor.deg_per_h * std::sqrt(part))
-      << "the parameters were spent on all clusters, and a quarter of them on these";
+      << "a quarter of the parameters belongs to a quarter of the clusters";
 }
 
 TEST_F(VerificationOfALinearModel, WarnsIfReferenceIsMeanOfRecord) {
@@ -311,7 +312,8 @@ TEST_F(VerificationOfALinearModel, WidensIntervalsForThermometerDrift) {
   EXPECT_GT(half_width(0.1, 100), half_width(0.05, 100));
   const double none = half_width(0.05, 0);
   dataset.thermometer_uncertainty.clear();
-  EXPECT_NEAR(verified(dataset).coverage->mean_half_width_deg_per_h, none, 1e-12) << "not known: one year, and no more";
+  EXPECT_NEAR(verified(dataset).coverage->mean_half_width_deg_per_h, none, 1e-12)
+      << "the interval is unknown, and one year is assumed";
 }
 
 TEST_F(VerificationOfALinearModel, HasNoCoverageWithoutBudget) {
@@ -348,13 +350,13 @@ TEST(AsStreamed, ReportsErrorCausedByLag) {
   EXPECT_LT(led.residual.std, 0.3 * lagging.residual.std);
   ASSERT_TRUE(led.to_truth && lagging.to_truth);
   EXPECT_NEAR(led.to_truth->figures.std, led.residual.std, 1e-9);
-  EXPECT_EQ(led.residual.count, lagging.residual.count) << "the same clusters";
+  EXPECT_EQ(led.residual.count, lagging.residual.count) << "both use the same clusters";
 }
 
 TEST(Gain, IsMissingIfStdIsNotBelowRawBias) {
   const data::Figures raw{.std = 0.5, .count = 100};
   EXPECT_FALSE(make_no_gain_warning("compensated", {.std = 0.4, .count = 100}, raw));
-  EXPECT_FALSE(make_no_gain_warning("compensated", {.std = 0.6, .count = 1}, raw)) << "one mean has no STD";
+  EXPECT_FALSE(make_no_gain_warning("compensated", {.std = 0.6, .count = 1}, raw)) << "a single mean has no STD";
   EXPECT_TRUE(make_no_gain_warning("compensated", {.std = 0.5, .count = 2}, raw));
   EXPECT_EQ(*make_no_gain_warning("compensated", {.std = 0.6, .count = 100}, raw),
             "no better than no model: compensated std 0.6 °/h, raw bias std 0.5 °/h");
@@ -383,9 +385,9 @@ TEST(RunScatter, RequiresOneGyro) {
   Verification a, b;
   a.run_id = a.identity = "a";
   b.run_id = b.identity = "b";
-  EXPECT_FALSE(between_runs({a, b})) << "how two gyros differ is no repeatability";
+  EXPECT_FALSE(between_runs({a, b})) << "runs of different gyros do not show repeatability";
   b.identity.clear();
-  EXPECT_TRUE(between_runs({a, b})) << "one of which nobody knows may be the same";
+  EXPECT_TRUE(between_runs({a, b})) << "a run without identity may be of the same gyro";
 }
 
 TEST(RunScatter, RequiresOneIndependentBiasReference) {
@@ -402,8 +404,8 @@ TEST(RunScatter, RequiresOneIndependentBiasReference) {
   const auto between = between_runs({a, own, b, also_own});
   ASSERT_TRUE(between);
   EXPECT_EQ(between->runs, 2);
-  EXPECT_FALSE(between_runs({own, also_own})) << "what differs between them was removed";
-  EXPECT_FALSE(between_runs({a, b, run("e", 10.6, "nothing removed", false)})) << "one has the Earth's rate in it";
+  EXPECT_FALSE(between_runs({own, also_own})) << "each reference removed the mean of its own run";
+  EXPECT_FALSE(between_runs({a, b, run("e", 10.6, "nothing removed", false)})) << "one bias includes the Earth rate";
 }
 
 }  // namespace

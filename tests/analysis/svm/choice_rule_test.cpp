@@ -130,7 +130,7 @@ TEST(OneStandardErrorTuning, KeepsPathOfSwarmAndTakesSimplerPosition) {
   ASSERT_TRUE(best && simple);
   EXPECT_FALSE(best->one_standard_error);
   ASSERT_TRUE(simple->one_standard_error);
-  EXPECT_EQ(simple->swarm.history, best->swarm.history) << "the swarm is the paper's";
+  EXPECT_EQ(simple->swarm.history, best->swarm.history) << "the rule does not change the swarm";
   EXPECT_EQ(simple->one_standard_error->best.C, best->best.C);
   EXPECT_EQ(simple->one_standard_error->best_mse, best->cross_validation_mse);
   EXPECT_LT(simple->best.C, best->best.C);

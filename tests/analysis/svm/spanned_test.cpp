@@ -42,7 +42,7 @@ TEST(Spanned, ReducesDependentInputsAndKeepsDistances) {
 TEST(Spanned, LimitsDimensionsToSampleCount) {
   const SampleMatrix x = drawn(5, 13);
   const Eigen::MatrixXd coordinates = spanned(x);
-  EXPECT_EQ(coordinates.cols(), 4) << "one less, about their mean";
+  EXPECT_EQ(coordinates.cols(), 4) << "one dimension is lost by centring";
   EXPECT_LT(greatest_distance_change(x, coordinates), 1e-13 * x.norm());
 }
 

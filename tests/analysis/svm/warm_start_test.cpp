@@ -172,7 +172,8 @@ TEST(FeasibleStart, IsFeasibleOrMissing) {
     EXPECT_NEAR(feasible->sum(), 0, 1e-12 * problem.C * static_cast<double>(problem.size()));
   }
   const SvrProblem problem{kernel, y, 3, 0.1};
-  EXPECT_FALSE(feasible_start(problem, {Eigen::VectorXd::Constant(y.size(), 1), 1})) << "all at one bound";
+  EXPECT_FALSE(feasible_start(problem, {Eigen::VectorXd::Constant(y.size(), 1), 1}))
+      << "all coefficients are at the same bound";
 }
 
 }  // namespace

@@ -44,7 +44,7 @@ double over_all(const std::string& name, double DenoiserFigures::*figure) {
 TEST(Assessment, RanksKalmanFilterFirstWithoutDelay) {
   const double kalman = over_all("Kalman", &DenoiserFigures::rmse_to_truth);
   const double hour = over_all("Kalman", &DenoiserFigures::next_hour_rmse_to_truth);
-  EXPECT_LT(kalman, 5.5e-4) << "a part of the flicker is faster than anybody can follow";
+  EXPECT_LT(kalman, 5.5e-4) << "no tracker can follow the fastest flicker";
   EXPECT_LT(hour, 4.5e-4);
   for (const DenoiserFigures& figures : assessments().front().denoisers) {
     if (figures.name == "Kalman" || figures.latency_s > 0) continue;
@@ -55,7 +55,7 @@ TEST(Assessment, RanksKalmanFilterFirstWithoutDelay) {
 
 TEST(Assessment, RanksKalmanFilterFirstOneHourLate) {
   const double kalman = over_all("Kalman, an hour late", &DenoiserFigures::rmse_to_truth);
-  EXPECT_LT(kalman, 0.95 * over_all("Kalman", &DenoiserFigures::rmse_to_truth)) << "what an hour more is worth";
+  EXPECT_LT(kalman, 0.95 * over_all("Kalman", &DenoiserFigures::rmse_to_truth)) << "gain from one more hour";
   EXPECT_LT(kalman, 0.95 * over_all("wavelet, an hour late", &DenoiserFigures::rmse_to_truth));
 }
 
@@ -74,7 +74,7 @@ TEST(Assessment, FindsGainOnEverySeedButNotOnShuffledResidual) {
 TEST(Assessment, IncludesNoiseOfMeasuredHour) {
   const double measured = over_all("Kalman", &DenoiserFigures::next_hour_rmse);
   const double truly = over_all("Kalman", &DenoiserFigures::next_hour_rmse_to_truth);
-  EXPECT_NEAR(measured, std::hypot(truly, 3e-4), 3e-5) << "the angle random walk of an hour, 3e-4 °/h";
+  EXPECT_NEAR(measured, std::hypot(truly, 3e-4), 3e-5) << "the angle random walk of 3e-4 °/h over one hour";
 }
 
 TEST(Assessment, FindsThatNoDenoiserLowersAngleRandomWalk) {
@@ -83,7 +83,7 @@ TEST(Assessment, FindsThatNoDenoiserLowersAngleRandomWalk) {
     for (const DenoiserFigures& figures : assessment.denoisers) {
       EXPECT_FALSE(figures.allan_interval < 0.99 * none) << figures.name;
     }
-    EXPECT_LT(of(assessment, "Kalman").allan_interval, 1.04 * none) << "nor does this one raise it much";
+    EXPECT_LT(of(assessment, "Kalman").allan_interval, 1.04 * none) << "the filter hardly increases it";
   }
 }
 
@@ -105,7 +105,7 @@ TEST(Assessment, OmitsResultsWithoutDataOrTruth) {
   EXPECT_EQ(assessment.hours, 0);
   for (const DenoiserFigures& figures : assessment.denoisers) {
     EXPECT_TRUE(std::isnan(figures.next_hour_rmse)) << figures.name;
-    EXPECT_TRUE(std::isnan(figures.rmse_to_truth)) << "no truth was given";
+    EXPECT_TRUE(std::isnan(figures.rmse_to_truth)) << "no true bias was given";
     EXPECT_TRUE(std::isnan(figures.shuffled_gain));
   }
 }
@@ -127,7 +127,7 @@ Response named_response(const std::string& name) {
 TEST(Response, IsHalfAnHourLateForHourlyMean) {
   const Response response = named_response("mean of the last hour");
   EXPECT_EQ(response.step_delay_s, 1800);
-  EXPECT_NEAR(response.ramp_delay_s, 1750, 1e-6) << "the mean of 0 … 35 intervals";
+  EXPECT_NEAR(response.ramp_delay_s, 1750, 1e-6) << "mean delay of 0 … 35 intervals";
   EXPECT_NEAR(response.step_overshoot, 0, 1e-12);
   EXPECT_NEAR(response.ramp_overshoot_deg_per_h, 0, 1e-12);
 }

@@ -98,7 +98,7 @@ TEST(Wavelet, IsOrthogonalAndInvertible) {
 
 TEST(Wavelet, HasTwoVanishingMoments) {
   const Eigen::VectorXd coefficients = wavelet_step(Eigen::VectorXd::LinSpaced(64, -3, 5));
-  EXPECT_LT(coefficients.segment(32, 31).cwiseAbs().maxCoeff(), 1e-13) << "but where the line's ends meet";
+  EXPECT_LT(coefficients.segment(32, 31).cwiseAbs().maxCoeff(), 1e-13) << "except at the joined ends of the line";
 }
 
 TEST(WaveletDenoising, KeepsConstant) {
@@ -111,7 +111,8 @@ TEST(WaveletDenoising, KeepsConstant) {
 TEST(WaveletDenoising, RemovesMostOfWhiteNoise) {
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     const Eigen::VectorXd values = white_noise(1024, seed);
-    EXPECT_LT(wavelet_denoised(values).norm(), 0.15 * values.norm()) << "a quarter is a mean of 256";
+    EXPECT_LT(wavelet_denoised(values).norm(), 0.15 * values.norm())
+        << "at the coarsest level each value is a mean of 256";
   }
 }
 

@@ -64,7 +64,7 @@ TEST(BiasNoise, UsesNoiseFloorWhenResidualHidesWhiteNoise) {
   const Eigen::VectorXd line = Eigen::VectorXd::LinSpaced(1000, 0, 1);
   const auto noise = estimate_bias_noise(line, spaced_clusters(1000), 0.0018);
   ASSERT_TRUE(noise) << text(noise.error());
-  EXPECT_NEAR(noise->angle_random_walk_deg_per_sqrt_h, 3e-4, 1e-12) << "0.0018 °/h in 100 s";
+  EXPECT_NEAR(noise->angle_random_walk_deg_per_sqrt_h, 3e-4, 1e-12) << "equals 0.0018 °/h over 100 s";
 }
 
 }  // namespace

@@ -57,7 +57,7 @@ TEST(BiasTracker, GrowsUncertaintyDuringGap) {
   const Estimate before = tracker.now();
   for (int k = 0; k < 36 * 24; ++k) tracker.push(kMissing);
   EXPECT_GT(tracker.now().std_deg_per_h, before.std_deg_per_h);
-  EXPECT_LT(std::abs(tracker.now().deg_per_h), before.deg_per_h) << "Markov processes are forgotten";
+  EXPECT_LT(std::abs(tracker.now().deg_per_h), before.deg_per_h) << "Markov processes decay";
   EXPECT_TRUE(std::isfinite(tracker.now().deg_per_h));
 }
 

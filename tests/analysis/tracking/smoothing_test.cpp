@@ -96,7 +96,7 @@ TEST(Smoothing, HasLowerErrorThanTracker) {
     }
   }
   EXPECT_LT(std::sqrt(smoothed), 0.85 * std::sqrt(tracked));
-  EXPECT_NEAR(std::sqrt(smoothed / stated), 1, 0.15) << "it is as good as it says";
+  EXPECT_NEAR(std::sqrt(smoothed / stated), 1, 0.15) << "the error agrees with the stated uncertainty";
 }
 
 }  // namespace

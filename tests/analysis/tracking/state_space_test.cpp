@@ -21,7 +21,7 @@ double allan_variance_of_markov(double tau) {
 TEST(StateSpace, HasWhiteNoiseOfAngleRandomWalk) {
   BiasNoise noise = virtual_noise();
   noise.instability_deg_per_h = 0;
-  EXPECT_NEAR(std::sqrt(state_space(noise, 100).white), 1.8e-3, 1e-12) << "60 N/√Δ arcsec a second";
+  EXPECT_NEAR(std::sqrt(state_space(noise, 100).white), 1.8e-3, 1e-12) << "60 N/√Δ arcsec/s";
   EXPECT_NEAR(std::sqrt(state_space(noise, 1).white), 0.018, 1e-12);
 }
 
@@ -130,7 +130,7 @@ TEST(StateSpace, ForecastsFlickerWithThreeProcessesLikeThirteen) {
     const StateSpace space = state_space(noise, kInterval_s);
     const double best = forecast_error(truth, truth);
     const double own = forecast_error(truth, {space.memory, space.fresh, space.start, space.white});
-    EXPECT_GE(own, best * (1 - 1e-9)) << "nothing beats the true model";
+    EXPECT_GE(own, best * (1 - 1e-9)) << "no model is better than the true one";
     EXPECT_LT(own, 1.01 * best) << instability;
   }
 }
@@ -184,7 +184,7 @@ TEST(SteadyState, HasNoGainForConstantBias) {
   BiasNoise noise = virtual_noise();
   noise.rate_random_walk_deg_per_h_per_sqrt_h = 0;
   EXPECT_NEAR(steady_state(state_space(noise, kInterval_s)).gain(0), 0, 1e-15);
-  EXPECT_GT(steady_state(state_space(noise, kInterval_s)).gain(1), 0) << "its flicker is still followed";
+  EXPECT_GT(steady_state(state_space(noise, kInterval_s)).gain(1), 0) << "the flicker is still tracked";
   noise.instability_deg_per_h = 0;
   EXPECT_EQ(steady_state(state_space(noise, kInterval_s)).gain, State::Zero());
 }

@@ -78,7 +78,7 @@ TEST(LogarithmicAxis, SpacesDecadesEvenly) {
   EXPECT_NEAR(scale(0.01), 400, 1e-9);
   EXPECT_NEAR(scale(0.1), 300, 1e-9);
   EXPECT_NEAR(scale(100), 0, 1e-9);
-  EXPECT_EQ(scale(0), 400) << "nothing lies below a logarithmic axis";
+  EXPECT_EQ(scale(0), 400) << "values of 0 are drawn at the lower edge";
   EXPECT_EQ(scale(-3), 400);
   EXPECT_TRUE(std::isnan(scale(std::numeric_limits<double>::quiet_NaN())));
 }

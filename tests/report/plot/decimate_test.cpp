@@ -52,7 +52,7 @@ TEST(Gaps, HaveNanAtStartOfFirstMissingMean) {
   EXPECT_EQ(broken.x, (std::vector<double>{0, 100, 200, 300, 400, 500}));
   EXPECT_TRUE(std::isnan(broken.y[3]));
   EXPECT_EQ(broken.y[4], 4);
-  EXPECT_EQ(break_at_gaps({0, 100, 249}, {1, 2, 3}, 100).x.size(), 3u) << "a row late is no gap";
+  EXPECT_EQ(break_at_gaps({0, 100, 249}, {1, 2, 3}, 100).x.size(), 3u) << "one late row is not a gap";
   EXPECT_TRUE(break_at_gaps({}, {}, 100).x.empty());
 }
 

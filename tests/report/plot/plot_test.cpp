@@ -80,7 +80,7 @@ TEST(Plot, KeepsLongLegendInsidePicture) {
   for (std::size_t k = 0; k < 16; ++k)
     plot.panels[0].curves[k].name = "thermometer " + std::string(1, static_cast<char>('A' + k)) + " on the plate";
   const std::string svg = to_svg(plot);
-  EXPECT_GT(height_of(), before) << "it takes nothing of the plotting area";
+  EXPECT_GT(height_of(), before) << "the legend does not reduce the plotting area";
   const std::regex name("<text x=\"(-?[0-9.]+)\" y=\"(-?[0-9.]+)\"[^>]*>thermometer");
   int names = 0;
   for (std::sregex_iterator one(svg.begin(), svg.end(), name), end; one != end; ++one, ++names) {
@@ -127,7 +127,7 @@ TEST(LogarithmicPlot, DrawsBarWithCapsAtEachError) {
   plot.panels[0].left.range = Range{0.005, 0.2};
   const int fixed = strokes();
   plot.panels[0].curves[0].error.clear();
-  EXPECT_EQ(fixed - strokes(), 3 + 5) << "three bars; the cap of the last one lies below the axis";
+  EXPECT_EQ(fixed - strokes(), 3 + 5) << "three bars and five caps; the lowest cap is outside the axis";
   EXPECT_GT(with, 0);
 }
 

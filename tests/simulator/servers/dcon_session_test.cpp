@@ -36,7 +36,7 @@ TEST_F(DconSessionTest, ReadsAllInputsOrOne) {
 
 TEST_F(DconSessionTest, AnswersOnlyAtModuleAddress) {
   EXPECT_EQ(ask(session, "$052\r"), "");
-  EXPECT_EQ(ask(session, "#1F\r"), "") << "its checksum is missing";
+  EXPECT_EQ(ask(session, "#1F\r"), "") << "the checksum is missing";
   const auto reply = ask(session, seal_dcon("#1F", drivers::DconChecksum::on) + "\r");
   const auto line = unseal_dcon(std::string_view(reply).substr(0, reply.size() - 1), drivers::DconChecksum::on);
   ASSERT_TRUE(line) << reply;

@@ -201,7 +201,7 @@ TEST(LinkAddresses, MatchMapOfEachLink) {
       EXPECT_EQ(read_on(registers, rtu, 14080, 1).value(), Words{celsius});
       EXPECT_FALSE(read_on(registers, rtu, 6730, 1));
       EXPECT_EQ(read_on(registers, rtu, 2782, 2).value(), read_on(registers, drivers::LinkKind::tcp, 2782, 2).value());
-      EXPECT_FALSE(read_on(registers, rtu, 65535, 2)) << "does not continue at 0";
+      EXPECT_FALSE(read_on(registers, rtu, 65535, 2)) << "addresses do not wrap around to 0";
     }
   }
 }

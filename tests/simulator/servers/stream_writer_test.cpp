@@ -115,7 +115,7 @@ void expect_values(const BothEnds& ends, const drivers::FrameFormat& format, con
   ASSERT_EQ(count.values.size(), names.size());
   for (std::size_t i = 0; i < ends.values().size(); ++i) {
     if (std::isnan(count.values[i]))
-      EXPECT_GT(format.values()[i]->every, frames_a_second) << names[i].name << ": it comes in turn";
+      EXPECT_GT(format.values()[i]->every, frames_a_second) << names[i].name << ": the value is sent in rotation";
     else
       EXPECT_NEAR(count.values[i], ends.values()[i], 1e-6) << names[i].name;
   }

@@ -36,7 +36,7 @@ TEST_F(VirtualUsbTempTest, ScansItsInputs) {
 
 TEST_F(VirtualUsbTempTest, StoresItemSettings) {
   const auto sensor = mcc_read_item(5, drivers::MccItem::sensor);
-  EXPECT_EQ(decode_mcc_bytes(sensor, ask(sensor)).value(), std::vector<std::uint8_t>{0}) << "platinum at first";
+  EXPECT_EQ(decode_mcc_bytes(sensor, ask(sensor)).value(), std::vector<std::uint8_t>{0}) << "the default is platinum";
   for (const auto& request : mcc_setup(5, drivers::MccThermocouple{drivers::MccThermocoupleType::t}))
     EXPECT_TRUE(ask(request).empty());
   EXPECT_EQ(decode_mcc_bytes(sensor, ask(sensor)).value(), std::vector<std::uint8_t>{2});

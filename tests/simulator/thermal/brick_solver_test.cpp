@@ -62,7 +62,7 @@ TEST(BrickOperator, EqualsAssembledMatrix) {
     const BrickWeights<double> weights(body.model, body.mesh, layout, kCoefficients);
     const auto own = diagonal(layout, weights);
     EXPECT_LT((layout.to_nodes(own) - matrix.diagonal()).norm(), 1e-14 * matrix.diagonal().norm()) << body.name;
-    EXPECT_NEAR(own.sum() / matrix.diagonal().sum(), 1, 1e-12) << body.name << ": 0 where there is no node";
+    EXPECT_NEAR(own.sum() / matrix.diagonal().sum(), 1, 1e-12) << body.name << ": 0 at positions without a node";
   }
 }
 

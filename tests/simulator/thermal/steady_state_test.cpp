@@ -53,7 +53,7 @@ TEST_F(Steady, HasHotGainSideAndColdestG) {
   for (std::size_t t = 0; t < 8; ++t) EXPECT_GE(state_->outputs_c[t], at(*state_, ThermalOutput::g));
   EXPECT_GT(gain_difference_k(state_->outputs_c), 3);
   EXPECT_EQ(state_->coldest.part, GyroPart::shell);
-  EXPECT_GT(state_->block_hottest.at_m[1], 0.1) << "beside a gain bore";
+  EXPECT_GT(state_->block_hottest.at_m[1], 0.1) << "the hottest point is next to a gain bore";
   EXPECT_LT(state_->block_coldest.at_m[1], 0.03);
 }
 

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Every method over several gyros: table.py REPORT.json … writes a table as Markdown.
+"""Prints a Markdown table of all methods over several gyros: table.py REPORT.json …
 
-Each report is of another gyro. Figures are means over the gyros. A difference is paired: of each gyro, the error to the
-true bias (RMSE; of real gyros the RMSE of the residual) less that of the yardstick, its mean and the standard error of
-that mean. A method wins or loses where the difference is more than two standard errors on every day.
+There is one report per gyro, and results are means over the gyros. Differences are paired by gyro: the RMSE relative to
+the true bias (for real gyros, the RMSE of the residual) minus that of the reference method. The table has the mean
+difference and its standard error. A method wins or loses if the difference exceeds two standard errors on every day.
 """
 
 import json
@@ -21,7 +21,7 @@ def error_of(found):
 
 
 def with_error(values):
-    """Returns the mean and its standard error."""
+    """Returns the mean of the values and its standard error."""
     mean = statistics.fmean(values)
     return mean, statistics.stdev(values) / math.sqrt(len(values))
 
@@ -31,7 +31,7 @@ def thousandths(value, signed=False):
 
 
 class Gyro:
-    """The results of each method on each day in one report."""
+    """Results of each method on each day in one report."""
 
     def __init__(self, path):
         with open(path, encoding="utf-8") as file:
@@ -91,7 +91,7 @@ def recommended_table(gyros):
 def main(paths):
     gyros = [Gyro(path) for path in paths]
     if len(gyros) < 2 or any(g.days != gyros[0].days for g in gyros):
-        sys.exit("expected reports of two gyros or more, verified later on the same days")
+        sys.exit("expected reports of at least two gyros, verified after the same numbers of days")
     names = [name for name in gyros[0].methods if all(name in g.methods for g in gyros)]
     names.sort(key=lambda name: statistics.fmean(error_of(g.methods[name][-1]) for g in gyros))
     kind = "SIMULATED, " if any(g.simulated for g in gyros) else ""

@@ -1,11 +1,12 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""What the commands give a new unit with and without the prior of its type: U of the budget, intervals and the share of
-means within them, on the records that bench/shared/compare has made. Markdown, 10⁻³ °/h, mean ± standard error.
+"""Measures the benefit of a type prior for a new unit with the commands of gyrotherm, on the records of
+bench/shared/compare. Prints U of the budget, the intervals and the share of means within them, with and without the
+prior, as Markdown (10⁻³ °/h, mean ± standard error).
 
 bench/shared/commands.py GYROTHERM RECORDS FOLDER [--units 12]
 
-RECORDS has rate-N.db and random-N.db; priors and models are written to FOLDER.
+RECORDS contains rate-N.db and random-N.db. Priors and models are written to FOLDER.
 """
 
 from __future__ import annotations
@@ -61,7 +62,7 @@ def main() -> None:
                 try:
                     call(asked.program, "train", asked.records / f"rate-{unit}.db", *how, *part, "--out", model, "--force",
                          "--unverified")
-                except RuntimeError as error:  # too short for folds
+                except RuntimeError as error:  # too few clusters for folds
                     print(f"{name}, unit {unit}, {hours} h: {error}", flush=True)
                     continue
                 found.setdefault((name, hours), []).append(judge(asked.program, model, random))

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""The data sets of the benchmark.
+"""Makes the data sets of the benchmark.
 
 make_sets.py FOLDER                the synthetic gyro sets
 make_sets.py FOLDER --public FROM  public regression tables found in FROM, standardised
@@ -29,7 +29,7 @@ SEXES = {"M": ("1", "0", "0"), "F": ("0", "1", "0"), "I": ("0", "0", "1")}
 
 
 def air_profile(duration_s, rng):
-    """Returns ramps and soaks of the chamber's air from 20 °C, °C, one value per step."""
+    """Returns the air temperature in °C per step for ramps and soaks that start at 20 °C."""
     air = np.empty(len(np.arange(0, duration_s, STEP_S)))
     at, here, leg = 0, 20.0, 0
     while at < len(air):
@@ -49,7 +49,7 @@ def air_profile(duration_s, rng):
 
 
 def lagged(air, time_constant_s):
-    """Returns a first-order lag of the air, in equilibrium at the start."""
+    """Returns the air temperature after a first-order lag that starts in equilibrium."""
     out = np.empty_like(air)
     share = 1 - np.exp(-STEP_S / time_constant_s)
     state = air[0]
@@ -68,7 +68,7 @@ def standardised(values):
 
 
 def synthetic(clusters, inputs, seed):
-    """Returns inputs like thermometers, gradients and rates of a block, and a smooth bias with 2 % of white noise."""
+    """Returns simulated thermometers, gradients and rates of a block, and a smooth bias with 2 % of white noise."""
     rng = np.random.default_rng(seed)
     air = air_profile(clusters * CLUSTER_S, rng)
     lags = np.array([lagged(air, tau) for tau in np.geomspace(60, 7200, max(6, inputs // 2 + 2))])
@@ -96,7 +96,8 @@ def synthetic(clusters, inputs, seed):
 
 
 def public(path):
-    """Reads numbers by row, the target last. A sex (M, F, I) becomes three columns; other rows are headers."""
+    """Reads a table with the target in the last column. A column with M, F or I (sex) becomes three columns. Skips other
+    rows as headers."""
     rows = []
     for line in path.read_text(errors="replace").splitlines():
         fields = line.replace('"', "").replace(",", " ").split()

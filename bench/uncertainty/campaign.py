@@ -1,11 +1,11 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""Campaigns on virtual gyros: what models and their budgets do beyond the trained range, of short trainings, and as
-streams. Each line of the output is a table's row.
+"""Evaluates models and their budgets on virtual gyros: outside the trained range, after short trainings, and as streams.
+Each line of the output is a row of a table.
 
 bench/uncertainty/campaign.py GYROTHERM FOLDER soak|short|stream [--rigs …] [--seeds 201-210] [--methods …]
 
-Records are made once and kept in FOLDER.
+Records are kept in FOLDER and used again.
 """
 
 from __future__ import annotations

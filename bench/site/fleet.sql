@@ -1,7 +1,7 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Fills an empty store with a synthetic site: 200 units of four models on ten rigs, each calibrated twice a year for five
--- years, as found and as left, with runs, events, gaps and thermometers. setseed() makes drift, spread and outliers
--- reproducible. Must be run by the owner of the store.
+-- Fills an empty store with a synthetic site: 200 units of four models on ten rigs, each calibrated twice a year for
+-- five years, as found and as left, with runs, events, gaps and thermometers. setseed() makes drift, spread and
+-- outliers reproducible. Must be run by the owner of the store.
 SELECT setseed(0.25);
 BEGIN;
 

@@ -96,8 +96,8 @@ def synthetic(clusters, inputs, seed):
 
 
 def public(path):
-    """Reads a table with the target in the last column. A column with M, F or I (sex) becomes three columns. Skips other
-    rows as headers."""
+    """Reads a table with the target in the last column. A column with M, F or I (sex) becomes three columns. Skips
+    other rows as headers."""
     rows = []
     for line in path.read_text(errors="replace").splitlines():
         fields = line.replace('"', "").replace(",", " ").split()

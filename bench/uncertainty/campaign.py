@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""Evaluates models and their budgets on virtual gyros: outside the trained range, after short trainings, and as streams.
-Each line of the output is a row of a table.
+"""Evaluates models and their budgets on virtual gyros: outside the trained range, after short trainings, and as
+streams. Each line of the output is a row of a table.
 
 bench/uncertainty/campaign.py GYROTHERM FOLDER soak|short|stream [--rigs …] [--seeds 201-210] [--methods …]
 

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Output of the Python benchmarks, and measurements that several of them share. Each figure is a tab-separated line on
-stdout: name, value, goal, ok or short. Progress is printed on stderr."""
+"""Output and common measurements of the Python benchmarks. Each result is a tab-separated line on stdout: name, value,
+goal, ok or short. Progress goes to stderr."""
 from __future__ import annotations
 
 import os
@@ -11,25 +11,25 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 
 
-def say(words: str) -> None:
-    print(words, file=sys.stderr, flush=True)
+def print_progress(text: str) -> None:
+    print(text, file=sys.stderr, flush=True)
 
 
-def tell(name: str, value: float, goal: str = "", is_met: bool = True) -> None:
+def print_figure(name: str, value: float, goal: str = "", is_met: bool = True) -> None:
     verdict = "" if not goal else "ok" if is_met else "short"
     print(f"{name}\t{value:.4g}\t{goal}\t{verdict}", flush=True)
 
 
 def at_most(name: str, value: float, goal: float) -> None:
-    tell(name, value, f"<= {goal:g}", value <= goal)
+    print_figure(name, value, f"<= {goal:g}", value <= goal)
 
 
 def at_least(name: str, value: float, goal: float) -> None:
-    tell(name, value, f">= {goal:g}", value >= goal)
+    print_figure(name, value, f">= {goal:g}", value >= goal)
 
 
-def share(values: list[float], part: float) -> float:
-    """Returns the quantile of the values: the one that this share does not exceed."""
+def quantile(values: list[float], part: float) -> float:
+    """Returns the quantile of the values for the probability `part`."""
     return sorted(values)[min(len(values) - 1, int(part * len(values)))]
 
 
@@ -40,7 +40,7 @@ def processor_s(pid: int) -> float:
 
 
 def ticks_ms(record: pathlib.Path, first: int, last: int) -> list[float]:
-    """Returns the delay of each tick of a run after its second."""
+    """Returns the delay of each tick after the beginning of its second, ms, for the slots `first` to `last`."""
     with sqlite3.connect(f"file:{record}?immutable=1", uri=True) as database:
         rows = database.execute("SELECT slot, utc_ns FROM sample WHERE slot BETWEEN ? AND ?", (first, last)).fetchall()
         began = min(utc - slot * 10**9 for slot, utc in database.execute("SELECT slot, utc_ns FROM sample"))

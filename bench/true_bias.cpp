@@ -29,7 +29,8 @@ Result<Eigen::VectorXd> true_bias(const record::Record& record, const std::strin
     laboratory.step();
     bias(static_cast<Eigen::Index>(i)) = laboratory.true_bias()[0].value + wander;
     if (laboratory.pulses()[0] - before == std::llround(record.units[0].rotation[0][i])) continue;
-    return failure(FaultKind::numeric, path, fmt::format("second {} comes out otherwise", record.slot[i]));
+    return failure(FaultKind::numeric, path,
+                   fmt::format("the simulation does not reproduce the pulses of second {}", record.slot[i]));
   }
   return bias;
 }

@@ -130,13 +130,13 @@ int main(int argc, char** argv) {
   gyrotherm::bench::Options options;
   CLI::App cli("Holds out clusters of a record in every way, and prints what each says.");
   cli.add_option("run", options.run)->required();
-  cli.add_option("--verify", options.unseen, "a run that nothing has seen");
-  cli.add_option("--first", options.first, "take so many clusters; the rest of the run is unseen");
+  cli.add_option("--verify", options.unseen, "a run for the error on unseen data");
+  cli.add_option("--first", options.first, "use only the first N clusters; the remaining ones are unseen");
   cli.add_option("--inputs", options.inputs);
   cli.add_option("--method", options.method);
   cli.add_option("--blocks", options.blocks)->check(CLI::Range(2, 1000));
   cli.add_option("--seed", options.seed);
-  cli.add_flag("--quick", options.quick, "a small swarm");
+  cli.add_flag("--quick", options.quick, "use a small swarm");
   CLI11_PARSE(cli, argc, argv);
   const auto compared = gyrotherm::bench::compare(options);
   if (compared) return 0;

@@ -24,7 +24,7 @@ constexpr std::int64_t kSlots = 221'600;
 /// Ends the program at the first SQLite error, because nothing can be compared after it.
 void expect(bool done, sqlite3* database) {
   if (done) return;
-  fmt::print(stderr, "SQLite alone: {}\n", sqlite3_errmsg(database));
+  fmt::print(stderr, "plain SQLite: {}\n", sqlite3_errmsg(database));
   std::exit(1);
 }
 
@@ -113,10 +113,10 @@ int run(const std::filesystem::path& folder) {
   const auto database = open_alone(path);
   const double alone_read_s = measure_reading(database);
   const double alone_write_s = measure_copying(database, peer) - alone_read_s;
-  print_figure("append, µs a row", appended_s * 1e6 / kSlots, at_most(5), whole);
+  print_figure("append, µs per row", appended_s * 1e6 / kSlots, at_most(5), whole);
   print_figure("read, s", read_s, at_most(1), whole);
-  print_figure("append, over SQLite alone", appended_s / alone_write_s, at_most(4), whole);
-  print_figure("read, over SQLite alone", read_s / alone_read_s, at_most(4), whole);
+  print_figure("append, relative to plain SQLite", appended_s / alone_write_s, at_most(4), whole);
+  print_figure("read, relative to plain SQLite", read_s / alone_read_s, at_most(4), whole);
   return 0;
 }
 

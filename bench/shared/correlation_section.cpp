@@ -20,7 +20,7 @@ Result<Eigen::VectorXd> predicted_by_ridge(const VirtualUnit& unit, const std::v
   const auto inputs = evaluate(terms, unit.rate.clusters), used = evaluate(terms, unit.random.clusters);
   const auto covariance =
       data::input_covariance(terms, unit.rate.clusters, model::thermometers_in_use(unit.rate.dataset).uncertainty_k);
-  if (!inputs || !used || !covariance) return failure(FaultKind::usage, unit.name, "lacks an input");
+  if (!inputs || !used || !covariance) return failure(FaultKind::usage, unit.name, "an input is missing");
   const auto plane = methods::penalised_plane(*inputs, unit.rate.clusters.bias_deg_per_h, *covariance);
   return ((*used * plane.weights).array() + plane.b).matrix().eval();
 }

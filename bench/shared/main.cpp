@@ -23,11 +23,12 @@ int main_of(int argc, char** argv) {
   int count = 12;
   CLI::App app{"Shared learning: units of one type, and axes whose unexplained parts correlate."};
   app.require_subcommand(1);
-  CLI::App* units = app.add_subcommand("units", "FOLDER has rate-N.db and random-N.db of the seeds 1 … --units");
+  CLI::App* units = app.add_subcommand(
+      "units", "measure the type prior on rate-N.db and random-N.db in FOLDER, for the seeds 1 … --units");
   units->add_option("folder", folder)->required();
   units->add_option("--units", count)->check(CLI::Range(4, 1000));
-  units->add_option("--inputs", inputs, "words and terms, as of train");
-  const CLI::App* synthetic = app.add_subcommand("synthetic", "axes that correlate by design");
+  units->add_option("--inputs", inputs, "keywords and terms as for train --inputs");
+  const CLI::App* synthetic = app.add_subcommand("synthetic", "measure joint learning on synthetic correlated axes");
   CLI11_PARSE(app, argc, argv);
   const auto measured = synthetic->parsed() ? measure_synthetic() : measure_folder(folder, count, inputs);
   if (measured) return 0;

@@ -118,7 +118,7 @@ Result<PlaneDraw> draw_planes(double correlation, Eigen::Index rows, std::uint64
   const auto separate = population::multi_output_ridge(z, y, penalty, {alone, identity});
   const auto known = population::multi_output_ridge(z, y, penalty, {noise, identity});
   const auto together = population::multi_output_ridge(z, y, penalty);
-  if (!separate || !known || !together) return failure(FaultKind::numeric, "synthetic", "a plane was not found");
+  if (!separate || !known || !together) return failure(FaultKind::numeric, "synthetic", "a plane cannot be fitted");
   const auto error = [&](const Eigen::MatrixXd& weights) {
     return std::sqrt((weights - slopes).squaredNorm() / static_cast<double>(slopes.size()));
   };

@@ -22,8 +22,7 @@ constexpr double kSecondsPerHour = 3600;
 constexpr std::array kShownHours = {0, 1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 62};
 constexpr int kLastHour = 62;  // the whole ramp run
 
-/// Result of one way of learning: the errors on a unit's random run after learning from the first hours of its ramp
-/// run.
+/// Result of one method of learning from the first hours of a ramp run: the errors on the random run of the unit.
 struct Judged {
   double expanded = std::numeric_limits<double>::quiet_NaN();  ///< U, root mean square
   double error{};                                              ///< true error, root mean square
@@ -44,7 +43,7 @@ Judged judge(const Eigen::VectorXd& predicted, const Eigen::VectorXd& expanded, 
   return judged;
 }
 
-/// The compared ways of learning.
+/// Compared methods of learning.
 enum Way { kWithPrior, kAlone, kRidgeU, kTypeMean, kWays };
 constexpr std::array<const char*, kWays> kWayNames = {"type prior", "alone", "`ridge-u`",
                                                       "mean of the others, own constant"};
@@ -98,7 +97,7 @@ Result<Judged> judge_ridge(const population::TypePrior& type, const data::Cluste
                            const std::vector<double>& uncertainty_k) {
   const auto inputs = evaluate(type.terms, own), used = evaluate(type.terms, unit.random.clusters);
   const auto covariance = data::input_covariance(type.terms, own, uncertainty_k);
-  if (!inputs || !used || !covariance) return failure(FaultKind::usage, unit.name, "lacks an input");
+  if (!inputs || !used || !covariance) return failure(FaultKind::usage, unit.name, "an input is missing");
   const auto plane = methods::penalised_plane(*inputs, own.bias_deg_per_h, *covariance);
   auto judged = judge((*used * plane.weights).array() + plane.b, {}, unit.random_truth_deg_per_h);
   const auto drift = compute_drift(type.terms, plane.weights, unit);
@@ -129,7 +128,7 @@ Result<ByHour> judge_by_hours(const population::TypePrior& type, const VirtualUn
     if (!with || !mean) return failure(with ? mean.error() : with.error());
     judged[kWithPrior] = *with;
     judged[kTypeMean] = *mean;
-    // Without data these two ways apply no compensation.
+    // Without own data, these two methods apply no compensation.
     if (hours == 0) {
       judged[kAlone] = judged[kRidgeU] =
           judge(Eigen::VectorXd::Zero(unit.random_truth_deg_per_h.size()), {}, unit.random_truth_deg_per_h);
@@ -205,8 +204,7 @@ void print_differences(const std::vector<ByHour>& units) {
   fmt::print("\n");
 }
 
-/// Returns the first hour from which U without the prior remains at most `wanted`, or the hour after the last if there
-/// is none.
+/// Returns the first hour from which on U without the prior is at most `wanted`, or the hour after the last one.
 int first_hour_with(const ByHour& unit, double wanted) {
   int first = kLastHour + 1;
   for (; first > 1; --first)
@@ -279,7 +277,8 @@ std::vector<population::UnitClusters> others_of(const std::vector<VirtualUnit>& 
 Result<void> measure_units(const std::vector<VirtualUnit>& units, const std::string& inputs) {
   const auto plan = model::plan_inputs(inputs, units.front().rate.dataset);
   if (!plan) return failure(plan.error());
-  if (!plan->candidates.empty()) return failure(FaultKind::usage, inputs, "selects: give inputs that are known");
+  if (!plan->candidates.empty())
+    return failure(FaultKind::usage, inputs, "selects inputs by data; expected fixed inputs");
   const auto turn_on = units.front().rate.dataset.gyro_uncertainty.turn_on_repeatability_deg_per_h;
   std::vector<ByHour> judged;
   fmt::print(

@@ -32,7 +32,7 @@ Result<Eigen::VectorXd> truth_of(const data::RecordedRun& run) {
   const auto clusters = data::make_clusters(truth);
   if (!clusters) return failure(clusters.error());
   if (clusters->start_s == run.clusters.start_s) return clusters->bias_deg_per_h;
-  return failure(FaultKind::numeric, run.dataset.path, "the truth has other clusters than the record");
+  return failure(FaultKind::numeric, run.dataset.path, "the clusters of the true bias differ from those of the record");
 }
 
 }  // namespace

@@ -32,10 +32,10 @@ struct Options {
   int seconds = 60;
 };
 
-/// Data that every rig sends: the run's description and the rows of its first seconds.
+/// Data that every rig sends: the description of a run and the rows of its first seconds.
 struct Recorded {
   std::string json;
-  /// Each row is an array element, such as "{1.5,NULL}" with its quotes.
+  /// Array elements, one per row, such as "{1.5,NULL}" with its quotes.
   std::vector<std::string> rows;
 };
 
@@ -90,7 +90,7 @@ struct Lags {
   }
 };
 
-/// Sends the rows of one connection's share of the rigs, the most overdue rig first.
+/// Sends the rows of the rigs that belong to one connection. The most overdue rig is first.
 void send_all(const Options& options, const Recorded& recorded, int number, const gyrotherm::Clock& clock, Lags& lags) {
   auto store = Store::open({options.store}, {});
   if (!store) return lags.fail(store.error());
@@ -158,9 +158,9 @@ int run(const Options& options) {
 
 int main(int argc, char** argv) {
   Options options;
-  CLI::App cli("Rigs that send a row a second.");
-  cli.add_option("--store", options.store, "where the store is")->required();
-  cli.add_option("--record", options.record, "whose rows are sent")->required();
+  CLI::App cli("Simulates rigs that each send one row per second to a store.");
+  cli.add_option("--store", options.store, "connection to the store")->required();
+  cli.add_option("--record", options.record, "run whose rows are sent")->required();
   cli.add_option("--rigs", options.rigs)->capture_default_str()->check(CLI::Range(1, 100000));
   cli.add_option("--connections", options.connections)->capture_default_str()->check(CLI::Range(1, 2000));
   cli.add_option("--seconds", options.seconds)->capture_default_str()->check(CLI::Range(1, 1000000));

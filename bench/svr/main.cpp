@@ -54,52 +54,52 @@ void add_sections(CLI::App& app, Options& options, Section& chosen) {
     command->callback([&chosen, section = std::move(section)] { chosen = section; });
     return command;
   };
-  const auto with_set = [&](CLI::App* command) { command->add_option("--set", options.set, "which set"); };
+  const auto with_set = [&](CLI::App* command) { command->add_option("--set", options.set, "name of the set"); };
   const auto with_replay = [&](CLI::App* command) {
-    command->add_option("--set", options.replay.set, "which set");
-    command->add_option("--positions", options.replay.positions, "how many, spread over the trace");
-    command->add_option("--goal", options.replay.goal, "of the gain");
+    command->add_option("--set", options.replay.set, "name of the set");
+    command->add_option("--positions", options.replay.positions, "number of positions, evenly spaced over the trace");
+    command->add_option("--goal", options.replay.goal, "required gain over the peer");
   };
   const auto with_program = [&](CLI::App* command) {
-    command->add_option("--program", options.program, "the gyrotherm program")->required();
-    command->add_option("--scratch", options.scratch, "a folder for what it writes");
+    command->add_option("--program", options.program, "path of gyrotherm")->required();
+    command->add_option("--scratch", options.scratch, "existing folder for temporary files");
   };
-  auto* const replay = add("replay", "paired replay of stored positions, told on stderr",
+  auto* const replay = add("replay", "replay stored positions with both solvers and report on stderr",
                            [&](const Bench& bench) { return measure_replay_alone(bench, options.replay); });
   with_replay(replay);
-  replay->add_flag("--without-peer", options.replay.without_peer, "the trace stands for LIBSVM");
-  with_replay(add("tuning", "replay, and our whole job on one thread and on two",
+  replay->add_flag("--without-peer", options.replay.without_peer, "use the results of the trace instead of LIBSVM");
+  with_replay(add("tuning", "measure the replay and our whole job on one and two threads",
                   [&](const Bench& bench) { return measure_tuning(bench, options.replay); }));
-  with_set(add("pagmo", "our fitness in pagmo's job",
+  with_set(add("pagmo", "run pagmo's job with our fitness function",
                [&](const Bench& bench) { return measure_pagmo_job(bench, options.set); }));
-  auto* const trace = add("trace", "pagmo's job with LIBSVM, as a trace on stdout",
+  auto* const trace = add("trace", "run pagmo's job with LIBSVM and print its trace",
                           [&](const Bench& bench) { return make_trace(bench, options.set, options.own); });
   with_set(trace);
-  trace->add_flag("--own", options.own, "with our solver instead");
-  with_set(add("training", "one training in three cases",
+  trace->add_flag("--own", options.own, "use our solver instead of LIBSVM");
+  with_set(add("training", "measure one training in three cases",
                [&](const Bench& bench) { return measure_training(bench, options.set); }));
-  with_set(add("public", "one training of a public set",
+  with_set(add("public", "measure one training of a public set",
                [&](const Bench& bench) { return measure_public_set(bench, options.set); }));
-  add("box", "random positions of the search box",
+  add("box", "train at random positions of the search box",
       [&](const Bench& bench) { return measure_search_box(bench, options.count); })
-      ->add_option("--positions", options.count, "how many")
+      ->add_option("--positions", options.count, "number of positions")
       ->required();
-  add("prediction", "points a second", measure_prediction);
-  add("memory", "most memory of one training at n = 10,000", measure_memory);
-  auto* const compensation = add("compensation", "rows a second of the program", [&](const Bench&) {
+  add("prediction", "measure predicted points per second", measure_prediction);
+  add("memory", "measure the peak memory of one training at n = 10,000", measure_memory);
+  auto* const compensation = add("compensation", "measure rows per second of gyrotherm compensate", [&](const Bench&) {
     return measure_compensation(options.program, options.scratch, options.count);
   });
   with_program(compensation);
-  compensation->add_option("--rows", options.count, "how many")->required();
-  with_program(add("qualification", "the training stage of the program's qualify",
+  compensation->add_option("--rows", options.count, "number of rows")->required();
+  with_program(add("qualification", "measure the training stage of gyrotherm qualify",
                    [&](const Bench&) { return measure_qualification(options.program, options.scratch); }));
 }
 
 int run(int argc, char** argv) {
   Options options;
   Section chosen;
-  CLI::App app{"ε-SVR and its tuning beside LIBSVM and pagmo: one section per call."};
-  app.add_option("--data", options.data, "folder of the sets that make_sets.py made");
+  CLI::App app{"Runs one section of the benchmark of ε-SVR and its tuning, compared with LIBSVM and pagmo."};
+  app.add_option("--data", options.data, "folder with the sets of make_sets.py");
   app.add_option("--traces", options.traces, "folder of the stored traces");
   app.add_option("--libsvm", options.libraries, "shared libraries of LIBSVM; the fastest is the peer");
   app.require_subcommand(1);

@@ -112,14 +112,14 @@ Result<void> measure_compensation(const std::string& program, const std::string&
   std::vector<double> times;
   for (int run = 0; run < 3; ++run) {
     const double start = wall_seconds();
-    if (!succeeds(command)) return failure(FaultKind::refused, command, "did not succeed");
+    if (!succeeds(command)) return failure(FaultKind::refused, command, "failed; its output is above");
     times.push_back(wall_seconds() - start);
   }
   const auto counted = read_text_file(count_path);
   const bool complete = counted && std::atoi(counted->c_str()) == rows + 1;
-  if (!complete) print_progress("compensate did not answer each row");
+  if (!complete) print_progress("compensate did not print one row for each input row");
   const auto& function = std::get<methods::SvrModel>(model->function);
-  print_progress(fmt::format("compensate: {} rows in {:.2f} s by the wall, {} support vectors", rows, median(times),
+  print_progress(fmt::format("compensate: {} rows in {:.2f} s of wall clock, {} support vectors", rows, median(times),
                              function.beta.size()));
   print_figure("compensate as text, rows/s", rows / median(times), at_least(3e5), complete);
   return {};
@@ -129,7 +129,7 @@ Result<void> measure_qualification(const std::string& program, const std::string
   const std::string folder = scratch + "/qualification";
   std::filesystem::remove_all(folder);
   if (!succeeds(fmt::format("'{}' qualify --quiet --out '{}' >&2", program, folder)))
-    return failure(FaultKind::refused, "qualify", "did not succeed");
+    return failure(FaultKind::refused, "qualify", "failed; its output is above");
   const auto timings = read_text_file(folder + "/timings.json");
   if (!timings) return failure(timings.error());
   print_progress("timings of qualify: " + std::regex_replace(*timings, std::regex(R"(\s+)"), " "));

@@ -14,13 +14,13 @@
 
 namespace gyrotherm::bench {
 
-// Reads only the members of svm_model that have the same offset in every release since 3.12.
+/// Functions of the library. Only members of svm_model that have the same offset in every release since 3.12 are read.
 struct LibsvmPeer::Functions {
   decltype(&svm_train) train{};
   decltype(&svm_predict) predict{};
   decltype(&svm_get_sv_indices) support_indices{};
   decltype(&svm_free_and_destroy_model) destroy{};
-  decltype(&svm_set_print_string_function) say_with{};
+  decltype(&svm_set_print_string_function) set_printer{};
 };
 
 namespace {
@@ -95,11 +95,11 @@ Result<LibsvmPeer> LibsvmPeer::open(const std::string& library) {
   find(functions.predict, "svm_predict");
   find(functions.support_indices, "svm_get_sv_indices");
   find(functions.destroy, "svm_free_and_destroy_model");
-  find(functions.say_with, "svm_set_print_string_function");
+  find(functions.set_printer, "svm_set_print_string_function");
   const auto* version = static_cast<const int*>(dlsym(handle, "libsvm_version"));
   if (version == nullptr) missing = "libsvm_version";
-  if (!missing.empty()) return failure(FaultKind::usage, library, fmt::format("has no {}", missing));
-  functions.say_with(say_nothing);
+  if (!missing.empty()) return failure(FaultKind::usage, library, fmt::format("the function {} is missing", missing));
+  functions.set_printer(say_nothing);
   LibsvmPeer peer;
   peer.version_ = *version;
   peer.functions_ = std::make_shared<const Functions>(functions);
@@ -172,7 +172,8 @@ Result<Evaluated> cross_validate_own(std::span<const svm::TuningFold> folds, con
   });
   if (!summary) return failure(summary.error());
   if (summary->uncertified > 0 || done.size() < 2)
-    return failure(FaultKind::numeric, "tuning", fmt::format("{} of 2 not certified", summary->uncertified));
+    return failure(FaultKind::numeric, "tuning",
+                   fmt::format("{} of 2 evaluations missed the certificate", summary->uncertified));
   return Evaluated{.error = summary->cross_validation_mse, .seconds = done[1] - done[0]};
 }
 
@@ -185,7 +186,8 @@ Result<double> reference_error(std::span<const svm::TuningFold> folds, const Pee
     if (!solution) return failure(solution.error());
     const Verdict verdict = assess_solution(fold.train_x, fold.train_y, parameters, solution->beta, solution->b);
     if (!verdict.feasible || !(verdict.gap <= kReferenceGap))
-      return failure(FaultKind::numeric, "reference", fmt::format("relative gap {:.2g}", verdict.gap));
+      return failure(FaultKind::numeric, "reference",
+                     fmt::format("the relative gap is {:.2g}, expected at most {:g}", verdict.gap, kReferenceGap));
     squared +=
         (plain_prediction(fold.train_x, solution->beta, solution->b, parameters.gamma, fold.test_x) - fold.test_y)
             .squaredNorm();

@@ -108,14 +108,14 @@ Result<void> measure_training(const Bench& bench, const std::string& name) {
     print_figure(prefix + ", gain over LIBSVM", alone, at_least(what.goal_alone), same);
     print_figure(prefix + ", gain with kernel set-up", with_set_up, at_least(what.goal_with_set_up), same);
     print_figure(prefix + ", relative gap by the judge", gap, at_most(kGap), own && own->verdict.feasible);
-    print_figure(prefix + ", D worse than LIBSVM's by, relative", behind, at_most(kWorse));
+    print_figure(prefix + ", relative excess of D over LIBSVM's", behind, at_most(kWorse));
   }
   const PeerParameters hardest = cases_of(*set).back().parameters;
   const auto tight = solve_svr(set->x, set->y, own_parameters(hardest), {.relative_gap = 0.99 * kReferenceGap});
-  if (!tight) print_progress("on request: " + text(tight.error()));
+  if (!tight) print_progress("requested gap of 1e-6: " + text(tight.error()));
   std::optional<double> gap;
   if (tight) gap = assess_solution(set->x, set->y, hardest, tight->beta, tight->b).gap;
-  print_figure(fmt::format("n={}: training very hard, relative gap where 1e-6 is asked", set->y.size()), gap,
+  print_figure(fmt::format("n={}: training very hard, relative gap if 1e-6 is requested", set->y.size()), gap,
                at_most(kReferenceGap));
   return {};
 }

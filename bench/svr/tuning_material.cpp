@@ -35,15 +35,16 @@ Result<SampleSet> load_sample_set(const std::string& folder, const std::string& 
   const auto bad = [&](std::string what) { return failure(FaultKind::bad_file, path, std::move(what)); };
   std::ifstream file(path, std::ios::binary);
   std::int32_t shape[2]{};
-  if (!file.read(reinterpret_cast<char*>(shape), sizeof shape)) return bad("no header of two numbers");
+  if (!file.read(reinterpret_cast<char*>(shape), sizeof shape)) return bad("expected a header of two integers");
   const auto [n, d] = shape;
-  if (n < kFolds || d < 1 || n > 1'000'000 || d > 10'000) return bad(fmt::format("{} rows of {} inputs", n, d));
+  if (n < kFolds || d < 1 || n > 1'000'000 || d > 10'000)
+    return bad(fmt::format("has {} rows of {} inputs, which is outside the limits", n, d));
   SampleSet set{.name = name, .x = svm::SampleMatrix(n, d), .y = Eigen::VectorXd(n)};
   file.read(reinterpret_cast<char*>(set.x.data()), static_cast<std::streamsize>(sizeof(double)) * set.x.size());
   file.read(reinterpret_cast<char*>(set.y.data()), static_cast<std::streamsize>(sizeof(double)) * set.y.size());
   if (!file || file.peek() != std::ifstream::traits_type::eof())
-    return bad(fmt::format("its length is not that of {} rows of {} inputs", n, d));
-  if (!set.x.allFinite() || !set.y.allFinite()) return bad("a value is not finite");
+    return bad(fmt::format("its length does not match {} rows of {} inputs", n, d));
+  if (!set.x.allFinite() || !set.y.allFinite()) return bad("contains a value that is not finite");
   return set;
 }
 
@@ -88,7 +89,7 @@ Result<std::vector<TracePosition>> load_trace(const std::string& path) {
       return failure(FaultKind::bad_file, fmt::format("{}:{}", path, number), "expected five numbers");
     trace.push_back(p);
   }
-  if (trace.empty()) return failure(FaultKind::bad_file, path, "no position");
+  if (trace.empty()) return failure(FaultKind::bad_file, path, "contains no position");
   return trace;
 }
 

@@ -94,7 +94,7 @@ Replay replay(std::span<const svm::TuningFold> folds, std::span<const TracePosit
     if (p.own && !near(p.own->error, p.peer.error)) {
       const auto reference = reference_error(folds, position.parameters());
       if (reference) p.reference = *reference;
-      if (!reference) print_progress("no reference: " + text(reference.error()));
+      if (!reference) print_progress("reference solution failed: " + text(reference.error()));
     }
     say(p);
     out.positions.push_back(std::move(p));
@@ -128,7 +128,7 @@ Result<void> compare_threads(const TuningMaterial& material, const MeasuredJob& 
   if (!two) return failure(two.error());
   const bool same =
       one.summary.swarm.history == two->summary.swarm.history && one.summary.swarm.best == two->summary.swarm.best;
-  if (!same) print_progress(material.name("one thread and two end differently"));
+  if (!same) print_progress(material.name("the results with one and two threads differ"));
   print_figure(material.name("whole job, two threads over one, wall clock"), one.wall_s / two->wall_s, at_least(1.8),
                same);
   return {};
@@ -176,7 +176,7 @@ Result<void> measure_tuning(const Bench& bench, const ReplayOptions& options) {
   print_figure(material->name("whole job, gain over LIBSVM + pagmo (its time from the replay)"),
                job_of_peer_s / job->processor_s, at_least(options.goal), worse <= kBestErrorRatio);
   print_figure(material->name("whole job, s"), job->processor_s, at_most(job_of_peer_s / options.goal));
-  print_figure(material->name("whole job, best error / LIBSVM's where pagmo's job ended"), worse,
+  print_figure(material->name("whole job, best error / LIBSVM's at the best position of pagmo's job"), worse,
                at_most(kBestErrorRatio));
   return compare_threads(*material, *job);
 }

@@ -50,7 +50,7 @@ struct CalculixRun {
 
 constexpr const char* kWhere = "ccx";
 
-/// Replaces this process by `ccx bench`, with its output redirected to a file.
+/// Executes `ccx bench` in place of this process, with its output redirected to a file.
 [[noreturn]] void become_calculix(const std::string& scratch) {
   const int log = open((scratch + "/bench.log").c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
   if (log >= 0 && dup2(log, 1) >= 0 && dup2(log, 2) >= 0 && chdir(scratch.c_str()) == 0) {
@@ -63,7 +63,7 @@ constexpr const char* kWhere = "ccx";
 
 Result<rusage> run_child(const std::string& scratch) {
   const pid_t child = fork();
-  if (child < 0) return failure(FaultKind::numeric, kWhere, "could not be started");
+  if (child < 0) return failure(FaultKind::numeric, kWhere, "cannot be started");
   if (child == 0) become_calculix(scratch);
   int status = 0;
   rusage usage{};
@@ -82,7 +82,7 @@ Result<Eigen::VectorXd> read_field(const std::string& path, Eigen::Index nodes) 
       field[node - 1] = celsius;
   }
   if (field.allFinite()) return field;
-  return failure(FaultKind::numeric, path, "does not hold every node");
+  return failure(FaultKind::numeric, path, "does not contain every node");
 }
 
 /// Runs `ccx` with one thread in `scratch`, which receives large files. Fails with numeric if it is missing, fails or
@@ -105,18 +105,18 @@ Result<CalculixRun> run_calculix(const thermal::GyroModel& model, const thermal:
   return CalculixRun{std::move(*field), user_s, 1024.0 * static_cast<double>(usage->ru_maxrss)};
 }
 
-/// A mesh and its linear steady state, with air properties at 25 °C.
-struct Timed {
+/// Linear steady state on a mesh, with air properties at 25 °C.
+struct TimedState {
   thermal::GyroMesh mesh;
   thermal::SteadyState state;
   thermal::ThermalCoefficients coefficients{};
   double seconds{};
 };
 
-Result<Timed> solve(const thermal::GyroModel& model, thermal::MeshSize size) {
+Result<TimedState> solve(const thermal::GyroModel& model, thermal::MeshSize size) {
   const auto coefficients = coefficients_at(model.air, 25, model.still_film_w_per_m2_k);
   const double start = thread_seconds();
-  Timed timed{make_mesh(model, size), {}, coefficients, 0};
+  TimedState timed{make_mesh(model, size), {}, coefficients, 0};
   auto state = steady_state(model, timed.mesh, {.coefficients = coefficients});
   if (!state) return failure(state.error());
   timed.state = std::move(*state);
@@ -124,7 +124,7 @@ Result<Timed> solve(const thermal::GyroModel& model, thermal::MeshSize size) {
   return timed;
 }
 
-std::string nodes(const Timed& timed) { return fmt::format("{} nodes", timed.state.unknowns); }
+std::string nodes(const TimedState& timed) { return fmt::format("{} nodes", timed.state.unknowns); }
 
 Result<thermal::GyroModel> read_gyro(const ThermalBench& bench) {
   const auto text = read_text_file(bench.gyro);
@@ -132,8 +132,8 @@ Result<thermal::GyroModel> read_gyro(const ThermalBench& bench) {
   return thermal::parse_gyro(*text, bench.gyro);
 }
 
-/// Measures one linear steady state: time, memory, energy balance and the temperature difference between gain and
-/// non-gain areas. Must run in a separate process, because the peak memory is that of the whole process.
+/// Measures time, memory, energy balance and the temperature difference between gain and non-gain areas for one linear
+/// steady state. Must run in a separate process, because the peak memory is that of the whole process.
 Result<void> measure_steady(const ThermalBench& bench) {
   const auto model = read_gyro(bench);
   if (!model) return failure(model.error());
@@ -142,19 +142,19 @@ Result<void> measure_steady(const ThermalBench& bench) {
   const bool fine = bench.mesh == thermal::MeshSize::fine;
   const double imbalance_w = std::abs(timed->state.power_in_w - timed->state.power_out_w);
   print_figure(nodes(*timed) + ": steady state, mesh included, s", timed->seconds, at_most(fine ? 3.5 : 1.5));
-  print_figure(nodes(*timed) + ": steady state, most memory, GB", peak_memory() / 1e9, at_most(fine ? 0.4 : 0.2));
+  print_figure(nodes(*timed) + ": steady state, peak memory, GB", peak_memory() / 1e9, at_most(fine ? 0.4 : 0.2));
   print_figure(nodes(*timed) + ": energy balance, W", imbalance_w, at_most(1e-6));
   auto whole = steady_state(*model, timed->mesh);
   if (!whole) return failure(whole.error());
   const double difference_k = thermal::gain_difference_k(whole->outputs_c);
   print_progress(fmt::format("{}: gain less non-gain areas {:.4f} K", nodes(*timed), difference_k));
-  print_figure(nodes(*timed) + ": gain less non-gain areas, from 3.5 K", std::abs(difference_k - 3.5),
+  print_figure(nodes(*timed) + ": gain less non-gain areas, difference from 3.5 K", std::abs(difference_k - 3.5),
                at_most(bench.mesh == thermal::MeshSize::coarse ? 0.1 : 0.02));
   return {};
 }
 
 /// Compares with CalculiX's iterative solver; with `direct`, also with its direct one.
-Result<void> measure_beside_calculix(const ThermalBench& bench, bool direct) {
+Result<void> compare_with_calculix(const ThermalBench& bench, bool direct) {
   const auto model = read_gyro(bench);
   if (!model) return failure(model.error());
   const auto ours = solve(*model, bench.mesh);
@@ -177,7 +177,8 @@ Result<void> measure_beside_calculix(const ThermalBench& bench, bool direct) {
     const double apart_k = (theirs->field_c - ours->state.field_c).cwiseAbs().maxCoeff();
     print_progress(fmt::format("{}: ours {:.2f} s, CalculiX {} {:.2f} s, {:.2f} GB", nodes(*ours), ours->seconds,
                                peer.name, theirs->user_s, theirs->peak_bytes / 1e9));
-    print_figure(fmt::format("{}: most apart from CalculiX ({}), K", nodes(*ours), peer.name), apart_k, at_most(1e-4));
+    print_figure(fmt::format("{}: greatest difference from CalculiX ({}), K", nodes(*ours), peer.name), apart_k,
+                 at_most(1e-4));
     print_figure(name, theirs->user_s / ours->seconds, at_least(peer.goal), apart_k <= 1e-4);
   }
   return {};
@@ -199,7 +200,7 @@ Result<void> measure_mesh_step(const ThermalBench& bench) {
   const double from_k = thermal::gain_difference_k(one->outputs_c), to_k = thermal::gain_difference_k(finer->outputs_c);
   const auto step = fmt::format("from {} to {} nodes", one->unknowns, finer->unknowns);
   print_figure(step + ": change of gain less non-gain areas, %", 100 * std::abs(from_k - to_k) / to_k, at_most(0.3));
-  print_figure(step + ": most that one of A to H moves, K", most_k, at_most(0.05));
+  print_figure(step + ": greatest change of A to H, K", most_k, at_most(0.05));
   return {};
 }
 
@@ -223,16 +224,17 @@ Result<void> measure_block(const ThermalBench& bench) {
   const auto block = fmt::format("block alone, {} nodes", state->unknowns);
   print_progress(
       fmt::format("{}: gain less non-gain areas {:.4f} K, tetrahedra {:.4f} K", block, difference_k, kDifference_k));
-  print_figure(block + ": gain less non-gain areas, from body-fitted tetrahedra, %",
+  print_figure(block + ": gain less non-gain areas, difference from body-fitted tetrahedra, %",
                100 * std::abs(difference_k / kDifference_k - 1), at_most(0.5));
-  print_figure(block + ": most that one of A to H is from them, K", most_k, at_most(0.02));
+  print_figure(block + ": greatest difference of A to H from them, K", most_k, at_most(0.02));
   return {};
 }
 
-constexpr int kProgrammeSeconds = 221'600;  // four cycles at 1, 2, 3 and 5 °C/min
+constexpr int kProgramSeconds = 221'600;  // four cycles at 1, 2, 3 and 5 °C/min
 
-/// Returns the paper's programme: 20 °C, then −40, 60, −40, 60 and 20 °C, two hours each, at each rate in turn.
-std::vector<double> programme_c() {
+/// Returns the air temperatures of the paper's program, °C per second: holds of two hours at 20, −40, 60, −40, 60 and
+/// 20 °C, once for each ramp rate.
+std::vector<double> program_c() {
   std::vector<double> air_c;
   double now_c = 20;
   for (const double rate_per_min : {1.0, 2.0, 3.0, 5.0}) {
@@ -260,22 +262,22 @@ double seconds_of(const thermal::ReducedModel& model, const std::vector<double>&
   return thread_seconds() - start;
 }
 
-/// Measures the reduced model over the whole programme of 61.56 h.
+/// Measures the reduced model over the whole program of 61.56 h.
 Result<void> measure_reduced(const ThermalBench& bench) {
   const auto text = read_text_file(bench.reduced);
   if (!text) return failure(text.error());
   const auto model = thermal::parse_reduced_model(*text, bench.reduced);
   if (!model) return failure(model.error());
-  const auto air_c = programme_c();
-  print_progress(fmt::format("the programme has {} s, the paper's {}", air_c.size(), kProgrammeSeconds));
+  const auto air_c = program_c();
+  print_progress(fmt::format("the program lasts {} s, that of the paper {} s", air_c.size(), kProgramSeconds));
   double coldest_c = 0;
   const auto states = fmt::format("twin of {} states", model->conduction.rows());
-  print_figure(states + ": whole programme, linear, s", seconds_of(*model, air_c, true, coldest_c), at_most(0.1));
-  print_figure(states + ": whole programme, air following its temperature, s",
+  print_figure(states + ": whole program, linear, s", seconds_of(*model, air_c, true, coldest_c), at_most(0.1));
+  print_figure(states + ": whole program, air properties at its temperature, s",
                seconds_of(*model, air_c, false, coldest_c), at_most(5));
-  print_progress(fmt::format("thermometer A comes down to {:.2f} °C", coldest_c));
-  print_figure(states + ": most apart from the full model on ramps, K", model->error.ramp_k, at_most(1e-3));
-  print_figure(states + ": most apart from the full model when switched on, K", model->error.switch_on_k,
+  print_progress(fmt::format("lowest temperature of thermometer A: {:.2f} °C", coldest_c));
+  print_figure(states + ": greatest difference from the full model on ramps, K", model->error.ramp_k, at_most(1e-3));
+  print_figure(states + ": greatest difference from the full model when switched on, K", model->error.switch_on_k,
                at_most(1e-2));
   return {};
 }
@@ -288,7 +290,7 @@ int run(int argc, char** argv) {
   const std::map<std::string, thermal::MeshSize> sizes{
       {"coarse", thermal::MeshSize::coarse}, {"medium", thermal::MeshSize::medium}, {"fine", thermal::MeshSize::fine}};
   app.add_option("--gyro", bench.gyro, "gyro file")->required();
-  app.add_option("--reduced", bench.reduced, "its reduced model");
+  app.add_option("--reduced", bench.reduced, "reduced model of the gyro");
   app.add_option("--scratch", bench.scratch, "folder for CalculiX's files");
   app.add_option("--mesh", bench.mesh, "coarse, medium or fine")->transform(CLI::CheckedTransformer(sizes));
   app.require_subcommand(1);
@@ -297,13 +299,13 @@ int run(int argc, char** argv) {
     command->callback([&chosen, section = std::move(section)] { chosen = section; });
     return command;
   };
-  add("steady", "one steady state", [&] { return measure_steady(bench); });
-  add("calculix", "the same beside CalculiX", [&] {
-    return measure_beside_calculix(bench, direct);
-  })->add_flag("--direct", direct, "its direct solver too");
-  add("mesh-step", "what a finer mesh changes", [&] { return measure_mesh_step(bench); });
-  add("block", "the block alone beside body-fitted tetrahedra", [&] { return measure_block(bench); });
-  add("twin", "the reduced twin over the whole programme", [&] { return measure_reduced(bench); });
+  add("steady", "measure one steady state", [&] { return measure_steady(bench); });
+  add("calculix", "compare the steady state with CalculiX", [&] {
+    return compare_with_calculix(bench, direct);
+  })->add_flag("--direct", direct, "also compare with its direct solver");
+  add("mesh-step", "measure the effect of a finer mesh", [&] { return measure_mesh_step(bench); });
+  add("block", "compare the block with body-fitted tetrahedra", [&] { return measure_block(bench); });
+  add("twin", "measure the reduced twin over the whole program", [&] { return measure_reduced(bench); });
   CLI11_PARSE(app, argc, argv);
   if (const auto done = chosen(); !done) {
     fmt::print(stderr, "{}\n", text(done.error()));

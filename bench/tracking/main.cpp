@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Measures bias tracking against the true bias: trains a linear model on each virtual gyro's ramp run, tracks its
-/// random run, and simulates that run again for its true bias.
+/// Measures bias tracking against the true bias. For each virtual gyro, a linear model is trained on the ramp run, and
+/// the bias is tracked over the random run. The true bias comes from a repeated simulation of the random run.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -24,7 +24,7 @@ struct Options {
   int gyros = 10;
 };
 
-/// Measured and true residual bias of one run after training on another, one row per cluster.
+/// Measured and true residual bias of one run, one row per cluster. The model was trained on another run.
 struct Residual {
   tracking::BiasNoise noise;
   data::Clusters clusters;
@@ -42,23 +42,23 @@ Result<model::Model> train_on(const std::string& path, const Options& options) {
   return model::train({*dataset}, {*clusters}, training);
 }
 
-/// Checks that the measured bias differs from the true one, which includes turn-on and wander, only by the angle random
-/// walk.
+/// Requires that the means of measured and true bias differ by no more than the angle random walk explains (6 σ). The
+/// true bias includes turn-on and wander.
 Result<void> check_truth(const tracking::BiasNoise& noise, const data::Clusters& measured, const data::Clusters& truth,
                          const std::string& path) {
   constexpr double kSigmas = 6, kSecondsPerHour = 3600;
   const double hours = static_cast<double>(measured.start_s.size()) * measured.length_s / kSecondsPerHour;
   const double apart = (measured.bias_deg_per_h - truth.bias_deg_per_h).mean();
   if (std::abs(apart) < kSigmas * noise.angle_random_walk_deg_per_sqrt_h / std::sqrt(hours)) return {};
-  return failure(
-      FaultKind::numeric, path,
-      fmt::format("the laboratory's true bias is not all of it: the measured one lies {:.2g} °/h off", apart));
+  return failure(FaultKind::numeric, path,
+                 fmt::format("the measured bias differs from the true bias of the laboratory by {:.2g} °/h", apart));
 }
 
 Result<Residual> residual_of(const std::string& rate, const std::string& random, const Options& options) {
   const auto model = train_on(rate, options);
   if (!model) return failure(model.error());
-  if (!model->residual_noise) return failure(FaultKind::usage, rate, "is too short to say how its residual wanders");
+  if (!model->residual_noise)
+    return failure(FaultKind::usage, rate, "is too short for an estimate of the residual noise");
   const auto record = record::read_record(random);
   if (!record) return failure(record.error());
   const auto bias = true_bias(*record, random);

@@ -28,7 +28,7 @@ void print_figure(const std::string& name, std::optional<double> value, Goal goa
 /// Returns the wall clock, s, from an arbitrary instant (CLOCK_MONOTONIC).
 [[nodiscard]] double wall_seconds();
 
-/// Returns the median of at least one value; for an even number, the mean of the middle two.
+/// Returns the median of at least one value. For an even number of values, this is the mean of the middle two.
 [[nodiscard]] double median(std::vector<double> values);
 
 /// Returns the median thread_seconds() of `work`. Runs `work` at least `least` times, and repeats it until it has taken

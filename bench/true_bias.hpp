@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The true bias as the reference of benchmarks.
+/// True bias as a reference for benchmarks.
 #pragma once
 
 #include <Eigen/Core>

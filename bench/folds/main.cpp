@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Compares ways of holding out data for one method on one record, by how close their error is to the error on unseen
-/// data: random clusters (which the program never offers), blocks with and without a guard, cycles, and nested cycles.
-/// Each way chooses the hyper-parameters again. The 10 random folds come from a seeded shuffle.
+/// Compares methods of holding out data: random clusters (which gyrotherm does not offer), blocks with and without a
+/// guard, cycles, and nested cycles. The better its error agrees with the error on unseen data, the better the method.
+/// Each method chooses the hyper-parameters again. The ten random folds come from a seeded shuffle.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -20,7 +20,7 @@ namespace {
 struct Options {
   std::string run, unseen, inputs = "multi-point-t", method = "svr";
   int blocks = data::kDefaultBlocks;
-  /// Number of clusters of the run to use, if above 0; the others become unseen data.
+  /// Number of clusters to use; the remaining ones become unseen data. 0: all clusters.
   Eigen::Index first = 0;
   bool quick = false;
   std::uint64_t seed = 1;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// gyrotherm-record-bench FOLDER: writes and reads the rows of the whole qualification as a record and in a plain
-/// SQLite table, and compares the costs. Plain SQLite writes in one transaction; the record also chains every row and
-/// verifies rows when reading.
+/// gyrotherm-record-bench FOLDER compares the costs of a record with those of a plain SQLite table, for the rows of the
+/// whole qualification. Plain SQLite writes the rows in one transaction. The record also chains every row and verifies
+/// the chain when it is read.
 #include <fmt/format.h>
 #include <sqlite3.h>
 

@@ -73,12 +73,13 @@ Result<void> measure_correlation(const std::vector<VirtualUnit>& units, const st
     misfit.push_back(unit.random_truth_deg_per_h - *predicted);
   }
   fmt::print(
-      "\nCorrelation of what `ridge-u` on {} leaves of the random runs, {} units:\n\n| what | n_eff, median | mean r | "
-      "r, RMS | by chance | pairs with p < 0.05 | p of all | p of the largest |\n|---|---|---|---|---|---|---|---|\n",
+      "\nCorrelation between the residuals of `ridge-u` with the inputs {} on the random runs of {} units:\n\n"
+      "| quantity | n_eff, median | mean r | r, RMS | expected by chance | pairs with p < 0.05 | p of all | "
+      "p of the largest |\n|---|---|---|---|---|---|---|---|\n",
       inputs, units.size());
   if (const auto shown = print_row("measured residual", units, unexplained); !shown) return shown;
-  if (const auto shown = print_row("its noise: measured less truth", units, noise); !shown) return shown;
-  return print_row("the rest: truth less predicted", units, misfit);
+  if (const auto shown = print_row("noise: measured minus true bias", units, noise); !shown) return shown;
+  return print_row("model error: true minus predicted bias", units, misfit);
 }
 
 }  // namespace gyrotherm::bench

@@ -75,8 +75,10 @@ Result<GapDraw> draw_gap(double correlation, std::uint64_t seed) {
 Result<void> print_gaps() {
   constexpr int kDraws = 40;
   fmt::print(
-      "\nThree axes that wander together (STD 1, noise 0.5), 80 means; the first lacks 20 in the middle, {} draws:\n\n"
-      "| correlation | p of all < 0.05 | error alone | together | less | within 2 STD |\n|---|---|---|---|---|---|\n",
+      "\nThree axes with a common wander (STD 1, noise 0.5), 80 means, {} draws. The first axis has a gap of 20 "
+      "means:\n\n"
+      "| correlation | p of all < 0.05 | error alone | together | difference | within 2 STD "
+      "|\n|---|---|---|---|---|---|\n",
       kDraws);
   for (const double correlation : kCorrelations) {
     std::vector<double> alone, together, less, held, found;
@@ -128,9 +130,9 @@ Result<PlaneDraw> draw_planes(double correlation, Eigen::Index rows, std::uint64
 Result<void> print_planes() {
   constexpr int kDraws = 400;
   fmt::print(
-      "\nPlanes of three axes in 8 inputs, slopes N(0, 1) and independent, noise of STD 2, {} draws; error of the "
-      "slopes,"
-      " RMS:\n\n| correlation of the noise | rows | separate ridges | together, Ω estimated | less | Ω known | less |\n"
+      "\nRMS error of the slopes for three axes with 8 inputs, independent slopes N(0, 1) and noise of STD 2, {} "
+      "draws:\n\n| correlation of the noise | rows | separate ridges | together, Ω estimated | difference | Ω known | "
+      "difference |\n"
       "|---|---|---|---|---|---|---|\n",
       kDraws);
   for (const double correlation : kCorrelations) {

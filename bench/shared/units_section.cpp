@@ -23,32 +23,32 @@ constexpr std::array kShownHours = {0, 1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 62}
 constexpr int kLastHour = 62;  // the whole ramp run
 
 /// Result of one method of learning from the first hours of a ramp run: the errors on the random run of the unit.
-struct Judged {
+struct MethodErrors {
   double expanded = std::numeric_limits<double>::quiet_NaN();  ///< U, root mean square
   double error{};                                              ///< true error, root mean square
   /// True error without its mean, root mean square.
   double shape{};
   /// Fraction of means with an error within U.
-  double held = std::numeric_limits<double>::quiet_NaN();
+  double within_u = std::numeric_limits<double>::quiet_NaN();
   /// Added uncertainty from the thermometers' errors after a year, k = 1.
   double drift{};
 };
 
-Judged judge(const Eigen::VectorXd& predicted, const Eigen::VectorXd& expanded, const Eigen::VectorXd& truth) {
+MethodErrors assess(const Eigen::VectorXd& predicted, const Eigen::VectorXd& expanded, const Eigen::VectorXd& truth) {
   const Eigen::VectorXd error = predicted - truth;
-  Judged judged{.error = root_mean_square(error), .shape = root_mean_square(error.array() - error.mean())};
-  if (expanded.size() == 0) return judged;
-  judged.expanded = root_mean_square(expanded);
-  judged.held = (error.cwiseAbs().array() <= expanded.array()).cast<double>().mean();
-  return judged;
+  MethodErrors errors{.error = root_mean_square(error), .shape = root_mean_square(error.array() - error.mean())};
+  if (expanded.size() == 0) return errors;
+  errors.expanded = root_mean_square(expanded);
+  errors.within_u = (error.cwiseAbs().array() <= expanded.array()).cast<double>().mean();
+  return errors;
 }
 
 /// Compared methods of learning.
-enum Way { kWithPrior, kAlone, kRidgeU, kTypeMean, kWays };
-constexpr std::array<const char*, kWays> kWayNames = {"type prior", "alone", "`ridge-u`",
-                                                      "mean of the others, own constant"};
+enum Method { kWithPrior, kAlone, kRidgeU, kTypeMean, kMethods };
+constexpr std::array<const char*, kMethods> kMethodNames = {"type prior", "alone", "`ridge-u`",
+                                                            "mean of the others, own constant"};
 
-using ByHour = std::vector<std::array<Judged, kWays>>;
+using ByHour = std::vector<std::array<MethodErrors, kMethods>>;
 
 /// Returns the clusters of the first `hours`; all clusters for kLastHour.
 data::Clusters first_hours(const data::Clusters& clusters, int hours) {
@@ -77,7 +77,8 @@ Result<double> compute_drift(const std::vector<data::Term>& terms, const Eigen::
   return std::sqrt(slopes.dot(*covariance * slopes));
 }
 
-Result<Judged> judge_prior(const population::TypePrior& prior, const data::Clusters& own, const VirtualUnit& unit) {
+Result<MethodErrors> assess_prior(const population::TypePrior& prior, const data::Clusters& own,
+                                  const VirtualUnit& unit) {
   std::vector<data::Clusters> runs;
   if (own.start_s.size() > 0) runs.push_back(own);
   const auto coefficients = learn_unit(prior, runs);
@@ -85,79 +86,80 @@ Result<Judged> judge_prior(const population::TypePrior& prior, const data::Clust
   const auto drift_k = model::drifts_between_k(unit.rate.dataset, unit.random.dataset);
   const auto predicted = predict(prior, *coefficients, unit.random.clusters, drift_k);
   if (!predicted) return failure(predicted.error());
-  auto judged = judge(predicted->bias_deg_per_h, predicted->expanded_deg_per_h, unit.random_truth_deg_per_h);
+  auto errors = assess(predicted->bias_deg_per_h, predicted->expanded_deg_per_h, unit.random_truth_deg_per_h);
   const Eigen::VectorXd slopes = careful_coefficients(prior, *coefficients).tail(prior.scaling.std.size());
   const auto drift = compute_drift(prior.terms, slopes.cwiseQuotient(prior.scaling.std.transpose()), unit);
   if (!drift) return failure(drift.error());
-  judged.drift = *drift;
-  return judged;
+  errors.drift = *drift;
+  return errors;
 }
 
-Result<Judged> judge_ridge(const population::TypePrior& type, const data::Clusters& own, const VirtualUnit& unit,
-                           const std::vector<double>& uncertainty_k) {
+Result<MethodErrors> assess_ridge(const population::TypePrior& type, const data::Clusters& own, const VirtualUnit& unit,
+                                  const std::vector<double>& uncertainty_k) {
   const auto inputs = evaluate(type.terms, own), used = evaluate(type.terms, unit.random.clusters);
   const auto covariance = data::input_covariance(type.terms, own, uncertainty_k);
   if (!inputs || !used || !covariance) return failure(FaultKind::usage, unit.name, "an input is missing");
   const auto plane = methods::penalised_plane(*inputs, own.bias_deg_per_h, *covariance);
-  auto judged = judge((*used * plane.weights).array() + plane.b, {}, unit.random_truth_deg_per_h);
+  auto errors = assess((*used * plane.weights).array() + plane.b, {}, unit.random_truth_deg_per_h);
   const auto drift = compute_drift(type.terms, plane.weights, unit);
   if (!drift) return failure(drift.error());
-  judged.drift = *drift;
-  return judged;
+  errors.drift = *drift;
+  return errors;
 }
 
 /// Assesses predictions made with the mean slopes of the type and a constant from the unit's own clusters.
-Result<Judged> judge_mean(const population::TypePrior& type, const data::Clusters& own, const VirtualUnit& unit) {
+Result<MethodErrors> assess_mean(const population::TypePrior& type, const data::Clusters& own,
+                                 const VirtualUnit& unit) {
   const auto none = learn_unit(type, {});
   if (!none) return failure(none.error());
   const population::LearntUnit& mean = *none;
   const auto here = predict(type, mean, own), there = predict(type, mean, unit.random.clusters);
   if (!here || !there) return failure(here ? there.error() : here.error());
   const double constant = own.start_s.size() > 0 ? (own.bias_deg_per_h - here->bias_deg_per_h).mean() : 0;
-  return judge(there->bias_deg_per_h.array() + constant, {}, unit.random_truth_deg_per_h);
+  return assess(there->bias_deg_per_h.array() + constant, {}, unit.random_truth_deg_per_h);
 }
 
-Result<ByHour> judge_by_hours(const population::TypePrior& type, const VirtualUnit& unit) {
+Result<ByHour> assess_by_hours(const population::TypePrior& type, const VirtualUnit& unit) {
   const auto uncertainty = model::thermometers_in_use(unit.rate.dataset).uncertainty_k;
   ByHour all;
   for (int hours = 0; hours <= kLastHour; ++hours) {
     const data::Clusters own = first_hours(unit.rate.clusters, hours);
-    std::array<Judged, kWays>& judged = all.emplace_back();
-    const auto with = judge_prior(type, own, unit);
-    const auto mean = judge_mean(type, own, unit);
+    std::array<MethodErrors, kMethods>& errors = all.emplace_back();
+    const auto with = assess_prior(type, own, unit);
+    const auto mean = assess_mean(type, own, unit);
     if (!with || !mean) return failure(with ? mean.error() : with.error());
-    judged[kWithPrior] = *with;
-    judged[kTypeMean] = *mean;
-    // Without own data, these two methods apply no compensation.
+    errors[kWithPrior] = *with;
+    errors[kTypeMean] = *mean;
+    // These two methods need own data. Without it they apply no compensation.
     if (hours == 0) {
-      judged[kAlone] = judged[kRidgeU] =
-          judge(Eigen::VectorXd::Zero(unit.random_truth_deg_per_h.size()), {}, unit.random_truth_deg_per_h);
+      errors[kAlone] = errors[kRidgeU] =
+          assess(Eigen::VectorXd::Zero(unit.random_truth_deg_per_h.size()), {}, unit.random_truth_deg_per_h);
       continue;
     }
-    const auto alone = judge_prior(uninformed_prior(type), own, unit);
-    const auto ridge = judge_ridge(type, own, unit, uncertainty);
+    const auto alone = assess_prior(uninformed_prior(type), own, unit);
+    const auto ridge = assess_ridge(type, own, unit, uncertainty);
     if (!alone || !ridge) return failure(alone ? ridge.error() : alone.error());
-    judged[kAlone] = *alone;
-    judged[kRidgeU] = *ridge;
+    errors[kAlone] = *alone;
+    errors[kRidgeU] = *ridge;
   }
   return all;
 }
 
 struct Figure {
   const char* name;
-  double Judged::*value;
+  double MethodErrors::*value;
   double scale;
 };
 constexpr std::array kFigures = {
-    Figure{"U (k = 2), 10⁻³ °/h", &Judged::expanded, 1000},
-    Figure{"error to the truth, RMS, 10⁻³ °/h", &Judged::error, 1000},
-    Figure{"the same without its mean, 10⁻³ °/h", &Judged::shape, 1000},
-    Figure{"share of errors within U, %", &Judged::held, 100},
-    Figure{"what a year of the thermometers adds (k = 1), 10⁻³ °/h", &Judged::drift, 1000}};
+    Figure{"U (k = 2), 10⁻³ °/h", &MethodErrors::expanded, 1000},
+    Figure{"error relative to the true bias, RMS, 10⁻³ °/h", &MethodErrors::error, 1000},
+    Figure{"the same without its mean, 10⁻³ °/h", &MethodErrors::shape, 1000},
+    Figure{"share of errors within U, %", &MethodErrors::within_u, 100},
+    Figure{"uncertainty from one year of thermometer drift (k = 1), 10⁻³ °/h", &MethodErrors::drift, 1000}};
 
-MeanWithError over_units(const std::vector<ByHour>& units, int hours, Way way, double Judged::*value) {
+MeanWithError over_units(const std::vector<ByHour>& units, int hours, Method method, double MethodErrors::*value) {
   std::vector<double> values;
-  for (const ByHour& unit : units) values.push_back(unit[static_cast<std::size_t>(hours)][way].*value);
+  for (const ByHour& unit : units) values.push_back(unit[static_cast<std::size_t>(hours)][method].*value);
   return with_error(values);
 }
 
@@ -167,11 +169,11 @@ void print_tables(const std::vector<ByHour>& units) {
     for (const int hours : kShownHours) fmt::print(" {} |", hours);
     fmt::print("\n|---|");
     for ([[maybe_unused]] const int hours : kShownHours) fmt::print("---|");
-    for (int way = 0; way < kWays; ++way) {
-      if (std::isnan(over_units(units, kLastHour, static_cast<Way>(way), figure.value).mean)) continue;
-      fmt::print("\n| {} |", kWayNames[static_cast<std::size_t>(way)]);
+    for (int method = 0; method < kMethods; ++method) {
+      if (std::isnan(over_units(units, kLastHour, static_cast<Method>(method), figure.value).mean)) continue;
+      fmt::print("\n| {} |", kMethodNames[static_cast<std::size_t>(method)]);
       for (const int hours : kShownHours) {
-        const auto found = over_units(units, hours, static_cast<Way>(way), figure.value);
+        const auto found = over_units(units, hours, static_cast<Method>(method), figure.value);
         if (std::isnan(found.mean)) {
           fmt::print(" – |");
         } else {
@@ -183,19 +185,19 @@ void print_tables(const std::vector<ByHour>& units) {
   }
 }
 
-/// Prints the reduction of the error by the prior, unit by unit.
+/// Prints the change of the error by the prior as a mean of paired differences between units.
 void print_differences(const std::vector<ByHour>& units) {
-  fmt::print("\n**Error with the type prior less that without, unit by unit**, 10⁻³ °/h\n\n| own hours |");
+  fmt::print("\n**Error with the type prior minus error without it, paired by unit**, 10⁻³ °/h\n\n| own hours |");
   for (const int hours : kShownHours) fmt::print(" {} |", hours);
   fmt::print("\n|---|");
   for ([[maybe_unused]] const int hours : kShownHours) fmt::print("---|");
-  for (const Way way : {kAlone, kRidgeU}) {
-    fmt::print("\n| less {} |", kWayNames[way]);
+  for (const Method method : {kAlone, kRidgeU}) {
+    fmt::print("\n| minus {} |", kMethodNames[method]);
     for (const int hours : kShownHours) {
       std::vector<double> differences;
       for (const ByHour& unit : units) {
         const auto& at = unit[static_cast<std::size_t>(hours)];
-        differences.push_back(1000 * (at[kWithPrior].error - at[way].error));
+        differences.push_back(1000 * (at[kWithPrior].error - at[method].error));
       }
       const auto found = with_error(differences);
       fmt::print(" {:+.2f} ± {:.2f} |", found.mean, found.error);
@@ -212,14 +214,14 @@ int first_hour_with(const ByHour& unit, double wanted) {
   return first;
 }
 
-/// Additional hours, averaged over the units, that a unit needs without the prior to reach the U that it has with the
-/// prior after some hours. For a unit that never reaches that U, the hour after the last is used.
+/// Additional hours that a unit needs without the prior to reach the U that it has with the prior.
 struct SavedHours {
+  /// Mean over the units. A unit that never reaches that U counts with the hour after the last one.
   MeanWithError hours;
-  int never{};  ///< units
+  int never{};  ///< units that never reach it
 };
 
-SavedHours saved_at_equal_u(const std::vector<ByHour>& units, int hours_with_prior) {
+SavedHours saved_hours_at_equal_u(const std::vector<ByHour>& units, int hours_with_prior) {
   SavedHours saved;
   std::vector<double> all;
   for (const ByHour& unit : units) {
@@ -231,13 +233,13 @@ SavedHours saved_at_equal_u(const std::vector<ByHour>& units, int hours_with_pri
   return saved;
 }
 
-/// Returns the first hour at which the mean error of another way no longer exceeds that of the prior after
+/// Returns the first hour at which the mean error of another method no longer exceeds that of the prior after
 /// `hours_with_prior` hours by more than two standard errors; −1 if there is none.
-int first_hour_as_good(const std::vector<ByHour>& units, Way way, int hours_with_prior) {
+int first_hour_as_good(const std::vector<ByHour>& units, Method method, int hours_with_prior) {
   for (int hours = 1; hours <= kLastHour; ++hours) {
     std::vector<double> more;
     for (const ByHour& unit : units)
-      more.push_back(unit[static_cast<std::size_t>(hours)][way].error -
+      more.push_back(unit[static_cast<std::size_t>(hours)][method].error -
                      unit[static_cast<std::size_t>(hours_with_prior)][kWithPrior].error);
     const auto found = with_error(more);
     if (found.mean <= 2 * found.error) return hours;
@@ -247,17 +249,17 @@ int first_hour_as_good(const std::vector<ByHour>& units, Way way, int hours_with
 
 void print_savings(const std::vector<ByHour>& units) {
   fmt::print(
-      "\n**Hours that units without the type prior need for what it gives after so many**: for equal U as a mean over "
-      "the units (who never gets there counts as {}); until the error is no longer greater by two standard errors, "
-      "unit "
-      "by unit\n\n| own hours with the prior | equal U, alone: more hours | never, of {} units | error, alone | error, "
+      "\n**Hours that a unit needs without the type prior to match the result with it.** Equal U: mean over the units; "
+      "a "
+      "unit that never reaches it counts as {} h. Error: until the paired difference is within two standard errors\n\n"
+      "| own hours with the prior | equal U, alone: more hours | never, of {} units | error, alone | error, "
       "`ridge-u` |\n|---|---|---|---|---|",
       kLastHour + 1, units.size());
   const auto cell = [](int hours, int needed) {
     return needed < 0 ? fmt::format("more than {}", kLastHour) : fmt::format("{} ({:+})", needed, needed - hours);
   };
   for (const int hours : kShownHours) {
-    const SavedHours saved = saved_at_equal_u(units, hours);
+    const SavedHours saved = saved_hours_at_equal_u(units, hours);
     fmt::print("\n| {} | {:+.1f} ± {:.1f} | {} | {} | {} |", hours, saved.hours.mean, saved.hours.error, saved.never,
                cell(hours, first_hour_as_good(units, kAlone, hours)),
                cell(hours, first_hour_as_good(units, kRidgeU, hours)));
@@ -280,10 +282,10 @@ Result<void> measure_units(const std::vector<VirtualUnit>& units, const std::str
   if (!plan->candidates.empty())
     return failure(FaultKind::usage, inputs, "selects inputs by data; expected fixed inputs");
   const auto turn_on = units.front().rate.dataset.gyro_uncertainty.turn_on_repeatability_deg_per_h;
-  std::vector<ByHour> judged;
+  std::vector<ByHour> errors;
   fmt::print(
-      "\nPriors, each of the other units:\n\n| next unit | white, wander, 10⁻³ °/h | over h | correlations drawn "
-      "to 0 as by units |\n|---|---|---|---|\n");
+      "\nPriors from the other units:\n\n| next unit | white, wander, 10⁻³ °/h | time of the wander, h | shrinkage of "
+      "the correlations, equivalent units |\n|---|---|---|---|\n");
   for (std::size_t left_out = 0; left_out < units.size(); ++left_out) {
     const auto others = others_of(units, left_out);
     const auto type = population::learn_type_prior(
@@ -296,13 +298,13 @@ Result<void> measure_units(const std::vector<VirtualUnit>& units, const std::str
                1000 * type->noise.wander_deg_per_h, type->noise.wander_time_s / kSecondsPerHour,
                type->correlations_worth_units > 0 ? fmt::format("{:.0f}", type->correlations_worth_units) : "all");
     std::fflush(stdout);
-    auto by_hours = judge_by_hours(*type, units[left_out]);
+    auto by_hours = assess_by_hours(*type, units[left_out]);
     if (!by_hours) return failure(by_hours.error());
-    judged.push_back(std::move(*by_hours));
+    errors.push_back(std::move(*by_hours));
   }
-  print_tables(judged);
-  print_differences(judged);
-  print_savings(judged);
+  print_tables(errors);
+  print_differences(errors);
+  print_savings(errors);
   return {};
 }
 

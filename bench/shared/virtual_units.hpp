@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Units of one type, each a virtual gyro with another seed: its ramp run, its random run and the true bias of the
-/// latter.
+/// Units of one type. Each is a virtual gyro with its own seed, and has a ramp run and a random run with its true bias.
 #pragma once
 
 #include <Eigen/Core>

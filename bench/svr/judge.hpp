@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Assesses a solution of any solver: computes objective, duality gap and violation in double precision from β and b
-/// only. Computes the kernel again from coordinate differences with std::exp. Does not use any value that a solver
-/// reports.
+/// Assesses the solution of any solver. Objective, duality gap and violation are computed in double precision from β
+/// and b only, with a kernel from coordinate differences and std::exp. No value that a solver reports is used.
 #pragma once
 
 #include <Eigen/Core>

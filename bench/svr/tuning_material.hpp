@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Material of the comparison: sets, their folds, and the positions of a tuning job, stored as text so that every
-/// solver receives the same positions.
+/// Material of the comparison: sets, their folds, and the positions of a tuning job. The positions are stored as text,
+/// so every solver receives the same ones.
 #pragma once
 
 #include <Eigen/Core>

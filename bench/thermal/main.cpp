@@ -42,7 +42,7 @@ struct ThermalBench {
 };
 
 struct CalculixRun {
-  Eigen::VectorXd field_c;  ///< by node of the mesh
+  Eigen::VectorXd field_c;  ///< per node of the mesh
   /// Processor time of the child, one thread.
   double user_s{};
   double peak_bytes{};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Exported C programs, compiled and run by the tests of the exports.
+/// Compiles and runs exported C programs.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@ inline constexpr const char* kCompile = "gcc -std=c99 -Wall -Wextra -Werror -ped
 
 [[nodiscard]] inline bool has_gcc() { return std::system("gcc --version > /dev/null 2>&1") == 0; }
 
-/// Temporary folder that is removed after its test.
+/// Temporary folder that is removed with the object.
 class Workplace {
  public:
   Workplace() : folder_(std::filesystem::path(testing::TempDir()) / ("gyrotherm_c_" + unique())) {

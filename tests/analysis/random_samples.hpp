@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Seeded samples for the tests of the regression methods.
+/// Random samples with fixed seeds for tests of the regression methods.
 #pragma once
 
 #include <cmath>
@@ -29,7 +29,7 @@ namespace gyrotherm::data {
   return terms;
 }
 
-/// Owner of the samples that a FitInput refers to.
+/// Owns the samples to which a FitInput refers.
 struct Samples {
   SampleMatrix x;
   Eigen::VectorXd y;
@@ -37,7 +37,7 @@ struct Samples {
   [[nodiscard]] methods::FitInput set() const { return {x, y, terms}; }
 };
 
-/// Returns samples with a smooth non-linear y in the first two inputs, plus noise.
+/// Returns samples whose y is a smooth non-linear function of the first two inputs, plus noise.
 [[nodiscard]] inline Samples bent_samples(Eigen::Index rows, Eigen::Index columns, double noise, std::uint64_t seed) {
   Samples samples{normal_matrix(rows, columns, seed), {}, letters(columns)};
   samples.y = samples.x.col(0).array().tanh() + 0.5 * samples.x.col(0).array() * samples.x.col(1).array() +
@@ -45,7 +45,7 @@ struct Samples {
   return samples;
 }
 
-/// Returns samples that are curved in the first two of three inputs, with little noise, and steep in the third.
+/// Returns samples with little noise whose y is curved in the first two inputs and steep in the third.
 [[nodiscard]] inline Samples bent_plane(Eigen::Index rows, std::uint64_t seed) {
   Samples samples = bent_samples(rows, 3, 0.05, seed);
   samples.y += 4 * samples.x.col(2);

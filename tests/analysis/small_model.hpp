@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Models small enough to write by hand.
+/// Small models with known parameters.
 #pragma once
 
 #include "analysis/model/model.hpp"
 
 namespace gyrotherm::data {
 
-/// Returns a model with two support vectors in A − B and dA/dt. Every field of its file has a value.
+/// Returns a model with the inputs A − B and dA/dt and two support vectors. Every field of its file has a value.
 [[nodiscard]] inline model::Model small_svr_model() {
   model::Model model;
   model.program_version = "0.1.0";
@@ -76,7 +76,7 @@ namespace gyrotherm::data {
   return clusters;
 }
 
-/// Returns a linear model with 0.1 °/h per kelvin of A.
+/// Returns a linear model with a slope of 0.1 °/h per kelvin of A.
 [[nodiscard]] inline model::Model small_slope_model() {
   model::Model model = small_svr_model();
   model.terms = {temperature_term("A")};

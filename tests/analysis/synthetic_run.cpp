@@ -9,7 +9,8 @@ namespace gyrotherm::data {
 namespace {
 
 constexpr int kThermometers =
-    // Thermometers A … H on a ring B–A–C–E–H–G–F–D, each in contact with its neighbours and the chamber air.
+    /// Thermometers A … H on the ring B–A–C–E–H–G–F–D. Each exchanges heat with its neighbours and with the chamber
+    /// air.
     8;
 constexpr std::array<int, kThermometers> kRing = {1, 0, 2, 4, 7, 6, 5, 3};
 constexpr std::array<double, kThermometers> kHeatCapacity = {114.5, 122.3, 114.2, 87.6,
@@ -49,7 +50,7 @@ struct Second {
   int segment, cycle;
 };
 
-/// Returns the program second by second. Adds its segments and cycles to the dataset.
+/// Returns one entry per second of the program. Adds its segments and cycles to the dataset.
 std::vector<Second> program(const SyntheticRun& run, Dataset& dataset) {
   std::vector<Second> seconds;
   double at = kStart;
@@ -82,9 +83,9 @@ Eigen::VectorXd normals(Eigen::Index count, std::mt19937_64& random) {
   return Eigen::VectorXd::NullaryExpr(count, [&] { return normal(random); });
 }
 
-/// Simulates flicker noise of a rate: white noise through the filter (1 − z⁻¹)^(−1/2) (Kasdin 1995). Its flat Allan
-/// variance is 2 ln 2/π times that of the white noise. The first half, in which the filter has too little history, is
-/// discarded.
+/// Simulates flicker noise of a rate by filtering white noise with (1 − z⁻¹)^(−1/2) (Kasdin 1995). The flat part of its
+/// Allan variance is 2 ln 2/π times the variance of the white noise. The first half is discarded, because there the
+/// filter has too little history.
 Eigen::VectorXd flicker(Eigen::Index count, std::mt19937_64& random) {
   const Eigen::Index all = 2 * count;
   Eigen::VectorXd reversed_filter(all);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Synthetic data for the tests of the analysis. They test code only and are no evidence about gyros.
+/// Synthetic data for tests of the analysis. Results on them say nothing about real gyros.
 #pragma once
 
 #include <Eigen/Core>
@@ -14,11 +14,11 @@
 
 namespace gyrotherm::data {
 
-/// Small thermal model: eight thermometers on a thermal network, a bias caused by gradients, and a program of a few
-/// hundred clusters.
+/// Parameters of a synthetic run: eight thermometers on a thermal network, a bias caused by gradients, and a program of
+/// a few hundred clusters.
 struct SyntheticRun {
   std::string run_id = "synthetic-1";
-  /// One cycle each: 20 → −20 → 50 → 20 °C.
+  /// Ramp rate of each cycle 20 → −20 → 50 → 20 °C.
   std::vector<double> cycle_rates_c_per_min = {2, 3, 4, 5};
   double hold_s = 1500;
   double noise_deg_per_h = 0.02;  ///< white, per second
@@ -29,8 +29,9 @@ struct SyntheticRun {
 
 [[nodiscard]] Dataset make_synthetic_run(const SyntheticRun& run);
 
-/// Returns the clusters with independent thermometers, which no real block has, for tests with only one correct answer.
-/// The temperatures wander about 20 °C with a STD of 10 °C, correlated over about ten clusters.
+/// Returns the clusters with independent temperatures, for tests that need a unique result. On a real block,
+/// temperatures are never independent. Each wanders about 20 °C with an STD of 10 °C and is correlated over about ten
+/// clusters.
 [[nodiscard]] inline Clusters wandering(Clusters clusters, std::uint64_t seed) {
   constexpr double kMemory = 0.9, kStd = 10, kCentre = 20;
   std::mt19937_64 random(seed);
@@ -50,7 +51,7 @@ struct SimulatedNoise {
   double Q{}, N{}, B{}, K{}, R{};
 };
 
-/// Simulates `samples` rates in °/h, each the mean over `interval_s`.
+/// Simulates `samples` rates in °/h. Each is the mean over `interval_s`.
 [[nodiscard]] Eigen::VectorXd simulate(const SimulatedNoise& noise, Eigen::Index samples, double interval_s,
                                        std::mt19937_64& random);
 

@@ -28,7 +28,7 @@ Eigen::VectorXd nist_values() {
   return values;
 }
 
-/// Computes the overlapping Allan deviation of evenly spaced values at averaging factor m.
+/// Computes the overlapping Allan deviation of evenly spaced values for the averaging factor m.
 double deviation_at(const Eigen::VectorXd& values, int m) {
   return allan_point({.interval_s = 1, .values = {values}}, m).deviation_deg_per_h;
 }
@@ -90,7 +90,7 @@ TEST(AllanCurve, AveragesSquaresOfAllStretches) {
 TEST(AllanCurve, DoesNotBridgeGaps) {
   std::mt19937_64 random(4);
   Eigen::VectorXd values = simulate({.N = 0.001}, 300, 1, random);
-  // Hides a step in the gap.
+  // Adds a step at the gap.
   values.tail(200).array() += 1000;
   Eigen::VectorXd time_s = Eigen::VectorXd::LinSpaced(300, 0, 299);
   time_s.tail(200).array() += 17;
@@ -114,8 +114,8 @@ TEST(AllanCurve, IsEmptyForTooFewSamples) {
   EXPECT_TRUE(cut_at_gaps(Eigen::Vector3d{0, 1, 2}, nothing, 1).values.empty());
 }
 
-/// Reads the rates about x, y and z from the recording of a real laser gyro unit: counts of 0.1 arcsec in 10 ms after
-/// fourteen header lines.
+/// Reads the rates about x, y and z from the recording of a real laser gyro unit. After fourteen header lines, the file
+/// has counts of 0.1 arcsec per 10 ms.
 Eigen::MatrixXd laser_gyro_rates(const std::string& file) {
   std::ifstream stream(file);
   std::string line;
@@ -151,8 +151,9 @@ RateStretches simulated(const SimulatedNoise& noise, int stretches, Eigen::Index
 
 AllanFit fitted(const RateStretches& rates) { return fit_allan(allan_curve(rates), rates); }
 
-/// Errors of a coefficient over several seeds, in standard errors. Each coefficient must be significant and within four
-/// standard errors of the true value. The spread over the seeds must match the standard errors.
+/// Collects the errors of a coefficient over several seeds, in units of its standard error. Requires that each
+/// coefficient is significant and within four standard errors of the true value. The destructor requires that the
+/// spread over the seeds matches the standard errors.
 class Pulls {
  public:
   Pulls(NoiseTerm term, double truth) : term_(term), truth_(truth) {}
@@ -240,8 +241,8 @@ TEST(AllanFit, RecoversRateRamp) {
   }
 }
 
-/// Whole pulses of 0.1 arcsec at a steady rate. Their rounding is not white noise, so the curve is not a sum of the
-/// five terms.
+/// The record has whole pulses of 0.1 arcsec at a steady rate. Rounding to pulses is not white noise, so the curve is
+/// not a sum of the five terms.
 TEST(AllanFit, RecoversAngleRandomWalkWhenPulsesBeatWithSampling) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     SCOPED_TRACE(seed);
@@ -334,14 +335,14 @@ TEST(AllanFit, FitsShortCurve) {
   }
 }
 
-/// Simulates hourly means from steps of an eighth of an hour, so that they are means of a nearly continuous walk.
-Eigen::VectorXd hourly(const SimulatedNoise& noise, Eigen::Index hours, std::mt19937_64& random) {
+/// Simulates hourly means of a nearly continuous random walk, which has eight steps per hour.
+Eigen::VectorXd hourly_means(const SimulatedNoise& noise, Eigen::Index hours, std::mt19937_64& random) {
   constexpr Eigen::Index kParts = 8;
   const Eigen::VectorXd parts = simulate(noise, kParts * hours, 3600.0 / kParts, random);
   return parts.reshaped(kParts, hours).colwise().mean().transpose();
 }
 
-/// Compares computed covariances with sample covariances over many records.
+/// Compares the computed covariances with those of a sample of many simulated records.
 TEST(AllanCovariance, MatchesSampleCovarianceOfManyRecords) {
   const std::vector<SimulatedNoise> noises = {{.N = 1}, {.Q = 1}, {.N = 0.2, .K = 1}, {.B = 1}, {.N = 1, .R = 4}};
   constexpr int kRecords = 3000;
@@ -351,7 +352,7 @@ TEST(AllanCovariance, MatchesSampleCovarianceOfManyRecords) {
     RateStretches rates{.interval_s = 3600, .values = {}};
     Eigen::MatrixXd variances;
     for (int record = 0; record < kRecords; ++record) {
-      rates.values = {hourly(noise, 40, random), hourly(noise, 24, random)};
+      rates.values = {hourly(noise, 40, random), hourly_means(noise, 24, random)};
       const AllanCurve curve = allan_curve(rates);
       variances.conservativeResize(static_cast<Eigen::Index>(curve.size()), kRecords);
       for (std::size_t k = 0; k < curve.size(); ++k) {

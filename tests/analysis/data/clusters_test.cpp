@@ -11,7 +11,7 @@
 namespace gyrotherm::data {
 namespace {
 
-/// Returns `rows` seconds of one thermometer that warms by 0.6 °C/min. The bias equals the time in s.
+/// Returns `rows` seconds of one thermometer that warms at 0.6 °C/min, with a bias that equals the time in s.
 Dataset ramp(Eigen::Index rows) {
   Dataset dataset;
   dataset.path = "ramp.db";

@@ -11,8 +11,8 @@
 namespace gyrotherm::data {
 namespace {
 
-/// Returns four seconds: two in a hold, two in a ramp. There is one thermometer, and the gyro counts 10, 12, 20, 20
-/// pulses of 0.5".
+/// Returns a record of four seconds with one thermometer. The first two seconds are a hold, the others a ramp. The gyro
+/// counts 10, 12, 20 and 20 pulses of 0.5".
 record::Record four_seconds() {
   record::Record record;
   record.info.id = "r";
@@ -162,7 +162,8 @@ TEST(Dataset, ListsGaps) {
   EXPECT_EQ(to_dataset(record).gaps_s.front(), (std::pair{10.0, 20.0}));
 }
 
-/// Returns a record of the unit of four_seconds() and of one with two axes, its own temperature and a current.
+/// Returns a record of two units: the one of four_seconds(), and one that has two axes and measures its own temperature
+/// and a current.
 record::Record two_units() {
   record::Record record = four_seconds();
   record.info.thermometers = {{"A", "probe", {0.25}}, {"B", "probe", {}}, {"air", "probe", {}}};

@@ -11,7 +11,7 @@ namespace gyrotherm::data {
 namespace {
 
 TEST(ChiSquared, MatchesPublishedTables) {
-  // Values exceeded with these probabilities: Abramowitz and Stegun, table 26.8.
+  // Percentage points from Abramowitz and Stegun, table 26.8.
   EXPECT_NEAR(chi_squared_exceeds(3.84146, 1), 0.05, 1e-6);
   EXPECT_NEAR(chi_squared_exceeds(18.3070, 10), 0.05, 1e-6);
   EXPECT_NEAR(chi_squared_exceeds(31.4104, 20), 0.05, 1e-6);
@@ -54,8 +54,8 @@ TEST(NoncentralChiSquared, IsSquareOfShiftedNormalForOneDegreeOfFreedom) {
   }
 }
 
-/// Checks the closed form for three degrees of freedom: the density of the root r for mean m is (r/m)(φ(r − m) − φ(r +
-/// m)).
+/// For three degrees of freedom and a mean of length m, the square root r of χ² has the density
+/// (r/m)(φ(r − m) − φ(r + m)).
 TEST(NoncentralChiSquared, MatchesClosedFormForThreeDegreesOfFreedom) {
   const auto normal = [](double x) { return std::exp(-0.5 * x * x) / std::sqrt(2 * std::numbers::pi); };
   for (const double mean : {0.2, 2.0, 11.0}) {
@@ -81,7 +81,7 @@ TEST(StudentsT, MatchesPublishedCoverageFactors) {
   struct Published {
     double degrees_of_freedom, factor_90, factor_95, factor_99;
   };
-  // GUM (JCGM 100:2008), table G.2.
+  // From GUM (JCGM 100:2008), table G.2.
   constexpr Published kTable[] = {{1, 6.31, 12.71, 63.66},         {2, 2.92, 4.30, 9.92},  {3, 2.35, 3.18, 5.84},
                                   {5, 2.02, 2.57, 4.03},           {10, 1.81, 2.23, 3.17}, {16, 1.75, 2.12, 2.92},
                                   {30, 1.70, 2.04, 2.75},          {50, 1.68, 2.01, 2.68}, {100, 1.660, 1.984, 2.626},

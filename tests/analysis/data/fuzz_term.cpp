@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Fuzzes the parser of terms. Any input must give a term or a fault, and a term must be parsed again from its own
-/// text.
+/// Fuzzes the parser of terms. A parsed term must be parsed again from its own text.
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -21,8 +20,8 @@ void read(const std::string& typed) {
   if (!again || *again != *term) std::abort();
 }
 
-/// Composes text from pieces of the grammar, so that many inputs are nearly terms.
-std::string pieced_together(const std::uint8_t* data, std::size_t size) {
+/// Composes a text from pieces of the grammar, so many inputs are nearly valid.
+std::string compose_term(const std::uint8_t* data, std::size_t size) {
   constexpr std::array kPieces = {"A", "B", "die", "die-cap", "x*y", "z", "-", "*", "^2", "^3", "rate:", "cap"};
   std::string typed;
   for (std::size_t i = 0; i < size && i < 9; ++i) typed += kPieces[data[i] % kPieces.size()];
@@ -33,6 +32,6 @@ std::string pieced_together(const std::uint8_t* data, std::size_t size) {
 
 FUZZ_TARGET(term, const std::uint8_t* data, std::size_t size) {
   read({reinterpret_cast<const char*>(data), size});
-  for (std::size_t length = 1; length <= 9 && length <= size; ++length) read(pieced_together(data, length));
+  for (std::size_t length = 1; length <= 9 && length <= size; ++length) read(compose_term(data, length));
   return 0;
 }

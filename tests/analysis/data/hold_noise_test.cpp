@@ -44,7 +44,7 @@ TEST(NoiseFloor, IgnoresSteadyDrift) {
   EXPECT_NEAR(noise_floor(clusters, {kHoldSegment}).deg_per_h, floor.deg_per_h, 1e-12);
 }
 
-/// Simulates holds of ten minutes in which the bias still decays by 7 % from mean to mean, as in a random program.
+/// As in a random program, the holds last ten minutes, and the bias still decays by 7 % between successive means.
 TEST(NoiseFloor, IsUnbiasedOnShortDriftingHolds) {
   constexpr int kHolds = 400, kMeans = 6;
   Clusters clusters = noisy_clusters(kHolds * kMeans, 0.002);
@@ -62,7 +62,8 @@ TEST(NoiseFloor, IsUnbiasedOnShortDriftingHolds) {
   EXPECT_GT(std::sqrt(first_differences / (kHolds * (kMeans - 1))), 1.05 * 0.002) << "first differences are biased";
 }
 
-/// More than half of the noise of a mean is quantisation for a pulse of 1″. Neighbouring means share it.
+/// For a pulse of 1″, more than half of the noise of a mean is quantisation, which is correlated between adjacent
+/// means.
 TEST(NoiseFloor, CorrectsForQuantisationOfPulses) {
   constexpr Eigen::Index kMeans = 34;
   constexpr double kPulse_arcsec = 1, kLength_s = 100;
@@ -89,7 +90,7 @@ TEST(NoiseFloor, CorrectsForQuantisationOfPulses) {
   }
 }
 
-/// An imported ramp of 2000 s that fits a straight line exactly must not give an over-fit warning.
+/// An imported ramp of 2000 s that is an exact straight line must not cause an over-fit warning.
 TEST(NoiseFloor, IsMissingWithoutHolds) {
   Clusters ramp = noisy_clusters(20, 0.002);
   ramp.segment.setConstant(-1);
@@ -152,7 +153,7 @@ TEST(OverFit, ExpectsFloorReducedByParameters) {
   EXPECT_TRUE(std::isnan(expected_in_sample_std(floor, std::nan(""), 2000)));
 }
 
-/// Least squares with p parameters on white noise leaves a residual of floor·√(1 − p/n).
+/// A least-squares fit of p parameters to white noise has a residual of floor·√(1 − p/n).
 TEST(OverFit, ExpectsResidualOfLeastSquares) {
   constexpr Eigen::Index kRows = 400, kParameters = 100;
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
@@ -188,8 +189,8 @@ TEST(OverFit, GivesNoWarningWithoutFloor) {
   EXPECT_FALSE(over_fit_warning({.std = 0, .count = 10}, none, 3));
 }
 
-/// Returns holds of two hours with ramps of half an hour between them: white noise in the last hour of each hold, and a
-/// steep slope elsewhere.
+/// Returns holds of two hours with ramps of half an hour between them. The last hour of each hold has white noise; the
+/// bias has a steep slope elsewhere.
 Dataset quiet_hours(int holds, double N, std::uint64_t seed) {
   constexpr Eigen::Index kHold = 7200, kRamp = 1800, kQuiet = 3600;
   std::mt19937_64 random(seed);
@@ -294,7 +295,7 @@ TEST(HoldNoise, UsesSampleIntervalOfRecord) {
   EXPECT_NEAR(n.value, 0.01, 4 * n.error);
 }
 
-/// A model that removes the steep slope must leave only the noise.
+/// After compensation of the steep slope, only the noise must remain.
 TEST(HoldNoise, ExcludesCompensatedPart) {
   Dataset dataset = quiet_hours(3, 3e-4, 5);
   const Eigen::VectorXd slope = 1e-5 * dataset.time_s;

@@ -31,7 +31,7 @@ TEST(InputCovariance, PropagatesLastMeanToRateAndLag) {
   EXPECT_EQ(covariance(0, 1), 0);
 }
 
-/// The errors are small compared with the temperatures, so that products are nearly linear.
+/// The errors are small relative to the temperatures, so products of temperatures are nearly linear in them.
 TEST(InputCovariance, MatchesSimulatedThermometerErrors) {
   const std::vector<Term> terms = {temperature_term("A"), gradient_term("A", "B"),
                                    temperature_term("A") * temperature_term("A"),

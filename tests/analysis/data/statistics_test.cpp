@@ -121,7 +121,7 @@ TEST(Figures, HaveNoErrorBarWithoutEffectiveNumber) {
   EXPECT_TRUE(std::isnan(mean_error(compute_figures(Eigen::Vector3d{1, 2, 4}))));
 }
 
-/// A single value has no scatter; its error must not be 0.
+/// A single value has no scatter, but its error must not be reported as 0.
 TEST(Figures, HaveNoErrorBarForSingleValue) {
   const Figures figures = compute_figures(Eigen::VectorXd::Constant(1, 0.5), [] {
     Clusters clusters;

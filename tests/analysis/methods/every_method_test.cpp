@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Tests for every method in the table.
+/// Tests that apply to every method in the table of methods.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -20,8 +20,7 @@ MethodOptions quick_options(int threads = 0) {
   return options;
 }
 
-/// Returns samples with a temperature, its square and cube, a gradient and rates, so that every method finds usable
-/// inputs.
+/// Returns samples with inputs for every method: a temperature, its square and cube, a gradient and rates.
 data::Samples all_kinds_of_terms(Eigen::Index rows) {
   data::Samples samples = data::bent_samples(rows, 5, 0.1, 11);
   const data::Term t = data::temperature_term("A"), rate = data::rate_term("A");

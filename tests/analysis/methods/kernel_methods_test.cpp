@@ -132,13 +132,13 @@ TEST(GaussianProcess, GivesIrrelevantInputLongLength) {
   EXPECT_NE(fit->particulars.find("predictive standard deviation"), std::string::npos);
 }
 
-/// Returns the samples with thermometer errors, largest for A.
-FitInput in_error(const data::Samples& samples) {
+/// Returns the samples as fit input with thermometer uncertainties. That of A is the largest.
+FitInput uncertain_input(const data::Samples& samples) {
   Eigen::MatrixXd covariance = Eigen::VectorXd::LinSpaced(samples.x.cols(), 0.05, 0.01).asDiagonal();
   return {samples.x, samples.y, samples.terms, covariance};
 }
 
-/// Posterior of the process from the full covariance of all samples, plane and Gaussians.
+/// Posterior of the process (plane and Gaussians) from the full covariance matrix of all samples.
 struct DensePosterior {
   Eigen::VectorXd mean, variance;
 };
@@ -163,23 +163,23 @@ TEST(GaussianProcess, MatchesMeanAndVarianceOfFullPosterior) {
     SCOPED_TRACE(seed);
     const data::Samples samples = data::bent_samples(kVarianceCentres, 3, 0.1, seed);
     const data::SampleMatrix at = 2 * data::normal_matrix(40, 3, seed + 99);
-    const auto fit = fit_gaussian_process(in_error(samples), {}, {});
+    const auto fit = fit_gaussian_process(uncertain_input(samples), {}, {});
     ASSERT_TRUE(fit && fit->variance);
-    const DensePosterior expected = dense(in_error(samples), *fit->variance, at);
+    const DensePosterior expected = dense(uncertain_input(samples), *fit->variance, at);
     EXPECT_LT((value_of(fit->function, at) - expected.mean).cwiseAbs().maxCoeff(), 1e-6);
     const Eigen::VectorXd variance = variance_of(*fit->variance, at);
     EXPECT_LT(((variance - expected.variance).array() / expected.variance.array()).abs().maxCoeff(), 1e-3);
   }
 }
 
-/// The variance from sixty samples must be close to that from all samples.
+/// The stored variance uses sixty samples. It must be close to the variance from all samples, and not below it.
 TEST(GaussianProcess, StoresVarianceNotBelowFullPosterior) {
   const data::Samples samples = data::bent_samples(300, 2, 0.1, 8);
-  const auto fit = fit_gaussian_process(in_error(samples), {}, {});
+  const auto fit = fit_gaussian_process(uncertain_input(samples), {}, {});
   ASSERT_TRUE(fit && fit->variance);
   EXPECT_LE(fit->variance->centres.rows(), kVarianceCentres);
   const data::SampleMatrix at = data::normal_matrix(100, 2, 9);
-  const Eigen::VectorXd whole = dense(in_error(samples), *fit->variance, at).variance,
+  const Eigen::VectorXd whole = dense(uncertain_input(samples), *fit->variance, at).variance,
                         stored = variance_of(*fit->variance, at);
   EXPECT_GT((stored.array() / whole.array()).minCoeff(), 0.9);
   EXPECT_LT(stored.mean(), 4 * whole.mean());

@@ -142,7 +142,7 @@ TEST(RadialBasisNetwork, FitsSumOfOwnUnits) {
   }
 }
 
-/// For a plane, the widest units have the lowest error outside the training data.
+/// The widest units extrapolate a plane with the lowest error.
 TEST(RadialBasisNetwork, ChoosesWideUnitsForPlane) {
   data::Samples samples{data::normal_matrix(200, 3, 7), {}, data::letters(3)};
   samples.y = samples.x.col(0) - 0.5 * samples.x.col(2) + 0.01 * data::normal_vector(200, 8);
@@ -152,7 +152,7 @@ TEST(RadialBasisNetwork, ChoosesWideUnitsForPlane) {
 }
 
 TEST(RadialBasisNetwork, ChoosesOnlyCentresAllowedByFolds) {
-  // Each fold trains on 27 samples, too few for 40 and 80 centres.
+  // Each fold has 27 training samples, which are too few for 40 or 80 centres.
   const data::Samples samples = data::bent_samples(36, 2, 0.05, 3);
   const auto choice = choose_radial_basis(folds_of(samples, 4), {}, {});
   ASSERT_TRUE(choice);

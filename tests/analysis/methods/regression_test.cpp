@@ -52,7 +52,7 @@ TEST(Polynomial, IsLimitedToOrderOfInputs) {
   EXPECT_EQ(value_of(choice->parameters, "rate terms"), 0);
 }
 
-/// Computes the partial F of adding `input` from two plain regressions.
+/// Computes the partial F of an added input from two ordinary regressions.
 double partial_f(const data::Samples& samples, std::vector<Eigen::Index> columns, Eigen::Index input) {
   const auto rss = [&](const std::vector<Eigen::Index>& taken) {
     Eigen::MatrixXd design(samples.x.rows(), static_cast<Eigen::Index>(taken.size()) + 1);
@@ -99,7 +99,7 @@ TEST(Stepwise, EndsWhenNoInputEntersOrLeaves) {
   }
 }
 
-// D, nearly the sum of A and B, enters first and is redundant once both have entered.
+/// D is nearly the sum of A and B. It enters first and becomes redundant when both have entered.
 TEST(Stepwise, DropsInputReplacedByLaterOnes) {
   data::Samples samples{data::normal_matrix(200, 4, 3), {}, data::letters(4)};
   samples.x.col(3) = samples.x.col(0) + samples.x.col(1) + 0.5 * data::normal_vector(200, 4);
@@ -214,7 +214,8 @@ TEST(HeldOut, SkipsCandidateThatCannotBeTrained) {
   EXPECT_EQ(held_out_errors(folds, 3, all_fail, {}, {}).error().where, "a method");
 }
 
-/// Thermometer calibration of GUM, JCGM 100:2008, H.3: corrections, °C, at temperatures minus 20 °C.
+/// Calibration of a thermometer from GUM, JCGM 100:2008, H.3: corrections in °C as a function of the temperature minus
+/// 20 °C.
 TEST(CoefficientVariance, MatchesThermometerExampleOfGum) {
   Eigen::MatrixXd temperature(11, 1);
   temperature << 1.521, 2.012, 2.512, 3.003, 3.507, 3.999, 4.513, 5.002, 5.503, 6.010, 6.511;
@@ -241,7 +242,7 @@ TEST(CoefficientVariance, MatchesSimulatedErrorOfPlane) {
                            elsewhere = 4 * data::bent_samples(50, kInputs, 0, 2).x;
   const std::vector<data::Term> terms = data::bent_samples(1, kInputs, 0, 1).terms;
   constexpr double kNoise = 0.3;
-  // A penalty requires weights drawn from its prior.
+  // With a penalty, the formula is valid for weights that are drawn from the corresponding prior.
   for (const double lambda : {0.0, 0.02}) {
     SCOPED_TRACE(lambda);
     double squares = 0, variances = 0;

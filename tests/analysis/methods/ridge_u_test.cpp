@@ -45,7 +45,7 @@ TEST(RidgeU, EqualsLeastSquaresForExactInputs) {
   EXPECT_NEAR(ridge->effective_parameters, 4, 1e-10);
 }
 
-/// Trains on exact samples and evaluates on readings with errors. The plane must have the lowest error of all planes.
+/// The plane is trained on exact samples and used with erroneous readings. Any other plane must have a larger error.
 TEST(RidgeU, HasLowestErrorOnReadingsWithErrors) {
   const Eigen::Index rows = 400;
   data::Samples samples{data::normal_matrix(rows, 3, 1), {}, data::letters(3)};
@@ -90,8 +90,8 @@ TEST(RidgeU, DependsOnlyOnSpanOfTerms) {
   EXPECT_LT((*predict(*plain, clusters) - *predict(*turned, clusters)).cwiseAbs().maxCoeff(), 1e-9);
 }
 
-/// Twenty-eight gradients of eight thermometers, and one thermometer. Large weights that cancel would cause large
-/// errors when one input is clamped to the end of its range.
+/// The inputs are one temperature and all 28 gradients of eight thermometers, which are dependent. Large weights that
+/// cancel would cause large errors when one input is clamped to its range.
 TEST(RidgeU, HasSmallWeightsForDependentTerms) {
   const data::Dataset dataset = data::make_synthetic_run({});
   model::TrainingOptions options;

@@ -11,9 +11,9 @@
 namespace gyrotherm::methods {
 namespace {
 
-/// Returns clusters with a bias that follows A with a time constant of 1200 s and B with one of 9600 s, plus a small
-/// direct effect of each.
-data::Clusters with_two_states(const data::Dataset& dataset) {
+/// Returns clusters whose bias follows A with a time constant of 1200 s and B with one of 9600 s. Both also have a
+/// small immediate effect.
+data::Clusters clusters_with_two_states(const data::Dataset& dataset) {
   data::Clusters clusters = *make_clusters(dataset);
   const std::vector<data::Term> terms = {data::lag_term(1200, "A"), data::lag_term(9600, "B"),
                                          data::temperature_term("A"), data::temperature_term("B")};
@@ -30,7 +30,7 @@ bool has(const model::Model& model, double time_constant_s) {
 
 TEST(StateSpace, FindsTimeConstantsOfStates) {
   const data::Dataset dataset = data::make_synthetic_run({});
-  const data::Clusters clusters = with_two_states(dataset);
+  const data::Clusters clusters = clusters_with_two_states(dataset);
   model::TrainingOptions options;
   options.method = "state-space";
   const auto model = train({dataset}, {clusters}, options);

@@ -27,7 +27,7 @@ TEST(ForwardPrediction, KeepsConstantAndFirstValues) {
 TEST(ForwardPrediction, MatchesFormula) {
   const Eigen::VectorXd values = (Eigen::VectorXd(4) << 1, 2, 4, 3).finished();
   const Eigen::VectorXd predicted = forward_prediction(values, {.order = 2, .step = 0.5});
-  // Here a = (½, ½), e = 2.5 and Σy² = 5, so µ e/Σy² = 0.25.
+  // For this input a = (½, ½), e = 2.5 and Σy² = 5, so µ e/Σy² = 0.25.
   EXPECT_DOUBLE_EQ(predicted(2), 1.5);
   const double a1 = 0.5 + 0.25 * 2, a2 = 0.5 + 0.25 * 1;
   EXPECT_DOUBLE_EQ(predicted(3), a1 * 4 + a2 * 2);
@@ -55,7 +55,7 @@ TEST(ForwardPrediction, RemovesNoiseFromConstantBias) {
   }
 }
 
-/// Returns two folds with 2100 training rows each, of a smooth function with noise.
+/// Returns two folds of a smooth function with noise. Each has 2100 training rows.
 std::vector<Fold> large_folds() {
   std::vector<Fold> folds(2);
   for (Fold& fold : folds) {

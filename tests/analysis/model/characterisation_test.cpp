@@ -14,29 +14,29 @@
 namespace gyrotherm::model {
 namespace {
 
-/// A run with holds of two hours between −20 and 50 °C and a bias that the test chooses.
-struct MadeToOrder {
+/// Run with holds of two hours between −20 and 50 °C. Each test supplies its bias.
+struct RunWithGivenBias {
   data::Dataset dataset = data::make_synthetic_run({.cycle_rates_c_per_min = {1, 2}, .hold_s = 7200});
   data::Clusters clusters = *make_clusters(dataset);
   Eigen::VectorXd temperature_c = clusters.temperature_c.rowwise().mean();
   Eigen::VectorXd rate_k_per_min = clusters.rate_c_per_min.rowwise().mean();
 
-  /// Characterises the run with this bias before compensation and none after it.
-  [[nodiscard]] Characterisation found(const Eigen::VectorXd& bias) {
+  /// Characterises the run for this bias before compensation and a bias of 0 after it.
+  [[nodiscard]] Characterisation characterise(const Eigen::VectorXd& bias) {
     clusters.bias_deg_per_h = bias;
     return characterise(dataset, clusters, Eigen::VectorXd::Zero(bias.size()));
   }
 };
 
-/// Returns the rate with 0 instead of the NaN of the first cluster.
-Eigen::VectorXd known_rate(const MadeToOrder& run) {
+/// Returns the rate of the first thermometer, with 0 instead of NaN in the first cluster.
+Eigen::VectorXd known_rate(const RunWithGivenBias& run) {
   return run.rate_k_per_min.unaryExpr([](double rate) { return std::isfinite(rate) ? rate : 0; });
 }
 
 TEST(Characterisation, RecoversSensitivitiesOfSyntheticBias) {
-  MadeToOrder run;
+  RunWithGivenBias run;
   const Eigen::VectorXd linear = 0.01 + 3e-4 * (run.temperature_c.array() - 20);
-  const Characterisation result = run.found(linear + 2e-3 * known_rate(run));
+  const Characterisation result = run.characterise(linear + 2e-3 * known_rate(run));
   EXPECT_NEAR(result.ramp.before.value, 2e-3, 1e-8);
   EXPECT_LT(result.ramp.before.u, 1e-6);
   EXPECT_NEAR(result.temperature.before.value, 3e-4, 1e-5) << "residual warming during a hold is excluded";
@@ -44,7 +44,7 @@ TEST(Characterisation, RecoversSensitivitiesOfSyntheticBias) {
   EXPECT_NEAR(result.temperature.after.value, 0, 1e-12);
 
   const Eigen::VectorXd gradient = run.clusters.temperature_c.col(0) - run.clusters.temperature_c.col(6);
-  const Characterisation of_gradient = run.found(4e-3 * gradient);
+  const Characterisation of_gradient = run.characterise(4e-3 * gradient);
   EXPECT_EQ(of_gradient.gradient, "A-G");
   EXPECT_NEAR(of_gradient.of_gradient.before.value, 4e-3, 1e-8);
 }
@@ -55,13 +55,14 @@ Eigen::VectorXd noise_of(const Eigen::VectorXd& like, unsigned seed) {
   return Eigen::VectorXd::NullaryExpr(like.size(), [&] { return normal(generator); });
 }
 
-/// Warm-up of 0.05 °/h with a time constant of 10 min: within 0.002 °/h of the final value after 32 min.
+/// The bias warms up by 0.05 °/h with a time constant of 10 min. After 32 min it is within 0.002 °/h of its final
+/// value.
 TEST(Characterisation, ReportsWarmUpTime) {
   for (unsigned seed = 1; seed <= 20; ++seed) {
     SCOPED_TRACE(seed);
-    MadeToOrder run;
+    RunWithGivenBias run;
     const Eigen::VectorXd warm_up = 0.05 * (-(run.clusters.start_s.array() - run.clusters.start_s(0)) / 600).exp();
-    const Characterisation result = run.found(warm_up + noise_of(warm_up, seed));
+    const Characterisation result = run.characterise(warm_up + noise_of(warm_up, seed));
     ASSERT_EQ(result.warm_ups.size(), 1u);
     EXPECT_EQ(result.warm_ups[0].set_point_c, 20);
     EXPECT_NEAR(result.warm_ups[0].within.before.value, 0.002, 0.0004);
@@ -71,23 +72,23 @@ TEST(Characterisation, ReportsWarmUpTime) {
 }
 
 TEST(Characterisation, ReportsUnknownWarmUpTimeWhileGyroSettles) {
-  MadeToOrder run;
+  RunWithGivenBias run;
   const Eigen::VectorXd warm_up = 0.05 * (-(run.clusters.start_s.array() - run.clusters.start_s(0)) / 7200).exp();
-  const Characterisation result = run.found(warm_up + noise_of(warm_up, 1));
+  const Characterisation result = run.characterise(warm_up + noise_of(warm_up, 1));
   ASSERT_EQ(result.warm_ups.size(), 1u);
   EXPECT_TRUE(std::isnan(result.warm_ups[0].seconds.before.value));
 }
 
-/// A partial record that begins with an inner hold does not make that hold a start. Neither does one that enters the
-/// first hold late but keeps enough of it to be stabilised.
+/// The first hold of a partial record is not a start of the gyro. This applies to later holds, and to the real first
+/// hold if the record begins too late in it.
 TEST(Characterisation, FindsNoStartInPartialRecord) {
-  MadeToOrder run;
+  RunWithGivenBias run;
   const data::Clusters whole = run.clusters;
   const auto starts_from = [&](Eigen::Index first) {
     std::vector<Eigen::Index> rows(static_cast<std::size_t>(whole.start_s.size() - first));
     std::iota(rows.begin(), rows.end(), first);
     run.clusters = pick(whole, rows);
-    return run.found(noise_of(run.clusters.start_s, 7)).warm_ups.size();
+    return run.characterise(noise_of(run.clusters.start_s, 7)).warm_ups.size();
   };
   EXPECT_EQ(starts_from(0), 1u);
   EXPECT_EQ(starts_from(1), 1u) << "the first cluster of a record may lack a reading";
@@ -103,10 +104,10 @@ TEST(Characterisation, FindsNoStartInPartialRecord) {
 }
 
 TEST(Characterisation, ComputesTurnOnScatterOfThreeStarts) {
-  MadeToOrder run;
+  RunWithGivenBias run;
   std::vector<Characterisation> starts;
   for (const double turn_on : {-0.002, 0.0, 0.002})
-    starts.push_back(run.found(noise_of(run.temperature_c, 7).array() + turn_on));
+    starts.push_back(run.characterise(noise_of(run.temperature_c, 7).array() + turn_on));
   EXPECT_TRUE(turn_on_scatter({starts[0], starts[1]}).empty()) << "two starts are too few";
   const auto found = turn_on_scatter(starts);
   ASSERT_EQ(found.size(), 1U);
@@ -116,17 +117,17 @@ TEST(Characterisation, ComputesTurnOnScatterOfThreeStarts) {
   EXPECT_NEAR(found.front().std_after_deg_per_h, 0, 1e-12);
 }
 
-/// Biases are not comparable if a record's reference is the mean of its own first hold, or if only one of the
-/// references includes the Earth rate.
+/// Biases of two records are comparable only if both have the same reference. They are not if a reference is the mean
+/// of the record's own first hold, or if only one of the references includes the Earth rate.
 TEST(Characterisation, IgnoresStartsWithDifferentBiasReferences) {
-  MadeToOrder run;
+  RunWithGivenBias run;
   const auto starts_of = [&](const std::vector<std::string>& zeros, bool own) {
     std::vector<Characterisation> starts;
     for (const std::string& zero : zeros) {
       run.dataset.bias_zero = zero;
       run.dataset.has_own_reference = own;
       run.dataset.run_id = "run " + std::to_string(starts.size());
-      starts.push_back(run.found(noise_of(run.temperature_c, 7)));
+      starts.push_back(run.characterise(noise_of(run.temperature_c, 7)));
     }
     return turn_on_scatter(starts);
   };
@@ -135,34 +136,34 @@ TEST(Characterisation, IgnoresStartsWithDifferentBiasReferences) {
   EXPECT_EQ(starts_of({"nothing removed", "nothing removed", "nothing removed"}, false).size(), 1U);
 }
 
-/// 19.74 and 19.76 °C are on both sides of a rounding boundary of 0.5 K.
+/// A boundary of rounding to 0.5 K is between 19.74 and 19.76 °C.
 TEST(Characterisation, PoolsNearlyEqualSetPoints) {
-  MadeToOrder run;
+  RunWithGivenBias run;
   std::vector<Characterisation> starts;
   for (const double set_point_c : {19.74, 19.76, 19.8}) {
     run.dataset.segments.front().target = Celsius{set_point_c};
-    starts.push_back(run.found(noise_of(run.temperature_c, 7)));
+    starts.push_back(run.characterise(noise_of(run.temperature_c, 7)));
   }
   const auto found = turn_on_scatter(starts);
   ASSERT_EQ(found.size(), 1U);
   EXPECT_EQ(found.front().set_point_c, 19.74) << "the first requested set point";
 }
 
-/// At 0.01 °/h per K, pooled starts at −40 and −39.5 °C would have a scatter of 0.003 °/h without any real one.
+/// With a slope of 0.01 °/h per K, pooling the starts at −40 and −39.5 °C would simulate a scatter of 0.003 °/h.
 TEST(Characterisation, SeparatesSetPointsHalfAKelvinApart) {
-  MadeToOrder run;
+  RunWithGivenBias run;
   std::vector<Characterisation> starts;
   for (const double set_point_c : {-40.0, -40.0, -39.5, -39.5}) {
     run.dataset.segments.front().target = Celsius{set_point_c};
     run.dataset.run_id = "run " + std::to_string(starts.size());
-    starts.push_back(run.found(noise_of(run.temperature_c, 7)));
+    starts.push_back(run.characterise(noise_of(run.temperature_c, 7)));
   }
   EXPECT_TRUE(turn_on_scatter(starts).empty()) << "each set point has two starts, and three are required";
 }
 
 /// The unit is off during the holds at −20 °C and is switched on again in the holds at 50 °C.
 TEST(Characterisation, ComputesTurnOnScatterWithinOneRecord) {
-  MadeToOrder run;
+  RunWithGivenBias run;
   run.dataset = data::make_synthetic_run({.cycle_rates_c_per_min = {1, 2, 2}, .hold_s = 7200});
   run.clusters = *make_clusters(run.dataset);
   Eigen::VectorXd bias(run.clusters.start_s.size());
@@ -170,7 +171,7 @@ TEST(Characterisation, ComputesTurnOnScatterWithinOneRecord) {
   auto& segments = run.dataset.segments;
   for (std::size_t s = 1; s < segments.size(); ++s)
     segments[s - 1].unit.off = segments[s].hold && segments[s].target == Celsius{50};
-  const Characterisation result = run.found(bias + 1e-6 * noise_of(bias, 3));
+  const Characterisation result = run.characterise(bias + 1e-6 * noise_of(bias, 3));
   ASSERT_EQ(result.warm_ups.size(), 4u) << "one at the start of the run and three later ones";
   EXPECT_EQ(result.warm_ups[0].segment, 0);
   EXPECT_EQ(result.warm_ups[1].set_point_c, 50);
@@ -180,16 +181,16 @@ TEST(Characterisation, ComputesTurnOnScatterWithinOneRecord) {
   EXPECT_NEAR(found[0].std_before_deg_per_h, 1e-3, 1e-8) << "0, 1, 2";
 }
 
-/// The rig file states 10 °/h and the axis has 10.002 °/h. The subtraction leaves ±0.002 °/h.
+/// The rig file states an Earth rate of 10 °/h, but the axis has 10.002 °/h. After subtraction ±0.002 °/h remain.
 TEST(Characterisation, SeparatesBiasFromEarthRateByTurning) {
-  MadeToOrder run;
+  RunWithGivenBias run;
   run.dataset.earth_rate_deg_per_h = 10;
   auto& segments = run.dataset.segments;
   for (std::size_t s = segments.size() / 2; s < segments.size(); ++s) segments[s].unit.turned = true;
   Eigen::VectorXd bias(run.clusters.start_s.size());
   for (Eigen::Index k = 0; k < bias.size(); ++k)
     bias(k) = 0.05 + (segments[static_cast<std::size_t>(run.clusters.segment(k))].unit.turned ? -0.002 : 0.002);
-  const Characterisation result = run.found(bias);
+  const Characterisation result = run.characterise(bias);
   ASSERT_EQ(result.two_position.size(), 3u) << "one each at -20, 20 and 50 °C";
   EXPECT_TRUE(result.stabilised.back().turned);
   EXPECT_FALSE(result.stabilised.front().turned);
@@ -206,28 +207,28 @@ TEST(Characterisation, SeparatesBiasFromEarthRateByTurning) {
   EXPECT_EQ(result.two_position[1].turned, 2);
 }
 
-/// Compares the stated u with the scatter over many draws. u is half of the root sum of squares of the two positions'
-/// u, each from two holds whose scatter may exceed their noise; the mean square of the greater of both is 1.48 times
-/// that of the noise.
+/// Compares the stated u with the scatter over many draws. u is half of the root sum of squares of the uncertainties in
+/// both positions. The uncertainty of a position is the greater of the noise and the scatter of its two holds. Its mean
+/// square is 1.48 times that of the noise.
 TEST(Characterisation, StatesUncertaintyOfTwoPositionBias) {
-  MadeToOrder run;
+  RunWithGivenBias run;
   auto& segments = run.dataset.segments;
   for (std::size_t s = segments.size() / 2; s < segments.size(); ++s) segments[s].unit.turned = true;
   double squares = 0, variance = 0;
   constexpr int kDraws = 200;
   for (int draw = 0; draw < kDraws; ++draw) {
-    const Characterisation result = run.found(noise_of(run.temperature_c, static_cast<unsigned>(draw)));
+    const Characterisation result = run.characterise(noise_of(run.temperature_c, static_cast<unsigned>(draw)));
     squares += std::pow(result.two_position[1].earth_rate.before.value, 2);
     variance += std::pow(result.two_position[1].earth_rate.before.u, 2);
   }
   EXPECT_NEAR(std::sqrt(squares / variance), std::sqrt(1 / 1.48), 0.12);
-  EXPECT_TRUE(std::isnan(run.found(run.temperature_c).two_position[1].stated_earth_rate_deg_per_h));
+  EXPECT_TRUE(std::isnan(run.characterise(run.temperature_c).two_position[1].stated_earth_rate_deg_per_h));
 }
 
-/// The holds of one position, before and after the other position, have 0 and 0.004 °/h. Their mean has u = 0.002 °/h;
-/// half of it enters the Earth rate.
+/// The first position has two holds, one before and one after the holds of the other position, with a bias of 0 and
+/// 0.004 °/h. Their mean has u = 0.002 °/h, of which half contributes to the Earth rate.
 TEST(Characterisation, IncreasesUncertaintyForDriftBetweenTurns) {
-  MadeToOrder run;
+  RunWithGivenBias run;
   auto& segments = run.dataset.segments;
   int holds_at_20 = 0;
   Eigen::VectorXd bias = Eigen::VectorXd::Zero(run.clusters.start_s.size());
@@ -239,28 +240,28 @@ TEST(Characterisation, IncreasesUncertaintyForDriftBetweenTurns) {
       if (run.clusters.segment(k) == static_cast<int>(s) && holds_at_20 == 2) bias(k) = 0.004;
   }
   ASSERT_EQ(holds_at_20, 4);
-  const Characterisation result = run.found(bias);
+  const Characterisation result = run.characterise(bias);
   ASSERT_EQ(result.two_position.size(), 1u);
   EXPECT_NEAR(result.two_position[0].earth_rate.before.value, 0.001, 1e-12);
   EXPECT_NEAR(result.two_position[0].earth_rate.before.u, 0.001, 1e-12);
 }
 
 TEST(Characterisation, ExcludesResidualEarthRateFromSlope) {
-  MadeToOrder run;
+  RunWithGivenBias run;
   auto& segments = run.dataset.segments;
   for (std::size_t s = segments.size() / 2; s < segments.size(); ++s) segments[s].unit.turned = true;
   Eigen::VectorXd bias = 1e-4 * run.temperature_c;
   for (Eigen::Index k = 0; k < bias.size(); ++k)
     bias(k) += segments[static_cast<std::size_t>(run.clusters.segment(k))].unit.turned ? -10 : 10;
-  const Characterisation result = run.found(bias);
+  const Characterisation result = run.characterise(bias);
   EXPECT_NEAR(result.temperature.before.value, 1e-4, 1e-9);
   EXPECT_EQ(result.temperature.before.degrees_of_freedom, static_cast<double>(result.stabilised.size()) - 3);
-  EXPECT_NEAR(run.found(bias + 2e-3 * known_rate(run)).ramp.before.value, 2e-3, 1e-8);
+  EXPECT_NEAR(run.characterise(bias + 2e-3 * known_rate(run)).ramp.before.value, 2e-3, 1e-8);
 }
 
 TEST(Characterisation, ReportsBiasAtEachStabilisedTemperature) {
-  MadeToOrder run;
-  const Characterisation result = run.found(1e-3 * run.temperature_c);
+  RunWithGivenBias run;
+  const Characterisation result = run.characterise(1e-3 * run.temperature_c);
   ASSERT_EQ(result.stabilised.size(), 8U) << "one for each of the four set points in a cycle";
   EXPECT_EQ(result.statement, "last hour of 8 holds of 1.5 h or more");
   const double set_points_c[] = {20, -20, 50, 20};
@@ -274,11 +275,11 @@ TEST(Characterisation, ReportsBiasAtEachStabilisedTemperature) {
   }
 }
 
-/// A bias component that depends on the sign of the rate: +h while the block heats, −h while it cools.
+/// The bias has a hysteresis component: +h while the block heats and −h while it cools.
 TEST(Characterisation, FindsHysteresisWidth) {
-  MadeToOrder run;
+  RunWithGivenBias run;
   const Eigen::VectorXd loop = known_rate(run).unaryExpr([](double rate) { return rate > 0 ? 8e-4 : -8e-4; });
-  const Characterisation result = run.found(loop);
+  const Characterisation result = run.characterise(loop);
   ASSERT_FALSE(result.hysteresis.empty());
   for (const HysteresisPoint& point : result.hysteresis) {
     EXPECT_NEAR(point.width.before.value, 1.6e-3, 1e-12) << point.temperature_c;
@@ -289,13 +290,14 @@ TEST(Characterisation, FindsHysteresisWidth) {
   EXPECT_EQ(widest({}, &BeforeAfter::before), nullptr);
 }
 
-/// A pass that begins or ends inside a span has another mean temperature there than one that crosses it.
+/// A pass that begins or ends inside a temperature span has a different mean temperature there than one that crosses
+/// the span. For a bias with a slope, this must not be mistaken for hysteresis.
 TEST(Characterisation, FindsNoHysteresisForSlope) {
-  MadeToOrder run;
+  RunWithGivenBias run;
   const Eigen::VectorXd bias = 1e-3 * (run.temperature_c.array() - 20);
   const double noise = 0.0019;
   int points = 0;
-  for (const HysteresisPoint& point : run.found(bias + noise_of(bias, 5)).hysteresis) {
+  for (const HysteresisPoint& point : run.characterise(bias + noise_of(bias, 5)).hysteresis) {
     const double of_noise = noise * std::sqrt(1.0 / point.heating + 1.0 / point.cooling);
     EXPECT_NEAR(point.width.before.value, 0, 4 * of_noise) << point.temperature_c;
     EXPECT_LT(point.width.before.u, 3 * of_noise) << point.temperature_c;
@@ -314,16 +316,16 @@ Eigen::VectorXd draw_wander(const Eigen::VectorXd& like, std::uint64_t seed) {
       like.size(), [&] { return value = kMemory * value + std::sqrt(1 - kMemory * kMemory) * normal(generator); });
 }
 
-/// A pass through 10 K lasts 20 min here: twelve correlated clusters. Counting them as independent would underestimate
-/// u of the width by a factor of three.
+/// A pass through 10 K takes 20 min and has twelve correlated clusters. If they were treated as independent, u of the
+/// width would be too small by a factor of three.
 TEST(Characterisation, StatesUncertaintyOfHysteresisWidth) {
-  MadeToOrder run;
+  RunWithGivenBias run;
   run.dataset = data::make_synthetic_run({.cycle_rates_c_per_min = {0.5, 0.5, 0.5}, .hold_s = 7200});
   run.clusters = *make_clusters(run.dataset);
   double squares = 0, variance = 0, freedom = 0, clusters = 0;
   int points = 0;
   for (std::uint64_t seed = 1; seed <= 100; ++seed) {
-    for (const HysteresisPoint& point : run.found(draw_wander(run.clusters.start_s, seed)).hysteresis) {
+    for (const HysteresisPoint& point : run.characterise(draw_wander(run.clusters.start_s, seed)).hysteresis) {
       if (point.heating < 30 || point.cooling < 30) continue;
       squares += std::pow(point.width.before.value, 2);
       variance += std::pow(point.width.before.u, 2);
@@ -337,12 +339,12 @@ TEST(Characterisation, StatesUncertaintyOfHysteresisWidth) {
   EXPECT_LT(freedom, 0.5 * clusters);
 }
 
-/// A drift during the last hour of a hold has little more than one effective value; with white noise all values are
-/// independent.
+/// If the bias drifts during the last hour of a hold, the effective number of values is little more than one. For white
+/// noise all values are independent.
 TEST(Characterisation, CountsOnlyIndependentValuesAsDegreesOfFreedom) {
-  MadeToOrder run;
-  const Characterisation drifting = run.found(1e-6 * run.clusters.start_s);
-  const Characterisation white = run.found(noise_of(run.temperature_c, 4));
+  RunWithGivenBias run;
+  const Characterisation drifting = run.characterise(1e-6 * run.clusters.start_s);
+  const Characterisation white = run.characterise(noise_of(run.temperature_c, 4));
   for (const StabilisedBias& hold : drifting.stabilised) EXPECT_LT(hold.bias.before.degrees_of_freedom, 5);
   for (std::size_t k = 0; k < white.retrace.size(); ++k) {
     const auto freedom_of = [&](int segment) {
@@ -357,10 +359,10 @@ TEST(Characterisation, CountsOnlyIndependentValuesAsDegreesOfFreedom) {
 }
 
 TEST(Characterisation, FindsRetraceError) {
-  MadeToOrder run;
+  RunWithGivenBias run;
   Eigen::VectorXd bias = Eigen::VectorXd::Zero(run.temperature_c.size());
   for (Eigen::Index k = 0; k < bias.size(); ++k) bias(k) = 1e-3 * run.clusters.segment(k);
-  const Characterisation result = run.found(bias);
+  const Characterisation result = run.characterise(bias);
   ASSERT_EQ(result.retrace.size(), 3U) << "20 °C has four holds, and thus three pairs";
   for (const Retrace& retrace : result.retrace) {
     EXPECT_EQ(retrace.set_point_c, 20);
@@ -380,7 +382,7 @@ TEST(Characterisation, StatesThatRecordHasNoLongHold) {
 }
 
 TEST(Characterisation, ReportsUnknownValuesWhereModelRefuses) {
-  MadeToOrder run;
+  RunWithGivenBias run;
   Eigen::VectorXd residual = run.clusters.bias_deg_per_h;
   residual.tail(5).setConstant(std::nan(""));
   const Characterisation result = characterise(run.dataset, run.clusters, residual);
@@ -408,8 +410,8 @@ TEST(RobustFit, EqualsWhiteEstimatorForReachZero) {
   EXPECT_LT((fit.u - u).cwiseAbs().maxCoeff(), 1e-12);
 }
 
-/// Input and noise are both correlated in time. Standard errors for independent clusters would be several times too
-/// small.
+/// Both input and noise are correlated in time. Standard errors that assume independent clusters would be several times
+/// too small.
 TEST(RobustFit, StatesUncertaintyForCorrelatedNeighbours) {
   constexpr Eigen::Index kRows = 1500;
   constexpr int kSeeds = 100;
@@ -435,7 +437,7 @@ TEST(RobustFit, StatesUncertaintyForCorrelatedNeighbours) {
   EXPECT_LT(std::sqrt(naive / squares), 0.5);
 }
 
-/// Rows that are farther apart than the reach are independent.
+/// Rows count as independent if they are farther apart than the reach.
 TEST(RobustFit, IgnoresProductsAcrossGaps) {
   const Eigen::MatrixXd x = Eigen::MatrixXd::Ones(4, 1);
   const Eigen::Vector4d y{1, 1, -1, -1};

@@ -51,7 +51,7 @@ std::ifstream answers_of(const Workplace& place, const fusion::Geometry& geometr
   return place.read("out");
 }
 
-/// Draws rates of tens of °/h; every third reading has a hop of one axis, every 17th is incomplete.
+/// Draws readings for rates of tens of °/h. Every third reading has a hop of one axis, and every 17th lacks an axis.
 Eigen::MatrixXd drawn_readings(const fusion::Geometry& geometry) {
   constexpr int kCount = 300;
   fusion::Draws draws(5);

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Parses arbitrary bytes as a model file. The result is a model or a fault, and a parsed model is written equally
-/// twice.
+/// Parses arbitrary bytes as a model file. A parsed model must be the same after it is written and read again.
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>

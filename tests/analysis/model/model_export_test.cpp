@@ -58,7 +58,7 @@ struct Answer {
   double bias{};
 };
 
-/// Returns the answers of the exported program to these lines. Its self-test must pass.
+/// Returns the results that the exported program prints for these lines. Requires that its self-test passes.
 std::vector<Answer> answers_in_c(const Model& model, const std::string& lines) {
   const Workplace place;
   const auto program = to_c(model, "gyro");
@@ -143,8 +143,8 @@ Model trained_model() {
   return *model;
 }
 
-/// Returns a model with products that are recomputed from their factors outside the range.
-Model model_of_remade_products() {
+/// Returns a model with products, which are recomputed from their factors outside the trained range.
+Model model_with_recomputed_products() {
   Model model = small_bent_plane_model();
   const data::Term a = data::temperature_term("A"), b = data::gradient_term("A", "B");
   model.terms = {a, b, a * b, a * a * data::rate_term("A")};
@@ -161,7 +161,7 @@ Model model_of_remade_products() {
   return model;
 }
 
-/// Returns a model with a stream that is led by half a cluster.
+/// Returns a model whose stream is extrapolated by half a cluster.
 Model led_model() {
   Model model = small_bent_plane_model();
   model.latency = {.lag_s = 50, .lagging_rms_deg_per_h = 0.01, .led_rms_deg_per_h = 0.001, .is_led = true};
@@ -169,7 +169,7 @@ Model led_model() {
 }
 
 std::vector<Model> models() {
-  return {model_of_remade_products(),
+  return {model_with_recomputed_products(),
           led_model(),
           data::small_svr_model(),
           small_linear_model(),

@@ -120,8 +120,9 @@ TEST(ModelFile, NamesLineAndColumnOfASyntaxError) {
   EXPECT_EQ(model.error().where, "m.json:2:12");
 }
 
-/// Returns a model file with a reversed range, which would move every value of that input to the same end.
-std::string with_range_reversed(Model model) {
+/// Returns a model file with minimum and maximum of an input exchanged. Clamping to such a range would set every value
+/// to the same limit.
+std::string model_file_with_reversed_range(Model model) {
   std::swap(model.input_min(1), model.input_max(1));
   return to_json(model);
 }
@@ -134,7 +135,7 @@ TEST(ModelFile, NamesPathOfInvalidContent) {
               {replaced(good, "\"method\": \"svr\"", "\"method\": \"magic\""), "method"},
               {replaced(good, "\"form\": \"svr\"", "\"form\": \"magic\""), "function.form"},
               {replaced(good, "\"gradient\"", "\"slope\""), "terms[0].factors[0].kind"},
-              {with_range_reversed(data::small_svr_model()), "terms[1].max"},
+              {model_file_with_reversed_range(data::small_svr_model()), "terms[1].max"},
               {replaced(good, "\"b\": 0.125", "\"b\": null"), "function.b"},
               {replaced(good, "\"b\": 0.125,", ""), "function.b"},
               {replaced(good, "\"sigma\": 1.25", "\"sigma\": 0"), "function.parameters.sigma"},
@@ -197,15 +198,17 @@ TEST(ModelFile, ReportsFaultForTruncatedOrCorruptFile) {
     EXPECT_FALSE(model_from_json(json, "m.json"));
 }
 
-/// Inputs outside the small model's range: A − B in [−1, 1] and dA/dt in [−5, 5].
+/// Returns inputs of which the second to fourth row are outside the range of the small model: A − B in [−1, 1] and
+/// dA/dt in [−5, 5].
 data::SampleMatrix two_outside() { return (data::SampleMatrix(4, 2) << 0.5, 1, 1.5, 1, 0, -7.5, -1, 5).finished(); }
 
-/// Predicts under a policy.
+/// Predicts the bias with a policy for inputs outside the range.
 Eigen::VectorXd predicted_under(Outside policy, const Model& model, const data::SampleMatrix& inputs) {
   return predict(model, within_range(model, inputs, policy));
 }
 
-/// The means are 0.1 and 0. Row 1 moves by 0.9/1.4 of the way; row 2 by 2/3, so that A − B is 0.1 − 2/30.
+/// The training means are 0.1 and 0. Row 1 keeps 0.9/1.4 of its distance from the mean. Row 2 keeps 2/3, so its A − B
+/// is 0.1 − 2/30.
 TEST(TrainedRange, MovesTheBoundedPointTowardsTheTrainingMean) {
   const Model model = data::small_svr_model();
   const RangedInputs ranged = within_range(model, two_outside(), Outside::continued);
@@ -216,8 +219,8 @@ TEST(TrainedRange, MovesTheBoundedPointTowardsTheTrainingMean) {
   EXPECT_TRUE(ranged.excess.isApprox(Eigen::Vector4d(0, 0.25, 0.25, 0)));
 }
 
-/// Returns a model with opposite slopes of ± 0.01 °/h per K: only the difference of the thermometers matters, and it
-/// stays at 1 K.
+/// Returns a model with slopes of +0.01 and −0.01 °/h per K. Its bias depends only on the difference of the
+/// thermometers.
 Model opposed_slopes() {
   Model model = data::small_svr_model();
   model.terms = {data::temperature_term("A"), data::temperature_term("B")};
@@ -243,7 +246,7 @@ TEST(TrainedRange, KeepsDifferenceOfThermometersOutsideTogether) {
                                             .widths = Eigen::VectorXd::Ones(1),
                                             .weights = Eigen::VectorXd::Ones(1),
                                             .slope = Eigen::Vector2d{0.01, -0.01}};
-  // The point moves 34/48 of the way from 20 and 20: B reaches its limit first, at 54.
+  // The point keeps 34/48 of its distance from (20, 20), because B reaches its limit of 54 first.
   const double a = 49.0 * 34 / 48, b = 34;
   EXPECT_NEAR(predicted_under(Outside::continued, beside, hot)(1), 0.01 + std::exp(-(a * a + b * b) / 2e4), 1e-15);
 }

@@ -15,7 +15,7 @@ namespace {
 data::Clusters clusters_of(const data::SyntheticRun& run) { return *make_clusters(make_synthetic_run(run)); }
 
 /// Sets a bias that depends on a single thermometer.
-void drive_by(data::Clusters& clusters, Eigen::Index thermometer, std::uint64_t seed) {
+void set_bias_of_thermometer(data::Clusters& clusters, Eigen::Index thermometer, std::uint64_t seed) {
   // A random stream that is independent of the temperatures.
   std::mt19937_64 random(1000 + seed);
   std::normal_distribution<double> noise(0, 1e-3);
@@ -24,7 +24,7 @@ void drive_by(data::Clusters& clusters, Eigen::Index thermometer, std::uint64_t 
   for (double& bias : clusters.bias_deg_per_h) bias += noise(random);
 }
 
-/// Returns the clusters with only these thermometers; a thermometer may occur twice.
+/// Returns the clusters with only these thermometers. A thermometer may be listed twice.
 data::Clusters reduced(const data::Clusters& from, const std::vector<Eigen::Index>& columns) {
   data::Clusters clusters = from;
   clusters.thermometers.clear();
@@ -39,7 +39,7 @@ TEST(Placement, EliminatesOnlyRelevantThermometerLast) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     data::Clusters clusters = wandering(clusters_of({.hold_s = 1000}), seed);
     const Eigen::Index driver = seed % 8;
-    drive_by(clusters, driver, seed);
+    set_bias_of_thermometer(clusters, driver, seed);
     const auto placement = study_placement({clusters}, {});
     ASSERT_TRUE(placement) << text(placement.error());
     ASSERT_EQ(placement->elimination.size(), 7u);
@@ -82,7 +82,7 @@ TEST(Placement, OrdersStepsConsistently) {
   EXPECT_EQ(placement->all.price_deg_per_h, 0);
 }
 
-/// Adds values of the gyro itself: its temperature, which is sometimes missing, and a count.
+/// Adds two values measured by the gyro: its temperature, which is sometimes missing, and a count.
 data::Clusters with_own_values(const data::Clusters& from) {
   data::Clusters clusters = reduced(from, {0, 3, 6, 6, 6});
   clusters.thermometers[3] = "self";

@@ -16,7 +16,7 @@ namespace {
 
 constexpr double kTurnOn_deg_per_h = 2e-4;
 
-/// Returns a run of one unit of a type: the synthetic run with the unit's own constant and slopes of A − B … A − H.
+/// Returns the synthetic run of one unit of a type. Each unit has its own constant and its own slopes of A − B … A − H.
 data::Dataset run_of_unit(std::uint64_t unit, std::uint64_t run = 0) {
   data::Dataset dataset =
       data::make_synthetic_run({.run_id = "unit " + std::to_string(unit) + " run " + std::to_string(run),
@@ -46,7 +46,7 @@ const BudgetRow& row(const Model& model, Source source) {
   return *std::ranges::find(model.uncertainty->budget.rows, source, &BudgetRow::source);
 }
 
-bool warns_of(const Model& model, const std::string& what) {
+bool has_warning(const Model& model, const std::string& what) {
   return std::ranges::any_of(model.warnings, [&](const std::string& w) { return w.find(what) != w.npos; });
 }
 
@@ -175,26 +175,26 @@ TEST_F(TypePriorTraining, RoundTripsModelFile) {
 }
 
 TEST_F(TypePriorTraining, WarnsIfPriorContainsSameGyro) {
-  EXPECT_FALSE(warns_of(*trained_on(60), "counts twice"));
+  EXPECT_FALSE(has_warning(*trained_on(60), "counts twice"));
   const data::Dataset known = run_of_unit(3, 1);
   const auto model = train_with_prior(prior_, {known}, {*make_clusters(known)}, {.folds = {}, .program_version = {}});
   ASSERT_TRUE(model) << text(model.error());
-  EXPECT_TRUE(warns_of(*model, "counts twice"));
+  EXPECT_TRUE(has_warning(*model, "counts twice"));
   population::TypePrior named = prior_;
   named.units[2] = "the third";
   const auto trained = [&] {
     return *train_with_prior(named, {known}, {*make_clusters(known)}, {.folds = {}, .program_version = {}});
   };
-  EXPECT_FALSE(warns_of(trained(), "counts twice")) << "identity unknown";
+  EXPECT_FALSE(has_warning(trained(), "counts twice")) << "identity unknown";
   named.records = {{.name = "the third", .run_id = "another", .identity = known.identity}};
-  EXPECT_TRUE(warns_of(trained(), "counts twice")) << "the identity decides, not the name";
+  EXPECT_TRUE(has_warning(trained(), "counts twice")) << "the identity decides, not the name";
   named.records = {{.name = "the third", .run_id = known.run_id}};
-  EXPECT_TRUE(warns_of(trained(), "counts twice")) << "the same run";
+  EXPECT_TRUE(has_warning(trained(), "counts twice")) << "the same run";
   data::Dataset real = own_;
   real.simulated = false;
   const auto mixed = train_with_prior(prior_, {real}, {clusters_}, {.folds = {}, .program_version = {}});
   ASSERT_TRUE(mixed) << text(mixed.error());
-  EXPECT_TRUE(warns_of(*mixed, "SIMULATED"));
+  EXPECT_TRUE(has_warning(*mixed, "SIMULATED"));
 }
 
 TEST_F(TypePriorTraining, RefusesUnsuitableRecords) {

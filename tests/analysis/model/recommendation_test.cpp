@@ -11,7 +11,8 @@ namespace gyrotherm::model {
 namespace {
 
 TEST(Recommendation, SelectsSimplestWithinOneStandardError) {
-  // The MSE of "small" is above the lowest by 1, 0 and −0.5: 0.17 ± 0.44. That of "tiny" is above it by 3 on each.
+  // The MSE of "small" exceeds that of the best model by 1, 0 and −0.5: 0.17 ± 0.44. That of "tiny" exceeds it by 3 on
+  // each record.
   const Recommendation found =
       recommend({{"large", 9000, {4, 5, 6}}, {"small", 20, {5, 5, 5.5}}, {"tiny", 5, {7, 8, 9}}});
   EXPECT_EQ(found.lowest, "large");
@@ -25,7 +26,7 @@ TEST(Recommendation, SelectsSimplestWithinOneStandardError) {
   EXPECT_FALSE(found.candidates[2].within);
 }
 
-/// An error common to all models of a record, such as a turn-on bias, does not hide that one model is always worse.
+/// An error that all models of a record share, such as the turn-on bias, does not hide that one model is always worse.
 TEST(Recommendation, ComparesRecordByRecord) {
   const Recommendation found = recommend({{"large", 9000, {1, 100, 10000}}, {"small", 20, {1.1, 100.1, 10000.1}}});
   EXPECT_EQ(found.recommended, "large");

@@ -18,7 +18,7 @@ data::SampleMatrix random_rows(Eigen::Index rows, Eigen::Index columns, std::uin
   return data::SampleMatrix::NullaryExpr(rows, columns, [&] { return normal(generator); });
 }
 
-/// Returns a model with A and B as inputs, which permits any input values, and random vectors and weights.
+/// Returns a model of A and B with random vectors and weights, and with a range that permits any input.
 Model model_of(std::uint64_t seed) {
   Model model = data::small_svr_model();
   model.terms = {data::temperature_term("A"), data::temperature_term("B")};
@@ -28,7 +28,7 @@ Model model_of(std::uint64_t seed) {
   return model;
 }
 
-/// Returns the model of random vectors as an expansion with lengths.
+/// Returns a model with random vectors as an expansion with one length per input.
 Model expansion_of(std::uint64_t seed) {
   Model model = model_of(seed);
   const auto svr = std::get<methods::SvrModel>(model.function);
@@ -48,7 +48,7 @@ data::Clusters clusters_of(Eigen::Index rows, std::uint64_t seed) {
   return clusters;
 }
 
-/// A sum of Gaussians: centres divided by the lengths, weights and width.
+/// Sum of Gaussians: centres (divided by the lengths), weights and width.
 struct Sum {
   data::SampleMatrix centres;
   Eigen::VectorXd weights;
@@ -156,7 +156,7 @@ TEST(ReducedSet, ChangesNoPredictionByMoreThanItsBound) {
 TEST(ReducedSet, ProjectsOntoKeptVectors) {
   const Model model = model_of(3);
   const Model smaller = reduced(model, clusters_of(30, 3), {.vectors = 12});
-  // The change vanishes at each kept centre, whose coordinates are the scaled inputs.
+  // The change is 0 at each kept centre. The coordinates of a centre are the scaled inputs.
   const Sum kept = sum_of(smaller);
   data::Clusters at_centres = clusters_of(12, 1);
   for (Eigen::Index i = 0; i < 12; ++i) {

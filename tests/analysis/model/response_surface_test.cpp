@@ -31,9 +31,9 @@ TEST(ResponseSurface, RecoversAQuadraticFunction) {
   }
 }
 
-/// Predicts with the normal equations of the definition.
-Eigen::VectorXd by_definition(const svm::SampleMatrix& x, const Eigen::VectorXd& y, const svm::SampleMatrix& test,
-                              double lambda) {
+/// Predicts the targets with ridge regression on standardised products, as defined by the normal equations.
+Eigen::VectorXd predict_by_definition(const svm::SampleMatrix& x, const Eigen::VectorXd& y,
+                                      const svm::SampleMatrix& test, double lambda) {
   const auto standardised = [](const svm::SampleMatrix& from, const svm::SampleMatrix& values) {
     const Eigen::RowVectorXd mean = from.colwise().mean();
     const Eigen::RowVectorXd std =
@@ -59,7 +59,7 @@ TEST(ResponseSurface, EqualsRidgeRegressionOnStandardisedProducts) {
   const Eigen::VectorXd y = random_matrix(random, 30, 1);
   const Eigen::MatrixXd predicted = surface_predictions(x, y, test, kSurfaceLambdas);
   for (std::size_t l = 0; l < kSurfaceLambdas.size(); ++l) {
-    EXPECT_LT((predicted.col(l) - by_definition(x, y, test, kSurfaceLambdas[l])).cwiseAbs().maxCoeff(), 1e-8)
+    EXPECT_LT((predicted.col(l) - predict_by_definition(x, y, test, kSurfaceLambdas[l])).cwiseAbs().maxCoeff(), 1e-8)
         << kSurfaceLambdas[l];
   }
 }

@@ -16,7 +16,7 @@ namespace {
 
 const std::vector<std::string> kEightNames = {"A", "B", "C", "D", "E", "F", "G", "H"};
 
-/// Returns Table 3 of the paper, above the diagonal: A-B, A-C … G-H.
+/// Returns the upper triangle of Table 3 of the paper: A-B, A-C … G-H.
 std::vector<double> table_3() {
   return {.939, .938, .913, .938, .912, .935, .942,  //
           .781, .888, .898, .902, .913, .739,        //
@@ -33,7 +33,8 @@ std::vector<std::string> texts(const std::vector<data::Term>& terms) {
   return words;
 }
 
-Selection of_table_3(double threshold, int least_rank = 1) {
+/// Selects pairs by the correlations of Table 3.
+Selection select_from_table_3(double threshold, int least_rank = 1) {
   return select_by_correlation(data::all_gradients(kEightNames), table_3(), threshold, least_rank);
 }
 
@@ -48,8 +49,9 @@ data::TrainingSet training_set_of(data::Clusters clusters) {
   return {std::move(clusters), std::move(folds)};
 }
 
-/// Returns independent temperatures with a bias of two gradients, one of them squared, and white noise.
-data::TrainingSet made_of_two_gradients(std::uint64_t seed) {
+/// Returns independent temperatures, and a bias that depends on one gradient and on the square of another, plus white
+/// noise.
+data::TrainingSet bias_from_two_gradients(std::uint64_t seed) {
   data::Clusters clusters = data::wandering(*data::make_clusters(data::make_synthetic_run({.hold_s = 1000})), seed);
   const data::SampleMatrix x = *evaluate({data::gradient_term("A", "D"), data::gradient_term("C", "F")}, clusters);
   // A random stream that is independent of the temperatures.
@@ -61,7 +63,7 @@ data::TrainingSet made_of_two_gradients(std::uint64_t seed) {
 }
 
 TEST(Selection, ReproducesThirteenPairsOfPaper) {
-  const Selection selection = of_table_3(0.90);
+  const Selection selection = select_from_table_3(0.90);
   EXPECT_EQ(texts(selection.terms), (std::vector<std::string>{"A-B", "A-C", "A-D", "A-E", "A-F", "A-G", "A-H", "B-F",
                                                               "B-G", "C-H", "D-E", "D-G", "G-H"}));
   EXPECT_EQ(selection.rank, 7);
@@ -69,7 +71,7 @@ TEST(Selection, ReproducesThirteenPairsOfPaper) {
 }
 
 TEST(Selection, FallsBackToDifferencesWithFirstThermometer) {
-  const Selection selection = of_table_3(0.95);
+  const Selection selection = select_from_table_3(0.95);
   EXPECT_EQ(texts(selection.terms), (std::vector<std::string>{"A-B", "A-C", "A-D", "A-E", "A-F", "A-G", "A-H"}));
   EXPECT_TRUE(selection.fallback);
   EXPECT_NE(selection.statement.find("0 of 28"), std::string::npos) << selection.statement;
@@ -77,8 +79,8 @@ TEST(Selection, FallsBackToDifferencesWithFirstThermometer) {
 }
 
 TEST(Selection, FallsBackIfTooFewDimensionsRemain) {
-  EXPECT_FALSE(of_table_3(0.941).fallback) << "only A-H exceeds the limit";
-  EXPECT_TRUE(of_table_3(0.941, 2).fallback);
+  EXPECT_FALSE(select_from_table_3(0.941).fallback) << "only A-H exceeds the limit";
+  EXPECT_TRUE(select_from_table_3(0.941, 2).fallback);
 }
 
 TEST(Selection, IgnoresSignOfCorrelation) {
@@ -97,7 +99,7 @@ TEST(Selection, SelectsAnyKindOfInputByCorrelation) {
 TEST(ForwardSelection, FindsInputsOfBias) {
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
-    const auto selection = select_forward({}, data::all_gradients(kEightNames), made_of_two_gradients(seed), 12);
+    const auto selection = select_forward({}, data::all_gradients(kEightNames), bias_from_two_gradients(seed), 12);
     ASSERT_TRUE(selection);
     std::vector<std::string> taken = texts(selection->terms);
     std::ranges::sort(taken);
@@ -107,18 +109,18 @@ TEST(ForwardSelection, FindsInputsOfBias) {
 
 TEST(ForwardSelection, AddsNothingToSufficientInputs) {
   const auto selection = select_forward({data::gradient_term("A", "D"), data::gradient_term("C", "F")}, temperatures(),
-                                        made_of_two_gradients(3), 12);
+                                        bias_from_two_gradients(3), 12);
   ASSERT_TRUE(selection);
   EXPECT_TRUE(selection->terms.empty()) << selection->statement;
 }
 
 TEST(ForwardSelection, LimitsNumberOfInputs) {
-  const auto selection = select_forward({}, data::all_gradients(kEightNames), made_of_two_gradients(1), 1);
+  const auto selection = select_forward({}, data::all_gradients(kEightNames), bias_from_two_gradients(1), 1);
   EXPECT_EQ(selection->terms.size(), 1u);
 }
 
 TEST(ForwardSelection, DoesNotDependOnNumberOfThreads) {
-  const data::TrainingSet training_set = made_of_two_gradients(4);
+  const data::TrainingSet training_set = bias_from_two_gradients(4);
   const auto select = [&] { return *select_forward({}, data::all_gradients(kEightNames), training_set, 4); };
   const Selection all = select();
   const Selection one = oneapi::tbb::task_arena(1).execute(select);

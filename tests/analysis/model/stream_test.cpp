@@ -13,7 +13,7 @@
 namespace gyrotherm::model {
 namespace {
 
-/// Returns a record with both thermometers on ramps, A with the faster one.
+/// Returns a record in which both thermometers are on ramps. A is faster.
 data::Dataset two_ramps(Eigen::Index rows) {
   data::Dataset dataset;
   dataset.thermometers = {"A", "B"};
@@ -41,8 +41,8 @@ CompensationStream open(std::vector<std::string> columns = {"A", "B"}, Outside o
 
 Eigen::VectorXd zeros(Eigen::Index rows) { return Eigen::VectorXd::Zero(rows); }
 
-/// Expects equal values; NaN equals NaN.
-void expect_same(const Eigen::VectorXd& one, const Eigen::VectorXd& other) {
+/// Requires equal values. NaN equals NaN.
+void expect_equal(const Eigen::VectorXd& one, const Eigen::VectorXd& other) {
   ASSERT_EQ(one.size(), other.size());
   for (Eigen::Index i = 0; i < one.size(); ++i) {
     EXPECT_TRUE(one(i) == other(i) || (std::isnan(one(i)) && std::isnan(other(i)))) << "row " << i;
@@ -76,7 +76,7 @@ TEST(CompensationStream, DoesNotDependOnDivisionIntoCalls) {
       pieces.segment(from, rows) = stream.push(temperatures.middleRows(from, rows), bias.segment(from, rows));
       from += rows;
     }
-    expect_same(pieces, whole);
+    expect_equal(pieces, whole);
   }
 }
 
@@ -84,7 +84,7 @@ TEST(CompensationStream, AcceptsColumnsInAnyOrder) {
   const data::SampleMatrix temperatures = random_temperatures(300, 1);
   data::SampleMatrix turned(300, 3);
   turned << Eigen::VectorXd::Random(300), temperatures.col(1), temperatures.col(0);
-  expect_same(open({"shell", "B", "A"}).push(turned, zeros(300)), open().push(temperatures, zeros(300)));
+  expect_equal(open({"shell", "B", "A"}).push(turned, zeros(300)), open().push(temperatures, zeros(300)));
 }
 
 TEST(CompensationStream, RecoversAfterMissingReading) {
@@ -92,9 +92,9 @@ TEST(CompensationStream, RecoversAfterMissingReading) {
   data::SampleMatrix missing = temperatures;
   missing(330, 0) = std::nan("");
   const Eigen::VectorXd whole = open().push(temperatures, zeros(900)), gap = open().push(missing, zeros(900));
-  expect_same(gap.head(330), whole.head(330));
+  expect_equal(gap.head(330), whole.head(330));
   EXPECT_TRUE(gap.segment(330, 200).array().isNaN().all()) << "two means contain the missing reading";
-  expect_same(gap.tail(370), whole.tail(370));
+  expect_equal(gap.tail(370), whole.tail(370));
 }
 
 TEST(CompensationStream, ContinuesOutsideTrainedRangeAndCountsRows) {
@@ -114,7 +114,8 @@ TEST(CompensationStream, ContinuesOutsideTrainedRangeAndCountsRows) {
   EXPECT_EQ(inside.outside(), 0);
 }
 
-/// On a ramp of 0.01 K/s, a mean over 100 s is 49.5 s old; half of the change over the last 100 s is 50 s of the ramp.
+/// On a ramp of 0.01 K/s, a mean over 100 s lags by 49.5 s. The extrapolation adds half of the change over the last 100
+/// s, which is 50 s of the ramp.
 TEST(CompensationStream, ExtrapolatesByHalfAClusterIfModelIsLed) {
   Model model = data::small_slope_model();
   const data::SampleMatrix ramp = 20 + 0.01 * Eigen::ArrayXd::LinSpaced(500, 0, 499);
@@ -123,18 +124,18 @@ TEST(CompensationStream, ExtrapolatesByHalfAClusterIfModelIsLed) {
   const auto led = CompensationStream::open(model, {"A"})->push(ramp, zeros(500));
   EXPECT_NEAR(lagging(499), -0.1 * 0.01 * (499 - 49.5), 1e-12);
   EXPECT_NEAR(led(499), -0.1 * 0.01 * (499 + 0.5), 1e-12);
-  expect_same(led.head(199), lagging.head(199));
+  expect_equal(led.head(199), lagging.head(199));
   CompensationStream in_pieces = *CompensationStream::open(model, {"A"});
   Eigen::VectorXd pieces(500);
   for (const Eigen::Index from : {0, 70, 250, 260}) {
     const Eigen::Index count = (from == 0 ? 70 : from == 70 ? 180 : from == 250 ? 10 : 240);
     pieces.segment(from, count) = in_pieces.push(ramp.middleRows(from, count), zeros(count));
   }
-  expect_same(pieces, led);
+  expect_equal(pieces, led);
 }
 
-/// A bias that follows a sine with a period of 2 h. The error of the 50 s lag is proportional to its slope, that of the
-/// extrapolation to its curvature.
+/// The bias follows a sine with a period of 2 h. The error from the lag of 50 s is proportional to its slope, and the
+/// error of the extrapolation to its curvature.
 TEST(Latency, UsesConsecutiveMeans) {
   data::Clusters clusters;
   clusters.length_s = 100;
@@ -169,7 +170,7 @@ Model lag_model() {
   return model;
 }
 
-/// A random walk with a missing reading, which drops one cluster.
+/// The temperatures follow a random walk. One missing reading drops one cluster.
 TEST(CompensationStream, EqualsClusterLagsAtClusterEnds) {
   data::Dataset dataset = two_ramps(3000);
   data::SampleMatrix steps = random_temperatures(3000, 5);
@@ -200,12 +201,12 @@ TEST(CompensationStream, DoesNotDependOnDivisionIntoCallsWithLags) {
   Eigen::VectorXd pieces(900);
   for (const Eigen::Index from : {0, 300, 600})
     pieces.segment(from, 300) = stream.push(turned.middleRows(from, 300), zeros(300));
-  expect_same(pieces, whole);
+  expect_equal(pieces, whole);
   EXPECT_EQ(CompensationStream::open(lag_model(), {"A", "C"}).error().where, "input \"lag:250:B\"");
 }
 
-/// Rows, seconds without rows, and further rows.
-struct Interrupted {
+/// Stream of rows with a pause of some seconds.
+struct InterruptedStream {
   data::SampleMatrix before = random_temperatures(457, 7), after = random_temperatures(700, 8);
   [[nodiscard]] Eigen::VectorXd rows_without_readings(CompensationStream stream, Eigen::Index seconds) const {
     (void)stream.push(before, zeros(before.rows()));
@@ -220,12 +221,12 @@ struct Interrupted {
 };
 
 TEST(CompensationStream, TreatsPassedSecondsAsMissingReadings) {
-  const Interrupted interrupted;
+  const InterruptedStream interrupted;
   const auto with_lags = [] { return *CompensationStream::open(lag_model(), {"A", "B"}); };
   for (const Eigen::Index seconds : {1, 30, 99, 100, 150, 200, 299, 300, 301, 517, 2043}) {
     SCOPED_TRACE(seconds);
-    expect_same(interrupted.passed(open(), seconds), interrupted.rows_without_readings(open(), seconds));
-    expect_same(interrupted.passed(with_lags(), seconds), interrupted.rows_without_readings(with_lags(), seconds));
+    expect_equal(interrupted.passed(open(), seconds), interrupted.rows_without_readings(open(), seconds));
+    expect_equal(interrupted.passed(with_lags(), seconds), interrupted.rows_without_readings(with_lags(), seconds));
   }
   const Eigen::VectorXd after_an_age = interrupted.passed(with_lags(), 1'000'000'000'000);
   EXPECT_EQ(after_an_age.array().isNaN().count(), 99);
@@ -257,8 +258,8 @@ TEST(CompensationStream, FindsMissingSecondsFromRowTimes) {
         EXPECT_EQ(stream.gaps()[0].seconds, 100);
       }
     }
-    expect_same(compensated.head(400), whole.head(400));
-    expect_same(compensated.tail(600), whole.tail(600));
+    expect_equal(compensated.head(400), whole.head(400));
+    expect_equal(compensated.tail(600), whole.tail(600));
   }
 }
 
@@ -296,7 +297,7 @@ TEST(SlidingMeans, EqualMeansOfLastRows) {
 TEST(SlidingMeans, DoNotDrift) {
   constexpr Eigen::Index kRows = 300000;
   data::SampleMatrix rows = random_temperatures(kRows, 1);
-  // A running sum would keep the rounding errors of these values.
+  // A running sum would retain the rounding errors of these large values.
   rows.topRows(kRows / 2) *= 1e12;
   SlidingMeans sliding(100, 2);
   Eigen::RowVectorXd means;

@@ -183,7 +183,7 @@ TEST(Training, HoldsOutRecordsIfThereAreNoCycles) {
   EXPECT_EQ(train({datasets[0]}, {clusters[0]}, alone).error().kind, FaultKind::usage);
 }
 
-/// Two profiles: the held-out error of each is that of a model of the other one.
+/// With two profiles, the held-out prediction of each comes from a model that was trained on the other one.
 TEST(FoldsByProgram, PredictEachProfileFromTheOther) {
   data::Dataset rate = data::make_synthetic_run({.run_id = "rate run", .seed = 1});
   data::Dataset random = data::make_synthetic_run({.run_id = "random run", .cycle_rates_c_per_min = {1, 6}, .seed = 2});
@@ -317,8 +317,8 @@ TEST(Training, StopsOnRequest) {
   EXPECT_EQ(model.error().kind, FaultKind::interrupted);
 }
 
-/// "Chooses" the sum of all targets that it receives, in °/h, and predicts it everywhere. The predictions thus show
-/// which targets it has received.
+/// Fake method that predicts the sum of its training targets, in °/h, everywhere. The prediction shows which targets
+/// the method has received.
 Result<methods::Choice> choose_sum(std::span<const methods::Fold> folds, const methods::MethodOptions&,
                                    const ProgressSink&) {
   double sum = 0;
@@ -403,7 +403,7 @@ data::FoldPlan at_random(Eigen::Index rows, int folds, std::uint64_t seed) {
   return plan;
 }
 
-/// Returns the RMSE, °/s, of the SVR of the reference: C = 30, γ = 0.3, ε = 0.02.
+/// Returns the RMSE in °/s of an SVR with the parameters of the reference: C = 30, γ = 0.3, ε = 0.02.
 double held_out_rmse(const data::Clusters& clusters, const data::FoldPlan& plan) {
   const methods::Method& svr = **methods::find_method("svr");
   const InputPlan inputs{
@@ -418,7 +418,7 @@ data::FoldPlan six_blocks(const data::Clusters& clusters, std::optional<double> 
   return *data::plan_folds({clusters}, {.kind = data::FoldKind::blocks, .blocks = 6, .guard_minutes = guard_minutes});
 }
 
-/// No command-line option selects random folds; these are the values of docs/evaluation.md from a real record.
+/// Reproduces the values of docs/evaluation.md from a real record. No command-line option selects random folds.
 TEST(HoldingOut, UnderestimatesErrorForRandomClusters) {
   const double at_random_reference[] = {0.0758, 0.0145, 0.0261}, blocks_reference[] = {0.2368, 0.1078, 0.1207};
   for (int axis = 0; axis < 3; ++axis) {
@@ -437,7 +437,7 @@ TEST(HoldingOut, UnderestimatesErrorForRandomClusters) {
     RecordProperty("random", std::to_string(random[2]));
     RecordProperty("blocks", std::to_string(blocks));
     RecordProperty("guarded", std::to_string(guarded));
-    // The reference divides the target by its STD over all clusters; here it is the STD of the training clusters.
+    // The reference scales the target by its STD over all clusters. gyrotherm uses the STD of the training clusters.
     EXPECT_NEAR(blocks, blocks_reference[axis], 0.1 * blocks_reference[axis]);
     EXPECT_GE(guarded, 0.95 * blocks);
   }

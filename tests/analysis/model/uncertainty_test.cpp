@@ -41,7 +41,8 @@ TEST(Budget, IsZeroWithoutRows) {
 }
 
 TEST(Budget, ReproducesEndGaugeExampleOfGum) {
-  // GUM H.1: calibration of the standard, difference, difference of expansion and of temperature; nm.
+  // From GUM H.1, in nm: calibration of the standard, measured difference, and differences of expansion coefficient and
+  // of temperature.
   const std::vector<BudgetRow> rows{row_of(25, 1, 18), row_of(9.7, 1, 25.6), row_of(2.9, 1, 50), row_of(16.6, 1, 2)};
   const CombinedUncertainty sum = combined(rows, 0.99);
   EXPECT_NEAR(sum.standard_deg_per_h, 32, 0.5);
@@ -98,8 +99,8 @@ TEST(EarthRate, HasDerivativesEqualToDifferences) {
   EXPECT_NEAR(0.05 * earth_rate_slopes(45, 0, 90).latitude, 0.0093, 5e-5) << "0.05° at 45°";
 }
 
-/// Returns the model with a range wide enough for any record.
-Model with_any_range(Model model) {
+/// Returns the model with a trained range that contains every record.
+Model model_with_any_range(Model model) {
   model.input_min.setConstant(-1e6);
   model.input_max.setConstant(1e6);
   return model;
@@ -157,7 +158,7 @@ TEST_F(UncertaintyOfAModel, GaussianSensitivityEqualsDerivative) {
   const data::Clusters clusters = data::three_clusters();
   const auto& svr = std::get<methods::SvrModel>(model.function);
   const data::SampleMatrix inputs = *evaluate(model.terms, clusters);
-  const Eigen::MatrixXd found = *sensitivities(with_any_range(model), clusters);
+  const Eigen::MatrixXd found = *sensitivities(model_with_any_range(model), clusters);
   for (Eigen::Index k = 0; k < found.rows(); ++k) {
     const Eigen::RowVectorXd z = (inputs.row(k) - model.scaling.mean).array() / model.scaling.std.array();
     double by_gradient = 0;  // ∂b/∂(A − B)
@@ -175,7 +176,7 @@ TEST_F(UncertaintyOfAModel, GaussianSensitivityEqualsDerivative) {
 TEST_F(UncertaintyOfAModel, SensitivityEqualsChangeOfPrediction) {
   for (const char* method : {"ls-svm", "gp"}) {
     if (!methods::find_method(method)) continue;
-    const Model model = with_any_range(trained(method, "three-point"));
+    const Model model = model_with_any_range(trained(method, "three-point"));
     const Eigen::MatrixXd found = *sensitivities(model, clusters_);
     data::Clusters moved = clusters_;
     constexpr double kMove_k = 0.01;
@@ -286,7 +287,7 @@ TEST_F(UncertaintyOfAModel, IncludesQuantisationOfPulses) {
   EXPECT_NEAR(of_a_cluster.standard_uncertainty, 0.0061, 5e-5) << "°/h: more than all else of a good gyro";
 }
 
-/// A slow wave has few effective values. A significance test would reject the model form.
+/// A slow wave has so few effective values that it is not significant. The model form must be reported all the same.
 TEST_F(UncertaintyOfAModel, ModelFormHasFewDegreesOfFreedomForFewMeans) {
   const std::vector<data::Dataset> datasets{dataset_};
   const std::vector<data::Clusters> clusters{clusters_};
@@ -365,7 +366,7 @@ TEST_F(UncertaintyOfAModel, DriftGrowsWithRootOfTimeSinceCalibration) {
   EXPECT_EQ(row(model, Source::thermometer_calibration).standard_uncertainty, 0.01);
 }
 
-/// A discharge current drifts by 0.0041 mA and not in kelvins.
+/// The drift of a discharge current is 0.0041 mA. Its unit is not the kelvin.
 TEST_F(UncertaintyOfAModel, UnitValueDriftsInItsOwnUnit) {
   data::Dataset dataset = dataset_;
   dataset.thermometers = {"A", "aux:current"};
@@ -437,15 +438,15 @@ TEST_F(UncertaintyOfAModel, ComputesEffectOfOneYearOfDrift) {
   EXPECT_EQ(yearly_drift_deg_per_h(silent, dataset_), 0);
 }
 
-/// Draws an error from the row's distribution, in its unit.
-double drawn(const BudgetRow& row, std::mt19937_64& random) {
+/// Draws an error from the distribution of a budget row, in the unit of the row.
+double draw_error(const BudgetRow& row, std::mt19937_64& random) {
   const double half_width = std::numbers::sqrt3 * row.standard_uncertainty;
   if (row.distribution == ErrorDistribution::rectangular)
     return std::uniform_real_distribution<double>(-half_width, half_width)(random);
   return std::normal_distribution<double>(0, row.standard_uncertainty)(random);
 }
 
-/// Returns the clusters of the record's first hour at constant temperature.
+/// Returns the clusters of the first hour, in which the temperature is constant.
 data::Clusters first_hold(const data::Clusters& clusters) {
   std::vector<Eigen::Index> rows(36);
   std::iota(rows.begin(), rows.end(), 0);
@@ -516,7 +517,7 @@ TEST_F(UncertaintyOfAModel, WidensCoefficientsForCorrelatedResiduals) {
 TEST_F(UncertaintyOfAModel, BudgetAgreesWithMonteCarlo) {
   const std::vector<BudgetRow>& rows = model_.uncertainty->budget.rows;
   const CombinedUncertainty by_budget = combined(rows);
-  const Model model = with_any_range(model_);
+  const Model model = model_with_any_range(model_);
   data::Clusters hour = pick(clusters_, {100, 101, 102, 103, 104, 105});
   const Eigen::MatrixXd true_c = hour.temperature_c;
   const double undisturbed = predict(model, hour)->mean();
@@ -529,9 +530,9 @@ TEST_F(UncertaintyOfAModel, BudgetAgreesWithMonteCarlo) {
     for (const BudgetRow& row : rows) {
       const auto thermometer = std::ranges::find(hour.thermometers, row.of) - hour.thermometers.begin();
       if (row.of.empty())
-        error += row.sensitivity * drawn(row, random);
+        error += row.sensitivity * draw_error(row, random);
       else
-        hour.temperature_c.col(thermometer).array() += drawn(row, random);
+        hour.temperature_c.col(thermometer).array() += draw_error(row, random);
     }
     error -= predict(model, hour)->mean() - undisturbed;
   }

@@ -24,7 +24,7 @@ data::Dataset unseen_run() {
   return make_synthetic_run(run);
 }
 
-bool says(const Verification& result, const char* words) {
+bool has_warning(const Verification& result, const char* words) {
   return std::ranges::any_of(result.warnings, [&](const std::string& w) { return w.find(words) != w.npos; });
 }
 
@@ -51,7 +51,7 @@ TEST_F(VerificationOfALinearModel, EvaluatesUnseenRecord) {
   EXPECT_NEAR(result.floor.deg_per_h, 0.002, 0.0008) << "0.02 °/h over one second";
 }
 
-/// The true bias is the prediction minus 0.01 °/h, with alternating deviations of 0.003 °/h.
+/// The true bias is the prediction minus 0.01 °/h, plus deviations of 0.003 °/h with alternating sign.
 TEST_F(VerificationOfALinearModel, ReportsErrorRelativeToTrueBias) {
   data::Dataset dataset = unseen_run();
   const data::Clusters clusters = *make_clusters(dataset);
@@ -84,7 +84,7 @@ TEST_F(VerificationOfALinearModel, RemovesMeanErrorIfReferenceIsMeanOfRecord) {
 TEST_F(VerificationOfALinearModel, WarnsIfInSample) {
   const Verification result = verified(data::make_synthetic_run({}));
   EXPECT_TRUE(result.trained_on_this);
-  EXPECT_TRUE(says(result, "in-sample"));
+  EXPECT_TRUE(has_warning(result, "in-sample"));
   EXPECT_EQ(result.outside.clusters, 0);
   EXPECT_EQ(result.outside.farthest_term, "");
 }
@@ -99,11 +99,12 @@ TEST_F(VerificationOfALinearModel, WarnsOfAnotherGyro) {
   const auto back = model_from_json(to_json(model), "model.json");
   ASSERT_TRUE(back) << text(back.error());
   const data::Clusters clusters = *make_clusters(unseen);
-  EXPECT_FALSE(says(*verify(*back, unseen, clusters), "another gyro"));
+  EXPECT_FALSE(has_warning(*verify(*back, unseen, clusters), "another gyro"));
   unseen.identity = "0043";
-  EXPECT_TRUE(says(*verify(*back, unseen, clusters), "another gyro: it was trained on 0042, this record is of 0043"));
+  EXPECT_TRUE(
+      has_warning(*verify(*back, unseen, clusters), "another gyro: it was trained on 0042, this record is of 0043"));
   unseen.identity.clear();
-  EXPECT_FALSE(says(*verify(*back, unseen, clusters), "another gyro"));
+  EXPECT_FALSE(has_warning(*verify(*back, unseen, clusters), "another gyro"));
 }
 
 TEST_F(VerificationOfALinearModel, WarnsOfAnotherBiasReference) {
@@ -111,10 +112,10 @@ TEST_F(VerificationOfALinearModel, WarnsOfAnotherBiasReference) {
   const data::Clusters clusters = *make_clusters(unseen);
   const auto model = model_from_json(to_json(model_), "model.json");
   ASSERT_TRUE(model) << text(model.error());
-  EXPECT_FALSE(says(*verify(*model, unseen, clusters), "another bias reference"));
+  EXPECT_FALSE(has_warning(*verify(*model, unseen, clusters), "another bias reference"));
   unseen.bias_zero = "nothing removed";
-  EXPECT_TRUE(says(*verify(*model, unseen, clusters),
-                   "another bias reference (earth rate removed) than that of this record (nothing removed)"));
+  EXPECT_TRUE(has_warning(*verify(*model, unseen, clusters),
+                          "another bias reference (earth rate removed) than that of this record (nothing removed)"));
 }
 
 TEST_F(VerificationOfALinearModel, WarnsOfStepByTurningUnit) {
@@ -122,11 +123,11 @@ TEST_F(VerificationOfALinearModel, WarnsOfStepByTurningUnit) {
   const data::Clusters clusters = *make_clusters(unseen);
   const char* jumps = "results over both positions contain a step of twice the Earth rate";
   unseen.earth_rate_deg_per_h.reset();
-  EXPECT_FALSE(says(*verify(model_, unseen, clusters), jumps));
+  EXPECT_FALSE(has_warning(*verify(model_, unseen, clusters), jumps));
   unseen.segments.back().unit.turned = true;
-  EXPECT_TRUE(says(*verify(model_, unseen, clusters), jumps));
+  EXPECT_TRUE(has_warning(*verify(model_, unseen, clusters), jumps));
   unseen.earth_rate_deg_per_h = 10;
-  EXPECT_FALSE(says(*verify(model_, unseen, clusters), jumps))
+  EXPECT_FALSE(has_warning(*verify(model_, unseen, clusters), jumps))
       << "the Earth rate is removed with the sign of each position";
 }
 
@@ -137,10 +138,10 @@ TEST_F(VerificationOfALinearModel, WarnsOfAnotherAxis) {
   const auto of_another = [&](const data::AxisChoice& trained, const data::AxisChoice& of) {
     model.trained_on.front().of = trained;
     unseen.of = of;
-    return says(*verify(model, unseen, clusters), "another axis");
+    return has_warning(*verify(model, unseen, clusters), "another axis");
   };
   EXPECT_TRUE(of_another({.unit = "u", .axis = "x"}, {.unit = "u", .axis = "y"}));
-  EXPECT_TRUE(says(*verify(model, unseen, clusters), "it was trained on u.x, this is u.y"));
+  EXPECT_TRUE(has_warning(*verify(model, unseen, clusters), "it was trained on u.x, this is u.y"));
   EXPECT_FALSE(of_another({.unit = "u", .axis = "x"}, {.unit = "u", .axis = "x"}));
   EXPECT_FALSE(of_another({.unit = "u", .axis = "x"}, {})) << "a record with one axis";
   EXPECT_FALSE(of_another({.unit = "u1"}, {.unit = "u2"})) << "the identity decides, not the name";
@@ -164,7 +165,7 @@ TEST_F(VerificationOfALinearModel, CountsClustersOutsideTheTrainedRange) {
   EXPECT_EQ(result.outside.clusters, 3);
   EXPECT_TRUE(result.outside.farthest_term.starts_with("A-")) << result.outside.farthest_term;
   EXPECT_GT(result.outside.farthest, 1) << "30 °C outside a range of a few kelvins";
-  EXPECT_TRUE(says(result, "the plane is extrapolated"));
+  EXPECT_TRUE(has_warning(result, "the plane is extrapolated"));
 }
 
 TEST_F(VerificationOfALinearModel, AppliesPolicyOutsideRange) {
@@ -180,8 +181,8 @@ TEST_F(VerificationOfALinearModel, AppliesPolicyOutsideRange) {
   EXPECT_LE(refused.compensated.max_abs, continued.compensated.max_abs);
   EXPECT_TRUE(std::isnan(refused.residual_deg_per_h(0)));
   EXPECT_EQ(refused.raw.count, continued.raw.count);
-  EXPECT_TRUE(says(refused, "excluded from the results"));
-  EXPECT_TRUE(says(extrapolated, "whole model is extrapolated"));
+  EXPECT_TRUE(has_warning(refused, "excluded from the results"));
+  EXPECT_TRUE(has_warning(extrapolated, "whole model is extrapolated"));
 }
 
 TEST_F(VerificationOfALinearModel, RefusesRecordEntirelyOutside) {
@@ -242,10 +243,10 @@ TEST_F(VerificationOfALinearModel, ComputesExpectedInSampleResidual) {
 TEST_F(VerificationOfALinearModel, WarnsIfReferenceIsMeanOfRecord) {
   constexpr const char* kWords = "the bias reference is computed from this record";
   data::Dataset dataset = unseen_run();
-  EXPECT_FALSE(says(verified(dataset), kWords));
+  EXPECT_FALSE(has_warning(verified(dataset), kWords));
   dataset.bias_zero = "mean of the first hold removed";
   dataset.has_own_reference = true;
-  EXPECT_TRUE(says(verified(dataset), kWords));
+  EXPECT_TRUE(has_warning(verified(dataset), kWords));
 }
 
 TEST_F(VerificationOfALinearModel, WarnsOfAResidualBelowTheFloor) {
@@ -256,16 +257,16 @@ TEST_F(VerificationOfALinearModel, WarnsOfAResidualBelowTheFloor) {
   const auto result = verify(model_, dataset, flattered);
   ASSERT_TRUE(result);
   EXPECT_NEAR(result->compensated.std, 0, 1e-12);
-  EXPECT_TRUE(says(*result, "over-fit"));
+  EXPECT_TRUE(has_warning(*result, "over-fit"));
 }
 
 TEST_F(VerificationOfALinearModel, WarnsOfDifferentClusterLength) {
   const data::Dataset dataset = unseen_run();
   const auto result = verify(model_, dataset, *make_clusters(dataset, 50));
-  EXPECT_TRUE(says(*result, "over 50 s"));
+  EXPECT_TRUE(has_warning(*result, "over 50 s"));
 }
 
-/// Returns a run with thermometers that were calibrated on the same day and a gyro without turn-on scatter.
+/// Returns a run whose thermometers were calibrated on the same day, of a gyro without turn-on scatter.
 data::Dataset well_known_run(const data::SyntheticRun& run) {
   data::Dataset dataset = make_synthetic_run(run);
   dataset.thermometer_uncertainty.assign(
@@ -287,8 +288,8 @@ TEST(Coverage, EqualsNominalShareForKnownNoise) {
     const Verification result = *verify(model, unseen, *make_clusters(unseen));
     ASSERT_TRUE(result.coverage);
     EXPECT_EQ(result.coverage->nominal, 0.95);
-    // Estimates of flicker, walk and model form stay in the budget although not significant; they add slightly to the
-    // noise.
+    // Insignificant estimates of flicker, random walk and model form remain in the budget and widen the interval
+    // slightly.
     EXPECT_GT(result.coverage->mean_half_width_deg_per_h, 0.95 * 1.96 * 0.02 / 10);
     EXPECT_LT(result.coverage->mean_half_width_deg_per_h, 1.2 * 1.96 * 0.02 / 10);
     EXPECT_GT(result.coverage->effective, 0.5 * result.coverage->clusters) << "white noise";
@@ -323,7 +324,7 @@ TEST_F(VerificationOfALinearModel, HasNoCoverageWithoutBudget) {
   EXPECT_FALSE(verify(model, dataset, *make_clusters(dataset))->coverage);
 }
 
-/// The true bias follows a sine of the temperature. Compares means of the stream with means of the truth.
+/// The true bias follows a sinusoidal temperature. Means of the stream are compared with means of the true bias.
 TEST(AsStreamed, ReportsErrorCausedByLag) {
   constexpr Eigen::Index kRows = 20000;
   data::Dataset dataset;
@@ -345,7 +346,7 @@ TEST(AsStreamed, ReportsErrorCausedByLag) {
   model.latency = {.lag_s = 50, .is_led = true};
   const Streamed led = judged();
   EXPECT_LT(lagging.aligned.std, 1e-9);
-  // Amplitude 0.5 °/h, lag 49.5 s with a period of 3600 s, averaged over means of 100 s.
+  // A sine with an amplitude of 0.5 °/h and a period of 3600 s that lags by 49.5 s, in means over 100 s.
   EXPECT_NEAR(lagging.residual.std, 0.5 / std::numbers::sqrt2 * 2 * std::numbers::pi * 49.5 / 3600, 0.001);
   EXPECT_LT(led.residual.std, 0.3 * lagging.residual.std);
   ASSERT_TRUE(led.to_truth && lagging.to_truth);

@@ -15,13 +15,13 @@ namespace {
 const std::vector<double> kFourths(4, 0.25);
 
 /// Returns a position with the given mean squared errors on four equal folds.
-JudgedPosition judged(std::vector<double> position, std::vector<double> fold_mse) {
+JudgedPosition position_with_errors(std::vector<double> position, std::vector<double> fold_mse) {
   for (double& mse : fold_mse) mse /= 4;
   return {.position = std::move(position), .shares = std::move(fold_mse)};
 }
 
 TEST(HeldOutStandardError, EqualsDeviationOverRootOfCountForEqualFolds) {
-  const JudgedPosition position = judged({0, 0, 0}, {1, 2, 4, 5});
+  const JudgedPosition position = position_with_errors({0, 0, 0}, {1, 2, 4, 5});
   EXPECT_DOUBLE_EQ(mean_squared_error(position), 3);
   EXPECT_DOUBLE_EQ(standard_error(position, kFourths), std::sqrt((4 + 1 + 1 + 4) / 3.0) / 2);
 }
@@ -31,7 +31,7 @@ TEST(HeldOutStandardError, IsZeroForEqualErrorsOrOneFold) {
   EXPECT_DOUBLE_EQ(standard_error({.position = {}, .shares = {1, 3}}, std::vector<double>{0.25, 0.75}), 0);
 }
 
-/// Compares the formula with many draws of unequal folds.
+/// Compares the formula with the scatter over many draws of folds of different size.
 TEST(HeldOutStandardError, MatchesSimulatedErrorOfMean) {
   std::mt19937_64 random(7);
   std::normal_distribution<double> normal;
@@ -49,8 +49,9 @@ TEST(HeldOutStandardError, MatchesSimulatedErrorOfMean) {
 
 TEST(OneStandardErrorRule, TakesSmallestCWithinOneStandardError) {
   // The lowest error is 3, with a standard error of 0.91.
-  const std::vector<JudgedPosition> all{judged({8, 1, -5}, {1, 2, 4, 5}), judged({2, 1, -5}, {3.8, 3.8, 3.8, 3.8}),
-                                        judged({0, 1, -5}, {4, 4, 4, 4}), judged({5, 1, -5}, {3.1, 3.1, 3.1, 3.1})};
+  const std::vector<JudgedPosition> all{
+      position_with_errors({8, 1, -5}, {1, 2, 4, 5}), position_with_errors({2, 1, -5}, {3.8, 3.8, 3.8, 3.8}),
+      position_with_errors({0, 1, -5}, {4, 4, 4, 4}), position_with_errors({5, 1, -5}, {3.1, 3.1, 3.1, 3.1})};
   const OneStandardErrorChoice choice = simplest_within_one_standard_error(all, kFourths);
   EXPECT_EQ(choice.best, 0U);
   EXPECT_EQ(choice.simplest, 1U);
@@ -59,18 +60,20 @@ TEST(OneStandardErrorRule, TakesSmallestCWithinOneStandardError) {
 
 TEST(OneStandardErrorRule, PrefersWiderKernelThenWiderTubeWithinOctaveOfC) {
   const std::vector<double> same{1, 2, 4, 5};
-  const std::vector<JudgedPosition> all{judged({2.9, 1.5, -5}, same), judged({2.1, 0.5, -2}, same),
-                                        judged({2.6, 1.1, -3.5}, same)};
+  const std::vector<JudgedPosition> all{position_with_errors({2.9, 1.5, -5}, same),
+                                        position_with_errors({2.1, 0.5, -2}, same),
+                                        position_with_errors({2.6, 1.1, -3.5}, same)};
   EXPECT_EQ(simplest_within_one_standard_error(all, kFourths).simplest, 2U);
 }
 
 TEST(OneStandardErrorRule, TakesBestWhenFoldsAgree) {
-  const std::vector<JudgedPosition> all{judged({0, 0, 0}, {2, 2, 2, 2}), judged({9, 0, 0}, {1, 1, 1, 1})};
+  const std::vector<JudgedPosition> all{position_with_errors({0, 0, 0}, {2, 2, 2, 2}),
+                                        position_with_errors({9, 0, 0}, {1, 1, 1, 1})};
   EXPECT_EQ(simplest_within_one_standard_error(all, kFourths).simplest, 1U);
 }
 
-/// For any errors, the chosen position is within one standard error, no simpler position is within it, and the order in
-/// which threads add positions has no effect.
+/// For random errors, the chosen position is within one standard error of the best, and no simpler position is. The
+/// order in which threads add positions has no effect.
 TEST(OneStandardErrorRule, TakesSimplestPositionForAnyErrors) {
   std::mt19937_64 random(3);
   std::uniform_real_distribution<double> coordinate(-2, 8), error(1, 3);
@@ -78,8 +81,8 @@ TEST(OneStandardErrorRule, TakesSimplestPositionForAnyErrors) {
     SCOPED_TRACE(trial);
     std::vector<JudgedPosition> all;
     for (int k = 0; k < 40; ++k)
-      all.push_back(judged({coordinate(random), coordinate(random), coordinate(random)},
-                           {error(random), error(random), error(random), error(random)}));
+      all.push_back(position_with_errors({coordinate(random), coordinate(random), coordinate(random)},
+                                         {error(random), error(random), error(random), error(random)}));
     const OneStandardErrorChoice choice = simplest_within_one_standard_error(all, kFourths);
     const double limit = mean_squared_error(all[choice.best]) + choice.standard_error;
     EXPECT_LE(mean_squared_error(all[choice.simplest]), limit);

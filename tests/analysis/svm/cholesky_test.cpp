@@ -16,7 +16,7 @@ Eigen::MatrixXd random_matrix(Eigen::Index rows, Eigen::Index columns, std::uint
   return Eigen::MatrixXd::NullaryExpr(rows, columns, [&] { return normal(generator); });
 }
 
-// Orders 1 to 67 cover every remainder of the tiles and the leaf; the others cross the blocks.
+/// The orders 1 to 67 cover every remainder of the tile size and of the leaf. Larger orders have several blocks.
 TEST(Cholesky, ReproducesMatrixAtEveryOrder) {
   std::vector<Eigen::Index> orders = {191, 192, 193, 255, 257, 400, 521};
   for (Eigen::Index n = 1; n <= 67; ++n) orders.push_back(n);

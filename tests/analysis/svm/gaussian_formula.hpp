@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Reference sum of Gaussians, computed term by term with more digits than the fast ones.
+/// Reference implementation of a sum of Gaussians, which is computed term by term in higher precision.
 #pragma once
 
 #include <cmath>

@@ -22,7 +22,7 @@ SampleMatrix random_rows(Eigen::Index rows, Eigen::Index columns, std::mt19937_6
   return SampleMatrix::NullaryExpr(rows, columns, [&] { return normal(generator); });
 }
 
-/// Returns centres in a random space of `rank` of the `inputs` dimensions, and points in the same space.
+/// Returns centres and points in a random subspace of `rank` dimensions within the `inputs` dimensions.
 Problem random_problem(Eigen::Index centres, Eigen::Index points, Eigen::Index inputs, Eigen::Index rank, double width,
                        std::mt19937_64& generator) {
   const SampleMatrix span = random_rows(rank, inputs, generator);
@@ -34,7 +34,7 @@ Problem random_problem(Eigen::Index centres, Eigen::Index points, Eigen::Index i
   return problem;
 }
 
-/// Returns the largest error over the points relative to Σ|w|, over all instruction sets of this processor.
+/// Returns the largest error relative to Σ|w| over the points and over all instruction sets of this processor.
 double worst_error(const Problem& problem) {
   const GaussianSum sum(problem.centres, problem.widths, problem.weights);
   Eigen::VectorXd exact(problem.points.rows());
@@ -68,7 +68,7 @@ TEST(GaussianSum, IsAccurateForSmoothModelWithManyVectors) {
   EXPECT_LT(worst_error(problem), 2e-15);
 }
 
-/// Weights of ±C with a sum of zero, as in a support vector machine.
+/// The weights are ±C and sum to zero, as in a support vector machine.
 TEST(GaussianSum, IsAccurateWhenLargeWeightsCancel) {
   std::mt19937_64 generator(8);
   Problem problem = random_problem(1000, 100, 8, 8, 30, generator);
@@ -113,7 +113,7 @@ TEST(GaussianSum, IsNaNWhenPointIsNotFinite) {
 TEST(GaussianSum, EvaluatesPointsIndependently) {
   std::mt19937_64 generator(5);
   Problem problem = random_problem(70, 100, 5, 4, 0.4, generator);
-  // Points near enough for products, and others.
+  // The first 50 points are near enough for the product form, the others are not.
   problem.points.topRows(50) *= 0.05;
   const GaussianSum sum(problem.centres, problem.widths, problem.weights);
   const Eigen::VectorXd all = sum.at(problem.points);
@@ -137,7 +137,7 @@ TEST(GaussianSum, TakesWeightsOfAnySize) {
   }
 }
 
-/// Samples away from the origin, with some β equal to 0.
+/// Samples far from the origin. Some β are 0.
 struct Trained {
   SampleMatrix x;
   Eigen::VectorXd beta;

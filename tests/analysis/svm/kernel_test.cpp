@@ -84,7 +84,7 @@ TEST(Kernel, ReusesMemoryForAnotherSize) {
   }
 }
 
-// The optimum of two points with K = kBetween off the diagonal is known.
+/// The optimum of two points is known; their kernel value is kBetween.
 TEST(Smo, MovesPairToOptimum) {
   constexpr float kBetween = 0.25F;
   const std::vector<float> first = {1, kBetween}, second = {kBetween, 1};

@@ -26,7 +26,7 @@ struct Data {
   Eigen::VectorXd y;
 };
 
-// Returns a smooth function of d inputs with 2 % noise. The targets have unit STD.
+/// Returns samples of a smooth function of d inputs with 2 % noise. The targets have unit STD.
 Data smooth_data(Eigen::Index n, Eigen::Index d, std::uint64_t seed) {
   std::mt19937_64 generator(seed);
   std::normal_distribution<double> normal;
@@ -40,7 +40,7 @@ Data smooth_data(Eigen::Index n, Eigen::Index d, std::uint64_t seed) {
   return data;
 }
 
-// Computes the kernel by its definition, one std::exp per element.
+/// Computes the kernel matrix by its definition, with one std::exp per element.
 Eigen::MatrixXd kernel_by_definition(const SampleMatrix& x, double sigma) {
   Eigen::MatrixXd kernel(x.rows(), x.rows());
   for (Eigen::Index i = 0; i < x.rows(); ++i) {
@@ -62,9 +62,9 @@ SvrParameters random_parameters(std::mt19937_64& generator) {
           .epsilon = std::exp2(uniform(generator, -8, -1))};
 }
 
-// Checks optimality. With r = y − Kβ − b the duality gap is the sum of C max(0, |r_i| − ε) + ε|β_i| − r_iβ_i. Each term
-// is at least 0. It is 0 if and only if point i satisfies its condition: β_i = 0 and |r_i| ≤ ε, or 0 < |β_i| < C and
-// r_i = ε sign β_i, or |β_i| = C and r_i sign β_i ≥ ε.
+/// Requires an optimal solution. With r = y − Kβ − b, the duality gap is the sum of the terms
+/// C max(0, |r_i| − ε) + ε|β_i| − r_iβ_i ≥ 0. A term is 0 if and only if point i satisfies its optimality condition:
+/// β_i = 0 and |r_i| ≤ ε, or 0 < |β_i| < C and r_i = ε sign β_i, or |β_i| = C and r_i sign β_i ≥ ε.
 void expect_optimal(const Data& data, const SvrParameters& p, const SvrSolution& solution, double relative_gap) {
   const Eigen::MatrixXd kernel = kernel_by_definition(data.x, p.sigma);
   const Eigen::ArrayXd beta = solution.beta;
@@ -116,7 +116,8 @@ TEST(Svr, ImprovesObjectiveWithTighterCertificate) {
   EXPECT_GE(tight->objective, loose->objective - loose->relative_gap * std::abs(loose->objective));
 }
 
-// For targets ±a at two points with kernel value k, β = (t, −t) minimises (1 − k)t² − 2(a − ε)t over 0 ≤ t ≤ C.
+/// Two points with the kernel value k have the targets ±a. The solution β = (t, −t) minimises (1 − k)t² − 2(a − ε)t
+/// over 0 ≤ t ≤ C.
 TEST(Svr, MatchesClosedFormForTwoPoints) {
   SampleMatrix x(2, 1);
   x << 0, 1;
@@ -176,7 +177,7 @@ TEST(Svr, CertifiesDuplicatedPoints) {
   }
 }
 
-// Kβ = 0 for every feasible β, so the best function is a constant, a median of the targets.
+/// All points are equal, so Kβ = 0 for every feasible β. The best function is a constant: a median of the targets.
 TEST(Svr, ReturnsMedianForEqualPoints) {
   Eigen::VectorXd y(5);
   y << 1, 2, 3, 10, 100;
@@ -320,7 +321,7 @@ TEST(Svr, MatchesObjectiveOfLibsvm) {
   for (std::uint64_t seed = 1; seed <= 12; ++seed) {
     std::mt19937_64 generator(seed);
     std::normal_distribution<double> normal;
-    // Larger problems use working sets.
+    // The solver uses working sets for the larger problems.
     const Eigen::Index n = seed % 3 == 0 ? 700 : 150;
     const auto x = SampleMatrix::NullaryExpr(n, 3, [&] { return normal(generator); }).eval();
     Eigen::VectorXd y(n);
@@ -335,7 +336,7 @@ TEST(Svr, MatchesObjectiveOfLibsvm) {
     const double libsvm = std::stod(match[1]);
     const auto own = solve_svr(x, y, p, {.relative_gap = 1e-6});
     ASSERT_TRUE(own) << "seed " << seed << ": " << text(own.error());
-    // LIBSVM uses a kernel in single precision and prints six decimals.
+    // LIBSVM computes its kernel in single precision and prints six decimals.
     EXPECT_NEAR(own->objective, libsvm, 2e-5 * std::abs(libsvm) + 1e-5) << "seed " << seed;
   }
   std::filesystem::remove_all(folder);

@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kNoLimit = std::numeric_limits<double>::infinity();
 
-// Returns four folds of a smooth function of three inputs, with noise of `noise` standard deviations.
+/// Returns four folds of a smooth function of three inputs. `noise` is the standard deviation of the added noise.
 std::vector<TuningFold> four_folds(Eigen::Index rows, double noise) {
   std::mt19937_64 generator(4);
   std::normal_distribution<double> normal;
@@ -40,7 +40,7 @@ std::vector<TuningFold> four_folds(Eigen::Index rows, double noise) {
   return folds;
 }
 
-// Adds the row numbers to the folds, so that each fold begins at the solution of the first.
+/// Adds the row numbers to the folds. Each fold then starts from the solution of the first one.
 std::vector<TuningFold> with_rows(std::vector<TuningFold> folds) {
   Eigen::Index first = 0;
   for (TuningFold& fold : folds) {

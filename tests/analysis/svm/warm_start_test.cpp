@@ -30,7 +30,7 @@ SvrParameters drawn_position(std::mt19937_64& generator) {
           .epsilon = std::exp2(drawn_between(generator, -8, -1))};
 }
 
-// Rows of a smooth function of three inputs with noise. Each fold leaves out a quarter.
+/// Rows of a smooth function of three inputs with noise. Each fold holds out a quarter of them.
 struct WarmData {
   SampleMatrix x;
   Eigen::VectorXd y;
@@ -59,8 +59,8 @@ double dual_objective(const TuningFold& fold, const SvrParameters& p, const Eige
   return 0.5 * beta.dot(kernel * beta) - fold.train_y.dot(beta) + p.epsilon * beta.lpNorm<1>();
 }
 
-// Checks that two solutions agree. Both are optimal within the given gap, so their values of D differ by at most the
-// gap.
+/// Requires that two solutions agree. Both are optimal within the given gap, so their dual objectives D differ by at
+/// most that gap.
 void expect_agreement(const TuningFold& fold, const SvrParameters& p, const SvrSolution& warm, const SvrSolution& cold,
                       double relative_gap) {
   EXPECT_LE(warm.relative_gap, relative_gap);
@@ -86,7 +86,7 @@ TEST(WarmStart, AgreesWithColdStartWithinCertifiedGap) {
     ASSERT_TRUE(solved) << text(solved.error());
     const SvrStart end{solved->beta, before.C};
 
-    // Another fold at the same position, and another position, near or random, on the same fold.
+    // Starts another fold at the same position, and the same fold at another position (near or random).
     const SvrStart seeded = FoldSeed::between(first, second)->start(end);
     const auto warm = solve_svr(second_samples, memory, second.train_y, before, {.relative_gap = kGap}, &seeded);
     const auto cold = solve_svr(second_samples, memory, second.train_y, before, {.relative_gap = kGap});
@@ -136,7 +136,7 @@ TEST(FoldSeed, KeepsSharedRowsAndMovesOthersToNeighbours) {
     if (same == first.train_rows.end()) continue;
     EXPECT_EQ(start.beta[static_cast<Eigen::Index>(i)], end.beta[same - first.train_rows.begin()]);
   }
-  // Scales up, so that the bounds limit the β that is moved.
+  // Scales β so that the bounds limit the start.
   end.beta *= 10;
   EXPECT_LE(seed->start(end).beta.lpNorm<Eigen::Infinity>(), 2);
 }

@@ -35,28 +35,30 @@ const std::vector<Assessment>& assessments() {
 }
 
 /// Returns the root mean square of a result over the ten assessments.
-double over_all(const std::string& name, double DenoiserFigures::*figure) {
+double rms_over_assessments(const std::string& name, double DenoiserFigures::*figure) {
   double sum = 0;
   for (const Assessment& assessment : assessments()) sum += std::pow(of(assessment, name).*figure, 2);
   return std::sqrt(sum / static_cast<double>(assessments().size()));
 }
 
 TEST(Assessment, RanksKalmanFilterFirstWithoutDelay) {
-  const double kalman = over_all("Kalman", &DenoiserFigures::rmse_to_truth);
-  const double hour = over_all("Kalman", &DenoiserFigures::next_hour_rmse_to_truth);
+  const double kalman = rms_over_assessments("Kalman", &DenoiserFigures::rmse_to_truth);
+  const double hour = rms_over_assessments("Kalman", &DenoiserFigures::next_hour_rmse_to_truth);
   EXPECT_LT(kalman, 5.5e-4) << "no tracker can follow the fastest flicker";
   EXPECT_LT(hour, 4.5e-4);
   for (const DenoiserFigures& figures : assessments().front().denoisers) {
     if (figures.name == "Kalman" || figures.latency_s > 0) continue;
-    EXPECT_GT(over_all(figures.name, &DenoiserFigures::rmse_to_truth), 1.05 * kalman) << figures.name;
-    EXPECT_GT(over_all(figures.name, &DenoiserFigures::next_hour_rmse_to_truth), 1.03 * hour) << figures.name;
+    EXPECT_GT(rms_over_assessments(figures.name, &DenoiserFigures::rmse_to_truth), 1.05 * kalman) << figures.name;
+    EXPECT_GT(rms_over_assessments(figures.name, &DenoiserFigures::next_hour_rmse_to_truth), 1.03 * hour)
+        << figures.name;
   }
 }
 
 TEST(Assessment, RanksKalmanFilterFirstOneHourLate) {
-  const double kalman = over_all("Kalman, an hour late", &DenoiserFigures::rmse_to_truth);
-  EXPECT_LT(kalman, 0.95 * over_all("Kalman", &DenoiserFigures::rmse_to_truth)) << "gain from one more hour";
-  EXPECT_LT(kalman, 0.95 * over_all("wavelet, an hour late", &DenoiserFigures::rmse_to_truth));
+  const double kalman = rms_over_assessments("Kalman, an hour late", &DenoiserFigures::rmse_to_truth);
+  EXPECT_LT(kalman, 0.95 * rms_over_assessments("Kalman", &DenoiserFigures::rmse_to_truth))
+      << "gain from one more hour";
+  EXPECT_LT(kalman, 0.95 * rms_over_assessments("wavelet, an hour late", &DenoiserFigures::rmse_to_truth));
 }
 
 TEST(Assessment, FindsGainOnEverySeedButNotOnShuffledResidual) {
@@ -72,8 +74,8 @@ TEST(Assessment, FindsGainOnEverySeedButNotOnShuffledResidual) {
 }
 
 TEST(Assessment, IncludesNoiseOfMeasuredHour) {
-  const double measured = over_all("Kalman", &DenoiserFigures::next_hour_rmse);
-  const double truly = over_all("Kalman", &DenoiserFigures::next_hour_rmse_to_truth);
+  const double measured = rms_over_assessments("Kalman", &DenoiserFigures::next_hour_rmse);
+  const double truly = rms_over_assessments("Kalman", &DenoiserFigures::next_hour_rmse_to_truth);
   EXPECT_NEAR(measured, std::hypot(truly, 3e-4), 3e-5) << "the angle random walk of 3e-4 °/h over one hour";
 }
 
@@ -168,7 +170,7 @@ TEST(Whiteness, HasUniformProbabilityForWhiteValues) {
     probabilities.push_back(test_whiteness(values, 20).probability);
   }
   std::ranges::sort(probabilities);
-  double farthest = 0;  // Kolmogorov and Smirnov
+  double farthest = 0;  // Kolmogorov-Smirnov statistic
   for (std::size_t i = 0; i < probabilities.size(); ++i) {
     farthest = std::max(farthest, std::abs(probabilities[i] - (static_cast<double>(i) + 0.5) / 400));
   }

@@ -28,8 +28,8 @@ TEST(BiasNoise, RecoversNoiseOfResidual) {
         estimate_bias_noise(known_bias(4000, seed, made).measured_deg_per_h, spaced_clusters(4000), kNoFloor);
     ASSERT_TRUE(noise) << text(noise.error());
     EXPECT_NEAR(noise->angle_random_walk_deg_per_sqrt_h, 3e-4, 0.15 * 3e-4) << seed;
-    // Flicker of this size and a random walk with the same Allan deviation at the relevant times are equivalent for a
-    // tracker.
+    // A tracker cannot distinguish flicker of this size from a random walk with the same Allan deviation at the
+    // relevant times.
     const double wander =
         std::hypot(0.664 * noise->instability_deg_per_h, noise->rate_random_walk_deg_per_h_per_sqrt_h / std::sqrt(3));
     EXPECT_NEAR(wander, 0.664e-3, 0.25e-3) << seed;
@@ -59,7 +59,7 @@ TEST(BiasNoise, FailsWithoutWhiteNoise) {
   EXPECT_NE(noise.error().what.find("no angle random walk"), std::string::npos) << noise.error().what;
 }
 
-/// Model errors may hide the white noise of the residual; the noise floor of the record still shows it.
+/// Model errors may hide the white noise of the residual. The noise floor of the record still reveals it.
 TEST(BiasNoise, UsesNoiseFloorWhenResidualHidesWhiteNoise) {
   const Eigen::VectorXd line = Eigen::VectorXd::LinSpaced(1000, 0, 1);
   const auto noise = estimate_bias_noise(line, spaced_clusters(1000), 0.0018);

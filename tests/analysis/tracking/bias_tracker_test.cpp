@@ -9,7 +9,7 @@
 namespace gyrotherm::tracking {
 namespace {
 
-/// Returns rates with missing values, single ones and a gap of an hour.
+/// Returns rates with single missing values and a gap of one hour.
 Eigen::VectorXd rates_with_an_hours_gap(std::uint64_t seed) {
   std::mt19937_64 random(seed);
   Eigen::VectorXd rates = draw(virtual_space(), 150, random).measured_deg_per_h;
@@ -71,7 +71,7 @@ TEST(BiasTracker, HasWhiteInnovationsOfExpectedVariance) {
     large += consistency.mean_square < consistency.low || consistency.mean_square > consistency.high ? 1 : 0;
     coloured += consistency.whiteness.probability < 0.05 ? 1 : 0;
   }
-  // The expected number is 5 % of 200, 10 ± 3.1.
+  // The expected number is 5 % of 200: 10 ± 3.1.
   EXPECT_GT(large, 0);
   EXPECT_LT(large, 23);
   EXPECT_GT(coloured, 0);
@@ -95,7 +95,7 @@ TEST(BiasTracker, CoversTruthAsOftenAsStated) {
   EXPECT_NEAR(static_cast<double>(inside) / count, 0.95, 0.04) << "of " << count;
 }
 
-/// Returns the time in which the settled tracker reaches half of a step of 1 °/h, s.
+/// Returns the time in s that a settled tracker needs to reach half of a step of 1 °/h.
 double half_step_time_s(const BiasNoise& noise) {
   BiasTracker tracker(state_space(noise, kInterval_s));
   for (int k = 0; k < 2000; ++k) tracker.push(0);
@@ -142,7 +142,7 @@ TEST(BiasTracker, ReturnsMeanForConstantBias) {
 
 TEST(BiasTracker, DoesNotDependOnInterval) {
   BiasNoise noise = virtual_noise();
-  // Its Markov processes would depend on the interval.
+  // The Markov processes of flicker would depend on the interval.
   noise.instability_deg_per_h = 0;
   std::mt19937_64 random(6);
   const Eigen::VectorXd seconds = draw(state_space(noise, 10), 20000, random).measured_deg_per_h;

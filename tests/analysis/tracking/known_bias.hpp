@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Known biases with the noise of the default virtual gyro, and their exact statistics.
+/// Simulated biases with the noise of the default virtual gyro, and their exact statistics.
 #pragma once
 
 #include <Eigen/Dense>
@@ -16,7 +16,7 @@ namespace gyrotherm::tracking {
 inline constexpr double kInterval_s = 100;
 inline constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
 
-/// Returns N, B and K of profiles/rigs/virtual.toml, with the turn-on seen in its residuals.
+/// Returns N, B and K of profiles/rigs/virtual.toml, and the turn-on scatter of the residuals on that rig.
 [[nodiscard]] inline BiasNoise virtual_noise() {
   return {.angle_random_walk_deg_per_sqrt_h = 3e-4,
           .instability_deg_per_h = 4e-4,
@@ -33,8 +33,8 @@ inline constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
   return Eigen::VectorXd::NullaryExpr(count, [&] { return normal(random); });
 }
 
-/// Simulates a bias with that noise, a random turn-on, and its measured means. The flicker comes from Kasdin's filter,
-/// which is independent of the Markov processes under test.
+/// Simulates a bias with this noise and a random turn-on, and its measured means. Kasdin's filter generates the
+/// flicker, so the simulation does not use the Markov processes under test.
 [[nodiscard]] inline DrawnBias known_bias(Eigen::Index intervals, std::uint64_t seed,
                                           const BiasNoise& noise = virtual_noise()) {
   std::mt19937_64 random(seed);
@@ -51,7 +51,7 @@ inline constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
   return known;
 }
 
-/// Computes the covariance of the bias between all intervals.
+/// Computes the covariance matrix of the bias over all intervals.
 [[nodiscard]] inline Eigen::MatrixXd covariance_of_bias(const StateSpace& space, Eigen::Index intervals) {
   return Eigen::MatrixXd::NullaryExpr(intervals, intervals, [&](Eigen::Index i, Eigen::Index j) {
     double sum = space.start(0) + space.fresh(0) * static_cast<double>(std::min(i, j));
@@ -62,8 +62,8 @@ inline constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
   });
 }
 
-/// Mean and standard deviation of Σ_k weight_k bias_k given the available rates: the conditional normal distribution
-/// from one dense solution.
+/// Mean and standard deviation of Σ_k weight_k bias_k given the available rates. They follow from the conditional
+/// normal distribution with the dense covariance matrix.
 struct Posterior {
   double mean{}, std{};
 };

@@ -45,7 +45,7 @@ TEST(Smoothing, MatchesRauchTungStriebel) {
   State state = states.back();
   Covariance covariance = covariances.back();
   const Covariance step = space.memory.asDiagonal();
-  // Implements equations (3.29) to (3.31) of their paper.
+  /// Implements equations (3.29) to (3.31) of Rauch, Tung and Striebel.
   for (std::size_t k = states.size() - 1; k-- > 0;) {
     Covariance predicted = step * covariances[k] * step;
     predicted.diagonal() += space.fresh;

@@ -38,8 +38,8 @@ TEST(StateSpace, MatchesAllanDeviationOfFlickerNearCentre) {
   }
 }
 
-/// The expected value is the integral of the two-sided flicker spectrum B²/(2πf) for means over Δ, from the fast end of
-/// the first process on.
+/// The expected variance is the integral of the two-sided flicker spectrum B²/(2πf) for means over Δ, starting at the
+/// frequency above which the first process has no power.
 TEST(StateSpace, AddsFasterFlickerToWhiteNoise) {
   BiasNoise noise = virtual_noise();
   for (const double instability : {1e-4, 4e-4, 8e-4, 5e-3}) {
@@ -58,7 +58,7 @@ TEST(StateSpace, AddsFasterFlickerToWhiteNoise) {
   }
 }
 
-/// Bias with any number of independent states, and the white noise of its measured means.
+/// Model of a bias with any number of independent states, and the white noise of its measured means.
 struct Mismatch {
   Eigen::VectorXd memory, fresh, start;  ///< true states
   double white{};                        ///< measured means
@@ -74,7 +74,7 @@ Mismatch make_flicker(double instability, const BiasNoise& noise, int processes)
   for (int m = 1; m <= processes; ++m) {
     const double time = std::pow(10, (m - 1) / 2.0) / kInterval_s;
     truth.memory(m) = std::exp(-1 / time);
-    // Factor by which the mean over an interval reduces the process.
+    // Factor by which averaging over an interval reduces the variance of the process.
     const double averaged = 2 * time * (1 - time * (1 - truth.memory(m)));
     truth.start(m) = averaged * instability * instability * std::numbers::ln10 / 2 / std::numbers::pi;
     truth.fresh(m) = truth.start(m) * (1 - truth.memory(m) * truth.memory(m));
@@ -82,7 +82,8 @@ Mismatch make_flicker(double instability, const BiasNoise& noise, int processes)
   return truth;
 }
 
-/// Returns the weight of each state in the mean of the next 36 intervals, and the variance of its unpredictable part.
+/// Returns the weight of each state in the mean over the next 36 intervals, and the variance of the unpredictable part
+/// of that mean.
 std::pair<Eigen::VectorXd, double> next_hour_weights(const Eigen::VectorXd& memory, const Eigen::VectorXd& fresh) {
   Eigen::VectorXd weight = Eigen::VectorXd::Zero(memory.size());
   double unknown = 0;
@@ -93,8 +94,8 @@ std::pair<Eigen::VectorXd, double> next_hour_weights(const Eigen::VectorXd& memo
   return {weight.cwiseProduct(memory) / 36, unknown / (36 * 36)};
 }
 
-/// Computes the RMS error of forecasts of the next hour's true mean over 1440 intervals, from the third hour on. The
-/// filter assumes the model `belief`. The covariance of truth and filter is propagated jointly, step by step.
+/// Computes the RMS error of forecasts of the true mean over the next hour, for 1440 intervals after the second hour.
+/// The filter assumes the model `belief`. The joint covariance of truth and filter is propagated step by step.
 double forecast_error(const Mismatch& truth, const Mismatch& belief) {
   const Eigen::VectorXd &memory = belief.memory, &fresh = belief.fresh;
   const Eigen::Index n = truth.memory.size(), m = memory.size();
@@ -169,7 +170,7 @@ TEST(SteadyState, MatchesConvergedFilter) {
   for (const double instability : {0.0, 4e-4, 5e-3}) {
     BiasNoise noise = virtual_noise();
     noise.instability_deg_per_h = instability;
-    // Large enough that the filter settles quickly.
+    // A large random walk lets the filter settle quickly.
     noise.rate_random_walk_deg_per_h_per_sqrt_h = 1e-3;
     const StateSpace space = state_space(noise, kInterval_s);
     const Covariance last = track(space, Eigen::VectorXd::Zero(50000)).back().predicted_covariance;

@@ -7,8 +7,8 @@
 
 namespace gyrotherm::tests {
 
-/// Returns the first error, or an empty string. Requires that elements are closed in order, that attributes are quoted,
-/// and that there is no bare '&' or '<'. Accepts the doctype, raw style sheets and void elements written "<x/>".
+/// Returns the first error, or an empty string. Requires that elements are closed in order and attributes are quoted,
+/// and rejects a bare '&' or '<'. Accepts the doctype, raw style sheets and void elements written "<x/>".
 [[nodiscard]] std::string markup_error(std::string_view markup);
 
 /// Counts the occurrences of a word without overlaps.

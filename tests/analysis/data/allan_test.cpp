@@ -342,7 +342,7 @@ Eigen::VectorXd hourly_means(const SimulatedNoise& noise, Eigen::Index hours, st
   return parts.reshaped(kParts, hours).colwise().mean().transpose();
 }
 
-/// Compares the computed covariances with those of a sample of many simulated records.
+/// Compares the computed covariances with the sample covariances of many simulated records.
 TEST(AllanCovariance, MatchesSampleCovarianceOfManyRecords) {
   const std::vector<SimulatedNoise> noises = {{.N = 1}, {.Q = 1}, {.N = 0.2, .K = 1}, {.B = 1}, {.N = 1, .R = 4}};
   constexpr int kRecords = 3000;
@@ -352,7 +352,7 @@ TEST(AllanCovariance, MatchesSampleCovarianceOfManyRecords) {
     RateStretches rates{.interval_s = 3600, .values = {}};
     Eigen::MatrixXd variances;
     for (int record = 0; record < kRecords; ++record) {
-      rates.values = {hourly(noise, 40, random), hourly_means(noise, 24, random)};
+      rates.values = {hourly_means(noise, 40, random), hourly_means(noise, 24, random)};
       const AllanCurve curve = allan_curve(rates);
       variances.conservativeResize(static_cast<Eigen::Index>(curve.size()), kRecords);
       for (std::size_t k = 0; k < curve.size(); ++k) {

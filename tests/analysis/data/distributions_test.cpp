@@ -81,7 +81,7 @@ TEST(StudentsT, MatchesPublishedCoverageFactors) {
   struct Published {
     double degrees_of_freedom, factor_90, factor_95, factor_99;
   };
-  // From GUM (JCGM 100:2008), table G.2.
+  // Table G.2 of the GUM (JCGM 100:2008).
   constexpr Published kTable[] = {{1, 6.31, 12.71, 63.66},         {2, 2.92, 4.30, 9.92},  {3, 2.35, 3.18, 5.84},
                                   {5, 2.02, 2.57, 4.03},           {10, 1.81, 2.23, 3.17}, {16, 1.75, 2.12, 2.92},
                                   {30, 1.70, 2.04, 2.75},          {50, 1.68, 2.01, 2.68}, {100, 1.660, 1.984, 2.626},

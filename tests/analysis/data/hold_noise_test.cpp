@@ -44,7 +44,7 @@ TEST(NoiseFloor, IgnoresSteadyDrift) {
   EXPECT_NEAR(noise_floor(clusters, {kHoldSegment}).deg_per_h, floor.deg_per_h, 1e-12);
 }
 
-/// As in a random program, the holds last ten minutes, and the bias still decays by 7 % between successive means.
+/// Holds of ten minutes, as in a random program. The bias still decays by 7 % between successive means.
 TEST(NoiseFloor, IsUnbiasedOnShortDriftingHolds) {
   constexpr int kHolds = 400, kMeans = 6;
   Clusters clusters = noisy_clusters(kHolds * kMeans, 0.002);

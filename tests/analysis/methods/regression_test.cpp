@@ -242,7 +242,7 @@ TEST(CoefficientVariance, MatchesSimulatedErrorOfPlane) {
                            elsewhere = 4 * data::bent_samples(50, kInputs, 0, 2).x;
   const std::vector<data::Term> terms = data::bent_samples(1, kInputs, 0, 1).terms;
   constexpr double kNoise = 0.3;
-  // With a penalty, the formula is valid for weights that are drawn from the corresponding prior.
+  // If there is a penalty, the formula is valid for weights that are drawn from the corresponding prior.
   for (const double lambda : {0.0, 0.02}) {
     SCOPED_TRACE(lambda);
     double squares = 0, variances = 0;

@@ -149,7 +149,7 @@ TEST(Characterisation, PoolsNearlyEqualSetPoints) {
   EXPECT_EQ(found.front().set_point_c, 19.74) << "the first requested set point";
 }
 
-/// With a slope of 0.01 °/h per K, pooling the starts at −40 and −39.5 °C would simulate a scatter of 0.003 °/h.
+/// The slope is 0.01 °/h per K. Pooled starts at −40 and −39.5 °C would therefore show a scatter of 0.003 °/h.
 TEST(Characterisation, SeparatesSetPointsHalfAKelvinApart) {
   RunWithGivenBias run;
   std::vector<Characterisation> starts;

@@ -198,8 +198,8 @@ TEST(ModelFile, ReportsFaultForTruncatedOrCorruptFile) {
     EXPECT_FALSE(model_from_json(json, "m.json"));
 }
 
-/// Returns inputs of which the second to fourth row are outside the range of the small model: A − B in [−1, 1] and
-/// dA/dt in [−5, 5].
+/// Returns four rows of inputs. The second and third are outside the range of the small model, which is A − B in [−1,
+/// 1] and dA/dt in [−5, 5].
 data::SampleMatrix two_outside() { return (data::SampleMatrix(4, 2) << 0.5, 1, 1.5, 1, 0, -7.5, -1, 5).finished(); }
 
 /// Predicts the bias with a policy for inputs outside the range.

@@ -183,7 +183,7 @@ TEST(Training, HoldsOutRecordsIfThereAreNoCycles) {
   EXPECT_EQ(train({datasets[0]}, {clusters[0]}, alone).error().kind, FaultKind::usage);
 }
 
-/// With two profiles, the held-out prediction of each comes from a model that was trained on the other one.
+/// There are two profiles. The held-out prediction of each comes from a model that was trained on the other one.
 TEST(FoldsByProgram, PredictEachProfileFromTheOther) {
   data::Dataset rate = data::make_synthetic_run({.run_id = "rate run", .seed = 1});
   data::Dataset random = data::make_synthetic_run({.run_id = "random run", .cycle_rates_c_per_min = {1, 6}, .seed = 2});

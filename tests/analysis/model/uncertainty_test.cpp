@@ -41,8 +41,8 @@ TEST(Budget, IsZeroWithoutRows) {
 }
 
 TEST(Budget, ReproducesEndGaugeExampleOfGum) {
-  // From GUM H.1, in nm: calibration of the standard, measured difference, and differences of expansion coefficient and
-  // of temperature.
+  // GUM H.1, in nm: calibration of the standard, measured difference, and differences of expansion coefficient and of
+  // temperature.
   const std::vector<BudgetRow> rows{row_of(25, 1, 18), row_of(9.7, 1, 25.6), row_of(2.9, 1, 50), row_of(16.6, 1, 2)};
   const CombinedUncertainty sum = combined(rows, 0.99);
   EXPECT_NEAR(sum.standard_deg_per_h, 32, 0.5);

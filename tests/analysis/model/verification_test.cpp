@@ -338,13 +338,13 @@ TEST(AsStreamed, ReportsErrorCausedByLag) {
   dataset.true_bias_deg_per_h = dataset.bias_deg_per_h;
   const data::Clusters clusters = *make_clusters(dataset);
   Model model = data::small_slope_model();
-  const auto judged = [&] {
+  const auto stream_results = [&] {
     const auto verification = verify(model, dataset, clusters);
     return *as_streamed(model, dataset, clusters, verification->residual_deg_per_h);
   };
-  const Streamed lagging = judged();
+  const Streamed lagging = stream_results();
   model.latency = {.lag_s = 50, .is_led = true};
-  const Streamed led = judged();
+  const Streamed led = stream_results();
   EXPECT_LT(lagging.aligned.std, 1e-9);
   // A sine with an amplitude of 0.5 °/h and a period of 3600 s that lags by 49.5 s, in means over 100 s.
   EXPECT_NEAR(lagging.residual.std, 0.5 / std::numbers::sqrt2 * 2 * std::numbers::pi * 49.5 / 3600, 0.001);

@@ -9,7 +9,7 @@
 namespace gyrotherm::svm {
 namespace {
 
-SampleMatrix drawn(Eigen::Index rows, Eigen::Index columns) {
+SampleMatrix random_matrix(Eigen::Index rows, Eigen::Index columns) {
   std::mt19937_64 generator(3);
   std::normal_distribution<double> normal;
   return SampleMatrix::NullaryExpr(rows, columns, [&] { return normal(generator); });
@@ -25,14 +25,14 @@ double greatest_distance_change(const SampleMatrix& x, const Eigen::MatrixXd& co
 
 TEST(Spanned, KeepsSamplesOfIndependentInputs) {
   for (const Eigen::Index rows : {14, 52, 53, 600}) {
-    const SampleMatrix x = drawn(rows, 13);
+    const SampleMatrix x = random_matrix(rows, 13);
     EXPECT_EQ(spanned(x), Eigen::MatrixXd(x)) << rows;
   }
 }
 
 TEST(Spanned, ReducesDependentInputsAndKeepsDistances) {
   for (const Eigen::Index rows : {9, 60, 600}) {
-    const SampleMatrix x = drawn(rows, 7) * drawn(7, 13);
+    const SampleMatrix x = random_matrix(rows, 7) * random_matrix(7, 13);
     const Eigen::MatrixXd coordinates = spanned(x);
     EXPECT_EQ(coordinates.cols(), 7) << rows;
     EXPECT_LT(greatest_distance_change(x, coordinates), 1e-13 * x.norm()) << rows;
@@ -40,14 +40,14 @@ TEST(Spanned, ReducesDependentInputsAndKeepsDistances) {
 }
 
 TEST(Spanned, LimitsDimensionsToSampleCount) {
-  const SampleMatrix x = drawn(5, 13);
+  const SampleMatrix x = random_matrix(5, 13);
   const Eigen::MatrixXd coordinates = spanned(x);
   EXPECT_EQ(coordinates.cols(), 4) << "one dimension is lost by centring";
   EXPECT_LT(greatest_distance_change(x, coordinates), 1e-13 * x.norm());
 }
 
 TEST(Spanned, FindsDirectionInLaterSamples) {
-  SampleMatrix x = drawn(600, 5);
+  SampleMatrix x = random_matrix(600, 5);
   x.col(4).head(500).setConstant(2);
   EXPECT_EQ(spanned(x).cols(), 5);
 }
@@ -58,7 +58,7 @@ TEST(Spanned, HasNoDimensionForEqualSamples) {
 }
 
 TEST(Spanned, ReturnsOrthonormalDirections) {
-  const Eigen::MatrixXd x = drawn(300, 4) * drawn(4, 9);
+  const Eigen::MatrixXd x = random_matrix(300, 4) * random_matrix(4, 9);
   const Eigen::MatrixXd basis = spanning_directions(x.rowwise() - x.colwise().mean());
   EXPECT_LT((basis.transpose() * basis - Eigen::MatrixXd::Identity(4, 4)).norm(), 1e-14);
 }

@@ -81,7 +81,7 @@ TEST(Swarm, StaysInsideBox) {
   EXPECT_EQ(outside, 0);
 }
 
-void expect_same(const SwarmSummary& a, const SwarmSummary& b) {
+void expect_equal(const SwarmSummary& a, const SwarmSummary& b) {
   EXPECT_EQ(a.best, b.best);
   EXPECT_EQ(a.history, b.history);
   EXPECT_EQ(a.evaluations, b.evaluations);
@@ -96,7 +96,7 @@ TEST(Swarm, DoesNotDependOnThreadCount) {
     options.threads = threads;
     const auto many = minimise(sphere, kBox, options);
     ASSERT_TRUE(one && many);
-    expect_same(*one, *many);
+    expect_equal(*one, *many);
   }
 }
 
@@ -125,7 +125,7 @@ TEST(Swarm, IsUnchangedByFitnessThatStopsAtLimit) {
   const auto partial = minimise(stopping, kBox, patient(60));
   ASSERT_TRUE(whole && partial);
   EXPECT_GT(stopped, 100);
-  expect_same(*whole, *partial);
+  expect_equal(*whole, *partial);
 }
 
 TEST(Swarm, StopsWithoutGain) {

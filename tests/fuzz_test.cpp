@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Runs a fuzz target without libFuzzer: fuzz_test TARGET [N | FILE …], on N seeded random inputs (default 10000) or on
-/// the content of files. Without arguments it lists the targets.
+/// Runs a fuzz target without libFuzzer: fuzz_test TARGET [N | FILE …]. The inputs are N random ones with fixed seeds
+/// (default 10,000) or the content of files. Without arguments, the program lists the targets.
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
@@ -31,7 +31,8 @@ void run_random(Function* target, long count) {
   }
 }
 
-/// Runs the target on a number of random inputs, or on a file's content. Returns false if there is no such file.
+/// Runs the target on random inputs if the argument is a number, otherwise on the content of a file. Returns false if
+/// there is no such file.
 bool run(Function* target, const std::string& argument) {
   char* end = nullptr;
   if (const long count = std::strtol(argument.c_str(), &end, 10); *end == '\0') {
@@ -45,7 +46,7 @@ bool run(Function* target, const std::string& argument) {
   return true;
 }
 
-/// Runs one target on all arguments, 10,000 random inputs without any. Returns the exit code.
+/// Runs one target on all arguments, or on 10,000 random inputs if there are none. Returns the exit code.
 int run_all(const std::string& name, std::vector<std::string> arguments) {
   const auto target = targets().find(name);
   if (target == targets().end()) {

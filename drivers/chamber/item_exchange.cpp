@@ -43,7 +43,7 @@ constexpr Duration kContextLifetime = std::chrono::milliseconds(1500);
 /// Time in which a unit cannot be replaced by another one.
 constexpr Duration kRecognisedFor = std::chrono::seconds(2);
 
-Fault add_location(const RegisterItem& item, Fault fault) {
+Fault add_item_location(const RegisterItem& item, Fault fault) {
   if (fault.where == item.name) fault.where = place(item);
   return fault;
 }
@@ -259,7 +259,7 @@ Result<double> ItemExchange::value_in(const Snapshot& snapshot, const RegisterIt
       map_, item, [&](const RegisterItem& other) { return value_or_latest(other, value_in(snapshot, other)); });
   if (!context) return failure(context.error());
   auto value = context->is_empty() ? decode(item, words) : decode(in_context(item, *context), words);
-  return value ? value : failure(add_location(item, std::move(value.error())));
+  return value ? value : failure(add_item_location(item, std::move(value.error())));
 }
 
 Result<double> ItemExchange::read(const RegisterItem& item) {
@@ -338,7 +338,7 @@ Result<double> ItemExchange::read_in_known_context(const RegisterItem& item) {
   const auto found = read_spans(std::span(&span, 1));
   if (!found) return failure(found.error());
   auto value = decode(*in_context, found->words_of(item));
-  return value ? value : failure(add_location(item, std::move(value.error())));
+  return value ? value : failure(add_item_location(item, std::move(value.error())));
 }
 
 Result<RegisterItem> ItemExchange::resolve_context(const RegisterItem& item) {

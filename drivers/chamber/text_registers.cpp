@@ -32,7 +32,7 @@ TextExchangeOptions exchange_options(const RegisterMap& map, const Clock* clock)
   return {.question_end = wire.frame ? "" : wire.question_end,
           .answer_end = std::move(answer_end),
           .within = map.link.modbus.timeout,
-          .alone = !wire.prefix,
+          .is_only_instrument = !wire.prefix,
           .clock = clock,
           .longest = wire.longest_answer,
           .silence = wire.silence};
@@ -102,7 +102,7 @@ class TextRegisters final : public Registers {
   }
 
   Result<std::string> ask_line(const std::string& question) {
-    auto answer = exchange_.ask(prefix_ + question, resync());
+    auto answer = exchange_.query(prefix_ + question, resync());
     exchange_.rest_before_next(map_.link.text.after_read);
     if (!answer) return failure(noted(std::move(answer.error()), question));
     const auto prefix = answer_prefix();

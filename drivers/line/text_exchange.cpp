@@ -13,7 +13,7 @@ namespace gyrotherm::drivers {
 
 namespace {
 
-constexpr std::size_t kBufferSize = 256;
+constexpr std::size_t kReadBufferSize = 256;
 /// Bytes that an idle bus adds between lines. They do not occur in a line.
 constexpr std::string_view kNoise("\0\xFF", 2);
 
@@ -27,7 +27,7 @@ TextExchange::TextExchange(std::unique_ptr<ByteStream> line, TextExchangeOptions
     : line_(std::move(line)), options_(std::move(options)) {}
 
 Result<void> TextExchange::wait_for_silence(bool resync_follows) {
-  std::array<std::byte, kBufferSize> stale;
+  std::array<std::byte, kReadBufferSize> stale;
   const bool is_in_order = options_.is_only_instrument && resync_follows && !is_resync_outstanding_;
   auto pause = answer_may_come_late_ && !is_in_order ? options_.within : options_.pause;
   if (quiet_until_) pause = std::max(pause, quiet_until_->left());
@@ -47,13 +47,13 @@ Result<void> TextExchange::wait_for_silence(bool resync_follows) {
 /// to a silence are one line.
 Result<std::string> TextExchange::receive(std::string_view begins) {
   std::string text;
-  std::array<std::byte, kBufferSize> buffer;
+  std::array<std::byte, kReadBufferSize> buffer;
   const Deadline deadline(options_.within, options_.clock);
   const bool ends_by_silence = options_.answer_end.empty();
   while (true) {
     const auto patience = ends_by_silence && !text.empty() ? options_.silence : deadline.left();
     const auto size =
-        line_->read(std::span(buffer).first(std::min(kBufferSize, options_.longest - text.size())), patience);
+        line_->read(std::span(buffer).first(std::min(kReadBufferSize, options_.longest - text.size())), patience);
     if (!size) {
       const bool is_end = ends_by_silence && !text.empty() && size.error().kind == FaultKind::timeout;
       if (!is_end) return failure(size.error());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Fuzzes the TOML reader: any text is either read or refused with a position.
+/// Fuzzes the TOML reader. Any text must be either read or refused with a position.
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>

@@ -56,8 +56,8 @@ TEST(WholeRun, RootMeanSquareHasUncertaintyOfReferenceWhenMeanDominates) {
   EXPECT_LT(run.value("std").standard_uncertainty, 0.0003) << "a STD does not depend on the bias reference";
 }
 
-/// At mean 0 the root mean square has its minimum, but an uncertain bias reference still changes it. Monte Carlo draws
-/// give the expected amount.
+/// The root mean square is least for a mean of 0, but an uncertain bias reference still changes it. The expected change
+/// comes from Monte Carlo draws.
 TEST(WholeRun, RootMeanSquareHasUncertaintyOfReferenceWhenMeanIsZero) {
   for (const double in_scatter : {0.2, 1.0, 2.0, 5.0}) {
     SCOPED_TRACE(in_scatter);
@@ -83,7 +83,7 @@ TEST(WholeRun, OmitsStandardDeviationOfSingleMean) {
   for (const char* quantity : {"mean", "rmse"}) EXPECT_FALSE(run.value(quantity).expanded() > 0) << quantity;
 }
 
-/// A linear model in A alone, trained on that run one year after the calibration of A.
+/// Returns a linear model that uses only A. It was trained on the given run, one year after the calibration of A.
 model::Model plane_in_a(const std::string& run_id) {
   constexpr double kSlope_deg_per_h_per_k = 0.004;
   model::Model model;
@@ -110,7 +110,7 @@ model::Model plane_in_a(const std::string& run_id) {
   return model;
 }
 
-/// In four years since its calibration a thermometer drifts twice as far as in the first year.
+/// Within four years of its calibration, a thermometer drifts twice as far as within one year.
 TEST(CompensatedMean, IncludesThermometerDriftSinceTraining) {
   SyntheticExperiment experiment;
   data::RecordedRun &trained = experiment.rate, &later = experiment.random;
@@ -139,7 +139,8 @@ TEST(CompensatedMean, IncludesThermometerDriftSinceTraining) {
   check(later.dataset.run_id, std::hypot(0.05, 0.1));
 }
 
-/// r± = b ± Ω: b is half of the sum for every scale factor, and Ω is proportional to the scale factor.
+/// The two positions have the rates r± = b ± Ω. b is half of their sum for any scale factor; Ω is proportional to the
+/// scale factor.
 TEST(TwoPositions, GiveEarthRateUncertaintyOfScaleFactor) {
   constexpr double kEarthRate_deg_per_h = 10, kBias_deg_per_h = 0.1;
   data::RecordedRun run = SyntheticExperiment(9).rate;

@@ -62,12 +62,12 @@ TEST(Decision, ReturnsProbabilityThatTrueValueIsWithinLimit) {
               1e-9);
   EXPECT_NEAR(compare_with_limits(value_with_uncertainty(0.95, 0.05, kInfinite), 1, DecisionRule::simple).probability,
               0.841344746, 1e-8);
-  // Cauchy distribution without the part below −1.
+  // Cauchy distribution, excluding the part below −1.
   EXPECT_NEAR(compare_with_limits(value_with_uncertainty(0.95, 0.05, 1), 1, DecisionRule::simple).probability,
               0.75 - 0.00816, 1e-4);
 }
 
-/// If U equals the limit, the true value of a passed result may be outside on either side.
+// If U equals the limit, the true value of a passed result may be outside the limit on either side.
 TEST(Decision, HasStatedErrorProbabilityByGuardBand) {
   constexpr double kInfinite = std::numeric_limits<double>::infinity();
   const ReportedValue nothing = value_with_uncertainty(0, 0.5, kInfinite),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Page, table and schema of a calibration report.
+/// Tests the page, the table and the schema of a calibration report.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <sys/wait.h>
@@ -42,7 +42,7 @@ std::string without_scripts(std::string html) {
 
 bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
-/// A report with hostile text in every field that people fill in.
+/// Returns a report with hostile text in every field that users fill in.
 CalibrationReport hostile_report() {
   const std::string hostile = "</style></script><script>alert(1)</script> \"q\" 'x' & 惯性 {} " + std::string(300, 'W');
   CalibrationReport report = sample_calibration();

@@ -17,8 +17,8 @@
 namespace gyrotherm::report {
 namespace {
 
-/// A report one year later: the bias of each hold is greater by 0.01 °/h, and the model as found is the previous one as
-/// left.
+/// Returns a report of the same unit one year later. The bias of each hold is greater by 0.01 °/h, and the model as
+/// found is the previous model as left.
 CalibrationReport a_year_later() {
   CalibrationReport now = sample_calibration();
   now.number = "C-2027-0042";
@@ -50,7 +50,7 @@ TEST(Comparison, ReturnsChangeWithUncertaintyAndNormalisedError) {
   const ComparedResult* one = find(*comparison, "stabilised_bias", "set_point -40", Stage::uncompensated);
   ASSERT_NE(one, nullptr);
   EXPECT_NEAR(one->change, 0.01, 1e-12);
-  // Reference calculation: u = 0.00031 with 35 degrees of freedom, Student's t = 2.0301, in both reports.
+  // Reference calculation: in both reports u = 0.00031 with 35 degrees of freedom, so Student's t is 2.0301.
   const double u = 0.00031 * 2.0301;
   EXPECT_NEAR(one->expanded, std::sqrt(2.0) * u, 1e-7);
   EXPECT_NEAR(one->normalised_error, 0.01 / (std::sqrt(2.0) * u), 1e-3);
@@ -146,7 +146,7 @@ TEST(Comparison, SkipsBiasWhenReferencesDiffer) {
   expect_no_bias();
 }
 
-/// The store of a site cannot link this module: its SQL has the same list and the same keyword.
+/// The SQL of the site store cannot use this module. It must have the same list and the same keyword.
 TEST(Comparison, HasSameReferenceDependentQuantitiesAsStore) {
   const auto sql = read_text_file(GYROTHERM_SOURCE_DIR "/apps/site/migrations/0001-store.sql");
   ASSERT_TRUE(sql);

@@ -36,7 +36,7 @@ CalibrationReport real_report() {
   return report;
 }
 
-/// Certificates of the varied reports and of random ones, as files.
+/// Files with the certificates of the varied reports and of random ones.
 class Certificates : public testing::Test {
  protected:
   void SetUp() override {
@@ -178,7 +178,7 @@ TEST(Dcc, OmitsPdfTooLargeForXmlReaders) {
   EXPECT_NE(dcc(sample_calibration(), options).find("<dcc:document>"), std::string::npos);
 }
 
-/// Equivalent XML has other bytes.
+/// XML with the same meaning but other bytes is refused.
 TEST(DccReader, RefusesEquivalentXmlInOtherForm) {
   const std::string xml = dcc(sample_calibration());
   const auto with = [&](const std::string& what, const std::string& instead) {

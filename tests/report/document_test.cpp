@@ -20,7 +20,7 @@ namespace {
 
 constexpr Language kLanguages[] = {Language::english, Language::german};
 
-/// Collects all text of a document, and of figures the caption.
+/// Collects all text of a document, including the captions of figures.
 struct Text {
   std::string all;
   void take(const std::string& text) { all += text + "\n"; }
@@ -157,7 +157,7 @@ TEST(Document, ListsBiasReferencesThatDiffer) {
 
 TEST(Document, StatesTrainedRangeOfModel) {
   CalibrationReport report = sample_calibration();
-  // −17.6 to 58.4 °C: the integer degrees inside are −17 and 58.
+  // The range is −17.6 to 58.4 °C; it is rounded inwards to whole degrees.
   EXPECT_TRUE(has(text_of(report), "u1.x: The model was trained at block temperatures from −17 to 58 °C."));
   EXPECT_TRUE(has(text_of(report, Language::german),
                   "u1.x: Das Modell wurde bei Temperaturen des Blocks von −17 bis 58 °C trainiert."));
@@ -210,7 +210,7 @@ TEST(Document, BeginsWithMeanOfEachAxis) {
   EXPECT_TRUE(has(keys[0].figures[3].label, "as found"));
 }
 
-/// A model is fitted to the ramp run and judged on the random run, which has another bias.
+/// The model is trained on the ramp run and verified on the random run, which has another bias.
 TEST(Document, ComparesStagesOfOneRecord) {
   CalibrationReport report = sample_calibration();
   report.files.push_back({.role = "record", .name = "random.db", .id = "second", .sha256 = std::string(64, 'd')});
@@ -264,7 +264,7 @@ TEST(Document, NamesRecordInResultsOfSeveralRecords) {
   EXPECT_TRUE(has(text_of(document), "hash chain of the following records was not verified: random.db"));
 }
 
-/// Results that only one record has, such as the gradient with the greatest effect in it, have a separate table.
+/// Results that only one record has, such as its most effective gradient, are in a separate table.
 TEST(Document, NamesRecordInTableOfOneOfSeveralRecords) {
   CalibrationReport report = sample_calibration();
   report.files.push_back({.role = "record", .name = "random.db", .id = "second", .sha256 = std::string(64, 'd')});

@@ -28,7 +28,7 @@ TEST(Dsi, ConvertsUnitsOfReport) {
   EXPECT_EQ(dsi_unit("1/h"), std::nullopt);
 }
 
-/// Readers disagree on a second \per and on a unit after the first one: numerator or denominator.
+/// Readers disagree whether units after a second \per, or a second unit after \per, are in the denominator.
 TEST(Dsi, HasAtMostOneUnitAfterPer) {
   EXPECT_EQ(dsi_unit("°/h/K"), "\\degree\\hour\\tothe{-1}\\kelvin\\tothe{-1}");
   EXPECT_EQ(dsi_unit("(°/h)/(K/min)"), "\\degree\\minute\\hour\\tothe{-1}\\kelvin\\tothe{-1}");

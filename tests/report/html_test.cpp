@@ -99,7 +99,7 @@ TEST(HtmlReport, HasSmallWellFormedFigures) {
   }
 }
 
-/// Returns the path of the first curve of a figure; clip paths come before it.
+/// Returns the path of the first curve of a figure. Skips the clip paths before it.
 std::string first_path(const std::string& svg) {
   const auto begin = svg.find("<path d=\"");
   return svg.substr(begin, svg.find("\" fill", begin) - begin);

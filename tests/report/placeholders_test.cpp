@@ -10,7 +10,7 @@
 namespace gyrotherm::report {
 namespace {
 
-/// Returns the example of a page that starts with the schema, up to its end.
+/// Returns the example on a page that starts with the given schema line.
 std::string example_of(const std::string& page, const std::string& schema) {
   const auto begins = page.find("schema = \"" + schema + "\"");
   return begins == std::string::npos ? "" : page.substr(begins, page.find("\n```", begins) - begins);

@@ -281,7 +281,7 @@ TEST(ReportFile, ReportsEachMissingTopLevelKey) {
   EXPECT_GT(whole.size(), 10u);
   for (const auto& [key, value] : whole.items()) {
     const bool is_derived = key == "noise_floor_deg_per_h";
-    // Reports of 0.1.0 do not have it; a test of ThermalView reads one.
+    // Reports of 0.1.0 lack this key; a test of ThermalView reads such a report.
     const bool is_later_than_the_schema = key == "thermal";
     if (is_derived || is_later_than_the_schema) continue;
     json less = whole;

@@ -38,7 +38,7 @@ void run(const std::string& program, const std::vector<std::string>& words) {
   ASSERT_EQ(ran->exit_code, 0) << program << ": " << ran->out;
 }
 
-/// Keys and certificates for the tests: an authority and the signers that it has certified.
+/// Keys and certificates of an authority and of the signers that it has certified.
 class Keys {
  public:
   Keys() {
@@ -60,7 +60,7 @@ class Keys {
   [[nodiscard]] Trust trust(const std::string& name = "ca") const {
     return {.certificates_file = folder_ / (name + ".pem")};
   }
-  /// Issues a certificate of the authority "ca" with these extensions.
+  /// Issues a certificate with these extensions, signed by the authority "ca".
   void issue_with(const std::string& name, const std::string& extensions) {
     issue(name, "ca", {"-days", "3650"}, extensions);
   }
@@ -96,7 +96,7 @@ class Keys {
   tests::TestFolder folder_;
 };
 
-/// Writes a PDF of two pages, optionally with an empty signature field on the second.
+/// Returns a PDF with two pages, and optionally with an empty signature field on the second page.
 std::string pdf_of(const std::string& first, const std::string& second, bool has_field = false) {
   const auto stream = [](const std::string& content) {
     const std::string drawn = fmt::format("BT /F 12 Tf 72 720 Td ({}) Tj ET", content);
@@ -144,7 +144,7 @@ class Signed : public testing::Test {
     authorise();
   }
 
-  /// Authorises the files in the folder, which from now on are also the rendered ones.
+  /// Authorises the files in the folder. The renderer returns these files from now on.
   void authorise() {
     views_.clear();
     for (const auto& path : list_folder(folder_path()))
@@ -189,7 +189,7 @@ class Signed : public testing::Test {
 
 std::unique_ptr<Keys> Signed::keys_;
 
-/// Changes a byte at a random position. With `digits`, a digit is replaced by another digit.
+/// Changes one byte at a random position. If `digits` is true, replaces a digit by another digit.
 std::string with_another_byte(std::string bytes, std::mt19937_64& engine, bool digits, std::size_t from = 0,
                               std::size_t to = std::string::npos) {
   to = std::min(to, bytes.size());
@@ -251,7 +251,7 @@ TEST_F(Signed, VerifyRefusesChangedByteInPdf) {
   sign();
   const std::string pdf = bytes("report.pdf");
   ASSERT_TRUE(verify_pdf(at("report.pdf"), keys_->trust()));
-  // The signature itself cannot be signed. dcc.xml protects its bytes.
+  // A signature does not cover its own bytes; dcc.xml protects them.
   const std::size_t begins = pdf.rfind("/Contents <"), ends = pdf.find('>', begins);
   ASSERT_NE(begins, std::string::npos);
   const auto holds = [&](const std::string& other) {
@@ -381,7 +381,7 @@ TEST_F(Signed, RefusesFolderChangedAfterAuthorisation) {
   EXPECT_NE(refusal().find("authorise the report again"), std::string::npos);
 }
 
-/// Digests alone would not detect a change of both a view and its digest.
+/// Digests would not detect a change of both a view and its digest.
 TEST_F(Signed, RefusesViewNotRenderedFromSource) {
   const auto rendered = views_;
   for (const char* name : {"report.html", "report.pdf"}) {
@@ -445,7 +445,7 @@ TEST_F(Signed, VerifyRefusesCertificateForOtherPurpose) {
   ASSERT_TRUE(dcc_holds(bytes("dcc.xml")));
   keys_->issue_with("server", "keyUsage=critical,digitalSignature\nextendedKeyUsage=critical,serverAuth\n");
   run("openssl", {"x509", "-in", *keys_ / "lab.pem", "-noout", "-pubkey", "-out", at("public.pem")});
-  // Same key and name in a certificate with another purpose: the signature itself is valid.
+  /// Another certificate for the same key and name has another purpose. The signature itself is valid.
   run("openssl", {"x509", "-new", "-force_pubkey", at("public.pem"), "-subj", "/C=DE/O=Inertial Laboratory/CN=lab",
                   "-CA", *keys_ / "ca.pem", "-CAkey", *keys_ / "ca.key", "-days", "30", "-extfile",
                   *keys_ / "extensions", "-out", at("other.pem")});
@@ -490,7 +490,7 @@ TEST_F(Signed, VerifyRefusesUntrustedSigner) {
   EXPECT_FALSE(dcc_holds(bytes("dcc.xml"), keys_->trust("colleague")));
 }
 
-/// Both signers are trusted, but the named one is not the one who signed.
+/// Both signers are trusted, but the report names another signer than the actual one.
 TEST_F(Signed, VerifyRefusesNameOfOtherSigner) {
   sign();
   const std::string dcc = bytes("dcc.xml");
@@ -546,7 +546,7 @@ TEST_F(Signed, VerifiesOnGivenDayOfValidity) {
   EXPECT_EQ(found.error().kind, FaultKind::usage);
 }
 
-/// The test holds for every time of day at which a certificate starts or ends.
+/// The result does not depend on the time of day at which the certificate starts and ends.
 TEST_F(Signed, VerifiesOnFirstAndLastDayOfCertificate) {
   const SigningKey brief = keys_->key("brief");
   ASSERT_TRUE(signed_with(brief));

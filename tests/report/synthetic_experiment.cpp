@@ -14,7 +14,7 @@ namespace {
 const std::vector<std::string> kNames = {"A", "B", "C", "D", "E", "F", "G", "H"};
 constexpr double kLength_s = 100;
 
-/// The minimal standard generator with a normal distribution: equal numbers on every machine.
+/// Normally distributed numbers from the minimal standard generator, which are equal on every machine.
 class Noise {
  public:
   explicit Noise(std::uint64_t seed) : state_(seed) {}
@@ -55,8 +55,8 @@ std::vector<Leg> random_legs(int stretch) {
   return legs;
 }
 
-/// Lays out the chamber program as clusters with set point, segment and cycle.
-void lay_out(data::RecordedRun& run, const std::vector<Leg>& legs) {
+/// Sets the times, set points, segments and cycles of the clusters from the legs of the chamber program.
+void set_program(data::RecordedRun& run, const std::vector<Leg>& legs) {
   std::vector<double> set_point;
   std::vector<int> segment, cycle;
   double from = 20;
@@ -84,9 +84,9 @@ void lay_out(data::RecordedRun& run, const std::vector<Leg>& legs) {
   run.clusters.cycle = Eigen::Map<Eigen::VectorXi>(cycle.data(), n);
 }
 
-/// Computes temperatures and bias: each thermometer follows the set point with its own lag and a constant offset, and
-/// the bias follows the differences.
-void heat(data::RecordedRun& run, Noise& noise) {
+/// Computes temperatures and bias. Each thermometer follows the set point with its own lag and a constant offset. The
+/// bias follows the differences between thermometers.
+void simulate(data::RecordedRun& run, Noise& noise) {
   constexpr std::array kLag_s = {2700.0, 2300.0, 2450.0, 1700.0, 1500.0, 1250.0, 1100.0, 1650.0};
   constexpr std::array kAbove_c = {3.3, 3.1, 3.3, 1.9, 2.3, 1.5, 1.5, 2.2};
   data::Clusters& clusters = run.clusters;
@@ -130,7 +130,7 @@ model::SegmentFigures segment_figures(const data::RecordedRun& run, int index, c
           data::compute_figures(residual(rows))};
 }
 
-/// Returns a verification with a residual of the requested size: noise, and a remainder of the ramps.
+/// Returns a verification whose residual is `left_over` times the bias plus noise.
 model::Verification verification(const data::RecordedRun& run, double left_over, bool trained_on_this, Noise& noise) {
   model::Verification v;
   v.run_id = run.dataset.run_id;
@@ -185,8 +185,8 @@ data::RecordedRun make_run(const std::vector<Leg>& legs, const std::string& id, 
   run.dataset.bias_zero = "earth rate removed";
   run.dataset.thermometers = run.dataset.gradients = kNames;
   if (trained) run.dataset.cycles = {"1 °C/min", "2 °C/min", "3 °C/min", "5 °C/min"};
-  lay_out(run, legs);
-  heat(run, noise);
+  set_program(run, legs);
+  simulate(run, noise);
   return run;
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A small synthetic experiment for the tests of the report: the same shape as a real one, deterministic.
+/// Small deterministic experiment with the same structure as a real one.
 #pragma once
 
 #include "report/report.hpp"
@@ -8,7 +8,7 @@ namespace gyrotherm::report {
 
 class SyntheticExperiment {
  public:
-  /// Multiplies the duration of every hold by `stretch`; 1 gives about 200 clusters in the ramp run.
+  /// `stretch` multiplies the duration of every hold. With 1, the ramp run has about 200 clusters.
   explicit SyntheticExperiment(int stretch = 1, bool simulated = true);
 
   /// Returns the report with one limit, which is met.

@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kNoNumber = std::numeric_limits<double>::quiet_NaN(), kNoEnd = std::numeric_limits<double>::infinity();
 
-/// Calls `use` with every text that people write.
+/// Calls `use` with every text that users write.
 void each_text(CalibrationReport& report, const std::function<void(std::string&)>& use) {
   for (Party* party : {&report.laboratory, &report.customer})
     for (std::string* text : {&party->name, &party->postal_code, &party->city, &party->email, &party->phone})

@@ -24,7 +24,7 @@ ReportedValue with_expanded(double value, double expanded) {
   return {.value = value, .standard_uncertainty = expanded / 2, .coverage_factor = 2};
 }
 
-/// Replaces non-breaking spaces by plain ones, so that expected texts are readable.
+/// Replaces non-breaking spaces by plain ones to keep the expected texts readable.
 std::string plain(std::string text) {
   for (const std::string space : {"\u202f", "\u00a0"})
     for (auto at = text.find(space); at != std::string::npos; at = text.find(space))
@@ -87,7 +87,7 @@ TEST(Words, CoverKeysComposedOfEnumerators) {
     EXPECT_TRUE(covers(std::string("distribution.") + model::name(static_cast<model::ErrorDistribution>(k)))) << k;
 }
 
-/// The keys of the document, such as "heading.results", with all prefixes used in sources.
+// Matches the keys of the document, such as "heading.results". Lists all prefixes that sources use.
 const std::regex kDocumentKey("(budget|caption|column|heading|label|mark|model|page|say|title)\\.[a-z_]*[a-z]");
 
 /// Returns the keys of the document that occur as literals in the sources of reports.

@@ -13,7 +13,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Fixture with a separate folder per test that is removed afterwards.
+/// Fixture with a temporary folder for each test.
 class WriteReport : public testing::Test {
  protected:
   WriteReport() : folder_(fs::temp_directory_path() / ("gyrotherm-report-" + test_name())) { fs::remove_all(folder_); }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The requirement for any bytes as a file of another program: rows with increasing times and with numbers that are
-/// finite or missing, or a fault of the file with its position.
+/// Requirement for every reader of foreign files. For any bytes it returns either rows with increasing times and with
+/// finite or missing numbers, or a fault with its position in the file.
 #pragma once
 
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Parses any bytes as a calendar time. The result is nothing, or a time that a record can have.
+/// Parses any bytes as a calendar time. A parsed time must be in the range that a record can represent.
 #include <cstddef>
 #include <cstdint>
 #include <string>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Reads any bytes as a DataFlash log, also after formats that may fit them.
+/// Reads any bytes as a DataFlash log, with and without preceding formats that may match them.
 #include <cstddef>
 #include <cstdint>
 #include <string>

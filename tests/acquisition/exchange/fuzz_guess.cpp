@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Drafts a map for any bytes. The map is valid or contains a question, and must be valid unless the file lacks a
-/// column.
+/// Drafts a map for any bytes. The map must be valid or contain a question for the user.
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
@@ -14,7 +13,7 @@
 
 namespace gyrotherm::exchange {
 
-/// Returns whether a map is valid, or has a question for the user in the section that is not.
+/// Returns whether the map is valid or has a question for the user in its invalid section.
 bool is_valid_or_has_question(const std::string& map) {
   const auto read = parse_import_map(map, "fuzz");
   if (read) return true;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Unpacks any bytes. The content is the same for all piece sizes, or the file is refused with a position in it.
+/// Unpacks any bytes. Either the content is the same for all piece sizes, or the file is refused with a position.
 #include <sys/mman.h>
 #include <unistd.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Reads any bytes as a NetCDF file, also written over the header of a valid one. The result is rows or a fault of the
-/// file, regardless of the behaviour of the library.
+/// Reads any bytes as a NetCDF file, and as a valid file whose header they overwrite. The result must be rows or a
+/// fault of the file, whatever the NetCDF library does.
 #include <unistd.h>
 
 #include <cstddef>

@@ -11,7 +11,7 @@ namespace gyrotherm::exchange {
 
 namespace {
 
-/// Chooses a map by the first byte, so that every separator and all kinds of time are reached.
+/// Chooses a map by the first byte. Together, the maps use every separator and every kind of time.
 ImportMap choose_map(std::uint8_t choice) {
   constexpr char kSeparators[] = {',', ';', '\t', ' '};
   ImportMap map;
@@ -34,7 +34,7 @@ ImportMap choose_map(std::uint8_t choice) {
   return map;
 }
 
-/// Returns a row followed by many repetitions of a line. This input takes as much work as hundreds of others.
+/// Returns a row followed by many repetitions of a line. Such an input takes as much work as hundreds of others.
 std::string append_repetitions(const std::string& bytes) {
   constexpr std::size_t kTooLong = 70'000;
   std::string text = bytes + "\n";

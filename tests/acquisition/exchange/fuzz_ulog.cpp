@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Reads any bytes after the header of a ULog file, also after formats that may fit them.
+/// Reads any bytes after the header of a ULog file, with and without preceding formats that may match them.
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -23,7 +23,7 @@ ImportMap ulog_map(bool together) {
   return map;
 }
 
-/// Expands each byte to an element of the message grammar, so that a few bytes give complete messages.
+/// Expands each byte to an element of the message grammar, so a few bytes give complete messages.
 std::string build_ulog(const std::string& bytes) {
   UlogText log;
   log.format("g:uint64_t timestamp;float[2] x;int16_t t;").subscribe(7, "g");

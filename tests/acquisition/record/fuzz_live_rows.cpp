@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Reads any bytes as live rows. The result is complete rows of finite or missing numbers, or a fault with its
-/// position, and does not depend on the division into pieces.
+/// Reads any bytes as live rows. The result is either complete rows of finite or missing numbers, or a fault with its
+/// position. It does not depend on the division into pieces.
 #include <algorithm>
 #include <cmath>
 #include <cstddef>

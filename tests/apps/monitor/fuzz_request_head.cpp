@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Feeds any bytes as the head of a request: the head is refused, or it has a single interpretation.
+/// Parses any bytes as the head of a request. The head must either be refused or have only one interpretation.
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>

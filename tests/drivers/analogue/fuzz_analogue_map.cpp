@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Fuzzes the maps of analogue inputs: any text as a map, alone, at the end of a valid one, and as edits of the shipped
-/// one; then any words as the registers of an accepted map.
+/// Fuzzes the maps of analogue inputs. The text is parsed as a map, as the end of a valid map, and as edits of the
+/// shipped map. The registers of an accepted map then contain any words.
 #include <algorithm>
 #include <fstream>
 #include <iterator>
@@ -16,7 +16,7 @@
 namespace gyrotherm::drivers {
 namespace {
 
-/// Answers with the input's bytes, repeated.
+/// Registers that repeat the bytes of the input.
 class FuzzedRegisters final : public Registers {
  public:
   FuzzedRegisters(const std::uint8_t* data, std::size_t size) : data_(data), size_(size) {}

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Fuzzes register maps: any text as a map, alone, at the end of a valid one, and as edits of the shipped ones; then
-/// any words as the registers and the profile memory of an accepted map.
+/// Fuzzes register maps. The text is parsed as a map, as the end of a valid map, and as edits of the shipped maps. The
+/// registers and the profile memory of an accepted map then contain any words.
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
@@ -18,7 +18,7 @@ namespace {
 
 using Words = std::vector<std::uint16_t>;
 
-/// Returns `count` words made of the input's bytes, repeated.
+/// Returns `count` words that repeat the bytes of the input.
 Words words_from(const std::uint8_t* data, std::size_t size, std::size_t count) {
   Words words(count);
   for (std::size_t i = 0; i < count && size > 1; ++i)

@@ -125,7 +125,7 @@ TEST_F(TextChamber, IsReadAndControlled) {
   ASSERT_TRUE(chamber->send_set_point({-40}));
   EXPECT_EQ(chamber->inspect().value().set_point.value, -40);
   EXPECT_EQ(chamber->inspect().value().activity, ChamberActivity::running);
-  EXPECT_EQ(chamber->limits().value().highest.value, 105);
+  EXPECT_EQ(chamber->limits().value().highest->value, 105);
   ASSERT_TRUE(chamber->stop());
   EXPECT_EQ(mode, "STANDBY");
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Fuzzes the frame decoder: any bytes as a gyro's stream, in every shipped description, and as the description of its
-/// frames.
+/// Fuzzes the frame decoder. Any bytes are decoded as a gyro stream with every shipped description, and parsed as the
+/// description of a stream.
 #include <cstdlib>
 #include <string>
 
@@ -15,7 +15,7 @@ namespace {
 
 struct Known {
   GyroStream stream;
-  /// More frames than any preceding noise can hide.
+  /// Valid frames, more than any preceding noise can hide.
   std::vector<std::byte> good;
   std::size_t frames = 0;
 };
@@ -80,7 +80,7 @@ void decode_all(const Known& all, std::span<const std::byte> bytes, bool then_go
 
 }  // namespace
 
-/// The first byte selects a description. From 0xF0 on, valid frames follow the noise.
+/// The first byte selects a description. If it is at least 0xF0, valid frames follow the noise.
 FUZZ_TARGET(frame_decoder, const std::uint8_t* data, std::size_t size) {
   if (size == 0) return 0;
   const auto& all = descriptions();

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Fuzzes the description of a gyro's frames: any text, alone and inside a valid one. An accepted description is used.
+/// Fuzzes the description of gyro frames with any text, alone and inside a valid description. An accepted description
+/// is used to decode frames.
 #include <algorithm>
 #include <cstdlib>
 #include <string>
@@ -53,7 +54,7 @@ void use_text(std::string_view text) {
 }
 
 /// Returns a valid description with one of its numbers or keywords replaced.
-std::string falsified(const std::uint8_t* data, std::size_t size) {
+std::string edited_description(const std::uint8_t* data, std::size_t size) {
   auto text = good_texts()[data[0] % good_texts().size()];
   const std::size_t place = (data[1] * 256u + data[2]) % text.size();
   const auto begin = text.find("= ", place);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Fuzzes Modbus TCP frames: any bytes as a reply and as a request. Decoded frames must encode to the same bytes.
+/// Fuzzes Modbus TCP frames with any bytes as a reply and as a request. Decoded frames must encode to the same bytes.
 #include <algorithm>
 #include <cstdlib>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Fuzzes Modbus RTU frames: any bytes as a request, as a reply and as noise around one. Decoded frames must encode to
-/// the same bytes. Half of the inputs get a correct CRC, because few would have one otherwise.
+/// Fuzzes Modbus RTU frames with any bytes as a request, as a reply, and as noise around a reply. Decoded frames must
+/// encode to the same bytes. Half of the inputs get a correct CRC, because few would have one by chance.
 #include <algorithm>
 #include <cstdlib>
 #include <vector>
@@ -12,7 +12,7 @@ namespace gyrotherm::drivers {
 
 namespace {
 
-/// Checks that the frame found is an answer by itself and the first one.
+/// Requires that the frame found is a valid answer, and the first one in the bytes.
 void check_search(const ModbusRequest& asked, std::span<const std::byte> bytes) {
   const auto found = find_rtu_answer(asked, bytes);
   if (!found.answer) {
@@ -25,7 +25,7 @@ void check_search(const ModbusRequest& asked, std::span<const std::byte> bytes) 
   if (find_rtu_answer(asked, bytes.first(found.end - 1)).answer) std::abort();
 }
 
-/// Checks that an answer is found among noise, unless the noise contains an answer itself.
+/// Requires that an answer is found between noise, unless the noise itself contains an answer.
 void check_noise(const ModbusRequest& asked, std::span<const std::byte> noise) {
   auto bytes = std::vector(noise.begin(), noise.end());
   const auto reply = encode_rtu_reply(asked, std::vector<std::uint16_t>(asked.count, 0x5A3C));

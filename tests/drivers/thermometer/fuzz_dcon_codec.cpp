@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Fuzzes DCON answers: any text, with and without a checksum. Decoded readings must be possible temperatures.
+/// Fuzzes DCON answers with any text, with and without a checksum. Decoded readings must be possible temperatures.
 #include <cstdlib>
 
 #include "drivers/thermometer/dcon_thermometer.hpp"

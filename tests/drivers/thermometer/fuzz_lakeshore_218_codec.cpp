@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Fuzzes replies: any text. Decoded replies must be eight possible temperatures.
+/// Fuzzes the replies of a Lake Shore 218 with any text. Decoded replies must be eight possible temperatures.
 #include <cstdlib>
 
 #include "drivers/thermometer/lakeshore_218.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Fuzzes MCC reports: any bytes as a request and as a reply. A decoded request must encode to the same bytes.
+/// Fuzzes MCC reports with any bytes as a request and as a reply. A decoded request must encode to the same bytes.
 #include <algorithm>
 #include <cstdlib>
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Fuzzes the output of a thermometer program: any text. A decoded text must be a greeting or possible temperatures.
+/// Fuzzes the output of a thermometer program with any text. A decoded text must be a greeting or possible
+/// temperatures.
 #include <cstdlib>
 
 #include "core/text.hpp"

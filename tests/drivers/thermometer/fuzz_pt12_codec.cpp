@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Fuzzes answers: any text. Decoded readings must be possible temperatures.
+/// Fuzzes the answers of a PT12 with any text. Decoded readings must be possible temperatures.
 #include <cstdlib>
 
 #include "drivers/thermometer/pt12.hpp"

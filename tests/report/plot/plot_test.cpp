@@ -67,7 +67,7 @@ TEST(Plot, DrawsDotForIsolatedPoint) {
   EXPECT_EQ(tests::count_of(path.substr(0, path.find("\" fill")), "h1.2"), 3) << path;
 }
 
-/// A curve must not lose its name outside the picture.
+/// The names of all curves must be inside the picture.
 TEST(Plot, KeepsLongLegendInsidePicture) {
   Plot plot = long_plot(5);
   const auto height_of = [&] {

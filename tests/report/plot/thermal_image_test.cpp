@@ -13,7 +13,8 @@
 namespace gyrotherm::plot {
 namespace {
 
-/// 20 °C on the left to 30 °C on the right, a hole in the middle, one thermometer.
+/// Returns an image that rises from 20 °C on the left to 30 °C on the right, with a hole in the middle and one
+/// thermometer.
 ThermalImage slope() {
   ThermalImage image{.title = "A slope",
                      .x_title = "x, mm",

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Any bytes as a message of `tell` are one valid line or a fault. A valid message is the same after it is written and
-/// read again.
+/// Parses any bytes as a message of `tell`. A valid message must be one line, and the same after it is written and read
+/// again.
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>

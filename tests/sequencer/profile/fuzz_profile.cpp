@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Any text is either a profile that can be planned, described and begun, or a fault with a position.
+/// Parses any text as a profile. The result must be either a profile that can be planned, described and begun, or a
+/// fault with a position.
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -34,7 +35,7 @@ void run(std::string_view text) {
   if (profile->segments.size() < 100) require(!describe(*profile, timeline).empty());
 }
 
-/// Builds a profile from bytes: each selects a segment or one of its lines, so that random input reaches the expansion.
+/// Builds a profile from bytes. Each byte selects a segment or one of its lines, so random input reaches the expansion.
 std::string build_profile(const std::uint8_t* data, std::size_t size) {
   constexpr std::string_view kParts[] = {
       "[[segment]]\nkind = \"hold\"\ntime = \"1 h\"\n",

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Any bytes as a safe-state file or a trace are parsed, or are a fault with its position. A parsed text is the same
-/// after it is written and read again.
+/// Parses any bytes as a safe-state file and as a trace. The result must be either a fault with its position, or a text
+/// that is the same after it is written and read again.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -18,7 +18,7 @@ using fuzz::require;
 
 namespace {
 
-/// Returns a text with a valid beginning, so that the bytes after it are reached.
+/// Returns a text with a valid beginning, so parsing reaches the bytes behind it.
 std::string add_valid_beginning(std::string_view bytes, std::size_t lines) {
   const auto whole = to_text(SafeState{.record = "r",
                                        .line = "tcp://1.2.3.4",

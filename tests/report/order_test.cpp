@@ -47,7 +47,7 @@ stage = "as_left"
 at_most = 0.01
 )";
 
-CalibrationReport of_a_record() {
+CalibrationReport report_without_order() {
   CalibrationReport report = sample_calibration();
   report.state = ReportState::draft;
   report.item.name = "gyro";
@@ -63,7 +63,7 @@ TEST(Order, CompletesReport) {
   const auto order = parse_order(kOrder, "order.toml");
   ASSERT_TRUE(laboratory) << text(laboratory.error());
   ASSERT_TRUE(order) << text(order.error());
-  CalibrationReport report = of_a_record();
+  CalibrationReport report = report_without_order();
   add_order(report, *laboratory, *order);
   EXPECT_TRUE(report.missing.empty()) << report.missing.front();
   EXPECT_EQ(report.number, "C-1");
@@ -79,7 +79,7 @@ TEST(Order, ListsEachMissingField) {
   without.erase(without.find("issued = \"2026-11-25\"\n"), 22);
   const auto order = parse_order(without, "order.toml");
   ASSERT_TRUE(order);
-  CalibrationReport report = of_a_record();
+  CalibrationReport report = report_without_order();
   report.begun.clear();
   report.ended.clear();
   add_order(report, std::nullopt, *order);
@@ -98,7 +98,7 @@ TEST(Order, ListsPersonsWithoutConfirmedRole) {
     const std::string order_head = std::string(kOrder).substr(0, std::string(kOrder).find("[[person]]"));
     const auto laboratory = parse_laboratory(head + laboratory_people, "laboratory.toml");
     const auto order = parse_order(order_head + order_people, "order.toml");
-    CalibrationReport report = of_a_record();
+    CalibrationReport report = report_without_order();
     add_order(report, laboratory.value(), order.value());
     return report.missing;
   };
@@ -123,7 +123,7 @@ TEST(Order, ListsPersonsWithoutConfirmedRole) {
 }
 
 TEST(Order, PermitsOnlyAuthorisingPersons) {
-  CalibrationReport report = of_a_record();
+  CalibrationReport report = report_without_order();
   report.people = {{"B. Berg", "authorising", ""}, {"K. Kurz", "operator", ""}, {"R. Roth", "reviewer", ""}};
   EXPECT_TRUE(check_may_authorise(report, "B. Berg"));
   for (const char* other : {"Mickey Mouse", "K. Kurz", "R. Roth", "b. berg", "B. Berg ", "authorising", ""}) {
@@ -154,7 +154,7 @@ TEST(Order, IsRefusedWithEachErrorAndItsPosition) {
 }
 
 TEST(Order, SkipsLimitsForInSampleResults) {
-  CalibrationReport report = of_a_record();
+  CalibrationReport report = report_without_order();
   for (ResultTable& table : report.results) table.in_sample = table.stage == Stage::as_left;
   apply_limits(report, {{.quantity = "compensated_mean.compensated_bias", .stage = Stage::as_left, .at_most = 0.01}},
                DecisionRule::simple);
@@ -166,7 +166,7 @@ TEST(Order, SkipsLimitsForInSampleResults) {
 }
 
 TEST(Order, RequiresUnseenRecordPerAxis) {
-  CalibrationReport report = of_a_record();
+  CalibrationReport report = report_without_order();
   for (ResultTable& table : report.results) table.in_sample = table.axis == "u1.y" && table.stage == Stage::as_left;
   add_order(report, std::nullopt, std::nullopt);
   EXPECT_NE(std::ranges::find(report.missing, "records: a record that the model was not trained on"),
@@ -204,7 +204,7 @@ TEST(Order, IsRefusedWhenUnitDiffersFromRecord) {
       refused("RLG-1", "0043"),
       "order.toml:10:1: the unit's serial_number is \"0042\", but rate.db contains \"0043\"; remove it from the order");
   EXPECT_NE(refused("RLG-2", ""), "");
-  CalibrationReport report = of_a_record();
+  CalibrationReport report = report_without_order();
   report.item.model = "RLG-2";
   report.item.serial_number = "";
   add_order(report, std::nullopt, *order);
@@ -252,7 +252,7 @@ TEST(Order, RequiresDaysInOrder) {
   const auto order = parse_order(kOrder, "order.toml");
   ASSERT_TRUE(order);
   const auto lacks = [&](const char* begun, const char* ended, bool simulated) {
-    CalibrationReport report = of_a_record();
+    CalibrationReport report = report_without_order();
     report.simulated = simulated;
     report.begun = begun;
     report.ended = ended;
@@ -277,7 +277,7 @@ TEST(Laboratory, MarksEquipmentOverdueOnDayOfRun) {
     text += fmt::format("[[equipment]]\nname = \"until {0}\"\ncertificate = \"L-1\"\ndue = \"{0}\"\n", due);
   const auto laboratory = parse_laboratory(text, "laboratory.toml");
   ASSERT_TRUE(laboratory);
-  CalibrationReport report = of_a_record();
+  CalibrationReport report = report_without_order();
   report.equipment.clear();
   report.ended = "2026-11-20";
   add_order(report, *laboratory, std::nullopt);

@@ -16,7 +16,7 @@ namespace {
 constexpr double kNoNumber = std::numeric_limits<double>::quiet_NaN(), kNoEnd = std::numeric_limits<double>::infinity();
 
 /// Calls `use` with every text that users write.
-void each_text(CalibrationReport& report, const std::function<void(std::string&)>& use) {
+void for_each_text(CalibrationReport& report, const std::function<void(std::string&)>& use) {
   for (Party* party : {&report.laboratory, &report.customer})
     for (std::string* text : {&party->name, &party->postal_code, &party->city, &party->email, &party->phone})
       use(*text);
@@ -49,7 +49,7 @@ void each_text(CalibrationReport& report, const std::function<void(std::string&)
   for (ResultTable& table : report.results) use(table.detail), use(table.run);
 }
 
-void each_axis(CalibrationReport& report, const std::function<void(std::string&)>& use) {
+void for_each_axis(CalibrationReport& report, const std::function<void(std::string&)>& use) {
   for (std::string& axis : report.item.axes) use(axis);
   for (ResultTable& one : report.results) use(one.axis);
   for (ReportedBudget& one : report.budgets) use(one.axis);
@@ -57,29 +57,29 @@ void each_axis(CalibrationReport& report, const std::function<void(std::string&)
   for (ComparedModel& one : report.compared) use(one.axis);
 }
 
-void each_value(CalibrationReport& report, const std::function<void(ReportedValue&)>& use) {
+void for_each_value(CalibrationReport& report, const std::function<void(ReportedValue&)>& use) {
   for (ResultTable& table : report.results)
     for (Column& column : table.columns)
       for (ReportedValue& value : column.values) use(value);
   for (Conformity& one : report.conformity) use(one.value);
 }
 
-CalibrationReport with_texts(const std::string& text) {
+CalibrationReport report_with_texts(const std::string& text) {
   CalibrationReport report = sample_calibration();
   report.statements = {{text, text}};
-  each_text(report, [&](std::string& one) { one = text; });
-  each_axis(report, [&](std::string& one) { one += text; });
+  for_each_text(report, [&](std::string& one) { one = text; });
+  for_each_axis(report, [&](std::string& one) { one += text; });
   return report;
 }
 
-CalibrationReport real_one() {
+CalibrationReport real_report() {
   CalibrationReport report = sample_calibration();
   report.simulated = false;
   return report;
 }
 
-CalibrationReport without_model() {
-  CalibrationReport report = real_one();
+CalibrationReport report_without_model() {
+  CalibrationReport report = real_report();
   std::erase_if(report.results, [](const ResultTable& table) { return table.stage != Stage::uncompensated; });
   report.budgets.clear();
   report.conformity.clear();
@@ -87,20 +87,20 @@ CalibrationReport without_model() {
   return report;
 }
 
-CalibrationReport of_one_axis_without_a_name() {
-  CalibrationReport report = real_one();
+CalibrationReport report_with_unnamed_axis() {
+  CalibrationReport report = real_report();
   report.item.axes = {""};
   std::erase_if(report.results, [](const ResultTable& table) { return table.axis != "u1.x"; });
   std::erase_if(report.budgets, [](const ReportedBudget& budget) { return budget.axis != "u1.x"; });
   std::erase_if(report.conformity, [](const Conformity& one) { return one.axis != "u1.x"; });
   std::erase_if(report.compared, [](const ComparedModel& one) { return one.axis != "u1.x"; });
-  each_axis(report, [](std::string& axis) { axis.clear(); });
+  for_each_axis(report, [](std::string& axis) { axis.clear(); });
   return report;
 }
 
-CalibrationReport of_many_axes() {
-  CalibrationReport report = real_one();
-  const CalibrationReport one = of_one_axis_without_a_name();
+CalibrationReport report_with_many_axes() {
+  CalibrationReport report = real_report();
+  const CalibrationReport one = report_with_unnamed_axis();
   report.item.axes.clear();
   report.results.clear();
   for (int i = 0; i < 24; ++i) {
@@ -114,30 +114,30 @@ CalibrationReport of_many_axes() {
   return report;
 }
 
-CalibrationReport of_values(const std::function<void(ReportedValue&, int)>& change) {
-  CalibrationReport report = real_one();
+CalibrationReport report_with_changed_values(const std::function<void(ReportedValue&, int)>& change) {
+  CalibrationReport report = real_report();
   int count = 0;
-  each_value(report, [&](ReportedValue& value) { change(value, count++); });
+  for_each_value(report, [&](ReportedValue& value) { change(value, count++); });
   return report;
 }
 
-CalibrationReport superseded() {
-  CalibrationReport report = real_one();
+CalibrationReport superseded_report() {
+  CalibrationReport report = real_report();
   report.state = ReportState::superseded;
   report.replaced_by = OtherReport{"C-2027-0001", std::string(64, 'd'), {"error in the limits", ""}};
   return report;
 }
 
-CalibrationReport in_german_alone() {
-  CalibrationReport report = real_one();
+CalibrationReport report_only_in_german() {
+  CalibrationReport report = real_report();
   for (Texts* texts : {&report.item.description, &report.item.condition, &report.place, &report.method,
                        &report.traceability, &report.remarks, &report.replaces->reason, &report.influences[1].name})
     texts->en.clear();
   return report;
 }
 
-CalibrationReport of_units_that_nobody_knows() {
-  CalibrationReport report = real_one();
+CalibrationReport report_with_unusual_units() {
+  CalibrationReport report = real_report();
   report.influences = {{.key = "air_pressure", .unit = "hPa", .low = 990, .high = 1013.25},
                        {.name = {"moon", "Mond"}, .unit = "quarters <of> it", .low = 1, .high = 3},
                        {.key = "tilt", .unit = "′", .low = kNoNumber, .high = kNoEnd},
@@ -145,8 +145,8 @@ CalibrationReport of_units_that_nobody_knows() {
   return report;
 }
 
-CalibrationReport of_every_verdict() {
-  CalibrationReport report = real_one();
+CalibrationReport report_with_every_verdict() {
+  CalibrationReport report = real_report();
   const Conformity one = report.conformity.front();
   report.conformity.clear();
   for (const Verdict verdict :
@@ -168,7 +168,7 @@ std::vector<VariedReport> varied_calibrations() {
   const auto add = [&](std::string name, CalibrationReport report, DccOptions options = {}) {
     all.push_back({std::move(name), std::move(report), std::move(options)});
   };
-  add("whole", real_one(),
+  add("whole", real_report(),
       {.files = {{kCalibrationFile, std::string(64, '1')}, {"report, second edition.pdf", std::string(64, '2')}},
        .pdf = ReadableReport{"report.pdf", std::string("%PDF-1.6\n\0\xff", 11)}});
   all.back().report.logo = Logo{"image/png", "iVBORw0KGgo="};
@@ -186,33 +186,33 @@ std::vector<VariedReport> varied_calibrations() {
       {.group = Group::bias, .key = "stabilised_bias", .columns = {{"bias", "°/h", {{}, {}}}}}};
   add("draft of nothing known", draft_without_axes);
   const std::string hostile = " \"'<script>alert(1)</script>&amp;]]><!-- \x1b[31m \xff\xfe \u202e \uFFFF\r\n\t%s {} ";
-  add("hostile", with_texts(hostile));
-  add("long", with_texts(std::string(300, 'W')));
-  add("Chinese", with_texts("陀螺仪温度补偿 校准证书 " + std::string(20, 'x')));
+  add("hostile", report_with_texts(hostile));
+  add("long", report_with_texts(std::string(300, 'W')));
+  add("Chinese", report_with_texts("陀螺仪温度补偿 校准证书 " + std::string(20, 'x')));
   add("blank", [] {
-    CalibrationReport report = with_texts(" \t\n");
+    CalibrationReport report = report_with_texts(" \t\n");
     report.state = ReportState::draft;
     return report;
   }());
-  add("without model", without_model());
-  add("one axis", of_one_axis_without_a_name());
-  add("many axes", of_many_axes());
-  add("without U", of_values([](ReportedValue& value, int) { value = {.value = value.value}; }));
-  add("half known", of_values([](ReportedValue& value, int i) {
+  add("without model", report_without_model());
+  add("one axis", report_with_unnamed_axis());
+  add("many axes", report_with_many_axes());
+  add("without U", report_with_changed_values([](ReportedValue& value, int) { value = {.value = value.value}; }));
+  add("half known", report_with_changed_values([](ReportedValue& value, int i) {
         if (i % 3 == 0) value.value = kNoNumber;
         if (i % 5 == 0) value.standard_uncertainty = kNoNumber;
         if (i % 7 == 0) value.degrees_of_freedom = kNoEnd;
       }));
-  add("extreme", of_values([](ReportedValue& value, int i) {
+  add("extreme", report_with_changed_values([](ReportedValue& value, int i) {
         constexpr std::array kSizes{1e-300, 1e300, -1e-9, 1e17, 0.0, -0.0, 4.9e-324};
         value.value = kSizes[static_cast<std::size_t>(i) % kSizes.size()];
         value.standard_uncertainty = kSizes[static_cast<std::size_t>(i / 2) % kSizes.size()];
         value.coverage_factor = i % 11 == 0 ? 0.3 : 12.7062047;
       }));
-  add("superseded", superseded());
-  add("in German", in_german_alone());
-  add("strange units", of_units_that_nobody_knows());
-  add("every verdict", of_every_verdict());
+  add("superseded", superseded_report());
+  add("in German", report_only_in_german());
+  add("strange units", report_with_unusual_units());
+  add("every verdict", report_with_every_verdict());
   return all;
 }
 
@@ -222,12 +222,12 @@ CalibrationReport random_calibration(std::uint64_t seed) {
   CalibrationReport report = sample_calibration();
   report.state = below(2) == 0 ? ReportState::draft : ReportState::authorised;
   report.simulated = below(2) == 0;
-  each_text(report, [&](std::string& text) {
+  for_each_text(report, [&](std::string& text) {
     if (below(4) != 0) return;
     text.clear();
     for (std::uint64_t i = below(40); i > 0; --i) text += static_cast<char>(below(256));
   });
-  each_value(report, [&](ReportedValue& value) {
+  for_each_value(report, [&](ReportedValue& value) {
     constexpr std::array kOdd{kNoNumber, kNoEnd, -kNoEnd, 0.0, -1.0, 1e-200, 1e200};
     for (double* number :
          {&value.value, &value.standard_uncertainty, &value.coverage_factor, &value.degrees_of_freedom})

@@ -31,11 +31,11 @@ constexpr SideWind kWind{
 constexpr PowerGrowth kGrowth{
     .gain_per_k = 5e-4, .preamplifier_per_k = -1e-3, .ballast_per_k = 1e-4, .split_per_k = 3e-4};
 
-double watt_of(const thermal::ThermalPowers& powers_w, ThermalInput input) {
+double power_w(const thermal::ThermalPowers& powers_w, ThermalInput input) {
   return powers_w[static_cast<std::size_t>(input) - 1];
 }
 
-InnerC all_at(double celsius) {
+InnerC uniform_temperatures(double celsius) {
   InnerC inner{};
   inner.fill(celsius);
   return inner;
@@ -45,12 +45,12 @@ InnerC all_at(double celsius) {
 double wind_w(double output, int seconds) {
   AddedHeat heat(kPowersW, kWind, {});
   for (int t = 0; t < seconds; ++t) heat.follow({60}, 20, output);
-  return watt_of(heat.watts(all_at(20)), ThermalInput::gain_left);
+  return power_w(heat.watts(uniform_temperatures(20)), ThermalInput::gain_left);
 }
 
 TEST(AddedHeat, IsZeroByDefault) {
   EXPECT_FALSE(AddedHeat(kPowersW, {}, {}).has_effect());
-  EXPECT_EQ(AddedHeat(kPowersW, {}, {}).watts(all_at(60)), thermal::ThermalPowers{});
+  EXPECT_EQ(AddedHeat(kPowersW, {}, {}).watts(uniform_temperatures(60)), thermal::ThermalPowers{});
   const auto linear = reduced_of_rig("virtual");
   EXPECT_FALSE(AddedHeat(linear.model.powers_w, linear.wind, linear.power_growth).has_effect());
   const auto hard = reduced_of_rig("virtual-hard");
@@ -72,33 +72,34 @@ TEST(SideWind, ChangesWithHeaterAndCooler) {
 TEST(SideWind, RemovesFromRightWhatItAddsToLeft) {
   AddedHeat heat(kPowersW, kWind, {});
   heat.follow({60}, 20, 1);
-  const auto added_w = heat.watts(all_at(35));
-  EXPECT_GT(watt_of(added_w, ThermalInput::gain_left), 0);
-  EXPECT_EQ(watt_of(added_w, ThermalInput::ballast_left), watt_of(added_w, ThermalInput::gain_left));
-  EXPECT_EQ(watt_of(added_w, ThermalInput::gain_right), -watt_of(added_w, ThermalInput::gain_left));
-  EXPECT_EQ(watt_of(added_w, ThermalInput::ballast_right), -watt_of(added_w, ThermalInput::ballast_left));
-  EXPECT_EQ(watt_of(added_w, ThermalInput::preamplifier), 0);
+  const auto added_w = heat.watts(uniform_temperatures(35));
+  EXPECT_GT(power_w(added_w, ThermalInput::gain_left), 0);
+  EXPECT_EQ(power_w(added_w, ThermalInput::ballast_left), power_w(added_w, ThermalInput::gain_left));
+  EXPECT_EQ(power_w(added_w, ThermalInput::gain_right), -power_w(added_w, ThermalInput::gain_left));
+  EXPECT_EQ(power_w(added_w, ThermalInput::ballast_right), -power_w(added_w, ThermalInput::ballast_left));
+  EXPECT_EQ(power_w(added_w, ThermalInput::preamplifier), 0);
 }
 
 TEST(PowerGrowth, IsProportionalToSourceTemperature) {
-  auto inner_c = all_at(50);
+  auto inner_c = uniform_temperatures(50);
   inner_c[static_cast<std::size_t>(ThermalOutput::gain_left)] = 60;
   inner_c[static_cast<std::size_t>(ThermalOutput::gain_right)] = 58;
   inner_c[static_cast<std::size_t>(ThermalOutput::preamplifier)] = -30;
   AddedHeat heat(kPowersW, {}, kGrowth);
   const auto added_w = heat.watts(inner_c);
   const double over_w = 3e-4 * 30 * (0.3 + 0.28) / 2;
-  EXPECT_NEAR(watt_of(added_w, ThermalInput::gain_left), 0.3 * 5e-4 * 40 + over_w, 1e-15);
-  EXPECT_NEAR(watt_of(added_w, ThermalInput::gain_right), 0.28 * 5e-4 * 38 - over_w, 1e-15);
-  EXPECT_NEAR(watt_of(added_w, ThermalInput::preamplifier), 0.8 * 1e-3 * 50, 1e-15);
-  EXPECT_NEAR(watt_of(added_w, ThermalInput::ballast_left), 0.07 * 1e-4 * 30, 1e-15);
-  EXPECT_NEAR(watt_of(added_w, ThermalInput::ballast_right), 0.06 * 1e-4 * 30, 1e-15);
-  EXPECT_EQ(heat.watts(all_at(20)), thermal::ThermalPowers{}) << "the powers of the file are valid at 20 °C";
+  EXPECT_NEAR(power_w(added_w, ThermalInput::gain_left), 0.3 * 5e-4 * 40 + over_w, 1e-15);
+  EXPECT_NEAR(power_w(added_w, ThermalInput::gain_right), 0.28 * 5e-4 * 38 - over_w, 1e-15);
+  EXPECT_NEAR(power_w(added_w, ThermalInput::preamplifier), 0.8 * 1e-3 * 50, 1e-15);
+  EXPECT_NEAR(power_w(added_w, ThermalInput::ballast_left), 0.07 * 1e-4 * 30, 1e-15);
+  EXPECT_NEAR(power_w(added_w, ThermalInput::ballast_right), 0.06 * 1e-4 * 30, 1e-15);
+  EXPECT_EQ(heat.watts(uniform_temperatures(20)), thermal::ThermalPowers{})
+      << "the powers of the file are valid at 20 °C";
   heat.switch_on(false);
   EXPECT_EQ(heat.watts(inner_c), thermal::ThermalPowers{}) << "without power there is no growth";
 }
 
-ReducedGyroParameters windy_type() {
+ReducedGyroParameters gyro_with_wind() {
   ReducedGyroParameters type;
   type.model = small_gyro();
   type.start_c = -10;
@@ -110,7 +111,7 @@ ReducedGyroParameters windy_type() {
 }
 
 TEST(AddedHeat, StaysAtRestWithGyro) {
-  ReducedGyro gyro(windy_type());
+  ReducedGyro gyro(gyro_with_wind());
   const InnerC rest_c = [&] {
     InnerC inner{};
     std::ranges::copy(gyro.inner_c(), inner.begin());
@@ -123,7 +124,7 @@ TEST(AddedHeat, StaysAtRestWithGyro) {
 
 /// At rest the heat through the film equals the sum of all sources; the wind contributes nothing.
 TEST(AddedHeat, LeavesThroughTheFilm) {
-  auto type = windy_type();
+  auto type = gyro_with_wind();
   const double shell_c = ReducedGyro(type).locations_c()[8];
   const auto inner_c = [&] {
     InnerC inner{};
@@ -158,12 +159,12 @@ std::vector<double> fast_cycle(const ReducedGyroParameters& parameters) {
 }
 
 /// RMS and maximum of the difference, °/h.
-struct Apart {
+struct Difference {
   double rms{}, greatest{};
 };
 
-Apart apart(const std::vector<double>& a, const std::vector<double>& b) {
-  Apart found;
+Difference difference(const std::vector<double>& a, const std::vector<double>& b) {
+  Difference found;
   for (std::size_t i = 0; i < a.size(); ++i) {
     found.rms += (a[i] - b[i]) * (a[i] - b[i]) / static_cast<double>(a.size());
     found.greatest = std::max(found.greatest, std::abs(a[i] - b[i]));
@@ -174,14 +175,14 @@ Apart apart(const std::vector<double>& a, const std::vector<double>& b) {
 
 TEST(HardGyro, SideWindChangesBias) {
   const auto moved =
-      apart(fast_cycle(linear_with(reduced_of_rig("virtual-hard").wind, {})), fast_cycle(linear_with({}, {})));
+      difference(fast_cycle(linear_with(reduced_of_rig("virtual-hard").wind, {})), fast_cycle(linear_with({}, {})));
   EXPECT_NEAR(moved.rms, 1.3e-3, 2e-4);
   EXPECT_NEAR(moved.greatest, 4.8e-3, 5e-4);
 }
 
 TEST(HardGyro, PowerGrowthChangesBias) {
-  const auto moved =
-      apart(fast_cycle(linear_with({}, reduced_of_rig("virtual-hard").power_growth)), fast_cycle(linear_with({}, {})));
+  const auto moved = difference(fast_cycle(linear_with({}, reduced_of_rig("virtual-hard").power_growth)),
+                                fast_cycle(linear_with({}, {})));
   EXPECT_NEAR(moved.rms, 1.2e-3, 2e-4);
   EXPECT_NEAR(moved.greatest, 2e-3, 3e-4);
 }
@@ -227,7 +228,8 @@ constexpr BracketParameters kFirst{.units = {}, .share = 0.3, .time_constant_s =
 
 /// Returns a laboratory with units a, b, … of one axis each, with exact thermometers, in air of constant 20 °C. Their
 /// powers differ widely.
-LaboratoryParameters world_of(const std::vector<std::string>& units, std::vector<BracketParameters> brackets) {
+LaboratoryParameters laboratory_with_brackets(const std::vector<std::string>& units,
+                                              std::vector<BracketParameters> brackets) {
   auto world = laboratory_of_rig("virtual");
   auto& body = std::get<ReducedGyroParameters>(world.body);
   body.model = small_gyro();
@@ -270,7 +272,7 @@ TEST(Bracket, RestsConsistentlyWithCabinets) {
 }
 
 TEST(Bracket, StaysAtRestWithItsBodies) {
-  auto world = world_of({"a", "b", "c"}, {with(kFirst, {0, 1, 2})});
+  auto world = laboratory_with_brackets({"a", "b", "c"}, {with(kFirst, {0, 1, 2})});
   VirtualLaboratory laboratory(world, {.gyro = 1});
   const auto before = thermometers(laboratory);
   const double rests_c = laboratory.bracket(0)->value;
@@ -281,7 +283,7 @@ TEST(Bracket, StaysAtRestWithItsBodies) {
 
 /// A cold body is as warm as the air, and so is its bracket.
 TEST(Bracket, StartsAtAirTemperatureForColdBodies) {
-  auto world = world_of({"a", "b"}, {with(kFirst, {0, 1})});
+  auto world = laboratory_with_brackets({"a", "b"}, {with(kFirst, {0, 1})});
   std::get<ReducedGyroParameters>(world.body).cold = true;
   const VirtualLaboratory laboratory(world, {.gyro = 1});
   EXPECT_NEAR(laboratory.bracket(1)->value, 20, 1e-6);
@@ -291,9 +293,10 @@ TEST(Bracket, StartsAtAirTemperatureForColdBodies) {
 /// Compares bodies on separate brackets with bodies on a common one: the warmer body heats the other.
 TEST(Bracket, TransfersHeatBetweenBodies) {
   for (const std::uint64_t seed : {1U, 2U, 3U}) {
-    const VirtualLaboratory separate(world_of({"a", "b"}, {with(kFirst, {0}), with(kFirst, {1})}), {.gyro = seed});
-    const VirtualLaboratory together(world_of({"a", "b"}, {with(kFirst, {0, 1})}), {.gyro = seed});
-    const VirtualLaboratory alone(world_of({"a", "b"}, {}), {.gyro = seed});
+    const VirtualLaboratory separate(laboratory_with_brackets({"a", "b"}, {with(kFirst, {0}), with(kFirst, {1})}),
+                                     {.gyro = seed});
+    const VirtualLaboratory together(laboratory_with_brackets({"a", "b"}, {with(kFirst, {0, 1})}), {.gyro = seed});
+    const VirtualLaboratory alone(laboratory_with_brackets({"a", "b"}, {}), {.gyro = seed});
     EXPECT_FALSE(alone.bracket(0));
     auto own = thermometers(separate), shared = thermometers(together), bare = thermometers(alone);
     const std::string warm = own["a.shell"] > own["b.shell"] ? "a" : "b";
@@ -312,8 +315,8 @@ TEST(Bracket, TransfersHeatBetweenBodies) {
 }
 
 TEST(Bracket, DoesNotDependOnOrderOfUnits) {
-  VirtualLaboratory ab(world_of({"a", "b"}, {with(kFirst, {0, 1})}), {.gyro = 2});
-  VirtualLaboratory ba(world_of({"b", "a"}, {with(kFirst, {1, 0})}), {.gyro = 2});
+  VirtualLaboratory ab(laboratory_with_brackets({"a", "b"}, {with(kFirst, {0, 1})}), {.gyro = 2});
+  VirtualLaboratory ba(laboratory_with_brackets({"b", "a"}, {with(kFirst, {1, 0})}), {.gyro = 2});
   for (auto* laboratory : {&ab, &ba}) {
     laboratory->change_set_point({-20});
     laboratory->switch_on(true);
@@ -324,7 +327,7 @@ TEST(Bracket, DoesNotDependOnOrderOfUnits) {
 
 /// The bracket follows the cabinets, which follow the air.
 TEST(Bracket, LagsBehindBodies) {
-  VirtualLaboratory laboratory(world_of({"a", "b"}, {with(kFirst, {0, 1})}), {.gyro = 1});
+  VirtualLaboratory laboratory(laboratory_with_brackets({"a", "b"}, {with(kFirst, {0, 1})}), {.gyro = 1});
   laboratory.change_set_point({60});
   laboratory.switch_on(true);
   for (int t = 0; t < 900; ++t) laboratory.step();

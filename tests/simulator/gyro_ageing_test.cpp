@@ -12,7 +12,7 @@
 namespace gyrotherm::simulator {
 namespace {
 
-LaboratoryParameters hard_after(std::uint64_t days) {
+LaboratoryParameters hard_gyro_after(std::uint64_t days) {
   return age_gyro(laboratory_of_rig("virtual-hard"), {.gyro = 5, .run = 1, .days_later = days});
 }
 
@@ -21,7 +21,7 @@ const BiasPhysics& bias_of(const LaboratoryParameters& laboratory) {
 }
 
 TEST(Ageing, IsLinearInTime) {
-  const auto now = hard_after(0), month = hard_after(30), year = hard_after(365);
+  const auto now = hard_gyro_after(0), month = hard_gyro_after(30), year = hard_gyro_after(365);
   for (std::size_t i = 0; i < 4; ++i) {
     const double by_then = bias_of(year).mirror_deg_per_h_per_k[i] - bias_of(now).mirror_deg_per_h_per_k[i];
     EXPECT_NEAR((bias_of(month).mirror_deg_per_h_per_k[i] - bias_of(now).mirror_deg_per_h_per_k[i]) / by_then,

@@ -24,7 +24,7 @@ Inner even(double celsius) {
 
 double& at(Inner& inner, thermal::ThermalOutput output) { return inner[static_cast<std::size_t>(output)]; }
 
-BiasPhysics whole_physics() {
+BiasPhysics complete_physics() {
   return {.flow = {4.4, 1.5, 0.7, 1e-3},
           .mirror_deg_per_h_per_k = {5e-3, -4e-3, 3e-3, 6e-3},
           .linear_deg_per_h_per_k = -1e-4,
@@ -55,7 +55,7 @@ TEST(GasFlow, GrowsWithTemperatureForUnequalCurrents) {
 }
 
 TEST(Deformation, NeedsAGradient) {
-  const auto physics = whole_physics();
+  const auto physics = complete_physics();
   EXPECT_EQ(deformation_deg_per_h(physics, even(45)), 0);
   auto inner = even(45);
   at(inner, thermal::ThermalOutput::mirror_c) += 2;
@@ -64,7 +64,7 @@ TEST(Deformation, NeedsAGradient) {
 }
 
 TEST(TemperaturePart, IsZeroAt20AndQuadratic) {
-  const auto physics = whole_physics();
+  const auto physics = complete_physics();
   EXPECT_EQ(temperature_deg_per_h(physics, 20), 0);
   EXPECT_NEAR(temperature_deg_per_h(physics, 60), -1e-4 * 40 + 1e-6 * 1600, 1e-15);
   EXPECT_NEAR(temperature_deg_per_h(physics, -40), 1e-4 * 60 + 1e-6 * 3600, 1e-15);
@@ -78,7 +78,7 @@ TEST(Backscatter, RepeatsWithItsPeriod) {
 }
 
 TEST(GyroBias, IsTheSumOfItsParts) {
-  GyroBias bias(whole_physics(), even(20));
+  GyroBias bias(complete_physics(), even(20));
   auto inner = even(58);
   at(inner, thermal::ThermalOutput::gain_left) = 60;
   at(inner, thermal::ThermalOutput::mirror_b) = 59;
@@ -91,7 +91,7 @@ TEST(GyroBias, IsTheSumOfItsParts) {
 }
 
 TEST(GyroBias, HysteresisSeparatesHeatingFromCooling) {
-  GyroBias bias(whole_physics(), even(20));
+  GyroBias bias(complete_physics(), even(20));
   EXPECT_EQ(bias.parts().hysteresis, 0);
   bias.step(even(50));
   EXPECT_NEAR(bias.parts().hysteresis, 1.5e-3, 1e-15);
@@ -104,8 +104,8 @@ TEST(GyroBias, DoesNotDependOnThermometerLocations) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     RandomStream random(seed, RandomPurpose::bias_spread);
     auto inner = even(0);
-    GyroBias plain(whole_physics(), inner);
-    GyroBias with_other_places(whole_physics(), inner);
+    GyroBias plain(complete_physics(), inner);
+    GyroBias with_other_places(complete_physics(), inner);
     for (int t = 0; t < 50; ++t) {
       for (double& celsius : inner) celsius = 20 + 30 * random.normal();
       plain.step(inner);

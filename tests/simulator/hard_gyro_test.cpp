@@ -20,7 +20,7 @@ namespace gyrotherm::simulator {
 namespace {
 
 /// Returns equal inner temperatures.
-std::array<double, thermal::kThermalOutputs> even_c(double celsius) {
+std::array<double, thermal::kThermalOutputs> uniform_temperatures(double celsius) {
   std::array<double, thermal::kThermalOutputs> inner{};
   inner.fill(celsius);
   return inner;
@@ -37,7 +37,7 @@ TEST(CoefficientGrowth, IsGammaOver40KelvinOfTheBlock) {
   physics.mirror_deg_per_h_per_k = {1e-3, 0, 0, 0};
   physics.growth.mirrors = {0.3, 0, 0, 0};
   for (const double block_c : {-40.0, 20.0, 60.0}) {
-    auto inner = even_c(block_c);
+    auto inner = uniform_temperatures(block_c);
     inner[static_cast<std::size_t>(thermal::ThermalOutput::mirror_b)] += 2;
     EXPECT_NEAR(deformation_deg_per_h(physics, inner), 2e-3 * (1 + 0.3 * (block_c - 20) / 40), 1e-15);
   }
@@ -74,9 +74,9 @@ constexpr GasFlow kControlled{
 TEST(CurrentControl, ChangesUnbalanceWithElectronicsTemperature) {
   BiasPhysics physics;
   physics.flow = kControlled;
-  GyroBias bias(physics, even_c(20));
+  GyroBias bias(physics, uniform_temperatures(20));
   EXPECT_EQ(bias.total().value, 0);
-  auto inner = even_c(20);
+  auto inner = uniform_temperatures(20);
   inner[static_cast<std::size_t>(thermal::ThermalOutput::preamplifier)] = 60;
   bias.step(inner);
   EXPECT_NEAR(bias.total().value, 40 * 3e-5 * 4.4 * 1.5, 1e-12) << "immediately";
@@ -88,7 +88,7 @@ struct Means {
   std::vector<double> bias;
 };
 
-Means means_over_the_fast_cycle(const ReducedGyroParameters& parameters) {
+Means fast_cycle_means(const ReducedGyroParameters& parameters) {
   ChamberPlant plant(laboratory_of_rig("virtual").plant);
   ReducedGyro gyro(parameters);
   Means means;
@@ -107,7 +107,7 @@ Means means_over_the_fast_cycle(const ReducedGyroParameters& parameters) {
 }
 
 /// Returns the RMS residual of least squares on all nine temperatures. The inputs are delayed by `late` means.
-double left_over(const Means& means, std::size_t late) {
+double fit_residual(const Means& means, std::size_t late) {
   const auto rows = static_cast<Eigen::Index>(means.bias.size() - late);
   Eigen::MatrixXd inputs(rows, kThermalLocations + 1);
   Eigen::VectorXd bias(rows);
@@ -123,11 +123,11 @@ double left_over(const Means& means, std::size_t late) {
 
 TEST(CurrentControl, LeavesResidualWithDelayedInputs) {
   auto alone = reduced_of_rig("virtual");
-  const auto linear = means_over_the_fast_cycle(alone);
-  EXPECT_LT(left_over(linear, 3), 1.2 * left_over(linear, 0)) << "delayed inputs explain a linear gyro as well";
+  const auto linear = fast_cycle_means(alone);
+  EXPECT_LT(fit_residual(linear, 3), 1.2 * fit_residual(linear, 0)) << "delayed inputs explain a linear gyro as well";
   alone.bias.flow.unbalance_per_k = reduced_of_rig("virtual-hard").bias.flow.unbalance_per_k;
-  const auto fast = means_over_the_fast_cycle(alone);
-  EXPECT_GT(left_over(fast, 3), 1.3 * left_over(fast, 0));
+  const auto fast = fast_cycle_means(alone);
+  EXPECT_GT(fit_residual(fast, 3), 1.3 * fit_residual(fast, 0));
 }
 
 /// Thermometers of a linear gyro represent the wind. Those of a hard gyro do not, because its coefficients grow and
@@ -135,32 +135,32 @@ TEST(CurrentControl, LeavesResidualWithDelayedInputs) {
 TEST(SideWind, LeavesLargerResidualOfHardGyro) {
   auto linear = reduced_of_rig("virtual"), hard = reduced_of_rig("virtual-hard");
   linear.wind = hard.wind;
-  const double windy = left_over(means_over_the_fast_cycle(linear), 0);
-  const double hard_windy = left_over(means_over_the_fast_cycle(hard), 0);
+  const double windy = fit_residual(fast_cycle_means(linear), 0);
+  const double hard_windy = fit_residual(fast_cycle_means(hard), 0);
   linear.wind = hard.wind = {};
-  EXPECT_NEAR(windy / left_over(means_over_the_fast_cycle(linear), 0), 1, 0.1);
-  EXPECT_GT(hard_windy, 1.1 * left_over(means_over_the_fast_cycle(hard), 0));
+  EXPECT_NEAR(windy / fit_residual(fast_cycle_means(linear), 0), 1, 0.1);
+  EXPECT_GT(hard_windy, 1.1 * fit_residual(fast_cycle_means(hard), 0));
 }
 
 TEST(WarmUp, IsTheSumOfItsPhases) {
   BiasPhysics physics;
   physics.warm_up = {{120, 0.01}, {7200, 0.002}};
-  GyroBias bias(physics, even_c(20));
+  GyroBias bias(physics, uniform_temperatures(20));
   EXPECT_DOUBLE_EQ(bias.total().value, 0.012);
-  for (int t = 0; t < 120; ++t) bias.step(even_c(20));
+  for (int t = 0; t < 120; ++t) bias.step(uniform_temperatures(20));
   EXPECT_NEAR(bias.total().value, 0.01 * std::exp(-1) + 0.002 * std::exp(-1 / 60.0), 1e-15);
 }
 
 TEST(Hysteresis, DependsOnPreviousRun) {
   BiasPhysics physics;
   physics.plays = {{4, 1e-3}, {30, 1e-3}};
-  GyroBias warmed(physics, even_c(20), {.turning_points_c = {-40, 60}});
-  GyroBias cooled(physics, even_c(20), {.turning_points_c = {60, -40}});
+  GyroBias warmed(physics, uniform_temperatures(20), {.turning_points_c = {-40, 60}});
+  GyroBias cooled(physics, uniform_temperatures(20), {.turning_points_c = {60, -40}});
   EXPECT_NEAR(warmed.total().value, -1e-3 - 1e-3 / 3, 1e-15)
       << "approached from above; the wide play has moved 10 of its 30 K";
   EXPECT_NEAR(cooled.total().value, 2e-3, 1e-15);
   for (auto* bias : {&warmed, &cooled})
-    for (const double wider_c : {-50.0, 70.0, 20.0}) bias->step(even_c(wider_c));
+    for (const double wider_c : {-50.0, 70.0, 20.0}) bias->step(uniform_temperatures(wider_c));
   EXPECT_EQ(warmed.total().value, cooled.total().value) << "a wider excursion erases the history";
 }
 

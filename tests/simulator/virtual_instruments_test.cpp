@@ -21,7 +21,7 @@ namespace {
 std::span<const std::byte> bytes_of(std::string_view text) { return std::as_bytes(std::span(text)); }
 
 /// Returns the received bytes of a line.
-std::string heard_on(drivers::ByteStream& line) {
+std::string received_on(drivers::ByteStream& line) {
   std::array<std::byte, 4096> buffer{};
   const auto size = line.read(buffer, {});
   return {reinterpret_cast<const char*>(buffer.data()), size.value_or(0)};
@@ -102,12 +102,12 @@ TEST_F(VirtualInstrumentsTest, AttendedAnswerOnCallingThread) {
   const auto gyro = attended->line(InstrumentKind::gyro);
   const auto shell = attended->line(InstrumentKind::thermometer, 1);
   const VirtualLaboratory same(laboratory_of_rig("virtual"), {});
-  EXPECT_EQ(heard_on(*shell), "") << "no request was sent";
+  EXPECT_EQ(received_on(*shell), "") << "no request was sent";
   ASSERT_TRUE(shell->write(bytes_of("CRDG? 1\r\n"), {}));
-  EXPECT_NEAR(std::stod(heard_on(*shell)), same.thermometers_as_measured_c()[8], 0.0005);
-  EXPECT_EQ(heard_on(*gyro), "") << "frames are sent only when time advances";
+  EXPECT_NEAR(std::stod(received_on(*shell)), same.thermometers_as_measured_c()[8], 0.0005);
+  EXPECT_EQ(received_on(*gyro), "") << "frames are sent only when time advances";
   attended->advance(1);
-  EXPECT_EQ(heard_on(*gyro).size(), 16U) << "a frame";
+  EXPECT_EQ(received_on(*gyro).size(), 16U) << "a frame";
 }
 
 TEST_F(VirtualInstrumentsTest, GyroWithoutReaderClosesLineAndSendsOnNewOne) {
@@ -117,15 +117,15 @@ TEST_F(VirtualInstrumentsTest, GyroWithoutReaderClosesLineAndSendsOnNewOne) {
           {.chamber = map, .thermometers = {}, .gyros = {{.frame = gyro_of_rig("virtual")}}, .attended = true})
           .value();
   const auto gyro = attended->line(InstrumentKind::gyro);
-  EXPECT_EQ(heard_on(*gyro), "");
+  EXPECT_EQ(received_on(*gyro), "");
   attended->advance(static_cast<int>(MemoryPipe::kCapacity / 16 + 100));
   std::size_t heard = 0;
-  while (const auto size = heard_on(*gyro).size()) heard += size;
+  while (const auto size = received_on(*gyro).size()) heard += size;
   EXPECT_EQ(heard, MemoryPipe::kCapacity) << "as many whole frames as fit";
   attended->advance(1);
-  EXPECT_EQ(heard_on(*gyro), "") << "the line was closed and opened again";
+  EXPECT_EQ(received_on(*gyro), "") << "the line was closed and opened again";
   attended->advance(1);
-  EXPECT_EQ(heard_on(*gyro).size(), 16U);
+  EXPECT_EQ(received_on(*gyro).size(), 16U);
 }
 
 TEST_F(VirtualInstrumentsTest, AttendedChamberAnswersOnConnection) {

@@ -17,7 +17,7 @@ namespace gyrotherm::simulator {
 namespace {
 
 /// Returns everything that instruments can read after each of some steps towards a set point.
-std::vector<double> seen(VirtualLaboratory& laboratory, Celsius set_point, int seconds) {
+std::vector<double> observed_values(VirtualLaboratory& laboratory, Celsius set_point, int seconds) {
   std::vector<double> all;
   laboratory.change_set_point(set_point);
   laboratory.switch_on(true);
@@ -36,7 +36,7 @@ constexpr std::array kRigs{"virtual", "virtual-reference"};
 
 std::vector<double> seen_with_seed(const std::string& rig, std::uint64_t seed) {
   VirtualLaboratory laboratory(laboratory_of_rig(rig), {.gyro = seed, .run = 0});
-  return seen(laboratory, {-10}, 600);
+  return observed_values(laboratory, {-10}, 600);
 }
 
 TEST(VirtualLaboratory, IsReproducedBySeedAndSetPoints) {
@@ -110,7 +110,7 @@ TEST(VirtualLaboratory, DiffersBySeed) {
 }
 
 /// Returns the SHA-256 of the first thousand pulse counts, one per line, on the way to 40 °C.
-std::string first_pulses_of(std::uint64_t seed) {
+std::string first_pulses_hash(std::uint64_t seed) {
   VirtualLaboratory laboratory(laboratory_of_rig("virtual"), {.gyro = seed, .run = 0});
   laboratory.change_set_point({40});
   laboratory.switch_on(true);
@@ -124,8 +124,8 @@ std::string first_pulses_of(std::uint64_t seed) {
 
 /// Optional terms of a rig file do not affect a rig without them.
 TEST(VirtualLaboratory, LinearRigReproducesRecordedPulses) {
-  EXPECT_EQ(first_pulses_of(0), "9a33b264f2d13e730c9fbf544d3646e960b241a2a897333f392a6c603f34d034");
-  EXPECT_EQ(first_pulses_of(3), "3b87a6c7867e2a76d77ed2897b7f3dd74756f6c6df9c9065d9f9f8edbce0741c");
+  EXPECT_EQ(first_pulses_hash(0), "9a33b264f2d13e730c9fbf544d3646e960b241a2a897333f392a6c603f34d034");
+  EXPECT_EQ(first_pulses_hash(3), "3b87a6c7867e2a76d77ed2897b7f3dd74756f6c6df9c9065d9f9f8edbce0741c");
 }
 
 TEST(VirtualLaboratory, TwoRunsOfOneGyroShareNoNoise) {
@@ -143,11 +143,11 @@ TEST(VirtualLaboratory, TwoRunsOfOneGyroShareNoNoise) {
 TEST(VirtualLaboratory, DoesNotChangeByBeingRead) {
   VirtualLaboratory read(laboratory_of_rig("virtual"), {.gyro = 3, .run = 0});
   VirtualLaboratory unread(laboratory_of_rig("virtual"), {.gyro = 3, .run = 0});
-  (void)seen(read, {30}, 100);
+  (void)observed_values(read, {30}, 100);
   unread.change_set_point({30});
   unread.switch_on(true);
   for (int t = 0; t < 100; ++t) unread.step();
-  EXPECT_EQ(seen(read, {30}, 10), seen(unread, {30}, 10));
+  EXPECT_EQ(observed_values(read, {30}, 10), observed_values(unread, {30}, 10));
 }
 
 TEST(VirtualLaboratory, StartsAtRestAndSwitchedOff) {
@@ -172,7 +172,7 @@ TEST(VirtualLaboratory, CountsEarthRateAndBias) {
   for (const auto* rig : kRigs) {
     const auto parameters = laboratory_of_rig(rig);
     VirtualLaboratory laboratory(parameters, {});
-    (void)seen(laboratory, {20}, 3600);
+    (void)observed_values(laboratory, {20}, 3600);
     const double arcsec = static_cast<double>(laboratory.pulses()[0]) * parameters.gyro.arcsec_per_pulse;
     EXPECT_NEAR(arcsec / 3600,
                 parameters.gyro.earth_rate_deg_per_h + (laboratory.true_bias()[0] + laboratory.drift()[0]).value, 0.002)

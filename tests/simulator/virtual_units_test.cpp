@@ -24,7 +24,7 @@ UnitParameters unit_named(const std::string& name, const std::vector<std::string
 }
 
 /// Returns the default rig's type with a small body, in a chamber with constant air of 20 °C while it is switched off.
-LaboratoryParameters small_world(std::vector<UnitParameters> units) {
+LaboratoryParameters small_laboratory(std::vector<UnitParameters> units) {
   auto world = laboratory_of_rig("virtual");
   auto& body = std::get<ReducedGyroParameters>(world.body);
   body.model = small_gyro();
@@ -35,7 +35,8 @@ LaboratoryParameters small_world(std::vector<UnitParameters> units) {
 }
 
 /// Returns everything that one axis shows after each of some steps towards a set point.
-std::string seen_of(VirtualLaboratory& laboratory, const std::string& unit, const std::string& axis, int seconds) {
+std::string observed_hash(VirtualLaboratory& laboratory, const std::string& unit, const std::string& axis,
+                          int seconds) {
   const auto& names = laboratory.units();
   const auto u = static_cast<std::size_t>(std::ranges::find(names, unit) - names.begin());
   const auto& axes = laboratory.axes(u);
@@ -113,7 +114,7 @@ TEST(PlainWorld, IsOneUnitWithOneAxis) {
 }
 
 TEST(VirtualUnits, NameTheirThermometersAfterThemselves) {
-  const VirtualLaboratory laboratory(small_world({unit_named("u1", {"x", "y"}), unit_named("solo")}), {});
+  const VirtualLaboratory laboratory(small_laboratory({unit_named("u1", {"x", "y"}), unit_named("solo")}), {});
   const auto& names = laboratory.thermometer_names();
   ASSERT_EQ(names.size(), 3 * kThermalLocations);
   EXPECT_EQ(names[0], "u1.x.A");
@@ -134,30 +135,30 @@ TEST(VirtualUnits, HaveAxesIndependentOfOtherUnits) {
   for (const std::uint64_t seed : {0U, 5U}) {
     auto one = cooling(alone, {.gyro = seed, .run = 2, .days_later = 3});
     auto lot = cooling(among_others, {.gyro = seed, .run = 2, .days_later = 3});
-    EXPECT_EQ(seen_of(one, "u2", "y", 600), seen_of(lot, "u2", "y", 600)) << seed;
+    EXPECT_EQ(observed_hash(one, "u2", "y", 600), observed_hash(lot, "u2", "y", 600)) << seed;
     EXPECT_EQ(one.air_as_measured(), lot.air_as_measured());
   }
 }
 
 TEST(VirtualUnits, AreReproducedBySeed) {
-  const auto world = small_world({unit_named("u1", {"x", "y"}), unit_named("u2")});
+  const auto world = small_laboratory({unit_named("u1", {"x", "y"}), unit_named("u2")});
   for (const std::uint64_t seed : {0U, 1U}) {
     auto first = cooling(world, {.gyro = seed, .run = 1}), again = cooling(world, {.gyro = seed, .run = 1});
-    EXPECT_EQ(seen_of(first, "u1", "y", 300), seen_of(again, "u1", "y", 300));
+    EXPECT_EQ(observed_hash(first, "u1", "y", 300), observed_hash(again, "u1", "y", 300));
     auto other = cooling(world, {.gyro = seed, .run = 2});
-    EXPECT_NE(seen_of(first, "u1", "y", 300), seen_of(other, "u1", "y", 300));
+    EXPECT_NE(observed_hash(first, "u1", "y", 300), observed_hash(other, "u1", "y", 300));
   }
 }
 
 /// Compares each pair of axes, also for seed 0: bodies, biases and noise.
 TEST(VirtualUnits, HaveDifferentGyroForEachAxis) {
   for (const std::uint64_t seed : {0U, 1U}) {
-    const auto world = small_world({unit_named("u1", {"x", "y"}), unit_named("u2", {"x", "y"})});
+    const auto world = small_laboratory({unit_named("u1", {"x", "y"}), unit_named("u2", {"x", "y"})});
     std::vector<std::string> seen;
     for (const auto* unit : {"u1", "u2"})
       for (const auto* axis : {"x", "y"}) {
         auto laboratory = cooling(world, {.gyro = seed});
-        seen.push_back(seen_of(laboratory, unit, axis, 60));
+        seen.push_back(observed_hash(laboratory, unit, axis, 60));
       }
     std::ranges::sort(seen);
     EXPECT_EQ(std::ranges::adjacent_find(seen), seen.end());
@@ -173,7 +174,7 @@ TEST(VirtualUnits, AreDrawnByName) {
 }
 
 TEST(VirtualUnits, CountTheEarthsRateOfEachAxis) {
-  auto world = small_world({unit_named("u", {"x", "y"})});
+  auto world = small_laboratory({unit_named("u", {"x", "y"})});
   world.units[0].axes[1].earth_rate_deg_per_h = -4;
   VirtualLaboratory laboratory(world, {});
   for (int t = 0; t < 3600; ++t) laboratory.step();
@@ -185,7 +186,7 @@ TEST(VirtualUnits, CountTheEarthsRateOfEachAxis) {
 }
 
 TEST(VirtualUnits, AreSwitchedAndTurnedTogether) {
-  VirtualLaboratory laboratory(small_world({unit_named("a"), unit_named("b")}), {});
+  VirtualLaboratory laboratory(small_laboratory({unit_named("a"), unit_named("b")}), {});
   laboratory.set_unit_state({.off = true});
   for (int t = 0; t < 10; ++t) laboratory.step();
   for (const auto unit : {0U, 1U}) EXPECT_EQ(laboratory.pulses(unit)[0], 0);
@@ -195,19 +196,19 @@ TEST(VirtualUnits, AreSwitchedAndTurnedTogether) {
 }
 
 TEST(VirtualUnits, ContinueWhileSilent) {
-  const auto world = small_world({unit_named("a"), unit_named("b")});
+  const auto world = small_laboratory({unit_named("a"), unit_named("b")});
   auto silenced = cooling(world, {}), speaking = cooling(world, {});
   silenced.silence(1, true);
   EXPECT_TRUE(silenced.is_silent(1));
   EXPECT_FALSE(silenced.is_silent(0));
-  EXPECT_EQ(seen_of(silenced, "a", "", 100), seen_of(speaking, "a", "", 100));
+  EXPECT_EQ(observed_hash(silenced, "a", "", 100), observed_hash(speaking, "a", "", 100));
   silenced.silence(1, false);
-  EXPECT_EQ(seen_of(silenced, "b", "", 100), seen_of(speaking, "b", "", 100));
+  EXPECT_EQ(observed_hash(silenced, "b", "", 100), observed_hash(speaking, "b", "", 100));
 }
 
 /// A hop affects output and drift, not the true bias. The other axis is unchanged.
 TEST(OutputHop, DoesNotDependOnTemperature) {
-  auto world = small_world({unit_named("u", {"x", "y"})});
+  auto world = small_laboratory({unit_named("u", {"x", "y"})});
   auto hopping = world;
   hopping.units[0].axes[1].hop = OutputHop{.at_s = 100, .deg_per_h = 5, .for_s = 50};
   VirtualLaboratory plain(world, {}), hops(hopping, {});
@@ -223,18 +224,18 @@ TEST(OutputHop, DoesNotDependOnTemperature) {
 }
 
 TEST(OutputHop, IsPermanentWithoutDuration) {
-  auto world = small_world({unit_named("u")});
+  auto world = small_laboratory({unit_named("u")});
   world.units[0].axes[0].hop = OutputHop{.at_s = 3, .deg_per_h = 5};
   VirtualLaboratory hops(world, {});
   for (int t = 0; t < 3; ++t) hops.step();
-  const double before = VirtualLaboratory(small_world({unit_named("u")}), {}).drift()[0].value;
+  const double before = VirtualLaboratory(small_laboratory({unit_named("u")}), {}).drift()[0].value;
   EXPECT_NEAR(hops.drift()[0].value, before + 5, 0.1);
   for (int t = 0; t < 1000; ++t) hops.step();
   EXPECT_NEAR(hops.drift()[0].value, before + 5, 0.1);
 }
 
 TEST(OwnTemperature, FollowsTheBlockOfTheFirstAxis) {
-  auto world = small_world({unit_named("u", {"x", "y"}), unit_named("v")});
+  auto world = small_laboratory({unit_named("u", {"x", "y"}), unit_named("v")});
   world.own_temperature = OwnThermometer{.time_constant_s = 60, .noise_k = 0, .resolution_k = 0.5, .offset_k = 3};
   VirtualLaboratory laboratory(world, {});
   ASSERT_EQ(laboratory.values(0).size(), 1U);
@@ -250,7 +251,7 @@ TEST(OwnTemperature, FollowsTheBlockOfTheFirstAxis) {
 }
 
 TEST(OwnValues, AreLinearInBlockTemperature) {
-  auto world = small_world({unit_named("u")});
+  auto world = small_laboratory({unit_named("u")});
   world.own_temperature = OwnThermometer{};
   world.values = {{.name = "current", .at_20_c = 2, .per_k = 0.1, .noise = 0}, {.name = "voltage", .at_20_c = 5}};
   VirtualLaboratory laboratory(world, {});
@@ -265,7 +266,7 @@ TEST(OwnValues, AreLinearInBlockTemperature) {
 }
 
 TEST(DeadThermometer, ReadsNothingAfterFailure) {
-  auto world = small_world({unit_named("u", {"x", "y"})});
+  auto world = small_laboratory({unit_named("u", {"x", "y"})});
   world.units[0].axes[1].failing = {{.index = 3, .mode = FailureMode::dead, .from_s = 10}};
   VirtualLaboratory laboratory(world, {});
   for (int t = 1; t <= 20; ++t) {
@@ -276,7 +277,7 @@ TEST(DeadThermometer, ReadsNothingAfterFailure) {
 }
 
 TEST(VirtualUnits, CanExchangeThermometers) {
-  VirtualLaboratory laboratory(small_world({unit_named("a"), unit_named("b")}), {});
+  VirtualLaboratory laboratory(small_laboratory({unit_named("a"), unit_named("b")}), {});
   const auto now = laboratory.thermometers_as_measured_c();
   const std::vector<double> sound(now.begin(), now.end());
   LaboratoryFaults faults(sound.size());

@@ -21,9 +21,9 @@ namespace {
 constexpr double kArcsecPerPulse[] = {0.1, 0.25, -0.125};
 
 /// A gyro of one stream that turns at about 10, 20 and -5 °/h with noise, written to a driver on an in-memory line.
-class BothEnds {
+class WriterAndDriver {
  public:
-  BothEnds(const drivers::FrameFormat& format, double frames_a_second)
+  WriterAndDriver(const drivers::FrameFormat& format, double frames_a_second)
       : format_(format),
         rate_(frames_a_second),
         writer_(format, std::vector(kArcsecPerPulse, kArcsecPerPulse + format.axes.size())),
@@ -74,7 +74,7 @@ class BothEnds {
     const auto from = pulses_;
     for (std::size_t axis = 0; axis < pulses_.size(); ++axis)
       pulses_[axis] += std::llround(kPulses[axis] + 3 * noise_.normal());
-    tell_itself();
+    send_housekeeping();
     std::vector<double> now(pulses_.size());
     for (int i = 1; i <= static_cast<int>(rate_); ++i) {
       const double share = i / rate_;
@@ -85,7 +85,7 @@ class BothEnds {
     ++seconds_;
   }
   /// Sets temperatures from -20 °C and all other values within the width of their fields.
-  void tell_itself() {
+  void send_housekeeping() {
     const auto fields = format_.values();
     for (std::size_t i = 0; i < fields.size(); ++i) {
       const auto& field = *fields[i];
@@ -109,7 +109,7 @@ class BothEnds {
 };
 
 /// Checks that the driver's mean equals the values sent in that second, if the stream sends them at this rate.
-void expect_values(const BothEnds& ends, const drivers::FrameFormat& format, const GyroCount& count,
+void expect_values(const WriterAndDriver& ends, const drivers::FrameFormat& format, const GyroCount& count,
                    double frames_a_second) {
   const auto names = list_housekeeping(format);
   ASSERT_EQ(count.values.size(), names.size());
@@ -127,7 +127,7 @@ void expect_values(const BothEnds& ends, const drivers::FrameFormat& format, con
 void expect_exact_sum(const std::string& name, const drivers::FrameFormat& format, double frames_a_second,
                       int seconds) {
   SCOPED_TRACE(name);
-  BothEnds ends(format, frames_a_second);
+  WriterAndDriver ends(format, frames_a_second);
   const auto origin = ends.first_second();
   ASSERT_TRUE(origin) << text(origin.error());
   const auto before = ends.angles_arcsec();

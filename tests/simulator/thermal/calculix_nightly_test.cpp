@@ -52,7 +52,7 @@ double largest_difference(const fs::path& dat, const Eigen::VectorXd& field_c) {
   return largest;
 }
 
-void expect_as_calculix(const GyroModel& model, MeshSize size) {
+void expect_agreement_with_calculix(const GyroModel& model, MeshSize size) {
   if (!has_program("ccx")) GTEST_SKIP() << "ccx is not installed (Debian: calculix-ccx)";
   const auto mesh = make_mesh(model, size);
   const auto state = steady_state(model, mesh);
@@ -67,12 +67,12 @@ void expect_as_calculix(const GyroModel& model, MeshSize size) {
   EXPECT_LE(largest_difference(folder.path() / "gyro.dat", state->field_c), 1e-4);
 }
 
-TEST(Calculix, MatchesFieldOnSameMesh) { expect_as_calculix(shipped_gyro("calibrated"), MeshSize::coarse); }
+TEST(Calculix, MatchesFieldOnSameMesh) { expect_agreement_with_calculix(shipped_gyro("calibrated"), MeshSize::coarse); }
 
 TEST(Calculix, MatchesFieldOfBlock) {
   auto model = shipped_gyro("calibrated");
   model.mode = GyroMode::block;
-  expect_as_calculix(model, MeshSize::medium);
+  expect_agreement_with_calculix(model, MeshSize::medium);
 }
 
 TEST(MeshStep, FromMediumToFineChangesLessThanFiftyMillikelvin) {

@@ -51,16 +51,16 @@ constexpr std::string_view kInputs[] = {"ambient",      "gain_left",    "gain_ri
 constexpr std::string_view kConduction[] = {"fixed", "air_lid", "air_side", "air_base", "film"};
 
 /// Returns a number for a byte: small reasonable values and some invalid ones.
-std::string number(std::uint8_t byte) {
+std::string number_for(std::uint8_t byte) {
   constexpr std::string_view kOdd[] = {"-0.0", "1e308", "5e-324", "inf", "nan", "\"x\"", "[1.0]", "-1.0"};
   if (byte >= 248) return std::string(kOdd[byte - 248]);
   return fmt::format("{}.0", byte % 4);
 }
 
 /// Returns the text of a model with one state, so that random input reaches the checks behind the grammar.
-std::string spelled(const std::uint8_t* data, std::size_t size) {
+std::string build_model_text(const std::uint8_t* data, std::size_t size) {
   std::size_t at = 0;
-  const auto next = [&] { return at < size ? number(data[at++]) : std::string("1.0"); };
+  const auto next = [&] { return at < size ? number_for(data[at++]) : std::string("1.0"); };
   std::string text = "schema = \"gyrotherm-reduced-gyro/1\"\ngyro = \"g\"\nmesh = \"m\"\nstates = 1\n";
   text += "source_sha256 = \"" + std::string(64, 'a') + "\"\n";
   text += "film_ambient = [" + next() + "]\nstill_film_w_per_m2_k = 8.0\nchamber_film_w_per_m2_k = 9.0\n";
@@ -84,7 +84,7 @@ std::string spelled(const std::uint8_t* data, std::size_t size) {
 
 FUZZ_TARGET(reduced_model, const std::uint8_t* data, std::size_t size) {
   run({reinterpret_cast<const char*>(data), size});
-  run(spelled(data, size));
+  run(build_model_text(data, size));
   return 0;
 }
 

@@ -17,7 +17,7 @@ Result<GyroModel> with(const std::string& piece, const std::string& replacement)
   return parse_gyro(text.replace(at, piece.size(), replacement), "gyro.toml");
 }
 
-void expect_mistake(const Result<GyroModel>& model, const std::string& what) {
+void expect_error(const Result<GyroModel>& model, const std::string& what) {
   ASSERT_FALSE(model) << what;
   EXPECT_EQ(model.error().kind, FaultKind::bad_file);
   EXPECT_TRUE(model.error().where.starts_with("gyro.toml:")) << model.error().where;
@@ -46,7 +46,7 @@ TEST(GyroFile, AcceptsEachReadingOfBallast) {
   EXPECT_DOUBLE_EQ(with(nominal, "reading = \"printed, each\"")->powers_w[3], 0.027);
   EXPECT_DOUBLE_EQ(with(nominal, "reading = \"printed, both together\"")->powers_w[4], 0.0135);
   EXPECT_DOUBLE_EQ(with(nominal, "reading = \"none\"")->powers_w[3], 0);
-  expect_mistake(with(nominal, "reading = \"printed\""), "printed");
+  expect_error(with(nominal, "reading = \"printed\""), "printed");
 }
 
 TEST(GyroFile, PlacesPreamplifierAtThreeMounts) {
@@ -69,42 +69,42 @@ TEST(GyroFile, ComputesGapWidthsFromGeometry) {
 }
 
 TEST(GyroFile, NamesSizesThatAreNotAboveZero) {
-  expect_mistake(with("thickness_mm = 25 ", "thickness_mm = 0 "), "0 is not above 0");
-  expect_mistake(with("wall_mm = 3", "wall_mm = -3"), "-3 is not above 0");
-  expect_mistake(with("size_mm = [20, 16, 20]", "size_mm = [20, -16, 20]"), "-16 is not above 0");
-  expect_mistake(with("size_mm = [20, 16, 20]", "size_mm = [20, 16]"), "expected 3");
-  expect_mistake(with("density_kg_per_m3 = 2530", "density_kg_per_m3 = nan"), "not above 0");
+  expect_error(with("thickness_mm = 25 ", "thickness_mm = 0 "), "0 is not above 0");
+  expect_error(with("wall_mm = 3", "wall_mm = -3"), "-3 is not above 0");
+  expect_error(with("size_mm = [20, 16, 20]", "size_mm = [20, -16, 20]"), "-16 is not above 0");
+  expect_error(with("size_mm = [20, 16, 20]", "size_mm = [20, 16]"), "expected 3");
+  expect_error(with("density_kg_per_m3 = 2530", "density_kg_per_m3 = nan"), "not above 0");
 }
 
 TEST(GyroFile, NamesPartsThatOverlap) {
-  expect_mistake(with("size_mm = [70, 50, 10]", "size_mm = [70, 20, 25]"), "preamplifier overlaps block");
+  expect_error(with("size_mm = [70, 50, 10]", "size_mm = [70, 20, 25]"), "preamplifier overlaps block");
 }
 
 TEST(GyroFile, NamesPartsOutsideTheCabinet) {
-  expect_mistake(with("size_mm = [150, 150, 80]", "size_mm = [150, 145, 80]"), "cathode reaches outside");
-  expect_mistake(with("top_w_mm = 15", "top_w_mm = 38"), "hub reaches outside");
-  expect_mistake(with("size_mm = [150, 150, 80]", "size_mm = [150000, 150000, 80000]"), "expected at most 500 mm");
+  expect_error(with("size_mm = [150, 150, 80]", "size_mm = [150, 145, 80]"), "cathode reaches outside");
+  expect_error(with("top_w_mm = 15", "top_w_mm = 38"), "hub reaches outside");
+  expect_error(with("size_mm = [150, 150, 80]", "size_mm = [150000, 150000, 80000]"), "expected at most 500 mm");
 }
 
 TEST(GyroFile, ReportsInconsistentBlock) {
-  expect_mistake(with("hole_diameter_mm = 60", "hole_diameter_mm = 78"), "reaches the bores");
-  expect_mistake(with("chamfer_mm = 80", "chamfer_mm = 120"), "between half the width");
-  expect_mistake(with("ring_side_mm = 80", "ring_side_mm = 90"), "corners are outside the mirrors");
-  expect_mistake(with("diameter_mm = 20", "diameter_mm = 60"), "not smaller than the hole");
+  expect_error(with("hole_diameter_mm = 60", "hole_diameter_mm = 78"), "reaches the bores");
+  expect_error(with("chamfer_mm = 80", "chamfer_mm = 120"), "between half the width");
+  expect_error(with("ring_side_mm = 80", "ring_side_mm = 90"), "corners are outside the mirrors");
+  expect_error(with("diameter_mm = 20", "diameter_mm = 60"), "not smaller than the hole");
 }
 
 TEST(GyroFile, ReportsThermometerOutsideBlock) {
-  expect_mistake(with("A = [0, 50]", "A = [0, 56]"), "not on the block");
-  expect_mistake(with("G = [0, -50]", "G = [0, -20]"), "not on the block");
+  expect_error(with("A = [0, 50]", "A = [0, 56]"), "not on the block");
+  expect_error(with("G = [0, -50]", "G = [0, -20]"), "not on the block");
 }
 
 TEST(GyroFile, NamesAPowerThatContradictsRateTimesVolume) {
-  expect_mistake(with("power_w = 0.784", "power_w = 0.748"), "rate x volume");
+  expect_error(with("power_w = 0.784", "power_w = 0.748"), "rate x volume");
 }
 
 TEST(GyroFile, NamesUnknownAndMissingKeys) {
-  expect_mistake(with("hole_diameter_mm", "hole_diametr_mm"), "hole_diametr_mm");
-  expect_mistake(with("[materials.hub] ", "[materials.hob] "), "hub");
+  expect_error(with("hole_diameter_mm", "hole_diametr_mm"), "hole_diametr_mm");
+  expect_error(with("[materials.hub] ", "[materials.hob] "), "hub");
 }
 
 }  // namespace

@@ -58,7 +58,7 @@ TEST_P(EveryEdge, PartsFillTheCabinet) {
 
 /// Checks the film area: top and bottom including mirrors; side walls without the area covered by mirrors, cathode and
 /// ballasts, and with the area that these add.
-void expect_the_film_of_the_block(double edge_mm) {
+void expect_film_area_of_block(double edge_mm) {
   auto model = shipped_gyro("calibrated");
   model.mode = GyroMode::block;
   const auto mesh = make_mesh(model, edge_mm);
@@ -70,10 +70,10 @@ void expect_the_film_of_the_block(double edge_mm) {
   EXPECT_NEAR(assemble_film_ambient(mesh).sum() * 1e6, 2 * kPlan + walls + mirrors + boxes, 1e-6);
 }
 
-TEST_P(EveryEdge, FilmOfBlockHasTrueArea) { expect_the_film_of_the_block(GetParam()); }
+TEST_P(EveryEdge, FilmOfBlockHasTrueArea) { expect_film_area_of_block(GetParam()); }
 
 /// The strip of a 45° face above its mirror is five bricks behind the mirror's face.
-TEST(Mesh, FilmHasTrueAreaWithSmallBricks) { expect_the_film_of_the_block(1.1); }
+TEST(Mesh, FilmHasTrueAreaWithSmallBricks) { expect_film_area_of_block(1.1); }
 
 TEST_P(EveryEdge, ConsolidationKeepsTheBlocksVolume) {
   auto model = shipped_gyro("calibrated");

@@ -64,7 +64,7 @@ TEST(ReducedBasis, IsOrthonormalAndDropsDependentFields) {
   const auto system = box_gyro();
   const auto n = system.capacity.rows();
   std::srand(kReductionSeed);
-  ReducedBasis basis(system, about_box_gyro(), Eigen::VectorXd::Ones(n), 20);
+  ReducedBasis basis(system, box_gyro_description(), Eigen::VectorXd::Ones(n), 20);
   const Eigen::MatrixXd fields = Eigen::MatrixXd::Random(n, 7);
   EXPECT_EQ(basis.grow(fields), 7);
   EXPECT_EQ(basis.grow(fields.leftCols(2) * 3), 0);
@@ -83,7 +83,7 @@ TEST(ReducedBasis, EstimatesItsResidual) {
   const auto n = system.capacity.rows();
   std::srand(kReductionSeed);
   Eigen::VectorXd weights = Eigen::VectorXd::Random(n).array().square() + 0.1;
-  ReducedBasis basis(system, about_box_gyro(), weights, 20);
+  ReducedBasis basis(system, box_gyro_description(), weights, 20);
   basis.grow(Eigen::MatrixXd::Random(n, 11));
   std::mt19937_64 random(kReductionSeed);
   for (int i = 0; i < 20; ++i) {
@@ -148,7 +148,7 @@ TEST(ModelOrderReduction, KeepsSymmetryOfGyro) {
 
 TEST(ModelOrderReduction, FailsWithErrorAndPointWhenStatesAreTooFew) {
   const auto model =
-      reduce(box_gyro(), about_box_gyro(), {.states = 8, .most_fields = 20, .goal_k = 1e-4}, direct_solver());
+      reduce(box_gyro(), box_gyro_description(), {.states = 8, .most_fields = 20, .goal_k = 1e-4}, direct_solver());
   ASSERT_FALSE(model);
   EXPECT_EQ(model.error().kind, FaultKind::numeric);
   EXPECT_NE(model.error().what.find("8 states have an error of"), std::string::npos) << model.error().what;
@@ -157,7 +157,7 @@ TEST(ModelOrderReduction, FailsWithErrorAndPointWhenStatesAreTooFew) {
 
 TEST(ModelOrderReduction, StopsWhenInterrupted) {
   int calls = 0;
-  const auto model = reduce(box_gyro(), about_box_gyro(), {}, direct_solver(),
+  const auto model = reduce(box_gyro(), box_gyro_description(), {}, direct_solver(),
                             [&](std::string_view, double fraction) { return fraction >= 0 && ++calls < 4; });
   ASSERT_FALSE(model);
   EXPECT_EQ(model.error().kind, FaultKind::interrupted);
@@ -168,7 +168,7 @@ TEST(ModelOrderReduction, ReturnsFaultOfSolver) {
   const SolveColumns broken = [](const SparseMatrix&, const Eigen::MatrixXd&) -> Result<Eigen::MatrixXd> {
     return failure(FaultKind::numeric, "solver", "out of order");
   };
-  const auto model = reduce(box_gyro(), about_box_gyro(), {}, broken);
+  const auto model = reduce(box_gyro(), box_gyro_description(), {}, broken);
   ASSERT_FALSE(model);
   EXPECT_EQ(model.error().what, "out of order");
 }

@@ -46,7 +46,7 @@ std::string with(std::string text, std::string_view from, std::string_view to) {
   return text.replace(at, from.size(), to);
 }
 
-void expect_mistake(const std::string& text, std::string_view what) {
+void expect_error(const std::string& text, std::string_view what) {
   const auto model = parse_reduced_model(text, "gyro.reduced.toml");
   ASSERT_FALSE(model) << what;
   EXPECT_EQ(model.error().kind, FaultKind::bad_file);
@@ -85,30 +85,30 @@ TEST(ReducedModel, NumbersOfAnySizeReadBackBitForBit) {
 
 TEST(ReducedModel, ReportsEachErrorWithPosition) {
   const auto good = reduced_model_text(reduced_box_gyro());
-  expect_mistake(with(good, "gyro/1", "gyro/9"), "is not understood");
-  expect_mistake(with(good, "source_sha256 = \"0", "source_sha256 = \"X"), "64 lower-case hexadecimal digits");
-  expect_mistake(with(good, "still_film_w_per_m2_k = 8.0", "still_film_w_per_m2_k = 0.0"), "above 0");
-  expect_mistake(with(good, "emissivity = 0.05", "emissivity = -1.0"), "at least 0");
-  expect_mistake(with(good, "preamplifier = 0.784", "preamplifier = -0.784"), "at least 0");
-  expect_mistake(with(good, "width_m = 0.018\n", ""), "missing key \"width_m\"");
-  expect_mistake(with(good, "gain_left = 0.294", "gain_lift = 0.294"), "did you mean");
-  expect_mistake(with(good, "film_ambient = [", "film_ambient = [0.0, "), "numbers, expected");
-  expect_mistake(with(good, "air_lid = [\n[", "air_lid = [\n[0.0, "), "row 1 has 2 numbers, expected 1");
-  expect_mistake(with(good, "states = ", "states = 100"), "expected 1 … 200");
-  expect_mistake(with(good, "states = ", "states = 0.5 # "), "expected a whole number");
-  expect_mistake("states = 1", "missing key \"schema\"");
+  expect_error(with(good, "gyro/1", "gyro/9"), "is not understood");
+  expect_error(with(good, "source_sha256 = \"0", "source_sha256 = \"X"), "64 lower-case hexadecimal digits");
+  expect_error(with(good, "still_film_w_per_m2_k = 8.0", "still_film_w_per_m2_k = 0.0"), "above 0");
+  expect_error(with(good, "emissivity = 0.05", "emissivity = -1.0"), "at least 0");
+  expect_error(with(good, "preamplifier = 0.784", "preamplifier = -0.784"), "at least 0");
+  expect_error(with(good, "width_m = 0.018\n", ""), "missing key \"width_m\"");
+  expect_error(with(good, "gain_left = 0.294", "gain_lift = 0.294"), "did you mean");
+  expect_error(with(good, "film_ambient = [", "film_ambient = [0.0, "), "numbers, expected");
+  expect_error(with(good, "air_lid = [\n[", "air_lid = [\n[0.0, "), "row 1 has 2 numbers, expected 1");
+  expect_error(with(good, "states = ", "states = 100"), "expected 1 … 200");
+  expect_error(with(good, "states = ", "states = 0.5 # "), "expected a whole number");
+  expect_error("states = 1", "missing key \"schema\"");
 }
 
 TEST(ReducedModel, RefusesUnstableBody) {
   auto model = reduced_box_gyro();
   model.conduction *= -1;
-  expect_mistake(reduced_model_text(model), "not positive definite");
+  expect_error(reduced_model_text(model), "not positive definite");
 }
 
 TEST(ReducedModel, RefusesABodyThatDoesNotRestAtTheAmbient) {
   auto model = reduced_box_gyro();
   model.film_ambient *= 1.001;
-  expect_mistake(reduced_model_text(model), "without power an output rests");
+  expect_error(reduced_model_text(model), "without power an output rests");
 }
 
 TEST(ReducedModel, RestsAtTheAmbientWithoutPower) {

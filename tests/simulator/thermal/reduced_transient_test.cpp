@@ -20,7 +20,7 @@ namespace {
 constexpr unsigned kReducedSeed = 61;
 
 /// Computes one second by the exponential of the system extended by its inputs, which are ramps.
-OneSecond by_exponential(const ReducedModel& model, const ThermalCoefficients& c) {
+OneSecond matrix_exponential_step(const ReducedModel& model, const ThermalCoefficients& c) {
   const auto r = model.conduction.rows();
   Eigen::MatrixXd inputs(r, 2);
   inputs << inputs_at(model, c).col(0), inputs_at(model, c) * switched_on(model, 0);
@@ -32,7 +32,7 @@ OneSecond by_exponential(const ReducedModel& model, const ThermalCoefficients& c
   return {e.topLeftCorner(r, r), e.col(r) - e.col(r + 2), e.col(r + 2), e.col(r + 1).head(r)};
 }
 
-void expect_alike(const OneSecond& a, const OneSecond& b, double tolerance) {
+void expect_near(const OneSecond& a, const OneSecond& b, double tolerance) {
   const auto r = a.carry.rows();
   EXPECT_LE((a.carry - b.carry).cwiseAbs().maxCoeff(), tolerance);
   const auto scale = [&](const auto& v) { return std::max(1.0, v.cwiseAbs().maxCoeff()); };
@@ -67,7 +67,7 @@ TEST(OneSecond, IsTheMatrixExponential) {
   const auto& model = reduced_box_gyro();
   for (const double air_c : {-40.0, 20.0, 60.0}) {
     const auto c = coefficients_at(model, air_c, GyroFilm::chamber);
-    expect_alike(one_second(model, c), by_exponential(model, c), 1e-11);
+    expect_near(one_second(model, c), matrix_exponential_step(model, c), 1e-11);
   }
 }
 
@@ -129,7 +129,7 @@ TEST(ReducedTransient, LinearStepsMatchMatrixExponential) {
   const auto& model = reduced_box_gyro();
   Eigen::VectorXd states = states_at_rest(model, GyroFilm::still, 20);
   const auto c = coefficients_at(model, gap_air_c(model.outputs * states), GyroFilm::still);
-  const auto second = by_exponential(model, c);
+  const auto second = matrix_exponential_step(model, c);
   const auto r = states.size();
   ReducedTransient reduced(model, {.film = GyroFilm::still, .linear = true});
   for (int i = 1; i <= 9000; ++i) {

@@ -220,7 +220,7 @@ ThermalSystem box_gyro() {
   return system;
 }
 
-ReducedModel about_box_gyro() {
+ReducedModel box_gyro_description() {
   ReducedModel about;
   about.gyro = "small.toml";
   about.source_sha256 = std::string(64, '0');
@@ -245,7 +245,7 @@ SolveColumns direct_solver() {
 const ReducedSystem& reduced_box_system() {
   static const ReducedSystem reduced = [] {
     auto made =
-        reduce(box_gyro(), about_box_gyro(), {.states = 60, .most_fields = 90, .goal_k = 1e-4}, direct_solver());
+        reduce(box_gyro(), box_gyro_description(), {.states = 60, .most_fields = 90, .goal_k = 1e-4}, direct_solver());
     if (!made) std::abort();
     return *made;
   }();

@@ -39,7 +39,7 @@ namespace gyrotherm::thermal {
 [[nodiscard]] ThermalSystem box_gyro();
 
 /// Returns names, air, films and powers of the box gyro; no matrices.
-[[nodiscard]] ReducedModel about_box_gyro();
+[[nodiscard]] ReducedModel box_gyro_description();
 
 /// Returns a solver by factorisation.
 [[nodiscard]] SolveColumns direct_solver();

@@ -56,7 +56,7 @@ TEST(Words, HaveSamePlaceholdersInBothLanguages) {
   EXPECT_GT(filled, 20);
 }
 
-TEST(Words, OfDocumentAreNotKeysOfReport) {
+TEST(Words, ExcludeTextsOfDocumentFromKeysOfReport) {
   EXPECT_TRUE(has_text("stabilised_bias"));
   EXPECT_FALSE(has_text("say.coverage"));
   EXPECT_FALSE(has_text("stabilized_bias"));
@@ -115,7 +115,7 @@ TEST(Words, AreExactlyThoseUsedInSources) {
   for (const std::string& key : covered) EXPECT_TRUE(named.contains(key)) << key << " is unused";
 }
 
-TEST(Words, OfPeopleFallBackToOtherLanguage) {
+TEST(Words, FallBackToOtherLanguageForTextsOfUsers) {
   EXPECT_EQ(in(kDe, {"a", "b"}), "b");
   EXPECT_EQ(in(kEn, {"", "b"}), "b");
   EXPECT_EQ(in(kDe, {"a", ""}), "a");

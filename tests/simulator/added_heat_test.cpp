@@ -123,7 +123,7 @@ TEST(AddedHeat, StaysAtRestWithGyro) {
 }
 
 /// At rest the heat through the film equals the sum of all sources; the wind contributes nothing.
-TEST(AddedHeat, LeavesThroughTheFilm) {
+TEST(AddedHeat, FlowsThroughFilmAtRest) {
   auto type = gyro_with_wind();
   const double shell_c = ReducedGyro(type).locations_c()[8];
   const auto inner_c = [&] {
@@ -203,7 +203,7 @@ TEST(HardGyro, HasOtherGradientsWhenCooledThanHeated) {
   EXPECT_NEAR(heated.bias().value - cooled.bias().value, 3.7e-3, 4e-4);
 }
 
-TEST(DrawGyro, DrawsWindAndPowersWithinTheirLimits) {
+TEST(DrawGyro, DrawsWindAndPowersWithinLimits) {
   const auto type = laboratory_of_rig("virtual-hard");
   const auto& before = std::get<ReducedGyroParameters>(type.body);
   std::vector<double> logarithms;
@@ -255,7 +255,7 @@ std::map<std::string, double> thermometers(const VirtualLaboratory& laboratory) 
   return shown_c;
 }
 
-TEST(Bracket, FollowsTheCabinetsWithItsTimeConstant) {
+TEST(Bracket, FollowsCabinetsWithTimeConstant) {
   Bracket bracket(kFirst, {20});
   for (int t = 0; t < 600; ++t) bracket.follow({30});
   EXPECT_NEAR(bracket.temperature().value, 30 - 10 * std::exp(-1), 1e-9);
@@ -271,7 +271,7 @@ TEST(Bracket, RestsConsistentlyWithCabinets) {
   }
 }
 
-TEST(Bracket, StaysAtRestWithItsBodies) {
+TEST(Bracket, StaysAtRestWithBodies) {
   auto world = laboratory_with_brackets({"a", "b", "c"}, {with(kFirst, {0, 1, 2})});
   VirtualLaboratory laboratory(world, {.gyro = 1});
   const auto before = thermometers(laboratory);

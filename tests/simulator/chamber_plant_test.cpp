@@ -13,7 +13,7 @@ namespace {
 
 PlantParameters shipped() { return laboratory_of_rig("virtual").plant; }
 
-TEST(ChamberPlant, FollowsEveryRampOfTheQualificationWithinOneKelvin) {
+TEST(ChamberPlant, FollowsRampsOfQualificationWithinOneKelvin) {
   for (const double rate : {1.0, 2.0, 3.0, 5.0}) {
     ChamberPlant plant(shipped());
     double worst_k = 0;
@@ -26,7 +26,7 @@ TEST(ChamberPlant, FollowsEveryRampOfTheQualificationWithinOneKelvin) {
   }
 }
 
-TEST(ChamberPlant, SettlesWithinFiveMinutesOfTheSteepestRampsEnd) {
+TEST(ChamberPlant, SettlesWithinFiveMinutesAfterSteepestRamp) {
   ChamberPlant plant(shipped());
   const auto cycle = rate_cycle_c(5);
   const std::size_t ramp_end = 7200 + 720;
@@ -37,7 +37,7 @@ TEST(ChamberPlant, SettlesWithinFiveMinutesOfTheSteepestRampsEnd) {
   }
 }
 
-TEST(ChamberPlant, CoolsMoreSlowlyInTheCold) {
+TEST(ChamberPlant, CoolsMoreSlowlyInCold) {
   ChamberPlant plant(shipped());
   const auto seconds_to = [&](double target_c) {
     int seconds = 0;
@@ -52,7 +52,7 @@ TEST(ChamberPlant, CoolsMoreSlowlyInTheCold) {
   EXPECT_GT(cold_s, 60) << "the cooling rate is limited";
 }
 
-TEST(ChamberPlant, DoesNotWindUpWhileItsOutputIsAtTheLimit) {
+TEST(ChamberPlant, DoesNotWindUpWhileOutputIsAtLimit) {
   ChamberPlant plant(shipped());
   double lowest_c = 20;
   for (int t = 0; t < 3600; ++t) {

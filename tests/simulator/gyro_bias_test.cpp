@@ -54,7 +54,7 @@ TEST(GasFlow, GrowsWithTemperatureForUnequalCurrents) {
               1e-12);
 }
 
-TEST(Deformation, NeedsAGradient) {
+TEST(Deformation, RequiresGradient) {
   const auto physics = complete_physics();
   EXPECT_EQ(deformation_deg_per_h(physics, even(45)), 0);
   auto inner = even(45);
@@ -70,14 +70,14 @@ TEST(TemperaturePart, IsZeroAt20AndQuadratic) {
   EXPECT_NEAR(temperature_deg_per_h(physics, -40), 1e-4 * 60 + 1e-6 * 3600, 1e-15);
 }
 
-TEST(Backscatter, RepeatsWithItsPeriod) {
+TEST(Backscatter, RepeatsWithPeriod) {
   const std::vector<BackscatterWave> waves{{1e-3, 50, 30}};
   EXPECT_NEAR(backscatter_deg_per_h(waves, 20), 1e-3 * 0.5, 1e-15);
   for (const double path : {-37.0, 3.0, 41.0})
     EXPECT_NEAR(backscatter_deg_per_h(waves, path), backscatter_deg_per_h(waves, path + 50), 1e-15) << path;
 }
 
-TEST(GyroBias, IsTheSumOfItsParts) {
+TEST(GyroBias, IsSumOfParts) {
   GyroBias bias(complete_physics(), even(20));
   auto inner = even(58);
   at(inner, thermal::ThermalOutput::gain_left) = 60;
@@ -90,7 +90,7 @@ TEST(GyroBias, IsTheSumOfItsParts) {
                    p.gas_flow + p.deformation + p.temperature + p.backscatter + p.hysteresis + p.mode_hops);
 }
 
-TEST(GyroBias, HysteresisSeparatesHeatingFromCooling) {
+TEST(GyroBias, DiffersBetweenHeatingAndCoolingByHysteresis) {
   GyroBias bias(complete_physics(), even(20));
   EXPECT_EQ(bias.parts().hysteresis, 0);
   bias.step(even(50));

@@ -12,7 +12,7 @@ namespace {
 
 constexpr DegreesPerHour kNoBias{};
 
-TEST(GyroReadout, CountsWholePulsesOfTheAccumulatedAngle) {
+TEST(GyroReadout, CountsWholePulsesOfAccumulatedAngle) {
   GyroReadout readout({.arcsec_per_pulse = 0.5, .earth_rate_deg_per_h = 10.2}, 0);
   for (int t = 0; t < 3; ++t) readout.step({0.1});
   EXPECT_EQ(readout.pulses(), 61);  // 30.9 arcsec
@@ -82,7 +82,7 @@ TEST(GyroReadout, HasRequestedBiasInstability) {
   EXPECT_NEAR(tests::standard_deviation(drift) / std::sqrt(variance), 1, 0.1);
 }
 
-TEST(GyroReadout, HasItsOwnClock) {
+TEST(GyroReadout, HasOwnClock) {
   GyroReadout readout({.clock_skew_ppm = 5}, 0);
   for (int t = 0; t < 1000; ++t) readout.step(kNoBias);
   EXPECT_EQ(readout.device_time_us(), 1000005000);

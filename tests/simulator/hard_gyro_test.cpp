@@ -32,7 +32,7 @@ std::array<double, kThermalLocations> places_at(double celsius) {
   return places;
 }
 
-TEST(CoefficientGrowth, IsGammaOver40KelvinOfTheBlock) {
+TEST(CoefficientGrowth, IsGammaOver40KelvinOfBlock) {
   BiasPhysics physics;
   physics.mirror_deg_per_h_per_k = {1e-3, 0, 0, 0};
   physics.growth.mirrors = {0.3, 0, 0, 0};
@@ -142,7 +142,7 @@ TEST(SideWind, LeavesLargerResidualOfHardGyro) {
   EXPECT_GT(hard_windy, 1.1 * fit_residual(fast_cycle_means(hard), 0));
 }
 
-TEST(WarmUp, IsTheSumOfItsPhases) {
+TEST(WarmUp, IsSumOfPhases) {
   BiasPhysics physics;
   physics.warm_up = {{120, 0.01}, {7200, 0.002}};
   GyroBias bias(physics, uniform_temperatures(20));
@@ -164,7 +164,7 @@ TEST(Hysteresis, DependsOnPreviousRun) {
   EXPECT_EQ(warmed.total().value, cooled.total().value) << "a wider excursion erases the history";
 }
 
-TEST(HardGyro, HopTakesTwoToTwentySeconds) {
+TEST(HardGyro, HopsWithinTwoToTwentySeconds) {
   const auto hops = reduced_of_rig("virtual-hard").bias.mode_hops;
   std::set<int> lengths;
   for (std::uint64_t seed = 0; seed < 100; ++seed) {
@@ -183,7 +183,7 @@ TEST(HardGyro, HopTakesTwoToTwentySeconds) {
   EXPECT_GT(lengths.size(), 10u) << "each hop has its own duration";
 }
 
-TEST(HardGyro, HopsAtSameTemperaturesWhereverSwitchedOn) {
+TEST(HardGyro, HopsAtTemperaturesIndependentOfStart) {
   const auto hops = reduced_of_rig("virtual-hard").bias.mode_hops;
   ModeLock warm(hops, 20), cold(hops, -40);
   for (double path_c = -40; path_c < 60; path_c += 0.1) cold.follow(path_c);
@@ -193,7 +193,7 @@ TEST(HardGyro, HopsAtSameTemperaturesWhereverSwitchedOn) {
 }
 
 /// Runs the cycle at 1 °C/min in the chamber's air.
-TEST(HardGyro, HopsInACycle) {
+TEST(HardGyro, HopsInCycle) {
   const auto laboratory = laboratory_of_rig("virtual-hard");
   ChamberPlant plant(laboratory.plant);
   ReducedGyro gyro(std::get<ReducedGyroParameters>(laboratory.body));
@@ -255,7 +255,7 @@ TEST(ColdStart, StartsAtFirstSetPoint) {
 }
 
 /// White rate noise of 60 N per second.
-TEST(LockIn, RaisesTheAngleRandomWalkInTheCold) {
+TEST(LockIn, RaisesAngleRandomWalkInCold) {
   const ReadoutParameters parameters{
       .arcsec_per_pulse = 1e-6, .angle_random_walk_deg_per_sqrt_h = 3e-4, .walk_growth = 0.35};
   for (const auto& [block_c, factor] : {std::pair(-40.0, 1.35), {20.0, 1.0}, {60.0, 1 - 0.35 * 40 / 60}}) {

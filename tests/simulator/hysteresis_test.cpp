@@ -11,7 +11,7 @@ namespace {
 
 RandomStream drawn_by(std::uint64_t seed) { return {seed, RandomPurpose::bias_spread}; }
 
-TEST(Play, LagsByItsHalfWidthAfterATurn) {
+TEST(Play, LagsByHalfWidthAfterTurn) {
   Play play(3, 20);
   play.follow(40);
   EXPECT_DOUBLE_EQ(play.lag_k(), 3);
@@ -30,7 +30,7 @@ TEST(Play, DoesNotMoveWithinHalfWidth) {
 }
 
 /// A closed cycle of amplitude a encloses a parallelogram, 2r wide and 2(a − r) high.
-TEST(Play, EnclosesTheKnownAreaInACycle) {
+TEST(Play, EnclosesKnownAreaInCycle) {
   constexpr double kHalfWidth = 5;
   constexpr double kAmplitude = 40;
   constexpr int kSteps = 100000;
@@ -64,7 +64,7 @@ TEST(Play, RemembersOnlyTurningPoints) {
 }
 
 /// An excursion that returns to its start leaves no trace if it stays within the last turning points.
-TEST(Play, ForgetsAnInnerExcursion) {
+TEST(Play, ForgetsInnerExcursion) {
   for (std::uint64_t seed = 1; seed <= 200; ++seed) {
     auto random = drawn_by(seed);
     Play once(4, 0);
@@ -79,7 +79,7 @@ TEST(Play, ForgetsAnInnerExcursion) {
   }
 }
 
-TEST(ModeLock, HoldsItsModeWhileTheActuatorReaches) {
+TEST(ModeLock, KeepsModeWithinRangeOfActuator) {
   ModeLock lock({.kelvin_per_mode = 50, .reach_modes = 1.5, .step_deg_per_h = 1}, 20);
   for (const double path_c : {20.0, 94.0, -54.0}) {
     lock.follow(path_c);
@@ -87,7 +87,7 @@ TEST(ModeLock, HoldsItsModeWhileTheActuatorReaches) {
   }
 }
 
-TEST(ModeLock, LocksToNearestModeBeyondAndReturnsLater) {
+TEST(ModeLock, HopsToNearestModeOutsideRangeAndReturnsLater) {
   ModeLock lock({.kelvin_per_mode = 50, .reach_modes = 1.5, .step_deg_per_h = 1}, 20);
   lock.follow(96);
   EXPECT_EQ(lock.mode(), 2);
@@ -97,7 +97,7 @@ TEST(ModeLock, LocksToNearestModeBeyondAndReturnsLater) {
   EXPECT_EQ(lock.mode(), 0);
 }
 
-TEST(ModeLock, IsOffWithoutAPeriod) {
+TEST(ModeLock, IsOffWithoutPeriod) {
   ModeLock lock({}, 20);
   lock.follow(1000);
   EXPECT_EQ(lock.mode(), 0);

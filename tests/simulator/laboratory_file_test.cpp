@@ -43,7 +43,7 @@ TEST(LaboratoryFile, ReadsEveryReferenceRig) {
   }
 }
 
-TEST(LaboratoryFile, DefaultRigUsesTwin) {
+TEST(LaboratoryFile, UsesTwinForDefaultRig) {
   const auto gyro = reduced_of_rig("virtual");
   EXPECT_GT(gyro.model.conduction.rows(), 0);
   EXPECT_EQ(gyro.film, thermal::GyroFilm::chamber);
@@ -68,7 +68,7 @@ TEST(LaboratoryFile, ReportsMissingGyro) {
   expect_mistake(laboratory, "calibrated.reduced.toml", "elsewhere/rig.toml:");
 }
 
-TEST(LaboratoryFile, ReferenceNeedsNoGyro) {
+TEST(LaboratoryFile, NeedsNoGyroForReferenceRig) {
   const auto used = find_gyro_model(rig_text("virtual-reference"), "elsewhere/rig.toml");
   ASSERT_TRUE(used);
   EXPECT_EQ(used->name + used->film + used->text, "");
@@ -186,7 +186,7 @@ TEST(LaboratoryFile, MatchesInstrumentsToUnits) {
   }
 }
 
-TEST(LaboratoryFile, OnlyTetradHasHopAndDeadThermometer) {
+TEST(LaboratoryFile, HasHopAndDeadThermometerOnlyForTetrad) {
   for (const auto* name : kRigsOfUnits) {
     int hops = 0, failing = 0;
     for (const auto& unit : laboratory_of_rig(name).units)
@@ -210,25 +210,25 @@ TEST(LaboratoryFile, MatchesGyroFrame) {
   EXPECT_EQ(format.check.model.width, 16);
 }
 
-TEST(LaboratoryFile, NamesAMissingTable) {
+TEST(LaboratoryFile, ReportsMissingTable) {
   expect_mistake(parse_laboratory("name = \"real\"", "rig.toml"), "[virtual]");
 }
-TEST(LaboratoryFile, NamesAnUnknownKey) {
+TEST(LaboratoryFile, ReportsUnknownKey) {
   expect_mistake(file_with("integral_time_s", "integral_tim_s"), "integral_time_s");
 }
-TEST(LaboratoryFile, NamesANumberThatMustBePositive) {
+TEST(LaboratoryFile, ReportsNumberThatIsNotPositive) {
   expect_mistake(file_with("wave_period_k = 55", "wave_period_k = 0"), "above 0");
 }
-TEST(LaboratoryFile, NamesATimeConstantBelowTheStep) {
+TEST(LaboratoryFile, ReportsTimeConstantBelowStep) {
   expect_mistake(file_with("actuator_s = 3", "actuator_s = 0.5"), "expected at least 1 s");
 }
-TEST(LaboratoryFile, NamesAListOfTheWrongLength) {
+TEST(LaboratoryFile, ReportsListOfWrongLength) {
   expect_mistake(file_with("[114.5,  122.3,", "[122.3,"), "10 numbers, expected 11");
 }
 TEST(LaboratoryFile, ReportsLinkToUnknownNode) {
   expect_mistake(file_with("\"hub\", \"base\"]\n", "\"hub\", \"bas\"]\n"), "\"bas\"");
 }
-TEST(LaboratoryFile, NamesANodeTooLightForTheStep) { expect_mistake(file_with("[114.5,", "[0.1,"), "node \"A\""); }
+TEST(LaboratoryFile, ReportsNodeTooLightForStep) { expect_mistake(file_with("[114.5,", "[0.1,"), "node \"A\""); }
 TEST(LaboratoryFile, ReportsIsolatedNode) {
   expect_mistake(file_with("1.2,    1.0]", "0,      0]"), "no path to the chamber");
 }

@@ -61,7 +61,7 @@ TEST_P(ReferenceBiasLaw, HasDeviationOfReferenceInRandomProfile) {
   EXPECT_NEAR(tests::standard_deviation(clusters), GetParam().random_profile, kSixthDecimal);
 }
 
-TEST_P(ReferenceBiasLaw, IsScaledToTheDeviationOfThePaper) {
+TEST_P(ReferenceBiasLaw, IsScaledToDeviationOfPaper) {
   const auto scale = lumped_of_rig(GetParam().rig).bias.scale;
   EXPECT_NEAR(scale * GetParam().all_cycles, 0.025735, 1e-6);
 }

@@ -96,7 +96,7 @@ LaboratoryParameters small_laboratory() {
   return laboratory;
 }
 
-TEST(DrawGyro, KeepsTheFilesTwinForSeedZero) {
+TEST(DrawGyro, KeepsTwinOfFileForSeedZero) {
   const auto type = small_laboratory();
   const auto drawn = draw_gyro(type, 0);
   const auto& before = std::get<ReducedGyroParameters>(type.body);
@@ -109,7 +109,7 @@ TEST(DrawGyro, KeepsTheFilesTwinForSeedZero) {
 }
 
 /// All heat leaves through the film: leads and spread do not change the balance.
-TEST(DrawGyro, KeepsTheBalanceOfHeat) {
+TEST(DrawGyro, ConservesHeat) {
   auto type = small_laboratory();
   auto without_leads = type;
   std::get<ReducedGyroParameters>(without_leads.body).arms = {};

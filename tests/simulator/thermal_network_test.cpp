@@ -47,7 +47,7 @@ TEST(ThermalNetwork, StaysAtRest) {
   for (const auto& place : series) EXPECT_NEAR(place.front(), place.back(), 1e-9);
 }
 
-TEST(ThermalNetwork, HasTheReferencesTimeConstants) {
+TEST(ThermalNetwork, HasTimeConstantsOfReference) {
   Eigen::VectorXd constants_min = -reference().rates.eigenvalues().real().cwiseInverse() / 60;
   std::sort(constants_min.begin(), constants_min.end(), std::greater<>());
   const std::vector<double> expected{45.84, 19.04, 18.29, 16.64, 12.09, 11.30, 9.23, 6.95, 6.71, 5.59, 1.99};
@@ -62,7 +62,7 @@ struct Span {
   double highest_c;
 };
 
-TEST(ThermalNetwork, SpansTheReferencesTemperaturesInEachCycle) {
+TEST(ThermalNetwork, SpansTemperaturesOfReferenceInEachCycle) {
   for (const auto& expected :
        {Span{1, -33.916, 59.970}, Span{2, -32.972, 58.322}, Span{3, -32.543, 57.490}, Span{5, -32.137, 56.668}}) {
     const auto series = driven_by(rate_cycle_c(expected.rate_c_per_min));
@@ -72,7 +72,7 @@ TEST(ThermalNetwork, SpansTheReferencesTemperaturesInEachCycle) {
   }
 }
 
-TEST(ThermalNetwork, ReachesTheReferencesGradients) {
+TEST(ThermalNetwork, ReachesGradientsOfReference) {
   std::vector<std::vector<double>> clusters(kBlockLocations);
   for (const double rate : {1.0, 2.0, 3.0, 5.0}) {
     const auto series = driven_by(rate_cycle_c(rate));

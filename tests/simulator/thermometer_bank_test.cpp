@@ -19,12 +19,12 @@ std::array<double, kThermalLocations> everywhere(double celsius) {
 
 EachThermometer each(double value) { return everywhere(value); }
 
-TEST(ThermometerBank, RoundsToItsResolution) {
+TEST(ThermometerBank, RoundsToResolution) {
   const ThermometerBank bank({.resolution_k = each(0.01)}, everywhere(21.23678), 0);
   EXPECT_DOUBLE_EQ(bank.readings_c()[3], 21.24);
 }
 
-TEST(ThermometerBank, AddsEachThermometersOwnError) {
+TEST(ThermometerBank, AddsErrorOfEachThermometer) {
   ThermometerParameters parameters;
   parameters.offset_k = {0, 1, 2, 3, 4, 5, 6, 7, 8};
   const ThermometerBank bank(parameters, everywhere(20), 0);
@@ -32,13 +32,13 @@ TEST(ThermometerBank, AddsEachThermometersOwnError) {
     EXPECT_DOUBLE_EQ(bank.readings_c()[i], 20 + static_cast<double>(i));
 }
 
-TEST(ThermometerBank, FollowsWithItsTimeConstant) {
+TEST(ThermometerBank, FollowsWithTimeConstant) {
   ThermometerBank bank({.time_constant_s = each(30)}, everywhere(0), 0);
   for (int t = 0; t < 30; ++t) bank.step(everywhere(1));
   EXPECT_NEAR(bank.readings_c()[0], 1 - std::exp(-1), 1e-12);
 }
 
-TEST(ThermometerBank, FollowsEachWithItsOwnTimeConstant) {
+TEST(ThermometerBank, FollowsWithTimeConstantOfEachThermometer) {
   ThermometerParameters parameters;
   for (std::size_t i = 0; i < kThermalLocations; ++i) parameters.time_constant_s[i] = 10.0 * static_cast<double>(i);
   ThermometerBank bank(parameters, everywhere(0), 0);
@@ -59,7 +59,7 @@ TEST(ThermometerBank, HasGainErrorAbout20Degrees) {
 }
 
 /// A random walk: its variance is proportional to the days since the calibration, and grows with the days of the run.
-TEST(ThermometerBank, DriftsFromItsCalibrationOn) {
+TEST(ThermometerBank, DriftsSinceCalibration) {
   const ThermometerParameters parameters{.drift_k_per_sqrt_day = each(0.01), .days_since_calibration = 4};
   std::vector<double> at_start_k;
   std::vector<double> in_an_hour_k;

@@ -74,7 +74,7 @@ TEST(VirtualGyroLine, ExistsForEachUnitOfLot) {
   }
 }
 
-TEST(VirtualGyroLine, IsNamedAfterItsUnits) {
+TEST(VirtualGyroLine, IsNamedAfterUnits) {
   const auto world = small_rig("virtual-lot");
   const auto names = [&](std::vector<VirtualGyroLine> lines) {
     std::vector<std::string> found;
@@ -131,7 +131,7 @@ TEST(VirtualGyroLine, RefusesUnknownAxesAndWrongCount) {
 }
 
 /// Two lines have only the last frame of a second in common.
-TEST(VirtualGyroLine, HasItsOwnFrameRate) {
+TEST(VirtualGyroLine, HasOwnFrameRate) {
   const auto world = small_rig("virtual-lot");
   auto lines = gyro_lines_of_rig("virtual-lot");
   lines.resize(2);

@@ -67,7 +67,7 @@ class VirtualInstrumentsTest : public testing::Test {
   std::unique_ptr<VirtualInstruments> instruments = start();
 };
 
-TEST_F(VirtualInstrumentsTest, ShowTheNewStateOnceTimeHasPassed) {
+TEST_F(VirtualInstrumentsTest, ShowNewStateAfterTimeAdvances) {
   const Client chamber(instruments->chamber_port());
   const Client thermometer(instruments->thermometer_port(0));
   VirtualLaboratory same(laboratory_of_rig("virtual"), {});
@@ -83,13 +83,13 @@ TEST_F(VirtualInstrumentsTest, ShowTheNewStateOnceTimeHasPassed) {
   }
 }
 
-TEST_F(VirtualInstrumentsTest, GiveEachThermometerItsChannels) {
+TEST_F(VirtualInstrumentsTest, ServeChannelsOfEachThermometer) {
   const Client shell(instruments->thermometer_port(1));
   const VirtualLaboratory same(laboratory_of_rig("virtual"), {});
   EXPECT_NEAR(std::stod(ask(shell, "CRDG? 1\r\n")), same.thermometers_as_measured_c()[8], 0.0005);
 }
 
-TEST_F(VirtualInstrumentsTest, AttendedAnswerOnCallingThread) {
+TEST_F(VirtualInstrumentsTest, AnswerOnCallingThreadWhenAttended) {
   const auto attended =
       VirtualInstruments::start(VirtualLaboratory(laboratory_of_rig("virtual"), {}),
                                 {.chamber = map,
@@ -110,7 +110,7 @@ TEST_F(VirtualInstrumentsTest, AttendedAnswerOnCallingThread) {
   EXPECT_EQ(received_on(*gyro).size(), 16U) << "a frame";
 }
 
-TEST_F(VirtualInstrumentsTest, GyroWithoutReaderClosesLineAndSendsOnNewOne) {
+TEST_F(VirtualInstrumentsTest, CloseGyroLineWithoutReaderAndSendOnNewOne) {
   const auto attended =
       VirtualInstruments::start(
           VirtualLaboratory(laboratory_of_rig("virtual"), {}),
@@ -128,7 +128,7 @@ TEST_F(VirtualInstrumentsTest, GyroWithoutReaderClosesLineAndSendsOnNewOne) {
   EXPECT_EQ(received_on(*gyro).size(), 16U);
 }
 
-TEST_F(VirtualInstrumentsTest, AttendedChamberAnswersOnConnection) {
+TEST_F(VirtualInstrumentsTest, AnswerForChamberOnConnectionWhenAttended) {
   const auto attended = VirtualInstruments::start(VirtualLaboratory(laboratory_of_rig("virtual"), {}),
                                                   {.chamber = map, .thermometers = {}, .gyros = {}, .attended = true})
                             .value();
@@ -146,7 +146,7 @@ TEST_F(VirtualInstrumentsTest, AttendedChamberAnswersOnConnection) {
   EXPECT_TRUE(decode_answer(request, std::span(answer).first(static_cast<std::size_t>(size))));
 }
 
-TEST_F(VirtualInstrumentsTest, SendOneFrameASecondToEveryGyroClient) {
+TEST_F(VirtualInstrumentsTest, SendOneFramePerSecondToEveryGyroClient) {
   const Client first(instruments->gyro_port());
   const Client second(instruments->gyro_port());
   instruments->advance(10);

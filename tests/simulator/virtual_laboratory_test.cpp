@@ -52,7 +52,7 @@ double rate_over(VirtualLaboratory& laboratory, int seconds) {
   return laboratory.arcsec_per_pulse() * static_cast<double>(laboratory.pulses()[0] - before) / seconds;
 }
 
-TEST(VirtualLaboratory, TurnedGyroMeasuresOppositeEarthRate) {
+TEST(VirtualLaboratory, MeasuresOppositeEarthRateWithTurnedGyro) {
   for (const auto* rig : kRigs) {
     VirtualLaboratory laboratory(laboratory_of_rig(rig), {.gyro = 1, .run = 0});
     laboratory.change_set_point({20});
@@ -68,7 +68,7 @@ TEST(VirtualLaboratory, TurnedGyroMeasuresOppositeEarthRate) {
   }
 }
 
-TEST(VirtualLaboratory, SwitchedOffGyroIsSilentAndCoolsDown) {
+TEST(VirtualLaboratory, SilencesAndCoolsGyroThatIsSwitchedOff) {
   for (const auto* rig : kRigs) {
     VirtualLaboratory laboratory(laboratory_of_rig(rig), {.gyro = 1, .run = 0});
     laboratory.change_set_point({20});
@@ -123,12 +123,12 @@ std::string first_pulses_hash(std::uint64_t seed) {
 }
 
 /// Optional terms of a rig file do not affect a rig without them.
-TEST(VirtualLaboratory, LinearRigReproducesRecordedPulses) {
+TEST(VirtualLaboratory, ReproducesRecordedPulsesOfLinearRig) {
   EXPECT_EQ(first_pulses_hash(0), "9a33b264f2d13e730c9fbf544d3646e960b241a2a897333f392a6c603f34d034");
   EXPECT_EQ(first_pulses_hash(3), "3b87a6c7867e2a76d77ed2897b7f3dd74756f6c6df9c9065d9f9f8edbce0741c");
 }
 
-TEST(VirtualLaboratory, TwoRunsOfOneGyroShareNoNoise) {
+TEST(VirtualLaboratory, DrawsIndependentNoiseForEachRun) {
   VirtualLaboratory first(laboratory_of_rig("virtual"), {.gyro = 1, .run = 1});
   VirtualLaboratory second(laboratory_of_rig("virtual"), {.gyro = 1, .run = 2});
   for (int i = 0; i < 100; ++i) {
@@ -140,7 +140,7 @@ TEST(VirtualLaboratory, TwoRunsOfOneGyroShareNoNoise) {
       << "the bias is the same";
 }
 
-TEST(VirtualLaboratory, DoesNotChangeByBeingRead) {
+TEST(VirtualLaboratory, IsUnchangedByReading) {
   VirtualLaboratory read(laboratory_of_rig("virtual"), {.gyro = 3, .run = 0});
   VirtualLaboratory unread(laboratory_of_rig("virtual"), {.gyro = 3, .run = 0});
   (void)observed_values(read, {30}, 100);
@@ -180,7 +180,7 @@ TEST(VirtualLaboratory, CountsEarthRateAndBias) {
   }
 }
 
-TEST(DrawGyro, KeepsTheFilesGyroForSeedZero) {
+TEST(DrawGyro, KeepsGyroOfFileForSeedZero) {
   const auto type = laboratory_of_rig("virtual-reference");
   const auto drawn = draw_gyro(type, 0);
   const auto& before = std::get<LumpedGyroParameters>(type.body);
@@ -191,7 +191,7 @@ TEST(DrawGyro, KeepsTheFilesGyroForSeedZero) {
   EXPECT_EQ(drawn.thermometers.offset_k, type.thermometers.offset_k);
 }
 
-TEST(DrawGyro, SpreadsTheGyrosOfOtherSeeds) {
+TEST(DrawGyro, VariesGyrosOfOtherSeeds) {
   const auto type = laboratory_of_rig("virtual-reference");
   const auto& before = std::get<LumpedGyroParameters>(type.body);
   double sum = 0;
@@ -220,7 +220,7 @@ double air_after(VirtualLaboratory& laboratory, Celsius set_point, int minutes) 
   return laboratory.air_as_measured().value;
 }
 
-TEST(VirtualLaboratory, DoesNotHeatWithoutItsHeaterAndWarmsBehindAnOpenDoor) {
+TEST(VirtualLaboratory, DoesNotHeatWithoutHeaterAndWarmsWithOpenDoor) {
   VirtualLaboratory laboratory(laboratory_of_rig("virtual-reference"), {});
   LaboratoryFaults faults;
   faults.plant.heating_share = 0;

@@ -65,7 +65,7 @@ VirtualLaboratory cooling(const LaboratoryParameters& world, LaboratorySeed seed
 }
 
 /// Returns the SHA-256 of all output of a laboratory without units while its gyro is switched off and turned around.
-std::string plain_world(const std::string& rig, LaboratorySeed seed) {
+std::string output_hash(const std::string& rig, LaboratorySeed seed) {
   VirtualLaboratory laboratory(laboratory_of_rig(rig), seed);
   laboratory.change_set_point({40});
   laboratory.switch_on(true);
@@ -84,7 +84,7 @@ std::string plain_world(const std::string& rig, LaboratorySeed seed) {
 }
 
 /// Hashes recorded before units existed.
-TEST(PlainWorld, ReproducesRecordedHashes) {
+TEST(LaboratoryWithoutUnits, ReproducesRecordedHashes) {
   const std::map<std::string, std::pair<const char*, const char*>> worlds{
       {"virtual",
        {"b72a7deb89650439b02c9703c146081aea4a998fbafb858b8be600aec74fcbb3",
@@ -99,12 +99,12 @@ TEST(PlainWorld, ReproducesRecordedHashes) {
        {"3c4b06e921c9f3b287a13ba156b73c59c45122ab59a25de434ec21b68ff6da7c",
         "1c8089e9aec6e3928d0c390bc99cfeab3c2109c9d1a88e6b0b9307595371ef89"}}};
   for (const auto& [rig, hashes] : worlds) {
-    EXPECT_EQ(plain_world(rig, {.gyro = 0, .run = 7}), hashes.first) << rig;
-    EXPECT_EQ(plain_world(rig, {.gyro = 3, .run = 7, .days_later = 30}), hashes.second) << rig;
+    EXPECT_EQ(output_hash(rig, {.gyro = 0, .run = 7}), hashes.first) << rig;
+    EXPECT_EQ(output_hash(rig, {.gyro = 3, .run = 7, .days_later = 30}), hashes.second) << rig;
   }
 }
 
-TEST(PlainWorld, IsOneUnitWithOneAxis) {
+TEST(LaboratoryWithoutUnits, HasOneUnitWithOneAxis) {
   const VirtualLaboratory laboratory(laboratory_of_rig("virtual"), {});
   EXPECT_EQ(laboratory.units(), std::vector<std::string>{kPlainUnit});
   EXPECT_EQ(laboratory.axes(), std::vector<std::string>{""});
@@ -113,7 +113,7 @@ TEST(PlainWorld, IsOneUnitWithOneAxis) {
   EXPECT_TRUE(laboratory.values().empty());
 }
 
-TEST(VirtualUnits, NameTheirThermometersAfterThemselves) {
+TEST(VirtualUnits, NameThermometersAfterUnit) {
   const VirtualLaboratory laboratory(small_laboratory({unit_named("u1", {"x", "y"}), unit_named("solo")}), {});
   const auto& names = laboratory.thermometer_names();
   ASSERT_EQ(names.size(), 3 * kThermalLocations);
@@ -173,7 +173,7 @@ TEST(VirtualUnits, AreDrawnByName) {
   EXPECT_EQ(seed_of({.run = 3, .days_later = 4}, "a").days_later, 4U);
 }
 
-TEST(VirtualUnits, CountTheEarthsRateOfEachAxis) {
+TEST(VirtualUnits, CountEarthRateOfEachAxis) {
   auto world = small_laboratory({unit_named("u", {"x", "y"})});
   world.units[0].axes[1].earth_rate_deg_per_h = -4;
   VirtualLaboratory laboratory(world, {});
@@ -234,7 +234,7 @@ TEST(OutputHop, IsPermanentWithoutDuration) {
   EXPECT_NEAR(hops.drift()[0].value, before + 5, 0.1);
 }
 
-TEST(OwnTemperature, FollowsTheBlockOfTheFirstAxis) {
+TEST(OwnTemperature, FollowsBlockOfFirstAxis) {
   auto world = small_laboratory({unit_named("u", {"x", "y"}), unit_named("v")});
   world.own_temperature = OwnThermometer{.time_constant_s = 60, .noise_k = 0, .resolution_k = 0.5, .offset_k = 3};
   VirtualLaboratory laboratory(world, {});

@@ -291,7 +291,7 @@ TEST(AllanFit, ScalesWithRate) {
   }
 }
 
-TEST(AllanFit, ReadsEachTermOffAtItsAveragingTime) {
+TEST(AllanFit, ReadsEachTermAtItsAveragingTime) {
   for (std::size_t k = 0; k < kNoiseTerms; ++k) {
     const auto term = static_cast<NoiseTerm>(k);
     const NoiseCoefficient coefficient{.term = term, .seen = true, .value = 3600, .error = 1, .at_most = 2};

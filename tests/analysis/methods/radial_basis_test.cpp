@@ -111,7 +111,7 @@ TEST(OrthogonalLeastSquares, HasRatiosThatSumToExplainedShare) {
   }
 }
 
-TEST(OrthogonalLeastSquares, TakesLargestRatioFirstAndStopsAtTolerance) {
+TEST(OrthogonalLeastSquares, SelectsLargestRatioFirstAndStopsAtTolerance) {
   const Eigen::MatrixXd candidates = data::normal_matrix(60, 6, 2);
   const Eigen::VectorXd y = 3 * candidates.col(4) + 0.5 * candidates.col(1) + 0.01 * data::normal_vector(60, 3);
   const auto path = orthogonal_least_squares(candidates, y, 0.01, 6);

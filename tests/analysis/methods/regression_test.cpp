@@ -110,7 +110,7 @@ TEST(Stepwise, DropsInputReplacedByLaterOnes) {
   EXPECT_NEAR(linear_model(*fit).weights(0), 1, 0.01);
 }
 
-TEST(Stepwise, TakesNoInputForUncorrelatedTarget) {
+TEST(Stepwise, SelectsNoInputForUncorrelatedTarget) {
   data::Samples samples{data::normal_matrix(40, 2, 1), {}, data::letters(2)};
   const Eigen::MatrixXd basis = (Eigen::MatrixXd(40, 3) << samples.x, Eigen::VectorXd::Ones(40)).finished();
   const Eigen::VectorXd y = data::normal_vector(40, 2);
@@ -285,7 +285,7 @@ TEST(CoefficientVariance, IsLargeForInputsDependentOnlyInTraining) {
   EXPECT_GT(variance_of(*fit->variance, apart)(0), 1e9);
 }
 
-TEST(CoefficientVariance, IsZeroForTermsNotTaken) {
+TEST(CoefficientVariance, IsZeroForOmittedTerms) {
   data::Samples samples = polynomial_samples(120, 9);
   samples.y = data::normal_vector(120, 10);
   const auto fit = fit_polynomial(samples.set(), {{"order", 1.0}, {"rate terms", 0.0}}, {});

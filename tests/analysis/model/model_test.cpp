@@ -113,7 +113,7 @@ TEST(ModelFile, AcceptsMethodOfEarlierVersion) {
   EXPECT_EQ(*predict(*back, data::three_clusters()), *predict(model, data::three_clusters()));
 }
 
-TEST(ModelFile, NamesLineAndColumnOfASyntaxError) {
+TEST(ModelFile, ReportsLineAndColumnOfSyntaxError) {
   const auto model = model_from_json("{\n \"schema\": ?}", "m.json");
   ASSERT_FALSE(model);
   EXPECT_EQ(model.error().kind, FaultKind::bad_file);
@@ -127,7 +127,7 @@ std::string model_file_with_reversed_range(Model model) {
   return to_json(model);
 }
 
-TEST(ModelFile, NamesPathOfInvalidContent) {
+TEST(ModelFile, ReportsPathOfInvalidContent) {
   const std::string good = to_json(data::small_svr_model());
   const struct {
     std::string json, where;
@@ -209,7 +209,7 @@ Eigen::VectorXd predicted_under(Outside policy, const Model& model, const data::
 
 /// The training means are 0.1 and 0. Row 1 keeps 0.9/1.4 of its distance from the mean. Row 2 keeps 2/3, so its A − B
 /// is 0.1 − 2/30.
-TEST(TrainedRange, MovesTheBoundedPointTowardsTheTrainingMean) {
+TEST(TrainedRange, MovesBoundedPointTowardsTrainingMean) {
   const Model model = data::small_svr_model();
   const RangedInputs ranged = within_range(model, two_outside(), Outside::continued);
   EXPECT_EQ(ranged.inputs, two_outside());

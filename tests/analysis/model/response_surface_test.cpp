@@ -20,7 +20,7 @@ Eigen::VectorXd quadratic(const svm::SampleMatrix& x) {
   return (1.5 + 2 * x.col(0).array() - x.col(1).array() * x.col(2).array() + 0.7 * x.col(2).array().square()).matrix();
 }
 
-TEST(ResponseSurface, RecoversAQuadraticFunction) {
+TEST(ResponseSurface, RecoversQuadraticFunction) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     std::mt19937_64 random(seed);

@@ -76,7 +76,7 @@ TEST(LinearModel, RemainsAccurateForDependentInputs) {
   EXPECT_NEAR(seven->residual_std_deg_per_h, twenty_eight->residual_std_deg_per_h, 1e-12);
 }
 
-TEST(Preparation, LearnsNothingFromTheHeldOutClusters) {
+TEST(Preparation, LearnsNothingFromHeldOutClusters) {
   const data::Dataset dataset = data::make_synthetic_run({});
   const data::Clusters clusters = *make_clusters(dataset);
   const data::FoldPlan folds = *data::plan_folds({clusters});

@@ -106,7 +106,7 @@ Model model_with_any_range(Model model) {
   return model;
 }
 
-class UncertaintyOfAModel : public testing::Test {
+class ModelUncertainty : public testing::Test {
  protected:
   static void SetUpTestSuite() {
     dataset_ = data::make_synthetic_run({});
@@ -134,7 +134,7 @@ class UncertaintyOfAModel : public testing::Test {
   static inline Model model_;
 };
 
-TEST_F(UncertaintyOfAModel, LinearSensitivityEqualsWeights) {
+TEST_F(ModelUncertainty, HasWeightsAsLinearSensitivity) {
   const auto& weights = std::get<methods::LinearModel>(model_.function).weights;
   const Eigen::VectorXd slope =
       // Slopes of A − T_j.
@@ -153,7 +153,7 @@ TEST_F(UncertaintyOfAModel, LinearSensitivityEqualsWeights) {
   EXPECT_NEAR(all[3].greatest, std::abs(slope(2)), tolerance);
 }
 
-TEST_F(UncertaintyOfAModel, GaussianSensitivityEqualsDerivative) {
+TEST_F(ModelUncertainty, HasDerivativeAsGaussianSensitivity) {
   const Model model = data::small_svr_model();
   const data::Clusters clusters = data::three_clusters();
   const auto& svr = std::get<methods::SvrModel>(model.function);
@@ -173,7 +173,7 @@ TEST_F(UncertaintyOfAModel, GaussianSensitivityEqualsDerivative) {
   }
 }
 
-TEST_F(UncertaintyOfAModel, SensitivityEqualsChangeOfPrediction) {
+TEST_F(ModelUncertainty, HasChangeOfPredictionAsSensitivity) {
   for (const char* method : {"ls-svm", "gp"}) {
     if (!methods::find_method(method)) continue;
     const Model model = model_with_any_range(trained(method, "three-point"));
@@ -187,13 +187,13 @@ TEST_F(UncertaintyOfAModel, SensitivityEqualsChangeOfPrediction) {
   }
 }
 
-TEST_F(UncertaintyOfAModel, PlaneSensitivityIsEqualOutsideRange) {
+TEST_F(ModelUncertainty, KeepsSensitivityOfPlaneOutsideRange) {
   data::Clusters far = clusters_;
   far.temperature_c.col(0).array() += 100;
   EXPECT_TRUE(sensitivities(model_, far)->isApprox(*sensitivities(model_, clusters_), 1e-6));
 }
 
-TEST_F(UncertaintyOfAModel, ThermometerNoiseIsThatOfSamples) {
+TEST_F(ModelUncertainty, EstimatesThermometerNoiseFromSamples) {
   const Eigen::RowVectorXd noise = thermometer_noise_k(dataset_, clusters_);
   for (Eigen::Index j = 0; j < 8; ++j) EXPECT_NEAR(noise(j), 0.003 / 10, 0.03 * 0.003 / 10) << "mean of 100 samples";
   double squares = 0;
@@ -201,7 +201,7 @@ TEST_F(UncertaintyOfAModel, ThermometerNoiseIsThatOfSamples) {
   EXPECT_NEAR(model_.uncertainty->added_noise_deg_per_h, std::sqrt(squares), 0.03 * std::sqrt(squares));
 }
 
-TEST_F(UncertaintyOfAModel, NoiseEstimateIgnoresGaps) {
+TEST_F(ModelUncertainty, IgnoresGapsInNoiseEstimate) {
   data::Dataset with_gap = dataset_;
   const Eigen::Index after = with_gap.time_s.size() / 2;
   with_gap.time_s.tail(after).array() += 3600;
@@ -210,7 +210,7 @@ TEST_F(UncertaintyOfAModel, NoiseEstimateIgnoresGaps) {
   EXPECT_TRUE(noise.isApprox(thermometer_noise_k(dataset_, clusters_), 1e-3)) << noise;
 }
 
-TEST_F(UncertaintyOfAModel, HysteresisIsHalfTheDifferenceOfDirections) {
+TEST_F(ModelUncertainty, HasHalfDifferenceOfDirectionsAsHysteresis) {
   std::mt19937_64 random(5);
   std::normal_distribution<double> noise(0, 0.002);
   Eigen::VectorXd residual(clusters_.start_s.size()), chance(clusters_.start_s.size());
@@ -225,7 +225,7 @@ TEST_F(UncertaintyOfAModel, HysteresisIsHalfTheDifferenceOfDirections) {
             5 * estimate_hysteresis(chance, clusters_).degrees_of_freedom);
 }
 
-TEST_F(UncertaintyOfAModel, HysteresisIgnoresValuesMeasuredByGyro) {
+TEST_F(ModelUncertainty, IgnoresValuesMeasuredByGyroInHysteresis) {
   Eigen::VectorXd residual(clusters_.start_s.size());
   for (Eigen::Index k = 0; k < residual.size(); ++k)
     residual(k) = std::copysign(0.003, clusters_.rate_c_per_min.row(k).mean());
@@ -253,7 +253,7 @@ TEST_F(UncertaintyOfAModel, HysteresisIgnoresValuesMeasuredByGyro) {
   EXPECT_EQ(estimate_hysteresis(residual, alone).half_deg_per_h, 0);
 }
 
-TEST_F(UncertaintyOfAModel, MarksAssumedValues) {
+TEST_F(ModelUncertainty, MarksAssumedValues) {
   EXPECT_FALSE(row(model_, Source::latitude).assumed);
   EXPECT_EQ(row(model_, Source::latitude).standard_uncertainty, 0.001);
   EXPECT_TRUE(row(model_, Source::tilt).assumed);
@@ -263,7 +263,7 @@ TEST_F(UncertaintyOfAModel, MarksAssumedValues) {
   EXPECT_DOUBLE_EQ(row(model_, Source::turn_on).sensitivity, std::numbers::sqrt2) << "both in training and in use";
 }
 
-TEST_F(UncertaintyOfAModel, IncludesQuantisationOfPulses) {
+TEST_F(ModelUncertainty, IncludesQuantisationOfPulses) {
   EXPECT_TRUE(std::ranges::none_of(model_.uncertainty->budget.rows, [](const BudgetRow& row) {
     return row.source == Source::counting;
   })) << "the gyro reports a rate";
@@ -288,7 +288,7 @@ TEST_F(UncertaintyOfAModel, IncludesQuantisationOfPulses) {
 }
 
 /// A slow wave has so few effective values that it is not significant. The model form must be reported all the same.
-TEST_F(UncertaintyOfAModel, ModelFormHasFewDegreesOfFreedomForFewMeans) {
+TEST_F(ModelUncertainty, HasFewDegreesOfFreedomOfModelFormForFewMeans) {
   const std::vector<data::Dataset> datasets{dataset_};
   const std::vector<data::Clusters> clusters{clusters_};
   const Eigen::Index count = clusters_.start_s.size();
@@ -322,7 +322,7 @@ TEST(RobustStandard, EqualsRootMeanSquareWithoutTransient) {
   EXPECT_EQ(robust_standard_deg_per_h(Eigen::Vector4d(0, 0, 0, 10), 4), 5) << "four means are too few for a percentile";
 }
 
-TEST_F(UncertaintyOfAModel, MarksRowsChosenOnTheseFolds) {
+TEST_F(ModelUncertainty, MarksRowsChosenOnTheseFolds) {
   const std::vector<data::Dataset> datasets{dataset_};
   const std::vector<data::Clusters> clusters{clusters_};
   Model model = model_;
@@ -337,7 +337,7 @@ TEST_F(UncertaintyOfAModel, MarksRowsChosenOnTheseFolds) {
   EXPECT_FALSE(row(*back, Source::turn_on).chosen_on_these_folds);
 }
 
-TEST_F(UncertaintyOfAModel, MarksSinglePowerOn) {
+TEST_F(ModelUncertainty, MarksSinglePowerOn) {
   std::vector<data::Dataset> datasets{dataset_};
   const std::vector<data::Clusters> clusters{clusters_};
   Model model = model_;
@@ -347,7 +347,7 @@ TEST_F(UncertaintyOfAModel, MarksSinglePowerOn) {
   EXPECT_TRUE(remarks(row(model, Source::model_form)).empty());
 }
 
-TEST_F(UncertaintyOfAModel, DriftGrowsWithRootOfTimeSinceCalibration) {
+TEST_F(ModelUncertainty, IncreasesDriftWithRootOfTimeSinceCalibration) {
   data::Dataset dated = dataset_;
   dated.started_utc = std::chrono::sys_days(std::chrono::year(2026) / 4 / 2).time_since_epoch() + std::chrono::hours(6);
   dated.thermometer_uncertainty.assign(8, {.calibration = Kelvins{0.01},
@@ -367,7 +367,7 @@ TEST_F(UncertaintyOfAModel, DriftGrowsWithRootOfTimeSinceCalibration) {
 }
 
 /// The drift of a discharge current is 0.0041 mA. Its unit is not the kelvin.
-TEST_F(UncertaintyOfAModel, UnitValueDriftsInItsOwnUnit) {
+TEST_F(ModelUncertainty, StatesDriftOfUnitValueInItsUnit) {
   data::Dataset dataset = dataset_;
   dataset.thermometers = {"A", "aux:current"};
   dataset.input_units = {"°C", "mA"};
@@ -388,7 +388,7 @@ TEST_F(UncertaintyOfAModel, UnitValueDriftsInItsOwnUnit) {
   EXPECT_NEAR(rows_for_run(dataset, rows)[0].standard_uncertainty, 0.0041, 1e-12) << "neither calibration day is known";
 }
 
-TEST_F(UncertaintyOfAModel, IncludesDriftUntilUnseenRun) {
+TEST_F(ModelUncertainty, IncludesDriftUntilUnseenRun) {
   const auto rows_in = [&](const data::Dataset& run) {
     Model model = model_;
     model.uncertainty->budget.rows = rows_for_run(run, model.uncertainty->budget.rows);
@@ -407,7 +407,7 @@ TEST_F(UncertaintyOfAModel, IncludesDriftUntilUnseenRun) {
   EXPECT_FALSE(row(said, Source::turn_on).assumed) << "the turn-on does not depend on drift";
 }
 
-TEST_F(UncertaintyOfAModel, AddsDriftOfTwoRunsPerThermometer) {
+TEST_F(ModelUncertainty, AddsDriftOfTwoRunsPerThermometer) {
   const auto at_years = [&](double years) {
     data::Dataset run = dataset_;
     run.started_utc = std::chrono::seconds(static_cast<long>(years * 365.25 * 86400));
@@ -426,7 +426,7 @@ TEST_F(UncertaintyOfAModel, AddsDriftOfTwoRunsPerThermometer) {
       << "the first run was one year after its calibration";
 }
 
-TEST_F(UncertaintyOfAModel, ComputesEffectOfOneYearOfDrift) {
+TEST_F(ModelUncertainty, ComputesEffectOfOneYearOfDrift) {
   double squares = 0;
   for (const Sensitivity& one : model_.uncertainty->sensitivities) squares += std::pow(one.rms, 2);
   EXPECT_NEAR(yearly_drift_deg_per_h(model_, dataset_), 0.05 * std::sqrt(squares), 1e-15) << "no drift is stated";
@@ -453,7 +453,7 @@ data::Clusters first_hold(const data::Clusters& clusters) {
   return pick(clusters, rows);
 }
 
-TEST_F(UncertaintyOfAModel, WidensWithUncertaintyOfCoefficients) {
+TEST_F(ModelUncertainty, WidensWithUncertaintyOfCoefficients) {
   const data::Clusters hold = first_hold(clusters_);
   for (const char* method : {"linear", "lsf", "ridge", "ridge-u", "stepwise", "gp"}) {
     SCOPED_TRACE(method);
@@ -472,7 +472,7 @@ TEST_F(UncertaintyOfAModel, WidensWithUncertaintyOfCoefficients) {
   }
 }
 
-TEST_F(UncertaintyOfAModel, AddsOnlyVarianceAboveTrainingMean) {
+TEST_F(ModelUncertainty, AddsOnlyVarianceAboveTrainingMean) {
   Model without = model_;
   without.variance.reset();
   const Eigen::VectorXd half = *interval_half_widths(model_, *model_.uncertainty, dataset_, clusters_);
@@ -494,7 +494,7 @@ TEST_F(UncertaintyOfAModel, AddsOnlyVarianceAboveTrainingMean) {
   EXPECT_LT(wider, half.size());
 }
 
-TEST_F(UncertaintyOfAModel, WidensCoefficientsForCorrelatedResiduals) {
+TEST_F(ModelUncertainty, WidensCoefficientsForCorrelatedResiduals) {
   data::Clusters wandering = clusters_;
   double wander = 0;
   const Eigen::VectorXd steps = data::normal_vector(clusters_.bias_deg_per_h.size(), 5);
@@ -514,7 +514,7 @@ TEST_F(UncertaintyOfAModel, WidensCoefficientsForCorrelatedResiduals) {
   EXPECT_NEAR(in_training, by_hand, 1e-6 * by_hand) << "two coefficients, each with 1/n of the variance";
 }
 
-TEST_F(UncertaintyOfAModel, BudgetAgreesWithMonteCarlo) {
+TEST_F(ModelUncertainty, AgreesWithMonteCarlo) {
   const std::vector<BudgetRow>& rows = model_.uncertainty->budget.rows;
   const CombinedUncertainty by_budget = combined(rows);
   const Model model = model_with_any_range(model_);
@@ -543,13 +543,13 @@ TEST_F(UncertaintyOfAModel, BudgetAgreesWithMonteCarlo) {
   EXPECT_NEAR(magnitudes(kDraws * 95 / 100), by_budget.expanded_deg_per_h, 0.05 * by_budget.expanded_deg_per_h);
 }
 
-TEST_F(UncertaintyOfAModel, NoiseIsThatOfGyro) {
+TEST_F(ModelUncertainty, IncludesNoiseOfGyro) {
   const BudgetRow& walk = row(model_, Source::angle_random_walk);
   EXPECT_NEAR(walk.standard_uncertainty, 0.02 / std::sqrt(3600), 0.02 / std::sqrt(3600) * 0.05);
   EXPECT_GT(walk.degrees_of_freedom, 100);
 }
 
-TEST_F(UncertaintyOfAModel, RoundTripsThroughModelFile) {
+TEST_F(ModelUncertainty, RoundTripsThroughModelFile) {
   const auto back = model_from_json(to_json(model_), "model.json");
   ASSERT_TRUE(back) << text(back.error());
   ASSERT_TRUE(back->uncertainty);
@@ -559,7 +559,7 @@ TEST_F(UncertaintyOfAModel, RoundTripsThroughModelFile) {
   EXPECT_EQ(row(*back, Source::thermometer_drift).degrees_of_freedom, kInfinite);
 }
 
-TEST_F(UncertaintyOfAModel, RefusesFileWithInconsistentSum) {
+TEST_F(ModelUncertainty, RefusesFileWithInconsistentSum) {
   std::string json = to_json(model_);
   const auto at = json.find("\"U_deg_per_h\": ");
   ASSERT_NE(at, std::string::npos);

@@ -28,7 +28,7 @@ bool has_warning(const Verification& result, const char* words) {
   return std::ranges::any_of(result.warnings, [&](const std::string& w) { return w.find(words) != w.npos; });
 }
 
-class VerificationOfALinearModel : public testing::Test {
+class LinearModelVerification : public testing::Test {
  protected:
   static void SetUpTestSuite() {
     TrainingOptions options;
@@ -43,7 +43,7 @@ class VerificationOfALinearModel : public testing::Test {
   static inline Model model_;
 };
 
-TEST_F(VerificationOfALinearModel, EvaluatesUnseenRecord) {
+TEST_F(LinearModelVerification, EvaluatesUnseenRecord) {
   const Verification result = verified(unseen_run());
   EXPECT_FALSE(result.trained_on_this);
   EXPECT_LT(result.compensated.std, 0.3 * result.raw.std);
@@ -52,7 +52,7 @@ TEST_F(VerificationOfALinearModel, EvaluatesUnseenRecord) {
 }
 
 /// The true bias is the prediction minus 0.01 °/h, plus deviations of 0.003 °/h with alternating sign.
-TEST_F(VerificationOfALinearModel, ReportsErrorRelativeToTrueBias) {
+TEST_F(LinearModelVerification, ReportsErrorRelativeToTrueBias) {
   data::Dataset dataset = unseen_run();
   const data::Clusters clusters = *make_clusters(dataset);
   EXPECT_FALSE(verified(dataset).to_truth) << "the true bias of a real gyro is unknown";
@@ -69,7 +69,7 @@ TEST_F(VerificationOfALinearModel, ReportsErrorRelativeToTrueBias) {
   EXPECT_NEAR(to_truth->figures.rmse, std::hypot(0.01, 0.003), 1e-4);
 }
 
-TEST_F(VerificationOfALinearModel, RemovesMeanErrorIfReferenceIsMeanOfRecord) {
+TEST_F(LinearModelVerification, RemovesMeanErrorIfReferenceIsMeanOfRecord) {
   data::Dataset dataset = unseen_run();
   dataset.has_own_reference = true;
   data::Clusters clusters = *make_clusters(dataset);
@@ -81,7 +81,7 @@ TEST_F(VerificationOfALinearModel, RemovesMeanErrorIfReferenceIsMeanOfRecord) {
   EXPECT_NEAR(to_truth->figures.rmse, 0, 1e-12);
 }
 
-TEST_F(VerificationOfALinearModel, WarnsIfInSample) {
+TEST_F(LinearModelVerification, WarnsIfInSample) {
   const Verification result = verified(data::make_synthetic_run({}));
   EXPECT_TRUE(result.trained_on_this);
   EXPECT_TRUE(has_warning(result, "in-sample"));
@@ -89,7 +89,7 @@ TEST_F(VerificationOfALinearModel, WarnsIfInSample) {
   EXPECT_EQ(result.outside.farthest_term, "");
 }
 
-TEST_F(VerificationOfALinearModel, WarnsOfAnotherGyro) {
+TEST_F(LinearModelVerification, WarnsOfAnotherGyro) {
   data::Dataset trained = data::make_synthetic_run({}), unseen = unseen_run();
   trained.identity = unseen.identity = "0042";
   TrainingOptions options;
@@ -107,7 +107,7 @@ TEST_F(VerificationOfALinearModel, WarnsOfAnotherGyro) {
   EXPECT_FALSE(has_warning(*verify(*back, unseen, clusters), "another gyro"));
 }
 
-TEST_F(VerificationOfALinearModel, WarnsOfAnotherBiasReference) {
+TEST_F(LinearModelVerification, WarnsOfAnotherBiasReference) {
   data::Dataset unseen = unseen_run();
   const data::Clusters clusters = *make_clusters(unseen);
   const auto model = model_from_json(to_json(model_), "model.json");
@@ -118,7 +118,7 @@ TEST_F(VerificationOfALinearModel, WarnsOfAnotherBiasReference) {
                           "another bias reference (earth rate removed) than that of this record (nothing removed)"));
 }
 
-TEST_F(VerificationOfALinearModel, WarnsOfStepByTurningUnit) {
+TEST_F(LinearModelVerification, WarnsOfStepByTurningUnit) {
   data::Dataset unseen = unseen_run();
   const data::Clusters clusters = *make_clusters(unseen);
   const char* jumps = "results over both positions contain a step of twice the Earth rate";
@@ -131,7 +131,7 @@ TEST_F(VerificationOfALinearModel, WarnsOfStepByTurningUnit) {
       << "the Earth rate is removed with the sign of each position";
 }
 
-TEST_F(VerificationOfALinearModel, WarnsOfAnotherAxis) {
+TEST_F(LinearModelVerification, WarnsOfAnotherAxis) {
   data::Dataset unseen = unseen_run();
   const data::Clusters clusters = *make_clusters(unseen);
   Model model = model_;
@@ -147,7 +147,7 @@ TEST_F(VerificationOfALinearModel, WarnsOfAnotherAxis) {
   EXPECT_FALSE(of_another({.unit = "u1"}, {.unit = "u2"})) << "the identity decides, not the name";
 }
 
-TEST_F(VerificationOfALinearModel, SeparatesRampsHoldsAndCorners) {
+TEST_F(LinearModelVerification, SeparatesRampsHoldsAndCorners) {
   const data::Dataset dataset = unseen_run();
   const Verification result = verified(dataset);
   EXPECT_EQ(result.ramps.count + result.holds.count, result.compensated.count);
@@ -158,7 +158,7 @@ TEST_F(VerificationOfALinearModel, SeparatesRampsHoldsAndCorners) {
   EXPECT_LE(result.corners.count, 6 * 7);
 }
 
-TEST_F(VerificationOfALinearModel, CountsClustersOutsideTheTrainedRange) {
+TEST_F(LinearModelVerification, CountsClustersOutsideTrainedRange) {
   data::Dataset dataset = unseen_run();
   dataset.temperature_c.block(0, 0, 300, 1).array() += 30;
   const Verification result = verified(dataset);
@@ -168,7 +168,7 @@ TEST_F(VerificationOfALinearModel, CountsClustersOutsideTheTrainedRange) {
   EXPECT_TRUE(has_warning(result, "the plane is extrapolated"));
 }
 
-TEST_F(VerificationOfALinearModel, AppliesPolicyOutsideRange) {
+TEST_F(LinearModelVerification, AppliesPolicyOutsideRange) {
   data::Dataset dataset = unseen_run();
   dataset.temperature_c.block(0, 0, 300, 1).array() += 30;
   const data::Clusters clusters = *make_clusters(dataset);
@@ -185,7 +185,7 @@ TEST_F(VerificationOfALinearModel, AppliesPolicyOutsideRange) {
   EXPECT_TRUE(has_warning(extrapolated, "whole model is extrapolated"));
 }
 
-TEST_F(VerificationOfALinearModel, RefusesRecordEntirelyOutside) {
+TEST_F(LinearModelVerification, RefusesRecordEntirelyOutside) {
   data::Dataset dataset = unseen_run();
   dataset.temperature_c.col(0).array() += 30;
   const auto result = verify(model_, dataset, *make_clusters(dataset), Outside::refuse);
@@ -195,7 +195,7 @@ TEST_F(VerificationOfALinearModel, RefusesRecordEntirelyOutside) {
             "every cluster with all inputs has one outside the trained range, and the model refuses it");
 }
 
-TEST_F(VerificationOfALinearModel, ReportsMissingInputs) {
+TEST_F(LinearModelVerification, ReportsMissingInputs) {
   TrainingOptions options;
   options.inputs = "rates";
   options.method = "linear";
@@ -211,7 +211,7 @@ TEST_F(VerificationOfALinearModel, ReportsMissingInputs) {
   }
 }
 
-TEST_F(VerificationOfALinearModel, StatesUncertaintyOfFigures) {
+TEST_F(LinearModelVerification, StatesUncertaintyOfFigures) {
   const Verification result = verified(unseen_run());
   for (const data::Figures* figures :
        {&result.raw, &result.compensated, &result.ramps, &result.holds, &result.corners}) {
@@ -223,7 +223,7 @@ TEST_F(VerificationOfALinearModel, StatesUncertaintyOfFigures) {
   EXPECT_GT(result.compensated.effective.of_std, result.raw.effective.of_std);
 }
 
-TEST_F(VerificationOfALinearModel, ComputesExpectedInSampleResidual) {
+TEST_F(LinearModelVerification, ComputesExpectedInSampleResidual) {
   const Verification in_sample = verified(data::make_synthetic_run({}));
   EXPECT_EQ(in_sample.effective_parameters, 8);
   const double part = 1 - 8.0 / in_sample.compensated.count;
@@ -240,7 +240,7 @@ TEST_F(VerificationOfALinearModel, ComputesExpectedInSampleResidual) {
       << "a quarter of the parameters belongs to a quarter of the clusters";
 }
 
-TEST_F(VerificationOfALinearModel, WarnsIfReferenceIsMeanOfRecord) {
+TEST_F(LinearModelVerification, WarnsIfReferenceIsMeanOfRecord) {
   constexpr const char* kWords = "the bias reference is computed from this record";
   data::Dataset dataset = unseen_run();
   EXPECT_FALSE(has_warning(verified(dataset), kWords));
@@ -249,7 +249,7 @@ TEST_F(VerificationOfALinearModel, WarnsIfReferenceIsMeanOfRecord) {
   EXPECT_TRUE(has_warning(verified(dataset), kWords));
 }
 
-TEST_F(VerificationOfALinearModel, WarnsOfAResidualBelowTheFloor) {
+TEST_F(LinearModelVerification, WarnsOfResidualBelowFloor) {
   const data::Dataset dataset = unseen_run();
   const data::Clusters clusters = *make_clusters(dataset);
   data::Clusters flattered = clusters;
@@ -260,7 +260,7 @@ TEST_F(VerificationOfALinearModel, WarnsOfAResidualBelowTheFloor) {
   EXPECT_TRUE(has_warning(*result, "over-fit"));
 }
 
-TEST_F(VerificationOfALinearModel, WarnsOfDifferentClusterLength) {
+TEST_F(LinearModelVerification, WarnsOfDifferentClusterLength) {
   const data::Dataset dataset = unseen_run();
   const auto result = verify(model_, dataset, *make_clusters(dataset, 50));
   EXPECT_TRUE(has_warning(*result, "over 50 s"));
@@ -300,7 +300,7 @@ TEST(Coverage, EqualsNominalShareForKnownNoise) {
   EXPECT_NEAR(within / clusters, 0.96, 0.025);
 }
 
-TEST_F(VerificationOfALinearModel, WidensIntervalsForThermometerDrift) {
+TEST_F(LinearModelVerification, WidensIntervalsForThermometerDrift) {
   data::Dataset dataset = unseen_run();
   dataset.started_utc = std::chrono::days(400);
   const auto half_width = [&](double drift_k, int days_since) {
@@ -317,7 +317,7 @@ TEST_F(VerificationOfALinearModel, WidensIntervalsForThermometerDrift) {
       << "the interval is unknown, and one year is assumed";
 }
 
-TEST_F(VerificationOfALinearModel, HasNoCoverageWithoutBudget) {
+TEST_F(LinearModelVerification, HasNoCoverageWithoutBudget) {
   Model model = model_;
   model.uncertainty.reset();
   const data::Dataset dataset = unseen_run();

@@ -47,7 +47,7 @@ TEST(HeldOutStandardError, MatchesSimulatedErrorOfMean) {
   EXPECT_NEAR(variances / squares, 1, 0.05);
 }
 
-TEST(OneStandardErrorRule, TakesSmallestCWithinOneStandardError) {
+TEST(OneStandardErrorRule, SelectsSmallestCWithinOneStandardError) {
   // The lowest error is 3, with a standard error of 0.91.
   const std::vector<JudgedPosition> all{
       position_with_errors({8, 1, -5}, {1, 2, 4, 5}), position_with_errors({2, 1, -5}, {3.8, 3.8, 3.8, 3.8}),
@@ -66,7 +66,7 @@ TEST(OneStandardErrorRule, PrefersWiderKernelThenWiderTubeWithinOctaveOfC) {
   EXPECT_EQ(simplest_within_one_standard_error(all, kFourths).simplest, 2U);
 }
 
-TEST(OneStandardErrorRule, TakesBestWhenFoldsAgree) {
+TEST(OneStandardErrorRule, SelectsBestWhenFoldsAgree) {
   const std::vector<JudgedPosition> all{position_with_errors({0, 0, 0}, {2, 2, 2, 2}),
                                         position_with_errors({9, 0, 0}, {1, 1, 1, 1})};
   EXPECT_EQ(simplest_within_one_standard_error(all, kFourths).simplest, 1U);
@@ -74,7 +74,7 @@ TEST(OneStandardErrorRule, TakesBestWhenFoldsAgree) {
 
 /// For random errors, the chosen position is within one standard error of the best, and no simpler position is. The
 /// order in which threads add positions has no effect.
-TEST(OneStandardErrorRule, TakesSimplestPositionForAnyErrors) {
+TEST(OneStandardErrorRule, SelectsSimplestPositionForAnyErrors) {
   std::mt19937_64 random(3);
   std::uniform_real_distribution<double> coordinate(-2, 8), error(1, 3);
   for (int trial = 0; trial < 100; ++trial) {
@@ -123,7 +123,7 @@ std::vector<TuningFold> noisy_folds() {
   return folds;
 }
 
-TEST(OneStandardErrorTuning, KeepsPathOfSwarmAndTakesSimplerPosition) {
+TEST(OneStandardErrorTuning, KeepsPathOfSwarmAndSelectsSimplerPosition) {
   TuningOptions options;
   options.swarm.particles = 6;
   options.swarm.iterations = 5;

@@ -127,7 +127,7 @@ TEST(GaussianSum, IsZeroWithoutCentres) {
   EXPECT_EQ(weightless.at(SampleMatrix::Ones(2, 3)), Eigen::VectorXd::Zero(2));
 }
 
-TEST(GaussianSum, TakesWeightsOfAnySize) {
+TEST(GaussianSum, AcceptsWeightsOfAnySize) {
   std::mt19937_64 generator(6);
   Problem problem = random_problem(30, 10, 3, 3, 1, generator);
   for (const double size : {1e-280, 1e280}) {

@@ -44,7 +44,7 @@ std::string take(int descriptor, std::size_t count) {
   return taken;
 }
 
-TEST(GyroServer, AnswersTheCommandsThatStartItsStream) {
+TEST(GyroServer, AnswersCommandsThatStartStream) {
   const auto stream = tests::shipped_stream("vectornav");
   auto listener = listen_on_loopback(0);
   ASSERT_TRUE(listener);
@@ -160,7 +160,7 @@ TEST(GyroServer, IsConfiguredByStartCommandsFromAnotherUnit) {
   }
 }
 
-TEST(GyroServer, IsRefusedWhenItIgnoresOrRefusesACommand) {
+TEST(GyroServer, FailsToStartWhenCommandIsIgnoredOrRefused) {
   const auto kind = [](const std::string& stream, GyroUnitFaults faults) {
     UnitAndDriver ends(stream, std::move(faults));
     const auto opened = ends.gyro().open();

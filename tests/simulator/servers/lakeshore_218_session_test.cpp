@@ -50,13 +50,13 @@ TEST_F(Lakeshore218SessionTest, SkipsTooLongCommand) {
   EXPECT_EQ(ask("*IDN?\n"), "LSCI,MODEL218S,VIRTUAL1,010126\r\n");
 }
 
-TEST_F(Lakeshore218SessionTest, TakesCommandsInAnyPieces) {
+TEST_F(Lakeshore218SessionTest, AcceptsCommandsInAnyPieces) {
   EXPECT_EQ(ask("*ID"), "");
   EXPECT_EQ(ask("N?\r\nCRDG? 1"), "LSCI,MODEL218S,VIRTUAL1,010126\r\n");
   EXPECT_FALSE(ask("\r\n").empty());
 }
 
-TEST(Lakeshore218Session, ReadsAnInputWithoutAThermometerAsZeroKelvin) {
+TEST(Lakeshore218Session, ReadsInputWithoutThermometerAsZeroKelvin) {
   const VirtualLaboratory laboratory(laboratory_of_rig("virtual"), {});
   Lakeshore218Session session(laboratory, {8});
   std::vector<std::byte> reply;

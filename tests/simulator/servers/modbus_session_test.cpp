@@ -44,14 +44,14 @@ class ModbusSessionTest : public testing::Test {
   ModbusSession session{registers};
 };
 
-TEST_F(ModbusSessionTest, ReadsTheAirAsMeasured) {
+TEST_F(ModbusSessionTest, ReadsMeasuredAir) {
   laboratory.step();
   const auto words = read("air_temperature");
   ASSERT_TRUE(words);
   EXPECT_NEAR(*decode(*map.find("air_temperature"), *words), laboratory.air_as_measured().value, 1e-5);
 }
 
-TEST_F(ModbusSessionTest, AnswersTheGoldenFrames) {
+TEST_F(ModbusSessionTest, AnswersGoldenFrames) {
   const auto bytes = [](std::initializer_list<int> values) {
     std::vector<std::byte> all;
     for (const int value : values) all.push_back(static_cast<std::byte>(value));
@@ -74,7 +74,7 @@ TEST_F(ModbusSessionTest, StoresAndReturnsSetPoint) {
   EXPECT_EQ(*read("set_point"), encode(*map.find("set_point"), -40.25));
 }
 
-TEST_F(ModbusSessionTest, SwitchesTheControllerOnAndOff) {
+TEST_F(ModbusSessionTest, SwitchesControllerOnAndOff) {
   ASSERT_TRUE(write("control_mode", 1));
   EXPECT_TRUE(laboratory.is_on());
   ASSERT_TRUE(
@@ -95,7 +95,7 @@ TEST_F(ModbusSessionTest, RefusesSetPointOutsidePlantRange) {
 
 TEST_F(ModbusSessionTest, RefusesToWriteReadOnlyRegister) { expect_exception(write("air_temperature", 20), "2"); }
 
-TEST_F(ModbusSessionTest, RefusesHalfASetPoint) {
+TEST_F(ModbusSessionTest, RefusesHalfOfSetPoint) {
   expect_exception(
       ask({1, map.link.modbus.unit, drivers::ModbusFunction::write_single, map.find("set_point")->address, 1, {0}}),
       "2");
@@ -116,7 +116,7 @@ TEST_F(ModbusSessionTest, RefusesUnknownRegisters) {
   expect_exception(ask({1, map.link.modbus.unit, drivers::ModbusFunction::read_holding, 107, 2, {}}), "2");
 }
 
-TEST_F(ModbusSessionTest, RefusesACountOfZero) {
+TEST_F(ModbusSessionTest, RefusesCountOfZero) {
   expect_exception(ask({1, map.link.modbus.unit, drivers::ModbusFunction::read_holding, 101, 0, {}}), "3");
 }
 
@@ -131,7 +131,7 @@ TEST_F(ModbusSessionTest, DropsClientThatViolatesProtocol) {
   EXPECT_FALSE(session.feed(std::as_bytes(std::span(std::string_view("GET / HTTP/1.1"))), reply));
 }
 
-TEST_F(ModbusSessionTest, TakesFramesInAnyPieces) {
+TEST_F(ModbusSessionTest, AcceptsFramesInAnyPieces) {
   auto bytes = drivers::encode_request({1, map.link.modbus.unit, drivers::ModbusFunction::read_holding, 103, 2, {}});
   const auto second =
       drivers::encode_request({2, map.link.modbus.unit, drivers::ModbusFunction::read_holding, 101, 2, {}});
@@ -163,7 +163,7 @@ TEST(ChamberRegisters, ServesEveryItemOfEveryShippedMap) {
   EXPECT_GT(items, 100u);
 }
 
-TEST(ChamberRegisters, ReadsTheHolesOfOneBlockAsZero) {
+TEST(ChamberRegisters, ReadsGapsInBlockAsZero) {
   auto map = chamber_map("virtual");
   for (auto& item : map.items) {
     if (item.name == "set_point") item.address = 110;

@@ -150,19 +150,19 @@ void expect_exact_sum(const std::string& name, const drivers::FrameFormat& forma
   EXPECT_GE(frames.seen, static_cast<std::uint64_t>((seconds + 1) * frames_a_second));
 }
 
-TEST(StreamWriter, AtOneFrameASecondEveryShippedStreamAddsUpExactly) {
+TEST(StreamWriter, SumsToExactAngleAtOneFramePerSecond) {
   for (const auto& name : tests::shipped_streams())
     expect_exact_sum(name, slow_to_one_frame_per_second(tests::whole_shipped_stream(name).frame), 1, 300);
 }
 
-TEST(StreamWriter, AtItsOwnRateEveryShippedStreamAddsUpExactly) {
+TEST(StreamWriter, SumsToExactAngleAtOwnRate) {
   for (const auto& name : tests::shipped_streams()) {
     const auto format = tests::whole_shipped_stream(name).frame;
     expect_exact_sum(name, format, format.rate_hz > 0 ? format.rate_hz : 1, 10);
   }
 }
 
-TEST(StreamWriter, OneAxisOfThreeAddsUpAlone) {
+TEST(StreamWriter, SumsToExactAngleForOneOfThreeAxes) {
   for (const auto* name : {"kvh-17xx-a", "hg1700-rawimusx", "stim300"})
     for (const auto* axis : {"x", "y", "z"})
       expect_exact_sum(name, slow_to_one_frame_per_second(tests::shipped_stream(name, {axis}).frame), 1, 20);

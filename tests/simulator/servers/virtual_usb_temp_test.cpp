@@ -45,7 +45,7 @@ TEST_F(VirtualUsbTempTest, StoresItemSettings) {
   EXPECT_EQ(decode_mcc_numbers(coefficient, ask(coefficient)).value()[0], 100.02f);
 }
 
-TEST_F(VirtualUsbTempTest, CalibratesAtOnceAndReportsDate) {
+TEST_F(VirtualUsbTempTest, CalibratesImmediatelyAndReportsDate) {
   EXPECT_TRUE(ask(mcc_request(drivers::MccCommand::calibrate)).empty());
   const auto status = mcc_request(drivers::MccCommand::read_status);
   EXPECT_FALSE(drivers::mcc_calibrating(decode_mcc_bytes(status, ask(status)).value()[0]));

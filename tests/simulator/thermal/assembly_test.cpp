@@ -44,7 +44,7 @@ TEST(Slab, IsExactWithSourceAndFilm) {
 }
 
 /// A body much more conductive than its film cools uniformly: T = e^(−h A t / (ρ c V)). Trapezoidal rule, dt and dt/2.
-TEST(Lump, CoolsWithItsTimeConstant) {
+TEST(Lump, CoolsWithTimeConstant) {
   const MaterialProperties copper{8900, 385, 4e5};
   const auto mesh =
       box_of(GyroPart::block, even_lines(0.02, 2), even_lines(0.02, 2), even_lines(0.02, 2), {0, 1, 2, 3, 4, 5});
@@ -111,7 +111,7 @@ double manufactured_error(int pieces) {
   return std::sqrt(square);
 }
 
-TEST(ManufacturedSolution, ConvergesWithTheThirdPowerOfTheEdge) {
+TEST(ManufacturedSolution, ConvergesWithThirdPowerOfEdge) {
   const double coarse = manufactured_error(3);
   const double fine = manufactured_error(6);
   const double order = std::log2(coarse / fine);
@@ -132,7 +132,7 @@ double largest(const SparseMatrix& matrix) {
   return most;
 }
 
-TEST_F(Assembly, CarriesHeatOnlyThroughFilmAtConstantTemperature) {
+TEST_F(Assembly, ConductsOnlyThroughFilmAtConstantTemperature) {
   const Eigen::VectorXd one = Eigen::VectorXd::Ones(system_.film_ambient.size());
   EXPECT_LT((system_.conduction * one).lpNorm<Eigen::Infinity>(), 1e-12 * largest(system_.conduction));
   for (const auto c : {ThermalCoefficient::air_lid, ThermalCoefficient::air_side, ThermalCoefficient::air_base})
@@ -141,7 +141,7 @@ TEST_F(Assembly, CarriesHeatOnlyThroughFilmAtConstantTemperature) {
   EXPECT_LT((film * one - system_.film_ambient).lpNorm<Eigen::Infinity>(), 1e-15);
 }
 
-TEST_F(Assembly, MatricesAreSymmetric) {
+TEST_F(Assembly, HasSymmetricMatrices) {
   const auto expect_symmetric = [](const SparseMatrix& m) {
     EXPECT_LE(largest(SparseMatrix(m - SparseMatrix(m.transpose()))), 1e-15 * largest(m));
   };
@@ -161,7 +161,7 @@ TEST_F(Assembly, HasHeatCapacityOfParts) {
   EXPECT_NEAR(one.dot(system_.capacity * one) / expected, 1, 1e-12);
 }
 
-TEST_F(Assembly, EveryInputIsOneWattAndEveryOutputAMean) {
+TEST_F(Assembly, HasInputsOfOneWattAndOutputsThatAreMeans) {
   EXPECT_EQ(system_.inputs.col(0).norm(), 0);
   for (Eigen::Index input = 1; input < system_.inputs.cols(); ++input)
     EXPECT_NEAR(system_.inputs.col(input).sum(), 1, 1e-12) << input;

@@ -84,7 +84,7 @@ TEST(BrickOperator, HasNoEigenvalueAboveSmootherBound) {
 }
 
 /// uᵀ (Pᵀ K P) v = (P u)ᵀ K (P v).
-TEST(CornerLevel, HasTheEnergyOfTheInterpolatedField) {
+TEST(CornerLevel, HasEnergyOfInterpolatedField) {
   for (const auto& body : bodies()) {
     const FieldLayout layout(body.mesh);
     const BrickWeights<double> weights(body.model, body.mesh, layout, kCoefficients);
@@ -105,7 +105,7 @@ TEST(CornerLevel, HasTheEnergyOfTheInterpolatedField) {
   }
 }
 
-TEST(BrickSolver, SolvesInTensOfSteps) {
+TEST(BrickSolver, ConvergesInTensOfSteps) {
   for (const auto& body : bodies()) {
     const auto matrix = conduction_matrix(body.model, body.mesh, kCoefficients);
     auto solver = BrickSolver::set_up(body.model, body.mesh, kCoefficients, {.tolerance = 1e-10});

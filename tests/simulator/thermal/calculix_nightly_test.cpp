@@ -75,7 +75,7 @@ TEST(Calculix, MatchesFieldOfBlock) {
   expect_agreement_with_calculix(model, MeshSize::medium);
 }
 
-TEST(MeshStep, FromMediumToFineChangesLessThanFiftyMillikelvin) {
+TEST(MeshStep, ChangesLessThanFiftyMillikelvinFromMediumToFine) {
   const auto model = shipped_gyro("calibrated");
   const auto medium = steady_state(model, make_mesh(model, MeshSize::medium));
   const auto fine = steady_state(model, make_mesh(model, MeshSize::fine));
@@ -85,7 +85,7 @@ TEST(MeshStep, FromMediumToFineChangesLessThanFiftyMillikelvin) {
   EXPECT_NEAR(gain_difference_k(medium->outputs_c) / gain_difference_k(fine->outputs_c), 1, 0.003);
 }
 
-TEST(Calibration, GivesThePapersThreeAndAHalfKelvin) {
+TEST(Calibration, GivesDifferenceOfPaper) {
   const auto model = shipped_gyro("calibrated");
   const auto medium = steady_state(model, make_mesh(model, MeshSize::medium));
   ASSERT_TRUE(medium);

@@ -57,7 +57,7 @@ TEST(GyroFile, PlacesPreamplifierAtThreeMounts) {
   }
 }
 
-TEST(GyroFile, UnequalArmsShareTheGainPower) {
+TEST(GyroFile, DistributesGainPowerToUnequalArms) {
   const auto model = with("left_share = 0.5", "left_share = 0.6");
   EXPECT_NEAR(model->powers_w[0] / model->powers_w[1], 1.5, 1e-12);
 }
@@ -68,7 +68,7 @@ TEST(GyroFile, ComputesGapWidthsFromGeometry) {
   EXPECT_NEAR(model.air.side.width_m, 0.017, 1e-12);
 }
 
-TEST(GyroFile, NamesSizesThatAreNotAboveZero) {
+TEST(GyroFile, ReportsSizesThatAreNotPositive) {
   expect_error(with("thickness_mm = 25 ", "thickness_mm = 0 "), "0 is not above 0");
   expect_error(with("wall_mm = 3", "wall_mm = -3"), "-3 is not above 0");
   expect_error(with("size_mm = [20, 16, 20]", "size_mm = [20, -16, 20]"), "-16 is not above 0");
@@ -76,11 +76,11 @@ TEST(GyroFile, NamesSizesThatAreNotAboveZero) {
   expect_error(with("density_kg_per_m3 = 2530", "density_kg_per_m3 = nan"), "not above 0");
 }
 
-TEST(GyroFile, NamesPartsThatOverlap) {
+TEST(GyroFile, ReportsOverlappingParts) {
   expect_error(with("size_mm = [70, 50, 10]", "size_mm = [70, 20, 25]"), "preamplifier overlaps block");
 }
 
-TEST(GyroFile, NamesPartsOutsideTheCabinet) {
+TEST(GyroFile, ReportsPartsOutsideCabinet) {
   expect_error(with("size_mm = [150, 150, 80]", "size_mm = [150, 145, 80]"), "cathode reaches outside");
   expect_error(with("top_w_mm = 15", "top_w_mm = 38"), "hub reaches outside");
   expect_error(with("size_mm = [150, 150, 80]", "size_mm = [150000, 150000, 80000]"), "expected at most 500 mm");
@@ -98,11 +98,11 @@ TEST(GyroFile, ReportsThermometerOutsideBlock) {
   expect_error(with("G = [0, -50]", "G = [0, -20]"), "not on the block");
 }
 
-TEST(GyroFile, NamesAPowerThatContradictsRateTimesVolume) {
+TEST(GyroFile, ReportsPowerThatContradictsRateTimesVolume) {
   expect_error(with("power_w = 0.784", "power_w = 0.748"), "rate x volume");
 }
 
-TEST(GyroFile, NamesUnknownAndMissingKeys) {
+TEST(GyroFile, ReportsUnknownAndMissingKeys) {
   expect_error(with("hole_diameter_mm", "hole_diametr_mm"), "hole_diametr_mm");
   expect_error(with("[materials.hub] ", "[materials.hob] "), "hub");
 }

@@ -8,7 +8,7 @@
 namespace gyrotherm::thermal {
 namespace {
 
-TEST(Hex20, IsOneAtItsNodeAndZeroAtTheOthers) {
+TEST(Hex20, IsOneAtOwnNodeAndZeroAtOthers) {
   for (int n = 0; n < kHex20; ++n) {
     const auto& p = kHex20Positions[n];
     const auto shape = hex20_shape(p[0] - 1, p[1] - 1, p[2] - 1);
@@ -16,7 +16,7 @@ TEST(Hex20, IsOneAtItsNodeAndZeroAtTheOthers) {
   }
 }
 
-TEST(Hex20, CarriesEveryQuadratic) {
+TEST(Hex20, RepresentsEveryQuadratic) {
   const auto f = [](double x, double y, double z) {
     return 1 - 2 * x + 3 * y + z + x * x - 0.5 * y * y + 2 * z * z + x * y - 3 * y * z + 0.7 * x * z;
   };

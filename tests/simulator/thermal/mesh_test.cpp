@@ -22,7 +22,7 @@ const double kBoreSide = std::sqrt(1126.0 / 160);
 
 class EveryEdge : public testing::TestWithParam<double> {};
 
-TEST_P(EveryEdge, BoxesHaveTheirVolumesExactly) {
+TEST_P(EveryEdge, GivesBoxesExactVolumes) {
   const auto mesh = make_mesh(shipped_gyro("calibrated"), GetParam());
   const auto mm3 = [&](GyroPart part) { return part_volume(mesh, part) / kMm3; };
   EXPECT_NEAR(mm3(GyroPart::gain_left), 563, 1e-6);
@@ -35,7 +35,7 @@ TEST_P(EveryEdge, BoxesHaveTheirVolumesExactly) {
   EXPECT_NEAR(mm3(GyroPart::shell), 150 * 150 * 80 - 144 * 144 * 74, 1e-4);
 }
 
-TEST_P(EveryEdge, SlantedAndRoundPartsHaveTheirVolumesToRounding) {
+TEST_P(EveryEdge, GivesSlantedAndRoundPartsVolumesWithinRounding) {
   const auto mesh = make_mesh(shipped_gyro("calibrated"), GetParam());
   const auto mm3 = [&](GyroPart part) { return part_volume(mesh, part) / kMm3; };
   const double hub = std::numbers::pi * 100 * (80.0 / 2 + 15 - 3);
@@ -49,7 +49,7 @@ TEST_P(EveryEdge, SlantedAndRoundPartsHaveTheirVolumesToRounding) {
     EXPECT_NEAR(mm3(part) / (24 * 24 * 6 - bores_in_mirrors / 4), 1, 5e-3);
 }
 
-TEST_P(EveryEdge, PartsFillTheCabinet) {
+TEST_P(EveryEdge, FillsCabinetWithParts) {
   const auto mesh = make_mesh(shipped_gyro("calibrated"), GetParam());
   double sum = 0;
   for (std::size_t part = 0; part < kGyroParts; ++part) sum += part_volume(mesh, static_cast<GyroPart>(part));
@@ -70,12 +70,12 @@ void expect_film_area_of_block(double edge_mm) {
   EXPECT_NEAR(assemble_film_ambient(mesh).sum() * 1e6, 2 * kPlan + walls + mirrors + boxes, 1e-6);
 }
 
-TEST_P(EveryEdge, FilmOfBlockHasTrueArea) { expect_film_area_of_block(GetParam()); }
+TEST_P(EveryEdge, GivesFilmOfBlockTrueArea) { expect_film_area_of_block(GetParam()); }
 
 /// The strip of a 45° face above its mirror is five bricks behind the mirror's face.
-TEST(Mesh, FilmHasTrueAreaWithSmallBricks) { expect_film_area_of_block(1.1); }
+TEST(Mesh, GivesFilmTrueAreaWithSmallBricks) { expect_film_area_of_block(1.1); }
 
-TEST_P(EveryEdge, ConsolidationKeepsTheBlocksVolume) {
+TEST_P(EveryEdge, KeepsVolumeOfBlockInConsolidation) {
   auto model = shipped_gyro("calibrated");
   const double full = part_volume(make_mesh(model, GetParam()), GyroPart::block);
   model.mode = GyroMode::block;
@@ -84,7 +84,7 @@ TEST_P(EveryEdge, ConsolidationKeepsTheBlocksVolume) {
 
 INSTANTIATE_TEST_SUITE_P(Mesh, EveryEdge, testing::Values(9.0, 4.6, 2.9));
 
-TEST(Mesh, NodesOfTheSizes) {
+TEST(Mesh, HasExpectedNumbersOfNodes) {
   const auto model = shipped_gyro("calibrated");
   EXPECT_EQ(make_mesh(model, MeshSize::coarse).node_count, 98'989U);
   EXPECT_EQ(make_mesh(model, MeshSize::medium).node_count, 308'831U);

@@ -173,7 +173,7 @@ TEST(ModelOrderReduction, ReturnsFaultOfSolver) {
   EXPECT_EQ(model.error().what, "out of order");
 }
 
-TEST(ReductionError, IsSmallOnTheProgramsInTime) {
+TEST(ReductionError, IsSmallOverTimeOfPrograms) {
   const auto system = box_gyro();
   for (const double air_c : {-40.0, 60.0}) {
     const auto error = measure(system, reduced_box_system(), {.air_c = air_c, .shortest_s = 10}, direct_solver());

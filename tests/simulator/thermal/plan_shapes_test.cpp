@@ -11,7 +11,7 @@
 namespace gyrotherm::thermal {
 namespace {
 
-TEST(PlanShapes, ACircleHasItsArea) { EXPECT_NEAR(area(circle({3, -2}, 30)), std::numbers::pi * 900, 1e-9); }
+TEST(PlanShapes, HaveAreaOfCircle) { EXPECT_NEAR(area(circle({3, -2}, 30)), std::numbers::pi * 900, 1e-9); }
 
 TEST(PlanShapes, IntersectSquaresToOctagon) {
   const double half = 1;
@@ -26,7 +26,7 @@ TEST(PlanShapes, HaveEmptyIntersectionWhenApart) {
 }
 
 /// A shape that is cut into rectangles at random lines keeps its area.
-TEST(PlanShapes, PiecesAddUpToTheWhole) {
+TEST(PlanShapes, KeepTotalAreaWhenCut) {
   for (unsigned seed = 1; seed <= 50; ++seed) {
     std::mt19937 engine(seed);
     std::uniform_real_distribution<double> place(-12, 12);

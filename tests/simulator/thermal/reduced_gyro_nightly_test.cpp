@@ -48,7 +48,7 @@ const Coarse& coarse() {
   return made;
 }
 
-TEST(ReducedGyro, FollowsTheLinearModelInTime) {
+TEST(ReducedGyro, FollowsLinearModelInTime) {
   for (const double air_c : {-40.0, 20.0, 60.0}) {
     const auto error = measure(coarse().system, coarse().reduced, {.air_c = air_c}, multigrid_solver());
     ASSERT_TRUE(error) << text(error.error());
@@ -106,13 +106,13 @@ double largest_difference(const ThermalSystem& system, const ReducedModel& model
   return largest_k;
 }
 
-TEST(ReducedGyro, TwinFollowsTheNonlinearModelThroughRamps) {
+TEST(ReducedGyro, FollowsNonlinearModelThroughRampsAsTwin) {
   const double error_k = largest_difference(coarse().system, coarse().reduced.model, 10);
   fmt::print("twin against the full model, both with air that follows its temperature: {:.2e} K\n", error_k);
   EXPECT_LE(error_k, 5e-3);
 }
 
-TEST(ReducedGyro, DrawnGyroMatchesDrawnFullModel) {
+TEST(ReducedGyro, MatchesFullModelWhenDrawn) {
   const auto& type = coarse().reduced.model;
   for (std::uint64_t seed = 1; seed <= 2; ++seed) {
     SCOPED_TRACE(fmt::format("seed {}", seed));
@@ -131,7 +131,7 @@ TEST(ReducedGyro, DrawnGyroMatchesDrawnFullModel) {
   }
 }
 
-TEST(ReducedGyro, ShippedFileMatchesModel) {
+TEST(ReducedGyro, MatchesShippedFile) {
   for (const std::string name : {"calibrated", "fast-film"}) {
     const auto source = read_text_file(kGyros + name + ".toml");
     const auto file = read_text_file(kGyros + name + ".reduced.toml");

@@ -54,7 +54,7 @@ void expect_error(const std::string& text, std::string_view what) {
   EXPECT_NE(model.error().what.find(what), std::string::npos) << model.error().what;
 }
 
-TEST(ReducedModel, TextReadsBackBitForBit) {
+TEST(ReducedModel, RoundTripsBitForBit) {
   auto model = reduced_box_gyro();
   model.gyro = "a \"quoted\" \\ name\n°C";
   model.error = {1.0 / 3, 2e-5, 7};
@@ -63,7 +63,7 @@ TEST(ReducedModel, TextReadsBackBitForBit) {
   expect_same(model, *back);
 }
 
-TEST(ReducedModel, NumbersOfAnySizeReadBackBitForBit) {
+TEST(ReducedModel, RoundTripsNumbersOfAnySizeBitForBit) {
   constexpr unsigned kSeed = 20151130;
   SCOPED_TRACE(fmt::format("seed {}", kSeed));
   std::mt19937_64 random(kSeed);
@@ -105,13 +105,13 @@ TEST(ReducedModel, RefusesUnstableBody) {
   expect_error(reduced_model_text(model), "not positive definite");
 }
 
-TEST(ReducedModel, RefusesABodyThatDoesNotRestAtTheAmbient) {
+TEST(ReducedModel, RefusesBodyThatDoesNotRestAtAmbient) {
   auto model = reduced_box_gyro();
   model.film_ambient *= 1.001;
   expect_error(reduced_model_text(model), "without power an output rests");
 }
 
-TEST(ReducedModel, RestsAtTheAmbientWithoutPower) {
+TEST(ReducedModel, RestsAtAmbientWithoutPower) {
   const auto& model = reduced_box_gyro();
   for (const double air_c : {-60.0, 20.0, 80.0}) {
     const auto c = coefficients_at(model, air_c, GyroFilm::chamber);

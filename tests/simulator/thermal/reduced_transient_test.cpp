@@ -49,7 +49,7 @@ double program_c(int second) {
   return t < 8400 ? 60 - (t - 2400) / 60 : -40 + (t - 8400) / 10;
 }
 
-TEST(ModalWeights, AgreeOnBothSidesOfTheSeries) {
+TEST(ModalWeights, AgreeOnBothSidesOfSeries) {
   Eigen::VectorXd rates(6);
   rates << 1e-12, 1e-6, 9.999e-4, 1.0001e-3, 0.5, 80;
   const auto w = modal_weights(rates, 1);
@@ -63,7 +63,7 @@ TEST(ModalWeights, AgreeOnBothSidesOfTheSeries) {
   }
 }
 
-TEST(OneSecond, IsTheMatrixExponential) {
+TEST(OneSecond, EqualsMatrixExponential) {
   const auto& model = reduced_box_gyro();
   for (const double air_c : {-40.0, 20.0, 60.0}) {
     const auto c = coefficients_at(model, air_c, GyroFilm::chamber);
@@ -216,7 +216,7 @@ double largest_difference(const ThermalSystem& system, const ReducedModel& model
   return largest;
 }
 
-TEST(FullTransient, ErrorFallsWithTheSquareOfTheStep) {
+TEST(FullTransient, ConvergesWithSquareOfStep) {
   const auto system = box_gyro();
   const double coarse = largest_difference(system, reduced_box_gyro(), 40);
   const double fine = largest_difference(system, reduced_box_gyro(), 20);

@@ -81,7 +81,7 @@ TEST_F(Steady, ImagesMatchThermometers) {
   EXPECT_TRUE(std::isnan(field.temperature_at(-0.001, 0.075, 0.04)));
 }
 
-TEST_F(Steady, WithFixedCoefficientsOnlyTheAmbientShifts) {
+TEST_F(Steady, ShiftsWithAmbientForFixedCoefficients) {
   SteadyOptions options;
   options.coefficients = state_->coefficients;
   options.ambient_c = -40;
@@ -100,7 +100,7 @@ TEST_F(Steady, BlockRisesLessInHotAir) {
   EXPECT_LT(gain_difference_k(hot->outputs_c), gain_difference_k(state_->outputs_c));
 }
 
-TEST(BlockAlone, KeepsItsBalanceAndSymmetry) {
+TEST(BlockAlone, KeepsBalanceAndSymmetry) {
   auto model = shipped_gyro("calibrated");
   model.mode = GyroMode::block;
   const auto state = steady_state(model, make_mesh(model, MeshSize::medium));

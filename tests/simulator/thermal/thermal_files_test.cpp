@@ -29,7 +29,7 @@ std::vector<T> appended(const std::string& file, const std::string& name) {
   return values;
 }
 
-TEST(Vtu, HoldsPointsCellsAndTemperatures) {
+TEST(Vtu, ContainsPointsCellsAndTemperatures) {
   const auto mesh = two_bricks();
   ASSERT_EQ(mesh.node_count, 32U);
   const Eigen::VectorXd field = Eigen::VectorXd::LinSpaced(32, 20, 51);
@@ -48,7 +48,7 @@ TEST(Vtu, HoldsPointsCellsAndTemperatures) {
             std::vector<std::uint8_t>(2, static_cast<std::uint8_t>(GyroPart::gain_left)));
 }
 
-TEST(CalculixInput, NamesNodesElementsSourcesAndFilm) {
+TEST(CalculixInput, ContainsNodesElementsSourcesAndFilm) {
   auto model = uniform_model({2000, 500, 1.5});
   model.powers_w[0] = 0.3;
   const auto mesh = two_bricks();

@@ -53,7 +53,7 @@ TEST(ThermalSpread, DrawsUnequalArmsWithConstantSum) {
   EXPECT_GT(std::abs(rest[9] - rest[10]), 1e-2);
 }
 
-TEST(ThermalSpread, CapacityChangesRateButNotRest) {
+TEST(ThermalSpread, ChangesRateButNotRestByCapacity) {
   const auto& type = reduced_box_gyro();
   auto random = stream(7);
   const auto other = perturb_model(type, {.capacity = 0.2}, random);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Tests the side wind, the temperature-dependent powers and the bracket, and their effect on gyros.
+/// Tests the side wind, the temperature-dependent powers, the bracket, and their effect on the bias.
 #include "simulator/added_heat.hpp"
 
 #include <gtest/gtest.h>
@@ -41,7 +41,7 @@ InnerC uniform_temperatures(double celsius) {
   return inner;
 }
 
-/// Returns the heat to the left gain arm after some seconds in air 40 K warmer than the cabinet.
+/// Returns the heat that the wind adds to the left gain arm after `seconds` at this heater output.
 double wind_w(double output, int seconds) {
   AddedHeat heat(kPowersW, kWind, {});
   for (int t = 0; t < seconds; ++t) heat.follow({60}, 20, output);
@@ -122,7 +122,7 @@ TEST(AddedHeat, StaysAtRestWithGyro) {
   for (std::size_t i = 0; i < rest_c.size(); ++i) EXPECT_NEAR(gyro.inner_c()[i], rest_c[i], 1e-6) << i;
 }
 
-/// At rest the heat through the film equals the sum of all sources; the wind contributes nothing.
+/// At rest, the heat through the film equals the sum of all sources. The sum of the wind's contributions is 0.
 TEST(AddedHeat, FlowsThroughFilmAtRest) {
   auto type = gyro_with_wind();
   const double shell_c = ReducedGyro(type).locations_c()[8];
@@ -137,7 +137,7 @@ TEST(AddedHeat, FlowsThroughFilmAtRest) {
   EXPECT_NEAR((shell_c + 10) * 25 * 0.09, given_w + sum_w, 1e-6) << "film coefficient times area of the small gyro";
 }
 
-/// Returns the linear gyro with only these terms of the hard rig's gyro.
+/// Returns the linear gyro with this side wind and power growth, but no other terms of the hard gyro.
 ReducedGyroParameters linear_with(const SideWind& wind, const PowerGrowth& growth) {
   auto gyro = reduced_of_rig("virtual");
   gyro.wind = wind;
@@ -145,7 +145,7 @@ ReducedGyroParameters linear_with(const SideWind& wind, const PowerGrowth& growt
   return gyro;
 }
 
-/// Returns the true bias for each second of the cycle at 5 °C/min in the chamber's air.
+/// Returns the true bias in each second of the cycle at 5 °C/min, in the air of the simulated chamber.
 std::vector<double> fast_cycle(const ReducedGyroParameters& parameters) {
   ChamberPlant plant(laboratory_of_rig("virtual-hard").plant);
   ReducedGyro gyro(parameters);
@@ -158,7 +158,7 @@ std::vector<double> fast_cycle(const ReducedGyroParameters& parameters) {
   return bias;
 }
 
-/// RMS and maximum of the difference, °/h.
+/// RMS and greatest magnitude of the difference between two biases, °/h.
 struct Difference {
   double rms{}, greatest{};
 };
@@ -187,7 +187,7 @@ TEST(HardGyro, PowerGrowthChangesBias) {
   EXPECT_NEAR(moved.greatest, 2e-3, 3e-4);
 }
 
-/// The air is the same in both cases, once produced by the heater and once by the cooler.
+/// The air temperature is the same in both cases. In one case the heater produces it, in the other the cooler.
 TEST(HardGyro, HasOtherGradientsWhenCooledThanHeated) {
   const auto gyro = linear_with(reduced_of_rig("virtual-hard").wind, {});
   ReducedGyro heated(gyro), cooled(gyro);
@@ -226,8 +226,8 @@ TEST(DrawGyro, DrawsWindAndPowersWithinLimits) {
 
 constexpr BracketParameters kFirst{.units = {}, .share = 0.3, .time_constant_s = 600};
 
-/// Returns a laboratory with units a, b, … of one axis each, with exact thermometers, in air of constant 20 °C. Their
-/// powers differ widely.
+/// Returns a laboratory with these units on these brackets, in air of constant 20 °C. Each unit has one axis and exact
+/// thermometers; the powers of the units differ widely.
 LaboratoryParameters laboratory_with_brackets(const std::vector<std::string>& units,
                                               std::vector<BracketParameters> brackets) {
   auto world = laboratory_of_rig("virtual");
@@ -262,7 +262,7 @@ TEST(Bracket, FollowsCabinetsWithTimeConstant) {
   EXPECT_NEAR(bracket.effective_air({10}).value, 10 + 0.3 * (bracket.temperature().value - 10), 1e-12);
 }
 
-/// The cabinet is 2 K above its effective air, and 1 % more per 10 K.
+/// The cabinet is 2 K warmer than its effective air at 20 °C. The difference grows by 1 % per 10 K.
 TEST(Bracket, RestsConsistentlyWithCabinets) {
   const auto cabinets = [](Celsius seen) { return Celsius{seen.value + 2 + 0.002 * (seen.value - 20)}; };
   for (const double share : {0.0, 0.3, kMostBracketShare}) {
@@ -281,7 +281,7 @@ TEST(Bracket, StaysAtRestWithBodies) {
   for (const auto& [name, celsius] : thermometers(laboratory)) EXPECT_NEAR(celsius, before.at(name), 1e-6) << name;
 }
 
-/// A cold body is as warm as the air, and so is its bracket.
+/// Cold bodies and their bracket start at the temperature of the air.
 TEST(Bracket, StartsAtAirTemperatureForColdBodies) {
   auto world = laboratory_with_brackets({"a", "b"}, {with(kFirst, {0, 1})});
   std::get<ReducedGyroParameters>(world.body).cold = true;
@@ -290,7 +290,8 @@ TEST(Bracket, StartsAtAirTemperatureForColdBodies) {
   for (const auto& [name, celsius] : thermometers(laboratory)) EXPECT_NEAR(celsius, 20, 1e-6) << name;
 }
 
-/// Compares bodies on separate brackets with bodies on a common one: the warmer body heats the other.
+/// Compares two bodies on separate brackets with the same bodies on a common bracket, where the warmer one heats the
+/// other.
 TEST(Bracket, TransfersHeatBetweenBodies) {
   for (const std::uint64_t seed : {1U, 2U, 3U}) {
     const VirtualLaboratory separate(laboratory_with_brackets({"a", "b"}, {with(kFirst, {0}), with(kFirst, {1})}),
@@ -325,7 +326,7 @@ TEST(Bracket, DoesNotDependOnOrderOfUnits) {
   EXPECT_EQ(thermometers(ab), thermometers(ba));
 }
 
-/// The bracket follows the cabinets, which follow the air.
+/// After a change of the air, the cabinets follow the air and the bracket follows the cabinets.
 TEST(Bracket, LagsBehindBodies) {
   VirtualLaboratory laboratory(laboratory_with_brackets({"a", "b"}, {with(kFirst, {0, 1})}), {.gyro = 1});
   laboratory.change_set_point({60});

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Compares the client's requests to a unit of analogue inputs with the shipped map, and the replies of the virtual
-// unit, byte by byte.
+/// Compares requests and replies byte by byte: the requests of the client for a unit of analogue inputs with the
+/// shipped map, and the replies of the virtual unit.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -17,7 +17,7 @@ drivers::AnalogueMap shipped_inputs(const std::string& name) {
   return drivers::parse_analogue_map(read_text_file(path).value(), path).value();
 }
 
-/// The discharge currents of two units of the shipped rig on inputs 1 and 3.
+/// Line to an analogue input unit. Inputs 1 and 3 measure the discharge currents of two units of the shipped rig.
 class InputsOnALine {
  public:
   InputsOnALine() : laboratory_(laboratory_of_rig("virtual-triad"), {}) {
@@ -40,7 +40,7 @@ class InputsOnALine {
 
   [[nodiscard]] double current_ma(std::size_t unit) const { return laboratory_.values(unit)[0].value; }
 
-  /// Requests and replies, excluding their transaction number.
+  /// Requests and replies without their transaction numbers.
   std::vector<std::string> heard, said;
   std::unique_ptr<drivers::AnalogueInputs> inputs;
 
@@ -67,7 +67,7 @@ TEST(AnalogueGoldenFrames, MatchIoLogikE1240) {
   EXPECT_EQ(line.said[0], "00 00 00 13 01 03 10 00 01 00 01 00 01 00 01 00 01 00 01 00 01 00 01") << "4 … 20 mA";
   EXPECT_TRUE(line.said[1].starts_with("00 00 00 13 01 04 10 ")) << line.said[1];
   EXPECT_EQ(line.said[2], "00 00 00 13 01 04 10 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00");
-  // The range starts at 4 mA, so 1 mA reads as 4 mA; so does an input without wiring.
+  // The range starts at 4 mA. A current of 1 mA and an unconnected input are both read as 4 mA.
   EXPECT_DOUBLE_EQ(readings[0].value(), 4);
   EXPECT_DOUBLE_EQ(readings[1].value(), 4);
   EXPECT_NEAR(readings[2].value() * 0.125 - 0.5, line.current_ma(2), 0.125 * 16 / 65535 / 2 + 1e-12);

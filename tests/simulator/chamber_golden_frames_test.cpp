@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Compares the client's requests with the shipped maps, byte by byte, with published frames of chamber controllers and
-// with frames derived from their manuals.
+/// Compares the requests of the client with the shipped maps byte by byte with frames of chamber controllers. These are
+/// published, or derived from manuals.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -12,13 +12,13 @@ namespace {
 
 using Words = std::vector<std::uint16_t>;
 
-/// Returns the reply to a request, or "not sent".
+/// Returns the reply to a request, or "not sent" if the client did not send the request.
 std::string reply_to(const ChamberOnALine& line, const std::string& request) {
   const auto found = std::ranges::find(line.heard, request);
   return found == line.heard.end() ? "not sent" : line.said[static_cast<std::size_t>(found - line.heard.begin())];
 }
 
-/// Returns the reply to a Modbus TCP request, both without their transaction number.
+/// Returns the reply to a Modbus TCP request. Both exclude the transaction number.
 std::string reply_behind_number(const ChamberOnALine& line, const std::string& request) {
   constexpr std::size_t kNumber = 6;
   for (std::size_t i = 0; i < line.heard.size(); ++i)
@@ -44,7 +44,7 @@ TEST(EztUnit, ShowsChangedSetPointAtNextReading) {
   ASSERT_TRUE(line.chamber->send_set_point({30.0}));
   EXPECT_EQ(line.chamber->read().value().set_point.value, 30.0);
   ASSERT_TRUE(line.chamber->send_set_point({35.0}));
-  // An operator at the panel.
+  // An operator changes the set point at the panel.
   line.laboratory.change_set_point({25.0});
   const auto seen = line.chamber->read();
   ASSERT_FALSE(seen);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A chamber of a register map with both ends of its line: the driver, the guarded exchange with the pace of the map's
-/// link on a virtual clock, frames, the virtual unit, and the laboratory.
+/// Chamber of a register map with both ends of its line: the driver with its frames, and the virtual unit in its
+/// laboratory. The exchange keeps the pace of the map's link on a virtual clock.
 #pragma once
 
 #include <memory>
@@ -31,7 +31,7 @@ class ClockPauses final : public drivers::Pauses {
   VirtualClock& clock_;
 };
 
-/// A connection for whole frames. Each is answered immediately or never.
+/// Connection that transfers whole frames. Each frame is answered immediately or never.
 class SessionConnection final : public drivers::FrameConnection {
  public:
   using Ask = std::function<std::vector<std::byte>(std::span<const std::byte>)>;
@@ -93,7 +93,7 @@ class ChamberOnALine {
     return make_guarded_registers(make_modbus_rtu(std::move(line), "line", link, &clock), link, &clock);
   }
 
-  /// Advances the laboratory, independent of the line's clock.
+  /// Advances only the laboratory, not the clock of the line.
   void pass(int seconds) {
     for (int i = 0; i < seconds; ++i) {
       unit.advance_second();
@@ -106,7 +106,7 @@ class ChamberOnALine {
   VirtualLaboratory laboratory;
   ChamberRegisters unit;
   std::unique_ptr<Session> session;
-  /// Requests and replies as hex bytes.
+  /// Requests and replies in hexadecimal notation.
   std::vector<std::string> heard;
   std::vector<std::string> said;
   std::unique_ptr<drivers::Chamber> chamber;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A program is written to the controller's own memory, compared, started, and executed by the virtual unit. Covers each
-// shipped map with a profile memory, on each of its framings, at the pace of its link on a virtual clock.
+/// Uploads a program into the profile memory of a controller, compares and starts it. The virtual unit then executes
+/// it. Covers every shipped map with a profile memory and each of its framings, at the pace of the link on a virtual
+/// clock.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -17,7 +18,7 @@ namespace {
 using std::chrono::minutes;
 using std::chrono::seconds;
 
-/// Returns the qualification profile shortened to one hour: 5 °C/min, holds of 5 min.
+/// Returns the qualification profile shortened to one hour, with ramps of 5 °C/min and holds of 5 min.
 drivers::ChamberProgram an_hour() {
   drivers::ChamberProgram program{.name = "HOUR", .number = 1, .soak_band = {}, .steps = {}};
   Celsius at{20};
@@ -105,7 +106,7 @@ TEST_P(Upload, ShowsRunningAndHeldProgram) {
   ASSERT_TRUE(line.chamber->upload(an_hour()));
   ASSERT_TRUE(line.chamber->start_program());
   line.pass(10);
-  // The complete status may need several readings on a slow line.
+  // On a slow line, several readings may be needed for the complete status.
   const auto running = line.chamber->inspect();
   ASSERT_TRUE(running) << text(running.error());
   EXPECT_TRUE(running->activity == ChamberActivity::program || running->activity == ChamberActivity::soaking)
@@ -123,7 +124,8 @@ TEST_P(Upload, ShowsRunningAndHeldProgram) {
 INSTANTIATE_TEST_SUITE_P(Shipped, Upload, testing::ValuesIn(maps_with_memory()),
                          [](const auto& one) { return one.param.map + "_" + name(one.param.link); });
 
-/// Values are compared, not register contents: the virtual unit uses the same map as the driver.
+/// Compares registers with values in the unit of the controller, because the virtual unit uses the same map as the
+/// driver.
 TEST(F4tUpload, UsesUnitOfController) {
   auto written = chamber_map("watlow_f4t").text;
   const std::string celsius = "register = \"communication_unit\", value = 15";

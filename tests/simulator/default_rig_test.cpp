@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Checks the promised properties of the default rig's gyro: over the four rate cycles, in the chamber's air, without
-/// noise.
+/// Checks the documented properties of the gyro on the default rig, over the four ramp cycles in the air of the
+/// simulated chamber and without noise.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -48,7 +48,7 @@ const PartSeries& rate_cycles() {
   return series;
 }
 
-/// 0.0258 °/h in the paper, minus the noise of 100-s means in quadrature.
+/// The paper states 0.0258 °/h. The noise of 100 s means is subtracted in quadrature.
 TEST(DefaultRig, HasDeviationOfPaper) {
   EXPECT_NEAR(deviation(rate_cycles().total), std::sqrt(0.0258 * 0.0258 - 0.0019 * 0.0019), 0.0003);
 }
@@ -67,7 +67,8 @@ TEST(DefaultRig, HasStatedHysteresis) {
   EXPECT_NEAR(largest, 8e-4, 1e-5);
 }
 
-/// The noise floor from differences of neighbours, as for a record: 0.0019 °/h, equal to the reference simulation.
+/// The noise floor is computed from differences of adjacent means, as for a record. It equals the 0.0019 °/h of the
+/// reference simulation.
 TEST(DefaultRig, HasNoiseFloorOfReference) {
   const auto readout_of = [](const char* rig) { return GyroReadout(laboratory_of_rig(rig).gyro, 1); };
   for (const auto* rig : {"virtual", "virtual-reference"}) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Tests the contributions to the bias against the statements of their sources.
+/// Compares the contributions to the bias with the literature from which they are taken.
 #include "simulator/gyro_bias.hpp"
 
 #include <gtest/gtest.h>
@@ -34,7 +34,8 @@ BiasPhysics complete_physics() {
           .mode_hops = {60, 0.6, 0.01}};
 }
 
-/// 0.23 % of the flow per kelvin at 300 K; 0.015 °/h per kelvin with the published shift and 1.5 cm/s.
+/// At 300 K, the flow changes by 0.23 % per kelvin. With the published shift and 1.5 cm/s, this is 0.015 °/h per
+/// kelvin.
 TEST(GasFlow, ChangesWithViscosityOfWarmerArm) {
   const double flow_at_300_k = 4.4 * 1.5 * std::pow(300 / 293.15, 0.7);
   EXPECT_NEAR(gas_flow_deg_per_h(kFlow, 27.35, 26.35) / flow_at_300_k, 0.0023, 0.00005);
@@ -99,7 +100,7 @@ TEST(GyroBias, DiffersBetweenHeatingAndCoolingByHysteresis) {
   EXPECT_NEAR(bias.parts().hysteresis, -1.5e-3, 1e-15) << "the play has fully reversed";
 }
 
-/// The analysis must not read the temperatures that determine the bias.
+/// The temperatures that determine the bias must not be those that the analysis reads.
 TEST(GyroBias, DoesNotDependOnThermometerLocations) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     RandomStream random(seed, RandomPurpose::bias_spread);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Tests each term that the hard rig has in addition to the linear one.
+/// Tests each bias term that the hard rig has in addition to those of the linear rig.
 #include <gtest/gtest.h>
 
 #include <Eigen/QR>
@@ -19,7 +19,7 @@
 namespace gyrotherm::simulator {
 namespace {
 
-/// Returns equal inner temperatures.
+/// Returns the same temperature for every output of the thermal model.
 std::array<double, thermal::kThermalOutputs> uniform_temperatures(double celsius) {
   std::array<double, thermal::kThermalOutputs> inner{};
   inner.fill(celsius);
@@ -82,7 +82,7 @@ TEST(CurrentControl, ChangesUnbalanceWithElectronicsTemperature) {
   EXPECT_NEAR(bias.total().value, 40 * 3e-5 * 4.4 * 1.5, 1e-12) << "immediately";
 }
 
-/// Means over 100 s of thermometers without faults, and of the bias.
+/// Means over 100 s of the bias and of the thermometers without faults.
 struct Means {
   std::vector<std::array<double, kThermalLocations>> locations_c;
   std::vector<double> bias;
@@ -106,7 +106,7 @@ Means fast_cycle_means(const ReducedGyroParameters& parameters) {
   return means;
 }
 
-/// Returns the RMS residual of least squares on all nine temperatures. The inputs are delayed by `late` means.
+/// Returns the RMS residual of a least-squares fit to all nine temperatures, which are delayed by `late` means.
 double fit_residual(const Means& means, std::size_t late) {
   const auto rows = static_cast<Eigen::Index>(means.bias.size() - late);
   Eigen::MatrixXd inputs(rows, kThermalLocations + 1);
@@ -130,8 +130,8 @@ TEST(CurrentControl, LeavesResidualWithDelayedInputs) {
   EXPECT_GT(fit_residual(fast, 3), 1.3 * fit_residual(fast, 0));
 }
 
-/// Thermometers of a linear gyro represent the wind. Those of a hard gyro do not, because its coefficients grow and
-/// lag.
+/// The thermometers of a linear gyro represent the effect of the wind. Those of a hard gyro cannot, because its
+/// coefficients grow and lag.
 TEST(SideWind, LeavesLargerResidualOfHardGyro) {
   auto linear = reduced_of_rig("virtual"), hard = reduced_of_rig("virtual-hard");
   linear.wind = hard.wind;
@@ -192,7 +192,7 @@ TEST(HardGyro, HopsAtTemperaturesIndependentOfStart) {
   EXPECT_EQ(cold.mode(), warm.mode());
 }
 
-/// Runs the cycle at 1 °C/min in the chamber's air.
+/// Simulates the cycle at 1 °C/min in the air of the simulated chamber.
 TEST(HardGyro, HopsInCycle) {
   const auto laboratory = laboratory_of_rig("virtual-hard");
   ChamberPlant plant(laboratory.plant);
@@ -254,7 +254,7 @@ TEST(ColdStart, StartsAtFirstSetPoint) {
   EXPECT_EQ(laboratory.set_point().value, -40);
 }
 
-/// White rate noise of 60 N per second.
+/// An angle random walk N corresponds to white rate noise of 60 N over one second.
 TEST(LockIn, RaisesAngleRandomWalkInCold) {
   const ReadoutParameters parameters{
       .arcsec_per_pulse = 1e-6, .angle_random_walk_deg_per_sqrt_h = 3e-4, .walk_growth = 0.35};
@@ -320,7 +320,7 @@ TEST(DeadBand, AffectsReadoutOnlyInCold) {
   EXPECT_NEAR(hourly_rate(parameters, 20), 0.5, 1e-9);
 }
 
-/// Loss of Earth rate on the shipped rig.
+/// On the shipped rig, the dead band reduces the measured Earth rate.
 TEST(HardGyro, LosesTwoThousandthsInColdByDeadBand) {
   auto parameters = laboratory_of_rig("virtual-hard").gyro;
   parameters.arcsec_per_pulse = 1e-6;

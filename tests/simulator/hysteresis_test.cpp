@@ -29,7 +29,7 @@ TEST(Play, DoesNotMoveWithinHalfWidth) {
   }
 }
 
-/// A closed cycle of amplitude a encloses a parallelogram, 2r wide and 2(a − r) high.
+/// A closed cycle of amplitude a encloses a parallelogram with a width of 2r and a height of 2(a − r).
 TEST(Play, EnclosesKnownAreaInCycle) {
   constexpr double kHalfWidth = 5;
   constexpr double kAmplitude = 40;
@@ -63,7 +63,7 @@ TEST(Play, RemembersOnlyTurningPoints) {
   }
 }
 
-/// An excursion that returns to its start leaves no trace if it stays within the last turning points.
+/// An excursion within the last turning points that returns to its start has no lasting effect.
 TEST(Play, ForgetsInnerExcursion) {
   for (std::uint64_t seed = 1; seed <= 200; ++seed) {
     auto random = drawn_by(seed);

@@ -127,8 +127,8 @@ Vector cross(const Vector& a, const Vector& b) {
   return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
 
-/// Returns the fixture's x, y, z in north, west and up. Azimuth turns x to the east, elevation raises it, roll turns y
-/// and z about it.
+/// Returns the axes x, y and z of the fixture in the coordinates north, west and up. The azimuth turns x to the east,
+/// the elevation raises x, and the roll turns y and z about x.
 std::array<Vector, 3> attitude_of(const TomlTable& fixture) {
   const auto radians = [&](const char* key) { return fixture.number(key) * std::numbers::pi / 180; };
   const double azimuth = radians("azimuth"), elevation = radians("elevation"), roll = radians("roll");
@@ -312,7 +312,7 @@ TEST(LaboratoryFile, ReportsErrorsOfUnits) {
   expect_mistake(units_with("u1.y.C", "C"), "u1.x.A");
 }
 
-/// The key would have no effect, so it is an error.
+/// The key is an error, because it would have no effect.
 TEST(LaboratoryFile, RefusesEarthRateInTypeOfUnits) {
   expect_mistake(rig_with("virtual-triad", "[virtual.gyro]", "[virtual.gyro]\nearth_rate_deg_per_h = 10"),
                  "earth_rate_deg_per_h");

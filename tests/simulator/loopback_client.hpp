@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A client of the virtual instruments.
+/// Client of the virtual instruments.
 #pragma once
 
 #include <arpa/inet.h>
@@ -18,7 +18,7 @@
 
 namespace gyrotherm::simulator {
 
-/// A client that uses only the socket interface. Each wait ends after five seconds.
+/// Client that uses only sockets. Every wait ends after five seconds.
 class Client {
  public:
   explicit Client(std::uint16_t port) : descriptor_(::socket(AF_INET, SOCK_STREAM, 0)) {
@@ -34,12 +34,12 @@ class Client {
   Client(const Client&) = delete;
   Client& operator=(const Client&) = delete;
 
-  /// Returns false after the other end has closed.
+  /// Returns false if the other end has closed the connection.
   bool send(std::span<const std::byte> bytes) const {
     return ::send(descriptor_, bytes.data(), bytes.size(), MSG_NOSIGNAL) >= 0;
   }
   bool send(std::string_view text) const { return send(std::as_bytes(std::span(text))); }
-  /// Returns exactly `size` bytes, or all bytes up to the end.
+  /// Returns `size` bytes, or fewer if the connection ends before.
   [[nodiscard]] std::vector<std::byte> receive(std::size_t size) const {
     std::vector<std::byte> bytes(size);
     std::size_t got = 0;

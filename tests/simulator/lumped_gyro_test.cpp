@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Tests the bias of the reference simulation, noise-free, at scale 1.
+/// Tests the bias of the reference simulation at scale 1, without noise.
 #include "simulator/lumped_gyro.hpp"
 
 #include <gtest/gtest.h>

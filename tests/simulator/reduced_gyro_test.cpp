@@ -53,7 +53,7 @@ TEST(ReducedGyro, WarmsStrongerArmAtEqualTotalPower) {
   EXPECT_GT(gyro.bias_parts().gas_flow, 0);
 }
 
-/// At rest the heat through the film equals the sum of all sources, regardless of its path.
+/// At rest, the heat through the film equals the sum of all sources, whatever path the heat takes.
 TEST(ReducedGyro, ConservesHeatInLeads) {
   auto type = small_type();
   const ReducedGyro without(type);
@@ -108,7 +108,7 @@ TEST(DrawGyro, KeepsTwinOfFileForSeedZero) {
   EXPECT_EQ(drawn.thermometers.time_constant_s, type.thermometers.time_constant_s);
 }
 
-/// All heat leaves through the film: leads and spread do not change the balance.
+/// All heat leaves through the film. Neither leads nor spread change this balance.
 TEST(DrawGyro, ConservesHeat) {
   auto type = small_laboratory();
   auto without_leads = type;

@@ -13,7 +13,7 @@
 namespace gyrotherm::simulator {
 namespace {
 
-/// Ends the test program if a shipped file cannot be read.
+/// Returns the value. Ends the test program if a shipped file cannot be read.
 template <class T>
 T must(Result<T> result) {
   if (result) return std::move(*result);
@@ -21,7 +21,7 @@ T must(Result<T> result) {
   std::abort();
 }
 
-/// Set points, one per second. The set point of a second is the program's at its beginning.
+/// Set points, one per second. A second has the set point of the program at its beginning.
 struct Program {
   double at_c = 20;
   std::vector<double> set_points_c;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A reduced gyro of nine nodes for tests that do not concern finite elements: A…H on a ring of Zerodur, and the shell
-/// around them. Left and right are equal.
+/// Reduced gyro of nine nodes for tests that do not concern finite elements. A … H are on a ring of Zerodur with a
+/// shell around it. Left and right are equal.
 #pragma once
 
 #include "simulator/thermal/reduced/reduced_model.hpp"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Reference values of the reference simulation: set point = air, each cycle started at rest at 20 °C, the value of a
-/// second taken before its step.
+/// Compares with values of the reference simulation. There, the air equals the set point, each cycle starts at rest at
+/// 20 °C, and the value of a second is that before its step.
 #include <gtest/gtest.h>
 
 #include <Eigen/Eigenvalues>

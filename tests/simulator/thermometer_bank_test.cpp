@@ -58,7 +58,8 @@ TEST(ThermometerBank, HasGainErrorAbout20Degrees) {
   EXPECT_NEAR(hot.readings_c()[2], 59.96, 1e-12);
 }
 
-/// A random walk: its variance is proportional to the days since the calibration, and grows with the days of the run.
+/// The drift is a random walk. Its variance is proportional to the days since the calibration, including those of the
+/// run.
 TEST(ThermometerBank, DriftsSinceCalibration) {
   const ThermometerParameters parameters{.drift_k_per_sqrt_day = each(0.01), .days_since_calibration = 4};
   std::vector<double> at_start_k;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Tests the gyro lines of a chamber with many units: content, pace and silence.
+/// Tests the gyro lines of a chamber with many units: their content, frame rate and silence.
 #include "simulator/virtual_gyro_line.hpp"
 
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@
 namespace gyrotherm::simulator {
 namespace {
 
-// Frame of pulse-count-xyz.
+/// Size of a frame of pulse-count-xyz.
 constexpr std::size_t kFrameBytes = 28;
 
 /// Returns the laboratory of a shipped rig with small bodies.
@@ -37,7 +37,7 @@ std::unique_ptr<VirtualInstruments> serve(const LaboratoryParameters& world, std
   return std::move(*started);
 }
 
-/// Returns a line of the lot with the axes of several units.
+/// Returns a line of the lot that sends these axes, which belong to several units.
 VirtualGyroLine shared_line(std::vector<VirtualGyroLine::Axis> axes) {
   auto line = gyro_lines_of_rig("virtual-lot").front();
   line.axes = std::move(axes);
@@ -130,7 +130,7 @@ TEST(VirtualGyroLine, RefusesUnknownAxesAndWrongCount) {
   EXPECT_NE(mistake({}).find("0 axes"), std::string::npos) << "ambiguous with several units";
 }
 
-/// Two lines have only the last frame of a second in common.
+/// Lines with different frame rates have only the last frame of a second in common.
 TEST(VirtualGyroLine, HasOwnFrameRate) {
   const auto world = small_rig("virtual-lot");
   auto lines = gyro_lines_of_rig("virtual-lot");
@@ -163,7 +163,7 @@ TEST(VirtualGyroLine, IsNotNeededToAdvance) {
     EXPECT_EQ(instruments->true_bias(unit), std::vector(same.true_bias(unit).begin(), same.true_bias(unit).end()));
 }
 
-/// Frames of the silent unit are lost, and its counts continue; the line of its neighbour is unchanged.
+/// Frames of the silent unit are lost, but its counts continue. The line of its neighbour is unchanged.
 TEST(VirtualGyroLine, SendsNothingForSilentUnit) {
   const auto world = small_rig("virtual-triad");
   const auto lines = gyro_lines_of_rig("virtual-triad");

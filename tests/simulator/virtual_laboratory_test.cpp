@@ -16,7 +16,7 @@
 namespace gyrotherm::simulator {
 namespace {
 
-/// Returns everything that instruments can read after each of some steps towards a set point.
+/// Returns all values that instruments can read, after each second on the way to a set point.
 std::vector<double> observed_values(VirtualLaboratory& laboratory, Celsius set_point, int seconds) {
   std::vector<double> all;
   laboratory.change_set_point(set_point);
@@ -45,7 +45,7 @@ TEST(VirtualLaboratory, IsReproducedBySeedAndSetPoints) {
       EXPECT_EQ(seen_with_seed(rig, seed), seen_with_seed(rig, seed)) << rig << ' ' << seed;
 }
 
-/// Returns the mean rate over some seconds, °/h: 1 arcsec/s is 1 °/h.
+/// Returns the mean rate over `seconds`, °/h. 1 arcsec/s equals 1 °/h.
 double rate_over(VirtualLaboratory& laboratory, int seconds) {
   const auto before = laboratory.pulses()[0];
   for (int t = 0; t < seconds; ++t) laboratory.step();
@@ -87,7 +87,7 @@ TEST(VirtualLaboratory, SilencesAndCoolsGyroThatIsSwitchedOff) {
   }
 }
 
-/// The hard gyro draws a new turn-on offset, and its warm-up begins.
+/// The hard gyro draws a new turn-on offset, and its warm-up begins again.
 TEST(VirtualLaboratory, RestartsGyroWhenSwitchedOnAgain) {
   VirtualLaboratory laboratory(laboratory_of_rig("virtual-hard"), {.gyro = 1, .run = 0});
   laboratory.change_set_point({20});
@@ -122,7 +122,7 @@ std::string first_pulses_hash(std::uint64_t seed) {
   return sha256(counts);
 }
 
-/// Optional terms of a rig file do not affect a rig without them.
+/// The recorded pulses predate the optional terms of a rig file, which must not affect a rig without them.
 TEST(VirtualLaboratory, ReproducesRecordedPulsesOfLinearRig) {
   EXPECT_EQ(first_pulses_hash(0), "9a33b264f2d13e730c9fbf544d3646e960b241a2a897333f392a6c603f34d034");
   EXPECT_EQ(first_pulses_hash(3), "3b87a6c7867e2a76d77ed2897b7f3dd74756f6c6df9c9065d9f9f8edbce0741c");
@@ -212,7 +212,7 @@ TEST(DrawGyro, VariesGyrosOfOtherSeeds) {
   EXPECT_NEAR(std::sqrt(squares / count), 0.15, 4 * 0.15 / std::sqrt(2.0 * count));
 }
 
-/// Returns the air after some minutes on the way to `set_point`.
+/// Returns the air temperature after `minutes` on the way to `set_point`.
 double air_after(VirtualLaboratory& laboratory, Celsius set_point, int minutes) {
   laboratory.change_set_point(set_point);
   laboratory.switch_on(true);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Tests a chamber with many units: properties of each axis, and shared ones.
+/// Tests a chamber with many units: the properties of each axis, and those that axes share.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -34,9 +34,9 @@ LaboratoryParameters small_laboratory(std::vector<UnitParameters> units) {
   return world;
 }
 
-/// Returns everything that one axis shows after each of some steps towards a set point.
-std::string observed_hash(VirtualLaboratory& laboratory, const std::string& unit, const std::string& axis,
-                          int seconds) {
+/// Returns all output of one axis as text, one line per second.
+std::string observed_output(VirtualLaboratory& laboratory, const std::string& unit, const std::string& axis,
+                            int seconds) {
   const auto& names = laboratory.units();
   const auto u = static_cast<std::size_t>(std::ranges::find(names, unit) - names.begin());
   const auto& axes = laboratory.axes(u);
@@ -83,7 +83,7 @@ std::string output_hash(const std::string& rig, LaboratorySeed seed) {
   return sha256(all);
 }
 
-/// Hashes recorded before units existed.
+/// The hashes were recorded before rigs had units.
 TEST(LaboratoryWithoutUnits, ReproducesRecordedHashes) {
   const std::map<std::string, std::pair<const char*, const char*>> worlds{
       {"virtual",
@@ -124,7 +124,7 @@ TEST(VirtualUnits, NameThermometersAfterUnit) {
   EXPECT_EQ(laboratory.thermometers_as_measured_c().size(), names.size());
 }
 
-/// Compares with an axis among others, in another order, with the whole body of the default rig.
+/// Compares an axis with the same axis among others in another order, with the complete body of the default rig.
 TEST(VirtualUnits, HaveAxesIndependentOfOtherUnits) {
   auto type = laboratory_of_rig("virtual");
   type.own_temperature = OwnThermometer{.time_constant_s = 30, .noise_k = 0.02};
@@ -135,7 +135,7 @@ TEST(VirtualUnits, HaveAxesIndependentOfOtherUnits) {
   for (const std::uint64_t seed : {0U, 5U}) {
     auto one = cooling(alone, {.gyro = seed, .run = 2, .days_later = 3});
     auto lot = cooling(among_others, {.gyro = seed, .run = 2, .days_later = 3});
-    EXPECT_EQ(observed_hash(one, "u2", "y", 600), observed_hash(lot, "u2", "y", 600)) << seed;
+    EXPECT_EQ(observed_output(one, "u2", "y", 600), observed_output(lot, "u2", "y", 600)) << seed;
     EXPECT_EQ(one.air_as_measured(), lot.air_as_measured());
   }
 }
@@ -144,13 +144,13 @@ TEST(VirtualUnits, AreReproducedBySeed) {
   const auto world = small_laboratory({unit_named("u1", {"x", "y"}), unit_named("u2")});
   for (const std::uint64_t seed : {0U, 1U}) {
     auto first = cooling(world, {.gyro = seed, .run = 1}), again = cooling(world, {.gyro = seed, .run = 1});
-    EXPECT_EQ(observed_hash(first, "u1", "y", 300), observed_hash(again, "u1", "y", 300));
+    EXPECT_EQ(observed_output(first, "u1", "y", 300), observed_output(again, "u1", "y", 300));
     auto other = cooling(world, {.gyro = seed, .run = 2});
-    EXPECT_NE(observed_hash(first, "u1", "y", 300), observed_hash(other, "u1", "y", 300));
+    EXPECT_NE(observed_output(first, "u1", "y", 300), observed_output(other, "u1", "y", 300));
   }
 }
 
-/// Compares each pair of axes, also for seed 0: bodies, biases and noise.
+/// Compares bodies, biases and noise of each pair of axes, also for seed 0.
 TEST(VirtualUnits, HaveDifferentGyroForEachAxis) {
   for (const std::uint64_t seed : {0U, 1U}) {
     const auto world = small_laboratory({unit_named("u1", {"x", "y"}), unit_named("u2", {"x", "y"})});
@@ -158,14 +158,15 @@ TEST(VirtualUnits, HaveDifferentGyroForEachAxis) {
     for (const auto* unit : {"u1", "u2"})
       for (const auto* axis : {"x", "y"}) {
         auto laboratory = cooling(world, {.gyro = seed});
-        seen.push_back(observed_hash(laboratory, unit, axis, 60));
+        seen.push_back(observed_output(laboratory, unit, axis, 60));
       }
     std::ranges::sort(seen);
     EXPECT_EQ(std::ranges::adjacent_find(seen), seen.end());
   }
 }
 
-/// The hash is FNV-1a; this is its published value for "a". Another split of a name gives another seed.
+/// The hash is FNV-1a; its published value for "a" is expected. Other parts of a name that join to the same text give
+/// another seed.
 TEST(VirtualUnits, AreDrawnByName) {
   EXPECT_EQ(seed_of({.gyro = 7}, "a").gyro, splitmix64(splitmix64(7) ^ 0xaf63dc4c8601ec8cU));
   EXPECT_NE(seed_of({}, "u1.x").gyro, seed_of({}, "u1x").gyro);
@@ -201,9 +202,9 @@ TEST(VirtualUnits, ContinueWhileSilent) {
   silenced.silence(1, true);
   EXPECT_TRUE(silenced.is_silent(1));
   EXPECT_FALSE(silenced.is_silent(0));
-  EXPECT_EQ(observed_hash(silenced, "a", "", 100), observed_hash(speaking, "a", "", 100));
+  EXPECT_EQ(observed_output(silenced, "a", "", 100), observed_output(speaking, "a", "", 100));
   silenced.silence(1, false);
-  EXPECT_EQ(observed_hash(silenced, "b", "", 100), observed_hash(speaking, "b", "", 100));
+  EXPECT_EQ(observed_output(silenced, "b", "", 100), observed_output(speaking, "b", "", 100));
 }
 
 /// A hop affects output and drift, not the true bias. The other axis is unchanged.

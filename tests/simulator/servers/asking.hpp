@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A text session with direct access for tests.
+/// Sends requests to a text session of a virtual instrument.
 #pragma once
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Feeds any bytes to the virtual Lake Shore 218: no crash, and each reply is a whole line.
+/// Feeds any bytes to the virtual Lake Shore 218. Each reply must be a whole line.
 #include <cstdlib>
 
 #include "simulator/servers/virtual_thermometers.hpp"

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Feeds any bytes, in any pieces, to the virtual chamber: no crash, and the set point remains in the range of the
-/// plant.
+/// Feeds any bytes in any pieces to the virtual chamber. The set point must remain in the range of the plant.
 #include <cstdlib>
 
 #include "simulator/chamber_registers.hpp"
@@ -20,7 +19,7 @@ FUZZ_TARGET(modbus_session, const std::uint8_t* data, std::size_t size) {
   if (session.feed(bytes.first(first_piece), reply)) (void)session.feed(bytes.subspan(first_piece), reply);
   if (!laboratory.accepts(laboratory.set_point())) std::abort();
 
-  // Send the same bytes also as the body of a valid frame, to reach the code behind the header.
+  // Also sends the bytes as the body of a valid frame, which reaches the code behind the header check.
   const auto body = bytes.first(std::min<std::size_t>(size, 252));
   std::vector<std::byte> frame{std::byte{0}, std::byte{1},
                                std::byte{0}, std::byte{0},

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Feeds any bytes to the virtual process driver: no crash, and each reply is a whole line.
+/// Feeds any bytes to the virtual process driver. Each reply must be a whole line.
 #include <cstdlib>
 
 #include "simulator/servers/virtual_thermometers.hpp"

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Feeds any report to the virtual USB-TEMP: no crash, and a reply belongs to a known command and does not exceed its
-/// length.
+/// Feeds any report to the virtual USB-TEMP. A reply must belong to a known command and not exceed its length.
 #include <cstdlib>
 
 #include "simulator/servers/virtual_thermometers.hpp"

@@ -31,7 +31,7 @@ std::string receive(drivers::ByteStream& line) {
   return {reinterpret_cast<const char*>(buffer.data()), size.value_or(0)};
 }
 
-/// Returns the output of a pseudo-terminal, up to `count` bytes. Waits, because the system delivers them with a delay.
+/// Returns up to `count` bytes of the output of a pseudo-terminal. Waits for them, because the system delays them.
 std::string take(int descriptor, std::size_t count) {
   std::string taken;
   const Deadline deadline(kSoon);
@@ -77,7 +77,7 @@ TEST(GyroServer, SendsEqualFramesToSerialLineAndSocket) {
   EXPECT_EQ(frame.size(), stream.frame.length);
   EXPECT_EQ(receive(*line), frame);
   for (int i = 0; i < 1000; ++i)
-    // The line fills because nothing reads it; nothing breaks.
+    // Nothing reads the line, so it fills up. This must not cause an error.
     server.send(std::array{1000.0 + i}, 2'000'000 + i);
   while (!take(other_end, 1).empty()) continue;
   server.send(std::array{3000.0}, 4'000'000);
@@ -106,7 +106,7 @@ TEST(GyroServer, SendsAllAxesAndHousekeeping) {
   EXPECT_EQ(frame->values, (std::vector<std::optional<double>>{0.5, -0.5, 1.0, 41.0}));
 }
 
-/// A virtual unit that sends 15 °/h on a socket, a hundred frames a second, and its driver at the other end.
+/// Virtual unit that sends 15 °/h in a hundred frames per second on a socket, and its driver at the other end.
 class UnitAndDriver {
  public:
   UnitAndDriver(const std::string& name, GyroUnitFaults faults) : stream_(tests::shipped_stream(name)) {
@@ -127,7 +127,7 @@ class UnitAndDriver {
                              {.start = stream_.start});
   }
   [[nodiscard]] drivers::Gyro& gyro() { return *gyro_; }
-  /// Reads a hundred frames or more. Returns their mean angle, arcsec.
+  /// Reads at least a hundred frames. Returns their mean angle in arcsec.
   [[nodiscard]] double arcsec_a_frame() {
     double arcsec = 0;
     std::uint64_t frames = 0;

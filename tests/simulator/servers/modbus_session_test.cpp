@@ -177,7 +177,7 @@ TEST(ChamberRegisters, ReadsGapsInBlockAsZero) {
   EXPECT_FALSE(ChamberRegisters(map, laboratory).read(drivers::ReadFunction::holding_registers, 100, 12, words));
 }
 
-/// Returns the answer of a unit on one of its links to a read of `count` registers.
+/// Reads `count` registers of a unit on one of its links.
 Result<Words> read_on(ChamberRegisters& registers, drivers::LinkKind kind, std::uint16_t address, std::uint16_t count) {
   const drivers::ModbusRequest request{1, registers.unit(), drivers::ModbusFunction::read_holding, address, count, {}};
   std::vector<std::byte> reply;
@@ -206,7 +206,7 @@ TEST(LinkAddresses, MatchMapOfEachLink) {
   }
 }
 
-/// Reads an item of several registers that has another address on this link, together with the adjacent registers.
+/// An item of several registers has another address on this link. It is read together with adjacent registers.
 TEST(LinkAddresses, ReadAndWriteMovedItem) {
   auto map = chamber_map("virtual");
   drivers::MapLink rtu = map.links.front();

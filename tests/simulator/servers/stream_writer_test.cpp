@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Tests both ends of each shipped gyro stream: the driver adds the frames of the virtual gyro to the same angle.
+/// Tests both ends of every shipped gyro stream. The driver must sum the frames of the virtual gyro to the same angle.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -17,10 +17,11 @@
 namespace gyrotherm::simulator {
 namespace {
 
-/// Pulse of each axis.
+/// Angle per pulse of each axis.
 constexpr double kArcsecPerPulse[] = {0.1, 0.25, -0.125};
 
-/// A gyro of one stream that turns at about 10, 20 and -5 °/h with noise, written to a driver on an in-memory line.
+/// Writer and driver of one stream, connected by a line in memory. The gyro turns at about 10, 20 and −5 °/h with
+/// noise.
 class WriterAndDriver {
  public:
   WriterAndDriver(const drivers::FrameFormat& format, double frames_a_second)
@@ -35,12 +36,12 @@ class WriterAndDriver {
     for (std::size_t i = 0; i + 2 < list_housekeeping(format).size(); ++i) values_.push_back(0);
   }
 
-  /// Advances by one second, which ends with the origin.
+  /// Advances by the first second. It ends with the origin from which the driver counts.
   Result<void> first_second() {
     advance_second();
     return gyro_->wait_for_origin();
   }
-  /// Advances by one second and reads it.
+  /// Advances by one second and returns the count that the driver reads.
   Result<GyroCount> second() {
     advance_second();
     return gyro_->read(kSecond);
@@ -59,7 +60,7 @@ class WriterAndDriver {
   [[nodiscard]] FrameCount frames() const { return gyro_->frames(); }
   /// Returns the housekeeping of the last second.
   [[nodiscard]] const std::vector<double>& values() const { return values_; }
-  /// Returns the resolution of an axis' field in arcsec of one frame.
+  /// Returns the resolution of the field of an axis, in arcsec per frame.
   [[nodiscard]] double resolution_arcsec(std::size_t axis) const {
     const auto& field = *format_.gyros()[axis];
     if (is_real(field.type)) return 1e-5;
@@ -108,7 +109,8 @@ class WriterAndDriver {
   double seconds_{};
 };
 
-/// Checks that the driver's mean equals the values sent in that second, if the stream sends them at this rate.
+/// Requires that the mean values of the driver equal those sent in that second. Skips values that the stream sends more
+/// rarely at this rate.
 void expect_values(const WriterAndDriver& ends, const drivers::FrameFormat& format, const GyroCount& count,
                    double frames_a_second) {
   const auto names = list_housekeeping(format);
@@ -198,7 +200,7 @@ TEST(StreamWriter, UsesDefaultHousekeepingForMissingValues) {
     const std::vector<double> first_is_none(fields.empty() ? 0 : 1, no_number);
     decoder.feed(writer.next(still, 1'000'000, 1, first_is_none));
     const auto* frame = decoder.take();
-    // A lock needs more frames.
+    // The driver needs more frames to synchronise.
     if (!frame) continue;
     for (std::size_t i = 0; i < fields.size(); ++i) {
       if (frame->values[i]) {

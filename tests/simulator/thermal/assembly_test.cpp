@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Tests the finite elements against known solutions.
+/// Compares the finite elements with known solutions.
 #include "simulator/thermal/assembly.hpp"
 
 #include <gtest/gtest.h>
@@ -22,7 +22,8 @@ Eigen::VectorXd solved(const SparseMatrix& matrix, const Eigen::VectorXd& right)
   return factor.solve(right);
 }
 
-/// T − T_amb = P/(2 h A) + q/(2k) (L²/4 − (x − L/2)²), q = P/(A L): quadratic, so the elements represent it exactly.
+/// The solution T − T_amb = P/(2 h A) + q/(2k) (L²/4 − (x − L/2)²) with q = P/(A L) is quadratic, so the elements
+/// represent it exactly.
 TEST(Slab, IsExactWithSourceAndFilm) {
   const double length = 0.02;
   const double film = 7;
@@ -43,7 +44,8 @@ TEST(Slab, IsExactWithSourceAndFilm) {
   EXPECT_TRUE(std::isnan(field.temperature_at(-0.001, 0.004, 0.011)));
 }
 
-/// A body much more conductive than its film cools uniformly: T = e^(−h A t / (ρ c V)). Trapezoidal rule, dt and dt/2.
+/// A body that conducts much better than its film cools uniformly: T = e^(−h A t / (ρ c V)). The trapezoidal rule is
+/// used with the steps dt and dt/2.
 TEST(Lump, CoolsWithTimeConstant) {
   const MaterialProperties copper{8900, 385, 4e5};
   const auto mesh =
@@ -68,7 +70,7 @@ TEST(Lump, CoolsWithTimeConstant) {
   EXPECT_NEAR(error[0] / error[1], 4, 0.1) << "second order in time";
 }
 
-/// Returns the error in the L2 norm of (K + s C) T = f with T = cos πx cos πy cos πz on the unit cube, without heat
+/// Returns the L2 error of the solution of (K + s C) T = f for T = cos πx cos πy cos πz on the unit cube. No heat flows
 /// through its faces.
 double manufactured_error(int pieces) {
   const auto lines = even_lines(1, pieces);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Tests the matrix-free product against the assembled matrix, and the solver based on it.
+/// Compares the matrix-free product with the assembled matrix, and tests the solver based on it.
 #include "simulator/thermal/brick_solver.hpp"
 
 #include <gtest/gtest.h>
@@ -24,7 +24,7 @@ struct Body {
   GyroMesh mesh;
 };
 
-/// Returns bodies with slanted bricks, with empty ones, and with rows of one brick and of whole vectors.
+/// Returns bodies with slanted bricks, with empty ones, and with rows of 1, 16 and 17 bricks.
 std::vector<Body> bodies() {
   std::vector<Body> all;
   const auto full = shipped_gyro("fast-film");
@@ -66,8 +66,8 @@ TEST(BrickOperator, EqualsAssembledMatrix) {
   }
 }
 
-/// K must have no eigenvalue above the upper end of the smoother's spectrum. A power iteration from a random field
-/// approaches the largest from below.
+/// No eigenvalue of K may exceed the upper bound that the smoother assumes. Power iteration from a random field
+/// approaches the largest eigenvalue from below.
 TEST(BrickOperator, HasNoEigenvalueAboveSmootherBound) {
   for (const auto& body : bodies()) {
     const auto matrix = conduction_matrix(body.model, body.mesh, kCoefficients);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Compares the solver with CalculiX on the identical mesh, and the meshes with each other. Takes minutes.
+/// Compares the solver with CalculiX on the identical mesh, and compares the meshes with each other. Takes minutes.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -20,7 +20,7 @@ bool has_program(const char* name) {
   return std::system((std::string("command -v ") + name + " > /dev/null 2>&1").c_str()) == 0;
 }
 
-/// A folder that is removed at the end.
+/// Temporary folder that is removed with the object.
 class Folder {
  public:
   Folder() : path_(fs::temp_directory_path() / "gyrotherm_calculix_XXXXXX") {
@@ -36,7 +36,7 @@ class Folder {
   fs::path path_;
 };
 
-/// Returns the largest difference between a CalculiX run and the field, K. Each node must be in its list.
+/// Returns the largest difference in K between the result of CalculiX and the field. The result must list every node.
 double largest_difference(const fs::path& dat, const Eigen::VectorXd& field_c) {
   std::ifstream file(dat);
   double largest = 0;

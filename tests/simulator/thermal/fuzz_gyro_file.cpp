@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Feeds any text: it is a consistent gyro, or refused with a position.
+/// Parses any text as a gyro file. The result must be a consistent gyro or a fault with a position.
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -37,7 +37,7 @@ void run(const std::string& text) {
 FUZZ_TARGET(gyro_file, const std::uint8_t* data, std::size_t size) {
   const std::string bytes(reinterpret_cast<const char*>(data), size);
   run(bytes);
-  // A whole gyro takes longer.
+  // Parses few whole gyros, because each takes longer.
   if (size < 4 || data[2] % 16 != 0) return 0;
   auto text = shipped();
   require(!text.empty());

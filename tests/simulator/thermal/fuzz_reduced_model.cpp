@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Feeds any text: it is a usable reduced model, or refused with a position.
+/// Parses any text as a reduced model. The result must be a usable model or a fault with a position.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -50,14 +50,14 @@ constexpr std::string_view kInputs[] = {"ambient",      "gain_left",    "gain_ri
                                         "preamplifier", "ballast_left", "ballast_right"};
 constexpr std::string_view kConduction[] = {"fixed", "air_lid", "air_side", "air_base", "film"};
 
-/// Returns a number for a byte: small reasonable values and some invalid ones.
+/// Returns the text of a number for a byte. Most are small valid numbers, some are invalid.
 std::string number_for(std::uint8_t byte) {
   constexpr std::string_view kOdd[] = {"-0.0", "1e308", "5e-324", "inf", "nan", "\"x\"", "[1.0]", "-1.0"};
   if (byte >= 248) return std::string(kOdd[byte - 248]);
   return fmt::format("{}.0", byte % 4);
 }
 
-/// Returns the text of a model with one state, so that random input reaches the checks behind the grammar.
+/// Returns the text of a model with one state. With it, random input reaches the checks behind the grammar.
 std::string build_model_text(const std::uint8_t* data, std::size_t size) {
   std::size_t at = 0;
   const auto next = [&] { return at < size ? number_for(data[at++]) : std::string("1.0"); };

@@ -16,8 +16,7 @@ constexpr double kMm3 = 1e-9;  // m³
 
 /// Octagon minus hole, mm².
 const double kPlan = 110 * 110 - 2 * 30 * 30 - std::numbers::pi * 900;
-/// Corners of the ring that the bores take from the mirrors instead of the block, mm²: each corner square minus its
-/// half.
+/// Side of a square bore, mm.
 const double kBoreSide = std::sqrt(1126.0 / 160);
 
 class EveryEdge : public testing::TestWithParam<double> {};
@@ -40,6 +39,7 @@ TEST_P(EveryEdge, GivesSlantedAndRoundPartsVolumesWithinRounding) {
   const auto mm3 = [&](GyroPart part) { return part_volume(mesh, part) / kMm3; };
   const double hub = std::numbers::pi * 100 * (80.0 / 2 + 15 - 3);
   const double dither = std::numbers::pi * (900 - 100) * 30;
+  // At each corner of the ring, half of a cube of the bores is cut out of the mirror instead of the block.
   const double bores_in_mirrors = 4 * kBoreSide * kBoreSide * kBoreSide / 2;
   const double block = kPlan * 25 - (2252 - bores_in_mirrors);
   EXPECT_NEAR(mm3(GyroPart::hub) / hub, 1, 3e-3);
@@ -56,8 +56,8 @@ TEST_P(EveryEdge, FillsCabinetWithParts) {
   EXPECT_NEAR(sum / kMm3, 150 * 150 * 80, 1e-4);
 }
 
-/// Checks the film area: top and bottom including mirrors; side walls without the area covered by mirrors, cathode and
-/// ballasts, and with the area that these add.
+/// Checks the area of the film. It consists of top and bottom, including mirrors, and of the side walls. Mirrors,
+/// cathode and ballasts cover part of the side walls and add their own surface.
 void expect_film_area_of_block(double edge_mm) {
   auto model = shipped_gyro("calibrated");
   model.mode = GyroMode::block;
@@ -72,7 +72,7 @@ void expect_film_area_of_block(double edge_mm) {
 
 TEST_P(EveryEdge, GivesFilmOfBlockTrueArea) { expect_film_area_of_block(GetParam()); }
 
-/// The strip of a 45° face above its mirror is five bricks behind the mirror's face.
+/// On a 45° face, the strip above the mirror is five bricks behind the face of the mirror.
 TEST(Mesh, GivesFilmTrueAreaWithSmallBricks) { expect_film_area_of_block(1.1); }
 
 TEST_P(EveryEdge, KeepsVolumeOfBlockInConsolidation) {

@@ -69,7 +69,7 @@ TEST(ReducedBasis, IsOrthonormalAndDropsDependentFields) {
   EXPECT_EQ(basis.grow(fields), 7);
   EXPECT_EQ(basis.grow(fields.leftCols(2) * 3), 0);
   EXPECT_EQ(basis.grow(Eigen::MatrixXd::Constant(n, 1, 5)), 0);
-  // The basis is full.
+  // The basis is limited to 20 fields, so only 12 more fit.
   EXPECT_EQ(basis.grow(Eigen::MatrixXd::Random(n, 30)), 12);
   const Eigen::MatrixXd gram = basis.basis().transpose() * system.capacity * basis.basis();
   EXPECT_LE((gram - Eigen::MatrixXd::Identity(20, 20)).cwiseAbs().maxCoeff(), 1e-12);
@@ -95,7 +95,7 @@ TEST(ReducedBasis, EstimatesItsResidual) {
     const Eigen::VectorXd estimate = basis.residuals(p, Eigen::MatrixXd::Identity(kThermalInputs, kThermalInputs));
     for (Eigen::Index j = 0; j < truth.size(); ++j) {
       if (p.rate_per_s == 0 && j == 0)
-        // The ambient's response is the constant field.
+        // The response to the ambient is the constant field, which the basis contains.
         EXPECT_LE(estimate[j], 1e-12);
       else
         EXPECT_NEAR(estimate[j] / truth[j], 1, 0.25);
@@ -112,7 +112,7 @@ TEST(ModelOrderReduction, MatchesFullModelAtUnusedPoints) {
   std::mt19937_64 random(kReductionSeed);
   for (int i = 0; i < 12; ++i) {
     auto p = some_point(random);
-    // Air coefficients first, then equal gaps.
+    // The air coefficients come first, then the gaps, which are equal.
     if (i < 6) {
       p.coefficients = coefficients_at(model, -60.0 + 25 * i, i % 2 == 0 ? GyroFilm::still : GyroFilm::chamber);
     } else {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Compares the reduced model with its finite elements, in time and over coefficients. Takes minutes.
+/// Compares the reduced model with the finite elements over time and over the coefficients. Takes minutes.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -30,7 +30,7 @@ GyroModel gyro_of(const std::string& name) {
   return gyro ? *gyro : GyroModel{};
 }
 
-/// The calibrated gyro on the coarse mesh, full and reduced.
+/// Full and reduced model of the calibrated gyro on the coarse mesh.
 struct Coarse {
   ThermalSystem system;
   ReducedSystem reduced;
@@ -59,7 +59,8 @@ TEST(ReducedGyro, FollowsLinearModelInTime) {
   }
 }
 
-/// Returns the air: +5 °C/min from 20 to 60 °C, half an hour there, −5 °C/min to −40, 20 min there, +1 °C/min to −10.
+/// Returns the air temperature: +5 °C/min from 20 to 60 °C, a hold of 30 min, −5 °C/min to −40 °C, a hold of 20 min,
+/// and +1 °C/min to −10 °C.
 double program_c(double t_s) {
   if (t_s < 480) return 20 + t_s / 12;
   if (t_s < 2280) return 60;
@@ -69,8 +70,8 @@ double program_c(double t_s) {
 }
 constexpr int kProgram_s = 6480;
 
-/// Returns the full model's steady state with the air coefficients at its own temperature. The twin's state is the
-/// starting point.
+/// Returns the steady state of the full model with air coefficients at its temperature. The iteration starts from the
+/// steady state of the twin.
 Eigen::VectorXd full_rest(const ThermalSystem& system, const ReducedModel& model, double air_c) {
   AffineMatrix matrices(system);
   const Eigen::VectorXd load = system.inputs * switched_on(model, 0);
@@ -86,8 +87,8 @@ Eigen::VectorXd full_rest(const ThermalSystem& system, const ReducedModel& model
   return above.array() + air_c;
 }
 
-/// Returns the largest difference over A…H between the twin and the full model. The full model updates its coefficients
-/// every 10 s.
+/// Returns the largest difference between twin and full model over A … H. The full model updates its coefficients every
+/// 10 s.
 double largest_difference(const ThermalSystem& system, const ReducedModel& model, int step_s) {
   constexpr int kUpdate_s = 10;
   FullTransient full(system, full_rest(system, model, program_c(0)), 1e-7);
@@ -118,7 +119,7 @@ TEST(ReducedGyro, MatchesFullModelWhenDrawn) {
     SCOPED_TRACE(fmt::format("seed {}", seed));
     RandomStream random(seed, RandomPurpose::film_spread);
     const auto drawn = perturb_model(type, {.gap = 0.1, .film = 0.2, .power = 0.05, .arms = 0.1}, random);
-    // If the capacity has no spread, the factors of the gaps are the ratios of their matrices.
+    // The capacity has no spread, so the ratios of the matrices are the factors of the gaps.
     auto c = coefficients_at(drawn, 10, GyroFilm::chamber);
     const auto drawn_c = c;
     for (std::size_t m = 0; m < 3; ++m) c[m] *= drawn.conduction_per[m].norm() / type.conduction_per[m].norm();
@@ -143,7 +144,7 @@ TEST(ReducedGyro, MatchesShippedFile) {
     const auto made = reduce(system, about(gyro, sha256(*source)), {}, multigrid_solver());
     ASSERT_TRUE(made) << text(made.error());
     EXPECT_EQ(shipped->source_sha256, made->model.source_sha256);
-    // The basis may differ between machines, but its responses may not.
+    // The basis may depend on the machine, but the responses must not.
     for (const double air_c : {-60.0, -10.0, 40.0, 80.0}) {
       for (const double s : {0.0, 3e-4, 3e-3}) {
         const auto c = coefficients_at(*shipped, air_c, GyroFilm::chamber);

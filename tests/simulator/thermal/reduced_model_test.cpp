@@ -39,7 +39,7 @@ void expect_same(const ReducedModel& a, const ReducedModel& b) {
   EXPECT_TRUE(same_bits(a.outputs, b.outputs));
 }
 
-/// Returns the text with the first `from` replaced, which must exist.
+/// Returns the text with the first occurrence of `from` replaced. Requires that there is one.
 std::string with(std::string text, std::string_view from, std::string_view to) {
   const auto at = text.find(from);
   EXPECT_NE(at, std::string::npos) << from;
@@ -69,7 +69,7 @@ TEST(ReducedModel, RoundTripsNumbersOfAnySizeBitForBit) {
   std::mt19937_64 random(kSeed);
   std::uniform_real_distribution<double> exponent(-300, 300);
   auto model = reduced_box_gyro();
-  // Columns of B₀ after the ambient's are arbitrary without power.
+  // There is no power, so only the first column of B₀ matters. It belongs to the ambient.
   model.powers_w = {};
   for (Eigen::Index i = 0; i < model.inputs.rows(); ++i)
     for (Eigen::Index j = 1; j < model.inputs.cols(); ++j)

@@ -19,7 +19,7 @@ namespace {
 
 constexpr unsigned kReducedSeed = 61;
 
-/// Computes one second by the exponential of the system extended by its inputs, which are ramps.
+/// Computes the step of one second from the matrix exponential of the system, extended by its inputs as ramps.
 OneSecond matrix_exponential_step(const ReducedModel& model, const ThermalCoefficients& c) {
   const auto r = model.conduction.rows();
   Eigen::MatrixXd inputs(r, 2);
@@ -41,7 +41,7 @@ void expect_near(const OneSecond& a, const OneSecond& b, double tolerance) {
   EXPECT_LE((a.powers - b.powers.head(r)).cwiseAbs().maxCoeff(), tolerance * scale(a.powers));
 }
 
-/// Returns the air of a short test program: ramps of several rates between −40 and 60 °C.
+/// Returns the air temperature of a short program with ramps of several rates between −40 and 60 °C.
 double program_c(int second) {
   const double t = second % 9000;
   if (t < 600) return 20 + t / 15;
@@ -97,7 +97,7 @@ TEST(ReducedTransient, StaysAtRest) {
   }
 }
 
-/// Permanently added powers are equivalent to a model with larger powers.
+/// Powers that are added in every step have the same effect as a model with larger powers.
 TEST(ReducedTransient, AcceptsAddedPowers) {
   constexpr ThermalPowers kAddedW{0.1, -0.05, 0.2, 0.03, -0.01};
   const auto more = add_powers(reduced_box_gyro(), kAddedW);
@@ -113,7 +113,7 @@ TEST(ReducedTransient, AcceptsAddedPowers) {
   }
 }
 
-/// Adds 1 W at one location for one second.
+// Adds 1 W to one input for one second.
 TEST(ReducedTransient, RecoversAfterPulse) {
   ReducedTransient pulsed(reduced_box_gyro(), {.start = {20}, .added_w = ThermalPowers{}});
   const double rest_c = pulsed.outputs_c()[0];
@@ -143,8 +143,8 @@ TEST(ReducedTransient, LinearStepsMatchMatrixExponential) {
   }
 }
 
-/// Compares with another integration: diagonalise again at each update, and convert the state from the old modes to the
-/// new ones.
+/// Compares with another method of integration, which computes new modes at each update and converts the state from the
+/// old modes to the new ones.
 TEST(ReducedTransient, MatchesModalIntegration) {
   const auto& model = reduced_box_gyro();
   Eigen::VectorXd outputs = model.outputs * states_at_rest(model, GyroFilm::chamber, 20);
@@ -195,7 +195,8 @@ TEST(ReducedTransient, ConductsBetterInWarmAir) {
   EXPECT_GT(constant.outputs_c()[0], following.outputs_c()[0] + 0.5);
 }
 
-/// Returns the largest difference of any output between the full model by the trapezoidal rule and its twin.
+/// Returns the largest difference between the outputs of the full model, integrated by the trapezoidal rule, and those
+/// of its twin.
 double largest_difference(const ThermalSystem& system, const ReducedModel& model, double step_s) {
   const auto c = coefficients_at(model, gap_air_c(model.outputs * states_at_rest(model, GyroFilm::chamber, 20)),
                                  GyroFilm::chamber);
@@ -224,7 +225,8 @@ TEST(FullTransient, ConvergesWithSquareOfStep) {
   EXPECT_NEAR(coarse / fine, 4, 1.2);
 }
 
-/// Returns the largest difference over the outputs from the first minute on, after all powers were switched on at once.
+/// Returns the largest difference of the outputs after the first minute, if all powers are switched on at the same
+/// time.
 double difference_after_jump(const ThermalSystem& system, const ReducedModel& model, int step_s) {
   const auto c = coefficients_at(model, 20, GyroFilm::chamber);
   const auto second = one_second(model, c);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Tests profiles/gyros/*.reduced.toml and the gyro files from which they were made.
+/// Tests profiles/gyros/*.reduced.toml and the gyro files from which they are made.
 #include <gtest/gtest.h>
 
 #include <filesystem>

@@ -113,8 +113,8 @@ void conduct(Triplets& to, int i, int j, double w_per_k) {
   to.emplace_back(j, i, -w_per_k);
 }
 
-/// Adds the conduction between neighbours. Between solid and air the resistance of the solid is neglected, so that the
-/// system is affine.
+/// Adds the conduction between two neighbours. The resistance of a solid next to air is neglected, so the system is
+/// affine in the coefficients.
 void connect(const Cell& a, const Cell& b, Triplets& fixed, std::array<Triplets, kThermalCoefficients>& per) {
   const bool air_a = a.matter() == Matter::air;
   const bool air_b = b.matter() == Matter::air;
@@ -137,7 +137,7 @@ int outer_faces(const Cell& c) {
   return (c.x == 0) + (c.x == kX - 1) + (c.y == 0) + (c.y == kY - 1) + (c.z == 0) + (c.z == kZ - 1);
 }
 
-/// Adds the mean over the cells that `belongs` accepts.
+/// Adds an output: the mean over the cells for which `belongs` is true.
 template <class Belongs>
 void mean(Triplets& outputs, ThermalOutput row, Belongs belongs) {
   const auto all = cells();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Bodies small enough for exact results, and the shipped gyros.
+/// Small bodies with exact or fast solutions, and the shipped gyros.
 #pragma once
 
 #include <Eigen/Core>
@@ -27,24 +27,26 @@ namespace gyrotherm::thermal {
 /// Returns a model with these properties for each material.
 [[nodiscard]] GyroModel uniform_model(const MaterialProperties& properties);
 
-/// Returns K at the given coefficients, film included, W/K, as a matrix.
+/// Returns the matrix K, including the film, for the given coefficients, W/K.
 [[nodiscard]] SparseMatrix conduction_matrix(const GyroModel& model, const GyroMesh& mesh,
                                              const ThermalCoefficients& coefficients);
 /// Returns normally distributed numbers of mean 0 and variance 1.
 [[nodiscard]] Eigen::VectorXd random_vector(Eigen::Index size, unsigned seed);
 
-// A gyro of 384 cells that takes milliseconds: a block with a warm side in a cabinet, air between them.
+// The box gyro has 384 cells and is solved within milliseconds: a block with a warm side in a cabinet, with air between
+// them.
 
-/// Returns its finite volumes of 18 mm. Left and right are equal. The heat capacity has small off-diagonal elements.
+/// Returns the finite-volume model of the box gyro with cells of 18 mm. Left and right are equal. The heat capacity has
+/// small off-diagonal elements.
 [[nodiscard]] ThermalSystem box_gyro();
 
-/// Returns names, air, films and powers of the box gyro; no matrices.
+/// Returns a model of the box gyro without matrices: names, air, films and powers.
 [[nodiscard]] ReducedModel box_gyro_description();
 
 /// Returns a solver by factorisation.
 [[nodiscard]] SolveColumns direct_solver();
 
-/// Return box_gyro reduced to the goal of 1e-4 K. It is reduced once.
+/// Return the box gyro reduced to an error of 1e-4 K. It is reduced only once per process.
 [[nodiscard]] const ReducedSystem& reduced_box_system();
 [[nodiscard]] const ReducedModel& reduced_box_gyro();
 

@@ -110,9 +110,9 @@ TEST(BlockAlone, KeepsBalanceAndSymmetry) {
   EXPECT_EQ(at(*state, ThermalOutput::shell), 20);
 }
 
-/// Body-fitted quadratic tetrahedra of the same block (601,341 nodes, passive bore filled with glass) have 27.657,
-/// 28.057, 26.544, 24.402 and 23.668 °C at A, B, D, F, G, and a difference of 3.766 K. bench/thermal/tetrahedra
-/// computes them.
+/// Reference: body-fitted quadratic tetrahedra of the same block (601,341 nodes, passive bore filled with glass) give
+/// 27.657, 28.057, 26.544, 24.402 and 23.668 °C at A, B, D, F and G, and a difference of 3.766 K. They come from
+/// bench/thermal/tetrahedra.
 TEST(BlockAlone, AgreesWithBodyFittedTetrahedra) {
   auto model = shipped_gyro("calibrated");
   model.mode = GyroMode::block;
@@ -125,7 +125,7 @@ TEST(BlockAlone, AgreesWithBodyFittedTetrahedra) {
   EXPECT_NEAR(gain_difference_k(state->outputs_c) / 3.766, 1, 0.005);
 }
 
-/// Repeats the comparison with a hole of 50 mm and tetrahedra of 310,773 nodes.
+/// Repeats the comparison for a hole of 50 mm, with tetrahedra of 310,773 nodes.
 TEST(BlockAlone, AgreesWithTetrahedraForSmallerHole) {
   auto model = shipped_gyro("calibrated");
   model.mode = GyroMode::block;

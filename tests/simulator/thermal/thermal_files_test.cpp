@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Tests the files for other programs: ParaView and CalculiX.
+/// Tests the files for ParaView and CalculiX.
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -15,7 +15,7 @@ namespace {
 
 GyroMesh two_bricks() { return box_of(GyroPart::gain_left, {0, 0.01, 0.03}, {0, 0.01}, {0, 0.02}, {0, 5}); }
 
-/// Returns a block of the appended data by the name of its array.
+/// Returns the values of an array by its name from the appended data.
 template <class T>
 std::vector<T> appended(const std::string& file, const std::string& name) {
   std::smatch match;

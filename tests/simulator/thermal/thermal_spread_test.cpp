@@ -34,7 +34,7 @@ TEST(ThermalSpread, DrawsOnlyValidBodies) {
     SCOPED_TRACE(fmt::format("seed {}", seed));
     auto random = stream(seed);
     const auto other = perturb_model(reduced_box_gyro(), kWide, random);
-    // Parsing checks this property.
+    // The parser rejects invalid bodies.
     const auto back = parse_reduced_model(reduced_model_text(other), "x.toml");
     ASSERT_TRUE(back) << text(back.error());
     EXPECT_EQ(other.conduction, other.conduction.transpose());

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The program, valid files of every kind, and one hostile input with its use."""
+"""Runs the program on hostile inputs. Makes the valid files from which the inputs are derived."""
 import hashlib
 import os
 import random
@@ -49,7 +49,7 @@ for first in range(0, len(rows), 100):
     record.execute("BEGIN")
     record.executemany("INSERT INTO sample VALUES(%s)" % ", ".join("?" * len(rows[0])), rows[first:first + 100])
     record.execute("COMMIT")
-os._exit(0)  # without closing, which would fold the log in
+os._exit(0)  # closing would write the log into the database
 """
 IMPORT_MAP = """schema = "gyrotherm-import/1"
 name = "small"
@@ -84,7 +84,7 @@ def table(rows):
 
 
 def resident_mb(pid):
-    """Returns the largest resident memory so far. wait4() includes this process before it became the other program."""
+    """Returns the peak resident memory of a process so far. wait4() would include the forked copy of this process."""
     try:
         with open("/proc/%d/status" % pid) as status:
             return next((int(line.split()[1]) / 1024 for line in status if line.startswith("VmHWM")), 0)
@@ -92,27 +92,27 @@ def resident_mb(pid):
         return 0
 
 
-class Ran:
+class ProcessResult:
     def __init__(self, code, out, err, seconds, memory_mb):
         self.code, self.out, self.err, self.seconds, self.memory_mb = code, out, err, seconds, memory_mb
 
 
 class Laboratory:
-    """The program, and valid files whose copies are damaged."""
+    """Program under test, and valid files of which inputs contain damaged copies."""
 
     def __init__(self, program, source, sanitized):
         self.program, self.source = os.path.abspath(program), os.path.abspath(source)
         self.patience_s = 12 * PATIENCE_S if sanitized else PATIENCE_S
         self.sanitized = sanitized
         self.folder = tempfile.mkdtemp(prefix="gyrotherm-hostile-")
-        self.honest = os.path.join(self.folder, "honest")
-        os.mkdir(self.honest)
-        self.make_honest_files()
+        self.valid = os.path.join(self.folder, "valid")
+        os.mkdir(self.valid)
+        self.make_valid_files()
 
-    def of(self, name):
-        return os.path.join(self.honest, name)
+    def path(self, name):
+        return os.path.join(self.valid, name)
 
-    def text_of(self, *parts):
+    def read_text(self, *parts):
         with open(os.path.join(self.source, *parts), encoding="utf-8") as file:
             return file.read()
 
@@ -133,50 +133,50 @@ class Laboratory:
                     code = "hang"
             out.seek(0)
             err.seek(0)
-            return Ran(code, out.read(), err.read(), time.monotonic() - began, memory_mb)
+            return ProcessResult(code, out.read(), err.read(), time.monotonic() - began, memory_mb)
 
     def must(self, arguments):
         ran = self.run(arguments, patience_s=600)
         if ran.code != DONE:
             sys.exit("%s ended with %s: %s" % (arguments, ran.code, ran.err.decode(errors="replace")))
 
-    def make_honest_files(self):
-        rig = self.text_of("profiles", "rigs", "virtual.toml").replace('"../', '"%s/profiles/' % self.source)
-        mixed = self.text_of("profiles", "rigs", "virtual-mixed.toml").replace('"../', '"%s/profiles/' % self.source)
+    def make_valid_files(self):
+        rig = self.read_text("profiles", "rigs", "virtual.toml").replace('"../', '"%s/profiles/' % self.source)
+        mixed = self.read_text("profiles", "rigs", "virtual-mixed.toml").replace('"../', '"%s/profiles/' % self.source)
         for name, text in {"profile.toml": PROFILE, "long.toml": LONG_PROFILE, "rig.toml": rig, "mixed.toml": mixed,
                            "map.toml": IMPORT_MAP, "table.csv": table(3000),
-                           "chamber.toml": self.text_of("profiles", "chambers", "watlow_f4t.toml"),
-                           "stream.toml": self.text_of("profiles", "gyro-streams", "kvh-17xx-a.toml"),
-                           "gyro.toml": self.text_of("profiles", "gyros", "calibrated.toml")}.items():
-            with open(self.of(name), "w", encoding="utf-8") as file:
+                           "chamber.toml": self.read_text("profiles", "chambers", "watlow_f4t.toml"),
+                           "stream.toml": self.read_text("profiles", "gyro-streams", "kvh-17xx-a.toml"),
+                           "gyro.toml": self.read_text("profiles", "gyros", "calibrated.toml")}.items():
+            with open(self.path(name), "w", encoding="utf-8") as file:
                 file.write(text)
-        self.must(["run", self.of("profile.toml"), "--rig", self.of("rig.toml"), "--out", self.of("finished.db")])
-        self.must(["export", self.of("finished.db"), "--out", self.of("finished.csv")])
-        self.must(["import", self.of("table.csv"), "--map", self.of("map.toml"), "--out", self.of("table.db")])
-        self.must(["train", self.of("table.db"), "--method", "linear", "--inputs", "A-B,A", "--folds", "blocks",
-                   "--out", self.of("linear.json")])
-        self.must(["train", self.of("table.db"), "--inputs", "A-B,A", "--folds", "blocks", "--quick", "--out",
-                   self.of("svr.json")])
-        self.leave_unfinished()
-        with open(self.of("finished.csv"), "rb") as file:
+        self.must(["run", self.path("profile.toml"), "--rig", self.path("rig.toml"), "--out", self.path("finished.db")])
+        self.must(["export", self.path("finished.db"), "--out", self.path("finished.csv")])
+        self.must(["import", self.path("table.csv"), "--map", self.path("map.toml"), "--out", self.path("table.db")])
+        self.must(["train", self.path("table.db"), "--method", "linear", "--inputs", "A-B,A", "--folds", "blocks",
+                   "--out", self.path("linear.json")])
+        self.must(["train", self.path("table.db"), "--inputs", "A-B,A", "--folds", "blocks", "--quick", "--out",
+                   self.path("svr.json")])
+        self.make_unfinished_run()
+        with open(self.path("finished.csv"), "rb") as file:
             self.finished_rows = file.read()
 
-    def leave_unfinished(self):
-        """Makes a run that was killed with its last thousand rows in the log, not yet folded in."""
+    def make_unfinished_run(self):
+        """Makes a record of a killed run whose last thousand rows are only in the write-ahead log."""
         with open(os.devnull, "w") as nowhere:
-            child = subprocess.Popen([self.program, "run", self.of("long.toml"), "--rig", self.of("rig.toml"), "--json",
-                                      "--quiet", "--out", self.of("unfinished.db")], stdout=subprocess.PIPE,
+            child = subprocess.Popen([self.program, "run", self.path("long.toml"), "--rig", self.path("rig.toml"),
+                                      "--json", "--quiet", "--out", self.path("unfinished.db")], stdout=subprocess.PIPE,
                                      stderr=nowhere)
             child.stdout.readline()
             child.kill()
             child.wait()
-        subprocess.run([sys.executable, "-c", MOVE_TO_LOG, self.of("unfinished.db")], check=True)
-        if not os.path.getsize(self.of("unfinished.db-wal")):
-            sys.exit("the run that was killed left no log")
+        subprocess.run([sys.executable, "-c", MOVE_TO_LOG, self.path("unfinished.db")], check=True)
+        if not os.path.getsize(self.path("unfinished.db-wal")):
+            sys.exit("the killed run has no write-ahead log")
 
 
 def listing(folder):
-    """Returns every name with its content. Requested output goes into out/."""
+    """Returns attributes and content of every file in the folder, except out/, which contains requested output."""
     found = {}
     for root, folders, files in os.walk(folder):
         if root == folder and "out" in folders:
@@ -194,51 +194,52 @@ def listing(folder):
 
 
 class Input:
-    """One hostile input in a folder of its own, and the commands on it."""
+    """Hostile input in its own folder. Checks how the program handles it."""
 
     def __init__(self, laboratory, number, seed):
         self.laboratory, self.number = laboratory, number
         self.random = random.Random("%d %d" % (seed, number))
         self.folder = os.path.join(laboratory.folder, "input-%d" % number)
-        self.complaints = []
+        self.failures = []
         os.mkdir(self.folder)
-        os.mkdir(self.of("out"))
+        os.mkdir(self.path("out"))
         self.put("precious", b"precious\0")
 
-    def of(self, name):
+    def path(self, name):
         return os.path.join(self.folder, name)
 
     def put(self, name, content):
-        with open(self.of(name), "wb") as file:
+        with open(self.path(name), "wb") as file:
             file.write(content if isinstance(content, bytes) else content.encode())
-        return self.of(name)
+        return self.path(name)
 
     def copy(self, *names):
         for name in names:
-            if os.path.exists(self.laboratory.of(name)):
-                shutil.copy2(self.laboratory.of(name), self.of(name))
-        return self.of(names[0])
+            if os.path.exists(self.laboratory.path(name)):
+                shutil.copy2(self.laboratory.path(name), self.path(name))
+        return self.path(names[0])
 
-    def complain(self, what):
-        self.complaints.append(what)
+    def report_failure(self, what):
+        self.failures.append(what)
 
     def expect(self, codes, *arguments, memory_mb=None, stdin=None, patience_s=None):
-        """Runs the program on it. The exit code is one of `codes`, and the messages cannot control a terminal."""
+        """Runs the program. Requires an exit code in `codes`, a message if it refuses, output without control
+        characters, bounded memory, and no change of files outside out/."""
         before = listing(self.folder)
         ran = self.laboratory.run(list(arguments), patience_s=patience_s, cwd=self.folder, stdin=stdin)
-        told = "%s -> %s in %.2f s, %.0f MB: %r" % (" ".join(arguments), ran.code, ran.seconds, ran.memory_mb,
+        description = "%s -> %s in %.2f s, %.0f MB: %r" % (" ".join(arguments), ran.code, ran.seconds, ran.memory_mb,
                                                     ran.err[:300])
         if ran.code not in codes:
-            self.complain("expected %s: %s" % (" or ".join(map(str, codes)), told))
+            self.report_failure("expected %s: %s" % (" or ".join(map(str, codes)), description))
         if memory_mb and not self.laboratory.sanitized and ran.memory_mb > memory_mb:
-            self.complain("more than %d MB: %s" % (memory_mb, told))
+            self.report_failure("more than %d MB: %s" % (memory_mb, description))
         if ran.code == WRONG_FILE and not re.search(rb"gyrotherm(-[a-z]+)?: ", ran.err):
-            self.complain("refused without a message: " + told)
+            self.report_failure("refused without a message: " + description)
         for stream in (ran.out, ran.err):
             if any((byte < 32 and byte not in b"\n\t") or byte == 127 for byte in stream):
-                self.complain("controls in what it says: " + told)
+                self.report_failure("control characters in the output: " + description)
         after = listing(self.folder)
         if after != before:
             changed = sorted(name for name in before.keys() | after.keys() if before.get(name) != after.get(name))
-            self.complain("touched %s: %s" % (", ".join(changed), told))
+            self.report_failure("changed %s: %s" % (", ".join(changed), description))
         return ran

@@ -7,14 +7,14 @@ import sqlite3
 import struct
 
 from laboratory import DONE, WRONG_FILE
-from spoil import spoiled
+from damage import flip_bits
 
 
-def read_every_way(one, path, codes):
+def try_every_reader(one, path, codes):
     one.expect(codes, "status", path)
     one.expect(codes, "status", path, "--json")
     one.expect(codes, "status", "--verify", path)
-    one.expect(codes, "export", path, "--out", one.of("out/x.csv"))
+    one.expect(codes, "export", path, "--out", one.path("out/x.csv"))
 
 
 def flipped_record(one):
@@ -23,57 +23,57 @@ def flipped_record(one):
     path = one.copy("finished.db", *(["finished.db.sha256"] if with_manifest else []))
     with open(path, "rb") as file:
         content = file.read()
-    one.put("finished.db", spoiled(draw, content))
+    one.put("finished.db", flip_bits(draw, content))
     read = [WRONG_FILE] if with_manifest else [DONE, WRONG_FILE]
     one.expect([DONE, WRONG_FILE], "status", path)
     one.expect(read, "status", "--verify", path)
-    exported = one.expect(read, "export", path, "--out", one.of("out/x.csv"))
+    exported = one.expect(read, "export", path, "--out", one.path("out/x.csv"))
     if exported.code == DONE:
-        with open(one.of("out/x.csv"), "rb") as file:
+        with open(one.path("out/x.csv"), "rb") as file:
             if file.read() != laboratory.finished_rows:
-                one.complain("other rows than were written passed for verified")
-    one.expect([DONE, WRONG_FILE], "export", "--unverified", path, "--out", one.of("out/y.csv"))
+                one.report_failure("rows that differ from the written ones were verified")
+    one.expect([DONE, WRONG_FILE], "export", "--unverified", path, "--out", one.path("out/y.csv"))
 
 
 def cut_record(one):
     path = one.copy("finished.db", *(["finished.db.sha256"] if one.random.randrange(2) else []))
     os.truncate(path, one.random.randrange(os.path.getsize(path)))
-    read_every_way(one, path, [WRONG_FILE])
+    try_every_reader(one, path, [WRONG_FILE])
 
 
 def flipped_log(one):
     path = one.copy("unfinished.db", "unfinished.db-wal", "unfinished.db.status")
     with open(path + "-wal", "rb") as file:
         content = file.read()
-    one.put("unfinished.db-wal", spoiled(one.random, content, most=10))
-    read_every_way(one, path, [DONE, WRONG_FILE])
+    one.put("unfinished.db-wal", flip_bits(one.random, content, most=10))
+    try_every_reader(one, path, [DONE, WRONG_FILE])
 
 
 def cut_log(one):
-    """Lost acknowledged rows are reported, wherever the log ends. So is a file into which the log was being folded,
-    which is not a database without it."""
+    """Log that is cut at a random position. If acknowledged rows are lost, the program must report it. It must also
+    report a database that was being checkpointed and is not readable without its log."""
     path = one.copy("unfinished.db", "unfinished.db-wal", "unfinished.db.status")
     whole = json.loads(one.expect([DONE], "status", "--json", path).out)["acknowledged"]
     os.truncate(path + "-wal", one.random.randrange(os.path.getsize(path + "-wal")))
     shown = one.expect([DONE, WRONG_FILE], "status", "--json", path)
     left = json.loads(shown.out)["acknowledged"] if shown.code == DONE else -1
-    told = json.loads(open(path + ".status").read())["acknowledged"]
-    one.expect([WRONG_FILE] if left < told else [DONE], "status", "--verify", path)
-    one.expect([WRONG_FILE] if left < told else [DONE], "export", path, "--out", one.of("out/x.csv"))
+    description = json.loads(open(path + ".status").read())["acknowledged"]
+    one.expect([WRONG_FILE] if left < description else [DONE], "status", "--verify", path)
+    one.expect([WRONG_FILE] if left < description else [DONE], "export", path, "--out", one.path("out/x.csv"))
     if left > whole:
-        one.complain("a log that was cut holds more than before")
+        one.report_failure("the cut log contains more rows than before")
 
 
 def resumed_after_damage(one):
-    """A resume writes only the record itself. It may take as long as the run."""
+    """Damaged record that is resumed. The resume must write only the record, and may take as long as the run."""
     one.copy("unfinished.db", "unfinished.db-wal", "unfinished.db.status")
     victim = one.random.choice(["unfinished.db", "unfinished.db-wal"])
-    with open(one.of(victim), "rb") as file:
+    with open(one.path(victim), "rb") as file:
         content = file.read()
-    one.put(victim, spoiled(one.random, content, most=5))
+    one.put(victim, flip_bits(one.random, content, most=5))
     for name in ("unfinished.db", "unfinished.db-wal", "unfinished.db.status"):
-        os.rename(one.of(name), one.of("out/" + name))
-    one.expect([DONE, WRONG_FILE], "resume", one.of("out/unfinished.db"), patience_s=60)
+        os.rename(one.path(name), one.path("out/" + name))
+    one.expect([DONE, WRONG_FILE], "resume", one.path("out/unfinished.db"), patience_s=60)
 
 
 EDITS = [
@@ -106,7 +106,7 @@ EDITS = [
 
 
 def edited_record(one):
-    """Nothing in a record is executed, and changed content is not accepted as original."""
+    """Record whose database was edited. Nothing in it may be executed, and the changed content must not be verified."""
     name = one.random.choice(["finished.db", "unfinished.db"])
     path = one.copy(name, name + "-wal")
     for statement in one.random.choice(EDITS):
@@ -116,14 +116,14 @@ def edited_record(one):
     one.expect([DONE, WRONG_FILE], "status", path)
     one.expect([DONE, WRONG_FILE], "status", path, "--json")
     one.expect([WRONG_FILE], "status", "--verify", path)
-    one.expect([WRONG_FILE], "export", path, "--out", one.of("out/x.csv"))
-    one.expect([DONE, WRONG_FILE], "export", "--unverified", path, "--out", one.of("out/y.csv"))
-    shutil.copy2(path, one.of("out/r.db"))
-    one.expect([2, WRONG_FILE], "resume", one.of("out/r.db"))
+    one.expect([WRONG_FILE], "export", path, "--out", one.path("out/x.csv"))
+    one.expect([DONE, WRONG_FILE], "export", "--unverified", path, "--out", one.path("out/y.csv"))
+    shutil.copy2(path, one.path("out/r.db"))
+    one.expect([2, WRONG_FILE], "resume", one.path("out/r.db"))
 
 
 def hot_journal(path, super_journal):
-    """The journal of an interrupted transaction, which names another journal."""
+    """Returns the journal of an interrupted transaction. It names `super_journal` unless that is empty."""
     other = path + ".other"
     shutil.copy2(path, other)
     writer = sqlite3.connect(other, isolation_level=None)
@@ -145,14 +145,14 @@ def hot_journal(path, super_journal):
     return journal
 
 
-def journal_beside(one):
+def journal_next_to_record(one):
     draw = one.random
     path = one.copy(draw.choice(["finished.db", "table.db"]))
     journal = path + "-journal"
     kind = draw.randrange(6)
     if kind <= 2:
         with open(journal, "wb") as file:
-            file.write(hot_journal(path, one.of("precious") if kind > 0 else ""))
+            file.write(hot_journal(path, one.path("precious") if kind > 0 else ""))
     elif kind == 3:
         with open(journal, "wb") as file:
             file.write(bytes(draw.randrange(256) for _ in range(draw.randrange(2000))))
@@ -160,31 +160,31 @@ def journal_beside(one):
         os.symlink(draw.choice(["precious", "nowhere"]), journal)
     else:
         os.mkfifo(journal)
-    read_every_way(one, path, [WRONG_FILE])
-    one.expect([WRONG_FILE], "verify", one.laboratory.of("linear.json"), path)
+    try_every_reader(one, path, [WRONG_FILE])
+    one.expect([WRONG_FILE], "verify", one.laboratory.path("linear.json"), path)
 
 
 def emptied_record(one):
-    """A reader that finds the record empty does not change its log."""
+    """Empty or truncated database with a log. A reader must not change the log."""
     path = one.copy("unfinished.db", "unfinished.db-wal", "unfinished.db.status")
     os.truncate(path, one.random.choice([0, 1, 99, 100, 511, 4096]))
-    read_every_way(one, path, [DONE, WRONG_FILE])
+    try_every_reader(one, path, [DONE, WRONG_FILE])
 
 
-def no_record(one):
+def not_a_record(one):
     draw = one.random
     path = one.put("r.db", draw.choice([b"", b"SQLite format 3\0", b"x" * 5000,
                                         bytes(draw.randrange(256) for _ in range(4096)),
                                         b"SQLite format 3\0" + bytes(draw.randrange(256) for _ in range(8176))]))
     if draw.randrange(2):
         one.copy("unfinished.db-wal")
-        os.rename(one.of("unfinished.db-wal"), path + "-wal")
-    read_every_way(one, path, [WRONG_FILE])
+        os.rename(one.path("unfinished.db-wal"), path + "-wal")
+    try_every_reader(one, path, [WRONG_FILE])
 
 
-def strange_name(one):
+def unusual_name(one):
     name = one.random.choice(["a?b.db", "a%41.db", "#.db", "file:r.db?mode=rwc", "a&b.db", "é.db", "a b.db", "a'b.db"])
     one.copy("unfinished.db", "unfinished.db-wal")
     for suffix in ("", "-wal"):
-        os.rename(one.of("unfinished.db" + suffix), one.of(name + suffix))
-    read_every_way(one, one.of(name), [DONE])
+        os.rename(one.path("unfinished.db" + suffix), one.path(name + suffix))
+    try_every_reader(one, one.path(name), [DONE])

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Passes hostile files to the program. Each is either read or refused with one message, within seconds and bounded
-memory, and no other file is touched.
+"""Passes hostile files to the program. It must read each or refuse it with one message, within seconds and bounded
+memory, and must not change any other file.
 
     run.py PROGRAM SOURCE [--count N] [--first N] [--seed N] [--sanitized] [--keep DIR]
 
-Each input is drawn from its own seed, so that a failing one comes again with --first NUMBER --count 1."""
+Each input has its own seed, so --first NUMBER --count 1 reproduces a failing one."""
 import argparse
 import collections
 import concurrent.futures
@@ -20,25 +20,25 @@ import sys
 import time
 
 from laboratory import Input, Laboratory
-from neighbours import file_beside, links_beside, pipe_beside, something_else
-from records import (cut_log, cut_record, edited_record, emptied_record, flipped_log, flipped_record, journal_beside,
-                     no_record, resumed_after_damage, strange_name)
+from neighbours import damaged_file_next_to_record, foreign_links, pipe_next_to_record, special_file
+from records import (cut_log, cut_record, edited_record, emptied_record, flipped_log, flipped_record,
+                     journal_next_to_record, not_a_record, resumed_after_damage, unusual_name)
 from tables import hostile_model, hostile_table
-from texts import text_in_a_record, toml_bomb, toml_mutation
+from texts import hostile_text_in_record, toml_bomb, toml_mutation
 
-# Shares in percent.
-KINDS = [(toml_mutation, 16), (toml_bomb, 10), (text_in_a_record, 2), (flipped_record, 12), (cut_record, 3),
-         (flipped_log, 5), (cut_log, 4), (resumed_after_damage, 3), (edited_record, 9), (journal_beside, 5),
-         (emptied_record, 1), (no_record, 2), (strange_name, 1), (links_beside, 4), (something_else, 8),
-         (pipe_beside, 2), (file_beside, 3), (hostile_model, 6), (hostile_table, 4)]
+# Makers of inputs and their shares in percent.
+KINDS = [(toml_mutation, 16), (toml_bomb, 10), (hostile_text_in_record, 2), (flipped_record, 12), (cut_record, 3),
+         (flipped_log, 5), (cut_log, 4), (resumed_after_damage, 3), (edited_record, 9), (journal_next_to_record, 5),
+         (emptied_record, 1), (not_a_record, 2), (unusual_name, 1), (foreign_links, 4), (special_file, 8),
+         (pipe_next_to_record, 2), (damaged_file_next_to_record, 3), (hostile_model, 6), (hostile_table, 4)]
 
 
 def pipes(folder, names):
     return [name for name in names if stat.S_ISFIFO(os.lstat(os.path.join(folder, name)).st_mode)]
 
 
-def carry_out(laboratory, number, seed, keep):
-    """Distributes the kinds evenly, so that any range of inputs has all of them."""
+def run_input(laboratory, number, seed, keep):
+    """Makes and checks one input. Spreads the kinds evenly, so any range of inputs has all of them."""
     turns = [kind for kind, share in KINDS for _ in range(share)]
     random.Random(seed).shuffle(turns)
     kind = turns[number % len(turns)]
@@ -47,12 +47,12 @@ def carry_out(laboratory, number, seed, keep):
     try:
         kind(one)
     except (OSError, sqlite3.Error, json.JSONDecodeError, UnicodeDecodeError) as error:
-        one.complain("the input could not be made or judged: %r" % error)
-    if one.complaints and keep:
+        one.report_failure("the input could not be made or checked: %r" % error)
+    if one.failures and keep:
         shutil.copytree(one.folder, os.path.join(keep, "input-%d" % number), symlinks=True, dirs_exist_ok=True,
                         ignore=pipes)
     shutil.rmtree(one.folder)
-    return number, kind.__name__, one.complaints, time.monotonic() - began
+    return number, kind.__name__, one.failures, time.monotonic() - began
 
 
 def main():
@@ -62,8 +62,8 @@ def main():
     parser.add_argument("--count", type=int, default=200)
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--seed", type=int, default=16)
-    parser.add_argument("--sanitized", action="store_true", help="the program is slow and large")
-    parser.add_argument("--keep", help="where the inputs that failed are left")
+    parser.add_argument("--sanitized", action="store_true", help="permit the time and memory of a sanitized program")
+    parser.add_argument("--keep", help="copy the inputs that failed to this folder")
     options = parser.parse_args()
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     if not options.sanitized:
@@ -73,13 +73,13 @@ def main():
     try:
         with concurrent.futures.ThreadPoolExecutor(2) as pool:
             numbers = range(options.first, options.first + options.count)
-            for number, kind, complaints, seconds in pool.map(
-                    lambda n: carry_out(laboratory, n, options.seed, options.keep), numbers):
+            for number, kind, failures, seconds in pool.map(
+                    lambda n: run_input(laboratory, n, options.seed, options.keep), numbers):
                 times[kind] += seconds
                 counts[kind] += 1
-                failed += 1 if complaints else 0
-                for complaint in complaints:
-                    print("%d %s: %s" % (number, kind, complaint), flush=True)
+                failed += 1 if failures else 0
+                for failure in failures:
+                    print("%d %s: %s" % (number, kind, failure), flush=True)
     finally:
         shutil.rmtree(laboratory.folder, ignore_errors=True)
     for kind, count in counts.most_common():

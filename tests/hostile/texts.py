@@ -4,36 +4,36 @@ import os
 import sqlite3
 
 from laboratory import DONE, PROFILE, TOML_MEMORY_MB, WRONG_FILE
-from spoil import mutated
+from damage import mutate_text
 
 
 def toml_mutation(one):
     draw, laboratory = one.random, one.laboratory
     read = [DONE, WRONG_FILE]
     kind = draw.choice(["profile", "rig", "map", "chamber", "stream", "gyro"])
-    text = laboratory.text_of(laboratory.of(("map" if kind == "map" else kind) + ".toml"))
-    path = one.put(kind + ".toml", mutated(draw, text))
+    text = laboratory.read_text(laboratory.path(("map" if kind == "map" else kind) + ".toml"))
+    path = one.put(kind + ".toml", mutate_text(draw, text))
     if kind == "profile":
-        one.expect(read, "check", path, "--rig", laboratory.of("rig.toml"), memory_mb=TOML_MEMORY_MB)
+        one.expect(read, "check", path, "--rig", laboratory.path("rig.toml"), memory_mb=TOML_MEMORY_MB)
     elif kind == "rig":
         one.expect(read, "check", "--rig", path, memory_mb=TOML_MEMORY_MB)
     elif kind == "map":
-        one.expect(read, "import", laboratory.of("table.csv"), "--map", path, "--out", one.of("out/t.db"),
+        one.expect(read, "import", laboratory.path("table.csv"), "--map", path, "--out", one.path("out/t.db"),
                    memory_mb=TOML_MEMORY_MB)
     elif kind == "gyro":
-        one.expect([WRONG_FILE], "thermal", "--gyro", path + ".absent", "--out", one.of("out/image"))
+        one.expect([WRONG_FILE], "thermal", "--gyro", path + ".absent", "--out", one.path("out/image"))
     else:
-        rig = laboratory.text_of(laboratory.of("mixed.toml"))
+        rig = laboratory.read_text(laboratory.path("mixed.toml"))
         name = {"chamber": "chambers/watlow_f4t", "stream": "gyro-streams/kvh-17xx-a"}[kind]
         rig = one.put("rig.toml", rig.replace("%s/profiles/%s.toml" % (laboratory.source, name), path))
         one.expect(read, "check", "--rig", rig, memory_mb=TOML_MEMORY_MB)
 
 
 def bomb(draw):
-    """Returns a text that every reader refuses."""
+    """Returns a text that every reader must refuse, because it is invalid or too expensive to read."""
     many = lambda least, most: int(least * (most / least) ** draw.random())
     key = lambda parts: ".".join(["a"] * parts)
-    kinds = [
+    variants = [
         lambda: key(many(40, 100_000)) + " = 1\n",
         lambda: "[" + key(many(40, 100_000)) + "]\n",
         lambda: "a = " + "[" * many(40, 1_000_000),
@@ -55,7 +55,7 @@ def bomb(draw):
         lambda: PROFILE + '[[segment]]\nkind = "hold"\nat = 20\ntime = "1 s"\n' * many(25_000, 80_000),
         lambda: b"\xff\xfe" * many(10, 100_000),
     ]
-    return draw.choice(kinds)()
+    return draw.choice(variants)()
 
 
 def toml_bomb(one):
@@ -66,18 +66,18 @@ def toml_bomb(one):
     if reader == 0:
         one.expect([WRONG_FILE], "check", "--rig", path, memory_mb=TOML_MEMORY_MB)
     elif reader == 1:
-        one.expect([WRONG_FILE], "import", laboratory.of("table.csv"), "--map", path, "--out", one.of("out/t.db"),
+        one.expect([WRONG_FILE], "import", laboratory.path("table.csv"), "--map", path, "--out", one.path("out/t.db"),
                    memory_mb=TOML_MEMORY_MB)
     elif reader == 2:
-        rig = laboratory.text_of(laboratory.of("mixed.toml"))
+        rig = laboratory.read_text(laboratory.path("mixed.toml"))
         rig = rig.replace("%s/profiles/chambers/watlow_f4t.toml" % laboratory.source, path)
         one.expect([WRONG_FILE], "check", "--rig", one.put("rig.toml", rig), memory_mb=TOML_MEMORY_MB)
     else:
-        one.expect([WRONG_FILE], "thermal", "--gyro", path, "--out", one.of("out/image"), memory_mb=TOML_MEMORY_MB)
+        one.expect([WRONG_FILE], "thermal", "--gyro", path, "--out", one.path("out/image"), memory_mb=TOML_MEMORY_MB)
 
 
-def text_in_a_record(one):
-    """A record with malicious texts is not resumed."""
+def hostile_text_in_record(one):
+    """Record with a malicious text. It must not be resumed."""
     laboratory = one.laboratory
     path = one.copy("unfinished.db", "unfinished.db-wal", "unfinished.db.status")
     name = one.random.choice(["profile_text", "rig_text", "chamber_map_text", "gyro_model_text"])
@@ -86,5 +86,5 @@ def text_in_a_record(one):
         database.execute("UPDATE meta SET value = ? WHERE key = ?",
                          (content if isinstance(content, bytes) else content[:3_000_000], name))
     database.close()
-    os.rename(path, one.of("out/u.db"))
-    one.expect([WRONG_FILE], "resume", one.of("out/u.db"))
+    os.rename(path, one.path("out/u.db"))
+    one.expect([WRONG_FILE], "resume", one.path("out/u.db"))

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Damages valid bytes."""
 
-def spoiled(draw, content, most=3):
-    """Changes some bytes."""
+def flip_bits(draw, content, most=3):
+    """Returns the content with one to `most` random bits inverted."""
     content = bytearray(content)
     for _ in range(1 + draw.randrange(most)):
         if content:
@@ -18,8 +18,8 @@ TOKENS = ["=", "[", "]", "[[", "]]", "{", "}", '"', "'", '"""', "'''", "\\", "#"
           '"/proc/self/mem"', "\xff"]
 
 
-def mutated(draw, text):
-    """Removes, inserts, doubles or exchanges pieces of a text."""
+def mutate_text(draw, text):
+    """Returns the text with pieces removed, inserted, repeated or replaced."""
     content = text.encode()
     for _ in range(1 + draw.randrange(4)):
         at, kind = draw.randrange(len(content) + 1), draw.randrange(6)

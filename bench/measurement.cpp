@@ -13,7 +13,7 @@
 namespace gyrotherm::bench {
 namespace {
 
-double seconds_of(clockid_t clock) {
+double read_seconds(clockid_t clock) {
   timespec now{};
   clock_gettime(clock, &now);
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
@@ -29,9 +29,9 @@ void print_figure(const std::string& name, std::optional<double> value, Goal goa
   std::fflush(stdout);
 }
 
-double thread_seconds() { return seconds_of(CLOCK_THREAD_CPUTIME_ID); }
+double thread_seconds() { return read_seconds(CLOCK_THREAD_CPUTIME_ID); }
 
-double wall_seconds() { return seconds_of(CLOCK_MONOTONIC); }
+double wall_seconds() { return read_seconds(CLOCK_MONOTONIC); }
 
 double median(std::vector<double> values) {
   assert(!values.empty());

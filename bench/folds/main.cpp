@@ -39,14 +39,14 @@ Result<Record> load(const std::string& path) {
   return Record{std::move(*dataset), std::move(*clusters)};
 }
 
-/// Returns the clusters in rows from … end − 1.
-Record stretch(const Record& record, Eigen::Index from, Eigen::Index end) {
+/// Returns the record with only the clusters in the rows `from` … `end` − 1.
+Record select_clusters(const Record& record, Eigen::Index from, Eigen::Index end) {
   std::vector<Eigen::Index> rows(static_cast<std::size_t>(end - from));
   std::iota(rows.begin(), rows.end(), from);
   return {record.dataset, pick(record.clusters, rows)};
 }
 
-data::FoldPlan at_random(Eigen::Index rows, std::uint64_t seed) {
+data::FoldPlan random_folds(Eigen::Index rows, std::uint64_t seed) {
   constexpr int kFolds = 10;
   std::vector<Eigen::Index> order(static_cast<std::size_t>(rows));
   std::iota(order.begin(), order.end(), Eigen::Index{0});
@@ -80,7 +80,7 @@ Result<void> print_row(const Record& record, const std::vector<Record>& unseen, 
     fmt::print("  {} {:.4g}", chosen.name, chosen.value);
   fmt::print("  {:.1f} s\n", took.count());
   if (!model->nested_leave_cycle_out) return {};
-  show("  the same, nested", *model->nested_leave_cycle_out, unseen_rmse);
+  show("  nested", *model->nested_leave_cycle_out, unseen_rmse);
   fmt::print("\n");
   return {};
 }
@@ -90,8 +90,8 @@ Result<void> compare(const Options& options) {
   if (!record) return failure(record.error());
   std::vector<Record> unseen;
   if (const Eigen::Index all = record->clusters.start_s.size(); options.first > 0 && options.first < all) {
-    unseen.push_back(stretch(*record, options.first, all));
-    *record = stretch(*record, 0, options.first);
+    unseen.push_back(select_clusters(*record, options.first, all));
+    *record = select_clusters(*record, 0, options.first);
   }
   if (!options.unseen.empty()) {
     auto other = load(options.unseen);
@@ -109,7 +109,7 @@ Result<void> compare(const Options& options) {
   fmt::print("{:<52} {:>9} {:>9} {:>9} {:>9}  chosen\n", "°/h", "in-sample", "held STD", "held RMSE", "unseen");
 
   model::TrainingOptions shuffled = training;
-  shuffled.fold_plan = at_random(record->clusters.start_s.size(), options.seed);
+  shuffled.fold_plan = random_folds(record->clusters.start_s.size(), options.seed);
   if (const auto shown = print_row(*record, unseen, shuffled); !shown) return shown;
   training.nested = true;
   training.folds = {.kind = data::FoldKind::blocks, .blocks = options.blocks, .guard_minutes = 0};
@@ -128,7 +128,7 @@ Result<void> compare(const Options& options) {
 
 int main(int argc, char** argv) {
   gyrotherm::bench::Options options;
-  CLI::App cli("Holds out clusters of a record in every way, and prints what each says.");
+  CLI::App cli("Compares methods of holding out data on one record.");
   cli.add_option("run", options.run)->required();
   cli.add_option("--verify", options.unseen, "a run for the error on unseen data");
   cli.add_option("--first", options.first, "use only the first N clusters; the remaining ones are unseen");

@@ -31,21 +31,21 @@ void expect(bool done, sqlite3* database) {
 using Database = std::unique_ptr<sqlite3, decltype(&sqlite3_close)>;
 using Query = std::unique_ptr<sqlite3_stmt, decltype(&sqlite3_finalize)>;
 
-Database open_alone(const std::string& path) {
+Database open_plain_database(const std::string& path) {
   sqlite3* opened = nullptr;
   const bool done = sqlite3_open(path.c_str(), &opened) == SQLITE_OK;
   expect(done, opened);
   return {opened, &sqlite3_close};
 }
 
-Query prepare(const Database& database, const std::string& words) {
+Query prepare(const Database& database, const std::string& sql) {
   sqlite3_stmt* prepared = nullptr;
-  expect(sqlite3_prepare_v2(database.get(), words.c_str(), -1, &prepared, nullptr) == SQLITE_OK, database.get());
+  expect(sqlite3_prepare_v2(database.get(), sql.c_str(), -1, &prepared, nullptr) == SQLITE_OK, database.get());
   return {prepared, &sqlite3_finalize};
 }
 
-void execute(const Database& database, const std::string& words) {
-  expect(sqlite3_exec(database.get(), words.c_str(), nullptr, nullptr, nullptr) == SQLITE_OK, database.get());
+void execute(const Database& database, const std::string& sql) {
+  expect(sqlite3_exec(database.get(), sql.c_str(), nullptr, nullptr, nullptr) == SQLITE_OK, database.get());
 }
 
 /// Returns the processor seconds of reading every value of every row.
@@ -110,13 +110,13 @@ int run(const std::filesystem::path& folder) {
 
   const auto peer = (folder / "peer.db").string();
   std::filesystem::remove(peer);
-  const auto database = open_alone(path);
-  const double alone_read_s = measure_reading(database);
-  const double alone_write_s = measure_copying(database, peer) - alone_read_s;
+  const auto database = open_plain_database(path);
+  const double plain_read_s = measure_reading(database);
+  const double plain_write_s = measure_copying(database, peer) - plain_read_s;
   print_figure("append, µs per row", appended_s * 1e6 / kSlots, at_most(5), whole);
   print_figure("read, s", read_s, at_most(1), whole);
-  print_figure("append, relative to plain SQLite", appended_s / alone_write_s, at_most(4), whole);
-  print_figure("read, relative to plain SQLite", read_s / alone_read_s, at_most(4), whole);
+  print_figure("append, relative to plain SQLite", appended_s / plain_write_s, at_most(4), whole);
+  print_figure("read, relative to plain SQLite", read_s / plain_read_s, at_most(4), whole);
   return 0;
 }
 

@@ -16,7 +16,7 @@ namespace gyrotherm::bench {
 namespace {
 
 /// Predicts a unit's random run with `ridge-u` trained on its ramp run.
-Result<Eigen::VectorXd> predicted_by_ridge(const VirtualUnit& unit, const std::vector<data::Term>& terms) {
+Result<Eigen::VectorXd> predict_with_ridge(const VirtualUnit& unit, const std::vector<data::Term>& terms) {
   const auto inputs = evaluate(terms, unit.rate.clusters), used = evaluate(terms, unit.random.clusters);
   const auto covariance =
       data::input_covariance(terms, unit.rate.clusters, model::thermometers_in_use(unit.rate.dataset).uncertainty_k);
@@ -65,7 +65,7 @@ Result<void> measure_correlation(const std::vector<VirtualUnit>& units, const st
   if (!plan) return failure(plan.error());
   std::vector<Eigen::VectorXd> unexplained, noise, misfit;
   for (const VirtualUnit& unit : units) {
-    const auto predicted = predicted_by_ridge(unit, plan->fixed);
+    const auto predicted = predict_with_ridge(unit, plan->fixed);
     if (!predicted) return failure(predicted.error());
     const Eigen::VectorXd& measured = unit.random.clusters.bias_deg_per_h;
     unexplained.push_back(measured - *predicted);

@@ -18,7 +18,7 @@ Result<void> measure_folder(const std::string& folder, int count, const std::str
   return measure_units(*units, inputs);
 }
 
-int main_of(int argc, char** argv) {
+int run_program(int argc, char** argv) {
   std::string folder, inputs = "seven-point,A";
   int count = 12;
   CLI::App app{"Shared learning: units of one type, and axes whose unexplained parts correlate."};
@@ -39,4 +39,4 @@ int main_of(int argc, char** argv) {
 }  // namespace
 }  // namespace gyrotherm::bench
 
-int main(int argc, char** argv) { return gyrotherm::bench::main_of(argc, argv); }
+int main(int argc, char** argv) { return gyrotherm::bench::run_program(argc, argv); }

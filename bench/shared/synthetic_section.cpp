@@ -91,10 +91,10 @@ Result<void> print_gaps() {
       held.push_back(draw->held);
       found.push_back(draw->p_all < 0.05 ? 1 : 0);
     }
-    const auto difference = with_error(less);
+    const auto difference = mean_with_error(less);
     fmt::print("| {} | {:.0f} % | {:.2f} | {:.2f} | {:+.2f} ± {:.2f} | {:.0f} % |\n", correlation,
-               100 * with_error(found).mean, with_error(alone).mean, with_error(together).mean, difference.mean,
-               difference.error, 100 * with_error(held).mean);
+               100 * mean_with_error(found).mean, mean_with_error(alone).mean, mean_with_error(together).mean,
+               difference.mean, difference.error, 100 * mean_with_error(held).mean);
     std::fflush(stdout);
   }
   return {};
@@ -147,10 +147,10 @@ Result<void> print_planes() {
         less.push_back(draw->together - draw->separate);
         less_known.push_back(draw->known - draw->separate);
       }
-      const auto difference = with_error(less), of_known = with_error(less_known);
+      const auto difference = mean_with_error(less), of_known = mean_with_error(less_known);
       fmt::print("| {} | {} | {:.3f} | {:.3f} | {:+.4f} ± {:.4f} | {:.3f} | {:+.4f} ± {:.4f} |\n", correlation, rows,
-                 with_error(separate).mean, with_error(together).mean, difference.mean, difference.error,
-                 with_error(known).mean, of_known.mean, of_known.error);
+                 mean_with_error(separate).mean, mean_with_error(together).mean, difference.mean, difference.error,
+                 mean_with_error(known).mean, of_known.mean, of_known.error);
     }
   }
   return {};

@@ -157,10 +157,10 @@ constexpr std::array kFigures = {
     Figure{"share of errors within U, %", &MethodErrors::within_u, 100},
     Figure{"uncertainty from one year of thermometer drift (k = 1), 10⁻³ °/h", &MethodErrors::drift, 1000}};
 
-MeanWithError over_units(const std::vector<ByHour>& units, int hours, Method method, double MethodErrors::*value) {
+MeanWithError mean_over_units(const std::vector<ByHour>& units, int hours, Method method, double MethodErrors::*value) {
   std::vector<double> values;
   for (const ByHour& unit : units) values.push_back(unit[static_cast<std::size_t>(hours)][method].*value);
-  return with_error(values);
+  return mean_with_error(values);
 }
 
 void print_tables(const std::vector<ByHour>& units) {
@@ -170,10 +170,10 @@ void print_tables(const std::vector<ByHour>& units) {
     fmt::print("\n|---|");
     for ([[maybe_unused]] const int hours : kShownHours) fmt::print("---|");
     for (int method = 0; method < kMethods; ++method) {
-      if (std::isnan(over_units(units, kLastHour, static_cast<Method>(method), figure.value).mean)) continue;
+      if (std::isnan(mean_over_units(units, kLastHour, static_cast<Method>(method), figure.value).mean)) continue;
       fmt::print("\n| {} |", kMethodNames[static_cast<std::size_t>(method)]);
       for (const int hours : kShownHours) {
-        const auto found = over_units(units, hours, static_cast<Method>(method), figure.value);
+        const auto found = mean_over_units(units, hours, static_cast<Method>(method), figure.value);
         if (std::isnan(found.mean)) {
           fmt::print(" – |");
         } else {
@@ -199,7 +199,7 @@ void print_differences(const std::vector<ByHour>& units) {
         const auto& at = unit[static_cast<std::size_t>(hours)];
         differences.push_back(1000 * (at[kWithPrior].error - at[method].error));
       }
-      const auto found = with_error(differences);
+      const auto found = mean_with_error(differences);
       fmt::print(" {:+.2f} ± {:.2f} |", found.mean, found.error);
     }
   }
@@ -207,7 +207,7 @@ void print_differences(const std::vector<ByHour>& units) {
 }
 
 /// Returns the first hour from which on U without the prior is at most `wanted`, or the hour after the last one.
-int first_hour_with(const ByHour& unit, double wanted) {
+int first_hour_within(const ByHour& unit, double wanted) {
   int first = kLastHour + 1;
   for (; first > 1; --first)
     if (!(unit[static_cast<std::size_t>(first - 1)][kAlone].expanded <= wanted)) break;
@@ -225,11 +225,11 @@ SavedHours saved_hours_at_equal_u(const std::vector<ByHour>& units, int hours_wi
   SavedHours saved;
   std::vector<double> all;
   for (const ByHour& unit : units) {
-    const int first = first_hour_with(unit, unit[static_cast<std::size_t>(hours_with_prior)][kWithPrior].expanded);
+    const int first = first_hour_within(unit, unit[static_cast<std::size_t>(hours_with_prior)][kWithPrior].expanded);
     if (first > kLastHour) ++saved.never;
     all.push_back(first - hours_with_prior);
   }
-  saved.hours = with_error(all);
+  saved.hours = mean_with_error(all);
   return saved;
 }
 
@@ -241,7 +241,7 @@ int first_hour_as_good(const std::vector<ByHour>& units, Method method, int hour
     for (const ByHour& unit : units)
       more.push_back(unit[static_cast<std::size_t>(hours)][method].error -
                      unit[static_cast<std::size_t>(hours_with_prior)][kWithPrior].error);
-    const auto found = with_error(more);
+    const auto found = mean_with_error(more);
     if (found.mean <= 2 * found.error) return hours;
   }
   return -1;
@@ -267,7 +267,7 @@ void print_savings(const std::vector<ByHour>& units) {
   fmt::print("\n");
 }
 
-std::vector<population::UnitClusters> others_of(const std::vector<VirtualUnit>& units, std::size_t left_out) {
+std::vector<population::UnitClusters> other_units(const std::vector<VirtualUnit>& units, std::size_t left_out) {
   std::vector<population::UnitClusters> others;
   for (std::size_t i = 0; i < units.size(); ++i)
     if (i != left_out) others.push_back({units[i].name, {units[i].rate.clusters, units[i].random.clusters}});
@@ -287,7 +287,7 @@ Result<void> measure_units(const std::vector<VirtualUnit>& units, const std::str
       "\nPriors from the other units:\n\n| next unit | white, wander, 10⁻³ °/h | time of the wander, h | shrinkage of "
       "the correlations, equivalent units |\n|---|---|---|---|\n");
   for (std::size_t left_out = 0; left_out < units.size(); ++left_out) {
-    const auto others = others_of(units, left_out);
+    const auto others = other_units(units, left_out);
     const auto type = population::learn_type_prior(
         others, {.type = "virtual",
                  .terms = plan->fixed,

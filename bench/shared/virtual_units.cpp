@@ -22,7 +22,7 @@ Result<data::RecordedRun> load_run(const std::string& path) {
   return data::RecordedRun{std::move(*dataset), std::move(*clusters)};
 }
 
-Result<Eigen::VectorXd> truth_of(const data::RecordedRun& run) {
+Result<Eigen::VectorXd> simulate_true_bias(const data::RecordedRun& run) {
   const auto record = record::read_record(run.dataset.path);
   if (!record) return failure(record.error());
   const auto bias = true_bias(*record, run.dataset.path);
@@ -44,14 +44,14 @@ Result<std::vector<VirtualUnit>> load_units(const std::string& folder, int count
     auto rate = load_run(fmt::format("{}/rate-{}.db", folder, seed));
     auto random = load_run(fmt::format("{}/random-{}.db", folder, seed));
     if (!rate || !random) return failure(rate ? random.error() : rate.error());
-    auto truth = truth_of(*random);
+    auto truth = simulate_true_bias(*random);
     if (!truth) return failure(truth.error());
     units.push_back({fmt::format("seed {}", seed), std::move(*rate), std::move(*random), std::move(*truth)});
   }
   return units;
 }
 
-MeanWithError with_error(const std::vector<double>& values) {
+MeanWithError mean_with_error(const std::vector<double>& values) {
   const auto count = static_cast<double>(values.size());
   double sum = 0, squares = 0;
   for (const double value : values) sum += value;

@@ -28,7 +28,7 @@ struct VirtualUnit {
 struct MeanWithError {
   double mean{}, error{};
 };
-[[nodiscard]] MeanWithError with_error(const std::vector<double>& values);
+[[nodiscard]] MeanWithError mean_with_error(const std::vector<double>& values);
 
 [[nodiscard]] double root_mean_square(const Eigen::VectorXd& values);
 

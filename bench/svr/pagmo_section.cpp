@@ -104,7 +104,7 @@ Result<void> make_trace(const Bench& bench, const std::string& name, bool own) {
     return own ? evaluate_own(folds, parameters) : bench.peer.cross_validate(folds, parameters);
   };
   std::ignore = run_pagmo_job(fitness, [](const TracePosition& position) {
-    fmt::print("{}", line_of(position));
+    fmt::print("{}", trace_line(position));
     std::fflush(stdout);
   });
   return {};

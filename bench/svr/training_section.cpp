@@ -22,7 +22,7 @@ struct TrainingCase {
   int peer_runs;
 };
 
-std::array<TrainingCase, 3> cases_of(const SampleSet& set) {
+std::array<TrainingCase, 3> training_cases(const SampleSet& set) {
   const auto inputs = static_cast<double>(set.x.cols());
   return {{{"moderate", {.C = 1, .gamma = 1 / inputs, .epsilon = 0.1}, 20, 10, 3},
            {"hard", {.C = 100, .gamma = 0.1, .epsilon = 0.01}, 20, 20, 3},
@@ -60,14 +60,14 @@ struct PeerTrainingResult {
   Verdict verdict;
 };
 
-PeerTrainingResult train_peer(const LibsvmPeer& peer, const SampleSet& set, const TrainingCase& what) {
+PeerTrainingResult train_peer(const LibsvmPeer& peer, const SampleSet& set, const TrainingCase& training_case) {
   std::vector<double> times;
   PeerSolution solution;
-  for (int i = 0; i < what.peer_runs; ++i) {
-    solution = peer.train(set.x, set.y, what.parameters);
+  for (int i = 0; i < training_case.peer_runs; ++i) {
+    solution = peer.train(set.x, set.y, training_case.parameters);
     times.push_back(solution.seconds);
   }
-  return {median(times), assess_solution(set.x, set.y, what.parameters, solution.beta, solution.b)};
+  return {median(times), assess_solution(set.x, set.y, training_case.parameters, solution.beta, solution.b)};
 }
 
 constexpr double kWorse = 1e-4;
@@ -75,8 +75,8 @@ constexpr double kWorse = 1e-4;
 /// Returns the relative excess of the own dual objective D over the peer's; negative if `own` is better.
 double relative_excess(const Verdict& own, const Verdict& peer) { return (own.dual - peer.dual) / std::abs(peer.dual); }
 
-/// Returns true if the results are equal, the condition for comparing times.
-bool equal(const Verdict& own, const Verdict& peer) {
+/// Returns true if the results are are_equivalent, the condition for comparing times.
+bool are_equivalent(const Verdict& own, const Verdict& peer) {
   return own.feasible && relative_excess(own, peer) <= kWorse && own.gap <= kGap;
 }
 
@@ -90,27 +90,27 @@ std::string describe(const char* who, double seconds, const Verdict& v) {
 Result<void> measure_training(const Bench& bench, const std::string& name) {
   const auto set = load_sample_set(bench.data, name);
   if (!set) return failure(set.error());
-  for (const TrainingCase& what : cases_of(*set)) {
-    const std::string prefix = fmt::format("n={}: training {}", set->y.size(), what.name);
-    const auto own = train_own(*set, what.parameters);
+  for (const TrainingCase& training_case : training_cases(*set)) {
+    const std::string prefix = fmt::format("n={}: training {}", set->y.size(), training_case.name);
+    const auto own = train_own(*set, training_case.parameters);
     if (!own) print_progress(prefix + ": ours: " + text(own.error()));
     if (own)
       print_progress(fmt::format("{}: {}, with kernel set-up {:.5f} s", prefix,
                                  describe("ours", own->alone_s, own->verdict), own->with_set_up_s));
-    const PeerTrainingResult peer = train_peer(bench.peer, *set, what);
+    const PeerTrainingResult peer = train_peer(bench.peer, *set, training_case);
     print_progress(fmt::format("{}: {}", prefix, describe("LIBSVM", peer.seconds, peer.verdict)));
     std::optional<double> alone, with_set_up, gap, behind;
     if (own) alone = peer.seconds / own->alone_s;
     if (own) with_set_up = peer.seconds / own->with_set_up_s;
     if (own) gap = own->verdict.gap;
     if (own) behind = relative_excess(own->verdict, peer.verdict);
-    const bool same = own && equal(own->verdict, peer.verdict);
-    print_figure(prefix + ", gain over LIBSVM", alone, at_least(what.goal_alone), same);
-    print_figure(prefix + ", gain with kernel set-up", with_set_up, at_least(what.goal_with_set_up), same);
+    const bool same = own && are_equivalent(own->verdict, peer.verdict);
+    print_figure(prefix + ", gain over LIBSVM", alone, at_least(training_case.goal_alone), same);
+    print_figure(prefix + ", gain with kernel set-up", with_set_up, at_least(training_case.goal_with_set_up), same);
     print_figure(prefix + ", relative gap by the judge", gap, at_most(kGap), own && own->verdict.feasible);
     print_figure(prefix + ", relative excess of D over LIBSVM's", behind, at_most(kWorse));
   }
-  const PeerParameters hardest = cases_of(*set).back().parameters;
+  const PeerParameters hardest = training_cases(*set).back().parameters;
   const auto tight = solve_svr(set->x, set->y, own_parameters(hardest), {.relative_gap = 0.99 * kReferenceGap});
   if (!tight) print_progress("requested gap of 1e-6: " + text(tight.error()));
   std::optional<double> gap;
@@ -123,18 +123,18 @@ Result<void> measure_training(const Bench& bench, const std::string& name) {
 Result<void> measure_public_set(const Bench& bench, const std::string& name) {
   const auto set = load_sample_set(bench.data, name);
   if (!set) return failure(set.error());
-  for (const TrainingCase& what : cases_of(*set)) {
-    if (what.goal_with_set_up > 20) continue;
-    const std::string prefix = fmt::format("{} (n={}): training {}", name, set->y.size(), what.name);
-    const auto own = train_own(*set, what.parameters);
-    const PeerTrainingResult peer = train_peer(bench.peer, *set, what);
+  for (const TrainingCase& training_case : training_cases(*set)) {
+    if (training_case.goal_with_set_up > 20) continue;
+    const std::string prefix = fmt::format("{} (n={}): training {}", name, set->y.size(), training_case.name);
+    const auto own = train_own(*set, training_case.parameters);
+    const PeerTrainingResult peer = train_peer(bench.peer, *set, training_case);
     if (!own) print_progress(prefix + ": ours: " + text(own.error()));
     if (own) print_progress(prefix + ": " + describe("ours", own->alone_s, own->verdict));
     print_progress(prefix + ": " + describe("LIBSVM", peer.seconds, peer.verdict));
     std::optional<double> gain;
     if (own) gain = peer.seconds / own->with_set_up_s;
-    print_figure(prefix + ", gain with kernel set-up", gain, at_least(what.goal_with_set_up),
-                 own && equal(own->verdict, peer.verdict));
+    print_figure(prefix + ", gain with kernel set-up", gain, at_least(training_case.goal_with_set_up),
+                 own && are_equivalent(own->verdict, peer.verdict));
   }
   return {};
 }

@@ -93,12 +93,12 @@ Result<std::vector<TracePosition>> load_trace(const std::string& path) {
   return trace;
 }
 
-std::string line_of(const TracePosition& p) {
+std::string trace_line(const TracePosition& p) {
   return fmt::format("{:.6f} {:.6f} {:.6f} {:.8g} {:.4f}\n", p.log2_c, p.log2_gamma, p.log2_epsilon, p.error,
                      p.seconds);
 }
 
-std::vector<TracePosition> spread_over(const std::vector<TracePosition>& trace, std::size_t count) {
+std::vector<TracePosition> evenly_spaced(const std::vector<TracePosition>& trace, std::size_t count) {
   count = std::min(count, trace.size());
   std::vector<TracePosition> out;
   for (std::size_t i = 0; i < count; ++i) out.push_back(trace[(2 * i + 1) * trace.size() / (2 * count)]);

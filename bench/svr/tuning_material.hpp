@@ -44,11 +44,11 @@ struct TracePosition {
 /// Loads lines of "log2 C, log2 γ, log2 ε, error, seconds", in the order of evaluation; '#' begins a comment. Fails
 /// with bad_file, with file:line.
 [[nodiscard]] Result<std::vector<TracePosition>> load_trace(const std::string& path);
-[[nodiscard]] std::string line_of(const TracePosition& position);
+[[nodiscard]] std::string trace_line(const TracePosition& position);
 
 /// Returns `count` positions, spaced evenly over the whole job from the middle of the first interval. Returns all
 /// positions if there are fewer.
-[[nodiscard]] std::vector<TracePosition> spread_over(const std::vector<TracePosition>& trace, std::size_t count);
+[[nodiscard]] std::vector<TracePosition> evenly_spaced(const std::vector<TracePosition>& trace, std::size_t count);
 
 /// Greatest permitted ratio of this job's best error to the peer's.
 inline constexpr double kBestErrorRatio = 1.01;

@@ -23,7 +23,7 @@ namespace {
 constexpr double kAgreement = 0.005;
 constexpr double kEvaluations = 620;
 
-bool near(double a, double b) { return std::abs(a - b) <= kAgreement * std::abs(b); }
+bool is_near(double a, double b) { return std::abs(a - b) <= kAgreement * std::abs(b); }
 
 struct ReplayedPosition {
   TracePosition position;
@@ -36,7 +36,7 @@ struct ReplayedPosition {
   /// Returns true if the error is within 0.5 % of the peer's error, or closer to the reference than the peer's error.
   [[nodiscard]] bool agrees() const {
     if (!own) return false;
-    if (near(own->error, peer.error)) return true;
+    if (is_near(own->error, peer.error)) return true;
     return reference && std::abs(own->error - *reference) < std::abs(peer.error - *reference);
   }
 };
@@ -68,7 +68,7 @@ struct Replay {
   }
 };
 
-void say(const ReplayedPosition& p) {
+void print_position(const ReplayedPosition& p) {
   const auto& at = p.position;
   std::string text = fmt::format("C 2^{:.3f} gamma 2^{:.3f} epsilon 2^{:.3f}: LIBSVM {:.4f} s, error {:.6g}; ",
                                  at.log2_c, at.log2_gamma, at.log2_epsilon, p.peer.seconds, p.peer.error);
@@ -91,12 +91,12 @@ Replay replay(std::span<const svm::TuningFold> folds, std::span<const TracePosit
     ReplayedPosition p{.position = position, .peer = {position.error, position.seconds}, .own = {}, .reference = {}};
     if (peer != nullptr) p.peer = peer->cross_validate(folds, position.parameters());
     if (const auto own = cross_validate_own(folds, position)) p.own = *own;
-    if (p.own && !near(p.own->error, p.peer.error)) {
+    if (p.own && !is_near(p.own->error, p.peer.error)) {
       const auto reference = reference_error(folds, position.parameters());
       if (reference) p.reference = *reference;
       if (!reference) print_progress("reference solution failed: " + text(reference.error()));
     }
-    say(p);
+    print_position(p);
     out.positions.push_back(std::move(p));
   }
   return out;
@@ -134,11 +134,11 @@ Result<void> compare_threads(const TuningMaterial& material, const MeasuredJob& 
   return {};
 }
 
-void say(const TuningMaterial& material, const Replay& replayed) {
+void print_replay(const TuningMaterial& material, const Replay& replayed) {
   const auto n = static_cast<double>(replayed.positions.size());
   print_progress(material.name(fmt::format(
       "replay of {} positions: LIBSVM {:.2f} s, ours {:.2f} s, gain {:.1f}; LIBSVM's job would take {:.0f} s (standard "
-      "error {:.0f} s), the trace's own sum is {:.0f} s",
+      "error {:.0f} s); the times in the trace sum to {:.0f} s",
       n, replayed.peer_seconds(), replayed.own_seconds(), replayed.peer_seconds() / replayed.own_seconds(),
       kEvaluations * replayed.peer_seconds() / n, kEvaluations * replayed.peer_mean_error_s(), [&] {
         double sum = 0;
@@ -152,17 +152,17 @@ void say(const TuningMaterial& material, const Replay& replayed) {
 Result<void> measure_replay_alone(const Bench& bench, const ReplayOptions& options) {
   const auto material = tuning_material(bench.data, bench.traces, options.set);
   if (!material) return failure(material.error());
-  const auto positions = spread_over(material->trace, options.positions);
-  say(*material, replay(material->folds, positions, options.without_peer ? nullptr : &bench.peer));
+  const auto positions = evenly_spaced(material->trace, options.positions);
+  print_replay(*material, replay(material->folds, positions, options.without_peer ? nullptr : &bench.peer));
   return {};
 }
 
 Result<void> measure_tuning(const Bench& bench, const ReplayOptions& options) {
   const auto material = tuning_material(bench.data, bench.traces, options.set);
   if (!material) return failure(material.error());
-  const auto positions = spread_over(material->trace, options.positions);
+  const auto positions = evenly_spaced(material->trace, options.positions);
   const Replay replayed = replay(material->folds, positions, &bench.peer);
-  say(*material, replayed);
+  print_replay(*material, replayed);
   const double job_of_peer_s = kEvaluations * replayed.peer_seconds() / static_cast<double>(positions.size());
   const int disagreements = replayed.disagreements();
   print_figure(material->name(fmt::format("replay of {} positions, gain over LIBSVM", positions.size())),

@@ -250,8 +250,8 @@ std::vector<double> program_c() {
   return air_c;
 }
 
-double seconds_of(const thermal::ReducedModel& model, const std::vector<double>& air_c, bool linear,
-                  double& coldest_c) {
+double measure_simulation(const thermal::ReducedModel& model, const std::vector<double>& air_c, bool linear,
+                          double& coldest_c) {
   const double start = thread_seconds();
   thermal::ReducedTransient reduced(model, {.start = {20}, .linear = linear});
   coldest_c = 1e9;
@@ -272,9 +272,9 @@ Result<void> measure_reduced(const ThermalBench& bench) {
   print_progress(fmt::format("the program lasts {} s, that of the paper {} s", air_c.size(), kProgramSeconds));
   double coldest_c = 0;
   const auto states = fmt::format("twin of {} states", model->conduction.rows());
-  print_figure(states + ": whole program, linear, s", seconds_of(*model, air_c, true, coldest_c), at_most(0.1));
+  print_figure(states + ": whole program, linear, s", measure_simulation(*model, air_c, true, coldest_c), at_most(0.1));
   print_figure(states + ": whole program, air properties at its temperature, s",
-               seconds_of(*model, air_c, false, coldest_c), at_most(5));
+               measure_simulation(*model, air_c, false, coldest_c), at_most(5));
   print_progress(fmt::format("lowest temperature of thermometer A: {:.2f} °C", coldest_c));
   print_figure(states + ": greatest difference from the full model on ramps, K", model->error.ramp_k, at_most(1e-3));
   print_figure(states + ": greatest difference from the full model when switched on, K", model->error.switch_on_k,

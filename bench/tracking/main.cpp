@@ -54,7 +54,7 @@ Result<void> check_truth(const tracking::BiasNoise& noise, const data::Clusters&
                  fmt::format("the measured bias differs from the true bias of the laboratory by {:.2g} °/h", apart));
 }
 
-Result<Residual> residual_of(const std::string& rate, const std::string& random, const Options& options) {
+Result<Residual> compute_residual(const std::string& rate, const std::string& random, const Options& options) {
   const auto model = train_on(rate, options);
   if (!model) return failure(model.error());
   if (!model->residual_noise)
@@ -98,7 +98,7 @@ int measure(const Options& options) {
   fmt::print("gyro\tdenoiser\tlate s\tnext hour\tto truth\tnow to truth\tshuffled\tADEV hour\n");
   for (int gyro = 0; gyro < options.gyros; ++gyro) {
     const auto path = [&](const char* run) { return fmt::format("{}/{}-{}.db", options.folder, run, gyro); };
-    const auto residual = residual_of(path("rate"), path("random"), options);
+    const auto residual = compute_residual(path("rate"), path("random"), options);
     if (!residual) {
       fmt::print(stderr, "{}\n", text(residual.error()));
       return 1;
@@ -131,7 +131,7 @@ int measure(const Options& options) {
   return 0;
 }
 
-int main_of(int argc, char** argv) {
+int run_program(int argc, char** argv) {
   Options options;
   CLI::App app{"Bias tracking against the true bias of virtual gyros; FOLDER has rate-N.db and random-N.db of each."};
   app.add_option("folder", options.folder)->required();
@@ -145,4 +145,4 @@ int main_of(int argc, char** argv) {
 }  // namespace
 }  // namespace gyrotherm::bench
 
-int main(int argc, char** argv) { return gyrotherm::bench::main_of(argc, argv); }
+int main(int argc, char** argv) { return gyrotherm::bench::run_program(argc, argv); }

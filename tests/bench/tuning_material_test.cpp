@@ -16,10 +16,10 @@ TEST(Trace, EachStoredOneIsAWholeJobInsideTheBox) {
     ASSERT_TRUE(trace) << text(trace.error());
     EXPECT_EQ(trace->size(), 620u) << name;
     for (const TracePosition& p : *trace) {
-      EXPECT_TRUE(-2 <= p.log2_c && p.log2_c <= 12) << name << ": " << line_of(p);
-      EXPECT_TRUE(-8 <= p.log2_gamma && p.log2_gamma <= 3) << name << ": " << line_of(p);
-      EXPECT_TRUE(-8 <= p.log2_epsilon && p.log2_epsilon <= -1) << name << ": " << line_of(p);
-      EXPECT_TRUE(p.error > 0 && p.error < 2) << name << ": " << line_of(p);
+      EXPECT_TRUE(-2 <= p.log2_c && p.log2_c <= 12) << name << ": " << trace_line(p);
+      EXPECT_TRUE(-8 <= p.log2_gamma && p.log2_gamma <= 3) << name << ": " << trace_line(p);
+      EXPECT_TRUE(-8 <= p.log2_epsilon && p.log2_epsilon <= -1) << name << ": " << trace_line(p);
+      EXPECT_TRUE(p.error > 0 && p.error < 2) << name << ": " << trace_line(p);
     }
   }
 }
@@ -27,16 +27,16 @@ TEST(Trace, EachStoredOneIsAWholeJobInsideTheBox) {
 TEST(Trace, PositionsAreSpreadAtEqualStride) {
   std::vector<TracePosition> trace(620);
   for (std::size_t i = 0; i < trace.size(); ++i) trace[i].log2_c = static_cast<double>(i);
-  const auto some = spread_over(trace, 20);
+  const auto some = evenly_spaced(trace, 20);
   ASSERT_EQ(some.size(), 20u);
   for (std::size_t i = 0; i < some.size(); ++i) EXPECT_EQ(some[i].log2_c, 15 + 31 * static_cast<double>(i));
-  EXPECT_EQ(spread_over(trace, 620).size(), 620u);
-  EXPECT_EQ(spread_over(trace, 1000).size(), 620u);
+  EXPECT_EQ(evenly_spaced(trace, 620).size(), 620u);
+  EXPECT_EQ(evenly_spaced(trace, 1000).size(), 620u);
 }
 
 TEST(Trace, ALineComesBackAsItWas) {
   const TracePosition p{.log2_c = 7.25, .log2_gamma = -5.5, .log2_epsilon = -8, .error = 0.00069, .seconds = 0.5};
-  EXPECT_EQ(line_of(p), "7.250000 -5.500000 -8.000000 0.00069 0.5000\n");
+  EXPECT_EQ(trace_line(p), "7.250000 -5.500000 -8.000000 0.00069 0.5000\n");
   EXPECT_DOUBLE_EQ(p.parameters().C, std::exp2(7.25));
 }
 

@@ -69,14 +69,14 @@ FUZZ_TARGET(frame_format, const std::uint8_t* data, std::size_t size) {
   if (size < 4) return 0;
   use_text({reinterpret_cast<const char*>(data), size});
   if (data[3] % 2 == 0) {
-    use_text(falsified(data, std::min<std::size_t>(size, 16)));
+    use_text(edited_description(data, std::min<std::size_t>(size, 16)));
     return 0;
   }
   // Small numbers are typical of descriptions.
   const auto number = std::to_string(static_cast<std::int8_t>(data[3]));
   std::vector<std::uint8_t> bytes(data, data + 3);
   bytes.insert(bytes.end(), number.begin(), number.end());
-  use_text(falsified(bytes.data(), bytes.size()));
+  use_text(edited_description(bytes.data(), bytes.size()));
   return 0;
 }
 

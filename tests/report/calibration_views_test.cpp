@@ -25,7 +25,7 @@
 namespace gyrotherm::report {
 namespace {
 
-using tests::count_of;
+using tests::count_occurrences;
 
 std::string page_of(const CalibrationReport& report, Language language = Language::english) {
   return to_html(make_document(report, language));
@@ -91,8 +91,8 @@ TEST(CalibrationPage, EscapesHostileTexts) {
     EXPECT_EQ(tests::markup_error(without_scripts(page)), "");
     EXPECT_FALSE(contains(page, "<script>alert"));
     EXPECT_FALSE(contains(page, "onload=\"alert"));
-    EXPECT_EQ(count_of(page, "</style>"), 1);
-    EXPECT_EQ(count_of(page, "<script"), count_of(page, "</script>"));
+    EXPECT_EQ(count_occurrences(page, "</style>"), 1);
+    EXPECT_EQ(count_occurrences(page, "<script"), count_occurrences(page, "</script>"));
     EXPECT_TRUE(contains(page, plot::escaped("<script>alert(1)</script> \"q\" 'x' & 惯性 {} WWW")));
   }
 }
@@ -107,8 +107,8 @@ TEST(CalibrationPage, NeedsNoNetwork) {
 
 TEST(CalibrationPage, HasLinkedHeadingsInOrder) {
   const std::string page = page_of(sample_calibration());
-  EXPECT_EQ(count_of(page, "<h1>"), 1);
-  EXPECT_EQ(count_of(page, "<section"), 10);
+  EXPECT_EQ(count_occurrences(page, "<h1>"), 1);
+  EXPECT_EQ(count_occurrences(page, "<section"), 10);
   EXPECT_TRUE(contains(page, "<a href=\"#results\"><span class=\"number\">5</span>Results</a>"));
   EXPECT_TRUE(contains(page, "<h2 id=\"results\"><span class=\"number\">5</span>Results</h2>"));
   EXPECT_TRUE(contains(page, "<span class=\"number\">5.2</span>Axis u1.y</h3>"));
@@ -120,9 +120,9 @@ TEST(CalibrationPage, HasLinkedHeadingsInOrder) {
 
 TEST(CalibrationPage, HasTablesWithScopedHeaders) {
   const std::string page = page_of(sample_calibration());
-  EXPECT_GT(count_of(page, "<th scope=\"row\""), 20);
-  EXPECT_EQ(count_of(page, "<th>"), 0);
-  EXPECT_EQ(count_of(page, "<table>"), count_of(page, "<caption>"));
+  EXPECT_GT(count_occurrences(page, "<th scope=\"row\""), 20);
+  EXPECT_EQ(count_occurrences(page, "<th>"), 0);
+  EXPECT_EQ(count_occurrences(page, "<table>"), count_occurrences(page, "<caption>"));
 }
 
 TEST(CalibrationPage, ShowsMarkAboveContentAndOnEverySheet) {
@@ -148,9 +148,9 @@ TEST(CalibrationPage, ShowsVerdictsByColourAndSign) {
 
 TEST(CalibrationPage, ShowsFiguresWithoutScripts) {
   const std::string page = page_of(sample_calibration());
-  EXPECT_EQ(count_of(page, "<figure "), 6);
-  EXPECT_EQ(count_of(page, "<div class=\"static\" role=\"group\" tabindex=\"0\""), 6);
-  EXPECT_EQ(count_of(page, "class=\"enlargeable\""), 4) << "the two logarithmic plots cannot be enlarged";
+  EXPECT_EQ(count_occurrences(page, "<figure "), 6);
+  EXPECT_EQ(count_occurrences(page, "<div class=\"static\" role=\"group\" tabindex=\"0\""), 6);
+  EXPECT_EQ(count_occurrences(page, "class=\"enlargeable\""), 4) << "the two logarithmic plots cannot be enlarged";
 }
 
 TEST(CalibrationPage, HasNoScriptWithoutFigures) {
@@ -182,7 +182,7 @@ TEST(ChartData, IsThinnedAndDoesNotEndScript) {
   const std::string data = chart_data(figure, Language::english, 100);
   EXPECT_FALSE(contains(data, "<"));
   EXPECT_TRUE(contains(data, "null"));
-  EXPECT_LT(count_of(data, ","), 3 * 2 * 105 + 20);
+  EXPECT_LT(count_occurrences(data, ","), 3 * 2 * 105 + 20);
 }
 
 TEST(ChartData, IsOmittedWhenXReverses) {
@@ -199,7 +199,7 @@ TEST(CalibrationTable, HasLinePerValue) {
   for (const ResultTable& table : report.results)
     for (const Column& column : table.columns) values += static_cast<int>(column.values.size());
   const std::string csv = results_to_csv(report);
-  EXPECT_EQ(count_of(csv, "\r\n"), values + 1);
+  EXPECT_EQ(count_occurrences(csv, "\r\n"), values + 1);
   EXPECT_TRUE(csv.starts_with("mark,report,axis,stage,group,result,detail,run,in_sample,row,quantity,value,u,k,U,"));
   EXPECT_TRUE(contains(csv, "\r\nSIMULATED,C-2026-0042,u1.x,uncompensated,turn_on,turn_on_repeatability,,"));
   EXPECT_TRUE(contains(csv, ",no,1,compensated_bias,0.002,3e-05,2.01954")) << csv.substr(csv.size() - 500);

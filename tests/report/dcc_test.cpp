@@ -97,9 +97,9 @@ TEST(Dcc, HasEveryResultWithItsUncertainty) {
           EXPECT_NE(xml.find(dsi_expanded(value)), std::string::npos) << table.key << " " << column.quantity;
         }
       }
-  EXPECT_EQ(tests::count_of(xml, "<dcc:measurementResult "), 2);
-  EXPECT_EQ(tests::count_of(xml, "basic_conformity\">"), 5);
-  EXPECT_EQ(tests::count_of(xml, "refType=\"basic_conformity\">\n          <dcc:name>"), 4);
+  EXPECT_EQ(tests::count_occurrences(xml, "<dcc:measurementResult "), 2);
+  EXPECT_EQ(tests::count_occurrences(xml, "basic_conformity\">"), 5);
+  EXPECT_EQ(tests::count_occurrences(xml, "refType=\"basic_conformity\">\n          <dcc:name>"), 4);
 }
 
 TEST(Dcc, SplitsRowsWithUnknownValuesIntoSeparateLists) {
@@ -119,9 +119,9 @@ TEST(Dcc, SplitsRowsWithUnknownValuesIntoSeparateLists) {
 
 TEST(Dcc, NamesRecommendedModelOnlyIfOneExists) {
   CalibrationReport report = sample_calibration();
-  EXPECT_EQ(tests::count_of(dcc(report), "recommends no model"), 0);
+  EXPECT_EQ(tests::count_occurrences(dcc(report), "recommends no model"), 0);
   for (ComparedModel& model : report.compared) model.recommended = false;
-  EXPECT_EQ(tests::count_of(dcc(report), "recommends no model"), 2) << "one statement per axis";
+  EXPECT_EQ(tests::count_occurrences(dcc(report), "recommends no model"), 2) << "one statement per axis";
 }
 
 TEST(Dcc, HasUnitPerSourceOfUncertainty) {

@@ -30,26 +30,27 @@ TEST(HtmlReport, LoadsNothing) {
   const SyntheticExperiment experiment;
   const std::string page = page_of(experiment.report());
   constexpr const char* kNamespace = "http://www.w3.org/2000/svg";
-  EXPECT_EQ(tests::count_of(page, "http://"), tests::count_of(page, kNamespace));
+  EXPECT_EQ(tests::count_occurrences(page, "http://"), tests::count_occurrences(page, kNamespace));
   for (const char* word : {"https:", "src=", "href=", "@import", "<script", "url(http", "url(//"})
-    EXPECT_EQ(tests::count_of(page, word), 0) << word;
+    EXPECT_EQ(tests::count_occurrences(page, word), 0) << word;
 }
 
 TEST(HtmlReport, ShowsSimulatedInBannerPrintAndEveryFigure) {
   const SyntheticExperiment experiment;
   const Report report = experiment.report();
   const auto figures = all_figures(report);
-  for (const ReportFigure& figure : figures) EXPECT_GE(tests::count_of(figure.svg, "SIMULATED"), 2) << figure.id;
+  for (const ReportFigure& figure : figures)
+    EXPECT_GE(tests::count_occurrences(figure.svg, "SIMULATED"), 2) << figure.id;
   const std::string page = to_html(report, figures);
-  EXPECT_EQ(tests::count_of(page, "class=\"banner\"><b>SIMULATED"), 1);
-  EXPECT_EQ(tests::count_of(page, "@top-center { content: \"SIMULATED"), 1);
-  EXPECT_EQ(tests::count_of(page, "class=\"watermark\""), 1);
-  EXPECT_EQ(tests::count_of(page, "<title>SIMULATED"), 1 + static_cast<int>(figures.size()));
+  EXPECT_EQ(tests::count_occurrences(page, "class=\"banner\"><b>SIMULATED"), 1);
+  EXPECT_EQ(tests::count_occurrences(page, "@top-center { content: \"SIMULATED"), 1);
+  EXPECT_EQ(tests::count_occurrences(page, "class=\"watermark\""), 1);
+  EXPECT_EQ(tests::count_occurrences(page, "<title>SIMULATED"), 1 + static_cast<int>(figures.size()));
 }
 
 TEST(HtmlReport, OmitsSimulatedForRealRig) {
   const SyntheticExperiment experiment(1, false);
-  EXPECT_EQ(tests::count_of(page_of(experiment.report()), "SIMULATED"), 0);
+  EXPECT_EQ(tests::count_occurrences(page_of(experiment.report()), "SIMULATED"), 0);
 }
 
 TEST(HtmlReport, ShowsEveryFigureOfPaper) {
@@ -57,15 +58,15 @@ TEST(HtmlReport, ShowsEveryFigureOfPaper) {
   const std::string page = page_of(experiment.report());
   for (const char* id : {"figure-4", "table-3", "figure-5", "figure-6", "figure-7", "figure-7-with-temperature",
                          "figure-8", "allan", "tuning"}) {
-    EXPECT_EQ(tests::count_of(page, "<figure id=\"" + std::string(id) + "\""), 1) << id;
+    EXPECT_EQ(tests::count_occurrences(page, "<figure id=\"" + std::string(id) + "\""), 1) << id;
   }
 }
 
 TEST(HtmlReport, IsHeadedQualificationReport) {
   const SyntheticExperiment experiment;
   const std::string page = page_of(experiment.report());
-  EXPECT_EQ(tests::count_of(page, "<p class=\"kind\">Qualification report</p>"), 1);
-  EXPECT_EQ(tests::count_of(page, "Calibration report"), 0);
+  EXPECT_EQ(tests::count_occurrences(page, "<p class=\"kind\">Qualification report</p>"), 1);
+  EXPECT_EQ(tests::count_occurrences(page, "Calibration report"), 0);
 }
 
 /// Returns the numbers after each occurrence of `label`, in order: {1, 2} for "<b>Table 1</b> … <b>Table 2</b>".
@@ -81,7 +82,7 @@ TEST(HtmlReport, NumbersCaptionsFromOneWithoutGaps) {
   const std::string page = page_of(experiment.report());
   for (const auto& [label, captions] :
        {std::pair{"<caption><b>Table ", "<caption>"}, {"<figcaption><b>Figure ", "<figcaption>"}}) {
-    std::vector<int> expected(static_cast<std::size_t>(tests::count_of(page, captions)));
+    std::vector<int> expected(static_cast<std::size_t>(tests::count_occurrences(page, captions)));
     std::iota(expected.begin(), expected.end(), 1);
     EXPECT_GT(expected.size(), 8u) << label;
     EXPECT_EQ(numbers_after(page, label), expected) << label;
@@ -95,7 +96,7 @@ TEST(HtmlReport, HasSmallWellFormedFigures) {
   for (const ReportFigure& figure : figures) {
     EXPECT_EQ(tests::markup_error(figure.svg), "") << figure.id;
     EXPECT_LT(figure.svg.size(), 150000U) << figure.id;
-    EXPECT_EQ(tests::count_of(figure.svg, "nan"), 0) << figure.id;
+    EXPECT_EQ(tests::count_occurrences(figure.svg, "nan"), 0) << figure.id;
   }
 }
 
@@ -110,7 +111,7 @@ TEST(HtmlReport, BreaksLineAtGap) {
   Report report = experiment.report();
   const auto lines_of = [&](const char* id) {
     const auto figures = all_figures(report);
-    return tests::count_of(first_path(std::ranges::find(figures, id, &ReportFigure::id)->svg), "M");
+    return tests::count_occurrences(first_path(std::ranges::find(figures, id, &ReportFigure::id)->svg), "M");
   };
   EXPECT_EQ(lines_of("figure-6"), 1);
   std::vector<double>& time_s = report.rate.series.time_s;
@@ -127,15 +128,15 @@ TEST(HtmlReport, PrintsValuesLikePaper) {
   const std::string page = page_of(experiment.report());
   for (const char* cell :
        {">0.0258<", "<b>0.0089</b>", "<b>0.0021</b>", ">65.5 %<", ">91.9 %<", ">40.2 %<", ">76.4 %<"}) {
-    EXPECT_GE(tests::count_of(page, cell), 1) << cell;
+    EXPECT_GE(tests::count_occurrences(page, cell), 1) << cell;
   }
 }
 
 TEST(HtmlReport, MarksInSampleResults) {
   const SyntheticExperiment experiment;
   const std::string page = page_of(experiment.report());
-  EXPECT_GE(tests::count_of(page, "in-sample: the models were fitted to these data"), 1);
-  EXPECT_GE(tests::count_of(page, "They are not a verification."), 1);
+  EXPECT_GE(tests::count_occurrences(page, "in-sample: the models were fitted to these data"), 1);
+  EXPECT_GE(tests::count_occurrences(page, "They are not a verification."), 1);
 }
 
 TEST(HtmlReport, EscapesNamesFromFiles) {
@@ -144,39 +145,40 @@ TEST(HtmlReport, EscapesNamesFromFiles) {
   report.rig.title = "<script>alert('x')</script> & co";
   report.warnings = {"a < b"};
   const std::string page = page_of(report);
-  EXPECT_EQ(tests::count_of(page, "<script"), 0);
+  EXPECT_EQ(tests::count_occurrences(page, "<script"), 0);
   EXPECT_EQ(tests::markup_error(page), "");
 }
 
 TEST(HtmlReport, ShowsErrorOfEachFigureOfMerit) {
   const SyntheticExperiment experiment;
   const std::string page = page_of(experiment.report());
-  EXPECT_GE(tests::count_of(page, "0.001870 ± 0.000060"), 2) << "noise floor of both runs";
-  EXPECT_GE(tests::count_of(page, "n<sub>eff</sub>"), 2);
-  EXPECT_GE(tests::count_of(page, "the linear part of a model continues there"), 1);
+  EXPECT_GE(tests::count_occurrences(page, "0.001870 ± 0.000060"), 2) << "noise floor of both runs";
+  EXPECT_GE(tests::count_occurrences(page, "n<sub>eff</sub>"), 2);
+  EXPECT_GE(tests::count_occurrences(page, "the linear part of a model continues there"), 1);
 }
 
 TEST(HtmlReport, ShowsLimitOfUndetectedNoise) {
   const std::string page = page_of(SyntheticExperiment().report());
-  EXPECT_GE(tests::count_of(page, "not significant, &lt;"), 1);
-  EXPECT_GE(tests::count_of(page, "<td>angle random walk</td>"), 1);
+  EXPECT_GE(tests::count_occurrences(page, "not significant, &lt;"), 1);
+  EXPECT_GE(tests::count_occurrences(page, "<td>angle random walk</td>"), 1);
 }
 
 TEST(HtmlReport, CitesEachSourceOnce) {
   Report report = SyntheticExperiment().report();
   report.methods.back().citation = "A. Author, J. Tests 1 (2001) <1>";
   const std::string page = page_of(report);
-  EXPECT_EQ(tests::count_of(page, "A. Author, J. Tests 1 (2001) &lt;1&gt;"), 1);
-  EXPECT_EQ(tests::count_of(page, "Li et al., Sensors 15 (2015)"), 1) << "three models share this source";
+  EXPECT_EQ(tests::count_occurrences(page, "A. Author, J. Tests 1 (2001) &lt;1&gt;"), 1);
+  EXPECT_EQ(tests::count_occurrences(page, "Li et al., Sensors 15 (2015)"), 1) << "three models share this source";
 }
 
 TEST(HtmlReport, StatesRuleOfRecommendation) {
   Report report = SyntheticExperiment().report();
-  EXPECT_GE(
-      tests::count_of(page_of(report), "Recommended by rule: <b>linear-seven-point</b>, the fewest stored parameters"),
-      1);
+  EXPECT_GE(tests::count_occurrences(page_of(report),
+                                     "Recommended by rule: <b>linear-seven-point</b>, the fewest stored parameters"),
+            1);
   report.recommendation = model::recommend({});
-  EXPECT_GE(tests::count_of(page_of(report), "Recommended by rule: none: no independent record for the choice"), 1);
+  EXPECT_GE(
+      tests::count_occurrences(page_of(report), "Recommended by rule: none: no independent record for the choice"), 1);
 }
 
 TEST(HtmlReport, CharacterisesBiasBeforeAndAfterCompensation) {
@@ -198,14 +200,15 @@ TEST(HtmlReport, CharacterisesBiasBeforeAndAfterCompensation) {
   result.warm_ups = {{.segment = 5, .set_point_c = -40, .within = {}, .seconds = {}}};
   const std::string page = page_of(report);
   EXPECT_EQ(tests::markup_error(page), "");
-  EXPECT_GE(tests::count_of(page, "0.002140 ± 0.000060") + tests::count_of(page, "0.00214 ± 0.00006"), 1);
-  EXPECT_GE(tests::count_of(page, "Hold bias at each temperature"), 1);
-  EXPECT_GE(tests::count_of(page, "Bias and Earth rate, separated by turning the gyro around"), 1);
-  EXPECT_GE(tests::count_of(page, "by the rig file 10.63564 °/h"), 1);
-  EXPECT_GE(tests::count_of(page, "if the gyro was switched on in segment 6"), 1);
-  EXPECT_GE(tests::count_of(page,
-                            "Temperature, linear fit to the hold biases</td><td>°/h/K</td><td "
-                            "class=\"n\">–</td>"),
+  EXPECT_GE(tests::count_occurrences(page, "0.002140 ± 0.000060") + tests::count_occurrences(page, "0.00214 ± 0.00006"),
+            1);
+  EXPECT_GE(tests::count_occurrences(page, "Hold bias at each temperature"), 1);
+  EXPECT_GE(tests::count_occurrences(page, "Bias and Earth rate, separated by turning the gyro around"), 1);
+  EXPECT_GE(tests::count_occurrences(page, "by the rig file 10.63564 °/h"), 1);
+  EXPECT_GE(tests::count_occurrences(page, "if the gyro was switched on in segment 6"), 1);
+  EXPECT_GE(tests::count_occurrences(page,
+                                     "Temperature, linear fit to the hold biases</td><td>°/h/K</td><td "
+                                     "class=\"n\">–</td>"),
             1)
       << "an unknown value is shown as a dash";
 }
@@ -225,8 +228,8 @@ TEST(HtmlReport, IsCompleteForRecordWithoutHolds) {
   report.random.noise.holds = report.random.noise.compensated_holds = measure_hold_noise(data::Dataset{});
   const std::string page = page_of(report);
   EXPECT_EQ(tests::markup_error(page), "");
-  EXPECT_EQ(tests::count_of(page, "nan"), tests::count_of(page, "Provenance"));
-  EXPECT_GE(tests::count_of(page, "the record names no hold"), 1);
+  EXPECT_EQ(tests::count_occurrences(page, "nan"), tests::count_occurrences(page, "Provenance"));
+  EXPECT_GE(tests::count_occurrences(page, "the record names no hold"), 1);
 }
 
 }  // namespace

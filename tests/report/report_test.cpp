@@ -117,7 +117,7 @@ TEST(ReportJson, GivesEqualBytesEachTime) {
 
 TEST(ReportJson, ContainsNoPathOfMachine) {
   const SyntheticExperiment experiment;
-  EXPECT_EQ(tests::count_of(to_json(experiment.report()), "/somewhere"), 0);
+  EXPECT_EQ(tests::count_occurrences(to_json(experiment.report()), "/somewhere"), 0);
 }
 
 TEST(ReportJson, DoesNotDependOnNumberOfThreads) {

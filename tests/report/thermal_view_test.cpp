@@ -46,7 +46,7 @@ ReportedThermal some_thermal() {
 
 std::string thermal_page(const Report& report) { return to_html(report, all_figures(report)); }
 
-int times_in(const std::string& text, const std::string& part) { return tests::count_of(text, part); }
+int times_in(const std::string& text, const std::string& part) { return tests::count_occurrences(text, part); }
 
 TEST(ThermalView, ShowsTablesAndImageOfVirtualGyroAsSimulated) {
   Report report = SyntheticExperiment().report();

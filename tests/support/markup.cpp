@@ -73,7 +73,7 @@ std::string markup_error(std::string_view markup) {
   return open.empty() ? "" : "never closed: " + std::string(open.back());
 }
 
-int count_of(std::string_view text, std::string_view word) {
+int count_occurrences(std::string_view text, std::string_view word) {
   int count = 0;
   for (auto at = text.find(word); at != std::string_view::npos; at = text.find(word, at + word.size())) ++count;
   return count;

@@ -11,7 +11,7 @@ namespace gyrotherm::tests {
 /// and rejects a bare '&' or '<'. Accepts the doctype, raw style sheets and void elements written "<x/>".
 [[nodiscard]] std::string markup_error(std::string_view markup);
 
-/// Counts the occurrences of a word without overlaps.
-[[nodiscard]] int count_of(std::string_view text, std::string_view word);
+/// Counts the occurrences of a word in a text. They do not overlap.
+[[nodiscard]] int count_occurrences(std::string_view text, std::string_view word);
 
 }  // namespace gyrotherm::tests

@@ -35,16 +35,16 @@ TEST(Plot, StaysSmallForMillionPoints) { EXPECT_LT(to_svg(long_plot(1000000)).si
 
 TEST(Plot, ShowsSimulatedOnlyIfSimulated) {
   Plot plot = long_plot(10);
-  EXPECT_EQ(tests::count_of(to_svg(plot), "SIMULATED"), 0);
+  EXPECT_EQ(tests::count_occurrences(to_svg(plot), "SIMULATED"), 0);
   plot.simulated = true;
-  EXPECT_GE(tests::count_of(to_svg(plot), "SIMULATED"), 3);
+  EXPECT_GE(tests::count_occurrences(to_svg(plot), "SIMULATED"), 3);
 }
 
 TEST(Plot, IsFigureWithoutData) {
   Plot plot = long_plot(0);
   EXPECT_EQ(tests::markup_error(to_svg(plot)), "");
   plot.panels[0].curves.clear();
-  EXPECT_EQ(tests::count_of(to_svg(plot), "nan"), 0);
+  EXPECT_EQ(tests::count_occurrences(to_svg(plot), "nan"), 0);
 }
 
 TEST(Plot, BreaksLineAtNan) {
@@ -54,7 +54,7 @@ TEST(Plot, BreaksLineAtNan) {
   plot.panels[0].curves[0].y[2] = std::numeric_limits<double>::quiet_NaN();
   const std::string svg = to_svg(plot);
   const auto path = svg.substr(svg.find("<path d=\""), 120);
-  EXPECT_EQ(tests::count_of(path.substr(0, path.find("\" fill")), "M"), 2) << path;
+  EXPECT_EQ(tests::count_occurrences(path.substr(0, path.find("\" fill")), "M"), 2) << path;
 }
 
 TEST(Plot, DrawsDotForIsolatedPoint) {
@@ -64,7 +64,7 @@ TEST(Plot, DrawsDotForIsolatedPoint) {
   for (const std::size_t k : {1, 3}) plot.panels[0].curves[0].y[k] = std::numeric_limits<double>::quiet_NaN();
   const std::string svg = to_svg(plot);
   const auto path = svg.substr(svg.find("<path d=\""), 120);
-  EXPECT_EQ(tests::count_of(path.substr(0, path.find("\" fill")), "h1.2"), 3) << path;
+  EXPECT_EQ(tests::count_occurrences(path.substr(0, path.find("\" fill")), "h1.2"), 3) << path;
 }
 
 /// The names of all curves must be inside the picture.
@@ -95,8 +95,8 @@ TEST(HeatMap, ShowsZeroOnDiagonalAndThreeDecimals) {
       .title = "r", .names = {"A", "B"}, .values = {{0, 0.9391}, {0.9391, 0}}, .threshold = 0.9, .caption = "<|r|>"};
   const std::string svg = to_svg(map);
   EXPECT_EQ(tests::markup_error(svg), "");
-  EXPECT_EQ(tests::count_of(svg, ">0.939<"), 2);
-  EXPECT_EQ(tests::count_of(svg, ">0<"), 2);
+  EXPECT_EQ(tests::count_occurrences(svg, ">0.939<"), 2);
+  EXPECT_EQ(tests::count_occurrences(svg, ">0<"), 2);
 }
 
 Plot logarithmic_plot() {
@@ -114,15 +114,15 @@ TEST(LogarithmicPlot, IsWellFormedWithoutPoints) {
   EXPECT_EQ(tests::markup_error(to_svg(plot)), "");
   plot.panels[0].curves[0].y = {0, -1, std::numeric_limits<double>::quiet_NaN()};
   EXPECT_EQ(tests::markup_error(to_svg(plot)), "");
-  EXPECT_EQ(tests::count_of(to_svg(plot), "nan"), 0);
-  EXPECT_EQ(tests::count_of(to_svg(plot), "inf"), 0);
+  EXPECT_EQ(tests::count_occurrences(to_svg(plot), "nan"), 0);
+  EXPECT_EQ(tests::count_occurrences(to_svg(plot), "inf"), 0);
   plot.panels[0].curves.clear();
   EXPECT_EQ(tests::markup_error(to_svg(plot)), "");
 }
 
 TEST(LogarithmicPlot, DrawsBarWithCapsAtEachError) {
   Plot plot = logarithmic_plot();
-  const auto strokes = [&] { return tests::count_of(to_svg(plot), "<line"); };
+  const auto strokes = [&] { return tests::count_occurrences(to_svg(plot), "<line"); };
   const int with = strokes();
   plot.panels[0].left.range = Range{0.005, 0.2};
   const int fixed = strokes();
@@ -140,7 +140,7 @@ TEST(LogarithmicPlot, BreaksLineAtValueThatIsNotPositive) {
   curve.y = {0.1, 0.01, 0, 0.02, 0.03};
   const std::string svg = to_svg(plot);
   const auto path = svg.substr(svg.find("<path d=\""), 120);
-  EXPECT_EQ(tests::count_of(path.substr(0, path.find("\" fill")), "M"), 2) << path;
+  EXPECT_EQ(tests::count_occurrences(path.substr(0, path.find("\" fill")), "M"), 2) << path;
 }
 
 }  // namespace

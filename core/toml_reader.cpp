@@ -179,7 +179,7 @@ constexpr const char* kExpectRate = "expected a rate like 5 or \"5 °C/min\"";
 constexpr const char* kExpectArray = "expected an array";
 
 /// Describes a value for an error message: tables and lists by their type, others by their text if it is short.
-std::string shown(const toml::node& node) {
+std::string describe_value(const toml::node& node) {
   constexpr std::size_t kShort = 40;
   if (node.is_table()) return "a table";
   if (node.is_array()) return "a list";
@@ -202,7 +202,7 @@ T read(const TomlTable& self, const toml::table* table, std::string_view key, co
     return fallback.value_or(T{});
   }
   if (const auto value = convert(*node)) return *value;
-  self.mistake(key, fmt::format("\"{}\" is {}, {}", key, shown(*node), expected));
+  self.mistake(key, fmt::format("\"{}\" is {}, {}", key, describe_value(*node), expected));
   return fallback.value_or(T{});
 }
 
@@ -218,7 +218,8 @@ std::vector<T> read_array(const TomlTable& self, const toml::table* table, std::
     if (const auto value = convert(*array->get(i)))
       values.push_back(*value);
     else
-      self.mistake(key, fmt::format("element {} of \"{}\" is {}, {}", i + 1, key, shown(*array->get(i)), expected));
+      self.mistake(key,
+                   fmt::format("element {} of \"{}\" is {}, {}", i + 1, key, describe_value(*array->get(i)), expected));
   }
   return values;
 }

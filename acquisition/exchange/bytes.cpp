@@ -35,7 +35,7 @@ struct Gunzip::Stream {
   Stream(const Stream&) = delete;
   Stream& operator=(const Stream&) = delete;
 
-  [[nodiscard]] Result<std::size_t> bad(const std::string& what) const {
+  [[nodiscard]] Result<std::size_t> fault(const std::string& what) const {
     return failure(FaultKind::bad_file, name, what);
   }
   [[nodiscard]] std::uint64_t position() const { return read_bytes - state.avail_in; }
@@ -82,7 +82,7 @@ Gunzip& Gunzip::operator=(Gunzip&&) noexcept = default;
 
 Result<std::size_t> Gunzip::read(char* to, std::size_t capacity) {
   auto& state = stream_->state;
-  if (!stream_->is_ready) return stream_->bad("gzip: no memory to unpack it");
+  if (!stream_->is_ready) return stream_->fault("gzip: no memory to unpack it");
   const auto most = std::min<std::size_t>(capacity, std::numeric_limits<unsigned>::max());
   state.next_out = reinterpret_cast<Bytef*>(to);
   state.avail_out = static_cast<unsigned>(most);
@@ -95,10 +95,10 @@ Result<std::size_t> Gunzip::read(char* to, std::size_t capacity) {
       if (!another) return failure(another.error());
       stream_->is_at_end = !*another;
     } else if (code == Z_BUF_ERROR) {
-      return stream_->bad(fmt::format("gzip: cut off after byte {}; \"gunzip -c FILE > table\" unpacks what is there",
-                                      stream_->read_bytes));
+      return stream_->fault(fmt::format("gzip: cut off after byte {}; \"gunzip -c FILE > table\" unpacks what is there",
+                                        stream_->read_bytes));
     } else if (code != Z_OK) {
-      return stream_->bad(
+      return stream_->fault(
           fmt::format("gzip: damaged near byte {} ({}); \"gunzip -c FILE > table\" unpacks what comes "
                       "before",
                       stream_->position(), state.msg != nullptr ? state.msg : "no reason given"));
@@ -111,7 +111,7 @@ Result<Bytes> Bytes::open(const std::string& path) {
   auto file = open_regular_file(path);
   if (!file) return failure(file.error());
   Bytes bytes(std::move(*file), path);
-  const auto beginning = bytes.ahead(2);
+  const auto beginning = bytes.peek(2);
   if (!beginning) return failure(beginning.error());
   if (!is_gzip(*beginning)) return bytes;
   if (const auto begun = bytes.seek(0); !begun) return failure(begun.error());
@@ -119,61 +119,61 @@ Result<Bytes> Bytes::open(const std::string& path) {
   return bytes;
 }
 
-Result<std::string_view> Bytes::ahead(std::size_t count) {
-  if (ahead_.size() < count && file_.descriptor.is_open() && !at_end_)
+Result<std::string_view> Bytes::peek(std::size_t count) {
+  if (unread_.size() < count && file_.descriptor.is_open() && !at_end_)
     if (auto read = read_more(count); !read) return failure(read.error());
-  return ahead_;
+  return unread_;
 }
 
-void Bytes::pass(std::size_t count) {
-  assert(count <= ahead_.size());
-  ahead_.remove_prefix(count);
-  passed_ += count;
+void Bytes::skip(std::size_t count) {
+  assert(count <= unread_.size());
+  unread_.remove_prefix(count);
+  position_ += count;
 }
 
 Result<void> Bytes::go_back(std::uint64_t to) {
-  assert(to <= passed_);
+  assert(to <= position_);
   if (!file_.descriptor.is_open()) {
-    const auto back = static_cast<std::size_t>(passed_ - to);
-    ahead_ = {ahead_.data() - back, ahead_.size() + back};
-    passed_ = to;
+    const auto back = static_cast<std::size_t>(position_ - to);
+    unread_ = {unread_.data() - back, unread_.size() + back};
+    position_ = to;
     return {};
   }
   if (!gunzip_) return seek(to);
   if (const auto begun = seek(0); !begun) return begun;
   gunzip_.emplace(file_.descriptor.number(), name_);
-  while (passed_ < to) {
-    if (const auto more = ahead(1); !more) return failure(more.error());
-    if (ahead_.empty()) return failure(FaultKind::bad_file, name_, "became shorter while it was read");
-    pass(std::min<std::size_t>(ahead_.size(), to - passed_));
+  while (position_ < to) {
+    if (const auto more = peek(1); !more) return failure(more.error());
+    if (unread_.empty()) return failure(FaultKind::bad_file, name_, "became shorter while it was read");
+    skip(std::min<std::size_t>(unread_.size(), to - position_));
   }
   return {};
 }
 
 /// Returns the bad_file fault of a failed read, with the present value of errno.
-Fault Bytes::unreadable() const {
+Fault Bytes::read_fault() const {
   return {FaultKind::bad_file, name_, std::string("cannot be read: ") + std::strerror(errno)};
 }
 
 /// Moves to a position of the file and drops the buffered bytes.
 Result<void> Bytes::seek(std::uint64_t byte) {
-  if (::lseek(file_.descriptor.number(), static_cast<off_t>(byte), SEEK_SET) < 0) return failure(unreadable());
-  ahead_ = {};
+  if (::lseek(file_.descriptor.number(), static_cast<off_t>(byte), SEEK_SET) < 0) return failure(read_fault());
+  unread_ = {};
   at_end_ = false;
-  passed_ = byte;
+  position_ = byte;
   return {};
 }
 
 Result<std::size_t> Bytes::read(char* to, std::size_t capacity) {
   if (gunzip_) return gunzip_->read(to, capacity);
   const auto read = read_some(file_.descriptor.number(), to, capacity);
-  if (read < 0) return failure(unreadable());
+  if (read < 0) return failure(read_fault());
   return static_cast<std::size_t>(read);
 }
 
 Result<void> Bytes::read_more(std::size_t count) {
-  std::size_t held = ahead_.size();
-  if (held > 0) std::memmove(buffer_.data(), ahead_.data(), held);
+  std::size_t held = unread_.size();
+  if (held > 0) std::memmove(buffer_.data(), unread_.data(), held);
   buffer_.resize(std::max(count, kPiece));
   while (held < buffer_.size() && !at_end_) {
     const auto more = read(buffer_.data() + held, buffer_.size() - held);
@@ -181,7 +181,7 @@ Result<void> Bytes::read_more(std::size_t count) {
     at_end_ = *more == 0;
     held += *more;
   }
-  ahead_ = std::string_view(buffer_).substr(0, held);
+  unread_ = std::string_view(buffer_).substr(0, held);
   return {};
 }
 

@@ -41,26 +41,26 @@ class Bytes {
   /// Fails as open_regular_file() does, and with bad_file if the file cannot be read.
   [[nodiscard]] static Result<Bytes> open(const std::string& path);
   /// Reads a text in memory, which must outlive this object. `name` is the file's name in faults.
-  Bytes(std::string_view all, std::string name) : name_(std::move(name)), ahead_(all) {}
+  Bytes(std::string_view all, std::string name) : name_(std::move(name)), unread_(all) {}
 
   /// Returns the bytes at the present position: at least `count`, or fewer at the end of the file. The view is valid
   /// until the next call. Fails with bad_file if the file cannot be read or unpacked.
-  [[nodiscard]] Result<std::string_view> ahead(std::size_t count);
-  /// Advances by `count` bytes, which ahead() must have returned.
-  void pass(std::size_t count);
+  [[nodiscard]] Result<std::string_view> peek(std::size_t count);
+  /// Advances by `count` bytes, which peek() must have returned.
+  void skip(std::size_t count);
   /// Moves back to the earlier position `to`. For a gzip file, unpacks it again from its start. Fails with bad_file if
   /// the file cannot be read.
   [[nodiscard]] Result<void> go_back(std::uint64_t to);
 
   /// Returns the present position in bytes.
-  [[nodiscard]] std::uint64_t passed() const { return passed_; }
+  [[nodiscard]] std::uint64_t position() const { return position_; }
   [[nodiscard]] const std::string& name() const { return name_; }
   /// Returns true for a gzip file.
   [[nodiscard]] bool is_packed() const { return gunzip_.has_value(); }
 
  private:
   explicit Bytes(RegularFile file, std::string name) : name_(std::move(name)), file_(std::move(file)) {}
-  [[nodiscard]] Fault unreadable() const;
+  [[nodiscard]] Fault read_fault() const;
   [[nodiscard]] Result<void> seek(std::uint64_t byte);
   [[nodiscard]] Result<std::size_t> read(char* to, std::size_t capacity);
   [[nodiscard]] Result<void> read_more(std::size_t count);
@@ -70,8 +70,8 @@ class Bytes {
   std::optional<Gunzip> gunzip_{};  ///< for a gzip file
   std::string buffer_{};
   /// The unread part of the buffer or of the text in memory.
-  std::string_view ahead_{};
-  std::uint64_t passed_{};
+  std::string_view unread_{};
+  std::uint64_t position_{};
   /// The end of the file is in the buffer or was passed.
   bool at_end_ = false;
 };

@@ -102,7 +102,7 @@ std::string ChannelTally::remedy(const Column& column, double number) const {
       (number - column.offset) / column.scale);
 }
 
-Fault ChannelTally::impossible(const Column& column, double number) const {
+Fault ChannelTally::impossible_value_fault(const Column& column, double number) const {
   const double value = number * column.scale + column.offset;
   std::string what;
   if (std::isinf(value))
@@ -139,7 +139,7 @@ Result<void> ChannelTally::push(std::span<double> numbers) {
                              : column.kind == Kind::rate      ? std::abs(value) <= kFastest_deg_per_h
                                                               : !std::isinf(value);
     const bool is_wild = refuses_impossible_ && (!is_possible || std::abs(number) >= kOverload);
-    if (is_wild || std::isinf(value)) return failure(impossible(column, number));
+    if (is_wild || std::isinf(value)) return failure(impossible_value_fault(column, number));
     ++column.summary.values;
     const auto& least = column.least;
     const auto& greatest = column.greatest;

@@ -73,7 +73,7 @@ class ChannelTally {
     Extremes least{}, greatest{};
   };
   void add(Kind kind, std::string name, const ColumnName& column, std::string unit, double scale, double offset);
-  [[nodiscard]] Fault impossible(const Column& column, double number) const;
+  [[nodiscard]] Fault impossible_value_fault(const Column& column, double number) const;
   [[nodiscard]] Result<void> check_isolated(const Column& column, const std::string& file, Notes& notes) const;
   [[nodiscard]] std::string remedy(const Column& column, double number) const;
 

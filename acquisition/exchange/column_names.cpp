@@ -38,7 +38,7 @@ std::size_t bracket_of_unit(std::string_view name) {
 }
 
 /// Returns the name without a unit in brackets.
-std::string_view without_unit(std::string_view name) { return trimmed(name.substr(0, bracket_of_unit(name))); }
+std::string_view strip_unit(std::string_view name) { return trimmed(name.substr(0, bracket_of_unit(name))); }
 
 /// Returns the unit in brackets unchanged; empty if there is none.
 std::string_view unit_in_brackets(std::string_view name) {
@@ -82,16 +82,16 @@ bool is_letter_with_number(std::string_view name, char letter) {
 
 bool is_temperature_name(std::string_view name) {
   const auto lower = in_lower_case(name);
-  const auto bare = in_lower_case(field_name(without_unit(name)));
+  const auto bare = in_lower_case(field_name(strip_unit(name)));
   const bool is_letter = bare.size() == 1 && name.size() == 1 && name.front() >= 'A' && name.front() <= 'H';
-  const bool is_small_t = without_unit(name) == "t";  // it means time
+  const bool is_small_t = strip_unit(name) == "t";  // it means time
   return has_any(lower, {"temp", "therm", "°c", "degc", "[c]", "(c)"}) || is_letter ||
          (is_letter_with_number(bare, 't') && !is_small_t);
 }
 
 bool is_gyro_name(std::string_view name) {
   const auto lower = in_lower_case(name);
-  const auto bare = in_lower_case(field_name(without_unit(name)));
+  const auto bare = in_lower_case(field_name(strip_unit(name)));
   if (has_any(lower, {"temp",     "time",   "device",    "error",    "clip",     "samples", "_id",
                       "count_",   "_count", "estimator", "ekf",      "xkf",      "nkf",     "_dt",
                       "integral", "_bias",  "bias_",     "setpoint", "variance", "offset",  "filter"}))
@@ -102,7 +102,7 @@ bool is_gyro_name(std::string_view name) {
 }
 
 bool is_time_name(std::string_view name) {
-  const auto bare = in_lower_case(without_unit(name));
+  const auto bare = in_lower_case(strip_unit(name));
   return has_any(bare, {"time", "date", "stamp", "zeit", "elapsed"}) ||
          is_any(bare,
                 {"t",     "s",       "ms",    "us",      "ns",   "sec", "seconds", "second",  "micros",  "millis",
@@ -226,7 +226,7 @@ std::string time_unit_in(std::string_view name) {
 }
 
 std::string axis_in(std::string_view name) {
-  const auto bare = in_lower_case(without_unit(name));
+  const auto bare = in_lower_case(strip_unit(name));
   if (bare.ends_with("[0]")) return "x";
   if (bare.ends_with("[1]")) return "y";
   if (bare.ends_with("[2]")) return "z";
@@ -237,7 +237,7 @@ std::string axis_in(std::string_view name) {
 std::string channel_name_for(std::string_view column) {
   constexpr std::size_t kLongest = 64;
   std::string name;
-  for (const char c : without_unit(column)) {
+  for (const char c : strip_unit(column)) {
     const bool is_allowed = std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '.' || c == '-';
     if (is_allowed && static_cast<unsigned char>(c) < 0x80)
       name += c;

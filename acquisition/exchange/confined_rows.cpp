@@ -98,19 +98,19 @@ class RowReader {
   }
 
  private:
-  tl::unexpected<Fault> refused(const std::string& what) const {
+  tl::unexpected<Fault> read_failure(const std::string& what) const {
     return failure(FaultKind::bad_file, path_, fmt::format("cannot be read: {} {}", library_, what));
   }
   tl::unexpected<Fault> malformed_message() const {
-    return refused("sent an invalid message; the file may have corrupted its memory");
+    return read_failure("sent an invalid message; the file may have corrupted its memory");
   }
 
   Result<void> fill(char* bytes, std::size_t size) {
     while (size > 0) {
       if (!ready(child_.output(), POLLIN, Deadline(limits_.silence)))
-        return refused(fmt::format("returned no row for {:g} s", to_seconds(limits_.silence)));
+        return read_failure(fmt::format("returned no row for {:g} s", to_seconds(limits_.silence)));
       const auto got = read_some(child_.output(), bytes, size);
-      if (got <= 0) return refused(end_reason());
+      if (got <= 0) return read_failure(end_reason());
       bytes += got;
       size -= static_cast<std::size_t>(got);
     }

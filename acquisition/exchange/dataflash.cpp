@@ -109,7 +109,7 @@ class DataflashReader {
   DataflashReader(Bytes bytes, LogReading reading) : bytes_(std::move(bytes)), reading_(std::move(reading)) {}
 
   Result<void> read() {
-    if (auto ahead = bytes_.ahead(kHeadSize); !ahead || !is_dataflash(*ahead))
+    if (auto ahead = bytes_.peek(kHeadSize); !ahead || !is_dataflash(*ahead))
       return failure(ahead ? Fault{FaultKind::bad_file, bytes_.name(),
                                    "not a DataFlash log, expected one (format = \"dataflash\" in the map)"}
                            : ahead.error());
@@ -123,15 +123,15 @@ class DataflashReader {
       }
       const std::size_t size = message->size();
       if (auto read = read_message(*message); !read) return read;
-      bytes_.pass(size);
+      bytes_.skip(size);
     }
   }
 
   Notes notes() const {
     Notes notes;
     if (strays_ > 0) notes.push_back(fmt::format("{} bytes outside messages were skipped", strays_));
-    if (reading_.damaged() > 0)
-      notes.push_back(fmt::format("{} messages are damaged and were left out", reading_.damaged()));
+    if (reading_.damaged_messages() > 0)
+      notes.push_back(fmt::format("{} messages are damaged and were left out", reading_.damaged_messages()));
     if (unassigned_ > 0)
       notes.push_back(fmt::format("{} messages were left out because their sensor was not known yet", unassigned_));
     return notes;
@@ -145,11 +145,11 @@ class DataflashReader {
   /// Returns the next message without advancing; empty at the end of the log.
   Result<std::string_view> next_message() {
     while (true) {
-      const auto ahead = bytes_.ahead(kLargestKind);
+      const auto ahead = bytes_.peek(kLargestKind);
       if (!ahead || ahead->empty()) return ahead;
       if (const std::size_t size = size_of_message(*ahead); size > 0) return ahead->substr(0, size);
       ++strays_;
-      bytes_.pass(1);
+      bytes_.skip(1);
     }
   }
 
@@ -175,7 +175,7 @@ class DataflashReader {
     }
     const auto series = find_series(kind, message);
     if (!series) return failure(series.error());
-    return *series ? reading_.take(**series, message, bytes_.name(), bytes_.passed()) : Result<void>{};
+    return *series ? reading_.take(**series, message, bytes_.name(), bytes_.position()) : Result<void>{};
   }
 
   /// Returns whether the map has a column of this kind of message and the units of the kind are still unknown. The
@@ -190,7 +190,7 @@ class DataflashReader {
   /// first such message, and this search is not necessary.
   Result<void> look_ahead() {
     looked_ahead_ = true;
-    const auto here = bytes_.passed();
+    const auto here = bytes_.position();
     const auto strays = strays_;
     const auto kinds = kinds_;
     const auto definitions = definitions_;
@@ -203,7 +203,7 @@ class DataflashReader {
       if (number != kFormatKind && kinds_[number]->name == "FMTU")
         if (const auto of = read_units(*kinds_[number], *message); of && kinds_[*of]->sensor)
           numbered_later_.insert(definitions_[*of]);
-      bytes_.pass(message->size());
+      bytes_.skip(message->size());
     }
     strays_ = strays;
     kinds_ = kinds;
@@ -243,7 +243,7 @@ class DataflashReader {
     std::uint64_t sensor = 0;
     if (kind.sensor) {
       const LogField& field = kind.all[*kind.sensor];
-      sensor = whole_number_at(message, field.offset, size_of(field.type));
+      sensor = whole_number_at(message, field.offset, number_size(field.type));
     }
     if (const auto known = kind.series.find(sensor); known != kind.series.end()) return known->second;
     const auto time = time_field(kind);
@@ -280,7 +280,7 @@ Result<Notes> read_dataflash(Bytes bytes, const ImportMap& map, const TakeRow& t
 
 Result<std::vector<LogColumn>> read_dataflash_columns(Bytes bytes) {
   DataflashReader reader(std::move(bytes), LogReading());
-  return reader.read().map([&] { return reader.reading().published(); });
+  return reader.read().map([&] { return reader.reading().published_columns(); });
 }
 
 }  // namespace gyrotherm::exchange

@@ -46,7 +46,7 @@ std::vector<Stretch> make_stretches(const Record& record, const ExportChoice& ch
 }
 
 /// Returns the part of a column in a stretch; empty if the record does not have the column.
-std::span<const double> part_in(const std::vector<double>& column, const Stretch& stretch) {
+std::span<const double> stretch_values(const std::vector<double>& column, const Stretch& stretch) {
   if (column.size() < stretch.end) return {};
   return std::span(column).subspan(stretch.first, stretch.end - stretch.first);
 }
@@ -57,7 +57,7 @@ struct Total {
 };
 
 /// Returns the sum and the count of the numbers that are not NaN.
-Total total(std::span<const double> numbers) {
+Total sum_known(std::span<const double> numbers) {
   Total found;
   for (const double number : numbers) {
     if (std::isnan(number)) continue;
@@ -68,12 +68,12 @@ Total total(std::span<const double> numbers) {
 }
 
 double mean(std::span<const double> numbers) {
-  const auto [sum, count] = total(numbers);
+  const auto [sum, count] = sum_known(numbers);
   return count > 0 ? sum / count : kMissing;
 }
 
 double sum_or_missing(std::span<const double> numbers) {
-  const auto [sum, count] = total(numbers);
+  const auto [sum, count] = sum_known(numbers);
   return count > 0 ? sum : kMissing;
 }
 
@@ -90,7 +90,7 @@ class RowSelection {
   RowSelection(const Record& record, const ExportChoice& choice)
       : record_(record), stretches_(make_stretches(record, choice)) {}
 
-  Record chosen() const {
+  Record selected_record() const {
     Record chosen;
     chosen.info = record_.info;
     chosen.finished = record_.finished;
@@ -103,8 +103,8 @@ class RowSelection {
     chosen.chamber_set_point_c = means(record_.chamber_set_point_c);
     for (const auto& column : record_.thermometers_c) chosen.thermometers_c.push_back(means(column));
     for (std::size_t unit = 0; unit < record_.units.size(); ++unit) chosen.units.push_back(combine_unit(unit));
-    chosen.progress = firsts(record_.progress);
-    chosen.state = firsts(record_.state);
+    chosen.progress = first_values(record_.progress);
+    chosen.state = first_values(record_.state);
     chosen.last_utc = record_.last_utc;
     chosen.gaps = record_.gaps;
     chosen.events = record_.events;
@@ -130,11 +130,11 @@ class RowSelection {
 
   std::vector<double> means(const std::vector<double>& column) const {
     if (column.empty()) return {};
-    return each([&](const Stretch& stretch) { return mean(part_in(column, stretch)); });
+    return each([&](const Stretch& stretch) { return mean(stretch_values(column, stretch)); });
   }
 
   template <class T>
-  std::vector<T> firsts(const std::vector<T>& column) const {
+  std::vector<T> first_values(const std::vector<T>& column) const {
     std::vector<T> first;
     if (column.empty()) return first;
     for (const Stretch& stretch : stretches_) first.push_back(column[stretch.first]);
@@ -150,12 +150,12 @@ class RowSelection {
       const bool counts = axes[axis].kind == GyroKind::pulse_count;
       unit.rotation.push_back(each([&](const Stretch& stretch) {
         if (!is_in_one_position(stretch)) return kMissing;
-        const auto part = part_in(rotation, stretch);
-        return counts ? sum_of_pulses(part, part_in(columns.interval_s, stretch)) : mean(part);
+        const auto part = stretch_values(rotation, stretch);
+        return counts ? sum_of_pulses(part, stretch_values(columns.interval_s, stretch)) : mean(part);
       }));
     }
     unit.interval_s =
-        each([&](const Stretch& stretch) { return sum_or_missing(part_in(columns.interval_s, stretch)); });
+        each([&](const Stretch& stretch) { return sum_or_missing(stretch_values(columns.interval_s, stretch)); });
     for (const auto& column : columns.values) unit.values.push_back(means(column));
     for (const auto& column : columns.true_bias_deg_per_h) unit.true_bias_deg_per_h.push_back(means(column));
     return unit;
@@ -189,7 +189,7 @@ Result<void> check_choice(const ExportChoice& choice, const RunInfo& info) {
 
 Record chosen_rows(Record record, const ExportChoice& choice) {
   const bool is_all = !choice.from && !choice.to && choice.every == Duration{};
-  return is_all ? record : RowSelection(record, choice).chosen();
+  return is_all ? record : RowSelection(record, choice).selected_record();
 }
 
 std::vector<double> calibrated_temperatures(const record::Record& record, std::size_t thermometer) {

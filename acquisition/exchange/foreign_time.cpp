@@ -25,20 +25,20 @@ namespace {
 constexpr std::int64_t kLongest_s = std::numeric_limits<std::int64_t>::max() / 4;  // the sum of two must fit
 
 /// Returns the same time with `part` between zero and one second.
-CountedTime normalised(std::int64_t seconds, Duration part) {
+CountedTime normalise(std::int64_t seconds, Duration part) {
   const auto whole = std::chrono::floor<std::chrono::seconds>(part);
   return {seconds + whole.count(), part - whole};
 }
 
 /// Returns a number of units and a fraction of a unit as a time.
-CountedTime counted(std::int64_t whole, double fraction, Duration unit) {
+CountedTime make_counted_time(std::int64_t whole, double fraction, Duration unit) {
   const Duration part = from_seconds(fraction * to_seconds(unit));
   if (unit < kSecond) {
     const std::int64_t in_a_second = kSecond / unit;
-    return normalised(whole / in_a_second, unit * (whole % in_a_second) + part);
+    return normalise(whole / in_a_second, unit * (whole % in_a_second) + part);
   }
   const std::int64_t seconds = unit / kSecond, longest = kLongest_s / seconds;
-  return normalised(std::clamp(whole, -longest, longest) * seconds, part);
+  return normalise(std::clamp(whole, -longest, longest) * seconds, part);
 }
 
 struct Decimal {
@@ -91,12 +91,12 @@ int parse_digits(std::string_view digits) {
 enum class Width { exact, at_most };
 
 /// Parses from the front of a text and removes the parsed part.
-class Front {
+class FrontParser {
  public:
-  explicit Front(std::string_view text, Width width = Width::exact) : rest_(text), width_(width) {}
+  explicit FrontParser(std::string_view text, Width width = Width::exact) : rest_(text), width_(width) {}
 
   /// Removes and returns a number with the given number of digits and a value of at most `most`.
-  std::optional<int> number(std::size_t digits, int most) {
+  std::optional<int> take_number(std::size_t digits, int most) {
     const std::size_t there = std::min(rest_.find_first_not_of("0123456789"), rest_.size());
     if (width_ == Width::at_most && there > digits) return std::nullopt;
     if (width_ == Width::at_most) digits = there;
@@ -104,18 +104,18 @@ class Front {
     const int number = parse_digits(take(digits));
     return number <= most ? std::optional(number) : std::nullopt;
   }
-  std::string_view digits() {
+  std::string_view take_digits() {
     const auto end = std::ranges::find_if_not(rest_, is_digit);
     return take(static_cast<std::size_t>(end - rest_.begin()));
   }
-  std::string_view word() {
+  std::string_view take_word() {
     const auto end = std::ranges::find_if_not(rest_, is_letter);
     return take(static_cast<std::size_t>(end - rest_.begin()));
   }
   /// Removes the decimals of a second. Ignores digits below nanoseconds.
-  Duration fraction() {
+  Duration take_fraction() {
     Duration::rep sum = 0, unit = std::chrono::nanoseconds(kSecond).count();
-    for (const char digit : digits()) sum += (unit /= 10) * (digit - '0');
+    for (const char digit : take_digits()) sum += (unit /= 10) * (digit - '0');
     return Duration(sum);
   }
   /// Removes the next character if it is one of `characters`.
@@ -124,7 +124,7 @@ class Front {
     rest_.remove_prefix(1);
     return true;
   }
-  void pass_blanks() { rest_ = trimmed(rest_); }
+  void skip_blanks() { rest_ = trimmed(rest_); }
   [[nodiscard]] std::string_view rest() const { return rest_; }
 
  private:
@@ -140,16 +140,16 @@ class Front {
 struct Date {
   int year{}, month{}, day{};
 
-  [[nodiscard]] std::chrono::year_month_day gregorian() const {
+  [[nodiscard]] std::chrono::year_month_day to_gregorian() const {
     return {std::chrono::year(year), std::chrono::month(static_cast<unsigned>(month)),
             std::chrono::day(static_cast<unsigned>(day))};
   }
 };
 
 /// Returns the time of a date. Returns nothing if the date does not exist or is outside the range of a record.
-std::optional<CivilTime> civil(const Date& given, Duration of_day) {
+std::optional<CivilTime> make_civil_time(const Date& given, Duration of_day) {
   constexpr int kFirstYear = 1970, kLastYear = 2115;
-  const auto date = given.gregorian();
+  const auto date = given.to_gregorian();
   if (given.year < kFirstYear || given.year > kLastYear || !date.ok()) return std::nullopt;
   return CivilTime{.reading = std::chrono::sys_days(date).time_since_epoch() + of_day};
 }
@@ -159,39 +159,39 @@ std::optional<CivilTime> civil(const Date& given, Duration of_day) {
 constexpr int kEndOfDay = 24;
 
 /// Removes hours and minutes, and optional seconds with a fraction after one of the marks.
-std::optional<Duration> clock_time(Front& front, int most_hours, std::string_view marks) {
-  const auto hour = front.number(2, most_hours);
+std::optional<Duration> take_clock_time(FrontParser& front, int most_hours, std::string_view marks) {
+  const auto hour = front.take_number(2, most_hours);
   if (!hour || !front.take_if(":")) return std::nullopt;
-  const auto minute = front.number(2, 59);
+  const auto minute = front.take_number(2, 59);
   if (!minute) return std::nullopt;
   const Duration whole = std::chrono::hours(*hour) + std::chrono::minutes(*minute);
   if (!front.take_if(":")) return whole;
-  const auto second = front.number(2, 60);  // 60 is a leap second
+  const auto second = front.take_number(2, 60);  // 60 is a leap second
   if (!second) return std::nullopt;
-  return whole + std::chrono::seconds(*second) + (front.take_if(marks) ? front.fraction() : Duration{});
+  return whole + std::chrono::seconds(*second) + (front.take_if(marks) ? front.take_fraction() : Duration{});
 }
 
 /// Removes the time of day, at most 24:00. It may be missing at the end of the text.
-std::optional<Duration> time_of_day(Front& front) {
+std::optional<Duration> take_time_of_day(FrontParser& front) {
   if (front.rest().empty()) return Duration{};
   if (!front.take_if("T ")) return std::nullopt;
   const bool is_end_of_day = front.rest().starts_with("24");
-  const auto time = clock_time(front, kEndOfDay, ".,");
+  const auto time = take_clock_time(front, kEndOfDay, ".,");
   return is_end_of_day && time && *time > std::chrono::hours(kEndOfDay) ? std::nullopt : time;
 }
 
 /// Removes "2026-03-01". The date may not exist.
-std::optional<Date> take_date(Front& front) {
-  const auto year = front.number(4, 9999);
+std::optional<Date> take_date(FrontParser& front) {
+  const auto year = front.take_number(4, 9999);
   if (!year || !front.take_if("-")) return std::nullopt;
-  const auto month = front.number(2, 12);
+  const auto month = front.take_number(2, 12);
   if (!month || !front.take_if("-")) return std::nullopt;
-  const auto day = front.number(2, 31);
+  const auto day = front.take_number(2, 31);
   return day ? std::optional(Date{*year, *month, *day}) : std::nullopt;
 }
 
 /// Parses "+1", "-6:00", "-0330", "UTC", "GMT", "Z". An empty text is UTC.
-std::optional<Duration> loose_zone(std::string_view text) {
+std::optional<Duration> parse_loose_zone(std::string_view text) {
   for (const std::string_view utc : {"", "UTC", "GMT", "Z", "utc", "gmt", "z"})
     if (text == utc) return Duration{};
   if (!text.starts_with('-') && !text.starts_with('+')) return std::nullopt;
@@ -216,7 +216,7 @@ std::optional<std::int64_t> julian_days(const Date& date) {
 }
 
 std::optional<std::int64_t> days_since_1970(const Date& given, EarlyDays early) {
-  const auto date = given.gregorian();
+  const auto date = given.to_gregorian();
   constexpr std::chrono::year_month_day kReform{std::chrono::year(1582), std::chrono::October, std::chrono::day(15)};
   if (early == EarlyDays::julian && date < kReform) return julian_days(given);
   if (!date.ok()) return std::nullopt;
@@ -251,9 +251,9 @@ bool is_weekday(std::string_view word) {
 }
 
 /// Removes AM or PM, with or without points. Returns 'a', 'p', or 0 if there is neither.
-char half_of_day(Front& front) {
-  Front ahead = front;
-  ahead.pass_blanks();
+char take_half_of_day(FrontParser& front) {
+  FrontParser ahead = front;
+  ahead.skip_blanks();
   const auto lower = in_lower_case(ahead.rest().substr(0, 4));
   for (const std::string_view word : {"a.m.", "p.m.", "am", "pm"}) {
     const bool is_word =
@@ -266,7 +266,7 @@ char half_of_day(Front& front) {
   return 0;
 }
 
-std::optional<Duration> time_in(int hour, int minute, int second, Duration part, char half) {
+std::optional<Duration> make_time_of_day(int hour, int minute, int second, Duration part, char half) {
   constexpr int kHalf = 12;
   if (half != 0 && (hour < 1 || hour > kHalf)) return std::nullopt;
   if (half == 'a') hour %= kHalf;
@@ -277,36 +277,36 @@ std::optional<Duration> time_in(int hour, int minute, int second, Duration part,
 }
 
 /// Parses the digits "hhmm" or "hhmmss", and removes a fraction of a second from the front of the text after them.
-std::optional<Duration> compact_clock(std::string_view digits, Front& front) {
+std::optional<Duration> take_compact_clock(std::string_view digits, FrontParser& front) {
   if (digits.size() != 4 && digits.size() != 6) return std::nullopt;
   const int second = digits.size() == 6 ? parse_digits(digits.substr(4)) : 0;
-  const Duration part = front.take_if(".,") ? front.fraction() : Duration{};
-  return time_in(parse_digits(digits.substr(0, 2)), parse_digits(digits.substr(2, 2)), second, part, 0);
+  const Duration part = front.take_if(".,") ? front.take_fraction() : Duration{};
+  return make_time_of_day(parse_digits(digits.substr(0, 2)), parse_digits(digits.substr(2, 2)), second, part, 0);
 }
 
 /// Removes a time of day from the front.
-std::optional<Duration> take_clock(Front& front) {
-  char half = half_of_day(front);
-  front.pass_blanks();
-  const auto first = front.digits();
-  if (first.size() > 2) return compact_clock(first, front);
+std::optional<Duration> take_clock(FrontParser& front) {
+  char half = take_half_of_day(front);
+  front.skip_blanks();
+  const auto first = front.take_digits();
+  if (first.size() > 2) return take_compact_clock(first, front);
   const bool has_points = front.rest().starts_with('.');  // Finnish and some loggers
   if (first.empty() || !front.take_if(has_points ? "." : ":hH")) return std::nullopt;
-  const auto minute = front.digits();
+  const auto minute = front.take_digits();
   if (minute.size() != 2) return std::nullopt;
   int second = 0;
   Duration part{};
   if (front.take_if(has_points ? "." : ":mM'")) {
-    const auto seconds = front.digits();
+    const auto seconds = front.take_digits();
     if (seconds.size() != 2) return std::nullopt;
     second = parse_digits(seconds);
-    if (front.take_if(has_points ? ",." : ".,:")) part = front.fraction();
+    if (front.take_if(has_points ? ",." : ".,:")) part = front.take_fraction();
   }
-  if (half == 0) half = half_of_day(front);
-  return time_in(parse_digits(first), parse_digits(minute), second, part, half);
+  if (half == 0) half = take_half_of_day(front);
+  return make_time_of_day(parse_digits(first), parse_digits(minute), second, part, half);
 }
 
-int whole_year(std::string_view digits) {
+int expand_year(std::string_view digits) {
   constexpr int kCentury = 100, kFirst = 70, kNone = -1;
   const int number = parse_digits(digits);
   if (digits.size() == 4) return number;
@@ -315,30 +315,30 @@ int whole_year(std::string_view digits) {
 }
 
 /// Builds a date from three parts. The first or the second may be the name of a month.
-std::optional<Date> date_from(const std::array<std::string_view, 3>& parts, DateOrder order) {
+std::optional<Date> make_date(const std::array<std::string_view, 3>& parts, DateOrder order) {
   for (std::size_t i = 0; i < 2; ++i) {
     if (parts[i].empty() || is_digit(parts[i].front())) continue;
     const auto& other = parts[1 - i];
     const bool year_is_last = other.size() <= 2;
-    return Date{whole_year(year_is_last ? parts[2] : other), parse_month_name(parts[i]),
+    return Date{expand_year(year_is_last ? parts[2] : other), parse_month_name(parts[i]),
                 parse_digits(year_is_last ? other : parts[2])};
   }
   if (parts[0].size() == 4 || order == DateOrder::year_first)
     return order == DateOrder::year_first
-               ? std::optional(Date{whole_year(parts[0]), parse_digits(parts[1]), parse_digits(parts[2])})
+               ? std::optional(Date{expand_year(parts[0]), parse_digits(parts[1]), parse_digits(parts[2])})
                : std::nullopt;
   const bool day_first = order == DateOrder::day_first;
   if (parts[0].size() > 2 || parts[1].size() > 2) return std::nullopt;
-  return Date{whole_year(parts[2]), parse_digits(parts[day_first ? 1 : 0]), parse_digits(parts[day_first ? 0 : 1])};
+  return Date{expand_year(parts[2]), parse_digits(parts[day_first ? 1 : 0]), parse_digits(parts[day_first ? 0 : 1])};
 }
 
 /// Removes "01.03.2026", "3/1/26", "1-Mar-2026", "Mar 1, 2026" or "1. März 2026" from the front.
-std::optional<Date> take_day(Front& front, DateOrder order) {
+std::optional<Date> take_day(FrontParser& front, DateOrder order) {
   std::array<std::string_view, 3> parts;
   char separator = 0;
   for (std::size_t i = 0; i < 3; ++i) {
-    parts[i] = front.digits();
-    if (parts[i].empty()) parts[i] = front.word();
+    parts[i] = front.take_digits();
+    if (parts[i].empty()) parts[i] = front.take_word();
     if (parts[i].empty()) return std::nullopt;
     if (i == 0 && parts[0].size() >= 8 && is_digit(parts[0].front())) return std::nullopt;  // compact
     if (i == 2) break;
@@ -347,33 +347,33 @@ std::optional<Date> take_day(Front& front, DateOrder order) {
     if (!front.take_if("./-, ")) return std::nullopt;
     if (i == 1 && next != separator && !has_word) return std::nullopt;
     separator = next;
-    front.pass_blanks();
+    front.skip_blanks();
     if (!is_digit(parts[i].front())) (void)front.take_if("./-,");
-    front.pass_blanks();
+    front.skip_blanks();
   }
-  return date_from(parts, order);
+  return make_date(parts, order);
 }
 
 /// Removes "20260301", "20260301T080010", "20260301 080010" or "20260301080010".
-std::optional<CivilTime> compact_time(Front& front) {
+std::optional<CivilTime> take_compact_time(FrontParser& front) {
   constexpr std::size_t kDate = 8;
-  const auto digits = front.digits();
+  const auto digits = front.take_digits();
   if (digits.size() != kDate && digits.size() != kDate + 4 && digits.size() != kDate + 6) return std::nullopt;
   const Date day{parse_digits(digits.substr(0, 4)), parse_digits(digits.substr(4, 2)),
                  parse_digits(digits.substr(6, 2))};
   if (digits.size() > kDate) {
-    const auto of_day = compact_clock(digits.substr(kDate), front);
-    return of_day ? civil(day, *of_day) : std::nullopt;
+    const auto of_day = take_compact_clock(digits.substr(kDate), front);
+    return of_day ? make_civil_time(day, *of_day) : std::nullopt;
   }
-  if (front.rest().empty()) return civil(day, {});
+  if (front.rest().empty()) return make_civil_time(day, {});
   if (!front.take_if("Tt_- ")) return std::nullopt;
   const auto of_day = take_clock(front);
-  return of_day ? civil(day, *of_day) : std::nullopt;
+  return of_day ? make_civil_time(day, *of_day) : std::nullopt;
 }
 
 /// Removes the zone after a time if there is one. Returns false if another text follows the time.
-bool take_zone(Front& front, CivilTime& time) {
-  front.pass_blanks();
+bool take_zone(FrontParser& front, CivilTime& time) {
+  front.skip_blanks();
   if (front.rest().empty()) return true;
   for (const std::string_view utc : {"UTC", "GMT", "utc", "gmt"})
     if (front.rest() == utc) {
@@ -385,53 +385,53 @@ bool take_zone(Front& front, CivilTime& time) {
 }
 
 /// Removes "Mar  1 08:00:10 2026", the C notation after the day of the week.
-std::optional<CivilTime> take_c_time(Front front) {
-  const int month = parse_month_name(front.word());
-  front.pass_blanks();
-  const int day = parse_digits(front.digits());
-  front.pass_blanks();
+std::optional<CivilTime> take_c_time(FrontParser front) {
+  const int month = parse_month_name(front.take_word());
+  front.skip_blanks();
+  const int day = parse_digits(front.take_digits());
+  front.skip_blanks();
   const auto of_day = take_clock(front);
-  front.pass_blanks();
-  const auto year = front.digits();
+  front.skip_blanks();
+  const auto year = front.take_digits();
   if (month == 0 || !of_day || year.size() != 4 || !front.rest().empty()) return std::nullopt;
-  return civil({parse_digits(year), month, day}, *of_day);
+  return make_civil_time({parse_digits(year), month, day}, *of_day);
 }
 
-std::optional<CivilTime> parse_dated(Front front, DateOrder order) {
+std::optional<CivilTime> parse_dated(FrontParser front, DateOrder order) {
   if (const auto time = take_c_time(front)) return time;
-  Front compact = front;
-  if (auto time = compact_time(compact); time && take_zone(compact, *time)) return time;
+  FrontParser compact = front;
+  if (auto time = take_compact_time(compact); time && take_zone(compact, *time)) return time;
   const auto day = take_day(front, order);
   if (!day) return std::nullopt;
   (void)front.take_if(".");  // after a Hungarian day
-  front.pass_blanks();
-  if (front.rest().empty()) return civil(*day, {});
+  front.skip_blanks();
+  if (front.rest().empty()) return make_civil_time(*day, {});
   (void)front.take_if("Tt,_-");
-  front.pass_blanks();
+  front.skip_blanks();
   const auto of_day = take_clock(front);
   if (!of_day) return std::nullopt;
-  auto time = civil(*day, *of_day);
+  auto time = make_civil_time(*day, *of_day);
   return time && take_zone(front, *time) ? time : std::nullopt;
 }
 
 }  // namespace
 
-CountedTime counted_time(std::int64_t number, Duration unit) { return counted(number, 0, unit); }
+CountedTime counted_time(std::int64_t number, Duration unit) { return make_counted_time(number, 0, unit); }
 
 CountedTime counted_time(double number, Duration unit) {
   constexpr double kBeyond = 0x1p63;
   const double whole = std::floor(number);
   if (!(std::abs(whole) < kBeyond)) return {number < 0 ? -kLongest_s : kLongest_s};
-  return counted(static_cast<std::int64_t>(whole), number - whole, unit);
+  return make_counted_time(static_cast<std::int64_t>(whole), number - whole, unit);
 }
 
 std::optional<CountedTime> parse_counted_time(std::string_view text, Duration unit) {
-  if (const auto plain = decimal_in(text)) return counted(plain->whole, plain->fraction, unit);
+  if (const auto plain = decimal_in(text)) return make_counted_time(plain->whole, plain->fraction, unit);
   const auto number = record::number_in(text);
   return number ? std::optional(counted_time(*number, unit)) : std::nullopt;
 }
 
-std::optional<Duration> between(const CountedTime& first, const CountedTime& second) {
+std::optional<Duration> duration_between(const CountedTime& first, const CountedTime& second) {
   const std::int64_t seconds = second.seconds - first.seconds;
   if (std::abs(seconds) > kLongestForeignTime / kSecond) return std::nullopt;
   const Duration time = kSecond * seconds + (second.part - first.part);
@@ -446,30 +446,30 @@ std::optional<Duration> to_utc(const CountedTime& since_1970) {
 }
 
 CountedTime operator+(const CountedTime& a, const CountedTime& b) {
-  return normalised(a.seconds + b.seconds, a.part + b.part);
+  return normalise(a.seconds + b.seconds, a.part + b.part);
 }
 
 std::optional<Duration> parse_zone(std::string_view text) {
   if (text == "Z" || text == "z") return Duration{};
-  Front front(text);
+  FrontParser front(text);
   const bool behind = text.starts_with('-');
   if (!front.take_if("+-")) return std::nullopt;
-  const auto hours = front.number(2, 23);
+  const auto hours = front.take_number(2, 23);
   if (!hours) return std::nullopt;
   (void)front.take_if(":");
-  const auto minutes = front.rest().empty() ? std::optional(0) : front.number(2, 59);
+  const auto minutes = front.rest().empty() ? std::optional(0) : front.take_number(2, 59);
   if (!minutes || !front.rest().empty()) return std::nullopt;
   const Duration ahead = std::chrono::hours(*hours) + std::chrono::minutes(*minutes);
   return behind ? -ahead : ahead;
 }
 
 std::optional<CivilTime> parse_civil_time(std::string_view text) {
-  Front front(text);
+  FrontParser front(text);
   const auto date = take_date(front);
   if (!date) return std::nullopt;
-  const auto of_day = time_of_day(front);
+  const auto of_day = take_time_of_day(front);
   if (!of_day) return std::nullopt;
-  auto time = civil(*date, *of_day);
+  auto time = make_civil_time(*date, *of_day);
   if (!time || front.rest().empty()) return time;
   time->zone = parse_zone(trimmed(front.rest()));
   if (!time->zone || !record::is_possible_time(time->reading - *time->zone)) return std::nullopt;
@@ -477,28 +477,28 @@ std::optional<CivilTime> parse_civil_time(std::string_view text) {
 }
 
 std::optional<CountedTime> parse_reference_time(std::string_view text, EarlyDays early) {
-  Front front(trimmed(text), Width::at_most);
+  FrontParser front(trimmed(text), Width::at_most);
   const auto date = take_date(front);
   if (!date) return std::nullopt;
   const auto days = days_since_1970(*date, early);
   if (!days) return std::nullopt;
   const bool has_time_behind = front.take_if("Tt");
-  front.pass_blanks();
+  front.skip_blanks();
   const bool has_time = has_time_behind || front.rest().find_first_of("0123456789") == 0;
-  const auto of_day = has_time ? clock_time(front, kEndOfDay - 1, ".") : std::optional(Duration{});
-  const auto zone = loose_zone(trimmed(front.rest()));
+  const auto of_day = has_time ? take_clock_time(front, kEndOfDay - 1, ".") : std::optional(Duration{});
+  const auto zone = parse_loose_zone(trimmed(front.rest()));
   if (!of_day || !zone) return std::nullopt;
   constexpr std::int64_t kSecondsOfDay = 86400;
   return CountedTime{*days * kSecondsOfDay} + counted_time((*of_day - *zone).count(), Duration(1));
 }
 
 std::optional<CivilTime> parse_local_time(std::string_view text, DateOrder order) {
-  Front front(trimmed(text));
-  Front behind_weekday = front;
-  if (is_weekday(behind_weekday.word())) {
+  FrontParser front(trimmed(text));
+  FrontParser behind_weekday = front;
+  if (is_weekday(behind_weekday.take_word())) {
     (void)behind_weekday.take_if(".");
     (void)behind_weekday.take_if(",");
-    behind_weekday.pass_blanks();
+    behind_weekday.skip_blanks();
     front = behind_weekday;
   }
   const auto time = parse_dated(front, order);
@@ -506,9 +506,9 @@ std::optional<CivilTime> parse_local_time(std::string_view text, DateOrder order
 }
 
 std::optional<Duration> parse_clock(std::string_view text) {
-  Front front(trimmed(text));
+  FrontParser front(trimmed(text));
   const auto time = take_clock(front);
-  front.pass_blanks();
+  front.skip_blanks();
   return front.rest().empty() ? time : std::nullopt;
 }
 
@@ -519,9 +519,9 @@ bool looks_like_time(std::string_view text) {
     const bool may_be_number = has_exponent && (mark == '-' || mark == '.');
     if (std::ranges::count(text, mark) >= 2 && digits >= 4 && !may_be_number) return true;
   }
-  Front front(trimmed(text));
+  FrontParser front(trimmed(text));
   while (!front.rest().empty()) {
-    const auto word = front.word();
+    const auto word = front.take_word();
     if (word.size() >= 3 && parse_month_name(word) != 0 && digits >= 2) return true;
     if (word.empty()) (void)front.take_if(front.rest().substr(0, 1));
   }

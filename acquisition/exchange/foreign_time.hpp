@@ -34,7 +34,7 @@ struct CountedTime {
 [[nodiscard]] std::optional<CountedTime> parse_counted_time(std::string_view text, Duration unit);
 
 /// Returns the duration from `first` to `second`. Returns nothing if its magnitude exceeds kLongestForeignTime.
-[[nodiscard]] std::optional<Duration> between(const CountedTime& first, const CountedTime& second);
+[[nodiscard]] std::optional<Duration> duration_between(const CountedTime& first, const CountedTime& second);
 
 /// Converts a time since 1970 to UTC. Returns nothing if it is outside the range of a record.
 [[nodiscard]] std::optional<Duration> to_utc(const CountedTime& since_1970);

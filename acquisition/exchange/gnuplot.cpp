@@ -68,7 +68,7 @@ class Gaps {
  public:
   explicit Gaps(const record::Record& record)
       : record_(record), slots_(usual_step(record.slot)), seconds_(usual_step(record.time_s)) {}
-  [[nodiscard]] bool before(std::size_t row) const {
+  [[nodiscard]] bool has_gap_before(std::size_t row) const {
     if (row == 0) return false;
     if (record_.info.imported) return record_.time_s[row] - record_.time_s[row - 1] > kUsualStepsOfASilence * seconds_;
     return slots_ > 0 && record_.slot[row] / slots_ - record_.slot[row - 1] / slots_ > 1;
@@ -84,7 +84,7 @@ class Gaps {
 void add_rows(std::string& text, const record::Record& record, const std::vector<Curve>& curves) {
   const Gaps gaps(record);
   for (std::size_t row = 0; row < record.slot.size(); ++row) {
-    if (gaps.before(row)) text += '\n';
+    if (gaps.has_gap_before(row)) text += '\n';
     fmt::format_to(std::back_inserter(text), "{}", record.time_s[row]);
     for (const Curve& curve : curves)
       if (const double value = curve.values[row]; std::isfinite(value))

@@ -16,7 +16,7 @@ namespace {
 
 /// Returns the number of latest stretches that still accept rows. A log may write its messages seconds after the
 /// measurement, with a different delay for each topic. Rows of a table are late by at most one stretch.
-std::size_t stretches_open(const ImportMap& map) {
+std::size_t max_open_stretches(const ImportMap& map) {
   constexpr std::size_t kOfTable = 2, kMost = 1000;
   constexpr Duration kLatest = std::chrono::seconds(5);
   const bool is_log = map.format == FileFormat::ulog || map.format == FileFormat::dataflash;
@@ -74,7 +74,7 @@ Result<void> Spacing::finish() {
 }
 
 Grouping::Grouping(const ImportMap& map, TakeImported take)
-    : map_(map), take_(std::move(take)), columns_(map.columns().size()), most_open_(stretches_open(map)) {
+    : map_(map), take_(std::move(take)), columns_(map.columns().size()), most_open_(max_open_stretches(map)) {
   if (!map.counts_increments()) return;
   first_sum_ = map.thermometer_columns.size();
   end_of_sums_ = first_sum_ + map.axis_columns.size();

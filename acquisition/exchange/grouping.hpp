@@ -83,7 +83,7 @@ class Grouping {
   /// Adds a row. A row may be late by one stretch, or in a log by 5 s. If it is later, fails as Spacing::push() does.
   [[nodiscard]] Result<void> push(const ImportedRow& row);
   [[nodiscard]] Result<void> finish();
-  [[nodiscard]] std::size_t left_out() const { return left_out_; }
+  [[nodiscard]] std::size_t skipped_rows() const { return left_out_; }
 
  private:
   struct Stretch {

@@ -265,7 +265,7 @@ std::string column_series(const LogColumn& column) { return series_name(column.m
 std::string full_name(const LogColumn& column) { return column_series(column) + "." + column.field; }
 
 /// Finds the rates of one series.
-LoggedGyro gyro_in(const std::vector<LogColumn>& columns, const std::string& series) {
+LoggedGyro find_gyro(const std::vector<LogColumn>& columns, const std::string& series) {
   LoggedGyro gyro;
   for (const auto& axes : kAxes)
     for (const std::string_view axis : axes)
@@ -284,7 +284,7 @@ std::vector<LoggedGyro> find_gyros(const std::vector<LogColumn>& columns, std::s
     const auto series = column_series(column);
     if (!belongs_to(column, message) || std::ranges::find(seen, series) != seen.end()) continue;
     seen.push_back(series);
-    auto gyro = gyro_in(columns, series);
+    auto gyro = find_gyro(columns, series);
     if (gyro.axes.empty()) continue;
     gyro.name = gyros.empty() ? "imu" : "imu" + std::to_string(gyros.size());
     gyros.push_back(std::move(gyro));
@@ -293,7 +293,7 @@ std::vector<LoggedGyro> find_gyros(const std::vector<LogColumn>& columns, std::s
 }
 
 /// Finds the first message with names that look like a gyro's.
-std::vector<LoggedGyro> gyros_by_name(const std::vector<LogColumn>& columns) {
+std::vector<LoggedGyro> find_gyros_by_name(const std::vector<LogColumn>& columns) {
   std::vector<std::string> names;
   for (const LogColumn& column : columns) names.push_back(full_name(column));
   LoggedGyro gyro{.name = "imu"};
@@ -314,7 +314,7 @@ LogGuess guess_log(const std::vector<LogColumn>& published) {
   LogGuess guess;
   for (const std::string_view message : kMessages)
     if (guess.gyros.empty()) guess.gyros = find_gyros(published, message);
-  if (guess.gyros.empty()) guess.gyros = gyros_by_name(published);
+  if (guess.gyros.empty()) guess.gyros = find_gyros_by_name(published);
   for (const LogColumn& column : published) {
     const bool is_barometer = column.message == "sensor_baro" || belongs_to(column, "BARO");
     if (is_barometer && (column.field == "temperature" || column.field == "Temp"))
@@ -386,7 +386,7 @@ Result<std::string> guess(Bytes bytes) {
 
 Result<FileFormat> detect_format(Bytes& bytes) {
   constexpr std::size_t kBeginning = 1024;
-  const auto beginning = bytes.ahead(kBeginning);
+  const auto beginning = bytes.peek(kBeginning);
   if (!beginning) return failure(beginning.error());
   if (const auto known = conversion_advice(*beginning); !known.empty())
     return failure(FaultKind::bad_file, bytes.name(), known);

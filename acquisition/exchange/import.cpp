@@ -87,11 +87,11 @@ Result<void> read_foreign(const ReadRows& read, const ImportMap& map, const Take
       order.finish().and_then([&] { return spacing.finish(); }).and_then([&] { return grouping.finish(); });
   if (!finished) return finished;
   file.findings = std::move(*findings);
-  file.rows_left_out = order.left_out() + grouping.left_out();
+  file.rows_left_out = order.skipped_rows() + grouping.skipped_rows();
   order.note(file.findings.notes);
-  if (grouping.left_out() > 0)
-    file.findings.notes.push_back(
-        fmt::format("{} rows were left out because their time was not after the previous row's", grouping.left_out()));
+  if (grouping.skipped_rows() > 0)
+    file.findings.notes.push_back(fmt::format(
+        "{} rows were left out because their time was not after the previous row's", grouping.skipped_rows()));
   return {};
 }
 
@@ -105,7 +105,7 @@ Result<void> read_path(const std::string& path, const ImportMap& map, const Take
 }
 
 /// Describes the import as a run. Its id depends only on the file and the map.
-Result<RunInfo> describe(const ImportMap& map, const std::string& path, const std::string& program_version) {
+Result<RunInfo> make_run_info(const ImportMap& map, const std::string& path, const std::string& program_version) {
   const auto file = plain(std::filesystem::path(path).filename().string());
   const auto digest = record::file_digest(path);
   if (!digest) return failure(digest.error());
@@ -123,11 +123,11 @@ Result<RunInfo> describe(const ImportMap& map, const std::string& path, const st
 }
 
 /// Counts the gaps between the rows of a file.
-class Silences {
+class GapCounter {
  public:
-  explicit Silences(const ImportMap& map) : is_grouped_(map.every > Duration{}) {}
+  explicit GapCounter(const ImportMap& map) : is_grouped_(map.every > Duration{}) {}
 
-  void pass(std::int64_t slot, const ImportedRow& row) {
+  void add(std::int64_t slot, const ImportedRow& row) {
     limit_ = is_grouped_ ? row.usual : kUsualStepsOfASilence * row.usual;
     if (slot > 0 && row.time - before_ > limit_) {
       const Duration silence = row.time - before_;
@@ -140,7 +140,7 @@ class Silences {
     before_ = row.time;
   }
   [[nodiscard]] std::size_t count() const { return count_; }
-  [[nodiscard]] std::string described() const {
+  [[nodiscard]] std::string describe() const {
     return fmt::format("{} gaps longer than {:g} s, {:g} s in all; the first, of {:g} s, after row {}", count_,
                        to_seconds(limit_), to_seconds(total_), to_seconds(first_), first_after_);
   }
@@ -166,7 +166,7 @@ std::string describe_values(const std::vector<ChannelSummary>& channels) {
 class ImportedRecord {
  public:
   ImportedRecord(std::string path, const ImportMap& map, RunInfo info)
-      : path_(std::move(path)), map_(map), info_(std::move(info)), silences_(map) {}
+      : path_(std::move(path)), map_(map), info_(std::move(info)), gaps_(map) {}
 
   Result<void> insert(const ImportedRow& imported) {
     constexpr std::int64_t kRowsOfATransaction = 100'000;
@@ -176,7 +176,7 @@ class ImportedRecord {
       return failure(
           FaultKind::bad_file, "",
           fmt::format("more than {} rows, expected fewer, or every = \"1 s\" in [time]", record::kMostSlots));
-    silences_.pass(taken_, imported);
+    gaps_.add(taken_, imported);
     take(imported, rows_[waiting_++]);
     last_ = imported.time;
     usual_ = imported.usual;
@@ -196,11 +196,11 @@ class ImportedRecord {
                           .span = last_,
                           .step = usual_,
                           .started = first_utc_,
-                          .silences = silences_.count(),
+                          .silences = gaps_.count(),
                           .notes = file.findings.notes,
                           .channels = file.tally.channels(file.findings.missing)};
     auto lines = summary.notes;
-    if (silences_.count() > 0) lines.insert(lines.begin(), silences_.described());
+    if (gaps_.count() > 0) lines.insert(lines.begin(), gaps_.describe());
     lines.push_back(describe_values(summary.channels));
     auto done = write_rest();
     for (const std::string& note : lines)
@@ -294,7 +294,7 @@ class ImportedRecord {
   Duration last_{};  ///< time of the last row
   Duration usual_{};
   std::optional<Duration> first_utc_{};
-  Silences silences_;
+  GapCounter gaps_;
 };
 
 /// Fails if another column of dates or times of day has another duration than the map's time.
@@ -354,7 +354,7 @@ Result<ImportSummary> import_record(const std::string& path, const std::string& 
                                     const std::function<bool()>& may_continue, std::optional<Duration> utc) {
   const auto map = load_import_map(map_path);
   if (!map) return failure(map.error());
-  auto info = describe(*map, path, program_version);
+  auto info = make_run_info(*map, path, program_version);
   if (!info) return failure(info.error());
   ImportedRecord made(record_path, *map, std::move(*info));
   RowPipe writing([&](const ImportedRow& row) { return made.insert(row); });

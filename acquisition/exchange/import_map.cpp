@@ -381,9 +381,10 @@ std::string quoted(const std::vector<std::string>& names) {
 
 }  // namespace
 
-std::string describe_missing_columns(const std::vector<std::string>& missing, const std::vector<std::string>& there) {
+std::string describe_missing_columns(const std::vector<std::string>& missing,
+                                     const std::vector<std::string>& available) {
   return fmt::format("no column{} {}, expected one of: {}", missing.size() > 1 ? "s" : "", quoted(missing),
-                     quoted(there));
+                     quoted(available));
 }
 
 }  // namespace gyrotherm::exchange

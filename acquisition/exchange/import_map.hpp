@@ -140,6 +140,6 @@ struct ImportMap {
 /// Describes columns of a map that a file does not have, and the alternatives: "no column "w", expected one of: "t",
 /// "T", "x"". Truncates long lists.
 [[nodiscard]] std::string describe_missing_columns(const std::vector<std::string>& missing,
-                                                   const std::vector<std::string>& there);
+                                                   const std::vector<std::string>& available);
 
 }  // namespace gyrotherm::exchange

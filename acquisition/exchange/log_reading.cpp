@@ -22,7 +22,7 @@ namespace {
 constexpr std::size_t kMostSeries = 4096, kMostLogFields = 200'000;
 
 /// Converts an IEEE 754 binary16 number. Returns NaN for infinity.
-double half(std::uint16_t bits) {
+double decode_half(std::uint16_t bits) {
   const int exponent = bits >> 10 & 0x1F, fraction = bits & 0x3FF;
   const double size = exponent == 0 ? std::ldexp(fraction, -24) : std::ldexp(fraction + 1024, exponent - 25);
   if (exponent == 0x1F) return record::kMissing;
@@ -57,7 +57,7 @@ std::string series_name(std::string_view message, unsigned instance) {
   return instance == 0 ? std::string(message) : fmt::format("{}[{}]", message, instance);
 }
 
-std::size_t size_of(NumberType type) {
+std::size_t number_size(NumberType type) {
   constexpr std::array<std::size_t, 11> kSizes{1, 1, 2, 2, 4, 4, 8, 8, 2, 4, 8};
   return kSizes[static_cast<std::size_t>(type)];
 }
@@ -70,13 +70,13 @@ std::uint64_t whole_number_at(std::string_view message, std::size_t offset, std:
 }
 
 double number_at(std::string_view message, std::size_t offset, NumberType type) {
-  const std::uint64_t bits = whole_number_at(message, offset, size_of(type));
+  const std::uint64_t bits = whole_number_at(message, offset, number_size(type));
   switch (type) {
     case NumberType::int8: return static_cast<std::int8_t>(bits);
     case NumberType::int16: return static_cast<std::int16_t>(bits);
     case NumberType::int32: return static_cast<std::int32_t>(bits);
     case NumberType::int64: return static_cast<double>(static_cast<std::int64_t>(bits));
-    case NumberType::float16: return half(static_cast<std::uint16_t>(bits));
+    case NumberType::float16: return decode_half(static_cast<std::uint16_t>(bits));
     case NumberType::float32: return finite_or_missing(std::bit_cast<float>(static_cast<std::uint32_t>(bits)));
     case NumberType::float64: return finite_or_missing(std::bit_cast<double>(bits));
     case NumberType::uint8:
@@ -87,7 +87,8 @@ double number_at(std::string_view message, std::size_t offset, NumberType type) 
   return static_cast<double>(bits);
 }
 
-std::string describe_missing_log_columns(const std::vector<LogColumn>& missing, const std::vector<LogColumn>& there) {
+std::string describe_missing_log_columns(const std::vector<LogColumn>& missing,
+                                         const std::vector<LogColumn>& available) {
   std::vector<std::string> names, instead;
   const auto add = [&](std::string name) {
     if (std::ranges::find(instead, name) == instead.end()) instead.push_back(std::move(name));
@@ -95,11 +96,11 @@ std::string describe_missing_log_columns(const std::vector<LogColumn>& missing, 
   for (const LogColumn& column : missing) {
     const auto series = series_name(column.message, column.instance);
     names.push_back(series + "." + column.field);
-    for (const LogColumn& other : there)
+    for (const LogColumn& other : available)
       if (series_name(other.message, other.instance) == series) add(series + "." + other.field);
   }
   if (instead.empty())
-    for (const LogColumn& other : there) add(series_name(other.message, other.instance));
+    for (const LogColumn& other : available) add(series_name(other.message, other.instance));
   return describe_missing_columns(names, instead);
 }
 
@@ -130,7 +131,7 @@ Result<std::size_t> LogReading::add(LogSeries series, const std::string& file) {
   return series_.size() - 1;
 }
 
-std::vector<LogColumn> LogReading::published() const {
+std::vector<LogColumn> LogReading::published_columns() const {
   std::vector<LogColumn> columns;
   std::set<std::string> known_names;
   for (const Known& known : series_) {
@@ -148,7 +149,7 @@ bool LogReading::selects_message(std::string_view message) const {
   return std::ranges::find(columns_, message, &LogColumn::message) != columns_.end();
 }
 
-Result<void> LogReading::check_alone(std::size_t series, const std::string& file) const {
+Result<void> LogReading::check_single_series(std::size_t series, const std::string& file) const {
   if (map_->every > Duration{} || rows_ == 0 || series == only_) return {};
   return failure(
       FaultKind::bad_file, file,
@@ -164,7 +165,7 @@ Result<void> LogReading::take(std::size_t series, std::string_view message, cons
     ++damaged_;
     return {};
   }
-  if (auto alone = check_alone(series, file); !alone) return alone;
+  if (auto alone = check_single_series(series, file); !alone) return alone;
   double time_us = number_at(message, known.time.offset, known.time.type) * known.time.scale;
   constexpr double kEarlier_s = 60;  // another topic may begin earlier
   if (rows_ == 0 && is_since_1970(time_us)) {

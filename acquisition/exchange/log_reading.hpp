@@ -30,7 +30,7 @@ struct LogColumn {
 
 /// The type of a number in a message. The least significant byte comes first.
 enum class NumberType { int8, uint8, int16, uint16, int32, uint32, int64, uint64, float16, float32, float64 };
-[[nodiscard]] std::size_t size_of(NumberType type);
+[[nodiscard]] std::size_t number_size(NumberType type);
 /// Returns the number at byte `offset` of a message, which must contain all bytes of the number. Returns NaN for an
 /// infinite number.
 [[nodiscard]] double number_at(std::string_view message, std::size_t offset, NumberType type);
@@ -39,7 +39,7 @@ enum class NumberType { int8, uint8, int16, uint16, int32, uint32, int64, uint64
 /// Describes columns that a log does not have, and the alternatives: the fields of the same messages or, if there are
 /// none, the names of all messages.
 [[nodiscard]] std::string describe_missing_log_columns(const std::vector<LogColumn>& missing,
-                                                       const std::vector<LogColumn>& there);
+                                                       const std::vector<LogColumn>& available);
 
 /// The position and type of a number in a message.
 struct LogField {
@@ -79,10 +79,10 @@ class LogReading {
 
   /// Returns whether the map has a column of messages with this name.
   [[nodiscard]] bool selects_message(std::string_view message) const;
-  [[nodiscard]] const std::vector<LogColumn>& there() const { return there_; }
+  [[nodiscard]] const std::vector<LogColumn>& available_columns() const { return there_; }
   /// Returns the columns of series with at least one message.
-  [[nodiscard]] std::vector<LogColumn> published() const;
-  [[nodiscard]] std::size_t damaged() const { return damaged_; }
+  [[nodiscard]] std::vector<LogColumn> published_columns() const;
+  [[nodiscard]] std::size_t damaged_messages() const { return damaged_; }
 
  private:
   struct Wanted {
@@ -96,7 +96,7 @@ class LogReading {
     std::size_t first_column{}, columns{};  ///< range in `there_`
     std::size_t messages{};
   };
-  [[nodiscard]] Result<void> check_alone(std::size_t series, const std::string& file) const;
+  [[nodiscard]] Result<void> check_single_series(std::size_t series, const std::string& file) const;
 
   const ImportMap* map_;
   const TakeRow* take_;

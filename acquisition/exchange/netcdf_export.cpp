@@ -218,13 +218,13 @@ class NetcdfExport {
   }
 
   /// Returns a unique name for a variable.
-  std::string own_name(std::string_view channel) {
+  std::string unique_name(std::string_view channel) {
     std::string name = variable_name(channel);
     while (!taken_.insert(name).second) name += "_2";
     return name;
   }
 
-  std::vector<double> along_time(const std::vector<double>& column) const {
+  std::vector<double> align_with_rows(const std::vector<double>& column) const {
     std::vector<double> values(rows_.row.size(), kMissing);
     for (std::size_t i = 0; i < values.size(); ++i)
       if (const auto row = rows_.row[i]; row >= 0 && static_cast<std::size_t>(row) < column.size())
@@ -234,7 +234,7 @@ class NetcdfExport {
 
   int put(std::string_view channel, std::string_view units, std::string_view long_name,
           const std::vector<double>& column) {
-    return put_as(own_name(channel), channel, units, long_name, column);
+    return put_as(unique_name(channel), channel, units, long_name, column);
   }
 
   int put_as(const std::string& name, std::string_view channel, std::string_view units, std::string_view long_name,
@@ -245,7 +245,7 @@ class NetcdfExport {
     file_.attribute(variable, "long_name", long_name);
     file_.attribute(variable, "coordinates", std::string_view(has_latitude_ ? "run latitude" : "run"));
     if (name != channel) file_.attribute(variable, "channel", channel);
-    file_.values(variable, along_time(column));
+    file_.values(variable, align_with_rows(column));
     return variable;
   }
 
@@ -274,7 +274,7 @@ class NetcdfExport {
         put(channel.name, "degC", "temperature of " + channel.name, calibrated_temperatures(record_, index));
     file_.attribute(variable, "instrument", channel.instrument);
     file_.attribute(variable, "calibration", record::describe_calibration(channel));
-    const auto flag = own_name(channel.name + "_flag");
+    const auto flag = unique_name(channel.name + "_flag");
     file_.attribute(variable, "ancillary_variables", flag);
     std::vector<int> flags(rows_.row.size(), gap);
     for (std::size_t i = 0; i < flags.size(); ++i)
@@ -317,7 +317,7 @@ class NetcdfExport {
     const bool counts = axis.kind == GyroKind::pulse_count;
     const int variable = put(record::calibrated_name(column), "degree/hour",
                              "rate about " + label + ", including the Earth rate", axis_rates(record_, unit, index));
-    const auto counts_name = own_name(column.name);
+    const auto counts_name = unique_name(column.name);
     file_.attribute(variable, "ancillary_variables", counts_name);
     if (axis.earth_rate) file_.attribute(variable, "earth_rate_deg_per_h", axis.earth_rate->value);
     const int counted =
@@ -346,10 +346,10 @@ class NetcdfExport {
     for (const auto& one : info_.segments) segments.push_back(one.name);
     for (const Phase one : kPhases) phases.emplace_back(name(one));
     for (const RunState one : kRunStates) states.emplace_back(name(one));
-    put_flags(own_name("segment"), "segment of the profile", segments, segment);
-    put_flags(own_name("cycle"), "cycle of the profile", info_.cycles, cycle);
-    put_flags(own_name("phase"), "phase of the segment", phases, phase);
-    put_flags(own_name("state"), "state of the run", states, state);
+    put_flags(unique_name("segment"), "segment of the profile", segments, segment);
+    put_flags(unique_name("cycle"), "cycle of the profile", info_.cycles, cycle);
+    put_flags(unique_name("phase"), "phase of the segment", phases, phase);
+    put_flags(unique_name("state"), "state of the run", states, state);
     if (record::is_handled(info_)) put_turned();
   }
 
@@ -361,7 +361,7 @@ class NetcdfExport {
       const double at = row < 0 ? kMissing : record::turned_at(record_, static_cast<std::size_t>(row));
       if (!std::isnan(at)) turned[i] = static_cast<int>(at);
     }
-    put_flags(own_name(record::kTurnedTitle), "how the unit is mounted", {"as_mounted", "turned"}, turned);
+    put_flags(unique_name(record::kTurnedTitle), "how the unit is mounted", {"as_mounted", "turned"}, turned);
   }
 
   const Record& record_;

@@ -106,7 +106,7 @@ double as(double number) {
 }
 
 /// Returns a number as a variable of that type stores it: 0.1 as a float differs from 0.1 as a double.
-double as_type(nc_type type, double number) {
+double round_to_type(nc_type type, double number) {
   switch (type) {
     case NC_FLOAT: return static_cast<float>(number);
     case NC_BYTE: return as<std::int8_t>(number);
@@ -166,7 +166,7 @@ class NetcdfTable {
     step_();
     if (auto opened = check(nc_open(path_.c_str(), NC_NOWRITE, &file_)); !opened) return opened;
     const auto time = find(map.time->name);
-    if (!time) return wrong(describe_missing_columns({map.time->name}, names_along({})));
+    if (!time) return bad_file_failure(describe_missing_columns({map.time->name}, list_row_variables({})));
     dimension_ = time->dimension;
     if (auto size = check(nc_inq_dimlen(file_, *dimension_, &rows_)); !size) return size;
     time_ = *time;
@@ -186,16 +186,16 @@ class NetcdfTable {
         if (auto taken = take_row(first + i, times_[i], numbers, take); !taken) return taken;
       }
     }
-    return rows_ > 0 ? Result<void>{} : wrong("the file has no row, expected at least one");
+    return rows_ > 0 ? Result<void>{} : bad_file_failure("the file has no row, expected at least one");
   }
 
  private:
-  tl::unexpected<Fault> wrong(std::string what) const {
+  tl::unexpected<Fault> bad_file_failure(std::string what) const {
     return failure(FaultKind::bad_file, path_, plain(std::move(what), Blanks::kept));
   }
   Result<void> check(int error) const {
     return error == NC_NOERR ? Result<void>{}
-                             : wrong(std::string("cannot be read as NetCDF or HDF5: ") + nc_strerror(error));
+                             : bad_file_failure(std::string("cannot be read as NetCDF or HDF5: ") + nc_strerror(error));
   }
 
   /// Returns the index of the only dimension longer than 1, or the first of dimensions of length 1. Returns nothing for
@@ -211,7 +211,7 @@ class NetcdfTable {
 
   /// Returns the variable with this id if it is numeric and extends along only one dimension. Once the time dimension
   /// is known, the variable must have that dimension.
-  std::optional<Variable> along(int id) const {
+  std::optional<Variable> find_row_variable(int id) const {
     int rank = 0;
     nc_type type{};
     std::array<int, 2> dimensions{};
@@ -227,9 +227,10 @@ class NetcdfTable {
     variable.no_values = numbers_of_attribute(id, "_FillValue");
     if (const auto fill = default_fill(type); fill && variable.no_values.empty()) variable.no_values.push_back(*fill);
     for (const double missing : numbers_of_attribute(id, "missing_value")) variable.no_values.push_back(missing);
-    for (double& number : variable.no_values) number = as_type(type, number);
+    for (double& number : variable.no_values) number = round_to_type(type, number);
     const auto bound = [&](const char* name, std::size_t at, double& limit) {
-      if (const auto numbers = numbers_of_attribute(id, name); numbers.size() > at) limit = as_type(type, numbers[at]);
+      if (const auto numbers = numbers_of_attribute(id, name); numbers.size() > at)
+        limit = round_to_type(type, numbers[at]);
     };
     bound("valid_min", 0, variable.valid_low);
     bound("valid_max", 0, variable.valid_high);
@@ -241,16 +242,16 @@ class NetcdfTable {
   std::optional<Variable> find(const std::string& name) const {
     int id = -1;
     if (nc_inq_varid(file_, name.c_str(), &id) != NC_NOERR) return std::nullopt;
-    return along(id);
+    return find_row_variable(id);
   }
 
-  std::vector<std::string> names_along(const std::vector<std::string>& but) const {
+  std::vector<std::string> list_row_variables(const std::vector<std::string>& but) const {
     std::vector<std::string> names;
     int count = 0;
     if (nc_inq_nvars(file_, &count) != NC_NOERR) return names;
     for (int id = 0; id < count; ++id) {
       std::array<char, NC_MAX_NAME + 1> name{};
-      if (along(id) && nc_inq_varname(file_, id, name.data()) == NC_NOERR &&
+      if (find_row_variable(id) && nc_inq_varname(file_, id, name.data()) == NC_NOERR &&
           std::ranges::find(but, name.data()) == but.end())
         names.emplace_back(name.data());
     }
@@ -278,11 +279,12 @@ class NetcdfTable {
     };
     for (const char* name : {"scale_factor", "add_offset"})
       if (is_there(name) && numbers_of_attribute(variable.id, name).size() != 1)
-        return wrong(fmt::format("the attribute {} of \"{}\" is not a single number, expected one", name, column));
+        return bad_file_failure(
+            fmt::format("the attribute {} of \"{}\" is not a single number, expected one", name, column));
     for (const char* name : {"_FillValue", "missing_value"})
       if (is_there(name) && numbers_of_attribute(variable.id, name).empty())
-        return wrong(fmt::format("the attribute {} of \"{}\" is not a number, expected a number of the variable's type",
-                                 name, column));
+        return bad_file_failure(fmt::format(
+            "the attribute {} of \"{}\" is not a number, expected a number of the variable's type", name, column));
     return {};
   }
 
@@ -300,8 +302,8 @@ class NetcdfTable {
       return text.substr(0, kLongest);
     }
     if (type != NC_CHAR || length > kLongest)
-      return wrong(fmt::format("the attribute {} of \"{}\" is not a text of at most 1000 characters, expected one",
-                               name, column));
+      return bad_file_failure(fmt::format(
+          "the attribute {} of \"{}\" is not a text of at most 1000 characters, expected one", name, column));
     std::string text(length, '\0');
     if (auto read = check(nc_get_att_text(file_, variable, name, text.data())); !read) return failure(read.error());
     return text.substr(0, text.find('\0'));
@@ -312,18 +314,19 @@ class NetcdfTable {
     const auto calendar = text_attribute(time_.id, "calendar", name);
     if (!units) return failure(units.error());
     if (!map_units.empty() && !units->empty())
-      return wrong(fmt::format("\"{}\" has the units \"{}\", expected no unit in the map", name, *units));
+      return bad_file_failure(fmt::format("\"{}\" has the units \"{}\", expected no unit in the map", name, *units));
     if (units->empty()) units = map_units;
     if (units->empty())
-      return wrong(fmt::format("\"{}\" has no units, expected unit = \"s\" or the like in [time] of the map", name));
+      return bad_file_failure(
+          fmt::format("\"{}\" has no units, expected unit = \"s\" or the like in [time] of the map", name));
     if (!calendar) return failure(calendar.error());
     const auto parsed =
         parse_time_units(*units, *calendar == "proleptic_gregorian" ? EarlyDays::gregorian : EarlyDays::julian);
-    if (!parsed) return wrong(fmt::format("\"{}\" has the units \"{}\": {}", name, *units, parsed.error()));
+    if (!parsed) return bad_file_failure(fmt::format("\"{}\" has the units \"{}\": {}", name, *units, parsed.error()));
     for (const char* usual : {"", "standard", "gregorian", "proleptic_gregorian", "none"})
       if (*calendar == usual) units_ = *parsed;
     if (units_.unit > Duration{}) return {};
-    return wrong(fmt::format("\"{}\" has the calendar \"{}\", expected the standard one", name, *calendar));
+    return bad_file_failure(fmt::format("\"{}\" has the calendar \"{}\", expected the standard one", name, *calendar));
   }
 
   /// Checks that the scale in the map agrees with the units in the file. Allows differences that a calibration can
@@ -336,7 +339,7 @@ class NetcdfTable {
       constexpr double kCalibrated = 0.2, kCalibrated_k = 20;
       if (stated &&
           (std::abs(scale / stated->scale - 1) > kCalibrated || std::abs(offset - stated->offset) > kCalibrated_k))
-        return wrong(
+        return bad_file_failure(
             fmt::format("\"{}\" has the units \"{}\", expected scale = {:.15g} and offset = {:.15g} in the map",
                         column.name, *units, stated->scale, stated->offset));
     }
@@ -348,8 +351,8 @@ class NetcdfTable {
         const auto stated = units && !units->empty() ? degrees_per_hour_in("w [" + *units + "]") : std::nullopt;
         constexpr double kCalibrated = 0.2;
         if (stated && axis.kind == record::GyroKind::rate && std::abs(std::abs(axis.scale) / *stated - 1) > kCalibrated)
-          return wrong(fmt::format("\"{}\" has the units \"{}\", expected scale = {:.15g} in the map", name->name,
-                                   *units, *stated));
+          return bad_file_failure(fmt::format("\"{}\" has the units \"{}\", expected scale = {:.15g} in the map",
+                                              name->name, *units, *stated));
         ++name;
       }
     return {};
@@ -365,7 +368,7 @@ class NetcdfTable {
         missing.push_back(column.name);
       }
     if (missing.empty()) return check_units(map);
-    return wrong(describe_missing_columns(missing, names_along({map.time->name})));
+    return bad_file_failure(describe_missing_columns(missing, list_row_variables({map.time->name})));
   }
 
   Result<void> read_part(std::size_t first, std::size_t count) {
@@ -429,7 +432,7 @@ class NetcdfTable {
       return failure(FaultKind::bad_file, fmt::format("{}: row {}", path_, row), std::move(what));
     };
     if (time && !first_) first_ = *time;
-    const auto since_first = time ? between(*first_, *time) : std::nullopt;
+    const auto since_first = time ? duration_between(*first_, *time) : std::nullopt;
     if (!since_first) return of_row("no time, or more than ten years after the first row");
     ForeignRow foreign{.time = *since_first, .numbers = numbers};
     if (units_.since) {

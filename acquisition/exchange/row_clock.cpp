@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::int64_t kGpsWeek_s = 604800;
 
-tl::unexpected<Fault> wrong(std::string what) { return failure(FaultKind::bad_file, "", std::move(what)); }
+tl::unexpected<Fault> bad_file_failure(std::string what) { return failure(FaultKind::bad_file, "", std::move(what)); }
 
 /// Returns GPS time minus UTC (IERS Bulletin C): one more second from each of these days on.
 Duration leap_seconds_of_gps(Duration utc) {
@@ -75,11 +75,11 @@ bool has_time_of_day(std::string_view text) { return text.find(':') != std::stri
 
 }  // namespace
 
-CountedTime RowClock::unwrapped(const CountedTime& number) {
+CountedTime RowClock::unwrap(const CountedTime& number) {
   if (!map_.wrap) return number;
   if (last_number_) {
     const auto half = std::chrono::duration_cast<Duration>((kSecond * map_.wrap->seconds + map_.wrap->part) / 2);
-    const auto step = between(*last_number_, number);
+    const auto step = duration_between(*last_number_, number);
     if (step && *step < -half) wrapped_ = wrapped_ + *map_.wrap;
     if (step && *step > half && wrapped_.seconds + wrapped_.part.count() > 0)
       wrapped_ = wrapped_ + CountedTime{-map_.wrap->seconds, -map_.wrap->part};
@@ -89,43 +89,45 @@ CountedTime RowClock::unwrapped(const CountedTime& number) {
 }
 
 Result<void> RowClock::read_number(const CountedTime& number, std::optional<double> week, ForeignRow& row) {
-  auto counted = unwrapped(number);
+  auto counted = unwrap(number);
   if (week) {
     if (std::isnan(*week) || *week < 0 || *week > 1e5 || std::floor(*week) != *week)
-      return wrong("not a GPS week, expected a whole number from 0 to 100000");
+      return bad_file_failure("not a GPS week, expected a whole number from 0 to 100000");
     counted = counted + CountedTime{static_cast<std::int64_t>(*week) * kGpsWeek_s};
   }
   if (!first_number_) first_number_ = counted;
-  const auto since_first = between(*first_number_, counted);
-  if (!since_first) return wrong("more than ten years after the first row");
+  const auto since_first = duration_between(*first_number_, counted);
+  if (!since_first) return bad_file_failure("more than ten years after the first row");
   row.time = *since_first;
   if (!map_.since || (map_.counts_local_days && !map_.zone)) return {};
   row.utc = to_utc(*map_.since + counted);
   if (row.utc && map_.zone) *row.utc -= *map_.zone;
   if (row.utc && map_.counts_gps) *row.utc -= leap_seconds_of_gps(*row.utc);
   if (row.utc && record::is_possible_time(*row.utc)) return {};
-  return wrong("a time outside 1970 to 2116: do unit and since in [time] fit?");
+  return bad_file_failure("a time outside 1970 to 2116: do unit and since in [time] fit?");
 }
 
 Result<void> RowClock::read_date(std::string_view date, std::string_view clock, ForeignRow& row) {
   const auto time = dated_time(map_, date, clock);
   const auto shown = [&] { return plain(in_utf8(map_.clock ? fmt::format("{} {}", date, clock) : std::string(date))); };
-  if (!time) return wrong(fmt::format("\"{}\", expected {}", shown(), expected_date(map_)));
+  if (!time) return bad_file_failure(fmt::format("\"{}\", expected {}", shown(), expected_date(map_)));
   const auto zone = time->zone ? time->zone : map_.zone;
   if (!zone)
-    return wrong(fmt::format("\"{}\" has no zone, expected one after the time, or zone = \"Z\" in [time]", shown()));
+    return bad_file_failure(
+        fmt::format("\"{}\" has no zone, expected one after the time, or zone = \"Z\" in [time]", shown()));
   row.utc = time->reading - *zone;
-  if (!record::is_possible_time(*row.utc)) return wrong("a time outside 1970 to 2116");
+  if (!record::is_possible_time(*row.utc)) return bad_file_failure("a time outside 1970 to 2116");
   if (!first_utc_) first_utc_ = *row.utc;
   row.time = *row.utc - *first_utc_;
   if (std::chrono::abs(row.time) <= kLongestForeignTime) return {};
-  return wrong("more than ten years after the first row");
+  return bad_file_failure("more than ten years after the first row");
 }
 
 Result<void> RowClock::read_clock(std::string_view clock, ForeignRow& row) {
   constexpr Duration kHalfDay = std::chrono::hours(12), kDay = std::chrono::hours(24);
   const auto of_day = parse_clock(clock);
-  if (!of_day) return wrong(fmt::format("\"{}\", expected a time of day like 08:30:05", plain(in_utf8(clock))));
+  if (!of_day)
+    return bad_file_failure(fmt::format("\"{}\", expected a time of day like 08:30:05", plain(in_utf8(clock))));
   if (last_clock_ && *of_day - *last_clock_ < -kHalfDay) days_ += kDay;
   if (last_clock_ && *of_day - *last_clock_ > kHalfDay && days_ > Duration{}) days_ -= kDay;
   last_clock_ = *of_day;

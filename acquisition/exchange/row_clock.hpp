@@ -32,7 +32,7 @@ class RowClock {
   [[nodiscard]] Result<void> read_clock(std::string_view clock, ForeignRow& row);
 
  private:
-  [[nodiscard]] CountedTime unwrapped(const CountedTime& number);
+  [[nodiscard]] CountedTime unwrap(const CountedTime& number);
 
   const ImportMap& map_;
   std::optional<CountedTime> first_number_{}, last_number_{};

@@ -63,7 +63,7 @@ RowOrder::RowOrder(const ImportMap& map, TakeRow take)
 
 Result<void> RowOrder::push(const ForeignRow& row) {
   if (map_.out_of_order == OutOfOrder::refuse) {
-    if (last_ && !follows(row.time, *last_)) return failure(out_of_order(map_, *last_ - row.time, row.utc));
+    if (last_ && !is_after(row.time, *last_)) return failure(out_of_order(map_, *last_ - row.time, row.utc));
     return pass_on(row);
   }
   if (map_.out_of_order == OutOfOrder::shift) {
@@ -75,10 +75,10 @@ Result<void> RowOrder::push(const ForeignRow& row) {
     }
     moved.time += moved_;
     if (moved.utc) *moved.utc += moved_;
-    if (last_ && !follows(moved.time, *last_)) return failure(out_of_order(map_, *last_ - moved.time, row.utc));
+    if (last_ && !is_after(moved.time, *last_)) return failure(out_of_order(map_, *last_ - moved.time, row.utc));
     return pass_on(moved);
   }
-  if (last_ && !follows(row.time, *last_)) {
+  if (last_ && !is_after(row.time, *last_)) {
     leave_out(row);
     return {};
   }
@@ -87,9 +87,9 @@ Result<void> RowOrder::push(const ForeignRow& row) {
 }
 
 /// Returns whether the first held row belongs to a longest subsequence of the held rows that is in order.
-bool RowOrder::is_front_good() const {
+bool RowOrder::is_front_in_order() const {
   const bool is_in_order = std::ranges::adjacent_find(held_, [&](const Held& a, const Held& b) {
-                             return !follows(b.time, a.time);
+                             return !is_after(b.time, a.time);
                            }) == held_.end();
   if (is_in_order) return true;
   std::array<std::size_t, kRowsAhead + 1> longest{};  // length from each row on
@@ -97,14 +97,14 @@ bool RowOrder::is_front_good() const {
   for (std::size_t i = held_.size(); i-- > 0;) {
     longest[i] = 1;
     for (std::size_t j = i + 1; j < held_.size(); ++j)
-      if (follows(held_[j].time, held_[i].time)) longest[i] = std::max(longest[i], longest[j] + 1);
+      if (is_after(held_[j].time, held_[i].time)) longest[i] = std::max(longest[i], longest[j] + 1);
     most = std::max(most, longest[i]);
   }
   return longest[0] == most;
 }
 
 Result<void> RowOrder::pop() {
-  const bool is_good = is_front_good() && (!last_ || follows(held_.front().time, *last_));
+  const bool is_good = is_front_in_order() && (!last_ || is_after(held_.front().time, *last_));
   const Held held = std::move(held_.front());
   held_.pop_front();
   const ForeignRow row{held.time, held.utc, held.numbers};

@@ -34,7 +34,7 @@ class RowOrder {
   [[nodiscard]] Result<void> finish();
   /// Adds notes about rows that were left out or moved.
   void note(Notes& notes) const;
-  [[nodiscard]] std::size_t left_out() const { return left_out_; }
+  [[nodiscard]] std::size_t skipped_rows() const { return left_out_; }
 
  private:
   struct Held {
@@ -42,10 +42,10 @@ class RowOrder {
     std::optional<Duration> utc{};
     std::vector<double> numbers{};
   };
-  [[nodiscard]] bool follows(Duration time, Duration before) const {
+  [[nodiscard]] bool is_after(Duration time, Duration before) const {
     return is_grouped_ ? time >= before : time > before;
   }
-  [[nodiscard]] bool is_front_good() const;
+  [[nodiscard]] bool is_front_in_order() const;
   [[nodiscard]] Result<void> pop();
   [[nodiscard]] Result<void> pass_on(const ForeignRow& row);
   void leave_out(const ForeignRow& row);

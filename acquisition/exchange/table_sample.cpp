@@ -31,8 +31,8 @@ constexpr std::size_t kMostLines = 100'000, kMostBytes = 32 << 20;
 std::optional<Fields> split_fields(const std::string& line, char separator) {
   std::vector<record::Field> fields;
   Fields texts;
-  if (!record::cut(line, separator, fields)) return std::nullopt;
-  for (const auto& field : fields) texts.push_back(in_utf8(trimmed(record::unquoted(field))));
+  if (!record::split_line(line, separator, fields)) return std::nullopt;
+  for (const auto& field : fields) texts.push_back(in_utf8(trimmed(record::unquote(field))));
   return texts;
 }
 
@@ -60,7 +60,7 @@ bool is_value(const std::string& field) {
          parse_local_time(field, DateOrder::year_first);
 }
 
-std::size_t values_in(const Fields& fields) {
+std::size_t count_values(const Fields& fields) {
   return static_cast<std::size_t>(std::ranges::count_if(fields, is_value));
 }
 
@@ -127,7 +127,7 @@ Shape find_shape(const std::vector<Line>& lines) {
     std::map<std::size_t, Widths> widths;
     for (const Line* line : some) {
       const auto fields = split_fields(line->text, separator);
-      if (!fields || values_in(*fields) == 0) continue;
+      if (!fields || count_values(*fields) == 0) continue;
       auto& [count, filled] = widths[fields->size()];
       ++count;
       filled = std::max(filled, filled_width(*fields));
@@ -186,15 +186,15 @@ class HeaderSearch {
       : lines_(lines), comments_(comments), shape_(shape), values_(values), first_(first), sample_(sample) {}
 
   void find() {
-    if (const auto names = names_above()) return take_names(*names);
-    take_by_number();
+    if (const auto names = find_name_line()) return take_names(*names);
+    number_columns();
     if (take_multiline_header() || take_comment_names()) return;
     sample_.names.assign(shape_.width, "");
   }
 
  private:
   /// Returns the topmost full line of texts among those directly above the rows.
-  std::optional<std::size_t> names_above() const {
+  std::optional<std::size_t> find_name_line() const {
     constexpr std::size_t kHighest = 5;
     std::optional<std::size_t> names, wider;
     for (std::size_t i = first_; i-- > 0 && first_ - i <= kHighest;) {
@@ -210,7 +210,7 @@ class HeaderSearch {
     sample_.names = *split_fields(lines_[at].text, shape_.separator);
     const bool fits = filled_width(sample_.names) <= std::max(shape_.width, shape_.fields);
     sample_.names.resize(shape_.width);
-    if (!fits) return take_by_number();  // rows have fewer fields
+    if (!fits) return number_columns();  // rows have fewer fields
     if (at > 0) sample_.preamble = lines_[at].number - 1;
     sample_.skip = lines_[first_].number - lines_[at].number - 1 - comments_between(lines_[at].number);
   }
@@ -221,7 +221,7 @@ class HeaderSearch {
     }));
   }
 
-  void take_by_number() {
+  void number_columns() {
     sample_.header = false;
     sample_.preamble = 0;
     sample_.skip = first_ == 0 ? 0 : lines_[first_].number - 1 - comments_between(0);
@@ -427,7 +427,7 @@ void keep_good_rows(TableSample& sample, const std::vector<std::size_t>& numbers
 
 std::optional<double> TableSample::number_in_field(const std::string& field) const {
   std::string changed;
-  return record::number_in(style.normalised(field, changed));
+  return record::number_in(style.normalise(field, changed));
 }
 
 std::vector<double> TableSample::column_numbers(std::size_t column) const {
@@ -437,7 +437,7 @@ std::vector<double> TableSample::column_numbers(std::size_t column) const {
   return 2 * numbers.size() >= rows.size() ? numbers : std::vector<double>{};
 }
 
-bool TableSample::is_called_by_number(std::size_t column) const {
+bool TableSample::needs_column_number(std::size_t column) const {
   return !header || names[column].empty() || std::ranges::count(names, names[column]) > 1;
 }
 
@@ -452,7 +452,7 @@ std::string toml_text(std::string_view text) { return toml_quoted(plain(text)); 
 
 std::string TableSample::reference(std::size_t column, const std::string& key) const {
   const std::string& name = names[column];
-  if (!is_called_by_number(column)) return fmt::format("{} = {}", key, toml_text(name));
+  if (!needs_column_number(column)) return fmt::format("{} = {}", key, toml_text(name));
   const auto behind = name.empty() ? std::string() : "        # " + toml_text(name);
   return fmt::format("{}{} = {}{}", key, header ? "_number" : "", column + 1, behind);
 }

@@ -40,7 +40,7 @@ struct TableSample {
   [[nodiscard]] std::vector<double> column_numbers(std::size_t column) const;
   [[nodiscard]] std::optional<double> number_in_field(const std::string& field) const;
   /// Returns true if a map must refer to a column by its number: its name is empty or not unique.
-  [[nodiscard]] bool is_called_by_number(std::size_t column) const;
+  [[nodiscard]] bool needs_column_number(std::size_t column) const;
   [[nodiscard]] std::string column_name(std::size_t column) const;
   /// Returns the line of a map that names a column: "column = "T1"", or "column_number = 3" with its name as a comment;
   /// for a table without a header "column = 3". `key` replaces "column".

@@ -83,11 +83,11 @@ std::string in_utf8(std::string_view text) {
 }
 
 Result<TextLines> TextLines::open(Bytes bytes, std::string comment) {
-  const auto ahead = bytes.ahead(kUtf8Mark.size());
+  const auto ahead = bytes.peek(kUtf8Mark.size());
   if (!ahead) return failure(ahead.error());
   const auto begins = [&](std::string_view mark) {
     if (!ahead->starts_with(mark)) return false;
-    bytes.pass(mark.size());
+    bytes.skip(mark.size());
     return true;
   };
   const bool has_nul = ahead->substr(0, 2).find('\0') != std::string_view::npos;
@@ -113,12 +113,12 @@ bool TextLines::is_comment() const { return !comment_.empty() && line_.starts_wi
 
 /// Advances to the next line. Returns false at the end of the file.
 Result<bool> TextLines::read_line() {
-  bytes_.pass(to_pass_);
-  to_pass_ = 0;
+  bytes_.skip(bytes_to_skip_);
+  bytes_to_skip_ = 0;
   const std::size_t size = unit_size(encoding_);
   const std::size_t most = (record::kLongestLine + 2) * size;  // followed by CRLF
-  auto ahead = bytes_.ahead(1);
-  if (ahead && end_of_line(ahead->substr(0, most), encoding_) == std::string_view::npos) ahead = bytes_.ahead(most);
+  auto ahead = bytes_.peek(1);
+  if (ahead && end_of_line(ahead->substr(0, most), encoding_) == std::string_view::npos) ahead = bytes_.peek(most);
   if (!ahead) return failure(ahead.error());
   line_ = {};
   if (ahead->empty()) return false;
@@ -127,7 +127,7 @@ Result<bool> TextLines::read_line() {
   const bool ended = end != std::string_view::npos;
   cut_short_ = !ended && window.size() == most;
   has_end_ = ended;
-  to_pass_ = ended ? end + size : window.size();
+  bytes_to_skip_ = ended ? end + size : window.size();
   line_ = window.substr(0, std::min(end, window.size()));
   if (encoding_ != Encoding::utf8) {
     decode(line_, encoding_, decoded_);
@@ -146,7 +146,7 @@ Result<void> TextLines::check_ends() const {
 }
 
 /// Skips the remainder of a line of which line() has only the beginning.
-Result<void> TextLines::pass_rest() {
+Result<void> TextLines::skip_remainder() {
   while (cut_short_) {
     const std::size_t before = number_;
     if (auto read = read_line(); !read) return failure(read.error());
@@ -165,22 +165,22 @@ Result<bool> TextLines::next() {
       return failure(fault_at(record::kLongestLine + 1,
                               fmt::format("more than {} bytes in a line, expected fewer", record::kLongestLine)));
     if (good) return true;
-    if (auto passed = pass_rest(); !passed) return failure(passed.error());
+    if (auto passed = skip_remainder(); !passed) return failure(passed.error());
   }
 }
 
-Result<bool> TextLines::pass_any() {
+Result<bool> TextLines::skip_any_line() {
   const auto read = read_line();
   if (!read || !*read) return read;
-  return pass_rest().map([] { return true; });
+  return skip_remainder().map([] { return true; });
 }
 
-Result<bool> TextLines::pass() {
+Result<bool> TextLines::skip_line() {
   while (true) {
     const auto read = read_line();
     if (!read || !*read) return read;
     const bool passed_one = !is_comment();
-    if (auto passed = pass_rest(); !passed) return failure(passed.error());
+    if (auto passed = skip_remainder(); !passed) return failure(passed.error());
     if (passed_one) return true;
   }
 }

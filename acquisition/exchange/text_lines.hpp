@@ -30,11 +30,11 @@ class TextLines {
   /// contains a CR.
   [[nodiscard]] Result<bool> next();
   /// Skips the next line that is not a comment, even an empty one. Returns false at the end.
-  [[nodiscard]] Result<bool> pass();
+  [[nodiscard]] Result<bool> skip_line();
   /// Skips the next line, even a comment. Returns false at the end.
-  [[nodiscard]] Result<bool> pass_any();
+  [[nodiscard]] Result<bool> skip_any_line();
   /// Advances to the end of the line at which next() failed, so that next() can be called again.
-  [[nodiscard]] Result<void> recover() { return pass_rest(); }
+  [[nodiscard]] Result<void> recover() { return skip_remainder(); }
 
   /// Returns the line without its end. The view is valid until next().
   [[nodiscard]] std::string_view line() const { return line_; }
@@ -52,7 +52,7 @@ class TextLines {
       : bytes_(std::move(bytes)), comment_(std::move(comment)), encoding_(encoding) {}
   [[nodiscard]] Result<bool> read_line();
   [[nodiscard]] Result<void> check_ends() const;
-  [[nodiscard]] Result<void> pass_rest();
+  [[nodiscard]] Result<void> skip_remainder();
   [[nodiscard]] bool has_content() const;
   [[nodiscard]] bool is_comment() const;
 
@@ -62,7 +62,7 @@ class TextLines {
   std::string_view line_{};
   std::string decoded_{};
   /// The size in bytes of the present line, including its end. The next read skips these bytes.
-  std::size_t to_pass_{};
+  std::size_t bytes_to_skip_{};
   /// `line_` is the beginning of a longer line.
   bool cut_short_ = false;
   bool has_end_ = true;

@@ -33,7 +33,7 @@ void replace_all(std::string& text, std::string_view what, std::string_view with
     text.replace(at, what.size(), with);
 }
 
-std::string_view without_unit(std::string_view text, const std::vector<std::string>& units) {
+std::string_view strip_unit(std::string_view text, const std::vector<std::string>& units) {
   for (const std::string& unit : units) {
     if (unit.empty() || text.size() <= unit.size() || !text.ends_with(unit)) continue;
     const auto number = trimmed(text.substr(0, text.size() - unit.size()));
@@ -53,7 +53,7 @@ class DamagedLines {
   }
   [[nodiscard]] std::size_t count() const { return count_; }
   [[nodiscard]] const Fault& first() const { return first_; }
-  [[nodiscard]] std::string described() const {
+  [[nodiscard]] std::string describe() const {
     return fmt::format("{} line{} cannot be read and {} left out; the first: {}", count_, count_ > 1 ? "s" : "",
                        count_ > 1 ? "were" : "was", text(first_));
   }
@@ -76,7 +76,7 @@ class TextTable {
         numbers_(columns_.size()),
         missing_(columns_.size()) {
     for (const std::string& missing : map.missing)
-      if (const auto number = record::number_in(style_.normalised(missing, changed_)))
+      if (const auto number = record::number_in(style_.normalise(missing, changed_)))
         missing_numbers_.push_back(*number);
   }
 
@@ -105,11 +105,11 @@ class TextTable {
 
   Result<void> begin() {
     for (std::size_t i = 0; i < map_.preamble; ++i)
-      if (auto line = expect(lines_.pass_any(), "the file ends within its preamble"); !line) return line;
+      if (auto line = expect(lines_.skip_any_line(), "the file ends within its preamble"); !line) return line;
     if (map_.header)
       if (auto header = read_header(); !header) return header;
     for (std::size_t i = 0; i < map_.skip; ++i)
-      if (auto line = expect(lines_.pass(), "the file ends within the lines to skip"); !line) return line;
+      if (auto line = expect(lines_.skip_line(), "the file ends within the lines to skip"); !line) return line;
     return {};
   }
 
@@ -122,7 +122,7 @@ class TextTable {
       return failure(std::move(fault));
     }
     Findings findings{.missing = std::move(missing_), .lines_left_out = damaged_.count()};
-    if (damaged_.count() > 0) findings.notes.push_back(damaged_.described());
+    if (damaged_.count() > 0) findings.notes.push_back(damaged_.describe());
     if (!lines_.has_end()) findings.notes.push_back(torn_ ? torn_note() : open_note());
     other_clocks_.report(findings);
     return findings;
@@ -137,16 +137,16 @@ class TextTable {
         lines_.number());
   }
 
-  Result<void> part_line() {
-    auto parted = record::cut(lines_.line(), map_.separator, fields_);
+  Result<void> split_line() {
+    auto parted = record::split_line(lines_.line(), map_.separator, fields_);
     if (!parted) return failure(fault_at(std::stoul(parted.error().where), std::move(parted.error().what)));
     return parted;
   }
 
   Result<void> read_header() {
     if (auto line = expect(lines_.next(), "the file ends, expected a header"); !line) return line;
-    if (auto parted = part_line(); !parted) return parted;
-    for (const Field& field : fields_) header_.push_back(in_utf8(trimmed(record::unquoted(field))));
+    if (auto parted = split_line(); !parted) return parted;
+    for (const Field& field : fields_) header_.push_back(in_utf8(trimmed(record::unquote(field))));
     width_ = fields_.size();
     return locate_columns();
   }
@@ -193,7 +193,7 @@ class TextTable {
   bool is_missing(std::string_view text) const { return std::ranges::find(map_.missing, text) != map_.missing.end(); }
 
   /// Returns the fault for a field that is not a number. The time of a row must not be missing.
-  Fault no_number(const Field& field, bool is_time) const {
+  Fault not_a_number_fault(const Field& field, bool is_time) const {
     std::string expected = map_.decimal == ',' ? "a number with a decimal comma" : "a number";
     const bool has_comma = field.text.find(',') != std::string_view::npos;
     if (map_.decimal == '.' && has_comma) expected += " with a decimal point";
@@ -229,27 +229,27 @@ class TextTable {
       count_missing(i, text);
       return kMissing;
     }
-    if (const auto number = record::number_in(style_.normalised(text, changed_))) {
+    if (const auto number = record::number_in(style_.normalise(text, changed_))) {
       if (missing_numbers_.empty() || std::ranges::find(missing_numbers_, *number) == missing_numbers_.end())
         return *number;
       count_missing(i, text);
       return kMissing;
     }
-    if ((field.has_doubled_quotes || !is_utf8(text)) && is_missing(in_utf8(record::unquoted(field)))) {
-      count_missing(i, in_utf8(record::unquoted(field)));
+    if ((field.has_doubled_quotes || !is_utf8(text)) && is_missing(in_utf8(record::unquote(field)))) {
+      count_missing(i, in_utf8(record::unquote(field)));
       return kMissing;
     }
-    return failure(no_number(field, false));
+    return failure(not_a_number_fault(field, false));
   }
 
   Result<void> read_counted_time(ForeignRow& row) {
     const Field& field = fields_[*time_at_];
-    const auto counted = parse_counted_time(style_.normalised(trimmed(field.text), changed_), map_.time_unit);
-    if (!counted) return failure(no_number(field, true));
+    const auto counted = parse_counted_time(style_.normalise(trimmed(field.text), changed_), map_.time_unit);
+    if (!counted) return failure(not_a_number_fault(field, true));
     std::optional<double> week;
     if (week_at_) {
-      week = record::number_in(style_.normalised(trimmed(fields_[*week_at_].text), changed_));
-      if (!week) return failure(no_number(fields_[*week_at_], true));
+      week = record::number_in(style_.normalise(trimmed(fields_[*week_at_].text), changed_));
+      if (!week) return failure(not_a_number_fault(fields_[*week_at_], true));
     }
     return clock_.read_number(*counted, week, row);
   }
@@ -297,7 +297,7 @@ class TextTable {
 
   Result<void> read_row() {
     is_take_fault_ = false;
-    if (auto parted = part_line(); !parted) return parted;
+    if (auto parted = split_line(); !parted) return parted;
     if (width_ == 0) {
       width_ = fields_.size();
       if (auto located = locate_columns(); !located) return located;
@@ -385,9 +385,9 @@ std::string_view unit_behind_number(std::string_view cell) {
                                                                                                 : std::string_view();
 }
 
-std::string_view NumberStyle::normalised(std::string_view text, std::string& changed) const {
+std::string_view NumberStyle::normalise(std::string_view text, std::string& changed) const {
   if (is_plain(text, *this) || text.empty()) return text;
-  changed = without_unit(text, units);
+  changed = strip_unit(text, units);
   if (static_cast<unsigned char>(changed.front()) >= 0x80 || thousands == ' ') {
     replace_all(changed, kMinusSign, "-");
     replace_all(changed, kEnDash, "-");

@@ -23,7 +23,7 @@ struct NumberStyle {
   /// with "-" for U+2212, and without its unit. Returns the text itself if it already has this form. Returns an empty
   /// text if it cannot be a number, for example if a thousands separator is at a wrong position. The view is valid
   /// until `changed` changes.
-  [[nodiscard]] std::string_view normalised(std::string_view text, std::string& changed) const;
+  [[nodiscard]] std::string_view normalise(std::string_view text, std::string& changed) const;
 };
 
 /// U+2212 and the en dash, which spreadsheets write as a minus sign.

@@ -22,7 +22,7 @@ namespace {
 
 constexpr double kDay_s = 86400;
 
-double seconds_in(std::string_view unit) {
+double unit_seconds(std::string_view unit) {
   if (unit == "ns") return 1e-9;
   if (unit == "us") return 1e-6;
   if (unit == "ms") return 1e-3;
@@ -56,7 +56,7 @@ struct Course {
   bool all_steps_back_equal{};  ///< steps backwards are about equal
 };
 
-Course describe_course(const std::vector<double>& times_s) {
+Course measure_course(const std::vector<double>& times_s) {
   Course course{.step_s = usual_positive_step(times_s)};
   double least = 0, greatest = 0;
   for (std::size_t i = 1; i < times_s.size(); ++i) {
@@ -80,7 +80,7 @@ std::size_t count_left_out(const std::vector<double>& times_s) {
   RowOrder order(map, [](const ForeignRow&) { return Result<void>(); });
   for (const double time : times_s) (void)order.push({.time = from_seconds(time - times_s.front())});
   (void)order.finish();
-  return order.left_out();
+  return order.skipped_rows();
 }
 
 /// Returns the power of two at which a counter restarts; nothing if it does not. `unit_s` is its unit.
@@ -97,7 +97,7 @@ std::optional<double> find_wrap(const Course& course, double unit_s) {
 /// Returns the lines of a map that a series of times requires. `unit_s` is the unit of a counter; 0 for other times.
 std::string course_lines(const std::vector<double>& times_s, double unit_s) {
   constexpr double kFastestKept_s = 0.5, kMostLeftOut = 0.02;
-  const Course course = describe_course(times_s);
+  const Course course = measure_course(times_s);
   std::string text;
   if (const auto wrap = unit_s > 0 ? find_wrap(course, unit_s) : std::nullopt) {
     text += fmt::format("wrap = {:.0f}        # the counter restarts there\n", *wrap);
@@ -121,7 +121,7 @@ std::string course_lines(const std::vector<double>& times_s, double unit_s) {
   return text;
 }
 
-bool advances(const std::vector<double>& times) {
+bool is_increasing(const std::vector<double>& times) {
   const double step = usual_positive_step(times);
   if (times.size() < 2) return true;
   const auto forward = std::ranges::adjacent_find(times, std::less<>()) != times.end();
@@ -138,7 +138,7 @@ struct Dated {
 };
 using ParseDate = std::function<std::optional<CivilTime>(const std::string&)>;
 
-std::optional<Dated> dates_in(const TableSample& sample, std::size_t column, const ParseDate& parse) {
+std::optional<Dated> parse_dates(const TableSample& sample, std::size_t column, const ParseDate& parse) {
   Dated dated;
   for (const auto& row : sample.rows) {
     const auto time = parse(row[column]);
@@ -160,14 +160,14 @@ struct DateReading {
 
 std::vector<DateReading> find_readings(const TableSample& sample, std::size_t column) {
   std::vector<DateReading> readings;
-  if (auto dated = dates_in(sample, column, parse_civil_time)) return {{"iso", "", std::move(*dated)}};
+  if (auto dated = parse_dates(sample, column, parse_civil_time)) return {{"iso", "", std::move(*dated)}};
   const auto first = std::string_view(sample.rows.front()[column]);
   const bool begins_with_year = first.substr(0, 4).find_first_not_of("0123456789") == std::string_view::npos;
   for (const auto& [order, name] :
        {std::pair(DateOrder::year_first, "year-month-day"), std::pair(DateOrder::day_first, "day-month-year"),
         std::pair(DateOrder::month_first, "month-day-year")}) {
     if (order == DateOrder::year_first && !begins_with_year) continue;
-    auto dated = dates_in(sample, column, [&](const std::string& text) { return parse_local_time(text, order); });
+    auto dated = parse_dates(sample, column, [&](const std::string& text) { return parse_local_time(text, order); });
     if (!dated || (!readings.empty() && readings.front().dated.times_s == dated->times_s)) continue;
     readings.push_back({"date", name, std::move(*dated)});
   }
@@ -204,7 +204,7 @@ std::string order_lines(const TableSample& sample, std::size_t column, const std
   return text;
 }
 
-std::optional<std::vector<double>> clocks_in(const TableSample& sample, std::size_t column) {
+std::optional<std::vector<double>> parse_clocks(const TableSample& sample, std::size_t column) {
   std::vector<double> times;
   for (const auto& row : sample.rows) {
     const auto time = parse_clock(row[column]);
@@ -219,7 +219,7 @@ std::optional<std::size_t> clock_column(const TableSample& sample) {
   for (std::size_t i = 0; i < sample.names.size(); ++i) {
     const auto& first = sample.rows.front()[i];
     const bool has_colon = first.find(':') != std::string::npos || is_time_name(sample.column_name(i));
-    if (has_colon && sample.column_numbers(i).empty() && clocks_in(sample, i)) return i;
+    if (has_colon && sample.column_numbers(i).empty() && parse_clocks(sample, i)) return i;
   }
   return std::nullopt;
 }
@@ -234,14 +234,14 @@ std::optional<TimeGuess> guess_dates(const TableSample& sample) {
     const std::size_t none = sample.names.size();
     const std::size_t clock = readings.front().dated.has_time_of_day ? none : clock_column(sample).value_or(none);
     if (clock != none) {
-      const auto clocks = clocks_in(sample, clock).value_or(std::vector<double>(sample.rows.size()));
+      const auto clocks = parse_clocks(sample, clock).value_or(std::vector<double>(sample.rows.size()));
       for (DateReading& reading : readings)
         for (std::size_t row = 0; row < clocks.size(); ++row) reading.dated.times_s[row] += clocks[row];
       if (readings.front().unit == "iso") readings.front() = {"date", "year-month-day", readings.front().dated};
     }
     drop_less_likely(sample, i, readings);
     const auto& [unit, order, dated] = readings.front();
-    if (!advances(dated.times_s)) continue;
+    if (!is_increasing(dated.times_s)) continue;
     TimeGuess guess{.columns = {i}};
     guess.text =
         fmt::format("[time]\n{}\nunit = \"{}\"\n", sample.reference(i), unit) + order_lines(sample, i, readings);
@@ -259,13 +259,13 @@ std::optional<TimeGuess> guess_dates(const TableSample& sample) {
 std::optional<TimeGuess> guess_clock(const TableSample& sample) {
   const auto column = clock_column(sample);
   if (!column) return std::nullopt;
-  auto times = *clocks_in(sample, *column);
+  auto times = *parse_clocks(sample, *column);
   double days = 0;
   for (std::size_t i = 1; i < times.size(); ++i) {
     if (times[i] + days < times[i - 1] - kDay_s / 2) days += kDay_s;
     times[i] += days;
   }
-  if (!advances(times)) return std::nullopt;
+  if (!is_increasing(times)) return std::nullopt;
   return TimeGuess{fmt::format("[time]\n{}\nunit = \"clock\"        # a time of day; its date is not known\n",
                                sample.reference(*column)) +
                        course_lines(times, 0),
@@ -276,7 +276,7 @@ std::optional<TimeGuess> guess_clock(const TableSample& sample) {
 std::string unit_since_1970(double number) {
   constexpr double kFirst = 9e8, kLast = 3e9;  // in seconds
   for (const char* unit : {"s", "ms", "us", "ns"})
-    if (number * seconds_in(unit) >= kFirst && number * seconds_in(unit) < kLast) return unit;
+    if (number * unit_seconds(unit) >= kFirst && number * unit_seconds(unit) < kLast) return unit;
   return "";
 }
 
@@ -320,7 +320,7 @@ std::vector<std::string> units_by_step(const TableSample& sample, std::size_t co
   const double step = usual_positive_step(times);
   std::string fast = "ns";
   for (const char* unit : {"s", "ms", "us"})
-    if (step * seconds_in(unit) <= kSlowest_s) {
+    if (step * unit_seconds(unit) <= kSlowest_s) {
       fast = unit;
       break;
     }
@@ -340,12 +340,12 @@ std::string time_unit_questions(const TableSample& sample, std::size_t column, c
   for (const auto& unit : units)
     text += fmt::format("# unit = \"{}\"        # then the rows of column {} last {}; which one is it?\n", unit,
                         toml_text(sample.column_name(column)),
-                        spoken(from_seconds((*greatest - *least) * seconds_in(unit))));
+                        spoken(from_seconds((*greatest - *least) * unit_seconds(unit))));
   return text;
 }
 
 /// Converts times in units to seconds.
-std::vector<double> in_seconds(std::vector<double> times, double unit_s) {
+std::vector<double> convert_to_seconds(std::vector<double> times, double unit_s) {
   for (double& time : times) time *= unit_s;
   return times;
 }
@@ -361,7 +361,7 @@ TimeGuess guess_numbers(const TableSample& sample, std::size_t column, const std
   const auto finish = [&](const std::string& unit, std::string_view why, std::string_view more) {
     const bool counts = more.empty() && unit != "excel" && unit != "matlab" && unit != "labview";
     guess.text += fmt::format("unit = \"{}\"        # {}\n{}", unit, why, more) +
-                  course_lines(in_seconds(times, seconds_in(unit)), counts ? seconds_in(unit) : 0);
+                  course_lines(convert_to_seconds(times, unit_seconds(unit)), counts ? unit_seconds(unit) : 0);
     return guess;
   };
   constexpr const char* kSince = "since = \"1970-01-01T00:00:00Z\"        # by the size of its numbers: is it UTC?\n";
@@ -371,7 +371,7 @@ TimeGuess guess_numbers(const TableSample& sample, std::size_t column, const std
   if (is_named) return finish(named, "as its name says", "");
   const auto otherwise =
       named.empty() ? std::string() : fmt::format(", the unit {} is not supported", toml_text(named));
-  if (!since.empty() && step * seconds_in(since) <= kSlowestOfAClock_s)
+  if (!since.empty() && step * unit_seconds(since) <= kSlowestOfAClock_s)
     return finish(since, "a guess by the size of its numbers" + otherwise, kSince);
   if (serial == "labview") return finish(serial, "seconds since 1904, by the size of its numbers", "");
   const auto units = units_by_step(sample, column, thermometers, times);
@@ -400,7 +400,7 @@ std::optional<TimeGuess> guess_gps(const TableSample& sample) {
   const auto named = time_unit_in(sample.column_name(*of_week));
   if (weeks.size() != times.size() || (!named.empty() && named != "s")) return std::nullopt;
   for (std::size_t i = 0; i < times.size(); ++i) times[i] += weeks[i] * kSecondsOfWeek;
-  if (!advances(times)) return std::nullopt;
+  if (!is_increasing(times)) return std::nullopt;
   return TimeGuess{fmt::format("[time]\n{}\nunit = \"gps\"        # seconds of the week\n{}\n",
                                sample.reference(*of_week), sample.reference(*week, "week")) +
                        course_lines(times, 0),
@@ -431,7 +431,7 @@ TimeGuess guess_time(const TableSample& sample, const std::vector<std::size_t>& 
   };
   for (std::size_t i = 0; i < sample.names.size(); ++i)
     if (const auto numbers = sample.column_numbers(i);
-        is_time_name(sample.column_name(i)) && !is_other(i) && !numbers.empty() && advances(numbers))
+        is_time_name(sample.column_name(i)) && !is_other(i) && !numbers.empty() && is_increasing(numbers))
       return guess_numbers(sample, i, thermometers);
   if (auto guess = guess_clock(sample)) return *guess;
   if (auto guess = find_unknown_time(sample)) return *guess;

@@ -109,7 +109,7 @@ class Formats {
       const bool is_padding = (basic || field.type == "char") && field.name.starts_with("_padding");
       if (is_padding || field.type == "char") {
         ++expanded_;
-        if (!pass_over(field, basic ? size_of(*basic) : 1, is_padding, offset, series)) return false;
+        if (!skip_field(field, basic ? number_size(*basic) : 1, is_padding, offset, series)) return false;
         continue;
       }
       for (std::size_t i = 0; i < field.count; ++i) {
@@ -124,8 +124,8 @@ class Formats {
   }
 
   /// Skips a field without numbers in one step. A message does not contain the padding at its end.
-  static bool pass_over(const DeclaredField& field, std::size_t bytes, bool is_padding, std::size_t& offset,
-                        LogSeries& series) {
+  static bool skip_field(const DeclaredField& field, std::size_t bytes, bool is_padding, std::size_t& offset,
+                         LogSeries& series) {
     if (offset + bytes * field.count > kLargestMessage) return false;
     offset += bytes * field.count;
     if (!is_padding) series.size = offset;
@@ -133,9 +133,9 @@ class Formats {
   }
 
   static bool add_number(NumberType type, const std::string& name, std::size_t& offset, LogSeries& series) {
-    if (offset + size_of(type) > kLargestMessage) return false;
+    if (offset + number_size(type) > kLargestMessage) return false;
     series.fields.push_back({.name = name, .offset = offset, .type = type});
-    offset += size_of(type);
+    offset += number_size(type);
     series.size = offset;
     return true;
   }
@@ -159,12 +159,12 @@ class UlogReader {
       const auto is_whole = is_followed(*size);
       if (!is_whole) return failure(is_whole.error());
       if (!*is_whole) {
-        if (auto found = pass_damage(); !found) return found;
+        if (auto found = skip_damage(); !found) return found;
         continue;
       }
-      const std::string_view message = bytes_.ahead(*size)->substr(0, *size);
+      const std::string_view message = bytes_.peek(*size)->substr(0, *size);
       if (auto read = read_message(message[2], message.substr(kMessageHeader)); !read) return read;
-      bytes_.pass(*size);
+      bytes_.skip(*size);
     }
   }
 
@@ -175,7 +175,7 @@ class UlogReader {
     };
     if (dropouts_ > 0) notes.push_back(fmt::format("{} drop-outs of the log, {} ms in all", dropouts_, dropped_ms_));
     note(unknown_, "messages of an unknown kind were skipped");
-    note(reading_.damaged(), "messages are damaged and were left out");
+    note(reading_.damaged_messages(), "messages are damaged and were left out");
     if (damaged_sections_ > 0)
       notes.push_back(
           fmt::format("{} bytes at {} positions are not messages and were skipped", damaged_bytes_, damaged_sections_));
@@ -185,32 +185,32 @@ class UlogReader {
   const LogReading& reading() const { return reading_; }
 
  private:
-  tl::unexpected<Fault> wrong(std::string what) const {
+  tl::unexpected<Fault> bad_file_failure(std::string what) const {
     return failure(FaultKind::bad_file, bytes_.name(), std::move(what));
   }
 
   Result<void> read_header() {
-    const auto header = bytes_.ahead(kUlogHeader);
+    const auto header = bytes_.peek(kUlogHeader);
     if (!header) return failure(header.error());
-    if (!is_ulog(*header)) return wrong("not a ULog file, expected one (format = \"ulog\" in the map)");
-    if (header->size() < kUlogHeader) return wrong("the log ends within its header");
+    if (!is_ulog(*header)) return bad_file_failure("not a ULog file, expected one (format = \"ulog\" in the map)");
+    if (header->size() < kUlogHeader) return bad_file_failure("the log ends within its header");
     if (const int version = (*header)[7]; version > kNewestVersion)
-      return wrong(fmt::format("ULog of version {}, expected at most {}", version, kNewestVersion));
-    bytes_.pass(kUlogHeader);
+      return bad_file_failure(fmt::format("ULog of version {}, expected at most {}", version, kNewestVersion));
+    bytes_.skip(kUlogHeader);
     return {};
   }
 
   /// Returns the size of the next message with its header; 0 at the end. Skips data that an appended part cuts off.
   Result<std::size_t> next_size() {
     while (true) {
-      auto ahead = bytes_.ahead(kMessageHeader);
+      auto ahead = bytes_.peek(kMessageHeader);
       if (!ahead) return failure(ahead.error());
       const bool has_header = ahead->size() >= kMessageHeader;
       const std::size_t size = has_header ? kMessageHeader + whole_number_at(*ahead, 0, 2) : kMessageHeader;
-      ahead = bytes_.ahead(size);
+      ahead = bytes_.peek(size);
       if (!ahead) return failure(ahead.error());
-      if (const auto to_appended = before_appended(size); to_appended && *to_appended <= ahead->size()) {
-        bytes_.pass(*to_appended);
+      if (const auto to_appended = distance_to_appended(size); to_appended && *to_appended <= ahead->size()) {
+        bytes_.skip(*to_appended);
         continue;
       }
       if (ahead->size() >= size) return size;
@@ -224,12 +224,12 @@ class UlogReader {
   /// follows soon.
   Result<bool> is_followed(std::size_t size) {
     constexpr std::size_t kMostBetween = 4, kLargestWhole = kLargestMessage + kMessageHeader;
-    auto ahead = bytes_.ahead(size + kMessageHeader + kLookedAt);
+    auto ahead = bytes_.peek(size + kMessageHeader + kLookedAt);
     if (!ahead) return failure(ahead.error());
     std::string_view rest = ahead->substr(size);
     if (!appended_.empty() || rest.size() < kMessageHeader || looks_like_message(rest)) return true;
     const std::size_t wanted = size + kMostBetween * kLargestWhole;
-    ahead = bytes_.ahead(wanted);
+    ahead = bytes_.peek(wanted);
     if (!ahead) return failure(ahead.error());
     const bool sees_end = ahead->size() < wanted;
     rest = ahead->substr(size, kMostBetween * kLargestWhole);
@@ -277,24 +277,24 @@ class UlogReader {
   }
 
   /// Skips to the next position that is followed by three consecutive messages, or by all remaining ones.
-  Result<void> pass_damage() {
+  Result<void> skip_damage() {
     constexpr std::size_t kWindow = 1 << 19, kChain = 3;
     ++damaged_sections_;
     for (std::size_t passed = 0;;) {
-      const auto ahead = bytes_.ahead(kWindow);
+      const auto ahead = bytes_.peek(kWindow);
       if (!ahead) return failure(ahead.error());
       const bool is_end = ahead->size() < kWindow;
       const std::size_t last = is_end ? ahead->size() : ahead->size() - kChain * (kLargestMessage + kMessageHeader);
       std::size_t at = passed == 0 ? 1 : 0;
-      while (at < last && !is_chain(ahead->substr(at), kChain)) ++at;
-      bytes_.pass(std::min(at, ahead->size()));
+      while (at < last && !is_message_sequence(ahead->substr(at), kChain)) ++at;
+      bytes_.skip(std::min(at, ahead->size()));
       damaged_bytes_ += std::min(at, ahead->size());
       passed += at;
       if (at < last || is_end) return {};
     }
   }
 
-  bool is_chain(std::string_view bytes, std::size_t count) const {
+  bool is_message_sequence(std::string_view bytes, std::size_t count) const {
     for (; count > 0; --count) {
       if (!looks_like_message(bytes)) return false;
       const std::size_t size = kMessageHeader + whole_number_at(bytes, 0, 2);
@@ -305,9 +305,9 @@ class UlogReader {
   }
 
   /// Returns the distance to data appended after a crash, if it is less than `size`.
-  std::optional<std::size_t> before_appended(std::size_t size) const {
+  std::optional<std::size_t> distance_to_appended(std::size_t size) const {
     for (const std::uint64_t offset : appended_)
-      if (offset > bytes_.passed() && offset < bytes_.passed() + size) return offset - bytes_.passed();
+      if (offset > bytes_.position() && offset < bytes_.position() + size) return offset - bytes_.position();
     return std::nullopt;
   }
 
@@ -337,11 +337,11 @@ class UlogReader {
   Result<void> read_flags(std::string_view message) {
     constexpr std::size_t kFlags = 8, kIncompatible = 8, kOffsets = 16, kSize = 40;
     constexpr unsigned char kAppended = 1;
-    if (message.size() < kSize) return wrong("the flags message is shorter than 40 bytes");
+    if (message.size() < kSize) return bad_file_failure("the flags message is shorter than 40 bytes");
     for (std::size_t i = 0; i < kFlags; ++i) {
       const auto flags = static_cast<unsigned char>(message[kIncompatible + i]);
       if ((i == 0 ? flags & ~kAppended : flags) != 0)
-        return wrong("the log has incompatible flags that this version does not support");
+        return bad_file_failure("the log has incompatible flags that this version does not support");
     }
     appended_.clear();  // compared with each message
     if ((message[kIncompatible] & kAppended) == 0) return {};
@@ -358,7 +358,7 @@ class UlogReader {
     sizes_[id] = series ? std::pair(std::min(series->size, formats_.whole()), formats_.whole())
                         : std::pair(std::size_t{}, kLargestMessage);
     if (formats_.is_exhausted())
-      return wrong(
+      return bad_file_failure(
           fmt::format("the subscribed messages have more than {} fields in all, expected fewer", kMostExpanded));
     if (!series) return {};
     return record::into(subscribed_[id], reading_.add(std::move(*series), bytes_.name()));
@@ -368,7 +368,7 @@ class UlogReader {
     if (message.size() < 2) return {};
     const auto found = subscribed_.find(static_cast<std::uint16_t>(whole_number_at(message, 0, 2)));
     if (found == subscribed_.end()) return {};
-    return reading_.take(found->second, message.substr(2), bytes_.name(), bytes_.passed());
+    return reading_.take(found->second, message.substr(2), bytes_.name(), bytes_.position());
   }
 
   Bytes bytes_;
@@ -393,7 +393,7 @@ Result<Notes> read_ulog(Bytes bytes, const ImportMap& map, const TakeRow& take) 
 
 Result<std::vector<LogColumn>> read_ulog_columns(Bytes bytes) {
   UlogReader reader(std::move(bytes), LogReading());
-  return reader.read().map([&] { return reader.reading().published(); });
+  return reader.read().map([&] { return reader.reading().published_columns(); });
 }
 
 }  // namespace gyrotherm::exchange

@@ -2,7 +2,8 @@
 /// Checks that an instrument is still the one with which the run began. Makes the check after every event during which
 /// the instrument could have been exchanged: a broken connection, a series of unanswered calls, or several seconds
 /// without any call.
-/// Only the instrument's own thread may use a watch, except for mismatch_text() and doubt(), which any thread may call.
+/// Only the instrument's own thread may use a watch, except for mismatch_text() and request_check(), which any thread
+/// may call.
 #pragma once
 
 #include <atomic>
@@ -60,7 +61,7 @@ class IdentityWatch {
   void note_result(const Fault* fault);
 
   /// Requests a comparison before the next call.
-  void doubt() { is_check_requested_ = true; }
+  void request_check() { is_check_requested_ = true; }
 
   /// Describes the instrument that answered at the last comparison if it is not the known one. Returns an empty text if
   /// it is.

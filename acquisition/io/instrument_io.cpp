@@ -158,7 +158,7 @@ class WatchedChamber {
     if (on) return watch_.guard(chamber_, [&] { return chamber_.start(); });
     return watch_.guard_safe(chamber_, [&] { return chamber_.stop(); });
   }
-  void doubt() { watch_.doubt(); }
+  void request_check() { watch_.request_check(); }
   [[nodiscard]] const IdentityWatch& watch() const { return watch_; }
 
  private:
@@ -181,9 +181,9 @@ struct Watches {
     const bool was_suspended = last_slot && slot - *last_slot > kSuspendedFor;
     last_slot = slot;
     if (!was_suspended) return;
-    chamber.doubt();
+    chamber.request_check();
     for (auto* watches : {&thermometers, &gyros, &analogue})
-      for (auto& watch : *watches) watch.doubt();
+      for (auto& watch : *watches) watch.request_check();
   }
 
   [[nodiscard]] std::vector<std::string> strangers() const {
@@ -304,7 +304,7 @@ class Worker {
   std::jthread thread_;  ///< last: it uses the members above
 };
 
-std::string in_ms(Duration d) {
+std::string to_ms(Duration d) {
   return fmt::format("{} ms", std::chrono::duration_cast<std::chrono::milliseconds>(d).count());
 }
 
@@ -392,7 +392,7 @@ class WorkerIo final : public InstrumentIo {
     return failure(FaultKind::timeout, "chamber",
                    fmt::format("{} {} {}", what,
                                never_begun ? "not sent: the chamber was still busy after" : "unknown: not confirmed in",
-                               in_ms(within)));
+                               to_ms(within)));
   }
 
   /// Returns the time that remains of the present tick.
@@ -424,7 +424,7 @@ class WorkerIo final : public InstrumentIo {
   /// Makes the reading of an instrument that did not answer in time.
   template <class T>
   Reading<T> late_reading(const char* instrument, const Clock& clock) const {
-    return stamped<T>(clock, failure(FaultKind::timeout, instrument, "still busy after " + in_ms(options_.patience)));
+    return stamped<T>(clock, failure(FaultKind::timeout, instrument, "still busy after " + to_ms(options_.patience)));
   }
 
   Instruments instruments_;

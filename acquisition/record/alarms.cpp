@@ -171,7 +171,7 @@ void Alarms::make_room() {
   const auto newest = std::prev(rows_.end());
   const auto least =
       std::min_element(rows_.begin(), newest, [&](const Row& a, const Row& b) { return rank(a) < rank(b); });
-  crowded_out_.insert(crowded_out_.end(), least->unacknowledged.begin(), least->unacknowledged.end());
+  removed_numbers_.insert(removed_numbers_.end(), least->unacknowledged.begin(), least->unacknowledged.end());
   rows_.erase(least);
 }
 
@@ -235,7 +235,7 @@ std::string Alarms::objection(std::int64_t number) const {
   if (std::ranges::any_of(rows_, has_number)) return {};
   if (std::ranges::find(acknowledged_, number) != acknowledged_.end())
     return fmt::format("alarm {} is acknowledged already", number);
-  if (std::ranges::find(crowded_out_, number) != crowded_out_.end())
+  if (std::ranges::find(removed_numbers_, number) != removed_numbers_.end())
     return fmt::format("alarm {} is no longer in the list, which has {} rows at most", number, kMost);
   return fmt::format("there is no alarm {}; \"gyrotherm status\" lists the alarms", number);
 }

@@ -140,8 +140,8 @@ class Alarms {
   [[nodiscard]] bool is_suppressed_by(const Row* root, const Alarm& alarm) const;
   [[nodiscard]] AlarmPriority priority_of_group(const Row& row) const;
 
-  std::vector<Row> rows_;                                 ///< ordered by first occurrence
-  std::vector<std::int64_t> acknowledged_, crowded_out_;  ///< numbers
+  std::vector<Row> rows_;                                     ///< ordered by first occurrence
+  std::vector<std::int64_t> acknowledged_, removed_numbers_;  ///< numbers
 };
 
 /// Returns the event that acknowledges a row: "alarm 12 acknowledged by ada (uid 1000): …", or "alarm 12 to 40

@@ -211,7 +211,7 @@ Result<std::vector<Cursor>> open_cursors(Database& database, const RunInfo& info
       Table{"sample", 0, 0, fmt::format("SELECT {}, chain FROM sample ORDER BY slot", SampleColumns(info).names())},
       Table{"gap", 1, 0, "SELECT first, last, cause, chain FROM gap ORDER BY first"},
       Table{"fault", 1, 1, "SELECT id, slot, channel, kind, \"where\", what, chain FROM fault ORDER BY id"},
-      Table{"event", 1, 2, fmt::format("SELECT id, {}, chain FROM event ORDER BY id", names_of(event_columns()))}};
+      Table{"event", 1, 2, fmt::format("SELECT id, {}, chain FROM event ORDER BY id", column_names(event_columns()))}};
   std::vector<Cursor> cursors;
   for (const auto& table : tables) {
     auto query = database.prepare(table.query);

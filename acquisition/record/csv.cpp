@@ -39,7 +39,7 @@ Result<std::size_t> take_quoted(std::string_view line, std::size_t from, std::ve
   return close + 1;
 }
 
-tl::unexpected<Fault> text_after_quote(std::size_t at) {
+tl::unexpected<Fault> text_after_quote_failure(std::size_t at) {
   return failure(FaultKind::bad_file, std::to_string(at + 1), "text after a closing quote, expected a separator");
 }
 
@@ -48,23 +48,23 @@ Result<std::size_t> separator_after(std::string_view line, std::size_t quoted_en
   const std::size_t next = line.find(separator, quoted_end);
   const std::string_view rest = line.substr(quoted_end, next == std::string_view::npos ? next : next - quoted_end);
   if (trimmed(rest).empty()) return next;
-  return text_after_quote(quoted_end);
+  return text_after_quote_failure(quoted_end);
 }
 
-tl::unexpected<Fault> too_many_fields(std::size_t from) {
+tl::unexpected<Fault> too_many_fields_failure(std::size_t from) {
   return failure(FaultKind::bad_file, std::to_string(from + 1),
                  fmt::format("more than {} fields, expected fewer", kMostFields));
 }
 
-Result<void> cut_at_blanks(std::string_view line, std::vector<Field>& fields) {
+Result<void> split_at_blanks(std::string_view line, std::vector<Field>& fields) {
   std::size_t from = line.find_first_not_of(kBlanks);
   while (from != std::string_view::npos) {
-    if (fields.size() == kMostFields) return too_many_fields(from);
+    if (fields.size() == kMostFields) return too_many_fields_failure(from);
     std::size_t to = from;
     if (line[from] == '"') {
       const auto end = take_quoted(line, from, fields);
       if (!end) return failure(end.error());
-      if (*end < line.size() && !is_blank(line[*end])) return text_after_quote(*end);
+      if (*end < line.size() && !is_blank(line[*end])) return text_after_quote_failure(*end);
       to = *end;
     } else {
       to = std::min(line.find_first_of(kBlanks, from), line.size());
@@ -83,7 +83,7 @@ std::string_view trimmed(std::string_view text) {
   return text.substr(from, text.find_last_not_of(kBlanks) - from + 1);
 }
 
-std::string unquoted(const Field& field) {
+std::string unquote(const Field& field) {
   if (!field.has_doubled_quotes) return std::string(field.text);
   std::string text;
   for (std::size_t i = 0; i < field.text.size(); ++i) {
@@ -101,11 +101,11 @@ std::optional<double> number_in(std::string_view text) {
   return number;
 }
 
-Result<void> cut(std::string_view line, char separator, std::vector<Field>& fields) {
+Result<void> split_line(std::string_view line, char separator, std::vector<Field>& fields) {
   fields.clear();
-  if (separator == ' ') return cut_at_blanks(line, fields);
+  if (separator == ' ') return split_at_blanks(line, fields);
   for (std::size_t from = 0;;) {
-    if (fields.size() == kMostFields) return too_many_fields(from);
+    if (fields.size() == kMostFields) return too_many_fields_failure(from);
     std::size_t to = from, first = from;
     while (first < line.size() && is_blank(line[first]) && line[first] != separator) ++first;
     if (first < line.size() && line[first] == '"') {
@@ -163,7 +163,7 @@ Result<void> LiveRows::read_line(std::string_view line) {
     comments_.emplace_back(trimmed(line.substr(1)));
     return {};
   }
-  if (auto parted = cut(line, ',', fields_); !parted) {
+  if (auto parted = split_line(line, ',', fields_); !parted) {
     parted.error().where = fmt::format("{}:{}:{}", source_, line_, parted.error().where);
     return parted;
   }
@@ -171,7 +171,7 @@ Result<void> LiveRows::read_line(std::string_view line) {
 }
 
 Result<void> LiveRows::read_header() {
-  for (const Field& field : fields_) header_.push_back(unquoted(field));
+  for (const Field& field : fields_) header_.push_back(unquote(field));
   if (!choose_) {
     columns_.resize(header_.size());
     std::iota(columns_.begin(), columns_.end(), std::size_t{});
@@ -230,7 +230,7 @@ void add_cell(Buffer& out, const Cell& cell) {
 }
 
 /// Makes a text suitable for a comment: on one line and without control characters.
-std::string one_line(std::string text) {
+std::string to_one_line(std::string text) {
   for (char& c : text)
     if (c == '\n' || c == '\r') c = ' ';
   return plain(text);
@@ -238,18 +238,18 @@ std::string one_line(std::string text) {
 
 void add_comments(Buffer& out, const RunInfo& info, bool finished) {
   if (info.simulated) add(out, "# SIMULATED: the instruments were virtual\n");
-  fmt::format_to(std::back_inserter(out), "# run {} of {} on {}{}\n", one_line(info.id), one_line(info.profile_name),
-                 one_line(info.rig_name), finished ? "" : ", not finished");
+  fmt::format_to(std::back_inserter(out), "# run {} of {} on {}{}\n", to_one_line(info.id),
+                 to_one_line(info.profile_name), to_one_line(info.rig_name), finished ? "" : ", not finished");
   for (const UnitInfo& unit : info.units)
     for (std::size_t axis = 0; axis < unit.axes.size(); ++axis) {
-      fmt::format_to(std::back_inserter(out), "# axis {}: scale {}", one_line(axis_label(unit, axis)),
+      fmt::format_to(std::back_inserter(out), "# axis {}: scale {}", to_one_line(axis_label(unit, axis)),
                      unit.axes[axis].scale);
       if (const auto& rate = unit.axes[axis].earth_rate)
         fmt::format_to(std::back_inserter(out), ", earth rate {}", rate->value);
       out.push_back('\n');
     }
   for (const Channel& channel : info.thermometers) {
-    const std::string name = one_line(channel.name);
+    const std::string name = to_one_line(channel.name);
     if (!channel.polynomial.empty()) {
       fmt::format_to(std::back_inserter(out), "# thermometer {}: polynomial {}\n", name,
                      fmt::join(channel.polynomial, " "));

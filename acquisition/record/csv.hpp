@@ -28,13 +28,13 @@ struct Field {
 };
 
 /// Returns the text of a field with doubled quotes made single.
-[[nodiscard]] std::string unquoted(const Field& field);
+[[nodiscard]] std::string unquote(const Field& field);
 
 /// Splits a line at `separator`. Fields may be in double quotes, in which `""` is a quote (RFC 4180), with blanks
 /// around them. If the separator is a blank, several blanks are one separator, and blanks at either end are ignored.
 /// Fails with bad_file (`where` is only the column) if a quote is not closed, if text follows a closing quote, or if
 /// there are more than kMostFields.
-[[nodiscard]] Result<void> cut(std::string_view line, char separator, std::vector<Field>& fields);
+[[nodiscard]] Result<void> split_line(std::string_view line, char separator, std::vector<Field>& fields);
 
 /// Returns the text without blanks at either end.
 [[nodiscard]] std::string_view trimmed(std::string_view text);

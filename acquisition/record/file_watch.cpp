@@ -26,11 +26,11 @@ constexpr std::size_t kPageSizeAt = 8, kSaltsAt = 16, kFrameSaltsAt = 8, kSalts 
 constexpr std::uint32_t kMagic = 0x377F0682 | (std::endian::native == std::endian::big ? 1U : 0U);
 constexpr std::uint32_t kLargestPage = 65536;
 
-std::uint32_t big_endian(Bytes at) {
+std::uint32_t read_big_endian(Bytes at) {
   return std::uint32_t{at[0]} << 24 | std::uint32_t{at[1]} << 16 | std::uint32_t{at[2]} << 8 | at[3];
 }
 
-std::uint32_t native(Bytes at) {
+std::uint32_t read_native(Bytes at) {
   std::uint32_t word = 0;
   std::memcpy(&word, at.data(), sizeof word);
   return word;
@@ -41,12 +41,12 @@ class LogSum {
  public:
   void add(Bytes bytes) {
     for (std::size_t at = 0; at + 8 <= bytes.size(); at += 8) {
-      first_ += native(bytes.subspan(at)) + second_;
-      second_ += native(bytes.subspan(at + 4)) + first_;
+      first_ += read_native(bytes.subspan(at)) + second_;
+      second_ += read_native(bytes.subspan(at + 4)) + first_;
     }
   }
   [[nodiscard]] bool is(Bytes stored) const {
-    return big_endian(stored) == first_ && big_endian(stored.subspan(4)) == second_;
+    return read_big_endian(stored) == first_ && read_big_endian(stored.subspan(4)) == second_;
   }
 
  private:
@@ -59,12 +59,12 @@ bool read(int descriptor, std::vector<unsigned char>& into, std::size_t at) {
 
 }  // namespace
 
-bool log_is_whole(int descriptor, std::int64_t frames) {
+bool is_log_intact(int descriptor, std::int64_t frames) {
   std::vector<unsigned char> header(kHeader);
   if (frames == 0) return true;
-  if (!read(descriptor, header, 0) || big_endian(header) != kMagic) return false;
+  if (!read(descriptor, header, 0) || read_big_endian(header) != kMagic) return false;
   const Bytes head(header);
-  const auto page = big_endian(head.subspan(kPageSizeAt));
+  const auto page = read_big_endian(head.subspan(kPageSizeAt));
   LogSum sum;
   sum.add(head.first(kSummedOfHeader));
   if (page == 0 || page > kLargestPage || !sum.is(head.subspan(kSummedOfHeader))) return false;
@@ -147,9 +147,9 @@ std::vector<std::int64_t> page_offsets(int log, std::int64_t length) {
   const auto read = [&](std::int64_t at) { return ::pread(log, number.data(), number.size(), at) == 4; };
   std::vector<std::int64_t> offsets;
   if (!read(kPageSizeAt)) return offsets;
-  const std::int64_t page = big_endian(number);
+  const std::int64_t page = read_big_endian(number);
   for (auto at = kFirstFrame; page > 0 && at + kNextFrame + page <= length; at += kNextFrame + page)
-    if (read(at)) offsets.push_back((std::int64_t{big_endian(number)} - 1) * page);
+    if (read(at)) offsets.push_back((std::int64_t{read_big_endian(number)} - 1) * page);
   return offsets;
 }
 
@@ -206,7 +206,7 @@ std::vector<std::int64_t> FileWatch::offsets_in_log() const {
   return page_offsets(log.held, log.state.length);
 }
 
-void FileWatch::remember_fold(std::span<const std::int64_t> offsets) {
+void FileWatch::remember_checkpoint(std::span<const std::int64_t> offsets) {
   remember_log();
   auto& database = files_[0];
   const auto now = read_state(database);
@@ -276,7 +276,7 @@ std::optional<Interference> FileWatch::check_names() const {
 
 std::optional<Interference> FileWatch::check_log(std::int64_t frames) const {
   const auto& log = files_[1];
-  if (log_is_whole(log.held, frames)) return {};
+  if (is_log_intact(log.held, frames)) return {};
   return interference(Interference::Kind::spoiled, true, log.name, "written to");
 }
 

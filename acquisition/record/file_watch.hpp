@@ -24,7 +24,7 @@ namespace gyrotherm::record {
 
 /// Returns whether the header and the first `frames` frames of an open log, written on this machine, are intact
 /// (SQLite, "WAL-mode File Format" and "Checksum Algorithm"). Reads all of them: about 1 ms for 200 frames of 4 KiB.
-[[nodiscard]] bool log_is_whole(int descriptor, std::int64_t frames);
+[[nodiscard]] bool is_log_intact(int descriptor, std::int64_t frames);
 
 // Checksums of a file's content, one per block, for detecting changes. After a write to a few positions of a large
 // file, only the checksums of those blocks are computed again.
@@ -84,10 +84,10 @@ class FileWatch {
   /// Returns the offsets in the database that the log will overwrite.
   [[nodiscard]] std::vector<std::int64_t> offsets_in_log() const;
   /// Store the present state of the files as written by this process, for later checks. remember_log() stores that of
-  /// the log. remember_fold() stores that of the log and of the blocks of the database at `offsets`, which
+  /// the log. remember_checkpoint() stores that of the log and of the blocks of the database at `offsets`, which
   /// offsets_in_log() returned before the log was copied. remember() stores that of both files.
   void remember_log();
-  void remember_fold(std::span<const std::int64_t> offsets);
+  void remember_checkpoint(std::span<const std::int64_t> offsets);
   void remember();
 
  private:

@@ -131,7 +131,7 @@ struct LiveCopy::Worker {
   Result<void> begin();
   Result<void> begin_with_record(const RecordFiles& files);
   Result<void> open_to_readers(RunFile made, int file_number);
-  bool is_spoiled();
+  bool is_damaged();
   Result<void> begin_new_file();
   Result<void> insert_all(std::span<const EntryPointer> entries, const FrameCount& count);
   Result<void> prepare_to_write();
@@ -203,7 +203,7 @@ Result<void> LiveCopy::Worker::begin_with_record(const RecordFiles& files) {
 
 /// Returns whether the file is damaged. Its rows then cannot be copied into a new file. They cannot be read from the
 /// record either, because only the writer of the record may open it.
-bool LiveCopy::Worker::is_spoiled() {
+bool LiveCopy::Worker::is_damaged() {
   const auto verdict = file->database().ask("PRAGMA quick_check(1)");
   return verdict ? *verdict != "ok" : !is_locked(verdict.error()) && !is_full(verdict.error());
 }
@@ -219,7 +219,7 @@ Result<void> LiveCopy::Worker::begin_new_file() {
   for (const char* suffix : {"", "-wal", "-shm"}) ::unlink((file_path(next) + suffix).c_str());
   if (auto made = make_new_file(file_path(next)); !made) return made;
   auto copied = file->copy_to(file_path(next));
-  if (!copied) is_lost = is_spoiled();
+  if (!copied) is_lost = is_damaged();
   auto made = copied.and_then([&] { return RunFile::open_copy(file_path(next)); });
   return made ? open_to_readers(std::move(*made), next) : failure(made.error());
 }
@@ -261,7 +261,7 @@ Result<void> LiveCopy::Worker::write(std::span<const EntryPointer> entries, cons
   // Reads the file, which updates the index of the log. A reader without write access to the index sees the state at
   // the last such read.
   (void)file->database().ask_integer("SELECT seen FROM frames", 0);
-  (void)file->fold_log();
+  (void)file->checkpoint_log();
   return {};
 }
 

@@ -17,7 +17,7 @@ void RateMeter::see(const Reading<GyroCount>& reading) {
 }
 
 /// Returns the rate of one second. 1 arcsec/s is exactly 1 °/h.
-DegreesPerHour RateMeter::rate_of(const Second& second) const {
+DegreesPerHour RateMeter::compute_rate(const Second& second) const {
   const auto number = axis_.scale * static_cast<double>(second.pulses);
   return {axis_.kind == GyroKind::rate ? number : number / to_seconds(second.interval)};
 }
@@ -25,14 +25,14 @@ DegreesPerHour RateMeter::rate_of(const Second& second) const {
 std::optional<DegreesPerHour> RateMeter::last_second() const {
   if (seconds_.empty()) return {};
   const auto& newest = seconds_[(next_ + kLength - 1) % kLength];
-  return newest ? std::optional(rate_of(*newest)) : std::nullopt;
+  return newest ? std::optional(compute_rate(*newest)) : std::nullopt;
 }
 
 std::optional<DegreesPerHour> RateMeter::mean() const {
   double sum = 0, weight = 0;
   for (const auto& second : seconds_) {
     if (!second) continue;
-    sum += rate_of(*second).value * to_seconds(second->interval);
+    sum += compute_rate(*second).value * to_seconds(second->interval);
     weight += to_seconds(second->interval);
   }
   if (weight <= 0) return {};
@@ -45,7 +45,7 @@ std::string in_words(const std::optional<double>& rate_deg_per_h) {
   return rate_deg_per_h ? fmt::format("{:.4f} °/h", *rate_deg_per_h) : "unknown";
 }
 
-std::optional<double> number_of(const std::optional<DegreesPerHour>& rate) {
+std::optional<double> to_number(const std::optional<DegreesPerHour>& rate) {
   return rate ? std::optional(rate->value) : std::nullopt;
 }
 
@@ -71,9 +71,9 @@ std::vector<AxisRate> RateMeters::rates() const {
   std::vector<AxisRate> rates;
   for (const auto& [name, unit, meter] : axes_)
     rates.push_back({.axis = name,
-                     .rate_deg_per_h = number_of(meter.last_second()),
-                     .mean_deg_per_h = number_of(meter.mean()),
-                     .earth_rate_deg_per_h = number_of(meter.axis().earth_rate)});
+                     .rate_deg_per_h = to_number(meter.last_second()),
+                     .mean_deg_per_h = to_number(meter.mean()),
+                     .earth_rate_deg_per_h = to_number(meter.axis().earth_rate)});
   return rates;
 }
 

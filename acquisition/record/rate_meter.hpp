@@ -33,7 +33,7 @@ class RateMeter {
     std::int64_t pulses{};
     Duration interval{};
   };
-  [[nodiscard]] DegreesPerHour rate_of(const Second& second) const;
+  [[nodiscard]] DegreesPerHour compute_rate(const Second& second) const;
 
   AxisInfo axis_;
   std::size_t index_;

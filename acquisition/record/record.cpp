@@ -83,7 +83,7 @@ Result<void> read_gaps(Database& database, Record& record) {
 }
 
 Result<void> read_events(Database& database, Record& record) {
-  const auto sql = fmt::format("SELECT {} FROM event ORDER BY id", names_of(event_columns()));
+  const auto sql = fmt::format("SELECT {} FROM event ORDER BY id", column_names(event_columns()));
   return database.each_row(sql, [&](const Statement& row) -> Result<void> {
     RecordedEvent& recorded = record.events.emplace_back();
     int i = 0;

@@ -217,7 +217,7 @@ bool is_of_another_run(const std::string& path, const std::string& run_id) {
 
 /// Returns the numbers of all files next to a record that have the name of a part. If the folder cannot be listed,
 /// finds them up to the first missing number.
-std::set<int> numbers_beside(const std::string& record_path) {
+std::set<int> find_part_numbers(const std::string& record_path) {
   std::set<int> numbers;
   const auto own = name_in_folder(record_path), beginning = fs::path(own).stem().string() + ".";
   for (const auto& entry : list_folder(folder_of(record_path))) {
@@ -232,7 +232,7 @@ std::set<int> numbers_beside(const std::string& record_path) {
 /// Returns the number of the file that a part continues. If all files were renamed, the part stores the old name of
 /// that file. An old name such as "A.2.db" may be that of the record itself. It is treated as the name of a part only
 /// if its number is lower than that of the continuing part.
-int number_before(const Continuation& continuation, const std::string& record_path) {
+int find_continued_number(const Continuation& continuation, const std::string& record_path) {
   if (continuation.before == name_in_folder(record_path)) return 1;
   const auto name = part_name(continuation.before);
   if (!name) return 1;
@@ -251,7 +251,7 @@ void find_lost_part(RecordFiles& files, const std::string& record_path, const st
   std::set<int> before;
   for (std::size_t i = 0; i < files.parts.size(); ++i) {
     const auto& continuation = files.parts[i].continuation;
-    const int wanted = number_before(continuation, record_path);
+    const int wanted = find_continued_number(continuation, record_path);
     if (i > 0 && !before.contains(wanted) && end_slot(files.parts[i - 1]) < continuation.from) {
       const auto lost = part_path(record_path, wanted);
       const auto known = rejected.find(wanted);
@@ -285,7 +285,7 @@ Result<RecordFiles> find_record_files(const std::string& record_path) {
   else
     files.lost = own.error();
   files.run_id = own ? *own : run_id_in_status_file(record_path);
-  for (const int number : numbers_beside(record_path)) {
+  for (const int number : find_part_numbers(record_path)) {
     const auto path = part_path(record_path, number);
     auto found = find_part(path, number);
     if (!found) {

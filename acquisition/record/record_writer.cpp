@@ -130,7 +130,7 @@ Result<void> RecordWriter::write(std::span<const EntryPointer> entries, const Fr
   last_event_ = std::max(last_event_, file_->last_event());
   if (!entries.empty()) acknowledged_ = entries.back()->last;
   // The rows are durable even if the checkpoint fails. After a failure that persists, abandon this file.
-  if (const auto folded = file_->fold_log(); !folded && !is_temporary(folded.error())) give_up(folded.error());
+  if (const auto folded = file_->checkpoint_log(); !folded && !is_temporary(folded.error())) give_up(folded.error());
   return {};
 }
 

@@ -52,7 +52,7 @@ class RecordWriter {
   [[nodiscard]] const std::string& damage() const { return damage_; }
   /// Returns whether another program changed or removed a file of the record. The next part then has all rows of that
   /// file if it could still be read, and otherwise the rows that were in memory.
-  [[nodiscard]] bool is_spoiled() const { return spoiled_; }
+  [[nodiscard]] bool is_damaged() const { return spoiled_; }
 
   /// Returns the first slot of the last part.
   [[nodiscard]] std::int64_t from() const { return from_; }

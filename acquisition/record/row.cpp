@@ -201,7 +201,7 @@ constexpr std::array kEventColumns{
 };
 
 /// Returns the column name with the label of the unit or axis. The single unnamed gyro of a rig file has no label.
-std::string with_label(const std::string& label, const char* what) {
+std::string label_column(const std::string& label, const char* what) {
   return label == kOnlyUnit ? what : fmt::format("{}.{}", label, what);
 }
 
@@ -213,7 +213,7 @@ bool has_possible_times(const SampleRow& row) {
 
 }  // namespace
 
-std::optional<Celsius> unless_nan(double celsius) {
+std::optional<Celsius> celsius_if_known(double celsius) {
   return std::isnan(celsius) ? std::nullopt : std::optional(Celsius{celsius});
 }
 
@@ -244,12 +244,12 @@ std::vector<ChannelColumn> channel_columns(const RunInfo& info) {
     columns.push_back({.name = info.thermometers[i].name, .measures = Measures::temperature, .index = i});
   const auto each_axis = [&](std::size_t unit, Measures measures, const char* what) {
     for (std::size_t i = 0; i < info.units[unit].axes.size(); ++i)
-      columns.push_back({with_label(axis_label(info.units[unit], i), what), measures, unit, i});
+      columns.push_back({label_column(axis_label(info.units[unit], i), what), measures, unit, i});
   };
   for (std::size_t unit = 0; unit < info.units.size(); ++unit) {
     const auto& under_test = info.units[unit];
     each_axis(unit, Measures::rotation, "pulses");
-    columns.push_back({with_label(under_test.name, "interval_ns"), Measures::interval, unit, 0});
+    columns.push_back({label_column(under_test.name, "interval_ns"), Measures::interval, unit, 0});
     for (std::size_t i = 0; i < under_test.values.size(); ++i)
       columns.push_back({under_test.name + "." + under_test.values[i].name, Measures::value, unit, i});
   }

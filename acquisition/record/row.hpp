@@ -23,7 +23,7 @@ namespace gyrotherm::record {
 
 inline constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
 /// Returns a temperature from a record; nothing if it is NaN.
-[[nodiscard]] std::optional<Celsius> unless_nan(double celsius);
+[[nodiscard]] std::optional<Celsius> celsius_if_known(double celsius);
 
 /// The measurements of a unit under test in one second.
 struct UnitRow {
@@ -180,7 +180,7 @@ class SampleColumns {
 
 /// Returns the names of the columns, joined by commas.
 template <class Row>
-[[nodiscard]] std::string names_of(std::span<const Column<Row>> columns) {
+[[nodiscard]] std::string column_names(std::span<const Column<Row>> columns) {
   std::string names;
   for (const auto& column : columns) names += (names.empty() ? "" : ", ") + std::string(column.name);
   return names;

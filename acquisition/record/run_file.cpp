@@ -29,7 +29,7 @@ Result<void> begin_chain(Database& database) {
 }
 
 /// Verifies the hash chain of the file and returns the chain. Fails with storage if it does not match.
-Result<RowChain> stored_chain(Database& database, const std::string& path) {
+Result<RowChain> read_chain(Database& database, const std::string& path) {
   auto checked = check_chain(database, path);
   if (!checked) return failure(FaultKind::storage, path, "the record is damaged: " + checked.error().what);
   return checked->chain;
@@ -46,11 +46,10 @@ Result<void> fill(Database& database, const RunInfo& info, const std::optional<C
 
 Result<void> fill_new_file(Database& database, const std::string& path, const RunInfo& info,
                            const std::optional<Continuation>& continuation) {
-  const auto prepared =
-      in_memory(path) ? Result<void>{}
-                      : claim(database, path).and_then([&] { return keep_no_journal(database, path); }).and_then([&] {
-                          return make_durable(database, path);
-                        });
+  const auto prepared = in_memory(path) ? Result<void>{}
+                                        : lock_exclusively(database, path)
+                                              .and_then([&] { return keep_journal_in_memory(database, path); })
+                                              .and_then([&] { return make_durable(database, path); });
   return prepared.and_then([&] { return fill(database, info, continuation); });
 }
 
@@ -120,7 +119,7 @@ Result<RunFile::Statements> RunFile::prepare(Database& database, const RunInfo& 
       {&Statements::commit, "COMMIT"},
       {&Statements::sample, insert_sql("sample", SampleColumns(info).names() + ", chain")},
       {&Statements::fault, insert_sql("fault", "id, slot, channel, kind, \"where\", what, chain")},
-      {&Statements::event, insert_sql("event", "id, " + names_of(event_columns()) + ", chain")},
+      {&Statements::event, insert_sql("event", "id, " + column_names(event_columns()) + ", chain")},
       {&Statements::gap, insert_sql("gap", "first, last, cause, chain")},
       {&Statements::frames, "INSERT OR REPLACE INTO frames(id, seen, lost, bad, head) VALUES(1, ?, ?, ?, ?)"}};
   Statements prepared;
@@ -129,11 +128,11 @@ Result<RunFile::Statements> RunFile::prepare(Database& database, const RunInfo& 
   return prepared;
 }
 
-Result<RunFile> RunFile::ready(Database database, const std::string& path, RunInfo info, Watching watching) {
+Result<RunFile> RunFile::make_open_file(Database database, const std::string& path, RunInfo info, Watching watching) {
   Position end;
   Statements statements;
   const auto read =
-      into(end.chain, stored_chain(database, path))
+      into(end.chain, read_chain(database, path))
           .and_then([&] { return into(end.faults, database.ask_integer("SELECT max(rowid) FROM fault", 0)); })
           .and_then([&] { return into(end.events, database.ask_integer("SELECT max(id) FROM event", 0)); })
           .and_then([&] { return into(statements, prepare(database, info)); });
@@ -169,7 +168,7 @@ Result<RunFile> RunFile::create(const std::string& path, const RunInfo& info,
           database.keep_log_on_close();
           return failure(filled.error());
         }
-        return ready(std::move(database), path, info, Watching::yes);
+        return make_open_file(std::move(database), path, info, Watching::yes);
       });
   if (!file && !in_memory(path)) remove_with_logs(path);
   return file;
@@ -179,7 +178,7 @@ Result<RunFile> RunFile::reopen(const std::string& path) {
   if (auto alone = check_no_journal(path, path); !alone) return failure(alone.error());
   auto database = Database::open(path, Access::read_write, kWriterPatienceMs);
   if (!database) return failure(database.error());
-  const auto usable = claim(*database, path)
+  const auto usable = lock_exclusively(*database, path)
                           .and_then([&] { return check_schema(*database, path); })
                           .and_then([&] { return check_unfinished(*database, path); })
                           .and_then([&] { return make_durable(*database, path); });
@@ -194,16 +193,16 @@ Result<RunFile> RunFile::reopen(const std::string& path) {
   std::filesystem::remove(path + "-shm", none_there);
   auto info = read_run_info(*database);
   if (!info) return failure(info.error());
-  return ready(std::move(*database), path, std::move(*info), Watching::yes);
+  return make_open_file(std::move(*database), path, std::move(*info), Watching::yes);
 }
 
 Result<RunFile> RunFile::create_unsynced(const std::string& path, const RunInfo& info, bool claimed) {
   if (auto made = make_new_file(path); !made) return failure(made.error());
   auto file = Database::open(path, Access::read_write, kCopyPatienceMs).and_then([&](Database database) {
-    const auto filled = (claimed ? claim(database, path) : Result<void>())
+    const auto filled = (claimed ? lock_exclusively(database, path) : Result<void>())
                             .and_then([&] { return database.execute(kUnsynced); })
                             .and_then([&] { return fill(database, info); });
-    return filled ? ready(std::move(database), path, info, Watching::no) : failure(filled.error());
+    return filled ? make_open_file(std::move(database), path, info, Watching::no) : failure(filled.error());
   });
   if (!file) remove_with_logs(path);
   return file;
@@ -227,7 +226,7 @@ Result<RunFile> RunFile::open_copy(const std::string& path) {
   if (auto set = database->execute(kUnsynced); !set) return failure(set.error());
   auto info = read_run_info(*database);
   if (!info) return failure(info.error());
-  return ready(std::move(*database), path, std::move(*info), Watching::no);
+  return make_open_file(std::move(*database), path, std::move(*info), Watching::no);
 }
 
 Result<void> RunFile::share() {
@@ -267,7 +266,7 @@ Result<void> RunFile::commit() {
   return {};
 }
 
-Result<void> RunFile::prove() {
+Result<void> RunFile::test_write() {
   if (in_memory(path_)) return {};
   constexpr const char* kFrames = "SELECT seen || ' ' || lost || ' ' || bad || ' ' || head FROM frames";
   const auto count = [this](const char* column) {
@@ -292,14 +291,14 @@ Result<void> RunFile::roll_back() {
   return done;
 }
 
-Result<void> RunFile::fold_log() {
+Result<void> RunFile::checkpoint_log() {
   constexpr int kLongLogPages = 200;
   if (database_.log_pages() < kLongLogPages) return {};
-  if (!watch_) return database_.fold_log();
+  if (!watch_) return database_.checkpoint_log();
   if (auto refused = refuse_if(watch_->check_log(database_.log_pages())); !refused) return refused;
   const auto placeholders = watch_->offsets_in_log();
   auto done = database_.empty_log();
-  watch_->remember_fold(placeholders);
+  watch_->remember_checkpoint(placeholders);
   return done;
 }
 
@@ -362,7 +361,7 @@ Result<void> RunFile::prepare_for(const ChainedSamples& samples) {
   named.resize(columns_.count());
   for (std::span<const Cell> left = samples.cells; !left.empty(); left = left.subspan(named.size()))
     for (std::size_t i = 0; i < named.size(); ++i)
-      if (!named[i]) named[i] = !is_nothing(left[i]);
+      if (!named[i]) named[i] = !is_null(left[i]);
   if (named != named_) {
     auto one = prepare_insert(named, 1);
     if (!one) return failure(one.error());
@@ -466,7 +465,7 @@ Result<void> RunFile::finish() {
         if (busy == "0") return {};
         return failure(FaultKind::storage, path_, "the write-ahead log could not be copied into the record");
       })
-      .and_then([this] { return keep_no_journal(database_, path_); });
+      .and_then([this] { return keep_journal_in_memory(database_, path_); });
 }
 
 }  // namespace gyrotherm::record

@@ -56,7 +56,7 @@ class RunFile {
 
   /// Tests whether the disk stores data: rewrites a row with the same values, syncs the file and reads the row back.
   /// Fails with storage.
-  [[nodiscard]] Result<void> prove();
+  [[nodiscard]] Result<void> test_write();
 
   /// Begins a transaction. Fails without beginning one if another program changed the files; interference() then
   /// describes the change.
@@ -70,7 +70,7 @@ class RunFile {
   [[nodiscard]] Result<void> roll_back();
   /// Checkpoints the log if it has become long. Call it outside a transaction. Committed rows are on the disk with or
   /// without it.
-  [[nodiscard]] Result<void> fold_log();
+  [[nodiscard]] Result<void> checkpoint_log();
   /// Leaves the file and its log unchanged from now on, even when it is closed.
   void leave_untouched() { database_.keep_log_on_close(); }
 
@@ -119,8 +119,8 @@ class RunFile {
         columns_(info_) {}
   [[nodiscard]] static Result<Statements> prepare(Database& database, const RunInfo& info);
   enum class Watching { yes, no };
-  [[nodiscard]] static Result<RunFile> ready(Database database, const std::string& path, RunInfo info,
-                                             Watching watching);
+  [[nodiscard]] static Result<RunFile> make_open_file(Database database, const std::string& path, RunInfo info,
+                                                      Watching watching);
   [[nodiscard]] static Result<RunFile> create_unsynced(const std::string& path, const RunInfo& info, bool claimed);
   [[nodiscard]] Result<void> seal();
   [[nodiscard]] Result<void> refuse_if(std::optional<Interference> found);

@@ -119,7 +119,7 @@ std::string_view Statement::text(int column) const {
   return {bytes, static_cast<std::size_t>(sqlite3_column_bytes(statement_.get(), column))};
 }
 
-bool is_nothing(const Cell& cell) {
+bool is_null(const Cell& cell) {
   const double* number = std::get_if<double>(&cell);
   return number != nullptr ? std::isnan(*number) : std::holds_alternative<std::monostate>(cell);
 }
@@ -177,16 +177,16 @@ void Database::watch_log() {
   sqlite3_wal_hook(connection_.get(), count, log_pages_.get());
 }
 
-Result<void> Database::fold_log(int mode) {
+Result<void> Database::checkpoint_log(int mode) {
   const int code = sqlite3_wal_checkpoint_v2(connection_.get(), "main", mode, nullptr, nullptr);
   if (code == SQLITE_OK) return {};
   return failure(last_fault(connection_.get()));
 }
 
-Result<void> Database::fold_log() { return fold_log(SQLITE_CHECKPOINT_PASSIVE); }
+Result<void> Database::checkpoint_log() { return checkpoint_log(SQLITE_CHECKPOINT_PASSIVE); }
 
 Result<void> Database::empty_log() {
-  auto done = fold_log(SQLITE_CHECKPOINT_TRUNCATE);
+  auto done = checkpoint_log(SQLITE_CHECKPOINT_TRUNCATE);
   if (done && log_pages_) *log_pages_ = 0;
   return done;
 }
@@ -276,9 +276,11 @@ Result<void> make_new_file(const std::string& path) {
   return {};
 }
 
-Result<void> claim(Database& database, const std::string& path) { return apply(database, kExclusive, path); }
+Result<void> lock_exclusively(Database& database, const std::string& path) { return apply(database, kExclusive, path); }
 
-Result<void> keep_no_journal(Database& database, const std::string& path) { return apply(database, kNoJournal, path); }
+Result<void> keep_journal_in_memory(Database& database, const std::string& path) {
+  return apply(database, kNoJournal, path);
+}
 
 Result<void> make_durable(Database& database, const std::string& path) {
   for (const Setting& setting : kDurable)
@@ -484,7 +486,7 @@ struct Written {
   std::multiset<FileId> files;
 };
 
-Written& written() {
+Written& written_files() {
   static Written all;
   return all;
 }
@@ -498,20 +500,21 @@ std::optional<FileId> file_id(const std::string& path) {
 }  // namespace
 
 WrittenHere::WrittenHere(const std::string& path) : file_(file_id(path)) {
-  const std::lock_guard lock(written().mutex);
-  if (file_) written().files.insert(*file_);
+  const std::lock_guard lock(written_files().mutex);
+  if (file_) written_files().files.insert(*file_);
 }
 
 WrittenHere::~WrittenHere() {
   if (!file_) return;
-  const std::lock_guard lock(written().mutex);
-  if (const auto found = written().files.find(*file_); found != written().files.end()) written().files.erase(found);
+  const std::lock_guard lock(written_files().mutex);
+  if (const auto found = written_files().files.find(*file_); found != written_files().files.end())
+    written_files().files.erase(found);
 }
 
 bool is_written_here(const std::string& path) {
   const auto file = file_id(path);
-  const std::lock_guard lock(written().mutex);
-  return file && written().files.contains(*file);
+  const std::lock_guard lock(written_files().mutex);
+  return file && written_files().files.contains(*file);
 }
 
 }  // namespace gyrotherm::record

@@ -24,7 +24,7 @@ namespace gyrotherm::record {
 /// The value of a field: nothing (NULL or NaN), an integer, a real number, or a text that must outlive the row.
 using Cell = std::variant<std::monostate, std::int64_t, double, std::string_view>;
 /// Returns whether a cell has no value. NaN is not a value.
-[[nodiscard]] bool is_nothing(const Cell& cell);
+[[nodiscard]] bool is_null(const Cell& cell);
 
 /// One prepared statement. Parameters count from 1, columns from 0, as in SQLite.
 class Statement {
@@ -119,7 +119,7 @@ class Database {
   /// Returns the number of pages in the log at the last commit; 0 if there was none since watch_log().
   [[nodiscard]] int log_pages() const { return log_pages_ ? *log_pages_ : 0; }
   /// Checkpoints the log: copies it into the file. The next commit then restarts the log.
-  [[nodiscard]] Result<void> fold_log();
+  [[nodiscard]] Result<void> checkpoint_log();
   /// Checkpoints the log of a file that no other program has open, and truncates it. After a crash, SQLite would
   /// otherwise read the remains of a copied log as new data.
   [[nodiscard]] Result<void> empty_log();
@@ -133,7 +133,7 @@ class Database {
     void operator()(sqlite3* connection) const;
   };
   explicit Database(sqlite3* connection) : connection_(connection) {}
-  [[nodiscard]] Result<void> fold_log(int mode);
+  [[nodiscard]] Result<void> checkpoint_log(int mode);
   std::unique_ptr<int> log_pages_;  ///< outlives the connection, which writes it
   std::unique_ptr<sqlite3, Close> connection_;
 };
@@ -181,9 +181,9 @@ inline constexpr int kWriterPatienceMs = 500;
 
 /// Locks the database exclusively until it is closed. Call it before make_durable(), so that the index of the log is in
 /// memory and not in a file. This function and the following ones fail with storage.
-[[nodiscard]] Result<void> claim(Database& database, const std::string& path);
+[[nodiscard]] Result<void> lock_exclusively(Database& database, const std::string& path);
 /// Keeps the journal in memory when WAL mode is left. A reader would otherwise roll back a journal file.
-[[nodiscard]] Result<void> keep_no_journal(Database& database, const std::string& path);
+[[nodiscard]] Result<void> keep_journal_in_memory(Database& database, const std::string& path);
 /// Enables WAL mode with settings that put a commit on the disk before it returns. The writer checkpoints the log
 /// explicitly.
 [[nodiscard]] Result<void> make_durable(Database& database, const std::string& path);

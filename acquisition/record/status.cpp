@@ -47,7 +47,7 @@ Result<std::int64_t> faults_before_last(const RecordFiles& files) {
 
 Result<std::vector<RecordedEvent>> read_alarm_events(Database& database) {
   const auto sql = fmt::format("SELECT id, {} FROM event WHERE kind IN ('{}', '{}', '{}', '{}', '{}') ORDER BY id",
-                               names_of(event_columns()), name(EventKind::interlock), name(EventKind::fault),
+                               column_names(event_columns()), name(EventKind::interlock), name(EventKind::fault),
                                name(EventKind::acknowledged), name(EventKind::recovered), name(EventKind::resumed));
   std::vector<RecordedEvent> events;
   const auto read = database.each_row(sql, [&](const Statement& row) {
@@ -188,12 +188,12 @@ RunStatus first_status(const std::string& path, const RunInfo& info) {
   return status;
 }
 
-void show_progress(RunStatus& status, const RunInfo& info, const ProfilePosition& progress) {
+void set_progress(RunStatus& status, const RunInfo& info, const ProfilePosition& progress) {
   status.phase = progress.phase;
   status.segment_index = progress.segment;
   const auto segment = static_cast<std::size_t>(progress.segment);
   status.segment = segment < info.segments.size() ? info.segments[segment].name : std::string();
-  status.set_point = unless_nan(progress.set_point.value);
+  status.set_point = celsius_if_known(progress.set_point.value);
 }
 
 Result<RunStatus> stored_status(Database& database, const std::string& path) {
@@ -214,12 +214,12 @@ Result<RunStatus> stored_status(Database& database, const std::string& path) {
   if (continuation) status.acknowledged = std::max(status.acknowledged, continuation->from - 1);
   if (!row) return status;
   status.slot = row->slot;
-  show_progress(status, *info, row->progress.value_or(ProfilePosition{.set_point = Celsius{kMissing}}));
+  set_progress(status, *info, row->progress.value_or(ProfilePosition{.set_point = Celsius{kMissing}}));
   status.standing.state = row->state.value_or(RunState::execute);
   if (status.finished && status.standing.state == RunState::execute) status.standing.state = RunState::complete;
-  status.chamber_air = unless_nan(row->chamber_air_c);
+  status.chamber_air = celsius_if_known(row->chamber_air_c);
   for (std::size_t i = 0; i < status.thermometers.size(); ++i)
-    status.thermometers[i].second = unless_nan(row->thermometers_c[i]);
+    status.thermometers[i].second = celsius_if_known(row->thermometers_c[i]);
   return status;
 }
 

@@ -47,7 +47,7 @@ struct LostEnd {
 [[nodiscard]] RunStatus first_status(const std::string& path, const RunInfo& info);
 
 /// Stores a sample's position in the profile in the status.
-void show_progress(RunStatus& status, const RunInfo& info, const ProfilePosition& progress);
+void set_progress(RunStatus& status, const RunInfo& info, const ProfilePosition& progress);
 
 /// Returns the status of one open file of a record: its last sample and its counts. Treats the slots of earlier parts
 /// as acknowledged.

@@ -135,7 +135,7 @@ class OrderedStore : public Store {
       status_.frames->lost += unit.frames.lost;
       status_.frames->bad += unit.frames.bad;
     }
-    show_progress(status_, info_, sample.progress);
+    set_progress(status_, info_, sample.progress);
     const auto chamber = value_of(sample.chamber);
     status_.chamber_air = chamber ? std::optional(chamber->air) : std::nullopt;
     for (std::size_t i = 0; i < sample.thermometers.size(); ++i)
@@ -175,7 +175,7 @@ class InlineStore final : public OrderedStore {
       acknowledged_ = last();
       if (copy_) copy_->add(batch_, frames());
       batch_.clear();
-      if (const auto folded = keep(file_->fold_log()); !folded) return failure(folded.error());
+      if (const auto folded = keep(file_->checkpoint_log()); !folded) return failure(folded.error());
     }
     write_status_file(false);
     return acknowledged_;
@@ -328,7 +328,7 @@ std::string disk_trouble(const SharedState& shared) {
 }
 
 /// Returns the number of seconds up to `last` that are not on the disk.
-std::int64_t waiting(const SharedState& shared, std::int64_t last) {
+std::int64_t count_waiting(const SharedState& shared, std::int64_t last) {
   return std::max<std::int64_t>(0, last - shared.acknowledged - shared.backlog.unmeasured());
 }
 
@@ -336,7 +336,7 @@ std::int64_t waiting(const SharedState& shared, std::int64_t last) {
 RunStatus status_on_disk(const SharedState& shared) {
   RunStatus status = shared.status;
   status.acknowledged = shared.acknowledged;
-  status.backlog_s = waiting(shared, shared.status.slot);
+  status.backlog_s = count_waiting(shared, shared.status.slot);
   status.storage_trouble = disk_trouble(shared);
   status.record_damage = shared.damage;
   status.live_copy_trouble = shared.copy ? shared.copy->trouble() : "";
@@ -465,7 +465,7 @@ class BackgroundStore final : public OrderedStore {
     if (!done) return done;
     if (is_working && !status_writer_hangs_) write_final_status();
     const auto& writer = shared_->writer;
-    if (!writer.is_spoiled()) return {};
+    if (!writer.is_damaged()) return {};
     return failure(FaultKind::storage, status().path,
                    fmt::format("{}; {} in {}", writer.damage(),
                                writer.from() == 0 ? std::string("the record is complete")
@@ -475,7 +475,7 @@ class BackgroundStore final : public OrderedStore {
 
   StoreHealth health() const override {
     const std::lock_guard lock(shared_->mutex);
-    return {.backlog_s = waiting(*shared_, last()),
+    return {.backlog_s = count_waiting(*shared_, last()),
             .rows_dropped = shared_->backlog.dropped() > shared_->dropped_before,
             .trouble = disk_trouble(*shared_),
             .parts = shared_->parts,
@@ -567,8 +567,8 @@ AttendedStore make_attended_store(RecordWriter writer, RunInfo info, RunStatus s
 
 namespace {
 
-Result<std::unique_ptr<Store>> opened(RunFile file, RunStatus status, Counted counted, std::unique_ptr<LiveCopy> copy,
-                                      const StoreOptions& options, int part) {
+Result<std::unique_ptr<Store>> open_store(RunFile file, RunStatus status, Counted counted,
+                                          std::unique_ptr<LiveCopy> copy, const StoreOptions& options, int part) {
   status.pid = ::getpid();
   status.being_written = true;
   const bool in_memory = status.path == kInMemory;
@@ -594,14 +594,14 @@ Result<std::unique_ptr<Store>> Store::create(const std::string& path, const RunI
                                              const StoreOptions& options) {
   auto file = RunFile::create(path, info);
   if (!file) return failure(file.error());
-  if (auto proved = file->prove(); !proved) {
+  if (auto proved = file->test_write(); !proved) {
     file = failure(proved.error());
     remove_record(path);
     return failure(proved.error());
   }
   if (path != kInMemory) ::unlink(manifest_path(path).c_str());  // manifest of an earlier record
   auto copy = options.live_copy ? std::make_unique<LiveCopy>(path, info, *options.live_copy) : nullptr;
-  return opened(std::move(*file), first_status(path, info), {}, std::move(copy), options, 1);
+  return open_store(std::move(*file), first_status(path, info), {}, std::move(copy), options, 1);
 }
 
 Result<std::unique_ptr<Store>> Store::reopen(const std::string& path, const StoreOptions& options) {
@@ -625,9 +625,9 @@ Result<std::unique_ptr<Store>> Store::reopen(const std::string& path, const Stor
   for (const auto& part : files->parts)
     if (part.path != path) status->parts.push_back(part.path);
   if (before) status->faults = before->faults;  // all files
-  if (auto proved = file->prove(); !proved) return failure(proved.error());
-  return opened(std::move(*file), std::move(*status), {.last_event = *last_event, .alarms = std::move(*alarms)},
-                std::move(copy), options, last.continuation.part);
+  if (auto proved = file->test_write(); !proved) return failure(proved.error());
+  return open_store(std::move(*file), std::move(*status), {.last_event = *last_event, .alarms = std::move(*alarms)},
+                    std::move(copy), options, last.continuation.part);
 }
 
 void remove_record(const std::string& path) {

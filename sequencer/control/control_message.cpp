@@ -135,7 +135,7 @@ std::string command_text(const ControlRequest& request) {
 namespace {
 
 /// Returns the error for an unknown command. The list of commands omits `told`, which only programs send.
-std::string unknown_command(const std::string& keyword) {
+std::string unknown_command_error(const std::string& keyword) {
   const std::vector<std::string> words{"pause", "resume", "stop", "abort", "drop", "return", "acknowledge", "note"};
   const auto near = nearest(keyword, words);
   return fmt::format("is not one of {}{}", fmt::join(words, ", "),
@@ -154,7 +154,7 @@ Result<ControlRequest> make_request(const std::string& keyword, const std::strin
   }
   const bool is_for_unit = keyword == kDrop || keyword == kReturn;
   if (!found && !is_for_unit && keyword != kAcknowledge && keyword != kTold && keyword != kNote)
-    return refuse(unknown_command(keyword));
+    return refuse(unknown_command_error(keyword));
   if (is_for_unit && text.find_first_not_of(' ') == std::string::npos)
     return refuse(fmt::format("needs a unit: gyrotherm tell RUN.db {} UNIT \"…\"", keyword));
   if (!found && text.empty()) return refuse(fmt::format("needs a text: gyrotherm tell RUN.db {} \"…\"", keyword));

@@ -109,7 +109,7 @@ Kelvins distance_from_range(const CheckInputs& in, Celsius value, Celsius others
 
 /// Finds the thermometer that is farthest from the range between the air and the median of the others. Ignores those
 /// that are already in `found`.
-std::optional<CheckResult> farthest(const CheckInputs& in, const Found& found) {
+std::optional<CheckResult> find_farthest_thermometer(const CheckInputs& in, const Found& found) {
   Sample left = in.sample;
   for (const auto& one : found) left.thermometers[*one.column].value = failure(FaultKind::out_of_range, "", "");
   const Ranks ranks(left);
@@ -132,7 +132,7 @@ std::optional<CheckResult> farthest(const CheckInputs& in, const Found& found) {
 /// already found.
 Found check_disagreement(const CheckInputs& in) {
   Found all;
-  while (auto one = farthest(in, all)) all.push_back(std::move(*one));
+  while (auto one = find_farthest_thermometer(in, all)) all.push_back(std::move(*one));
   return all;
 }
 
@@ -158,7 +158,7 @@ struct SilentUnits {
   std::size_t all{};
 };
 
-SilentUnits silent_units(const CheckInputs& in) {
+SilentUnits find_silent_units(const CheckInputs& in) {
   SilentUnits units;
   for (std::size_t i = 0; i < in.sample.units.size() && !in.facts.gyro_is_off; ++i) {
     if (in.is_dropped(i)) continue;
@@ -169,7 +169,7 @@ SilentUnits silent_units(const CheckInputs& in) {
 }
 
 /// Describes silent units: "gyro silent", or "gyro u1 silent" if there are several units.
-Found silent(const CheckInputs& in, const std::vector<std::size_t>& units) {
+Found describe_silent_units(const CheckInputs& in, const std::vector<std::size_t>& units) {
   const bool is_only_one = in.sample.units.size() < 2;
   Found all;
   for (const auto unit : units)
@@ -180,18 +180,18 @@ Found silent(const CheckInputs& in, const std::vector<std::size_t>& units) {
 
 /// Finds the silent units without which the run cannot continue. If every unit is silent, returns all of them.
 Found check_gyro_silent(const CheckInputs& in) {
-  auto units = silent_units(in);
-  if (units.silent.size() == units.all) return silent(in, units.silent);
+  auto units = find_silent_units(in);
+  if (units.silent.size() == units.all) return describe_silent_units(in, units.silent);
   std::erase_if(units.silent, [&](std::size_t unit) { return in.continues_without(unit); });
-  return silent(in, units.silent);
+  return describe_silent_units(in, units.silent);
 }
 
 /// Finds the silent units without which the run continues.
 Found check_unit_silent(const CheckInputs& in) {
-  auto units = silent_units(in);
+  auto units = find_silent_units(in);
   if (units.silent.size() == units.all) return {};
   std::erase_if(units.silent, [&](std::size_t unit) { return !in.continues_without(unit); });
-  return silent(in, units.silent);
+  return describe_silent_units(in, units.silent);
 }
 
 Found check_thermometers_lost(const CheckInputs& in) {
@@ -206,7 +206,7 @@ Found check_thermometers_lost(const CheckInputs& in) {
 /// Finds the unread thermometers among those that `counts` accepts. If all such thermometers of one instrument are
 /// unread, and there are several, the instrument is the subject. A channel that was lost earlier than its instrument
 /// remains a separate subject.
-Found lost_thermometers(const CheckInputs& in, InterlockId id, auto counts, const char* why) {
+Found find_lost_thermometers(const CheckInputs& in, InterlockId id, auto counts, const char* why) {
   const auto is_lost = [&](std::size_t i) { return counts(i) && !in.sample.thermometers[i].value; };
   const auto text = [&](const std::vector<std::string>& lost) {
     return fmt::format("no reading of {}{}", fmt::join(lost, ", "), why);
@@ -230,7 +230,7 @@ Found lost_thermometers(const CheckInputs& in, InterlockId id, auto counts, cons
 /// Finds unread thermometers and unread analogue channels of the units.
 Found check_channel_lost(const CheckInputs& in) {
   const auto is_counted = [&](std::size_t i) { return !in.is_frozen(i); };
-  auto lost = lost_thermometers(in, InterlockId::channel_lost, is_counted, "");
+  auto lost = find_lost_thermometers(in, InterlockId::channel_lost, is_counted, "");
   for (std::size_t unit = 0; unit < in.sample.units.size(); ++unit) {
     const auto& analogue = in.sample.units[unit].analogue;
     for (std::size_t i = 0; i < analogue.size() && unit < in.limits.units.size(); ++i) {
@@ -244,7 +244,7 @@ Found check_channel_lost(const CheckInputs& in) {
 
 Found check_needed_channel_lost(const CheckInputs& in) {
   const auto is_needed = [&](std::size_t i) { return in.is_needed(i) && !in.is_frozen(i); };
-  return lost_thermometers(in, InterlockId::needed_channel_lost, is_needed, ", which the analysis needs");
+  return find_lost_thermometers(in, InterlockId::needed_channel_lost, is_needed, ", which the analysis needs");
 }
 
 // ---- the chamber ----------------------------------------------------------------------------------------------------
@@ -255,22 +255,22 @@ Found check_chamber_alarm(const CheckInputs& in) {
   return make_result(fmt::format("chamber alarm: {}", alarms.empty() ? "unnamed" : alarms.front()));
 }
 
-Found result_during(const CheckInputs& in, ChamberActivity activity, const char* text) {
+Found result_if_active(const CheckInputs& in, ChamberActivity activity, const char* text) {
   return in.chamber() && in.chamber()->activity == activity ? make_result(text) : Found{};
 }
 
 Found check_emergency_stop(const CheckInputs& in) {
-  return result_during(in, ChamberActivity::emergency_stop, "the chamber's emergency stop is pressed");
+  return result_if_active(in, ChamberActivity::emergency_stop, "the chamber's emergency stop is pressed");
 }
 Found check_door(const CheckInputs& in) {
-  return result_during(in, ChamberActivity::door_open, "the chamber's door is open");
+  return result_if_active(in, ChamberActivity::door_open, "the chamber's door is open");
 }
 Found check_not_following(const CheckInputs& in) {
-  return result_during(in, ChamberActivity::not_following,
-                       "the chamber does not follow its set point: manual mode or open loop");
+  return result_if_active(in, ChamberActivity::not_following,
+                          "the chamber does not follow its set point: manual mode or open loop");
 }
 Found check_supply(const CheckInputs& in) {
-  return result_during(in, ChamberActivity::power_failure, "the chamber has lost its power supply");
+  return result_if_active(in, ChamberActivity::power_failure, "the chamber has lost its power supply");
 }
 
 Found check_not_taken(const CheckInputs& in) {
@@ -313,15 +313,15 @@ Found check_foreign_set_point(const CheckInputs& in) {
   return make_result("changed by another program or at its panel: the chamber " + *what);
 }
 
-Found restarted_and(const CheckInputs& in, bool off) {
+Found find_restart(const CheckInputs& in, bool off) {
   const auto what = describe_alteration(in);
   const bool is_it = what && was_restarted(in) && (in.chamber()->activity == ChamberActivity::off) == off;
   return is_it ? make_result("the chamber was restarted: it " + *what) : Found{};
 }
-Found check_restarted(const CheckInputs& in) { return restarted_and(in, false); }
+Found check_restarted(const CheckInputs& in) { return find_restart(in, false); }
 /// Finds a restart after which the chamber is off. Its reaction is more severe, because someone may have disconnected
 /// the chamber to reach inside.
-Found check_restarted_off(const CheckInputs& in) { return restarted_and(in, true); }
+Found check_restarted_off(const CheckInputs& in) { return find_restart(in, true); }
 
 // ---- the program and its record -------------------------------------------------------------------------------------
 

@@ -11,7 +11,7 @@ namespace gyrotherm::interlocks {
 namespace {
 
 constexpr double kNoiseWeight = 1.0 / 300;  ///< weight of one reading
-constexpr double kTwoSteps = 1.5;           ///< steps, less rounding
+constexpr double kTwoStepThreshold = 1.5;   ///< steps, less rounding
 constexpr double kMostNoiseShare = 0.9;     ///< largest share that is used
 
 /// The limit of −ln of the probability that noise makes readings identical: about 1e-13.
@@ -203,7 +203,7 @@ void Noise::add(double value, bool at_rest) {
   }
   // Identical readings reduce the share only when their spell ends, so a frozen channel keeps its learnt noise.
   share_ *= std::pow(1 - kNoiseWeight, std::exchange(identical_at_rest_, 0));
-  const bool is_noise = last_change_ * change < 0 && std::abs(change) > kTwoSteps * step_;
+  const bool is_noise = last_change_ * change < 0 && std::abs(change) > kTwoStepThreshold * step_;
   if (at_rest) share_ += kNoiseWeight * ((is_noise ? 1 : 0) - share_);
   step_ = std::min(step_, std::abs(change));
   last_change_ = change;

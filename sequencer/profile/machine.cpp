@@ -136,7 +136,7 @@ ProfileState next(const Profile& profile, const ProfileState& state, const Obser
   return std::visit([&](const auto& s) { return step(profile, s, observation); }, state);
 }
 
-ProfileState pause_clock(const Profile& profile, ProfileState state, const Observation& observation) {
+ProfileState next_while_paused(const Profile& profile, ProfileState state, const Observation& observation) {
   const auto leave = [&](auto& hold) {
     if (!is_inside_band(segment_at(profile, hold.segment), observation.air)) hold.inside = {};
   };

@@ -63,7 +63,8 @@ struct Observation {
 
 /// Returns the state after one observation in which the profile's clock was stopped. A sensor outside its band restarts
 /// its dwell.
-[[nodiscard]] ProfileState pause_clock(const Profile& profile, ProfileState state, const Observation& observation);
+[[nodiscard]] ProfileState next_while_paused(const Profile& profile, ProfileState state,
+                                             const Observation& observation);
 
 /// Restarts the deadline of an overdue segment and keeps its soak time. Returns every other state unchanged.
 [[nodiscard]] ProfileState restart_deadline(ProfileState state);

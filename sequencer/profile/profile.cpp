@@ -195,14 +195,14 @@ class Table {
     std::string all;
     for (const auto& row : rows_) {
       std::string line;
-      for (std::size_t c = 0; c < row.size(); ++c) line += "  " + padded(row[c], c);
+      for (std::size_t c = 0; c < row.size(); ++c) line += "  " + pad(row[c], c);
       all += line.substr(0, line.find_last_not_of(' ') + 1) + "\n";
     }
     return all;
   }
 
  private:
-  [[nodiscard]] std::string padded(const std::string& cell, std::size_t column) const {
+  [[nodiscard]] std::string pad(const std::string& cell, std::size_t column) const {
     const std::string space(widths_[column] - count_columns(cell), ' ');
     return alignment_[column] == '>' ? space + cell : cell + space;
   }

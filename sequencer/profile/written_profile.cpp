@@ -351,7 +351,7 @@ class RandomProgram {
 };
 
 /// Returns the segment of a hold. An absent `deadline` takes the default of the soak rule.
-Segment hold_at(Celsius target, Duration time, const SoakRule& soak, std::optional<Duration> deadline) {
+Segment make_hold(Celsius target, Duration time, const SoakRule& soak, std::optional<Duration> deadline) {
   Segment segment{.kind = SegmentKind::hold,
                   .name = fmt::format("hold {:g} °C", target.value),
                   .target = target,
@@ -368,7 +368,7 @@ Segment hold_at(Celsius target, Duration time, const SoakRule& soak, std::option
   return segment;
 }
 
-Segment ramp_to(Celsius target, CelsiusPerMinute rate, Duration time, std::optional<Duration> deadline) {
+Segment make_ramp(Celsius target, CelsiusPerMinute rate, Duration time, std::optional<Duration> deadline) {
   return {.kind = SegmentKind::ramp,
           .name = fmt::format("ramp to {:g} °C", target.value),
           .target = target,
@@ -411,7 +411,7 @@ class Expansion {
 
  private:
   void append(const WrittenSegment& written, const WrittenHold& hold, const Pass& pass) {
-    auto segment = hold_at(hold.at ? *hold.at : set_point(), hold.time, hold.soak, hold.deadline);
+    auto segment = make_hold(hold.at ? *hold.at : set_point(), hold.time, hold.soak, hold.deadline);
     const auto before = std::exchange(unit_, {hold.off.value_or(unit_.off), hold.turned.value_or(unit_.turned)});
     segment.prompt = hold.prompt.empty() ? describe_change(before, unit_) : hold.prompt;
     add(written, std::move(segment), pass);
@@ -421,7 +421,7 @@ class Expansion {
     const auto distance = abs(ramp.to - set_point());
     if (ramp.time) {
       const CelsiusPerMinute rate{60.0 * distance.value / to_seconds(*ramp.time)};
-      return add(written, ramp_to(ramp.to, rate, *ramp.time, ramp.deadline), pass);
+      return add(written, make_ramp(ramp.to, rate, *ramp.time, ramp.deadline), pass);
     }
     const auto rate = ramp.rate ? *ramp.rate : *pass.rate;
     const auto time = ramp_time(distance, rate);
@@ -431,7 +431,7 @@ class Expansion {
     if (!time)
       written.table.mistake("", fmt::format("a ramp over {:g} K at {:g} °C/min takes more than {:.0f} s, the limit",
                                             distance.value, rate.value, to_seconds(kLongestProfile)));
-    add(written, ramp_to(ramp.to, rate, time.value_or(kSecond), ramp.deadline), pass);
+    add(written, make_ramp(ramp.to, rate, time.value_or(kSecond), ramp.deadline), pass);
   }
 
   void append(const WrittenSegment& written, const WrittenRepeat& repeat, const Pass& pass) {
@@ -463,11 +463,11 @@ class Expansion {
       const auto time = std::min(whole, left);
       const auto way = step->rate * time;
       const auto to = time == whole ? step->to : from + (distance < Kelvins{0} ? -way : way);
-      add(written, ramp_to(to, step->rate, time, {}), pass);
+      add(written, make_ramp(to, step->rate, time, {}), pass);
       left -= time;
       if (left == Duration::zero()) return;
       const auto hold = std::min(step->hold, left);
-      add(written, hold_at(to, hold, random.soak, {}), pass);
+      add(written, make_hold(to, hold, random.soak, {}), pass);
       left -= hold;
     }
   }

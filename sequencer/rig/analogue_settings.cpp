@@ -36,7 +36,7 @@ Result<drivers::AnalogueMap> read_analogue_map(const TomlTable& table, const std
   if (!map || !line) return map;
   auto linked = on_line(std::move(map->registers), *line, framing);
   if (!linked) return failure(FaultKind::bad_file, table.place("line"), linked.error().what);
-  map->registers = with_link_settings(std::move(*linked), table, line_text, settings);
+  map->registers = apply_link_settings(std::move(*linked), table, line_text, settings);
   return map;
 }
 

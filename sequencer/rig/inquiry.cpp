@@ -15,7 +15,7 @@ namespace {
 constexpr std::size_t kCalls = 10;
 constexpr int kSeconds = 2;
 
-double in_ms(Duration time) { return to_seconds(time) * 1e3; }
+double to_ms(Duration time) { return to_seconds(time) * 1e3; }
 
 Result<std::vector<std::uint16_t>> read_words(const drivers::RegisterItem& item, drivers::Registers& registers) {
   const auto count = std::max<std::uint16_t>(item.read_count, word_count(item.type));
@@ -36,8 +36,8 @@ RoundTrips time_calls(const std::function<void()>& call, const Clock& clock) {
 }
 
 std::string text(const RoundTrips& trips) {
-  return fmt::format("{} reads: {:.3f}, {:.3f}, {:.3f} ms (least, median, most)", kCalls, in_ms(trips.least),
-                     in_ms(trips.median), in_ms(trips.most));
+  return fmt::format("{} reads: {:.3f}, {:.3f}, {:.3f} ms (least, median, most)", kCalls, to_ms(trips.least),
+                     to_ms(trips.median), to_ms(trips.most));
 }
 
 /// The shares of a second are those of drivers/chamber/status_turns.cpp.

@@ -42,9 +42,9 @@ template <class Words>
 
 /// Returns the map with the instrument's `link` settings. Records an error for a setting that the selected link cannot
 /// have.
-[[nodiscard]] inline drivers::RegisterMap with_link_settings(drivers::RegisterMap map, const TomlTable& instrument,
-                                                             const std::string& line,
-                                                             const drivers::LinkSettings& settings) {
+[[nodiscard]] inline drivers::RegisterMap apply_link_settings(drivers::RegisterMap map, const TomlTable& instrument,
+                                                              const std::string& line,
+                                                              const drivers::LinkSettings& settings) {
   const auto link = instrument.table("link");
   if (line == kVirtualLine && settings.echo.value_or(false)) {
     link.mistake("echo", "a virtual line does not echo");

@@ -114,7 +114,7 @@ auto query_with_retries(const Ask& ask) {
   return answer;
 }
 
-std::vector<bool> lines_that_may_be_off(const RigFile& file, const RigStart& start) {
+std::vector<bool> find_optional_lines(const RigFile& file, const RigStart& start) {
   const auto is_dropped = [&](const GyroLine::Share& share) {
     return std::ranges::count(start.dropped_units, file.units[share.unit].info.name) > 0;
   };
@@ -134,7 +134,7 @@ std::string describe_line(const GyroLine& line) {
 class AssembledRig : public Rig {
  public:
   AssembledRig(RigFile file, std::unique_ptr<Drivers> drivers, const RigStart& start)
-      : file_(std::move(file)), drivers_(std::move(drivers)), may_be_off_(lines_that_may_be_off(file_, start)) {
+      : file_(std::move(file)), drivers_(std::move(drivers)), may_be_off_(find_optional_lines(file_, start)) {
     auto& map = file_.chamber_map;
     if (file_.simulated) map.link.modbus = without_pauses(std::move(map.link.modbus));
     chamber_ = make_modbus_chamber(map, noting(drivers_->registers(map), chamber_line_),

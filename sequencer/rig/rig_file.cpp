@@ -80,7 +80,7 @@ Result<drivers::RegisterMap> read_map(const TomlTable& chamber, const RigFile& r
   if (!linked) return failure(FaultKind::bad_file, chamber.place("line"), linked.error().what);
   auto powered = with_power_switch(std::move(*linked), rig.chamber_power);
   if (!powered) return failure(FaultKind::bad_file, chamber.place("power"), powered.error().what);
-  return with_link_settings(std::move(*powered), chamber, rig.chamber_line, rig.chamber_link);
+  return apply_link_settings(std::move(*powered), chamber, rig.chamber_line, rig.chamber_link);
 }
 
 /// Reads the word order. Returns the framing that the file requires, if any.

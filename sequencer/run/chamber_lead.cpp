@@ -86,7 +86,7 @@ void HostLead::end_approach() {
 std::optional<std::string> HostLead::take_over_chamber(io::InstrumentIo& io, const LeadSecond& second) {
   const auto& chamber = *second.sample.chamber.value;
   approaching_ = true;
-  path_.adopt(chamber.set_point);
+  path_.accept_as_sent(chamber.set_point);
   path_.begin_at(chamber.air);
   const auto taken =
       path_.advance(io, within(chamber.air, limits_), second.at).and_then([&] { return io.switch_on(true); });

@@ -118,11 +118,11 @@ std::vector<simulator::PastSecond> make_replay(const record::Record& record, con
 
 /// Returns the reading of the soak sensor in the record's last second, or nothing if it was not read.
 std::optional<Celsius> last_soak_reading(const record::Record& record, const std::string& sensor) {
-  if (sensor == "air") return record::unless_nan(record.chamber_air_c.back());
+  if (sensor == "air") return record::celsius_if_known(record.chamber_air_c.back());
   const auto channel = std::ranges::find(record.info.thermometers, sensor, &record::Channel::name);
   if (channel == record.info.thermometers.end()) return std::nullopt;
   const auto column = static_cast<std::size_t>(channel - record.info.thermometers.begin());
-  const auto reading = record::unless_nan(record.thermometers_c[column].back());
+  const auto reading = record::celsius_if_known(record.thermometers_c[column].back());
   return reading ? std::optional(record::calibrated(*channel, *reading)) : std::nullopt;
 }
 

@@ -362,7 +362,8 @@ void RunController::note_soak(const ProfilePosition& before) {
 
 void RunController::step_profile(const Sample& sample) {
   const bool is_paused = run_state() != RunState::execute;
-  state_ = is_paused ? pause_clock(profile_, state_, observation(sample)) : next(profile_, state_, observation(sample));
+  state_ = is_paused ? next_while_paused(profile_, state_, observation(sample))
+                     : next(profile_, state_, observation(sample));
   if (is_paused) return;
   note_soak(sample.progress);
   if (!std::holds_alternative<profile::Complete>(state_)) return;

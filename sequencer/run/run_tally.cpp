@@ -9,19 +9,19 @@
 namespace gyrotherm::run {
 namespace {
 
-std::string with_count(std::int64_t count, const char* one, const char* many) {
+std::string format_count(std::int64_t count, const char* one, const char* many) {
   return fmt::format("{} {}", count, count == 1 ? one : many);
 }
 
 std::string in_words(const record::AlarmCount& alarms) {
-  auto words = with_count(alarms.occurrences, "alarm", "alarms");
-  if (alarms.occurrences > 1) words += fmt::format(" of {}", with_count(alarms.tags, "kind", "kinds"));
+  auto words = format_count(alarms.occurrences, "alarm", "alarms");
+  if (alarms.occurrences > 1) words += fmt::format(" of {}", format_count(alarms.tags, "kind", "kinds"));
   if (alarms.unacknowledged > 0) words += fmt::format(" ({} unacknowledged)", alarms.unacknowledged);
   return words;
 }
 
 std::string describe_gaps(const RunTally& tally) {
-  const auto words = with_count(tally.gaps, "gap", "gaps");
+  const auto words = format_count(tally.gaps, "gap", "gaps");
   return tally.gaps == 0 ? words : fmt::format("{} of {} in all", words, spoken(std::chrono::seconds(tally.gap_s)));
 }
 
@@ -46,7 +46,7 @@ RunTally count_tally(const record::Record& record, std::int64_t faulty_readings)
 
 std::string in_words(const RunTally& tally, const record::AlarmCount& alarms) {
   return fmt::format("{}, {}, {} suspended, {} held, {}",
-                     with_count(tally.faulty_readings, "faulty reading", "faulty readings"), in_words(alarms),
+                     format_count(tally.faulty_readings, "faulty reading", "faulty readings"), in_words(alarms),
                      spoken(std::chrono::seconds(tally.suspended_s)), spoken(std::chrono::seconds(tally.held_s)),
                      describe_gaps(tally));
 }

@@ -12,14 +12,14 @@ namespace {
 constexpr Duration kLongestStep = std::chrono::seconds(5);
 constexpr Kelvins kRounding{1e-9};
 
-const CelsiusPerMinute& fastest(Celsius from, Celsius to, const profile::ChamberLimits& limits) {
+const CelsiusPerMinute& ramp_limit(Celsius from, Celsius to, const profile::ChamberLimits& limits) {
   return to > from ? limits.fastest_heating : limits.fastest_cooling;
 }
 
 }  // namespace
 
 Celsius step_towards(Celsius from, Celsius goal, const profile::ChamberLimits& limits, Duration time) {
-  const auto reach = fastest(from, goal, limits) * time + kRounding;
+  const auto reach = ramp_limit(from, goal, limits) * time + kRounding;
   const auto way = goal - from;
   if (abs(way) <= reach) return goal;
   return from + (way < Kelvins{0} ? -reach : reach);
@@ -36,7 +36,7 @@ std::int64_t count_set_points(const profile::Profile& profile, const profile::Ch
     const auto& segment = profile.segments[i];
     auto moving = segment.kind == profile::SegmentKind::ramp ? segment.duration : Duration{};
     if (const auto from = set_point_before(profile, i); moving == Duration{} && from != segment.target)
-      moving = abs(segment.target - from) / fastest(from, segment.target, limits);
+      moving = abs(segment.target - from) / ramp_limit(from, segment.target, limits);
     count += (moving + step - Duration(1)) / step;
   }
   return count;
@@ -57,7 +57,7 @@ Result<void> SetPointPath::advance(io::InstrumentIo& io, Celsius goal, Duration 
   const auto time = std::min(at - at_, std::max(every_, kLongestStep));
   const auto target = begins_ ? base_ : step_towards(base_, goal, limits_, time);
   ensure(target >= limits_.lowest && target <= limits_.highest, "a set point lies within the limits");
-  ensure(begins_ || abs(target - base_) <= fastest(base_, target, limits_) * time + kRounding * 2,
+  ensure(begins_ || abs(target - base_) <= ramp_limit(base_, target, limits_) * time + kRounding * 2,
          "a set point moves no faster than the ramp limit");
   tried_ = at;
   const auto taken = io.send_set_point(target);
@@ -82,7 +82,7 @@ void SetPointPath::begin_at(Celsius here) {
   begins_ = true;
 }
 
-void SetPointPath::adopt(Celsius set_point) {
+void SetPointPath::accept_as_sent(Celsius set_point) {
   held_ = set_point;
   known_ = true;
   attempted_.reset();

@@ -36,7 +36,7 @@ class SetPointPath {
   /// Begins a new path: the next set point is `here`, the air's temperature.
   void begin_at(Celsius here);
   /// Uses the set point that the chamber shows as the last accepted one.
-  void adopt(Celsius set_point);
+  void accept_as_sent(Celsius set_point);
 
   /// Returns the set point that the chamber should show: the last accepted one. If the next one was refused, returns
   /// whichever of the two is nearer to `shown`.

@@ -100,8 +100,8 @@ std::string to_text(const SafeState& safe_state) {
 Result<SafeState> parse_safe_state(std::string_view text, const std::string& file) {
   const auto table = TomlTable::parse(text, file);
   if (!table) return failure(table.error());
-  const bool is_new =
-      table->choice("schema", {std::string(kSafeStateSchema), std::string(kSafeStateSchemaBefore)}) == kSafeStateSchema;
+  const bool is_new = table->choice("schema", {std::string(kSafeStateSchema), std::string(kPreviousSafeStateSchema)}) ==
+                      kSafeStateSchema;
   if (!table->is_list("map")) table->mistake("map", "\"map\" is not a list, expected the lines of a register map");
   SafeState safe_state{.record = table->text("record"),
                        .line = table->text("line"),

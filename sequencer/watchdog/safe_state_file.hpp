@@ -19,7 +19,7 @@ namespace gyrotherm::watchdog {
 
 inline constexpr std::string_view kSafeStateSchema = "gyrotherm-safe-state/2";
 /// Format of version 0.1.0, which is also read: missing keys take their defaults.
-inline constexpr std::string_view kSafeStateSchemaBefore = "gyrotherm-safe-state/1";
+inline constexpr std::string_view kPreviousSafeStateSchema = "gyrotherm-safe-state/1";
 
 struct SafeState {
   std::string record;  ///< absolute path

@@ -34,12 +34,12 @@ std::string write_file(const tests::TestFolder& folder, const std::string& bytes
 Result<std::string> read_remainder(Bytes& bytes, std::size_t piece) {
   std::string all;
   while (true) {
-    const auto ahead = bytes.ahead(piece);
+    const auto ahead = bytes.peek(piece);
     if (!ahead) return failure(ahead.error());
     if (ahead->empty()) return all;
     const auto count = std::min(piece, ahead->size());
     all += ahead->substr(0, count);
-    bytes.pass(count);
+    bytes.skip(count);
   }
 }
 
@@ -104,8 +104,8 @@ TEST(Gunzip, ReturnsToEarlierPosition) {
   for (const std::size_t to : {0u, 1u, 1'500'000u}) {
     ASSERT_TRUE(read_remainder(*bytes, 4096));
     ASSERT_TRUE(bytes->go_back(to));
-    EXPECT_EQ(bytes->passed(), to);
-    EXPECT_EQ(bytes->ahead(100)->substr(0, 100), std::string_view(large).substr(to, 100));
+    EXPECT_EQ(bytes->position(), to);
+    EXPECT_EQ(bytes->peek(100)->substr(0, 100), std::string_view(large).substr(to, 100));
   }
 }
 

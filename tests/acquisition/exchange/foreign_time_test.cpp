@@ -63,7 +63,7 @@ TEST(CountedTime, EqualsAnyNumber) {
                as_ns = parse_counted_time(std::to_string(ns), kNanosecond);
     ASSERT_TRUE(as_seconds && as_ns) << text << ", seed " << kSeed;
     EXPECT_EQ(as_seconds->seconds * 1'000'000'000 + as_seconds->part.count(), ns) << text << ", seed " << kSeed;
-    EXPECT_EQ(between(*as_seconds, *as_ns), Duration{}) << text << ", seed " << kSeed;
+    EXPECT_EQ(duration_between(*as_seconds, *as_ns), Duration{}) << text << ", seed " << kSeed;
   }
 }
 
@@ -82,11 +82,11 @@ TEST(CountedTime, RefusesTimesOutsideRangeOfRecord) {
   for (const Duration unit : {kNanosecond, Duration(milliseconds(1)), kSecond, Duration(hours(24))})
     for (const CountedTime& far : {counted_time(kMost, unit), counted_time(-kMost, unit), counted_time(1e300, unit),
                                    counted_time(-1e300, unit)}) {
-      EXPECT_FALSE(between(start, far));
-      EXPECT_FALSE(between(far, start));
+      EXPECT_FALSE(duration_between(start, far));
+      EXPECT_FALSE(duration_between(far, start));
       EXPECT_FALSE(to_utc(far + far));
     }
-  EXPECT_EQ(between(start, counted_time(std::int64_t{3652}, hours(24))), kLongestForeignTime);
+  EXPECT_EQ(duration_between(start, counted_time(std::int64_t{3652}, hours(24))), kLongestForeignTime);
   EXPECT_FALSE(to_utc(counted_time(std::int64_t{-1}, kNanosecond)));
   EXPECT_EQ(to_utc(counted_time(std::int64_t{1767225600}, kSecond)), kSecond * 1767225600);
 }

@@ -111,7 +111,7 @@ TEST(Grouping, AcceptsRowsLateByOneStretch) {
             "the time goes back 0.3 s, expected one after the row before, or out_of_order = \"skip\" in [time]");
   map.out_of_order = OutOfOrder::skip;
   EXPECT_TRUE(push(700, 1));
-  EXPECT_EQ(grouping.left_out(), 1u);
+  EXPECT_EQ(grouping.skipped_rows(), 1u);
 }
 
 }  // namespace

@@ -248,7 +248,7 @@ TEST(FileAttack, IsDetectedInLogBeforeCheckpoint) {
   for (std::int64_t slot = 0; done && slot < 300; ++slot)
     done = second(file, slot, [&] {
              if (slot == 5) overwrite(path + "-wal", 3000, 8, 'x');
-           }).and_then([&] { return file.fold_log(); });
+           }).and_then([&] { return file.checkpoint_log(); });
   EXPECT_FALSE(done);
   EXPECT_TRUE(file.interference());
   file.leave_untouched();
@@ -260,7 +260,7 @@ TEST(FileAttack, IsNotReportedAfterCheckpoint) {
   auto file = RunFile::create(path, two_thermometers()).value();
   for (std::int64_t slot = 0; slot < 300; ++slot) ASSERT_TRUE(second(file, slot));
   EXPECT_GT(fs::file_size(path + "-wal"), 0U);
-  ASSERT_TRUE(file.fold_log());
+  ASSERT_TRUE(file.checkpoint_log());
   EXPECT_EQ(fs::file_size(path + "-wal"), 0U)
       << "what is left of it would be read over the newer file, up to where it is damaged";
   EXPECT_TRUE(second(file, 300));
@@ -277,10 +277,10 @@ TEST(FileAttack, IsDetectedAtEndWhenMadeDuringCheckpoint) {
     for (const auto end = slot + kFew; slot < end; ++slot) ASSERT_TRUE(second(file, slot));
   };
   fill();
-  ASSERT_TRUE(file.fold_log());
+  ASSERT_TRUE(file.checkpoint_log());
   fill();
   overwrite(path, 70'000, 8, 'x');
-  ASSERT_TRUE(file.fold_log());
+  ASSERT_TRUE(file.checkpoint_log());
   EXPECT_FALSE(file.finish());
   ASSERT_TRUE(file.interference());
   EXPECT_FALSE(file.interference()->is_log_only);

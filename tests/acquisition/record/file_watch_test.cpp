@@ -30,7 +30,7 @@ class TemporaryLog {
     file_ = Descriptor(::open((folder_ / "log").c_str(), O_RDONLY | O_CLOEXEC));
   }
   [[nodiscard]] bool is_intact(std::size_t frames) const {
-    return log_is_whole(file_.number(), static_cast<std::int64_t>(frames));
+    return is_log_intact(file_.number(), static_cast<std::int64_t>(frames));
   }
 
  private:
@@ -75,7 +75,7 @@ TEST(LogCheck, DetectsChangeOfEveryByte) {
 
 TEST(LogCheck, AcceptsOnlyExistingFramesOfTruncatedLog) {
   const auto log = make_record_log();
-  const TemporaryLog cut(log.substr(0, kHeader + 5 * kFrame + 100));
+  const TemporaryLog split_line(log.substr(0, kHeader + 5 * kFrame + 100));
   EXPECT_TRUE(cut.is_intact(5));
   EXPECT_FALSE(cut.is_intact(6));
 }

@@ -70,7 +70,7 @@ class Gaps {
       : record_(record), slots_(usual_step(record.slot)), seconds_(usual_step(record.time_s)) {}
   [[nodiscard]] bool has_gap_before(std::size_t row) const {
     if (row == 0) return false;
-    if (record_.info.imported) return record_.time_s[row] - record_.time_s[row - 1] > kUsualStepsOfASilence * seconds_;
+    if (record_.info.imported) return record_.time_s[row] - record_.time_s[row - 1] > kGapInUsualSteps * seconds_;
     return slots_ > 0 && record_.slot[row] / slots_ - record_.slot[row - 1] / slots_ > 1;
   }
 

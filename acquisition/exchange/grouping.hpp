@@ -29,7 +29,7 @@ template <class T>
 }
 
 /// A longer time without a row is a gap, in usual spacings. Applies to imported records.
-inline constexpr int kUsualStepsOfASilence = 10;
+inline constexpr int kGapInUsualSteps = 10;
 
 /// A row for the record.
 struct ImportedRow {

@@ -117,7 +117,7 @@ Result<RunInfo> make_run_info(const ImportMap& map, const std::string& path, con
   info.rig_name = map.name;
   info.rig_text = map.text;
   info.imported = true;
-  info.thermometers = channels_of(map, "imported from " + file);
+  info.thermometers = make_channels(map, "imported from " + file);
   info.units = map.units;
   return info;
 }
@@ -128,7 +128,7 @@ class GapCounter {
   explicit GapCounter(const ImportMap& map) : is_grouped_(map.every > Duration{}) {}
 
   void add(std::int64_t slot, const ImportedRow& row) {
-    limit_ = is_grouped_ ? row.usual : kUsualStepsOfASilence * row.usual;
+    limit_ = is_grouped_ ? row.usual : kGapInUsualSteps * row.usual;
     if (slot > 0 && row.time - before_ > limit_) {
       const Duration silence = row.time - before_;
       if (count_++ == 0) {

@@ -254,7 +254,7 @@ void read_gyro(const TomlTable& table, ImportMap& map, NamedTables& tables, bool
 /// Checks the names of all channels. A missing name is already an error.
 void check_names(const NamedTables& tables, const ImportMap& map) {
   record::RunInfo info;
-  info.thermometers = channels_of(map, "");
+  info.thermometers = make_channels(map, "");
   info.units = map.units;
   const auto table_with = [&](const record::NameTrouble& trouble) -> const TomlTable& {
     switch (trouble.of) {
@@ -358,7 +358,7 @@ std::string owning_unit(const std::string& thermometer, const ImportMap& map) {
 
 }  // namespace
 
-std::vector<record::Channel> channels_of(const ImportMap& map, const std::string& instrument) {
+std::vector<record::Channel> make_channels(const ImportMap& map, const std::string& instrument) {
   std::vector<record::Channel> channels;
   for (const auto& thermometer : map.thermometers)
     channels.push_back({.name = thermometer,

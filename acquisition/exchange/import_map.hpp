@@ -135,7 +135,7 @@ struct ImportMap {
 /// Returns the thermometer channels of a map, all with the instrument description `instrument`. If the file has one
 /// unit, all thermometers belong to it. If it has several, a thermometer belongs to the unit that names it, or to all
 /// units if none or more than one names it.
-[[nodiscard]] std::vector<record::Channel> channels_of(const ImportMap& map, const std::string& instrument);
+[[nodiscard]] std::vector<record::Channel> make_channels(const ImportMap& map, const std::string& instrument);
 
 /// Describes columns of a map that a file does not have, and the alternatives: "no column "w", expected one of: "t",
 /// "T", "x"". Truncates long lists.

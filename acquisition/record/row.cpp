@@ -110,7 +110,7 @@ void take_value(Duration& time, From from, int i) { time = Duration(from.integer
 void take_value(std::string& text, From from, int i) { text = from.text(i); }
 void take_value(Phase& phase, From from, int i) { phase = named(from.text(i), kPhases); }
 void take_value(RunState& state, From from, int i) { state = named(from.text(i), kRunStates); }
-void take_value(EventKind& kind, From from, int i) { kind = event_kind_named(from.text(i)); }
+void take_value(EventKind& kind, From from, int i) { kind = find_event_kind(from.text(i)); }
 template <std::integral T>
 void take_value(T& number, From from, int i) {
   number = static_cast<T>(from.integer(i));
@@ -362,7 +362,7 @@ void SampleColumns::read(SampleRow& row, const Statement& from) const {
 
 std::span<const Column<RecordedEvent>> event_columns() { return kEventColumns; }
 
-EventKind event_kind_named(std::string_view text) {
+EventKind find_event_kind(std::string_view text) {
   return named(text,
                {EventKind::started, EventKind::resumed, EventKind::segment, EventKind::fault, EventKind::recovered,
                 EventKind::interlock, EventKind::note, EventKind::interrupted, EventKind::finished, EventKind::state,

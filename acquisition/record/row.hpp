@@ -213,6 +213,6 @@ void take(Row& row, std::span<const Column<Row>> columns, const Statement& from,
 [[nodiscard]] Result<std::int64_t> last_slot(Database& database);
 
 /// Returns the event kind with this name, or EventKind::started if the name is unknown.
-[[nodiscard]] EventKind event_kind_named(std::string_view text);
+[[nodiscard]] EventKind find_event_kind(std::string_view text);
 
 }  // namespace gyrotherm::record

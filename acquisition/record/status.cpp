@@ -167,7 +167,7 @@ Result<std::string> end_cause(Database& database) {
   const auto row = database.first_row("SELECT kind, text FROM event ORDER BY id DESC LIMIT 1");
   if (!row) return failure(row.error());
   if (!*row) return std::string();
-  switch (event_kind_named((*row)->text(0))) {
+  switch (find_event_kind((*row)->text(0))) {
     case EventKind::interlock:
     case EventKind::interrupted:
     case EventKind::finished:

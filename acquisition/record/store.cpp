@@ -48,15 +48,15 @@ class OrderedStore : public Store {
     assert(sample.thermometers.size() == info_.thermometers.size());
     if (auto follows = check_slot_order(sample.slot); !follows) return follows;
     Entry entry = sample_entry(sample, events, info_);
-    number(entry);
+    number_events(entry);
     const auto faults = static_cast<std::int64_t>(entry.missing.size());
     auto kept = entry.events;
     if (auto taken = take(std::move(entry)); !taken) return taken;
-    see(sample.slot, std::move(kept));
+    update_alarms(sample.slot, std::move(kept));
     meters_.see(sample);
     last_ = sample.slot;
     status_.faults += faults;
-    show(sample);
+    update_status(sample);
     return {};
   }
 
@@ -72,10 +72,10 @@ class OrderedStore : public Store {
 
   Result<void> append_event(const Event& event) final {
     auto entry = event_entry(last_, event);
-    number(entry);
+    number_events(entry);
     auto kept = entry.events;
     if (auto taken = take(std::move(entry)); !taken) return taken;
-    see(last_, std::move(kept));
+    update_alarms(last_, std::move(kept));
     return {};
   }
   const Alarms& alarms() const final { return alarms_; }
@@ -115,18 +115,18 @@ class OrderedStore : public Store {
                    fmt::format("slots {} to {} have neither a sample nor a gap", last_ + 1, slot - 1));
   }
 
-  void number(Entry& entry) {
+  void number_events(Entry& entry) {
     if (!entry.events.empty()) last_event_ += spare_;
     for (Event& event : entry.events) event.number = ++last_event_;
   }
 
-  void see(std::int64_t slot, std::vector<Event> events) {
+  void update_alarms(std::int64_t slot, std::vector<Event> events) {
     if (events.empty()) return;
     for (Event& event : events) alarms_.see({slot, std::move(event)});
     status_.alarms = alarms_.list();
   }
 
-  void show(const Sample& sample) {
+  void update_status(const Sample& sample) {
     status_.slot = sample.slot;
     status_.standing.state = sample.state;
     status_.frames = before_;

@@ -216,7 +216,7 @@ bool ControllerLead::may_have_finished(const LeadSecond& second) const {
   return second.in_last_hold ? !away_ : !(abs(chamber.set_point - second.end) > tolerance_);
 }
 
-std::string ControllerLead::objection_to_end(const LeadSecond& second) const {
+std::string ControllerLead::incomplete_reason(const LeadSecond& second) const {
   const auto& chamber = second.sample.chamber.value;
   if (silent_ >= kGoneForGood) return "at the end of its program the chamber has been silent for " + spoken(silent_);
   if (!chamber) return {};
@@ -235,7 +235,7 @@ void ControllerLead::watch_end(const LeadSecond& second) {
   silent_ = chamber ? Duration{} : silent_ + kSecond + second.missed;
   if (!chamber || !second.in_last_hold) return;
   if (!end_watch_) end_watch_.emplace(second.end, Duration::max());
-  away_ = end_watch_->see(chamber->air, second.at) == watchdog::AirVerdict::moves_away;
+  away_ = end_watch_->add_reading(chamber->air, second.at) == watchdog::AirVerdict::moves_away;
 }
 
 std::string ControllerLead::judge(const LeadSecond& second) {

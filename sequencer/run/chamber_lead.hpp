@@ -69,7 +69,7 @@ class ChamberLead {
 
   /// Returns the reason why a profile at its end is not complete: the chamber is not in the state that the profile
   /// requires. Empty if it is complete.
-  [[nodiscard]] virtual std::string objection_to_end(const LeadSecond&) const { return {}; }
+  [[nodiscard]] virtual std::string incomplete_reason(const LeadSecond&) const { return {}; }
 
   /// Commands the chamber in this second of a run in `state`. `returning`: the run is on its way back to the profile.
   /// Returns the text of a failure for the record, or nothing.
@@ -156,7 +156,7 @@ class ControllerLead final : public ChamberLead {
     return std::nullopt;
   }
   [[nodiscard]] std::int64_t missed_set_points() const override { return 0; }
-  [[nodiscard]] std::string objection_to_end(const LeadSecond& second) const override;
+  [[nodiscard]] std::string incomplete_reason(const LeadSecond& second) const override;
 
  private:
   /// Returns the reason why the run must end, or nothing. Returns nothing for a controller that does not answer, or

@@ -88,7 +88,7 @@ void ChamberOwnership::heartbeat(Duration stuck) {
 }
 
 void ChamberOwnership::release() {
-  if (watchdog_) watchdog_->good_bye();
+  if (watchdog_) watchdog_->end_watch();
   watchdog_.reset();
 }
 

@@ -12,7 +12,7 @@ namespace {
 bool is_milder(const OperatorRequest& a, const OperatorRequest& b) { return a.command < b.command; }
 
 /// Returns the reason why the state forbids the command; empty if it does not.
-std::string refusal_reason(RunState state, OperatorCommand command) {
+std::string state_refusal_reason(RunState state, OperatorCommand command) {
   if (state == RunState::aborting && command != OperatorCommand::abort) return "the chamber is being made safe";
   if (state > RunState::aborting) return fmt::format("the run is over: {}", name(state));
   if (command == OperatorCommand::resume && state != RunState::held)
@@ -28,7 +28,7 @@ std::string OperatorRequests::objection(RunState state, OperatorCommand command)
   if (first && first->command > command)
     return fmt::format("{} by {} has priority in the same second", name(first->command), first->who);
   const bool keeps_held = command == OperatorCommand::pause && first && first->command == OperatorCommand::resume;
-  return keeps_held ? std::string() : refusal_reason(state, command);
+  return keeps_held ? std::string() : state_refusal_reason(state, command);
 }
 
 const OperatorRequest* OperatorRequests::find_next() const {

@@ -79,10 +79,10 @@ bool RunController::takes_over(OperatorCommand command) const {
 std::string RunController::objection(OperatorCommand command) const {
   if (takes_over(command) && run_state() == RunState::suspended) return requests_.objection(RunState::held, command);
   if (auto why = requests_.objection(run_state(), command); !why.empty()) return why;
-  return active_objection(command, takes_over(command));
+  return active_refusal_reason(command, takes_over(command));
 }
 
-std::string RunController::active_objection(OperatorCommand command, bool takes_over) const {
+std::string RunController::active_refusal_reason(OperatorCommand command, bool takes_over) const {
   const auto holds = command == OperatorCommand::resume ? active_cause(interlocks::Reaction::hold, takes_over) : "";
   return holds.empty() ? lead_->objection(command) : "the cause of the hold is still active: " + holds;
 }
@@ -137,7 +137,7 @@ RunController::Acknowledged RunController::append_acknowledgements(const std::ve
     for (const auto& row : rows) {
       const auto stored = store_.append_event(
           acknowledgement_event(row, rig_.clock().now(), profile_position(profile_, state_).segment, who, comment));
-      if (!stored) result.objections.push_back(text(stored.error()));
+      if (!stored) result.refusals.push_back(text(stored.error()));
       result.count += stored ? 1 : 0;
     }
   };
@@ -145,22 +145,22 @@ RunController::Acknowledged RunController::append_acknowledgements(const std::ve
   for (const auto number : numbers) {
     auto objection = store_.alarms().objection(number);
     if (objection.empty()) append(store_.alarms().rows_for(number));
-    if (!objection.empty()) result.objections.push_back(std::move(objection));
+    if (!objection.empty()) result.refusals.push_back(std::move(objection));
   }
   return result;
 }
 
 control::ControlAnswer RunController::acknowledge(const std::vector<std::int64_t>& numbers, const std::string& who,
                                                   const std::string& comment) {
-  auto [count, objections] = append_acknowledgements(numbers, who, comment);
-  if (count == 0 && objections.empty()) objections.emplace_back("all alarms are acknowledged");
-  const auto why = fmt::format("{}", fmt::join(objections, "; "));
-  if (!objections.empty())
+  auto [count, refusals] = append_acknowledgements(numbers, who, comment);
+  if (count == 0 && refusals.empty()) refusals.emplace_back("all alarms are acknowledged");
+  const auto why = fmt::format("{}", fmt::join(refusals, "; "));
+  if (!refusals.empty())
     note(EventKind::command, fmt::format("{}: acknowledge {}, refused: {}", who,
                                          numbers.empty() ? "all" : fmt::format("{}", fmt::join(numbers, ",")), why));
   if (count == 0) return {.done = false, .text = why};
   auto answer = count == 1 ? std::string("1 alarm is acknowledged") : fmt::format("{} alarms are acknowledged", count);
-  return {.done = true, .text = objections.empty() ? std::move(answer) : fmt::format("{}; {}", answer, why)};
+  return {.done = true, .text = refusals.empty() ? std::move(answer) : fmt::format("{}; {}", answer, why)};
 }
 
 control::ControlAnswer RunController::carry_out(const control::ControlRequest& request, const std::string& who) {
@@ -283,7 +283,7 @@ std::string RunController::required_prompt(const Sample& sample) {
 /// Evaluates the reading of a chamber that is being made safe. Raises or clears the alarm safe_ineffective.
 void RunController::update_safe_sequence(const Sample& sample) {
   const bool before = safe_.is_ineffective();
-  safe_.see(sample.chamber, kSecond * (next_slot_ + 1));
+  safe_.add_reading(sample.chamber, kSecond * (next_slot_ + 1));
   if (safe_.is_ineffective() == before) return;
   const auto text = fmt::format("{} (abort): {}", kSafeIneffective, safe_.describe());
   note(before ? EventKind::recovered : EventKind::interlock,
@@ -295,7 +295,7 @@ void RunController::update_safe_sequence(const Sample& sample) {
 void RunController::step_machine(const Sample& sample, const interlocks::InterlockDemand& demand, Duration missed) {
   demand_ = demand;
   auto request = take_request();
-  if (const auto why = request ? active_objection(request->command, request->takes_over) : ""; !why.empty()) {
+  if (const auto why = request ? active_refusal_reason(request->command, request->takes_over) : ""; !why.empty()) {
     note(EventKind::note, fmt::format("{} is not carried out: {}", name(request->command), why));
     request.reset();
   }
@@ -367,7 +367,7 @@ void RunController::step_profile(const Sample& sample) {
   if (is_paused) return;
   note_soak(sample.progress);
   if (!std::holds_alternative<profile::Complete>(state_)) return;
-  if (auto why = lead_->objection_to_end(second(sample, {})); !why.empty()) return change_to(Aborting{why, {}, false});
+  if (auto why = lead_->incomplete_reason(second(sample, {})); !why.empty()) return change_to(Aborting{why, {}, false});
   change_to(next(rig_.file().run_limits, machine_,
                  RunInputs{.elapsed = {}, .demand = {}, .request = {}, .prompt = {}, .complete = true}));
   note(EventKind::finished, "profile complete");
@@ -414,7 +414,7 @@ void RunController::make_safe(const std::string& cause) {
   if (!is_over(machine_) && run_state() != RunState::aborting) change_to(Aborting{cause, {}, false});
   for (int i = 0; i < kSafeTries && !safe_.is_confirmed(); ++i) {
     (void)safe_.attempt(rig_.io(), kSecond * next_slot_);
-    safe_.see(rig_.io().read(next_slot_, rig_.clock()).chamber, kSecond * next_slot_);
+    safe_.add_reading(rig_.io().read(next_slot_, rig_.clock()).chamber, kSecond * next_slot_);
   }
   note(EventKind::interlock, end_cause());
 }
@@ -430,7 +430,7 @@ Result<RunOutcome> RunController::tick(std::int64_t slot) {
   mask_dead_readings(rig_.file().limits, memory_.liveness, sample);
   step_machine(sample, demand, missed);
   sample.state = run_state();
-  tally_.see(sample.state);
+  tally_.count_state(sample.state);
   if (sample.chamber.value && !memory_.liveness.air.frozen) air_ = sample.chamber.value->air;
   step_profile(sample);
   command_chamber(sample);

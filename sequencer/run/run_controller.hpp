@@ -105,7 +105,7 @@ class RunController {
   struct Acknowledged {
     std::size_t count{};
     /// One per refused number.
-    std::vector<std::string> objections{};
+    std::vector<std::string> refusals{};
   };
   /// Writes to the record immediately, so the next request finds the alarms acknowledged.
   [[nodiscard]] Acknowledged append_acknowledgements(const std::vector<std::int64_t>& numbers, const std::string& who,
@@ -124,7 +124,7 @@ class RunController {
   /// Returns the answer to a command without an objection.
   [[nodiscard]] std::string answer_for(control::OperatorCommand command) const;
   /// Returns the reason why the last second or the lead forbids a command; empty if they do not.
-  [[nodiscard]] std::string active_objection(control::OperatorCommand command, bool takes_over) const;
+  [[nodiscard]] std::string active_refusal_reason(control::OperatorCommand command, bool takes_over) const;
   [[nodiscard]] std::optional<OperatorRequest> take_request();
   void update_safe_sequence(const Sample& sample);
   [[nodiscard]] std::string required_prompt(const Sample& sample);

@@ -27,7 +27,7 @@ std::string describe_gaps(const RunTally& tally) {
 
 }  // namespace
 
-void RunTally::see(RunState state) {
+void RunTally::count_state(RunState state) {
   suspended_s += state == RunState::suspended ? 1 : 0;
   held_s += state == RunState::held ? 1 : 0;
 }
@@ -39,7 +39,7 @@ void RunTally::count_gap(std::int64_t first, std::int64_t last) {
 
 RunTally count_tally(const record::Record& record, std::int64_t faulty_readings) {
   RunTally tally{.faulty_readings = faulty_readings};
-  for (const auto state : record.state) tally.see(state);
+  for (const auto state : record.state) tally.count_state(state);
   for (const auto& gap : record.gaps) tally.count_gap(gap.first, gap.last);
   return tally;
 }

@@ -22,7 +22,7 @@ struct RunTally {
   std::int64_t gap_s{};
   bool operator==(const RunTally&) const = default;
 
-  void see(RunState state);
+  void count_state(RunState state);
   void count_gap(std::int64_t first, std::int64_t last);
 };
 

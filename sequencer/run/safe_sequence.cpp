@@ -52,9 +52,9 @@ std::optional<std::string> SafeSequence::attempt(io::InstrumentIo& io, Duration 
   return describe() + "; further attempts follow";
 }
 
-void SafeSequence::see(const Reading<ChamberState>& chamber, Duration at) {
+void SafeSequence::add_reading(const Reading<ChamberState>& chamber, Duration at) {
   if (!began_ || !chamber.value) return;
-  evidence_.see(*chamber.value, at);
+  evidence_.add_reading(*chamber.value, at);
   confirmed_ = evidence_.is_safe();
 }
 

@@ -27,7 +27,7 @@ class SafeSequence {
   [[nodiscard]] std::optional<std::string> attempt(io::InstrumentIo& io, Duration at);
   /// Adds the reading of the second that ends at `at`. is_confirmed() then returns true if the chamber has shown set
   /// point, mode and air since it was commanded.
-  void see(const Reading<ChamberState>& chamber, Duration at);
+  void add_reading(const Reading<ChamberState>& chamber, Duration at);
 
   [[nodiscard]] bool is_confirmed() const { return confirmed_; }
   [[nodiscard]] bool is_ineffective() const { return evidence_.is_ineffective(); }

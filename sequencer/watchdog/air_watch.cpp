@@ -54,7 +54,7 @@ AirVerdict AirWatch::judge(double air_c) const {
                                                                             : AirVerdict::watching;
 }
 
-AirVerdict AirWatch::see(Celsius air, Duration at) {
+AirVerdict AirWatch::add_reading(Celsius air, Duration at) {
   // Readings that are far apart are used without a median.
   const bool is_sparse = last_at_ && at - *last_at_ > kSparse;
   const double oldest = is_sparse ? air.value : before_c_.value_or(air.value);

@@ -41,7 +41,7 @@ class AirWatch {
   /// temperature.
   void begin(AirSource source);
   /// Adds a reading at `at` of a monotonic clock. Returns the verdict so far.
-  AirVerdict see(Celsius air, Duration at);
+  AirVerdict add_reading(Celsius air, Duration at);
 
   [[nodiscard]] AirVerdict verdict() const { return verdict_; }
   [[nodiscard]] AirSource source() const { return source_; }

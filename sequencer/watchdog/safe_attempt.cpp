@@ -312,7 +312,7 @@ void SafeRescue::take(const RescueResult& rescued, SafeTask task) {
   is_answering_ = rescued.state.has_value();
   failures_ = is_answering_ ? 0 : failures_ + 1;
   has_answered_ = has_answered_ || is_answering_;
-  if (rescued.state) evidence_.see(*rescued.state, since_boot());
+  if (rescued.state) evidence_.add_reading(*rescued.state, since_boot());
 }
 
 RescueResult SafeRescue::attempt() {

@@ -72,15 +72,15 @@ void SafeEvidence::escalate(Celsius air, Duration at) {
   mode_wrong_since_.reset();
   air_.begin(source());
   trend_.begin(source());
-  (void)trend_.see(air, at);
+  (void)trend_.add_reading(air, at);
 }
 
 void SafeEvidence::watch_air(Celsius air, Duration at, bool was_complete) {
   const bool complete = set_point_shown_ && mode_shown_;
   if (trend_.source() != source()) trend_.begin(source());
   if (complete != was_complete || air_.source() != source()) air_.begin(source());
-  const auto trend = trend_.see(air, at);
-  const auto verdict = complete ? air_.see(air, at) : AirVerdict::watching;
+  const auto trend = trend_.add_reading(air, at);
+  const auto verdict = complete ? air_.add_reading(air, at) : AirVerdict::watching;
   const bool mode_fails = mode_wrong_since_ && at - *mode_wrong_since_ > kModeWithin;
   if (trend == AirVerdict::moves_away || verdict == AirVerdict::moves_away || verdict == AirVerdict::does_not_move ||
       mode_fails)
@@ -88,7 +88,7 @@ void SafeEvidence::watch_air(Celsius air, Duration at, bool was_complete) {
   if (is_safe()) ineffective_ = false;
 }
 
-void SafeEvidence::see(const ChamberState& chamber, Duration at) {
+void SafeEvidence::add_reading(const ChamberState& chamber, Duration at) {
   const bool was_complete = set_point_shown_ && mode_shown_;
   shown_ = chamber.set_point;
   activity_ = chamber.activity;

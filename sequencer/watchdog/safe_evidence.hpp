@@ -58,7 +58,7 @@ class SafeEvidence {
   /// Records that the chamber has acknowledged a command.
   void acknowledge(SafeAction action);
   /// Adds a reading at `at` of a monotonic clock.
-  void see(const ChamberState& chamber, Duration at);
+  void add_reading(const ChamberState& chamber, Duration at);
 
   /// Returns the command to send now. The caller decides how often it is repeated.
   [[nodiscard]] SafeAction next() const;

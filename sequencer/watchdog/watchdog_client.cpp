@@ -256,7 +256,7 @@ void WatchdogClient::SharedState::check_guard() {
     guard_trouble.begin("there is no guard to make the chamber safe: " + text(started.error()));
 }
 
-/// Restores the safe-state file. If good_bye() came meanwhile, removes it again.
+/// Restores the safe-state file. If end_watch() came meanwhile, removes it again.
 void WatchdogClient::SharedState::check_file() {
   const auto path = safe_state_path(safe_state.record);
   const auto found = read_safe_state(path);
@@ -332,7 +332,7 @@ void WatchdogClient::end_threads() {
 }
 
 /// Sends the good-bye before all steps that may last: while a disk hangs, the file cannot be removed.
-void WatchdogClient::good_bye() {
+void WatchdogClient::end_watch() {
   {
     const std::lock_guard lock(shared_->mutex);
     shared_->send(kGoodBye);

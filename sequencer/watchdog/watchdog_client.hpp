@@ -34,14 +34,14 @@ class NotifySocket {
   std::string address_;
 };
 
-/// Use it from the thread that ticks. start() waits for some seconds, and good_bye() for one second at most. No other
+/// Use it from the thread that ticks. start() waits for some seconds, and end_watch() for one second at most. No other
 /// function waits: two internal threads start programs and check files.
 class WatchdogClient {
  public:
   /// Writes the safe-state file, starts the guard and waits until it watches. Fails with storage, or with bad_file if
   /// no guard can be started; then the previous safe-state file is restored, or removed if there was none.
   [[nodiscard]] static Result<std::unique_ptr<WatchdogClient>> start(const SafeState& safe_state);
-  /// Ends the threads. If the process ends without good_bye(), the guard treats that as a failure.
+  /// Ends the threads. If the process ends without end_watch(), the guard treats that as a failure.
   ~WatchdogClient();
   WatchdogClient(const WatchdogClient&) = delete;
   WatchdogClient& operator=(const WatchdogClient&) = delete;
@@ -49,7 +49,7 @@ class WatchdogClient {
   /// Reports that a tick is done. The guard treats silence as a hang.
   void heartbeat();
   /// Reports that the run has ended in order, so the guard does not act.
-  void good_bye();
+  void end_watch();
   /// Returns true if start() found a safe-state file: a program had died, and its chamber was not made safe.
   [[nodiscard]] bool took_over() const { return took_over_; }
   /// Returns the reasons why the watchdog could not make the chamber safe if this program died now: for "guard", for

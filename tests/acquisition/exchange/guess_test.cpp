@@ -415,7 +415,7 @@ TEST(Guess, SelectsPublishedRawRatesOfLog) {
   EXPECT_EQ(two.map.axis_columns[0].name, "sensor_gyro.x");
   EXPECT_EQ(two.map.axis_columns[5].name, "sensor_gyro[1].z");
   EXPECT_EQ(two.map.units[0].gradients, std::vector<std::string>{"sensor_gyro.temperature"});
-  EXPECT_EQ(channels_of(two.map, "")[1].unit_under_test, "imu1") << "each with its own temperature";
+  EXPECT_EQ(make_channels(two.map, "")[1].unit_under_test, "imu1") << "each with its own temperature";
   const Guessed combined = log_of({"bias", "combined"});
   ASSERT_EQ(combined.map.axis_columns.size(), 3u) << combined.text;
   EXPECT_EQ(combined.map.axis_columns[2].name, "sensor_combined.gyro_rad[2]");

@@ -217,7 +217,7 @@ TEST(ImportMap, AssignsEachThermometerToUnit) {
         "m.toml");
     EXPECT_TRUE(map) << text(map.error());
     std::vector<std::string> found;
-    for (const auto& channel : channels_of(*map, "")) found.push_back(channel.unit_under_test);
+    for (const auto& channel : make_channels(*map, "")) found.push_back(channel.unit_under_test);
     return found;
   };
   const auto unit = [](const std::string& name, const std::string& thermometers) {

@@ -165,7 +165,7 @@ class LastSegment {
     }
     return inputs;
   }
-  [[nodiscard]] std::string objection() const { return lead_.objection_to_end(second()); }
+  [[nodiscard]] std::string objection() const { return lead_.incomplete_reason(second()); }
 
  private:
   [[nodiscard]] LeadSecond second() const {

@@ -21,7 +21,7 @@ AirVerdict after(Duration length, AirSource source, const std::function<double(d
   watch.begin(source);
   AirVerdict verdict{};
   for (Duration at{}; at <= length; at += kSecond) {
-    verdict = watch.see({air_at(to_seconds(at))}, at);
+    verdict = watch.add_reading({air_at(to_seconds(at))}, at);
     if (verdict == AirVerdict::moves_away || verdict == AirVerdict::does_not_move) return verdict;
   }
   return verdict;
@@ -75,14 +75,14 @@ TEST(AirWatch, AllowsDriftToAmbientWhenChamberIsOff) {
 
 TEST(AirWatch, CountsOnlyTimeWithReadings) {
   AirWatch watch(kSafe, minutes(5));
-  EXPECT_EQ(watch.see({22}, {}), AirVerdict::watching);
-  EXPECT_EQ(watch.see({22}, minutes(60)), AirVerdict::watching) << "it was silent for an hour";
+  EXPECT_EQ(watch.add_reading({22}, {}), AirVerdict::watching);
+  EXPECT_EQ(watch.add_reading({22}, minutes(60)), AirVerdict::watching) << "it was silent for an hour";
   EXPECT_EQ(watch.watched(), seconds(30));
 }
 
 TEST(AirWatch, AcceptsFirstReadingAndReportsItWithoutWatchTime) {
   AirWatch watch(kSafe, {});
-  EXPECT_EQ(watch.see({60}, {}), AirVerdict::shown);
+  EXPECT_EQ(watch.add_reading({60}, {}), AirVerdict::shown);
   EXPECT_EQ(watch.describe(), "air 60.00 °C, not watched");
 }
 

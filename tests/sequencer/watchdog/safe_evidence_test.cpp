@@ -61,7 +61,7 @@ int until_safe(SafeEvidence& evidence, Chamber& chamber, const std::function<voi
     }
     chamber.second();
     if (meanwhile) meanwhile(s);
-    evidence.see({{chamber.air}, {chamber.set_point}, chamber.activity}, kSecond * (s + 1));
+    evidence.add_reading({{chamber.air}, {chamber.set_point}, chamber.activity}, kSecond * (s + 1));
     if (evidence.is_safe()) return s + 1;
   }
   return -1;
@@ -153,7 +153,7 @@ TEST(SafeEvidence, IgnoresUnknownMode) {
   SafeEvidence falling(kGoal);
   falling.acknowledge(SafeAction::set_point);
   for (int s = 0; s <= 400; ++s) {
-    falling.see({{60 - s * 0.05}, {22}, ChamberActivity::unknown}, kSecond * s);
+    falling.add_reading({{60 - s * 0.05}, {22}, ChamberActivity::unknown}, kSecond * s);
     EXPECT_FALSE(falling.is_safe()) << "only the air, at " << s << " s";
   }
 }
@@ -164,14 +164,14 @@ TEST(SafeEvidence, UsesOnlyAirWhenMapHasNoStates) {
   SafeEvidence evidence(bare);
   evidence.acknowledge(SafeAction::set_point);
   const auto see = [&](double air, int s) {
-    evidence.see({{air}, {std::numeric_limits<double>::quiet_NaN()}, ChamberActivity::unknown}, kSecond * s);
+    evidence.add_reading({{air}, {std::numeric_limits<double>::quiet_NaN()}, ChamberActivity::unknown}, kSecond * s);
   };
   for (int s = 0; s <= 300; ++s) see(60 - s * 0.05, s);
   EXPECT_TRUE(evidence.is_safe()) << evidence.describe();
   EXPECT_EQ(evidence.describe().find("set point acknowledged; mode not in its map; "), 0u) << evidence.describe();
   SafeEvidence rising(bare);
   rising.acknowledge(SafeAction::set_point);
-  for (int s = 0; s <= 30; ++s) rising.see({{60 + s * 0.5}, {22}, ChamberActivity::unknown}, kSecond * s);
+  for (int s = 0; s <= 30; ++s) rising.add_reading({{60 + s * 0.5}, {22}, ChamberActivity::unknown}, kSecond * s);
   EXPECT_TRUE(rising.is_ineffective());
   EXPECT_TRUE(rising.must_be_off());
 }

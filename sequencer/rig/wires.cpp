@@ -38,8 +38,8 @@ class AttendedConnection final : public drivers::FrameConnection {
 
 class AttendedWires final : public Wires {
  public:
-  AttendedWires(std::unique_ptr<simulator::VirtualInstruments> instruments, Duration already, Duration later)
-      : instruments_(std::move(instruments)), clock_(already - kSecond, later) {}
+  AttendedWires(std::unique_ptr<simulator::VirtualInstruments> instruments, Duration elapsed, Duration later)
+      : instruments_(std::move(instruments)), clock_(elapsed - kSecond, later) {}
 
   std::unique_ptr<drivers::Registers> chamber(const drivers::RegisterMap& map) override {
     return registers(InstrumentKind::chamber, 0, map);
@@ -91,9 +91,9 @@ class AttendedWires final : public Wires {
 
 }  // namespace
 
-std::unique_ptr<Wires> make_attended_wires(std::unique_ptr<simulator::VirtualInstruments> instruments, Duration already,
+std::unique_ptr<Wires> make_attended_wires(std::unique_ptr<simulator::VirtualInstruments> instruments, Duration elapsed,
                                            Duration later) {
-  return std::make_unique<AttendedWires>(std::move(instruments), already, later);
+  return std::make_unique<AttendedWires>(std::move(instruments), elapsed, later);
 }
 
 }  // namespace gyrotherm::rig

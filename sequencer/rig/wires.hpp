@@ -58,9 +58,9 @@ class Wires {
 };
 
 /// Returns wires to `instruments`, all within the process. The instruments are attended: each request is answered in
-/// the thread that sends it, before that thread waits for the answer. The clock starts at `already` − 1 s, and its UTC
+/// the thread that sends it, before that thread waits for the answer. The clock starts at `elapsed` − 1 s, and its UTC
 /// is shifted by `later`.
 [[nodiscard]] std::unique_ptr<Wires> make_attended_wires(std::unique_ptr<simulator::VirtualInstruments> instruments,
-                                                         Duration already, Duration later);
+                                                         Duration elapsed, Duration later);
 
 }  // namespace gyrotherm::rig

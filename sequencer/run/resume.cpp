@@ -263,12 +263,12 @@ Downtime compute_downtime(const record::Record& record, const std::optional<reco
   if (is_about_it && !now.boot.empty() && status->written_in_boot == now.boot)
     return now.since_boot - status->written_since_boot + kSecond * (status->slot - last);
   const auto down = now.utc - record.last_utc.value_or(record.info.started_utc);
-  const auto in_words = spoken(std::max(down, Duration{}));
+  const auto duration = spoken(std::max(down, Duration{}));
   if (is_about_it && down < now.since_boot)
-    return {down, fmt::format("by the wall clock it was down for {}, but the machine was started {} ago", in_words,
+    return {down, fmt::format("by the wall clock it was down for {}, but the machine was started {} ago", duration,
                               spoken(now.since_boot))};
   const auto* cause = is_about_it ? "the machine was restarted meanwhile" : "there is no status file of this run";
-  return {down, fmt::format("{}: it was down for {} according to the wall clock only", cause, in_words)};
+  return {down, fmt::format("{}: it was down for {} according to the wall clock only", cause, duration)};
 }
 
 namespace {

@@ -224,12 +224,12 @@ void take(const std::string& line, RescueResult& rescued) {
   rescued.details = left;
 }
 
-void carry_out(const SafeStateChamber& chamber, SafeTask task, const ChildWork::SendLine& tell) {
+void carry_out(const SafeStateChamber& chamber, SafeTask task, const ChildWork::SendLine& send_line) {
   const SteadyClock clock;
   (void)attempt_safe(chamber.goal,
                      {.connect = chamber.connect,
                       .wait = [](Duration time) { std::this_thread::sleep_for(time); },
-                      .report = [&](const SafeAttempt& attempt) { tell(to_line(attempt)); },
+                      .report = [&](const SafeAttempt& attempt) { send_line(to_line(attempt)); },
                       .clock = clock},
                      task);
 }
@@ -281,7 +281,7 @@ RescueResult attempt_once(const SafeState& safe_state, const SafeStateChamber& c
     }
   }
   RescueResult rescued{.reached = {}, .details = "the attempt returned no result", .in_use = false, .is_driven = false};
-  ChildWork work([&](const auto& tell) { carry_out(chamber, task, tell); });
+  ChildWork work([&](const auto& send_line) { carry_out(chamber, task, send_line); });
   const SteadyClock clock;
   for (Duration longest = kSafeWithin; !work.has_ended();) {
     const auto line = work.next(longest - clock.now().since_start);

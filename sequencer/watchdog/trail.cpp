@@ -54,9 +54,9 @@ void Trail::start_pending_work() {
   }
   if (!trace_to_write_ && !safe_state_to_remove_) return;
   const bool write = std::exchange(trace_to_write_, false), remove = std::exchange(safe_state_to_remove_, false);
-  writing_ = std::make_unique<ChildWork>([this, write, remove](const auto& tell) {
+  writing_ = std::make_unique<ChildWork>([this, write, remove](const auto& send_line) {
     if (write)
-      if (const auto left = write_trace(safe_state_.record, trace_); !left) tell(text(left.error()));
+      if (const auto left = write_trace(safe_state_.record, trace_); !left) send_line(text(left.error()));
     if (remove) gyrotherm::watchdog::remove_safe_state(safe_state_.record);
   });
 }
@@ -80,7 +80,7 @@ std::string Trail::read_orders() const {
 }
 
 std::optional<std::string> Trail::reason_to_end() {
-  if (!looking_) looking_ = std::make_unique<ChildWork>([this](const auto& tell) { tell(read_orders()); });
+  if (!looking_) looking_ = std::make_unique<ChildWork>([this](const auto& send_line) { send_line(read_orders()); });
   const auto orders = looking_->next(kReadWithin);
   if (orders || looking_->has_ended()) looking_.reset();
   if (orders == kAnothers) return "the safe-state file belongs to another run";

@@ -52,8 +52,8 @@ std::uint64_t address_space() {
   return pages * static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE));
 }
 
-/// Closes every descriptor of the child except its pipe to the parent, which it moves to a new number. Redirects the
-/// standard streams to /dev/null. Returns the new number.
+/// Closes every descriptor of the child except its pipe to the parent, and redirects the standard streams to /dev/null.
+/// Moves the pipe to a new descriptor number and returns it.
 int close_all_but_pipe(int to_parent) {
   constexpr int kPipeNumber = STDERR_FILENO + 1;
   if (const Descriptor nothing(::open("/dev/null", O_RDWR)); nothing.is_open())

@@ -70,7 +70,8 @@ class ChildProcess {
 /// Allows this process `more` seconds of further processor time. SIGXCPU then ends the process.
 void limit_processor_time(std::chrono::seconds more);
 
-/// Working directory and output files of a program that is started. An empty member keeps the setting of this process.
+/// Working directory and output files of a program that is started. An empty member means that the program inherits the
+/// setting of this process.
 struct LaunchSettings {
   std::string folder{};
   /// File for stdout; an existing file is overwritten.
@@ -79,8 +80,8 @@ struct LaunchSettings {
   std::string log{};
 };
 
-/// Starts a program without a shell. A name without a slash is searched in PATH. Its standard input
-/// is empty and no signal is blocked. Fails with refused if the program cannot be started.
+/// Starts a program without a shell. A name without a slash is searched for in PATH. The program's standard input is
+/// empty, and none of its signals is blocked. Fails with refused if the program cannot be started.
 [[nodiscard]] Result<pid_t> start(const std::vector<std::string>& command, const LaunchSettings& in = {});
 
 /// Waits for a child to end. Returns its exit code, or 128 plus the number of the signal that ended it.

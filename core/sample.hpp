@@ -74,7 +74,7 @@ enum class ChamberActivity {
   door_open,
   emergency_stop,
   power_failure,
-  /// Not reported, or not queried.
+  /// The controller does not report its activity, or was not queried.
   unknown,
 };
 
@@ -123,7 +123,7 @@ struct UnitState {
 
 /// State of a run, after ISA-88 and PackML, in order of increasing severity.
 enum class RunState {
-  /// The profile's clock runs.
+  /// The time in the profile advances.
   execute,
   /// An external cause stopped the clock. The run resumes by itself when the cause is gone.
   suspended,
@@ -146,10 +146,10 @@ inline constexpr std::initializer_list<RunState> kRunStates = {
 /// instrument and succeed or fail together. Values from analogue inputs succeed or fail independently.
 struct UnitReading {
   Reading<GyroCount> count;
-  /// Values from analogue inputs. The record stores them after the values that the unit sends.
+  /// Values measured by analogue inputs. In the record they follow the values that the unit itself sends.
   std::vector<Reading<double>> analogue{};
   FrameCount frames{};  ///< since the rig was assembled
-  /// True bias of each axis in this second; only a virtual unit has it.
+  /// True bias of each axis in this second. Empty unless the unit is virtual.
   std::vector<DegreesPerHour> true_bias{};
 };
 

@@ -29,7 +29,8 @@ std::string missing_key(std::string_view key) { return fmt::format("missing key 
 }  // namespace
 
 struct TomlTable::Document {
-  /// Order of the list. Errors at keys of the file come before missing keys, which are often their consequence.
+  /// Sort order of the errors. Errors at existing keys come first, because they often cause the errors about missing
+  /// keys.
   enum class Rank { key_error, missing_error };
 
   struct TomlError {

@@ -23,8 +23,8 @@
 namespace gyrotherm {
 
 /// One table of a TOML file. If a key is missing or has a wrong type or unit, a getter notes the error and returns a
-/// neutral value. A parser therefore reads all keys and then calls verdict(). A key that no getter read is an error
-/// too ("unknown key, did you mean …"). Copies share one list of errors.
+/// neutral value. A parser therefore reads all keys and then calls verdict(). A key that no getter has read is also an
+/// error ("unknown key, did you mean …"). Copies share one list of errors.
 class TomlTable {
  public:
   /// Parses the text of a file; errors name it `file`. Fails with bad_file on a syntax error, or if the text exceeds a

@@ -19,7 +19,7 @@ namespace gyrotherm::exchange {
 struct ChannelSummary {
   /// The name in the record: "T1", "gyro", "imu.x".
   std::string name{};
-  /// The column as shown to users.
+  /// Name of the column in messages.
   std::string column{};
   /// The unit of `least` and `greatest`.
   std::string unit{};

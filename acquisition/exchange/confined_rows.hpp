@@ -15,8 +15,8 @@
 
 namespace gyrotherm::exchange {
 
-/// The limits of a reader. A step opens the file or reads a part of one column, and the reader calls `step` at the
-/// start of each one. The size of the file is not limited.
+/// Limits of a reader that reads in steps (see ReadInSteps). One step opens the file or reads part of one column. The
+/// size of the file is not limited.
 struct ReadingLimits {
   std::uint64_t memory_bytes = std::uint64_t{1} << 30;
   std::chrono::seconds processor_time{10};     ///< for one step

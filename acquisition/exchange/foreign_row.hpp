@@ -29,7 +29,7 @@ struct ForeignRow {
 /// position.
 using TakeRow = std::function<Result<void>(const ForeignRow& row)>;
 
-/// Messages about skipped or suspicious content. The record stores them as events.
+/// Messages about skipped or suspicious content, which the record stores as events.
 using Notes = std::vector<std::string>;
 
 /// Counts of the texts that marked missing values in a column.

@@ -28,7 +28,7 @@ template <class T>
   return *middle;
 }
 
-/// A longer time without a row is a gap, in usual spacings. Applies to imported records.
+/// In an imported record, a time without rows is a gap if it exceeds this number of usual spacings.
 inline constexpr int kGapInUsualSteps = 10;
 
 /// A row for the record.

@@ -39,8 +39,8 @@ struct ColumnName {
 /// time of day.
 enum class TimeForm { number, civil, date, clock };
 
-/// The treatment of a row that is not later than the row before: refuse the file, leave the row out, or assume that the
-/// clock was set back, and shift the row and all later rows.
+/// Treatment of a row that is not later than its predecessor: refuse the file, skip the row, or assume that the clock
+/// was set back and shift this row and all later ones.
 enum class OutOfOrder { refuse, skip, shift };
 
 /// The range of valid values of a column, in the numbers of the file. Other values count as missing.

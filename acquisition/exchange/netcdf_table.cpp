@@ -65,7 +65,8 @@ std::optional<Duration> find_time_unit(std::string_view word) {
   return std::nullopt;
 }
 
-/// Parses "seconds since 2026-01-01 00:00:00 UTC" or "ms". Returns an error message for any other text.
+/// Parses a time unit with or without a reference instant, such as "seconds since 2026-01-01 00:00:00 UTC" or "ms".
+/// Returns an error message if the text is not one.
 tl::expected<TimeUnits, std::string> parse_time_units(const std::string& stated, EarlyDays early) {
   constexpr std::string_view kSince = " since ";
   const std::string text = in_lower_case(stated);

@@ -61,7 +61,7 @@ class RowOrder {
   std::optional<Duration> last_{};
   /// The last positive spacing.
   Duration step_{};
-  /// The present shift of the times, after the clock was set back.
+  /// Current shift of the times because the clock was set back.
   Duration moved_{};
   std::size_t left_out_{}, set_back_{};
   Duration first_back_{};

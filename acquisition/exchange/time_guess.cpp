@@ -94,7 +94,8 @@ std::optional<double> find_wrap(const Course& course, double unit_s) {
   return std::nullopt;
 }
 
-/// Returns the lines of a map that a series of times requires. `unit_s` is the unit of a counter; 0 for other times.
+/// Returns the map lines that a series of times requires. `unit_s` is the unit of a counter, or 0 if the times are not
+/// counted.
 std::string course_lines(const std::vector<double>& times_s, double unit_s) {
   constexpr double kFastestKept_s = 0.5, kMostLeftOut = 0.02;
   const Course course = measure_course(times_s);

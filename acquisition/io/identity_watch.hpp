@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Checks that an instrument is still the one with which the run began. Makes the check after every event during which
-/// the instrument could have been exchanged: a broken connection, a series of unanswered calls, or several seconds
-/// without any call.
-/// Only the instrument's own thread may use a watch, except for mismatch_text() and request_check(), which any thread
-/// may call.
+/// Checks that an instrument is still the one with which the run began. The check is made after every event during
+/// which the instrument could have been exchanged: a broken connection, a series of unanswered calls, or several
+/// seconds without a call. Only the instrument's own thread may use a watch, except for mismatch_text() and
+/// request_check(), which any thread may call.
 #pragma once
 
 #include <atomic>

@@ -75,11 +75,11 @@ struct Instruments {
 };
 
 struct InstrumentIoOptions {
-  /// The time that each gyro reading must cover.
+  /// Time over which each gyro reading counts.
   Duration interval = std::chrono::seconds(1);
-  /// For workers: the longest wait for an instrument's answer.
+  /// Workers only: longest wait for an instrument's answer.
   Duration patience = std::chrono::milliseconds(900);
-  /// For workers: time after the start of a read at which the wait for a command ends.
+  /// Workers only: latest time after the start of a read until which a command is awaited.
   Duration tick = std::chrono::milliseconds(980);
 };
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The alarms of a run, modelled after ISA-18.2 and IEC 62682: one row per alarm tag, which is an interlock and its
 /// subject. A row counts its occurrences; it is active or returned to normal, and acknowledged or not. An alarm that is
-/// a consequence of another one is suppressed and listed under it. The list is computed only from the record's events,
-/// so it survives the end of any program. The types are values. Only one thread may use an object.
+/// a consequence of another alarm is suppressed and listed under that alarm. The list is computed only from the
+/// record's events, so it survives the end of any program. The types are values. Only one thread may use an object.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +20,7 @@
 
 namespace gyrotherm::record {
 
-/// The urgency of a response, the least urgent first.
+/// The urgency of the operator's response, in increasing order.
 enum class AlarmPriority { low, medium, high };
 inline constexpr std::initializer_list<AlarmPriority> kAlarmPriorities = {AlarmPriority::low, AlarmPriority::medium,
                                                                           AlarmPriority::high};
@@ -96,12 +96,12 @@ void describe(auto& form, Like<Alarm> auto& alarm) {
   form.if_present("comment", true, alarm.comment);
 }
 
-/// Returns the end of an alarm event's text that names the root alarm: " [consequence of host_late]".
+/// Returns the suffix of an alarm event's text that names its root alarm: " [consequence of host_late]".
 [[nodiscard]] std::string consequence_suffix(std::string_view root_tag);
 
 /// The state machine of the list. Transitions of a row:
 /// - An occurrence makes the row active and unacknowledged, even if earlier occurrences were acknowledged.
-/// - A return to normal makes the row inactive. An unacknowledged row stays in the list; an acknowledged one leaves it.
+/// - A return to normal makes the row inactive. If the row is acknowledged, it is also removed from the list.
 /// - An acknowledgement covers all occurrences so far. An active row stays in the list until it returns to normal.
 /// - An occurrence that names a root in the list is suppressed, with two exceptions: its reaction is hold or abort, or
 ///   the root is already acknowledged and has returned to normal or has a lower priority. If the root returns to normal
@@ -109,8 +109,8 @@ void describe(auto& form, Like<Alarm> auto& alarm) {
 /// - A resumed run evaluates every condition again: no row is active until its interlock acts again.
 class Alarms {
  public:
-  /// The maximum number of rows that are kept. When a further row is added, an old row is removed: first one that is no
-  /// longer in the list, otherwise the oldest row of the lowest priority.
+  /// The maximum number of rows kept. Adding another row removes an old one: a row that is no longer in the list if
+  /// there is one, otherwise the oldest row of the lowest priority.
   static constexpr std::size_t kMost = 256;
 
   /// Updates the rows with the next event of the run. Ignores events that do not concern alarms.

@@ -33,8 +33,7 @@ class Backlog {
   [[nodiscard]] bool empty() const { return entries_.empty(); }
   /// Returns the total number of samples dropped so far.
   [[nodiscard]] std::size_t dropped() const { return dropped_; }
-  /// Returns the number of seconds in the queue that were appended as gaps. These seconds are not part of the disk's
-  /// delay.
+  /// Returns the number of queued seconds that were appended as gaps. They do not count as a delay of the disk.
   [[nodiscard]] std::int64_t unmeasured() const { return unmeasured_; }
 
  private:

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Verifies that a record is unchanged. The hash chain over its rows detects an edited row. The manifest of its files
-/// (RUN.db.sha256) detects any other change. Any thread may call these functions, with a database of its own.
+/// Verifies that a record is unchanged. The hash chain over the rows detects edited rows. The manifest of the record's
+/// files (RUN.db.sha256) detects any other change. Any thread may call these functions, with a database of its own.
 #pragma once
 
 #include <concepts>
@@ -23,8 +23,8 @@ namespace gyrotherm::record {
 
 // The hash chain over the rows of a record. Each row stores the first bytes of a hash over the row and the complete
 // previous hash. If a row was changed, removed, inserted or moved, the hashes no longer match. The chain starts with
-// the hash of the run's description at its start. It makes edits evident but does not prevent them: anyone who may
-// write the file can also compute the chain again.
+// the hash of the run's description at its start. The chain makes edits evident but does not prevent them: anyone who
+// can write the file can also recompute the chain.
 
 class RowChain {
  public:

@@ -27,7 +27,7 @@ struct Field {
   bool has_doubled_quotes{};
 };
 
-/// Returns the text of a field with doubled quotes made single.
+/// Returns the text of a field, with each doubled quote replaced by one quote.
 [[nodiscard]] std::string unquote(const Field& field);
 
 /// Splits a line at `separator`. Fields may be in double quotes, in which `""` is a quote (RFC 4180), with blanks

@@ -83,9 +83,9 @@ class FileWatch {
   [[nodiscard]] std::optional<Interference> check_all(std::int64_t frames) const;
   /// Returns the offsets in the database that the log will overwrite.
   [[nodiscard]] std::vector<std::int64_t> offsets_in_log() const;
-  /// Store the present state of the files as written by this process, for later checks. remember_log() stores that of
-  /// the log. remember_checkpoint() stores that of the log and of the blocks of the database at `offsets`, which
-  /// offsets_in_log() returned before the log was copied. remember() stores that of both files.
+  /// These functions store the present state of the files, as written by this process, for later checks. remember_log()
+  /// stores the state of the log. remember_checkpoint() also stores the database blocks at `offsets`, which
+  /// offsets_in_log() returned before the log was copied. remember() stores the state of both files.
   void remember_log();
   void remember_checkpoint(std::span<const std::int64_t> offsets);
   void remember();

@@ -32,14 +32,15 @@
 namespace gyrotherm::record {
 
 struct LiveCopyOptions {
-  /// The least time between two transactions.
+  /// Minimum time between two transactions.
   Duration pause = std::chrono::milliseconds(500);
   /// The time from the start of the run to the start of its copy.
   Duration begins_after{};
-  /// The longest log in bytes and the longest time without a successful write. After either, a new file is begun.
+  /// Maximum size of the log in bytes, and maximum time without a successful write. Beyond either limit, a new file is
+  /// begun.
   std::int64_t longest_log = std::int64_t{48} << 20U;
   Duration longest_locked = std::chrono::seconds(3);
-  /// The least time between two files.
+  /// Minimum time between the starts of two files.
   Duration rest = std::chrono::seconds(10);
   /// The maximum number of rows that wait in memory. If there are more, the copy ends.
   std::size_t most_rows = 50'000;

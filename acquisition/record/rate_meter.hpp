@@ -37,7 +37,7 @@ class RateMeter {
 
   AxisInfo axis_;
   std::size_t index_;
-  /// A ring of kLength seconds, and the position of the next one.
+  /// Ring buffer of the last kLength seconds, and the index of its next entry.
   std::vector<std::optional<Second>> seconds_;
   std::size_t next_{};
 };

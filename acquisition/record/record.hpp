@@ -61,8 +61,7 @@ struct Record {
 /// Returns the segment of a row, or null if it is unknown, as in an imported record.
 [[nodiscard]] const RunInfo::SegmentInfo* segment_at(const Record& record, std::size_t row);
 
-/// Returns whether operators handle the unit during the profile: a prompt asks them to turn it around or to do anything
-/// else.
+/// Returns whether operators handle the unit during the profile: a prompt requests any action on the unit.
 [[nodiscard]] bool is_handled(const RunInfo& info);
 /// Returns the mounting of the unit in a row: 1 if it was turned around, 0 if not. Returns NaN while an operator
 /// handles the unit: in a segment with a prompt, until the clock of the segment starts.

@@ -92,7 +92,7 @@ struct RecordFiles {
   std::string run_id;
   /// At least one part, in the order of the run. The record's own file continues nothing.
   std::vector<Part> parts;
-  /// The fault of the first part that is missing or unreadable and therefore not in `parts`.
+  /// The fault of the first part that is not in `parts`, because it is missing or unreadable.
   std::optional<Fault> lost;
   /// The path of the part that continues the part in `lost`; empty if none is lost.
   std::string follows_lost;

@@ -20,9 +20,9 @@ struct RecordWriterOptions {
   /// The number of acknowledged rows kept in memory. A new part begins with them, because the failed file may have lost
   /// them.
   std::size_t most_rows{};
-  /// The part number of the file passed to the constructor.
+  /// Part number of the file that is passed to the constructor.
   int part{1};
-  /// The number of consecutive attempts on a locked file before it is abandoned.
+  /// Number of consecutive failed attempts after which a locked file is abandoned.
   int longest_locked{10};
   /// The last slot in the file passed to the constructor.
   std::int64_t last_slot{};

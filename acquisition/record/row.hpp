@@ -109,7 +109,7 @@ struct Column {
   const char* name;
   const char* type;
   Cell (*cell)(const Row& row);
-  /// Stores a value that is not NULL in a row.
+  /// Copies a non-NULL value from the statement to the row.
   void (*take)(Row& row, const Statement& from, int column);
   Exported exported{};
   /// The unit of measurement, if the chamber measures the column; otherwise empty.

@@ -138,7 +138,7 @@ Result<Database> Database::open(const std::string& path, Access access, int pati
   const bool beside = access == Access::read_beside;
   if (reads && is_written_here(path)) return failure(FaultKind::storage, path, kBeingWritten);
   sqlite3* connection = nullptr;
-  // A connection for reading is used by only one thread, so it needs no mutex.
+  // Every connection is used by one thread at a time, so it needs no mutex.
   const int flags = SQLITE_OPEN_NOMUTEX | (reads ? SQLITE_OPEN_READONLY : SQLITE_OPEN_READWRITE);
   const auto name = path == kInMemory && !reads ? path : name_for_sqlite(path);
   const int code = sqlite3_open_v2(name.c_str(), &connection, flags, reads && !beside ? reader_vfs() : nullptr);

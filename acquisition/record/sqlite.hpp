@@ -80,10 +80,10 @@ enum class Access { read_only, read_beside, read_write };
 /// One connection to an existing file. Destroy its statements before the connection.
 class Database {
  public:
-  /// Opens the file, and waits at most `patience_ms` for the lock of another program. For reading, fails with storage
-  /// ("being written by another program") if the file is locked or this process is writing it, and with bad_file if it
-  /// has another format. For read_write, does not read the file: for a locked file or another format, the first
-  /// statement fails instead.
+  /// Opens the file, and waits at most `patience_ms` for the lock of another program. When opening for reading, fails
+  /// with storage ("being written by another program") if the file is locked or this process is writing it, and with
+  /// bad_file if the file has another format. With read_write the file is not read yet: if it is locked or has another
+  /// format, the first statement fails instead.
   [[nodiscard]] static Result<Database> open(const std::string& path, Access access, int patience_ms);
 
   [[nodiscard]] Result<void> execute(const std::string& sql);

@@ -46,7 +46,7 @@ struct LostEnd {
 /// Returns the status of a run before its first sample.
 [[nodiscard]] RunStatus first_status(const std::string& path, const RunInfo& info);
 
-/// Stores a sample's position in the profile in the status.
+/// Sets the segment, the phase and the set point of the status from a sample's profile position.
 void set_progress(RunStatus& status, const RunInfo& info, const ProfilePosition& progress);
 
 /// Returns the status of one open file of a record: its last sample and its counts. Treats the slots of earlier parts

@@ -92,7 +92,7 @@ struct RunStatus {
 /// Returns the age of a status file. Returns nothing if the machine was restarted since the file was written, or if the
 /// status does not come from a file.
 [[nodiscard]] std::optional<Duration> status_age(const RunStatus& status);
-/// The age of a status file from which its writer, or the writer's disk, is considered silent.
+/// A status file older than this means that its writer, or the writer's disk, does not respond.
 inline constexpr Duration kSilentAfter = std::chrono::seconds(5);
 
 /// Reads the status file of a record. Fails as read_text_file() and parse_status() do.

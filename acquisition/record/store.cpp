@@ -35,13 +35,13 @@ namespace {
 struct Counted {
   /// The number of the last event.
   std::int64_t last_event{};
-  /// The number of event numbers reserved before the events of each entry, for events that the writer adds.
+  /// Number of event numbers to skip before each entry's events. The record writer uses them for events of its own.
   std::int64_t spare{};
   Alarms alarms{};
 };
 
-/// The base of all stores. Ensures that each slot has exactly one row or is in exactly one gap. Maintains the status.
-/// Numbers events when they are appended; the record's table uses the same numbers.
+/// Base class of all stores. Ensures that each slot has exactly one row or belongs to exactly one gap. Maintains the
+/// status. Numbers events when they are appended; the record's table uses the same numbers.
 class OrderedStore : public Store {
  public:
   Result<void> append(const Sample& sample, std::span<const Event> events) final {

@@ -50,11 +50,11 @@ struct StoreOptions {
 struct StoreHealth {
   /// The number of seconds that are appended but not acknowledged.
   std::int64_t backlog_s{};
-  /// Rows were dropped since the disk last accepted any row. The record has gaps in their place, with the cause.
+  /// Rows were dropped since the disk last accepted a row. In the record, gaps with this cause replace them.
   bool rows_dropped{};
   /// The reason why the disk accepts no rows; empty if it does.
   std::string trouble{};
-  /// The number of files of the record. Each but the first follows a failure.
+  /// Number of files of the record. Every file after the first was begun because the previous one failed.
   int parts{1};
   /// The damage that another program did to the record's files; empty if there is none.
   std::string damage{};

@@ -75,7 +75,7 @@ struct Instruments {
 };
 
 struct InstrumentIoOptions {
-  /// Time over which each gyro reading counts.
+  /// Duration that each gyro reading covers.
   Duration interval = std::chrono::seconds(1);
   /// Workers only: longest wait for an instrument's answer.
   Duration patience = std::chrono::milliseconds(900);

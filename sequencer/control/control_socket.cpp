@@ -144,7 +144,8 @@ void ControlSocket::listen(const Listener& listener) {
 
 namespace {
 
-/// Connects. While the listen queue is full, which the kernel reports immediately (EAGAIN), retries until the deadline.
+/// Connects to the socket of a run. If the listen queue is full, which the kernel reports immediately (EAGAIN), retries
+/// until the deadline.
 Result<Descriptor> connect_to_run(const std::string& record, const Deadline& deadline) {
   const auto path = control_socket_path(record);
   const auto address = make_address(path);

@@ -90,14 +90,14 @@ struct InterlockMemory {
     Duration lasted{};
     /// Number of samples with the cause.
     int samples{};
-    /// Time since the last reading of the quantity that reveals the cause.
+    /// Time since the quantity that shows the cause was last read.
     Duration unseen{};
     /// Time since the cause was last found.
     Duration gone{};
     /// The alarm is raised.
     bool raised{};
     RecentCauses recent{};  ///< the last samples
-    /// Current reaction. While the quantity is unread, the last known reaction.
+    /// Current reaction, or the last known one while the quantity is unread.
     Reaction reaction{};
     /// Thermometer that showed the cause.
     std::optional<std::size_t> column{};
@@ -115,7 +115,7 @@ struct InterlockMemory {
   LivenessMemory liveness{};
   /// The chamber answered in the previous sample.
   bool chamber_answered = true;
-  /// The chamber has reported its activity since its last silence.
+  /// The chamber has reported its activity since it last failed to answer.
   bool activity_seen = true;
   Trend air;
   std::vector<Trend> thermometers;
@@ -132,8 +132,8 @@ struct InterlockMemory {
   std::optional<Duration> utc_minus_run{};
 };
 
-/// Fastest plausible change of the air; a faster change is a sensor fault. If 3 × air_fastest is greater, it applies
-/// instead.
+/// Fastest plausible change of the air. A faster change is a sensor fault. If 3 × air_fastest is greater, that limit
+/// applies instead.
 inline constexpr CelsiusPerMinute kNoAir{120};
 
 /// The readings of the answering thermometers, sorted.

@@ -509,9 +509,9 @@ Reaction effective_reaction(const InterlockLimits& limits, const Interlock& row,
                              : std::min(found.at_most, limits.policy[static_cast<std::size_t>(row.id)]);
 }
 
-/// Adds one sample that was read, with or without the cause. Returns true if the interlock acts: its cause was present
-/// in `samples` of the last 2 × `samples` samples and for `after` within the last 2 × `after`, or, with `in_a_row`, for
-/// `after` without a break.
+/// Adds a sample in which the quantity was read. Returns true if the interlock acts: its cause was present in `samples`
+/// of the last 2 × `samples` samples and for `after` within the last 2 × `after`, or, with `in_a_row`, for `after`
+/// without a break.
 bool is_confirmed(const InterlockLimits& limits, const Confirmation& needs, bool found, Duration elapsed,
                   InterlockMemory::Watch& watch) {
   const auto after = needs.after_limit != nullptr ? limits.*needs.after_limit : needs.after;

@@ -18,13 +18,13 @@ namespace gyrotherm::interlocks {
 
 /// Facts about a second that its sample does not contain.
 struct InterlockInputs {
-  /// The set point that the chamber last accepted; absent: unknown.
+  /// Set point that the chamber last accepted; nothing if it is unknown.
   std::optional<Celsius> sent{};
-  /// Rounding of the set point by the controller.
+  /// Largest difference between a set point and the controller's rounded value.
   Kelvins set_point_tolerance{0.1};
-  /// Set points refused in a row.
+  /// Number of consecutive set points that the chamber refused.
   int refusals{};
-  /// Reason of the last refusal.
+  /// Reason why the last one was refused.
   std::string refusal{};
   /// The last set point was refused and will be sent again. Until then the chamber may show any value.
   bool sends_again{};
@@ -32,7 +32,7 @@ struct InterlockInputs {
   std::string program{};
   /// The controller computes the set points itself.
   bool led_by_controller{};
-  /// Time without ticks before this second.
+  /// Time without ticks immediately before this second.
   Duration missed{};
   Duration longest_missed = std::chrono::seconds(120);
   /// Time by which the record lags behind the run.
@@ -60,19 +60,19 @@ struct InterlockInputs {
 /// The fault that one check found in one subject.
 struct CheckResult {
   std::string text;
-  /// Ends the run regardless of the policy.
+  /// The fault ends the run regardless of the policy.
   bool grave = false;
   /// Thermometer that shows the fault.
   std::optional<std::size_t> column = {};
   /// Name of a channel, unit or instrument; may be empty.
   std::string subject = {};
-  /// Most severe permitted reaction, regardless of the policy.
+  /// Upper limit of the reaction, even if the policy is more severe.
   Reaction at_most = Reaction::abort;
 };
 
 struct CheckInputs;
 
-/// The presence of a cause that is required before the interlock acts, as values or as members of InterlockLimits. The
+/// How long a cause must be present before the interlock acts, given as values or as members of InterlockLimits. The
 /// cause must be present in `samples` of the last 2 × `samples` samples, and for a total of `after` within the last 2 ×
 /// `after`. With `in_a_row`, it must instead be present for `after` without a break.
 struct Confirmation {
@@ -89,12 +89,12 @@ struct Interlock {
   /// Keyword in [policy] and the record.
   const char* name = "";
   Reaction usual{};  ///< default of [policy]
-  /// [policy] may choose the reaction. False if the unit under test could be damaged otherwise.
+  /// [policy] may set the reaction. False if another reaction could damage the unit under test.
   bool choosable = true;
   Confirmation confirmation{};
-  /// A silence of this length aborts the run.
+  /// Duration of silence after which the run is aborted.
   Duration InterlockLimits::*lost_after = nullptr;
-  /// The cause is permanent. After the second in which it is found, it only warns.
+  /// The cause is permanent: after the second in which it was found, the interlock only warns.
   bool is_never_over = false;
   /// Keys of [limits] that the check uses, separated by blanks.
   std::string_view limits{};
@@ -132,7 +132,7 @@ struct InterlockResult {
 [[nodiscard]] InterlockResult judge(const InterlockLimits& limits, InterlockMemory memory, const Sample& sample,
                                     Duration elapsed, const InterlockInputs& inputs = {});
 
-/// Returns the demand of the last sample, without the interlocks in `some`.
+/// Returns the demand of the last sample, ignoring the interlocks in `some`.
 [[nodiscard]] InterlockDemand demand_without(const InterlockMemory& memory, const std::vector<InterlockId>& some);
 
 /// Returns the active causes that an operator's resume ends, because resuming takes the chamber over: a foreign set

@@ -86,7 +86,7 @@ struct AxisLimits {
 /// One of the units under test.
 struct UnitLimits {
   std::string name;
-  /// The run continues for the other units if this one is silent.
+  /// If this unit is silent, the run continues with the other units.
   bool continue_when_silent{};
   /// Columns of the thermometers that the unit's analysis requires.
   std::vector<std::size_t> thermometers{};
@@ -141,12 +141,12 @@ struct InterlockLimits {
   Duration chamber_lost = std::chrono::minutes(10);
   Duration thermometers_lost = std::chrono::minutes(10);
   Duration gyro_lost = std::chrono::minutes(60);
-  /// Number of thermometers that must answer; with fewer, thermometers_lost acts.
+  /// Number of thermometers that must answer. If fewer answer, the interlock thermometers_lost acts.
   int thermometers_needed = 1;
   /// Units in sample order; empty: the units have no names.
   std::vector<UnitLimits> units;
 
-  /// First-order lag of the air behind the set point.
+  /// Time constant with which the air follows the set point (first order).
   Duration chamber_lag = std::chrono::minutes(2);
   Kelvins follow_band{2};
   Duration follow_time = std::chrono::minutes(5);
@@ -157,9 +157,9 @@ struct InterlockLimits {
   Duration gyro_dead_after = std::chrono::seconds(60);
   /// Permitted deviation from the Earth's rate; absent: computed from the unit's largest bias.
   std::optional<DegreesPerHour> gyro_band{};
-  /// Change of air or set point that a thermometer must follow.
+  /// Change of the air or the set point to which at least one thermometer must respond.
   Kelvins response_step{20};
-  /// Time in which a thermometer must follow such a change.
+  /// Time within which it must respond.
   Duration response_time = std::chrono::minutes(30);
   Kelvins drift{1.5};  ///< largest unexplained jump
 

@@ -11,10 +11,11 @@ namespace gyrotherm::interlocks {
 namespace {
 
 constexpr double kNoiseWeight = 1.0 / 300;  ///< weight of one reading
-constexpr double kTwoStepThreshold = 1.5;   ///< steps, less rounding
+constexpr double kTwoStepThreshold = 1.5;   ///< two steps, with a margin for rounding
 constexpr double kMostNoiseShare = 0.9;     ///< largest share that is used
 
-/// The limit of −ln of the probability that noise makes readings identical: about 1e-13.
+/// Limit of −ln p, where p is the probability that noise makes the readings identical. The limit corresponds to p ≈
+/// 1e-13.
 constexpr double kImprobable = 30;
 /// Readings are declared frozen after this multiple of the longest earlier spell of identical readings.
 constexpr int kTimesTheLongest = 5;
@@ -181,7 +182,7 @@ void update_jumps(const InterlockLimits& limits, const Sample& sample, const Liv
   }
 }
 
-/// Ignores the step with which a stuck thermometer starts to change again.
+/// Ignores the jump of a stuck thermometer when it starts to change again.
 void ignore_stuck(const Sample& sample, LivenessMemory& memory) {
   for (std::size_t i = 0; i < sample.thermometers.size() && i < memory.past.size(); ++i)
     if (memory.thermometers[i].identical() >= kStuckReadings) memory.past[i] = {};

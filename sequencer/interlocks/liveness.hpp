@@ -31,8 +31,8 @@ class Noise {
   double last_change_{};
   /// The smallest change so far: the resolution, or a multiple of it.
   double step_ = std::numeric_limits<double>::infinity();
-  /// The share of readings at rest that reverse the last change by two steps or more. Noise of that size is visible at
-  /// every value of the quantity, despite rounding.
+  /// Fraction of readings at rest that reverse the last change by two steps or more. Noise of that amplitude shows at
+  /// any value of the quantity, despite rounding.
   double share_{};
   int identical_{}, identical_at_rest_{};
 };
@@ -41,7 +41,7 @@ class Noise {
 struct IdenticalSpell {
   int samples{};
   Duration duration{};
-  /// The longest earlier spell that was not declared frozen.
+  /// Longest earlier spell of this kind that was not declared frozen.
   Duration longest_before{};
   std::optional<Celsius> air_before{};  ///< at the spell's beginning
   /// Largest change of the air since then.

@@ -7,11 +7,11 @@
 namespace gyrotherm::interlocks {
 namespace {
 
-/// A thermometer drifts if its rate differs from the median of all by more than kDrifts after the set point has been at
-/// rest for kLongAtRest.
+/// A thermometer drifts if its rate differs from the median of all rates by more than kLargestRateDifference although
+/// the set point has been constant for kLongAtRest.
 constexpr Duration kLongAtRest = std::chrono::minutes(20);
 constexpr CelsiusPerMinute kLargestRateDifference{1};
-constexpr std::size_t kFewestRates = 3;  ///< thermometers that can be compared
+constexpr std::size_t kFewestRates = 3;  ///< needed for a comparison
 
 std::string describe_identical(const std::string& what, Duration time) {
   return fmt::format("{} identical to the last digit for {}", what, spoken(time));

@@ -15,8 +15,8 @@ const Segment& segment_at(const Profile& profile, int index) {
   return profile.segments[static_cast<std::size_t>(index)];
 }
 
-/// Returns the state `elapsed` into a segment, or into a later one if the segment is over by then. A guaranteed soak
-/// starts with its first observation, so it is never skipped.
+/// Returns the state at the time `elapsed` after the start of a segment. If the segment is shorter than that, returns a
+/// state of a later segment. A guaranteed soak starts with its first observation, so it is never skipped.
 ProfileState enter_segment(const Profile& profile, int index, Duration elapsed) {
   const int count = static_cast<int>(profile.segments.size());
   for (; index < count; ++index) {

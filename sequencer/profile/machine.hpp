@@ -9,9 +9,9 @@
 ///                                        └──────────────────────────────────▶ WaitingForSoak
 // clang-format on
 ///
-/// A soak counts while its sensor is inside the band, has been inside for the dwell without a break, and moves no
-/// faster than the slope. Leaving the band stops the soak's clock and restarts the dwell. A segment that passes its
-/// deadline is Overdue, and the rig's interlocks end the run.
+/// The time of a soak counts while its sensor is inside the band, has been inside without a break for the dwell, and
+/// changes no faster than the slope. Leaving the band stops the soak's clock and restarts the dwell. A segment that
+/// passes its deadline is Overdue, and the rig's interlocks end the run.
 #pragma once
 
 #include <optional>
@@ -83,7 +83,7 @@ struct Observation {
 [[nodiscard]] ProfilePosition profile_position(const Profile& profile, const ProfileState& state);
 [[nodiscard]] Result<ProfileState> restore_state(const Profile& profile, const ProfilePosition& progress);
 
-/// Returns the remaining time, assuming that every soak counts without interruption from now on.
+/// Returns the remaining time if no soak is interrupted from now on.
 [[nodiscard]] Duration time_left(const Profile& profile, const ProfileState& state);
 
 }  // namespace gyrotherm::profile

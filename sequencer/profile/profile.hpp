@@ -38,7 +38,7 @@ struct Segment {
   Duration soak_dwell{};
   /// Largest change of the sensor over a minute while the soak counts; 0: no limit.
   CelsiusPerMinute soak_slope{};
-  /// Time required inside the band by a guaranteed soak (default: the hold's duration).
+  /// Time that a guaranteed soak requires inside the band. The default is the duration of the hold.
   Duration soak_time{};
   /// Longest duration, waiting included.
   Duration deadline{};
@@ -53,8 +53,8 @@ struct Segment {
   std::string place{};  ///< "file:line:column" in the profile
 };
 
-/// Returns the shortest duration of a segment: its soak counts from the first second. A guaranteed soak includes its
-/// dwell and is never shorter than the hold.
+/// Returns the duration of a segment whose soak counts from the first second, which is the shortest possible one. It
+/// includes the dwell of a guaranteed soak and is never shorter than the hold.
 [[nodiscard]] Duration shortest(const Segment& segment);
 
 /// A limit of the profile's `[accept]` table. A result above it gives exit code 1. Absent keys accept anything.
@@ -71,7 +71,7 @@ struct Profile {
   std::vector<std::string> cycles;  ///< names
   std::vector<Segment> segments;
   std::vector<AcceptLimit> accept;
-  /// The file, as read.
+  /// Text of the file.
   std::string text;
 };
 

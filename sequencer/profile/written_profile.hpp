@@ -78,7 +78,7 @@ struct WrittenRepeat {
 };
 
 struct WrittenSegment {
-  /// Gives the position of errors that are found later.
+  /// Source of the position in errors that are found later.
   TomlTable table;
   std::string name;
   std::variant<WrittenHold, WrittenRamp, WrittenRepeat, WrittenRandom> what;

@@ -26,8 +26,8 @@ struct RoundTrips {
 /// Returns "10 reads: 0.210, 0.230, 0.410 ms (least, median, most)".
 [[nodiscard]] std::string text(const RoundTrips& trips);
 
-/// Describes whether the exchanges with the chamber fit into one second, with a remedy if they do not; empty if their
-/// number is unknown.
+/// Describes whether the exchanges with the chamber fit into one second, and suggests a remedy if they do not. Returns
+/// an empty text if their number is unknown.
 [[nodiscard]] std::string in_words(const drivers::ChamberEffort& effort);
 
 /// Describes the word orders that give plausible values of the chamber's air temperature and set point; empty if the
@@ -51,8 +51,9 @@ struct AnalogueReading {
 /// cannot be identified.
 [[nodiscard]] Result<std::string> query_analogue(drivers::AnalogueInputs& inputs,
                                                  const std::vector<AnalogueReading>& channels, const Clock& clock);
-/// Warns if the chamber's air differs from every thermometer by more than 15 K: then one of the instruments probably
-/// reports in another unit of measure, or is not in this chamber. Empty if a thermometer is near, or if there is none.
+/// Returns a warning if the chamber's air differs from every thermometer by more than 15 K: one of the instruments then
+/// probably reports another unit of measure, or is not in this chamber. Returns an empty text otherwise, or if there is
+/// no thermometer.
 [[nodiscard]] std::string describe_air_mismatch(Celsius air, const std::vector<Celsius>& thermometers);
 /// Describes an axis: the measured rate and the Earth's rate along the axis. Warns if they differ by more than half of
 /// the Earth's rate (at least 1.5 °/h), plus the bias that the unit may have, plus one count.

@@ -146,7 +146,7 @@ class AssembledRig : public Rig {
 
   std::vector<Result<std::string>> ask() override {
     const SteadyClock watch;
-    // Names a silent instrument, its line, and the instrument expected there.
+    // The description of a silent instrument names its line and the instrument expected there.
     const auto titled = [](const std::string& title, const std::string& place, Result<std::string> answer) {
       if (answer) return Result<std::string>(plain(title + ": " + *answer));
       auto& [kind, where, what] = answer.error();
@@ -304,7 +304,7 @@ class AssembledRig : public Rig {
     return {};
   }
 
-  /// An instrument with an identity. A gyro that may be off need not answer.
+  /// An instrument whose identity is queried. A gyro that may be switched off need not answer.
   struct IdentifiedInstrument {
     std::string title;
     drivers::Identified& instrument;

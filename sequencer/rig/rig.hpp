@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A rig assembled from its file: instruments on their lines, an InstrumentIo, a clock. Virtual and real rigs differ
-/// only here.
+/// A rig assembled from its file: instruments on their lines, an InstrumentIo and a clock. Only this part distinguishes
+/// virtual from real rigs.
 #pragma once
 
 #include <cstddef>
@@ -44,33 +44,34 @@ struct ServeOptions {
 /// The state of a rig before its first second.
 struct RigStart {
   simulator::LaboratorySeed seed;  ///< virtual rig
-  /// Length of the run when its next second begins (resume).
+  /// Time that the run had already covered before a resume; 0 for a new run.
   Duration already{};
   /// Every past second of a virtual rig since it was switched on, except the last one.
   std::vector<simulator::PastSecond> replay;
   /// First set point of the profile (virtual rig).
   std::optional<Celsius> first_set_point{};
-  /// The units' silence does not prevent the start (resume).
+  /// On a resume, the run starts even if the units are silent.
   bool units_may_be_off{};
-  /// The silence of these units does not prevent the start (resume).
+  /// On a resume, the run starts even if these units are silent.
   std::vector<std::string> dropped_units{};
 };
 
 /// The chamber's title among a rig's instruments.
 inline constexpr const char* kChamberTitle = "chamber";
 
-/// The chamber before it was moved.
+/// State and settings of the chamber before the run commands it.
 struct FoundChamber {
   ChamberState state;
-  /// Range of set points that is configured in the controller.
+  /// Range of set points that the controller is configured to accept.
   drivers::SetPointRange limits;
-  /// Sources of state and alarms that the chamber does not have, as text.
+  /// Descriptions of the state and alarm registers that the chamber does not have.
   std::vector<std::string> missing{};
   /// Reported identity of each instrument of the rig, by its title ("chamber", "thermometer 2").
   std::map<std::string, std::string> identities{};
   drivers::ControllerSettings settings{};
 };
-/// Returns the first set point for the chamber as found. Fails if the chamber must not be moved at all.
+/// Returns the first set point, given the state in which the chamber was found. Fails if the run must not command the
+/// chamber at all.
 using Entrance = std::function<Result<Celsius>(const FoundChamber&)>;
 
 class Rig {

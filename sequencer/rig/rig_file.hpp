@@ -40,7 +40,7 @@ struct Limiter {
 struct RigFile {
   std::string name;
   std::string title;
-  /// The file, as read.
+  /// Text of the file.
   std::string text;
   /// Path of the file, as given.
   std::string file;
@@ -67,7 +67,7 @@ struct RigFile {
   Duration safe_observe = std::chrono::minutes(5);
   interlocks::InterlockLimits limits;
   interlocks::RunLimits run_limits;
-  /// Every line is "virtual". Mixed rigs are refused.
+  /// Every line is "virtual". A rig with both virtual and real lines is an error.
   bool simulated{};
   simulator::GyroModelUsed gyro_model;  ///< virtual rig
 };

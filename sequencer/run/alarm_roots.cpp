@@ -17,7 +17,7 @@ using interlocks::InterlockId;
 
 constexpr Duration kOneSecond = std::chrono::seconds(1);
 constexpr Duration kLateFor = std::chrono::minutes(1);      ///< since the last late tick
-constexpr Duration kLateAlone = std::chrono::seconds(10);   ///< raised without a consequence
+constexpr Duration kLateAlone = std::chrono::seconds(10);   ///< missed time that raises host_late
 constexpr Duration kAfterOthers = std::chrono::seconds(5);  ///< a root returns last
 
 constexpr std::array kSilences{InterlockId::chamber_silent,      InterlockId::thermometers_lost,

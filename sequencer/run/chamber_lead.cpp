@@ -82,7 +82,7 @@ void HostLead::end_approach() {
   air_before_.reset();
 }
 
-/// Takes the chamber over at its current air: first the set point, then the switch.
+/// Takes control of the chamber at its current air temperature: sends that set point, then switches the chamber on.
 std::optional<std::string> HostLead::take_over_chamber(io::InstrumentIo& io, const LeadSecond& second) {
   const auto& chamber = *second.sample.chamber.value;
   approaching_ = true;
@@ -133,9 +133,10 @@ std::optional<std::string> HostLead::send_set_point(io::InstrumentIo& io, const 
 
 namespace {
 
-/// Longer than the oldest possible status, and than the lead of the controller's clock.
+/// Time without the program after which it has ended for good. Longer than the age of any status, and than the advance
+/// of the controller's clock.
 constexpr Duration kGoneForGood = std::chrono::seconds(60);
-/// Several attempts, because one lost exchange must not leave a program running.
+/// Attempts to stop the program. One lost exchange must not leave it running.
 constexpr int kStopTries = 3;
 
 /// Returns true if a controller may be carrying out a program. A program held at the panel makes no progress. An

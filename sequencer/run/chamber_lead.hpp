@@ -52,7 +52,7 @@ class ChamberLead {
   /// Returns the reason why this lead cannot carry out an operator's command; empty if it can.
   [[nodiscard]] virtual std::string objection(OperatorCommand command) const = 0;
 
-  /// Sets the values that the interlocks compare the chamber with.
+  /// Sets the values with which the interlocks compare the chamber.
   virtual void fill_inputs(const LeadSecond& second, interlocks::InterlockInputs& inputs) = 0;
   /// Returns the interlocks' demand as adjusted by this lead: milder, or more severe for a reason that only the lead
   /// knows.
@@ -60,9 +60,9 @@ class ChamberLead {
                                                                   const LeadSecond& second) = 0;
   /// Returns true if set point and air permit the profile's clock to run.
   [[nodiscard]] virtual bool is_in_place(const LeadSecond& second) const = 0;
-  /// Ends an approach to the profile: the profile's clock runs again.
+  /// Ends an approach to the profile. The profile's clock then runs again.
   virtual void end_approach() = 0;
-  /// Permits the next command to take the chamber over from a foreign set point. Called when an operator requests it.
+  /// Permits the next command to overwrite a foreign set point. Called when an operator requests it.
   virtual void allow_takeover() = 0;
   /// Leaves the chamber of a stopped run at the profile's current set point. Fails if the chamber may not stay there.
   [[nodiscard]] virtual Result<void> send_last_set_point(io::InstrumentIo& io, const LeadSecond& second) = 0;

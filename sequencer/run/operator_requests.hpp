@@ -18,7 +18,7 @@ struct OperatorRequest {
   OperatorCommand command{};
   /// The user as the control socket reports it: "ada (uid 1000)".
   std::string who;
-  /// The request takes the chamber over from a foreign set point that was active when it was made.
+  /// When the request was made, a foreign set point was active, which the request permits to overwrite.
   bool takes_over{};
   std::string reason{};  ///< may be empty
 };

@@ -27,7 +27,7 @@ namespace gyrotherm::run {
                                        const rig::RigFile& rig, std::uint64_t seed, Duration started_utc,
                                        std::uint64_t days_later = 0);
 
-/// Returns the number that seeds the noise of a dry run, derived from the profile.
+/// Derives the seed of a dry run's noise from the profile.
 [[nodiscard]] std::uint64_t run_number(const std::string& profile_text);
 
 // The resume of an interrupted run: the rule that decides whether it may resume by itself, and how
@@ -50,7 +50,7 @@ struct InterruptedRun {
   Duration down{};
   /// Reason why the downtime is unknown; empty: it is known.
   std::string why_unknown{};
-  /// Reason why an operator must judge `down`.
+  /// Reason why an operator must confirm the downtime; empty if none has to.
   std::string why_asks{};
   /// An interlock or an operator had aborted the run and made the chamber safe.
   bool aborted{};
@@ -112,9 +112,9 @@ struct RunContinuation {
   profile::Profile profile;
   /// State in the first second after the gap. The profile's clock does not run in the gap.
   profile::ProfileState state;
-  /// Last slot with a sample; −1: none.
+  /// Last slot with a sample; −1 if there is none.
   std::int64_t last_slot{};
-  /// Last slot with a sample or in a gap; −1: none.
+  /// Last slot with a sample or in a gap; −1 if there is none.
   std::int64_t recorded{};
   InterruptedRun interruption;
   std::string why_stopped;  ///< as text
@@ -134,7 +134,7 @@ struct Downtime {
   Downtime(Duration since_last, std::string why = {}) : down(since_last), why_asks(std::move(why)) {}
   /// Time since the last recorded second.
   Duration down{};
-  /// Reason why an operator must judge it.
+  /// Reason why an operator must confirm the downtime; empty if none has to.
   std::string why_asks;
 };
 

@@ -87,7 +87,7 @@ std::string RunController::active_refusal_reason(OperatorCommand command, bool t
   return holds.empty() ? lead_->objection(command) : "the cause of the hold is still active: " + holds;
 }
 
-/// Ignores the causes that an operator's resume ends if the resume takes the chamber over.
+/// If the resume takes the chamber over, causes that such a resume ends are not considered.
 std::string RunController::active_cause(interlocks::Reaction reaction, bool takes_over) const {
   const auto most = takes_over ? demand_without(memory_, causes_ended_by_resume(memory_)) : demand_;
   return most.reaction == reaction ? most.cause : "";

@@ -69,7 +69,8 @@ class RunController {
   /// succeeded. The watchdog watches the air afterwards.
   void make_safe(const std::string& cause);
 
-  /// Leaves the chamber to its controller, which was given the profile as a program. Call it before the first tick.
+  /// Leaves the chamber to its controller, to which the profile was uploaded as a program. Call it before the first
+  /// tick.
   void hand_over_to_controller();
   [[nodiscard]] bool is_led_by_controller() const { return lead_->can_continue_alone(); }
 

@@ -14,7 +14,7 @@
 
 namespace gyrotherm::run {
 
-/// Alarm of a chamber that does not become safe although it was commanded to.
+/// Alarm that is raised if the chamber does not become safe although it was commanded to.
 inline constexpr const char* kSafeIneffective = "safe_ineffective";
 
 class SafeSequence {

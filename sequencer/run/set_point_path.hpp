@@ -58,13 +58,13 @@ class SetPointPath {
   Duration every_;
   /// Last accepted set point.
   Celsius held_;
-  /// `held_` is known to be the chamber's set point.
+  /// The chamber's set point is known, and is `held_`.
   bool known_ = true;
-  /// Refused set point, which the chamber may still have taken.
+  /// Refused set point, which the chamber may nevertheless have accepted.
   std::optional<Celsius> attempted_;
   /// Current position of the path.
   Celsius base_;
-  /// The next set point is the path's beginning.
+  /// The next set point is the first one of a path.
   bool begins_ = false;
   /// Time of the last accepted set point.
   Duration at_;

@@ -12,14 +12,15 @@
 namespace gyrotherm::watchdog {
 namespace {
 
-/// Larger than the overshoot of a chamber that changes direction.
+/// Distance in K that counts as moving away. It exceeds the overshoot of a chamber that changes direction.
 constexpr double kAwayK = 3;
-/// Larger than a sensor's noise, and smaller than the movement of the slowest chamber in a quarter of an hour.
+/// Distance in K that counts as an approach. It exceeds a sensor's noise and is less than the slowest chamber moves in
+/// a quarter of an hour.
 constexpr double kTowardsK = 1;
 /// Range of ambient temperatures.
 constexpr double kColdestRoomC = 10, kWarmestRoomC = 35;
 constexpr Duration kLongestPause = std::chrono::seconds(30), kSparse = std::chrono::seconds(5);
-/// Air that only passes the set point leaves the band in less time.
+/// Time in the band after which the air has settled. Air that only passes the set point leaves the band sooner.
 constexpr Duration kNearFor = std::chrono::seconds(60);
 constexpr Duration kStationaryFor = std::chrono::minutes(15);
 constexpr int kStationaryFactor = 3;

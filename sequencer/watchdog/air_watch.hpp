@@ -45,8 +45,8 @@ class AirWatch {
 
   [[nodiscard]] AirVerdict verdict() const { return verdict_; }
   [[nodiscard]] AirSource source() const { return source_; }
-  /// Returns the time for which the air has been watched. A pause between two readings counts for half a minute at
-  /// most.
+  /// Returns the time for which the air has been watched. At most half a minute of a pause between two readings is
+  /// included.
   [[nodiscard]] Duration watched() const { return watched_; }
   /// Returns a text such as "air 40.10 °C, 61.30 °C 5 min before: moves towards 22 °C".
   [[nodiscard]] std::string describe() const;

@@ -96,7 +96,7 @@ namespace {
 
 constexpr auto kSlice = std::chrono::milliseconds(1000);
 
-/// Returns true if the descriptor is readable within a slice. A signal does not end the wait.
+/// Returns true if the descriptor becomes readable within kSlice. A signal does not end the wait.
 bool is_readable(int descriptor) { return ready(descriptor, POLLIN, Deadline(kSlice)); }
 
 /// Reads one byte. Fails if none arrives before the deadline.

@@ -30,7 +30,7 @@ enum class SafeStage {
 
 /// The task of an attempt, in addition to sending the set point.
 enum class SafeTask {
-  /// Carry out the steps that the goal and the mode require.
+  /// Take the steps that the goal and the present mode require.
   leave_as_required,
   /// Write the mode in any case.
   follow,
@@ -108,7 +108,7 @@ class SafeRescue {
   [[nodiscard]] RescueResult attempt();
   /// Returns true if every remedy has failed and only an operator can help.
   [[nodiscard]] bool is_exhausted() const { return evidence_.is_exhausted(); }
-  /// Returns true if the chamber has never been read, or not in the last attempts.
+  /// Returns true if the chamber has never answered, or has not answered in the last kLostAfter attempts.
   [[nodiscard]] bool is_lost() const { return !has_answered_ || failures_ >= kLostAfter; }
   /// Returns the pause before the next attempt.
   [[nodiscard]] Duration pause() const;

@@ -19,8 +19,8 @@ class Trail {
   /// `safe_state` must outlive this object.
   Trail(const SafeState& safe_state, std::string because);
 
-  /// Records the result as the trace that `status` shows. Returns false if nothing has changed, or if only the reason
-  /// of a missing confirmation changed less than a minute after the last trace. Never waits.
+  /// Writes the result to the trace, which `status` shows. Writes nothing and returns false if the result is unchanged,
+  /// or if only the reason for a missing confirmation changed less than a minute after the last trace. Never waits.
   bool leave(const RescueResult& rescued);
   /// Removes the safe-state file. Never waits.
   void remove_safe_state();

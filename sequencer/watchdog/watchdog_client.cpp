@@ -268,7 +268,7 @@ void WatchdogClient::SharedState::check_file() {
   file_trouble.begin(written ? path + " was missing or changed; it was restored" : text(written.error()));
 }
 
-/// The main function of a thread.
+/// Calls `chore` at every interval until the threads are stopped. Main function of both threads.
 void WatchdogClient::SharedState::run_every_interval(void (SharedState::*chore)()) {
   block_signals();
   std::unique_lock lock(mutex);
@@ -331,7 +331,7 @@ void WatchdogClient::end_threads() {
   for (auto* thread : {&guard_thread_, &file_thread_}) ended ? thread->join() : thread->detach();
 }
 
-/// Sends the good-bye before all steps that may last: while a disk hangs, the file cannot be removed.
+/// Sends kGoodBye before any step that may take long. While a disk hangs, the safe-state file cannot be removed.
 void WatchdogClient::end_watch() {
   {
     const std::lock_guard lock(shared_->mutex);
@@ -343,8 +343,8 @@ void WatchdogClient::end_watch() {
   remove_safe_state(shared_->safe_state.record);
 }
 
-/// Leaves the line open until the process ends. The guard kills a process that is still alive when the line closes. The
-/// open line gives the process time to report the result of the run.
+/// Leaves the line to the guard open until the process ends, so that the process can report the result of the run. When
+/// the line closes, the guard kills the process if it is still alive.
 WatchdogClient::~WatchdogClient() {
   end_threads();
   const std::lock_guard lock(shared_->mutex);

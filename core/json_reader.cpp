@@ -152,7 +152,7 @@ std::string JsonNode::text() const {
 std::uint64_t JsonNode::whole() const {
   const Json* node = as_json(node_);
   if (node == nullptr) return 0;
-  if (!node->is_number_unsigned()) return mistake("wrong type, expected a whole number not below 0"), 0;
+  if (!node->is_number_unsigned()) return mistake("wrong type, expected a whole number of 0 or more"), 0;
   return node->get<std::uint64_t>();
 }
 

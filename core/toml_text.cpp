@@ -191,7 +191,7 @@ std::optional<TextFlaw> find_flaw(std::string_view text) {
   while (!text.empty() && !scanner.is_unterminated()) {
     const auto size = character_size(text);
     if (size == 0) {
-      at.what = "a byte that is not UTF-8, expected a text in UTF-8";
+      at.what = "invalid UTF-8, expected a file in UTF-8";
       return at;
     }
     if (size > 1 && !scanner.accepts_non_ascii()) {

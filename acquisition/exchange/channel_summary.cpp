@@ -39,7 +39,7 @@ std::string in_words(const ChannelSummary& channel) {
   if (channel.values > 0) text += fmt::format(", {:.6g} to {:.6g} {}", channel.least, channel.greatest, channel.unit);
   if (channel.missing > 0) text += fmt::format(", {} missing", channel.missing);
   if (!channel.missing_texts.empty()) text += fmt::format(" ({})", quoted_texts(channel.missing_texts));
-  if (channel.outside > 0) text += fmt::format(", {} of them outside of its valid range", channel.outside);
+  if (channel.outside > 0) text += fmt::format(", {} of them outside the valid range", channel.outside);
   return text;
 }
 
@@ -115,8 +115,8 @@ Fault ChannelTally::impossible_value_fault(const Column& column, double number) 
     what = fmt::format("{:g} of column {} is {:g} °C, {}; {}", number, column.summary.column, value,
                        value < 0 ? "below absolute zero" : "hotter than any thermometer", remedy(column, value));
   else
-    what = fmt::format("{:g} of column {} is {:g} °/h, faster than any gyro: is its scale {:g} right? Else {}", number,
-                       column.summary.column, value, column.scale, remedy(column, value));
+    what = fmt::format("{:g} of column {} is {:g} °/h, faster than any gyro: is its scale {:g} right? Otherwise {}",
+                       number, column.summary.column, value, column.scale, remedy(column, value));
   return {FaultKind::bad_file, "", std::move(what)};
 }
 

@@ -52,7 +52,7 @@ constexpr std::array<KnownFormat, 14> kKnown{{
     {std::string_view("ARROW1", 6),
      "Arrow: convert it to CSV, with pandas \"read_feather('FILE').to_csv('file.csv')\""},
     {std::string_view("SQLite format 3\0", 16),
-     "an SQLite file; a gyrotherm record needs no import, from another database export the table as CSV"},
+     "an SQLite file; a gyrotherm record needs no import; export a table of any other database as CSV"},
     {"%PDF", "a PDF: obtain the table as CSV"},
     {"#ROSBAG", "a ROS bag: export the topic as CSV, \"rostopic echo -b FILE -p TOPIC\""},
 }};
@@ -81,7 +81,7 @@ std::string file_section(const TableSample& sample) {
   if (style.decimal == ',') text += "decimal = \",\"\n";
   if (sample.is_decimal_doubtful)
     text +=
-        "decimal = \"?\"        # are \"1,234\" a thousand and some, or one and a part? Say thousands = \",\" or "
+        "decimal = \"?\"        # is \"1,234\" 1234 or 1.234? Write thousands = \",\" or "
         "decimal = \",\"\n";
   if (style.thousands != 0)
     text +=
@@ -115,7 +115,7 @@ std::string celsius_lines(const std::string& name, std::string_view usual) {
   std::string unit = temperature_unit_in(name);
   if (unit.empty()) unit = usual;
   if (unit == "°C") return "\n";
-  if (unit == "K") return "\noffset = -273.15        # of kelvins\n";
+  if (unit == "K") return "\noffset = -273.15        # from K\n";
   if (const auto scale = unit.empty() ? std::nullopt : celsius_scale(unit)) {
     std::string text = fmt::format("\nscale = {:.15g}        # of {}\n", scale->scale, plain(unit));
     if (scale->offset != 0) text += fmt::format("offset = {:.15g}\n", scale->offset);
@@ -161,7 +161,7 @@ std::string axis_lines(const std::string& column, bool is_increment, std::option
 
 /// The gyro section of a draft map if no gyro was found.
 constexpr const char* kUnknownGyro =
-    "\n[gyro]\ncolumn = \"\"        # which column is the gyro's?\nkind = \"rate\"\nscale = 1        # °/h per unit of "
+    "\n[gyro]\ncolumn = \"\"        # name of the gyro's column\nkind = \"rate\"\nscale = 1        # °/h per unit of "
     "the column\n";
 
 /// Builds the sections of a gyro's axes, and gives each axis a unique name.
@@ -198,7 +198,9 @@ std::string gyro_section(const TableSample& sample, const Columns& columns) {
 std::string map_head(const std::string& file, const std::vector<std::string>& names) {
   constexpr std::size_t kMost = 400, kWidest = 100;
   const auto name = plain(std::filesystem::path(file).filename().string());
-  std::string text = fmt::format("# A first map of {}, guessed: check every line. Its columns:\n", name), line;
+  std::string text = fmt::format("# Draft map of {}, detected automatically; check every line. Columns of the file:\n",
+                                 name),
+              line;
   for (std::size_t i = 0; i < std::min(names.size(), kMost); ++i) {
     if (line.size() > kWidest) {
       text += "#  " + line + "\n";

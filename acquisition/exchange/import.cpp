@@ -308,7 +308,7 @@ Result<void> check_span(const std::string& path, const Findings& findings, Durat
   if (findings.other_spans.empty() || std::ranges::any_of(findings.other_spans, agrees)) return {};
   return failure(
       FaultKind::bad_file, path,
-      fmt::format("the rows last {} by the map's [time], but {} by column \"{}\"; expected the same, or other_clocks = "
+      fmt::format("the rows span {} by the map's [time], but {} by column \"{}\"; expected the same, or other_clocks = "
                   "\"ignore\" in [time]",
                   spoken(span), spoken(findings.other_spans.front()), plain(findings.other_clock)));
 }
@@ -329,9 +329,9 @@ Result<void> judge(const std::string& path, const ImportMap& map, const Imported
   if (auto judged = file.tally.judge(path, file.findings.missing, file.findings.notes); !judged) return judged;
   const double rate = made.span() > Duration{} ? static_cast<double>(file.rows) / to_seconds(made.span()) : 0;
   if (file.rows >= kMany && rate > kFastest_hz)
-    file.findings.notes.push_back(fmt::format("{:.0f} rows a second: is the unit in [time] right?", rate));
+    file.findings.notes.push_back(fmt::format("{:.0f} rows per second: is the unit in [time] right?", rate));
   if (utc && made.started() && *made.started() > *utc + std::chrono::hours(24))
-    file.findings.notes.push_back(fmt::format("the first row is of {}, in the future", civil_time(*made.started())));
+    file.findings.notes.push_back(fmt::format("the first row is dated {}, in the future", civil_time(*made.started())));
   return {};
 }
 

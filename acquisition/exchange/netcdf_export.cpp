@@ -171,7 +171,8 @@ class NetcdfExport {
     global("rig", info_.rig_name);
     global("program_version", info_.program_version);
     global("finished", record_.finished ? "yes" : "no");
-    global("rows", info_.imported ? "at a foreign record's own times" : "one for each second or stretch, gaps too");
+    global("rows",
+           info_.imported ? "at a foreign record's own times" : "one for each second or stretch, including gaps");
   }
 
   void put_time() {

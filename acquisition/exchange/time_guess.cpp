@@ -101,12 +101,12 @@ std::string course_lines(const std::vector<double>& times_s, double unit_s) {
   const Course course = measure_course(times_s);
   std::string text;
   if (const auto wrap = unit_s > 0 ? find_wrap(course, unit_s) : std::nullopt) {
-    text += fmt::format("wrap = {:.0f}        # the counter restarts there\n", *wrap);
+    text += fmt::format("wrap = {:.0f}        # the counter restarts at this value\n", *wrap);
   } else if (course.back > 0) {
     const auto left_out = count_left_out(times_s);
     const bool is_few =
         static_cast<double>(left_out) <= std::max(2.0, kMostLeftOut * static_cast<double>(times_s.size()));
-    text += is_few ? "out_of_order = \"skip\"        # the time goes back in some rows: such rows are left out\n"
+    text += is_few ? "out_of_order = \"skip\"        # rows whose time goes back are left out\n"
                    : fmt::format(
                          "out_of_order = \"continue\"        # the time goes back {:.6g} s: rows continue after the "
                          "row before, as if the clock had been set\n",
@@ -118,7 +118,7 @@ std::string course_lines(const std::vector<double>& times_s, double unit_s) {
                               every >= 1 ? fmt::format("{:.0f} s", every) : "1 s");
   }
   if (course.step_s > 0 && course.step_s < kFastestKept_s)
-    text += fmt::format("every = \"1 s\"        # rows come every {:.3g} s: means of a second\n", course.step_s);
+    text += fmt::format("every = \"1 s\"        # rows are {:.3g} s apart: means over one second\n", course.step_s);
   return text;
 }
 
@@ -199,8 +199,8 @@ std::string order_lines(const TableSample& sample, std::size_t column, const std
   if (readings.size() == 1) return fmt::format("order = \"{}\"\n", readings.front().order);
   std::string text;
   for (const DateReading& reading : readings)
-    text += fmt::format("# order = \"{}\"        # then \"{}\" of column {} is {}; which one is it?\n", reading.order,
-                        plain(sample.rows.front()[column]), toml_text(sample.column_name(column)),
+    text += fmt::format("# order = \"{}\"        # \"{}\" in column {} is then {}; keep the correct line\n",
+                        reading.order, plain(sample.rows.front()[column]), toml_text(sample.column_name(column)),
                         format_date(reading.dated.times_s.front()));
   return text;
 }
@@ -225,7 +225,7 @@ std::optional<std::size_t> clock_column(const TableSample& sample) {
   return std::nullopt;
 }
 
-constexpr const char* kZoneLine = "zone = \"Z\"        # the times name none: is it UTC?\n";
+constexpr const char* kZoneLine = "zone = \"Z\"        # the times have no zone; is it UTC?\n";
 
 std::optional<TimeGuess> guess_dates(const TableSample& sample) {
   for (std::size_t i = 0; i < sample.names.size(); ++i) {
@@ -339,7 +339,7 @@ std::string time_unit_questions(const TableSample& sample, std::size_t column, c
   const auto [least, greatest] = std::ranges::minmax_element(times);
   std::string text;
   for (const auto& unit : units)
-    text += fmt::format("# unit = \"{}\"        # then the rows of column {} last {}; which one is it?\n", unit,
+    text += fmt::format("# unit = \"{}\"        # column {} then spans {}; keep the correct line\n", unit,
                         toml_text(sample.column_name(column)),
                         spoken(from_seconds((*greatest - *least) * unit_seconds(unit))));
   return text;
@@ -365,18 +365,19 @@ TimeGuess guess_numbers(const TableSample& sample, std::size_t column, const std
                   course_lines(convert_to_seconds(times, unit_seconds(unit)), counts ? unit_seconds(unit) : 0);
     return guess;
   };
-  constexpr const char* kSince = "since = \"1970-01-01T00:00:00Z\"        # by the size of its numbers: is it UTC?\n";
-  if (is_named && named != "d") return finish(named, "as its name says", named == since ? kSince : "");
+  constexpr const char* kSince =
+      "since = \"1970-01-01T00:00:00Z\"        # inferred from the size of the numbers; is it UTC?\n";
+  if (is_named && named != "d") return finish(named, "from its name", named == since ? kSince : "");
   if (!serial.empty() && serial != "labview")
-    return finish(serial, "days, by the size of its numbers", "zone = \"Z\"        # is it UTC?\n");
-  if (is_named) return finish(named, "as its name says", "");
+    return finish(serial, "days, inferred from the size of the numbers", "zone = \"Z\"        # is it UTC?\n");
+  if (is_named) return finish(named, "from its name", "");
   const auto otherwise =
       named.empty() ? std::string() : fmt::format(", the unit {} is not supported", toml_text(named));
   if (!since.empty() && step * unit_seconds(since) <= kSlowestOfAClock_s)
-    return finish(since, "a guess by the size of its numbers" + otherwise, kSince);
-  if (serial == "labview") return finish(serial, "seconds since 1904, by the size of its numbers", "");
+    return finish(since, "a guess from the size of the numbers" + otherwise, kSince);
+  if (serial == "labview") return finish(serial, "seconds since 1904, inferred from the size of the numbers", "");
   const auto units = units_by_step(sample, column, thermometers, times);
-  if (units.size() == 1) return finish(units.front(), "a guess by its steps" + otherwise, "");
+  if (units.size() == 1) return finish(units.front(), "a guess from the steps of the numbers" + otherwise, "");
   guess.text += time_unit_questions(sample, column, times, units);
   return guess;
 }
@@ -413,11 +414,10 @@ std::optional<TimeGuess> find_unknown_time(const TableSample& sample) {
   for (std::size_t i = 0; i < sample.names.size(); ++i) {
     const auto looks = std::ranges::count_if(sample.rows, [&](const auto& row) { return looks_like_time(row[i]); });
     if (2 * static_cast<std::size_t>(looks) < sample.rows.size() || !sample.column_numbers(i).empty()) continue;
-    return TimeGuess{
-        fmt::format("[time]        # column {} looks like a time, \"{}\", and is not understood: how is it "
-                    "written? Else name another column\n{}\n",
-                    toml_text(sample.column_name(i)), plain(sample.rows.front()[i]), sample.reference(i)),
-        {i}};
+    return TimeGuess{fmt::format("[time]        # column {} looks like a time, \"{}\", in an unknown notation; state "
+                                 "the notation or name another column\n{}\n",
+                                 toml_text(sample.column_name(i)), plain(sample.rows.front()[i]), sample.reference(i)),
+                     {i}};
   }
   return std::nullopt;
 }
@@ -442,7 +442,7 @@ TimeGuess guess_time(const TableSample& sample, const std::vector<std::size_t>& 
   for (std::size_t i = 0; i < sample.names.size(); ++i)
     if (!is_other(i) && increases(sample.column_numbers(i))) return guess_numbers(sample, i, thermometers);
   return {
-      "[time]        # no column with increasing times was found: how long does a row last?\n"
+      "[time]        # no column with increasing times was found; state the interval of a row\n"
       "# interval = \"1 s\"\n",
       {}};
 }

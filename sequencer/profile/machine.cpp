@@ -194,7 +194,7 @@ Result<ProfileState> restore_state(const Profile& profile, const ProfilePosition
     case Phase::overdue: return Overdue{progress.segment, progress.in_segment, progress.soaked};
     case Phase::complete: return Complete{};
   }
-  return progress_mismatch("no such phase");
+  return progress_mismatch("unknown phase");
 }
 
 Duration time_left(const Profile& profile, const ProfileState& state) {

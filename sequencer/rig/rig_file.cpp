@@ -116,7 +116,8 @@ void read_safe(const TomlTable& table, RigFile& rig) {
   rig.safe_set_point = table.celsius("set_point", rig.safe_set_point);
   rig.safe_off = table.boolean("off", false);
   rig.safe_observe = table.duration("observe", rig.safe_observe);
-  if (rig.safe_observe > std::chrono::hours(1)) table.mistake("observe", "\"observe\" is at most 1 h");
+  if (rig.safe_observe > std::chrono::hours(1))
+    table.mistake("observe", "\"observe\" is longer than 1 h, expected at most 1 h");
   if (table.has("set_point")) check_safe_set_point(table, "set_point", rig);
 }
 
@@ -224,8 +225,8 @@ void determine_simulated(const TomlTable& root, RigFile& rig) {
   if (count != 0 && !rig.simulated)
     root.mistake("chamber", "some lines are \"virtual\" and some are not; a rig is wholly virtual or wholly real");
   if (rig.simulated != root.has("virtual"))
-    root.mistake("virtual",
-                 rig.simulated ? "a virtual rig needs a [virtual] table" : "a real rig has no [virtual] table");
+    root.mistake("virtual", rig.simulated ? "a virtual rig needs a [virtual] table"
+                                          : "a real rig must not have a [virtual] table");
 }
 
 }  // namespace

@@ -219,10 +219,11 @@ ReentryDecision judge_reentry(const InterruptedRun& interrupted, Celsius mild, C
     return {Reentry::ask, fmt::format("the air is at {:.2f} °C, outside the segment's {:g} … {:g} °C", air_now.value,
                                       interrupted.lowest.value, interrupted.highest.value)};
   if (!interrupted.air)
-    return {Reentry::stabilise, fmt::format("the air is at {:.2f} °C, it was unknown before", air_now.value)};
-  if (abs(air_now - *interrupted.air) > kResumeBand)
     return {Reentry::stabilise,
-            fmt::format("the air is at {:.2f} °C, it was at {:.2f} °C", air_now.value, interrupted.air->value)};
+            fmt::format("the air is at {:.2f} °C; it was unknown before the interruption", air_now.value)};
+  if (abs(air_now - *interrupted.air) > kResumeBand)
+    return {Reentry::stabilise, fmt::format("the air is at {:.2f} °C; it was at {:.2f} °C before the interruption",
+                                            air_now.value, interrupted.air->value)};
   return {};
 }
 

@@ -87,7 +87,7 @@ std::optional<std::string> Trail::reason_to_end() {
   if (orders == kFulfilled) return "another program has made the chamber safe";
   if (orders == kActive) gone_until_.reset();
   if (orders == kGone && !gone_until_) gone_until_.emplace(kGoneFor);
-  if (gone_until_ && gone_until_->over()) return "the safe-state file has been gone for a day";
+  if (gone_until_ && gone_until_->over()) return "the safe-state file has been missing for a day";
   return {};
 }
 

@@ -89,20 +89,21 @@ TEST(Guess, DoesNotTreatMicrosecondCounterAsClock) {
     EXPECT_EQ(guess.map.time_unit, std::chrono::microseconds(1)) << name;
     EXPECT_EQ(guess.map.since, std::nullopt) << name;
     EXPECT_EQ(guess.rows.time.size(), 1u) << "all in one second: " << name;
-    EXPECT_EQ(map_line(guess.text, "unit"), "unit = \"us\"        # as its name says");
+    EXPECT_EQ(map_line(guess.text, "unit"), "unit = \"us\"        # from its name");
   }
   const Guessed bare = draft_map(counter("timestamp", 1'200'000'000));
   EXPECT_EQ(bare.map.since, std::nullopt) << "rows would come every hour";
-  EXPECT_EQ(map_line(bare.text, "unit"), "unit = \"ms\"        # a guess by its steps");
+  EXPECT_EQ(map_line(bare.text, "unit"), "unit = \"ms\"        # a guess from the steps of the numbers");
 }
 
 TEST(Guess, AcceptsClockOnlyWithUnitInName) {
   const Guessed named = draft_map(counter("time_us", 1'772'362'800'000'000));
   EXPECT_EQ(named.map.since, CountedTime{});
-  EXPECT_NE(map_line(named.text, "since").find("# by the size of its numbers"), std::string::npos) << named.text;
+  EXPECT_NE(map_line(named.text, "since").find("# inferred from the size of the numbers"), std::string::npos)
+      << named.text;
   const Guessed bare = draft_map(counter("time", 1'772'362'800'000));
   EXPECT_EQ(bare.map.time_unit, std::chrono::milliseconds(1));
-  EXPECT_EQ(map_line(bare.text, "unit"), "unit = \"ms\"        # a guess by the size of its numbers");
+  EXPECT_EQ(map_line(bare.text, "unit"), "unit = \"ms\"        # a guess from the size of the numbers");
   EXPECT_EQ(draft(counter("time [s]", 1'772'362'800, 1)).since, CountedTime{});
   EXPECT_EQ(draft(counter("time [UTC]", 1'772'362'800, 300)).since, CountedTime{}) << "a row every five minutes";
   EXPECT_EQ(draft(counter("time [ms]", 1'772'362'800, 1)).since, std::nullopt);
@@ -110,7 +111,7 @@ TEST(Guess, AcceptsClockOnlyWithUnitInName) {
 
 TEST(Guess, ReportsUnknownTimeUnit) {
   EXPECT_EQ(map_line(draft_map("t [weeks],T,w\n0,20,1\n0.5,20,1\n1,20,1\n").text, "unit"),
-            "unit = \"s\"        # a guess by its steps, the unit \"weeks\" is not supported");
+            "unit = \"s\"        # a guess from the steps of the numbers, the unit \"weeks\" is not supported");
 }
 
 TEST(Guess, MatchesOnlyWholeRateUnits) {
@@ -145,7 +146,7 @@ TEST(Guess, ConvertsOrReportsOtherTemperatureUnits) {
   };
   for (const char* name : {"Temp [°C]", "T1 (degC)", "die T [C]", "temp_c", "temp_degC"})
     EXPECT_EQ(lines_of(name), "column = \"" + std::string(name) + "\"");
-  EXPECT_EQ(lines_of("Temp [K]"), "column = \"Temp [K]\"\noffset = -273.15        # of kelvins");
+  EXPECT_EQ(lines_of("Temp [K]"), "column = \"Temp [K]\"\noffset = -273.15        # from K");
   const auto scale_of = [](const std::string& name) {
     const auto column = draft("t [s]," + name + ",gyro_x\n0,20,1\n1,20,1\n").thermometer_columns[0];
     return std::pair(column.scale, column.offset);
@@ -448,7 +449,7 @@ TEST(Guess, RefusesFileWithoutTable) {
 TEST(Guess, AsksForMissingGyro) {
   const auto map = guess_map_from_bytes("time,T\n0,20\n1,21\n", "f");
   ASSERT_TRUE(map);
-  EXPECT_NE(map->find("column = \"\"        # which column is the gyro's?"), std::string::npos) << *map;
+  EXPECT_NE(map->find("column = \"\"        # name of the gyro's column"), std::string::npos) << *map;
 }
 
 }  // namespace

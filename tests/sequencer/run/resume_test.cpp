@@ -36,7 +36,8 @@ TEST(ResumeRule, StabilisesAfterDriftToMildSide) {
   EXPECT_EQ(way(interrupted_hot_soak(), 21), Reentry::stabilise);
   EXPECT_EQ(way(interrupted_cold_soak(), -37), Reentry::stabilise);
   EXPECT_EQ(way(interrupted_cold_soak(), 21.9), Reentry::stabilise);
-  EXPECT_EQ(judge_reentry(interrupted_hot_soak(), kMild, {50}).why, "the air is at 50.00 °C, it was at 59.80 °C");
+  EXPECT_EQ(judge_reentry(interrupted_hot_soak(), kMild, {50}).why,
+            "the air is at 50.00 °C; it was at 59.80 °C before the interruption");
 }
 
 TEST(ResumeRule, AsksOperatorAfterDriftPastSegmentOnHarmfulSide) {

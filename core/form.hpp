@@ -73,7 +73,7 @@ InRange<T> not_negative(T& value) {
   return {value, 0, 1e300, false, "expected 0 or more"};
 }
 
-/// An enumerator, stored as the text that name() returns. A text other than those of `all` is an error.
+/// An enumerator, stored as the text that name() returns. Any text that does not belong to one of `all` is an error.
 template <class T>
 struct OneOf {
   T& value;

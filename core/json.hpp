@@ -28,10 +28,6 @@ using Json = nlohmann::ordered_json;
   return json.dump(indent, ' ', false, Json::error_handler_t::replace);
 }
 
-/// Returns a document on one line, with characters outside ASCII escaped.
-[[nodiscard]] inline std::string ascii_of(const Json& json) {
-  return json.dump(-1, ' ', true, Json::error_handler_t::replace);
-}
 
 /// Writes and reads values of one type. Specialised for every type that is not a described struct.
 template <class T>

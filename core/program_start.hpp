@@ -44,7 +44,8 @@ void write_to_stderr(std::string_view text);
 [[nodiscard]] std::string plain_error_message(const std::string& refusal);
 
 /// Returns the message for a CLI11 error. It names the first unknown command or option if there is one; CLI11 may
-/// report only a consequence of that. Otherwise it is CLI11's own message `refusal`.
+/// report only a consequence of that. Otherwise the message is CLI11's own, `refusal`, as plain_error_message() returns
+/// it.
 template <class App>
 std::string cause_of(const std::string& refusal, const App& program, std::span<char* const> words) {
   std::string cause;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Data that the rig produces in one second, as plain structs. A struct is not modified after it has been filled.
+/// Data that the rig produces in one second, in plain structs. A struct is not modified after it has been filled.
 #pragma once
 
 #include <cstdint>

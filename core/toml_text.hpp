@@ -22,8 +22,8 @@ struct TomlBounds {
   static constexpr std::size_t kWord = 1'024;      ///< bytes, bare key or number
 };
 
-/// A character that is not allowed at its position, or the first one that exceeds a limit. The position is that of
-/// the character's first byte; columns are counted in characters.
+/// The first character that is not allowed at its position or exceeds a limit. The position is that of the character's
+/// first byte; columns are counted in characters.
 struct TextFlaw {
   unsigned line = 1, column = 1;
   std::string what;

@@ -16,9 +16,9 @@
 namespace gyrotherm::exchange {
 
 /// Passes on a row for each message with a column of the map; columns of other messages are NaN. The time is TimeUS (or
-/// TimeMS) of the message. If the units of a kind mark a field as the sensor number, each sensor has a series of its
-/// own. Messages of the kind that precede its units are left out, with a note. Skips bytes that belong to no message,
-/// with a note. Fails with bad_file as read_ulog() does.
+/// TimeMS) of the message. If the units of a kind mark a field as the sensor number, each sensor has its own series.
+/// Messages of the kind that precede its units are left out, with a note. Skips bytes that belong to no message, with a
+/// note. Fails with bad_file as read_ulog() does.
 [[nodiscard]] Result<Notes> read_dataflash(Bytes bytes, const ImportMap& map, const TakeRow& take);
 
 /// Returns every column of a log, in order of its series.

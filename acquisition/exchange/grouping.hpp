@@ -46,10 +46,10 @@ struct ImportedRow {
 };
 using TakeImported = std::function<Result<void>(const ImportedRow& row)>;
 
-/// Checks that rows are in order of time, and determines the interval of each row. If the map has an interval, each row
-/// has it. Otherwise the interval of a rate is the usual spacing, and the interval of an increment is the time since
-/// the row before; in the first row both are the usual spacing. The usual spacing is the median over the first 65,536
-/// rows (fewer if they have many columns). These rows are held back until it is known.
+/// Checks that rows are in order of time, and determines the interval of each row. If the map states an interval, it
+/// applies to every row. Otherwise the interval of a rate is the usual spacing, and the interval of an increment is the
+/// time since the row before; in the first row both are the usual spacing. The usual spacing is the median over the
+/// first 65,536 rows (fewer if they have many columns). These rows are held back until the spacing is known.
 class Spacing {
  public:
   Spacing(const ImportMap& map, TakeImported take) : map_(map), take_(std::move(take)), usual_(map.interval) {}
@@ -75,12 +75,12 @@ class Spacing {
 };
 
 /// Combines all rows of a stretch of ImportMap::every. Takes the means of the available temperatures, rates and values,
-/// and the sums of increments and their intervals. A stretch without rows gives no row.
+/// and the sums of increments and their intervals. A stretch without rows produces no row.
 class Grouping {
  public:
   Grouping(const ImportMap& map, TakeImported take);
 
-  /// Adds a row. A row may be late by one stretch, or in a log by 5 s. If it is later, fails as Spacing::push() does.
+  /// Adds a row. A row may be late by one stretch, or by 5 s in a log. For a later row, fails as Spacing::push() does.
   [[nodiscard]] Result<void> push(const ImportedRow& row);
   [[nodiscard]] Result<void> finish();
   [[nodiscard]] std::size_t skipped_rows() const { return left_out_; }

@@ -252,7 +252,7 @@ struct LogGuess {
 /// sensor.
 constexpr std::array<std::string_view, 4> kMessages{"sensor_gyro", "sensor_combined", "IMU", "GYR"};
 
-/// The fields with rates, axis by axis.
+/// Names of the rate fields of x, y and z, one row per notation.
 constexpr std::array<std::array<std::string_view, 3>, 3> kAxes{
     {{"x", "y", "z"}, {"gyro_rad[0]", "gyro_rad[1]", "gyro_rad[2]"}, {"GyrX", "GyrY", "GyrZ"}}};
 
@@ -310,7 +310,7 @@ std::vector<LoggedGyro> find_gyros_by_name(const std::vector<LogColumn>& columns
 
 /// Selects the gyros of a log from its published columns: every instance of `sensor_gyro`, or else of
 /// `sensor_combined`; for ArduPilot each `IMU`, or else `GYR`; or else the first message with names of a gyro. Never
-/// selects filter estimates, integrals, or the times and counts of integrals. The other temperatures are those of
+/// selects filter estimates, integrals, or the times and counts of integrals. The other temperatures come from
 /// barometers, which are near the gyro.
 LogGuess guess_log(const std::vector<LogColumn>& published) {
   LogGuess guess;

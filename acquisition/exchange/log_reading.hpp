@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The code that the readers of ULog and DataFlash share. A column of an autopilot's log is a number in messages of one
+/// Code shared by the readers of ULog and DataFlash. A column of an autopilot's log is a number in messages of one
 /// kind. This code converts messages of several kinds to rows.
 #pragma once
 

@@ -113,7 +113,7 @@ std::string flag_word(std::string_view words) {
   return word.empty() ? "_" : word;
 }
 
-/// The rows of the file: those of the record, and an empty row for each second (or stretch) of a gap.
+/// The rows of the file: the rows of the record, and an empty row for each second (or stretch) of a gap.
 struct Rows {
   std::vector<double> time_s{};
   std::vector<std::ptrdiff_t> row{};  ///< in the record; −1: none
@@ -199,7 +199,7 @@ class NetcdfExport {
     return fmt::format("{}.{:06} UTC", text, part);
   }
 
-  /// Writes the identity and the location of the series, as far as the record has them.
+  /// Writes the run's id and, if the record contains it, the latitude of the rig.
   void put_location() {
     const int length = file_.dimension("run_id_length", std::max<std::size_t>(info_.id.size(), 1));
     const int run = file_.variable("run", NC_CHAR, length);

@@ -20,7 +20,7 @@ constexpr std::int64_t kGpsWeek_s = 604800;
 
 tl::unexpected<Fault> bad_file_failure(std::string what) { return failure(FaultKind::bad_file, "", std::move(what)); }
 
-/// Returns GPS time minus UTC (IERS Bulletin C): one more second from each of these days on.
+/// Returns GPS time minus UTC (IERS Bulletin C). It increases by one second at each of these dates.
 Duration leap_seconds_of_gps(Duration utc) {
   using std::chrono::sys_days, std::chrono::January, std::chrono::July, std::chrono::year;
   static constexpr std::array<sys_days, 18> kDays{

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The clocks of a text table. The clock that the map names gives the times of the rows; other clocks serve as a check.
+/// The clocks of a text table. The clock that the map names determines the times of the rows. Other clocks are used to
+/// check it.
 #pragma once
 
 #include <cstddef>
@@ -20,14 +21,14 @@ class RowClock {
  public:
   explicit RowClock(const ImportMap& map) : map_(map) {}
 
-  /// Takes the time from a number in the map's unit, and from the GPS `week` if the map has one. The time continues to
-  /// increase when the counter wraps. Fails with bad_file if the time is more than ten years after the first row, or if
-  /// UTC is outside 1970 to 2116.
+  /// Computes the time from a number in the map's unit, and from the GPS `week` if the map has one. The time continues
+  /// to increase when the counter wraps. Fails with bad_file if the time is more than ten years after the first row, or
+  /// if UTC is outside 1970 to 2116.
   [[nodiscard]] Result<void> read_number(const CountedTime& number, std::optional<double> week, ForeignRow& row);
-  /// Takes the time from a date and a time of day, in one text or in two. Fails with bad_file if the texts are not a
+  /// Computes the time from a date and a time of day, in one text or in two. Fails with bad_file if the texts are not a
   /// time, or if neither the texts nor the map name a zone.
   [[nodiscard]] Result<void> read_date(std::string_view date, std::string_view clock, ForeignRow& row);
-  /// Takes the time from a time of day, which restarts at midnight. Fails with bad_file if the text is not a time of
+  /// Computes the time from a time of day, which restarts at midnight. Fails with bad_file if the text is not a time of
   /// day.
   [[nodiscard]] Result<void> read_clock(std::string_view clock, ForeignRow& row);
 

@@ -193,7 +193,8 @@ class HeaderSearch {
   }
 
  private:
-  /// Returns the topmost full line of texts among those directly above the rows.
+  /// Examines up to five consecutive text lines directly above the rows. Returns the topmost one that is full, and
+  /// prefers one that is not wider than the rows.
   std::optional<std::size_t> find_name_line() const {
     constexpr std::size_t kHighest = 5;
     std::optional<std::size_t> names, wider;
@@ -301,8 +302,8 @@ Marks count_marks(const TableSample& sample, const std::vector<bool>& values, ch
   return marks;
 }
 
-/// Returns the sum of a column's absolute steps relative to the column's range. The result is large if a wrong notation
-/// makes numbers jump between thousands and ones.
+/// Returns the sum of a column's absolute steps divided by the column's range. The result is large if a wrong notation
+/// makes the numbers jump by a factor of a thousand.
 double roughness(const TableSample& sample, std::size_t column) {
   const auto numbers = sample.column_numbers(column);
   if (numbers.size() < 3) return 0;
@@ -391,7 +392,8 @@ void find_cell_units(TableSample& sample, const std::vector<bool>& values) {
   sample.style.units.assign(units.begin(), units.end());
 }
 
-/// Returns whether a text among numbers may mark a missing value: it has no digit, or comes from a spreadsheet or C.
+/// Returns whether a text in a number column may mark a missing value: it has no digit, or contains "#" as in "#DIV/0!"
+/// of spreadsheets and "1.#QNAN" of C.
 bool may_be_missing(const std::string& text) { return !has_digit(text) || text.find('#') != std::string::npos; }
 
 /// Keeps the rows that can be read, and collects the texts that mark missing values.

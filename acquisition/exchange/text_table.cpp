@@ -63,7 +63,7 @@ class DamagedLines {
   Fault first_{};
 };
 
-/// Reads a table sequentially. The first fault ends it, unless the map leaves out damaged lines.
+/// Reads a table sequentially. Stops at the first fault unless the map skips damaged lines.
 class TextTable {
  public:
   TextTable(TextLines lines, const ImportMap& map, const TakeRow& take)
@@ -281,8 +281,8 @@ class TextTable {
                                 rows_ > 0 && !map_.leaves_out_damaged ? ", or damaged = \"skip\" in [file]" : "")));
   }
 
-  /// Returns whether the last line has no line end and its last number has fewer decimals than those of all rows
-  /// before.
+  /// Returns whether the last line has no line end and its last number has fewer decimals than the last numbers of all
+  /// earlier rows.
   bool is_torn() {
     constexpr std::int64_t kEnough = 3;
     const auto text = trimmed(fields_.back().text);

@@ -38,11 +38,11 @@ inline constexpr std::string_view kMinusSign = "\xE2\x88\x92", kEnDash = "\xE2\x
 
 /// Passes on every row of a table. Lines end with LF or CRLF and are in UTF-8 or, with a byte order mark, in UTF-16. A
 /// header that is not UTF-8 is read as Latin-1. Ignores empty lines, a first line "sep=;" of a spreadsheet, and empty
-/// fields at the end of a row in excess of the header. Reports a last line without a line end, and leaves it out if its
-/// last number has fewer decimals than the last numbers of all rows before.
+/// fields at the end of a row in excess of the header. Notes a last line without a line end, and skips it if its last
+/// number has fewer decimals than the last numbers of all earlier rows.
 ///
 /// Fails with bad_file at the first error, as `file:line:column: what, what was expected`; also if there is no row, or
-/// a line has more than record::kLongestLine bytes or record::kMostFields fields. If the map leaves out damaged lines,
+/// a line has more than record::kLongestLine bytes or record::kMostFields fields. If the map skips damaged lines,
 /// counts unreadable lines instead, and fails if they outnumber the rows. Fails as `take` does.
 [[nodiscard]] Result<Findings> read_text_table(Bytes bytes, const ImportMap& map, const TakeRow& take);
 

@@ -298,7 +298,7 @@ bool is_usual_pace(double step) {
   return std::ranges::find(kPaces, step) != kPaces.end();
 }
 
-/// Returns the largest temperature range of any thermometer divided by the duration, in K per unit of `times`.
+/// Returns the largest temperature range of any thermometer, divided by the duration, in K per unit of `times`.
 double thermometer_pace(const TableSample& sample, const std::vector<std::size_t>& thermometers,
                         const std::vector<double>& times) {
   double range = 0;

@@ -200,7 +200,8 @@ class UlogReader {
     return {};
   }
 
-  /// Returns the size of the next message with its header; 0 at the end. Skips data that an appended part cuts off.
+  /// Returns the size of the next message with its header; 0 at the end. Skips data that is cut off by an appended part
+  /// of the log.
   Result<std::size_t> next_size() {
     while (true) {
       auto ahead = bytes_.peek(kMessageHeader);
@@ -219,8 +220,8 @@ class UlogReader {
     }
   }
 
-  /// Returns whether a message of `size` bytes is followed by another one, or by the end of the log. A message that
-  /// precedes damaged bytes is not trusted. A message of an unknown kind or of a wrong size is accepted if a valid one
+  /// Returns whether a message of `size` bytes is followed by another one, or by the end of the log. A message directly
+  /// before damaged bytes is not trusted. A message of unknown kind or wrong size is accepted if a valid message
   /// follows soon.
   Result<bool> is_followed(std::size_t size) {
     constexpr std::size_t kMostBetween = 4, kLargestWhole = kLargestMessage + kMessageHeader;

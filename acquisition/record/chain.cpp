@@ -160,7 +160,7 @@ void add_columns(RowChain& chain, const Statement& row, int columns) {
 }
 
 /// Iterates over the rows of one table in chain order. The last column is the link of the chain. `key` is the index of
-/// the column with the slot. `rank` is the position of the table's rows among those of one slot.
+/// the column with the slot. `rank` orders the tables within one slot.
 class Cursor {
  public:
   Cursor(Statement query, const char* table, int key, int rank)

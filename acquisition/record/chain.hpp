@@ -68,7 +68,7 @@ class RowChain {
 /// have no open connection to any of them. Fails with storage.
 [[nodiscard]] Result<void> write_manifest(const std::string& record_path, const std::vector<std::string>& files);
 
-/// Digests by file name.
+/// Digest of each file, by file name.
 using Manifest = std::map<std::string, std::string>;
 /// Compares the files with the manifest and returns the manifest, or nothing if the record has none. A record that was
 /// renamed together with all its files is unchanged, and the result has the new names. Fails with bad_file, naming the
@@ -79,7 +79,7 @@ using Manifest = std::map<std::string, std::string>;
 
 /// Returns the hash over the description of the run in the tables. Excludes the outcome, which is written at the end.
 [[nodiscard]] Result<Digest> description_hash(Database& database);
-/// Returns the final hash of a finished file.
+/// Returns the final hash of a finished file, which covers the chain and the frame counts.
 [[nodiscard]] Digest end_hash(RowChain chain, std::int64_t seen, std::int64_t lost, std::int64_t bad);
 
 /// Calls `use` with each chained row of one open file, in the order of writing. Passes the table, the slot of the row

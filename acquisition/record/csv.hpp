@@ -46,14 +46,14 @@ struct Field {
 // The reader for a numeric text table that arrives in pieces. The table has optional comment lines that begin with #, a
 // header, and rows with fields separated by commas.
 
-/// Reads such a table.
+/// Reads a numeric text table that arrives in pieces.
 class LiveRows {
  public:
   /// Chooses the columns to read, and their order, from the header and the comments before it. The content of other
   /// columns is ignored.
   using Choose = std::function<Result<std::vector<std::size_t>>(const std::vector<std::string>& header,
                                                                 const std::vector<std::string>& comments)>;
-  /// Creates a reader. `source` is the first part of the position in each fault: "stdin" gives "stdin:12:3". Without
+  /// Creates a reader. `source` is the first part of the position in each fault: "stdin" produces "stdin:12:3". Without
   /// `choose` all columns are read.
   explicit LiveRows(std::string source, Choose choose = {}) : source_(std::move(source)), choose_(std::move(choose)) {}
 

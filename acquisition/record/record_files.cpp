@@ -230,8 +230,8 @@ std::set<int> find_part_numbers(const std::string& record_path) {
 }
 
 /// Returns the number of the file that a part continues. If all files were renamed, the part stores the old name of
-/// that file. An old name such as "A.2.db" may be that of the record itself. It is treated as the name of a part only
-/// if its number is lower than that of the continuing part.
+/// that file. An old name such as "A.2.db" may be the name of the record itself. It is treated as the name of a part
+/// only if its number is lower than the number of the continuing part.
 int find_continued_number(const Continuation& continuation, const std::string& record_path) {
   if (continuation.before == name_in_folder(record_path)) return 1;
   const auto name = part_name(continuation.before);
@@ -239,7 +239,7 @@ int find_continued_number(const Continuation& continuation, const std::string& r
   return name->record == name_in_folder(record_path) || name->part < continuation.part ? name->part : 1;
 }
 
-/// Returns the first slot after a part and the parts that it continues; 0 if it is unknown.
+/// Returns the first slot after a part and its predecessors, or 0 if it is unknown.
 std::int64_t end_slot(const Part& part) {
   const auto last = open_part(part).and_then([](Database database) { return last_slot(database); });
   return std::max(part.continuation.from, last.value_or(-1) + 1);

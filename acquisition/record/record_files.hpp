@@ -113,7 +113,7 @@ struct RecordFiles {
 /// Fails with bad_file if the copy is missing, with storage if it cannot be read.
 [[nodiscard]] Result<Database> open_live_copy(const std::string& path);
 
-/// Returns the paths of all records in a folder, including those of which only a status file is left. Leaves out live
+/// Returns the paths of all records in a folder, including records of which only a status file remains. Leaves out live
 /// copies and parts. Includes a part whose record is missing, and every file with its own status file, which a part
 /// never has. Does not open any record.
 [[nodiscard]] std::set<std::string> records_in(const std::string& folder);

@@ -85,8 +85,8 @@ Result<void> RecordWriter::fill_part(RunFile& file, const Continuation& continua
   return insert_all(file, kept).and_then([&] { return file.insert_event(acknowledged_, event); });
 }
 
-/// Returns the first slot of the next part: that of the previous part if it can still be read, and otherwise that of
-/// the rows in memory.
+/// Returns the first slot of the next part: the first slot of the previous part if that part can still be read,
+/// otherwise the first slot in memory.
 std::int64_t RecordWriter::first_to_account_for() {
   if (nameless_)
     if (const auto continued = read_continuation(nameless_->database()); continued)

@@ -59,7 +59,7 @@ struct RecordedEvent {
   Event event;
 };
 
-/// The rows that one call of Store writes: those of a second, of a gap, or of a separate event.
+/// The rows that one call of Store writes, for a second, a gap or a separate event.
 struct Entry {
   struct MissingReading {
     std::string channel;

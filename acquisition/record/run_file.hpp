@@ -71,7 +71,7 @@ class RunFile {
   /// Checkpoints the log if it has become long. Call it outside a transaction. Committed rows are on the disk with or
   /// without it.
   [[nodiscard]] Result<void> checkpoint_log();
-  /// Leaves the file and its log unchanged from now on, even when it is closed.
+  /// Keeps the file and its log unchanged from now on, even when the file is closed.
   void leave_untouched() { database_.keep_log_on_close(); }
 
   /// Writes all rows of an entry. Texts of faults, events and gaps come from instruments and operators; plain() removes
@@ -105,7 +105,7 @@ class RunFile {
  private:
   struct Statements {
     Statement begin{}, commit{}, sample{}, fault{}, event{}, gap{}, frames{};
-    /// Inserts `rows_per_insert_` samples at once, with the columns in `named_`, as `sample` does with one.
+    /// Inserts `rows_per_insert_` samples with the columns in `named_`. The statement `sample` inserts one.
     std::optional<Statement> samples{};
   };
   /// A row under construction. Each value is added to the statement and to the chain.
@@ -126,8 +126,8 @@ class RunFile {
   [[nodiscard]] Result<void> refuse_if(std::optional<Interference> found);
   [[nodiscard]] Result<void> copy_row(std::string_view table, const record::Statement& row);
   [[nodiscard]] std::int64_t chain_link(std::span<const Cell> sample);
-  /// Prepares statements with only those columns that have had a value in any sample so far, because binding and
-  /// storing NULL takes as long as a number.
+  /// Prepares statements with only the columns that have had a value in any sample so far. Binding and storing NULL
+  /// would take as long as a number.
   [[nodiscard]] Result<void> prepare_for(const ChainedSamples& samples);
   [[nodiscard]] Result<Statement> prepare_insert(const std::vector<bool>& named, std::size_t rows);
 

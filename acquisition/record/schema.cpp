@@ -109,7 +109,7 @@ void find_duplicates(const RunInfo& info, std::vector<NameTrouble>& troubles) {
   for (const auto& column : columns_before_channels()) taken.insert(column.name);
   for (const auto& column : columns_after_channels()) taken.insert(column.name);
   auto columns = channel_columns(info);
-  // Put thermometers last, so that a duplicate name is reported for the thermometer and not for the other channel.
+  // Put thermometers last. A duplicate name is then reported for the thermometer and not for the other channel.
   std::ranges::stable_partition(columns, [](const auto& column) { return column.measures != Measures::temperature; });
   std::vector<NameTrouble> found;
   std::set<std::size_t> units;

@@ -55,10 +55,10 @@ struct NameTrouble {
   std::string why;
 };
 
-/// Finds all names that are not allowed. Names become column names: that of a thermometer has 1 to 64 characters of
-/// [A-Za-z0-9_ .-], that of a unit, axis or value has 1 to 64 of [A-Za-z0-9_-]. Two column names must differ in more
-/// than letter case. Lists malformed names first, then duplicate ones. For a unit with a duplicate name, lists only the
-/// unit.
+/// Finds all names that are not allowed. Names become column names. The name of a thermometer has 1 to 64 characters of
+/// [A-Za-z0-9_ .-]; the name of a unit, axis or value has 1 to 64 characters of [A-Za-z0-9_-]. Two column names must
+/// differ in more than letter case. Lists malformed names first, then duplicate ones. For a unit with a duplicate name,
+/// lists only the unit.
 [[nodiscard]] std::vector<NameTrouble> name_troubles(const RunInfo& info);
 /// Fails with bad_file, naming the first of name_troubles().
 [[nodiscard]] Result<void> check_channel_names(const RunInfo& info);

@@ -117,7 +117,8 @@ Result<RunStatus> read_record_status(const RecordFiles& files) {
 
 namespace {
 
-/// Replaces the fault of a record that is being written by the status in its status file, if that can be read.
+/// If the fault is that the record is being written, returns the status in its status file instead, provided that file
+/// can be read.
 Result<RunStatus> fall_back_to_status_file(Result<RunStatus> status, const std::string& path) {
   if (status || !is_locked(status.error())) return status;
   auto from_file = read_status_file(path);

@@ -220,7 +220,7 @@ class InlineStore final : public OrderedStore {
     return file_->begin();
   }
 
-  /// Stores the first failure of the file, and leaves the file untouched after it.
+  /// Stores the first failure of the file. After it, the file is not written again.
   Result<void> keep(Result<void> result) {
     if (!result && !broken_) {
       broken_ = result.error();
@@ -344,7 +344,7 @@ RunStatus status_on_disk(const SharedState& shared) {
   return status;
 }
 
-/// Executes one transaction. The caller holds the lock, before and after.
+/// Executes one transaction. The caller must hold `lock`, which is released during the write.
 void write_once(SharedState& shared, std::unique_lock<std::mutex>& lock) {
   shared.wanted = false;
   shared.busy_since = steady_clock::now();
@@ -517,8 +517,8 @@ class BackgroundStore final : public OrderedStore {
     (void)write_status(written_status);
   }
 
-  /// Ends both workers. Returns false if the worker that writes the record hangs. A worker that hangs in a write of the
-  /// status file does not prevent the end of a run.
+  /// Ends both workers. Returns false if the record worker hangs. A hang of the status worker does not prevent the end
+  /// of a run.
   bool stop() {
     if (!worker_.joinable()) return true;
     {

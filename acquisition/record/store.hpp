@@ -39,8 +39,8 @@ struct StoreOptions {
   std::int64_t most_rows = 14'400;
   /// The time between two attempts while the disk accepts no rows.
   Duration retry = std::chrono::seconds(1);
-  /// The least time between two updates of the status file, by the wall clock, without a worker. The end of the run
-  /// always updates it.
+  /// Without a worker: minimum wall-clock time between two updates of the status file. The file is always updated at
+  /// the end of the run.
   Duration status_interval = Duration::zero();
   /// The options of the live copy (live_copy.hpp). If they are not set, there is no live copy.
   std::optional<LiveCopyOptions> live_copy = {};

@@ -71,7 +71,7 @@ Result<ControlRequest> parse_acknowledgement(std::string_view text) {
   return ControlRequest{.note = std::move(comment), .acknowledgement = std::move(acknowledgement)};
 }
 
-/// Returns the reason why a text is not valid in a request; empty if it is valid.
+/// Returns the reason why a text is not valid in a request, or an empty string if it is valid.
 std::string text_error(const std::string& text) {
   if (text.size() > kLongestNote) return fmt::format("the text is longer than {} bytes", kLongestNote);
   if (!is_utf8(text)) return "the text is not valid UTF-8";

@@ -135,8 +135,8 @@ struct InterlockResult {
 /// Returns the demand of the last sample, ignoring the interlocks in `some`.
 [[nodiscard]] InterlockDemand demand_without(const InterlockMemory& memory, const std::vector<InterlockId>& some);
 
-/// Returns the active causes that an operator's resume ends, because resuming takes the chamber over: a foreign set
-/// point, a mode that does not follow the set point, and a restart of the chamber if it holds the run.
+/// Returns the active causes that an operator's resume clears by taking the chamber over: a foreign set point, a mode
+/// that does not follow the set point, and a restart of the chamber if it holds the run.
 [[nodiscard]] std::vector<InterlockId> causes_ended_by_resume(const InterlockMemory& memory);
 
 /// Returns one line for each active alarm.

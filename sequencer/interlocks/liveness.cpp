@@ -19,8 +19,8 @@ constexpr double kMostNoiseShare = 0.9;     ///< largest share that is used
 constexpr double kImprobable = 30;
 /// Readings are declared frozen after this multiple of the longest earlier spell of identical readings.
 constexpr int kTimesTheLongest = 5;
-/// An instrument of unknown noise is declared frozen if the spell lasts kWhileAirMoved and the air changes by kAirMoved
-/// during it.
+/// An instrument whose noise is unknown is declared frozen if its readings stay identical for kWhileAirMoved while the
+/// air changes by kAirMoved.
 constexpr Kelvins kAirMoved{10};
 constexpr Duration kWhileAirMoved = std::chrono::minutes(10);
 /// The air follows a set point within this time; later changes are noise.
@@ -91,9 +91,9 @@ double expected_counts(const AxisLimits& axis, Duration time) {
   return std::abs(axis.earth_rate->value * to_seconds(time) / axis.arcsec_per_count);
 }
 
-/// Returns [limits] gyro_band. Without that key, computes the band from ten times the unit's largest bias. A scale that
-/// is wrong by the factor 57 (rad for °) is then still detected at the Earth's rate, and a bias outside the data sheet
-/// does not end the run.
+/// Returns [limits] gyro_band. Without that key, the band is ten times the unit's largest bias plus half of the Earth's
+/// rate plus 5 °/h, and at most 1000 °/h. The band is narrow enough to detect a scale that is wrong by the factor 57
+/// (rad for °) at the Earth's rate, and wide enough that a bias outside the data sheet does not end the run.
 DegreesPerHour band_around_earth_rate(const InterlockLimits& limits, const AxisLimits& axis) {
   constexpr double kAnyGyro = 1000, kTimesBias = 10, kLeast = 5;  // °/h
   if (limits.gyro_band) return *limits.gyro_band;

@@ -63,8 +63,8 @@ struct CheckInputs {
 /// Finds instruments, and the chamber's air, with identical readings for longer than their noise allows.
 [[nodiscard]] std::vector<CheckResult> find_frozen_instruments(const CheckInputs& in);
 
-/// Finds dead axes: no counts although the Earth's rate is known, identical counts for longer than the noise allows, or
-/// a rate far from the Earth's.
+/// Finds dead axes: no counts although the Earth's rate requires some, identical counts for longer than the noise
+/// permits, or a rate far from the Earth's rate.
 [[nodiscard]] std::vector<CheckResult> find_dead_axes(const CheckInputs& in);
 
 /// Returns a result if the air or the set point has moved by response_step and no thermometer has moved in response.

@@ -57,7 +57,8 @@ struct Segment {
 /// includes the dwell of a guaranteed soak and is never shorter than the hold.
 [[nodiscard]] Duration shortest(const Segment& segment);
 
-/// A limit of the profile's `[accept]` table. A result above it gives exit code 1. Absent keys accept anything.
+/// A limit in the profile's `[accept]` table. A result above the limit leads to exit code 1. Results without a limit
+/// are accepted.
 struct AcceptLimit {
   /// A path of the report, such as "random.multi_point_t.std_deg_per_h".
   std::string key;

@@ -262,7 +262,7 @@ class SegmentReader {
     const auto seed = table.integer("seed");
     if (seed < 0) table.mistake("seed", fmt::format("\"seed\" is {}, expected 0 or more", seed));
     random.seed = static_cast<std::uint64_t>(seed);
-    // The soak of a drawn hold lasts for the whole hold.
+    // The soak time of a drawn hold is its whole duration.
     random.soak.time.reset();
     random.soak.guaranteed = table.boolean("guaranteed_soak", defaults_.guaranteed);
     random.soak.band = read_band(table, "soak_band", defaults_.band);
@@ -350,7 +350,7 @@ class RandomProgram {
   std::size_t row_ = 0;
 };
 
-/// Returns the segment of a hold. An absent `deadline` takes the default of the soak rule.
+/// Returns the segment of a hold. Without `deadline`, the default of the soak rule applies.
 Segment make_hold(Celsius target, Duration time, const SoakRule& soak, std::optional<Duration> deadline) {
   Segment segment{.kind = SegmentKind::hold,
                   .name = fmt::format("hold {:g} °C", target.value),

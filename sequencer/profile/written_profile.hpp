@@ -42,7 +42,7 @@ struct WrittenHold {
   std::optional<bool> turned{};
 };
 
-/// A ramp. If neither rate nor time is given, it takes the rate of the repeat's current pass.
+/// A ramp. If neither rate nor time is given, the rate of the repeat's current pass applies.
 struct WrittenRamp {
   Celsius to;
   std::optional<CelsiusPerMinute> rate;
@@ -93,7 +93,7 @@ struct WrittenSegment {
 inline constexpr int kMostSegments = 20'000;
 inline constexpr Duration kLongestProfile = std::chrono::seconds(100'000'000);
 
-/// Appends the segments of `written` to the profile, and the cycles that they make. Draws random programs; a seed gives
+/// Appends the segments of `written`, and their cycles, to the profile. Draws the random programs; the same seed draws
 /// the same program on every machine. Records the errors that only the expansion reveals (a ramp to its own start, a
 /// profile above the limits) in the tables, and stops at a limit.
 void expand(const std::vector<WrittenSegment>& written, Profile& profile);

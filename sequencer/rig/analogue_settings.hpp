@@ -47,8 +47,8 @@ struct AnalogueSettings {
 /// Reads every [[analogue_input]]: `line`, `map` (a description's path relative to `rig_file`), `word_order`, `framing`
 /// and `link` as for the chamber, and each [[analogue_input.channel]]: `input` (from 1), `name`, `unit` of measure,
 /// `gyro` (the unit under test; optional if the rig has only one), `scale`, `offset`, and `temperature` for a value in
-/// °C. Appends each channel to the values of its unit. `known`: the maps' texts, in order, if they are known already.
-/// Fails with bad_file if a map cannot be used. Records errors of the rig file in its tables.
+/// °C. Appends each channel to the values of its unit. `known` contains the texts of the maps, in order, if they are
+/// known already. Fails with bad_file if a map cannot be used. Records errors of the rig file in its tables.
 [[nodiscard]] Result<std::vector<AnalogueSettings>> read_analogue_inputs(const TomlTable& root,
                                                                          const std::string& rig_file,
                                                                          std::vector<UnitSettings>& units,

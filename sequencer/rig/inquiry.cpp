@@ -40,7 +40,7 @@ std::string text(const RoundTrips& trips) {
                      to_ms(trips.median), to_ms(trips.most));
 }
 
-/// The shares of a second are those of drivers/chamber/status_turns.cpp.
+/// Uses the same shares of a second as drivers/chamber/status_turns.cpp.
 std::string in_words(const drivers::ChamberEffort& effort) {
   constexpr double kSecondsWork = 0.95;
   constexpr int kReadingsAPiece = 5;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The wires of a virtual rig: lines below the drivers of a real rig, and the world and the clock behind them.
+/// The wires of a virtual rig: the lines that the drivers of a real rig use, with the simulated world and the clock
+/// behind them.
 #pragma once
 
 #include <cstddef>

@@ -22,8 +22,8 @@ bool was_restarted(const interlocks::InterlockMemory& memory) {
   return memory.is_active(InterlockId::restarted) || memory.is_active(InterlockId::restarted_off);
 }
 
-/// Returns true if a restarted chamber is brought back to the profile without an operator; false if the restart holds
-/// the run.
+/// Returns true if a restarted chamber returns to the profile without an operator, and false if the restart holds the
+/// run.
 bool returns_without_operator(const interlocks::InterlockMemory& memory) {
   const auto acts_by_itself = [&](InterlockId id) {
     return memory.is_active(id) && memory.most_affected_watch(id).reaction < interlocks::Reaction::hold;

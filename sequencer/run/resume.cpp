@@ -86,9 +86,9 @@ UnitState unit_at(const record::Record& record, std::size_t row) {
   return segment != nullptr ? segment->unit : UnitState{};
 }
 
-/// Returns every second up to and including `last`: the set point that the chamber reported (that of the profile if the
-/// chamber was silent), and the state of the unit at the end of the previous second. A gap has the set point of the
-/// second that ended it.
+/// Returns every second up to and including `last`: the set point that the chamber reported, or the profile's set point
+/// if the chamber was silent, and the state of the unit at the end of the previous second. A gap has the set point of
+/// the second that ended it.
 std::vector<simulator::PastSecond> list_seconds(const record::Record& record, std::int64_t last) {
   std::vector<simulator::PastSecond> seconds;
   UnitState unit;
@@ -101,8 +101,8 @@ std::vector<simulator::PastSecond> list_seconds(const record::Record& record, st
   return seconds;
 }
 
-/// Returns every second of the virtual world up to the one that the new preparation takes: the first preparation, the
-/// recorded seconds, and the gap.
+/// Returns every past second of the virtual world: the first preparation, the recorded seconds and the gap. The second
+/// that the new preparation takes is not included.
 std::vector<simulator::PastSecond> make_replay(const record::Record& record, const RunContinuation& on) {
   if (on.last_slot < 0) return {};
   auto seconds = list_seconds(record, on.last_slot);
@@ -126,9 +126,9 @@ std::optional<Celsius> last_soak_reading(const record::Record& record, const std
   return reading ? std::optional(record::calibrated(*channel, *reading)) : std::nullopt;
 }
 
-/// Returns the profile's state one second after the record's last. The profile's clock runs only in Execute. A soak
-/// with a slope limit does not include that second, because the slope was not recorded. A segment whose deadline ended
-/// the run gets the whole deadline again; otherwise the resumed run would end in its first second.
+/// Returns the profile's state one second after the last recorded second. The profile's clock runs only in Execute. A
+/// soak with a slope limit does not include that second, because the slope was not recorded. A segment whose deadline
+/// ended the run gets the whole deadline again; otherwise the resumed run would end in its first second.
 Result<profile::ProfileState> state_after(const record::Record& record, const profile::Profile& profile,
                                           RunState last_state) {
   if (record.slot.empty()) return begin(profile);
@@ -304,8 +304,8 @@ void set_virtual_downtime(Duration down, bool has_begun, InterruptedRun& interru
       has_begun ? Duration(std::chrono::floor<std::chrono::seconds>(std::max(down, kSecond))) : Duration{};
 }
 
-/// Sets the downtime of a real rig, and the reasons for an operator to judge it. The run's clock continues during the
-/// downtime, even before the first sample.
+/// Sets the downtime of a real rig, and the reasons why an operator must confirm it. The run's clock continues during
+/// the downtime, even before the first sample.
 void set_real_downtime(const Downtime& downtime, InterruptedRun& interrupted) {
   interrupted.why_asks = downtime.why_asks;
   interrupted.why_unknown = unknown_downtime_reason(downtime.down);

@@ -27,7 +27,7 @@ class RigChanges {
   /// `rig` must outlive this object.
   explicit RigChanges(const rig::RigFile& rig) : rig_(rig), lines_(rig_lines(rig)) {}
 
-  /// Compares the readings and the chamber's alarms with those of the previous sample. Ignores the `dropped` units. If
+  /// Compares the readings and the chamber's alarms with the previous sample. Ignores the `dropped` units. If
   /// `units_may_be_off`, the silence of a unit is not a fault.
   [[nodiscard]] std::vector<RigChange> compare_readings(const Sample& sample, const std::vector<bool>& dropped,
                                                         bool units_may_be_off);

@@ -25,7 +25,7 @@ class ChildWork {
 
   /// Returns the next line that the work sends. Returns nothing at its end, or after `within`.
   [[nodiscard]] std::optional<std::string> next(Duration within);
-  /// Returns true if the work has sent its last line. Work that was killed during a hang has not ended.
+  /// Returns true if the work has sent its last line, and false if it was killed during a hang.
   [[nodiscard]] bool has_ended() const { return ended_; }
 
  private:

@@ -43,7 +43,7 @@ struct ProcessIdentity {
 
 /// Bytes of the program. Any other byte counts as kAlive.
 inline constexpr char kSafeStateFollows = 'A';
-/// The program is alive, and the next byte may take long.
+/// The program is alive, but its next byte may arrive late.
 inline constexpr char kPreparing = 'p';
 /// A tick is done; the next byte is due in a second.
 inline constexpr char kAlive = '.';

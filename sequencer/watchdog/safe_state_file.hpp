@@ -31,9 +31,9 @@ struct SafeState {
   std::optional<drivers::WordOrder> word_order;
   drivers::LinkSettings link_settings{};  ///< replaces the map's settings
   Celsius safe_set_point;
-  /// Conditioning is switched off too.
+  /// Conditioning must also be switched off.
   bool switch_off{};
-  /// The controller carries out the profile: its program is ended first.
+  /// The controller carries out the profile, so its program must be ended first.
   bool by_program{};
   /// Time to watch the air.
   Duration observe = kUsualObserve;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The watchdog of a program that drives a real chamber: the safe-state file next to the record, a guard in a separate
-/// process, and systemd's watchdog if there is one. Parts that fail are reported and replaced.
+/// process, and systemd's watchdog if there is one. A missing file or guard is reported and replaced.
 #pragma once
 
 #include <map>

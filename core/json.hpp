@@ -28,7 +28,6 @@ using Json = nlohmann::ordered_json;
   return json.dump(indent, ' ', false, Json::error_handler_t::replace);
 }
 
-
 /// Writes and reads values of one type. Specialised for every type that is not a described struct.
 template <class T>
 struct JsonValue;

@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
 
-enum class Inside { plain, comment, text, literal, long_text, long_literal };
+enum class LexicalElement { plain, comment, text, literal, long_text, long_literal };
 
 /// Reads a text character by character and tracks the lexical element that contains it.
 class Scanner {
@@ -27,35 +27,35 @@ class Scanner {
     const bool blank = c == ' ' || c == '\t' || c == '\n' || c == '\r';
     if (escaped_) {
       escaped_ = false;
-      continued_ = inside_ == Inside::long_text && blank;
-      unterminated_ = c == '\n' && inside_ == Inside::text;
+      continued_ = inside_ == LexicalElement::long_text && blank;
+      unterminated_ = c == '\n' && inside_ == LexicalElement::text;
       return size;
     }
     continued_ = continued_ && blank;
-    if (inside_ == Inside::comment || (inside_ == Inside::plain && c == '#')) {
-      inside_ = c == '\n' ? Inside::plain : Inside::comment;
+    if (inside_ == LexicalElement::comment || (inside_ == LexicalElement::plain && c == '#')) {
+      inside_ = c == '\n' ? LexicalElement::plain : LexicalElement::comment;
       return size;
     }
-    if (inside_ == Inside::plain) return c == '"' || c == '\'' ? open(rest) : size;
-    escaped_ = c == '\\' && (inside_ == Inside::text || inside_ == Inside::long_text);
-    unterminated_ = c == '\n' && (inside_ == Inside::text || inside_ == Inside::literal);
+    if (inside_ == LexicalElement::plain) return c == '"' || c == '\'' ? open(rest) : size;
+    escaped_ = c == '\\' && (inside_ == LexicalElement::text || inside_ == LexicalElement::long_text);
+    unterminated_ = c == '\n' && (inside_ == LexicalElement::text || inside_ == LexicalElement::literal);
     return c == quote_ ? close(rest) : size;
   }
 
   /// Returns whether the next character may be outside ASCII.
-  [[nodiscard]] bool accepts_non_ascii() const { return inside_ != Inside::plain && !escaped_ && !continued_; }
+  [[nodiscard]] bool accepts_non_ascii() const { return inside_ != LexicalElement::plain && !escaped_ && !continued_; }
   /// Returns whether the closing quote of a text is missing at the end of its line.
   [[nodiscard]] bool is_unterminated() const { return unterminated_; }
-  [[nodiscard]] Inside inside() const { return inside_; }
+  [[nodiscard]] LexicalElement inside() const { return inside_; }
 
  private:
   std::size_t open(std::string_view rest) {
     quote_ = rest[0];
     const bool three = rest.size() >= 3 && rest[1] == quote_ && rest[2] == quote_;
     if (quote_ == '"')
-      inside_ = three ? Inside::long_text : Inside::text;
+      inside_ = three ? LexicalElement::long_text : LexicalElement::text;
     else
-      inside_ = three ? Inside::long_literal : Inside::literal;
+      inside_ = three ? LexicalElement::long_literal : LexicalElement::literal;
     return three ? 3 : 1;
   }
 
@@ -63,13 +63,13 @@ class Scanner {
   std::size_t close(std::string_view rest) {
     rest = rest.substr(0, 5);
     const auto quotes = std::min(rest.find_first_not_of(quote_), rest.size());
-    const bool is_long = inside_ == Inside::long_text || inside_ == Inside::long_literal;
+    const bool is_long = inside_ == LexicalElement::long_text || inside_ == LexicalElement::long_literal;
     if (is_long && quotes < 3) return quotes;
-    inside_ = Inside::plain;
+    inside_ = LexicalElement::plain;
     return is_long ? quotes : 1;
   }
 
-  Inside inside_ = Inside::plain;
+  LexicalElement inside_ = LexicalElement::plain;
   char quote_{};
   /// The last character was a backslash.
   bool escaped_{};
@@ -79,36 +79,41 @@ class Scanner {
 };
 
 /// The limit that a text exceeds.
-enum class Excess { none, depth, keys, values, text, word };
+enum class ExceededLimit { none, depth, keys, values, text, word };
 
-std::string describe(Excess excess) {
+std::string describe(ExceededLimit excess) {
   switch (excess) {
-    case Excess::none: break;
-    case Excess::depth:
+    case ExceededLimit::none: break;
+    case ExceededLimit::depth:
       return fmt::format("is nested more than {} keys, tables and arrays deep, expected fewer", TomlBounds::kDepth);
-    case Excess::keys: return fmt::format("more than {} keys and tables, expected fewer", TomlBounds::kKeys);
-    case Excess::values: return fmt::format("more than {} values in arrays, expected fewer", TomlBounds::kValues);
-    case Excess::text: return fmt::format("a text of more than {} bytes, expected a shorter one", TomlBounds::kText);
-    case Excess::word: return fmt::format("a token of more than {} bytes, expected a shorter one", TomlBounds::kWord);
+    case ExceededLimit::keys: return fmt::format("more than {} keys and tables, expected fewer", TomlBounds::kKeys);
+    case ExceededLimit::values:
+      return fmt::format("more than {} values in arrays, expected fewer", TomlBounds::kValues);
+    case ExceededLimit::text:
+      return fmt::format("a text of more than {} bytes, expected a shorter one", TomlBounds::kText);
+    case ExceededLimit::word:
+      return fmt::format("a token of more than {} bytes, expected a shorter one", TomlBounds::kWord);
   }
   return {};
 }
 
 /// Follows the scanner and counts keys, values, nesting depth and lengths.
-class Measure {
+class LimitCounter {
  public:
   /// Counts one step of the scanner over `text`. `before` and `after` are the lexical elements before and after the
   /// step.
-  Excess step(Inside before, Inside after, std::string_view text) {
-    const auto quotes = [](Inside inside) { return inside != Inside::plain && inside != Inside::comment; };
+  ExceededLimit step(LexicalElement before, LexicalElement after, std::string_view text) {
+    const auto quotes = [](LexicalElement inside) {
+      return inside != LexicalElement::plain && inside != LexicalElement::comment;
+    };
     if (quotes(before) || quotes(after)) return take_text(text.size());
     text_ = 0;
-    const bool in_comment = before == Inside::comment || after == Inside::comment;
-    return in_comment && text[0] != '\n' ? Excess::none : take(text[0]);
+    const bool in_comment = before == LexicalElement::comment || after == LexicalElement::comment;
+    return in_comment && text[0] != '\n' ? ExceededLimit::none : take(text[0]);
   }
 
  private:
-  Excess take(char c) {
+  ExceededLimit take(char c) {
     constexpr std::string_view kBlanks = " \t\r\n";
     constexpr std::string_view kBetween = "=,[]{}";
     const bool blank = kBlanks.find(c) != std::string_view::npos;
@@ -126,16 +131,16 @@ class Measure {
     if (c == ']' || c == '}') close();
     line_is_new_ = line_is_new_ && blank;
     if (c == '\n') end_line();
-    if (depth() > TomlBounds::kDepth) return Excess::depth;
-    if (keys_ > TomlBounds::kKeys) return Excess::keys;
-    if (values_ > TomlBounds::kValues) return Excess::values;
-    return word_ > TomlBounds::kWord ? Excess::word : Excess::none;
+    if (depth() > TomlBounds::kDepth) return ExceededLimit::depth;
+    if (keys_ > TomlBounds::kKeys) return ExceededLimit::keys;
+    if (values_ > TomlBounds::kValues) return ExceededLimit::values;
+    return word_ > TomlBounds::kWord ? ExceededLimit::word : ExceededLimit::none;
   }
 
-  Excess take_text(std::size_t size) {
+  ExceededLimit take_text(std::size_t size) {
     line_is_new_ = false;
     text_ += size;
-    return text_ > TomlBounds::kText ? Excess::text : Excess::none;
+    return text_ > TomlBounds::kText ? ExceededLimit::text : ExceededLimit::none;
   }
 
   void open(char bracket) {
@@ -186,7 +191,7 @@ std::optional<TextFlaw> find_flaw(std::string_view text) {
     return TextFlaw{.what = fmt::format("the text has {} bytes, expected at most {}", text.size(), kLargestText)};
   if (text.starts_with(kByteOrderMark)) text.remove_prefix(kByteOrderMark.size());
   Scanner scanner;
-  Measure measure;
+  LimitCounter measure;
   TextFlaw at;
   while (!text.empty() && !scanner.is_unterminated()) {
     const auto size = character_size(text);
@@ -202,7 +207,7 @@ std::optional<TextFlaw> find_flaw(std::string_view text) {
     const auto before = scanner.inside();
     const auto taken = scanner.take(text, size);
     const auto excess = measure.step(before, scanner.inside(), text.substr(0, taken));
-    if (excess != Excess::none) {
+    if (excess != ExceededLimit::none) {
       at.what = describe(excess);
       return at;
     }

@@ -164,7 +164,7 @@ std::vector<ChannelSummary> ChannelTally::channels(const std::vector<MissingText
 
 /// Searches both ends of the values for a step that separates a few distinct numbers from all others.
 Result<void> ChannelTally::check_isolated(const Column& column, const std::string& file, Notes& notes) const {
-  constexpr double kApart_k = 20, kTooFar_k = 40, kSentinelApart_k = 10, kMostShare = 0.2, kRangeMultiple = 50;
+  constexpr double kApart_k = 20, kTooFar_k = 40, kSentinelApart_k = 10, kMaxShare = 0.2, kRangeMultiple = 50;
   constexpr std::size_t kFewest = 20;
   if (column.summary.values < kFewest || column.kind == Kind::value || column.valid) return {};
   const bool is_temperature = column.kind == Kind::temperature;
@@ -175,7 +175,7 @@ Result<void> ChannelTally::check_isolated(const Column& column, const std::strin
       count += extremes->counts[i];
       const double at = extremes->numbers[i], next = extremes->numbers[i + 1];
       const double apart = std::abs(at - next), rest = std::abs(next - inner.numbers.front());
-      if (static_cast<double>(count) > kMostShare * static_cast<double>(column.summary.values)) break;
+      if (static_cast<double>(count) > kMaxShare * static_cast<double>(column.summary.values)) break;
       const double raw = (at - column.offset) / column.scale;
       const bool is_sentinel = is_known_sentinel(at) || is_known_sentinel(raw);
       const double limit = is_temperature ? (is_sentinel ? kSentinelApart_k : kApart_k) : kRangeMultiple * rest;

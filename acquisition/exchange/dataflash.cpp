@@ -140,7 +140,7 @@ class DataflashReader {
 
  private:
   static constexpr std::size_t kLargestKind = 256;
-  static constexpr std::uint64_t kMostSensors = 64;
+  static constexpr std::uint64_t kMaxSensors = 64;
 
   /// Returns the next message without advancing; empty at the end of the log.
   Result<std::string_view> next_message() {
@@ -247,7 +247,7 @@ class DataflashReader {
     }
     if (const auto known = kind.series.find(sensor); known != kind.series.end()) return known->second;
     const auto time = time_field(kind);
-    if (!time || sensor >= kMostSensors) return std::nullopt;
+    if (!time || sensor >= kMaxSensors) return std::nullopt;
     LogSeries series{.message = kind.name, .instance = static_cast<unsigned>(sensor), .time = *time, .size = kind.size};
     for (std::size_t i = 0; i < kind.all.size(); ++i)
       if (kind.is_number[i]) series.fields.push_back(kind.all[i]);

@@ -55,14 +55,14 @@ std::optional<std::uint64_t> digits_in(std::string_view text) {
 
 /// Parses a decimal number. Returns nothing if the number has an exponent or its integer part exceeds 64 bits.
 std::optional<Decimal> decimal_in(std::string_view text) {
-  constexpr std::size_t kMostBehindPoint = 18;
-  static constexpr std::array<double, kMostBehindPoint + 1> kPowers{
+  constexpr std::size_t kMaxBehindPoint = 18;
+  static constexpr std::array<double, kMaxBehindPoint + 1> kPowers{
       1, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18};
   const bool is_negative = text.starts_with('-');
   if (is_negative || text.starts_with('+')) text.remove_prefix(1);
   const std::size_t point = std::min(text.find('.'), text.size());
   const auto before = text.substr(0, point), behind = text.substr(std::min(point + 1, text.size()));
-  const auto counted = behind.substr(0, kMostBehindPoint), rest = behind.substr(counted.size());
+  const auto counted = behind.substr(0, kMaxBehindPoint), rest = behind.substr(counted.size());
   if (before.size() + behind.size() == 0 || rest.find_first_not_of("0123456789") != std::string_view::npos)
     return std::nullopt;
   const auto whole = digits_in(before), part = digits_in(counted);

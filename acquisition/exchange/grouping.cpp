@@ -24,7 +24,7 @@ std::size_t max_open_stretches(const ImportMap& map) {
   return std::clamp<std::size_t>(static_cast<std::size_t>(kLatest / map.every) + 1, kOfTable, kMost);
 }
 
-constexpr std::size_t kMostRowsHeldBack = 1 << 16, kMostNumbersHeldBack = 1 << 22;
+constexpr std::size_t kMaxRowsHeldBack = 1 << 16, kMaxNumbersHeldBack = 1 << 22;
 
 }  // namespace
 
@@ -36,7 +36,7 @@ Result<void> Spacing::push(const ForeignRow& row) {
   last_ = row.time;
   if (usual_ > Duration{}) return pass_on(row, since_before);
   hold_back(row);
-  const bool is_enough = times_.size() == kMostRowsHeldBack || numbers_.size() >= kMostNumbersHeldBack;
+  const bool is_enough = times_.size() == kMaxRowsHeldBack || numbers_.size() >= kMaxNumbersHeldBack;
   return is_enough && times_.size() > 1 ? finish() : Result<void>{};
 }
 

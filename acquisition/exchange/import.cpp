@@ -58,8 +58,8 @@ Result<Findings> read_by_format(Bytes bytes, const ImportMap& map, const TakeRow
 using ReadRows = std::function<Result<Findings>(const TakeRow& take)>;
 
 /// The results of reading a file.
-struct ReadFile {
-  explicit ReadFile(const ImportMap& map) : tally(map) {}
+struct FileResults {
+  explicit FileResults(const ImportMap& map) : tally(map) {}
   ChannelTally tally;
   Findings findings{};
   std::size_t rows{}, rows_left_out{};
@@ -67,7 +67,7 @@ struct ReadFile {
 
 /// Reads a file and passes on the rows of the record. Messages of a log may be out of order within a stretch, so they
 /// are passed directly to the grouping. Other rows are put in order first.
-Result<void> read_foreign(const ReadRows& read, const ImportMap& map, const TakeImported& take, ReadFile& file) {
+Result<void> read_foreign(const ReadRows& read, const ImportMap& map, const TakeImported& take, FileResults& file) {
   const bool in_stretches = map.every > Duration{};
   const bool is_log = map.format == FileFormat::ulog || map.format == FileFormat::dataflash;
   const bool skips_ordering = is_log && in_stretches;
@@ -95,7 +95,7 @@ Result<void> read_foreign(const ReadRows& read, const ImportMap& map, const Take
   return {};
 }
 
-Result<void> read_path(const std::string& path, const ImportMap& map, const TakeImported& take, ReadFile& file) {
+Result<void> read_path(const std::string& path, const ImportMap& map, const TakeImported& take, FileResults& file) {
   const auto read = [&](const TakeRow& row) -> Result<Findings> {
     if (map.format == FileFormat::netcdf) return read_netcdf(path, map, row).map([] { return Findings(); });
     auto bytes = Bytes::open(path);
@@ -187,7 +187,7 @@ class ImportedRecord {
     return write_rest().and_then([&] { return commit(); }).and_then([&] { return file_->begin(); });
   }
 
-  Result<ImportSummary> finish(const ReadFile& file) {
+  Result<ImportSummary> finish(const FileResults& file) {
     if (!file_) return failure(FaultKind::bad_file, "", "the file has no row, expected at least one");
     ImportSummary summary{.rows = static_cast<std::size_t>(taken_),
                           .file_rows = file.rows,
@@ -232,9 +232,9 @@ class ImportedRecord {
     if (!file) return failure(file.error());
     begun_ = true;
     file_ = std::move(*file);
-    constexpr std::size_t kMostWaiting = 2048, kMostCellsWaiting = 1 << 17;
+    constexpr std::size_t kMostWaiting = 2048, kMaxCellsWaiting = 1 << 17;
     const auto columns = record::SampleColumns(info_).count();
-    rows_.assign(std::clamp<std::size_t>(kMostCellsWaiting / columns, 1, kMostWaiting), record::empty_row(info_));
+    rows_.assign(std::clamp<std::size_t>(kMaxCellsWaiting / columns, 1, kMostWaiting), record::empty_row(info_));
     return file_->begin();
   }
 
@@ -315,7 +315,7 @@ Result<void> check_span(const std::string& path, const Findings& findings, Durat
 
 /// Fails, or adds notes, if the imported rows suggest that the map does not fit the file.
 Result<void> judge(const std::string& path, const ImportMap& map, const ImportedRecord& made,
-                   std::optional<Duration> utc, ReadFile& file) {
+                   std::optional<Duration> utc, FileResults& file) {
   constexpr std::size_t kMany = 20;
   constexpr double kFastest_hz = 2000;
   const auto rows = static_cast<std::size_t>(made.rows());
@@ -339,13 +339,13 @@ Result<void> judge(const std::string& path, const ImportMap& map, const Imported
 
 Result<Notes> read_foreign_text(std::string_view text, const std::string& name, const ImportMap& map,
                                 const TakeImported& take) {
-  ReadFile file(map);
+  FileResults file(map);
   return read_foreign([&](const TakeRow& row) { return read_by_format(Bytes(text, name), map, row); }, map, take, file)
       .map([&] { return file.findings.notes; });
 }
 
 Result<Notes> read_foreign_file(const std::string& path, const ImportMap& map, const TakeImported& take) {
-  ReadFile file(map);
+  FileResults file(map);
   return read_path(path, map, take, file).map([&] { return file.findings.notes; });
 }
 
@@ -358,7 +358,7 @@ Result<ImportSummary> import_record(const std::string& path, const std::string& 
   if (!info) return failure(info.error());
   ImportedRecord made(record_path, *map, std::move(*info));
   RowPipe writing([&](const ImportedRow& row) { return made.insert(row); });
-  ReadFile file(*map);
+  FileResults file(*map);
   file.tally.refuse_impossible();
   const auto take = [&](const ImportedRow& row) -> Result<void> {
     if (!may_continue()) return failure(FaultKind::interrupted, path, "stopped; nothing is left of " + record_path);

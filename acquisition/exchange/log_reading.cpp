@@ -19,7 +19,7 @@ namespace gyrotherm::exchange {
 
 namespace {
 
-constexpr std::size_t kMostSeries = 4096, kMostLogFields = 200'000;
+constexpr std::size_t kMaxSeries = 4096, kMaxLogFields = 200'000;
 
 /// Converts an IEEE 754 binary16 number. Returns NaN for infinity.
 double decode_half(std::uint16_t bits) {
@@ -113,10 +113,11 @@ LogReading::LogReading(const ImportMap* map, const TakeRow* take) : map_(map), t
 }
 
 Result<std::size_t> LogReading::add(LogSeries series, const std::string& file) {
-  if (series_.size() == kMostSeries || there_.size() + series.fields.size() > kMostLogFields)
+  if (series_.size() == kMaxSeries || there_.size() + series.fields.size() > kMaxLogFields)
     return failure(FaultKind::bad_file, file,
-                   fmt::format("more than {} series or {} fields, expected fewer", kMostSeries, kMostLogFields));
-  Known known{.time = series.time, .size = series.size, .first_column = there_.size(), .columns = series.fields.size()};
+                   fmt::format("more than {} series or {} fields, expected fewer", kMaxSeries, kMaxLogFields));
+  KnownSeries known{
+      .time = series.time, .size = series.size, .first_column = there_.size(), .columns = series.fields.size()};
   for (const LogField& field : series.fields) {
     there_.push_back({plain(series.message), series.instance, plain(field.name)});
     for (std::size_t i = 0; i < columns_.size(); ++i) {
@@ -134,7 +135,7 @@ Result<std::size_t> LogReading::add(LogSeries series, const std::string& file) {
 std::vector<LogColumn> LogReading::published_columns() const {
   std::vector<LogColumn> columns;
   std::set<std::string> known_names;
-  for (const Known& known : series_) {
+  for (const KnownSeries& known : series_) {
     if (known.messages == 0) continue;
     const auto first = there_.begin() + static_cast<std::ptrdiff_t>(known.first_column);
     for (auto column = first; column != first + static_cast<std::ptrdiff_t>(known.columns); ++column) {
@@ -158,7 +159,7 @@ Result<void> LogReading::check_single_series(std::size_t series, const std::stri
 }
 
 Result<void> LogReading::take(std::size_t series, std::string_view message, const std::string& file, std::uint64_t at) {
-  Known& known = series_[series];
+  KnownSeries& known = series_[series];
   ++known.messages;
   if (known.wanted.empty()) return {};
   if (message.size() < known.size) {
@@ -180,12 +181,12 @@ Result<void> LogReading::take(std::size_t series, std::string_view message, cons
     return {};
   }
   if (rows_++ == 0) only_ = series;
-  for (const Wanted& wanted : known.wanted)
+  for (const SelectedField& wanted : known.wanted)
     numbers_[wanted.column] = number_at(message, wanted.field.offset, wanted.field.type) * wanted.field.scale;
   ForeignRow row{.time = from_seconds(time_us * 1e-6), .numbers = numbers_};
   if (counts_since_1970_) row.utc = std::chrono::microseconds(static_cast<std::int64_t>(utc_us));
   auto taken = (*take_)(row);
-  for (const Wanted& wanted : known.wanted) numbers_[wanted.column] = record::kMissing;
+  for (const SelectedField& wanted : known.wanted) numbers_[wanted.column] = record::kMissing;
   if (!taken && taken.error().where.empty()) taken.error().where = fmt::format("{}: message at byte {}", file, at);
   return taken;
 }

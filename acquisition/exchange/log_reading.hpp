@@ -85,14 +85,14 @@ class LogReading {
   [[nodiscard]] std::size_t damaged_messages() const { return damaged_; }
 
  private:
-  struct Wanted {
+  struct SelectedField {
     std::size_t column{};  ///< index in the map
     LogField field{};
   };
-  struct Known {
+  struct KnownSeries {
     LogField time{};
     std::size_t size{};
-    std::vector<Wanted> wanted{};
+    std::vector<SelectedField> wanted{};
     std::size_t first_column{}, columns{};  ///< range in `there_`
     std::size_t messages{};
   };
@@ -102,7 +102,7 @@ class LogReading {
   const TakeRow* take_;
   std::vector<LogColumn> columns_{};  ///< columns of the map
   std::vector<bool> found_{};
-  std::vector<Known> series_{};
+  std::vector<KnownSeries> series_{};
   std::vector<LogColumn> there_{};
   std::vector<double> numbers_{};
   std::size_t rows_{}, damaged_{};

@@ -26,7 +26,7 @@ struct Line {
 };
 using Fields = std::vector<std::string>;
 
-constexpr std::size_t kMostLines = 100'000, kMostBytes = 32 << 20;
+constexpr std::size_t kMaxLines = 100'000, kMaxBytes = 32 << 20;
 
 std::optional<Fields> split_fields(const std::string& line, char separator) {
   std::vector<record::Field> fields;
@@ -69,7 +69,7 @@ Result<std::vector<Line>> read_sample_lines(Bytes bytes, TableSample& sample) {
   if (!lines) return failure(lines.error());
   std::vector<Line> all;
   std::size_t size = 0;
-  while (all.size() < kMostLines && size < kMostBytes) {
+  while (all.size() < kMaxLines && size < kMaxBytes) {
     const auto next = lines->next();
     if (next && !*next) break;
     if (next) {
@@ -269,7 +269,7 @@ class HeaderSearch {
 
 /// The evidence for separators of thousands in a table: "1,234,567", "1.234,5", and numbers below a thousand next to
 /// "1,234".
-struct Marks {
+struct MarkCounts {
   /// Fields in which the mark can only be a decimal sign.
   std::size_t decimal{};
   /// Fields in which it can only be a separator of thousands.
@@ -278,8 +278,8 @@ struct Marks {
   std::size_t either{};
 };
 
-Marks count_marks(const TableSample& sample, const std::vector<bool>& values, char mark) {
-  Marks marks;
+MarkCounts count_marks(const TableSample& sample, const std::vector<bool>& values, char mark) {
+  MarkCounts marks;
   for (const Fields& row : sample.rows)
     for (std::size_t i = 0; i < values.size(); ++i) {
       const std::string& field = row[i];
@@ -345,7 +345,7 @@ bool has_plain_whole_numbers(const TableSample& sample, const std::vector<bool>&
 }
 
 void find_number_style(TableSample& sample, const std::vector<bool>& values) {
-  const Marks commas = count_marks(sample, values, ','), points = count_marks(sample, values, '.');
+  const MarkCounts commas = count_marks(sample, values, ','), points = count_marks(sample, values, '.');
   NumberStyle& style = sample.style;
   const bool comma_is_decimal = sample.separator != ',' && commas.decimal > points.decimal && commas.thousands == 0;
   if (comma_is_decimal) {
@@ -398,7 +398,7 @@ bool may_be_missing(const std::string& text) { return !has_digit(text) || text.f
 
 /// Keeps the rows that can be read, and collects the texts that mark missing values.
 void keep_good_rows(TableSample& sample, const std::vector<std::size_t>& numbers) {
-  constexpr std::size_t kMostTexts = 8;
+  constexpr std::size_t kMaxTexts = 8;
   std::set<std::size_t> numeric;
   for (std::size_t i = 0; i < sample.names.size(); ++i)
     if (!sample.column_numbers(i).empty()) numeric.insert(i);
@@ -421,7 +421,7 @@ void keep_good_rows(TableSample& sample, const std::vector<std::size_t>& numbers
   std::vector<std::pair<std::size_t, std::string>> by_count;
   for (const auto& [text, count] : texts) by_count.emplace_back(count, text);
   std::ranges::sort(by_count, std::greater<>());
-  for (std::size_t i = 0; i < std::min(by_count.size(), kMostTexts); ++i) sample.missing.push_back(by_count[i].second);
+  for (std::size_t i = 0; i < std::min(by_count.size(), kMaxTexts); ++i) sample.missing.push_back(by_count[i].second);
   std::ranges::sort(sample.missing);
 }
 

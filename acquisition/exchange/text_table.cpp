@@ -214,11 +214,11 @@ class TextTable {
   }
 
   void count_missing(std::size_t i, std::string_view text) {
-    constexpr std::size_t kMostTexts = 8;
+    constexpr std::size_t kMaxTexts = 8;
     MissingTexts& texts = missing_[i];
     if (const auto known = texts.find(std::string(text)); known != texts.end())
       ++known->second;
-    else if (texts.size() < kMostTexts)
+    else if (texts.size() < kMaxTexts)
       texts.emplace(text, 1);
   }
 

@@ -42,7 +42,7 @@ inline constexpr std::string_view kMinusSign = "\xE2\x88\x92", kEnDash = "\xE2\x
 /// number has fewer decimals than the last numbers of all earlier rows.
 ///
 /// Fails with bad_file at the first error, as `file:line:column: what, what was expected`; also if there is no row, or
-/// a line has more than record::kLongestLine bytes or record::kMostFields fields. If the map skips damaged lines,
+/// a line has more than record::kLongestLine bytes or record::kMaxFields fields. If the map skips damaged lines,
 /// counts unreadable lines instead, and fails if they outnumber the rows. Fails as `take` does.
 [[nodiscard]] Result<Findings> read_text_table(Bytes bytes, const ImportMap& map, const TakeRow& take);
 

@@ -97,7 +97,7 @@ std::optional<double> find_wrap(const Course& course, double unit_s) {
 /// Returns the map lines that a series of times requires. `unit_s` is the unit of a counter, or 0 if the times are not
 /// counted.
 std::string course_lines(const std::vector<double>& times_s, double unit_s) {
-  constexpr double kFastestKept_s = 0.5, kMostLeftOut = 0.02;
+  constexpr double kFastestKept_s = 0.5, kMaxLeftOut = 0.02;
   const Course course = measure_course(times_s);
   std::string text;
   if (const auto wrap = unit_s > 0 ? find_wrap(course, unit_s) : std::nullopt) {
@@ -105,7 +105,7 @@ std::string course_lines(const std::vector<double>& times_s, double unit_s) {
   } else if (course.back > 0) {
     const auto left_out = count_left_out(times_s);
     const bool is_few =
-        static_cast<double>(left_out) <= std::max(2.0, kMostLeftOut * static_cast<double>(times_s.size()));
+        static_cast<double>(left_out) <= std::max(2.0, kMaxLeftOut * static_cast<double>(times_s.size()));
     text += is_few ? "out_of_order = \"skip\"        # rows whose time goes back are left out\n"
                    : fmt::format(
                          "out_of_order = \"continue\"        # the time goes back {:.6g} s: rows continue after the "
@@ -128,19 +128,19 @@ bool is_increasing(const std::vector<double>& times) {
   const auto forward = std::ranges::adjacent_find(times, std::less<>()) != times.end();
   std::size_t distinct = 1;
   for (std::size_t i = 1; i < times.size(); ++i) distinct += times[i] != times[i - 1] ? 1 : 0;
-  constexpr std::size_t kMostOfOneTime = 1000;
-  return step > 0 && forward && distinct * kMostOfOneTime >= times.size();
+  constexpr std::size_t kMaxOfOneTime = 1000;
+  return step > 0 && forward && distinct * kMaxOfOneTime >= times.size();
 }
 
 /// The calendar times of a column.
-struct Dated {
+struct DatedColumn {
   std::vector<double> times_s{};
   bool has_zone = true, has_time_of_day = false;
 };
 using ParseDate = std::function<std::optional<CivilTime>(const std::string&)>;
 
-std::optional<Dated> parse_dates(const TableSample& sample, std::size_t column, const ParseDate& parse) {
-  Dated dated;
+std::optional<DatedColumn> parse_dates(const TableSample& sample, std::size_t column, const ParseDate& parse) {
+  DatedColumn dated;
   for (const auto& row : sample.rows) {
     const auto time = parse(row[column]);
     if (!time) return std::nullopt;
@@ -156,7 +156,7 @@ std::optional<Dated> parse_dates(const TableSample& sample, std::size_t column, 
 struct DateReading {
   std::string unit{};   ///< "iso" or "date"
   std::string order{};  ///< for "date" only
-  Dated dated{};
+  DatedColumn dated{};
 };
 
 std::vector<DateReading> find_readings(const TableSample& sample, std::size_t column) {

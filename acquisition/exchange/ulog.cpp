@@ -224,17 +224,17 @@ class UlogReader {
   /// before damaged bytes is not trusted. A message of unknown kind or wrong size is accepted if a valid message
   /// follows soon.
   Result<bool> is_followed(std::size_t size) {
-    constexpr std::size_t kMostBetween = 4, kLargestWhole = kLargestMessage + kMessageHeader;
+    constexpr std::size_t kMaxBetween = 4, kLargestWhole = kLargestMessage + kMessageHeader;
     auto ahead = bytes_.peek(size + kMessageHeader + kLookedAt);
     if (!ahead) return failure(ahead.error());
     std::string_view rest = ahead->substr(size);
     if (!appended_.empty() || rest.size() < kMessageHeader || looks_like_message(rest)) return true;
-    const std::size_t wanted = size + kMostBetween * kLargestWhole;
+    const std::size_t wanted = size + kMaxBetween * kLargestWhole;
     ahead = bytes_.peek(wanted);
     if (!ahead) return failure(ahead.error());
     const bool sees_end = ahead->size() < wanted;
-    rest = ahead->substr(size, kMostBetween * kLargestWhole);
-    for (std::size_t between = 0; between < kMostBetween; ++between) {
+    rest = ahead->substr(size, kMaxBetween * kLargestWhole);
+    for (std::size_t between = 0; between < kMaxBetween; ++between) {
       if (rest.size() < kMessageHeader) return sees_end;
       if (looks_like_message(rest) && between > 0) return true;
       if (rest[2] <= ' ' || rest[2] > '~') return false;

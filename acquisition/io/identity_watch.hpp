@@ -18,7 +18,7 @@
 namespace gyrotherm::io {
 
 /// The name of an instrument and the identity that it had when the run began.
-struct KnownAs {
+struct KnownIdentity {
   std::string title{};  ///< for example "thermometer 2"
   /// The text that Identified::identify() returned. If it is empty, no comparison is made.
   std::string identity{};
@@ -26,7 +26,7 @@ struct KnownAs {
 
 class IdentityWatch {
  public:
-  explicit IdentityWatch(KnownAs known) : known_(std::move(known)) {}
+  explicit IdentityWatch(KnownIdentity known) : known_(std::move(known)) {}
 
   /// Compares the instrument's identity with the known one if there is a reason to doubt it. Fails with mismatch,
   /// naming both instruments, if another instrument answers. Fails as identify() does if none answers. After a failure
@@ -71,7 +71,7 @@ class IdentityWatch {
   [[nodiscard]] Result<void> compare(drivers::Identified& instrument);
   void set_mismatch_text(std::string text);
 
-  KnownAs known_;
+  KnownIdentity known_;
   std::atomic<bool> is_check_requested_{};
   bool in_doubt_ = false;
   int silences_ = 0;  ///< unanswered calls in a row

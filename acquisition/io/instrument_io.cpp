@@ -142,7 +142,7 @@ Sample empty_sample(std::int64_t slot, Instant at, const UnitSizes& units) {
 /// A chamber that is compared with its known identity. Only one thread may call it.
 class WatchedChamber {
  public:
-  WatchedChamber(drivers::Chamber& chamber, KnownAs known) : chamber_(chamber), watch_(std::move(known)) {}
+  WatchedChamber(drivers::Chamber& chamber, KnownIdentity known) : chamber_(chamber), watch_(std::move(known)) {}
 
   Result<ChamberState> read() {
     return watch_.guard(chamber_, [&] { return chamber_.read(); });

@@ -24,7 +24,7 @@ namespace gyrotherm::io {
 struct ThermometerInputs {
   drivers::Thermometer& instrument;
   std::vector<std::string> channels;
-  KnownAs known{};
+  KnownIdentity known{};
 };
 
 /// A gyro instrument, and the assignment of its counts and values to the units under test.
@@ -39,7 +39,7 @@ struct GyroInputs {
     std::vector<std::size_t> values{};
   };
   std::vector<Share> shares;
-  KnownAs known{};
+  KnownIdentity known{};
 };
 
 /// An instrument with analogue inputs, and the assignment of its readings to values of the units under test.
@@ -57,7 +57,7 @@ struct AnalogueChannels {
   };
   /// One channel per reading, in the same order.
   std::vector<Channel> channels;
-  KnownAs known{};
+  KnownIdentity known{};
 };
 
 /// The instruments of a rig. They must outlive the InstrumentIo, which must be their only user during its lifetime.
@@ -71,7 +71,7 @@ struct Instruments {
   /// Returns the true bias of each axis of a virtual unit in the past second. The argument is the index in
   /// Sample::units. Empty for a real rig. Only inline_calls() uses it.
   std::function<std::vector<DegreesPerHour>(std::size_t unit)> true_bias{};
-  KnownAs chamber_known{};
+  KnownIdentity chamber_known{};
 };
 
 struct InstrumentIoOptions {

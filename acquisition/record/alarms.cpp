@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::string_view kAlarm = "alarm ", kTo = " to ", kAcknowledged = " acknowledged by ";
 constexpr std::string_view kConsequence = " [consequence of ", kEnd = "]";
-constexpr std::size_t kMostNumbers = 1000;  ///< per row
+constexpr std::size_t kMaxNumbers = 1000;  ///< per row
 
 bool is_alarm(const Event& event) {
   return (event.kind == EventKind::interlock || event.kind == EventKind::fault) && !event.about.interlock.empty();
@@ -133,7 +133,7 @@ void Alarms::raise(const RecordedEvent& recorded) {
   alarm.active = true;
   alarm.suppressed_by = is_suppressed_by(find(root), alarm) ? root : std::string();
   alarm.acknowledged = false;
-  if (row->unacknowledged.size() >= kMostNumbers) row->unacknowledged.erase(row->unacknowledged.begin() + 1);
+  if (row->unacknowledged.size() >= kMaxNumbers) row->unacknowledged.erase(row->unacknowledged.begin() + 1);
   row->unacknowledged.push_back(event.number);
   alarm.number = row->unacknowledged.front();
   alarm.last_number = event.number;

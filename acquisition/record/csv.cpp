@@ -53,13 +53,13 @@ Result<std::size_t> separator_after(std::string_view line, std::size_t quoted_en
 
 tl::unexpected<Fault> too_many_fields_failure(std::size_t from) {
   return failure(FaultKind::bad_file, std::to_string(from + 1),
-                 fmt::format("more than {} fields, expected fewer", kMostFields));
+                 fmt::format("more than {} fields, expected fewer", kMaxFields));
 }
 
 Result<void> split_at_blanks(std::string_view line, std::vector<Field>& fields) {
   std::size_t from = line.find_first_not_of(kBlanks);
   while (from != std::string_view::npos) {
-    if (fields.size() == kMostFields) return too_many_fields_failure(from);
+    if (fields.size() == kMaxFields) return too_many_fields_failure(from);
     std::size_t to = from;
     if (line[from] == '"') {
       const auto end = take_quoted(line, from, fields);
@@ -105,7 +105,7 @@ Result<void> split_line(std::string_view line, char separator, std::vector<Field
   fields.clear();
   if (separator == ' ') return split_at_blanks(line, fields);
   for (std::size_t from = 0;;) {
-    if (fields.size() == kMostFields) return too_many_fields_failure(from);
+    if (fields.size() == kMaxFields) return too_many_fields_failure(from);
     std::size_t to = from, first = from;
     while (first < line.size() && is_blank(line[first]) && line[first] != separator) ++first;
     if (first < line.size() && line[first] == '"') {
@@ -298,10 +298,10 @@ double channel_value(const Record& record, const ChannelColumn& column, std::siz
 }
 
 /// Selects the column with the mounting of the unit.
-struct Turned {};
+struct TurnedColumn {};
 
 /// Calls `use` with each column of the text table, in order. A column is one that every record has, one of a channel,
-/// or Turned if `is_handled`.
+/// or TurnedColumn if `is_handled`.
 void each_column(std::span<const ChannelColumn> channels, bool is_handled, const auto& use) {
   const auto each_fixed = [&](std::span<const Column<SampleRow>> columns) {
     for (const auto& column : columns)
@@ -312,7 +312,7 @@ void each_column(std::span<const ChannelColumn> channels, bool is_handled, const
   each_fixed(columns_before_channels());
   std::for_each(channels.begin(), truth, use);
   each_fixed(columns_after_channels());
-  if (is_handled) use(Turned{});
+  if (is_handled) use(TurnedColumn{});
   std::for_each(truth, channels.end(), use);
 }
 
@@ -321,7 +321,7 @@ struct TitleWriter {
   const RunInfo& info;
   void operator()(const Column<SampleRow>& column) const { add_cell(out, std::string_view(column.exported.title)); }
   void operator()(const ChannelColumn& column) const { add_cell(out, column_title(column, info)); }
-  void operator()(Turned) const { add_cell(out, kTurnedTitle); }
+  void operator()(TurnedColumn) const { add_cell(out, kTurnedTitle); }
 };
 
 struct CellWriter {
@@ -330,7 +330,7 @@ struct CellWriter {
   std::size_t row;
   void operator()(const Column<SampleRow>& column) const { add_cell(out, column.exported.cell(record, row)); }
   void operator()(const ChannelColumn& column) const { add_cell(out, channel_value(record, column, row)); }
-  void operator()(Turned) const { add_cell(out, turned_at(record, row)); }
+  void operator()(TurnedColumn) const { add_cell(out, turned_at(record, row)); }
 };
 
 }  // namespace

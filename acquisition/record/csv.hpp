@@ -18,7 +18,7 @@ namespace gyrotherm::record {
 
 /// The largest line of any table in bytes, and its largest number of fields.
 inline constexpr std::size_t kLongestLine = 65536;
-inline constexpr std::size_t kMostFields = 4096;
+inline constexpr std::size_t kMaxFields = 4096;
 
 struct Field {
   std::string_view text;  ///< quotes and outer blanks removed
@@ -33,7 +33,7 @@ struct Field {
 /// Splits a line at `separator`. Fields may be in double quotes, in which `""` is a quote (RFC 4180), with blanks
 /// around them. If the separator is a blank, several blanks are one separator, and blanks at either end are ignored.
 /// Fails with bad_file (`where` is only the column) if a quote is not closed, if text follows a closing quote, or if
-/// there are more than kMostFields.
+/// there are more than kMaxFields.
 [[nodiscard]] Result<void> split_line(std::string_view line, char separator, std::vector<Field>& fields);
 
 /// Returns the text without blanks at either end.

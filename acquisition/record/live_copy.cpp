@@ -32,7 +32,7 @@ using std::chrono::steady_clock;
 constexpr auto kLongestShutdown = std::chrono::seconds(2);
 constexpr auto kRetry = std::chrono::seconds(1);
 /// The copy is removed if less than the reserved space divided by this number is left.
-constexpr std::uintmax_t kScarce = 8;
+constexpr std::uintmax_t kScarceSpaceDivisor = 8;
 constexpr std::int64_t kPage = 4096;
 
 int next_number(int number) { return number % kHighestCopyNumber + 1; }
@@ -158,7 +158,7 @@ void LiveCopy::Worker::remove_left_behind() {
 Result<void> LiveCopy::Worker::check_space(std::uintmax_t bytes) {
   const auto free = free_space(link);
   if (!free || *free >= bytes + options.left_free) return {};
-  is_lost = *free < options.left_free / kScarce;
+  is_lost = *free < options.left_free / kScarceSpaceDivisor;
   constexpr unsigned kMebi = 20;
   return failure(FaultKind::storage, link,
                  fmt::format("its disk has {} MiB free, and the last {} MiB are reserved for the record",

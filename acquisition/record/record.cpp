@@ -68,7 +68,7 @@ void add(Record& record, const SampleRow& row, const Selection& selection) {
   record.last_utc = row.utc;
 }
 
-Result<void> read_samples(Database& database, Record& record, const Wanted& wanted) {
+Result<void> read_samples(Database& database, Record& record, const ReadSelection& wanted) {
   const auto rows = database.ask_integer(fmt::format("SELECT count(*) FROM sample WHERE slot > {}", wanted.after), 0);
   if (!rows) return failure(rows.error());
   const auto selection = select(record.info, wanted);
@@ -172,7 +172,7 @@ double turned_at(const Record& record, std::size_t row) {
   return is_being_handled ? kMissing : segment->unit.turned ? 1 : 0;
 }
 
-Result<Record> record_of(Database& database, const Wanted& wanted) {
+Result<Record> record_of(Database& database, const ReadSelection& wanted) {
   Record record;
   const auto read = into(record.info, read_run_info(database))
                         .and_then([&] { return into(record.finished, is_finished(database)); })

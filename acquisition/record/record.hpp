@@ -88,6 +88,6 @@ struct Record {
 /// writing the record, adds its process to the fault.
 [[nodiscard]] Fault explain_read_fault(Fault fault, const std::string& path);
 /// Reads one open file, restricted to the `wanted` samples. Fails with storage.
-[[nodiscard]] Result<Record> record_of(Database& database, const Wanted& wanted = {});
+[[nodiscard]] Result<Record> record_of(Database& database, const ReadSelection& wanted = {});
 
 }  // namespace gyrotherm::record

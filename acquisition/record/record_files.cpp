@@ -28,8 +28,8 @@ constexpr int kPatienceBesideMs = 2000;
 
 /// Parses ".2" as a part number: 1 to 6 digits without a leading zero. A longer number may be a date.
 std::optional<int> part_number_in(std::string_view ending) {
-  constexpr std::size_t kMostDigits = 6;
-  if (!ending.starts_with('.') || ending.size() > 1 + kMostDigits || ending.substr(1, 1) == "0") return {};
+  constexpr std::size_t kMaxDigits = 6;
+  if (!ending.starts_with('.') || ending.size() > 1 + kMaxDigits || ending.substr(1, 1) == "0") return {};
   ending.remove_prefix(1);
   int number{};
   const auto read = std::from_chars(ending.data(), ending.data() + ending.size(), number);

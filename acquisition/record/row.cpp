@@ -258,7 +258,7 @@ std::vector<ChannelColumn> channel_columns(const RunInfo& info) {
   return columns;
 }
 
-Selection select(const RunInfo& info, const Wanted& wanted) {
+Selection select(const RunInfo& info, const ReadSelection& wanted) {
   const UnitInfo* only = wanted.unit.empty() ? nullptr : find_unit(info, wanted.unit);
   Selection selection{.thermometers = {}, .units = {}, .after = wanted.after};
   for (const Channel& thermometer : info.thermometers)

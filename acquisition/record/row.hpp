@@ -90,7 +90,7 @@ struct Entry {
 struct Record;
 
 /// Selects the seconds and the measurements to read.
-struct Wanted {
+struct ReadSelection {
   /// The unit whose measurements are read, in addition to those of the rig. Empty selects all units.
   std::string unit{};
   /// Only the seconds after this one are read.
@@ -148,7 +148,7 @@ struct Selection {
     return column.measures == Measures::temperature ? thermometers[column.index] : units[column.unit];
   }
 };
-[[nodiscard]] Selection select(const RunInfo& info, const Wanted& wanted);
+[[nodiscard]] Selection select(const RunInfo& info, const ReadSelection& wanted);
 
 /// The columns of `sample` in one record, for all channels or only the selected ones. The column `chain` is not
 /// included.

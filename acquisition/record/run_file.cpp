@@ -73,7 +73,7 @@ constexpr const char* kUnsynced = "PRAGMA journal_mode = MEMORY; PRAGMA synchron
 
 /// The most samples in one insert statement. Each execution has a fixed cost.
 constexpr std::size_t kRowsPerInsert = 32;
-constexpr std::size_t kMostParameters = 32'766;  ///< SQLite's default limit
+constexpr std::size_t kMaxParameters = 32'766;  ///< SQLite's default limit
 
 std::string insert_sql(std::string_view table, const std::string& columns, std::size_t rows = 1) {
   std::string placeholders = "?";
@@ -368,7 +368,7 @@ Result<void> RunFile::prepare_for(const ChainedSamples& samples) {
     statements_->sample = std::move(*one);
     statements_->samples.reset();
     const auto parameters = static_cast<std::size_t>(std::ranges::count(named, true)) + 1;
-    rows_per_insert_ = std::clamp<std::size_t>(kMostParameters / parameters, 1, kRowsPerInsert);
+    rows_per_insert_ = std::clamp<std::size_t>(kMaxParameters / parameters, 1, kRowsPerInsert);
     named_ = std::move(named);
   }
   if (rows_per_insert_ == 1 || samples.links.size() < rows_per_insert_ || statements_->samples) return {};

@@ -297,17 +297,17 @@ constexpr sqlite3_int64 kFirstLockedByte = 0x40000000;
 constexpr sqlite3_int64 kLockedBytes = 512;
 
 /// The state of an open file. SQLite allocates its memory.
-struct ReadFile {
+struct OpenFile {
   sqlite3_file base;
   int descriptor;
   /// A database without a log. It cannot change while the lock excludes writers.
   bool has_no_log;
 };
 
-ReadFile& as_read_file(sqlite3_file* file) { return *reinterpret_cast<ReadFile*>(file); }
+OpenFile& as_open_file(sqlite3_file* file) { return *reinterpret_cast<OpenFile*>(file); }
 
 int close_file(sqlite3_file* file) {
-  ::close(as_read_file(file).descriptor);
+  ::close(as_open_file(file).descriptor);
   return SQLITE_OK;
 }
 
@@ -316,7 +316,7 @@ int read_bytes(sqlite3_file* file, void* into, int size, sqlite3_int64 offset) {
   int taken = 0;
   while (taken < size) {
     const auto count =
-        ::pread(as_read_file(file).descriptor, bytes + taken, static_cast<std::size_t>(size - taken), offset + taken);
+        ::pread(as_open_file(file).descriptor, bytes + taken, static_cast<std::size_t>(size - taken), offset + taken);
     if (count < 0 && errno != EINTR) return SQLITE_IOERR_READ;
     if (count == 0) break;
     if (count > 0) taken += static_cast<int>(count);
@@ -336,7 +336,7 @@ int sync_nothing(sqlite3_file* /*file*/, int /*flags*/) { return SQLITE_OK; }
 
 int file_size(sqlite3_file* file, sqlite3_int64* size) {
   struct stat facts {};
-  if (::fstat(as_read_file(file).descriptor, &facts) != 0) return SQLITE_IOERR_FSTAT;
+  if (::fstat(as_open_file(file).descriptor, &facts) != 0) return SQLITE_IOERR_FSTAT;
   *size = facts.st_size;
   return SQLITE_OK;
 }
@@ -352,7 +352,7 @@ int file_control(sqlite3_file* /*file*/, int /*what*/, void* /*argument*/) { ret
 
 int sector_size(sqlite3_file* /*file*/) { return 4096; }
 
-int device_characteristics(sqlite3_file* file) { return as_read_file(file).has_no_log ? SQLITE_IOCAP_IMMUTABLE : 0; }
+int device_characteristics(sqlite3_file* file) { return as_open_file(file).has_no_log ? SQLITE_IOCAP_IMMUTABLE : 0; }
 
 const sqlite3_io_methods kReading{1,
                                   close_file,
@@ -409,8 +409,8 @@ int open_to_read(sqlite3_vfs* /*vfs*/, const char* name, sqlite3_file* file, int
   auto opened = open_regular_file(name);
   if (!opened) return SQLITE_CANTOPEN;
   if (is_database && !lock_out_writers(opened->descriptor.number())) return SQLITE_BUSY;
-  as_read_file(file).has_no_log = is_database && !has_content(std::string(name).append(kLog));
-  as_read_file(file).descriptor = std::move(opened->descriptor).release();
+  as_open_file(file).has_no_log = is_database && !has_content(std::string(name).append(kLog));
+  as_open_file(file).descriptor = std::move(opened->descriptor).release();
   file->pMethods = &kReading;
   if (out_flags != nullptr) *out_flags = SQLITE_OPEN_READONLY;
   return SQLITE_OK;
@@ -447,7 +447,7 @@ const char* reader_vfs() {
   static sqlite3_vfs vfs = [] {
     sqlite3_vfs reader{};
     reader.iVersion = 1;
-    reader.szOsFile = sizeof(ReadFile);
+    reader.szOsFile = sizeof(OpenFile);
     reader.mxPathname = default_vfs().mxPathname;
     reader.zName = "gyrotherm-reader";
     reader.xOpen = open_to_read;
@@ -481,13 +481,13 @@ namespace {
 
 using FileId = std::pair<dev_t, ino_t>;
 
-struct Written {
+struct WrittenFiles {
   std::mutex mutex;
   std::multiset<FileId> files;
 };
 
-Written& written_files() {
-  static Written all;
+WrittenFiles& written_files() {
+  static WrittenFiles all;
   return all;
 }
 

@@ -32,7 +32,7 @@ namespace gyrotherm::record {
 namespace {
 
 /// The event numbers and alarms of an existing record.
-struct Counted {
+struct RestoredState {
   /// The number of the last event.
   std::int64_t last_event{};
   /// Number of event numbers to skip before each entry's events. The record writer uses them for events of its own.
@@ -83,7 +83,7 @@ class OrderedStore : public Store {
   const RunInfo& info() const final { return info_; }
 
  protected:
-  OrderedStore(RunInfo info, RunStatus status, Counted counted)
+  OrderedStore(RunInfo info, RunStatus status, RestoredState counted)
       : info_(std::move(info)),
         meters_(info_.units),
         status_(std::move(status)),
@@ -158,7 +158,7 @@ class OrderedStore : public Store {
 /// A store that writes during its calls, without threads.
 class InlineStore final : public OrderedStore {
  public:
-  InlineStore(RunFile file, const RunStatus& status, Counted counted, std::unique_ptr<LiveCopy> copy,
+  InlineStore(RunFile file, const RunStatus& status, RestoredState counted, std::unique_ptr<LiveCopy> copy,
               Duration status_interval, int part)
       : OrderedStore(file.info(), status, std::move(counted)),
         acknowledged_(status.acknowledged),
@@ -255,9 +255,10 @@ class InlineStore final : public OrderedStore {
   std::vector<EntryPointer> batch_;  ///< for the copy, after the sync
 };
 
-/// The maximum number of rows in one transaction, normally (kMostAtOnce) and while the disk accepts no rows (kProbe).
-constexpr std::size_t kMostAtOnce = 1000;
-constexpr std::size_t kProbe = 1;
+/// The maximum number of rows in one transaction, normally (kMaxRowsAtOnce) and while the disk accepts no rows
+/// (kProbeRows).
+constexpr std::size_t kMaxRowsAtOnce = 1000;
+constexpr std::size_t kProbeRows = 1;
 constexpr auto kLongestFinish = std::chrono::seconds(30);
 constexpr auto kLongestStop = std::chrono::seconds(10);
 /// The longest wait for the status file.
@@ -348,7 +349,7 @@ RunStatus status_on_disk(const SharedState& shared) {
 void write_once(SharedState& shared, std::unique_lock<std::mutex>& lock) {
   shared.wanted = false;
   shared.busy_since = steady_clock::now();
-  const auto most = shared.trouble.empty() ? kMostAtOnce : kProbe;
+  const auto most = shared.trouble.empty() ? kMaxRowsAtOnce : kProbeRows;
   const auto batch = shared.backlog.take(most);
   const auto frames = shared.frames;
   lock.unlock();
@@ -567,7 +568,7 @@ AttendedStore make_attended_store(RecordWriter writer, RunInfo info, RunStatus s
 
 namespace {
 
-Result<std::unique_ptr<Store>> open_store(RunFile file, RunStatus status, Counted counted,
+Result<std::unique_ptr<Store>> open_store(RunFile file, RunStatus status, RestoredState counted,
                                           std::unique_ptr<LiveCopy> copy, const StoreOptions& options, int part) {
   status.pid = ::getpid();
   status.being_written = true;

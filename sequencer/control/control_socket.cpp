@@ -23,9 +23,9 @@ namespace gyrotherm::control {
 namespace {
 
 constexpr std::size_t kMostClients = 8;
-constexpr int kMostNewClients = 64;  ///< accepted in one call
+constexpr int kMaxNewClients = 64;  ///< accepted in one call
 constexpr mode_t kOwnerAndGroup = 0660, kOwner = 0600;
-constexpr Duration kNamingTime = std::chrono::seconds(1), kRetryEvery = std::chrono::milliseconds(50);
+constexpr Duration kNamingTimeout = std::chrono::seconds(1), kRetryEvery = std::chrono::milliseconds(50);
 constexpr const char* kStatusEnding = ".status";  ///< "RUN.db.status" names the writer of RUN.db
 
 /// Address of a socket in a folder. The address refers to the open folder, so the folder's path may have any length.
@@ -131,7 +131,7 @@ Descriptor ControlSocket::accept() {
 
 void ControlSocket::listen(const Listener& listener) {
   std::erase_if(clients_, [&](const Descriptor& client) { return !serve_client(client.number(), listener); });
-  for (int i = 0; i < kMostNewClients; ++i) {
+  for (int i = 0; i < kMaxNewClients; ++i) {
     if (!spare_.is_open()) spare_ = spare_descriptor();
     auto client = accept();
     if (!client.is_open()) break;
@@ -220,7 +220,7 @@ Result<void> check_listener(const Descriptor& socket, const std::string& record)
 /// Waits until the status file names the listener: a run that starts or resumes listens shortly before that.
 Result<void> await_listener(const Descriptor& socket, const std::string& record) {
   auto known = check_listener(socket, record);
-  for (const Deadline limit(kNamingTime); !known && !limit.over(); known = check_listener(socket, record))
+  for (const Deadline limit(kNamingTimeout); !known && !limit.over(); known = check_listener(socket, record))
     (void)ready(socket.number(), POLLIN, Deadline(kRetryEvery));
   return known;
 }

@@ -12,17 +12,17 @@ namespace {
 
 constexpr double kNoiseWeight = 1.0 / 300;  ///< weight of one reading
 constexpr double kTwoStepThreshold = 1.5;   ///< two steps, with a margin for rounding
-constexpr double kMostNoiseShare = 0.9;     ///< largest share that is used
+constexpr double kMaxNoiseShare = 0.9;      ///< largest share that is used
 
 /// Limit of −ln p, where p is the probability that noise makes the readings identical. The limit corresponds to p ≈
 /// 1e-13.
-constexpr double kImprobable = 30;
+constexpr double kImprobabilityLimit = 30;
 /// Readings are declared frozen after this multiple of the longest earlier spell of identical readings.
-constexpr int kTimesTheLongest = 5;
-/// An instrument whose noise is unknown is declared frozen if its readings stay identical for kWhileAirMoved while the
+constexpr int kLongestSpellFactor = 5;
+/// An instrument whose noise is unknown is declared frozen if its readings stay identical for kAirMovedTime while the
 /// air changes by kAirMoved.
 constexpr Kelvins kAirMoved{10};
-constexpr Duration kWhileAirMoved = std::chrono::minutes(10);
+constexpr Duration kAirMovedTime = std::chrono::minutes(10);
 /// The air follows a set point within this time; later changes are noise.
 constexpr Duration kSettlingTime = std::chrono::minutes(1);
 constexpr Kelvins kSameSetPoint{0.02};
@@ -57,8 +57,9 @@ void update_spell(const InterlockLimits& limits, int identical, double improbabi
   memory.duration += elapsed;
   if (air && !memory.air_before) memory.air_before = air;
   if (air) memory.air_moved = std::max(memory.air_moved, abs(*air - *memory.air_before));
-  const bool beyond_noise = improbability > kImprobable && memory.duration > kTimesTheLongest * memory.longest_before;
-  const bool beyond_air = memory.air_moved >= kAirMoved && memory.duration >= kWhileAirMoved;
+  const bool beyond_noise =
+      improbability > kImprobabilityLimit && memory.duration > kLongestSpellFactor * memory.longest_before;
+  const bool beyond_air = memory.air_moved >= kAirMoved && memory.duration >= kAirMovedTime;
   memory.frozen = memory.duration >= limits.frozen_after && (beyond_noise || beyond_air);
 }
 
@@ -107,7 +108,7 @@ void update_axis(const InterlockLimits& limits, const AxisLimits& axis, const Li
   const auto longer = [&](Duration so_far, bool so) { return so ? so_far + second.elapsed : Duration{}; };
   memory.identical = longer(memory.identical, memory.noise.identical() > 0);
   memory.without_counts = longer(memory.without_counts, pulses == 0);
-  memory.frozen = memory.identical >= limits.gyro_dead_after && memory.noise.improbability() > kImprobable;
+  memory.frozen = memory.identical >= limits.gyro_dead_after && memory.noise.improbability() > kImprobabilityLimit;
   memory.no_counts = memory.without_counts >= limits.gyro_dead_after &&
                      expected_counts(axis, memory.without_counts) >= kExpectedCounts;
   if (second.units_are_moved || !axis.earth_rate) {
@@ -211,7 +212,7 @@ void Noise::add(double value, bool at_rest) {
   identical_ = 0;
 }
 
-double Noise::improbability() const { return -identical_ * std::log1p(-std::min(share_, kMostNoiseShare)); }
+double Noise::improbability() const { return -identical_ * std::log1p(-std::min(share_, kMaxNoiseShare)); }
 
 void remember(const InterlockLimits& limits, const Sample& sample, const LivenessSecond& second,
               LivenessMemory& memory) {

@@ -8,8 +8,8 @@ namespace gyrotherm::interlocks {
 namespace {
 
 /// A thermometer drifts if its rate differs from the median of all rates by more than kLargestRateDifference although
-/// the set point has been constant for kLongAtRest.
-constexpr Duration kLongAtRest = std::chrono::minutes(20);
+/// the set point has been constant for kMinRestTime.
+constexpr Duration kMinRestTime = std::chrono::minutes(20);
 constexpr CelsiusPerMinute kLargestRateDifference{1};
 constexpr std::size_t kFewestRates = 3;  ///< needed for a comparison
 
@@ -99,7 +99,7 @@ std::vector<CheckResult> find_drifting_thermometers(const CheckInputs& in) {
   const auto& seen = in.memory.liveness;
   std::vector<CheckResult> all;
   const auto rates = known_rates(in);
-  const bool is_comparable = seen.at_rest >= kLongAtRest && rates.size() >= kFewestRates;
+  const bool is_comparable = seen.at_rest >= kMinRestTime && rates.size() >= kFewestRates;
   const double usual = is_comparable ? median_rate(rates) : 0;
   for (std::size_t i = 0; i < seen.past.size(); ++i) {
     if (abs(seen.past[i].jumped) > in.limits.drift) {

@@ -300,7 +300,7 @@ std::vector<WrittenSegment> read_segments(const TomlTable& root, const SoakRule&
 
 namespace {
 
-constexpr int kMostRedraws = 1000;
+constexpr int kMaxRedraws = 1000;
 
 /// Returns the top 53 bits as a fraction in [0, 1). std::uniform_real_distribution would differ between standard
 /// libraries.
@@ -338,7 +338,7 @@ class RandomProgram {
 
   std::optional<Celsius> draw_target(Celsius from) {
     const auto& row = program_.targets[row_++ % program_.targets.size()];
-    for (int i = 0; i < kMostRedraws; ++i) {
+    for (int i = 0; i < kMaxRedraws; ++i) {
       const Celsius to{draw(row.low.value, row.high.value, 10)};
       if (abs(to - from) >= program_.least_step) return to;
     }
@@ -475,9 +475,9 @@ class Expansion {
   void add(const WrittenSegment& written, Segment segment, const Pass& pass) {
     if (at_limit_) return;
     total_ += shortest(segment);
-    at_limit_ = profile_.segments.size() == kMostSegments || total_ > kLongestProfile;
+    at_limit_ = profile_.segments.size() == kMaxSegments || total_ > kLongestProfile;
     if (at_limit_) {
-      written.table.mistake("", fmt::format("the profile exceeds {} segments or {:.0f} s here", kMostSegments,
+      written.table.mistake("", fmt::format("the profile exceeds {} segments or {:.0f} s here", kMaxSegments,
                                             to_seconds(kLongestProfile)));
       return;
     }

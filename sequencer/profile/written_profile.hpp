@@ -90,7 +90,7 @@ struct WrittenSegment {
 /// Reads every `[[segment]]` of a file's root. Records errors in the tables and leaves out segments of an unknown kind.
 [[nodiscard]] std::vector<WrittenSegment> read_segments(const TomlTable& root, const SoakRule& defaults);
 
-inline constexpr int kMostSegments = 20'000;
+inline constexpr int kMaxSegments = 20'000;
 inline constexpr Duration kLongestProfile = std::chrono::seconds(100'000'000);
 
 /// Appends the segments of `written`, and their cycles, to the profile. Draws the random programs; the same seed draws

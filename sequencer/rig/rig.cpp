@@ -334,7 +334,7 @@ class AssembledRig : public Rig {
     return names;
   }
 
-  [[nodiscard]] io::KnownAs known(const std::string& title) const {
+  [[nodiscard]] io::KnownIdentity known(const std::string& title) const {
     const auto found = identities_.find(title);
     return {title, found == identities_.end() ? "" : found->second};
   }

@@ -61,7 +61,7 @@ drivers::MccSensor read_sensor(const TomlTable& table) {
 using Kind = drivers::ThermometerKind;
 
 constexpr Vocabulary<std::uint8_t, 4> kDconTypes{{{"J", 0x0E}, {"K", 0x0F}, {"T", 0x10}, {"E", 0x11}}};
-constexpr std::size_t kMostCoefficients = 10;
+constexpr std::size_t kMaxCoefficients = 10;
 
 std::size_t count_inputs(const ThermometerSettings& settings) {
   return row_of(settings.kind).inputs * (settings.kind == Kind::dcon ? settings.addresses.size() : 1);
@@ -190,8 +190,8 @@ void read_calibration(const TomlTable& table, std::vector<record::Channel>& chan
     table.mistake("channel", fmt::format("channel \"{}\" has a calibration already", name));
   if (table.has("offset")) found->offset = {table.number("offset")};
   found->polynomial = table.numbers("polynomial");
-  if (table.has("polynomial") && (found->polynomial.size() < 2 || found->polynomial.size() > kMostCoefficients))
-    table.mistake("polynomial", fmt::format("expected 2 to {} coefficients, the constant first", kMostCoefficients));
+  if (table.has("polynomial") && (found->polynomial.size() < 2 || found->polynomial.size() > kMaxCoefficients))
+    table.mistake("polynomial", fmt::format("expected 2 to {} coefficients, the constant first", kMaxCoefficients));
   read_certificate(table, {&*found, 1});
   apply_uncertainty(table, {&*found, 1});
 }

@@ -16,9 +16,9 @@ using interlocks::InterlockAlarm;
 using interlocks::InterlockId;
 
 constexpr Duration kOneSecond = std::chrono::seconds(1);
-constexpr Duration kLateFor = std::chrono::minutes(1);      ///< since the last late tick
-constexpr Duration kLateAlone = std::chrono::seconds(10);   ///< missed time that raises host_late
-constexpr Duration kAfterOthers = std::chrono::seconds(5);  ///< a root returns last
+constexpr Duration kLateClearTime = std::chrono::minutes(1);      ///< since the last late tick
+constexpr Duration kLateAlarmTime = std::chrono::seconds(10);   ///< missed time that raises host_late
+constexpr Duration kRootClearDelay = std::chrono::seconds(5);  ///< a root returns last
 
 constexpr std::array kSilences{InterlockId::chamber_silent,      InterlockId::thermometers_lost,
                                InterlockId::needed_channel_lost, InterlockId::gyro_silent,
@@ -85,7 +85,7 @@ void step_host(RootResult& result, const RootInputs& inputs) {
   } else if (memory.since_late) {
     *memory.since_late += kOneSecond;
   }
-  if (!memory.since_late || *memory.since_late <= kLateFor) return;
+  if (!memory.since_late || *memory.since_late <= kLateClearTime) return;
   memory.since_late.reset();
   memory.late = {};
   if (std::exchange(memory.host_raised, false)) result.cleared.push_back({kHostLate, "", "the program is on time"});
@@ -102,7 +102,7 @@ void step_lines(RootResult& result, const std::vector<RigLine>& lines, const std
   for (std::size_t i = 0; i < lines.size(); ++i) {
     auto& line = result.memory.lines[i];
     line.answers = silent[i] ? Duration{} : line.answers + kOneSecond;
-    if (!line.raised || line.answers < clear_after + kAfterOthers) continue;
+    if (!line.raised || line.answers < clear_after + kRootClearDelay) continue;
     line.raised = false;
     result.cleared.push_back({kLineLost, lines[i].subject, lines[i].subject + " answers"});
   }
@@ -155,7 +155,7 @@ RootResult find_roots(const std::vector<RigLine>& lines, RootMemory memory, cons
           {kLineLost, lines[i].subject, fmt::format("no instrument on {} answers", lines[i].subject)});
     }
   }
-  if (result.memory.late >= kLateAlone) raise_host(result);
+  if (result.memory.late >= kLateAlarmTime) raise_host(result);
   return result;
 }
 

@@ -32,9 +32,9 @@ bool returns_without_operator(const interlocks::InterlockMemory& memory) {
 }
 
 /// Interval of attempts, in seconds, while the chamber refuses set points.
-constexpr std::int64_t kTakeOverEvery = 10;
+constexpr std::int64_t kTakeOverInterval = 10;
 /// Air within this distance of a limit has reached the limit.
-constexpr Kelvins kAtLimit{0.5};
+constexpr Kelvins kLimitTolerance{0.5};
 
 }  // namespace
 
@@ -103,7 +103,7 @@ Result<void> HostLead::send_last_set_point(io::InstrumentIo&, const LeadSecond& 
 /// Returns true while air outside the limits is on its way to the nearest limit, which is the set point.
 bool HostLead::is_waiting_for_air(Celsius air) const {
   const auto nearest = within(air, limits_);
-  return approaching_ && path_.is_at(nearest) && abs(air - nearest) > kAtLimit;
+  return approaching_ && path_.is_at(nearest) && abs(air - nearest) > kLimitTolerance;
 }
 
 bool is_changed_externally(const interlocks::InterlockMemory& memory) {
@@ -117,7 +117,7 @@ std::optional<std::string> HostLead::send_set_point(io::InstrumentIo& io, const 
   if (std::exchange(taking_over_, false) || returns_without_operator(memory)) return take_over_chamber(io, second);
   if (was_restarted(memory)) return std::nullopt;  // an operator decides
   if (memory.is_active(interlocks::InterlockId::not_taken))
-    return second.sample.slot % kTakeOverEvery == 0 ? take_over_chamber(io, second) : std::nullopt;
+    return second.sample.slot % kTakeOverInterval == 0 ? take_over_chamber(io, second) : std::nullopt;
   if (is_changed_externally(memory)) {
     approaching_ = approaching_ || memory.is_active(interlocks::InterlockId::foreign_set_point) ||
                    memory.is_active(interlocks::InterlockId::not_following);
@@ -135,7 +135,7 @@ namespace {
 
 /// Time without the program after which it has ended for good. Longer than the age of any status, and than the advance
 /// of the controller's clock.
-constexpr Duration kGoneForGood = std::chrono::seconds(60);
+constexpr Duration kProgramGoneTime = std::chrono::seconds(60);
 /// Attempts to stop the program. One lost exchange must not leave it running.
 constexpr int kStopTries = 3;
 
@@ -219,7 +219,7 @@ bool ControllerLead::may_have_finished(const LeadSecond& second) const {
 
 std::string ControllerLead::incomplete_reason(const LeadSecond& second) const {
   const auto& chamber = second.sample.chamber.value;
-  if (silent_ >= kGoneForGood) return "at the end of its program the chamber has been silent for " + spoken(silent_);
+  if (silent_ >= kProgramGoneTime) return "at the end of its program the chamber has been silent for " + spoken(silent_);
   if (!chamber) return {};
   const auto activity = chamber->activity;
   if (!may_progress(activity) && !has_finished(activity) && activity != ChamberActivity::off)
@@ -244,7 +244,7 @@ std::string ControllerLead::judge(const LeadSecond& second) {
   if (!chamber) return {};
   const bool progresses = may_progress(chamber->activity) || may_have_finished(second);
   gone_ = progresses ? Duration{} : gone_ + kSecond + second.missed;
-  if (gone_ < kGoneForGood) return {};
+  if (gone_ < kProgramGoneTime) return {};
   return fmt::format("the controller has not run its program for {}: {}", spoken(gone_), name(chamber->activity));
 }
 

@@ -79,7 +79,7 @@ std::uint64_t run_number(const std::string& profile_text) {
 namespace {
 
 /// Longest replay of a virtual rig, in seconds: four months.
-constexpr std::int64_t kMostReplayed = 10'000'000;
+constexpr std::int64_t kMaxReplayed = 10'000'000;
 
 UnitState unit_at(const record::Record& record, std::size_t row) {
   const auto* segment = segment_at(record, row);
@@ -290,10 +290,10 @@ Result<void> check_replay(const record::RunInfo& info, bool simulated, std::int6
     return failure(
         FaultKind::bad_file, path,
         fmt::format("the gyro is {} days older, expected at most {}", info.days_later, simulator::kMostDaysLater));
-  if (simulated && last_slot > kMostReplayed)
+  if (simulated && last_slot > kMaxReplayed)
     return failure(FaultKind::bad_file, path,
                    fmt::format("ends at second {}; at most {} seconds of a virtual rig can be replayed", last_slot,
-                               kMostReplayed));
+                               kMaxReplayed));
   return {};
 }
 

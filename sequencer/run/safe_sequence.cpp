@@ -8,9 +8,9 @@ namespace {
 
 using watchdog::SafeAction;
 
-constexpr Duration kEachSecondFor = std::chrono::seconds(10);
-constexpr Duration kThenEvery = std::chrono::seconds(10);
-constexpr Duration kReportEvery = std::chrono::seconds(60);
+constexpr Duration kInitialAttemptTime = std::chrono::seconds(10);
+constexpr Duration kLaterAttemptInterval = std::chrono::seconds(10);
+constexpr Duration kReportInterval = std::chrono::seconds(60);
 
 bool is_due(const std::optional<Duration>& last, Duration at, Duration every) { return !last || at - *last >= every; }
 
@@ -43,11 +43,11 @@ Result<void> SafeSequence::carry_out(io::InstrumentIo& io, bool at_once) {
 
 std::optional<std::string> SafeSequence::attempt(io::InstrumentIo& io, Duration at) {
   if (!began_) began_ = at;
-  const bool at_once = at - *began_ < kEachSecondFor || is_due(forced_, at, kThenEvery);
+  const bool at_once = at - *began_ < kInitialAttemptTime || is_due(forced_, at, kLaterAttemptInterval);
   if (at_once) forced_ = at;
   const auto done = carry_out(io, at_once);
   trouble_ = done ? "" : text(done.error());
-  if ((done && !evidence_.is_ineffective()) || !is_due(reported_, at, kReportEvery)) return std::nullopt;
+  if ((done && !evidence_.is_ineffective()) || !is_due(reported_, at, kReportInterval)) return std::nullopt;
   reported_ = at;
   return describe() + "; further attempts follow";
 }

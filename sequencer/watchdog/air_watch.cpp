@@ -13,15 +13,15 @@ namespace gyrotherm::watchdog {
 namespace {
 
 /// Distance in K that counts as moving away. It exceeds the overshoot of a chamber that changes direction.
-constexpr double kAwayK = 3;
+constexpr double kAwayDistanceK = 3;
 /// Distance in K that counts as an approach. It exceeds a sensor's noise and is less than the slowest chamber moves in
 /// a quarter of an hour.
-constexpr double kTowardsK = 1;
+constexpr double kApproachDistanceK = 1;
 /// Range of ambient temperatures.
 constexpr double kColdestRoomC = 10, kWarmestRoomC = 35;
-constexpr Duration kLongestPause = std::chrono::seconds(30), kSparse = std::chrono::seconds(5);
+constexpr Duration kLongestPause = std::chrono::seconds(30), kSparseInterval = std::chrono::seconds(5);
 /// Time in the band after which the air has settled. Air that only passes the set point leaves the band sooner.
-constexpr Duration kNearFor = std::chrono::seconds(60);
+constexpr Duration kSettledTime = std::chrono::seconds(60);
 constexpr Duration kStationaryFor = std::chrono::minutes(15);
 constexpr int kStationaryFactor = 3;
 
@@ -45,11 +45,11 @@ double AirWatch::distance(double air_c) const {
 
 AirVerdict AirWatch::judge(double air_c) const {
   const double now = distance(air_c);
-  if (now > std::max(nearest_k_, kSafeBand.value) + kAwayK) return AirVerdict::moves_away;
+  if (now > std::max(nearest_k_, kSafeBand.value) + kAwayDistanceK) return AirVerdict::moves_away;
   if (observe_ <= Duration{}) return AirVerdict::shown;
   if (watched_ < observe_) return AirVerdict::watching;
-  const bool is_staying = near_since_ && watched_ - *near_since_ >= std::min(observe_, kNearFor);
-  const bool is_approaching = farthest_k_ - now >= kTowardsK && now <= nearest_k_ + kTowardsK;
+  const bool is_staying = near_since_ && watched_ - *near_since_ >= std::min(observe_, kSettledTime);
+  const bool is_approaching = farthest_k_ - now >= kApproachDistanceK && now <= nearest_k_ + kApproachDistanceK;
   if (is_staying || is_approaching || source_ == AirSource::seen_off) return AirVerdict::shown;
   return watched_ >= std::max(observe_ * kStationaryFactor, kStationaryFor) ? AirVerdict::does_not_move
                                                                             : AirVerdict::watching;
@@ -57,7 +57,7 @@ AirVerdict AirWatch::judge(double air_c) const {
 
 AirVerdict AirWatch::add_reading(Celsius air, Duration at) {
   // Readings that are far apart are used without a median.
-  const bool is_sparse = last_at_ && at - *last_at_ > kSparse;
+  const bool is_sparse = last_at_ && at - *last_at_ > kSparseInterval;
   const double oldest = is_sparse ? air.value : before_c_.value_or(air.value);
   const double middle = is_sparse ? air.value : last_c_.value_or(air.value);
   now_c_ = median(oldest, middle, air.value);

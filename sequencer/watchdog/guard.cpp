@@ -110,14 +110,14 @@ Result<char> read_byte(int descriptor, const Deadline& deadline) {
 
 /// Reads digits up to a line break.
 Result<std::size_t> read_length(int descriptor, const Deadline& deadline) {
-  constexpr std::size_t kLongest = 4'000'000, kMostDigits = 8;
+  constexpr std::size_t kLongest = 4'000'000, kMaxDigits = 8;
   std::string digits;
   for (;;) {
     const auto byte = read_byte(descriptor, deadline);
     if (!byte) return failure(byte.error());
     if (*byte == '\n') break;
     digits += *byte;
-    if (digits.size() > kMostDigits) break;
+    if (digits.size() > kMaxDigits) break;
   }
   std::size_t length = 0;
   const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), length);

@@ -23,10 +23,10 @@
 namespace gyrotherm::watchdog {
 namespace {
 
-constexpr Duration kBetweenTries = std::chrono::milliseconds(300);
-constexpr Duration kLastTryBefore = std::chrono::seconds(8);
-constexpr int kTriesOfLaterSteps = 3;
-constexpr int kMostQueries = 3;
+constexpr Duration kRetryInterval = std::chrono::milliseconds(300);
+constexpr Duration kLastTryTime = std::chrono::seconds(8);
+constexpr int kLaterStepTries = 3;
+constexpr int kMaxQueries = 3;
 
 class Attempt {
  public:
@@ -40,7 +40,7 @@ class Attempt {
   SafeAttempt carry_out() {
     if (task_ == SafeTask::look) return look();
     if (send_set_point())
-      for (int i = 0; i < kTriesOfLaterSteps && done_.reached != SafeStage::all; ++i) leave_as_required();
+      for (int i = 0; i < kLaterStepTries && done_.reached != SafeStage::all; ++i) leave_as_required();
     else
       switch_off_anyway();
     if (!done_.state && recognise_chamber() && inspect()) report(done_.reached, done_.details);
@@ -58,7 +58,7 @@ class Attempt {
   /// earlier request.
   void try_later(const Fault& fault) {
     report(done_.reached, text(fault));
-    environment_.wait(kBetweenTries);
+    environment_.wait(kRetryInterval);
     if (fault.kind == FaultKind::disconnected) chamber_ = environment_.connect();
     if (fault.kind == FaultKind::disconnected) is_recognised_ = false;
   }
@@ -77,7 +77,7 @@ class Attempt {
                                  identity ? *identity : text(identity.error()),
                                  goal_.identity.empty() ? "its map" : goal_.identity));
     is_recognised_ = identity.has_value();
-    const bool is_repeated = !identity && ++unrecognised_ < kMostQueries;
+    const bool is_repeated = !identity && ++unrecognised_ < kMaxQueries;
     return is_repeated ? failure(identity.error()) : Result<void>{};
   }
 
@@ -90,7 +90,7 @@ class Attempt {
   }
 
   [[nodiscard]] bool send_set_point() {
-    while (environment_.clock.now().since_start - began_ < kLastTryBefore) {
+    while (environment_.clock.now().since_start - began_ < kLastTryTime) {
       ++done_.tries;
       const auto sent = send_once();
       if (sent) {
@@ -110,7 +110,7 @@ class Attempt {
   }
 
   SafeAttempt look() {
-    for (int i = 0; i < kTriesOfLaterSteps && !done_.state; ++i) {
+    for (int i = 0; i < kLaterStepTries && !done_.state; ++i) {
       const auto known = recognise_chamber();
       const auto state = known ? inspect() : failure(known.error());
       report(state ? SafeStage::all : SafeStage::nothing, state ? "read" : text(state.error()));
@@ -169,7 +169,7 @@ class Attempt {
   SafeAttempt done_;
 };
 
-constexpr Duration kForLaterSteps = std::chrono::seconds(30);
+constexpr Duration kLaterStepTime = std::chrono::seconds(30);
 
 /// Returns the file name of a process' program, also of a removed file; "" if this user has no permission.
 std::string program_name(std::int64_t pid) {
@@ -180,7 +180,7 @@ std::string program_name(std::int64_t pid) {
   return name;
 }
 
-constexpr std::string_view kMakesSafe = "gyrotherm-make-safe";
+constexpr std::string_view kMakeSafeProgram = "gyrotherm-make-safe";
 
 /// Returns true if the holder has taken the chamber over legitimately: a program of this user or of root, and not the
 /// one that died. A stopped program neither drives the chamber nor makes it safe.
@@ -188,7 +188,7 @@ bool is_successor(const drivers::ChamberHolder& holder, const std::string& progr
   if (holder.pid == 0 || holder.pid == safe_state.written_by.pid || holder.pid == ::getpid()) return false;
   if (holder.uid != 0 && holder.uid != ::geteuid()) return false;
   if (is_stopped(holder.pid)) return false;
-  constexpr std::array<std::string_view, 2> kOwn{"gyrotherm", kMakesSafe};
+  constexpr std::array<std::string_view, 2> kOwn{"gyrotherm", kMakeSafeProgram};
   return program.empty() || std::ranges::count(kOwn, program) > 0;
 }
 
@@ -277,7 +277,7 @@ RescueResult attempt_once(const SafeState& safe_state, const SafeStateChamber& c
     const auto program = holder ? program_name(holder->pid) : "";
     if (holder && is_successor(*holder, program, safe_state)) {
       voice.say("another program uses the chamber: " + holder->words);
-      return {.reached = {}, .details = {}, .in_use = true, .is_driven = program != kMakesSafe};
+      return {.reached = {}, .details = {}, .in_use = true, .is_driven = program != kMakeSafeProgram};
     }
   }
   RescueResult rescued{.reached = {}, .details = "the attempt returned no result", .in_use = false, .is_driven = false};
@@ -287,7 +287,7 @@ RescueResult attempt_once(const SafeState& safe_state, const SafeStateChamber& c
     const auto line = work.next(longest - clock.now().since_start);
     if (!line) break;
     take(*line, rescued);
-    if (rescued.reached != SafeStage::nothing) longest = kSafeWithin + kForLaterSteps;
+    if (rescued.reached != SafeStage::nothing) longest = kSafeWithin + kLaterStepTime;
   }
   if (!work.has_ended()) rescued.details += "; the attempt did not finish in time";
   return rescued;

@@ -68,7 +68,7 @@ class SafeEvidence {
   /// air moves away.
   [[nodiscard]] bool is_ineffective() const { return ineffective_; }
   /// Returns true if switching off has also failed.
-  [[nodiscard]] bool is_exhausted() const { return escalations_ > kMostEscalations; }
+  [[nodiscard]] bool is_exhausted() const { return escalations_ > kMaxEscalations; }
 
   [[nodiscard]] bool has_shown_set_point() const { return set_point_shown_; }
   [[nodiscard]] bool has_shown_mode() const { return mode_shown_; }
@@ -78,7 +78,7 @@ class SafeEvidence {
   [[nodiscard]] std::string describe() const;
 
  private:
-  static constexpr int kMostEscalations = 3;
+  static constexpr int kMaxEscalations = 3;
 
   [[nodiscard]] bool judge_mode() const;
   [[nodiscard]] AirSource source() const;

@@ -10,9 +10,9 @@ namespace gyrotherm::watchdog {
 namespace {
 
 constexpr Duration kReadWithin = std::chrono::seconds(2);
-constexpr Duration kSameFor = std::chrono::minutes(1);
-constexpr Duration kGoneFor = std::chrono::hours(24);
-constexpr const char *kActive = "stand", *kGone = "gone", *kFulfilled = "fulfilled", *kAnothers = "another's";
+constexpr Duration kMinTraceInterval = std::chrono::minutes(1);
+constexpr Duration kMissingTimeLimit = std::chrono::hours(24);
+constexpr const char *kActive = "active", *kGone = "gone", *kFulfilled = "fulfilled", *kOtherRun = "another's";
 
 }  // namespace
 
@@ -31,7 +31,7 @@ bool Trail::leave(const RescueResult& rescued) {
   if (same && (rescued.details == trace_.details || !same_until_->over())) return false;
   // A confirmed chamber stays confirmed if a later attempt fails.
   if (trace_.confirmed && !confirmed) return false;
-  same_until_.emplace(kSameFor);
+  same_until_.emplace(kMinTraceInterval);
   trace_.at = SteadyClock().now().utc;
   trace_.confirmed = confirmed;
   trace_.details = rescued.details;
@@ -73,7 +73,7 @@ bool Trail::settle(Duration within) {
 std::string Trail::read_orders() const {
   const auto now = read_safe_state(safe_state_path(safe_state_.record));
   if (!now) return kActive;
-  if (*now) return (*now)->written_by == safe_state_.written_by ? kActive : kAnothers;
+  if (*now) return (*now)->written_by == safe_state_.written_by ? kActive : kOtherRun;
   const auto left = read_trace(safe_state_.record);
   const bool by_another = left && *left && (*left)->confirmed && (*left)->at >= began_ && **left != trace_;
   return by_another ? kFulfilled : kGone;
@@ -83,10 +83,10 @@ std::optional<std::string> Trail::reason_to_end() {
   if (!looking_) looking_ = std::make_unique<ChildWork>([this](const auto& send_line) { send_line(read_orders()); });
   const auto orders = looking_->next(kReadWithin);
   if (orders || looking_->has_ended()) looking_.reset();
-  if (orders == kAnothers) return "the safe-state file belongs to another run";
+  if (orders == kOtherRun) return "the safe-state file belongs to another run";
   if (orders == kFulfilled) return "another program has made the chamber safe";
   if (orders == kActive) gone_until_.reset();
-  if (orders == kGone && !gone_until_) gone_until_.emplace(kGoneFor);
+  if (orders == kGone && !gone_until_) gone_until_.emplace(kMissingTimeLimit);
   if (gone_until_ && gone_until_->over()) return "the safe-state file has been missing for a day";
   return {};
 }

@@ -33,10 +33,10 @@ namespace {
 
 using std::chrono::steady_clock;
 
-constexpr const char* kGuard = "gyrotherm-make-safe";
-constexpr auto kCheckEvery = std::chrono::milliseconds(500);
-constexpr auto kWatchesWithin = std::chrono::seconds(5);
-constexpr auto kAnswersWithin = std::chrono::seconds(5);
+constexpr const char* kGuardProgram = "gyrotherm-make-safe";
+constexpr auto kCheckInterval = std::chrono::milliseconds(500);
+constexpr auto kWatchTimeout = std::chrono::seconds(5);
+constexpr auto kAnswerTimeout = std::chrono::seconds(5);
 
 }  // namespace
 
@@ -44,7 +44,7 @@ constexpr auto kAnswersWithin = std::chrono::seconds(5);
 /// an upgrade has removed or replaced the file.
 class GuardProgram {
  public:
-  GuardProgram() : path_(sibling_program_path(kGuard)), file_(::open(path_.c_str(), O_PATH | O_CLOEXEC)) {}
+  GuardProgram() : path_(sibling_program_path(kGuardProgram)), file_(::open(path_.c_str(), O_PATH | O_CLOEXEC)) {}
   [[nodiscard]] const std::string& name() const { return path_; }
   /// Returns the path to run: the original path, or that of the open file if the original path is missing or belongs to
   /// another file now.
@@ -104,7 +104,7 @@ bool send_all(int line, std::string_view bytes) {
 /// Returns true if the guard reports in time that it watches.
 bool confirms_watching(int line) {
   char answer = 0;
-  return ready(line, POLLIN, Deadline(kWatchesWithin)) && ::recv(line, &answer, 1, MSG_DONTWAIT) == 1 &&
+  return ready(line, POLLIN, Deadline(kWatchTimeout)) && ::recv(line, &answer, 1, MSG_DONTWAIT) == 1 &&
          answer == kWatching;
 }
 
@@ -244,7 +244,7 @@ void WatchdogClient::SharedState::listen() {
 void WatchdogClient::SharedState::check_guard() {
   std::unique_lock lock(mutex);
   listen();
-  const bool silent = unanswered && steady_clock::now() - *unanswered > kAnswersWithin;
+  const bool silent = unanswered && steady_clock::now() - *unanswered > kAnswerTimeout;
   if (watching && !silent) return guard_trouble.end();
   const auto why = watching ? "did not answer" : "had ended";
   lock.unlock();
@@ -272,7 +272,7 @@ void WatchdogClient::SharedState::check_file() {
 void WatchdogClient::SharedState::run_every_interval(void (SharedState::*chore)()) {
   block_signals();
   std::unique_lock lock(mutex);
-  while (!change.wait_for(lock, kCheckEvery, [this] { return stop; })) {
+  while (!change.wait_for(lock, kCheckInterval, [this] { return stop; })) {
     lock.unlock();
     (this->*chore)();
     lock.lock();

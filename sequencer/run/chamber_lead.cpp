@@ -219,7 +219,8 @@ bool ControllerLead::may_have_finished(const LeadSecond& second) const {
 
 std::string ControllerLead::incomplete_reason(const LeadSecond& second) const {
   const auto& chamber = second.sample.chamber.value;
-  if (silent_ >= kProgramGoneTime) return "at the end of its program the chamber has been silent for " + spoken(silent_);
+  if (silent_ >= kProgramGoneTime)
+    return "at the end of its program the chamber has been silent for " + spoken(silent_);
   if (!chamber) return {};
   const auto activity = chamber->activity;
   if (!may_progress(activity) && !has_finished(activity) && activity != ChamberActivity::off)

@@ -291,9 +291,9 @@ Result<void> check_replay(const record::RunInfo& info, bool simulated, std::int6
         FaultKind::bad_file, path,
         fmt::format("the gyro is {} days older, expected at most {}", info.days_later, simulator::kMostDaysLater));
   if (simulated && last_slot > kMaxReplayed)
-    return failure(FaultKind::bad_file, path,
-                   fmt::format("ends at second {}; at most {} seconds of a virtual rig can be replayed", last_slot,
-                               kMaxReplayed));
+    return failure(
+        FaultKind::bad_file, path,
+        fmt::format("ends at second {}; at most {} seconds of a virtual rig can be replayed", last_slot, kMaxReplayed));
   return {};
 }
 

@@ -118,7 +118,7 @@ MUTANTS = [
      "if (!goal_.by_program) return chamber_->send_set_point_immediately(goal_.set_point);", "",
      "watchdog_test", "MakeSafe.SendsSetPointBeforeAnyQuery"),
     ("make-safe begins what cannot end in time", "sequencer/watchdog/safe_attempt.cpp",
-     "while (environment_.clock.now().since_start - began_ < kLastTryBefore)", "while (done_.tries < 100)",
+     "while (environment_.clock.now().since_start - began_ < kLastTryTime)", "while (done_.tries < 100)",
      "watchdog_test", "MakeSafe.BeginsNoAttemptThatCouldExceedTenSeconds"),
     ("a safe-state file of a stranger is obeyed", "sequencer/watchdog/safe_state_file.cpp",
      "if (found.st_uid != ::geteuid() && found.st_uid != 0)", "if (false)",

@@ -86,7 +86,7 @@ TEST(Guard, RefusesInvalidOrders) {
 }
 
 TEST(ChildWork, ReportsLinesAndEnd) {
-  ChildWork work([](const auto& tell) { tell("first"), tell("second"); });
+  ChildWork work([](const auto& send_line) { send_line("first"), send_line("second"); });
   EXPECT_EQ(work.next(std::chrono::seconds(60)), "first");
   EXPECT_EQ(work.next(std::chrono::seconds(60)), "second");
   EXPECT_FALSE(work.next(std::chrono::seconds(60)));
@@ -96,8 +96,8 @@ TEST(ChildWork, ReportsLinesAndEnd) {
 TEST(ChildWork, DoesNotDelayOthersWhenItHangs) {
   const tests::SleepMeter meter;
   {
-    ChildWork work([](const auto& tell) {
-      tell("begun");
+    ChildWork work([](const auto& send_line) {
+      send_line("begun");
       for (;;) ::pause();
     });
     EXPECT_EQ(work.next(std::chrono::seconds(60)), "begun");

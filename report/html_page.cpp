@@ -12,9 +12,8 @@ namespace gyrotherm::report {
 namespace {
 
 constexpr const char* kSimulatedBanner =
-    "<header class=\"banner\"><b>SIMULATED</b>virtual instruments: every number below describes the simulation, no "
-    "real "
-    "gyro</header>\n"
+    "<header class=\"banner\"><b>SIMULATED</b>virtual instruments: every number below describes the simulation, not "
+    "a real gyro</header>\n"
     "<div class=\"watermark\" aria-hidden=\"true\">SIMULATED</div>\n";
 
 constexpr const char* kScreen = R"css(

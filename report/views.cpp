@@ -94,7 +94,7 @@ std::string describe_summary(const Report& report) {
       "{}&nbsp;°/h ({} means). "
       "In the latter, the residual of multi-point with temperature is {}&nbsp;°/h: {} less than before compensation "
       "and {} less than that of the three-point model ({}&nbsp;°/h). The residual of the paper’s multi-point model "
-      "with gradients only, is {}&nbsp;°/h. {}",
+      "with gradients only is {}&nbsp;°/h. {}",
       plot::escaped(rate.profile), plot::format_bias(rate.raw.std), rate.clusters,
       plot::decimal(report.cluster_length_s, 0), plot::escaped(random.profile), plot::format_bias(random.raw.std),
       random.clusters, plot::format_bias(random.residual.multi_point_t.all.std),
@@ -447,7 +447,7 @@ std::string result_table(const ReportedRun& run) {
                                   [](const model::Streamed& s) { return s.aligned.std; }));
     if (r.multi_point.streamed->to_truth)
       table.rows.push_back(
-          streamed("… streamed prediction less the <b>true bias</b>, STD",
+          streamed("… streamed prediction minus the <b>true bias</b>, STD",
                    [](const model::Streamed& s) { return s.to_truth ? s.to_truth->figures.std : kNotKnown; }));
   }
   return to_html(table) + fmt::format("<p class=\"note\">Noise floor: {}.</p>\n", plot::escaped(run.floor.statement));

@@ -141,7 +141,7 @@ constexpr Translation kTranslations[] = {
   // Bias references
   {"earth rate removed", "Earth rate removed", "Erddrehrate abgezogen"},
   {"mean of the first hold removed", "Mean of the first hold removed", "Mittelwert der ersten Haltephase abgezogen"},
-  {"nothing removed", "None removed", "Kein Abzug"},
+  {"nothing removed", "Nothing removed", "Kein Abzug"},
   // People and locations
   {"operator", "Carried out by", "Durchgeführt von"},
   {"reviewer", "Reviewed by", "Geprüft von"},

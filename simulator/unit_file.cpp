@@ -20,7 +20,7 @@ std::string read_name(const TomlTable& table, const std::vector<std::string>& ot
   auto name = table.text("name");
   if (!table.has("name")) return name;
   if (name.empty() || name.find_first_of(". \t") != std::string::npos)
-    table.mistake("name", fmt::format("\"{}\", expected a name without points and blanks", name));
+    table.mistake("name", fmt::format("\"{}\", expected a name without dots and spaces", name));
   if (std::ranges::find(others, name) != others.end())
     table.mistake("name", fmt::format("\"{}\" is listed twice", name));
   return name;

@@ -261,7 +261,7 @@ Result<AxisChoice> choose_axis(const record::RunInfo& info, const AxisChoice& re
   if (found.size() == 1) return found.front();
   if (found.empty())
     return failure(FaultKind::usage, path,
-                   fmt::format("has no axis \"{}\" of a unit \"{}\", it has {}", requested.axis, requested.unit, all));
+                   fmt::format("has no axis \"{}\" of a unit \"{}\"; it has {}", requested.axis, requested.unit, all));
   return failure(FaultKind::usage, path,
                  fmt::format("has {} axes, {}: choose one with --unit and --axis", found.size(), join_names(found)));
 }
@@ -303,15 +303,16 @@ double sample_interval_s(const Dataset& dataset) {
 
 Result<void> check_same_gyro(const Dataset& one, const Dataset& other, std::string_view called, std::string_view so) {
   if (may_be_same_gyro(one.identity, other.identity)) return {};
-  return failure(FaultKind::usage, one.path,
-                 fmt::format("is of another gyro ({}) than {} ({}){}", one.identity, called, other.identity, so));
+  return failure(
+      FaultKind::usage, one.path,
+      fmt::format("belongs to a different gyro ({}) than {} ({}){}", one.identity, called, other.identity, so));
 }
 
 Result<void> check_same_reference(const Dataset& one, std::string_view other_zero, std::string_view called) {
   if (one.bias_zero == other_zero && one.bias_zero != kOwnReference) return {};
   if (one.bias_zero == other_zero)
     return failure(FaultKind::usage, one.path,
-                   fmt::format("its bias reference is its own mean ({}), as in {}: the constant between the two is "
+                   fmt::format("its bias reference is its own mean ({}), as in {}: the offset between the two is "
                                "unknown. Train on one of them, or add the latitude to the rig file",
                                one.bias_zero, called));
   return failure(FaultKind::usage, one.path,

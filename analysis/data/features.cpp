@@ -57,9 +57,9 @@ class TermReader {
   [[nodiscard]] tl::unexpected<Fault> unknown(std::string_view name) const {
     const std::string suggestion = nearest(name, thermometers_);
     return failure(FaultKind::usage, input_location(whole_),
-                   fmt::format("no thermometer \"{}\"{}; there are {}", name,
-                               suggestion.empty() ? "" : fmt::format(", did you mean \"{}\"?", suggestion),
-                               thermometers_.empty() ? "none" : fmt::format("{}", fmt::join(thermometers_, ", "))));
+                   fmt::format("no thermometer \"{}\"; the record has {}{}", name,
+                               thermometers_.empty() ? "none" : fmt::format("{}", fmt::join(thermometers_, ", ")),
+                               suggestion.empty() ? "" : fmt::format("; did you mean \"{}\"?", suggestion)));
   }
 
   [[nodiscard]] Result<Term> power(std::string_view text) const {
@@ -70,7 +70,8 @@ class TermReader {
     const char times = text.back();
     if (times == '2') return *single * *single;
     if (times == '3') return *single * *single * *single;
-    return failure(FaultKind::usage, input_location(whole_), fmt::format("a power is ^2 or ^3, not ^{}", times));
+    return failure(FaultKind::usage, input_location(whole_),
+                   fmt::format("expected the power ^2 or ^3, got ^{}", times));
   }
 
   [[nodiscard]] Result<Term> factor(std::string_view text) const {
@@ -91,7 +92,7 @@ class TermReader {
     const bool whole = error == std::errc{} && end == digits.data() + digits.size();
     if (colon == text.npos || !whole || time_constant_s < 1 || time_constant_s > kLongestTimeConstantS) {
       return failure(FaultKind::usage, input_location(whole_),
-                     fmt::format("a lag is lag:SECONDS:THERMOMETER, of 1 to {} whole seconds", kLongestTimeConstantS));
+                     fmt::format("expected lag:SECONDS:THERMOMETER with 1 to {} whole seconds", kLongestTimeConstantS));
     }
     const std::string_view name = text.substr(colon + 1);
     if (!contains(thermometers_, name)) return unknown(name);
@@ -132,7 +133,7 @@ Result<Eigen::Index> find_column(const Clusters& clusters, const std::string& na
   if (at != clusters.thermometers.end()) return at - clusters.thermometers.begin();
   return failure(
       FaultKind::usage, fmt::format("input \"{}\"", to_string(term)),
-      fmt::format("no thermometer \"{}\"; there are {}", name,
+      fmt::format("no thermometer \"{}\"; the record has {}", name,
                   clusters.thermometers.empty() ? "none" : fmt::format("{}", fmt::join(clusters.thermometers, ", "))));
 }
 

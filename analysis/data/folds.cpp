@@ -210,7 +210,7 @@ Result<FoldOptions> parse_folds(std::string_view text) {
   }
   return failure(
       FaultKind::usage, "--folds",
-      fmt::format("\"{}\" is none of auto, cycles, records, programs, blocks, blocks:N with N at least 2", text));
+      fmt::format("\"{}\" is not one of auto, cycles, records, programs, blocks, blocks:N with N at least 2", text));
 }
 
 Result<FoldPlan> plan_folds(const std::vector<Clusters>& records, const FoldOptions& options) {

@@ -64,7 +64,7 @@ bool any_hold(const std::vector<record::RunInfo::SegmentInfo>& segments) {
   return std::ranges::any_of(segments, &record::RunInfo::SegmentInfo::hold);
 }
 
-constexpr const char* kNoHold = "the record names no hold";
+constexpr const char* kNoHold = "the record has no hold";
 
 /// Sum of squared second differences, and their overlaps.
 struct SecondDifferences {
@@ -119,8 +119,8 @@ Eigen::VectorXd interpolate_at_samples(const Dataset& dataset, const Clusters& c
 std::string summarise(const HoldNoise& noise, const char* bias, const char* caution) {
   if (noise.curve.empty()) return "no hold has enough samples without a gap";
   return fmt::format(
-      "{} bias, one sample each {:g} s, in the last hour of {} hold{}: {} stretch{} without a gap, {:.0f} "
-      "s in all{}",
+      "{} bias, one sample per {:g} s, in the last hour of {} hold{}: {} stretch{} without a gap, {:.0f} "
+      "s in total{}",
       bias, noise.interval_s, noise.holds, noise.holds == 1 ? "" : "s", noise.stretches,
       noise.stretches == 1 ? "" : "es", noise.seconds, caution);
 }
@@ -159,7 +159,7 @@ HoldNoise measure_noise(const Dataset& dataset, const Eigen::VectorXd& bias_deg_
   return noise;
 }
 
-/// Returns the summary of the noise. If the record names no hold, returns a note about that.
+/// Returns the summary of the noise. If the record has no hold, returns a note about that.
 std::string summarise(const Dataset& dataset, const HoldNoise& noise, const char* bias, const char* caution) {
   return any_hold(dataset.segments) ? summarise(noise, bias, caution) : kNoHold;
 }

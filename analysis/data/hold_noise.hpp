@@ -90,7 +90,7 @@ void describe(auto& form, Like<HoldNoise> auto& noise) {
 }
 
 /// Computes the Allan deviation of the raw bias, sample by sample, in the last hour of each hold. The result is empty
-/// if the record names no hold. A missing sample, an unknown bias and a new segment each end a stretch. Temperature
+/// if the record has no hold. A missing sample, an unknown bias and a new segment each end a stretch. Temperature
 /// changes that remain in a hold increase B, K and R. These three are therefore upper limits for the gyro itself, and
 /// the statement notes this.
 [[nodiscard]] HoldNoise measure_hold_noise(const Dataset& dataset);

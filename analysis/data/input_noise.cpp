@@ -76,7 +76,7 @@ Result<std::map<Quantity, double>> quantity_errors(const std::vector<Term>& term
         fmt::format("{} thermometers have {} uncertainties", clusters.thermometers.size(), uncertainty_k.size()));
   }
   if (!std::ranges::all_of(uncertainty_k, [](double u) { return u >= 0 && std::isfinite(u); })) {
-    return fail("expected numbers not below 0");
+    return fail("expected numbers of at least 0");
   }
   std::map<Quantity, double> errors;
   for (const Term& term : terms) {

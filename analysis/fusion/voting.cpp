@@ -68,7 +68,7 @@ Result<ThermometerParity> learn_thermometer_parity(const Eigen::Ref<const Eigen:
     return refuse("the uncertainty of a thermometer is not above 0");
   const std::vector<Eigen::Index> rows = data::finite_rows(temperature_c);
   if (static_cast<Eigen::Index>(rows.size()) < kRowsOfEach * count)
-    return refuse(fmt::format("{} rows are known, and {} are needed", rows.size(), kRowsOfEach * count));
+    return refuse(fmt::format("{} rows are complete, at least {} are needed", rows.size(), kRowsOfEach * count));
   const Eigen::MatrixXd known = temperature_c(rows, Eigen::all);
   const Eigen::RowVectorXd mean = known.colwise().mean();
   const Eigen::MatrixXd centred = known.rowwise() - mean;

@@ -55,7 +55,7 @@ Result<Map> make_map(const data::SampleMatrix& x, std::uint64_t seed) {
   Map map{.nodes = self_organising_map(x, seed), .spacing = 0};
   map.spacing = neighbour_distances(map.nodes).mean();
   if (map.spacing > 0) return map;
-  return failure(FaultKind::usage, "self-organising map", "the samples do not differ");
+  return failure(FaultKind::usage, "self-organising map", "all samples are equal");
 }
 
 ExpansionModel make_expansion(const Map& map, double factor, const OrthogonalPath& path, Eigen::Index count) {

@@ -52,7 +52,7 @@ std::vector<Line> around(Position best, double part) {
 /// effect: for large σ the machine is nearly linear.
 void warn_of_edge(const char* name, double at, double least, double largest, std::vector<std::string>& warnings) {
   if (at > least && at < largest) return;
-  warnings.push_back(fmt::format("log2 {} = {} lies at the edge of the grid, {} … {}", name, at, least, largest));
+  warnings.push_back(fmt::format("log2 {} = {} lies on the edge of the grid, {} … {}", name, at, least, largest));
 }
 
 /// Predicts the held-out rows, one column per γ of the line. If the machine for a γ cannot be trained, its column is

@@ -35,7 +35,7 @@ Result<data::SampleMatrix> draw_centres(const Eigen::MatrixXd& samples, int coun
     double remainder = uniform(generator) * nearest.sum();
     if (!(nearest.maxCoeff() > 0)) {
       return failure(FaultKind::usage, "k-means",
-                     fmt::format("{} centres need as many different samples, got {}", count, k + 1));
+                     fmt::format("{} centres need as many distinct samples, got {}", count, k + 1));
     }
     for (chosen = 0; chosen + 1 < nearest.size() && (remainder -= nearest(chosen)) >= 0;) ++chosen;
     while (!(nearest(chosen) > 0)) chosen = chosen > 0 ? chosen - 1 : nearest.size() - 1;  // rounding at the end

@@ -288,7 +288,7 @@ Result<Selection> select_forward(const std::vector<data::Term>& fixed, const std
       "forward by held-out gain, {} of {} inputs: {} (rank {}); a response surface of {} has a held-out "
       "RMSE of {:.4g} °/h",
       kept, candidates.size(), join_names(selection.terms), selection.rank,
-      fixed.empty() ? "them" : "them and the fixed inputs", error);
+      fixed.empty() ? "these" : "these and the fixed inputs", error);
   return selection;
 }
 

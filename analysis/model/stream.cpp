@@ -72,7 +72,7 @@ Result<CompensationStream> CompensationStream::open(const Model& model, std::vec
     const auto at = std::ranges::find(columns, lag.first);
     if (at == columns.end()) {
       return failure(FaultKind::usage, fmt::format("input \"lag:{}:{}\"", lag.time_constant_s, lag.first),
-                     fmt::format("no thermometer \"{}\"; there are {}", lag.first, fmt::join(columns, ", ")));
+                     fmt::format("no thermometer \"{}\"; the rows have {}", lag.first, fmt::join(columns, ", ")));
     }
     lags.push_back({at - columns.begin(), static_cast<double>(lag.time_constant_s)});
   }

@@ -116,7 +116,7 @@ const char* describe_policy(Outside policy) {
 const char* no_result_reason(std::size_t known, std::size_t outside) {
   if (known == 0) return "no cluster has all inputs of the model (a rate needs the previous cluster)";
   if (outside == known)
-    return "every cluster with all inputs has one outside the trained range, and the model refuses it";
+    return "every cluster with all inputs has an input outside the trained range, which the policy refuses";
   return "the model predicts no finite bias";
 }
 

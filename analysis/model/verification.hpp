@@ -152,7 +152,7 @@ struct Verification {
                                            Outside outside = Outside::continued);
 
 /// Returns a warning if the STD of the residual of two or more means is not below that of the raw bias. `residual_name`
-/// names the residual in the warning, such as "compensated".
+/// names the residual in the warning, such as "compensated bias".
 [[nodiscard]] std::optional<std::string> make_no_gain_warning(std::string_view residual_name,
                                                               const data::Figures& residual, const data::Figures& raw);
 

@@ -19,17 +19,18 @@ tl::unexpected<Fault> refuse_samples(std::string what) {
 }
 
 Result<void> check_samples(const OutputSamples& samples) {
-  if (samples.x.cols() == 0 || samples.outputs < 1) return refuse_samples("no input, or no output");
-  if (!samples.x.allFinite()) return refuse_samples("an input that is not finite");
+  if (samples.x.cols() == 0 || samples.outputs < 1) return refuse_samples("expected at least one input and one output");
+  if (!samples.x.allFinite()) return refuse_samples("an input is not finite");
   std::vector<int> count(static_cast<std::size_t>(samples.outputs));
   for (const OutputValue& sample : samples.values) {
     if (sample.row < 0 || sample.row >= samples.x.rows() || sample.output < 0 || sample.output >= samples.outputs)
-      return refuse_samples(fmt::format("no row {} of output {}", sample.row, sample.output));
-    if (!std::isfinite(sample.value)) return refuse_samples("a value that is not finite");
+      return refuse_samples(
+          fmt::format("a value refers to row {} of output {}, which does not exist", sample.row, sample.output));
+    if (!std::isfinite(sample.value)) return refuse_samples("a value is not finite");
     ++count[static_cast<std::size_t>(sample.output)];
   }
   if (std::ranges::any_of(count, [](int values) { return values < 2; }))
-    return refuse_samples("an output with fewer than two values");
+    return refuse_samples("an output has fewer than two values");
   return {};
 }
 
@@ -180,7 +181,7 @@ Result<Standardised> standardise(const OutputSamples& samples) {
   Standardised all{samples, output_variances(samples, mean).cwiseSqrt()};
   for (Eigen::Index j = 0; j < samples.outputs; ++j) {
     constexpr double kRounding = 1e-12;
-    if (!(all.deviation(j) > kRounding * std::abs(mean(j)))) return refuse_samples("an output that does not vary");
+    if (!(all.deviation(j) > kRounding * std::abs(mean(j)))) return refuse_samples("an output does not vary");
   }
   for (OutputValue& sample : all.samples.values)
     sample.value = (sample.value - mean(sample.output)) / all.deviation(sample.output);

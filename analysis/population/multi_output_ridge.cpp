@@ -18,14 +18,14 @@ tl::unexpected<Fault> refuse_outputs(FaultKind kind, std::string what) {
 
 Result<void> check_outputs(const Eigen::MatrixXd& z, const Eigen::MatrixXd& y, const Eigen::MatrixXd& penalty) {
   if (z.rows() != y.rows() || z.cols() == 0 || y.cols() == 0) {
-    return refuse_outputs(FaultKind::usage,
-                          fmt::format("{} × {} inputs and {} × {} targets", z.rows(), z.cols(), y.rows(), y.cols()));
+    return refuse_outputs(FaultKind::usage, fmt::format("inputs are {} × {}, targets are {} × {}", z.rows(), z.cols(),
+                                                        y.rows(), y.cols()));
   }
-  if (z.rows() < 2) return refuse_outputs(FaultKind::usage, "fewer than two clusters");
+  if (z.rows() < 2) return refuse_outputs(FaultKind::usage, "at least two clusters are needed");
   if (penalty.rows() != z.cols() || penalty.cols() != z.cols())
     return refuse_outputs(FaultKind::usage, "the penalty is not inputs × inputs");
   if (!z.allFinite() || !y.allFinite() || !penalty.allFinite())
-    return refuse_outputs(FaultKind::usage, "a value that is not finite");
+    return refuse_outputs(FaultKind::usage, "a value is not finite");
   return {};
 }
 
@@ -39,9 +39,9 @@ Result<Diagonals> diagonalise(const OutputCovariances& between, Eigen::Index out
   for (const Eigen::MatrixXd* covariance : {&between.noise, &between.slopes}) {
     if (covariance->rows() != outputs || covariance->cols() != outputs)
       return refuse_outputs(FaultKind::usage, "a covariance is not outputs × outputs");
-    if (!covariance->allFinite()) return refuse_outputs(FaultKind::usage, "a covariance that is not finite");
+    if (!covariance->allFinite()) return refuse_outputs(FaultKind::usage, "a covariance is not finite");
     if (covariance->llt().info() != Eigen::Success)
-      return refuse_outputs(FaultKind::numeric, "a covariance that is not positive definite");
+      return refuse_outputs(FaultKind::numeric, "a covariance is not positive definite");
   }
   const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> eigen(between.noise, between.slopes);
   if (eigen.info() != Eigen::Success)
@@ -92,7 +92,7 @@ Result<EstimatedPlanes> multi_output_ridge(const Eigen::MatrixXd& z, const Eigen
     const double left = static_cast<double>(y.rows()) - parameters;
     constexpr double kRounding = 1e-9;
     if (!(left > kRounding * static_cast<double>(y.rows())))
-      return refuse_outputs(FaultKind::usage, "too few clusters for so many coefficients");
+      return refuse_outputs(FaultKind::usage, "there are fewer clusters than coefficients");
     noise = residual.transpose() * residual / left;
     variance = noise.diagonal();
   }

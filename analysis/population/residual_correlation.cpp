@@ -30,7 +30,7 @@ Result<void> check_axes(std::span<const AxisResidual> axes) {
   for (const AxisResidual& axis : axes) {
     const data::Clusters& clusters = axis.clusters;
     if (!names.insert(axis.axis).second) return refuse(axis.axis, "is given twice");
-    if (clusters.length_s != axes.front().clusters.length_s) return refuse(axis.axis, "has clusters of another length");
+    if (clusters.length_s != axes.front().clusters.length_s) return refuse(axis.axis, "has a different cluster length");
     if (axis.residual_deg_per_h.size() != clusters.start_s.size()) {
       return refuse(axis.axis, fmt::format("has {} clusters and {} residuals", clusters.start_s.size(),
                                            axis.residual_deg_per_h.size()));

@@ -83,7 +83,8 @@ Result<void> check_units(std::span<const UnitClusters> units) {
     for (const data::Clusters& run : unit.runs) {
       const data::Clusters& first = units.front().runs.front();
       if (run.length_s != first.length_s || run.thermometers != first.thermometers)
-        return refuse_units(fmt::format("unit \"{}\" has other thermometers or another cluster length", unit.unit));
+        return refuse_units(
+            fmt::format("unit \"{}\" has different thermometers or a different cluster length", unit.unit));
     }
   }
   return {};
@@ -356,8 +357,8 @@ Result<Eigen::MatrixXd> term_error_covariance(std::span<const UnitClusters> unit
 
 Result<void> check_own(const TypePrior& prior, const data::Clusters& clusters) {
   if (clusters.length_s == prior.cluster_length_s) return {};
-  return refuse_units(
-      fmt::format("the clusters have {} s, but those of the prior {} s", clusters.length_s, prior.cluster_length_s));
+  return refuse_units(fmt::format("the cluster length is {} s, but that of the prior is {} s", clusters.length_s,
+                                  prior.cluster_length_s));
 }
 
 }  // namespace

@@ -137,10 +137,11 @@ Result<CompensationTable> CompensationTable::of(const std::vector<std::string>& 
   const std::string_view comment = find_comment(comments, "axis " + label);
   const auto scale = number_after(comment, "scale "), earth_rate = number_after(comment, "earth rate ");
   if (!scale || !earth_rate)
-    return failure(FaultKind::bad_file, "stdin",
-                   fmt::format("does not say the Earth's rate on {}, without which there is no bias; of an imported "
-                               "record the map says it, earth_rate in [gyro] (0 where it is not removed)",
-                               label));
+    return failure(
+        FaultKind::bad_file, "stdin",
+        fmt::format("the Earth rate on {} is missing, so the bias cannot be computed; for an imported record, "
+                    "set earth_rate in [gyro] of the map (0 if the Earth rate is not removed)",
+                    label));
   const auto turned = find_if(header, [](const std::string& title) { return title == record::kTurnedTitle; });
   table.rotation_ = Rotation{*scale, *earth_rate, unit_in(header[*rotation]).starts_with("pulses"), turned.has_value()};
   table.columns_.push_back(*rotation);

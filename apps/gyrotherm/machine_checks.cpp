@@ -255,7 +255,7 @@ std::vector<Finding> check_power(const std::vector<Device>& adapters, const std:
     findings.push_back(
         {"power of " + device.node.path, FindingState::warning,
          "USB autosuspend may switch the adapter off while its line is quiet",
-         fmt::format("echo on | sudo tee {}/power/control; for good: {}", folder.string(), kInstallRules)});
+         fmt::format("echo on | sudo tee {}/power/control; permanently: {}", folder.string(), kInstallRules)});
   }
   return findings;
 }

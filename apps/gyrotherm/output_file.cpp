@@ -50,7 +50,7 @@ Result<void> check_not_record(const std::string& path) {
   std::error_code error;
   const auto target = fs::weakly_canonical(path, error).string();
   if (record::is_live_copy(path)) return refused("is the live copy of a record");
-  if (has_run_files(path) || has_run_files(target)) return refused("is the record name of a run");
+  if (has_run_files(path) || has_run_files(target)) return refused("is the name of a run's record");
   const auto sqlite = is_sqlite_file(path);
   if (!sqlite) return failure(sqlite.error());
   if (*sqlite) return refused("is an SQLite file, like a record");

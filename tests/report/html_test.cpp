@@ -229,7 +229,7 @@ TEST(HtmlReport, IsCompleteForRecordWithoutHolds) {
   const std::string page = page_of(report);
   EXPECT_EQ(tests::markup_error(page), "");
   EXPECT_EQ(tests::count_occurrences(page, "nan"), tests::count_occurrences(page, "Provenance"));
-  EXPECT_GE(tests::count_occurrences(page, "the record names no hold"), 1);
+  EXPECT_GE(tests::count_occurrences(page, "the record has no hold"), 1);
 }
 
 }  // namespace

@@ -258,7 +258,7 @@ Result<Expanded> expanded_uncertainty(Console& console, const model::Model& mode
 
 /// Describes the lag of the compensation and its cost.
 std::string describe_latency(const model::Model& model) {
-  const std::string means = fmt::format("inputs are trailing {:g} s means", model.cluster_length_s);
+  const std::string means = fmt::format("inputs are means over the last {:g} s", model.cluster_length_s);
   if (!is_led(model)) return fmt::format("{}: the compensation lags by {:g} s", means, model.cluster_length_s / 2);
   return fmt::format(
       "{}, which lag by {:g} s; the compensation is extrapolated by the same time: error in training {:.2g} °/h rms, "

@@ -437,8 +437,9 @@ Result<Exit> qualify(Console& console, const QualifyArguments& options) {
 void add_qualify(Program& program) {
   auto [command, options] = add_command(
       program, "qualify",
-      "Carries out the whole experiment: the ramp program, the random program, three models and all methods, the "
-      "report. A second call resumes it. On a rig with several axes, each axis has its own models and report, and the "
+      "Carries out the whole experiment: the ramp run, the random run, the training of three models, the comparison of "
+      "all methods, and the report. A second call resumes it. On a rig with several axes, each axis has its own models "
+      "and report, and the "
       "lot has a summary; with --laboratory or --order each unit also has a calibration report.",
       "gyrotherm qualify --out out", qualify);
   options.training.program_version = GYROTHERM_VERSION;

@@ -125,8 +125,7 @@ void add_report_verify(Program& program, CLI::App& report) {
   auto [command, options] = add_subcommand(
       program, report, "verify",
       "Checks that the folder of a signed report contains exactly the signed files, unchanged; prints the signer, and "
-      "whether the records and models on which the report is based, where present, are those that it "
-      "names.",
+      "checks any records and models next to the report against it.",
       "gyrotherm report verify out/report --trusted authority.pem", verify_signed);
   command.add_option("dir", options.folder, "the folder with dcc.xml")->type_name(value::kFolder)->required();
   command

@@ -48,7 +48,7 @@ void add_warnings(model::Model& model, const RecordedRuns& records, const data::
         "clusters are means over {:g} s, not {:g} s: their gyro noise is {:.2g} times as large, and temperature "
         "rates, lags and uncertainties refer to this cluster length",
         cluster_length_s, kUsual_s, std::sqrt(kUsual_s / cluster_length_s)));
-  if (auto warning = model::make_no_gain_warning("the held-out residual bias has", model.leave_cycle_out, raw))
+  if (auto warning = model::make_no_gain_warning("held-out residual bias", model.leave_cycle_out, raw))
     model.warnings.push_back(std::move(*warning));
 }
 
@@ -184,9 +184,9 @@ void add_train(Program& program) {
       ->type_name("METHOD:{" + method_names() + "}");
   command
       .add_option("--folds", options.folds,
-                  "kind of fold: cycles, records (each whole), programs (all records of a profile), blocks[:N] (N "
+                  "kind of fold: cycles, records (whole records), programs (all records of a profile), blocks[:N] (N "
                   "consecutive blocks, default 4) or auto (default). auto uses records if there are three or more "
-                  "without cycles, otherwise cycles; a record without cycles is then divided into blocks")
+                  "and none has cycles; otherwise cycles, with a record without cycles divided into blocks")
       ->type_name("FOLDS");
   command
       .add_option("--choose", options.choose,

@@ -230,7 +230,7 @@ Result<Exit> verify_all(Console& console, const VerifyArguments& options) {
     if (!recorded) return failure(recorded.error());
     auto verification = verify(*model, recorded->dataset, recorded->clusters, *outside);
     if (!verification) return failure(verification.error());
-    if (auto warning = model::make_no_gain_warning("compensated", verification->compensated, verification->raw))
+    if (auto warning = model::make_no_gain_warning("compensated bias", verification->compensated, verification->raw))
       verification->warnings.push_back(std::move(*warning));
     const auto& [dataset, clusters] = *recorded;
     if (options.as_streamed) {

@@ -269,7 +269,7 @@ Result<void> add_axis(report::CalibrationReport& report, const Given& given, con
     if (!clusters) return failure(clusters.error());
     if (i > 0) {
       const data::Dataset& first = axis.runs.front().dataset;
-      if (auto one = check_same_gyro(dataset, first, first.path, ": a report is of one"); !one) return one;
+      if (auto one = check_same_gyro(dataset, first, first.path, "; a report covers one gyro"); !one) return one;
     }
     report.bias_zeros.push_back({label, dataset.run_id, dataset.bias_zero});
     report.cluster_length_s = clusters->length_s;

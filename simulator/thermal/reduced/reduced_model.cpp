@@ -158,14 +158,14 @@ void expect_sound(const TomlTable& root, const ReducedModel& model) {
       const Eigen::VectorXd rest = model.outputs * factor.solve(inputs_at(model, c).col(0));
       const double off = (rest.array() - 1).abs().maxCoeff();
       if (!(off <= kTolerance))
-        return root.mistake("film_ambient", fmt::format("without power an output rests at {:.3g} of the ambient's "
-                                                        "temperature beside it, expected at most {:.0e}",
+        return root.mistake("film_ambient", fmt::format("without power the steady outputs differ from the ambient "
+                                                        "temperature by {:.3g} of it, expected at most {:.0e}",
                                                         off, kTolerance));
       const Eigen::VectorXd above_k = model.outputs * factor.solve(inputs_at(model, c) * switched_on(model, 0));
       const double hottest_k = above_k.cwiseAbs().maxCoeff();
       if (!(hottest_k <= kHottest_k))
-        return root.mistake("powers_w", fmt::format("switched on, an output rests {:.3g} K from the ambient, expected "
-                                                    "at most {} K",
+        return root.mistake("powers_w", fmt::format("with power on, a steady output is {:.3g} K from ambient, "
+                                                    "expected at most {} K",
                                                     hottest_k, kHottest_k));
     }
   }

@@ -101,7 +101,7 @@ TEST(NoiseFloor, IsMissingWithoutHolds) {
     EXPECT_TRUE(std::isnan(floor.deg_per_h));
     EXPECT_TRUE(std::isnan(floor.error_deg_per_h));
     EXPECT_EQ(floor.differences, 0);
-    EXPECT_EQ(floor.statement, "the record names no hold");
+    EXPECT_EQ(floor.statement, "the record has no hold");
     EXPECT_FALSE(over_fit_warning({.std = 1e-9, .count = 20, .effective = {20, 20}}, floor, 2));
   }
 }
@@ -257,7 +257,7 @@ TEST(HoldNoise, IsEmptyWithoutHold) {
     EXPECT_FALSE(coefficient.seen);
     EXPECT_TRUE(std::isnan(coefficient.at_most));
   }
-  EXPECT_EQ(measure_hold_noise(dataset).statement, "the record names no hold");
+  EXPECT_EQ(measure_hold_noise(dataset).statement, "the record has no hold");
   EXPECT_TRUE(measure_hold_noise(Dataset{}).curve.empty());
 }
 
@@ -277,7 +277,7 @@ TEST(HoldNoise, IsEmptyForImportedRecordWithoutHolds) {
   dataset.segments.clear();
   dataset.segment.setConstant(-1);
   EXPECT_TRUE(measure_hold_noise(dataset).curve.empty());
-  EXPECT_EQ(measure_hold_noise(dataset).statement, "the record names no hold");
+  EXPECT_EQ(measure_hold_noise(dataset).statement, "the record has no hold");
 }
 
 TEST(HoldNoise, UsesSampleIntervalOfRecord) {

@@ -67,7 +67,7 @@ TEST(ThermometerParity, RejectsInsufficientRecord) {
   EXPECT_TRUE(refuses(learn_thermometer_parity(record, {"A"}, uncertainty, 2), "1 names"));
   EXPECT_TRUE(refuses(learn_thermometer_parity(record, names, 0 * uncertainty, 2), "not above 0"));
   record.topRows(170).col(1).setConstant(std::nan(""));
-  EXPECT_TRUE(refuses(learn_thermometer_parity(record, names, uncertainty, 2), "30 rows are known"));
+  EXPECT_TRUE(refuses(learn_thermometer_parity(record, names, uncertainty, 2), "30 rows are complete"));
 }
 
 constexpr double kMean_deg_per_h = 0.002;  ///< noise of a 100 s mean

@@ -192,7 +192,7 @@ TEST_F(LinearModelVerification, RefusesRecordEntirelyOutside) {
   ASSERT_FALSE(result);
   EXPECT_EQ(result.error().kind, FaultKind::usage);
   EXPECT_EQ(result.error().what,
-            "every cluster with all inputs has one outside the trained range, and the model refuses it");
+            "every cluster with all inputs has an input outside the trained range, which the policy refuses");
 }
 
 TEST_F(LinearModelVerification, ReportsMissingInputs) {

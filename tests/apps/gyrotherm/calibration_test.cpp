@@ -181,7 +181,7 @@ TEST_F(CalibrationOfAUnit, RefusesRecordsOfTwoGyros) {
   run("run tests/profiles/short-random.toml --rig profiles/rigs/virtual.toml --seed 4 --out " + in("other.db"));
   const auto refused = gyrotherm_with("report " + in("ramp.db") + " " + in("other.db") + " --out " + in("mixed"));
   EXPECT_EQ(refused.exit_code, 2);
-  EXPECT_NE(refused.err.find("is of another gyro (seed 4)"), std::string::npos) << refused.err;
+  EXPECT_NE(refused.err.find("belongs to a different gyro (seed 4)"), std::string::npos) << refused.err;
   EXPECT_EQ(gyrotherm_with("train " + in("ramp.db") + " " + in("other.db") + " --out " + in("none.json")).exit_code, 2);
   run("report " + in("other.db") + " --model " + in("model.json") + files("order.toml") + " --out " + in("of_other"));
   const auto missing = read_report("of_other").missing;

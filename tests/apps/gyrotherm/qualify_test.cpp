@@ -133,7 +133,7 @@ TEST(Qualify, RecommendsOnlyOnFurtherRecords) {
   EXPECT_NE(ran.out.find("recommended: " + found["recommended"].get<std::string>()), std::string::npos) << ran.out;
   const auto other = gyrotherm_with("qualify --out " + out + kSmall + " --further " + (folder / "other.db"));
   EXPECT_EQ(other.exit_code, 2);
-  EXPECT_NE(other.err.find("is of another gyro (seed 5)"), std::string::npos) << other.err;
+  EXPECT_NE(other.err.find("belongs to a different gyro (seed 5)"), std::string::npos) << other.err;
   for (const auto* quoted : {"random.db", "ramp.db"})
     EXPECT_EQ(gyrotherm_with("qualify --out " + out + kSmall + " --further " + out + "/" + quoted).exit_code, 2);
 }

@@ -108,7 +108,7 @@ TEST(ReducedModel, RefusesUnstableBody) {
 TEST(ReducedModel, RefusesBodyThatDoesNotRestAtAmbient) {
   auto model = reduced_box_gyro();
   model.film_ambient *= 1.001;
-  expect_error(reduced_model_text(model), "without power an output rests");
+  expect_error(reduced_model_text(model), "without power the steady outputs");
 }
 
 TEST(ReducedModel, RestsAtAmbientWithoutPower) {

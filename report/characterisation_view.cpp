@@ -38,7 +38,7 @@ std::string hysteresis_row(const Characterisation& result) {
   BeforeAfter figures;
   std::string places;
   for (const auto which : {&BeforeAfter::before, &BeforeAfter::after}) {
-    const model::HysteresisPoint* point = widest(result.hysteresis, which);
+    const model::HysteresisPoint* point = find_widest(result.hysteresis, which);
     if (point == nullptr) continue;
     figures.*which = point->width.*which;
     places += (places.empty() ? "" : " and ") + celsius(point->temperature_c, 0);

@@ -381,7 +381,7 @@ class MeasurementResults {
       type.values.emplace_back(name(row.evaluation));
       distribution.values.emplace_back(name(row.distribution));
       basis.values.emplace_back(row.assumed ? "yes" : row.chosen_on_these_folds ? "chosen_on_these_folds" : "no");
-      const std::string unit = unit_of(row);
+      const std::string unit = row_unit(row);
       uncertainty.values.push_back({.value = row.standard_uncertainty});
       uncertainty.units.push_back(unit);
       sensitivity.units.push_back(unit == "°/h" ? "1" : "°/h/" + unit);

@@ -239,7 +239,7 @@ std::string freedom_text(Language language, double degrees_of_freedom) {
 
 std::vector<Cell> budget_row(const DocumentWriter& writer, const model::BudgetRow& row) {
   const Language language = writer.language;
-  const std::string unit = model::unit_of(row);
+  const std::string unit = model::row_unit(row);
   std::string source = writer.translated(std::string("source.") + model::name(row.source));
   if (!row.of.empty()) source += " " + row.of;
   std::string note;

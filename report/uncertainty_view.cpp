@@ -26,7 +26,7 @@ Cells budget_row(const BudgetRow& row) {
           name(row.distribution),
           name(differs(row.source)),
           remarks(row).empty() ? "known" : fmt::format("<b>{}</b>", fmt::join(remarks(row), ", ")),
-          fmt::format("{}&nbsp;{}", plot::significant(row.standard_uncertainty), plot::escaped(unit_of(row))),
+          fmt::format("{}&nbsp;{}", plot::significant(row.standard_uncertainty), plot::escaped(row_unit(row))),
           plot::significant(row.sensitivity),
           plot::significant(contribution_deg_per_h(row)),
           format_freedom(row.degrees_of_freedom)};

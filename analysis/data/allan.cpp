@@ -120,7 +120,7 @@ struct Fitted {
 };
 
 /// Returns `values` at the indices of `terms` and zero elsewhere.
-NoiseSquares spread_over(const Terms& terms, const Eigen::VectorXd& values) {
+NoiseSquares expand_terms(const Terms& terms, const Eigen::VectorXd& values) {
   NoiseSquares all = NoiseSquares::Zero();
   for (std::size_t k = 0; k < terms.size(); ++k) all(terms[k]) = values(static_cast<Eigen::Index>(k));
   return all;
@@ -193,7 +193,7 @@ NoiseSquares non_negative(const Problem& problem, const Terms& terms, const Eige
     const double loss = left.cwiseProduct(weights).squaredNorm();
     if (loss >= least) continue;
     least = loss;
-    best = spread_over(chosen, squares);
+    best = expand_terms(chosen, squares);
   }
   return best;
 }
@@ -210,7 +210,7 @@ Eigen::VectorXd variances_about(const Problem& problem, const NoiseSquares& squa
   return about;
 }
 
-Eigen::VectorXd weights_about(const Problem& problem, const NoiseSquares& squares) {
+Eigen::VectorXd compute_weights(const Problem& problem, const NoiseSquares& squares) {
   const auto relative = (problem.relative_errors.array().square() + problem.misfit * problem.misfit).sqrt();
   return (relative * variances_about(problem, squares).array()).inverse();
 }
@@ -219,14 +219,14 @@ Fitted fit_terms(const Problem& problem, const Terms& terms) {
   constexpr int kPasses = 8;
   Fitted fitted{.terms = terms};
   for (int pass = 0; pass < kPasses; ++pass) {
-    fitted.squares = non_negative(problem, terms, weights_about(problem, fitted.squares));
+    fitted.squares = non_negative(problem, terms, compute_weights(problem, fitted.squares));
   }
   std::erase_if(fitted.terms, [&](Eigen::Index term) { return fitted.squares(term) == 0; });
   return fitted;
 }
 
 /// Computes the covariance of the Allan variances, including the misfit of each point.
-Eigen::MatrixXd covariance_about(const Problem& problem, const NoiseSquares& squares) {
+Eigen::MatrixXd compute_covariance(const Problem& problem, const NoiseSquares& squares) {
   Eigen::MatrixXd covariance = allan_covariance(problem.curve, problem.rates, squares);
   covariance.diagonal() += (problem.misfit * variances_about(problem, squares)).cwiseAbs2();
   return covariance;
@@ -236,7 +236,7 @@ Eigen::MatrixXd covariance_about(const Problem& problem, const NoiseSquares& squ
 double chi_squared(const Problem& problem, const Terms& terms) {
   const Fitted fitted = fit_terms(problem, terms);
   const Eigen::VectorXd left = problem.variances - problem.shapes * fitted.squares;
-  return left.cwiseProduct(weights_about(problem, fitted.squares)).squaredNorm();
+  return left.cwiseProduct(compute_weights(problem, fitted.squares)).squaredNorm();
 }
 
 /// Replaces the errors 1/√(2(K − 1)) by the errors that follow from the fitted noise. If χ² is then larger than chance
@@ -244,7 +244,7 @@ double chi_squared(const Problem& problem, const Terms& terms) {
 /// 1970).
 void estimate_errors(Problem& problem, const Terms& terms) {
   const Fitted first = fit_terms(problem, terms);
-  const Eigen::VectorXd sampling = covariance_about(problem, first.squares).diagonal().cwiseSqrt();
+  const Eigen::VectorXd sampling = compute_covariance(problem, first.squares).diagonal().cwiseSqrt();
   const Eigen::VectorXd relative = sampling.cwiseQuotient(variances_about(problem, first.squares));
   if (!(relative.minCoeff() > 0)) return;
   problem.relative_errors = relative;
@@ -263,7 +263,7 @@ void estimate_errors(Problem& problem, const Terms& terms) {
 /// Computes the standard errors of the squares for a fit of exactly these terms.
 Eigen::VectorXd standard_errors(const Problem& problem, const Terms& terms, const Fitted& about,
                                 const Eigen::MatrixXd& covariance) {
-  const Eigen::MatrixXd map = LeastSquares(problem, terms, weights_about(problem, about.squares)).map();
+  const Eigen::MatrixXd map = LeastSquares(problem, terms, compute_weights(problem, about.squares)).map();
   return (map * covariance * map.transpose()).diagonal().cwiseMax(0).cwiseSqrt();
 }
 
@@ -272,8 +272,8 @@ Fitted fit_significant(const Problem& problem, Terms terms) {
   while (true) {
     Fitted fitted = fit_terms(problem, terms);
     if (fitted.terms.empty()) return fitted;
-    const Eigen::MatrixXd covariance = covariance_about(problem, fitted.squares);
-    fitted.errors = spread_over(fitted.terms, standard_errors(problem, fitted.terms, fitted, covariance));
+    const Eigen::MatrixXd covariance = compute_covariance(problem, fitted.squares);
+    fitted.errors = expand_terms(fitted.terms, standard_errors(problem, fitted.terms, fitted, covariance));
     const auto certainty = [&](Eigen::Index term) { return fitted.squares(term) / fitted.errors(term); };
     const auto weakest = std::ranges::min_element(fitted.terms, {}, certainty);
     if (fitted.terms.size() == 1 || certainty(*weakest) >= kSignificance) return fitted;
@@ -295,7 +295,7 @@ std::optional<Square> refit_with_term(const Problem& problem, const Fitted& fitt
   if (std::ranges::count(with, term) == 0) with.push_back(term);
   if (with.size() > problem.curve.size()) return std::nullopt;
   const auto position = std::ranges::find(with, term) - with.begin();
-  const LeastSquares fit(problem, with, weights_about(problem, fitted.squares));
+  const LeastSquares fit(problem, with, compute_weights(problem, fitted.squares));
   return Square{std::max(0.0, fit.solve(problem.variances)(position)),
                 standard_errors(problem, with, fitted, covariance)(position)};
 }
@@ -450,7 +450,7 @@ AllanFit fit_allan(const AllanCurve& curve, const RateStretches& rates, const st
   std::ranges::sort(terms);
   estimate_errors(problem, terms);
   const Fitted fitted = fit_significant(problem, terms);
-  const Eigen::MatrixXd covariance = covariance_about(problem, fitted.squares);
+  const Eigen::MatrixXd covariance = compute_covariance(problem, fitted.squares);
   AllanFit fit;
   fit.misfit = problem.misfit / 2;
   for (std::size_t k = 0; k < kNoiseTerms; ++k) {

@@ -58,7 +58,7 @@ bool is_whole(const Dataset& dataset, const Span& span, double length_s) {
 
 /// Lists the thermometers that have no reading in any row, and the bias if it is missing in every row. Returns an empty
 /// string if nothing is missing throughout.
-std::string missing_throughout(const Dataset& dataset) {
+std::string list_missing_values(const Dataset& dataset) {
   std::vector<std::string> missing;
   for (Eigen::Index column = 0; column < dataset.temperature_c.cols(); ++column) {
     const std::string& name = dataset.thermometers[static_cast<std::size_t>(column)];
@@ -143,7 +143,7 @@ void join_histories(Clusters& all, const std::vector<Clusters>& parts) {
 
 /// Calls visit(array of `to`, array of `from`) for each array with one row per cluster.
 template <class Visit>
-void each_array(Clusters& to, const Clusters& from, Visit visit) {
+void visit_arrays(Clusters& to, const Clusters& from, Visit visit) {
   visit(to.start_s, from.start_s);
   visit(to.temperature_c, from.temperature_c);
   visit(to.rate_c_per_min, from.rate_c_per_min);
@@ -166,7 +166,7 @@ Result<Clusters> make_clusters(const Dataset& dataset, double length_s) {
   const auto none = [&] {
     return failure(FaultKind::usage, dataset.path,
                    fmt::format("contains no complete cluster of {} s{}", length_s,
-                               dataset.time_s.size() == 0 ? "" : missing_throughout(dataset)));
+                               dataset.time_s.size() == 0 ? "" : list_missing_values(dataset)));
   };
   if (dataset.time_s.size() == 0) return none();
   const double span_s = dataset.time_s(dataset.time_s.size() - 1) - dataset.time_s(0) + sample_interval_s(dataset);
@@ -193,9 +193,9 @@ Result<Clusters> make_clusters(const Dataset& dataset, double length_s) {
   return clusters;
 }
 
-Clusters pick(const Clusters& clusters, const std::vector<Eigen::Index>& rows) {
+Clusters pick_clusters(const Clusters& clusters, const std::vector<Eigen::Index>& rows) {
   Clusters picked = clusters;
-  each_array(picked, clusters, [&](auto& to, const auto& from) { to = from(rows, Eigen::all); });
+  visit_arrays(picked, clusters, [&](auto& to, const auto& from) { to = from(rows, Eigen::all); });
   if (clusters.true_bias_deg_per_h.size() > 0) picked.true_bias_deg_per_h = clusters.true_bias_deg_per_h(rows);
   if (!has_history(clusters)) return picked;
   picked.moments.clear();
@@ -215,7 +215,7 @@ Result<Clusters> concatenate(const std::vector<Clusters>& parts) {
   Clusters all = allocate_clusters(rows, parts.front().thermometers, parts.front().length_s);
   Eigen::Index target = 0;
   for (const Clusters& part : parts) {
-    each_array(all, part, [&](auto& to, const auto& from) { to.middleRows(target, from.rows()) = from; });
+    visit_arrays(all, part, [&](auto& to, const auto& from) { to.middleRows(target, from.rows()) = from; });
     if (part.true_bias_deg_per_h.size() > 0)
       all.true_bias_deg_per_h.segment(target, part.start_s.size()) = part.true_bias_deg_per_h;
     target += part.start_s.size();

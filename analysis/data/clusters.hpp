@@ -69,7 +69,7 @@ struct RecordedRun {
 };
 
 /// Returns the clusters at the given rows, in order.
-[[nodiscard]] Clusters pick(const Clusters& clusters, const std::vector<Eigen::Index>& rows);
+[[nodiscard]] Clusters pick_clusters(const Clusters& clusters, const std::vector<Eigen::Index>& rows);
 
 /// Joins the clusters of all parts in order. Fails with usage if the parts differ in thermometers or cluster length, or
 /// if `parts` is empty.

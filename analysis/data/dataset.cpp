@@ -242,7 +242,7 @@ Dataset make_dataset(const record::Record& record, const std::string& path, cons
   return dataset;
 }
 
-std::vector<AxisChoice> axes_of(const record::RunInfo& info) {
+std::vector<AxisChoice> list_axes(const record::RunInfo& info) {
   std::vector<AxisChoice> axes;
   for (const auto& unit : info.units)
     for (const auto& axis : unit.axes) axes.push_back({unit.name, axis.name});
@@ -250,7 +250,7 @@ std::vector<AxisChoice> axes_of(const record::RunInfo& info) {
 }
 
 Result<AxisChoice> choose_axis(const record::RunInfo& info, const AxisChoice& requested, const std::string& path) {
-  std::vector<AxisChoice> found = axes_of(info);
+  std::vector<AxisChoice> found = list_axes(info);
   const std::string all = join_names(found);
   const bool is_exact = std::ranges::any_of(found, [&](const AxisChoice& axis) { return axis.axis == requested.axis; });
   std::erase_if(found, [&](const AxisChoice& axis) {

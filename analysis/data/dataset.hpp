@@ -128,7 +128,7 @@ inline constexpr std::string_view kSelf = "self", kAux = "aux:";
 [[nodiscard]] bool is_temperature(std::string_view input);
 
 /// Lists all axes of a run in order.
-[[nodiscard]] std::vector<AxisChoice> axes_of(const record::RunInfo& info);
+[[nodiscard]] std::vector<AxisChoice> list_axes(const record::RunInfo& info);
 /// Finds the requested axis. An empty name matches the only axis or unit. If no axis or more than one matches, fails
 /// with usage and lists the axes. `path` names the record in the message.
 [[nodiscard]] Result<AxisChoice> choose_axis(const record::RunInfo& info, const AxisChoice& requested,

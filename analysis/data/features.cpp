@@ -253,7 +253,7 @@ std::vector<Factor> lags_in(const std::vector<Term>& terms) {
 /// A thermometer name in a record cannot contain a line break.
 std::string lag_name(const Factor& lag) { return '\n' + to_string(lag); }
 
-Term with_lags_as_temperatures(Term term) {
+Term replace_lags(Term term) {
   // The factors keep their order, which keeps their product bit-identical.
   for (Factor& factor : term.factors)
     if (factor.kind == FactorKind::lag) factor = {FactorKind::temperature, lag_name(factor), {}};

@@ -74,7 +74,7 @@ void describe(auto& form, Like<Factor> auto& factor) {
 [[nodiscard]] std::vector<Factor> lags_in(const std::vector<Term>& terms);
 /// Returns the term with each lag replaced by the temperature of a thermometer called lag_name, for callers that
 /// compute the lags themselves.
-[[nodiscard]] Term with_lags_as_temperatures(Term term);
+[[nodiscard]] Term replace_lags(Term term);
 /// Returns a name for the lag that cannot be the name of a thermometer.
 [[nodiscard]] std::string lag_name(const Factor& lag);
 

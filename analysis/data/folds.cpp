@@ -68,7 +68,7 @@ Result<Cut> cut_into_blocks(const Clusters& record, const FoldOptions& options) 
 }
 
 /// Makes one fold of the whole record.
-Cut hold_out_whole(const Clusters& record) {
+Cut hold_out_record(const Clusters& record) {
   return {.fold = std::vector<int>(static_cast<std::size_t>(record.cycle.size()), 0), .folds = 1, .guard_s = 0};
 }
 
@@ -236,7 +236,7 @@ Result<FoldPlan> plan_folds(const std::vector<Clusters>& records, const FoldOpti
   for (const Clusters& record : records) {
     const bool by_cycle = kind == FoldKind::cycles && !number_cycles(record).empty() && !alone;
     const bool by_record = kind == FoldKind::records;
-    const Result<Cut> cut = by_record  ? hold_out_whole(record)
+    const Result<Cut> cut = by_record  ? hold_out_record(record)
                             : by_cycle ? cut_at_cycles(record, options)
                                        : cut_into_blocks(record, options);
     if (!cut) return failure(cut.error());
@@ -249,10 +249,10 @@ Result<FoldPlan> plan_folds(const std::vector<Clusters>& records, const FoldOpti
   return plan;
 }
 
-TrainingSet within(const TrainingSet& training_set, const std::vector<Eigen::Index>& rows) {
+TrainingSet restrict_rows(const TrainingSet& training_set, const std::vector<Eigen::Index>& rows) {
   std::vector<Eigen::Index> number(static_cast<std::size_t>(training_set.clusters.start_s.size()), -1);
   for (std::size_t i = 0; i < rows.size(); ++i) number[rows[i]] = static_cast<Eigen::Index>(i);
-  TrainingSet left{.clusters = pick(training_set.clusters, rows),
+  TrainingSet left{.clusters = pick_clusters(training_set.clusters, rows),
                    .folds = {.folds = {}, .statement = training_set.folds.statement}};
   for (const Fold& fold : training_set.folds.folds) {
     Fold kept{.held_out = renumber_rows(fold.held_out, number), .training = renumber_rows(fold.training, number)};

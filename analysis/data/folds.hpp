@@ -80,7 +80,7 @@ struct TrainingSet {
 
 /// Restricts the training set to the given rows (rising). Removes the other clusters from its folds, and drops each
 /// fold that has no held-out or no training clusters left.
-[[nodiscard]] TrainingSet within(const TrainingSet& training_set, const std::vector<Eigen::Index>& rows);
+[[nodiscard]] TrainingSet restrict_rows(const TrainingSet& training_set, const std::vector<Eigen::Index>& rows);
 
 /// Returns the training set with at least two folds, which a choice on held-out clusters requires. If it has fewer,
 /// replaces them by blocks. Fails with usage if there are too few clusters.

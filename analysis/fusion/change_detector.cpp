@@ -123,8 +123,8 @@ double limit_for_run_length(int dimension, double slack, double run_length) {
   return best;
 }
 
-std::optional<double> limit_of_healthy(const Eigen::Ref<const Eigen::MatrixXd>& healthy, double slack,
-                                       double run_length) {
+std::optional<double> learn_sum_limit(const Eigen::Ref<const Eigen::MatrixXd>& healthy, double slack,
+                                      double run_length) {
   assert(healthy.allFinite() && slack > 0);
   if (healthy.cols() < kFewestHealthy) return std::nullopt;
   // Multiples of the limit of white vectors.
@@ -167,7 +167,7 @@ Result<ChangeDetector> ChangeDetector::make(const ChangeOptions& options) {
   return ChangeDetector(options.dimension, slack, limit_for_run_length(options.dimension, slack, run_length));
 }
 
-Change ChangeDetector::since_likeliest_start() const {
+Change ChangeDetector::find_change() const {
   const Eigen::Index kept = std::min(known_, recent_.cols());
   Eigen::VectorXd sum = Eigen::VectorXd::Zero(sum_.size());
   Change change;
@@ -188,7 +188,7 @@ std::optional<Change> ChangeDetector::push(const Eigen::Ref<const Eigen::VectorX
   if (!vector.allFinite()) return {};
   recent_.col(known_++ % recent_.cols()) = vector;
   if (add_less_slack(sum_, vector, slack_) - slack_ <= limit_) return {};
-  const Change change = since_likeliest_start();
+  const Change change = find_change();
   sum_.setZero();
   known_ = 0;
   return change;

@@ -51,8 +51,8 @@ inline constexpr Eigen::Index kFewestHealthy = 360;
 ///
 /// The limit is never below that of white vectors. Returns no value for fewer than 360 vectors. `slack` and
 /// `run_length` are as for limit_for_run_length().
-[[nodiscard]] std::optional<double> limit_of_healthy(const Eigen::Ref<const Eigen::MatrixXd>& healthy, double slack,
-                                                     double run_length);
+[[nodiscard]] std::optional<double> learn_sum_limit(const Eigen::Ref<const Eigen::MatrixXd>& healthy, double slack,
+                                                    double run_length);
 
 struct ChangeOptions {
   /// p, the number of components of a vector.
@@ -85,7 +85,7 @@ struct Change {
 ///
 /// The vectors must be independent and N(0, I) while there is no change. Examples are parity vectors, and departures of
 /// single seconds from which a known or tracked bias was subtracted (the innovations of tracking::BiasTracker are
-/// white). limit_of_healthy() computes the limit for other vectors. A mean below the slack does not cause an alarm on
+/// white). learn_sum_limit() computes the limit for other vectors. A mean below the slack does not cause an alarm on
 /// its own, but it makes false alarms more frequent.
 class ChangeDetector {
  public:
@@ -106,7 +106,7 @@ class ChangeDetector {
 
  private:
   ChangeDetector(int dimension, double slack, double limit);
-  [[nodiscard]] Change since_likeliest_start() const;
+  [[nodiscard]] Change find_change() const;
 
   double slack_{}, limit_{};
   Eigen::VectorXd sum_;  ///< S

@@ -26,7 +26,7 @@ bool has_effect(const FaultTest& test, Eigen::Index candidate) {
 }
 
 /// Returns the part of the statistic that each candidate's fault explains; NaN for a candidate without an effect.
-Eigen::VectorXd explained_by_each(const FaultTest& test, const Eigen::VectorXd& vector) {
+Eigen::VectorXd explained_statistics(const FaultTest& test, const Eigen::VectorXd& vector) {
   Eigen::VectorXd explained(test.effects.cols());
   for (Eigen::Index i = 0; i < explained.size(); ++i) {
     const double along = test.effects.col(i).dot(vector);
@@ -40,7 +40,7 @@ Eigen::VectorXd explained_by_each(const FaultTest& test, const Eigen::VectorXd& 
 
 std::optional<Isolation> isolate(const FaultTest& test, const Eigen::Ref<const Eigen::VectorXd>& vector,
                                  const TestOptions& options) {
-  const Eigen::VectorXd explained = explained_by_each(test, vector);
+  const Eigen::VectorXd explained = explained_statistics(test, vector);
   std::optional<Isolation> found;
   for (Eigen::Index i = 0; i < explained.size(); ++i) {
     if (std::isnan(explained(i)) || (found && explained(i) <= explained(found->likeliest))) continue;

@@ -36,8 +36,8 @@ FusedRate fused(const Gains& gains, const Eigen::Ref<const Eigen::VectorXd>& rea
   return {gains.rate * readings_deg_per_h, gains.covariance};
 }
 
-Result<FusedRate> fuse_without(const Gains& gains, const Eigen::Ref<const Eigen::VectorXd>& readings_deg_per_h,
-                               Eigen::Index axis) {
+Result<FusedRate> fuse_without_axis(const Gains& gains, const Eigen::Ref<const Eigen::VectorXd>& readings_deg_per_h,
+                                    Eigen::Index axis) {
   const Eigen::VectorXd effect = gains.parity.col(axis);
   const double square = effect.squaredNorm();
   const Eigen::Vector3d reach = gains.rate.col(axis);

@@ -45,9 +45,9 @@ inline constexpr double kLeastRedundancy = 1e-6;
 /// axis out is equivalent to giving it an unknown bias, whose estimate is v_iᵀ p/|v_i|², with v_i its column of V and p
 /// the parity vector; the contribution of this bias to G y is subtracted. Fails with numeric if only this axis measures
 /// some direction, that is, if |v_i|²/(C⁻¹)_ii is below kLeastRedundancy.
-[[nodiscard]] Result<FusedRate> fuse_without(const Gains& gains,
-                                             const Eigen::Ref<const Eigen::VectorXd>& readings_deg_per_h,
-                                             Eigen::Index axis);
+[[nodiscard]] Result<FusedRate> fuse_without_axis(const Gains& gains,
+                                                  const Eigen::Ref<const Eigen::VectorXd>& readings_deg_per_h,
+                                                  Eigen::Index axis);
 
 /// Returns the test of the parity vector. The candidates are the axes, each with a bias in °/h.
 [[nodiscard]] FaultTest parity_test(const Gains& gains, const Geometry& geometry);

@@ -93,8 +93,9 @@ Eigen::Vector3d earth_rate(double latitude_deg) {
   return kEarthRateDegPerHour * Eigen::Vector3d(std::cos(latitude), 0, -std::sin(latitude));
 }
 
-Result<RestEstimate> at_rest(const Geometry& geometry, const Eigen::Ref<const Eigen::VectorXd>& readings_deg_per_h,
-                             const Attitude& attitude, const BiasPrior& prior) {
+Result<RestEstimate> estimate_at_rest(const Geometry& geometry,
+                                      const Eigen::Ref<const Eigen::VectorXd>& readings_deg_per_h,
+                                      const Attitude& attitude, const BiasPrior& prior) {
   if (auto checked = check(geometry, attitude, prior); !checked) return failure(checked.error());
   if (readings_deg_per_h.size() != geometry.axes() || !readings_deg_per_h.allFinite())
     return failure(FaultKind::usage, "axes at rest", "a reading is missing");

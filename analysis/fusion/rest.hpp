@@ -68,9 +68,9 @@ struct RestEstimate {
 ///
 /// Fails with usage if a size does not match, a number is not finite, a standard deviation is negative, the latitude is
 /// outside ± 90°, or to_local is not a rotation; with numeric if the iteration does not converge.
-[[nodiscard]] Result<RestEstimate> at_rest(const Geometry& geometry,
-                                           const Eigen::Ref<const Eigen::VectorXd>& readings_deg_per_h,
-                                           const Attitude& attitude, const BiasPrior& prior);
+[[nodiscard]] Result<RestEstimate> estimate_at_rest(const Geometry& geometry,
+                                                    const Eigen::Ref<const Eigen::VectorXd>& readings_deg_per_h,
+                                                    const Attitude& attitude, const BiasPrior& prior);
 
 /// Fault test of axes at rest; three axes are sufficient. The vector is W (y − H to_localᵀ Ω − b₀), where W whitens its
 /// covariance C + B + J P Jᵀ, to first order in the angles. Each axis is a candidate.
@@ -79,7 +79,7 @@ struct RestTest {
   Eigen::VectorXd expected_deg_per_h;  ///< subtracted from the readings
   FaultTest test;
 };
-/// Computes the test. Fails like at_rest().
+/// Computes the test. Fails like estimate_at_rest().
 [[nodiscard]] Result<RestTest> rest_test(const Geometry& geometry, const Attitude& attitude, const BiasPrior& prior);
 
 /// The heading of a level fixture at rest, and its uncertainty.

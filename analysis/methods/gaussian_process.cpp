@@ -36,7 +36,7 @@ constexpr int kMostEvaluations = 80;
 // Fraction of σ_f² added to the diagonal, for samples that are nearly equal.
 constexpr double kJitter = 1e-8;
 
-tl::unexpected<Fault> not_definite() {
+tl::unexpected<Fault> not_definite_fault() {
   return failure(FaultKind::numeric, "Gaussian process", "the covariance is not positive definite");
 }
 
@@ -115,7 +115,7 @@ Result<PredictiveVariance> compute_variance(const FitInput& set, const Covarianc
   Eigen::MatrixXd kernel = covariance_matrix(covariance, stored.centres, stored.centres);
   kernel.diagonal().array() += kJitter * signal;
   const Eigen::LLT<Eigen::MatrixXd> kernel_llt(kernel);
-  if (kernel_llt.info() != Eigen::Success) return not_definite();
+  if (kernel_llt.info() != Eigen::Success) return not_definite_fault();
   stored.root = kernel_llt.matrixL();
 
   const Eigen::MatrixXd features = compute_features(stored, set.x);
@@ -125,7 +125,7 @@ Result<PredictiveVariance> compute_variance(const FitInput& set, const Covarianc
   precision.topLeftCorner(inputs, inputs) += slope_precision;
   precision.bottomRightCorner(count, count).diagonal().array() += 1;
   const Eigen::LLT<Eigen::MatrixXd> whole(precision);
-  if (whole.info() != Eigen::Success) return not_definite();
+  if (whole.info() != Eigen::Success) return not_definite_fault();
   stored.posterior = whole.solve(Eigen::MatrixXd::Identity(inputs + count, inputs + count));
   return stored;
 }
@@ -159,7 +159,7 @@ Result<Likelihood> marginal_likelihood(const Covariance& covariance, const data:
   const Eigen::MatrixXd signal = lower_covariance(covariance, x);
   Eigen::MatrixXd factor = signal;
   factor.diagonal().array() += variance;
-  if (!svm::factor_cholesky(factor)) return not_definite();
+  if (!svm::factor_cholesky(factor)) return not_definite_fault();
   Eigen::MatrixXd alpha = y;
   svm::solve_cholesky(factor, alpha);
   Likelihood likelihood{.log_value = -0.5 * y.dot(alpha.col(0)) - factor.diagonal().array().log().sum() -
@@ -239,7 +239,7 @@ Result<Fit> fit_gaussian_process(const FitInput& set, const HyperParameters&, co
   Eigen::MatrixXd factor = lower_covariance(covariance, set.x);
   factor.triangularView<Eigen::Lower>() += set.x * prior_times_x;
   factor.diagonal().array() += variance;
-  if (!svm::factor_cholesky(factor)) return not_definite();
+  if (!svm::factor_cholesky(factor)) return not_definite_fault();
   Eigen::MatrixXd alpha = y;
   svm::solve_cholesky(factor, alpha);
   const Eigen::VectorXd diagonal = svm::inverse_diagonal(factor);

@@ -125,7 +125,7 @@ Result<Choice> choose_among(std::span<const HyperParameters> candidates, FitFunc
   const Trial refit = [&](const Fold& fold, std::size_t i) -> Result<Eigen::MatrixXd> {
     const auto fitted = fit({fold.train_x, fold.train_y, fold.terms, fold.input_covariance}, candidates[i], options);
     if (!fitted) return failure(fitted.error());
-    return value_of(fitted->function, fold.test_x);
+    return evaluate_function(fitted->function, fold.test_x);
   };
   const auto errors = held_out_errors(folds, candidates.size(), refit, options, progress);
   if (!errors) return failure(errors.error());

@@ -169,7 +169,7 @@ Result<Choice> choose_kohonen(std::span<const Fold> folds, const MethodOptions& 
       const auto path = compute_path(*map, kWidthFactors[i], fold.train_x, fold.train_y, tolerance_at(kToleranceSteps));
       for (Eigen::Index step = 0; step < kSteps; ++step) {
         const auto function = make_expansion(*map, kWidthFactors[i], path, count_selected(path, tolerance_at(step)));
-        predicted.col(static_cast<Eigen::Index>(i) * kSteps + step) = value_of(function, fold.test_x);
+        predicted.col(static_cast<Eigen::Index>(i) * kSteps + step) = evaluate_function(function, fold.test_x);
       }
     }
     return predicted;
@@ -186,8 +186,8 @@ Result<Fit> fit_kohonen(const FitInput& set, const HyperParameters& parameters, 
   if (const auto sound = check_set(set, 2); !sound) return failure(sound.error());
   const auto map = make_map(set.x, options.seed);
   if (!map) return failure(map.error());
-  const double factor = value_of(parameters, "width factor");
-  const auto path = compute_path(*map, factor, set.x, set.y, value_of(parameters, "tolerance"));
+  const double factor = parameter_value(parameters, "width factor");
+  const auto path = compute_path(*map, factor, set.x, set.y, parameter_value(parameters, "tolerance"));
   const auto count = static_cast<Eigen::Index>(path.order.size());
   return Fit{.function = make_expansion(*map, factor, path, count),
              .effective_parameters = static_cast<double>(count) + 1,

@@ -125,8 +125,8 @@ Result<Choice> choose_polynomial(std::span<const Fold> folds, const MethodOption
 }
 
 Result<Fit> fit_polynomial(const FitInput& set, const HyperParameters& parameters, const MethodOptions& options) {
-  const auto columns = select_columns(set.terms, static_cast<int>(value_of(parameters, "order")),
-                                      value_of(parameters, "rate terms") != 0);
+  const auto columns = select_columns(set.terms, static_cast<int>(parameter_value(parameters, "order")),
+                                      parameter_value(parameters, "rate terms") != 0);
   const data::SampleMatrix taken = set.x(Eigen::all, columns);
   auto fitted = fit_linear({taken, set.y, set.terms}, parameters, options);
   if (!fitted) return fitted;

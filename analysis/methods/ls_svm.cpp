@@ -124,7 +124,7 @@ Result<Choice> choose_ls_svm(std::span<const Fold> folds, const MethodOptions& o
 
 Result<Fit> fit_ls_svm(const FitInput& set, const HyperParameters& parameters, const MethodOptions&) {
   if (const auto sound = check_set(set, 2); !sound) return failure(sound.error());
-  const double gamma = value_of(parameters, "gamma"), sigma = value_of(parameters, "sigma");
+  const double gamma = parameter_value(parameters, "gamma"), sigma = parameter_value(parameters, "sigma");
   const auto machine = solve_ls_svm(svm::gaussian_kernel_lower(set.x, sigma), set.y, gamma);
   if (!machine) return failure(machine.error());
   const Eigen::VectorXd diagonal = bordered_inverse_diagonal(*machine);

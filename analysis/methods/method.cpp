@@ -167,16 +167,16 @@ constexpr std::array kMethods = {
 
 }  // namespace
 
-Eigen::VectorXd value_of(const Function& function, const data::SampleMatrix& scaled) {
-  return value_of(function, scaled, scaled);
+Eigen::VectorXd evaluate_function(const Function& function, const data::SampleMatrix& scaled) {
+  return evaluate_function(function, scaled, scaled);
 }
 
-Eigen::VectorXd value_of(const Function& function, const data::SampleMatrix& scaled,
-                         const data::SampleMatrix& bounded) {
+Eigen::VectorXd evaluate_function(const Function& function, const data::SampleMatrix& scaled,
+                                  const data::SampleMatrix& bounded) {
   return std::visit([&](const auto& form) { return value(form, scaled, bounded); }, function);
 }
 
-int numbers_in(const Function& function) {
+int count_stored_numbers(const Function& function) {
   return std::visit([](const auto& form) { return count_parameters(form); }, function);
 }
 
@@ -199,7 +199,7 @@ Eigen::MatrixXd compute_features(const PredictiveVariance& variance, const data:
   return features;
 }
 
-Eigen::VectorXd variance_of(const PredictiveVariance& variance, const data::SampleMatrix& scaled) {
+Eigen::VectorXd evaluate_variance(const PredictiveVariance& variance, const data::SampleMatrix& scaled) {
   const Eigen::MatrixXd features = compute_features(variance, scaled);
   const Eigen::VectorXd known = (features * variance.posterior).cwiseProduct(features).rowwise().sum();
   const Eigen::VectorXd explained = features.rightCols(variance.centres.rows()).rowwise().squaredNorm();
@@ -219,7 +219,7 @@ Result<const Method*> find_method(std::string_view name) {
                              meant.empty() ? "" : fmt::format("; did you mean {}?", meant)));
 }
 
-double value_of(const HyperParameters& parameters, std::string_view name) {
+double parameter_value(const HyperParameters& parameters, std::string_view name) {
   const auto found = std::ranges::find(parameters, name, &HyperParameter::name);
   assert(found != parameters.end());
   return found->value;

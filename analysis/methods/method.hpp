@@ -78,7 +78,7 @@ struct PredictiveVariance {
 [[nodiscard]] Eigen::MatrixXd compute_features(const PredictiveVariance& variance, const data::SampleMatrix& scaled);
 
 /// Computes the variance of f at each row. `scaled` must have one column per input of the function.
-[[nodiscard]] Eigen::VectorXd variance_of(const PredictiveVariance& variance, const data::SampleMatrix& scaled);
+[[nodiscard]] Eigen::VectorXd evaluate_variance(const PredictiveVariance& variance, const data::SampleMatrix& scaled);
 
 /// Network function f(z) = Σ_k v_k tanh(w_k·z + u_k) + b.
 struct NetworkModel {
@@ -91,16 +91,16 @@ struct NetworkModel {
 using Function = std::variant<SvrModel, LinearModel, ExpansionModel, NetworkModel>;
 
 /// Evaluates the function at each row. `scaled` must have one column per input of the function.
-[[nodiscard]] Eigen::VectorXd value_of(const Function& function, const data::SampleMatrix& scaled);
+[[nodiscard]] Eigen::VectorXd evaluate_function(const Function& function, const data::SampleMatrix& scaled);
 
 /// Evaluates the plane of the function at each row of `scaled`, and the other parts of the function (Gaussians, hidden
 /// units) at the same row of `bounded`. A linear function has no other parts. Both must have one column per input of
 /// the function.
-[[nodiscard]] Eigen::VectorXd value_of(const Function& function, const data::SampleMatrix& scaled,
-                                       const data::SampleMatrix& bounded);
+[[nodiscard]] Eigen::VectorXd evaluate_function(const Function& function, const data::SampleMatrix& scaled,
+                                                const data::SampleMatrix& bounded);
 
 /// Counts the parameters that the function stores, a measure of its size in a navigation computer.
-[[nodiscard]] int numbers_in(const Function& function);
+[[nodiscard]] int count_stored_numbers(const Function& function);
 
 /// Named value chosen by a method: "lambda", "hidden units".
 struct HyperParameter {
@@ -115,7 +115,7 @@ void describe(auto& form, Like<HyperParameter> auto& parameter) {
 }
 
 /// Returns the value with the given name, which must exist.
-[[nodiscard]] double value_of(const HyperParameters& parameters, std::string_view name);
+[[nodiscard]] double parameter_value(const HyperParameters& parameters, std::string_view name);
 
 /// One held-out fold, and the terms in its columns.
 struct Fold : svm::TuningFold {

@@ -54,7 +54,7 @@ Eigen::MatrixXd predict_at_steps(const Fold& fold, int hidden, std::uint64_t see
       improving = training.step();
       ++steps;
     }
-    predicted.col(static_cast<Eigen::Index>(i)) = value_of(training.network(), fold.test_x);
+    predicted.col(static_cast<Eigen::Index>(i)) = evaluate_function(training.network(), fold.test_x);
   }
   return predicted;
 }
@@ -173,14 +173,14 @@ Result<Choice> choose_network(std::span<const Fold> folds, const MethodOptions& 
 
 Result<Fit> fit_network(const FitInput& set, const HyperParameters& parameters, const MethodOptions& options) {
   if (const auto sound = check_set(set, 2); !sound) return failure(sound.error());
-  const int hidden = static_cast<int>(value_of(parameters, "hidden units"));
-  const auto start = static_cast<std::size_t>(value_of(parameters, "start"));
+  const int hidden = static_cast<int>(parameter_value(parameters, "hidden units"));
+  const auto start = static_cast<std::size_t>(parameter_value(parameters, "start"));
   LevenbergMarquardt training(random_network(set.x.cols(), hidden, start_seed(options, start)), set.x, set.y);
-  const int requested = static_cast<int>(value_of(parameters, "steps"));
+  const int requested = static_cast<int>(parameter_value(parameters, "steps"));
   int steps = 0;
   while (steps < requested && training.step()) ++steps;
   const NetworkModel& network = training.network();
-  const int weights = numbers_in(network);
+  const int weights = count_stored_numbers(network);
   return Fit{.function = network,
              .effective_parameters = static_cast<double>(std::min<Eigen::Index>(weights, set.x.rows())),
              .particulars = fmt::format("stopped after {} steps, the median of {} starts; {} weights, "

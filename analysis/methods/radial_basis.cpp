@@ -177,10 +177,10 @@ Result<Choice> choose_radial_basis(std::span<const Fold> folds, const MethodOpti
 
 Result<Fit> fit_radial_basis(const FitInput& set, const HyperParameters& parameters, const MethodOptions& options) {
   if (const auto sound = check_set(set, 2); !sound) return failure(sound.error());
-  auto units = place_units(set.x, static_cast<int>(value_of(parameters, "centres")), options.seed);
+  auto units = place_units(set.x, static_cast<int>(parameter_value(parameters, "centres")), options.seed);
   if (!units) return failure(units.error());
-  const Eigen::VectorXd widths = value_of(parameters, "width factor") * units->distances;
-  const double lambda = value_of(parameters, "lambda");
+  const Eigen::VectorXd widths = parameter_value(parameters, "width factor") * units->distances;
+  const double lambda = parameter_value(parameters, "lambda");
   const RidgePath path(gaussian_units(set.x, units->centres, widths), set.y);
   const Eigen::VectorXd weights = path.weights(lambda);
   return Fit{.function = ExpansionModel{.centres = std::move(units->centres),

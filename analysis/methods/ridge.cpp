@@ -62,7 +62,7 @@ Result<Choice> choose_ridge(std::span<const Fold> folds, const MethodOptions& op
 
 Result<Fit> fit_ridge(const FitInput& set, const HyperParameters& parameters, const MethodOptions&) {
   if (const auto sound = check_set(set, 2); !sound) return failure(sound.error());
-  const double lambda = value_of(parameters, "lambda");
+  const double lambda = parameter_value(parameters, "lambda");
   const RidgePath path(set.x, set.y);
   const Eigen::VectorXd weights = path.weights(lambda);
   const Eigen::MatrixXd penalty =

@@ -116,9 +116,9 @@ Result<Choice> choose_svr(std::span<const Fold> folds, const MethodOptions& opti
 
 Result<Fit> fit_svr(const FitInput& set, const HyperParameters& parameters, const MethodOptions& options) {
   if (const auto sound = check_set(set, 2); !sound) return failure(sound.error());
-  const svm::SvrParameters svr{.C = value_of(parameters, "C"),
-                               .sigma = value_of(parameters, "sigma"),
-                               .epsilon = value_of(parameters, "epsilon")};
+  const svm::SvrParameters svr{.C = parameter_value(parameters, "C"),
+                               .sigma = parameter_value(parameters, "sigma"),
+                               .epsilon = parameter_value(parameters, "epsilon")};
   const auto solution = solve_to_keep(svm::GaussianSamples(set.x), set.y, svr, options);
   if (!solution) return failure(solution.error());
   const auto free = (solution->beta.array() != 0 && solution->beta.array().abs() < svr.C).count();

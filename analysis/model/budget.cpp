@@ -17,31 +17,31 @@ enum class TimeScaling { constant, inverse_root, inverse, root };
 struct SourceInfo {
   const char* name;
   const char* unit;
-  Differs differs;
+  Variability variability;
   TimeScaling scaling;
 };
 
 /// One row per Source, in the order of the enumeration.
 constexpr std::array<SourceInfo, 19> kSources{
-    {{"angle random walk", "°/h", Differs::within_a_run, TimeScaling::inverse_root},
-     {"flicker", "°/h", Differs::within_a_run, TimeScaling::constant},
-     {"rate random walk", "°/h", Differs::within_a_run, TimeScaling::root},
-     {"counting of pulses", "°/h", Differs::within_a_run, TimeScaling::inverse},
-     {"thermometer noise", "°/h", Differs::within_a_run, TimeScaling::inverse_root},
-     {"model form", "°/h", Differs::within_a_run, TimeScaling::constant},
-     {"coefficients", "°/h", Differs::within_a_run, TimeScaling::constant},
-     {"hysteresis", "°/h", Differs::within_a_run, TimeScaling::constant},
-     {"turn-on", "°/h", Differs::between_runs, TimeScaling::constant},
-     {"thermometer drift", "K", Differs::between_runs, TimeScaling::constant},
-     {"input drift", "1", Differs::between_runs, TimeScaling::constant},
-     {"thermometer calibration", "K", Differs::never, TimeScaling::constant},
-     {"latitude", "°", Differs::never, TimeScaling::constant},
-     {"azimuth", "°", Differs::never, TimeScaling::constant},
-     {"tilt", "°", Differs::never, TimeScaling::constant},
-     {"fixture elevation", "°", Differs::never, TimeScaling::constant},
-     {"fixture roll", "°", Differs::never, TimeScaling::constant},
-     {"axis direction", "°", Differs::never, TimeScaling::constant},
-     {"scale factor", "ppm", Differs::never, TimeScaling::constant}}};
+    {{"angle random walk", "°/h", Variability::within_a_run, TimeScaling::inverse_root},
+     {"flicker", "°/h", Variability::within_a_run, TimeScaling::constant},
+     {"rate random walk", "°/h", Variability::within_a_run, TimeScaling::root},
+     {"counting of pulses", "°/h", Variability::within_a_run, TimeScaling::inverse},
+     {"thermometer noise", "°/h", Variability::within_a_run, TimeScaling::inverse_root},
+     {"model form", "°/h", Variability::within_a_run, TimeScaling::constant},
+     {"coefficients", "°/h", Variability::within_a_run, TimeScaling::constant},
+     {"hysteresis", "°/h", Variability::within_a_run, TimeScaling::constant},
+     {"turn-on", "°/h", Variability::between_runs, TimeScaling::constant},
+     {"thermometer drift", "K", Variability::between_runs, TimeScaling::constant},
+     {"input drift", "1", Variability::between_runs, TimeScaling::constant},
+     {"thermometer calibration", "K", Variability::never, TimeScaling::constant},
+     {"latitude", "°", Variability::never, TimeScaling::constant},
+     {"azimuth", "°", Variability::never, TimeScaling::constant},
+     {"tilt", "°", Variability::never, TimeScaling::constant},
+     {"fixture elevation", "°", Variability::never, TimeScaling::constant},
+     {"fixture roll", "°", Variability::never, TimeScaling::constant},
+     {"axis direction", "°", Variability::never, TimeScaling::constant},
+     {"scale factor", "ppm", Variability::never, TimeScaling::constant}}};
 
 const SourceInfo& source_info(Source source) { return kSources[static_cast<std::size_t>(source)]; }
 
@@ -49,16 +49,16 @@ const SourceInfo& source_info(Source source) { return kSources[static_cast<std::
 
 const char* name(Source source) { return source_info(source).name; }
 
-std::string unit_of(const BudgetRow& row) {
+std::string row_unit(const BudgetRow& row) {
   return row.source == Source::input_drift && !row.unit.empty() ? row.unit : source_info(row.source).unit;
 }
 
-const char* name(Differs differs) {
+const char* name(Variability variability) {
   constexpr std::array kNames = {"within a run", "between runs", "never"};
-  return kNames[static_cast<std::size_t>(differs)];
+  return kNames[static_cast<std::size_t>(variability)];
 }
 
-Differs differs(Source source) { return source_info(source).differs; }
+Variability variability(Source source) { return source_info(source).variability; }
 
 const char* name(Evaluation evaluation) { return evaluation == Evaluation::a ? "A" : "B"; }
 
@@ -99,7 +99,7 @@ CombinedUncertainty combined(const std::vector<BudgetRow>& rows, double share) {
   return all;
 }
 
-bool agree(const CombinedUncertainty& a, const CombinedUncertainty& b) {
+bool are_nearly_equal(const CombinedUncertainty& a, const CombinedUncertainty& b) {
   constexpr double kRounding = 1e-6;
   const auto same = [](double one, double other) {
     return std::abs(one - other) <= kRounding * std::max(std::abs(one), std::abs(other));
@@ -111,11 +111,11 @@ bool agree(const CombinedUncertainty& a, const CombinedUncertainty& b) {
 std::vector<BudgetRow> differing_rows(const std::vector<BudgetRow>& rows) {
   std::vector<BudgetRow> differing;
   std::ranges::copy_if(rows, std::back_inserter(differing),
-                       [](const BudgetRow& row) { return differs(row.source) != Differs::never; });
+                       [](const BudgetRow& row) { return variability(row.source) != Variability::never; });
   return differing;
 }
 
-Budget at_averaging(Budget budget, double averaging_s) {
+Budget convert_averaging(Budget budget, double averaging_s) {
   const double ratio = averaging_s / budget.averaging_s, root = std::sqrt(ratio);
   for (BudgetRow& row : budget.rows) {
     const TimeScaling scaling = source_info(row.source).scaling;
@@ -127,8 +127,8 @@ Budget at_averaging(Budget budget, double averaging_s) {
   return budget;
 }
 
-CombinedUncertainty of_mean_over(const Uncertainty& uncertainty, double averaging_s) {
-  return combined(at_averaging(uncertainty.budget, averaging_s).rows);
+CombinedUncertainty mean_uncertainty(const Uncertainty& uncertainty, double averaging_s) {
+  return combined(convert_averaging(uncertainty.budget, averaging_s).rows);
 }
 
 double widening(double excess) { return 3 * (std::pow(1 + 2 * excess, 2) - 1); }
@@ -141,7 +141,7 @@ double form_variance(const std::vector<BudgetRow>& rows) {
 }
 
 double expanded_outside(const Uncertainty& uncertainty, double averaging_s, double excess) {
-  const std::vector<BudgetRow> rows = at_averaging(uncertainty.budget, averaging_s).rows;
+  const std::vector<BudgetRow> rows = convert_averaging(uncertainty.budget, averaging_s).rows;
   const CombinedUncertainty all = combined(rows);
   if (!(excess > 0)) return all.expanded_deg_per_h;
   return all.coverage_factor * std::sqrt(std::pow(all.standard_deg_per_h, 2) + widening(excess) * form_variance(rows));

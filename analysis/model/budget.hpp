@@ -48,9 +48,9 @@ enum class Source {
 
 /// Time scale on which the error of a source varies. An error that never varies is equal in training and in use: the
 /// model has learnt it, and no run of the same rig can reveal it.
-enum class Differs { within_a_run, between_runs, never };
-[[nodiscard]] const char* name(Differs differs);
-[[nodiscard]] Differs differs(Source source);
+enum class Variability { within_a_run, between_runs, never };
+[[nodiscard]] const char* name(Variability variability);
+[[nodiscard]] Variability variability(Source source);
 
 /// Evaluation of a standard uncertainty: type A from a series of observations, type B from other knowledge (GUM 0.7).
 enum class Evaluation { a, b };
@@ -67,7 +67,7 @@ struct BudgetRow {
   std::string unit{};
   Evaluation evaluation{};
   ErrorDistribution distribution{};
-  /// Standard uncertainty in unit_of(row), k = 1.
+  /// Standard uncertainty in row_unit(row), k = 1.
   double standard_uncertainty{};
   /// Change of the bias per unit of the source, °/h.
   double sensitivity = 1;
@@ -81,7 +81,7 @@ struct BudgetRow {
 };
 
 /// Returns the unit of the standard uncertainty: "°/h", "K", "°", "ppm", or the unit of the input; "1" if it has none.
-[[nodiscard]] std::string unit_of(const BudgetRow& row);
+[[nodiscard]] std::string row_unit(const BudgetRow& row);
 
 /// Returns the remarks that apply to a row, in this order: "assumed", "chosen on these folds", "only power-on held
 /// out".
@@ -122,7 +122,7 @@ inline constexpr double kCoverage = 0.95;
 
 /// Converts a budget to means over another time: white noise changes as 1/√τ, quantisation as 1/τ, rate random walk as
 /// √τ. All other sources are unchanged.
-[[nodiscard]] Budget at_averaging(Budget budget, double averaging_s);
+[[nodiscard]] Budget convert_averaging(Budget budget, double averaging_s);
 
 /// ∂b/∂T of one thermometer, °/h per K, over the clusters of a record.
 struct Sensitivity {
@@ -148,7 +148,7 @@ struct Uncertainty {
 };
 
 /// Returns the combined uncertainty of a mean over `averaging_s`.
-[[nodiscard]] CombinedUncertainty of_mean_over(const Uncertainty& uncertainty, double averaging_s);
+[[nodiscard]] CombinedUncertainty mean_uncertainty(const Uncertainty& uncertainty, double averaging_s);
 
 /// Returns the variance to be added to a mean whose worst input is outside its trained range by `excess` times that
 /// range, in units of the model form variance: 3((1 + 2·excess)² − 1). The formula assumes an error that is linear in
@@ -174,7 +174,7 @@ void describe(auto& form, Like<BudgetRow> auto& row) {
   form("distribution", one_of(row.distribution, {ErrorDistribution::normal, ErrorDistribution::rectangular,
                                                  ErrorDistribution::triangular}));
   form("standard_uncertainty", not_negative(row.standard_uncertainty));
-  auto unit = unit_of(row);
+  auto unit = row_unit(row);
   form("unit", unit);
   if constexpr (!std::is_const_v<std::remove_reference_t<decltype(row)>>)
     if (row.source == Source::input_drift) row.unit = unit;
@@ -182,7 +182,7 @@ void describe(auto& form, Like<BudgetRow> auto& row) {
   form.derived("contribution_deg_per_h", contribution_deg_per_h(row));
   form.if_present("degrees_of_freedom", row.degrees_of_freedom < std::numeric_limits<double>::infinity(),
                   positive(row.degrees_of_freedom));
-  form.derived("differs", name(differs(row.source)));
+  form.derived("differs", name(variability(row.source)));
   form("assumed", row.assumed);
   form.if_present("chosen_on_these_folds", row.chosen_on_these_folds, row.chosen_on_these_folds);
   form.if_present("only_start_held_out", row.only_start_held_out, row.only_start_held_out);
@@ -204,7 +204,7 @@ void describe(auto& form, Like<Sensitivity> auto& sensitivity) {
 }
 
 /// Returns true if both are equal except for rounding.
-[[nodiscard]] bool agree(const CombinedUncertainty& a, const CombinedUncertainty& b);
+[[nodiscard]] bool are_nearly_equal(const CombinedUncertainty& a, const CombinedUncertainty& b);
 
 /// Describes the file format. Missing degrees of freedom are infinite. The combined uncertainty is optional; if
 /// present, it must equal that of the rows.
@@ -216,7 +216,7 @@ void describe(auto& form, Like<Uncertainty> auto& uncertainty) {
     stated = combined(uncertainty.budget.rows);
   form.if_present("combined", stated.has_value(), stated);
   form("budget", uncertainty.budget.rows);
-  form.expect("combined", !stated || agree(*stated, combined(uncertainty.budget.rows)),
+  form.expect("combined", !stated || are_nearly_equal(*stated, combined(uncertainty.budget.rows)),
               "does not match the rows of the budget");
   form("sensitivities", uncertainty.sensitivities);
   form("added_noise_deg_per_h", not_negative(uncertainty.added_noise_deg_per_h));

@@ -414,7 +414,7 @@ RobustFit fit_robustly(const Eigen::MatrixXd& x, const Eigen::VectorXd& y, const
   return fit;
 }
 
-const HysteresisPoint* widest(const std::vector<HysteresisPoint>& loop, Measured BeforeAfter::*which) {
+const HysteresisPoint* find_widest(const std::vector<HysteresisPoint>& loop, Measured BeforeAfter::*which) {
   const HysteresisPoint* found = nullptr;
   for (const HysteresisPoint& point : loop) {
     const double width = std::abs((point.width.*which).value);

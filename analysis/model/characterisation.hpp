@@ -205,7 +205,8 @@ void describe(auto& form, Like<Characterisation> auto& result) {
 [[nodiscard]] std::vector<TurnOn> turn_on_scatter(const std::vector<Characterisation>& records);
 
 /// Returns the widest point of a loop; null if there is none. `which` selects the width before or after compensation.
-[[nodiscard]] const HysteresisPoint* widest(const std::vector<HysteresisPoint>& loop, Measured BeforeAfter::*which);
+[[nodiscard]] const HysteresisPoint* find_widest(const std::vector<HysteresisPoint>& loop,
+                                                 Measured BeforeAfter::*which);
 
 /// Least-squares coefficients with standard uncertainties that remain valid for correlated neighbouring residuals.
 struct RobustFit {

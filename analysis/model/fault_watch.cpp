@@ -167,7 +167,7 @@ void HopWatch::learn_limit(const Eigen::MatrixXd& healthy) {
   for (Eigen::Index row = 0; row < healthy.rows(); ++row)
     if (const auto seen = push_all(trackers, healthy.row(row).transpose())) innovations.col(count++) = *seen;
   const double run_length = kSecondsPerHour / (spaces_.front().interval_s * options_.false_alarms_per_h);
-  const auto limit = fusion::limit_of_healthy(innovations.leftCols(count), detector_.slack(), run_length);
+  const auto limit = fusion::learn_sum_limit(innovations.leftCols(count), detector_.slack(), run_length);
   if (!limit) return;
   detector_ = detector_.with_limit(*limit);
   learnt_ = true;

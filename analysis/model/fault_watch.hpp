@@ -112,13 +112,13 @@ class HopWatch {
   [[nodiscard]] std::optional<Alarm> push(const Eigen::VectorXd& vector, double end_s);
 
   /// Tracks the vectors of a healthy record, one row per cluster, and computes the limit of the sum from their
-  /// innovations (fusion::limit_of_healthy). The limit is unchanged if there are too few vectors. Call it before the
+  /// innovations (fusion::learn_sum_limit). The limit is unchanged if there are too few vectors. Call it before the
   /// first push().
   void learn_limit(const Eigen::MatrixXd& healthy);
   [[nodiscard]] SumLimit limit() const;
 
  private:
-  struct Seen {
+  struct WatchedVector {
     double end_s{};
     Eigen::VectorXd vector;
   };
@@ -138,7 +138,7 @@ class HopWatch {
   /// Effects of a hop of 1 °/h on the normalised innovations of settled trackers.
   fusion::FaultTest innovations_;
   /// Vectors without a NaN, the oldest first.
-  std::deque<Seen> recent_;
+  std::deque<WatchedVector> recent_;
 };
 
 /// All watches of a set of axes.

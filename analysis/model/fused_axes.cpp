@@ -303,10 +303,10 @@ FusedUncertainty uncertainty_of_means(const FusedAxes& axes, double averaging_s)
   for (Eigen::Index a = 0; a < axes.axes(); ++a) {
     const Model& model = axes.models[static_cast<std::size_t>(a)];
     const Budget& budget = model.uncertainty->budget;
-    const Budget over = at_averaging(budget, averaging_s);
+    const Budget over = convert_averaging(budget, averaging_s);
     // Predictions use trailing means over the cluster length. Thermometer noise therefore does not increase for shorter
     // averaging times.
-    const Budget over_mean = at_averaging(budget, std::max(averaging_s, model.cluster_length_s));
+    const Budget over_mean = convert_averaging(budget, std::max(averaging_s, model.cluster_length_s));
     for (std::size_t row = 0; row < over.rows.size(); ++row) {
       const Source source = over.rows[row].source;
       if (source == Source::counting) continue;  // added below, for this record
@@ -317,7 +317,7 @@ FusedUncertainty uncertainty_of_means(const FusedAxes& axes, double averaging_s)
       const bool is_noise = source == Source::angle_random_walk || source == Source::thermometer_noise;
       // Axes share the drift of thermometers. The drift of a unit's own values affects only the axis.
       const bool is_shared = source == Source::thermometer_drift && !data::is_own_value(over.rows[row].of);
-      if (is_noise || is_shared || differs(source) == Differs::never) continue;
+      if (is_noise || is_shared || variability(source) == Variability::never) continue;
       result.bias(a, a) += variance;
     }
     // Each end of a count is uniformly off by up to half a step; the standard deviation of their sum is 1/√6 of a step.

@@ -159,9 +159,9 @@ std::optional<RestStretch> evaluate_stretch(const FusedAxes& axes, const Stretch
   add_heading(rest, rate, attitude);
   fusion::Geometry reading = *geometry;
   reading.covariance = uncertainty.noise(in).asDiagonal();
-  const auto estimate =
-      at_rest(reading, mean, attitude,
-              {.mean_deg_per_h = Eigen::VectorXd::Zero(std::ssize(in)), .covariance = uncertainty.bias(in, in)});
+  const auto estimate = estimate_at_rest(
+      reading, mean, attitude,
+      {.mean_deg_per_h = Eigen::VectorXd::Zero(std::ssize(in)), .covariance = uncertainty.bias(in, in)});
   if (estimate) add_estimate(rest, *estimate, options.watch.false_alarm_probability);
   return rest;
 }

@@ -182,12 +182,12 @@ std::string c_rows(const Eigen::MatrixXd& matrix) {
   return fmt::format("{}", fmt::join(rows, ","));
 }
 
-/// Returns the squared norm of each column of V; 0 where fuse_without() would fail.
+/// Returns the squared norm of each column of V; 0 where fuse_without_axis() would fail.
 Eigen::RowVectorXd column_squares(const fusion::Gains& gains) {
   const Eigen::VectorXd nothing = Eigen::VectorXd::Zero(gains.rate.cols());
   Eigen::RowVectorXd squares(gains.rate.cols());
   for (Eigen::Index i = 0; i < squares.size(); ++i)
-    squares(i) = fuse_without(gains, nothing, i) ? gains.parity.col(i).squaredNorm() : 0;
+    squares(i) = fuse_without_axis(gains, nothing, i) ? gains.parity.col(i).squaredNorm() : 0;
   return squares;
 }
 

@@ -33,7 +33,7 @@ Result<Terms> gradients(const data::Dataset& dataset) {
   return check_gradients(dataset).map([&] { return data::all_gradients(dataset.gradients); });
 }
 
-Result<Terms> differences_with_the_first(const data::Dataset& dataset) {
+Result<Terms> differences_to_first(const data::Dataset& dataset) {
   if (const auto checked = check_gradients(dataset); !checked) return failure(checked.error());
   Terms terms;
   for (std::size_t j = 1; j < dataset.gradients.size(); ++j) {
@@ -77,7 +77,7 @@ Result<Terms> term_per_thermometer(const data::Dataset& dataset) {
 }
 
 /// Returns the differences with the first thermometer; none if there is a single one.
-Terms differences_if_any(const data::Dataset& dataset) { return differences_with_the_first(dataset).value_or(Terms{}); }
+Terms optional_differences(const data::Dataset& dataset) { return differences_to_first(dataset).value_or(Terms{}); }
 
 Result<Terms> polynomial(const data::Dataset& dataset) {
   return first_temperature(dataset).map([&](const data::Term& t) {
@@ -88,7 +88,7 @@ Result<Terms> polynomial(const data::Dataset& dataset) {
 
 Result<Terms> temperature_gradient_rate(const data::Dataset& dataset) {
   return first_temperature(dataset).map([&](const data::Term& t) {
-    Terms terms = differences_if_any(dataset);
+    Terms terms = optional_differences(dataset);
     terms.insert(terms.begin(), t);
     terms.push_back(data::rate_term(dataset.gradients.front()));
     return terms;
@@ -97,7 +97,7 @@ Result<Terms> temperature_gradient_rate(const data::Dataset& dataset) {
 
 Result<Terms> physics(const data::Dataset& dataset) {
   return first_temperature(dataset).map([&](const data::Term& t) {
-    const Terms differences = differences_if_any(dataset);
+    const Terms differences = optional_differences(dataset);
     Terms terms{t, t * t};
     terms.insert(terms.end(), differences.begin(), differences.end());
     for (const data::Term& difference : differences) terms.push_back(t * difference);
@@ -137,7 +137,7 @@ constexpr std::array kKeywords = {Keyword{"multi-point", gradients, true},
                                   Keyword{"multi-point-t", gradients, true},
                                   Keyword{"three-point", three_points},
                                   Keyword{"three-point-t", three_points_and_temperature},
-                                  Keyword{"seven-point", differences_with_the_first},
+                                  Keyword{"seven-point", differences_to_first},
                                   Keyword{"gradients", gradients},
                                   Keyword{"temperatures", term_per_thermometer<data::temperature_term>},
                                   Keyword{"rates", term_per_thermometer<data::rate_term>},

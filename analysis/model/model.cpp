@@ -65,7 +65,7 @@ bool has_bounded_part(const methods::Function& function) {
 /// Predicts the bias, °/h, from scaled inputs; NaN if an input is not finite.
 Eigen::VectorXd predict_scaled(const Model& model, const data::SampleMatrix& scaled,
                                const data::SampleMatrix& bounded) {
-  Eigen::VectorXd f = value_of(model.function, scaled, bounded);
+  Eigen::VectorXd f = evaluate_function(model.function, scaled, bounded);
   for (Eigen::Index k = 0; k < f.size(); ++k) {
     if (!scaled.row(k).allFinite()) f(k) = std::numeric_limits<double>::quiet_NaN();
   }
@@ -163,14 +163,14 @@ Result<Prediction> predict_with_std(const Model& model, const data::SampleMatrix
   if (!model.variance) {
     return failure(FaultKind::usage, "standard deviation", fmt::format("method {} does not estimate it", model.method));
   }
-  const Eigen::VectorXd variance = variance_of(*model.variance, apply(model.scaling, inputs));
+  const Eigen::VectorXd variance = evaluate_variance(*model.variance, apply(model.scaling, inputs));
   return Prediction{predict(model, inputs), model.target_std_deg_per_h * variance.cwiseSqrt()};
 }
 
 int stored_numbers(const Model& model) {
   const auto inputs = static_cast<int>(model.terms.size());
   constexpr int kPerInput = 2, kOfTarget = 2;  // mean and STD each
-  return numbers_in(model.function) + kPerInput * inputs + kOfTarget;
+  return count_stored_numbers(model.function) + kPerInput * inputs + kOfTarget;
 }
 
 const char* name(Outside outside) {

@@ -41,7 +41,7 @@ namespace gyrotherm::model {
 /// multiplications. The program contains
 ///   NAME_fuse           the rate vector from one compensated reading per axis, and pᵀp of their parity vector;
 ///   NAME_suspect        the axis that explains a contradiction, like fusion::examine(), or −1;
-///   NAME_fuse_without   the rate vector without one axis, like fusion::fuse_without();
+///   NAME_fuse_without   the rate vector without one axis, like fusion::fuse_without_axis();
 ///   NAME_covariance     the covariance of the rate vector of all axes;
 ///   NAME_self_test      returns 0 if known results are reproduced.
 /// Return values report a contradiction of the axes above the limit, or a reading that is not finite. Three axes have

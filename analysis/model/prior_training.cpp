@@ -35,7 +35,7 @@ Result<OwnClusters> own_clusters(const population::TypePrior& prior, const std::
     if (!whole) return failure(whole.error());
     if (whole->empty()) return failure(FaultKind::usage, datasets[i].path, "no cluster has a value of every input");
     own.without_input += clusters[i].start_s.size() - std::ssize(*whole);
-    own.records.push_back(pick(clusters[i], *whole));
+    own.records.push_back(pick_clusters(clusters[i], *whole));
   }
   return concatenate(own.records).map([&](data::Clusters&& all) {
     own.all = std::move(all);
@@ -52,7 +52,7 @@ std::vector<data::Clusters> select_records(const OwnClusters& own, const RowNumb
     const Eigen::Index end = first + record.start_s.size();
     RowNumbers inside;
     for (; row != rows.end() && *row < end; ++row) inside.push_back(*row - first);
-    if (!inside.empty()) within.push_back(pick(record, inside));
+    if (!inside.empty()) within.push_back(pick_clusters(record, inside));
     first = end;
   }
   return within;
@@ -75,8 +75,8 @@ methods::LinearModel make_plane(const Eigen::VectorXd& coefficients) {
 }
 
 /// Returns the variance of the careful coefficients: their covariance, and their distance from the most likely ones.
-methods::PredictiveVariance careful_variance(const population::TypePrior& prior, const population::LearntUnit& unit,
-                                             const Eigen::VectorXd& careful) {
+methods::PredictiveVariance noise_aware_variance(const population::TypePrior& prior, const population::LearntUnit& unit,
+                                                 const Eigen::VectorXd& careful) {
   const Eigen::VectorXd apart = unit.coefficients.mean - careful;
   const Eigen::MatrixXd open = unit.coefficients.covariance + apart * apart.transpose();
   RowNumbers slopes_first;
@@ -96,7 +96,7 @@ std::string describe_type(const population::TypePrior& prior) {
 
 /// Assembles the function, its inputs and all members that do not depend on the unit's residuals.
 Model assemble(const population::TypePrior& prior, const population::LearntUnit& unit) {
-  const Eigen::VectorXd careful = careful_coefficients(prior, unit);
+  const Eigen::VectorXd careful = noise_aware_coefficients(prior, unit);
   Model model;
   model.method = kTypePriorMethod;
   std::vector<std::string> names;
@@ -109,7 +109,7 @@ Model assemble(const population::TypePrior& prior, const population::LearntUnit&
   model.function = make_plane(careful);
   model.effective_parameters = unit.effective_parameters;
   model.particulars = describe_type(prior);
-  model.variance = careful_variance(prior, unit, careful);
+  model.variance = noise_aware_variance(prior, unit, careful);
   return model;
 }
 
@@ -124,7 +124,7 @@ Result<void> evaluate_held_out(Model& model, const population::TypePrior& prior,
   for (const data::Fold& fold : folds.folds) {
     const auto without = learn_model(prior, select_records(own, fold.training));
     if (!without) return failure(without.error());
-    const auto predicted = predict(*without, pick(own.all, fold.held_out));
+    const auto predicted = predict(*without, pick_clusters(own.all, fold.held_out));
     if (!predicted) return failure(predicted.error());
     residual(fold.held_out) = own.all.bias_deg_per_h(fold.held_out) - *predicted;
   }
@@ -176,7 +176,7 @@ void add_type_rows(std::vector<BudgetRow>& rows, const population::TypePrior& pr
 
 /// Returns true if the type was learnt from this run, or from another run of the same gyro. Unit names are recorded
 /// identities unless the user chose them.
-bool was_learnt_from(const population::TypePrior& prior, const data::Dataset& dataset) {
+bool is_learnt_from(const population::TypePrior& prior, const data::Dataset& dataset) {
   const auto is_known = [&](const std::string& identity) { return !identity.empty() && identity == dataset.identity; };
   return std::ranges::any_of(prior.units, is_known) ||
          std::ranges::any_of(prior.records, [&](const population::PriorRecord& record) {
@@ -193,7 +193,7 @@ void add_warnings(Model& model, const population::TypePrior& prior, const std::v
                                          own.without_input + own.all.start_s.size()));
   }
   for (const data::Dataset& dataset : datasets) {
-    if (was_learnt_from(prior, dataset)) {
+    if (is_learnt_from(prior, dataset)) {
       model.warnings.push_back(fmt::format("{}: the prior was also learnt from this gyro{}; its data counts twice",
                                            dataset.path,
                                            dataset.identity.empty() ? "" : fmt::format(" ({})", dataset.identity)));

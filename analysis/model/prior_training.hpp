@@ -38,8 +38,8 @@ struct PriorTrainingOptions {
 };
 
 /// Trains a model of one unit from its type and at least one record of its own; any part of a run is sufficient. The
-/// function is linear in the scaled terms of the prior, with the coefficients of population::careful_coefficients, in
-/// °/h. The training differs from train() in four points:
+/// function is linear in the scaled terms of the prior, with the coefficients of population::noise_aware_coefficients,
+/// in °/h. The training differs from train() in four points:
 /// - a fold is predicted by coefficients that are learnt from the type and all other clusters; records that are too
 ///   short for folds (data::FoldKind::automatic) are held out together and predicted only from the type;
 /// - the trained range is the union of the type's and the unit's own, so an hour at −40 °C does not restrict it;

@@ -91,7 +91,7 @@ std::vector<NamedModel> named_models(const Qualification& qualification) {
 
 /// Returns the mean squared error on a run, plus the variance caused by a year of thermometer drift, which records of a
 /// few weeks cannot reveal.
-Result<double> mse_on(const Model& model, const data::RecordedRun& run) {
+Result<double> compute_run_error(const Model& model, const data::RecordedRun& run) {
   return verify(model, run.dataset, run.clusters).map([&](const Verification& verification) {
     return std::pow(verification.compensated.rmse, 2) + std::pow(yearly_drift_deg_per_h(model, run.dataset), 2);
   });
@@ -99,13 +99,13 @@ Result<double> mse_on(const Model& model, const data::RecordedRun& run) {
 
 /// Computes the mean squared error of the ramp run's model on each further record, and that of a model of all further
 /// records on the ramp run. The latter is NaN if the method cannot learn from the further records.
-Result<Candidate> judge_candidate(const NamedModel& named, const data::RecordedRun& rate,
-                                  const std::vector<data::RecordedRun>& further, const QualificationOptions& options,
-                                  const ProgressSink& progress) {
+Result<Candidate> evaluate_candidate(const NamedModel& named, const data::RecordedRun& rate,
+                                     const std::vector<data::RecordedRun>& further, const QualificationOptions& options,
+                                     const ProgressSink& progress) {
   const Model& model = named.trained.model;
   Candidate candidate{.name = named.name, .stored_numbers = stored_numbers(model), .held_out_mse = {}};
   for (const data::RecordedRun& run : further) {
-    const auto mse = mse_on(model, run);
+    const auto mse = compute_run_error(model, run);
     if (!mse) return failure(mse.error());
     candidate.held_out_mse.push_back(*mse);
   }
@@ -113,7 +113,7 @@ Result<Candidate> judge_candidate(const NamedModel& named, const data::RecordedR
   once.nested = false;
   const auto other = train_on(further, {"choosing " + named.name, model.method, model.inputs}, once, progress);
   if (!other && other.error().kind == FaultKind::interrupted) return failure(other.error());
-  const auto mse = other ? mse_on(*other, rate) : Result<double>(std::nan(""));
+  const auto mse = other ? compute_run_error(*other, rate) : Result<double>(std::nan(""));
   if (!mse) return failure(mse.error());
   candidate.held_out_mse.push_back(*mse);
   return candidate;
@@ -169,7 +169,7 @@ Result<Recommendation> recommend_trained(const Qualification& trained, const dat
   std::vector<Candidate> candidates;
   for (const NamedModel& named : named_models(trained)) {
     if (begins) begins(named.trained.model.method, named.trained.model.inputs);
-    auto candidate = judge_candidate(named, rate, further, options, progress);
+    auto candidate = evaluate_candidate(named, rate, further, options, progress);
     if (!candidate) return failure(candidate.error());
     candidates.push_back(std::move(*candidate));
   }

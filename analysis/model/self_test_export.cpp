@@ -83,7 +83,7 @@ void answer(const Model& model, const std::vector<std::string>& names, KnownAnsw
   clusters.temperature_c << answers.mean_c, answers.lag_k;
   clusters.rate_c_per_min = (answers.mean_c - answers.before_c) * (kSecondsPerMinute / model.cluster_length_s);
   std::vector<data::Term> terms = model.terms;
-  std::ranges::transform(model.terms, terms.begin(), data::with_lags_as_temperatures);
+  std::ranges::transform(model.terms, terms.begin(), data::replace_lags);
   auto inputs = evaluate(terms, clusters);
   assert(inputs);
   Model with_lags = model;

@@ -94,7 +94,7 @@ CompensationStream::CompensationStream(const Model& model, std::vector<std::stri
   latest_.length_s = model.cluster_length_s;
   latest_.thermometers = std::move(columns);
   for (const data::Factor& lag : data::lags_in(model.terms)) latest_.thermometers.push_back(lag_name(lag));
-  std::ranges::transform(model.terms, model_.terms.begin(), data::with_lags_as_temperatures);
+  std::ranges::transform(model.terms, model_.terms.begin(), data::replace_lags);
   latest_.temperature_c.setZero(1, count + static_cast<Eigen::Index>(lags.size()));
   latest_.rate_c_per_min.setZero(1, count);
 }

@@ -169,13 +169,13 @@ Result<void> plan_training(TrainingContext& context, const std::vector<data::Clu
     const auto whole = rows_with_inputs(context.inputs, record);
     if (!whole) return failure(whole.error());
     for (const Eigen::Index row : *whole) rows.push_back(first + row);
-    context.records.push_back(pick(record, *whole));
+    context.records.push_back(pick_clusters(record, *whole));
     first += record.start_s.size();
   }
   context.without_input = first - static_cast<Eigen::Index>(rows.size());
   if (rows.empty()) return failure(FaultKind::usage, "training", "no cluster has a value of every input");
   const Eigen::Index held_out = count_held_out(*folds, first, rows);
-  context.training_set = data::within({.clusters = std::move(*clusters), .folds = std::move(*folds)}, rows);
+  context.training_set = data::restrict_rows({.clusters = std::move(*clusters), .folds = std::move(*folds)}, rows);
   Eigen::Index remaining = 0;
   for (const data::Fold& fold : context.training_set.folds.folds) remaining += std::ssize(fold.held_out);
   if (remaining == held_out) return {};
@@ -353,7 +353,7 @@ Result<std::vector<FoldData>> split_at_folds(const data::TrainingSet& training_s
       return interrupted_fault();
     }
     const data::Fold& rows = training_set.folds.folds[fold];
-    data::TrainingSet training = within(training_set, rows.training);
+    data::TrainingSet training = restrict_rows(training_set, rows.training);
     training.clusters = apply_bias_filter(method, std::move(training.clusters));
     auto preparation = prepare(inputs, training);
     if (!preparation) {
@@ -366,7 +366,7 @@ Result<std::vector<FoldData>> split_at_folds(const data::TrainingSet& training_s
       return failure(std::move(fault));
     }
     splits.push_back({.training = std::move(training),
-                      .held_out = pick(training_set.clusters, rows.held_out),
+                      .held_out = pick_clusters(training_set.clusters, rows.held_out),
                       .training_rows = rows.training,
                       .held_out_rows = rows.held_out,
                       .preparation = std::move(*preparation)});
@@ -397,7 +397,7 @@ Result<Eigen::VectorXd> nested_residual(const data::TrainingSet& training_set, c
       return keep_going(progress, stage, fraction);
     };
     // The bias is not filtered here, since each inner split filters it.
-    const auto inner = ensure_two_folds(within(training_set, training_set.folds.folds[i].training));
+    const auto inner = ensure_two_folds(restrict_rows(training_set, training_set.folds.folds[i].training));
     if (!inner) return failure(inner.error());
     const auto inner_splits = split_at_folds(*inner, inputs, estimator.method, within_stage);
     if (!inner_splits) return failure(inner_splits.error());

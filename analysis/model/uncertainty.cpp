@@ -495,7 +495,7 @@ Result<Eigen::VectorXd> interval_half_widths(const Model& model, const Uncertain
                                              const data::Dataset& dataset, const data::Clusters& clusters) {
   const auto slopes = sensitivities(model, clusters);
   if (!slopes) return failure(slopes.error());
-  const auto rows = rows_for_run(dataset, differing_rows(at_averaging(trained.budget, clusters.length_s).rows));
+  const auto rows = rows_for_run(dataset, differing_rows(convert_averaging(trained.budget, clusters.length_s).rows));
   const auto inputs = evaluate(model.terms, clusters);
   if (!inputs) return failure(inputs.error());
   const Eigen::VectorXd excess = within_range(model, *inputs, Outside::extrapolate).excess;

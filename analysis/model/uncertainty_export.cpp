@@ -57,7 +57,7 @@ std::string c_line(const BudgetRow& row) {
 
 Result<CPart> uncertainty_in_c(const Model& model, std::string_view name) {
   if (!model.uncertainty || model.uncertainty->budget.rows.empty()) return CPart{};
-  const std::vector<BudgetRow> rows = at_averaging(model.uncertainty->budget, rows_in_cluster(model)).rows;
+  const std::vector<BudgetRow> rows = convert_averaging(model.uncertainty->budget, rows_in_cluster(model)).rows;
   const CombinedUncertainty all = combined(rows);
   if (!std::isfinite(all.expanded_deg_per_h))
     return failure(FaultKind::usage, "C export", "the combined uncertainty of the model is not finite");

@@ -23,7 +23,7 @@ constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
 using Rows = std::vector<Eigen::Index>;
 
 template <class Predicate>
-Rows rows_where(const data::Clusters& clusters, Predicate selects) {
+Rows select_rows(const data::Clusters& clusters, Predicate selects) {
   Rows rows;
   for (Eigen::Index k = 0; k < clusters.start_s.size(); ++k) {
     if (selects(k)) rows.push_back(k);
@@ -70,7 +70,7 @@ std::vector<double> find_corners(const data::Dataset& dataset, const std::vector
 }
 
 Rows find_corner_rows(const std::vector<double>& corners, const data::Clusters& clusters) {
-  return rows_where(clusters, [&](Eigen::Index k) {
+  return select_rows(clusters, [&](Eigen::Index k) {
     return std::ranges::any_of(corners, [&](double corner_s) {
       return clusters.start_s(k) < corner_s + kCornerSeconds && clusters.start_s(k) + clusters.length_s > corner_s;
     });
@@ -82,7 +82,7 @@ std::vector<SegmentFigures> segment_figures(const data::Dataset& dataset, const 
   std::vector<SegmentFigures> figures;
   for (std::size_t s = 0; s < dataset.segments.size(); ++s) {
     const auto segment = static_cast<int>(s);
-    const Rows rows = rows_where(clusters, [&](Eigen::Index k) { return clusters.segment(k) == segment; });
+    const Rows rows = select_rows(clusters, [&](Eigen::Index k) { return clusters.segment(k) == segment; });
     if (rows.empty()) continue;
     figures.push_back({.segment = segment,
                        .name = dataset.segments[s].name,
@@ -216,7 +216,7 @@ std::optional<TrueBiasError> compute_true_bias_error(const data::Dataset& datase
                                                      const Eigen::VectorXd& residual) {
   if (clusters.true_bias_deg_per_h.size() == 0) return {};
   Eigen::VectorXd error = clusters.bias_deg_per_h - residual - clusters.true_bias_deg_per_h;
-  const Rows rows = rows_where(clusters, [&](Eigen::Index k) { return std::isfinite(error(k)); });
+  const Rows rows = select_rows(clusters, [&](Eigen::Index k) { return std::isfinite(error(k)); });
   if (rows.empty()) return {};
   TrueBiasError result{.figures = {}, .mean_removed = dataset.has_own_reference};
   if (result.mean_removed) error.array() -= error(rows).mean();
@@ -233,7 +233,7 @@ Result<Verification> verify(const Model& model, const data::Dataset& dataset, co
   const Eigen::VectorXd residual = clusters.bias_deg_per_h - predict(model, ranged);
   const std::vector<Stretch> stretches = find_stretches(dataset);
   const auto figures_where = [&](auto selects) {
-    return figures_at(residual, clusters, rows_where(clusters, selects));
+    return figures_at(residual, clusters, select_rows(clusters, selects));
   };
   const auto part = [&](bool hold) {
     return figures_where([&, hold](Eigen::Index k) {

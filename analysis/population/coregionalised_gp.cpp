@@ -72,8 +72,8 @@ Eigen::MatrixXd compute_kernel(const Coregionalisation& model, const data::Sampl
 }
 
 /// Returns B_ij k for each pair of values, without noise.
-Eigen::MatrixXd spread_out(const OutputSamples& samples, const Eigen::MatrixXd& kernel,
-                           const Eigen::MatrixXd& between) {
+Eigen::MatrixXd value_covariance(const OutputSamples& samples, const Eigen::MatrixXd& kernel,
+                                 const Eigen::MatrixXd& between) {
   const auto count = static_cast<Eigen::Index>(samples.values.size());
   Eigen::MatrixXd all(count, count);
   for (Eigen::Index j = 0; j < count; ++j) {
@@ -93,7 +93,7 @@ void add_noise(const OutputSamples& samples, const Eigen::VectorXd& noise, Eigen
   }
 }
 
-tl::unexpected<Fault> outputs_not_definite() {
+tl::unexpected<Fault> not_definite_fault() {
   return failure(FaultKind::numeric, "coregionalised process", "the covariance is not positive definite");
 }
 
@@ -109,14 +109,14 @@ struct Solved {
 Result<Solved> solve(const Coregionalisation& model, const OutputSamples& samples) {
   Solved solved;
   solved.kernel = compute_kernel(model, samples.x, samples.x);
-  Eigen::MatrixXd covariance = spread_out(samples, solved.kernel, between_outputs(model));
+  Eigen::MatrixXd covariance = value_covariance(samples, solved.kernel, between_outputs(model));
   add_noise(samples, model.noise, covariance);
   solved.factor.compute(covariance);
-  if (solved.factor.info() != Eigen::Success) return outputs_not_definite();
+  if (solved.factor.info() != Eigen::Success) return not_definite_fault();
   solved.of_constants = solved.factor.matrixL().solve(output_indicators(samples));
   const Eigen::VectorXd y = solved.factor.matrixL().solve(values_in(samples));
   const Eigen::LLT<Eigen::MatrixXd> precision(solved.of_constants.transpose() * solved.of_constants);
-  if (precision.info() != Eigen::Success) return outputs_not_definite();
+  if (precision.info() != Eigen::Success) return not_definite_fault();
   solved.constant = precision.solve(solved.of_constants.transpose() * y);
   solved.constant_covariance = precision.solve(Eigen::MatrixXd::Identity(samples.outputs, samples.outputs));
   const Eigen::VectorXd left = y - solved.of_constants * solved.constant;
@@ -125,7 +125,7 @@ Result<Solved> solve(const Coregionalisation& model, const OutputSamples& sample
       solved.factor.matrixLLT().diagonal().array().log().sum() + precision.matrixLLT().diagonal().array().log().sum();
   const auto freedom = static_cast<double>(y.size() - samples.outputs);
   solved.log_likelihood = -0.5 * left.squaredNorm() - determinants - 0.5 * freedom * std::log(2 * std::numbers::pi);
-  if (!std::isfinite(solved.log_likelihood)) return outputs_not_definite();
+  if (!std::isfinite(solved.log_likelihood)) return not_definite_fault();
   return solved;
 }
 

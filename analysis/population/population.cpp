@@ -49,7 +49,7 @@ struct Step {
   double log_likelihood{};
 };
 
-Result<Step> step_at(std::span<const UnitInformation> units, const Eigen::MatrixXd& covariance) {
+Result<Step> compute_step(std::span<const UnitInformation> units, const Eigen::MatrixXd& covariance) {
   const Eigen::MatrixXd root = root_of_covariance(covariance);
   const Eigen::Index count = covariance.rows();
   Step step;
@@ -129,8 +129,8 @@ Coefficients next_unit(const Population& population) {
   return {population.mean, population.covariance + population.mean_covariance};
 }
 
-Result<PopulationFit> population_with(std::span<const UnitInformation> units, const Eigen::MatrixXd& covariance) {
-  const auto step = step_at(units, covariance);
+Result<PopulationFit> fit_population_mean(std::span<const UnitInformation> units, const Eigen::MatrixXd& covariance) {
+  const auto step = compute_step(units, covariance);
   if (!step) return failure(step.error());
   return PopulationFit{.population = make_population(*step, covariance), .log_likelihood = step->log_likelihood};
 }
@@ -145,7 +145,7 @@ Result<PopulationFit> fit_population(std::span<const UnitInformation> units, con
   }
   PopulationFit fit;
   Eigen::MatrixXd covariance = start;
-  auto step = step_at(units, covariance);
+  auto step = compute_step(units, covariance);
   if (!step) return failure(step.error());
   const auto count = static_cast<double>(units.size());
   double before = step->log_likelihood + log_prior(covariance, options.shrinkage);
@@ -159,7 +159,7 @@ Result<PopulationFit> fit_population(std::span<const UnitInformation> units, con
       covariance /= count;
     }
     if (options.independent) covariance = covariance.diagonal().asDiagonal().toDenseMatrix();
-    step = step_at(units, covariance);
+    step = compute_step(units, covariance);
     if (!step) return failure(step.error());
     ++fit.iterations;
     const double now = step->log_likelihood + log_prior(covariance, options.shrinkage);

@@ -92,7 +92,7 @@ struct PopulationFit {
 
 /// Returns μ and its covariance for a known Σ, and the restricted likelihood of that Σ. Fails with numeric like
 /// fit_population().
-[[nodiscard]] Result<PopulationFit> population_with(std::span<const UnitInformation> units,
-                                                    const Eigen::MatrixXd& covariance);
+[[nodiscard]] Result<PopulationFit> fit_population_mean(std::span<const UnitInformation> units,
+                                                        const Eigen::MatrixXd& covariance);
 
 }  // namespace gyrotherm::population

@@ -53,7 +53,7 @@ Eigen::VectorXd autocorrelations(const Eigen::VectorXd& values, const Eigen::Vec
 }
 
 /// Returns the numbers of pairs at distances of 1 … `lags` positions.
-Eigen::VectorXd pairs_apart(const Eigen::VectorXi& places, Eigen::Index lags) {
+Eigen::VectorXd count_pairs_by_lag(const Eigen::VectorXi& places, Eigen::Index lags) {
   const Eigen::VectorXd ones = Eigen::VectorXd::Ones(places.size());
   Eigen::VectorXd all(lags);
   for (Eigen::Index lag = 1; lag <= lags; ++lag)
@@ -79,7 +79,7 @@ CorrelatedPair correlate_pair(const Eigen::MatrixXd& both, const Eigen::VectorXi
   CorrelatedPair pair{.r = data::pearson(a, b), .effective = count};
   if (!varies(a) || !varies(b)) return pair;
   const Eigen::Index lags = a.size() / 4;
-  const double dependence = (pairs_apart(places, lags).array() * autocorrelations(a, places, lags).array() *
+  const double dependence = (count_pairs_by_lag(places, lags).array() * autocorrelations(a, places, lags).array() *
                              autocorrelations(b, places, lags).array())
                                 .sum();
   pair.effective = count * count / std::max(count, count + 2 * dependence);

@@ -225,7 +225,7 @@ Result<UnexplainedNoise> search_noise(const UnexplainedNoise& start, const Desig
                                       const Eigen::MatrixXd& covariance, double cluster_length_s) {
   constexpr double kFirstStep = 0.8, kLastStep = 0.04;
   const auto likelihood_at = [&](const NoiseLogarithms& at) -> Result<double> {
-    return population_with(collect_information(noise_at(at, start.turn_on_deg_per_h), units), covariance)
+    return fit_population_mean(collect_information(noise_at(at, start.turn_on_deg_per_h), units), covariance)
         .map([](const PopulationFit& fit) { return fit.log_likelihood; });
   };
   NoiseLogarithms at{std::log(start.white_deg_per_h), std::log(start.wander_deg_per_h), std::log(start.wander_time_s)};
@@ -273,8 +273,8 @@ struct Chosen {
 };
 
 /// Shrinks the correlations towards 0; the shrinkage is chosen by leave-one-unit-out.
-Result<Chosen> with_correlations(const std::vector<UnitInformation>& units, const PopulationFit& independent,
-                                 bool quick) {
+Result<Chosen> fit_correlations(const std::vector<UnitInformation>& units, const PopulationFit& independent,
+                                bool quick) {
   constexpr std::array kWorth = {100.0, 30.0, 10.0, 3.0, 1.0};
   constexpr std::size_t kFewestToLeaveOneOut = 4;
   const Eigen::MatrixXd& start = independent.population.covariance;
@@ -317,7 +317,7 @@ Result<Learnt> learn(const DesignedUnits& units, double cluster_length_s, const 
     if (!searched) return failure(searched.error());
     noise = *searched;
   }
-  auto chosen = with_correlations(collect_information(noise, units), *fit, options.quick);
+  auto chosen = fit_correlations(collect_information(noise, units), *fit, options.quick);
   if (!chosen) return failure(chosen.error());
   return Learnt{std::move(*chosen), noise};
 }
@@ -343,7 +343,7 @@ Result<Eigen::MatrixXd> term_error_covariance(std::span<const UnitClusters> unit
     for (const data::Clusters& run : unit.runs) {
       const auto inputs = evaluate(prior.terms, run);
       if (!inputs) return failure(inputs.error());
-      const data::Clusters known = pick(run, data::finite_rows(*inputs));
+      const data::Clusters known = pick_clusters(run, data::finite_rows(*inputs));
       const auto covariance = data::input_covariance(prior.terms, known, uncertainty_k);
       if (!covariance) return failure(covariance.error());
       const auto rows = static_cast<double>(known.start_s.size());
@@ -413,7 +413,7 @@ Result<LearntUnit> learn_unit(const TypePrior& prior, std::span<const data::Clus
   return LearntUnit{std::move(known), sum / std::max(1.0, all.rows), decided};
 }
 
-Eigen::VectorXd careful_coefficients(const TypePrior& prior, const LearntUnit& unit) {
+Eigen::VectorXd noise_aware_coefficients(const TypePrior& prior, const LearntUnit& unit) {
   assert(unit.coefficients.mean.size() == prior.next_unit.mean.size());
   Eigen::VectorXd careful = unit.coefficients.mean;
   if (prior.error_covariance.isZero(0)) return careful;
@@ -432,9 +432,9 @@ Result<UnitPrediction> predict(const TypePrior& prior, const LearntUnit& unit, c
   if (!inputs) return failure(inputs.error());
   const auto scaled = apply(prior.scaling, *inputs);
   const Eigen::MatrixXd design = make_design(scaled, Eigen::MatrixXd::Identity(scaled.cols(), scaled.cols()));
-  const Eigen::VectorXd careful = careful_coefficients(prior, unit);
+  const Eigen::VectorXd careful = noise_aware_coefficients(prior, unit);
   double same = std::pow(prior.noise.wander_deg_per_h, 2) + std::pow(prior.noise.turn_on_deg_per_h, 2);
-  const data::Clusters known = pick(clusters, data::finite_rows(*inputs));
+  const data::Clusters known = pick_clusters(clusters, data::finite_rows(*inputs));
   if (!drift_k.empty() && known.start_s.size() > 0) {
     const auto errors = data::input_covariance(prior.terms, known, {drift_k.begin(), drift_k.end()});
     if (!errors) return failure(errors.error());

@@ -122,7 +122,7 @@ struct LearntUnit {
 /// the unit's own clusters. This is the penalty of methods::penalised_plane(), with the posterior instead of samples.
 /// The most likely slopes are not used directly, because they depend on differences between thermometers that change
 /// with a year's drift. If C is 0, the most likely slopes are returned.
-[[nodiscard]] Eigen::VectorXd careful_coefficients(const TypePrior& prior, const LearntUnit& unit);
+[[nodiscard]] Eigen::VectorXd noise_aware_coefficients(const TypePrior& prior, const LearntUnit& unit);
 
 /// Predicted bias of each cluster of a run that the unit has not made yet, °/h; NaN if an input is unknown.
 struct UnitPrediction {

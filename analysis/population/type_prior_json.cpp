@@ -74,7 +74,7 @@ RowsOfNumbers covariance_rows(const Eigen::MatrixXd& covariance) {
 }
 
 /// Returns the matrix, or an empty one if the rows are not a covariance of this size.
-Eigen::MatrixXd covariance_from(const RowsOfNumbers& rows, std::size_t coefficients) {
+Eigen::MatrixXd parse_covariance(const RowsOfNumbers& rows, std::size_t coefficients) {
   const auto count = static_cast<Eigen::Index>(coefficients);
   Eigen::MatrixXd covariance(count, count);
   if (rows.size() != coefficients) return {};
@@ -131,9 +131,9 @@ void describe(auto& form, Like<TypePrior> auto& prior) {
   form("error_covariance", errors);
   if constexpr (kReads) {
     take_terms(terms, constant, prior);
-    prior.next_unit.covariance = covariance_from(rows, terms.size() + 1);
-    prior.term_spread = covariance_from(spread, terms.size());
-    prior.error_covariance = covariance_from(errors, terms.size());
+    prior.next_unit.covariance = parse_covariance(rows, terms.size() + 1);
+    prior.term_spread = parse_covariance(spread, terms.size());
+    prior.error_covariance = parse_covariance(errors, terms.size());
   }
   const auto count = static_cast<Eigen::Index>(terms.size());
   form.expect("covariance_deg2_per_h2", prior.next_unit.covariance.rows() == count + 1,

@@ -25,25 +25,25 @@ enum class ChoiceRule { best, one_standard_error };
 [[nodiscard]] Result<ChoiceRule> parse_choice(std::string_view text);
 
 /// Evaluated position of a search, in log2 of C, σ and (unless fixed) ε, with its error on every fold.
-struct JudgedPosition {
+struct EvaluatedPosition {
   std::vector<double> position;
   /// Share of each fold in the mean squared error: its squared errors divided by the number of all held-out rows.
   std::vector<double> shares;
 };
 
 /// Returns the mean squared error over all held-out rows, the sum of the shares.
-[[nodiscard]] double mean_squared_error(const JudgedPosition& judged);
+[[nodiscard]] double mean_squared_error(const EvaluatedPosition& evaluated);
 
 /// Returns the standard error of mean_squared_error(). Let w_k be the fraction of all rows that fold k holds out, and
 /// e_k = share_k/w_k the mean squared error of fold k. The result is √(K/(K − 1) · Σ w_k²(e_k − ē)²). For K equal folds
 /// this is the standard deviation of the e_k over √K. Returns 0 for a single fold. `parts` contains w_k for each fold;
-/// it must have as many elements as `judged` has shares.
-[[nodiscard]] double standard_error(const JudgedPosition& judged, std::span<const double> parts);
+/// it must have as many elements as `evaluated` has shares.
+[[nodiscard]] double standard_error(const EvaluatedPosition& evaluated, std::span<const double> parts);
 
 /// Returns whether `a` is simpler than `b`: smaller C, then larger σ, then larger ε. C, σ and ε are compared in whole
 /// octaves, since their exact values hardly ever coincide in a search. Among equally simple positions, the one with the
 /// smaller error and then with the smaller coordinates counts as simpler.
-[[nodiscard]] bool is_simpler(const JudgedPosition& a, const JudgedPosition& b);
+[[nodiscard]] bool is_simpler(const EvaluatedPosition& a, const EvaluatedPosition& b);
 
 /// Result of the one-standard-error rule.
 struct OneStandardErrorChoice {
@@ -58,7 +58,7 @@ struct OneStandardErrorChoice {
 };
 
 /// Applies the rule to at least one position. The result does not depend on their order.
-[[nodiscard]] OneStandardErrorChoice simplest_within_one_standard_error(std::span<const JudgedPosition> judged,
+[[nodiscard]] OneStandardErrorChoice simplest_within_one_standard_error(std::span<const EvaluatedPosition> evaluated,
                                                                         std::span<const double> parts);
 
 /// Record of a choice by the one-standard-error rule, stored with a tuning. Errors are in (°/h)².

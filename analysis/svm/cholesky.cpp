@@ -242,7 +242,9 @@ void solve_column(const double* l, Eigen::Index stride, Eigen::Index n, double* 
 constexpr Eigen::Index kInverseRows = 96;
 
 // Returns a matrix as an operand for products and divisions that only read it.
-Block read_only(const Eigen::Ref<const Eigen::MatrixXd>& m) { return {const_cast<double*>(m.data()), m.outerStride()}; }
+Block read_only_block(const Eigen::Ref<const Eigen::MatrixXd>& m) {
+  return {const_cast<double*>(m.data()), m.outerStride()};
+}
 
 }  // namespace
 
@@ -255,7 +257,7 @@ void solve_cholesky(const Eigen::Ref<const Eigen::MatrixXd>& factor, Eigen::Ref<
 }
 
 void subtract_square(const Eigen::Ref<const Eigen::MatrixXd>& a, Eigen::Ref<Eigen::MatrixXd> c) {
-  const Block operand = read_only(a);
+  const Block operand = read_only_block(a);
   subtract_product(operand, operand, {c.data(), c.outerStride()}, a.rows(), a.rows(), a.cols(), Part::lower, scratch());
 }
 
@@ -266,7 +268,7 @@ Eigen::VectorXd inverse_diagonal(const Eigen::Ref<const Eigen::MatrixXd>& factor
   for (Eigen::Index top = 0; top < n; top += kInverseRows) {
     const Eigen::Index high = std::min(kInverseRows, n - top);
     rows.setIdentity(high, n - top);
-    divide(read_only(factor).at(top, top), {rows.data(), rows.outerStride()}, high, n - top, scratch());
+    divide(read_only_block(factor).at(top, top), {rows.data(), rows.outerStride()}, high, n - top, scratch());
     diagonal.segment(top, high) = rows.rowwise().squaredNorm();
   }
   return diagonal;
@@ -278,7 +280,7 @@ Eigen::MatrixXd inverse_lower(const Eigen::Ref<const Eigen::MatrixXd>& factor) {
   const Block a{upper.data(), n}, c{inverse.data(), n};
   for (Eigen::Index top = 0; top < n; top += kInverseRows) {
     const Eigen::Index high = std::min(kInverseRows, n - top);
-    divide(read_only(factor).at(top, top), a.at(top, top), high, n - top, scratch());
+    divide(read_only_block(factor).at(top, top), a.at(top, top), high, n - top, scratch());
     subtract_product(a.at(top, top), a.at(0, top), c.at(top, 0), high, top + high, n - top, Part::whole, scratch());
   }
   inverse = -inverse;

@@ -47,7 +47,7 @@ void make_column(const double* x, Eigen::Index stride, Eigen::Index inputs, Eige
 }
 
 // Stores the coordinates in both precisions, padded with zeros to the length used by the hot loops.
-void lay_out(const Eigen::MatrixXd& coordinates, Eigen::MatrixXd& doubles, Eigen::MatrixXf& singles) {
+void store_padded(const Eigen::MatrixXd& coordinates, Eigen::MatrixXd& doubles, Eigen::MatrixXf& singles) {
   const Eigen::Index size = coordinates.rows(), directions = coordinates.cols();
   doubles = Eigen::MatrixXd::Zero(padded_column(size), directions);
   singles = Eigen::MatrixXf::Zero(padded_row(size), directions);
@@ -67,7 +67,7 @@ Eigen::VectorXd gaussians_at(const Eigen::Ref<const SampleMatrix>& positions,
 }
 
 GaussianSamples::GaussianSamples(const Eigen::Ref<const SampleMatrix>& x) : size_(x.rows()), coordinates_(spanned(x)) {
-  lay_out(coordinates_, doubles_, singles_);
+  store_padded(coordinates_, doubles_, singles_);
 }
 
 void GaussianSamples::compute_float_row(Eigen::Index i, double sigma, float* out) const {

@@ -16,7 +16,7 @@ namespace {
 
 // Returns whether a point that moves by `units` times its part leaves its range.
 GYROTHERM_CLONES
-bool leaves_range(const double* part, const double* beta, const double* low, const double* high, double units) {
+bool is_outside_range(const double* part, const double* beta, const double* low, const double* high, double units) {
   int passing = 0;
   for (int p = 0; p < SmoDirection::kEntries; ++p) {
     const double there = beta[p] + units * part[p];
@@ -214,7 +214,7 @@ class Decomposition {
 
  private:
   [[nodiscard]] double violation() const;
-  [[nodiscard]] bool few_are_free() const;
+  [[nodiscard]] bool has_few_free_points() const;
   void choose();
   void take_steepest(int count);
   void keep(bool free);
@@ -244,7 +244,7 @@ double Decomposition::violation() const {
   return static_cast<double>(highest) - static_cast<double>(lowest);
 }
 
-bool Decomposition::few_are_free() const {
+bool Decomposition::has_few_free_points() const {
   const auto free =
       std::ranges::count_if(all_.beta(), [&](double beta) { return beta != 0 && std::abs(beta) < problem_.C; });
   return static_cast<double>(free) <= kFewFree * n_;
@@ -336,7 +336,7 @@ void Decomposition::run(double tolerance, int most, SmoRun& run) {
     if (inner.iterations == 0) return;
     run.iterations += inner.iterations;
     update_errors();
-    if (run.iterations >= kIterationsBeforeFew * n_ && few_are_free()) return;
+    if (run.iterations >= kIterationsBeforeFew * n_ && has_few_free_points()) return;
   }
 }
 
@@ -377,7 +377,7 @@ void SmoDirection::turn(const Point& i, const Point& j, double kept) {
 
 SmoDirection::Length SmoDirection::reach(double units) const {
   Length length{units, -1};
-  if (!leaves_range(part_.data(), beta_.data(), low_.data(), high_.data(), units)) return length;
+  if (!is_outside_range(part_.data(), beta_.data(), low_.data(), high_.data(), units)) return length;
   for (int p = 0; p < count_; ++p) {
     const double room = (part_[p] > 0 ? high_[p] : low_[p]) - beta_[p];
     if (std::abs(room) < length.units * std::abs(part_[p])) length = {room / part_[p], p};

@@ -12,7 +12,7 @@ constexpr double kFlat = 1e-13;
 using Qr = Eigen::ColPivHouseholderQR<Eigen::MatrixXd>;
 
 // Returns whether the first few samples already differ in all directions, as is usual for independent inputs.
-bool few_differ_in_all(const Eigen::Ref<const Eigen::MatrixXd>& centred) {
+bool do_first_samples_span_all(const Eigen::Ref<const Eigen::MatrixXd>& centred) {
   const Eigen::Index inputs = centred.cols(), few = 4 * inputs;
   if (centred.rows() <= few || inputs == 0) return false;
   const Qr few_qr(centred.topRows(few));
@@ -24,7 +24,7 @@ bool few_differ_in_all(const Eigen::Ref<const Eigen::MatrixXd>& centred) {
 // Factors the samples first: the rows of R span the same space as the samples and are much fewer.
 Eigen::MatrixXd spanning_directions(const Eigen::Ref<const Eigen::MatrixXd>& centred) {
   const Eigen::Index inputs = centred.cols();
-  if (few_differ_in_all(centred)) return Eigen::MatrixXd::Identity(inputs, inputs);
+  if (do_first_samples_span_all(centred)) return Eigen::MatrixXd::Identity(inputs, inputs);
   Qr sample_qr;
   sample_qr.setThreshold(kFlat);
   sample_qr.compute(centred);

@@ -23,7 +23,7 @@ void add_columns(const double* const* columns, const double* weights, Eigen::Ind
   }
 }
 
-bool feasible(const SvrProblem& problem, const Eigen::VectorXd& beta) {
+bool is_feasible_point(const SvrProblem& problem, const Eigen::VectorXd& beta) {
   const double sum_tolerance = kSumTolerance * problem.C * static_cast<double>(problem.size());
   return std::abs(beta.sum()) <= sum_tolerance && beta.lpNorm<Eigen::Infinity>() <= problem.C;
 }
@@ -78,7 +78,7 @@ Certificate certify(const SvrProblem& problem, const SvrPoint& point, const Eige
   const double dual = half_norm - problem.y.dot(point.beta) + problem.epsilon * point.beta.lpNorm<1>();
   const double constant_loss = problem.C * (problem.y.array() - problem.y.mean()).abs().sum();
   const double scale = std::max({std::abs(dual), kGapFloor * constant_loss, std::numeric_limits<double>::min()});
-  const bool is_feasible = feasible(problem, point.beta);
+  const bool is_feasible = is_feasible_point(problem, point.beta);
   return {is_feasible ? (primal + dual) / scale : std::numeric_limits<double>::infinity(), dual};
 }
 

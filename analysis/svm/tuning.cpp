@@ -26,7 +26,7 @@ constexpr double kNoLimit = std::numeric_limits<double>::infinity();
 
 // Returns the training samples of a fold and below them its held-out samples, in coordinates of the space that all of
 // them span.
-SampleMatrix both_sides(const TuningFold& fold) {
+SampleMatrix stack_samples(const TuningFold& fold) {
   SampleMatrix both(fold.train_x.rows() + fold.test_x.rows(), fold.train_x.cols());
   both << fold.train_x, fold.test_x;
   return spanned(both);
@@ -36,7 +36,7 @@ SampleMatrix both_sides(const TuningFold& fold) {
 class PreparedFold {
  public:
   explicit PreparedFold(const TuningFold& fold)
-      : fold_(&fold), coordinates_(both_sides(fold)), samples_(coordinates_.topRows(fold.train_x.rows())) {}
+      : fold_(&fold), coordinates_(stack_samples(fold)), samples_(coordinates_.topRows(fold.train_x.rows())) {}
 
   [[nodiscard]] Eigen::Index held_out() const { return fold_->test_y.size(); }
 
@@ -164,17 +164,17 @@ Result<std::vector<double>> Evaluation::shares(double limit, bool all, History& 
 double sum_shares(const std::vector<double>& shares) { return std::accumulate(shares.begin(), shares.end(), 0.0); }
 
 // All evaluated positions of a search with their shares. ChoiceRule::one_standard_error requires them. Thread-safe.
-class JudgedPositions {
+class EvaluatedPositions {
  public:
   void add(const std::vector<double>& position, const std::vector<double>& shares) {
     const std::scoped_lock lock(mutex_);
     judged_.push_back({position, shares});
   }
-  [[nodiscard]] const std::vector<JudgedPosition>& all() const { return judged_; }
+  [[nodiscard]] const std::vector<EvaluatedPosition>& all() const { return judged_; }
 
  private:
   std::mutex mutex_;
-  std::vector<JudgedPosition> judged_;
+  std::vector<EvaluatedPosition> judged_;
 };
 
 // Coordinates of a search: C, σ, and ε unless it is fixed.
@@ -204,19 +204,19 @@ SvrParameters parameters_at(const std::vector<double>& position, const TuningOpt
 
 // Applies the one-standard-error rule instead of taking the best position of the swarm. Stores the best and the chosen
 // position in the summary and returns the chosen one.
-std::vector<double> take_simplest(TuningSummary& summary, const std::vector<JudgedPosition>& judged,
+std::vector<double> take_simplest(TuningSummary& summary, const std::vector<EvaluatedPosition>& evaluated,
                                   const PreparedFolds& prepared, const TuningOptions& options) {
   std::vector<double> parts;
   for (const PreparedFold& fold : prepared.folds)
     parts.push_back(static_cast<double>(fold.held_out()) / static_cast<double>(prepared.held_out()));
-  const OneStandardErrorChoice choice = simplest_within_one_standard_error(judged, parts);
-  summary.one_standard_error = {.best = parameters_at(judged[choice.best].position, options),
-                                .best_mse = mean_squared_error(judged[choice.best]),
+  const OneStandardErrorChoice choice = simplest_within_one_standard_error(evaluated, parts);
+  summary.one_standard_error = {.best = parameters_at(evaluated[choice.best].position, options),
+                                .best_mse = mean_squared_error(evaluated[choice.best]),
                                 .standard_error_mse = choice.standard_error,
                                 .within = choice.within};
-  summary.best = parameters_at(judged[choice.simplest].position, options);
-  summary.cross_validation_mse = mean_squared_error(judged[choice.simplest]);
-  return judged[choice.simplest].position;
+  summary.best = parameters_at(evaluated[choice.simplest].position, options);
+  summary.cross_validation_mse = mean_squared_error(evaluated[choice.simplest]);
+  return evaluated[choice.simplest].position;
 }
 
 // Returns warnings about coordinates on the edge of their box and positions without a certificate.
@@ -268,7 +268,7 @@ Result<TuningSummary> tune_svr(std::span<const TuningFold> folds, const TuningOp
   std::atomic<int> uncertified = 0;
   Workers workers = 0;
   const bool evaluates_all = options.choice == ChoiceRule::one_standard_error;
-  JudgedPositions judged;
+  EvaluatedPositions evaluated;
   std::vector<History> histories(static_cast<std::size_t>(std::max(options.swarm.particles, 0)), History(folds.size()));
   const Fitness fitness = [&](std::size_t particle, const std::vector<double>& position,
                               double limit) -> Result<double> {
@@ -277,7 +277,7 @@ Result<TuningSummary> tune_svr(std::span<const TuningFold> folds, const TuningOp
     const auto shares = Evaluation(prepared, parameters, options.svr, memories)
                             .shares(limit, evaluates_all, histories[particle], &workers);
     --workers;
-    if (shares && evaluates_all) judged.add(position, *shares);
+    if (shares && evaluates_all) evaluated.add(position, *shares);
     if (shares || shares.error().kind != FaultKind::numeric) return shares.map(sum_shares);
     ++uncertified;
     return kNoLimit;
@@ -301,7 +301,7 @@ Result<TuningSummary> tune_svr(std::span<const TuningFold> folds, const TuningOp
   summary.cross_validation_mse = swarm->best_fitness;
   summary.uncertified = uncertified;
   std::vector<double> taken = swarm->best;
-  if (evaluates_all) taken = take_simplest(summary, judged.all(), prepared, options);
+  if (evaluates_all) taken = take_simplest(summary, evaluated.all(), prepared, options);
   summary.cross_validation_mse = reproducible_error(summary.best, summary.cross_validation_mse);
   if (auto& rule = summary.one_standard_error) rule->best_mse = reproducible_error(rule->best, rule->best_mse);
   summary.warnings = collect_warnings(taken, coordinates, uncertified, swarm->evaluations);

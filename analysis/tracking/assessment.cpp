@@ -233,8 +233,8 @@ TrackedSeries make_series(const BiasNoise& noise, const Eigen::VectorXd& residua
   return series;
 }
 
-Assessment judge(const BiasNoise& noise, const Eigen::VectorXd& residual_deg_per_h, double interval_s,
-                 const Eigen::VectorXd& true_bias_deg_per_h) {
+Assessment assess(const BiasNoise& noise, const Eigen::VectorXd& residual_deg_per_h, double interval_s,
+                  const Eigen::VectorXd& true_bias_deg_per_h) {
   const Eigen::VectorXd& truth = true_bias_deg_per_h;
   assert(truth.size() == 0 || truth.size() == residual_deg_per_h.size());
   const StateSpace space = state_space(noise, interval_s);

@@ -161,7 +161,7 @@ void describe(auto& form, Like<Assessment> auto& assessment) {
 /// hours without a gap are assessed. The mean of the residual is removed, and the values are shuffled eight times with
 /// different seeds. Shuffled values have no temporal order, so any gain on them is due to chance or to a flaw of this
 /// assessment. The residual rate is the residual minus the bias estimate of the previous interval.
-[[nodiscard]] Assessment judge(const BiasNoise& noise, const Eigen::VectorXd& residual_deg_per_h, double interval_s,
-                               const Eigen::VectorXd& true_bias_deg_per_h = {});
+[[nodiscard]] Assessment assess(const BiasNoise& noise, const Eigen::VectorXd& residual_deg_per_h, double interval_s,
+                                const Eigen::VectorXd& true_bias_deg_per_h = {});
 
 }  // namespace gyrotherm::tracking

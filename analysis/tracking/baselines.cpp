@@ -78,7 +78,7 @@ Eigen::Index intervals_per_hour(double interval_s) {
   return std::max<Eigen::Index>(1, std::lround(kSecondsPerHour / interval_s));
 }
 
-Eigen::VectorXd without_gaps(const Eigen::Ref<const Eigen::VectorXd>& rates_deg_per_h) {
+Eigen::VectorXd fill_gaps(const Eigen::Ref<const Eigen::VectorXd>& rates_deg_per_h) {
   Eigen::VectorXd rates = rates_deg_per_h;
   double last = 0;
   for (double& rate : rates) last = rate = std::isfinite(rate) ? rate : last;
@@ -185,7 +185,7 @@ std::vector<Denoiser> denoisers(const StateSpace& space) {
   const Eigen::Index hour = intervals_per_hour(space.interval_s);
   const auto wavelet = [](Eigen::Index delay) {
     return [delay](const Eigen::VectorXd& rates) {
-      const Eigen::VectorXd bias = wavelet_denoised_in_windows(without_gaps(rates), kWindow, delay);
+      const Eigen::VectorXd bias = wavelet_denoised_in_windows(fill_gaps(rates), kWindow, delay);
       return delay > 0 ? omit_forecast(bias) : use_as_forecast(bias);
     };
   };
@@ -198,10 +198,10 @@ std::vector<Denoiser> denoisers(const StateSpace& space) {
   all.push_back({"mean of the last hour", 0,
                  [hour](const Eigen::VectorXd& rates) { return use_as_forecast(trailing_means(rates, hour)); }});
   all.push_back({"linear prediction, LMS", 0, [](const Eigen::VectorXd& rates) {
-                   return use_as_forecast(predict_by_least_mean_squares(without_gaps(rates)));
+                   return use_as_forecast(predict_by_least_mean_squares(fill_gaps(rates)));
                  }});
   all.push_back({"linear prediction, RLS", 0,
-                 [](const Eigen::VectorXd& rates) { return use_as_forecast(predict_next(without_gaps(rates))); }});
+                 [](const Eigen::VectorXd& rates) { return use_as_forecast(predict_next(fill_gaps(rates))); }});
   all.push_back({"wavelet, at once", 0, wavelet(0)});
   if (hour < kWindow) all.push_back({"wavelet, an hour late", hour, wavelet(hour)});
   all.push_back({"Kalman", 0, [space](const Eigen::VectorXd& rates) { return run_kalman_filter(space, rates); }});

@@ -13,7 +13,7 @@
 namespace gyrotherm::tracking {
 
 /// Replaces each missing rate (NaN) by the previous rate, or by 0, for methods that require data without gaps.
-[[nodiscard]] Eigen::VectorXd without_gaps(const Eigen::Ref<const Eigen::VectorXd>& rates_deg_per_h);
+[[nodiscard]] Eigen::VectorXd fill_gaps(const Eigen::Ref<const Eigen::VectorXd>& rates_deg_per_h);
 
 /// Returns at index k the mean of the last `count` rates up to k. Ignores missing rates. The mean is 0 if all are
 /// missing.

@@ -22,7 +22,7 @@ double draw_normal(std::mt19937_64& random) {
 /// Returns the variance of means over Δ due to flicker noise that is faster than all Markov processes: (B²/π) ∫
 /// sin²x/x³ dx from Δ/(2τ) on. τ is the lower end of the decade that the fastest process covers, and at least 0.9 Δ.
 /// The integral equals ln(τ/Δ) + 3/2 − γ to within 6 %.
-double faster_flicker(double instability, double fastest_h, double interval_h) {
+double fast_flicker_variance(double instability, double fastest_h, double interval_h) {
   constexpr double kHalfDecade = 3.1622776601683795;
   const double integral = std::log(fastest_h / kHalfDecade / interval_h) + 1.5 - std::numbers::egamma;
   return instability * instability / std::numbers::pi * integral;
@@ -52,7 +52,7 @@ StateSpace state_space(const BiasNoise& noise, double interval_s) {
   space.fresh(0) = square(noise.rate_random_walk_deg_per_h_per_sqrt_h) * interval_h;
   space.start(0) = square(noise.start_deg_per_h);
   space.white = square(noise.angle_random_walk_deg_per_sqrt_h) / interval_h +
-                faster_flicker(noise.instability_deg_per_h, times_h.front(), interval_h);
+                fast_flicker_variance(noise.instability_deg_per_h, times_h.front(), interval_h);
   for (Eigen::Index i = 1; i < kStates; ++i) {
     space.memory(i) = std::exp(-interval_h / times_h[static_cast<std::size_t>(i - 1)]);
     space.start(i) = square(noise.instability_deg_per_h) * std::numbers::ln10 / std::numbers::pi;

@@ -84,7 +84,7 @@ Result<data::Clusters> select_clusters(const data::Dataset& dataset, const Recor
                    fmt::format("contains {} clusters, but {} were requested", available, std::max(end, first + 1)));
   std::vector<Eigen::Index> rows(static_cast<std::size_t>(end - first));
   std::iota(rows.begin(), rows.end(), first);
-  return data::pick(*clusters, rows);
+  return data::pick_clusters(*clusters, rows);
 }
 
 }  // namespace

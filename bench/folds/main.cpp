@@ -43,7 +43,7 @@ Result<Record> load(const std::string& path) {
 Record select_clusters(const Record& record, Eigen::Index from, Eigen::Index end) {
   std::vector<Eigen::Index> rows(static_cast<std::size_t>(end - from));
   std::iota(rows.begin(), rows.end(), from);
-  return {record.dataset, pick(record.clusters, rows)};
+  return {record.dataset, pick_clusters(record.clusters, rows)};
 }
 
 data::FoldPlan random_folds(Eigen::Index rows, std::uint64_t seed) {

@@ -55,7 +55,7 @@ data::Clusters first_hours(const data::Clusters& clusters, int hours) {
   std::vector<Eigen::Index> rows;
   for (Eigen::Index k = 0; k < clusters.start_s.size(); ++k)
     if (hours >= kLastHour || clusters.start_s(k) + clusters.length_s <= hours * kSecondsPerHour) rows.push_back(k);
-  return pick(clusters, rows);
+  return pick_clusters(clusters, rows);
 }
 
 /// Returns a prior without knowledge of the type: the constant and each slope per STD are within a few °/h of 0, which
@@ -87,7 +87,7 @@ Result<MethodErrors> assess_prior(const population::TypePrior& prior, const data
   const auto predicted = predict(prior, *coefficients, unit.random.clusters, drift_k);
   if (!predicted) return failure(predicted.error());
   auto errors = assess(predicted->bias_deg_per_h, predicted->expanded_deg_per_h, unit.random_truth_deg_per_h);
-  const Eigen::VectorXd slopes = careful_coefficients(prior, *coefficients).tail(prior.scaling.std.size());
+  const Eigen::VectorXd slopes = noise_aware_coefficients(prior, *coefficients).tail(prior.scaling.std.size());
   const auto drift = compute_drift(prior.terms, slopes.cwiseQuotient(prior.scaling.std.transpose()), unit);
   if (!drift) return failure(drift.error());
   errors.drift = *drift;

@@ -47,7 +47,7 @@ Result<void> measure_prediction(const Bench& bench) {
   const data::SampleMatrix points = points_like(*set);
   Eigen::VectorXd out;
   const methods::Function function = model;
-  const double seconds = median_seconds(3, [&] { out = value_of(function, points); });
+  const double seconds = median_seconds(3, [&] { out = evaluate_function(function, points); });
   const Eigen::VectorXd plain =
       plain_prediction(model.support_vectors, model.beta, model.b, kGamma, points.topRows(kChecked));
   const double worst = (out.head(kChecked) - plain).cwiseAbs().maxCoeff() / model.beta.lpNorm<1>();

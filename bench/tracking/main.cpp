@@ -63,7 +63,7 @@ Result<Residual> compute_residual(const std::string& rate, const std::string& ra
   if (!record) return failure(record.error());
   const auto bias = true_bias(*record, random);
   if (!bias) return failure(bias.error());
-  const data::Dataset measured = data::make_dataset(*record, random, data::axes_of(record->info).front());
+  const data::Dataset measured = data::make_dataset(*record, random, data::list_axes(record->info).front());
   data::Dataset truth = measured;
   truth.bias_deg_per_h = *bias;
   const auto clusters = data::make_clusters(measured), of_truth = data::make_clusters(truth);
@@ -104,8 +104,8 @@ int measure(const Options& options) {
       return 1;
     }
     const auto& clusters = residual->clusters;
-    const auto assessment = judge(residual->noise, tracking::evenly_spaced(residual->measured, clusters),
-                                  clusters.length_s, tracking::evenly_spaced(residual->truth, clusters));
+    const auto assessment = assess(residual->noise, tracking::evenly_spaced(residual->measured, clusters),
+                                   clusters.length_s, tracking::evenly_spaced(residual->truth, clusters));
     if (means.empty()) {
       for (const auto& figures : assessment.denoisers) means.emplace_back(figures.name, Means{});
     }

@@ -247,7 +247,7 @@ Result<Expanded> expanded_uncertainty(Console& console, const model::Model& mode
   if (!requested) return Expanded();
   if (!model.uncertainty)
     return failure(FaultKind::usage, "--uncertainty", "the model has no uncertainty budget; train it again");
-  const model::CombinedUncertainty combined = of_mean_over(*model.uncertainty, model.cluster_length_s);
+  const model::CombinedUncertainty combined = mean_uncertainty(*model.uncertainty, model.cluster_length_s);
   console.print_message(fmt::format(
       "U = {:.5f} °/h (k = {:.2f}, {:.0f} %) applies to a mean of these rows over {:g} s inside the trained range; "
       "outside it, U is larger; the noise of a single row is not included",

@@ -59,7 +59,7 @@ std::string find_model_file(const FuseArguments& options, const ModelFiles& name
 /// Returns the requested axes, or all if none was requested.
 Result<std::vector<data::AxisChoice>> axes_to_fuse(const record::RunInfo& info,
                                                    const std::vector<std::string>& requested, const std::string& path) {
-  const std::vector<data::AxisChoice> all = data::axes_of(info);
+  const std::vector<data::AxisChoice> all = data::list_axes(info);
   if (requested.empty()) return all;
   std::vector<data::AxisChoice> chosen;
   for (const std::string& name : requested) {

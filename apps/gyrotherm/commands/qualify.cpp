@@ -326,7 +326,7 @@ Result<Exit> qualify_lot(Console& console, const QualifyArguments& options, cons
                          std::vector<data::AxisChoice> only, Timings& timings) {
   auto thermal = load_thermal_model(rig, timings);
   if (!thermal) return failure(thermal.error());
-  const auto axes = only.empty() ? data::axes_of(runs.rate.record.info).size() : only.size();
+  const auto axes = only.empty() ? data::list_axes(runs.rate.record.info).size() : only.size();
   const bool is_whole = only.empty();
   LotExperiment lot{.out = options.out,
                     .rate = lot_run(std::move(runs.rate)),

@@ -82,7 +82,7 @@ std::string describe_trained(const model::Model& model, const data::Figures& raw
             "\n";
   if (model.uncertainty) {
     constexpr double kHour_s = 3600;
-    const auto combined = of_mean_over(*model.uncertainty, kHour_s);
+    const auto combined = mean_uncertainty(*model.uncertainty, kHour_s);
     text += fmt::format("  uncertainty of a mean over 1 h: U = {:.5f} °/h (k = {:.2f})\n", combined.expanded_deg_per_h,
                         combined.coverage_factor);
   }

@@ -115,7 +115,7 @@ std::string describe(const model::Characterisation& result) {
   std::string text = fmt::format("  before → after compensation; stabilised: {}\n", result.statement);
   text += describe("temperature", "°/h/K", result.temperature) + describe("ramp", "°/h/(K/min)", result.ramp) +
           describe(("gradient " + result.gradient).c_str(), "°/h/K", result.of_gradient);
-  if (const auto* point = widest(result.hysteresis, &model::BeforeAfter::before))
+  if (const auto* point = find_widest(result.hysteresis, &model::BeforeAfter::before))
     text +=
         describe("hysteresis, greatest", fmt::format("°/h near {:g} °C", point->temperature_c).c_str(), point->width);
   if (!result.retrace.empty())
@@ -245,7 +245,7 @@ Result<Exit> verify_all(Console& console, const VerifyArguments& options) {
     Tracked tracked;
     if (*noise) {
       const auto residual = tracking::evenly_spaced(verification->residual_deg_per_h, clusters);
-      tracked = judge(**noise, residual, clusters.length_s);
+      tracked = assess(**noise, residual, clusters.length_s);
     }
     console.print(console.json ? json(run, *verification, behaviour, tracked)
                                : describe(run, *verification, behaviour, tracked));

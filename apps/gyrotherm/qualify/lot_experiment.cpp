@@ -31,7 +31,7 @@ struct Task {
 
 std::vector<Task> list_tasks(const LotExperiment& experiment) {
   std::vector<Task> tasks;
-  const auto axes = experiment.only.empty() ? data::axes_of(experiment.rate.record.info) : experiment.only;
+  const auto axes = experiment.only.empty() ? data::list_axes(experiment.rate.record.info) : experiment.only;
   for (const auto& of : axes)
     tasks.push_back(
         {.of = of, .folder = of.axis.empty() ? of.unit : of.unit + "/" + of.axis, .report = {}, .trouble = {}});
@@ -260,7 +260,7 @@ Result<void> write_unit_reports(const LotExperiment& experiment, const report::L
 }  // namespace
 
 Result<std::vector<data::AxisChoice>> find_axes(const std::vector<std::string>& names, const record::RunInfo& info) {
-  const auto all = data::axes_of(info);
+  const auto all = data::list_axes(info);
   std::vector<data::AxisChoice> found;
   for (const std::string& name : names) {
     const auto before = found.size();

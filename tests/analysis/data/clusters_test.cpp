@@ -46,7 +46,7 @@ TEST(Clusters, AverageTrueBiasWhenKnown) {
   ASSERT_EQ(clusters->true_bias_deg_per_h.size(), 3) << "a cluster without true bias is kept";
   EXPECT_DOUBLE_EQ(clusters->true_bias_deg_per_h(1), 2 * 149.5);
   EXPECT_TRUE(std::isnan(clusters->true_bias_deg_per_h(2)));
-  EXPECT_DOUBLE_EQ(pick(*clusters, {1}).true_bias_deg_per_h(0), 2 * 149.5);
+  EXPECT_DOUBLE_EQ(pick_clusters(*clusters, {1}).true_bias_deg_per_h(0), 2 * 149.5);
   const auto both = concatenate({unknown, *clusters});
   EXPECT_TRUE(std::isnan(both->true_bias_deg_per_h(0)));
   EXPECT_DOUBLE_EQ(both->true_bias_deg_per_h(4), 2 * 149.5);
@@ -108,7 +108,7 @@ TEST(Clusters, RecordSegmentChangeInsideCluster) {
 
 TEST(Clusters, PickAndConcatenateRows) {
   const auto clusters = make_clusters(ramp(400));
-  const Clusters picked = pick(*clusters, {3, 1});
+  const Clusters picked = pick_clusters(*clusters, {3, 1});
   EXPECT_EQ(picked.start_s, (Eigen::Vector2d{300, 100}));
   const auto joined = concatenate({*clusters, picked});
   ASSERT_TRUE(joined);

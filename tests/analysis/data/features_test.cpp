@@ -157,9 +157,9 @@ TEST(Lags, UseHistoryOfWholeRunForSelectedClusters) {
   const Clusters clusters = *make_clusters(make_synthetic_run({}));
   const SampleMatrix whole = *evaluate(lags(), clusters);
   const std::vector<Eigen::Index> rows = {0, 3, 4, 50, 51, 90};
-  const Clusters part = pick(clusters, rows);
+  const Clusters part = pick_clusters(clusters, rows);
   EXPECT_EQ(*evaluate(lags(), part), SampleMatrix(whole(rows, Eigen::all)));
-  EXPECT_EQ(*evaluate(lags(), pick(part, {1, 5})), SampleMatrix(whole(std::vector<int>{3, 90}, Eigen::all)));
+  EXPECT_EQ(*evaluate(lags(), pick_clusters(part, {1, 5})), SampleMatrix(whole(std::vector<int>{3, 90}, Eigen::all)));
   EXPECT_TRUE(whole.row(0).isZero(0)) << "a run starts in equilibrium";
 }
 
@@ -177,11 +177,11 @@ TEST(Lags, MatchRecursion) {
 TEST(Lags, RestartWithEachRun) {
   const Clusters one = *make_clusters(make_synthetic_run({})),
                  other = *make_clusters(make_synthetic_run({.run_id = "b", .cycle_rates_c_per_min = {2.5, 4.5}}));
-  const Clusters both = *concatenate({pick(one, {7, 8}), other});
+  const Clusters both = *concatenate({pick_clusters(one, {7, 8}), other});
   SampleMatrix expected(2 + other.start_s.size(), 3);
-  expected << *evaluate(lags(), pick(one, {7, 8})), *evaluate(lags(), other);
+  expected << *evaluate(lags(), pick_clusters(one, {7, 8})), *evaluate(lags(), other);
   EXPECT_EQ(*evaluate(lags(), both), expected);
-  EXPECT_EQ(*evaluate(lags(), pick(both, {1, 2})), SampleMatrix(expected.middleRows(1, 2)));
+  EXPECT_EQ(*evaluate(lags(), pick_clusters(both, {1, 2})), SampleMatrix(expected.middleRows(1, 2)));
 }
 
 TEST(Lags, BridgeDroppedCluster) {
@@ -232,7 +232,7 @@ TEST(LagTerm, RaisesRank) {
 
 TEST(LagTerm, KeepsProductWhenReplacedByTemperature) {
   const Term term = lag_term(600, "A") * temperature_term("B");
-  const Term renamed = with_lags_as_temperatures(term);
+  const Term renamed = replace_lags(term);
   EXPECT_EQ(lags_in({term}), std::vector<Factor>{lag_term(600, "A").factors.front()});
   EXPECT_TRUE(lags_in({renamed}).empty());
   EXPECT_EQ(std::ranges::count(renamed.factors, lag_name(lag_term(600, "A").factors.front()), &Factor::first), 1);

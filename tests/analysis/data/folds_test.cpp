@@ -161,7 +161,7 @@ TEST(Folds, KeepGuardOfOuterFoldInInnerFolds) {
   const TrainingSet training_set{record, *plan_folds({record}, blocks(5, 20))};
   EXPECT_EQ(training_set.folds.folds.size(), 5u);
   for (const Fold& outer : training_set.folds.folds) {
-    const TrainingSet inner = within(training_set, outer.training);
+    const TrainingSet inner = restrict_rows(training_set, outer.training);
     EXPECT_EQ(inner.folds.folds.size(), 4u);
     expect_each_held_out_once(inner.folds, outer.training.size());
     for (const Fold& fold : inner.folds.folds) {
@@ -180,10 +180,10 @@ TEST(Folds, KeepGuardOfOuterFoldInInnerFolds) {
 TEST(Folds, BecomeBlocksWhenOneFoldRemains) {
   const Clusters record = clusters_at({0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11}, {0, 0, 0, 0, 1, 1, 1, 1, 1, 1, 1, 1});
   const TrainingSet training_set{record, *plan_folds({record})};
-  const auto left = ensure_two_folds(within(training_set, training_set.folds.folds[0].training));
+  const auto left = ensure_two_folds(restrict_rows(training_set, training_set.folds.folds[0].training));
   ASSERT_TRUE(left);
   EXPECT_EQ(left->folds.folds.size(), 4u);
-  EXPECT_FALSE(ensure_two_folds(within(training_set, training_set.folds.folds[1].training)))
+  EXPECT_FALSE(ensure_two_folds(restrict_rows(training_set, training_set.folds.folds[1].training)))
       << "four clusters are too few for two folds";
 }
 
@@ -221,7 +221,7 @@ TEST(Folds, FailForSingleRecordHeldOut) {
 TEST(Folds, HoldOutEachRemainingRecord) {
   const std::vector<Clusters> records = {without_cycles(4), without_cycles(3), without_cycles(2)};
   const TrainingSet training_set{*concatenate(records), *plan_folds(records)};
-  const TrainingSet left = within(training_set, training_set.folds.folds[1].training);
+  const TrainingSet left = restrict_rows(training_set, training_set.folds.folds[1].training);
   ASSERT_EQ(left.folds.folds.size(), 2u);
   EXPECT_EQ(left.folds.folds[0].held_out, (std::vector<Eigen::Index>{0, 1, 2, 3}));
   EXPECT_EQ(left.folds.folds[0].training, (std::vector<Eigen::Index>{4, 5}));

@@ -23,7 +23,7 @@ TEST(InputCovariance, EqualsVariancesOfTemperatures) {
 }
 
 TEST(InputCovariance, PropagatesLastMeanToRateAndLag) {
-  const Clusters clusters = pick(run(), {5, 6, 7});
+  const Clusters clusters = pick_clusters(run(), {5, 6, 7});
   const Eigen::MatrixXd covariance =
       *input_covariance({rate_term("A"), lag_term(600, "A")}, clusters, std::vector<double>(8, 0.05));
   EXPECT_NEAR(covariance(0, 0), std::pow(0.05 * 60 / 100, 2), 1e-15);

@@ -148,7 +148,7 @@ void expect_stated_rate_only_when_learnt(auto draw) {
     double rates = 0;
     for (int record = 1; record <= kRecords; ++record) {
       Draws draws(static_cast<std::uint64_t>(record));
-      const auto limit = limit_of_healthy(draw(dimension, kLearnt, draws), kSlack, kStated);
+      const auto limit = learn_sum_limit(draw(dimension, kLearnt, draws), kSlack, kStated);
       ASSERT_TRUE(limit);
       rates += kStated / steps_per_alarm(draw, dimension, *limit, kOthers);
     }
@@ -169,7 +169,7 @@ TEST(LearntLimit, MeetsStatedRateWhenErrorsPersist) {
 TEST(LearntLimit, MeetsStatedRateWhenRecordIsShorterThanRunLength) {
   constexpr double kStated = 20000;
   Draws draws(1);
-  const auto limit = limit_of_healthy(vectors_with_more_noise(2, 8000, draws), kSlack, kStated);
+  const auto limit = learn_sum_limit(vectors_with_more_noise(2, 8000, draws), kSlack, kStated);
   ASSERT_TRUE(limit);
   EXPECT_NEAR(kStated / steps_per_alarm(vectors_with_more_noise, 2, *limit, 400000), 1, 0.3);
   EXPECT_GT(kStated / steps_per_alarm(vectors_with_more_noise, 2, limit_for_run_length(2, kSlack, kStated), 20000), 3);
@@ -179,14 +179,14 @@ TEST(LearntLimit, IsNeverBelowLimitForWhiteVectors) {
   Draws draws(1);
   const Eigen::MatrixXd quiet = 0.5 * vectors_with_more_noise(3, 1000, draws);
   for (const double stated : {500.0, 36000.0})
-    EXPECT_EQ(*limit_of_healthy(quiet, kSlack, stated), limit_for_run_length(3, kSlack, stated));
+    EXPECT_EQ(*learn_sum_limit(quiet, kSlack, stated), limit_for_run_length(3, kSlack, stated));
 }
 
 TEST(LearntLimit, IsMissingForTooFewVectors) {
   Draws draws(1);
   const Eigen::MatrixXd vectors = vectors_with_more_noise(2, kFewestHealthy, draws);
-  EXPECT_TRUE(limit_of_healthy(vectors, kSlack, 500));
-  EXPECT_FALSE(limit_of_healthy(vectors.leftCols(kFewestHealthy - 1), kSlack, 500));
+  EXPECT_TRUE(learn_sum_limit(vectors, kSlack, 500));
+  EXPECT_FALSE(learn_sum_limit(vectors.leftCols(kFewestHealthy - 1), kSlack, 500));
 }
 
 TEST(ChangeDetector, AlarmsAboveGivenLimit) {

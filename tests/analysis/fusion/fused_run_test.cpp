@@ -33,7 +33,7 @@ Model quiet_model() {
 }
 
 /// Returns the rates of a level fixture that heads north and rests during one hold.
-FusedAxes at_rest(const std::vector<fusion::InputAxis>& axes, Eigen::Index seconds, std::uint64_t seed) {
+FusedAxes make_resting_axes(const std::vector<fusion::InputAxis>& axes, Eigen::Index seconds, std::uint64_t seed) {
   FusedAxes fused{.simulated = true, .profile_name = "rest", .segments = {{}}};
   fused.segments.front().name = "hold";
   fused.segments.front().hold = true;
@@ -78,7 +78,7 @@ std::vector<fusion::InputAxis> regular_tetrad() {
 
 TEST(FusedRun, EqualsEarthRateWithinUncertainty) {
   for (int seed = 1; seed <= fusion::kSeeds; ++seed) {
-    const FusedRun run = fused_run(at_rest(regular_tetrad(), 4000, static_cast<std::uint64_t>(seed)));
+    const FusedRun run = fused_run(make_resting_axes(regular_tetrad(), 4000, static_cast<std::uint64_t>(seed)));
     ASSERT_TRUE(run.summary.rest);
     const RestStretch& rest = *run.summary.rest;
     EXPECT_EQ(rest.end_s - rest.start_s, 3600) << "the last hour";
@@ -96,7 +96,7 @@ TEST(FusedRun, HasRequestedFalseAlarmProbability) {
   options.leave_out = false;
   const double seconds = 20000;
   for (const auto& axes : {regular_tetrad(), fusion::dodecahedron_axes(1)}) {
-    FusedAxes fused = at_rest(axes, static_cast<Eigen::Index>(seconds), 3);
+    FusedAxes fused = make_resting_axes(axes, static_cast<Eigen::Index>(seconds), 3);
     const FusedRun run = fused_run(fused, options);
     // The readings do not get a new turn-on bias each second, so contradictions are slightly rarer than nominal.
     EXPECT_NEAR(static_cast<double>(run.summary.contradictions) / seconds, 0.01,
@@ -105,7 +105,7 @@ TEST(FusedRun, HasRequestedFalseAlarmProbability) {
 }
 
 TEST(FusedRun, OmitsAxisInSecondOfItsFault) {
-  FusedAxes axes = at_rest(fusion::dodecahedron_axes(1), 1000, 1);
+  FusedAxes axes = make_resting_axes(fusion::dodecahedron_axes(1), 1000, 1);
   axes.rate_deg_per_h(500, 2) += 0.5;
   const FusedRun run = fused_run(axes);
   EXPECT_TRUE(run.contradicts[500]);
@@ -117,7 +117,7 @@ TEST(FusedRun, OmitsAxisInSecondOfItsFault) {
 }
 
 TEST(FusedRun, TestsMeanThatEndsWithRecord) {
-  FusedAxes axes = at_rest(regular_tetrad(), 2000, 1);
+  FusedAxes axes = make_resting_axes(regular_tetrad(), 2000, 1);
   axes.rate_deg_per_h.col(1).tail(100).array() += 0.05;
   const FusedRun run = fused_run(axes);
   EXPECT_EQ(run.summary.contradictions, 0) << "the fault is too small for one second";
@@ -129,7 +129,7 @@ TEST(FusedRun, TestsMeanThatEndsWithRecord) {
 TEST(FusedRun, IdentifiesHopAtRestAndOmitsAxisForFourAxes) {
   int named = 0, wrongly = 0;
   for (int seed = 1; seed <= fusion::kSeeds; ++seed) {
-    FusedAxes axes = at_rest(regular_tetrad(), 40000, static_cast<std::uint64_t>(seed));
+    FusedAxes axes = make_resting_axes(regular_tetrad(), 40000, static_cast<std::uint64_t>(seed));
     axes.rate_deg_per_h.col(1).tail(20000).array() += 0.01;
     const FusedRun run = fused_run(axes);
     const bool without_b = run.used.back() == 0b1101u;
@@ -146,7 +146,7 @@ TEST(FusedRun, IdentifiesHopAtRestAndOmitsAxisForFourAxes) {
 
 /// Returns four axes at rest with model errors of 0.001 °/h (standard deviation) that change every 20 min.
 FusedAxes axes_with_persistent_errors(Eigen::Index seconds, std::uint64_t seed) {
-  FusedAxes axes = at_rest(regular_tetrad(), seconds, seed);
+  FusedAxes axes = make_resting_axes(regular_tetrad(), seconds, seed);
   Draws draws(seed + 50);
   constexpr Eigen::Index kPeriod = 1200;
   for (Eigen::Index row = 0; row < seconds; row += kPeriod) {
@@ -181,7 +181,7 @@ TEST(FusedRun, LearnsSumLimitsFromHealthyRecord) {
 }
 
 TEST(FusedRun, KeepsWhiteLimitsWhenHealthyRecordIsUnsuitable) {
-  const FusedAxes axes = at_rest(regular_tetrad(), 1000, 1);
+  const FusedAxes axes = make_resting_axes(regular_tetrad(), 1000, 1);
   FusionOptions options;
   const auto limits_with = [&](const FusedAxes& healthy) {
     options.healthy = healthy_rates(healthy, options.cluster_s);
@@ -204,7 +204,7 @@ TEST(FusedRun, KeepsWhiteLimitsWhenHealthyRecordIsUnsuitable) {
 /// Returns four axes with models that depend on eight thermometers of a body. In the second half of the record, one
 /// thermometer has an error of `off_k`.
 FusedAxes axes_on_body(Eigen::Index seconds, Eigen::Index thermometer, double off_k) {
-  FusedAxes axes = at_rest(regular_tetrad(), seconds, 2);
+  FusedAxes axes = make_resting_axes(regular_tetrad(), seconds, 2);
   axes.thermometers = {"A", "B", "C", "D", "E", "F", "G", "H"};
   axes.thermometer_in_a_year_k.assign(fusion::kThermometers, fusion::kOwn_k);
   axes.temperature_c.resize(seconds, fusion::kThermometers);
@@ -245,7 +245,7 @@ TEST(FusedRun, RaisesNoAlarmWhenThermometersAgree) {
 }
 
 TEST(FusedRun, FusesThreeAxesWhileFourthIsSilent) {
-  FusedAxes axes = at_rest(regular_tetrad(), 300, 1);
+  FusedAxes axes = make_resting_axes(regular_tetrad(), 300, 1);
   axes.rate_deg_per_h.col(3).segment(100, 50).setConstant(std::numeric_limits<double>::quiet_NaN());
   const FusedRun run = fused_run(axes);
   EXPECT_EQ(run.used[120], 0b0111u);
@@ -256,7 +256,7 @@ TEST(FusedRun, FusesThreeAxesWhileFourthIsSilent) {
 }
 
 TEST(FusedRun, HasNoRateInSecondWithTwoAxes) {
-  FusedAxes axes = at_rest(fusion::triad_axes(1), 10, 1);
+  FusedAxes axes = make_resting_axes(fusion::triad_axes(1), 10, 1);
   axes.rate_deg_per_h(4, 0) = std::numeric_limits<double>::quiet_NaN();
   const FusedRun run = fused_run(axes);
   EXPECT_EQ(run.used[4], 0u);
@@ -270,7 +270,7 @@ TEST(FusedRun, HasNoRateInSecondWithTwoAxes) {
 TEST(FusedRun, WeightsAxesForAveragingTime) {
   auto along_x_twice = fusion::triad_axes(1);
   along_x_twice.push_back(fusion::axis("x2", 1, 0, 0, 1));
-  FusedAxes axes = at_rest(along_x_twice, 300, 1);
+  FusedAxes axes = make_resting_axes(along_x_twice, 300, 1);
   constexpr double kWorse = 5 * kTurnOn_deg_per_h;
   axes.models[3].uncertainty->budget.rows[1].standard_uncertainty = kWorse;
   const auto weight_of_worse_axis = [&](double averaging_s) {
@@ -293,7 +293,7 @@ TEST(FusedRun, WeightsAxesForAveragingTime) {
 }
 
 TEST(FusedRun, WidensUncertaintyWithoutAlarmOutsideTrainedRange) {
-  FusedAxes axes = at_rest(regular_tetrad(), 20000, 1);
+  FusedAxes axes = make_resting_axes(regular_tetrad(), 20000, 1);
   for (std::size_t row = 10000; row < 10500; ++row) {
     axes.rate_deg_per_h(static_cast<Eigen::Index>(row), 1) += 0.02;
     axes.outside[row] = 0b0010;
@@ -311,11 +311,11 @@ TEST(FusedRun, WidensUncertaintyWithoutAlarmOutsideTrainedRange) {
 TEST(FusedRun, RejectsTwoAxes) {
   auto axes = fusion::triad_axes(1);
   axes.pop_back();
-  EXPECT_FALSE(fuse(at_rest(axes, 10, 1), std::nullopt, {}));
+  EXPECT_FALSE(fuse(make_resting_axes(axes, 10, 1), std::nullopt, {}));
 }
 
 TEST(FusedRun, OmitsEarthRateWithoutAttitude) {
-  FusedAxes axes = at_rest(regular_tetrad(), 1000, 1);
+  FusedAxes axes = make_resting_axes(regular_tetrad(), 1000, 1);
   axes.attitude.reset();
   const FusedRun run = fused_run(axes);
   EXPECT_EQ(run.summary.fused, 1000);
@@ -326,7 +326,7 @@ TEST(FusedRun, OmitsEarthRateWithoutAttitude) {
 
 /// During a gap of 25 h the biases drift as far as their models predict.
 TEST(FusedRun, PermitsBiasDriftDuringGap) {
-  FusedAxes axes = at_rest(regular_tetrad(), 40000, 1);
+  FusedAxes axes = make_resting_axes(regular_tetrad(), 40000, 1);
   for (Model& model : axes.models) model.residual_noise->rate_random_walk_deg_per_h_per_sqrt_h = 0.01;
   axes.time_s.tail(20000).array() += 90000;
   const Eigen::RowVector4d drift = (axes.directions * Eigen::Vector3d(0.05, 0, 0)).transpose();
@@ -338,7 +338,7 @@ TEST(FusedRun, PermitsBiasDriftDuringGap) {
 }
 
 TEST(FusedRun, DatesHopBeforeGap) {
-  FusedAxes axes = at_rest(regular_tetrad(), 40000, 1);
+  FusedAxes axes = make_resting_axes(regular_tetrad(), 40000, 1);
   axes.rate_deg_per_h.col(1).tail(20000).array() += 0.004;
   axes.time_s.tail(19800).array() += 7200;
   const FusedRun run = fused_run(axes);
@@ -349,7 +349,7 @@ TEST(FusedRun, DatesHopBeforeGap) {
 }
 
 TEST(FusedRun, ReportsStretchThatContradictsEarthRate) {
-  FusedAxes axes = at_rest(regular_tetrad(), 4000, 1);
+  FusedAxes axes = make_resting_axes(regular_tetrad(), 4000, 1);
   axes.rate_deg_per_h.rowwise() += (axes.directions * Eigen::Vector3d(0.05, 0, 0)).transpose();
   const FusedRun run = fused_run(axes);
   ASSERT_TRUE(run.summary.rest);
@@ -363,7 +363,7 @@ TEST(FusedRun, ReportsStretchThatContradictsEarthRate) {
 }
 
 TEST(UncertaintyOfMeans, ReducesQuantisationWithTimeAndNoiseWithItsRoot) {
-  FusedAxes axes = at_rest(fusion::triad_axes(1), 10, 1);
+  FusedAxes axes = make_resting_axes(fusion::triad_axes(1), 10, 1);
   axes.step_deg_per_h.assign(3, 0.1);
   for (Model& model : axes.models)
     model.uncertainty->budget.rows.push_back({.source = Source::counting, .standard_uncertainty = 1});

@@ -92,13 +92,13 @@ TEST(RateFusion, MatchesReducedGeometryWhenAxisIsOmitted) {
     for (Eigen::Index i = 0; i < geometry.axes(); ++i)
       if (i != out) kept.push_back(i);
     const FusedRate expected = fused(compute_gains(*without(geometry, out)), readings(kept));
-    const auto rest = fuse_without(gains, readings, out);
+    const auto rest = fuse_without_axis(gains, readings, out);
     ASSERT_TRUE(rest);
     EXPECT_TRUE(rest->deg_per_h.isApprox(expected.deg_per_h, 1e-10)) << out;
     EXPECT_TRUE(rest->covariance.isApprox(expected.covariance, 1e-10)) << out;
     Eigen::VectorXd broken = readings;
     broken(out) += 1000;
-    EXPECT_TRUE(fuse_without(gains, broken, out)->deg_per_h.isApprox(expected.deg_per_h, 1e-10));
+    EXPECT_TRUE(fuse_without_axis(gains, broken, out)->deg_per_h.isApprox(expected.deg_per_h, 1e-10));
   }
 }
 
@@ -106,11 +106,11 @@ TEST(RateFusion, RefusesToOmitAxisWithoutRedundancy) {
   const Gains gains = compute_gains(
       valid_geometry({axis("1", 1, 0, 0, 1), axis("2", 0, 1, 0, 1), axis("3", 1, 1, 0, 1), axis("up", 0, 0, 1, 1)}));
   const Eigen::Vector4d readings(1, 2, 2, 3);
-  EXPECT_TRUE(fuse_without(gains, readings, 1));
-  const auto rest = fuse_without(gains, readings, 3);
+  EXPECT_TRUE(fuse_without_axis(gains, readings, 1));
+  const auto rest = fuse_without_axis(gains, readings, 3);
   ASSERT_FALSE(rest);
   EXPECT_EQ(rest.error().kind, FaultKind::numeric);
-  EXPECT_FALSE(fuse_without(compute_gains(valid_geometry(triad_axes(1))), Eigen::Vector3d(1, 2, 3), 0));
+  EXPECT_FALSE(fuse_without_axis(compute_gains(valid_geometry(triad_axes(1))), Eigen::Vector3d(1, 2, 3), 0));
 }
 
 }  // namespace

@@ -38,7 +38,7 @@ TEST(Rest, RecoversBiasesForKnownAttitude) {
   const Geometry geometry = valid_geometry(tetrad_axes(1e-4));
   const Attitude attitude{.to_local = level_fixture(30), .latitude_deg = kLatitude_deg};
   const Eigen::Vector4d bias(0.01, -0.02, 0.03, 0.005);
-  const auto estimate = at_rest(geometry, fixture_readings(geometry, attitude, Eigen::Vector3d::Zero(), bias), attitude,
+  const auto estimate = estimate_at_rest(geometry, fixture_readings(geometry, attitude, Eigen::Vector3d::Zero(), bias), attitude,
                                 unknown_biases(4, 1));
   ASSERT_TRUE(estimate) << text(estimate.error());
   EXPECT_TRUE(estimate->bias_deg_per_h.isApprox(bias, 1e-7)) << "the weak prior hardly shifts them";
@@ -55,7 +55,7 @@ TEST(Rest, HasAzimuthUncertaintyOfEastAxisBias) {
   const double horizontal = kEarthRateDegPerHour * std::cos(kLatitude_deg * kDegree);
   for (const double tilt_std_deg : {0.0, tilt}) {
     const Attitude attitude{.tilt_std_deg = tilt_std_deg, .azimuth_std_deg = 3, .latitude_deg = kLatitude_deg};
-    const auto estimate = at_rest(geometry, fixture_readings(geometry, attitude, {0, 0, 0.01}, Eigen::Vector3d::Zero()),
+    const auto estimate = estimate_at_rest(geometry, fixture_readings(geometry, attitude, {0, 0, 0.01}, Eigen::Vector3d::Zero()),
                                   attitude, unknown_biases(3, u));
     ASSERT_TRUE(estimate);
     const double expected = std::hypot(u / horizontal, tilt_std_deg * kDegree * std::tan(kLatitude_deg * kDegree));
@@ -68,7 +68,7 @@ TEST(Rest, CannotObserveRotationAboutEarthAxis) {
   const Geometry geometry = valid_geometry(dodecahedron_axes(1e-6));
   const Attitude attitude{.tilt_std_deg = 0.5, .azimuth_std_deg = 0.5, .latitude_deg = kLatitude_deg};
   const auto estimate =
-      at_rest(geometry, fixture_readings(geometry, attitude, Eigen::Vector3d::Zero(), Eigen::VectorXd::Zero(6)),
+      estimate_at_rest(geometry, fixture_readings(geometry, attitude, Eigen::Vector3d::Zero(), Eigen::VectorXd::Zero(6)),
               attitude, unknown_biases(6, 1e-5));
   ASSERT_TRUE(estimate);
   const Eigen::Vector3d axis = earth_rate(kLatitude_deg).normalized(), across = Eigen::Vector3d(0, 1, 0);
@@ -99,7 +99,7 @@ TEST(Rest, MaximisesPosteriorOfBiasesAndAngles) {
     const Eigen::VectorXd readings =
         fixture_readings(geometry, attitude, angle, draws.correlated_normal(prior.covariance)) +
         draws.correlated_normal(geometry.covariance);
-    const auto estimate = at_rest(geometry, readings, attitude, prior);
+    const auto estimate = estimate_at_rest(geometry, readings, attitude, prior);
     ASSERT_TRUE(estimate) << text(estimate.error());
     Eigen::VectorXd x(9);
     x << estimate->bias_deg_per_h, estimate->rotation_rad;
@@ -130,7 +130,7 @@ TEST(Rest, HasErrorsOfStatedCovariance) {
     for (int n = 0; n < kEach; ++n) {
       const Eigen::Vector3d angle = kDegree * stds.cwiseProduct(draws.normal(3));
       const Eigen::VectorXd bias = draws.correlated_normal(prior.covariance);
-      const auto estimate = at_rest(
+      const auto estimate = estimate_at_rest(
           geometry, fixture_readings(geometry, attitude, angle, bias) + draws.correlated_normal(geometry.covariance),
           attitude, prior);
       ASSERT_TRUE(estimate);
@@ -182,7 +182,7 @@ TEST(Rest, RejectsInvalidAttitudeOrPrior) {
   const Geometry geometry = valid_geometry(triad_axes(0.001));
   const Eigen::Vector3d readings(1, 2, 3);
   const auto refused = [&](const Attitude& attitude, const BiasPrior& prior) {
-    const auto estimate = at_rest(geometry, readings, attitude, prior);
+    const auto estimate = estimate_at_rest(geometry, readings, attitude, prior);
     return !estimate && estimate.error().kind == FaultKind::usage && !rest_test(geometry, attitude, prior);
   };
   const BiasPrior prior = unknown_biases(3, 0.1);
@@ -191,7 +191,7 @@ TEST(Rest, RejectsInvalidAttitudeOrPrior) {
   EXPECT_TRUE(refused({.latitude_deg = 91}, prior));
   EXPECT_TRUE(refused({.to_local = Eigen::Vector3d(1, 1, -1).asDiagonal()}, prior)) << "a mirror";
   EXPECT_TRUE(refused({.to_local = 2 * Eigen::Matrix3d::Identity()}, prior));
-  EXPECT_FALSE(at_rest(geometry, Eigen::Vector3d(1, std::nan(""), 3), {}, prior));
+  EXPECT_FALSE(estimate_at_rest(geometry, Eigen::Vector3d(1, std::nan(""), 3), {}, prior));
 }
 
 TEST(North, EqualsHeadingOfFixture) {
@@ -259,7 +259,7 @@ TEST(North, AgreesWithRestEstimate) {
   const Eigen::Vector3d readings = level_fixture(8).transpose() * earth_rate(latitude);
   const auto north = find_north(fused(compute_gains(geometry), readings), latitude, {});
   const auto rest =
-      at_rest(geometry, readings, attitude, {Eigen::Vector3d::Zero(), 1e-14 * Eigen::Matrix3d::Identity()});
+      estimate_at_rest(geometry, readings, attitude, {Eigen::Vector3d::Zero(), 1e-14 * Eigen::Matrix3d::Identity()});
   ASSERT_TRUE(north && rest);
   EXPECT_NEAR(rest->rotation_rad(2) / kDegree, north->heading_deg, 1e-3);
   EXPECT_NEAR(std::sqrt(rest->rotation_covariance(2, 2)) / kDegree / north->standard_deg, 1, 1e-3);

@@ -47,7 +47,7 @@ TEST_P(EveryMethod, DoesNotDependOnThreadCount) {
     ASSERT_TRUE(choice) << text(choice.error());
     const auto fit = method.fit(samples.set(), choice->parameters, quick_options(threads));
     ASSERT_TRUE(fit) << text(fit.error());
-    values.push_back(value_of(fit->function, samples.x));
+    values.push_back(evaluate_function(fit->function, samples.x));
     chosen.push_back(choice->parameters);
   }
   EXPECT_EQ(values[0], values[1]);
@@ -66,10 +66,10 @@ TEST_P(EveryMethod, PredictsUnseenSamples) {
   ASSERT_TRUE(choice);
   const auto fit = method.fit(samples.set(), choice->parameters, quick_options());
   ASSERT_TRUE(fit);
-  EXPECT_LT((value_of(fit->function, unseen.x) - unseen.y).norm(), 0.9 * unseen.y.norm());
+  EXPECT_LT((evaluate_function(fit->function, unseen.x) - unseen.y).norm(), 0.9 * unseen.y.norm());
   EXPECT_GE(fit->effective_parameters, 1);
   EXPECT_LE(fit->effective_parameters, 240);
-  EXPECT_GT(numbers_in(fit->function), 0);
+  EXPECT_GT(count_stored_numbers(fit->function), 0);
 }
 
 TEST_P(EveryMethod, RejectsInvalidSamples) {

@@ -53,7 +53,7 @@ TEST(LeastSquaresSvm, CountsTraceOfHatMatrix) {
   double trace = 0;
   for (Eigen::Index i = 0; i < 25; ++i) {
     const Eigen::VectorXd unit = Eigen::VectorXd::Unit(25, i);
-    trace += value_of(fit_ls_svm({samples.x, unit, samples.terms}, parameters, {})->function, samples.x)(i);
+    trace += evaluate_function(fit_ls_svm({samples.x, unit, samples.terms}, parameters, {})->function, samples.x)(i);
   }
   EXPECT_NEAR(fit_ls_svm(samples.set(), parameters, {})->effective_parameters, trace, 1e-9);
 }
@@ -67,11 +67,12 @@ TEST(LeastSquaresSvm, ChoosesLocalMinimumOfHeldOutError) {
     double sum = 0;
     for (const Fold& fold : folds) {
       const auto fit = fit_ls_svm({fold.train_x, fold.train_y, fold.terms}, {{"gamma", gamma}, {"sigma", sigma}}, {});
-      sum += (value_of(fit->function, fold.test_x) - fold.test_y).squaredNorm();
+      sum += (evaluate_function(fit->function, fold.test_x) - fold.test_y).squaredNorm();
     }
     return sum;
   };
-  const double gamma = value_of(choice->parameters, "gamma"), sigma = value_of(choice->parameters, "sigma");
+  const double gamma = parameter_value(choice->parameters, "gamma"),
+               sigma = parameter_value(choice->parameters, "sigma");
   const double least = error_at(gamma, sigma);
   EXPECT_LT(least / 120, 0.05);
   for (const double other : {0.5, 2.0}) EXPECT_LE(least, error_at(gamma * other, sigma) + 1e-9);
@@ -166,8 +167,8 @@ TEST(GaussianProcess, MatchesMeanAndVarianceOfFullPosterior) {
     const auto fit = fit_gaussian_process(uncertain_input(samples), {}, {});
     ASSERT_TRUE(fit && fit->variance);
     const DensePosterior expected = dense(uncertain_input(samples), *fit->variance, at);
-    EXPECT_LT((value_of(fit->function, at) - expected.mean).cwiseAbs().maxCoeff(), 1e-6);
-    const Eigen::VectorXd variance = variance_of(*fit->variance, at);
+    EXPECT_LT((evaluate_function(fit->function, at) - expected.mean).cwiseAbs().maxCoeff(), 1e-6);
+    const Eigen::VectorXd variance = evaluate_variance(*fit->variance, at);
     EXPECT_LT(((variance - expected.variance).array() / expected.variance.array()).abs().maxCoeff(), 1e-3);
   }
 }
@@ -180,7 +181,7 @@ TEST(GaussianProcess, StoresVarianceNotBelowFullPosterior) {
   EXPECT_LE(fit->variance->centres.rows(), kVarianceCentres);
   const data::SampleMatrix at = data::normal_matrix(100, 2, 9);
   const Eigen::VectorXd whole = dense(uncertain_input(samples), *fit->variance, at).variance,
-                        stored = variance_of(*fit->variance, at);
+                        stored = evaluate_variance(*fit->variance, at);
   EXPECT_GT((stored.array() / whole.array()).minCoeff(), 0.9);
   EXPECT_LT(stored.mean(), 4 * whole.mean());
 }
@@ -191,7 +192,7 @@ TEST(GaussianProcess, ContinuesAsPlane) {
   const auto fit = fit_gaussian_process(samples.set(), {}, {});
   ASSERT_TRUE(fit);
   const data::SampleMatrix far = (data::SampleMatrix(2, 2) << 30, 0, 0, -30).finished();
-  const Eigen::VectorXd there = value_of(fit->function, far);
+  const Eigen::VectorXd there = evaluate_function(fit->function, far);
   EXPECT_NEAR(there(0), 30, 1);
   EXPECT_NEAR(there(1), 15, 1);
 }
@@ -204,13 +205,13 @@ TEST(GaussianProcess, ReturnsPosteriorMeanOfAllSamples) {
   const auto& expansion = std::get<ExpansionModel>(fit->function);
   EXPECT_EQ(expansion.centres.rows(), 450);
   // K w + σ_n² w/σ_f² = y − mean, so the residual is proportional to the weights.
-  const Eigen::VectorXd residual = samples.y - value_of(fit->function, samples.x);
+  const Eigen::VectorXd residual = samples.y - evaluate_function(fit->function, samples.x);
   const double part = residual.dot(expansion.weights) / expansion.weights.squaredNorm();
   EXPECT_LT((residual - part * expansion.weights).norm(), 1e-6 * residual.norm());
   EXPECT_GT(fit->effective_parameters, 3);
   EXPECT_LT(fit->effective_parameters, 150);
   const data::Samples unseen = data::bent_samples(300, 2, 0, 6);
-  EXPECT_LT((value_of(fit->function, unseen.x) - unseen.y).norm(), 0.1 * unseen.y.norm());
+  EXPECT_LT((evaluate_function(fit->function, unseen.x) - unseen.y).norm(), 0.1 * unseen.y.norm());
 }
 
 }  // namespace

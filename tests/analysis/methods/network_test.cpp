@@ -17,15 +17,15 @@ TEST(Network, ComputesDerivativesThatMatchDifferences) {
     NetworkModel network = random_network(3, 4, seed);
     network.b = 0.3;
     const Linearised at = linearise(network, x);
-    EXPECT_LT((at.value - value_of(network, x)).cwiseAbs().maxCoeff(), 1e-14) << "seed " << seed;
+    EXPECT_LT((at.value - evaluate_function(network, x)).cwiseAbs().maxCoeff(), 1e-14) << "seed " << seed;
     const Eigen::VectorXd numbers = parameter_vector(network);
-    ASSERT_EQ(numbers.size(), numbers_in(network));
+    ASSERT_EQ(numbers.size(), count_stored_numbers(network));
     for (Eigen::Index k = 0; k < numbers.size(); ++k) {
       constexpr double kStep = 1e-5;
       NetworkModel ahead = network, behind = network;
       set_parameters(ahead, numbers + kStep * Eigen::VectorXd::Unit(numbers.size(), k));
       set_parameters(behind, numbers - kStep * Eigen::VectorXd::Unit(numbers.size(), k));
-      const Eigen::VectorXd slope = (value_of(ahead, x) - value_of(behind, x)) / (2 * kStep);
+      const Eigen::VectorXd slope = (evaluate_function(ahead, x) - evaluate_function(behind, x)) / (2 * kStep);
       EXPECT_LT((slope - at.derivatives.row(k).transpose()).cwiseAbs().maxCoeff(), 1e-8) << "seed " << seed << " " << k;
     }
   }
@@ -48,7 +48,7 @@ TEST(LevenbergMarquardt, LowersErrorWithEachStep) {
     for (int step = 0; step < 30 && training.step(); ++step) {
       EXPECT_LT(training.squared_error(), before) << "seed " << seed;
       before = training.squared_error();
-      EXPECT_NEAR((value_of(training.network(), samples.x) - samples.y).squaredNorm(), before, 1e-12);
+      EXPECT_NEAR((evaluate_function(training.network(), samples.x) - samples.y).squaredNorm(), before, 1e-12);
     }
   }
 }
@@ -77,7 +77,7 @@ TEST(BackPropagationNetwork, KeepsStartWithMedianHeldOutError) {
   const auto folds = folds_of(samples, 3);
   const auto choice = choose_network(folds, {.seed = 4}, {});
   ASSERT_TRUE(choice);
-  const double chosen = value_of(choice->parameters, "start");
+  const double chosen = parameter_value(choice->parameters, "start");
   std::vector<double> errors(10);
   for (int start = 0; start < 10; ++start) {
     HyperParameters parameters = choice->parameters;
@@ -85,7 +85,7 @@ TEST(BackPropagationNetwork, KeepsStartWithMedianHeldOutError) {
     for (const Fold& fold : folds) {
       const auto fit = fit_network({fold.train_x, fold.train_y, fold.terms}, parameters, {.seed = 4});
       ASSERT_TRUE(fit);
-      errors[start] += (value_of(fit->function, fold.test_x) - fold.test_y).squaredNorm();
+      errors[start] += (evaluate_function(fit->function, fold.test_x) - fold.test_y).squaredNorm();
     }
   }
   const double chosen_error = errors[static_cast<std::size_t>(chosen)];
@@ -99,7 +99,7 @@ TEST(BackPropagationNetwork, FitsNonlinearFunction) {
   const auto fit = fit_network(samples.set(), choice->parameters, {});
   ASSERT_TRUE(fit);
   const data::Samples unseen = data::bent_samples(400, 2, 0, 10);
-  EXPECT_LT((value_of(fit->function, unseen.x) - unseen.y).norm(), 0.15 * unseen.y.norm());
+  EXPECT_LT((evaluate_function(fit->function, unseen.x) - unseen.y).norm(), 0.15 * unseen.y.norm());
 }
 
 }  // namespace

@@ -137,7 +137,7 @@ TEST(RadialBasisNetwork, FitsSumOfOwnUnits) {
     const HyperParameters parameters = {{"centres", 10}, {"width factor", factor}, {"lambda", 1e-14}};
     const auto fit = fit_radial_basis(samples.set(), parameters, {.seed = 1});
     ASSERT_TRUE(fit);
-    EXPECT_LT((value_of(fit->function, samples.x) - samples.y).cwiseAbs().maxCoeff(), 1e-6) << factor;
+    EXPECT_LT((evaluate_function(fit->function, samples.x) - samples.y).cwiseAbs().maxCoeff(), 1e-6) << factor;
     EXPECT_NEAR(fit->effective_parameters, 11, 1e-3);
   }
 }
@@ -148,7 +148,7 @@ TEST(RadialBasisNetwork, ChoosesWideUnitsForPlane) {
   samples.y = samples.x.col(0) - 0.5 * samples.x.col(2) + 0.01 * data::normal_vector(200, 8);
   const auto choice = choose_radial_basis(folds_of(samples, 4), {}, {});
   ASSERT_TRUE(choice);
-  EXPECT_GE(value_of(choice->parameters, "width factor"), 4);
+  EXPECT_GE(parameter_value(choice->parameters, "width factor"), 4);
 }
 
 TEST(RadialBasisNetwork, ChoosesOnlyCentresAllowedByFolds) {
@@ -156,7 +156,7 @@ TEST(RadialBasisNetwork, ChoosesOnlyCentresAllowedByFolds) {
   const data::Samples samples = data::bent_samples(36, 2, 0.05, 3);
   const auto choice = choose_radial_basis(folds_of(samples, 4), {}, {});
   ASSERT_TRUE(choice);
-  EXPECT_LE(value_of(choice->parameters, "centres"), 20);
+  EXPECT_LE(parameter_value(choice->parameters, "centres"), 20);
 }
 
 TEST(KohonenNetwork, ExplainsTargetToTolerance) {
@@ -164,7 +164,7 @@ TEST(KohonenNetwork, ExplainsTargetToTolerance) {
   for (const double tolerance : {0.1, 0.01}) {
     const auto fit = fit_kohonen(samples.set(), {{"width factor", 4}, {"tolerance", tolerance}}, {});
     ASSERT_TRUE(fit);
-    const Eigen::VectorXd residual = samples.y - value_of(fit->function, samples.x);
+    const Eigen::VectorXd residual = samples.y - evaluate_function(fit->function, samples.x);
     EXPECT_LT(residual.squaredNorm(), tolerance * (samples.y.array() - samples.y.mean()).square().sum());
     EXPECT_EQ(fit->effective_parameters,
               static_cast<double>(std::get<ExpansionModel>(fit->function).weights.size() + 1));

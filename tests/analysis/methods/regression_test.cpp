@@ -33,13 +33,13 @@ TEST(Polynomial, IsRecoveredWithOrder) {
       samples.y = ((samples.x * weights).array() + 0.125).matrix() + 1e-3 * data::normal_vector(120, 8);
       const auto choice = choose_polynomial(folds_of(samples, 4), {}, {});
       ASSERT_TRUE(choice);
-      EXPECT_GE(value_of(choice->parameters, "order"), order);
-      EXPECT_GE(value_of(choice->parameters, "rate terms"), rates ? 1 : 0);
+      EXPECT_GE(parameter_value(choice->parameters, "order"), order);
+      EXPECT_GE(parameter_value(choice->parameters, "rate terms"), rates ? 1 : 0);
       const auto fit = fit_polynomial(samples.set(), {{"order", double(order)}, {"rate terms", rates ? 1.0 : 0.0}}, {});
       ASSERT_TRUE(fit);
       EXPECT_LT((linear_model(*fit).weights - weights).cwiseAbs().maxCoeff(), 2e-3);
       EXPECT_EQ(fit->effective_parameters, 1 + order + (rates ? 2 : 0));
-      EXPECT_EQ(numbers_in(fit->function), 1 + order + (rates ? 2 : 0)) << "omitted terms have a weight of 0";
+      EXPECT_EQ(count_stored_numbers(fit->function), 1 + order + (rates ? 2 : 0)) << "omitted terms have a weight of 0";
     }
   }
 }
@@ -48,8 +48,8 @@ TEST(Polynomial, IsLimitedToOrderOfInputs) {
   const data::Samples samples = data::bent_samples(60, 2, 0.1, 1);
   const auto choice = choose_polynomial(folds_of(samples, 3), {}, {});
   ASSERT_TRUE(choice);
-  EXPECT_EQ(value_of(choice->parameters, "order"), 1);
-  EXPECT_EQ(value_of(choice->parameters, "rate terms"), 0);
+  EXPECT_EQ(parameter_value(choice->parameters, "order"), 1);
+  EXPECT_EQ(parameter_value(choice->parameters, "rate terms"), 0);
 }
 
 /// Computes the partial F of an added input from two ordinary regressions.
@@ -93,7 +93,7 @@ TEST(Stepwise, EndsWhenNoInputEntersOrLeaves) {
       }
     }
     EXPECT_EQ(fit->effective_parameters, static_cast<double>(taken.size() + 1));
-    const Eigen::VectorXd residual = samples.y - value_of(fit->function, samples.x);
+    const Eigen::VectorXd residual = samples.y - evaluate_function(fit->function, samples.x);
     EXPECT_NEAR(residual.mean(), 0, 1e-12);
     for (const Eigen::Index input : taken) EXPECT_NEAR(residual.dot(samples.x.col(input)), 0, 1e-10);
   }
@@ -117,7 +117,7 @@ TEST(Stepwise, SelectsNoInputForUncorrelatedTarget) {
   samples.y = y - basis * basis.householderQr().solve(y) + Eigen::VectorXd::Constant(40, 0.5);
   const auto fit = fit_stepwise(samples.set(), {}, {});
   ASSERT_TRUE(fit);
-  EXPECT_EQ(numbers_in(fit->function), 1);
+  EXPECT_EQ(count_stored_numbers(fit->function), 1);
   EXPECT_NEAR(linear_model(*fit).b, 0.5, 1e-12);
 }
 
@@ -141,7 +141,7 @@ TEST(Ridge, SatisfiesNormalEquations) {
     for (const double lambda : {1e-6, 1e-2, 1e2}) {
       const auto fit = fit_ridge(samples.set(), {{"lambda", lambda}}, {});
       ASSERT_TRUE(fit);
-      const Eigen::VectorXd residual = samples.y - value_of(fit->function, samples.x);
+      const Eigen::VectorXd residual = samples.y - evaluate_function(fit->function, samples.x);
       const Eigen::VectorXd gradient = samples.x.transpose() * residual -
                                        lambda * static_cast<double>(samples.y.size()) * linear_model(*fit).weights;
       EXPECT_LT(gradient.cwiseAbs().maxCoeff(), 1e-10);
@@ -157,7 +157,7 @@ TEST(Ridge, CountsTraceOfHatMatrix) {
   for (Eigen::Index i = 0; i < 30; ++i) {
     const Eigen::VectorXd unit = Eigen::VectorXd::Unit(30, i);
     const auto fit = fit_ridge({samples.x, unit, samples.terms}, {{"lambda", lambda}}, {});
-    trace += value_of(fit->function, samples.x)(i);
+    trace += evaluate_function(fit->function, samples.x)(i);
   }
   EXPECT_NEAR(RidgePath(samples.x, samples.y).effective_parameters(lambda), trace, 1e-10);
 }
@@ -174,10 +174,10 @@ TEST(Ridge, ShrinksWeightsThatDoNotHelpOnHeldOutFolds) {
   samples.y = 0.2 * samples.x.col(0) + data::normal_vector(24, 4);
   const auto choice = choose_ridge(folds_of(samples, 4), {}, {});
   ASSERT_TRUE(choice);
-  EXPECT_GE(value_of(choice->parameters, "lambda"), 0.1);
+  EXPECT_GE(parameter_value(choice->parameters, "lambda"), 0.1);
   samples.y = samples.x * Eigen::VectorXd::Ones(15);
   const auto exact = choose_ridge(folds_of(samples, 4), {}, {});
-  EXPECT_EQ(value_of(exact->parameters, "lambda"), 1e-8);
+  EXPECT_EQ(parameter_value(exact->parameters, "lambda"), 1e-8);
 }
 
 TEST(HeldOut, AveragesErrorOverHeldOutRowsOnly) {
@@ -232,7 +232,7 @@ TEST(CoefficientVariance, MatchesThermometerExampleOfGum) {
   EXPECT_NEAR(open(0, 1) / std::sqrt(open(0, 0) * open(1, 1)), -0.930, 5e-4);
   EXPECT_NEAR(fit->variance->noise, 0.0035, 5e-5);
   const data::SampleMatrix at_30 = data::SampleMatrix::Constant(1, 1, 10);
-  EXPECT_NEAR(std::sqrt(variance_of(*fit->variance, at_30)(0)), 0.0041, 5e-5);
+  EXPECT_NEAR(std::sqrt(evaluate_variance(*fit->variance, at_30)(0)), 0.0041, 5e-5);
 }
 
 TEST(CoefficientVariance, MatchesSimulatedErrorOfPlane) {
@@ -254,8 +254,8 @@ TEST(CoefficientVariance, MatchesSimulatedErrorOfPlane) {
       const auto fit = lambda > 0 ? fit_ridge(set, {{"lambda", lambda}}, {}) : fit_linear(set, {}, {});
       ASSERT_TRUE(fit);
       const Eigen::VectorXd truth = (elsewhere * weights).array() + 0.5;
-      squares += (value_of(fit->function, elsewhere) - truth).squaredNorm();
-      variances += variance_of(*fit->variance, elsewhere).sum();
+      squares += (evaluate_function(fit->function, elsewhere) - truth).squaredNorm();
+      variances += evaluate_variance(*fit->variance, elsewhere).sum();
     }
     EXPECT_NEAR(squares / variances, 1, 4 * std::sqrt(2.0 / (kDraws * kInputs)));
   }
@@ -269,8 +269,9 @@ TEST(CoefficientVariance, IsUnchangedByDuplicatedInput) {
   const auto once = fit_linear(samples.set(), {}, {}),
              both = fit_linear({twice, samples.y, {term, term, term}}, {}, {});
   ASSERT_TRUE(once && both);
-  const Eigen::VectorXd expected = variance_of(*once->variance, 5 * samples.x);
-  EXPECT_LT((variance_of(*both->variance, 5 * twice) - expected).cwiseAbs().maxCoeff(), 1e-3 * expected.maxCoeff());
+  const Eigen::VectorXd expected = evaluate_variance(*once->variance, 5 * samples.x);
+  EXPECT_LT((evaluate_variance(*both->variance, 5 * twice) - expected).cwiseAbs().maxCoeff(),
+            1e-3 * expected.maxCoeff());
 }
 
 TEST(CoefficientVariance, IsLargeForInputsDependentOnlyInTraining) {
@@ -282,7 +283,7 @@ TEST(CoefficientVariance, IsLargeForInputsDependentOnlyInTraining) {
   ASSERT_TRUE(fit);
   data::SampleMatrix apart(1, 2);
   apart << 1, -1;
-  EXPECT_GT(variance_of(*fit->variance, apart)(0), 1e9);
+  EXPECT_GT(evaluate_variance(*fit->variance, apart)(0), 1e9);
 }
 
 TEST(CoefficientVariance, IsZeroForOmittedTerms) {
@@ -294,7 +295,7 @@ TEST(CoefficientVariance, IsZeroForOmittedTerms) {
   EXPECT_TRUE(fit->variance->posterior.middleRows(1, 4).isZero(0));
   data::SampleMatrix moved = samples.x;
   moved.rightCols(4).array() += 7;
-  EXPECT_EQ(variance_of(*fit->variance, moved), variance_of(*fit->variance, samples.x));
+  EXPECT_EQ(evaluate_variance(*fit->variance, moved), evaluate_variance(*fit->variance, samples.x));
 }
 
 }  // namespace

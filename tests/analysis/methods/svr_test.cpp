@@ -94,9 +94,9 @@ TEST(ChooseSvr, ThinsRowsInQuickSearch) {
   options.quick = false;
   const auto thinned = choose_svr(folds, options, {});
   ASSERT_TRUE(quick && thinned);
-  EXPECT_EQ(value_of(quick->parameters, "C"), value_of(thinned->parameters, "C") / 3);
-  EXPECT_EQ(value_of(quick->parameters, "sigma"), value_of(thinned->parameters, "sigma"));
-  EXPECT_EQ(value_of(quick->parameters, "epsilon"), value_of(thinned->parameters, "epsilon"));
+  EXPECT_EQ(parameter_value(quick->parameters, "C"), parameter_value(thinned->parameters, "C") / 3);
+  EXPECT_EQ(parameter_value(quick->parameters, "sigma"), parameter_value(thinned->parameters, "sigma"));
+  EXPECT_EQ(parameter_value(quick->parameters, "epsilon"), parameter_value(thinned->parameters, "epsilon"));
   EXPECT_EQ(quick->tuning->one_standard_error->best.C, thinned->tuning->one_standard_error->best.C / 3);
   EXPECT_FALSE(quick->warnings.empty());
 }
@@ -127,9 +127,9 @@ TEST(SvrLinear, AddsSupportVectorsOfResidualToPlane) {
   const Eigen::VectorXd y = residual / unit;
   const auto support = fit_svr({samples.x, y, samples.terms}, kParameters, {});
   ASSERT_TRUE(support);
-  const Eigen::VectorXd expected =
-      (elsewhere.x * plane.weights).array() + plane.b + unit * value_of(support->function, elsewhere.x).array();
-  EXPECT_LT((value_of(fit->function, elsewhere.x) - expected).cwiseAbs().maxCoeff(), 1e-12);
+  const Eigen::VectorXd expected = (elsewhere.x * plane.weights).array() + plane.b +
+                                   unit * evaluate_function(support->function, elsewhere.x).array();
+  EXPECT_LT((evaluate_function(fit->function, elsewhere.x) - expected).cwiseAbs().maxCoeff(), 1e-12);
   EXPECT_NEAR(fit->effective_parameters, plane.effective_parameters + support->effective_parameters, 1e-12);
 }
 
@@ -138,7 +138,7 @@ TEST(SvrLinear, ReturnsPlaneForExactPlane) {
   samples.y = (2 * samples.x.col(0) - samples.x.col(1)).array() + 0.5;
   const auto fit = fit_svr_linear(samples.set(), kParameters, {});
   ASSERT_TRUE(fit);
-  EXPECT_LT((value_of(fit->function, samples.x) - samples.y).cwiseAbs().maxCoeff(), 1e-10);
+  EXPECT_LT((evaluate_function(fit->function, samples.x) - samples.y).cwiseAbs().maxCoeff(), 1e-10);
 }
 
 TEST(SvrLinear, TunesOnResidualOfPlane) {
@@ -152,7 +152,7 @@ TEST(SvrLinear, TunesOnResidualOfPlane) {
   const auto fit = fit_svr_linear(samples.set(), choice->parameters, options);
   ASSERT_TRUE(fit);
   const data::Samples unseen = data::bent_plane(200, 7);
-  EXPECT_LT((value_of(fit->function, unseen.x) - unseen.y).norm(), 0.15 * unseen.y.norm());
+  EXPECT_LT((evaluate_function(fit->function, unseen.x) - unseen.y).norm(), 0.15 * unseen.y.norm());
 }
 
 TEST(PlaneWithKernel, ExtrapolatesAsPlane) {
@@ -160,8 +160,8 @@ TEST(PlaneWithKernel, ExtrapolatesAsPlane) {
   const auto beside = fit_svr_linear(samples.set(), kParameters, {}), alone = fit_svr(samples.set(), kParameters, {});
   ASSERT_TRUE(beside && alone);
   const data::SampleMatrix far = Eigen::RowVector3d(0, 0, 8);
-  EXPECT_NEAR(value_of(beside->function, far)(0), 32, 2);
-  EXPECT_LT(value_of(alone->function, far)(0), 16) << "a Gaussian kernel does not extrapolate the slope";
+  EXPECT_NEAR(evaluate_function(beside->function, far)(0), 32, 2);
+  EXPECT_LT(evaluate_function(alone->function, far)(0), 16) << "a Gaussian kernel does not extrapolate the slope";
 }
 
 TEST(PlaneWithKernel, DependsLessOnUncertainInput) {

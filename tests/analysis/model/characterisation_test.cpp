@@ -87,7 +87,7 @@ TEST(Characterisation, FindsNoStartInPartialRecord) {
   const auto starts_from = [&](Eigen::Index first) {
     std::vector<Eigen::Index> rows(static_cast<std::size_t>(whole.start_s.size() - first));
     std::iota(rows.begin(), rows.end(), first);
-    run.clusters = pick(whole, rows);
+    run.clusters = pick_clusters(whole, rows);
     return run.characterise(noise_of(run.clusters.start_s, 7)).warm_ups.size();
   };
   EXPECT_EQ(starts_from(0), 1u);
@@ -286,8 +286,8 @@ TEST(Characterisation, FindsHysteresisWidth) {
     EXPECT_EQ(point.width.after.value, 0);
   }
   EXPECT_TRUE(std::ranges::is_sorted(result.hysteresis, {}, &HysteresisPoint::temperature_c));
-  ASSERT_NE(widest(result.hysteresis, &BeforeAfter::before), nullptr);
-  EXPECT_EQ(widest({}, &BeforeAfter::before), nullptr);
+  ASSERT_NE(find_widest(result.hysteresis, &BeforeAfter::before), nullptr);
+  EXPECT_EQ(find_widest({}, &BeforeAfter::before), nullptr);
 }
 
 /// A pass that begins or ends inside a temperature span has a different mean temperature there than one that crosses

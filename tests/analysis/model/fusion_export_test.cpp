@@ -98,7 +98,7 @@ TEST(FusionExport, FusesLikeLibrary) {
       EXPECT_EQ(suspect, named ? static_cast<int>(*named) : -1) << n;
       EXPECT_NEAR(bias, named ? finding.isolation->size : 0, 1e-11) << n;
       EXPECT_EQ(without, 0);
-      EXPECT_LT((rest - fuse_without(gains, reading, 1)->deg_per_h).norm(), 1e-11 * 60) << n;
+      EXPECT_LT((rest - fuse_without_axis(gains, reading, 1)->deg_per_h).norm(), 1e-11 * 60) << n;
       suspects += named ? 1 : 0;
     }
     EXPECT_EQ(suspects > 0, axes.size() > 4) << "no axis can be isolated with four axes";

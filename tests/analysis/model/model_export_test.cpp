@@ -213,7 +213,7 @@ TEST(CExport, PredictsLikeLibrary) {
     const std::vector<data::Factor> lags = data::lags_in(model.terms);
     const data::SampleMatrix lag = random_temperatures(300, static_cast<Eigen::Index>(lags.size()), 0.5).array() - 20;
     std::vector<data::Term> terms = model.terms;
-    std::ranges::transform(terms, terms.begin(), data::with_lags_as_temperatures);
+    std::ranges::transform(terms, terms.begin(), data::replace_lags);
     for (const data::Factor& factor : lags) clusters.thermometers.push_back(lag_name(factor));
     data::SampleMatrix both(300, count + lag.cols());
     both << clusters.temperature_c, lag;
@@ -301,7 +301,7 @@ TEST(CExport, ExportsUncertaintyOfMeans) {
   ASSERT_EQ(place.run("./program > out"), 0);
   double expanded{};
   place.read("out") >> expanded;
-  const CombinedUncertainty known = of_mean_over(*model.uncertainty, model.cluster_length_s);
+  const CombinedUncertainty known = mean_uncertainty(*model.uncertainty, model.cluster_length_s);
   EXPECT_EQ(expanded, known.expanded_deg_per_h) << "must be equal bit for bit";
   EXPECT_NE(program.source.find("thermometer drift A (assumed) */"), std::string::npos) << program.source;
   const std::string returns = "return " + c_number(known.expanded_deg_per_h);

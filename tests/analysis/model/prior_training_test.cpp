@@ -35,7 +35,7 @@ data::Dataset run_of_unit(std::uint64_t unit, std::uint64_t run = 0) {
 data::Clusters beginning(const data::Clusters& run, Eigen::Index count) {
   std::vector<Eigen::Index> rows(static_cast<std::size_t>(count));
   std::iota(rows.begin(), rows.end(), 0);
-  return pick(run, rows);
+  return pick_clusters(run, rows);
 }
 
 double rms(const Eigen::VectorXd& values) {
@@ -119,9 +119,9 @@ TEST_F(TypePriorTraining, PredictsFoldWithoutItsClusters) {
   ASSERT_TRUE(model) << text(model.error());
   EXPECT_EQ(model->folds, "leave one cycle out (4)");
   const data::Fold fold = data::plan_folds({clusters_})->folds[2];
-  const auto without = population::learn_unit(prior_, std::vector{pick(clusters_, fold.training)});
+  const auto without = population::learn_unit(prior_, std::vector{pick_clusters(clusters_, fold.training)});
   ASSERT_TRUE(without);
-  const data::Clusters held_out = pick(clusters_, fold.held_out);
+  const data::Clusters held_out = pick_clusters(clusters_, fold.held_out);
   const Eigen::VectorXd residual =
       held_out.bias_deg_per_h - population::predict(prior_, *without, held_out)->bias_deg_per_h;
   EXPECT_LT((model->leave_cycle_out_residual(fold.held_out) - residual).norm(), 1e-9 * residual.norm());
@@ -136,7 +136,7 @@ TEST_F(TypePriorTraining, KeepsRunsSeparateInEveryFold) {
   EXPECT_EQ(model->leave_cycle_out_residual.size(), clusters_.start_s.size() + 100);
   const auto by_hand = population::learn_unit(prior_, std::vector{clusters_, part});
   ASSERT_TRUE(by_hand);
-  const Eigen::VectorXd careful = careful_coefficients(prior_, *by_hand);
+  const Eigen::VectorXd careful = noise_aware_coefficients(prior_, *by_hand);
   EXPECT_NEAR(std::get<methods::LinearModel>(model->function).b, careful(0), 1e-12);
   EXPECT_NEAR(model->effective_parameters, by_hand->effective_parameters, 1e-9);
   EXPECT_GT(model->effective_parameters, 1);

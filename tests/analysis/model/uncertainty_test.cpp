@@ -75,7 +75,7 @@ TEST(Budget, ReducesWhiteNoiseForLongerMean) {
                              {.source = Source::rate_random_walk, .standard_uncertainty = 3},
                              {.source = Source::tilt, .standard_uncertainty = 4},
                              {.source = Source::counting, .standard_uncertainty = 8}}};
-  const Budget four = at_averaging(hour, 4 * 3600);
+  const Budget four = convert_averaging(hour, 4 * 3600);
   EXPECT_DOUBLE_EQ(four.rows[0].standard_uncertainty, 1);
   EXPECT_DOUBLE_EQ(four.rows[1].standard_uncertainty, 6);
   EXPECT_DOUBLE_EQ(four.rows[2].standard_uncertainty, 4);
@@ -283,7 +283,7 @@ TEST_F(ModelUncertainty, IncludesQuantisationOfPulses) {
   for (int i = 0; i < kMeans; ++i)
     squares += std::pow((half_a_pulse(random) - half_a_pulse(random)) / kSecondsPerHour, 2);
   EXPECT_NEAR(counting.standard_uncertainty, std::sqrt(squares / kMeans), 0.02 * counting.standard_uncertainty);
-  const BudgetRow of_a_cluster = at_averaging({.averaging_s = 3600, .rows = {counting}}, 100).rows.front();
+  const BudgetRow of_a_cluster = convert_averaging({.averaging_s = 3600, .rows = {counting}}, 100).rows.front();
   EXPECT_NEAR(of_a_cluster.standard_uncertainty, 0.0061, 5e-5) << "°/h: more than all else of a good gyro";
 }
 
@@ -375,16 +375,16 @@ TEST_F(ModelUncertainty, StatesDriftOfUnitValueInItsUnit) {
   const auto rows = budget_of_thermometer(dataset, {.thermometer = "aux:current", .rms = 2});
   ASSERT_EQ(rows.size(), 1u) << "the sensor belongs to the unit, so its error does not change";
   EXPECT_EQ(rows[0].source, Source::input_drift);
-  EXPECT_EQ(unit_of(rows[0]), "mA");
+  EXPECT_EQ(row_unit(rows[0]), "mA");
   EXPECT_DOUBLE_EQ(contribution_deg_per_h(rows[0]), 0.0082);
   const auto of_a = budget_of_thermometer(dataset, {.thermometer = "A", .rms = 2});
   ASSERT_EQ(of_a.size(), 2u);
-  EXPECT_EQ(unit_of(of_a[1]), "K");
+  EXPECT_EQ(row_unit(of_a[1]), "K");
   Model model = model_;
   model.uncertainty->budget.rows = rows;
   const auto back = model_from_json(to_json(model), "model.json");
   ASSERT_TRUE(back) << text(back.error());
-  EXPECT_EQ(unit_of(row(*back, Source::input_drift)), "mA");
+  EXPECT_EQ(row_unit(row(*back, Source::input_drift)), "mA");
   EXPECT_NEAR(rows_for_run(dataset, rows)[0].standard_uncertainty, 0.0041, 1e-12) << "neither calibration day is known";
 }
 
@@ -450,7 +450,7 @@ double draw_error(const BudgetRow& row, std::mt19937_64& random) {
 data::Clusters first_hold(const data::Clusters& clusters) {
   std::vector<Eigen::Index> rows(36);
   std::iota(rows.begin(), rows.end(), 0);
-  return pick(clusters, rows);
+  return pick_clusters(clusters, rows);
 }
 
 TEST_F(ModelUncertainty, WidensWithUncertaintyOfCoefficients) {
@@ -518,7 +518,7 @@ TEST_F(ModelUncertainty, AgreesWithMonteCarlo) {
   const std::vector<BudgetRow>& rows = model_.uncertainty->budget.rows;
   const CombinedUncertainty by_budget = combined(rows);
   const Model model = model_with_any_range(model_);
-  data::Clusters hour = pick(clusters_, {100, 101, 102, 103, 104, 105});
+  data::Clusters hour = pick_clusters(clusters_, {100, 101, 102, 103, 104, 105});
   const Eigen::MatrixXd true_c = hour.temperature_c;
   const double undisturbed = predict(model, hour)->mean();
   std::mt19937_64 random(11);

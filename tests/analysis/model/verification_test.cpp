@@ -204,7 +204,7 @@ TEST_F(LinearModelVerification, ReportsMissingInputs) {
   const Model of_rates = *train({dataset}, {clusters}, options);
   for (const Outside outside : {Outside::continued, Outside::refuse}) {
     // The first cluster of a run has no rate.
-    const auto result = verify(of_rates, dataset, pick(clusters, {0}), outside);
+    const auto result = verify(of_rates, dataset, pick_clusters(clusters, {0}), outside);
     ASSERT_FALSE(result);
     EXPECT_EQ(result.error().kind, FaultKind::usage);
     EXPECT_EQ(result.error().what, "no cluster has all inputs of the model (a rate needs the previous cluster)");
@@ -234,7 +234,7 @@ TEST_F(LinearModelVerification, ComputesExpectedInSampleResidual) {
   const data::Clusters clusters = *make_clusters(dataset);
   std::vector<Eigen::Index> quarter(static_cast<std::size_t>(clusters.start_s.size() / 4));
   std::iota(quarter.begin(), quarter.end(), 0);
-  const auto of_a_part = verify(model_, dataset, pick(clusters, quarter));
+  const auto of_a_part = verify(model_, dataset, pick_clusters(clusters, quarter));
   ASSERT_TRUE(of_a_part);
   EXPECT_DOUBLE_EQ(of_a_part->expected_in_sample_std, of_a_part->floor.deg_per_h * std::sqrt(part))
       << "a quarter of the parameters belongs to a quarter of the clusters";

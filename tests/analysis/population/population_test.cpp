@@ -123,7 +123,7 @@ TEST(Population, HasRestrictedLikelihoodOfDenseComputation) {
   const Eigen::VectorXd mean = precision.ldlt().solve(z.transpose() * inverse * y);
   const double likelihood =
       log_normal_density(y, z * mean, all) - 0.5 * std::log(precision.determinant()) + std::log(2 * std::numbers::pi);
-  const auto fit = population_with(units, covariance);
+  const auto fit = fit_population_mean(units, covariance);
   ASSERT_TRUE(fit);
   EXPECT_LT((fit->population.mean - mean).norm(), 1e-10);
   EXPECT_LT((fit->population.mean_covariance - precision.inverse()).norm(), 1e-10);

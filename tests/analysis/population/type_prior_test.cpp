@@ -85,7 +85,7 @@ std::vector<UnitClusters> simulated_units(const SimulatedType& type, int count, 
 data::Clusters first_clusters(const data::Clusters& run, Eigen::Index count) {
   std::vector<Eigen::Index> rows(static_cast<std::size_t>(count));
   std::iota(rows.begin(), rows.end(), 0);
-  return pick(run, rows);
+  return pick_clusters(run, rows);
 }
 
 double rms(const Eigen::VectorXd& values) {
@@ -231,8 +231,8 @@ TEST(TypePrior, AppliesUncertaintyOfThermometers) {
   ASSERT_TRUE(exact && in_error);
   const auto unit = learn_unit(*in_error, units[2].runs);
   ASSERT_TRUE(unit);
-  const Eigen::Vector4d likeliest = unit->coefficients.mean, careful = careful_coefficients(*in_error, *unit);
-  EXPECT_EQ(careful_coefficients(*exact, *learn_unit(*exact, units[2].runs)), likeliest);
+  const Eigen::Vector4d likeliest = unit->coefficients.mean, careful = noise_aware_coefficients(*in_error, *unit);
+  EXPECT_EQ(noise_aware_coefficients(*exact, *learn_unit(*exact, units[2].runs)), likeliest);
   EXPECT_NEAR(careful(0) + unit->centre.dot(careful.tail(3)), likeliest(0) + unit->centre.dot(likeliest.tail(3)),
               1e-12);
   // Sum of squared errors over the runs of all units, each relative to its own mean.
@@ -272,7 +272,7 @@ TEST(TypePrior, WidensUncertaintyByThermometerDrift) {
   const Eigen::VectorXd without = u_squared_with({});
   EXPECT_EQ(u_squared_with({0, 0, 0}), without) << "no time has passed";
   const Eigen::Vector3d slopes =
-      careful_coefficients(*prior, *unit).tail(3).cwiseQuotient(prior->scaling.std.transpose());
+      noise_aware_coefficients(*prior, *unit).tail(3).cwiseQuotient(prior->scaling.std.transpose());
   const double of_drift = Eigen::Vector3d(0.01 * slopes.sum(), -0.02 * slopes(1), -0.03 * slopes(2)).squaredNorm();
   const Eigen::VectorXd added = u_squared_with({0.01, 0.02, 0.03}) - without;
   EXPECT_LT((added.array() - of_drift).abs().maxCoeff(), 1e-9 * of_drift);

@@ -15,13 +15,13 @@ namespace {
 const std::vector<double> kFourths(4, 0.25);
 
 /// Returns a position with the given mean squared errors on four equal folds.
-JudgedPosition position_with_errors(std::vector<double> position, std::vector<double> fold_mse) {
+EvaluatedPosition position_with_errors(std::vector<double> position, std::vector<double> fold_mse) {
   for (double& mse : fold_mse) mse /= 4;
   return {.position = std::move(position), .shares = std::move(fold_mse)};
 }
 
 TEST(HeldOutStandardError, EqualsDeviationOverRootOfCountForEqualFolds) {
-  const JudgedPosition position = position_with_errors({0, 0, 0}, {1, 2, 4, 5});
+  const EvaluatedPosition position = position_with_errors({0, 0, 0}, {1, 2, 4, 5});
   EXPECT_DOUBLE_EQ(mean_squared_error(position), 3);
   EXPECT_DOUBLE_EQ(standard_error(position, kFourths), std::sqrt((4 + 1 + 1 + 4) / 3.0) / 2);
 }
@@ -39,7 +39,7 @@ TEST(HeldOutStandardError, MatchesSimulatedErrorOfMean) {
   constexpr int kDraws = 20000;
   double squares = 0, variances = 0;
   for (int draw = 0; draw < kDraws; ++draw) {
-    JudgedPosition position{.position = {}, .shares = {}};
+    EvaluatedPosition position{.position = {}, .shares = {}};
     for (const double part : parts) position.shares.push_back(part * (3 + normal(random)));
     squares += std::pow(mean_squared_error(position) - 3, 2);
     variances += std::pow(standard_error(position, parts), 2);
@@ -49,7 +49,7 @@ TEST(HeldOutStandardError, MatchesSimulatedErrorOfMean) {
 
 TEST(OneStandardErrorRule, SelectsSmallestCWithinOneStandardError) {
   // The lowest error is 3, with a standard error of 0.91.
-  const std::vector<JudgedPosition> all{
+  const std::vector<EvaluatedPosition> all{
       position_with_errors({8, 1, -5}, {1, 2, 4, 5}), position_with_errors({2, 1, -5}, {3.8, 3.8, 3.8, 3.8}),
       position_with_errors({0, 1, -5}, {4, 4, 4, 4}), position_with_errors({5, 1, -5}, {3.1, 3.1, 3.1, 3.1})};
   const OneStandardErrorChoice choice = simplest_within_one_standard_error(all, kFourths);
@@ -60,14 +60,14 @@ TEST(OneStandardErrorRule, SelectsSmallestCWithinOneStandardError) {
 
 TEST(OneStandardErrorRule, PrefersWiderKernelThenWiderTubeWithinOctaveOfC) {
   const std::vector<double> same{1, 2, 4, 5};
-  const std::vector<JudgedPosition> all{position_with_errors({2.9, 1.5, -5}, same),
+  const std::vector<EvaluatedPosition> all{position_with_errors({2.9, 1.5, -5}, same),
                                         position_with_errors({2.1, 0.5, -2}, same),
                                         position_with_errors({2.6, 1.1, -3.5}, same)};
   EXPECT_EQ(simplest_within_one_standard_error(all, kFourths).simplest, 2U);
 }
 
 TEST(OneStandardErrorRule, SelectsBestWhenFoldsAgree) {
-  const std::vector<JudgedPosition> all{position_with_errors({0, 0, 0}, {2, 2, 2, 2}),
+  const std::vector<EvaluatedPosition> all{position_with_errors({0, 0, 0}, {2, 2, 2, 2}),
                                         position_with_errors({9, 0, 0}, {1, 1, 1, 1})};
   EXPECT_EQ(simplest_within_one_standard_error(all, kFourths).simplest, 1U);
 }
@@ -79,20 +79,20 @@ TEST(OneStandardErrorRule, SelectsSimplestPositionForAnyErrors) {
   std::uniform_real_distribution<double> coordinate(-2, 8), error(1, 3);
   for (int trial = 0; trial < 100; ++trial) {
     SCOPED_TRACE(trial);
-    std::vector<JudgedPosition> all;
+    std::vector<EvaluatedPosition> all;
     for (int k = 0; k < 40; ++k)
       all.push_back(position_with_errors({coordinate(random), coordinate(random), coordinate(random)},
                                          {error(random), error(random), error(random), error(random)}));
     const OneStandardErrorChoice choice = simplest_within_one_standard_error(all, kFourths);
     const double limit = mean_squared_error(all[choice.best]) + choice.standard_error;
     EXPECT_LE(mean_squared_error(all[choice.simplest]), limit);
-    for (const JudgedPosition& other : all) {
+    for (const EvaluatedPosition& other : all) {
       EXPECT_GE(mean_squared_error(other), mean_squared_error(all[choice.best]));
       if (mean_squared_error(other) <= limit) {
         EXPECT_FALSE(is_simpler(other, all[choice.simplest]));
       }
     }
-    const JudgedPosition taken = all[choice.simplest];
+    const EvaluatedPosition taken = all[choice.simplest];
     std::ranges::shuffle(all, random);
     EXPECT_EQ(all[simplest_within_one_standard_error(all, kFourths).simplest].position, taken.position);
   }

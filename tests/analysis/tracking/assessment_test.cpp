@@ -27,7 +27,7 @@ const std::vector<Assessment>& assessments() {
     std::vector<Assessment> assessed;
     for (std::uint64_t seed = 1; seed <= 10; ++seed) {
       const DrawnBias known = known_bias(1440, seed);
-      assessed.push_back(judge(virtual_noise(), known.measured_deg_per_h, kInterval_s, known.bias_deg_per_h));
+      assessed.push_back(assess(virtual_noise(), known.measured_deg_per_h, kInterval_s, known.bias_deg_per_h));
     }
     return assessed;
   }();
@@ -103,7 +103,7 @@ TEST(Assessment, FindsInnovationsConsistentForCorrectNoise) {
 
 TEST(Assessment, OmitsResultsWithoutDataOrTruth) {
   const Eigen::VectorXd few = known_bias(80, 1).measured_deg_per_h;
-  const Assessment assessment = judge(virtual_noise(), few, kInterval_s);
+  const Assessment assessment = assess(virtual_noise(), few, kInterval_s);
   EXPECT_EQ(assessment.hours, 0);
   for (const DenoiserFigures& figures : assessment.denoisers) {
     EXPECT_TRUE(std::isnan(figures.next_hour_rmse)) << figures.name;
@@ -114,10 +114,10 @@ TEST(Assessment, OmitsResultsWithoutDataOrTruth) {
 
 TEST(Assessment, CountsOnlyHoursWithoutGap) {
   DrawnBias known = known_bias(600, 3);
-  const int whole = judge(virtual_noise(), known.measured_deg_per_h, kInterval_s).hours;
+  const int whole = assess(virtual_noise(), known.measured_deg_per_h, kInterval_s).hours;
   EXPECT_EQ(whole, (600 - 72 - 36) / 36);
   known.measured_deg_per_h.segment(300, 36).setConstant(kMissing);
-  EXPECT_EQ(judge(virtual_noise(), known.measured_deg_per_h, kInterval_s).hours, (600 - 72 - 36 - 71) / 36);
+  EXPECT_EQ(assess(virtual_noise(), known.measured_deg_per_h, kInterval_s).hours, (600 - 72 - 36 - 71) / 36);
 }
 
 Response named_response(const std::string& name) {

@@ -16,7 +16,7 @@ TEST(TrailingMeans, AverageAvailableRates) {
   const Eigen::VectorXd expected = (Eigen::VectorXd(6) << 0, 1, 1.5, 1.5, 4, 5).finished();
   EXPECT_EQ(trailing_means(rates, 3), expected);
   const Eigen::VectorXd filled = (Eigen::VectorXd(6) << 0, 1, 2, 2, 6, 4).finished();
-  EXPECT_EQ(without_gaps(rates), filled);
+  EXPECT_EQ(fill_gaps(rates), filled);
 }
 
 TEST(RecursivePrediction, MatchesWeightedLeastSquares) {

@@ -357,7 +357,7 @@ Conformity compare_with_limits(const ReportedValue& value, double limit, Decisio
   return found;
 }
 
-std::optional<Verdict> verdict_of(const CalibrationReport& report) {
+std::optional<Verdict> overall_verdict(const CalibrationReport& report) {
   std::optional<Verdict> worst;
   for (const Conformity& one : report.conformity) worst = std::max(worst.value_or(Verdict::pass), one.verdict);
   return worst;

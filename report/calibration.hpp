@@ -323,7 +323,7 @@ struct CalibrationReport {
 };
 
 /// Returns the worst verdict of the report; nothing if no limits were agreed.
-[[nodiscard]] std::optional<Verdict> verdict_of(const CalibrationReport& report);
+[[nodiscard]] std::optional<Verdict> overall_verdict(const CalibrationReport& report);
 
 /// Returns the results of a group in their order.
 [[nodiscard]] std::vector<const ResultTable*> results_in_group(const CalibrationReport& report, Group group);

@@ -94,7 +94,7 @@ std::string warm_up_note(const model::WarmUp& found) {
   return fmt::format(
       "<p>Warm-up at {}, if the gyro was switched on {}: {} before compensation (to within {}&nbsp;°/h of the hold’s "
       "final bias), {} after.</p>\n",
-      celsius(found.set_point_c, 0), switched_on(found), minutes(found.seconds.before),
+      celsius(found.set_point_c, 0), describe_switch_on(found), minutes(found.seconds.before),
       plot::format_bias(found.within.before.value), minutes(found.seconds.after));
 }
 

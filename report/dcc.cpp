@@ -41,7 +41,8 @@ std::string make_identifier(const CalibrationReport& report) {
   std::string marks;
   if (is_draft(report)) marks = "draft";
   if (report.simulated) marks += marks.empty() ? "simulated" : ", simulated";
-  return marks.empty() ? or_not_given(report.number) : fmt::format("{} ({})", or_not_given(report.number), marks);
+  return marks.empty() ? text_or_not_given(report.number)
+                       : fmt::format("{} ({})", text_or_not_given(report.number), marks);
 }
 
 std::string valid_day_or_placeholder(const std::string& text) { return calendar_day(text).value_or("0001-01-01"); }
@@ -83,7 +84,7 @@ class Certificate {
     xml_.element("dcc:dccSoftware", [&] {
       xml_.element("dcc:software", [&] {
         dcc_.proper_name("dcc:name", "gyrotherm");
-        xml_.leaf("dcc:release", or_not_given(report_.program_version));
+        xml_.leaf("dcc:release", text_or_not_given(report_.program_version));
         xml_.leaf("dcc:type", "application");
       });
     });
@@ -128,11 +129,11 @@ class Certificate {
     const auto digest = [&](const std::string& name, const std::string& digest_of_file) {
       xml_.element("dcc:identification", {{"refType", kFileDigestType}}, [&] {
         xml_.leaf("dcc:issuer", "calibrationLaboratory");
-        xml_.leaf("dcc:value", or_not_given(digest_of_file));
+        xml_.leaf("dcc:value", text_or_not_given(digest_of_file));
         xml_.element("dcc:name", [&] {
-          xml_.leaf("dcc:content", or_not_given(name));  // no language: the name itself
-          xml_.leaf("dcc:content", "SHA-256 of the file " + or_not_given(name), {{"lang", "en"}});
-          xml_.leaf("dcc:content", "SHA-256 der Datei " + or_not_given(name), {{"lang", "de"}});
+          xml_.leaf("dcc:content", text_or_not_given(name));  // no language: the name itself
+          xml_.leaf("dcc:content", "SHA-256 of the file " + text_or_not_given(name), {{"lang", "en"}});
+          xml_.leaf("dcc:content", "SHA-256 der Datei " + text_or_not_given(name), {{"lang", "de"}});
         });
       });
     };
@@ -144,15 +145,15 @@ class Certificate {
   void replaced(const OtherReport& other) {
     xml_.element("dcc:reportAmendedSubstituted", [&] {
       xml_.leaf("dcc:typeOfChange", "substituted");
-      xml_.leaf("dcc:replacedUniqueIdentifier", or_not_given(other.number));
+      xml_.leaf("dcc:replacedUniqueIdentifier", text_or_not_given(other.number));
     });
     if (other.sha256.empty()) return;
     xml_.element("dcc:previousReport", [&] {
       dcc_.text("dcc:referral", {"calibration.json of the report that this one replaces",
                                  "calibration.json des Berichts, den dieser ersetzt"});
-      xml_.leaf("dcc:referralID", or_not_given(other.number));
+      xml_.leaf("dcc:referralID", text_or_not_given(other.number));
       xml_.leaf("dcc:procedure", "SHA-256");
-      xml_.leaf("dcc:value", or_not_given(other.sha256));
+      xml_.leaf("dcc:value", text_or_not_given(other.sha256));
       if (!other.reason.empty()) dcc_.text("dcc:description", other.reason);
     });
   }
@@ -184,7 +185,7 @@ class Certificate {
   void axes(const CalibratedItem& item) {
     for (std::size_t i = 0; i < item.axes.size(); ++i)
       xml_.element("dcc:item", {{"id", fmt::format("axis-{}", i + 1)}}, [&] {
-        dcc_.text("dcc:name", texts_for("heading.axis", or_not_given(item.axes[i])));
+        dcc_.text("dcc:name", texts_for("heading.axis", text_or_not_given(item.axes[i])));
         xml_.element("dcc:identifications",
                      [&] { dcc_.identification("other", item.axes[i], texts_for("label.name_in_rig")); });
       });
@@ -198,7 +199,7 @@ class Certificate {
     leaf_if_any("dcc:eMail", party.email);
     leaf_if_any("dcc:phone", party.phone);
     xml_.element("dcc:location", [&] {
-      xml_.leaf("dcc:city", or_not_given(party.city));
+      xml_.leaf("dcc:city", text_or_not_given(party.city));
       if (is_country(party.country)) xml_.leaf("dcc:countryCode", party.country);
       leaf_if_any("dcc:postCode", party.postal_code);
       for (const std::string& line : party.address) leaf_if_any("dcc:street", line);
@@ -206,7 +207,7 @@ class Certificate {
     if (!logo || !is_base64(logo->base64)) return;
     xml_.element("dcc:descriptionData", [&] {
       xml_.leaf("dcc:fileName", logo->media_type == "image/png" ? "logo.png" : "logo.svg");
-      xml_.leaf("dcc:mimeType", or_not_given(logo->media_type));
+      xml_.leaf("dcc:mimeType", text_or_not_given(logo->media_type));
       xml_.leaf("dcc:dataBase64", logo->base64);
     });
   }
@@ -219,7 +220,7 @@ class Certificate {
         if (!xml_characters(email).empty()) xml_.leaf("dcc:eMail", email);
       });
       if (!description.empty()) dcc_.text("dcc:description", description);
-      xml_.leaf("dcc:role", or_not_given(role));
+      xml_.leaf("dcc:role", text_or_not_given(role));
       xml_.leaf("dcc:mainSigner", signs ? "true" : "false");
     });
   }
@@ -227,7 +228,7 @@ class Certificate {
   [[nodiscard]] Texts authorised() const {
     const Authorisation& by = *report_.authorised;
     return join_texts(texts_for("label.authorised"), ": ",
-                      same_text(fmt::format("{}, {}", or_not_given(by.name), or_not_given(by.utc))));
+                      same_text(fmt::format("{}, {}", text_or_not_given(by.name), text_or_not_given(by.utc))));
   }
 
   /// Writes the persons, first the authorising one or a note that the report is not authorised.
@@ -237,11 +238,11 @@ class Certificate {
     std::string email;
     for (const Person& one : report_.people)
       if (one.name == signer && !one.email.empty()) email = one.email;
-    person(draft ? texts_for("say.not_authorised") : same_text(or_not_given(signer)), email, "authorising",
+    person(draft ? texts_for("say.not_authorised") : same_text(text_or_not_given(signer)), email, "authorising",
            draft ? Texts{} : authorised(), true);
     for (const Person& one : report_.people)
       if (draft || one.name != signer || one.role != "authorising")
-        person(same_text(or_not_given(one.name)), one.email, one.role, {}, false);
+        person(same_text(text_or_not_given(one.name)), one.email, one.role, {}, false);
   }
 
   void statement(const Texts& name, const char* ref_type, const Texts& declaration,
@@ -289,8 +290,9 @@ class Certificate {
     if (report_.simulated) write_invalid_state("mark.simulated", texts_for("say.simulated"));
     if (report_.state == ReportState::superseded)
       write_invalid_state("mark.superseded",
-                          report_.replaced_by ? texts_for("say.superseded", or_not_given(report_.replaced_by->number))
-                                              : texts_for("say.superseded_plainly"));
+                          report_.replaced_by
+                              ? texts_for("say.superseded", text_or_not_given(report_.replaced_by->number))
+                              : texts_for("say.superseded_plainly"));
     if (is_draft(report_) || report_.simulated || report_.state == ReportState::superseded) return;
     statement(report_.title.empty() ? texts_for("title.report") : report_.title, "gyrotherm_state", authorised(),
               [&] { xml_.leaf("dcc:valid", "true"); });
@@ -307,7 +309,7 @@ class Certificate {
   }
 
   void conformity() {
-    const auto verdict = verdict_of(report_);
+    const auto verdict = overall_verdict(report_);
     const Texts rule = texts_for(report_.rule == DecisionRule::simple ? "say.rule_simple" : "say.rule_guard_band");
     statement(texts_for("heading.conformity"), "basic_conformity",
               verdict ? join_texts(texts_for(name(*verdict)), ". ", rule) : texts_for("say.no_limits"), [&] {
@@ -317,7 +319,7 @@ class Certificate {
 
   void revision() {
     const Texts replaced =
-        join_texts(texts_for("label.replaces"), ": ", same_text(or_not_given(report_.replaces->number)));
+        join_texts(texts_for("label.replaces"), ": ", same_text(text_or_not_given(report_.replaces->number)));
     statement({"Revision", "Änderung"}, "basic_revision",
               report_.replaces->reason.empty() ? replaced : join_texts(replaced, ". ", report_.replaces->reason));
   }
@@ -325,7 +327,7 @@ class Certificate {
   void document(const ReadableReport& pdf) {
     xml_.element("dcc:document", [&] {
       dcc_.text("dcc:name", {"Human-readable report", "Bericht in lesbarer Form"});
-      xml_.leaf("dcc:fileName", or_not_given(pdf.name));
+      xml_.leaf("dcc:fileName", text_or_not_given(pdf.name));
       xml_.leaf("dcc:mimeType", "application/pdf");
       xml_.leaf("dcc:dataBase64", plot::base64(pdf.bytes));
     });

@@ -174,9 +174,9 @@ class MeasurementResults {
   void software() {
     xml_.element("dcc:software", [&] {
       dcc_.proper_name("dcc:name", "gyrotherm");
-      xml_.leaf("dcc:release", or_not_given(report_.program_version));
+      xml_.leaf("dcc:release", text_or_not_given(report_.program_version));
       xml_.leaf("dcc:type", "application");
-      dcc_.text("dcc:description", texts_for("say.source_file", or_not_given(report_.program_version)));
+      dcc_.text("dcc:description", texts_for("say.source_file", text_or_not_given(report_.program_version)));
     });
   }
 
@@ -210,7 +210,7 @@ class MeasurementResults {
   /// have.
   void certificate(const Equipment& one) {
     dcc_.text("dcc:referral", texts_for("column.certificate"));
-    xml_.leaf("dcc:referralID", or_not_given(one.certificate));
+    xml_.leaf("dcc:referralID", text_or_not_given(one.certificate));
     xml_.leaf("dcc:procedure", "not given");
     xml_.leaf("dcc:value", "not given");
     xml_.leaf("dcc:inValidityRange", one.overdue ? "false" : "true");
@@ -264,7 +264,7 @@ class MeasurementResults {
     for (const UsedFile& file : report_.files)
       xml_.element("dcc:metaData", {{"refType", "gyrotherm_file " + gyrotherm_type(file.role)}}, [&] {
         dcc_.text("dcc:name", texts_or_key(file.role));
-        std::vector<std::string> parts{or_not_given(file.name), record_text(file.id), file.started_utc};
+        std::vector<std::string> parts{text_or_not_given(file.name), record_text(file.id), file.started_utc};
         if (!file.program_version.empty()) parts.push_back("gyrotherm " + file.program_version);
         if (file.role == "record") parts.emplace_back(file.chain_verified ? "chain verified" : "chain not verified");
         std::erase(parts, "");
@@ -294,7 +294,7 @@ class MeasurementResults {
     const bool is_item = place < std::ssize(report_.item.axes) && !axis.empty();
     xml_.element("dcc:measurementResult", {{"refId", is_item ? fmt::format("axis-{}", place + 1) : "item"}}, [&] {
       dcc_.text("dcc:name",
-                axis.empty() ? texts_for("heading.results_of") : texts_for("heading.axis", or_not_given(axis)));
+                axis.empty() ? texts_for("heading.results_of") : texts_for("heading.axis", text_or_not_given(axis)));
       xml_.element("dcc:results", [&] { axis_results(axis); });
       if (std::ranges::find(report_.conformity, axis, &Conformity::axis) != report_.conformity.end())
         xml_.element("dcc:measurementMetaData", [&] {

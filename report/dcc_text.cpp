@@ -74,7 +74,7 @@ Language mandatory_language(const CalibrationReport& report) {
   return german && !english ? Language::german : Language::english;
 }
 
-std::string or_not_given(std::string_view text) {
+std::string text_or_not_given(std::string_view text) {
   const std::string safe = xml_characters(text);
   return safe.empty() ? "not given" : safe;
 }
@@ -99,23 +99,23 @@ void DccText::text(const char* name, const Texts& texts, const XmlText::Attribut
     const bool replaces_english = english.empty() && mandatory_ == Language::english;
     const bool replaces_german = german.empty() && mandatory_ == Language::german;
     if (!english.empty() || replaces_english)
-      xml_.leaf("dcc:content", replaces_english ? "(in German only) " + or_not_given(german) : english,
+      xml_.leaf("dcc:content", replaces_english ? "(in German only) " + text_or_not_given(german) : english,
                 {{"lang", "en"}});
     if (!german.empty() || replaces_german)
-      xml_.leaf("dcc:content", replaces_german ? "(nur auf Englisch) " + or_not_given(english) : german,
+      xml_.leaf("dcc:content", replaces_german ? "(nur auf Englisch) " + text_or_not_given(english) : german,
                 {{"lang", "de"}});
   });
 }
 
 void DccText::proper_name(const char* name, std::string_view proper) {
-  xml_.element(name, [&] { xml_.leaf("dcc:content", or_not_given(proper)); });
+  xml_.element(name, [&] { xml_.leaf("dcc:content", text_or_not_given(proper)); });
 }
 
 void DccText::identification(const char* issuer, std::string_view value, const Texts& name,
                              const XmlText::Attributes& attributes) {
   xml_.element("dcc:identification", attributes, [&] {
     xml_.leaf("dcc:issuer", issuer);
-    xml_.leaf("dcc:value", or_not_given(value));
+    xml_.leaf("dcc:value", text_or_not_given(value));
     if (!name.empty()) text("dcc:name", name);
   });
 }
@@ -190,7 +190,7 @@ void DccText::quantity_of_texts(const Texts& name, const std::string& ref_type,
                                 const std::vector<std::string>& values) {
   std::string list;
   for (const std::string& value : values) {
-    std::string item = or_not_given(value);
+    std::string item = text_or_not_given(value);
     const auto is_blank = [](char c) { return c == ' ' || c == '\n' || c == '\t'; };
     std::ranges::replace_if(item, is_blank, '_');
     list += (list.empty() ? "" : " ") + item;

@@ -30,7 +30,7 @@ namespace gyrotherm::report {
 [[nodiscard]] Language mandatory_language(const CalibrationReport& report);
 
 /// Returns the text, or "not given" if it is empty.
-[[nodiscard]] std::string or_not_given(std::string_view text);
+[[nodiscard]] std::string text_or_not_given(std::string_view text);
 
 /// Returns the text unchanged if it is a valid day such as "2026-11-25", otherwise nothing.
 [[nodiscard]] std::optional<std::string> calendar_day(std::string_view text);

@@ -98,7 +98,7 @@ std::string numbers(const std::vector<double>& values, int digits) {
 }
 
 /// Returns a JSON string without '<'.
-std::string quoted(const std::string& text) {
+std::string quote_json(const std::string& text) {
   std::string json = text_of(Json(text)), safe;
   for (const char c : json) safe += c == '<' ? std::string("\\u003c") : std::string(1, c);
   return safe;
@@ -127,12 +127,12 @@ std::string chart_data(const FigureData& figure, Language language, std::size_t 
     const FigureLine& line = figure.lines[k];
     const plot::Points kept = plot::decimate(line.x, line.y, std::max<std::size_t>(1, most_points / 2));
     lines += fmt::format("{}{{\"name\":{},\"colour\":\"{}\",\"dashed\":{},\"x\":{},\"y\":{}}}",
-                         lines.empty() ? "" : ",", quoted(unique_name(language, figure, k)), line_colour(figure, k),
+                         lines.empty() ? "" : ",", quote_json(unique_name(language, figure, k)), line_colour(figure, k),
                          is_line_dashed(figure, k), numbers(kept.x, kDigitsOfX), numbers(kept.y, kDigitsOfY));
   }
   return fmt::format("{{\"x\":{},\"y\":{},\"lines\":[{}]}}",
-                     quoted(with_unit(translate(language, figure.x_key), figure.x_unit)),
-                     quoted(with_unit(translate(language, figure.y_key), figure.y_unit)), lines);
+                     quote_json(with_unit(translate(language, figure.x_key), figure.x_unit)),
+                     quote_json(with_unit(translate(language, figure.y_key), figure.y_unit)), lines);
 }
 
 std::string chart_script() { return kNotice + std::string(dygraphs_script()) + kScript; }

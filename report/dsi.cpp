@@ -36,7 +36,7 @@ struct Factor {
 };
 using Factors = std::vector<Factor>;
 
-bool consume(std::string_view& text, std::string_view beginning) {
+bool consume_prefix(std::string_view& text, std::string_view beginning) {
   if (!text.starts_with(beginning)) return false;
   text.remove_prefix(beginning.size());
   return true;
@@ -56,8 +56,8 @@ class UnitParser {
   std::optional<Factors> quotient() {
     auto found = factor();
     while (found) {
-      const bool divides = consume(remaining_, "/");
-      if (!divides && !consume(remaining_, "·")) break;
+      const bool divides = consume_prefix(remaining_, "/");
+      if (!divides && !consume_prefix(remaining_, "·")) break;
       auto next = factor();
       if (!next) return std::nullopt;
       for (Factor& one : *next) {
@@ -70,22 +70,22 @@ class UnitParser {
 
   /// Parses "(" quotient ")", "√" factor, or a symbol with its power.
   std::optional<Factors> factor() {
-    if (consume(remaining_, "(")) {
+    if (consume_prefix(remaining_, "(")) {
       auto found = quotient();
-      return consume(remaining_, ")") ? found : std::nullopt;
+      return consume_prefix(remaining_, ")") ? found : std::nullopt;
     }
-    if (consume(remaining_, "√")) {
+    if (consume_prefix(remaining_, "√")) {
       auto found = factor();
       if (found)
         for (Factor& one : *found) one.exponent /= 2;
       return found;
     }
     for (const auto& [symbol, dsi] : kSymbols)
-      if (consume(remaining_, symbol)) return Factors{{std::string(dsi), power()}};
+      if (consume_prefix(remaining_, symbol)) return Factors{{std::string(dsi), power()}};
     return std::nullopt;
   }
 
-  double power() { return consume(remaining_, "²") ? 2 : consume(remaining_, "³") ? 3 : 1; }
+  double power() { return consume_prefix(remaining_, "²") ? 2 : consume_prefix(remaining_, "³") ? 3 : 1; }
 
   std::string_view remaining_;
 };

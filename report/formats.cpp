@@ -65,7 +65,7 @@ std::string format_fixed(Language language, double value, int decimals) {
          group_digits(std::string_view(magnitude).substr(point + 1), false);
 }
 
-std::string times_power(int power) { return kTimesTenTo + superscript(power); }
+std::string format_power_of_ten(int power) { return kTimesTenTo + superscript(power); }
 
 /// Format of a value and its U. `decimals` applies after division by the power of ten.
 struct Rounding {
@@ -125,7 +125,7 @@ FormattedValue format_parts(Language language, const ReportedValue& value) {
   const auto part = [&](double number) {
     if (rounding.power == 0) return format_fixed(language, number, rounding.decimals);
     return format_fixed(language, number / std::pow(10.0, rounding.power), rounding.decimals) +
-           times_power(rounding.power);
+           format_power_of_ten(rounding.power);
   };
   return {part(value.value), part(value.expanded())};
 }
@@ -136,7 +136,7 @@ std::string format(Language language, const ReportedValue& value) {
   const double scale = std::pow(10.0, rounding.power);
   const std::string both = format_fixed(language, value.value / scale, rounding.decimals) + kPlusMinus +
                            format_fixed(language, value.expanded() / scale, rounding.decimals);
-  return rounding.power == 0 ? both : "(" + both + ")" + times_power(rounding.power);
+  return rounding.power == 0 ? both : "(" + both + ")" + format_power_of_ten(rounding.power);
 }
 
 std::string format_number(Language language, double value, int decimals) {
@@ -149,7 +149,7 @@ std::string format_significant(Language language, double value, int digits) {
   if (value == 0) return "0";
   const int power = decimal_exponent(value, digits);
   if (power >= kLeastPower && power < kGreatestPower) return format_fixed(language, value, digits - 1 - power);
-  return format_fixed(language, value / std::pow(10.0, power), digits - 1) + times_power(power);
+  return format_fixed(language, value / std::pow(10.0, power), digits - 1) + format_power_of_ten(power);
 }
 
 std::string format_plain(Language language, double value) {

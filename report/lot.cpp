@@ -57,14 +57,14 @@ void describe(auto& form, Like<Lot> auto& lot) {
   form("program_version", lot.program_version);
   form("seed", lot.seed);
   form("quick", lot.quick);
-  const auto verdict = verdict_of(lot);
+  const auto verdict = overall_verdict(lot);
   form.derived("verdict", verdict.c_str());
   form("axes", lot.axes);
   form("events", lot.events);
 }
 
 void copy_results(const Report& report, LotAxis& axis) {
-  axis.verdict = verdict_of(report);
+  axis.verdict = overall_verdict(report);
   axis.raw_std_deg_per_h = report.random.raw.std;
   const auto& left = report.random.residual.multi_point_t.all;
   axis.compensated_std_deg_per_h = left.std;
@@ -106,7 +106,7 @@ void compare(Lot& lot) {
   }
 }
 
-std::string verdict_of(const Lot& lot) {
+std::string overall_verdict(const Lot& lot) {
   const auto any = [&](const char* verdict) {
     return std::ranges::any_of(lot.axes, [&](const auto& axis) { return axis.verdict == verdict; });
   };
@@ -119,7 +119,7 @@ std::string to_json(const Lot& lot) { return text_of(make_json(lot), 1) + "\n"; 
 namespace {
 
 std::string number(double value) { return std::isnan(value) ? "–" : fmt::format("{:.5f}", value); }
-std::string score(double value) { return std::isnan(value) ? "–" : fmt::format("{:+.1f}", value); }
+std::string format_score(double value) { return std::isnan(value) ? "–" : fmt::format("{:+.1f}", value); }
 
 std::string make_remark(const LotAxis& axis) {
   std::string remark = axis.trouble;
@@ -136,8 +136,8 @@ std::vector<std::vector<std::string>> lot_rows(const Lot& lot, const std::string
     if (only_unit.empty() || axis.unit == only_unit)
       rows.push_back({axis_label(axis), axis.serial_number, axis.verdict, make_remark(axis),
                       number(axis.raw_std_deg_per_h), number(axis.compensated_std_deg_per_h),
-                      number(axis.floor_deg_per_h), number(axis.expanded_deg_per_h), score(axis.raw_score),
-                      score(axis.compensated_score)});
+                      number(axis.floor_deg_per_h), number(axis.expanded_deg_per_h), format_score(axis.raw_score),
+                      format_score(axis.compensated_score)});
   return rows;
 }
 

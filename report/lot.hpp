@@ -63,7 +63,7 @@ void copy_results(const Report& report, LotAxis& axis);
 void compare(Lot& lot);
 
 /// Returns "PASS", "FAIL" or "no limit" for the lot. An axis whose training failed counts as a failure.
-[[nodiscard]] std::string verdict_of(const Lot& lot);
+[[nodiscard]] std::string overall_verdict(const Lot& lot);
 
 /// Returns lot.json, ending in a newline.
 [[nodiscard]] std::string to_json(const Lot& lot);

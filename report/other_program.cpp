@@ -27,7 +27,7 @@ std::string package_for(const std::string& program) {
   return program;
 }
 
-tl::unexpected<Fault> not_started(const std::string& program) {
+tl::unexpected<Fault> not_started_fault(const std::string& program) {
   return failure(FaultKind::bad_file, program,
                  fmt::format("is not installed or cannot be run; it is in the Debian package {}: "
                              "sudo apt install {}",
@@ -48,7 +48,7 @@ Result<ProgramRun> run_program(const std::string& program, const std::vector<std
   for (const std::string& argument : arguments) qt_arguments << QString::fromStdString(argument);
   process.start(QString::fromStdString(program), qt_arguments, QIODevice::ReadOnly);
   const int milliseconds = static_cast<int>(longest.count());
-  if (!process.waitForStarted(milliseconds)) return not_started(program);
+  if (!process.waitForStarted(milliseconds)) return not_started_fault(program);
   if (!process.waitForFinished(milliseconds)) {
     process.kill();
     process.waitForFinished(milliseconds);

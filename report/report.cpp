@@ -267,7 +267,7 @@ void describe(auto& form, Like<Report> auto& report) {
   form.if_present("thermal", true, report.thermal);
   form("quick", report.quick);
   form.object("accept", [&](auto& accept) {
-    accept.derived("verdict", verdict_of(report));
+    accept.derived("verdict", overall_verdict(report));
     accept("limits", report.accept);
   });
   form.object("clusters", [&](auto& clusters) { describe_clusters(clusters, report); });
@@ -323,7 +323,7 @@ std::vector<std::string> figures_with_limits() {
 
 }  // namespace
 
-std::string verdict_of(const Report& report) {
+std::string overall_verdict(const Report& report) {
   if (report.accept.empty()) return "no limit";
   return std::ranges::all_of(report.accept, &AcceptedLimit::passed) ? "PASS" : "FAIL";
 }

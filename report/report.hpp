@@ -226,7 +226,7 @@ struct Report {
 };
 
 /// Returns "PASS", "FAIL" or "no limit".
-[[nodiscard]] std::string verdict_of(const Report& report);
+[[nodiscard]] std::string overall_verdict(const Report& report);
 
 /// Returns "in-sample: the models were fitted to these data" or "not used to train any model".
 [[nodiscard]] const char* in_sample_text(const ReportedRun& run);

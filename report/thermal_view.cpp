@@ -35,26 +35,27 @@ std::string thermal_name(const std::string& key, const std::string& fallback) {
 }
 
 /// Formats a value with at most four significant digits, without trailing zeros and without an exponent.
-std::string four_digits(double value) { return std::isfinite(value) ? fmt::format("{:.4g}", value) : "–"; }
+std::string format_four_digits(double value) { return std::isfinite(value) ? fmt::format("{:.4g}", value) : "–"; }
 
 std::string simulated_mark(const Report& report) { return report.rig.is_virtual ? " – <b>SIMULATED</b>" : ""; }
 
-std::string table_1(const Report& report, const ReportedThermalModel& model) {
+std::string materials_table(const Report& report, const ReportedThermalModel& model) {
   HtmlTable table{.caption = "Thermal parameters of the gyro’s materials" + simulated_mark(report),
                   .header = {"Material", "Density, kg/m³", "Specific heat, J/(kg·K)", "Conductivity, W/(m·K)"}};
   for (const ReportedMaterial& one : model.materials)
-    table.rows.push_back({thermal_name(one.name, one.name), four_digits(one.density_kg_per_m3),
-                          four_digits(one.specific_heat_j_per_kg_k), four_digits(one.conductivity_w_per_m_k)});
+    table.rows.push_back({thermal_name(one.name, one.name), format_four_digits(one.density_kg_per_m3),
+                          format_four_digits(one.specific_heat_j_per_kg_k),
+                          format_four_digits(one.conductivity_w_per_m_k)});
   return to_html(table);
 }
 
-std::string table_2(const Report& report, const ReportedThermalModel& model) {
+std::string heat_sources_table(const Report& report, const ReportedThermalModel& model) {
   HtmlTable table{.caption = "Heat sources of the gyro" + simulated_mark(report),
                   .header = {"Heat source", "Power, W", "Volume, 10<sup>−6</sup>&nbsp;m³",
                              "Heat generation rate, 10<sup>4</sup>&nbsp;W/m³"}};
   for (const ReportedHeatSource& one : model.sources)
-    table.rows.push_back({thermal_name("source." + one.name, one.name), four_digits(one.power_w),
-                          four_digits(1e6 * one.volume_m3), four_digits(1e-4 * one.rate_w_per_m3)});
+    table.rows.push_back({thermal_name("source." + one.name, one.name), format_four_digits(one.power_w),
+                          format_four_digits(1e6 * one.volume_m3), format_four_digits(1e-4 * one.rate_w_per_m3)});
   return to_html(table);
 }
 
@@ -86,7 +87,7 @@ std::string missing_items(const ReportedThermal& thermal) {
 std::string thermal_html(const Report& report) {
   const auto& model = report.thermal.model;
   if (!model) return missing_items(report.thermal);
-  return table_1(report, *model) + table_2(report, *model) + model_note(*model);
+  return materials_table(report, *model) + heat_sources_table(report, *model) + model_note(*model);
 }
 
 std::optional<ReportFigure> thermal_figure(const Report& report) {
@@ -100,7 +101,7 @@ std::optional<ReportFigure> thermal_figure(const Report& report) {
                   "the finite-element model ({} elements, {} nodes), in still air of {} °C "
                   "(film {} W/(m²·K)). The gain areas A, B, C are {} K warmer than F, G, H.",
                   report.rig.is_virtual ? ", SIMULATED" : "", image.mesh, image.elements, image.nodes,
-                  four_digits(image.ambient_c), four_digits(image.film_w_per_m2_k),
+                  format_four_digits(image.ambient_c), format_four_digits(image.film_w_per_m2_k),
                   plot::decimal(image.difference_k, 2)),
       to_svg(view)};
 }

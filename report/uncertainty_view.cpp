@@ -57,7 +57,7 @@ void add_cells(Cells& cells, const ReportedVerification& found) {
   cells.push_back(found.coverage ? plot::decimal(100 * found.coverage->seen, 1) : "–");
 }
 
-HtmlTable lasting_table(const Report& report) {
+HtmlTable validity_table(const Report& report) {
   HtmlTable table{
       .caption =
           "Validity over time: U of one mean over 1 h, °/h; sensitivity to the thermometers, °/h/K; for "
@@ -86,7 +86,7 @@ HtmlTable lasting_table(const Report& report) {
 
 std::string uncertainty_html(const Report& report) {
   const std::optional<model::Uncertainty>& uncertainty = report.models.multi_point_t.uncertainty;
-  return (uncertainty ? to_html(budget_table(*uncertainty)) : "") + to_html(lasting_table(report)) +
+  return (uncertainty ? to_html(budget_table(*uncertainty)) : "") + to_html(validity_table(report)) +
          "<p class=\"note\">A source that varies <i>never</i> has the same error in training and in use: it is part of "
          "U but not of the prediction interval. <b>assumed</b>: neither the rig file nor the record contains the "
          "value, and gyrotherm uses a default.</p>\n";

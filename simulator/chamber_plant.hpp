@@ -30,7 +30,7 @@ class ChamberPlant {
     const auto& p = parameters_;
     if (!on) integral_ = 0;
     const double controlled =
-        on && std::isfinite(sensed().value) ? update_controller(set_point.value - sensed().value) : 0;
+        on && std::isfinite(sensed_air().value) ? update_controller(set_point.value - sensed_air().value) : 0;
     const double wanted = on && held_output_ ? *held_output_ : controlled;
 
     constexpr double kAirByOpenDoorSeconds = 60;
@@ -52,7 +52,7 @@ class ChamberPlant {
 
   [[nodiscard]] Celsius air() const { return {air_c_}; }
   /// Returns the air temperature that the sensor shows, including the sensor's lag and faults.
-  [[nodiscard]] Celsius sensed() const { return {faults_.sensor_c.value_or(sensed_c_ + faults_.sensor_error_k)}; }
+  [[nodiscard]] Celsius sensed_air() const { return {faults_.sensor_c.value_or(sensed_c_ + faults_.sensor_error_k)}; }
   /// Returns the output: −100 (full cooling) … 100 (full heating).
   [[nodiscard]] double output_percent() const { return 100 * output_; }
 

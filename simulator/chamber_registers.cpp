@@ -36,7 +36,7 @@ SimulatedUnit parse_unit(const TomlTable& table, const drivers::RegisterMap& map
   unit.program_number = table.text("program_number", "");
   unit.program_step = table.text("program_step", "");
   for (const auto& one : table.tables("shows")) {
-    SimulatedUnit::Shows shows{.item = one.text(drivers::item_key(one)), .values = {}};
+    SimulatedUnit::ShownRegister shows{.item = one.text(drivers::item_key(one)), .values = {}};
     const auto* item = drivers::find_named_item(map, one, drivers::item_key(one), shows.item);
     for (const auto* state : {"off", "on", "manual", "running", "ramping", "soaking", "held", "done"}) {
       if (!one.has(state)) continue;
@@ -131,7 +131,7 @@ ChamberRegisters::ChamberRegisters(drivers::RegisterMap map, VirtualLaboratory& 
 void ChamberRegisters::find_live_items() {
   const auto& unit = unit_;
   for (const auto& item : map_.items) {
-    const auto add = [&](Role role, const SimulatedUnit::Shows* shows = nullptr) {
+    const auto add = [&](Role role, const SimulatedUnit::ShownRegister* shows = nullptr) {
       live_.push_back({&item, role, shows});
     };
     const auto shows = std::ranges::find_if(unit.shows, [&](const auto& one) { return one.item == item.name; });
@@ -170,7 +170,7 @@ bool ChamberRegisters::serves(int address) const {
   return (address >= hole_begin_ && address < hole_end_) || served_.contains(address) || memory_.holds(address);
 }
 
-double ChamberRegisters::shown(const SimulatedUnit::Shows& shows) const {
+double ChamberRegisters::shown_value(const SimulatedUnit::ShownRegister& shows) const {
   const auto state = [&]() -> std::string {
     switch (run_.stage()) {
       case ProgramRun::Stage::ramping: return "ramping";
@@ -188,7 +188,7 @@ double ChamberRegisters::shown(const SimulatedUnit::Shows& shows) const {
   return found == shows.values.end() ? 0 : found->second;
 }
 
-std::vector<std::uint16_t> ChamberRegisters::live_words(const Live& live) const {
+std::vector<std::uint16_t> ChamberRegisters::live_words(const LiveItem& live) const {
   const auto& item = *live.item;
   switch (live.role) {
     case Role::air: return image_.words_at(item, laboratory_.air_as_measured().value);
@@ -202,7 +202,7 @@ std::vector<std::uint16_t> ChamberRegisters::live_words(const Live& live) const 
     }
     case Role::clock:
       return encode_date(item.date, drivers::to_civil_time(kVirtualEpoch + std::chrono::seconds(seconds_)));
-    case Role::shows: return image_.words_at(item, shown(*live.shows));
+    case Role::shows: return image_.words_at(item, shown_value(*live.shows));
     case Role::sentinel: break;
   }
   auto raw = item;

@@ -26,7 +26,7 @@ namespace gyrotherm::simulator {
 /// Behaviour of a virtual chamber that the items of its register map do not describe, read from the map's [simulated]
 /// table: the writes that change its state, and the values that it shows in each state.
 struct SimulatedUnit {
-  struct Shows {
+  struct ShownRegister {
     std::string item;
     /// Value in each state: "off", "on", "manual", "running" (or "ramping", "soaking"), "held", "done".
     std::map<std::string, double> values;
@@ -40,7 +40,7 @@ struct SimulatedUnit {
   std::vector<drivers::Condition> stores_program, loads_program;
   /// Items that select the program and the step to start.
   std::string program_number, program_step;
-  std::vector<Shows> shows;
+  std::vector<ShownRegister> shows;
   std::vector<std::pair<std::string, double>> initial;
   std::vector<std::pair<std::string, std::string>> initial_texts;
   /// Does not reply where other units send an exception.
@@ -271,10 +271,10 @@ class ChamberRegisters final : public ServedRegisters {
 
  private:
   enum class Role { air, set_point, output, mode, clock, shows, sentinel };
-  struct Live {
+  struct LiveItem {
     const drivers::RegisterItem* item{};
     Role role{};
-    const SimulatedUnit::Shows* shows{};
+    const SimulatedUnit::ShownRegister* shows{};
   };
   struct Assignment {
     /// Null for a word of the profile memory.
@@ -287,8 +287,8 @@ class ChamberRegisters final : public ServedRegisters {
   void find_live_items();
   void find_addresses();
   [[nodiscard]] bool serves(int address) const;
-  [[nodiscard]] std::vector<std::uint16_t> live_words(const Live& live) const;
-  [[nodiscard]] double shown(const SimulatedUnit::Shows& shows) const;
+  [[nodiscard]] std::vector<std::uint16_t> live_words(const LiveItem& live) const;
+  [[nodiscard]] double shown_value(const SimulatedUnit::ShownRegister& shows) const;
   [[nodiscard]] tl::expected<Assignment, ModbusException> assignment(int address, std::span<const std::uint16_t> words,
                                                                      bool coil) const;
   [[nodiscard]] bool accepts(const drivers::RegisterItem& item, double value) const;
@@ -302,7 +302,7 @@ class ChamberRegisters final : public ServedRegisters {
   RegisterImage image_;
   MemoryImage memory_;
   ProgramRun run_;
-  std::vector<Live> live_;
+  std::vector<LiveItem> live_;
   std::map<int, bool> served_;
   /// Range of addresses in which holes are readable; empty if they are not.
   int hole_begin_{}, hole_end_{};

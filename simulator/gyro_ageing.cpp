@@ -47,7 +47,7 @@ LaboratoryParameters age_gyro(LaboratoryParameters gyro, LaboratorySeed seed) {
   return gyro;
 }
 
-GyroHistory make_history(const Storage& storage, LaboratorySeed seed) {
+GyroHistory make_history(const StorageTemperatures& storage, LaboratorySeed seed) {
   GyroHistory past{.turning_points_c = {}, .run = noise_seed(seed)};
   if (storage.turns == 0) return past;
   RandomStream turns(seed.gyro, RandomPurpose::storage);

@@ -28,6 +28,6 @@ namespace gyrotherm::simulator {
 
 /// Returns the storage history of the gyro before its run on day `seed.days_later`, and the seed of that run. Each
 /// turning point of the storage temperature is uniform between lowest and highest.
-[[nodiscard]] GyroHistory make_history(const Storage& storage, LaboratorySeed seed);
+[[nodiscard]] GyroHistory make_history(const StorageTemperatures& storage, LaboratorySeed seed);
 
 }  // namespace gyrotherm::simulator

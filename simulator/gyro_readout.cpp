@@ -70,7 +70,7 @@ double GyroReadout::turn_on() {
   return parameters_.turn_on_deg_per_h + parameters_.turn_on_repeatability_deg_per_h * turn_ons_.normal();
 }
 
-bool GyroReadout::loses_a_pulse() {
+bool GyroReadout::draw_pulse_loss() {
   return parameters_.lost_pulses_per_h > 0 && losses_.uniform() < parameters_.lost_pulses_per_h / kSecondsPerHour;
 }
 
@@ -83,7 +83,7 @@ void GyroReadout::step(DegreesPerHour bias, Celsius block, bool turned) {
   const DegreesPerHour earth{turned ? -p.earth_rate_deg_per_h : p.earth_rate_deg_per_h};
   const DegreesPerHour rate = apply_lock_in(bias + drift() + earth, half_width_deg_per_h(p.dead_band, block));
   angle_arcsec_ += rate.value * scale + tilted + 60 * p.angle_random_walk_deg_per_sqrt_h * angle_noise_.normal() * walk;
-  if (loses_a_pulse()) angle_arcsec_ -= std::copysign(p.arcsec_per_pulse, rate.value);
+  if (draw_pulse_loss()) angle_arcsec_ -= std::copysign(p.arcsec_per_pulse, rate.value);
   pulses_ = static_cast<std::int64_t>(std::floor(angle_arcsec_ / p.arcsec_per_pulse));
   ++seconds_;
   advance_drift();

@@ -75,7 +75,7 @@ class GyroReadout {
   [[nodiscard]] double arcsec_per_pulse() const { return parameters_.arcsec_per_pulse; }
 
  private:
-  [[nodiscard]] bool loses_a_pulse();
+  [[nodiscard]] bool draw_pulse_loss();
   void advance_drift();
   [[nodiscard]] double turn_on();
 

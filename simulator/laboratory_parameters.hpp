@@ -111,7 +111,7 @@ struct Ageing {
 };
 
 /// [virtual.bias.storage]: storage temperatures of the gyro before a run, as turning points.
-struct Storage {
+struct StorageTemperatures {
   /// Number of turning points before day 0; each later day adds one. If 0, the block has always rested at the start
   /// temperature.
   int turns{};
@@ -133,7 +133,7 @@ struct ReducedGyroParameters {
   /// Sigma of ln of each lead's factor.
   double lead_spread{};
   Ageing ageing{};
-  Storage storage{};
+  StorageTemperatures storage{};
   /// Starts switched off at air temperature. The first second switches the gyro on.
   bool cold = false;
   /// Seconds between updates of the air conductivity in the gaps.

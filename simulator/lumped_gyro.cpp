@@ -111,7 +111,7 @@ Connections find_connections(const NetworkParameters& n) {
   return found;
 }
 
-void expect_sound_network(const TomlTable& table, const NetworkParameters& n) {
+void check_network(const TomlTable& table, const NetworkParameters& n) {
   const auto connections = find_connections(n);
   for (std::size_t i = 0; i < n.nodes.size(); ++i) {
     if (!connections.anchored[i]) {
@@ -137,7 +137,7 @@ NetworkParameters read_network(const TomlTable& table) {
   n.film_w_per_k = numbers(table, "film_w_per_k", count, 0);
   n.chamber_w_per_k = numbers(table, "chamber_w_per_k", count, 0);
   n.links = read_links(table, n.nodes);
-  if (std::ranges::count(n.nodes, "air") == 1) expect_sound_network(table, n);
+  if (std::ranges::count(n.nodes, "air") == 1) check_network(table, n);
   return n;
 }
 
@@ -167,7 +167,7 @@ NetworkEquations make_equations(const NetworkParameters& network) {
           .heating = per_capacity.cwiseProduct(as_vector(network.power_w))};
 }
 
-Eigen::VectorXd at_rest(const NetworkEquations& equations, Celsius air) {
+Eigen::VectorXd rest_temperatures(const NetworkEquations& equations, Celsius air) {
   return equations.rates.partialPivLu().solve(-(equations.chamber * air.value + equations.heating));
 }
 
@@ -177,7 +177,7 @@ ThermalNetwork::ThermalNetwork(const NetworkParameters& network) {
   transition_ = Eigen::MatrixXd::Identity(count, count) + equations.rates;
   chamber_ = equations.chamber;
   heating_k_ = equations.heating;
-  state_c_ = at_rest(equations, {network.start_c});
+  state_c_ = rest_temperatures(equations, {network.start_c});
   next_c_.resize(count);
   for (std::size_t i = 0; i < kThermalLocations; ++i) {
     location_nodes_[i] = find_node(network, i < kBlockLocations ? kLocationNames[i] : "air");

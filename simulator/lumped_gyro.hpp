@@ -21,7 +21,7 @@ struct NetworkEquations {
 [[nodiscard]] NetworkEquations make_equations(const NetworkParameters& network);
 
 /// Returns the temperatures of the network at rest in chamber air of `air`.
-[[nodiscard]] Eigen::VectorXd at_rest(const NetworkEquations& equations, Celsius air);
+[[nodiscard]] Eigen::VectorXd rest_temperatures(const NetworkEquations& equations, Celsius air);
 
 class ThermalNetwork final {
  public:

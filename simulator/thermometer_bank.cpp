@@ -145,7 +145,7 @@ constexpr double kPlatinumPerK = 3.9083e-3;  // IEC 60751
 
 }  // namespace
 
-double to_resolution(double value, double resolution) {
+double round_to_resolution(double value, double resolution) {
   return resolution > 0 ? std::round(value / resolution) * resolution : value;
 }
 
@@ -186,7 +186,7 @@ void ThermometerBank::read() {
     const double error_k =
         p.offset_k[i] + p.gain[i] * above_k + drift_k_[i] + p.self_heating_k[i] * (1 + kPlatinumPerK * above_k);
     const double shown_c = sensed_c_[i] + error_k + p.noise_k[i] * noise_.normal();
-    readings_c_[i] = to_resolution(shown_c, p.resolution_k[i]);
+    readings_c_[i] = round_to_resolution(shown_c, p.resolution_k[i]);
   }
 }
 

@@ -21,7 +21,7 @@ namespace gyrotherm::simulator {
 // The virtual thermometers: true temperatures → readings with lag, calibration error, drift, noise and resolution.
 
 /// Returns `value` rounded to the nearest multiple of `resolution`. A resolution of 0 returns it unchanged.
-[[nodiscard]] double to_resolution(double value, double resolution);
+[[nodiscard]] double round_to_resolution(double value, double resolution);
 
 /// The thermometers. Each follows the temperature of its location with a first-order lag and reads, rounded to its
 /// resolution, T + offset + gain·(T − 20 °C) + drift + self-heating + white noise. The drift is a random walk that

@@ -87,11 +87,11 @@ Ageing read_ageing(const TomlTable& table) {
   return ageing;
 }
 
-Storage read_storage(const TomlTable& table) {
+StorageTemperatures read_storage_temperatures(const TomlTable& table) {
   constexpr int kMostTurns = 10000;
-  Storage storage{.turns = bounded<int>(table, "turns", table.integer("turns"), 0, kMostTurns),
-                  .lowest_c = table.celsius("lowest").value,
-                  .highest_c = table.celsius("highest").value};
+  StorageTemperatures storage{.turns = bounded<int>(table, "turns", table.integer("turns"), 0, kMostTurns),
+                              .lowest_c = table.celsius("lowest").value,
+                              .highest_c = table.celsius("highest").value};
   if (storage.highest_c < storage.lowest_c) table.mistake("highest", "expected at least \"lowest\"");
   return storage;
 }
@@ -255,7 +255,7 @@ ReducedGyroParameters read_reduced_gyro(const TomlTable& table) {
   const auto bias = table.table("bias");
   p.bias = read_physics(bias);
   if (bias.has("ageing")) p.ageing = read_ageing(bias.table("ageing"));
-  if (bias.has("storage")) p.storage = read_storage(bias.table("storage"));
+  if (bias.has("storage")) p.storage = read_storage_temperatures(bias.table("storage"));
   if (table.has("power_on")) p.cold = table.table("power_on").boolean("cold", false);
   const auto spread = thermal.table("spread");
   p.spread = read_thermal_spread(spread);

@@ -31,7 +31,7 @@ DrawnAxis draw_axis(LaboratoryParameters type, const UnitParameters& unit, const
   type.gyro.crosswise_earth_rate_deg_per_h = axis.crosswise_earth_rate_deg_per_h;
   type.thermometers.failing = axis.failing;
   if (auto* body = std::get_if<ReducedGyroParameters>(&type.body)) body->seconds_per_update = kManyBodiesUpdateSeconds;
-  auto drawn = draw_axis(std::move(type), seed_of(seed, axis_name(unit.name, axis.name)));
+  auto drawn = draw_axis(std::move(type), derive_seed(seed, axis_name(unit.name, axis.name)));
   drawn.hop = axis.hop;
   return drawn;
 }
@@ -54,7 +54,7 @@ std::vector<DrawnUnit> draw_units(const LaboratoryParameters& type, LaboratorySe
   std::vector<DrawnUnit> units;
   for (const auto& unit : type.units) {
     assert(!unit.axes.empty());
-    units.push_back({.name = unit.name, .seed = seed_of(seed, unit.name), .axis_names{}, .axes{}});
+    units.push_back({.name = unit.name, .seed = derive_seed(seed, unit.name), .axis_names{}, .axes{}});
     for (const auto& axis : unit.axes) {
       units.back().axis_names.push_back(axis.name);
       units.back().axes.push_back(draw_axis(type, unit, axis, seed));
@@ -142,8 +142,8 @@ void VirtualLaboratory::Parts::make_units(const LaboratoryParameters& type, Labo
 }
 
 void VirtualLaboratory::Parts::measure_air() {
-  const double measured_c = plant.sensed().value + plant_parameters.sensor_noise_k * air_noise.normal();
-  if (!air_is_frozen) measured_air = {to_resolution(measured_c, plant_parameters.sensor_resolution_k)};
+  const double measured_c = plant.sensed_air().value + plant_parameters.sensor_noise_k * air_noise.normal();
+  if (!air_is_frozen) measured_air = {round_to_resolution(measured_c, plant_parameters.sensor_resolution_k)};
 }
 
 void VirtualLaboratory::Parts::show_thermometers() {
@@ -196,7 +196,7 @@ void VirtualLaboratory::hold_output(std::optional<double> output) {
 
 void VirtualLaboratory::set_unit_state(const UnitState& state) {
   parts_->unit = state;
-  for (auto& unit : parts_->units) unit.bring_to(state);
+  for (auto& unit : parts_->units) unit.set_state(state);
 }
 
 void VirtualLaboratory::silence(std::size_t unit, bool silent) { parts_->silent.at(unit) = silent; }

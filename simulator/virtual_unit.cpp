@@ -49,7 +49,7 @@ std::vector<std::string> list_thermometer_names(const std::vector<UnitParameters
   return names;
 }
 
-LaboratorySeed seed_of(LaboratorySeed seed, std::string_view name) {
+LaboratorySeed derive_seed(LaboratorySeed seed, std::string_view name) {
   seed.gyro = splitmix64(splitmix64(seed.gyro) ^ fnv1a(name));
   return seed;
 }
@@ -104,7 +104,7 @@ void Housekeeping::read(Celsius block) {
   if (thermometer_) {
     const auto& t = *thermometer_;
     const double shown_c = sensed_c_ + t.offset_k + t.noise_k * thermometer_noise_.normal();
-    (value++)->value = to_resolution(shown_c, t.resolution_k);
+    (value++)->value = round_to_resolution(shown_c, t.resolution_k);
   }
   for (const auto& own_value : value_parameters_)
     (value++)->value =
@@ -119,7 +119,7 @@ VirtualUnit::VirtualUnit(const LaboratoryParameters& type, std::span<const Drawn
   gather();
 }
 
-void VirtualUnit::bring_to(const UnitState& state) {
+void VirtualUnit::set_state(const UnitState& state) {
   const auto before = std::exchange(state_, state);
   if (before.off == state.off) return;
   for (auto& axis : axes_) axis.switch_on(!state.off);

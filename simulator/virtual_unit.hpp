@@ -31,7 +31,7 @@ namespace gyrotherm::simulator {
 
 /// Returns the seed of the unit or axis with this name. It does not depend on other units. The gyro's seed is mixed
 /// with the 64-bit FNV-1a hash of the name, so each name has a different gyro, even with seed 0.
-[[nodiscard]] LaboratorySeed seed_of(LaboratorySeed seed, std::string_view name);
+[[nodiscard]] LaboratorySeed derive_seed(LaboratorySeed seed, std::string_view name);
 
 /// Drawn parameters of one axis.
 struct DrawnAxis {
@@ -101,7 +101,7 @@ class VirtualUnit {
   VirtualUnit(const LaboratoryParameters& type, std::span<const DrawnAxis> axes, LaboratorySeed seed);
 
   /// Changes the state from the next step on.
-  void bring_to(const UnitState& state);
+  void set_state(const UnitState& state);
   void step(Celsius air, double output);
 
   [[nodiscard]] std::span<const VirtualAxis> axes() const { return axes_; }

@@ -460,7 +460,7 @@ Characterisation characterise(const data::Dataset& dataset, const data::Clusters
   return result;
 }
 
-std::string switched_on(const WarmUp& warm_up) {
+std::string describe_switch_on(const WarmUp& warm_up) {
   return warm_up.segment == 0 ? "with the run" : fmt::format("in segment {}", warm_up.segment + 1);
 }
 

@@ -138,7 +138,7 @@ void describe(auto& form, Like<WarmUp> auto& warm_up) {
 }
 
 /// Returns text that states when the gyro was switched on: "with the run", "in segment 3".
-[[nodiscard]] std::string switched_on(const WarmUp& warm_up);
+[[nodiscard]] std::string describe_switch_on(const WarmUp& warm_up);
 
 /// Scatter of the final biases of several starts at one set point, °/h (type A).
 struct TurnOn {

@@ -217,7 +217,7 @@ struct FusedRun {
 /// the same kind and name within an hour is merged with it.
 ///
 /// At rest, in the last hour of each hold, the mean is compared with the Earth's rotation: north from the rate vector,
-/// biases and rotation from fusion::at_rest(). A contradiction between readings and priors raises an alarm.
+/// biases and rotation from fusion::estimate_at_rest(). A contradiction between readings and priors raises an alarm.
 /// `thermometers` is passed to FaultWatch. Fails like make_geometry().
 [[nodiscard]] Result<FusedRun> fuse(const FusedAxes& axes, const std::optional<fusion::ThermometerParity>& thermometers,
                                     const FusionOptions& options);

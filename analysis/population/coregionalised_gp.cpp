@@ -316,20 +316,20 @@ OutputPredictions predict(const CoregionalisedGp& process, const data::SampleMat
   const Eigen::MatrixXd between = between_outputs(process.model);
   OutputPredictions predictions{Eigen::MatrixXd(x.rows(), outputs), Eigen::MatrixXd(x.rows(), outputs)};
   for (Eigen::Index j = 0; j < outputs; ++j) {
-    Eigen::MatrixXd with(count, x.rows());
+    Eigen::MatrixXd cross_covariance(count, x.rows());
     for (Eigen::Index i = 0; i < count; ++i) {
       const OutputValue& value = process.samples.values[static_cast<std::size_t>(i)];
-      with.row(i) = between(value.output, j) * kernel.row(value.row);
+      cross_covariance.row(i) = between(value.output, j) * kernel.row(value.row);
     }
-    predictions.mean.col(j) = (with.transpose() * process.alpha).array() + process.constant(j);
-    process.factor.triangularView<Eigen::Lower>().solveInPlace(with);
+    predictions.mean.col(j) = (cross_covariance.transpose() * process.alpha).array() + process.constant(j);
+    process.factor.triangularView<Eigen::Lower>().solveInPlace(cross_covariance);
     // e_j − HᵀK⁻¹k, one column per row of x.
-    Eigen::MatrixXd unexplained = -process.of_constants.transpose() * with;
+    Eigen::MatrixXd unexplained = -process.of_constants.transpose() * cross_covariance;
     unexplained.row(j).array() += 1;
     const Eigen::RowVectorXd of_constants =
         (process.constant_covariance * unexplained).cwiseProduct(unexplained).colwise().sum();
     predictions.variance.col(j) =
-        ((between(j, j) - with.colwise().squaredNorm().array()).max(0) + of_constants.array()).transpose();
+        ((between(j, j) - cross_covariance.colwise().squaredNorm().array()).max(0) + of_constants.array()).transpose();
   }
   return predictions;
 }

@@ -16,8 +16,8 @@ constexpr std::string_view kBias = "bias", kAtRest = "at_rest", kFirstOfExport =
 constexpr std::size_t kSlotColumn = 0;
 
 /// Separates a title such as "A [°C]" into name and unit.
-std::string_view name_in(std::string_view title) { return title.substr(0, title.rfind(" [")); }
-std::string_view unit_in(std::string_view title) {
+std::string_view name_from_title(std::string_view title) { return title.substr(0, title.rfind(" [")); }
+std::string_view unit_from_title(std::string_view title) {
   const auto at = title.rfind(" [");
   return at == std::string_view::npos ? std::string_view() : title.substr(at + 2, title.size() - at - 3);
 }
@@ -29,14 +29,14 @@ std::optional<std::size_t> find_if(const std::vector<std::string>& header, Predi
 }
 
 std::optional<std::size_t> find(const std::vector<std::string>& header, std::string_view name) {
-  return find_if(header, [&](const std::string& title) { return name_in(title) == name; });
+  return find_if(header, [&](const std::string& title) { return name_from_title(title) == name; });
 }
 
 /// Finds a column by name. A thermometer and a gyro may have the same name; the unit distinguishes temperature and
 /// rotation.
 std::optional<std::size_t> find(const std::vector<std::string>& header, std::string_view name, bool is_temperature) {
   return find_if(header, [&](const std::string& title) {
-    return name_in(title) == name && (unit_in(title) == "°C") == is_temperature;
+    return name_from_title(title) == name && (unit_from_title(title) == "°C") == is_temperature;
   });
 }
 
@@ -45,8 +45,8 @@ std::optional<std::size_t> find(const std::vector<std::string>& header, std::str
 Result<void> check_units(const std::vector<std::string>& header, std::size_t bias) {
   static const std::set<std::string_view> temperature{"", "°C", "C", "degC"}, rate{"", "°/h", "deg/h"};
   for (std::size_t k = 0; k <= bias; ++k) {
-    if (k < bias && !data::is_temperature(name_in(header[k]))) continue;
-    if ((k == bias ? rate : temperature).contains(unit_in(header[k]))) continue;
+    if (k < bias && !data::is_temperature(name_from_title(header[k]))) continue;
+    if ((k == bias ? rate : temperature).contains(unit_from_title(header[k]))) continue;
     return failure(FaultKind::bad_file, "stdin:1:1",
                    fmt::format("column {} is \"{}\", expected {}", k + 1, header[k],
                                k == bias ? "a bias in [°/h]" : "a temperature in [°C]"));
@@ -97,7 +97,7 @@ record::Channel parse_calibration(const std::vector<std::string>& comments, cons
 
 /// Returns the title that `export` gives to a value of the axis's unit: "u1.temperature", or without the unit if the
 /// rig does not name it.
-std::string own_title(const std::string& input, const data::AxisChoice& axis) {
+std::string exported_title(const std::string& input, const data::AxisChoice& axis) {
   const std::string prefix = is_named(axis) ? axis.unit + "." : std::string();
   return prefix + (input == data::kSelf ? "temperature" : input.substr(data::kAux.size()));
 }
@@ -111,7 +111,7 @@ Result<CompensationTable> CompensationTable::of(const std::vector<std::string>& 
   if (header.front() != kFirstOfExport) {
     const bool has_at_rest = tracked && header.back() == kAtRest;
     const std::size_t bias = header.size() - (has_at_rest ? 2 : 1);
-    if (bias < 1 || bias >= header.size() || name_in(header[bias]) != kBias)
+    if (bias < 1 || bias >= header.size() || name_from_title(header[bias]) != kBias)
       return failure(
           FaultKind::bad_file, "stdin:1:1",
           fmt::format("expected a header: the names of the thermometers, then \"bias\"{}, separated by commas; or "
@@ -119,13 +119,13 @@ Result<CompensationTable> CompensationTable::of(const std::vector<std::string>& 
                       tracked ? " and optionally \"at_rest\"" : ""));
     if (auto checked = check_units(header, bias); !checked) return failure(checked.error());
     for (std::size_t k = 0; k < header.size(); ++k) table.columns_.push_back(k);
-    for (std::size_t k = 0; k < bias; ++k) table.thermometers_.emplace_back(name_in(header[k]));
+    for (std::size_t k = 0; k < bias; ++k) table.thermometers_.emplace_back(name_from_title(header[k]));
     table.has_at_rest_ = has_at_rest;
     return table;
   }
   for (const std::string& input : list_inputs(model)) {
     const bool is_own = data::is_own_value(input);
-    const auto column = is_own ? find(header, own_title(input, axis)) : find(header, input, true);
+    const auto column = is_own ? find(header, exported_title(input, axis)) : find(header, input, true);
     if (!column) return failure(FaultKind::usage, "stdin", fmt::format("contains no column \"{}\"", input));
     table.columns_.push_back(*column);
     table.thermometers_.push_back(input);
@@ -143,7 +143,8 @@ Result<CompensationTable> CompensationTable::of(const std::vector<std::string>& 
                     "set earth_rate in [gyro] of the map (0 if the Earth rate is not removed)",
                     label));
   const auto turned = find_if(header, [](const std::string& title) { return title == record::kTurnedTitle; });
-  table.rotation_ = Rotation{*scale, *earth_rate, unit_in(header[*rotation]).starts_with("pulses"), turned.has_value()};
+  table.rotation_ =
+      Rotation{*scale, *earth_rate, unit_from_title(header[*rotation]).starts_with("pulses"), turned.has_value()};
   table.columns_.push_back(*rotation);
   if (table.rotation_->over_interval) {
     const std::string unit = is_named(axis) ? axis.unit : record::kOnlyUnit;

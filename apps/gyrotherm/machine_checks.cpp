@@ -171,7 +171,7 @@ constexpr const char* kInstallRules = "gyrotherm devices lists the command that 
 constexpr std::array<std::string_view, 4> kTakenByBrltty{"403/6001", "10c4/ea60", "67b/2303", "1a86/7523"};
 
 /// Returns the text of a system file without blanks at both ends, or an empty text if it cannot be read.
-std::string content(const fs::path& file) {
+std::string read_system_file(const fs::path& file) {
   std::ifstream stream(file);
   std::string text;
   for (std::string line; std::getline(stream, line);) text += line + "\n";
@@ -181,7 +181,7 @@ std::string content(const fs::path& file) {
 bool is_running(const std::string& program, const std::string& root) {
   return std::ranges::any_of(list_folder(root + "/proc"), [&](const auto& entry) {
     const auto name = entry.filename().string();
-    return name.find_first_not_of("0123456789") == std::string::npos && content(entry / "comm") == program;
+    return name.find_first_not_of("0123456789") == std::string::npos && read_system_file(entry / "comm") == program;
   });
 }
 
@@ -189,8 +189,8 @@ std::string tty_name(const Device& device) { return fs::path(device.node.path).f
 
 /// Returns whether a udev property keeps ModemManager away from the port.
 bool is_ignored_by_modem_manager(const Device& device, const std::string& root) {
-  const auto number = content(root + "/sys/class/tty/" + tty_name(device) + "/dev");
-  const auto properties = "\n" + content(root + "/run/udev/data/c" + number) + "\n";
+  const auto number = read_system_file(root + "/sys/class/tty/" + tty_name(device) + "/dev");
+  const auto properties = "\n" + read_system_file(root + "/run/udev/data/c" + number) + "\n";
   return properties.find("\nE:ID_MM_DEVICE_IGNORE=1\n") != std::string::npos ||
          properties.find("\nE:ID_MM_PORT_IGNORE=1\n") != std::string::npos;
 }
@@ -212,7 +212,7 @@ std::string find_brltty_rules(const std::string& root) {
   for (const auto* folder : {"/etc/udev/rules.d", "/usr/lib/udev/rules.d", "/lib/udev/rules.d"})
     for (const auto& entry : list_folder(root + folder)) {
       if (entry.filename().string().find("brltty") == std::string::npos) continue;
-      std::string rules = content(entry);
+      std::string rules = read_system_file(entry);
       for (std::size_t end; !rules.empty(); rules.erase(0, end)) {
         end = std::min(rules.find('\n'), rules.size() - 1) + 1;
         const auto line = std::string_view(rules).substr(0, end);
@@ -251,7 +251,7 @@ std::vector<Finding> check_power(const std::vector<Device>& adapters, const std:
   std::vector<Finding> findings;
   for (const auto& device : adapters) {
     const auto folder = usb_device(device, root);
-    if (folder.empty() || content(folder / "power/control") != "auto") continue;
+    if (folder.empty() || read_system_file(folder / "power/control") != "auto") continue;
     findings.push_back(
         {"power of " + device.node.path, FindingState::warning,
          "USB autosuspend may switch the adapter off while its line is quiet",

@@ -52,7 +52,7 @@ bool is_link(const std::string& path) {
 }
 
 /// Resolves a link to a record. The parts, live copy and socket of a record are found by its own name.
-std::string record_behind(std::string path) {
+std::string resolve_record_link(std::string path) {
   std::error_code error;
   if (!fs::exists(path, error)) return path;  // a new record, no link
   for (int links = 0; links < kMostLinks && is_link(path) && !record::is_live_copy(path); ++links)
@@ -62,7 +62,7 @@ std::string record_behind(std::string path) {
 
 void follow_links_to_records(CLI::App& app) {
   const auto is_record = [](const CLI::Option* option) { return option->get_type_name().starts_with(value::kRecord); };
-  for (auto* option : app.get_options(is_record)) option->transform(record_behind, "");
+  for (auto* option : app.get_options(is_record)) option->transform(resolve_record_link, "");
   for (auto* below : app.get_subcommands([](const CLI::App*) { return true; })) follow_links_to_records(*below);
 }
 

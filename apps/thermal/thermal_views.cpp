@@ -138,7 +138,7 @@ std::vector<ThermalView> make_views(const thermal::GyroModel& model, const therm
   plot::Range colours{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
   for (const auto& plane : view_planes(model.geometry)) {
     views.push_back({plane.file, sample_plane(plane, field, columns)});
-    colours = joined(colours, plot::range_of(views.back().image.celsius.values));
+    colours = join_ranges(colours, plot::range_of(views.back().image.celsius.values));
   }
   views.front().image.marks = thermometer_marks(model, state);
   for (auto& view : views) view.image.colours_c = round_out(colours, 10);

@@ -95,7 +95,7 @@ VIRTUAL = {
         "read_physics": [_BIAS], "read_flow": [f"{_BIAS}.gas_flow"], "read_wave": [f"[{_BIAS}.wave]"],
         "read_play": [f"[{_BIAS}.play]"], "read_mode_hops": [f"{_BIAS}.mode_hops"],
         "read_growth": [f"{_BIAS}.growth"], "read_lag": [f"{_BIAS}.lag.gas_flow", f"{_BIAS}.lag.deformation"],
-        "read_ageing": [f"{_BIAS}.ageing"], "read_storage": [f"{_BIAS}.storage"], "read_slow_bias": [_BIAS],
+        "read_ageing": [f"{_BIAS}.ageing"], "read_storage_temperatures": [f"{_BIAS}.storage"], "read_slow_bias": [_BIAS],
         "read_slow_bias:lag": [f"{_BIAS}.lag"], "read_slow_bias:term": [f"[{_BIAS}.relaxation]"],
         "read_slow_bias:phase": [f"[{_BIAS}.warm_up]"],
     },

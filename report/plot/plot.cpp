@@ -164,10 +164,10 @@ Range y_range(const Panel& panel, Side side) {
   std::optional<Range> range;
   for (const Curve& curve : panel.curves) {
     if (curve.side != side) continue;
-    range = range ? joined(*range, range_of(curve.y)) : range_of(curve.y);
+    range = range ? join_ranges(*range, range_of(curve.y)) : range_of(curve.y);
   }
   if (side == Side::left) {
-    for (const Band& band : panel.bands) range = range ? joined(*range, band.range) : band.range;
+    for (const Band& band : panel.bands) range = range ? join_ranges(*range, band.range) : band.range;
   }
   const Range tight = range.value_or(Range{0, 1});
   const double air = kAir * (tight.high - tight.low);
@@ -179,7 +179,7 @@ Range x_range(const Plot& plot) {
   if (!plot.x.categories.empty()) return {-0.4, static_cast<double>(plot.x.categories.size()) - 0.6};
   std::optional<Range> range;
   for (const Panel& panel : plot.panels) {
-    for (const Curve& curve : panel.curves) range = range ? joined(*range, range_of(curve.x)) : range_of(curve.x);
+    for (const Curve& curve : panel.curves) range = range ? join_ranges(*range, range_of(curve.x)) : range_of(curve.x);
   }
   Range whole = range.value_or(Range{0, 1});
   if (plot.x.logarithmic) return round_out_logarithmically(find_positive_range({whole.low, whole.high}));
@@ -409,7 +409,7 @@ Range range_of(const std::vector<double>& values) {
   return finite_extremes(values, -std::numeric_limits<double>::infinity()).value_or(Range{0, 1});
 }
 
-Range joined(const Range& a, const Range& b) { return {std::min(a.low, b.low), std::max(a.high, b.high)}; }
+Range join_ranges(const Range& a, const Range& b) { return {std::min(a.low, b.low), std::max(a.high, b.high)}; }
 
 double tick_step(const Range& range, int count) {
   const double width = range.high > range.low ? range.high - range.low : 1.0;

@@ -24,7 +24,7 @@ struct Tick {
 [[nodiscard]] Range range_of(const std::vector<double>& values);
 
 /// Returns the smallest range that contains both.
-[[nodiscard]] Range joined(const Range& a, const Range& b);
+[[nodiscard]] Range join_ranges(const Range& a, const Range& b);
 
 /// Returns the tick step, 1, 2 or 5 times a power of ten, that divides the range into about `count` parts. An empty
 /// range is treated as a range of width 1.

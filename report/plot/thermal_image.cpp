@@ -48,7 +48,7 @@ Frame make_frame(const ThermalImage& image) {
 }
 
 /// Returns every `stride`-th sample of every `stride`-th row.
-SampledField thinned(const SampledField& field, std::size_t stride) {
+SampledField thin_field(const SampledField& field, std::size_t stride) {
   SampledField thin{(field.columns + stride - 1) / stride, (field.rows + stride - 1) / stride, {}};
   thin.values.reserve(thin.columns * thin.rows);
   for (std::size_t row = 0; row < field.rows; row += stride) {
@@ -88,7 +88,7 @@ bool is_whole(double value) { return std::abs(value - std::round(value)) < 1e-9;
 
 void draw_lines(SvgWriter& svg, const ThermalImage& image, const Frame& frame) {
   const std::size_t stride = std::max<std::size_t>(1, image.celsius.columns / kLineSamples);
-  const SampledField thin = thinned(image.celsius, stride);
+  const SampledField thin = thin_field(image.celsius, stride);
   const double px_per_sample = kWidth / static_cast<double>(image.celsius.columns);
   const double stride_px = px_per_sample * static_cast<double>(stride);
   const double aspect =
@@ -166,7 +166,7 @@ bool can_be_drawn(const ThermalImage& image) {
          fits(image.colours_c, kWidestField_k) && found.high - found.low <= kWidestField_k;
 }
 
-Picture coloured(const ThermalImage& image) {
+Picture colour_image(const ThermalImage& image) {
   const auto& field = image.celsius;
   assert(image.parts.size() == field.values.size());
   Picture picture{field.columns, field.rows, std::vector<Rgb>(field.values.size(), kPaper)};
@@ -196,7 +196,7 @@ std::string to_svg(const ThermalImage& image) {
                 image.simulated ? "SIMULATED – " + image.title : image.title);
   svg.text(kImageLeft, 22, image.title, {.size_px = 13, .bold = true});
   if (image.simulated) draw_simulated_tag(svg, kImageLeft + kWidth, 22);
-  svg.picture(kImageLeft, kImageTop, kWidth, frame.height_px, to_png(coloured(image)));
+  svg.picture(kImageLeft, kImageTop, kWidth, frame.height_px, to_png(colour_image(image)));
   draw_lines(svg, image, frame);
   draw_thermometers(svg, image, frame);
   draw_axes(svg, image, frame);

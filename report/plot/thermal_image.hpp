@@ -90,7 +90,7 @@ void describe(auto& form, Like<ThermalImage> auto& image) {
 [[nodiscard]] std::string to_svg(const ThermalImage& image);
 
 /// Returns the temperatures as colours, white for NaN, with the outlines of the parts.
-[[nodiscard]] Picture coloured(const ThermalImage& image);
+[[nodiscard]] Picture colour_image(const ThermalImage& image);
 
 /// Returns the temperatures of the isotherms, °C: multiples of the step within the range of the samples.
 [[nodiscard]] std::vector<double> isotherm_levels(const ThermalImage& image);

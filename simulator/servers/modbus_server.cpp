@@ -38,7 +38,7 @@ std::optional<std::vector<Run>> split_runs(const LinkAddresses& addresses, std::
   if (address + count > 0x10000) return std::nullopt;
   std::vector<Run> runs;
   for (std::uint16_t i = 0; i < count; ++i) {
-    const auto at = addresses.in_use(static_cast<std::uint16_t>(address + i));
+    const auto at = addresses.to_selected_link(static_cast<std::uint16_t>(address + i));
     if (!at) return std::nullopt;
     if (!runs.empty() && runs.back().address + runs.back().count == *at)
       ++runs.back().count;
@@ -89,7 +89,7 @@ LinkAddresses::LinkAddresses(const drivers::RegisterMap& map, drivers::LinkKind 
   }
 }
 
-std::optional<std::uint16_t> LinkAddresses::in_use(std::uint16_t address) const {
+std::optional<std::uint16_t> LinkAddresses::to_selected_link(std::uint16_t address) const {
   if (const auto moved = moved_.find(address); moved != moved_.end()) return moved->second;
   return away_.contains(address) ? std::nullopt : std::optional(address);
 }

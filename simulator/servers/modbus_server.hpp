@@ -24,7 +24,7 @@ class LinkAddresses {
   [[nodiscard]] std::uint16_t read_at_most() const { return link_.read_at_most; }
   /// Converts an address on this link to the address of the same register on the selected link. Returns nothing if this
   /// link has no register at `address`.
-  [[nodiscard]] std::optional<std::uint16_t> in_use(std::uint16_t address) const;
+  [[nodiscard]] std::optional<std::uint16_t> to_selected_link(std::uint16_t address) const;
 
  private:
   drivers::ModbusLink link_;

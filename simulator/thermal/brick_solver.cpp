@@ -126,7 +126,7 @@ SparseMatrix CornerLevel::matrix(const FieldLayout& layout, const BrickWeights<d
   return matrix;
 }
 
-Eigen::VectorXd CornerLevel::down(const FieldLayout& layout, const Eigen::VectorXf& field) const {
+Eigen::VectorXd CornerLevel::restrict_to_corners(const FieldLayout& layout, const Eigen::VectorXf& field) const {
   Eigen::VectorXf sums = field.head(layout.corners());
   each_edge(layout, [&](Eigen::Index middle, Eigen::Index end, Eigen::Index other) {
     const float half = 0.5F * field[middle];
@@ -138,7 +138,7 @@ Eigen::VectorXd CornerLevel::down(const FieldLayout& layout, const Eigen::Vector
   return corners;
 }
 
-void CornerLevel::up(const FieldLayout& layout, const Eigen::VectorXd& corners, Eigen::VectorXf& field) const {
+void CornerLevel::prolongate(const FieldLayout& layout, const Eigen::VectorXd& corners, Eigen::VectorXf& field) const {
   field.setZero();
   for (std::size_t c = 0; c < place_.size(); ++c)
     field[place_[c]] = static_cast<float>(corners[static_cast<Eigen::Index>(c)]);
@@ -206,7 +206,7 @@ void BrickSolver::Parts::smooth(bool update_residual) {
 
 /// Computes left ← left + P v, v the result of one V-cycle for Pᵀ rest, and updates the residual `rest`.
 void BrickSolver::Parts::correct() {
-  corners->up(layout, lower->precondition(corners->down(layout, rest)), step);
+  corners->prolongate(layout, lower->precondition(corners->restrict_to_corners(layout, rest)), step);
   left += step;
   multiply(layout, *rounded_weights, step.data(), image.data());
   rest -= image;
@@ -229,10 +229,10 @@ BrickSolver::~BrickSolver() = default;
 BrickSolver::BrickSolver(BrickSolver&&) noexcept = default;
 BrickSolver& BrickSolver::operator=(BrickSolver&&) noexcept = default;
 
-Result<BrickSolver> BrickSolver::set_up(const GyroModel& model, const GyroMesh& mesh,
+Result<BrickSolver> BrickSolver::create(const GyroModel& model, const GyroMesh& mesh,
                                         const ThermalCoefficients& coefficients, const BrickSolverOptions& options) {
   auto parts = std::make_unique<Parts>(model, mesh, coefficients, options);
-  auto lower = ConjugateGradients::set_up(parts->corners->matrix(parts->layout, *parts->weights));
+  auto lower = ConjugateGradients::create(parts->corners->matrix(parts->layout, *parts->weights));
   if (!lower) return failure(lower.error());
   parts->lower = std::move(*lower);
   return BrickSolver(std::move(parts));

@@ -36,7 +36,7 @@ class BrickSolver {
   };
 
   /// Creates a solver. The mesh is not needed afterwards. Fails with numeric if the preconditioner cannot be made.
-  [[nodiscard]] static Result<BrickSolver> set_up(const GyroModel& model, const GyroMesh& mesh,
+  [[nodiscard]] static Result<BrickSolver> create(const GyroModel& model, const GyroMesh& mesh,
                                                   const ThermalCoefficients& coefficients,
                                                   const BrickSolverOptions& options = {});
   ~BrickSolver();
@@ -66,9 +66,9 @@ class CornerLevel final {
   /// Returns Pᵀ K P, equal to the conduction of the 8-node bricks up to rounding. Both triangles, sorted.
   [[nodiscard]] SparseMatrix matrix(const FieldLayout& layout, const BrickWeights<double>& weights) const;
   /// Returns Pᵀ field, by corner.
-  [[nodiscard]] Eigen::VectorXd down(const FieldLayout& layout, const Eigen::VectorXf& field) const;
+  [[nodiscard]] Eigen::VectorXd restrict_to_corners(const FieldLayout& layout, const Eigen::VectorXf& field) const;
   /// Sets field ← P corners, and 0 at positions without a node.
-  void up(const FieldLayout& layout, const Eigen::VectorXd& corners, Eigen::VectorXf& field) const;
+  void prolongate(const FieldLayout& layout, const Eigen::VectorXd& corners, Eigen::VectorXf& field) const;
 
  private:
   /// Corner at a position; −1: none.

@@ -207,7 +207,7 @@ void ConjugateGradients::Parts::create_solver(const ConjugateGradientsOptions& o
   HYPRE_ParCSRPCGSetPrecond(solver, HYPRE_BoomerAMGSolve, HYPRE_BoomerAMGSetup, multigrid);
 }
 
-Result<ConjugateGradients> ConjugateGradients::set_up(SparseMatrix matrix, const ConjugateGradientsOptions& options) {
+Result<ConjugateGradients> ConjugateGradients::create(SparseMatrix matrix, const ConjugateGradientsOptions& options) {
   start_message_passing();
   matrix.makeCompressed();
   auto parts = std::make_unique<Parts>();

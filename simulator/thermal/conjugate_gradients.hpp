@@ -32,7 +32,7 @@ class ConjugateGradients {
 
   /// Creates a solver. The matrix contains both triangles and the diagonal of each row. Move it in: its memory is freed
   /// as early as possible. Fails with numeric if the preconditioner cannot be made.
-  [[nodiscard]] static Result<ConjugateGradients> set_up(SparseMatrix matrix,
+  [[nodiscard]] static Result<ConjugateGradients> create(SparseMatrix matrix,
                                                          const ConjugateGradientsOptions& options = {});
   ~ConjugateGradients();
   ConjugateGradients(ConjugateGradients&&) noexcept;

@@ -143,7 +143,7 @@ Column make_column(const GyroParts& parts, const PlanRectangle& r) {
   return column;
 }
 
-BrickContents whole(GyroPart part) {
+BrickContents uniform_contents(GyroPart part) {
   BrickContents contents;
   contents.share[index(part)] = 1;
   contents.plan_share = 1;
@@ -151,7 +151,7 @@ BrickContents whole(GyroPart part) {
 }
 
 /// Vector across the face that cuts the brick; zero: none.
-std::array<double, 3> across(const GyroParts& parts, const Column& column, double z0, double z1) {
+std::array<double, 3> cut_direction(const GyroParts& parts, const Column& column, double z0, double z1) {
   std::array<double, 3> sum{};
   double filled = 0;
   const auto add = [&](const Prism& prism, const Cover& plan) {
@@ -177,7 +177,8 @@ std::array<double, 3> across(const GyroParts& parts, const Column& column, doubl
 }
 
 /// Returns the content of a brick with upright parts. The remainder is air in full mode and empty in block mode.
-BrickContents mixed(const GyroModel& model, const GyroParts& parts, const Column& column, double z0, double z1) {
+BrickContents mixed_contents(const GyroModel& model, const GyroParts& parts, const Column& column, double z0,
+                             double z1) {
   BrickContents contents;
   const auto add = [&](const Prism& prism, const Cover& plan, bool solid) {
     const double height = overlap(z0, z1, prism.z0, prism.z1);
@@ -200,14 +201,14 @@ BrickContents mixed(const GyroModel& model, const GyroParts& parts, const Column
   }
   contents.whole = kinds == 0 || (kinds == 1 && filled > 1 - 1e-9);
   if (full) contents.share[index(air_at(model, (z0 + z1) / 2))] += std::max(0.0, 1 - filled);
-  if (!contents.whole) contents.across = across(parts, column, z0, z1);
+  if (!contents.whole) contents.across = cut_direction(parts, column, z0, z1);
   return contents;
 }
 
 constexpr std::array<BrickIndex, kBrickFaces> kNeighbours{
     {{-1, 0, 0}, {1, 0, 0}, {0, -1, 0}, {0, 1, 0}, {0, 0, -1}, {0, 0, 1}}};
 
-double filled(const BrickContents& brick) { return std::accumulate(brick.share.begin(), brick.share.end(), 0.0); }
+double solid_share(const BrickContents& brick) { return std::accumulate(brick.share.begin(), brick.share.end(), 0.0); }
 
 /// An upright wall from a to b, with the outside on its right.
 struct Wall {
@@ -300,7 +301,9 @@ class WallFilm {
   }
 
  private:
-  [[nodiscard]] bool is_kept(BrickIndex p) const { return grid_.holds(p) && filled(contents_[grid_.brick(p)]) > 0; }
+  [[nodiscard]] bool is_kept(BrickIndex p) const {
+    return grid_.holds(p) && solid_share(contents_[grid_.brick(p)]) > 0;
+  }
   [[nodiscard]] static BrickIndex neighbour(BrickIndex p, int face) {
     return {p.i + kNeighbours[face].i, p.j + kNeighbours[face].j, p.k + kNeighbours[face].k};
   }
@@ -491,11 +494,11 @@ std::vector<BrickContents> brick_contents(const GyroModel& model, const GyroPart
         auto& contents = all[(k * ny + j) * nx + i];
         const auto box = std::ranges::find_if(here, [&](const Prism* prism) { return z > prism->z0 && z < prism->z1; });
         if (box != here.end())
-          contents = whole((*box)->part);
+          contents = uniform_contents((*box)->part);
         else if (model.mode == GyroMode::full && (!column.inside || z < parts.inside_z0 || z > parts.inside_z1))
-          contents = whole(GyroPart::shell);
+          contents = uniform_contents(GyroPart::shell);
         else
-          contents = mixed(model, parts, column, lines.z[k], lines.z[k + 1]);
+          contents = mixed_contents(model, parts, column, lines.z[k], lines.z[k + 1]);
       }
     }
   }
@@ -512,7 +515,7 @@ void merge_sparse_bricks(std::vector<BrickContents>& contents, const GridLines& 
   const auto before = contents;
   const auto stays = [&](const BrickContents& brick) { return brick.whole || brick.plan_share >= kLeastSolid; };
   for (std::size_t b = 0; b < contents.size(); ++b) {
-    if (stays(before[b]) || filled(before[b]) == 0) continue;
+    if (stays(before[b]) || solid_share(before[b]) == 0) continue;
     const auto here = grid.brick_position(b);
     std::size_t best = b;
     double fullest = kLeastSolid - 1e-9;

@@ -101,7 +101,7 @@ struct BrickEdges {
 }
 
 /// Returns the coordinate of a point of the doubled grid along one axis, m.
-[[nodiscard]] inline double doubled(const std::vector<double>& lines, int point) {
+[[nodiscard]] inline double doubled_coordinate(const std::vector<double>& lines, int point) {
   return point % 2 == 0 ? lines[point / 2] : 0.5 * (lines[point / 2] + lines[point / 2 + 1]);
 }
 

@@ -58,7 +58,8 @@ std::vector<std::vector<Element>> elements_by_class(const GyroMesh& mesh) {
 void put_nodes(Writer& writer, const GyroMesh& mesh) {
   writer.put("*NODE,NSET=NALL\n");
   each_node(mesh, [&](int node, int I, int J, int K) {
-    writer.put("{},{:.12g},{:.12g},{:.12g}\n", node + 1, doubled(mesh.x, I), doubled(mesh.y, J), doubled(mesh.z, K));
+    writer.put("{},{:.12g},{:.12g},{:.12g}\n", node + 1, doubled_coordinate(mesh.x, I), doubled_coordinate(mesh.y, J),
+               doubled_coordinate(mesh.z, K));
   });
 }
 
@@ -119,9 +120,9 @@ struct Cells {
 std::vector<float> node_points(const GyroMesh& mesh) {
   std::vector<float> points(3 * mesh.node_count);
   each_node(mesh, [&](int node, int I, int J, int K) {
-    points[3 * node] = static_cast<float>(doubled(mesh.x, I));
-    points[3 * node + 1] = static_cast<float>(doubled(mesh.y, J));
-    points[3 * node + 2] = static_cast<float>(doubled(mesh.z, K));
+    points[3 * node] = static_cast<float>(doubled_coordinate(mesh.x, I));
+    points[3 * node + 1] = static_cast<float>(doubled_coordinate(mesh.y, J));
+    points[3 * node + 2] = static_cast<float>(doubled_coordinate(mesh.z, K));
   });
   return points;
 }

@@ -23,7 +23,7 @@ namespace {
 constexpr double kColdest_c = -60;
 constexpr double kHottest_c = 80;
 
-std::vector<double> evenly(double first, double last, int count) {
+std::vector<double> make_even_spacing(double first, double last, int count) {
   std::vector<double> values;
   for (int i = 0; i < count; ++i) values.push_back(first + (last - first) * i / (count - 1));
   return values;
@@ -33,7 +33,7 @@ std::vector<double> evenly(double first, double last, int count) {
 /// slowest mode of the gyro and rates that its thermometers hardly follow.
 std::vector<double> rates(double slowest, double fastest, int count) {
   std::vector<double> values{0};
-  for (const double exponent : evenly(std::log(slowest), std::log(fastest), count))
+  for (const double exponent : make_even_spacing(std::log(slowest), std::log(fastest), count))
     values.push_back(std::exp(exponent));
   return values;
 }
@@ -46,53 +46,56 @@ struct Interval {
   [[nodiscard]] double at(double share) const { return lowest + share * (highest - lowest); }
 };
 
-Interval equal_gap_range(const ReducedModel& about) {
+Interval equal_gap_range(const ReducedModel& header) {
   constexpr double kHighest = 0.06;
-  const auto cold = coefficients_at(about, kColdest_c, GyroFilm::still);
-  const auto hot = coefficients_at(about, kHottest_c, GyroFilm::still);
+  const auto cold = coefficients_at(header, kColdest_c, GyroFilm::still);
+  const auto hot = coefficients_at(header, kHottest_c, GyroFilm::still);
   return {std::min({cold[0], cold[1], cold[2]}), std::max(kHighest, std::min({hot[0], hot[1], hot[2]}))};
 }
 
-double film_coefficient(const ReducedModel& about, GyroFilm film) {
-  return film == GyroFilm::still ? about.still_film_w_per_m2_k : about.chamber_film_w_per_m2_k;
+double film_coefficient(const ReducedModel& header, GyroFilm film) {
+  return film == GyroFilm::still ? header.still_film_w_per_m2_k : header.chamber_film_w_per_m2_k;
 }
 
 /// Returns the point with equal gaps at `share` of their range.
-ThermalPoint equal_gaps_point(const ReducedModel& about, double share, GyroFilm film, double rate_per_s) {
-  const double k = equal_gap_range(about).at(share);
-  return {{k, k, k, film_coefficient(about, film)}, rate_per_s};
+ThermalPoint equal_gaps_point(const ReducedModel& header, double share, GyroFilm film, double rate_per_s) {
+  const double k = equal_gap_range(header).at(share);
+  return {{k, k, k, film_coefficient(header, film)}, rate_per_s};
 }
 
 /// Returns points under both films: the air coefficients at these temperatures, and equal gaps at these shares of their
 /// range.
-std::vector<ThermalPoint> points(const ReducedModel& about, const std::vector<double>& air_c,
+std::vector<ThermalPoint> points(const ReducedModel& header, const std::vector<double>& air_c,
                                  const std::vector<double>& shares, const std::vector<double>& rates_per_s) {
   std::vector<ThermalPoint> found;
   for (const double s : rates_per_s) {
     for (const auto film : {GyroFilm::still, GyroFilm::chamber}) {
-      for (const double t : air_c) found.push_back({coefficients_at(about, t, film), s});
-      for (const double share : shares) found.push_back(equal_gaps_point(about, share, film, s));
+      for (const double t : air_c) found.push_back({coefficients_at(header, t, film), s});
+      for (const double share : shares) found.push_back(equal_gaps_point(header, share, film, s));
     }
   }
   return found;
 }
 
 /// Returns the candidate points of the greedy choice.
-std::vector<ThermalPoint> candidate_points(const ReducedModel& about) {
-  return points(about, evenly(kColdest_c, kHottest_c, 4), {0, 1}, rates(5e-5, 1e-1, 9));
+std::vector<ThermalPoint> candidate_points(const ReducedModel& header) {
+  return points(header, make_even_spacing(kColdest_c, kHottest_c, 4), {0, 1}, rates(5e-5, 1e-1, 9));
 }
 
 /// Returns the points of the compression: a finer grid over the same region.
-std::vector<ThermalPoint> dense_points(const ReducedModel& about) {
-  return points(about, evenly(kColdest_c, kHottest_c, 11), evenly(0, 1, 5), rates(2e-5, 1.5e-1, 26));
+std::vector<ThermalPoint> dense_points(const ReducedModel& header) {
+  return points(header, make_even_spacing(kColdest_c, kHottest_c, 11), make_even_spacing(0, 1, 5),
+                rates(2e-5, 1.5e-1, 26));
 }
 
 /// Returns points that neither the greedy choice nor the compression uses.
-std::vector<ThermalPoint> check_points(const ReducedModel& about) {
-  return {
-      equal_gaps_point(about, 0.05, GyroFilm::still, 0),       equal_gaps_point(about, 0.9, GyroFilm::chamber, 0),
-      equal_gaps_point(about, 0.2, GyroFilm::still, 5e-4),     equal_gaps_point(about, 0.63, GyroFilm::chamber, 3e-3),
-      {coefficients_at(about, 33, GyroFilm::chamber), 1.3e-3}, {coefficients_at(about, -37, GyroFilm::still), 2.3e-4}};
+std::vector<ThermalPoint> check_points(const ReducedModel& header) {
+  return {equal_gaps_point(header, 0.05, GyroFilm::still, 0),
+          equal_gaps_point(header, 0.9, GyroFilm::chamber, 0),
+          equal_gaps_point(header, 0.2, GyroFilm::still, 5e-4),
+          equal_gaps_point(header, 0.63, GyroFilm::chamber, 3e-3),
+          {coefficients_at(header, 33, GyroFilm::chamber), 1.3e-3},
+          {coefficients_at(header, -37, GyroFilm::still), 2.3e-4}};
 }
 
 /// Number of sums in a sketch. The relative standard deviation of a sketched squared norm is sqrt(2 / 1024), about 4 %.
@@ -184,15 +187,15 @@ Eigen::MatrixXd worst_loads(const Loads& loads, const Eigen::VectorXd& error_k, 
 
 class ModelOrderReduction final {
  public:
-  ModelOrderReduction(const ThermalSystem& system, const ReducedModel& about, const ReductionOptions& options,
+  ModelOrderReduction(const ThermalSystem& system, const ReducedModel& header, const ReductionOptions& options,
                       const SolveColumns& solve, const ProgressSink& progress)
       : system_(system),
         options_(options),
         solve_(solve),
         progress_(progress),
-        loads_(usual_loads(about)),
+        loads_(reference_loads(header)),
         matrices_(system),
-        basis_(system, about, weights(about), 1 + options.most_fields) {}
+        basis_(system, header, weights(header), 1 + options.most_fields) {}
 
   Result<ReducedSystem> run() {
     if (const auto found = find_fields(); !found) return failure(found.error());
@@ -203,8 +206,8 @@ class ModelOrderReduction final {
   Result<void> check(ReducedModel& model);
 
  private:
-  [[nodiscard]] Eigen::VectorXd weights(const ReducedModel& about) {
-    const auto c = coefficients_at(about, 20, GyroFilm::chamber);
+  [[nodiscard]] Eigen::VectorXd weights(const ReducedModel& header) {
+    const auto c = coefficients_at(header, 20, GyroFilm::chamber);
     return matrices_.sum(1e-3, 1, c).diagonal().cwiseInverse();
   }
   [[nodiscard]] const SparseMatrix& matrix_at(const ThermalPoint& p) {
@@ -351,7 +354,7 @@ ReducedSystem ModelOrderReduction::compress(const std::vector<ThermalPoint>& poi
 
 Result<void> ModelOrderReduction::check(ReducedModel& model) {
   Eigen::MatrixXd both = Eigen::MatrixXd::Zero(kThermalInputs, 2);
-  both.col(0) = switched_on(model, 0);
+  both.col(0) = operating_inputs(model, 0);
   both(0, 1) = kAmbient_k;
   const auto points = check_points(model);
   std::string where;
@@ -381,9 +384,9 @@ Result<void> ModelOrderReduction::check(ReducedModel& model) {
 
 }  // namespace
 
-ReducedBasis::ReducedBasis(const ThermalSystem& system, ReducedModel about, Eigen::VectorXd weights,
+ReducedBasis::ReducedBasis(const ThermalSystem& system, ReducedModel header, Eigen::VectorXd weights,
                            Eigen::Index most_states)
-    : system_(system), weights_(weights.cwiseSqrt()), model_(std::move(about)) {
+    : system_(system), weights_(weights.cwiseSqrt()), model_(std::move(header)) {
   const auto unknowns = system.capacity.rows();
   assert(weights_.size() == unknowns && most_states >= 1);
   sums_.resize(static_cast<std::size_t>(unknowns));
@@ -471,9 +474,9 @@ Eigen::VectorXd ReducedBasis::residuals(const ThermalPoint& point, const Eigen::
   return (residual * loads).colwise().norm();
 }
 
-Eigen::Matrix<double, kThermalInputs, kThermalInputs> usual_loads(const ReducedModel& about) {
+Eigen::Matrix<double, kThermalInputs, kThermalInputs> reference_loads(const ReducedModel& header) {
   Loads loads = Loads::Zero();
-  loads.diagonal() = switched_on(about, kRange_k);
+  loads.diagonal() = operating_inputs(header, kRange_k);
   auto powers = loads.diagonal().tail<kThermalInputs - 1>();
   assert(powers.sum() > 0);
   powers = powers.cwiseMax(powers.sum() / 10).eval();
@@ -488,10 +491,10 @@ Eigen::Matrix<double, kThermalInputs, kThermalInputs> usual_loads(const ReducedM
   return loads;
 }
 
-Result<ReducedSystem> reduce(const ThermalSystem& system, const ReducedModel& about, const ReductionOptions& options,
+Result<ReducedSystem> reduce(const ThermalSystem& system, const ReducedModel& header, const ReductionOptions& options,
                              const SolveColumns& solve, const ProgressSink& progress) {
   assert(options.states >= kFewestStates && options.most_fields >= kFewestStates && options.goal_k > 0);
-  ModelOrderReduction reduction(system, about, options, solve, progress);
+  ModelOrderReduction reduction(system, header, options, solve, progress);
   auto reduced = reduction.run();
   if (!reduced) return reduced;
   if (const auto good = reduction.check(reduced->model); !good) return failure(good.error());
@@ -500,7 +503,7 @@ Result<ReducedSystem> reduce(const ThermalSystem& system, const ReducedModel& ab
 
 SolveColumns multigrid_solver() {
   return [](const SparseMatrix& matrix, const Eigen::MatrixXd& right) -> Result<Eigen::MatrixXd> {
-    auto solver = ConjugateGradients::set_up(matrix, {.tolerance = kSolved});
+    auto solver = ConjugateGradients::create(matrix, {.tolerance = kSolved});
     if (!solver) return failure(solver.error());
     Eigen::MatrixXd solutions(right.rows(), right.cols());
     for (Eigen::Index i = 0; i < right.cols(); ++i) {
@@ -527,10 +530,10 @@ Result<ReducedModel> reduce_gyro(const GyroModel& gyro, const std::string& sourc
                                  const ReductionOptions& options, const ProgressSink& progress) {
   const auto mesh = make_mesh(gyro, size);
   const auto system = assemble(gyro, mesh);
-  auto what = make_header(gyro, source_sha256);
-  what.mesh = fmt::format("{}, {} nodes", kMeshSizeNames[static_cast<std::size_t>(size)], mesh.node_count);
+  auto header = make_header(gyro, source_sha256);
+  header.mesh = fmt::format("{}, {} nodes", kMeshSizeNames[static_cast<std::size_t>(size)], mesh.node_count);
   const auto solve = multigrid_solver();
-  auto reduced = reduce(system, what, options, solve, progress);
+  auto reduced = reduce(system, header, options, solve, progress);
   if (!reduced) return failure(reduced.error());
   const auto error = measure(system, *reduced, {}, solve, progress);
   if (!error) return failure(error.error());

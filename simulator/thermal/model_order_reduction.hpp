@@ -33,9 +33,9 @@ struct ThermalPoint {
 class ReducedBasis final {
  public:
   /// Starts with the constant field, so a model without power rests exactly at the ambient temperature. `weights` scale
-  /// the residual of each unknown (a diagonal preconditioner, W). `about` provides all data of the model except its
+  /// the residual of each unknown (a diagonal preconditioner, W). `header` provides all data of the model except its
   /// matrices.
-  ReducedBasis(const ThermalSystem& system, ReducedModel about, Eigen::VectorXd weights, Eigen::Index most_states);
+  ReducedBasis(const ThermalSystem& system, ReducedModel header, Eigen::VectorXd weights, Eigen::Index most_states);
 
   /// Makes the fields orthonormal and adds the independent ones. Returns their number.
   Eigen::Index grow(Eigen::MatrixXd fields);
@@ -93,17 +93,17 @@ struct ReducedSystem {
   Eigen::MatrixXd basis;
 };
 
-/// Reduces a system. `about` provides names, air, films and powers; its matrices and error are ignored. Sets the
+/// Reduces a system. `header` provides names, air, films and powers; its matrices and error are ignored. Sets the
 /// model's transfer_k, measured at coefficients and rates that the reduction did not use; measure() computes the other
 /// errors. Fails with numeric if the goal is not met (with error and point), like `solve`, or with interrupted.
-[[nodiscard]] Result<ReducedSystem> reduce(const ThermalSystem& system, const ReducedModel& about,
+[[nodiscard]] Result<ReducedSystem> reduce(const ThermalSystem& system, const ReducedModel& header,
                                            const ReductionOptions& options, const SolveColumns& solve,
                                            const ProgressSink& progress = {});
 
 /// Returns the loads for which the errors of responses are compared, 6 × 6, one per column: 100 K of ambient; the
 /// powers of both gain arms, of the preamplifier and of both ballasts; and the powers of the arms, and of the ballasts,
 /// with opposite signs. The power of a weak source is raised to a tenth of the total power.
-[[nodiscard]] Eigen::Matrix<double, kThermalInputs, kThermalInputs> usual_loads(const ReducedModel& about);
+[[nodiscard]] Eigen::Matrix<double, kThermalInputs, kThermalInputs> reference_loads(const ReducedModel& header);
 
 // Converts a gyro file's model to its reduced model: mesh, matrices, reduction, errors measured on the same mesh.
 
@@ -111,7 +111,7 @@ struct ReducedSystem {
 [[nodiscard]] SolveColumns multigrid_solver();
 
 /// Returns the data of a reduced model except its matrices.
-[[nodiscard]] ReducedModel about(const GyroModel& gyro, const std::string& source_sha256);
+[[nodiscard]] ReducedModel make_header(const GyroModel& gyro, const std::string& source_sha256);
 
 /// Reduces a gyro. The medium mesh takes about two minutes and 2 GB. Fails like reduce() and measure().
 [[nodiscard]] Result<ReducedModel> reduce_gyro(const GyroModel& gyro, const std::string& source_sha256, MeshSize mesh,

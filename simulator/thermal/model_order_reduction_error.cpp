@@ -48,8 +48,8 @@ void walk(std::vector<Step>& steps, double seconds, double shortest_s, const The
 std::vector<Step> ramps(const ReducedModel& model, double shortest_s) {
   std::vector<Step> steps;
   for (std::size_t i = 1; i < kRamps.size(); ++i)
-    walk(steps, kRamps[i].at_s - kRamps[i - 1].at_s, shortest_s, switched_on(model, kRamps[i - 1].air_c),
-         switched_on(model, kRamps[i].air_c));
+    walk(steps, kRamps[i].at_s - kRamps[i - 1].at_s, shortest_s, operating_inputs(model, kRamps[i - 1].air_c),
+         operating_inputs(model, kRamps[i].air_c));
   return steps;
 }
 
@@ -154,7 +154,7 @@ Result<void> FullTransient::set(double step_s, const ThermalCoefficients& c) {
   film_ = c[static_cast<std::size_t>(ThermalCoefficient::film)];
   matrix_ = &matrices_.sum(1 / step_s, 0.5, c);
   if (same_step) return solver_->replace(*matrix_);
-  auto solver = ConjugateGradients::set_up(*matrix_, {.tolerance = tolerance_});
+  auto solver = ConjugateGradients::create(*matrix_, {.tolerance = tolerance_});
   if (!solver) return failure(solver.error());
   solver_ = std::move(*solver);
   return {};
@@ -207,7 +207,7 @@ Result<ReductionError> measure(const ThermalSystem& system, const ReducedSystem&
                                const SolveColumns& solve, const ProgressSink& progress) {
   const auto& model = reduced.model;
   const auto c = coefficients_at(model, trial.air_c, trial.film);
-  const ThermalInputValues on = switched_on(model, kStart_c);
+  const ThermalInputValues on = operating_inputs(model, kStart_c);
   const Eigen::MatrixXd rest = states_at(model, c, 0);
   ReductionError error = model.error;
 

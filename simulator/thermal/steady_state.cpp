@@ -28,10 +28,11 @@ void mark_extremes(const GyroMesh& mesh, SteadyState& state) {
       const auto& position = kHex20Positions[n];
       const double t = state.field_c[nodes[n]];
       const auto point = [&] {
-        return ExtremePoint{t,
-                            {doubled(mesh.x, 2 * i + position[0]), doubled(mesh.y, 2 * j + position[1]),
-                             doubled(mesh.z, 2 * k + position[2])},
-                            part};
+        return ExtremePoint{
+            t,
+            {doubled_coordinate(mesh.x, 2 * i + position[0]), doubled_coordinate(mesh.y, 2 * j + position[1]),
+             doubled_coordinate(mesh.z, 2 * k + position[2])},
+            part};
       };
       if (t > state.hottest.temperature_c) state.hottest = point();
       if (t < state.coldest.temperature_c) state.coldest = point();
@@ -96,7 +97,7 @@ class Rounds {
     if (solver_) {
       solver_->replace(model_, mesh_, state_.coefficients);
     } else {
-      auto made = BrickSolver::set_up(model_, mesh_, state_.coefficients);
+      auto made = BrickSolver::create(model_, mesh_, state_.coefficients);
       if (!made) return failure(made.error());
       solver_ = std::move(*made);
     }

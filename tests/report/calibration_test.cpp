@@ -82,12 +82,12 @@ TEST(Decision, HasStatedErrorProbabilityByGuardBand) {
 
 TEST(Decision, OverallIsWorst) {
   CalibrationReport report = sample_calibration();
-  EXPECT_EQ(verdict_of(report), Verdict::conditional_fail);
+  EXPECT_EQ(overall_verdict(report), Verdict::conditional_fail);
   report.conformity[0].verdict = Verdict::fail;
   report.conformity[1].verdict = Verdict::not_known;
-  EXPECT_EQ(verdict_of(report), Verdict::fail) << "a missing result does not change a failure";
+  EXPECT_EQ(overall_verdict(report), Verdict::fail) << "a missing result does not change a failure";
   report.conformity.clear();
-  EXPECT_FALSE(verdict_of(report));
+  EXPECT_FALSE(overall_verdict(report));
 }
 
 }  // namespace

@@ -71,7 +71,7 @@ TEST(Ageing, DrawsAnotherRunOnAnotherDay) {
 }
 
 TEST(Storage, AddsOneTurnPerDay) {
-  const Storage storage{.turns = 20, .lowest_c = -40, .highest_c = 60};
+  const StorageTemperatures storage{.turns = 20, .lowest_c = -40, .highest_c = 60};
   const auto first = make_history(storage, {.gyro = 5}).turning_points_c;
   const auto later = make_history(storage, {.gyro = 5, .run = 9, .days_later = 30}).turning_points_c;
   EXPECT_EQ(first.size(), 20u);

@@ -168,10 +168,10 @@ TEST(VirtualUnits, HaveDifferentGyroForEachAxis) {
 /// The hash is FNV-1a; its published value for "a" is expected. Other parts of a name that join to the same text give
 /// another seed.
 TEST(VirtualUnits, AreDrawnByName) {
-  EXPECT_EQ(seed_of({.gyro = 7}, "a").gyro, splitmix64(splitmix64(7) ^ 0xaf63dc4c8601ec8cU));
-  EXPECT_NE(seed_of({}, "u1.x").gyro, seed_of({}, "u1x").gyro);
-  EXPECT_EQ(seed_of({.run = 3, .days_later = 4}, "a").run, 3U);
-  EXPECT_EQ(seed_of({.run = 3, .days_later = 4}, "a").days_later, 4U);
+  EXPECT_EQ(derive_seed({.gyro = 7}, "a").gyro, splitmix64(splitmix64(7) ^ 0xaf63dc4c8601ec8cU));
+  EXPECT_NE(derive_seed({}, "u1.x").gyro, derive_seed({}, "u1x").gyro);
+  EXPECT_EQ(derive_seed({.run = 3, .days_later = 4}, "a").run, 3U);
+  EXPECT_EQ(derive_seed({.run = 3, .days_later = 4}, "a").days_later, 4U);
 }
 
 TEST(VirtualUnits, CountEarthRateOfEachAxis) {
@@ -243,7 +243,7 @@ TEST(OwnTemperature, FollowsBlockOfFirstAxis) {
   EXPECT_EQ(laboratory.values(0)[0].name, kOwnTemperature);
   for (const std::size_t unit : {0U, 1U}) {
     const double shown_c = laboratory.values(unit)[0].value;
-    EXPECT_EQ(shown_c, to_resolution(shown_c, 0.5));
+    EXPECT_EQ(shown_c, round_to_resolution(shown_c, 0.5));
     double block_c = 0;
     const std::size_t first = unit == 0 ? 0 : 2 * kThermalLocations;
     for (std::size_t i = 0; i < kBlockLocations; ++i) block_c += laboratory.thermometers_as_measured_c()[first + i] / 8;

@@ -140,7 +140,7 @@ std::vector<Finding> check_calibrations(const rig::RigFile& rig) {
 
 void append(std::vector<Finding>& to, std::vector<Finding> more) { std::ranges::move(more, std::back_inserter(to)); }
 
-Result<std::vector<Finding>> examine(const DoctorArguments& options) {
+Result<std::vector<Finding>> run_checks(const DoctorArguments& options) {
   auto findings = check_installation();
   append(findings, check_disk(options.folder));
   findings.push_back(check_clock());
@@ -174,7 +174,7 @@ Json findings_json(const std::vector<Finding>& findings) {
 }
 
 Result<Exit> doctor(Console& console, const DoctorArguments& options) {
-  const auto findings = examine(options);
+  const auto findings = run_checks(options);
   if (!findings) return failure(findings.error());
   console.print(console.json ? text_of(findings_json(*findings)) + "\n" : describe(*findings));
   const auto first = std::ranges::find(*findings, FindingState::fault, &Finding::state);

@@ -31,8 +31,8 @@ struct Confirmed {
   std::vector<data::Figures> unseen;
 };
 
-Result<Confirmed> confirm(Console& console, const PlacementArguments& options, const RecordedRuns& records,
-                          const RecordedRuns& unseen, const std::vector<std::string>& kept) {
+Result<Confirmed> confirm_set(Console& console, const PlacementArguments& options, const RecordedRuns& records,
+                              const RecordedRuns& unseen, const std::vector<std::string>& kept) {
   model::TrainingOptions training = options.training;
   for (const data::Term& term : model::placement_terms(kept))
     training.inputs += (training.inputs.empty() ? "" : ",") + to_string(term);
@@ -50,15 +50,15 @@ Result<Confirmed> confirm(Console& console, const PlacementArguments& options, c
 }
 
 /// Returns the results of all thermometers together and of each step of the elimination; empty without --confirm.
-Result<std::vector<Confirmed>> confirm_all(Console& console, const PlacementArguments& options,
-                                           const RecordedRuns& records, const RecordedRuns& unseen,
-                                           const model::Placement& placement) {
+Result<std::vector<Confirmed>> confirm_steps(Console& console, const PlacementArguments& options,
+                                             const RecordedRuns& records, const RecordedRuns& unseen,
+                                             const model::Placement& placement) {
   std::vector<Confirmed> all;
   if (!options.confirm) return all;
   std::vector<std::vector<std::string>> sets{placement.all.kept};
   for (const auto& step : placement.elimination) sets.push_back(step.kept);
   for (const auto& kept : sets) {
-    auto confirmed = confirm(console, options, records, unseen, kept);
+    auto confirmed = confirm_set(console, options, records, unseen, kept);
     if (!confirmed) return failure(confirmed.error());
     all.push_back(std::move(*confirmed));
   }
@@ -180,7 +180,7 @@ Result<Exit> rank_thermometers(Console& console, const PlacementArguments& given
   const auto placement =
       model::study_placement(records->clusters, unseen->clusters, options.training.folds, console.sink());
   if (!placement) return failure(placement.error());
-  const auto confirmed = confirm_all(console, options, *records, *unseen, *placement);
+  const auto confirmed = confirm_steps(console, options, *records, *unseen, *placement);
   if (!confirmed) return failure(confirmed.error());
   console.print(console.json ? json(*records, *placement, *confirmed) : describe(*records, *placement, *confirmed));
   return Exit::done;

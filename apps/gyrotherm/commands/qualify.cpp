@@ -155,7 +155,7 @@ Result<void> load_rows(Console& console, Run& run, KnownDigests& digests, const 
                        });
   if (!rows) return failure(rows.error());
   run.record = std::move(*rows);
-  run.sha256 = *known ? **known : digest_of(run.record);
+  run.sha256 = *known ? **known : digest_rows(run.record);
   return *known ? Result<void>() : digests.store_rows(run.path, run.sha256);
 }
 
@@ -280,7 +280,8 @@ Result<void> write_remaining(Console& console, const QualifyArguments& options, 
   return replace_text_file(options.out + "/timings.json", timings.to_json());
 }
 
-Result<Exit> conclude(Console& console, const QualifyArguments& options, const AxisOutcome& outcome, Timings& timings) {
+Result<Exit> print_outcome(Console& console, const QualifyArguments& options, const AxisOutcome& outcome,
+                           Timings& timings) {
   const auto& [trained, report] = outcome;
   if (auto written = write_remaining(console, options, timings); !written) return failure(written.error());
   console.print(console.json ? to_json(report) : result_table(report, trained) + later_table(report));
@@ -288,7 +289,7 @@ Result<Exit> conclude(Console& console, const QualifyArguments& options, const A
   for (const report::AcceptedLimit& limit : report.accept)
     if (!limit.passed)
       console.print_message(fmt::format("FAIL: {} is {:.5g}, limit {:.5g}", limit.figure, limit.value, limit.limit));
-  return verdict_of(report) == "FAIL" ? Exit::outside_limits : Exit::done;
+  return overall_verdict(report) == "FAIL" ? Exit::outside_limits : Exit::done;
 }
 
 Result<report::ReportedThermal> load_thermal_model(const rig::RigFile& rig, Timings& timings) {
@@ -310,7 +311,7 @@ Result<Exit> qualify_one_axis(Console& console, const QualifyArguments& options,
   const auto outcome = carry_out(*experiment, rig, axis_options, console.sink(), warnings);
   if (!outcome) return failure(outcome.error());
   for (const std::string& warning : warnings) console.print_message(warning);
-  return conclude(console, options, *outcome, timings);
+  return print_outcome(console, options, *outcome, timings);
 }
 
 LotRun lot_run(Run run) {
@@ -344,7 +345,7 @@ Result<Exit> qualify_lot(Console& console, const QualifyArguments& options, cons
     if (auto written = write_remaining(console, options, timings); !written) return failure(written.error());
   console.print(console.json ? to_json(*summary) : describe(*summary));
   if (is_whole) console.print_message(timings.describe() + options.out + "/lot.html");
-  return verdict_of(*summary) == "FAIL" ? Exit::outside_limits : Exit::done;
+  return overall_verdict(*summary) == "FAIL" ? Exit::outside_limits : Exit::done;
 }
 
 /// Records the missing runs and reads all runs. Reads only one unit if all axes of `only` belong to it.

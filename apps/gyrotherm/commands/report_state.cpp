@@ -20,7 +20,7 @@ struct StateArguments {
   std::string folder, by, reason;
 };
 
-Result<Exit> rewrite(Console& console, const FiledReport& filed, const std::string& folder) {
+Result<Exit> rewrite_report(Console& console, const FiledReport& filed, const std::string& folder) {
   if (auto written = write_calibration(console, filed.report, folder, languages_in(folder)); !written)
     return failure(written.error());
   return Exit::done;
@@ -57,7 +57,7 @@ Result<Exit> authorise(Console& console, const StateArguments& options) {
   if (auto may = report::check_may_authorise(report, options.by); !may) return failure(may.error());
   report.state = report::ReportState::authorised;
   report.authorised = report::Authorisation{options.by, civil_time(SteadyClock().now().utc)};
-  return rewrite(console, *filed, options.folder);
+  return rewrite_report(console, *filed, options.folder);
 }
 
 struct SigningArguments {
@@ -101,7 +101,7 @@ Result<Exit> supersede(Console& console, const StateArguments& options) {
   report.state = report::ReportState::superseded;
   report.replaced_by =
       report::OtherReport{by->report.number, by->sha256, report::Texts{options.reason, options.reason}};
-  return rewrite(console, *filed, options.folder);
+  return rewrite_report(console, *filed, options.folder);
 }
 
 void add_authorise(Program& program, CLI::App& report) {

@@ -45,7 +45,7 @@ int count_named_files(const report::CalibrationReport& report, const std::string
 /// Returns whether the digest of a record's rows is the one that the report names.
 bool has_rows(const std::string& path, const std::string& sha256) {
   const auto record = record::read_record(path);
-  return record && digest_of(*record) == sha256;
+  return record && digest_rows(*record) == sha256;
 }
 
 /// Checks a file on which the report is based by its digest. A record is also verified against its hash chain; its

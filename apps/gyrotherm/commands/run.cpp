@@ -21,7 +21,7 @@ struct RunArguments {
 
 /// Returns the file name of a record: "short rate" gives "short ramp.db". The file is always in the working folder:
 /// characters that lead to another folder, hide the file or control a terminal become "_".
-std::string record_named_after(const std::string& profile_name) {
+std::string make_record_name(const std::string& profile_name) {
   constexpr std::size_t kLongest = 100;
   std::string name;
   for (std::string_view left = profile_name; !left.empty() && name.size() < kLongest;) {
@@ -42,7 +42,7 @@ Result<Exit> run(Console& console, const RunArguments& options) {
   const auto profile = read_profile(options.profile, &*rig);
   if (!profile) return failure(profile.error());
   watch_for_interrupts(rig->simulated ? SecondInterrupt::ends : SecondInterrupt::is_counted);
-  const auto path = options.out.empty() ? record_named_after(profile->name) : options.out;
+  const auto path = options.out.empty() ? make_record_name(profile->name) : options.out;
   if (auto ran = start_run(console, *profile, *rig, path, options.start); !ran) return failure(ran.error());
   return Exit::done;
 }

@@ -136,7 +136,7 @@ std::string describe(const model::Characterisation& result) {
   for (const model::WarmUp& found : result.warm_ups)
     text += fmt::format("    {:<22} {} → {} to within {:.5f} → {:.5f} °/h at {:g} °C, if switched on {}\n", "warm-up",
                         minutes(found.seconds.before), minutes(found.seconds.after), found.within.before.value,
-                        found.within.after.value, found.set_point_c, switched_on(found));
+                        found.within.after.value, found.set_point_c, describe_switch_on(found));
   return text;
 }
 

@@ -131,7 +131,7 @@ Result<data::RecordedRun> extract_axis(const record::Record& record, const std::
   });
 }
 
-std::string digest_of(const record::Record& record) {
+std::string digest_rows(const record::Record& record) {
   Sha256 sum;
   record::write_csv(record, [&](std::string_view piece) { sum.add(piece); });
   return hex(sum.digest());

@@ -39,7 +39,7 @@ struct AxisExperiment {
                                                      const data::AxisChoice& of);
 
 /// Returns the digest of a record's rows as `export` writes them.
-[[nodiscard]] std::string digest_of(const record::Record& record);
+[[nodiscard]] std::string digest_rows(const record::Record& record);
 
 struct AxisOptions {
   std::string folder;   ///< for models and report/

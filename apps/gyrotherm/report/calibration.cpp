@@ -166,8 +166,8 @@ Result<std::optional<ModelOfAxis>> find_model(const ModelSource& source, const s
 
 /// Parses a file if its path is given.
 template <class T>
-Result<std::optional<T>> parsed_if_given(const std::string& path,
-                                         Result<T> (*parse)(std::string_view text, const std::string& file)) {
+Result<std::optional<T>> parse_if_given(const std::string& path,
+                                        Result<T> (*parse)(std::string_view text, const std::string& file)) {
   if (path.empty()) return std::optional<T>();
   const auto text = read_text_file(path);
   if (!text) return failure(text.error());
@@ -185,9 +185,9 @@ struct Given {
 };
 
 Result<Given> load_all(Console& console, const CalibrationArguments& options) {
-  auto laboratory = parsed_if_given(options.laboratory, report::parse_laboratory);
+  auto laboratory = parse_if_given(options.laboratory, report::parse_laboratory);
   if (!laboratory) return failure(laboratory.error());
-  auto order = parsed_if_given(options.order, report::parse_order);
+  auto order = parse_if_given(options.order, report::parse_order);
   if (!order) return failure(order.error());
   auto records = check_records(console, options);
   if (!records) return failure(records.error());
@@ -208,7 +208,7 @@ bool is_plane(const std::string& method) {
   return method == "linear" || method == "ridge" || method == "ridge-u" || method == "stepwise";
 }
 
-report::ComparedModel compared(const report::ReportedMethod& method, const std::string& axis) {
+report::ComparedModel make_compared_model(const report::ReportedMethod& method, const std::string& axis) {
   return {.axis = axis,
           .inputs = method.inputs,
           .method = method.method,
@@ -226,7 +226,7 @@ void add_compared(report::CalibrationReport& report, const report::Report& exper
     if (is_plane(method.method) && (simplest == nullptr || method.random.figures.rmse < simplest->random.figures.rmse))
       simplest = &method;
   for (const report::ReportedMethod& method : experiment.methods) {
-    report::ComparedModel one = compared(method, axis);
+    report::ComparedModel one = make_compared_model(method, axis);
     one.left = method.inputs == left.inputs && method.method == left.method;
     one.recommended = method.name == experiment.recommendation.recommended;
     one.simple = &method == simplest;
@@ -363,9 +363,9 @@ void add_report_texts(CLI::App& command, CalibrationArguments& options) {
 
 Result<void> check_report_texts(const CalibrationArguments& options, const std::vector<record::UnitInfo>& units,
                                 const std::string& from) {
-  if (auto laboratory = parsed_if_given(options.laboratory, report::parse_laboratory); !laboratory)
+  if (auto laboratory = parse_if_given(options.laboratory, report::parse_laboratory); !laboratory)
     return failure(laboratory.error());
-  const auto order = parsed_if_given(options.order, report::parse_order);
+  const auto order = parse_if_given(options.order, report::parse_order);
   if (!order) return failure(order.error());
   return *order ? check_units(**order, units, from) : Result<void>{};
 }

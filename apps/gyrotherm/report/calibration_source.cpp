@@ -29,7 +29,7 @@ bool belongs_to(const record::Channel& channel, const std::string& unit) {
   return channel.unit_under_test.empty() || channel.unit_under_test == unit;
 }
 
-bool same_number(double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); }
+bool are_same_number(double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); }
 
 /// Adds equipment unless it is listed already. Equipment that was recalibrated between two records is listed once per
 /// calibration.
@@ -37,8 +37,8 @@ void add_once(std::vector<report::Equipment>& all, report::Equipment one) {
   const auto same = [&](const report::Equipment& other) {
     return other.role == one.role && other.channel == one.channel && other.name == one.name &&
            other.certificate == one.certificate && other.calibrated == one.calibrated && other.due == one.due &&
-           same_number(other.standard_uncertainty_k, one.standard_uncertainty_k) &&
-           same_number(other.drift_k_in_a_year, one.drift_k_in_a_year);
+           are_same_number(other.standard_uncertainty_k, one.standard_uncertainty_k) &&
+           are_same_number(other.drift_k_in_a_year, one.drift_k_in_a_year);
   };
   const auto known = std::ranges::find_if(all, same);
   if (known == all.end()) return all.push_back(std::move(one));
@@ -140,12 +140,12 @@ bool belongs_to_other_unit(const Event& event, const record::RunInfo& info, cons
   return owner != unit && record::find_unit(info, owner) != nullptr;
 }
 
-std::string civil(Duration utc) { return utc > Duration{} ? civil_time(utc) : std::string(); }
+std::string format_utc(Duration utc) { return utc > Duration{} ? civil_time(utc) : std::string(); }
 
 void add_gaps(std::vector<report::Deviation>& deviations, const record::Record& record) {
   for (const record::Gap& gap : record.gaps) {
     const Duration begins = record.info.started_utc + std::chrono::seconds(gap.first);
-    deviations.push_back({.utc = record.info.imported ? "" : civil(begins),
+    deviations.push_back({.utc = record.info.imported ? "" : format_utc(begins),
                           .run = record.info.id,
                           .kind = "gap",
                           .text = gap.cause,
@@ -162,7 +162,7 @@ void add_faults(std::vector<report::Deviation>& deviations, const record::Record
   }
   for (const auto& [subject, faults] : by_subject) {
     const auto& [first, count] = faults;
-    deviations.push_back({.utc = civil(first->at.utc),
+    deviations.push_back({.utc = format_utc(first->at.utc),
                           .run = record.info.id,
                           .kind = subject.first.empty() ? "fault" : "alarm",
                           .text = count > 1 ? fmt::format("{} ({} ×)", first->text, count) : first->text});
@@ -176,7 +176,7 @@ void add_deviations(std::vector<report::Deviation>& deviations, const record::Re
   for (const record::RecordedEvent& one : record.events) {
     const std::string kind = deviation_kind(one.event);
     if (kind.empty() || belongs_to_other_unit(one.event, record.info, unit)) continue;
-    own.push_back({.utc = civil(one.event.at.utc), .run = record.info.id, .kind = kind, .text = one.event.text});
+    own.push_back({.utc = format_utc(one.event.at.utc), .run = record.info.id, .kind = kind, .text = one.event.text});
   }
   std::ranges::stable_sort(own, {}, &report::Deviation::utc);
   deviations.insert(deviations.end(), own.begin(), own.end());
@@ -190,7 +190,7 @@ void add_files(report::CalibrationReport& report, const SourceRecord& source) {
                           .sha256 = source.sha256,
                           .program_version = info.program_version,
                           .profile = info.profile_name,
-                          .started_utc = civil(info.started_utc),
+                          .started_utc = format_utc(info.started_utc),
                           .chain_verified = source.chain_verified});
   report.files.insert(report.files.end(), source.parts.begin(), source.parts.end());
   const auto add_text = [&](const char* role, const std::string& name, const std::string& text) {

@@ -68,7 +68,7 @@ void print_summary(const ActiveRun& run) {
 
 /// Releases the chamber, closes the record unless the chamber was made safe, and prints the outcome. Fails with
 /// interlock if the chamber was made safe, or with storage.
-Result<void> conclude(const ActiveRun& run, run::RunOutcome outcome) {
+Result<void> finish_run(const ActiveRun& run, run::RunOutcome outcome) {
   run.ownership.release();  // complete, or safe set point confirmed
   if (outcome == run::RunOutcome::made_safe) {
     await_disk(run);
@@ -113,7 +113,7 @@ Result<void> drive(const ActiveRun& run) {
   const bool reaches_its_end = outcome && *outcome != run::RunOutcome::made_safe;
   if (const auto damage = run.store.health().damage; !damage.empty() && !reaches_its_end)
     run.console.print_message("warning: " + damage);
-  if (outcome) return conclude(run, *outcome);
+  if (outcome) return finish_run(run, *outcome);
   if (outcome.error().kind == FaultKind::interrupted) return interruption_fault(run);
   if (outcome.error().kind != FaultKind::interlock) run.run_controller.make_safe(text(outcome.error()));
   if (run.run_controller.is_safe()) run.ownership.release();
@@ -267,14 +267,14 @@ Result<void> append_absence(record::Store& store, const run::InterruptedRun& int
 }
 
 // A run begins or resumes in two steps: prepare_opening() acquires the chamber and assembles the rig; the rig then
-// calls enter() or reenter() with the chamber as it was found, before anything moves.
+// calls enter_run() or reenter_run() with the chamber as it was found, before anything moves.
 
 /// The parts of a run that is about to begin or to resume.
 struct Opening {
   run::ChamberOwnership ownership;
   std::unique_ptr<rig::Rig> rig;
 
-  // Set by enter() and reenter().
+  // Set by enter_run() and reenter_run().
   run::EntryPoint entry{};
   std::vector<std::string> missing{};  ///< quantities the chamber does not provide
   std::unique_ptr<record::Store> store{};
@@ -291,8 +291,8 @@ Result<Opening> prepare_opening(Console& console, const rig::RigFile& file, cons
 }
 
 /// Keeps the store and arms the guard: the last step before the chamber moves. Returns the first set point.
-Result<Celsius> open_with(Opening& opening, Result<std::unique_ptr<record::Store>> store,
-                          const rig::FoundChamber& found) {
+Result<Celsius> open_run(Opening& opening, Result<std::unique_ptr<record::Store>> store,
+                         const rig::FoundChamber& found) {
   if (!store) return failure(store.error());
   opening.store = std::move(*store);
   return opening.ownership.arm(chamber_identity(found.identities), found.settings).map([&] {
@@ -340,7 +340,7 @@ Result<std::optional<drivers::ChamberProgram>> program_to_upload(const NewRun& p
 
 /// Computes the entry point of a new run from the state of the chamber, and creates its record. Returns the first set
 /// point.
-Result<Celsius> enter(const NewRun& plan, Opening& opening, const rig::FoundChamber& found) {
+Result<Celsius> enter_run(const NewRun& plan, Opening& opening, const rig::FoundChamber& found) {
   opening.missing = found.missing;
   if (auto good = check_controller(found.limits, plan.profile, plan.file); !good) return failure(good.error());
   const auto goal = demanded_set_point(plan.profile, plan.first), air = found.state.air;
@@ -351,7 +351,7 @@ Result<Celsius> enter(const NewRun& plan, Opening& opening, const rig::FoundCham
   info.identities = found.identities;
   auto store = record::Store::create(plan.path, info, store_options(plan.file.simulated));
   if (store) remove_trace(plan.path);  // trace of an earlier record
-  return open_with(opening, std::move(store), found);
+  return open_run(opening, std::move(store), found);
 }
 
 /// Notes how the run begins. `names` are the lines that prepare() returned. After an upload, the last line is the name
@@ -398,8 +398,8 @@ Result<StoppedRun> find_interrupted(Console& console, const std::string& path, c
 }
 
 /// Applies the resume rule to the present state of the chamber, and reopens the record. Returns the first set point.
-Result<Celsius> reenter(StoppedRun& run, const ResumeOptions& options, Opening& opening,
-                        const rig::FoundChamber& found) {
+Result<Celsius> reenter_run(StoppedRun& run, const ResumeOptions& options, Opening& opening,
+                            const rig::FoundChamber& found) {
   run::RunContinuation& on = run.on;
   opening.missing = found.missing;
   on.interruption.strangers = run::compare_identities(run.info.identities, found.identities);
@@ -407,7 +407,7 @@ Result<Celsius> reenter(StoppedRun& run, const ResumeOptions& options, Opening& 
   if (!entry) return failure(entry.error());
   opening.entry = *entry;
   if (auto good = check_controller(found.limits, on.profile, on.rig); !good) return failure(good.error());
-  return open_with(opening, record::Store::reopen(run.path, store_options(on.rig.simulated)), found);
+  return open_run(opening, record::Store::reopen(run.path, store_options(on.rig.simulated)), found);
 }
 
 /// Prints and records how the run resumes. `first` is its next second.
@@ -459,7 +459,7 @@ Result<void> start_run(Console& console, const profile::Profile& profile, const 
   print_readiness(console, file, check_readiness(file, path, opening->rig->will_start_utc()));
   print_connecting(console, file);
   store_confirmations(console, file.file, file);
-  const auto entrance = [&](const rig::FoundChamber& found) { return enter(plan, *opening, found); };
+  const auto entrance = [&](const rig::FoundChamber& found) { return enter_run(plan, *opening, found); };
   const auto names = opening->rig->prepare(entrance, *program ? &**program : nullptr);
   if (!names) {
     auto why = preparation_fault(opening->ownership, *opening->rig, names.error());
@@ -482,7 +482,7 @@ Result<void> resume_run(Console& console, const std::string& path, const ResumeO
   auto opening = prepare_opening(console, on.rig, path, on.start, false);
   if (!opening) return failure(opening.error());
   print_connecting(console, on.rig);
-  const auto entrance = [&](const rig::FoundChamber& found) { return reenter(*run, options, *opening, found); };
+  const auto entrance = [&](const rig::FoundChamber& found) { return reenter_run(*run, options, *opening, found); };
   if (auto names = opening->rig->prepare(entrance, nullptr); !names) {
     guard_abandoned_chamber(opening->ownership, run->info, names.error());
     return preparation_fault(opening->ownership, *opening->rig, names.error());

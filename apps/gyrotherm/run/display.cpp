@@ -84,10 +84,10 @@ Display::Display(Console& console, const profile::Profile& profile, const rig::R
   }
 }
 
-void Display::see(const Sample& sample) {
+void Display::add_sample(const Sample& sample) {
   if (!first_seen_) first_seen_ = {sample.slot, clock_.now().since_start};
   for (std::size_t unit = 0; unit < sample.units.size() && unit < bias_.size(); ++unit)
-    for (auto& axis : bias_[unit]) axis.see(sample.units[unit].count);
+    for (auto& axis : bias_[unit]) axis.add_reading(sample.units[unit].count);
 }
 
 /// Returns both biases of a single gyro, or the mean bias of each axis of a unit.

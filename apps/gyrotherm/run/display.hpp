@@ -26,7 +26,7 @@ class BiasMeter {
  public:
   /// Measures the axis numbered `index` of its unit.
   explicit BiasMeter(const record::AxisInfo& axis, std::size_t index = 0) : meter_(axis, index) {}
-  void see(const Reading<GyroCount>& reading) { meter_.see(reading); }
+  void add_reading(const Reading<GyroCount>& reading) { meter_.see(reading); }
   [[nodiscard]] std::optional<DegreesPerHour> last_second() const { return subtract_earth_rate(meter_.last_second()); }
   /// Returns the mean over all seconds with a reading among the last 100 s, or nothing if there is none.
   [[nodiscard]] std::optional<DegreesPerHour> mean() const { return subtract_earth_rate(meter_.mean()); }
@@ -43,7 +43,7 @@ class Display {
   Display(Console& console, const profile::Profile& profile, const rig::RigFile& rig);
 
   /// Adds the readings of a second. Must be called for each second.
-  void see(const Sample& sample);
+  void add_sample(const Sample& sample);
   /// Shows the present state, after each second or each batch of seconds.
   void show(const Sample& sample, const RunOverview& standing, std::span<const record::Alarm> alarms);
 

@@ -224,7 +224,7 @@ class RealTime {
       auto outcome = run_.run_controller.tick(slot);
       run_.ownership.heartbeat(run_.rig.io().stuck_for());
       if (const auto synced = sync(run_); !synced && outcome) outcome = failure(synced.error());
-      display_.see(run_.run_controller.last());
+      display_.add_sample(run_.run_controller.last());
       print_events(run_);
       print_sample(run_);
       display_.show(run_.run_controller.last(), overview_with_disk_faults(run_), run_.store.alarms().list());
@@ -260,7 +260,7 @@ Result<run::RunOutcome> drive_virtual(const ActiveRun& run) {
     run.rig.let_pass(1);
     const auto outcome = run.run_controller.tick(run.run_controller.next_slot());
     if (!outcome) return outcome;
-    display.see(run.run_controller.last());
+    display.add_sample(run.run_controller.last());
     print_sample(run);
     const bool ended = *outcome != run::RunOutcome::going_on;
     if (!ended && run.run_controller.next_slot() % kTicksPerClockCheck != 0) continue;

@@ -145,7 +145,7 @@ void read_matrices(const TomlTable& root, Eigen::Index states, ReducedModel& mod
 }
 
 /// Checks that the matrices together describe a body that cools to its surroundings.
-void expect_sound(const TomlTable& root, const ReducedModel& model) {
+void check_stability(const TomlTable& root, const ReducedModel& model) {
   // Relative to the ambient temperature.
   constexpr double kTolerance = 1e-6;
   constexpr double kHottest_k = 200;
@@ -161,7 +161,7 @@ void expect_sound(const TomlTable& root, const ReducedModel& model) {
         return root.mistake("film_ambient", fmt::format("without power the steady outputs differ from the ambient "
                                                         "temperature by {:.3g} of it, expected at most {:.0e}",
                                                         off, kTolerance));
-      const Eigen::VectorXd above_k = model.outputs * factor.solve(inputs_at(model, c) * switched_on(model, 0));
+      const Eigen::VectorXd above_k = model.outputs * factor.solve(inputs_at(model, c) * operating_inputs(model, 0));
       const double hottest_k = above_k.cwiseAbs().maxCoeff();
       if (!(hottest_k <= kHottest_k))
         return root.mistake("powers_w", fmt::format("with power on, a steady output is {:.3g} K from ambient, "
@@ -230,7 +230,7 @@ Eigen::MatrixXd states_at(const ReducedModel& model, const ThermalCoefficients& 
   return balance.ldlt().solve(inputs_at(model, c));
 }
 
-Eigen::Vector<double, kThermalInputs> switched_on(const ReducedModel& model, double air_c) {
+Eigen::Vector<double, kThermalInputs> operating_inputs(const ReducedModel& model, double air_c) {
   Eigen::Vector<double, kThermalInputs> u;
   u[0] = air_c;
   for (std::size_t i = 1; i < kThermalInputs; ++i) u[static_cast<Eigen::Index>(i)] = model.powers_w[i - 1];
@@ -264,7 +264,7 @@ Result<ReducedModel> parse_reduced_model(std::string_view text, const std::strin
     for (const auto* key : {"inputs", "film_ambient", "outputs", "conduction"}) root->ignore(key);
   } else {
     read_matrices(*root, states, model);
-    if (root->verdict()) expect_sound(*root, model);
+    if (root->verdict()) check_stability(*root, model);
   }
   if (const auto sound = root->verdict(); !sound) return failure(sound.error());
   return model;

@@ -64,7 +64,7 @@ inline constexpr double kHottestGapAir_c = 130;
 /// state.
 [[nodiscard]] Eigen::MatrixXd states_at(const ReducedModel& model, const ThermalCoefficients& c, double s);
 /// Returns the inputs of a switched-on gyro: the ambient at `air_c` and the model's powers.
-[[nodiscard]] Eigen::Vector<double, kThermalInputs> switched_on(const ReducedModel& model, double air_c);
+[[nodiscard]] Eigen::Vector<double, kThermalInputs> operating_inputs(const ReducedModel& model, double air_c);
 
 /// Returns the model as text of schema "gyrotherm-reduced-gyro/1" (TOML). Reading it restores every bit.
 [[nodiscard]] std::string reduced_model_text(const ReducedModel& model);

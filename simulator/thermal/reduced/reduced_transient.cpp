@@ -66,7 +66,7 @@ ModalSecond::ModalSecond(const ReducedModel& model, const ThermalCoefficients& c
   decay = weights.decay;
   before = weights.before * inputs.col(0).array();
   after = weights.after * inputs.col(0).array();
-  powers = (weights.before + weights.after) * (inputs * switched_on(model, 0)).array();
+  powers = (weights.before + weights.after) * (inputs * operating_inputs(model, 0)).array();
   per_watt = (weights.before + weights.after).matrix().asDiagonal() * inputs.rightCols(inputs.cols() - 1);
   shapes = std::move(modes.shapes);
 }
@@ -135,7 +135,7 @@ Eigen::VectorXd states_at_rest(const ReducedModel& model, GyroFilm film, double 
   double gap_c = air_c;
   Eigen::VectorXd states;
   for (int round = 0; round < kMostRounds; ++round) {
-    states = states_at(model, coefficients_at(model, gap_c, film), 0) * switched_on(model, air_c);
+    states = states_at(model, coefficients_at(model, gap_c, film), 0) * operating_inputs(model, air_c);
     const double next_c = gap_air_c(model.outputs * states);
     if (std::abs(next_c - gap_c) <= kSettled_k) break;
     gap_c = next_c;
@@ -149,7 +149,7 @@ ReducedModel add_powers(ReducedModel model, const ThermalPowers& added_w) {
 }
 
 Eigen::VectorXd cold_states_at_rest(const ReducedModel& model, GyroFilm film, double air_c) {
-  auto inputs = switched_on(model, air_c);
+  auto inputs = operating_inputs(model, air_c);
   inputs.tail(inputs.size() - 1).setZero();
   return states_at(model, coefficients_at(model, air_c, film), 0) * inputs;
 }

@@ -47,7 +47,7 @@ TEST(ThermalImage, HasIsothermAtEachStep) {
 }
 
 TEST(ThermalImage, IsBlueWhereColdRedWhereHotAndWhiteOutsideField) {
-  Picture picture = coloured(slope());
+  Picture picture = colour_image(slope());
   const Rgb cold = picture.at(5, 0), hot = picture.at(5, 199);
   EXPECT_GT(cold.blue, cold.red);
   EXPECT_GT(hot.red, hot.blue);
@@ -88,7 +88,7 @@ TEST(ThermalImage, CannotBeDrawnWithMissingSamplesOrEmptyRanges) {
 }
 
 TEST(Png, BeginsWithSignatureAndGivesEqualBytes) {
-  const std::string once = to_png(coloured(slope())), again = to_png(coloured(slope()));
+  const std::string once = to_png(colour_image(slope())), again = to_png(colour_image(slope()));
   EXPECT_EQ(once.substr(0, 8), "\x89PNG\r\n\x1a\n");
   EXPECT_EQ(once, again);
 }

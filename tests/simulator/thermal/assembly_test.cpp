@@ -178,7 +178,8 @@ TEST_F(Assembly, EvaluatesLinearFieldExactly) {
     for (int j = 0; j <= 2 * mesh_.ny(); ++j)
       for (int i = 0; i <= 2 * mesh_.nx(); ++i, ++point)
         if (mesh_.nodes[point] >= 0)
-          field[mesh_.nodes[point]] = doubled(mesh_.x, i) + 10 * doubled(mesh_.y, j) + 100 * doubled(mesh_.z, k);
+          field[mesh_.nodes[point]] = doubled_coordinate(mesh_.x, i) + 10 * doubled_coordinate(mesh_.y, j) +
+                                      100 * doubled_coordinate(mesh_.z, k);
   const Eigen::VectorXd y = system_.outputs * field;
   for (int t = 0; t < 8; ++t) {
     const auto& [u, v] = model_.thermometers[t];

@@ -94,13 +94,13 @@ TEST(CornerLevel, HasEnergyOfInterpolatedField) {
     const Eigen::VectorXd v = random_vector(matrix.rows(), 2).cast<float>().cast<double>();
     Eigen::VectorXf up_u(layout.padded());
     Eigen::VectorXf up_v(layout.padded());
-    level.up(layout, u, up_u);
-    level.up(layout, v, up_v);
+    level.prolongate(layout, u, up_u);
+    level.prolongate(layout, v, up_v);
     Eigen::VectorXd image(layout.padded());
     multiply(layout, weights, Eigen::VectorXd(up_v.cast<double>()).data(), image.data());
     const double scale = std::sqrt(u.dot(matrix * u) * v.dot(matrix * v));
     EXPECT_NEAR(up_u.cast<double>().dot(image), u.dot(matrix * v), 1e-6 * scale) << body.name;
-    const auto down = level.down(layout, image.cast<float>());
+    const auto down = level.restrict_to_corners(layout, image.cast<float>());
     EXPECT_NEAR(u.dot(down), up_u.cast<double>().dot(image), 1e-5 * u.norm() * down.norm()) << body.name;
   }
 }
@@ -108,7 +108,7 @@ TEST(CornerLevel, HasEnergyOfInterpolatedField) {
 TEST(BrickSolver, ConvergesInTensOfSteps) {
   for (const auto& body : bodies()) {
     const auto matrix = conduction_matrix(body.model, body.mesh, kCoefficients);
-    auto solver = BrickSolver::set_up(body.model, body.mesh, kCoefficients, {.tolerance = 1e-10});
+    auto solver = BrickSolver::create(body.model, body.mesh, kCoefficients, {.tolerance = 1e-10});
     ASSERT_TRUE(solver) << text(solver.error());
     for (unsigned seed = 1; seed <= 3; ++seed) {
       const auto right = random_vector(matrix.rows(), seed);
@@ -123,7 +123,7 @@ TEST(BrickSolver, ConvergesInTensOfSteps) {
 class Solved : public testing::Test {
  protected:
   void SetUp() override {
-    auto made = BrickSolver::set_up(body_.model, body_.mesh, kCoefficients);
+    auto made = BrickSolver::create(body_.model, body_.mesh, kCoefficients);
     ASSERT_TRUE(made) << text(made.error());
     solver_.emplace(std::move(*made));
   }
@@ -163,7 +163,7 @@ TEST_F(Solved, AcceptsOtherCoefficients) {
 }
 
 TEST_F(Solved, FailsWhenToleranceIsNotReached) {
-  auto hasty = BrickSolver::set_up(body_.model, body_.mesh, kCoefficients, {.most_iterations = 2});
+  auto hasty = BrickSolver::create(body_.model, body_.mesh, kCoefficients, {.most_iterations = 2});
   ASSERT_TRUE(hasty);
   const auto solution = hasty->solve(right_, zero_);
   ASSERT_FALSE(solution);

@@ -26,7 +26,7 @@ void expect_solves(ConjugateGradients& solver, const SparseMatrix& matrix, unsig
 
 TEST(ConjugateGradients, SolveConsecutiveRightHandSides) {
   const auto matrix = conduction(5);
-  auto solver = ConjugateGradients::set_up(matrix);
+  auto solver = ConjugateGradients::create(matrix);
   ASSERT_TRUE(solver) << text(solver.error());
   for (unsigned seed = 1; seed <= 5; ++seed) expect_solves(*solver, matrix, seed);
 }
@@ -34,8 +34,8 @@ TEST(ConjugateGradients, SolveConsecutiveRightHandSides) {
 TEST(ConjugateGradients, SupportTwoInstances) {
   const auto one = conduction(5);
   const auto other = conduction(50);
-  auto first = ConjugateGradients::set_up(one);
-  auto second = ConjugateGradients::set_up(other);
+  auto first = ConjugateGradients::create(one);
+  auto second = ConjugateGradients::create(other);
   ASSERT_TRUE(first && second);
   expect_solves(*first, one, 1);
   expect_solves(*second, other, 2);
@@ -43,7 +43,7 @@ TEST(ConjugateGradients, SupportTwoInstances) {
 }
 
 TEST(ConjugateGradients, AcceptReplacedMatrix) {
-  auto solver = ConjugateGradients::set_up(conduction(5));
+  auto solver = ConjugateGradients::create(conduction(5));
   ASSERT_TRUE(solver);
   const auto changed = conduction(6);
   ASSERT_TRUE(solver->replace(changed));
@@ -52,7 +52,7 @@ TEST(ConjugateGradients, AcceptReplacedMatrix) {
 
 TEST(ConjugateGradients, NeedNoIterationFromSolution) {
   const auto matrix = conduction(5);
-  auto solver = ConjugateGradients::set_up(matrix);
+  auto solver = ConjugateGradients::create(matrix);
   ASSERT_TRUE(solver);
   const auto right = random_vector(matrix.rows(), 3);
   const auto first = solver->solve(right);
@@ -64,7 +64,7 @@ TEST(ConjugateGradients, NeedNoIterationFromSolution) {
 
 TEST(ConjugateGradients, ApplySymmetricCycleNearInverse) {
   const auto matrix = conduction(5);
-  auto solver = ConjugateGradients::set_up(matrix);
+  auto solver = ConjugateGradients::create(matrix);
   ASSERT_TRUE(solver);
   const auto a = random_vector(matrix.rows(), 1);
   const auto b = random_vector(matrix.rows(), 2);
@@ -75,7 +75,7 @@ TEST(ConjugateGradients, ApplySymmetricCycleNearInverse) {
 }
 
 TEST(ConjugateGradients, FailWhenToleranceIsNotReached) {
-  auto solver = ConjugateGradients::set_up(conduction(5), {.tolerance = 1e-10, .most_iterations = 2});
+  auto solver = ConjugateGradients::create(conduction(5), {.tolerance = 1e-10, .most_iterations = 2});
   ASSERT_TRUE(solver);
   const auto solution = solver->solve(random_vector(conduction(5).rows(), 1));
   ASSERT_FALSE(solution);
@@ -94,7 +94,7 @@ TEST(ConjugateGradients, RestoreSignalHandlers) {
     return all;
   };
   const auto before = handlers();
-  const auto solver = ConjugateGradients::set_up(conduction(5));
+  const auto solver = ConjugateGradients::create(conduction(5));
   ASSERT_TRUE(solver);
   EXPECT_EQ(handlers(), before);
 }

@@ -108,7 +108,7 @@ TEST(ModelOrderReduction, MatchesFullModelAtUnusedPoints) {
   const auto& model = reduced_box_gyro();
   EXPECT_LE(model.conduction.rows(), 60);
   EXPECT_LE(model.error.transfer_k, 1e-4);
-  const auto usual = usual_loads(model);
+  const auto usual = reference_loads(model);
   std::mt19937_64 random(kReductionSeed);
   for (int i = 0; i < 12; ++i) {
     auto p = some_point(random);

@@ -40,7 +40,7 @@ const Coarse& coarse() {
   static const Coarse made = [] {
     const auto gyro = gyro_of("calibrated");
     Coarse c{assemble(gyro, make_mesh(gyro, MeshSize::coarse)), {}};
-    auto reduced = reduce(c.system, about(gyro, std::string(64, '0')), {}, multigrid_solver());
+    auto reduced = reduce(c.system, make_header(gyro, std::string(64, '0')), {}, multigrid_solver());
     EXPECT_TRUE(reduced) << text(reduced.error());
     if (reduced) c.reduced = std::move(*reduced);
     return c;
@@ -74,7 +74,7 @@ constexpr int kProgram_s = 6480;
 /// steady state of the twin.
 Eigen::VectorXd full_rest(const ThermalSystem& system, const ReducedModel& model, double air_c) {
   AffineMatrix matrices(system);
-  const Eigen::VectorXd load = system.inputs * switched_on(model, 0);
+  const Eigen::VectorXd load = system.inputs * operating_inputs(model, 0);
   double gap_c = gap_air_c(model.outputs * states_at_rest(model, GyroFilm::chamber, air_c));
   Eigen::VectorXd above = Eigen::VectorXd::Zero(load.size());
   for (int round = 0; round < 5; ++round) {
@@ -98,7 +98,7 @@ double largest_difference(const ThermalSystem& system, const ReducedModel& model
     if (t % kUpdate_s == 0) {
       EXPECT_TRUE(full.set(step_s, coefficients_at(model, gap_air_c(full.outputs_c()), GyroFilm::chamber)));
     }
-    EXPECT_TRUE(full.step(switched_on(model, program_c(t)), switched_on(model, program_c(t + step_s))));
+    EXPECT_TRUE(full.step(operating_inputs(model, program_c(t)), operating_inputs(model, program_c(t + step_s))));
     for (int s = 1; s <= step_s; ++s) reduced.step({program_c(t + s)});
     const Eigen::VectorXd truth = full.outputs_c();
     for (std::size_t i = 0; i < 8; ++i)
@@ -124,10 +124,10 @@ TEST(ReducedGyro, MatchesFullModelWhenDrawn) {
     const auto drawn_c = c;
     for (std::size_t m = 0; m < 3; ++m) c[m] *= drawn.conduction_per[m].norm() / type.conduction_per[m].norm();
     AffineMatrix matrices(coarse().system);
-    const auto above = multigrid_solver()(matrices.sum(0, 1, c), coarse().system.inputs * switched_on(drawn, 0));
+    const auto above = multigrid_solver()(matrices.sum(0, 1, c), coarse().system.inputs * operating_inputs(drawn, 0));
     ASSERT_TRUE(above);
     const Eigen::VectorXd miss = coarse().system.outputs * above->col(0) -
-                                 drawn.outputs * (states_at(drawn, drawn_c, 0) * switched_on(drawn, 0));
+                                 drawn.outputs * (states_at(drawn, drawn_c, 0) * operating_inputs(drawn, 0));
     EXPECT_LE(miss.cwiseAbs().maxCoeff(), 5e-3);
   }
 }
@@ -141,7 +141,7 @@ TEST(ReducedGyro, MatchesShippedFile) {
     ASSERT_TRUE(shipped) << text(shipped.error());
     const auto gyro = gyro_of(name);
     const auto system = assemble(gyro, make_mesh(gyro, MeshSize::medium));
-    const auto made = reduce(system, about(gyro, sha256(*source)), {}, multigrid_solver());
+    const auto made = reduce(system, make_header(gyro, sha256(*source)), {}, multigrid_solver());
     ASSERT_TRUE(made) << text(made.error());
     EXPECT_EQ(shipped->source_sha256, made->model.source_sha256);
     // The basis may depend on the machine, but the responses must not.
@@ -150,7 +150,7 @@ TEST(ReducedGyro, MatchesShippedFile) {
         const auto c = coefficients_at(*shipped, air_c, GyroFilm::chamber);
         const Eigen::MatrixXd miss =
             made->model.outputs * states_at(made->model, c, s) - shipped->outputs * states_at(*shipped, c, s);
-        EXPECT_LE((miss * usual_loads(*shipped)).cwiseAbs().maxCoeff(), 2e-3) << name << air_c << s;
+        EXPECT_LE((miss * reference_loads(*shipped)).cwiseAbs().maxCoeff(), 2e-3) << name << air_c << s;
       }
     }
   }

@@ -23,7 +23,7 @@ constexpr unsigned kReducedSeed = 61;
 OneSecond matrix_exponential_step(const ReducedModel& model, const ThermalCoefficients& c) {
   const auto r = model.conduction.rows();
   Eigen::MatrixXd inputs(r, 2);
-  inputs << inputs_at(model, c).col(0), inputs_at(model, c) * switched_on(model, 0);
+  inputs << inputs_at(model, c).col(0), inputs_at(model, c) * operating_inputs(model, 0);
   Eigen::MatrixXd extended = Eigen::MatrixXd::Zero(r + 4, r + 4);
   extended.topLeftCorner(r, r) = -conduction_at(model, c);
   extended.block(0, r, r, 2) = inputs;
@@ -162,8 +162,8 @@ TEST(ReducedTransient, MatchesModalIntegration) {
       weights = modal_weights(modes.rates_per_s, 1);
       inputs = modes.shapes.transpose() * inputs_at(model, c);
     }
-    const Eigen::ArrayXd from = inputs * switched_on(model, program_c(i - 1));
-    const Eigen::ArrayXd to = inputs * switched_on(model, program_c(i));
+    const Eigen::ArrayXd from = inputs * operating_inputs(model, program_c(i - 1));
+    const Eigen::ArrayXd to = inputs * operating_inputs(model, program_c(i));
     amplitudes = (weights.decay * amplitudes.array() + weights.before * from + weights.after * to).matrix();
     outputs = model.outputs * (modes.shapes * amplitudes);
     reduced.step({program_c(i)});
@@ -201,7 +201,7 @@ double largest_difference(const ThermalSystem& system, const ReducedModel& model
   const auto c = coefficients_at(model, gap_air_c(model.outputs * states_at_rest(model, GyroFilm::chamber, 20)),
                                  GyroFilm::chamber);
   AffineMatrix matrices(system);
-  auto above = direct_solver()(matrices.sum(0, 1, c), system.inputs * switched_on(model, 0));
+  auto above = direct_solver()(matrices.sum(0, 1, c), system.inputs * operating_inputs(model, 0));
   FullTransient full(system, (above->col(0).array() + 20).matrix());
   EXPECT_TRUE(full.set(step_s, c));
   ReducedTransient reduced(model, {.linear = true});
@@ -209,7 +209,7 @@ double largest_difference(const ThermalSystem& system, const ReducedModel& model
   for (int second = 0; second < 1800;) {
     const double from = program_c(second);
     for (int i = 0; i < static_cast<int>(step_s); ++i) reduced.step({program_c(++second)});
-    EXPECT_TRUE(full.step(switched_on(model, from), switched_on(model, program_c(second))));
+    EXPECT_TRUE(full.step(operating_inputs(model, from), operating_inputs(model, program_c(second))));
     const Eigen::VectorXd outputs = full.outputs_c();
     for (std::size_t j = 0; j < kThermalOutputs; ++j)
       largest = std::max(largest, std::abs(outputs[static_cast<Eigen::Index>(j)] - reduced.outputs_c()[j]));
@@ -230,7 +230,7 @@ TEST(FullTransient, ConvergesWithSquareOfStep) {
 double difference_after_jump(const ThermalSystem& system, const ReducedModel& model, int step_s) {
   const auto c = coefficients_at(model, 20, GyroFilm::chamber);
   const auto second = one_second(model, c);
-  const auto on = switched_on(model, 20);
+  const auto on = operating_inputs(model, 20);
   Eigen::VectorXd states = states_at(model, c, 0).col(0) * 20;
   FullTransient full(system, Eigen::VectorXd::Constant(system.capacity.rows(), 20));
   EXPECT_TRUE(full.set(step_s, c));

@@ -49,7 +49,7 @@ TEST(ThermalSpread, DrawsUnequalArmsWithConstantSum) {
   EXPECT_NE(other.powers_w[0], other.powers_w[1]);
   EXPECT_NEAR(other.powers_w[3] + other.powers_w[4], type.powers_w[3] + type.powers_w[4], 1e-15);
   const auto c = coefficients_at(other, 20, GyroFilm::chamber);
-  const Eigen::VectorXd rest = other.outputs * (states_at(other, c, 0) * switched_on(other, 20));
+  const Eigen::VectorXd rest = other.outputs * (states_at(other, c, 0) * operating_inputs(other, 20));
   EXPECT_GT(std::abs(rest[9] - rest[10]), 1e-2);
 }
 
@@ -59,7 +59,7 @@ TEST(ThermalSpread, ChangesRateButNotRestByCapacity) {
   const auto other = perturb_model(type, {.capacity = 0.2}, random);
   const auto c = coefficients_at(type, 20, GyroFilm::chamber);
   const auto rest = [&](const ReducedModel& m) -> Eigen::VectorXd {
-    return m.outputs * (states_at(m, c, 0) * switched_on(m, 20));
+    return m.outputs * (states_at(m, c, 0) * operating_inputs(m, 20));
   };
   EXPECT_LE((rest(type) - rest(other)).cwiseAbs().maxCoeff(), 1e-9);
   EXPECT_NE(conduction_at(type, c)(3, 3), conduction_at(other, c)(3, 3));

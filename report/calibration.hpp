@@ -75,7 +75,7 @@ struct Equipment {
   /// Standard uncertainty (k = 1) of a thermometer's calibration and of its drift.
   double standard_uncertainty_k = std::numeric_limits<double>::quiet_NaN();
   double drift_k_in_a_year = std::numeric_limits<double>::quiet_NaN();
-  /// The calibration was overdue on the day of a run.
+  /// True if the calibration was overdue on the day of a run.
   bool overdue{};
 };
 
@@ -111,7 +111,7 @@ struct UsedFile {
   /// Profile name and start of a record.
   std::string profile{};
   std::string started_utc{};
-  /// Record only: the hash chain of all rows was verified.
+  /// Record only: true if the hash chain of all rows was verified.
   bool chain_verified{};
 };
 
@@ -160,8 +160,8 @@ struct ResultTable {
   Stage stage{};
   /// Run id; empty for a result from all records.
   std::string run{};
-  /// The model was fitted to this record (for a result from all records, to one of them), so the result is not a
-  /// verification.
+  /// True if the model was fitted to this record (for a result from all records, to one of them). The result is then
+  /// not a verification.
   bool in_sample{};
   /// Language-independent addition to the key, such as "A-D" or "hold 3"; may be empty.
   std::string detail{};

@@ -374,7 +374,7 @@ std::map<Stage, model::Characterisation> add_run(CalibrationReport& report, cons
 /// Characteristics of the unit in all records at one stage.
 struct AllRecords {
   std::vector<model::Characterisation> characterised{};
-  /// The model of this stage was fitted to a record that contains a start of the unit.
+  /// True if the model of this stage was fitted to a record that contains a start of the unit.
   bool in_sample{};
 };
 

@@ -49,7 +49,7 @@ struct Comparison {
   std::string laboratory{};                                        ///< laboratory of the later report
   double days_between = std::numeric_limits<double>::quiet_NaN();  ///< between the starts of the runs
   bool simulated{};
-  /// Each as-found model of this calibration is an as-left model of the previous one.
+  /// True if each as-found model of this calibration is an as-left model of the previous one.
   bool same_model{};
   std::vector<ComparedResult> results{};
 };

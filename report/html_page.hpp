@@ -16,7 +16,7 @@ struct HtmlPage {
   std::string kind;
   std::string heading;
   std::string subtitle = {};
-  /// The page has the mark of simulated data at its top and on each printed sheet.
+  /// Marks the page as simulated data, at its top and on each printed sheet.
   bool simulated{};
   std::string body;  ///< HTML
   std::string footer = {};

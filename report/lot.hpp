@@ -33,7 +33,7 @@ struct LotAxis {
   /// Distance of the uncompensated and the compensated standard deviation from the lot's median, in robust standard
   /// deviations.
   double raw_score = kNotKnown, compensated_score = kNotKnown;
-  /// Outlier: one of the scores exceeds ±kOutlierScore.
+  /// True if one of the scores exceeds ±kOutlierScore.
   bool is_outlier{};
 };
 

@@ -70,7 +70,7 @@ struct ReportedCorrelation {
   std::vector<std::string> selected_pairs;
   double threshold{};
   int rank{};
-  /// Too few gradients exceeded the threshold, so the fallback rule selected the inputs.
+  /// True if too few gradients exceeded the threshold, so the fallback rule selected the inputs.
   bool fallback{};
   std::string statement;  ///< remark on the selection
 };
@@ -114,7 +114,7 @@ struct ReportedGain {
 
 /// One record and the results of the three models on it.
 struct ReportedRun {
-  /// The record was used to train a model.
+  /// True if the record was used to train a model.
   bool in_sample{};
   std::string profile, run_id, bias_zero, record_sha256, profile_sha256;
   data::NoiseFloor floor;

@@ -24,7 +24,7 @@ Cells budget_row(const BudgetRow& row) {
               (row.of.empty() ? "" : " " + plot::escaped(row.of)),
           row.evaluation == model::Evaluation::a ? "A" : "B",
           name(row.distribution),
-          name(differs(row.source)),
+          name(variability(row.source)),
           remarks(row).empty() ? "known" : fmt::format("<b>{}</b>", fmt::join(remarks(row), ", ")),
           fmt::format("{}&nbsp;{}", plot::significant(row.standard_uncertainty), plot::escaped(row_unit(row))),
           plot::significant(row.sensitivity),

@@ -11,7 +11,7 @@
 
 namespace gyrotherm::report {
 
-/// A figure of the qualification report. The page numbers figures in the order in which it shows them.
+/// A figure of the qualification report. Figures are numbered in the order in which the page shows them.
 struct ReportFigure {
   std::string id;       ///< file name: "<id>.svg"
   std::string caption;  ///< one or two sentences, plain text

@@ -48,7 +48,7 @@ bool AddedHeat::has_effect() const {
          growth_.ballast_per_k != 0 || growth_.split_per_k != 0;
 }
 
-void AddedHeat::rest(Celsius air, double shell_c) {
+void AddedHeat::settle(Celsius air, double shell_c) {
   separation_k_ = wind_.share * relative_wind(wind_, 0) * (air.value - shell_c);
 }
 

@@ -61,7 +61,7 @@ class AddedHeat {
 
   [[nodiscard]] bool has_effect() const;
   /// Sets the wind to its steady state: cabinet at `shell_c`, machinery neither heating nor cooling.
-  void rest(Celsius air, double shell_c);
+  void settle(Celsius air, double shell_c);
   /// Advances the wind by one second. `output` is −1 (full cooling) … 1 (full heating).
   void follow(Celsius air, double shell_c, double output);
   /// Switches the gyro's power. The growth of the powers is zero while it is off.

@@ -157,7 +157,7 @@ class MemoryImage {
  private:
   struct Range {
     int first{}, last{};
-    /// The range shows only the selected step.
+    /// True if the range shows only the selected step.
     bool windowed{};
   };
   /// Step (0 outside a window) and address.

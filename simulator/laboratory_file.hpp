@@ -30,7 +30,7 @@ struct PlantFaults {
 /// Faults of one thermometer on a unit.
 struct ThermometerFault {
   /// Index of the measured location. It differs from the thermometer's own index if cables are swapped.
-  std::size_t place{};
+  std::size_t location{};
   /// Added to the shown value.
   double error_k{};
   /// Shown instead of the measured value.
@@ -42,10 +42,10 @@ struct LaboratoryFaults {
   /// has `count`.
   LaboratoryFaults() : LaboratoryFaults(kThermalLocations) {}
   explicit LaboratoryFaults(std::size_t count) : thermometers(count) {
-    for (std::size_t i = 0; i < count; ++i) thermometers[i].place = i;
+    for (std::size_t i = 0; i < count; ++i) thermometers[i].location = i;
   }
   PlantFaults plant;
-  /// The controller keeps showing its last reading.
+  /// True if the controller keeps showing its last reading.
   bool air_is_frozen{};
   /// Faults in the order of VirtualLaboratory::thermometer_names(). Thermometers beyond the end of the list have none.
   std::vector<ThermometerFault> thermometers;
@@ -53,7 +53,7 @@ struct LaboratoryFaults {
 
 // Parts of the reader of a rig file's [virtual] table that several files share.
 
-/// Read a number and check its sign. Report an error at the key if the check fails.
+/// Reads a number and checks its sign. Reports an error at the key if the check fails.
 [[nodiscard]] double positive(const TomlTable& table, const char* key);
 [[nodiscard]] double not_negative(const TomlTable& table, const char* key, std::optional<double> fallback = {});
 /// Reads a time constant. It must be at least the step of one second.

@@ -94,7 +94,7 @@ struct LumpedGyroParameters {
 /// Differences between the left and the right half of a gyro's thermal body. The halves of the finite-element model are
 /// equal.
 struct UnequalArms {
-  /// Ratios of the powers. Their sums do not change.
+  /// Left power divided by right power. The sum of left and right is unchanged.
   double gain_left_over_right = 1;
   double ballast_left_over_right = 1;
   /// Conductance from each gain arm along its anode's lead to the cabinet.
@@ -307,7 +307,7 @@ struct LaboratoryParameters {
   ReadoutParameters gyro;
   ThermometerParameters thermometers;
   SpreadParameters spread;
-  /// The run starts with chamber and gyro at rest at the profile's first set point.
+  /// True if the run starts with chamber and gyro at rest at the profile's first set point.
   bool soaked = false;
   /// If empty, the laboratory has one gyro with the parameters above.
   std::vector<UnitParameters> units{};

@@ -185,7 +185,7 @@ thermal::ThermalPowers heat_at_rest_w(AddedHeat& heat, const thermal::ReducedMod
     const Eigen::VectorXd inner_c =
         model.outputs * states_at_rest(add_powers(model, added_w), parameters.film, parameters.start_c);
     const InnerTemperatures at_rest_c(inner_c.data(), thermal::kThermalOutputs);
-    heat.rest({parameters.start_c}, shell_c(at_rest_c));
+    heat.settle({parameters.start_c}, shell_c(at_rest_c));
     added_w = heat.watts(at_rest_c);
   }
   return added_w;

@@ -70,7 +70,7 @@ class PacedGyroLine {
   void attend() { server_.attend(); }
   /// Returns the time at which the next frame is due, in seconds since the start.
   [[nodiscard]] double next_s() const { return static_cast<double>(frames_ + 1) / frames_a_second_; }
-  /// Record the counts at the beginning and at the end of a second.
+  /// Stores the counts at the beginning or at the end of a second.
   void begin_second(const VirtualLaboratory& laboratory) { before_ = read_counts(laboratory); }
   void end_second(const VirtualLaboratory& laboratory) { after_ = read_counts(laboratory); }
   /// Sends the next frame at fraction `share` of the second. If all units of the line are silent, the frame is lost. If

@@ -104,7 +104,7 @@ class VirtualInstruments {
   /// Returns the true bias of each axis of a unit (VirtualLaboratory::true_bias). No instrument transmits it.
   [[nodiscard]] virtual std::vector<DegreesPerHour> true_bias(std::size_t unit = 0) = 0;
 
-  /// Return ports on 127.0.0.1, or 0 if the thermometer is not a server (USB-TEMP) or the instruments are attended.
+  /// Returns a port on 127.0.0.1, or 0 if the thermometer is not a server (USB-TEMP) or the instruments are attended.
   [[nodiscard]] virtual std::uint16_t chamber_port() const = 0;
   [[nodiscard]] virtual std::uint16_t thermometer_port(std::size_t index) const = 0;
   [[nodiscard]] virtual std::uint16_t gyro_port(std::size_t line = 0) const = 0;

@@ -153,7 +153,7 @@ void VirtualLaboratory::Parts::show_thermometers() {
   shown_c = fault_free_c;
   for (std::size_t i = 0; i < std::min(thermometer_faults.size(), shown_c.size()); ++i) {
     const auto& fault = thermometer_faults[i];
-    shown_c[i] = fault.shown_c.value_or(fault_free_c[fault.place] + fault.error_k);
+    shown_c[i] = fault.shown_c.value_or(fault_free_c[fault.location] + fault.error_k);
   }
 }
 

@@ -79,14 +79,14 @@ struct NoiseTermInfo {
   const char* unit;    ///< "°/√h"
   /// Contribution of the term to σ, with τ in h: "N/√τ".
   const char* formula;
-  /// Averaging time at which σ of this term alone equals the coefficient. NaN for B, whose σ is 0.664·B at every τ.
+  /// Averaging time at which the σ of this term equals the coefficient. NaN for B, whose σ is 0.664·B at every τ.
   double read_off_s;
 };
 [[nodiscard]] const NoiseTermInfo& info(NoiseTerm term);
 
 struct NoiseCoefficient {
   NoiseTerm term{};
-  /// Significant: the square is at least twice its standard error.
+  /// Set if the term is significant: the square is at least twice its standard error.
   bool seen{};
   /// Value in the unit of the term (Q in arcsec) and its standard error. Both are 0 if the term is not significant.
   double value{};
@@ -136,9 +136,9 @@ void describe(auto& form, Like<AllanFit> auto& fit) {
 /// all terms: none is dropped, and a small term contributes little. The value is 0 if the square is unknown.
 [[nodiscard]] NoiseCoefficient estimate_from_square(const NoiseCoefficient& coefficient);
 
-/// Computes σ of one term alone at `tau_s`, in °/h.
+/// Computes σ of a single term at `tau_s`, in °/h.
 [[nodiscard]] double noise_deviation(const NoiseCoefficient& coefficient, double tau_s);
-/// Computes σ of all significant terms together at `tau_s`, in °/h.
+/// Computes the combined σ of all significant terms at `tau_s`, in °/h.
 [[nodiscard]] double noise_deviation(const AllanFit& fit, double tau_s);
 
 /// Fits the five noise coefficients to `curve`, which must be allan_curve(rates) and not empty. With τ in h and σ in

@@ -41,8 +41,8 @@ struct AxisChoice {
 }
 
 struct Dataset;
-/// Fails with usage if two records are of different gyros. In the message, `called` is the name of the record `other`,
-/// and `so` is appended to the message.
+/// Fails with usage if two records belong to different gyros. The message calls the record `other` by the name `called`
+/// and ends with `so`.
 [[nodiscard]] Result<void> check_same_gyro(const Dataset& one, const Dataset& other, std::string_view called,
                                            std::string_view so = "");
 
@@ -107,7 +107,7 @@ struct Dataset {
   std::optional<double> earth_rate_deg_per_h;
   /// Unit vector of the input axis in the fixture.
   std::optional<std::array<double, 3>> direction;
-  /// Rate of one pulse per second. 0 if pulses are not counted.
+  /// Rate that one pulse per second represents. 0 if pulses are not counted.
   double step_deg_per_h{};
 };
 

@@ -62,7 +62,7 @@ struct Figures {
 /// Computes the statistics of values at all clusters of a record.
 [[nodiscard]] Figures compute_figures(const Eigen::Ref<const Eigen::VectorXd>& values, const Clusters& clusters);
 
-/// Compute the standard error of the STD, std/√(2 n_eff), and of the mean, std/√n_eff. NaN if the effective number is
+/// Computes the standard error of the STD, std/√(2 n_eff), and of the mean, std/√n_eff. NaN if the effective number is
 /// unknown, or for a single value.
 [[nodiscard]] double std_error(const Figures& figures);
 [[nodiscard]] double mean_error(const Figures& figures);

@@ -39,9 +39,9 @@ struct Isolation {
   double margin{};
   /// Estimated size of the likeliest candidate's fault and its standard deviation, in the candidate's unit.
   double size{}, size_std{};
-  /// Remainder of the statistic after subtracting this fault; χ² with one degree of freedom less.
+  /// Statistic that remains after fitting this fault; χ² with one fewer degree of freedom.
   double left{};
-  /// The remainder is within its limit.
+  /// Set if the remaining statistic is within its limit.
   bool explains{};
 };
 
@@ -51,7 +51,7 @@ struct Finding {
   /// Limit that is exceeded by chance with the false-alarm probability; infinite without degrees of freedom.
   double limit{};
   int freedom{};
-  /// The statistic exceeds the limit.
+  /// True if the statistic exceeds the limit.
   bool fault{};
   /// Set for a fault, if any candidate has an effect.
   std::optional<Isolation> isolation{};

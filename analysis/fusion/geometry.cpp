@@ -65,7 +65,7 @@ Result<Geometry> make_geometry(const std::vector<InputAxis>& axes) {
   return geometry;
 }
 
-Result<Geometry> without(const Geometry& geometry, Eigen::Index axis) {
+Result<Geometry> remove_axis(const Geometry& geometry, Eigen::Index axis) {
   assert(axis >= 0 && axis < geometry.axes());
   std::vector<Eigen::Index> left;
   for (Eigen::Index i = 0; i < geometry.axes(); ++i)

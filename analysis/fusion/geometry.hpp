@@ -44,7 +44,7 @@ inline constexpr double kLeastSingularShare = 1e-3;
 [[nodiscard]] Result<Geometry> make_geometry(const std::vector<InputAxis>& axes);
 
 /// Returns the geometry without one axis. Fails with usage if the others do not span all directions.
-[[nodiscard]] Result<Geometry> without(const Geometry& geometry, Eigen::Index axis);
+[[nodiscard]] Result<Geometry> remove_axis(const Geometry& geometry, Eigen::Index axis);
 
 /// Returns the geometry of means over `count` readings, assuming that independent errors are white and shared errors
 /// are constant: the independent uncertainties are divided by √count. Fails like make_geometry().

@@ -41,7 +41,7 @@ struct FusedRate {
 
 inline constexpr double kLeastRedundancy = 1e-6;
 
-/// Returns the rate vector of the readings without one axis, equal to that of compute_gains(without(…)). Leaving an
+/// Returns the rate vector of the readings without one axis, equal to that of compute_gains(remove_axis(…)). Leaving an
 /// axis out is equivalent to giving it an unknown bias, whose estimate is v_iᵀ p/|v_i|², with v_i its column of V and p
 /// the parity vector; the contribution of this bias to G y is subtracted. Fails with numeric if only this axis measures
 /// some direction, that is, if |v_i|²/(C⁻¹)_ii is below kLeastRedundancy.

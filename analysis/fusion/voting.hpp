@@ -84,9 +84,9 @@ struct Verdict {
   Finding joint, of_axes, of_thermometers;
 };
 
-/// Decides by the joint test alone; the false-alarm probability therefore applies to the vote as a whole. The parts are
-/// examined only for the text of the reason. With four axes in motion the test cannot determine which one hopped, and
-/// the verdict is a hop without an axis; at rest it can. All numbers must be finite.
+/// Decides by the joint test only; the false-alarm probability therefore applies to the vote as a whole. The parts are
+/// examined only for the text of the reason. While a four-axis fixture moves, the test cannot determine which axis
+/// hopped, so the verdict is a hop without an axis; at rest the verdict names the axis. All numbers must be finite.
 [[nodiscard]] Verdict vote(const Voters& voters, const Eigen::Ref<const Eigen::VectorXd>& departures_deg_per_h,
                            const Eigen::Ref<const Eigen::RowVectorXd>& temperature_c, const TestOptions& options = {});
 

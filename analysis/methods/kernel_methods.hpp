@@ -61,7 +61,7 @@ struct Covariance {
   double noise{};              ///< σ_n
 };
 
-/// Convert to and from the coordinates of the search: log l_1 … log l_d, log σ_f, log σ_n.
+/// Converts to and from the coordinates of the search: log l_1 … log l_d, log σ_f, log σ_n.
 [[nodiscard]] Eigen::VectorXd to_logarithms(const Covariance& covariance);
 [[nodiscard]] Covariance from_logarithms(const Eigen::VectorXd& logarithms);
 

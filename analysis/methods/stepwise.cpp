@@ -54,7 +54,7 @@ class Subsets {
   Eigen::Index samples_, inputs_;
 };
 
-Subset without(Subset subset, std::size_t position) {
+Subset remove_position(Subset subset, std::size_t position) {
   subset.erase(subset.begin() + static_cast<std::ptrdiff_t>(position));
   return subset;
 }
@@ -83,13 +83,13 @@ bool drop_worst(const Subsets& regression, Subset& subset) {
   double least = kFToRemove;
   std::size_t worst = subset.size();
   for (std::size_t i = 0; i < subset.size(); ++i) {
-    const double f = regression.partial_f(regression.residual(without(subset, i)), before, subset.size());
+    const double f = regression.partial_f(regression.residual(remove_position(subset, i)), before, subset.size());
     if (!(f < least)) continue;
     least = f;
     worst = i;
   }
   if (worst == subset.size()) return false;
-  subset = without(subset, worst);
+  subset = remove_position(subset, worst);
   return true;
 }
 

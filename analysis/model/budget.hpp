@@ -72,11 +72,11 @@ struct BudgetRow {
   /// Change of the bias per unit of the source, °/h.
   double sensitivity = 1;
   double degrees_of_freedom = std::numeric_limits<double>::infinity();
-  /// The record does not state the value; this program assumes one.
+  /// True if the record does not state the value, so this program assumes one.
   bool assumed{};
-  /// The residual of this row was also used to choose the model's parameters.
+  /// True if the residual of this row was also used to choose the model's parameters.
   bool chosen_on_these_folds{};
-  /// The training data have a single power-on. No fold can therefore predict one power-on from another.
+  /// True if the training data have a single power-on, so no fold can predict one power-on from another.
   bool only_start_held_out{};
 };
 

@@ -68,7 +68,7 @@ struct KnownAnswers {
   data::SampleMatrix lag_k;
   /// Predictions, as with Outside::continued.
   Eigen::VectorXd bias_deg_per_h;
-  /// Rows with an input outside the trained range.
+  /// True for each row with an input outside the trained range.
   std::vector<bool> outside;
 };
 

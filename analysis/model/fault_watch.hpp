@@ -47,7 +47,7 @@ struct HealthyRates {
   std::vector<std::string> names;
   /// Clusters × axes, less the Earth rate if it is known. Missing means are NaN.
   Eigen::MatrixXd departures_deg_per_h;
-  /// The Earth rate is known and subtracted.
+  /// True if the Earth rate is known and subtracted.
   bool at_rest = false;
 };
 
@@ -58,7 +58,7 @@ struct SumLimit {
   double limit{};  ///< standard deviations
   /// Limit that would apply to white innovations.
   double white_limit{};
-  /// The limit was learnt from a healthy record.
+  /// True if the limit was learnt from a healthy record.
   bool learnt{};
 };
 

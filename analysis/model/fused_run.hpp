@@ -150,7 +150,7 @@ struct FusionSummary {
   std::optional<RateError> of_three{};
   /// Share of the components of cluster means whose error is within U.
   std::optional<double> within_expanded{};
-  /// The last hours of all holds together.
+  /// Result for the last hours of all holds, evaluated together.
   std::optional<RestStretch> rest{};
   std::vector<RestStretch> holds{};
   std::vector<Alarm> alarms{};
@@ -196,7 +196,7 @@ struct FusedRun {
   /// pᵀp of the axes; NaN with three axes.
   Eigen::VectorXd statistic;
   std::vector<AxisSet> used;  ///< fused axes; 0: none
-  /// The statistic exceeds its limit in this second.
+  /// True for each second in which the statistic exceeds its limit.
   std::vector<bool> contradicts;
   /// Geometry of all axes for one second, for the parity.
   fusion::Geometry geometry;

@@ -20,7 +20,7 @@ using Terms = std::vector<data::Term>;
 struct Keyword {
   std::string_view name;
   Result<Terms> (*terms)(const data::Dataset&);
-  /// The terms are candidates for a selection by correlation if no rule is given.
+  /// True if the terms are candidates for a selection by correlation when no rule is given.
   bool selects = false;
 };
 

@@ -77,7 +77,7 @@ struct Latency {
   double lagging_rms_deg_per_h{};
   /// Training error with extrapolation by half a cluster.
   double led_rms_deg_per_h{};
-  /// Predictions are extrapolated, because the error is then smaller.
+  /// Set if predictions are extrapolated because this reduces the error.
   bool is_led{};
 };
 
@@ -116,7 +116,7 @@ struct Model {
   Selection selection;        ///< multi-point only
   svm::TuningSummary tuning;  ///< "was not run" for other methods
   svm::TuningOptions tuning_options;
-  /// The tuning used a small swarm, for a quick trial.
+  /// True if the tuning used a small swarm, for a quick trial.
   bool quick{};
   std::string folds;  ///< "leave one cycle out (4)", "4 consecutive blocks"
   /// Residual on the training clusters, which is not a verification.

@@ -74,13 +74,14 @@ methods::LinearModel make_plane(const Eigen::VectorXd& coefficients) {
   return {.weights = coefficients.tail(coefficients.size() - 1), .b = coefficients(0)};
 }
 
-/// Returns the variance of the careful coefficients: their covariance, and their distance from the most likely ones.
+/// Returns the variance of the noise-aware coefficients: their covariance, and their distance from the most likely
+/// ones.
 methods::PredictiveVariance noise_aware_variance(const population::TypePrior& prior, const population::LearntUnit& unit,
-                                                 const Eigen::VectorXd& careful) {
-  const Eigen::VectorXd apart = unit.coefficients.mean - careful;
+                                                 const Eigen::VectorXd& coefficients) {
+  const Eigen::VectorXd apart = unit.coefficients.mean - coefficients;
   const Eigen::MatrixXd open = unit.coefficients.covariance + apart * apart.transpose();
   RowNumbers slopes_first;
-  for (Eigen::Index i = 1; i < careful.size(); ++i) slopes_first.push_back(i);
+  for (Eigen::Index i = 1; i < coefficients.size(); ++i) slopes_first.push_back(i);
   slopes_first.push_back(0);
   return methods::plane_variance(open(slopes_first, slopes_first), prior.noise.white_deg_per_h);
 }
@@ -96,7 +97,7 @@ std::string describe_type(const population::TypePrior& prior) {
 
 /// Assembles the function, its inputs and all members that do not depend on the unit's residuals.
 Model assemble(const population::TypePrior& prior, const population::LearntUnit& unit) {
-  const Eigen::VectorXd careful = noise_aware_coefficients(prior, unit);
+  const Eigen::VectorXd coefficients = noise_aware_coefficients(prior, unit);
   Model model;
   model.method = kTypePriorMethod;
   std::vector<std::string> names;
@@ -106,10 +107,10 @@ Model assemble(const population::TypePrior& prior, const population::LearntUnit&
   model.terms = prior.terms;
   model.scaling = prior.scaling;
   model.target_std_deg_per_h = 1;
-  model.function = make_plane(careful);
+  model.function = make_plane(coefficients);
   model.effective_parameters = unit.effective_parameters;
   model.particulars = describe_type(prior);
-  model.variance = noise_aware_variance(prior, unit, careful);
+  model.variance = noise_aware_variance(prior, unit, coefficients);
   return model;
 }
 

@@ -19,9 +19,9 @@ struct PriorOptions {
   std::string type = {};
   /// Keywords and terms of inputs.hpp without selection; empty: seven-point and the first gradient thermometer.
   std::string inputs = {};
-  /// A quick trial: the correlations of coefficients are not learnt.
+  /// Skips learning the correlations of the coefficients, for a quick trial.
   bool quick = false;
-  /// At least one record is of a virtual gyro.
+  /// True if at least one record is of a virtual gyro.
   bool simulated = false;
 };
 
@@ -44,7 +44,7 @@ struct PriorTrainingOptions {
 ///   short for folds (data::FoldKind::automatic) are held out together and predicted only from the type;
 /// - the trained range is the union of the type's and the unit's own, so an hour at −40 °C does not restrict it;
 /// - the variance is the uncertainty of the coefficients, given the type and the unit's own clusters, and the distance
-///   of the careful coefficients from the most likely ones;
+///   of the noise-aware coefficients from the most likely ones;
 /// - the budget has a row for this variance: its root mean square over the conditions of the type's units, with one
 ///   degree of freedom less than the number of units. The model form is at least the part of the type's noise that
 ///   hysteresis, flicker and random walk do not explain, since a few hours of the unit's own data reveal little of it.

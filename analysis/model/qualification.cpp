@@ -55,7 +55,7 @@ Result<TrainedModel> train_one(const Task& task, const data::RecordedRun& rate, 
   auto on_random = verify(*model, random.dataset, random.clusters);
   if (!on_random) return failure(on_random.error());
   if (data::sample_interval_s(random.dataset) == 1) {
-    auto streamed = as_streamed(*model, random.dataset, random.clusters, on_random->residual_deg_per_h);
+    auto streamed = evaluate_stream(*model, random.dataset, random.clusters, on_random->residual_deg_per_h);
     if (streamed) on_random->streamed = std::move(*streamed);
   }
   return TrainedModel{std::move(*model), std::move(*on_rate), std::move(*on_random), took.count()};

@@ -15,8 +15,8 @@ struct Candidate {
   std::string name;  ///< "multi_point_t", "linear-seven-point"
   /// Number of parameters that a navigation computer stores; a model is simpler if it has fewer.
   int stored_numbers{};
-  /// Mean squared error per held-out record, (°/h)², including known errors in use. Each record has another profile
-  /// than the training record, and the hyper-parameters were chosen without the record.
+  /// Mean squared error per held-out record, (°/h)², including known errors in use. Each record has a different profile
+  /// from the training record, and the hyper-parameters were chosen without the record.
   std::vector<double> held_out_mse;
 };
 
@@ -31,7 +31,7 @@ struct CandidateResult {
   double behind_mse{};
   /// Standard error of behind_mse, from the differences in each record; 0 for a single record.
   double behind_error_mse{};
-  /// behind_mse is at most one standard error.
+  /// True if behind_mse is at most one standard error.
   bool within{};
 };
 

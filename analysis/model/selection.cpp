@@ -127,7 +127,7 @@ std::vector<Step> extend_selection(const SelectionProblem& problem, const Surfac
   return path;
 }
 
-/// Returns the standard error of the mean squared error, with the effective number of the squared residuals.
+/// Returns the standard error of the mean squared error, from the effective number of squared residuals.
 double error_of_mean_square(const SurfaceTrial& trial, const data::Clusters& clusters) {
   const auto rows = data::finite_rows(trial.residual);
   return mean_error(compute_figures(trial.residual(rows).array().square().matrix(), clusters, rows));

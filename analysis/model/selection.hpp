@@ -92,9 +92,9 @@ struct Selection {
 
 /// Applies the rule forward: adds the candidate whose response surface has the least held-out squared error, while that
 /// error decreases and fewer than `most` are selected. Then keeps the smallest number of inputs with a mean squared
-/// error within one standard error of the least (Breiman et al., Classification and Regression Trees, 1984, §3.4.3),
-/// computed with the effective number of the squared residuals. A training set with fewer than two folds is divided
-/// into blocks.
+/// error within one standard error of the least (Breiman et al., Classification and Regression Trees, 1984, §3.4.3).
+/// The standard error is computed from the effective number of squared residuals. A training set with fewer than two
+/// folds is divided into blocks.
 [[nodiscard]] Result<Selection> select_forward(const std::vector<data::Term>& fixed,
                                                const std::vector<data::Term>& candidates,
                                                const data::TrainingSet& training_set, int most);

@@ -74,7 +74,7 @@ double rounded(double value) {
 }
 
 /// Predicts from these means and lags.
-void answer(const Model& model, const std::vector<std::string>& names, KnownAnswers& answers) {
+void fill_predictions(const Model& model, const std::vector<std::string>& names, KnownAnswers& answers) {
   data::Clusters clusters;
   clusters.length_s = model.cluster_length_s;
   clusters.thermometers = names;
@@ -123,7 +123,7 @@ KnownAnswers known_answers(const Model& model, const std::vector<std::string>& n
     answers.before_c.row(i) = before.transpose().unaryExpr(&rounded);
     answers.lag_k.row(i) = state.tail(answers.lag_k.cols()).transpose().unaryExpr(&rounded);
   }
-  answer(model, names, answers);
+  fill_predictions(model, names, answers);
   return answers;
 }
 

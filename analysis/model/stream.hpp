@@ -33,7 +33,7 @@ class SlidingMeans {
   Eigen::RowVectorXd means_;
   /// Number of rows in the current block.
   Eigen::Index at_{};
-  /// A previous block exists.
+  /// Set once a block is complete.
   bool has_previous_block_{};
 };
 
@@ -114,7 +114,7 @@ class CompensationStream {
   Model model_;
   Outside policy_;
   SlidingMeans means_;
-  /// The model has rates among its inputs.
+  /// Set if the model has rates among its inputs.
   bool rates_{};
   SlidingLags lags_;
   /// Ring of the means of the last cluster length; only used with rates.
@@ -134,9 +134,9 @@ class CompensationStream {
 
 /// Measures the error that the stream's lag of half a cluster length causes, from consecutive means. With p the
 /// predictions, the error is half the root mean square of p_k − p_{k−1} without correction, and of p_k − 2 p_{k−1} +
-/// p_{k−2} with the extrapolation p + ½(p − previous p). Both errors include the thermometer noise, so predictions are
-/// not extrapolated if this would add more noise than it removes lag. Returns no value for fewer than three consecutive
-/// means.
+/// p_{k−2} with the extrapolation p + ½(p − previous p). Both errors include the thermometer noise. Predictions are
+/// therefore extrapolated only if this removes more lag error than it adds noise. Returns no value for fewer than three
+/// consecutive means.
 [[nodiscard]] std::optional<Latency> measure_latency(const Model& model, const data::Clusters& clusters,
                                                      const Eigen::VectorXd& predicted_deg_per_h);
 

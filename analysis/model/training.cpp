@@ -253,7 +253,7 @@ void collect_warnings(Model& model, const TrainingContext& context, const std::v
 /// The held-out residual for the budget.
 struct BudgetResidual {
   Eigen::VectorXd residual;
-  /// The residual was also used to choose the hyper-parameters.
+  /// True if the residual was also used to choose the hyper-parameters.
   bool chosen_on_these_folds{};
 };
 

@@ -36,8 +36,9 @@ struct TrainingOptions {
 
 /// Trains on the clusters of all datasets together; they must have the same thermometers. Selection and scaling are
 /// fitted inside each fold. Clusters without a value of every input are omitted, and a warning states their number.
-/// Fails with usage for no record, a run given twice, the one-standard-error rule with a method without C, σ and ε, or
-/// like the functions below; with numeric; or with interrupted if `progress` requests it.
+/// Fails with usage if there is no record, if a run is given twice, if the one-standard-error rule is requested for a
+/// method without C, σ and ε, or like the functions below. Fails with numeric if a fit fails, and with interrupted if
+/// `progress` requests it.
 [[nodiscard]] Result<Model> train(const std::vector<data::Dataset>& datasets,
                                   const std::vector<data::Clusters>& clusters, const TrainingOptions& options,
                                   const ProgressSink& progress = {});

@@ -58,9 +58,10 @@ struct TrainingBasis {
   const std::vector<data::Dataset>& datasets;
   const std::vector<data::Clusters>& clusters;
   const Eigen::VectorXd& held_out_residual_deg_per_h;
-  /// The residual was also used to choose hyper-parameters.
+  /// True if the residual was also used to choose hyper-parameters.
   bool chosen_on_these_folds = false;
-  /// The caller adds a budget row for the model's predictive variance, so Uncertainty::variance_in_training stays NaN.
+  /// True if the caller adds a budget row for the model's predictive variance. Uncertainty::variance_in_training then
+  /// stays NaN.
   bool variance_is_a_row = false;
 };
 

@@ -272,8 +272,8 @@ Result<Verification> verify(const Model& model, const data::Dataset& dataset, co
   return result;
 }
 
-Result<Streamed> as_streamed(const Model& model, const data::Dataset& dataset, const data::Clusters& clusters,
-                             const Eigen::VectorXd& aligned_residual_deg_per_h, Outside outside) {
+Result<Streamed> evaluate_stream(const Model& model, const data::Dataset& dataset, const data::Clusters& clusters,
+                                 const Eigen::VectorXd& aligned_residual_deg_per_h, Outside outside) {
   constexpr double kGreatestIntervalError = 0.01;
   if (std::abs(data::sample_interval_s(dataset) - 1) > kGreatestIntervalError)
     return failure(FaultKind::usage, dataset.path,

@@ -52,7 +52,7 @@ void describe(auto& form, Like<RangeExceedance> auto& outside) {
 /// `std` excludes it, `rmse` includes it.
 struct TrueBiasError {
   data::Figures figures;
-  /// The bias reference is a mean of this record, so the mean error has no meaning.
+  /// True if the bias reference is a mean of this record, so the mean error has no meaning.
   bool mean_removed{};
 };
 
@@ -100,10 +100,10 @@ struct Verification {
   /// Identity of the gyro, as far as the record states it.
   std::string identity;
   bool simulated{};
-  /// The model was fitted to this record, so the figures are in-sample.
+  /// True if the model was fitted to this record, so the figures are in-sample.
   bool trained_on_this{};
   std::string bias_zero;
-  /// The bias reference is a mean of this record.
+  /// True if the bias reference is a mean of this record.
   bool has_own_reference{};
   data::Figures raw;
   data::Figures compensated;
@@ -125,7 +125,7 @@ struct Verification {
   RangeExceedance outside;
   /// Empty for a model without an uncertainty.
   std::optional<Coverage> coverage;
-  /// Empty until the caller adds the result of as_streamed().
+  /// Empty until the caller adds the result of evaluate_stream().
   std::optional<Streamed> streamed;
   /// Over-fit (residual below the noise floor), inputs out of range and others.
   std::vector<std::string> warnings;
@@ -146,10 +146,10 @@ struct Verification {
 /// `compensate` and the C export use only past readings and therefore lag. `aligned_residual_deg_per_h` is that of
 /// verify(). Fails with usage if rows are not one per second, if the record lacks a thermometer that the model needs,
 /// or if no cluster has a value in every second.
-[[nodiscard]] Result<Streamed> as_streamed(const Model& model, const data::Dataset& dataset,
-                                           const data::Clusters& clusters,
-                                           const Eigen::VectorXd& aligned_residual_deg_per_h,
-                                           Outside outside = Outside::continued);
+[[nodiscard]] Result<Streamed> evaluate_stream(const Model& model, const data::Dataset& dataset,
+                                               const data::Clusters& clusters,
+                                               const Eigen::VectorXd& aligned_residual_deg_per_h,
+                                               Outside outside = Outside::continued);
 
 /// Returns a warning if the STD of the residual of two or more means is not below that of the raw bias. `residual_name`
 /// names the residual in the warning, such as "compensated bias".

@@ -66,7 +66,7 @@ struct Shrinkage {
 };
 
 struct PopulationOptions {
-  /// Coefficients vary independently: Σ is diagonal.
+  /// True if coefficients vary independently: Σ is diagonal.
   bool independent = false;
   std::optional<Shrinkage> shrinkage = {};
   int most_iterations = 300;

@@ -43,35 +43,35 @@ Result<void> check_axes(std::span<const AxisResidual> axes) {
 }
 
 /// Returns ρ at lags of 1 … `lags` positions.
-Eigen::VectorXd autocorrelations(const Eigen::VectorXd& values, const Eigen::VectorXi& places, Eigen::Index lags) {
+Eigen::VectorXd autocorrelations(const Eigen::VectorXd& values, const Eigen::VectorXi& positions, Eigen::Index lags) {
   const Eigen::VectorXd centred = values.array() - values.mean();
   const double variance = centred.squaredNorm() / static_cast<double>(values.size());
   Eigen::VectorXd all(lags);
   for (Eigen::Index lag = 1; lag <= lags; ++lag)
-    all(lag - 1) = data::lagged_product(centred, places, static_cast<int>(lag)).mean / variance;
+    all(lag - 1) = data::lagged_product(centred, positions, static_cast<int>(lag)).mean / variance;
   return all;
 }
 
 /// Returns the numbers of pairs at distances of 1 … `lags` positions.
-Eigen::VectorXd count_pairs_by_lag(const Eigen::VectorXi& places, Eigen::Index lags) {
-  const Eigen::VectorXd ones = Eigen::VectorXd::Ones(places.size());
+Eigen::VectorXd count_pairs_by_lag(const Eigen::VectorXi& positions, Eigen::Index lags) {
+  const Eigen::VectorXd ones = Eigen::VectorXd::Ones(positions.size());
   Eigen::VectorXd all(lags);
   for (Eigen::Index lag = 1; lag <= lags; ++lag)
-    all(lag - 1) = data::lagged_product(ones, places, static_cast<int>(lag)).pairs;
+    all(lag - 1) = data::lagged_product(ones, positions, static_cast<int>(lag)).pairs;
   return all;
 }
 
 struct CorrelatedPair {
   double r{}, effective{}, probability = 1;
-  /// The pair has enough effective values for a test.
+  /// True if the pair has enough effective values for a test.
   bool is_usable{};
 };
 
 /// Correlates two axes at the positions that both have.
-CorrelatedPair correlate_pair(const Eigen::MatrixXd& both, const Eigen::VectorXi& all_places) {
+CorrelatedPair correlate_pair(const Eigen::MatrixXd& both, const Eigen::VectorXi& all_positions) {
   const auto rows = data::finite_rows(both);
   const Eigen::VectorXd a = both.col(0)(rows), b = both.col(1)(rows);
-  const Eigen::VectorXi places = all_places(rows);
+  const Eigen::VectorXi positions = all_positions(rows);
   const auto count = static_cast<double>(rows.size());
   const auto varies = [](const Eigen::VectorXd& values) {
     return values.size() > 1 && values.maxCoeff() > values.minCoeff();
@@ -79,9 +79,10 @@ CorrelatedPair correlate_pair(const Eigen::MatrixXd& both, const Eigen::VectorXi
   CorrelatedPair pair{.r = data::pearson(a, b), .effective = count};
   if (!varies(a) || !varies(b)) return pair;
   const Eigen::Index lags = a.size() / 4;
-  const double dependence = (count_pairs_by_lag(places, lags).array() * autocorrelations(a, places, lags).array() *
-                             autocorrelations(b, places, lags).array())
-                                .sum();
+  const double dependence =
+      (count_pairs_by_lag(positions, lags).array() * autocorrelations(a, positions, lags).array() *
+       autocorrelations(b, positions, lags).array())
+          .sum();
   pair.effective = count * count / std::max(count, count + 2 * dependence);
   pair.is_usable = pair.effective >= kLeastEffective;
   if (!pair.is_usable) return pair;
@@ -98,13 +99,14 @@ CorrelatedPair correlate_pair(const Eigen::MatrixXd& both, const Eigen::VectorXi
 
 Result<AxisResiduals> align_residuals(std::span<const AxisResidual> axes) {
   if (const auto checked = check_axes(axes); !checked) return failure(checked.error());
-  std::set<int> places;
+  std::set<int> positions;
   for (const AxisResidual& axis : axes)
-    for (Eigen::Index k = 0; k < axis.clusters.start_s.size(); ++k) places.insert(cluster_position(axis.clusters, k));
+    for (Eigen::Index k = 0; k < axis.clusters.start_s.size(); ++k)
+      positions.insert(cluster_position(axis.clusters, k));
   AxisResiduals all;
-  const std::vector<int> rising(places.begin(), places.end());
+  const std::vector<int> rising(positions.begin(), positions.end());
   const auto rows = static_cast<Eigen::Index>(rising.size());
-  all.places = Eigen::Map<const Eigen::VectorXi>(rising.data(), rows);
+  all.positions = Eigen::Map<const Eigen::VectorXi>(rising.data(), rows);
   all.residual_deg_per_h.setConstant(rows, static_cast<Eigen::Index>(axes.size()),
                                      std::numeric_limits<double>::quiet_NaN());
   for (std::size_t j = 0; j < axes.size(); ++j) {
@@ -119,7 +121,7 @@ Result<AxisResiduals> align_residuals(std::span<const AxisResidual> axes) {
 
 ResidualCorrelation correlate_residuals(const AxisResiduals& residuals) {
   const Eigen::Index axes = residuals.residual_deg_per_h.cols();
-  assert(residuals.places.size() == residuals.residual_deg_per_h.rows());
+  assert(residuals.positions.size() == residuals.residual_deg_per_h.rows());
   assert(static_cast<Eigen::Index>(residuals.axes.size()) == axes);
   ResidualCorrelation all{.axes = residuals.axes,
                           .correlation = Eigen::MatrixXd::Identity(axes, axes),
@@ -129,9 +131,9 @@ ResidualCorrelation correlate_residuals(const AxisResiduals& residuals) {
   int pairs = 0;
   for (Eigen::Index i = 0; i < axes; ++i) {
     for (Eigen::Index j = i + 1; j < axes; ++j) {
-      Eigen::MatrixXd both(residuals.places.size(), 2);
+      Eigen::MatrixXd both(residuals.positions.size(), 2);
       both << residuals.residual_deg_per_h.col(i), residuals.residual_deg_per_h.col(j);
-      const CorrelatedPair pair = correlate_pair(both, residuals.places);
+      const CorrelatedPair pair = correlate_pair(both, residuals.positions);
       all.correlation(i, j) = all.correlation(j, i) = pair.r;
       all.effective(i, j) = all.effective(j, i) = pair.effective;
       all.probability(i, j) = all.probability(j, i) = pair.probability;

@@ -18,7 +18,7 @@ namespace gyrotherm::population {
 struct AxisResiduals {
   std::vector<std::string> axes;
   /// Position of each row in the run, in whole clusters since its start, ascending.
-  Eigen::VectorXi places;
+  Eigen::VectorXi positions;
   /// Positions × axes; NaN for a missing value.
   Eigen::MatrixXd residual_deg_per_h;
 };

@@ -415,14 +415,14 @@ Result<LearntUnit> learn_unit(const TypePrior& prior, std::span<const data::Clus
 
 Eigen::VectorXd noise_aware_coefficients(const TypePrior& prior, const LearntUnit& unit) {
   assert(unit.coefficients.mean.size() == prior.next_unit.mean.size());
-  Eigen::VectorXd careful = unit.coefficients.mean;
-  if (prior.error_covariance.isZero(0)) return careful;
+  Eigen::VectorXd coefficients = unit.coefficients.mean;
+  if (prior.error_covariance.isZero(0)) return coefficients;
   const Eigen::MatrixXd& spread = prior.term_spread;
-  const Eigen::VectorXd likeliest = careful.tail(spread.rows());
+  const Eigen::VectorXd likeliest = coefficients.tail(spread.rows());
   const Eigen::VectorXd slopes = (spread + prior.error_covariance).ldlt().solve(spread * likeliest);
-  careful.tail(spread.rows()) = slopes;
-  careful(0) += unit.centre.dot(likeliest - slopes);
-  return careful;
+  coefficients.tail(spread.rows()) = slopes;
+  coefficients(0) += unit.centre.dot(likeliest - slopes);
+  return coefficients;
 }
 
 Result<UnitPrediction> predict(const TypePrior& prior, const LearntUnit& unit, const data::Clusters& clusters,
@@ -432,19 +432,19 @@ Result<UnitPrediction> predict(const TypePrior& prior, const LearntUnit& unit, c
   if (!inputs) return failure(inputs.error());
   const auto scaled = apply(prior.scaling, *inputs);
   const Eigen::MatrixXd design = make_design(scaled, Eigen::MatrixXd::Identity(scaled.cols(), scaled.cols()));
-  const Eigen::VectorXd careful = noise_aware_coefficients(prior, unit);
+  const Eigen::VectorXd coefficients = noise_aware_coefficients(prior, unit);
   double same = std::pow(prior.noise.wander_deg_per_h, 2) + std::pow(prior.noise.turn_on_deg_per_h, 2);
   const data::Clusters known = pick_clusters(clusters, data::finite_rows(*inputs));
   if (!drift_k.empty() && known.start_s.size() > 0) {
     const auto errors = data::input_covariance(prior.terms, known, {drift_k.begin(), drift_k.end()});
     if (!errors) return failure(errors.error());
-    const Eigen::VectorXd slopes = careful.tail(scaled.cols()).cwiseQuotient(prior.scaling.std.transpose());
+    const Eigen::VectorXd slopes = coefficients.tail(scaled.cols()).cwiseQuotient(prior.scaling.std.transpose());
     same += slopes.dot(*errors * slopes);
   }
   const Eigen::VectorXd variance = (design * unit.coefficients.covariance).cwiseProduct(design).rowwise().sum() +
-                                   (design * (unit.coefficients.mean - careful)).cwiseAbs2();
+                                   (design * (unit.coefficients.mean - coefficients)).cwiseAbs2();
   const auto expanded = [&](double of_cluster) { return kUnitCoverageFactor * std::sqrt(of_cluster + same); };
-  return UnitPrediction{design * careful, variance.unaryExpr(expanded)};
+  return UnitPrediction{design * coefficients, variance.unaryExpr(expanded)};
 }
 
 }  // namespace gyrotherm::population

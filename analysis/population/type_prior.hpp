@@ -41,7 +41,7 @@ struct TypePriorOptions {
   std::vector<double> thermometer_uncertainty_k = {};
   /// Skips learning the correlations of the coefficients, for a quick trial.
   bool quick = false;
-  /// At least one of the units is virtual.
+  /// True if at least one of the units is virtual.
   bool simulated = false;
 };
 
@@ -65,7 +65,7 @@ struct TypePrior {
   std::vector<std::string> units;
   /// Records of these units; empty if unknown.
   std::vector<PriorRecord> records;
-  /// At least one of the units is virtual.
+  /// True if at least one of the units is virtual.
   bool simulated{};
   double cluster_length_s = 100;
   std::vector<data::Term> terms;
@@ -132,9 +132,9 @@ struct UnitPrediction {
 
 inline constexpr double kUnitCoverageFactor = 2;
 
-/// Predicts a run's bias with the careful coefficients. `drift_k` is the standard uncertainty of each thermometer's
+/// Predicts a run's bias with the noise-aware coefficients. `drift_k` is the standard uncertainty of each thermometer's
 /// drift since the unit's own runs, K; no drift if it is empty. U combines the covariance of the coefficients, the
-/// distance of the careful coefficients from the most likely ones, the drift, and the wander and the turn-on of the
+/// distance of the noise-aware coefficients from the most likely ones, the drift, and the wander and the turn-on of the
 /// run. It excludes the white noise of a mean, which is not an error of the compensation, and calibration errors, which
 /// are the same in the unit's own runs. Fails like learn_unit(), or with usage if `drift_k` does not have one value per
 /// thermometer.

@@ -49,7 +49,7 @@ struct GaussianLoops {
 /// Returns all loops supported by this processor, the fastest first. The last ones run on any processor.
 [[nodiscard]] std::vector<const GaussianLoops*> all_gaussian_loops();
 
-/// Return the loops for one instruction set, whether or not this processor supports it. Null if they were not built.
+/// Returns the loops for one instruction set, whether or not this processor supports it. Null if they were not built.
 [[nodiscard]] const GaussianLoops* gaussian_loops_avx512();
 [[nodiscard]] const GaussianLoops* gaussian_loops_avx2();
 

@@ -462,7 +462,7 @@ std::optional<SmoStep> SmoState::step_conjugately(const SmoPair& pair) {
   return SmoStep{.length = static_cast<float>(length.units), .kept = static_cast<float>(share)};
 }
 
-// Moves only the pair, through zeros if necessary. Starts a sequence of conjugate steps if the step met no bound or
+// Moves only the pair, through zeros if necessary. Starts a sequence of conjugate steps unless the step met a bound or
 // kink.
 SmoStep SmoState::step_alone(const SmoPair& pair) {
   direction_.clear();

@@ -224,11 +224,11 @@ TrackedSeries make_series(const BiasNoise& noise, const Eigen::VectorXd& residua
   const auto numbers = [](const Eigen::VectorXd& values) { return std::vector<double>(values.begin(), values.end()); };
   const SmoothedBias smoothed = smooth(space, residual_deg_per_h);
   TrackedSeries series{.residual = numbers(residual_deg_per_h),
-                       .foretold = {},
+                       .predicted = {},
                        .smoothed = numbers(smoothed.deg_per_h),
                        .smoothed_std = numbers(smoothed.std_deg_per_h)};
   for (const TrackedInterval& interval : track(space, residual_deg_per_h)) {
-    series.foretold.push_back(interval.predicted.sum());
+    series.predicted.push_back(interval.predicted.sum());
   }
   return series;
 }

@@ -116,7 +116,7 @@ void describe(auto& form, Like<DenoiserFigures> auto& figures) {
 struct TrackedSeries {
   std::vector<double> residual;  ///< NaN where missing
   /// Bias predicted from the previous intervals.
-  std::vector<double> foretold;
+  std::vector<double> predicted;
   /// Bias estimated from all intervals. Not used in any result.
   std::vector<double> smoothed, smoothed_std;
 };
@@ -125,7 +125,7 @@ struct TrackedSeries {
 
 void describe(auto& form, Like<TrackedSeries> auto& series) {
   form("residual_deg_per_h", series.residual);
-  form("foretold_deg_per_h", series.foretold);
+  form("foretold_deg_per_h", series.predicted);
   form("smoothed_deg_per_h", series.smoothed);
   form("smoothed_std_deg_per_h", series.smoothed_std);
 }

@@ -66,8 +66,7 @@ struct Denoised {
 /// Denoiser of a sequence of rates. Missing rates are NaN.
 struct Denoiser {
   std::string name;
-  /// Number of intervals by which an estimate is late: at interval k the denoiser estimates the bias of interval k −
-  /// latency.
+  /// Delay of the estimates in intervals: at interval k the denoiser estimates the bias of interval k − latency.
   Eigen::Index latency{};
   std::function<Denoised(const Eigen::VectorXd& rates_deg_per_h)> denoise;
 };

@@ -16,7 +16,7 @@ struct BiasTrackingArguments {
   /// Record from which the noise is estimated; empty for the noise stored in the model.
   std::string noise;
 };
-/// Adds the options --track, with the help text `what`, and --noise.
+/// Adds the options --track and --noise. `what` is the help text of --track.
 void add_tracking_options(CLI::App& command, BiasTrackingArguments& arguments, const std::string& what);
 
 /// Returns the noise of the residual bias, or nothing if tracking was not requested. The noise is taken from the record

@@ -37,8 +37,8 @@ class CompensationTable {
   /// apart.
   [[nodiscard]] bool has_seconds() const { return rotation_.has_value(); }
 
-  /// Convert rows of columns(): temperatures in °C, bias in °/h, whether the gyro was at rest, and the slot of an
-  /// exported table.
+  /// Converts rows of columns() to temperatures in °C, the bias in °/h, whether the gyro was at rest, and the slot of
+  /// an exported table.
   [[nodiscard]] data::SampleMatrix temperatures_c(const Eigen::Ref<const data::SampleMatrix>& rows) const;
   [[nodiscard]] Eigen::VectorXd bias_deg_per_h(const Eigen::Ref<const data::SampleMatrix>& rows) const;
   [[nodiscard]] bool at_rest(const Eigen::Ref<const data::SampleMatrix>& rows, Eigen::Index row) const;

@@ -78,7 +78,7 @@ struct GyroUnitFaults {
   /// Factor of increments and rates until the command `factor_until` is executed.
   double factor = 1;
   std::string factor_until{};
-  /// The configuration message reports settings that differ from the description.
+  /// True if the configuration message reports settings that differ from the description.
   bool has_other_settings{};
 };
 
@@ -131,7 +131,7 @@ class GyroServer {
   /// Only commands that require an answer.
   std::vector<drivers::GyroCommand> commands_;
   GyroUnitFaults faults_;
-  /// Silenced by a command.
+  /// Set while a command keeps the stream silent.
   bool is_silent_{};
   std::vector<Client> clients_;
   std::vector<Line> lines_;

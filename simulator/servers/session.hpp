@@ -49,7 +49,7 @@ class TextSession : public Session {
   char end_;
   /// Beginning of a command.
   std::string line_;
-  /// The remainder of the command is skipped.
+  /// Set while the remainder of an overlong command is skipped.
   bool line_too_long_{};
 };
 

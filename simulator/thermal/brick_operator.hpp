@@ -48,7 +48,7 @@ class FieldLayout final {
   /// Returns the length of a field's vector. Vector arithmetic may read and rewrite elements past the last position.
   [[nodiscard]] Eigen::Index padded() const { return count_ + kPadding; }
 
-  /// Convert a field from the order of nodes to the order of positions, and back.
+  /// Converts a field from the order of nodes to the order of positions, or back.
   [[nodiscard]] Eigen::VectorXd from_nodes(const Eigen::VectorXd& field) const;
   [[nodiscard]] Eigen::VectorXd to_nodes(const Eigen::VectorXd& field) const;
 
@@ -71,7 +71,7 @@ struct BrickWeights {
   /// Distance between rows of bricks, in elements.
   int stride{};
   std::vector<Real> x, y, z, xy;
-  /// Rows with a brick of non-zero k_xy.
+  /// True for each row that contains a brick of non-zero k_xy.
   std::vector<bool> slanted;
   std::vector<Face> film;
 

@@ -98,8 +98,8 @@ CornerLevel::CornerLevel(const FieldLayout& layout, const Eigen::VectorXf& diago
   for (Eigen::Index position = 0; position < layout.count(); ++position) {
     has_node_[static_cast<std::size_t>(position)] = diagonal[position] > 0;
     if (position >= layout.corners() || !(diagonal[position] > 0)) continue;
-    number_[static_cast<std::size_t>(position)] = static_cast<std::int32_t>(place_.size());
-    place_.push_back(static_cast<std::int32_t>(position));
+    number_[static_cast<std::size_t>(position)] = static_cast<std::int32_t>(position_.size());
+    position_.push_back(static_cast<std::int32_t>(position));
   }
 }
 
@@ -107,13 +107,13 @@ SparseMatrix CornerLevel::matrix(const FieldLayout& layout, const BrickWeights<d
   Stencils stencils(number_.size());
   add_bricks(layout, weights, stencils);
   add_film(weights, stencils);
-  const auto rows = static_cast<Eigen::Index>(place_.size());
+  const auto rows = static_cast<Eigen::Index>(position_.size());
   SparseMatrix matrix(rows, rows);
   matrix.reserve(27 * rows);
   const auto along_y = layout.corner(0, 1, 0);
   const auto along_z = layout.corner(0, 0, 1);
   for (Eigen::Index row = 0; row < rows; ++row) {
-    const auto here = place_[static_cast<std::size_t>(row)];
+    const auto here = position_[static_cast<std::size_t>(row)];
     matrix.startVec(row);
     const auto& stencil = stencils[static_cast<std::size_t>(here)];
     for (int o = 0; o < 27; ++o) {
@@ -133,15 +133,15 @@ Eigen::VectorXd CornerLevel::restrict_to_corners(const FieldLayout& layout, cons
     sums[end] += half;
     sums[other] += half;
   });
-  Eigen::VectorXd corners(static_cast<Eigen::Index>(place_.size()));
-  for (std::size_t c = 0; c < place_.size(); ++c) corners[static_cast<Eigen::Index>(c)] = sums[place_[c]];
+  Eigen::VectorXd corners(static_cast<Eigen::Index>(position_.size()));
+  for (std::size_t c = 0; c < position_.size(); ++c) corners[static_cast<Eigen::Index>(c)] = sums[position_[c]];
   return corners;
 }
 
 void CornerLevel::prolongate(const FieldLayout& layout, const Eigen::VectorXd& corners, Eigen::VectorXf& field) const {
   field.setZero();
-  for (std::size_t c = 0; c < place_.size(); ++c)
-    field[place_[c]] = static_cast<float>(corners[static_cast<Eigen::Index>(c)]);
+  for (std::size_t c = 0; c < position_.size(); ++c)
+    field[position_[c]] = static_cast<float>(corners[static_cast<Eigen::Index>(c)]);
   each_edge(layout, [&](Eigen::Index middle, Eigen::Index end, Eigen::Index other) {
     if (has_node_[static_cast<std::size_t>(middle)]) field[middle] = 0.5F * (field[end] + field[other]);
   });

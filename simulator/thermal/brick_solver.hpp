@@ -74,7 +74,7 @@ class CornerLevel final {
   /// Corner at a position; −1: none.
   std::vector<std::int32_t> number_;
   /// Position of each corner.
-  std::vector<std::int32_t> place_;
+  std::vector<std::int32_t> position_;
   std::vector<bool> has_node_;
 };
 

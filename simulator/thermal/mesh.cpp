@@ -72,7 +72,7 @@ struct BrickContents {
   double plan_share{};
   /// A vector across the face that cuts the brick; zero: none.
   std::array<double, 3> across{};
-  /// The brick lies inside one box, or no face cuts it.
+  /// True if the brick lies inside one box, or if no face cuts it.
   bool whole = true;
 };
 
@@ -125,7 +125,7 @@ struct Column {
   Cover dither;
   Cover hub;
   double area_mm2{};
-  /// Inside the cabinet's walls.
+  /// True inside the cabinet's walls.
   bool inside{};
 };
 

@@ -258,7 +258,7 @@ TEST(VirtualLaboratory, AppliesAndRemovesThermometerFaults) {
   LaboratoryFaults faults;
   faults.thermometers[0].shown_c = 850;
   faults.thermometers[1].error_k = 2;
-  std::swap(faults.thermometers[2].place, faults.thermometers[8].place);
+  std::swap(faults.thermometers[2].location, faults.thermometers[8].location);
   laboratory.inject(faults);
   const auto shown = laboratory.thermometers_as_measured_c();
   EXPECT_EQ(shown[0], 850);

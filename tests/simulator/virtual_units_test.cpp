@@ -282,7 +282,7 @@ TEST(VirtualUnits, CanExchangeThermometers) {
   const auto now = laboratory.thermometers_as_measured_c();
   const std::vector<double> sound(now.begin(), now.end());
   LaboratoryFaults faults(sound.size());
-  std::swap(faults.thermometers[0].place, faults.thermometers[kThermalLocations].place);
+  std::swap(faults.thermometers[0].location, faults.thermometers[kThermalLocations].location);
   faults.thermometers[12].error_k = 2;
   laboratory.inject(faults);
   EXPECT_EQ(laboratory.thermometers_as_measured_c()[0], sound[kThermalLocations]);

@@ -130,7 +130,8 @@ std::string unstable_lines(const rig::RigFile& rig) {
   return lines;
 }
 
-/// Prints how many set points a run sends, with a warning if the controller stores each of them.
+/// Describes how many set points a run sends. Warns if the controller stores each of them in memory with limited
+/// writes.
 std::string set_point_lines(std::int64_t count, const rig::RigFile* rig) {
   auto lines = fmt::format("\n  a run sends {} set points\n", count);
   const auto endures = rig ? rig->chamber_map.limits.nonvolatile : 0;
@@ -247,7 +248,7 @@ Result<Answers> query_instruments(const rig::RigFile& file, std::uint64_t seed, 
   return answers;
 }
 
-/// Findings for people and for programs.
+/// The findings as text and as data.
 struct Findings {
   std::string words;
   Json json;

@@ -185,7 +185,7 @@ bool has_input(int timeout_ms) {
   return waits[0].revents != 0 && !interrupted();
 }
 
-/// Reader of standard input. It returns all available bytes at once instead of waiting for a full buffer.
+/// Reader of standard input. It returns the available bytes without waiting for a full buffer.
 class StandardInput {
  public:
   /// Waits for input, then returns the available bytes, at most one megabyte. Returns an empty text at the end of the

@@ -188,7 +188,7 @@ Result<std::vector<data::RecordedRun>> load_further_records(Console& console, co
   return further;
 }
 
-/// Runs of an experiment.
+/// The runs of one experiment: the ramp run, the random run and any later runs.
 struct Runs {
   Run rate, random;
   std::vector<Run> later;

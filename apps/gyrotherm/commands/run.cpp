@@ -19,7 +19,7 @@ struct RunArguments {
   StartOptions start;
 };
 
-/// Returns the file name of a record: "short rate" gives "short ramp.db". The file is always in the working folder:
+/// Returns the file name of a record: "short ramp" gives "short ramp.db". The file is always in the working folder:
 /// characters that lead to another folder, hide the file or control a terminal become "_".
 std::string make_record_name(const std::string& profile_name) {
   constexpr std::size_t kLongest = 100;

@@ -22,7 +22,7 @@ struct VerifyArguments {
   std::string model, clusters, outside = "continue";
   std::vector<std::string> runs;
   bool unverified = false;
-  bool as_streamed = false;
+  bool evaluate_stream = false;
   data::AxisChoice axis;
   BiasTrackingArguments tracking;
 };
@@ -208,7 +208,7 @@ std::string json(const std::string& run, const model::Verification& v, const Beh
               {"outside", make_json(v.outside)},
               {"coverage", make_json(v.coverage)},
               {"warnings", v.warnings}};
-  if (v.streamed) object["as_streamed"] = make_json(*v.streamed);
+  if (v.streamed) object["evaluate_stream"] = make_json(*v.streamed);
   if (tracked) object["tracking"] = make_json(*tracked);
   return text_of(object) + "\n";
 }
@@ -233,8 +233,8 @@ Result<Exit> verify_all(Console& console, const VerifyArguments& options) {
     if (auto warning = model::make_no_gain_warning("compensated bias", verification->compensated, verification->raw))
       verification->warnings.push_back(std::move(*warning));
     const auto& [dataset, clusters] = *recorded;
-    if (options.as_streamed) {
-      auto streamed = as_streamed(*model, dataset, clusters, verification->residual_deg_per_h, *outside);
+    if (options.evaluate_stream) {
+      auto streamed = evaluate_stream(*model, dataset, clusters, verification->residual_deg_per_h, *outside);
       if (!streamed) return failure(streamed.error());
       verification->streamed = std::move(*streamed);
     }
@@ -272,7 +272,7 @@ void add_verify(Program& program) {
   command.add_option("--clusters", options.clusters, "only these clusters of each record, like 14:21")
       ->type_name("FIRST:END");
   add_outside_option(command, options.outside, "not compensated, excluded from the statistics");
-  command.add_flag("--as-streamed", options.as_streamed,
+  command.add_flag("--as-streamed", options.evaluate_stream,
                    "also evaluate the second-by-second output of compensate and of the C export, which lags");
   add_tracking_options(command, options.tracking,
                        "also evaluate tracking of the residual bias while the gyro is at rest, by a Kalman filter and "

@@ -217,8 +217,7 @@ report::ComparedModel make_compared_model(const report::ReportedMethod& method, 
           .expanded_deg_per_h = method.uncertainty ? method.uncertainty->expanded_deg_per_h : report::kNotKnown};
 }
 
-/// Adds models of the experiment for comparison: the model that the unit leaves with, the best plane, and the
-/// recommended model.
+/// Adds models of the experiment for comparison: the as-left model, the best linear model and the recommended model.
 void add_compared(report::CalibrationReport& report, const report::Report& experiment, const std::string& axis,
                   const model::Model& left) {
   const report::ReportedMethod* simplest = nullptr;

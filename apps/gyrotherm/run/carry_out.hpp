@@ -41,7 +41,7 @@ void apply_run_json(Console& console, const std::string& json);
                                      const std::string& path, const StartOptions& options);
 
 struct ResumeOptions {
-  /// Resumes even if the resume rule requires an operator's acceptance: the operator gives it with this option.
+  /// Resumes even if the resume rule requires an operator's acceptance, because this option states that acceptance.
   bool accept = false;
   bool trust_commands = false;              ///< starts unconfirmed programs
   Duration gap = std::chrono::seconds(30);  ///< virtual rig: duration of the interruption

@@ -82,7 +82,7 @@ class StepTable final {
 struct ReducedTransientOptions {
   /// Air in which the switched-on gyro rests at the start.
   Celsius start{20};
-  /// The gyro rests switched off; the first second switches it on.
+  /// Starts at rest with the gyro switched off; the first second switches it on.
   bool cold = false;
   GyroFilm film = GyroFilm::chamber;
   /// Powers in addition to the model's at the start. If empty, no step has additional powers.

@@ -73,7 +73,7 @@ TEST(Geometry, ReportsErrorOfInvalidFixture) {
 
 TEST(Geometry, KeepsOtherAxesWhenOneIsRemoved) {
   const Geometry geometry = valid_geometry(uneven_axes());
-  const auto rest = without(geometry, 2);
+  const auto rest = remove_axis(geometry, 2);
   ASSERT_TRUE(rest);
   auto axes = uneven_axes();
   axes.erase(axes.begin() + 2);
@@ -85,11 +85,11 @@ TEST(Geometry, KeepsOtherAxesWhenOneIsRemoved) {
 TEST(Geometry, RejectsRemovalThatLeavesAxesInPlane) {
   const Geometry geometry =
       valid_geometry({axis("1", 1, 0, 0, 1), axis("2", 0, 1, 0, 1), axis("3", 1, 1, 0, 1), axis("up", 0, 0, 1, 1)});
-  EXPECT_TRUE(without(geometry, 0));
-  const auto rest = without(geometry, 3);
+  EXPECT_TRUE(remove_axis(geometry, 0));
+  const auto rest = remove_axis(geometry, 3);
   ASSERT_FALSE(rest);
   EXPECT_EQ(rest.error().where, "axes without up");
-  EXPECT_FALSE(without(valid_geometry(triad_axes(1)), 0)) << "two axes are not sufficient";
+  EXPECT_FALSE(remove_axis(valid_geometry(triad_axes(1)), 0)) << "two axes are not sufficient";
 }
 
 }  // namespace

@@ -91,7 +91,7 @@ TEST(RateFusion, MatchesReducedGeometryWhenAxisIsOmitted) {
     std::vector<Eigen::Index> kept;
     for (Eigen::Index i = 0; i < geometry.axes(); ++i)
       if (i != out) kept.push_back(i);
-    const FusedRate expected = fused(compute_gains(*without(geometry, out)), readings(kept));
+    const FusedRate expected = fused(compute_gains(*remove_axis(geometry, out)), readings(kept));
     const auto rest = fuse_without_axis(gains, readings, out);
     ASSERT_TRUE(rest);
     EXPECT_TRUE(rest->deg_per_h.isApprox(expected.deg_per_h, 1e-10)) << out;

@@ -340,7 +340,7 @@ TEST(AsStreamed, ReportsErrorCausedByLag) {
   Model model = data::small_slope_model();
   const auto stream_results = [&] {
     const auto verification = verify(model, dataset, clusters);
-    return *as_streamed(model, dataset, clusters, verification->residual_deg_per_h);
+    return *evaluate_stream(model, dataset, clusters, verification->residual_deg_per_h);
   };
   const Streamed lagging = stream_results();
   model.latency = {.lag_s = 50, .is_led = true};

@@ -20,7 +20,7 @@ AxisResiduals draw_residuals(Eigen::Index rows, Eigen::Index axes, double memory
   std::mt19937_64 random(seed);
   std::normal_distribution<double> normal;
   AxisResiduals residuals{.axes = {},
-                          .places = Eigen::VectorXi::LinSpaced(rows, 0, static_cast<int>(rows) - 1),
+                          .positions = Eigen::VectorXi::LinSpaced(rows, 0, static_cast<int>(rows) - 1),
                           .residual_deg_per_h = Eigen::MatrixXd(rows, axes)};
   for (Eigen::Index j = 0; j < axes; ++j) residuals.axes.push_back(std::string(1, static_cast<char>('x' + j)));
   Eigen::RowVectorXd state(axes);
@@ -103,7 +103,7 @@ TEST(ResidualCorrelation, EstimatesEffectiveNumberOfPairs) {
 
 TEST(ResidualCorrelation, UsesOnlyRowsKnownForBothAxes) {
   AxisResiduals residuals = draw_residuals(300, 3, 0.5, 0.3, 7);
-  AxisResiduals picked{.axes = {"x", "y"}, .places = {}, .residual_deg_per_h = {}};
+  AxisResiduals picked{.axes = {"x", "y"}, .positions = {}, .residual_deg_per_h = {}};
   std::vector<Eigen::Index> rows;
   for (Eigen::Index k = 0; k < 300; ++k) {
     if (k % 7 != 3 && (k < 100 || k >= 150)) {
@@ -112,7 +112,7 @@ TEST(ResidualCorrelation, UsesOnlyRowsKnownForBothAxes) {
       residuals.residual_deg_per_h(k, k % 7 == 3 ? 0 : 1) = std::numeric_limits<double>::quiet_NaN();
     }
   }
-  picked.places = residuals.places(rows);
+  picked.positions = residuals.positions(rows);
   picked.residual_deg_per_h = residuals.residual_deg_per_h(rows, std::vector<Eigen::Index>{0, 1});
   const auto all = correlate_residuals(residuals), of_picked = correlate_residuals(picked);
   EXPECT_DOUBLE_EQ(all.correlation(0, 1), of_picked.correlation(0, 1));
@@ -143,7 +143,7 @@ TEST(ResidualCorrelation, AlignsAxesByRunTime) {
   const std::vector<AxisResidual> axes{{"x", x, Eigen::Vector3d{1, 2, 3}}, {"y", y, Eigen::Vector3d{4, 5, 6}}};
   const auto all = align_residuals(axes);
   ASSERT_TRUE(all);
-  EXPECT_EQ(all->places, (Eigen::Vector4i{0, 1, 2, 3}));
+  EXPECT_EQ(all->positions, (Eigen::Vector4i{0, 1, 2, 3}));
   EXPECT_TRUE(std::isnan(all->residual_deg_per_h(2, 0)) && std::isnan(all->residual_deg_per_h(0, 1)));
   EXPECT_EQ(all->residual_deg_per_h(3, 0), 3);
   EXPECT_EQ(all->residual_deg_per_h(1, 1), 4);

@@ -187,7 +187,7 @@ TEST(Interlocks, NameBothExchangedThermometers) {
   BreakableRun d({.rig = [](rig::RigFile& file) { file.limits.drift = {0.5}; }});
   d.seconds(560);
   d.break_plant([](simulator::LaboratoryFaults& faults) {
-    std::swap(faults.thermometers[7].place, faults.thermometers[8].place);
+    std::swap(faults.thermometers[7].location, faults.thermometers[8].location);
   });
   d.seconds(60);
   const auto alarms = BreakableRun::alarms_in(d.record());

@@ -222,7 +222,7 @@ void FaultInjector::apply_to_thermometer(const InjectedFault& fault) {
     case Kind::thermometer_spike:
     case Kind::thermometer_drift: shown.error_k += fault.size; return;
     case Kind::thermometers_swapped:
-      std::swap(shown.place, thermometers[(channel + 1) % simulator::kThermalLocations].place);
+      std::swap(shown.location, thermometers[(channel + 1) % simulator::kThermalLocations].location);
       return;
     default: return;
   }

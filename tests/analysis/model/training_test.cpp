@@ -87,8 +87,8 @@ TEST(Preparation, LearnsNothingFromHeldOutClusters) {
   }
   for (const char* rule : {"correlation", "forward:4", "redundancy"}) {
     const InputPlan plan = *plan_inputs("gradients,temperatures", dataset, *parse_selection(rule));
-    const auto clean = prepare(plan, data::within({clusters, folds}, folds.folds[2].training));
-    const auto same = prepare(plan, data::within({spoilt, folds}, folds.folds[2].training));
+    const auto clean = prepare(plan, data::restrict_rows({clusters, folds}, folds.folds[2].training));
+    const auto same = prepare(plan, data::restrict_rows({spoilt, folds}, folds.folds[2].training));
     ASSERT_TRUE(clean && same) << rule;
     EXPECT_EQ(clean->terms, same->terms) << rule;
     EXPECT_EQ(clean->scaling.mean, same->scaling.mean) << rule;

@@ -196,7 +196,7 @@ ReportedVerification make_verification(const model::Verification& verification) 
 std::optional<model::RunScatter> compare_runs(const model::TrainedModel& trained) {
   std::vector<model::Verification> unseen = trained.later;
   unseen.push_back(trained.random);
-  return between_runs(unseen);
+  return compute_run_scatter(unseen);
 }
 
 ReportedMethod make_method(std::string name, const model::TrainedModel& trained) {

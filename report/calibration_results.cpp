@@ -31,7 +31,7 @@ ReportedValue make_value(double value, double u, double degrees_of_freedom, doub
   return value_with_uncertainty(value, combined, freedom);
 }
 
-ReportedValue make_value(const model::Measured& figure, double u_type_b = 0) {
+ReportedValue make_value(const model::MeasuredValue& figure, double u_type_b = 0) {
   return make_value(figure.value, figure.u, figure.degrees_of_freedom, u_type_b);
 }
 
@@ -66,7 +66,7 @@ void add(const ResultTarget& of, Group group, std::string key, std::vector<Colum
 }
 
 /// Selects the value before or after compensation, depending on the stage.
-const model::Measured& select_stage(const ResultTarget& of, const model::BeforeAfter& figures) {
+const model::MeasuredValue& select_stage(const ResultTarget& of, const model::BeforeAfter& figures) {
   return of.stage == Stage::uncompensated ? figures.before : figures.after;
 }
 
@@ -95,7 +95,7 @@ double temperature_uncertainty_k(const data::Dataset& dataset) {
 void add_stabilised(const ResultTarget& of, const std::vector<model::StabilisedBias>& holds, double temperature_u_k) {
   Column set_point = column("set_point", "°C"), temperature = column("temperature", "°C"), bias = column("bias", "°/h");
   for (const model::StabilisedBias& hold : holds) {
-    const model::Measured& found = select_stage(of, hold.bias);
+    const model::MeasuredValue& found = select_stage(of, hold.bias);
     if (hold.turned || !std::isfinite(found.value)) continue;
     set_point.values.push_back(exact(hold.set_point_c));
     temperature.values.push_back(make_value(hold.temperature_c, 0, kInfinite, temperature_u_k));
@@ -112,7 +112,7 @@ void add_two_positions(const ResultTarget& of, const std::vector<model::TwoPosit
   for (const model::TwoPosition& one : found) {
     set_point.values.push_back(exact(one.set_point_c));
     bias.values.push_back(make_value(select_stage(of, one.bias)));
-    const model::Measured& earth_rate = select_stage(of, one.earth_rate);
+    const model::MeasuredValue& earth_rate = select_stage(of, one.earth_rate);
     rate.values.push_back(
         make_value(earth_rate, combined_standard({model::budget_of_scale_factor(dataset, earth_rate.value)})));
   }
@@ -145,7 +145,7 @@ void add_sensitivities(const ResultTarget& of, const model::Characterisation& fo
 void add_hysteresis(const ResultTarget& of, const std::vector<model::HysteresisPoint>& points) {
   Column temperature = column("temperature", "°C"), width = column("width", "°/h");
   for (const model::HysteresisPoint& point : points) {
-    const model::Measured& found = select_stage(of, point.width);
+    const model::MeasuredValue& found = select_stage(of, point.width);
     if (!std::isfinite(found.value)) continue;
     temperature.values.push_back(exact(point.temperature_c));
     width.values.push_back(make_value(found));

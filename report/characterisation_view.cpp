@@ -11,9 +11,9 @@ namespace {
 
 using model::BeforeAfter;
 using model::Characterisation;
-using model::Measured;
+using model::MeasuredValue;
 
-std::string cell(const Measured& measured) {
+std::string cell(const MeasuredValue& measured) {
   return std::isfinite(measured.value) ? plot::with_error(measured.value, measured.u) : "–";
 }
 
@@ -73,7 +73,7 @@ std::string stabilised_table(const Characterisation& result) {
   return table("Hold bias at each temperature, °/h", "Set point", "Block", rows);
 }
 
-std::string minutes(const Measured& seconds) {
+std::string minutes(const MeasuredValue& seconds) {
   return std::isfinite(seconds.value) ? plot::decimal(seconds.value / 60, 0) + "&nbsp;min" : "not within this hold";
 }
 

@@ -107,7 +107,7 @@ const ResultTable* find_representative_result(const CalibrationReport& report, s
 namespace {
 
 std::string document_title(const DocumentWriter& writer) {
-  const std::string own = in(writer.language, writer.report.title);
+  const std::string own = text_in(writer.language, writer.report.title);
   const std::string title = own.empty() ? writer.translated("title.report") : own;
   return writer.report.state == ReportState::draft ? writer.sentence("title.draft", title) : title;
 }

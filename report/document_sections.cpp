@@ -40,7 +40,7 @@ void add_item(DocumentWriter& writer) {
   const CalibratedItem& item = writer.report.item;
   writer.subheading(writer.translated("heading.item"), "item");
   DefinitionsWriter lines(writer);
-  lines.required_line("label.item", in(writer.language, item.description));
+  lines.required_line("label.item", text_in(writer.language, item.description));
   lines.required_line("label.manufacturer", item.manufacturer);
   lines.required_line("label.model", item.model);
   lines.required_line("label.serial_number", item.serial_number);
@@ -49,14 +49,14 @@ void add_item(DocumentWriter& writer) {
   std::vector<std::string> named = item.axes;
   std::erase(named, "");
   lines.line("label.axes", join_with_commas(named));
-  lines.required_line("label.condition", in(writer.language, item.condition));
+  lines.required_line("label.condition", text_in(writer.language, item.condition));
   writer.add(std::move(lines).finish());
 }
 
 std::string location_text(const DocumentWriter& writer) {
   const CalibrationReport& report = writer.report;
   std::string place = report.place_kind.empty() ? "" : writer.translated(report.place_kind);
-  if (const std::string& own = in(writer.language, report.place); !own.empty())
+  if (const std::string& own = text_in(writer.language, report.place); !own.empty())
     place += (place.empty() ? "" : ": ") + own;
   return place;
 }
@@ -65,7 +65,7 @@ void add_other_report(DefinitionsWriter& lines, const DocumentWriter& writer, co
                       const std::optional<OtherReport>& other) {
   if (!other) return;
   std::string text = other->number;
-  if (const std::string& reason = in(writer.language, other->reason); !reason.empty()) text += " – " + reason;
+  if (const std::string& reason = text_in(writer.language, other->reason); !reason.empty()) text += " – " + reason;
   if (!other->sha256.empty()) text += "\nSHA-256 " + other->sha256;
   lines.line(label, text);
 }
@@ -108,7 +108,7 @@ DocumentTable influences_table(const DocumentWriter& writer) {
                                  writer.translated("column.high")}};
   for (const Influence& influence : writer.report.influences) {
     const std::string name =
-        influence.key.empty() ? in(writer.language, influence.name) : writer.translated(influence.key);
+        influence.key.empty() ? text_in(writer.language, influence.name) : writer.translated(influence.key);
     table.rows.push_back({{.text = with_unit(name, influence.unit)},
                           {.text = format_plain(writer.language, influence.low)},
                           {.text = format_plain(writer.language, influence.high)}});
@@ -226,7 +226,7 @@ void add_identification(DocumentWriter& writer) {
 void add_method(DocumentWriter& writer) {
   const CalibrationReport& report = writer.report;
   writer.heading("heading.method");
-  writer.paragraph(in(writer.language, report.method));
+  writer.paragraph(text_in(writer.language, report.method));
   writer.paragraph(writer.translated("say.bias"));
   DefinitionsWriter lines(writer);
   lines.line("label.bias_zero", bias_reference_text(writer));
@@ -238,7 +238,7 @@ void add_method(DocumentWriter& writer) {
 
 void add_equipment(DocumentWriter& writer) {
   writer.heading("heading.equipment");
-  writer.paragraph(in(writer.language, writer.report.traceability));
+  writer.paragraph(text_in(writer.language, writer.report.traceability));
   if (writer.report.equipment.empty()) writer.paragraph(writer.translated("say.no_equipment"));
   if (const auto names = overdue_names(writer); !names.empty())
     writer.paragraph(writer.sentence("say.overdue", join_with_commas(names)), Paragraph::Style::caution);
@@ -282,11 +282,11 @@ void add_files(DocumentWriter& writer) {
 void add_statements(DocumentWriter& writer) {
   const CalibrationReport& report = writer.report;
   writer.heading("heading.statements");
-  writer.paragraph(in(writer.language, report.remarks));
+  writer.paragraph(text_in(writer.language, report.remarks));
   writer.paragraph(writer.translated("say.only_this_item") + " " + writer.translated("say.standing"));
   writer.paragraph(writer.translated("say.in_full"));
   writer.paragraph(writer.translated("say.by_customer"));
-  for (const Texts& statement : report.statements) writer.paragraph(in(writer.language, statement));
+  for (const Texts& statement : report.statements) writer.paragraph(text_in(writer.language, statement));
   add_people(writer);
 }
 

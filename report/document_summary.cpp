@@ -81,7 +81,7 @@ std::string item_text(const DocumentWriter& writer) {
   if (!item.model.empty()) text += (text.empty() ? "" : " ") + item.model;
   if (text.empty()) text = item.name;
   if (!item.serial_number.empty()) text = writer.sentence("label.serial_short", text, item.serial_number);
-  const std::string& description = in(writer.language, item.description);
+  const std::string& description = text_in(writer.language, item.description);
   return description.empty() ? text : description + "\n" + text;
 }
 

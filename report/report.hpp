@@ -83,7 +83,7 @@ struct ReportedResidual {
   double effective_parameters = kNotKnown;
   /// Unknown for a record that was not used in training.
   double expected_in_sample_std = kNotKnown;
-  std::optional<model::Streamed> streamed;  ///< second by second
+  std::optional<model::StreamResult> streamed;  ///< second by second
 };
 
 struct ReportedCycle {

@@ -442,13 +442,13 @@ std::string result_table(const ReportedRun& run) {
       });
     };
     table.rows.push_back(streamed("Streamed second by second, STD of the same means",
-                                  [](const model::Streamed& s) { return s.residual.std; }));
+                                  [](const model::StreamResult& s) { return s.residual.std; }));
     table.rows.push_back(streamed("… without the lag (predictions of the same seconds)",
-                                  [](const model::Streamed& s) { return s.aligned.std; }));
+                                  [](const model::StreamResult& s) { return s.aligned.std; }));
     if (r.multi_point.streamed->to_truth)
       table.rows.push_back(
           streamed("… streamed prediction minus the <b>true bias</b>, STD",
-                   [](const model::Streamed& s) { return s.to_truth ? s.to_truth->figures.std : kNotKnown; }));
+                   [](const model::StreamResult& s) { return s.to_truth ? s.to_truth->figures.std : kNotKnown; }));
   }
   return to_html(table) + fmt::format("<p class=\"note\">Noise floor: {}.</p>\n", plot::escaped(run.floor.statement));
 }

@@ -518,7 +518,7 @@ std::vector<std::string_view> text_keys() {
   return keys;
 }
 
-const std::string& in(Language language, const Texts& texts) {
+const std::string& text_in(Language language, const Texts& texts) {
   const std::string &own = language == Language::german ? texts.de : texts.en,
                     &other = language == Language::german ? texts.en : texts.de;
   return own.empty() ? other : own;

@@ -35,7 +35,7 @@ template <class... Values>
 }
 
 /// Returns the text in this language if present, otherwise the text in the other language.
-[[nodiscard]] const std::string& in(Language language, const Texts& texts);
+[[nodiscard]] const std::string& text_in(Language language, const Texts& texts);
 
 /// Formats a value rounded to two digits of U (GUM 7.2.6), in groups of three: "0.002 000 ± 0.000 061", German "0,002
 /// 000 ± 0,000 061". Four digits are not split, spaces are narrow and non-breaking, minus is U+2212. A very small or

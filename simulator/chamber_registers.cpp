@@ -252,7 +252,7 @@ tl::expected<ChamberRegisters::Assignment, ModbusException> ChamberRegisters::as
     if (words.size() < count) return tl::unexpected(ModbusException::illegal_address);
     Assignment made{.item = &item, .address = from, .words = {words.begin(), words.begin() + count}};
     if (item.type == drivers::RegisterType::text || item.type == drivers::RegisterType::date_time) return made;
-    made.value = decode_as_written(image_.in_its_context(item), made.words);
+    made.value = decode_as_written(image_.item_in_context(item), made.words);
     if (!accepts(item, made.value)) return tl::unexpected(ModbusException::illegal_value);
     return made;
   }

@@ -83,7 +83,7 @@ class RegisterImage {
 
   /// Returns the value that the controller displays, scaled by the item's decimals and unit.
   [[nodiscard]] double value(const drivers::RegisterItem& item) const {
-    auto form = in_its_context(item);
+    auto form = item_in_context(item);
     form.write_scale.reset();
     return decode_as_written(form, words(image_address(item), word_count(item)));
   }
@@ -93,7 +93,7 @@ class RegisterImage {
     for (std::size_t i = 0; i < words.size(); ++i) words_[image_address(item) + static_cast<int>(i)] = words[i];
   }
 
-  [[nodiscard]] drivers::RegisterItem in_its_context(const drivers::RegisterItem& item) const {
+  [[nodiscard]] drivers::RegisterItem item_in_context(const drivers::RegisterItem& item) const {
     if (item.decimals.empty() && item.unit.empty()) return item;
     const auto context =
         context_of(map_, item, [&](const drivers::RegisterItem& other) -> Result<double> { return value(other); });
@@ -104,7 +104,7 @@ class RegisterImage {
   [[nodiscard]] std::vector<std::uint16_t> words_at(const drivers::RegisterItem& item, double value) const {
     // Avoids a copy of an item without context, because this runs every second.
     const bool has_no_context = item.decimals.empty() && item.unit.empty();
-    auto words = has_no_context ? encode_as_read(item, value) : encode_as_read(in_its_context(item), value);
+    auto words = has_no_context ? encode_as_read(item, value) : encode_as_read(item_in_context(item), value);
     if (item.type != drivers::RegisterType::bits) return words;
     words[0] = with_other_bits(item, words[0], word(image_address(item)));
     return words;

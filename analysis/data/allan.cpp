@@ -418,7 +418,7 @@ NoiseCoefficient estimate_from_square(const NoiseCoefficient& coefficient) {
   return estimate;
 }
 
-const NoiseCoefficient& of(const AllanFit& fit, NoiseTerm term) {
+const NoiseCoefficient& find_coefficient(const AllanFit& fit, NoiseTerm term) {
   return fit.coefficients[static_cast<std::size_t>(term)];
 }
 

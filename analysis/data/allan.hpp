@@ -130,7 +130,7 @@ void describe(auto& form, Like<AllanFit> auto& fit) {
 }
 
 /// Returns the coefficient of a term.
-[[nodiscard]] const NoiseCoefficient& of(const AllanFit& fit, NoiseTerm term);
+[[nodiscard]] const NoiseCoefficient& find_coefficient(const AllanFit& fit, NoiseTerm term);
 
 /// Computes the coefficient from its square, whether the term is significant or not. An uncertainty budget uses it for
 /// all terms: none is dropped, and a small term contributes little. The value is 0 if the square is unknown.

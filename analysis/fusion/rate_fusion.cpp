@@ -32,7 +32,7 @@ Gains weighted_gains(const Geometry& geometry, const Geometry& weights) {
   return gains;
 }
 
-FusedRate fused(const Gains& gains, const Eigen::Ref<const Eigen::VectorXd>& readings_deg_per_h) {
+FusedRate fuse_readings(const Gains& gains, const Eigen::Ref<const Eigen::VectorXd>& readings_deg_per_h) {
   return {gains.rate * readings_deg_per_h, gains.covariance};
 }
 

@@ -37,7 +37,7 @@ struct FusedRate {
   Eigen::Matrix3d covariance;  ///< (°/h)²
 };
 /// Returns the rate vector of one reading per axis, °/h.
-[[nodiscard]] FusedRate fused(const Gains& gains, const Eigen::Ref<const Eigen::VectorXd>& readings_deg_per_h);
+[[nodiscard]] FusedRate fuse_readings(const Gains& gains, const Eigen::Ref<const Eigen::VectorXd>& readings_deg_per_h);
 
 inline constexpr double kLeastRedundancy = 1e-6;
 

@@ -107,8 +107,8 @@ Result<std::vector<Eigen::VectorXd>> held_out_errors(std::span<const Fold> folds
   return failure(FaultKind::numeric, "training", "no candidate has a finite error on the held-out folds");
 }
 
-Least find_least(const std::vector<Eigen::VectorXd>& errors) {
-  Least least;
+LowestError find_least(const std::vector<Eigen::VectorXd>& errors) {
+  LowestError least;
   double value = kInfinite;
   for (std::size_t trial = 0; trial < errors.size(); ++trial) {
     for (Eigen::Index candidate = 0; candidate < errors[trial].size(); ++candidate) {

@@ -37,11 +37,11 @@ using Trial = std::function<Result<Eigen::MatrixXd>(const Fold& fold, std::size_
 
 /// Indices of the candidate with the lowest error. Among equal errors the first is chosen, so simple candidates should
 /// come first.
-struct Least {
+struct LowestError {
   std::size_t trial{};
   Eigen::Index candidate{};
 };
-[[nodiscard]] Least find_least(const std::vector<Eigen::VectorXd>& errors);
+[[nodiscard]] LowestError find_least(const std::vector<Eigen::VectorXd>& errors);
 
 /// Chooses the candidate with the lowest held-out error. Each candidate is fitted on each fold. Fails as
 /// held_out_errors does.

@@ -38,7 +38,7 @@ std::vector<Line> coarse_grid() {
 }
 
 /// Returns the eight neighbours of a position, at a fraction of the coarse step.
-std::vector<Line> around(Position best, double part) {
+std::vector<Line> find_neighbours(Position best, double part) {
   const double aside = part * kGammaStep;
   std::vector<Line> grid;
   for (const int j : {-1, 0, 1}) {
@@ -106,13 +106,13 @@ Result<Choice> choose_ls_svm(std::span<const Fold> folds, const MethodOptions& o
     if (!more) return failure(more.error());
     lines.insert(lines.end(), grid.begin(), grid.end());
     errors.insert(errors.end(), more->begin(), more->end());
-    const Least least = find_least(errors);
+    const LowestError least = find_least(errors);
     return Position{.gamma = lines[least.trial].gammas[static_cast<std::size_t>(least.candidate)],
                     .sigma = lines[least.trial].sigma};
   };
   auto best = try_all(coarse_grid());
   for (const double part : {0.5, 0.25}) {
-    if (best && !options.quick) best = try_all(around(*best, part));
+    if (best && !options.quick) best = try_all(find_neighbours(*best, part));
   }
   if (!best) return failure(best.error());
   Choice choice;

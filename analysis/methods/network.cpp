@@ -98,10 +98,11 @@ void set_parameters(NetworkModel& network, const Eigen::VectorXd& numbers) {
   network.b = numbers(numbers.size() - 1);
 }
 
-Linearised linearise(const NetworkModel& network, const data::SampleMatrix& x) {
+Linearisation linearise(const NetworkModel& network, const data::SampleMatrix& x) {
   const Eigen::Index hidden = network.out.size(), inputs = x.cols(), samples = x.rows();
   const Eigen::MatrixXd units = hidden_outputs(network, x);
-  Linearised at{.value = value_at(network, units), .derivatives = Eigen::MatrixXd(hidden * (inputs + 2) + 1, samples)};
+  Linearisation at{.value = value_at(network, units),
+                   .derivatives = Eigen::MatrixXd(hidden * (inputs + 2) + 1, samples)};
   const Eigen::MatrixXd slopes = (1 - units.array().square()).colwise() * network.out.array();
   for (Eigen::Index i = 0; i < samples; ++i) {
     auto column = at.derivatives.col(i);
@@ -121,7 +122,7 @@ LevenbergMarquardt::LevenbergMarquardt(NetworkModel start, const data::SampleMat
 
 bool LevenbergMarquardt::step() {
   constexpr double kLargestMu = 1e10, kLeastMu = 1e-12;
-  const Linearised at = linearise(network_, x_);
+  const Linearisation at = linearise(network_, x_);
   const Eigen::VectorXd gradient = at.derivatives * (at.value - y_);
   const Eigen::VectorXd numbers = parameter_vector(network_);
   Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(numbers.size(), numbers.size());

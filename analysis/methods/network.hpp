@@ -26,11 +26,11 @@ namespace gyrotherm::methods {
 void set_parameters(NetworkModel& network, const Eigen::VectorXd& numbers);
 
 /// Values of the network at each sample, and their derivatives with respect to its parameters: parameters × samples.
-struct Linearised {
+struct Linearisation {
   Eigen::VectorXd value;
   Eigen::MatrixXd derivatives;
 };
-[[nodiscard]] Linearised linearise(const NetworkModel& network, const data::SampleMatrix& x);
+[[nodiscard]] Linearisation linearise(const NetworkModel& network, const data::SampleMatrix& x);
 
 /// Levenberg–Marquardt training of a network with one hidden tanh layer, one step at a time (Hagan and Menhaj, IEEE
 /// Trans. Neural Networks 5 (1994) 989): (JᵀJ + µI)δ = −Jᵀe, e = ŷ − y. µ is divided by 10 after a step that lowers Σe²

@@ -167,7 +167,7 @@ Result<Choice> choose_radial_basis(std::span<const Fold> folds, const MethodOpti
   };
   const auto errors = held_out_errors(folds, kCentres.size(), predict_widths, options, progress);
   if (!errors) return failure(errors.error());
-  const Least least = find_least(*errors);
+  const LowestError least = find_least(*errors);
   Choice choice;
   choice.parameters = {{"centres", static_cast<double>(kCentres[least.trial])},
                        {"width factor", kUnitWidthFactors[static_cast<std::size_t>(least.candidate / kPaths)]},

@@ -66,14 +66,14 @@ BeforeAfter before_and_after(const Subject& subject, Figure figure) {
 }
 
 /// Combines the uncertainties of independent values.
-CombinedUncertainty combine(const std::vector<Measured>& figures) {
+CombinedUncertainty combine(const std::vector<MeasuredValue>& figures) {
   std::vector<BudgetRow> rows;
-  for (const Measured& one : figures)
+  for (const MeasuredValue& one : figures)
     rows.push_back({.standard_uncertainty = one.u, .degrees_of_freedom = one.degrees_of_freedom});
   return combined(rows);
 }
 
-Measured difference(const Measured& a, const Measured& b) {
+MeasuredValue difference(const MeasuredValue& a, const MeasuredValue& b) {
   const CombinedUncertainty both = combine({a, b});
   return {a.value - b.value, both.standard_deg_per_h, both.degrees_of_freedom};
 }
@@ -83,7 +83,7 @@ BeforeAfter difference(const BeforeAfter& a, const BeforeAfter& b) {
 
 /// Returns the mean of the rows. Its u accounts for the correlation of neighbouring rows. Unknown if a row is not
 /// finite.
-Measured mean_at(const Subject& subject, const Eigen::VectorXd& values, const RowNumbers& rows) {
+MeasuredValue mean_at(const Subject& subject, const Eigen::VectorXd& values, const RowNumbers& rows) {
   if (!values(rows).allFinite()) return {};
   const data::Figures figures = compute_figures(values(rows), subject.clusters, rows);
   return {figures.mean, mean_error(figures), std::max(1.0, figures.effective.of_mean - 1)};
@@ -132,7 +132,7 @@ std::vector<StabilisedBias> stabilised_biases(const Subject& subject) {
 /// Returns the common slope of straight lines through the points. Each position of the unit has its own line, because
 /// the positions differ by the residual Earth rate. u is computed from the scatter about the lines. Unknown if there
 /// are too few points or if their range of temperature is too small.
-Measured temperature_slope(const std::vector<StabilisedBias>& points, Measured BeforeAfter::*which) {
+MeasuredValue temperature_slope(const std::vector<StabilisedBias>& points, MeasuredValue BeforeAfter::*which) {
   const auto count = std::ssize(points);
   Eigen::VectorXd t(count), b(count);
   // Points in the mounted and in the turned position.
@@ -165,7 +165,8 @@ int correlation_reach(const Subject& subject) { return static_cast<int>(kMemoryS
 
 /// Returns the coefficient of `input` in a regression with the temperature and a constant per position of the unit,
 /// because the positions differ by the residual Earth rate. Unknown if the input does not vary independently.
-Measured regression_coefficient(const Subject& subject, const Eigen::VectorXd& input, const Eigen::VectorXd& bias) {
+MeasuredValue regression_coefficient(const Subject& subject, const Eigen::VectorXd& input,
+                                     const Eigen::VectorXd& bias) {
   Eigen::MatrixXd all(bias.size(), 5);
   all << Eigen::VectorXd::Ones(bias.size()), subject.temperature_c, input, subject.turned, bias;
   const RowNumbers rows = data::finite_rows(all);
@@ -213,8 +214,8 @@ std::pair<std::string, Eigen::VectorXd> greatest_gradient(const Subject& subject
 
 /// Returns the mean bias during heating minus the mean bias during cooling. A straight line in temperature corrects for
 /// different mean temperatures, which occur if one of the two passes leaves the span early.
-Measured loop_width(const Subject& subject, const Eigen::VectorXd& bias, const RowNumbers& heating,
-                    const RowNumbers& cooling) {
+MeasuredValue loop_width(const Subject& subject, const Eigen::VectorXd& bias, const RowNumbers& heating,
+                         const RowNumbers& cooling) {
   RowNumbers both;
   std::ranges::merge(heating, cooling, std::back_inserter(both));
   if (!bias(both).allFinite()) return {};
@@ -226,7 +227,7 @@ Measured loop_width(const Subject& subject, const Eigen::VectorXd& bias, const R
   const RobustFit fit =
       fit_robustly(x, bias(both), cluster_positions(subject.clusters, both), correlation_reach(subject));
   const Eigen::VectorXd level = bias - fit.coefficients(2) * subject.temperature_c;
-  const Measured above = mean_at(subject, level, heating), below = mean_at(subject, level, cooling);
+  const MeasuredValue above = mean_at(subject, level, heating), below = mean_at(subject, level, cooling);
   const double apart_k = std::abs(temperature(heating).mean() - temperature(cooling).mean());
   const CombinedUncertainty all =
       combine({above, below, {0, apart_k * fit.u(2), above.degrees_of_freedom + below.degrees_of_freedom}});
@@ -272,10 +273,10 @@ std::vector<Retrace> find_retrace(const std::vector<StabilisedBias>& stabilised)
 /// Finds the settling time from the start of the first hold: the end of the last mean over kWarmUpMeanSeconds that
 /// differs from the final bias by more than 3 standard deviations.
 void find_settling(WarmUp& warm_up, const Subject& subject, const RowNumbers& hold, const StabilisedBias& settled_in,
-                   double floor_deg_per_h, Measured BeforeAfter::*which, const Eigen::VectorXd& bias) {
+                   double floor_deg_per_h, MeasuredValue BeforeAfter::*which, const Eigen::VectorXd& bias) {
   const double length_s = subject.clusters.length_s;
   const auto count = static_cast<std::size_t>(std::max(1.0, std::round(kWarmUpMeanSeconds / length_s)));
-  const Measured& settled = settled_in.bias.*which;
+  const MeasuredValue& settled = settled_in.bias.*which;
   const double within = 3 * std::hypot(floor_deg_per_h / std::sqrt(static_cast<double>(count)), settled.u);
   (warm_up.within.*which).value = within;
   const double start_s = subject.clusters.start_s(hold.front());
@@ -330,12 +331,12 @@ std::vector<WarmUp> find_warm_ups(const Subject& subject, const std::vector<Stab
 
 /// Returns the mean of several values. Its u is the greater of two estimates: from the combined uncertainties of the
 /// values and from their scatter.
-Measured mean_with_scatter(const std::vector<Measured>& figures) {
+MeasuredValue mean_with_scatter(const std::vector<MeasuredValue>& figures) {
   const auto count = std::ssize(figures);
   Eigen::VectorXd values(count);
   for (Eigen::Index k = 0; k < count; ++k) values(k) = figures[static_cast<std::size_t>(k)].value;
   const CombinedUncertainty own = combine(figures);
-  Measured mean{values.mean(), own.standard_deg_per_h / static_cast<double>(count), own.degrees_of_freedom};
+  MeasuredValue mean{values.mean(), own.standard_deg_per_h / static_cast<double>(count), own.degrees_of_freedom};
   const double scatter = count > 1 ? data::compute_figures(values).std / std::sqrt(static_cast<double>(count)) : 0;
   if (scatter > mean.u) mean = {mean.value, scatter, static_cast<double>(count - 1)};
   return mean;
@@ -370,9 +371,9 @@ std::vector<TwoPosition> find_two_positions(const Subject& subject, const std::v
                       .earth_rate = {}};
     if (stated) found.stated_earth_rate_deg_per_h = *stated;
     for (const auto which : {&BeforeAfter::before, &BeforeAfter::after}) {
-      std::array<Measured, 2> sides;
+      std::array<MeasuredValue, 2> sides;
       for (std::size_t side = 0; side < 2; ++side) {
-        std::vector<Measured> figures;
+        std::vector<MeasuredValue> figures;
         for (const StabilisedBias* hold : holds[side]) figures.push_back(hold->bias.*which);
         sides[side] = mean_with_scatter(figures);
       }
@@ -414,7 +415,7 @@ RobustFit fit_robustly(const Eigen::MatrixXd& x, const Eigen::VectorXd& y, const
   return fit;
 }
 
-const HysteresisPoint* find_widest(const std::vector<HysteresisPoint>& loop, Measured BeforeAfter::*which) {
+const HysteresisPoint* find_widest(const std::vector<HysteresisPoint>& loop, MeasuredValue BeforeAfter::*which) {
   const HysteresisPoint* found = nullptr;
   for (const HysteresisPoint& point : loop) {
     const double width = std::abs((point.width.*which).value);
@@ -473,7 +474,7 @@ std::vector<TurnOn> turn_on_scatter(const std::vector<Characterisation>& records
       const auto hold = std::ranges::find(record.stabilised, start.segment, &StabilisedBias::segment);
       if (hold != record.stabilised.end()) comparable[{record.zero, hold->turned}].push_back(&*hold);
     }
-  const auto scatter = [](const std::vector<const StabilisedBias*>& starts, Measured BeforeAfter::*which) {
+  const auto scatter = [](const std::vector<const StabilisedBias*>& starts, MeasuredValue BeforeAfter::*which) {
     Eigen::VectorXd values(std::ssize(starts));
     for (std::size_t k = 0; k < starts.size(); ++k)
       values(static_cast<Eigen::Index>(k)) = (starts[k]->bias.*which).value;

@@ -20,7 +20,7 @@ namespace gyrotherm::model {
 /// A value and its standard uncertainty u, k = 1, from the noise of the record only (type A); NaN if unknown. The
 /// degrees of freedom are those of u: for a mean, the effective number of values minus one; for a combination of means,
 /// those of the Welch-Satterthwaite formula (GUM G.4.1). They are at least 1, and infinite if unknown.
-struct Measured {
+struct MeasuredValue {
   double value = std::numeric_limits<double>::quiet_NaN();
   double u = std::numeric_limits<double>::quiet_NaN();
   double degrees_of_freedom = std::numeric_limits<double>::infinity();
@@ -28,10 +28,10 @@ struct Measured {
 
 /// A value of the raw bias (before) and of the residual bias of a model (after).
 struct BeforeAfter {
-  Measured before, after;
+  MeasuredValue before, after;
 };
 
-void describe(auto& form, Like<Measured> auto& measured) {
+void describe(auto& form, Like<MeasuredValue> auto& measured) {
   form("value", measured.value);
   form("u", measured.u);
   form.if_present("degrees_of_freedom", measured.degrees_of_freedom < std::numeric_limits<double>::infinity(),
@@ -206,7 +206,7 @@ void describe(auto& form, Like<Characterisation> auto& result) {
 
 /// Returns the widest point of a loop; null if there is none. `which` selects the width before or after compensation.
 [[nodiscard]] const HysteresisPoint* find_widest(const std::vector<HysteresisPoint>& loop,
-                                                 Measured BeforeAfter::*which);
+                                                 MeasuredValue BeforeAfter::*which);
 
 /// Least-squares coefficients with standard uncertainties that remain valid for correlated neighbouring residuals.
 struct RobustFit {

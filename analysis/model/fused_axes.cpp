@@ -146,7 +146,7 @@ ThermometerBudget find_budget(const std::string& thermometer, const std::vector<
 void add_slopes(FusedAxes& fused, const std::vector<CompensatedAxis>& axes, const Slopes& slopes) {
   const Eigen::Index count = fused.axes();
   fused.sensitivity_deg_per_h_per_k = Eigen::MatrixXd::Zero(count, std::ssize(fused.thermometers));
-  fused.by_thermometer_drift = Eigen::MatrixXd::Zero(count, count);
+  fused.thermometer_drift_covariance = Eigen::MatrixXd::Zero(count, count);
   fused.learnt = Eigen::MatrixXd::Zero(count, count);
   for (std::size_t t = 0; t < fused.thermometers.size(); ++t) {
     const std::vector<Eigen::Index> rows = data::finite_rows(slopes.of[t]);
@@ -155,7 +155,7 @@ void add_slopes(FusedAxes& fused, const std::vector<CompensatedAxis>& axes, cons
     fused.sensitivity_deg_per_h_per_k.col(static_cast<Eigen::Index>(t)) = known.colwise().mean().transpose();
     const Eigen::MatrixXd products = known.transpose() * known / static_cast<double>(rows.size());
     const ThermometerBudget budget = find_budget(fused.thermometers[t], axes);
-    fused.by_thermometer_drift += std::pow(budget.drift_k, 2) * products;
+    fused.thermometer_drift_covariance += std::pow(budget.drift_k, 2) * products;
     fused.learnt += std::pow(budget.calibration_k, 2) * products;
   }
 }
@@ -257,7 +257,7 @@ void add_training_uncertainty(FusedAxes& fused, const std::vector<CompensatedAxi
 
 }  // namespace
 
-Result<FusedAxes> fused_axes(const std::vector<CompensatedAxis>& axes, Outside outside) {
+Result<FusedAxes> compensate_axes(const std::vector<CompensatedAxis>& axes, Outside outside) {
   if (axes.empty() || axes.size() > kMostAxes)
     return failure(FaultKind::usage, "fusion", fmt::format("{} axes, expected 3 to {}", axes.size(), kMostAxes));
   const data::Dataset& first = axes.front().dataset;
@@ -299,7 +299,7 @@ Result<FusedAxes> fused_axes(const std::vector<CompensatedAxis>& axes, Outside o
 
 FusedUncertainty uncertainty_of_means(const FusedAxes& axes, double averaging_s) {
   FusedUncertainty result{
-      .noise = Eigen::VectorXd::Zero(axes.axes()), .bias = axes.by_thermometer_drift, .learnt = axes.learnt};
+      .noise = Eigen::VectorXd::Zero(axes.axes()), .bias = axes.thermometer_drift_covariance, .learnt = axes.learnt};
   for (Eigen::Index a = 0; a < axes.axes(); ++a) {
     const Model& model = axes.models[static_cast<std::size_t>(a)];
     const Budget& budget = model.uncertainty->budget;

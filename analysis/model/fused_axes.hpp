@@ -50,7 +50,7 @@ struct FusedAxes {
   /// Quantisation step of each axis: the rate of one pulse per second.
   std::vector<double> step_deg_per_h{};
   /// Covariance caused by the thermometers' drift between training and this run, (°/h)².
-  Eigen::MatrixXd by_thermometer_drift{};
+  Eigen::MatrixXd thermometer_drift_covariance{};
   /// Covariance of the errors that training and use share: certificates, angles, scale factors, (°/h)².
   Eigen::MatrixXd learnt{};
   /// Attitude of the fixture, if latitude and azimuths are known.
@@ -74,8 +74,8 @@ struct FusedAxes {
 /// direction, if a model has no uncertainty or belongs to another axis of the unit, if the Earth rate on an axis is
 /// unknown, or if directions and angles of a record are inconsistent. Also fails like CompensationStream and
 /// make_clusters. Fewer than three axes are permitted here; make_geometry() rejects them.
-[[nodiscard]] Result<FusedAxes> fused_axes(const std::vector<CompensatedAxis>& axes,
-                                           Outside outside = Outside::continued);
+[[nodiscard]] Result<FusedAxes> compensate_axes(const std::vector<CompensatedAxis>& axes,
+                                                Outside outside = Outside::continued);
 
 /// Components of the variance of a mean over a given averaging time, (°/h)².
 struct FusedUncertainty {

@@ -147,7 +147,7 @@ std::optional<RestStretch> evaluate_stretch(const FusedAxes& axes, const Stretch
   if (!geometry || count == 0) return std::nullopt;
   mean /= count;
   const fusion::Gains gains = compute_gains(*geometry);
-  fusion::FusedRate rate = fused(gains, mean);
+  fusion::FusedRate rate = fuse_readings(gains, mean);
   const Eigen::MatrixXd learnt = uncertainty.learnt(in, in);
   rate.covariance += gains.rate * learnt * gains.rate.transpose();
   RestStretch rest{.name = stretch.name,

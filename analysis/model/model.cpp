@@ -185,7 +185,7 @@ Result<Outside> parse_outside(std::string_view text) {
                  fmt::format("\"{}\" is not a policy, expected continue, refuse or extrapolate", text));
 }
 
-RangedInputs within_range(const Model& model, data::SampleMatrix inputs, Outside outside) {
+RangedInputs apply_range_policy(const Model& model, data::SampleMatrix inputs, Outside outside) {
   assert(inputs.cols() == model.input_min.size() && inputs.cols() == model.input_max.size());
   RangedInputs ranged;
   ranged.excess = Eigen::VectorXd::Zero(inputs.rows());

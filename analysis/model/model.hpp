@@ -210,7 +210,7 @@ struct RangedInputs {
 
 /// Applies the policy to `inputs` (rows × terms of the model, unscaled). A row with a NaN is not treated as outside and
 /// remains unchanged.
-[[nodiscard]] RangedInputs within_range(const Model& model, data::SampleMatrix inputs, Outside outside);
+[[nodiscard]] RangedInputs apply_range_policy(const Model& model, data::SampleMatrix inputs, Outside outside);
 
 /// Predicts the bias of each row, °/h; NaN if an input is not finite.
 [[nodiscard]] Eigen::VectorXd predict(const Model& model, const RangedInputs& ranged);

@@ -74,9 +74,9 @@ class Study {
   [[nodiscard]] SetAccuracy measure(const Set& set) const;
   Result<void> measure_all(const std::vector<Set>& sets);
   [[nodiscard]] const Set& most_accurate(const std::vector<Set>& sets) const;
-  [[nodiscard]] LeftOut make_left_out(const Set& kept) const;
+  [[nodiscard]] SubsetAccuracy make_left_out(const Set& kept) const;
   [[nodiscard]] std::size_t count_sets() const;
-  Result<std::optional<LeftOut>> find_best_elimination(std::size_t count);
+  Result<std::optional<SubsetAccuracy>> find_best_elimination(std::size_t count);
   Result<void> eliminate(Placement& placement);
 
   static constexpr std::size_t kManyThermometers = 12;
@@ -127,7 +127,7 @@ const Set& Study::most_accurate(const std::vector<Set>& sets) const {
   return *std::ranges::min_element(sets, {}, [&](const Set& set) { return accuracies_.at(set).held_out.std; });
 }
 
-LeftOut Study::make_left_out(const Set& kept) const {
+SubsetAccuracy Study::make_left_out(const Set& kept) const {
   const SetAccuracy &with = accuracies_.at(all_thermometers_), &without = accuracies_.at(kept);
   const auto squares = [](const SetAccuracy& measured) {
     return (measured.trial.residual.array() - measured.held_out.mean).square();
@@ -136,12 +136,12 @@ LeftOut Study::make_left_out(const Set& kept) const {
   const data::Figures excess = compute_figures((squares(without) - squares(with)).matrix(), training_set_.clusters);
   Set removed;
   std::ranges::set_difference(all_thermometers_, kept, std::back_inserter(removed));
-  LeftOut result{.left_out = names(removed),
-                 .kept = names(kept),
-                 .held_out = without.held_out,
-                 .price_deg_per_h = without.held_out.std - with.held_out.std,
-                 .price_error_deg_per_h = mean_error(excess) / (without.held_out.std + with.held_out.std),
-                 .unseen = {}};
+  SubsetAccuracy result{.left_out = names(removed),
+                        .kept = names(kept),
+                        .held_out = without.held_out,
+                        .price_deg_per_h = without.held_out.std - with.held_out.std,
+                        .price_error_deg_per_h = mean_error(excess) / (without.held_out.std + with.held_out.std),
+                        .unseen = {}};
   if (unseen_) {
     const std::array lambda = {without.trial.lambda};
     const Eigen::VectorXd predicted = surface_predictions(
@@ -159,7 +159,7 @@ std::size_t Study::count_sets() const {
   return up_to_three + (m > 4 ? (m - 3) * (m - 2) / 2 : 0);
 }
 
-Result<std::optional<LeftOut>> Study::find_best_elimination(std::size_t count) {
+Result<std::optional<SubsetAccuracy>> Study::find_best_elimination(std::size_t count) {
   if (all_thermometers_.size() <= count || all_thermometers_.size() > kManyThermometers) return std::nullopt;
   const auto sets = make_subsets(all_thermometers_, count);
   if (const auto measured = measure_all(sets); !measured) return failure(measured.error());
@@ -179,8 +179,9 @@ Result<void> Study::eliminate(Placement& placement) {
     placement.elimination.back().left_out = order;
     kept = next;
   }
-  const auto too_expensive = std::ranges::find_if(
-      placement.elimination, [](const LeftOut& step) { return step.price_deg_per_h > step.price_error_deg_per_h; });
+  const auto too_expensive = std::ranges::find_if(placement.elimination, [](const SubsetAccuracy& step) {
+    return step.price_deg_per_h > step.price_error_deg_per_h;
+  });
   placement.spared = static_cast<int>(too_expensive - placement.elimination.begin());
   return {};
 }
@@ -193,7 +194,7 @@ Result<Placement> Study::run() {
   const auto alone = make_subsets(all_thermometers_, 1);
   if (const auto measured = measure_all(alone); !measured) return failure(measured.error());
   for (const Set& set : alone) placement.alone.push_back(make_left_out(set));
-  std::ranges::stable_sort(placement.alone, {}, &LeftOut::price_deg_per_h);
+  std::ranges::stable_sort(placement.alone, {}, &SubsetAccuracy::price_deg_per_h);
   auto pair = find_best_elimination(2);
   if (!pair) return failure(pair.error());
   placement.best_pair = std::move(*pair);

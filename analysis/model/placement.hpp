@@ -15,7 +15,7 @@
 namespace gyrotherm::model {
 
 /// Accuracy of a learner without some of the thermometers.
-struct LeftOut {
+struct SubsetAccuracy {
   /// Thermometers left out, in record order or in the order of elimination.
   std::vector<std::string> left_out;
   /// Thermometers kept, in the order of the record.
@@ -30,15 +30,15 @@ struct LeftOut {
 
 /// The price of leaving out thermometers, singly and in combination.
 struct Placement {
-  LeftOut all;
+  SubsetAccuracy all;
   /// Results with one thermometer left out, the lowest price first.
-  std::vector<LeftOut> alone;
+  std::vector<SubsetAccuracy> alone;
   /// Stepwise elimination: each step leaves out one more thermometer, the one with the lowest price, until one is kept.
-  std::vector<LeftOut> elimination;
+  std::vector<SubsetAccuracy> elimination;
   /// The pair and the triple that can be left out at the lowest price. No value if too few thermometers would remain,
   /// or, to limit the computing time, if there are more than twelve.
-  std::optional<LeftOut> best_pair;
-  std::optional<LeftOut> best_three;
+  std::optional<SubsetAccuracy> best_pair;
+  std::optional<SubsetAccuracy> best_three;
   /// Number of elimination steps before the price first exceeds its standard error.
   int spared{};
   std::string folds;

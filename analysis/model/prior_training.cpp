@@ -23,7 +23,7 @@ using RowNumbers = std::vector<Eigen::Index>;
 struct OwnClusters {
   std::vector<data::Clusters> records;
   data::Clusters all;
-  Eigen::Index without_input{};  ///< omitted clusters
+  Eigen::Index omitted_clusters{};  ///< without a value of every input
 };
 
 Result<OwnClusters> own_clusters(const population::TypePrior& prior, const std::vector<data::Dataset>& datasets,
@@ -34,7 +34,7 @@ Result<OwnClusters> own_clusters(const population::TypePrior& prior, const std::
     const auto whole = rows_with_inputs(plan, clusters[i]);
     if (!whole) return failure(whole.error());
     if (whole->empty()) return failure(FaultKind::usage, datasets[i].path, "no cluster has a value of every input");
-    own.without_input += clusters[i].start_s.size() - std::ssize(*whole);
+    own.omitted_clusters += clusters[i].start_s.size() - std::ssize(*whole);
     own.records.push_back(pick_clusters(clusters[i], *whole));
   }
   return concatenate(own.records).map([&](data::Clusters&& all) {
@@ -189,9 +189,9 @@ bool is_learnt_from(const population::TypePrior& prior, const data::Dataset& dat
 
 void add_warnings(Model& model, const population::TypePrior& prior, const std::vector<data::Dataset>& datasets,
                   const OwnClusters& own) {
-  if (own.without_input > 0) {
-    model.warnings.push_back(fmt::format("clusters without all inputs were excluded: {} of {}", own.without_input,
-                                         own.without_input + own.all.start_s.size()));
+  if (own.omitted_clusters > 0) {
+    model.warnings.push_back(fmt::format("clusters without all inputs were excluded: {} of {}", own.omitted_clusters,
+                                         own.omitted_clusters + own.all.start_s.size()));
   }
   for (const data::Dataset& dataset : datasets) {
     if (is_learnt_from(prior, dataset)) {

@@ -61,7 +61,7 @@ class Pursuit {
 
   /// Adds the centre that leaves the smallest residual. Returns false if every remaining centre is in the span of the
   /// selected ones.
-  bool take_one() {
+  bool select_centre() {
     const auto here = residual_.head(left_.size()).array();
     const Eigen::ArrayXd gains = (left_.array() > kSpanned).select(here.square() / left_.array(), -1.0);
     Eigen::Index best{};
@@ -188,7 +188,7 @@ Result<Model> reduce(const Model& model, const data::Clusters& training, const R
   if (most == all && goal.vectors) return smaller;
   Pursuit pursuit(*full, *clusters);
   const auto near_enough = [&] { return pursuit.taken() > 0 && pursuit.largest_at_clusters() <= enough; };
-  while (pursuit.taken() < most && !near_enough() && pursuit.take_one()) {
+  while (pursuit.taken() < most && !near_enough() && pursuit.select_centre()) {
   }
   const bool reached = goal.vectors || near_enough();
   if (!reached || pursuit.taken() >= all) return smaller;

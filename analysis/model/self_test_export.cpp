@@ -88,7 +88,7 @@ void fill_predictions(const Model& model, const std::vector<std::string>& names,
   assert(inputs);
   Model with_lags = model;
   with_lags.terms = terms;
-  const RangedInputs ranged = within_range(with_lags, std::move(*inputs), Outside::continued);
+  const RangedInputs ranged = apply_range_policy(with_lags, std::move(*inputs), Outside::continued);
   answers.bias_deg_per_h = predict(with_lags, ranged);
   answers.outside.assign(static_cast<std::size_t>(answers.mean_c.rows()), false);
   for (const Eigen::Index row : ranged.rows) answers.outside[static_cast<std::size_t>(row)] = true;

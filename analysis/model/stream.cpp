@@ -115,7 +115,7 @@ Eigen::VectorXd CompensationStream::push(const Eigen::Ref<const data::SampleMatr
   }
   auto inputs = evaluate(model_.terms, latest_);
   assert(inputs);
-  RangedInputs ranged = within_range(model_, std::move(*inputs), policy_);
+  RangedInputs ranged = apply_range_policy(model_, std::move(*inputs), policy_);
   outside_ += static_cast<long long>(ranged.rows.size());
   rows_outside_ = std::move(ranged.rows);
   excess_ = std::move(ranged.excess);

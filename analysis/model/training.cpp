@@ -124,8 +124,8 @@ Eigen::VectorXd unknown_residual(Eigen::Index rows) {
 struct TrainingContext {
   /// Clusters with every input, by record.
   std::vector<data::Clusters> records;
-  Eigen::Index without_input{};    ///< omitted clusters
-  data::TrainingSet training_set;  ///< all records, concatenated
+  Eigen::Index omitted_clusters{};  ///< without a value of every input
+  data::TrainingSet training_set;   ///< all records, concatenated
   /// Clusters after the filter of the method.
   data::Clusters learnt;
   InputPlan inputs;
@@ -172,7 +172,7 @@ Result<void> plan_training(TrainingContext& context, const std::vector<data::Clu
     context.records.push_back(pick_clusters(record, *whole));
     first += record.start_s.size();
   }
-  context.without_input = first - static_cast<Eigen::Index>(rows.size());
+  context.omitted_clusters = first - static_cast<Eigen::Index>(rows.size());
   if (rows.empty()) return failure(FaultKind::usage, "training", "no cluster has a value of every input");
   const Eigen::Index held_out = count_held_out(*folds, first, rows);
   context.training_set = data::restrict_rows({.clusters = std::move(*clusters), .folds = std::move(*folds)}, rows);
@@ -238,10 +238,10 @@ svm::TuningOptions make_tuning_options(const TrainingOptions& options) {
 void collect_warnings(Model& model, const TrainingContext& context, const std::vector<std::string>& choice_warnings,
                       const std::vector<data::Dataset>& datasets, const std::vector<data::Clusters>& records) {
   if (model.selection.fallback) model.warnings.push_back(model.selection.statement);
-  if (context.without_input > 0) {
+  if (context.omitted_clusters > 0) {
     model.warnings.push_back(
         fmt::format("clusters without all inputs (the first of a run has no rate) were excluded: {} of {}",
-                    context.without_input, context.without_input + context.training_set.clusters.start_s.size()));
+                    context.omitted_clusters, context.omitted_clusters + context.training_set.clusters.start_s.size()));
   }
   model.warnings.insert(model.warnings.end(), choice_warnings.begin(), choice_warnings.end());
   if (auto outlying = data::describe_outlying_clusters(context.training_set.clusters, model.leave_cycle_out_residual);

@@ -44,7 +44,7 @@ bool uses_thermometer(const Model& model, const std::string& thermometer) {
 /// Adds the row of a noise coefficient from the Allan fit, even if it is not significant. Adds no row if the estimate
 /// is 0.
 void add_noise_row(std::vector<BudgetRow>& rows, const data::AllanFit& fit, data::NoiseTerm term, Source source) {
-  const data::NoiseCoefficient coefficient = estimate_from_square(of(fit, term));
+  const data::NoiseCoefficient coefficient = estimate_from_square(find_coefficient(fit, term));
   if (!(coefficient.value > 0)) return;
   rows.push_back({.source = source,
                   .evaluation = Evaluation::a,
@@ -94,7 +94,7 @@ void add_noise_rows(std::vector<BudgetRow>& rows, const Model& model, const Trai
                     const data::NoiseFloor& floor) {
   const data::Dataset& first = on.datasets.front();
   const data::HoldNoise noise = longest_hold_noise(model, on);
-  if (of(noise.fit, data::NoiseTerm::angle_random_walk).seen)
+  if (find_coefficient(noise.fit, data::NoiseTerm::angle_random_walk).seen)
     add_noise_row(rows, noise.fit, data::NoiseTerm::angle_random_walk, Source::angle_random_walk);
   if (rows.empty() && floor.differences > 0) {
     const double length_s = on.clusters.front().length_s;
@@ -325,7 +325,7 @@ std::vector<BudgetRow> budget_of_earth_rate(const data::Dataset& dataset) {
 Result<Eigen::MatrixXd> sensitivities(const Model& model, const data::Clusters& clusters) {
   const auto inputs = evaluate(model.terms, clusters);
   if (!inputs) return failure(inputs.error());
-  const RangedInputs ranged = within_range(model, *inputs, Outside::continued);
+  const RangedInputs ranged = apply_range_policy(model, *inputs, Outside::continued);
   const auto moved = [&](const data::SampleMatrix& by) {
     RangedInputs there = ranged;
     there.inputs += by;
@@ -498,7 +498,7 @@ Result<Eigen::VectorXd> interval_half_widths(const Model& model, const Uncertain
   const auto rows = rows_for_run(dataset, differing_rows(convert_averaging(trained.budget, clusters.length_s).rows));
   const auto inputs = evaluate(model.terms, clusters);
   if (!inputs) return failure(inputs.error());
-  const Eigen::VectorXd excess = within_range(model, *inputs, Outside::extrapolate).excess;
+  const Eigen::VectorXd excess = apply_range_policy(model, *inputs, Outside::extrapolate).excess;
   Eigen::VectorXd variance = form_variance(rows) * excess.unaryExpr(&widening);
   const bool is_a_row = std::ranges::find(rows, Source::coefficients, &BudgetRow::source) != rows.end();
   if (model.variance && (is_a_row || std::isfinite(trained.variance_in_training))) {

@@ -122,7 +122,7 @@ const char* no_result_reason(std::size_t known, std::size_t outside) {
 
 /// Returns true if the model was trained on any of these clusters: the same axis of the same run, in an overlapping
 /// period.
-bool trained_on(const Model& model, const data::Dataset& dataset, const data::Clusters& clusters) {
+bool is_trained_on(const Model& model, const data::Dataset& dataset, const data::Clusters& clusters) {
   const double from_s = clusters.start_s(0), to_s = clusters.start_s(clusters.start_s.size() - 1) + clusters.length_s;
   return std::ranges::any_of(model.trained_on, [&](const TrainingRecord& record) {
     const bool same_axis = record.of == dataset.of || record.of == data::AxisChoice{};
@@ -229,7 +229,7 @@ Result<Verification> verify(const Model& model, const data::Dataset& dataset, co
   auto inputs = evaluate(model.terms, clusters);
   if (!inputs) return failure(inputs.error());
   const std::size_t known = data::finite_rows(*inputs).size();
-  const RangedInputs ranged = within_range(model, std::move(*inputs), outside);
+  const RangedInputs ranged = apply_range_policy(model, std::move(*inputs), outside);
   const Eigen::VectorXd residual = clusters.bias_deg_per_h - predict(model, ranged);
   const std::vector<Stretch> stretches = find_stretches(dataset);
   const auto figures_where = [&](auto selects) {
@@ -244,7 +244,7 @@ Result<Verification> verify(const Model& model, const data::Dataset& dataset, co
   result.run_id = dataset.run_id;
   result.identity = dataset.identity;
   result.simulated = dataset.simulated;
-  result.trained_on_this = trained_on(model, dataset, clusters);
+  result.trained_on_this = is_trained_on(model, dataset, clusters);
   result.bias_zero = dataset.bias_zero;
   result.has_own_reference = dataset.has_own_reference;
   result.raw = compute_figures(clusters.bias_deg_per_h, clusters);
@@ -272,8 +272,8 @@ Result<Verification> verify(const Model& model, const data::Dataset& dataset, co
   return result;
 }
 
-Result<Streamed> evaluate_stream(const Model& model, const data::Dataset& dataset, const data::Clusters& clusters,
-                                 const Eigen::VectorXd& aligned_residual_deg_per_h, Outside outside) {
+Result<StreamResult> evaluate_stream(const Model& model, const data::Dataset& dataset, const data::Clusters& clusters,
+                                     const Eigen::VectorXd& aligned_residual_deg_per_h, Outside outside) {
   constexpr double kGreatestIntervalError = 0.01;
   if (std::abs(data::sample_interval_s(dataset) - 1) > kGreatestIntervalError)
     return failure(FaultKind::usage, dataset.path,
@@ -288,10 +288,10 @@ Result<Streamed> evaluate_stream(const Model& model, const data::Dataset& datase
     if (!std::isfinite(residual(k)) || !std::isfinite(aligned(k))) residual(k) = aligned(k) = kMissing;
   const std::vector<Eigen::Index> rows = data::finite_rows(residual);
   if (rows.empty()) return failure(FaultKind::usage, dataset.path, "no cluster has a streamed value in every second");
-  return Streamed{.residual = compute_figures(residual(rows), clusters, rows),
-                  .aligned = compute_figures(aligned(rows), clusters, rows),
-                  .to_truth = compute_true_bias_error(dataset, clusters, residual),
-                  .aligned_to_truth = compute_true_bias_error(dataset, clusters, aligned)};
+  return StreamResult{.residual = compute_figures(residual(rows), clusters, rows),
+                      .aligned = compute_figures(aligned(rows), clusters, rows),
+                      .to_truth = compute_true_bias_error(dataset, clusters, residual),
+                      .aligned_to_truth = compute_true_bias_error(dataset, clusters, aligned)};
 }
 
 std::optional<std::string> make_no_gain_warning(std::string_view residual_name, const data::Figures& residual,
@@ -301,7 +301,7 @@ std::optional<std::string> make_no_gain_warning(std::string_view residual_name, 
                      raw.std);
 }
 
-std::optional<RunScatter> between_runs(const std::vector<Verification>& verifications) {
+std::optional<RunScatter> compute_run_scatter(const std::vector<Verification>& verifications) {
   std::set<std::string> seen, zeros, gyros;
   std::vector<double> means;
   for (const Verification& one : verifications) {

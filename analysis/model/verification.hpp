@@ -82,12 +82,12 @@ void describe(auto& form, Like<Coverage> auto& coverage) {
 
 /// Cluster means of the stream's residual bias, and the residual bias of the same clusters without the stream's lag
 /// (aligned). Includes only clusters with a streamed value in every second.
-struct Streamed {
+struct StreamResult {
   data::Figures residual, aligned;
   std::optional<TrueBiasError> to_truth, aligned_to_truth;  ///< virtual rig only
 };
 
-void describe(auto& form, Like<Streamed> auto& streamed) {
+void describe(auto& form, Like<StreamResult> auto& streamed) {
   form("residual", streamed.residual);
   form("aligned", streamed.aligned);
   form("to_truth", streamed.to_truth);
@@ -126,7 +126,7 @@ struct Verification {
   /// Empty for a model without an uncertainty.
   std::optional<Coverage> coverage;
   /// Empty until the caller adds the result of evaluate_stream().
-  std::optional<Streamed> streamed;
+  std::optional<StreamResult> streamed;
   /// Over-fit (residual below the noise floor), inputs out of range and others.
   std::vector<std::string> warnings;
 };
@@ -146,10 +146,10 @@ struct Verification {
 /// `compensate` and the C export use only past readings and therefore lag. `aligned_residual_deg_per_h` is that of
 /// verify(). Fails with usage if rows are not one per second, if the record lacks a thermometer that the model needs,
 /// or if no cluster has a value in every second.
-[[nodiscard]] Result<Streamed> evaluate_stream(const Model& model, const data::Dataset& dataset,
-                                               const data::Clusters& clusters,
-                                               const Eigen::VectorXd& aligned_residual_deg_per_h,
-                                               Outside outside = Outside::continued);
+[[nodiscard]] Result<StreamResult> evaluate_stream(const Model& model, const data::Dataset& dataset,
+                                                   const data::Clusters& clusters,
+                                                   const Eigen::VectorXd& aligned_residual_deg_per_h,
+                                                   Outside outside = Outside::continued);
 
 /// Returns a warning if the STD of the residual of two or more means is not below that of the raw bias. `residual_name`
 /// names the residual in the warning, such as "compensated bias".
@@ -179,6 +179,6 @@ void describe(auto& form, Like<RunScatter> auto& between) {
 /// Computes the scatter of the runs that the model was not trained on, each counted once; no value for fewer than two.
 /// A run with its own mean as bias reference is excluded, because its difference from other runs was removed. No value
 /// if two runs have different bias references or different gyros.
-[[nodiscard]] std::optional<RunScatter> between_runs(const std::vector<Verification>& verifications);
+[[nodiscard]] std::optional<RunScatter> compute_run_scatter(const std::vector<Verification>& verifications);
 
 }  // namespace gyrotherm::model

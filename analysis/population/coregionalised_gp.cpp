@@ -98,7 +98,7 @@ tl::unexpected<Fault> not_definite_fault() {
 }
 
 /// Intermediate results of the likelihood and its gradient.
-struct Solved {
+struct Solution {
   Eigen::MatrixXd kernel;  ///< k of the inputs' rows
   Eigen::LLT<Eigen::MatrixXd> factor;
   Eigen::MatrixXd of_constants, constant_covariance;
@@ -106,8 +106,8 @@ struct Solved {
   double log_likelihood{};
 };
 
-Result<Solved> solve(const Coregionalisation& model, const OutputSamples& samples) {
-  Solved solved;
+Result<Solution> solve(const Coregionalisation& model, const OutputSamples& samples) {
+  Solution solved;
   solved.kernel = compute_kernel(model, samples.x, samples.x);
   Eigen::MatrixXd covariance = value_covariance(samples, solved.kernel, between_outputs(model));
   add_noise(samples, model.noise, covariance);
@@ -171,14 +171,14 @@ Eigen::VectorXd clamp_coordinates(Eigen::VectorXd at, Eigen::Index inputs, Eigen
 }
 
 /// The samples with each output in units of its standard deviation.
-struct Standardised {
+struct StandardisedSamples {
   OutputSamples samples;
   Eigen::VectorXd deviation;
 };
 
-Result<Standardised> standardise(const OutputSamples& samples) {
+Result<StandardisedSamples> standardise(const OutputSamples& samples) {
   const Eigen::VectorXd mean = output_means(samples);
-  Standardised all{samples, output_variances(samples, mean).cwiseSqrt()};
+  StandardisedSamples all{samples, output_variances(samples, mean).cwiseSqrt()};
   for (Eigen::Index j = 0; j < samples.outputs; ++j) {
     constexpr double kRounding = 1e-12;
     if (!(all.deviation(j) > kRounding * std::abs(mean(j)))) return refuse_samples("an output does not vary");

@@ -177,7 +177,7 @@ double mean_square_bias(const DesignedUnits& units) {
 }
 
 UnitInformation whitened_information(const UnexplainedNoise& noise, const DesignedRun& run) {
-  const Whitened white = whiten(noise, run.time_s, run.design_and_bias);
+  const WhitenedColumns white = whiten(noise, run.time_s, run.design_and_bias);
   const Eigen::Index coefficients = white.columns.cols() - 1;
   return unit_information(white.columns.leftCols(coefficients), white.columns.col(coefficients), white.log_determinant);
 }
@@ -294,12 +294,12 @@ Result<Chosen> fit_correlations(const std::vector<UnitInformation>& units, const
 }
 
 /// Learnt population and noise, in components.
-struct Learnt {
+struct LearntPopulation {
   Chosen chosen;
   UnexplainedNoise noise;
 };
 
-Result<Learnt> learn(const DesignedUnits& units, double cluster_length_s, const TypePriorOptions& options) {
+Result<LearntPopulation> learn(const DesignedUnits& units, double cluster_length_s, const TypePriorOptions& options) {
   constexpr int kRounds = 4;
   const double left = least_squares_rms(units) / std::sqrt(2.0);
   if (!(left > 0)) return refuse_units("the least-squares residual is zero, so the noise cannot be estimated");
@@ -319,7 +319,7 @@ Result<Learnt> learn(const DesignedUnits& units, double cluster_length_s, const 
   }
   auto chosen = fit_correlations(collect_information(noise, units), *fit, options.quick);
   if (!chosen) return failure(chosen.error());
-  return Learnt{std::move(*chosen), noise};
+  return LearntPopulation{std::move(*chosen), noise};
 }
 
 /// Transforms coefficients of the components to coefficients of the scaled terms.

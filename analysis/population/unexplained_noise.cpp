@@ -17,10 +17,10 @@ Eigen::MatrixXd noise_covariance(const UnexplainedNoise& noise, const Eigen::Vec
   return covariance;
 }
 
-Whitened whiten(const UnexplainedNoise& noise, const Eigen::VectorXd& time_s, const Eigen::MatrixXd& columns) {
+WhitenedColumns whiten(const UnexplainedNoise& noise, const Eigen::VectorXd& time_s, const Eigen::MatrixXd& columns) {
   assert(time_s.size() == columns.rows() && noise.white_deg_per_h > 0 && noise.wander_time_s > 0);
   const double white = std::pow(noise.white_deg_per_h, 2), wander = std::pow(noise.wander_deg_per_h, 2);
-  Whitened whitened{.columns = Eigen::MatrixXd(columns.rows(), columns.cols())};
+  WhitenedColumns whitened{.columns = Eigen::MatrixXd(columns.rows(), columns.cols())};
   // The state consists of wander and turn-on. Their covariance is common to all columns; their estimates have one row
   // each.
   Eigen::Matrix2d covariance = Eigen::Vector2d(wander, std::pow(noise.turn_on_deg_per_h, 2)).asDiagonal();

@@ -22,7 +22,7 @@ struct UnexplainedNoise {
 [[nodiscard]] Eigen::MatrixXd noise_covariance(const UnexplainedNoise& noise, const Eigen::VectorXd& time_s);
 
 /// Columns whose noise is white with variance 1.
-struct Whitened {
+struct WhitenedColumns {
   Eigen::MatrixXd columns;
   /// Log determinant of the noise's covariance.
   double log_determinant{};
@@ -31,7 +31,7 @@ struct Whitened {
 /// Whitens columns with one row per mean of one run at `time_s`, in ascending order: the innovations of a Kalman
 /// filter, divided by their standard deviations. This equals the product with the inverse of the covariance's Cholesky
 /// factor, in a time proportional to the number of rows (Anderson and Moore, Optimal Filtering (1979), §5.3 and §9.4).
-[[nodiscard]] Whitened whiten(const UnexplainedNoise& noise, const Eigen::VectorXd& time_s,
-                              const Eigen::MatrixXd& columns);
+[[nodiscard]] WhitenedColumns whiten(const UnexplainedNoise& noise, const Eigen::VectorXd& time_s,
+                                     const Eigen::MatrixXd& columns);
 
 }  // namespace gyrotherm::population

@@ -35,15 +35,15 @@ struct Block {
 };
 
 // Scratch memory of one factorisation: packed strips of tiles.
-struct Packed {
+struct PackingBuffers {
   std::vector<double> a;
   std::vector<double> b;
 };
 
 // Returns the packing buffers of the calling thread. They are kept between factorisations, because allocating their
 // pages each time costs more than a small factorisation.
-Packed& scratch() {
-  thread_local Packed packed;
+PackingBuffers& scratch() {
+  thread_local PackingBuffers packed;
   return packed;
 }
 
@@ -121,7 +121,7 @@ bool has_many_registers() {
 // Computes C −= A Bᵀ, where C has `rows` rows and `columns` columns. Part::lower skips tiles that are entirely above
 // the diagonal.
 void subtract_product(Block a, Block b, Block c, Eigen::Index rows, Eigen::Index columns, Eigen::Index depth, Part part,
-                      Packed& packed) {
+                      PackingBuffers& packed) {
   const bool in_strips = has_many_registers();
   for (Eigen::Index from = 0; from < depth; from += kBlockDepth) {
     const Eigen::Index deep = std::min(kBlockDepth, depth - from);
@@ -176,7 +176,7 @@ void divide_leaf(const double* l, Eigen::Index l_stride, double* x, Eigen::Index
 // Returns half of n, rounded up to whole tiles. All strips of the products are then full.
 Eigen::Index half(Eigen::Index n) { return (n / 2 + kTileRows - 1) / kTileRows * kTileRows; }
 
-void divide(Block l, Block x, Eigen::Index rows, Eigen::Index n, Packed& packed) {
+void divide(Block l, Block x, Eigen::Index rows, Eigen::Index n, PackingBuffers& packed) {
   if (n <= kLeaf) return divide_leaf(l.data, l.stride, x.data, x.stride, rows, n);
   const Eigen::Index left = half(n);
   divide(l, x, rows, left, packed);
@@ -201,7 +201,7 @@ bool factor_leaf(Block a, Eigen::Index n) {
   return true;
 }
 
-bool factor(Block a, Eigen::Index n, Packed& packed) {
+bool factor(Block a, Eigen::Index n, PackingBuffers& packed) {
   if (n <= kLeaf) return factor_leaf(a, n);
   const Eigen::Index left = half(n);
   const Eigen::Index right = n - left;

@@ -78,8 +78,8 @@ class GaussianSum {
 };
 
 /// Computes Σ_j β_j exp(−‖x_i − x_j‖²/(2σ²)) at each sample x_i, using only the non-zero β. Samples are the rows of
-/// `x`, in coordinates returned by `spanned`. The Gaussian of each pair is computed once. The error relative to the
-/// formula is below 1e-11 Σ|β_j|, as for a GaussianSum. If samples are too far apart for exponents by products, the
+/// `x`, in coordinates returned by `project_to_span`. The Gaussian of each pair is computed once. The error relative to
+/// the formula is below 1e-11 Σ|β_j|, as for a GaussianSum. If samples are too far apart for exponents by products, the
 /// function evaluates a GaussianSum.
 [[nodiscard]] Eigen::VectorXd gaussian_response(const Eigen::Ref<const SampleMatrix>& x, double sigma,
                                                 const Eigen::VectorXd& beta,

@@ -66,7 +66,8 @@ Eigen::VectorXd gaussians_at(const Eigen::Ref<const SampleMatrix>& positions,
   return sum.at(positions);
 }
 
-GaussianSamples::GaussianSamples(const Eigen::Ref<const SampleMatrix>& x) : size_(x.rows()), coordinates_(spanned(x)) {
+GaussianSamples::GaussianSamples(const Eigen::Ref<const SampleMatrix>& x)
+    : size_(x.rows()), coordinates_(project_to_span(x)) {
   store_padded(coordinates_, doubles_, singles_);
 }
 

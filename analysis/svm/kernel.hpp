@@ -22,7 +22,7 @@ inline constexpr int kColumnStep = 2 * kDoubleLanes;
 }
 
 /// Computes Σ_i β_i exp(−‖x_i − z_j‖²/(2σ²)) at each position z_j, using only the non-zero β. Samples and positions are
-/// in coordinates returned by `spanned`.
+/// in coordinates returned by `project_to_span`.
 [[nodiscard]] Eigen::VectorXd gaussians_at(const Eigen::Ref<const SampleMatrix>& positions,
                                            const Eigen::Ref<const SampleMatrix>& samples, double sigma,
                                            const Eigen::VectorXd& beta);

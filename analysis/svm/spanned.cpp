@@ -37,7 +37,7 @@ Eigen::MatrixXd spanning_directions(const Eigen::Ref<const Eigen::MatrixXd>& cen
   return basis;
 }
 
-Eigen::MatrixXd spanned(const Eigen::Ref<const SampleMatrix>& x) {
+Eigen::MatrixXd project_to_span(const Eigen::Ref<const SampleMatrix>& x) {
   Eigen::MatrixXd coordinates = x;
   if (x.rows() == 0) return coordinates;
   const Eigen::RowVectorXd mean = coordinates.colwise().mean();

@@ -15,6 +15,6 @@ namespace gyrotherm::svm {
 
 /// Returns the samples, one per row, in coordinates along their spanning_directions(). Returns the samples unchanged if
 /// they span all directions.
-[[nodiscard]] Eigen::MatrixXd spanned(const Eigen::Ref<const SampleMatrix>& x);
+[[nodiscard]] Eigen::MatrixXd project_to_span(const Eigen::Ref<const SampleMatrix>& x);
 
 }  // namespace gyrotherm::svm

@@ -29,7 +29,7 @@ constexpr double kNoLimit = std::numeric_limits<double>::infinity();
 SampleMatrix stack_samples(const TuningFold& fold) {
   SampleMatrix both(fold.train_x.rows() + fold.test_x.rows(), fold.train_x.cols());
   both << fold.train_x, fold.test_x;
-  return spanned(both);
+  return project_to_span(both);
 }
 
 // Fold with its samples laid out for all evaluations.
@@ -41,14 +41,14 @@ class PreparedFold {
   [[nodiscard]] Eigen::Index held_out() const { return fold_->test_y.size(); }
 
   // Result of the training at one position. Can be the start for other trainings.
-  struct Solved {
+  struct Solution {
     // Sum over all held-out rows, in units of target_scale squared.
     double squared_error{};
     SvrParameters at;
     SvrStart solution;
   };
-  [[nodiscard]] Result<Solved> solve(const SvrParameters& parameters, const SvrOptions& options, KernelMemory& memory,
-                                     const SvrStart* start) const {
+  [[nodiscard]] Result<Solution> solve(const SvrParameters& parameters, const SvrOptions& options, KernelMemory& memory,
+                                       const SvrStart* start) const {
     auto solution = solve_svr(samples_, memory, fold_->train_y, parameters, options, start);
     if (!solution) return failure(solution.error());
     const auto held_out_coordinates = coordinates_.bottomRows(held_out());
@@ -56,7 +56,7 @@ class PreparedFold {
         gaussians_at(held_out_coordinates, coordinates_.topRows(samples_.size()), parameters.sigma, solution->beta)
             .array() +
         solution->b;
-    return Solved{
+    return Solution{
         .squared_error = fold_->target_scale * fold_->target_scale * (predicted - fold_->test_y.array()).square().sum(),
         .at = parameters,
         .solution = {std::move(solution->beta), parameters.C}};
@@ -89,7 +89,7 @@ using Memories = tbb::enumerable_thread_specific<KernelMemory>;
 using Workers = std::atomic<int>;
 
 // Last solution of a particle for each fold.
-using History = std::vector<std::optional<PreparedFold::Solved>>;
+using History = std::vector<std::optional<PreparedFold::Solution>>;
 
 // Greatest distance at which the last solution of a particle is a better start than the solution of another fold or no
 // start.
@@ -113,16 +113,16 @@ class Evaluation {
   Result<std::vector<double>> shares(double limit, bool all, History& history, const Workers* workers);
 
  private:
-  [[nodiscard]] Result<PreparedFold::Solved> solve(std::size_t fold, const History& history) const;
+  [[nodiscard]] Result<PreparedFold::Solution> solve(std::size_t fold, const History& history) const;
 
   const PreparedFolds& prepared_;
   const SvrParameters& parameters_;
   const SvrOptions& options_;
   Memories& memories_;
-  std::vector<Result<PreparedFold::Solved>> solved_;
+  std::vector<Result<PreparedFold::Solution>> solved_;
 };
 
-Result<PreparedFold::Solved> Evaluation::solve(std::size_t fold, const History& history) const {
+Result<PreparedFold::Solution> Evaluation::solve(std::size_t fold, const History& history) const {
   const PreparedFold& prepared = prepared_.folds[fold];
   const auto begin_at = [&](const SvrStart* start) {
     return prepared.solve(parameters_, options_, memories_.local(), start);

@@ -41,7 +41,7 @@ std::optional<FoldSeed> FoldSeed::between(const TuningFold& from, const TuningFo
   std::vector<std::pair<double, Eigen::Index>> distances(fresh.size());
   for (std::size_t i = 0; i < from.train_rows.size(); ++i) {
     if (to_rows.contains(from.train_rows[i])) continue;
-    Removed removed{.row = static_cast<Eigen::Index>(i), .nearest_rows = {}};
+    RemovedRow removed{.row = static_cast<Eigen::Index>(i), .nearest_rows = {}};
     for (std::size_t k = 0; k < fresh.size(); ++k)
       distances[k] = {(to.train_x.row(fresh[k]) - from.train_x.row(removed.row)).squaredNorm(), fresh[k]};
     const auto count = std::min<std::ptrdiff_t>(kNeighbours, std::ssize(distances));
@@ -58,7 +58,7 @@ SvrStart FoldSeed::start(const SvrStart& solved) const {
   for (std::size_t i = 0; i < shared_.size(); ++i) {
     if (shared_[i] >= 0) start.beta[static_cast<Eigen::Index>(i)] = solved.beta[shared_[i]];
   }
-  for (const Removed& removed : removed_) {
+  for (const RemovedRow& removed : removed_) {
     double remainder = solved.beta[removed.row];
     for (const Eigen::Index row : removed.nearest_rows) {
       if (remainder == 0 || row < 0) break;

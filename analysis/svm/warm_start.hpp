@@ -27,7 +27,7 @@ class FoldSeed {
 
  private:
   static constexpr int kNeighbours = 8;
-  struct Removed {
+  struct RemovedRow {
     /// Row of `from`.
     Eigen::Index row;
     /// Nearest rows of `to`, the nearest first. Unused entries are −1.
@@ -35,7 +35,7 @@ class FoldSeed {
   };
   /// Row of `from` for each row of `to`, or −1.
   std::vector<Eigen::Index> shared_;
-  std::vector<Removed> removed_;
+  std::vector<RemovedRow> removed_;
 };
 
 /// Returns a feasible β of the problem near `start`. Scales `start` to the bound of the problem, sets points near the

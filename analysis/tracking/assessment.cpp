@@ -44,14 +44,14 @@ Eigen::VectorXd next_hour_means(const Eigen::VectorXd& values, Eigen::Index hour
 }
 
 /// Computes the errors of a denoiser's forecasts for the hours of `values`.
-RootMeanSquare forecast_errors(const Denoised& denoised, const Eigen::VectorXd& values, Eigen::Index hour) {
+RootMeanSquare forecast_errors(const DenoiserOutput& denoised, const Eigen::VectorXd& values, Eigen::Index hour) {
   RootMeanSquare errors;
   const Eigen::VectorXd means = next_hour_means(values, hour);
   for (Eigen::Index k = kSettlingHours * hour; k < values.size(); ++k) errors.add(denoised.next_hour(k) - means(k));
   return errors;
 }
 
-double rmse_to_truth(const Denoised& denoised, const Eigen::VectorXd& truth, const Denoiser& denoiser,
+double rmse_to_truth(const DenoiserOutput& denoised, const Eigen::VectorXd& truth, const Denoiser& denoiser,
                      Eigen::Index hour) {
   RootMeanSquare errors;
   const Eigen::Index first = std::max(denoiser.latency, kSettlingHours * hour);
@@ -95,7 +95,7 @@ double shuffled_gain(const Denoiser& denoiser, const Eigen::VectorXd& residual, 
 }
 
 /// Returns the residual minus the bias estimate of the previous interval.
-Eigen::VectorXd residual_rate(const Eigen::VectorXd& residual, const Denoised& denoised) {
+Eigen::VectorXd residual_rate(const Eigen::VectorXd& residual, const DenoiserOutput& denoised) {
   Eigen::VectorXd remaining = residual;
   for (Eigen::Index k = 1; k < remaining.size(); ++k) remaining(k) -= denoised.bias(k - 1);
   return remaining;
@@ -182,7 +182,7 @@ Consistency test_consistency(const std::vector<TrackedInterval>& intervals, std:
   return consistency;
 }
 
-Eigen::VectorXd evenly_spaced(const Eigen::Ref<const Eigen::VectorXd>& values, const data::Clusters& clusters) {
+Eigen::VectorXd space_evenly(const Eigen::Ref<const Eigen::VectorXd>& values, const data::Clusters& clusters) {
   assert(values.size() == clusters.start_s.size());
   if (values.size() == 0) return {};
   const auto index = [&](Eigen::Index k) {
@@ -245,7 +245,7 @@ Assessment assess(const BiasNoise& noise, const Eigen::VectorXd& residual_deg_pe
                         .denoisers = {},
                         .series = {}};
   for (const Denoiser& denoiser : denoisers(space)) {
-    const Denoised denoised = denoiser.denoise(residual_deg_per_h);
+    const DenoiserOutput denoised = denoiser.denoise(residual_deg_per_h);
     const RootMeanSquare errors = forecast_errors(denoised, residual_deg_per_h, hour);
     assessment.hours = std::max(assessment.hours, errors.count / static_cast<int>(hour));
     const Eigen::VectorXd residual_rates = residual_rate(residual_deg_per_h, denoised);

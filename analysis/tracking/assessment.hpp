@@ -57,8 +57,8 @@ void describe(auto& form, Like<Consistency> auto& consistency) {
 
 /// Returns the values of the clusters as a sequence of equal intervals from the first cluster to the last. NaN where a
 /// cluster is missing.
-[[nodiscard]] Eigen::VectorXd evenly_spaced(const Eigen::Ref<const Eigen::VectorXd>& values,
-                                            const data::Clusters& clusters);
+[[nodiscard]] Eigen::VectorXd space_evenly(const Eigen::Ref<const Eigen::VectorXd>& values,
+                                           const data::Clusters& clusters);
 
 /// Response of a denoiser to a bias that changes amid the noise, minus its response to the noise alone. The changes are
 /// a step of 1 °/h and a ramp of 0.01 °/h/min that ends after 6 h.

@@ -28,15 +28,15 @@ Eigen::VectorXd predict_by_least_mean_squares(const Eigen::VectorXd& values) {
   return next;
 }
 
-Denoised use_as_forecast(const Eigen::VectorXd& bias) { return {bias, bias}; }
-Denoised omit_forecast(const Eigen::VectorXd& bias) {
+DenoiserOutput use_as_forecast(const Eigen::VectorXd& bias) { return {bias, bias}; }
+DenoiserOutput omit_forecast(const Eigen::VectorXd& bias) {
   return {bias, Eigen::VectorXd::Constant(bias.size(), std::numeric_limits<double>::quiet_NaN())};
 }
 
-Denoised run_kalman_filter(const StateSpace& space, const Eigen::VectorXd& rates) {
+DenoiserOutput run_kalman_filter(const StateSpace& space, const Eigen::VectorXd& rates) {
   const auto hour = static_cast<int>(intervals_per_hour(space.interval_s));
   BiasTracker tracker(space);
-  Denoised denoised{Eigen::VectorXd(rates.size()), Eigen::VectorXd(rates.size())};
+  DenoiserOutput denoised{Eigen::VectorXd(rates.size()), Eigen::VectorXd(rates.size())};
   for (Eigen::Index k = 0; k < rates.size(); ++k) {
     tracker.push(rates(k));
     denoised.bias(k) = tracker.now().deg_per_h;

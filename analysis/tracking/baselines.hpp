@@ -56,7 +56,7 @@ struct RecursivePrediction {
                                                           Eigen::Index window, Eigen::Index delay);
 
 /// Output of a denoiser. Index k uses the rates up to k; NaN where there is no estimate.
-struct Denoised {
+struct DenoiserOutput {
   /// Bias estimate for interval k − latency.
   Eigen::VectorXd bias;
   /// Forecast of the mean over the hour after k. NaN for a denoiser with latency.
@@ -68,7 +68,7 @@ struct Denoiser {
   std::string name;
   /// Delay of the estimates in intervals: at interval k the denoiser estimates the bias of interval k − latency.
   Eigen::Index latency{};
-  std::function<Denoised(const Eigen::VectorXd& rates_deg_per_h)> denoise;
+  std::function<DenoiserOutput(const Eigen::VectorXd& rates_deg_per_h)> denoise;
 };
 
 /// Returns the compared denoisers: none (the thermal model alone); the mean so far and the mean of the last hour;

@@ -40,14 +40,15 @@ Result<BiasNoise> estimate_bias_noise(const Eigen::Ref<const Eigen::VectorXd>& r
   using enum data::NoiseTerm;
   const data::AllanFit fit = data::fit_allan(curve, rates, {angle_random_walk, bias_instability, rate_random_walk});
   const double floor_walk = floor_deg_per_h * std::sqrt(clusters.length_s / kSecondsPerHour);
-  const double walk = of(fit, angle_random_walk).seen ? of(fit, angle_random_walk).value : floor_walk;
+  const double walk =
+      find_coefficient(fit, angle_random_walk).seen ? find_coefficient(fit, angle_random_walk).value : floor_walk;
   if (!(walk > 0)) {
     return failure(FaultKind::usage, "bias tracking",
                    "the residual shows no angle random walk, and the record has no noise floor");
   }
   return BiasNoise{.angle_random_walk_deg_per_sqrt_h = walk,
-                   .instability_deg_per_h = of(fit, bias_instability).value,
-                   .rate_random_walk_deg_per_h_per_sqrt_h = of(fit, rate_random_walk).value,
+                   .instability_deg_per_h = find_coefficient(fit, bias_instability).value,
+                   .rate_random_walk_deg_per_h_per_sqrt_h = find_coefficient(fit, rate_random_walk).value,
                    .start_deg_per_h = finite_rms(residual_deg_per_h)};
 }
 

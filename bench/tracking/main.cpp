@@ -104,8 +104,8 @@ int measure(const Options& options) {
       return 1;
     }
     const auto& clusters = residual->clusters;
-    const auto assessment = assess(residual->noise, tracking::evenly_spaced(residual->measured, clusters),
-                                   clusters.length_s, tracking::evenly_spaced(residual->truth, clusters));
+    const auto assessment = assess(residual->noise, tracking::space_evenly(residual->measured, clusters),
+                                   clusters.length_s, tracking::space_evenly(residual->truth, clusters));
     if (means.empty()) {
       for (const auto& figures : assessment.denoisers) means.emplace_back(figures.name, Means{});
     }

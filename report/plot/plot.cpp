@@ -558,7 +558,7 @@ void draw_cell(SvgWriter& svg, const HeatMap& map, std::size_t row, std::size_t 
   const double value = map.values[row][column];
   const bool diagonal = row == column;
   const bool above = value > map.threshold;
-  svg.rectangle(x, y, kCellWidth, kCellHeight, diagonal ? "#eef0f3" : shade(value));
+  svg.rectangle(x, y, kCellWidth, kCellHeight, diagonal ? "#eef0f3" : shade_colour(value));
   svg.frame(x, y, kCellWidth, kCellHeight, {"#ffffff", 1.5, ""});
   svg.text(x + kCellWidth / 2, y + kCellHeight / 2 + 4.2, diagonal ? "0" : decimal(value, 3),
            {.size_px = 12,

@@ -78,12 +78,12 @@ std::string palette(std::size_t index) {
   return kPalette[index % kPalette.size()];
 }
 
-std::string shade(double fraction) {
+std::string shade_colour(double fraction) {
   const Rgb rgb = interpolate_colour(kShades, fraction);
   return fmt::format("#{:02x}{:02x}{:02x}", rgb.red, rgb.green, rgb.blue);
 }
 
-Rgb heat(double fraction) { return interpolate_colour(kHeats, fraction); }
+Rgb heat_colour(double fraction) { return interpolate_colour(kHeats, fraction); }
 
 bool is_shade_dark(double fraction) { return fraction > 0.6; }
 

@@ -35,13 +35,13 @@ inline constexpr const char* kSimulated = "#a8371b";
 }  // namespace colour
 
 /// Returns a shade from near white (0) to deep blue (1) as "#rrggbb"; clamps values outside 0…1.
-[[nodiscard]] std::string shade(double fraction);
+[[nodiscard]] std::string shade_colour(double fraction);
 
 /// Returns a colour from cold (0) to hot (1): blue, pale yellow, red, after ColorBrewer's RdYlBu; clamps values outside
 /// 0…1.
-[[nodiscard]] Rgb heat(double fraction);
+[[nodiscard]] Rgb heat_colour(double fraction);
 
-/// Returns true if white text is easier to read than dark text on shade(fraction).
+/// Returns true if white text is easier to read than dark text on shade_colour(fraction).
 [[nodiscard]] bool is_shade_dark(double fraction);
 
 /// Formats a number with fixed decimals and a true minus sign: decimal(0.00214, 4) is "0.0021". NaN is "–", and zero is

@@ -138,7 +138,7 @@ void draw_colour_bar(SvgWriter& svg, const ThermalImage& image, const Frame& fra
   constexpr std::size_t kSteps = 256;
   Picture bar{1, kSteps, {}};
   for (std::size_t k = 0; k < kSteps; ++k) {
-    bar.points.push_back(heat(1 - static_cast<double>(k) / static_cast<double>(kSteps - 1)));
+    bar.points.push_back(heat_colour(1 - static_cast<double>(k) / static_cast<double>(kSteps - 1)));
   }
   const double left = kImageLeft + kWidth + kBarGap;
   svg.picture(left, kImageTop, kBarWidth, frame.height_px, to_png(bar));
@@ -172,7 +172,8 @@ Picture colour_image(const ThermalImage& image) {
   Picture picture{field.columns, field.rows, std::vector<Rgb>(field.values.size(), kPaper)};
   const double width_k = image.colours_c.high - image.colours_c.low;
   for (std::size_t k = 0; k < field.values.size(); ++k) {
-    if (!std::isnan(field.values[k])) picture.points[k] = heat((field.values[k] - image.colours_c.low) / width_k);
+    if (!std::isnan(field.values[k]))
+      picture.points[k] = heat_colour((field.values[k] - image.colours_c.low) / width_k);
   }
   for (std::size_t row = 0; row < field.rows; ++row) {
     for (std::size_t column = 0; column < field.columns; ++column) {

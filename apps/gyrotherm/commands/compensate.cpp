@@ -35,10 +35,11 @@ struct CompensateArguments {
 };
 
 /// Returns U, °/h, of a mean whose worst input lies `excess` outside the trained range.
-using Expanded = std::function<double(double excess)>;
+using UncertaintyFunction = std::function<double(double excess)>;
 
 /// Returns one line per row, empty if the row has no value. With `expanded`, U is a second field.
-std::string format_rows(const Eigen::VectorXd& values, const Expanded& expanded, const Eigen::VectorXd& excess) {
+std::string format_rows(const Eigen::VectorXd& values, const UncertaintyFunction& expanded,
+                        const Eigen::VectorXd& excess) {
   std::string lines;
   for (Eigen::Index row = 0; row < values.size(); ++row) {
     const bool known = std::isfinite(values(row));
@@ -55,7 +56,8 @@ class Compensation {
  public:
   using Noise = std::optional<tracking::BiasNoise>;
   [[nodiscard]] static Result<Compensation> open(const model::Model& model, CompensationTable table,
-                                                 model::Outside outside, const Noise& noise, const Expanded& expanded);
+                                                 model::Outside outside, const Noise& noise,
+                                                 const UncertaintyFunction& expanded);
 
   [[nodiscard]] const CompensationTable& table() const { return table_; }
   /// Prints the compensated bias of each row. Fails with bad_file at a row with a missing slot or a slot that is not
@@ -80,7 +82,7 @@ class Compensation {
   CompensationTable table_;
   model::CompensationStream stream_;
   std::optional<tracking::RestTracker> tracker_;
-  Expanded expanded_;
+  UncertaintyFunction expanded_;
   double last_slot_ = -1;
   std::optional<double> late_s_;   ///< time minus slot, last row
   double shift_s_{};               ///< accumulated difference of seconds and slots
@@ -89,7 +91,7 @@ class Compensation {
 };
 
 Result<Compensation> Compensation::open(const model::Model& model, CompensationTable table, model::Outside outside,
-                                        const Noise& noise, const Expanded& expanded) {
+                                        const Noise& noise, const UncertaintyFunction& expanded) {
   auto stream = model::CompensationStream::open(model, table.thermometers(), outside);
   if (!stream) return failure(stream.error());
   Compensation compensation(std::move(table), std::move(*stream));
@@ -210,13 +212,13 @@ class StandardInput {
 };
 
 /// Opens the compensation of an input, given its header and the comments before the header.
-using Open = std::function<Result<Compensation>(const std::vector<std::string>& header,
-                                                const std::vector<std::string>& comments)>;
+using CompensationFactory = std::function<Result<Compensation>(const std::vector<std::string>& header,
+                                                               const std::vector<std::string>& comments)>;
 
 /// Compensates standard input until its end or a stop request: all available rows, then waits for more. Rows that
 /// arrive together are processed together, and a single row immediately. Prints `head` before the first row. Sets
 /// `compensation` once the header has been read.
-Result<void> compensate_input(Console& console, const Open& open, std::string_view head,
+Result<void> compensate_input(Console& console, const CompensationFactory& open, std::string_view head,
                               std::optional<Compensation>& compensation) {
   const auto choose = [&](const std::vector<std::string>& header,
                           const std::vector<std::string>& comments) -> Result<std::vector<std::size_t>> {
@@ -243,8 +245,8 @@ Result<void> compensate_input(Console& console, const Open& open, std::string_vi
 
 /// Returns the function that computes U of a mean over the model's cluster length, and prints U and k. Returns an empty
 /// function if it was not requested. Fails with usage if the model has no budget. The model must outlive the result.
-Result<Expanded> expanded_uncertainty(Console& console, const model::Model& model, bool requested) {
-  if (!requested) return Expanded();
+Result<UncertaintyFunction> expanded_uncertainty(Console& console, const model::Model& model, bool requested) {
+  if (!requested) return UncertaintyFunction();
   if (!model.uncertainty)
     return failure(FaultKind::usage, "--uncertainty", "the model has no uncertainty budget; train it again");
   const model::CombinedUncertainty combined = mean_uncertainty(*model.uncertainty, model.cluster_length_s);
@@ -252,7 +254,7 @@ Result<Expanded> expanded_uncertainty(Console& console, const model::Model& mode
       "U = {:.5f} °/h (k = {:.2f}, {:.0f} %) applies to a mean of these rows over {:g} s inside the trained range; "
       "outside it, U is larger; the noise of a single row is not included",
       combined.expanded_deg_per_h, combined.coverage_factor, 100 * model::kCoverage, model.cluster_length_s));
-  return Expanded(
+  return UncertaintyFunction(
       [&model](double excess) { return expanded_outside(*model.uncertainty, model.cluster_length_s, excess); });
 }
 

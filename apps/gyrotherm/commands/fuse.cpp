@@ -102,11 +102,11 @@ Result<model::FusedAxes> load_axes(Console& console, const std::string& path, co
     if (!model) return failure(model.error());
     axes.push_back({data::make_dataset(*record, path, axis), std::move(*model)});
   }
-  return fused_axes(axes, *outside);
+  return compensate_axes(axes, *outside);
 }
 
 /// Values learnt from a record without faults.
-struct Healthy {
+struct HealthyReference {
   std::optional<fusion::ThermometerParity> thermometers{};
   std::optional<model::HealthyRates> rates{};
 };
@@ -114,14 +114,14 @@ struct Healthy {
 /// Learns from the record of --healthy or, without that option, from the ramp run that qualify wrote next to the
 /// models. Prints a message if there is neither. Learns rates only from the record of --healthy, because the errors of
 /// a model are smaller on the record on which it was trained.
-Result<Healthy> learn_healthy(Console& console, const FuseArguments& options) {
+Result<HealthyReference> learn_healthy(Console& console, const FuseArguments& options) {
   std::string path = options.healthy;
   if (path.empty()) {
     path = record::ramp_record_path(options.folder);
     if (options.folder.empty() || !std::filesystem::exists(path)) {
       console.print_message(
           "the thermometers are not compared with each other; name a record without faults with --healthy");
-      return Healthy{};
+      return HealthyReference{};
     }
   }
   const auto healthy = load_axes(console, path, options);
@@ -129,10 +129,10 @@ Result<Healthy> learn_healthy(Console& console, const FuseArguments& options) {
   auto learnt = healthy_thermometers(*healthy, options.fusion.cluster_s);
   if (!learnt && options.healthy.empty()) {
     console.print_message(fmt::format("the thermometers are not compared with each other: {}", text(learnt.error())));
-    return Healthy{};
+    return HealthyReference{};
   }
   if (!learnt) return failure(learnt.error());
-  Healthy all{.thermometers = std::move(*learnt)};
+  HealthyReference all{.thermometers = std::move(*learnt)};
   if (!options.healthy.empty()) all.rates = healthy_rates(*healthy, options.fusion.cluster_s);
   return all;
 }
@@ -257,7 +257,8 @@ Result<void> write_c(Console& console, const model::FusedRun& run, const FuseArg
   return {};
 }
 
-Result<void> fuse_one(Console& console, const std::string& path, const Healthy& healthy, const FuseArguments& options) {
+Result<void> fuse_one(Console& console, const std::string& path, const HealthyReference& healthy,
+                      const FuseArguments& options) {
   const auto axes = load_axes(console, path, options);
   if (!axes) return failure(axes.error());
   model::FusionOptions fusion = options.fusion;

@@ -26,13 +26,14 @@ struct PlacementArguments {
 };
 
 /// Results of a support-vector model that was trained on one set of thermometers.
-struct Confirmed {
+struct SupportVectorResult {
   data::Figures held_out;
   std::vector<data::Figures> unseen;
 };
 
-Result<Confirmed> confirm_set(Console& console, const PlacementArguments& options, const RecordedRuns& records,
-                              const RecordedRuns& unseen, const std::vector<std::string>& kept) {
+Result<SupportVectorResult> confirm_set(Console& console, const PlacementArguments& options,
+                                        const RecordedRuns& records, const RecordedRuns& unseen,
+                                        const std::vector<std::string>& kept) {
   model::TrainingOptions training = options.training;
   for (const data::Term& term : model::placement_terms(kept))
     training.inputs += (training.inputs.empty() ? "" : ",") + to_string(term);
@@ -40,7 +41,7 @@ Result<Confirmed> confirm_set(Console& console, const PlacementArguments& option
   const auto sink = [&](std::string_view, double fraction) { return console.sink()(stage, fraction); };
   const auto model = train(records.datasets, records.clusters, training, sink);
   if (!model) return failure(model.error());
-  Confirmed confirmed{.held_out = model->leave_cycle_out, .unseen = {}};
+  SupportVectorResult confirmed{.held_out = model->leave_cycle_out, .unseen = {}};
   for (std::size_t i = 0; i < unseen.datasets.size(); ++i) {
     const auto verified = verify(*model, unseen.datasets[i], unseen.clusters[i]);
     if (!verified) return failure(verified.error());
@@ -50,10 +51,10 @@ Result<Confirmed> confirm_set(Console& console, const PlacementArguments& option
 }
 
 /// Returns the results of all thermometers together and of each step of the elimination; empty without --confirm.
-Result<std::vector<Confirmed>> confirm_steps(Console& console, const PlacementArguments& options,
-                                             const RecordedRuns& records, const RecordedRuns& unseen,
-                                             const model::Placement& placement) {
-  std::vector<Confirmed> all;
+Result<std::vector<SupportVectorResult>> confirm_steps(Console& console, const PlacementArguments& options,
+                                                       const RecordedRuns& records, const RecordedRuns& unseen,
+                                                       const model::Placement& placement) {
+  std::vector<SupportVectorResult> all;
   if (!options.confirm) return all;
   std::vector<std::vector<std::string>> sets{placement.all.kept};
   for (const auto& step : placement.elimination) sets.push_back(step.kept);
@@ -67,7 +68,7 @@ Result<std::vector<Confirmed>> confirm_steps(Console& console, const PlacementAr
 
 std::string join_names(const std::vector<std::string>& names) { return fmt::format("{}", fmt::join(names, " ")); }
 
-std::string row(const std::string& what, const model::LeftOut& set, const Confirmed* confirmed) {
+std::string row(const std::string& what, const model::SubsetAccuracy& set, const SupportVectorResult* confirmed) {
   auto text = fmt::format("  {:<12} {:>9.5f} ± {:.5f} {:>+11.6f} ± {:.6f}", what, set.held_out.std,
                           std_error(set.held_out), set.price_deg_per_h, set.price_error_deg_per_h);
   if (set.unseen) text += fmt::format(" {:>9.5f}", set.unseen->std);
@@ -78,7 +79,8 @@ std::string row(const std::string& what, const model::LeftOut& set, const Confir
   return text + "  " + join_names(set.kept) + "\n";
 }
 
-std::string heading(std::string_view what, const model::Placement& placement, const std::vector<Confirmed>& confirmed) {
+std::string heading(std::string_view what, const model::Placement& placement,
+                    const std::vector<SupportVectorResult>& confirmed) {
   auto text = fmt::format("  {:<12} {:>9}   {:<7} {:>11}   {:<8}", what, "held out", "", "price", "");
   if (placement.all.unseen) text += fmt::format(" {:>9}", "unseen");
   if (!confirmed.empty()) {
@@ -89,7 +91,7 @@ std::string heading(std::string_view what, const model::Placement& placement, co
 }
 
 std::string describe(const RecordedRuns& records, const model::Placement& placement,
-                     const std::vector<Confirmed>& confirmed) {
+                     const std::vector<SupportVectorResult>& confirmed) {
   std::string text;
   for (const auto& dataset : records.datasets)
     text += fmt::format("{}{}\n", dataset.simulated ? "SIMULATED " : "", dataset.path);
@@ -116,7 +118,7 @@ std::string describe(const RecordedRuns& records, const model::Placement& placem
                             placement.all.kept.size(), join_names(enough.kept));
 }
 
-Json set_json(const model::LeftOut& set, const Confirmed* confirmed = nullptr) {
+Json set_json(const model::SubsetAccuracy& set, const SupportVectorResult* confirmed = nullptr) {
   Json json{{"left_out", set.left_out},
             {"kept", set.kept},
             {"held_out", make_json(set.held_out)},
@@ -130,7 +132,7 @@ Json set_json(const model::LeftOut& set, const Confirmed* confirmed = nullptr) {
 }
 
 std::string json(const RecordedRuns& records, const model::Placement& placement,
-                 const std::vector<Confirmed>& confirmed) {
+                 const std::vector<SupportVectorResult>& confirmed) {
   Json json{{"schema", kPlacementSchema}, {"records", Json::array()}};
   for (const auto& dataset : records.datasets)
     json["records"].push_back({{"path", dataset.path}, {"run_id", dataset.run_id}, {"simulated", dataset.simulated}});

@@ -274,7 +274,7 @@ Result<void> write_calibration_report(Console& console, const QualifyArguments& 
 }
 
 /// Writes the files that follow the training: the calibration report and timings.json.
-Result<void> write_remaining(Console& console, const QualifyArguments& options, Timings& timings) {
+Result<void> write_report_and_timings(Console& console, const QualifyArguments& options, Timings& timings) {
   if (auto written = write_calibration_report(console, options, timings); !written) return written;
   timings.end();
   return replace_text_file(options.out + "/timings.json", timings.to_json());
@@ -283,7 +283,7 @@ Result<void> write_remaining(Console& console, const QualifyArguments& options, 
 Result<Exit> print_outcome(Console& console, const QualifyArguments& options, const AxisOutcome& outcome,
                            Timings& timings) {
   const auto& [trained, report] = outcome;
-  if (auto written = write_remaining(console, options, timings); !written) return failure(written.error());
+  if (auto written = write_report_and_timings(console, options, timings); !written) return failure(written.error());
   console.print(console.json ? to_json(report) : result_table(report, trained) + later_table(report));
   console.print_message(timings.describe() + options.out + "/report/report.html");
   for (const report::AcceptedLimit& limit : report.accept)
@@ -342,7 +342,7 @@ Result<Exit> qualify_lot(Console& console, const QualifyArguments& options, cons
   const auto summary = carry_out(console, lot, rig);
   if (!summary) return failure(summary.error());
   if (is_whole)
-    if (auto written = write_remaining(console, options, timings); !written) return failure(written.error());
+    if (auto written = write_report_and_timings(console, options, timings); !written) return failure(written.error());
   console.print(console.json ? to_json(*summary) : describe(*summary));
   if (is_whole) console.print_message(timings.describe() + options.out + "/lot.html");
   return overall_verdict(*summary) == "FAIL" ? Exit::outside_limits : Exit::done;

@@ -30,7 +30,7 @@ Result<Exit> rebuild(Console& console, const std::string& folder) {
 }
 
 /// Returns whether models are read from a folder: a named one, or the folder of the records.
-bool has_models_in_a_folder(const CalibrationArguments& options, bool is_folder) {
+bool has_model_folder(const CalibrationArguments& options, bool is_folder) {
   const bool are_there_too = is_folder && !options.out.empty() && options.left.empty();
   return are_there_too || !options.left_folder.empty() || !options.found_folder.empty();
 }
@@ -38,7 +38,7 @@ bool has_models_in_a_folder(const CalibrationArguments& options, bool is_folder)
 Result<Exit> report_on(Console& console, const CalibrationArguments& options) {
   if (options.runs.empty()) return failure(FaultKind::usage, "records", "name records, or a folder that qualify wrote");
   const bool is_folder = options.runs.size() == 1 && std::filesystem::is_directory(options.runs.front());
-  if (!options.inputs.empty() && !has_models_in_a_folder(options, is_folder))
+  if (!options.inputs.empty() && !has_model_folder(options, is_folder))
     return failure(FaultKind::usage, "--inputs",
                    "selects models in a folder; name the folder with --models or --found-models");
   if (is_folder && options.out.empty()) return rebuild(console, options.runs.front());

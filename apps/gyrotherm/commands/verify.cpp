@@ -65,7 +65,7 @@ std::string describe_coverage(const model::Verification& v) {
 /// Describes the streamed compensation, averaged over the same clusters, next to predictions without its lag.
 std::string describe_streamed(const model::Verification& v) {
   if (!v.streamed) return {};
-  const model::Streamed& s = *v.streamed;
+  const model::StreamResult& s = *v.streamed;
   std::string text = row("as streamed", s.residual) + row("  without its lag", s.aligned);
   if (s.to_truth) text += row("  error vs. true bias", s.to_truth->figures);
   if (s.aligned_to_truth) text += row("  … without its lag", s.aligned_to_truth->figures);
@@ -107,7 +107,7 @@ struct Behaviour {
 
 std::string describe(const char* what, const char* unit, const model::BeforeAfter& figures) {
   if (!std::isfinite(figures.before.value)) return "";
-  const auto number = [](const model::Measured& measured) { return plot::with_error(measured.value, measured.u); };
+  const auto number = [](const model::MeasuredValue& measured) { return plot::with_error(measured.value, measured.u); };
   return fmt::format("    {:<22} {} → {} {}\n", what, number(figures.before), number(figures.after), unit);
 }
 
@@ -130,7 +130,7 @@ std::string describe(const model::Characterisation& result) {
                          : "°/h",
                      found.earth_rate);
   }
-  const auto minutes = [](const model::Measured& seconds) {
+  const auto minutes = [](const model::MeasuredValue& seconds) {
     return std::isfinite(seconds.value) ? fmt::format("{:.0f} min", seconds.value / 60) : "not in this hold";
   };
   for (const model::WarmUp& found : result.warm_ups)
@@ -244,7 +244,7 @@ Result<Exit> verify_all(Console& console, const VerifyArguments& options) {
         model::characterise(dataset, clusters, verification->residual_deg_per_h)};
     Tracked tracked;
     if (*noise) {
-      const auto residual = tracking::evenly_spaced(verification->residual_deg_per_h, clusters);
+      const auto residual = tracking::space_evenly(verification->residual_deg_per_h, clusters);
       tracked = assess(**noise, residual, clusters.length_s);
     }
     console.print(console.json ? json(run, *verification, behaviour, tracked)
@@ -253,7 +253,7 @@ Result<Exit> verify_all(Console& console, const VerifyArguments& options) {
     verifications.push_back(std::move(*verification));
     starts.push_back(behaviour.characterisation);
   }
-  if (const auto between = between_runs(verifications))
+  if (const auto between = compute_run_scatter(verifications))
     console.print(console.json ? text_of(Json{{"between_runs", make_json(*between)}}) + "\n" : describe(*between));
   if (gyros.size() > 1) return Exit::done;  // different gyros give no repeatability
   for (const model::TurnOn& turn_on : model::turn_on_scatter(starts))

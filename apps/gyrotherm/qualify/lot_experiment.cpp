@@ -93,7 +93,7 @@ class TrainingPool {
     for (auto next = next_++; next < tasks_.size() && !stop_; next = next_++) {
       run_task(tasks_[next], threads_for(tasks_.size() - next));
       const std::lock_guard lock(mutex_);
-      under_way_.erase(tasks_[next].folder);
+      progress_by_folder_.erase(tasks_[next].folder);
       ++done_;
     }
   }
@@ -107,7 +107,7 @@ class TrainingPool {
   [[nodiscard]] std::pair<std::string, double> progress() const {
     const std::lock_guard lock(mutex_);
     auto share = static_cast<double>(done_);
-    for (const auto& [folder, part] : under_way_) share += part;
+    for (const auto& [folder, part] : progress_by_folder_) share += part;
     return {fmt::format("training {} axes in parallel", tasks_.size()), share / static_cast<double>(tasks_.size())};
   }
   [[nodiscard]] std::optional<Fault> interrupted_by() const {
@@ -153,7 +153,7 @@ class TrainingPool {
       constexpr double kStages = 3;  // models of about equal cost
       if (now != stage && !std::exchange(stage, std::string(now)).empty()) ++stages_done;
       const std::lock_guard lock(mutex_);
-      under_way_[task.folder] = std::min(1.0, (std::min(stages_done, kStages - 1) + fraction) / kStages);
+      progress_by_folder_[task.folder] = std::min(1.0, (std::min(stages_done, kStages - 1) + fraction) / kStages);
       return !stop_;
     };
     std::vector<std::string> warnings;
@@ -169,7 +169,7 @@ class TrainingPool {
   mutable std::mutex mutex_;
   std::size_t done_ = 0;
   /// Completed fraction of each active axis.
-  std::map<std::string, double> under_way_;
+  std::map<std::string, double> progress_by_folder_;
   std::optional<Fault> ended_;
 };
 

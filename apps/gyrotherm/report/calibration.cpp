@@ -177,14 +177,14 @@ Result<std::optional<T>> parse_if_given(const std::string& path,
 }
 
 /// Input of all reports.
-struct Given {
+struct ReportInput {
   std::optional<report::LaboratoryFile> laboratory;
   std::optional<report::OrderFile> order;
   std::vector<CheckedRecord> records;
   ModelSource found, left;
 };
 
-Result<Given> load_all(Console& console, const CalibrationArguments& options) {
+Result<ReportInput> load_all(Console& console, const CalibrationArguments& options) {
   auto laboratory = parse_if_given(options.laboratory, report::parse_laboratory);
   if (!laboratory) return failure(laboratory.error());
   auto order = parse_if_given(options.order, report::parse_order);
@@ -195,7 +195,8 @@ Result<Given> load_all(Console& console, const CalibrationArguments& options) {
   if (!found) return failure(found.error());
   auto left = load_models(options.left, options.left_folder, "model_left");
   if (!left) return failure(left.error());
-  return Given{std::move(*laboratory), std::move(*order), std::move(*records), std::move(*found), std::move(*left)};
+  return ReportInput{std::move(*laboratory), std::move(*order), std::move(*records), std::move(*found),
+                     std::move(*left)};
 }
 
 /// Returns the folder where qualify wrote the results of an axis, which is the folder of its model.
@@ -259,8 +260,9 @@ void add_trained_range(report::CalibrationReport& report, const std::string& axi
   if (model) report.trained_ranges.push_back({axis, stage, model::trained_block(model->trained_on)});
 }
 
-Result<void> add_axis(report::CalibrationReport& report, const Given& given, const std::vector<record::Record>& records,
-                      const data::AxisChoice& choice, const std::string& label, const CalibrationArguments& options) {
+Result<void> add_axis(report::CalibrationReport& report, const ReportInput& given,
+                      const std::vector<record::Record>& records, const data::AxisChoice& choice,
+                      const std::string& label, const CalibrationArguments& options) {
   report::CalibratedAxis axis{.label = label};
   for (std::size_t i = 0; i < records.size(); ++i) {
     auto dataset = data::make_dataset(records[i], given.records[i].files.path, choice);
@@ -300,7 +302,7 @@ void merge_bias_references(report::CalibrationReport& report) {
   report.bias_zeros.clear();
 }
 
-Result<report::CalibrationReport> build_report(const Given& given, const std::string& unit,
+Result<report::CalibrationReport> build_report(const ReportInput& given, const std::string& unit,
                                                const CalibrationArguments& options) {
   const auto records = read_records(given.records, unit);
   if (!records) return failure(records.error());
@@ -332,7 +334,7 @@ Result<void> check_units(const report::OrderFile& order, const std::vector<recor
 }
 
 /// Checks that the order matches the units of all records, before the first report is made.
-Result<void> check_order(const Given& given, const std::vector<std::string>& units) {
+Result<void> check_order(const ReportInput& given, const std::vector<std::string>& units) {
   if (!given.order) return {};
   for (const CheckedRecord& one : given.records) {
     std::vector<record::UnitInfo> reported;

@@ -158,7 +158,7 @@ class Pulls {
  public:
   Pulls(NoiseTerm term, double truth) : term_(term), truth_(truth) {}
   void add(const AllanFit& fit) {
-    const NoiseCoefficient& found = of(fit, term_);
+    const NoiseCoefficient& found = find_coefficient(fit, term_);
     EXPECT_TRUE(found.seen) << info(term_).symbol;
     const double pull = (found.value - truth_) / found.error;
     EXPECT_LT(std::abs(pull), 4) << info(term_).symbol << ' ' << found.value << " ± " << found.error;
@@ -184,7 +184,7 @@ TEST(AllanFit, RecoversAngleRandomWalkOfHolds) {
     SCOPED_TRACE(seed);
     const AllanFit fit = fitted(simulated({.N = 3e-4}, 24, 3600, seed));
     n.add(fit);
-    EXPECT_LT(of(fit, NoiseTerm::angle_random_walk).error, 0.01 * 3e-4);
+    EXPECT_LT(find_coefficient(fit, NoiseTerm::angle_random_walk).error, 0.01 * 3e-4);
   }
 }
 
@@ -261,7 +261,7 @@ TEST(AllanFit, RecoversAngleRandomWalkWhenPulsesBeatWithSampling) {
     const AllanFit fit = fitted(rates);
     EXPECT_GT(fit.misfit, 0);
     EXPECT_LT(fit.misfit, 0.2);
-    const NoiseCoefficient& found = of(fit, NoiseTerm::angle_random_walk);
+    const NoiseCoefficient& found = find_coefficient(fit, NoiseTerm::angle_random_walk);
     EXPECT_TRUE(found.seen);
     EXPECT_NEAR(found.value, 3e-4, 4 * found.error) << fit.misfit;
   }
@@ -272,7 +272,7 @@ TEST(AllanFit, BoundsInsignificantCoefficient) {
   constexpr int kSeeds = 60;
   for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
     const AllanFit fit = fitted(simulated({.N = 3e-4, .K = 5e-4}, 24, 3600, seed));
-    const NoiseCoefficient& k = of(fit, NoiseTerm::rate_random_walk);
+    const NoiseCoefficient& k = find_coefficient(fit, NoiseTerm::rate_random_walk);
     covered += k.at_most > 5e-4 ? 1 : 0;
   }
   EXPECT_GE(covered, 52) << "of 60 intervals at 95 %";
@@ -308,14 +308,15 @@ TEST(AllanFit, FitsOnlyChosenTerms) {
   const RateStretches rates = simulated({.Q = 1e-5, .N = 3e-4, .B = 1e-3}, 1, 20000, 11);
   const AllanCurve curve = allan_curve(rates);
   const AllanFit all = fit_allan(curve, rates);
-  ASSERT_TRUE(of(all, NoiseTerm::quantisation).seen);
+  ASSERT_TRUE(find_coefficient(all, NoiseTerm::quantisation).seen);
   const AllanFit same = fit_allan(curve, rates,
                                   {NoiseTerm::rate_ramp, NoiseTerm::quantisation, NoiseTerm::angle_random_walk,
                                    NoiseTerm::bias_instability, NoiseTerm::rate_random_walk});
   const AllanFit two = fit_allan(curve, rates, {NoiseTerm::angle_random_walk, NoiseTerm::bias_instability});
   for (std::size_t k = 0; k < kNoiseTerms; ++k) EXPECT_EQ(same.coefficients[k].value, all.coefficients[k].value);
-  EXPECT_FALSE(of(two, NoiseTerm::quantisation).seen);
-  EXPECT_GT(of(two, NoiseTerm::angle_random_walk).value, of(all, NoiseTerm::angle_random_walk).value)
+  EXPECT_FALSE(find_coefficient(two, NoiseTerm::quantisation).seen);
+  EXPECT_GT(find_coefficient(two, NoiseTerm::angle_random_walk).value,
+            find_coefficient(all, NoiseTerm::angle_random_walk).value)
       << "the fitted term includes the noise of the omitted ones";
 }
 
@@ -331,7 +332,7 @@ TEST(AllanFit, FitsShortCurve) {
     std::mt19937_64 random(9);
     const RateStretches rates{.interval_s = 100, .values = {simulate({.N = 3e-4}, samples, 100, random)}};
     const AllanFit fit = fitted(rates);
-    EXPECT_GE(of(fit, NoiseTerm::angle_random_walk).value, 0) << samples;
+    EXPECT_GE(find_coefficient(fit, NoiseTerm::angle_random_walk).value, 0) << samples;
   }
 }
 

@@ -215,7 +215,7 @@ TEST(HoldNoise, UsesOnlyLastHourOfEachHold) {
   EXPECT_EQ(noise.holds, 5);
   EXPECT_EQ(noise.stretches, 5);
   EXPECT_EQ(noise.seconds, 5 * 3600);
-  const NoiseCoefficient& n = of(noise.fit, NoiseTerm::angle_random_walk);
+  const NoiseCoefficient& n = find_coefficient(noise.fit, NoiseTerm::angle_random_walk);
   EXPECT_NEAR(n.value, 3e-4, 4 * n.error);
   EXPECT_NE(noise.statement.find("5 holds"), std::string::npos) << noise.statement;
 }
@@ -228,7 +228,7 @@ TEST(HoldNoise, EndsStretchAtMissingSamples) {
   EXPECT_EQ(noise.holds, 2);
   EXPECT_EQ(noise.stretches, 4);
   EXPECT_EQ(noise.seconds, 2 * 3600 - 1 - 30) << "the last hour of the second hold is unchanged";
-  const NoiseCoefficient& n = of(noise.fit, NoiseTerm::angle_random_walk);
+  const NoiseCoefficient& n = find_coefficient(noise.fit, NoiseTerm::angle_random_walk);
   EXPECT_NEAR(n.value, 3e-4, 4 * n.error);
 }
 
@@ -291,7 +291,7 @@ TEST(HoldNoise, UsesSampleIntervalOfRecord) {
   const HoldNoise noise = measure_hold_noise(dataset);
   EXPECT_NEAR(noise.interval_s, 0.1, 1e-9);
   EXPECT_NEAR(noise.seconds, 3600, 0.2);
-  const NoiseCoefficient& n = of(noise.fit, NoiseTerm::angle_random_walk);
+  const NoiseCoefficient& n = find_coefficient(noise.fit, NoiseTerm::angle_random_walk);
   EXPECT_NEAR(n.value, 0.01, 4 * n.error);
 }
 

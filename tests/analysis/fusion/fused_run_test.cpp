@@ -49,7 +49,7 @@ FusedAxes make_resting_axes(const std::vector<fusion::InputAxis>& axes, Eigen::I
   fused.step_deg_per_h.assign(axes.size(), 0);
   fused.outside.assign(static_cast<std::size_t>(seconds), 0);
   fused.widening = Eigen::MatrixXd::Zero(seconds, count);
-  fused.by_thermometer_drift = fused.learnt = Eigen::MatrixXd::Zero(count, count);
+  fused.thermometer_drift_covariance = fused.learnt = Eigen::MatrixXd::Zero(count, count);
   fused.sensitivity_deg_per_h_per_k = Eigen::MatrixXd::Zero(count, 0);
   fused.temperature_c.resize(seconds, 0);
   fused.attitude = fusion::Attitude{.to_local = Eigen::Vector3d(1, -1, -1).asDiagonal(),
@@ -408,9 +408,9 @@ std::vector<CompensatedAxis> axes_with_shared_thermometer() {
 }
 
 TEST(FusedAxes, CorrelateErrorsOfSharedThermometerBySignOfSlope) {
-  const auto fused = fused_axes(axes_with_shared_thermometer());
+  const auto fused = compensate_axes(axes_with_shared_thermometer());
   ASSERT_TRUE(fused) << text(fused.error());
-  const Eigen::MatrixXd& shared = fused->by_thermometer_drift;
+  const Eigen::MatrixXd& shared = fused->thermometer_drift_covariance;
   EXPECT_NEAR(shared(0, 0), std::pow(0.05 * 0.1, 2), 1e-10);
   EXPECT_NEAR(shared(0, 1), -0.05 * 0.05 * 0.1 * 0.2, 1e-10);
   EXPECT_NEAR(shared(0, 2), 0, 1e-12) << "another thermometer";
@@ -419,7 +419,7 @@ TEST(FusedAxes, CorrelateErrorsOfSharedThermometerBySignOfSlope) {
 }
 
 TEST(FusedAxes, UseTrailingMeansForCompensation) {
-  const auto fused = fused_axes(axes_with_shared_thermometer());
+  const auto fused = compensate_axes(axes_with_shared_thermometer());
   ASSERT_TRUE(fused);
   EXPECT_TRUE(std::isnan(fused->rate_deg_per_h(98, 0))) << "the first mean is complete after 100 s";
   // Mean of the last 100 s of a ramp from −5 to 5 K, times a slope of 0.1.
@@ -429,7 +429,7 @@ TEST(FusedAxes, UseTrailingMeansForCompensation) {
 TEST(FusedAxes, HaveNoRateAfterGapUntilMeanIsComplete) {
   auto axes = axes_with_shared_thermometer();
   for (CompensatedAxis& axis : axes) axis.dataset.time_s.tail(400).array() += 50;
-  const auto fused = fused_axes(axes);
+  const auto fused = compensate_axes(axes);
   ASSERT_TRUE(fused) << text(fused.error());
   EXPECT_TRUE(fused->rate_deg_per_h.middleRows(99, 501).allFinite());
   EXPECT_TRUE(fused->rate_deg_per_h.middleRows(600, 99).array().isNaN().all());
@@ -445,15 +445,15 @@ TEST(FusedAxes, RejectModelOfOtherAxisAndWarnOfOtherGyro) {
     axis.model.trained_on[0].of = axis.dataset.of;
     axis.model.trained_on[0].identity = "0042";
   }
-  EXPECT_TRUE(fused_axes(axes)->warnings.empty());
+  EXPECT_TRUE(compensate_axes(axes)->warnings.empty());
   axes[1].model.trained_on[0].identity = "0043";
-  const auto other = fused_axes(axes);
+  const auto other = compensate_axes(axes);
   ASSERT_TRUE(other) << text(other.error());
   ASSERT_EQ(other->warnings.size(), 1u);
   EXPECT_EQ(other->warnings[0],
             "triad.y: the model belongs to another gyro: it was trained on 0043, this record is of 0042");
   axes[2].model.trained_on[0].of.axis = "x";
-  const auto refused = fused_axes(axes);
+  const auto refused = compensate_axes(axes);
   ASSERT_FALSE(refused);
   EXPECT_NE(text(refused.error()).find("axis triad.z: its model belongs to another axis: it was trained on triad.x"),
             std::string::npos)
@@ -463,12 +463,12 @@ TEST(FusedAxes, RejectModelOfOtherAxisAndWarnOfOtherGyro) {
 TEST(FusedAxes, RejectMissingDirectionOrBudget) {
   auto axes = axes_with_shared_thermometer();
   axes[1].dataset.direction.reset();
-  const auto refused = fused_axes(axes);
+  const auto refused = compensate_axes(axes);
   ASSERT_FALSE(refused);
   EXPECT_NE(text(refused.error()).find("axis y"), std::string::npos) << text(refused.error());
   axes = axes_with_shared_thermometer();
   axes[0].model.uncertainty.reset();
-  EXPECT_FALSE(fused_axes(axes));
+  EXPECT_FALSE(compensate_axes(axes));
 }
 
 TEST(ClusterMeans, OmitClusterWithMissingSecond) {

@@ -147,7 +147,7 @@ void expect_simulated_uncertainty(const std::vector<fusion::InputAxis>& axes, st
   int compared = 0;
   for (int n = 0; n < kPoses; ++n) {
     const Pose pose{.latitude = 65 * (2.0 * n / (kPoses - 1) - 1), .azimuth = 360 * std::fmod(0.618034 * n, 1) - 180};
-    const auto fused = fused_axes(axes_at(pose, axes));
+    const auto fused = compensate_axes(axes_at(pose, axes));
     ASSERT_TRUE(fused) << text(fused.error());
     const auto run = fuse(*fused, std::nullopt, {});
     ASSERT_TRUE(run) << text(run.error());
@@ -174,7 +174,7 @@ TEST(Heading, HasUncertaintyOfMonteCarloForTriad) { expect_simulated_uncertainty
 /// of 543′.
 TEST(Heading, HasBoundedUncertaintyForVanishingSlope) {
   for (const double azimuth : {12.0, 14.0, 60.0}) {
-    const auto fused = fused_axes(axes_at({.latitude = 31.2, .azimuth = azimuth}, fusion::triad_axes(1)));
+    const auto fused = compensate_axes(axes_at({.latitude = 31.2, .azimuth = azimuth}, fusion::triad_axes(1)));
     ASSERT_TRUE(fused && fused->attitude);
     const auto run = fuse(*fused, std::nullopt, {});
     ASSERT_TRUE(run && run->summary.rest && run->summary.rest->heading_expanded_deg);

@@ -33,7 +33,7 @@ TEST(RateFusion, MatchesManualComputationForTetrad) {
   EXPECT_NEAR(std::abs(gains.parity.row(0).dot(relation)), relation.squaredNorm(), 1e-9);
   EXPECT_NEAR(gains.parity.norm(), relation.norm(), 1e-9);
   const Eigen::Vector4d readings(10, -5, 2, 7 / root);
-  EXPECT_TRUE(fused(gains, readings).deg_per_h.isApprox(Eigen::Vector3d(10, -5, 2), 1e-13));
+  EXPECT_TRUE(fuse_readings(gains, readings).deg_per_h.isApprox(Eigen::Vector3d(10, -5, 2), 1e-13));
 }
 
 TEST(RateFusion, IsBestLinearUnbiasedEstimate) {
@@ -72,7 +72,7 @@ TEST(RateFusion, HasStatedCovariance) {
     Eigen::Matrix3d measured = Eigen::Matrix3d::Zero();
     for (int n = 0; n < kReadings; ++n) {
       const Eigen::VectorXd readings = geometry.directions * truth + draws.correlated_normal(geometry.covariance);
-      const Eigen::Vector3d error = whitening * (fused(gains, readings).deg_per_h - truth);
+      const Eigen::Vector3d error = whitening * (fuse_readings(gains, readings).deg_per_h - truth);
       measured += error * error.transpose() / kReadings;
     }
     EXPECT_LT((measured - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff(), 4.5 * std::sqrt(2.0 / kReadings))
@@ -91,7 +91,7 @@ TEST(RateFusion, MatchesReducedGeometryWhenAxisIsOmitted) {
     std::vector<Eigen::Index> kept;
     for (Eigen::Index i = 0; i < geometry.axes(); ++i)
       if (i != out) kept.push_back(i);
-    const FusedRate expected = fused(compute_gains(*remove_axis(geometry, out)), readings(kept));
+    const FusedRate expected = fuse_readings(compute_gains(*remove_axis(geometry, out)), readings(kept));
     const auto rest = fuse_without_axis(gains, readings, out);
     ASSERT_TRUE(rest);
     EXPECT_TRUE(rest->deg_per_h.isApprox(expected.deg_per_h, 1e-10)) << out;

@@ -240,7 +240,7 @@ TEST(North, HasErrorsOfStatedUncertainty) {
           Eigen::AngleAxisd(tilted.norm(), tilted.normalized()).toRotationMatrix() * level_fixture(heading);
       const Eigen::VectorXd readings = geometry.directions * turned.transpose() * earth_rate(latitude) +
                                        draws.correlated_normal(geometry.covariance);
-      const auto north = find_north(fused(gains, readings), latitude, {tilt, tilt});
+      const auto north = find_north(fuse_readings(gains, readings), latitude, {tilt, tilt});
       ASSERT_TRUE(north) << text(north.error());
       const double error = std::remainder(north->heading_deg - heading, 360);
       squares += std::pow(error / north->standard_deg, 2);
@@ -257,7 +257,7 @@ TEST(North, AgreesWithRestEstimate) {
   const Geometry geometry = valid_geometry(triad_axes(u));
   const Attitude attitude{.azimuth_std_deg = 20, .latitude_deg = latitude};
   const Eigen::Vector3d readings = level_fixture(8).transpose() * earth_rate(latitude);
-  const auto north = find_north(fused(compute_gains(geometry), readings), latitude, {});
+  const auto north = find_north(fuse_readings(compute_gains(geometry), readings), latitude, {});
   const auto rest =
       estimate_at_rest(geometry, readings, attitude, {Eigen::Vector3d::Zero(), 1e-14 * Eigen::Matrix3d::Identity()});
   ASSERT_TRUE(north && rest);

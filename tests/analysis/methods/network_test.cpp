@@ -16,7 +16,7 @@ TEST(Network, ComputesDerivativesThatMatchDifferences) {
     const data::SampleMatrix x = 2 * data::normal_matrix(7, 3, seed);
     NetworkModel network = random_network(3, 4, seed);
     network.b = 0.3;
-    const Linearised at = linearise(network, x);
+    const Linearisation at = linearise(network, x);
     EXPECT_LT((at.value - evaluate_function(network, x)).cwiseAbs().maxCoeff(), 1e-14) << "seed " << seed;
     const Eigen::VectorXd numbers = parameter_vector(network);
     ASSERT_EQ(numbers.size(), count_stored_numbers(network));
@@ -68,7 +68,7 @@ TEST(LevenbergMarquardt, StopsAtStationaryPoint) {
   int steps = 0;
   while (steps < 5000 && training.step()) ++steps;
   EXPECT_LT(steps, 5000);
-  const Linearised at = linearise(training.network(), samples.x);
+  const Linearisation at = linearise(training.network(), samples.x);
   EXPECT_LT((at.derivatives * (at.value - samples.y)).cwiseAbs().maxCoeff(), 1e-5);
 }
 

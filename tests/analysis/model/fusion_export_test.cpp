@@ -91,7 +91,7 @@ TEST(FusionExport, FusesLikeLibrary) {
       }
       const fusion::Finding finding = examine(parity_test(gains, geometry), gains.parity * reading, options);
       EXPECT_EQ(result, finding.fault ? 1 : 0) << n;
-      EXPECT_LT((rate - fused(gains, reading).deg_per_h).norm(), 1e-12 * 60) << n;
+      EXPECT_LT((rate - fuse_readings(gains, reading).deg_per_h).norm(), 1e-12 * 60) << n;
       EXPECT_NEAR(statistic, finding.statistic, 1e-9 * (1 + finding.statistic)) << n;
       if (axes.size() == 3) continue;
       const auto named = finding.isolation ? finding.isolation->candidate : std::nullopt;

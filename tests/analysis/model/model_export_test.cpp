@@ -220,7 +220,7 @@ TEST(CExport, PredictsLikeLibrary) {
     clusters.temperature_c = both;
     Model with_lags = model;
     with_lags.terms = terms;
-    const RangedInputs ranged = within_range(with_lags, *evaluate(terms, clusters), Outside::continued);
+    const RangedInputs ranged = apply_range_policy(with_lags, *evaluate(terms, clusters), Outside::continued);
     const Eigen::VectorXd predicted = predict(with_lags, ranged);
     std::string lines;
     for (Eigen::Index i = 0; i < 300; ++i) {

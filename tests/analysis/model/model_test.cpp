@@ -204,14 +204,14 @@ data::SampleMatrix two_outside() { return (data::SampleMatrix(4, 2) << 0.5, 1, 1
 
 /// Predicts the bias with a policy for inputs outside the range.
 Eigen::VectorXd predicted_under(Outside policy, const Model& model, const data::SampleMatrix& inputs) {
-  return predict(model, within_range(model, inputs, policy));
+  return predict(model, apply_range_policy(model, inputs, policy));
 }
 
 /// The training means are 0.1 and 0. Row 1 keeps 0.9/1.4 of its distance from the mean. Row 2 keeps 2/3, so its A − B
 /// is 0.1 − 2/30.
 TEST(TrainedRange, MovesBoundedPointTowardsTrainingMean) {
   const Model model = data::small_svr_model();
-  const RangedInputs ranged = within_range(model, two_outside(), Outside::continued);
+  const RangedInputs ranged = apply_range_policy(model, two_outside(), Outside::continued);
   EXPECT_EQ(ranged.inputs, two_outside());
   EXPECT_TRUE(ranged.bounded.isApprox((data::SampleMatrix(4, 2) << 0.5, 1, 1, 0.9 / 1.4, 0.1 / 3, -5, -1, 5).finished(),
                                       1e-15));
@@ -261,12 +261,12 @@ TEST(TrainedRange, RecomputesProductsFromBoundedFactors) {
   model.input_max = Eigen::RowVector4d{60, 60, 3600, 100};
   model.function = methods::NetworkModel{};
   const data::SampleMatrix row = (data::SampleMatrix(1, 4) << 100, 60, 6000, 8).finished();
-  const data::SampleMatrix bounded = within_range(model, row, Outside::continued).bounded;
+  const data::SampleMatrix bounded = apply_range_policy(model, row, Outside::continued).bounded;
   EXPECT_EQ(bounded, (data::SampleMatrix(1, 4) << 60, 40, 2400, 4).finished()) << "moved half of the way to the mean";
 }
 
 TEST(TrainedRange, ReportsFarthestTermRelativeToRange) {
-  const RangedInputs ranged = within_range(data::small_svr_model(), two_outside(), Outside::extrapolate);
+  const RangedInputs ranged = apply_range_policy(data::small_svr_model(), two_outside(), Outside::extrapolate);
   EXPECT_EQ(ranged.worst_term, 0) << "0.5 of 2 equals 2.5 of 10; the first term is reported";
   EXPECT_DOUBLE_EQ(ranged.worst_excess, 0.25);
   EXPECT_EQ(ranged.inputs, two_outside());
@@ -286,7 +286,7 @@ TEST(TrainedRange, AppliesEqualPoliciesInside) {
   const data::SampleMatrix inside = (data::SampleMatrix(2, 2) << -1, 5, 0.25, -0.5).finished();
   for (const Outside policy : {Outside::continued, Outside::refuse, Outside::extrapolate}) {
     EXPECT_EQ(predicted_under(policy, model, inside), predict(model, inside)) << name(policy);
-    EXPECT_EQ(within_range(model, inside, policy).worst_term, -1);
+    EXPECT_EQ(apply_range_policy(model, inside, policy).worst_term, -1);
   }
 }
 
@@ -305,12 +305,12 @@ TEST(TrainedRange, ContinuesWithoutStepAndStaysBounded) {
 
 TEST(TrainedRange, ToleratesRoundingOfMeans) {
   const data::SampleMatrix edge = (data::SampleMatrix(1, 2) << 1 + 1e-14, -5 - 1e-12).finished();
-  EXPECT_TRUE(within_range(data::small_svr_model(), edge, Outside::refuse).rows.empty());
+  EXPECT_TRUE(apply_range_policy(data::small_svr_model(), edge, Outside::refuse).rows.empty());
 }
 
 TEST(TrainedRange, DoesNotCountMissingInputAsOutside) {
   const data::SampleMatrix missing = (data::SampleMatrix(1, 2) << std::nan(""), 100).finished();
-  const RangedInputs ranged = within_range(data::small_svr_model(), missing, Outside::continued);
+  const RangedInputs ranged = apply_range_policy(data::small_svr_model(), missing, Outside::continued);
   EXPECT_TRUE(ranged.rows.empty());
   EXPECT_TRUE(std::isnan(predicted_under(Outside::continued, data::small_svr_model(), missing)(0)));
 }

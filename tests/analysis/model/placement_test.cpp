@@ -54,7 +54,7 @@ TEST(Placement, FindsNoPriceForDuplicateThermometer) {
   clusters.thermometers[2] = "twin";
   const auto placement = study_placement({clusters}, {});
   ASSERT_TRUE(placement) << text(placement.error());
-  for (const LeftOut& one : placement->alone) {
+  for (const SubsetAccuracy& one : placement->alone) {
     if (one.left_out.front() != "D" && one.left_out.front() != "twin") continue;
     EXPECT_LT(std::abs(one.price_deg_per_h), 0.02 * placement->all.held_out.std);
   }
@@ -68,10 +68,10 @@ TEST(Placement, OrdersStepsConsistently) {
   ASSERT_TRUE(placement);
   EXPECT_EQ(placement->folds, "leave one cycle out (4)");
   EXPECT_EQ(placement->alone.size(), 8u);
-  EXPECT_TRUE(std::ranges::is_sorted(placement->alone, {}, &LeftOut::price_deg_per_h));
+  EXPECT_TRUE(std::ranges::is_sorted(placement->alone, {}, &SubsetAccuracy::price_deg_per_h));
   EXPECT_EQ(placement->elimination.front().left_out, placement->alone.front().left_out);
   for (std::size_t k = 0; k < placement->elimination.size(); ++k) {
-    const LeftOut& step = placement->elimination[k];
+    const SubsetAccuracy& step = placement->elimination[k];
     EXPECT_EQ(step.left_out.size(), k + 1);
     EXPECT_EQ(step.left_out.size() + step.kept.size(), 8u);
     EXPECT_DOUBLE_EQ(step.price_deg_per_h, step.held_out.std - placement->all.held_out.std);

@@ -85,7 +85,7 @@ TEST_F(TypePriorTraining, TrainsWholeRangeModelFromFewClusters) {
   const auto few = trained_on(45), all = trained_on(clusters_.start_s.size());
   ASSERT_TRUE(few && all) << text((few ? all : few).error());
   const auto error = [&](const Model& model) -> Eigen::VectorXd {
-    const auto inputs = within_range(model, *evaluate(model.terms, used_clusters_), Outside::continued);
+    const auto inputs = apply_range_policy(model, *evaluate(model.terms, used_clusters_), Outside::continued);
     EXPECT_LE(inputs.worst_excess, 0.05) << "a record of 75 min does not bound the range";
     return used_clusters_.bias_deg_per_h - predict(model, inputs);
   };

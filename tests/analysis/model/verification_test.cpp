@@ -342,9 +342,9 @@ TEST(AsStreamed, ReportsErrorCausedByLag) {
     const auto verification = verify(model, dataset, clusters);
     return *evaluate_stream(model, dataset, clusters, verification->residual_deg_per_h);
   };
-  const Streamed lagging = stream_results();
+  const StreamResult lagging = stream_results();
   model.latency = {.lag_s = 50, .is_led = true};
-  const Streamed led = stream_results();
+  const StreamResult led = stream_results();
   EXPECT_LT(lagging.aligned.std, 1e-9);
   // A sine with an amplitude of 0.5 °/h and a period of 3600 s that lags by 49.5 s, in means over 100 s.
   EXPECT_NEAR(lagging.residual.std, 0.5 / std::numbers::sqrt2 * 2 * std::numbers::pi * 49.5 / 3600, 0.001);
@@ -371,24 +371,24 @@ TEST(RunScatter, UsesOnlyUnseenRuns) {
     one.compensated.mean = mean;
     return one;
   };
-  const auto between = between_runs({run("a", 0.001, false), run("b", 9, true), run("c", 0.005, false),
-                                     run("a", 0.001, false), run("d", 0.003, false)});
+  const auto between = compute_run_scatter({run("a", 0.001, false), run("b", 9, true), run("c", 0.005, false),
+                                            run("a", 0.001, false), run("d", 0.003, false)});
   ASSERT_TRUE(between);
   EXPECT_EQ(between->runs, 3);
   EXPECT_EQ(between->degrees_of_freedom, 2);
   EXPECT_NEAR(between->mean_deg_per_h, 0.003, 1e-15);
   EXPECT_NEAR(between->std_deg_per_h, 0.002, 1e-15);
   EXPECT_NEAR(between->expanded_deg_per_h, 4.303 * 0.002, 1e-5);
-  EXPECT_FALSE(between_runs({run("a", 1, false), run("b", 2, true)}));
+  EXPECT_FALSE(compute_run_scatter({run("a", 1, false), run("b", 2, true)}));
 }
 
 TEST(RunScatter, RequiresOneGyro) {
   Verification a, b;
   a.run_id = a.identity = "a";
   b.run_id = b.identity = "b";
-  EXPECT_FALSE(between_runs({a, b})) << "runs of different gyros do not show repeatability";
+  EXPECT_FALSE(compute_run_scatter({a, b})) << "runs of different gyros do not show repeatability";
   b.identity.clear();
-  EXPECT_TRUE(between_runs({a, b})) << "a run without identity may be of the same gyro";
+  EXPECT_TRUE(compute_run_scatter({a, b})) << "a run without identity may be of the same gyro";
 }
 
 TEST(RunScatter, RequiresOneIndependentBiasReference) {
@@ -402,11 +402,12 @@ TEST(RunScatter, RequiresOneIndependentBiasReference) {
   };
   const auto a = run("a", 0.001, "earth rate removed", false), b = run("b", 0.004, "earth rate removed", false);
   const auto own = run("c", 0, "mean of the first hold removed", true), also_own = run("d", 0, "of it", true);
-  const auto between = between_runs({a, own, b, also_own});
+  const auto between = compute_run_scatter({a, own, b, also_own});
   ASSERT_TRUE(between);
   EXPECT_EQ(between->runs, 2);
-  EXPECT_FALSE(between_runs({own, also_own})) << "each reference removed the mean of its own run";
-  EXPECT_FALSE(between_runs({a, b, run("e", 10.6, "nothing removed", false)})) << "one bias includes the Earth rate";
+  EXPECT_FALSE(compute_run_scatter({own, also_own})) << "each reference removed the mean of its own run";
+  EXPECT_FALSE(compute_run_scatter({a, b, run("e", 10.6, "nothing removed", false)}))
+      << "one bias includes the Earth rate";
 }
 
 }  // namespace

@@ -18,7 +18,7 @@ TEST(UnexplainedNoise, IsWhitenedLikeByCholeskyFactorOfCovariance) {
                                         UnexplainedNoise{0.001, 0.05, 1e5, 0}, UnexplainedNoise{1, 0, 100, 3}}) {
     const Eigen::LLT<Eigen::MatrixXd> factor(noise_covariance(noise, time));
     const Eigen::MatrixXd columns = data::normal_matrix(40, 3, 5);
-    const Whitened whitened = whiten(noise, time, columns);
+    const WhitenedColumns whitened = whiten(noise, time, columns);
     const Eigen::MatrixXd expected = factor.matrixL().solve(columns);
     EXPECT_LT((whitened.columns - expected).norm() / expected.norm(), 1e-9);
     EXPECT_NEAR(whitened.log_determinant, 2 * factor.matrixLLT().diagonal().array().log().sum(), 1e-8);
@@ -26,7 +26,7 @@ TEST(UnexplainedNoise, IsWhitenedLikeByCholeskyFactorOfCovariance) {
 }
 
 TEST(UnexplainedNoise, IsEmptyWithoutRows) {
-  const Whitened whitened = whiten({1, 1, 1, 1}, Eigen::VectorXd(0), Eigen::MatrixXd(0, 2));
+  const WhitenedColumns whitened = whiten({1, 1, 1, 1}, Eigen::VectorXd(0), Eigen::MatrixXd(0, 2));
   EXPECT_EQ(whitened.columns.rows(), 0);
   EXPECT_EQ(whitened.log_determinant, 0);
 }

@@ -26,14 +26,14 @@ double greatest_distance_change(const SampleMatrix& x, const Eigen::MatrixXd& co
 TEST(Spanned, KeepsSamplesOfIndependentInputs) {
   for (const Eigen::Index rows : {14, 52, 53, 600}) {
     const SampleMatrix x = random_matrix(rows, 13);
-    EXPECT_EQ(spanned(x), Eigen::MatrixXd(x)) << rows;
+    EXPECT_EQ(project_to_span(x), Eigen::MatrixXd(x)) << rows;
   }
 }
 
 TEST(Spanned, ReducesDependentInputsAndKeepsDistances) {
   for (const Eigen::Index rows : {9, 60, 600}) {
     const SampleMatrix x = random_matrix(rows, 7) * random_matrix(7, 13);
-    const Eigen::MatrixXd coordinates = spanned(x);
+    const Eigen::MatrixXd coordinates = project_to_span(x);
     EXPECT_EQ(coordinates.cols(), 7) << rows;
     EXPECT_LT(greatest_distance_change(x, coordinates), 1e-13 * x.norm()) << rows;
   }
@@ -41,7 +41,7 @@ TEST(Spanned, ReducesDependentInputsAndKeepsDistances) {
 
 TEST(Spanned, LimitsDimensionsToSampleCount) {
   const SampleMatrix x = random_matrix(5, 13);
-  const Eigen::MatrixXd coordinates = spanned(x);
+  const Eigen::MatrixXd coordinates = project_to_span(x);
   EXPECT_EQ(coordinates.cols(), 4) << "one dimension is lost by centring";
   EXPECT_LT(greatest_distance_change(x, coordinates), 1e-13 * x.norm());
 }
@@ -49,12 +49,12 @@ TEST(Spanned, LimitsDimensionsToSampleCount) {
 TEST(Spanned, FindsDirectionInLaterSamples) {
   SampleMatrix x = random_matrix(600, 5);
   x.col(4).head(500).setConstant(2);
-  EXPECT_EQ(spanned(x).cols(), 5);
+  EXPECT_EQ(project_to_span(x).cols(), 5);
 }
 
 TEST(Spanned, HasNoDimensionForEqualSamples) {
-  EXPECT_EQ(spanned(SampleMatrix::Constant(100, 5, 3)).cols(), 0);
-  EXPECT_EQ(spanned(SampleMatrix(0, 5)).rows(), 0);
+  EXPECT_EQ(project_to_span(SampleMatrix::Constant(100, 5, 3)).cols(), 0);
+  EXPECT_EQ(project_to_span(SampleMatrix(0, 5)).rows(), 0);
 }
 
 TEST(Spanned, ReturnsOrthonormalDirections) {

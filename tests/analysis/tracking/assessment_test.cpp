@@ -153,7 +153,7 @@ TEST(Response, IsLinearForKalmanFilter) {
 TEST(EvenlySpaced, PutsEachClusterAtItsIndex) {
   data::Clusters clusters;
   clusters.start_s = Eigen::Vector4d{300, 400, 700, 800};
-  const Eigen::VectorXd spaced = evenly_spaced(Eigen::Vector4d{1, 2, 3, 4}, clusters);
+  const Eigen::VectorXd spaced = space_evenly(Eigen::Vector4d{1, 2, 3, 4}, clusters);
   ASSERT_EQ(spaced.size(), 6);
   EXPECT_EQ(spaced(0), 1);
   EXPECT_EQ(spaced(1), 2);

@@ -50,7 +50,7 @@ TEST(Denoisers, AreCausal) {
   std::set<std::string> names;
   for (const Denoiser& denoiser : denoisers(space)) {
     names.insert(denoiser.name);
-    const Denoised one = denoiser.denoise(rates), two = denoiser.denoise(other);
+    const DenoiserOutput one = denoiser.denoise(rates), two = denoiser.denoise(other);
     ASSERT_EQ(one.bias.size(), 400);
     ASSERT_EQ(one.next_hour.size(), 400);
     const Eigen::Index known = 300 - denoiser.latency;
@@ -70,7 +70,7 @@ TEST(Denoisers, ReturnConstantForConstantRate) {
   for (const Denoiser& denoiser : denoisers(space)) {
     if (denoiser.name == "thermal model alone") continue;
     ++denoised_constants;
-    const Denoised denoised = denoiser.denoise(Eigen::VectorXd::Constant(3000, 0.01));
+    const DenoiserOutput denoised = denoiser.denoise(Eigen::VectorXd::Constant(3000, 0.01));
     EXPECT_NEAR(denoised.bias(2999), 0.01, 2e-4) << denoiser.name;
   }
   EXPECT_EQ(denoised_constants, 8);

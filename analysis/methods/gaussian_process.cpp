@@ -89,8 +89,9 @@ std::string describe_fit(const Covariance& covariance, const std::vector<data::T
   Eigen::VectorXd sorted = deviation;
   std::ranges::sort(sorted);
   return fmt::format(
-      "predictive standard deviation, in the target's STD: {:.3g} in the median and {:.3g} at most over the training "
-      "clusters plus a noise of {:.3g}, {:.3g} far from them plus that of the plane; lengths, in each input's STD: {}; "
+      "predictive STD in units of the target's STD: median {:.3g} and maximum {:.3g} over the training clusters, "
+      "without "
+      "the noise of {:.3g}; {:.3g} far from them, without the plane; lengths in units of each input's STD: {}; "
       "likelihood from {} clusters",
       sorted(sorted.size() / 2), sorted(sorted.size() - 1), covariance.noise, covariance.signal,
       fmt::join(lengths, ", "), samples);

@@ -388,7 +388,7 @@ std::vector<TwoPosition> find_two_positions(const Subject& subject, const std::v
 }
 
 std::string make_statement(const Characterisation& result) {
-  if (result.stabilised.empty()) return "no hold of 1.5 h or more: no hold bias";
+  if (result.stabilised.empty()) return "no hold lasts 1.5 h or more, so there is no hold bias";
   return fmt::format("last hour of {} hold{} of 1.5 h or more", result.stabilised.size(),
                      result.stabilised.size() == 1 ? "" : "s");
 }

@@ -89,8 +89,8 @@ methods::PredictiveVariance noise_aware_variance(const population::TypePrior& pr
 std::string describe_type(const population::TypePrior& prior) {
   constexpr double kSecondsInAnHour = 3600;
   return fmt::format(
-      "{}type \"{}\" of {} units ({}); {:.2g} °/h of their bias drifts over {:.2g} h, and {:.2g} °/h of a mean is "
-      "noise",
+      "{}type \"{}\" of {} units ({}); unexplained drift {:.2g} °/h with a time constant of {:.2g} h, white noise "
+      "{:.2g} °/h per mean",
       prior.simulated ? "SIMULATED: " : "", prior.type, prior.units.size(), fmt::join(prior.units, "; "),
       prior.noise.wander_deg_per_h, prior.noise.wander_time_s / kSecondsInAnHour, prior.noise.white_deg_per_h);
 }

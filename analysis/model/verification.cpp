@@ -168,7 +168,7 @@ std::vector<std::string> make_warnings(const Verification& result, const Model& 
                     outside.farthest_term, 100 * outside.farthest, describe_policy(outside.policy)));
   }
   if (clusters.length_s != model.cluster_length_s) {
-    warnings.push_back(fmt::format("the model was trained on means over {} s, these are over {} s",
+    warnings.push_back(fmt::format("the model was trained on means over {} s, but the clusters are means over {} s",
                                    model.cluster_length_s, clusters.length_s));
   }
   return warnings;

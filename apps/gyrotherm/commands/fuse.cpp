@@ -210,7 +210,7 @@ std::string describe(const model::FusionSummary& summary, const std::string& pat
   std::string text = fmt::format("{}{}: {} axes, {} of {} seconds fused\n", summary.simulated ? "SIMULATED " : "", path,
                                  summary.axes.size(), summary.fused, summary.seconds);
   for (const model::FusedAxisSummary& axis : summary.axes)
-    text += fmt::format("  {:<12} {} {}: u {:.5f} °/h in 1 s, {:.5f} in 1 h; RMS error {:.5f}; left out {} s\n",
+    text += fmt::format("  {:<12} {} {}: u {:.5f} °/h in 1 s, {:.5f} in 1 h; RMS error {:.5f}; excluded for {} s\n",
                         axis.name, axis.method, axis.inputs, axis.second_std_deg_per_h, axis.hour_std_deg_per_h,
                         axis.error_rms_deg_per_h, axis.left_out_s);
   text += std::isfinite(summary.limit)
@@ -219,7 +219,7 @@ std::string describe(const model::FusionSummary& summary, const std::string& pat
               : "parity: not available with three axes\n";
   if (summary.error) {
     text += "error relative to the Earth rate, magnitude of the vector:\n" + describe("fused", summary.error) +
-            describe("all axes, none left out", summary.of_all_axes) + describe("first three axes", summary.of_three);
+            describe("all axes, none excluded", summary.of_all_axes) + describe("first three axes", summary.of_three);
     if (summary.within_expanded)
       text += fmt::format("  {:<34} {:.1f} %\n", "components within their U (k = 2)", 100 * *summary.within_expanded);
   }

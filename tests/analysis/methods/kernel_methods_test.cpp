@@ -130,7 +130,7 @@ TEST(GaussianProcess, GivesIrrelevantInputLongLength) {
   const auto& lengths = std::get<ExpansionModel>(fit->function).lengths;
   EXPECT_GT(lengths(2), 5 * lengths(0));
   EXPECT_GT(lengths(2), 5 * lengths(1));
-  EXPECT_NE(fit->particulars.find("predictive standard deviation"), std::string::npos);
+  EXPECT_NE(fit->particulars.find("predictive STD"), std::string::npos);
 }
 
 /// Returns the samples as fit input with thermometer uncertainties. That of A is the largest.

@@ -41,16 +41,16 @@ std::optional<SummaryValue> find_at_stage(const CalibrationReport& report, Stage
   return found == report.results.end() ? std::nullopt : find_value(&*found, quantity);
 }
 
-constexpr const char* kMean = "compensated_bias";
+constexpr const char* kMeanQuantity = "compensated_bias";
 
 std::optional<SummaryValue> find_mean(const CalibrationReport& report, const std::string& axis, Stage stage) {
-  return find_result_value(report, "compensated_mean", kMean, axis, stage);
+  return find_result_value(report, "compensated_mean", kMeanQuantity, axis, stage);
 }
 
 /// Returns the as-found mean for comparison with the as-left mean; nothing if the unit was not adjusted.
 std::optional<SummaryValue> find_mean_as_found(const CalibrationReport& report, Stage last,
                                                const std::optional<SummaryValue>& mean) {
-  return mean && last == Stage::as_left ? find_at_stage(report, Stage::as_found, *mean, kMean) : std::nullopt;
+  return mean && last == Stage::as_left ? find_at_stage(report, Stage::as_found, *mean, kMeanQuantity) : std::nullopt;
 }
 
 /// Returns the last stage with a result of the axis: as left, otherwise as found, otherwise uncompensated.

@@ -16,7 +16,7 @@ constexpr const char* kSimulatedBanner =
     "a real gyro</header>\n"
     "<div class=\"watermark\" aria-hidden=\"true\">SIMULATED</div>\n";
 
-constexpr const char* kScreen = R"css(
+constexpr const char* kScreenCss = R"css(
 :root { --ink: #1d2733; --faint: #5b6673; --line: #d5dae0; --accent: #0b4f8a; --mark: #a8371b; }
 * { box-sizing: border-box; }
 body { margin: 0; background: #eef0f2; color: var(--ink);
@@ -86,7 +86,7 @@ footer { margin-top: 44px; padding-top: 10px; border-top: 1px solid var(--line);
   main { overflow-x: auto; } }
 )css";
 
-constexpr const char* kPrint = R"css(
+constexpr const char* kPrintCss = R"css(
 @page { size: A4; margin: 19mm 16mm 17mm; @bottom-right { content: counter(page) " / " counter(pages);
   font: 8.5pt sans-serif; color: #5b6673; } }
 @media print {
@@ -113,7 +113,9 @@ constexpr const char* kSimulatedPages = R"css(
 
 /// Returns the style sheet for screen and print, without external references. If `simulated` is set, every printed page
 /// is marked in its margin and across the text.
-std::string style_sheet(bool simulated) { return std::string(kScreen) + kPrint + (simulated ? kSimulatedPages : ""); }
+std::string style_sheet(bool simulated) {
+  return std::string(kScreenCss) + kPrintCss + (simulated ? kSimulatedPages : "");
+}
 
 std::string row_html(const std::vector<std::string>& cells, const char* tag, std::size_t text_columns) {
   std::string row = "<tr>";

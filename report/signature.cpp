@@ -39,7 +39,7 @@ constexpr std::string_view kBeforeDigest =
 constexpr std::string_view kBeforeValue = "</ds:DigestValue></ds:Reference></ds:SignedInfo><ds:SignatureValue>";
 constexpr std::string_view kBeforeCertificates = "</ds:SignatureValue><ds:KeyInfo><ds:X509Data>";
 constexpr std::string_view kCertificate = "<ds:X509Certificate>", kCertificateEnd = "</ds:X509Certificate>";
-constexpr std::string_view kAfter = "</ds:X509Data></ds:KeyInfo></ds:Signature>";
+constexpr std::string_view kAfterCertificates = "</ds:X509Data></ds:KeyInfo></ds:Signature>";
 constexpr std::string_view kRootEnd = "\n</dcc:digitalCalibrationCertificate>\n";
 
 constexpr std::size_t kMaxCertificates = 8;
@@ -57,7 +57,7 @@ std::string signature_xml(const SignedDcc& parts) {
   std::string text(kBeforeDigest);
   text.append(parts.digest).append(kBeforeValue).append(parts.value).append(kBeforeCertificates);
   for (const std::string& one : parts.certificates) text.append(kCertificate).append(one).append(kCertificateEnd);
-  return text.append(kAfter);
+  return text.append(kAfterCertificates);
 }
 
 /// Returns the text between the first `before` and the next `after`; nothing if one is missing.

@@ -494,7 +494,7 @@ std::string methods_section(const Report& report) {
   return to_html(table) + sources_note(sources);
 }
 
-constexpr const char* kMeaning =
+constexpr const char* kFiguresNote =
     "<p>Results of the ramp run are <b>in-sample</b>: the models were fitted to these data. They show how well a model "
     "can describe the record, not how well it will compensate. They are not a verification. Leave-cycle-out predicts "
     "each cycle with a model that was refitted without this cycle. Only the random run verifies a model: it is not "
@@ -567,7 +567,7 @@ void add_experiment(Page& page, const Report& report) {
 
 void add_results(Page& page, const Report& report) {
   page.section("Compensation in the ramp run");
-  page.add(kMeaning);
+  page.add(kFiguresNote);
   page.add(result_table(report.rate));
   page.add(kNumbersMeaning);
   page.add(parts_table(report.rate));

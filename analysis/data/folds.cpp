@@ -16,7 +16,7 @@
 namespace gyrotherm::data {
 namespace {
 
-constexpr double kNever = std::numeric_limits<double>::infinity();
+constexpr double kNoDistance = std::numeric_limits<double>::infinity();
 
 /// Assignment of the clusters of one record to the folds that hold them out.
 struct Cut {
@@ -74,9 +74,9 @@ Cut hold_out_record(const Clusters& record) {
 
 /// Computes the time between each cluster and the nearest cluster of the fold, edge to edge, in seconds.
 std::vector<double> distance_to_fold(const Clusters& record, const Cut& cut, int fold) {
-  std::vector<double> distance(cut.fold.size(), kNever);
+  std::vector<double> distance(cut.fold.size(), kNoDistance);
   const auto sweep = [&](auto begin, auto end, auto step) {
-    double last = kNever;
+    double last = kNoDistance;
     for (auto k = begin; k != end; k += step) {
       if (cut.fold[k] == fold) last = record.start_s(k);
       distance[k] = std::min(distance[k], std::abs(record.start_s(k) - last) - record.length_s);

@@ -14,7 +14,7 @@ namespace gyrotherm::data {
 namespace {
 
 constexpr double kMadToSigma = 1.4826;
-constexpr std::size_t kShown = 5;
+constexpr std::size_t kShownValues = 5;
 
 double median(std::span<double> values) {
   const auto middle = values.begin() + std::ssize(values) / 2;
@@ -26,10 +26,10 @@ double median(std::span<double> values) {
 class ValueList {
  public:
   void add(double value_deg_per_h, double time_s) {
-    if (count_++ < kShown)
+    if (count_++ < kShownValues)
       text_ += fmt::format("{}{:.4g} °/h at {:.6g} s", text_.empty() ? "" : ", ", value_deg_per_h, time_s);
   }
-  [[nodiscard]] std::string text() const { return text_ + (count_ > kShown ? ", …" : ""); }
+  [[nodiscard]] std::string text() const { return text_ + (count_ > kShownValues ? ", …" : ""); }
 
  private:
   std::string text_{};

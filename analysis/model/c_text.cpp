@@ -10,7 +10,7 @@
 namespace gyrotherm::model {
 namespace {
 
-constexpr std::size_t kWidth = 100;
+constexpr std::size_t kLineWidth = 100;
 
 /// Returns the values between braces, on as many lines as needed.
 std::string format_braced(const Eigen::Ref<const Eigen::VectorXd>& values, std::string_view indent) {
@@ -19,7 +19,7 @@ std::string format_braced(const Eigen::Ref<const Eigen::VectorXd>& values, std::
   for (Eigen::Index i = 0; i < values.size(); ++i) {
     const std::string number = c_number(values(i));
     if (i > 0) text += ',';
-    if (line + number.size() + 2 > kWidth) {
+    if (line + number.size() + 2 > kLineWidth) {
       text += fmt::format("\n{} ", indent);
       line = indent.size() + 1;
     } else if (i > 0) {

@@ -19,7 +19,7 @@ namespace {
 constexpr Eigen::Index kFewestWithParity = 4;
 /// Most clusters before a hop that are averaged for its size: one hour of 100 s clusters.
 constexpr std::size_t kHourOfClusters = 36;
-constexpr std::size_t kMostRemembered = 600;  ///< vectors, about 17 h
+constexpr std::size_t kMostStoredVectors = 600;  ///< vectors, about 17 h
 
 /// Returns the noise model of an axis's residual bias. If the training could not determine it, returns white noise
 /// about an unknown constant.
@@ -120,7 +120,7 @@ std::optional<Alarm> HopWatch::push(const Eigen::VectorXd& vector, double end_s)
   const auto innovations = push_all(trackers_, vector);
   if (!innovations) return std::nullopt;
   recent_.push_back({end_s, vector});
-  if (recent_.size() > kMostRemembered) recent_.pop_front();
+  if (recent_.size() > kMostStoredVectors) recent_.pop_front();
   const auto change = detector_.push(*innovations);
   if (!change) return std::nullopt;
   Alarm alarm = make_alarm(*change, end_s);

@@ -12,7 +12,7 @@ namespace gyrotherm::model {
 namespace {
 
 // The rounding errors of a sum are accumulated separately (compensated summation), since weights of thousands cancel.
-constexpr const char* kAdd = R"(/* Returns sum + term; adds the rounding error to rest. */
+constexpr const char* kAddFunction = R"(/* Returns sum + term; adds the rounding error to rest. */
 static double added(double sum, double term, double *rest) {
   const double next = sum + term;
   const double back = next - sum;
@@ -87,7 +87,7 @@ std::string write_c(const methods::LinearModel& linear) {
 std::string write_c(const methods::SvrModel& svr) {
   if (svr.beta.size() == 0) return constant(svr.b);
   const double sigma = svr.parameters.sigma;
-  return kAdd +
+  return kAddFunction +
          c_fill(kGaussians,
                 {{"plane", ""},
                  {"unused", kUnusedPlane},
@@ -108,7 +108,7 @@ std::string write_c(const methods::ExpansionModel& expansion) {
   }
   const data::SampleMatrix centres = expansion.centres.array().rowwise() / expansion.lengths.array();
   const Eigen::VectorXd narrowness = -0.5 * expansion.widths.array().square().inverse();
-  return kAdd +
+  return kAddFunction +
          c_fill(kGaussians, {{"plane", plane ? c_fill(kPlane, {{"inputs", count(centres.cols())}}) : ""},
                              {"unused", plane ? "" : kUnusedPlane},
                              {"scaled", "z / length"},
@@ -124,12 +124,12 @@ std::string write_c(const methods::ExpansionModel& expansion) {
 
 std::string write_c(const methods::NetworkModel& network) {
   if (network.out.size() == 0) return constant(network.b);
-  return kAdd + c_fill(kNetwork, {{"inward", c_table("inward", network.weights)},
-                                  {"offset", c_vector("offset", network.offsets)},
-                                  {"weight", c_vector("weight", network.out)},
-                                  {"terms", count(network.out.size())},
-                                  {"inputs", count(network.weights.cols())},
-                                  {"b", c_number(network.b)}});
+  return kAddFunction + c_fill(kNetwork, {{"inward", c_table("inward", network.weights)},
+                                          {"offset", c_vector("offset", network.offsets)},
+                                          {"weight", c_vector("weight", network.out)},
+                                          {"terms", count(network.out.size())},
+                                          {"inputs", count(network.weights.cols())},
+                                          {"b", c_number(network.b)}});
 }
 
 double total_weight(const methods::LinearModel& linear) { return linear.weights.lpNorm<1>(); }

@@ -15,7 +15,7 @@
 namespace gyrotherm::model {
 namespace {
 
-constexpr double kNotFused = std::numeric_limits<double>::quiet_NaN();
+constexpr double kNoRate = std::numeric_limits<double>::quiet_NaN();
 
 /// Gains, parity test and covariance of a set of axes for one second.
 struct SetOfAxes {
@@ -236,7 +236,7 @@ void summarise_axes(const FusedAxes& axes, FusedRun& run) {
                              .direction = {axes.directions(a, 0), axes.directions(a, 1), axes.directions(a, 2)}};
     summary.second_std_deg_per_h = std::sqrt(second.noise(a) + second.bias(a, a));
     summary.hour_std_deg_per_h = std::sqrt(hour.noise(a) + hour.bias(a, a) + hour.learnt(a, a));
-    summary.error_rms_deg_per_h = kNotFused;
+    summary.error_rms_deg_per_h = kNoRate;
     summary.outside_s = std::ranges::count_if(axes.outside, [&](AxisSet outside) { return (outside & bit(a)) != 0; });
     for (const AxisSet used : run.used) summary.left_out_s += used != 0 && (used & bit(a)) == 0 ? 1 : 0;
     run.summary.axes.push_back(std::move(summary));
@@ -248,7 +248,7 @@ void summarise_axes(const FusedAxes& axes, FusedRun& run) {
 Eigen::MatrixXd mask_rates_outside(const FusedAxes& axes) {
   Eigen::MatrixXd rates = axes.rate_deg_per_h;
   for (Eigen::Index row = 0; row < rates.rows(); ++row)
-    for (const Eigen::Index a : members(axes.outside[static_cast<std::size_t>(row)])) rates(row, a) = kNotFused;
+    for (const Eigen::Index a : members(axes.outside[static_cast<std::size_t>(row)])) rates(row, a) = kNoRate;
   return rates;
 }
 
@@ -262,7 +262,7 @@ ClusterMeans insert_missing_clusters(const ClusterMeans& means, double cluster_s
   };
   const Eigen::Index count = grid_index(means.end_s.size() - 1) + 1;
   ClusterMeans all{.end_s = first + cluster_s * Eigen::ArrayXd::LinSpaced(count, 0, static_cast<double>(count - 1)),
-                   .mean = Eigen::MatrixXd::Constant(count, means.mean.cols(), kNotFused)};
+                   .mean = Eigen::MatrixXd::Constant(count, means.mean.cols(), kNoRate)};
   for (Eigen::Index k = 0; k < means.end_s.size(); ++k) all.mean.row(grid_index(k)) = means.mean.row(k);
   return all;
 }
@@ -271,9 +271,9 @@ FusedRun empty_run(const FusedAxes& axes, const FusionOptions& options, const fu
                    const fusion::Geometry& weights) {
   const Eigen::Index rows = axes.time_s.size();
   FusedRun run{.time_s = axes.time_s,
-               .rate_deg_per_h = Eigen::MatrixX3d::Constant(rows, 3, kNotFused),
-               .expanded_deg_per_h = Eigen::MatrixX3d::Constant(rows, 3, kNotFused),
-               .statistic = Eigen::VectorXd::Constant(rows, kNotFused),
+               .rate_deg_per_h = Eigen::MatrixX3d::Constant(rows, 3, kNoRate),
+               .expanded_deg_per_h = Eigen::MatrixX3d::Constant(rows, 3, kNoRate),
+               .statistic = Eigen::VectorXd::Constant(rows, kNoRate),
                .used = std::vector<AxisSet>(static_cast<std::size_t>(rows)),
                .contradicts = std::vector<bool>(static_cast<std::size_t>(rows)),
                .geometry = geometry,
@@ -285,13 +285,13 @@ FusedRun empty_run(const FusedAxes& axes, const FusionOptions& options, const fu
   run.summary.false_alarm_probability = options.watch.false_alarm_probability;
   run.summary.averaging_s = options.averaging_s;
   run.summary.false_alarms_per_h = options.watch.false_alarms_per_h;
-  run.summary.latitude_deg = kNotFused;
+  run.summary.latitude_deg = kNoRate;
   run.summary.warnings = axes.warnings;
   const auto test = parity_test(compute_gains(geometry), geometry);
   const Eigen::VectorXd none = Eigen::VectorXd::Zero(test.freedom());
   run.summary.limit =
       test.freedom() > 0 ? examine(test, none, {.false_alarm_probability = options.watch.false_alarm_probability}).limit
-                         : kNotFused;
+                         : kNoRate;
   return run;
 }
 

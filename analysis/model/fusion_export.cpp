@@ -138,7 +138,7 @@ constexpr const char* kParityOfFuse = R"(  double vector[@name@_PARITIES];
   if (*statistic > @name@_LIMIT) return @name@_CONTRADICTION;
 )";
 
-constexpr const char* kSuspect = R"(int @name@_suspect(const double reading[@name@_AXES], double *bias) {
+constexpr const char* kSuspectFunction = R"(int @name@_suspect(const double reading[@name@_AXES], double *bias) {
   double vector[@name@_PARITIES], first = -1.0, second = -1.0;
   int suspect = -1;
   *bias = 0.0;
@@ -262,7 +262,7 @@ Result<CProgram> fusion_to_c(const fusion::Geometry& geometry, std::string_view 
                                   {"parity_constants", kParityConstants},
                                   {"parity_functions", kParityFunctions},
                                   {"parity_of_fuse", kParityOfFuse},
-                                  {"suspect", kSuspect}})
+                                  {"suspect", kSuspectFunction}})
     placeholders[key] = parities > 0 ? c_fill(text, placeholders) : "";
   return CProgram{.header = c_fill(kFusionHeader, placeholders), .source = c_fill(kFusionSource, placeholders)};
 }

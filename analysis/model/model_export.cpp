@@ -172,7 +172,7 @@ int @name@_self_test(void) {
 }
 )";
 
-constexpr const char* kPast =
+constexpr const char* kPastMembers =
     R"(  double past[@name@_SECONDS][@name@_THERMOMETERS];     /* means of the last seconds, as a ring */
 )";
 
@@ -247,7 +247,7 @@ CPlaceholders header_placeholders(const Model& model, std::string_view name, con
                        {"seconds", fmt::format("{}", rows_in_cluster(model))},
                        {"before", rates ? " (for the rates)" : " (unused by this model: may be null)"},
                        {"order", c_comment(fmt::format("{}", fmt::join(names, ", ")))},
-                       {"past", rates ? c_fill(kPast, {{"name", std::string(name)}}) : ""}});
+                       {"past", rates ? c_fill(kPastMembers, {{"name", std::string(name)}}) : ""}});
   return placeholders;
 }
 

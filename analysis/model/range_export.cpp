@@ -27,7 +27,7 @@ static void bound(double x[]) {
 @remake@}
 )";
 
-constexpr const char* kRemake = R"(  for (int k = 0; k < INPUTS; ++k) {
+constexpr const char* kProductLoop = R"(  for (int k = 0; k < INPUTS; ++k) {
     if (factors[k][0] < 0) continue;
     x[k] = 1.0;
     for (int i = 0; i < 3 && factors[k][i] >= 0; ++i) x[k] *= x[factors[k][i]];
@@ -51,7 +51,7 @@ std::string bounding_in_c(const Model& model) {
       kBounding,
       {{"factors", fmt::format("  static const int factors[INPUTS][{}] = {{{}}};\n", data::kMostFactors, rows)},
        {"is_bounding", "factors[k][0] < 0 && "},
-       {"remake", kRemake}});
+       {"remake", kProductLoop}});
 }
 
 }  // namespace gyrotherm::model

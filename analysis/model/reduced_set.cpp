@@ -15,7 +15,7 @@ namespace {
 
 // If the part of a centre's kernel function that the others do not span is below this, squared, the centre would add
 // only rounding errors.
-constexpr double kSpanned = 1e-9;
+constexpr double kSpannedResidual = 1e-9;
 constexpr Eigen::Index kFirstCapacity = 64;
 
 /// Σ w_j exp(−‖z/l − c_j‖²/(2s²)) + b, with centres that are already divided by the lengths.
@@ -63,7 +63,7 @@ class Pursuit {
   /// selected ones.
   bool select_centre() {
     const auto here = residual_.head(left_.size()).array();
-    const Eigen::ArrayXd gains = (left_.array() > kSpanned).select(here.square() / left_.array(), -1.0);
+    const Eigen::ArrayXd gains = (left_.array() > kSpannedResidual).select(here.square() / left_.array(), -1.0);
     Eigen::Index best{};
     if (gains.maxCoeff(&best) < 0) return false;
     const auto taken = static_cast<Eigen::Index>(kept_.size());

@@ -14,7 +14,7 @@
 namespace gyrotherm::model {
 namespace {
 
-constexpr double kNotYet = std::numeric_limits<double>::quiet_NaN();
+constexpr double kNoValue = std::numeric_limits<double>::quiet_NaN();
 
 }  // namespace
 
@@ -22,7 +22,7 @@ SlidingMeans::SlidingMeans(Eigen::Index length, Eigen::Index columns)
     : block_(data::SampleMatrix::Zero(length, columns)),
       previous_ends_(data::SampleMatrix::Zero(length + 1, columns)),
       current_sum_(Eigen::RowVectorXd::Zero(columns)),
-      means_(Eigen::RowVectorXd::Constant(columns, kNotYet)) {}
+      means_(Eigen::RowVectorXd::Constant(columns, kNoValue)) {}
 
 const Eigen::RowVectorXd& SlidingMeans::push(const Eigen::Ref<const Eigen::RowVectorXd>& row) {
   const Eigen::Index length = block_.rows();
@@ -53,7 +53,7 @@ const Eigen::RowVectorXd& SlidingLags::push(const Eigen::RowVectorXd& means) {
     Follower& follower = ring_[at_][i];
     const double mean = means(lags_[i].thermometer);
     latest_(static_cast<Eigen::Index>(i)) =
-        std::isnan(mean) ? kNotYet : follower.lag.push(mean, static_cast<double>(follower.steps) * length_s);
+        std::isnan(mean) ? kNoValue : follower.lag.push(mean, static_cast<double>(follower.steps) * length_s);
     follower.steps = std::isnan(mean) ? follower.steps + 1 : 1;
   }
   at_ = (at_ + 1) % ring_.size();
@@ -89,8 +89,8 @@ CompensationStream::CompensationStream(const Model& model, std::vector<std::stri
       rates_(std::ranges::any_of(model.terms, data::has_rate)),
       lags_(rows_in_cluster(model), lags) {
   const auto count = static_cast<Eigen::Index>(columns.size());
-  if (rates_) past_.setConstant(rows_in_cluster(model), count, kNotYet);
-  if (is_led(model)) predictions_.setConstant(rows_in_cluster(model), kNotYet);
+  if (rates_) past_.setConstant(rows_in_cluster(model), count, kNoValue);
+  if (is_led(model)) predictions_.setConstant(rows_in_cluster(model), kNoValue);
   latest_.length_s = model.cluster_length_s;
   latest_.thermometers = std::move(columns);
   for (const data::Factor& lag : data::lags_in(model.terms)) latest_.thermometers.push_back(lag_name(lag));
@@ -142,7 +142,7 @@ void CompensationStream::pass(Eigen::Index seconds) {
   const Eigen::Index beyond = std::max<Eigen::Index>(0, seconds / length - kForget);
   const Eigen::Index rows = seconds - beyond * length;
   lags_.pass(beyond);
-  (void)push(data::SampleMatrix::Constant(rows, means_.columns(), kNotYet), Eigen::VectorXd::Constant(rows, kNotYet));
+  (void)push(data::SampleMatrix::Constant(rows, means_.columns(), kNoValue), Eigen::VectorXd::Constant(rows, kNoValue));
 }
 
 Eigen::VectorXd CompensationStream::push_at(const Eigen::Ref<const Eigen::VectorXd>& time_s,

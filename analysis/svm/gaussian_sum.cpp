@@ -18,9 +18,9 @@ namespace gyrotherm::svm {
 namespace {
 
 // Exponents of 2. Weights below 2^kSmallestWeight of the largest weight are dropped. Unused lanes of a block have the
-// exponent kNothing.
+// exponent kNegligibleExponent.
 constexpr double kSmallestWeight = -400;
-constexpr double kNothing = -900;
+constexpr double kNegligibleExponent = -900;
 // Number of points processed together in scratch memory.
 constexpr Eigen::Index kPointsTogether = 8 * kGaussianTile;
 
@@ -197,8 +197,8 @@ void GaussianSum::pack_centre(Eigen::Index slot, const Eigen::Ref<const Eigen::R
 void GaussianSum::pack_nothing(Eigen::Index slot) {
   const Eigen::Index block = slot / kGaussianBlock, lane = slot % kGaussianBlock;
   double* difference = blocks_.by_differences.data() + block * difference_block() + lane;
-  blocks_.by_products[static_cast<std::size_t>(block * product_block() + lane)] = kNothing;
-  difference[0] = kNothing;
+  blocks_.by_products[static_cast<std::size_t>(block * product_block() + lane)] = kNegligibleExponent;
+  difference[0] = kNegligibleExponent;
   difference[kGaussianBlock] = scale_;
 }
 

@@ -13,10 +13,10 @@ namespace {
 
 constexpr int kStepsPerCentre = 25;
 constexpr int kLineSearchSteps = 12;
-constexpr double kRetreat = 0.2;  // factor of σ
-// The proximal step is too long if this many of its Newton steps were shorter than kShort.
+constexpr double kRetreatFactor = 0.2;  // factor of σ
+// The proximal step is too long if this many of its Newton steps were shorter than kShortStep.
 constexpr int kShortSteps = 5;
-constexpr double kShort = 0.02;
+constexpr double kShortStep = 0.02;
 // Tolerance, in C, for the agreement of β̃ and β(r). Rounding errors can move points back and forth between two pieces.
 constexpr double kAgreement = 1e-10;
 
@@ -203,7 +203,7 @@ bool Newton::minimise() {
     response_ += t * response_direction_;
     b_ += t * b_direction_;
     if (is_settled(t)) return true;
-    short_steps += t < kShort;
+    short_steps += t < kShortStep;
     if (short_steps >= kShortSteps) return false;
   }
   return false;
@@ -231,7 +231,7 @@ void Newton::retreat() {
   beta_ = centre_;
   response_ = centre_response_;
   b_ = best_offset(problem_, response_);
-  sigma_ *= kRetreat;
+  sigma_ *= kRetreatFactor;
 }
 
 // Keeps the present centre if it is the best so far. If the gap reaches the required one, computes it again from a

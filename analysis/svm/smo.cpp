@@ -26,7 +26,7 @@ bool is_outside_range(const double* part, const double* beta, const double* low,
 }
 
 // Slope that keeps β_i from crossing its bound, and padding from moving.
-constexpr float kWall = 1e30F;
+constexpr float kBlockingSlope = 1e30F;
 constexpr float kLeastCurvature = 1e-12F;
 // Smallest curvature of a conjugate direction, as a fraction of the curvature of the pair's own direction.
 constexpr double kLeastShare = 1e-3;
@@ -79,7 +79,7 @@ struct StateLines {
 // that stores to an array do not change them.
 GYROTHERM_CLONES
 SmoSteepest move(StateLines lines, const float* up, const float* down, SmoStep step) {
-  FloatLanes best[2] = {FloatLanes{} - kWall, FloatLanes{} - kWall};
+  FloatLanes best[2] = {FloatLanes{} - kBlockingSlope, FloatLanes{} - kBlockingSlope};
   IndexLanes where[2] = {};
   IndexLanes at = kCount;
   for (int i = 0; i < lines.count; i += 2 * kFloatLanes) {
@@ -121,7 +121,7 @@ struct Candidate {
 // K_i.
 GYROTHERM_CLONES
 SmoPartner choose_partner(const float* row, const float* h, const float* fall, float u, int count) {
-  FloatLanes least[2] = {FloatLanes{} + kWall, FloatLanes{} + kWall};
+  FloatLanes least[2] = {FloatLanes{} + kBlockingSlope, FloatLanes{} + kBlockingSlope};
   Candidate best[2];
   IndexLanes at = kCount;
   const FloatLanes highest = FloatLanes{} + u;
@@ -183,7 +183,7 @@ constexpr int kInnerIterations = 10;
 // After this many iterations per point of the whole problem, Newton steps are faster if at most this fraction of the
 // points is free.
 constexpr int kIterationsBeforeFew = 4;
-constexpr double kFewFree = 0.08;
+constexpr double kFewFreeShare = 0.08;
 constexpr int kRowsAtOnce = 4;
 
 GYROTHERM_CLONES
@@ -247,7 +247,7 @@ double Decomposition::violation() const {
 bool Decomposition::has_few_free_points() const {
   const auto free =
       std::ranges::count_if(all_.beta(), [&](double beta) { return beta != 0 && std::abs(beta) < problem_.C; });
-  return static_cast<double>(free) <= kFewFree * n_;
+  return static_cast<double>(free) <= kFewFreeShare * n_;
 }
 
 // Adds the `count` points with the largest slope that are not yet chosen. Among equal slopes the first is taken.
@@ -395,8 +395,8 @@ void SmoDirection::move(const Length& length) {
 void SmoState::resize(int count) {
   stride_ = padded_row(count);
   h_.assign(stride_, 0);
-  rise_.assign(stride_, kWall);
-  fall_.assign(stride_, -kWall);
+  rise_.assign(stride_, kBlockingSlope);
+  fall_.assign(stride_, -kBlockingSlope);
   response_.assign(stride_, 0);
   beta_.assign(count, 0);
   direction_.clear();
@@ -410,15 +410,15 @@ void SmoState::set_point(int i, double beta, float error) {
 void SmoState::set(int i, double beta) {
   const auto epsilon = static_cast<float>(epsilon_);
   beta_[i] = beta;
-  const float rise = beta >= C_ ? kWall : beta >= 0 ? epsilon : -epsilon;
-  const float fall = beta <= -C_ ? -kWall : beta > 0 ? epsilon : -epsilon;
+  const float rise = beta >= C_ ? kBlockingSlope : beta >= 0 ? epsilon : -epsilon;
+  const float fall = beta <= -C_ ? -kBlockingSlope : beta > 0 ? epsilon : -epsilon;
   // Avoids a write if the value is unchanged. Whole lanes are read soon afterwards and would wait for it.
   if (rise_[i] != rise) rise_[i] = rise;
   if (fall_[i] != fall) fall_[i] = fall;
 }
 
 SmoSteepest SmoState::steepest() const {
-  SmoSteepest found{-kWall, 0};
+  SmoSteepest found{-kBlockingSlope, 0};
   for (int i = 0; i < static_cast<int>(beta_.size()); ++i) {
     if (u(i) > found.slope) found = {u(i), i};
   }

@@ -7,7 +7,7 @@
 namespace gyrotherm::svm {
 namespace {
 
-constexpr double kFlat = 1e-13;
+constexpr double kFlatExtent = 1e-13;
 
 using Qr = Eigen::ColPivHouseholderQR<Eigen::MatrixXd>;
 
@@ -16,7 +16,7 @@ bool do_first_samples_span_all(const Eigen::Ref<const Eigen::MatrixXd>& centred)
   const Eigen::Index inputs = centred.cols(), few = 4 * inputs;
   if (centred.rows() <= few || inputs == 0) return false;
   const Qr few_qr(centred.topRows(few));
-  return std::abs(few_qr.matrixR()(inputs - 1, inputs - 1)) > kFlat * centred.norm();
+  return std::abs(few_qr.matrixR()(inputs - 1, inputs - 1)) > kFlatExtent * centred.norm();
 }
 
 }  // namespace
@@ -26,7 +26,7 @@ Eigen::MatrixXd spanning_directions(const Eigen::Ref<const Eigen::MatrixXd>& cen
   const Eigen::Index inputs = centred.cols();
   if (do_first_samples_span_all(centred)) return Eigen::MatrixXd::Identity(inputs, inputs);
   Qr sample_qr;
-  sample_qr.setThreshold(kFlat);
+  sample_qr.setThreshold(kFlatExtent);
   sample_qr.compute(centred);
   const Eigen::Index rank = sample_qr.rank();
   Eigen::MatrixXd basis = Eigen::MatrixXd::Identity(inputs, rank);

@@ -25,13 +25,13 @@ constexpr double kSmoTolerance = 1e-3;
 // trainings.
 constexpr Eigen::Index kSmoIterationsPerPoint = 64;
 constexpr Eigen::Index kSmoIterationsPerPointOfFew = 16;
-constexpr Eigen::Index kFew = 640;
+constexpr Eigen::Index kSmallTraining = 640;
 // σ/C of the first proximal step after SMO.
 constexpr double kFirstWeight = 3;
 // If C is larger than kLargeBound standard deviations of the target, the held-out errors of solutions with a gap just
-// below 1e-3 differ by several percent. The desired gap is then kAim of the required one.
+// below 1e-3 differ by several percent. The desired gap is then kAimFraction of the required one.
 constexpr double kLargeBound = 64;
-constexpr double kAim = 0.1;
+constexpr double kAimFraction = 0.1;
 
 tl::unexpected<Fault> misuse(std::string what) {
   return failure(FaultKind::usage, "support vector regression", std::move(what));
@@ -69,12 +69,12 @@ Result<void> check(Eigen::Index size, const Eigen::Ref<const Eigen::VectorXd>& y
 NewtonResult optimise(const SvrProblem& problem, const SvrOptions& options, const SvrStart* near) {
   const double spread = std::sqrt((problem.y.array() - problem.y.mean()).square().mean());
   const auto iterations = static_cast<int>(
-      problem.size() * (problem.size() <= kFew ? kSmoIterationsPerPointOfFew : kSmoIterationsPerPoint));
+      problem.size() * (problem.size() <= kSmallTraining ? kSmoIterationsPerPointOfFew : kSmoIterationsPerPoint));
   const auto begin = near == nullptr ? std::optional<Eigen::VectorXd>{} : feasible_start(problem, *near);
   const Eigen::VectorXd start = solve_by_smo(problem, kSmoTolerance * spread, iterations, begin ? &*begin : nullptr);
   return solve_by_newton(problem, start,
                          {.relative_gap = options.relative_gap,
-                          .aim = options.relative_gap * (problem.C > kLargeBound * spread ? kAim : 1),
+                          .aim = options.relative_gap * (problem.C > kLargeBound * spread ? kAimFraction : 1),
                           .max_steps = options.max_newton_steps,
                           .first_weight = kFirstWeight});
 }

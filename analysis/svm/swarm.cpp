@@ -18,7 +18,7 @@
 namespace gyrotherm::svm {
 namespace {
 
-constexpr double kNothingYet = std::numeric_limits<double>::infinity();
+constexpr double kNoFitness = std::numeric_limits<double>::infinity();
 
 // Returns the number of threads, at most the number that the machine provides. For a larger number oneTBB prints a
 // warning on stderr.
@@ -30,7 +30,7 @@ int thread_count(const SwarmOptions& options) {
 struct Particle {
   std::vector<Coordinate> coordinates;
   std::vector<double> best;  // position
-  double best_fitness = kNothingYet;
+  double best_fitness = kNoFitness;
 
   [[nodiscard]] std::vector<double> position() const {
     std::vector<double> out;
@@ -92,7 +92,7 @@ class Swarm {
   // Number of evaluations in the present iteration.
   std::atomic<int> done_ = 0;
   std::atomic<bool> interrupted_ = false;
-  double stall_reference_ = kNothingYet;
+  double stall_reference_ = kNoFitness;
   int stall_count_ = 0;
   SwarmSummary summary_;
 };
@@ -116,7 +116,7 @@ Swarm::Swarm(const Fitness& fitness, const SwarmBox& box, const SwarmOptions& op
     particle.best = particle.position();
   }
   summary_.best = particles_.front().best;
-  summary_.best_fitness = kNothingYet;
+  summary_.best_fitness = kNoFitness;
 }
 
 double Swarm::fraction(int iteration, int done) const {
@@ -181,7 +181,7 @@ void Swarm::move(int iteration) {
 
 bool Swarm::update_stall_count() {
   const bool gained = summary_.best_fitness < stall_reference_ - options_.stall_gain * std::abs(stall_reference_) ||
-                      (stall_reference_ == kNothingYet && summary_.best_fitness < kNothingYet);
+                      (stall_reference_ == kNoFitness && summary_.best_fitness < kNoFitness);
   if (gained) {
     stall_reference_ = summary_.best_fitness;
     stall_count_ = 0;

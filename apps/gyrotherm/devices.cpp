@@ -21,8 +21,8 @@ namespace {
 
 constexpr const char* kRules = "60-gyrotherm.rules";
 constexpr const char* kRulesFolder = "/etc/udev/rules.d";
-constexpr const char* kReload = "sudo udevadm control --reload && sudo udevadm trigger";
-constexpr const char* kJoin = "sudo usermod -aG dialout \"$USER\"";
+constexpr const char* kReloadCommand = "sudo udevadm control --reload && sudo udevadm trigger";
+constexpr const char* kJoinCommand = "sudo usermod -aG dialout \"$USER\"";
 
 const char* driver_for(const drivers::HidDeviceFound& device) {
   for (const auto& kind : drivers::kMccKinds)
@@ -76,7 +76,7 @@ std::string serial_access_command(const Node& node) {
   return fmt::format(
       "echo 'KERNEL==\"{}\", GROUP=\"dialout\", MODE=\"0660\"' | sudo tee {}/60-serial.rules && {} && {}   # then log "
       "in again",
-      std::filesystem::path(node.path).filename().string(), kRulesFolder, kReload, kJoin);
+      std::filesystem::path(node.path).filename().string(), kRulesFolder, kReloadCommand, kJoinCommand);
 }
 
 std::string hid_access_command(const Node& node) {
@@ -86,7 +86,7 @@ std::string hid_access_command(const Node& node) {
       has_rules() || shipped.empty()
           ? ""
           : fmt::format("sudo install -m 644 {} {} && ", std::filesystem::absolute(shipped).string(), kRulesFolder);
-  return fmt::format("{}{}   # for remote sessions also: {}, then log in again", install, kReload, kJoin);
+  return fmt::format("{}{}   # for remote sessions also: {}, then log in again", install, kReloadCommand, kJoinCommand);
 }
 
 std::vector<Device> all_devices() {

@@ -22,7 +22,7 @@ constexpr auto kFollowEvery = std::chrono::milliseconds(200);
 /// Time without a new row after which the writer of a live copy may have died.
 constexpr auto kSilence = std::chrono::seconds(2);
 /// Longest wait for a live copy: the run has just started, or is about to end.
-constexpr auto kCopyPatience = std::chrono::seconds(10);
+constexpr auto kLongestCopyWait = std::chrono::seconds(10);
 
 /// Prints rows and keeps the last printed slot.
 class Table {
@@ -94,7 +94,7 @@ Result<void> follow_record(Console& console, const std::string& given) {
     const auto whole = record::read_record(path);
     if (whole) return check_same_run(path, whole->info.id, table).map([&] { table.add(*whole); });
     const bool may_appear = rows || is_being_written(path);  // copy exists until the record closes
-    if (!may_appear || steady_clock::now() - last_change > kCopyPatience) return failure(whole.error());
+    if (!may_appear || steady_clock::now() - last_change > kLongestCopyWait) return failure(whole.error());
   }
   return {};
 }

@@ -168,7 +168,7 @@ Finding check_program(const char* name, FindingState missing, const char* why) {
 
 constexpr const char* kInstallRules = "gyrotherm devices lists the command that installs its udev rules";
 /// Adapters that brltty's rules claim, in the notation of these rules.
-constexpr std::array<std::string_view, 4> kTakenByBrltty{"403/6001", "10c4/ea60", "67b/2303", "1a86/7523"};
+constexpr std::array<std::string_view, 4> kBrlttyAdapters{"403/6001", "10c4/ea60", "67b/2303", "1a86/7523"};
 
 /// Returns the text of a system file without blanks at both ends, or an empty text if it cannot be read.
 std::string read_system_file(const fs::path& file) {
@@ -217,7 +217,7 @@ std::string find_brltty_rules(const std::string& root) {
         end = std::min(rules.find('\n'), rules.size() - 1) + 1;
         const auto line = std::string_view(rules).substr(0, end);
         if (!trimmed(line).starts_with('#') &&
-            std::ranges::any_of(kTakenByBrltty, [&](auto id) { return line.find(id) != std::string_view::npos; }))
+            std::ranges::any_of(kBrlttyAdapters, [&](auto id) { return line.find(id) != std::string_view::npos; }))
           return entry.string().substr(root.size());
       }
     }

@@ -92,7 +92,7 @@ constexpr double kStretchHeight = 6;
 constexpr double kTickLength = 4;
 constexpr int kXTicks = 8;
 // Margin above and below the data, relative to their range.
-constexpr double kAir = 0.02;
+constexpr double kDataMargin = 0.02;
 
 int y_tick_count(const Panel& panel) { return std::max(3, static_cast<int>(panel.height_px / 42)); }
 
@@ -170,7 +170,7 @@ Range y_range(const Panel& panel, Side side) {
     for (const Band& band : panel.bands) range = range ? join_ranges(*range, band.range) : band.range;
   }
   const Range tight = range.value_or(Range{0, 1});
-  const double air = kAir * (tight.high - tight.low);
+  const double air = kDataMargin * (tight.high - tight.low);
   return round_out({tight.low - air, tight.high + air}, y_tick_count(panel));
 }
 

@@ -14,17 +14,17 @@ namespace {
 
 constexpr std::array<Rgb, 5> kShades = {
     {{247, 250, 253}, {209, 225, 241}, {133, 180, 216}, {44, 115, 180}, {8, 48, 107}}};
-constexpr std::array<Rgb, 11> kHeats = {{{49, 54, 149},
-                                         {69, 117, 180},
-                                         {116, 173, 209},
-                                         {171, 217, 233},
-                                         {224, 243, 248},
-                                         {255, 255, 191},
-                                         {254, 224, 144},
-                                         {253, 174, 97},
-                                         {244, 109, 67},
-                                         {215, 48, 39},
-                                         {165, 0, 38}}};
+constexpr std::array<Rgb, 11> kHeatColours = {{{49, 54, 149},
+                                               {69, 117, 180},
+                                               {116, 173, 209},
+                                               {171, 217, 233},
+                                               {224, 243, 248},
+                                               {255, 255, 191},
+                                               {254, 224, 144},
+                                               {253, 174, 97},
+                                               {244, 109, 67},
+                                               {215, 48, 39},
+                                               {165, 0, 38}}};
 
 std::uint8_t between(std::uint8_t from, std::uint8_t to, double part) {
   return static_cast<std::uint8_t>(std::lround(from + part * (to - from)));
@@ -83,7 +83,7 @@ std::string shade_colour(double fraction) {
   return fmt::format("#{:02x}{:02x}{:02x}", rgb.red, rgb.green, rgb.blue);
 }
 
-Rgb heat_colour(double fraction) { return interpolate_colour(kHeats, fraction); }
+Rgb heat_colour(double fraction) { return interpolate_colour(kHeatColours, fraction); }
 
 bool is_shade_dark(double fraction) { return fraction > 0.6; }
 

@@ -155,11 +155,11 @@ void each_film_entry(const GyroMesh& mesh, Visit visit) {
 constexpr std::array<GyroPart, 3> kGaps{GyroPart::air_lid, GyroPart::air_side, GyroPart::air_base};
 
 /// Parts of the outputs after the thermometers, in the order of the outputs. Each output is the mean of its part.
-constexpr std::array<GyroPart, kThermalOutputs - 8> kMeanOf{
+constexpr std::array<GyroPart, kThermalOutputs - 8> kOutputParts{
     GyroPart::shell,    GyroPart::gain_left, GyroPart::gain_right, GyroPart::passive_bore, GyroPart::preamplifier,
     GyroPart::mirror_b, GyroPart::mirror_c,  GyroPart::mirror_f,   GyroPart::mirror_h,     GyroPart::block};
 /// Parts that are heated by the inputs after the ambient, in the order of the inputs.
-constexpr std::array<GyroPart, kThermalInputs - 1> kHeated{
+constexpr std::array<GyroPart, kThermalInputs - 1> kInputParts{
     GyroPart::gain_left, GyroPart::gain_right, GyroPart::preamplifier, GyroPart::ballast_left, GyroPart::ballast_right};
 
 const MaterialProperties& properties(const GyroModel& model, GyroPart part) {
@@ -298,7 +298,7 @@ SparseMatrix assemble_capacity(const GyroModel& model, const GyroMesh& mesh) {
 
 Eigen::MatrixXd assemble_inputs(const GyroMesh& mesh) {
   Eigen::MatrixXd inputs = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(mesh.node_count), kThermalInputs);
-  each_mean_weight(mesh, {kHeated.begin(), kHeated.end()}, [&](std::size_t part, int node, double value) {
+  each_mean_weight(mesh, {kInputParts.begin(), kInputParts.end()}, [&](std::size_t part, int node, double value) {
     inputs(node, static_cast<Eigen::Index>(part) + 1) += value;
   });
   return inputs;
@@ -330,7 +330,7 @@ SparseMatrix assemble_outputs(const GyroModel& model, const GyroMesh& mesh) {
     for (int n = 0; n < kHex20; ++n)
       if (shape[n] != 0) entries.emplace_back(t, nodes[n], shape[n]);
   }
-  each_mean_weight(mesh, {kMeanOf.begin(), kMeanOf.end()}, [&](std::size_t part, int node, double value) {
+  each_mean_weight(mesh, {kOutputParts.begin(), kOutputParts.end()}, [&](std::size_t part, int node, double value) {
     entries.emplace_back(static_cast<int>(part) + 8, node, value);
   });
   SparseMatrix outputs(static_cast<Eigen::Index>(kThermalOutputs), static_cast<Eigen::Index>(mesh.node_count));

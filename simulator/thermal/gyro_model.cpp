@@ -35,7 +35,7 @@ void set_gap_widths(GyroModel& model) {
 
 namespace {
 
-constexpr double kTouching = 1e-6;  // mm
+constexpr double kTouchTolerance = 1e-6;  // mm
 // Limit of the cabinet's size, mm. The mesh of a larger cabinet would not fit into memory.
 constexpr double kLargestCabinet = 500;
 
@@ -77,8 +77,9 @@ void check_space(const TomlTable& root, const GyroModel& model) {
   for (const auto& solid : solids) {
     const auto b = bounds(solid.prism.plan);
     const auto& in = parts.inside;
-    if (b.x0 < in.x0 - kTouching || b.x1 > in.x1 + kTouching || b.y0 < in.y0 - kTouching || b.y1 > in.y1 + kTouching ||
-        solid.prism.z0 < parts.inside_z0 - kTouching || solid.prism.z1 > parts.inside_z1 + kTouching) {
+    if (b.x0 < in.x0 - kTouchTolerance || b.x1 > in.x1 + kTouchTolerance || b.y0 < in.y0 - kTouchTolerance ||
+        b.y1 > in.y1 + kTouchTolerance || solid.prism.z0 < parts.inside_z0 - kTouchTolerance ||
+        solid.prism.z1 > parts.inside_z1 + kTouchTolerance) {
       root.table(solid.table)
           .mistake(solid.key,
                    fmt::format("{} reaches outside the cabinet's walls", kGyroPartNames[index(solid.prism.part)]));
@@ -89,7 +90,7 @@ void check_space(const TomlTable& root, const GyroModel& model) {
       const auto& a = solids[i].prism;
       const auto& b = solids[j].prism;
       const double height = std::min(a.z1, b.z1) - std::max(a.z0, b.z0);
-      if (height < kTouching || may_share_space(a.part, b.part)) continue;
+      if (height < kTouchTolerance || may_share_space(a.part, b.part)) continue;
       if (const double shared = area(intersection(a.plan, b.plan)) * height; shared > 1e-3) {
         root.table(solids[i].table)
             .mistake(solids[i].key, fmt::format("{} overlaps {} by {:.3g} mm³", kGyroPartNames[index(a.part)],

@@ -503,7 +503,7 @@ Result<ReducedSystem> reduce(const ThermalSystem& system, const ReducedModel& he
 
 SolveColumns multigrid_solver() {
   return [](const SparseMatrix& matrix, const Eigen::MatrixXd& right) -> Result<Eigen::MatrixXd> {
-    auto solver = ConjugateGradients::create(matrix, {.tolerance = kSolved});
+    auto solver = ConjugateGradients::create(matrix, {.tolerance = kSolveTolerance});
     if (!solver) return failure(solver.error());
     Eigen::MatrixXd solutions(right.rows(), right.cols());
     for (Eigen::Index i = 0; i < right.cols(); ++i) {

@@ -73,9 +73,9 @@ class ReducedBasis final {
 
 /// Largest ratio of residual to right-hand side in a solution. A solution only corrects the present response, so four
 /// digits suffice.
-inline constexpr double kSolved = 1e-4;
+inline constexpr double kSolveTolerance = 1e-4;
 
-/// Solves A X = R with a symmetric positive definite A, column by column, to kSolved or better.
+/// Solves A X = R with a symmetric positive definite A, column by column, to kSolveTolerance or better.
 using SolveColumns = std::function<Result<Eigen::MatrixXd>(const SparseMatrix& matrix, const Eigen::MatrixXd& right)>;
 
 struct ReductionOptions {

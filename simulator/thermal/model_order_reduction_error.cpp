@@ -122,7 +122,7 @@ Result<double> measure_error(const ErrorProgram& trial, const ThermalSystem& sys
 /// Returns the full model's field at rest. The ambient contributes a constant field.
 Result<Eigen::VectorXd> full_steady_state(const ThermalSystem& system, const ThermalCoefficients& c,
                                           const ThermalInputValues& u, const SolveColumns& solve) {
-  // Each round adds as many correct digits as kSolved has.
+  // Each round adds as many correct digits as kSolveTolerance has.
   constexpr int kRounds = 3;
   AffineMatrix matrices(system);
   const auto& matrix = matrices.sum(0, 1, c);

@@ -31,13 +31,13 @@ struct DoctorArguments {
   std::string rig, folder = ".";
 };
 
-constexpr auto kConnectWithin = std::chrono::seconds(2);
+constexpr auto kConnectTimeout = std::chrono::seconds(2);
 
 Finding check_tcp(drivers::TcpLine line, std::uint16_t usual_port) {
   if (line.port == 0) line.port = usual_port;
-  const auto stream = drivers::make_stream(line, {}, kConnectWithin);
+  const auto stream = drivers::make_stream(line, {}, kConnectTimeout);
   const auto address = text(drivers::Line(line));
-  if (const auto opened = stream->write({}, kConnectWithin); !opened)
+  if (const auto opened = stream->write({}, kConnectTimeout); !opened)
     return {"", FindingState::fault, text(opened.error()),
             fmt::format("check power, cable and address (ping {}); the display of the instrument shows its "
                         "address",

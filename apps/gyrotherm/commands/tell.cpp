@@ -8,7 +8,7 @@
 namespace gyrotherm::app {
 namespace {
 
-constexpr Duration kAnswerWithin = std::chrono::seconds(5);
+constexpr Duration kAnswerTimeout = std::chrono::seconds(5);
 
 struct TellArguments {
   std::string run;
@@ -19,7 +19,7 @@ struct TellArguments {
 Result<Exit> send_request(Console& console, const TellArguments& options) {
   const auto request = control::make_request(options.word, fmt::format("{}", fmt::join(options.texts, " ")));
   if (!request) return failure(request.error());
-  const auto answer = control::tell(options.run, *request, kAnswerWithin);
+  const auto answer = control::tell(options.run, *request, kAnswerTimeout);
   if (!answer) return failure(answer.error());
   if (!answer->done) return failure(FaultKind::refused, options.run, answer->text);
   if (console.json)

@@ -19,7 +19,7 @@
 namespace gyrotherm::app {
 namespace {
 
-constexpr auto kLongest = std::chrono::minutes(5);
+constexpr auto kTimeout = std::chrono::minutes(5);
 
 /// Name and digest of the gyro file of a reduced model.
 struct Origin {
@@ -66,7 +66,7 @@ Result<report::ReportedThermal> find_thermal_model(const rig::RigFile& rig) {
                     "has changed since",
                     origin->gyro));
   const auto model =
-      read_program_output({sibling_program_path("gyrotherm-thermal"), "figure", "--quiet", "--gyro", file}, kLongest)
+      read_program_output({sibling_program_path("gyrotherm-thermal"), "figure", "--quiet", "--gyro", file}, kTimeout)
           .and_then(
               [](const std::string& out) { return report::read_thermal_figure(out, "gyrotherm-thermal figure"); });
   if (interrupted()) return failure(FaultKind::interrupted, "thermal image", "stopped");

@@ -26,7 +26,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kSchema = "gyrotherm-confirmed-command/1";
-constexpr const char* kTrust = "\"gyrotherm resume RUN.db --trust-commands\" starts it anyway";
+constexpr const char* kTrustHint = "\"gyrotherm resume RUN.db --trust-commands\" starts it anyway";
 
 /// Returns the commands that a real rig starts. A virtual line has no program.
 std::vector<drivers::ProgramCommand> list_commands(const rig::RigFile& rig) {
@@ -92,7 +92,7 @@ std::string ownership_problem(const std::string& path) {
 Result<void> check_command(const std::string& folder, const std::string& rig_file,
                            const drivers::ProgramCommand& command) {
   const auto refuse = [&](const std::string& why) {
-    return failure(FaultKind::refused, "command " + text(command), fmt::format("{}; {}", why, kTrust));
+    return failure(FaultKind::refused, "command " + text(command), fmt::format("{}; {}", why, kTrustHint));
   };
   const auto path = confirmation_path(folder, rig_file, command);
   const auto kept = folder.empty() ? std::optional<std::string>()

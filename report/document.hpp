@@ -44,7 +44,7 @@ struct KeyFigures {
   std::vector<Entry> figures;
 };
 
-/// A table cell. A mark is shown as text and sign, not by colour alone.
+/// A table cell. A mark is shown as text and sign, not only by colour.
 struct Cell {
   enum class Mark { none, pass, caution, fail } mark = Mark::none;
   std::string text;

@@ -69,7 +69,7 @@ void check_laboratory(Placeholders& all, const CalibrationReport& report) {
   for (std::size_t i = 0; i < report.statements.size(); ++i)
     all.check(fmt::format("{}statement[{}]", file, i), report.statements[i]);
   for (const Equipment& one : report.equipment) {
-    // Other equipment comes from records.
+    // Other equipment is taken from the records.
     if (one.role != "reference") continue;
     all.check(file + "equipment.name", one.name);
     all.check(file + "equipment.serial_number", one.serial_number);

@@ -231,8 +231,8 @@ struct Report {
 /// Returns "in-sample: the models were fitted to these data" or "not used to train any model".
 [[nodiscard]] const char* in_sample_text(const ReportedRun& run);
 
-/// Returns report.json, ending in a newline. Each top-level key is on a separate line, so that reports can be compared
-/// by line. Numbers have the fewest digits that restore the same double; NaN is null.
+/// Returns report.json, ending in a newline. Each top-level key is on a separate line, so reports can be compared by
+/// line. Numbers have the fewest digits that restore the same double; NaN is null.
 [[nodiscard]] std::string to_json(const Report& report);
 
 /// Reads report.json. Fails with bad_file on syntax errors (where: file:line:column), and on another schema, a missing

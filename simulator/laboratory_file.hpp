@@ -47,7 +47,8 @@ struct LaboratoryFaults {
   PlantFaults plant;
   /// True if the controller keeps showing its last reading.
   bool air_is_frozen{};
-  /// Faults in the order of VirtualLaboratory::thermometer_names(). Thermometers beyond the end of the list have none.
+  /// Faults in the order of VirtualLaboratory::thermometer_names(). Thermometers that the list does not contain have
+  /// none.
   std::vector<ThermometerFault> thermometers;
 };
 

@@ -96,7 +96,7 @@ void describe(auto& form, Like<Term> auto& term) {
   form.expect("term", text == to_string(term), "does not match its factors");
 }
 
-/// Row-major matrix with one sample per row, so that a sample is contiguous.
+/// Row-major matrix with one sample per row; each sample is contiguous.
 using SampleMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 /// Causal first-order lag of a temperature: the difference T − F between the temperature T of a thermometer and the

@@ -15,7 +15,7 @@
 namespace gyrotherm::methods {
 namespace {
 
-/// Computes squared distances column by column, so that the distances to one centre take one pass.
+/// Computes squared distances column by column; the distances to one centre then take one pass.
 Eigen::VectorXd squared_distances_to(const Eigen::MatrixXd& samples, const Eigen::RowVectorXd& centre) {
   Eigen::VectorXd sum = Eigen::VectorXd::Zero(samples.rows());
   for (Eigen::Index j = 0; j < samples.cols(); ++j) sum.array() += (samples.col(j).array() - centre(j)).square();

@@ -437,7 +437,7 @@ SmoDirection::Point SmoState::point(int i, bool rising) const {
 }
 
 // Moves the points along the direction made conjugate to the last one. Returns nothing and moves nothing if the
-// direction of the pair alone is better.
+// direction of the pair itself is better.
 std::optional<SmoStep> SmoState::step_conjugately(const SmoPair& pair) {
   if (direction_.empty() || direction_.full()) return {};
   const double shared = static_cast<double>(response_[pair.i]) - static_cast<double>(response_[pair.j]);

@@ -15,7 +15,7 @@
 
 namespace gyrotherm::svm {
 
-/// Row-major matrix with one sample per row, so that a sample is contiguous.
+/// Row-major matrix with one sample per row; each sample is contiguous.
 using SampleMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 class GaussianSamples;

@@ -110,7 +110,7 @@ double allan_deviation(const Eigen::VectorXd& rates, double interval_s, Eigen::I
   return enough ? data::allan_point(stretches, static_cast<int>(intervals)).deviation_deg_per_h : kNothing;
 }
 
-/// Returns the response of a denoiser to noise with a change minus its response to the noise alone.
+/// Returns the response of a denoiser to noise with a change, minus its response to the same noise without the change.
 Eigen::VectorXd change_response(const Denoiser& denoiser, const Eigen::VectorXd& noise, const Eigen::VectorXd& change) {
   return denoiser.denoise(noise + change).bias - denoiser.denoise(noise).bias;
 }

@@ -60,8 +60,8 @@ void describe(auto& form, Like<Consistency> auto& consistency) {
 [[nodiscard]] Eigen::VectorXd space_evenly(const Eigen::Ref<const Eigen::VectorXd>& values,
                                            const data::Clusters& clusters);
 
-/// Response of a denoiser to a bias that changes amid the noise, minus its response to the noise alone. The changes are
-/// a step of 1 °/h and a ramp of 0.01 °/h/min that ends after 6 h.
+/// Response of a denoiser to a bias that changes amid the noise, minus its response to the same noise without the
+/// change. The changes are a step of 1 °/h and a ramp of 0.01 °/h/min that ends after 6 h.
 struct Response {
   /// Time until the estimate reaches half the step. NaN if this takes more than a day.
   double step_delay_s{};

@@ -180,7 +180,7 @@ void VirtualUsbTemp::reply(const drivers::MccRequest& request, const std::vector
   replies_.push_back(encode_mcc_bytes(request.command, bytes));
 }
 
-/// Returns an item as it was set, or zeros if it was never set.
+/// Returns the stored settings of an item, or zeros if none are stored.
 std::vector<std::uint8_t> VirtualUsbTemp::item(const drivers::MccRequest& request) const {
   const auto found = items_.find({request.arguments[0], request.arguments[1]});
   auto bytes = found == items_.end() ? std::vector<std::uint8_t>() : found->second;

@@ -240,7 +240,7 @@ struct RowEnds {
   explicit RowEnds(int bricks)
       : values(16 * static_cast<std::size_t>(bricks + 2 * kLanes<Real>)), length(values.size() / 16) {}
   [[nodiscard]] Real* left(int n) { return values.data() + 2 * static_cast<std::size_t>(n) * length; }
-  /// Returns values shifted by one, so that the right end of a brick aligns with the left end of the next.
+  /// Returns values shifted by one; the right end of a brick then aligns with the left end of the next.
   [[nodiscard]] Real* right(int n) { return left(n) + length + 1; }
 };
 

@@ -34,7 +34,7 @@ double positive_or_nan(double value) { return value > 0 ? value : kNotKnown; }
 
 /// Applies `make` to each of the three models.
 template <class Make>
-auto per_model(const model::PerModel<model::TrainedModel>& models, Make make) {
+auto apply_to_models(const model::PerModel<model::TrainedModel>& models, Make make) {
   return model::PerModel<decltype(make(models.three_point))>{make(models.three_point), make(models.multi_point),
                                                              make(models.multi_point_t)};
 }
@@ -91,7 +91,7 @@ ReportedSeries make_series(const data::RecordedRun& run, const model::PerModel<m
       .set_point_c = to_vector(clusters.set_point_c),
       .raw = to_vector(clusters.bias_deg_per_h),
       .thermometers_c = {},
-      .residual = per_model(models, [&](const auto& m) { return to_vector((m.*on).residual_deg_per_h); }),
+      .residual = apply_to_models(models, [&](const auto& m) { return to_vector((m.*on).residual_deg_per_h); }),
       .cycles = find_cycles(run)};
   for (std::size_t k = 0; k < clusters.thermometers.size(); ++k)
     if (data::is_temperature(clusters.thermometers[k]))
@@ -109,8 +109,8 @@ ReportedNoise make_noise(const data::RecordedRun& run, const model::PerModel<mod
           .compensated_holds =
               measure_compensated_hold_noise(run.dataset, run.clusters, residual_after(models.multi_point_t)),
           .raw = cluster_allan_curve(run.clusters.bias_deg_per_h, run.clusters),
-          .compensated =
-              per_model(models, [&](const auto& m) { return cluster_allan_curve(residual_after(m), run.clusters); })};
+          .compensated = apply_to_models(
+              models, [&](const auto& m) { return cluster_allan_curve(residual_after(m), run.clusters); })};
 }
 
 model::PerModel<ReportedGain> compute_gains(const model::PerModel<model::TrainedModel>& models, RunMember on) {
@@ -147,7 +147,7 @@ ReportedRun make_run(const ReportSourceRun& source, const model::PerModel<model:
       .dropped_gaps = run.clusters.dropped_gaps,
       .gaps_s = run.dataset.gaps_s,
       .raw = verification.raw,
-      .residual = per_model(models, [&](const model::TrainedModel& model) { return make_residual(model.*on); }),
+      .residual = apply_to_models(models, [&](const model::TrainedModel& model) { return make_residual(model.*on); }),
       .gain = compute_gains(models, on),
       .noise = make_noise(run, models, on),
       .characterisation = model::characterise(run.dataset, run.clusters, (models.multi_point_t.*on).residual_deg_per_h),
@@ -250,7 +250,7 @@ void add_segments(std::vector<ReportedSegment>& all, const char* run,
     const model::SegmentFigures& segment = (models.multi_point.*on).segments[k];
     all.push_back({run, segment.segment, segment.name, segment.hold, segment.start_s, segment.duration_s,
                    segment.mean_temperature_c, segment.mean_bias_deg_per_h,
-                   per_model(models, [&](const auto& model) { return (model.*on).segments[k].residual; })});
+                   apply_to_models(models, [&](const auto& model) { return (model.*on).segments[k].residual; })});
   }
 }
 
@@ -292,9 +292,9 @@ Report make_report(const ReportSource& source) {
       .rate = make_run(source.rate, models, &model::TrainedModel::rate),
       .random = make_run(source.random, models, &model::TrainedModel::random),
       .folds = multi_point.folds,
-      .leave_cycle_out = per_model(models, [](const auto& m) { return m.model.leave_cycle_out; }),
-      .nested_leave_cycle_out = per_model(models, [](const auto& m) { return m.model.nested_leave_cycle_out; }),
-      .models = per_model(models, make_reported_model),
+      .leave_cycle_out = apply_to_models(models, [](const auto& m) { return m.model.leave_cycle_out; }),
+      .nested_leave_cycle_out = apply_to_models(models, [](const auto& m) { return m.model.nested_leave_cycle_out; }),
+      .models = apply_to_models(models, make_reported_model),
       .later = collect_later_runs(source),
       .methods = make_methods(source.qualification),
       .recommendation = source.qualification.recommendation,

@@ -21,12 +21,12 @@ namespace {
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
-ReportedValue exact(double value) { return {.value = value}; }
+ReportedValue exact_value(double value) { return {.value = value}; }
 
 /// Combines a type A uncertainty with degrees of freedom and a type B one with infinitely many.
 ReportedValue make_value(double value, double u, double degrees_of_freedom, double u_type_b = 0) {
   const double combined = std::hypot(u, u_type_b);
-  if (!std::isfinite(value) || !(combined > 0)) return exact(value);
+  if (!std::isfinite(value) || !(combined > 0)) return exact_value(value);
   const double freedom = u > 0 ? std::max(1.0, degrees_of_freedom) * std::pow(combined / u, 4) : kInfinite;
   return value_with_uncertainty(value, combined, freedom);
 }
@@ -75,9 +75,9 @@ void add_warm_ups(const ResultTarget& of, const std::vector<model::WarmUp>& warm
   for (const model::WarmUp& one : warm_ups) {
     const double seconds = select_stage(of, one.seconds).value;
     if (!std::isfinite(seconds)) continue;
-    set_point.values.push_back(exact(one.set_point_c));
-    within.values.push_back(exact(select_stage(of, one.within).value));
-    duration.values.push_back(exact(seconds));
+    set_point.values.push_back(exact_value(one.set_point_c));
+    within.values.push_back(exact_value(select_stage(of, one.within).value));
+    duration.values.push_back(exact_value(seconds));
   }
   add(of, Group::warm_up, "warm_up", {std::move(set_point), std::move(within), std::move(duration)});
 }
@@ -97,7 +97,7 @@ void add_stabilised(const ResultTarget& of, const std::vector<model::StabilisedB
   for (const model::StabilisedBias& hold : holds) {
     const model::MeasuredValue& found = select_stage(of, hold.bias);
     if (hold.turned || !std::isfinite(found.value)) continue;
-    set_point.values.push_back(exact(hold.set_point_c));
+    set_point.values.push_back(exact_value(hold.set_point_c));
     temperature.values.push_back(make_value(hold.temperature_c, 0, kInfinite, temperature_u_k));
     bias.values.push_back(make_value(found, of.u_reference));
   }
@@ -110,7 +110,7 @@ void add_two_positions(const ResultTarget& of, const std::vector<model::TwoPosit
                        const data::Dataset& dataset) {
   Column set_point = column("set_point", "°C"), bias = column("bias", "°/h"), rate = column("earth_rate", "°/h");
   for (const model::TwoPosition& one : found) {
-    set_point.values.push_back(exact(one.set_point_c));
+    set_point.values.push_back(exact_value(one.set_point_c));
     bias.values.push_back(make_value(select_stage(of, one.bias)));
     const model::MeasuredValue& earth_rate = select_stage(of, one.earth_rate);
     rate.values.push_back(
@@ -122,7 +122,7 @@ void add_two_positions(const ResultTarget& of, const std::vector<model::TwoPosit
 void add_retraces(const ResultTarget& of, const std::vector<model::Retrace>& retraces) {
   Column set_point = column("set_point", "°C"), change = column("change", "°/h");
   for (const model::Retrace& one : retraces) {
-    set_point.values.push_back(exact(one.set_point_c));
+    set_point.values.push_back(exact_value(one.set_point_c));
     change.values.push_back(make_value(select_stage(of, one.change)));
   }
   add(of, Group::bias, "retrace", {std::move(set_point), std::move(change)});
@@ -147,7 +147,7 @@ void add_hysteresis(const ResultTarget& of, const std::vector<model::HysteresisP
   for (const model::HysteresisPoint& point : points) {
     const model::MeasuredValue& found = select_stage(of, point.width);
     if (!std::isfinite(found.value)) continue;
-    temperature.values.push_back(exact(point.temperature_c));
+    temperature.values.push_back(exact_value(point.temperature_c));
     width.values.push_back(make_value(found));
   }
   add(of, Group::hysteresis, "hysteresis", {std::move(temperature), std::move(width)});
@@ -188,7 +188,7 @@ double rmse_reference_uncertainty(const data::Figures& figures, double u_referen
 /// Returns a root mean square with the uncertainty that results from standard deviation, mean and bias reference. The
 /// errors of standard deviation and mean are independent.
 ReportedValue make_rmse(const data::Figures& figures, double u_reference) {
-  if (!(figures.rmse > 0)) return exact(figures.rmse);
+  if (!(figures.rmse > 0)) return exact_value(figures.rmse);
   const double of_std = figures.std / figures.rmse, of_mean = figures.mean / figures.rmse;
   const model::CombinedUncertainty all =
       model::combined({{.standard_uncertainty = std_error(figures),
@@ -198,7 +198,7 @@ ReportedValue make_rmse(const data::Figures& figures, double u_reference) {
                         .sensitivity = of_mean,
                         .degrees_of_freedom = std::max(1.0, figures.effective.of_mean - 1)},
                        {.standard_uncertainty = rmse_reference_uncertainty(figures, u_reference)}});
-  if (!(all.standard_deg_per_h > 0)) return exact(figures.rmse);
+  if (!(all.standard_deg_per_h > 0)) return exact_value(figures.rmse);
   return value_with_uncertainty(figures.rmse, all.standard_deg_per_h, all.degrees_of_freedom);
 }
 
@@ -210,7 +210,7 @@ void add_whole_run(const ResultTarget& of, const data::Figures& figures) {
   if (figures.count > 1)
     columns.push_back(column("std", "°/h", {make_value(figures.std, std_error(figures), of_std - 1)}));
   columns.push_back(column("rmse", "°/h", {make_rmse(figures, of.u_reference)}));
-  columns.push_back(column("largest", "°/h", {exact(figures.max_abs)}));
+  columns.push_back(column("largest", "°/h", {exact_value(figures.max_abs)}));
   add(of, Group::compensation, "whole_run", std::move(columns));
 }
 
@@ -227,7 +227,7 @@ void add_behaviour(const ResultTarget& of, const model::Characterisation& found,
 /// in that run. For a training record the budget omits the thermometer drift since training.
 void add_compensated_mean(const ResultTarget& of, const data::Figures& figures, const model::Model& model,
                           const data::Dataset& dataset) {
-  ReportedValue value = exact(figures.mean);
+  ReportedValue value = exact_value(figures.mean);
   if (model.uncertainty) {
     model::Budget budget = model.uncertainty->budget;
     if (!of.in_sample) budget.rows = model::rows_for_run(dataset, std::move(budget.rows));
@@ -245,7 +245,7 @@ void add_coverage(const ResultTarget& of, const std::optional<model::Coverage>& 
   const double share = coverage->seen;
   const double error = coverage->effective > 1 ? std::sqrt(share * (1 - share) / coverage->effective) : 0;
   add(of, Group::compensation, "coverage",
-      {column("nominal_share", "1", {exact(coverage->nominal)}),
+      {column("nominal_share", "1", {exact_value(coverage->nominal)}),
        column("seen_share", "1", {make_value(share, error, coverage->effective - 1)})});
 }
 
@@ -393,8 +393,8 @@ void add_turn_on(CalibrationReport& report, const std::string& axis, const std::
     for (const model::TurnOn& one : model::turn_on_scatter(records.characterised)) {
       const double freedom = one.starts - 1;
       const double value = stage == Stage::uncompensated ? one.std_before_deg_per_h : one.std_after_deg_per_h;
-      set_point.values.push_back(exact(one.set_point_c));
-      starts.values.push_back(exact(one.starts));
+      set_point.values.push_back(exact_value(one.set_point_c));
+      starts.values.push_back(exact_value(one.starts));
       std.values.push_back(make_value(value, value / std::sqrt(2 * freedom), freedom));
     }
     add({report, axis, {}, stage, records.in_sample, 0}, Group::turn_on, "turn_on_repeatability",

@@ -14,7 +14,7 @@ using model::Characterisation;
 using model::MeasuredValue;
 
 std::string cell(const MeasuredValue& measured) {
-  return std::isfinite(measured.value) ? plot::with_error(measured.value, measured.u) : "–";
+  return std::isfinite(measured.value) ? plot::format_with_error(measured.value, measured.u) : "–";
 }
 
 /// Returns a table row: name, unit or temperature, value before and after compensation.

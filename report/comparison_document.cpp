@@ -80,7 +80,7 @@ class ComparisonWriter : public BlockWriter {
   [[nodiscard]] Cell result_name(const ComparedResult& one) const {
     std::string text = translated(one.key);
     if (one.quantity != one.key) text += ": " + translated(one.quantity);
-    Cell cell{.text = with_unit(text, one.unit), .note = one.axis};
+    Cell cell{.text = name_with_unit(text, one.unit), .note = one.axis};
     const auto add = [&](const std::string& more) { cell.note += (cell.note.empty() ? "" : ", ") + more; };
     add(stages(one));
     if (const auto blank = one.condition.find(' '); blank != std::string::npos)

@@ -120,7 +120,7 @@ void DccText::identification(const char* issuer, std::string_view value, const T
   });
 }
 
-void DccText::single(const std::string& unit, const ReportedValue& value) {
+void DccText::single_value(const std::string& unit, const ReportedValue& value) {
   xml_.element("si:real", [&] {
     xml_.leaf("si:value", dsi_value(value));
     xml_.leaf("si:unit", unit);
@@ -171,7 +171,7 @@ void DccText::quantity(const Texts& name, const std::string& ref_type, std::stri
   }
   xml_.element(element, {{"refType", ref_type}}, [&] {
     text("dcc:name", name);
-    values.size() == 1 ? single(*dsi, values.front()) : list(*dsi, values);
+    values.size() == 1 ? single_value(*dsi, values.front()) : list(*dsi, values);
   });
   if (classify_certainty(values.front()) == Certainty::with_students_u) degrees_of_freedom(values, element);
 }
@@ -182,7 +182,7 @@ void DccText::quantity(const Texts& name, const std::string& ref_type, const std
   for (const std::string& unit : units) all += (all.empty() ? "" : " ") + dsi_unit(unit).value();
   xml_.element("dcc:quantity", {{"refType", ref_type}}, [&] {
     text("dcc:name", name);
-    values.size() == 1 ? single(all, values.front()) : list(all, values);
+    values.size() == 1 ? single_value(all, values.front()) : list(all, values);
   });
 }
 

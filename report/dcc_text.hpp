@@ -65,7 +65,7 @@ class DccText {
                         const char* element = "dcc:quantity");
 
  private:
-  void single(const std::string& unit, const ReportedValue& value);
+  void single_value(const std::string& unit, const ReportedValue& value);
   void list(const std::string& unit, const std::vector<ReportedValue>& values);
   void degrees_of_freedom(const std::vector<ReportedValue>& values, const char* element);
 

@@ -131,8 +131,8 @@ std::string chart_data(const FigureData& figure, Language language, std::size_t 
                          is_line_dashed(figure, k), numbers(kept.x, kDigitsOfX), numbers(kept.y, kDigitsOfY));
   }
   return fmt::format("{{\"x\":{},\"y\":{},\"lines\":[{}]}}",
-                     quote_json(with_unit(translate(language, figure.x_key), figure.x_unit)),
-                     quote_json(with_unit(translate(language, figure.y_key), figure.y_unit)), lines);
+                     quote_json(name_with_unit(translate(language, figure.x_key), figure.x_unit)),
+                     quote_json(name_with_unit(translate(language, figure.y_key), figure.y_unit)), lines);
 }
 
 std::string chart_script() { return kNotice + std::string(dygraphs_script()) + kScript; }

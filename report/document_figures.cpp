@@ -75,7 +75,7 @@ plot::Curve make_curve(const FigureData& figure, std::size_t index, std::string 
 
 plot::AxisStyle axis_style(const DocumentWriter& writer, const std::string& key, const std::string& unit,
                            bool logarithmic) {
-  return {.title = with_unit(writer.translated(key), unit), .logarithmic = logarithmic};
+  return {.title = name_with_unit(writer.translated(key), unit), .logarithmic = logarithmic};
 }
 
 std::string figure_caption(const DocumentWriter& writer, const FigureData& figure) {

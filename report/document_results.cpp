@@ -128,7 +128,7 @@ std::string quantity_name(const DocumentWriter& writer, const TableGroup& tables
   const ResultTable& table = tables.any();
   const Column& column = *find_column(table, quantity);
   const std::string key = key_with_detail(writer, table), own = writer.translated(quantity);
-  return with_unit(contains_name(key, own) ? key : key + ": " + own, column.unit);
+  return name_with_unit(contains_name(key, own) ? key : key + ": " + own, column.unit);
 }
 
 /// Builds a table of results: columns for quantity, record and conditions, then one per stage.
@@ -161,7 +161,7 @@ class ResultsTable {
     if (has_record_column_) table_.header.push_back(writer_.translated("column.record"));
     table_.text_columns = table_.header.size();
     for (const std::string& condition : separate_quantities(first).conditions)
-      table_.header.push_back(with_unit(writer_.translated(condition), find_column(first.any(), condition)->unit));
+      table_.header.push_back(name_with_unit(writer_.translated(condition), find_column(first.any(), condition)->unit));
     for (const Stage stage : stages_) table_.header.push_back(writer_.translated(name(stage)));
   }
   void add(const TableGroup& tables) {
@@ -302,7 +302,7 @@ std::string limited_quantity(const DocumentWriter& writer, const std::string& qu
 
 std::vector<Cell> conformity_row(const DocumentWriter& writer, const Conformity& one) {
   const std::string record = record_label(writer.report, one.run);
-  return {{.text = with_unit(limited_quantity(writer, one.quantity), one.unit)},
+  return {{.text = name_with_unit(limited_quantity(writer, one.quantity), one.unit)},
           {.text = one.axis.empty() ? "–" : one.axis, .note = record},
           {.text = writer.translated(name(one.stage))},
           verdict_cell(writer, one.verdict),

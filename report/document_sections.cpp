@@ -109,7 +109,7 @@ DocumentTable influences_table(const DocumentWriter& writer) {
   for (const Influence& influence : writer.report.influences) {
     const std::string name =
         influence.key.empty() ? text_in(writer.language, influence.name) : writer.translated(influence.key);
-    table.rows.push_back({{.text = with_unit(name, influence.unit)},
+    table.rows.push_back({{.text = name_with_unit(name, influence.unit)},
                           {.text = format_plain(writer.language, influence.low)},
                           {.text = format_plain(writer.language, influence.high)}});
   }

@@ -190,7 +190,7 @@ std::string format_unit(std::string_view unit) {
                      unit.substr(second + 1));
 }
 
-std::string with_unit(std::string_view name, std::string_view unit) {
+std::string name_with_unit(std::string_view name, std::string_view unit) {
   const std::string printed = format_unit(unit);
   if (printed.empty()) return std::string(name);
   if (printed.find('/') == std::string::npos) return fmt::format("{} /\u00a0{}", name, printed);

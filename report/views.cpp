@@ -296,7 +296,7 @@ std::string format_read_off(const data::NoiseCoefficient& noise) {
 }
 
 std::string noise_cell(const data::NoiseCoefficient& noise) {
-  if (noise.seen) return plot::with_error(noise.value, noise.error);
+  if (noise.seen) return plot::format_with_error(noise.value, noise.error);
   return std::isfinite(noise.at_most) ? "not significant, &lt;&nbsp;" + plot::significant(noise.at_most) : "–";
 }
 
@@ -349,8 +349,8 @@ void add_part(HtmlTable& table, const char* part, const model::PerModel<Reported
     const data::Figures& f = residual.*figures;
     const auto cell = [&](const std::string& text) { return f.count > 0 ? text : "–"; };
     table.rows.push_back({head, model, std::to_string(f.count), format_effective(f),
-                          cell("<b>" + plot::with_error(f.std, std_error(f)) + "</b>"),
-                          cell(plot::with_error(f.mean, mean_error(f))), cell(plot::format_bias(f.rmse)),
+                          cell("<b>" + plot::format_with_error(f.std, std_error(f)) + "</b>"),
+                          cell(plot::format_with_error(f.mean, mean_error(f))), cell(plot::format_bias(f.rmse)),
                           cell(plot::format_bias(f.max_abs))});
   };
   add(part, "three-point", of.three_point);
@@ -403,7 +403,7 @@ std::string noise_section(const Report& report) {
 std::string result_table(const ReportedRun& run) {
   const auto std_cell = [](const ReportedResidual& r) { return "<b>" + plot::format_bias(r.all.std) + "</b>"; };
   const auto raw = plot::format_bias(run.raw.std),
-             floor = plot::with_error(run.floor.deg_per_h, run.floor.error_deg_per_h);
+             floor = plot::format_with_error(run.floor.deg_per_h, run.floor.error_deg_per_h);
   HtmlTable table{.caption = "Bias compensation in the " + plot::escaped(run.profile) + " run – " + in_sample_text(run),
                   .header = model_header("Bias, °/h"),
                   .style = "even"};

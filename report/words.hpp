@@ -68,6 +68,6 @@ struct FormattedValue {
 /// Formats a unit for print: "°/h/K" becomes "°/(h·K)", and "1" becomes empty.
 [[nodiscard]] std::string format_unit(std::string_view unit);
 /// Returns "Bias / (°/h)" or "Temperature / °C", with no line break after the slash; only the name if dimensionless.
-[[nodiscard]] std::string with_unit(std::string_view name, std::string_view unit);
+[[nodiscard]] std::string name_with_unit(std::string_view name, std::string_view unit);
 
 }  // namespace gyrotherm::report

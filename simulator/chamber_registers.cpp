@@ -167,7 +167,7 @@ void ChamberRegisters::find_addresses() {
 }
 
 bool ChamberRegisters::serves(int address) const {
-  return (address >= hole_begin_ && address < hole_end_) || served_.contains(address) || memory_.holds(address);
+  return (address >= hole_begin_ && address < hole_end_) || served_.contains(address) || memory_.contains(address);
 }
 
 double ChamberRegisters::shown_value(const SimulatedUnit::ShownRegister& shows) const {
@@ -183,7 +183,7 @@ double ChamberRegisters::shown_value(const SimulatedUnit::ShownRegister& shows) 
   }();
   auto found = shows.values.find(laboratory_.holds_output() && laboratory_.is_on() ? "manual" : state);
   if (found == shows.values.end()) found = shows.values.find(state);
-  if (found == shows.values.end() && run_.runs()) found = shows.values.find("running");
+  if (found == shows.values.end() && run_.is_running()) found = shows.values.find("running");
   if (found == shows.values.end()) found = shows.values.find(laboratory_.is_on() ? "on" : "off");
   return found == shows.values.end() ? 0 : found->second;
 }
@@ -220,7 +220,7 @@ tl::expected<void, ModbusException> ChamberRegisters::read(drivers::ReadFunction
   const auto base = words.size();
   for (int at = first; at < end; ++at) {
     if (!serves(at)) return tl::unexpected(ModbusException::illegal_address);
-    words.push_back(memory_.holds(at) ? memory_.word(at) : image_.word(at));
+    words.push_back(memory_.contains(at) ? memory_.word(at) : image_.word(at));
   }
   for (const auto& live : live_) {
     const int from = image_address(*live.item), to = from + word_count(*live.item);
@@ -256,14 +256,14 @@ tl::expected<ChamberRegisters::Assignment, ModbusException> ChamberRegisters::as
     if (!accepts(item, made.value)) return tl::unexpected(ModbusException::illegal_value);
     return made;
   }
-  if (!memory_.holds(address)) return tl::unexpected(ModbusException::illegal_address);
+  if (!memory_.contains(address)) return tl::unexpected(ModbusException::illegal_address);
   return Assignment{.item = nullptr, .address = address, .words = {words.front()}};
 }
 
 tl::expected<void, ModbusException> ChamberRegisters::write(drivers::WriteFunction function, std::uint16_t address,
                                                             std::span<const std::uint16_t> words) {
   const bool coil = function == drivers::WriteFunction::coil;
-  if (unit_.ignores_blocks_elsewhere && function == drivers::WriteFunction::registers && !memory_.holds(address))
+  if (unit_.ignores_blocks_elsewhere && function == drivers::WriteFunction::registers && !memory_.contains(address))
     return {};
   if (words.size() > map_.link.modbus.write_at_most) return tl::unexpected(ModbusException::illegal_value);
   std::vector<Assignment> assignments;
@@ -281,7 +281,7 @@ tl::expected<void, ModbusException> ChamberRegisters::write(drivers::WriteFuncti
 void ChamberRegisters::apply(const Assignment& assignment) {
   for (std::size_t i = 0; i < assignment.words.size(); ++i) {
     const int at = assignment.address + static_cast<int>(i);
-    if (memory_.holds(at)) memory_.set_word(at, assignment.words[i]);
+    if (memory_.contains(at)) memory_.set_word(at, assignment.words[i]);
     if (assignment.item && !assignment.item->self_clearing) image_.set_word(at, assignment.words[i]);
   }
   if (assignment.item) apply_effects(*assignment.item, assignment.value);
@@ -327,7 +327,7 @@ void ChamberRegisters::start_program() {
 
 void ChamberRegisters::advance_second() {
   ++seconds_;
-  if (!run_.runs()) return;
+  if (!run_.is_running()) return;
   const auto set_point = run_.next_set_point(laboratory_.air_as_measured());
   if (laboratory_.accepts(set_point)) laboratory_.change_set_point(set_point);
 }

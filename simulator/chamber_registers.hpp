@@ -120,7 +120,7 @@ class MemoryImage {
   /// Creates an empty memory. `map` and `registers` must outlive it.
   MemoryImage(const drivers::RegisterMap& map, RegisterImage& registers);
 
-  [[nodiscard]] bool holds(int address) const { return range_of(address) != nullptr; }
+  [[nodiscard]] bool contains(int address) const { return range_of(address) != nullptr; }
 
   [[nodiscard]] std::uint16_t word(int address) const {
     const auto* range = range_of(address);
@@ -200,7 +200,7 @@ class ProgramRun {
   }
 
   void hold() {
-    if (runs()) stage_ = Stage::held;
+    if (is_running()) stage_ = Stage::held;
   }
 
   void resume() {
@@ -211,15 +211,15 @@ class ProgramRun {
   void end() { stage_ = Stage::none; }
 
   [[nodiscard]] Stage stage() const { return stage_; }
-  [[nodiscard]] bool runs() const { return stage_ == Stage::ramping || stage_ == Stage::soaking; }
+  [[nodiscard]] bool is_running() const { return stage_ == Stage::ramping || stage_ == Stage::soaking; }
   [[nodiscard]] int step() const { return static_cast<int>(step_); }
 
   /// Returns the set point for the second that begins now, and advances by one second. A guaranteed soak does not
-  /// advance while the air is outside its band. Requires runs().
+  /// advance while the air is outside its band. Requires is_running().
   [[nodiscard]] Celsius next_set_point(Celsius air) {
-    assert(runs());
-    while (runs() && elapsed_ >= program_.steps[step_].duration) enter(step_ + 1);
-    if (!runs()) return program_.steps.back().target;
+    assert(is_running());
+    while (is_running() && elapsed_ >= program_.steps[step_].duration) enter(step_ + 1);
+    if (!is_running()) return program_.steps.back().target;
     const auto& step = program_.steps[step_];
     const double part = to_seconds(elapsed_) / to_seconds(step.duration);
     const auto set_point = step.start + (step.target - step.start) * part;

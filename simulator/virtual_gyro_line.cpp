@@ -111,10 +111,10 @@ void PacedGyroLine::gather_values(const VirtualLaboratory& laboratory) {
 
 void PacedGyroLine::send(const VirtualLaboratory& laboratory, double share) {
   ++frames_;
-  if (laboratory.unit().off) return attend();
+  if (laboratory.unit().off) return serve_clients();
   count(laboratory, share);
   if (is_silent(laboratory)) {
-    attend();
+    serve_clients();
     return server_.skip(sent_);
   }
   gather_values(laboratory);

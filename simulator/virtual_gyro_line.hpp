@@ -67,7 +67,7 @@ class PacedGyroLine {
 
   void add(Pty pty) { server_.add(std::move(pty)); }
   [[nodiscard]] std::shared_ptr<MemoryConnection> connect() { return server_.connect(); }
-  void attend() { server_.attend(); }
+  void serve_clients() { server_.serve_clients(); }
   /// Returns the time at which the next frame is due, in seconds since the start.
   [[nodiscard]] double next_s() const { return static_cast<double>(frames_ + 1) / frames_a_second_; }
   /// Stores the counts at the beginning or at the end of a second.

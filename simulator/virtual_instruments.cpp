@@ -157,7 +157,7 @@ class Servers final : public VirtualInstruments {
     const std::scoped_lock lock(guard_);
     clock_ += time;
     for (auto& gyro : gyros_)
-      if (from_seconds(gyro.next_s()) > clock_) gyro.attend();
+      if (from_seconds(gyro.next_s()) > clock_) gyro.serve_clients();
     for (auto next = next_s(); from_seconds(next) <= clock_; next = next_s()) {
       while (static_cast<double>(seconds_) < next) step();
       for (auto& gyro : gyros_)
@@ -179,14 +179,14 @@ class Servers final : public VirtualInstruments {
   Result<Descriptor> connect(InstrumentKind kind, std::size_t index) override {
     auto ends = make_socket_pair();
     if (!ends) return failure(std::move(ends.error()));
-    replies_.adopt(std::move(ends->second), sessions_.at(kind).at(index));
+    replies_.add_client(std::move(ends->second), sessions_.at(kind).at(index));
     return std::move(ends->first);
   }
   std::unique_ptr<drivers::ByteStream> line(InstrumentKind kind, std::size_t index) override {
     if (kind != InstrumentKind::gyro) return make_answering_line(sessions_.at(kind).at(index), guard_);
     return make_memory_line([this, index] { return gyros_.at(index).connect(); });
   }
-  void attend() override { replies_.attend(); }
+  void serve_clients() override { replies_.serve_clients(); }
 
   void set_unit_state(const UnitState& state) override {
     const std::scoped_lock lock(guard_);

@@ -93,7 +93,7 @@ class VirtualInstruments {
   /// needs a descriptor. Fails with disconnected.
   [[nodiscard]] virtual Result<Descriptor> connect(InstrumentKind kind, std::size_t index = 0) = 0;
   /// Answers the requests on connections from connect(). Call it after sending a request.
-  virtual void attend() = 0;
+  virtual void serve_clients() = 0;
 
   /// Makes a unit stop or resume sending (VirtualLaboratory::silence).
   virtual void silence(std::size_t unit, bool silent) = 0;

@@ -99,12 +99,12 @@ constexpr double kArcsecPerDegree = 3600;
 // Significance threshold for a square, in standard errors.
 constexpr double kSignificance = 2;
 constexpr double kOneSided95 = 1.645;
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+constexpr double kNoTime = std::numeric_limits<double>::quiet_NaN();
 
 const std::array<NoiseTermInfo, kNoiseTerms> kInfo = {{
     {"Q", "quantisation", "arcsec", "√3·Q/τ", 1.7320508075688772 * kSecondsPerHour},
     {"N", "angle random walk", "°/√h", "N/√τ", kSecondsPerHour},
-    {"B", "bias instability", "°/h", "0.664·B", kNone},
+    {"B", "bias instability", "°/h", "0.664·B", kNoTime},
     {"K", "rate random walk", "°/h/√h", "K·√(τ/3)", 3 * kSecondsPerHour},
     {"R", "rate ramp", "°/h²", "R·τ/√2", 1.4142135623730951 * kSecondsPerHour},
 }};
@@ -312,7 +312,7 @@ NoiseCoefficient make_coefficient(const Problem& problem, const Fitted& fitted, 
     coefficient.square = per_unit * again->value;
     coefficient.square_error = per_unit * again->error;
   } else {
-    coefficient.at_most = coefficient.square = coefficient.square_error = kNone;
+    coefficient.at_most = coefficient.square = coefficient.square_error = kNoTime;
   }
   const double square = fitted.squares(index);
   coefficient.seen = square > 0 && square >= kSignificance * fitted.errors(index);

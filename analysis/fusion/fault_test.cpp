@@ -59,7 +59,8 @@ std::optional<Isolation> isolate(const FaultTest& test, const Eigen::Ref<const E
   found->size = test.effects.col(best).dot(vector) / square;
   found->size_std = 1 / std::sqrt(square);
   found->left = std::max(0.0, vector.squaredNorm() - explained(best));
-  found->explains = found->left <= chi_squared_limit_for(test.freedom() - 1, options.false_alarm_probability);
+  found->explains =
+      found->left <= chi_squared_limit_for(test.degrees_of_freedom() - 1, options.false_alarm_probability);
   if (found->explains && found->rivals.empty()) found->candidate = best;
   return found;
 }
@@ -67,8 +68,8 @@ std::optional<Isolation> isolate(const FaultTest& test, const Eigen::Ref<const E
 Finding examine(const FaultTest& test, const Eigen::Ref<const Eigen::VectorXd>& vector, const TestOptions& options) {
   assert(vector.size() == test.effects.rows() && vector.allFinite());
   Finding finding{.statistic = vector.squaredNorm(),
-                  .limit = chi_squared_limit_for(test.freedom(), options.false_alarm_probability),
-                  .freedom = test.freedom()};
+                  .limit = chi_squared_limit_for(test.degrees_of_freedom(), options.false_alarm_probability),
+                  .freedom = test.degrees_of_freedom()};
   finding.fault = finding.statistic > finding.limit;
   if (finding.fault) finding.isolation = isolate(test, vector, options);
   return finding;
@@ -76,16 +77,16 @@ Finding examine(const FaultTest& test, const Eigen::Ref<const Eigen::VectorXd>& 
 
 double detection_probability(const FaultTest& test, Eigen::Index candidate, double size,
                              double false_alarm_probability) {
-  if (test.freedom() < 1) return 0;
+  if (test.degrees_of_freedom() < 1) return 0;
   const double shift = size * test.effects.col(candidate).norm();
-  return data::noncentral_chi_squared_exceeds(chi_squared_limit_for(test.freedom(), false_alarm_probability),
-                                              test.freedom(), shift * shift);
+  return data::noncentral_chi_squared_exceeds(chi_squared_limit_for(test.degrees_of_freedom(), false_alarm_probability),
+                                              test.degrees_of_freedom(), shift * shift);
 }
 
 double detectable_size(const FaultTest& test, Eigen::Index candidate, double probability,
                        double false_alarm_probability) {
   assert(probability > false_alarm_probability && probability < 1);
-  if (test.freedom() < 1 || !has_effect(test, candidate)) return kInfinite;
+  if (test.degrees_of_freedom() < 1 || !has_effect(test, candidate)) return kInfinite;
   const auto detected = [&](double size) {
     return detection_probability(test, candidate, size, false_alarm_probability);
   };

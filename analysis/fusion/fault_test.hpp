@@ -16,7 +16,7 @@ struct FaultTest {
   std::vector<std::string> candidates;
   /// f_i, one column per candidate: the effect of a fault of one unit on the vector.
   Eigen::MatrixXd effects;
-  [[nodiscard]] int freedom() const { return static_cast<int>(effects.rows()); }
+  [[nodiscard]] int degrees_of_freedom() const { return static_cast<int>(effects.rows()); }
 };
 
 struct TestOptions {

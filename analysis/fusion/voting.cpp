@@ -102,7 +102,7 @@ FaultTest joint_test(const Voters& voters) {
 Verdict vote(const Voters& voters, const Eigen::Ref<const Eigen::VectorXd>& departures_deg_per_h,
              const Eigen::Ref<const Eigen::RowVectorXd>& temperature_c, const TestOptions& options) {
   const FaultTest test = joint_test(voters);
-  Eigen::VectorXd vector(test.freedom());
+  Eigen::VectorXd vector(test.degrees_of_freedom());
   vector << voters.whitening * departures_deg_per_h, voters.thermometers.vector(temperature_c);
   Verdict verdict{.joint = examine(test, vector, options),
                   .of_axes = examine({voters.axes, voters.whitening}, vector.head(voters.whitening.rows()), options),

@@ -211,7 +211,7 @@ Result<FaultWatch> FaultWatch::make(const FusedAxes& axes, AxisSet set,
     watched.spaces.push_back(state_space(watched.noises.back(), cluster_s));
   }
   if (const auto made = watch.watch_parity(axes, watched); !made) return failure(made.error());
-  const auto geometry = geometry_of_set(axes, set, uncertainty.differing());
+  const auto geometry = geometry_of_set(axes, set, uncertainty.varying_covariance());
   if (!geometry) return watch;
   if (const auto made = watch.watch_at_rest(axes, *geometry, watched); !made) return failure(made.error());
   const auto whitening =

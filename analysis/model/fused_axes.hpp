@@ -86,7 +86,7 @@ struct FusedUncertainty {
   Eigen::MatrixXd bias;
   /// Covariance of errors that training and use share. No comparison of axes can reveal them.
   Eigen::MatrixXd learnt;
-  [[nodiscard]] Eigen::MatrixXd differing() const { return Eigen::MatrixXd(noise.asDiagonal()) + bias; }
+  [[nodiscard]] Eigen::MatrixXd varying_covariance() const { return Eigen::MatrixXd(noise.asDiagonal()) + bias; }
 };
 [[nodiscard]] FusedUncertainty uncertainty_of_means(const FusedAxes& axes, double averaging_s);
 

@@ -143,7 +143,7 @@ std::optional<RestStretch> evaluate_stretch(const FusedAxes& axes, const Stretch
     ++count;
   }
   const FusedUncertainty uncertainty = uncertainty_of_means(axes, std::max(1.0, count));
-  const auto geometry = geometry_of_set(axes, stretch.set, uncertainty.differing());
+  const auto geometry = geometry_of_set(axes, stretch.set, uncertainty.varying_covariance());
   if (!geometry || count == 0) return std::nullopt;
   mean /= count;
   const fusion::Gains gains = compute_gains(*geometry);
@@ -192,7 +192,7 @@ std::optional<double> share_within(const FusedAxes& axes, const FusedUncertainty
     const auto last = std::ranges::lower_bound(run.time_s, means.end_s(k)) - run.time_s.begin() - 1;
     const AxisSet set = run.used[static_cast<std::size_t>(last)];
     const auto [at, is_new] = expanded.try_emplace(set, Eigen::RowVector3d::Zero());
-    const auto geometry = geometry_of_set(axes, set, uncertainty.differing());
+    const auto geometry = geometry_of_set(axes, set, uncertainty.varying_covariance());
     const auto weights = geometry_of_set(axes, set, weight_covariance);
     if (is_new && geometry && weights) {
       const auto in = members(set);
@@ -215,7 +215,7 @@ void evaluate_errors(const FusedAxes& axes, const FusionOptions& options, FusedR
   const AxisSet all = ~AxisSet{0} >> static_cast<unsigned>(64 - axes.axes());
   FusionSummary& summary = run.summary;
   summary.error = rate_error(means.mean, earth);
-  const Eigen::MatrixXd differing = uncertainty_of_means(axes, options.averaging_s).differing();
+  const Eigen::MatrixXd differing = uncertainty_of_means(axes, options.averaging_s).varying_covariance();
   summary.of_all_axes = rate_error(fuse_set(axes, all, differing, readings), earth);
   summary.of_three = rate_error(fuse_set(axes, find_first_three(axes, differing), differing, readings), earth);
   const Eigen::VectorXd earth_on_axes = axes.directions * earth;

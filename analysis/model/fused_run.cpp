@@ -45,9 +45,9 @@ class FusionCache {
 
  private:
   [[nodiscard]] std::optional<SetOfAxes> make_set(AxisSet set) const {
-    const auto geometry = geometry_of_set(axes_, set, second_.differing());
+    const auto geometry = geometry_of_set(axes_, set, second_.varying_covariance());
     if (!geometry) return std::nullopt;
-    const auto weights = geometry_of_set(axes_, set, averaged_.differing());
+    const auto weights = geometry_of_set(axes_, set, averaged_.varying_covariance());
     if (!weights) return std::nullopt;
     SetOfAxes one{.gains = weighted_gains(*geometry, *weights), .test = {}, .covariance = {}};
     one.test = parity_test(one.gains, *geometry);
@@ -208,7 +208,7 @@ void RecordFuser::leave_out(const Alarm& alarm) {
   } else if (alarm.kind != AlarmKind::thermometer && axis < std::ssize(axes_.names)) {
     off(axis) = alarm.size;
   }
-  const Eigen::MatrixXd covariance = uncertainty_of_means(axes_, options_.cluster_s).differing();
+  const Eigen::MatrixXd covariance = uncertainty_of_means(axes_, options_.cluster_s).varying_covariance();
   AxisSet set = all_ & ~left_out_;
   double least = mean_square_error(axes_, set, covariance, off);
   for (bool better = true; better;) {
@@ -288,10 +288,11 @@ FusedRun empty_run(const FusedAxes& axes, const FusionOptions& options, const fu
   run.summary.latitude_deg = kNoRate;
   run.summary.warnings = axes.warnings;
   const auto test = parity_test(compute_gains(geometry), geometry);
-  const Eigen::VectorXd none = Eigen::VectorXd::Zero(test.freedom());
+  const Eigen::VectorXd none = Eigen::VectorXd::Zero(test.degrees_of_freedom());
   run.summary.limit =
-      test.freedom() > 0 ? examine(test, none, {.false_alarm_probability = options.watch.false_alarm_probability}).limit
-                         : kNoRate;
+      test.degrees_of_freedom() > 0
+          ? examine(test, none, {.false_alarm_probability = options.watch.false_alarm_probability}).limit
+          : kNoRate;
   return run;
 }
 
@@ -300,9 +301,9 @@ FusedRun empty_run(const FusedAxes& axes, const FusionOptions& options, const fu
 Result<FusedRun> fuse(const FusedAxes& axes, const std::optional<fusion::ThermometerParity>& thermometers,
                       const FusionOptions& options) {
   const AxisSet all = bit(axes.axes() - 1) | (bit(axes.axes() - 1) - 1);
-  const auto geometry = geometry_of_set(axes, all, uncertainty_of_means(axes, 1).differing());
+  const auto geometry = geometry_of_set(axes, all, uncertainty_of_means(axes, 1).varying_covariance());
   if (!geometry) return failure(geometry.error());
-  const auto weights = geometry_of_set(axes, all, uncertainty_of_means(axes, options.averaging_s).differing());
+  const auto weights = geometry_of_set(axes, all, uncertainty_of_means(axes, options.averaging_s).varying_covariance());
   if (!weights) return failure(weights.error());
   FusedRun run = empty_run(axes, options, *geometry, *weights);
   run.summary.thermometers_vote = thermometers.has_value();

@@ -190,7 +190,7 @@ std::vector<std::string> needed_thermometers(const Model& model) {
 
 /// Fails with usage if a constant or a known answer is not finite: C has no constant for it, and the self-test would
 /// not detect it.
-Result<void> check_is_finite(const Model& model, const KnownAnswers& answers) {
+Result<void> check_finite(const Model& model, const KnownAnswers& answers) {
   const data::Scaling& scaling = model.scaling;
   const struct {
     bool is_finite;
@@ -284,7 +284,7 @@ Result<CProgram> to_c(const Model& model, std::string_view name, const std::opti
   const std::vector<std::string> names = needed_thermometers(model);
   const bool rates = std::ranges::any_of(model.terms, data::has_rate);
   const KnownAnswers answers = known_answers(model, names);
-  if (const auto finite = check_is_finite(model, answers); !finite) return failure(finite.error());
+  if (const auto finite = check_finite(model, answers); !finite) return failure(finite.error());
   const Result<CPart> tracking = noise ? tracking_in_c(*noise, rows_in_cluster(model), name) : CPart{};
   if (!tracking) return failure(tracking.error());
   const auto uncertainty = uncertainty_in_c(model, name);

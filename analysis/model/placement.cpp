@@ -73,7 +73,7 @@ class Study {
   }
   [[nodiscard]] SetAccuracy measure(const Set& set) const;
   Result<void> measure_all(const std::vector<Set>& sets);
-  [[nodiscard]] const Set& most_accurate(const std::vector<Set>& sets) const;
+  [[nodiscard]] const Set& find_most_accurate(const std::vector<Set>& sets) const;
   [[nodiscard]] SubsetAccuracy make_left_out(const Set& kept) const;
   [[nodiscard]] std::size_t count_sets() const;
   Result<std::optional<SubsetAccuracy>> find_best_elimination(std::size_t count);
@@ -123,7 +123,7 @@ Result<void> Study::measure_all(const std::vector<Set>& sets) {
 }
 
 /// Returns the set with the least held-out STD; the first of several equal ones.
-const Set& Study::most_accurate(const std::vector<Set>& sets) const {
+const Set& Study::find_most_accurate(const std::vector<Set>& sets) const {
   return *std::ranges::min_element(sets, {}, [&](const Set& set) { return accuracies_.at(set).held_out.std; });
 }
 
@@ -163,7 +163,7 @@ Result<std::optional<SubsetAccuracy>> Study::find_best_elimination(std::size_t c
   if (all_thermometers_.size() <= count || all_thermometers_.size() > kManyThermometers) return std::nullopt;
   const auto sets = make_subsets(all_thermometers_, count);
   if (const auto measured = measure_all(sets); !measured) return failure(measured.error());
-  return make_left_out(most_accurate(sets));
+  return make_left_out(find_most_accurate(sets));
 }
 
 Result<void> Study::eliminate(Placement& placement) {
@@ -171,7 +171,7 @@ Result<void> Study::eliminate(Placement& placement) {
   for (Set kept = all_thermometers_; kept.size() > 1;) {
     const auto sets = make_subsets(kept, 1);
     if (const auto measured = measure_all(sets); !measured) return measured;
-    const Set& next = most_accurate(sets);
+    const Set& next = find_most_accurate(sets);
     Set removed;
     std::ranges::set_difference(kept, next, std::back_inserter(removed));
     order.push_back(names(removed).front());

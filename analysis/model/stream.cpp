@@ -60,7 +60,7 @@ const Eigen::RowVectorXd& SlidingLags::push(const Eigen::RowVectorXd& means) {
   return latest_;
 }
 
-void SlidingLags::pass(Eigen::Index cluster_lengths) {
+void SlidingLags::skip_clusters(Eigen::Index cluster_lengths) {
   for (std::vector<Follower>& followers : ring_)
     for (Follower& follower : followers) follower.steps += cluster_lengths;
 }
@@ -135,13 +135,13 @@ Eigen::VectorXd CompensationStream::extrapolate(Eigen::VectorXd predicted) {
   return predicted;
 }
 
-void CompensationStream::pass(Eigen::Index seconds) {
+void CompensationStream::skip_seconds(Eigen::Index seconds) {
   // After two cluster lengths no earlier mean remains; further whole cluster lengths only advance the time of the lags.
   constexpr Eigen::Index kForget = 2;
   const Eigen::Index length = rows_in_cluster(model_);
   const Eigen::Index beyond = std::max<Eigen::Index>(0, seconds / length - kForget);
   const Eigen::Index rows = seconds - beyond * length;
-  lags_.pass(beyond);
+  lags_.skip_clusters(beyond);
   (void)push(data::SampleMatrix::Constant(rows, means_.columns(), kNoValue), Eigen::VectorXd::Constant(rows, kNoValue));
 }
 
@@ -166,7 +166,7 @@ Eigen::VectorXd CompensationStream::push_at(const Eigen::Ref<const Eigen::Vector
   Eigen::Index from = 0;
   for (const Gap& gap : gaps_) {
     push_stretch(from, gap.row);
-    pass(gap.seconds);
+    skip_seconds(gap.seconds);
     from = gap.row;
   }
   push_stretch(from, time_s.size());

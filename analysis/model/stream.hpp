@@ -51,7 +51,7 @@ class SlidingLags {
   /// Returns the lags at the next second, given its means, K: 0 at the first mean of a series, NaN if the mean is NaN.
   [[nodiscard]] const Eigen::RowVectorXd& push(const Eigen::RowVectorXd& means);
   /// Advances by a gap of this many cluster lengths without means.
-  void pass(Eigen::Index cluster_lengths);
+  void skip_clusters(Eigen::Index cluster_lengths);
 
  private:
   struct Follower {
@@ -85,7 +85,7 @@ class CompensationStream {
                                      const Eigen::Ref<const Eigen::VectorXd>& bias_deg_per_h);
 
   /// Advances by this many seconds without a row, in constant time.
-  void pass(Eigen::Index seconds);
+  void skip_seconds(Eigen::Index seconds);
 
   /// Processes rows with their times, and advances over the missing seconds between them. The times of a logger may
   /// deviate slightly from whole seconds. `time_s` must be ascending and continue the times of earlier calls.

@@ -193,7 +193,7 @@ struct Optimum {
   int evaluations{};
 };
 
-Result<Optimum> climb(const OutputSamples& samples, int most) {
+Result<Optimum> maximise_likelihood(const OutputSamples& samples, int most) {
   constexpr double kFlatEnough = 0.05;  // nats per unit of a coordinate
   const Eigen::Index inputs = samples.x.cols(), outputs = samples.outputs;
   const double half = std::sqrt(0.5);
@@ -300,7 +300,7 @@ Result<CoregionalisedGp> learn_coregionalised(OutputSamples samples, int most_ev
   if (const auto checked = check_samples(samples); !checked) return failure(checked.error());
   const auto unit = standardise(samples);
   if (!unit) return failure(unit.error());
-  auto optimum = climb(unit->samples, most_evaluations);
+  auto optimum = maximise_likelihood(unit->samples, most_evaluations);
   if (!optimum) return failure(optimum.error());
   optimum->model.root = unit->deviation.asDiagonal() * optimum->model.root;
   optimum->model.noise = unit->deviation.cwiseProduct(optimum->model.noise);

@@ -174,11 +174,11 @@ void divide_leaf(const double* l, Eigen::Index l_stride, double* x, Eigen::Index
 }
 
 // Returns half of n, rounded up to whole tiles. All strips of the products are then full.
-Eigen::Index half(Eigen::Index n) { return (n / 2 + kTileRows - 1) / kTileRows * kTileRows; }
+Eigen::Index half_in_tiles(Eigen::Index n) { return (n / 2 + kTileRows - 1) / kTileRows * kTileRows; }
 
 void divide(Block l, Block x, Eigen::Index rows, Eigen::Index n, PackingBuffers& packed) {
   if (n <= kLeaf) return divide_leaf(l.data, l.stride, x.data, x.stride, rows, n);
-  const Eigen::Index left = half(n);
+  const Eigen::Index left = half_in_tiles(n);
   divide(l, x, rows, left, packed);
   subtract_product(x, l.at(left, 0), x.at(0, left), rows, n - left, left, Part::whole, packed);
   divide(l.at(left, left), x.at(0, left), rows, n - left, packed);
@@ -203,7 +203,7 @@ bool factor_leaf(Block a, Eigen::Index n) {
 
 bool factor(Block a, Eigen::Index n, PackingBuffers& packed) {
   if (n <= kLeaf) return factor_leaf(a, n);
-  const Eigen::Index left = half(n);
+  const Eigen::Index left = half_in_tiles(n);
   const Eigen::Index right = n - left;
   if (!factor(a, left, packed)) return false;
   divide(a, a.at(left, 0), right, left, packed);

@@ -368,7 +368,7 @@ void SmoDirection::start(const Point& i, const Point& j) {
   part_[find_entry(j)] = -1;
 }
 
-void SmoDirection::turn(const Point& i, const Point& j, double kept) {
+void SmoDirection::set_direction(const Point& i, const Point& j, double kept) {
   for (double& part : part_) part *= kept;
   part_[find_entry(i)] += 1;
   part_[find_entry(j)] -= 1;
@@ -439,12 +439,12 @@ SmoDirection::Point SmoState::point(int i, bool rising) const {
 // Moves the points along the direction made conjugate to the last one. Returns nothing and moves nothing if the
 // direction of the pair itself is better.
 std::optional<SmoStep> SmoState::step_conjugately(const SmoPair& pair) {
-  if (direction_.empty() || direction_.full()) return {};
+  if (direction_.empty() || direction_.is_full()) return {};
   const double shared = static_cast<double>(response_[pair.i]) - static_cast<double>(response_[pair.j]);
   const double curvature = pair.curvature - shared * shared / curvature_;
   if (!(curvature > kLeastShare * pair.curvature)) return {};
   const double share = -shared / curvature_;
-  direction_.turn(point(pair.i, true), point(pair.j, false), share);
+  direction_.set_direction(point(pair.i, true), point(pair.j, false), share);
   const auto length = direction_.reach(pair.slack / curvature);
   if (length.stopped_by >= 0) {
     const double alone = std::min({C_ - beta_[pair.i], beta_[pair.j] + C_, pair.slack / pair.curvature});

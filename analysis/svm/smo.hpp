@@ -65,11 +65,11 @@ class SmoDirection {
 
   void clear();
   [[nodiscard]] bool empty() const { return count_ == 0; }
-  [[nodiscard]] bool full() const { return steps_ >= kMostSteps; }
+  [[nodiscard]] bool is_full() const { return steps_ >= kMostSteps; }
   /// Sets d to e_i − e_j.
   void start(const Point& i, const Point& j);
   /// Sets d to e_i − e_j + kept d.
-  void turn(const Point& i, const Point& j, double kept);
+  void set_direction(const Point& i, const Point& j, double kept);
   /// Returns the distance that the points can move along d, at most `units`.
   [[nodiscard]] Length reach(double units) const;
   /// Moves the points along d.

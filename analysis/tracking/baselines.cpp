@@ -39,7 +39,7 @@ DenoiserOutput run_kalman_filter(const StateSpace& space, const Eigen::VectorXd&
   DenoiserOutput denoised{Eigen::VectorXd(rates.size()), Eigen::VectorXd(rates.size())};
   for (Eigen::Index k = 0; k < rates.size(); ++k) {
     tracker.push(rates(k));
-    denoised.bias(k) = tracker.now().deg_per_h;
+    denoised.bias(k) = tracker.estimate().deg_per_h;
     denoised.next_hour(k) = tracker.forecast(hour).deg_per_h;
   }
   return denoised;

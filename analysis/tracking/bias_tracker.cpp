@@ -31,7 +31,7 @@ TrackedInterval BiasTracker::push(double rate_deg_per_h) {
   return interval;
 }
 
-Estimate BiasTracker::now() const { return {state_.sum(), std::sqrt(covariance_.sum())}; }
+Estimate BiasTracker::estimate() const { return {state_.sum(), std::sqrt(covariance_.sum())}; }
 
 Estimate BiasTracker::forecast(int intervals) const {
   assert(intervals >= 1);
@@ -55,7 +55,7 @@ std::vector<TrackedInterval> track(const StateSpace& space, const Eigen::Ref<con
   return intervals;
 }
 
-RestTracker::RestTracker(const StateSpace& space, int rows) : tracker_(space), rows_(rows), bias_(tracker_.now()) {
+RestTracker::RestTracker(const StateSpace& space, int rows) : tracker_(space), rows_(rows), bias_(tracker_.estimate()) {
   assert(rows >= 1);
 }
 
@@ -70,7 +70,7 @@ Estimate RestTracker::push(double rate_deg_per_h, bool at_rest) {
   return bias;
 }
 
-void RestTracker::pass(std::int64_t rows) {
+void RestTracker::skip_rows(std::int64_t rows) {
   constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
   for (; rows > 0 && pushed_ > 0; --rows) push(kMissing, false);
   for (; rows >= rows_; rows -= rows_) {

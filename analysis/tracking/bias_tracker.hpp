@@ -41,7 +41,7 @@ class BiasTracker {
   TrackedInterval push(double rate_deg_per_h);
 
   /// Returns the bias in the last interval pushed, or at the start.
-  [[nodiscard]] Estimate now() const;
+  [[nodiscard]] Estimate estimate() const;
   /// Predicts the mean of the bias over the next `intervals`, at least 1.
   [[nodiscard]] Estimate forecast(int intervals) const;
 
@@ -73,7 +73,7 @@ class RestTracker {
   /// it.
   Estimate push(double rate_deg_per_h, bool at_rest);
   /// Skips missing rows. The uncertainty of the bias grows meanwhile.
-  void pass(std::int64_t rows);
+  void skip_rows(std::int64_t rows);
 
   [[nodiscard]] const BiasTracker& tracker() const { return tracker_; }
 

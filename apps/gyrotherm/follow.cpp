@@ -18,7 +18,7 @@ namespace {
 
 using std::chrono::steady_clock;
 
-constexpr auto kFollowEvery = std::chrono::milliseconds(200);
+constexpr auto kFollowInterval = std::chrono::milliseconds(200);
 /// Time without a new row after which the writer of a live copy may have died.
 constexpr auto kSilence = std::chrono::seconds(2);
 /// Longest wait for a live copy: the run has just started, or is about to end.
@@ -80,7 +80,7 @@ Result<void> follow_record(Console& console, const std::string& given) {
   const auto path = record::record_of_copy(given);
   Table table(console);
   for (auto last_change = steady_clock::now(); !interrupted() && !console.has_lost_data();
-       std::this_thread::sleep_for(kFollowEvery)) {
+       std::this_thread::sleep_for(kFollowInterval)) {
     const auto rows = new_rows(path, table);
     if (rows) {
       const auto before = table.last();

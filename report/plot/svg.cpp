@@ -113,7 +113,7 @@ std::string digit_and_power(int digit, int exponent) {
   return digit == 1 ? power : std::to_string(digit) + " × " + power;
 }
 
-std::string with_error(double value, double error) {
+std::string format_with_error(double value, double error) {
   if (!std::isfinite(value) || !std::isfinite(error) || error <= 0) return significant(value);
   const int decimals = decimals_of_error(error);
   if (decimals <= kMostDecimals) return decimal(value, decimals) + " ± " + decimal(error, decimals);

@@ -62,7 +62,7 @@ inline constexpr const char* kSimulated = "#a8371b";
 
 /// Formats a value and its standard error, both to the second significant digit of the error. Without an error, formats
 /// the value like significant().
-[[nodiscard]] std::string with_error(double value, double error);
+[[nodiscard]] std::string format_with_error(double value, double error);
 
 /// Formats a standard error to its second digit: "0.000057".
 [[nodiscard]] std::string format_error(double error);

@@ -34,7 +34,7 @@ constexpr double kBarText = 56;
 // Samples per row of the plane used to draw the isotherms.
 constexpr std::size_t kLineSamples = 300;
 // Shorter isotherms have no label, px.
-constexpr double kLabelledFrom = 90;
+constexpr double kShortestLabelled = 90;
 
 /// Position of the plane on the page.
 struct Frame {
@@ -102,7 +102,7 @@ void draw_lines(SvgWriter& svg, const ThermalImage& image, const Frame& frame) {
       svg.path(line.data, {colour::kInk, width});
       if (line.length_px > longest.length_px) longest = std::move(line);
     }
-    if (longest.length_px < kLabelledFrom || !is_whole(level)) continue;
+    if (longest.length_px < kShortestLabelled || !is_whole(level)) continue;
     svg.text(longest.middle_x, longest.middle_y + 3, decimal(level, 0),
              {.size_px = 10, .anchor = Anchor::middle, .halo = "#ffffff"});
   }

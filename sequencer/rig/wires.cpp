@@ -23,7 +23,7 @@ class AttendedConnection final : public drivers::FrameConnection {
   void close() override { connection_->close(); }
   Result<void> send(std::span<const std::byte> frame) override {
     auto sent = connection_->send(frame);
-    if (sent) instruments_.attend();
+    if (sent) instruments_.serve_clients();
     return sent;
   }
   Result<std::size_t> receive(std::span<std::byte> frame, Duration within) override {

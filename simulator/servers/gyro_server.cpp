@@ -46,7 +46,7 @@ constexpr double kDefaultTemperature = 25;  // °C
 constexpr std::size_t kMostReceived = 1024;
 constexpr const char* kReplyEnd = "\r\n";
 
-std::span<const std::byte> bytes_of(const std::string& text) { return std::as_bytes(std::span(text)); }
+std::span<const std::byte> text_bytes(const std::string& text) { return std::as_bytes(std::span(text)); }
 
 }  // namespace
 
@@ -211,7 +211,7 @@ void GyroServer::send_to(LocalClient& client, std::span<const std::byte> bytes) 
   client.connection->open = client.connection->open && client.connection->to_client.put(bytes);
 }
 
-void GyroServer::attend() {
+void GyroServer::serve_clients() {
   if (listener_.is_open())
     for (auto client = accept_client(listener_); client.is_open(); client = accept_client(listener_))
       admit(std::move(client));
@@ -221,22 +221,22 @@ void GyroServer::attend() {
   if (commands_.empty()) return;
   for (auto& client : clients_)
     if (const auto answer = replies(client.socket.number(), client.received); !answer.empty())
-      (void)send_now(client.socket, bytes_of(answer));
+      (void)send_now(client.socket, text_bytes(answer));
   for (auto& line : lines_)
     if (const auto answer = replies(line.pty.ours.number(), line.received); !answer.empty())
-      send_now(line.pty, bytes_of(answer));
+      send_now(line.pty, text_bytes(answer));
   for (auto& client : local_clients_) {
     std::array<std::byte, kMostReceived> buffer{};
     const auto size = client.connection->to_instrument.take(buffer);
     if (size == 0) continue;
     const std::span said(reinterpret_cast<const char*>(buffer.data()), size);
-    send_to(client, bytes_of(replies(said, client.received)));
+    send_to(client, text_bytes(replies(said, client.received)));
   }
 }
 
 void GyroServer::send(std::span<const double> pulses, std::int64_t device_time_us, double seconds,
                       std::span<const double> values) {
-  attend();
+  serve_clients();
   if (is_silent_ || (clients_.empty() && lines_.empty() && local_clients_.empty())) return skip(pulses);
   const auto bytes = writer_.next(pulses, device_time_us, seconds, values);
   std::erase_if(clients_, [&](const Client& client) { return !send_now(client.socket, bytes); });

@@ -99,7 +99,7 @@ class GyroServer {
   [[nodiscard]] std::shared_ptr<MemoryConnection> connect();
 
   /// Accepts clients and answers their commands.
-  void attend();
+  void serve_clients();
   /// Sends one frame (StreamWriter::next).
   void send(std::span<const double> pulses, std::int64_t device_time_us, double seconds = 1,
             std::span<const double> values = {});

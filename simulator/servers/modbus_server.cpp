@@ -10,7 +10,7 @@ namespace gyrotherm::simulator {
 namespace {
 
 /// Index of the unit byte in a Modbus TCP frame.
-constexpr std::size_t kUnitAt = 6;
+constexpr std::size_t kUnitOffset = 6;
 constexpr std::size_t kLongestPending = 512;
 
 std::uint8_t exception_code(const Fault& refusal) {
@@ -123,7 +123,7 @@ bool ModbusSession::feed(std::span<const std::byte> bytes, std::vector<std::byte
     if (!length) return false;
     if (!*length) break;
     const auto frame = rest.first(**length);
-    if (std::to_integer<std::uint8_t>(frame[kUnitAt]) == addresses_.unit()) append(reply, answer(frame));
+    if (std::to_integer<std::uint8_t>(frame[kUnitOffset]) == addresses_.unit()) append(reply, answer(frame));
     rest = rest.subspan(**length);
   }
   pending_.erase(pending_.begin(), pending_.end() - static_cast<std::ptrdiff_t>(rest.size()));

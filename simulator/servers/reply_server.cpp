@@ -46,7 +46,7 @@ void ReplyServer::add(Pty line, MakeSession make_session) {
   lines_.emplace(descriptor, Line{std::move(line), std::move(make_session), nullptr});
 }
 
-void ReplyServer::adopt(Descriptor client, const MakeSession& make_session) {
+void ReplyServer::add_client(Descriptor client, const MakeSession& make_session) {
   assert(!thread_.joinable());
   const int descriptor = client.number();
   const std::scoped_lock lock(laboratory_guard_);
@@ -69,7 +69,7 @@ void ReplyServer::run() {
   }
 }
 
-void ReplyServer::attend() {
+void ReplyServer::serve_clients() {
   assert(!thread_.joinable());
   for (auto client = clients_.begin(); client != clients_.end();)
     client = exchange(client->second) ? std::next(client) : clients_.erase(client);

@@ -30,11 +30,11 @@ class ReplyServer {
   void add(Descriptor listener, MakeSession make_session);
   void add(Pty line, MakeSession make_session);
   /// Adds a connected client to a server without a thread.
-  void adopt(Descriptor client, const MakeSession& make_session);
+  void add_client(Descriptor client, const MakeSession& make_session);
   /// Starts the thread of the server.
   void start();
   /// Serves pending requests of adopted clients on the calling thread. The server must not have a thread.
-  void attend();
+  void serve_clients();
 
  private:
   struct Listener {
@@ -45,7 +45,7 @@ class ReplyServer {
   struct Client {
     Descriptor socket;
     std::unique_ptr<Session> session;
-    /// Null for an adopted client, which only attend() serves.
+    /// Null for an adopted client, which only serve_clients() serves.
     Listener* listener{};
   };
   struct Line {

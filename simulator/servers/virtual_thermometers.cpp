@@ -146,7 +146,7 @@ namespace {
 constexpr float kColdJunctionC = 25;
 /// Date of the last calibration, at address F0 of the device's memory: 2025-06-01 10:00:00.
 constexpr std::array<std::uint8_t, 6> kCalibrated{25, 6, 1, 10, 0, 0};
-constexpr std::size_t kCalibratedAt = 0xF0;
+constexpr std::size_t kCalibrationDateAddress = 0xF0;
 
 }  // namespace
 
@@ -202,8 +202,9 @@ void VirtualUsbTemp::execute(const drivers::MccRequest& request) {
     case drivers::MccCommand::read_memory: {
       std::vector<std::uint8_t> bytes(a[3], 0xFF);
       for (std::size_t i = 0; i < bytes.size(); ++i)
-        if (const std::size_t at = a[0] + i; at >= kCalibratedAt && at < kCalibratedAt + kCalibrated.size())
-          bytes[i] = kCalibrated[at - kCalibratedAt];
+        if (const std::size_t at = a[0] + i;
+            at >= kCalibrationDateAddress && at < kCalibrationDateAddress + kCalibrated.size())
+          bytes[i] = kCalibrated[at - kCalibrationDateAddress];
       return reply(request, bytes);
     }
     case drivers::MccCommand::set_item: items_[{a[0], a[1]}] = {a.begin() + 2, a.end()}; return;

@@ -30,8 +30,8 @@ struct Step {
 };
 
 /// Appends steps from one corner to the next: short ones first, three times as long after every six.
-void walk(std::vector<Step>& steps, double seconds, double shortest_s, const ThermalInputValues& from,
-          const ThermalInputValues& to) {
+void append_steps(std::vector<Step>& steps, double seconds, double shortest_s, const ThermalInputValues& from,
+                  const ThermalInputValues& to) {
   constexpr int kStepsPerLength = 6;
   constexpr double kLengthFactor = 3;
   double gone_s = 0;
@@ -48,8 +48,8 @@ void walk(std::vector<Step>& steps, double seconds, double shortest_s, const The
 std::vector<Step> ramps(const ReducedModel& model, double shortest_s) {
   std::vector<Step> steps;
   for (std::size_t i = 1; i < kRamps.size(); ++i)
-    walk(steps, kRamps[i].at_s - kRamps[i - 1].at_s, shortest_s, operating_inputs(model, kRamps[i - 1].air_c),
-         operating_inputs(model, kRamps[i].air_c));
+    append_steps(steps, kRamps[i].at_s - kRamps[i - 1].at_s, shortest_s, operating_inputs(model, kRamps[i - 1].air_c),
+                 operating_inputs(model, kRamps[i].air_c));
   return steps;
 }
 
@@ -220,7 +220,7 @@ Result<ReductionError> measure(const ThermalSystem& system, const ReducedSystem&
   if (!trial.switch_on) return error;
 
   ErrorProgram switching{"switch-on", {}};
-  walk(switching.steps, kSwitchOn_s, 1, on, on);
+  append_steps(switching.steps, kSwitchOn_s, 1, on, on);
   const auto switch_on_k =
       measure_error(switching, system, reduced, c, Eigen::VectorXd::Constant(system.capacity.rows(), kStart_c),
                     rest.col(0) * kStart_c, progress);

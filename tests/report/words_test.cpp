@@ -207,9 +207,9 @@ TEST(UnitFormat, HasSingleFraction) {
   EXPECT_EQ(format_unit("°/h/K"), "°/(h·K)");
   EXPECT_EQ(format_unit("°/√h"), "°/√h");
   EXPECT_EQ(format_unit("1"), "");
-  EXPECT_EQ(plain(with_unit("Bias", "°/h")), "Bias / (°/h)");
-  EXPECT_EQ(plain(with_unit("Temperature", "°C")), "Temperature / °C");
-  EXPECT_EQ(plain(with_unit("Starts", "1")), "Starts");
+  EXPECT_EQ(plain(name_with_unit("Bias", "°/h")), "Bias / (°/h)");
+  EXPECT_EQ(plain(name_with_unit("Temperature", "°C")), "Temperature / °C");
+  EXPECT_EQ(plain(name_with_unit("Starts", "1")), "Starts");
 }
 
 }  // namespace

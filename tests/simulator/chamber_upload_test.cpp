@@ -83,7 +83,7 @@ TEST_P(Upload, IsComparedAndExecuted) {
   ASSERT_TRUE(during) << text(during.error());
   EXPECT_EQ(line.unit.program().step(), 6) << "the last second belongs to the last step";
   line.pass(5);
-  EXPECT_FALSE(line.unit.program().runs());
+  EXPECT_FALSE(line.unit.program().is_running());
   EXPECT_EQ(line.laboratory.set_point().value, 20);
 }
 
@@ -93,11 +93,11 @@ TEST_P(Upload, EndsWhenSetPointIsSent) {
   ASSERT_TRUE(line.chamber->upload(an_hour()));
   ASSERT_TRUE(line.chamber->start_program());
   line.pass(600);
-  ASSERT_TRUE(line.unit.program().runs());
+  ASSERT_TRUE(line.unit.program().is_running());
   const auto done = line.chamber->send_set_point({25});
   ASSERT_TRUE(done) << text(done.error());
   line.pass(10);
-  EXPECT_FALSE(line.unit.program().runs());
+  EXPECT_FALSE(line.unit.program().is_running());
   EXPECT_EQ(line.laboratory.set_point().value, 25);
 }
 
@@ -118,7 +118,7 @@ TEST_P(Upload, ShowsRunningAndHeldProgram) {
   ASSERT_TRUE(held);
   EXPECT_EQ(held->activity, ChamberActivity::holding);
   ASSERT_TRUE(line.chamber->perform("resume"));
-  EXPECT_TRUE(line.unit.program().runs());
+  EXPECT_TRUE(line.unit.program().is_running());
 }
 
 INSTANTIATE_TEST_SUITE_P(Shipped, Upload, testing::ValuesIn(maps_with_memory()),

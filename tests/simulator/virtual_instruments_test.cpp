@@ -140,7 +140,7 @@ TEST_F(VirtualInstrumentsTest, AnswerForChamberOnConnectionWhenAttended) {
   std::array<std::byte, 260> answer{};
   ASSERT_EQ(::write(chamber.number(), question.data(), question.size()), std::ssize(question));
   EXPECT_EQ(::read(chamber.number(), answer.data(), answer.size()), -1) << "not yet";
-  attended->attend();
+  attended->serve_clients();
   const auto size = ::read(chamber.number(), answer.data(), answer.size());
   ASSERT_GT(size, 0);
   EXPECT_TRUE(decode_answer(request, std::span(answer).first(static_cast<std::size_t>(size))));

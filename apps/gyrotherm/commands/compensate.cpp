@@ -169,7 +169,7 @@ std::string Compensation::compensate_rows(const Rows& rows, const Eigen::VectorX
   if (!tracker_) return format_rows(compensated, expanded_, stream_.excess());
   auto gap = stream_.gaps().begin();
   for (Eigen::Index row = 0; row < rows.rows(); ++row) {
-    if (gap != stream_.gaps().end() && gap->row == row) tracker_->pass((gap++)->seconds);
+    if (gap != stream_.gaps().end() && gap->row == row) tracker_->skip_rows((gap++)->seconds);
     compensated(row) -= tracker_->push(compensated(row), table_.at_rest(rows, row)).deg_per_h;
   }
   return format_rows(compensated, expanded_, stream_.excess());

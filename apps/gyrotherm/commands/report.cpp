@@ -56,7 +56,7 @@ struct CompareArguments {
   std::vector<std::string> languages{"en"};
 };
 
-Result<Exit> compare_two(Console& console, const CompareArguments& options) {
+Result<Exit> compare_reports(Console& console, const CompareArguments& options) {
   const auto before = load_calibration(options.before), now = load_calibration(options.now);
   if (!before || !now) return failure(before ? now.error() : before.error());
   auto comparison = report::compare(before->report, now->report);
@@ -77,7 +77,7 @@ void add_languages(CLI::App& command, std::vector<std::string>& languages) {
 void add_report_compare(Program& program, CLI::App& report) {
   auto [command, options] = add_subcommand(
       program, report, "compare", "Compares two calibrations of a unit; prints each change with its U and E_n.",
-      "gyrotherm report compare 2025/calibration 2026/calibration", compare_two);
+      "gyrotherm report compare 2025/calibration 2026/calibration", compare_reports);
   command.add_option("before", options.before, "the folder of the earlier report, or its calibration.json")
       ->type_name(value::kFolder)
       ->required();

@@ -42,9 +42,9 @@ std::string row(std::string_view what, const data::Figures& f) {
 
 std::string describe_floor(const model::Verification& v) {
   if (v.floor.differences == 0) return fmt::format("  noise floor of the record: none, {}\n", v.floor.statement);
-  std::string text =
-      fmt::format("  noise floor of the record: {} °/h ({}, {} differences)\n",
-                  plot::with_error(v.floor.deg_per_h, v.floor.error_deg_per_h), v.floor.statement, v.floor.differences);
+  std::string text = fmt::format("  noise floor of the record: {} °/h ({}, {} differences)\n",
+                                 plot::format_with_error(v.floor.deg_per_h, v.floor.error_deg_per_h), v.floor.statement,
+                                 v.floor.differences);
   if (v.trained_on_this && v.effective_parameters > 0) {
     text += fmt::format("  expected in-sample std with {:.0f} effective parameters: {:.5f} °/h\n",
                         v.effective_parameters, v.expected_in_sample_std);
@@ -91,9 +91,9 @@ std::string describe_noise(const data::HoldNoise& noise) {
   for (const data::NoiseCoefficient& c : noise.fit.coefficients) {
     const data::NoiseTermInfo& about = info(c.term);
     const double read_s = c.term == data::NoiseTerm::bias_instability ? noise.fit.lowest_tau_s : about.read_off_s;
-    const std::string value =
-        c.seen ? fmt::format("{} {}, read at τ = {:.0f} s", plot::with_error(c.value, c.error), about.unit, read_s)
-               : fmt::format("not detected, < {} {}", plot::significant(c.at_most), about.unit);
+    const std::string value = c.seen ? fmt::format("{} {}, read at τ = {:.0f} s",
+                                                   plot::format_with_error(c.value, c.error), about.unit, read_s)
+                                     : fmt::format("not detected, < {} {}", plot::significant(c.at_most), about.unit);
     text += fmt::format("    {} {:<18} {}\n", about.symbol, about.name, value);
   }
   return text;
@@ -107,7 +107,9 @@ struct Behaviour {
 
 std::string describe(const char* what, const char* unit, const model::BeforeAfter& figures) {
   if (!std::isfinite(figures.before.value)) return "";
-  const auto number = [](const model::MeasuredValue& measured) { return plot::with_error(measured.value, measured.u); };
+  const auto number = [](const model::MeasuredValue& measured) {
+    return plot::format_with_error(measured.value, measured.u);
+  };
   return fmt::format("    {:<22} {} → {} {}\n", what, number(figures.before), number(figures.after), unit);
 }
 

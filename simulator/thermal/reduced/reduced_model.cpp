@@ -190,7 +190,7 @@ double effective_conductivity(const AirGap& gap, double air_c) {
 }
 
 /// Redistributes two powers so that left over right is multiplied by `factor` and their sum is kept.
-void split(double& left_w, double& right_w, double factor) {
+void split_power(double& left_w, double& right_w, double factor) {
   const double sum = left_w + right_w;
   if (!(sum > 0)) return;
   left_w *= factor;
@@ -285,8 +285,8 @@ ReducedModel perturb_model(const ReducedModel& model, const ThermalSpread& sprea
   for (double* w : {&gain_left, &gain_right}) *w *= gain;
   preamplifier_w *= preamplifier;
   for (double* w : {&ballast_left, &ballast_right}) *w *= ballast;
-  split(gain_left, gain_right, random.log_normal(spread.arms));
-  split(ballast_left, ballast_right, random.log_normal(spread.arms));
+  split_power(gain_left, gain_right, random.log_normal(spread.arms));
+  split_power(ballast_left, ballast_right, random.log_normal(spread.arms));
   // The capacity is the identity in the basis of the states, so a larger capacity makes all other matrices smaller.
   other.conduction *= pace;
   for (auto& matrix : other.conduction_per) matrix *= pace;

@@ -215,7 +215,7 @@ struct InterruptedStream {
   }
   [[nodiscard]] Eigen::VectorXd passed(CompensationStream stream, Eigen::Index seconds) const {
     (void)stream.push(before, zeros(before.rows()));
-    stream.pass(seconds);
+    stream.skip_seconds(seconds);
     return stream.push(after, zeros(after.rows()));
   }
 };

@@ -84,7 +84,7 @@ TEST(Denoisers, MatchTrackerForKalmanFilter) {
   ASSERT_NE(kalman, all.end());
   BiasTracker tracker(space);
   for (const double rate : rates) tracker.push(rate);
-  EXPECT_EQ(kalman->denoise(rates).bias(199), tracker.now().deg_per_h);
+  EXPECT_EQ(kalman->denoise(rates).bias(199), tracker.estimate().deg_per_h);
   EXPECT_EQ(kalman->denoise(rates).next_hour(199), tracker.forecast(36).deg_per_h);
 }
 

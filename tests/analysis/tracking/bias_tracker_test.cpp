@@ -27,8 +27,8 @@ TEST(BiasTracker, MatchesConditionalDistributionOfBias) {
       tracker.push(rates(k));
       if (k % 13 != 0) continue;
       const Posterior expected = posterior(space, Eigen::VectorXd::Unit(k + 1, k), rates.head(k + 1));
-      EXPECT_NEAR(tracker.now().deg_per_h, expected.mean, 1e-12) << seed << ", " << k;
-      EXPECT_NEAR(tracker.now().std_deg_per_h, expected.std, 1e-12) << seed << ", " << k;
+      EXPECT_NEAR(tracker.estimate().deg_per_h, expected.mean, 1e-12) << seed << ", " << k;
+      EXPECT_NEAR(tracker.estimate().std_deg_per_h, expected.std, 1e-12) << seed << ", " << k;
     }
   }
 }
@@ -54,11 +54,11 @@ TEST(BiasTracker, GrowsUncertaintyDuringGap) {
   const StateSpace space = virtual_space();
   BiasTracker tracker(space);
   for (int k = 0; k < 500; ++k) tracker.push(0.001);
-  const Estimate before = tracker.now();
+  const Estimate before = tracker.estimate();
   for (int k = 0; k < 36 * 24; ++k) tracker.push(kMissing);
-  EXPECT_GT(tracker.now().std_deg_per_h, before.std_deg_per_h);
-  EXPECT_LT(std::abs(tracker.now().deg_per_h), before.deg_per_h) << "Markov processes decay";
-  EXPECT_TRUE(std::isfinite(tracker.now().deg_per_h));
+  EXPECT_GT(tracker.estimate().std_deg_per_h, before.std_deg_per_h);
+  EXPECT_LT(std::abs(tracker.estimate().deg_per_h), before.deg_per_h) << "Markov processes decay";
+  EXPECT_TRUE(std::isfinite(tracker.estimate().deg_per_h));
 }
 
 TEST(BiasTracker, HasWhiteInnovationsOfExpectedVariance) {
@@ -101,7 +101,7 @@ double half_step_time_s(const BiasNoise& noise) {
   for (int k = 0; k < 2000; ++k) tracker.push(0);
   for (int k = 1; k < 2000; ++k) {
     tracker.push(1);
-    if (tracker.now().deg_per_h >= 0.5) return k * kInterval_s;
+    if (tracker.estimate().deg_per_h >= 0.5) return k * kInterval_s;
   }
   return kMissing;
 }
@@ -127,7 +127,7 @@ TEST(BiasTracker, LagsRampBySlopeOverGain) {
   const double gain = steady_state(space).gain(0), slope = 1e-4;
   BiasTracker tracker(space);
   for (int k = 0; k <= 5000; ++k) tracker.push(slope * k);
-  EXPECT_NEAR(5000 * slope - tracker.now().deg_per_h, slope * (1 - gain) / gain, 1e-9);
+  EXPECT_NEAR(5000 * slope - tracker.estimate().deg_per_h, slope * (1 - gain) / gain, 1e-9);
 }
 
 TEST(BiasTracker, ReturnsMeanForConstantBias) {
@@ -136,8 +136,8 @@ TEST(BiasTracker, ReturnsMeanForConstantBias) {
   const Eigen::VectorXd rates = data::simulate({.N = 3e-4}, 300, kInterval_s, random);
   BiasTracker tracker(state_space(noise, kInterval_s));
   for (const double rate : rates) tracker.push(rate);
-  EXPECT_NEAR(tracker.now().deg_per_h, rates.mean(), 1e-9);
-  EXPECT_NEAR(tracker.now().std_deg_per_h, 1.8e-3 / std::sqrt(300), 1e-9);
+  EXPECT_NEAR(tracker.estimate().deg_per_h, rates.mean(), 1e-9);
+  EXPECT_NEAR(tracker.estimate().std_deg_per_h, 1.8e-3 / std::sqrt(300), 1e-9);
 }
 
 TEST(BiasTracker, DoesNotDependOnInterval) {
@@ -151,8 +151,8 @@ TEST(BiasTracker, DoesNotDependOnInterval) {
     for (Eigen::Index i = 0; i < 10; ++i) fine.push(seconds(k + i));
     coarse.push(seconds.segment(k, 10).mean());
   }
-  EXPECT_NEAR(fine.now().deg_per_h, coarse.now().deg_per_h, 1e-3 * fine.now().std_deg_per_h + 1e-7);
-  EXPECT_NEAR(fine.now().std_deg_per_h, coarse.now().std_deg_per_h, 0.01 * fine.now().std_deg_per_h);
+  EXPECT_NEAR(fine.estimate().deg_per_h, coarse.estimate().deg_per_h, 1e-3 * fine.estimate().std_deg_per_h + 1e-7);
+  EXPECT_NEAR(fine.estimate().std_deg_per_h, coarse.estimate().std_deg_per_h, 0.01 * fine.estimate().std_deg_per_h);
 }
 
 constexpr int kRows = 100;
@@ -162,7 +162,7 @@ TEST(RestTracker, ReturnsTrackerOfPreviousIntervals) {
   RestTracker rest(virtual_space(), kRows);
   BiasTracker tracker(virtual_space());
   for (Eigen::Index k = 0; k < means.size(); ++k) {
-    const Estimate expected = k == 0 ? tracker.now() : tracker.forecast(1);
+    const Estimate expected = k == 0 ? tracker.estimate() : tracker.forecast(1);
     for (int row = 0; row < kRows; ++row) {
       const double about = row % 2 == 0 ? 1 : -1;
       const Estimate bias = rest.push(means(k) + about, true);
@@ -182,8 +182,8 @@ TEST(RestTracker, IgnoresRatesWhileGyroMoves) {
     EXPECT_LE(returned, 0.0011) << row;
     still.push(moves ? kMissing : 0.001, true);
   }
-  EXPECT_EQ(rest.tracker().now().deg_per_h, still.tracker().now().deg_per_h);
-  EXPECT_GT(rest.tracker().now().deg_per_h, 0.0008);
+  EXPECT_EQ(rest.tracker().estimate().deg_per_h, still.tracker().estimate().deg_per_h);
+  EXPECT_GT(rest.tracker().estimate().deg_per_h, 0.0008);
 }
 
 TEST(RestTracker, SkipsIntervalWithUnknownRow) {
@@ -199,7 +199,7 @@ TEST(RestTracker, TreatsMissingRowsAsUnknown) {
     RestTracker passing(virtual_space(), kRows), pushing(virtual_space(), kRows);
     for (RestTracker* tracker : {&passing, &pushing})
       for (int row = 0; row < 940; ++row) tracker->push(1, true);
-    passing.pass(missing);
+    passing.skip_rows(missing);
     for (int row = 0; row < missing; ++row) pushing.push(kMissing, true);
     for (int row = 0; row < 250; ++row) {
       const Estimate passed = passing.push(1, true), pushed = pushing.push(1, true);

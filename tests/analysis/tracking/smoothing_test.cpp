@@ -77,7 +77,7 @@ TEST(Smoothing, WithoutLagMatchesTracker) {
   BiasTracker tracker(space);
   for (Eigen::Index k = 0; k < rates.size(); ++k) {
     tracker.push(rates(k));
-    EXPECT_NEAR(at_once(k), tracker.now().deg_per_h, 1e-15);
+    EXPECT_NEAR(at_once(k), tracker.estimate().deg_per_h, 1e-15);
   }
 }
 
@@ -90,7 +90,7 @@ TEST(Smoothing, HasLowerErrorThanTracker) {
     BiasTracker tracker(virtual_space());
     for (Eigen::Index k = 0; k < 720; ++k) {
       tracker.push(known.measured_deg_per_h(k));
-      tracked += std::pow(tracker.now().deg_per_h - known.bias_deg_per_h(k), 2);
+      tracked += std::pow(tracker.estimate().deg_per_h - known.bias_deg_per_h(k), 2);
       smoothed += std::pow(after.deg_per_h(k) - known.bias_deg_per_h(k), 2);
       stated += std::pow(after.std_deg_per_h(k), 2);
     }

@@ -45,11 +45,11 @@ TEST(ReportText, DropsControlCharactersForbiddenInXml) {
 }
 
 TEST(Format, RoundsValueToDigitsOfError) {
-  EXPECT_EQ(with_error(0.0021432, 0.000057), "0.002143 ± 0.000057");
-  EXPECT_EQ(with_error(12.345, 0.31), "12.35 ± 0.31");
-  EXPECT_EQ(with_error(1234.6, 21), "1235 ± 21");
-  EXPECT_EQ(with_error(-0.5, 0.25), "−0.50 ± 0.25");
-  EXPECT_EQ(with_error(3.0e-7, 4e-9), "(3.000 ± 0.040) × 10⁻⁷");
+  EXPECT_EQ(format_with_error(0.0021432, 0.000057), "0.002143 ± 0.000057");
+  EXPECT_EQ(format_with_error(12.345, 0.31), "12.35 ± 0.31");
+  EXPECT_EQ(format_with_error(1234.6, 21), "1235 ± 21");
+  EXPECT_EQ(format_with_error(-0.5, 0.25), "−0.50 ± 0.25");
+  EXPECT_EQ(format_with_error(3.0e-7, 4e-9), "(3.000 ± 0.040) × 10⁻⁷");
 }
 
 TEST(Format, GivesErrorTwoDigits) {
@@ -61,9 +61,9 @@ TEST(Format, GivesErrorTwoDigits) {
 
 TEST(Format, OmitsMissingError) {
   const double none = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_EQ(with_error(0.00214, none), significant(0.00214));
-  EXPECT_EQ(with_error(0.00214, 0), significant(0.00214));
-  EXPECT_EQ(with_error(none, none), "–");
+  EXPECT_EQ(format_with_error(0.00214, none), significant(0.00214));
+  EXPECT_EQ(format_with_error(0.00214, 0), significant(0.00214));
+  EXPECT_EQ(format_with_error(none, none), "–");
 }
 
 TEST(Format, LabelsLogarithmicAxisPlainlyNearOne) {

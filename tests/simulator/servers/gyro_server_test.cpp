@@ -54,10 +54,10 @@ TEST(GyroServer, AnswersCommandsThatStartStream) {
   const std::string& command = stream.start.front().send;
   const auto bytes = std::as_bytes(std::span(command));
   ASSERT_TRUE(line->write(bytes.first(5), kSoon));
-  server.attend();
+  server.serve_clients();
   EXPECT_EQ(receive(*line), "");
   ASSERT_TRUE(line->write(bytes.subspan(5), kSoon));
-  server.attend();
+  server.serve_clients();
   EXPECT_EQ(receive(*line), stream.start.front().reply + "\r\n");
 }
 
@@ -117,7 +117,7 @@ class UnitAndDriver {
         [this, faults, taken = std::make_shared<Descriptor>(std::move(*listener))](const std::stop_token& stop) {
           GyroServer server(std::move(*taken), StreamWriter(stream_.frame, {0.001}), stream_.start, faults);
           for (std::int64_t frame = 1; !stop.stop_requested(); ++frame) {
-            server.attend();
+            server.serve_clients();
             server.send(std::array{15.0 * static_cast<double>(frame) / kFramesASecond / 0.001},
                         frame * 1'000'000 / kFramesASecond, 1.0 / kFramesASecond);
             std::this_thread::sleep_for(std::chrono::milliseconds(1));
@@ -186,7 +186,7 @@ TEST(GyroServer, SendsNoFrameInConfiguration) {
   const auto line = connect(port);
   const auto say = [&](const std::string& command) {
     ASSERT_TRUE(line->write(std::as_bytes(std::span(command)), kSoon));
-    server.attend();
+    server.serve_clients();
   };
   say("=CONFIG,1\r\n");
   EXPECT_EQ(receive(*line), "CONFIG,1\r\n");

@@ -84,7 +84,7 @@ void expect_locations(const TomlTable& table, const std::vector<std::string>& no
 }
 
 /// The sum of the conductances that leave each node, and whether each node is connected to the chamber. A node without
-/// a connection would never come to rest.
+/// a connection would never reach a steady state.
 struct Connections {
   std::vector<double> leaving_w_per_k;
   std::vector<bool> anchored;

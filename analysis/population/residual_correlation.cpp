@@ -52,7 +52,7 @@ Eigen::VectorXd autocorrelations(const Eigen::VectorXd& values, const Eigen::Vec
   return all;
 }
 
-/// Returns the numbers of pairs at distances of 1 … `lags` positions.
+/// Counts the pairs of positions at each distance from 1 to `lags`.
 Eigen::VectorXd count_pairs_by_lag(const Eigen::VectorXi& positions, Eigen::Index lags) {
   const Eigen::VectorXd ones = Eigen::VectorXd::Ones(positions.size());
   Eigen::VectorXd all(lags);

@@ -234,8 +234,8 @@ void Newton::retreat() {
   sigma_ *= kRetreatFactor;
 }
 
-// Keeps the present centre if it is the best so far. If the gap reaches the required one, computes it again from a
-// newly computed response.
+// Keeps the present centre if it is the best so far. If it reaches the required gap, recomputes the gap from a response
+// computed from scratch.
 void Newton::keep_if_best() {
   SvrPoint point{centre_, best_offset(problem_, response_)};
   double gap = certify(problem_, point, response_).relative_gap;

@@ -27,7 +27,7 @@ class WholeRun {
     run.clusters.samples = Eigen::VectorXi::Constant(run.clusters.start_s.size(), 100);
     std::vector<Eigen::Index> rows;
     for (Eigen::Index k = 0; k < clusters; ++k) rows.push_back(k);
-    run.clusters = pick(run.clusters, rows);
+    run.clusters = pick_clusters(run.clusters, rows);
     std::mt19937_64 random(5);
     std::normal_distribution<double> normal(0, kScatter_deg_per_h);
     for (double& bias : run.clusters.bias_deg_per_h) bias = normal(random);
@@ -177,7 +177,7 @@ TEST(TwoPositions, GiveEarthRateUncertaintyOfScaleFactor) {
 TEST(Courses, BreakAtMissingClusters) {
   data::RecordedRun run = SyntheticExperiment().rate;
   run.clusters.samples = Eigen::VectorXi::Constant(run.clusters.start_s.size(), 100);
-  run.clusters = pick(run.clusters, {0, 1, 2, 6, 7, 8});
+  run.clusters = pick_clusters(run.clusters, {0, 1, 2, 6, 7, 8});
   CalibrationReport report;
   ASSERT_TRUE(add_results(report, {.label = "x", .runs = {run}}));
   int lines = 0;

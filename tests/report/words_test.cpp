@@ -116,9 +116,9 @@ TEST(Words, AreExactlyThoseUsedInSources) {
 }
 
 TEST(Words, FallBackToOtherLanguageForTextsOfUsers) {
-  EXPECT_EQ(in(kDe, {"a", "b"}), "b");
-  EXPECT_EQ(in(kEn, {"", "b"}), "b");
-  EXPECT_EQ(in(kDe, {"a", ""}), "a");
+  EXPECT_EQ(text_in(kDe, {"a", "b"}), "b");
+  EXPECT_EQ(text_in(kEn, {"", "b"}), "b");
+  EXPECT_EQ(text_in(kDe, {"a", ""}), "a");
 }
 
 TEST(NumberFormat, IsRoundedToTwoDigitsOfU) {

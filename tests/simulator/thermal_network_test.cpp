@@ -30,7 +30,7 @@ std::vector<std::vector<double>> driven_by(const std::vector<double>& air_c) {
 }
 
 TEST(ThermalNetwork, RestsLikeReferenceAt20) {
-  const auto rest_c = at_rest(reference(), {20});
+  const auto rest_c = rest_temperatures(reference(), {20});
   const std::vector<double> expected{23.297, 23.146, 23.293, 21.873, 22.275, 21.488,
                                      21.546, 22.208, 21.202, 20.388, 20.960};
   for (std::size_t i = 0; i < expected.size(); ++i) {
@@ -39,7 +39,7 @@ TEST(ThermalNetwork, RestsLikeReferenceAt20) {
 }
 
 TEST(ThermalNetwork, RestsLikeReferenceAtMinus40) {
-  EXPECT_NEAR(at_rest(reference(), {-40})[0], -36.70, kSecondDecimal);
+  EXPECT_NEAR(rest_temperatures(reference(), {-40})[0], -36.70, kSecondDecimal);
 }
 
 TEST(ThermalNetwork, StaysAtRest) {

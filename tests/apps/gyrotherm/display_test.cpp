@@ -18,25 +18,25 @@ Reading<GyroCount> make_count(std::int64_t pulses) {
 TEST(BiasMeter, SubtractsEarthRate) {
   BiasMeter meter(kGyro);
   EXPECT_FALSE(meter.last_second() || meter.mean());
-  meter.see(make_count(22));
+  meter.add_reading(make_count(22));
   EXPECT_NEAR(meter.last_second()->value, 1.0, 1e-12) << "22 pulses of 0.5 arcsec in 1 s, less 10 °/h";
-  meter.see(make_count(24));
+  meter.add_reading(make_count(24));
   EXPECT_NEAR(meter.last_second()->value, 2.0, 1e-12);
   EXPECT_NEAR(meter.mean()->value, 1.5, 1e-12);
 }
 
 TEST(BiasMeter, SkipsFaultsInMean) {
   BiasMeter meter(kGyro);
-  meter.see(make_count(22));
-  meter.see({failure(FaultKind::timeout, "gyro", "silent"), {}});
+  meter.add_reading(make_count(22));
+  meter.add_reading({failure(FaultKind::timeout, "gyro", "silent"), {}});
   EXPECT_FALSE(meter.last_second());
   EXPECT_NEAR(meter.mean()->value, 1.0, 1e-12);
 }
 
 TEST(BiasMeter, AveragesLastHundredSeconds) {
   BiasMeter meter(kGyro);
-  meter.see(make_count(1'000'000));
-  for (int i = 0; i < 100; ++i) meter.see(make_count(22));
+  meter.add_reading(make_count(1'000'000));
+  for (int i = 0; i < 100; ++i) meter.add_reading(make_count(22));
   EXPECT_NEAR(meter.mean()->value, 1.0, 1e-12);
 }
 
@@ -66,7 +66,7 @@ struct Shown {
   }
   [[nodiscard]] std::string text() {
     Display display(console, profile, rig);
-    display.see(sample);
+    display.add_sample(sample);
     std::string all;
     for (const auto& line : display.lines(sample, standing)) all += line + "\n";
     return all;

@@ -43,8 +43,8 @@ Result<void> TextExchange::wait_for_silence(bool resync_follows) {
   return failure(FaultKind::corrupted, "", "the line does not become silent");
 }
 
-/// Reads lines until one begins with `begins`. Discards earlier lines, which answer older questions. Without a terminator, the bytes up
-/// to a silence are one line.
+/// Reads lines until one begins with `begins`. Discards earlier lines, which answer older questions. Without a
+/// terminator, the bytes up to a silence are one line.
 Result<std::string> TextExchange::receive(std::string_view begins) {
   std::string text;
   std::array<std::byte, kReadBufferSize> buffer;

@@ -15,8 +15,8 @@
 
 #include "drivers/chamber/chamber_lock.hpp"
 #include "drivers/chamber/modbus_chamber.hpp"
-#include "drivers/chamber/text_registers.hpp"
 #include "drivers/chamber/register_map.hpp"
+#include "drivers/chamber/text_registers.hpp"
 #include "drivers/line/line_address.hpp"
 #include "drivers/line/modbus.hpp"
 

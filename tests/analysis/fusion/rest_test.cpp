@@ -38,8 +38,8 @@ TEST(Rest, RecoversBiasesForKnownAttitude) {
   const Geometry geometry = valid_geometry(tetrad_axes(1e-4));
   const Attitude attitude{.to_local = level_fixture(30), .latitude_deg = kLatitude_deg};
   const Eigen::Vector4d bias(0.01, -0.02, 0.03, 0.005);
-  const auto estimate = estimate_at_rest(geometry, fixture_readings(geometry, attitude, Eigen::Vector3d::Zero(), bias), attitude,
-                                unknown_biases(4, 1));
+  const auto estimate = estimate_at_rest(geometry, fixture_readings(geometry, attitude, Eigen::Vector3d::Zero(), bias),
+                                         attitude, unknown_biases(4, 1));
   ASSERT_TRUE(estimate) << text(estimate.error());
   EXPECT_TRUE(estimate->bias_deg_per_h.isApprox(bias, 1e-7)) << "the weak prior hardly shifts them";
   EXPECT_EQ(estimate->rotation_rad.norm(), 0) << "the attitude is known";
@@ -55,8 +55,9 @@ TEST(Rest, HasAzimuthUncertaintyOfEastAxisBias) {
   const double horizontal = kEarthRateDegPerHour * std::cos(kLatitude_deg * kDegree);
   for (const double tilt_std_deg : {0.0, tilt}) {
     const Attitude attitude{.tilt_std_deg = tilt_std_deg, .azimuth_std_deg = 3, .latitude_deg = kLatitude_deg};
-    const auto estimate = estimate_at_rest(geometry, fixture_readings(geometry, attitude, {0, 0, 0.01}, Eigen::Vector3d::Zero()),
-                                  attitude, unknown_biases(3, u));
+    const auto estimate =
+        estimate_at_rest(geometry, fixture_readings(geometry, attitude, {0, 0, 0.01}, Eigen::Vector3d::Zero()),
+                         attitude, unknown_biases(3, u));
     ASSERT_TRUE(estimate);
     const double expected = std::hypot(u / horizontal, tilt_std_deg * kDegree * std::tan(kLatitude_deg * kDegree));
     EXPECT_NEAR(std::sqrt(estimate->rotation_covariance(2, 2)) / expected, 1, 1e-3);
@@ -67,9 +68,9 @@ TEST(Rest, HasAzimuthUncertaintyOfEastAxisBias) {
 TEST(Rest, CannotObserveRotationAboutEarthAxis) {
   const Geometry geometry = valid_geometry(dodecahedron_axes(1e-6));
   const Attitude attitude{.tilt_std_deg = 0.5, .azimuth_std_deg = 0.5, .latitude_deg = kLatitude_deg};
-  const auto estimate =
-      estimate_at_rest(geometry, fixture_readings(geometry, attitude, Eigen::Vector3d::Zero(), Eigen::VectorXd::Zero(6)),
-              attitude, unknown_biases(6, 1e-5));
+  const auto estimate = estimate_at_rest(
+      geometry, fixture_readings(geometry, attitude, Eigen::Vector3d::Zero(), Eigen::VectorXd::Zero(6)), attitude,
+      unknown_biases(6, 1e-5));
   ASSERT_TRUE(estimate);
   const Eigen::Vector3d axis = earth_rate(kLatitude_deg).normalized(), across = Eigen::Vector3d(0, 1, 0);
   EXPECT_NEAR(std::sqrt(axis.dot(estimate->rotation_covariance * axis)), 0.5 * kDegree, 1e-6);

@@ -293,7 +293,8 @@ TEST(Training, ReportsInvalidOptions) {
   std::vector<Eigen::Index> as_mounted;
   for (Eigen::Index k = 0; k < clusters.segment.size(); ++k)
     if (clusters.last_segment(k) + 1 < std::ssize(turned.segments)) as_mounted.push_back(k);
-  EXPECT_TRUE(train({turned}, {pick_clusters(clusters, as_mounted)}, linear("A,A-B"))) << "all clusters are from one position";
+  EXPECT_TRUE(train({turned}, {pick_clusters(clusters, as_mounted)}, linear("A,A-B")))
+      << "all clusters are from one position";
   turned.earth_rate_deg_per_h = 10;
   EXPECT_TRUE(train_on(turned, linear("A,A-B"))) << "the Earth rate is removed with the sign of each position";
   data::Dataset without = dataset;

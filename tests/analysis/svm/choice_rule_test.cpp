@@ -61,14 +61,14 @@ TEST(OneStandardErrorRule, SelectsSmallestCWithinOneStandardError) {
 TEST(OneStandardErrorRule, PrefersWiderKernelThenWiderTubeWithinOctaveOfC) {
   const std::vector<double> same{1, 2, 4, 5};
   const std::vector<EvaluatedPosition> all{position_with_errors({2.9, 1.5, -5}, same),
-                                        position_with_errors({2.1, 0.5, -2}, same),
-                                        position_with_errors({2.6, 1.1, -3.5}, same)};
+                                           position_with_errors({2.1, 0.5, -2}, same),
+                                           position_with_errors({2.6, 1.1, -3.5}, same)};
   EXPECT_EQ(simplest_within_one_standard_error(all, kFourths).simplest, 2U);
 }
 
 TEST(OneStandardErrorRule, SelectsBestWhenFoldsAgree) {
   const std::vector<EvaluatedPosition> all{position_with_errors({0, 0, 0}, {2, 2, 2, 2}),
-                                        position_with_errors({9, 0, 0}, {1, 1, 1, 1})};
+                                           position_with_errors({9, 0, 0}, {1, 1, 1, 1})};
   EXPECT_EQ(simplest_within_one_standard_error(all, kFourths).simplest, 1U);
 }
 

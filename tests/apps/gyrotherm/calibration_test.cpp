@@ -112,7 +112,8 @@ TEST_F(CalibrationOfAUnit, WritesAllViews) {
   const auto report = read_report("report");
   EXPECT_TRUE(report.missing.empty());
   EXPECT_TRUE(report.simulated);
-  EXPECT_EQ(overall_verdict(report), report::Verdict::fail) << "before compensation it far exceeds a tenth of a thousandth";
+  EXPECT_EQ(overall_verdict(report), report::Verdict::fail)
+      << "before compensation it far exceeds a tenth of a thousandth";
   EXPECT_NE(read_text(in("report/calibration.html")).find("&lt;script&gt;alert(1)"), std::string::npos);
 }
 

@@ -37,7 +37,8 @@ constexpr std::int64_t kPage = 4096;
 
 int next_number(int number) { return number % kHighestCopyNumber + 1; }
 
-/// Removes the files of all copies except number `but`. Returns the highest number removed; 0 if there is none.
+/// Removes the files of all copies except the file with the number `but`. Returns the highest number removed; 0 if
+/// there is none.
 int remove_files(const std::string& link, int but) {
   int highest = 0;
   for (const auto& entry : list_folder(folder_of(link))) {

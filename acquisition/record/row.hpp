@@ -129,7 +129,7 @@ enum class Measures { temperature, rotation, interval, value, true_bias };
 struct ChannelColumn {
   std::string name;
   Measures measures{};
-  std::size_t unit{};  ///< not used for a temperature
+  std::size_t unit{};  ///< unused for a temperature
   /// The index of the thermometer, or the index among the axes or values of the unit.
   std::size_t index{};
 };

@@ -57,7 +57,7 @@ struct RunStatus {
   std::string storage_trouble{};
   /// The damage that another program did to the record's files; empty if there is none.
   std::string record_damage{};
-  /// The time when the status file was written, by the wall clock and since the start of the machine.
+  /// Time when the status file was written: UTC of the wall clock, and time since the machine was booted.
   Duration written_utc{};
   Duration written_since_boot{};
   /// The boot identifier of the machine at that time; empty if the status does not come from a file.

@@ -29,7 +29,7 @@ void add_jump(const InterlockLimits& limits, const std::optional<Celsius>& air, 
     memory.air_jump_sum = {};
 }
 
-/// Predicts the air from the controller's set point as a first-order lag. `elapsed`: time since the last reading.
+/// Predicts the air from the controller's set point as a first-order lag. `elapsed` is the time since the last reading.
 void predict_air(const InterlockLimits& limits, const ChamberState& chamber, Duration elapsed,
                  InterlockMemory& memory) {
   if (std::isnan(chamber.set_point.value)) return;

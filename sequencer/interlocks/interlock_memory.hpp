@@ -148,7 +148,7 @@ class Ranks {
   std::vector<double> sorted_;
 };
 
-/// Adds a sample that covers `elapsed` to the trends. `is_after_pause`: the program paused before the sample.
+/// Adds a sample that covers `elapsed` to the trends. `is_after_pause` is true if the program paused before the sample.
 void remember(const InterlockLimits& limits, const Sample& sample, Duration elapsed, bool is_after_pause,
               InterlockMemory& memory);
 

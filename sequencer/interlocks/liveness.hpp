@@ -18,7 +18,7 @@ namespace gyrotherm::interlocks {
 /// that noise.
 class Noise {
  public:
-  /// Adds a reading. `at_rest`: the set point is constant, so a change of the reading is noise.
+  /// Adds a reading. `at_rest` is true if the set point is constant, so a change of the reading is noise.
   void add(double value, bool at_rest);
 
   /// Counts the latest readings that are identical to the one before them.

@@ -51,7 +51,8 @@ std::optional<std::size_t> find_unit(const TomlTable& table, const std::vector<U
   return std::nullopt;
 }
 
-/// Reads one channel and appends its value to the unit. `inputs`: number of the instrument's inputs; 0: unknown.
+/// Reads one channel and appends its value to the unit. `inputs` is the number of the instrument's inputs, or 0 if it
+/// is unknown.
 std::optional<AnalogueChannel> read_channel(const TomlTable& table, std::size_t inputs, const std::string& instrument,
                                             std::vector<UnitSettings>& units) {
   AnalogueChannel channel{.name = table.text("name")};

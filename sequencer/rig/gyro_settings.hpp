@@ -74,8 +74,8 @@ struct GyroSettings {
 /// [fixture]; the uncertainties of these; `rate_hz`, the unit's frame rate; `listen_only` for a line without commands;
 /// `largest_bias_deg_per_h`; `can_be_turned`; `thermometers` and `three_point` on the unit (`channels`: all channels of
 /// the rig); `values`, the unit's own values of a shared line; `when_silent`. docs/files.md describes every key.
-/// `known`: texts of streams by unit, if they are known already. Records errors of the rig file in its tables. Fails
-/// with bad_file if a description cannot be read or has errors.
+/// `known` contains the texts of streams by unit, if they are known already. Records errors of the rig file in its
+/// tables. Fails with bad_file if a description cannot be read or has errors.
 [[nodiscard]] Result<GyroSettings> read_gyros(const TomlTable& root, const std::string& rig_file,
                                               const std::vector<std::string>& channels,
                                               const std::map<std::string, std::string>& known);
@@ -85,7 +85,7 @@ struct GyroSettings {
 [[nodiscard]] std::unique_ptr<drivers::Gyro> make_gyro(const GyroLine& settings, const drivers::Line& line,
                                                        Duration within);
 /// Makes the driver of a simulated gyro, which sends one frame a second by itself on a wire that exists already.
-/// `clock`: clock of a wire with its own time.
+/// `clock` is the clock of a wire with its own time.
 [[nodiscard]] std::unique_ptr<drivers::Gyro> make_simulated_gyro(const GyroLine& settings,
                                                                  std::unique_ptr<drivers::ByteStream> stream,
                                                                  Duration within, const Clock* clock = nullptr);

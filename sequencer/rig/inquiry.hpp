@@ -61,8 +61,8 @@ struct AnalogueReading {
                                         std::optional<DegreesPerHour> earth_rate, DegreesPerHour largest_bias,
                                         DegreesPerHour one_count);
 /// Reads a gyro for two seconds and describes it: each axis (describe_rate), the housekeeping received, the numbers of
-/// frames seen, lost and bad, and the unit's verified settings. `units`: all units of the rig. `is_simulated`: the gyro
-/// accepts no commands. `let_pass` advances a clock that does not run by itself by one second.
+/// frames seen, lost and bad, and the unit's verified settings. `units` contains all units of the rig. `is_simulated`
+/// is true if the gyro accepts no commands. `let_pass` advances a clock that does not run by itself by one second.
 [[nodiscard]] Result<std::string> query_gyro(drivers::Gyro& gyro, const GyroLine& line,
                                              const std::vector<UnitSettings>& units, bool is_simulated,
                                              const std::function<void()>& let_pass);

@@ -179,8 +179,8 @@ std::vector<interlocks::InstrumentChannels> list_instruments(const RigFile& rig)
   return instruments;
 }
 
-/// Records an error for each name that is not permitted. `is_recorded`: the rig file is from a record, in which more
-/// names are permitted than in a new one.
+/// Records an error for each name that is not permitted. `is_recorded` is true if the rig file comes from a record.
+/// More names are permitted in an existing record than in a new one.
 void check_names(const TomlTable& root, const RigFile& rig, bool is_recorded) {
   record::RunInfo info;
   info.thermometers = thermometer_channels(rig);

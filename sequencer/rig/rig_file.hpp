@@ -72,7 +72,8 @@ struct RigFile {
   simulator::GyroModelUsed gyro_model;  ///< virtual rig
 };
 
-/// The texts of the files that a rig file names, if they are known already (resume: the record's copies).
+/// Texts of the files that a rig file names, if they are known already. On a resume, these are the copies in the
+/// record.
 struct NamedTexts {
   std::optional<std::string> chamber_map{};  ///< [chamber] map
   std::optional<std::string> gyro_model{};   ///< [virtual.thermal] gyro

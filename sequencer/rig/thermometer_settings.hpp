@@ -29,14 +29,14 @@ struct ThermometerSettings {
   std::vector<std::string> channels;
   /// The channels as stored in the record.
   std::vector<record::Channel> calibrated;
-  /// dcon: addresses of the modules on the line.
+  /// For dcon: addresses of the modules on the line.
   std::vector<std::uint8_t> addresses{1};
   drivers::DconChecksum checksum{};  ///< dcon
-  /// dcon: required type of the modules.
+  /// For dcon: required type of the modules.
   std::optional<std::uint8_t> type;
-  /// mcc_usb_temp: sensor at each input; absent: as configured before.
+  /// For mcc_usb_temp: sensor at each input. If absent, the configuration of the instrument is kept.
   std::optional<drivers::MccSensor> sensor;
-  /// process: the driver program.
+  /// For process: the driver program.
   drivers::ProgramCommand command;
   /// The line returns every request.
   bool echo{};
@@ -48,8 +48,8 @@ struct ThermometerSettings {
 /// `due` for all channels without their own; `uncertainty` (K) with its `coverage_factor` or `distribution`,
 /// `drift_k_per_year` and `calibrated` (a day), in either table; and the keys of the driver: addresses, checksum and
 /// type (dcon), [thermometer.sensor] (mcc_usb_temp), [thermometer.link] `echo` (for a line that carries bytes), command
-/// (process: its line is absent or "virtual", and its command runs in `folder`). `seen`: the channels of the rig so
-/// far.
+/// (process: its line is absent or "virtual", and its command runs in `folder`). `seen` contains the channels of the
+/// rig so far.
 [[nodiscard]] ThermometerSettings read_thermometer(const TomlTable& table, const std::string& folder,
                                                    std::size_t number, std::set<std::string>& seen);
 
@@ -60,13 +60,13 @@ struct ThermometerSettings {
 /// Makes the driver of a real thermometer whose driver is a program.
 [[nodiscard]] std::unique_ptr<drivers::Thermometer> make_process_thermometer(const ThermometerSettings& settings,
                                                                              const std::string& place);
-/// Makes the driver of a byte-oriented thermometer on an existing wire. A simulated one has no pauses. `clock`: clock
-/// of a wire with its own time.
+/// Makes the driver of a byte-oriented thermometer on an existing wire. A simulated one has no pauses. `clock` is the
+/// clock of a wire with its own time.
 [[nodiscard]] std::unique_ptr<drivers::Thermometer> make_thermometer(const ThermometerSettings& settings,
                                                                      const std::string& place,
                                                                      std::unique_ptr<drivers::ByteStream> stream,
                                                                      bool simulated, const Clock* clock = nullptr);
-/// Makes the driver of a USB-TEMP on an existing wire. `clock`: clock of a wire with its own time.
+/// Makes the driver of a USB-TEMP on an existing wire. `clock` is the clock of a wire with its own time.
 [[nodiscard]] std::unique_ptr<drivers::Thermometer> make_usb_temp(const ThermometerSettings& settings,
                                                                   const std::string& place,
                                                                   std::unique_ptr<drivers::HidReports> reports,

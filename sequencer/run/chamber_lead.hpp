@@ -71,8 +71,8 @@ class ChamberLead {
   /// requires. Empty if it is complete.
   [[nodiscard]] virtual std::string incomplete_reason(const LeadSecond&) const { return {}; }
 
-  /// Commands the chamber in this second of a run in `state`. `returning`: the run is on its way back to the profile.
-  /// Returns the text of a failure for the record, or nothing.
+  /// Commands the chamber in this second of a run in `state`. `returning` is true if the run is on its way back to the
+  /// profile. Returns the text of a failure for the record, or nothing.
   [[nodiscard]] virtual std::optional<std::string> send_set_point(io::InstrumentIo& io, const LeadSecond& second,
                                                                   RunState state, bool returning,
                                                                   const interlocks::InterlockMemory& memory) = 0;
@@ -86,7 +86,7 @@ class ChamberLead {
 /// Sends each set point along a path without jumps. After a deviation, waits for the air before the profile continues.
 class HostLead final : public ChamberLead {
  public:
-  /// `here`: the set point that the chamber accepted at `at`, a time of the run.
+  /// `here` is the set point that the chamber accepted at the run time `at`.
   HostLead(const rig::RigFile& rig, Celsius here, Duration at);
 
   /// Starts with the chamber away from the profile. The profile's clock is stopped until the air is within kResumeBand

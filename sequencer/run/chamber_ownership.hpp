@@ -17,8 +17,8 @@ namespace gyrotherm::run {
 
 class ChamberOwnership {
  public:
-  /// Takes the chamber's lock. `by_program`: the controller will carry out the profile. Fails with refused if another
-  /// program drives the chamber.
+  /// Takes the chamber's lock. `by_program` is true if the controller will carry out the profile. Fails with refused if
+  /// another program drives the chamber.
   [[nodiscard]] static Result<ChamberOwnership> take(const rig::RigFile& rig, const std::string& record,
                                                      bool by_program = false);
 
@@ -27,12 +27,13 @@ class ChamberOwnership {
   [[nodiscard]] std::vector<std::string> strangers() const;
 
   /// Arms the watchdog: from now on it makes the chamber safe if this program dies or hangs. Call it immediately before
-  /// the chamber is first moved. `identity`: the chamber's reported identity; the watchdog does not make another
-  /// chamber safe. `settings`: the controller's settings, as last read. Fails like WatchdogClient::start().
+  /// the chamber is first moved. `identity` is the identity that the chamber reported; the watchdog does not make
+  /// another chamber safe. `settings` contains the controller's settings as last read. Fails like
+  /// WatchdogClient::start().
   [[nodiscard]] Result<void> arm(const std::string& identity, const drivers::ControllerSettings& settings = {});
   [[nodiscard]] bool is_armed() const { return watchdog_ != nullptr; }
-  /// Sends a heartbeat at the end of a tick. `stuck`: time for which the current call to the chamber has made no
-  /// progress. No heartbeat is sent if it exceeds a limit.
+  /// Sends a heartbeat at the end of a tick. `stuck` is the time for which the current call to the chamber has made no
+  /// progress. If it exceeds a limit, no heartbeat is sent.
   void heartbeat(Duration stuck);
   /// Returns, by subject, the reasons why the watchdog could not make the chamber safe. Empty if it could, or if it is
   /// not armed.

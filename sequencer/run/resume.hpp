@@ -21,8 +21,8 @@
 namespace gyrotherm::run {
 
 /// Returns the data of a run from program, profile, rig and seed. The id of a dry run is derived from the data that
-/// determine it (program, profile, rig, seed, day); the id of a real run is random. `days_later`: age of a virtual
-/// rig's gyro.
+/// determine it (program, profile, rig, seed, day); the id of a real run is random. `days_later` is the age of a
+/// virtual rig's gyro.
 [[nodiscard]] record::RunInfo run_info(std::string_view program_version, const profile::Profile& profile,
                                        const rig::RigFile& rig, std::uint64_t seed, Duration started_utc,
                                        std::uint64_t days_later = 0);
@@ -40,7 +40,7 @@ inline constexpr Kelvins kResumeBand{2};
 /// Longest downtime that is accepted from the wall clock; a longer one is treated as a clock error.
 inline constexpr Duration kLongestBelieved = std::chrono::days(366);
 
-/// The state of a run when its ticks ended.
+/// State of a run when it was interrupted.
 struct InterruptedRun {
   /// Extremes of its segment's set points.
   Celsius lowest, highest;
@@ -80,7 +80,7 @@ struct ReentryDecision {
 [[nodiscard]] std::string compare_identities(const std::map<std::string, std::string>& at_start,
                                              const std::map<std::string, std::string>& now);
 
-/// Applies the resume rule. `mild`: a temperature that is harmless to the unit under test. Air is acceptable from
+/// Applies the resume rule. `mild` is a temperature that is harmless to the unit under test. Air is acceptable from
 /// `mild` to either extreme of the segment, extended by kResumeBand at both ends.
 [[nodiscard]] ReentryDecision judge_reentry(const InterruptedRun& interrupted, Celsius mild, Celsius air_now);
 /// Returns the reason why the downtime of a real run is unknown: by `down`, the wall clock is earlier than the run's
@@ -144,10 +144,10 @@ struct Downtime {
 [[nodiscard]] Downtime compute_downtime(const record::Record& record, const std::optional<record::RunStatus>& status,
                                         const MachineTime& now);
 
-/// Prepares the continuation of a run. `downtime`: time since the last recorded second; a virtual rig is down for at
-/// least one second. The downtime of a real run is unknown if it is negative, or a year or more. `run`: the number that
-/// seeds the noise of a virtual rig's run. Relative paths of commands are resolved in the folder of the rig file that
-/// the record names. Fails with usage (finished, imported) or bad_file (the record's own texts cannot be parsed).
+/// Prepares the continuation of a run. `downtime` is the time since the last recorded second. A virtual rig is down for
+/// at least one second. The downtime of a real run is unknown if it is negative, or a year or more. `run` is the number
+/// that seeds the noise of a virtual rig's run. Relative paths of commands are resolved in the folder of the rig file
+/// that the record names. Fails with usage (finished, imported) or bad_file (the record's own texts cannot be parsed).
 [[nodiscard]] Result<RunContinuation> plan_continuation(const record::Record& record, const std::string& path,
                                                         const Downtime& downtime, std::uint64_t run);
 

@@ -34,8 +34,8 @@ class RigChanges {
   /// Counts the faulty readings of the last sample, including those of units that may be off.
   [[nodiscard]] std::int64_t faulty_readings() const { return faulty_readings_; }
 
-  /// Returns the alarms that are raised or return to normal in this second. `missed`: the time without ticks before it.
-  /// In the result, a raised root precedes its consequences, and a cleared root follows them.
+  /// Returns the alarms that are raised or return to normal in this second. `missed` is the time without ticks before
+  /// this second. In the result, a raised root precedes its consequences, and a cleared root follows them.
   [[nodiscard]] std::vector<RigChange> compare_alarms(const interlocks::InterlockResult& result, const Sample& sample,
                                                       Duration missed);
 

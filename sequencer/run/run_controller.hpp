@@ -38,8 +38,8 @@ class RunController {
 
   /// Starts with the chamber away from the profile. Call it before the first tick if the rig was prepared with another
   /// set point, `here`. The run returns to the profile by a ramp. The profile's clock is stopped until the air is
-  /// within 2 K of the set point, or of `air_before`, the air temperature when the run stopped. `cause`: the reason for
-  /// the record.
+  /// within 2 K of the set point, or of `air_before`, the air temperature when the run stopped. `cause` is the reason
+  /// that is recorded.
   void begin_away(Celsius here, const std::string& cause, std::optional<Celsius> air_before);
 
   /// Carries out the second numbered `slot`. Slots without a tick since the last one become a recorded gap, in which

@@ -26,7 +26,7 @@ namespace gyrotherm::run {
 
 class SetPointPath {
  public:
-  /// `sent`: the set point that the chamber accepted at `at`, a time of the run.
+  /// `sent` is the set point that the chamber accepted at the run time `at`.
   SetPointPath(const profile::ChamberLimits& limits, Kelvins tolerance, Duration every, Celsius sent, Duration at);
 
   /// Moves towards `goal` as far as the time allows. Sends nothing if the chamber is there, or if the last set point is

@@ -98,7 +98,7 @@ void detach_standard_input() {
 bool reap(pid_t pid, Duration within, int* status) {
   const Descriptor watched(static_cast<int>(::syscall(SYS_pidfd_open, pid, 0)));
   if (watched.is_open()) [[maybe_unused]]
-    const bool ended = ready(watched.number(), POLLIN, Deadline(within));
+    const bool ended = wait_until_ready(watched.number(), POLLIN, Deadline(within));
   return ::waitpid(pid, status, WNOHANG) != 0;
 }
 

@@ -36,7 +36,7 @@ std::string civil_time(Duration utc) {
   return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(static_cast<std::time_t>(seconds)));
 }
 
-std::string spoken(Duration d) {
+std::string format_duration(Duration d) {
   const auto s = std::chrono::round<std::chrono::seconds>(d).count();
   if (s < 60) return fmt::format("{} s", s);
   if (s < 3600) return fmt::format("{} min {:02} s", s / 60, s % 60);

@@ -62,6 +62,6 @@ inline constexpr Duration kVirtualEpoch = std::chrono::seconds(1767225600);
 [[nodiscard]] std::string civil_time(Duration utc);
 
 /// Formats a duration, rounded to seconds: "18 h 40 min 00 s", "40 min 00 s", "5 s".
-[[nodiscard]] std::string spoken(Duration d);
+[[nodiscard]] std::string format_duration(Duration d);
 
 }  // namespace gyrotherm

@@ -21,7 +21,7 @@ class Deadline {
   Deadline(Duration within, const Clock* clock) : clock_(clock), end_(now() + within) {}
   /// Returns the time until the deadline, or zero if it has passed.
   [[nodiscard]] Duration left() const { return std::max<Duration>(end_ - now(), Duration::zero()); }
-  [[nodiscard]] bool over() const { return left() == Duration::zero(); }
+  [[nodiscard]] bool has_passed() const { return left() == Duration::zero(); }
 
  private:
   [[nodiscard]] Duration now() const {
@@ -36,7 +36,7 @@ class Deadline {
 
 /// Waits until `descriptor` is ready for `events` (poll(2)) or has an error, and returns true. Returns false at the
 /// deadline. A signal does not end the wait.
-[[nodiscard]] inline bool ready(int descriptor, short events, const Deadline& deadline) {
+[[nodiscard]] inline bool wait_until_ready(int descriptor, short events, const Deadline& deadline) {
   pollfd line{descriptor, events, 0};
   while (true) {
     const auto left = deadline.left();

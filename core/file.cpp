@@ -123,7 +123,7 @@ struct SplitPath {
 /// Opens the folder of a path. Fails with storage if it cannot be opened or the path names a folder.
 Result<SplitPath> split_path(const std::string& path) {
   const std::filesystem::path whole(path);
-  SplitPath split{.folder = Descriptor(::open(folder_of(whole).c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC)),
+  SplitPath split{.folder = Descriptor(::open(parent_folder(whole).c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC)),
                   .name = whole.filename().string()};
   if (!split.folder.is_open())
     return failure(FaultKind::storage, path, std::string("cannot be written: ") + std::strerror(errno));
@@ -247,7 +247,7 @@ FileState read_file_identity(const std::string& path) {
   return state;
 }
 
-std::string folder_of(const std::filesystem::path& path) {
+std::string parent_folder(const std::filesystem::path& path) {
   const auto folder = path.parent_path();
   return folder.empty() ? "." : folder.string();
 }

@@ -117,7 +117,7 @@ struct FileState {
 [[nodiscard]] FileState read_file_identity(const std::string& path);
 
 /// Returns the folder that contains `path`: "." for "rig.toml".
-[[nodiscard]] std::string folder_of(const std::filesystem::path& path);
+[[nodiscard]] std::string parent_folder(const std::filesystem::path& path);
 
 /// Returns the paths of the entries of a folder, unsorted. An error ends the list without an exception: the list is
 /// empty if the folder cannot be read, and may be incomplete if the folder changes during the call.

@@ -86,21 +86,21 @@ OneOf<T> one_of(T& value, std::initializer_list<std::remove_const_t<T>> all) {
 
 /// An optional Duration as a number of seconds; null if empty.
 template <class T>
-struct InSeconds {
+struct OptionalSeconds {
   T& time;
 };
 template <class T>
-InSeconds<T> in_seconds(T& time) {
+OptionalSeconds<T> optional_seconds(T& time) {
   return {time};
 }
 
 /// Pairs of a name and a value, stored as an object with the names as keys, in their order.
 template <class T>
-struct ByName {
+struct NamedValues {
   T& values;  ///< vector of pairs
 };
 template <class T>
-ByName<T> by_name(T& values) {
+NamedValues<T> named_values(T& values) {
   return {values};
 }
 

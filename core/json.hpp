@@ -24,7 +24,7 @@ using Json = nlohmann::ordered_json;
 
 /// Returns a document as text, on one line or with `indent` blanks per level. NaN is written as null. Bytes that are
 /// not UTF-8 are replaced by U+FFFD.
-[[nodiscard]] inline std::string text_of(const Json& json, int indent = -1) {
+[[nodiscard]] inline std::string json_text(const Json& json, int indent = -1) {
   return json.dump(indent, ' ', false, Json::error_handler_t::replace);
 }
 
@@ -98,7 +98,7 @@ class JsonReader {
     if (node_.has(key)) object(key, describe_members);
   }
   void expect(const char* key, bool holds, const char* what) {
-    if (!holds) node_[key].mistake(what);
+    if (!holds) node_[key].note_error(what);
   }
 
  private:
@@ -182,7 +182,7 @@ struct JsonValue<std::pair<double, double>> {
   static Json write(const std::pair<double, double>& ends) { return Json::array({ends.first, ends.second}); }
   static void read(const JsonNode& node, std::pair<double, double>& ends) {
     const std::vector<double> both = node.numbers();
-    if (both.size() != 2) return node.mistake("wrong length, expected a lower and an upper bound");
+    if (both.size() != 2) return node.note_error("wrong length, expected a lower and an upper bound");
     ends = {both[0], both[1]};
   }
 };
@@ -202,14 +202,14 @@ struct JsonValue<InRange<T>> {
   static void read(const JsonNode& node, const InRange<T>& in) {
     read_json(node, in.value);
     const bool holds = (in.low_excluded ? in.value > in.low : in.value >= in.low) && in.value <= in.high;
-    if (!holds) node.mistake(in.expected);
+    if (!holds) node.note_error(in.expected);
   }
 };
 
 template <class T>
-struct JsonValue<InSeconds<T>> {
-  static Json write(const InSeconds<T>& in) { return in.time ? Json(to_seconds(*in.time)) : Json(nullptr); }
-  static void read(const JsonNode& node, const InSeconds<T>& in) {
+struct JsonValue<OptionalSeconds<T>> {
+  static Json write(const OptionalSeconds<T>& in) { return in.time ? Json(to_seconds(*in.time)) : Json(nullptr); }
+  static void read(const JsonNode& node, const OptionalSeconds<T>& in) {
     in.time.reset();
     if (!node.is_null()) in.time = from_seconds(node.number());
   }
@@ -225,18 +225,18 @@ struct JsonValue<OneOf<T>> {
       names.emplace_back(name(value));
       if (text == names.back()) return void(word.value = value);
     }
-    node.mistake(fmt::format("\"{}\", expected {}", text, fmt::join(names, " or ")));
+    node.note_error(fmt::format("\"{}\", expected {}", text, fmt::join(names, " or ")));
   }
 };
 
 template <class T>
-struct JsonValue<ByName<T>> {
-  static Json write(const ByName<T>& named) {
+struct JsonValue<NamedValues<T>> {
+  static Json write(const NamedValues<T>& named) {
     Json object = Json::object();
     for (const auto& [name, value] : named.values) object[name] = make_json(value);
     return object;
   }
-  static void read(const JsonNode& node, const ByName<T>& named) {
+  static void read(const JsonNode& node, const NamedValues<T>& named) {
     named.values.clear();
     for (const auto& [name, value] : node.members()) {
       named.values.emplace_back().first = name;

@@ -56,7 +56,7 @@ Result<JsonNode> JsonNode::parse(std::string_view text, std::string file, Nulls 
   return JsonNode(std::move(document), root, "");
 }
 
-void JsonNode::mistake(const std::string& what) const {
+void JsonNode::note_error(const std::string& what) const {
   if (document_->first_error) return;
   const std::string where = path_.empty() ? document_->file : document_->file + ": " + path_;
   document_->first_error = Fault{FaultKind::bad_file, where, what};
@@ -76,14 +76,14 @@ JsonNode JsonNode::operator[](std::string_view key) const {
   const std::string path = path_.empty() ? std::string(key) : path_ + "." + std::string(key);
   const Json* node = as_json(node_);
   const JsonNode there(document_, has(key) ? &*node->find(key) : nullptr, path);
-  if (node != nullptr && !has(key)) there.mistake("missing, expected a value");
+  if (node != nullptr && !has(key)) there.note_error("missing, expected a value");
   return there;
 }
 
 std::vector<JsonNode> JsonNode::elements() const {
   const Json* node = as_json(node_);
   if (node == nullptr) return {};
-  if (!node->is_array()) return mistake("wrong type, expected an array"), std::vector<JsonNode>{};
+  if (!node->is_array()) return note_error("wrong type, expected an array"), std::vector<JsonNode>{};
   std::vector<JsonNode> all;
   for (const Json& element : *node)
     all.push_back(JsonNode(document_, &element, fmt::format("{}[{}]", path_, all.size())));
@@ -94,7 +94,7 @@ std::vector<std::pair<std::string, JsonNode>> JsonNode::members() const {
   const Json* node = as_json(node_);
   if (node == nullptr) return {};
   if (!node->is_object())
-    return mistake("wrong type, expected an object"), std::vector<std::pair<std::string, JsonNode>>{};
+    return note_error("wrong type, expected an object"), std::vector<std::pair<std::string, JsonNode>>{};
   std::vector<std::pair<std::string, JsonNode>> all;
   for (const auto& [key, value] : node->items()) all.emplace_back(key, JsonNode(document_, &value, path_ + "." + key));
   return all;
@@ -112,7 +112,7 @@ double JsonNode::number() const {
   if (node->is_number()) return node->get<double>();
   const bool may_be_null = document_->nulls == Nulls::read_as_nan;
   if (!node->is_null() || !may_be_null)
-    mistake(may_be_null ? "wrong type, expected a number or null" : "wrong type, expected a number");
+    note_error(may_be_null ? "wrong type, expected a number or null" : "wrong type, expected a number");
   return kNothing;
 }
 
@@ -121,7 +121,7 @@ int JsonNode::integer() const {
   if (node == nullptr) return 0;
   const bool fits = node->is_number_integer() && node->get<double>() >= std::numeric_limits<int>::min() &&
                     node->get<double>() <= std::numeric_limits<int>::max();
-  if (!fits) return mistake("wrong type, expected a whole number"), 0;
+  if (!fits) return note_error("wrong type, expected a whole number"), 0;
   return node->get<int>();
 }
 
@@ -131,28 +131,28 @@ std::int64_t JsonNode::long_integer() const {
   const bool fits =
       node->is_number_integer() &&
       (!node->is_number_unsigned() || node->get<std::uint64_t>() <= std::numeric_limits<std::int64_t>::max());
-  if (!fits) return mistake("wrong type, expected a whole number"), 0;
+  if (!fits) return note_error("wrong type, expected a whole number"), 0;
   return node->get<std::int64_t>();
 }
 
 bool JsonNode::boolean() const {
   const Json* node = as_json(node_);
   if (node == nullptr) return false;
-  if (!node->is_boolean()) return mistake("wrong type, expected true or false"), false;
+  if (!node->is_boolean()) return note_error("wrong type, expected true or false"), false;
   return node->get<bool>();
 }
 
 std::string JsonNode::text() const {
   const Json* node = as_json(node_);
   if (node == nullptr) return {};
-  if (!node->is_string()) return mistake("wrong type, expected a text"), std::string{};
+  if (!node->is_string()) return note_error("wrong type, expected a text"), std::string{};
   return node->get<std::string>();
 }
 
 std::uint64_t JsonNode::whole() const {
   const Json* node = as_json(node_);
   if (node == nullptr) return 0;
-  if (!node->is_number_unsigned()) return mistake("wrong type, expected a whole number of 0 or more"), 0;
+  if (!node->is_number_unsigned()) return note_error("wrong type, expected a whole number of 0 or more"), 0;
   return node->get<std::uint64_t>();
 }
 

@@ -45,7 +45,7 @@ class JsonNode {
   [[nodiscard]] std::vector<std::string> texts() const;
 
   /// Notes an error that the parser found at this position.
-  void mistake(const std::string& what) const;
+  void note_error(const std::string& what) const;
   /// Fails with bad_file if an error was noted in the document; the message describes the first one.
   [[nodiscard]] Result<void> verdict() const;
 

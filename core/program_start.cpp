@@ -63,14 +63,14 @@ std::string objection_to(std::string_view value, std::string_view kind) {
 
 std::string command_refusal_reason(std::string_view word, std::span<const std::string> known) {
   if (word.starts_with('-') || std::ranges::find(known, word) != known.end()) return {};
-  const auto near = nearest(word, known);
+  const auto near = find_nearest(word, known);
   return near.empty() ? fmt::format("\"{}\" is not one of the commands {}", word, fmt::join(known, ", "))
                       : fmt::format("\"{}\" is not a command. Did you mean \"{}\"?", word, near);
 }
 
 std::string option_refusal_reason(std::string_view word, const std::string& command,
                                   std::span<const std::string> known) {
-  const auto near = nearest(word, known);
+  const auto near = find_nearest(word, known);
   return fmt::format("{} is not an option of {}{}", word, command,
                      near.empty() ? "" : fmt::format(". Did you mean {}?", near));
 }

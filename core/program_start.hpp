@@ -47,7 +47,7 @@ void write_to_stderr(std::string_view text);
 /// report only a consequence of that. Otherwise the message is CLI11's own, `refusal`, as plain_error_message() returns
 /// it.
 template <class App>
-std::string cause_of(const std::string& refusal, const App& program, std::span<char* const> words) {
+std::string find_error_cause(const std::string& refusal, const App& program, std::span<char* const> words) {
   std::string cause;
   const auto check_next = [&](const App& command, std::size_t next) {
     std::vector<std::string> known;

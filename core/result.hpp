@@ -84,7 +84,7 @@ using Result = tl::expected<T, Fault>;
 using ProgressSink = std::function<bool(std::string_view stage, double fraction)>;
 
 /// Reports progress to a sink, which may be empty. Returns whether the computation is to continue.
-[[nodiscard]] inline bool keep_going(const ProgressSink& sink, std::string_view stage, double fraction) {
+[[nodiscard]] inline bool should_continue(const ProgressSink& sink, std::string_view stage, double fraction) {
   return !sink || sink(stage, fraction);
 }
 

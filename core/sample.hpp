@@ -23,7 +23,7 @@ struct Reading {
 };
 
 template <class T>
-[[nodiscard]] std::optional<T> value_of(const Reading<T>& reading) {
+[[nodiscard]] std::optional<T> known_value(const Reading<T>& reading) {
   return reading.value ? std::optional<T>(*reading.value) : std::nullopt;
 }
 
@@ -196,8 +196,8 @@ struct RunOverview {
 void describe(auto& form, Like<RunOverview> auto& overview) {
   form("state", one_of(overview.state, kRunStates));
   form("cause", overview.cause);
-  form("time_left_s", in_seconds(overview.time_left));
-  form("behind_plan_s", in_seconds(overview.behind_plan));
+  form("time_left_s", optional_seconds(overview.time_left));
+  form("behind_plan_s", optional_seconds(overview.behind_plan));
   form("missed_set_points", overview.missed_set_points);
   form("faults_now", overview.faults_now);
 }

@@ -79,7 +79,7 @@ Result<std::string> resolve_path(const std::string& given, const ShippedKind& ki
   auto what = fmt::format("is not a shipped {}", kind.what);
   if (const auto* other = find_other_kind(given, kind))
     what = fmt::format("is a shipped {}, not a {}", other, kind.what);
-  if (const auto near = nearest(given, names); !near.empty()) what += fmt::format("; did you mean \"{}\"?", near);
+  if (const auto near = find_nearest(given, names); !near.empty()) what += fmt::format("; did you mean \"{}\"?", near);
   if (std::error_code error; !given.empty() && fs::exists(given, error))
     what += fmt::format("; for the file of that name in this folder, write ./{}", given);
   what += names.empty() ? "; none was found" : fmt::format("; there are {}", fmt::join(names, ", "));

@@ -98,7 +98,7 @@ std::string_view detect_other_format(std::string_view bytes) {
   return trimmed(bytes, " \t\r\n").starts_with('{') ? "JSON" : "";
 }
 
-std::string nearest(std::string_view word, std::span<const std::string> known) {
+std::string find_nearest(std::string_view word, std::span<const std::string> known) {
   std::string best;
   std::size_t least = std::max<std::size_t>(2, word.size() / 3) + 1;
   for (const auto& candidate : known)

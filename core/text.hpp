@@ -33,6 +33,6 @@ enum class Blanks { escaped, kept };
 
 /// Returns the element of `known` with the least edit distance to `word`. Returns "" if the least distance exceeds both
 /// 2 and a third of the length of `word`.
-[[nodiscard]] std::string nearest(std::string_view word, std::span<const std::string> known);
+[[nodiscard]] std::string find_nearest(std::string_view word, std::span<const std::string> known);
 
 }  // namespace gyrotherm

@@ -77,7 +77,7 @@ struct TomlTable::Document {
   std::vector<std::shared_ptr<Node>> nodes;                                     ///< one per table that was read
   std::unordered_map<const toml::table*, std::shared_ptr<Node>> known_nodes{};  ///< nodes by table
 
-  [[nodiscard]] std::string place(toml::source_position at) const {
+  [[nodiscard]] std::string location(toml::source_position at) const {
     return fmt::format("{}:{}:{}", file, std::max<unsigned>(at.line, 1), std::max<unsigned>(at.column, 1));
   }
   /// Returns the noted errors and one for each key that was never read.
@@ -106,7 +106,7 @@ TomlTable::Document::ErrorList TomlTable::Document::collect_errors() const {
     for (const auto& [key, value] : *node->table) {
       if (node->read_keys.contains(key.str())) continue;
       const std::vector<std::string> read_keys(node->read_keys.begin(), node->read_keys.end());
-      const auto near = all.is_full() ? std::string() : nearest(key.str(), read_keys);
+      const auto near = all.is_full() ? std::string() : find_nearest(key.str(), read_keys);
       const auto meant = near.empty() ? "" : fmt::format(", did you mean \"{}\"?", near);
       if (!near.empty()) all.drop_missing(node->at, near);
       all.note({Rank::key_error, key.source().begin, fmt::format("unknown key \"{}\"{}", key.str(), meant)});
@@ -127,13 +127,13 @@ Result<TomlTable> TomlTable::parse(std::string_view text, std::string file) {
   auto document = std::make_shared<Document>();
   document->file = std::move(file);
   if (const auto other = detect_other_format(text); !other.empty())
-    return failure(FaultKind::bad_file, document->place({1, 1}), fmt::format("is {}, expected TOML", other));
+    return failure(FaultKind::bad_file, document->location({1, 1}), fmt::format("is {}, expected TOML", other));
   if (auto flaw = find_flaw(text))
-    return failure(FaultKind::bad_file, document->place({flaw->line, flaw->column}), std::move(flaw->what));
+    return failure(FaultKind::bad_file, document->location({flaw->line, flaw->column}), std::move(flaw->what));
   try {
     document->root = toml::parse(text, document->file);
   } catch (const toml::parse_error& error) {
-    return failure(FaultKind::bad_file, document->place(error.source().begin), std::string(error.description()));
+    return failure(FaultKind::bad_file, document->location(error.source().begin), std::string(error.description()));
   }
   auto node = std::make_shared<Node>();
   node->table = &document->root;
@@ -199,11 +199,11 @@ T read(const TomlTable& self, const toml::table* table, std::string_view key, co
        const char* expected, Convert convert) {
   const auto* node = find(table, key);
   if (!node) {
-    if (!fallback) self.mistake("", missing_key(key) + ", " + expected);
+    if (!fallback) self.note_error("", missing_key(key) + ", " + expected);
     return fallback.value_or(T{});
   }
   if (const auto value = convert(*node)) return *value;
-  self.mistake(key, fmt::format("\"{}\" is {}, {}", key, describe_value(*node), expected));
+  self.note_error(key, fmt::format("\"{}\" is {}, {}", key, describe_value(*node), expected));
   return fallback.value_or(T{});
 }
 
@@ -214,13 +214,13 @@ std::vector<T> read_array(const TomlTable& self, const toml::table* table, std::
   const auto* node = find(table, key);
   if (!node) return values;
   const auto* array = node->as_array();
-  if (!array) self.mistake(key, fmt::format("\"{}\" is not an array, {}", key, kExpectArray));
+  if (!array) self.note_error(key, fmt::format("\"{}\" is not an array, {}", key, kExpectArray));
   for (std::size_t i = 0; array && i < array->size(); ++i) {
     if (const auto value = convert(*array->get(i)))
       values.push_back(*value);
     else
-      self.mistake(key,
-                   fmt::format("element {} of \"{}\" is {}, {}", i + 1, key, describe_value(*array->get(i)), expected));
+      self.note_error(
+          key, fmt::format("element {} of \"{}\" is {}, {}", i + 1, key, describe_value(*array->get(i)), expected));
   }
   return values;
 }
@@ -297,9 +297,9 @@ std::string TomlTable::choice(std::string_view key, const std::vector<std::strin
   const auto value = text(key, fallback.empty() ? std::nullopt : std::optional(std::move(fallback)));
   if (std::find(allowed.begin(), allowed.end(), value) != allowed.end()) return value;
   if (value.empty() && !is_empty_text(find(node_->table, key))) return value;  // missing or no text, noted by text()
-  const auto near = nearest(value, allowed);
-  mistake(key, fmt::format("\"{}\" is not one of {}{}", value, fmt::join(allowed, ", "),
-                           near.empty() ? "" : fmt::format("; did you mean \"{}\"?", near)));
+  const auto near = find_nearest(value, allowed);
+  note_error(key, fmt::format("\"{}\" is not one of {}{}", value, fmt::join(allowed, ", "),
+                              near.empty() ? "" : fmt::format("; did you mean \"{}\"?", near)));
   return allowed.front();
 }
 
@@ -309,7 +309,7 @@ void TomlTable::expect(std::string_view key, std::string_view value) const {
   if (found.empty() && !is_empty_text(find(node_->table, key))) return;  // missing or no text, noted by text()
   const auto kind = [](std::string_view schema) { return schema.substr(0, schema.find('/')); };
   if (found.empty() || kind(found) == kind(value))
-    return mistake(key, fmt::format("\"{}\" is not understood, expected \"{}\"", found, value));
+    return note_error(key, fmt::format("\"{}\" is not understood, expected \"{}\"", found, value));
   document_->other_kind = {Document::Rank::key_error, node_->at_key(key),
                            fmt::format("the schema of this file is {}, expected {}", found, value)};
 }
@@ -329,7 +329,7 @@ CelsiusPerMinute TomlTable::rate(std::string_view key, std::optional<CelsiusPerM
 }
 CelsiusPerMinute TomlTable::positive_rate(std::string_view key, std::optional<CelsiusPerMinute> fallback) const {
   const auto found = rate(key, fallback);
-  if (!(found > CelsiusPerMinute{0})) mistake(key, "expected more than 0 °C/min");
+  if (!(found > CelsiusPerMinute{0})) note_error(key, "expected more than 0 °C/min");
   return found;
 }
 
@@ -363,7 +363,7 @@ TomlTable TomlTable::table(std::string_view key) const {
   if (const auto* node = find(mark_read(key).table, key)) {
     child->table = node->as_table();
     child->at = node->source().begin;
-    if (!child->table) mistake(key, fmt::format("\"{}\" is not a table, expected [{}]", key, key));
+    if (!child->table) note_error(key, fmt::format("\"{}\" is not a table, expected [{}]", key, key));
     child->is_reported = !child->table;
   }
   return {document_, std::move(child)};
@@ -373,13 +373,13 @@ std::vector<TomlTable> TomlTable::tables(std::string_view key) const {
   std::vector<TomlTable> children;
   const auto* node = find(mark_read(key).table, key);
   const auto* array = node ? node->as_array() : nullptr;
-  if (node && !array) mistake(key, fmt::format("\"{}\" is not an array of tables, expected [[{}]]", key, key));
+  if (node && !array) note_error(key, fmt::format("\"{}\" is not an array of tables, expected [[{}]]", key, key));
   for (std::size_t i = 0; array && i < array->size(); ++i) {
     auto child = std::make_shared<Node>();
     child->table = array->get(i)->as_table();
     child->at = array->get(i)->source().begin;
     child->path = table_path(key);
-    if (!child->table) mistake(key, fmt::format("element {} of \"{}\" is not a table", i + 1, key));
+    if (!child->table) note_error(key, fmt::format("element {} of \"{}\" is not a table", i + 1, key));
     child->is_reported = !child->table;
     children.push_back(TomlTable(document_, std::move(child)));
   }
@@ -401,9 +401,9 @@ std::vector<std::string> TomlTable::keys() const {
 
 void TomlTable::ignore(std::string_view key) const { node_->read_keys.emplace(key); }
 
-std::string TomlTable::place(std::string_view key) const { return document_->place(node_->at_key(key)); }
+std::string TomlTable::location(std::string_view key) const { return document_->location(node_->at_key(key)); }
 
-void TomlTable::mistake(std::string_view key, std::string what) const {
+void TomlTable::note_error(std::string_view key, std::string what) const {
   using Rank = Document::Rank;
   if (node_->is_reported) return;
   if (!node_->table)
@@ -414,15 +414,15 @@ void TomlTable::mistake(std::string_view key, std::string what) const {
 
 Result<void> TomlTable::verdict() const {
   if (const auto& other = document_->other_kind)
-    return failure(FaultKind::bad_file, document_->place(other->at), other->what);
+    return failure(FaultKind::bad_file, document_->location(other->at), other->what);
   const auto all = document_->collect_errors();
   const auto errors = all.sorted_errors();
   if (errors.empty()) return {};
   std::string what = errors.front().what;
   for (std::size_t i = 1; i < errors.size(); ++i)
-    what += fmt::format("\n{}: {}", document_->place(errors[i].at), errors[i].what);
+    what += fmt::format("\n{}: {}", document_->location(errors[i].at), errors[i].what);
   if (all.has_more()) what += fmt::format("\n{}: more errors than the {} reported here", document_->file, kMaxErrors);
-  return failure(FaultKind::bad_file, document_->place(errors.front().at), std::move(what));
+  return failure(FaultKind::bad_file, document_->location(errors.front().at), std::move(what));
 }
 
 Result<NamedText> read_named(const TomlTable& table, const char* key, const std::string& file, const ShippedKind& kind,
@@ -433,11 +433,11 @@ Result<NamedText> read_named(const TomlTable& table, const char* key, const std:
   if (known) return named;
   if (!name.empty() && !is_path(name)) {
     auto shipped = resolve_path(name, kind);
-    if (!shipped) return failure(FaultKind::bad_file, table.place(key), gyrotherm::text(shipped.error()));
+    if (!shipped) return failure(FaultKind::bad_file, table.location(key), gyrotherm::text(shipped.error()));
     named.path = std::move(*shipped);
   }
   auto text = read_text_file(named.path);
-  if (!text) return failure(FaultKind::bad_file, table.place(key), text.error().where + " " + text.error().what);
+  if (!text) return failure(FaultKind::bad_file, table.location(key), text.error().where + " " + text.error().what);
   named.text = std::move(*text);
   return named;
 }

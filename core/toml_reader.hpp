@@ -76,10 +76,10 @@ class TomlTable {
   void ignore(std::string_view key) const;
 
   /// Returns "file:line:column" of a key, or of this table if the key is absent or empty.
-  [[nodiscard]] std::string place(std::string_view key = {}) const;
+  [[nodiscard]] std::string location(std::string_view key = {}) const;
   /// Notes an error that the parser found at a key. The same error is noted only once. If this table is absent, only
   /// its absence is noted.
-  void mistake(std::string_view key, std::string what) const;
+  void note_error(std::string_view key, std::string what) const;
 
   /// Fails with bad_file if any table of the file has an error. `where` is the location of the first error. `what`
   /// lists up to 100 errors, one per line. Each line after the first begins with "file:line:column: ". Errors in the
@@ -145,7 +145,7 @@ template <class T>
 [[nodiscard]] T bounded(const TomlTable& table, const char* key, std::int64_t value, std::int64_t low,
                         std::int64_t high) {
   if (value < low || value > high)
-    table.mistake(key, fmt::format("\"{}\" is {}, expected {} to {}", key, value, low, high));
+    table.note_error(key, fmt::format("\"{}\" is {}, expected {} to {}", key, value, low, high));
   return static_cast<T>(std::clamp(value, low, high));
 }
 

@@ -378,14 +378,14 @@ const Column* find_column(const ResultTable& table, std::string_view quantity) {
 std::string to_json(const CalibrationReport& report) {
   Json json{{"schema", kCalibrationSchema}};
   json.update(make_json(report));
-  return text_of(json, 1) + "\n";
+  return json_text(json, 1) + "\n";
 }
 
 Result<CalibrationReport> calibration_from_json(std::string_view json, const std::string& file) {
   const auto place = JsonNode::parse(json, file);
   if (!place) return failure(place.error());
   if (const std::string schema = (*place)["schema"].text(); schema != kCalibrationSchema)
-    (*place)["schema"].mistake(fmt::format("\"{}\", expected \"{}\"", schema, kCalibrationSchema));
+    (*place)["schema"].note_error(fmt::format("\"{}\", expected \"{}\"", schema, kCalibrationSchema));
   CalibrationReport report;
   read_json(*place, report);
   if (auto verdict = place->verdict(); !verdict) return failure(verdict.error());

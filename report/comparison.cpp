@@ -227,7 +227,7 @@ Result<Comparison> compare(const CalibrationReport& before, const CalibrationRep
 std::string to_json(const Comparison& comparison) {
   Json json{{"schema", kComparisonSchema}};
   json.update(make_json(comparison));
-  return text_of(json, 1) + "\n";
+  return json_text(json, 1) + "\n";
 }
 
 ReportedValue change_with_uncertainty(const ComparedResult& result) {

@@ -99,7 +99,7 @@ std::string numbers(const std::vector<double>& values, int digits) {
 
 /// Returns a JSON string without '<'.
 std::string quote_json(const std::string& text) {
-  std::string json = text_of(Json(text)), safe;
+  std::string json = json_text(Json(text)), safe;
   for (const char c : json) safe += c == '<' ? std::string("\\u003c") : std::string(1, c);
   return safe;
 }

@@ -180,8 +180,8 @@ ReportFigure random_figure(const Report& report) {
   const ModelCurve multi{"multi-point", plot::colour::kMultiPoint, residual.multi_point};
   const ModelCurve multi_t{"multi-point with temperature", plot::colour::kMultiPointT, residual.multi_point_t};
   plot::Range range =
-      plot::join_ranges(plot::join_ranges(plot::range_of(three.residual), plot::range_of(multi.residual)),
-                        plot::range_of(multi_t.residual));
+      plot::join_ranges(plot::join_ranges(plot::value_range(three.residual), plot::value_range(multi.residual)),
+                        plot::value_range(multi_t.residual));
   range = round_out(range, 3);
   plot::Plot plot = time_plot(report, run, "figure-8", "Bias of the random run before and after compensation");
   plot.panels = {plot::make_panel("(a) Before and after", kBiasTitle,

@@ -114,7 +114,7 @@ std::string overall_verdict(const Lot& lot) {
   return any("PASS") ? "PASS" : "no limit";
 }
 
-std::string to_json(const Lot& lot) { return text_of(make_json(lot), 1) + "\n"; }
+std::string to_json(const Lot& lot) { return json_text(make_json(lot), 1) + "\n"; }
 
 namespace {
 

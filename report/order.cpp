@@ -38,7 +38,7 @@ Texts texts(const TomlTable& table, const char* key) {
 std::string day(const TomlTable& table, const char* key) {
   std::string text = table.text(key, "");
   if (!text.empty() && !record::parse_day(text))
-    table.mistake(key, fmt::format("\"{}\" is not a date, expected one like \"2026-11-25\"", text));
+    table.note_error(key, fmt::format("\"{}\" is not a date, expected one like \"2026-11-25\"", text));
   return text;
 }
 
@@ -46,7 +46,7 @@ std::string country(const TomlTable& table) {
   std::string code = table.text("country", "");
   const bool is_code = code.size() == 2 && std::ranges::all_of(code, [](char c) { return c >= 'A' && c <= 'Z'; });
   if (!code.empty() && !is_code)
-    table.mistake("country", fmt::format("\"{}\", expected two letters of ISO 3166-1 like \"DE\"", code));
+    table.note_error("country", fmt::format("\"{}\", expected two letters of ISO 3166-1 like \"DE\"", code));
   return code;
 }
 
@@ -86,17 +86,17 @@ std::optional<Logo> logo(const TomlTable& table, const std::string& file) {
   const std::filesystem::path path = std::filesystem::path(file).parent_path() / name;
   const std::string extension = path.extension().string();
   if (extension != ".svg" && extension != ".png") {
-    table.mistake("logo", fmt::format("\"{}\", expected a picture that ends in .svg or .png", name));
+    table.note_error("logo", fmt::format("\"{}\", expected a picture that ends in .svg or .png", name));
     return std::nullopt;
   }
   const auto bytes = read_text_file(path.string(), kLargestLogo);
   if (!bytes) {
-    table.mistake("logo", text(bytes.error()));
+    table.note_error("logo", text(bytes.error()));
     return std::nullopt;
   }
   const bool is_png = bytes->starts_with("\x89PNG\r\n\x1a\n");
   if (is_png != (extension == ".png")) {
-    table.mistake("logo", fmt::format("\"{}\" is not a {} file", name, extension == ".png" ? "PNG" : "SVG"));
+    table.note_error("logo", fmt::format("\"{}\" is not a {} file", name, extension == ".png" ? "PNG" : "SVG"));
     return std::nullopt;
   }
   return Logo{is_png ? "image/png" : "image/svg+xml", plot::base64(*bytes)};
@@ -114,10 +114,10 @@ CalibratedItem item(const TomlTable& table) {
 std::vector<OrderedUnit> units(const TomlTable& table) {
   std::vector<OrderedUnit> all;
   for (const TomlTable& one : table.tables("unit")) {
-    all.push_back({one.text("name", ""), one.place(), item(one)});
+    all.push_back({one.text("name", ""), one.location(), item(one)});
     const auto same = [&](const OrderedUnit& unit) { return unit.name == all.back().name; };
     if (std::ranges::count_if(all, same) > 1)
-      one.mistake("name", fmt::format("duplicate unit \"{}\"", all.back().name));
+      one.note_error("name", fmt::format("duplicate unit \"{}\"", all.back().name));
   }
   return all;
 }
@@ -127,8 +127,8 @@ std::vector<Influence> influences(const TomlTable& table) {
   for (const TomlTable& one : table.tables("influence")) {
     Influence influence{
         .name = texts(one, "name"), .unit = one.text("unit"), .low = one.number("low"), .high = one.number("high")};
-    if (influence.name.empty()) one.mistake("name", "missing, expected a text");
-    if (influence.low > influence.high) one.mistake("high", "is below \"low\"");
+    if (influence.name.empty()) one.note_error("name", "missing, expected a text");
+    if (influence.low > influence.high) one.note_error("high", "is below \"low\"");
     all.push_back(std::move(influence));
   }
   return all;
@@ -165,15 +165,15 @@ void check_is_result(const TomlTable& limit, const std::string& quantity) {
   const auto known = results_with_limits();
   if (quantity.empty() || std::ranges::find(known, quantity) != known.end()) return;
   if (quantity == kShare) {
-    limit.mistake(
+    limit.note_error(
         "quantity",
         fmt::format("\"{}\" cannot have a limit: limits are upper limits, and larger values of it are better", kShare));
     return;
   }
-  const std::string near = nearest(quantity, known);
-  limit.mistake("quantity", fmt::format("unknown result \"{}\", {}", quantity,
-                                        near.empty() ? "expected one like \"compensated_mean.compensated_bias\""
-                                                     : fmt::format("did you mean \"{}\"?", near)));
+  const std::string near = find_nearest(quantity, known);
+  limit.note_error("quantity", fmt::format("unknown result \"{}\", {}", quantity,
+                                           near.empty() ? "expected one like \"compensated_mean.compensated_bias\""
+                                                        : fmt::format("did you mean \"{}\"?", near)));
 }
 
 std::vector<ReportedLimit> limits(const TomlTable& table) {
@@ -182,7 +182,7 @@ std::vector<ReportedLimit> limits(const TomlTable& table) {
     ReportedLimit limit{.quantity = one.text("quantity"), .at_most = one.number("at_most")};
     if (one.has("stage")) limit.stage = one_of(kStages, one, "stage");
     check_is_result(one, limit.quantity);
-    if (!(limit.at_most > 0)) one.mistake("at_most", "expected a number above 0");
+    if (!(limit.at_most > 0)) one.note_error("at_most", "expected a number above 0");
     all.push_back(std::move(limit));
   }
   return all;
@@ -206,7 +206,7 @@ std::vector<Deviation> deviations(const TomlTable& table) {
   for (const TomlTable& one : table.tables("deviation")) {
     all.push_back({.utc = one.text("utc", ""), .kind = "other", .text = one.text("text")});
     if (const std::string& utc = all.back().utc; !utc.empty() && !is_instant(utc))
-      one.mistake("utc", fmt::format("\"{}\", expected a UTC time like \"2026-11-25T14:03:00Z\"", utc));
+      one.note_error("utc", fmt::format("\"{}\", expected a UTC time like \"2026-11-25T14:03:00Z\"", utc));
   }
   return all;
 }

@@ -81,7 +81,7 @@ void describe(auto& form, Like<ReportedSeries> auto& series) {
   };
   form("time_s", series.time_s);
   column("set_point_c", series.set_point_c);
-  form("thermometers", by_name(series.thermometers_c));
+  form("thermometers", named_values(series.thermometers_c));
   const auto fits = [&](const auto& named) { return named.second.size() == series.time_s.size(); };
   form.expect("thermometers", !series.thermometers_c.empty(), "empty, expected at least one thermometer");
   form.expect("thermometers", std::ranges::all_of(series.thermometers_c, fits),
@@ -336,7 +336,7 @@ std::string to_json(const Report& report) {
   const Json json = make_json(report);
   std::string text;
   for (const auto& [key, value] : json.items())
-    text += fmt::format("{}\n\"{}\": {}", text.empty() ? "{" : ",", key, text_of(value));
+    text += fmt::format("{}\n\"{}\": {}", text.empty() ? "{" : ",", key, json_text(value));
   return text + "\n}\n";
 }
 
@@ -345,7 +345,7 @@ Result<Report> read_report(std::string_view json, const std::string& file) {
   if (!parsed) return failure(parsed.error());
   const JsonNode& root = *parsed;
   const std::string schema = root["schema"].text();
-  if (schema != kReportSchema) root["schema"].mistake(fmt::format("\"{}\", expected \"{}\"", schema, kReportSchema));
+  if (schema != kReportSchema) root["schema"].note_error(fmt::format("\"{}\", expected \"{}\"", schema, kReportSchema));
   if (const auto verdict = root.verdict(); !verdict) return failure(verdict.error());
   Report report;
   report.thermal = not_available("an earlier version of gyrotherm wrote this report");
@@ -359,7 +359,7 @@ Result<ReportedThermalModel> read_thermal_figure(std::string_view json, const st
   if (!parsed) return failure(parsed.error());
   const JsonNode& root = *parsed;
   if (const std::string schema = root["schema"].text(); schema != kThermalFigureSchema)
-    root["schema"].mistake(fmt::format("\"{}\", expected \"{}\"", schema, kThermalFigureSchema));
+    root["schema"].note_error(fmt::format("\"{}\", expected \"{}\"", schema, kThermalFigureSchema));
   ReportedThermalModel model;
   read_json(root, model);
   if (const auto verdict = root.verdict(); !verdict) return failure(verdict.error());
@@ -369,7 +369,7 @@ Result<ReportedThermalModel> read_thermal_figure(std::string_view json, const st
 Result<void> check_limit(const std::string& figure) {
   const auto known = figures_with_limits();
   if (std::ranges::find(known, figure) != known.end()) return {};
-  const auto near = nearest(figure, known);
+  const auto near = find_nearest(figure, known);
   return failure(
       FaultKind::usage, figure,
       "not a value of the report" + (near.empty() ? std::string() : fmt::format("; did you mean \"{}\"?", near)));

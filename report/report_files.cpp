@@ -68,14 +68,14 @@ AuthorisedFiles make_authorisation(const CalibrationReport& report, const std::v
 std::string to_json(const AuthorisedFiles& files) {
   Json json{{"schema", kAuthorisationSchema}};
   json.update(make_json(files));
-  return text_of(json, 1) + "\n";
+  return json_text(json, 1) + "\n";
 }
 
 Result<AuthorisedFiles> authorised_files_from_json(std::string_view json, const std::string& file) {
   const auto place = JsonNode::parse(json, file);
   if (!place) return failure(place.error());
   if (const std::string schema = (*place)["schema"].text(); schema != kAuthorisationSchema)
-    (*place)["schema"].mistake(fmt::format("\"{}\", expected \"{}\"", schema, kAuthorisationSchema));
+    (*place)["schema"].note_error(fmt::format("\"{}\", expected \"{}\"", schema, kAuthorisationSchema));
   AuthorisedFiles files;
   read_json(*place, files);
   if (auto verdict = place->verdict(); !verdict) return failure(verdict.error());

@@ -83,7 +83,7 @@ std::string range_sentence(const Report& report) {
   if (!block) return {};
   return fmt::format(
       "Trained range: {}. Outside this block temperature a model extrapolates, regardless of the range of the chamber.",
-      plot::escaped(model::in_words(*block)));
+      plot::escaped(model::describe(*block)));
 }
 
 std::string describe_summary(const Report& report) {

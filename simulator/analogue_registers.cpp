@@ -47,12 +47,12 @@ std::vector<std::uint16_t> AnalogueRegisters::encode_words(const drivers::Regist
   }
   const auto is_status = [&](const auto& input) { return std::ranges::count(input.statuses, item.name) > 0; };
   if (std::ranges::any_of(map_.inputs, is_status))
-    return encode_as_read(item, drivers::code_of(item, drivers::kNormalStatus).value_or(0));
+    return encode_as_read(item, drivers::find_code(item, drivers::kNormalStatus).value_or(0));
   const auto& fingerprint = map_.registers.identity;
   if (fingerprint && fingerprint->item == item.name && item.type != drivers::RegisterType::text)
     return encode_as_read(item, fingerprint->value);
   if (fingerprint && fingerprint->item == item.name)
-    return encode_text(item.text, drivers::example_of(fingerprint->pattern));
+    return encode_text(item.text, drivers::make_example(fingerprint->pattern));
   return std::vector<std::uint16_t>(word_count(item));
 }
 
@@ -66,7 +66,7 @@ tl::expected<void, ModbusException> AnalogueRegisters::read(drivers::ReadFunctio
   std::vector<bool> served(count, map_.registers.holes);
   for (const auto& item : map_.registers.items) {
     const int from = item.address - address, to = from + word_count(item);
-    if (!item.readable || drivers::span_of(item).function != function || to <= 0 || from >= count) continue;
+    if (!item.readable || drivers::read_span(item).function != function || to <= 0 || from >= count) continue;
     const auto own = encode_words(item);
     for (int at = std::max(from, 0); at < std::min<int>(to, count); ++at) {
       words[base + static_cast<std::size_t>(at)] = own[static_cast<std::size_t>(at - from)];

@@ -40,9 +40,9 @@ SimulatedUnit parse_unit(const TomlTable& table, const drivers::RegisterMap& map
     const auto* item = drivers::find_named_item(map, one, drivers::item_key(one), shows.item);
     for (const auto* state : {"off", "on", "manual", "running", "ramping", "soaking", "held", "done"}) {
       if (!one.has(state)) continue;
-      const auto code = item && !item->codes.empty() && one.is_text(state) ? drivers::code_of(*item, one.text(state))
+      const auto code = item && !item->codes.empty() && one.is_text(state) ? drivers::find_code(*item, one.text(state))
                                                                            : one.number(state);
-      if (!code) one.mistake(state, fmt::format("not a code of register \"{}\"", shows.item));
+      if (!code) one.note_error(state, fmt::format("not a code of register \"{}\"", shows.item));
       shows.values[state] = code.value_or(0);
     }
     unit.shows.push_back(std::move(shows));
@@ -53,7 +53,7 @@ SimulatedUnit parse_unit(const TomlTable& table, const drivers::RegisterMap& map
     if (one.has("text"))
       unit.initial_texts.emplace_back(name, one.text("text"));
     else if (one.has("code"))
-      unit.initial.emplace_back(name, item ? drivers::code_of(*item, one.text("code")).value_or(0) : 0);
+      unit.initial.emplace_back(name, item ? drivers::find_code(*item, one.text("code")).value_or(0) : 0);
     else
       unit.initial.emplace_back(name, one.number("value"));
   }
@@ -90,7 +90,7 @@ RegisterImage::RegisterImage(const drivers::RegisterMap& map, const SimulatedUni
     return std::ranges::any_of(unit.initial_texts, [&](const auto& one) { return one.first == name; });
   };
   const auto set_example = [&](const std::string& name, const std::string& pattern) {
-    if (!pattern.empty() && !is_set(name)) set_text(*map.find(name), drivers::example_of(pattern));
+    if (!pattern.empty() && !is_set(name)) set_text(*map.find(name), drivers::make_example(pattern));
   };
   if (map.identity) set_example(map.identity->item, map.identity->pattern);
   for (const auto& setting : map.verification.settings) set_example(setting.item, setting.pattern);

@@ -96,7 +96,7 @@ class RegisterImage {
   [[nodiscard]] drivers::RegisterItem item_in_context(const drivers::RegisterItem& item) const {
     if (item.decimals.empty() && item.unit.empty()) return item;
     const auto context =
-        context_of(map_, item, [&](const drivers::RegisterItem& other) -> Result<double> { return value(other); });
+        read_context(map_, item, [&](const drivers::RegisterItem& other) -> Result<double> { return value(other); });
     return in_context(item, context.value_or(drivers::ItemContext{}));
   }
 
@@ -106,7 +106,7 @@ class RegisterImage {
     const bool has_no_context = item.decimals.empty() && item.unit.empty();
     auto words = has_no_context ? encode_as_read(item, value) : encode_as_read(item_in_context(item), value);
     if (item.type != drivers::RegisterType::bits) return words;
-    words[0] = with_other_bits(item, words[0], word(image_address(item)));
+    words[0] = merge_bits(item, words[0], word(image_address(item)));
     return words;
   }
 
@@ -120,15 +120,15 @@ class MemoryImage {
   /// Creates an empty memory. `map` and `registers` must outlive it.
   MemoryImage(const drivers::RegisterMap& map, RegisterImage& registers);
 
-  [[nodiscard]] bool contains(int address) const { return range_of(address) != nullptr; }
+  [[nodiscard]] bool contains(int address) const { return find_range(address) != nullptr; }
 
   [[nodiscard]] std::uint16_t word(int address) const {
-    const auto* range = range_of(address);
+    const auto* range = find_range(address);
     return range && range->windowed ? word_at({selected_step(), address}) : word_at({0, address});
   }
 
   void set_word(int address, std::uint16_t word) {
-    const auto* range = range_of(address);
+    const auto* range = find_range(address);
     window_[{range && range->windowed ? selected_step() : 0, address}] = word;
   }
 
@@ -149,7 +149,7 @@ class MemoryImage {
     };
     const auto read_value = [&](const drivers::RegisterItem& item) -> Result<double> { return registers_.value(item); };
     const auto context = [&](const drivers::RegisterItem& form) {
-      return context_of(map_, form, read_value).value_or(drivers::ItemContext{});
+      return read_context(map_, form, read_value).value_or(drivers::ItemContext{});
     };
     return decode_program(memory, from, read_words, context);
   }
@@ -163,7 +163,7 @@ class MemoryImage {
   /// Step (0 outside a window) and address.
   using StepAddress = std::pair<int, int>;
 
-  [[nodiscard]] const Range* range_of(int address) const {
+  [[nodiscard]] const Range* find_range(int address) const {
     const auto found =
         std::ranges::find_if(ranges_, [&](const auto& r) { return address >= r.first && address <= r.last; });
     return found == ranges_.end() ? nullptr : &*found;

@@ -37,7 +37,7 @@ PlantParameters read_plant(const TomlTable& table) {
   p.sensor_noise_k = not_negative(table, "sensor_noise_k");
   p.sensor_resolution_k = not_negative(table, "sensor_resolution_k");
   if (!(p.lowest_c <= p.start_c && p.start_c <= p.highest_c)) {
-    table.mistake("start", "not between lowest and highest");
+    table.note_error("start", "not between lowest and highest");
   }
   return p;
 }
@@ -46,7 +46,7 @@ DeadBand read_dead_band(const TomlTable& table) {
   DeadBand band{.half_width_deg_per_h = not_negative(table, "half_width_deg_per_h"),
                 .sags_below_c = table.celsius("sags_below").value};
   if (table.has("sags_below") && !(band.sags_below_c > kColdC))
-    table.mistake("sags_below", fmt::format("{} °C, expected above {} °C", band.sags_below_c, kColdC));
+    table.note_error("sags_below", fmt::format("{} °C, expected above {} °C", band.sags_below_c, kColdC));
   return band;
 }
 
@@ -73,10 +73,10 @@ ReadoutParameters read_readout(const TomlTable& table, bool of_units) {
   r.lost_pulses_per_h = not_negative(table, "lost_pulses_per_h", 0);
   if (table.has("dead_band")) r.dead_band = read_dead_band(table.table("dead_band"));
   if (r.walk_growth > kMostWalkGrowth)
-    table.mistake("walk_growth", fmt::format("{}, expected at most {}", r.walk_growth, kMostWalkGrowth));
+    table.note_error("walk_growth", fmt::format("{}, expected at most {}", r.walk_growth, kMostWalkGrowth));
   if (r.instability_to_s < r.instability_from_s || r.instability_to_s > kLongestCorrelationS)
-    table.mistake("instability_to_s", fmt::format("{} s, expected {} to {} s", r.instability_to_s, r.instability_from_s,
-                                                  kLongestCorrelationS));
+    table.note_error("instability_to_s", fmt::format("{} s, expected {} to {} s", r.instability_to_s,
+                                                     r.instability_from_s, kLongestCorrelationS));
   return r;
 }
 
@@ -88,7 +88,7 @@ EachThermometer each(const TomlTable& table, const char* key, double least) {
     return all;
   }
   all.fill(table.number(key));
-  if (!(all.front() >= least)) table.mistake(key, fmt::format("{}, expected at least {}", all.front(), least));
+  if (!(all.front() >= least)) table.note_error(key, fmt::format("{}, expected at least {}", all.front(), least));
   return all;
 }
 
@@ -181,7 +181,7 @@ Result<LaboratoryParameters> parse_laboratory(std::string_view rig_text, const s
     if (key != "virtual") root->ignore(key);
   }
   if (!root->has("virtual"))
-    return failure(FaultKind::bad_file, root->place(), "no [virtual] table; this rig has real instruments");
+    return failure(FaultKind::bad_file, root->location(), "no [virtual] table; this rig has real instruments");
   const auto table = root->table("virtual");
   const bool is_reduced = has_reduced_gyro(table);
   LaboratoryParameters laboratory{.plant = read_plant(table.table("plant")),
@@ -209,28 +209,29 @@ Result<LaboratoryParameters> parse_laboratory(std::string_view rig_text, const s
 
 double positive(const TomlTable& table, const char* key) {
   const double value = table.number(key);
-  if (table.has(key) && !(value > 0)) table.mistake(key, fmt::format("{} is not above 0", value));
+  if (table.has(key) && !(value > 0)) table.note_error(key, fmt::format("{} is not above 0", value));
   return value;
 }
 
 double not_negative(const TomlTable& table, const char* key, std::optional<double> fallback) {
   const double value = table.number(key, fallback);
-  if (table.has(key) && !(value >= 0)) table.mistake(key, fmt::format("{} is below 0", value));
+  if (table.has(key) && !(value >= 0)) table.note_error(key, fmt::format("{} is below 0", value));
   return value;
 }
 
 double time_constant_s(const TomlTable& table, const char* key, std::optional<double> fallback) {
   const double value = table.number(key, fallback);
-  if (table.has(key) && !(value >= 1)) table.mistake(key, fmt::format("{} s, expected at least 1 s, the step", value));
+  if (table.has(key) && !(value >= 1))
+    table.note_error(key, fmt::format("{} s, expected at least 1 s, the step", value));
   return value;
 }
 
 std::vector<double> numbers(const TomlTable& table, const char* key, std::size_t count, double least) {
   auto values = table.numbers(key);
   if (values.size() != count) {
-    table.mistake(key, fmt::format("{} numbers, expected {}", values.size(), count));
+    table.note_error(key, fmt::format("{} numbers, expected {}", values.size(), count));
   } else if (const auto low = std::ranges::find_if(values, [&](double v) { return v < least; }); low != values.end()) {
-    table.mistake(key, fmt::format("{}, expected at least {}", *low, least));
+    table.note_error(key, fmt::format("{}, expected at least {}", *low, least));
   }
   values.resize(count);
   return values;

@@ -67,7 +67,7 @@ std::vector<ThermalLink> read_links(const TomlTable& table, const std::vector<st
     for (const auto& name : conduction.texts("chain")) {
       const auto found = std::ranges::find(nodes, name);
       if (found == nodes.end())
-        conduction.mistake("chain", fmt::format("\"{}\" is not one of the nodes", name));
+        conduction.note_error("chain", fmt::format("\"{}\" is not one of the nodes", name));
       else
         chain.push_back(static_cast<std::size_t>(found - nodes.begin()));
     }
@@ -79,7 +79,8 @@ std::vector<ThermalLink> read_links(const TomlTable& table, const std::vector<st
 void expect_locations(const TomlTable& table, const std::vector<std::string>& nodes) {
   for (std::size_t i = 0; i < kThermalLocations; ++i) {
     const std::string_view name = i < kBlockLocations ? kLocationNames[i] : "air";
-    if (std::ranges::count(nodes, name) != 1) table.mistake("nodes", fmt::format("expected \"{}\" exactly once", name));
+    if (std::ranges::count(nodes, name) != 1)
+      table.note_error("nodes", fmt::format("expected \"{}\" exactly once", name));
   }
 }
 
@@ -115,10 +116,10 @@ void check_network(const TomlTable& table, const NetworkParameters& n) {
   const auto connections = find_connections(n);
   for (std::size_t i = 0; i < n.nodes.size(); ++i) {
     if (!connections.anchored[i]) {
-      table.mistake("nodes", fmt::format("node \"{}\" has no path to the chamber", n.nodes[i]));
+      table.note_error("nodes", fmt::format("node \"{}\" has no path to the chamber", n.nodes[i]));
     }
     if (!(n.capacity_j_per_k[i] > connections.leaving_w_per_k[i])) {
-      table.mistake(
+      table.note_error(
           "capacity_j_per_k",
           fmt::format("node \"{}\": {} J/K, expected more than its conductances carry in a step of 1 s, {} J/K",
                       n.nodes[i], n.capacity_j_per_k[i], connections.leaving_w_per_k[i]));

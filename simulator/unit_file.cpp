@@ -20,9 +20,9 @@ std::string read_name(const TomlTable& table, const std::vector<std::string>& ot
   auto name = table.text("name");
   if (!table.has("name")) return name;
   if (name.empty() || name.find_first_of(". \t") != std::string::npos)
-    table.mistake("name", fmt::format("\"{}\", expected a name without dots and spaces", name));
+    table.note_error("name", fmt::format("\"{}\", expected a name without dots and spaces", name));
   if (std::ranges::find(others, name) != others.end())
-    table.mistake("name", fmt::format("\"{}\" is listed twice", name));
+    table.note_error("name", fmt::format("\"{}\" is listed twice", name));
   return name;
 }
 
@@ -57,7 +57,7 @@ UnitParameters read_unit(const TomlTable& table, const ReadoutParameters& type,
     unit.axes.push_back(std::move(axis));
   }
   if (axes.empty()) {
-    table.mistake("axis", "the unit has no axis; add [[virtual.unit.axis]]");
+    table.note_error("axis", "the unit has no axis; add [[virtual.unit.axis]]");
     unit.axes.emplace_back();
   }
   return unit;
@@ -68,18 +68,18 @@ BracketParameters read_bracket(const TomlTable& table, const std::vector<std::st
   BracketParameters bracket{
       .units = {}, .share = not_negative(table, "share"), .time_constant_s = time_constant_s(table, "time_constant_s")};
   if (bracket.share > kMostBracketShare)
-    table.mistake("share", fmt::format("{}, expected at most {}", bracket.share, kMostBracketShare));
+    table.note_error("share", fmt::format("{}, expected at most {}", bracket.share, kMostBracketShare));
   for (const auto& name : table.texts("units")) {
     const auto found = std::ranges::find(units, name);
     const auto unit = static_cast<std::size_t>(found - units.begin());
     if (found == units.end())
-      table.mistake("units", fmt::format("\"{}\" is not one of the units {}", name, fmt::join(units, ", ")));
+      table.note_error("units", fmt::format("\"{}\" is not one of the units {}", name, fmt::join(units, ", ")));
     else if (!taken.insert(unit).second)
-      table.mistake("units", fmt::format("\"{}\" is already on a bracket", name));
+      table.note_error("units", fmt::format("\"{}\" is already on a bracket", name));
     else
       bracket.units.push_back(unit);
   }
-  if (bracket.units.empty()) table.mistake("units", "expected at least one unit");
+  if (bracket.units.empty()) table.note_error("units", "expected at least one unit");
   return bracket;
 }
 
@@ -107,7 +107,7 @@ void read_units(const TomlTable& table, LaboratoryParameters& laboratory) {
   for (const auto& one : table.tables("unit")) {
     laboratory.units.push_back(read_unit(one, laboratory.gyro, list_names(laboratory.units)));
     axes += laboratory.units.back().axes.size();
-    if (axes > kMostAxes) return one.mistake("axis", fmt::format("more than {} axes", kMostAxes));
+    if (axes > kMostAxes) return one.note_error("axis", fmt::format("more than {} axes", kMostAxes));
   }
   std::set<std::size_t> taken;
   for (const auto& one : table.tables("bracket"))

@@ -56,13 +56,13 @@ ModeHops read_mode_hops(const TomlTable& table) {
                 .transient_deg_per_h = table.number("transient_deg_per_h", 0)};
   if (table.has("phase_modes")) hops.phase_modes = table.number("phase_modes");
   if (hops.phase_modes && !(std::abs(*hops.phase_modes) <= 0.5))
-    table.mistake("phase_modes", fmt::format("{}, expected -0.5 to 0.5", *hops.phase_modes));
+    table.note_error("phase_modes", fmt::format("{}, expected -0.5 to 0.5", *hops.phase_modes));
   if (hops.longest_s < hops.shortest_s)
-    table.mistake("longest_s",
-                  fmt::format("{} s, expected at least the shortest, {} s", hops.longest_s, hops.shortest_s));
+    table.note_error("longest_s",
+                     fmt::format("{} s, expected at least the shortest, {} s", hops.longest_s, hops.shortest_s));
   if (table.has("reach_modes") && !(hops.reach_modes > 0.5))
-    table.mistake("reach_modes",
-                  fmt::format("{}, expected more than the half mode that remains after a hop", hops.reach_modes));
+    table.note_error("reach_modes",
+                     fmt::format("{}, expected more than the half mode that remains after a hop", hops.reach_modes));
   return hops;
 }
 
@@ -75,7 +75,7 @@ CoefficientGrowth read_growth(const TomlTable& table) {
 
 HiddenLag read_lag(const TomlTable& table) {
   HiddenLag lag{.share = not_negative(table, "share"), .time_constant_s = time_constant_s(table, "time_constant_s")};
-  if (lag.share > 1) table.mistake("share", fmt::format("{}, expected at most 1", lag.share));
+  if (lag.share > 1) table.note_error("share", fmt::format("{}, expected at most 1", lag.share));
   return lag;
 }
 
@@ -92,7 +92,7 @@ StorageTemperatures read_storage_temperatures(const TomlTable& table) {
   StorageTemperatures storage{.turns = bounded<int>(table, "turns", table.integer("turns"), 0, kMostTurns),
                               .lowest_c = table.celsius("lowest").value,
                               .highest_c = table.celsius("highest").value};
-  if (storage.highest_c < storage.lowest_c) table.mistake("highest", "expected at least \"lowest\"");
+  if (storage.highest_c < storage.lowest_c) table.note_error("highest", "expected at least \"lowest\"");
   return storage;
 }
 
@@ -115,7 +115,7 @@ void read_slow_bias(const TomlTable& table, BiasPhysics& b) {
 /// Reads a number in −most … most.
 double read_bounded(const TomlTable& table, const char* key, double most, std::optional<double> fallback = {}) {
   const double value = table.number(key, fallback);
-  if (!(std::abs(value) <= most)) table.mistake(key, fmt::format("{}, expected {} to {}", value, -most, most));
+  if (!(std::abs(value) <= most)) table.note_error(key, fmt::format("{}, expected {} to {}", value, -most, most));
   return value;
 }
 
@@ -126,7 +126,7 @@ SideWind read_side_wind(const TomlTable& table) {
                 .share = not_negative(table, "share"),
                 .time_constant_s = time_constant_s(table, "time_constant_s"),
                 .gap_w_per_k = not_negative(table, "gap_w_per_k")};
-  if (wind.share > 1) table.mistake("share", fmt::format("{}, expected at most 1", wind.share));
+  if (wind.share > 1) table.note_error("share", fmt::format("{}, expected at most 1", wind.share));
   return wind;
 }
 

@@ -25,7 +25,7 @@ using ThermometerIndices = std::vector<std::size_t>;
 
 std::size_t input_count(const VirtualThermometer& thermometer) {
   const auto modules = thermometer.kind == drivers::ThermometerKind::dcon ? thermometer.addresses.size() : 1;
-  return row_of(thermometer.kind).inputs * modules;
+  return kind_row(thermometer.kind).inputs * modules;
 }
 
 Result<ThermometerIndices> find_thermometers(const VirtualThermometer& thermometer,

@@ -45,7 +45,7 @@ struct GyroModelUsed {
 [[nodiscard]] Result<LaboratoryParameters> parse_laboratory(std::string_view rig_text, const std::string& file,
                                                             const std::optional<std::string>& gyro_model_text = {});
 
-inline constexpr std::uint64_t kMostDaysLater = 36'500;
+inline constexpr std::uint64_t kMaxDaysLater = 36'500;
 
 /// Selects the gyro, the run and the day. Two runs of one gyro share its physics but no noise. In a laboratory with
 /// units each axis has its own gyro, which depends only on the seed and on the names of unit and axis, not on other
@@ -56,7 +56,7 @@ struct LaboratorySeed {
   std::uint64_t gyro{};
   /// Seed of the noise.
   std::uint64_t run{};
-  /// Age of the gyro and its thermometers; at most kMostDaysLater.
+  /// Age of the gyro and its thermometers; at most kMaxDaysLater.
   std::uint64_t days_later = 0;
 };
 

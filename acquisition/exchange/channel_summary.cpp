@@ -34,7 +34,7 @@ std::string quoted_texts(const MissingTexts& texts) {
 
 }  // namespace
 
-std::string in_words(const ChannelSummary& channel) {
+std::string describe(const ChannelSummary& channel) {
   std::string text = fmt::format("{}: {} values", channel.name, channel.values);
   if (channel.values > 0) text += fmt::format(", {:.6g} to {:.6g} {}", channel.least, channel.greatest, channel.unit);
   if (channel.missing > 0) text += fmt::format(", {} missing", channel.missing);
@@ -89,7 +89,7 @@ ChannelTally::ChannelTally(const ImportMap& map)
 void ChannelTally::add(Kind kind, std::string name, const ColumnName& column, std::string unit, double scale,
                        double offset) {
   columns_.push_back({.kind = kind,
-                      .summary = {.name = std::move(name), .column = in_words(column), .unit = std::move(unit)},
+                      .summary = {.name = std::move(name), .column = describe(column), .unit = std::move(unit)},
                       .scale = scale,
                       .offset = offset});
 }

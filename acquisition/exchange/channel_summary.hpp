@@ -30,7 +30,7 @@ struct ChannelSummary {
 };
 
 /// Describes a channel: "T1: 1080 values, 19.98 to 40.3 °C, 2 missing ("---" 2)".
-[[nodiscard]] std::string in_words(const ChannelSummary& channel);
+[[nodiscard]] std::string describe(const ChannelSummary& channel);
 
 /// Collects the statistics of all numbers of a file.
 class ChannelTally {

@@ -107,7 +107,7 @@ class RowReader {
 
   Result<void> fill(char* bytes, std::size_t size) {
     while (size > 0) {
-      if (!ready(child_.output(), POLLIN, Deadline(limits_.silence)))
+      if (!wait_until_ready(child_.output(), POLLIN, Deadline(limits_.silence)))
         return read_failure(fmt::format("returned no row for {:g} s", to_seconds(limits_.silence)));
       const auto got = read_some(child_.output(), bytes, size);
       if (got <= 0) return read_failure(end_reason());

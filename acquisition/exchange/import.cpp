@@ -157,7 +157,7 @@ std::string describe_values(const std::vector<ChannelSummary>& channels) {
   constexpr std::size_t kMost = 100;
   std::string text = "values of the file: ";
   for (std::size_t i = 0; i < std::min(channels.size(), kMost); ++i)
-    text += (i > 0 ? "; " : "") + in_words(channels[i]);
+    text += (i > 0 ? "; " : "") + describe(channels[i]);
   if (channels.size() > kMost) text += fmt::format("; and {} more channels", channels.size() - kMost);
   return text;
 }
@@ -172,10 +172,9 @@ class ImportedRecord {
     constexpr std::int64_t kRowsOfATransaction = 100'000;
     if (!file_)
       if (auto begun = begin(imported); !begun) return begun;
-    if (taken_ > record::kMostSlots)
-      return failure(
-          FaultKind::bad_file, "",
-          fmt::format("more than {} rows, expected fewer, or every = \"1 s\" in [time]", record::kMostSlots));
+    if (taken_ > record::kMaxSlots)
+      return failure(FaultKind::bad_file, "",
+                     fmt::format("more than {} rows, expected fewer, or every = \"1 s\" in [time]", record::kMaxSlots));
     gaps_.add(taken_, imported);
     take(imported, rows_[waiting_++]);
     last_ = imported.time;
@@ -196,7 +195,7 @@ class ImportedRecord {
                           .span = last_,
                           .step = usual_,
                           .started = first_utc_,
-                          .silences = gaps_.count(),
+                          .gaps = gaps_.count(),
                           .notes = file.findings.notes,
                           .channels = file.tally.channels(file.findings.missing)};
     auto lines = summary.notes;
@@ -232,9 +231,9 @@ class ImportedRecord {
     if (!file) return failure(file.error());
     begun_ = true;
     file_ = std::move(*file);
-    constexpr std::size_t kMostWaiting = 2048, kMaxCellsWaiting = 1 << 17;
+    constexpr std::size_t kMaxWaiting = 2048, kMaxCellsWaiting = 1 << 17;
     const auto columns = record::SampleColumns(info_).count();
-    rows_.assign(std::clamp<std::size_t>(kMaxCellsWaiting / columns, 1, kMostWaiting), record::empty_row(info_));
+    rows_.assign(std::clamp<std::size_t>(kMaxCellsWaiting / columns, 1, kMaxWaiting), record::empty_row(info_));
     return file_->begin();
   }
 
@@ -310,7 +309,7 @@ Result<void> check_span(const std::string& path, const Findings& findings, Durat
       FaultKind::bad_file, path,
       fmt::format("the rows span {} by the map's [time], but {} by column \"{}\"; expected the same, or other_clocks = "
                   "\"ignore\" in [time]",
-                  spoken(span), spoken(findings.other_spans.front()), plain(findings.other_clock)));
+                  format_duration(span), format_duration(findings.other_spans.front()), plain(findings.other_clock)));
 }
 
 /// Fails, or adds notes, if the imported rows suggest that the map does not fit the file.

@@ -39,7 +39,7 @@ struct ImportSummary {
   /// UTC of the first row.
   std::optional<Duration> started{};
   /// The number of gaps.
-  std::size_t silences{};
+  std::size_t gaps{};
   /// Messages about skipped or suspicious content.
   Notes notes{};
   std::vector<ChannelSummary> channels{};

@@ -40,10 +40,10 @@ ColumnName read_column(const TomlTable& table, bool header, const char* key = "c
   const std::string by_number = std::string(key) + "_number";
   const bool is_numbered = header && table.has(by_number);
   if (is_numbered && table.has(key))
-    table.mistake(by_number, fmt::format("{} is given too, expected only one of them", key));
+    table.note_error(by_number, fmt::format("{} is given too, expected only one of them", key));
   if (header && !is_numbered) return {.name = table.text(key)};
   const auto number = table.integer(is_numbered ? by_number.c_str() : key);
-  if (number < 1) table.mistake(is_numbered ? by_number.c_str() : key, "expected a column number of at least 1");
+  if (number < 1) table.note_error(is_numbered ? by_number.c_str() : key, "expected a column number of at least 1");
   return {.number = static_cast<std::size_t>(std::max<std::int64_t>(number, 1))};
 }
 
@@ -51,20 +51,20 @@ std::optional<ValidRange> read_valid(const TomlTable& table) {
   if (!table.has("valid")) return std::nullopt;
   const auto bounds = table.numbers("valid");
   if (bounds.size() == 2 && bounds[0] < bounds[1]) return ValidRange{bounds[0], bounds[1]};
-  table.mistake("valid", "expected the least and the greatest possible number, like [-60, 120]");
+  table.note_error("valid", "expected the least and the greatest possible number, like [-60, 120]");
   return std::nullopt;
 }
 
 double read_scale(const TomlTable& table, std::optional<double> fallback) {
   const double scale = table.number("scale", fallback);
   if (table.has("scale") && (scale == 0 || !std::isfinite(scale)))
-    table.mistake("scale", "expected a number that is not zero");
+    table.note_error("scale", "expected a number that is not zero");
   return scale;
 }
 
 std::size_t read_lines(const TomlTable& table, const char* key) {
   const auto lines = table.integer(key, 0);
-  if (lines < 0) table.mistake(key, "expected a number of lines, 0 or more");
+  if (lines < 0) table.note_error(key, "expected a number of lines, 0 or more");
   return static_cast<std::size_t>(std::max<std::int64_t>(lines, 0));
 }
 
@@ -72,7 +72,7 @@ void read_text_format(const TomlTable& table, ImportMap& map) {
   map.separator = one_of(kSeparators, table, "separator", ",");
   map.decimal = one_of(kDecimals, table, "decimal", ".");
   if (map.decimal == map.separator)
-    table.mistake("decimal", "a comma is the separator too, expected another separator or decimal = \".\"");
+    table.note_error("decimal", "a comma is the separator too, expected another separator or decimal = \".\"");
   map.comment = table.text("comment", "");
   map.missing = table.texts("missing");
   map.header = table.boolean("header", true);
@@ -80,14 +80,14 @@ void read_text_format(const TomlTable& table, ImportMap& map) {
   map.skip = read_lines(table, "skip");
   if (table.has("thousands")) map.thousands = one_of(kThousands, table, "thousands");
   if (map.thousands != '\0' && map.thousands == map.decimal)
-    table.mistake("thousands", "equals the decimal sign, expected another character");
+    table.note_error("thousands", "equals the decimal sign, expected another character");
   map.cell_units = table.texts("cell_units");
   map.leaves_out_damaged = one_of(kDamaged, table, "damaged", "refuse");
 }
 
 Duration read_positive(const TomlTable& table, const char* key) {
   const Duration time = table.duration(key);
-  if (time <= Duration{}) table.mistake(key, "expected a time longer than zero");
+  if (time <= Duration{}) table.note_error(key, "expected a time longer than zero");
   return time;
 }
 
@@ -95,14 +95,14 @@ void read_since(const TomlTable& table, ImportMap& map) {
   if (!table.has("since")) return;
   const auto time = parse_civil_time(table.text("since"));
   if (!time || !time->zone)
-    return table.mistake("since", "expected a time with its zone, like \"2026-03-01T12:00:00Z\"");
+    return table.note_error("since", "expected a time with its zone, like \"2026-03-01T12:00:00Z\"");
   map.since = counted_time((time->reading - *time->zone).count(), Duration(1));
 }
 
 void read_zone(const TomlTable& table, ImportMap& map) {
   if (!table.has("zone")) return;
   map.zone = parse_zone(table.text("zone"));
-  if (!map.zone) table.mistake("zone", "expected a zone like \"Z\" or \"+01:00\"");
+  if (!map.zone) table.note_error("zone", "expected a zone like \"Z\" or \"+01:00\"");
 }
 
 /// A unit of counted time. If the unit implies a reference instant, `since_days` is that instant in days since 1970.
@@ -150,7 +150,7 @@ void read_counted_time(const TomlTable& table, const std::string& unit, ImportMa
     map.week = read_column(table, map.header, "week");
   if (!table.has("wrap")) return;
   const double wrap = table.number("wrap");
-  if (!(wrap > 0)) return table.mistake("wrap", "expected the number at which the counter wraps around to 0");
+  if (!(wrap > 0)) return table.note_error("wrap", "expected the number at which the counter wraps around to 0");
   map.wrap = counted_time(wrap, map.time_unit);
 }
 
@@ -193,7 +193,7 @@ std::vector<std::string> read_choice(const TomlTable& table, std::string_view ke
   auto names = table.texts(key);
   for (const std::string& name : names) {
     if (std::ranges::count(map.thermometers, name) == 0)
-      table.mistake(key, fmt::format("\"{}\" is not a thermometer of this map", name));
+      table.note_error(key, fmt::format("\"{}\" is not a thermometer of this map", name));
   }
   return names;
 }
@@ -215,10 +215,10 @@ void read_axis(const TomlTable& table, ImportMap& map, UnitInfo& unit) {
   axis.kind = one_of(kKinds, table, "kind");
   axis.scale = read_scale(table, {});
   if (table.has("earth_rate")) axis.earth_rate = DegreesPerHour{table.number("earth_rate")};
-  if (axis.kind != axis_kind(map)) table.mistake("kind", "a file's axes are all rates or all increments");
+  if (axis.kind != axis_kind(map)) table.note_error("kind", "a file's axes are all rates or all increments");
   const bool is_log = map.format == FileFormat::ulog || map.format == FileFormat::dataflash;
   if (is_log && axis.kind == GyroKind::pulse_count)
-    table.mistake("kind", "a log's messages may be lost, and increments with them; expected \"rate\"");
+    table.note_error("kind", "a log's messages may be lost, and increments with them; expected \"rate\"");
 }
 
 void read_value(const TomlTable& table, ImportMap& map, UnitInfo& unit) {
@@ -267,13 +267,13 @@ void check_names(const NamedTables& tables, const ImportMap& map) {
   };
   for (const auto& trouble : record::new_name_troubles(info))
     if (const TomlTable& table = table_with(trouble); table.has("name"))
-      table.mistake("name", fmt::format("{}: {}", trouble.what, trouble.why));
+      table.note_error("name", fmt::format("{}: {}", trouble.what, trouble.why));
 }
 
 void read_units(const TomlTable& root, ImportMap& map, NamedTables& tables) {
   if (root.is_list("gyro")) {
     for (const TomlTable& table : root.tables("gyro")) read_gyro(table, map, tables, true);
-    if (map.units.empty()) root.mistake("gyro", "missing [[gyro]], expected at least one");
+    if (map.units.empty()) root.note_error("gyro", "missing [[gyro]], expected at least one");
     return;
   }
   read_gyro(root.table("gyro"), map, tables, false);
@@ -284,7 +284,7 @@ void read_units(const TomlTable& root, ImportMap& map, NamedTables& tables) {
 
 }  // namespace
 
-std::string in_words(const ColumnName& column) {
+std::string describe(const ColumnName& column) {
   return column.name.empty() && column.number > 0 ? fmt::format("column {}", column.number)
                                                   : fmt::format("\"{}\"", plain(column.name));
 }

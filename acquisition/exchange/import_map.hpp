@@ -33,7 +33,7 @@ struct ColumnName {
 };
 
 /// Returns the column as messages to users name it: its name, or "column 3".
-[[nodiscard]] std::string in_words(const ColumnName& column);
+[[nodiscard]] std::string describe(const ColumnName& column);
 
 /// The notation of a row's time: a number of units, ISO 8601, a date with a time of day in a local notation, or only a
 /// time of day.

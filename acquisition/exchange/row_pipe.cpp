@@ -9,7 +9,7 @@ namespace gyrotherm::exchange {
 
 namespace {
 
-constexpr std::size_t kRowsOfBatch = 2048, kMostWaiting = 4;
+constexpr std::size_t kRowsOfBatch = 2048, kMaxWaiting = 4;
 
 }  // namespace
 
@@ -46,7 +46,7 @@ Result<void> RowPipe::finish() {
 Result<void> RowPipe::hand_over() {
   {
     std::unique_lock lock(mutex_);
-    changed_.wait(lock, [this] { return waiting_.size() < kMostWaiting || fault_; });
+    changed_.wait(lock, [this] { return waiting_.size() < kMaxWaiting || fault_; });
     if (fault_) return failure(*fault_);
     waiting_.push_back(std::move(filling_));
     filling_ = {};

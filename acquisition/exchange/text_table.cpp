@@ -177,13 +177,13 @@ class TextTable {
       return index;
     };
     const auto locate_if_any = [&](const std::optional<ColumnName>& column, std::optional<std::size_t>& index) {
-      return column ? into(index.emplace(), locate(*column)) : Result<void>{};
+      return column ? assign_result(index.emplace(), locate(*column)) : Result<void>{};
     };
     if (auto index = locate_if_any(map_.time, time_at_); !index) return index;
     if (auto index = locate_if_any(map_.clock, clock_at_); !index) return index;
     if (auto index = locate_if_any(map_.week, week_at_); !index) return index;
     for (const ColumnName& column : columns_)
-      if (auto index = into(indices_.emplace_back(), locate(column)); !index) return index;
+      if (auto index = assign_result(indices_.emplace_back(), locate(column)); !index) return index;
     if (missing.empty()) return {};
     const bool is_named = map_.header && highest == 0;
     return failure(fault_at(1, is_named ? describe_missing_columns(missing, header_)
@@ -306,7 +306,7 @@ class TextTable {
     ForeignRow row;
     if (auto time = read_time(row); !time) return time;
     for (std::size_t i = 0; i < indices_.size(); ++i)
-      if (auto number = into(numbers_[i], number_at(i)); !number) return number;
+      if (auto number = assign_result(numbers_[i], number_at(i)); !number) return number;
     torn_ = is_torn();
     if (torn_) return {};
     row.numbers = numbers_;

@@ -341,7 +341,7 @@ std::string time_unit_questions(const TableSample& sample, std::size_t column, c
   for (const auto& unit : units)
     text += fmt::format("# unit = \"{}\"        # column {} then spans {}; keep the correct line\n", unit,
                         toml_text(sample.column_name(column)),
-                        spoken(from_seconds((*greatest - *least) * unit_seconds(unit))));
+                        format_duration(from_seconds((*greatest - *least) * unit_seconds(unit))));
   return text;
 }
 

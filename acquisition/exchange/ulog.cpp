@@ -20,7 +20,7 @@ constexpr std::size_t kUlogHeader = 16, kMessageHeader = 3, kLargestMessage = 65
 /// The number of bytes after a header that are examined to decide whether it belongs to a message.
 constexpr std::size_t kLookedAt = 16;
 constexpr int kNewestVersion = 1, kDeepest = 8;
-constexpr std::size_t kMostExpanded = 1'000'000;  ///< fields of all series
+constexpr std::size_t kMaxExpanded = 1'000'000;  ///< fields of all series
 
 /// A field as declared in a format: a basic type or another format.
 struct DeclaredField {
@@ -97,7 +97,7 @@ class Formats {
   /// Returns the size of a message of the last series, including padding at its end.
   [[nodiscard]] std::size_t whole() const { return whole_; }
   /// Returns whether the series so far have more fields than a log may have.
-  [[nodiscard]] bool is_exhausted() const { return expanded_ > kMostExpanded; }
+  [[nodiscard]] bool is_exhausted() const { return expanded_ > kMaxExpanded; }
 
  private:
   /// Adds the fields of a format, starting at `offset`, and advances `offset` past them.
@@ -113,7 +113,7 @@ class Formats {
         continue;
       }
       for (std::size_t i = 0; i < field.count; ++i) {
-        if (++expanded_ > kMostExpanded) return false;
+        if (++expanded_ > kMaxExpanded) return false;
         const auto full = prefix + field.name + (field.is_array ? fmt::format("[{}]", i) : "");
         if (!(basic ? add_number(*basic, full, offset, series)
                     : expand(field.type, full + ".", offset, series, depth - 1)))
@@ -360,9 +360,9 @@ class UlogReader {
                         : std::pair(std::size_t{}, kLargestMessage);
     if (formats_.is_exhausted())
       return bad_file_failure(
-          fmt::format("the subscribed messages have more than {} fields in all, expected fewer", kMostExpanded));
+          fmt::format("the subscribed messages have more than {} fields in all, expected fewer", kMaxExpanded));
     if (!series) return {};
-    return record::into(subscribed_[id], reading_.add(std::move(*series), bytes_.name()));
+    return record::assign_result(subscribed_[id], reading_.add(std::move(*series), bytes_.name()));
   }
 
   Result<void> read_data(std::string_view message) {

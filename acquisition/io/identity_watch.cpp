@@ -12,7 +12,7 @@ namespace {
 /// instrument takes more seconds than this.
 constexpr int kSilencesInDoubt = 3;
 /// The number of attempts in one call. If the connection breaks during all of them, the next call tries again.
-constexpr int kMostTries = 3;
+constexpr int kMaxTries = 3;
 
 }  // namespace
 
@@ -33,7 +33,7 @@ bool IdentityWatch::is_known_by_name(drivers::Identified& instrument) const {
 /// Compares the instrument's identity with the known one. Repeats the query if the connection broke during it, because
 /// the parts of the answer may then come from two instruments.
 Result<void> IdentityWatch::compare(drivers::Identified& instrument) {
-  for (int tries = 0; tries < kMostTries; ++tries) {
+  for (int tries = 0; tries < kMaxTries; ++tries) {
     const auto before = instrument.breaks();
     const auto found = instrument.identify();
     const bool is_answer =

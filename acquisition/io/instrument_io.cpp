@@ -186,7 +186,7 @@ struct Watches {
       for (auto& watch : *watches) watch.request_check();
   }
 
-  [[nodiscard]] std::vector<std::string> strangers() const {
+  [[nodiscard]] std::vector<std::string> mismatched_instruments() const {
     std::vector<std::string> all{chamber.watch().mismatch_text()};
     for (const auto* watches : {&thermometers, &gyros, &analogue})
       for (const auto& watch : *watches) all.push_back(watch.mismatch_text());
@@ -232,7 +232,7 @@ class InlineIo final : public InstrumentIo {
     return watches_.chamber.send_set_point_immediately(target);
   }
   Result<void> switch_on(bool on) override { return watches_.chamber.switch_on(on); }
-  std::vector<std::string> strangers() const override { return watches_.strangers(); }
+  std::vector<std::string> mismatched_instruments() const override { return watches_.mismatched_instruments(); }
 
  private:
   Instruments instruments_;
@@ -366,11 +366,11 @@ class WorkerIo final : public InstrumentIo {
     return run_command(fmt::format("set point {:g} °C", target.value), send, remaining_tick());
   }
 
-  std::vector<std::string> strangers() const override { return watches_.strangers(); }
+  std::vector<std::string> mismatched_instruments() const override { return watches_.mismatched_instruments(); }
 
   Duration stuck_for() override {
     const auto busy = chamber_.busy_for();
-    return instruments_.chamber_line ? std::min(busy, instruments_.chamber_line->quiet_for()) : busy;
+    return instruments_.chamber_line ? std::min(busy, instruments_.chamber_line->time_since_note()) : busy;
   }
 
   Result<void> send_set_point_immediately(Celsius target) override {

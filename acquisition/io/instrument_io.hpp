@@ -116,7 +116,7 @@ class InstrumentIo {
   [[nodiscard]] virtual Result<void> switch_on(bool on) = 0;
 
   /// Describes each instrument that answered in place of the known one when identities were last compared.
-  [[nodiscard]] virtual std::vector<std::string> strangers() const { return {}; }
+  [[nodiscard]] virtual std::vector<std::string> mismatched_instruments() const { return {}; }
 
   /// Returns the time for which, with workers, the chamber's present call has made no progress: since the call began or
   /// since its last exchange ended, whichever is later. Returns zero if no call is active, or without workers. The

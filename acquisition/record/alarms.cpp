@@ -72,7 +72,7 @@ AlarmPriority priority_for_reaction(std::string_view reaction) {
 
 std::string Alarm::tag() const { return subject.empty() ? interlock : interlock + " " + subject; }
 
-std::string state_in_words(const Alarm& alarm) {
+std::string describe_alarm_state(const Alarm& alarm) {
   return fmt::format("{}{}", alarm.active ? "active" : "returned", alarm.acknowledged ? ", acknowledged" : "");
 }
 
@@ -175,7 +175,7 @@ void Alarms::make_room() {
   rows_.erase(least);
 }
 
-void Alarms::see(const RecordedEvent& recorded) {
+void Alarms::update(const RecordedEvent& recorded) {
   const auto& event = recorded.event;
   if (is_alarm(event)) return raise(recorded);
   if (event.kind == EventKind::acknowledged) return acknowledge(event);
@@ -228,7 +228,7 @@ AlarmCount Alarms::count() const {
   return count;
 }
 
-std::string Alarms::objection(std::int64_t number) const {
+std::string Alarms::refusal_reason(std::int64_t number) const {
   const auto has_number = [&](const Row& row) {
     return std::ranges::find(row.unacknowledged, number) != row.unacknowledged.end();
   };

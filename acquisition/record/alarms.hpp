@@ -69,7 +69,7 @@ struct AlarmCount {
 };
 
 /// Returns the state of a row: "active", "active, acknowledged", "returned" or "returned, acknowledged".
-[[nodiscard]] std::string state_in_words(const Alarm& alarm);
+[[nodiscard]] std::string describe_alarm_state(const Alarm& alarm);
 
 /// Counts the rows that await an acknowledgement.
 [[nodiscard]] std::size_t count_unacknowledged(std::span<const Alarm> alarms);
@@ -114,7 +114,7 @@ class Alarms {
   static constexpr std::size_t kMost = 256;
 
   /// Updates the rows with the next event of the run. Ignores events that do not concern alarms.
-  void see(const RecordedEvent& event);
+  void update(const RecordedEvent& event);
 
   /// Returns the rows that are active or unacknowledged: the newest first, each followed by its consequences.
   [[nodiscard]] std::vector<Alarm> list() const;
@@ -124,7 +124,7 @@ class Alarms {
   [[nodiscard]] std::vector<Alarm> unacknowledged() const;
   [[nodiscard]] AlarmCount count() const;
   /// Returns the reason why the occurrence `number` cannot be acknowledged; empty if it can.
-  [[nodiscard]] std::string objection(std::int64_t number) const;
+  [[nodiscard]] std::string refusal_reason(std::int64_t number) const;
 
  private:
   struct Row {
@@ -145,7 +145,7 @@ class Alarms {
 };
 
 /// Returns the event that acknowledges a row: "alarm 12 acknowledged by ada (uid 1000): …", or "alarm 12 to 40
-/// acknowledged by …" for several occurrences. Alarms::see() parses the numbers. `at` and `segment` are the present
+/// acknowledged by …" for several occurrences. Alarms::update() parses the numbers. `at` and `segment` are the present
 /// instant and segment.
 [[nodiscard]] Event acknowledgement_event(const Alarm& alarm, const Instant& at, std::optional<int> segment,
                                           std::string_view author, std::string_view comment);

@@ -41,7 +41,7 @@ int next_number(int number) { return number % kHighestCopyNumber + 1; }
 /// there is none.
 int remove_files(const std::string& link, int but) {
   int highest = 0;
-  for (const auto& entry : list_folder(folder_of(link))) {
+  for (const auto& entry : list_folder(parent_folder(link))) {
     const auto number = live_copy_number(entry.filename().string(), name_in_folder(link));
     if (!number || *number == but) continue;
     highest = std::max(highest, *number);
@@ -53,7 +53,7 @@ int remove_files(const std::string& link, int but) {
 /// Returns the free bytes of the file's disk; nothing if they are unknown.
 std::optional<std::uintmax_t> free_space(const std::string& path) {
   struct statvfs disk {};
-  if (::statvfs(folder_of(path).c_str(), &disk) != 0 || disk.f_blocks == 0) return {};
+  if (::statvfs(parent_folder(path).c_str(), &disk) != 0 || disk.f_blocks == 0) return {};
   return std::uintmax_t{disk.f_bavail} * disk.f_frsize;
 }
 
@@ -78,10 +78,10 @@ Result<void> copy_record(RunFile& copy, const RecordFiles& files) {
     auto part = open_part(files.parts[i]);
     if (!part && i + 1 < files.parts.size()) continue;
     if (!part) return failure(part.error());
-    const auto end = i + 1 < files.parts.size() ? files.parts[i + 1].continuation.from : kMostSlots + 1;
+    const auto end = i + 1 < files.parts.size() ? files.parts[i + 1].continuation.from : kMaxSlots + 1;
     if (auto copied = copy.copy_rows(*part, end); !copied) return copied;
     const auto count = [&](const char* what) {
-      return static_cast<std::uint64_t>(part->ask_integer(fmt::format("SELECT {} FROM frames", what), 0).value_or(0));
+      return static_cast<std::uint64_t>(part->query_integer(fmt::format("SELECT {} FROM frames", what), 0).value_or(0));
     };
     frames = {.seen = count("seen"), .lost = count("lost"), .bad = count("bad")};
   }
@@ -205,7 +205,7 @@ Result<void> LiveCopy::Worker::begin_with_record(const RecordFiles& files) {
 /// Returns whether the file is damaged. Its rows then cannot be copied into a new file. They cannot be read from the
 /// record either, because only the writer of the record may open it.
 bool LiveCopy::Worker::is_damaged() {
-  const auto verdict = file->database().ask("PRAGMA quick_check(1)");
+  const auto verdict = file->database().query_text("PRAGMA quick_check(1)");
   return verdict ? *verdict != "ok" : !is_locked(verdict.error()) && !is_full(verdict.error());
 }
 
@@ -261,7 +261,7 @@ Result<void> LiveCopy::Worker::write(std::span<const EntryPointer> entries, cons
   locked.reset();
   // Reads the file, which updates the index of the log. A reader without write access to the index sees the state at
   // the last such read.
-  (void)file->database().ask_integer("SELECT seen FROM frames", 0);
+  (void)file->database().query_integer("SELECT seen FROM frames", 0);
   (void)file->checkpoint_log();
   return {};
 }

@@ -5,7 +5,7 @@
 
 namespace gyrotherm::record {
 
-void RateMeter::see(const Reading<GyroCount>& reading) {
+void RateMeter::add(const Reading<GyroCount>& reading) {
   const bool counts = reading.value && reading.value->interval > Duration{} && index_ < reading.value->pulses.size();
   const auto second =
       counts ? std::optional(Second{reading.value->pulses[index_], reading.value->interval}) : std::nullopt;
@@ -41,7 +41,7 @@ std::optional<DegreesPerHour> RateMeter::mean() const {
 
 namespace {
 
-std::string in_words(const std::optional<double>& rate_deg_per_h) {
+std::string describe(const std::optional<double>& rate_deg_per_h) {
   return rate_deg_per_h ? fmt::format("{:.4f} °/h", *rate_deg_per_h) : "unknown";
 }
 
@@ -51,9 +51,9 @@ std::optional<double> to_number(const std::optional<DegreesPerHour>& rate) {
 
 }  // namespace
 
-std::string in_words(const AxisRate& axis) {
+std::string describe(const AxisRate& axis) {
   return fmt::format("{}: {} in the last second, {} mean of 100 s, Earth rate {}", axis.axis,
-                     in_words(axis.rate_deg_per_h), in_words(axis.mean_deg_per_h), in_words(axis.earth_rate_deg_per_h));
+                     describe(axis.rate_deg_per_h), describe(axis.mean_deg_per_h), describe(axis.earth_rate_deg_per_h));
 }
 
 RateMeters::RateMeters(const std::vector<UnitInfo>& units) {
@@ -62,9 +62,9 @@ RateMeters::RateMeters(const std::vector<UnitInfo>& units) {
       axes_.push_back({axis_label(units[unit], i), unit, RateMeter(units[unit].axes[i], i)});
 }
 
-void RateMeters::see(const Sample& sample) {
+void RateMeters::add(const Sample& sample) {
   for (auto& axis : axes_)
-    if (axis.unit < sample.units.size()) axis.meter.see(sample.units[axis.unit].count);
+    if (axis.unit < sample.units.size()) axis.meter.add(sample.units[axis.unit].count);
 }
 
 std::vector<AxisRate> RateMeters::rates() const {

@@ -20,7 +20,7 @@ class RateMeter {
  public:
   /// `index` is the index of the axis in its unit.
   explicit RateMeter(const AxisInfo& axis, std::size_t index = 0) : axis_(axis), index_(index) {}
-  void see(const Reading<GyroCount>& reading);
+  void add(const Reading<GyroCount>& reading);
   /// Returns the rate in the last second; nothing if that second had no reading.
   [[nodiscard]] std::optional<DegreesPerHour> last_second() const;
   /// Returns the mean over the readings of the last 100 s; nothing if there is none.
@@ -61,13 +61,13 @@ void describe(auto& form, Like<AxisRate> auto& axis) {
 }
 
 /// Returns "gyro: 12.6 °/h in the last second, 12.58 °/h mean of 100 s, Earth rate 11.20 °/h".
-[[nodiscard]] std::string in_words(const AxisRate& axis);
+[[nodiscard]] std::string describe(const AxisRate& axis);
 
 /// Measures all axes of a rig.
 class RateMeters {
  public:
   explicit RateMeters(const std::vector<UnitInfo>& units);
-  void see(const Sample& sample);
+  void add(const Sample& sample);
   [[nodiscard]] std::vector<AxisRate> rates() const;
 
  private:

@@ -69,7 +69,7 @@ void add(Record& record, const SampleRow& row, const Selection& selection) {
 }
 
 Result<void> read_samples(Database& database, Record& record, const ReadSelection& wanted) {
-  const auto rows = database.ask_integer(fmt::format("SELECT count(*) FROM sample WHERE slot > {}", wanted.after), 0);
+  const auto rows = database.query_integer(fmt::format("SELECT count(*) FROM sample WHERE slot > {}", wanted.after), 0);
   if (!rows) return failure(rows.error());
   const auto selection = select(record.info, wanted);
   prepare_columns(record, static_cast<std::size_t>(*rows), selection);
@@ -130,7 +130,7 @@ Result<Record> read_part(const Part& part, bool proves, const std::string& unit)
   if (!database) return failure(database.error());
   if (proves)
     if (const auto chain = check_chain(*database, part.path); !chain) return failure(chain.error());
-  return record_of(*database, {.unit = unit});
+  return read_open_record(*database, {.unit = unit});
 }
 
 /// Reads all parts. Skips a part that was changed. Its slots are in the parts after it, or become a gap.
@@ -172,10 +172,10 @@ double turned_at(const Record& record, std::size_t row) {
   return is_being_handled ? kMissing : segment->unit.turned ? 1 : 0;
 }
 
-Result<Record> record_of(Database& database, const ReadSelection& wanted) {
+Result<Record> read_open_record(Database& database, const ReadSelection& wanted) {
   Record record;
-  const auto read = into(record.info, read_run_info(database))
-                        .and_then([&] { return into(record.finished, is_finished(database)); })
+  const auto read = assign_result(record.info, read_run_info(database))
+                        .and_then([&] { return assign_result(record.finished, is_finished(database)); })
                         .and_then([&] { return read_samples(database, record, wanted); })
                         .and_then([&] { return read_gaps(database, record); })
                         .and_then([&] { return read_events(database, record); });
@@ -210,7 +210,7 @@ Result<Record> read_record(const RecordFiles& files, const std::string& unit) {
   });
 }
 
-Result<Record> read_proved_record(const RecordFiles& files) {
+Result<Record> read_verified_record(const RecordFiles& files) {
   return read_all(files, {}, true).map_error([&](const Fault& fault) { return explain_read_fault(fault, files.path); });
 }
 

@@ -77,7 +77,7 @@ struct Record {
 [[nodiscard]] Result<Record> read_record(const std::string& path, const std::string& unit = {});
 /// Reads the record as read_record() does, and verifies the chain of every file. Fails with bad_file, naming the
 /// first row that does not match, or as read_record() does.
-[[nodiscard]] Result<Record> read_proved_record(const RecordFiles& files);
+[[nodiscard]] Result<Record> read_verified_record(const RecordFiles& files);
 /// Reads the description of the run from the first readable file. Fails as read_record() does.
 [[nodiscard]] Result<RunInfo> read_info(const RecordFiles& files);
 [[nodiscard]] Result<RunInfo> read_info(const std::string& path);
@@ -88,6 +88,6 @@ struct Record {
 /// writing the record, adds its process to the fault.
 [[nodiscard]] Fault explain_read_fault(Fault fault, const std::string& path);
 /// Reads one open file, restricted to the `wanted` samples. Fails with storage.
-[[nodiscard]] Result<Record> record_of(Database& database, const ReadSelection& wanted = {});
+[[nodiscard]] Result<Record> read_open_record(Database& database, const ReadSelection& wanted = {});
 
 }  // namespace gyrotherm::record

@@ -128,7 +128,7 @@ Result<std::optional<Continuation>> read_continuation(Database& database) {
       " (SELECT value FROM meta WHERE key = 'continues_from'), (SELECT value FROM meta WHERE key = 'continues_cause')");
   if (!row) return failure(row.error());
   if (!*row || (*row)->null(0)) return std::nullopt;
-  if (const auto from = (*row)->integer(2); from < 0 || from > kMostSlots + 1)
+  if (const auto from = (*row)->integer(2); from < 0 || from > kMaxSlots + 1)
     return failure(FaultKind::bad_file, database.path(), "a part of a record continues from an impossible second");
   return Continuation{.part = static_cast<int>((*row)->integer(0)),
                       .before = std::string((*row)->text(1)),
@@ -195,7 +195,7 @@ Result<FoundPart> find_part(const std::string& path, int number) {
   if (!continuation) return failure(continuation.error());
   if (!*continuation || (*continuation)->part != number)
     return failure(FaultKind::bad_file, path, "is not a part of the record");
-  const auto events = database->ask_integer("SELECT count(*) FROM event", 0);
+  const auto events = database->query_integer("SELECT count(*) FROM event", 0);
   if (!events) return failure(events.error());
   if (*events == 0)
     return failure(FaultKind::bad_file, path, "is empty: its writer ended before it wrote the first event");
@@ -220,7 +220,7 @@ bool is_of_another_run(const std::string& path, const std::string& run_id) {
 std::set<int> find_part_numbers(const std::string& record_path) {
   std::set<int> numbers;
   const auto own = name_in_folder(record_path), beginning = fs::path(own).stem().string() + ".";
-  for (const auto& entry : list_folder(folder_of(record_path))) {
+  for (const auto& entry : list_folder(parent_folder(record_path))) {
     const auto file = entry.filename().string();
     if (!file.starts_with(beginning)) continue;  // true for most files
     if (const auto name = part_name(file); name && name->record == own) numbers.insert(name->part);
@@ -326,7 +326,7 @@ bool is_record_name(const fs::path& path) {
 
 }  // namespace
 
-std::set<std::string> records_in(const std::string& folder) {
+std::set<std::string> list_records(const std::string& folder) {
   std::set<std::string> records;
   for (const auto& path : list_folder(folder)) {
     auto text = path.string();
@@ -336,7 +336,7 @@ std::set<std::string> records_in(const std::string& folder) {
   return records;
 }
 
-std::string_view ending_beside_a_record(std::string_view path) {
+std::string_view reserved_ending(std::string_view path) {
   for (const std::string_view ending :
        {"-wal", "-shm", "-journal", ".status", ".socket", ".safe-state", ".made-safe", ".sha256", ".live.db"})
     if (path.ends_with(ending)) return ending;
@@ -346,7 +346,7 @@ std::string_view ending_beside_a_record(std::string_view path) {
 Result<void> check_name_of_new_record(const std::string& path) {
   const auto refuse = [&](const std::string& why) { return failure(FaultKind::storage, path, why); };
   if (is_there(path)) return refuse("exists already, and a record is never overwritten");
-  if (const auto ending = ending_beside_a_record(path); !ending.empty())
+  if (const auto ending = reserved_ending(path); !ending.empty())
     return refuse(fmt::format("files next to a record end with {}, expected another name", ending));
   const auto files = find_record_files(path);
   if (files)

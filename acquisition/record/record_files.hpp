@@ -116,11 +116,11 @@ struct RecordFiles {
 /// Returns the paths of all records in a folder, including records of which only a status file remains. Leaves out live
 /// copies and parts. Includes a part whose record is missing, and every file with its own status file, which a part
 /// never has. Does not open any record.
-[[nodiscard]] std::set<std::string> records_in(const std::string& folder);
+[[nodiscard]] std::set<std::string> list_records(const std::string& folder);
 
 /// Returns the reserved ending of a file that belongs to a record: ".status" for "RUN.db.status". Returns an empty text
 /// for other names.
-[[nodiscard]] std::string_view ending_beside_a_record(std::string_view path);
+[[nodiscard]] std::string_view reserved_ending(std::string_view path);
 
 /// Fails with storage if a new record must not have this name: the file exists, parts of a record of this name exist,
 /// an existing record has a part of this name, or the name has a reserved ending.

@@ -395,7 +395,7 @@ Result<std::optional<SampleRow>> last_row(Database& database, const RunInfo& inf
 }
 
 Result<std::int64_t> last_slot(Database& database) {
-  return database.ask_integer(
+  return database.query_integer(
       "SELECT max(coalesce((SELECT max(slot) FROM sample), -1), coalesce((SELECT max(last) FROM gap), -1))", -1);
 }
 

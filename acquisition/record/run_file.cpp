@@ -61,7 +61,7 @@ Result<void> check_unfinished(Database& database, const std::string& path) {
   const auto finished = is_finished(database);
   if (!finished) return failure(finished.error());
   if (*finished) return failure(FaultKind::bad_file, path, "the run is finished, expected an unfinished one");
-  const auto verdict = database.ask("PRAGMA quick_check(1)");
+  const auto verdict = database.query_text("PRAGMA quick_check(1)");
   if (!verdict) return failure(verdict.error());
   if (*verdict != "ok") return failure(FaultKind::storage, path, "the record is damaged: " + *verdict);
   return {};
@@ -124,7 +124,7 @@ Result<RunFile::Statements> RunFile::prepare(Database& database, const RunInfo& 
       {&Statements::frames, "INSERT OR REPLACE INTO frames(id, seen, lost, bad, head) VALUES(1, ?, ?, ?, ?)"}};
   Statements prepared;
   for (const auto& [statement, sql] : all)
-    if (auto made = into(prepared.*statement, database.prepare(sql)); !made) return failure(made.error());
+    if (auto made = assign_result(prepared.*statement, database.prepare(sql)); !made) return failure(made.error());
   return prepared;
 }
 
@@ -132,10 +132,11 @@ Result<RunFile> RunFile::make_open_file(Database database, const std::string& pa
   Position end;
   Statements statements;
   const auto read =
-      into(end.chain, read_chain(database, path))
-          .and_then([&] { return into(end.faults, database.ask_integer("SELECT max(rowid) FROM fault", 0)); })
-          .and_then([&] { return into(end.events, database.ask_integer("SELECT max(id) FROM event", 0)); })
-          .and_then([&] { return into(statements, prepare(database, info)); });
+      assign_result(end.chain, read_chain(database, path))
+          .and_then(
+              [&] { return assign_result(end.faults, database.query_integer("SELECT max(rowid) FROM fault", 0)); })
+          .and_then([&] { return assign_result(end.events, database.query_integer("SELECT max(id) FROM event", 0)); })
+          .and_then([&] { return assign_result(statements, prepare(database, info)); });
   if (!read) return failure(read.error());
   std::optional<FileWatch> watch;
   if (watching == Watching::yes && !in_memory(path)) {
@@ -230,7 +231,7 @@ Result<RunFile> RunFile::open_copy(const std::string& path) {
 }
 
 Result<void> RunFile::share() {
-  auto mode = database_.ask("PRAGMA journal_mode = WAL");
+  auto mode = database_.query_text("PRAGMA journal_mode = WAL");
   if (!mode) return failure(mode.error());
   if (*mode != "wal") return failure(FaultKind::storage, path_, "SQLite cannot switch it to a write-ahead log");
   database_.keep_log_on_close();
@@ -270,14 +271,14 @@ Result<void> RunFile::test_write() {
   if (in_memory(path_)) return {};
   constexpr const char* kFrames = "SELECT seen || ' ' || lost || ' ' || bad || ' ' || head FROM frames";
   const auto count = [this](const char* column) {
-    return database_.ask_integer(fmt::format("SELECT {} FROM frames", column), 0).value_or(0);
+    return database_.query_integer(fmt::format("SELECT {} FROM frames", column), 0).value_or(0);
   };
   const FrameCount same{static_cast<std::uint64_t>(count("seen")), static_cast<std::uint64_t>(count("lost")),
                         static_cast<std::uint64_t>(count("bad"))};
   const auto done = begin().and_then([&] { return replace_frames(same); }).and_then([&] { return commit(); });
   if (!done) return done;
   database_.forget_pages();
-  const auto found = database_.ask(kFrames);
+  const auto found = database_.query_text(kFrames);
   if (!found) return failure(found.error());
   const auto wanted = fmt::format("{} {} {} {}", same.seen, same.lost, same.bad, hex(now_.chain.head()));
   if (*found == wanted) return {};
@@ -372,7 +373,7 @@ Result<void> RunFile::prepare_for(const ChainedSamples& samples) {
     named_ = std::move(named);
   }
   if (rows_per_insert_ == 1 || samples.links.size() < rows_per_insert_ || statements_->samples) return {};
-  return into(statements_->samples, prepare_insert(named_, rows_per_insert_));
+  return assign_result(statements_->samples, prepare_insert(named_, rows_per_insert_));
 }
 
 Result<Statement> RunFile::prepare_insert(const std::vector<bool>& named, std::size_t rows) {
@@ -460,7 +461,7 @@ Result<void> RunFile::finish() {
     if (auto refused = refuse_if(watch_->check()); !refused) return refused;
   return seal()
       .and_then([this] { return watch_ ? refuse_if(watch_->check_all(database_.log_pages())) : Result<void>{}; })
-      .and_then([this] { return database_.ask("PRAGMA wal_checkpoint(TRUNCATE)"); })
+      .and_then([this] { return database_.query_text("PRAGMA wal_checkpoint(TRUNCATE)"); })
       .and_then([this](const std::string& busy) -> Result<void> {
         if (busy == "0") return {};
         return failure(FaultKind::storage, path_, "the write-ahead log could not be copied into the record");

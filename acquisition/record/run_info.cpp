@@ -457,8 +457,8 @@ namespace {
 /// too early.
 Result<void> read_start(Database& database, RunInfo& info) {
   if (info.simulated || info.imported) return {};
-  const auto started =
-      database.ask_integer("SELECT utc_ns - monotonic_ns FROM sample ORDER BY slot LIMIT 1", info.started_utc.count());
+  const auto started = database.query_integer("SELECT utc_ns - monotonic_ns FROM sample ORDER BY slot LIMIT 1",
+                                              info.started_utc.count());
   if (!started) return failure(started.error());
   if (is_possible_time(Duration(*started))) info.started_utc = Duration(*started);
   return {};
@@ -486,7 +486,7 @@ Result<RunInfo> read_run_info(Database& database) {
 }
 
 Result<std::string> meta(Database& database, std::string_view key) {
-  return database.ask(fmt::format("SELECT value FROM meta WHERE key = '{}'", key));
+  return database.query_text(fmt::format("SELECT value FROM meta WHERE key = '{}'", key));
 }
 
 Result<void> mark_finished(Database& database) {

@@ -322,10 +322,10 @@ tl::unexpected<Fault> another_schema(const std::string& path, const std::string&
 
 /// Checks the file's header without reading any table.
 Result<void> check_header(Database& database, const std::string& path) {
-  const auto id = database.ask_integer("PRAGMA application_id", 0);
+  const auto id = database.query_integer("PRAGMA application_id", 0);
   if (!id) return failure(id.error());
   if (*id != kApplicationId) return failure(FaultKind::bad_file, path, "not a gyrotherm record");
-  const auto version = database.ask_integer("PRAGMA user_version", 0);
+  const auto version = database.query_integer("PRAGMA user_version", 0);
   if (!version) return failure(version.error());
   if (*version != kUserVersion) return another_schema(path, fmt::format("gyrotherm-run/{}", *version));
   return {};
@@ -339,17 +339,17 @@ Result<void> check_schema_name(Database& database, const std::string& path) {
 
 /// Checks that all slots in the tables are possible.
 Result<void> check_slots(Database& database, const std::string& path) {
-  const auto wrong = database.ask_integer(
+  const auto wrong = database.query_integer(
       fmt::format(
           "SELECT coalesce((SELECT min(slot) FROM sample), 0) < 0 OR coalesce((SELECT max(slot) FROM sample), 0) > {0}"
           " OR EXISTS(SELECT 1 FROM gap WHERE first NOT BETWEEN 0 AND {0} OR last NOT BETWEEN first AND {0})"
           " OR EXISTS(SELECT 1 FROM event WHERE slot NOT BETWEEN -1 AND {0})"
           " OR EXISTS(SELECT 1 FROM fault WHERE slot NOT BETWEEN -1 AND {0})",
-          kMostSlots),
+          kMaxSlots),
       1);
   if (!wrong) return failure(wrong.error());
   if (*wrong == 0) return {};
-  return failure(FaultKind::bad_file, path, fmt::format("a second of the run is not between 0 and {}", kMostSlots));
+  return failure(FaultKind::bad_file, path, fmt::format("a second of the run is not between 0 and {}", kMaxSlots));
 }
 
 }  // namespace

@@ -91,11 +91,11 @@ struct View {
 /// Creates the tables and views, and marks the file as a record. The names must be allowed.
 [[nodiscard]] Result<void> create_schema(Database& database, const RunInfo& info);
 
-inline constexpr std::int64_t kMostSlots = 100'000'000;  ///< three years of seconds
+inline constexpr std::int64_t kMaxSlots = 100'000'000;  ///< three years of seconds
 
 /// Checks that the file is a record of this version. It must have the tables of a record with their columns, all of
 /// record_views() or no view, and no trigger, index, virtual table or computed column; this is checked before any table
-/// is read. Its slots must be between 0 and kMostSlots. Fails with bad_file if any check fails, and with storage if the
+/// is read. Its slots must be between 0 and kMaxSlots. Fails with bad_file if any check fails, and with storage if the
 /// file is locked.
 [[nodiscard]] Result<void> check_schema(Database& database, const std::string& path);
 

@@ -218,7 +218,7 @@ Result<std::optional<Statement>> Database::first_row(std::string_view sql) {
   return *row ? std::optional(std::move(*query)) : std::nullopt;
 }
 
-Result<std::string> Database::ask(std::string_view sql) {
+Result<std::string> Database::query_text(std::string_view sql) {
   auto row = first_row(sql);
   if (!row) return failure(row.error());
   if (!*row) return std::string();
@@ -228,7 +228,7 @@ Result<std::string> Database::ask(std::string_view sql) {
   return first;
 }
 
-Result<std::int64_t> Database::ask_integer(std::string_view sql, std::int64_t fallback) {
+Result<std::int64_t> Database::query_integer(std::string_view sql, std::int64_t fallback) {
   return first_row(sql).map(
       [&](const std::optional<Statement>& row) { return row && !row->null(0) ? row->integer(0) : fallback; });
 }
@@ -254,9 +254,9 @@ constexpr Setting kExclusive{"locking_mode", "EXCLUSIVE", "exclusive"};
 constexpr Setting kNoJournal{"journal_mode", "MEMORY", "memory"};
 
 Result<void> apply(Database& database, const Setting& setting, const std::string& path) {
-  if (const auto set = database.ask(fmt::format("PRAGMA {} = {}", setting.pragma, setting.value)); !set)
+  if (const auto set = database.query_text(fmt::format("PRAGMA {} = {}", setting.pragma, setting.value)); !set)
     return failure(set.error());
-  const auto now = database.ask(fmt::format("PRAGMA {}", setting.pragma));
+  const auto now = database.query_text(fmt::format("PRAGMA {}", setting.pragma));
   if (!now) return failure(now.error());
   if (*now == setting.read_back) return {};
   return failure(FaultKind::storage, path,

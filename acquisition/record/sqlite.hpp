@@ -107,9 +107,9 @@ class Database {
     }
   }
   /// Returns the first column of the first row as text; empty if there is no row.
-  [[nodiscard]] Result<std::string> ask(std::string_view sql);
+  [[nodiscard]] Result<std::string> query_text(std::string_view sql);
   /// Returns the first column of the first row as an integer; `fallback` if there is no row or it is NULL.
-  [[nodiscard]] Result<std::int64_t> ask_integer(std::string_view sql, std::int64_t fallback);
+  [[nodiscard]] Result<std::int64_t> query_integer(std::string_view sql, std::int64_t fallback);
 
   /// Returns the file's path without symbolic links.
   [[nodiscard]] std::string path() const;
@@ -140,7 +140,7 @@ class Database {
 
 /// Moves the value of a result into `place`, or returns the fault of the result.
 template <class Place, class Value>
-[[nodiscard]] Result<void> into(Place& place, Result<Value> read) {
+[[nodiscard]] Result<void> assign_result(Place& place, Result<Value> read) {
   return std::move(read).map([&](Value value) { place = std::move(value); });
 }
 

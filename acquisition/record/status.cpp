@@ -13,7 +13,7 @@ namespace gyrotherm::record {
 namespace {
 
 Result<RunStatus> read_part_status(const Part& part) {
-  return open_part(part).and_then([&](Database database) { return stored_status(database, part.path); });
+  return open_part(part).and_then([&](Database database) { return read_stored_status(database, part.path); });
 }
 
 /// Copies the position of the run from the status of an earlier file that has a sample.
@@ -25,8 +25,8 @@ void copy_position(RunStatus& status, const RunStatus& before) {
   status.set_point = before.set_point;
   status.chamber_air = before.chamber_air;
   status.thermometers = before.thermometers;
-  status.standing = before.standing;
-  if (status.finished && status.standing.state == RunState::execute) status.standing.state = RunState::complete;
+  status.overview = before.overview;
+  if (status.finished && status.overview.state == RunState::execute) status.overview.state = RunState::complete;
 }
 
 /// Counts the faults in the files before the last one. Does not count rows that a later file repeats, and ignores
@@ -36,7 +36,7 @@ Result<std::int64_t> faults_before_last(const RecordFiles& files) {
   auto end = files.parts.back().continuation.from;
   for (auto part = std::next(files.parts.rbegin()); part != files.parts.rend(); ++part) {
     const auto faults = open_part(*part).and_then([end](Database database) {
-      return database.ask_integer(fmt::format("SELECT count(*) FROM fault WHERE slot < {}", end), 0);
+      return database.query_integer(fmt::format("SELECT count(*) FROM fault WHERE slot < {}", end), 0);
     });
     if (!faults && is_locked(faults.error())) return failure(faults.error());
     sum += faults.value_or(0);
@@ -75,7 +75,7 @@ Result<Alarms> read_record_alarms(const RecordFiles& files) {
     if (more) events.insert(events.end(), more->begin(), more->end());
   }
   Alarms alarms;
-  for (const auto& event : events) alarms.see(event);
+  for (const auto& event : events) alarms.update(event);
   return alarms;
 }
 
@@ -83,7 +83,7 @@ Result<std::int64_t> read_last_event_number(const RecordFiles& files) {
   std::int64_t highest = 0;
   for (const auto& part : files.parts) {
     const auto number = open_part(part).and_then(
-        [](Database database) { return database.ask_integer("SELECT max(id) FROM event", 0); });
+        [](Database database) { return database.query_integer("SELECT max(id) FROM event", 0); });
     const bool is_needed = &part == &files.parts.back();
     if (!number && (is_needed || is_locked(number.error()))) return failure(number.error());
     if (number) highest = std::max(highest, *number);
@@ -179,7 +179,7 @@ Result<std::string> end_cause(Database& database) {
 
 }  // namespace
 
-RunStatus first_status(const std::string& path, const RunInfo& info) {
+RunStatus make_first_status(const std::string& path, const RunInfo& info) {
   RunStatus status;
   status.path = path;
   status.id = info.id;
@@ -197,27 +197,28 @@ void set_progress(RunStatus& status, const RunInfo& info, const ProfilePosition&
   status.set_point = celsius_if_known(progress.set_point.value);
 }
 
-Result<RunStatus> stored_status(Database& database, const std::string& path) {
+Result<RunStatus> read_stored_status(Database& database, const std::string& path) {
   const auto info = read_run_info(database);
   if (!info) return failure(info.error());
-  RunStatus status = first_status(path, *info);
+  RunStatus status = make_first_status(path, *info);
   std::optional<Continuation> continuation;
   std::optional<SampleRow> row;
-  const auto read =
-      into(status.finished, is_finished(database))
-          .and_then([&] { return into(status.faults, database.ask_integer("SELECT count(*) FROM fault", 0)); })
-          .and_then([&] { return into(status.frames, stored_frames(database)); })
-          .and_then([&] { return into(status.acknowledged, last_slot(database)); })
-          .and_then([&] { return into(status.ended_by, end_cause(database)); })
-          .and_then([&] { return into(continuation, read_continuation(database)); })
-          .and_then([&] { return into(row, last_row(database, *info)); });
+  const auto read = assign_result(status.finished, is_finished(database))
+                        .and_then([&] {
+                          return assign_result(status.faults, database.query_integer("SELECT count(*) FROM fault", 0));
+                        })
+                        .and_then([&] { return assign_result(status.frames, stored_frames(database)); })
+                        .and_then([&] { return assign_result(status.acknowledged, last_slot(database)); })
+                        .and_then([&] { return assign_result(status.ended_by, end_cause(database)); })
+                        .and_then([&] { return assign_result(continuation, read_continuation(database)); })
+                        .and_then([&] { return assign_result(row, last_row(database, *info)); });
   if (!read) return failure(read.error());
   if (continuation) status.acknowledged = std::max(status.acknowledged, continuation->from - 1);
   if (!row) return status;
   status.slot = row->slot;
   set_progress(status, *info, row->progress.value_or(ProfilePosition{.set_point = Celsius{kMissing}}));
-  status.standing.state = row->state.value_or(RunState::execute);
-  if (status.finished && status.standing.state == RunState::execute) status.standing.state = RunState::complete;
+  status.overview.state = row->state.value_or(RunState::execute);
+  if (status.finished && status.overview.state == RunState::execute) status.overview.state = RunState::complete;
   status.chamber_air = celsius_if_known(row->chamber_air_c);
   for (std::size_t i = 0; i < status.thermometers.size(); ++i)
     status.thermometers[i].second = celsius_if_known(row->thermometers_c[i]);

@@ -44,13 +44,13 @@ struct LostEnd {
 // The status of a run computed from its record.
 
 /// Returns the status of a run before its first sample.
-[[nodiscard]] RunStatus first_status(const std::string& path, const RunInfo& info);
+[[nodiscard]] RunStatus make_first_status(const std::string& path, const RunInfo& info);
 
 /// Sets the segment, the phase and the set point of the status from a sample's profile position.
 void set_progress(RunStatus& status, const RunInfo& info, const ProfilePosition& progress);
 
 /// Returns the status of one open file of a record: its last sample and its counts. Treats the slots of earlier parts
 /// as acknowledged.
-[[nodiscard]] Result<RunStatus> stored_status(Database& database, const std::string& path);
+[[nodiscard]] Result<RunStatus> read_stored_status(Database& database, const std::string& path);
 
 }  // namespace gyrotherm::record

@@ -26,10 +26,10 @@ void describe(auto& form, Like<RunStatus> auto& status) {
   form("phase", one_of(status.phase, kPhases));
   form("set_point_c", status.set_point);
   form("chamber_air_c", status.chamber_air);
-  form("thermometers_c", by_name(status.thermometers));
+  form("thermometers_c", named_values(status.thermometers));
   form("faults", status.faults);
   form("frames", status.frames);
-  describe(form, status.standing);
+  describe(form, status.overview);
   form("ended_by", status.ended_by);
   form("backlog_s", status.backlog_s);
   form("storage_trouble", status.storage_trouble);
@@ -46,7 +46,7 @@ void describe(auto& form, Like<RunStatus> auto& status) {
   form.if_present("gyro_rates", true, status.gyro_rates);
 }
 
-std::string in_words(RunState state, const std::string& cause) {
+std::string describe(RunState state, const std::string& cause) {
   if (cause.empty()) return name(state);
   if (cause.starts_with(name(state))) return cause;
   return fmt::format("{}: {}", name(state), cause);
@@ -54,13 +54,13 @@ std::string in_words(RunState state, const std::string& cause) {
 
 std::string status_path(const std::string& record_path) { return record_path + ".status"; }
 
-std::string to_json(const RunStatus& status) { return text_of(make_json(status)); }
+std::string to_json(const RunStatus& status) { return json_text(make_json(status)); }
 
 Result<RunStatus> parse_status(const std::string& text, const std::string& where) {
   const auto root = JsonNode::parse(text, where);
   if (!root) return failure(root.error());
   const JsonNode schema = (*root)["schema"];
-  if (schema.text() != kStatusSchema) schema.mistake(std::string("another schema, expected ") + kStatusSchema);
+  if (schema.text() != kStatusSchema) schema.note_error(std::string("another schema, expected ") + kStatusSchema);
   RunStatus status;
   read_json(*root, status);
   if (const auto verdict = root->verdict(); !verdict) return failure(verdict.error());
@@ -107,7 +107,7 @@ bool is_fresh(const RunStatus& status) {
   return !status.finished && age && *age <= kSilentAfter;
 }
 
-std::optional<RunStatus> fresh_status(const std::string& path) {
+std::optional<RunStatus> read_fresh_status(const std::string& path) {
   auto status = read_status_file_if_any(path);
   if (!status || !is_fresh(*status)) return std::nullopt;
   status->being_written = true;

@@ -48,7 +48,7 @@ struct RunStatus {
   std::optional<FrameCount> frames{};
 
   /// The state of the run. Its times and faults are known only while a program writes the record.
-  RunOverview standing{};
+  RunOverview overview{};
   /// The cause of the end of the run: the last event of a record that is not being written.
   std::string ended_by{};
   /// The number of seconds of data that wait for the disk.
@@ -74,7 +74,7 @@ struct RunStatus {
 
 /// Describes a state and its cause: "execute", "held: the profile asks: …". Returns only the cause if it already names
 /// the state, as in "stopped by ada".
-[[nodiscard]] std::string in_words(RunState state, const std::string& cause);
+[[nodiscard]] std::string describe(RunState state, const std::string& cause);
 
 /// Returns the path of the status file: "RUN.db.status" for "RUN.db".
 [[nodiscard]] std::string status_path(const std::string& record_path);
@@ -106,6 +106,6 @@ inline constexpr Duration kSilentAfter = std::chrono::seconds(5);
 
 /// Returns the status file of a record if it is_fresh(), and nothing otherwise. A caller with a fresh status need not
 /// test the lock of the record.
-[[nodiscard]] std::optional<RunStatus> fresh_status(const std::string& path);
+[[nodiscard]] std::optional<RunStatus> read_fresh_status(const std::string& path);
 
 }  // namespace gyrotherm::record

@@ -53,7 +53,7 @@ class OrderedStore : public Store {
     auto kept = entry.events;
     if (auto taken = take(std::move(entry)); !taken) return taken;
     update_alarms(sample.slot, std::move(kept));
-    meters_.see(sample);
+    meters_.add(sample);
     last_ = sample.slot;
     status_.faults += faults;
     update_status(sample);
@@ -63,8 +63,8 @@ class OrderedStore : public Store {
   Result<void> append_gap(std::int64_t first, std::int64_t last, const std::string& cause) final {
     assert(first <= last);
     if (auto follows = check_slot_order(first); !follows) return follows;
-    if (last > kMostSlots)
-      return failure(FaultKind::storage, fmt::format("slot {}", last), fmt::format("a record holds {}", kMostSlots));
+    if (last > kMaxSlots)
+      return failure(FaultKind::storage, fmt::format("slot {}", last), fmt::format("a record holds {}", kMaxSlots));
     auto taken = take(gap_entry(first, last, cause));
     if (taken) last_ = last;
     return taken;
@@ -79,7 +79,7 @@ class OrderedStore : public Store {
     return {};
   }
   const Alarms& alarms() const final { return alarms_; }
-  void publish(const RunOverview& standing) final { status_.standing = standing; }
+  void publish(const RunOverview& overview) final { status_.overview = overview; }
   const RunInfo& info() const final { return info_; }
 
  protected:
@@ -122,13 +122,13 @@ class OrderedStore : public Store {
 
   void update_alarms(std::int64_t slot, std::vector<Event> events) {
     if (events.empty()) return;
-    for (Event& event : events) alarms_.see({slot, std::move(event)});
+    for (Event& event : events) alarms_.update({slot, std::move(event)});
     status_.alarms = alarms_.list();
   }
 
   void update_status(const Sample& sample) {
     status_.slot = sample.slot;
-    status_.standing.state = sample.state;
+    status_.overview.state = sample.state;
     status_.frames = before_;
     for (const auto& unit : sample.units) {
       status_.frames->seen += unit.frames.seen;
@@ -136,10 +136,10 @@ class OrderedStore : public Store {
       status_.frames->bad += unit.frames.bad;
     }
     set_progress(status_, info_, sample.progress);
-    const auto chamber = value_of(sample.chamber);
+    const auto chamber = known_value(sample.chamber);
     status_.chamber_air = chamber ? std::optional(chamber->air) : std::nullopt;
     for (std::size_t i = 0; i < sample.thermometers.size(); ++i)
-      status_.thermometers[i].second = value_of(sample.thermometers[i]);
+      status_.thermometers[i].second = known_value(sample.thermometers[i]);
   }
 
   RunInfo info_;
@@ -203,7 +203,7 @@ class InlineStore final : public OrderedStore {
     return {.backlog_s = broken_ ? last() - acknowledged_ : 0, .trouble = broken_ ? text(*broken_) : ""};
   }
   Result<Record> read_back() override {
-    return file_ ? record_of(file_->database()) : Result<Record>(failure(*broken_));
+    return file_ ? read_open_record(file_->database()) : Result<Record>(failure(*broken_));
   }
 
  private:
@@ -231,7 +231,7 @@ class InlineStore final : public OrderedStore {
 
   /// Writes the status file if it is due. Ignores a failure, because it must not end the run.
   void write_status_file(bool finished) {
-    if (status().path == kInMemory || (!finished && !pause_.over())) return;
+    if (status().path == kInMemory || (!finished && !pause_.has_passed())) return;
     pause_ = Deadline(status_interval_);
     RunStatus now = status_now();
     now.acknowledged = acknowledged_;
@@ -325,7 +325,8 @@ Result<void> write(RecordWriter& writer, std::span<const EntryPointer> entries, 
 std::string disk_trouble(const SharedState& shared) {
   if (!shared.trouble.empty() || !shared.busy_since) return shared.trouble;
   const auto busy_for = steady_clock::now() - *shared.busy_since;
-  return busy_for < kLongWrite ? "" : fmt::format("a write to the disk has not returned for {}", spoken(busy_for));
+  return busy_for < kLongWrite ? ""
+                               : fmt::format("a write to the disk has not returned for {}", format_duration(busy_for));
 }
 
 /// Returns the number of seconds up to `last` that are not on the disk.
@@ -602,7 +603,7 @@ Result<std::unique_ptr<Store>> Store::create(const std::string& path, const RunI
   }
   if (path != kInMemory) ::unlink(manifest_path(path).c_str());  // manifest of an earlier record
   auto copy = options.live_copy ? std::make_unique<LiveCopy>(path, info, *options.live_copy) : nullptr;
-  return open_store(std::move(*file), first_status(path, info), {}, std::move(copy), options, 1);
+  return open_store(std::move(*file), make_first_status(path, info), {}, std::move(copy), options, 1);
 }
 
 Result<std::unique_ptr<Store>> Store::reopen(const std::string& path, const StoreOptions& options) {
@@ -620,7 +621,7 @@ Result<std::unique_ptr<Store>> Store::reopen(const std::string& path, const Stor
   const auto& last = files->parts.back();
   auto file = RunFile::reopen(last.path);
   if (!file) return failure(file.error());
-  auto status = stored_status(file->database(), path);
+  auto status = read_stored_status(file->database(), path);
   if (!status) return failure(status.error());
   status->alarms = alarms->list();
   for (const auto& part : files->parts)

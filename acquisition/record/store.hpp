@@ -91,7 +91,7 @@ class Store {
   [[nodiscard]] virtual Result<void> finish() = 0;
 
   /// Sets the state of the run that the status file contains from the next sync on.
-  virtual void publish(const RunOverview& standing) = 0;
+  virtual void publish(const RunOverview& overview) = 0;
   [[nodiscard]] virtual StoreHealth health() const = 0;
   /// Returns the alarms of everything appended so far, on the disk or not.
   [[nodiscard]] virtual const Alarms& alarms() const = 0;

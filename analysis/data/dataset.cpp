@@ -42,7 +42,7 @@ struct AxisLocation {
 /// Returns whether users may refer to an axis by this name: "x", "imu.x", or a column name that ends in "_x", such as
 /// "gyro_x".
 bool is_called(const AxisChoice& axis, const std::string& name) {
-  if (axis.axis == name || in_words(axis) == name) return true;
+  if (axis.axis == name || qualified_name(axis) == name) return true;
   return !axis.axis.empty() && name.ends_with("_" + axis.axis);
 }
 
@@ -194,13 +194,13 @@ std::string make_identity(const record::RunInfo& info, const record::UnitInfo& u
 
 std::string join_names(const std::vector<AxisChoice>& axes) {
   std::string names;
-  for (const AxisChoice& axis : axes) names += (names.empty() ? "" : ", ") + in_words(axis);
+  for (const AxisChoice& axis : axes) names += (names.empty() ? "" : ", ") + qualified_name(axis);
   return names;
 }
 
 }  // namespace
 
-std::string in_words(const AxisChoice& choice) {
+std::string qualified_name(const AxisChoice& choice) {
   return choice.axis.empty() ? choice.unit : choice.unit + "." + choice.axis;
 }
 

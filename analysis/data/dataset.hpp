@@ -28,7 +28,7 @@ struct AxisChoice {
   bool operator==(const AxisChoice&) const = default;
 };
 /// Returns the name of the choice in messages: "gyro", "x", "u1.x".
-[[nodiscard]] std::string in_words(const AxisChoice& choice);
+[[nodiscard]] std::string qualified_name(const AxisChoice& choice);
 /// Returns whether the choice names an axis, or a unit other than kOnlyUnit.
 [[nodiscard]] inline bool is_named(const AxisChoice& choice) {
   return !choice.axis.empty() || (!choice.unit.empty() && choice.unit != record::kOnlyUnit);

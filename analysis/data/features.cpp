@@ -55,7 +55,7 @@ class TermReader {
   }
 
   [[nodiscard]] tl::unexpected<Fault> unknown(std::string_view name) const {
-    const std::string suggestion = nearest(name, thermometers_);
+    const std::string suggestion = find_nearest(name, thermometers_);
     return failure(FaultKind::usage, input_location(whole_),
                    fmt::format("no thermometer \"{}\"; the record has {}{}", name,
                                thermometers_.empty() ? "none" : fmt::format("{}", fmt::join(thermometers_, ", ")),

@@ -57,7 +57,7 @@ bool in_parallel(std::size_t count, int threads, std::string_view stage, const P
   std::atomic<std::size_t> done = 0;
   std::atomic<bool> stopped = false;
   const auto report_progress = [&] {
-    return keep_going(progress, stage, static_cast<double>(done) / static_cast<double>(count));
+    return should_continue(progress, stage, static_cast<double>(done) / static_cast<double>(count));
   };
   arena.execute([&] {
     tbb::parallel_for(

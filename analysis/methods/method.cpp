@@ -213,7 +213,7 @@ Result<const Method*> find_method(std::string_view name) {
   if (found != kMethods.end()) return found;
   std::vector<std::string> known;
   for (const Method& method : kMethods) known.emplace_back(method.name);
-  const std::string meant = nearest(std::string(name), known);
+  const std::string meant = find_nearest(std::string(name), known);
   return failure(FaultKind::usage, "method",
                  fmt::format("\"{}\" is not one of {}{}", name, fmt::join(known, ", "),
                              meant.empty() ? "" : fmt::format("; did you mean {}?", meant)));

@@ -27,7 +27,7 @@ constexpr double kRadian = std::numbers::pi / 180;
 constexpr double kNoRate = std::numeric_limits<double>::quiet_NaN();
 
 tl::unexpected<Fault> axis_fault(const data::Dataset& dataset, std::string what) {
-  return failure(FaultKind::usage, dataset.path + ", axis " + in_words(dataset.of), std::move(what));
+  return failure(FaultKind::usage, dataset.path + ", axis " + qualified_name(dataset.of), std::move(what));
 }
 
 Result<void> check_axis(const CompensatedAxis& axis) {
@@ -42,7 +42,7 @@ Result<void> check_axis(const CompensatedAxis& axis) {
     return axis_fault(dataset, "the samples are not at intervals of one second");
   if (!axis.model.uncertainty) return axis_fault(dataset, "its model has no uncertainty budget; train the model again");
   if (const auto* other = find_other_axis(axis.model, dataset.of))
-    return axis_fault(dataset, "its model belongs to another axis: it was trained on " + in_words(other->of));
+    return axis_fault(dataset, "its model belongs to another axis: it was trained on " + qualified_name(other->of));
   return {};
 }
 
@@ -276,7 +276,7 @@ Result<FusedAxes> compensate_axes(const std::vector<CompensatedAxis>& axes, Outs
     const CompensatedAxis& axis = axes[a];
     if (auto checked = check_axis(axis); !checked) return failure(checked.error());
     const auto at = static_cast<Eigen::Index>(a);
-    fused.names.push_back(in_words(axis.dataset.of));
+    fused.names.push_back(qualified_name(axis.dataset.of));
     fused.directions.row(at) =
         Eigen::RowVector3d((*axis.dataset.direction)[0], (*axis.dataset.direction)[1], (*axis.dataset.direction)[2]);
     fused.models.push_back(axis.model);

@@ -351,7 +351,7 @@ HealthyRates healthy_rates(const FusedAxes& healthy, double cluster_s) {
 std::string to_json(const FusionSummary& summary) {
   Json json{{"schema", kFusionSchema}};
   json.update(make_json(summary));
-  return text_of(json, 1) + "\n";
+  return json_text(json, 1) + "\n";
 }
 
 }  // namespace gyrotherm::model

@@ -191,7 +191,7 @@ Result<data::Term> read_term(std::string_view part, const data::Dataset& dataset
   if (term) return term;
   std::vector<std::string> keywords;
   for (const Keyword& keyword : kKeywords) keywords.emplace_back(keyword.name);
-  const std::string keyword = nearest(std::string(part), keywords);
+  const std::string keyword = find_nearest(std::string(part), keywords);
   Fault fault = term.error();
   if (!keyword.empty()) fault.what += fmt::format("; or did you mean \"{}\"?", keyword);
   return failure(fault);

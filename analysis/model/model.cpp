@@ -119,7 +119,7 @@ std::optional<BlockRange> trained_block(const std::vector<TrainingRecord>& recor
   return all;
 }
 
-std::string in_words(const BlockRange& range) {
+std::string describe(const BlockRange& range) {
   const auto whole = [](double value) { return fmt::format("{}{:.0f}", value < 0 ? "−" : "", std::abs(value)); };
   return fmt::format("block {} to {} °C", whole(std::ceil(range.low_c)), whole(std::floor(range.high_c)));
 }
@@ -147,7 +147,7 @@ std::vector<std::string> origin_warnings(const Model& model, const data::AxisCho
                                    other->identity, identity));
   if (const auto* other = find_other_axis(model, of))
     warnings.push_back(fmt::format("the model belongs to another axis: it was trained on {}, this is {}",
-                                   in_words(other->of), in_words(of)));
+                                   qualified_name(other->of), qualified_name(of)));
   const auto has_other_reference = [&](const TrainingRecord& record) {
     return !record.bias_zero.empty() && !bias_zero.empty() && record.bias_zero != bias_zero;
   };

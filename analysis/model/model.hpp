@@ -141,7 +141,7 @@ struct Model {
 /// Returns the range of the block over all training records; no value if no record has one.
 [[nodiscard]] std::optional<BlockRange> trained_block(const std::vector<TrainingRecord>& records);
 /// Returns the range as text, rounded inwards to whole degrees: "block −17 to 58 °C".
-[[nodiscard]] std::string in_words(const BlockRange& range);
+[[nodiscard]] std::string describe(const BlockRange& range);
 
 /// Returns the number of parameters that the model stores for its function, its inputs' scaling and its target.
 [[nodiscard]] int stored_numbers(const Model& model);

@@ -48,7 +48,7 @@ struct JsonVector {
     const auto invalid =
         std::ranges::find_if(numbers, [](double number) { return !(std::abs(number) <= kGreatestMagnitude); });
     if (invalid != numbers.end())
-      node.elements()[static_cast<std::size_t>(invalid - numbers.begin())].mistake(
+      node.elements()[static_cast<std::size_t>(invalid - numbers.begin())].note_error(
           "expected a number with magnitude at most 1e30");
     values = Eigen::Map<const Vector>(numbers.data(), static_cast<Eigen::Index>(numbers.size()));
   }
@@ -78,7 +78,7 @@ struct JsonValue<Rows<Matrix>> {
     std::vector<Eigen::RowVectorXd> all;
     for (const JsonNode& row : node.elements()) {
       read_json(row, all.emplace_back());
-      if (all.back().size() != rows.columns) return row.mistake("wrong length, expected one number per input");
+      if (all.back().size() != rows.columns) return row.note_error("wrong length, expected one number per input");
     }
     rows.matrix.resize(static_cast<Eigen::Index>(all.size()), rows.columns);
     for (std::size_t k = 0; k < all.size(); ++k) rows.matrix.row(static_cast<Eigen::Index>(k)) = all[k];
@@ -306,14 +306,14 @@ void describe(auto& form, Like<Model> auto& model) {
               "expected a budget with a finite combined uncertainty");
 }
 
-std::string to_json(const Model& model) { return gyrotherm::text_of(make_json(model), 1) + "\n"; }
+std::string to_json(const Model& model) { return gyrotherm::json_text(make_json(model), 1) + "\n"; }
 
 Result<Model> model_from_json(std::string_view json, const std::string& file) {
   const auto root = JsonNode::parse(json, file, JsonNode::Nulls::are_errors);
   if (!root) return failure(root.error());
   const JsonNode schema = (*root)["schema"];
   if (schema.text() != kModelSchema)
-    schema.mistake(fmt::format("\"{}\", expected \"{}\"", schema.text(), kModelSchema));
+    schema.note_error(fmt::format("\"{}\", expected \"{}\"", schema.text(), kModelSchema));
   if (const auto verdict = root->verdict(); !verdict) return failure(verdict.error());
   Model model;
   model.residual_std_deg_per_h = std::nan("");

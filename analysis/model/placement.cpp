@@ -104,7 +104,7 @@ Result<void> Study::measure_all(const std::vector<Set>& sets) {
   std::ranges::copy_if(sets, std::back_inserter(open), [&](const Set& set) { return !accuracies_.contains(set); });
   for (std::size_t first = 0; first < open.size(); first += kSetsPerReport) {
     const double done = static_cast<double>(accuracies_.size()) / static_cast<double>(count_sets());
-    if (!keep_going(progress_, "leaving thermometers out", std::min(1.0, done))) {
+    if (!should_continue(progress_, "leaving thermometers out", std::min(1.0, done))) {
       return failure(FaultKind::interrupted, "placement", "stopped on request");
     }
     std::vector<SetAccuracy> measured(std::min(kSetsPerReport, open.size() - first));

@@ -19,7 +19,7 @@ std::string format_figures(const data::Figures& f) {
 std::string describe_record(const TrainingRecord& record) {
   return fmt::format("Trained on {}{}{} (run {}, profile {}), {} means of {:.0f} to {:.0f} s.",
                      record.simulated ? "SIMULATED data: " : "",
-                     is_named(record.of) ? in_words(record.of) + " of " : "", record.path, record.run_id,
+                     is_named(record.of) ? qualified_name(record.of) + " of " : "", record.path, record.run_id,
                      record.profile_name, record.clusters, record.from_s, record.to_s);
 }
 

@@ -213,7 +213,8 @@ Result<TrainingContext> make_context(const std::vector<data::Dataset>& datasets,
 Result<Model> fit_final(const TrainingContext& context, EstimatorOptions estimator, const ProgressSink& progress) {
   constexpr double kTightGap = 1e-6;
   estimator.options.tight_gap = kTightGap;
-  if (!keep_going(progress, "fitting", 0)) return failure(FaultKind::interrupted, "training", "stopped on request");
+  if (!should_continue(progress, "fitting", 0))
+    return failure(FaultKind::interrupted, "training", "stopped on request");
   return fit(context.all, context.learnt, estimator);
 }
 
@@ -349,7 +350,7 @@ Result<std::vector<FoldData>> split_at_folds(const data::TrainingSet& training_s
   std::vector<FoldData> splits;
   const std::size_t folds = training_set.folds.folds.size();
   for (std::size_t fold = 0; fold < folds; ++fold) {
-    if (!keep_going(progress, "choosing inputs", static_cast<double>(fold) / static_cast<double>(folds))) {
+    if (!should_continue(progress, "choosing inputs", static_cast<double>(fold) / static_cast<double>(folds))) {
       return interrupted_fault();
     }
     const data::Fold& rows = training_set.folds.folds[fold];
@@ -379,7 +380,7 @@ Result<Eigen::VectorXd> leave_out_residual(const std::vector<FoldData>& splits, 
   Eigen::VectorXd residual = unknown_residual(rows);
   for (std::size_t i = 0; i < splits.size(); ++i) {
     const double done = static_cast<double>(i) / static_cast<double>(splits.size());
-    if (!keep_going(progress, "leaving each fold out", done)) return interrupted_fault();
+    if (!should_continue(progress, "leaving each fold out", done)) return interrupted_fault();
     const auto held_out = held_out_residual(splits[i], estimator);
     if (!held_out) return failure(held_out.error());
     residual(splits[i].held_out_rows) = *held_out;
@@ -394,7 +395,7 @@ Result<Eigen::VectorXd> nested_residual(const data::TrainingSet& training_set, c
   for (std::size_t i = 0; i < splits.size(); ++i) {
     const std::string stage = fmt::format("nested, fold {} of {}", i + 1, splits.size());
     const ProgressSink within_stage = [&](std::string_view, double fraction) {
-      return keep_going(progress, stage, fraction);
+      return should_continue(progress, stage, fraction);
     };
     // The bias is not filtered here, since each inner split filters it.
     const auto inner = ensure_two_folds(restrict_rows(training_set, training_set.folds.folds[i].training));

@@ -164,7 +164,7 @@ std::vector<std::string> make_warnings(const Verification& result, const Model& 
     warnings.push_back(
         fmt::format("{} of {} clusters have an input outside the trained range{} (farthest: {}, by {:.2g} % of its "
                     "range); {}",
-                    outside.clusters, clusters.start_s.size(), block ? ", " + in_words(*block) : "",
+                    outside.clusters, clusters.start_s.size(), block ? ", " + describe(*block) : "",
                     outside.farthest_term, 100 * outside.farthest, describe_policy(outside.policy)));
   }
   if (clusters.length_s != model.cluster_length_s) {

@@ -142,14 +142,14 @@ void describe(auto& form, Like<TypePrior> auto& prior) {
   form.expect("error_covariance", prior.error_covariance.rows() == count, "expected a covariance of the terms");
 }
 
-std::string to_json(const TypePrior& prior) { return gyrotherm::text_of(make_json(prior), 1) + "\n"; }
+std::string to_json(const TypePrior& prior) { return gyrotherm::json_text(make_json(prior), 1) + "\n"; }
 
 Result<TypePrior> type_prior_from_json(std::string_view json, const std::string& file) {
   const auto root = JsonNode::parse(json, file, JsonNode::Nulls::are_errors);
   if (!root) return failure(root.error());
   const JsonNode schema = (*root)["schema"];
   if (schema.text() != kTypePriorSchema)
-    schema.mistake(fmt::format("\"{}\", expected \"{}\"", schema.text(), kTypePriorSchema));
+    schema.note_error(fmt::format("\"{}\", expected \"{}\"", schema.text(), kTypePriorSchema));
   if (const auto verdict = root->verdict(); !verdict) return failure(verdict.error());
   TypePrior prior;
   read_json(*root, prior);

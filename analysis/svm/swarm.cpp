@@ -130,7 +130,7 @@ void Swarm::evaluate_one(std::size_t index, int iteration) {
   values_[index] = fitness_(index, particle.position(), particle.best_fitness);
   const int done = ++done_;
   if (std::this_thread::get_id() != caller_) return;
-  if (!keep_going(progress_, "tuning", fraction(iteration, done))) interrupted_ = true;
+  if (!should_continue(progress_, "tuning", fraction(iteration, done))) interrupted_ = true;
 }
 
 Result<void> Swarm::evaluate(int iteration) {
@@ -140,7 +140,7 @@ Result<void> Swarm::evaluate(int iteration) {
         std::size_t{0}, particles_.size(), [&](std::size_t index) { evaluate_one(index, iteration); },
         tbb::simple_partitioner{});
   });
-  if (interrupted_ || !keep_going(progress_, "tuning", fraction(iteration, options_.particles))) {
+  if (interrupted_ || !should_continue(progress_, "tuning", fraction(iteration, options_.particles))) {
     return failure(FaultKind::interrupted, "particle swarm", fmt::format("stopped in iteration {}", iteration));
   }
   for (const Result<double>& value : values_) {

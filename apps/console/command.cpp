@@ -102,7 +102,7 @@ int run(Program& program, int argc, char** argv) {
     program.cli.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return program.cli.exit(error);
-    const auto cause = cause_of(error.what(), program.cli, std::span(argv, static_cast<std::size_t>(argc)));
+    const auto cause = find_error_cause(error.what(), program.cli, std::span(argv, static_cast<std::size_t>(argc)));
     write_to_stderr(fmt::format("{}: {}\nRun with --help for more information.\n", name, cause));
     return static_cast<int>(Exit::usage);
   } catch (const std::bad_alloc&) {

@@ -29,7 +29,7 @@ bool can_redraw() {
 std::string format_time_left(double fraction, steady_clock::duration spent) {
   if (fraction < 0.01 || spent < std::chrono::seconds(2) || fraction >= 1) return {};
   const auto seconds = std::chrono::duration<double>(spent).count() * (1 - fraction) / fraction;
-  return ", " + spoken(from_seconds(seconds)) + " left";
+  return ", " + format_duration(from_seconds(seconds)) + " left";
 }
 
 struct TerminalSize {

@@ -131,7 +131,7 @@ Result<CompensationTable> CompensationTable::of(const std::vector<std::string>& 
     table.thermometers_.push_back(input);
     table.calibrations_.push_back(is_own ? record::Channel{} : parse_calibration(comments, input));
   }
-  const std::string label = is_named(axis) ? in_words(axis) : record::kOnlyUnit;
+  const std::string label = is_named(axis) ? qualified_name(axis) : record::kOnlyUnit;
   const auto rotation = find(header, label, false);
   if (!rotation) return failure(FaultKind::usage, "stdin", fmt::format("contains no axis \"{}\"", label));
   const std::string_view comment = find_comment(comments, "axis " + label);

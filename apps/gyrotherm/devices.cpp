@@ -91,8 +91,8 @@ std::string hid_access_command(const Node& node) {
 
 std::vector<Device> all_devices() {
   std::vector<Device> devices;
-  for (const auto& port : drivers::serial_ports()) devices.push_back(serial_device(port));
-  for (const auto& found : drivers::hid_devices()) devices.push_back(hid_device(found));
+  for (const auto& port : drivers::list_serial_ports()) devices.push_back(serial_device(port));
+  for (const auto& found : drivers::list_hid_devices()) devices.push_back(hid_device(found));
   return devices;
 }
 

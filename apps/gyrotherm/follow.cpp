@@ -63,7 +63,7 @@ Result<record::Record> new_rows(const std::string& path, const Table& table) {
   if (run.empty())
     if (const auto status = record::read_status(path); status) run = status->id;
   if (!run.empty() && run != info->id) return failure(FaultKind::bad_file, copy->path(), "is a copy of another run");
-  return record::record_of(*copy, {.after = table.last()});
+  return record::read_open_record(*copy, {.after = table.last()});
 }
 
 /// Fails if another run uses the record's name by now.

@@ -102,7 +102,7 @@ rlim_t soft_limit(__rlimit_resource_t resource) {
   return ::getrlimit(resource, &limit) == 0 ? limit.rlim_cur : RLIM_INFINITY;
 }
 
-std::string in_words(rlim_t limit, const char* unit) {
+std::string format_limit(rlim_t limit, const char* unit) {
   return limit == RLIM_INFINITY ? "no limit" : fmt::format("{} {}", limit, unit);
 }
 
@@ -110,14 +110,14 @@ std::string in_words(rlim_t limit, const char* unit) {
 Finding check_unlimited(const char* what, __rlimit_resource_t resource, const char* unit, const char* option,
                         const char* ends) {
   const auto limit = soft_limit(resource);
-  if (limit == RLIM_INFINITY) return {what, FindingState::ok, in_words(limit, unit), ""};
-  return {what, FindingState::fault, fmt::format("{}: {}", in_words(limit, unit), ends),
+  if (limit == RLIM_INFINITY) return {what, FindingState::ok, format_limit(limit, unit), ""};
+  return {what, FindingState::fault, fmt::format("{}: {}", format_limit(limit, unit), ends),
           fmt::format("ulimit -{} unlimited, or /etc/security/limits.conf", option), FaultKind::storage};
 }
 
 Finding check_files() {
   const auto limit = soft_limit(RLIMIT_NOFILE);
-  Finding finding{"open files", FindingState::ok, fmt::format("at most {}", in_words(limit, "files")), ""};
+  Finding finding{"open files", FindingState::ok, fmt::format("at most {}", format_limit(limit, "files")), ""};
   if (limit >= kEnoughFiles) return finding;
   finding.state = FindingState::warning;
   finding.fix = fmt::format("ulimit -n {}; for a service LimitNOFILE={}", 2 * kEnoughFiles, 2 * kEnoughFiles);
@@ -126,7 +126,7 @@ Finding check_files() {
 
 Finding check_memory() {
   const auto limit = std::min(soft_limit(RLIMIT_AS), soft_limit(RLIMIT_DATA));
-  Finding finding{"memory", FindingState::ok, in_words(limit, "bytes"), ""};
+  Finding finding{"memory", FindingState::ok, format_limit(limit, "bytes"), ""};
   if (limit >= kEnoughMemory) return finding;
   finding.state = FindingState::warning;
   finding.found += ": rows are buffered in memory while a disk hangs";
@@ -137,7 +137,7 @@ Finding check_memory() {
 /// Reports the limit for information only: the program locks no memory.
 Finding check_locked_memory() {
   return {"locked memory", FindingState::ok,
-          in_words(soft_limit(RLIMIT_MEMLOCK), "bytes") + ", of which none is needed", ""};
+          format_limit(soft_limit(RLIMIT_MEMLOCK), "bytes") + ", of which none is needed", ""};
 }
 
 Finding check_priority() {

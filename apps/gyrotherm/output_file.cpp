@@ -39,7 +39,7 @@ bool has_run_files(const std::string& path) {
 /// Returns the record that a file belongs to by its name: "run.db" for "run.db-wal". Returns an empty string for other
 /// names.
 std::string owning_record(const std::string& path) {
-  const auto ending = record::ending_beside_a_record(path);
+  const auto ending = record::reserved_ending(path);
   return ending.empty() ? std::string() : path.substr(0, path.size() - ending.size());
 }
 
@@ -70,7 +70,7 @@ void add_force_flag(CLI::App& command, bool& force) {
 Result<void> check_can_create(const std::string& path) {
   std::error_code error;
   if (fs::is_directory(path, error)) return failure(FaultKind::usage, path, "is a folder, expected the name of a file");
-  if (const auto folder = folder_of(path); !fs::is_directory(folder, error))
+  if (const auto folder = parent_folder(path); !fs::is_directory(folder, error))
     return failure(FaultKind::usage, path, fmt::format("the folder {} does not exist", folder));
   return {};
 }

@@ -94,9 +94,9 @@ SafeStateChamber limit_observation(SafeStateChamber chamber) {
 }
 
 /// Repeats attempts until the chamber is safe, another program drives it, or further attempts are useless.
-RescueResult retry_until_safe(SafeRescue& rescue, RescueResult result, Trail& trail, ErrorPrinter& printer) {
+RescueResult retry_until_safe(SafeRescue& rescue, RescueResult result, TraceWriter& trail, ErrorPrinter& printer) {
   while (result.reached != SafeStage::all && !result.in_use && !rescue.is_exhausted() && !rescue.is_lost()) {
-    if (trail.leave(result)) printer.say(trail.describe());
+    if (trail.record(result)) printer.say(trail.describe());
     std::this_thread::sleep_for(rescue.pause());
     result = rescue.attempt();
   }
@@ -118,7 +118,7 @@ MakeSafeExit make_safe(ErrorPrinter& printer, const std::string& record, RescueM
     (*safe_state)->record = record;
   }
   const auto& by = (*safe_state)->written_by;
-  if (mode == RescueMode::gentle && lives(by)) {
+  if (mode == RescueMode::gentle && is_alive(by)) {
     printer.say(fmt::format("process {} is running and drives the chamber; use --kill to end it first", by.pid));
     return MakeSafeExit::in_use;
   }
@@ -128,7 +128,7 @@ MakeSafeExit make_safe(ErrorPrinter& printer, const std::string& record, RescueM
   if (mode == RescueMode::insist)
     return make_safe_insistently(printer, **safe_state, limit_observation(*chamber), kReason);
   if (!kill_process(by, kKillTimeout)) printer.say(fmt::format("cannot end process {}", by.pid));
-  Trail trail(**safe_state, kReason);
+  TraceWriter trail(**safe_state, kReason);
   SafeRescue rescue(**safe_state, *chamber, printer);
   auto result = rescue.attempt();
   for (int waited = 0; result.in_use && waited < kInUseWaitSeconds; ++waited) {
@@ -141,7 +141,7 @@ MakeSafeExit make_safe(ErrorPrinter& printer, const std::string& record, RescueM
   }
   result = retry_until_safe(rescue, std::move(result), trail, printer);
   if (result.in_use) return exit_code(result);
-  trail.leave(result);
+  trail.record(result);
   if (result.reached == SafeStage::all) trail.remove_safe_state();
   printer.say(trail.describe());
   if (!trail.settle(kFileTimeout))
@@ -160,15 +160,15 @@ MakeSafeExit make_safe_insistently(ErrorPrinter& printer, const SafeState& safe_
                                    const char* reason) {
   if (!kill_process(safe_state.written_by, kKillTimeout))
     printer.say(fmt::format("cannot end process {}", safe_state.written_by.pid));
-  Trail trail(safe_state, reason);
+  TraceWriter trail(safe_state, reason);
   SafeRescue rescue(safe_state, chamber, printer);
   auto result = rescue.attempt();
   printer.say(reason);
   for (int driven = 0;; result = rescue.attempt()) {
     driven = result.is_driven ? driven + 1 : 0;
-    if (!result.in_use && trail.leave(result)) printer.say(trail.describe());
+    if (!result.in_use && trail.record(result)) printer.say(trail.describe());
     if (result.reached == SafeStage::all || driven >= kMaxDrivenSeconds) break;
-    if (const auto why = trail.reason_to_end()) {
+    if (const auto why = trail.find_end_reason()) {
       printer.say(*why + "; giving up");
       break;
     }

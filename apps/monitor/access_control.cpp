@@ -140,11 +140,11 @@ WebAnswer AccessControl::answer_session(const WebRequest& request) {
   const auto found = identify_sender(request);
   const auto* sender = std::get_if<Sender>(&found);
   const bool known = sender != nullptr && sender->identity;
-  return {.body = text_of(Json{{"name", known ? Json(sender->identity->name) : Json(nullptr)},
-                               {"role", known ? Json(name(sender->identity->role)) : Json(nullptr)},
-                               {"may_look", sender != nullptr},
-                               {"may_control", known && options_.control && sender->has_role(Role::conductor)},
-                               {"csrf", known && sender->session ? Json(sender->session->csrf) : Json(nullptr)}})};
+  return {.body = json_text(Json{{"name", known ? Json(sender->identity->name) : Json(nullptr)},
+                                 {"role", known ? Json(name(sender->identity->role)) : Json(nullptr)},
+                                 {"may_look", sender != nullptr},
+                                 {"may_control", known && options_.control && sender->has_role(Role::conductor)},
+                                 {"csrf", known && sender->session ? Json(sender->session->csrf) : Json(nullptr)}})};
 }
 
 WebAnswer AccessControl::answer_sessions(const WebRequest& request) {
@@ -164,7 +164,7 @@ WebAnswer AccessControl::answer_sessions(const WebRequest& request) {
   for (const auto& session : sessions_.all())
     if (session_user(session))
       list.push_back({{"user", session.user}, {"since_ms", session.begun.count() / 1'000'000}});
-  return {.body = text_of(Json{{"sessions", std::move(list)}})};
+  return {.body = json_text(Json{{"sessions", std::move(list)}})};
 }
 
 }  // namespace gyrotherm::monitor

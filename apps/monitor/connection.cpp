@@ -39,7 +39,7 @@ int repeat_call(ssl_st* tls, int socket, const Deadline& deadline, Call call) {
     const int result = call();
     if (result > 0) return result;
     const auto event = poll_event_for(SSL_get_error(tls, result));
-    if (event == 0 || !ready(socket, event, deadline)) return 0;
+    if (event == 0 || !wait_until_ready(socket, event, deadline)) return 0;
   }
 }
 
@@ -95,7 +95,7 @@ std::size_t Connection::read(char* into, std::size_t max_bytes, Duration timeout
     return static_cast<std::size_t>(
         repeat_call(tls_.get(), socket(), deadline, [&] { return SSL_read(tls_.get(), into, size); }));
   }
-  while (ready(socket(), POLLIN, deadline)) {
+  while (wait_until_ready(socket(), POLLIN, deadline)) {
     const auto size = ::recv(socket(), into, max_bytes, 0);
     if (size >= 0) return static_cast<std::size_t>(size);
     if (!would_block()) return 0;
@@ -117,9 +117,9 @@ bool Connection::write(std::string_view bytes, Duration timeout) {
     const auto sent = ::send(socket(), bytes.data(), bytes.size(), MSG_NOSIGNAL);
     if (sent > 0)
       bytes.remove_prefix(static_cast<std::size_t>(sent));
-    else if (sent == 0 || !would_block() || !ready(socket(), POLLOUT, deadline))
+    else if (sent == 0 || !would_block() || !wait_until_ready(socket(), POLLOUT, deadline))
       return false;
-    if (deadline.over() && !bytes.empty()) return false;
+    if (deadline.has_passed() && !bytes.empty()) return false;
   }
   return true;
 }
@@ -134,7 +134,7 @@ void Connection::shut_down_sending() {
 
 bool Connection::wait_until_readable(Duration timeout) const {
   if (tls_ && SSL_pending(tls_.get()) > 0) return true;
-  return ready(socket(), POLLIN, Deadline(timeout));
+  return wait_until_ready(socket(), POLLIN, Deadline(timeout));
 }
 
 bool Connection::is_connected() const {

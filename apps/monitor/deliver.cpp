@@ -61,7 +61,7 @@ std::optional<int> wait_for(pid_t child, const Deadline& deadline) {
   constexpr int kPollIntervalMs = 20;
   int status = 0;
   while (::waitpid(child, &status, WNOHANG) == 0) {
-    if (deadline.over()) {
+    if (deadline.has_passed()) {
       ::kill(-child, SIGKILL);
       ::waitpid(child, &status, 0);
       return std::nullopt;
@@ -74,7 +74,7 @@ std::optional<int> wait_for(pid_t child, const Deadline& deadline) {
 /// Writes the input to the pipe and closes it. Stops early if the reader closes the pipe or the time is over.
 void write_input(Descriptor pipe, std::string_view input, const Deadline& deadline) {
   ::fcntl(pipe.number(), F_SETFL, O_NONBLOCK);
-  while (!input.empty() && ready(pipe.number(), POLLOUT, deadline)) {
+  while (!input.empty() && wait_until_ready(pipe.number(), POLLOUT, deadline)) {
     const auto size = ::write(pipe.number(), input.data(), input.size());
     if (size < 0 && !would_block()) return;
     if (size > 0) input.remove_prefix(static_cast<std::size_t>(size));
@@ -154,7 +154,8 @@ Result<void> run_program(const std::vector<std::string>& command, const std::str
   pipe->read.close();
   write_input(std::move(pipe->write), input, deadline);
   const auto code = wait_for(*child, deadline);
-  if (!code) return failure(FaultKind::timeout, command.front(), fmt::format("did not end within {}", spoken(timeout)));
+  if (!code)
+    return failure(FaultKind::timeout, command.front(), fmt::format("did not end within {}", format_duration(timeout)));
   if (*code != 0) return failure(FaultKind::refused, command.front(), fmt::format("ended with exit code {}", *code));
   return {};
 }

@@ -29,22 +29,22 @@ void describe(auto& form, Like<NotificationMemory> auto& memory) {
   form.derived("schema", kMemorySchema);
   form("running", memory.seen_active_);
   // Missing in files of older versions.
-  form.if_present("going_on", !memory.last_seen_.empty(), by_name(memory.last_seen_));
-  form("matters", by_name(memory.incidents_));
+  form.if_present("going_on", !memory.last_seen_.empty(), named_values(memory.last_seen_));
+  form("matters", named_values(memory.incidents_));
 }
 
 Result<NotificationMemory> NotificationMemory::parse(std::string_view text, const std::string& file) {
   const auto root = JsonNode::parse(text, file);
   if (!root) return failure(root.error());
   if (const auto schema = (*root)["schema"]; schema.text() != kMemorySchema)
-    schema.mistake(std::string("unknown schema, expected ") + kMemorySchema);
+    schema.note_error(std::string("unknown schema, expected ") + kMemorySchema);
   NotificationMemory memory;
   read_json(*root, memory);
   if (const auto verdict = root->verdict(); !verdict) return failure(verdict.error());
   return memory;
 }
 
-std::string NotificationMemory::to_text() const { return text_of(make_json(*this), 1) + "\n"; }
+std::string NotificationMemory::to_text() const { return json_text(make_json(*this), 1) + "\n"; }
 
 NotificationProgress& NotificationMemory::find_or_add_progress(const std::string& key, Duration now) {
   const auto found = std::ranges::find_if(incidents_, [&](const auto& known) { return known.first == key; });
@@ -211,7 +211,7 @@ std::vector<Incident> find_incidents(const Site& site, const NotifyRule& rule, c
         {.key = fmt::format("{}|{}", rule.name, rule.monitor),
          .subject = fmt::format("{}{} does not respond", site.name.empty() ? "" : site.name + ": ", rule.monitor),
          .text = fmt::format("{} has not responded for {}; its machine or the network may be down", rule.monitor,
-                             spoken(rule.after)),
+                             format_duration(rule.after)),
          .record = {},
          .alarm = {},
          .wait = rule.after});

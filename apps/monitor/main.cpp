@@ -84,7 +84,7 @@ template <class Change>
 Result<void> change_users(const UserArguments& options, Change change) {
   const auto file = users_file(options);
   if (!file) return failure(file.error());
-  if (auto good = check_owner(folder_of(*file)); !good) return good;
+  if (auto good = check_owner(parent_folder(*file)); !good) return good;
   auto list = read_users(*file);
   if (!list) return failure(list.error());
   if (auto changed = change(*list); !changed) return failure(changed.error());
@@ -186,7 +186,7 @@ int run(int argc, char** argv) {
     cli.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return cli.exit(error);
-    const auto cause = cause_of(error.what(), cli, std::span(argv, static_cast<std::size_t>(argc)));
+    const auto cause = find_error_cause(error.what(), cli, std::span(argv, static_cast<std::size_t>(argc)));
     write_to_stderr(fmt::format("gyrotherm-monitor: {}\nRun with --help for more information.\n", cause));
     return kUsageExit;
   }

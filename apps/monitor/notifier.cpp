@@ -25,7 +25,7 @@ std::string shorten_note(std::string note) {
 }
 
 ObservedRun observe_run(const FoundRun& run) {
-  const auto state = std::string(name(run.status.standing.state));
+  const auto state = std::string(name(run.status.overview.state));
   const bool has_ended = !run.is_running();
   ObservedRun observed{.id = run.status.id + "@" + run.path,
                        .name = run.name,
@@ -103,7 +103,7 @@ void Notifier::send_message(const DueMessage& message) {
     auto note =
         fmt::format("{} {}{}, by rule \"{}\": {}", message.address,
                     delivered ? "was notified" : "could not be notified", alarm_text, message.rule, message.text);
-    (void)control::tell(message.record, {.note = shorten_note(std::move(note)), .told = true}, kSecond);
+    (void)control::send_request(message.record, {.note = shorten_note(std::move(note)), .told = true}, kSecond);
   }
   save();
 }

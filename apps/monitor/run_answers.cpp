@@ -58,7 +58,7 @@ Json channels_as_json(const FoundRun& run) {
 WebAnswer status_answer(const FoundRun& run) {
   auto json = Json::parse(status_text(run));
   json["channels"] = channels_as_json(run);
-  return {.body = text_of(json)};
+  return {.body = json_text(json)};
 }
 
 WebAnswer events_answer(const FoundRun& run, const RequestHead& head) {
@@ -75,7 +75,7 @@ WebAnswer events_answer(const FoundRun& run, const RequestHead& head) {
 WebAnswer alarms_answer(const FoundRun& run) {
   Json alarms = Json::array();
   for (const auto& alarm : run.status.alarms) alarms.push_back(make_json(alarm));
-  return {.body = text_of(Json{{"alarms", std::move(alarms)}})};
+  return {.body = json_text(Json{{"alarms", std::move(alarms)}})};
 }
 
 }  // namespace

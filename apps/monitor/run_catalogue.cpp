@@ -64,7 +64,7 @@ void set_names(FoundRun& run, const std::string& path) {
 /// Reads the status of a run and computes its age. If the status cannot be read, keeps the last one and sets
 /// `read_error`.
 void read_status(FoundRun& run) {
-  auto fresh = record::fresh_status(run.path);
+  auto fresh = record::read_fresh_status(run.path);
   auto status = fresh ? Result<record::RunStatus>(std::move(*fresh)) : record::read_status(run.path);
   run.read_error = status ? std::string() : text(status.error());
   if (status) run.status = std::move(*status);
@@ -100,7 +100,7 @@ bool FoundRun::is_silent() const { return is_running() && (!age_s || *age_s > to
 
 bool FoundRun::is_abandoned() const {
   return read_error.empty() && !is_running() && !status.finished && !(info && info->imported) &&
-         status.standing.state <= RunState::aborting;
+         status.overview.state <= RunState::aborting;
 }
 
 RunCatalogue::RunCatalogue(std::vector<std::string> folders) : folders_(remove_duplicates(std::move(folders))) {}
@@ -166,7 +166,7 @@ std::vector<std::string> RunCatalogue::active_records_in(const std::string& fold
 }
 
 void RunCatalogue::scan_folder(const std::string& folder, const std::function<bool()>& is_stopping) {
-  const auto records = record::records_in(folder);
+  const auto records = record::list_records(folder);
   const auto free_bytes = read_free_bytes(folder);
   auto active_runs_updated = std::chrono::steady_clock::now();
   for (const auto& path : records) {

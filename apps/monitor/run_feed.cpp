@@ -26,8 +26,8 @@ std::string sample_text(const record::Statement& row, std::size_t channels) {
   auto text =
       fmt::format(R"({{"slot":{},"utc_ms":{},"segment":{},"phase":{},"in_segment_s":{:.0f},"state":{},"values":[)",
                   row.integer(0), row.null(1) ? "null" : fmt::format("{:.0f}", row.real(1) / kNsPerMs),
-                  row.null(2) ? "null" : std::to_string(row.integer(2)), text_of(Json(std::string(row.text(3)))),
-                  row.null(4) ? 0 : row.real(4) / 1e9, text_of(Json(std::string(row.text(5)))));
+                  row.null(2) ? "null" : std::to_string(row.integer(2)), json_text(Json(std::string(row.text(3)))),
+                  row.null(4) ? 0 : row.real(4) / 1e9, json_text(Json(std::string(row.text(5)))));
   constexpr int kLeadingColumns = 6;
   for (std::size_t i = 0; i < channels; ++i)
     text += (i > 0 ? "," : "") + format_number(row.real(kLeadingColumns + static_cast<int>(i)));
@@ -45,15 +45,15 @@ Json text_or_null(const record::Statement& row, int column) {
 }
 
 std::string event_text(const record::Statement& row) {
-  return text_of(Json{{"number", row.integer(0)},
-                      {"slot", row.integer(1)},
-                      {"utc_ms", std::llround(row.real(2) / kNsPerMs)},
-                      {"kind", row.text(3)},
-                      {"interlock", text_or_null(row, 4)},
-                      {"reaction", text_or_null(row, 5)},
-                      {"segment", row.null(6) ? Json(nullptr) : Json(row.integer(6))},
-                      {"channel", text_or_null(row, 7)},
-                      {"text", std::string(row.text(8))}});
+  return json_text(Json{{"number", row.integer(0)},
+                        {"slot", row.integer(1)},
+                        {"utc_ms", std::llround(row.real(2) / kNsPerMs)},
+                        {"kind", row.text(3)},
+                        {"interlock", text_or_null(row, 4)},
+                        {"reaction", text_or_null(row, 5)},
+                        {"segment", row.null(6) ? Json(nullptr) : Json(row.integer(6))},
+                        {"channel", text_or_null(row, 7)},
+                        {"text", std::string(row.text(8))}});
 }
 
 /// Returns a message of an event stream. A negative id is omitted.
@@ -108,7 +108,7 @@ std::string status_text(const FoundRun& run) {
   json["rig"] = run.info ? run.info->rig_name : "";
   json["started_ms"] = run.info ? Json(run.info->started_utc.count() / 1'000'000) : Json(nullptr);
   json["imported"] = run.info && run.info->imported;
-  return text_of(json);
+  return json_text(json);
 }
 
 RunFeed::Watch::Watch(RunFeed& feed, std::string key) : feed_(feed), key_(std::move(key)) {

@@ -56,10 +56,10 @@ WebAnswer profile_answer(const FoundRun& run) {
                         {"soak_band_k", segment.guaranteed_soak ? Json(segment.soak_band.value) : Json(nullptr)},
                         {"prompt", segment.prompt}});
   }
-  return {.body = text_of(Json{{"name", profile->name},
-                               {"title", profile->title},
-                               {"segments", std::move(segments)},
-                               {"begun", segment_starts(run)}})};
+  return {.body = json_text(Json{{"name", profile->name},
+                                 {"title", profile->title},
+                                 {"segments", std::move(segments)},
+                                 {"begun", segment_starts(run)}})};
 }
 
 namespace {
@@ -118,7 +118,7 @@ WebAnswer files_answer(const FoundRun& run) {
   std::error_code error;
   for (const auto& [name, path] : downloadable_files(run))
     files.push_back({{"name", name}, {"bytes", fs::file_size(path, error)}});
-  return {.body = text_of(Json{{"files", std::move(files)}, {"running", run.is_running()}})};
+  return {.body = json_text(Json{{"files", std::move(files)}, {"running", run.is_running()}})};
 }
 
 namespace {

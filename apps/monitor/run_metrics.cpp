@@ -81,7 +81,7 @@ constexpr std::array kMetrics{
            [](const FoundRun& run) -> std::optional<double> { return static_cast<double>(run.status.faults); }},
     Metric{"gyrotherm_run_faults_now", "Faults that are active now.", MetricScope::responding,
            [](const FoundRun& run) -> std::optional<double> {
-             return static_cast<double>(run.status.standing.faults_now.size());
+             return static_cast<double>(run.status.overview.faults_now.size());
            }},
     Metric{"gyrotherm_run_segment", "Current segment of the profile, from 1.", MetricScope::responding,
            [](const FoundRun& run) -> std::optional<double> { return run.status.segment_index + 1; }},
@@ -89,13 +89,13 @@ constexpr std::array kMetrics{
            [](const FoundRun& run) -> std::optional<double> { return run.status.segment_count; }},
     Metric{"gyrotherm_run_left_seconds", "Remaining time if no soak is interrupted again.", MetricScope::responding,
            [](const FoundRun& run) -> std::optional<double> {
-             return run.status.standing.time_left ? std::optional(to_seconds(*run.status.standing.time_left))
+             return run.status.overview.time_left ? std::optional(to_seconds(*run.status.overview.time_left))
                                                   : std::nullopt;
            }},
     Metric{"gyrotherm_run_behind_plan_seconds", "Time for which the clock of the profile has been stopped.",
            MetricScope::responding,
            [](const FoundRun& run) -> std::optional<double> {
-             return run.status.standing.behind_plan ? std::optional(to_seconds(*run.status.standing.behind_plan))
+             return run.status.overview.behind_plan ? std::optional(to_seconds(*run.status.overview.behind_plan))
                                                     : std::nullopt;
            }},
     Metric{"gyrotherm_run_set_point_celsius", "Set point of the profile.", MetricScope::responding,
@@ -128,7 +128,7 @@ void append_states(std::string& text, const std::vector<FoundRun>& runs) {
     if (is_in_scope(MetricScope::responding, run) || !is_unfinished(run))
       for (const auto state : kRunStates)
         lines += fmt::format("gyrotherm_run_state{{{},state=\"{}\"}} {}\n", metric_labels(run), name(state),
-                             run.status.standing.state == state ? 1 : 0);
+                             run.status.overview.state == state ? 1 : 0);
   append_metric(text, "gyrotherm_run_state", "1 for the current state of the run, 0 for other states.", lines);
 }
 
@@ -153,7 +153,7 @@ void append_disks(std::string& text, const std::vector<FoundRun>& runs) {
 
 /// Returns whether an ended run was aborted or has unacknowledged alarms.
 bool needs_attention(const FoundRun& run) {
-  const auto state = run.status.standing.state;
+  const auto state = run.status.overview.state;
   return run.read_error.empty() && (record::count_unacknowledged(run.status.alarms) > 0 ||
                                     state == RunState::aborting || state == RunState::aborted);
 }

@@ -272,8 +272,8 @@ std::string series_text(const Buckets& buckets, const std::vector<SeriesChannel>
   auto text =
       fmt::format(R"({{"from":{},"step":{},"count":{},"channels":[)", buckets.first(), buckets.width(), buckets.size());
   for (std::size_t i = 0; i < buckets.channels(); ++i) {
-    text += fmt::format(R"({}{{"name":{},"unit":{},"low":)", i > 0 ? "," : "", text_of(Json(channels[i].name)),
-                        text_of(Json(channels[i].unit)));
+    text += fmt::format(R"({}{{"name":{},"unit":{},"low":)", i > 0 ? "," : "", json_text(Json(channels[i].name)),
+                        json_text(Json(channels[i].unit)));
     add_numbers(text, buckets, i, false);
     if (buckets.width() > 1) {
       text += R"(,"high":)";

@@ -29,7 +29,7 @@ Result<void> Sessions::load() {
   const auto root = JsonNode::parse(**text, path_);
   if (!root) return failure(root.error());
   if (const auto schema = (*root)["schema"]; schema.text() != kSessionsSchema)
-    schema.mistake(std::string("unknown schema, expected ") + kSessionsSchema);
+    schema.note_error(std::string("unknown schema, expected ") + kSessionsSchema);
   std::vector<Session> list;
   read_json((*root)["sessions"], list);
   if (auto verdict = root->verdict(); !verdict) return verdict;
@@ -43,7 +43,7 @@ void Sessions::save() const {
   if (path_.empty()) return;
   std::vector<Session> list;
   for (const auto& [id, session] : sessions_) list.push_back(session);
-  (void)write_private_file(path_, text_of(Json{{"schema", kSessionsSchema}, {"sessions", make_json(list)}}) + "\n");
+  (void)write_private_file(path_, json_text(Json{{"schema", kSessionsSchema}, {"sessions", make_json(list)}}) + "\n");
 }
 
 void Sessions::remove_expired() {

@@ -57,16 +57,17 @@ Result<control::ControlRequest> make_request(const std::string& verb, const std:
 }  // namespace
 
 WebAnswer RunControl::request_confirmation(const Sender& sender, const FoundRun& run, const std::string& verb) {
-  const auto& standing = run.status.standing;
-  const auto done = run.status.slot >= 0 ? spoken(std::chrono::seconds(run.status.slot)) : std::string("nothing");
-  const auto left = standing.time_left ? spoken(*standing.time_left) : std::string("an unknown time");
+  const auto& overview = run.status.overview;
+  const auto done =
+      run.status.slot >= 0 ? format_duration(std::chrono::seconds(run.status.slot)) : std::string("nothing");
+  const auto left = overview.time_left ? format_duration(*overview.time_left) : std::string("an unknown time");
   const auto& chamber = verb == "abort" ? run.chamber_after_abort : run.chamber_after_stop;
   return {.status = 409,
-          .body = text_of(
+          .body = json_text(
               Json{{"confirm", confirmations_.issue_token(sender.name(), run.key, verb)},
                    {"question", fmt::format("{} done, {} left. The run ends and {}. Sure?", done, left, chamber)},
                    {"elapsed_s", std::max<std::int64_t>(run.status.slot, 0)},
-                   {"left_s", standing.time_left ? Json(to_seconds(*standing.time_left)) : Json(nullptr)}})};
+                   {"left_s", overview.time_left ? Json(to_seconds(*overview.time_left)) : Json(nullptr)}})};
 }
 
 WebAnswer RunControl::answer(const WebRequest& request, const std::string& key, const std::string& verb) {
@@ -84,10 +85,10 @@ WebAnswer RunControl::answer(const WebRequest& request, const std::string& key, 
   if (is_ending_command(verb) && !confirmations_.redeem(body->at("confirm"), sender.name(), run->key, verb))
     return request_confirmation(sender, *run, verb);
   command->for_user = sender.name();
-  const auto answer = control::tell(run->path, *command, kAnswerTimeout);
+  const auto answer = control::send_request(run->path, *command, kAnswerTimeout);
   if (!answer) return refusal(503, answer.error().what);
   if (!answer->done) return refusal(409, answer->text);
-  return {.body = text_of(Json{{"done", answer->text}})};
+  return {.body = json_text(Json{{"done", answer->text}})};
 }
 
 WebAnswer SiteAnswers::answer(const WebRequest& request) {

@@ -25,28 +25,28 @@ bool is_one_line(const std::string& text) {
 /// Reads a text without control characters, for a mail header or a line that is sent to a server.
 std::string read_text_line(const TomlTable& table, const char* key, const std::optional<std::string>& fallback = {}) {
   auto text = table.text(key, fallback);
-  if (!is_one_line(text)) table.mistake(key, fmt::format("\"{}\" contains control characters", key));
+  if (!is_one_line(text)) table.note_error(key, fmt::format("\"{}\" contains control characters", key));
   return text;
 }
 
 std::vector<std::string> read_texts(const TomlTable& table, const char* key) {
   auto texts = table.texts(key);
-  if (texts.empty()) table.mistake(key, fmt::format("\"{}\" is empty, expected a list of strings", key));
+  if (texts.empty()) table.note_error(key, fmt::format("\"{}\" is empty, expected a list of strings", key));
   for (const auto& text : texts)
-    if (!is_one_line(text)) table.mistake(key, fmt::format("\"{}\" contains control characters", key));
+    if (!is_one_line(text)) table.note_error(key, fmt::format("\"{}\" contains control characters", key));
   return texts;
 }
 
 NotifyAddress read_address(const TomlTable& table) {
   NotifyAddress address{.name = read_text_line(table, "name"), .method = CommandAddress{}};
   const int methods = (table.has("command") ? 1 : 0) + (table.has("mail") ? 1 : 0) + (table.has("apprise") ? 1 : 0);
-  if (methods != 1) table.mistake("name", "expected exactly one of command, mail and apprise");
+  if (methods != 1) table.note_error("name", "expected exactly one of command, mail and apprise");
   if (table.has("command")) address.method = CommandAddress{read_texts(table, "command")};
   if (table.has("mail")) address.method = MailAddress{read_texts(table, "mail")};
   if (table.has("apprise")) {
     address.method = AppriseAddress{read_text_line(table, "apprise")};
     if (std::get<AppriseAddress>(address.method).url.starts_with('-'))
-      table.mistake("apprise", "starts with '-', expected a URL");
+      table.note_error("apprise", "starts with '-', expected a URL");
   }
   return address;
 }
@@ -61,7 +61,7 @@ NotifyRule read_rule(const TomlTable& table) {
     rule.free_bytes = static_cast<std::uint64_t>(std::clamp(table.number("free_gb", 5), 0.0, 1e6) * kBytesPerGigabyte);
   if (rule.trigger == RuleTrigger::silent) rule.monitor = read_text_line(table, "monitor", "");
   if (!rule.monitor.empty() && !rule.monitor.starts_with("http://") && !rule.monitor.starts_with("https://"))
-    table.mistake("monitor", "expected the address of a monitor, http://… or https://…");
+    table.note_error("monitor", "expected the address of a monitor, http://… or https://…");
   rule.simulated = table.boolean("simulated", false);
   return rule;
 }
@@ -73,12 +73,12 @@ MailServer read_mail_server(const TomlTable& table, const std::string& file) {
                   .password = {},
                   .requires_tls = table.boolean("secure", true)};
   if (!mail.url.starts_with("smtp://") && !mail.url.starts_with("smtps://"))
-    table.mistake("server", "expected the address of a mail server, smtp://HOST:PORT or smtps://HOST:PORT");
+    table.note_error("server", "expected the address of a mail server, smtp://HOST:PORT or smtps://HOST:PORT");
   if (mail.user.empty()) return mail;
   const auto name = std::filesystem::path(file).parent_path() / table.text("password_file");
   const auto password = read_private_file(name.string());
   if (!password || !*password)
-    table.mistake("password_file", password ? name.string() + " does not exist" : text(password.error()));
+    table.note_error("password_file", password ? name.string() + " does not exist" : text(password.error()));
   else
     mail.password = (*password)->substr(0, (*password)->find('\n'));
   return mail;
@@ -88,17 +88,17 @@ void check_names(const TomlTable& notify, const Site& site) {
   std::set<std::string> names;
   for (const auto& address : site.addresses) {
     if (!names.insert(address.name).second)
-      notify.mistake("address", fmt::format("duplicate address \"{}\"", address.name));
+      notify.note_error("address", fmt::format("duplicate address \"{}\"", address.name));
     if (std::holds_alternative<MailAddress>(address.method) && !site.mail)
-      notify.mistake("address",
-                     fmt::format("\"{}\" requires a mail server, but [notify.mail] is missing", address.name));
+      notify.note_error("address",
+                        fmt::format("\"{}\" requires a mail server, but [notify.mail] is missing", address.name));
   }
   std::set<std::string> rules;
   for (const auto& rule : site.rules) {
-    if (!rules.insert(rule.name).second) notify.mistake("rule", fmt::format("duplicate rule \"{}\"", rule.name));
+    if (!rules.insert(rule.name).second) notify.note_error("rule", fmt::format("duplicate rule \"{}\"", rule.name));
     for (const auto& name : rule.addresses)
       if (!names.contains(name))
-        notify.mistake(
+        notify.note_error(
             "rule", fmt::format("rule \"{}\" notifies \"{}\", which is not an address of this file", rule.name, name));
   }
 }
@@ -113,7 +113,7 @@ Result<Site> parse_site(std::string_view text, const std::string& file) {
   for (const char* key : {"rig", "folders", "store", "archive"}) root->ignore(key);
   Site site{.name = read_text_line(*root, "name", ""), .has_store = root->has("store")};
   if (root->has("live"))
-    root->mistake("live", "[live] is no longer used, because the store contains the live state; remove the table");
+    root->note_error("live", "[live] is no longer used, because the store contains the live state; remove the table");
   const auto notify = root->table("notify");
   for (const auto& table : notify.tables("address")) site.addresses.push_back(read_address(table));
   for (const auto& table : notify.tables("rule")) site.rules.push_back(read_rule(table));

@@ -37,7 +37,7 @@ Json update_ages(const std::string& rigs, Duration since) {
 WebAnswer make_retry_answer() {
   WebAnswer answer{
       .status = 503,
-      .body = text_of(Json{{"error", "a query to the store is in progress; retry in 1 s"}, {"asking", true}})};
+      .body = json_text(Json{{"error", "a query to the store is in progress; retry in 1 s"}, {"asking", true}})};
   answer.headers.emplace_back("Retry-After", "1");
   return answer;
 }
@@ -53,7 +53,7 @@ WebAnswer SiteOverview::answer(std::string_view subpath) {
 
 WebAnswer SiteOverview::answer_site() {
   Json site{{"name", name_}, {"store", nullptr}, {"rigs", Json::array()}, {"questions", Json::array()}};
-  if (site_file_.empty()) return {.body = text_of(site)};
+  if (site_file_.empty()) return {.body = json_text(site)};
   const auto now = query_rig_states();
   site["store"] = {{"error", now.error}, {"age_s", nullptr}};
   if (now.answered_at) {
@@ -62,7 +62,7 @@ WebAnswer SiteOverview::answer_site() {
     site["rigs"] = update_ages(now.rigs, since);
   }
   for (const char* query : kQueries) site["questions"].push_back(query);
-  return {.body = text_of(site)};
+  return {.body = json_text(site)};
 }
 
 SiteOverview::RigStates SiteOverview::cached_rig_states() const {

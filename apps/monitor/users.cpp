@@ -88,14 +88,14 @@ Result<UserList> read_users(const std::string& path) {
   const auto root = JsonNode::parse(**text, path);
   if (!root) return failure(root.error());
   if (const auto schema = (*root)["schema"]; schema.text() != kUsersSchema)
-    schema.mistake(std::string("unknown schema, expected ") + kUsersSchema);
+    schema.note_error(std::string("unknown schema, expected ") + kUsersSchema);
   read_json(*root, list);
   if (const auto verdict = root->verdict(); !verdict) return failure(verdict.error());
   return list;
 }
 
 Result<void> write_users(const std::string& path, const UserList& list) {
-  return write_private_file(path, text_of(make_json(list), 1) + "\n");
+  return write_private_file(path, json_text(make_json(list), 1) + "\n");
 }
 
 Result<void> add_or_replace_user(UserList& list, const std::string& name, Role role, const std::string& password) {

@@ -42,7 +42,7 @@ Result<std::map<std::string, std::string>> read_body(const WebRequest& request, 
 }
 
 WebAnswer refusal(int status, std::string_view reason) {
-  return {.status = status, .body = text_of(Json{{"error", std::string(reason)}}) + "\n"};
+  return {.status = status, .body = json_text(Json{{"error", std::string(reason)}}) + "\n"};
 }
 
 }  // namespace gyrotherm::monitor

@@ -51,7 +51,7 @@ class WebServer::ServerThreads {
         while (auto socket = wait_for_connection()) serve_connection(std::move(*socket));
       });
     while (!stopping) {
-      if (!ready(listener.number(), POLLIN, Deadline(1s)) || stopping) continue;
+      if (!wait_until_ready(listener.number(), POLLIN, Deadline(1s)) || stopping) continue;
       auto socket = accept_connection(listener);
       // Waits if no descriptor is free.
       if (!socket.is_open() && !would_block()) std::this_thread::sleep_for(10ms);
@@ -106,7 +106,7 @@ class WebServer::ServerThreads {
   bool wait_for_request(const Connection& connection, const std::string& bytes, bool is_first) {
     if (!bytes.empty()) return true;
     const Deadline deadline(is_first ? Duration(kHeadTimeout) : Duration(kIdleTimeout));
-    while (!deadline.over()) {
+    while (!deadline.has_passed()) {
       if (connection.wait_until_readable(50ms)) return true;
       if (stopping || (!is_first && has_waiting())) return false;
     }

@@ -155,7 +155,7 @@ int run(int argc, char** argv) {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);
-    print_error(cause_of(error.what(), app, std::span(argv, static_cast<std::size_t>(argc))));
+    print_error(find_error_cause(error.what(), app, std::span(argv, static_cast<std::size_t>(argc))));
     return static_cast<int>(PdfExit::usage);
   }
   if (arguments.report.empty() && arguments.figure.empty()) {

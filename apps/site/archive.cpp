@@ -109,7 +109,7 @@ Result<void> run_command(const std::vector<std::string>& command, Duration withi
   const int code = wait_for(*child);
   if (!has_ended && found > 0) return failure(FaultKind::interrupted, command.front(), "stopped");
   if (!has_ended)
-    return failure(FaultKind::timeout, command.front(), fmt::format("did not end within {}", spoken(within)));
+    return failure(FaultKind::timeout, command.front(), fmt::format("did not end within {}", format_duration(within)));
   if (code == 0) return {};
   return failure(FaultKind::refused, command.front(), fmt::format("ended with exit code {}", code));
 }

@@ -99,7 +99,7 @@ Result<void> Postgres::wait(short events, Duration within) {
     if (found < 0) return failure(FaultKind::disconnected, kStore, std::strerror(errno));
     if (lines[1].revents != 0) return failure(FaultKind::interrupted, kStore, "stopped");
     if (found > 0) return {};
-    return failure(FaultKind::timeout, kStore, fmt::format("no response within {}", spoken(within)));
+    return failure(FaultKind::timeout, kStore, fmt::format("no response within {}", format_duration(within)));
   }
 }
 
@@ -108,8 +108,9 @@ Result<void> Postgres::wait_until_connected() {
   if (PQstatus(connection_.get()) == CONNECTION_BAD) return make_connection_fault();
   for (auto doing = PGRES_POLLING_WRITING; doing != PGRES_POLLING_OK; doing = PQconnectPoll(connection_.get())) {
     if (doing == PGRES_POLLING_FAILED) return make_connection_fault();
-    if (deadline.over())
-      return failure(FaultKind::timeout, kStore, fmt::format("no connection within {}", spoken(limits_.connect)));
+    if (deadline.has_passed())
+      return failure(FaultKind::timeout, kStore,
+                     fmt::format("no connection within {}", format_duration(limits_.connect)));
     if (auto ready = wait(doing == PGRES_POLLING_READING ? POLLIN : POLLOUT, deadline.left()); !ready) return ready;
   }
   return {};

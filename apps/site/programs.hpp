@@ -24,7 +24,7 @@ inline constexpr int kDoneExit = 0, kUsageExit = 2, kConnectionExit = 3, kFileEx
     cli.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return cli.exit(error);
-    const auto cause = cause_of(error.what(), cli, std::span(argv, static_cast<std::size_t>(argc)));
+    const auto cause = find_error_cause(error.what(), cli, std::span(argv, static_cast<std::size_t>(argc)));
     write_to_stderr(fmt::format("{}: {}\nRun with --help for more information.\n", cli.get_name(), cause));
     return kUsageExit;
   }

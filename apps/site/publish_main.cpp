@@ -51,7 +51,7 @@ std::string format_json(const std::vector<RunLag>& lags) {
                     {"lag_s", lag.seconds()},
                     {"finished_in_store", lag.finished_in_store},
                     {"trouble", lag.error}});
-  return text_of(list) + "\n";
+  return json_text(list) + "\n";
 }
 
 Result<void> publish(const PublishOptions& options, int stop) {

@@ -48,7 +48,7 @@ Result<void> check_unchanged(const record::RecordFiles& files, const std::vector
 
 Result<std::string> read_id(const record::RecordFiles& files) {
   return record::open_source(files.parts.back()).and_then([](record::Database database) {
-    return database.ask("SELECT value FROM meta WHERE key = 'id'");
+    return database.query_text("SELECT value FROM meta WHERE key = 'id'");
   });
 }
 
@@ -103,7 +103,7 @@ void Publisher::find_files() {
   std::set<std::string> records;
   found_documents_.clear();
   for (const auto& folder : list_subfolders(settings_.folders)) {
-    records.merge(record::records_in(folder));
+    records.merge(record::list_records(folder));
     for (const auto& entry : list_folder(folder))
       if (entry.extension() == ".json") found_documents_.insert(entry.string());
   }
@@ -210,8 +210,8 @@ Result<Publisher::Backlog> Publisher::send_recorded(const record::RecordFiles& f
 
 Result<void> Publisher::send_live_state(const std::optional<record::RunStatus>& status, Run& run) {
   if (!status || status->id != run.info.id) return {};
-  return send_state(run, {.state = name(status->standing.state),
-                          .cause = status->standing.cause,
+  return send_state(run, {.state = name(status->overview.state),
+                          .cause = status->overview.cause,
                           .alarms = alarms_as_json(status->alarms)});
 }
 
@@ -238,10 +238,10 @@ Result<Publisher::Backlog> Publisher::send_run(const std::string& path, WatchedR
   const FileStates file_states{.record = read_file_state(path),
                                .status = read_file_state(record::status_path(path)),
                                .live_copy = read_file_identity(record::live_copy_path(path))};
-  if (watched.sent_files == file_states || (watched.paused_until && !watched.paused_until->over()))
+  if (watched.sent_files == file_states || (watched.paused_until && !watched.paused_until->has_passed()))
     return Backlog::none;
   watched.paused_until.reset();
-  const auto status = record::fresh_status(path);
+  const auto status = record::read_fresh_status(path);
   const auto files = record::find_source_files(path, status.has_value());
   if (!files) return failure(files.error());
   const auto opened = open_run(*files, status.has_value(), watched);
@@ -318,7 +318,7 @@ Result<void> Publisher::serve() {
       disconnect(sent.error());
       wait = backoff.next();
     }
-    if (ready(limits_.stop, POLLIN, Deadline(wait))) return {};
+    if (wait_until_ready(limits_.stop, POLLIN, Deadline(wait))) return {};
   }
 }
 
@@ -336,14 +336,14 @@ Result<std::vector<RunLag>> Publisher::read_lags() {
   std::vector<RunLag> lags;
   for (const auto& [path, watched] : runs_) {
     auto& lag = lags.emplace_back(RunLag{.name = path});
-    const auto fresh = record::fresh_status(path);
+    const auto fresh = record::read_fresh_status(path);
     const auto status = fresh ? Result<record::RunStatus>(*fresh) : record::read_status(path);
     if (!status) {
       lag.error = text(status.error());
       continue;
     }
     lag.slot_on_rig = status->slot;
-    lag.state = name(status->standing.state);
+    lag.state = name(status->overview.state);
     const auto position = store_->position(status->id);
     if (!position) return failure(position.error());
     if (!*position) continue;

@@ -126,7 +126,7 @@ std::string format_rows_as_json(const QueryResult& answer) {
     }
     rows.push_back(std::move(object));
   }
-  return text_of(rows) + "\n";
+  return json_text(rows) + "\n";
 }
 
 }  // namespace gyrotherm::site

@@ -118,7 +118,7 @@ Json text_or_null(const record::Statement& row, int column) {
 
 /// Returns the last state of a run. The last row of a completed run has the state execute, so the recorded end decides.
 RunState final_state(const record::RunStatus& status) {
-  const auto state = status.standing.state;
+  const auto state = status.overview.state;
   if (!status.finished || state >= RunState::aborting) return state;
   return status.ended_by.starts_with(name(RunState::stopped)) ? RunState::stopped : RunState::complete;
 }
@@ -176,7 +176,7 @@ std::string run_as_json(const record::RunInfo& info) {
                   {"segments", segments},
                   {"units", units},
                   {"channels", channels}};
-  return text_of(json);
+  return json_text(json);
 }
 
 Result<RowBatch> read_rows(const record::RecordFiles& files, const std::vector<StoredChannel>& channels,
@@ -230,7 +230,7 @@ Result<JsonBatch> read_events(const record::RecordFiles& files, std::int64_t aft
     return true;
   });
   if (!read) return failure(read.error());
-  if (batch.rows > 0) batch.text = text_of(events);
+  if (batch.rows > 0) batch.text = json_text(events);
   return batch;
 }
 
@@ -250,7 +250,7 @@ Result<JsonBatch> read_gaps(const record::RecordFiles& files, std::int64_t after
     return true;
   });
   if (!read) return failure(read.error());
-  if (batch.rows > 0) batch.text = text_of(gaps);
+  if (batch.rows > 0) batch.text = json_text(gaps);
   return batch;
 }
 
@@ -260,14 +260,14 @@ std::string alarms_as_json(const std::vector<record::Alarm>& alarms) {
     for (auto* text : {&alarm.text, &alarm.subject, &alarm.comment, &alarm.acknowledged_by}) *text = plain(*text);
     list.push_back(make_json(alarm));
   }
-  return text_of(list);
+  return json_text(list);
 }
 
 Result<RunEnd> read_end(const record::RunInfo& info, const record::RecordFiles& files) {
   RunEnd end;
   auto database = record::open_source(files.parts.back());
   if (!database) return failure(database.error());
-  const auto status = record::stored_status(*database, files.parts.back().path);
+  const auto status = record::read_stored_status(*database, files.parts.back().path);
   if (!status) return failure(status.error());
   end.finished = status->finished;
   end.state = name(final_state(*status));
@@ -276,30 +276,31 @@ Result<RunEnd> read_end(const record::RunInfo& info, const record::RecordFiles& 
   if (!alarms) return failure(alarms.error());
   end.alarms = alarms_as_json(alarms->list());
   end.ended_ns = info.started_utc.count();
-  const auto read = record::into(end.chain_head, database->ask("SELECT head FROM frames ORDER BY id DESC LIMIT 1"))
-                        .and_then([&] {
-                          return record::into(
-                              end.ended_ns, database->ask_integer(
-                                                "SELECT utc_ns FROM sample ORDER BY slot DESC LIMIT 1", end.ended_ns));
-                        })
-                        .and_then([&] { return record::into(end.rows, count_rows(files, "sample", "slot")); })
-                        .and_then([&] { return record::into(end.events, count_rows(files, "event", "slot")); })
-                        .and_then([&] { return record::into(end.gaps, count_rows(files, "gap", "first")); });
+  const auto read =
+      record::assign_result(end.chain_head, database->query_text("SELECT head FROM frames ORDER BY id DESC LIMIT 1"))
+          .and_then([&] {
+            return record::assign_result(
+                end.ended_ns,
+                database->query_integer("SELECT utc_ns FROM sample ORDER BY slot DESC LIMIT 1", end.ended_ns));
+          })
+          .and_then([&] { return record::assign_result(end.rows, count_rows(files, "sample", "slot")); })
+          .and_then([&] { return record::assign_result(end.events, count_rows(files, "event", "slot")); })
+          .and_then([&] { return record::assign_result(end.gaps, count_rows(files, "gap", "first")); });
   return read.map([&] { return end; });
 }
 
 std::string end_as_json(const RunEnd& end, const std::vector<RunFileDigest>& files) {
   Json list = Json::array();
   for (const auto& file : files) list.push_back({{"name", file.name}, {"sha256", file.sha256}, {"bytes", file.bytes}});
-  return text_of({{"state", end.state},
-                  {"cause", end.cause},
-                  {"alarms", Json::parse(end.alarms)},
-                  {"ended_ns", end.ended_ns},
-                  {"rows", end.rows},
-                  {"events", end.events},
-                  {"gaps", end.gaps},
-                  {"chain_head", end.chain_head},
-                  {"files", list}});
+  return json_text({{"state", end.state},
+                    {"cause", end.cause},
+                    {"alarms", Json::parse(end.alarms)},
+                    {"ended_ns", end.ended_ns},
+                    {"rows", end.rows},
+                    {"events", end.events},
+                    {"gaps", end.gaps},
+                    {"chain_head", end.chain_head},
+                    {"files", list}});
 }
 
 Result<std::optional<Document>> read_document(const std::string& path) {

@@ -19,8 +19,8 @@ std::string read_rig_name(const TomlTable& table, const char* key) {
   auto name = table.text(key);
   const auto is_control = [](unsigned char c) { return c < ' ' || c == 0x7F; };
   if (name.empty() || name.size() > kMaxRigNameBytes || std::ranges::any_of(name, is_control))
-    table.mistake(key, fmt::format("\"{}\" is not a name, expected 1 to {} bytes without control characters", key,
-                                   kMaxRigNameBytes));
+    table.note_error(key, fmt::format("\"{}\" is not a name, expected 1 to {} bytes without control characters", key,
+                                      kMaxRigNameBytes));
   return name;
 }
 
@@ -33,10 +33,10 @@ std::string resolve_path(const std::string& file, const std::string& path) {
 /// Returns an empty text if the table has neither.
 std::string read_passfile(const TomlTable& table, const std::string& file, const std::string& credentials) {
   if (table.has("passfile") && table.has("credential"))
-    table.mistake("credential", "expected only one of passfile and credential");
+    table.note_error("credential", "expected only one of passfile and credential");
   if (table.has("credential")) {
     if (credentials.empty())
-      table.mistake("credential", "$CREDENTIALS_DIRECTORY is not set; set LoadCredential= in the systemd unit");
+      table.note_error("credential", "$CREDENTIALS_DIRECTORY is not set; set LoadCredential= in the systemd unit");
     return credentials + "/" + table.text("credential");
   }
   return table.has("passfile") ? resolve_path(file, table.text("passfile")) : "";
@@ -45,7 +45,7 @@ std::string read_passfile(const TomlTable& table, const std::string& file, const
 StoreAddress read_store_address(const TomlTable& table, const std::string& file, const std::string& credentials) {
   StoreAddress address{.conninfo = table.text("address")};
   if (const auto good = check_conninfo(address.conninfo); !good && !address.conninfo.empty())
-    table.mistake("address", good.error().what);
+    table.note_error("address", good.error().what);
   address.passfile = read_passfile(table, file, credentials);
   return address;
 }
@@ -53,7 +53,7 @@ StoreAddress read_store_address(const TomlTable& table, const std::string& file,
 ArchiveSettings read_archive(const TomlTable& table, const std::string& file) {
   ArchiveSettings archive;
   if (table.has("folder") == table.has("command"))
-    table.mistake("folder", "expected exactly one of folder and command");
+    table.note_error("folder", "expected exactly one of folder and command");
   if (table.has("folder")) archive.folder = resolve_path(file, table.text("folder"));
   if (table.has("command")) {
     archive.command = table.texts("command");
@@ -62,7 +62,7 @@ ArchiveSettings read_archive(const TomlTable& table, const std::string& file) {
                                  [&](const auto& word) { return word.find(what) != std::string::npos; });
     };
     if (!has_placeholder("{file}") || !has_placeholder("{sha256}"))
-      table.mistake("command", "expected arguments that contain {file} and {sha256}");
+      table.note_error("command", "expected arguments that contain {file} and {sha256}");
   }
   archive.within = table.duration("within", archive.within);
   return archive;
@@ -78,16 +78,16 @@ Result<SiteSettings> parse_site(std::string_view text, const std::string& file, 
   root->ignore("notify");
   SiteSettings site{.rig = read_rig_name(*root, "rig")};
   for (const auto& folder : root->texts("folders")) site.folders.push_back(resolve_path(file, folder));
-  if (site.folders.empty()) root->mistake("folders", "\"folders\" is empty, expected folders of records");
+  if (site.folders.empty()) root->note_error("folders", "\"folders\" is empty, expected folders of records");
   const auto store = root->table("store");
   site.store = read_store_address(store, file, credentials);
   site.longest_wait = store.duration("longest_wait", site.longest_wait);
   site.longest_answer = store.duration("longest_answer", site.longest_answer);
   constexpr Duration kMinTimeout = std::chrono::milliseconds(100);
-  if (site.longest_wait < kMinTimeout) store.mistake("longest_wait", "expected 100 ms or more");
-  if (site.longest_answer < kMinTimeout) store.mistake("longest_answer", "expected 100 ms or more");
+  if (site.longest_wait < kMinTimeout) store.note_error("longest_wait", "expected 100 ms or more");
+  if (site.longest_answer < kMinTimeout) store.note_error("longest_answer", "expected 100 ms or more");
   if (root->has("live"))
-    root->mistake("live", "[live] is no longer used, because the store contains the live state; remove it");
+    root->note_error("live", "[live] is no longer used, because the store contains the live state; remove it");
   if (root->has("archive")) site.archive = read_archive(root->table("archive"), file);
   if (const auto verdict = root->verdict(); !verdict) return failure(verdict.error());
   return site;

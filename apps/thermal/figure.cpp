@@ -112,7 +112,7 @@ Result<Exit> print_figure(Console& console, const FigureArguments& options) {
       .image = std::move(*image)};
   Json json{{"schema", report::kThermalFigureSchema}, {"simulated", true}};
   json.update(make_json(reported));
-  console.print(text_of(json) + "\n");
+  console.print(json_text(json) + "\n");
   return Exit::done;
 }
 

@@ -110,7 +110,7 @@ double film_coefficient(const thermal::GyroModel& model, const ThermalArguments&
 /// Reports progress. Fails with interrupted after Ctrl-C. Call it between the stages of the work: the solver itself
 /// cannot be interrupted.
 Result<void> check_interrupt(Console& console, std::string_view stage, double fraction) {
-  if (keep_going(console.sink(), stage, fraction)) return {};
+  if (should_continue(console.sink(), stage, fraction)) return {};
   return failure(FaultKind::interrupted, "thermal", "stopped");
 }
 

@@ -138,7 +138,7 @@ std::vector<ThermalView> make_views(const thermal::GyroModel& model, const therm
   plot::Range colours{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
   for (const auto& plane : view_planes(model.geometry)) {
     views.push_back({plane.file, sample_plane(plane, field, columns)});
-    colours = join_ranges(colours, plot::range_of(views.back().image.celsius.values));
+    colours = join_ranges(colours, plot::value_range(views.back().image.celsius.values));
   }
   views.front().image.marks = thermometer_marks(model, state);
   for (auto& view : views) view.image.colours_c = round_out(colours, 10);
@@ -151,7 +151,7 @@ plot::ThermalImage make_top_face(const thermal::GyroModel& model, const thermal:
   crop_to_block(plane, make_parts(model));
   auto image = sample_plane(plane, thermal::ThermalField(model, mesh, state.field_c), columns);
   image.marks = thermometer_marks(model, state);
-  image.colours_c = round_out(plot::range_of(image.celsius.values), 10);
+  image.colours_c = round_out(plot::value_range(image.celsius.values), 10);
   return image;
 }
 

@@ -125,7 +125,7 @@ void send_all(const Options& options, const Recorded& recorded, int number, cons
       next = {};
     }
     if (next > Duration{})
-      static_cast<void>(gyrotherm::ready(gyrotherm::kNoDescriptor, POLLIN, gyrotherm::Deadline(next)));
+      static_cast<void>(gyrotherm::wait_until_ready(gyrotherm::kNoDescriptor, POLLIN, gyrotherm::Deadline(next)));
   }
   const std::lock_guard lock(lags.mutex);
   lags.seconds.insert(lags.seconds.end(), own.begin(), own.end());

@@ -152,7 +152,7 @@ _KINDS = {
     "each_or_none": "a number, or one for each thermometer", "day": "a day", "read_rig_name": "a text", "read_text_line": "a text",
     "read_texts": "a list of texts", "table texts": "a text, or one for each of `en` and `de`",
     "table numbers": "a list of numbers",
-    "has": None, "mistake": None, "place": None, "is_list": None, "is_table": None, "append": None, "bounded": None, "check": None,
+    "has": None, "note_error": None, "location": None, "is_list": None, "is_table": None, "append": None, "bounded": None, "check": None,
     "check_safe_set_point": None, "expect_set_point": None, "format": None, "failure": None, "find_node": None,
     "has_role": None,
 }  # fmt: skip

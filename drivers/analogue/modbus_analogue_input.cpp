@@ -15,7 +15,7 @@
 namespace gyrotherm::drivers {
 namespace {
 
-constexpr std::size_t kMostInputs = 256;
+constexpr std::size_t kMaxInputs = 256;
 
 /// Returns the item `name`, or the items "name_1", "name_2", … made by `count`. If there is none, notes an error.
 std::vector<const RegisterItem*> find_items(const RegisterMap& map, const TomlTable& table, const char* key,
@@ -28,9 +28,9 @@ std::vector<const RegisterItem*> find_items(const RegisterMap& map, const TomlTa
 }
 
 void check_number(const TomlTable& table, const char* key, const RegisterItem& item) {
-  if (!item.readable) table.mistake(key, fmt::format("register \"{}\" cannot be read", item.name));
+  if (!item.readable) table.note_error(key, fmt::format("register \"{}\" cannot be read", item.name));
   if (item.type == RegisterType::text || item.type == RegisterType::date_time)
-    table.mistake(key, fmt::format("register \"{}\" is not a number", item.name));
+    table.note_error(key, fmt::format("register \"{}\" is not a number", item.name));
 }
 
 /// Reads one name or a list of names; an empty list if the key is missing.
@@ -45,12 +45,12 @@ void add_status(const TomlTable& table, const std::string& status, std::size_t f
   const auto states = find_items(map.registers, table, "status", status);
   const auto inputs = map.inputs.size() - first;
   if (!states.empty() && states.size() != inputs)
-    table.mistake("status", fmt::format("{} status registers for {} inputs", states.size(), inputs));
+    table.note_error("status", fmt::format("{} status registers for {} inputs", states.size(), inputs));
   for (std::size_t i = 0; i < std::min(states.size(), inputs); ++i) {
     const auto& state = *states[i];
     check_number(table, "status", state);
     if (!state.codes.contains(kNormalStatus))
-      table.mistake("status", fmt::format("register \"{}\" has no code named \"{}\"", state.name, kNormalStatus));
+      table.note_error("status", fmt::format("register \"{}\" has no code named \"{}\"", state.name, kNormalStatus));
     map.inputs[first + i].statuses.push_back(state.name);
   }
 }
@@ -58,7 +58,7 @@ void add_status(const TomlTable& table, const std::string& status, std::size_t f
 void add_inputs(const TomlTable& table, AnalogueMap& map) {
   const auto values = find_items(map.registers, table, "register", table.text("register"));
   const auto unit = table.text("unit");
-  if (unit.empty()) table.mistake("unit", "expected the unit of measure, such as \"mA\"");
+  if (unit.empty()) table.note_error("unit", "expected the unit of measure, such as \"mA\"");
   const auto first = map.inputs.size();
   for (const auto* value : values) {
     check_number(table, "register", *value);
@@ -78,9 +78,9 @@ Result<AnalogueMap> parse_analogue_map(std::string_view text, const std::string&
   (void)parsed->choice("schema", {"gyrotherm-analogue-inputs/1"});
   read_unit(*parsed, word_order, map.registers);
   for (const auto& table : parsed->tables("input")) add_inputs(table, map);
-  if (map.inputs.empty()) parsed->mistake("", "missing [[input]], expected at least one");
-  if (map.inputs.size() > kMostInputs)
-    parsed->mistake("input", fmt::format("{} inputs, expected at most {}", map.inputs.size(), kMostInputs));
+  if (map.inputs.empty()) parsed->note_error("", "missing [[input]], expected at least one");
+  if (map.inputs.size() > kMaxInputs)
+    parsed->note_error("input", fmt::format("{} inputs, expected at most {}", map.inputs.size(), kMaxInputs));
   if (auto verdict = parsed->verdict(); !verdict) return failure(std::move(verdict.error()));
   const auto usual = map.registers.links.front().kind;
   auto linked = select_link(std::move(map.registers), usual);
@@ -177,7 +177,7 @@ class ModbusAnalogueInputs final : public AnalogueInputs {
       failed.emplace_back(span, std::move(words.error()));
     }
     std::vector<Result<double>> values;
-    for (const auto wanted : wanted_) values.push_back(value_of(input(wanted), found, failed));
+    for (const auto wanted : wanted_) values.push_back(read_value(input(wanted), found, failed));
     return values;
   }
 
@@ -209,8 +209,8 @@ class ModbusAnalogueInputs final : public AnalogueInputs {
     return spans;
   }
 
-  [[nodiscard]] Result<double> value_of(const AnalogueInput& input, const Snapshot& found,
-                                        const std::vector<std::pair<ReadSpan, Fault>>& failed) const {
+  [[nodiscard]] Result<double> read_value(const AnalogueInput& input, const Snapshot& found,
+                                          const std::vector<std::pair<ReadSpan, Fault>>& failed) const {
     for (const auto* item : find_input_items(input))
       for (const auto& [span, fault] : failed)
         if (holds(span, *item)) return failure(fault);

@@ -59,6 +59,6 @@ inline constexpr const char* kNormalStatus = "normal";
 /// of the reading are skipped. `place` names the unit in its faults: "analogue input 1".
 [[nodiscard]] std::unique_ptr<AnalogueInputs> make_modbus_analogue_inputs(
     AnalogueMap map, std::vector<std::size_t> wanted, std::string place, std::unique_ptr<Registers> registers,
-    std::unique_ptr<Pauses> pauses = real_pauses());
+    std::unique_ptr<Pauses> pauses = make_real_pauses());
 
 }  // namespace gyrotherm::drivers

@@ -120,7 +120,7 @@ std::optional<std::int64_t> find_socket_user(std::uint32_t inode) {
   query.request.udiag_show = UDIAG_SHOW_UID;
   query.request.udiag_cookie[0] = query.request.udiag_cookie[1] = ~0U;
   if (!socket.is_open() || ::send(socket.number(), &query, sizeof query, 0) < 0) return {};
-  if (!ready(socket.number(), POLLIN, Deadline(kKernelTimeout))) return {};
+  if (!wait_until_ready(socket.number(), POLLIN, Deadline(kKernelTimeout))) return {};
   std::array<char, 1024> answer{};
   const auto size = ::recv(socket.number(), answer.data(), answer.size(), MSG_DONTWAIT);
   return size < 0 ? std::nullopt : find_user(answer.data(), static_cast<std::size_t>(size));
@@ -342,7 +342,7 @@ std::uint64_t socket_inode(const Descriptor& socket) {
 /// Processes that hold a name of the chamber.
 struct Holders {
   std::optional<ChamberHolder> permitted{};  ///< first holder with a permitted user
-  std::vector<ChamberHolder> strangers{};
+  std::vector<ChamberHolder> unauthorised_holders{};
 };
 
 /// Examines every socket with a name of the chamber, except the one with inode `own`.
@@ -353,7 +353,7 @@ Holders find_holders(const std::string& place, const std::string& signature, std
     const auto owner = find_socket_owner(named);
     auto holder = describe_holder({.pid = owner.pid, .uid = owner.uid, .words = {}}, signature);
     if (!may_drive_chambers(owner.uid))
-      holders.strangers.push_back(std::move(holder));
+      holders.unauthorised_holders.push_back(std::move(holder));
     else if (!holders.permitted)
       holders.permitted = std::move(holder);
   }
@@ -403,7 +403,7 @@ Result<ChamberLock> ChamberLock::take(const std::string& place, const std::strin
     write_signature(file.number(), record);
   }
   ChamberLock lock(name ? std::move(*name) : Descriptor(), std::move(file));
-  lock.strangers_ = std::move(holders.strangers);
+  lock.unauthorised_holders_ = std::move(holders.unauthorised_holders);
   return lock;
 }
 

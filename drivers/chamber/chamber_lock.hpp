@@ -74,7 +74,7 @@ class ChamberLock {
   [[nodiscard]] static std::optional<ChamberHolder> holder(const std::string& place);
 
   /// Processes that held the chamber's name when the lock was taken, although their users may not drive chambers.
-  [[nodiscard]] const std::vector<ChamberHolder>& strangers() const { return strangers_; }
+  [[nodiscard]] const std::vector<ChamberHolder>& unauthorised_holders() const { return unauthorised_holders_; }
 
   /// Closes the connections of programs that queried the holder. Must be called from time to time, because a full queue
   /// would prevent other programs from querying.
@@ -83,7 +83,7 @@ class ChamberLock {
  private:
   ChamberLock(Descriptor name, Descriptor file) : name_(std::move(name)), file_(std::move(file)) {}
   Descriptor name_, file_;
-  std::vector<ChamberHolder> strangers_;
+  std::vector<ChamberHolder> unauthorised_holders_;
 };
 
 }  // namespace gyrotherm::drivers

@@ -26,13 +26,13 @@ bool is_pattern(std::string_view pattern) {
 std::string read_pattern(const TomlTable& table) {
   auto pattern = table.text("pattern");
   if (!is_pattern(pattern))
-    table.mistake("pattern", fmt::format("\"{}\" has a character class that is empty or not closed", pattern));
+    table.note_error("pattern", fmt::format("\"{}\" has a character class that is empty or not closed", pattern));
   return pattern;
 }
 
 const RegisterItem* find_readable_item(const TomlTable& table, const RegisterMap& map, const std::string& name) {
   const auto* item = find_named_item(map, table, item_key(table), name);
-  if (item && !item->readable) table.mistake(item_key(table), fmt::format("register \"{}\" cannot be read", name));
+  if (item && !item->readable) table.note_error(item_key(table), fmt::format("register \"{}\" cannot be read", name));
   return item;
 }
 

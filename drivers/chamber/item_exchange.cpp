@@ -50,7 +50,7 @@ Fault add_item_location(const RegisterItem& item, Fault fault) {
 
 }  // namespace
 
-Result<ItemContext> context_of(const RegisterMap& map, const RegisterItem& item, const ValueOf& value_of) {
+Result<ItemContext> read_context(const RegisterMap& map, const RegisterItem& item, const ValueOf& value_of) {
   ItemContext context;
   if (!item.decimals.empty()) {
     const auto decimals = read_decimals(get_item(map, item.decimals), value_of);
@@ -117,7 +117,7 @@ bool matches(std::string_view pattern, std::string_view text) {
   return false;
 }
 
-std::string example_of(std::string_view pattern) {
+std::string make_example(std::string_view pattern) {
   constexpr std::string_view kCharacters = "A0BCDEFGHIJKLMNOPQRSTUVWXYZ123456789abcdefghijklmnopqrstuvwxyz -_.";
   std::string example;
   while (!pattern.empty()) {
@@ -253,9 +253,9 @@ Result<Snapshot> ItemExchange::read_spans(std::span<const ReadSpan> spans) {
 }
 
 Result<double> ItemExchange::value_in(const Snapshot& snapshot, const RegisterItem& item) const {
-  const auto words = snapshot.words_of(item);
+  const auto words = snapshot.find_words(item);
   if (words.size() != word_count(item)) return failure(FaultKind::refused, place(item), "not read");
-  const auto context = context_of(
+  const auto context = read_context(
       map_, item, [&](const RegisterItem& other) { return value_or_latest(other, value_in(snapshot, other)); });
   if (!context) return failure(context.error());
   auto value = context->is_empty() ? decode(item, words) : decode(in_context(item, *context), words);
@@ -267,7 +267,7 @@ Result<double> ItemExchange::read(const RegisterItem& item) {
   auto wanted = find_context_items(std::span(&self, 1));
   wanted.push_back(self);
   auto snapshot = read_spans(plan_reads(wanted, map_.holes, map_.link.modbus.read_at_most));
-  const auto alone = span_of(item);
+  const auto alone = read_span(item);
   if (!snapshot && falls_back_ && wanted.size() > 1) snapshot = read_spans(std::span(&alone, 1));
   return snapshot.and_then([&](const Snapshot& found) { return value_in(found, item); });
 }
@@ -298,7 +298,7 @@ void ItemExchange::keep_snapshot(const Snapshot& found) {
 
 void ItemExchange::store_settings(const Snapshot& found) {
   for (const auto* item : contexts_) {
-    if (found.words_of(*item).empty()) continue;
+    if (found.find_words(*item).empty()) continue;
     if (const auto value = value_in(found, *item)) latest_settings_[item->name] = *value;
   }
 }
@@ -320,7 +320,7 @@ Result<double> ItemExchange::value_or_latest(const RegisterItem& item, Result<do
 }
 
 bool ItemExchange::is_known(const RegisterItem& item) const {
-  return pauses_.now() - known_since_ <= kContextLifetime && !known_.words_of(item).empty();
+  return pauses_.now() - known_since_ <= kContextLifetime && !known_.find_words(item).empty();
 }
 
 Result<double> ItemExchange::context_value(const RegisterItem& item) {
@@ -334,15 +334,15 @@ Result<double> ItemExchange::read_in_known_context(const RegisterItem& item) {
   if (!std::ranges::all_of(context, [&](const auto* other) { return is_known(*other); })) return read(item);
   const auto in_context = resolve_context(item);
   if (!in_context) return failure(in_context.error());
-  const auto span = span_of(item);
+  const auto span = read_span(item);
   const auto found = read_spans(std::span(&span, 1));
   if (!found) return failure(found.error());
-  auto value = decode(*in_context, found->words_of(item));
+  auto value = decode(*in_context, found->find_words(item));
   return value ? value : failure(add_item_location(item, std::move(value.error())));
 }
 
 Result<RegisterItem> ItemExchange::resolve_context(const RegisterItem& item) {
-  return context_of(map_, item, [&](const RegisterItem& other) { return context_value(other); })
+  return read_context(map_, item, [&](const RegisterItem& other) { return context_value(other); })
       .map([&](const ItemContext& context) { return in_context(item, context); });
 }
 
@@ -355,7 +355,7 @@ Result<std::vector<std::uint16_t>> ItemExchange::encode_value(const RegisterItem
   if (item.type != RegisterType::bits || !item.readable) return words;
   const auto present = read_words(item);
   if (!present) return failure(present.error());
-  words[0] = with_other_bits(item, words[0], present->front());
+  words[0] = merge_bits(item, words[0], present->front());
   return words;
 }
 

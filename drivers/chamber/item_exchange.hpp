@@ -26,7 +26,8 @@ using ValueOf = std::function<Result<double>(const RegisterItem&)>;
 /// Returns the context of `item`: the values of the registers for its decimals and unit, read by `value_of`. The
 /// context is empty if the item names no such registers. Fails as `value_of` does, or with corrupted if the number of
 /// decimals is not from 0 to 6 or the unit is unknown.
-[[nodiscard]] Result<ItemContext> context_of(const RegisterMap& map, const RegisterItem& item, const ValueOf& value_of);
+[[nodiscard]] Result<ItemContext> read_context(const RegisterMap& map, const RegisterItem& item,
+                                               const ValueOf& value_of);
 
 /// Returns the smallest step that the controller stores, in °C or K.
 [[nodiscard]] double finest_step(const RegisterItem& item);
@@ -35,7 +36,7 @@ using ValueOf = std::function<Result<double>(const RegisterItem&)>;
 /// matches one of a class, and "[!1-4]" matches one outside the class. A class must be closed and not empty.
 [[nodiscard]] bool matches(std::string_view pattern, std::string_view text);
 /// Returns a short text that matches `pattern`.
-[[nodiscard]] std::string example_of(std::string_view pattern);
+[[nodiscard]] std::string make_example(std::string_view pattern);
 
 /// Identity of a unit, the properties that were compared with the map, and those that could not be compared.
 struct IdentityFound {

@@ -256,7 +256,7 @@ class ModbusChamber final : public Chamber {
     const auto report = upload_program(map_, items_, *registers_, *pauses_, program);
     if (!report) return failure(report.error());
     uploaded_program_ = report->program;
-    return in_words(*report);
+    return describe(*report);
   }
 
   Result<void> start_program() override {
@@ -422,7 +422,7 @@ class ModbusChamber final : public Chamber {
     return evaluate_rules(map_, [&](const std::string& name) -> std::optional<double> {
       const auto& item = items_.item(name);
       for (const auto* snapshot : {&more, &core}) {
-        if (snapshot->words_of(item).empty()) continue;
+        if (snapshot->find_words(item).empty()) continue;
         const auto value = items_.value_in(*snapshot, item);
         return value ? std::optional(*value) : std::nullopt;
       }
@@ -469,11 +469,11 @@ class ModbusChamber final : public Chamber {
       found.not_verified.push_back("the word order (the set point cannot be read)");
       return {};
     }
-    const auto air = span_of(air_), set_point = span_of(set_point_);
+    const auto air = read_span(air_), set_point = read_span(set_point_);
     const auto words = items_.read_spans(std::array{air, set_point});
     if (!words) return failure(words.error());
-    const auto findings = probe_word_order(air_, words->words_of(air_), set_point_, words->words_of(set_point_));
-    if (has_wrong_word_order(findings)) return failure(FaultKind::mismatch, place(air_), in_words(findings));
+    const auto findings = probe_word_order(air_, words->find_words(air_), set_point_, words->find_words(set_point_));
+    if (has_wrong_word_order(findings)) return failure(FaultKind::mismatch, place(air_), describe(findings));
     const bool is_only_one = std::ranges::count_if(findings, &OrderFinding::plausible) == 1;
     auto& list = findings.front().plausible && is_only_one ? found.verified : found.not_verified;
     list.push_back(fmt::format("word order {}", name(air_.order)));

@@ -34,7 +34,7 @@ namespace gyrotherm::drivers {
 /// the registers show its effect. A map with neither commands nor [control] describes a chamber that controls whenever
 /// it is powered: start() does nothing, and stop() is refused.
 [[nodiscard]] std::unique_ptr<Chamber> make_modbus_chamber(RegisterMap map, std::unique_ptr<Registers> registers,
-                                                           std::unique_ptr<Pauses> pauses = real_pauses(),
+                                                           std::unique_ptr<Pauses> pauses = make_real_pauses(),
                                                            const ControllerSettings& before = {});
 
 }  // namespace gyrotherm::drivers

@@ -57,9 +57,9 @@ double code(const MemoryCell& cell, const char* meaning) {
 
 const char* keyword(StepKind kind) { return keyword_for(kStepKinds, kind); }
 
-RegisterItem cell_form(const MemoryCell& cell, const ContextOf& context_of) {
-  return context_of && !(cell.form.decimals.empty() && cell.form.unit.empty())
-             ? in_context(cell.form, context_of(cell.form))
+RegisterItem cell_form(const MemoryCell& cell, const ContextOf& read_context) {
+  return read_context && !(cell.form.decimals.empty() && cell.form.unit.empty())
+             ? in_context(cell.form, read_context(cell.form))
              : cell.form;
 }
 
@@ -68,7 +68,7 @@ struct Content {
   const ProfileMemory& memory;
   const ChamberProgram& program;
   const std::vector<ProgramStep>& steps;
-  const ContextOf& context_of;
+  const ContextOf& read_context;
 
   [[nodiscard]] double value(const MemoryCell& cell, int index) const {
     const ProgramStep none;
@@ -96,7 +96,7 @@ struct Content {
   [[nodiscard]] Result<std::vector<std::uint16_t>> words(const MemoryBlock& block, int index) const {
     std::vector<std::uint16_t> all(block.count);
     for (const auto& cell : block.cells) {
-      const auto form = cell_form(cell, context_of);
+      const auto form = cell_form(cell, read_context);
       std::vector<std::uint16_t> own;
       if (cell.source == CellSource::name) {
         own = encode_text(form.text, program.name);
@@ -301,7 +301,7 @@ class Upload {
   [[nodiscard]] Result<void> read_context(const RegisterItem& form) {
     const ContextNames named{form.decimals, form.unit};
     if (contexts_.contains(named)) return {};
-    auto context = context_of(map_, form, [this](const RegisterItem& item) { return items_.read(item); });
+    auto context = drivers::read_context(map_, form, [this](const RegisterItem& item) { return items_.read(item); });
     if (!context) return failure(std::move(context.error()));
     contexts_[named] = *context;
     return {};
@@ -370,10 +370,10 @@ Result<std::vector<ProgramStep>> steps_in_memory(const ProfileMemory& memory, co
 }
 
 Result<std::vector<MemoryWrite>> encode_program(const ProfileMemory& memory, const ChamberProgram& program,
-                                                const ContextOf& context_of) {
+                                                const ContextOf& read_context) {
   const auto steps = steps_in_memory(memory, program);
   if (!steps) return failure(steps.error());
-  const Content content{memory, program, *steps, context_of};
+  const Content content{memory, program, *steps, read_context};
   std::vector<MemoryWrite> writes;
   const auto add = [&](const MemoryBlock& block, int index) -> Result<void> {
     auto words = content.words(block, index);
@@ -395,14 +395,14 @@ Result<std::vector<MemoryWrite>> encode_program(const ProfileMemory& memory, con
 }
 
 Result<ChamberProgram> decode_program(const ProfileMemory& memory, Celsius from, const BlockWords& words_of,
-                                      const ContextOf& context_of) {
-  const auto header = read_header(memory, words_of, context_of);
+                                      const ContextOf& read_context) {
+  const auto header = read_header(memory, words_of, read_context);
   if (!header) return failure(header.error());
   ChamberProgram program{.name = header->name, .soak_band = header->soak_band, .steps = {}};
   auto& steps = program.steps;
   bool has_starts = false;
   for (int i = 0; i < header->step_count; ++i) {
-    const auto found = read_step(memory, i, words_of, context_of);
+    const auto found = read_step(memory, i, words_of, read_context);
     if (!found) return failure(found.error());
     if (is_end_mark(*found)) break;
     const auto step = make_step(*found, steps.empty() ? from : steps.back().target, i);
@@ -434,7 +434,7 @@ Result<UploadReport> upload_program(const RegisterMap& map, ItemExchange& items,
   return upload.report();
 }
 
-std::string in_words(const UploadReport& report) {
+std::string describe(const UploadReport& report) {
   return fmt::format("{} steps as program {}, {} writes, {} read back and equal{}", report.steps, report.program,
                      report.written, report.compared,
                      report.not_readable > 0 ? fmt::format(", {} that cannot be read back", report.not_readable) : "");

@@ -55,7 +55,7 @@ using ContextOf = std::function<ItemContext(const RegisterItem&)>;
 /// Returns the writes in order. Fails as steps_in_memory() does, or with out_of_range if a cell cannot hold its value.
 [[nodiscard]] Result<std::vector<MemoryWrite>> encode_program(const ProfileMemory& memory,
                                                               const ChamberProgram& program,
-                                                              const ContextOf& context_of = {});
+                                                              const ContextOf& read_context = {});
 
 /// Returns the words of a block. `step` is the index of a step, or -1 for the header and footer.
 using BlockWords = std::function<Result<std::vector<std::uint16_t>>(const MemoryBlock&, int step)>;
@@ -63,7 +63,7 @@ using BlockWords = std::function<Result<std::vector<std::uint16_t>>(const Memory
 /// Decodes the program in the memory, without its end step. `from` is the set point before its first step. Fails at the
 /// first fault of `words_of`, or with corrupted if a step has an unknown kind.
 [[nodiscard]] Result<ChamberProgram> decode_program(const ProfileMemory& memory, Celsius from,
-                                                    const BlockWords& words_of, const ContextOf& context_of = {});
+                                                    const BlockWords& words_of, const ContextOf& read_context = {});
 
 struct UploadReport {
   int program = 0;       ///< number in the controller
@@ -81,6 +81,6 @@ struct UploadReport {
                                                   Pauses& pauses, ChamberProgram program);
 
 /// Returns a summary: "18 steps as program 3, 55 writes, 55 read back and equal".
-[[nodiscard]] std::string in_words(const UploadReport& report);
+[[nodiscard]] std::string describe(const UploadReport& report);
 
 }  // namespace gyrotherm::drivers

@@ -26,19 +26,19 @@ struct Range {
   double low, high;
 };
 template <class T>
-constexpr Range range_of() {
+constexpr Range type_range() {
   return {static_cast<double>(std::numeric_limits<T>::lowest()), static_cast<double>(std::numeric_limits<T>::max())};
 }
 Range range(const RegisterItem& item) {
   switch (item.type) {
     case RegisterType::u16:
     case RegisterType::date_time:
-    case RegisterType::text: return range_of<std::uint16_t>();
-    case RegisterType::s16: return range_of<std::int16_t>();
-    case RegisterType::u32: return range_of<std::uint32_t>();
-    case RegisterType::s32: return range_of<std::int32_t>();
-    case RegisterType::f32: return range_of<float>();
-    case RegisterType::f64: return range_of<double>();
+    case RegisterType::text: return type_range<std::uint16_t>();
+    case RegisterType::s16: return type_range<std::int16_t>();
+    case RegisterType::u32: return type_range<std::uint32_t>();
+    case RegisterType::s32: return type_range<std::int32_t>();
+    case RegisterType::f32: return type_range<float>();
+    case RegisterType::f64: return type_range<double>();
     case RegisterType::bits: return {0, static_cast<double>((1U << item.bit_count) - 1)};
   }
   return {};
@@ -158,7 +158,7 @@ std::string place(const RegisterItem& item) {
   return fmt::format("chamber register {} ({})", item.address, item.name);
 }
 
-std::uint16_t with_other_bits(const RegisterItem& item, std::uint16_t word, std::uint16_t present) {
+std::uint16_t merge_bits(const RegisterItem& item, std::uint16_t word, std::uint16_t present) {
   const auto mask = static_cast<std::uint16_t>(((1U << item.bit_count) - 1) << item.first_bit);
   return static_cast<std::uint16_t>((present & ~mask) | (word & mask));
 }

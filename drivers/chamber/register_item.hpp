@@ -170,7 +170,7 @@ struct ItemContext {
 [[nodiscard]] std::string place(const RegisterItem& item);
 
 /// Returns `word` with all bits outside the bit field `item` taken from `present`.
-[[nodiscard]] std::uint16_t with_other_bits(const RegisterItem& item, std::uint16_t word, std::uint16_t present);
+[[nodiscard]] std::uint16_t merge_bits(const RegisterItem& item, std::uint16_t word, std::uint16_t present);
 
 /// Returns `specified` if it is set, otherwise function 6 for one register and 16 for more.
 [[nodiscard]] WriteFunction write_function(const std::optional<WriteFunction>& specified, std::size_t count);

@@ -42,7 +42,7 @@ Result<RegisterMap> select_link(RegisterMap map, LinkKind kind) {
   return map;
 }
 
-Result<RegisterMap> on_line(RegisterMap map, const Line& line, std::optional<LinkKind> framing) {
+Result<RegisterMap> select_link_for(RegisterMap map, const Line& line, std::optional<LinkKind> framing) {
   auto kind = map.links.front().kind;
   if (map.text_link) {
     if (std::holds_alternative<SerialLine>(line)) kind = LinkKind::text_serial;
@@ -55,7 +55,7 @@ Result<RegisterMap> on_line(RegisterMap map, const Line& line, std::optional<Lin
   return select_link(std::move(map), framing.value_or(kind));
 }
 
-Result<RegisterMap> with_power_switch(RegisterMap map, const std::string& name) {
+Result<RegisterMap> select_power_switch(RegisterMap map, const std::string& name) {
   if (name.empty()) return map;
   const auto found = std::ranges::find(map.power_switches, name, &PowerSwitch::name);
   if (found == map.power_switches.end()) {
@@ -217,7 +217,7 @@ bool has_wrong_word_order(const std::vector<OrderFinding>& findings) {
          std::ranges::any_of(findings, &OrderFinding::plausible);
 }
 
-std::string in_words(const std::vector<OrderFinding>& findings) {
+std::string describe(const std::vector<OrderFinding>& findings) {
   if (findings.empty()) return "values in a single register have no word order";
   std::vector<std::string> matches;
   for (const auto& one : findings)

@@ -267,12 +267,13 @@ struct RegisterMap {
 [[nodiscard]] Result<RegisterMap> select_link(RegisterMap map, LinkKind kind);
 /// Returns the map for a unit at the end of `line`. A serial line uses RTU; a TCP line uses Modbus TCP if the map has
 /// it, and otherwise RTU over TCP; a virtual line uses the map's first link. `framing` overrides the choice.
-[[nodiscard]] Result<RegisterMap> on_line(RegisterMap map, const Line& line, std::optional<LinkKind> framing = {});
+[[nodiscard]] Result<RegisterMap> select_link_for(RegisterMap map, const Line& line,
+                                                  std::optional<LinkKind> framing = {});
 
 /// Returns the map with the power switch of that name. "start" then begins with switching the power on, "stop" ends
 /// with switching it off, and a chamber without power is in state off. An empty name changes nothing. Fails with usage
 /// if the map has no such switch.
-[[nodiscard]] Result<RegisterMap> with_power_switch(RegisterMap map, const std::string& name);
+[[nodiscard]] Result<RegisterMap> select_power_switch(RegisterMap map, const std::string& name);
 
 /// Returns the map with an installation's settings applied to the selected link. Fails with usage if the link does not
 /// have such a setting, or if an item has more registers than one exchange may then read; `where` is the key.
@@ -337,7 +338,7 @@ struct OrderFinding {
 [[nodiscard]] bool has_wrong_word_order(const std::vector<OrderFinding>& findings);
 
 /// Returns the result as text: "word order cdab fits (air 23.41 °C, set point 20.00 °C)", or the change to make.
-[[nodiscard]] std::string in_words(const std::vector<OrderFinding>& findings);
+[[nodiscard]] std::string describe(const std::vector<OrderFinding>& findings);
 
 [[nodiscard]] const char* name(WordOrder order);
 
@@ -360,7 +361,7 @@ void read_verification(const TomlTable& table, RegisterMap& map);
 [[nodiscard]] const RegisterItem* find_named_item(const RegisterMap& map, const TomlTable& table, const char* key,
                                                   const std::string& name);
 /// Returns the first code of a meaning, or the mask of a flag.
-[[nodiscard]] std::optional<double> code_of(const RegisterItem& item, const std::string& meaning);
+[[nodiscard]] std::optional<double> find_code(const RegisterItem& item, const std::string& meaning);
 /// Reads { register, is | is_not | bits | above }.
 [[nodiscard]] Condition read_condition(const TomlTable& table, const RegisterMap& map);
 

@@ -44,7 +44,7 @@ void read_text_form(const TomlTable& table, TextForm& form) {
 std::optional<DatePart> find_date_part(const TomlTable& table, const std::string& word) {
   for (const auto& [known, part] : kDateParts)
     if (word == known) return part;
-  table.mistake("parts", fmt::format("\"{}\" is not one of year, month, day, weekday, hour, minute, second", word));
+  table.note_error("parts", fmt::format("\"{}\" is not one of year, month, day, weekday, hour, minute, second", word));
   return std::nullopt;
 }
 
@@ -57,7 +57,8 @@ void read_date_form(const TomlTable& table, DateForm& form) {
     if (slash != std::string::npos) parts.low = find_date_part(table, word.substr(slash + 1));
     form.words.push_back(parts);
   }
-  if (form.words.empty() || form.words.size() > 7) table.mistake("parts", "expected one to seven registers of parts");
+  if (form.words.empty() || form.words.size() > 7)
+    table.note_error("parts", "expected one to seven registers of parts");
   form.stride = whole<std::uint16_t>(table, "stride", 1, 16, 1);
   form.century = whole<int>(table, "century", 0, 2100, 0);
 }
@@ -69,7 +70,7 @@ void read_bits(const TomlTable& table, RegisterItem& item) {
 
 void read_scale(const TomlTable& table, RegisterItem& item) {
   const auto positive = [&](const char* key, double value) {
-    if (value <= 0) table.mistake(key, fmt::format("\"{}\" is {}, expected a positive number", key, value));
+    if (value <= 0) table.note_error(key, fmt::format("\"{}\" is {}, expected a positive number", key, value));
     return value > 0 ? value : 1;
   };
   item.scale = positive("scale", table.number("scale", 1));
@@ -90,14 +91,14 @@ void read_codes(const TomlTable& table, RegisterItem& item) {
         all.push_back(static_cast<std::int64_t>(std::clamp(code, -1e9, 1e10)));
     else
       all.push_back(codes.integer(name));
-    if (all.empty()) codes.mistake(name, fmt::format("\"{}\" has no code", name));
+    if (all.empty()) codes.note_error(name, fmt::format("\"{}\" has no code", name));
   }
   const auto flags = table.table("flags");
   for (const auto& name : flags.keys())
     item.flags[name] =
         bounded<std::uint8_t>(flags, name.c_str(), flags.integer(name), 0, word_count(item.type) * 16 - 1);
   const bool words = item.type == RegisterType::u16 || item.type == RegisterType::u32;
-  if (!item.flags.empty() && !words) table.mistake("flags", "flags are bits of a u16 or u32");
+  if (!item.flags.empty() && !words) table.note_error("flags", "flags are bits of a u16 or u32");
   item.otherwise = table.text("otherwise", "");
 }
 
@@ -138,7 +139,7 @@ void read_access(const TomlTable& table, RegisterItem& item) {
   item.seen_within = table.duration("within", Duration{});
   item.seen_later = table.boolean("seen_later", false);
   if (item.seen_later && item.name != "set_point")
-    table.mistake("seen_later", "allowed only for the register \"set_point\"");
+    table.note_error("seen_later", "allowed only for the register \"set_point\"");
   item.also = table.texts("also");
   if (!table.has("together_with")) return;
   const auto other = table.table("together_with");
@@ -150,11 +151,11 @@ void read_limits_of_value(const TomlTable& table, RegisterItem& item) {
   for (const auto& why : sentinels.keys()) item.sentinels[why] = sentinels.number(why);
   item.stray_zeros = table.boolean("stray_zeros", false);
   if (item.stray_zeros && item.name != "air_temperature")
-    table.mistake("stray_zeros", "allowed only for the register \"air_temperature\"");
+    table.note_error("stray_zeros", "allowed only for the register \"air_temperature\"");
   if (table.has("lowest")) item.lowest = table.number("lowest");
   if (table.has("highest")) item.highest = table.number("highest");
   if (item.lowest && item.highest && *item.lowest > *item.highest)
-    table.mistake("lowest", "\"lowest\" is above \"highest\"");
+    table.note_error("lowest", "\"lowest\" is above \"highest\"");
 }
 
 void read_addresses(const TomlTable& table, std::int64_t base, RegisterItem& item) {
@@ -179,7 +180,7 @@ RegisterItem read_item(const TomlTable& table, const ItemDefaults& defaults) {
   item.confidence = one_of(kConfidences, table, "confidence", "unverified");
   item.note = table.text("note", "");
   const auto last = std::max(item.address, item.rtu_address.value_or(0)) + word_count(item);
-  if (last > 0x10000) table.mistake("address", fmt::format("\"{}\" does not fit below address 65536", item.name));
+  if (last > 0x10000) table.note_error("address", fmt::format("\"{}\" does not fit below address 65536", item.name));
   return item;
 }
 
@@ -195,7 +196,7 @@ std::vector<RegisterItem> repeat_item(const TomlTable& table, const RegisterItem
     const auto shift = [&](std::uint16_t address) {
       const int shifted = address + i * spacing;
       if (shifted + word_count(item) > 0x10000)
-        table.mistake("count", fmt::format("\"{}\" does not fit below address 65536", one.name));
+        table.note_error("count", fmt::format("\"{}\" does not fit below address 65536", one.name));
       return static_cast<std::uint16_t>(shifted);
     };
     one.address = shift(item.address);
@@ -209,8 +210,10 @@ void check_references(const TomlTable& table, const RegisterItem& item, const Re
   const auto must_be = [&](const char* key, const std::string& name, bool writable) {
     if (name.empty()) return;
     const auto* other = find_named_item(map, table, key, name);
-    if (other && writable && !other->writable) table.mistake(key, fmt::format("register \"{}\" is not writable", name));
-    if (other && !writable && !other->readable) table.mistake(key, fmt::format("register \"{}\" cannot be read", name));
+    if (other && writable && !other->writable)
+      table.note_error(key, fmt::format("register \"{}\" is not writable", name));
+    if (other && !writable && !other->readable)
+      table.note_error(key, fmt::format("register \"{}\" cannot be read", name));
   };
   must_be("decimals", item.decimals, false);
   must_be("unit_register", item.unit, false);
@@ -219,20 +222,20 @@ void check_references(const TomlTable& table, const RegisterItem& item, const Re
   if (!item.unit.empty()) {
     const auto* unit = map.find(item.unit);
     if (unit && !(unit->codes.contains("celsius") && unit->codes.contains("fahrenheit")))
-      table.mistake("unit_register",
-                    fmt::format("register \"{}\" has no codes \"celsius\" and \"fahrenheit\"", item.unit));
+      table.note_error("unit_register",
+                       fmt::format("register \"{}\" has no codes \"celsius\" and \"fahrenheit\"", item.unit));
   }
   if (!item.companion) return;
   const auto* companion = find_named_item(map, table, "together_with", item.companion->item);
   if (companion && companion->address != item.address + word_count(item))
-    table.mistake("together_with", fmt::format("register \"{}\" does not follow this one", companion->name));
+    table.note_error("together_with", fmt::format("register \"{}\" does not follow this one", companion->name));
 }
 
 void check_sizes(const TomlTable& table, const RegisterItem& item, const RegisterMap& map) {
   for (const auto& link : map.links)
     if (item.readable && word_count(item) > link.modbus.read_at_most)
-      table.mistake("type", fmt::format("\"{}\" has {} registers, of which at most {} can be read at once", item.name,
-                                        word_count(item), link.modbus.read_at_most));
+      table.note_error("type", fmt::format("\"{}\" has {} registers, of which at most {} can be read at once",
+                                           item.name, word_count(item), link.modbus.read_at_most));
 }
 
 constexpr auto kSources = make_vocabulary<CellSource::name, CellSource::constant>(
@@ -242,7 +245,7 @@ constexpr auto kSources = make_vocabulary<CellSource::name, CellSource::constant
 void check_codes(const TomlTable& table, const MemoryCell& cell) {
   const auto must_have = [&](std::initializer_list<const char*> names) {
     for (const auto* name : names)
-      if (!cell.form.codes.contains(name)) table.mistake("codes", fmt::format("no code is named \"{}\"", name));
+      if (!cell.form.codes.contains(name)) table.note_error("codes", fmt::format("no code is named \"{}\"", name));
   };
   if (cell.source == CellSource::kind) must_have({"ramp", "soak"});
   if (cell.source == CellSource::guaranteed_soak) must_have({"off", "on"});
@@ -256,7 +259,7 @@ MemoryCell read_cell(const TomlTable& table, const ItemDefaults& defaults) {
   read_form(table, defaults.order, cell.form);
   const bool is_text = cell.form.type == RegisterType::text;
   if (is_text != (cell.source == CellSource::name) || cell.form.type == RegisterType::date_time)
-    table.mistake("type", "type text is only for the program's name, and a cell cannot be a date");
+    table.note_error("type", "type text is only for the program's name, and a cell cannot be a date");
   check_codes(table, cell);
   return cell;
 }
@@ -268,7 +271,7 @@ MemoryBlock read_block(const TomlTable& table, const ItemDefaults& defaults, con
   for (const auto& word : table.texts("for"))
     for (const auto& [known, kind] : kStepKinds)
       if (word == known) block.kinds.push_back(kind);
-  if (block.kinds.size() != table.texts("for").size()) table.mistake("for", "expected ramp, soak or end");
+  if (block.kinds.size() != table.texts("for").size()) table.note_error("for", "expected ramp, soak or end");
   block.select = table.boolean("select", false);
   block.read_back = !block.select && table.boolean("read_back", true);
   int end = 0;
@@ -276,13 +279,13 @@ MemoryBlock read_block(const TomlTable& table, const ItemDefaults& defaults, con
     block.cells.push_back(read_cell(one, defaults));
     end = std::max(end, block.cells.back().at + word_count(block.cells.back().form));
   }
-  if (block.cells.empty()) table.mistake("cell", "a block has at least one cell");
+  if (block.cells.empty()) table.note_error("cell", "a block has at least one cell");
   block.count = whole<std::uint16_t>(table, "count", std::max(end, 1), 123, std::max(end, 1));
   for (const auto& link : map.links)
     if (block.count > link.modbus.write_at_most)
-      table.mistake("count", fmt::format("{} registers, of which at most {} can be written at once", block.count,
-                                         link.modbus.write_at_most));
-  if (block.address + block.count > 0x10000) table.mistake("address", "the block does not fit below address 65536");
+      table.note_error("count", fmt::format("{} registers, of which at most {} can be written at once", block.count,
+                                            link.modbus.write_at_most));
+  if (block.address + block.count > 0x10000) table.note_error("address", "the block does not fit below address 65536");
   return block;
 }
 
@@ -293,13 +296,13 @@ void check_steps(const TomlTable& table, const ProfileMemory& memory) {
     });
   };
   if (!has(CellSource::target) && !has(CellSource::start))
-    table.mistake("step", "no cell of a step contains its target or its start");
+    table.note_error("step", "no cell of a step contains its target or its start");
   const bool has_time = has(CellSource::total_seconds) || (has(CellSource::hours) && has(CellSource::minutes));
-  if (!has_time) table.mistake("step", "the cells of a step do not contain its time");
-  if (memory.ramps_by_rate && !has(CellSource::rate)) table.mistake("step", "no cell of a step contains the rate");
+  if (!has_time) table.note_error("step", "the cells of a step do not contain its time");
+  if (memory.ramps_by_rate && !has(CellSource::rate)) table.note_error("step", "no cell of a step contains the rate");
   for (const auto& block : memory.step)
     if (block.address + (memory.steps_at_most - 1) * memory.stride + block.count > 0x10000)
-      table.mistake("steps_at_most", "the last step does not fit below address 65536");
+      table.note_error("steps_at_most", "the last step does not fit below address 65536");
 }
 
 constexpr Duration kUsualPatience = std::chrono::seconds(5);
@@ -310,9 +313,9 @@ const std::vector<std::string> kCommands{"start",   "stop",          "pause",   
 void read_written_value(const TomlTable& table, const RegisterMap& map, const RegisterItem* item, SequenceStep& step) {
   if (table.has("code")) {
     const auto meaning = table.text("code");
-    const auto code = item ? code_of(*item, meaning) : std::nullopt;
+    const auto code = item ? find_code(*item, meaning) : std::nullopt;
     if (item && !code)
-      table.mistake("code", fmt::format("register \"{}\" has no code named \"{}\"", item->name, meaning));
+      table.note_error("code", fmt::format("register \"{}\" has no code named \"{}\"", item->name, meaning));
     step.value = code.value_or(0);
   } else if (table.has("of")) {
     step.source = table.choice("of", {"program", "step"}) == "program" ? SequenceStep::Source::program
@@ -324,7 +327,7 @@ void read_written_value(const TomlTable& table, const RegisterMap& map, const Re
     step.duration = table.duration("later", Duration{});
     const auto* clock = find_named_item(map, table, "date_of", step.date_of);
     if ((clock && clock->type != RegisterType::date_time) || (item && item->type != RegisterType::date_time))
-      table.mistake("date_of", "both registers must be of type date_time");
+      table.note_error("date_of", "both registers must be of type date_time");
   } else {
     // A text command may have no field for a value.
     step.value = table.number("value", map.text_link ? std::optional(0.0) : std::nullopt);
@@ -338,7 +341,7 @@ SequenceStep read_step(const TomlTable& table, const RegisterMap& map) {
     step.kind = SequenceStep::Kind::write;
     step.item = table.text("write");
     const auto* item = find_named_item(map, table, "write", step.item);
-    if (item && !item->writable) table.mistake("write", fmt::format("register \"{}\" is not writable", item->name));
+    if (item && !item->writable) table.note_error("write", fmt::format("register \"{}\" is not writable", item->name));
     read_written_value(table, map, item, step);
   } else if (table.has("wait")) {
     step.kind = SequenceStep::Kind::wait;
@@ -358,7 +361,7 @@ void read_items(const TomlTable& file, const ItemDefaults& defaults, RegisterMap
   for (const auto& table : tables)
     for (auto& item : repeat_item(table, read_item(table, defaults))) {
       if (!names.insert(item.name).second)
-        table.mistake("name", fmt::format("a second register is named \"{}\"", item.name));
+        table.note_error("name", fmt::format("a second register is named \"{}\"", item.name));
       check_sizes(table, item, map);
       map.items.push_back(std::move(item));
     }
@@ -379,7 +382,7 @@ void read_memory(const TomlTable& table, const ItemDefaults& defaults, RegisterM
   memory.longest_step = table.duration("longest_step");
   memory.finest = table.duration("finest", std::chrono::seconds(1));
   if (memory.finest <= Duration{} || memory.longest_step < memory.finest)
-    table.mistake("longest_step", "expected a longest step that is not shorter than \"finest\", and both positive");
+    table.note_error("longest_step", "expected a longest step that is not shorter than \"finest\", and both positive");
   memory.pause = table.duration("pause", Duration{});
   memory.recovery = table.duration("recovery", Duration{});
   memory.number_from = table.text("number_from", "");
@@ -395,24 +398,24 @@ void read_memory(const TomlTable& table, const ItemDefaults& defaults, RegisterM
 void read_sequences(const TomlTable& table, RegisterMap& map) {
   for (const auto& name : table.keys()) {
     if (std::find(kCommands.begin(), kCommands.end(), name) == kCommands.end())
-      table.mistake(name, fmt::format("\"{}\" is not one of {}", name, fmt::join(kCommands, ", ")));
+      table.note_error(name, fmt::format("\"{}\" is not one of {}", name, fmt::join(kCommands, ", ")));
     auto& steps = map.sequences[name];
     for (const auto& step : table.tables(name)) steps.push_back(read_step(step, map));
-    if (steps.empty()) table.mistake(name, fmt::format("\"{}\" has no steps", name));
+    if (steps.empty()) table.note_error(name, fmt::format("\"{}\" has no steps", name));
   }
 }
 
 Sequence read_steps(const TomlTable& table, const char* key, const RegisterMap& map) {
   Sequence steps;
   for (const auto& step : table.tables(key)) steps.push_back(read_step(step, map));
-  if (steps.empty()) table.mistake(key, fmt::format("\"{}\" has no steps", key));
+  if (steps.empty()) table.note_error(key, fmt::format("\"{}\" has no steps", key));
   return steps;
 }
 
 void read_power_switches(const TomlTable& file, RegisterMap& map) {
   for (const auto& table : file.tables("power")) {
     if (!map.sequences.contains("start") || !map.sequences.contains("stop"))
-      table.mistake("name", "a power switch requires the commands \"start\" and \"stop\"");
+      table.note_error("name", "a power switch requires the commands \"start\" and \"stop\"");
     map.power_switches.push_back({.name = table.text("name"),
                                   .is_on = read_condition(table, map),
                                   .on = read_steps(table, "on", map),
@@ -424,15 +427,16 @@ void check_required(const TomlTable& file, const RegisterMap& map) {
   const auto* air = map.find("air_temperature");
   const auto* set_point = map.find("set_point");
   const auto* kind = map.text_link ? "item" : "[[register]]";
-  if (!air) file.mistake("", fmt::format("missing {} named \"air_temperature\"", kind));
-  if (!set_point) file.mistake("", fmt::format("missing {} named \"set_point\"", kind));
-  if (air && !air->readable) file.mistake("", "register \"air_temperature\" cannot be read");
-  if (set_point && !set_point->writable) file.mistake("", "register \"set_point\" must have access = \"rw\" or \"w\"");
+  if (!air) file.note_error("", fmt::format("missing {} named \"air_temperature\"", kind));
+  if (!set_point) file.note_error("", fmt::format("missing {} named \"set_point\"", kind));
+  if (air && !air->readable) file.note_error("", "register \"air_temperature\" cannot be read");
+  if (set_point && !set_point->writable)
+    file.note_error("", "register \"set_point\" must have access = \"rw\" or \"w\"");
   const auto is_number = [](const RegisterItem* item) {
     return !item || (item->type != RegisterType::text && item->type != RegisterType::date_time);
   };
   if (!is_number(air) || !is_number(set_point))
-    file.mistake("", "registers \"air_temperature\" and \"set_point\" must be numbers");
+    file.note_error("", "registers \"air_temperature\" and \"set_point\" must be numbers");
 }
 
 void check_block(const TomlTable& link, const RegisterMap& map) {
@@ -444,12 +448,12 @@ void check_block(const TomlTable& link, const RegisterMap& map) {
     if (!item) continue;
     first = std::min<int>(first, item->address);
     end = std::max(end, item->address + word_count(*item));
-    if (!item->readable) link.mistake("one_block", fmt::format("register \"{}\" cannot be read", name));
+    if (!item->readable) link.note_error("one_block", fmt::format("register \"{}\" cannot be read", name));
   }
   for (const auto& one : map.links)
     if (end - first > one.modbus.read_at_most)
-      link.mistake("one_block", fmt::format("the block spans {} registers, expected at most {}", end - first,
-                                            one.modbus.read_at_most));
+      link.note_error("one_block", fmt::format("the block spans {} registers, expected at most {}", end - first,
+                                               one.modbus.read_at_most));
 }
 
 constexpr int kMostWrittenAtOnce = 123;
@@ -463,7 +467,7 @@ void read_serial(const TomlTable& link, SerialFormat& serial) {
   if (format)
     serial = *format;
   else
-    link.mistake("serial", format.error().what);
+    link.note_error("serial", format.error().what);
 }
 
 /// Reads the keys that [link] and the table of a single link have in common. The table of the single link has
@@ -515,7 +519,7 @@ void add_meaning(const TomlTable& table, const char* key, const RegisterItem& it
     condition.codes = collect_codes(item);
     condition.not_these = true;
   } else {
-    table.mistake(key, fmt::format("register \"{}\" has no code named \"{}\"", item.name, meaning));
+    table.note_error(key, fmt::format("register \"{}\" has no code named \"{}\"", item.name, meaning));
   }
 }
 
@@ -527,7 +531,7 @@ std::vector<std::string> read_one_or_more(const TomlTable& table, const char* ke
 void read_numbers(const TomlTable& table, Condition& condition) {
   for (const double bit : table.numbers("bits")) {
     if (bit < 0 || bit > 31)
-      table.mistake("bits", fmt::format("bit {} is outside 0 to 31", bit));
+      table.note_error("bits", fmt::format("bit {} is outside 0 to 31", bit));
     else
       condition.bits |= 1U << static_cast<unsigned>(bit);
   }
@@ -540,7 +544,7 @@ ItemDefaults read_item_defaults(const TomlTable& link, std::optional<WordOrder> 
   if (word_order) defaults.order = *word_order;
   defaults.address_base = link.integer("address_base", 0);
   if (defaults.address_base < 0 || defaults.address_base > 400001)
-    link.mistake("address_base", "expected the number that the file gives to the first register: 0, 1, 40001 …");
+    link.note_error("address_base", "expected the number that the file gives to the first register: 0, 1, 40001 …");
   if (link.has("read_function")) defaults.read_function = one_of(kReadFunctions, link, "read_function");
   if (link.has("write_function")) defaults.write_function = one_of(kWriteFunctions, link, "write_function");
   return defaults;
@@ -571,7 +575,7 @@ void read_links(const TomlTable& link, RegisterMap& map) {
   if (const auto usual = link.text("usual", name(map.links.front().kind)); !usual.empty()) {
     const auto found = std::ranges::find_if(map.links, [&](const auto& one) { return usual == name(one.kind); });
     if (found == map.links.end())
-      link.mistake("usual", fmt::format("this file has no [link.{}]", usual));
+      link.note_error("usual", fmt::format("this file has no [link.{}]", usual));
     else
       std::rotate(map.links.begin(), found, found + 1);
   }
@@ -587,12 +591,12 @@ void read_control(const TomlTable& table, RegisterMap& map) {
   const auto* commanded = find_named_item(map, table, "commanded", control.commanded);
   (void)find_named_item(map, table, "active", control.active);
   if (commanded && !commanded->writable)
-    table.mistake("commanded", fmt::format("register \"{}\" is not writable", commanded->name));
+    table.note_error("commanded", fmt::format("register \"{}\" is not writable", commanded->name));
   const auto code = [&](const char* key) -> std::int64_t {
     const auto name = table.text(key, key);
     if (!commanded) return 0;
-    if (const auto found = code_of(*commanded, name)) return static_cast<std::int64_t>(*found);
-    table.mistake(key, fmt::format("register \"{}\" has no code named \"{}\"", commanded->name, name));
+    if (const auto found = find_code(*commanded, name)) return static_cast<std::int64_t>(*found);
+    table.note_error(key, fmt::format("register \"{}\" has no code named \"{}\"", commanded->name, name));
     return 0;
   };
   control.on = code("on");
@@ -616,11 +620,11 @@ void read_limits(const TomlTable& table, RegisterMap& map) {
   if (table.has("lowest")) limits.lowest = table.celsius("lowest");
   if (table.has("highest")) limits.highest = table.celsius("highest");
   if (limits.lowest && limits.highest && *limits.lowest >= *limits.highest)
-    table.mistake("lowest", "the lowest set point is not below the highest");
+    table.note_error("lowest", "the lowest set point is not below the highest");
   const auto item = [&](const char* key) {
     const auto name = table.text(key, "");
     const auto* found = name.empty() ? nullptr : find_named_item(map, table, key, name);
-    if (found && !found->readable) table.mistake(key, fmt::format("register \"{}\" cannot be read", name));
+    if (found && !found->readable) table.note_error(key, fmt::format("register \"{}\" cannot be read", name));
     return name;
   };
   limits.lowest_item = item(table.has("lowest_item") ? "lowest_item" : "lowest_register");
@@ -637,10 +641,10 @@ void read_forbidden(const TomlTable& file, const ItemDefaults& defaults, const R
     const auto first = read_address(table, "first", defaults.address_base);
     const auto last = table.has("last") ? read_address(table, "last", defaults.address_base) : first;
     (void)table.text("why");
-    if (last < first) table.mistake("last", "\"last\" is below \"first\"");
+    if (last < first) table.note_error("last", "\"last\" is below \"first\"");
     for (const auto& item : map.items)
       if (item.writable && item.address <= last && item.address + word_count(item) > first)
-        table.mistake("first", fmt::format("register \"{}\" lies in this range and is writable", item.name));
+        table.note_error("first", fmt::format("register \"{}\" lies in this range and is writable", item.name));
   }
 }
 
@@ -667,11 +671,11 @@ void read_unit(const TomlTable& file, std::optional<WordOrder> word_order, Regis
 const RegisterItem* find_named_item(const RegisterMap& map, const TomlTable& table, const char* key,
                                     const std::string& name) {
   const auto* item = map.find(name);
-  if (!item) table.mistake(key, fmt::format("no register is named \"{}\"", name));
+  if (!item) table.note_error(key, fmt::format("no register is named \"{}\"", name));
   return item;
 }
 
-std::optional<double> code_of(const RegisterItem& item, const std::string& meaning) {
+std::optional<double> find_code(const RegisterItem& item, const std::string& meaning) {
   if (const auto code = item.codes.find(meaning); code != item.codes.end() && !code->second.empty())
     return static_cast<double>(code->second.front());
   if (const auto flag = item.flags.find(meaning); flag != item.flags.end())
@@ -687,7 +691,7 @@ Condition read_condition(const TomlTable& table, const RegisterMap& map) {
   const char* key = is_negated ? "is_not" : "is";
   if (table.has(key)) condition.meanings = read_one_or_more(table, key);
   if (item && !item->readable && item->type == RegisterType::text)
-    table.mistake(item_key(table), fmt::format("register \"{}\" is not a number", item->name));
+    table.note_error(item_key(table), fmt::format("register \"{}\" is not a number", item->name));
   for (const auto& meaning : condition.meanings)
     if (item) add_meaning(table, key, *item, meaning, condition);
   if (is_negated) condition.not_these = !condition.not_these;
@@ -696,7 +700,7 @@ Condition read_condition(const TomlTable& table, const RegisterMap& map) {
   if (!has_condition && item && !item->flags.empty())
     for (const auto& [name, bit] : item->flags) condition.bits |= 1U << bit;
   else if (!has_condition)
-    table.mistake("", "expected \"is\", \"is_not\", \"bits\" or \"above\"");
+    table.note_error("", "expected \"is\", \"is_not\", \"bits\" or \"above\"");
   return condition;
 }
 

@@ -23,13 +23,13 @@ ReadFunction read_function(const RegisterItem& item) {
   return item.read_function.value_or(ReadFunction::holding_registers);
 }
 
-ReadSpan span_of(const RegisterItem& item) {
+ReadSpan read_span(const RegisterItem& item) {
   return {read_function(item), item.address, std::max(word_count(item), item.read_count)};
 }
 
 std::vector<ReadSpan> plan_reads(std::span<const RegisterItem* const> items, bool holes, std::uint16_t at_most) {
   std::vector<ReadSpan> wanted;
-  for (const auto* item : items) wanted.push_back(span_of(*item));
+  for (const auto* item : items) wanted.push_back(read_span(*item));
   std::ranges::sort(wanted, [](const auto& a, const auto& b) {
     return std::tuple(a.function, a.first, -a.count) < std::tuple(b.function, b.first, -b.count);
   });
@@ -46,7 +46,7 @@ std::vector<ReadSpan> plan_reads(std::span<const RegisterItem* const> items, boo
   return plan;
 }
 
-std::span<const std::uint16_t> Snapshot::words_of(const RegisterItem& item) const {
+std::span<const std::uint16_t> Snapshot::find_words(const RegisterItem& item) const {
   const auto function = read_function(item);
   const int count = word_count(item);
   for (const auto& [span, words] : found_)

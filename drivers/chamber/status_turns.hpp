@@ -22,7 +22,7 @@ struct ReadSpan {
 
 [[nodiscard]] ReadFunction read_function(const RegisterItem& item);
 /// Returns the registers of one item.
-[[nodiscard]] ReadSpan span_of(const RegisterItem& item);
+[[nodiscard]] ReadSpan read_span(const RegisterItem& item);
 /// Returns spans that cover `items`, sorted by function and address. Each item is within one span. If `holes`, spans
 /// are merged together with the registers between them, up to a length of `at_most`.
 [[nodiscard]] std::vector<ReadSpan> plan_reads(std::span<const RegisterItem* const> items, bool holes,
@@ -34,7 +34,7 @@ class Snapshot {
   void clear() { found_.clear(); }
   void add(const ReadSpan& span, std::vector<std::uint16_t> words) { found_.push_back({span, std::move(words)}); }
   /// Returns the words of an item, or an empty span if it was not read.
-  [[nodiscard]] std::span<const std::uint16_t> words_of(const RegisterItem& item) const;
+  [[nodiscard]] std::span<const std::uint16_t> find_words(const RegisterItem& item) const;
 
  private:
   struct Found {

@@ -44,7 +44,7 @@ class TemplateReader {
   TextTemplate read(const TomlTable& table, const char* key, const std::string& text) const {
     auto made = TextTemplate::parse(with_parameters(text), encoding_);
     if (made) return std::move(*made);
-    table.mistake(key, made.error().what);
+    table.note_error(key, made.error().what);
     return {};
   }
 
@@ -58,8 +58,8 @@ class TemplateReader {
   std::string read_constant(const TomlTable& table, const char* key, const std::string& text) const {
     const auto made = read(table, key, text);
     if (!made.fields().empty())
-      table.mistake(key, fmt::format("the field \"{}\" has no value here, expected a [parameter] of that name",
-                                     made.fields().front().name));
+      table.note_error(key, fmt::format("the field \"{}\" has no value here, expected a [parameter] of that name",
+                                        made.fields().front().name));
     return made.format({});
   }
 
@@ -133,13 +133,13 @@ void read_links(const TomlTable& link, const TemplateReader& templates, Register
       if (format)
         made.modbus.serial = *format;
       else
-        own.mistake("settings", format.error().what);
+        own.note_error("settings", format.error().what);
     }
     map.links.push_back(std::move(made));
   };
   if (link.has("tcp")) add(LinkKind::text_tcp, link.table("tcp"));
   if (link.has("serial")) add(LinkKind::text_serial, link.table("serial"));
-  if (map.links.empty()) link.mistake("", "expected [link.tcp] or [link.serial]");
+  if (map.links.empty()) link.note_error("", "expected [link.tcp] or [link.serial]");
   if (map.links.empty()) map.links.push_back({.kind = LinkKind::text_tcp, .modbus = settings, .text = common});
   if (link.text("usual", "") == "serial") std::ranges::reverse(map.links);
   map.link = map.links.front();
@@ -152,7 +152,7 @@ void read_refusals(const TomlTable& link, const TemplateReader& templates, TextL
     std::int64_t code = 0;
     const auto [end, error] = std::from_chars(key.data(), key.data() + key.size(), code);
     if (error != std::errc{} || end != key.data() + key.size())
-      table.mistake(key, fmt::format("\"{}\" is not a whole number", key));
+      table.note_error(key, fmt::format("\"{}\" is not a whole number", key));
     text.refusals[code] = table.text(key);
   }
 }
@@ -191,14 +191,15 @@ class ItemReader {
       : templates_(templates), map_(map), text_(text), tables_(file.tables("item")) {
     for (const auto& table : tables_) {
       const auto name = table.text("name");
-      if (!own_.emplace(name, &table).second) table.mistake("name", fmt::format("a second item is named \"{}\"", name));
+      if (!own_.emplace(name, &table).second)
+        table.note_error("name", fmt::format("a second item is named \"{}\"", name));
     }
   }
 
   void read() {
     for (const auto& table : tables_) {
       if (table.has("ask")) read_question(table);
-      if (!table.has("ask") && !table.has("tell")) table.mistake("", "expected \"ask\" or \"tell\"");
+      if (!table.has("ask") && !table.has("tell")) table.note_error("", "expected \"ask\" or \"tell\"");
     }
     for (const auto& table : tables_)
       if (table.has("tell")) read_command(table);
@@ -225,11 +226,11 @@ class ItemReader {
   void begin_question(const TomlTable& table, TextQuery& query) {
     for (const auto& line : texts_at(table, "ask"))
       query.also_asked.push_back(templates_.read_constant(table, "ask", line));
-    if (query.also_asked.empty()) return table.mistake("ask", "missing key \"ask\"");
+    if (query.also_asked.empty()) return table.note_error("ask", "missing key \"ask\"");
     query.ask = query.also_asked.front();
     query.also_asked.erase(query.also_asked.begin());
     if (text_.queries.size() == kMostQuestions)
-      table.mistake("ask", fmt::format("more than {} questions", kMostQuestions));
+      table.note_error("ask", fmt::format("more than {} questions", kMostQuestions));
     query.first = static_cast<std::uint16_t>(std::min(text_.queries.size(), kMostQuestions) * kQuestionStride);
   }
 
@@ -247,7 +248,7 @@ class ItemReader {
     for (const auto& line : texts_at(table, "before"))
       query.before.push_back(templates_.read_constant(table, "before", line));
     query.answers = templates_.read_all(table, "answer");
-    if (query.answers.empty()) table.mistake("answer", "missing key \"answer\"");
+    if (query.answers.empty()) table.note_error("answer", "missing key \"answer\"");
     begin_question(table, query);
     for (const auto& answer : query.answers)
       for (const auto& field : answer.fields()) {
@@ -259,13 +260,13 @@ class ItemReader {
         const bool has_own_question = own != own_.end() && own->second->has("ask") && own->second != &table;
         if (has_own_question) continue;
         if (map_.find(item_name)) {
-          table.mistake("answer", fmt::format("the item \"{}\" is already in another answer", item_name));
+          table.note_error("answer", fmt::format("the item \"{}\" is already in another answer", item_name));
           continue;
         }
         auto [item, codes] = make_item(item_name, field.form, own == own_.end() ? table : *own->second, &table);
         add_cell(field.name, std::move(item), std::move(codes), query);
       }
-    if (query.count > kReadAtMost) table.mistake("answer", "the fields of one answer are too many");
+    if (query.count > kReadAtMost) table.note_error("answer", "the fields of one answer are too many");
     text_.queries.push_back(std::move(query));
   }
 
@@ -300,7 +301,7 @@ class ItemReader {
     item.fahrenheit = unit == "°F";
     item.step = table.boolean("difference", false);
     item.scale = table.number("scale", 1);
-    if (!(item.scale > 0)) table.mistake("scale", "expected a positive number");
+    if (!(item.scale > 0)) table.note_error("scale", "expected a positive number");
     const double finest = form.kind == FieldForm::Kind::number
                               ? (form.decimals < 0 ? kUsualResolution : std::pow(10.0, -form.decimals))
                               : 1.0;
@@ -341,7 +342,7 @@ class ItemReader {
     }
     item->writable = true;
     if (command.acknowledged.empty() && !item->readable && item->seen_in.empty())
-      table.mistake("tell", "this command is neither acknowledged nor read back");
+      table.note_error("tell", "this command is neither acknowledged nor read back");
     command.item = static_cast<std::size_t>(item - map_.items.data());
     tables_of_commands_.push_back(&table);
     text_.commands.push_back(std::move(command));
@@ -353,7 +354,7 @@ class ItemReader {
       if (field.name == "_" || field.name == "value") continue;
       const auto* other = map_.find(field.name);
       if (!other || !other->readable)
-        table.mistake("tell", fmt::format("the field \"{}\" is not an item that can be read", field.name));
+        table.note_error("tell", fmt::format("the field \"{}\" is not an item that can be read", field.name));
     }
   }
 
@@ -410,7 +411,7 @@ void read_text_unit(const TomlTable& file, RegisterMap& map) {
                       .is_expression = true};
     (void)find_named_item(map, identity, "item", print.item);
     if (!is_expression(print.pattern))
-      identity.mistake("pattern", fmt::format("\"{}\" is not a regular expression without groups", print.pattern));
+      identity.note_error("pattern", fmt::format("\"{}\" is not a regular expression without groups", print.pattern));
     map.identity = std::move(print);
     read_verification(identity, map);
   }

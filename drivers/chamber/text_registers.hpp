@@ -23,7 +23,7 @@ namespace gyrotherm::drivers {
 [[nodiscard]] std::unique_ptr<Registers> make_text_registers(const RegisterMap& map, std::unique_ptr<ByteStream> stream,
                                                              std::string place, const Clock* clock = nullptr);
 
-/// Returns the registers of a Modbus or text unit at the end of `line`, which must satisfy carries_bytes(). The line is
+/// Returns the registers of a Modbus or text unit at the end of `line`, which must satisfy is_byte_line(). The line is
 /// opened at first use.
 [[nodiscard]] std::unique_ptr<Registers> make_registers(const Line& line, const RegisterMap& map);
 

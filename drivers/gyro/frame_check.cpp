@@ -32,7 +32,7 @@ Crc read_crc(const TomlTable& table, int width) {
   model.width = width != 0 ? width : whole<int>(table, "width", 3, 32);
   model.polynomial = read_uint32(table, "polynomial", 0);
   if (model.polynomial == 0)
-    table.mistake("polynomial", "the polynomial of a crc is missing, expected a number like 0x1021");
+    table.note_error("polynomial", "the polynomial of a crc is missing, expected a number like 0x1021");
   model.initial = read_uint32(table, "initial", 0);
   model.reflected = table.boolean("reflected", false);
   model.reflected_out = table.boolean("reflected_out", model.reflected);
@@ -84,8 +84,8 @@ FrameCheck read_frame_check(const TomlTable& table, std::size_t shortest, bool i
   if (check.kind == CheckKind::crc) check.model = read_crc(table, keyword.width);
   check.from = whole<std::ptrdiff_t>(table, "from", -kLongestFrame, kLongestFrame, 0);
   if (in_line) {
-    if (is_parity(check.kind)) table.mistake("kind", "a line of text has no parity bit, expected a sum or a crc");
-    if (check.from < 0) table.mistake("from", "expected a position from the start of the line");
+    if (is_parity(check.kind)) table.note_error("kind", "a line of text has no parity bit, expected a sum or a crc");
+    if (check.from < 0) table.note_error("from", "expected a position from the start of the line");
     return check;
   }
   check.offset = whole<std::ptrdiff_t>(table, "offset", -kLongestFrame, kLongestFrame);
@@ -95,7 +95,7 @@ FrameCheck read_frame_check(const TomlTable& table, std::size_t shortest, bool i
   check.padded_to = whole<std::size_t>(table, "padded_to", 1, 64, 1);
   check.mask = read_uint32(table, "mask", 0xFFFFFFFF);
   if (is_parity(check.kind)) check.bit = whole<unsigned>(table, "bit", 0, 7);
-  if (!find_extent(check, shortest)) table.mistake("offset", "the check lies outside the frame, or covers nothing");
+  if (!find_extent(check, shortest)) table.note_error("offset", "the check lies outside the frame, or covers nothing");
   return check;
 }
 

@@ -129,7 +129,7 @@ std::optional<RawValue> find_raw(const FrameField& field, const FrameView& view)
   if (!is_in_message(field, view.id)) return std::nullopt;
   if (!is_word(field.type)) return read_raw(field, view.bytes);
   const auto word = static_cast<std::size_t>(field.offset);
-  return word < view.words.size() ? parse_word(field, view.words[word]) : std::nullopt;
+  return word < view.words.size() ? parse_token(field, view.words[word]) : std::nullopt;
 }
 
 std::optional<std::uint32_t> find_sequence(const FrameFormat& format, const FrameView& view) {

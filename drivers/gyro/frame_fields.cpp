@@ -135,7 +135,7 @@ void write_raw(const FrameField& field, std::span<std::byte> frame, const RawVal
   store_bits(bytes, field.big_endian, whole, field.bits_per_byte);
 }
 
-std::optional<RawValue> parse_word(const FrameField& field, std::string_view word) {
+std::optional<RawValue> parse_token(const FrameField& field, std::string_view word) {
   if (is_hexadecimal(field.type)) {
     const auto whole = parse_whole<std::uint64_t>(word, 16);
     if (!whole) return std::nullopt;
@@ -154,7 +154,7 @@ std::optional<RawValue> parse_word(const FrameField& field, std::string_view wor
   return RawValue{.real = real, .is_real = true};
 }
 
-std::string print_word(const FrameField& field, const RawValue& raw) {
+std::string print_token(const FrameField& field, const RawValue& raw) {
   if (is_hexadecimal(field.type))
     return fmt::format("{:08x}", (static_cast<std::uint64_t>(raw.whole) & low_mask(field.bits)) << field.low_bit);
   return field.type == FieldType::integer ? fmt::format("{}", raw.whole) : fmt::format("{:.9f}", raw.real);

@@ -166,8 +166,8 @@ void store_bits(std::span<std::byte> bytes, bool big_endian, std::uint64_t value
 /// Writes only the bits of the slice and of `when_mask`. Integers wrap at the width of the slice.
 void write_raw(const FrameField& field, std::span<std::byte> frame, const RawValue& raw);
 /// Parses a token. Returns nothing unless the whole token is a number of the field's type that fits in 64 bits.
-[[nodiscard]] std::optional<RawValue> parse_word(const FrameField& field, std::string_view word);
-[[nodiscard]] std::string print_word(const FrameField& field, const RawValue& raw);
+[[nodiscard]] std::optional<RawValue> parse_token(const FrameField& field, std::string_view word);
+[[nodiscard]] std::string print_token(const FrameField& field, const RawValue& raw);
 /// Returns the integer `whole` with the slice and the bits of `when_mask` replaced, as in write_raw().
 [[nodiscard]] std::uint64_t replace_slice(const FrameField& field, std::uint64_t whole, const RawValue& raw);
 

@@ -21,7 +21,7 @@ std::vector<std::uint32_t> read_whole_numbers(const TomlTable& table, const char
   std::vector<std::uint32_t> found;
   for (const double value : table.numbers(key)) {
     if (!(value >= 0 && value <= highest) || value != std::floor(value))
-      table.mistake(key, fmt::format("\"{}\" contains {}, expected {} from 0 to {:.0f}", key, value, what, highest));
+      table.note_error(key, fmt::format("\"{}\" contains {}, expected {} from 0 to {:.0f}", key, value, what, highest));
     else
       found.push_back(static_cast<std::uint32_t>(value));
   }
@@ -32,7 +32,7 @@ std::vector<std::byte> read_bytes(const TomlTable& table, const char* key) {
   std::vector<std::byte> bytes;
   for (const auto value : read_whole_numbers(table, key, 255, "bytes")) bytes.push_back(static_cast<std::byte>(value));
   if (bytes.size() > kMostSyncBytes)
-    table.mistake(key, fmt::format("\"{}\" has {} bytes, expected at most {}", key, bytes.size(), kMostSyncBytes));
+    table.note_error(key, fmt::format("\"{}\" has {} bytes, expected at most {}", key, bytes.size(), kMostSyncBytes));
   return bytes;
 }
 
@@ -51,14 +51,14 @@ void read_variants(const TomlTable& table, FrameFormat& format) {
     const auto fallback = format.length_at ? 0 : static_cast<std::int64_t>(format.length);
     variant.length = whole<std::size_t>(each, "length", 0, kLongestFrame, fallback);
     if (variant.length < format.head_size() && (variant.length != 0 || !format.length_at))
-      each.mistake("length", fmt::format("{} bytes, expected at least the frame's head", variant.length));
+      each.note_error("length", fmt::format("{} bytes, expected at least the frame's head", variant.length));
     if (each.has("check"))
       variant.check = read_frame_check(each.table("check"), variant.length ? variant.length : format.length, false);
     each.ignore("meaning");
     format.variants.push_back(std::move(variant));
   }
   if (!format.variants.empty() && !format.id)
-    table.mistake("message", "several messages and no id, expected a table [frame.id]");
+    table.note_error("message", "several messages and no id, expected a table [frame.id]");
 }
 
 void read_framing(const TomlTable& table, FrameFormat& format) {
@@ -75,14 +75,14 @@ void read_framing(const TomlTable& table, FrameFormat& format) {
       bounded<std::size_t>(table, "length", has_length_per_message ? 1 : table.integer("length"), 1, kLongestFrame);
   read_variants(table, format);
   if (has_length_per_message && format.variants.empty())
-    table.mistake("length", "no length, expected one here or in every [[frame.message]]");
+    table.note_error("length", "no length, expected one here or in every [[frame.message]]");
   if (has_length_per_message && !format.variants.empty()) format.length = format.variants.front().length;
-  if (format.head_size() > format.length) table.mistake("length", "the frame is shorter than its head");
+  if (format.head_size() > format.length) table.note_error("length", "the frame is shorter than its head");
   format.lock_frames = whole<std::size_t>(table, "lock_frames", 0, 1000, 0);
   if (format.sync.empty() && format.lock_frames == 0 && format.variants.empty())
-    table.mistake("sync", "\"sync\" is empty, expected sync bytes, message ids or \"lock_frames\"");
+    table.note_error("sync", "\"sync\" is empty, expected sync bytes, message ids or \"lock_frames\"");
   if (format.length_at && format.lock_frames > 0)
-    table.mistake("lock_frames", "allowed only for frames of fixed length");
+    table.note_error("lock_frames", "allowed only for frames of fixed length");
 }
 
 std::size_t shortest_frame(const FrameFormat& format) {
@@ -120,7 +120,7 @@ void read_bit_layout(const TomlTable& table, const FrameFormat& format, FrameFie
   }
   if (is_real(field.type)) {
     if (field.bits_per_byte != 8 || (!format.line && field.bytes != byte_count(field.type)))
-      table.mistake("type", "a floating-point number needs whole bytes, expected an integer type");
+      table.note_error("type", "a floating-point number needs whole bytes, expected an integer type");
     return;
   }
   const auto width = static_cast<std::int64_t>(field.bits);
@@ -131,11 +131,11 @@ void read_bit_layout(const TomlTable& table, const FrameFormat& format, FrameFie
 /// Reads the conditions under which a frame contains the field.
 void read_presence(const TomlTable& table, const FrameFormat& format, FrameField& field) {
   field.ids = read_whole_numbers(table, "ids", 0xFFFFFFFF, "message ids");
-  if (!field.ids.empty() && !format.id) table.mistake("ids", "the messages have no id, expected a table [frame.id]");
+  if (!field.ids.empty() && !format.id) table.note_error("ids", "the messages have no id, expected a table [frame.id]");
   for (const auto id : field.ids)
     if (!format.variants.empty() && std::none_of(format.variants.begin(), format.variants.end(),
                                                  [&](const auto& variant) { return variant.id == id; }))
-      table.mistake("ids", fmt::format("no message has the id {:#x}", id));
+      table.note_error("ids", fmt::format("no message has the id {:#x}", id));
   field.every = whole<std::uint32_t>(table, "every", 1, 65536, 1);
   field.turn = whole<std::uint32_t>(table, "turn", 0, field.every - 1, 0);
   if (format.line || is_real(field.type) || !table.has("when")) return;
@@ -145,7 +145,7 @@ void read_presence(const TomlTable& table, const FrameFormat& format, FrameField
   const auto width = static_cast<unsigned>(std::min<std::size_t>(64, field.bits_per_byte * field.bytes));
   if (field.when_mask == 0 || (field.when_value & ~field.when_mask) != 0 ||
       (width < 32 && field.when_mask >> width != 0))
-    when.mistake("mask", "the mask is empty, has bits outside the field, or does not contain the value");
+    when.note_error("mask", "the mask is empty, has bits outside the field, or does not contain the value");
 }
 
 void check_field_position(const TomlTable& table, const FrameFormat& format, const FrameField& field) {
@@ -159,7 +159,7 @@ void check_field_position(const TomlTable& table, const FrameFormat& format, con
   for (const auto& variant : format.variants)
     if (field.ids.empty() || std::find(field.ids.begin(), field.ids.end(), variant.id) != field.ids.end())
       fits = fits && fits_in(variant.length != 0 ? variant.length : format.length);
-  if (!fits) table.mistake("offset", "the field lies outside the frame, or over its sync bytes");
+  if (!fits) table.note_error("offset", "the field lies outside the frame, or over its sync bytes");
 }
 
 ExactScale read_scale(const TomlTable& table) {
@@ -167,7 +167,7 @@ ExactScale read_scale(const TomlTable& table) {
   scale.numerator = whole<std::int64_t>(table, "numerator", -kMostCounts, kMostCounts, 1);
   scale.denominator = whole<std::int64_t>(table, "denominator", 1, kMostCounts, 1);
   scale.power_of_two = whole<int>(table, "power_of_two", -200, 200, 0);
-  if (scale.numerator == 0) table.mistake("numerator", "the scale is zero, expected another number");
+  if (scale.numerator == 0) table.note_error("numerator", "the scale is zero, expected another number");
   return scale;
 }
 
@@ -187,18 +187,18 @@ void read_status(const TomlTable& table, FrameField& field) {
     rule.meaning = each.text("meaning");
     const bool fits =
         std::all_of(good.begin(), good.end(), [&](std::uint32_t each_good) { return (each_good & ~rule.mask) == 0; });
-    if (rule.mask == 0 || !fits) each.mistake("mask", "the mask is empty, or does not contain the good value");
+    if (rule.mask == 0 || !fits) each.note_error("mask", "the mask is empty, or does not contain the good value");
     field.rules.push_back(std::move(rule));
   }
   if ((field.good & ~field.mask) != 0)
-    table.mistake("good", "\"good\" has bits outside \"mask\": no frame would be good");
+    table.note_error("good", "\"good\" has bits outside \"mask\": no frame would be good");
 }
 
 /// Returns the number of values of a counter before it wraps, or 0 for 2^64. `modulus` in the file is in units of
 /// `counts_per_unit`.
 std::uint64_t read_range(const TomlTable& table, const FrameField& field, double counts_per_unit) {
   const auto modulus = table.integer("modulus", 0);
-  if (table.has("modulus") && modulus < 2) table.mistake("modulus", "expected a whole number from 2");
+  if (table.has("modulus") && modulus < 2) table.note_error("modulus", "expected a whole number from 2");
   if (modulus >= 2) return static_cast<std::uint64_t>(std::min(static_cast<double>(modulus) * counts_per_unit, 9e18));
   return field.bits >= 63 || is_real(field.type) ? 0 : std::uint64_t{1} << field.bits;
 }
@@ -209,11 +209,11 @@ void read_timestamp(const TomlTable& table, FrameField& field) {
     field.scale.denominator = 1;
     field.unit_s = 1e-9;
     field.range = read_range(table, field, unit_s / field.unit_s);
-    if (unit_s != 1) table.mistake("unit", "a floating-point time must be in seconds, expected \"s\"");
+    if (unit_s != 1) table.note_error("unit", "a floating-point time must be in seconds, expected \"s\"");
     return;
   }
   field.unit_s = field.scale.of(unit_s);
-  if (field.unit_s <= 0) table.mistake("scale", "time runs backwards, expected a positive scale");
+  if (field.unit_s <= 0) table.note_error("scale", "time runs backwards, expected a positive scale");
   field.range = read_range(table, field, 1);
 }
 
@@ -224,26 +224,26 @@ void read_gyro_field(const TomlTable& table, FrameField& field) {
   const bool is_pulse_field = field.unit.empty() && !is_real(field.type) &&
                               (field.role == FieldRole::pulse_count || field.role == FieldRole::increment);
   if (!has_known_unit && !is_pulse_field)
-    table.mistake("unit", field.role == FieldRole::rate ? "expected \"rad/s\", \"deg/s\" or \"deg/h\""
-                                                        : "expected \"rad\", \"deg\" or \"arcsec\"");
+    table.note_error("unit", field.role == FieldRole::rate ? "expected \"rad/s\", \"deg/s\" or \"deg/h\""
+                                                           : "expected \"rad\", \"deg\" or \"arcsec\"");
   field.range = field.bits >= 63 || is_real(field.type) ? 0 : std::uint64_t{1} << field.bits;
   if (field.role == FieldRole::pulse_count) {
     field.range = read_range(table, field, 1);
-    if (is_real(field.type)) table.mistake("type", "expected an integer type for a count of pulses");
+    if (is_real(field.type)) table.note_error("type", "expected an integer type for a count of pulses");
   }
   if (field.role != FieldRole::integrated_angle) return;
   field.wraps_at = table.number("wraps_at", is_real(field.type) ? 0 : field.scale.of(static_cast<double>(field.range)));
   if (!(field.wraps_at > 0))
-    table.mistake("wraps_at", "expected the angle at which it wraps around, in the field's unit");
+    table.note_error("wraps_at", "expected the angle at which it wraps around, in the field's unit");
 }
 
 /// Reads the step of a sequence from one frame to the next: `step`, or `ticks_hz` divided by the frame rate.
 std::uint64_t read_step(const TomlTable& table, double rate_hz) {
   if (!table.has("ticks_hz")) return whole<std::uint64_t>(table, "step", 1, 65536, 1);
-  if (table.has("step")) table.mistake("step", "\"step\" follows from \"ticks_hz\", expected only one of them");
+  if (table.has("step")) table.note_error("step", "\"step\" follows from \"ticks_hz\", expected only one of them");
   const double steps = table.number("ticks_hz") / rate_hz;
   if (steps >= 1 && steps <= 65536 && steps == std::floor(steps)) return static_cast<std::uint64_t>(steps);
-  table.mistake("ticks_hz", fmt::format("expected a whole multiple of the frames' rate, {:g} Hz", rate_hz));
+  table.note_error("ticks_hz", fmt::format("expected a whole multiple of the frames' rate, {:g} Hz", rate_hz));
   return 1;
 }
 
@@ -263,7 +263,7 @@ void read_role(const TomlTable& table, double rate_hz, FrameField& field) {
   const bool is_integer_time = field.role == FieldRole::timestamp && !is_real(field.type);
   if ((is_sequence_or_status && !is_whole && !is_word(field.type)) || (is_sequence_or_status && is_real(field.type)) ||
       (is_integer_time && is_signed(field.type) && !is_word(field.type)))
-    table.mistake("type", "expected an unsigned integer type; a sequence or status has at most 32 bits");
+    table.note_error("type", "expected an unsigned integer type; a sequence or status has at most 32 bits");
 }
 
 /// Reads one field. All other keys of `format` must have been read before.
@@ -285,10 +285,10 @@ void read_header(const TomlTable& table, LineFormat& format) {
   format.header_words = whole<std::size_t>(table, "header_words", 1, 255);
   format.header_end = table.text("header_end");
   if (format.header_end.empty() || format.header_end.find_first_of(format.separators) != std::string::npos)
-    table.mistake("header_end",
-                  "expected the text that ends the header, such as \";\"; it must not contain a separator");
+    table.note_error("header_end",
+                     "expected the text that ends the header, such as \";\"; it must not contain a separator");
   if (format.header_words >= format.words)
-    table.mistake("header_words", "no token follows the header, expected fewer than \"words\"");
+    table.note_error("header_words", "no token follows the header, expected fewer than \"words\"");
 }
 
 /// Reads the [frame.line] table.
@@ -296,9 +296,9 @@ LineFormat read_line_format(const TomlTable& table) {
   LineFormat format;
   format.starts_with = table.text("starts_with", "");
   format.terminator = table.text("terminator", "\r\n");
-  if (format.terminator.empty()) table.mistake("terminator", "empty, expected the end of a line, like \"\\r\\n\"");
+  if (format.terminator.empty()) table.note_error("terminator", "empty, expected the end of a line, like \"\\r\\n\"");
   format.separators = table.text("separators", " ");
-  if (format.separators.empty()) table.mistake("separators", "empty, expected the characters between words");
+  if (format.separators.empty()) table.note_error("separators", "empty, expected the characters between words");
   format.merges = table.boolean("merges", true);
   format.mark = table.text("mark", "");
   format.words = whole<std::size_t>(table, "words", 1, 256);
@@ -327,14 +327,14 @@ FrameFormat read_frame_format(const TomlTable& table, const std::vector<std::str
     read_framing(table, format);
   }
   format.rate_hz = rate_hz.value_or(table.number("rate_hz", 0));
-  if (!(format.rate_hz >= 0)) table.mistake("rate_hz", "expected a positive number of frames a second");
+  if (!(format.rate_hz >= 0)) table.note_error("rate_hz", "expected a positive number of frames a second");
   format.clocked_by_sequence = one_of(kClocks, table, "clock", "device");
   const auto fields = table.tables("field");
   for (const auto& field : fields) format.fields.push_back(read_frame_field(field, format));
   if (table.has("check"))
     format.check = read_frame_check(table.table("check"), shortest_frame(format), format.line.has_value());
   if (format.line && (format.check.kind == CheckKind::none) != format.line->mark.empty())
-    table.mistake("line", "expected both a check and \"mark\", the text before it, or neither");
+    table.note_error("line", "expected both a check and \"mark\", the text before it, or neither");
   assign_slots(table, fields, axes, format);
   return format;
 }

@@ -44,9 +44,9 @@ void choose_axes(const TomlTable& table, const std::vector<std::string>& wanted,
   if (!wanted.empty()) table.ignore("axis");
   for (const auto& axis : wanted.empty() ? default_axes(table, format) : wanted) {
     if (!has_axis(format, axis))
-      table.mistake("axis", fmt::format("no gyro field has the axis \"{}\"", axis));
+      table.note_error("axis", fmt::format("no gyro field has the axis \"{}\"", axis));
     else if (contains(format.axes, axis))
-      table.mistake("axis", fmt::format("the axis \"{}\" is requested twice", axis));
+      table.note_error("axis", fmt::format("the axis \"{}\" is requested twice", axis));
     else
       format.axes.push_back(axis);
   }
@@ -122,11 +122,11 @@ void check_pairs(const TomlTable& table, const FrameFormat& format, const FrameF
     if (!has_same_slot(*other, field)) continue;
     sharing += can_share_frame(*other, field) ? 1 : 0;
     if (is_housekeeping(field) && (other->unit != field.unit || other->role != field.role))
-      table.mistake("", fmt::format("the fields with {} differ in role or unit", describe_field(field)));
+      table.note_error("", fmt::format("the fields with {} differ in role or unit", describe_field(field)));
     if (is_gyro(field.role) && other->role == field.role && !has_same_meaning(*other, field))
-      table.mistake("", fmt::format("the fields of axis \"{}\" differ in type, scale or unit", field.axis));
+      table.note_error("", fmt::format("the fields of axis \"{}\" differ in type, scale or unit", field.axis));
   }
-  if (sharing > 1) table.mistake("", fmt::format("{} fields have {}, expected one", sharing, describe_field(field)));
+  if (sharing > 1) table.note_error("", fmt::format("{} fields have {}, expected one", sharing, describe_field(field)));
 }
 
 /// Notes an error if there is no axis or if the fields of an axis differ in role.
@@ -136,11 +136,12 @@ void check_axes(const TomlTable& table, const FrameFormat& format) {
     return is_gyro(field.role) && gyros[field.slot]->role != field.role;
   });
   if (gyros.empty() || has_two_roles)
-    table.mistake("",
-                  "the frame needs either a field with the role \"pulse_count\" or one with \"increment\", \"rate\" or "
-                  "\"integrated_angle\"");
+    table.note_error(
+        "",
+        "the frame needs either a field with the role \"pulse_count\" or one with \"increment\", \"rate\" or "
+        "\"integrated_angle\"");
   if (format.clocked_by_sequence && (!format.find(FieldRole::sequence) || format.rate_hz <= 0))
-    table.mistake("clock", "\"clock\" is \"sequence\", expected a field with that role and \"rate_hz\"");
+    table.note_error("clock", "\"clock\" is \"sequence\", expected a field with that role and \"rate_hz\"");
 }
 
 bool is_valid_name(const std::string& name) {
@@ -152,12 +153,12 @@ bool is_valid_name(const std::string& name) {
 void check_name(const TomlTable& table, const FrameField& field) {
   if (!is_housekeeping(field)) return;
   if (!is_valid_name(field.name))
-    table.mistake("name", fmt::format("\"{}\" is not a name, expected letters, digits and \"_\"", field.name));
+    table.note_error("name", fmt::format("\"{}\" is not a name, expected letters, digits and \"_\"", field.name));
   if (field.name == kFrames || field.name == kFlagged)
-    table.mistake("name", fmt::format("the name \"{}\" is reserved, expected another name", field.name));
+    table.note_error("name", fmt::format("the name \"{}\" is reserved, expected another name", field.name));
   const bool is_celsius = field.unit.empty() || field.unit == "degC" || field.unit == kCelsius;
   if (field.role == FieldRole::temperature && !is_celsius)
-    table.mistake("unit", "a scaled temperature must be in °C, expected \"degC\"");
+    table.note_error("unit", "a scaled temperature must be in °C, expected \"degC\"");
 }
 
 /// Returns the first field of each slot, among the fields for which `belongs` returns true.

@@ -307,7 +307,7 @@ class FramedGyro final : public Gyro {
       }
       is_complete = first ? sum_.has_origin() : is_long_enough(tally, expected);
       if (is_complete && !*more) return finish_read(tally, first);
-      if (!deadline.over()) continue;
+      if (!deadline.has_passed()) continue;
       if (tally.rounds > 0) return finish_read(tally, first);
       const auto what = explain_missing_count(frames_.seen - seen_before);
       reset_stream();

@@ -24,7 +24,7 @@ std::vector<std::uint32_t> read_messages(const TomlTable& table, const FrameForm
     const auto id = static_cast<std::uint32_t>(std::clamp(number, 0.0, 4294967295.0));
     const bool is_listed = std::ranges::any_of(format.variants, [&](const auto& one) { return one.id == id; });
     if (!is_listed || static_cast<double>(id) != number)
-      table.mistake("message", fmt::format("no message has the id {}", number));
+      table.note_error("message", fmt::format("no message has the id {}", number));
     ids.push_back(id);
   }
   return ids;
@@ -123,9 +123,9 @@ std::vector<GyroCommand> read_commands(const TomlTable& root, const char* key, c
     command.refusal = table.text("refusal", "");
     command.messages = read_messages(table, format);
     if (table.has("then")) command.then_silent = table.choice("then", {"silent", "sends"}) == "silent";
-    if (command.send.empty()) table.mistake("send", "empty, expected the command to send");
+    if (command.send.empty()) table.note_error("send", "empty, expected the command to send");
     if (requires_answer(command) && command.wait <= Duration::zero())
-      table.mistake("wait", "the time to wait for a reply is zero, expected a positive duration");
+      table.note_error("wait", "the time to wait for a reply is zero, expected a positive duration");
     commands.push_back(std::move(command));
   }
   return commands;
@@ -136,7 +136,7 @@ Result<void> send_command(const GyroCommand& command, const FrameFormat& format,
   if (auto sent = line.write(std::as_bytes(std::span(command.send)), within); !sent) return sent;
   AnswerSearch answer(command, format);
   std::array<std::byte, kAnswerChunk> chunk;
-  for (const Deadline deadline(command.wait, clock); !deadline.over();) {
+  for (const Deadline deadline(command.wait, clock); !deadline.has_passed();) {
     const auto size = line.read(chunk, deadline.left());
     if (!size && size.error().kind == FaultKind::timeout) break;
     if (!size) return failure(size.error());
@@ -154,9 +154,9 @@ IdentityQuery read_identity_query(const TomlTable& table) {
                       .wait = table.duration("wait", Duration::zero()),
                       .begins = table.text("begins"),
                       .ends = table.text("ends", "\r\n")};
-  if (query.begins.empty()) table.mistake("begins", "empty, expected the text before the identity");
-  if (query.ends.empty()) table.mistake("ends", "empty, expected the text after the identity");
-  if (query.wait <= Duration::zero()) table.mistake("wait", "expected a positive duration");
+  if (query.begins.empty()) table.note_error("begins", "empty, expected the text before the identity");
+  if (query.ends.empty()) table.note_error("ends", "empty, expected the text after the identity");
+  if (query.wait <= Duration::zero()) table.note_error("wait", "expected a positive duration");
   return query;
 }
 
@@ -164,7 +164,7 @@ Result<std::string> query_identity(const IdentityQuery& query, ByteStream& line,
   if (auto sent = line.write(std::as_bytes(std::span(query.send)), within); !sent) return failure(sent.error());
   std::string received;
   std::array<std::byte, kAnswerChunk> chunk;
-  for (const Deadline deadline(query.wait, clock); !deadline.over();) {
+  for (const Deadline deadline(query.wait, clock); !deadline.has_passed();) {
     const auto size = line.read(chunk, deadline.left());
     if (!size && size.error().kind == FaultKind::timeout) break;
     if (!size) return failure(size.error());
@@ -203,14 +203,14 @@ StreamSetting read_setting(const TomlTable& table, const std::vector<GyroCommand
   if (setting.evidence == SettingEvidence::reply) {
     const auto command = substitute_rate(table.text("command"), format.rate_hz);
     if (!is_answered_command(command, start))
-      table.mistake("command", fmt::format("no [[start]] command sends \"{}\" and requires an answer", command));
+      table.note_error("command", fmt::format("no [[start]] command sends \"{}\" and requires an answer", command));
   }
   if (setting.evidence == SettingEvidence::message && !has_settings_message(format))
-    table.mistake("verified_by", "no field has a rule with the verdict \"mismatch\"");
+    table.note_error("verified_by", "no field has a rule with the verdict \"mismatch\"");
   if (setting.evidence == SettingEvidence::pace && format.rate_hz <= 0)
-    table.mistake("verified_by", "the frames have no \"rate_hz\"");
+    table.note_error("verified_by", "the frames have no \"rate_hz\"");
   if (setting.evidence == SettingEvidence::nothing && setting.note.empty())
-    table.mistake("note", "expected the reason why this setting cannot be verified");
+    table.note_error("note", "expected the reason why this setting cannot be verified");
   return setting;
 }
 
@@ -223,7 +223,7 @@ std::vector<StreamSetting> read_settings(const TomlTable& root, const std::vecto
   return settings;
 }
 
-std::string in_words(const std::vector<StreamSetting>& settings, bool is_queried) {
+std::string describe(const std::vector<StreamSetting>& settings, bool is_queried) {
   std::string verified, unverified;
   const auto add = [](std::string& list, const std::string& one) { list += (list.empty() ? "" : ", ") + one; };
   for (const auto& [name, value, affects, evidence, note] : settings) {

@@ -100,6 +100,6 @@ struct StreamSetting {
 /// Returns the verified and unverified settings as text: "verified: rotation in radians; NOT verified: filter as found
 /// (…)". Empty if there are no settings. Unless `is_queried`, the start commands were not sent, and settings that need
 /// them are unverified.
-[[nodiscard]] std::string in_words(const std::vector<StreamSetting>& settings, bool is_queried);
+[[nodiscard]] std::string describe(const std::vector<StreamSetting>& settings, bool is_queried);
 
 }  // namespace gyrotherm::drivers

@@ -43,7 +43,7 @@ class DescriptorStream : public ByteStream {
         continue;
       }
       if (size < 0 && !would_block()) return close_with_fault(std::strerror(errno));
-      if (!deadline.over() && ready(line_.number(), POLLOUT, deadline)) continue;
+      if (!deadline.has_passed() && wait_until_ready(line_.number(), POLLOUT, deadline)) continue;
       (void)close_with_fault("some bytes may have been sent");
       return failure(FaultKind::timeout, place(), fmt::format("could not send in {:.3f} s", to_seconds(within)));
     }
@@ -93,7 +93,7 @@ class TcpStream final : public DescriptorStream {
       }
       if (size == 0) return close_with_fault("the peer closed the connection");
       if (!would_block()) return close_with_fault(std::strerror(errno));
-      if (deadline.over() || !ready(line_.number(), POLLIN, deadline))
+      if (deadline.has_passed() || !wait_until_ready(line_.number(), POLLIN, deadline))
         return failure(FaultKind::timeout, place(), fmt::format("no data in {:.3f} s", to_seconds(within)));
     }
   }
@@ -111,7 +111,8 @@ class TcpStream final : public DescriptorStream {
     enable_dead_peer_detection(line_.number());
     if (::connect(line_.number(), reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0) return {};
     if (errno != EINPROGRESS) return close_with_fault(std::strerror(errno));
-    if (!ready(line_.number(), POLLOUT, Deadline(connect_within_))) return close_with_fault("no connection in time");
+    if (!wait_until_ready(line_.number(), POLLOUT, Deadline(connect_within_)))
+      return close_with_fault("no connection in time");
     int error = 0;
     socklen_t size = sizeof error;
     getsockopt(line_.number(), SOL_SOCKET, SO_ERROR, &error, &size);
@@ -248,7 +249,7 @@ class SerialStream final : public DescriptorStream {
   Result<std::size_t> read(std::span<std::byte> buffer, Duration within) override {
     if (auto opened = open(); !opened) return failure(std::move(opened.error()));
     const Deadline deadline(within);
-    while (ready(line_.number(), POLLIN, deadline)) {
+    while (wait_until_ready(line_.number(), POLLIN, deadline)) {
       const auto size = ::read(line_.number(), buffer.data(), buffer.size());
       if (size > 0) {
         backoff_.note_success();
@@ -302,7 +303,7 @@ Result<Descriptor> open_serial_port(const std::string& device, const SerialForma
   return real.starts_with("/dev/pts/") ? open_pseudo_terminal(real) : open_port(real, format);
 }
 
-std::vector<SerialPortFound> serial_ports() {
+std::vector<SerialPortFound> list_serial_ports() {
   std::vector<SerialPortFound> found;
   sp_port** ports = nullptr;
   if (sp_list_ports(&ports) != SP_OK) return found;

@@ -57,7 +57,7 @@ struct SerialPortFound {
   std::string stable_name;
   int vendor{}, product{};  ///< USB adapters only
 };
-[[nodiscard]] std::vector<SerialPortFound> serial_ports();
+[[nodiscard]] std::vector<SerialPortFound> list_serial_ports();
 
 /// Returns a stream that opens `device` exclusively at first use, and again after it was unplugged. A link is resolved
 /// at each opening, and earlier input is discarded. The settings are read back: a port that does not support `format`

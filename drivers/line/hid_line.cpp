@@ -119,7 +119,7 @@ class OpenedHid final : public HidReports {
   [[nodiscard]] Result<HidDeviceFound> find_device() const {
     std::vector<HidDeviceFound> matches;
     std::string serials;
-    for (auto& device : hid_devices()) {
+    for (auto& device : list_hid_devices()) {
       if (find_kind(device) == nullptr || (!serial_.empty() && device.serial != serial_)) continue;
       serials += (serials.empty() ? "" : ", ") + device.serial;
       matches.push_back(std::move(device));
@@ -162,7 +162,7 @@ std::unique_ptr<HidReports> make_hid_line(std::vector<HidKind> kinds, std::strin
   return std::make_unique<OpenedHid>(std::move(kinds), std::move(serial));
 }
 
-std::vector<HidDeviceFound> hid_devices() {
+std::vector<HidDeviceFound> list_hid_devices() {
   const std::scoped_lock lock(hidapi_mutex());
   std::vector<HidDeviceFound> found;
   auto* first = hid_enumerate(0, 0);

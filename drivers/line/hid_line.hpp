@@ -31,6 +31,6 @@ struct HidDeviceFound {
   std::string serial, maker, model;
 };
 /// Lists the connected HID devices, sorted by path.
-[[nodiscard]] std::vector<HidDeviceFound> hid_devices();
+[[nodiscard]] std::vector<HidDeviceFound> list_hid_devices();
 
 }  // namespace gyrotherm::drivers

@@ -148,12 +148,12 @@ std::string text(const Line& line) {
   return std::visit(Formatter{}, line);
 }
 
-bool carries_bytes(const Line& line) {
+bool is_byte_line(const Line& line) {
   return std::holds_alternative<TcpLine>(line) || std::holds_alternative<SerialLine>(line);
 }
 
 std::unique_ptr<ByteStream> make_stream(const Line& line, const LineDefaults& defaults, Duration connect_within) {
-  assert(carries_bytes(line));
+  assert(is_byte_line(line));
   if (const auto* tcp = std::get_if<TcpLine>(&line))
     return make_tcp_stream({tcp->host, tcp->port == 0 ? defaults.port : tcp->port}, connect_within);
   const auto& serial = std::get<SerialLine>(line);

@@ -64,7 +64,7 @@ using Line = std::variant<VirtualLine, TcpLine, SerialLine, HidLine>;
 [[nodiscard]] std::string text(const Line& line);
 
 /// Returns whether make_stream() accepts the line: a TCP or a serial line.
-[[nodiscard]] bool carries_bytes(const Line& line);
+[[nodiscard]] bool is_byte_line(const Line& line);
 
 /// Default values of an instrument for a line address that does not contain them.
 struct LineDefaults {
@@ -75,7 +75,7 @@ struct LineDefaults {
 
 /// Returns a stream that opens at first use and again after the line broke. Connecting by TCP may take up to
 /// `connect_within`. After the second consecutive failure, calls fail immediately for 0.5 s, then for longer periods up
-/// to 10 s. `line` must satisfy carries_bytes().
+/// to 10 s. `line` must satisfy is_byte_line().
 [[nodiscard]] std::unique_ptr<ByteStream> make_stream(const Line& line, const LineDefaults& defaults,
                                                       Duration connect_within);
 

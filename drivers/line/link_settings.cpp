@@ -26,7 +26,7 @@ LinkSettings read_link_settings(const TomlTable& table) {
   if (table.has("timeout")) {
     settings.timeout = table.duration("timeout");
     if (*settings.timeout <= Duration::zero() || *settings.timeout > kMaxTimeout)
-      table.mistake("timeout", "\"timeout\" is out of range, expected more than zero and at most 2 s");
+      table.note_error("timeout", "\"timeout\" is out of range, expected more than zero and at most 2 s");
   }
   if (table.has("read_at_most"))
     settings.read_at_most = whole<std::uint16_t>(table, "read_at_most", 1, kMostReadAtOnce);

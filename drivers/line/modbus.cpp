@@ -19,7 +19,7 @@ namespace {
 using std::chrono::milliseconds;
 
 constexpr Duration kTcpExchangeLimit = milliseconds(1000), kRtuExchangeLimit = milliseconds(1500);
-constexpr int kMostTries = 3;
+constexpr int kMaxTries = 3;
 constexpr Duration kFirstBusyWait = milliseconds(20);
 /// The second packet of a reply may wait for the acknowledgement of the first (RFC 896), which systems delay by 40 to
 /// 200 ms.
@@ -43,7 +43,7 @@ class GuardedRegisters final : public Registers {
     auto message = request(static_cast<std::uint8_t>(function), address);
     assert(count >= 1 && count <= (is_bit_read(message.function) ? kMostBits : link_.read_at_most));
     message.count = count;
-    return exchange(message, kMostTries);
+    return exchange(message, kMaxTries);
   }
 
   Result<void> write(WriteFunction function, std::uint16_t address, std::span<const std::uint16_t> words) override {
@@ -175,7 +175,7 @@ std::unique_ptr<Registers> make_guarded_registers(std::unique_ptr<ModbusLine> li
   return std::make_unique<GuardedRegisters>(std::move(line), link, clock);
 }
 
-ModbusLink without_pauses(ModbusLink link) {
+ModbusLink remove_pauses(ModbusLink link) {
   link.minimum_period = link.after_write = Duration::zero();
   link.gap = Duration(1);  // 0 means 3.5 characters
   link.serial.baud = kFastestBaud;
@@ -183,7 +183,7 @@ ModbusLink without_pauses(ModbusLink link) {
 }
 
 std::unique_ptr<Registers> make_modbus(const Line& line, const ModbusLink& link) {
-  assert(carries_bytes(line));
+  assert(is_byte_line(line));
   auto at = line;
   if (auto* tcp = std::get_if<TcpLine>(&at); tcp != nullptr && tcp->port == 0) tcp->port = link.port;
 

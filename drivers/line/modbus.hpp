@@ -66,9 +66,9 @@ struct ModbusLink {
 };
 
 /// Returns the link with all pauses removed, for a unit in virtual time.
-[[nodiscard]] ModbusLink without_pauses(ModbusLink link);
+[[nodiscard]] ModbusLink remove_pauses(ModbusLink link);
 
-/// Returns the registers of the link's unit at the end of `line`, which must satisfy carries_bytes(). The line is
+/// Returns the registers of the link's unit at the end of `line`, which must satisfy is_byte_line(). The line is
 /// opened at first use.
 ///
 /// A read is attempted up to three times within a time limit: 1.0 s for TCP, and 1.5 s for RTU and for TCP without

@@ -81,8 +81,8 @@ class LibmodbusConnection final : public FrameConnection {
     return failure(FaultKind::disconnected, "", fmt::format("connection lost: {}", modbus_strerror(errno)));
   }
 
-  bool silent_for(Duration time) override {
-    return !ready(context_ ? modbus_get_socket(context_.get()) : kNoDescriptor, POLLIN, Deadline(time));
+  bool is_silent_for(Duration time) override {
+    return !wait_until_ready(context_ ? modbus_get_socket(context_.get()) : kNoDescriptor, POLLIN, Deadline(time));
   }
 
  private:
@@ -140,7 +140,7 @@ class ModbusTcp final : public ModbusLine {
   }
 
   void rest(Duration time) override {
-    if (!connection_->silent_for(time)) drop();
+    if (!connection_->is_silent_for(time)) drop();
   }
   std::string place() const override { return place_; }
 
@@ -155,13 +155,13 @@ class ModbusTcp final : public ModbusLine {
   /// twice the timeout has passed since the last request.
   [[nodiscard]] Result<void> open_silent(const Deadline& deadline) {
     while (true) {
-      if (connection_->is_open() && !connection_->silent_for(Duration::zero())) drop();
+      if (connection_->is_open() && !connection_->is_silent_for(Duration::zero())) drop();
       if (auto opened = open(deadline); !opened) return opened;
       if (!answer_may_come_late_) return {};
       const auto silence = std::max(timeout_, late_answers_.left());
       if (silence >= deadline.left())
         return failure(FaultKind::timeout, "", "no time left to wait for silence on the connection");
-      if (connection_->silent_for(silence)) {
+      if (connection_->is_silent_for(silence)) {
         answer_may_come_late_ = false;
         return {};
       }
@@ -260,7 +260,7 @@ class ModbusRtu final : public ModbusLine {
   void rest(Duration time) override {
     std::array<std::byte, kBufferSize> stale;
     const Deadline deadline(time, clock_);
-    while (!deadline.over()) {
+    while (!deadline.has_passed()) {
       const auto size = stream_->read(stale, deadline.left());
       if (size) answer_may_come_late_ = true;
       if (!size && size.error().kind != FaultKind::timeout) return;  // the next attempt reports it
@@ -295,7 +295,7 @@ class ModbusRtu final : public ModbusLine {
       if (!size && size.error().kind != FaultKind::timeout) return failure(size.error());
       if (!size && left >= silence) return {};
       if (!size) return failure(FaultKind::timeout, "", "no time left to wait for silence on the line");
-      if (deadline.over()) return failure(FaultKind::corrupted, "", "the line does not become silent");
+      if (deadline.has_passed()) return failure(FaultKind::corrupted, "", "the line does not become silent");
       stray += *size;
       answer_may_come_late_ = answer_may_come_late_ || stray >= kShortestRtuAnswer;  // fewer are noise
     }

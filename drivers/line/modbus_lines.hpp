@@ -26,7 +26,7 @@ class FrameConnection {
   /// Fails with timeout, corrupted or disconnected.
   [[nodiscard]] virtual Result<std::size_t> receive(std::span<std::byte> frame, Duration within) = 0;
   /// Waits for `time` and returns true, or returns false as soon as a byte arrives.
-  [[nodiscard]] virtual bool silent_for(Duration time) = 0;
+  [[nodiscard]] virtual bool is_silent_for(Duration time) = 0;
 };
 
 /// Returns a Modbus TCP line. Every field of a reply is compared with its request, in particular the transaction

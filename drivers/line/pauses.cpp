@@ -90,14 +90,15 @@ class NotingPauses final : public Pauses {
 
 }  // namespace
 
-std::unique_ptr<Pauses> real_pauses() { return std::make_unique<RealPauses>(); }
-std::unique_ptr<Pauses> virtual_pauses() { return std::make_unique<VirtualPauses>(); }
+std::unique_ptr<Pauses> make_real_pauses() { return std::make_unique<RealPauses>(); }
+std::unique_ptr<Pauses> make_virtual_pauses() { return std::make_unique<VirtualPauses>(); }
 
-std::unique_ptr<Registers> noting(std::unique_ptr<Registers> registers, std::shared_ptr<LineActivity> activity) {
+std::unique_ptr<Registers> record_activity(std::unique_ptr<Registers> registers,
+                                           std::shared_ptr<LineActivity> activity) {
   return std::make_unique<NotingRegisters>(std::move(registers), std::move(activity));
 }
 
-std::unique_ptr<Pauses> noting(std::unique_ptr<Pauses> pauses, std::shared_ptr<LineActivity> activity) {
+std::unique_ptr<Pauses> record_activity(std::unique_ptr<Pauses> pauses, std::shared_ptr<LineActivity> activity) {
   return std::make_unique<NotingPauses>(std::move(pauses), std::move(activity));
 }
 

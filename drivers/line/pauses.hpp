@@ -45,18 +45,18 @@ class Pauses {
 };
 
 /// Returns the machine's steady clock. A pause blocks the calling thread.
-[[nodiscard]] std::unique_ptr<Pauses> real_pauses();
+[[nodiscard]] std::unique_ptr<Pauses> make_real_pauses();
 /// Returns a virtual clock, for virtual instruments. A pause only advances it and returns immediately.
-[[nodiscard]] std::unique_ptr<Pauses> virtual_pauses();
+[[nodiscard]] std::unique_ptr<Pauses> make_virtual_pauses();
 
 /// Measures the time since the last exchange on a line, to detect a line that hangs: on a bad line, one call may take
-/// many seconds, but its exchanges end. Only one thread may call note(); any thread may call quiet_for().
+/// many seconds, but its exchanges end. Only one thread may call note(); any thread may call time_since_note().
 class LineActivity {
  public:
   /// Notes the end of an exchange, even a failed one, or the end of a part of a pause.
   void note() { last_ = now(); }
   /// Returns the time since the last note().
-  [[nodiscard]] Duration quiet_for() const { return now() - last_.load(); }
+  [[nodiscard]] Duration time_since_note() const { return now() - last_.load(); }
 
  private:
   [[nodiscard]] static Duration now() { return std::chrono::steady_clock::now().time_since_epoch(); }
@@ -64,9 +64,10 @@ class LineActivity {
 };
 
 /// Returns registers that call activity->note() at the end of each call.
-[[nodiscard]] std::unique_ptr<Registers> noting(std::unique_ptr<Registers> registers,
-                                                std::shared_ptr<LineActivity> activity);
+[[nodiscard]] std::unique_ptr<Registers> record_activity(std::unique_ptr<Registers> registers,
+                                                         std::shared_ptr<LineActivity> activity);
 /// Returns pauses that call activity->note() every half second and at their end.
-[[nodiscard]] std::unique_ptr<Pauses> noting(std::unique_ptr<Pauses> pauses, std::shared_ptr<LineActivity> activity);
+[[nodiscard]] std::unique_ptr<Pauses> record_activity(std::unique_ptr<Pauses> pauses,
+                                                      std::shared_ptr<LineActivity> activity);
 
 }  // namespace gyrotherm::drivers

@@ -113,13 +113,13 @@ class ProcessStream::Child {
   Child& operator=(const Child&) = delete;
 
   [[nodiscard]] int line() const { return line_.number(); }
-  [[nodiscard]] bool is_settled() const { return settling_.over(); }
+  [[nodiscard]] bool is_settled() const { return settling_.has_passed(); }
   [[nodiscard]] bool is_running() const {
-    return !watched_.is_open() || !ready(watched_.number(), POLLIN, Deadline(Duration::zero()));
+    return !watched_.is_open() || !wait_until_ready(watched_.number(), POLLIN, Deadline(Duration::zero()));
   }
   void close_and_wait(Duration within) {
     ::shutdown(line_.number(), SHUT_RDWR);
-    if (watched_.is_open()) (void)ready(watched_.number(), POLLIN, Deadline(within));
+    if (watched_.is_open()) (void)wait_until_ready(watched_.number(), POLLIN, Deadline(within));
   }
   /// Kills the process group. Returns a description of how the process ended, with its last line on stderr. No other
   /// process can be killed, because a process number is not reused before waitpid().
@@ -127,7 +127,7 @@ class ProcessStream::Child {
     if (process_ == 0) return {};
     ::kill(-process_, SIGKILL);
     ::kill(process_, SIGKILL);
-    if (watched_.is_open()) (void)ready(watched_.number(), POLLIN, Deadline(kKillTimeout));
+    if (watched_.is_open()) (void)wait_until_ready(watched_.number(), POLLIN, Deadline(kKillTimeout));
     int status = 0;
     const bool dead = ::waitpid(process_, &status, WNOHANG) == process_;
     process_ = 0;
@@ -139,7 +139,7 @@ class ProcessStream::Child {
   /// Waits for output of the program and returns true, or returns false at the deadline. Reads the program's stderr
   /// while waiting.
   [[nodiscard]] bool wait(const Deadline& deadline) {
-    while (!deadline.over()) {
+    while (!deadline.has_passed()) {
       std::array<pollfd, 2> lines{{{line(), POLLIN, 0}, {errors_.number(), POLLIN, 0}}};
       const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline.left());
       const int found = ::poll(lines.data(), lines.size(), static_cast<int>(left.count()));
@@ -244,7 +244,7 @@ Result<void> ProcessStream::write(std::span<const std::byte> bytes, Duration wit
       continue;
     }
     if (sent < 0 && !would_block()) return close_with_fault({});
-    if (deadline.over() || !ready(state_->child->line(), POLLOUT, deadline))
+    if (deadline.has_passed() || !wait_until_ready(state_->child->line(), POLLOUT, deadline))
       return close_with_fault(
           fmt::format("the program did not read its input for {:.3f} s and was stopped", to_seconds(within)));
   }

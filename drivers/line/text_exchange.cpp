@@ -39,7 +39,7 @@ Result<void> TextExchange::wait_for_silence(bool resync_follows) {
     if (size.error().kind != FaultKind::timeout) return failure(size.error());
     answer_may_come_late_ = answer_may_come_late_ && is_in_order;
     return {};
-  } while (!deadline.over());
+  } while (!deadline.has_passed());
   return failure(FaultKind::corrupted, "", "the line does not become silent");
 }
 
@@ -103,7 +103,7 @@ Result<void> TextExchange::send_resync(const ResyncQuery& resync) {
 
 /// Waits for silence, and resynchronises after a lost answer.
 Result<void> TextExchange::prepare(const ResyncQuery& resync) {
-  if (rest_ && !rest_->over()) return failure(FaultKind::timeout, "", "waiting after lost answers");
+  if (rest_ && !rest_->has_passed()) return failure(FaultKind::timeout, "", "waiting after lost answers");
   rest_.reset();
   const bool resynchronises = must_resynchronise_ && !resync.question.empty();
   if (auto silent = wait_for_silence(resynchronises); !silent) return silent;

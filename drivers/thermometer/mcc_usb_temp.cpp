@@ -370,7 +370,7 @@ class MccUsbTemp final : public Thermometer {
       if (size.error().kind != FaultKind::timeout) return failure(size.error());
       reply_may_come_late_ = false;
       return {};
-    } while (!deadline.over());
+    } while (!deadline.has_passed());
     return failure(FaultKind::corrupted, "", "the device sends unrequested reports");
   }
 
@@ -388,7 +388,7 @@ class MccUsbTemp final : public Thermometer {
       reply_may_come_late_ = false;
       report.resize(*size);
       return report;
-    } while (!deadline.over());
+    } while (!deadline.has_passed());
     return failure(FaultKind::timeout, "", "only other reports arrived");
   }
 
@@ -435,7 +435,7 @@ class MccUsbTemp final : public Thermometer {
   [[nodiscard]] Result<void> finish_calibration() {
     const auto status = query_bytes(mcc_request(MccCommand::read_status));
     if (!status) return failure(status.error());
-    if (mcc_calibrating(status->front())) return failure(FaultKind::timeout, "", "self-calibration in progress");
+    if (is_mcc_calibrating(status->front())) return failure(FaultKind::timeout, "", "self-calibration in progress");
     stage_ = Stage::unknown;
     for (std::uint8_t input = 0; input < kMccInputs; ++input) {
       if (!options_.sensors[input]) continue;

@@ -118,7 +118,7 @@ inline constexpr TemperatureRange kMccMaxRange{{-273.15}, {1820}};
                                                                            const MccRanges& ranges = mcc_max_ranges());
 
 /// Returns whether a self-calibration is in progress, during which readings do not change and items cannot be set.
-[[nodiscard]] constexpr bool mcc_calibrating(std::uint8_t status) { return (status & 1) != 0; }
+[[nodiscard]] constexpr bool is_mcc_calibrating(std::uint8_t status) { return (status & 1) != 0; }
 
 /// Decodes six bytes of memory: year − 2000, month, day, hour, minute, second, in an unknown time zone. Fails with
 /// corrupted for an invalid time.

@@ -60,7 +60,7 @@ inline constexpr std::array kThermometerKinds{
 };
 
 /// Returns the row of a kind. Requires that the rows are in the order of the kinds.
-[[nodiscard]] constexpr const ThermometerKindRow& row_of(ThermometerKind kind) {
+[[nodiscard]] constexpr const ThermometerKindRow& kind_row(ThermometerKind kind) {
   return kThermometerKinds[static_cast<std::size_t>(kind)];
 }
 

@@ -164,7 +164,7 @@ Range y_range(const Panel& panel, Side side) {
   std::optional<Range> range;
   for (const Curve& curve : panel.curves) {
     if (curve.side != side) continue;
-    range = range ? join_ranges(*range, range_of(curve.y)) : range_of(curve.y);
+    range = range ? join_ranges(*range, value_range(curve.y)) : value_range(curve.y);
   }
   if (side == Side::left) {
     for (const Band& band : panel.bands) range = range ? join_ranges(*range, band.range) : band.range;
@@ -179,7 +179,8 @@ Range x_range(const Plot& plot) {
   if (!plot.x.categories.empty()) return {-0.4, static_cast<double>(plot.x.categories.size()) - 0.6};
   std::optional<Range> range;
   for (const Panel& panel : plot.panels) {
-    for (const Curve& curve : panel.curves) range = range ? join_ranges(*range, range_of(curve.x)) : range_of(curve.x);
+    for (const Curve& curve : panel.curves)
+      range = range ? join_ranges(*range, value_range(curve.x)) : value_range(curve.x);
   }
   Range whole = range.value_or(Range{0, 1});
   if (plot.x.logarithmic) return round_out_logarithmically(find_positive_range({whole.low, whole.high}));
@@ -405,7 +406,7 @@ PanelLayout lay_out_panel(const Plot& plot, const Panel& panel, double top_px, d
 
 }  // namespace
 
-Range range_of(const std::vector<double>& values) {
+Range value_range(const std::vector<double>& values) {
   return finite_extremes(values, -std::numeric_limits<double>::infinity()).value_or(Range{0, 1});
 }
 

@@ -21,7 +21,7 @@ struct Tick {
 };
 
 /// Returns the range of the finite values; {0, 1} if there is none.
-[[nodiscard]] Range range_of(const std::vector<double>& values);
+[[nodiscard]] Range value_range(const std::vector<double>& values);
 
 /// Returns the smallest range that contains both.
 [[nodiscard]] Range join_ranges(const Range& a, const Range& b);

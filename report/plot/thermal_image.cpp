@@ -159,7 +159,7 @@ bool can_be_drawn(const ThermalImage& image) {
   const auto fits = [](const Range& range, double widest) {
     return range.high > range.low && range.high - range.low <= widest;
   };
-  const Range found = range_of(field.values);
+  const Range found = value_range(field.values);
   return field.columns > 0 && field.columns <= 10'000 && field.rows > 0 && field.rows <= 10'000 &&
          field.values.size() == field.columns * field.rows && image.parts.size() == field.values.size() &&
          fits(image.x_mm, kWidestPlane_mm) && fits(image.y_mm, kWidestPlane_mm) &&
@@ -184,7 +184,7 @@ Picture colour_image(const ThermalImage& image) {
 }
 
 std::vector<double> isotherm_levels(const ThermalImage& image) {
-  const Range range = range_of(image.celsius.values);
+  const Range range = value_range(image.celsius.values);
   std::vector<double> levels;
   const double step = image.isotherm_step_k;
   for (double k = std::ceil(range.low / step); k * step <= range.high; ++k) levels.push_back(k * step);

@@ -137,7 +137,7 @@ namespace {
 /// Returns the error for an unknown command. The list of commands omits `told`, which only programs send.
 std::string unknown_command_error(const std::string& keyword) {
   const std::vector<std::string> words{"pause", "resume", "stop", "abort", "drop", "return", "acknowledge", "note"};
-  const auto near = nearest(keyword, words);
+  const auto near = find_nearest(keyword, words);
   return fmt::format("is not one of {}{}", fmt::join(words, ", "),
                      near.empty() ? "" : fmt::format("; did you mean \"{}\"?", near));
 }

@@ -22,7 +22,7 @@
 namespace gyrotherm::control {
 namespace {
 
-constexpr std::size_t kMostClients = 8;
+constexpr std::size_t kMaxClients = 8;
 constexpr int kMaxNewClients = 64;  ///< accepted in one call
 constexpr mode_t kOwnerAndGroup = 0660, kOwner = 0600;
 constexpr Duration kNamingTimeout = std::chrono::seconds(1), kRetryEvery = std::chrono::milliseconds(50);
@@ -110,7 +110,7 @@ Result<ControlSocket> ControlSocket::open(const std::string& record) {
   ::fchmod(socket.number(), kOwnerAndGroup);
   if (!socket.is_open() || ::bind(socket.number(), as_sockaddr(*address), sizeof address->text) != 0 ||
       !open_to_owner_and_group(*address, std::filesystem::path(path).filename().string()) ||
-      ::listen(socket.number(), kMostClients) != 0)
+      ::listen(socket.number(), kMaxClients) != 0)
     return refuse(std::strerror(errno));
   return ControlSocket(std::move(socket), path);
 }
@@ -137,7 +137,7 @@ void ControlSocket::listen(const Listener& listener) {
     if (!client.is_open()) break;
     // A client whose message is already here does not displace a waiting one.
     if (!serve_client(client.number(), listener)) continue;
-    if (clients_.size() >= kMostClients) clients_.erase(clients_.begin());
+    if (clients_.size() >= kMaxClients) clients_.erase(clients_.begin());
     clients_.push_back(std::move(client));
   }
 }
@@ -156,7 +156,7 @@ Result<Descriptor> connect_to_run(const std::string& record, const Deadline& dea
     if (errno == ENOENT || errno == ECONNREFUSED)
       return failure(FaultKind::usage, record, "no program is running this run, so no request can be sent");
     if (errno != EAGAIN && errno != EINTR) return failure(FaultKind::refused, path, std::strerror(errno));
-    if (deadline.over())
+    if (deadline.has_passed())
       return failure(FaultKind::timeout, path, "too many clients, or the run does not accept connections");
     ::poll(nullptr, 0, kRetryEveryMs);
   }
@@ -169,7 +169,7 @@ struct Writer {
   uid_t uid{};
 };
 
-std::string in_words(const Writer& writer) {
+std::string describe(const Writer& writer) {
   return fmt::format("process {} of {}", writer.pid, describe_user(writer.uid));
 }
 
@@ -195,7 +195,7 @@ Result<Writer> read_writer(const std::string& record) {
 bool may_carry_out(uid_t uid, const std::string& record) {
   if (uid == ::geteuid() || uid == 0) return true;
   struct stat found {};
-  for (const auto& path : {record, folder_of(record)})
+  for (const auto& path : {record, parent_folder(record)})
     if (::stat(path.c_str(), &found) == 0 && found.st_uid == uid) return true;
   return false;
 }
@@ -214,14 +214,14 @@ Result<void> check_listener(const Descriptor& socket, const std::string& record)
   if (found.pid == expected->pid && found.uid == expected->uid && may_carry_out(found.uid, record)) return {};
   return failure(FaultKind::refused, path,
                  fmt::format("{} listens on this socket, but {} writes the record; nothing was sent to it",
-                             in_words(found), in_words(*expected)));
+                             describe(found), describe(*expected)));
 }
 
 /// Waits until the status file names the listener: a run that starts or resumes listens shortly before that.
 Result<void> await_listener(const Descriptor& socket, const std::string& record) {
   auto known = check_listener(socket, record);
-  for (const Deadline limit(kNamingTimeout); !known && !limit.over(); known = check_listener(socket, record))
-    (void)ready(socket.number(), POLLIN, Deadline(kRetryEvery));
+  for (const Deadline limit(kNamingTimeout); !known && !limit.has_passed(); known = check_listener(socket, record))
+    (void)wait_until_ready(socket.number(), POLLIN, Deadline(kRetryEvery));
   return known;
 }
 
@@ -233,7 +233,7 @@ Result<std::optional<ControlAnswer>> exchange(const Descriptor& socket, const st
     if (errno == EPIPE || errno == ECONNRESET) return std::nullopt;
     return failure(FaultKind::disconnected, path, std::strerror(errno));
   }
-  if (!ready(socket.number(), POLLIN, deadline))
+  if (!wait_until_ready(socket.number(), POLLIN, deadline))
     return failure(FaultKind::timeout, path, "the program of the run does not answer");
   std::array<char, kLongestRequest> answer{};
   const auto size = ::recv(socket.number(), answer.data(), answer.size(), 0);
@@ -245,7 +245,7 @@ Result<std::optional<ControlAnswer>> exchange(const Descriptor& socket, const st
 
 }  // namespace
 
-Result<ControlAnswer> tell(const std::string& record, const ControlRequest& request, Duration within) {
+Result<ControlAnswer> send_request(const std::string& record, const ControlRequest& request, Duration within) {
   const auto path = control_socket_path(record);
   const Deadline deadline(within);
   while (true) {
@@ -255,7 +255,7 @@ Result<ControlAnswer> tell(const std::string& record, const ControlRequest& requ
     const auto answer = exchange(*socket, to_message(request), path, deadline);
     if (!answer) return failure(answer.error());
     if (*answer) return **answer;
-    if (deadline.over())
+    if (deadline.has_passed())
       return failure(FaultKind::timeout, path, "the program closed the connection before it read the message");
   }
 }

@@ -132,7 +132,7 @@ void remember(const InterlockLimits& limits, const Sample& sample, Duration elap
   const Ranks ranks(sample);
   if (chamber) predict_air(limits, *chamber, since_seen, memory);
   for (std::size_t i = 0; i < sample.thermometers.size(); ++i) {
-    const auto value = value_of(sample.thermometers[i]);
+    const auto value = known_value(sample.thermometers[i]);
     memory.thermometers[i].add(value);
     memory.thermometers[i].compare(ranks.median_without(value));
   }

@@ -44,7 +44,7 @@ Found check_air_limit(const CheckInputs& in) {
 Found check_thermometer_limit(const CheckInputs& in) {
   Found outside;
   for (std::size_t i = 0; i < in.sample.thermometers.size(); ++i) {
-    const auto value = value_of(in.sample.thermometers[i]);
+    const auto value = known_value(in.sample.thermometers[i]);
     const auto own = i < in.limits.thermometers.size()
                          ? in.limits.thermometers[i]
                          : ThermometerLimits{in.limits.thermometers_lowest, in.limits.thermometers_highest};
@@ -116,7 +116,7 @@ std::optional<CheckResult> find_farthest_thermometer(const CheckInputs& in, cons
   std::optional<CheckResult> farthest;
   Kelvins outside = in.limits.disagreement;
   for (std::size_t i = 0; i < left.thermometers.size(); ++i) {
-    const auto value = value_of(left.thermometers[i]);
+    const auto value = known_value(left.thermometers[i]);
     const auto others = ranks.median_without(value);
     if (!value || !others) continue;
     const auto distance = distance_from_range(in, *value, *others);
@@ -139,7 +139,7 @@ Found check_disagreement(const CheckInputs& in) {
 Found check_stuck(const CheckInputs& in) {
   Found all;
   for (std::size_t i = 0; i < in.sample.thermometers.size(); ++i) {
-    const auto value = value_of(in.sample.thermometers[i]);
+    const auto value = known_value(in.sample.thermometers[i]);
     if (!value || !in.ranks.median_without(value)) continue;
     const auto& trend = in.memory.thermometers[i];
     if (trend.unchanged_samples() >= kStuckSamples && trend.others_moved() > kOthersMoved)
@@ -330,7 +330,8 @@ Found check_program(const CheckInputs& in) { return result_if_any(in.facts.progr
 /// Finds the instruments that were replaced by another one. Each is a subject.
 Found check_another_instrument(const CheckInputs& in) {
   Found all;
-  for (const auto& text : in.facts.strangers) all.push_back({.text = text, .subject = text.substr(0, text.find(':'))});
+  for (const auto& text : in.facts.mismatched_instruments)
+    all.push_back({.text = text, .subject = text.substr(0, text.find(':'))});
   return all;
 }
 /// Finds damaged files. Each is a subject, and its text begins with the file's name.
@@ -352,15 +353,15 @@ Found check_deadline(const CheckInputs& in) {
 
 Found check_slept(const CheckInputs& in) {
   if (in.facts.missed <= in.facts.longest_missed) return {};
-  return make_result(fmt::format("the program did not run for {}", spoken(in.facts.missed)));
+  return make_result(fmt::format("the program did not run for {}", format_duration(in.facts.missed)));
 }
 
 Found check_storage(const CheckInputs& in) {
   const auto& trouble = in.facts.storage_trouble;
   if (in.facts.rows_dropped) return make_result("the record loses rows");
   if (in.facts.backlog <= in.limits.backlog) return {};
-  return make_result(
-      fmt::format("the record is {} behind{}{}", spoken(in.facts.backlog), trouble.empty() ? "" : ": ", trouble));
+  return make_result(fmt::format("the record is {} behind{}{}", format_duration(in.facts.backlog),
+                                 trouble.empty() ? "" : ": ", trouble));
 }
 
 Found check_wall_clock(const CheckInputs& in) {
@@ -389,7 +390,7 @@ std::optional<std::size_t> affected_thermometer(const CheckInputs& in, const Wat
 
 bool is_value_unread(const CheckInputs& in, const Watch& watch) {
   const auto column = affected_thermometer(in, watch);
-  return column && !value_of(in.sample.thermometers[*column]);
+  return column && !known_value(in.sample.thermometers[*column]);
 }
 bool is_rate_unread(const CheckInputs& in, const Watch& watch) {
   const auto column = affected_thermometer(in, watch);
@@ -398,7 +399,7 @@ bool is_rate_unread(const CheckInputs& in, const Watch& watch) {
 bool are_others_unread(const CheckInputs& in, const Watch& watch) {
   const auto column = affected_thermometer(in, watch);
   if (!column) return false;
-  const auto value = value_of(in.sample.thermometers[*column]);
+  const auto value = known_value(in.sample.thermometers[*column]);
   return !value || !in.ranks.median_without(value);
 }
 
@@ -575,7 +576,7 @@ void step(const InterlockLimits& limits, const Interlock& row, const CheckResult
   if (!is_confirmed(limits, row.confirmation, true, covered, watch)) return;
   watch.reaction = effective_reaction(limits, row, *found, watch.lasted);
   if (row.is_never_over && !is_news) watch.reaction = std::min(watch.reaction, Reaction::warn);
-  if (row.lost_after != nullptr) watch.text += " for " + spoken(watch.lasted);
+  if (row.lost_after != nullptr) watch.text += " for " + format_duration(watch.lasted);
   if (!std::exchange(watch.raised, true)) judged.raised.push_back({row.id, watch.reaction, watch.text, watch.subject});
   raise_demand(watch, judged.demand);
 }

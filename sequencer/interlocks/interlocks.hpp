@@ -46,7 +46,7 @@ struct InterlockInputs {
   /// file").
   std::map<std::string, std::string> guard_troubles{};
   /// Descriptions of instruments that answer in place of the expected ones.
-  std::vector<std::string> strangers{};
+  std::vector<std::string> mismatched_instruments{};
   /// The profile requires the units to be off, or the operator may not have switched them on yet. Their silence is not
   /// a fault.
   bool gyro_is_off{};

@@ -13,28 +13,29 @@ namespace {
 /// Reads a time above zero. A limit of zero would be exceeded in every sample.
 Duration read_time(const TomlTable& table, std::string_view key, Duration fallback) {
   const auto time = table.duration(key, fallback);
-  if (time <= Duration{}) table.mistake(key, "expected a time longer than zero");
+  if (time <= Duration{}) table.note_error(key, "expected a time longer than zero");
   return time;
 }
 
 Kelvins read_band(const TomlTable& table, std::string_view key, Kelvins fallback) {
   const auto band = table.kelvins(key, fallback);
-  if (!(band > Kelvins{0})) table.mistake(key, "expected more than 0 K");
+  if (!(band > Kelvins{0})) table.note_error(key, "expected more than 0 K");
   return band;
 }
 
 void read_range(const TomlTable& table, const std::string& prefix, Celsius& lowest, Celsius& highest) {
   lowest = table.celsius(prefix + "lowest", lowest);
   highest = table.celsius(prefix + "highest", highest);
-  if (!(lowest < highest)) table.mistake(prefix + "lowest", "the lowest temperature is not below the highest");
+  if (!(lowest < highest)) table.note_error(prefix + "lowest", "the lowest temperature is not below the highest");
 }
 
 /// Reads the silence that ends a run. It must not be shorter than the silence that suspends it.
 Duration read_lost(const TomlTable& table, std::string_view key, Duration fallback, Duration suspend_after) {
   const auto time = read_time(table, key, fallback);
   if (time > Duration{} && time < suspend_after)
-    table.mistake(table.has(key) ? key : "suspend_after", fmt::format("{} is {}, expected suspend_after, {}, or more",
-                                                                      key, spoken(time), spoken(suspend_after)));
+    table.note_error(table.has(key) ? key : "suspend_after",
+                     fmt::format("{} is {}, expected suspend_after, {}, or more", key, format_duration(time),
+                                 format_duration(suspend_after)));
   return time;
 }
 
@@ -54,7 +55,7 @@ void read_measurements(const TomlTable& table, InterlockLimits& limits) {
   limits.gyro_dead_after = read_time(table, "gyro_dead_after", limits.gyro_dead_after);
   if (table.has("gyro_band")) {
     limits.gyro_band = DegreesPerHour{table.number("gyro_band")};
-    if (!(limits.gyro_band->value > 0)) table.mistake("gyro_band", "expected more than 0 °/h");
+    if (!(limits.gyro_band->value > 0)) table.note_error("gyro_band", "expected more than 0 °/h");
   }
   limits.response_step = read_band(table, "response_step", limits.response_step);
   limits.response_time = read_time(table, "response_time", limits.response_time);
@@ -75,7 +76,7 @@ void read_own_limits(const TomlTable& table, InterlockLimits& limits) {
     const auto column = find_column(limits.channels, name);
     const auto its = own.table(name);
     if (column == limits.channels.size()) {
-      own.mistake(name, fmt::format("\"{}\" is not a channel of this rig's thermometers", name));
+      own.note_error(name, fmt::format("\"{}\" is not a channel of this rig's thermometers", name));
       (void)its.keys();
       continue;
     }
@@ -87,7 +88,7 @@ void read_air_thermometers(const TomlTable& table, InterlockLimits& limits) {
   for (const auto& name : table.texts("air_thermometers")) {
     const auto column = find_column(limits.channels, name);
     if (column == limits.channels.size())
-      table.mistake("air_thermometers", fmt::format("\"{}\" is not a channel of this rig's thermometers", name));
+      table.note_error("air_thermometers", fmt::format("\"{}\" is not a channel of this rig's thermometers", name));
     else
       limits.air_thermometers.push_back(column);
   }
@@ -104,7 +105,8 @@ void read_policy(const TomlTable& table, Policy& policy) {
     const auto& row = interlock(static_cast<InterlockId>(i));
     if (!table.has(row.name)) continue;
     const auto keyword = table.choice(row.name, {"warn", "suspend", "hold", "abort"});
-    if (!row.choosable && keyword != "abort") table.mistake(row.name, "this always ends the run, expected \"abort\"");
+    if (!row.choosable && keyword != "abort")
+      table.note_error(row.name, "this always ends the run, expected \"abort\"");
     policy[i] = parse_reaction(keyword);
   }
   const auto of = [&](InterlockId id) -> Reaction& { return policy[static_cast<std::size_t>(id)]; };

@@ -144,7 +144,7 @@ void update_response(const InterlockLimits& limits, const Sample& sample, Respon
   const auto same_size = memory.thermometers.size() == sample.thermometers.size();
   bool is_moved = !same_size, is_read = false;
   for (std::size_t i = 0; i < sample.thermometers.size() && same_size; ++i) {
-    const auto value = value_of(sample.thermometers[i]);
+    const auto value = known_value(sample.thermometers[i]);
     auto& from = memory.thermometers[i];
     if (!value) continue;
     is_read = true;
@@ -153,7 +153,7 @@ void update_response(const InterlockLimits& limits, const Sample& sample, Respon
   }
   if (is_moved) {
     memory = {};
-    for (const auto& reading : sample.thermometers) memory.thermometers.push_back(value_of(reading));
+    for (const auto& reading : sample.thermometers) memory.thermometers.push_back(known_value(reading));
   }
   if (!chamber || !is_read) return;
   const bool has_set_point = !std::isnan(chamber->set_point.value);
@@ -171,7 +171,7 @@ void update_jumps(const InterlockLimits& limits, const Sample& sample, const Liv
   for (std::size_t i = 0; i < sample.thermometers.size(); ++i) {
     auto& past = memory.past[i];
     past.unseen += second.elapsed + second.missed;
-    const auto value = value_of(sample.thermometers[i]);
+    const auto value = known_value(sample.thermometers[i]);
     if (!value) continue;
     const auto before = std::exchange(past.last, value);
     const auto unseen = std::exchange(past.unseen, Duration{});

@@ -14,7 +14,7 @@ constexpr CelsiusPerMinute kLargestRateDifference{1};
 constexpr std::size_t kFewestRates = 3;  ///< needed for a comparison
 
 std::string describe_identical(const std::string& what, Duration time) {
-  return fmt::format("{} identical to the last digit for {}", what, spoken(time));
+  return fmt::format("{} identical to the last digit for {}", what, format_duration(time));
 }
 
 /// Describes the fault of an axis; empty: none.
@@ -22,7 +22,7 @@ std::string axis_fault(const AxisLimits& axis, const AxisLiveness& seen, bool is
   const double expected = axis.earth_rate ? (is_turned ? -1 : 1) * axis.earth_rate->value : 0;
   if (seen.no_counts)
     return fmt::format("gyro {}: no counts for {}, expected {:.3g} °/h at rest", axis.label,
-                       spoken(seen.without_counts), expected);
+                       format_duration(seen.without_counts), expected);
   if (seen.frozen) return describe_identical(fmt::format("gyro {}: its counts are", axis.label), seen.identical);
   if (seen.deviating_rate)
     return fmt::format("gyro {}: {:.3g} °/h on average, expected {:.3g} °/h at rest", axis.label,

@@ -28,18 +28,19 @@ bool is_plausible(CelsiusPerMinute rate) { return rate > CelsiusPerMinute{0} && 
 
 void check(const TomlTable& table, std::string_view key, Celsius t) {
   if (is_plausible(t)) return;
-  table.mistake(
+  table.note_error(
       key, fmt::format("\"{}\" is {:g} °C, expected {:g} to {:g} °C", key, t.value, kColdest.value, kHottest.value));
 }
 
 void check(const TomlTable& table, std::string_view key, CelsiusPerMinute rate) {
   if (is_plausible(rate)) return;
-  table.mistake(key, fmt::format("\"{}\" is {:g} °C/min, expected more than 0, at most {:g} °C/min", key, rate.value,
-                                 kFastest.value));
+  table.note_error(key, fmt::format("\"{}\" is {:g} °C/min, expected more than 0, at most {:g} °C/min", key, rate.value,
+                                    kFastest.value));
 }
 
 void check(const TomlTable& table, std::string_view key, Duration d) {
-  if (d <= Duration::zero()) table.mistake(key, fmt::format("\"{}\" is zero, expected a time longer than zero", key));
+  if (d <= Duration::zero())
+    table.note_error(key, fmt::format("\"{}\" is zero, expected a time longer than zero", key));
 }
 
 /// Returns the range of two values. Records an error for any other list and returns the neutral range.
@@ -47,7 +48,7 @@ template <class T>
 WrittenRange<T> make_range(const TomlTable& table, std::string_view key, const std::vector<T>& values,
                            WrittenRange<T> neutral) {
   if (values.size() != 2 || values[0] > values[1]) {
-    table.mistake(key, fmt::format("\"{}\" is not a range, expected [low, high]", key));
+    table.note_error(key, fmt::format("\"{}\" is not a range, expected [low, high]", key));
     return neutral;
   }
   check(table, key, values[0]);
@@ -95,7 +96,8 @@ std::vector<CelsiusPerMinute> read_rates(const TomlTable& table, std::string_vie
 /// Reads an amount above 0 K.
 Kelvins read_band(const TomlTable& table, std::string_view key, Kelvins fallback) {
   const auto band = table.kelvins(key, fallback);
-  if (band <= Kelvins{0}) table.mistake(key, fmt::format("\"{}\" is {:g} K, expected more than 0 K", key, band.value));
+  if (band <= Kelvins{0})
+    table.note_error(key, fmt::format("\"{}\" is {:g} K, expected more than 0 K", key, band.value));
   return band;
 }
 
@@ -117,7 +119,7 @@ std::vector<WrittenRange<Celsius>> read_temperature_ranges(const TomlTable& tabl
     std::transform(row.begin(), row.end(), std::back_inserter(ends), [](double celsius) { return Celsius{celsius}; });
     ranges.push_back(make_range(table, key, ends, {}));
   }
-  if (ranges.empty()) table.mistake(key, fmt::format("\"{}\" is empty, expected rows of [low, high]", key));
+  if (ranges.empty()) table.note_error(key, fmt::format("\"{}\" is empty, expected rows of [low, high]", key));
   return ranges;
 }
 
@@ -127,11 +129,12 @@ constexpr std::size_t kLongestPrompt = 500;  ///< bytes
 std::string read_prompt(const TomlTable& table) {
   auto prompt = table.text("prompt", "");
   if (table.has("prompt") && prompt.empty())
-    table.mistake("prompt", "\"prompt\" is empty, expected a task for the operator");
+    table.note_error("prompt", "\"prompt\" is empty, expected a task for the operator");
   if (prompt.size() > kLongestPrompt)
-    table.mistake("prompt",
-                  fmt::format("\"prompt\" is {} bytes long, expected at most {}", prompt.size(), kLongestPrompt));
-  if (plain(prompt) != prompt) table.mistake("prompt", "\"prompt\" has control characters, expected one line of text");
+    table.note_error("prompt",
+                     fmt::format("\"prompt\" is {} bytes long, expected at most {}", prompt.size(), kLongestPrompt));
+  if (plain(prompt) != prompt)
+    table.note_error("prompt", "\"prompt\" has control characters, expected one line of text");
   return prompt;
 }
 
@@ -172,7 +175,7 @@ class SegmentReader {
 
   std::vector<WrittenSegment> read_all(const TomlTable& parent, const SegmentContext& context) {
     const auto tables = parent.tables("segment");
-    if (tables.empty()) parent.mistake("", "no segment, expected at least one");
+    if (tables.empty()) parent.note_error("", "no segment, expected at least one");
     std::vector<WrittenSegment> segments;
     for (const auto& table : tables) read(table, context, segments);
     return segments;
@@ -201,7 +204,7 @@ class SegmentReader {
                      .soak = defaults_,
                      .deadline = read_time_if_any(table, "deadline")};
     if (hold.at) set_point_known_ = true;
-    if (!set_point_known_) table.mistake("", "missing key \"at\", expected a temperature in the first hold");
+    if (!set_point_known_) table.note_error("", "missing key \"at\", expected a temperature in the first hold");
     set_point_known_ = true;
     hold.soak.guaranteed = table.boolean("guaranteed_soak", defaults_.guaranteed);
     hold.soak.band = read_band(table, "soak_band", defaults_.band);
@@ -220,9 +223,9 @@ class SegmentReader {
                            .rate = read_rate_if_any(table, "rate"),
                            .time = read_time_if_any(table, "time"),
                            .deadline = read_time_if_any(table, "deadline")};
-    if (ramp.rate && ramp.time) table.mistake("time", "\"rate\" and \"time\" are both given, expected one of them");
+    if (ramp.rate && ramp.time) table.note_error("time", "\"rate\" and \"time\" are both given, expected one of them");
     if (!ramp.rate && !ramp.time && !context.pass_has_rate)
-      table.mistake("", "neither \"rate\" nor \"time\" is given, expected one of them");
+      table.note_error("", "neither \"rate\" nor \"time\" is given, expected one of them");
     return ramp;
   }
 
@@ -232,16 +235,16 @@ class SegmentReader {
     repeat.cycle = table.boolean("cycle", false);
     const bool counted = table.has("count");
     if (counted == table.has("rates"))
-      table.mistake("", "a repeat has either \"count\" or \"rates\", expected one of them");
+      table.note_error("", "a repeat has either \"count\" or \"rates\", expected one of them");
     repeat.count = counted ? table.integer("count", 1) : static_cast<std::int64_t>(repeat.rates.size());
     if (counted && repeat.count <= 0)
-      table.mistake("count", fmt::format("\"count\" is {}, expected 1 or more", repeat.count));
+      table.note_error("count", fmt::format("\"count\" is {}, expected 1 or more", repeat.count));
     if (!counted && table.has("rates") && repeat.rates.empty())
-      table.mistake("rates", "\"rates\" is empty, expected one for each pass");
+      table.note_error("rates", "\"rates\" is empty, expected one for each pass");
     if (repeat.cycle && context.in_cycle)
-      table.mistake("cycle", "a cycle inside a cycle, expected one level of cycles");
+      table.note_error("cycle", "a cycle inside a cycle, expected one level of cycles");
     if (context.depth >= kDeepestNesting) {
-      table.mistake("", fmt::format("repeats are nested deeper than {} levels", kDeepestNesting));
+      table.note_error("", fmt::format("repeats are nested deeper than {} levels", kDeepestNesting));
       table.ignore("segment");
       return repeat;
     }
@@ -260,7 +263,7 @@ class SegmentReader {
                          .least_step = read_band(table, "least_step", Kelvins{1}),
                          .soak = defaults_};
     const auto seed = table.integer("seed");
-    if (seed < 0) table.mistake("seed", fmt::format("\"seed\" is {}, expected 0 or more", seed));
+    if (seed < 0) table.note_error("seed", fmt::format("\"seed\" is {}, expected 0 or more", seed));
     random.seed = static_cast<std::uint64_t>(seed);
     // The soak time of a drawn hold is its whole duration.
     random.soak.time.reset();
@@ -274,7 +277,7 @@ class SegmentReader {
   /// Records an error if no set point is known before this segment; reports only the first such segment.
   void expect_set_point(const TomlTable& table, std::string_view kind) {
     if (!set_point_known_)
-      table.mistake("", fmt::format("the start of this {} is unknown, expected a hold with \"at\" before it", kind));
+      table.note_error("", fmt::format("the start of this {} is unknown, expected a hold with \"at\" before it", kind));
     set_point_known_ = true;
   }
 
@@ -426,11 +429,11 @@ class Expansion {
     const auto rate = ramp.rate ? *ramp.rate : *pass.rate;
     const auto time = ramp_time(distance, rate);
     if (distance == Kelvins{0})
-      written.table.mistake("to",
-                            fmt::format("the ramp changes nothing: the set point is {:g} °C already", ramp.to.value));
+      written.table.note_error(
+          "to", fmt::format("the ramp changes nothing: the set point is {:g} °C already", ramp.to.value));
     if (!time)
-      written.table.mistake("", fmt::format("a ramp over {:g} K at {:g} °C/min takes more than {:.0f} s, the limit",
-                                            distance.value, rate.value, to_seconds(kLongestProfile)));
+      written.table.note_error("", fmt::format("a ramp over {:g} K at {:g} °C/min takes more than {:.0f} s, the limit",
+                                               distance.value, rate.value, to_seconds(kLongestProfile)));
     add(written, make_ramp(ramp.to, rate, time.value_or(kSecond), ramp.deadline), pass);
   }
 
@@ -453,9 +456,9 @@ class Expansion {
       const auto from = set_point();
       const auto step = program.next(from);
       if (!step) {
-        written.table.mistake("least_step",
-                              fmt::format("no target is {:g} K away from {:g} °C, expected a smaller step",
-                                          random.least_step.value, from.value));
+        written.table.note_error("least_step",
+                                 fmt::format("no target is {:g} K away from {:g} °C, expected a smaller step",
+                                             random.least_step.value, from.value));
         return;
       }
       const auto distance = step->to - from;
@@ -477,14 +480,14 @@ class Expansion {
     total_ += shortest(segment);
     at_limit_ = profile_.segments.size() == kMaxSegments || total_ > kLongestProfile;
     if (at_limit_) {
-      written.table.mistake("", fmt::format("the profile exceeds {} segments or {:.0f} s here", kMaxSegments,
-                                            to_seconds(kLongestProfile)));
+      written.table.note_error("", fmt::format("the profile exceeds {} segments or {:.0f} s here", kMaxSegments,
+                                               to_seconds(kLongestProfile)));
       return;
     }
     if (!written.name.empty()) segment.name = written.name;
     segment.cycle = pass.cycle;
     segment.unit = unit_;
-    segment.place = written.table.place();
+    segment.place = written.table.location();
     profile_.segments.push_back(std::move(segment));
   }
 

@@ -14,7 +14,7 @@ namespace gyrotherm::rig {
 namespace {
 
 constexpr const char* kCelsius = "°C";
-constexpr std::int64_t kMostInputs = 256;
+constexpr std::int64_t kMaxInputs = 256;
 
 std::optional<drivers::LinkKind> read_framing(const TomlTable& table) {
   return read_link_keyword(drivers::kLinkKinds, table, "framing");
@@ -34,8 +34,8 @@ Result<drivers::AnalogueMap> read_analogue_map(const TomlTable& table, const std
   auto map = drivers::parse_analogue_map(named->text, named->path, word_order);
   const auto line = drivers::parse_line(line_text);
   if (!map || !line) return map;
-  auto linked = on_line(std::move(map->registers), *line, framing);
-  if (!linked) return failure(FaultKind::bad_file, table.place("line"), linked.error().what);
+  auto linked = select_link_for(std::move(map->registers), *line, framing);
+  if (!linked) return failure(FaultKind::bad_file, table.location("line"), linked.error().what);
   map->registers = apply_link_settings(std::move(*linked), table, line_text, settings);
   return map;
 }
@@ -47,7 +47,7 @@ std::optional<std::size_t> find_unit(const TomlTable& table, const std::vector<U
   const auto name = table.text("gyro");
   const auto found = std::ranges::find_if(units, [&](const auto& unit) { return unit.info.name == name; });
   if (found != units.end()) return static_cast<std::size_t>(found - units.begin());
-  if (!name.empty()) table.mistake("gyro", fmt::format("\"{}\" is not one of this rig's gyros", name));
+  if (!name.empty()) table.note_error("gyro", fmt::format("\"{}\" is not one of this rig's gyros", name));
   return std::nullopt;
 }
 
@@ -57,22 +57,22 @@ std::optional<AnalogueChannel> read_channel(const TomlTable& table, std::size_t 
                                             std::vector<UnitSettings>& units) {
   AnalogueChannel channel{.name = table.text("name")};
   const auto input =
-      whole<std::int64_t>(table, "input", 1, inputs == 0 ? kMostInputs : static_cast<std::int64_t>(inputs));
+      whole<std::int64_t>(table, "input", 1, inputs == 0 ? kMaxInputs : static_cast<std::int64_t>(inputs));
   channel.input = static_cast<std::size_t>(input - 1);
   channel.scale = table.number("scale", 1);
   channel.offset = table.number("offset", 0);
-  if (channel.scale == 0) table.mistake("scale", "must not be zero");
+  if (channel.scale == 0) table.note_error("scale", "must not be zero");
   record::ValueInfo value{.name = channel.name,
                           .unit = table.text("unit"),
                           .is_temperature = table.boolean("temperature", false),
                           .instrument = fmt::format("{}, input {}", instrument, input)};
   if (value.is_temperature && value.unit != kCelsius)
-    table.mistake("unit", fmt::format("a temperature is in \"{}\", not in \"{}\"", kCelsius, value.unit));
+    table.note_error("unit", fmt::format("a temperature is in \"{}\", not in \"{}\"", kCelsius, value.unit));
   const auto unit = find_unit(table, units);
   if (!unit) return std::nullopt;
   auto& settings = units[*unit];
   if (std::ranges::count(settings.info.values, channel.name, &record::ValueInfo::name) > 0)
-    table.mistake("name", fmt::format("\"{}\" is the name of another value of this gyro", channel.name));
+    table.note_error("name", fmt::format("\"{}\" is the name of another value of this gyro", channel.name));
   channel.unit = *unit;
   channel.value = settings.analogue_values++;
   settings.info.values.push_back(std::move(value));
@@ -87,7 +87,7 @@ Result<AnalogueSettings> read_analogue_input(const TomlTable& table, const std::
   auto map = read_analogue_map(table, rig_file, settings.line, known);
   const auto name = map ? map->registers.name : analogue_title(number - 1);
   const auto channels = table.tables("channel");
-  if (channels.empty()) table.mistake("", "missing [[analogue_input.channel]], expected at least one");
+  if (channels.empty()) table.note_error("", "missing [[analogue_input.channel]], expected at least one");
   for (const auto& one : channels)
     if (auto channel =
             read_channel(one, map ? map->inputs.size() : 0, fmt::format("{} at {}", name, settings.line), units))

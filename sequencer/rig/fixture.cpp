@@ -35,7 +35,7 @@ std::optional<double> read_uncertainty(const TomlTable& table, const char* key) 
   if (!table.has(key)) return std::nullopt;
   const double value = table.number(key);
   if (value >= 0 && std::isfinite(value)) return value;
-  table.mistake(key, "expected a standard uncertainty of zero or more");
+  table.note_error(key, "expected a standard uncertainty of zero or more");
   return std::nullopt;
 }
 
@@ -47,7 +47,7 @@ DegreesPerHour earth_rate(double latitude_deg, double azimuth_deg, double elevat
 double read_latitude(const TomlTable& table) {
   const double latitude = table.number("latitude");
   if (!(std::abs(latitude) <= 90))
-    table.mistake("latitude", fmt::format("\"latitude\" is {:g}°, expected -90 to 90, north positive", latitude));
+    table.note_error("latitude", fmt::format("\"latitude\" is {:g}°, expected -90 to 90, north positive", latitude));
   return latitude;
 }
 

@@ -43,7 +43,7 @@ GyroTable read_axis_names(const TomlTable& table) {
   for (const auto& axis : axes) {
     const auto name = axes.size() == 1 ? axis.text("name", "") : axis.text("name");
     const bool taken = std::ranges::any_of(gyro.axes, [&](const auto& other) { return other.name == name; });
-    if (taken) axis.mistake("name", fmt::format("\"{}\" is the name of another axis of this unit", name));
+    if (taken) axis.note_error("name", fmt::format("\"{}\" is the name of another axis of this unit", name));
     gyro.axes.push_back({.table = axis, .name = name, .field = axis.text("field", name)});
   }
   return gyro;
@@ -54,7 +54,7 @@ std::vector<double> read_direction(const TomlTable& table) {
   double square = 0;
   for (const double part : direction) square += part * part;
   if (direction.size() != 3 || !(square > 0) || !std::isfinite(square)) {
-    table.mistake("direction", "expected three numbers, along x, y and z of the fixture, that are not all zero");
+    table.note_error("direction", "expected three numbers, along x, y and z of the fixture, that are not all zero");
     return {1, 0, 0};
   }
   for (double& part : direction) part /= std::sqrt(square);
@@ -83,11 +83,11 @@ double arcsec_per_count(const AxisTable& axis, const TomlTable& unit, const driv
   const auto& table = axis.table.has("arcsec_per_pulse") ? axis.table : unit;
   if (own) {
     if (table.has("arcsec_per_pulse"))
-      table.mistake("arcsec_per_pulse", "the frames contain their scale; this key is for frames that count pulses");
+      table.note_error("arcsec_per_pulse", "the frames contain their scale; this key is for frames that count pulses");
     return *own;
   }
   const double weight = table.number("arcsec_per_pulse");
-  if (weight == 0) table.mistake("arcsec_per_pulse", "must not be zero");
+  if (weight == 0) table.note_error("arcsec_per_pulse", "must not be zero");
   return weight;
 }
 
@@ -112,7 +112,7 @@ std::vector<std::string> read_channel_names(const TomlTable& table, const char* 
   auto names = table.texts(key);
   for (const auto& name : names)
     if (std::ranges::count(channels, name) == 0)
-      table.mistake(key, fmt::format("\"{}\" is not a channel of this rig's thermometers", name));
+      table.note_error(key, fmt::format("\"{}\" is not a channel of this rig's thermometers", name));
   return names;
 }
 
@@ -126,7 +126,7 @@ UnitSettings read_unit(const GyroTable& gyro, bool one_of_several, const std::op
   unit.can_be_turned = table.boolean("can_be_turned", false);
   if (table.has("largest_bias_deg_per_h")) {
     unit.largest_bias_deg_per_h = table.number("largest_bias_deg_per_h");
-    if (!(*unit.largest_bias_deg_per_h >= 0)) table.mistake("largest_bias_deg_per_h", "expected zero or more");
+    if (!(*unit.largest_bias_deg_per_h >= 0)) table.note_error("largest_bias_deg_per_h", "expected zero or more");
   }
   unit.continue_when_silent =
       table.choice("when_silent", {"suspend", "go_on"}, one_of_several ? "go_on" : "suspend") == "go_on";
@@ -134,9 +134,9 @@ UnitSettings read_unit(const GyroTable& gyro, bool one_of_several, const std::op
   unit.info.gradients = read_channel_names(table, "thermometers", channels);
   unit.info.three_point = read_channel_names(table, "three_point", channels);
   if (unit.has_own_thermometers && unit.info.gradients.size() < 2)
-    table.mistake("thermometers", "expected at least two thermometers");
+    table.note_error("thermometers", "expected at least two thermometers");
   if (!unit.info.three_point.empty() && unit.info.three_point.size() != 3)
-    table.mistake("three_point", "expected three thermometers: cathode, anode, shell");
+    table.note_error("three_point", "expected three thermometers: cathode, anode, shell");
   for (const auto& axis : gyro.axes) unit.info.axes.push_back(read_axis(axis, table, fixture));
   return unit;
 }
@@ -146,13 +146,13 @@ Result<void> read_frames(const TomlTable& table, const std::string& rig_file, co
                          const std::optional<std::string>& known, GyroLine& line) {
   std::optional<double> rate_hz;
   if (table.has("rate_hz")) rate_hz = table.number("rate_hz");
-  if (rate_hz && !(*rate_hz > 0)) table.mistake("rate_hz", "expected a positive number of frames a second");
+  if (rate_hz && !(*rate_hz > 0)) table.note_error("rate_hz", "expected a positive number of frames a second");
   line.listen_only = table.boolean("listen_only", false);
   if (!table.has("stream")) {
     line.frame = drivers::read_frame_format(table.table("frame"), axes, rate_hz);
     return {};
   }
-  if (table.has("frame")) table.mistake("frame", "the stream defines the frames; expected one of the two");
+  if (table.has("frame")) table.note_error("frame", "the stream defines the frames; expected one of the two");
   auto stream = read_named(table, "stream", rig_file, kShippedGyroStream, known).and_then([&](const NamedText& named) {
     return drivers::parse_gyro_stream(named.text, named.path, axes, rate_hz);
   });
@@ -172,14 +172,14 @@ class Reader {
   Result<GyroSettings> read() {
     const bool several = root_.is_list("gyro");
     const auto tables = several ? root_.tables("gyro") : std::vector{root_.table("gyro")};
-    if (tables.empty()) root_.mistake("gyro", "missing [[gyro]], expected at least one");
+    if (tables.empty()) root_.note_error("gyro", "missing [[gyro]], expected at least one");
     std::optional<Fixture> fixture;
     if (root_.has("fixture")) fixture = read_fixture(root_.table("fixture"));
     for (const auto& table : tables) {
       gyros_.push_back(read_axis_names(table));
       settings_.units.push_back(read_unit(gyros_.back(), several, fixture, channels_));
       if (!fixture && gyros_.back().axes.size() > 1 && table.has("latitude"))
-        table.mistake("latitude", "for several axes, expected [fixture] and a direction for each axis");
+        table.note_error("latitude", "for several axes, expected [fixture] and a direction for each axis");
     }
     check_names();
     for (std::size_t i = 0; i < gyros_.size(); ++i)
@@ -198,8 +198,8 @@ class Reader {
     for (std::size_t i = 0; i < gyros_.size(); ++i)
       for (std::size_t k = 0; k < i; ++k)
         if (settings_.units[i].info.name == settings_.units[k].info.name)
-          gyros_[i].table.mistake("name",
-                                  fmt::format("\"{}\" is the name of another gyro", settings_.units[i].info.name));
+          gyros_[i].table.note_error("name",
+                                     fmt::format("\"{}\" is the name of another gyro", settings_.units[i].info.name));
   }
 
   [[nodiscard]] GyroLine begin_line(std::size_t unit) const {
@@ -215,13 +215,13 @@ class Reader {
     const auto owner = table.text("shares_line_with");
     for (const char* key : {"line", "stream", "frame", "rate_hz", "listen_only"})
       if (table.has(key))
-        table.mistake(key, fmt::format("the line and its frames are already defined by \"{}\"", owner));
+        table.note_error(key, fmt::format("the line and its frames are already defined by \"{}\"", owner));
     for (auto& line : settings_.lines)
       if (settings_.units[line.shares.front().unit].info.name == owner) {
         line.shares.push_back({.unit = unit});
         return;
       }
-    table.mistake("shares_line_with", fmt::format("\"{}\" is not a gyro with a line of its own", owner));
+    table.note_error("shares_line_with", fmt::format("\"{}\" is not a gyro with a line of its own", owner));
   }
 
   [[nodiscard]] Result<void> fill(GyroLine& line) {
@@ -285,9 +285,9 @@ class Reader {
         const auto found = std::ranges::find_if(all, [&](const auto& value) { return value.name == name; });
         const auto index = static_cast<std::size_t>(found - all.begin());
         if (found == all.end())
-          table.mistake("values", fmt::format("\"{}\" is not one of the stream's values", name));
+          table.note_error("values", fmt::format("\"{}\" is not one of the stream's values", name));
         else if (claimed[index])
-          table.mistake("values", fmt::format("\"{}\" belongs to another unit", name));
+          table.note_error("values", fmt::format("\"{}\" belongs to another unit", name));
         else
           assign(share, index);
       }

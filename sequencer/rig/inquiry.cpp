@@ -41,7 +41,7 @@ std::string text(const RoundTrips& trips) {
 }
 
 /// Uses the same shares of a second as drivers/chamber/status_turns.cpp.
-std::string in_words(const drivers::ChamberEffort& effort) {
+std::string describe(const drivers::ChamberEffort& effort) {
   constexpr double kSecondsWork = 0.95;
   constexpr int kReadingsAPiece = 5;
   if (effort.each_second == 0 || effort.longest == Duration{}) return {};
@@ -70,7 +70,7 @@ Result<std::string> query_word_order(const drivers::RegisterMap& map, drivers::R
   if (!air_words) return failure(air_words.error());
   const auto set_point_words = read_words(*set_point, registers);
   if (!set_point_words) return failure(set_point_words.error());
-  return in_words(probe_word_order(*air, *air_words, *set_point, *set_point_words));
+  return describe(probe_word_order(*air, *air_words, *set_point, *set_point_words));
 }
 
 Result<std::string> query_chamber(drivers::Chamber& chamber, const Clock& clock) {
@@ -88,7 +88,7 @@ Result<std::string> query_chamber(drivers::Chamber& chamber, const Clock& clock)
   if (!identity.verified.empty()) line += fmt::format("; verified: {}", fmt::join(identity.verified, ", "));
   if (!identity.not_verified.empty()) line += fmt::format("; NOT verified: {}", fmt::join(identity.not_verified, ", "));
   for (const auto& one : chamber.missing()) line += "; WARNING: not watched, the unit does not have it: " + one;
-  const auto effort = in_words(chamber.effort());
+  const auto effort = describe(chamber.effort());
   return line + "; " + text(trips) + (effort.empty() ? "" : "; " + effort);
 }
 
@@ -215,7 +215,7 @@ Result<std::string> query_gyro(drivers::Gyro& gyro, const GyroLine& line, const 
               fmt::format("; {} frames seen, {} lost, {} bad", after.seen - before.seen, after.lost - before.lost,
                           after.bad - before.bad);
   if (!line.stream || is_simulated) return text;
-  const auto settings = in_words(line.stream->settings, !line.listen_only);
+  const auto settings = describe(line.stream->settings, !line.listen_only);
   return settings.empty() ? text : text + "; " + settings;
 }
 

@@ -28,7 +28,7 @@ struct RoundTrips {
 
 /// Describes whether the exchanges with the chamber fit into one second, and suggests a remedy if they do not. Returns
 /// an empty text if their number is unknown.
-[[nodiscard]] std::string in_words(const drivers::ChamberEffort& effort);
+[[nodiscard]] std::string describe(const drivers::ChamberEffort& effort);
 
 /// Describes the word orders that give plausible values of the chamber's air temperature and set point; empty if the
 /// map needs no decision.

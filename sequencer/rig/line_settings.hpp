@@ -25,9 +25,9 @@ inline constexpr Duration kConnectWithin = std::chrono::seconds(2);
 inline void check_line(const TomlTable& table, const std::string& line) {
   if (line.empty()) return;
   const auto parsed = drivers::parse_line(line);
-  if (!parsed) table.mistake("line", parsed.error().what);
-  if (parsed && line != kVirtualLine && !drivers::carries_bytes(*parsed))
-    table.mistake("line", "this instrument is not an HID device; expected a tcp:// or serial: line");
+  if (!parsed) table.note_error("line", parsed.error().what);
+  if (parsed && line != kVirtualLine && !drivers::is_byte_line(*parsed))
+    table.note_error("line", "this instrument is not an HID device; expected a tcp:// or serial: line");
 }
 
 /// Reads a keyword from the instrument's table or from its `link` table. A keyword in both is an error. Returns nothing
@@ -36,7 +36,7 @@ template <class Words>
 [[nodiscard]] auto read_link_keyword(const Words& words, const TomlTable& instrument, const char* key) {
   const auto link = instrument.table("link");
   if (instrument.has(key) && link.has(key))
-    link.mistake(key, "is also in the instrument's own table, expected only one of them");
+    link.note_error(key, "is also in the instrument's own table, expected only one of them");
   return one_of_or_default(words, link.has(key) ? link : instrument, key);
 }
 
@@ -47,14 +47,14 @@ template <class Words>
                                                               const drivers::LinkSettings& settings) {
   const auto link = instrument.table("link");
   if (line == kVirtualLine && settings.echo.value_or(false)) {
-    link.mistake("echo", "a virtual line does not echo");
+    link.note_error("echo", "a virtual line does not echo");
     return map;
   }
   if (line == kVirtualLine && settings.unit.value_or(map.link.modbus.unit) != map.link.modbus.unit)
-    link.mistake("unit", "a virtual unit has the number of its map");
+    link.note_error("unit", "a virtual unit has the number of its map");
   auto set = with_settings(map, settings);
   if (set) return std::move(*set);
-  link.mistake(set.error().where, set.error().what);
+  link.note_error(set.error().where, set.error().what);
   return map;
 }
 

@@ -48,7 +48,7 @@ class DriversOnLines final : public Drivers {
   std::unique_ptr<drivers::Registers> registers(const drivers::RegisterMap& map) override {
     return make_registers(chamber_, map);
   }
-  std::unique_ptr<drivers::Pauses> pauses() override { return drivers::real_pauses(); }
+  std::unique_ptr<drivers::Pauses> pauses() override { return drivers::make_real_pauses(); }
   std::unique_ptr<drivers::Thermometer> thermometer(const RigFile& file, std::size_t index,
                                                     const std::string& place) override {
     const auto& settings = file.thermometers[index];
@@ -62,7 +62,7 @@ class DriversOnLines final : public Drivers {
   std::unique_ptr<drivers::AnalogueInputs> analogue(const RigFile& file, std::size_t index) override {
     const auto& settings = file.analogue_inputs[index];
     auto registers = make_modbus(drivers::parse_line(settings.line).value(), settings.map.registers.link.modbus);
-    return make_analogue_inputs(settings, analogue_title(index), std::move(registers), drivers::real_pauses());
+    return make_analogue_inputs(settings, analogue_title(index), std::move(registers), drivers::make_real_pauses());
   }
 
  private:
@@ -94,7 +94,7 @@ class DriversOnWires final : public Drivers {
   std::unique_ptr<drivers::AnalogueInputs> analogue(const RigFile& file, std::size_t index) override {
     auto settings = file.analogue_inputs[index];
     auto& link = settings.map.registers.link.modbus;
-    link = without_pauses(std::move(link));
+    link = remove_pauses(std::move(link));
     auto wire = wires_.analogue_input(index, settings.map.registers);
     return make_analogue_inputs(settings, analogue_title(index), std::move(wire.line), wires_.pauses());
   }
@@ -107,9 +107,9 @@ class DriversOnWires final : public Drivers {
 /// first failure if all attempts fail.
 template <typename Ask>
 auto query_with_retries(const Ask& ask) {
-  constexpr int kMostTries = 3;
+  constexpr int kMaxTries = 3;
   auto answer = ask();
-  for (int tries = 1; !answer && answer.error().kind != FaultKind::refused && tries < kMostTries; ++tries)
+  for (int tries = 1; !answer && answer.error().kind != FaultKind::refused && tries < kMaxTries; ++tries)
     if (auto again = ask(); again) answer = std::move(again);
   return answer;
 }
@@ -136,15 +136,15 @@ class AssembledRig : public Rig {
   AssembledRig(RigFile file, std::unique_ptr<Drivers> drivers, const RigStart& start)
       : file_(std::move(file)), drivers_(std::move(drivers)), may_be_off_(find_optional_lines(file_, start)) {
     auto& map = file_.chamber_map;
-    if (file_.simulated) map.link.modbus = without_pauses(std::move(map.link.modbus));
-    chamber_ = make_modbus_chamber(map, noting(drivers_->registers(map), chamber_line_),
-                                   noting(drivers_->pauses(), chamber_line_));
+    if (file_.simulated) map.link.modbus = remove_pauses(std::move(map.link.modbus));
+    chamber_ = make_modbus_chamber(map, record_activity(drivers_->registers(map), chamber_line_),
+                                   record_activity(drivers_->pauses(), chamber_line_));
     for (std::size_t i = 0; i < file_.thermometers.size(); ++i)
       thermometers_.push_back(drivers_->thermometer(file_, i, thermometer_title(i)));
     for (std::size_t i = 0; i < file_.analogue_inputs.size(); ++i) analogue_.push_back(drivers_->analogue(file_, i));
   }
 
-  std::vector<Result<std::string>> ask() override {
+  std::vector<Result<std::string>> query_instruments() override {
     const SteadyClock watch;
     // The description of a silent instrument names its line and the instrument expected there.
     const auto titled = [](const std::string& title, const std::string& place, Result<std::string> answer) {
@@ -358,21 +358,21 @@ class RealRig final : public AssembledRig {
  public:
   RealRig(const RigFile& file, const RigStart& start)
       : AssembledRig(file, std::make_unique<DriversOnLines>(file.chamber_line), start),
-        already_(start.already),
-        clock_(start.already) {}
+        elapsed_(start.elapsed),
+        clock_(start.elapsed) {}
   // The workers read the clock, which is destroyed before the base class.
   ~RealRig() override { end_sampling(); }
   void let_pass(std::int64_t) override {}
-  void bring_units_to(const UnitState&) override {}
+  void set_unit_state(const UnitState&) override {}
   const Clock& clock() const override { return clock_; }
   Duration will_start_utc() const override { return clock_.now().utc; }
 
  private:
   std::unique_ptr<io::InstrumentIo> make_io() override {
-    if (already_ == Duration{}) clock_ = SteadyClock();
+    if (elapsed_ == Duration{}) clock_ = SteadyClock();
     return io::InstrumentIo::workers(instruments());
   }
-  Duration already_;
+  Duration elapsed_;
   SteadyClock clock_;
 };
 
@@ -391,7 +391,7 @@ class VirtualRig final : private OwnedWires, public AssembledRig {
         wires_(*owned_) {}
 
   void let_pass(std::int64_t seconds) override { wires_.let_pass(seconds); }
-  void bring_units_to(const UnitState& state) override { wires_.bring_units_to(state); }
+  void set_unit_state(const UnitState& state) override { wires_.set_unit_state(state); }
   const Clock& clock() const override { return wires_.clock(); }
   Duration will_start_utc() const override { return wires_.clock().now().utc + kSecond; }
 
@@ -495,7 +495,7 @@ Result<std::unique_ptr<Rig>> Rig::assemble(const RigFile& file, const RigStart& 
   if (!laboratory) return failure(laboratory.error());
   (*laboratory)->replay(start.replay);
   const auto later = std::chrono::days(start.seed.days_later);
-  return std::make_unique<VirtualRig>(file, make_attended_wires(std::move(*laboratory), start.already, later), start);
+  return std::make_unique<VirtualRig>(file, make_attended_wires(std::move(*laboratory), start.elapsed, later), start);
 }
 
 std::unique_ptr<Rig> Rig::assemble(const RigFile& file, Wires& wires) {

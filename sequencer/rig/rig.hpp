@@ -45,7 +45,7 @@ struct ServeOptions {
 struct RigStart {
   simulator::LaboratorySeed seed;  ///< virtual rig
   /// Time that the run had already covered before a resume; 0 for a new run.
-  Duration already{};
+  Duration elapsed{};
   /// Every past second of a virtual rig since it was switched on, except the last one.
   std::vector<simulator::PastSecond> replay;
   /// First set point of the profile (virtual rig).
@@ -84,7 +84,7 @@ class Rig {
 
   /// Queries and reads each instrument without moving anything. Returns one line each (inquiry.hpp), such as "chamber:
   /// Virtual chamber, air 20.01 °C, …", or the instrument's fault.
-  [[nodiscard]] virtual std::vector<Result<std::string>> ask() = 0;
+  [[nodiscard]] virtual std::vector<Result<std::string>> query_instruments() = 0;
   /// Returns the range of set points that the chamber's controller accepts with its current settings.
   [[nodiscard]] virtual Result<drivers::SetPointRange> controller_limits() = 0;
 
@@ -110,7 +110,7 @@ class Rig {
   virtual void let_pass(std::int64_t seconds) = 0;
   /// Sets the state of the units under test of a virtual rig from the next second on. Does nothing on a real rig, where
   /// the operator does it.
-  virtual void bring_units_to(const UnitState& state) = 0;
+  virtual void set_unit_state(const UnitState& state) = 0;
 
   [[nodiscard]] virtual const Clock& clock() const = 0;
   /// Returns the rig's InstrumentIo. Call it only after prepare().

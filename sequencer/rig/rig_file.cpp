@@ -27,7 +27,7 @@ std::optional<Celsius> read_limit_if_any(const TomlTable& table, const char* key
 
 void check_safe_set_point(const TomlTable& table, const char* key, const RigFile& rig) {
   if (rig.safe_set_point < rig.chamber_limits.lowest || rig.safe_set_point > rig.chamber_limits.highest)
-    table.mistake(key, "the safe set point is outside the chamber's limits");
+    table.note_error(key, "the safe set point is outside the chamber's limits");
 }
 
 /// Reads [chamber.limiter]; nothing if there is none. `lowest` and `highest` are the chamber's limits in the rig: a
@@ -39,11 +39,11 @@ std::optional<Limiter> read_limiter(const TomlTable& chamber, Celsius lowest, Ce
                   .lowest = read_limit_if_any(table, "lowest"),
                   .highest = read_limit_if_any(table, "highest")};
   if (!limiter.lowest && !limiter.highest)
-    table.mistake("", "expected lowest, highest or both: the limiter's settings");
+    table.note_error("", "expected lowest, highest or both: the limiter's settings");
   if (limiter.lowest && *limiter.lowest >= lowest)
-    table.mistake("lowest", "the limiter would trip at a permitted set point");
+    table.note_error("lowest", "the limiter would trip at a permitted set point");
   if (limiter.highest && *limiter.highest <= highest)
-    table.mistake("highest", "the limiter would trip at a permitted set point");
+    table.note_error("highest", "the limiter would trip at a permitted set point");
   return limiter;
 }
 
@@ -60,7 +60,7 @@ void read_chamber(const TomlTable& table, RigFile& rig) {
   rig.safe_set_point = table.celsius("safe_set_point");
   rig.limiter = read_limiter(table, rig.chamber_limits.lowest, rig.chamber_limits.highest);
   if (rig.chamber_limits.lowest >= rig.chamber_limits.highest)
-    table.mistake("lowest", "the lowest temperature is not below the highest");
+    table.note_error("lowest", "the lowest temperature is not below the highest");
   else
     check_safe_set_point(table, "safe_set_point", rig);
 }
@@ -76,10 +76,10 @@ Result<drivers::RegisterMap> read_map(const TomlTable& chamber, const RigFile& r
   if (!map || !line) return map;
   if (rig.simulated)
     if (const auto unit = simulator::read_simulated_unit(*map, named->path); !unit) return failure(unit.error());
-  auto linked = on_line(std::move(*map), *line, framing);
-  if (!linked) return failure(FaultKind::bad_file, chamber.place("line"), linked.error().what);
-  auto powered = with_power_switch(std::move(*linked), rig.chamber_power);
-  if (!powered) return failure(FaultKind::bad_file, chamber.place("power"), powered.error().what);
+  auto linked = select_link_for(std::move(*map), *line, framing);
+  if (!linked) return failure(FaultKind::bad_file, chamber.location("line"), linked.error().what);
+  auto powered = select_power_switch(std::move(*linked), rig.chamber_power);
+  if (!powered) return failure(FaultKind::bad_file, chamber.location("power"), powered.error().what);
   return apply_link_settings(std::move(*powered), chamber, rig.chamber_line, rig.chamber_link);
 }
 
@@ -95,15 +95,15 @@ void read_analysis(const TomlTable& table, const std::vector<std::string>& chann
   const auto check = [&](const char* key, const std::vector<std::string>& names) {
     for (const auto& name : names)
       if (std::ranges::count(channels, name) == 0)
-        table.mistake(key, fmt::format("\"{}\" is not a channel of this rig's thermometers", name));
+        table.note_error(key, fmt::format("\"{}\" is not a channel of this rig's thermometers", name));
   };
   check("gradients", gradients);
   check("three_point", three_point);
   const bool is_required = std::ranges::any_of(units, [](const auto& unit) { return !unit.has_own_thermometers; });
   if ((is_required || table.has("gradients")) && gradients.size() < 2)
-    table.mistake("gradients", "expected at least two thermometers");
+    table.note_error("gradients", "expected at least two thermometers");
   if (!three_point.empty() && three_point.size() != 3)
-    table.mistake("three_point", "expected three thermometers: cathode, anode, shell");
+    table.note_error("three_point", "expected three thermometers: cathode, anode, shell");
   for (auto& unit : units) {
     if (unit.has_own_thermometers) continue;
     unit.info.gradients = gradients;
@@ -117,7 +117,7 @@ void read_safe(const TomlTable& table, RigFile& rig) {
   rig.safe_off = table.boolean("off", false);
   rig.safe_observe = table.duration("observe", rig.safe_observe);
   if (rig.safe_observe > std::chrono::hours(1))
-    table.mistake("observe", "\"observe\" is longer than 1 h, expected at most 1 h");
+    table.note_error("observe", "\"observe\" is longer than 1 h, expected at most 1 h");
   if (table.has("set_point")) check_safe_set_point(table, "set_point", rig);
 }
 
@@ -128,7 +128,7 @@ void check_safe_air(const TomlTable& root, const RigFile& rig) {
   if (rig.safe_set_point >= limits.air_lowest && rig.safe_set_point <= limits.air_highest) return;
   const bool in_safe = root.has("safe") && root.table("safe").has("set_point");
   root.table(in_safe ? "safe" : "chamber")
-      .mistake(
+      .note_error(
           in_safe ? "set_point" : "safe_set_point",
           fmt::format("the safe set point is {:g} °C, outside the air limits, {:g} to {:g} °C, at which a run ends",
                       rig.safe_set_point.value, limits.air_lowest.value, limits.air_highest.value));
@@ -186,8 +186,8 @@ void check_names(const TomlTable& root, const RigFile& rig, bool is_recorded) {
   info.thermometers = thermometer_channels(rig);
   for (const auto& unit : rig.units) info.units.push_back(unit.info);
   for (const auto& trouble : is_recorded ? record::name_troubles(info) : record::new_name_troubles(info))
-    root.mistake(trouble.of == record::NameTrouble::Of::thermometer ? "thermometer" : "gyro",
-                 fmt::format("{}: {}", trouble.what, trouble.why));
+    root.note_error(trouble.of == record::NameTrouble::Of::thermometer ? "thermometer" : "gyro",
+                    fmt::format("{}: {}", trouble.what, trouble.why));
 }
 
 std::vector<std::string> list_lines(const RigFile& rig) {
@@ -212,9 +212,10 @@ void check_ports(const TomlTable& root, const RigFile& rig) {
     any_hid = any_hid || (hid != nullptr && hid->serial.empty());
     const bool is_exclusive = serial != nullptr || hid != nullptr;
     if (is_exclusive && !taken.insert(serial ? serial->device : text).second)
-      root.mistake("", fmt::format("\"{}\" is the line of two instruments, expected one line per instrument", text));
+      root.note_error("", fmt::format("\"{}\" is the line of two instruments, expected one line per instrument", text));
   }
-  if (any_hid && hids > 1) root.mistake("", "\"hid:\" is only for a rig with one USB device, expected serial numbers");
+  if (any_hid && hids > 1)
+    root.note_error("", "\"hid:\" is only for a rig with one USB device, expected serial numbers");
 }
 
 /// Checks that either all lines are virtual, or none.
@@ -223,15 +224,15 @@ void determine_simulated(const TomlTable& root, RigFile& rig) {
   const auto count = std::count(lines.begin(), lines.end(), kVirtualLine);
   rig.simulated = count == static_cast<std::ptrdiff_t>(lines.size());
   if (count != 0 && !rig.simulated)
-    root.mistake("chamber", "some lines are \"virtual\" and some are not; a rig is wholly virtual or wholly real");
+    root.note_error("chamber", "some lines are \"virtual\" and some are not; a rig is wholly virtual or wholly real");
   if (rig.simulated != root.has("virtual"))
-    root.mistake("virtual", rig.simulated ? "a virtual rig needs a [virtual] table"
-                                          : "a real rig must not have a [virtual] table");
+    root.note_error("virtual", rig.simulated ? "a virtual rig needs a [virtual] table"
+                                             : "a real rig must not have a [virtual] table");
 }
 
 }  // namespace
 
-std::string in_words(const Limiter& limiter) {
+std::string describe(const Limiter& limiter) {
   auto text = "class " + limiter.protection_class;
   if (limiter.lowest) text += fmt::format(", below {:g} °C", limiter.lowest->value);
   if (limiter.highest) text += fmt::format(", above {:g} °C", limiter.highest->value);
@@ -251,9 +252,9 @@ Result<RigFile> parse_rig(std::string_view text, const std::string& file, const 
   read_chamber(chamber, rig);
   std::set<std::string> seen;
   for (const auto& table : root->tables("thermometer"))
-    rig.thermometers.push_back(read_thermometer(table, known.folder.empty() ? folder_of(file) : known.folder,
+    rig.thermometers.push_back(read_thermometer(table, known.folder.empty() ? parent_folder(file) : known.folder,
                                                 rig.thermometers.size() + 1, seen));
-  if (rig.thermometers.empty()) root->mistake("", "missing [[thermometer]], expected at least one");
+  if (rig.thermometers.empty()) root->note_error("", "missing [[thermometer]], expected at least one");
   const auto channels = channel_names(thermometer_channels(rig));
   auto gyros = read_gyros(*root, file, channels, known.gyro_streams);
   if (gyros) {
@@ -306,7 +307,7 @@ std::vector<std::string> collect_analogue_map_texts(const RigFile& rig) {
   return texts;
 }
 
-std::vector<record::Channel> channels_of(const RigFile& rig) {
+std::vector<record::Channel> list_channels(const RigFile& rig) {
   auto channels = thermometer_channels(rig);
   if (rig.units.size() < 2) return channels;
   for (auto& channel : channels) {
@@ -318,7 +319,7 @@ std::vector<record::Channel> channels_of(const RigFile& rig) {
   return channels;
 }
 
-const GyroLine& line_of(const RigFile& rig, std::size_t unit) {
+const GyroLine& find_gyro_line(const RigFile& rig, std::size_t unit) {
   const auto has_it = [unit](const GyroLine& line) {
     return std::ranges::any_of(line.shares, [unit](const auto& share) { return share.unit == unit; });
   };

@@ -35,7 +35,7 @@ struct Limiter {
 };
 
 /// Describes when the limiter trips: "class 3.3, below -50 °C, above 75 °C".
-[[nodiscard]] std::string in_words(const Limiter& limiter);
+[[nodiscard]] std::string describe(const Limiter& limiter);
 
 struct RigFile {
   std::string name;
@@ -96,9 +96,9 @@ struct NamedTexts {
 
 /// Returns all channels of all thermometers, in order of the file, each with the unit under test that it belongs to. A
 /// channel that several units share, or none uses, belongs to the rig.
-[[nodiscard]] std::vector<record::Channel> channels_of(const RigFile& rig);
+[[nodiscard]] std::vector<record::Channel> list_channels(const RigFile& rig);
 
 /// Returns the line on which the unit numbered `unit` is read.
-[[nodiscard]] const GyroLine& line_of(const RigFile& rig, std::size_t unit);
+[[nodiscard]] const GyroLine& find_gyro_line(const RigFile& rig, std::size_t unit);
 
 }  // namespace gyrotherm::rig

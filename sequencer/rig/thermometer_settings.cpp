@@ -54,7 +54,7 @@ drivers::MccSensor read_sensor(const TomlTable& table) {
   rtd.a_per_k = number(table, "a_per_k", rtd.a_per_k);
   rtd.b_per_k2 = number(table, "b_per_k2", rtd.b_per_k2);
   rtd.c_per_k4 = number(table, "c_per_k4", rtd.c_per_k4);
-  if (!(rtd.r0_ohm > 0)) table.mistake("r0_ohm", "expected a resistance above zero");
+  if (!(rtd.r0_ohm > 0)) table.note_error("r0_ohm", "expected a resistance above zero");
   return rtd;
 }
 
@@ -64,35 +64,35 @@ constexpr Vocabulary<std::uint8_t, 4> kDconTypes{{{"J", 0x0E}, {"K", 0x0F}, {"T"
 constexpr std::size_t kMaxCoefficients = 10;
 
 std::size_t count_inputs(const ThermometerSettings& settings) {
-  return row_of(settings.kind).inputs * (settings.kind == Kind::dcon ? settings.addresses.size() : 1);
+  return kind_row(settings.kind).inputs * (settings.kind == Kind::dcon ? settings.addresses.size() : 1);
 }
 
 /// Records an error if this kind of instrument cannot use its line.
 void check_instrument_line(const TomlTable& table, const ThermometerSettings& settings) {
   const auto line = drivers::parse_line(settings.line);
   if (settings.kind != Kind::mcc_usb_temp || settings.line.empty()) return check_line(table, settings.line);
-  if (!line) return table.mistake("line", line.error().what);
+  if (!line) return table.note_error("line", line.error().what);
   if (!std::holds_alternative<drivers::HidLine>(*line) && settings.line != kVirtualLine)
-    table.mistake("line", "a USB-TEMP is an HID device; expected \"hid:SERIAL\" or \"hid:\"");
+    table.note_error("line", "a USB-TEMP is an HID device; expected \"hid:SERIAL\" or \"hid:\"");
 }
 
 void read_link(const TomlTable& table, ThermometerSettings& settings) {
   const auto link = table.table("link");
   settings.echo = link.boolean("echo", false);
   const auto line = drivers::parse_line(settings.line);
-  if (settings.echo && line && !drivers::carries_bytes(*line))
-    link.mistake("echo", "only a tcp:// or serial: line can echo");
+  if (settings.echo && line && !drivers::is_byte_line(*line))
+    link.note_error("echo", "only a tcp:// or serial: line can echo");
 }
 
 void read_dcon(const TomlTable& table, ThermometerSettings& settings) {
   if (table.has("addresses")) settings.addresses.clear();
   for (const double address : table.numbers("addresses")) {
     if (!(address >= 0 && address <= 255 && address == static_cast<std::uint8_t>(address)))
-      table.mistake("addresses", fmt::format("\"addresses\" has {}, expected whole numbers from 0 to 255", address));
+      table.note_error("addresses", fmt::format("\"addresses\" has {}, expected whole numbers from 0 to 255", address));
     else
       settings.addresses.push_back(static_cast<std::uint8_t>(address));
   }
-  if (settings.addresses.empty()) table.mistake("addresses", "expected at least one address");
+  if (settings.addresses.empty()) table.note_error("addresses", "expected at least one address");
   settings.checksum = table.boolean("checksum", false) ? drivers::DconChecksum::on : drivers::DconChecksum::off;
   if (table.has("type")) settings.type = one_of(kDconTypes, table, "type");
 }
@@ -102,17 +102,17 @@ void read_command(const TomlTable& table, const std::string& folder, Thermometer
   settings.command = {.words = table.texts("command"), .folder = folder};
   settings.line = "process:" + text(settings.command);
   if (settings.command.words.empty() || settings.command.words.front().empty())
-    table.mistake("command", "no \"command\", expected a program and its arguments, as [\"python3\", \"acme.py\"]");
+    table.note_error("command", "no \"command\", expected a program and its arguments, as [\"python3\", \"acme.py\"]");
   if (!table.has("line")) return;
   settings.line = table.text("line");
-  if (settings.line != kVirtualLine) table.mistake("line", "a program has no line; expected none, or \"virtual\"");
+  if (settings.line != kVirtualLine) table.note_error("line", "a program has no line; expected none, or \"virtual\"");
 }
 
 std::optional<std::chrono::sys_days> read_day(const TomlTable& table, const char* key) {
   if (!table.has(key)) return std::nullopt;
   const auto text = table.text(key);
   const auto day = record::parse_day(text);
-  if (!day) table.mistake(key, fmt::format("\"{}\" is \"{}\", expected a day like \"2027-03-01\"", key, text));
+  if (!day) table.note_error(key, fmt::format("\"{}\" is \"{}\", expected a day like \"2027-03-01\"", key, text));
   return day;
 }
 
@@ -135,7 +135,7 @@ std::optional<double> read_positive_number(const TomlTable& table, const char* k
   if (!table.has(key)) return std::nullopt;
   const double value = table.number(key);
   if (value > 0 && std::isfinite(value)) return value;
-  table.mistake(key, "expected a number above zero");
+  table.note_error(key, "expected a number above zero");
   return std::nullopt;
 }
 
@@ -149,11 +149,11 @@ record::ThermometerUncertainty read_uncertainty(const TomlTable& table) {
   const auto value = read_positive_number(table, "uncertainty"),
              coverage = read_positive_number(table, "coverage_factor");
   if (uncertainty.rectangular && coverage)
-    table.mistake("coverage_factor",
-                  "rectangular limits have no coverage factor: expected one of coverage_factor and \"rectangular\"");
+    table.note_error("coverage_factor",
+                     "rectangular limits have no coverage factor: expected one of coverage_factor and \"rectangular\"");
   for (const auto* key : {"coverage_factor", "distribution"})
     if (table.has(key) && !table.has("uncertainty"))
-      table.mistake(key, "applies only to an \"uncertainty\", which is missing");
+      table.note_error(key, "applies only to an \"uncertainty\", which is missing");
   const double divisor = uncertainty.rectangular ? std::numbers::sqrt3 : coverage.value_or(kUsualCoverage);
   if (value) uncertainty.calibration = Kelvins{*value / divisor};
   if (const auto drift = read_positive_number(table, "drift_k_per_year")) uncertainty.drift_in_a_year = Kelvins{*drift};
@@ -178,20 +178,20 @@ void read_calibration(const TomlTable& table, std::vector<record::Channel>& chan
   const auto name = table.text("channel");
   const auto found = std::find_if(channels.begin(), channels.end(), [&](const auto& c) { return c.name == name; });
   if (found == channels.end()) {
-    if (!name.empty()) table.mistake("channel", fmt::format("\"{}\" is not a channel of this thermometer", name));
+    if (!name.empty()) table.note_error("channel", fmt::format("\"{}\" is not a channel of this thermometer", name));
     for (const auto* key : {"offset", "polynomial", "certificate", "due", "uncertainty", "coverage_factor",
                             "distribution", "drift_k_per_year", "calibrated"})
       table.ignore(key);
     return;
   }
   if (table.has("offset") && table.has("polynomial"))
-    table.mistake("offset", "a polynomial includes the offset: expected one of the two");
+    table.note_error("offset", "a polynomial includes the offset: expected one of the two");
   if (found->offset != Kelvins{} || !found->polynomial.empty())
-    table.mistake("channel", fmt::format("channel \"{}\" has a calibration already", name));
+    table.note_error("channel", fmt::format("channel \"{}\" has a calibration already", name));
   if (table.has("offset")) found->offset = {table.number("offset")};
   found->polynomial = table.numbers("polynomial");
   if (table.has("polynomial") && (found->polynomial.size() < 2 || found->polynomial.size() > kMaxCoefficients))
-    table.mistake("polynomial", fmt::format("expected 2 to {} coefficients, the constant first", kMaxCoefficients));
+    table.note_error("polynomial", fmt::format("expected 2 to {} coefficients, the constant first", kMaxCoefficients));
   read_certificate(table, {&*found, 1});
   apply_uncertainty(table, {&*found, 1});
 }
@@ -199,7 +199,7 @@ void read_calibration(const TomlTable& table, std::vector<record::Channel>& chan
 void read_offsets(const TomlTable& table, std::vector<record::Channel>& channels) {
   const auto offsets = table.numbers("offsets");
   if (!offsets.empty() && offsets.size() != channels.size())
-    table.mistake("offsets", fmt::format("{} offsets for {} channels", offsets.size(), channels.size()));
+    table.note_error("offsets", fmt::format("{} offsets for {} channels", offsets.size(), channels.size()));
   for (std::size_t i = 0; i < std::min(offsets.size(), channels.size()); ++i) channels[i].offset = {offsets[i]};
 }
 
@@ -217,11 +217,11 @@ void read_channels(const TomlTable& table, std::size_t number, std::set<std::str
                    ThermometerSettings& settings) {
   settings.channels = table.texts("channels");
   if (settings.channels.empty() || settings.channels.size() > count_inputs(settings))
-    table.mistake("channels",
-                  fmt::format("{} channels, expected 1 to {}", settings.channels.size(), count_inputs(settings)));
+    table.note_error("channels",
+                     fmt::format("{} channels, expected 1 to {}", settings.channels.size(), count_inputs(settings)));
   for (std::size_t i = 0; i < settings.channels.size(); ++i) {
     const auto& name = settings.channels[i];
-    if (!seen.insert(name).second) table.mistake("channels", fmt::format("channel \"{}\" is listed twice", name));
+    if (!seen.insert(name).second) table.note_error("channels", fmt::format("channel \"{}\" is listed twice", name));
     settings.calibrated.push_back({.name = name, .instrument = describe_input(settings, number, i), .offset = {}});
   }
 }
@@ -231,9 +231,9 @@ void read_channels(const TomlTable& table, std::size_t number, std::set<std::str
 ThermometerSettings read_thermometer(const TomlTable& table, const std::string& folder, std::size_t number,
                                      std::set<std::string>& seen) {
   ThermometerSettings settings;
-  settings.place = table.place();
+  settings.place = table.location();
   settings.kind = one_of(drivers::kThermometerDrivers, table, "driver");
-  settings.driver = row_of(settings.kind).name;
+  settings.driver = kind_row(settings.kind).name;
   if (settings.kind == Kind::process) {
     read_command(table, folder, settings);
   } else {
@@ -256,7 +256,7 @@ std::unique_ptr<drivers::Thermometer> make_thermometer(const ThermometerSettings
   if (const auto* hid = std::get_if<drivers::HidLine>(&line))
     return make_usb_temp(settings, place,
                          drivers::make_hid_line({drivers::kMccKinds.begin(), drivers::kMccKinds.end()}, hid->serial));
-  auto stream = make_stream(line, {.serial = row_of(settings.kind).serial}, kConnectWithin);
+  auto stream = make_stream(line, {.serial = kind_row(settings.kind).serial}, kConnectWithin);
   if (settings.echo) stream = drivers::make_echo_stream(std::move(stream));
   return make_thermometer(settings, place, std::move(stream), false);
 }
@@ -275,7 +275,7 @@ std::unique_ptr<drivers::Thermometer> make_thermometer(const ThermometerSettings
   if (settings.kind == Kind::process)
     return drivers::make_process_thermometer(std::move(stream), place,
                                              {.channels = settings.channels.size(), .clock = clock});
-  if (const auto make = row_of(settings.kind).make) return make(std::move(stream), place, clock, simulated);
+  if (const auto make = kind_row(settings.kind).make) return make(std::move(stream), place, clock, simulated);
   drivers::DconOptions options{.checksum = settings.checksum, .type = settings.type, .clock = clock};
   if (simulated) options.pause = {};
   return make_dcon_modules(std::move(stream), place, settings.addresses, options);

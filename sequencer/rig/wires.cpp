@@ -29,7 +29,7 @@ class AttendedConnection final : public drivers::FrameConnection {
   Result<std::size_t> receive(std::span<std::byte> frame, Duration within) override {
     return connection_->receive(frame, within);
   }
-  bool silent_for(Duration time) override { return connection_->silent_for(time); }
+  bool is_silent_for(Duration time) override { return connection_->is_silent_for(time); }
 
  private:
   std::unique_ptr<drivers::FrameConnection> connection_;
@@ -44,7 +44,7 @@ class AttendedWires final : public Wires {
   std::unique_ptr<drivers::Registers> chamber(const drivers::RegisterMap& map) override {
     return registers(InstrumentKind::chamber, 0, map);
   }
-  std::unique_ptr<drivers::Pauses> pauses() override { return drivers::virtual_pauses(); }
+  std::unique_ptr<drivers::Pauses> pauses() override { return drivers::make_virtual_pauses(); }
   Wire<drivers::ByteStream> thermometer(std::size_t index) override {
     return {.line = instruments_->line(InstrumentKind::thermometer, index)};
   }
@@ -61,7 +61,7 @@ class AttendedWires final : public Wires {
     instruments_->advance(static_cast<int>(seconds));
     clock_.advance(std::chrono::seconds(seconds));
   }
-  void bring_units_to(const UnitState& state) override { instruments_->set_unit_state(state); }
+  void set_unit_state(const UnitState& state) override { instruments_->set_unit_state(state); }
   std::vector<DegreesPerHour> true_bias(const std::string& unit) override {
     const auto& units = instruments_->units();
     const auto found = std::ranges::find(units, unit);

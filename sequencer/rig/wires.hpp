@@ -49,7 +49,7 @@ class Wires {
   /// Advances the world behind the wires, and the clock, by whole seconds.
   virtual void let_pass(std::int64_t seconds) = 0;
   /// Sets the state of the units under test behind the wires from the next second on, as an operator would.
-  virtual void bring_units_to(const UnitState& state) = 0;
+  virtual void set_unit_state(const UnitState& state) = 0;
   /// Returns the true bias of a unit's axes in the world behind the wires (VirtualLaboratory::true_bias), or nothing if
   /// it is not available.
   [[nodiscard]] virtual std::vector<DegreesPerHour> true_bias(const std::string& unit) {

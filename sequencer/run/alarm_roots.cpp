@@ -94,7 +94,7 @@ void step_host(RootResult& result, const RootInputs& inputs) {
 void raise_host(RootResult& result) {
   if (std::exchange(result.memory.host_raised, true)) return;
   result.raised.push_back(
-      {kHostLate, "", fmt::format("the machine is too busy: {} without a tick", spoken(result.memory.late))});
+      {kHostLate, "", fmt::format("the machine is too busy: {} without a tick", format_duration(result.memory.late))});
 }
 
 void step_lines(RootResult& result, const std::vector<RigLine>& lines, const std::vector<bool>& silent,

@@ -67,7 +67,7 @@ interlocks::InterlockDemand HostLead::adjust_demand(interlocks::InterlockDemand 
   if (demand.reaction >= interlocks::Reaction::suspend) return demand;
   return {interlocks::Reaction::suspend,
           fmt::format("the air is at {:.2f} °C, before {} without a tick it was at {:.2f} °C", chamber->air.value,
-                      spoken(missed), before->value)};
+                      format_duration(missed), before->value)};
 }
 
 bool HostLead::is_in_place(const LeadSecond& second) const {
@@ -199,7 +199,7 @@ Result<drivers::ChamberProgram> make_chamber_program(const profile::Profile& pro
   return program;
 }
 
-std::string ControllerLead::objection(OperatorCommand command) const {
+std::string ControllerLead::refusal_reason(OperatorCommand command) const {
   if (command != OperatorCommand::pause) return {};
   return "the controller runs the profile; only its panel can pause it";
 }
@@ -220,7 +220,7 @@ bool ControllerLead::may_have_finished(const LeadSecond& second) const {
 std::string ControllerLead::incomplete_reason(const LeadSecond& second) const {
   const auto& chamber = second.sample.chamber.value;
   if (silent_ >= kProgramGoneTime)
-    return "at the end of its program the chamber has been silent for " + spoken(silent_);
+    return "at the end of its program the chamber has been silent for " + format_duration(silent_);
   if (!chamber) return {};
   const auto activity = chamber->activity;
   if (!may_progress(activity) && !has_finished(activity) && activity != ChamberActivity::off)
@@ -246,7 +246,8 @@ std::string ControllerLead::judge(const LeadSecond& second) {
   const bool progresses = may_progress(chamber->activity) || may_have_finished(second);
   gone_ = progresses ? Duration{} : gone_ + kSecond + second.missed;
   if (gone_ < kProgramGoneTime) return {};
-  return fmt::format("the controller has not run its program for {}: {}", spoken(gone_), name(chamber->activity));
+  return fmt::format("the controller has not run its program for {}: {}", format_duration(gone_),
+                     name(chamber->activity));
 }
 
 void ControllerLead::fill_inputs(const LeadSecond& second, interlocks::InterlockInputs& inputs) {

@@ -50,7 +50,7 @@ class ChamberLead {
   /// Returns true if the chamber follows the profile without this program: during its pauses and after its end.
   [[nodiscard]] virtual bool can_continue_alone() const = 0;
   /// Returns the reason why this lead cannot carry out an operator's command; empty if it can.
-  [[nodiscard]] virtual std::string objection(OperatorCommand command) const = 0;
+  [[nodiscard]] virtual std::string refusal_reason(OperatorCommand command) const = 0;
 
   /// Sets the values with which the interlocks compare the chamber.
   virtual void fill_inputs(const LeadSecond& second, interlocks::InterlockInputs& inputs) = 0;
@@ -94,7 +94,7 @@ class HostLead final : public ChamberLead {
   void begin_away(std::optional<Celsius> air_before);
 
   [[nodiscard]] bool can_continue_alone() const override { return false; }
-  [[nodiscard]] std::string objection(OperatorCommand) const override { return {}; }
+  [[nodiscard]] std::string refusal_reason(OperatorCommand) const override { return {}; }
   void fill_inputs(const LeadSecond& second, interlocks::InterlockInputs& inputs) override;
   /// Applies the resume rule after a pause of this program, as after a restart. If the air has moved away from the
   /// goal, the run is suspended until the air returns. The air must return even if another cause has already stopped
@@ -141,7 +141,7 @@ class ControllerLead final : public ChamberLead {
   explicit ControllerLead(Kelvins tolerance) : tolerance_(tolerance) {}
 
   [[nodiscard]] bool can_continue_alone() const override { return true; }
-  [[nodiscard]] std::string objection(OperatorCommand command) const override;
+  [[nodiscard]] std::string refusal_reason(OperatorCommand command) const override;
   void fill_inputs(const LeadSecond& second, interlocks::InterlockInputs& inputs) override;
   /// Keeps only demands to abort: a controller continues by itself while an instrument is silent.
   [[nodiscard]] interlocks::InterlockDemand adjust_demand(interlocks::InterlockDemand demand,

@@ -54,9 +54,10 @@ Result<ChamberOwnership> ChamberOwnership::take(const rig::RigFile& rig, const s
   ChamberOwnership ownership;
   if (rig.simulated) return ownership;
   ownership.safe_state_ = safe_state_for(rig, record, by_program);
-  const auto pauses = drivers::real_pauses();
+  const auto pauses = drivers::make_real_pauses();
   auto lock = drivers::ChamberLock::take(chamber_lock_name(rig), ownership.safe_state_->record);
-  for (const Deadline limit(kLongestInspection); !lock && is_being_inspected(rig, lock.error()) && !limit.over();) {
+  for (const Deadline limit(kLongestInspection);
+       !lock && is_being_inspected(rig, lock.error()) && !limit.has_passed();) {
     pauses->rest(kRetryEvery);
     lock = drivers::ChamberLock::take(chamber_lock_name(rig), ownership.safe_state_->record);
   }
@@ -65,10 +66,10 @@ Result<ChamberOwnership> ChamberOwnership::take(const rig::RigFile& rig, const s
   return ownership;
 }
 
-std::vector<std::string> ChamberOwnership::strangers() const {
+std::vector<std::string> ChamberOwnership::unauthorised_holders() const {
   std::vector<std::string> words;
   if (lock_)
-    for (const auto& stranger : lock_->strangers()) words.push_back(stranger.words);
+    for (const auto& stranger : lock_->unauthorised_holders()) words.push_back(stranger.words);
   return words;
 }
 

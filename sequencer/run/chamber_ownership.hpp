@@ -24,7 +24,7 @@ class ChamberOwnership {
 
   /// Describes the processes that hold the chamber's lock without permission to drive chambers. take() ignores such
   /// locks.
-  [[nodiscard]] std::vector<std::string> strangers() const;
+  [[nodiscard]] std::vector<std::string> unauthorised_holders() const;
 
   /// Arms the watchdog: from now on it makes the chamber safe if this program dies or hangs. Call it immediately before
   /// the chamber is first moved. `identity` is the identity that the chamber reported; the watchdog does not make

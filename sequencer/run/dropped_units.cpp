@@ -8,7 +8,7 @@
 
 namespace gyrotherm::run {
 
-std::string DroppedUnits::objection(const control::UnitRequest& request) const {
+std::string DroppedUnits::refusal_reason(const control::UnitRequest& request) const {
   const auto found = std::ranges::find(names_, request.unit);
   if (found == names_.end())
     return fmt::format("\"{}\" is not a unit of this run, expected one of {}", request.unit, fmt::join(names_, ", "));

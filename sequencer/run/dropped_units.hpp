@@ -21,7 +21,7 @@ class DroppedUnits {
 
   /// Returns the reason why a unit cannot be dropped or returned; empty if it can. The last remaining unit cannot be
   /// dropped: the command "stop" ends the run.
-  [[nodiscard]] std::string objection(const control::UnitRequest& request) const;
+  [[nodiscard]] std::string refusal_reason(const control::UnitRequest& request) const;
   /// Carries out a request that has no objection.
   void carry_out(const control::UnitRequest& request);
   /// Restores the dropped units of a resumed run. Ignores unknown names.

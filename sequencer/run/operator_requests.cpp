@@ -23,7 +23,7 @@ std::string state_refusal_reason(RunState state, OperatorCommand command) {
 
 }  // namespace
 
-std::string OperatorRequests::objection(RunState state, OperatorCommand command) const {
+std::string OperatorRequests::refusal_reason(RunState state, OperatorCommand command) const {
   const auto* first = find_next();
   if (first && first->command > command)
     return fmt::format("{} by {} has priority in the same second", name(first->command), first->who);

@@ -29,7 +29,7 @@ class OperatorRequests {
  public:
   /// Returns the reason why a run in `state` would not carry out `command` at the next tick, given the waiting
   /// requests; empty if it would. An interlock may still override the command.
-  [[nodiscard]] std::string objection(RunState state, OperatorCommand command) const;
+  [[nodiscard]] std::string refusal_reason(RunState state, OperatorCommand command) const;
 
   void add(OperatorRequest request) { waiting_.push_back(std::move(request)); }
 

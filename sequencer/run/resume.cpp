@@ -55,7 +55,7 @@ record::RunInfo run_info(std::string_view program_version, const profile::Profil
   info.seed = seed;
   info.days_later = days_later;
   info.started_utc = started_utc;
-  info.thermometers = channels_of(rig);
+  info.thermometers = list_channels(rig);
   info.chamber_instrument = fmt::format("{} at {}", rig.chamber_map.name, rig.chamber_line);
   for (const auto& unit : rig.units) info.units.push_back(unit.info);
   info.cycles = profile.cycles;
@@ -204,14 +204,14 @@ std::string compare_identities(const std::map<std::string, std::string>& at_star
 }
 
 ReentryDecision judge_reentry(const InterruptedRun& interrupted, Celsius mild, Celsius air_now) {
-  if (!interrupted.strangers.empty()) return {Reentry::ask, interrupted.strangers};
+  if (!interrupted.mismatched_instruments.empty()) return {Reentry::ask, interrupted.mismatched_instruments};
   if (interrupted.aborted) return {Reentry::ask, "the run was aborted"};
   if (interrupted.held) return {Reentry::ask, "the run was held"};
   if (interrupted.foreign) return {Reentry::ask, "another program or a person had changed the chamber"};
   if (!interrupted.why_unknown.empty()) return {Reentry::ask, interrupted.why_unknown};
   if (interrupted.down > kLongestUnattended)
-    return {Reentry::ask,
-            fmt::format("down for {}, longer than {}", spoken(interrupted.down), spoken(kLongestUnattended))};
+    return {Reentry::ask, fmt::format("down for {}, longer than {}", format_duration(interrupted.down),
+                                      format_duration(kLongestUnattended))};
   if (!interrupted.why_asks.empty()) return {Reentry::ask, interrupted.why_asks};
   const auto lowest = std::min(interrupted.lowest, mild) - kResumeBand;
   const auto highest = std::max(interrupted.highest, mild) + kResumeBand;
@@ -230,7 +230,8 @@ ReentryDecision judge_reentry(const InterruptedRun& interrupted, Celsius mild, C
 std::string unknown_downtime_reason(Duration down) {
   constexpr Duration kCorrection = 2 * kSecond;  // error of a correct clock
   if (down < -kCorrection)
-    return fmt::format("the clock is {} behind the last second of the record: the downtime is unknown", spoken(-down));
+    return fmt::format("the clock is {} behind the last second of the record: the downtime is unknown",
+                       format_duration(-down));
   if (down > kLongestBelieved)
     return fmt::format("by the clock it was down for {} days, which is implausible: the downtime is unknown",
                        std::chrono::floor<std::chrono::days>(down).count());
@@ -238,7 +239,7 @@ std::string unknown_downtime_reason(Duration down) {
 }
 
 std::string describe_downtime(const InterruptedRun& interrupted) {
-  return interrupted.why_unknown.empty() ? spoken(interrupted.down) : "an unknown time";
+  return interrupted.why_unknown.empty() ? format_duration(interrupted.down) : "an unknown time";
 }
 
 bool is_in_place(Celsius air, Celsius goal, const std::optional<Celsius>& air_before) {
@@ -264,10 +265,10 @@ Downtime compute_downtime(const record::Record& record, const std::optional<reco
   if (is_about_it && !now.boot.empty() && status->written_in_boot == now.boot)
     return now.since_boot - status->written_since_boot + kSecond * (status->slot - last);
   const auto down = now.utc - record.last_utc.value_or(record.info.started_utc);
-  const auto duration = spoken(std::max(down, Duration{}));
+  const auto duration = format_duration(std::max(down, Duration{}));
   if (is_about_it && down < now.since_boot)
     return {down, fmt::format("by the wall clock it was down for {}, but the machine was started {} ago", duration,
-                              spoken(now.since_boot))};
+                              format_duration(now.since_boot))};
   const auto* cause = is_about_it ? "the machine was restarted meanwhile" : "there is no status file of this run";
   return {down, fmt::format("{}: it was down for {} according to the wall clock only", cause, duration)};
 }
@@ -280,16 +281,16 @@ Result<rig::RigFile> parse_recorded_rig(const record::RunInfo& info, const std::
                          .gyro_model = info.gyro_model_text,
                          .gyro_streams = stream_texts(info),
                          .analogue_maps = info.analogue_map_texts,
-                         .folder = info.rig_file.empty() ? std::string() : folder_of(info.rig_file)});
+                         .folder = info.rig_file.empty() ? std::string() : parent_folder(info.rig_file)});
 }
 
 /// Fails with bad_file if the virtual rig cannot be replayed up to the record's end.
 Result<void> check_replay(const record::RunInfo& info, bool simulated, std::int64_t last_slot,
                           const std::string& path) {
-  if (info.days_later > simulator::kMostDaysLater)
+  if (info.days_later > simulator::kMaxDaysLater)
     return failure(
         FaultKind::bad_file, path,
-        fmt::format("the gyro is {} days older, expected at most {}", info.days_later, simulator::kMostDaysLater));
+        fmt::format("the gyro is {} days older, expected at most {}", info.days_later, simulator::kMaxDaysLater));
   if (simulated && last_slot > kMaxReplayed)
     return failure(
         FaultKind::bad_file, path,
@@ -335,7 +336,7 @@ InterruptedRun describe_interruption(const record::Record& record, const RunCont
 rig::RigStart plan_start(const record::Record& record, const RunContinuation& on, std::uint64_t run) {
   const auto since_last = on.last_slot + 1 + on.interruption.down / kSecond;
   return {.seed = {.gyro = record.info.seed, .run = run, .days_later = record.info.days_later},
-          .already = std::chrono::seconds(std::max(since_last, on.recorded + 1)),
+          .elapsed = std::chrono::seconds(std::max(since_last, on.recorded + 1)),
           .replay = on.rig.simulated ? make_replay(record, on) : std::vector<simulator::PastSecond>(),
           .first_set_point = demanded_set_point(on.profile, begin(on.profile)),
           .units_may_be_off = unit_may_be_off(on.profile, on.state),

@@ -59,7 +59,7 @@ struct InterruptedRun {
   /// Another program or a person had changed the chamber, and it was not restored.
   bool foreign{};
   /// Instruments that answer in place of the run's own instruments; empty: none.
-  std::string strangers{};
+  std::string mismatched_instruments{};
 };
 
 enum class Reentry {

@@ -39,7 +39,7 @@ std::vector<std::string> unit_names(const rig::RigFile& rig) {
 }
 
 std::string describe(const RunStateMachine& machine) {
-  return record::in_words(run_state(machine), state_cause(machine));
+  return record::describe(run_state(machine), state_cause(machine));
 }
 
 }  // namespace
@@ -54,7 +54,7 @@ RunController::RunController(const profile::Profile& profile, rig::Rig& rig, rec
       lead_(std::make_unique<HostLead>(rig.file(), demanded_set_point(profile, state_), kSecond * first_slot)),
       safe_(rig.file()),
       dropped_(unit_names(rig.file())),
-      channels_(channels_of(rig.file())),
+      channels_(list_channels(rig.file())),
       changes_(rig.file()) {
   const auto all = plan(profile).all;
   planned_ = all.ramps + all.holds;
@@ -76,15 +76,16 @@ bool RunController::takes_over(OperatorCommand command) const {
   return command == OperatorCommand::resume && !causes_ended_by_resume(memory_).empty();
 }
 
-std::string RunController::objection(OperatorCommand command) const {
-  if (takes_over(command) && run_state() == RunState::suspended) return requests_.objection(RunState::held, command);
-  if (auto why = requests_.objection(run_state(), command); !why.empty()) return why;
+std::string RunController::refusal_reason(OperatorCommand command) const {
+  if (takes_over(command) && run_state() == RunState::suspended)
+    return requests_.refusal_reason(RunState::held, command);
+  if (auto why = requests_.refusal_reason(run_state(), command); !why.empty()) return why;
   return active_refusal_reason(command, takes_over(command));
 }
 
 std::string RunController::active_refusal_reason(OperatorCommand command, bool takes_over) const {
   const auto holds = command == OperatorCommand::resume ? active_cause(interlocks::Reaction::hold, takes_over) : "";
-  return holds.empty() ? lead_->objection(command) : "the cause of the hold is still active: " + holds;
+  return holds.empty() ? lead_->refusal_reason(command) : "the cause of the hold is still active: " + holds;
 }
 
 /// If the resume takes the chamber over, causes that such a resume ends are not considered.
@@ -114,11 +115,11 @@ void RunController::submit(OperatorCommand command, const std::string& who, cons
 control::ControlAnswer RunController::drop_or_return(const control::UnitRequest& request, const std::string& who,
                                                      const std::string& why) {
   const auto* word = request.drop ? "drop" : "return";
-  auto objection =
-      is_over(machine_) ? fmt::format("the run is over: {}", name(run_state())) : dropped_.objection(request);
-  if (!objection.empty()) {
-    note(EventKind::command, fmt::format("{}: {} {}, refused: {}", who, word, request.unit, objection));
-    return {.done = false, .text = std::move(objection)};
+  auto reason =
+      is_over(machine_) ? fmt::format("the run is over: {}", name(run_state())) : dropped_.refusal_reason(request);
+  if (!reason.empty()) {
+    note(EventKind::command, fmt::format("{}: {} {}, refused: {}", who, word, request.unit, reason));
+    return {.done = false, .text = std::move(reason)};
   }
   dropped_.carry_out(request);
   note(request.drop ? EventKind::dropped : EventKind::returned,
@@ -143,9 +144,9 @@ RunController::Acknowledged RunController::append_acknowledgements(const std::ve
   };
   if (numbers.empty()) append(store_.alarms().unacknowledged());
   for (const auto number : numbers) {
-    auto objection = store_.alarms().objection(number);
-    if (objection.empty()) append(store_.alarms().rows_for(number));
-    if (!objection.empty()) result.refusals.push_back(std::move(objection));
+    auto reason = store_.alarms().refusal_reason(number);
+    if (reason.empty()) append(store_.alarms().rows_for(number));
+    if (!reason.empty()) result.refusals.push_back(std::move(reason));
   }
   return result;
 }
@@ -170,7 +171,7 @@ control::ControlAnswer RunController::carry_out(const control::ControlRequest& r
     note(request.told ? EventKind::told : EventKind::note, who + ": " + request.note);
     return {.done = true, .text = "noted"};
   }
-  if (auto why = objection(*request.command); !why.empty()) {
+  if (auto why = refusal_reason(*request.command); !why.empty()) {
     note(EventKind::command, fmt::format("{}: {}, refused: {}", who, name(*request.command), why));
     return {.done = false, .text = std::move(why)};
   }
@@ -238,7 +239,7 @@ interlocks::InterlockInputs RunController::inputs(const Sample& sample, Duration
   facts.storage_trouble = health.trouble;
   facts.record_damage = health.damage;
   facts.guard_troubles = guard_troubles_;
-  facts.strangers = rig_.io().strangers();
+  facts.mismatched_instruments = rig_.io().mismatched_instruments();
   facts.gyro_is_off = unit_may_be_off(profile_, state_);
   facts.units_are_moved = run_state() == RunState::held;
   facts.is_turned = profile_.segments[static_cast<std::size_t>(profile_position(profile_, state_).segment)].unit.turned;
@@ -351,12 +352,12 @@ void RunController::note_soak(const ProfilePosition& before) {
   if (now.phase == Phase::overdue && before.phase != Phase::overdue)
     return note(EventKind::note,
                 fmt::format("soak of segment {} incomplete at its deadline: {} of {} inside {}", before.segment + 1,
-                            spoken(now.soaked), spoken(segment.soak_time), what),
+                            format_duration(now.soaked), format_duration(segment.soak_time), what),
                 {.segment = before.segment});
   if (now.segment == before.segment && now.phase != Phase::complete) return;
   note(EventKind::note,
-       fmt::format("soak of segment {} ended: {} inside {}, in {}", before.segment + 1, spoken(segment.soak_time), what,
-                   spoken(before.in_segment + kSecond)),
+       fmt::format("soak of segment {} ended: {} inside {}, in {}", before.segment + 1,
+                   format_duration(segment.soak_time), what, format_duration(before.in_segment + kSecond)),
        {.segment = before.segment});
 }
 
@@ -376,7 +377,7 @@ void RunController::step_profile(const Sample& sample) {
 /// Commands the chamber for the state after this second. The final set point is therefore sent in the profile's last
 /// second.
 void RunController::command_chamber(const Sample& sample) {
-  rig_.bring_units_to(profile_.segments[static_cast<std::size_t>(sample.progress.segment)].unit);
+  rig_.set_unit_state(profile_.segments[static_cast<std::size_t>(sample.progress.segment)].unit);
   const auto failed = run_state() == RunState::aborting
                           ? safe_.attempt(rig_.io(), kSecond * next_slot_)
                           : lead_->send_set_point(rig_.io(), second(sample, {}), sample.state,
@@ -394,7 +395,7 @@ std::string RunController::describe_external_change() const {
   return {};
 }
 
-RunOverview RunController::standing() const {
+RunOverview RunController::overview() const {
   const auto left = time_left(profile_, state_);
   return {.state = run_state(),
           .cause = state_cause(machine_),

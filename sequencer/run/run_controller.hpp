@@ -48,7 +48,7 @@ class RunController {
   [[nodiscard]] Result<RunOutcome> tick(std::int64_t slot);
 
   /// Returns the reason why the next tick would not carry out an operator's command; empty if it will.
-  [[nodiscard]] std::string objection(OperatorCommand command) const;
+  [[nodiscard]] std::string refusal_reason(OperatorCommand command) const;
   /// Records an operator's command and its text with the next tick, which carries out the most severe waiting command.
   void submit(OperatorCommand command, const std::string& who, const std::string& answer = {});
   /// Drops units that were dropped before a resume. Call it before the first tick.
@@ -95,7 +95,7 @@ class RunController {
   /// Returns the events that the last tick recorded, in order.
   [[nodiscard]] const std::vector<Event>& last_events() const { return last_events_; }
   [[nodiscard]] RunState run_state() const { return run::run_state(machine_); }
-  [[nodiscard]] RunOverview standing() const;
+  [[nodiscard]] RunOverview overview() const;
 
  private:
   [[nodiscard]] control::ControlAnswer drop_or_return(const control::UnitRequest& request, const std::string& who,

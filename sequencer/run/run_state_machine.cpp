@@ -9,7 +9,7 @@ namespace gyrotherm::run {
 namespace {
 
 RunStateMachine make_timeout_abort(const char* what, Duration since, const std::string& cause) {
-  return Aborting{fmt::format("{} for {}: {}", what, spoken(since), cause), {}, false};
+  return Aborting{fmt::format("{} for {}: {}", what, format_duration(since), cause), {}, false};
 }
 
 /// Returns the state in which the profile continues: Held if it has a prompt, otherwise Execute.

@@ -13,7 +13,7 @@ std::string format_count(std::int64_t count, const char* one, const char* many) 
   return fmt::format("{} {}", count, count == 1 ? one : many);
 }
 
-std::string in_words(const record::AlarmCount& alarms) {
+std::string describe(const record::AlarmCount& alarms) {
   auto words = format_count(alarms.occurrences, "alarm", "alarms");
   if (alarms.occurrences > 1) words += fmt::format(" of {}", format_count(alarms.tags, "kind", "kinds"));
   if (alarms.unacknowledged > 0) words += fmt::format(" ({} unacknowledged)", alarms.unacknowledged);
@@ -22,7 +22,8 @@ std::string in_words(const record::AlarmCount& alarms) {
 
 std::string describe_gaps(const RunTally& tally) {
   const auto words = format_count(tally.gaps, "gap", "gaps");
-  return tally.gaps == 0 ? words : fmt::format("{} of {} in all", words, spoken(std::chrono::seconds(tally.gap_s)));
+  return tally.gaps == 0 ? words
+                         : fmt::format("{} of {} in all", words, format_duration(std::chrono::seconds(tally.gap_s)));
 }
 
 }  // namespace
@@ -44,11 +45,11 @@ RunTally count_tally(const record::Record& record, std::int64_t faulty_readings)
   return tally;
 }
 
-std::string in_words(const RunTally& tally, const record::AlarmCount& alarms) {
+std::string describe(const RunTally& tally, const record::AlarmCount& alarms) {
   return fmt::format("{}, {}, {} suspended, {} held, {}",
-                     format_count(tally.faulty_readings, "faulty reading", "faulty readings"), in_words(alarms),
-                     spoken(std::chrono::seconds(tally.suspended_s)), spoken(std::chrono::seconds(tally.held_s)),
-                     describe_gaps(tally));
+                     format_count(tally.faulty_readings, "faulty reading", "faulty readings"), describe(alarms),
+                     format_duration(std::chrono::seconds(tally.suspended_s)),
+                     format_duration(std::chrono::seconds(tally.held_s)), describe_gaps(tally));
 }
 
 }  // namespace gyrotherm::run

@@ -31,6 +31,6 @@ struct RunTally {
 
 /// Returns "1700 faulty readings, 54 alarms of 3 kinds (1 unacknowledged), 10 min 02 s suspended, 0 s held, 2 gaps of
 /// 14 s in all".
-[[nodiscard]] std::string in_words(const RunTally& tally, const record::AlarmCount& alarms);
+[[nodiscard]] std::string describe(const RunTally& tally, const record::AlarmCount& alarms);
 
 }  // namespace gyrotherm::run

@@ -84,7 +84,7 @@ std::string AirWatch::describe() const {
   if (!last_at_) return "the air has not been read";
   if (observe_ <= Duration{}) return fmt::format("air {:.2f} °C, not watched", now_c_);
   const auto seen = fmt::format("air {:.2f} °C, {:.2f} °C {} before", now_c_, first_c_,
-                                spoken(std::chrono::floor<std::chrono::seconds>(watched_)));
+                                format_duration(std::chrono::floor<std::chrono::seconds>(watched_)));
   switch (verdict_) {
     case AirVerdict::moves_away: return fmt::format("{}: moves AWAY from {:g} °C", seen, set_point_.value);
     case AirVerdict::does_not_move: return fmt::format("{}: does NOT move towards {:g} °C", seen, set_point_.value);

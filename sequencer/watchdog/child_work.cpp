@@ -30,7 +30,7 @@ std::optional<std::string> ChildWork::next(Duration within) {
   const Deadline deadline(within);
   for (;;) {
     if (auto line = take_line()) return line;
-    if (ended_ || !ready(child_.output(), POLLIN, deadline)) return {};
+    if (ended_ || !wait_until_ready(child_.output(), POLLIN, deadline)) return {};
     std::array<char, 4096> piece;
     const auto size = read_some(child_.output(), piece.data(), piece.size());
     if (size <= 0) ended_ = true;
@@ -59,7 +59,7 @@ ErrorPrinter::~ErrorPrinter() {
     const bool ended = reap(pid_, std::chrono::seconds(1));
 }
 
-void ErrorPrinter::say(const std::string& line) {
+void ErrorPrinter::print(const std::string& line) {
   const auto whole = "gyrotherm-make-safe: " + plain(line, Blanks::kept) + "\n";
   if (pipe_.is_open()) [[maybe_unused]]
     const auto written = ::write(pipe_.number(), whole.data(), whole.size());

@@ -46,7 +46,7 @@ class ErrorPrinter {
   ErrorPrinter(const ErrorPrinter&) = delete;
   ErrorPrinter& operator=(const ErrorPrinter&) = delete;
 
-  void say(const std::string& line);
+  void print(const std::string& line);
 
  private:
   pid_t pid_ = -1;

@@ -75,7 +75,7 @@ ProcessIdentity own_identity() {
   return read_process_identity(::getpid()).value_or(ProcessIdentity{.pid = ::getpid(), .started = 0, .boot = {}});
 }
 
-bool lives(const ProcessIdentity& process) { return read_process_identity(process.pid) == process; }
+bool is_alive(const ProcessIdentity& process) { return read_process_identity(process.pid) == process; }
 
 bool is_stopped(std::int64_t pid) {
   const auto found = read_process(pid);
@@ -97,12 +97,12 @@ namespace {
 constexpr auto kSlice = std::chrono::milliseconds(1000);
 
 /// Returns true if the descriptor becomes readable within kSlice. A signal does not end the wait.
-bool is_readable(int descriptor) { return ready(descriptor, POLLIN, Deadline(kSlice)); }
+bool is_readable(int descriptor) { return wait_until_ready(descriptor, POLLIN, Deadline(kSlice)); }
 
 /// Reads one byte. Fails if none arrives before the deadline.
 Result<char> read_byte(int descriptor, const Deadline& deadline) {
   char byte = 0;
-  if (!ready(descriptor, POLLIN, deadline))
+  if (!wait_until_ready(descriptor, POLLIN, deadline))
     return failure(FaultKind::timeout, "guard", "no instructions received in time");
   if (::read(descriptor, &byte, 1) == 1) return byte;
   return failure(FaultKind::disconnected, "guard", "connection closed before the instructions arrived");
@@ -147,7 +147,7 @@ Result<std::string> receive_safe_state(int descriptor, Duration within) {
   if (!length) return failure(length.error());
   std::string text(*length, '\0');
   for (std::size_t have = 0; have < text.size();) {
-    if (!ready(descriptor, POLLIN, deadline))
+    if (!wait_until_ready(descriptor, POLLIN, deadline))
       return failure(FaultKind::timeout, "guard", "the instructions are incomplete");
     const auto size = ::read(descriptor, text.data() + have, text.size() - have);
     if (size <= 0)

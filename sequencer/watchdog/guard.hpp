@@ -26,7 +26,7 @@ struct ProcessIdentity {
 /// Returns nothing if there is no such process, or if it has ended and only waits to be reaped.
 [[nodiscard]] std::optional<ProcessIdentity> read_process_identity(std::int64_t pid);
 [[nodiscard]] ProcessIdentity own_identity();
-[[nodiscard]] bool lives(const ProcessIdentity& process);
+[[nodiscard]] bool is_alive(const ProcessIdentity& process);
 
 /// Returns true if the process is stopped, by Ctrl-Z or a debugger.
 [[nodiscard]] bool is_stopped(std::int64_t pid);

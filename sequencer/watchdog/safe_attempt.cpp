@@ -243,7 +243,7 @@ SafeAttempt attempt_safe(const SafeGoal& goal, const AttemptEnvironment& environ
 Result<SafeStateChamber> make_safe_state_chamber(const SafeState& safe_state) {
   const auto where = safe_state_path(safe_state.record);
   const auto line = drivers::parse_line(safe_state.line);
-  if (!line || !drivers::carries_bytes(*line))
+  if (!line || !drivers::is_byte_line(*line))
     return failure(FaultKind::bad_file, where, "its line does not lead to a chamber");
   const bool is_serial = std::holds_alternative<drivers::SerialLine>(*line);
   const bool may_be_either = safe_state.link == drivers::LinkKind::text_serial;
@@ -254,7 +254,7 @@ Result<SafeStateChamber> make_safe_state_chamber(const SafeState& safe_state) {
   if (!map) return failure(map.error());
   const auto linked =
       select_link(std::move(*map), safe_state.link)
-          .and_then([&](auto on_its_link) { return with_power_switch(std::move(on_its_link), safe_state.power); })
+          .and_then([&](auto on_its_link) { return select_power_switch(std::move(on_its_link), safe_state.power); })
           .and_then([&](auto powered) { return with_settings(std::move(powered), safe_state.link_settings); });
   if (!linked) return failure(FaultKind::bad_file, where, linked.error().what);
   auto goal = safe_goal(*linked, safe_state.safe_set_point, safe_state.observe);
@@ -265,18 +265,18 @@ Result<SafeStateChamber> make_safe_state_chamber(const SafeState& safe_state) {
       .place = drivers::chamber_lock_name(*line, linked->link.modbus.port, linked->link.modbus.unit),
       .goal = goal,
       .connect = [map = *linked, line = *line, settings = safe_state.settings] {
-        return make_modbus_chamber(map, make_registers(line, map), drivers::real_pauses(), settings);
+        return make_modbus_chamber(map, make_registers(line, map), drivers::make_real_pauses(), settings);
       }};
 }
 
-RescueResult attempt_once(const SafeState& safe_state, const SafeStateChamber& chamber, ErrorPrinter& voice,
+RescueResult attempt_once(const SafeState& safe_state, const SafeStateChamber& chamber, ErrorPrinter& printer,
                           SafeTask task) {
   const auto lock = drivers::ChamberLock::take(chamber.place, safe_state.record + std::string(kMadeSafeMark));
   if (!lock && lock.error().kind == FaultKind::refused) {
     const auto holder = drivers::ChamberLock::holder(chamber.place);
     const auto program = holder ? program_name(holder->pid) : "";
     if (holder && is_successor(*holder, program, safe_state)) {
-      voice.say("another program uses the chamber: " + holder->words);
+      printer.print("another program uses the chamber: " + holder->words);
       return {.reached = {}, .details = {}, .in_use = true, .is_driven = program != kMakeSafeProgram};
     }
   }
@@ -317,7 +317,7 @@ void SafeRescue::take(const RescueResult& rescued, SafeTask task) {
 
 RescueResult SafeRescue::attempt() {
   const auto what = task();
-  auto rescued = attempt_once(safe_state_, chamber_, voice_, what);
+  auto rescued = attempt_once(safe_state_, chamber_, printer_, what);
   if (rescued.in_use) return rescued;
   take(rescued, what);
   const bool ineffective = evidence_.is_ineffective();

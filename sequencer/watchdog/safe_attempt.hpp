@@ -93,15 +93,15 @@ struct RescueResult {
 /// or root, is not stopped, and is not the program that has died. Ends a hanging attempt after ten seconds, or thirty
 /// seconds later if the chamber has shown the safe set point.
 [[nodiscard]] RescueResult attempt_once(const SafeState& safe_state, const SafeStateChamber& chamber,
-                                        ErrorPrinter& voice, SafeTask task = SafeTask::leave_as_required);
+                                        ErrorPrinter& printer, SafeTask task = SafeTask::leave_as_required);
 
 /// Makes a chamber safe by repeated attempts. Each attempt opens and closes its own connection, so a program that takes
 /// the run over finds the chamber free. The readings of all attempts form one body of evidence.
 class SafeRescue {
  public:
   /// All arguments must outlive this object.
-  SafeRescue(const SafeState& safe_state, const SafeStateChamber& chamber, ErrorPrinter& voice)
-      : safe_state_(safe_state), chamber_(chamber), voice_(voice), evidence_(chamber.goal) {}
+  SafeRescue(const SafeState& safe_state, const SafeStateChamber& chamber, ErrorPrinter& printer)
+      : safe_state_(safe_state), chamber_(chamber), printer_(printer), evidence_(chamber.goal) {}
 
   /// Sends the commands that are due, or reads the chamber. `reached` is `all` only once the chamber has shown set
   /// point, mode and air.
@@ -119,7 +119,7 @@ class SafeRescue {
 
   const SafeState& safe_state_;
   const SafeStateChamber& chamber_;
-  ErrorPrinter& voice_;
+  ErrorPrinter& printer_;
   SafeEvidence evidence_;
   static constexpr int kLostAfter = 5;
 

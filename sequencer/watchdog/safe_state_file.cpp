@@ -34,8 +34,8 @@ std::optional<drivers::WordOrder> read_order(const TomlTable& table) {
 
 ProcessIdentity read_identity(const TomlTable& table) {
   const auto pid = table.integer("pid"), started = table.integer("started");
-  if (pid <= 0) table.mistake("pid", "expected a process id above 0");
-  if (started < 0) table.mistake("started", "expected a start time of 0 or more");
+  if (pid <= 0) table.note_error("pid", "expected a process id above 0");
+  if (started < 0) table.note_error("started", "expected a start time of 0 or more");
   return {.pid = pid, .started = static_cast<std::uint64_t>(started), .boot = table.text("boot")};
 }
 
@@ -64,7 +64,7 @@ Duration read_observe(const TomlTable& table) {
   constexpr double kLongestS = 3600;
   const double seconds = table.number("observe_s");
   if (seconds >= 0 && seconds <= kLongestS) return from_seconds(seconds);
-  table.mistake("observe_s", "expected 0 to 3600 s");
+  table.note_error("observe_s", "expected 0 to 3600 s");
   return kUsualObserve;
 }
 
@@ -102,7 +102,7 @@ Result<SafeState> parse_safe_state(std::string_view text, const std::string& fil
   if (!table) return failure(table.error());
   const bool is_new = table->choice("schema", {std::string(kSafeStateSchema), std::string(kPreviousSafeStateSchema)}) ==
                       kSafeStateSchema;
-  if (!table->is_list("map")) table->mistake("map", "\"map\" is not a list, expected the lines of a register map");
+  if (!table->is_list("map")) table->note_error("map", "\"map\" is not a list, expected the lines of a register map");
   SafeState safe_state{.record = table->text("record"),
                        .line = table->text("line"),
                        .link = one_of(drivers::kLinkKinds, *table, "link"),

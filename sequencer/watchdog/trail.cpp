@@ -16,7 +16,7 @@ constexpr const char *kActive = "active", *kGone = "gone", *kFulfilled = "fulfil
 
 }  // namespace
 
-Trail::Trail(const SafeState& safe_state, std::string because)
+TraceWriter::TraceWriter(const SafeState& safe_state, std::string because)
     : safe_state_(safe_state), began_(SteadyClock().now().utc) {
   trace_ = {.at = began_,
             .because = std::move(because),
@@ -25,10 +25,10 @@ Trail::Trail(const SafeState& safe_state, std::string because)
             .details = {}};
 }
 
-bool Trail::leave(const RescueResult& rescued) {
+bool TraceWriter::record(const RescueResult& rescued) {
   const bool confirmed = rescued.reached == SafeStage::all;
   const bool same = confirmed == trace_.confirmed && same_until_ && !confirmed;
-  if (same && (rescued.details == trace_.details || !same_until_->over())) return false;
+  if (same && (rescued.details == trace_.details || !same_until_->has_passed())) return false;
   // A confirmed chamber stays confirmed if a later attempt fails.
   if (trace_.confirmed && !confirmed) return false;
   same_until_.emplace(kMinTraceInterval);
@@ -40,13 +40,13 @@ bool Trail::leave(const RescueResult& rescued) {
   return true;
 }
 
-void Trail::remove_safe_state() {
+void TraceWriter::remove_safe_state() {
   safe_state_to_remove_ = true;
   start_pending_work();
 }
 
 /// Starts the pending work once the previous work is done.
-void Trail::start_pending_work() {
+void TraceWriter::start_pending_work() {
   if (writing_) {
     (void)writing_->next({});
     if (!writing_->has_ended()) return;
@@ -61,16 +61,16 @@ void Trail::start_pending_work() {
   });
 }
 
-bool Trail::settle(Duration within) {
+bool TraceWriter::settle(Duration within) {
   const Deadline deadline(within);
   for (start_pending_work(); writing_; start_pending_work()) {
     (void)writing_->next(deadline.left());
-    if (deadline.over()) break;
+    if (deadline.has_passed()) break;
   }
   return !writing_ && !trace_to_write_ && !safe_state_to_remove_;
 }
 
-std::string Trail::read_orders() const {
+std::string TraceWriter::read_orders() const {
   const auto now = read_safe_state(safe_state_path(safe_state_.record));
   if (!now) return kActive;
   if (*now) return (*now)->written_by == safe_state_.written_by ? kActive : kOtherRun;
@@ -79,7 +79,7 @@ std::string Trail::read_orders() const {
   return by_another ? kFulfilled : kGone;
 }
 
-std::optional<std::string> Trail::reason_to_end() {
+std::optional<std::string> TraceWriter::find_end_reason() {
   if (!looking_) looking_ = std::make_unique<ChildWork>([this](const auto& send_line) { send_line(read_orders()); });
   const auto orders = looking_->next(kReadWithin);
   if (orders || looking_->has_ended()) looking_.reset();
@@ -87,7 +87,7 @@ std::optional<std::string> Trail::reason_to_end() {
   if (orders == kFulfilled) return "another program has made the chamber safe";
   if (orders == kActive) gone_until_.reset();
   if (orders == kGone && !gone_until_) gone_until_.emplace(kMissingTimeLimit);
-  if (gone_until_ && gone_until_->over()) return "the safe-state file has been missing for a day";
+  if (gone_until_ && gone_until_->has_passed()) return "the safe-state file has been missing for a day";
   return {};
 }
 

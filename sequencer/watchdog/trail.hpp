@@ -14,14 +14,14 @@
 
 namespace gyrotherm::watchdog {
 
-class Trail {
+class TraceWriter {
  public:
   /// `safe_state` must outlive this object.
-  Trail(const SafeState& safe_state, std::string because);
+  TraceWriter(const SafeState& safe_state, std::string because);
 
   /// Writes the result to the trace, which `status` shows. Writes nothing and returns false if the result is unchanged,
   /// or if only the reason for a missing confirmation changed less than a minute after the last trace. Never waits.
-  bool leave(const RescueResult& rescued);
+  bool record(const RescueResult& rescued);
   /// Removes the safe-state file. Never waits.
   void remove_safe_state();
   /// Returns true if everything has been written within that time.
@@ -31,7 +31,7 @@ class Trail {
   /// program has made the chamber safe and removed the file; or the file has been missing for a day. A file that is
   /// merely missing is no reason, because it may have been removed with its record. A disk that does not answer within
   /// two seconds gives no reason.
-  [[nodiscard]] std::optional<std::string> reason_to_end();
+  [[nodiscard]] std::optional<std::string> find_end_reason();
 
   /// Describes the trace.
   [[nodiscard]] std::string describe() const { return watchdog::describe(trace_); }

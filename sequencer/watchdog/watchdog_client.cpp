@@ -104,7 +104,7 @@ bool send_all(int line, std::string_view bytes) {
 /// Returns true if the guard reports in time that it watches.
 bool confirms_watching(int line) {
   char answer = 0;
-  return ready(line, POLLIN, Deadline(kWatchTimeout)) && ::recv(line, &answer, 1, MSG_DONTWAIT) == 1 &&
+  return wait_until_ready(line, POLLIN, Deadline(kWatchTimeout)) && ::recv(line, &answer, 1, MSG_DONTWAIT) == 1 &&
          answer == kWatching;
 }
 

@@ -16,7 +16,7 @@ namespace {
 double received_value(const drivers::FrameField& field, double value) {
   const auto raw = unscaled(field, value);
   if (is_word(field.type)) {
-    const auto read = parse_word(field, print_word(field, raw));
+    const auto read = parse_token(field, print_token(field, raw));
     return read ? scaled(field, *read) : value;
   }
   if (field.type == drivers::FieldType::f32)
@@ -197,7 +197,7 @@ std::string GyroServer::replies(int descriptor, std::string& received) {
 }
 
 void GyroServer::admit(Descriptor client) {
-  if (clients_.size() < kMostClients && send_now(client, writer_.lead_in())) clients_.push_back({std::move(client)});
+  if (clients_.size() < kMaxClients && send_now(client, writer_.lead_in())) clients_.push_back({std::move(client)});
 }
 
 std::shared_ptr<MemoryConnection> GyroServer::connect() {

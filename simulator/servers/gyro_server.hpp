@@ -88,7 +88,7 @@ struct GyroUnitFaults {
 /// frames is dropped.
 class GyroServer {
  public:
-  static constexpr std::size_t kMostClients = 16;
+  static constexpr std::size_t kMaxClients = 16;
 
   /// Creates a server. `commands` are those that start the stream, with their replies. A closed listener accepts no
   /// clients.

@@ -93,7 +93,7 @@ bool ReplyServer::serve_once() {
 
 void ReplyServer::admit(Listener& listener) {
   auto socket = accept_client(listener.socket);
-  if (!socket.is_open() || listener.clients == kMostClients) return;
+  if (!socket.is_open() || listener.clients == kMaxClients) return;
   const int descriptor = socket.number();
   const std::scoped_lock lock(laboratory_guard_);
   clients_.emplace(descriptor, Client{std::move(socket), listener.make_session(), &listener});

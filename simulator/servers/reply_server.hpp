@@ -13,11 +13,11 @@
 namespace gyrotherm::simulator {
 
 /// A server for any number of instruments. A pseudo-terminal is a line with one permanent client. Each listener accepts
-/// at most kMostClients at the same time and closes further connections immediately. A client that closes, violates its
+/// at most kMaxClients at the same time and closes further connections immediately. A client that closes, violates its
 /// protocol or does not accept its replies is dropped.
 class ReplyServer {
  public:
-  static constexpr std::size_t kMostClients = 16;
+  static constexpr std::size_t kMaxClients = 16;
 
   /// Creates a server. Sessions are made and fed while `laboratory_guard` is held.
   explicit ReplyServer(std::mutex& laboratory_guard);

@@ -59,8 +59,8 @@ class Search {
   }
 
   Result<Trial> try_value(double value) {
-    if (!keep_going(progress_, kFitParameterNames[static_cast<std::size_t>(parameter_)],
-                    static_cast<double>(steps_) / options_.most_steps))
+    if (!should_continue(progress_, kFitParameterNames[static_cast<std::size_t>(parameter_)],
+                         static_cast<double>(steps_) / options_.most_steps))
       return failure(FaultKind::interrupted, "fit", "stopped on request");
     ++steps_;
     const auto model = replace_parameter(model_, parameter_, value);

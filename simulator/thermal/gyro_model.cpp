@@ -81,8 +81,8 @@ void check_space(const TomlTable& root, const GyroModel& model) {
         b.y1 > in.y1 + kTouchTolerance || solid.prism.z0 < parts.inside_z0 - kTouchTolerance ||
         solid.prism.z1 > parts.inside_z1 + kTouchTolerance) {
       root.table(solid.table)
-          .mistake(solid.key,
-                   fmt::format("{} reaches outside the cabinet's walls", kGyroPartNames[index(solid.prism.part)]));
+          .note_error(solid.key,
+                      fmt::format("{} reaches outside the cabinet's walls", kGyroPartNames[index(solid.prism.part)]));
     }
   }
   for (std::size_t i = 0; i < solids.size(); ++i) {
@@ -93,8 +93,8 @@ void check_space(const TomlTable& root, const GyroModel& model) {
       if (height < kTouchTolerance || may_share_space(a.part, b.part)) continue;
       if (const double shared = area(intersection(a.plan, b.plan)) * height; shared > 1e-3) {
         root.table(solids[i].table)
-            .mistake(solids[i].key, fmt::format("{} overlaps {} by {:.3g} mm³", kGyroPartNames[index(a.part)],
-                                                kGyroPartNames[index(b.part)], shared));
+            .note_error(solids[i].key, fmt::format("{} overlaps {} by {:.3g} mm³", kGyroPartNames[index(a.part)],
+                                                   kGyroPartNames[index(b.part)], shared));
       }
     }
   }
@@ -103,7 +103,7 @@ void check_space(const TomlTable& root, const GyroModel& model) {
 /// Checks the consistency of the shapes of block, bores and mirrors.
 void check_block(const TomlTable& root, const GyroGeometry& g) {
   const auto expect = [&](bool law, const char* table, const char* key, const std::string& what) {
-    if (!law) root.table(table).mistake(key, what);
+    if (!law) root.table(table).note_error(key, what);
   };
   const double bore = 2 * bore_half_width(g);
   const double face = (g.block_width - g.block_chamfer) * std::numbers::sqrt2;
@@ -137,7 +137,7 @@ void check_thermometers(const TomlTable& root, const GyroModel& model) {
     const PlanPoint point{g.cabinet[0] / 2 + u, g.cabinet[1] / 2 + v};
     if (!contains(parts.block.plan, point) || contains(parts.hole.plan, point)) {
       root.table("thermometers")
-          .mistake(kThermalOutputNames[t], fmt::format("({}, {}) is not on the block's top face", u, v));
+          .note_error(kThermalOutputNames[t], fmt::format("({}, {}) is not on the block's top face", u, v));
     }
   }
 }
@@ -148,14 +148,14 @@ constexpr double kLargest = 1e12;
 double positive(const TomlTable& table, std::string_view key) {
   const double value = table.number(key);
   if (!table.has(key) || (value > 0 && value < kLargest)) return value;
-  table.mistake(key, fmt::format("{} is not above 0", value));
+  table.note_error(key, fmt::format("{} is not above 0", value));
   return 0;
 }
 
 double between(const TomlTable& table, std::string_view key, double low, double high) {
   const double value = table.number(key);
   if (!table.has(key) || (value >= low && value <= high)) return value;
-  table.mistake(key, fmt::format("{}, expected {} to {}", value, low, high));
+  table.note_error(key, fmt::format("{}, expected {} to {}", value, low, high));
   return low;
 }
 
@@ -164,13 +164,13 @@ std::array<double, N> numbers(const TomlTable& table, std::string_view key, bool
   std::array<double, N> found{};
   const auto values = table.numbers(key);
   if (values.size() != N) {
-    table.mistake(key, fmt::format("{} numbers, expected {}", values.size(), N));
+    table.note_error(key, fmt::format("{} numbers, expected {}", values.size(), N));
     return found;
   }
   std::ranges::copy(values, found.begin());
   for (const double value : values)
     if (!(std::abs(value) < kLargest) || (above_zero && !(value > 0)))
-      table.mistake(key, fmt::format("{}{}", value, above_zero ? " is not above 0" : " is not a position"));
+      table.note_error(key, fmt::format("{}{}", value, above_zero ? " is not above 0" : " is not a position"));
   return found;
 }
 
@@ -216,7 +216,7 @@ void read_materials(const TomlTable& root, GyroModel& model) {
   const auto materials = root.table("materials");
   for (std::size_t m = 0; m < kGyroMaterials; ++m) {
     const auto table = materials.table(kGyroMaterialNames[m]);
-    if (!materials.has(kGyroMaterialNames[m])) materials.mistake(kGyroMaterialNames[m], "missing table");
+    if (!materials.has(kGyroMaterialNames[m])) materials.note_error(kGyroMaterialNames[m], "missing table");
     auto& material = model.materials[m];
     material.density_kg_per_m3 = positive(table, "density_kg_per_m3");
     material.specific_heat_j_per_kg_k = positive(table, "specific_heat_j_per_kg_k");
@@ -231,7 +231,7 @@ double power_w(const TomlTable& source, double volume_mm3) {
   if (!source.has("rate_w_per_m3")) return power;
   const double by_rate = positive(source, "rate_w_per_m3") * volume_mm3 * 1e-9;
   if (std::abs(by_rate - power) > 0.01 * power) {
-    source.mistake("power_w", fmt::format("{} W, but rate x volume is {:.4g} W", power, by_rate));
+    source.note_error("power_w", fmt::format("{} W, but rate x volume is {:.4g} W", power, by_rate));
   }
   return power;
 }

@@ -214,7 +214,7 @@ class ModelOrderReduction final {
     return matrices_.sum(p.rate_per_s, 1, p.coefficients);
   }
   [[nodiscard]] Result<void> check_interrupt(std::string_view stage, double fraction) const {
-    if (keep_going(progress_, stage, fraction)) return {};
+    if (should_continue(progress_, stage, fraction)) return {};
     return failure(FaultKind::interrupted, "reduction", fmt::format("stopped while {}", stage));
   }
   Result<void> find_fields();

@@ -97,7 +97,7 @@ Result<double> measure_error(const ErrorProgram& trial, const ThermalSystem& sys
   double length_s = 0;
   for (std::size_t i = 0; i < trial.steps.size(); ++i) {
     const auto& step = trial.steps[i];
-    if (!keep_going(progress, trial.stage, static_cast<double>(i) / static_cast<double>(trial.steps.size())))
+    if (!should_continue(progress, trial.stage, static_cast<double>(i) / static_cast<double>(trial.steps.size())))
       return failure(FaultKind::interrupted, "reduction", fmt::format("stopped in {}", trial.stage));
     const bool damped = step.length_s != length_s;
     if (damped) {

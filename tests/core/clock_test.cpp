@@ -75,10 +75,10 @@ TEST(CivilTime, IsUtcInWholeSeconds) {
 }
 
 TEST(Spoken, OmitsLeadingZeros) {
-  EXPECT_EQ(spoken(seconds(0)), "0 s");
-  EXPECT_EQ(spoken(seconds(59)), "59 s");
-  EXPECT_EQ(spoken(seconds(61)), "1 min 01 s");
-  EXPECT_EQ(spoken(seconds(67'200)), "18 h 40 min 00 s");
+  EXPECT_EQ(format_duration(seconds(0)), "0 s");
+  EXPECT_EQ(format_duration(seconds(59)), "59 s");
+  EXPECT_EQ(format_duration(seconds(61)), "1 min 01 s");
+  EXPECT_EQ(format_duration(seconds(67'200)), "18 h 40 min 00 s");
 }
 
 }  // namespace

@@ -30,7 +30,7 @@ void read_every_key(const gyrotherm::TomlTable& table, int depth) {
     (void)table.number_rows(key);
     (void)table.texts(key);
     (void)table.durations(key);
-    require(table.place(key).starts_with("fuzz.toml:"));
+    require(table.location(key).starts_with("fuzz.toml:"));
     if (depth > 8) continue;
     read_every_key(table.table(key), depth + 1);
     for (const auto& child : table.tables(key)) read_every_key(child, depth + 1);

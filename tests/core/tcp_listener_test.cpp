@@ -27,11 +27,11 @@ TEST(TcpListener, AcceptsPendingConnection) {
   EXPECT_FALSE(accept_connection(*listener).is_open());
   EXPECT_TRUE(would_block());
   const auto client = connect_to_loopback(listening_port(*listener));
-  ASSERT_TRUE(ready(listener->number(), POLLIN, Deadline(std::chrono::seconds(10))));
+  ASSERT_TRUE(wait_until_ready(listener->number(), POLLIN, Deadline(std::chrono::seconds(10))));
   const auto accepted = accept_connection(*listener);
   ASSERT_TRUE(accepted.is_open());
   ASSERT_EQ(::send(client.number(), "x", 1, 0), 1);
-  ASSERT_TRUE(ready(accepted.number(), POLLIN, Deadline(std::chrono::seconds(10))));
+  ASSERT_TRUE(wait_until_ready(accepted.number(), POLLIN, Deadline(std::chrono::seconds(10))));
   char byte = 0;
   EXPECT_EQ(read_some(accepted.number(), &byte, 1), 1);
   EXPECT_EQ(byte, 'x');

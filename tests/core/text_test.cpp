@@ -61,18 +61,18 @@ TEST(PlainText, IsValidUtf8WithoutControlsForAnyBytes) {
 const std::vector<std::string> kKnownWords{"qualify", "run", "resume", "report"};
 
 TEST(Nearest, FindsMisspeltWord) {
-  EXPECT_EQ(nearest("qualfy", kKnownWords), "qualify");
-  EXPECT_EQ(nearest("resmue", kKnownWords), "resume");
-  EXPECT_EQ(nearest("rn", kKnownWords), "run");
+  EXPECT_EQ(find_nearest("qualfy", kKnownWords), "qualify");
+  EXPECT_EQ(find_nearest("resmue", kKnownWords), "resume");
+  EXPECT_EQ(find_nearest("rn", kKnownWords), "run");
 }
 
 TEST(Nearest, ReturnsKnownWordUnchanged) {
-  for (const auto& word : kKnownWords) EXPECT_EQ(nearest(word, kKnownWords), word);
+  for (const auto& word : kKnownWords) EXPECT_EQ(find_nearest(word, kKnownWords), word);
 }
 
 TEST(Nearest, IsEmptyWithoutSimilarWord) {
-  EXPECT_EQ(nearest("thermometer", kKnownWords), "");
-  EXPECT_EQ(nearest("qualify", {}), "");
+  EXPECT_EQ(find_nearest("thermometer", kKnownWords), "");
+  EXPECT_EQ(find_nearest("qualify", {}), "");
 }
 
 }  // namespace

@@ -88,7 +88,7 @@ TEST(TomlTable, ReportsWrongUnitWithExpectedUnit) {
 TEST(TomlTable, ReportsErrorOnce) {
   const auto t = parsed("a = 1\n");
   t.ignore("a");
-  for (int i = 0; i < 3; ++i) t.mistake("a", "odd");
+  for (int i = 0; i < 3; ++i) t.note_error("a", "odd");
   EXPECT_EQ(verdict(t), "f.toml:1:5: odd");
 }
 
@@ -142,7 +142,7 @@ TEST(TomlTable, ReportsMissingTableWithoutItsKeys) {
   const auto chamber = t.table("chamber");
   (void)chamber.text("line");
   (void)chamber.table("limits").number("lowest");
-  chamber.mistake("line", "leads nowhere");
+  chamber.note_error("line", "leads nowhere");
   EXPECT_EQ(verdict(t), "f.toml:1:1: missing [chamber]");
 }
 
@@ -169,9 +169,9 @@ TEST(TomlTable, KeepsPositionsInArraysOfTables) {
   const auto t = parsed("[[s]]\na = 1\n\n[[s]]\na = 2\n  [[s.s]]\n  a = 3\n");
   const auto tables = t.tables("s");
   ASSERT_EQ(tables.size(), 2u);
-  EXPECT_EQ(tables[1].place(), "f.toml:4:1");
-  EXPECT_EQ(tables[1].place("a"), "f.toml:5:5");
-  EXPECT_EQ(tables[1].tables("s")[0].place(), "f.toml:6:3");
+  EXPECT_EQ(tables[1].location(), "f.toml:4:1");
+  EXPECT_EQ(tables[1].location("a"), "f.toml:5:5");
+  EXPECT_EQ(tables[1].tables("s")[0].location(), "f.toml:6:3");
 }
 
 TEST(TomlTable, ListsKeysInFileOrder) {

@@ -155,7 +155,7 @@ TEST(TomlBounds, ReadLargestTextsInLinearTime) {
     const auto read = [&](int count) {
       const auto table = TomlTable::parse(form(count), "b.toml");
       ASSERT_TRUE(table) << text(table.error());
-      for (const auto& child : table->tables("a")) child.mistake("", "of each");
+      for (const auto& child : table->tables("a")) child.note_error("", "of each");
       EXPECT_FALSE(table->verdict());
     };
     EXPECT_LT(tests::growth_over_ten(read, 19'000), tests::kLargestLinearGrowth) << form(2);

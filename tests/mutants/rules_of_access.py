@@ -27,7 +27,7 @@ MUTANTS = [
      "if (*kept != confirmation_text(rig_file, command))", "if (false)",
      "app_test", "ProgramOfOthers.IsStartedByResumeOnlyAsConfirmed"),
     ("a command runs in the record's folder", "sequencer/run/resume.cpp",
-     ".folder = info.rig_file.empty() ? std::string() : folder_of(info.rig_file)", ".folder = std::string()",
+     ".folder = info.rig_file.empty() ? std::string() : parent_folder(info.rig_file)", ".folder = std::string()",
      "app_test", "ProgramOfOthers.ResumesWithOriginalRelativePaths"),
     ("the wall clock decides how long a run was down", "sequencer/run/resume.cpp",
      "if (is_about_it && !now.boot.empty() && status->written_in_boot == now.boot)", "if (false)",

@@ -44,7 +44,7 @@ MUTANTS = [
      "    status_.activity = ChamberActivity::unknown;\n    status_known_ = false;", "    status_known_ = false;",
      "drivers_test", "ChamberCommands.ForgetsActivityAfterSilence"),
     ("a call whose exchanges end is a hang", "acquisition/io/instrument_io.cpp",
-     "return instruments_.chamber_line ? std::min(busy, instruments_.chamber_line->quiet_for()) : busy;", "return busy;",
+     "return instruments_.chamber_line ? std::min(busy, instruments_.chamber_line->time_since_note()) : busy;", "return busy;",
      "acquisition_test", "InstrumentIo.DoesNotReportProgressingCallAsStuck"),
     ("a chamber found off is not a restarted one", "sequencer/interlocks/interlocks.cpp",
      "(off && !in.memory.activity_seen)", "false",
@@ -67,11 +67,11 @@ MUTANTS = [
      "if (is_other)", "if (false)",
      "watchdog_test", "MakeSafe.SendsNothingToAnotherInstrument"),
     ("another instrument is no alarm", "sequencer/interlocks/interlocks.cpp",
-     "for (const auto& text : in.facts.strangers) all.push_back",
-     "for (const auto& text : in.facts.strangers) if (text.empty()) all.push_back",
+     "for (const auto& text : in.facts.mismatched_instruments)",
+     "for (const auto& text : in.facts.mismatched_instruments) if (text.empty())",
      "faults_test", shown_by("OtherChamberAtAddress")),
     ("a resumed run asks nobody who answers", "sequencer/run/resume.cpp",
-     "if (!interrupted.strangers.empty()) return {Reentry::ask, interrupted.strangers};", "",
+     "if (!interrupted.mismatched_instruments.empty()) return {Reentry::ask, interrupted.mismatched_instruments};", "",
      "run_test", "ResumeRule.AsksOperatorWhenInstrumentDiffersFromStart"),
 
     # Lost channels.
@@ -155,7 +155,7 @@ MUTANTS = [
      "const bool good = reading.has_value();",
      "acquisition_test", "InstrumentIo.DropsAnswerFromAfterSuspension"),
     ("one lost answer ends a start", "sequencer/rig/rig.cpp",
-     "constexpr int kMostTries = 3;", "constexpr int kMostTries = 1;",
+     "constexpr int kMaxTries = 3;", "constexpr int kMaxTries = 1;",
      "gyrotherm", "thermometer_1_silent_for_a_moment"),
 
     # Output of the program.

@@ -62,6 +62,6 @@ MUTANTS = [
      "if (content_.empty() || content_.size() % row_size != 0) return malformed_message();", "",
      "exchange_test", "ConfinedRows.RefuseMalformedMessages"),
     ("the series of a log come to any number of fields", "acquisition/exchange/ulog.cpp",
-     "return expanded_ > kMostExpanded; }", "return false; }",
+     "return expanded_ > kMaxExpanded; }", "return false; }",
      "exchange_test", "Ulog.RefusesSeriesWithTooManyFields"),
 ]

@@ -36,7 +36,7 @@ bool has_good_readings(drivers::Thermometer& thermometer) {
 /// Reads until the readings are valid, or invalid, as required. Returns false after half a minute.
 bool wait_for_readings(drivers::Thermometer& thermometer, bool good) {
   const Deadline deadline(seconds(30));
-  while (!deadline.over()) {
+  while (!deadline.has_passed()) {
     if (has_good_readings(thermometer) == good) return true;
     usleep(100'000);
   }
@@ -45,7 +45,7 @@ bool wait_for_readings(drivers::Thermometer& thermometer, bool good) {
 
 int run() {
   Checks checks;
-  const auto devices = drivers::hid_devices();
+  const auto devices = drivers::list_hid_devices();
   for (const auto& device : devices)
     fmt::print("{} {:04x}:{:04x} {} {}\n", device.path, device.vendor, device.product, device.serial, device.model);
   checks.expect(devices.size() == 2, "two devices are listed");

@@ -21,7 +21,7 @@ std::string failure_to_open(const drivers::SerialFormat& format) {
 int run() {
   Checks checks;
   bool listed = false;
-  for (const auto& port : drivers::serial_ports()) listed = listed || port.device == kDevice;
+  for (const auto& port : drivers::list_serial_ports()) listed = listed || port.device == kDevice;
   checks.expect(listed, "the port is listed");
 
   const auto too_fast = failure_to_open({921600, 8, drivers::SerialParity::none, 1});

@@ -75,7 +75,7 @@ class UserspaceHid {
   /// Answers requests for `time`.
   void serve(Duration time) {
     const Deadline deadline(time);
-    while (ready(node_.number(), POLLIN, deadline)) {
+    while (wait_until_ready(node_.number(), POLLIN, deadline)) {
       uhid_event event{};
       if (read(node_.number(), &event, sizeof event) <= 0) return;
       if (event.type == UHID_OUTPUT) answer({event.u.output.data, event.u.output.size});

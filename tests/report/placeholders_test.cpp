@@ -11,7 +11,7 @@ namespace gyrotherm::report {
 namespace {
 
 /// Returns the example on a page that starts with the given schema line.
-std::string example_of(const std::string& page, const std::string& schema) {
+std::string make_example(const std::string& page, const std::string& schema) {
   const auto begins = page.find("schema = \"" + schema + "\"");
   return begins == std::string::npos ? "" : page.substr(begins, page.find("\n```", begins) - begins);
 }
@@ -23,8 +23,8 @@ bool has(const std::vector<std::string>& found, const std::string& key) {
 TEST(Placeholders, RefusesTextsOfShippedExamples) {
   const auto page = read_text_file(GYROTHERM_SOURCE_DIR "/docs/calibration-report.md");
   ASSERT_TRUE(page);
-  const auto laboratory = parse_laboratory(example_of(*page, kLaboratorySchema), "laboratory.toml");
-  const auto order = parse_order(example_of(*page, kOrderSchema), "order.toml");
+  const auto laboratory = parse_laboratory(make_example(*page, kLaboratorySchema), "laboratory.toml");
+  const auto order = parse_order(make_example(*page, kOrderSchema), "order.toml");
   ASSERT_TRUE(laboratory) << text(laboratory.error());
   ASSERT_TRUE(order) << text(order.error());
   CalibrationReport report;

@@ -55,7 +55,7 @@ class SessionConnection final : public drivers::FrameConnection {
     std::copy(waiting_.begin(), waiting_.end(), frame.begin());
     return std::exchange(waiting_, {}).size();
   }
-  bool silent_for(Duration time) override {
+  bool is_silent_for(Duration time) override {
     clock_.advance(time);
     return true;
   }

@@ -39,7 +39,7 @@ struct BenchChamber {
   /// Every set point that reached the chamber.
   std::vector<double> sent_c;
   /// Number of set points sent although the line is paused.
-  int insisted = 0;
+  int immediate_set_points = 0;
 
   void second() {
     constexpr double kHeatsK = 0.5;
@@ -79,7 +79,7 @@ class BenchIo final : public io::InstrumentIo {
     return {};
   }
   Result<void> send_set_point_immediately(Celsius target) override {
-    ++chamber_.insisted;
+    ++chamber_.immediate_set_points;
     return send_set_point(target);
   }
   Result<void> switch_on(bool on) override {
@@ -90,7 +90,7 @@ class BenchIo final : public io::InstrumentIo {
     return {};
   }
 
-  std::vector<std::string> strangers() const override { return others; }
+  std::vector<std::string> mismatched_instruments() const override { return others; }
 
   /// Unauthorised programs that use the instruments.
   std::vector<std::string> others;
@@ -124,10 +124,10 @@ class BenchIo final : public io::InstrumentIo {
 class BenchRig final : public rig::Rig {
  public:
   explicit BenchRig(rig::RigFile file) : file_(std::move(file)), io_(chamber) { io_.units = file_.units.size(); }
-  std::vector<Result<std::string>> ask() override { return {}; }
+  std::vector<Result<std::string>> query_instruments() override { return {}; }
   using rig::Rig::prepare;
   Result<std::vector<std::string>> prepare(const rig::Entrance&, const drivers::ChamberProgram*) override { return {}; }
-  void bring_units_to(const UnitState&) override {}
+  void set_unit_state(const UnitState&) override {}
   void let_pass(std::int64_t seconds) override {
     constexpr double kUutLag = 900;
     for (; seconds > 0; --seconds) {
@@ -167,7 +167,7 @@ class BenchStore final : public record::Store {
   Result<void> append_event(const Event& event) override {
     events.push_back(event);
     events.back().number = static_cast<std::int64_t>(events.size());
-    alarms_.see({.slot = static_cast<std::int64_t>(samples.size()) - 1, .event = events.back()});
+    alarms_.update({.slot = static_cast<std::int64_t>(samples.size()) - 1, .event = events.back()});
     return {};
   }
   Result<std::int64_t> sync() override { return static_cast<std::int64_t>(samples.size()) - 1; }

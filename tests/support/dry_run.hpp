@@ -61,7 +61,7 @@ class DryRun {
                       const std::function<void(RunHarness&, rig::Rig&)>& steps) {
     auto rig = rig::Rig::assemble(
         file_,
-        {.seed = seed, .already = {}, .replay = {}, .first_set_point = demanded_set_point(profile_, begin(profile_))});
+        {.seed = seed, .elapsed = {}, .replay = {}, .first_set_point = demanded_set_point(profile_, begin(profile_))});
     EXPECT_TRUE(rig) << text(rig.error());
     const auto prepared = (*rig)->prepare(demanded_set_point(profile_, begin(profile_)), program);
     EXPECT_TRUE(prepared) << text(prepared.error());

@@ -72,7 +72,7 @@ class FakeStream final : public drivers::ByteStream {
 
   void say(std::string_view text) { say(bytes_of(text)); }
   void say(const std::vector<std::byte>& bytes) { waiting_.insert(waiting_.end(), bytes.begin(), bytes.end()); }
-  void in_pieces_of(std::size_t size) { piece_ = size; }
+  void limit_read_size(std::size_t size) { piece_ = size; }
   void fall_silent() { silent_ = true; }
   /// Answers each query with the answer to the previous one.
   void answer_late() { late_ = true; }

@@ -59,9 +59,10 @@ namespace gyrotherm::tests {
 }
 
 /// Frames, values and complaints that a decoder returns for the given bytes.
-class Fed {
+class DecodedStream {
  public:
-  Fed(const drivers::FrameFormat& format, const std::vector<std::byte>& bytes) : format_(format), decoder_(format) {
+  DecodedStream(const drivers::FrameFormat& format, const std::vector<std::byte>& bytes)
+      : format_(format), decoder_(format) {
     decoder_.feed(bytes);
     while (const auto* frame = decoder_.take()) {
       frames.push_back(*frame);

@@ -13,7 +13,7 @@
 namespace gyrotherm::tests {
 
 /// Parses "19 00E0"; blanks are ignored.
-[[nodiscard]] inline std::vector<std::byte> bytes_of_hex(std::string_view text) {
+[[nodiscard]] inline std::vector<std::byte> parse_hex_bytes(std::string_view text) {
   std::string digits;
   for (const char c : text)
     if (c != ' ') digits += c;

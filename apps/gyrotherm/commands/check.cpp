@@ -36,7 +36,7 @@ std::string thermal_model(const rig::RigFile& rig) {
 /// it.
 std::string limiter_line(const rig::RigFile& rig) {
   if (rig.limiter)
-    return fmt::format("    its limiter trips: {}; verify these settings on the chamber\n", in_words(*rig.limiter));
+    return fmt::format("    its limiter trips: {}; verify these settings on the chamber\n", describe(*rig.limiter));
   if (rig.simulated) return {};
   return "    WARNING: the rig file does not contain the settings of the chamber's own limiter ([chamber.limiter]); "
          "the limiter is the safety function, this program is not\n";
@@ -51,7 +51,7 @@ std::string chamber_line(const rig::RigFile& rig) {
 }
 
 std::string thermometer_lines(const rig::RigFile& rig) {
-  const auto channels = channels_of(rig);
+  const auto channels = list_channels(rig);
   auto lines = fmt::format("  {} thermometers\n", channels.size());
   for (const auto& channel : channels)
     if (const auto words = describe_calibration(channel); words != "none")
@@ -95,7 +95,7 @@ std::string lot_lines(const rig::RigFile& rig) {
                            "arcsec/count", "thermometers");
   for (std::size_t unit = 0; unit < rig.units.size(); ++unit) {
     const auto& info = rig.units[unit].info;
-    for (std::size_t i = 0; i < info.axes.size(); ++i) lines += axis_row(rig.units[unit], i, line_of(rig, unit));
+    for (std::size_t i = 0; i < info.axes.size(); ++i) lines += axis_row(rig.units[unit], i, find_gyro_line(rig, unit));
     std::vector<std::string> values;
     for (const auto& value : info.values) values.push_back(fmt::format("{} [{}]", value.name, value.unit));
     if (!values.empty()) lines += fmt::format("      housekeeping: {}\n", fmt::join(values, ", "));
@@ -159,7 +159,7 @@ std::string rig_lines(const rig::RigFile& rig) {
 
 Json calibrations_json(const rig::RigFile& rig) {
   auto json = Json::object();
-  for (const auto& channel : channels_of(rig)) json[channel.name] = describe_calibration(channel);
+  for (const auto& channel : list_channels(rig)) json[channel.name] = describe_calibration(channel);
   return json;
 }
 
@@ -176,7 +176,7 @@ Json units_json(const rig::RigFile& rig) {
     units.push_back({{"name", info.name},
                      {"serial_number", info.serial_number},
                      {"model", info.model},
-                     {"line", line_of(rig, unit).line},
+                     {"line", find_gyro_line(rig, unit).line},
                      {"axes", axes},
                      {"values", values},
                      {"thermometers", info.gradients}});
@@ -196,8 +196,8 @@ Json rig_json(const rig::RigFile& rig) {
           {"fastest_heating_c_per_min", limits.fastest_heating.value},
           {"fastest_cooling_c_per_min", limits.fastest_cooling.value},
           {"safe_set_point_c", rig.safe_set_point.value},
-          {"limiter", rig.limiter ? in_words(*rig.limiter) : ""},
-          {"thermometers", channels_of(rig).size()},
+          {"limiter", rig.limiter ? describe(*rig.limiter) : ""},
+          {"thermometers", list_channels(rig).size()},
           {"calibrations", calibrations_json(rig)},
           {"overdue", list_overdue(rig)},
           {"unstable_names", unstable_names(rig)},
@@ -229,7 +229,7 @@ struct Answers {
 };
 
 Result<std::unique_ptr<rig::Rig>> assemble(const rig::RigFile& file, std::uint64_t seed) {
-  return rig::Rig::assemble(file, {.seed = {.gyro = seed, .run = 0}, .already = {}, .replay = {}});
+  return rig::Rig::assemble(file, {.seed = {.gyro = seed, .run = 0}, .elapsed = {}, .replay = {}});
 }
 
 /// Queries the identity of each instrument, reads it once, and reads the chamber's set point limits.
@@ -237,7 +237,7 @@ Result<Answers> query_instruments(const rig::RigFile& file, std::uint64_t seed, 
   auto rig = assemble(file, seed);
   if (!rig) return failure(rig.error());
   Answers answers;
-  for (const auto& answer : (*rig)->ask()) {
+  for (const auto& answer : (*rig)->query_instruments()) {
     answers.all.push_back(answer ? *answer : "FAULT " + text(answer.error()));
     if (!answer && !answers.fault) answers.fault = answer.error();
   }
@@ -289,7 +289,7 @@ Result<Exit> check(Console& console, const CheckArguments& options) {
     rig = std::move(*checked);
   }
   if (found.fault) {  // print all findings before the fault
-    console.print(console.json ? text_of(found.json) + "\n" : found.words);
+    console.print(console.json ? json_text(found.json) + "\n" : found.words);
     return failure(*found.fault);
   }
   if (rig && options.profile.empty())
@@ -309,7 +309,7 @@ Result<Exit> check(Console& console, const CheckArguments& options) {
     if (rig && rig->chamber_map.limits.nonvolatile > 0)
       found.json["profile"]["nonvolatile_set_points"] = rig->chamber_map.limits.nonvolatile;
   }
-  console.print(console.json ? text_of(found.json) + "\n" : found.words);
+  console.print(console.json ? json_text(found.json) + "\n" : found.words);
   return Exit::done;
 }
 

@@ -119,10 +119,10 @@ Result<void> Compensation::print_compensated(Console& console, const record::Liv
   if (good > 0) console.print(compensate_rows(numbers.topRows(good), seconds));
   if (good == count) return {};
   const double slot = table_.slot(numbers)(good);
-  return failure(FaultKind::bad_file, fmt::format("stdin:{}:1", rows.lines()[static_cast<std::size_t>(good)]),
-                 fmt::format("{}, expected a whole number from {:.0f} to {}",
-                             std::isnan(slot) ? "no slot" : fmt::format("slot {:.12g}", slot), last_slot_ + 1,
-                             record::kMostSlots));
+  return failure(
+      FaultKind::bad_file, fmt::format("stdin:{}:1", rows.lines()[static_cast<std::size_t>(good)]),
+      fmt::format("{}, expected a whole number from {:.0f} to {}",
+                  std::isnan(slot) ? "no slot" : fmt::format("slot {:.12g}", slot), last_slot_ + 1, record::kMaxSlots));
 }
 
 /// Returns the number of leading rows with valid, increasing slots, and remembers the last of these slots.
@@ -132,7 +132,7 @@ Eigen::Index Compensation::count_rows_in_order(const Rows& rows) {
   Eigen::Index row = 0;
   for (; row < slots.size(); last_slot_ = slots(row++)) {
     const bool is_next =
-        slots(row) > last_slot_ && slots(row) <= record::kMostSlots && std::floor(slots(row)) == slots(row);
+        slots(row) > last_slot_ && slots(row) <= record::kMaxSlots && std::floor(slots(row)) == slots(row);
     if (!is_next) break;
   }
   return row;

@@ -41,7 +41,7 @@ Result<Exit> list_devices(Console& console) {
   const auto devices = all_devices();
   auto json = Json::array();
   for (const auto& device : devices) json.push_back(device_json(device));
-  console.print(console.json ? text_of(Json{{"devices", json}}) + "\n" : describe(devices));
+  console.print(console.json ? json_text(Json{{"devices", json}}) + "\n" : describe(devices));
   return Exit::done;
 }
 

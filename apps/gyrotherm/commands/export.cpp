@@ -190,7 +190,7 @@ Result<Exit> export_table(Console& console, const ExportArguments& options) {
   const auto rows = write_table(console, checked->files, options);
   if (!rows) return failure(rows.error());
   if (console.json)
-    console.print(text_of(Json{{"file", options.out}, {"format", options.format}, {"rows", *rows}}) + "\n");
+    console.print(json_text(Json{{"file", options.out}, {"format", options.format}, {"rows", *rows}}) + "\n");
   else
     console.print_message(fmt::format("{}: {} rows", options.out, *rows));
   return Exit::done;

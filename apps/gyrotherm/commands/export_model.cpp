@@ -27,7 +27,7 @@ Result<void> write_text(Console& console, const std::string& path, const std::st
     return {};
   }
   return replace_text_file(path, text).map([&] {
-    if (console.json) console.print(text_of(Json{{"file", path}}) + "\n");
+    if (console.json) console.print(json_text(Json{{"file", path}}) + "\n");
   });
 }
 
@@ -62,7 +62,8 @@ Result<void> export_c(Console& console, const ExportModelArguments& options, con
   const double within = c_tolerance_deg_per_h(model);
   if (console.json)
     console.print(
-        text_of(Json{{"file", source.string()}, {"header", header.string()}, {"agrees_to_deg_per_h", within}}) + "\n");
+        json_text(Json{{"file", source.string()}, {"header", header.string()}, {"agrees_to_deg_per_h", within}}) +
+        "\n");
   else
     console.print_message(
         fmt::format("wrote {} and {}; their self-test checks that they agree with this program to {:.2g} °/h",

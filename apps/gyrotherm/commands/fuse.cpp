@@ -52,7 +52,7 @@ Result<ModelFiles> named_models(const std::vector<std::string>& arguments) {
 
 /// Returns the model file of an axis: the one given on the command line, otherwise the path where qualify writes it.
 std::string find_model_file(const FuseArguments& options, const ModelFiles& named, const data::AxisChoice& axis) {
-  if (const auto found = named.find(in_words(axis)); found != named.end()) return found->second;
+  if (const auto found = named.find(qualified_name(axis)); found != named.end()) return found->second;
   return model_path(options.folder, axis, options.inputs);
 }
 
@@ -63,10 +63,10 @@ Result<std::vector<data::AxisChoice>> axes_to_fuse(const record::RunInfo& info,
   if (requested.empty()) return all;
   std::vector<data::AxisChoice> chosen;
   for (const std::string& name : requested) {
-    const auto at = std::ranges::find(all, name, data::in_words);
+    const auto at = std::ranges::find(all, name, data::qualified_name);
     if (at == all.end()) {
       std::vector<std::string> names;
-      std::ranges::transform(all, std::back_inserter(names), data::in_words);
+      std::ranges::transform(all, std::back_inserter(names), data::qualified_name);
       return failure(FaultKind::usage, path,
                      fmt::format("has no axis \"{}\"; its axes are {}", name, fmt::join(names, ", ")));
     }
@@ -77,7 +77,7 @@ Result<std::vector<data::AxisChoice>> axes_to_fuse(const record::RunInfo& info,
 
 Result<void> check_models_used(const ModelFiles& named, const std::vector<data::AxisChoice>& axes) {
   for (const auto& [name, file] : named)
-    if (std::ranges::find(axes, name, data::in_words) == axes.end())
+    if (std::ranges::find(axes, name, data::qualified_name) == axes.end())
       return failure(FaultKind::usage, "--model", fmt::format("\"{}\" is not one of the axes to fuse", name));
   return {};
 }
@@ -276,7 +276,7 @@ Result<void> fuse_one(Console& console, const std::string& path, const HealthyRe
     if (auto written = write_c(console, *run, options); !written) return written;
   std::string summary = console.json ? to_json(run->summary) : describe(run->summary, path);
   if (console.json && options.runs.size() > 1)
-    summary = text_of(Json::parse(summary)) + "\n";  // one JSON record per line
+    summary = json_text(Json::parse(summary)) + "\n";  // one JSON record per line
   if (options.out == "-") {
     console.print_message(summary);
   } else {

@@ -51,7 +51,7 @@ std::vector<std::string> value_lines(const exchange::ImportSummary& summary) {
   if (summary.started) rows += ", from " + format_start(*summary.started);
   std::vector<std::string> lines{rows};
   for (const auto& channel : summary.channels)
-    if (lines.size() <= kMost) lines.push_back(in_words(channel));
+    if (lines.size() <= kMost) lines.push_back(describe(channel));
   if (summary.channels.size() > kMost)
     lines.push_back(fmt::format("and {} more channels; --json lists all", summary.channels.size() - kMost));
   return lines;
@@ -78,7 +78,7 @@ std::string json(const exchange::ImportSummary& summary) {
   }
   Json object{{"rows", summary.rows},
               {"seconds", to_seconds(summary.span)},
-              {"gaps", summary.silences},
+              {"gaps", summary.gaps},
               {"file_rows", summary.file_rows},
               {"step_s", to_seconds(summary.step)},
               {"lines_left_out", summary.lines_left_out},
@@ -86,7 +86,7 @@ std::string json(const exchange::ImportSummary& summary) {
               {"started_utc", summary.started ? Json(format_start(*summary.started)) : Json(nullptr)},
               {"notes", summary.notes},
               {"channels", std::move(channels)}};
-  return text_of(object) + "\n";
+  return json_text(object) + "\n";
 }
 
 Result<Exit> import(Console& console, const ImportArguments& options) {
@@ -107,8 +107,8 @@ Result<Exit> import(Console& console, const ImportArguments& options) {
     console.print(json(*summary));
     return Exit::done;
   }
-  console.print_message(fmt::format("{}: {} rows over {}, {} gaps", options.out, summary->rows, spoken(summary->span),
-                                    summary->silences));
+  console.print_message(fmt::format("{}: {} rows over {}, {} gaps", options.out, summary->rows,
+                                    format_duration(summary->span), summary->gaps));
   for (const std::string& line : value_lines(*summary)) console.print_message("  " + line);
   return Exit::done;
 }

@@ -146,7 +146,7 @@ std::string json(const RecordedRuns& records, const model::Placement& placement,
   if (placement.best_pair) json["best_pair"] = set_json(*placement.best_pair);
   if (placement.best_three) json["best_three"] = set_json(*placement.best_three);
   json["spared"] = placement.spared;
-  return text_of(json) + "\n";
+  return json_text(json) + "\n";
 }
 
 /// Fails unless the ranked records, `records`, are of one gyro with one bias reference and no run occurs twice. The

@@ -121,9 +121,9 @@ Result<Run> plan_later(const std::string& what, const rig::RigFile& rig, const R
   if (!rig.simulated)
     return failure(FaultKind::usage, "--verify-later",
                    fmt::format("a real rig cannot wait {} days; name the record of a later run", days));
-  if (days < 1 || days > simulator::kMostDaysLater - random.days_later)
+  if (days < 1 || days > simulator::kMaxDaysLater - random.days_later)
     return failure(FaultKind::usage, "--verify-later",
-                   fmt::format("{} days, expected 1 to {}", days, simulator::kMostDaysLater - random.days_later));
+                   fmt::format("{} days, expected 1 to {}", days, simulator::kMaxDaysLater - random.days_later));
   return Run{.stage = fmt::format("{} days later", days),
              .path = fmt::format("{}-{}-days-later.db", random.path.substr(0, random.path.size() - 3), days),
              .profile = random.profile,

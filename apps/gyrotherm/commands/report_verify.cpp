@@ -91,7 +91,7 @@ std::string checks_json(const report::VerifiedReport& found, bool holds) {
                       {"not_after", signer->not_after}};
   for (const Check& check : found.checks)
     json["checks"].push_back({{"what", check.what}, {"outcome", outcome_name(check.outcome)}, {"text", check.text}});
-  return text_of(json) + "\n";
+  return json_text(json) + "\n";
 }
 
 std::string checks_text(const report::VerifiedReport& found) {

@@ -34,7 +34,7 @@ std::string describe_state(const record::RunStatus& status) {
   if (is_imported(status)) return fmt::format("an import of {} rows", status.slot + 1);
   if (status.finished) return "finished";
   if (status.being_written) return "running";
-  if (!needs_operator(status.standing.state)) return "not finished; \"gyrotherm resume\" continues the run";
+  if (!needs_operator(status.overview.state)) return "not finished; \"gyrotherm resume\" continues the run";
   return fmt::format("not finished; check the chamber, then run \"gyrotherm resume {} --accept\"", status.path);
 }
 
@@ -47,7 +47,7 @@ std::string alarm_lines(const record::RunStatus& status) {
         alarm.count > 1 ? fmt::format(", {} times since {}", alarm.count, civil_time(alarm.first_utc)) : "";
     text +=
         fmt::format("  {} {} ({}, {} priority), {}{}: {}\n", is_consequence ? "  consequence" : "ALARM", alarm.number,
-                    state_in_words(alarm), name(alarm.priority), civil_time(alarm.utc), times, alarm.text);
+                    describe_alarm_state(alarm), name(alarm.priority), civil_time(alarm.utc), times, alarm.text);
   }
   if (const auto open = count_unacknowledged(status.alarms); open > 0 && status.being_written)
     text += fmt::format("  {} unacknowledged: gyrotherm tell RUN.db acknowledge NUMBERS|all \"COMMENT\"\n", open);
@@ -56,18 +56,19 @@ std::string alarm_lines(const record::RunStatus& status) {
 
 /// Describes the progress of a run and its faults.
 std::string state_lines(const record::RunStatus& status) {
-  const RunOverview& standing = status.standing;
-  auto text = fmt::format("  {}\n", record::in_words(standing.state, standing.cause));
-  if (standing.state == RunState::held && status.being_written)
+  const RunOverview& overview = status.overview;
+  auto text = fmt::format("  {}\n", record::describe(overview.state, overview.cause));
+  if (overview.state == RunState::held && status.being_written)
     text += "  \"gyrotherm tell RUN.db resume\" continues the run\n";
-  if (standing.time_left)
-    text += fmt::format("  {} left{}", spoken(*standing.time_left), status.simulated ? " in simulated time" : "");
-  if (standing.time_left && standing.behind_plan)
-    text += fmt::format(", {} behind plan", spoken(*standing.behind_plan));
-  if (standing.time_left) text += "\n";
-  if (standing.missed_set_points > 0)
-    text += fmt::format("  {} set points were not accepted by the chamber\n", standing.missed_set_points);
-  for (const auto& fault : standing.faults_now) text += fmt::format("  fault: {}\n", fault);
+  if (overview.time_left)
+    text +=
+        fmt::format("  {} left{}", format_duration(*overview.time_left), status.simulated ? " in simulated time" : "");
+  if (overview.time_left && overview.behind_plan)
+    text += fmt::format(", {} behind plan", format_duration(*overview.behind_plan));
+  if (overview.time_left) text += "\n";
+  if (overview.missed_set_points > 0)
+    text += fmt::format("  {} set points were not accepted by the chamber\n", overview.missed_set_points);
+  for (const auto& fault : overview.faults_now) text += fmt::format("  fault: {}\n", fault);
   text += alarm_lines(status);
   if (!status.ended_by.empty()) text += fmt::format("  ended by: {}\n", status.ended_by);
   if (status.backlog_s > 0) text += fmt::format("  {} s are waiting for the disk\n", status.backlog_s);
@@ -88,7 +89,8 @@ std::optional<bool> is_alive(const record::RunStatus& status) {
 std::string age_line(const record::RunStatus& status) {
   if (!status.being_written) return {};
   const auto age = status_age(status);
-  const auto ago = age ? fmt::format("written {} ago", spoken(*age)) : "written before the machine was last started";
+  const auto ago =
+      age ? fmt::format("written {} ago", format_duration(*age)) : "written before the machine was last started";
   if (is_alive(status).value_or(true)) return fmt::format("  {}\n", ago);
   return fmt::format("  WARNING: {}: the program or its disk does not respond; the following is the last known state\n",
                      ago);
@@ -112,7 +114,7 @@ std::string describe(const record::RunStatus& status) {
   text += state_lines(status);
   if (const auto& frames = status.frames)
     text += fmt::format("  gyro frames: {} received, {} lost, {} bad\n", frames->seen, frames->lost, frames->bad);
-  for (const auto& axis : status.gyro_rates) text += "  " + in_words(axis) + "\n";
+  for (const auto& axis : status.gyro_rates) text += "  " + describe(axis) + "\n";
   text += fmt::format("  set point {}, air {}\n ", degrees(status.set_point), degrees(status.chamber_air));
   return text + thermometer_line(status);
 }
@@ -131,7 +133,7 @@ std::string to_json(const record::RunStatus& status, const std::optional<watchdo
                          {"set_point_c", guard->set_point.value},
                          {"confirmed", guard->confirmed},
                          {"details", guard->details}};
-  return text_of(json) + "\n";
+  return json_text(json) + "\n";
 }
 
 Result<Exit> print_status(Console& console, const std::string& path) {

@@ -19,11 +19,11 @@ struct TellArguments {
 Result<Exit> send_request(Console& console, const TellArguments& options) {
   const auto request = control::make_request(options.word, fmt::format("{}", fmt::join(options.texts, " ")));
   if (!request) return failure(request.error());
-  const auto answer = control::tell(options.run, *request, kAnswerTimeout);
+  const auto answer = control::send_request(options.run, *request, kAnswerTimeout);
   if (!answer) return failure(answer.error());
   if (!answer->done) return failure(FaultKind::refused, options.run, answer->text);
   if (console.json)
-    console.print(text_of(Json{{"done", answer->text}}) + "\n");
+    console.print(json_text(Json{{"done", answer->text}}) + "\n");
   else
     console.print_message(options.run + ": " + answer->text);
   return Exit::done;

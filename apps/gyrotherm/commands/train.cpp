@@ -56,10 +56,10 @@ std::string describe_trained(const model::Model& model, const data::Figures& raw
   std::string text;
   for (const auto& run : model.trained_on)
     text += fmt::format("{}trained on {}{}\n", run.simulated ? "SIMULATED: " : "",
-                        is_named(run.of) ? in_words(run.of) + " of " : "", run.path);
+                        is_named(run.of) ? qualified_name(run.of) + " of " : "", run.path);
   text += fmt::format("{} on {} ({} inputs)\n", model.method, model.inputs, model.terms.size());
   if (const auto block = trained_block(model.trained_on))
-    text += fmt::format("  trained range: {}\n", in_words(*block));
+    text += fmt::format("  trained range: {}\n", describe(*block));
   if (model.method == model::kTypePriorMethod) text += "  " + model.particulars + "\n";
   if (!model.selection.statement.empty()) text += "  selection: " + model.selection.statement + "\n";
   if (std::isfinite(model.residual_std_deg_per_h))

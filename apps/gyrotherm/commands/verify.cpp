@@ -212,7 +212,7 @@ std::string json(const std::string& run, const model::Verification& v, const Beh
               {"warnings", v.warnings}};
   if (v.streamed) object["evaluate_stream"] = make_json(*v.streamed);
   if (tracked) object["tracking"] = make_json(*tracked);
-  return text_of(object) + "\n";
+  return json_text(object) + "\n";
 }
 
 Result<Exit> verify_all(Console& console, const VerifyArguments& options) {
@@ -256,10 +256,10 @@ Result<Exit> verify_all(Console& console, const VerifyArguments& options) {
     starts.push_back(behaviour.characterisation);
   }
   if (const auto between = compute_run_scatter(verifications))
-    console.print(console.json ? text_of(Json{{"between_runs", make_json(*between)}}) + "\n" : describe(*between));
+    console.print(console.json ? json_text(Json{{"between_runs", make_json(*between)}}) + "\n" : describe(*between));
   if (gyros.size() > 1) return Exit::done;  // different gyros give no repeatability
   for (const model::TurnOn& turn_on : model::turn_on_scatter(starts))
-    console.print(console.json ? text_of(Json{{"turn_on", make_json(turn_on)}}) + "\n" : describe(turn_on));
+    console.print(console.json ? json_text(Json{{"turn_on", make_json(turn_on)}}) + "\n" : describe(turn_on));
   return Exit::done;
 }
 

@@ -71,10 +71,10 @@ std::string describe_gyro(const rig::RigFile& rig, const data::AxisChoice& of) {
   const auto& info = rig.units[unit].info;
   const auto axis = std::ranges::find(info.axes, of.axis, &record::AxisInfo::name);
   const double scale = axis == info.axes.end() ? info.axes.front().scale : axis->scale;
-  const auto& described = line_of(rig, unit).stream;
+  const auto& described = find_gyro_line(rig, unit).stream;
   const auto stream = described ? fmt::format("stream {} ({}), ", described->name, described->vendor) : std::string();
   const auto& model = rig.gyro_model;
-  auto text = is_named(of) ? in_words(of) + ", " : std::string();
+  auto text = is_named(of) ? qualified_name(of) + ", " : std::string();
   if (!info.model.empty()) text += info.model + ", ";
   if (!info.serial_number.empty()) text += "serial number " + info.serial_number + ", ";
   text += fmt::format("{}{}, {:g} arcsec each", stream, stream.empty() ? "pulse counts" : "counts", scale);
@@ -92,7 +92,7 @@ report::ReportedRig describe_rig(const rig::RigFile& rig, const data::Dataset& d
                                .gyro_film = rig.gyro_model.film,
                                .gyro_model_sha256 = rig.gyro_model.text.empty() ? "" : sha256(rig.gyro_model.text),
                                .thermometers = {}};
-  for (const auto& channel : channels_of(rig))
+  for (const auto& channel : list_channels(rig))
     if (std::ranges::count(dataset.thermometers, channel.name) > 0)
       reported.thermometers.push_back({channel.name, channel.instrument, describe_calibration(channel)});
   return reported;

@@ -33,7 +33,7 @@ void describe(auto& form, Like<DigestsFile> auto& file) {
 }  // namespace
 
 void describe(auto& form, Like<KnownDigests::Entry> auto& entry) {
-  form("files", by_name(entry.files));
+  form("files", named_values(entry.files));
   form("rows", entry.rows);
 }
 
@@ -66,7 +66,7 @@ Result<void> KnownDigests::store_rows(const std::string& record_path, const std:
   std::erase_if(entries_, [&](const Entry& entry) { return entry.files == files; });
   entries_.push_back({files, rows});
   return replace_text_file(
-      path_, text_of(make_json(DigestsFile{.program_version = program_version_, .records = entries_}), 1) + "\n");
+      path_, json_text(make_json(DigestsFile{.program_version = program_version_, .records = entries_}), 1) + "\n");
 }
 
 }  // namespace gyrotherm::app

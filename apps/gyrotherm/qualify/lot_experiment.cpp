@@ -265,11 +265,11 @@ Result<std::vector<data::AxisChoice>> find_axes(const std::vector<std::string>& 
   for (const std::string& name : names) {
     const auto before = found.size();
     std::ranges::copy_if(all, std::back_inserter(found), [&](const data::AxisChoice& axis) {
-      return (axis.unit == name || in_words(axis) == name) && std::ranges::find(found, axis) == found.end();
+      return (axis.unit == name || qualified_name(axis) == name) && std::ranges::find(found, axis) == found.end();
     });
     if (found.size() > before) continue;
     std::vector<std::string> existing;
-    for (const auto& axis : all) existing.push_back(in_words(axis));
+    for (const auto& axis : all) existing.push_back(qualified_name(axis));
     return failure(FaultKind::usage, "--only",
                    fmt::format("unknown axis or unit \"{}\"; the axes are {}", name, fmt::join(existing, ", ")));
   }

@@ -21,7 +21,7 @@ constexpr std::size_t kDayLength = 10;  // length of "2026-11-25"
 
 std::string utc_day(Duration utc) { return civil_time(utc).substr(0, kDayLength); }
 
-std::string in_words(const std::optional<std::chrono::sys_days>& day) {
+std::string format_day_if_any(const std::optional<std::chrono::sys_days>& day) {
   return day ? record::format_day(*day) : std::string();
 }
 
@@ -53,11 +53,11 @@ report::Equipment thermometer(const record::Channel& channel, Duration end) {
           .channel = channel.name,
           .name = channel.instrument,
           .certificate = channel.certificate,
-          .calibrated = in_words(channel.uncertainty.calibrated),
-          .due = in_words(channel.due),
+          .calibrated = format_day_if_any(channel.uncertainty.calibrated),
+          .due = format_day_if_any(channel.due),
           .standard_uncertainty_k = kelvins(channel.uncertainty.calibration),
           .drift_k_in_a_year = kelvins(channel.uncertainty.drift_in_a_year),
-          .overdue = channel.due && in_words(channel.due) < utc_day(end)};
+          .overdue = channel.due && format_day_if_any(channel.due) < utc_day(end)};
 }
 
 void add_equipment(report::CalibrationReport& report, const record::RunInfo& info, const record::UnitInfo& unit,

@@ -55,7 +55,7 @@ Result<void> await_readers(Console& console, const std::string& path) {
       console.print_message(
           fmt::format("{}: {}; the run continues when the record is released", path, record::kBeingRead));
     if (interrupted()) return failure(FaultKind::interrupted, path, "stopped before the run was resumed");
-    if (limit.over()) return failure(FaultKind::timeout, path, record::kBeingRead);
+    if (limit.has_passed()) return failure(FaultKind::timeout, path, record::kBeingRead);
   }
   return {};
 }
@@ -63,7 +63,7 @@ Result<void> await_readers(Console& console, const std::string& path) {
 /// Prints the summary of a run, however it ended.
 void print_summary(const ActiveRun& run) {
   run.console.print_message(
-      fmt::format("{}: {}", run.path, in_words(run.run_controller.tally(), run.store.alarms().count())));
+      fmt::format("{}: {}", run.path, describe(run.run_controller.tally(), run.store.alarms().count())));
 }
 
 /// Releases the chamber, closes the record unless the chamber was made safe, and prints the outcome. Fails with
@@ -145,7 +145,7 @@ Result<void> admit_commands(Console& console, const record::RunInfo& info, const
 
 /// Prints a warning for each lock of the chamber that was ignored because its holder may not drive chambers.
 void warn_about_ignored_holders(Console& console, const run::ChamberOwnership& ownership) {
-  for (const auto& stranger : ownership.strangers())
+  for (const auto& stranger : ownership.unauthorised_holders())
     console.print_message(
         fmt::format("warning: ignored {}, which holds the lock of the chamber: its user is neither root nor a member "
                     "of gyrotherm or dialout",
@@ -180,7 +180,7 @@ tl::unexpected<Fault> preparation_fault(run::ChamberOwnership& ownership, const 
 Result<run::EntryPoint> find_entry(const run::RunContinuation& on, const ChamberState& now, const std::string& path,
                                    bool accepted) {
   const auto goal = demanded_set_point(on.profile, on.state);
-  const bool has_not_begun = on.last_slot < 0 && on.interruption.strangers.empty();
+  const bool has_not_begun = on.last_slot < 0 && on.interruption.mismatched_instruments.empty();
   const auto verdict =
       has_not_begun ? run::ReentryDecision{} : judge_reentry(on.interruption, on.rig.safe_set_point, now.air);
   if (verdict.way == run::Reentry::ask && !accepted)
@@ -192,7 +192,7 @@ Result<run::EntryPoint> find_entry(const run::RunContinuation& on, const Chamber
 /// Reports overdue calibrations and chamber quantities that are not monitored, as messages and as events of the record.
 void warn_at_start(Console& console, run::RunController& run_controller, const rig::Rig& rig,
                    const std::vector<std::string>& missing) {
-  const auto channels = channels_of(rig.file());
+  const auto channels = list_channels(rig.file());
   auto lines = overdue_calibrations(channels, rig.clock().now().utc);
   for (const auto& one : missing)
     lines.push_back("chamber: not monitored, because the unit does not provide it: " + one);
@@ -322,7 +322,7 @@ rig::RigStart make_rig_start(const NewRun& plan) {
   return {.seed = {.gyro = plan.options.seed,
                    .run = run::run_number(plan.profile.text),
                    .days_later = plan.options.days_later},
-          .already = {},
+          .elapsed = {},
           .replay = {},
           .first_set_point = demanded_set_point(plan.profile, plan.first)};
 }
@@ -381,7 +381,7 @@ Result<StoppedRun> find_interrupted(Console& console, const std::string& path, c
   if (auto alone = await_readers(console, path); !alone) return failure(alone.error());
   const auto files = record::find_files_to_read(path);
   if (!files) return failure(files.error());
-  const auto record = record::read_proved_record(*files);
+  const auto record = record::read_verified_record(*files);
   if (!record) return failure(record.error());
   auto on = run::plan_continuation(*record, path, measure_downtime(*record, path, options),
                                    run::run_number(record->info.profile_text));
@@ -402,7 +402,7 @@ Result<Celsius> reenter_run(StoppedRun& run, const ResumeOptions& options, Openi
                             const rig::FoundChamber& found) {
   run::RunContinuation& on = run.on;
   opening.missing = found.missing;
-  on.interruption.strangers = run::compare_identities(run.info.identities, found.identities);
+  on.interruption.mismatched_instruments = run::compare_identities(run.info.identities, found.identities);
   const auto entry = find_entry(on, found.state, run.path, options.accept);
   if (!entry) return failure(entry.error());
   opening.entry = *entry;
@@ -418,8 +418,8 @@ void note_resumption(Console& console, const StoppedRun& run, const run::EntryPo
                                 on.why_stopped);
   console.print_message(fmt::format("{}: {} at second {}", run.path, text, first));
   run_controller.note(EventKind::resumed, text);
-  if (!on.interruption.strangers.empty())
-    run_controller.note(EventKind::note, "accepted: " + on.interruption.strangers);
+  if (!on.interruption.mismatched_instruments.empty())
+    run_controller.note(EventKind::note, "accepted: " + on.interruption.mismatched_instruments);
   if (entry.away) run_controller.begin_away(entry.set_point, on.why_stopped, on.interruption.air);
   if (!run.lost || !*run.lost) return;
   console.print_message(fmt::format("warning: {}: {}", run.path, record::describe(**run.lost)));
@@ -431,7 +431,7 @@ void note_resumption(Console& console, const StoppedRun& run, const run::EntryPo
 void add_days_later_option(CLI::App& command, std::uint64_t& days) {
   command
       .add_option("--days-later", days, "age of the gyro and the thermometers of a virtual rig, in days (default: 0)")
-      ->check(CLI::Range(std::uint64_t{0}, simulator::kMostDaysLater));
+      ->check(CLI::Range(std::uint64_t{0}, simulator::kMaxDaysLater));
 }
 
 void add_run_json_option(CLI::App& command, std::string& json) {

@@ -41,7 +41,7 @@ std::vector<std::string> alarm_lines(std::span<const record::Alarm> alarms) {
   std::vector<std::string> lines;
   for (const auto& alarm : alarms)
     if (alarm.awaits_acknowledgement() && lines.size() < kMost)
-      lines.push_back(fmt::format("  ALARM {} ({}{}): {}", alarm.number, state_in_words(alarm),
+      lines.push_back(fmt::format("  ALARM {} ({}{}): {}", alarm.number, describe_alarm_state(alarm),
                                   alarm.count > 1 ? fmt::format(", {} times", alarm.count) : "", alarm.text));
   if (const auto count = count_unacknowledged(alarms); count > kMost)
     lines.push_back(fmt::format("  {} unacknowledged alarms", count));
@@ -77,7 +77,7 @@ std::optional<DegreesPerHour> BiasMeter::subtract_earth_rate(std::optional<Degre
 }
 
 Display::Display(Console& console, const profile::Profile& profile, const rig::RigFile& rig)
-    : console_(console), profile_(profile), rig_(rig), channels_(channels_of(rig)) {
+    : console_(console), profile_(profile), rig_(rig), channels_(list_channels(rig)) {
   for (const auto& unit : rig.units) {
     auto& axes = bias_.emplace_back();
     for (std::size_t i = 0; i < unit.info.axes.size(); ++i) axes.emplace_back(unit.info.axes[i], i);
@@ -102,21 +102,21 @@ std::string Display::unit_line(std::size_t unit) const {
   return line;
 }
 
-std::string Display::headline(const Sample& sample, const RunOverview& standing) const {
-  const auto done = static_cast<double>(sample.slot + 1), left = to_seconds(standing.time_left.value_or(Duration{}));
-  const auto wall_time_left = time_left(sample, standing);
-  auto line =
-      fmt::format("{}{}: {:.0f} %, {}, {}", rig_.simulated ? "SIMULATED " : "", profile_.name,
-                  100 * done / std::max(done + left, 1.0),
-                  wall_time_left ? spoken(*wall_time_left) + " left" : "time left unknown", name(standing.state));
-  if (!standing.cause.empty()) line += ": " + standing.cause;
-  if (standing.behind_plan >= std::chrono::seconds(1))
-    line += fmt::format(" ({} behind plan)", spoken(*standing.behind_plan));
+std::string Display::headline(const Sample& sample, const RunOverview& overview) const {
+  const auto done = static_cast<double>(sample.slot + 1), left = to_seconds(overview.time_left.value_or(Duration{}));
+  const auto wall_time_left = time_left(sample, overview);
+  auto line = fmt::format("{}{}: {:.0f} %, {}, {}", rig_.simulated ? "SIMULATED " : "", profile_.name,
+                          100 * done / std::max(done + left, 1.0),
+                          wall_time_left ? format_duration(*wall_time_left) + " left" : "time left unknown",
+                          name(overview.state));
+  if (!overview.cause.empty()) line += ": " + overview.cause;
+  if (overview.behind_plan >= std::chrono::seconds(1))
+    line += fmt::format(" ({} behind plan)", format_duration(*overview.behind_plan));
   return line;
 }
 
-std::optional<Duration> Display::time_left(const Sample& sample, const RunOverview& standing) const {
-  const auto left = standing.time_left.value_or(Duration{});
+std::optional<Duration> Display::time_left(const Sample& sample, const RunOverview& overview) const {
+  const auto left = overview.time_left.value_or(Duration{});
   if (!rig_.simulated) return left;
   constexpr Duration kLeastSeen = std::chrono::milliseconds(400);
   const auto spent = clock_.now().since_start - (first_seen_ ? first_seen_->second : clock_.now().since_start);
@@ -126,10 +126,10 @@ std::optional<Duration> Display::time_left(const Sample& sample, const RunOvervi
 }
 
 /// Returns the wall-clock time now and at the end.
-std::string Display::clock_line(const Sample& sample, const RunOverview& standing) const {
+std::string Display::clock_line(const Sample& sample, const RunOverview& overview) const {
   const auto now = clock_.now().utc;
   auto line = fmt::format("  {}", civil_time(now));
-  if (const auto left = time_left(sample, standing)) line += ", ends " + weekday_and_hour(now + *left);
+  if (const auto left = time_left(sample, overview)) line += ", ends " + weekday_and_hour(now + *left);
   return line;
 }
 
@@ -148,36 +148,36 @@ std::vector<std::string> Display::temperature_lines(const Sample& sample) const 
   return all;
 }
 
-std::vector<std::string> Display::lines(const Sample& sample, const RunOverview& standing,
+std::vector<std::string> Display::lines(const Sample& sample, const RunOverview& overview,
                                         std::span<const record::Alarm> alarms) const {
-  std::vector<std::string> all{headline(sample, standing)};
-  if (standing.state == RunState::held)
+  std::vector<std::string> all{headline(sample, overview)};
+  if (overview.state == RunState::held)
     all.emplace_back("  to continue: \"gyrotherm tell RUN.db resume\" in another terminal");
-  all.push_back(clock_line(sample, standing));
-  if (rig_.simulated && standing.time_left)
-    all.push_back(fmt::format("  {} of simulated time left", spoken(*standing.time_left)));
+  all.push_back(clock_line(sample, overview));
+  if (rig_.simulated && overview.time_left)
+    all.push_back(fmt::format("  {} of simulated time left", format_duration(*overview.time_left)));
   const auto segment = static_cast<std::size_t>(std::max(sample.progress.segment, 0));
   if (segment < profile_.segments.size())
     all.push_back(fmt::format("  segment {} of {}, {}: {}, {}", segment + 1, profile_.segments.size(),
                               profile_.segments[segment].name, name(sample.progress.phase),
-                              spoken(sample.progress.in_segment)));
+                              format_duration(sample.progress.in_segment)));
   all.push_back("  " + chamber_line(sample));
   for (auto& line : temperature_lines(sample)) all.push_back(std::move(line));
   for (std::size_t unit = 0; unit < bias_.size(); ++unit) all.push_back(unit_line(unit));
-  for (const auto& fault : standing.faults_now) all.push_back("  fault: " + fault);
+  for (const auto& fault : overview.faults_now) all.push_back("  fault: " + fault);
   for (auto& line : alarm_lines(alarms)) all.push_back(std::move(line));
   return all;
 }
 
-void Display::show(const Sample& sample, const RunOverview& standing, std::span<const record::Alarm> alarms) {
-  const bool turned = sample.progress.segment != shown_segment_ || standing.state != shown_state_;
+void Display::show(const Sample& sample, const RunOverview& overview, std::span<const record::Alarm> alarms) {
+  const bool turned = sample.progress.segment != shown_segment_ || overview.state != shown_state_;
   shown_segment_ = sample.progress.segment;
-  shown_state_ = standing.state;
-  console_.panel([&] { return lines(sample, standing, alarms); }, turned && !rig_.simulated);
+  shown_state_ = overview.state;
+  console_.panel([&] { return lines(sample, overview, alarms); }, turned && !rig_.simulated);
 }
 
 std::string sample_json(const Sample& sample, std::span<const Event> events, const record::RunInfo& info) {
-  const auto chamber = value_of(sample.chamber);
+  const auto chamber = known_value(sample.chamber);
   const auto segment = static_cast<std::size_t>(sample.progress.segment);
   Json json{{"slot", sample.slot},
             {"time_s", to_seconds(sample.at.since_start)},
@@ -192,13 +192,13 @@ std::string sample_json(const Sample& sample, std::span<const Event> events, con
             {"units", Json::object()},
             {"events", Json::array()}};
   for (std::size_t i = 0; i < sample.thermometers.size() && i < info.thermometers.size(); ++i) {
-    const auto reading = value_of(sample.thermometers[i]);
+    const auto reading = known_value(sample.thermometers[i]);
     json["thermometers_c"][info.thermometers[i].name] = reading ? number(reading->value) : Json(nullptr);
   }
   for (std::size_t i = 0; i < sample.units.size() && i < info.units.size(); ++i)
     json["units"][info.units[i].name] = unit_json(sample.units[i], info.units[i]);
   for (const auto& event : events) json["events"].push_back({{"kind", name(event.kind)}, {"text", event.text}});
-  return text_of(json);
+  return json_text(json);
 }
 
 }  // namespace gyrotherm::app

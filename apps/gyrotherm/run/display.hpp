@@ -26,7 +26,7 @@ class BiasMeter {
  public:
   /// Measures the axis numbered `index` of its unit.
   explicit BiasMeter(const record::AxisInfo& axis, std::size_t index = 0) : meter_(axis, index) {}
-  void add_reading(const Reading<GyroCount>& reading) { meter_.see(reading); }
+  void add_reading(const Reading<GyroCount>& reading) { meter_.add(reading); }
   [[nodiscard]] std::optional<DegreesPerHour> last_second() const { return subtract_earth_rate(meter_.last_second()); }
   /// Returns the mean over all seconds with a reading among the last 100 s, or nothing if there is none.
   [[nodiscard]] std::optional<DegreesPerHour> mean() const { return subtract_earth_rate(meter_.mean()); }
@@ -45,19 +45,19 @@ class Display {
   /// Adds the readings of a second. Must be called for each second.
   void add_sample(const Sample& sample);
   /// Shows the present state, after each second or each batch of seconds.
-  void show(const Sample& sample, const RunOverview& standing, std::span<const record::Alarm> alarms);
+  void show(const Sample& sample, const RunOverview& overview, std::span<const record::Alarm> alarms);
 
   /// Returns the lines for a terminal, for the newest second. `alarms` are sorted from new to old.
-  [[nodiscard]] std::vector<std::string> lines(const Sample& sample, const RunOverview& standing,
+  [[nodiscard]] std::vector<std::string> lines(const Sample& sample, const RunOverview& overview,
                                                std::span<const record::Alarm> alarms = {}) const;
   /// Returns the wall-clock time until the end. For a virtual rig it is extrapolated from the speed so far. Returns
   /// nothing while the speed is unknown.
-  [[nodiscard]] std::optional<Duration> time_left(const Sample& sample, const RunOverview& standing) const;
+  [[nodiscard]] std::optional<Duration> time_left(const Sample& sample, const RunOverview& overview) const;
 
  private:
   [[nodiscard]] std::string unit_line(std::size_t unit) const;
-  [[nodiscard]] std::string headline(const Sample& sample, const RunOverview& standing) const;
-  [[nodiscard]] std::string clock_line(const Sample& sample, const RunOverview& standing) const;
+  [[nodiscard]] std::string headline(const Sample& sample, const RunOverview& overview) const;
+  [[nodiscard]] std::string clock_line(const Sample& sample, const RunOverview& overview) const;
   [[nodiscard]] std::vector<std::string> temperature_lines(const Sample& sample) const;
 
   Console& console_;

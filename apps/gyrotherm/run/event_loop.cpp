@@ -27,10 +27,10 @@ constexpr int kTicksPerClockCheck = 64;
 
 /// Returns the overview of the run, including a fault if rows are waiting for the disk.
 RunOverview overview_with_disk_faults(const ActiveRun& run) {
-  auto standing = run.run_controller.standing();
+  auto overview = run.run_controller.overview();
   if (auto health = run.store.health(); !health.trouble.empty())
-    standing.faults_now.push_back(fmt::format("{} s are waiting for the disk: {}", health.backlog_s, health.trouble));
-  return standing;
+    overview.faults_now.push_back(fmt::format("{} s are waiting for the disk: {}", health.backlog_s, health.trouble));
+  return overview;
 }
 
 /// Opens the control socket. Prints a warning if that fails; the run then takes no requests.
@@ -52,7 +52,7 @@ void handle_requests(const ActiveRun& run, std::optional<control::ControlSocket>
 }
 
 Result<void> sync(const ActiveRun& run) {
-  run.store.publish(run.run_controller.standing());
+  run.store.publish(run.run_controller.overview());
   const auto last = run.store.sync();
   if (!last) return failure(last.error());
   if (!run.console.json || *last < 0) return {};
@@ -179,7 +179,7 @@ class RealTime {
     discard_hangups();
     if (run_.rig.file().run_limits.on_hangup == interlocks::OnHangup::go_on)
       run_.run_controller.note(EventKind::note, "the terminal was closed; the run and its guard continue");
-    else if (run_.run_controller.objection(control::OperatorCommand::abort).empty())
+    else if (run_.run_controller.refusal_reason(control::OperatorCommand::abort).empty())
       run_.run_controller.submit(control::OperatorCommand::abort, "closed terminal");
   }
 
@@ -202,7 +202,7 @@ class RealTime {
   /// Requests an abort. The program ends only when the chamber is confirmed safe, because no watchdog could take over.
   void abort_without_guard() {
     run_.console.print_message("no guard monitors the chamber; this program ends when the chamber is safe");
-    if (run_.run_controller.objection(control::OperatorCommand::abort).empty())
+    if (run_.run_controller.refusal_reason(control::OperatorCommand::abort).empty())
       run_.run_controller.submit(control::OperatorCommand::abort, "SIGTERM");
   }
 

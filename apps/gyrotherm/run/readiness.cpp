@@ -18,7 +18,7 @@ namespace gyrotherm::app {
 namespace {
 
 Finding check_calibrations(const rig::RigFile& rig, Duration utc) {
-  const auto channels = channels_of(rig);
+  const auto channels = list_channels(rig);
   const auto overdue = overdue_calibrations(channels, utc);
   if (overdue.empty()) return {"calibrations", FindingState::ok, fmt::format("0 of {} overdue", channels.size()), ""};
   return {"calibrations", FindingState::warning, fmt::format("{}", fmt::join(overdue, "; ")),
@@ -29,7 +29,7 @@ Finding check_limiter(const rig::RigFile& rig) {
   if (!rig.limiter)
     return {"limiter", FindingState::warning, "the rig file does not contain the settings of the chamber's own limiter",
             "add [chamber.limiter]; the limiter is the safety function, this program is not"};
-  return {"limiter", FindingState::ok, in_words(*rig.limiter) + "; verify these settings on the chamber", ""};
+  return {"limiter", FindingState::ok, describe(*rig.limiter) + "; verify these settings on the chamber", ""};
 }
 
 Finding rename_finding(Finding finding, const char* what) {
@@ -64,7 +64,7 @@ std::string unstable_name(const std::string& line) {
 }
 
 std::vector<std::string> list_overdue(const rig::RigFile& rig) {
-  return overdue_calibrations(channels_of(rig), rig.simulated ? kVirtualEpoch : SteadyClock().now().utc);
+  return overdue_calibrations(list_channels(rig), rig.simulated ? kVirtualEpoch : SteadyClock().now().utc);
 }
 
 Finding check_bias_zero(const rig::RigFile& rig) {

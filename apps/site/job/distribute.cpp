@@ -250,7 +250,7 @@ Result<Progress> distribute(const Job& job, const std::string& folder, const Dis
       if (!progress) return progress;
       report(*progress);
       if (progress->left() == 0) return progress;
-      if (!finished && ready(settings.stop, POLLIN, Deadline(kPollInterval)))
+      if (!finished && wait_until_ready(settings.stop, POLLIN, Deadline(kPollInterval)))
         return failure(FaultKind::interrupted, folder, "interrupted while waiting for the tasks");
     }
   }

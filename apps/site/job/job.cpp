@@ -93,7 +93,7 @@ void describe(auto& form, Like<TaskEnd> auto& end) {
 }
 
 Result<void> write_job(const Job& job, const std::string& folder) {
-  const auto text = text_of(make_json(job), 1) + "\n";
+  const auto text = json_text(make_json(job), 1) + "\n";
   std::error_code error;
   fs::create_directories(folder + "/tasks", error);
   if (error) return failure(FaultKind::storage, folder, "cannot be created: " + error.message());
@@ -112,7 +112,7 @@ Result<Job> read_job(const std::string& folder) {
   if (!root) return failure(root.error());
   Job job;
   if (const auto schema = (*root)["schema"].text(); schema != kJobSchema)
-    (*root)["schema"].mistake(fmt::format("\"{}\", expected \"{}\"", schema, kJobSchema));
+    (*root)["schema"].note_error(fmt::format("\"{}\", expected \"{}\"", schema, kJobSchema));
   read_json(*root, job);
   if (auto verdict = root->verdict(); !verdict) return failure(verdict.error());
   return job;
@@ -155,7 +155,7 @@ Result<TaskEnd> run_task(const Job& job, const std::string& folder, std::size_t 
     if (!end.has_succeeded()) break;
   }
   end.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
-  if (auto written = replace_text_file(task_file(folder, task, ".json"), text_of(make_json(end), 1) + "\n"); !written)
+  if (auto written = replace_text_file(task_file(folder, task, ".json"), json_text(make_json(end), 1) + "\n"); !written)
     return failure(written.error());
   return end;
 }

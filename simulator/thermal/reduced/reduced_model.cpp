@@ -71,7 +71,7 @@ void write_head(Inserter out, const ReducedModel& model) {
 Eigen::VectorXd read_vector(const TomlTable& table, std::string_view key, Eigen::Index states) {
   auto values = table.numbers(key);
   if (std::ssize(values) != states)
-    table.mistake(key, fmt::format("\"{}\": {} numbers, expected {}", key, values.size(), states));
+    table.note_error(key, fmt::format("\"{}\": {} numbers, expected {}", key, values.size(), states));
   values.resize(static_cast<std::size_t>(states));
   return Eigen::Map<const Eigen::VectorXd>(values.data(), states);
 }
@@ -80,11 +80,11 @@ Eigen::MatrixXd read_triangle(const TomlTable& table, std::string_view key, Eige
   const auto rows = table.number_rows(key);
   Eigen::MatrixXd symmetric = Eigen::MatrixXd::Zero(states, states);
   if (std::ssize(rows) != states)
-    table.mistake(key, fmt::format("\"{}\": {} rows, expected {}", key, rows.size(), states));
+    table.note_error(key, fmt::format("\"{}\": {} rows, expected {}", key, rows.size(), states));
   for (Eigen::Index i = 0; i < std::min<Eigen::Index>(states, std::ssize(rows)); ++i) {
     const auto& row = rows[static_cast<std::size_t>(i)];
     if (std::ssize(row) != i + 1) {
-      table.mistake(key, fmt::format("\"{}\": row {} has {} numbers, expected {}", key, i + 1, row.size(), i + 1));
+      table.note_error(key, fmt::format("\"{}\": row {} has {} numbers, expected {}", key, i + 1, row.size(), i + 1));
       break;
     }
     for (Eigen::Index j = 0; j <= i; ++j) symmetric(i, j) = symmetric(j, i) = row[static_cast<std::size_t>(j)];
@@ -95,7 +95,8 @@ Eigen::MatrixXd read_triangle(const TomlTable& table, std::string_view key, Eige
 double not_below(const TomlTable& table, const char* key, double least, bool least_itself) {
   const double value = table.number(key);
   if (table.has(key) && !(value > least || (least_itself && value == least)))
-    table.mistake(key, fmt::format("{} = {}, expected {} {}", key, value, least_itself ? "at least" : "above", least));
+    table.note_error(key,
+                     fmt::format("{} = {}, expected {} {}", key, value, least_itself ? "at least" : "above", least));
   return value;
 }
 
@@ -111,7 +112,7 @@ void read_head(const TomlTable& root, ReducedModel& model) {
   model.source_sha256 = root.text("source_sha256");
   const bool hexadecimal = model.source_sha256.find_first_not_of("0123456789abcdef") == std::string::npos;
   if (root.has("source_sha256") && (model.source_sha256.size() != 64 || !hexadecimal))
-    root.mistake("source_sha256", "expected 64 lower-case hexadecimal digits");
+    root.note_error("source_sha256", "expected 64 lower-case hexadecimal digits");
   model.mesh = root.text("mesh");
   model.still_film_w_per_m2_k = not_below(root, "still_film_w_per_m2_k", 0, false);
   model.chamber_film_w_per_m2_k = not_below(root, "chamber_film_w_per_m2_k", 0, false);
@@ -154,19 +155,19 @@ void check_stability(const TomlTable& root, const ReducedModel& model) {
       const auto c = coefficients_at(model, air_c, film);
       const Eigen::LLT<Eigen::MatrixXd> factor(conduction_at(model, c));
       if (factor.info() != Eigen::Success || !factor.matrixLLT().allFinite())
-        return root.mistake("conduction", fmt::format("not positive definite with the air at {} °C", air_c));
+        return root.note_error("conduction", fmt::format("not positive definite with the air at {} °C", air_c));
       const Eigen::VectorXd rest = model.outputs * factor.solve(inputs_at(model, c).col(0));
       const double off = (rest.array() - 1).abs().maxCoeff();
       if (!(off <= kTolerance))
-        return root.mistake("film_ambient", fmt::format("without power the steady outputs differ from the ambient "
-                                                        "temperature by {:.3g} of it, expected at most {:.0e}",
-                                                        off, kTolerance));
+        return root.note_error("film_ambient", fmt::format("without power the steady outputs differ from the ambient "
+                                                           "temperature by {:.3g} of it, expected at most {:.0e}",
+                                                           off, kTolerance));
       const Eigen::VectorXd above_k = model.outputs * factor.solve(inputs_at(model, c) * operating_inputs(model, 0));
       const double hottest_k = above_k.cwiseAbs().maxCoeff();
       if (!(hottest_k <= kHottest_k))
-        return root.mistake("powers_w", fmt::format("with power on, a steady output is {:.3g} K from ambient, "
-                                                    "expected at most {} K",
-                                                    hottest_k, kHottest_k));
+        return root.note_error("powers_w", fmt::format("with power on, a steady output is {:.3g} K from ambient, "
+                                                       "expected at most {} K",
+                                                       hottest_k, kHottest_k));
     }
   }
 }
@@ -260,7 +261,7 @@ Result<ReducedModel> parse_reduced_model(std::string_view text, const std::strin
   read_head(*root, model);
   const auto states = root->integer("states");
   if (states < 1 || states > kMostStates) {
-    root->mistake("states", fmt::format("{} states, expected 1 … {}", states, kMostStates));
+    root->note_error("states", fmt::format("{} states, expected 1 … {}", states, kMostStates));
     for (const auto* key : {"inputs", "film_ambient", "outputs", "conduction"}) root->ignore(key);
   } else {
     read_matrices(*root, states, model);

@@ -55,8 +55,8 @@ TEST(ChannelSummary, DescribesEachChannel) {
   const auto summary = import({{3, "---"}, {4, "---"}, {5, "-999.90"}});
   ASSERT_TRUE(summary) << text(summary.error());
   ASSERT_EQ(summary->channels.size(), 2u);
-  EXPECT_EQ(in_words(summary->channels[0]), "oven: 397 values, 20 to 39.95 °C, 3 missing (\"---\" 2, \"-999.90\" 1)");
-  EXPECT_EQ(in_words(summary->channels[1]), "gyro: 400 values, 0 to 6 °/h");
+  EXPECT_EQ(describe(summary->channels[0]), "oven: 397 values, 20 to 39.95 °C, 3 missing (\"---\" 2, \"-999.90\" 1)");
+  EXPECT_EQ(describe(summary->channels[1]), "gyro: 400 values, 0 to 6 °/h");
   EXPECT_EQ(summary->step, kSecond);
   EXPECT_EQ(summary->file_rows, 400u);
   const auto made = record::read_record(import.path()).value();

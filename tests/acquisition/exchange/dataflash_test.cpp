@@ -40,7 +40,7 @@ void number_sensors(DataflashText& log) {
 
 /// The bytes are written by hand from the description of the format.
 TEST(Dataflash, ReadsGoldenLogExactly) {
-  auto bytes = tests::bytes_of_hex(
+  auto bytes = tests::parse_hex_bytes(
       "A3 95 80"
       "09 0F"
       "49 4D 55 00");  // FMT of kind 9, 15 bytes, "IMU"
@@ -49,11 +49,11 @@ TEST(Dataflash, ReadsGoldenLogExactly) {
   };
   add("IhHe", 16);
   add("TimeMS,GyrX,T,E", 64);
-  for (const auto byte : tests::bytes_of_hex("A3 95 09"
-                                             "E8 03 00 00"
-                                             "FE FF"
-                                             "07 80"
-                                             "9C FF FF FF"))
+  for (const auto byte : tests::parse_hex_bytes("A3 95 09"
+                                                "E8 03 00 00"
+                                                "FE FF"
+                                                "07 80"
+                                                "9C FF FF FF"))
     bytes.push_back(byte);
   const std::string log(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   const auto rows = read_rows(log, dataflash_map("IMU.GyrX", "IMU.E"), "f");

@@ -39,7 +39,7 @@ TEST(Import, MakesFinishedRecordMarkedAsImported) {
   ASSERT_TRUE(summary) << text(summary.error());
   EXPECT_EQ(summary->rows, 4u);
   EXPECT_EQ(summary->span, std::chrono::seconds(30));
-  EXPECT_EQ(summary->silences, 1u);
+  EXPECT_EQ(summary->gaps, 1u);
   const Record record = read_record(folder / "run.db").value();
   EXPECT_TRUE(record.finished && record.info.imported && !record.info.simulated);
   EXPECT_EQ(record.info.id.size(), 32u);

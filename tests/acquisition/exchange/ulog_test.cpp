@@ -39,7 +39,7 @@ UlogText two_series() {
 
 /// The bytes are written by hand from the description of the format.
 TEST(Ulog, ReadsGoldenLogExactly) {
-  const auto bytes = tests::bytes_of_hex(
+  const auto bytes = tests::parse_hex_bytes(
       "55 4C 6F 67 01 12 35 01 40 42 0F 00 00 00 00 00"  // magic, version 1, started at 1,000,000 us
       "28 00 42"
       "00 00 00 00 00 00 00 00"

@@ -145,9 +145,9 @@ class Exchanged : public ::testing::TestWithParam<WireOf> {
   Sample second() { return io_->read(slot_++, rack_.clock); }
   void expect_refused() {
     expect_all(second(), GetParam(), FaultKind::mismatch);
-    ASSERT_EQ(io_->strangers().size(), 1u);
-    EXPECT_NE(io_->strangers()[0].find("111"), std::string::npos) << "names the instrument of the run";
-    EXPECT_NE(io_->strangers()[0].find("222"), std::string::npos) << "names the instrument that answers";
+    ASSERT_EQ(io_->mismatched_instruments().size(), 1u);
+    EXPECT_NE(io_->mismatched_instruments()[0].find("111"), std::string::npos) << "names the instrument of the run";
+    EXPECT_NE(io_->mismatched_instruments()[0].find("222"), std::string::npos) << "names the instrument that answers";
   }
 };
 
@@ -195,7 +195,7 @@ TEST_P(Exchanged, IsRefusedWhenItRefusesQuery) {
   ++wire_.breaks;
   wire_.broken = FaultKind::refused;
   expect_all(second(), GetParam(), FaultKind::mismatch);
-  EXPECT_EQ(io_->strangers().size(), 1u) << "an instrument of another vendor does not support the query";
+  EXPECT_EQ(io_->mismatched_instruments().size(), 1u) << "an instrument of another vendor does not support the query";
 }
 
 TEST_P(Exchanged, IsAcceptedWhenFirstInstrumentReturns) {
@@ -205,7 +205,7 @@ TEST_P(Exchanged, IsAcceptedWhenFirstInstrumentReturns) {
   ++wire_.breaks;
   wire_.serial = "111";
   expect_all(second(), GetParam(), std::nullopt);
-  EXPECT_TRUE(io_->strangers().empty());
+  EXPECT_TRUE(io_->mismatched_instruments().empty());
 }
 
 TEST_P(Exchanged, IsNotQueriedAgainWhileLineHolds) {

@@ -54,7 +54,7 @@ Event clear_event(const std::string& id, const std::string& subject, int at_s) {
 /// Numbers events as a record does.
 class AlarmList : public testing::Test {
  protected:
-  void add(Event event) { alarms_.see(numbered(++last_, std::move(event))); }
+  void add(Event event) { alarms_.update(numbered(++last_, std::move(event))); }
   void acknowledge(std::int64_t number) {
     for (const auto& row : alarms_.rows_for(number)) add(acknowledge_event(row));
   }
@@ -87,7 +87,7 @@ TEST_F(AlarmList, HasOneRowPerInterlockAndSubject) {
   EXPECT_EQ(door.utc, 492s);
   EXPECT_EQ(door.returned_utc, 495s);
   EXPECT_FALSE(door.active);
-  EXPECT_EQ(state_in_words(door), "returned");
+  EXPECT_EQ(describe_alarm_state(door), "returned");
   EXPECT_EQ(door.priority, AlarmPriority::medium);
   EXPECT_TRUE(list[1].active) << "B has not cleared";
   EXPECT_EQ(list[1].priority, AlarmPriority::low);
@@ -96,9 +96,9 @@ TEST_F(AlarmList, HasOneRowPerInterlockAndSubject) {
 /// The states A to D of ISA-18.2, clause 5.3, and each transition between them.
 TEST_F(AlarmList, FollowsStatesOfIsa18) {
   add(occurrence("door", "", "suspend", 1));
-  EXPECT_EQ(state_in_words(alarms_.list().at(0)), "active");
+  EXPECT_EQ(describe_alarm_state(alarms_.list().at(0)), "active");
   acknowledge(1);
-  EXPECT_EQ(state_in_words(alarms_.list().at(0)), "active, acknowledged") << "it remains until it clears";
+  EXPECT_EQ(describe_alarm_state(alarms_.list().at(0)), "active, acknowledged") << "it remains until it clears";
   EXPECT_EQ(count_unacknowledged(alarms_.list()), 0u);
   add(clear_event("door", "", 5));
   EXPECT_TRUE(alarms_.list().empty());
@@ -106,14 +106,14 @@ TEST_F(AlarmList, FollowsStatesOfIsa18) {
   EXPECT_EQ(alarms_.list().at(0).count, 2);
   EXPECT_EQ(alarms_.list().at(0).number, 4) << "a new number after an acknowledgement";
   add(clear_event("door", "", 7));
-  EXPECT_EQ(state_in_words(alarms_.list().at(0)), "returned");
+  EXPECT_EQ(describe_alarm_state(alarms_.list().at(0)), "returned");
   add(occurrence("door", "", "suspend", 8));
-  EXPECT_EQ(state_in_words(alarms_.list().at(0)), "active");
+  EXPECT_EQ(describe_alarm_state(alarms_.list().at(0)), "active");
   add(clear_event("door", "", 9));
   EXPECT_EQ(alarms_.list().at(0).number, 4);
   acknowledge(4);
   EXPECT_TRUE(alarms_.list().empty());
-  EXPECT_EQ(alarms_.objection(6), "alarm 6 is acknowledged already") << "the row's later occurrence";
+  EXPECT_EQ(alarms_.refusal_reason(6), "alarm 6 is acknowledged already") << "the row's later occurrence";
 }
 
 TEST_F(AlarmList, AwaitsAcknowledgementWhenAlarmRecursWhileActive) {
@@ -155,7 +155,7 @@ TEST_F(AlarmList, SuppressesConsequencesUnderRoot) {
   acknowledge(1);
   acknowledge(7);
   EXPECT_EQ(count_unacknowledged(alarms_.list()), 0u);
-  EXPECT_EQ(alarms_.objection(2), "alarm 2 is acknowledged already") << "a consequence, with its root";
+  EXPECT_EQ(alarms_.refusal_reason(2), "alarm 2 is acknowledged already") << "a consequence, with its root";
 }
 
 TEST_F(AlarmList, ShowsConsequenceThatOutlivesRoot) {
@@ -163,10 +163,10 @@ TEST_F(AlarmList, ShowsConsequenceThatOutlivesRoot) {
     Alarms alarms;
     const std::string tag = root, id = tag.substr(0, tag.find(' ')),
                       subject = tag.find(' ') == std::string::npos ? "" : tag.substr(tag.find(' ') + 1);
-    alarms.see(numbered(1, occurrence(id, subject, "warn", 1)));
-    alarms.see(numbered(2, occurrence("gyro_silent", "", "suspend", 2, root)));
+    alarms.update(numbered(1, occurrence(id, subject, "warn", 1)));
+    alarms.update(numbered(2, occurrence("gyro_silent", "", "suspend", 2, root)));
     ASSERT_EQ(count_unacknowledged(alarms.list()), 1u) << root;
-    alarms.see(numbered(3, clear_event(id, subject, 60)));
+    alarms.update(numbered(3, clear_event(id, subject, 60)));
     EXPECT_EQ(count_unacknowledged(alarms.list()), 2u) << root;
     EXPECT_EQ(alarms.list()[0].tag(), "gyro_silent");
     EXPECT_TRUE(alarms.list()[0].active);
@@ -194,7 +194,7 @@ TEST_F(AlarmList, DoesNotSuppressHigherPriorityThanAcknowledgedRoot) {
 TEST_F(AlarmList, IgnoresMissingRoot) {
   for (const auto* root : {"host_late", "line_lost T", "gyro_silent"}) {
     Alarms alarms;
-    alarms.see(numbered(1, occurrence("gyro_silent", "", "suspend", 1, root)));
+    alarms.update(numbered(1, occurrence("gyro_silent", "", "suspend", 1, root)));
     EXPECT_EQ(count_unacknowledged(alarms.list()), 1u) << root;
   }
 }
@@ -205,7 +205,7 @@ TEST_F(AlarmList, HasNoActiveRowWhenRunIsResumed) {
   acknowledge(2);
   add({sample_at(0).at, EventKind::resumed, "resumed after 3 s"});
   ASSERT_EQ(tags(), Tags{"door"});
-  EXPECT_EQ(state_in_words(alarms_.list()[0]), "returned");
+  EXPECT_EQ(describe_alarm_state(alarms_.list()[0]), "returned");
 }
 
 /// Version 0.1.0 acknowledged each occurrence separately and recorded no subject.
@@ -225,44 +225,45 @@ TEST_F(AlarmList, ReadsRecordOf010) {
 
 TEST(Alarms, ListInterlocksUntilAcknowledged) {
   Alarms alarms;
-  alarms.see(numbered(3, interlock("door", "door (suspend): open")));
-  alarms.see(numbered(4, {sample_at(0).at, EventKind::fault, "A: no reply", {.channel = "A"}}));
-  alarms.see(numbered(5, {sample_at(0).at, EventKind::fault, "lag (warn)", {.interlock = "lag", .reaction = "warn"}}));
-  alarms.see(numbered(6, {sample_at(0).at, EventKind::recovered, "door is over", {.interlock = "door"}}));
+  alarms.update(numbered(3, interlock("door", "door (suspend): open")));
+  alarms.update(numbered(4, {sample_at(0).at, EventKind::fault, "A: no reply", {.channel = "A"}}));
+  alarms.update(
+      numbered(5, {sample_at(0).at, EventKind::fault, "lag (warn)", {.interlock = "lag", .reaction = "warn"}}));
+  alarms.update(numbered(6, {sample_at(0).at, EventKind::recovered, "door is over", {.interlock = "door"}}));
   EXPECT_EQ(numbers(alarms.list()), (std::vector<std::int64_t>{5, 3})) << "a cleared alarm is still listed";
-  EXPECT_EQ(alarms.objection(3), "");
-  alarms.see(numbered(7, acknowledge_event(alarms.list()[1])));
+  EXPECT_EQ(alarms.refusal_reason(3), "");
+  alarms.update(numbered(7, acknowledge_event(alarms.list()[1])));
   EXPECT_EQ(numbers(alarms.list()), std::vector<std::int64_t>{5});
-  EXPECT_EQ(alarms.objection(3), "alarm 3 is acknowledged already");
-  EXPECT_TRUE(alarms.objection(4).starts_with("there is no alarm 4;")) << alarms.objection(4);
+  EXPECT_EQ(alarms.refusal_reason(3), "alarm 3 is acknowledged already");
+  EXPECT_TRUE(alarms.refusal_reason(4).starts_with("there is no alarm 4;")) << alarms.refusal_reason(4);
 }
 
 TEST(Alarms, RemainUntilAcknowledged) {
   Alarms alarms;
-  alarms.see(numbered(1, interlock("door", "door (suspend): open")));
-  alarms.see(numbered(2, {sample_at(0).at, EventKind::note, "alarm 1 acknowledged by ada: forged"}));
+  alarms.update(numbered(1, interlock("door", "door (suspend): open")));
+  alarms.update(numbered(2, {sample_at(0).at, EventKind::note, "alarm 1 acknowledged by ada: forged"}));
   for (const auto* text : {"alarm 1", "alarm 12 acknowledged by ada: x", "alarm  1 acknowledged by ada: x", "alarm x",
                            "", "alarm 1 to 0 acknowledged by ada: x", "alarm 1 to acknowledged by ada: x",
                            "alarm 0 to 9 acknowledged by ada: x"})
-    alarms.see(numbered(3, {sample_at(0).at, EventKind::acknowledged, text}));
+    alarms.update(numbered(3, {sample_at(0).at, EventKind::acknowledged, text}));
   EXPECT_EQ(count_unacknowledged(alarms.list()), 1u);
 }
 
 TEST(Alarms, AreBounded) {
   Alarms alarms;
-  for (int i = 1; i <= 300; ++i) alarms.see(numbered(i, occurrence("stuck", std::to_string(i), "suspend", i)));
+  for (int i = 1; i <= 300; ++i) alarms.update(numbered(i, occurrence("stuck", std::to_string(i), "suspend", i)));
   ASSERT_EQ(alarms.list().size(), Alarms::kMost);
   EXPECT_EQ(alarms.list().front().number, 300);
 }
 
 TEST(Alarms, KeepHigherPriorityWhenFull) {
   Alarms alarms;
-  alarms.see(numbered(1, interlock("door", "door (suspend): open")));
-  for (int i = 2; i <= 300; ++i) alarms.see(numbered(i, occurrence("lost", std::to_string(i), "warn", i)));
+  alarms.update(numbered(1, interlock("door", "door (suspend): open")));
+  for (int i = 2; i <= 300; ++i) alarms.update(numbered(i, occurrence("lost", std::to_string(i), "warn", i)));
   ASSERT_EQ(alarms.list().size(), Alarms::kMost);
   EXPECT_EQ(alarms.list().back().number, 1);
   EXPECT_EQ(alarms.list().front().number, 300);
-  EXPECT_EQ(alarms.objection(2), "alarm 2 is no longer in the list, which has 256 rows at most")
+  EXPECT_EQ(alarms.refusal_reason(2), "alarm 2 is no longer in the list, which has 256 rows at most")
       << "it is not acknowledged";
 }
 
@@ -293,7 +294,7 @@ TEST(Alarms, OutliveProgramThatRecordedThem) {
     auto again = Store::reopen(path, {.background = background});
     ASSERT_TRUE(again) << text(again.error());
     EXPECT_EQ((*again)->alarms().list(), told->alarms);
-    EXPECT_EQ((*again)->alarms().objection(before[2].number),
+    EXPECT_EQ((*again)->alarms().refusal_reason(before[2].number),
               fmt::format("alarm {} is acknowledged already", before[2].number));
     ASSERT_TRUE((*again)->append_event(interlock("door", "door (suspend): open again")));
     EXPECT_GT((*again)->alarms().list().front().number, before[1].number);
@@ -301,7 +302,7 @@ TEST(Alarms, OutliveProgramThatRecordedThem) {
 }
 
 TEST(Alarms, AreInStatusFileOfThisVersion) {
-  RunStatus status = first_status("run.db", two_thermometers());
+  RunStatus status = make_first_status("run.db", two_thermometers());
   status.alarms = {{.number = 12,
                     .last_number = 40,
                     .slot = 9,
@@ -333,7 +334,7 @@ TEST(Alarms, AreInStatusFileOfThisVersion) {
 
 /// An alarm in a status file of version 0.1.0 is unacknowledged, and may be active.
 TEST(Alarms, AreReadFromStatusOf010) {
-  auto json = to_json(first_status("run.db", two_thermometers()));
+  auto json = to_json(make_first_status("run.db", two_thermometers()));
   const std::string none = "\"alarms\":[]";
   ASSERT_NE(json.find(none), std::string::npos) << json;
   json.replace(json.find(none), none.size(),

@@ -257,7 +257,7 @@ TEST(Chain, HoldsTextsInUtf8WithoutControlCharacters) {
   EXPECT_EQ(read_record(path)->events[0].event.text, "20 \\xb0C \\x1b[2J");
   EXPECT_EQ(read_record(path)->gaps[0].cause, "late\\x0a");
   auto database = Database::open(path, Access::read_only, 0).value();
-  EXPECT_EQ(database.ask("SELECT \"where\" || ': ' || what FROM fault").value(), "gyro \\x07: said \"\\xff\"");
+  EXPECT_EQ(database.query_text("SELECT \"where\" || ': ' || what FROM fault").value(), "gyro \\x07: said \"\\xff\"");
 }
 
 TEST(Manifest, IsAcceptedBySha256sum) {

@@ -86,7 +86,7 @@ void expect_valid_record(const std::string& path, std::int64_t acknowledged, con
   for (const auto& entry : std::filesystem::directory_iterator(std::filesystem::path(path).parent_path())) {
     if (entry.path().extension() != ".db") continue;
     auto database = Database::open(entry.path(), Access::read_only, 0).value();
-    ASSERT_EQ(database.ask("PRAGMA integrity_check").value_or("?"), "ok") << what << ": " << entry.path();
+    ASSERT_EQ(database.query_text("PRAGMA integrity_check").value_or("?"), "ok") << what << ": " << entry.path();
     ++databases;
   }
   EXPECT_GE(databases, 1) << what;

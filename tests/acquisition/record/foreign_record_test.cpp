@@ -122,8 +122,8 @@ TEST(ForeignRecord, IsRefusedWithoutRollbackWhenJournalExists) {
     ASSERT_EQ(::waitpid(child, nullptr, 0), child);
   } else {
     auto database = Database::open(path, Access::read_write, 0).value();
-    (void)database.ask("PRAGMA journal_mode = DELETE");
-    (void)database.ask("PRAGMA cache_size = 2");
+    (void)database.query_text("PRAGMA journal_mode = DELETE");
+    (void)database.query_text("PRAGMA cache_size = 2");
     (void)database.execute("BEGIN IMMEDIATE");
     (void)database.execute("UPDATE sample SET set_point_c = 0");
     ::_exit(0);

@@ -120,8 +120,8 @@ TEST(ManyUnits, LoseOnlyChannelsOfSilentUnit) {
     ASSERT_TRUE(store->finish());
   }
   auto database = open_record(folder / "run.db").value();
-  EXPECT_EQ(database.ask("SELECT group_concat(channel) FROM fault").value(), "u1");
-  const auto record = record_of(database).value();
+  EXPECT_EQ(database.query_text("SELECT group_concat(channel) FROM fault").value(), "u1");
+  const auto record = read_open_record(database).value();
   for (const auto& axis : record.units[0].rotation) EXPECT_TRUE(std::isnan(axis[0]));
   EXPECT_TRUE(std::isnan(record.units[0].interval_s[0]) && std::isnan(record.units[0].values[0][0]));
   EXPECT_EQ(record.units[1].rotation[0][0], 100);
@@ -159,9 +159,9 @@ TEST(ManyUnits, StoreAnalogueValuesAfterSentValues) {
     ASSERT_TRUE(store->finish());
   }
   auto database = open_record(folder / "run.db").value();
-  EXPECT_EQ(database.ask("SELECT group_concat(slot || ' ' || channel) FROM fault").value(),
+  EXPECT_EQ(database.query_text("SELECT group_concat(slot || ' ' || channel) FROM fault").value(),
             "1 u1,2 u1.discharge_current_a");
-  const auto record = record_of(database).value();
+  const auto record = read_open_record(database).value();
   const auto& values = record.units[0].values;
   EXPECT_EQ(values[0][0], 25.5);
   EXPECT_TRUE(std::isnan(values[0][1]));
@@ -173,7 +173,7 @@ TEST(ManyUnits, StoreAnalogueValuesAfterSentValues) {
   EXPECT_EQ(record.info.units[0].values, with_analogue_inputs().units[0].values);
   EXPECT_EQ(record.info.units[1].values, with_analogue_inputs().units[1].values);
   EXPECT_EQ(record.info.analogue_map_texts, with_analogue_inputs().analogue_map_texts);
-  EXPECT_EQ(database.ask("SELECT instrument FROM channel WHERE name = 'u-2.voltage'").value(),
+  EXPECT_EQ(database.query_text("SELECT instrument FROM channel WHERE name = 'u-2.voltage'").value(),
             "AI-4 at tcp://10.0.0.7, input 2");
   EXPECT_TRUE(verify_record(folder / "run.db"));
 }
@@ -188,8 +188,8 @@ TEST(ManyUnits, HaveNeitherReadingNorFaultWhenDropped) {
     ASSERT_TRUE(store->finish());
   }
   auto database = open_record(folder / "run.db").value();
-  EXPECT_EQ(database.ask_integer("SELECT count(*) FROM fault", -1).value(), 0);
-  EXPECT_EQ(database.ask_integer("SELECT count(*) FROM sample WHERE \"u1.interval_ns\" IS NULL", -1).value(), 1);
+  EXPECT_EQ(database.query_integer("SELECT count(*) FROM fault", -1).value(), 0);
+  EXPECT_EQ(database.query_integer("SELECT count(*) FROM sample WHERE \"u1.interval_ns\" IS NULL", -1).value(), 1);
 }
 
 TEST(ManyUnits, AreColumnsWithTheirLabels) {

@@ -289,7 +289,7 @@ TEST(RunFinder, HidesPartsButNotRecordsWithSimilarNames) {
   for (const char* name : {"soak.db", "soak.2.db", "soak.3.db", "soak.3.db.status", "soak.20261127.db", "soak.live.db",
                            "gone.2.db", "told.db.status", "told.2.db"})
     std::ofstream(folder / name) << "";
-  EXPECT_EQ(records_in(folder / "."),
+  EXPECT_EQ(list_records(folder / "."),
             (std::set<std::string>{folder / "./soak.db", folder / "./soak.3.db", folder / "./soak.20261127.db",
                                    folder / "./gone.2.db", folder / "./told.db"}));
 }

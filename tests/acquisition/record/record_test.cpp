@@ -160,7 +160,7 @@ TEST(Record, KeepsStateOfEachSecond) {
   ASSERT_TRUE(store->append(sample, {}));
   ASSERT_TRUE(store->finish());
   EXPECT_EQ(read_record(folder / "run.db")->state, (std::vector{RunState::execute, RunState::suspended}));
-  EXPECT_EQ(read_status(folder / "run.db")->standing.state, RunState::suspended);
+  EXPECT_EQ(read_status(folder / "run.db")->overview.state, RunState::suspended);
 }
 
 TEST(Record, RestoresEachSampleExactly) {

@@ -86,7 +86,7 @@ TEST(Status, ComesFromRecordWhenRunIsFinished) {
   const auto status = read_status(folder / "run.db");
   ASSERT_TRUE(status) << text(status.error());
   EXPECT_TRUE(status->finished && !status->being_written);
-  EXPECT_EQ(status->standing.state, RunState::complete);
+  EXPECT_EQ(status->overview.state, RunState::complete);
   EXPECT_EQ(status->slot, 3);
   EXPECT_EQ(status->acknowledged, 3);
   EXPECT_EQ(status->segment, "hold");

@@ -544,12 +544,12 @@ TEST(BackgroundStore, WritesPublishedStandingToStatusFile) {
                   .faults_now = {"chamber: door"}});
   ASSERT_TRUE(store->settle(kLong));
   const auto status = status_in_file(folder / "run.db");
-  EXPECT_EQ(status.standing.state, RunState::suspended);
-  EXPECT_EQ(status.standing.cause, "the door is open");
-  EXPECT_EQ(status.standing.time_left, std::chrono::seconds(90));
-  EXPECT_EQ(status.standing.behind_plan, std::chrono::seconds(12));
-  EXPECT_EQ(status.standing.missed_set_points, 2);
-  EXPECT_EQ(status.standing.faults_now, (std::vector<std::string>{"chamber: door"}));
+  EXPECT_EQ(status.overview.state, RunState::suspended);
+  EXPECT_EQ(status.overview.cause, "the door is open");
+  EXPECT_EQ(status.overview.time_left, std::chrono::seconds(90));
+  EXPECT_EQ(status.overview.behind_plan, std::chrono::seconds(12));
+  EXPECT_EQ(status.overview.missed_set_points, 2);
+  EXPECT_EQ(status.overview.faults_now, (std::vector<std::string>{"chamber: door"}));
 }
 
 }  // namespace

@@ -45,7 +45,7 @@ struct Shown {
   profile::Profile profile;
   rig::RigFile rig;
   Sample sample;
-  RunOverview standing;
+  RunOverview overview;
   Shown() {
     profile.name = "random";
     profile.segments.resize(1);
@@ -62,13 +62,13 @@ struct Shown {
     sample.chamber = {ChamberState{.air = {-39.5}, .set_point = {-40}}, {}};
     sample.thermometers = {{Celsius{-38.25}, {}}, {failure(FaultKind::timeout, "B", "silent"), {}}};
     sample.progress.set_point = {-40};
-    standing.time_left = std::chrono::seconds(2700);
+    overview.time_left = std::chrono::seconds(2700);
   }
   [[nodiscard]] std::string text() {
     Display display(console, profile, rig);
     display.add_sample(sample);
     std::string all;
-    for (const auto& line : display.lines(sample, standing)) all += line + "\n";
+    for (const auto& line : display.lines(sample, overview)) all += line + "\n";
     return all;
   }
 };
@@ -76,8 +76,8 @@ struct Shown {
 TEST(Display, ShowsHowToResumeHeldRun) {
   Shown shown;
   EXPECT_EQ(shown.text().find("resume"), std::string::npos);
-  shown.standing.state = RunState::held;
-  shown.standing.cause = "the profile asks: switch the unit on";
+  shown.overview.state = RunState::held;
+  shown.overview.cause = "the profile asks: switch the unit on";
   EXPECT_NE(
       shown.text().find("held: the profile asks: switch the unit on\n  to continue: \"gyrotherm tell RUN.db resume\""),
       std::string::npos)
@@ -106,7 +106,7 @@ TEST(Display, ShowsNewestUnacknowledgedAlarms) {
   alarms[1].acknowledged = true;
   alarms[2].suppressed_by = "host_late";
   std::string text;
-  for (const auto& line : display.lines(shown.sample, shown.standing, alarms)) text += line + "\n";
+  for (const auto& line : display.lines(shown.sample, shown.overview, alarms)) text += line + "\n";
   EXPECT_NE(text.find("  ALARM 9 (active, 9 times): door (suspend): open\n"
                       "  ALARM 6 (returned, 6 times): door (suspend): open\n"
                       "  ALARM 5 (returned, 5 times): door (suspend): open\n"
@@ -122,7 +122,7 @@ TEST(Display, FitsIntoSixtyColumns) {
   for (std::size_t i = 0; i < 9; ++i) shown.rig.thermometers[0].calibrated[i].name = "shell-" + std::to_string(i);
   Display display(shown.console, shown.profile, shown.rig);
   std::size_t found = 0;
-  for (const auto& line : display.lines(shown.sample, shown.standing)) {
+  for (const auto& line : display.lines(shown.sample, shown.overview)) {
     if (line.find("shell-") == std::string::npos) continue;
     EXPECT_LE(line.size(), 62u) << line;
     ++found;
@@ -132,10 +132,10 @@ TEST(Display, FitsIntoSixtyColumns) {
 
 TEST(Display, ShowsStateCauseAndActiveFaults) {
   Shown shown;
-  shown.standing.state = RunState::suspended;
-  shown.standing.cause = "the chamber is silent";
-  shown.standing.behind_plan = std::chrono::seconds(65);
-  shown.standing.faults_now = {"chamber: no reply", "thermometer B: silent"};
+  shown.overview.state = RunState::suspended;
+  shown.overview.cause = "the chamber is silent";
+  shown.overview.behind_plan = std::chrono::seconds(65);
+  shown.overview.faults_now = {"chamber: no reply", "thermometer B: silent"};
   shown.sample.chamber = {failure(FaultKind::timeout, "chamber", "no reply in 500 ms"), {}};
   const auto text = shown.text();
   EXPECT_NE(text.find("suspended: the chamber is silent (1 min 05 s behind plan)"), std::string::npos) << text;

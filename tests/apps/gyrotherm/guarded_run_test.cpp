@@ -220,10 +220,11 @@ TEST_F(GuardedRun, StopSurvivesInterruptInSameSecond) {
     Background run(warm_run(path), folder / ("log" + std::to_string(tries)));
     ASSERT_TRUE(run.wait_for("\"acknowledged\": 1}", 60)) << run.output();
     const auto send = [&](const std::string& word) {
-      const auto answer = control::tell(path, control::make_request(word, "").value(), std::chrono::seconds(5));
+      const auto answer = control::send_request(path, control::make_request(word, "").value(), std::chrono::seconds(5));
       return answer && answer->done;
     };
-    const auto paused = control::tell(path, control::make_request("pause", "").value(), std::chrono::seconds(5));
+    const auto paused =
+        control::send_request(path, control::make_request("pause", "").value(), std::chrono::seconds(5));
     ASSERT_TRUE(paused) << text(paused.error());
     EXPECT_TRUE(paused->done) << paused->text;
     run.signal(SIGINT);

@@ -40,7 +40,7 @@ class UnreadPipe {
   /// Returns the text after the filling, up to and including `end`.
   [[nodiscard]] std::string read_until(const std::string& end) {
     std::string text;
-    for (char bytes[4096]; !text.ends_with(end) && ready(reader_.number(), POLLIN, Deadline(10s));) {
+    for (char bytes[4096]; !text.ends_with(end) && wait_until_ready(reader_.number(), POLLIN, Deadline(10s));) {
       const auto size = ::read(reader_.number(), bytes, sizeof bytes);
       for (ssize_t i = 0; i < size; ++i)
         if (bytes[i] != '.') text += bytes[i];
@@ -135,7 +135,7 @@ class SmallTerminal {
   /// Returns the output so far.
   [[nodiscard]] std::string shown() const {
     std::string text;
-    for (char bytes[4096]; ready(reader_.number(), POLLIN, Deadline(200ms));) {
+    for (char bytes[4096]; wait_until_ready(reader_.number(), POLLIN, Deadline(200ms));) {
       const auto size = ::read(reader_.number(), bytes, sizeof bytes);
       if (size <= 0) break;
       text.append(bytes, static_cast<std::size_t>(size));

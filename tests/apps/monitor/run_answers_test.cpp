@@ -403,7 +403,7 @@ FoundRun ended_on(const std::string& rig, const std::string& name, RunState stat
   auto run = run_on(rig, name);
   run.status.being_written = false;
   run.status.finished = true;
-  run.status.standing.state = state;
+  run.status.overview.state = state;
   run.status.alarms.resize(alarms);
   run.age_s.reset();
   return run;
@@ -443,7 +443,7 @@ TEST(Metrics, ExcludeLastValuesOfSilentProgram) {
   silent.age_s = 60;
   left.status.being_written = false;
   left.age_s.reset();
-  left.status.standing.state = RunState::held;
+  left.status.overview.state = RunState::held;
   ASSERT_TRUE(silent.is_silent() && left.is_abandoned());
   const auto text = compute_figures({run_on("three", "goes on"), silent, left});
   const std::set<std::string> known{"gyrotherm_run_up", "gyrotherm_run_second", "gyrotherm_run_alarms"};
@@ -471,9 +471,9 @@ TEST(Metrics, AreValidUtf8ForAnyRecordName) {
   FoundRun left;
   left.name = "left";
   ASSERT_TRUE(left.is_abandoned());
-  left.status.standing.state = RunState::aborted;
+  left.status.overview.state = RunState::aborted;
   EXPECT_FALSE(left.is_abandoned()) << "that was its end";
-  left.status.standing.state = RunState::aborting;
+  left.status.overview.state = RunState::aborting;
   ASSERT_TRUE(left.is_abandoned()) << "nobody knows whether the chamber was made safe";
   const auto text = metrics_text({run, left}, {.watchers = 0, .cache_bytes = 0});
   EXPECT_NE(text.find("gyrotherm_runs_going_on 1\n"), std::string::npos) << "nobody carries the other out";

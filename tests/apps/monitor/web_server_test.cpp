@@ -95,7 +95,7 @@ TEST(WebServer, StopsDuringLongAnswer) {
       WebAnswer answer;
       answer.stream = [&](const Send& send) {
         begun.set_value();
-        while (send("piece by piece") && !deadline.over()) std::this_thread::sleep_for(10ms);
+        while (send("piece by piece") && !deadline.has_passed()) std::this_thread::sleep_for(10ms);
         return true;
       };
       return answer;
@@ -103,7 +103,7 @@ TEST(WebServer, StopsDuringLongAnswer) {
     reader = std::async(std::launch::async, [&] { return page.ask("GET /", "127.0.0.1"); });
     begun.get_future().wait();
   }
-  EXPECT_FALSE(deadline.over());
+  EXPECT_FALSE(deadline.has_passed());
   reader.wait();
 }
 

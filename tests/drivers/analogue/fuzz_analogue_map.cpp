@@ -38,7 +38,7 @@ void use(AnalogueMap map, const std::uint8_t* data, std::size_t size) {
   std::vector<std::size_t> all(map.inputs.size());
   std::iota(all.begin(), all.end(), std::size_t{0});
   const auto inputs = make_modbus_analogue_inputs(std::move(map), std::move(all), "analogue input 1",
-                                                  std::make_unique<FuzzedRegisters>(data, size), virtual_pauses());
+                                                  std::make_unique<FuzzedRegisters>(data, size), make_virtual_pauses());
   (void)inputs->identify();
   (void)inputs->read();
 }

@@ -147,7 +147,7 @@ struct Unit {
     registers = made.get();
     registers->words = {{0, 1000}, {1, 2000}, {2, 3000}, {3, 4000}, {60, 0}, {61, 0}, {62, 0}, {63, 0}, {100, 4711}};
     inputs = make_modbus_analogue_inputs(std::move(map.value()), std::move(wanted), "analogue input 2", std::move(made),
-                                         virtual_pauses());
+                                         make_virtual_pauses());
   }
   tests::FakeRegisters* registers;
   std::unique_ptr<AnalogueInputs> inputs;
@@ -267,8 +267,9 @@ class Ailing final : public Registers {
 TEST(ModbusAnalogueInputs, ARegisterWithoutAValueLeavesTheOthersAlone) {
   auto text = kUnit;
   text.replace(text.find("read_at_most = 16"), 17, "read_at_most = 1");
-  const auto inputs = make_modbus_analogue_inputs(parse_analogue_map(text, "map.toml").value(), {0, 1},
-                                                  "analogue input 2", std::make_unique<Ailing>(), virtual_pauses());
+  const auto inputs =
+      make_modbus_analogue_inputs(parse_analogue_map(text, "map.toml").value(), {0, 1}, "analogue input 2",
+                                  std::make_unique<Ailing>(), make_virtual_pauses());
   const auto readings = inputs->read();
   EXPECT_FALSE(readings[0]);
   EXPECT_TRUE(readings[1]);

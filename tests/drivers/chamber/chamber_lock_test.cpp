@@ -143,8 +143,9 @@ TEST_F(ChamberLockTest, IsTakenDespiteStrangerWhoHoldsItsName) {
     const Child stranger([&] { return squat_as(place, how, kStranger); });
     const auto lock = ChamberLock::take(place, "mine.db");
     ASSERT_TRUE(lock) << how.what << ": " << text(lock.error());
-    ASSERT_EQ(lock->strangers().size(), 1u) << how.what;
-    EXPECT_EQ(lock->strangers()[0].words, fmt::format("process {} of {}", stranger.pid(), describe_user(kStranger)));
+    ASSERT_EQ(lock->unauthorised_holders().size(), 1u) << how.what;
+    EXPECT_EQ(lock->unauthorised_holders()[0].words,
+              fmt::format("process {} of {}", stranger.pid(), describe_user(kStranger)));
     EXPECT_EQ(ChamberLock::holder(place)->pid, ::getpid()) << how.what;
   }
 }

@@ -26,7 +26,7 @@ const std::filesystem::path kMaps = GYROTHERM_SOURCE_DIR "/profiles/chambers";
 RegisterMap shipped_map(const std::string& name, const std::string& power = "") {
   const auto map = parse_register_map(read_text_file((kMaps / (name + ".toml")).string()).value(), name);
   EXPECT_TRUE(map) << (map ? "" : text(map.error()));
-  return with_power_switch(*map, power).value();
+  return select_power_switch(*map, power).value();
 }
 
 /// An in-memory unit that reacts to writes. Absent registers are refused.
@@ -46,7 +46,7 @@ class ActiveUnit {
     words[static_cast<std::uint16_t>(address + 1)] = static_cast<std::uint16_t>(bits >> 16);
   }
   [[nodiscard]] std::unique_ptr<Chamber> on_map(RegisterMap map) {
-    return make_modbus_chamber(std::move(map), std::make_unique<Line>(*this), virtual_pauses());
+    return make_modbus_chamber(std::move(map), std::make_unique<Line>(*this), make_virtual_pauses());
   }
   /// Returns the words written to `address`, in order.
   [[nodiscard]] std::vector<std::uint16_t> written_to(std::uint16_t address) const {
@@ -118,7 +118,7 @@ TEST(Patterns, HaveSingleCharactersAndClasses) {
   for (const auto& one : cases) {
     for (const auto& text : one.yes) EXPECT_TRUE(matches(one.pattern, text)) << one.pattern << " " << text;
     for (const auto& text : one.no) EXPECT_FALSE(matches(one.pattern, text)) << one.pattern << " " << text;
-    EXPECT_TRUE(matches(one.pattern, example_of(one.pattern))) << one.pattern << " " << example_of(one.pattern);
+    EXPECT_TRUE(matches(one.pattern, make_example(one.pattern))) << one.pattern << " " << make_example(one.pattern);
   }
 }
 
@@ -455,8 +455,8 @@ TEST(PowerSwitch, IsNotSwitchedUnlessRigNamesIt) {
   EXPECT_TRUE(unit.written_to(16594).empty());
   EXPECT_TRUE(unit.written_to(6850).empty());
   const auto map = shipped_map("watlow_f4t");
-  EXPECT_EQ(with_power_switch(map, "event_9").error().kind, FaultKind::usage);
-  EXPECT_EQ(with_power_switch(shipped_map("binder_mb1"), "event_1").error().kind, FaultKind::usage);
+  EXPECT_EQ(select_power_switch(map, "event_9").error().kind, FaultKind::usage);
+  EXPECT_EQ(select_power_switch(shipped_map("binder_mb1"), "event_1").error().kind, FaultKind::usage);
 }
 
 TEST(F4tLimitModule, RaisesStopAlarmWhenTripped) {

@@ -43,11 +43,11 @@ TEST(WordOrderProbe, FindsTheOrderThatTheUnitIsSetTo) {
 
 TEST(WordOrderProbe, ReportsRequiredChange) {
   const auto there = float_item(WordOrder::abcd), here = float_item(WordOrder::cdab);
-  const auto wrong = in_words(probe_word_order(here, encode(there, 23.41), here, encode(there, 20)));
+  const auto wrong = describe(probe_word_order(here, encode(there, 23.41), here, encode(there, 20)));
   EXPECT_NE(wrong.find("set word_order to abcd (air 23.41 °C, set point 20.00 °C)"), std::string::npos) << wrong;
-  const auto right = in_words(probe_word_order(here, encode(here, 23.41), here, encode(here, 20)));
+  const auto right = describe(probe_word_order(here, encode(here, 23.41), here, encode(here, 20)));
   EXPECT_EQ(right, "word order cdab (air 23.41 °C, set point 20.00 °C) fits; no other does");
-  EXPECT_NE(in_words(probe_word_order(here, Words{0, 0}, here, Words{0, 0})).find("no word order gives a plausible"),
+  EXPECT_NE(describe(probe_word_order(here, Words{0, 0}, here, Words{0, 0})).find("no word order gives a plausible"),
             std::string::npos)
       << "two zeros say nothing";
   RegisterItem short_item;

@@ -170,15 +170,15 @@ TEST(RegisterMap, EachLinkHasSettingsAndAddressesOfItsOwn) {
   EXPECT_EQ(map.link.kind, LinkKind::tcp);
   EXPECT_EQ(map.link.modbus.unit, 0);
   EXPECT_EQ(map.find("u")->address, 6730);
-  const auto rtu = on_line(map, SerialLine{"/dev/ttyS0", {}}).value();
+  const auto rtu = select_link_for(map, SerialLine{"/dev/ttyS0", {}}).value();
   EXPECT_EQ(rtu.find("u")->address, 14080);
   EXPECT_EQ(rtu.link.modbus.serial.parity, SerialParity::even);
   EXPECT_EQ(rtu.link.modbus.unit, 7);
   EXPECT_EQ(rtu.link.modbus.framing, ModbusLink::Framing::rtu);
-  const auto server = on_line(rtu, TcpLine{"10.0.0.1", 0}, LinkKind::rtu_over_tcp).value();
+  const auto server = select_link_for(rtu, TcpLine{"10.0.0.1", 0}, LinkKind::rtu_over_tcp).value();
   EXPECT_EQ(server.link.modbus.port, 10001);
   EXPECT_EQ(server.find("u")->address, 14080);
-  EXPECT_EQ(on_line(server, TcpLine{"10.0.0.1", 0}).value().find("u")->address, 6730);
+  EXPECT_EQ(select_link_for(server, TcpLine{"10.0.0.1", 0}).value().find("u")->address, 6730);
   EXPECT_FALSE(select_link(good(""), LinkKind::rtu)) << "a map says which links it has";
 }
 

@@ -93,7 +93,7 @@ class TextChamber : public ::testing::Test {
     line = stream.get();
     line->answer = [this](const std::string& question) { return respond(question); };
     const auto map = parse_register_map(kMap, "test").value();
-    chamber = make_modbus_chamber(map, make_text_registers(map, std::move(stream), "test"), virtual_pauses(), {});
+    chamber = make_modbus_chamber(map, make_text_registers(map, std::move(stream), "test"), make_virtual_pauses(), {});
   }
 
   std::string respond(const std::string& question) {

@@ -75,12 +75,12 @@ TEST(FrameField, WritesOnlyItsBits) {
 
 TEST(FrameField, RejectsIncompleteTokens) {
   FrameField field{.type = FieldType::decimal};
-  EXPECT_EQ(parse_word(field, "-1.5e-3").value().real, -1.5e-3);
-  EXPECT_EQ(parse_word(field, "+2").value().real, 2);
-  for (const char* bad : {"", "+", "1.5x", "--1", "+-1", " 1", "1e999"}) EXPECT_FALSE(parse_word(field, bad)) << bad;
+  EXPECT_EQ(parse_token(field, "-1.5e-3").value().real, -1.5e-3);
+  EXPECT_EQ(parse_token(field, "+2").value().real, 2);
+  for (const char* bad : {"", "+", "1.5x", "--1", "+-1", " 1", "1e999"}) EXPECT_FALSE(parse_token(field, bad)) << bad;
   field = {.type = FieldType::signed_hexadecimal, .low_bit = 8, .bits = 8};
-  EXPECT_EQ(parse_word(field, "0080EC03").value().whole, -20);
-  EXPECT_FALSE(parse_word(field, "0080ECG3"));
+  EXPECT_EQ(parse_token(field, "0080EC03").value().whole, -20);
+  EXPECT_FALSE(parse_token(field, "0080ECG3"));
 }
 
 FrameCheck check_of(const std::string& keys) {
@@ -129,10 +129,10 @@ TEST(FrameFormat, RejectsFrameWithReservedBits) {
   const auto format = tests::shipped_stream("kvh-17xx-a").frame;
   frame[28] = std::byte{0x7F};
   write_check(format.check, frame);
-  EXPECT_TRUE(tests::Fed(format, frame).frames.empty());
+  EXPECT_TRUE(tests::DecodedStream(format, frame).frames.empty());
   frame[28] = std::byte{0x37};
   write_check(format.check, frame);
-  const tests::Fed fed(format, frame);
+  const tests::DecodedStream fed(format, frame);
   ASSERT_EQ(fed.frames.size(), 1u);
   EXPECT_TRUE(fed.frames[0].good);
   EXPECT_EQ(fed.broken_rules[0], std::vector<std::string>{"an accelerometer is invalid"});

@@ -54,7 +54,7 @@ TEST(GyroStream, DecodesThePublishedFramesOfTheKvhImus) {
   const auto format = tests::shipped_stream("kvh-17xx-a").frame;
   const auto near = [](double found, double expected) { EXPECT_NEAR(found, expected, 5e-8 * std::abs(expected)); };
   for (const auto& expected : frames) {
-    const tests::Fed fed(format, tests::from_hex(expected.bytes));
+    const tests::DecodedStream fed(format, tests::from_hex(expected.bytes));
     ASSERT_EQ(fed.frames.size(), 1u) << expected.bytes;
     const char* axes[] = {"x", "y", "z"};
     for (int i = 0; i < 3; ++i) {
@@ -70,16 +70,16 @@ TEST(GyroStream, DecodesThePublishedFramesOfTheKvhImus) {
 }
 
 TEST(GyroStream, RejectsThePublishedKvhFrameWithABadCheck) {
-  const tests::Fed fed(tests::shipped_stream("kvh-17xx-a").frame,
-                       tests::from_hex(kKvhBadCheck) + tests::from_hex(kKvh1750b));
+  const tests::DecodedStream fed(tests::shipped_stream("kvh-17xx-a").frame,
+                                 tests::from_hex(kKvhBadCheck) + tests::from_hex(kKvh1750b));
   ASSERT_EQ(fed.frames.size(), 1u);
   EXPECT_EQ(fed.frames[0].sequence, 104u);
   EXPECT_EQ(fed.rejected, 36u);
 }
 
 TEST(GyroStream, SkipsPublishedKvhTestMessage) {
-  const tests::Fed fed(tests::shipped_stream("kvh-17xx-a").frame,
-                       tests::from_hex(kKvh1750a) + tests::from_hex(kKvhTest) + tests::from_hex(kKvh1775));
+  const tests::DecodedStream fed(tests::shipped_stream("kvh-17xx-a").frame,
+                                 tests::from_hex(kKvh1750a) + tests::from_hex(kKvhTest) + tests::from_hex(kKvh1775));
   ASSERT_EQ(fed.frames.size(), 3u);
   EXPECT_EQ(fed.rejected, 0u);
   EXPECT_FALSE(fed.frames[1].axes[0].value);
@@ -87,14 +87,14 @@ TEST(GyroStream, SkipsPublishedKvhTestMessage) {
 
 TEST(GyroStream, AnyAxisMayBeTheGyro) {
   for (const auto* axis : {"x", "y", "z"}) {
-    const tests::Fed fed(tests::shipped_stream("kvh-17xx-a", {axis}).frame, tests::from_hex(kKvh1775));
+    const tests::DecodedStream fed(tests::shipped_stream("kvh-17xx-a", {axis}).frame, tests::from_hex(kKvh1775));
     EXPECT_EQ(fed.frames.at(0).axes[0].value, fed.value(std::string("gyro_") + axis));
   }
 }
 
 TEST(GyroStream, DecodesThePublishedLineOfTheDsp3000) {
-  const tests::Fed fed(tests::shipped_stream("kvh-dsp-3000-ascii").frame,
-                       tests::bytes_of("33   1\r\n       0.015733   1\r\n -1.5 0\r\n"));
+  const tests::DecodedStream fed(tests::shipped_stream("kvh-dsp-3000-ascii").frame,
+                                 tests::bytes_of("33   1\r\n       0.015733   1\r\n -1.5 0\r\n"));
   ASSERT_EQ(fed.frames.size(), 2u) << "the first line may have lost its beginning";
   EXPECT_DOUBLE_EQ(fed.frames[0].axes[0].value.value(), 0.015733);
   EXPECT_TRUE(fed.frames[0].good);
@@ -114,7 +114,7 @@ TEST(GyroStream, DecodesThePublishedLineOfARingLaserGyro) {
   } axes[] = {{"z", -215194, -516.7}, {"y", -41188, 98.9}, {"x", -9895, -23.8}};  // Y is sent negative
   for (const auto& expected : axes) {
     const auto format = tests::shipped_stream("hg1700-rawimusxa", {expected.axis}).frame;
-    const tests::Fed fed(format, tests::bytes_of(kNovatelLine));
+    const tests::DecodedStream fed(format, tests::bytes_of(kNovatelLine));
     ASSERT_EQ(fed.frames.size(), 1u);
     EXPECT_EQ(fed.frames[0].axes[0].pulses, expected.raw);
     const double arcsec = *fed.frames[0].axes[0].value * *arcsec_per(format.gyro()->unit, format.gyro()->role);
@@ -140,7 +140,7 @@ TEST(GyroStream, AcceptsSemicolonOnlyAfterShortHeader) {
       "%RAWIMUSXA,1692,484620.664;00,11,1692,484620.664389000,00801503,43110635,-817242,-202184,-215194,-41188,-9895";
   const auto taken = [&](std::string line) {
     const auto check = compute_check_value(format.check, std::as_bytes(std::span(line)).subspan(1));
-    return tests::Fed(format, tests::bytes_of(fmt::format("{}*{:08x}\r\n", line, check))).frames.size() == 1;
+    return tests::DecodedStream(format, tests::bytes_of(fmt::format("{}*{:08x}\r\n", line, check))).frames.size() == 1;
   };
   EXPECT_TRUE(taken(words));
   auto commas = words;
@@ -164,11 +164,11 @@ TEST(GyroStream, AcceptsOnlyRingLaserGyrosBehindReceiver) {
         "%RAWIMUSXA,1692,484620.664;00,{},1692,484620.664389000,00801503,43110635,-817242,-202184,-215194,-41188,-9895",
         type);
     const auto check = compute_check_value(lines.check, std::as_bytes(std::span(line)).subspan(1));
-    const tests::Fed line_fed(lines, tests::bytes_of(fmt::format("{}*{:08x}\r\n", line, check)));
+    const tests::DecodedStream line_fed(lines, tests::bytes_of(fmt::format("{}*{:08x}\r\n", line, check)));
     EXPECT_EQ(line_fed.frames.size(), is_known ? 1u : 0u) << type;
     message[13] = static_cast<std::byte>(type);
     write_check(messages.check, message);
-    EXPECT_EQ(tests::Fed(messages, message).frames.size(), is_known ? 1u : 0u) << type;
+    EXPECT_EQ(tests::DecodedStream(messages, message).frames.size(), is_known ? 1u : 0u) << type;
   }
 }
 
@@ -178,7 +178,7 @@ TEST(GyroStream, RejectsALineWithAnyOtherDigit) {
   for (std::size_t i = 1; i < line.size() - 2; ++i) {
     auto falsified = line;
     falsified[i] = falsified[i] == '7' ? '8' : '7';
-    EXPECT_TRUE(tests::Fed(format, tests::bytes_of(falsified)).frames.empty()) << i;
+    EXPECT_TRUE(tests::DecodedStream(format, tests::bytes_of(falsified)).frames.empty()) << i;
   }
 }
 
@@ -200,7 +200,7 @@ constexpr const char* kStimRevisionB =
     "97 000137 0001C7 FFFE74 00 000632 0011AD 07F445 00 FFECBC 003793 40062A 00 204F 2069 2055 00 D9 03F8 21C1E045";
 
 TEST(GyroStream, DecodesThePublishedFrameOfTheStim300) {
-  const tests::Fed fed(tests::shipped_stream("stim300").frame, tests::from_hex(kStimRevisionB));
+  const tests::DecodedStream fed(tests::shipped_stream("stim300").frame, tests::from_hex(kStimRevisionB));
   ASSERT_EQ(fed.frames.size(), 1u);
   EXPECT_EQ(fed.frames[0].axes[0].value, -396.0 / 16384);
   EXPECT_EQ(fed.value("gyro_x"), 311.0 / 16384);
@@ -216,8 +216,8 @@ TEST(GyroStream, DecodesThePublishedFrameOfTheStim300) {
 }
 
 TEST(GyroStream, DecodesGeneratedFramesOfTheStim300) {
-  const tests::Fed fed(tests::shipped_stream("stim300").frame,
-                       tests::from_hex(kStim) + tests::bytes_of("\r\n") + tests::from_hex(kStimOverload));
+  const tests::DecodedStream fed(tests::shipped_stream("stim300").frame,
+                                 tests::from_hex(kStim) + tests::bytes_of("\r\n") + tests::from_hex(kStimOverload));
   ASSERT_EQ(fed.frames.size(), 2u);
   EXPECT_EQ(fed.rejected, 0u);
   EXPECT_EQ(fed.value("gyro_x"), 1);
@@ -231,7 +231,7 @@ TEST(GyroStream, DecodesGeneratedFramesOfTheStim300) {
 }
 
 TEST(GyroStream, DecodesGeneratedFramesOfTheHg4930) {
-  const tests::Fed fed(
+  const tests::DecodedStream fed(
       tests::shipped_stream("hg4930").frame,
       tests::from_hex("0E01640038FF2C01E8030000FFFF02005555145B") +
           tests::from_hex("0E02640038FF2C01E8030000FFFF01005555E803000030F8FFFF711B0D00010000000200000003000000AE73"));
@@ -244,7 +244,7 @@ TEST(GyroStream, DecodesGeneratedFramesOfTheHg4930) {
 }
 
 TEST(GyroStream, DecodesAGeneratedFrameOfTheHg1120) {
-  const tests::Fed fed(
+  const tests::DecodedStream fed(
       tests::shipped_stream("hg1120").frame,
       tests::from_hex("0E050000000000000000000000000000000000000000000007000000F8FFFFFF0900000001000000020000000300"
                       "00001B05"));
@@ -256,7 +256,7 @@ TEST(GyroStream, DecodesGeneratedFramesOfTheDsp3000) {
   // End of a frame that began earlier.
   std::vector<std::byte> bytes = tests::from_hex("00 39");
   for (int i = 0; i < 60; ++i) bytes = bytes + tests::from_hex(i % 2 == 0 ? "8FFFFFE7" : "8C003039");
-  const tests::Fed fed(tests::shipped_stream("kvh-dsp-3000-binary").frame, bytes);
+  const tests::DecodedStream fed(tests::shipped_stream("kvh-dsp-3000-binary").frame, bytes);
   ASSERT_EQ(fed.frames.size(), 60u);
   EXPECT_EQ(fed.rejected, 2u);
   EXPECT_EQ(fed.frames[0].axes[0].pulses, -25);
@@ -273,7 +273,7 @@ TEST(GyroStream, DecodesGeneratedFramesOfTheDsp1750) {
   };
   std::vector<std::byte> bytes = tests::from_hex("00 00 08");
   for (int i = 0; i < 20; ++i) bytes = bytes + frame(i);
-  const tests::Fed fed(tests::shipped_stream("kvh-dsp-1750").frame, bytes);
+  const tests::DecodedStream fed(tests::shipped_stream("kvh-dsp-1750").frame, bytes);
   ASSERT_EQ(fed.frames.size(), 20u);
   EXPECT_EQ(fed.rejected, 3u);
   EXPECT_DOUBLE_EQ(fed.frames[0].axes[0].value.value(), -2097 * 1000.0 / 2097152);
@@ -281,11 +281,11 @@ TEST(GyroStream, DecodesGeneratedFramesOfTheDsp1750) {
 
   // A missing count drops the lock.
   bytes.erase(bytes.begin() + 3 + 6 * 15, bytes.begin() + 3 + 6 * 16);
-  EXPECT_EQ(tests::Fed(tests::shipped_stream("kvh-dsp-1750").frame, bytes).frames.size(), 15u);
+  EXPECT_EQ(tests::DecodedStream(tests::shipped_stream("kvh-dsp-1750").frame, bytes).frames.size(), 15u);
 }
 
 TEST(GyroStream, DecodesAGeneratedMessageOfTheVectorNav) {
-  const tests::Fed fed(
+  const tests::DecodedStream fed(
       tests::shipped_stream("vectornav").frame,
       tests::from_hex("FA01010C081A99BE1C0000000000803E000000BF0000003E0000FC410080CA420AD7233C0000003F000080BE0000"
                       "803A0AD7233C0AD7A33C8FC2F53CC3A0"));
@@ -297,22 +297,23 @@ TEST(GyroStream, DecodesAGeneratedMessageOfTheVectorNav) {
 }
 
 TEST(GyroStream, DecodesGeneratedFramesOfKvhFormatsBAndC) {
-  const tests::Fed b(
+  const tests::DecodedStream b(
       tests::shipped_stream("kvh-17xx-b").frame,
       tests::from_hex("FE81FF563727C5ACB7A7C5AC3800000000000000000000003F800000EE6B28007705FFD8CAD73754"));
   ASSERT_EQ(b.frames.size(), 1u);
   EXPECT_EQ(b.frames[0].axes[0].value, 3.0517578125e-05);
   EXPECT_EQ(b.frames[0].timestamp, 4'000'000'000u);
   EXPECT_EQ(b.housekeeping("temperature"), -40.0);
-  const tests::Fed c(tests::shipped_stream("kvh-17xx-c").frame,
-                     tests::from_hex("FE81FF573727C5ACB7A7C5AC3800000000000000000000003F80000041BC000077070A95717D"));
+  const tests::DecodedStream c(
+      tests::shipped_stream("kvh-17xx-c").frame,
+      tests::from_hex("FE81FF573727C5ACB7A7C5AC3800000000000000000000003F80000041BC000077070A95717D"));
   ASSERT_EQ(c.frames.size(), 1u);
   EXPECT_EQ(c.housekeeping("magnetic_z"), 23.5);
   EXPECT_TRUE(std::isnan(c.housekeeping("temperature")));
 }
 
 TEST(GyroStream, DecodesGeneratedMessagesOfARingLaserGyro) {
-  const tests::Fed fed(
+  const tests::DecodedStream fed(
       tests::shipped_stream("hg1700-rawimusx").frame,
       tests::from_hex("AA441304E7039C0601000000010203045EF82C73") +  // another message of the receiver
           tests::from_hex("AA441328B6059C0678B9E21C000B9C060B9755A832941D4103158000EBD09102A687F3FF38EAFCFF66B7FCFF1"
@@ -345,7 +346,7 @@ TEST(GyroStream, EveryShippedDescriptionReadsBackWhatItEncodes) {
                             .good = i % 3 != 0};
       bytes = bytes + encode_frame(stream.frame, frame) + stream.frame.tail;
     }
-    const tests::Fed fed(stream.frame, bytes);
+    const tests::DecodedStream fed(stream.frame, bytes);
     ASSERT_EQ(fed.frames.size(), kFrames) << name;
     for (std::size_t i = 0; i < kFrames; ++i) {
       if (is_real(stream.frame.gyro()->type))

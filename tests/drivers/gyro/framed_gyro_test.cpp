@@ -93,7 +93,7 @@ TEST_F(FramedGyro, NoPulseIsCountedTwiceOrLost) {
 }
 
 TEST_F(FramedGyro, FramesMayComeByteByByte) {
-  line->in_pieces_of(1);
+  line->limit_read_size(1);
   send(1);
   ASSERT_TRUE(gyro->wait_for_origin());
   send(10);

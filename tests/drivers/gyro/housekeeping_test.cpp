@@ -19,7 +19,8 @@ namespace {
 const std::vector<std::string> kAxes{"x", "y", "z"};
 constexpr double kAbsent = std::numeric_limits<double>::quiet_NaN();
 
-void expect_housekeeping(const tests::Fed& fed, std::size_t frame, const std::map<std::string, double>& expected) {
+void expect_housekeeping(const tests::DecodedStream& fed, std::size_t frame,
+                         const std::map<std::string, double>& expected) {
   for (const auto& [name, value] : expected) {
     const double found = fed.housekeeping(name, frame);
     if (std::isnan(value))
@@ -29,7 +30,7 @@ void expect_housekeeping(const tests::Fed& fed, std::size_t frame, const std::ma
   }
 }
 
-void expect_axes(const tests::Fed& fed, std::size_t frame, const std::vector<double>& expected) {
+void expect_axes(const tests::DecodedStream& fed, std::size_t frame, const std::vector<double>& expected) {
   const auto& axes = fed.frames.at(frame).axes;
   ASSERT_EQ(axes.size(), expected.size());
   for (std::size_t i = 0; i < axes.size(); ++i)
@@ -74,8 +75,9 @@ TEST(GyroHousekeeping, IsTheSameWhicheverAxesAreAskedFor) {
 
 TEST(GyroHousekeeping, AxesComeInTheOrderAskedFor) {
   const auto format = tests::shipped_stream("kvh-17xx-a", {"z", "x"}).frame;
-  const tests::Fed fed(format, tests::from_hex("FE81FF55 37A96A6E 38586C1F B75BF862 BF803E78 BB650D28 3B0A37AC 77 3D "
-                                               "0028 4BFA34D8"));
+  const tests::DecodedStream fed(format,
+                                 tests::from_hex("FE81FF55 37A96A6E 38586C1F B75BF862 BF803E78 BB650D28 3B0A37AC 77 3D "
+                                                 "0028 4BFA34D8"));
   expect_axes(fed, 0, {-1.3111248e-5, 2.0195930e-5});
   EXPECT_EQ(fed.value("gyro_y"), static_cast<double>(5.1599109e-5f));
   EXPECT_TRUE(std::isnan(fed.housekeeping("gyro_y"))) << "an axis that was not asked for is no housekeeping";
@@ -86,7 +88,7 @@ TEST(GyroHousekeeping, OfTheKvhImus) {
   auto bytes = tests::from_hex("FE81FF5537A96A6E38586C1FB75BF862BF803E78BB650D283B0A37AC773D00284BFA34D8");
   const auto flagged = tests::from_hex("FE81FF5537A96A6E38586C1FB75BF862BF803E78BB650D283B0A37AC673D0028BCEE197B");
   bytes.insert(bytes.end(), flagged.begin(), flagged.end());
-  const tests::Fed fed(tests::shipped_stream("kvh-17xx-a", kAxes).frame, bytes);
+  const tests::DecodedStream fed(tests::shipped_stream("kvh-17xx-a", kAxes).frame, bytes);
   ASSERT_EQ(fed.frames.size(), 2u);
   for (const std::size_t frame : {0u, 1u}) {
     expect_axes(fed, frame, {2.0195930e-5, 5.1599109e-5, -1.3111248e-5});
@@ -110,7 +112,7 @@ TEST(GyroHousekeeping, ReadsKvhFormatCInTurn) {
     const auto one = tests::from_hex(frame);
     bytes.insert(bytes.end(), one.begin(), one.end());
   }
-  const tests::Fed fed(tests::shipped_stream("kvh-17xx-c", kAxes).frame, bytes);
+  const tests::DecodedStream fed(tests::shipped_stream("kvh-17xx-c", kAxes).frame, bytes);
   ASSERT_EQ(fed.frames.size(), 4u);
   const std::pair<const char*, double> turns[] = {
       {"temperature", 23.5}, {"magnetic_x", 0.25}, {"magnetic_y", -0.5}, {"magnetic_z", 0.125}};
@@ -130,7 +132,7 @@ TEST(GyroHousekeeping, OfARingLaserGyro) {
       "*a5db8c7b\r\n"
       "%RAWIMUSXA,1692,484620.664;00,11,1692,484620.664389000,0080EC43,43110635,-817242,-202184,-215194,-41188,-9895"
       "*0c63ba86\r\n";
-  const tests::Fed fed(tests::shipped_stream("hg1700-rawimusxa", kAxes).frame, tests::bytes_of(lines));
+  const tests::DecodedStream fed(tests::shipped_stream("hg1700-rawimusxa", kAxes).frame, tests::bytes_of(lines));
   ASSERT_EQ(fed.frames.size(), 2u);
   const double g =
       std::hypot(fed.housekeeping("velocity_x"), fed.housekeeping("velocity_y"), fed.housekeeping("velocity_z")) * 100;
@@ -153,9 +155,10 @@ TEST(GyroHousekeeping, OfARingLaserGyro) {
 
 /// Binary message with the same numbers.
 TEST(GyroHousekeeping, OfARingLaserGyroInBinary) {
-  const tests::Fed fed(tests::shipped_stream("hg1700-rawimusx", kAxes).frame,
-                       tests::from_hex("AA441328B6059C0678B9E21C000B9C060B9755A832941D4103158000EBD09102A687F3FF38EAFC"
-                                       "FF66B7FCFF1C5FFFFF59D9FFFF475FAFBA"));
+  const tests::DecodedStream fed(
+      tests::shipped_stream("hg1700-rawimusx", kAxes).frame,
+      tests::from_hex("AA441328B6059C0678B9E21C000B9C060B9755A832941D4103158000EBD09102A687F3FF38EAFC"
+                      "FF66B7FCFF1C5FFFFF59D9FFFF475FAFBA"));
   ASSERT_EQ(fed.frames.size(), 1u);
   expect_axes(fed, 0, {-9895 * 0x1p-33, 41188 * 0x1p-33, -215194 * 0x1p-33});
   expect_housekeeping(fed, 0, {{"temperature", 21}, {"velocity_z", 43110635 * 0x1p-27 * 0.3048}});
@@ -167,7 +170,7 @@ TEST(GyroHousekeeping, OfTheStim300DependsOnItsMessage) {
       "1802BC598CE652");
   const auto small = tests::from_hex("94004000FFC000FFFF850014801482F5C0001001F463BD8987");
   bytes.insert(bytes.end(), small.begin(), small.end());
-  const tests::Fed fed(tests::shipped_stream("stim300", kAxes).frame, bytes);
+  const tests::DecodedStream fed(tests::shipped_stream("stim300", kAxes).frame, bytes);
   ASSERT_EQ(fed.frames.size(), 2u);
   expect_axes(fed, 0, {1, -0.5, 40.0 / 16384});
   expect_housekeeping(fed, 0,
@@ -200,7 +203,7 @@ TEST(GyroHousekeeping, OfTheStim300DependsOnItsMessage) {
 }
 
 TEST(GyroHousekeeping, OfTheVectorNav) {
-  const tests::Fed fed(
+  const tests::DecodedStream fed(
       tests::shipped_stream("vectornav", kAxes).frame,
       tests::from_hex("FA01010C081A99BE1C0000000000803E000000BF0000003E0000FC410080CA420AD7233C0000003F000080BE0000"
                       "803A0AD7233C0AD7A33C8FC2F53CC3A0"));
@@ -226,7 +229,7 @@ TEST(GyroHousekeeping, OfTheHg4930) {
   const auto start_data = tests::from_hex("0E01640038FF2C01E8030000FFFF06001702DA07");
   bytes.insert(bytes.end(), increments.begin(), increments.end());
   bytes.insert(bytes.end(), start_data.begin(), start_data.end());
-  const tests::Fed fed(tests::shipped_stream("hg4930", kAxes).frame, bytes);
+  const tests::DecodedStream fed(tests::shipped_stream("hg4930", kAxes).frame, bytes);
   ASSERT_EQ(fed.frames.size(), 3u);
   EXPECT_FALSE(fed.frames[0].axes[2].value);
   expect_housekeeping(fed, 0,
@@ -245,7 +248,7 @@ TEST(GyroHousekeeping, OfTheHg4930) {
 }
 
 TEST(GyroHousekeeping, OfTheHg1120) {
-  const tests::Fed fed(
+  const tests::DecodedStream fed(
       tests::shipped_stream("hg1120", kAxes).frame,
       tests::from_hex("0E05640038FF2C01004000C00000E80318FC0000430034121B430000C979FFFF711B0D0000000010000000000000"
                       "00F0AEF0"));
@@ -284,7 +287,7 @@ TEST(GyroHousekeeping, IsReadBackAsEncoded) {
       bytes.insert(bytes.end(), one.begin(), one.end());
       bytes.insert(bytes.end(), format.tail.begin(), format.tail.end());
     }
-    const tests::Fed fed(format, bytes);
+    const tests::DecodedStream fed(format, bytes);
     ASSERT_EQ(fed.frames.size(), count) << name;
     read_back += values.size();
     for (std::size_t i = 0; i < values.size(); ++i) {
@@ -299,7 +302,7 @@ TEST(GyroHousekeeping, IsReadBackAsEncoded) {
 TEST(GyroHousekeeping, SaturatesAtFieldLimits) {
   const auto format = tests::shipped_stream("hg1700-rawimusx").frame;
   for (const auto& [sent, read] : {std::pair(300.0, 127.0), std::pair(-300.0, -128.0)})
-    EXPECT_EQ(tests::Fed(format, encode_frame(format, {.values = {sent}})).housekeeping("temperature"), read);
+    EXPECT_EQ(tests::DecodedStream(format, encode_frame(format, {.values = {sent}})).housekeeping("temperature"), read);
 }
 
 constexpr const char* kHead = "[frame]\nname = \"f\"\nsync = [1]\nlength = 16\n";

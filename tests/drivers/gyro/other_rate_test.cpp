@@ -135,7 +135,7 @@ TEST(ForeignBytes, AreReportedWithCountAndFirstBytes) {
         // Bytes without a check that count 0, 0, … do not lock.
         if (name == "kvh-dsp-1750" && bytes == &zeros) continue;
         auto made = std::make_unique<tests::FakeStream>();
-        made->in_pieces_of(piece);
+        made->limit_read_size(piece);
         made->say(*bytes);
         const auto gyro = make_framed_gyro(tests::shipped_stream(name).frame, std::move(made), milliseconds(100));
         const auto taken = gyro->wait_for_origin();

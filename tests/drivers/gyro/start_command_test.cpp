@@ -151,14 +151,14 @@ TEST(GyroStream, ListsSettingsOfEveryShippedStream) {
 
 TEST(GyroStream, DescribesWhichOfItsSettingsAreVerified) {
   const auto settings = tests::shipped_stream("stim300").settings;
-  const auto asked = in_words(settings, true), unasked = in_words(settings, false);
+  const auto asked = describe(settings, true), unasked = describe(settings, false);
   EXPECT_TRUE(asked.starts_with("settings verified: gyro output: rate, sample rate: 250 Hz; settings NOT verified: "))
       << asked;
   EXPECT_TRUE(
       unasked.starts_with("settings verified: sample rate: 250 Hz; settings NOT verified: gyro output: rate "
                           "(the gyro was not queried)"))
       << unasked;
-  EXPECT_EQ(in_words({}, true), "");
+  EXPECT_EQ(describe({}, true), "");
 }
 
 TEST(GyroStream, RefusesUnverifiableSetting) {

@@ -19,7 +19,7 @@ TEST(HidLine, FailsAndRestsIfDeviceIsMissing) {
 }
 
 TEST(HidLine, ListsEachDeviceOnce) {
-  const auto devices = hid_devices();
+  const auto devices = list_hid_devices();
   for (std::size_t i = 1; i < devices.size(); ++i) EXPECT_LT(devices[i - 1].path, devices[i].path);
 }
 

@@ -71,10 +71,10 @@ TEST(LineAddress, FormatsAddressForParsing) {
 }
 
 TEST(LineAddress, BytesAreCarriedByTcpAndSerialLines) {
-  EXPECT_TRUE(carries_bytes(parse_line("10.0.0.7").value()));
-  EXPECT_TRUE(carries_bytes(parse_line("serial:/dev/ttyS0").value()));
-  EXPECT_FALSE(carries_bytes(parse_line("hid:").value()));
-  EXPECT_FALSE(carries_bytes(parse_line("virtual").value()));
+  EXPECT_TRUE(is_byte_line(parse_line("10.0.0.7").value()));
+  EXPECT_TRUE(is_byte_line(parse_line("serial:/dev/ttyS0").value()));
+  EXPECT_FALSE(is_byte_line(parse_line("hid:").value()));
+  EXPECT_FALSE(is_byte_line(parse_line("virtual").value()));
 }
 
 TEST(SerialFormat, ACharacterHasAStartBitItsDataParityAndStopBits) {

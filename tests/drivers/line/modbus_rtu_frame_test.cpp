@@ -33,12 +33,12 @@ struct Golden {
 void expect_golden(const Golden& golden) {
   const auto& request = golden.request;
   EXPECT_EQ(tests::format_hex(encode_rtu_request(request)), golden.asked);
-  const auto heard = decode_rtu_request(tests::bytes_of_hex(golden.asked));
+  const auto heard = decode_rtu_request(tests::parse_hex_bytes(golden.asked));
   ASSERT_TRUE(heard) << golden.asked;
-  EXPECT_EQ(encode_rtu_request(*heard), tests::bytes_of_hex(golden.asked));
+  EXPECT_EQ(encode_rtu_request(*heard), tests::parse_hex_bytes(golden.asked));
   if (*golden.answered == '\0') return;
   EXPECT_EQ(tests::format_hex(encode_rtu_reply(request, golden.words)), golden.answered);
-  const auto answer = decode_rtu_answer(request, tests::bytes_of_hex(golden.answered));
+  const auto answer = decode_rtu_answer(request, tests::parse_hex_bytes(golden.answered));
   ASSERT_TRUE(answer) << golden.answered << " " << text(answer.error());
   EXPECT_EQ(answer->words, golden.words) << golden.answered;
   EXPECT_EQ(answer->exception, 0);
@@ -103,7 +103,7 @@ TEST(ModbusRtuFrame, ALoopBackReturnsItsNumber) {
 // Modbus Application Protocol V1.1b3, section 6.1: coils 20 to 38.
 TEST(ModbusRtuFrame, ReadsBitsFromTheLowestUp) {
   const ModbusRequest coils{.unit = 1, .function = read_coils, .address = 19, .count = 19};
-  auto reply = tests::bytes_of_hex("01 01 03 CD 6B 05");
+  auto reply = tests::parse_hex_bytes("01 01 03 CD 6B 05");
   append_rtu_crc(reply);
   const Words bits{1, 0, 1, 1, 0, 0, 1, 1, 1, 1, 0, 1, 0, 1, 1, 0, 1, 0, 1};
   EXPECT_EQ(decode_rtu_answer(coils, reply)->words, bits);
@@ -131,12 +131,14 @@ TEST(ModbusRtuFrame, AReadByThreeIsAnsweredByFourOnlyWhereTheUnitDoesSo) {
 
 TEST(ModbusRtuFrame, RejectsReplyByFirstBytes) {
   const auto asked = read_of(1, 60, 2);
-  const auto fault = [&](const char* bytes) { return rtu_answer_size(asked, tests::bytes_of_hex(bytes)).error().what; };
+  const auto fault = [&](const char* bytes) {
+    return rtu_answer_size(asked, tests::parse_hex_bytes(bytes)).error().what;
+  };
   EXPECT_EQ(fault("02"), "unit of the reply is 2, expected 1");
   EXPECT_EQ(fault("01 06"), "function of the reply is 6, expected 3");
   EXPECT_EQ(fault("01 03 02"), "byte count of the reply is 2, expected 4");
-  EXPECT_FALSE(*rtu_answer_size(asked, tests::bytes_of_hex("01")));
-  EXPECT_EQ(rtu_answer_size(asked, tests::bytes_of_hex("01 03"))->value(), 9u);
+  EXPECT_FALSE(*rtu_answer_size(asked, tests::parse_hex_bytes("01")));
+  EXPECT_EQ(rtu_answer_size(asked, tests::parse_hex_bytes("01 03"))->value(), 9u);
 }
 
 // The published answers above, among bytes of an idle bus and of other units.
@@ -148,18 +150,18 @@ TEST(ModbusRtuFrame, FindsPublishedAnswersAmongNoise) {
       {read_of(0, 0, 1), "", "00 03 02 08 98 83 EE", {2200}},
       {switch_of(0, 1), "", "00 05 00 01 FF 00 DC 2B", {}},
   };
-  const auto other = tests::bytes_of_hex("07 03 02 00 EC 31 C9");  // another unit
+  const auto other = tests::parse_hex_bytes("07 03 02 00 EC 31 C9");  // another unit
   std::size_t found_again = 0;
   for (const auto& golden : published)
     for (const std::string before : {"", "FF", "00", "FF 00", "01", "01 03", "07 03 02 00 EC 31 C9"})
       for (const std::string after : {"", "00", "FF FF", "07 03 02 00 EC 31 C9"}) {
-        const auto bytes = tests::bytes_of_hex((before + " " + golden.answered + " " + after).c_str());
-        const auto start = tests::bytes_of_hex(before.c_str()).size();
+        const auto bytes = tests::parse_hex_bytes((before + " " + golden.answered + " " + after).c_str());
+        const auto start = tests::parse_hex_bytes(before.c_str()).size();
         const auto found = find_rtu_answer(golden.request, bytes);
         ASSERT_TRUE(found.answer) << before << " | " << golden.answered << ": " << found.fault.what;
         EXPECT_EQ(found.answer->words, golden.words);
         EXPECT_EQ(found.begin, start);
-        EXPECT_EQ(found.end, start + tests::bytes_of_hex(golden.answered).size());
+        EXPECT_EQ(found.end, start + tests::parse_hex_bytes(golden.answered).size());
         ++found_again;
       }
   EXPECT_EQ(found_again, published.size() * 7 * 4);
@@ -169,15 +171,15 @@ TEST(ModbusRtuFrame, FindsPublishedAnswersAmongNoise) {
 TEST(ModbusRtuFrame, WaitsForPartialAnswerNotForNoise) {
   const auto asked = read_of(1, 60, 2);
   const auto has_begun = [&](const char* bytes) {
-    return find_rtu_answer(asked, tests::bytes_of_hex(bytes)).has_partial_frame;
+    return find_rtu_answer(asked, tests::parse_hex_bytes(bytes)).has_partial_frame;
   };
   EXPECT_TRUE(has_begun("FF 01 03 04"));
   EXPECT_TRUE(has_begun("01 83 02"));
   EXPECT_FALSE(has_begun("FF"));
   EXPECT_FALSE(has_begun("01 03"));
   EXPECT_FALSE(has_begun("01 03 02 00 EC B9 C9")) << "an answer to another request";
-  EXPECT_EQ(find_rtu_answer(asked, tests::bytes_of_hex("FF 02")).fault.what, "unit of the reply is 255, expected 1");
-  EXPECT_EQ(find_rtu_answer(asked, tests::bytes_of_hex("FF 01 03 04 01 90 01 49 FA 44")).fault.what,
+  EXPECT_EQ(find_rtu_answer(asked, tests::parse_hex_bytes("FF 02")).fault.what, "unit of the reply is 255, expected 1");
+  EXPECT_EQ(find_rtu_answer(asked, tests::parse_hex_bytes("FF 01 03 04 01 90 01 49 FA 44")).fault.what,
             "the reply has a wrong CRC");
 }
 
@@ -207,14 +209,14 @@ TEST(ModbusRtuServer, TakesFramesFromAStreamOneByOne) {
   for (std::size_t size = 0; size < frame.size(); ++size)
     EXPECT_FALSE(*rtu_request_size(std::span(frame).first(size))) << size;
   EXPECT_EQ(rtu_request_size(frame)->value(), frame.size());
-  EXPECT_EQ(rtu_request_size(tests::bytes_of_hex("01 07 00")).error().kind, FaultKind::corrupted);
+  EXPECT_EQ(rtu_request_size(tests::parse_hex_bytes("01 07 00")).error().kind, FaultKind::corrupted);
 }
 
 TEST(ModbusRtuServer, IgnoresWrongCrcAndAnswersWrongRequestByException) {
   auto frame = encode_rtu_request(read_of(1, 0, 1));
   frame.back() ^= std::byte{1};
   EXPECT_EQ(decode_rtu_request(frame).error().kind, FaultKind::corrupted);
-  auto none = tests::bytes_of_hex("01 03 00 00 00 00");
+  auto none = tests::parse_hex_bytes("01 03 00 00 00 00");
   append_rtu_crc(none);
   EXPECT_EQ(decode_rtu_request(none).error().kind, FaultKind::refused);
   EXPECT_EQ(decode_rtu_request(none).error().what, "3");

@@ -35,7 +35,7 @@ TEST_F(ModbusRtuNoise, FindsTheReplyBetweenBytesOfAnIdleBus) {
         link.unit = number;
         connect(link);
         unit = [&](int, const ModbusRequest& request, const Bytes&) {
-          line->arrive(kSoon, joined(tests::bytes_of_hex(before), good(request), tests::bytes_of_hex(after)));
+          line->arrive(kSoon, joined(tests::parse_hex_bytes(before), good(request), tests::parse_hex_bytes(after)));
         };
         asked_at.clear();
         expect_every_function_works(*registers);
@@ -154,8 +154,8 @@ TEST_F(ModbusRtuEcho, IsReadIfLinkExpectsIt) {
     for (const char* noise : {"", "FF", "00 00"}) {
       connect(link);
       unit = [&](int, const ModbusRequest& request, const Bytes& frame) {
-        line->arrive({}, joined(tests::bytes_of_hex(noise), frame));
-        line->arrive(milliseconds(delay_ms), joined(tests::bytes_of_hex(noise), good(request)));
+        line->arrive({}, joined(tests::parse_hex_bytes(noise), frame));
+        line->arrive(milliseconds(delay_ms), joined(tests::parse_hex_bytes(noise), good(request)));
       };
       asked_at.clear();
       expect_every_function_works(*registers);

@@ -65,7 +65,7 @@ TEST_F(ModbusRtu, EndsIncompleteReplyEarly) {
 }
 
 TEST_F(ModbusRtu, DiscardsUnreadBytesBeforeRequest) {
-  line->arrive({}, tests::bytes_of_hex("01 03 02 00 EC B9 C9"));
+  line->arrive({}, tests::parse_hex_bytes("01 03 02 00 EC B9 C9"));
   EXPECT_EQ(registers->read(kHolding, 60, 1).value(), Words{60});
   EXPECT_EQ(registers->read(kHolding, 61, 1).value(), Words{61});
 }

@@ -56,7 +56,7 @@ class MemoryConnection final : public FrameConnection {
     }
     return size;
   }
-  bool silent_for(Duration time) override {
+  bool is_silent_for(Duration time) override {
     std::array<std::byte, 1> any;
     if (line_) return !line_->read(any, time);
     clock_.advance(time);

@@ -159,7 +159,7 @@ TEST(ModbusTcp, ASilentUnitIsATimeoutWithinTheLimit) {
   EXPECT_NE(text(words.error()).find("unit 1 read 2782+2: no reply in 60 ms"), std::string::npos)
       << text(words.error());
   EXPECT_EQ(unit.requests(), 3);
-  EXPECT_FALSE(soon.over());
+  EXPECT_FALSE(soon.has_passed());
 }
 
 TEST(ModbusTcp, EndsExchangeWithUnitThatSendsSlowly) {
@@ -167,7 +167,7 @@ TEST(ModbusTcp, EndsExchangeWithUnitThatSendsSlowly) {
   const auto client = unit.client();
   const Deadline soon(milliseconds(900));
   EXPECT_EQ(client->read(kHolding, 1, 1).error().kind, FaultKind::timeout);
-  EXPECT_FALSE(soon.over());
+  EXPECT_FALSE(soon.has_passed());
 }
 
 TEST(ModbusTcp, AcceptsMiscountedReplyIfLinkPermits) {

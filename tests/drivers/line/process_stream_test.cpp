@@ -46,7 +46,7 @@ bool is_gone(pid_t process) {
     std::string number, name, state;
     return (file >> number >> name >> state) && state != "Z";
   };
-  for (const Deadline deadline(5s); !deadline.over(); std::this_thread::sleep_for(10ms))
+  for (const Deadline deadline(5s); !deadline.has_passed(); std::this_thread::sleep_for(10ms))
     if (!runs()) return true;
   return false;
 }
@@ -160,7 +160,7 @@ TEST(ProcessStream, KillsChildrenOfEndedProgram) {
   ProcessStream line(shell("sleep 1000 & echo $! > " + file + "; echo here; read word; exit 1"));
   EXPECT_EQ(hear(line).value(), "here\n");
   ASSERT_TRUE(say(line, "go\n"));
-  for (const Deadline deadline(5s); !deadline.over();)
+  for (const Deadline deadline(5s); !deadline.has_passed();)
     if (const auto next = hear(line, 100ms); !next && next.error().kind == FaultKind::disconnected) break;
   EXPECT_TRUE(is_gone(number_in(file))) << "although it holds the line open";
 }

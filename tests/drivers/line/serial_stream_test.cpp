@@ -79,7 +79,7 @@ TEST(SerialStream, AnUnpluggedLineIsDisconnectedAtOnce) {
   EXPECT_EQ(read_text(*stream, kPatient).error().what, "failed before, next try in 0.5 s");
   stream->end_rest();
   EXPECT_EQ(read_text(*stream, kPatient).error().what, "no such device") << "tried at once";
-  EXPECT_FALSE(soon.over());
+  EXPECT_FALSE(soon.has_passed());
 }
 
 TEST(SerialStream, AWriteToAnUnpluggedLineIsDisconnected) {

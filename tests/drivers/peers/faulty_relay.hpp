@@ -64,7 +64,7 @@ class FaultyRelay {
   }
 
   bool pass_on_one(int client, int server) {
-    if (!ready(client, POLLIN, Deadline(kLookUpEvery))) return true;
+    if (!wait_until_ready(client, POLLIN, Deadline(kLookUpEvery))) return true;
     Bytes request(512);
     const auto size = read(client, request.data(), request.size());
     if (size <= 0) return false;
@@ -72,7 +72,7 @@ class FaultyRelay {
     const Deadline asked(timeout_);
     auto reply = query(server, request);
     // Later than the faults made here.
-    if (reply.empty() || asked.over()) return true;
+    if (reply.empty() || asked.has_passed()) return true;
     return answer(client, std::move(reply));
   }
 
@@ -80,7 +80,7 @@ class FaultyRelay {
     if (write(server, request.data(), request.size()) < 0) return {};
     Bytes reply;
     const Deadline patience(std::chrono::seconds(2));
-    while (ready(server, POLLIN, patience)) {
+    while (wait_until_ready(server, POLLIN, patience)) {
       std::array<std::byte, 512> more;
       const auto size = read(server, more.data(), more.size());
       if (size <= 0) return {};
@@ -111,7 +111,7 @@ class FaultyRelay {
     return say(client, Bytes(reply.begin() + cut, reply.end()));
   }
 
-  static void pause(Duration time) { (void)ready(kNoDescriptor, POLLIN, Deadline(time)); }
+  static void pause(Duration time) { (void)wait_until_ready(kNoDescriptor, POLLIN, Deadline(time)); }
   static bool say(int client, const Bytes& bytes) {
     return bytes.empty() || write(client, bytes.data(), bytes.size()) >= 0;
   }

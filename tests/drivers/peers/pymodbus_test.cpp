@@ -82,7 +82,7 @@ auto rested(const Call& call) {
   while (true) {
     auto result = call();
     if (result || !result.error().what.starts_with("failed before")) return result;
-    (void)ready(kNoDescriptor, POLLIN, Deadline(milliseconds(20)));
+    (void)wait_until_ready(kNoDescriptor, POLLIN, Deadline(milliseconds(20)));
   }
 }
 
@@ -210,7 +210,7 @@ TEST_F(Pymodbus, NeverReturnsWrongValueOnTcp) {
   const auto port = listening.second;
   const FaultyRelay relay(
       [&] {
-        return ready(listening.first.number(), POLLIN, Deadline(milliseconds(20)))
+        return wait_until_ready(listening.first.number(), POLLIN, Deadline(milliseconds(20)))
                    ? Descriptor(accept(listening.first.number(), nullptr, nullptr))
                    : Descriptor();
       },

@@ -131,7 +131,7 @@ TEST_F(DconThermometer, AnExchangedModuleIsAskedAgain) {
 }
 
 TEST_F(DconThermometer, AnAnswerMayComeByteByByte) {
-  line->in_pieces_of(1);
+  line->limit_read_size(1);
   EXPECT_TRUE(bank->read()[0]);
 }
 

@@ -101,7 +101,7 @@ TEST_F(Lakeshore218, ReadsAllInputsWithOneQuery) {
 }
 
 TEST_F(Lakeshore218, AReplyMayComeByteByByte) {
-  line->in_pieces_of(1);
+  line->limit_read_size(1);
   EXPECT_TRUE(bank->read()[7]);
 }
 

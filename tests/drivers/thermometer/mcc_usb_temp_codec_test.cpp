@@ -35,7 +35,8 @@ TEST(MccUsbTempCodec, AnItemOfAnOddInputIsTheNextOne) {
 }
 
 TEST(MccUsbTempCodec, ScansEightTemperatures) {
-  const auto report = tests::bytes_of_hex("19 0000A141 0000A941 0000B141 0000B941 0000C141 00E00AC6 0000D141 0000D941");
+  const auto report =
+      tests::parse_hex_bytes("19 0000A141 0000A941 0000B141 0000B941 0000C141 00E00AC6 0000D141 0000D941");
   const auto readings = decode_mcc_temperatures(mcc_scan(0, 7), report).value();
   ASSERT_EQ(readings.size(), kMccInputs);
   for (std::size_t i = 0; i < kMccInputs; ++i)
@@ -47,13 +48,13 @@ TEST(MccUsbTempCodec, ScansEightTemperatures) {
 }
 
 TEST(MccUsbTempCodec, ReadsOneInput) {
-  const auto three = decode_mcc_temperatures(mcc_read_input(3), tests::bytes_of_hex("18 0000B941")).value();
+  const auto three = decode_mcc_temperatures(mcc_read_input(3), tests::parse_hex_bytes("18 0000B941")).value();
   ASSERT_EQ(three.size(), 1u);
   EXPECT_EQ(three[0].value(), Celsius{23.125});
-  const auto five = decode_mcc_temperatures(mcc_read_input(5), tests::bytes_of_hex("18 00E00AC6")).value();
+  const auto five = decode_mcc_temperatures(mcc_read_input(5), tests::parse_hex_bytes("18 00E00AC6")).value();
   EXPECT_EQ(five[0].error().where, "input 5");
   const auto junction =
-      decode_mcc_temperatures(mcc_read_input(kMccColdJunction1), tests::bytes_of_hex("18 00A00CC6")).value();
+      decode_mcc_temperatures(mcc_read_input(kMccColdJunction1), tests::parse_hex_bytes("18 00A00CC6")).value();
   EXPECT_EQ(junction[0].error().where, "CJC1");
 }
 
@@ -61,7 +62,7 @@ TEST(MccUsbTempCodec, SpecialValuesAreNotTemperatures) {
   for (const auto& [bytes, meaning] : {std::pair{"00 E0 0A C6", "open thermocouple (-8888)"},
                                        {"00 A0 0C C6", "not ready (-9000)"},
                                        {"00 3C 1C C6", "disabled, or floating-point error (-9999)"}}) {
-    const auto report = tests::bytes_of_hex(std::string("18 ") + bytes);
+    const auto report = tests::parse_hex_bytes(std::string("18 ") + bytes);
     EXPECT_EQ(decode_mcc_temperatures(mcc_read_input(0), report).value()[0].error().what, meaning);
     const auto numbers = decode_mcc_numbers(mcc_read_input(0), report).value();
     EXPECT_EQ(encode_mcc_numbers(MccCommand::read_input, numbers), report);
@@ -92,7 +93,8 @@ TEST(MccUsbTempCodec, AScanThatStartsLaterNamesItsOwnInputs) {
 
 TEST(MccUsbTempCodec, ReadsTheCalibrationDate) {
   using std::chrono::year;
-  const auto bytes = decode_mcc_bytes(mcc_read_calibration_date(), tests::bytes_of_hex("30 18 05 11 0A 1E 00")).value();
+  const auto bytes =
+      decode_mcc_bytes(mcc_read_calibration_date(), tests::parse_hex_bytes("30 18 05 11 0A 1E 00")).value();
   const std::chrono::local_days day{year(2024) / 5 / 17};
   EXPECT_EQ(decode_mcc_date(bytes).value(), day + std::chrono::hours(10) + std::chrono::minutes(30));
 }
@@ -109,44 +111,44 @@ TEST(MccUsbTempCodec, SetsAndReadsANumber) {
   EXPECT_EQ(sent(mcc_set_item(2, MccItem::coefficient_0, 100.02f)), "49 01 14 3D 0A C8 42");
   const auto query = mcc_read_item(2, MccItem::coefficient_0);
   EXPECT_EQ(sent(query), "4A 01 14");
-  EXPECT_EQ(decode_mcc_numbers(query, tests::bytes_of_hex("4A 3D0AC842")).value(), std::vector{100.02f});
-  EXPECT_EQ(decode_mcc_bytes(mcc_read_item(2, MccItem::thermocouple), tests::bytes_of_hex("4A 02")).value(),
+  EXPECT_EQ(decode_mcc_numbers(query, tests::parse_hex_bytes("4A 3D0AC842")).value(), std::vector{100.02f});
+  EXPECT_EQ(decode_mcc_bytes(mcc_read_item(2, MccItem::thermocouple), tests::parse_hex_bytes("4A 02")).value(),
             std::vector<std::uint8_t>{2});
 }
 
 TEST(MccUsbTempCodec, DetectsEndOfCalibration) {
   const auto query = mcc_request(MccCommand::read_status);
-  EXPECT_TRUE(mcc_calibrating(decode_mcc_bytes(query, tests::bytes_of_hex("44 01")).value()[0]));
-  EXPECT_FALSE(mcc_calibrating(decode_mcc_bytes(query, tests::bytes_of_hex("44 00")).value()[0]));
+  EXPECT_TRUE(is_mcc_calibrating(decode_mcc_bytes(query, tests::parse_hex_bytes("44 01")).value()[0]));
+  EXPECT_FALSE(is_mcc_calibrating(decode_mcc_bytes(query, tests::parse_hex_bytes("44 00")).value()[0]));
 }
 
 TEST(MccUsbTempCodec, AnotherCommandsReportIsCorrupted) {
   for (const char* wrong : {"", "18 0000B941", "19", "19 0000B9", "19 0000B941 0000B9"})
-    EXPECT_EQ(decode_mcc_temperatures(mcc_scan(0, 1), tests::bytes_of_hex(wrong)).error().kind, FaultKind::corrupted)
+    EXPECT_EQ(decode_mcc_temperatures(mcc_scan(0, 1), tests::parse_hex_bytes(wrong)).error().kind, FaultKind::corrupted)
         << wrong;
-  EXPECT_EQ(decode_mcc_temperatures(mcc_scan(0, 1), tests::bytes_of_hex("18 0000B941 0000B941")).error().what,
+  EXPECT_EQ(decode_mcc_temperatures(mcc_scan(0, 1), tests::parse_hex_bytes("18 0000B941 0000B941")).error().what,
             "unexpected report 18");
 }
 
 TEST(MccUsbTempCodec, PaddingIsNotContents) {
-  auto report = tests::bytes_of_hex("18 0000B941");
+  auto report = tests::parse_hex_bytes("18 0000B941");
   report.resize(kMccLongestReport);
   EXPECT_EQ(decode_mcc_temperatures(mcc_read_input(3), report).value()[0].value(), Celsius{23.125});
-  EXPECT_EQ(decode_mcc_request(tests::bytes_of_hex("44 00")).value(), mcc_request(MccCommand::read_status));
+  EXPECT_EQ(decode_mcc_request(tests::parse_hex_bytes("44 00")).value(), mcc_request(MccCommand::read_status));
   report.resize(kMccLongestReport + 1);
   EXPECT_FALSE(decode_mcc_temperatures(mcc_read_input(3), report));
 }
 
 TEST(MccUsbTempCodec, MemoryAndFirmwareAreNeverWritten) {
   for (const char* report : {"31 F0 00 06 18 05 11 0A 1E 00", "50", "51 00", "53 00", "55 00"})
-    EXPECT_EQ(decode_mcc_request(tests::bytes_of_hex(report)).error().kind, FaultKind::corrupted) << report;
+    EXPECT_EQ(decode_mcc_request(tests::parse_hex_bytes(report)).error().kind, FaultKind::corrupted) << report;
 }
 
 TEST(MccUsbTempCodec, RefusesUnsupportedArguments) {
   for (const char* report : {"18 08 00", "18 82 00", "18 00 02", "19 00 08 00", "19 03 02 00", "19 00 07 02",
                              "30 00 00 00 00", "30 00 00 00 3F", "30 00 00 01 3D", "30 00 00 02 01", "30 F0 00 00 11",
                              "30 00 01 00 01", "49 04 00 00", "49 00 0B 00", "4A 00 1C", "4A 00 0F"})
-    EXPECT_EQ(decode_mcc_request(tests::bytes_of_hex(report)).error().kind, FaultKind::refused) << report;
+    EXPECT_EQ(decode_mcc_request(tests::parse_hex_bytes(report)).error().kind, FaultKind::refused) << report;
 }
 
 TEST(MccUsbTempCodec, WhatEncodesDecodesToTheSame) {

@@ -142,8 +142,8 @@ TEST_F(MccUsbTemp, ALateScanIsNeverTakenForTheNext) {
 }
 
 TEST_F(MccUsbTemp, DiscardsRepliesToEarlierPrograms) {
-  device->leave(tests::bytes_of_hex("19 00009041 00009041 00009041 00009041 00009041 00009041 00009041 00009041"));
-  device->leave(tests::bytes_of_hex("44 00"));
+  device->leave(tests::parse_hex_bytes("19 00009041 00009041 00009041 00009041 00009041 00009041 00009041 00009041"));
+  device->leave(tests::parse_hex_bytes("44 00"));
   expect_good();
 }
 

@@ -82,7 +82,7 @@ TEST_F(ProcessThermometerTest, GreetsOnceAndAsksEachSecond) {
 }
 
 TEST_F(ProcessThermometerTest, AnAnswerMayComeInPieces) {
-  line->in_pieces_of(1);
+  line->limit_read_size(1);
   EXPECT_TRUE(bank->read()[1]);
 }
 

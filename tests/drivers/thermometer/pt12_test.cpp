@@ -47,7 +47,7 @@ TEST_F(Pt12, ReadsAllInputsWithOneQuestion) {
 }
 
 TEST_F(Pt12, AnAnswerMayComeByteByByte) {
-  line->in_pieces_of(1);
+  line->limit_read_size(1);
   EXPECT_TRUE(bank->read()[11]);
 }
 

@@ -40,7 +40,7 @@ TEST(Axis, RoundsOutToExistingTicks) {
 }
 
 TEST(Axis, IsZeroToOneWithoutData) {
-  const Range range = range_of({std::numeric_limits<double>::quiet_NaN()});
+  const Range range = value_range({std::numeric_limits<double>::quiet_NaN()});
   EXPECT_EQ(range.low, 0);
   EXPECT_EQ(range.high, 1);
 }

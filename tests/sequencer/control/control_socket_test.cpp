@@ -65,7 +65,7 @@ TEST(ControlSocket, AnswersWithResult) {
   auto socket = open_with_status(folder / "run.db");
   ASSERT_TRUE(socket) << text(socket.error());
   Listening listening(*socket, {.done = true, .text = "paused"});
-  const auto answer = tell(folder / "run.db", *make_request("pause", ""), 5s);
+  const auto answer = send_request(folder / "run.db", *make_request("pause", ""), 5s);
   listening.end();
   ASSERT_TRUE(answer) << text(answer.error());
   EXPECT_EQ(*answer, (ControlAnswer{.done = true, .text = "paused"}));
@@ -78,7 +78,7 @@ TEST(ControlSocket, IdentifiesClientByKernelCredentials) {
   auto socket = open_with_status(folder / "run.db");
   ASSERT_TRUE(socket);
   Listening listening(*socket, {.done = true, .text = "noted"});
-  ASSERT_TRUE(tell(folder / "run.db", *make_request("note", "from somebody else (uid 0)"), 5s));
+  ASSERT_TRUE(send_request(folder / "run.db", *make_request("note", "from somebody else (uid 0)"), 5s));
   listening.end();
   EXPECT_NE(listening.speaker.find("(uid " + std::to_string(::getuid()) + ")"), std::string::npos) << listening.speaker;
 }
@@ -90,7 +90,7 @@ TEST(ControlSocket, RecordsUserOfMonitorNextToKernelUser) {
   Listening listening(*socket, {.done = true, .text = "noted"});
   auto request = *make_request("note", "the door was open");
   request.for_user = "anna";
-  ASSERT_TRUE(tell(folder / "run.db", request, 5s));
+  ASSERT_TRUE(send_request(folder / "run.db", request, 5s));
   listening.end();
   const auto through = fmt::format("anna (through {}, uid {})", user_name(::getuid()), ::getuid());
   EXPECT_EQ(listening.speaker, through);
@@ -100,12 +100,12 @@ TEST(ControlSocket, RecordsUserOfMonitorNextToKernelUser) {
 
 TEST(ControlSocket, ReportsMissingListenerAndTimeOutOfSilentOne) {
   const tests::TestFolder folder;
-  const auto nobody = tell(folder / "run.db", *make_request("pause", ""), 1s);
+  const auto nobody = send_request(folder / "run.db", *make_request("pause", ""), 1s);
   ASSERT_FALSE(nobody);
   EXPECT_EQ(nobody.error().kind, FaultKind::usage);
   auto socket = open_with_status(folder / "run.db");
   ASSERT_TRUE(socket);
-  const auto silent = tell(folder / "run.db", *make_request("pause", ""), 50ms);
+  const auto silent = send_request(folder / "run.db", *make_request("pause", ""), 50ms);
   ASSERT_FALSE(silent);
   EXPECT_EQ(silent.error().kind, FaultKind::timeout);
 }
@@ -119,7 +119,7 @@ TEST(ControlSocket, ReplacesSocketOfDeadProgramOnly) {
   }
   EXPECT_FALSE(std::filesystem::exists(control_socket_path(folder / "run.db"))) << "an orderly end removes it";
   std::filesystem::rename(folder / "kept", control_socket_path(folder / "run.db"));
-  const auto left = tell(folder / "run.db", *make_request("stop", ""), 1s);
+  const auto left = send_request(folder / "run.db", *make_request("stop", ""), 1s);
   ASSERT_FALSE(left);
   EXPECT_EQ(left.error().kind, FaultKind::usage);
   EXPECT_TRUE(ControlSocket::open(folder / "run.db"));
@@ -186,7 +186,7 @@ class ImpostorListener {
 
 void expect_refused(const std::string& record, const char* word) {
   const auto text = std::string(word) == "note" ? "looked" : "";
-  const auto answer = tell(record, *make_request(word, text), 5s);
+  const auto answer = send_request(record, *make_request(word, text), 5s);
   ASSERT_FALSE(answer) << word << ": " << answer->text;
   EXPECT_EQ(answer.error().kind, FaultKind::refused) << text << answer.error().what;
 }
@@ -199,7 +199,7 @@ TEST(ControlSocket, RefusesListenerThatStatusFileDoesNotName) {
   std::filesystem::rename(control_socket_path(record), folder / "away");
   const ImpostorListener impostor(record);
   for (const auto* word : {"abort", "stop", "pause", "note"}) expect_refused(record, word);
-  const auto answer = tell(record, *make_request("abort", ""), 5s);
+  const auto answer = send_request(record, *make_request("abort", ""), 5s);
   EXPECT_NE(answer.error().what.find(fmt::format("process {} of", impostor.pid())), std::string::npos)
       << answer.error().what;
 }
@@ -236,7 +236,7 @@ TEST(ControlSocket, RefusesListenerOfAnotherUser) {
   ASSERT_EQ(::chown((record + ".status").c_str(), kStranger, kStranger), 0);
   expect_refused(record, "abort");  // the record belongs to root
   ASSERT_EQ(::chown(record.c_str(), kStranger, kStranger), 0);
-  const auto answer = tell(record, *make_request("abort", ""), 5s);
+  const auto answer = send_request(record, *make_request("abort", ""), 5s);
   EXPECT_TRUE(answer) << "the run of that user";
 }
 
@@ -247,7 +247,7 @@ TEST(ControlSocket, WorksInFolderOfAnyDepth) {
   auto socket = open_with_status(deep + "/run.db");
   ASSERT_TRUE(socket) << text(socket.error());
   Listening listening(*socket, {.done = false, .text = "it has ended"});
-  const auto answer = tell(deep + "/run.db", *make_request("stop", ""), 5s);
+  const auto answer = send_request(deep + "/run.db", *make_request("stop", ""), 5s);
   ASSERT_TRUE(answer) << text(answer.error());
   EXPECT_FALSE(answer->done);
 }
@@ -262,7 +262,7 @@ std::string send_raw(const std::string& record, const std::string& message) {
   if (::connect(socket.number(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) return "no";
   ::send(socket.number(), message.data(), message.size(), MSG_NOSIGNAL);
   char heard[5000];
-  if (!ready(socket.number(), POLLIN, Deadline(5s))) return "nothing";
+  if (!wait_until_ready(socket.number(), POLLIN, Deadline(5s))) return "nothing";
   const auto size = ::recv(socket.number(), heard, sizeof heard, 0);
   return {heard, static_cast<std::size_t>(std::max<ssize_t>(size, 0))};
 }
@@ -295,7 +295,7 @@ TEST(ControlSocket, AnswersWhenDescriptorsAreExhausted) {
   std::vector<pid_t> speakers;
   for (const auto* word : {"abort", "pause", "stop", "resume"}) {
     speakers.push_back(::fork());
-    if (speakers.back() == 0) ::_exit(tell(folder / "run.db", *make_request(word, ""), 5s) ? 0 : 1);
+    if (speakers.back() == 0) ::_exit(send_request(folder / "run.db", *make_request(word, ""), 5s) ? 0 : 1);
   }
   const auto few = rlimit{.rlim_cur = 64, .rlim_max = before.rlim_max};
   ASSERT_EQ(::setrlimit(RLIMIT_NOFILE, &few), 0);
@@ -303,7 +303,7 @@ TEST(ControlSocket, AnswersWhenDescriptorsAreExhausted) {
   do all.emplace_back(::open("/dev/null", O_RDONLY));
   while (all.back().is_open());
   std::size_t answered = 0;
-  for (const Deadline limit(10s); answered < speakers.size() && !limit.over(); std::this_thread::sleep_for(2ms)) {
+  for (const Deadline limit(10s); answered < speakers.size() && !limit.has_passed(); std::this_thread::sleep_for(2ms)) {
     socket->listen(done);
     int ended = 0;
     if (::waitpid(-1, &ended, WNOHANG) > 0 && ended == 0) ++answered;
@@ -340,10 +340,10 @@ class HangingUpListener {
     return address;
   }
   void hang_up(When when) {
-    if (!ready(socket_.number(), POLLIN, Deadline(5s))) return;
+    if (!wait_until_ready(socket_.number(), POLLIN, Deadline(5s))) return;
     const Descriptor speaker(::accept(socket_.number(), nullptr, nullptr));
     if (when == When::before_it_speaks) return;
-    (void)ready(speaker.number(), POLLIN, Deadline(5s));
+    (void)wait_until_ready(speaker.number(), POLLIN, Deadline(5s));
     char message[5000];
     if (when == When::read && ::recv(speaker.number(), message, sizeof message, 0) > 0) ++read_;
   }
@@ -358,7 +358,7 @@ TEST(ControlSocket, RetriesUntilMessageIsReadAndSendsItOnce) {
   using When = HangingUpListener::When;
   const tests::TestFolder folder;
   HangingUpListener listener(folder / "run.db", {When::unread, When::before_it_speaks, When::unread, When::read});
-  const auto answer = tell(folder / "run.db", *make_request("abort", ""), 5s);
+  const auto answer = send_request(folder / "run.db", *make_request("abort", ""), 5s);
   EXPECT_EQ(listener.read(), 1);
   ASSERT_FALSE(answer);
   EXPECT_EQ(answer.error().kind, FaultKind::disconnected) << text(answer.error());
@@ -378,7 +378,7 @@ TEST(ControlSocket, ServesOthersWhileClientIsSilent) {
     silent.emplace_back(::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0));
     ASSERT_EQ(::connect(silent.back().number(), reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
   }
-  EXPECT_TRUE(tell(folder / "run.db", *make_request("pause", ""), 5s));
+  EXPECT_TRUE(send_request(folder / "run.db", *make_request("pause", ""), 5s));
 }
 
 }  // namespace

@@ -84,7 +84,7 @@ class BreakableRun {
   [[nodiscard]] Celsius chamber_set_point() { return plant_->laboratory().set_point(); }
   /// Returns the texts of the active alarms.
   [[nodiscard]] std::vector<std::string> active_alarms() const {
-    return harness_->run_controller().standing().faults_now;
+    return harness_->run_controller().overview().faults_now;
   }
 
   /// Ends the program and reads the record.

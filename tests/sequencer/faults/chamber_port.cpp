@@ -135,7 +135,7 @@ Result<std::size_t> MemoryConnection::receive(std::span<std::byte> frame, Durati
   return size;
 }
 
-bool MemoryConnection::silent_for(Duration time) {
+bool MemoryConnection::is_silent_for(Duration time) {
   auto& line_clock = port_.line().line_clock();
   if (!coming_.empty() && coming_.front().at <= line_clock.time() + time) return false;
   line_clock.pass(time);

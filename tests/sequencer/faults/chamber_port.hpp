@@ -96,7 +96,7 @@ class MemoryConnection final : public drivers::FrameConnection {
   void close() override { open_ = false, coming_.clear(); }
   Result<void> send(std::span<const std::byte> frame) override;
   Result<std::size_t> receive(std::span<std::byte> frame, Duration within) override;
-  bool silent_for(Duration time) override;
+  bool is_silent_for(Duration time) override;
 
  private:
   struct Coming {

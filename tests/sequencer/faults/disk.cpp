@@ -62,7 +62,7 @@ Result<std::unique_ptr<record::Store>> Disk::create(const record::RunInfo& info)
   if (!vfs_) return record::Store::create(path_, info, kOfManySyncs);
   auto file = record::RunFile::create(path_, info);
   if (!file) return failure(file.error());
-  return open_store(std::move(*file), first_status(path_, info), {}, 1, 0);
+  return open_store(std::move(*file), make_first_status(path_, info), {}, 1, 0);
 }
 
 Result<std::unique_ptr<record::Store>> Disk::reopen() {
@@ -76,7 +76,7 @@ Result<std::unique_ptr<record::Store>> Disk::reopen() {
   if (!last_event) return failure(last_event.error());
   auto file = record::RunFile::reopen(last.path);
   if (!file) return failure(file.error());
-  auto status = record::stored_status(file->database(), path_);
+  auto status = record::read_stored_status(file->database(), path_);
   if (!status) return failure(status.error());
   return open_store(std::move(*file), std::move(*status), std::move(*alarms), last.continuation.part, *last_event);
 }

@@ -22,7 +22,7 @@ constexpr Kelvins kSame{0.02}, kNearAir{2.5};
 /// Longest recovery, including the return to the profile by a ramp, s.
 constexpr std::int64_t kRecoversWithin = 3600;
 /// Largest number of attempts to send a set point that the chamber refused.
-constexpr int kMostTries = 3;
+constexpr int kMaxTries = 3;
 /// Longest time to the storage alarm, including the last batch before a sync is requested, s.
 constexpr std::int64_t kUntilAlarm = 15;
 constexpr std::int64_t kLinkSettles = 16;  ///< pause of a failed line: 10 s
@@ -132,7 +132,7 @@ void Invariants::judge_set_points(std::int64_t second, RunState state) {
     const bool safe = severity(state) >= severity(RunState::aborting) && abs(value - file_.safe_set_point) <= kSame;
     const double step_k = std::abs((value - before).value);
     tries_ = sent_ && abs(value - *sent_) <= kSame ? tries_ + 1 : 0;
-    const bool tried_again = tries_ > 0 && tries_ <= kMostTries;
+    const bool tried_again = tries_ > 0 && tries_ <= kMaxTries;
     if (!safe && !near_air && !tried_again && step_k > largest_step_k(limits, value > before) + kSame.value)
       report_violation("I2", second, fmt::format("set point jumps from {} to {}", before.value, value.value));
     if (severity(state) > severity(RunState::aborting) || state == RunState::aborted)
@@ -511,9 +511,10 @@ void Invariants::judge_resume(std::int64_t second, const ProfilePosition& at) {
   }
   const bool guaranteed = profile_.segments[static_cast<std::size_t>(at.segment)].guaranteed_soak;
   if (at.in_segment > clock || (guaranteed && at.soaked > soaked))
-    report_violation("I16", second,
-                     fmt::format("{} in the segment and {} of soak, the rows have {} and {}", spoken(at.in_segment),
-                                 spoken(at.soaked), spoken(clock), spoken(soaked)));
+    report_violation(
+        "I16", second,
+        fmt::format("{} in the segment and {} of soak, the rows have {} and {}", format_duration(at.in_segment),
+                    format_duration(at.soaked), format_duration(clock), format_duration(soaked)));
 }
 
 /// Compares the record with the rows that were appended to it. Rows that were not acknowledged may be missing at the

@@ -48,7 +48,7 @@ class MemoryWires final : public rig::Wires {
       plant_.advance_second();
     }
   }
-  void bring_units_to(const UnitState& state) override { plant_.laboratory().set_unit_state(state); }
+  void set_unit_state(const UnitState& state) override { plant_.laboratory().set_unit_state(state); }
 
  private:
   static Wire<drivers::ByteStream> stream(LineEnd& end) {

@@ -31,7 +31,7 @@ int least_severity(control::OperatorCommand command) {
 /// Submits a request. If the run controller does not refuse it, it has promised to carry it out. If there are several
 /// promises, only the most severe one must be kept.
 void Operators::submit(control::OperatorCommand command, run::RunController& run_controller) {
-  if (!run_controller.objection(command).empty()) return;
+  if (!run_controller.refusal_reason(command).empty()) return;
   run_controller.submit(command, "operator");
   promised_ = std::max(promised_.value_or(command), command);
 }

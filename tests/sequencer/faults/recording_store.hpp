@@ -42,7 +42,7 @@ class RecordingStore final : public record::Store {
   }
   [[nodiscard]] bool settle(Duration longest) override { return store_->settle(longest); }
   [[nodiscard]] Result<void> finish() override { return store_->finish(); }
-  void publish(const RunOverview& standing) override { store_->publish(standing); }
+  void publish(const RunOverview& overview) override { store_->publish(overview); }
   [[nodiscard]] record::StoreHealth health() const override { return store_->health(); }
   [[nodiscard]] const record::Alarms& alarms() const override { return store_->alarms(); }
   [[nodiscard]] const record::RunInfo& info() const override { return store_->info(); }

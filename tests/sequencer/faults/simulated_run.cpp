@@ -202,15 +202,15 @@ void SimulatedRun::resume_run() {
   const bool excused = disk_.is_failing();
   auto on = prepare_continuation();
   if (!on) return end_by_storage_fault("I16", on.error(), excused);
-  clock_.restart_at(on->start.already - kSecond);
+  clock_.restart_at(on->start.elapsed - kSecond);
   assemble();
   const auto goal = demanded_set_point(on->profile, on->state);
   run::EntryPoint entry;
   const auto entrance = [&](const rig::FoundChamber& found) -> Result<Celsius> {
-    on->interruption.strangers = run::compare_identities(identities_, found.identities);
+    on->interruption.mismatched_instruments = run::compare_identities(identities_, found.identities);
     const auto verdict = judge_reentry(on->interruption, file_.safe_set_point, found.state.air);
     const bool asks = verdict.way == run::Reentry::ask;
-    if (asks && (!on->interruption.strangers.empty() || !std::exchange(accepted_, true)))
+    if (asks && (!on->interruption.mismatched_instruments.empty() || !std::exchange(accepted_, true)))
       return failure(FaultKind::interrupted, path_, verdict.why);
     entry = run::entry_at(goal, found.state.air, run::is_in_place(found.state.air, goal, on->interruption.air),
                           file_.chamber_limits);
@@ -328,7 +328,7 @@ void SimulatedRun::tick() {
   const auto health = store_->health();
   longest_backlog_ = std::max(longest_backlog_, health.backlog_s);
   parts_ = std::max(parts_, health.parts);
-  if (severity(run_controller_->run_state()) > 0 && run_controller_->standing().cause.empty() &&
+  if (severity(run_controller_->run_state()) > 0 && run_controller_->overview().cause.empty() &&
       *outcome != run::RunOutcome::complete)
     invariants_.report_violation("I20", second_,
                                  fmt::format("{}, and no reason for it", name(run_controller_->run_state())));

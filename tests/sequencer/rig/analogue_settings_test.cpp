@@ -126,9 +126,9 @@ TEST(AnalogueSettings, ParsesWithMapsStoredInRecord) {
 TEST(AnalogueSettings, QueriesIdentityAndReadings) {
   const auto file = read_rig(kTriad);
   ASSERT_TRUE(file) << text(file.error());
-  const auto rig = Rig::assemble(*file, {.seed = {}, .already = {}, .replay = {}});
+  const auto rig = Rig::assemble(*file, {.seed = {}, .elapsed = {}, .replay = {}});
   ASSERT_TRUE(rig) << text(rig.error());
-  const auto answers = (*rig)->ask();
+  const auto answers = (*rig)->query_instruments();
   ASSERT_TRUE(answers.back()) << text(answers.back().error());
   EXPECT_TRUE(answers.back()->starts_with("analogue input 1: Moxa ioLogik E1240")) << *answers.back();
   EXPECT_NE(answers.back()->find("y.discharge_current_ma "), std::string::npos) << *answers.back();

@@ -67,7 +67,7 @@ TEST(HardRig, ResumeReplaysSameDays) {
     return (*rig)->io().read(0, (*rig)->clock());
   };
   const auto sample = next_after(*on);
-  const auto slot = static_cast<std::size_t>(on->start.already / std::chrono::seconds(1));
+  const auto slot = static_cast<std::size_t>(on->start.elapsed / std::chrono::seconds(1));
   ASSERT_FALSE(sample.units[0].true_bias.empty());
   EXPECT_EQ(sample.units[0].true_bias[0].value, whole.units[0].true_bias_deg_per_h[0][slot]);
   EXPECT_EQ(sample.thermometers[0].value->value, whole.thermometers_c[0][slot]);

@@ -88,9 +88,9 @@ TEST(Inquiry, PrintsVerifiedAndUnverifiedPartsOfChamberMap) {
     rig_text.replace(rig_text.find(map), map.size(), fmt::format("../chambers/{}.toml", name));
     const auto file = parse_rig(rig_text, GYROTHERM_SOURCE_DIR "/profiles/rigs/virtual.toml");
     ASSERT_TRUE(file) << text(file.error());
-    const auto rig = Rig::assemble(*file, {.seed = {}, .already = {}, .replay = {}});
+    const auto rig = Rig::assemble(*file, {.seed = {}, .elapsed = {}, .replay = {}});
     ASSERT_TRUE(rig) << text(rig.error());
-    const auto chamber = (*rig)->ask().front();
+    const auto chamber = (*rig)->query_instruments().front();
     ASSERT_TRUE(chamber) << text(chamber.error());
     const auto list = chamber->find("; NOT verified: ");
     ASSERT_NE(list, std::string::npos) << *chamber;
@@ -102,9 +102,9 @@ TEST(Inquiry, PrintsVerifiedAndUnverifiedPartsOfChamberMap) {
 TEST(Inquiry, PrintsIdentityAndReadingsOfEveryInstrument) {
   const auto file = read_rig(GYROTHERM_SOURCE_DIR "/profiles/rigs/virtual-mixed.toml");
   ASSERT_TRUE(file) << text(file.error());
-  const auto rig = Rig::assemble(*file, {.seed = {}, .already = {}, .replay = {}});
+  const auto rig = Rig::assemble(*file, {.seed = {}, .elapsed = {}, .replay = {}});
   ASSERT_TRUE(rig) << text(rig.error());
-  const auto answers = (*rig)->ask();
+  const auto answers = (*rig)->query_instruments();
   ASSERT_EQ(answers.size(), 4u);
   const auto expect = [&](std::size_t index, const std::string& part) {
     ASSERT_TRUE(answers[index]) << text(answers[index].error());
@@ -125,9 +125,9 @@ TEST(Inquiry, ReadsGyroWithoutClockByRigClock) {
   rig_text.replace(rig_text.find(was), was.size(), "hg4930.toml");
   const auto file = parse_rig(rig_text, place);
   ASSERT_TRUE(file) << text(file.error());
-  const auto rig = Rig::assemble(*file, {.seed = {}, .already = {}, .replay = {}});
+  const auto rig = Rig::assemble(*file, {.seed = {}, .elapsed = {}, .replay = {}});
   ASSERT_TRUE(rig) << text(rig.error());
-  const auto answers = (*rig)->ask();
+  const auto answers = (*rig)->query_instruments();
   ASSERT_TRUE(answers.at(3)) << text(answers.at(3).error());
   EXPECT_NE(answers.at(3)->find("mean of 2.000 s"), std::string::npos) << *answers.at(3);
 }

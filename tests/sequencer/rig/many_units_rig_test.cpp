@@ -40,7 +40,7 @@ TEST(ManyUnitsRig, TriadHasThreeUnitsOnSeparateLines) {
   EXPECT_EQ(rig.units[1].info.gradients.size(), 8u);
   EXPECT_TRUE(rig.units[1].continue_when_silent) << "one of several";
   EXPECT_EQ(line_title(rig.gyro_lines[1], rig.units), "gyro y");
-  const auto channels = channels_of(rig);
+  const auto channels = list_channels(rig);
   EXPECT_EQ(channels[8].unit_under_test, "y");
   EXPECT_EQ(rig.limits.units[1].thermometers.size(), 9u) << "including the shell of three_point";
 }

@@ -32,7 +32,7 @@ TEST(RigFile, ShippedVirtualRigsAreCompleteAndSimulated) {
     const auto rig = read_rig(kRigs + name);
     ASSERT_TRUE(rig) << text(rig.error());
     EXPECT_TRUE(rig->simulated);
-    EXPECT_EQ(channels_of(*rig).size(), 9u);
+    EXPECT_EQ(list_channels(*rig).size(), 9u);
     EXPECT_EQ(rig->units[0].info.gradients.size(), 8u);
     EXPECT_EQ(rig->units[0].info.three_point, (std::vector<std::string>{"A", "D", "shell"}));
   }
@@ -476,7 +476,7 @@ TEST(RigFile, ParsesWithStreamStoredInRecord) {
 }
 
 TEST(RigFile, ReadsCalibrationOfEachChannel) {
-  const auto channels = channels_of(read_rig(kRigs + "example-f4t-lakeshore-kvh.toml").value());
+  const auto channels = list_channels(read_rig(kRigs + "example-f4t-lakeshore-kvh.toml").value());
   ASSERT_EQ(channels.size(), 9u);
   EXPECT_EQ(channels[0].offset, Kelvins{-0.012});
   EXPECT_EQ(channels[0].certificate, "K-2026-0117") << "from the instrument";
@@ -490,7 +490,7 @@ TEST(RigFile, ReadsCalibrationOfEachChannel) {
 
 TEST(RigFile, ReadsUncertaintyOfEachThermometer) {
   const auto rig = read_rig(kRigs + "example-f4t-lakeshore-kvh.toml").value();
-  const auto channels = channels_of(rig);
+  const auto channels = list_channels(rig);
   const auto& of_all = channels[0].uncertainty;
   EXPECT_EQ(of_all.calibration, Kelvins{0.02 / 2}) << "U of the certificate divided by k";
   EXPECT_FALSE(of_all.rectangular);
@@ -564,7 +564,7 @@ TEST(RigFile, RefusesLimiterInsideSetPointRange) {
   const auto good =
       parse_rig(with("class = \"3.3\"\nlowest = \"-50 °C\"\nhighest = \"75 °C\"\n"), kRigs + "virtual.toml");
   ASSERT_TRUE(good && good->limiter) << rig_error(with("class = \"3.3\"\nlowest = \"-50 °C\"\nhighest = \"75 °C\"\n"));
-  EXPECT_EQ(in_words(*good->limiter), "class 3.3, below -50 °C, above 75 °C");
+  EXPECT_EQ(describe(*good->limiter), "class 3.3, below -50 °C, above 75 °C");
   EXPECT_NE(rig_error(with("class = \"2\"\nhighest = \"70 °C\"\n")).find("would trip"), std::string::npos);
   EXPECT_NE(rig_error(with("class = \"3.2\"\nlowest = \"-40 °C\"\n")).find("would trip"), std::string::npos);
   EXPECT_NE(rig_error(with("class = \"2\"\n")).find("the limiter's settings"), std::string::npos);

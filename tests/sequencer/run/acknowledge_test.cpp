@@ -34,7 +34,7 @@ class DoorTest : public testing::Test {
 TEST_F(DoorTest, KeepsClearedAlarmUntilAcknowledged) {
   ASSERT_EQ(list().size(), 1u);
   const auto alarm = list()[0];
-  EXPECT_EQ(state_in_words(alarm), "returned");
+  EXPECT_EQ(describe_alarm_state(alarm), "returned");
   const auto answer = send_request(std::to_string(alarm.number) + " looked at the cable");
   EXPECT_TRUE(answer.done) << answer.text;
   EXPECT_TRUE(list().empty());
@@ -103,7 +103,7 @@ TEST_F(DoorTest, KeepsAcknowledgedAlarmUntilCleared) {
   bench_.seconds(20);
   EXPECT_TRUE(send_request("all I am at the door").done);
   ASSERT_EQ(list().size(), 1u);
-  EXPECT_EQ(state_in_words(list()[0]), "active, acknowledged");
+  EXPECT_EQ(describe_alarm_state(list()[0]), "active, acknowledged");
   EXPECT_EQ(list()[0].comment, "I am at the door");
   EXPECT_EQ(list()[0].acknowledged_by, "ada (uid 1000)");
   bench_.chamber().door_open = false;

@@ -86,8 +86,8 @@ class AlarmFlood : public testing::Test {
   [[nodiscard]] std::string rows() {
     std::string text;
     for (const auto& alarm : bench_.record().alarms().list())
-      text +=
-          fmt::format("{} ×{} {} under \"{}\"\n", alarm.tag(), alarm.count, state_in_words(alarm), alarm.suppressed_by);
+      text += fmt::format("{} ×{} {} under \"{}\"\n", alarm.tag(), alarm.count, describe_alarm_state(alarm),
+                          alarm.suppressed_by);
     return text;
   }
 

@@ -54,13 +54,13 @@ TEST(BrokenRig, OpenDoorStopsClockAndShortensNoSoak) {
   bench.chamber().door_open = true;
   bench.seconds(60);
   EXPECT_EQ(bench.run_controller().run_state(), RunState::suspended);
-  EXPECT_EQ(bench.run_controller().standing().cause, "the chamber's door is open");
+  EXPECT_EQ(bench.run_controller().overview().cause, "the chamber's door is open");
   EXPECT_EQ(bench.progress(), before);
-  EXPECT_EQ(bench.run_controller().standing().faults_now.size(), 1u);
+  EXPECT_EQ(bench.run_controller().overview().faults_now.size(), 1u);
   bench.chamber().door_open = false;
   EXPECT_EQ(bench.until(RunState::execute, 100), 10);
   EXPECT_EQ(bench.seconds(5000), RunOutcome::complete);
-  EXPECT_GE(bench.run_controller().standing().behind_plan, std::chrono::seconds(69));
+  EXPECT_GE(bench.run_controller().overview().behind_plan, std::chrono::seconds(69));
   int soaked = 0;
   for (const auto& sample : bench.record().samples)
     soaked += sample.state == RunState::execute && sample.progress.segment == 2 &&
@@ -110,7 +110,7 @@ TEST(BrokenRig, OnlyOperatorSwitchesOnChamberThatReturnsOff) {
     bench.seconds(3600);
     EXPECT_FALSE(bench.chamber().on) << "someone may reach into the chamber";
     EXPECT_EQ(bench.chamber().sent_c.size(), sent);
-    ASSERT_EQ(bench.run_controller().objection(OperatorCommand::resume), "");
+    ASSERT_EQ(bench.run_controller().refusal_reason(OperatorCommand::resume), "");
     const double air = bench.chamber().air_c;
     bench.run_controller().submit(OperatorCommand::resume, "Ada");
     bench.seconds(1);
@@ -160,7 +160,7 @@ TEST(BrokenRig, OtherInstrumentHoldsRunUntilFirstReturnsAndOperatorResumes) {
   bench.seconds(3);
   EXPECT_EQ(bench.run_controller().run_state(), RunState::held);
   EXPECT_EQ(bench.count(EventKind::interlock, "F4T 222; the run began with: F4T 111"), 1) << "names both";
-  EXPECT_NE(bench.run_controller().objection(OperatorCommand::resume), "") << "not while it answers";
+  EXPECT_NE(bench.run_controller().refusal_reason(OperatorCommand::resume), "") << "not while it answers";
   bench.instruments().others.clear();
   bench.chamber().silent = false;
   bench.seconds(60);
@@ -263,7 +263,7 @@ TEST(BrokenRig, TakingOverChamberEndsNoOtherHold) {
   ASSERT_EQ(bench.run_controller().run_state(), RunState::suspended);
   bench.run_controller().submit(OperatorCommand::pause, "Ada");
   bench.seconds(10);
-  ASSERT_EQ(bench.run_controller().objection(OperatorCommand::resume), "");
+  ASSERT_EQ(bench.run_controller().refusal_reason(OperatorCommand::resume), "");
   bench.late(200);
   bench.run_controller().submit(OperatorCommand::resume, "Ada");
   bench.seconds(1);
@@ -284,7 +284,7 @@ void resume_before_report(tests::Bench& bench) {
   bench.seconds(10);
   bench.chamber().set_point_c = 40;
   bench.seconds(1);  // perhaps a misreading
-  ASSERT_EQ(bench.run_controller().objection(OperatorCommand::resume), "");
+  ASSERT_EQ(bench.run_controller().refusal_reason(OperatorCommand::resume), "");
   bench.run_controller().submit(OperatorCommand::resume, "Ada");
   bench.seconds(30);
   EXPECT_EQ(bench.chamber().set_point_c, 40);
@@ -335,7 +335,7 @@ TEST(BrokenRig, SuspendsWithinThreeSecondsWhenSetPointIsNotApplied) {
   EXPECT_GT(found, 1);
   EXPECT_LE(found, 4);
   EXPECT_TRUE(bench.told(EventKind::interlock, "refuses set points"));
-  EXPECT_GE(bench.run_controller().standing().missed_set_points, 3);
+  EXPECT_GE(bench.run_controller().overview().missed_set_points, 3);
   bench.seconds(30);
   bench.chamber().ignores = false;
   ASSERT_NE(bench.until(RunState::execute, 60), -1) << "it is retried";
@@ -348,7 +348,7 @@ TEST(BrokenRig, EndsRunWhenChamberConfirmsSafeStateAfterLimitOfUnit) {
   bench.instruments().uut_c = 101;
   EXPECT_EQ(bench.until(RunState::aborting, 10), 2);
   EXPECT_EQ(bench.chamber().set_point_c, 20) << "sent in the same second";
-  EXPECT_EQ(bench.chamber().insisted, 1);
+  EXPECT_EQ(bench.chamber().immediate_set_points, 1);
   EXPECT_FALSE(bench.run_controller().is_safe());
   EXPECT_EQ(bench.seconds(1), RunOutcome::made_safe);
   EXPECT_TRUE(bench.run_controller().is_safe());
@@ -367,7 +367,7 @@ TEST(BrokenRig, RetriesSafeSequenceAndWarnsOperatorEachMinute) {
   EXPECT_EQ(bench.run_controller().run_state(), RunState::aborting);
   EXPECT_EQ(bench.record().samples.size(), 1105u) << "recording continues";
   EXPECT_NEAR(bench.count(EventKind::fault, "could NOT be sent to 20 °C"), 10, 2);
-  EXPECT_NEAR(bench.chamber().insisted, 10 + 59, 3) << "immediately, but later less often";
+  EXPECT_NEAR(bench.chamber().immediate_set_points, 10 + 59, 3) << "immediately, but later less often";
   bench.chamber().silent = false;
   EXPECT_EQ(bench.seconds(10), RunOutcome::made_safe) << "within ten seconds after it answers again";
   EXPECT_EQ(bench.chamber().set_point_c, 20);

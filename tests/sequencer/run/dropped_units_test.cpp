@@ -15,13 +15,13 @@ control::UnitRequest return_unit(const std::string& unit) { return {.drop = fals
 
 TEST(DroppedUnits, ExcludeReturnedUnits) {
   DroppedUnits units({"u1", "u2", "u3"});
-  EXPECT_EQ(units.objection(drop("u4")), "\"u4\" is not a unit of this run, expected one of u1, u2, u3");
-  EXPECT_EQ(units.objection(return_unit("u1")), "u1 is not dropped");
-  EXPECT_EQ(units.objection(drop("u1")), "");
+  EXPECT_EQ(units.refusal_reason(drop("u4")), "\"u4\" is not a unit of this run, expected one of u1, u2, u3");
+  EXPECT_EQ(units.refusal_reason(return_unit("u1")), "u1 is not dropped");
+  EXPECT_EQ(units.refusal_reason(drop("u1")), "");
   units.carry_out(drop("u1"));
-  EXPECT_EQ(units.objection(drop("u1")), "u1 is dropped already");
+  EXPECT_EQ(units.refusal_reason(drop("u1")), "u1 is dropped already");
   units.carry_out(drop("u3"));
-  EXPECT_EQ(units.objection(drop("u2")), "u2 is the only unit left; \"stop\" ends the run");
+  EXPECT_EQ(units.refusal_reason(drop("u2")), "u2 is the only unit left; \"stop\" ends the run");
   EXPECT_EQ(units.all(), (std::vector{true, false, true}));
   units.carry_out(return_unit("u1"));
   EXPECT_EQ(units.all(), (std::vector{false, false, true}));

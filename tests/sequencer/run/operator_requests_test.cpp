@@ -15,7 +15,7 @@ constexpr std::array kAll{OperatorCommand::resume, OperatorCommand::pause, Opera
 std::optional<OperatorCommand> command_after(RunState state, const std::vector<OperatorCommand>& commands) {
   OperatorRequests requests;
   for (const auto command : commands)
-    if (requests.objection(state, command).empty()) requests.add({command, name(command)});
+    if (requests.refusal_reason(state, command).empty()) requests.add({command, name(command)});
   const auto taken = requests.take();
   return taken.carried_out ? std::optional(taken.carried_out->command) : std::nullopt;
 }
@@ -41,8 +41,9 @@ TEST(OperatorRequests, RefuseMilderRequestAndNamePrecedingOne) {
   OperatorRequests requests;
   requests.add({OperatorCommand::abort, "ada (uid 1000)"});
   for (const auto milder : {OperatorCommand::resume, OperatorCommand::pause, OperatorCommand::stop})
-    EXPECT_EQ(requests.objection(RunState::execute, milder), "abort by ada (uid 1000) has priority in the same second");
-  EXPECT_EQ(requests.objection(RunState::execute, OperatorCommand::abort), "") << "the promise is kept";
+    EXPECT_EQ(requests.refusal_reason(RunState::execute, milder),
+              "abort by ada (uid 1000) has priority in the same second");
+  EXPECT_EQ(requests.refusal_reason(RunState::execute, OperatorCommand::abort), "") << "the promise is kept";
 }
 
 TEST(OperatorRequests, CarryOutFirstOfEquallySevereRequests) {
@@ -61,11 +62,11 @@ TEST(OperatorRequests, CarryOutFirstOfEquallySevereRequests) {
 
 TEST(OperatorRequests, RefuseRequestsThatStateForbids) {
   const OperatorRequests none;
-  EXPECT_EQ(none.objection(RunState::execute, OperatorCommand::resume), "the run is not held: execute");
-  EXPECT_EQ(none.objection(RunState::held, OperatorCommand::pause), "the run is held already");
-  EXPECT_EQ(none.objection(RunState::aborting, OperatorCommand::stop), "the chamber is being made safe");
+  EXPECT_EQ(none.refusal_reason(RunState::execute, OperatorCommand::resume), "the run is not held: execute");
+  EXPECT_EQ(none.refusal_reason(RunState::held, OperatorCommand::pause), "the run is held already");
+  EXPECT_EQ(none.refusal_reason(RunState::aborting, OperatorCommand::stop), "the chamber is being made safe");
   for (const auto state : {RunState::aborted, RunState::stopped, RunState::complete})
-    for (const auto command : kAll) EXPECT_FALSE(none.objection(state, command).empty()) << name(state);
+    for (const auto command : kAll) EXPECT_FALSE(none.refusal_reason(state, command).empty()) << name(state);
 }
 
 TEST(OperatorRequests, EndRunOnlyByStopOrAbort) {

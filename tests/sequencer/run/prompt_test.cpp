@@ -18,7 +18,7 @@ class RealLookingRig final : public rig::Rig {
  public:
   explicit RealLookingRig(rig::Rig& inner) : inner_(inner), file_(inner.file()) { file_.simulated = false; }
 
-  std::vector<Result<std::string>> ask() override { return inner_.ask(); }
+  std::vector<Result<std::string>> query_instruments() override { return inner_.query_instruments(); }
   Result<drivers::SetPointRange> controller_limits() override { return inner_.controller_limits(); }
   Result<std::vector<std::string>> prepare(const rig::Entrance& entrance,
                                            const drivers::ChamberProgram* program) override {
@@ -27,7 +27,7 @@ class RealLookingRig final : public rig::Rig {
   bool is_as_found() const override { return inner_.is_as_found(); }
   Duration will_start_utc() const override { return inner_.will_start_utc(); }
   void let_pass(std::int64_t seconds) override { inner_.let_pass(seconds); }
-  void bring_units_to(const UnitState&) override {}
+  void set_unit_state(const UnitState&) override {}
   const Clock& clock() const override { return inner_.clock(); }
   io::InstrumentIo& io() override { return inner_.io(); }
   const rig::RigFile& file() const override { return file_; }
@@ -49,7 +49,7 @@ std::vector<std::string> event_texts(const std::string& path, EventKind kind) {
 class PromptTest : public testing::Test {
  protected:
   PromptTest() {
-    auto assembled = rig::Rig::assemble(dry_run_.file(), {.seed = {}, .already = {}, .replay = {}});
+    auto assembled = rig::Rig::assemble(dry_run_.file(), {.seed = {}, .elapsed = {}, .replay = {}});
     EXPECT_TRUE(assembled) << text(assembled.error());
     virtual_rig_ = std::move(*assembled);
     EXPECT_TRUE(virtual_rig_->prepare(Celsius{20}));
@@ -61,7 +61,7 @@ class PromptTest : public testing::Test {
   }
 
   /// Brings the units to a state, as an operator does.
-  void bring_units_to(const UnitState& state) { virtual_rig_->bring_units_to(state); }
+  void set_unit_state(const UnitState& state) { virtual_rig_->set_unit_state(state); }
   RunController& run() { return harness_->run_controller(); }
   RunState after(int seconds) {
     harness_->seconds(seconds);
@@ -83,18 +83,18 @@ class PromptTest : public testing::Test {
 TEST_F(PromptTest, HoldsRunUntilOperatorAnswers) {
   ASSERT_EQ(after(60), RunState::execute);
   ASSERT_EQ(after(1), RunState::held);
-  EXPECT_EQ(run().standing().cause, "the profile asks: switch the unit off");
+  EXPECT_EQ(run().overview().cause, "the profile asks: switch the unit off");
   EXPECT_EQ(after(3600), RunState::held) << "without a time limit";
   EXPECT_EQ(harness_->progress().segment, 1);
   EXPECT_EQ(harness_->progress().in_segment, Duration{}) << "the profile's clock is stopped";
-  bring_units_to({.off = true});
+  set_unit_state({.off = true});
   answer("switched off at the supply");
   ASSERT_EQ(after(1), RunState::execute);
   EXPECT_EQ(after(599), RunState::execute) << "one prompt, and the unit's silence is not a fault";
   ASSERT_EQ(after(1), RunState::held);
-  EXPECT_EQ(run().standing().cause, "the profile asks: switch the unit on");
+  EXPECT_EQ(run().overview().cause, "the profile asks: switch the unit on");
   EXPECT_EQ(after(3600), RunState::held) << "still silent";
-  bring_units_to({});
+  set_unit_state({});
   answer("");
   harness_->seconds(1000);
   ASSERT_EQ(harness_->outcome(), RunOutcome::complete);
@@ -107,12 +107,12 @@ TEST_F(PromptTest, HoldsRunUntilOperatorAnswers) {
 
 TEST_F(PromptTest, SuspendsRunWhenUnitRemainsSilentAfterSwitchOn) {
   ASSERT_EQ(after(61), RunState::held);
-  bring_units_to({.off = true});
+  set_unit_state({.off = true});
   answer("");
   ASSERT_EQ(after(601), RunState::held);
   answer("it is on, says somebody who has not looked");
   EXPECT_EQ(after(120), RunState::suspended);
-  EXPECT_NE(run().standing().cause.find("gyro silent"), std::string::npos) << run().standing().cause;
+  EXPECT_NE(run().overview().cause.find("gyro silent"), std::string::npos) << run().overview().cause;
 }
 
 TEST_F(PromptTest, HasLowerPriorityThanInterlocks) {
@@ -128,10 +128,10 @@ TEST_F(PromptTest, FollowsPauseInItsFirstSecond) {
   ASSERT_EQ(after(60), RunState::execute);
   EXPECT_TRUE(run().carry_out(*control::make_request("pause", ""), "ada (uid 1000)").done);
   ASSERT_EQ(after(1), RunState::held);
-  EXPECT_EQ(run().standing().cause, "paused by ada (uid 1000)");
+  EXPECT_EQ(run().overview().cause, "paused by ada (uid 1000)");
   answer("");
   EXPECT_EQ(after(1), RunState::held);
-  EXPECT_EQ(run().standing().cause, "the profile asks: switch the unit off");
+  EXPECT_EQ(run().overview().cause, "the profile asks: switch the unit off");
   EXPECT_EQ(harness_->progress().in_segment, Duration{});
   answer("");
   EXPECT_EQ(after(1), RunState::execute);
@@ -170,7 +170,7 @@ TEST(PromptOnTheVirtualRig, IsReplayedWhenRunIsResumed) {
   (*rig)->let_pass(1);
   const auto sample = (*rig)->io().read(0, (*rig)->clock());
   EXPECT_FALSE(sample.units[0].count.value);
-  const auto slot = static_cast<std::size_t>(on->start.already / std::chrono::seconds(1));
+  const auto slot = static_cast<std::size_t>(on->start.elapsed / std::chrono::seconds(1));
   ASSERT_TRUE(sample.thermometers[0].value);
   EXPECT_EQ(sample.thermometers[0].value->value, whole.thermometers_c[0][slot]);
   EXPECT_LT(whole.thermometers_c[0][slot], whole.thermometers_c[0][60] - 0.1) << "it cools without its power";

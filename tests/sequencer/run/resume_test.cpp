@@ -56,11 +56,11 @@ TEST(ResumeRule, AsksOperatorWhenInstrumentDiffersFromStart) {
     auto now = at_start;
     now[title] = "other 222";
     auto stood = interrupted_hot_soak();
-    stood.strangers = compare_identities(at_start, now);
-    EXPECT_NE(stood.strangers.find("other 222"), std::string::npos) << title;
-    EXPECT_NE(stood.strangers.find(at_start.at(title)), std::string::npos) << "names both";
+    stood.mismatched_instruments = compare_identities(at_start, now);
+    EXPECT_NE(stood.mismatched_instruments.find("other 222"), std::string::npos) << title;
+    EXPECT_NE(stood.mismatched_instruments.find(at_start.at(title)), std::string::npos) << "names both";
     EXPECT_EQ(way(stood, 59.8), Reentry::ask);
-    EXPECT_EQ(judge_reentry(stood, kMild, {59.8}).why, stood.strangers);
+    EXPECT_EQ(judge_reentry(stood, kMild, {59.8}).why, stood.mismatched_instruments);
   }
 }
 
@@ -77,7 +77,7 @@ TEST(ResumeRule, AsksOperatorWhenDowntimeIsUnknown) {
   using std::chrono_literals::operator""s;
   using std::chrono_literals::operator""h;
   for (const Duration known : {Duration(0s), Duration(-2s), Duration(90s), Duration(24h * 366)})
-    EXPECT_EQ(unknown_downtime_reason(known), "") << spoken(known);
+    EXPECT_EQ(unknown_downtime_reason(known), "") << format_duration(known);
   EXPECT_EQ(unknown_downtime_reason(-10h),
             "the clock is 10 h 00 min 00 s behind the last second of the record: the downtime is unknown");
   EXPECT_EQ(unknown_downtime_reason(24h * 20'000),

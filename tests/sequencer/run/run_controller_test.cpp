@@ -67,7 +67,7 @@ TEST(RunController, MakesChamberSafeWhenUnitExceedsLimit) {
 
 TEST(Rig, SendsOnlyPermittedCommands) {
   tests::DryRun dry_run(kShort);
-  auto rig = rig::Rig::assemble(dry_run.file(), {.seed = {}, .already = {}, .replay = {}});
+  auto rig = rig::Rig::assemble(dry_run.file(), {.seed = {}, .elapsed = {}, .replay = {}});
   ASSERT_TRUE(rig) << text(rig.error());
   std::optional<ChamberState> before;
   const auto refuse = [&](const rig::FoundChamber& now) -> Result<Celsius> {
@@ -77,7 +77,7 @@ TEST(Rig, SendsOnlyPermittedCommands) {
   EXPECT_EQ((*rig)->prepare(refuse, nullptr).error().what, "not now");
   ASSERT_TRUE(before);
   EXPECT_NE(before->set_point, Celsius{60});
-  const auto asked = (*rig)->ask();
+  const auto asked = (*rig)->query_instruments();
   ASSERT_TRUE(asked.front()) << text(asked.front().error());
   EXPECT_NE(asked.front()->find("set point 20.00 °C"), std::string::npos) << *asked.front();
 }

@@ -13,7 +13,7 @@ namespace {
 TEST(RunTally, CountsFaultsAlarmsSuspendedTimeAndGaps) {
   tests::Bench bench("[[segment]]\nkind = \"hold\"\nat = \"20 °C\"\ntime = \"2 h\"\n");
   bench.seconds(5);
-  EXPECT_EQ(in_words(bench.run_controller().tally(), bench.record().alarms().count()),
+  EXPECT_EQ(describe(bench.run_controller().tally(), bench.record().alarms().count()),
             "0 faulty readings, 0 alarms, 0 s suspended, 0 s held, 0 gaps");
   for (int i = 0; i < 2; ++i) {
     bench.chamber().door_open = true;
@@ -37,7 +37,7 @@ TEST(RunTally, CountsFaultsAlarmsSuspendedTimeAndGaps) {
   for (const auto& sample : bench.record().samples) suspended += sample.state == RunState::suspended ? 1 : 0;
   EXPECT_EQ(tally.suspended_s, suspended);
   EXPECT_GE(tally.suspended_s, 60);
-  const auto words = in_words(tally, bench.record().alarms().count());
+  const auto words = describe(tally, bench.record().alarms().count());
   EXPECT_NE(words.find("4 faulty readings, 2 alarms of 1 kind (1 unacknowledged), "), std::string::npos) << words;
   EXPECT_NE(words.find("2 gaps of 4 s in all"), std::string::npos) << words;
 }

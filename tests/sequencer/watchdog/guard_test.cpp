@@ -121,10 +121,10 @@ TEST(Guard, KillsKnownProcessEvenWhenStopped) {
   const auto child = idle_child();
   const auto known = read_process_identity(child);
   ASSERT_TRUE(known);
-  EXPECT_TRUE(lives(*known));
+  EXPECT_TRUE(is_alive(*known));
   ::kill(child, SIGSTOP);
   EXPECT_TRUE(kill_process(*known, std::chrono::seconds(5)));
-  EXPECT_FALSE(lives(*known)) << "a zombie is dead";
+  EXPECT_FALSE(is_alive(*known)) << "a zombie is dead";
   int status = 0;
   ::waitpid(child, &status, 0);
   EXPECT_EQ(WTERMSIG(status), SIGKILL);

@@ -35,7 +35,7 @@ std::string receive(drivers::ByteStream& line) {
 std::string take(int descriptor, std::size_t count) {
   std::string taken;
   const Deadline deadline(kSoon);
-  while (taken.size() < count && ready(descriptor, POLLIN, deadline)) {
+  while (taken.size() < count && wait_until_ready(descriptor, POLLIN, deadline)) {
     std::array<char, 4096> buffer{};
     const auto size = ::read(descriptor, buffer.data(), buffer.size());
     if (size <= 0) break;

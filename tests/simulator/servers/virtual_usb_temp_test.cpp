@@ -48,7 +48,7 @@ TEST_F(VirtualUsbTempTest, StoresItemSettings) {
 TEST_F(VirtualUsbTempTest, CalibratesImmediatelyAndReportsDate) {
   EXPECT_TRUE(ask(mcc_request(drivers::MccCommand::calibrate)).empty());
   const auto status = mcc_request(drivers::MccCommand::read_status);
-  EXPECT_FALSE(drivers::mcc_calibrating(decode_mcc_bytes(status, ask(status)).value()[0]));
+  EXPECT_FALSE(drivers::is_mcc_calibrating(decode_mcc_bytes(status, ask(status)).value()[0]));
   const auto date = drivers::mcc_read_calibration_date();
   EXPECT_TRUE(drivers::decode_mcc_date(drivers::decode_mcc_bytes(date, ask(date)).value()));
 }

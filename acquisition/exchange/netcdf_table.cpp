@@ -25,7 +25,7 @@ namespace gyrotherm::exchange {
 
 namespace {
 
-using record::into, record::kMissing;
+using record::assign_result, record::kMissing;
 
 /// The unit of a counted time and its reference instant since 1970, if it has one.
 struct TimeUnits {

@@ -19,7 +19,7 @@ namespace gyrotherm::exchange {
 
 namespace {
 
-using record::Field, record::into, record::kMissing;
+using record::Field, record::assign_result, record::kMissing;
 
 constexpr std::string_view kAllDigits = "0123456789", kNoBreakSpace = "\xC2\xA0", kNarrowSpace = "\xE2\x80\xAF";
 

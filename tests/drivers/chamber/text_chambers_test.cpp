@@ -38,7 +38,8 @@ std::string question_line(const RegisterMap& map, std::string_view item) {
 }
 
 /// Returns the number of a field in an answer, or NaN if no form of the answer fits.
-double answered(const RegisterMap& map, std::string_view item, std::string_view answer, const std::string& field) {
+double number_in_answer(const RegisterMap& map, std::string_view item, std::string_view answer,
+                        const std::string& field) {
   const auto* query = map.text_link->find_query(map.find(item)->address);
   for (const auto& form : query->answers)
     if (const auto fields = form.match(answer)) return std::get<double>(fields->at(field));
@@ -50,8 +51,8 @@ TEST(TextChambers, SimServHasThePublishedBytes) {
   EXPECT_EQ(command_line(map, "set_point", {{"value", -40.0}}), "11001\xB6\x31\xB6\x31\xB6-40.0");
   EXPECT_EQ(command_line(map, "run", {{"value", 1.0}}), "14001\xB6\x31\xB6\x31\xB6\x31");
   EXPECT_EQ(question_line(map, "air_temperature"), "11004\xB6\x31\xB6\x31");
-  EXPECT_EQ(answered(map, "air_temperature", "1\xB6\x32\x34.4812", "value"), 24.4812);
-  EXPECT_TRUE(std::isnan(answered(map, "air_temperature", "-8", "value")));
+  EXPECT_EQ(number_in_answer(map, "air_temperature", "1\xB6\x32\x34.4812", "value"), 24.4812);
+  EXPECT_TRUE(std::isnan(number_in_answer(map, "air_temperature", "-8", "value")));
   EXPECT_EQ(map.link.modbus.port, 2049);
 }
 
@@ -67,10 +68,10 @@ TEST(TextChambers, Ascii2RepeatsThePresentValues) {
 TEST(TextChambers, P300HasThePublishedLines) {
   const auto map = read_text_chamber("espec_p300");
   EXPECT_EQ(command_line(map, "set_point", {{"value", -40.0}}), "TEMP, S-40.0");
-  EXPECT_EQ(answered(map, "set_point", "23.0,85.0,105.0,-45.0", "alarm_low"), -45);
-  EXPECT_EQ(answered(map, "alarms", "23.0,85,CONSTANT,0", "alarms"), 0);
-  EXPECT_EQ(answered(map, "alarms", "23.0,,CONSTANT,2", "alarms"), 2);
-  EXPECT_EQ(answered(map, "alarms", "23.0,CONSTANT,1", "alarms"), 1);
+  EXPECT_EQ(number_in_answer(map, "set_point", "23.0,85.0,105.0,-45.0", "alarm_low"), -45);
+  EXPECT_EQ(number_in_answer(map, "alarms", "23.0,85,CONSTANT,0", "alarms"), 0);
+  EXPECT_EQ(number_in_answer(map, "alarms", "23.0,,CONSTANT,2", "alarms"), 2);
+  EXPECT_EQ(number_in_answer(map, "alarms", "23.0,CONSTANT,1", "alarms"), 1);
 }
 
 TEST(TextChambers, CtsFramesHaveThePublishedBytes) {
@@ -86,27 +87,27 @@ TEST(TextChambers, CtsFramesHaveThePublishedBytes) {
   EXPECT_EQ(framed(question_line(map, "run")), "\x02\x81\xD3\xD2\x03");
   EXPECT_EQ(command_line(map, "set_point", {{"value", 23.0}}), "a0 023.0");
   EXPECT_EQ(command_line(map, "set_point", {{"value", -40.0}}), "a0 -40.0");
-  EXPECT_EQ(answered(map, "set_point", "A0 023.4 025.0", "set_point"), 25);
+  EXPECT_EQ(number_in_answer(map, "set_point", "A0 023.4 025.0", "set_point"), 25);
 }
 
 TEST(TextChambers, CirculatorsHaveThePublishedLines) {
   const auto huber = read_text_chamber("huber");
   EXPECT_EQ(command_line(huber, "set_point", {{"value", -4000.0}}), "{M00F060");
-  EXPECT_EQ(answered(huber, "set_point", "{S00F060", "value"), -4000);
+  EXPECT_EQ(number_in_answer(huber, "set_point", "{S00F060", "value"), -4000);
   EXPECT_EQ(question_line(huber, "air_temperature"), "{M01****");
   const auto julabo = read_text_chamber("julabo");
   EXPECT_EQ(command_line(julabo, "set_point", {{"value", 55.5}}), "out_sp_00 55.50");
-  EXPECT_EQ(answered(julabo, "status", "03 REMOTE START\r", "value"), 3);
-  EXPECT_EQ(answered(julabo, "status", "-01 LOW LEVEL ALARM\r", "value"), -1);
+  EXPECT_EQ(number_in_answer(julabo, "status", "03 REMOTE START\r", "value"), 3);
+  EXPECT_EQ(number_in_answer(julabo, "status", "-01 LOW LEVEL ALARM\r", "value"), -1);
   const auto lauda = read_text_chamber("lauda");
   EXPECT_EQ(command_line(lauda, "set_point", {{"value", -40.0}}), "OUT_SP_00_-40.00");
-  EXPECT_TRUE(std::isnan(answered(lauda, "set_point", "ERR_6", "value")));
+  EXPECT_TRUE(std::isnan(number_in_answer(lauda, "set_point", "ERR_6", "value")));
 }
 
 TEST(TextChambers, ThermotronAcceptsBothLineEnds) {
   const auto map = read_text_chamber("thermotron_8800");
-  EXPECT_EQ(answered(map, "air_temperature", "22.000", "value"), 22);
-  EXPECT_EQ(answered(map, "air_temperature", "22.000\r", "value"), 22);
+  EXPECT_EQ(number_in_answer(map, "air_temperature", "22.000", "value"), 22);
+  EXPECT_EQ(number_in_answer(map, "air_temperature", "22.000\r", "value"), 22);
 }
 
 }  // namespace

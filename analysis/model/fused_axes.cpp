@@ -24,7 +24,7 @@ namespace {
 
 constexpr std::size_t kMostAxes = 64;
 constexpr double kRadian = std::numbers::pi / 180;
-constexpr double kNoRate = std::numeric_limits<double>::quiet_NaN();
+constexpr double kUnknownRate = std::numeric_limits<double>::quiet_NaN();
 
 tl::unexpected<Fault> axis_fault(const data::Dataset& dataset, std::string what) {
   return failure(FaultKind::usage, dataset.path + ", axis " + qualified_name(dataset.of), std::move(what));
@@ -52,7 +52,7 @@ Eigen::VectorXd measured_rate(const data::Dataset& dataset) {
   Eigen::VectorXd rate = dataset.bias_deg_per_h.array() + dataset.earth_rate_deg_per_h.value_or(0);
   for (Eigen::Index i = 0; i < rate.size(); ++i) {
     const int segment = dataset.segment(i);
-    if (segment >= 0 && dataset.segments[static_cast<std::size_t>(segment)].unit.turned) rate(i) = kNoRate;
+    if (segment >= 0 && dataset.segments[static_cast<std::size_t>(segment)].unit.turned) rate(i) = kUnknownRate;
   }
   return rate;
 }

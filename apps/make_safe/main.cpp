@@ -73,7 +73,7 @@ constexpr const char* kHelp =
     "or no such record; 5 a running program drives the chamber.\n";
 
 MakeSafeExit report_fault(ErrorPrinter& printer, const Fault& fault, MakeSafeExit exit) {
-  printer.say(text(fault));
+  printer.print(text(fault));
   return exit;
 }
 
@@ -96,7 +96,7 @@ SafeStateChamber limit_observation(SafeStateChamber chamber) {
 /// Repeats attempts until the chamber is safe, another program drives it, or further attempts are useless.
 RescueResult retry_until_safe(SafeRescue& rescue, RescueResult result, TraceWriter& trail, ErrorPrinter& printer) {
   while (result.reached != SafeStage::all && !result.in_use && !rescue.is_exhausted() && !rescue.is_lost()) {
-    if (trail.record(result)) printer.say(trail.describe());
+    if (trail.record(result)) printer.print(trail.describe());
     std::this_thread::sleep_for(rescue.pause());
     result = rescue.attempt();
   }
@@ -109,17 +109,17 @@ MakeSafeExit make_safe(ErrorPrinter& printer, const std::string& record, RescueM
   if (!*safe_state) {
     std::error_code error;
     const bool is_there = std::filesystem::exists(record, error);
-    printer.say(record + (is_there ? ": no run is in progress; nothing to do"
+    printer.print(record + (is_there ? ": no run is in progress; nothing to do"
                                    : ": the record does not exist and has no safe-state file; check the path"));
     return is_there ? MakeSafeExit::safe : MakeSafeExit::file;
   }
   if ((*safe_state)->record != record) {
-    printer.say(fmt::format("the safe-state file is for {}; using it for {}", (*safe_state)->record, record));
+    printer.print(fmt::format("the safe-state file is for {}; using it for {}", (*safe_state)->record, record));
     (*safe_state)->record = record;
   }
   const auto& by = (*safe_state)->written_by;
   if (mode == RescueMode::gentle && is_alive(by)) {
-    printer.say(fmt::format("process {} is running and drives the chamber; use --kill to end it first", by.pid));
+    printer.print(fmt::format("process {} is running and drives the chamber; use --kill to end it first", by.pid));
     return MakeSafeExit::in_use;
   }
   const auto chamber = make_safe_state_chamber(**safe_state);
@@ -127,14 +127,14 @@ MakeSafeExit make_safe(ErrorPrinter& printer, const std::string& record, RescueM
   constexpr const char* kReason = "the program that drove it had ended";
   if (mode == RescueMode::insist)
     return make_safe_insistently(printer, **safe_state, limit_observation(*chamber), kReason);
-  if (!kill_process(by, kKillTimeout)) printer.say(fmt::format("cannot end process {}", by.pid));
+  if (!kill_process(by, kKillTimeout)) printer.print(fmt::format("cannot end process {}", by.pid));
   TraceWriter trail(**safe_state, kReason);
   SafeRescue rescue(**safe_state, *chamber, printer);
   auto result = rescue.attempt();
   for (int waited = 0; result.in_use && waited < kInUseWaitSeconds; ++waited) {
     std::this_thread::sleep_for(seconds(1));
     if (const auto now = read_safe_state(safe_state_path(record)); now && !*now) {
-      printer.say(record + ": another program has made its chamber safe");
+      printer.print(record + ": another program has made its chamber safe");
       return MakeSafeExit::safe;
     }
     result = rescue.attempt();
@@ -143,9 +143,9 @@ MakeSafeExit make_safe(ErrorPrinter& printer, const std::string& record, RescueM
   if (result.in_use) return exit_code(result);
   trail.record(result);
   if (result.reached == SafeStage::all) trail.remove_safe_state();
-  printer.say(trail.describe());
+  printer.print(trail.describe());
   if (!trail.settle(kFileTimeout))
-    printer.say("the disk does not respond: no file could be written next to the record");
+    printer.print("the disk does not respond: no file could be written next to the record");
   return exit_code(result);
 }
 
@@ -159,17 +159,17 @@ const char* describe(WatchEnd end) {
 MakeSafeExit make_safe_insistently(ErrorPrinter& printer, const SafeState& safe_state, const SafeStateChamber& chamber,
                                    const char* reason) {
   if (!kill_process(safe_state.written_by, kKillTimeout))
-    printer.say(fmt::format("cannot end process {}", safe_state.written_by.pid));
+    printer.print(fmt::format("cannot end process {}", safe_state.written_by.pid));
   TraceWriter trail(safe_state, reason);
   SafeRescue rescue(safe_state, chamber, printer);
   auto result = rescue.attempt();
-  printer.say(reason);
+  printer.print(reason);
   for (int driven = 0;; result = rescue.attempt()) {
     driven = result.is_driven ? driven + 1 : 0;
-    if (!result.in_use && trail.record(result)) printer.say(trail.describe());
+    if (!result.in_use && trail.record(result)) printer.print(trail.describe());
     if (result.reached == SafeStage::all || driven >= kMaxDrivenSeconds) break;
     if (const auto why = trail.find_end_reason()) {
-      printer.say(*why + "; giving up");
+      printer.print(*why + "; giving up");
       break;
     }
     std::this_thread::sleep_for(result.in_use ? Duration(kRetryPause) : rescue.pause());
@@ -209,7 +209,7 @@ MakeSafeExit guard(ErrorPrinter& printer, const std::string& record) {
                                    describe(end));
       // An exception in a library must not leave the chamber unsafe.
     } catch (const std::exception& failed) {
-      printer.say(fmt::format("{}; retrying", failed.what()));
+      printer.print(fmt::format("{}; retrying", failed.what()));
     }
 }
 
@@ -245,7 +245,7 @@ MakeSafeExit run(int argc, char** argv) {
   ErrorPrinter printer;
   const bool with_option = first == "--guard" || first == "--kill" || first == "--insist";
   if (argc != (with_option ? 3 : 2) || (!with_option && first.starts_with('-'))) {
-    printer.say("expected [--kill|--insist|--guard] RUN.db; see --help");
+    printer.print("expected [--kill|--insist|--guard] RUN.db; see --help");
     return MakeSafeExit::usage;
   }
   std::error_code error;

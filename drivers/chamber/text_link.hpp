@@ -61,6 +61,8 @@ struct TextQuery {
   std::vector<std::string> before;
   std::vector<TextTemplate> answers;
   std::vector<TextCell> cells;
+  /// Fields of items that belong to another question. Only the virtual unit uses them.
+  std::vector<TextCell> mirrors;
 };
 
 struct TextCommand {
@@ -71,6 +73,8 @@ struct TextCommand {
   /// The acknowledgement is one of these; empty if the unit sends none.
   std::vector<TextTemplate> acknowledged;
   CodeTexts codes;
+  /// Lines without an answer that make the written value effective, such as a start command.
+  std::vector<std::string> then;
 };
 
 struct TextLink {

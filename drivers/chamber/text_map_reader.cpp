@@ -259,8 +259,10 @@ class ItemReader {
         const auto own = own_.find(item_name);
         const bool has_own_question = own != own_.end() && own->second->has("ask") && own->second != &table;
         if (has_own_question) continue;
-        if (map_.find(item_name)) {
-          table.note_error("answer", fmt::format("the item \"{}\" is already in another answer", item_name));
+        if (const auto* known = find_item(item_name)) {
+          query.mirrors.push_back({.field = field.name,
+                                   .item = static_cast<std::size_t>(known - map_.items.data()),
+                                   .codes = find_codes(known)});
           continue;
         }
         auto [item, codes] = make_item(item_name, field.form, own == own_.end() ? table : *own->second, &table);
@@ -334,13 +336,13 @@ class ItemReader {
       map_.items.push_back(std::move(made.first));
       item = &map_.items.back();
     } else {
-      for (const auto& query : text_.queries)
-        for (const auto& cell : query.cells)
-          if (&map_.items[cell.item] == item) command.codes = cell.codes;
+      command.codes = find_codes(item);
       if (value && value->form.decimals >= 0)
         item->resolution = std::max(item->resolution, std::pow(10.0, -value->form.decimals) * item->scale);
     }
     item->writable = true;
+    for (const auto& line : texts_at(table, "then"))
+      command.then.push_back(templates_.read_constant(table, "then", line));
     if (command.acknowledged.empty() && !item->readable && item->seen_in.empty())
       table.note_error("tell", "this command is neither acknowledged nor read back");
     command.item = static_cast<std::size_t>(item - map_.items.data());
@@ -356,6 +358,13 @@ class ItemReader {
       if (!other || !other->readable)
         table.note_error("tell", fmt::format("the field \"{}\" is not an item that can be read", field.name));
     }
+  }
+
+  [[nodiscard]] CodeTexts find_codes(const RegisterItem* item) const {
+    for (const auto& query : text_.queries)
+      for (const auto& cell : query.cells)
+        if (&map_.items[cell.item] == item) return cell.codes;
+    return {};
   }
 
   [[nodiscard]] RegisterItem* find_item(const std::string& name) const {

@@ -20,6 +20,8 @@ constexpr std::size_t kShortestIdentity = 5;
 constexpr std::size_t kLongestQuote = 80;
 constexpr Duration kConnectWithin = std::chrono::seconds(2);
 constexpr int kReadTries = 2;
+/// Number of failed questions in a row after which another unit may be on the line.
+constexpr int kFailuresUntilNewUnit = 5;
 
 std::string quote_line(const std::string& line) {
   const bool is_long = line.size() > kLongestQuote;
@@ -28,7 +30,7 @@ std::string quote_line(const std::string& line) {
 
 TextExchangeOptions exchange_options(const RegisterMap& map, const Clock* clock) {
   const auto& wire = map.link.text;
-  auto answer_end = wire.frame ? std::string(1, wire.frame->end) : wire.answer_end;
+  auto answer_end = wire.frame ? std::string(1, frame_terminator(*wire.frame)) : wire.answer_end;
   return {.question_end = wire.frame ? "" : wire.question_end,
           .answer_end = std::move(answer_end),
           .within = map.link.modbus.timeout,
@@ -75,7 +77,10 @@ class TextRegisters final : public Registers {
       return failure(FaultKind::refused, place_, "only a whole item can be written");
     FieldValues values{{"value", to_field(item, command->codes, words)}};
     if (auto complete = add_present_values(command->tell, values); !complete) return complete;
-    return carry_out(*command, command->tell.format(values));
+    auto done = carry_out(*command, command->tell.format(values));
+    for (const auto& line : command->then)
+      if (done) done = send_line(line);
+    return done;
   }
 
   void end_rest() override { exchange_.end_rest(); }
@@ -91,7 +96,9 @@ class TextRegisters final : public Registers {
 
   /// Notes a broken connection: on the next one no old answer can arrive, and another unit may answer.
   Fault noted(Fault fault, const std::string& question) {
-    if (fault.kind == FaultKind::disconnected) {
+    ++failures_;
+    // A unit whose answer to the question of the identity has changed would never resynchronise.
+    if (fault.kind == FaultKind::disconnected || failures_ == kFailuresUntilNewUnit) {
       ++breaks_;
       identity_answer_.clear();
     }
@@ -111,6 +118,7 @@ class TextRegisters final : public Registers {
       return failure(FaultKind::corrupted, place_,
                      fmt::format("the answer {} is from another unit", quote_line(*answer)));
     }
+    failures_ = 0;
     return answer->substr(prefix.size());
   }
 
@@ -150,7 +158,7 @@ class TextRegisters final : public Registers {
     if (!answer) return failure(answer.error());
     const bool is_identity = query.ask == text_.identity_question;
     for (const auto& form : query.answers) {
-      const auto fields = form.match(*answer);
+      const auto fields = form.match(*answer, true);
       if (!fields) continue;
       auto words = words_of(query, *fields);
       if (!words) break;
@@ -215,6 +223,7 @@ class TextRegisters final : public Registers {
   /// Last answer to the question of the identity on the present connection.
   std::string identity_answer_;
   std::uint64_t breaks_ = 0;
+  int failures_ = 0;  ///< in a row
 };
 
 }  // namespace

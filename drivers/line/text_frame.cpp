@@ -70,7 +70,7 @@ class FramedStream final : public ByteStream {
       received_.erase(0, end + 1);
       if (begin == std::string::npos) continue;
       if (!text) return failure(FaultKind::corrupted, "", "wrong checksum in the answer");
-      ready_ += *text + form_.end;
+      ready_ += *text + frame_terminator(form_);
     }
     if (received_.size() <= kLongestFrame) return {};
     received_.clear();
@@ -84,6 +84,10 @@ class FramedStream final : public ByteStream {
 };
 
 }  // namespace
+
+char frame_terminator(const TextFrame& form) {
+  return form.high_bit ? static_cast<char>(static_cast<unsigned char>(form.end) | kHighBit) : form.end;
+}
 
 std::string to_frame(const TextFrame& form, std::string_view text) {
   std::string data(text);

@@ -29,7 +29,11 @@ struct TextFrame {
 /// Returns the text of a whole frame, or nothing if its checksum or form is wrong.
 [[nodiscard]] std::optional<std::string> from_frame(const TextFrame& form, std::string_view frame);
 
-/// Wraps `line`: each write sends one frame, and each read returns the text of one frame followed by the end byte.
+/// Returns the byte that ends a text of a framed stream: the end byte of the frame, with bit 7 set if data bytes have
+/// it, so that no byte of a text equals it.
+[[nodiscard]] char frame_terminator(const TextFrame& form);
+
+/// Wraps `line`: each write sends one frame, and each read returns the text of one frame and frame_terminator().
 /// Bytes outside frames are skipped. A read fails with corrupted if a frame has a wrong checksum or exceeds 4096 bytes,
 /// and otherwise as `line` does. `clock` is the clock of `line`; null means the steady clock.
 [[nodiscard]] std::unique_ptr<ByteStream> make_framed_stream(std::unique_ptr<ByteStream> line, const TextFrame& form,

@@ -267,7 +267,7 @@ std::string TextTemplate::prefix() const { return pieces_.empty() ? "" : pieces_
 /// Backtracking matcher of one line.
 class TextTemplate::Matcher {
  public:
-  Matcher(const TextTemplate& form, std::string_view line) : form_(form), line_(line) {}
+  Matcher(const TextTemplate& form, std::string_view line, bool exact) : form_(form), line_(line), exact_(exact) {}
 
   std::optional<FieldValues> match() {
     std::vector<const Piece*> pieces;
@@ -396,16 +396,21 @@ class TextTemplate::Matcher {
       if (error != std::errc{}) return std::nullopt;
       stop = after;
     }
+    const bool needs_point = exact_ && form.decimals > 0;
+    if (needs_point && std::find(begin, stop, '.') == stop) return std::nullopt;
     at = static_cast<std::size_t>(stop - line_.data());
     return value;
   }
 
   const TextTemplate& form_;
   std::string_view line_;
+  bool exact_;
   FieldValues values_;
   int steps_ = 0;
 };
 
-std::optional<FieldValues> TextTemplate::match(std::string_view line) const { return Matcher(*this, line).match(); }
+std::optional<FieldValues> TextTemplate::match(std::string_view line, bool exact) const {
+  return Matcher(*this, line, exact).match();
+}
 
 }  // namespace gyrotherm::drivers

@@ -60,7 +60,9 @@ class TextTemplate {
 
   /// Parses a whole line. Returns nothing if it does not fit. A blank in the template fits any number of blanks.
   /// A number has a full stop as its decimal mark and may follow blanks. A text extends to the next literal that fits.
-  [[nodiscard]] std::optional<FieldValues> match(std::string_view line) const;
+  /// With `exact`, as for answers, a number whose form has decimals must have a decimal point: an error code is no
+  /// temperature.
+  [[nodiscard]] std::optional<FieldValues> match(std::string_view line, bool exact = false) const;
 
   /// Returns the literal text before the first field or group.
   [[nodiscard]] std::string prefix() const;

@@ -133,6 +133,12 @@ class UnitSession final : public Session {
       const auto its = std::span(words).subspan(at, word_count(item));
       values[cell.field] = to_field(item, cell.codes, lagging(item, {its.begin(), its.end()}));
     }
+    for (const auto& mirror : query.mirrors) {
+      const auto& item = map_.items[mirror.item];
+      std::vector<std::uint16_t> its;
+      if (registers_.read(drivers::ReadFunction::holding_registers, item.address, word_count(item), its))
+        values[mirror.field] = to_field(item, mirror.codes, its);
+    }
     return query.answers.front().format(values);
   }
 

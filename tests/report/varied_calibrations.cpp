@@ -72,14 +72,14 @@ CalibrationReport report_with_texts(const std::string& text) {
   return report;
 }
 
-CalibrationReport real_report() {
+CalibrationReport full_report() {
   CalibrationReport report = sample_calibration();
   report.simulated = false;
   return report;
 }
 
 CalibrationReport report_without_model() {
-  CalibrationReport report = real_report();
+  CalibrationReport report = full_report();
   std::erase_if(report.results, [](const ResultTable& table) { return table.stage != Stage::uncompensated; });
   report.budgets.clear();
   report.conformity.clear();
@@ -88,7 +88,7 @@ CalibrationReport report_without_model() {
 }
 
 CalibrationReport report_with_unnamed_axis() {
-  CalibrationReport report = real_report();
+  CalibrationReport report = full_report();
   report.item.axes = {""};
   std::erase_if(report.results, [](const ResultTable& table) { return table.axis != "u1.x"; });
   std::erase_if(report.budgets, [](const ReportedBudget& budget) { return budget.axis != "u1.x"; });
@@ -99,7 +99,7 @@ CalibrationReport report_with_unnamed_axis() {
 }
 
 CalibrationReport report_with_many_axes() {
-  CalibrationReport report = real_report();
+  CalibrationReport report = full_report();
   const CalibrationReport one = report_with_unnamed_axis();
   report.item.axes.clear();
   report.results.clear();
@@ -115,21 +115,21 @@ CalibrationReport report_with_many_axes() {
 }
 
 CalibrationReport report_with_changed_values(const std::function<void(ReportedValue&, int)>& change) {
-  CalibrationReport report = real_report();
+  CalibrationReport report = full_report();
   int count = 0;
   for_each_value(report, [&](ReportedValue& value) { change(value, count++); });
   return report;
 }
 
 CalibrationReport superseded_report() {
-  CalibrationReport report = real_report();
+  CalibrationReport report = full_report();
   report.state = ReportState::superseded;
   report.replaced_by = OtherReport{"C-2027-0001", std::string(64, 'd'), {"error in the limits", ""}};
   return report;
 }
 
 CalibrationReport report_only_in_german() {
-  CalibrationReport report = real_report();
+  CalibrationReport report = full_report();
   for (Texts* texts : {&report.item.description, &report.item.condition, &report.place, &report.method,
                        &report.traceability, &report.remarks, &report.replaces->reason, &report.influences[1].name})
     texts->en.clear();
@@ -137,7 +137,7 @@ CalibrationReport report_only_in_german() {
 }
 
 CalibrationReport report_with_unusual_units() {
-  CalibrationReport report = real_report();
+  CalibrationReport report = full_report();
   report.influences = {{.key = "air_pressure", .unit = "hPa", .low = 990, .high = 1013.25},
                        {.name = {"moon", "Mond"}, .unit = "quarters <of> it", .low = 1, .high = 3},
                        {.key = "tilt", .unit = "′", .low = kNoNumber, .high = kNoEnd},
@@ -146,7 +146,7 @@ CalibrationReport report_with_unusual_units() {
 }
 
 CalibrationReport report_with_every_verdict() {
-  CalibrationReport report = real_report();
+  CalibrationReport report = full_report();
   const Conformity one = report.conformity.front();
   report.conformity.clear();
   for (const Verdict verdict :
@@ -168,7 +168,7 @@ std::vector<VariedReport> varied_calibrations() {
   const auto add = [&](std::string name, CalibrationReport report, DccOptions options = {}) {
     all.push_back({std::move(name), std::move(report), std::move(options)});
   };
-  add("whole", real_report(),
+  add("whole", full_report(),
       {.files = {{kCalibrationFile, std::string(64, '1')}, {"report, second edition.pdf", std::string(64, '2')}},
        .pdf = ReadableReport{"report.pdf", std::string("%PDF-1.6\n\0\xff", 11)}});
   all.back().report.logo = Logo{"image/png", "iVBORw0KGgo="};

@@ -20,7 +20,7 @@ namespace gyrotherm::simulator {
 namespace {
 
 /// Returns the same temperature for every output of the thermal model.
-std::array<double, thermal::kThermalOutputs> uniform_temperatures(double celsius) {
+std::array<double, thermal::kThermalOutputs> equal_temperatures(double celsius) {
   std::array<double, thermal::kThermalOutputs> inner{};
   inner.fill(celsius);
   return inner;
@@ -37,7 +37,7 @@ TEST(CoefficientGrowth, IsGammaOver40KelvinOfBlock) {
   physics.mirror_deg_per_h_per_k = {1e-3, 0, 0, 0};
   physics.growth.mirrors = {0.3, 0, 0, 0};
   for (const double block_c : {-40.0, 20.0, 60.0}) {
-    auto inner = uniform_temperatures(block_c);
+    auto inner = equal_temperatures(block_c);
     inner[static_cast<std::size_t>(thermal::ThermalOutput::mirror_b)] += 2;
     EXPECT_NEAR(deformation_deg_per_h(physics, inner), 2e-3 * (1 + 0.3 * (block_c - 20) / 40), 1e-15);
   }
@@ -74,9 +74,9 @@ constexpr GasFlow kControlled{
 TEST(CurrentControl, ChangesUnbalanceWithElectronicsTemperature) {
   BiasPhysics physics;
   physics.flow = kControlled;
-  GyroBias bias(physics, uniform_temperatures(20));
+  GyroBias bias(physics, equal_temperatures(20));
   EXPECT_EQ(bias.total().value, 0);
-  auto inner = uniform_temperatures(20);
+  auto inner = equal_temperatures(20);
   inner[static_cast<std::size_t>(thermal::ThermalOutput::preamplifier)] = 60;
   bias.step(inner);
   EXPECT_NEAR(bias.total().value, 40 * 3e-5 * 4.4 * 1.5, 1e-12) << "immediately";
@@ -145,22 +145,22 @@ TEST(SideWind, LeavesLargerResidualOfHardGyro) {
 TEST(WarmUp, IsSumOfPhases) {
   BiasPhysics physics;
   physics.warm_up = {{120, 0.01}, {7200, 0.002}};
-  GyroBias bias(physics, uniform_temperatures(20));
+  GyroBias bias(physics, equal_temperatures(20));
   EXPECT_DOUBLE_EQ(bias.total().value, 0.012);
-  for (int t = 0; t < 120; ++t) bias.step(uniform_temperatures(20));
+  for (int t = 0; t < 120; ++t) bias.step(equal_temperatures(20));
   EXPECT_NEAR(bias.total().value, 0.01 * std::exp(-1) + 0.002 * std::exp(-1 / 60.0), 1e-15);
 }
 
 TEST(Hysteresis, DependsOnPreviousRun) {
   BiasPhysics physics;
   physics.plays = {{4, 1e-3}, {30, 1e-3}};
-  GyroBias warmed(physics, uniform_temperatures(20), {.turning_points_c = {-40, 60}});
-  GyroBias cooled(physics, uniform_temperatures(20), {.turning_points_c = {60, -40}});
+  GyroBias warmed(physics, equal_temperatures(20), {.turning_points_c = {-40, 60}});
+  GyroBias cooled(physics, equal_temperatures(20), {.turning_points_c = {60, -40}});
   EXPECT_NEAR(warmed.total().value, -1e-3 - 1e-3 / 3, 1e-15)
       << "approached from above; the wide play has moved 10 of its 30 K";
   EXPECT_NEAR(cooled.total().value, 2e-3, 1e-15);
   for (auto* bias : {&warmed, &cooled})
-    for (const double wider_c : {-50.0, 70.0, 20.0}) bias->step(uniform_temperatures(wider_c));
+    for (const double wider_c : {-50.0, 70.0, 20.0}) bias->step(equal_temperatures(wider_c));
   EXPECT_EQ(warmed.total().value, cooled.total().value) << "a wider excursion erases the history";
 }
 

@@ -75,9 +75,9 @@ TEST(LogCheck, DetectsChangeOfEveryByte) {
 
 TEST(LogCheck, AcceptsOnlyExistingFramesOfTruncatedLog) {
   const auto log = make_record_log();
-  const TemporaryLog split_line(log.substr(0, kHeader + 5 * kFrame + 100));
-  EXPECT_TRUE(cut.is_intact(5));
-  EXPECT_FALSE(cut.is_intact(6));
+  const TemporaryLog truncated(log.substr(0, kHeader + 5 * kFrame + 100));
+  EXPECT_TRUE(truncated.is_intact(5));
+  EXPECT_FALSE(truncated.is_intact(6));
 }
 
 }  // namespace

@@ -24,7 +24,7 @@ struct RunWithGivenBias {
   /// Characterises the run for this bias before compensation and a bias of 0 after it.
   [[nodiscard]] Characterisation characterise(const Eigen::VectorXd& bias) {
     clusters.bias_deg_per_h = bias;
-    return characterise(dataset, clusters, Eigen::VectorXd::Zero(bias.size()));
+    return model::characterise(dataset, clusters, Eigen::VectorXd::Zero(bias.size()));
   }
 };
 

@@ -49,7 +49,7 @@ class MigratedStore : public testing::Test {
     return taken;
   }
   bool has(const std::string& table) {
-    const auto found = store_->ask("SELECT to_regclass($1) IS NOT NULL", {table});
+    const auto found = store_->query("SELECT to_regclass($1) IS NOT NULL", {table});
     return found && found->boolean(0, 0);
   }
 

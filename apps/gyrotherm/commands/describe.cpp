@@ -59,7 +59,7 @@ class CopyingStream final : public drivers::ByteStream {
 Result<drivers::RegisterMap> read_description(const std::string& file) {
   const auto path = resolve_path(file, kShippedChamberMap);
   if (!path) return failure(path.error());
-  const auto text = read_file(*path);
+  const auto text = read_text_file(*path);
   if (!text) return failure(text.error());
   auto map = drivers::parse_register_map(*text, *path);
   if (map && !map->text_link)

@@ -23,7 +23,7 @@ constexpr int kPoses = 40, kDrawsOfPose = 2500;
 #endif
 
 /// Standard deviations of the turn-on bias and of the white noise over one second.
-constexpr double kTurnOn_deg_per_h = 0.0005, kWhite_deg_per_h = 0.01;
+constexpr double kStart_deg_per_h = 0.0005, kWhite_deg_per_h = 0.01;
 
 /// Angles of a fixture in degrees, or their errors.
 struct Pose {
@@ -93,10 +93,10 @@ std::vector<CompensatedAxis> axes_at(const Pose& pose, const std::vector<fusion:
     model.input_min = Eigen::RowVectorXd::Constant(1, -50);
     model.input_max = Eigen::RowVectorXd::Constant(1, 70);
     model.residual_noise = {.angle_random_walk_deg_per_sqrt_h = kWhite_deg_per_h / 60,
-                            .start_deg_per_h = kTurnOn_deg_per_h};
+                            .start_deg_per_h = kStart_deg_per_h};
     Budget budget{.averaging_s = kSecondsPerHour,
                   .rows = {{.source = Source::angle_random_walk, .standard_uncertainty = kWhite_deg_per_h / 60},
-                           {.source = Source::turn_on, .standard_uncertainty = kTurnOn_deg_per_h}}};
+                           {.source = Source::turn_on, .standard_uncertainty = kStart_deg_per_h}}};
     for (BudgetRow& row : budget_of_earth_rate(dataset)) budget.rows.push_back(std::move(row));
     model.uncertainty = {.budget = std::move(budget), .sensitivities = {}};
     all.push_back({std::move(dataset), std::move(model)});
@@ -126,7 +126,7 @@ double drawn_std_deg(const Pose& pose, const std::vector<fusion::InputAxis>& axe
     const Pose trained = drawn_pose(pose, kUncertainty, draws), used = drawn_pose(pose, in_use, draws);
     Eigen::VectorXd readings = directions * earth_in(used);
     const Eigen::VectorXd noise =
-        std::hypot(kTurnOn_deg_per_h, kWhite_deg_per_h / std::sqrt(mean_s)) * draws.normal(count);
+        std::hypot(kStart_deg_per_h, kWhite_deg_per_h / std::sqrt(mean_s)) * draws.normal(count);
     for (Eigen::Index a = 0; a < count; ++a) {
       const Eigen::Vector3d nominal = directions.row(a).transpose();
       // A rotation has two components across the axis. Each gets half of the variance of the direction.

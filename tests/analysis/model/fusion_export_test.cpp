@@ -57,7 +57,7 @@ Eigen::MatrixXd drawn_readings(const fusion::Geometry& geometry) {
   fusion::Draws draws(5);
   Eigen::MatrixXd readings(kCount, geometry.axes());
   for (Eigen::Index n = 0; n < kCount; ++n) {
-    readings.row(n) = geometry.directions * (20 * draws.normal(3)) + draws.with(geometry.covariance);
+    readings.row(n) = geometry.directions * (20 * draws.normal(3)) + draws.correlated_normal(geometry.covariance);
     if (n % 3 == 0) readings(n, n / 3 % geometry.axes()) += 0.3;
     if (n % 17 == 0) readings(n, 1) = n % 2 == 0 ? std::nan("") : HUGE_VAL;
   }

@@ -110,7 +110,7 @@ MakeSafeExit make_safe(ErrorPrinter& printer, const std::string& record, RescueM
     std::error_code error;
     const bool is_there = std::filesystem::exists(record, error);
     printer.print(record + (is_there ? ": no run is in progress; nothing to do"
-                                   : ": the record does not exist and has no safe-state file; check the path"));
+                                     : ": the record does not exist and has no safe-state file; check the path"));
     return is_there ? MakeSafeExit::safe : MakeSafeExit::file;
   }
   if ((*safe_state)->record != record) {

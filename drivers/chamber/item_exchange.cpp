@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kMostDecimals = 6;
 
-const RegisterItem& get_item(const RegisterMap& map, std::string_view name) {
+const RegisterItem& named_item(const RegisterMap& map, std::string_view name) {
   const auto* found = map.find(name);
   assert(found && "parse_register_map() refuses such a map");
   return *found;
@@ -53,12 +53,12 @@ Fault add_item_location(const RegisterItem& item, Fault fault) {
 Result<ItemContext> read_context(const RegisterMap& map, const RegisterItem& item, const ValueOf& value_of) {
   ItemContext context;
   if (!item.decimals.empty()) {
-    const auto decimals = read_decimals(get_item(map, item.decimals), value_of);
+    const auto decimals = read_decimals(named_item(map, item.decimals), value_of);
     if (!decimals) return failure(decimals.error());
     context.decimals = *decimals;
   }
   if (!item.unit.empty()) {
-    const auto fahrenheit = read_is_fahrenheit(get_item(map, item.unit), value_of);
+    const auto fahrenheit = read_is_fahrenheit(named_item(map, item.unit), value_of);
     if (!fahrenheit) return failure(fahrenheit.error());
     context.fahrenheit = *fahrenheit;
   }
@@ -137,7 +137,7 @@ Result<void> check_fingerprint(const RegisterMap& map, const Fingerprint& print,
   };
   constexpr std::uint32_t kAllBits = 0xFFFFFFFF;
   if (print.mask == kAllBits ? found == print.value : masked(found) == masked(print.value)) return {};
-  return failure(FaultKind::mismatch, place(get_item(map, print.item)),
+  return failure(FaultKind::mismatch, place(named_item(map, print.item)),
                  fmt::format("reads {}, expected {} for a {} {}", found, print.value, map.vendor, map.name));
 }
 
@@ -228,7 +228,7 @@ ItemExchange::ItemExchange(const RegisterMap& map, Registers& registers, Pauses&
   contexts_ = find_context_items(all);
 }
 
-const RegisterItem& ItemExchange::item(std::string_view name) const { return get_item(map_, name); }
+const RegisterItem& ItemExchange::item(std::string_view name) const { return named_item(map_, name); }
 
 std::vector<const RegisterItem*> ItemExchange::find_context_items(std::span<const RegisterItem* const> items) const {
   std::vector<const RegisterItem*> context;

@@ -161,7 +161,7 @@ std::string axis_lines(const std::string& column, bool is_increment, std::option
 
 /// The gyro section of a draft map if no gyro was found.
 constexpr const char* kUnknownGyro =
-    "\n[gyro]\ncolumn = \"\"        # name of the gyro's column\nkind = \"rate\"\nscale = 1        # °/h per unit of "
+    "\n[gyro]\ncolumn = \"\"        # which column is the gyro's?\nkind = \"rate\"\nscale = 1        # °/h per unit of "
     "the column\n";
 
 /// Builds the sections of a gyro's axes, and gives each axis a unique name.

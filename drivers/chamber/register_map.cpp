@@ -150,7 +150,7 @@ std::string describe_confidence(const RegisterMap& map) {
     parts.push_back(fmt::format("{} from public sources: {}", n, list_items(all, Confidence::secondary)));
   if (const auto n = count(Confidence::unverified); n > 0)
     parts.push_back(fmt::format("{} UNVERIFIED: {}", n, list_items(all, Confidence::unverified)));
-  return fmt::format("registers in use: {}", fmt::join(parts, "; "));
+  return fmt::format("{} in use: {}", map.text_link ? "items" : "registers", fmt::join(parts, "; "));
 }
 
 Kelvins set_point_tolerance(const RegisterMap& map) {

@@ -15,6 +15,8 @@ namespace gyrotherm::drivers {
 namespace {
 
 constexpr int kWidestField = 64, kLongestList = 64, kMostDecimals = 9;
+/// Largest integer that a double holds exactly.
+constexpr std::int64_t kLargestInteger = std::int64_t{1} << 53;
 /// Steps of one match, against templates whose texts and groups fit in very many ways.
 constexpr int kMostSteps = 200'000;
 
@@ -388,7 +390,7 @@ class TextTemplate::Matcher {
     if (form.kind == FieldForm::Kind::integer) {
       std::int64_t whole = 0;
       const auto [after, error] = std::from_chars(begin, end, whole);
-      if (error != std::errc{}) return std::nullopt;
+      if (error != std::errc{} || whole > kLargestInteger || whole < -kLargestInteger) return std::nullopt;
       value = static_cast<double>(whole);
       stop = after;
     } else {

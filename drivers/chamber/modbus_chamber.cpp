@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <deque>
 #include <functional>
 #include <limits>
 #include <utility>
@@ -167,7 +168,7 @@ class ModbusChamber final : public Chamber {
     if (auto free = end_known_program(); !free) return free;
     auto done = items_.write(set_point_, target.value);
     if (done) sent_c_ = target.value;
-    must_show_set_point_ = done && set_point_.seen_later && set_point_.readable;
+    if (done) note_sent(target);
     return done;
   }
 
@@ -218,7 +219,7 @@ class ModbusChamber final : public Chamber {
     const bool may_run_program = !done && done.error().kind == FaultKind::refused;
     if (may_run_program && end_program()) done = items_.write_persistently(seen_at_once, target.value);
     if (done) sent_c_ = target.value;
-    must_show_set_point_ = false;
+    to_be_shown_.clear();
     return done ? free : done;
   }
 
@@ -374,11 +375,31 @@ class ModbusChamber final : public Chamber {
   [[nodiscard]] Result<double> evaluate_set_point(const Snapshot& core) {
     const auto set_point = set_point_.readable ? items_.value_in(core, set_point_) : Result<double>(sent_c_);
     if (!set_point) return set_point;
-    const double as_written = set_point_.tolerance.value_or(std::max(finest_step(set_point_), 1e-3));
-    if (std::exchange(must_show_set_point_, false) && std::abs(*set_point - sent_c_) > as_written)
+    if (!is_expected(*set_point))
       return failure(FaultKind::mismatch, place(set_point_),
                      fmt::format("reads {} after {} was written", *set_point, sent_c_));
     return set_point;
+  }
+
+  /// Notes a set point that later readings verify.
+  void note_sent(Celsius target) {
+    if (set_point_.seen_later && set_point_.readable) to_be_shown_.push_back({pauses_->now(), target.value});
+  }
+
+  /// Returns whether the unit may show this set point. A unit that lags may show any set point that it was sent within
+  /// the lag, and before the first of them its former one. The last one is verified until it was shown.
+  [[nodiscard]] bool is_expected(double shown_c) {
+    if (to_be_shown_.empty()) return true;
+    const auto now = pauses_->now();
+    const auto has_come = [&](const SentSetPoint& sent) { return now >= sent.at + set_point_.seen_within; };
+    while (to_be_shown_.size() > 1 && has_come(to_be_shown_[1])) to_be_shown_.pop_front();
+    const double as_written = set_point_.tolerance.value_or(std::max(finest_step(set_point_), 1e-3));
+    const auto is_shown = [&](const SentSetPoint& sent) { return std::abs(shown_c - sent.value_c) <= as_written; };
+    const bool may_be_former = !has_come(to_be_shown_.front());
+    const bool is_last = is_shown(to_be_shown_.back());
+    const bool is_one = is_last || may_be_former || std::ranges::any_of(to_be_shown_, is_shown);
+    if (is_last || !is_one) to_be_shown_.clear();
+    return is_one;
   }
 
   /// Reads as many pieces of the status as there is time for. A lost piece is retried by a later reading. The status is
@@ -533,8 +554,12 @@ class ModbusChamber final : public Chamber {
   std::optional<int> uploaded_program_;  ///< program number
   /// The uploaded program was started.
   bool program_runs_ = false;
-  /// The next reading must show the sent set point.
-  bool must_show_set_point_ = false;
+  struct SentSetPoint {
+    Duration at{};
+    double value_c{};
+  };
+  /// Sent set points that no reading has shown yet, and the one before them.
+  std::deque<SentSetPoint> to_be_shown_;
   /// Latest acknowledged set point.
   double sent_c_ = std::numeric_limits<double>::quiet_NaN();
   double last_air_c_ = std::numeric_limits<double>::quiet_NaN();

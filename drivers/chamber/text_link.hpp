@@ -31,6 +31,8 @@ struct TextWire {
   /// If empty, an answer ends with a silence of `silence`.
   std::string answer_end = "\n";
   Duration silence = std::chrono::milliseconds(50);
+  /// Required silence before a question, in which a repeated answer is discarded.
+  Duration quiet = std::chrono::milliseconds(25);
   /// Pauses after a question's answer, and after a command or its acknowledgement.
   Duration after_read{}, after_write{};
   std::size_t longest_answer = 256;

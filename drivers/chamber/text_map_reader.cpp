@@ -103,6 +103,7 @@ void read_wire(const TomlTable& table, const TemplateReader& templates, TextWire
   line_end("question_end", wire.question_end);
   line_end("answer_end", wire.answer_end);
   wire.silence = table.duration("silence", wire.silence);
+  wire.quiet = table.duration("quiet", wire.quiet);
   wire.after_read = table.duration("after_read", wire.after_read);
   wire.after_write = table.duration("after_write", wire.after_write);
   settings.timeout = table.duration("timeout", settings.timeout);
@@ -315,7 +316,8 @@ class ItemReader {
     for (const auto& why : sentinels.keys()) item.sentinels[why] = sentinels.number(why);
     if (table.has("tolerance")) item.tolerance = table.number("tolerance");
     item.seen_within = table.duration("lags", Duration{});
-    item.seen_later = table.boolean("seen_later", false);
+    // A run cannot wait for a set point that is read back seconds later; the next readings verify it.
+    item.seen_later = item.name == "set_point" && item.seen_within > Duration{};
   }
 
   void read_command(const TomlTable& table) {

@@ -34,10 +34,12 @@ TextExchangeOptions exchange_options(const RegisterMap& map, const Clock* clock)
   return {.question_end = wire.frame ? "" : wire.question_end,
           .answer_end = std::move(answer_end),
           .within = map.link.modbus.timeout,
+          .pause = wire.quiet,
           .is_only_instrument = !wire.prefix,
           .clock = clock,
           .longest = wire.longest_answer,
-          .silence = wire.silence};
+          .silence = wire.silence,
+          .resynchronises_after_stray_bytes = true};
 }
 
 class TextRegisters final : public Registers {
@@ -49,6 +51,8 @@ class TextRegisters final : public Registers {
         exchange_(std::move(stream), exchange_options(map_, clock)) {
     if (map_.link.text.prefix)
       prefix_ = map_.link.text.prefix->format({{"address", static_cast<double>(map_.link.modbus.unit)}});
+    // Another program may have asked the unit just before.
+    exchange_.rest_before_next(std::max(map_.link.text.after_read, map_.link.text.after_write));
   }
 
   Result<std::vector<std::uint16_t>> read(ReadFunction, std::uint16_t address, std::uint16_t count) override {

@@ -35,6 +35,8 @@ Result<void> TextExchange::wait_for_silence(bool resync_follows) {
   const Deadline deadline(std::max(options_.within, pause), options_.clock);
   do {
     const auto size = line_->read(stale, pause);
+    const bool is_unexpected = size && !answer_may_come_late_ && !must_resynchronise_;
+    if (is_unexpected && options_.resynchronises_after_stray_bytes) must_resynchronise_ = true;
     if (size) continue;
     if (size.error().kind != FaultKind::timeout) return failure(size.error());
     answer_may_come_late_ = answer_may_come_late_ && is_in_order;
@@ -105,9 +107,8 @@ Result<void> TextExchange::send_resync(const ResyncQuery& resync) {
 Result<void> TextExchange::prepare(const ResyncQuery& resync) {
   if (rest_ && !rest_->has_passed()) return failure(FaultKind::timeout, "", "waiting after lost answers");
   rest_.reset();
-  const bool resynchronises = must_resynchronise_ && !resync.question.empty();
-  if (auto silent = wait_for_silence(resynchronises); !silent) return silent;
-  return resynchronises ? send_resync(resync) : Result<void>{};
+  if (auto silent = wait_for_silence(must_resynchronise_ && !resync.question.empty()); !silent) return silent;
+  return must_resynchronise_ && !resync.question.empty() ? send_resync(resync) : Result<void>{};
 }
 
 Result<void> TextExchange::send(std::string_view command, const ResyncQuery& resync) {

@@ -28,6 +28,8 @@ struct TextExchangeOptions {
   /// Maximum size of an answer with its terminator.
   std::size_t longest = 256;
   Duration silence = std::chrono::milliseconds(50);
+  /// Bytes that arrive without a question show that answers repeat; the next question is preceded by `resync` then.
+  bool resynchronises_after_stray_bytes = false;
 };
 
 /// A question whose answer cannot be confused with any other answer. Because an instrument answers in order, no answer

@@ -61,7 +61,7 @@ std::optional<FieldForm> parse_form(std::string_view text) {
   }
   if (!text.empty() && is_digit(text.front())) {
     const auto width = take_number(text, kWidestField);
-    if (!width || form.kind == FieldForm::Kind::text) return std::nullopt;
+    if (!width || (form.kind == FieldForm::Kind::text && *width == 0)) return std::nullopt;
     form.width = *width;
   }
   if (text.starts_with('.')) {
@@ -308,7 +308,10 @@ class TextTemplate::Matcher {
   /// Tries the shortest text first.
   bool match_text(const std::vector<const Piece*>& pieces, std::size_t index, std::size_t at, const Field& field) {
     const bool is_last = index + 1 == pieces.size();
-    for (std::size_t end = is_last ? line_.size() : at; end <= line_.size(); ++end) {
+    const auto width = static_cast<std::size_t>(field.form.width);
+    const auto shortest = width > 0 ? at + width : is_last ? line_.size() : at;
+    const auto longest = width > 0 ? at + width : line_.size();
+    for (std::size_t end = shortest; end <= std::min(longest, line_.size()); ++end) {
       if (!match_from(pieces, index + 1, end)) continue;
       store(field, std::string(line_.substr(at, end - at)));
       return true;

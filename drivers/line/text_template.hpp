@@ -23,7 +23,8 @@ enum class TextEncoding { ascii, latin1 };
 struct FieldForm {
   enum class Kind { number, integer, hexadecimal, text, bits };
   Kind kind{};
-  /// Minimum width of a number with leading zeros, exact number of hexadecimal or binary digits; 0 for any.
+  /// Minimum width of a number with leading zeros; exact number of hexadecimal or binary digits, or of the characters of a
+  /// text; 0 for any.
   int width = 0;
   /// Decimals of a sent number; −1 sends the shortest form.
   int decimals = -1;

@@ -300,7 +300,7 @@ TEST(LaboratoryFile, ReadsUnitsAndBrackets) {
 
 TEST(LaboratoryFile, ReportsErrorsOfUnits) {
   expect_mistake(units_with("\"u2\"\n[[", "\"u1\"\n[["), "twice");
-  expect_mistake(units_with("\"u1\"", "\"u.1\""), "without points");
+  expect_mistake(units_with("\"u1\"", "\"u.1\""), "without dots");
   expect_mistake(units_with("\"y\"", "\"x\""), "twice");
   expect_mistake(units_with("name = \"y\"", ""), "name");
   expect_mistake(units_with("[[virtual.unit.axis]]\nearth_rate_deg_per_h = 1\n", ""), "no axis");

@@ -60,7 +60,7 @@ TEST(KMeans, RejectsTooFewDifferentSamples) {
   samples.topRows(10).setOnes();
   const auto found = k_means(samples, 3, 1);
   ASSERT_FALSE(found);
-  EXPECT_NE(found.error().what.find("different samples, got 2"), std::string::npos) << text(found.error());
+  EXPECT_NE(found.error().what.find("distinct samples, got 2"), std::string::npos) << text(found.error());
   EXPECT_TRUE(k_means(samples, 2, 1));
   EXPECT_FALSE(k_means(samples, 31, 1));
 }

@@ -269,7 +269,7 @@ TEST(Training, ReportsInvalidOptions) {
   const auto of_two = train({one, other}, {clusters, clusters}, linear("A,A-B"));
   ASSERT_FALSE(of_two);
   EXPECT_EQ(of_two.error().kind, FaultKind::usage);
-  EXPECT_NE(of_two.error().what.find("another gyro (0043)"), std::string::npos) << of_two.error().what;
+  EXPECT_NE(of_two.error().what.find("a different gyro (0043)"), std::string::npos) << of_two.error().what;
   other.identity.clear();
   other.bias_zero = "nothing removed";
   const auto of_two_zeros = train({one, other}, {clusters, clusters}, linear("A,A-B"));

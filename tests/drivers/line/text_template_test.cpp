@@ -109,7 +109,7 @@ TEST(TextTemplate, KeepsDoubledBrackets) {
 }
 
 TEST(TextTemplate, RefusesTextThatIsNoTemplate) {
-  for (const auto* wrong : {"{value", "{value}", "{value:q}", "{:f}", "{value:f.}", "{value:s4}", "{value:x}",
+  for (const auto* wrong : {"{value", "{value}", "{value:q}", "{:f}", "{value:f.}", "{value:s0}", "{value:x}",
                             "{value:b}", "[a", "[]", "[a[b]]", "{a:s}{b:s}", "{a:f}{a:f}", "{a:f*0,}", "{a:x9}", "¶"})
     EXPECT_EQ(TextTemplate::parse(wrong, TextEncoding::ascii).error().kind, FaultKind::bad_file) << wrong;
 }

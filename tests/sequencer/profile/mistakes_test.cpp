@@ -190,7 +190,7 @@ TEST(RepeatBomb, RefusesProfileLongerThanMaximum) {
 
 TEST(RepeatBomb, LimitsNesting) {
   EXPECT_EQ(parsed(nested_repeats(7, "1")).segments.size(), 1u);
-  EXPECT_EQ(profile_errors(nested_repeats(8, "1")), "p.toml:25:1: repeats are nested_repeats deeper than 8 levels");
+  EXPECT_EQ(profile_errors(nested_repeats(8, "1")), "p.toml:25:1: repeats are nested deeper than 8 levels");
 }
 
 }  // namespace

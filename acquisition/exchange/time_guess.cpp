@@ -199,7 +199,7 @@ std::string order_lines(const TableSample& sample, std::size_t column, const std
   if (readings.size() == 1) return fmt::format("order = \"{}\"\n", readings.front().order);
   std::string text;
   for (const DateReading& reading : readings)
-    text += fmt::format("# order = \"{}\"        # \"{}\" in column {} is then {}; keep the correct line\n",
+    text += fmt::format("# order = \"{}\"        # \"{}\" in column {} is then {}; which line is correct?\n",
                         reading.order, plain(sample.rows.front()[column]), toml_text(sample.column_name(column)),
                         format_date(reading.dated.times_s.front()));
   return text;
@@ -339,7 +339,7 @@ std::string time_unit_questions(const TableSample& sample, std::size_t column, c
   const auto [least, greatest] = std::ranges::minmax_element(times);
   std::string text;
   for (const auto& unit : units)
-    text += fmt::format("# unit = \"{}\"        # column {} then spans {}; keep the correct line\n", unit,
+    text += fmt::format("# unit = \"{}\"        # column {} then spans {}; which line is correct?\n", unit,
                         toml_text(sample.column_name(column)),
                         format_duration(from_seconds((*greatest - *least) * unit_seconds(unit))));
   return text;

@@ -216,8 +216,8 @@ TEST(Guess, ShowsBothNotationsOfDate) {
     std::string table = "Date,T1,gyro_x\n";
     for (int i = 0; i < 5; ++i) table += format + std::to_string(i) + ",20,1\n";
     const auto map = guess_map_from_bytes(table, "f").value();
-    EXPECT_NE(map.find("2026-04-03; which one"), std::string::npos) << map;
-    EXPECT_NE(map.find("2026-03-04; which one"), std::string::npos) << map;
+    EXPECT_NE(map.find("2026-04-03; which line"), std::string::npos) << map;
+    EXPECT_NE(map.find("2026-03-04; which line"), std::string::npos) << map;
     EXPECT_FALSE(parse_import_map(map, "f")) << map;
   }
   EXPECT_EQ(draft("Date,T1,w\n12/03/2026 23:59:59,20,1\n13/03/2026 00:00:00,20,1\n").date_order, DateOrder::day_first);
@@ -258,7 +258,7 @@ TEST(Guess, DistinguishesSecondsFromMillisecondsByTemperatureRate) {
   EXPECT_NE(unit_of("timestamp", 12, 1).find("unit = \"ms\"        # a guess"), std::string::npos);
   const auto flat = unit_of("Time", 10, 0);
   EXPECT_FALSE(parse_import_map(flat, "f")) << flat;
-  EXPECT_NE(flat.find("1 h 06 min 30 s; which one"), std::string::npos) << flat;
+  EXPECT_NE(flat.find("1 h 06 min 30 s; which line"), std::string::npos) << flat;
 }
 
 TEST(Guess, FindsHeaderAfterOtherLines) {

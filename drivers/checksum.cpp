@@ -73,6 +73,15 @@ std::uint16_t sum16(std::span<const std::byte> bytes, bool big_endian) {
   return static_cast<std::uint16_t>(sum);
 }
 
+std::uint16_t fletcher(std::span<const std::byte> bytes, unsigned modulus) {
+  unsigned sum = 0, sum_of_sums = 0;
+  for (const auto byte : bytes) {
+    sum = (sum + std::to_integer<unsigned>(byte)) % modulus;
+    sum_of_sums = (sum_of_sums + sum) % modulus;
+  }
+  return static_cast<std::uint16_t>(sum_of_sums << 8 | sum);
+}
+
 std::uint8_t xor8(std::span<const std::byte> bytes) {
   return std::to_integer<std::uint8_t>(std::accumulate(bytes.begin(), bytes.end(), std::byte{}, std::bit_xor<>{}));
 }

@@ -32,6 +32,10 @@ struct Crc {
 [[nodiscard]] std::uint8_t sum8(std::span<const std::byte> bytes);
 /// Returns the sum of the 16-bit words modulo 65536. An odd last byte is padded with a zero byte.
 [[nodiscard]] std::uint16_t sum16(std::span<const std::byte> bytes, bool big_endian);
+/// Returns the Fletcher checksum: a is the sum of the bytes, b is the sum of all values of a, both modulo `modulus`; b
+/// is the high byte. With 256 it is the 8-bit checksum of RFC 1145, with 255 it is Fletcher-16 (J. G. Fletcher, "An
+/// arithmetic checksum for serial transmissions", 1982).
+[[nodiscard]] std::uint16_t fletcher(std::span<const std::byte> bytes, unsigned modulus);
 /// Returns the exclusive or of all bytes.
 [[nodiscard]] std::uint8_t xor8(std::span<const std::byte> bytes);
 

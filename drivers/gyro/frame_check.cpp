@@ -16,9 +16,11 @@ struct CheckKeyword {
   CheckKind kind;
   int width;  // width of a CRC, or 0
 };
-constexpr Vocabulary<CheckKeyword, 10> kCheckKinds{{{"none", {CheckKind::none, 0}},
+constexpr Vocabulary<CheckKeyword, 12> kCheckKinds{{{"none", {CheckKind::none, 0}},
                                                     {"sum8", {CheckKind::sum8, 0}},
                                                     {"sum16", {CheckKind::sum16, 0}},
+                                                    {"fletcher8", {CheckKind::fletcher8, 0}},
+                                                    {"fletcher16", {CheckKind::fletcher16, 0}},
                                                     {"xor8", {CheckKind::xor8, 0}},
                                                     {"crc", {CheckKind::crc, 0}},
                                                     {"crc8", {CheckKind::crc, 8}},
@@ -71,7 +73,9 @@ std::size_t byte_count(const FrameCheck& check) {
     case CheckKind::xor8:
     case CheckKind::odd_parity:
     case CheckKind::even_parity: return 1;
-    case CheckKind::sum16: return 2;
+    case CheckKind::sum16:
+    case CheckKind::fletcher8:
+    case CheckKind::fletcher16: return 2;
     case CheckKind::crc: return static_cast<std::size_t>(check.model.width + 7) / 8;
   }
   return 0;
@@ -82,6 +86,7 @@ FrameCheck read_frame_check(const TomlTable& table, std::size_t shortest, bool i
   FrameCheck check{.kind = keyword.kind};
   if (check.kind == CheckKind::none) return check;
   if (check.kind == CheckKind::crc) check.model = read_crc(table, keyword.width);
+  if (check.kind == CheckKind::sum8) check.is_negated = table.boolean("negated", false);
   check.from = whole<std::ptrdiff_t>(table, "from", -kLongestFrame, kLongestFrame, 0);
   if (in_line) {
     if (is_parity(check.kind)) table.note_error("kind", "a line of text has no parity bit, expected a sum or a crc");
@@ -110,8 +115,10 @@ std::uint32_t compute_check_value(const FrameCheck& check, std::span<const std::
     case CheckKind::none:
     case CheckKind::odd_parity:
     case CheckKind::even_parity: return 0;
-    case CheckKind::sum8: return sum8(bytes);
+    case CheckKind::sum8: return (check.is_negated ? 0u - sum8(bytes) : sum8(bytes)) & 0xFF;
     case CheckKind::sum16: return sum16(bytes, check.big_endian);
+    case CheckKind::fletcher8: return fletcher(bytes, 256);
+    case CheckKind::fletcher16: return fletcher(bytes, 255);
     case CheckKind::xor8: return xor8(bytes);
     case CheckKind::crc: return crc(check.model, bytes);
   }

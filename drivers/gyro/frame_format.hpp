@@ -17,9 +17,9 @@
 
 namespace gyrotherm::drivers {
 
-/// Kinds of check values. sum16 adds 16-bit words in the byte order of the check. Parity is computed over all covered
-/// bits, including the parity bit.
-enum class CheckKind { none, sum8, sum16, xor8, crc, odd_parity, even_parity };
+/// Kinds of check values. sum16 adds 16-bit words in the byte order of the check. fletcher8 has two sums modulo 256,
+/// fletcher16 has two sums modulo 255. Parity is computed over all covered bits, including the parity bit.
+enum class CheckKind { none, sum8, sum16, fletcher8, fletcher16, xor8, crc, odd_parity, even_parity };
 
 /// A check value of a frame. Positions are counted from the start of the frame, or from its end if negative. In a line
 /// of text, the check consists of the hexadecimal digits after `LineFormat::mark` and covers the text before the mark;
@@ -32,6 +32,8 @@ struct FrameCheck {
   std::ptrdiff_t to{};
   bool big_endian{};
   Crc model{};  ///< crc only
+  /// sum8 only: the check is the negated sum, so that it and the covered bytes add up to 0.
+  bool is_negated{};
   /// The check is computed as if zero bytes followed the covered bytes up to a multiple of this number.
   std::size_t padded_to = 1;
   /// Position of the parity bit in the byte at `offset`.
@@ -177,7 +179,7 @@ struct GyroFrame {
 ///     mask = 0xFF                 # good when (status & mask) == good
 ///     good = 0
 ///     [frame.check]
-///     kind = "crc16"              # none, sum8, xor8, crc16, crc32
+///     kind = "crc16"              # none, sum8, fletcher8, xor8, crc16, crc32 …
 ///     from = 0                    # first byte covered; covers up to the check itself
 ///     offset = 14
 ///     polynomial = 0x1021

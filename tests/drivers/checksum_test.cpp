@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/fakes.hpp"
+#include "tests/support/frame_streams.hpp"
 
 namespace gyrotherm::drivers {
 namespace {
@@ -25,6 +26,17 @@ TEST(Checksum, SumAndExclusiveOrTakeEveryByte) {
   EXPECT_EQ(xor8(bytes), 0xFC);
   EXPECT_EQ(sum8({}), 0);
   EXPECT_EQ(xor8({}), 0);
+}
+
+// Check values of Fletcher-16 in public descriptions of the algorithm. With modulus 256, the checks of the published
+// MicroStrain commands, sent with the low byte first: ping and message format (MIP SDK, packet_example_cpp_check.txt).
+TEST(Checksum, FletcherAgreesWithPublishedCheckValues) {
+  EXPECT_EQ(fletcher(tests::bytes_of("abcde"), 255), 0xC8F0);
+  EXPECT_EQ(fletcher(tests::bytes_of("abcdef"), 255), 0x2057);
+  EXPECT_EQ(fletcher(tests::bytes_of("abcdefgh"), 255), 0x0627);
+  EXPECT_EQ(fletcher(tests::from_hex("75 65 01 02 02 01"), 256), 0xC6E0);
+  EXPECT_EQ(fletcher(tests::from_hex("75 65 0C 0E 0E 0F 01 80 03 D5 00 0A 04 00 0A 05 00 0A"), 256), 0xCE91);
+  EXPECT_EQ(fletcher({}, 255), 0);
 }
 
 }  // namespace

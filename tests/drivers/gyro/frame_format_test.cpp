@@ -9,6 +9,7 @@
 
 #include "tests/drivers/gyro/virtual_gyro_frame.hpp"
 #include "tests/support/fakes.hpp"
+#include "tests/support/frame_streams.hpp"
 
 namespace gyrotherm::drivers {
 namespace {
@@ -80,7 +81,7 @@ TEST(FrameDecoder, FindsTheFrameThatBeginsInsideAFalseOne) {
 TEST(FrameFormat, ReadsEveryTypeOrderAndCheck) {
   for (const char* type : {"u8", "u16", "u24", "u32", "i8", "i16", "i24", "i32"})
     for (const char* endian : {"little", "big"})
-      for (const char* check : {"none", "sum8", "xor8", "crc16", "crc32"}) {
+      for (const char* check : {"none", "sum8", "fletcher8", "fletcher16", "xor8", "crc16", "crc32"}) {
         const auto crc = std::string(check).starts_with("crc") ? "polynomial = 0x1021" : "";
         const auto format =
             frame_format_of(fmt::format("[frame]\nname = \"f\"\nsync = [1]\nlength = 12\n[[frame.field]]\n"
@@ -95,6 +96,39 @@ TEST(FrameFormat, ReadsEveryTypeOrderAndCheck) {
         ASSERT_TRUE(frame);
         EXPECT_EQ(frame->axes[0].pulses, pulses) << type << ' ' << endian << ' ' << check;
       }
+}
+
+FrameCheck check_of(const std::string& keys) {
+  const auto file = TomlTable::parse("[check]\nfrom = 0\n" + keys, "check.toml").value();
+  const auto check = read_frame_check(file.table("check"), 5, false);
+  const auto verdict = file.verdict();
+  EXPECT_TRUE(verdict) << gyrotherm::text(verdict.error());
+  return check;
+}
+
+// Xsens command that changes to the configuration, and its reply (public driver ethzasl_xsens_driver).
+TEST(FrameCheck, NegatedSumMakesAllBytesAddUpToZero) {
+  auto check = check_of("kind = \"sum8\"\nnegated = true\noffset = -1\n");
+  check.from = 1;
+  for (const auto* frame : {"FA FF 30 00 D1", "FA FF 31 00 D0"}) {
+    EXPECT_TRUE(has_valid_check(check, tests::from_hex(frame))) << frame;
+    auto written = tests::from_hex(frame);
+    written.back() = std::byte{0};
+    write_check(check, written);
+    EXPECT_EQ(written, tests::from_hex(frame));
+  }
+  EXPECT_FALSE(has_valid_check(check, tests::from_hex("FA FF 30 00 2F"))) << "the sum itself";
+  EXPECT_TRUE(has_valid_check(check, tests::from_hex("FA 00 00 00 00")));
+}
+
+// Ping of the MicroStrain protocol. The first sum is sent first.
+TEST(FrameCheck, Fletcher8SendsFirstSumFirst) {
+  const auto check = check_of("kind = \"fletcher8\"\noffset = -2\n");
+  EXPECT_TRUE(has_valid_check(check, tests::from_hex("75 65 01 02 02 01 E0 C6")));
+  EXPECT_FALSE(has_valid_check(check, tests::from_hex("75 65 01 02 02 01 C6 E0")));
+  auto written = tests::from_hex("75 65 01 02 02 01 00 00");
+  write_check(check, written);
+  EXPECT_EQ(written, tests::from_hex("75 65 01 02 02 01 E0 C6"));
 }
 
 std::string mistakes_in(const std::string& text) {
@@ -115,6 +149,8 @@ TEST(FrameFormat, ReportsEachError) {
   EXPECT_NE(mistakes_in(head + "[[frame.field]]\nrole = \"increment\"\ntype = \"i32\"\noffset = 0\n").find("sync"),
             std::string::npos);
   EXPECT_NE(mistakes_in(head + count + "[frame.check]\nkind = \"crc16\"\noffset = 7\n").find("polynomial"),
+            std::string::npos);
+  EXPECT_NE(mistakes_in(head + count + "[frame.check]\nkind = \"sum16\"\noffset = 6\nnegated = true\n").find("unknown"),
             std::string::npos);
   EXPECT_NE(mistakes_in(head + count + "colour = 1\n").find("unknown key"), std::string::npos);
   const auto status = [&](const std::string& rule) {

@@ -28,14 +28,6 @@ std::vector<std::uint32_t> read_whole_numbers(const TomlTable& table, const char
   return found;
 }
 
-std::vector<std::byte> read_bytes(const TomlTable& table, const char* key) {
-  std::vector<std::byte> bytes;
-  for (const auto value : read_whole_numbers(table, key, 255, "bytes")) bytes.push_back(static_cast<std::byte>(value));
-  if (bytes.size() > kMostSyncBytes)
-    table.note_error(key, fmt::format("\"{}\" has {} bytes, expected at most {}", key, bytes.size(), kMostSyncBytes));
-  return bytes;
-}
-
 HeadNumber read_head_number(const TomlTable& table) {
   HeadNumber number;
   number.offset = whole<std::size_t>(table, "offset", 0, 255);
@@ -62,8 +54,8 @@ void read_variants(const TomlTable& table, FrameFormat& format) {
 }
 
 void read_framing(const TomlTable& table, FrameFormat& format) {
-  format.sync = read_bytes(table, "sync");
-  format.tail = read_bytes(table, "tail");
+  format.sync = read_bytes(table, "sync", kMostSyncBytes);
+  format.tail = read_bytes(table, "tail", kMostSyncBytes);
   if (table.has("id")) format.id = read_head_number(table.table("id"));
   if (table.has("length_at")) {
     const auto at = table.table("length_at");
@@ -308,6 +300,14 @@ LineFormat read_line_format(const TomlTable& table) {
 }
 
 }  // namespace
+
+std::vector<std::byte> read_bytes(const TomlTable& table, const char* key, std::size_t most) {
+  std::vector<std::byte> bytes;
+  for (const auto value : read_whole_numbers(table, key, 255, "bytes")) bytes.push_back(static_cast<std::byte>(value));
+  if (bytes.size() > most)
+    table.note_error(key, fmt::format("\"{}\" has {} bytes, expected at most {}", key, bytes.size(), most));
+  return bytes;
+}
 
 std::size_t FrameFormat::head_size() const {
   auto head = sync.size();

@@ -192,6 +192,10 @@ struct GyroFrame {
 [[nodiscard]] FrameFormat read_frame_format(const TomlTable& table, const std::vector<std::string>& axes = {},
                                             std::optional<double> rate_hz = {});
 
+/// Reads a list of at most `most` bytes, as in `sync`. Returns an empty list if there is no such key. Notes errors in
+/// the table.
+[[nodiscard]] std::vector<std::byte> read_bytes(const TomlTable& table, const char* key, std::size_t most);
+
 /// Keywords of the roles in files.
 inline constexpr auto kFieldRoles = make_vocabulary<FieldRole::pulse_count, FieldRole::value>(
     "pulse_count", "increment", "rate", "integrated_angle", "sequence", "timestamp", "status", "temperature", "value");

@@ -8,6 +8,7 @@
 #include <cctype>
 #include <optional>
 #include <span>
+#include <string_view>
 #include <utility>
 
 #include "core/deadline.hpp"
@@ -17,6 +18,19 @@ namespace {
 
 constexpr std::size_t kAnswerChunk = 4096;
 constexpr std::size_t kMostShown = 48;  // bytes of an answer in messages
+constexpr std::size_t kMostCommandBytes = 255;
+
+std::string to_hexadecimal(std::string_view bytes) {
+  std::string text;
+  for (const char byte : bytes)
+    text += fmt::format("{}{:02X}", text.empty() ? "" : " ", static_cast<unsigned char>(byte));
+  return text;
+}
+
+/// Returns a part of the exchange as it is shown in messages.
+std::string show(const GyroCommand& command, const std::string& part) {
+  return command.is_binary ? to_hexadecimal(part) : first_line(part);
+}
 
 std::vector<std::uint32_t> read_messages(const TomlTable& table, const FrameFormat& format) {
   std::vector<std::uint32_t> ids;
@@ -44,8 +58,8 @@ class AnswerSearch {
     if (!command_.refusal.empty())
       if (const auto at = find(command_.refusal, refusal_in_command_); at != std::string::npos)
         return failure(FaultKind::refused, "",
-                       fmt::format("refusal \"{}\" received after \"{}\"", first_line(received_.substr(at, kMostShown)),
-                                   first_line(command_.send)));
+                       fmt::format("refusal \"{}\" received after \"{}\"",
+                                   show(command_, received_.substr(at, most_shown())), command_name(command_)));
     if (!command_.reply.empty() && find(command_.reply, reply_in_command_) != std::string::npos) return Result<void>();
     if (command_.messages.empty()) return std::nullopt;
     decoder_.feed(bytes);
@@ -57,6 +71,9 @@ class AnswerSearch {
   /// Returns a description of the received bytes, for a fault without the required answer. Empty if there are none.
   [[nodiscard]] std::string describe_received() const {
     if (received_.empty()) return {};
+    if (command_.is_binary)
+      return fmt::format("; received {} bytes: {}", received_.size(),
+                         to_hexadecimal(std::string_view(received_).substr(0, most_shown())));
     const auto is_text = [](char letter) {
       return std::isprint(static_cast<unsigned char>(letter)) != 0 || letter == '\r' || letter == '\n';
     };
@@ -66,15 +83,18 @@ class AnswerSearch {
   }
 
  private:
+  /// Returns the number of received bytes that fit in a message.
+  [[nodiscard]] std::size_t most_shown() const { return command_.is_binary ? kMostShown / 2 : kMostShown; }
+
   /// Returns the position of `text` in the received bytes, or npos. `in_command` is the position of `text` in the
-  /// command. A match inside an echo of the command is skipped, unless `in_command` is 0. If `text` ends in a digit, a
-  /// match followed by another digit is skipped.
+  /// command. A match inside an echo of the command is skipped, unless `in_command` is 0. If a command of text has a
+  /// `text` that ends in a digit, a match followed by another digit is skipped.
   [[nodiscard]] std::size_t find(const std::string& text, std::size_t in_command) const {
     for (auto at = received_.find(text); at != std::string::npos; at = received_.find(text, at + 1)) {
       const bool is_echo = in_command != 0 && in_command != std::string::npos && at >= in_command &&
                            received_.compare(at - in_command, in_command, command_.send, 0, in_command) == 0;
       const auto end = at + text.size();
-      const bool number_continues = end < received_.size() &&
+      const bool number_continues = !command_.is_binary && end < received_.size() &&
                                     std::isdigit(static_cast<unsigned char>(text.back())) != 0 &&
                                     std::isdigit(static_cast<unsigned char>(received_[end])) != 0;
       if (!is_echo && !number_continues) return at;
@@ -95,10 +115,38 @@ class AnswerSearch {
 };
 
 std::string required_answer(const GyroCommand& command) {
-  if (!command.reply.empty()) return fmt::format("reply \"{}\"", command.reply);
+  if (!command.reply.empty())
+    return fmt::format("reply \"{}\"", command.is_binary ? to_hexadecimal(command.reply) : command.reply);
   std::string ids;
   for (const auto id : command.messages) ids += fmt::format("{}{:#x}", ids.empty() ? "" : " or ", id);
   return "message " + ids;
+}
+
+std::string read_binary(const TomlTable& table, const char* key) {
+  const auto bytes = read_bytes(table, key, kMostCommandBytes);
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+GyroCommand read_command(const TomlTable& table, const FrameFormat& format) {
+  GyroCommand command;
+  command.wait = table.duration("wait", Duration::zero());
+  command.is_binary = table.has("send_bytes");
+  if (command.is_binary) {
+    command.send = read_binary(table, "send_bytes");
+    command.reply = read_binary(table, "reply_bytes");
+    command.refusal = read_binary(table, "refusal_bytes");
+  } else {
+    command.send = substitute_rate(table.text("send"), format.rate_hz);
+    command.reply = substitute_rate(table.text("reply", ""), format.rate_hz);
+    command.refusal = table.text("refusal", "");
+  }
+  command.messages = read_messages(table, format);
+  if (table.has("then")) command.then_silent = table.choice("then", {"silent", "sends"}) == "silent";
+  if (command.send.empty())
+    table.note_error(command.is_binary ? "send_bytes" : "send", "empty, expected the command to send");
+  if (requires_answer(command) && command.wait <= Duration::zero())
+    table.note_error("wait", "the time to wait for a reply is zero, expected a positive duration");
+  return command;
 }
 
 }  // namespace
@@ -112,22 +160,13 @@ std::string substitute_rate(std::string text, double rate_hz) {
 
 bool requires_answer(const GyroCommand& command) { return !command.reply.empty() || !command.messages.empty(); }
 
+std::string command_name(const GyroCommand& command) { return show(command, command.send); }
+
 std::string first_line(const std::string& text) { return text.substr(0, text.find_first_of("\r\n")); }
 
 std::vector<GyroCommand> read_commands(const TomlTable& root, const char* key, const FrameFormat& format) {
   std::vector<GyroCommand> commands;
-  for (const auto& table : root.tables(key)) {
-    GyroCommand command{.send = substitute_rate(table.text("send"), format.rate_hz),
-                        .wait = table.duration("wait", Duration::zero()),
-                        .reply = substitute_rate(table.text("reply", ""), format.rate_hz)};
-    command.refusal = table.text("refusal", "");
-    command.messages = read_messages(table, format);
-    if (table.has("then")) command.then_silent = table.choice("then", {"silent", "sends"}) == "silent";
-    if (command.send.empty()) table.note_error("send", "empty, expected the command to send");
-    if (requires_answer(command) && command.wait <= Duration::zero())
-      table.note_error("wait", "the time to wait for a reply is zero, expected a positive duration");
-    commands.push_back(std::move(command));
-  }
+  for (const auto& table : root.tables(key)) commands.push_back(read_command(table, format));
   return commands;
 }
 
@@ -145,7 +184,7 @@ Result<void> send_command(const GyroCommand& command, const FrameFormat& format,
   if (!requires_answer(command)) return {};
   const auto waited = std::chrono::duration_cast<std::chrono::milliseconds>(command.wait);
   return failure(FaultKind::timeout, "",
-                 fmt::format("no {} to \"{}\" in {} ms{}", required_answer(command), first_line(command.send),
+                 fmt::format("no {} to \"{}\" in {} ms{}", required_answer(command), command_name(command),
                              waited.count(), answer.describe_received()));
 }
 
@@ -184,8 +223,8 @@ constexpr auto kEvidenceKeywords =
     make_vocabulary<SettingEvidence::reply, SettingEvidence::nothing>("reply", "message", "frame", "pace", "nothing");
 
 bool is_answered_command(const std::string& line, const std::vector<GyroCommand>& start) {
-  return std::ranges::any_of(
-      start, [&](const GyroCommand& one) { return first_line(one.send) == line && requires_answer(one); });
+  return std::ranges::any_of(start,
+                             [&](const GyroCommand& one) { return command_name(one) == line && requires_answer(one); });
 }
 
 bool has_settings_message(const FrameFormat& format) {

@@ -30,6 +30,8 @@ struct GyroCommand {
   /// For the simulator: true if the command stops the stream of frames, false if it starts it, empty if it does
   /// neither.
   std::optional<bool> then_silent{};
+  /// `send`, `reply` and `refusal` are bytes instead of text.
+  bool is_binary{};
 };
 
 /// A query for the identity of a gyro.
@@ -49,6 +51,9 @@ struct IdentityQuery {
 
 /// Returns true if the command requires an answer.
 [[nodiscard]] bool requires_answer(const GyroCommand& command);
+/// Returns the name of a command in messages and in [[setting]]: the first line of its text, or its bytes like
+/// "FA FF 30 00 D1".
+[[nodiscard]] std::string command_name(const GyroCommand& command);
 /// Returns the first line of a text, without its line end.
 [[nodiscard]] std::string first_line(const std::string& text);
 
@@ -56,7 +61,8 @@ struct IdentityQuery {
 [[nodiscard]] std::string substitute_rate(std::string text, double rate_hz);
 
 /// Reads the tables `key`, [[start]] or [[stop]]: `send`, `wait`, `reply`, `refusal`, `message` and `then`. "{rate_hz}"
-/// in `send` and `reply` is replaced by the frame rate of `format`. Errors are noted in the tables.
+/// in `send` and `reply` is replaced by the frame rate of `format`. A command in bytes has `send_bytes`, `reply_bytes`
+/// and `refusal_bytes` instead. Errors are noted in the tables.
 [[nodiscard]] std::vector<GyroCommand> read_commands(const TomlTable& root, const char* key, const FrameFormat& format);
 
 /// Sends a command and waits for its answer, or for the whole of `wait` if no answer is required. `within` limits the

@@ -161,13 +161,14 @@ void GyroServer::add(Pty line) { lines_.push_back({std::move(line)}); }
 
 /// Executes a command and returns the answer.
 std::string GyroServer::execute(const drivers::GyroCommand& command) {
-  const auto name = drivers::first_line(command.send);
+  const auto name = drivers::command_name(command);
   const auto is_among = [&](const auto& names) { return std::ranges::find(names, name) != names.end(); };
   if (is_among(faults_.ignored)) return {};
-  if (is_among(faults_.refused)) return command.refusal + kReplyEnd;
+  const std::string end = command.is_binary ? "" : kReplyEnd;
+  if (is_among(faults_.refused)) return command.refusal + end;
   if (name == faults_.factor_until) writer_.set_factor(1);
   is_silent_ = command.then_silent.value_or(is_silent_);
-  if (command.messages.empty()) return command.reply + kReplyEnd;
+  if (command.messages.empty()) return command.reply + end;
   const auto bytes = encode_settings(writer_.format(), command.messages.front(), faults_.has_other_settings);
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }

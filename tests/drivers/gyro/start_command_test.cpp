@@ -65,6 +65,58 @@ TEST(StartCommand, ReportsBytesReceivedInsteadOfReply) {
             "no reply \"ROTUNITS,RAD\" to \"=ROTUNITS,RAD\" in 20 ms; received 3 bytes of frames or noise");
 }
 
+std::string bytes(std::string_view hexadecimal) { return text_of(tests::from_hex(hexadecimal)); }
+
+GyroCommand go_to_configuration() {
+  return {.send = bytes("FA FF 30 00 D1"),
+          .wait = milliseconds(20),
+          .reply = bytes("FA FF 31 00 D0"),
+          .refusal = bytes("FA FF 42 01"),
+          .is_binary = true};
+}
+
+TEST(StartCommand, FindsReplyInBytesAmongFrames) {
+  const auto command = go_to_configuration();
+  EXPECT_EQ(command_name(command), "FA FF 30 00 D1");
+  EXPECT_TRUE(answered(command, bytes("36 0D 0A 00 FA FF 31 00 D0 36")));
+  const auto echoed = answered(command, command.send);
+  ASSERT_FALSE(echoed);
+  EXPECT_EQ(echoed.error().what,
+            "no reply \"FA FF 31 00 D0\" to \"FA FF 30 00 D1\" in 20 ms; received 5 bytes: FA FF 30 00 D1");
+  const auto refused = answered(command, bytes("FA FF 42 01 21 9D"));
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().kind, FaultKind::refused);
+  EXPECT_EQ(refused.error().what, "refusal \"FA FF 42 01 21 9D\" received after \"FA FF 30 00 D1\"");
+}
+
+/// A byte that is the code of a digit does not continue a number.
+TEST(StartCommand, AcceptsReplyInBytesThatLooksLikeNumber) {
+  const GyroCommand command{
+      .send = bytes("0C 00 0D"), .wait = milliseconds(20), .reply = bytes("0C F0 30"), .is_binary = true};
+  EXPECT_TRUE(answered(command, bytes("0C F0 30 31")));
+}
+
+TEST(StartCommand, ReadsCommandsInBytes) {
+  const auto stream = tests::shipped_stream("pulse-count");
+  const auto read = [&](const std::string& keys) {
+    const auto file = TomlTable::parse("[[start]]\nwait = \"1 s\"\n" + keys, "g.toml").value();
+    auto commands = read_commands(file, "start", stream.frame);
+    const auto verdict = file.verdict();
+    return std::pair(std::move(commands), verdict ? std::string() : text(verdict.error()));
+  };
+  const auto [commands, mistake] =
+      read("send_bytes = [0xFA, 0xFF, 0x30, 0x00, 0xD1]\nreply_bytes = [0xFA, 0xFF, 0x31]\n");
+  EXPECT_EQ(mistake, "");
+  ASSERT_EQ(commands.size(), 1u);
+  EXPECT_TRUE(commands[0].is_binary);
+  EXPECT_EQ(commands[0].send, bytes("FA FF 30 00 D1"));
+  EXPECT_EQ(commands[0].reply, bytes("FA FF 31"));
+  EXPECT_NE(read("send_bytes = []\n").second.find("empty"), std::string::npos);
+  EXPECT_NE(read("send_bytes = [256]\n").second.find("expected bytes"), std::string::npos);
+  EXPECT_NE(read("send_bytes = [1]\nreply = \"OK\"\n").second.find("unknown key"), std::string::npos);
+  EXPECT_NE(read("send = \"A\"\nreply_bytes = [1]\n").second.find("unknown key"), std::string::npos);
+}
+
 TEST(StartCommand, RequiresAMessageWhoseSettingsAgree) {
   const auto stream = tests::shipped_stream("stim300");
   const auto& command = stream.start.front();

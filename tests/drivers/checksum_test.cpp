@@ -16,6 +16,7 @@ TEST(Checksum, AgreesWithThePublishedCheckValues) {
   EXPECT_EQ(crc({32, 0x04C11DB7, 0xFFFFFFFF, true, 0xFFFFFFFF}, digits), 0xCBF43926u) << "CRC-32/ISO-HDLC";
   EXPECT_EQ(crc({32, 0x04C11DB7, 0, true, 0}, digits), 0x2DFD2D88u) << "NovAtel";
   EXPECT_EQ(crc({16, 0x1021, 0, false, 0}, digits), 0x31C3u) << "CRC-16/XMODEM";
+  EXPECT_EQ(crc({16, 0x1021, 0, true, 0}, digits), 0x2189u) << "CRC-16/KERMIT";
   EXPECT_EQ(crc({16, 0x1021, 0xFFFF, false, 0}, digits), 0x29B1u) << "CRC-16/CCITT-FALSE";
   EXPECT_EQ(crc({16, 0x8005, 0xFFFF, true, 0}, digits), 0x4B37u) << "CRC-16/MODBUS";
 }

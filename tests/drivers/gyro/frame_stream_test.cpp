@@ -326,9 +326,173 @@ TEST(GyroStream, DecodesGeneratedMessagesOfARingLaserGyro) {
   EXPECT_EQ(fed.frames[1].timestamp, 484620'664'389'000u);
 }
 
+TEST(GyroStream, DecodesGeneratedIncrementsOfTheStim300) {
+  const tests::DecodedStream fed(tests::shipped_stream("stim300-increment").frame,
+                                 tests::from_hex("94200000F80000FFFF850014801482F5C0001001F4B2C77C14"));
+  ASSERT_EQ(fed.frames.size(), 1u);
+  EXPECT_EQ(fed.value("gyro_x"), 1);
+  EXPECT_EQ(fed.value("gyro_y"), -0.25);
+  EXPECT_EQ(fed.frames[0].axes[0].pulses, -123);
+  EXPECT_EQ(fed.housekeeping("temperature_z"), -10.25);
+}
+
+/// Recorded acknowledgement and packet of other content, and the packet of the manufacturer's example, whose values are
+/// printed beside it (MIP SDK, test/data/mip_data.bin and packet_example_cpp_check.txt).
+TEST(GyroStream, DecodesPublishedPacketOfMicroStrain) {
+  const tests::DecodedStream fed(
+      tests::whole_shipped_stream("microstrain-mip").frame,
+      tests::from_hex("7565 01 04 04F10600 DA74") +
+          tests::from_hex("7565 80 30 0AD5 00000041D8BAE040 0AD6 00000000007A1200 0E04 3C8EAF72 BBDA6818 BF7C52E8 0E05 "
+                          "BB469CCF 39A34C8B BB8BE12F D771") +
+          tests::from_hex("7565 80 4C 0AD5 000000055EE67CC0 0AD6 000000014E434A00 0E04 3D9EE88D 387FDB00 BF7AAF03 0E05 "
+                          "BB0C1E30 BB572E68 BBAA24AE 0E07 BC8AAC80 BC72C50E BCC4E2C1 0E08 3EEE3D9F BD66DADD C0AFDEF5 "
+                          "9196"));
+  EXPECT_EQ(fed.rejected, 0u);
+  ASSERT_EQ(fed.frames.size(), 3u);
+  EXPECT_FALSE(fed.frames[0].axes[0].value);
+  EXPECT_FALSE(fed.frames[1].axes[0].value);
+  EXPECT_EQ(fed.frames[2].timestamp, 23'067'000'000u);
+  EXPECT_EQ(fed.value("delta_time_ns", 2), 5'608'000'000.0);
+  EXPECT_NEAR(fed.housekeeping("acceleration_x", 2), 0.077592, 5e-7);
+  EXPECT_NEAR(fed.housekeeping("acceleration_y", 2), 0.000061, 5e-7);
+  EXPECT_NEAR(fed.housekeeping("acceleration_z", 2), -0.979233, 5e-7);
+  EXPECT_NEAR(fed.housekeeping("rate_x", 2), -0.002138, 5e-7);
+  EXPECT_NEAR(fed.housekeeping("rate_y", 2), -0.003283, 5e-7);
+  EXPECT_NEAR(fed.housekeeping("rate_z", 2), -0.005192, 5e-7);
+  EXPECT_NEAR(fed.value("gyro_x", 2), -0.0169279575, 1e-9);
+  EXPECT_NEAR(fed.frames[2].axes[2].value.value(), -0.0240339, 1e-7);
+}
+
+/// The commands were built from the definitions of the SDK; their checks were computed independently.
+TEST(GyroStream, StartsMicroStrainWithValidPackets) {
+  const auto stream = tests::shipped_stream("microstrain-mip");
+  ASSERT_EQ(stream.start.size(), 4u);
+  for (const auto& command : stream.start)
+    EXPECT_TRUE(has_valid_check(stream.frame.check, tests::bytes_of(command.send))) << command_name(command);
+}
+
+/// Recorded message with other items (einride/xsens-go, testdata/1) and acknowledgement, then generated messages. In
+/// the second generated message, the range of gyro Z is exceeded.
+TEST(GyroStream, DecodesMessagesOfXsens) {
+  const tests::DecodedStream fed(
+      tests::shipped_stream("xsens-mti").frame,
+      tests::from_hex("FA FF 31 00 D0") +
+          tests::from_hex(
+              "FAFF3671102002A9871060040314EDB710100C07DCA26007E301140D2F1837E020040000000520300CC2C6EC743E0"
+              "83F53C33330CB40200C3CE7E9CBC11A8E2FBFD04D0C40100C39931323BDC5D49BBC8552C480200C3AB21F42BB513AB"
+              "9BB51E94C8030103F80000136E3FF0CB785E822B78657DF19") +
+          tests::from_hex(
+              "FAFF3638102002FFFE1060040314ED53E0200400000107081004C144000040200C3F000000BE800000411D00008020"
+              "0C3A800000BF0000003780000049") +
+          tests::from_hex(
+              "FAFF3638102002FFFE1060040314ED53E0200400002007081004C144000040200C3F000000BE800000411D00008020"
+              "0C3A800000BF000000378000002A"));
+  EXPECT_EQ(fed.rejected, 0u);
+  ASSERT_EQ(fed.frames.size(), 4u);
+  EXPECT_FALSE(fed.frames[1].axes[0].value);
+  EXPECT_EQ(fed.frames[2].axes[0].value, 0x1p-16);
+  EXPECT_EQ(fed.value("gyro_x", 2), 0x1p-10);
+  EXPECT_EQ(fed.value("gyro_y", 2), -0.5);
+  EXPECT_EQ(fed.housekeeping("acceleration_z", 2), 9.8125);
+  EXPECT_EQ(fed.housekeeping("temperature", 2), -12.25);
+  EXPECT_EQ(fed.frames[2].sequence, 0xFFFEu);
+  EXPECT_EQ(fed.frames[2].timestamp, 51'703'123u) << "in steps of 0.1 ms";
+  EXPECT_TRUE(fed.frames[2].good);
+  EXPECT_TRUE(fed.frames[2].flagged) << "the range of an accelerometer was exceeded";
+  EXPECT_FALSE(fed.frames[3].good);
+}
+
+TEST(GyroStream, RejectsMessageOfOtherItemsWithSameLength) {
+  for (const auto& [name, offset] : {std::pair("xsens-mti", 45u), {"microstrain-mip", 53u}}) {
+    const auto format = tests::shipped_stream(name).frame;
+    auto message = encode_frame(format, {.axes = {{.value = 0.5}}});
+    EXPECT_EQ(tests::DecodedStream(format, message).frames.size(), 1u) << name;
+    message[offset] ^= std::byte{0x10};
+    write_check(format.check, message);
+    EXPECT_TRUE(tests::DecodedStream(format, message).frames.empty()) << name;
+  }
+}
+
+TEST(GyroStream, RequestsConfigurationOfXsensWithValidMessages) {
+  const auto stream = tests::shipped_stream("xsens-mti");
+  ASSERT_EQ(stream.start.size(), 3u);
+  for (const auto& command : stream.start) {
+    EXPECT_TRUE(has_valid_check(stream.frame.check, tests::bytes_of(command.send))) << command_name(command);
+    EXPECT_TRUE(has_valid_check(stream.frame.check, tests::bytes_of(command.reply))) << command_name(command);
+  }
+}
+
+TEST(GyroStream, DecodesGeneratedMessagesOfSbg) {
+  const auto other = tests::from_hex("FF5A01000400010203045C5433");
+  const tests::DecodedStream brief(
+      tests::shipped_stream("sbg-imu-short").frame,
+      other + tests::from_hex("FF5A2C00200000286BEEFF03000010000000F8FF3DEA9C0024060100000000FEFBFFFFFFC0F5B59433") +
+          tests::from_hex("FF5A2C002000883B6BEEFF070000000000000000000000000100000002000000030000000000F3AE33"));
+  EXPECT_EQ(brief.rejected, 0u);
+  ASSERT_EQ(brief.frames.size(), 3u);
+  EXPECT_FALSE(brief.frames[0].axes[0].value);
+  EXPECT_EQ(brief.frames[1].axes[0].value, -5 * 0x1p-26);
+  EXPECT_EQ(brief.value("gyro_x", 1), 67108 * 0x1p-26);
+  EXPECT_EQ(brief.value("gyro_y", 1), -0.5);
+  EXPECT_EQ(brief.housekeeping("acceleration_x", 1), 1);
+  EXPECT_EQ(brief.housekeeping("acceleration_y", 1), -524288 * 0x1p-20);
+  EXPECT_EQ(brief.housekeeping("temperature", 1), -10.25);
+  EXPECT_EQ(brief.frames[1].timestamp, 4'000'000'000u);
+  EXPECT_TRUE(brief.frames[1].good);
+  EXPECT_FALSE(brief.frames[2].good) << "the scale of the high range";
+
+  const tests::DecodedStream full(
+      tests::shipped_stream("sbg-imu-data").frame,
+      other + tests::from_hex("FF5A03003A0000286BEEEF030000003F000080BE00001D410000803A000000BF00008037000022C20000003F"
+                              "000080BE00001D410000803A000000BF00008037882C33"));
+  EXPECT_EQ(full.rejected, 0u);
+  ASSERT_EQ(full.frames.size(), 2u);
+  EXPECT_EQ(full.frames[1].axes[0].value, 0x1p-16);
+  EXPECT_EQ(full.value("gyro_x", 1), 0x1p-10);
+  EXPECT_EQ(full.housekeeping("acceleration_z", 1), 9.8125);
+  EXPECT_EQ(full.housekeeping("temperature", 1), -40.5);
+  EXPECT_TRUE(full.frames[1].good);
+  EXPECT_TRUE(full.frames[1].flagged) << "accelerometer Z failed its test or is out of range";
+}
+
+/// The first frame has the values and the checksum of a published log line (py_esensorlib, README.md) of an M-G366PDG0,
+/// whose scales are 1/66 °/s, 1/4 mg and 1/256 °C. The temperature has the digits that agree with the checksum.
+TEST(GyroStream, DecodesPublishedLogLineOfEpson) {
+  const tests::DecodedStream fed(
+      tests::shipped_stream("epson-m-g370pds0").frame,
+      tests::from_hex("80 FEFC FFF6FA00 000B4329 FFFCF746 FFFFE1B3 00084EE0 00175CA4 FD60083C 0014 C66D 0D"));
+  ASSERT_EQ(fed.frames.size(), 1u);
+  EXPECT_NEAR(fed.value("gyro_x") * 150 / 66, 0.17064158, 1e-8);
+  EXPECT_NEAR(fed.value("gyro_y") * 150 / 66, -0.04597103, 1e-8);
+  EXPECT_NEAR(fed.value("gyro_z") * 150 / 66, -0.00179337, 1e-8);
+  EXPECT_NEAR(fed.housekeeping("acceleration_x") * 2500 / 4, 2.07702637, 1e-8);
+  EXPECT_NEAR(fed.housekeeping("acceleration_z") * 2500 / 4, -167.99195862, 1e-8);
+  EXPECT_EQ(fed.frames[0].sequence, 20u);
+  EXPECT_TRUE(fed.frames[0].good);
+  EXPECT_FALSE(fed.frames[0].flagged);
+}
+
+TEST(GyroStream, DecodesGeneratedFramesOfEpson) {
+  const tests::DecodedStream fed(
+      tests::shipped_stream("epson-m-g370pds0").frame,
+      tests::from_hex("80FE000662000000960000FFB50000FFFFFFF904E20000FFE7000009C40000FFF013220D") +
+          tests::from_hex("80FE01000000000000000000000000000000000000000000000000000000000000FE010D"));
+  EXPECT_EQ(fed.rejected, 0u);
+  ASSERT_EQ(fed.frames.size(), 2u);
+  EXPECT_DOUBLE_EQ(fed.value("gyro_x"), 1);
+  EXPECT_DOUBLE_EQ(fed.value("gyro_y"), -0.5);
+  EXPECT_DOUBLE_EQ(fed.frames[0].axes[0].value.value(), -7.0 / 150 / 65536);
+  EXPECT_DOUBLE_EQ(fed.housekeeping("acceleration_x"), 0.5);
+  EXPECT_DOUBLE_EQ(fed.housekeeping("acceleration_z"), 1);
+  EXPECT_NEAR(fed.housekeeping("temperature"), 25 + 3.7918, 1e-9);
+  EXPECT_EQ(fed.frames[0].sequence, 0xFFF0u);
+  EXPECT_TRUE(fed.frames[0].good);
+  EXPECT_FALSE(fed.frames[1].good);
+}
+
 TEST(GyroStream, EveryShippedDescriptionReadsBackWhatItEncodes) {
   const auto names = tests::shipped_streams();
-  EXPECT_EQ(names.size(), 14u);
+  EXPECT_EQ(names.size(), 20u);
   for (const auto& name : names) {
     const auto stream = tests::shipped_stream(name);
     EXPECT_FALSE(stream.source.empty());

@@ -131,7 +131,7 @@ TEST(ForeignBytes, AreReportedWithCountAndFirstBytes) {
   for (const auto& name : tests::shipped_streams())
     for (const auto* bytes : {&noise, &other, &zeros})
       for (const std::size_t piece : {27u, 4096u}) {
-        if (name == "stim300" && bytes == &other) continue;
+        if (name.starts_with("stim300") && bytes == &other) continue;
         // Bytes without a check that count 0, 0, … do not lock.
         if (name == "kvh-dsp-1750" && bytes == &zeros) continue;
         auto made = std::make_unique<tests::FakeStream>();
@@ -151,7 +151,7 @@ TEST(ForeignBytes, AreReportedWithCountAndFirstBytes) {
         EXPECT_EQ(gyro->wait_for_origin().error().kind, FaultKind::timeout) << "now nothing came";
         ++checked;
       }
-  EXPECT_EQ(checked, 80u);
+  EXPECT_EQ(checked, 114u);
 }
 
 TEST(ForeignBytes, TimeOutIfShorterThanFrame) {

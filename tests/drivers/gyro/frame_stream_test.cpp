@@ -363,12 +363,31 @@ TEST(GyroStream, DecodesPublishedPacketOfMicroStrain) {
   EXPECT_NEAR(fed.frames[2].axes[2].value.value(), -0.0240339, 1e-7);
 }
 
+TEST(GyroStream, DecodesGeneratedPacketOfMicroStrainGeneration5) {
+  const tests::DecodedStream fed(
+      tests::shipped_stream("microstrain-gx5").frame,
+      tests::from_hex(
+          "7565 80 46 0E12 411D9432A855970B 069C 001F 0E04 3F000000 BE800000 BF800000 0E05 3A800000 BF000000 "
+          "3B800000 0E07 39800000 BE000000 37800000 0E08 00000000 3E800000 BC23D70A 30C2"));
+  EXPECT_EQ(fed.rejected, 0u);
+  ASSERT_EQ(fed.frames.size(), 1u);
+  EXPECT_EQ(fed.frames[0].timestamp, 484620'664'389'000u);
+  EXPECT_EQ(fed.frames[0].axes[0].value, 0x1p-16);
+  EXPECT_EQ(fed.value("gyro_x"), 0x1p-12);
+  EXPECT_EQ(fed.value("gyro_y"), -0.125);
+  EXPECT_EQ(fed.housekeeping("rate_z"), 0x1p-8);
+  EXPECT_EQ(fed.housekeeping("acceleration_z"), -1);
+  EXPECT_EQ(fed.housekeeping("velocity_y"), 0.25);
+}
+
 /// The commands were built from the definitions of the SDK; their checks were computed independently.
 TEST(GyroStream, StartsMicroStrainWithValidPackets) {
-  const auto stream = tests::shipped_stream("microstrain-mip");
-  ASSERT_EQ(stream.start.size(), 4u);
-  for (const auto& command : stream.start)
-    EXPECT_TRUE(has_valid_check(stream.frame.check, tests::bytes_of(command.send))) << command_name(command);
+  for (const auto* name : {"microstrain-mip", "microstrain-gx5"}) {
+    const auto stream = tests::shipped_stream(name);
+    ASSERT_EQ(stream.start.size(), 4u);
+    for (const auto& command : stream.start)
+      EXPECT_TRUE(has_valid_check(stream.frame.check, tests::bytes_of(command.send))) << command_name(command);
+  }
 }
 
 /// Recorded message with other items (einride/xsens-go, testdata/1) and acknowledgement, then generated messages. In
@@ -403,7 +422,7 @@ TEST(GyroStream, DecodesMessagesOfXsens) {
 }
 
 TEST(GyroStream, RejectsMessageOfOtherItemsWithSameLength) {
-  for (const auto& [name, offset] : {std::pair("xsens-mti", 45u), {"microstrain-mip", 53u}}) {
+  for (const auto& [name, offset] : {std::pair("xsens-mti", 45u), {"microstrain-mip", 53u}, {"microstrain-gx5", 47u}}) {
     const auto format = tests::shipped_stream(name).frame;
     auto message = encode_frame(format, {.axes = {{.value = 0.5}}});
     EXPECT_EQ(tests::DecodedStream(format, message).frames.size(), 1u) << name;
@@ -492,7 +511,7 @@ TEST(GyroStream, DecodesGeneratedFramesOfEpson) {
 
 TEST(GyroStream, EveryShippedDescriptionReadsBackWhatItEncodes) {
   const auto names = tests::shipped_streams();
-  EXPECT_EQ(names.size(), 20u);
+  EXPECT_EQ(names.size(), 21u);
   for (const auto& name : names) {
     const auto stream = tests::shipped_stream(name);
     EXPECT_FALSE(stream.source.empty());

@@ -151,7 +151,7 @@ TEST(ForeignBytes, AreReportedWithCountAndFirstBytes) {
         EXPECT_EQ(gyro->wait_for_origin().error().kind, FaultKind::timeout) << "now nothing came";
         ++checked;
       }
-  EXPECT_EQ(checked, 114u);
+  EXPECT_EQ(checked, 120u);
 }
 
 TEST(ForeignBytes, TimeOutIfShorterThanFrame) {

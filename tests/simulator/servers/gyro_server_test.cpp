@@ -178,7 +178,8 @@ TEST(GyroServer, FailsToStartWhenCommandIsIgnoredOrRefused) {
   EXPECT_EQ(kind("xsens-mti", {.ignored = {"FA FF C0 00 41"}}), "timeout");
   EXPECT_EQ(kind("xsens-mti", {.refused = {"FA FF C0 00 41"}}), "refused");
   EXPECT_EQ(kind("epson-m-g370pds0", {.ignored = {"70 00 0D"}}), "timeout");
-  for (const auto* binary : {"xsens-mti", "microstrain-mip", "epson-m-g370pds0"}) EXPECT_EQ(kind(binary, {}), "open");
+  for (const auto* binary : {"xsens-mti", "microstrain-mip", "microstrain-gx5", "epson-m-g370pds0"})
+    EXPECT_EQ(kind(binary, {}), "open");
   EXPECT_EQ(kind("vectornav", {}), "open");
 }
 

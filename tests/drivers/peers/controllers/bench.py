@@ -96,6 +96,7 @@ class Bench:
 
     def rig(self, map_name: str = "", *, keys: str = "", more: str = "", name: str = "rig.toml") -> pathlib.Path:
         own = not map_name
+        framing = f'framing = "{self.server.framing}"\n' if self.server.framing else ""
         path = self.folder / name
         path.write_text(f"""schema = "gyrotherm-rig/1"
 name = "peer"
@@ -103,8 +104,7 @@ name = "peer"
 [chamber]
 map = "{SOURCE}/profiles/chambers/{map_name or self.fake.map}.toml"
 line = "{self.server.line}"
-framing = "{self.server.framing}"
-{self.fake.keys if own else keys}
+{framing}{self.fake.keys if own else keys}
 lowest = "5 °C"
 highest = "55 °C"
 fastest_heating = "30 °C/min"

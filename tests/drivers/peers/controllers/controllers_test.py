@@ -372,7 +372,8 @@ def sweep_when_this_ends(base: pathlib.Path) -> None:
     os.close(reads)
 
 
-def main() -> int:
+def main(tests: Callable[[bool], list[Scene]]) -> int:
+    """Runs the tests that are named on the command line, or all."""
     global gyrotherm, base, places
     options = [word for word in sys.argv[1:] if word.startswith("--")]
     words = [word for word in sys.argv[1:] if word not in options]
@@ -396,4 +397,4 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(main(tests))

@@ -22,13 +22,20 @@ sys.path[:0] = [str(HERE), str(HERE.parent / "controllers"), str(HERE.parents[2]
                 str(HERE.parents[2] / "edges")]
 
 import controllers_test
+from ascii2 import Ascii2
 from bench import SAFE, Fake
 from controllers_test import BEGINS, Scene
+from cts import Cts
 from espec import Espec
+from f4t_scpi import F4tScpi
+from huber import Huber
+from julabo import Julabo
+from lauda import Lauda
 from program import Run, until
 from records import Record, read_record
 from simserv import SimServ
 from text_server import Faults, TextChamber, TextServer
+from thermotron import Thermotron
 
 SAFE_WITHIN = 20.0  # s from the death of the program to a safe unit
 CONFIRMED_WITHIN = 90.0  # s
@@ -44,14 +51,29 @@ def text(make: Callable[[], TextChamber], map_name: str, keys: str = "", verifie
 
 FAKES: dict[str, Fake] = {
     "simserv": text(SimServ, "weiss_simserv"),
+    "ascii2": text(Ascii2, "weiss_ascii2"),
     "espec": text(Espec, "espec_p300"),
+    "thermotron": text(Thermotron, "thermotron_8800"),
+    "cts": text(Cts, "cts"),
+    "julabo": text(Julabo, "julabo"),
+    "huber": text(Huber, "huber"),
+    "lauda": text(Lauda, "lauda"),
+    "f4t_scpi": text(F4tScpi, "watlow_f4t_scpi"),
 }
 MORE: dict[str, Fake] = {  # other instruments of the same protocols
     "simserv_program": text(lambda: SimServ(program=True, lag=1.5), "weiss_simserv"),
     "simserv_without_programs": text(lambda: SimServ(has_programs=False), "weiss_simserv"),
+    "ascii2_slow": text(lambda: Ascii2(lag=1.5, humidity=60.0, others=frozenset({2, 11})), "weiss_ascii2"),
     "espec_humidity": text(lambda: Espec(humidity=True, lag=1.2), "espec_p300"),
     "espec_short_monitor": text(lambda: Espec(empty_humidity=False, mode="OFF"), "espec_p300"),
     "espec_program": text(lambda: Espec(mode="RUN"), "espec_p300"),
+    "thermotron_program": text(lambda: Thermotron(program=True, lag=1.0), "thermotron_8800"),
+    "cts_capital": text(lambda: Cts(capital=True, lag=1.0), "cts"),
+    "cts_program": text(lambda: Cts(program=True), "cts"),
+    "julabo_slow": text(lambda: Julabo(lag=1.5, external=True), "julabo"),
+    "huber_process": text(lambda: Huber(process=True), "huber"),
+    "lauda_padded": text(lambda: Lauda(blank_padded=True, lag=1.0, type_text="VC 600"), "lauda"),
+    "f4t_scpi_program": text(lambda: F4tScpi(program=True, lag=1.0), "watlow_f4t_scpi"),
 }
 
 

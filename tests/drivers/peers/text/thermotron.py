@@ -1,0 +1,100 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Thermotron 8800, as its Commands.html, PyMeasure and public telnet drivers describe it."""
+from __future__ import annotations
+
+import re
+
+from text_server import Client, TextChamber, main
+
+DONE, UNKNOWN, RANGE, STATE = "0", "1", "3", "4"  # a command is answered by 0 or an error code
+COLD_BOOT, RUNNING, BY_COMPUTER = 0, 1, 5
+MANUAL, PROGRAM = 16, 1
+COMMAND = re.compile(r"([A-Z]{3,4})(\d*)(?:,(-?\d+(?:\.\d+)?))?(\?)?")
+
+
+class Thermotron(TextChamber):
+    """Channel 1 is the air. A set point takes effect in manual mode; a program overrules it."""
+    name = "thermotron"
+    identity_questions = ("IDEN?", "VRSN?")
+    other_identity = "LabEvent T/210/70/5"
+
+    def __init__(self, *, program: bool = False, ramp: float = 0.0, alarm: int = 0, cold: bool = True,
+                 **more: object) -> None:
+        super().__init__(**more)  # type: ignore[arg-type]
+        self.running_program, self.ramp, self.alarm = program, ramp, alarm
+        self.stopped_by = COLD_BOOT if cold else BY_COMPUTER
+        self.on = program
+
+    def in_program(self) -> bool:
+        return self.running_program
+
+    def to_program(self) -> bool:
+        with self.lock:
+            self.running_program = self.on = True
+        return True
+
+    def busy(self) -> str:
+        return STATE
+
+    def reply(self, line: str) -> str:
+        found = COMMAND.fullmatch(line.strip().upper())
+        if not found:
+            return self.not_known(line, UNKNOWN)
+        word, channel, value, asks = found.groups()
+        if asks:
+            return self.asked(line, word, channel)
+        return self.written(line, word, channel, value)
+
+    def asked(self, line: str, word: str, channel: str) -> str:
+        if word == "PVAR":
+            return self.air_text("{:.3f}") if channel == "1" else "0.000" if channel else UNKNOWN
+        if word == "SETP" and channel:
+            return self.set_point_text("{:.3f}") if channel == "1" else "0.000"
+        answers = {"IDEN": "THERMOTRON 8800", "VRSN": "5.11", "MRMP": f"{self.ramp:.3f}", "ALRM": str(self.alarm),
+                   "THTL": f"{30.0 * self.on:.3f}", "DEVN": f"{self.air - self.set_point:.3f}", "OPTN": "0",
+                   "CCHR": "C", "CCNF": "2", "CNAM": "TEMPERATURE", "AUXE": "0",
+                   "MODE": str(PROGRAM if self.running_program else MANUAL if self.on else 0),
+                   "SCOD": str(RUNNING if self.on else self.stopped_by), "STAT": str(2 * self.on)}
+        return answers[word] if word in answers else self.not_known(line, UNKNOWN)
+
+    def written(self, line: str, word: str, channel: str, value: str | None) -> str:
+        if word == "SETP" and channel == "1" and value is not None:
+            self.take_set_point(line, float(value), RANGE)
+        elif word == "MRMP" and channel == "1" and value is not None:
+            self.take(line, lambda: setattr(self, "ramp", float(value)))
+        elif word == "RUNM" and not channel:
+            if self.running_program:
+                self.refuse(line, STATE)
+            self.take_power(line, True)
+        elif word == "STOP" and not channel:
+            self.take(line, self.stop)
+        elif word in ("HOLD", "RESM"):
+            self.take(line, lambda: None)
+        else:
+            return self.not_known(line, UNKNOWN)
+        return DONE
+
+    def stop(self) -> None:
+        self.running_program = self.on = False
+        self.stopped_by = BY_COMPUTER
+
+
+def test(client: Client) -> None:
+    client.expect("IDEN?", "THERMOTRON 8800")
+    client.expect("SETP1?", "23.000")
+    client.expect("SETP1,-40", DONE)
+    client.expect("SETP1?", "-40.000")
+    client.expect("SETP1,-400", RANGE)
+    client.expect("SCOD?", "0")
+    client.expect("RUNM", DONE)
+    client.expect("SCOD?", "1")
+    assert -40 < float(client.ask("PVAR1?")) <= 25.0
+    client.expect("ALRM1?", "0")
+    client.expect("STOP", DONE)
+    client.expect("SCOD?", "5")
+    client.expect("JUMP", UNKNOWN)
+
+
+if __name__ == "__main__":
+    main(Thermotron, test, "\r")

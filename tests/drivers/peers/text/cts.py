@@ -91,6 +91,33 @@ class Cts(TextChamber):
         self.running_program = self.on = runs
 
 
+class CtsOnSerialLine(Cts):
+    """The same with frames: STX, address and data with bit 7, their XOR, ETX."""
+
+    STX, ETX, ADDRESS, HIGH = 0x02, 0x03, 0x81, 0x80
+
+    def checksum(self, data: bytes) -> int:
+        result = 0
+        for byte in data:
+            result ^= byte
+        return result | self.HIGH
+
+    def encoded(self, answer: str) -> bytes:
+        data = bytes([self.ADDRESS, *(byte | self.HIGH for byte in answer.encode(self.encoding))])
+        return bytes([self.STX, *data, self.checksum(data), self.ETX])
+
+    def next_line(self, received: bytes) -> tuple[str | None, bytes]:
+        begin, end = received.find(self.STX), received.find(self.ETX)
+        if begin < 0 or end < begin:
+            return None, received[max(begin, 0):] if begin >= 0 else b""
+        frame, rest = received[begin + 1:end], received[end + 1:]
+        if len(frame) < 3 or frame[0] != self.ADDRESS or frame[-1] != self.checksum(frame[:-1]) or \
+                any(not byte & self.HIGH for byte in frame):
+            self.unknown.append(repr(frame))
+            return "", rest
+        return bytes(byte & 0x7F for byte in frame[1:-1]).decode(), rest
+
+
 def test(client: Client) -> None:
     client.expect("A0", "A0 025.0 023.0")
     client.expect("a0 -40.0", "a")
@@ -103,6 +130,10 @@ def test(client: Client) -> None:
     client.expect("S", "S00100000\0")
     client.expect("O", "O00" + 13 * "0")
     client.expect("xyz", "")
+    framed = CtsOnSerialLine()
+    assert framed.encoded("O") == bytes.fromhex("0281CFCE03")
+    assert framed.next_line(bytes.fromhex("0281C1B0F003")) == ("A0", b"")
+    assert framed.next_line(bytes.fromhex("0281F3B1A0B1D203")) == ("s1 1", b"")
 
 
 if __name__ == "__main__":

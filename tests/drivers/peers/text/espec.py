@@ -115,6 +115,23 @@ class Espec(TextChamber):
         self.take(line, lambda: setattr(self, "set_point", sought))
 
 
+class EspecOnBus(Espec):
+    """The same on RS-485: a question begins with the address, and `OK:` repeats it."""
+
+    def __init__(self, *, address: int = 1, **more: object) -> None:
+        super().__init__(**more)
+        self.prefix = f"{address},"
+
+    def next_line(self, received: bytes) -> tuple[str | None, bytes]:
+        line, rest = super().next_line(received)
+        if line and not line.startswith(self.prefix):
+            return "", rest  # another unit is asked
+        return line and line.removeprefix(self.prefix), rest
+
+    def encoded(self, answer: str) -> bytes:
+        return super().encoded(answer.replace("OK:", f"OK:{self.prefix}", 1))
+
+
 def test(client: Client) -> None:
     client.expect("TYPE?", "T,P-300,190.0")
     client.expect("MODE?", "STANDBY")

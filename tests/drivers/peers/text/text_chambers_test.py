@@ -25,8 +25,8 @@ import controllers_test
 from ascii2 import Ascii2
 from bench import SAFE, Fake
 from controllers_test import BEGINS, Scene
-from cts import Cts
-from espec import Espec
+from cts import Cts, CtsOnSerialLine
+from espec import Espec, EspecOnBus
 from f4t_scpi import F4tScpi
 from huber import Huber
 from julabo import Julabo
@@ -34,7 +34,7 @@ from lauda import Lauda
 from program import Run, until
 from records import Record, read_record
 from simserv import SimServ
-from text_server import Faults, TextChamber, TextServer
+from text_server import Faults, TextChamber, TextOnTerminal, TextServer
 from thermotron import Thermotron
 
 SAFE_WITHIN = 20.0  # s from the death of the program to a safe unit
@@ -47,6 +47,10 @@ PHASES = ("late", "doubled", "partial", "pieces", "busy", "comma")
 
 def text(make: Callable[[], TextChamber], map_name: str, keys: str = "", verifies: str = "") -> Fake:
     return Fake(make, TextServer, map_name, keys, verifies)
+
+
+def on_terminal(settings: str) -> Callable[[TextChamber], TextOnTerminal]:
+    return lambda chamber: TextOnTerminal(chamber, settings)
 
 
 FAKES: dict[str, Fake] = {
@@ -66,9 +70,11 @@ MORE: dict[str, Fake] = {  # other instruments of the same protocols
     "ascii2_slow": text(lambda: Ascii2(lag=1.5, humidity=60.0, others=frozenset({2, 11})), "weiss_ascii2"),
     "espec_humidity": text(lambda: Espec(humidity=True, lag=1.2), "espec_p300"),
     "espec_short_monitor": text(lambda: Espec(empty_humidity=False, mode="OFF"), "espec_p300"),
+    "espec_serial": Fake(EspecOnBus, on_terminal("9600,8N1"), "espec_p300"),  # type: ignore[arg-type]
     "espec_program": text(lambda: Espec(mode="RUN"), "espec_p300"),
     "thermotron_program": text(lambda: Thermotron(program=True, lag=1.0), "thermotron_8800"),
     "cts_capital": text(lambda: Cts(capital=True, lag=1.0), "cts"),
+    "cts_serial": Fake(CtsOnSerialLine, on_terminal("19200,8N1"), "cts"),  # type: ignore[arg-type]
     "cts_program": text(lambda: Cts(program=True), "cts"),
     "julabo_slow": text(lambda: Julabo(lag=1.5, external=True), "julabo"),
     "huber_process": text(lambda: Huber(process=True), "huber"),
@@ -85,7 +91,7 @@ class TextScene(Scene):
         return self.bench.chamber  # type: ignore[return-value]
 
     @property
-    def server(self) -> TextServer:
+    def server(self) -> TextServer | TextOnTerminal:
         return self.bench.server  # type: ignore[return-value]
 
     def expect_only_its_registers(self) -> None:
@@ -178,6 +184,7 @@ def wrong_values(record: Record, column: str, sent: list[tuple[float, float]]) -
 
 def driven(scene: TextScene) -> None:
     """A run from its check to its death; the guard makes the unit safe."""
+    kept = scene.chamber.kept()
     scene.check()
     scene.expect_only_its_registers()
     run = scene.begin()
@@ -189,6 +196,7 @@ def driven(scene: TextScene) -> None:
     scene.assertTrue(soaked, f"the air is at {scene.chamber.air_now():.2f} °C; {run.errors()[-600:]}")
     scene.expect_alive(run, "soak")
     scene.expect_only_its_registers()
+    scene.assertFalse(scene.is_safe(), "it was safe before")
     run.signal(signal.SIGKILL)
     killed = time.monotonic()
     run.wait()
@@ -197,12 +205,13 @@ def driven(scene: TextScene) -> None:
     scene.assertTrue(until(lambda: scene.confirmed(run), CONFIRMED_WITHIN),
                      f"not confirmed within {CONFIRMED_WITHIN:g} s: {run.errors()[-900:]}")
     scene.expect_safe("after the guard")
+    scene.assertEqual(scene.chamber.kept(), kept, "settings that are not its own are changed")
     scene.expect_no_wrong_reading(run, 10)
 
 
 def pause(scene: TextScene, run: Run) -> None:
     """A paused run keeps the set point; then it goes on."""
-    done, answer = run.tell("pause", "the test")
+    done, answer = run.tell("pause")
     scene.assertTrue(done, answer)
     time.sleep(2.5)
     kept = scene.chamber.follows()
@@ -223,6 +232,7 @@ def lose_line(scene: TextScene, run: Run) -> None:
 
 def misbehaving(scene: TextScene) -> None:
     """No fault becomes a reading; then gyrotherm-make-safe makes the unit safe without a guard."""
+    kept = scene.chamber.kept()
     run = scene.begin()
     for kind in PHASES:
         scene.chamber.faults = Faults((kind,))
@@ -233,12 +243,12 @@ def misbehaving(scene: TextScene) -> None:
     acknowledged = run.acknowledged()
     scene.assertTrue(run.wait_acknowledged(acknowledged + 3, 30), run.errors()[-600:])
     scene.kill_both(run)
-    killed = time.monotonic()
     made = scene.bench.programs.finish([scene.bench.programs.make_safe, run.record], 150)
     scene.assertEqual(made.code, 0, made.text)
-    scene.facts.append(f"made safe in {time.monotonic() - killed:.1f} s")
+    scene.facts.append(f"make-safe took {made.seconds:.1f} s")
     scene.expect_safe("after gyrotherm-make-safe")
     scene.assertEqual(scene.chamber.unknown, [], "lines that the unit does not know were sent")
+    scene.assertEqual(scene.chamber.kept(), kept, "settings that are not its own are changed")
     scene.expect_no_wrong_reading(run, 5)
 
 
@@ -247,10 +257,9 @@ def made_safe_in_time(scene: TextScene) -> None:
     run = scene.begin()
     scene.kill_both(run)
     scene.chamber.faults = Faults(("doubled", "pieces", "busy"), share=0.3)
-    killed = time.monotonic()
     made = scene.bench.programs.finish([scene.bench.programs.make_safe, run.record], 150)
     scene.assertIn(made.code, (0, 3), made.text)
-    scene.facts.append(f"make-safe {made.code} in {time.monotonic() - killed:.1f} s")
+    scene.facts.append(f"make-safe {made.code} took {made.seconds:.1f} s")
     scene.assertTrue(scene.is_safe(), made.text)
 
 

@@ -7,14 +7,17 @@ file of gyrotherm.
 from __future__ import annotations
 
 import argparse
+import os
 import pathlib
 import random
+import select
 import socket
 import sys
 import threading
 import time
+import tty
 from dataclasses import dataclass, field
-from typing import Callable
+from typing import Callable, Iterator
 
 HERE = pathlib.Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE.parent / "controllers")]
@@ -177,44 +180,34 @@ class TextChamber(Chamber):
         return received[:at].decode(self.encoding, errors="replace"), received[at + 1:]
 
 
-class TextServer(Server):
-    """Serves one instrument on a free TCP port."""
-    framing = ""  # the description file states it
+class Conversation:
+    """What one client sends, and the answers with their faults."""
 
-    def __init__(self, chamber: TextChamber, port: int = 0) -> None:
+    def __init__(self, chamber: TextChamber) -> None:
         self.chamber = chamber
-        super().__init__(chamber.clients_at_most)
-        if port:
-            self.close()
-            self.socket = socket.create_server(("127.0.0.1", port))
-            self.port = port
-            self.closed = threading.Event()
-            threading.Thread(target=self._accept, daemon=True).start()
+        self.received, self.free_at = b"", 0.0
 
-    def talk(self, client: socket.socket) -> None:
-        if not self.chamber.serves:
-            return
-        received, free_at = b"", 0.0
-        while data := client.recv(4096):
-            now = time.monotonic()
-            received += data
-            while True:
-                line, received = self.chamber.next_line(received)
-                if line is None:
-                    break
-                if not line:
-                    continue
-                if now < free_at:
-                    self.chamber.too_early.append(line)
-                written = len(self.chamber.heard)
-                answer = self.faulty(line)
-                pause = self.chamber.pause_after_answer if written == len(self.chamber.heard) else \
-                    self.chamber.pause_after_write
-                free_at = time.monotonic() + pause
-                self.send(client, answer)
+    def replies(self, data: bytes) -> Iterator[tuple[float, bytes]]:
+        """Returns the pieces of all answers, each with the delay before it, in s."""
+        now = time.monotonic()
+        self.received += data
+        while True:
+            line, self.received = self.chamber.next_line(self.received)
+            if line is None:
+                return
+            if not line:
+                continue
+            if now < self.free_at:
+                self.chamber.too_early.append(line)
+            commands = len(self.chamber.heard)
+            pieces = self.faulty(line)
+            is_command = len(self.chamber.heard) > commands
+            pause = self.chamber.pause_after_write if is_command else self.chamber.pause_after_answer
+            self.free_at = time.monotonic() + pause
+            yield from pieces
 
     def faulty(self, line: str) -> list[tuple[float, bytes]]:
-        """Returns the pieces of the answer, each with the delay before it, in s."""
+        """Returns the pieces of one answer."""
         chamber = self.chamber
         kind = chamber.faults.drawn()
         if kind == "busy":
@@ -236,11 +229,30 @@ class TextServer(Server):
             return [(0.0, whole[:half]), (0.02, whole[half:])]
         return [(0.0, whole)]
 
-    def send(self, client: socket.socket, pieces: list[tuple[float, bytes]]) -> None:
-        for delay, piece in pieces:
-            if delay:
-                self.closed.wait(delay)
-            client.sendall(piece)
+
+class TextServer(Server):
+    """Serves one instrument on a free TCP port."""
+    framing = ""  # the description file states it
+
+    def __init__(self, chamber: TextChamber, port: int = 0) -> None:
+        self.chamber = chamber
+        super().__init__(chamber.clients_at_most)
+        if port:
+            self.close()
+            self.socket = socket.create_server(("127.0.0.1", port))
+            self.port = port
+            self.closed = threading.Event()
+            threading.Thread(target=self._accept, daemon=True).start()
+
+    def talk(self, client: socket.socket) -> None:
+        if not self.chamber.serves:
+            return
+        conversation = Conversation(self.chamber)
+        while data := client.recv(4096):
+            for delay, piece in conversation.replies(data):
+                if delay:
+                    self.closed.wait(delay)
+                client.sendall(piece)
 
     def cut(self) -> None:
         """Closes all connections, and each new one at once."""
@@ -251,6 +263,49 @@ class TextServer(Server):
 
     def mend(self) -> None:
         self.chamber.serves = True
+
+
+class TextOnTerminal:
+    """Serves one instrument on a pseudo-terminal."""
+    framing = ""
+
+    def __init__(self, chamber: TextChamber, settings: str) -> None:
+        self.chamber = chamber
+        self.master, self.slave = os.openpty()
+        tty.setraw(self.slave)
+        self.line = f"serial:{os.ttyname(self.slave)}?{settings}"
+        self.closed = threading.Event()
+        self.thread = threading.Thread(target=self._talk, daemon=True)
+        self.thread.start()
+
+    def _talk(self) -> None:
+        conversation = Conversation(self.chamber)
+        while not self.closed.is_set():
+            if not select.select([self.master], [], [], 0.2)[0]:
+                continue
+            try:
+                data = os.read(self.master, 4096)
+            except OSError:
+                return
+            if not self.chamber.serves:
+                continue
+            for delay, piece in conversation.replies(data):
+                if delay:
+                    self.closed.wait(delay)
+                os.write(self.master, piece)
+
+    def cut(self) -> None:
+        """Loses all that is sent from now on."""
+        self.chamber.serves = False
+
+    def mend(self) -> None:
+        self.chamber.serves = True
+
+    def close(self) -> None:
+        self.closed.set()
+        self.thread.join(5)
+        os.close(self.master)
+        os.close(self.slave)
 
 
 class Client:

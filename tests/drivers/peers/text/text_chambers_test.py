@@ -243,9 +243,12 @@ def misbehaving(scene: TextScene) -> None:
     acknowledged = run.acknowledged()
     scene.assertTrue(run.wait_acknowledged(acknowledged + 3, 30), run.errors()[-600:])
     scene.kill_both(run)
+    killed = time.monotonic()
     made = scene.bench.programs.finish([scene.bench.programs.make_safe, run.record], 150)
     scene.assertEqual(made.code, 0, made.text)
-    scene.facts.append(f"make-safe took {made.seconds:.1f} s")
+    last = max((command.at for command in scene.chamber.heard), default=0.0) - killed
+    scene.facts.append(f"make-safe took {made.seconds:.1f} s, its last command after {last:.1f} s")
+    scene.assertTrue(0 < last < SAFE_WITHIN, "not commanded in time")
     scene.expect_safe("after gyrotherm-make-safe")
     scene.assertEqual(scene.chamber.unknown, [], "lines that the unit does not know were sent")
     scene.assertEqual(scene.chamber.kept(), kept, "settings that are not its own are changed")

@@ -16,11 +16,13 @@ class Lauda(TextChamber):
     """A blank may be in the place of `_`. With a communication time-out the unit stops if it hears nothing."""
     name = "lauda"
     identity_questions = ("TYPE",)
-    other_identity = "JULABO FL300 VERSION 1.2"
+    other_identity = ""  # no other family answers TYPE
 
     def __init__(self, *, type_text: str = "RP245E", fault: bool = False, blank_padded: bool = False,
-                 **more: object) -> None:
+                 has_programmer: bool = True, program: int = 0, **more: object) -> None:
         super().__init__(**more)  # type: ignore[arg-type]
+        self.has_programmer, self.program = has_programmer, program
+        self.on = bool(program)
         self.type_text, self.fault, self.blank_padded = type_text, fault, blank_padded
         self.time_out = 0.0  # s
         self.heard_at = time.monotonic()
@@ -32,6 +34,14 @@ class Lauda(TextChamber):
 
     def busy(self) -> str:
         return "ERR_2"
+
+    def in_program(self) -> bool:
+        return bool(self.program)
+
+    def to_program(self) -> bool:
+        with self.lock:
+            self.program, self.on = 1, True
+        return True
 
     def padded(self, text: str) -> str:
         return text.rjust(7) if self.blank_padded else text
@@ -46,9 +56,13 @@ class Lauda(TextChamber):
                  "IN_SP_04": lambda: f"{self.highest:.2f}", "IN_SP_05": lambda: f"{self.lowest:.2f}",
                  "IN_SP_08": lambda: f"{self.time_out:.0f}", "IN_MODE_00": lambda: "0", "IN_MODE_01": lambda: "0",
                  "IN_MODE_02": lambda: str(int(not self.on)), "IN_MODE_03": lambda: "0",
+                 "IN_MODE_04": lambda: "0",
                  "STATUS": lambda: "-1" if self.fault else "0",
                  "STAT": lambda: "1000000" if self.fault else "0000000",
-                 "VERSION_R": lambda: "1.34", "RMP_IN_04": lambda: "0"}.get(command)
+                 "VERSION_R": lambda: "1.34", "RMP_IN_04": lambda: "1",
+                 "RMP_IN_05": lambda: str(self.program)}.get(command)
+        if command.startswith(("RMP_", "IN_MODE_04")) and not self.has_programmer:
+            return BAD_COMMAND  # a simple unit
         return asked() if asked else self.written(line, command)
 
     def written(self, line: str, command: str) -> str:
@@ -64,7 +78,9 @@ class Lauda(TextChamber):
                 self.take(line, lambda: setattr(self, "time_out", float(value)))
             else:
                 self.take(line, lambda: None)
-        elif command in ("RMP_STOP", "RMP_PAUSE", "RMP_CONT"):
+        elif command == "RMP_STOP":
+            self.take(line, lambda: setattr(self, "program", 0))
+        elif command in ("RMP_PAUSE", "RMP_CONT"):
             self.take(line, lambda: None)
         else:
             return self.not_known(line, BAD_COMMAND)

@@ -79,6 +79,8 @@ MORE: dict[str, Fake] = {  # other instruments of the same protocols
     "julabo_slow": text(lambda: Julabo(lag=1.5, external=True), "julabo"),
     "huber_process": text(lambda: Huber(process=True), "huber"),
     "lauda_padded": text(lambda: Lauda(blank_padded=True, lag=1.0, type_text="VC 600"), "lauda"),
+    "lauda_simple": text(lambda: Lauda(has_programmer=False), "lauda"),
+    "lauda_program": text(lambda: Lauda(program=2), "lauda"),
     "f4t_scpi_program": text(lambda: F4tScpi(program=True, lag=1.0), "watlow_f4t_scpi"),
 }
 
@@ -276,6 +278,22 @@ def refused_as_other_unit(scene: TextScene) -> None:
     scene.assertEqual(scene.chamber.heard, [], "an instrument of another family was written to")
 
 
+def exchanged(scene: TextScene) -> None:
+    """After a lost line an instrument of another family answers: no command is sent to it, also not by the guard."""
+    run = scene.begin()
+    scene.server.cut()
+    scene.chamber.faults = Faults(("other_unit",))
+    time.sleep(2)
+    commands = len(scene.chamber.heard)
+    scene.server.mend()
+    time.sleep(8)
+    run.signal(signal.SIGKILL)
+    run.wait()
+    time.sleep(8)
+    sent = [command.line for command in scene.chamber.heard[commands:]]
+    scene.assertEqual(sent, [], f"another instrument was written to: {run.errors()[-900:]}")
+
+
 def tests_of(name: str, fake: Fake) -> list[Scene]:
     acts: list[tuple[str, Callable[..., None]]] = [("Driven", driven), ("Misbehaving", misbehaving)]
     if fake.make().identity_questions:  # type: ignore[attr-defined]
@@ -287,6 +305,8 @@ def tests(long: bool) -> list[Scene]:
     fakes = FAKES | (MORE if long else {})
     found = [test for name, fake in fakes.items() for test in tests_of(name, fake)]
     if long:
+        found += [TextScene(f"Exchanged.{name}", exchanged, fake) for name, fake in FAKES.items()
+                  if fake.make().identity_questions]  # type: ignore[attr-defined]
         found += [TextScene(f"MadeSafeInTime.{name}", made_safe_in_time, fake) for name, fake in FAKES.items()]
     return sorted(found, key=lambda test: test.id().startswith("Refused"))
 

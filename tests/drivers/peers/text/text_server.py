@@ -68,7 +68,7 @@ class TextChamber(Chamber):
     encoding = "ascii"
     question_ends = b"\r\n"  # each of these bytes ends a question
     answer_end = "\r\n"
-    other_identity = ""  # of an instrument of another family
+    other_identity = ""  # of an instrument of another family; empty: it does not answer
     identity_questions: tuple[str, ...] = ()
     pause_after_answer = pause_after_write = 0.0  # s, as the manual demands
 
@@ -162,7 +162,7 @@ class TextChamber(Chamber):
         with self.lock:
             self.advance()
             if "other_unit" in self.faults.kinds and line in self.identity_questions:
-                return self.other_identity
+                return self.other_identity or None
             try:
                 return self.reply(line)
             except Refused as refused:

@@ -18,7 +18,7 @@ class Espec(TextChamber):
     """A chamber, with or without humidity. A set point outside the alarm limits is refused."""
     name = "espec"
     identity_questions = ("TYPE?", "ROM?")
-    other_identity = "JULABO FL300 VERSION 1.2"
+    other_family = {"TYPE?": "T,GLC,190.0", "ROM?": "GLC 2.1"}
     pause_after_answer, pause_after_write = 0.3, 0.5
 
     def __init__(self, *, humidity: bool = False, empty_humidity: bool = True, protected: bool = False,

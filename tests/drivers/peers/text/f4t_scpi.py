@@ -17,7 +17,8 @@ class F4tScpi(TextChamber):
     question_ends = b"\r\n"
     answer_end = "\n"
     identity_questions = ("*IDN?",)
-    other_identity = "KEYSIGHT TECHNOLOGIES,34970A,MY44012345,13-2-2"
+    other_family = {"*IDN?": "KEYSIGHT TECHNOLOGIES,34970A,MY44012345,13-2-2"}
+    exchanged = {"*IDN?": IDENTITY.replace("0000815", "0000816")}
 
     def __init__(self, *, fahrenheit: bool = False, ramp: str = "OFF", program: bool = False,
                  identity: str = IDENTITY, input_error: bool = False, **more: object) -> None:

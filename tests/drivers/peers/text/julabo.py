@@ -18,7 +18,7 @@ class Julabo(TextChamber):
     name = "julabo"
     question_ends = b"\r\n"
     identity_questions = ("version",)
-    other_identity = "RP245E"
+    other_family = {"version": "F25-ME V3.4"}
     pause_after_answer, pause_after_write = 0.01, 0.25
 
     def __init__(self, *, remote: bool = True, external: bool = False, version: str = "JULABO FL300 VERSION 1.2",

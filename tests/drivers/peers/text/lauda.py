@@ -16,7 +16,6 @@ class Lauda(TextChamber):
     """A blank may be in the place of `_`. With a communication time-out the unit stops if it hears nothing."""
     name = "lauda"
     identity_questions = ("TYPE",)
-    other_identity = ""  # no other family answers TYPE
 
     def __init__(self, *, type_text: str = "RP245E", fault: bool = False, blank_padded: bool = False,
                  has_programmer: bool = True, program: int = 0, **more: object) -> None:

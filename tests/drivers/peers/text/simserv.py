@@ -20,7 +20,7 @@ class SimServ(TextChamber):
     encoding = "latin-1"
     question_ends = b"\r"
     identity_questions = ("99997¶1¶1", "99997¶1¶2", "99997¶1¶3")
-    other_identity = "1¶CTS T-40/50"
+    exchanged = {"99997¶1¶1": "1¶LabEvent T/210/70/5", "99997¶1¶2": "1¶19", "99997¶1¶3": "1¶58226153390011"}
 
     def __init__(self, *, program: bool = False, has_programs: bool = True, gradient: float = 0.0, alarm: bool = False,
                  **more: object) -> None:

@@ -65,23 +65,29 @@ FAKES: dict[str, Fake] = {
     "f4t_scpi": text(F4tScpi, "watlow_f4t_scpi"),
 }
 MORE: dict[str, Fake] = {  # other instruments of the same protocols
-    "simserv_program": text(lambda: SimServ(program=True, lag=1.5), "weiss_simserv"),
+    "simserv_program": text(lambda: SimServ(program=True), "weiss_simserv"),
+    "simserv_slow": text(lambda: SimServ(lag=1.2), "weiss_simserv"),
     "simserv_without_programs": text(lambda: SimServ(has_programs=False), "weiss_simserv"),
     "ascii2_slow": text(lambda: Ascii2(lag=1.5, humidity=60.0, others=frozenset({2, 11})), "weiss_ascii2"),
     "espec_humidity": text(lambda: Espec(humidity=True, lag=1.2), "espec_p300"),
     "espec_short_monitor": text(lambda: Espec(empty_humidity=False, mode="OFF"), "espec_p300"),
     "espec_serial": Fake(EspecOnBus, on_terminal("9600,8N1"), "espec_p300"),  # type: ignore[arg-type]
     "espec_program": text(lambda: Espec(mode="RUN"), "espec_p300"),
-    "thermotron_program": text(lambda: Thermotron(program=True, lag=1.0), "thermotron_8800"),
-    "cts_capital": text(lambda: Cts(capital=True, lag=1.0), "cts"),
+    "thermotron_program": text(lambda: Thermotron(program=True), "thermotron_8800"),
+    "thermotron_slow": text(lambda: Thermotron(lag=1.2), "thermotron_8800"),
+    "cts_capital": text(lambda: Cts(capital=True), "cts"),
+    "cts_slow": text(lambda: Cts(lag=1.2), "cts"),
     "cts_serial": Fake(CtsOnSerialLine, on_terminal("19200,8N1"), "cts"),  # type: ignore[arg-type]
     "cts_program": text(lambda: Cts(program=True), "cts"),
-    "julabo_slow": text(lambda: Julabo(lag=1.5, external=True), "julabo"),
+    "julabo_external": text(lambda: Julabo(external=True), "julabo"),
+    "julabo_slow": text(lambda: Julabo(lag=1.2), "julabo"),
     "huber_process": text(lambda: Huber(process=True), "huber"),
-    "lauda_padded": text(lambda: Lauda(blank_padded=True, lag=1.0, type_text="VC 600"), "lauda"),
+    "lauda_padded": text(lambda: Lauda(blank_padded=True, type_text="VC 600"), "lauda"),
+    "lauda_slow": text(lambda: Lauda(lag=1.2), "lauda"),
     "lauda_simple": text(lambda: Lauda(has_programmer=False), "lauda"),
     "lauda_program": text(lambda: Lauda(program=2), "lauda"),
-    "f4t_scpi_program": text(lambda: F4tScpi(program=True, lag=1.0), "watlow_f4t_scpi"),
+    "f4t_scpi_program": text(lambda: F4tScpi(program=True), "watlow_f4t_scpi"),
+    "f4t_scpi_slow": text(lambda: F4tScpi(lag=1.2), "watlow_f4t_scpi"),
 }
 
 
@@ -268,9 +274,9 @@ def made_safe_in_time(scene: TextScene) -> None:
     scene.assertTrue(scene.is_safe(), made.text)
 
 
-def refused_as_other_unit(scene: TextScene) -> None:
+def refused_as_other_family(scene: TextScene) -> None:
     """An instrument of another family is refused, and no command is sent to it."""
-    scene.chamber.faults = Faults(("other_unit",))
+    scene.chamber.faults = Faults(("other_family",))
     checked = scene.bench.check(scene.bench.rig())
     scene.assertEqual(checked.code, 3, checked.text)
     run = scene.bench.run(scene.bench.rig())
@@ -279,10 +285,10 @@ def refused_as_other_unit(scene: TextScene) -> None:
 
 
 def exchanged(scene: TextScene) -> None:
-    """After a lost line an instrument of another family answers: no command is sent to it, also not by the guard."""
+    """After a lost line another unit answers: no command is sent to it, also not by the guard."""
     run = scene.begin()
     scene.server.cut()
-    scene.chamber.faults = Faults(("other_unit",))
+    scene.chamber.faults = Faults(("exchanged",))
     time.sleep(2)
     commands = len(scene.chamber.heard)
     scene.server.mend()
@@ -297,7 +303,7 @@ def exchanged(scene: TextScene) -> None:
 def tests_of(name: str, fake: Fake) -> list[Scene]:
     acts: list[tuple[str, Callable[..., None]]] = [("Driven", driven), ("Misbehaving", misbehaving)]
     if fake.make().identity_questions:  # type: ignore[attr-defined]
-        acts.append(("RefusedAsOtherUnit", refused_as_other_unit))
+        acts.append(("RefusedAsOtherFamily", refused_as_other_family))
     return [TextScene(f"{act}.{name}", carry_out, fake) for act, carry_out in acts]
 
 
@@ -306,7 +312,7 @@ def tests(long: bool) -> list[Scene]:
     found = [test for name, fake in fakes.items() for test in tests_of(name, fake)]
     if long:
         found += [TextScene(f"Exchanged.{name}", exchanged, fake) for name, fake in FAKES.items()
-                  if fake.make().identity_questions]  # type: ignore[attr-defined]
+                  if fake.make().exchanged or fake.make().other_family]  # type: ignore[attr-defined]
         found += [TextScene(f"MadeSafeInTime.{name}", made_safe_in_time, fake) for name, fake in FAKES.items()]
     return sorted(found, key=lambda test: test.id().startswith("Refused"))
 

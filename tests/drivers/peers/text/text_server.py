@@ -29,7 +29,8 @@ RATE = 3.0 / 60  # K/s at speed 1
 DRIFT = 0.02  # K/s of the air of a unit that is off
 DEVIATION = 0.15  # K by which settled air differs from the set point
 IN_TESTS = 20.0  # speed: 1 K/s
-KINDS = ("late", "doubled", "partial", "pieces", "busy", "comma", "other_unit")
+OF_THE_UNIT = ("other_family", "exchanged")  # another instrument answers, always
+KINDS = ("late", "doubled", "partial", "pieces", "busy", "comma", *OF_THE_UNIT)
 
 
 class Refused(Exception):
@@ -54,7 +55,7 @@ class Faults:
 
     def drawn(self) -> str:
         """Returns the fault of the next answer, or nothing."""
-        kinds = [kind for kind in self.kinds if kind != "other_unit"]
+        kinds = [kind for kind in self.kinds if kind not in OF_THE_UNIT]
         return self.draw.choice(kinds) if kinds and self.draw.random() < self.share else ""
 
 
@@ -68,8 +69,9 @@ class TextChamber(Chamber):
     encoding = "ascii"
     question_ends = b"\r\n"  # each of these bytes ends a question
     answer_end = "\r\n"
-    other_identity = ""  # of an instrument of another family; empty: it does not answer
     identity_questions: tuple[str, ...] = ()
+    other_family: dict[str, str] = {}  # answers of another family to them; without one it is silent
+    exchanged: dict[str, str] = {}  # answers of another unit of the same family; without any: of another family
     pause_after_answer = pause_after_write = 0.0  # s, as the manual demands
 
     def __init__(self, *, air: float = 25.0, speed: float = IN_TESTS, lag: float = 0.6, lowest: float = -40.0,
@@ -161,8 +163,11 @@ class TextChamber(Chamber):
         """Returns the answer to a line at this moment."""
         with self.lock:
             self.advance()
-            if "other_unit" in self.faults.kinds and line in self.identity_questions:
-                return self.other_identity or None
+            if line in self.identity_questions:
+                if "other_family" in self.faults.kinds:
+                    return self.other_family.get(line)
+                if "exchanged" in self.faults.kinds:
+                    return (self.exchanged or self.other_family).get(line)
             try:
                 return self.reply(line)
             except Refused as refused:

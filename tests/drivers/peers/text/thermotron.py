@@ -17,7 +17,7 @@ class Thermotron(TextChamber):
     """Channel 1 is the air. A set point takes effect in manual mode; a program overrules it."""
     name = "thermotron"
     identity_questions = ("IDEN?", "VRSN?")
-    other_identity = "LabEvent T/210/70/5"
+    other_family = {"IDEN?": "3800", "VRSN?": "1.07"}
 
     def __init__(self, *, program: bool = False, ramp: float = 0.0, alarm: int = 0, cold: bool = True,
                  **more: object) -> None:

@@ -30,7 +30,7 @@ DRIFT = 0.02  # K/s of the air of a unit that is off
 DEVIATION = 0.15  # K by which settled air differs from the set point
 IN_TESTS = 20.0  # speed: 1 K/s
 OF_THE_UNIT = ("other_family", "exchanged")  # another instrument answers, always
-KINDS = ("late", "doubled", "partial", "pieces", "busy", "comma", *OF_THE_UNIT)
+KINDS = ("late", "doubled", "repeated", "partial", "pieces", "busy", "comma", *OF_THE_UNIT)
 
 
 class Refused(Exception):
@@ -227,6 +227,8 @@ class Conversation:
         if kind == "late":
             return [(chamber.faults.draw.uniform(*chamber.faults.late), whole)]
         if kind == "doubled":
+            return [(0.0, whole + whole)]
+        if kind == "repeated":
             return [(0.0, whole), (0.02, whole)]
         if kind == "partial":
             return [(0.0, whole[:half])]

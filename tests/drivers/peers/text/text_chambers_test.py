@@ -98,6 +98,7 @@ KNOWN = {f"Driven.{name}_slow": LATE_READ_BACK for name in ("simserv", "thermotr
     {f"Repeated.{name}": BARE_ANSWER for name in ("simserv", "thermotron", "julabo", "lauda")} | {
         f"{act}.espec_program": "a program that has ended is ended once more, and the refusal ends the start"
         for act in ("Driven", "Misbehaving")} | {
+        "Repeated.cts": "a repeated status is taken for an error number, and ends the run",
         "Driven.espec_serial": "check opens the line a second time without the pause that the unit needs"}
 controllers_test.KNOWN.update(KNOWN)
 

@@ -52,13 +52,20 @@ class Flicker {
 /// for the laser gyro Aronowitz, Laser Applications 1, 1971). If |Ω| is much larger than Ω_L, the loss is Ω_L² / 2Ω.
 [[nodiscard]] DegreesPerHour apply_lock_in(DegreesPerHour rate, double half_width_deg_per_h);
 
-/// The read-out. Each second angle += rate + 60·N·white (1 °/h is 1 arcsec/s; N in °/√h), counted as floor(angle /
-/// arcsec_per_pulse). The rate is the sum of bias, Earth rate, turn-on offset and drift. The drift is a first-order
-/// Markov process and bias instability (Flicker), both started from their stationary distribution, and a rate random
-/// walk (K in °/h/√h) started at 0.
-/// A hard gyro's read-out depends on the block's temperature through x = (T̄ − 20 °C)/40 K. N is multiplied by 1 − g x
-/// · 40/60 (the remaining lock-in), the rate by the scale factor's 1 + s x, and Ω_crosswise sin(t x) is added because
-/// the axis tilts by t. Where the dither sags, the rate is reduced by the remaining lock-in (apply_lock_in()).
+/// Simulates the read-out of a gyro. Each second, step() adds
+///
+///     rate · (1 + s x) + Ω_crosswise sin(t x) + 60 N (1 − g x · 40/60) · white
+///
+/// to the angle in arcsec (1 °/h is 1 arcsec/s; N in °/√h) and sets the pulses to floor(angle / arcsec_per_pulse). The
+/// terms:
+/// - rate: the sum of bias, Earth rate and drift(), after the loss by lock-in where the dither sags (apply_lock_in()).
+/// - drift(): the sum of the turn-on offset, a first-order Markov process, bias instability (Flicker) and a rate random
+///   walk (K in °/h/√h). The random walk starts at 0, the other two processes start in their stationary distribution.
+/// - x = (T̄ − 20 °C)/40 K, with the block's temperature T̄. x matters only for a gyro with the parameters s, t or g.
+/// - s = scale_factor_ppm · 1e-6: change of the scale factor.
+/// - t = tilt_arcmin in radians: tilt of the input axis towards Ω_crosswise, the Earth rate perpendicular to it.
+/// - g = walk_growth: growth of the angle random walk, because lock-in remains after dither.
+/// - white: a standard normal number.
 class GyroReadout {
  public:
   GyroReadout(const ReadoutParameters& parameters, std::uint64_t seed);

@@ -25,8 +25,8 @@ class RowOrder {
   /// Passes rows on in order of time. Rows with equal times are in order only if the map combines rows. A row out of
   /// order is treated as the map requires:
   /// - refuse: fails with bad_file, without a position, at the first such row.
-  /// - skip: leaves out the fewest rows without which 33 consecutive rows are in order. Adds the increments of rows
-  ///   left out to the next row.
+  /// - skip: drops the fewest rows such that the remaining rows of each window of 33 rows are in order. Adds the
+  ///   increments of a dropped row to the next row.
   /// - continue: shifts the times of the row and of all later rows, such that the row follows its predecessor at the
   ///   last spacing.
   /// Fails as `take` does.

@@ -142,7 +142,7 @@ struct LiveCopy::Worker {
   void remove_copy();
 };
 
-/// Returns whether the link points at the present file. Another program may have removed it.
+/// Returns whether the link exists and points at the present file. Another program may have removed the link.
 bool LiveCopy::Worker::is_in_place() const {
   std::error_code ignored;
   return fs::read_symlink(link, ignored) == name_in_folder(file_path(number));

@@ -301,11 +301,12 @@ double sample_interval_s(const Dataset& dataset) {
   return step(steps / 2);
 }
 
-Result<void> check_same_gyro(const Dataset& one, const Dataset& other, std::string_view called, std::string_view so) {
+Result<void> check_same_gyro(const Dataset& one, const Dataset& other, std::string_view called,
+                             std::string_view consequence) {
   if (may_be_same_gyro(one.identity, other.identity)) return {};
-  return failure(
-      FaultKind::usage, one.path,
-      fmt::format("belongs to a different gyro ({}) than {} ({}){}", one.identity, called, other.identity, so));
+  return failure(FaultKind::usage, one.path,
+                 fmt::format("belongs to a different gyro ({}) than {} ({}){}", one.identity, called, other.identity,
+                             consequence));
 }
 
 Result<void> check_same_reference(const Dataset& one, std::string_view other_zero, std::string_view called) {

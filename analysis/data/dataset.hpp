@@ -41,10 +41,10 @@ struct AxisChoice {
 }
 
 struct Dataset;
-/// Fails with usage if two records belong to different gyros. The message calls the record `other` by the name `called`
-/// and ends with `so`.
+/// Fails with usage if the records belong to different gyros. In the message, `called` is the name of the record
+/// `other`, and `consequence` is appended, such as "; a report covers one gyro".
 [[nodiscard]] Result<void> check_same_gyro(const Dataset& one, const Dataset& other, std::string_view called,
-                                           std::string_view so = "");
+                                           std::string_view consequence = "");
 
 /// Bias reference of a record without a known Earth rate: a mean of the record itself. Biases of different records are
 /// then not comparable.

@@ -14,7 +14,8 @@
 namespace gyrotherm::methods {
 namespace {
 
-/// Relative length below which a direction consists of rounding errors of dependent inputs.
+/// Rank threshold, relative to the largest pivot of the decomposition. Smaller pivots are rounding errors, so their
+/// columns count as linearly dependent.
 constexpr double kRelativeRank = 1e-9;
 
 /// Lower limit for the length of a direction, relative to the greatest, in the computation of the variance. Inputs that

@@ -73,8 +73,8 @@ inline constexpr std::size_t kMostStates = 4;
 /// lag, the model has no state, and the choice contains a warning. Fails as choose_among does.
 [[nodiscard]] ChooseFunction choose_state_space;
 
-/// Fits the plane of fit_plane() to the terms without a lag and to the terms whose lags have a chosen time constant
-/// ("tau_1_s", …). The other terms get the weight 0. The number of effective parameters is that of the plane plus one
+/// Fits a plane (see fit_plane()) whose inputs are the terms without a lag and the terms whose lag has a chosen time
+/// constant ("tau_1_s", …). All other weights are 0. The number of effective parameters is that of the plane plus one
 /// per state. Fails with usage as check_set does.
 [[nodiscard]] FitFunction fit_state_space;
 

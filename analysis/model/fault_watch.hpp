@@ -141,7 +141,8 @@ class HopWatch {
   std::deque<WatchedVector> recent_;
 };
 
-/// All watches of a set of axes.
+/// Runs the fault tests of a set of axes: comparison of the axes with each other, of each axis with its prediction at
+/// rest, and the vote of axes and thermometers.
 class FaultWatch {
  public:
   /// `thermometers` was learnt from a record without faults (healthy_thermometers()); without it no vote takes place.

@@ -196,7 +196,8 @@ enum class Outside { continued, refuse, extrapolate };
 struct RangedInputs {
   /// Unscaled inputs. With refuse, every row that is outside is NaN.
   data::SampleMatrix inputs;
-  /// Bounded points, for all parts of the function but the plane.
+  /// Inputs moved to the bounded point (see Outside). The plane of a model uses `inputs`, all other parts use
+  /// `bounded`.
   data::SampleMatrix bounded;
   /// Worst excess of each row.
   Eigen::VectorXd excess;

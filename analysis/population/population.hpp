@@ -57,9 +57,9 @@ struct Population {
 /// Returns the prior of the next unit: N(μ, Σ + the covariance of μ).
 [[nodiscard]] Coefficients next_unit(const Population& population);
 
-/// Shrinkage of Σ towards a diagonal matrix, since few units determine the correlations of coefficients poorly. The
-/// diagonal matrix has the weight of `worth_units` further units with that covariance: the mode under an inverse
-/// Wishart prior (Gelman et al. (2013), §3.6).
+/// Shrinkage of Σ towards a diagonal matrix, since few units determine the correlations of coefficients poorly. Σ is
+/// estimated as if `worth_units` further units with this diagonal covariance had been measured. The result is the mode
+/// of the posterior under an inverse Wishart prior (Gelman et al. (2013), §3.6).
 struct Shrinkage {
   Eigen::VectorXd variances;  ///< diagonal, not negative
   double worth_units{};       ///< κ, above 0

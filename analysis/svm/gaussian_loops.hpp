@@ -22,19 +22,20 @@ inline constexpr std::ptrdiff_t kGaussianLanes = 8;
 
 /// Loops for one instruction set, over `count` blocks and a tile of points. Coordinate k of point i is points[k ·
 /// stride + i]. Sums for point i are added to the partial sums sums[i · kGaussianLanes …]. The relative error of a
-/// power is at most 1e-15. No exponent may be above 1000.
+/// power is at most 1e-15. All exponents must be at most 1000.
 struct GaussianLoops {
   /// Adds the terms of the blocks to the sums at each point. Subtracts the terms of a `negative` block.
   using Loop = void(const double* blocks, const bool* negative, std::ptrdiff_t count, std::ptrdiff_t dimensions,
                     const double* points, std::ptrdiff_t stride, double* sums);
-  /// Uses the terms 2^(o_j + Σ_k s_jk u_k), with no exponent below −1000. Rows of a block: o, then s of each dimension.
+  /// Uses the terms 2^(o_j + Σ_k s_jk u_k). All exponents must be at least −1000. A block consists of the row o, then
+  /// one row s per dimension.
   Loop* by_products;
-  /// Uses the terms 2^(o_j + a_j Σ_k (u_k − c_jk)²). For a term below 2^−1000 the loop may add 2^−1000 instead. Rows of
-  /// a block: o, a, then c of each dimension.
+  /// Uses the terms 2^(o_j + a_j Σ_k (u_k − c_jk)²). For a term below 2^−1000 the loop may add 2^−1000 instead. A block
+  /// consists of the rows o and a, then one row c per dimension.
   Loop* by_differences;
 
-  /// Uses the terms g = 2^(Σ_k s_jk u_k) w_j, with no exponent below −1000. Rows of a block: w, then s of each
-  /// dimension.
+  /// Uses the terms g = 2^(Σ_k s_jk u_k) w_j. All exponents must be at least −1000. A block consists of the row w, then
+  /// one row s per dimension.
   using PairLoop = void(const double* blocks, std::ptrdiff_t count, std::ptrdiff_t dimensions, const double* points,
                         std::ptrdiff_t stride, const double* weights, double* sums, double* centre_sums);
   /// Leaves `weights` and `centre_sums` unused.

@@ -103,7 +103,7 @@ class Publisher {
   };
   struct WatchedRun {
     std::optional<Run> run;
-    /// Files of a run that was sent completely.
+    /// States of the files when the run was last sent completely. While they do not change, nothing is sent.
     std::optional<FileStates> sent_files;
     /// Pause after the store's refusal.
     std::optional<Deadline> paused_until;

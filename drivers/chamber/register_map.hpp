@@ -172,8 +172,10 @@ struct VerifiedSetting {
   std::string item;
   /// Description, such as "the unit does not ramp set points by itself". If empty, any value is accepted.
   std::string verifies;
-  Condition when;       ///< for a number
-  std::string pattern;  ///< for a text
+  /// Required value, if the item is a number.
+  Condition when;
+  /// Required pattern, if the item is a text.
+  std::string pattern;
 };
 
 /// Another configuration of the same product, which has its own map.
@@ -276,7 +278,8 @@ struct RegisterMap {
 [[nodiscard]] Result<RegisterMap> select_power_switch(RegisterMap map, const std::string& name);
 
 /// Returns the map with an installation's settings applied to the selected link. Fails with usage if the link does not
-/// have such a setting, or if an item has more registers than one exchange may then read; `where` is the key.
+/// have such a setting, or if an item needs more registers than one exchange may read with these settings. `where` of
+/// the fault is the key of the setting.
 [[nodiscard]] Result<RegisterMap> with_settings(RegisterMap map, const LinkSettings& settings);
 
 /// Returns the keyword of map files.

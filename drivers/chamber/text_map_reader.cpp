@@ -383,7 +383,8 @@ class ItemReader {
   std::uint16_t next_command_ = 0;
 };
 
-/// Returns whether the text is a regular expression without groups, which a short text cannot keep busy for long.
+/// Returns whether the text is a valid regular expression, short and without groups. The time to match a short answer
+/// is then limited.
 bool is_expression(const std::string& text) {
   if (text.size() > kLongestExpression || text.find_first_of("()") != std::string::npos) return false;
   try {

@@ -53,8 +53,8 @@ class FramePace {
   /// Adds the duration of the frames since the last call by the gyro's clock. The newest frame arrived at `arrival`.
   void add(Duration gyro_time, Duration arrival);
   /// Returns the gyro's time divided by the host's time, over about the last 30 s, or nothing if the two agree. They
-  /// agree if they differ by at most 5 % of the host's time plus 0.3 s plus one frame. A larger difference is tolerated
-  /// in one call of add() if it is at most half of the host's time.
+  /// agree if they differ by at most 5 % of the host's time plus 0.3 s plus one frame. The function also returns
+  /// nothing after a single call of add() with a larger difference, unless it exceeds half of the host's time.
   [[nodiscard]] std::optional<double> find_deviating_pace() const;
 
  private:
@@ -62,7 +62,8 @@ class FramePace {
   Duration newest_{};
   bool is_started_{};           ///< add() was called since start_at()
   double host_s_{}, gyro_s_{};  ///< sums with fading memory
-  /// Number of consecutive calls with a difference; a large difference counts as two.
+  /// Number of consecutive calls of add() after which the times do not agree; a difference of more than half of the
+  /// host's time counts as two calls.
   int deviations_{};
 };
 

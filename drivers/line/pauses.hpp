@@ -63,10 +63,10 @@ class LineActivity {
   std::atomic<Duration> last_{now()};
 };
 
-/// Returns registers that call activity->note() at the end of each call.
+/// Wraps `registers`: every call ends with activity->note().
 [[nodiscard]] std::unique_ptr<Registers> record_activity(std::unique_ptr<Registers> registers,
                                                          std::shared_ptr<LineActivity> activity);
-/// Returns pauses that call activity->note() every half second and at their end.
+/// Wraps `pauses`: every pause calls activity->note() each half second and at its end.
 [[nodiscard]] std::unique_ptr<Pauses> record_activity(std::unique_ptr<Pauses> pauses,
                                                       std::shared_ptr<LineActivity> activity);
 

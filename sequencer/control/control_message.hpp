@@ -34,7 +34,7 @@ struct UnitRequest {
   bool operator==(const UnitRequest&) const = default;
 };
 
-/// Acknowledges alarms. The comment is the request's note.
+/// Acknowledges alarms. ControlRequest::note is the operator's comment.
 struct Acknowledgement {
   std::vector<std::int64_t> alarms{};  ///< row numbers; empty: all
   bool operator==(const Acknowledgement&) const = default;

@@ -86,7 +86,7 @@ class SafeEvidence {
   void escalate(Celsius air, Duration at);
 
   SafeGoal goal_;
-  /// Active while set point and mode are shown.
+  /// Judges the air, but only while the chamber reports the safe set point and mode.
   AirWatch air_;
   AirWatch trend_;  ///< at all times
   std::optional<Celsius> shown_;

@@ -191,10 +191,10 @@ ReportedValue make_rmse(const data::Figures& figures, double u_reference) {
   if (!(figures.rmse > 0)) return exact_value(figures.rmse);
   const double of_std = figures.std / figures.rmse, of_mean = figures.mean / figures.rmse;
   const model::CombinedUncertainty all =
-      model::combined({{.standard_uncertainty = std_error(figures),
+      model::combined({{.standard_uncertainty = standard_error_of_std(figures),
                         .sensitivity = of_std,
                         .degrees_of_freedom = std::max(1.0, figures.effective.of_std - 1)},
-                       {.standard_uncertainty = mean_error(figures),
+                       {.standard_uncertainty = standard_error_of_mean(figures),
                         .sensitivity = of_mean,
                         .degrees_of_freedom = std::max(1.0, figures.effective.of_mean - 1)},
                        {.standard_uncertainty = rmse_reference_uncertainty(figures, u_reference)}});
@@ -206,9 +206,9 @@ void add_whole_run(const ResultTarget& of, const data::Figures& figures) {
   if (figures.count == 0) return;
   const auto& [of_std, of_mean] = figures.effective;
   std::vector<Column> columns{
-      column("mean", "°/h", {make_value(figures.mean, mean_error(figures), of_mean - 1, of.u_reference)})};
+      column("mean", "°/h", {make_value(figures.mean, standard_error_of_mean(figures), of_mean - 1, of.u_reference)})};
   if (figures.count > 1)
-    columns.push_back(column("std", "°/h", {make_value(figures.std, std_error(figures), of_std - 1)}));
+    columns.push_back(column("std", "°/h", {make_value(figures.std, standard_error_of_std(figures), of_std - 1)}));
   columns.push_back(column("rmse", "°/h", {make_rmse(figures, of.u_reference)}));
   columns.push_back(column("largest", "°/h", {exact_value(figures.max_abs)}));
   add(of, Group::compensation, "whole_run", std::move(columns));

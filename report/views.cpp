@@ -312,7 +312,9 @@ std::string noise_note(const data::HoldNoise& holds, const char* name) {
   return text + "</p>\n";
 }
 
-std::string format_std_error(const data::Figures& figures) { return plot::format_error(std_error(figures)); }
+std::string format_std_error(const data::Figures& figures) {
+  return plot::format_error(standard_error_of_std(figures));
+}
 
 std::string format_effective(const data::Figures& figures) {
   return figures.effective.of_std > 0 ? plot::decimal(figures.effective.of_std, 0) : "–";
@@ -349,9 +351,9 @@ void add_part(HtmlTable& table, const char* part, const model::PerModel<Reported
     const data::Figures& f = residual.*figures;
     const auto cell = [&](const std::string& text) { return f.count > 0 ? text : "–"; };
     table.rows.push_back({head, model, std::to_string(f.count), format_effective(f),
-                          cell("<b>" + plot::format_with_error(f.std, std_error(f)) + "</b>"),
-                          cell(plot::format_with_error(f.mean, mean_error(f))), cell(plot::format_bias(f.rmse)),
-                          cell(plot::format_bias(f.max_abs))});
+                          cell("<b>" + plot::format_with_error(f.std, standard_error_of_std(f)) + "</b>"),
+                          cell(plot::format_with_error(f.mean, standard_error_of_mean(f))),
+                          cell(plot::format_bias(f.rmse)), cell(plot::format_bias(f.max_abs))});
   };
   add(part, "three-point", of.three_point);
   add("", "multi-point", of.multi_point);

@@ -317,18 +317,19 @@ double thermometer_pace(const TableSample& sample, const std::vector<std::size_t
 /// Returns the probable unit of a time whose column name has no unit; two units if they are equally likely.
 std::vector<std::string> units_by_step(const TableSample& sample, std::size_t column,
                                        const std::vector<std::size_t>& thermometers, const std::vector<double>& times) {
-  constexpr double kSlowest_s = 5, kFastestOfAir = 0.6, kSlowestOfAir = 0.003;  // K/s
+  constexpr double kLongestStep_s = 5;
+  constexpr double kMaxAirRate = 0.6, kMinAirRate = 0.003;  // K/s
   const double step = usual_positive_step(times);
   std::string fast = "ns";
   for (const char* unit : {"s", "ms", "us"})
-    if (step * unit_seconds(unit) <= kSlowest_s) {
+    if (step * unit_seconds(unit) <= kLongestStep_s) {
       fast = unit;
       break;
     }
   if (fast != "ms") return {fast};
   const double pace_ms = thermometer_pace(sample, thermometers, times) * 1000;  // K/s if the unit is ms
-  if (pace_ms >= kFastestOfAir) return {"s"};
-  if (pace_ms >= kSlowestOfAir && pace_ms < kFastestOfAir / 2 && !is_usual_pace(step)) return {"ms"};
+  if (pace_ms >= kMaxAirRate) return {"s"};
+  if (pace_ms >= kMinAirRate && pace_ms < kMaxAirRate / 2 && !is_usual_pace(step)) return {"ms"};
   const bool is_stamp = in_lower_case(sample.column_name(column)).find("stamp") != std::string::npos;
   if (is_stamp || !is_usual_pace(step)) return {"ms"};
   return {"s", "ms"};

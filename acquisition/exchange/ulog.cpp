@@ -87,7 +87,7 @@ class Formats {
     LogSeries series{.message = name, .instance = instance};
     std::size_t offset = 0;
     if (!expand(name, "", offset, series, kDeepest)) return std::nullopt;
-    whole_ = offset;
+    padded_size_ = offset;
     const auto time = std::ranges::find(series.fields, "timestamp", &LogField::name);
     if (time == series.fields.end() || time->type != NumberType::uint64) return std::nullopt;
     series.time = *time;
@@ -95,7 +95,7 @@ class Formats {
   }
 
   /// Returns the size of a message of the last series, including padding at its end.
-  [[nodiscard]] std::size_t whole() const { return whole_; }
+  [[nodiscard]] std::size_t padded_size() const { return padded_size_; }
   /// Returns whether the series so far have more fields than a log may have.
   [[nodiscard]] bool is_exhausted() const { return expanded_ > kMaxExpanded; }
 
@@ -142,7 +142,7 @@ class Formats {
 
   std::map<std::string, std::vector<DeclaredField>> formats_;
   std::size_t expanded_{};
-  std::size_t whole_{};
+  std::size_t padded_size_{};
 };
 
 /// Reads a log sequentially.
@@ -356,7 +356,7 @@ class UlogReader {
     const auto id = static_cast<std::uint16_t>(whole_number_at(message, 1, 2));
     auto series = formats_.series(std::string(message.substr(3)), instance);
     subscribed_.erase(id);
-    sizes_[id] = series ? std::pair(std::min(series->size, formats_.whole()), formats_.whole())
+    sizes_[id] = series ? std::pair(std::min(series->size, formats_.padded_size()), formats_.padded_size())
                         : std::pair(std::size_t{}, kLargestMessage);
     if (formats_.is_exhausted())
       return bad_file_failure(

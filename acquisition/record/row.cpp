@@ -149,7 +149,7 @@ constexpr Column<Row> column(const char* name, const char* type, Exported export
 }
 
 template <auto Column>
-Cell in_record(const Record& record, std::size_t row) {
+Cell cell_in_record(const Record& record, std::size_t row) {
   return to_cell((record.*Column)[row]);
 }
 Cell segment_in_record(const Record& record, std::size_t row) {
@@ -164,16 +164,16 @@ Cell phase_in_record(const Record& record, std::size_t row) {
   return record.info.imported ? Cell() : to_cell(record.progress[row].phase);
 }
 constexpr std::array kBeforeChannels{
-    column<SampleRow, &SampleRow::slot>("slot", "INTEGER PRIMARY KEY", {"slot", in_record<&Record::slot>}),
+    column<SampleRow, &SampleRow::slot>("slot", "INTEGER PRIMARY KEY", {"slot", cell_in_record<&Record::slot>}),
     column<SampleRow, &SampleRow::monotonic>("monotonic_ns", "INTEGER NOT NULL",
-                                             {"time [s]", in_record<&Record::time_s>}),
+                                             {"time [s]", cell_in_record<&Record::time_s>}),
     column<SampleRow, &SampleRow::utc>("utc_ns", "INTEGER"),
     column<SampleRow, &SampleRow::progress, &ProfilePosition::set_point>(
-        "set_point_c", "REAL", {"set point [°C]", in_record<&Record::set_point_c>}),
+        "set_point_c", "REAL", {"set point [°C]", cell_in_record<&Record::set_point_c>}),
     column<SampleRow, &SampleRow::chamber_air_c>("chamber_air_c", "REAL",
-                                                 {"chamber air [°C]", in_record<&Record::chamber_air_c>}, "°C"),
+                                                 {"chamber air [°C]", cell_in_record<&Record::chamber_air_c>}, "°C"),
     column<SampleRow, &SampleRow::chamber_set_point_c>(
-        "chamber_set_point_c", "REAL", {"chamber set point [°C]", in_record<&Record::chamber_set_point_c>}, "°C"),
+        "chamber_set_point_c", "REAL", {"chamber set point [°C]", cell_in_record<&Record::chamber_set_point_c>}, "°C"),
 };
 constexpr std::array kAfterChannels{
     column<SampleRow, &SampleRow::progress, &ProfilePosition::segment>("segment", "INTEGER",

@@ -225,7 +225,7 @@ double expected_in_sample_std(const NoiseFloor& floor, double effective_paramete
 std::optional<std::string> over_fit_warning(const Figures& residual, const NoiseFloor& floor,
                                             double effective_parameters) {
   constexpr double kCoverage = 2;
-  const double residual_error = std_error(residual);
+  const double residual_error = standard_error_of_std(residual);
   const double bar = kCoverage * std::hypot(std::isfinite(residual_error) ? residual_error : 0, floor.error_deg_per_h);
   if (!(residual.std < floor.deg_per_h - bar)) return std::nullopt;
   std::string text = fmt::format(

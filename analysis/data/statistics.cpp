@@ -92,12 +92,12 @@ Figures compute_figures(const Eigen::Ref<const Eigen::VectorXd>& values, const C
   return compute_figures(values, clusters, rows);
 }
 
-double std_error(const Figures& figures) {
+double standard_error_of_std(const Figures& figures) {
   const bool known = figures.count > 1 && figures.effective.of_std > 0;
   return known ? figures.std / std::sqrt(2 * figures.effective.of_std) : std::numeric_limits<double>::quiet_NaN();
 }
 
-double mean_error(const Figures& figures) {
+double standard_error_of_mean(const Figures& figures) {
   const bool known = figures.count > 1 && figures.effective.of_mean > 0;
   return known ? figures.std / std::sqrt(figures.effective.of_mean) : std::numeric_limits<double>::quiet_NaN();
 }

@@ -64,8 +64,8 @@ struct Figures {
 
 /// Computes the standard error of the STD, std/√(2 n_eff), and of the mean, std/√n_eff. NaN if the effective number is
 /// unknown, or for a single value.
-[[nodiscard]] double std_error(const Figures& figures);
-[[nodiscard]] double mean_error(const Figures& figures);
+[[nodiscard]] double standard_error_of_std(const Figures& figures);
+[[nodiscard]] double standard_error_of_mean(const Figures& figures);
 
 /// Describes the statistics in the model, the report and the output of verify.
 void describe(auto& form, Like<Figures> auto& figures) {
@@ -76,8 +76,8 @@ void describe(auto& form, Like<Figures> auto& figures) {
   form("count", figures.count);
   form("effective_count", known(figures.effective.of_std));
   form("effective_count_of_mean", known(figures.effective.of_mean));
-  form.derived("std_error_deg_per_h", std_error(figures));
-  form.derived("mean_error_deg_per_h", mean_error(figures));
+  form.derived("std_error_deg_per_h", standard_error_of_std(figures));
+  form.derived("mean_error_deg_per_h", standard_error_of_mean(figures));
 }
 
 /// Both definitions of "improvement" (errata 1.1).

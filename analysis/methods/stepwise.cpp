@@ -15,9 +15,9 @@ using Subset = std::vector<Eigen::Index>;
 
 /// Regressions on subsets of the centred inputs. They use the triangle R of one QR decomposition of [X y]. A regression
 /// on R costs p³ operations instead of np².
-class Subsets {
+class SubsetRegression {
  public:
-  Subsets(const data::SampleMatrix& x, const Eigen::VectorXd& y) : samples_(x.rows()), inputs_(x.cols()) {
+  SubsetRegression(const data::SampleMatrix& x, const Eigen::VectorXd& y) : samples_(x.rows()), inputs_(x.cols()) {
     Eigen::MatrixXd all(x.rows(), x.cols() + 1);
     all << x.rowwise() - x.colwise().mean(), y.array() - y.mean();
     const Eigen::HouseholderQR<Eigen::MatrixXd> qr(all);
@@ -60,7 +60,7 @@ Subset remove_position(Subset subset, std::size_t position) {
 }
 
 /// Adds the best input if its F is large enough. Returns whether an input was added.
-bool add_best(const Subsets& regression, Subset& subset) {
+bool add_best(const SubsetRegression& regression, Subset& subset) {
   const double before = regression.residual(subset);
   double best = kFToEnter;
   Eigen::Index chosen = -1;
@@ -78,7 +78,7 @@ bool add_best(const Subsets& regression, Subset& subset) {
 }
 
 /// Drops the worst input if its F is small enough. Returns whether an input was dropped.
-bool drop_worst(const Subsets& regression, Subset& subset) {
+bool drop_worst(const SubsetRegression& regression, Subset& subset) {
   const double before = regression.residual(subset);
   double least = kFToRemove;
   std::size_t worst = subset.size();
@@ -97,7 +97,7 @@ bool drop_worst(const Subsets& regression, Subset& subset) {
 
 Result<Fit> fit_stepwise(const FitInput& set, const HyperParameters&, const MethodOptions&) {
   if (const auto sound = check_set(set, 3); !sound) return failure(sound.error());
-  const Subsets regression(set.x, set.y);
+  const SubsetRegression regression(set.x, set.y);
   Subset subset;
   // Terminates: the F to enter is larger than the F to remove, so each round lowers the residual sum of squares by at
   // least a constant factor.

@@ -86,7 +86,7 @@ BeforeAfter difference(const BeforeAfter& a, const BeforeAfter& b) {
 MeasuredValue mean_at(const Subject& subject, const Eigen::VectorXd& values, const RowNumbers& rows) {
   if (!values(rows).allFinite()) return {};
   const data::Figures figures = compute_figures(values(rows), subject.clusters, rows);
-  return {figures.mean, mean_error(figures), std::max(1.0, figures.effective.of_mean - 1)};
+  return {figures.mean, standard_error_of_mean(figures), std::max(1.0, figures.effective.of_mean - 1)};
 }
 
 /// Returns the clusters that are completely inside a segment.

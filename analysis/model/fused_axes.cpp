@@ -321,8 +321,9 @@ FusedUncertainty uncertainty_of_means(const FusedAxes& axes, double averaging_s)
       result.bias(a, a) += variance;
     }
     // Each end of a count is uniformly off by up to half a step; the standard deviation of their sum is 1/√6 of a step.
-    constexpr double kTwoEnds = 6;
-    result.noise(a) += std::pow(axes.step_deg_per_h[static_cast<std::size_t>(a)] / averaging_s, 2) / kTwoEnds;
+    constexpr double kTwoEndsVarianceDivisor = 6;
+    result.noise(a) +=
+        std::pow(axes.step_deg_per_h[static_cast<std::size_t>(a)] / averaging_s, 2) / kTwoEndsVarianceDivisor;
   }
   return result;
 }

@@ -136,12 +136,13 @@ SubsetAccuracy Study::make_left_out(const Set& kept) const {
   const data::Figures excess = compute_figures((squares(without) - squares(with)).matrix(), training_set_.clusters);
   Set removed;
   std::ranges::set_difference(all_thermometers_, kept, std::back_inserter(removed));
-  SubsetAccuracy result{.left_out = names(removed),
-                        .kept = names(kept),
-                        .held_out = without.held_out,
-                        .price_deg_per_h = without.held_out.std - with.held_out.std,
-                        .price_error_deg_per_h = mean_error(excess) / (without.held_out.std + with.held_out.std),
-                        .unseen = {}};
+  SubsetAccuracy result{
+      .left_out = names(removed),
+      .kept = names(kept),
+      .held_out = without.held_out,
+      .price_deg_per_h = without.held_out.std - with.held_out.std,
+      .price_error_deg_per_h = standard_error_of_mean(excess) / (without.held_out.std + with.held_out.std),
+      .unseen = {}};
   if (unseen_) {
     const std::array lambda = {without.trial.lambda};
     const Eigen::VectorXd predicted = surface_predictions(

@@ -130,7 +130,7 @@ std::vector<Step> extend_selection(const SelectionProblem& problem, const Surfac
 /// Returns the standard error of the mean squared error, from the effective number of squared residuals.
 double error_of_mean_square(const SurfaceTrial& trial, const data::Clusters& clusters) {
   const auto rows = data::finite_rows(trial.residual);
-  return mean_error(compute_figures(trial.residual(rows).array().square().matrix(), clusters, rows));
+  return standard_error_of_mean(compute_figures(trial.residual(rows).array().square().matrix(), clusters, rows));
 }
 
 /// Returns the number of steps of the path to keep. The last step of the path has the least error.

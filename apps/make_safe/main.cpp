@@ -42,7 +42,7 @@ enum class MakeSafeExit : int {
 
 using std::chrono::seconds;
 
-constexpr auto kSafeStateTimeout = seconds(10);
+constexpr auto kReceiveTimeout = seconds(10);
 constexpr auto kKillTimeout = seconds(2);
 /// Longest wait until the files next to the record are written.
 constexpr auto kFileTimeout = seconds(5);
@@ -185,7 +185,7 @@ MakeSafeExit make_safe_insistently(ErrorPrinter& printer, const SafeState& safe_
 /// the one in the safe-state file.
 Result<SafeState> obtain_safe_state(const std::string& record) {
   const auto file = safe_state_path(record);
-  const auto orders = receive_safe_state(STDIN_FILENO, kSafeStateTimeout);
+  const auto orders = receive_safe_state(STDIN_FILENO, kReceiveTimeout);
   if (orders) return parse_safe_state(*orders, file);
   const auto left = read_safe_state(file);
   if (left && *left && wait_for_end((*left)->written_by, kKillTimeout)) return **left;

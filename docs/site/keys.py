@@ -40,7 +40,7 @@ RIG = {
         "parse_rig": [""], "parse_rig:chamber": ["chamber"], "read_chamber": ["chamber"], "read_map": ["chamber"],
         "read_word_order_and_framing": ["chamber", "chamber.link"],
         "read_limiter:chamber": ["chamber"], "read_limiter": ["chamber.limiter"], "read_analysis": ["analysis"],
-        "read_safe": ["safe"], "check_safe_air": [], "determine_simulated": [""],
+        "read_safe_state": ["safe"], "check_safe_air": [], "determine_simulated": [""],
     },
     "sequencer/rig/thermometer_settings.cpp": {
         "read_link": ["[thermometer]"], "read_link:link": ["thermometer.link"],

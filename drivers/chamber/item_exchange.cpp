@@ -248,7 +248,7 @@ Result<Snapshot> ItemExchange::read_spans(std::span<const ReadSpan> spans) {
     if (!words) return failure(std::move(words.error()));
     snapshot.add(span, std::move(*words));
   }
-  store_settings(snapshot);
+  cache_latest_settings(snapshot);
   return snapshot;
 }
 
@@ -296,7 +296,7 @@ void ItemExchange::keep_snapshot(const Snapshot& found) {
   known_since_ = pauses_.now();
 }
 
-void ItemExchange::store_settings(const Snapshot& found) {
+void ItemExchange::cache_latest_settings(const Snapshot& found) {
   for (const auto* item : contexts_) {
     if (found.find_words(*item).empty()) continue;
     if (const auto value = value_in(found, *item)) latest_settings_[item->name] = *value;

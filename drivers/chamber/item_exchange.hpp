@@ -75,7 +75,7 @@ class ItemExchange {
   /// Keeps a snapshot for 1.5 s. Units and decimals in the snapshot are not read again in this time.
   void keep_snapshot(const Snapshot& found);
   /// Stores the units and decimals in the snapshot as the latest known values.
-  void store_settings(const Snapshot& found);
+  void cache_latest_settings(const Snapshot& found);
   [[nodiscard]] const ControllerSettings& latest_settings() const { return latest_settings_; }
   /// Sets the latest units and decimals to values that another program has read.
   void set_latest_settings(const ControllerSettings& settings) { latest_settings_ = settings; }

@@ -314,7 +314,7 @@ class ModbusChamber final : public Chamber {
       exchange_ = std::max(pauses_->now() - before, exchange_ * 3 / 4);
       core.add(span, std::move(*words));
     }
-    items_.store_settings(core);
+    items_.cache_latest_settings(core);
     items_.keep_snapshot(exchange_ >= kSlowExchange ? core : Snapshot());
     return core;
   }

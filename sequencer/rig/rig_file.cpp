@@ -112,7 +112,7 @@ void read_analysis(const TomlTable& table, const std::vector<std::string>& chann
 }
 
 /// Reads [safe], the safe state of the chamber.
-void read_safe(const TomlTable& table, RigFile& rig) {
+void read_safe_state(const TomlTable& table, RigFile& rig) {
   rig.safe_set_point = table.celsius("set_point", rig.safe_set_point);
   rig.safe_off = table.boolean("off", false);
   rig.safe_observe = table.duration("observe", rig.safe_observe);
@@ -268,7 +268,7 @@ Result<RigFile> parse_rig(std::string_view text, const std::string& file, const 
     root->ignore("analogue_input");
   if (analogue) rig.analogue_inputs = std::move(*analogue);
   read_analysis(root->table("analysis"), channels, rig.units);
-  read_safe(root->table("safe"), rig);
+  read_safe_state(root->table("safe"), rig);
   rig.limits = interlocks::read_limits(*root, channels, rig.chamber_limits);
   for (const auto& unit : rig.units) rig.limits.units.push_back(make_unit_limits(unit, channels));
   rig.limits.instruments = list_instruments(rig);

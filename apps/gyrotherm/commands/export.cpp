@@ -44,7 +44,7 @@ struct CompensatedRows {
 
 /// Fails with usage unless rows are one second apart, because a model's means, rates and lags are defined in seconds.
 /// An interval error of 1 % is accepted, because the clock of a logger may be inaccurate.
-Result<void> check_rows_are_seconds(const data::Dataset& dataset) {
+Result<void> check_one_row_per_second(const data::Dataset& dataset) {
   constexpr double kOff = 0.01;
   const double interval_s = data::sample_interval_s(dataset);
   if (std::abs(interval_s - 1) <= kOff) return {};
@@ -61,7 +61,7 @@ Result<CompensatedRows> compensate(Console& console, const record::RecordFiles& 
   if (!model) return failure(model.error());
   auto dataset = data::load_dataset(files, axis_for(*model, options.axis));
   if (!dataset) return failure(dataset.error());
-  if (auto checked = check_rows_are_seconds(*dataset); !checked) return failure(checked.error());
+  if (auto checked = check_one_row_per_second(*dataset); !checked) return failure(checked.error());
   for (const std::string& warning : origin_warnings(*model, dataset->of, dataset->identity, dataset->bias_zero))
     console.print_message("warning: " + warning);
   auto stream = model::CompensationStream::open(*model, dataset->thermometers, *outside);

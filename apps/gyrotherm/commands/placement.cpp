@@ -70,7 +70,7 @@ std::string join_names(const std::vector<std::string>& names) { return fmt::form
 
 std::string row(const std::string& what, const model::SubsetAccuracy& set, const SupportVectorResult* confirmed) {
   auto text = fmt::format("  {:<12} {:>9.5f} ± {:.5f} {:>+11.6f} ± {:.6f}", what, set.held_out.std,
-                          std_error(set.held_out), set.price_deg_per_h, set.price_error_deg_per_h);
+                          standard_error_of_std(set.held_out), set.price_deg_per_h, set.price_error_deg_per_h);
   if (set.unseen) text += fmt::format(" {:>9.5f}", set.unseen->std);
   if (confirmed != nullptr) {
     text += fmt::format(" {:>9.5f}", confirmed->held_out.std);

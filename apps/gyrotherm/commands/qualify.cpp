@@ -97,7 +97,7 @@ struct Run {
 };
 
 /// Returns whether the run is an existing record that --verify-later named. It may have any profile.
-bool is_recorded(const Run& run) { return run.profile.text.empty(); }
+bool is_existing_record(const Run& run) { return run.profile.text.empty(); }
 
 /// Returns whether the record belongs to this experiment.
 bool belongs_to_experiment(const record::RunInfo& info, const profile::Profile& profile, const rig::RigFile& rig,
@@ -354,7 +354,7 @@ Result<void> record_and_load(Console& console, const QualifyArguments& options, 
                              Timings& timings) {
   std::vector<Run*> all{&runs.rate, &runs.random};
   for (Run& run : runs.later)
-    if (!is_recorded(run)) all.push_back(&run);
+    if (!is_existing_record(run)) all.push_back(&run);
   for (Run* run : all) {
     timings.begin("record " + run->stage);
     const StartOptions start{.seed = options.training.seed, .days_later = run->days_later};
@@ -417,7 +417,7 @@ Result<Exit> qualify(Console& console, const QualifyArguments& options) {
   if (error) return failure(FaultKind::storage, options.out, "cannot be created: " + error.message());
   KnownDigests digests(options.out, GYROTHERM_VERSION);
   for (Run& run : runs->later)
-    if (auto loaded = is_recorded(run) ? load_rows(console, run, digests) : Result<void>(); !loaded)
+    if (auto loaded = is_existing_record(run) ? load_rows(console, run, digests) : Result<void>(); !loaded)
       return failure(loaded.error());
   watch_for_interrupts(rig->simulated ? SecondInterrupt::ends : SecondInterrupt::is_counted);
   if (rig->simulated)

@@ -36,8 +36,8 @@ std::string row(std::string_view what, const data::Figures& f) {
   if (f.count == 0) return {};
   const std::string std = f.count > 1 ? format_value(f.std, 5) : "–";
   return fmt::format("  {:<22} {:>9} {:>9} {:>9.5f} {:>9} {:>9.5f} {:>9.5f} {:>7} {:>7.0f}\n", what, std,
-                     format_value(std_error(f), 5), f.mean, format_value(mean_error(f), 5), f.rmse, f.max_abs, f.count,
-                     f.effective.of_std);
+                     format_value(standard_error_of_std(f), 5), f.mean, format_value(standard_error_of_mean(f), 5),
+                     f.rmse, f.max_abs, f.count, f.effective.of_std);
 }
 
 std::string describe_floor(const model::Verification& v) {

@@ -95,8 +95,8 @@ TEST(EffectiveNumber, GivesErrorBarsThatCoverTruth) {
     const Eigen::VectorXd values = autoregression(0.8, 1500, random);
     Figures figures = compute_figures(values);
     figures.effective = effective_number(values, counted(1500));
-    std_held += std::abs(figures.std - 1) < 2 * std_error(figures) ? 1 : 0;
-    mean_held += std::abs(figures.mean) < 2 * mean_error(figures) ? 1 : 0;
+    std_held += std::abs(figures.std - 1) < 2 * standard_error_of_std(figures) ? 1 : 0;
+    mean_held += std::abs(figures.mean) < 2 * standard_error_of_mean(figures) ? 1 : 0;
   }
   EXPECT_GE(std_held, 178) << "of 200 intervals at 95 %";
   EXPECT_GE(mean_held, 178) << "of 200 intervals at 95 %";
@@ -117,8 +117,8 @@ TEST(EffectiveNumber, IsCountForFewOrEqualValues) {
 }
 
 TEST(Figures, HaveNoErrorBarWithoutEffectiveNumber) {
-  EXPECT_TRUE(std::isnan(std_error(compute_figures(Eigen::Vector3d{1, 2, 4}))));
-  EXPECT_TRUE(std::isnan(mean_error(compute_figures(Eigen::Vector3d{1, 2, 4}))));
+  EXPECT_TRUE(std::isnan(standard_error_of_std(compute_figures(Eigen::Vector3d{1, 2, 4}))));
+  EXPECT_TRUE(std::isnan(standard_error_of_mean(compute_figures(Eigen::Vector3d{1, 2, 4}))));
 }
 
 /// A single value has no scatter, but its error must not be reported as 0.
@@ -129,8 +129,8 @@ TEST(Figures, HaveNoErrorBarForSingleValue) {
     return clusters;
   }());
   EXPECT_EQ(figures.count, 1);
-  EXPECT_TRUE(std::isnan(std_error(figures)));
-  EXPECT_TRUE(std::isnan(mean_error(figures)));
+  EXPECT_TRUE(std::isnan(standard_error_of_std(figures)));
+  EXPECT_TRUE(std::isnan(standard_error_of_mean(figures)));
 }
 
 TEST(Figures, DoNotCorrelateAcrossRecords) {
@@ -142,7 +142,7 @@ TEST(Figures, DoNotCorrelateAcrossRecords) {
   const Figures both = compute_figures(values, clusters);
   EXPECT_EQ(both.count, 400);
   EXPECT_LT(both.effective.of_std, 200);
-  EXPECT_DOUBLE_EQ(std_error(both), both.std / std::sqrt(2 * both.effective.of_std));
+  EXPECT_DOUBLE_EQ(standard_error_of_std(both), both.std / std::sqrt(2 * both.effective.of_std));
 }
 
 const std::vector<std::string> kEight = {"A", "B", "C", "D", "E", "F", "G", "H"};

@@ -217,7 +217,7 @@ TEST_F(LinearModelVerification, StatesUncertaintyOfFigures) {
        {&result.raw, &result.compensated, &result.ramps, &result.holds, &result.corners}) {
     EXPECT_GE(figures->effective.of_std, 1);
     EXPECT_LE(figures->effective.of_std, figures->count);
-    EXPECT_GT(std_error(*figures), 0);
+    EXPECT_GT(standard_error_of_std(*figures), 0);
   }
   EXPECT_LT(result.raw.effective.of_std, 0.2 * result.raw.count) << "the raw bias follows the temperature";
   EXPECT_GT(result.compensated.effective.of_std, result.raw.effective.of_std);

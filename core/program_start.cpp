@@ -76,11 +76,12 @@ std::string option_refusal_reason(std::string_view word, const std::string& comm
 }
 
 std::string plain_error_message(const std::string& refusal) {
-  constexpr std::string_view kStart = "Could not convert: ", kIs = " = ";
-  const auto is = refusal.find(kIs);
-  if (!refusal.starts_with(kStart) || is == std::string::npos) return refusal;
-  return fmt::format("{}: \"{}\" is not an accepted number", refusal.substr(kStart.size(), is - kStart.size()),
-                     refusal.substr(is + kIs.size()));
+  constexpr std::string_view kRefusalStart = "Could not convert: ", kValueSeparator = " = ";
+  const auto is = refusal.find(kValueSeparator);
+  if (!refusal.starts_with(kRefusalStart) || is == std::string::npos) return refusal;
+  return fmt::format("{}: \"{}\" is not an accepted number",
+                     refusal.substr(kRefusalStart.size(), is - kRefusalStart.size()),
+                     refusal.substr(is + kValueSeparator.size()));
 }
 
 }  // namespace gyrotherm

@@ -181,7 +181,7 @@ constexpr const char* kExpectArray = "expected an array";
 
 /// Describes a value for an error message: tables and lists by their type, others by their text if it is short.
 std::string describe_value(const toml::node& node) {
-  constexpr std::size_t kShort = 40;
+  constexpr std::size_t kMaxQuotedLength = 40;
   if (node.is_table()) return "a table";
   if (node.is_array()) return "a list";
   std::ostringstream text;
@@ -189,7 +189,7 @@ std::string describe_value(const toml::node& node) {
     text << '"' << string->get() << '"';
   else
     text << toml::toml_formatter{node};
-  return text.str().size() > kShort ? "something else" : text.str();
+  return text.str().size() > kMaxQuotedLength ? "something else" : text.str();
 }
 
 /// Reads one key with a converter. Notes an error if the key is missing and there is no fallback, or if the value does

@@ -176,12 +176,12 @@ std::string cell_html(const Cell& cell) {
 
 /// Returns true if a word is too long for a column, such as a hash. Such a word may break anywhere.
 bool has_long_word(std::string_view text) {
-  constexpr std::size_t kLong = 30;
+  constexpr std::size_t kMaxUnbrokenLetters = 30;
   std::size_t length = 0;
   for (const char c : text) {
     if ((static_cast<unsigned char>(c) & 0xC0) == 0x80) continue;
     length = c == ' ' || c == '\n' ? 0 : length + 1;
-    if (length > kLong) return true;
+    if (length > kMaxUnbrokenLetters) return true;
   }
   return false;
 }

@@ -161,10 +161,10 @@ std::string format_plain(Language language, double value) {
 
 std::string format_probability(Language language, double probability) {
   // A smaller probability would be printed as 0.0 %.
-  constexpr double kLeast = 0.0005;
+  constexpr double kMinPrintedProbability = 0.0005;
   if (!std::isfinite(probability)) return kDash;
-  if (probability < kLeast) return "<\u00a0" + format_fixed(language, 0.1, 1) + "\u00a0%";
-  if (probability > 1 - kLeast) return ">\u00a0" + format_fixed(language, 99.9, 1) + "\u00a0%";
+  if (probability < kMinPrintedProbability) return "<\u00a0" + format_fixed(language, 0.1, 1) + "\u00a0%";
+  if (probability > 1 - kMinPrintedProbability) return ">\u00a0" + format_fixed(language, 99.9, 1) + "\u00a0%";
   return format_fixed(language, 100 * probability, 1) + "\u00a0%";
 }
 

@@ -17,9 +17,9 @@ namespace gyrotherm::exchange {
 
 namespace {
 
-constexpr std::size_t kPiece = 1 << 20;
+constexpr std::size_t kPieceBytes = 1 << 20;
 constexpr std::string_view kMagic("\x1F\x8B", 2);
-constexpr std::size_t kPackedPiece = 1 << 16;
+constexpr std::size_t kPackedPieceBytes = 1 << 16;
 constexpr int kGzipOnly = 16 + MAX_WBITS;  // zlib's windowBits
 
 bool is_gzip(std::string_view beginning) { return beginning.starts_with(kMagic); }
@@ -28,7 +28,7 @@ bool is_gzip(std::string_view beginning) { return beginning.starts_with(kMagic);
 
 /// The packed file and the state of zlib.
 struct Gunzip::Stream {
-  Stream(int file, std::string_view file_name) : descriptor(file), name(file_name), packed(kPackedPiece) {
+  Stream(int file, std::string_view file_name) : descriptor(file), name(file_name), packed(kPackedPieceBytes) {
     is_ready = ::inflateInit2(&state, kGzipOnly) == Z_OK;
   }
   ~Stream() { ::inflateEnd(&state); }
@@ -174,7 +174,7 @@ Result<std::size_t> Bytes::read(char* to, std::size_t capacity) {
 Result<void> Bytes::read_more(std::size_t count) {
   std::size_t held = unread_.size();
   if (held > 0) std::memmove(buffer_.data(), unread_.data(), held);
-  buffer_.resize(std::max(count, kPiece));
+  buffer_.resize(std::max(count, kPieceBytes));
   while (held < buffer_.size() && !at_end_) {
     const auto more = read(buffer_.data() + held, buffer_.size() - held);
     if (!more) return failure(more.error());

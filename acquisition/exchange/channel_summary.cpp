@@ -164,9 +164,9 @@ std::vector<ChannelSummary> ChannelTally::channels(const std::vector<MissingText
 
 /// Searches both ends of the values for a step that separates a few distinct numbers from all others.
 Result<void> ChannelTally::check_isolated(const Column& column, const std::string& file, Notes& notes) const {
-  constexpr double kApart_k = 20, kTooFar_k = 40, kSentinelApart_k = 10, kMaxShare = 0.2, kRangeMultiple = 50;
-  constexpr std::size_t kFewest = 20;
-  if (column.summary.values < kFewest || column.kind == Kind::value || column.valid) return {};
+  constexpr double kMinGap_k = 20, kErrorGap_k = 40, kMinSentinelGap_k = 10, kMaxShare = 0.2, kRangeMultiple = 50;
+  constexpr std::size_t kMinValues = 20;
+  if (column.summary.values < kMinValues || column.kind == Kind::value || column.valid) return {};
   const bool is_temperature = column.kind == Kind::temperature;
   for (const auto* extremes : {&column.least, &column.greatest}) {
     const auto& inner = extremes == &column.least ? column.greatest : column.least;
@@ -178,13 +178,13 @@ Result<void> ChannelTally::check_isolated(const Column& column, const std::strin
       if (static_cast<double>(count) > kMaxShare * static_cast<double>(column.summary.values)) break;
       const double raw = (at - column.offset) / column.scale;
       const bool is_sentinel = is_known_sentinel(at) || is_known_sentinel(raw);
-      const double limit = is_temperature ? (is_sentinel ? kSentinelApart_k : kApart_k) : kRangeMultiple * rest;
+      const double limit = is_temperature ? (is_sentinel ? kMinSentinelGap_k : kMinGap_k) : kRangeMultiple * rest;
       if (apart < limit || (is_temperature && !is_sentinel && apart < rest / 4) || limit == 0) continue;
       const auto what = fmt::format(
           "{} of the {} values of column {} differ by {:.4g} {} or more from all others, the "
           "furthest at {:g}",
           count, column.summary.values, column.summary.column, apart, column.summary.unit, extremes->numbers.front());
-      if (is_temperature && (is_sentinel || apart >= kTooFar_k))
+      if (is_temperature && (is_sentinel || apart >= kErrorGap_k))
         return failure(FaultKind::bad_file, file, what + "; " + remedy(column, at));
       notes.push_back(what);
       break;
@@ -195,7 +195,7 @@ Result<void> ChannelTally::check_isolated(const Column& column, const std::strin
 
 Result<void> ChannelTally::judge(const std::string& file, const std::vector<MissingTexts>& missing,
                                  Notes& notes) const {
-  constexpr std::size_t kEnough = 10;
+  constexpr std::size_t kMinValuesToJudge = 10;
   const auto channels = this->channels(missing);
   for (std::size_t i = 0; i < columns_.size(); ++i) {
     const ChannelSummary& channel = channels[i];
@@ -207,7 +207,7 @@ Result<void> ChannelTally::judge(const std::string& file, const std::vector<Miss
       notes.push_back(what);
       continue;
     }
-    if (channel.values >= kEnough && channel.least == channel.greatest)
+    if (channel.values >= kMinValuesToJudge && channel.least == channel.greatest)
       notes.push_back(
           fmt::format("all {} values of {} are {:g} {}", channel.values, channel.name, channel.least, channel.unit));
     if (channel.missing > channel.values)

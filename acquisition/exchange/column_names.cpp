@@ -55,7 +55,7 @@ bool is_all_digits(std::string_view spelling) {
 /// without brackets, the end of the name after a "_", "." or blank. A part of the unit does not match: "mdps" and
 /// "x_100_dps" do not match "dps", and "0.01 deg/s" does not match "deg/s".
 bool has_unit(std::string_view name, std::initializer_list<std::string_view> spellings) {
-  constexpr std::string_view kBefore = "_. ";
+  constexpr std::string_view kUnitSeparators = "_. ";
   auto unit = in_lower_case(unit_in_brackets(name));
   std::erase(unit, ' ');
   if (!unit.empty()) return is_any(unit, spellings);
@@ -64,9 +64,9 @@ bool has_unit(std::string_view name, std::initializer_list<std::string_view> spe
     if (!lower.ends_with(spelling)) return false;
     const std::string_view before = std::string_view(lower).substr(0, lower.size() - spelling.size());
     if (before.empty()) return true;
-    if (kBefore.find(before.back()) == std::string_view::npos) return false;
+    if (kUnitSeparators.find(before.back()) == std::string_view::npos) return false;
     const std::string_view rest = before.substr(0, before.size() - 1);
-    return !is_all_digits(rest.substr(rest.find_last_of(kBefore) + 1));
+    return !is_all_digits(rest.substr(rest.find_last_of(kUnitSeparators) + 1));
   });
 }
 
@@ -235,7 +235,7 @@ std::string axis_in(std::string_view name) {
 }
 
 std::string channel_name_for(std::string_view column) {
-  constexpr std::size_t kLongest = 64;
+  constexpr std::size_t kMaxNameLength = 64;
   std::string name;
   for (const char c : strip_unit(column)) {
     const bool is_allowed = std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '.' || c == '-';
@@ -244,7 +244,7 @@ std::string channel_name_for(std::string_view column) {
     else if (!name.empty() && name.back() != ' ')
       name += ' ';
   }
-  return std::string(trimmed(std::string_view(name).substr(0, kLongest)));
+  return std::string(trimmed(std::string_view(name).substr(0, kMaxNameLength)));
 }
 
 std::vector<std::size_t> gyro_columns(const std::vector<std::string>& names) {

@@ -267,10 +267,10 @@ char take_half_of_day(FrontParser& front) {
 }
 
 std::optional<Duration> make_time_of_day(int hour, int minute, int second, Duration part, char half) {
-  constexpr int kHalf = 12;
-  if (half != 0 && (hour < 1 || hour > kHalf)) return std::nullopt;
-  if (half == 'a') hour %= kHalf;
-  if (half == 'p') hour = hour % kHalf + kHalf;
+  constexpr int kHoursPerHalfDay = 12;
+  if (half != 0 && (hour < 1 || hour > kHoursPerHalfDay)) return std::nullopt;
+  if (half == 'a') hour %= kHoursPerHalfDay;
+  if (half == 'p') hour = hour % kHoursPerHalfDay + kHoursPerHalfDay;
   const Duration time = std::chrono::hours(hour) + std::chrono::minutes(minute) + std::chrono::seconds(second) + part;
   const bool is_one = hour >= 0 && minute >= 0 && second >= 0 && minute < 60 && second <= 60;
   return is_one && time <= std::chrono::hours(24) ? std::optional(time) : std::nullopt;
@@ -419,9 +419,9 @@ std::optional<CivilTime> parse_dated(FrontParser front, DateOrder order) {
 CountedTime counted_time(std::int64_t number, Duration unit) { return make_counted_time(number, 0, unit); }
 
 CountedTime counted_time(double number, Duration unit) {
-  constexpr double kBeyond = 0x1p63;
+  constexpr double kInt64Limit = 0x1p63;
   const double whole = std::floor(number);
-  if (!(std::abs(whole) < kBeyond)) return {number < 0 ? -kLongest_s : kLongest_s};
+  if (!(std::abs(whole) < kInt64Limit)) return {number < 0 ? -kLongest_s : kLongest_s};
   return make_counted_time(static_cast<std::int64_t>(whole), number - whole, unit);
 }
 

@@ -98,7 +98,7 @@ void add_rows(std::string& text, const record::Record& record, const std::vector
 }  // namespace
 
 std::string gnuplot_script(const record::Record& record) {
-  constexpr std::size_t kFirst = 2;  // after the time
+  constexpr std::size_t kFirstColumn = 2;  // after the time
   const auto above = temperatures(record), below = rates(record);
   auto all = above;
   all.insert(all.end(), below.begin(), below.end());
@@ -110,8 +110,8 @@ std::string gnuplot_script(const record::Record& record) {
       "end_of_rows\nset termoption noenhanced\nset multiplot layout {},1 title {}\nset xlabel 'time [h]'\nset grid\n"
       "set key outside right\n",
       has_point(above) && has_point(below) ? 2 : 1, quoted_for_gnuplot(title));
-  if (has_point(above)) text += plot_commands(above, kFirst, "temperature [°C]");
-  if (has_point(below)) text += plot_commands(below, kFirst + above.size(), "rate [°/h]");
+  if (has_point(above)) text += plot_commands(above, kFirstColumn, "temperature [°C]");
+  if (has_point(below)) text += plot_commands(below, kFirstColumn + above.size(), "rate [°/h]");
   return text + "unset multiplot\n";
 }
 

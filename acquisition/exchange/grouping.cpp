@@ -17,11 +17,11 @@ namespace {
 /// Returns the number of latest stretches that still accept rows. A log may write its messages seconds after the
 /// measurement, with a different delay for each topic. Rows of a table are late by at most one stretch.
 std::size_t max_open_stretches(const ImportMap& map) {
-  constexpr std::size_t kOfTable = 2, kMost = 1000;
-  constexpr Duration kLatest = std::chrono::seconds(5);
+  constexpr std::size_t kTableStretches = 2, kMaxStretches = 1000;
+  constexpr Duration kMaxDelay = std::chrono::seconds(5);
   const bool is_log = map.format == FileFormat::ulog || map.format == FileFormat::dataflash;
-  if (!is_log || map.every <= Duration{}) return kOfTable;
-  return std::clamp<std::size_t>(static_cast<std::size_t>(kLatest / map.every) + 1, kOfTable, kMost);
+  if (!is_log || map.every <= Duration{}) return kTableStretches;
+  return std::clamp<std::size_t>(static_cast<std::size_t>(kMaxDelay / map.every) + 1, kTableStretches, kMaxStretches);
 }
 
 constexpr std::size_t kMaxRowsHeldBack = 1 << 16, kMaxNumbersHeldBack = 1 << 22;

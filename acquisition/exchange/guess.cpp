@@ -196,19 +196,19 @@ std::string gyro_section(const TableSample& sample, const Columns& columns) {
 }
 
 std::string map_head(const std::string& file, const std::vector<std::string>& names) {
-  constexpr std::size_t kMost = 400, kWidest = 100;
+  constexpr std::size_t kMaxListedNames = 400, kMaxLineWidth = 100;
   const auto name = plain(std::filesystem::path(file).filename().string());
   std::string text = fmt::format("# Draft map of {}, detected automatically; check every line. Columns of the file:\n",
                                  name),
               line;
-  for (std::size_t i = 0; i < std::min(names.size(), kMost); ++i) {
-    if (line.size() > kWidest) {
+  for (std::size_t i = 0; i < std::min(names.size(), kMaxListedNames); ++i) {
+    if (line.size() > kMaxLineWidth) {
       text += "#  " + line + "\n";
       line.clear();
     }
     line += " " + toml_text(names[i]);
   }
-  text += "#  " + line + (names.size() > kMost ? " …\n" : "\n");
+  text += "#  " + line + (names.size() > kMaxListedNames ? " …\n" : "\n");
   return text + fmt::format("schema = \"{}\"\nname = {}\n\n", kImportSchema, toml_text(name));
 }
 
@@ -387,8 +387,8 @@ Result<std::string> guess(Bytes bytes) {
 }  // namespace
 
 Result<FileFormat> detect_format(Bytes& bytes) {
-  constexpr std::size_t kBeginning = 1024;
-  const auto beginning = bytes.peek(kBeginning);
+  constexpr std::size_t kExaminedBytes = 1024;
+  const auto beginning = bytes.peek(kExaminedBytes);
   if (!beginning) return failure(beginning.error());
   if (const auto known = conversion_advice(*beginning); !known.empty())
     return failure(FaultKind::bad_file, bytes.name(), known);

@@ -154,11 +154,12 @@ class GapCounter {
 
 /// Lists the values of at most 100 channels on one line.
 std::string describe_values(const std::vector<ChannelSummary>& channels) {
-  constexpr std::size_t kMost = 100;
+  constexpr std::size_t kMaxListedChannels = 100;
   std::string text = "values of the file: ";
-  for (std::size_t i = 0; i < std::min(channels.size(), kMost); ++i)
+  for (std::size_t i = 0; i < std::min(channels.size(), kMaxListedChannels); ++i)
     text += (i > 0 ? "; " : "") + describe(channels[i]);
-  if (channels.size() > kMost) text += fmt::format("; and {} more channels", channels.size() - kMost);
+  if (channels.size() > kMaxListedChannels)
+    text += fmt::format("; and {} more channels", channels.size() - kMaxListedChannels);
   return text;
 }
 
@@ -299,10 +300,11 @@ class ImportedRecord {
 /// Fails if another column of dates or times of day has another duration than the map's time.
 Result<void> check_span(const std::string& path, const Findings& findings, Duration span) {
   constexpr double kRelativeTolerance = 0.02;
-  constexpr Duration kAtLeast = std::chrono::minutes(1);
+  constexpr Duration kAbsoluteTolerance = std::chrono::minutes(1);
   const auto agrees = [&](Duration other) {
     const Duration most = std::max(span, other);
-    return std::chrono::abs(span - other) <= std::max(kAtLeast, from_seconds(kRelativeTolerance * to_seconds(most)));
+    return std::chrono::abs(span - other) <=
+           std::max(kAbsoluteTolerance, from_seconds(kRelativeTolerance * to_seconds(most)));
   };
   if (findings.other_spans.empty() || std::ranges::any_of(findings.other_spans, agrees)) return {};
   return failure(
@@ -315,10 +317,10 @@ Result<void> check_span(const std::string& path, const Findings& findings, Durat
 /// Fails, or adds notes, if the imported rows suggest that the map does not fit the file.
 Result<void> judge(const std::string& path, const ImportMap& map, const ImportedRecord& made,
                    std::optional<Duration> utc, FileResults& file) {
-  constexpr std::size_t kMany = 20;
-  constexpr double kFastest_hz = 2000;
+  constexpr std::size_t kMinRowsToJudge = 20;
+  constexpr double kMaxRowRate_hz = 2000;
   const auto rows = static_cast<std::size_t>(made.rows());
-  if (map.every > Duration{} && rows == 1 && file.rows >= kMany)
+  if (map.every > Duration{} && rows == 1 && file.rows >= kMinRowsToJudge)
     return failure(
         FaultKind::bad_file, path,
         fmt::format("all {} rows fall into one interval of {:g} s: is the unit in [time] right? Expected rows "
@@ -327,7 +329,7 @@ Result<void> judge(const std::string& path, const ImportMap& map, const Imported
   if (auto fits = check_span(path, file.findings, made.span()); !fits) return fits;
   if (auto judged = file.tally.judge(path, file.findings.missing, file.findings.notes); !judged) return judged;
   const double rate = made.span() > Duration{} ? static_cast<double>(file.rows) / to_seconds(made.span()) : 0;
-  if (file.rows >= kMany && rate > kFastest_hz)
+  if (file.rows >= kMinRowsToJudge && rate > kMaxRowRate_hz)
     file.findings.notes.push_back(fmt::format("{:.0f} rows per second: is the unit in [time] right?", rate));
   if (utc && made.started() && *made.started() > *utc + std::chrono::hours(24))
     file.findings.notes.push_back(fmt::format("the first row is dated {}, in the future", civil_time(*made.started())));

@@ -371,11 +371,11 @@ std::vector<record::Channel> make_channels(const ImportMap& map, const std::stri
 namespace {
 
 std::string quoted(const std::vector<std::string>& names) {
-  constexpr std::size_t kMost = 60;
+  constexpr std::size_t kMaxListedNames = 60;
   std::string list;
-  for (std::size_t i = 0; i < std::min(names.size(), kMost); ++i)
+  for (std::size_t i = 0; i < std::min(names.size(), kMaxListedNames); ++i)
     list += fmt::format("{}\"{}\"", i == 0 ? "" : ", ", plain(names[i]));
-  if (names.size() > kMost) list += fmt::format(" and {} more", names.size() - kMost);
+  if (names.size() > kMaxListedNames) list += fmt::format(" and {} more", names.size() - kMaxListedNames);
   return list;
 }
 

@@ -168,10 +168,10 @@ Result<void> LogReading::take(std::size_t series, std::string_view message, cons
   }
   if (auto alone = check_single_series(series, file); !alone) return alone;
   double time_us = number_at(message, known.time.offset, known.time.type) * known.time.scale;
-  constexpr double kEarlier_s = 60;  // another topic may begin earlier
+  constexpr double kMaxEarlierStart_s = 60;  // another topic may begin earlier
   if (rows_ == 0 && is_since_1970(time_us)) {
     counts_since_1970_ = true;
-    origin_us_ = std::floor(time_us / 1e6 - kEarlier_s) * 1e6;
+    origin_us_ = std::floor(time_us / 1e6 - kMaxEarlierStart_s) * 1e6;
   }
   const double utc_us = time_us;
   time_us -= origin_us_;

@@ -337,9 +337,9 @@ class NetcdfTable {
       const auto& [column, scale, offset, valid] = map.thermometer_columns[i];
       const auto units = text_attribute(columns_[i].id, "units", column.name);
       const auto stated = units && !units->empty() ? celsius_scale(*units) : std::nullopt;
-      constexpr double kCalibrated = 0.2, kCalibrated_k = 20;
-      if (stated &&
-          (std::abs(scale / stated->scale - 1) > kCalibrated || std::abs(offset - stated->offset) > kCalibrated_k))
+      constexpr double kMaxScaleCorrection = 0.2, kMaxOffsetCorrection_k = 20;
+      if (stated && (std::abs(scale / stated->scale - 1) > kMaxScaleCorrection ||
+                     std::abs(offset - stated->offset) > kMaxOffsetCorrection_k))
         return bad_file_failure(
             fmt::format("\"{}\" has the units \"{}\", expected scale = {:.15g} and offset = {:.15g} in the map",
                         column.name, *units, stated->scale, stated->offset));
@@ -350,8 +350,9 @@ class NetcdfTable {
       for (const auto& axis : unit.axes) {
         const auto units = text_attribute((column++)->id, "units", name->name);
         const auto stated = units && !units->empty() ? degrees_per_hour_in("w [" + *units + "]") : std::nullopt;
-        constexpr double kCalibrated = 0.2;
-        if (stated && axis.kind == record::GyroKind::rate && std::abs(std::abs(axis.scale) / *stated - 1) > kCalibrated)
+        constexpr double kMaxScaleCorrection = 0.2;
+        if (stated && axis.kind == record::GyroKind::rate &&
+            std::abs(std::abs(axis.scale) / *stated - 1) > kMaxScaleCorrection)
           return bad_file_failure(fmt::format("\"{}\" has the units \"{}\", expected scale = {:.15g} in the map",
                                               name->name, *units, *stated));
         ++name;

@@ -137,8 +137,8 @@ Result<void> RowClock::read_clock(std::string_view clock, ForeignRow& row) {
 }
 
 void OtherClocks::begin(std::size_t column, const std::string& name, std::string_view first) {
-  constexpr std::size_t kMost = 4;
-  if (clocks_.size() == kMost || !has_time_of_day(first)) return;
+  constexpr std::size_t kMaxClocks = 4;
+  if (clocks_.size() == kMaxClocks || !has_time_of_day(first)) return;
   Clock clock{column, name, std::string(first), std::string(first)};
   if (parse_clock(first) || !possible_spans(clock).empty()) clocks_.push_back(std::move(clock));
 }

@@ -27,11 +27,11 @@ bool may_follow_leap_second(std::optional<Duration> utc) {
 
 /// Returns another explanation that the size of the step back suggests, with the map key that can help.
 std::string remedy(const ImportMap& map, Duration back) {
-  constexpr double kNear = 0.02;
+  constexpr double kWrapTolerance = 0.02;
   if (map.time_form == TimeForm::number && map.time_unit > Duration{} && map.time_unit < kSecond)
     for (const int bits : {16, 24, 31, 32}) {
       const double most = std::ldexp(1, bits), units = to_seconds(back) / to_seconds(map.time_unit);
-      if (units > most * (1 - kNear) && units <= most)
+      if (units > most * (1 - kWrapTolerance) && units <= most)
         return fmt::format(", or wrap = {:.0f} in [time] if a {}-bit counter wrapped around", most, bits);
     }
   const bool is_civil = map.time_form != TimeForm::number;

@@ -98,8 +98,8 @@ std::vector<Line> take_comments(std::vector<Line>& lines, TableSample& sample) {
 
 /// Returns lines from the whole sample; a subset if there are many.
 std::vector<const Line*> pick_lines(const std::vector<Line>& lines) {
-  constexpr std::size_t kMost = 600;
-  const std::size_t step = lines.size() / kMost + 1;
+  constexpr std::size_t kMaxPickedLines = 600;
+  const std::size_t step = lines.size() / kMaxPickedLines + 1;
   std::vector<const Line*> some;
   for (std::size_t i = 0; i < lines.size(); i += step) some.push_back(&lines[i]);
   if (!lines.empty() && some.back() != &lines.back()) some.push_back(&lines.back());
@@ -165,8 +165,8 @@ bool is_row(const Fields& fields, const std::vector<bool>& values) {
 
 /// Returns whether a line has only texts, which could be the names or units of the columns.
 bool is_text_line(const Fields& fields, const std::vector<bool>& values) {
-  constexpr std::size_t kWider = 2;
-  if (fields.size() < values.size() || filled_width(fields) > values.size() + kWider) return false;
+  constexpr std::size_t kMaxExtraFields = 2;
+  if (fields.size() < values.size() || filled_width(fields) > values.size() + kMaxExtraFields) return false;
   for (std::size_t i = 0; i < values.size(); ++i)
     if (values[i] && is_value(fields[i])) return false;
   return true;
@@ -196,9 +196,9 @@ class HeaderSearch {
   /// Examines up to five consecutive text lines directly above the rows. Returns the topmost one that is full, and
   /// prefers one that is not wider than the rows.
   std::optional<std::size_t> find_name_line() const {
-    constexpr std::size_t kHighest = 5;
+    constexpr std::size_t kMaxLinesAbove = 5;
     std::optional<std::size_t> names, wider;
-    for (std::size_t i = first_; i-- > 0 && first_ - i <= kHighest;) {
+    for (std::size_t i = first_; i-- > 0 && first_ - i <= kMaxLinesAbove;) {
       const auto fields = split_fields(lines_[i].text, shape_.separator);
       if (!fields || fields->front() == "TOA5" || !is_text_line(*fields, values_)) break;
       if (!is_full(*fields, shape_.width)) continue;
@@ -230,9 +230,9 @@ class HeaderSearch {
 
   /// Finds a header with line ends inside quoted names.
   bool take_multiline_header() {
-    constexpr std::size_t kLongest = 20;
+    constexpr std::size_t kMaxHeaderLines = 20;
     std::string joined;
-    for (std::size_t i = first_; i-- > 0 && first_ - i <= kLongest;) {
+    for (std::size_t i = first_; i-- > 0 && first_ - i <= kMaxHeaderLines;) {
       joined.insert(0, lines_[i].text + (joined.empty() ? "" : " "));
       const auto fields = split_fields(joined, shape_.separator);
       if (!fields || fields->size() != shape_.width || !is_text_line(*fields, values_)) continue;

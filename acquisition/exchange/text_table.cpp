@@ -284,13 +284,13 @@ class TextTable {
   /// Returns whether the last line has no line end and its last number has fewer decimals than the last numbers of all
   /// earlier rows.
   bool is_torn() {
-    constexpr std::int64_t kEnough = 3;
+    constexpr std::int64_t kMinRows = 3;
     const auto text = trimmed(fields_.back().text);
     const std::size_t point = text.find(map_.decimal);
     const std::size_t decimals = point == std::string_view::npos ? 0 : text.size() - point - 1;
     const bool is_last = !lines_.has_end();
     if (rows_ == 0) decimals_ = decimals;
-    if (is_last) return rows_ >= kEnough && decimals_ && decimals < *decimals_;
+    if (is_last) return rows_ >= kMinRows && decimals_ && decimals < *decimals_;
     if (decimals_ && decimals != *decimals_) decimals_ = std::nullopt;
     return false;
   }
@@ -380,9 +380,10 @@ std::string_view unit_behind_number(std::string_view cell) {
   const bool starts_as_number = cell.find_first_of(kAllDigits) <= 1;
   const auto unit = trimmed(cell.substr(number + 1));
   const bool is_number = cell.substr(0, number + 1).find_first_not_of("0123456789.,+-eE") == std::string_view::npos;
-  constexpr std::size_t kLongest = 12;
-  return starts_as_number && is_number && unit.size() <= kLongest && unit != "." && unit != "," ? unit
-                                                                                                : std::string_view();
+  constexpr std::size_t kMaxUnitLength = 12;
+  return starts_as_number && is_number && unit.size() <= kMaxUnitLength && unit != "." && unit != ","
+             ? unit
+             : std::string_view();
 }
 
 std::string_view NumberStyle::normalise(std::string_view text, std::string& changed) const {

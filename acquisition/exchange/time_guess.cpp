@@ -275,9 +275,9 @@ std::optional<TimeGuess> guess_clock(const TableSample& sample) {
 
 /// Returns the unit of times since 1970 that the size of a number suggests; empty if it suggests none.
 std::string unit_since_1970(double number) {
-  constexpr double kFirst = 9e8, kLast = 3e9;  // in seconds
+  constexpr double kEarliest_s = 9e8, kLatest_s = 3e9;  // in seconds
   for (const char* unit : {"s", "ms", "us", "ns"})
-    if (number * unit_seconds(unit) >= kFirst && number * unit_seconds(unit) < kLast) return unit;
+    if (number * unit_seconds(unit) >= kEarliest_s && number * unit_seconds(unit) < kLatest_s) return unit;
   return "";
 }
 

@@ -18,7 +18,7 @@ namespace {
 constexpr std::string_view kUlogMagic("\x55\x4C\x6F\x67\x01\x12\x35", 7);
 constexpr std::size_t kUlogHeader = 16, kMessageHeader = 3, kLargestMessage = 65535;
 /// The number of bytes after a header that are examined to decide whether it belongs to a message.
-constexpr std::size_t kLookedAt = 16;
+constexpr std::size_t kExaminedBytes = 16;
 constexpr int kNewestVersion = 1, kDeepest = 8;
 constexpr std::size_t kMaxExpanded = 1'000'000;  ///< fields of all series
 
@@ -225,7 +225,7 @@ class UlogReader {
   /// follows soon.
   Result<bool> is_followed(std::size_t size) {
     constexpr std::size_t kMaxBetween = 4, kLargestWhole = kLargestMessage + kMessageHeader;
-    auto ahead = bytes_.peek(size + kMessageHeader + kLookedAt);
+    auto ahead = bytes_.peek(size + kMessageHeader + kExaminedBytes);
     if (!ahead) return failure(ahead.error());
     std::string_view rest = ahead->substr(size);
     if (!appended_.empty() || rest.size() < kMessageHeader || looks_like_message(rest)) return true;
@@ -261,7 +261,7 @@ class UlogReader {
     constexpr std::string_view kSync("\x2F\x73\x13\x20\x25\x0C\xBB\x12", 8);
     if (bytes.size() < kMessageHeader || !is_known_kind(bytes[2])) return false;
     const std::size_t size = whole_number_at(bytes, 0, 2);
-    const std::string_view content = bytes.substr(kMessageHeader, std::min(size, kLookedAt));
+    const std::string_view content = bytes.substr(kMessageHeader, std::min(size, kExaminedBytes));
     switch (bytes[2]) {
       case 'D': {
         if (size < 2 || content.size() < 2) return false;
@@ -279,15 +279,16 @@ class UlogReader {
 
   /// Skips to the next position that is followed by three consecutive messages, or by all remaining ones.
   Result<void> skip_damage() {
-    constexpr std::size_t kWindow = 1 << 19, kChain = 3;
+    constexpr std::size_t kWindowBytes = 1 << 19, kMessagesInARow = 3;
     ++damaged_sections_;
     for (std::size_t passed = 0;;) {
-      const auto ahead = bytes_.peek(kWindow);
+      const auto ahead = bytes_.peek(kWindowBytes);
       if (!ahead) return failure(ahead.error());
-      const bool is_end = ahead->size() < kWindow;
-      const std::size_t last = is_end ? ahead->size() : ahead->size() - kChain * (kLargestMessage + kMessageHeader);
+      const bool is_end = ahead->size() < kWindowBytes;
+      const std::size_t last =
+          is_end ? ahead->size() : ahead->size() - kMessagesInARow * (kLargestMessage + kMessageHeader);
       std::size_t at = passed == 0 ? 1 : 0;
-      while (at < last && !is_message_sequence(ahead->substr(at), kChain)) ++at;
+      while (at < last && !is_message_sequence(ahead->substr(at), kMessagesInARow)) ++at;
       bytes_.skip(std::min(at, ahead->size()));
       damaged_bytes_ += std::min(at, ahead->size());
       passed += at;

@@ -397,10 +397,10 @@ class WorkerIo final : public InstrumentIo {
 
   /// Returns the time that remains of the present tick.
   Duration remaining_tick() const {
-    constexpr Duration kLeast = std::chrono::milliseconds(20);
+    constexpr Duration kMinRemaining = std::chrono::milliseconds(20);
     const auto spent = clock_ ? clock_->now().since_start - read_at_ : options_.interval;
     if (spent >= options_.interval) return options_.patience;  // outside a tick
-    return std::clamp(options_.tick - spent, kLeast, options_.patience);
+    return std::clamp(options_.tick - spent, kMinRemaining, options_.patience);
   }
 
   /// Returns the worker's answer to the job posted at `since`, or nothing if it does not arrive in time.

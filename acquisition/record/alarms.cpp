@@ -166,7 +166,7 @@ void Alarms::acknowledge(const Event& event) {
 }
 
 void Alarms::make_room() {
-  if (rows_.size() <= kMost) return;
+  if (rows_.size() <= kMaxRows) return;
   const auto rank = [this](const Row& row) { return std::pair(is_listed(row), row.alarm.priority); };
   const auto newest = std::prev(rows_.end());
   const auto least =
@@ -236,7 +236,7 @@ std::string Alarms::refusal_reason(std::int64_t number) const {
   if (std::ranges::find(acknowledged_, number) != acknowledged_.end())
     return fmt::format("alarm {} is acknowledged already", number);
   if (std::ranges::find(removed_numbers_, number) != removed_numbers_.end())
-    return fmt::format("alarm {} is no longer in the list, which has {} rows at most", number, kMost);
+    return fmt::format("alarm {} is no longer in the list, which has {} rows at most", number, kMaxRows);
   return fmt::format("there is no alarm {}; \"gyrotherm status\" lists the alarms", number);
 }
 

@@ -111,7 +111,7 @@ class Alarms {
  public:
   /// The maximum number of rows kept. Adding another row removes an old one: a row that is no longer in the list if
   /// there is one, otherwise the oldest row of the lowest priority.
-  static constexpr std::size_t kMost = 256;
+  static constexpr std::size_t kMaxRows = 256;
 
   /// Updates the rows with the next event of the run. Ignores events that do not concern alarms.
   void update(const RecordedEvent& event);

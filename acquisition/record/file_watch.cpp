@@ -281,10 +281,10 @@ std::optional<Interference> FileWatch::check_log(std::int64_t frames) const {
 }
 
 std::optional<Interference> FileWatch::check_after_writing(std::int64_t frames) {
-  constexpr Duration kPause = std::chrono::milliseconds(500);
+  constexpr Duration kLogCheckInterval = std::chrono::milliseconds(500);
   if (auto found = check_names()) return found;
   const auto now = clock_.now().since_start;
-  if (log_checked_ && now - *log_checked_ < kPause) return {};
+  if (log_checked_ && now - *log_checked_ < kLogCheckInterval) return {};
   log_checked_ = now;
   return check_log(frames);
 }

@@ -527,8 +527,8 @@ std::optional<sys_days> parse_day(std::string_view text) {
   if (!year || !month || !day) return std::nullopt;
   const std::chrono::year_month_day date{std::chrono::year(static_cast<int>(*year)), std::chrono::month(*month),
                                          std::chrono::day(*day)};
-  constexpr std::chrono::year kFirst{1678}, kLast{2261};  // representable as Duration since 1970
-  const bool is_representable = date.ok() && date.year() >= kFirst && date.year() <= kLast;
+  constexpr std::chrono::year kFirstYear{1678}, kLastYear{2261};  // representable as Duration since 1970
+  const bool is_representable = date.ok() && date.year() >= kFirstYear && date.year() <= kLastYear;
   return is_representable ? std::optional<sys_days>(date) : std::nullopt;
 }
 

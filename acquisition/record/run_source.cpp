@@ -25,9 +25,9 @@ class SeenFiles {
     return found != files_.end() && found->second == state;
   }
   void add(const std::string& path, const FileState& state) {
-    constexpr std::size_t kMost = 4096;
+    constexpr std::size_t kMaxFiles = 4096;
     const std::lock_guard lock(mutex_);
-    if (files_.size() >= kMost) files_.clear();
+    if (files_.size() >= kMaxFiles) files_.clear();
     files_.insert_or_assign(path, state);
   }
 

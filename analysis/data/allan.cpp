@@ -250,8 +250,8 @@ void estimate_errors(Problem& problem, const Terms& terms) {
   problem.relative_errors = relative;
   const double freedom = static_cast<double>(problem.curve.size()) - static_cast<double>(terms.size());
   // Limit in standard deviations of χ². One standard deviation is √(2f).
-  constexpr double kChance = 3;
-  if (freedom <= 0 || chi_squared(problem, terms) <= freedom + kChance * std::sqrt(2 * freedom)) return;
+  constexpr double kSigmas = 3;
+  if (freedom <= 0 || chi_squared(problem, terms) <= freedom + kSigmas * std::sqrt(2 * freedom)) return;
   constexpr int kHalvings = 14;
   double low = 0, high = 1;
   for (int k = 0; k < kHalvings; ++k) {
@@ -377,9 +377,9 @@ Eigen::MatrixXd allan_covariance(const AllanCurve& curve, const RateStretches& r
   const auto points = static_cast<Eigen::Index>(curve.size());
   // At lags above four times the longer averaging time only differences of bias instability are still correlated, and
   // their squared covariance is negligible.
-  constexpr Eigen::Index kReach = 4;
+  constexpr Eigen::Index kMaxLagFactor = 4;
   const Eigen::Index longest = points > 0 ? curve.back().m : 1;
-  const std::vector<double> g = generalised_covariance(squares, interval_h, (kReach + 2) * longest);
+  const std::vector<double> g = generalised_covariance(squares, interval_h, (kMaxLagFactor + 2) * longest);
   Eigen::MatrixXd covariance(points, points);
   for (Eigen::Index p = 0; p < points; ++p) {
     for (Eigen::Index q = 0; q <= p; ++q) {
@@ -387,7 +387,7 @@ Eigen::MatrixXd allan_covariance(const AllanCurve& curve, const RateStretches& r
       const double tau_m = static_cast<double>(m) * interval_h, tau_n = static_cast<double>(n) * interval_h;
       const double means = squares(4) * tau_m * tau_m * tau_n * tau_n;
       double sum = 0;
-      for (Eigen::Index lag = -kReach * m; lag <= kReach * m; ++lag) {
+      for (Eigen::Index lag = -kMaxLagFactor * m; lag <= kMaxLagFactor * m; ++lag) {
         const double pairs = count_pairs(lengths, lag, m, n);
         if (pairs == 0) continue;
         const double c = covariance_at(g, lag, m, n);

@@ -39,11 +39,11 @@ class ValueList {
 }  // namespace
 
 std::vector<Eigen::Index> find_outliers(const Eigen::Ref<const Eigen::VectorXd>& values) {
-  constexpr std::size_t kFewest = 8;
+  constexpr std::size_t kMinValues = 8;
   std::vector<double> known;
   for (const double value : values)
     if (std::isfinite(value)) known.push_back(value);
-  if (known.size() < kFewest) return {};
+  if (known.size() < kMinValues) return {};
   const double middle = median(known);
   for (double& value : known) value = std::abs(value - middle);
   const double sigma = kMadToSigma * median(known);
@@ -54,16 +54,16 @@ std::vector<Eigen::Index> find_outliers(const Eigen::Ref<const Eigen::VectorXd>&
 }
 
 std::vector<Spike> find_spikes(const Dataset& dataset) {
-  constexpr Eigen::Index kHalf = 7;
+  constexpr Eigen::Index kHalfWindowRows = 7;
   const Eigen::VectorXd& bias = dataset.bias_deg_per_h;
   Eigen::VectorXd difference = Eigen::VectorXd::Constant(bias.size(), std::numeric_limits<double>::quiet_NaN());
-  std::array<double, 2 * kHalf + 1> around{};
+  std::array<double, 2 * kHalfWindowRows + 1> around{};
   for (Eigen::Index i = 0; i < bias.size(); ++i) {
     if (!std::isfinite(bias(i))) continue;
-    const Eigen::Index first =
-        std::clamp<Eigen::Index>(i - kHalf, 0, std::max<Eigen::Index>(bias.size() - 2 * kHalf - 1, 0));
+    const Eigen::Index first = std::clamp<Eigen::Index>(
+        i - kHalfWindowRows, 0, std::max<Eigen::Index>(bias.size() - 2 * kHalfWindowRows - 1, 0));
     std::size_t count = 0;
-    for (Eigen::Index j = first; j < std::min(first + 2 * kHalf + 1, bias.size()); ++j)
+    for (Eigen::Index j = first; j < std::min(first + 2 * kHalfWindowRows + 1, bias.size()); ++j)
       if (std::isfinite(bias(j))) around[count++] = bias(j);
     difference(i) = bias(i) - median(std::span(around).first(count));
   }

@@ -45,11 +45,11 @@ LaggedProduct lagged_product(const Eigen::Ref<const Eigen::VectorXd>& centred,
 EffectiveNumber effective_number(const Eigen::Ref<const Eigen::VectorXd>& values,
                                  const Eigen::Ref<const Eigen::VectorXi>& positions) {
   assert(values.size() == positions.size());
-  constexpr Eigen::Index kLeast = 4;
+  constexpr Eigen::Index kMinPairs = 4;
   // Limit for a correlation, in standard deviations that it has if the values are uncorrelated.
-  constexpr double kChance = 2;
+  constexpr double kSigmas = 2;
   const auto count = static_cast<double>(values.size());
-  if (values.size() < kLeast) return {count, count};
+  if (values.size() < kMinPairs) return {count, count};
   const Eigen::VectorXd centred = values.array() - values.mean();
   const double variance = centred.squaredNorm() / count;
   if (!(variance > 0)) return {count, count};
@@ -57,7 +57,7 @@ EffectiveNumber effective_number(const Eigen::Ref<const Eigen::VectorXd>& values
   for (int lag = 1; lag < values.size(); ++lag) {
     const LaggedProduct at = lagged_product(centred, positions, lag);
     const double correlation = at.mean / variance;
-    if (at.pairs < kLeast || std::abs(correlation) * std::sqrt(at.pairs) < kChance) break;
+    if (at.pairs < kMinPairs || std::abs(correlation) * std::sqrt(at.pairs) < kSigmas) break;
     squares += at.pairs * correlation * correlation;
     sum += at.pairs * correlation;
   }

@@ -94,8 +94,8 @@ double average_run_length(int dimension, double slack, double limit) {
 }
 
 double limit_for_run_length(int dimension, double slack, double run_length) {
-  constexpr double kLongest = 1e9, kTolerance = 1e-7;
-  assert(run_length > 1 && run_length <= kLongest);
+  constexpr double kMaxRunLength = 1e9, kTolerance = 1e-7;
+  assert(run_length > 1 && run_length <= kMaxRunLength);
   const auto above = [&](double limit) {  // nearly linear in the limit
     return std::log(average_run_length(dimension, slack, limit) / run_length);
   };
@@ -146,8 +146,9 @@ std::optional<double> learn_sum_limit(const Eigen::Ref<const Eigen::MatrixXd>& h
 
 ChangeDetector::ChangeDetector(int dimension, double slack, double limit)
     : slack_(slack), limit_(limit), sum_(Eigen::VectorXd::Zero(dimension)) {
-  constexpr double kReach = 8, kLongest = 1e6;
-  recent_ = Eigen::MatrixXd::Zero(dimension, static_cast<Eigen::Index>(1 + std::min(kReach * limit / slack, kLongest)));
+  constexpr double kMemoryFactor = 8, kMaxMemory = 1e6;
+  recent_ = Eigen::MatrixXd::Zero(dimension,
+                                  static_cast<Eigen::Index>(1 + std::min(kMemoryFactor * limit / slack, kMaxMemory)));
 }
 
 Result<ChangeDetector> ChangeDetector::make(const ChangeOptions& options) {
@@ -159,10 +160,11 @@ Result<ChangeDetector> ChangeDetector::make(const ChangeOptions& options) {
   if (!(options.shift > 0 && options.false_alarms_per_h > 0 && options.interval_s > 0))
     return refuse(fmt::format("a shift of {}, {} false alarms per hour and steps of {} s: each must be above 0",
                               options.shift, options.false_alarms_per_h, options.interval_s));
-  constexpr double kFewest = 10, kMost = 1e9;
+  constexpr double kMinRunLength = 10, kMaxRunLength = 1e9;
   const double run_length = kSecondsPerHour / (options.interval_s * options.false_alarms_per_h);
-  if (!(run_length >= kFewest && run_length <= kMost))
-    return refuse(fmt::format("{:.3g} steps between false alarms, expected {} to {}", run_length, kFewest, kMost));
+  if (!(run_length >= kMinRunLength && run_length <= kMaxRunLength))
+    return refuse(
+        fmt::format("{:.3g} steps between false alarms, expected {} to {}", run_length, kMinRunLength, kMaxRunLength));
   const double slack = options.shift / 2;
   return ChangeDetector(options.dimension, slack, limit_for_run_length(options.dimension, slack, run_length));
 }

@@ -30,9 +30,9 @@ Eigen::Matrix3d rotation_by(const Eigen::Vector3d& angle) {
 /// Returns J with exp([(ψ + δ)×]) = exp([(J δ)×]) exp([ψ×]), to first order in δ.
 Eigen::Matrix3d left_jacobian(const Eigen::Vector3d& angle) {
   const double size = angle.norm();
-  constexpr double kSmall = 1e-4;
-  const double first = size < kSmall ? 0.5 : (1 - std::cos(size)) / (size * size);
-  const double second = size < kSmall ? 1.0 / 6 : (size - std::sin(size)) / (size * size * size);
+  constexpr double kSeriesAngle_rad = 1e-4;
+  const double first = size < kSeriesAngle_rad ? 0.5 : (1 - std::cos(size)) / (size * size);
+  const double second = size < kSeriesAngle_rad ? 1.0 / 6 : (size - std::sin(size)) / (size * size * size);
   const Eigen::Matrix3d times = cross(angle);
   return Eigen::Matrix3d::Identity() + first * times + second * times * times;
 }

@@ -98,7 +98,7 @@ OrthogonalPath orthogonal_least_squares(const Eigen::Ref<const Eigen::MatrixXd>&
                                         Eigen::Index most) {
   assert(candidates.rows() == y.size() && candidates.cols() > 0);
   // Residual of a candidate, relative to its squared norm, that is only rounding error.
-  constexpr double kOwn = 1e-12;
+  constexpr double kRoundingShare = 1e-12;
   OrthogonalPath path;
   path.means = candidates.colwise().mean();
   path.target_mean = y.mean();
@@ -116,7 +116,7 @@ OrthogonalPath orthogonal_least_squares(const Eigen::Ref<const Eigen::MatrixXd>&
   double unexplained = 1;
   while (static_cast<Eigen::Index>(path.order.size()) < most && spread > 0 && unexplained >= tolerance) {
     const Eigen::ArrayXd squares = remainder.colwise().squaredNorm().transpose();
-    open = (squares > kOwn * whole).select(open, 0.0);
+    open = (squares > kRoundingShare * whole).select(open, 0.0);
     const Eigen::ArrayXd products = remainder.transpose() * target;
     const Eigen::ArrayXd ratios = (open > 0).select(products.square() / (squares * spread), 0.0);
     Eigen::Index best = 0;

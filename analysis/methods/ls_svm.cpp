@@ -20,7 +20,7 @@ struct Position {
 };
 
 constexpr double kGammaStep = 4, kSigmaStep = 1.5;
-constexpr Position kLeast = {2, -0.5}, kLargest = {18, 5.5};
+constexpr Position kLowestPosition = {2, -0.5}, kHighestPosition = {18, 5.5};
 
 /// One σ and the values of γ to try with this σ. All of them share a kernel matrix.
 struct Line {
@@ -30,9 +30,10 @@ struct Line {
 
 std::vector<Line> coarse_grid() {
   std::vector<Line> grid;
-  for (double sigma = kLargest.sigma; sigma >= kLeast.sigma; sigma -= kSigmaStep) {
+  for (double sigma = kHighestPosition.sigma; sigma >= kLowestPosition.sigma; sigma -= kSigmaStep) {
     auto& line = grid.emplace_back(Line{.sigma = sigma, .gammas = {}});
-    for (double gamma = kLeast.gamma; gamma <= kLargest.gamma; gamma += kGammaStep) line.gammas.push_back(gamma);
+    for (double gamma = kLowestPosition.gamma; gamma <= kHighestPosition.gamma; gamma += kGammaStep)
+      line.gammas.push_back(gamma);
   }
   return grid;
 }
@@ -117,8 +118,8 @@ Result<Choice> choose_ls_svm(std::span<const Fold> folds, const MethodOptions& o
   if (!best) return failure(best.error());
   Choice choice;
   choice.parameters = {{"gamma", std::exp2(best->gamma)}, {"sigma", std::exp2(best->sigma)}};
-  warn_of_edge("gamma", best->gamma, kLeast.gamma, kLargest.gamma, choice.warnings);
-  warn_of_edge("sigma", best->sigma, kLeast.sigma, kLargest.sigma, choice.warnings);
+  warn_of_edge("gamma", best->gamma, kLowestPosition.gamma, kHighestPosition.gamma, choice.warnings);
+  warn_of_edge("sigma", best->sigma, kLowestPosition.sigma, kHighestPosition.sigma, choice.warnings);
   return choice;
 }
 

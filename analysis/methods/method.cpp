@@ -181,10 +181,10 @@ int count_stored_numbers(const Function& function) {
 }
 
 PredictiveVariance plane_variance(Eigen::MatrixXd open, double noise) {
-  constexpr double kWide = 1e12;
+  constexpr double kUnboundedLength = 1e12;
   const Eigen::Index inputs = open.cols() - 1;
   return {.centres = data::SampleMatrix::Zero(1, inputs),
-          .lengths = Eigen::RowVectorXd::Constant(inputs, kWide),
+          .lengths = Eigen::RowVectorXd::Constant(inputs, kUnboundedLength),
           .signal = 1,
           .noise = noise,
           .posterior = std::move(open),

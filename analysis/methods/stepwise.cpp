@@ -35,11 +35,11 @@ class SubsetRegression {
   }
   /// Returns whether the input is nearly a linear combination of the subset.
   [[nodiscard]] bool is_dependent(Eigen::Index input, const Subset& subset) const {
-    constexpr double kOwn = 1e-9;
+    constexpr double kRoundingShare = 1e-9;
     if (subset.empty()) return false;
     const Eigen::MatrixXd taken = triangle_(Eigen::all, subset);
     const Eigen::VectorXd column = triangle_.col(input);
-    return (column - taken * taken.colPivHouseholderQr().solve(column)).norm() <= kOwn * column.norm();
+    return (column - taken * taken.colPivHouseholderQr().solve(column)).norm() <= kRoundingShare * column.norm();
   }
   /// Returns the partial F of the one input by which the larger set exceeds the smaller one.
   [[nodiscard]] double partial_f(double rss_smaller, double rss_larger, std::size_t larger) const {

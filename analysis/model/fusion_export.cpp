@@ -197,14 +197,14 @@ struct KnownFusion {
   Eigen::RowVectorXd statistics;
 };
 KnownFusion known_fusion(const fusion::Geometry& geometry, const fusion::Gains& gains) {
-  constexpr Eigen::Index kCount = 5;
+  constexpr Eigen::Index kTestReadings = 5;
   constexpr double kRate_deg_per_h = 20;
   std::mt19937_64 random(1);
   const auto between = [&](double most) { return most * (2 * uniform(random) - 1); };
-  KnownFusion known{.readings = Eigen::MatrixXd(kCount, geometry.axes()),
-                    .rates = Eigen::MatrixXd(kCount, 3),
-                    .statistics = Eigen::RowVectorXd(kCount)};
-  for (Eigen::Index n = 0; n < kCount; ++n) {
+  KnownFusion known{.readings = Eigen::MatrixXd(kTestReadings, geometry.axes()),
+                    .rates = Eigen::MatrixXd(kTestReadings, 3),
+                    .statistics = Eigen::RowVectorXd(kTestReadings)};
+  for (Eigen::Index n = 0; n < kTestReadings; ++n) {
     const Eigen::Vector3d rate(between(kRate_deg_per_h), between(kRate_deg_per_h), between(kRate_deg_per_h));
     Eigen::VectorXd reading = geometry.directions * rate;
     for (Eigen::Index i = 0; i < reading.size(); ++i) reading(i) += between(3 * std::sqrt(geometry.covariance(i, i)));

@@ -18,7 +18,7 @@
 namespace gyrotherm::model {
 namespace {
 
-constexpr Eigen::Index kInside = 6, kOutside = 2;
+constexpr Eigen::Index kRowsInside = 6, kRowsOutside = 2;
 constexpr double kAmbient_c = 20;
 
 /// Returns the coefficients of each single-factor term in the temperatures, rates and lags, side by side; a row of
@@ -105,7 +105,7 @@ std::string format_results(const KnownAnswers& answers) {
 KnownAnswers known_answers(const Model& model, const std::vector<std::string>& names) {
   const auto count = static_cast<Eigen::Index>(names.size());
   const Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> slopes(term_coefficients(model, names));
-  const data::SampleMatrix requested = draw_inputs(model, kInside + kOutside);
+  const data::SampleMatrix requested = draw_inputs(model, kRowsInside + kRowsOutside);
   Eigen::VectorXd ambient = Eigen::VectorXd::Zero(slopes.cols());
   ambient.head(count).setConstant(kAmbient_c);
   const Eigen::VectorXd at_ambient = term_coefficients(model, names) * ambient;
@@ -114,7 +114,7 @@ KnownAnswers known_answers(const Model& model, const std::vector<std::string>& n
   answers.before_c.resize(requested.rows(), count);
   answers.lag_k.resize(requested.rows(), slopes.cols() - 2 * count);
   for (Eigen::Index i = 0; i < requested.rows(); ++i) {
-    const double reach = i < kInside ? 1 : 3;
+    const double reach = i < kRowsInside ? 1 : 3;
     const Eigen::VectorXd away = slopes.solve(reach * (requested.row(i).transpose() - at_ambient));
     const Eigen::VectorXd state = ambient + away;  // temperatures, rates, lags
     const double minutes = model.cluster_length_s / kSecondsPerMinute;

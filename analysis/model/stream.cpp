@@ -137,9 +137,9 @@ Eigen::VectorXd CompensationStream::extrapolate(Eigen::VectorXd predicted) {
 
 void CompensationStream::skip_seconds(Eigen::Index seconds) {
   // After two cluster lengths no earlier mean remains; further whole cluster lengths only advance the time of the lags.
-  constexpr Eigen::Index kForget = 2;
+  constexpr Eigen::Index kRememberedClusters = 2;
   const Eigen::Index length = rows_in_cluster(model_);
-  const Eigen::Index beyond = std::max<Eigen::Index>(0, seconds / length - kForget);
+  const Eigen::Index beyond = std::max<Eigen::Index>(0, seconds / length - kRememberedClusters);
   const Eigen::Index rows = seconds - beyond * length;
   lags_.skip_clusters(beyond);
   (void)push(data::SampleMatrix::Constant(rows, means_.columns(), kNoValue), Eigen::VectorXd::Constant(rows, kNoValue));

@@ -73,9 +73,9 @@ std::vector<data::Term> terms_or_default(const TypePriorOptions& options, const 
 }
 
 Result<void> check_units(std::span<const UnitClusters> units) {
-  constexpr std::size_t kFewest = 3;
-  if (units.size() < kFewest)
-    return refuse_units(fmt::format("{} units are too few, at least {} are needed", units.size(), kFewest));
+  constexpr std::size_t kMinUnits = 3;
+  if (units.size() < kMinUnits)
+    return refuse_units(fmt::format("{} units are too few, at least {} are needed", units.size(), kMinUnits));
   std::set<std::string> names;
   for (const UnitClusters& unit : units) {
     if (!names.insert(unit.unit).second) return refuse_units(fmt::format("unit \"{}\" is given twice", unit.unit));

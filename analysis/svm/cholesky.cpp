@@ -13,7 +13,7 @@ namespace gyrotherm::svm {
 namespace {
 
 // The recursion halves the matrix down to leaves of this order. All work above the leaves consists of matrix products.
-constexpr Eigen::Index kLeaf = 24;
+constexpr Eigen::Index kLeafOrder = 24;
 
 // A product C −= A Bᵀ runs in tiles of 8 × 6. Their sums fit in registers on both AVX2 and AVX-512. A is packed in
 // blocks of 192 rows and 256 columns (at most half of a 1 MiB L2 cache), B in blocks of 256 columns.
@@ -177,7 +177,7 @@ void divide_leaf(const double* l, Eigen::Index l_stride, double* x, Eigen::Index
 Eigen::Index half_in_tiles(Eigen::Index n) { return (n / 2 + kTileRows - 1) / kTileRows * kTileRows; }
 
 void divide(Block l, Block x, Eigen::Index rows, Eigen::Index n, PackingBuffers& packed) {
-  if (n <= kLeaf) return divide_leaf(l.data, l.stride, x.data, x.stride, rows, n);
+  if (n <= kLeafOrder) return divide_leaf(l.data, l.stride, x.data, x.stride, rows, n);
   const Eigen::Index left = half_in_tiles(n);
   divide(l, x, rows, left, packed);
   subtract_product(x, l.at(left, 0), x.at(0, left), rows, n - left, left, Part::whole, packed);
@@ -202,7 +202,7 @@ bool factor_leaf(Block a, Eigen::Index n) {
 }
 
 bool factor(Block a, Eigen::Index n, PackingBuffers& packed) {
-  if (n <= kLeaf) return factor_leaf(a, n);
+  if (n <= kLeafOrder) return factor_leaf(a, n);
   const Eigen::Index left = half_in_tiles(n);
   const Eigen::Index right = n - left;
   if (!factor(a, left, packed)) return false;

@@ -166,17 +166,17 @@ struct PlainLanes {
   static constexpr double kSmallestExponent = -1000;
   static constexpr int kMantissaBits = 52;
   /// Number of interleaved arithmetic chains that fit in 16 registers.
-  static constexpr int kTogether = 3;
-  static_assert(kGaussianTile % kTogether == 0);
+  static constexpr int kInterleavedChains = 3;
+  static_assert(kGaussianTile % kInterleavedChains == 0);
 
   // Computes 2^x = 2^k · 2^r, where k is the integer nearest to x.
   template <bool kLow>
   static GYROTHERM_INLINE void raise(Line (&x)[kGaussianTile]) {
     GYROTHERM_UNROLL
-    for (int first = 0; first < kGaussianTile; first += kTogether) {
-      Line rounded[kTogether], remainder[kTogether], power[kTogether];
+    for (int first = 0; first < kGaussianTile; first += kInterleavedChains) {
+      Line rounded[kInterleavedChains], remainder[kInterleavedChains], power[kInterleavedChains];
       GYROTHERM_UNROLL
-      for (int i = 0; i < kTogether; ++i) {
+      for (int i = 0; i < kInterleavedChains; ++i) {
         const Line smallest = Line{} + kSmallestExponent;
         Line held = x[first + i];
         if constexpr (kLow) held = held > smallest ? held : smallest;
@@ -187,10 +187,10 @@ struct PlainLanes {
       GYROTHERM_UNROLL
       for (int k = 1; k < kPowers; ++k) {
         GYROTHERM_UNROLL
-        for (int i = 0; i < kTogether; ++i) power[i] = power[i] * remainder[i] + kPower[k];
+        for (int i = 0; i < kInterleavedChains; ++i) power[i] = power[i] * remainder[i] + kPower[k];
       }
       GYROTHERM_UNROLL
-      for (int i = 0; i < kTogether; ++i) {
+      for (int i = 0; i < kInterleavedChains; ++i) {
         x[first + i] = reinterpret_cast<Line>(reinterpret_cast<Bits>(power[i]) +
                                               (reinterpret_cast<Bits>(rounded[i]) << kMantissaBits));
       }

@@ -30,7 +30,7 @@ constexpr float kBlockingSlope = 1e30F;
 constexpr float kLeastCurvature = 1e-12F;
 // Smallest curvature of a conjugate direction, as a fraction of the curvature of the pair's own direction.
 constexpr double kLeastShare = 1e-3;
-constexpr IndexLanes kCount = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+constexpr IndexLanes kLaneNumbers = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
 
 // Permutes sixteen lanes: lane i of `to` is lane i ^ distance of `from`.
 template <int distance, class Lanes>
@@ -81,7 +81,7 @@ GYROTHERM_CLONES
 SmoSteepest move(StateLines lines, const float* up, const float* down, SmoStep step) {
   FloatLanes best[2] = {FloatLanes{} - kBlockingSlope, FloatLanes{} - kBlockingSlope};
   IndexLanes where[2] = {};
-  IndexLanes at = kCount;
+  IndexLanes at = kLaneNumbers;
   for (int i = 0; i < lines.count; i += 2 * kFloatLanes) {
     for (int half = 0; half < 2; ++half) {
       const int k = i + half * kFloatLanes;
@@ -123,7 +123,7 @@ GYROTHERM_CLONES
 SmoPartner choose_partner(const float* row, const float* h, const float* fall, float u, int count) {
   FloatLanes least[2] = {FloatLanes{} + kBlockingSlope, FloatLanes{} + kBlockingSlope};
   Candidate best[2];
-  IndexLanes at = kCount;
+  IndexLanes at = kLaneNumbers;
   const FloatLanes highest = FloatLanes{} + u;
   for (int i = 0; i < count; i += 2 * kFloatLanes) {
     for (int half = 0; half < 2; ++half) {

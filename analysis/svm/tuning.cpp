@@ -93,7 +93,7 @@ using History = std::vector<std::optional<PreparedFold::Solution>>;
 
 // Greatest distance at which the last solution of a particle is a better start than the solution of another fold or no
 // start.
-constexpr double kFarthestStart = 2;
+constexpr double kMaxStartDistance_octaves = 2;
 
 // Evaluation of one position on all folds.
 class Evaluation {
@@ -128,7 +128,7 @@ Result<PreparedFold::Solution> Evaluation::solve(std::size_t fold, const History
     return prepared.solve(parameters_, options_, memories_.local(), start);
   };
   const auto& last = history[fold];
-  if (last && octaves_between(last->at, parameters_) <= kFarthestStart) return begin_at(&last->solution);
+  if (last && octaves_between(last->at, parameters_) <= kMaxStartDistance_octaves) return begin_at(&last->solution);
   if (fold == 0 || !prepared_.seeds[fold]) return begin_at(nullptr);
   const SvrStart start = prepared_.seeds[fold]->start(solved_.front()->solution);
   return begin_at(&start);

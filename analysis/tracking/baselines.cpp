@@ -149,13 +149,13 @@ Eigen::VectorXd wavelet_step_back(const Eigen::Ref<const Eigen::VectorXd>& coeff
 
 Eigen::VectorXd wavelet_denoised(const Eigen::Ref<const Eigen::VectorXd>& values) {
   constexpr double kMedianOfNormal = 0.6745;
-  constexpr Eigen::Index kKept = 8;  // approximations of the extended sequence
+  constexpr Eigen::Index kCoarsestLength = 8;  // approximations of the extended sequence
   const Eigen::Index count = values.size(), held = power_of_two(count);
   assert(count >= 1 && values.allFinite());
   Eigen::VectorXd all(2 * held);
   for (Eigen::Index i = 0; i < all.size(); ++i) all(i) = values(mirror_index(mirror_index(i, held), count));
   double threshold = 0;
-  for (Eigen::Index length = all.size(); length > kKept; length /= 2) {
+  for (Eigen::Index length = all.size(); length > kCoarsestLength; length /= 2) {
     all.head(length) = wavelet_step(all.head(length));
     auto details = all.segment(length / 2, length / 2);
     if (length == all.size()) {
@@ -163,7 +163,7 @@ Eigen::VectorXd wavelet_denoised(const Eigen::Ref<const Eigen::VectorXd>& values
     }
     details = details.array().sign() * (details.array().abs() - threshold).max(0.0);
   }
-  for (Eigen::Index length = 2 * kKept; length <= all.size(); length *= 2) {
+  for (Eigen::Index length = 2 * kCoarsestLength; length <= all.size(); length *= 2) {
     all.head(length) = wavelet_step_back(all.head(length));
   }
   return all.head(count);

@@ -20,7 +20,7 @@ using std::chrono::steady_clock;
 
 constexpr auto kFollowInterval = std::chrono::milliseconds(200);
 /// Time without a new row after which the writer of a live copy may have died.
-constexpr auto kSilence = std::chrono::seconds(2);
+constexpr auto kSilenceBeforeCheck = std::chrono::seconds(2);
 /// Longest wait for a live copy: the run has just started, or is about to end.
 constexpr auto kLongestCopyWait = std::chrono::seconds(10);
 
@@ -86,8 +86,9 @@ Result<void> follow_record(Console& console, const std::string& given) {
       const auto before = table.last();
       table.add(*rows);
       const auto now = steady_clock::now();
-      if (table.last() > before || (now - last_change >= kSilence && is_being_written(path))) last_change = now;
-      if (now - last_change < kSilence) continue;
+      if (table.last() > before || (now - last_change >= kSilenceBeforeCheck && is_being_written(path)))
+        last_change = now;
+      if (now - last_change < kSilenceBeforeCheck) continue;
     }
     if (const auto status = record::read_status(path); status)
       if (auto same = check_same_run(path, status->id, table); !same) return same;

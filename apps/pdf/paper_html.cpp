@@ -76,10 +76,11 @@ double longest_word(std::string_view text, double (&measure)(std::string_view)) 
 
 /// Escapes a text. Prevents line breaks inside a short word that contains a slash or hyphen, such as "°/h" or "A-D".
 std::string text_to_html(std::string_view text) {
-  constexpr double kShort = 16;
+  constexpr double kMaxUnbrokenLetters = 16;
   std::string html;
   for_each_word(text, [&](std::string_view word) {
-    const bool is_unbreakable = word.find_first_of("/-") != std::string_view::npos && count_letters(word) <= kShort;
+    const bool is_unbreakable =
+        word.find_first_of("/-") != std::string_view::npos && count_letters(word) <= kMaxUnbrokenLetters;
     html += is_unbreakable ? "<span class=\"whole\">" + escaped(word) + "</span>" : escaped(word);
   });
   return html;
@@ -125,12 +126,12 @@ double min_width(const Cell& cell, bool is_text) {
 /// Returns the CSS class of the largest font size at which all columns fit. If none of the three sizes fits, returns
 /// "crowded", the class with the smallest size, in which any word may break. Very long words may break at every size.
 const char* size_class(const DocumentTable& table) {
-  constexpr double kLongest = 18;
+  constexpr double kMaxTextColumnWidth = 18;
   double width = 0;
   for (std::size_t k = 0; k < table.header.size(); ++k) {
     double widest = kBold * longest_word(table.header[k], estimate_width);
     for (const auto& row : table.rows) widest = std::max(widest, min_width(row[k], k < table.text_columns));
-    width += k < table.text_columns ? std::min(kLongest, widest) : widest;
+    width += k < table.text_columns ? std::min(kMaxTextColumnWidth, widest) : widest;
   }
   const double available_pt = kTextWidthPt - 3 / 25.4 * 72 * static_cast<double>(table.header.size() - 1);
   for (const auto& [name, size] : {std::pair("large", 8.0), std::pair("medium", 7.2), std::pair("small", 6.4)})
@@ -210,9 +211,9 @@ class PaperWriter {
  private:
   /// Returns the class of a cell. Long words such as hashes may break anywhere.
   static const char* cell_class(const DocumentTable& table, std::size_t column, std::string_view text) {
-    constexpr double kLong = 30;
+    constexpr double kMaxUnbrokenLetters = 30;
     if (column >= table.text_columns) return " class=\"n\"";
-    return longest_word(text, count_letters) > kLong ? " class=\"long\"" : "";
+    return longest_word(text, count_letters) > kMaxUnbrokenLetters ? " class=\"long\"" : "";
   }
 
   void add_row(const DocumentTable& table, const std::vector<Cell>& row) {

@@ -136,8 +136,8 @@ constexpr const char* kStreamType = "0001";
 /// Returns the abstract name of a chamber, without its leading zero byte (unix(7)). A long identifier is replaced by
 /// its hash and its end.
 std::string socket_name(const std::string& place) {
-  constexpr std::size_t kLongest = 70;
-  const auto text = place.size() <= kLongest
+  constexpr std::size_t kMaxPlainLength = 70;
+  const auto text = place.size() <= kMaxPlainLength
                         ? place
                         : fmt::format("{:016x}-{}", std::hash<std::string>()(place), place.substr(place.size() - 50));
   return "gyrotherm-chamber/" + text;

@@ -141,11 +141,11 @@ class ModbusChamber final : public Chamber {
 
   /// Retries lost pieces of the status a few times. Waits a second after a stray zero, as a run does.
   Result<ChamberState> inspect() override {
-    constexpr int kTries = 3;
+    constexpr int kMaxTries = 3;
     unhurried_ = true;
     status_known_ = false;
     Result<ChamberState> state;
-    for (int i = 0; i < kTries + zeros_ && !(state && status_known_); ++i) {
+    for (int i = 0; i < kMaxTries + zeros_ && !(state && status_known_); ++i) {
       if (zeros_ > 0) pauses_->rest(std::chrono::seconds(1));
       turns_.schedule_full_round();
       state = read_state();
@@ -473,9 +473,9 @@ class ModbusChamber final : public Chamber {
     if (set_point_.decimals.empty()) return {};
     const auto as_set = items_.resolve_context(set_point_);
     if (!as_set) return failure(as_set.error());
-    constexpr double kRounding = 1.001;
+    constexpr double kRoundingFactor = 1.001;
     const double kept = finest_step(*as_set), expected = set_point_tolerance(map_).value;
-    if (kept <= kRounding * expected) return {};
+    if (kept <= kRoundingFactor * expected) return {};
     return failure(
         FaultKind::mismatch, place(set_point_),
         fmt::format("the controller stores steps of {:g} K, expected {:g} K; set it to more decimals, or set "

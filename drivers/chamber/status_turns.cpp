@@ -11,8 +11,8 @@ namespace {
 using std::chrono::milliseconds;
 
 /// Maximum duration of a reading, less than the timeout of InstrumentIo.
-constexpr Duration kReading = milliseconds(850);
-constexpr Duration kSecondsWork = milliseconds(950);
+constexpr Duration kMaxReadingTime = milliseconds(850);
+constexpr Duration kMaxTickTime = milliseconds(950);
 constexpr int kExchangesOfASetPoint = 2;
 constexpr int kReadingsWithoutAPiece = 5;
 constexpr int kReadingsWithoutARound = 60;
@@ -84,8 +84,8 @@ void StatusTurns::begin_reading() {
 const ReadSpan* StatusTurns::next(Duration spent, Duration exchange) {
   if (!is_in_progress_ || at_ == pieces_.size()) return nullptr;
   const bool is_due = since_piece_ >= kReadingsWithoutAPiece;
-  const bool has_time =
-      !is_late_ && spent + exchange <= kReading && spent + exchange + kExchangesOfASetPoint * exchange <= kSecondsWork;
+  const bool has_time = !is_late_ && spent + exchange <= kMaxReadingTime &&
+                        spent + exchange + kExchangesOfASetPoint * exchange <= kMaxTickTime;
   if (!unhurried_ && !is_due && !has_time) return nullptr;
   since_piece_ = 0;
   return &pieces_[at_];
@@ -105,7 +105,7 @@ bool StatusTurns::note_refused() {
   return true;
 }
 
-void StatusTurns::note_lost(Duration spent) { is_late_ = spent > kReading; }
+void StatusTurns::note_lost(Duration spent) { is_late_ = spent > kMaxReadingTime; }
 
 Snapshot StatusTurns::take_snapshot() {
   at_ = 0;

@@ -57,8 +57,9 @@ void StepWatch::add(double step) {
 bool StepWatch::is_deviating() const { return step_ > 0 && (is_exact_ ? step_ != 1 : step_ > 1.25 || step_ < 0.8); }
 
 std::optional<double> StepWatch::find_deviating_step() const {
-  constexpr std::uint64_t kSteady = 8, kSteadySinceStart = 3;
-  const bool is_steady = run_length_ >= kSteady || (run_length_ >= kSteadySinceStart && run_length_ == step_count_);
+  constexpr std::uint64_t kMinRunLength = 8, kMinRunLengthAtStart = 3;
+  const bool is_steady =
+      run_length_ >= kMinRunLength || (run_length_ >= kMinRunLengthAtStart && run_length_ == step_count_);
   return is_steady && is_deviating() ? std::optional(step_) : std::nullopt;
 }
 

@@ -13,9 +13,9 @@
 namespace gyrotherm::drivers {
 
 void Backoff::note_failure() {
-  constexpr Duration kFirst = std::chrono::milliseconds(500), kLongest = std::chrono::seconds(10);
+  constexpr Duration kFirstRest = std::chrono::milliseconds(500), kLongestRest = std::chrono::seconds(10);
   if (++failures_ < 2) return;
-  rest_ = std::clamp(2 * rest_, kFirst, kLongest);
+  rest_ = std::clamp(2 * rest_, kFirstRest, kLongestRest);
   next_ = Deadline(rest_, clock_);
 }
 

@@ -38,8 +38,8 @@ std::string_view take_token(std::string_view& text) {
 }
 
 std::string shorten(std::string_view text) {
-  constexpr std::size_t kShown = 60;
-  return plain(text.substr(0, kShown)) + (text.size() > kShown ? "…" : "");
+  constexpr std::size_t kMaxShownBytes = 60;
+  return plain(text.substr(0, kMaxShownBytes)) + (text.size() > kMaxShownBytes ? "…" : "");
 }
 
 std::optional<double> parse_decimal(std::string_view token) {

@@ -305,7 +305,7 @@ void draw_marker(SvgWriter& svg, const Curve& curve, double x, double y) {
 
 /// Draws a bar from y − error to y + error with a cap at each end, clipped to the plotting area.
 void draw_error_bars(SvgWriter& svg, const Curve& curve, const PanelLayout& layout) {
-  constexpr double kCap = 3;
+  constexpr double kHalfCap_px = 3;
   const Scale& scale = layout.scale(curve.side);
   for (std::size_t k = 0; k < curve.error.size(); ++k) {
     const double x = layout.x(curve.x[k]);
@@ -314,7 +314,8 @@ void draw_error_bars(SvgWriter& svg, const Curve& curve, const PanelLayout& layo
     if (!(low > high)) continue;
     svg.line(x, low, x, high, {curve.colour});
     for (const double end : {low, high}) {
-      if (end < layout.bottom_px() && end > layout.top_px) svg.line(x - kCap, end, x + kCap, end, {curve.colour});
+      if (end < layout.bottom_px() && end > layout.top_px)
+        svg.line(x - kHalfCap_px, end, x + kHalfCap_px, end, {curve.colour});
     }
   }
 }
@@ -447,8 +448,8 @@ Range round_out_logarithmically(const Range& range) {
 }
 
 std::vector<Tick> logarithmic_ticks(const Range& range) {
-  constexpr double kShort = 100;  // two decades
-  const bool label_all = range.high < kShort * range.low;
+  constexpr double kMaxLabelledRatio = 100;  // two decades
+  const bool label_all = range.high < kMaxLabelledRatio * range.low;
   std::vector<Tick> all;
   const int last = static_cast<int>(std::floor(std::log10(range.high) + kRounding));
   for (int exponent = static_cast<int>(std::floor(std::log10(range.low))); exponent <= last; ++exponent) {
@@ -514,10 +515,10 @@ Points decimate(const std::vector<double>& x, const std::vector<double>& y, std:
 
 Points break_at_gaps(const std::vector<double>& x, const std::vector<double>& y, double step) {
   assert(x.size() == y.size());
-  constexpr double kFarthest = 1.5;  // steps between neighbours
+  constexpr double kMaxSteps = 1.5;  // steps between neighbours
   Points broken;
   for (std::size_t k = 0; k < x.size(); ++k) {
-    if (k > 0 && x[k] - x[k - 1] > kFarthest * step) {
+    if (k > 0 && x[k] - x[k - 1] > kMaxSteps * step) {
       broken.x.push_back(x[k - 1] + step);
       broken.y.push_back(std::numeric_limits<double>::quiet_NaN());
     }

@@ -9,7 +9,7 @@
 namespace gyrotherm::interlocks {
 namespace {
 
-constexpr Kelvins kChange{0.001};
+constexpr Kelvins kMinChange{0.001};
 
 /// Sums changes of the air temperature that are too fast to be real. Real air temperature changes gradually; only a
 /// broken sensor jumps. A sum within chamber_disagreement is reset at the next plausible change. A greater sum is kept,
@@ -48,7 +48,7 @@ void Trend::add(std::optional<Celsius> value) {
   ring_[static_cast<std::size_t>(newest_)] = value ? value->value : std::numeric_limits<double>::quiet_NaN();
   filled_ = std::min(filled_ + 1, static_cast<int>(ring_.size()));
   if (!value) return;
-  if (unchanged_value_ && abs(*value - *unchanged_value_) < kChange) {
+  if (unchanged_value_ && abs(*value - *unchanged_value_) < kMinChange) {
     ++unchanged_;
   } else {
     unchanged_value_ = value;

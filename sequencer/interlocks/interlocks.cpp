@@ -18,7 +18,7 @@ using std::chrono::seconds;
 using Found = std::vector<CheckResult>;  ///< one result per subject
 
 constexpr int kStuckSamples = 120;
-constexpr Kelvins kOthersMoved{0.5};
+constexpr Kelvins kMinChangeOfOthers{0.5};
 constexpr Duration kWallStep = std::chrono::milliseconds(50);
 constexpr int kRefusals = 3;
 constexpr Kelvins kNearLimit{2};
@@ -142,7 +142,7 @@ Found check_stuck(const CheckInputs& in) {
     const auto value = known_value(in.sample.thermometers[i]);
     if (!value || !in.ranks.median_without(value)) continue;
     const auto& trend = in.memory.thermometers[i];
-    if (trend.unchanged_samples() >= kStuckSamples && trend.others_moved() > kOthersMoved)
+    if (trend.unchanged_samples() >= kStuckSamples && trend.others_moved() > kMinChangeOfOthers)
       all.push_back(in.thermometer_result(
           i, fmt::format("{} stays at {:.3f} °C while the others change", in.channel(i), value->value)));
   }

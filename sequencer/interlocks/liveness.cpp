@@ -96,10 +96,11 @@ double expected_counts(const AxisLimits& axis, Duration time) {
 /// rate plus 5 °/h, and at most 1000 °/h. The band is narrow enough to detect a scale that is wrong by the factor 57
 /// (rad for °) at the Earth's rate, and wide enough that a bias outside the data sheet does not end the run.
 DegreesPerHour band_around_earth_rate(const InterlockLimits& limits, const AxisLimits& axis) {
-  constexpr double kAnyGyro = 1000, kTimesBias = 10, kLeast = 5;  // °/h
+  constexpr double kMaxBand = 1000, kMinBand = 5;  // °/h
+  constexpr double kBiasFactor = 10;
   if (limits.gyro_band) return *limits.gyro_band;
-  if (!axis.largest_bias) return {kAnyGyro};
-  return {std::min(kAnyGyro, kLeast + kTimesBias * axis.largest_bias->value + std::abs(axis.earth_rate->value) / 2)};
+  if (!axis.largest_bias) return {kMaxBand};
+  return {std::min(kMaxBand, kMinBand + kBiasFactor * axis.largest_bias->value + std::abs(axis.earth_rate->value) / 2)};
 }
 
 void update_axis(const InterlockLimits& limits, const AxisLimits& axis, const LivenessSecond& second,

@@ -42,18 +42,18 @@ std::string text(const RoundTrips& trips) {
 
 /// Uses the same shares of a second as drivers/chamber/status_turns.cpp.
 std::string describe(const drivers::ChamberEffort& effort) {
-  constexpr double kSecondsWork = 0.95;
+  constexpr double kMaxTickTime_s = 0.95;
   constexpr int kReadingsAPiece = 5;
   if (effort.each_second == 0 || effort.longest == Duration{}) return {};
   const double exchange = to_seconds(effort.longest);
   const int needed = effort.each_second + effort.new_set_point;
-  const auto spare = static_cast<int>((kSecondsWork - needed * exchange) / exchange);
+  const auto spare = static_cast<int>((kMaxTickTime_s - needed * exchange) / exchange);
   const int status_s = spare > 0 ? (effort.status + spare - 1) / spare : effort.status * kReadingsAPiece;
   const auto status = effort.status == 0 ? std::string()
                                          : fmt::format("; its state and alarms, {} more, are read in turn within {} s",
                                                        effort.status, std::max(status_s, 1));
   const auto what = fmt::format("{} exchanges of {:.3f} s for air, set point and a new set point", needed, exchange);
-  if (needed * exchange <= kSecondsWork) return what + " fit into a second" + status;
+  if (needed * exchange <= kMaxTickTime_s) return what + " fit into a second" + status;
   return fmt::format(
       "WARNING: {} do NOT fit into a second{}. Readings and set points will be missing: use Modbus TCP or a faster "
       "serial line; where the unit allows it, set one_block or holes (fewer reads), or seen_later for the set point, "
@@ -119,10 +119,10 @@ Result<std::string> query_analogue(drivers::AnalogueInputs& inputs, const std::v
 }
 
 std::string describe_air_mismatch(Celsius air, const std::vector<Celsius>& thermometers) {
-  constexpr Kelvins kFar{15};
+  constexpr Kelvins kMaxDistance{15};
   const auto distance = [&](Celsius one) { return abs(air - one); };
   const auto nearest = std::ranges::min_element(thermometers, {}, distance);
-  if (nearest == thermometers.end() || distance(*nearest) <= kFar) return {};
+  if (nearest == thermometers.end() || distance(*nearest) <= kMaxDistance) return {};
   constexpr double kFahrenheitPerKelvin = 1.8, kZeroInFahrenheit = 32;
   const Celsius in_fahrenheit{nearest->value * kFahrenheitPerKelvin + kZeroInFahrenheit};
   return fmt::format(

@@ -94,10 +94,10 @@ bool kill_process(const ProcessIdentity& process, Duration within) {
 
 namespace {
 
-constexpr auto kSlice = std::chrono::milliseconds(1000);
+constexpr auto kMaxWait = std::chrono::milliseconds(1000);
 
-/// Returns true if the descriptor becomes readable within kSlice. A signal does not end the wait.
-bool is_readable(int descriptor) { return wait_until_ready(descriptor, POLLIN, Deadline(kSlice)); }
+/// Returns true if the descriptor becomes readable within kMaxWait. A signal does not end the wait.
+bool is_readable(int descriptor) { return wait_until_ready(descriptor, POLLIN, Deadline(kMaxWait)); }
 
 /// Reads one byte. Fails if none arrives before the deadline.
 Result<char> read_byte(int descriptor, const Deadline& deadline) {
@@ -110,7 +110,7 @@ Result<char> read_byte(int descriptor, const Deadline& deadline) {
 
 /// Reads digits up to a line break.
 Result<std::size_t> read_length(int descriptor, const Deadline& deadline) {
-  constexpr std::size_t kLongest = 4'000'000, kMaxDigits = 8;
+  constexpr std::size_t kMaxLength = 4'000'000, kMaxDigits = 8;
   std::string digits;
   for (;;) {
     const auto byte = read_byte(descriptor, deadline);
@@ -121,7 +121,7 @@ Result<std::size_t> read_length(int descriptor, const Deadline& deadline) {
   }
   std::size_t length = 0;
   const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), length);
-  if (error != std::errc() || end != digits.data() + digits.size() || length > kLongest)
+  if (error != std::errc() || end != digits.data() + digits.size() || length > kMaxLength)
     return failure(FaultKind::corrupted, "guard", "the instructions have an invalid length");
   return length;
 }
@@ -161,7 +161,7 @@ WatchEnd watch(int descriptor, const WatchLimits& limits) {
   Duration silent{}, allowed = limits.preparing;
   while (silent < allowed) {
     if (!is_readable(descriptor)) {
-      silent += kSlice;
+      silent += kMaxWait;
       continue;
     }
     char bytes[256];

@@ -330,11 +330,11 @@ RescueResult SafeRescue::attempt() {
 }
 
 Duration SafeRescue::pause() const {
-  constexpr Duration kAtOnce = std::chrono::seconds(1), kLooks = std::chrono::seconds(2);
+  constexpr Duration kRetryPause = std::chrono::seconds(1), kLookPause = std::chrono::seconds(2);
   // A longer pause avoids flooding a controller that ignores commands.
-  constexpr Duration kCommands = std::chrono::seconds(5);
-  if (!is_answering_ || !evidence_.has_shown_set_point()) return kAtOnce;
-  return task() == SafeTask::look ? kLooks : kCommands;
+  constexpr Duration kCommandPause = std::chrono::seconds(5);
+  if (!is_answering_ || !evidence_.has_shown_set_point()) return kRetryPause;
+  return task() == SafeTask::look ? kLookPause : kCommandPause;
 }
 
 }  // namespace gyrotherm::watchdog

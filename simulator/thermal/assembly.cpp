@@ -362,9 +362,9 @@ ThermalField::ThermalField(const GyroModel& model, const GyroMesh& mesh, const E
 
 double ThermalField::temperature_at(double x, double y, double z) const {
   constexpr double kOutside = std::numeric_limits<double>::quiet_NaN();
-  constexpr double kEdge = 1e-9;  // m
+  constexpr double kEdgeTolerance_m = 1e-9;  // m
   const auto off = [](const std::vector<double>& lines, double value) {
-    return !(value >= lines.front() - kEdge && value <= lines.back() + kEdge);
+    return !(value >= lines.front() - kEdgeTolerance_m && value <= lines.back() + kEdgeTolerance_m);
   };
   if (off(mesh_.x, x) || off(mesh_.y, y) || off(mesh_.z, z)) return kOutside;
   const auto at = locate(mesh_, x, y, z);

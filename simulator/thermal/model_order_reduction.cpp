@@ -47,10 +47,10 @@ struct Interval {
 };
 
 Interval equal_gap_range(const ReducedModel& header) {
-  constexpr double kHighest = 0.06;
+  constexpr double kMinUpperEnd = 0.06;
   const auto cold = coefficients_at(header, kColdest_c, GyroFilm::still);
   const auto hot = coefficients_at(header, kHottest_c, GyroFilm::still);
-  return {std::min({cold[0], cold[1], cold[2]}), std::max(kHighest, std::min({hot[0], hot[1], hot[2]}))};
+  return {std::min({cold[0], cold[1], cold[2]}), std::max(kMinUpperEnd, std::min({hot[0], hot[1], hot[2]}))};
 }
 
 double film_coefficient(const ReducedModel& header, GyroFilm film) {

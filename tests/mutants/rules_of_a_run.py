@@ -47,7 +47,7 @@ MUTANTS = [
      "const auto air = in.chamber() ? in.chamber()->air : others;", "const auto air = others;",
      "run_test", "InterlockId.AcceptsThermometerBetweenOthersAndAir"),
     ("the band of a gyro ignores its stated bias", "sequencer/interlocks/liveness.cpp",
-     "if (!axis.largest_bias) return {kAnyGyro};", "return {kAnyGyro};",
+     "if (!axis.largest_bias) return {kMaxBand};", "return {kMaxBand};",
      "run_test", "GyroDead.FindsRateFarFromEarthRate"),
     ("abort is not latched", "sequencer/run/run_state_machine.cpp",
      "RunStateMachine step(const interlocks::RunLimits&, const Aborted& state, const RunInputs&) { return state; }",

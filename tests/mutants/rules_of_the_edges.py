@@ -29,7 +29,9 @@ MUTANTS = [
      "const bool is_due = since_piece_ >= kReadingsWithoutAPiece;", "const bool is_due = false;",
      "drivers_test", "StatusTurns.ReadPieceInEveryFifthReadingOnSlowLine"),
     ("the rest takes a set point's time", "drivers/chamber/status_turns.cpp",
-     "spent + exchange <= kReading && spent + exchange + kExchangesOfASetPoint * exchange <= kSecondsWork;", "true;",
+     "spent + exchange <= kMaxReadingTime &&\n"
+     "                        spent + exchange + kExchangesOfASetPoint * exchange <= kMaxTickTime;",
+     "true;",
      "drivers_test", "StatusTurns.ReserveTimeForSetPointOnSlowLine"),
     ("a status that is never complete is not missed", "drivers/chamber/status_turns.cpp",
      "return since_round_ > kReadingsWithoutARound + every_;", "return false;",

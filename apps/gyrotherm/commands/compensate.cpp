@@ -144,7 +144,7 @@ Eigen::Index Compensation::count_rows_in_order(const Rows& rows) {
 /// at least half of the rows so far are not one second apart; nothing if there is no such row.
 std::optional<Compensation::Pace> Compensation::find_seconds(const Rows& rows, Eigen::VectorXd& seconds) {
   constexpr double kOff_s = 0.5;
-  constexpr int kEnough = 3;
+  constexpr int kMinRowsOff = 3;
   seconds = table_.slot(rows);
   const Eigen::VectorXd times = table_.time_s(rows);
   for (Eigen::Index row = 0; row < seconds.size(); ++row) {
@@ -152,7 +152,7 @@ std::optional<Compensation::Pace> Compensation::find_seconds(const Rows& rows, E
     ++rows_;
     if (std::abs(more_s) > kOff_s) {
       shift_s_ += std::round(more_s);
-      const bool are_most = ++rows_off_ >= kEnough && 2 * rows_off_ >= rows_;
+      const bool are_most = ++rows_off_ >= kMinRowsOff && 2 * rows_off_ >= rows_;
       if (are_most || more_s < 0) return Pace{row, more_s + 1};
     }
     seconds(row) += shift_s_;

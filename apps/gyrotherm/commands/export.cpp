@@ -45,9 +45,9 @@ struct CompensatedRows {
 /// Fails with usage unless rows are one second apart, because a model's means, rates and lags are defined in seconds.
 /// An interval error of 1 % is accepted, because the clock of a logger may be inaccurate.
 Result<void> check_one_row_per_second(const data::Dataset& dataset) {
-  constexpr double kOff = 0.01;
+  constexpr double kMaxIntervalError_s = 0.01;
   const double interval_s = data::sample_interval_s(dataset);
-  if (std::abs(interval_s - 1) <= kOff) return {};
+  if (std::abs(interval_s - 1) <= kMaxIntervalError_s) return {};
   return failure(FaultKind::usage, dataset.path,
                  fmt::format("--compensated requires one row per second, but these rows are {:g} s apart; import "
                              "them again with every = \"1 s\" in [time]",

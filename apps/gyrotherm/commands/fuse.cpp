@@ -226,13 +226,14 @@ std::string describe(const model::FusionSummary& summary, const std::string& pat
   text += describe_rest(summary);
   for (const std::string& warning : summary.warnings) text += "warning: " + warning + "\n";
   if (summary.alarms.empty()) return text + "no alarms\n";
-  constexpr std::size_t kMost = 20;
-  for (std::size_t i = 0; i < std::min(kMost, summary.alarms.size()); ++i) {
+  constexpr std::size_t kMaxListedAlarms = 20;
+  for (std::size_t i = 0; i < std::min(kMaxListedAlarms, summary.alarms.size()); ++i) {
     const model::Alarm& alarm = summary.alarms[i];
     text += fmt::format("{:.0f} s: {}{}: {}\n", alarm.at_s, name(alarm.kind),
                         alarm.who.empty() ? "" : " of " + alarm.who, alarm.statement);
   }
-  if (summary.alarms.size() > kMost) text += fmt::format("… and {} more\n", summary.alarms.size() - kMost);
+  if (summary.alarms.size() > kMaxListedAlarms)
+    text += fmt::format("… and {} more\n", summary.alarms.size() - kMaxListedAlarms);
   return text;
 }
 

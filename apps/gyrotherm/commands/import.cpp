@@ -45,15 +45,16 @@ std::string format_start(Duration started) { return civil_time(std::chrono::roun
 
 /// Describes the rows and each channel for people.
 std::vector<std::string> value_lines(const exchange::ImportSummary& summary) {
-  constexpr std::size_t kMost = 40;
+  constexpr std::size_t kMaxListedChannels = 40;
   std::string rows = fmt::format("{} rows in the file", summary.file_rows);
   if (summary.step > Duration{}) rows += fmt::format(", usually {:g} s apart", to_seconds(summary.step));
   if (summary.started) rows += ", from " + format_start(*summary.started);
   std::vector<std::string> lines{rows};
   for (const auto& channel : summary.channels)
-    if (lines.size() <= kMost) lines.push_back(describe(channel));
-  if (summary.channels.size() > kMost)
-    lines.push_back(fmt::format("and {} more channels; --json lists all", summary.channels.size() - kMost));
+    if (lines.size() <= kMaxListedChannels) lines.push_back(describe(channel));
+  if (summary.channels.size() > kMaxListedChannels)
+    lines.push_back(
+        fmt::format("and {} more channels; --json lists all", summary.channels.size() - kMaxListedChannels));
   return lines;
 }
 

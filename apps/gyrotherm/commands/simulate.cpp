@@ -25,7 +25,7 @@ struct SimulateArguments {
   bool pty = false;
 };
 
-constexpr auto kSlice = std::chrono::milliseconds(10);  // wall time between two advances
+constexpr auto kWallStep = std::chrono::milliseconds(10);  // wall time between two advances
 
 /// Returns the seconds of virtual time per second of wall time, 0 for maximum speed, or nothing if the text is not a
 /// pace.
@@ -96,7 +96,7 @@ void advance_time(simulator::VirtualInstruments& instruments, double pace) {
       instruments.advance(1);
       continue;
     }
-    if (!wait(kSlice)) return;
+    if (!wait(kWallStep)) return;
     const auto now = std::chrono::duration_cast<Duration>((steady_clock::now() - began) * pace);
     instruments.pass(now - std::exchange(passed, now));
   }

@@ -37,13 +37,13 @@ std::string chamber_line(const Sample& sample) {
 
 /// Returns the newest alarms that await an acknowledgement, and the count of all.
 std::vector<std::string> alarm_lines(std::span<const record::Alarm> alarms) {
-  constexpr std::size_t kMost = 3;
+  constexpr std::size_t kMaxListedAlarms = 3;
   std::vector<std::string> lines;
   for (const auto& alarm : alarms)
-    if (alarm.awaits_acknowledgement() && lines.size() < kMost)
+    if (alarm.awaits_acknowledgement() && lines.size() < kMaxListedAlarms)
       lines.push_back(fmt::format("  ALARM {} ({}{}): {}", alarm.number, describe_alarm_state(alarm),
                                   alarm.count > 1 ? fmt::format(", {} times", alarm.count) : "", alarm.text));
-  if (const auto count = count_unacknowledged(alarms); count > kMost)
+  if (const auto count = count_unacknowledged(alarms); count > kMaxListedAlarms)
     lines.push_back(fmt::format("  {} unacknowledged alarms", count));
   return lines;
 }
@@ -118,10 +118,10 @@ std::string Display::headline(const Sample& sample, const RunOverview& overview)
 std::optional<Duration> Display::time_left(const Sample& sample, const RunOverview& overview) const {
   const auto left = overview.time_left.value_or(Duration{});
   if (!rig_.simulated) return left;
-  constexpr Duration kLeastSeen = std::chrono::milliseconds(400);
+  constexpr Duration kMinObservedTime = std::chrono::milliseconds(400);
   const auto spent = clock_.now().since_start - (first_seen_ ? first_seen_->second : clock_.now().since_start);
   const auto passed = static_cast<double>(sample.slot - (first_seen_ ? first_seen_->first : sample.slot));
-  if (spent < kLeastSeen || passed < 1) return {};
+  if (spent < kMinObservedTime || passed < 1) return {};
   return from_seconds(to_seconds(spent) / passed * to_seconds(left));
 }
 

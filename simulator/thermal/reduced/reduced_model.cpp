@@ -177,10 +177,10 @@ constexpr double kStefanBoltzmann = 5.670374419e-8;
 /// Returns the thermal conductivity of dry air at 1 bar, W/(m·K), −60 … 150 °C, by Sutherland's formula (F. M. White,
 /// Viscous Fluid Flow, 3rd ed., table 1-3).
 double air_conductivity(double air_c) {
-  constexpr double kAtZero = 0.0241;     // W/(m·K)
-  constexpr double kSutherland = 194.0;  // K
+  constexpr double kConductivityAt0C = 0.0241;  // W/(m·K)
+  constexpr double kSutherland = 194.0;         // K
   const double t = (air_c + kZeroCelsiusInKelvin) / kZeroCelsiusInKelvin;
-  return kAtZero * std::pow(t, 1.5) * (kZeroCelsiusInKelvin + kSutherland) /
+  return kConductivityAt0C * std::pow(t, 1.5) * (kZeroCelsiusInKelvin + kSutherland) /
          (air_c + kZeroCelsiusInKelvin + kSutherland);
 }
 

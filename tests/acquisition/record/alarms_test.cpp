@@ -252,7 +252,7 @@ TEST(Alarms, RemainUntilAcknowledged) {
 TEST(Alarms, AreBounded) {
   Alarms alarms;
   for (int i = 1; i <= 300; ++i) alarms.update(numbered(i, occurrence("stuck", std::to_string(i), "suspend", i)));
-  ASSERT_EQ(alarms.list().size(), Alarms::kMost);
+  ASSERT_EQ(alarms.list().size(), Alarms::kMaxRows);
   EXPECT_EQ(alarms.list().front().number, 300);
 }
 
@@ -260,7 +260,7 @@ TEST(Alarms, KeepHigherPriorityWhenFull) {
   Alarms alarms;
   alarms.update(numbered(1, interlock("door", "door (suspend): open")));
   for (int i = 2; i <= 300; ++i) alarms.update(numbered(i, occurrence("lost", std::to_string(i), "warn", i)));
-  ASSERT_EQ(alarms.list().size(), Alarms::kMost);
+  ASSERT_EQ(alarms.list().size(), Alarms::kMaxRows);
   EXPECT_EQ(alarms.list().back().number, 1);
   EXPECT_EQ(alarms.list().front().number, 300);
   EXPECT_EQ(alarms.refusal_reason(2), "alarm 2 is no longer in the list, which has 256 rows at most")

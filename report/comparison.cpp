@@ -260,9 +260,9 @@ std::string describe(const Comparison& comparison) {
   text += fmt::format("  {:>6}  {:>9}  {:>9}  {:>9}  {:>9}\n", "E_n", "before", "now", "change", "U");
   for (const ComparedResult* one : all)
     text += fmt::format("  {:>6.2f}  {:>9}  {:>9}  {:>9}  {:>9}  {} {}.{}{}{} {}, {} → {}{}{}\n", one->normalised_error,
-                        plot::significant(one->before.value), plot::significant(one->now.value),
-                        plot::significant(one->change), plot::significant(one->expanded), one->axis, one->key,
-                        one->quantity, one->condition.empty() ? "" : " at ", one->condition, one->unit,
+                        plot::format_significant(one->before.value), plot::format_significant(one->now.value),
+                        plot::format_significant(one->change), plot::format_significant(one->expanded), one->axis,
+                        one->key, one->quantity, one->condition.empty() ? "" : " at ", one->condition, one->unit,
                         name(one->before_at), name(one->now_at), one->profile.empty() ? "" : ", ", one->profile);
   return text + fmt::format("{} of {} results differ by more than their combined uncertainty (|E_n| > 1)\n",
                             count_disagreements(comparison), all.size());

@@ -17,7 +17,7 @@ constexpr std::size_t kLongestName = 28;
 /// Maximum number of points of a line that reverses in x, such as the bias over temperature.
 constexpr std::size_t kMostLoopPoints = 1500;
 
-bool has_different(const FigureData& figure, auto FigureLine::*member) {
+bool differs_between_lines(const FigureData& figure, auto FigureLine::*member) {
   return std::ranges::any_of(figure.lines,
                              [&](const FigureLine& line) { return line.*member != figure.lines.front().*member; });
 }
@@ -127,8 +127,8 @@ std::string line_name(Language language, const FigureData& figure, std::size_t i
   std::string name;
   const auto join = [&](std::string_view part) { name += (name.empty() ? "" : " ") + std::string(part); };
   const bool crowded = figure.lines.size() > kFewLines && !line.detail.empty();
-  const bool has_stages = has_different(figure, &FigureLine::stage);
-  const bool has_keys = has_different(figure, &FigureLine::key);
+  const bool has_stages = differs_between_lines(figure, &FigureLine::stage);
+  const bool has_keys = differs_between_lines(figure, &FigureLine::key);
   if (!crowded && (has_keys || (!has_stages && line.detail.empty()))) join(translate(language, line.key));
   if (!line.detail.empty()) join(line.detail);
   if (!has_stages) return name;

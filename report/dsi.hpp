@@ -21,8 +21,8 @@ enum class Certainty { nothing, value, with_normal_u, with_students_u };
 /// Returns the known parts of a value. A k below 1 or a negative U counts as unknown.
 [[nodiscard]] Certainty classify_certainty(const ReportedValue& value);
 
-/// Formats a finite value. A value with U is rounded to the fourth significant digit of U, two digits more than are
-/// printed in the report; a value without U is exact.
+/// Formats a finite value. A value with U is rounded to the fourth significant digit of U, two digits more than
+/// are printed in the report; a value without U is exact.
 [[nodiscard]] std::string dsi_value(const ReportedValue& value);
 /// Formats U with four significant digits, rounded up.
 [[nodiscard]] std::string dsi_expanded(const ReportedValue& value);

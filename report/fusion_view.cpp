@@ -80,7 +80,7 @@ std::string parity_figure(const model::FusedRun& run) {
       plot,
       fmt::format("Squared length of the parity vector, which has a χ² distribution with {} degree{} of freedom "
                   "without a fault, and the limit that it exceeds by chance with a probability of {} in each second.",
-                  degrees, degrees == 1 ? "" : "s", plot::significant(run.summary.false_alarm_probability)));
+                  degrees, degrees == 1 ? "" : "s", plot::format_significant(run.summary.false_alarm_probability)));
 }
 
 /// Returns a figure with a line per axis while it contributes to the rate.

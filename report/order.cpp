@@ -60,7 +60,7 @@ Party party(const TomlTable& table) {
           .phone = table.text("phone", "")};
 }
 
-std::vector<Person> people(const TomlTable& table) {
+std::vector<Person> read_people(const TomlTable& table) {
   std::vector<Person> all;
   for (const TomlTable& one : table.tables("person"))
     all.push_back(
@@ -225,7 +225,7 @@ Result<LaboratoryFile> parse_laboratory(std::string_view toml, const std::string
   for (const TomlTable& one : table->tables("statement"))
     laboratory.statements.push_back({one.text("en", ""), one.text("de", "")});
   laboratory.equipment = equipment(*table);
-  laboratory.people = people(*table);
+  laboratory.people = read_people(*table);
   if (auto verdict = table->verdict(); !verdict) return failure(verdict.error());
   return laboratory;
 }
@@ -236,7 +236,7 @@ Result<OrderFile> parse_order(std::string_view toml, const std::string& file) {
   table->expect("schema", kOrderSchema);
   OrderFile order{.number = table->text("number", ""),
                   .customer = party(table->table("customer")),
-                  .people = people(*table),
+                  .people = read_people(*table),
                   .units = units(*table),
                   .received = day(*table, "received"),
                   .issued = day(*table, "issued"),

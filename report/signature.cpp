@@ -144,7 +144,7 @@ std::optional<Strings> extension_values(std::string_view extensions, std::string
   return values;
 }
 
-bool has_any(const Strings& usages, const auto& permitted) {
+bool intersects(const Strings& usages, const auto& permitted) {
   return std::ranges::any_of(usages, [&](const std::string& one) {
     return std::ranges::find(permitted, std::string_view(one)) != permitted.end();
   });
@@ -159,12 +159,12 @@ std::string usage_refusal(std::string_view extensions) {
   if (constraints && std::ranges::find(*constraints, "CA:TRUE") != constraints->end())
     return "belongs to a certificate authority and cannot sign reports";
   const auto usage = extension_values(extensions, "X509v3 Key Usage:");
-  if (!usage || !has_any(*usage, kSigningUsages))
+  if (!usage || !intersects(*usage, kSigningUsages))
     return fmt::format(
         "is not a certificate for signing: its key usage is {}, expected digitalSignature or nonRepudiation",
         usage ? plain(fmt::format("{}", fmt::join(*usage, ", "))) : "missing");
   const auto extended = extension_values(extensions, "X509v3 Extended Key Usage:");
-  if (extended && !has_any(*extended, kDocumentUsages))
+  if (extended && !intersects(*extended, kDocumentUsages))
     return fmt::format(
         "is not a certificate for signing documents: its extended key usage is {}, expected emailProtection or "
         "documentSigning",

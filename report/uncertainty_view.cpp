@@ -26,9 +26,9 @@ Cells budget_row(const BudgetRow& row) {
           name(row.distribution),
           name(variability(row.source)),
           remarks(row).empty() ? "known" : fmt::format("<b>{}</b>", fmt::join(remarks(row), ", ")),
-          fmt::format("{}&nbsp;{}", plot::significant(row.standard_uncertainty), plot::escaped(row_unit(row))),
-          plot::significant(row.sensitivity),
-          plot::significant(contribution_deg_per_h(row)),
+          fmt::format("{}&nbsp;{}", plot::format_significant(row.standard_uncertainty), plot::escaped(row_unit(row))),
+          plot::format_significant(row.sensitivity),
+          plot::format_significant(contribution_deg_per_h(row)),
           format_freedom(row.degrees_of_freedom)};
 }
 
@@ -44,7 +44,7 @@ HtmlTable budget_table(const model::Uncertainty& uncertainty) {
       .style = "small"};
   for (const BudgetRow& row : uncertainty.budget.rows) table.rows.push_back(budget_row(row));
   table.rows.push_back({"<b>Combined</b>", "", "", "", "", "", "",
-                        "<b>" + plot::significant(all.standard_deg_per_h) + "</b>",
+                        "<b>" + plot::format_significant(all.standard_deg_per_h) + "</b>",
                         // Truncated like the degrees of freedom that determine k.
                         format_freedom(std::floor(all.degrees_of_freedom))});
   return table;
@@ -74,7 +74,7 @@ HtmlTable validity_table(const Report& report) {
     const std::optional<ReportedUncertainty>& known = method.uncertainty;
     Cells cells{plot::escaped(method.inputs), plot::escaped(method.method),
                 known ? plot::format_bias(known->expanded_deg_per_h) : "–",
-                known ? plot::significant(known->sensitivity_deg_per_h_per_k) : "–"};
+                known ? plot::format_significant(known->sensitivity_deg_per_h_per_k) : "–"};
     add_cells(cells, method.random);
     for (const ReportedVerification& later : method.later) add_cells(cells, later);
     table.rows.push_back(std::move(cells));

@@ -206,15 +206,15 @@ std::string models_section(const Report& report) {
       row("Training means", [](const ReportedModel& m) { return std::to_string(training_clusters(m)); }),
       row("Effective parameters", [](const ReportedModel& m) { return plot::decimal(m.effective_parameters, 0); }),
       row("Parameters stored", [](const ReportedModel& m) { return std::to_string(m.stored_numbers); }),
-      row("C", [](const ReportedModel& m) { return plot::significant(m.parameters.C); }),
-      row("σ", [](const ReportedModel& m) { return plot::significant(m.parameters.sigma); }),
+      row("C", [](const ReportedModel& m) { return plot::format_significant(m.parameters.C); }),
+      row("σ", [](const ReportedModel& m) { return plot::format_significant(m.parameters.sigma); }),
       row("ε (in °/h)",
           [](const ReportedModel& m) {
-            return plot::significant(m.parameters.epsilon) + " (" + plot::decimal(m.epsilon_deg_per_h, 5) + ")";
+            return plot::format_significant(m.parameters.epsilon) + " (" + plot::decimal(m.epsilon_deg_per_h, 5) + ")";
           }),
       row("Support vectors", [](const ReportedModel& m) { return std::to_string(m.support_vectors); }),
-      row("Certified duality gap", [](const ReportedModel& m) { return plot::significant(m.certified_gap); }),
-      row("KKT violation", [](const ReportedModel& m) { return plot::significant(m.kkt_violation); }),
+      row("Certified duality gap", [](const ReportedModel& m) { return plot::format_significant(m.certified_gap); }),
+      row("KKT violation", [](const ReportedModel& m) { return plot::format_significant(m.kkt_violation); }),
       row("Swarm",
           [](const ReportedModel& m) {
             return fmt::format("{} particles, seed {}", m.options.swarm.particles, m.options.swarm.seed);
@@ -234,7 +234,7 @@ std::string models_section(const Report& report) {
              "inputs. "
              "Searched: {}, {}, {}.</p>\n",
              format_bounds("C", bounds.log2_c), format_bounds("σ", bounds.log2_sigma),
-             bounds.fixed_epsilon > 0 ? "ε fixed at " + plot::significant(bounds.fixed_epsilon)
+             bounds.fixed_epsilon > 0 ? "ε fixed at " + plot::format_significant(bounds.fixed_epsilon)
                                       : format_bounds("ε", bounds.log2_epsilon)) +
          "<p class=\"note\">Inputs of multi-point: " + join_escaped(m.terms) +
          ". Inputs of three-point: " + join_escaped(report.models.three_point.terms) + ".</p>\n";
@@ -297,17 +297,18 @@ std::string format_read_off(const data::NoiseCoefficient& noise) {
 
 std::string noise_cell(const data::NoiseCoefficient& noise) {
   if (noise.seen) return plot::format_with_error(noise.value, noise.error);
-  return std::isfinite(noise.at_most) ? "not significant, &lt;&nbsp;" + plot::significant(noise.at_most) : "–";
+  return std::isfinite(noise.at_most) ? "not significant, &lt;&nbsp;" + plot::format_significant(noise.at_most) : "–";
 }
 
 std::string noise_note(const data::HoldNoise& holds, const char* name) {
   std::string text = fmt::format("<p class=\"note\">{}: {}.", name, plot::escaped(holds.statement));
   if (!holds.curve.empty()) {
-    text += fmt::format(" Minimum of the fit at τ&nbsp;=&nbsp;{}&nbsp;s.", plot::significant(holds.fit.lowest_tau_s));
+    text += fmt::format(" Minimum of the fit at τ&nbsp;=&nbsp;{}&nbsp;s.",
+                        plot::format_significant(holds.fit.lowest_tau_s));
   }
   if (holds.fit.misfit > 0) {
     text += fmt::format(" RMS misfit {}&nbsp;%, included in the standard errors.",
-                        plot::significant(100 * holds.fit.misfit));
+                        plot::format_significant(100 * holds.fit.misfit));
   }
   return text + "</p>\n";
 }
@@ -323,7 +324,7 @@ std::string format_effective(const data::Figures& figures) {
 std::string describe_outside(const ReportedResidual& residual) {
   if (residual.outside.clusters == 0) return "0";
   return fmt::format("{} ({}: {}&nbsp;%)", residual.outside.clusters, plot::escaped(residual.outside.farthest_term),
-                     plot::significant(100 * residual.outside.farthest));
+                     plot::format_significant(100 * residual.outside.farthest));
 }
 
 const char* describe(model::Outside policy) {
@@ -398,7 +399,8 @@ std::string noise_section(const Report& report) {
          noise_note(report.random.noise.holds, "Random run") +
          noise_note(report.random.noise.compensated_holds, "Random run") +
          "<p class=\"note\">The squares of the coefficients are fitted to σ² by non-negative weighted least squares; a "
-         "term is significant if its square is at least twice its standard error. For other terms the table contains "
+         "term is significant if its square is at least twice its standard error. For other terms the table "
+         "contains "
          "the 95&nbsp;% upper limit.</p>\n";
 }
 

@@ -40,8 +40,8 @@ template <class... Values>
 /// Formats a value rounded to two digits of U (GUM 7.2.6), in groups of three: "0.002 000 ± 0.000 061", German "0,002
 /// 000 ± 0,000 061". Four digits are not split, spaces are narrow and non-breaking, minus is U+2212. A very small or
 /// very large value is written with a power of ten: "(2.000 ± 0.061) × 10⁻⁹". Without U, or with U = 0, the value has
-/// at most four significant digits, and an integer has all of its digits. An unknown value is "–". The result does not
-/// contain k.
+/// at most four significant digits, and an integer has all of its digits. An unknown value is "–". The result
+/// does not contain k.
 [[nodiscard]] std::string format(Language language, const ReportedValue& value);
 /// Value and U of format() as separate texts with the same number of decimals; `expanded` is empty without U.
 struct FormattedValue {
@@ -51,11 +51,11 @@ struct FormattedValue {
 
 /// Formats a number with fixed decimals in groups of three; "–" if it is not finite.
 [[nodiscard]] std::string format_number(Language language, double value, int decimals);
-/// Formats a number with significant digits in groups of three, with a power of ten if the number is very small or very
-/// large; "–" if it is not finite.
+/// Formats a number with significant digits in groups of three, with a power of ten if the number is very small
+/// or very large; "–" if it is not finite.
 [[nodiscard]] std::string format_significant(Language language, double value, int digits);
-/// Formats an exact number, or one without U: at most four significant digits without trailing zeros; an integer with
-/// all of its digits.
+/// Formats an exact number, or one without U: at most four significant digits without trailing zeros; an integer
+/// with all of its digits.
 [[nodiscard]] std::string format_plain(Language language, double value);
 /// Formats a probability: "98.2 %", "> 99.9 %", "< 0.1 %"; "–" if unknown.
 [[nodiscard]] std::string format_probability(Language language, double probability);

@@ -97,7 +97,7 @@ class RegisterImage {
     if (item.decimals.empty() && item.unit.empty()) return item;
     const auto context =
         read_context(map_, item, [&](const drivers::RegisterItem& other) -> Result<double> { return value(other); });
-    return in_context(item, context.value_or(drivers::ItemContext{}));
+    return apply_context(item, context.value_or(drivers::ItemContext{}));
   }
 
   /// Returns the words of `item` at `value`. Keeps the other bits of a bit field.

@@ -81,7 +81,7 @@ ReadoutParameters read_readout(const TomlTable& table, bool of_units) {
 }
 
 /// Reads one number for all thermometers, or one for each of A…H and shell.
-EachThermometer each(const TomlTable& table, const char* key, double least) {
+EachThermometer read_each_thermometer(const TomlTable& table, const char* key, double least) {
   EachThermometer all{};
   if (table.is_list(key)) {
     std::ranges::copy(numbers(table, key, all.size(), least), all.begin());
@@ -93,7 +93,7 @@ EachThermometer each(const TomlTable& table, const char* key, double least) {
 }
 
 EachThermometer each_or_none(const TomlTable& table, const char* key, double least) {
-  return table.has(key) ? each(table, key, least) : EachThermometer{};
+  return table.has(key) ? read_each_thermometer(table, key, least) : EachThermometer{};
 }
 
 constexpr Vocabulary<FailureMode, 4> kFailureModes{{{"stuck", FailureMode::stuck},
@@ -116,10 +116,10 @@ FailingThermometer read_failing(const TomlTable& table, const std::vector<std::s
 
 ThermometerParameters read_thermometers(const TomlTable& table, const std::vector<std::string>& names) {
   constexpr double kLowestOffsetK = -100;
-  ThermometerParameters t{.noise_k = each(table, "noise_k", 0),
-                          .resolution_k = each(table, "resolution_k", 0),
-                          .time_constant_s = each(table, "time_constant_s", 0),
-                          .offset_k = each(table, "offset_k", kLowestOffsetK),
+  ThermometerParameters t{.noise_k = read_each_thermometer(table, "noise_k", 0),
+                          .resolution_k = read_each_thermometer(table, "resolution_k", 0),
+                          .time_constant_s = read_each_thermometer(table, "time_constant_s", 0),
+                          .offset_k = read_each_thermometer(table, "offset_k", kLowestOffsetK),
                           .gain = each_or_none(table, "gain", -1),
                           .drift_k_per_sqrt_day = each_or_none(table, "drift_k_per_sqrt_day", 0),
                           .days_since_calibration = not_negative(table, "days_since_calibration", 0),

@@ -48,7 +48,7 @@ Result<ThermometerIndices> find_thermometers(const VirtualThermometer& thermomet
 
 /// Returns the thermometers on the inputs of an instrument, or of one of its modules.
 template <class OnInputs>
-OnInputs on_inputs(const ThermometerIndices& indices, std::size_t first = 0) {
+OnInputs thermometers_on_inputs(const ThermometerIndices& indices, std::size_t first = 0) {
   OnInputs inputs;
   for (std::size_t i = 0; i < inputs.size() && first + i < indices.size(); ++i) inputs[i] = indices[first + i];
   return inputs;
@@ -57,11 +57,11 @@ OnInputs on_inputs(const ThermometerIndices& indices, std::size_t first = 0) {
 std::vector<DconModule> make_modules(const VirtualThermometer& thermometer, const ThermometerIndices& indices) {
   std::vector<DconModule> modules;
   for (const auto address : thermometer.addresses)
-    modules.push_back(
-        {.address = address,
-         .type = thermometer.type,
-         .checksum = thermometer.checksum,
-         .inputs = on_inputs<Inputs<drivers::kDconInputs>>(indices, modules.size() * drivers::kDconInputs)});
+    modules.push_back({.address = address,
+                       .type = thermometer.type,
+                       .checksum = thermometer.checksum,
+                       .inputs = thermometers_on_inputs<Inputs<drivers::kDconInputs>>(
+                           indices, modules.size() * drivers::kDconInputs)});
   return modules;
 }
 
@@ -70,11 +70,11 @@ MakeSession session_factory(const VirtualThermometer& thermometer, const Thermom
                             const VirtualLaboratory& laboratory) {
   switch (thermometer.kind) {
     case drivers::ThermometerKind::lakeshore_218:
-      return [&laboratory, inputs = on_inputs<Lakeshore218Session::Inputs>(indices)] {
+      return [&laboratory, inputs = thermometers_on_inputs<Lakeshore218Session::Inputs>(indices)] {
         return std::make_unique<Lakeshore218Session>(laboratory, inputs);
       };
     case drivers::ThermometerKind::pt12:
-      return [&laboratory, inputs = on_inputs<Pt12Session::Inputs>(indices)] {
+      return [&laboratory, inputs = thermometers_on_inputs<Pt12Session::Inputs>(indices)] {
         return std::make_unique<Pt12Session>(laboratory, inputs);
       };
     case drivers::ThermometerKind::dcon:
@@ -216,8 +216,8 @@ class Servers final : public VirtualInstruments {
   [[nodiscard]] std::uint16_t analogue_port(std::size_t index) const override { return analogue_ports_.at(index); }
   [[nodiscard]] std::vector<ServedLine> lines() const override { return lines_; }
   [[nodiscard]] std::unique_ptr<drivers::HidReports> usb_temp(std::size_t index) override {
-    return std::make_unique<VirtualUsbTemp>(laboratory_, guard_,
-                                            on_inputs<VirtualUsbTemp::Inputs>(thermometer_indices_.at(index)));
+    return std::make_unique<VirtualUsbTemp>(
+        laboratory_, guard_, thermometers_on_inputs<VirtualUsbTemp::Inputs>(thermometer_indices_.at(index)));
   }
 
  private:

@@ -18,11 +18,11 @@ std::string in_lower_case(std::string_view text) {
 
 namespace {
 
-bool has_any(std::string_view text, std::initializer_list<std::string_view> parts) {
+bool contains_any(std::string_view text, std::initializer_list<std::string_view> parts) {
   return std::ranges::any_of(parts, [&](std::string_view part) { return text.find(part) != std::string_view::npos; });
 }
 
-bool is_any(std::string_view text, std::initializer_list<std::string_view> spellings) {
+bool is_one_of(std::string_view text, std::initializer_list<std::string_view> spellings) {
   return std::ranges::find(spellings, text) != spellings.end();
 }
 
@@ -58,7 +58,7 @@ bool has_unit(std::string_view name, std::initializer_list<std::string_view> spe
   constexpr std::string_view kUnitSeparators = "_. ";
   auto unit = in_lower_case(unit_in_brackets(name));
   std::erase(unit, ' ');
-  if (!unit.empty()) return is_any(unit, spellings);
+  if (!unit.empty()) return is_one_of(unit, spellings);
   const auto lower = in_lower_case(name.ends_with(']') ? name.substr(0, name.rfind('[')) : name);
   return std::ranges::any_of(spellings, [&](std::string_view spelling) {
     if (!lower.ends_with(spelling)) return false;
@@ -85,29 +85,29 @@ bool is_temperature_name(std::string_view name) {
   const auto bare = in_lower_case(field_name(strip_unit(name)));
   const bool is_letter = bare.size() == 1 && name.size() == 1 && name.front() >= 'A' && name.front() <= 'H';
   const bool is_small_t = strip_unit(name) == "t";  // it means time
-  return has_any(lower, {"temp", "therm", "°c", "degc", "[c]", "(c)"}) || is_letter ||
+  return contains_any(lower, {"temp", "therm", "°c", "degc", "[c]", "(c)"}) || is_letter ||
          (is_letter_with_number(bare, 't') && !is_small_t);
 }
 
 bool is_gyro_name(std::string_view name) {
   const auto lower = in_lower_case(name);
   const auto bare = in_lower_case(field_name(strip_unit(name)));
-  if (has_any(lower, {"temp",     "time",   "device",    "error",    "clip",     "samples", "_id",
-                      "count_",   "_count", "estimator", "ekf",      "xkf",      "nkf",     "_dt",
-                      "integral", "_bias",  "bias_",     "setpoint", "variance", "offset",  "filter"}))
+  if (contains_any(lower, {"temp",     "time",   "device",    "error",    "clip",     "samples", "_id",
+                           "count_",   "_count", "estimator", "ekf",      "xkf",      "nkf",     "_dt",
+                           "integral", "_bias",  "bias_",     "setpoint", "variance", "offset",  "filter"}))
     return false;
-  if (is_any(bare, {"gx", "gy", "gz", "wx", "wy", "wz", "w", "omega", "rate", "pulses", "bias"})) return true;
-  if (has_any(bare, {"gyr", "omega", "angular", "dtheta", "delta_angle", "pulses"})) return true;
-  return has_any(lower, {"gyro"}) && is_any(bare, {"x", "y", "z"});
+  if (is_one_of(bare, {"gx", "gy", "gz", "wx", "wy", "wz", "w", "omega", "rate", "pulses", "bias"})) return true;
+  if (contains_any(bare, {"gyr", "omega", "angular", "dtheta", "delta_angle", "pulses"})) return true;
+  return contains_any(lower, {"gyro"}) && is_one_of(bare, {"x", "y", "z"});
 }
 
 bool is_time_name(std::string_view name) {
   const auto bare = in_lower_case(strip_unit(name));
-  return has_any(bare, {"time", "date", "stamp", "zeit", "elapsed"}) ||
-         is_any(bare,
-                {"t",     "s",       "ms",    "us",      "ns",   "sec", "seconds", "second",  "micros",  "millis",
-                 "ticks", "x_value", "hours", "minutes", "h",    "min", "datum",   "uhr",     "uhrzeit", "elapsed",
-                 "utc",   "fecha",   "hora",  "heure",   "data", "ora", "tow",     "datenum", "epoch",   "days"});
+  return contains_any(bare, {"time", "date", "stamp", "zeit", "elapsed"}) ||
+         is_one_of(bare,
+                   {"t",     "s",       "ms",    "us",      "ns",   "sec", "seconds", "second",  "micros",  "millis",
+                    "ticks", "x_value", "hours", "minutes", "h",    "min", "datum",   "uhr",     "uhrzeit", "elapsed",
+                    "utc",   "fecha",   "hora",  "heure",   "data", "ora", "tow",     "datenum", "epoch",   "days"});
 }
 
 namespace {
@@ -153,18 +153,18 @@ std::optional<double> rate_unit(std::string_view text) {
   constexpr double kRadian = 206264.80624709636, kDegree = 3600;
   auto unit = in_lower_case(text);
   std::erase(unit, ' ');
-  if (is_any(unit, {"°/h", "deg/h", "°/hr", "deg/hr", "deg_per_h", "deg_h", "dph", "deg/hour", "°/hour", "arcsec/s",
-                    "arcsec/sec", "as/s", "degh-1", "degreeh-1", "degreesh-1"}))
+  if (is_one_of(unit, {"°/h", "deg/h", "°/hr", "deg/hr", "deg_per_h", "deg_h", "dph", "deg/hour", "°/hour", "arcsec/s",
+                       "arcsec/sec", "as/s", "degh-1", "degreeh-1", "degreesh-1"}))
     return 1;
-  if (is_any(unit, {"rad/s", "rad/sec", "rad_per_s", "rad_s", "radps", "gyro_rad", "rads", "rads-1", "rads^-1",
-                    "rad.s-1", "rad·s⁻¹"}))
+  if (is_one_of(unit, {"rad/s", "rad/sec", "rad_per_s", "rad_s", "radps", "gyro_rad", "rads", "rads-1", "rads^-1",
+                       "rad.s-1", "rad·s⁻¹"}))
     return kRadian;
-  if (is_any(unit, {"°/s", "deg/s", "°/sec", "deg/sec", "deg_per_s", "deg_s", "dps", "degree/s", "degrees/s", "degs-1",
-                    "deg.s-1", "degree_s", "degrees/second", "degrees-1", "degreess-1"}))
+  if (is_one_of(unit, {"°/s", "deg/s", "°/sec", "deg/sec", "deg_per_s", "deg_s", "dps", "degree/s", "degrees/s",
+                       "degs-1", "deg.s-1", "degree_s", "degrees/second", "degrees-1", "degreess-1"}))
     return kDegree;
-  if (is_any(unit, {"°/min", "deg/min", "dpm"})) return 60;
-  if (is_any(unit, {"rad/h", "rad/hr"})) return kRadian / kDegree;
-  if (is_any(unit, {"rpm", "r/min", "1/min"})) return 21600;
+  if (is_one_of(unit, {"°/min", "deg/min", "dpm"})) return 60;
+  if (is_one_of(unit, {"rad/h", "rad/hr"})) return kRadian / kDegree;
+  if (is_one_of(unit, {"rpm", "r/min", "1/min"})) return 21600;
   return std::nullopt;
 }
 
@@ -198,7 +198,7 @@ std::optional<CelsiusScale> celsius_scale(std::string_view unit) {
 }
 
 bool is_increment_name(std::string_view name) {
-  return has_any(in_lower_case(name), {"pulse", "dtheta", "delta_angle", "count", "increment"}) &&
+  return contains_any(in_lower_case(name), {"pulse", "dtheta", "delta_angle", "count", "increment"}) &&
          !degrees_per_hour_in(name);
 }
 
@@ -249,7 +249,7 @@ std::string channel_name_for(std::string_view column) {
 
 std::vector<std::size_t> gyro_columns(const std::vector<std::string>& names) {
   const auto message_name = [](std::string_view name) { return name.substr(0, name.rfind('.')); };
-  const auto contains_gyro = [](const std::string& name) { return has_any(in_lower_case(name), {"gyr"}); };
+  const auto contains_gyro = [](const std::string& name) { return contains_any(in_lower_case(name), {"gyr"}); };
   const bool any_contains_gyro =
       std::ranges::any_of(names, [&](const std::string& name) { return is_gyro_name(name) && contains_gyro(name); });
   std::vector<std::size_t> found;

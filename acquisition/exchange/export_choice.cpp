@@ -112,7 +112,7 @@ class RowSelection {
   }
 
  private:
-  std::vector<double> each(const auto& value_in) const {
+  std::vector<double> collect_column(const auto& value_in) const {
     std::vector<double> column;
     column.reserve(stretches_.size());
     for (const Stretch& stretch : stretches_) column.push_back(value_in(stretch));
@@ -130,7 +130,7 @@ class RowSelection {
 
   std::vector<double> means(const std::vector<double>& column) const {
     if (column.empty()) return {};
-    return each([&](const Stretch& stretch) { return mean(stretch_values(column, stretch)); });
+    return collect_column([&](const Stretch& stretch) { return mean(stretch_values(column, stretch)); });
   }
 
   template <class T>
@@ -148,14 +148,14 @@ class RowSelection {
     for (std::size_t axis = 0; axis < columns.rotation.size(); ++axis) {
       const auto& rotation = columns.rotation[axis];
       const bool counts = axes[axis].kind == GyroKind::pulse_count;
-      unit.rotation.push_back(each([&](const Stretch& stretch) {
+      unit.rotation.push_back(collect_column([&](const Stretch& stretch) {
         if (!is_in_one_position(stretch)) return kMissing;
         const auto part = stretch_values(rotation, stretch);
         return counts ? sum_of_pulses(part, stretch_values(columns.interval_s, stretch)) : mean(part);
       }));
     }
-    unit.interval_s =
-        each([&](const Stretch& stretch) { return sum_or_missing(stretch_values(columns.interval_s, stretch)); });
+    unit.interval_s = collect_column(
+        [&](const Stretch& stretch) { return sum_or_missing(stretch_values(columns.interval_s, stretch)); });
     for (const auto& column : columns.values) unit.values.push_back(means(column));
     for (const auto& column : columns.true_bias_deg_per_h) unit.true_bias_deg_per_h.push_back(means(column));
     return unit;

@@ -45,12 +45,12 @@ Result<void> check_format(Bytes& bytes, FileFormat format) {
                              name(format), name(*is)));
 }
 
-Findings with_notes(Notes notes) { return {.notes = std::move(notes)}; }
+Findings make_findings(Notes notes) { return {.notes = std::move(notes)}; }
 
 Result<Findings> read_by_format(Bytes bytes, const ImportMap& map, const TakeRow& take) {
   if (auto fits = check_format(bytes, map.format); !fits) return failure(fits.error());
-  if (map.format == FileFormat::ulog) return read_ulog(std::move(bytes), map, take).map(with_notes);
-  if (map.format == FileFormat::dataflash) return read_dataflash(std::move(bytes), map, take).map(with_notes);
+  if (map.format == FileFormat::ulog) return read_ulog(std::move(bytes), map, take).map(make_findings);
+  if (map.format == FileFormat::dataflash) return read_dataflash(std::move(bytes), map, take).map(make_findings);
   return read_text_table(std::move(bytes), map, take);
 }
 

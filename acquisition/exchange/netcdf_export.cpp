@@ -351,7 +351,7 @@ class NetcdfExport {
     put_flags(unique_name("cycle"), "cycle of the profile", info_.cycles, cycle);
     put_flags(unique_name("phase"), "phase of the segment", phases, phase);
     put_flags(unique_name("state"), "state of the run", states, state);
-    if (record::is_handled(info_)) put_turned();
+    if (record::has_operator_actions(info_)) put_turned();
   }
 
   /// Writes the `turned` flag, which determines the sign of the Earth rate.

@@ -32,7 +32,7 @@ struct GyroReading {
 
 /// Combines an instrument's answer with the present instant.
 template <class T>
-Reading<T> stamped(const Clock& clock, Result<T> answer) {
+Reading<T> stamp(const Clock& clock, Result<T> answer) {
   return {std::move(answer), clock.now()};
 }
 
@@ -57,10 +57,10 @@ Result<std::vector<Result<T>>> read_inputs(Instrument& instrument, IdentityWatch
 }
 
 ThermometerReadings read_stamped(drivers::Thermometer& thermometer, IdentityWatch& watch, const Clock& clock) {
-  return stamped<std::vector<Result<Celsius>>>(clock, read_inputs<Celsius>(thermometer, watch));
+  return stamp<std::vector<Result<Celsius>>>(clock, read_inputs<Celsius>(thermometer, watch));
 }
 
-void spread(const ThermometerInputs& inputs, const ThermometerReadings& readings, Sample& into) {
+void append_readings(const ThermometerInputs& inputs, const ThermometerReadings& readings, Sample& into) {
   for (std::size_t i = 0; i < inputs.channels.size(); ++i) {
     if (!readings.value) {
       Fault fault = readings.value.error();
@@ -74,7 +74,7 @@ void spread(const ThermometerInputs& inputs, const ThermometerReadings& readings
 }
 
 GyroReading read_gyro(drivers::Gyro& gyro, IdentityWatch& watch, Duration interval, const Clock& clock) {
-  auto count = stamped(clock, watch.guard(gyro, [&] { return gyro.read(interval); }));
+  auto count = stamp(clock, watch.guard(gyro, [&] { return gyro.read(interval); }));
   return {std::move(count), gyro.frames()};
 }
 
@@ -87,7 +87,7 @@ GyroCount select_share(const GyroCount& count, const GyroInputs::Share& share) {
 }
 
 /// Distributes a gyro's reading to its units. Assigns the frame counts to the first of the units that share the line.
-void spread(const GyroInputs& inputs, const GyroReading& reading, Sample& into) {
+void append_readings(const GyroInputs& inputs, const GyroReading& reading, Sample& into) {
   for (const auto& share : inputs.shares) {
     auto& unit = into.units[share.unit];
     unit.count = reading.count.value ? Reading<GyroCount>{select_share(*reading.count.value, share), reading.count.at}
@@ -97,7 +97,7 @@ void spread(const GyroInputs& inputs, const GyroReading& reading, Sample& into) 
 }
 
 AnalogueReadings read_stamped(drivers::AnalogueInputs& inputs, IdentityWatch& watch, const Clock& clock) {
-  return stamped<std::vector<Result<double>>>(clock, read_inputs<double>(inputs, watch));
+  return stamp<std::vector<Result<double>>>(clock, read_inputs<double>(inputs, watch));
 }
 
 /// Returns the scaled reading of one channel. A fault of the whole instrument becomes a fault of the channel.
@@ -112,7 +112,7 @@ Result<double> scaled_value(const AnalogueChannels& inputs, std::size_t channel,
   return (*readings.value)[channel].map([&](double reading) { return reading * scale + offset; });
 }
 
-void spread(const AnalogueChannels& inputs, const AnalogueReadings& readings, Sample& into) {
+void append_readings(const AnalogueChannels& inputs, const AnalogueReadings& readings, Sample& into) {
   for (std::size_t i = 0; i < inputs.channels.size(); ++i) {
     const auto& channel = inputs.channels[i];
     into.units[channel.unit].analogue[channel.value] = {scaled_value(inputs, i, readings), readings.at};
@@ -210,18 +210,18 @@ class InlineIo final : public InstrumentIo {
   Sample read(std::int64_t slot, const Clock& clock) override {
     watches_.begin_second(slot);
     Sample sample = empty_sample(slot, clock.now(), units_);
-    sample.chamber = stamped(clock, watches_.chamber.read());
+    sample.chamber = stamp(clock, watches_.chamber.read());
     for (std::size_t i = 0; i < instruments_.thermometers.size(); ++i) {
       const auto& inputs = instruments_.thermometers[i];
-      spread(inputs, read_stamped(inputs.instrument, watches_.thermometers[i], clock), sample);
+      append_readings(inputs, read_stamped(inputs.instrument, watches_.thermometers[i], clock), sample);
     }
     for (std::size_t i = 0; i < instruments_.gyros.size(); ++i) {
       const auto& inputs = instruments_.gyros[i];
-      spread(inputs, read_gyro(inputs.instrument, watches_.gyros[i], options_.interval, clock), sample);
+      append_readings(inputs, read_gyro(inputs.instrument, watches_.gyros[i], options_.interval, clock), sample);
     }
     for (std::size_t i = 0; i < instruments_.analogue.size(); ++i) {
       const auto& inputs = instruments_.analogue[i];
-      spread(inputs, read_stamped(inputs.instrument, watches_.analogue[i], clock), sample);
+      append_readings(inputs, read_stamped(inputs.instrument, watches_.analogue[i], clock), sample);
     }
     for (std::size_t unit = 0; instruments_.true_bias && unit < units_.size(); ++unit)
       sample.units[unit].true_bias = instruments_.true_bias(unit);
@@ -325,7 +325,7 @@ class WorkerIo final : public InstrumentIo {
     const Instant now = clock.now();
     clock_ = &clock;
     read_at_ = now.since_start;
-    auto chamber = chamber_.post([this, &clock] { return stamped(clock, watches_.chamber.read()); });
+    auto chamber = chamber_.post([this, &clock] { return stamp(clock, watches_.chamber.read()); });
     std::vector<std::future<ThermometerReadings>> thermometers;
     for (std::size_t i = 0; i < thermometers_.size(); ++i)
       thermometers.push_back(thermometers_[i].post([this, &clock, i] {
@@ -346,17 +346,19 @@ class WorkerIo final : public InstrumentIo {
     sample.chamber = accept_if_in_time(await(chamber_, chamber, clock, now), "chamber", clock, now);
     for (std::size_t i = 0; i < thermometers_.size(); ++i) {
       auto readings = await(thermometers_[i], thermometers[i], clock, now);
-      spread(instruments_.thermometers[i], accept_if_in_time(std::move(readings), "thermometer", clock, now), sample);
+      append_readings(instruments_.thermometers[i], accept_if_in_time(std::move(readings), "thermometer", clock, now),
+                      sample);
     }
     for (std::size_t i = 0; i < gyros_.size(); ++i) {
       auto reading = await(gyros_[i], gyros[i], clock, now);
       if (reading) frames_[i] = reading->frames;
-      spread(instruments_.gyros[i],
-             reading ? *reading : GyroReading{late_reading<GyroCount>("gyro", clock), frames_[i]}, sample);
+      append_readings(instruments_.gyros[i],
+                      reading ? *reading : GyroReading{late_reading<GyroCount>("gyro", clock), frames_[i]}, sample);
     }
     for (std::size_t i = 0; i < analogue_.size(); ++i) {
       auto readings = await(analogue_[i], analogue[i], clock, now);
-      spread(instruments_.analogue[i], accept_if_in_time(std::move(readings), "analogue input", clock, now), sample);
+      append_readings(instruments_.analogue[i], accept_if_in_time(std::move(readings), "analogue input", clock, now),
+                      sample);
     }
     return sample;
   }
@@ -424,7 +426,7 @@ class WorkerIo final : public InstrumentIo {
   /// Makes the reading of an instrument that did not answer in time.
   template <class T>
   Reading<T> late_reading(const char* instrument, const Clock& clock) const {
-    return stamped<T>(clock, failure(FaultKind::timeout, instrument, "still busy after " + to_ms(options_.patience)));
+    return stamp<T>(clock, failure(FaultKind::timeout, instrument, "still busy after " + to_ms(options_.patience)));
   }
 
   Instruments instruments_;

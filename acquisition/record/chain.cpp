@@ -113,9 +113,10 @@ std::optional<std::vector<std::pair<std::string, std::string>>> parse_manifest(c
 
 /// Returns the present name of a file after the record `was` was renamed to `now` together with all its files. Returns
 /// the name of any other file unchanged.
-std::string renamed(const std::string& file, const std::string& old_name, const std::string& now) {
+std::string name_after_rename(const std::string& file, const std::string& old_name, const std::string& now) {
   constexpr std::string_view kLog = "-wal";
-  if (file.ends_with(kLog)) return renamed(file.substr(0, file.size() - kLog.size()), old_name, now).append(kLog);
+  if (file.ends_with(kLog))
+    return name_after_rename(file.substr(0, file.size() - kLog.size()), old_name, now).append(kLog);
   if (file == old_name) return now;
   const auto name = part_name(file);
   return name && name->record == old_name ? part_path(now, name->part) : file;
@@ -137,7 +138,8 @@ Result<std::optional<Manifest>> check_manifest(const std::string& record_path) {
   };
   // The first line names the record's own file, under its name at the time of closing.
   if (!lines->empty() && !is_named())
-    for (const auto old_name = lines->front().first; auto& [name, digest] : *lines) name = renamed(name, old_name, own);
+    for (const auto old_name = lines->front().first; auto& [name, digest] : *lines)
+      name = name_after_rename(name, old_name, own);
   if (!is_named()) return refuse("does not name the record");
   Manifest files;
   for (const auto& [name, digest] : *lines) {

@@ -301,8 +301,8 @@ double channel_value(const Record& record, const ChannelColumn& column, std::siz
 struct TurnedColumn {};
 
 /// Calls `use` with each column of the text table, in order. A column is one that every record has, one of a channel,
-/// or TurnedColumn if `is_handled`.
-void each_column(std::span<const ChannelColumn> channels, bool is_handled, const auto& use) {
+/// or TurnedColumn if `has_operator_actions`.
+void each_column(std::span<const ChannelColumn> channels, bool has_operator_actions, const auto& use) {
   const auto each_fixed = [&](std::span<const Column<SampleRow>> columns) {
     for (const auto& column : columns)
       if (column.exported.title != nullptr) use(column);
@@ -312,7 +312,7 @@ void each_column(std::span<const ChannelColumn> channels, bool is_handled, const
   each_fixed(columns_before_channels());
   std::for_each(channels.begin(), truth, use);
   each_fixed(columns_after_channels());
-  if (is_handled) use(TurnedColumn{});
+  if (has_operator_actions) use(TurnedColumn{});
   std::for_each(truth, channels.end(), use);
 }
 
@@ -338,7 +338,7 @@ struct CellWriter {
 void write_csv_head(const RunInfo& info, bool finished, const std::function<void(std::string_view)>& sink) {
   Buffer out;
   add_comments(out, info, finished);
-  each_column(channel_columns(info), is_handled(info), TitleWriter{out, info});
+  each_column(channel_columns(info), has_operator_actions(info), TitleWriter{out, info});
   out.push_back('\n');
   sink(std::string_view(out.data(), out.size()));
 }
@@ -357,7 +357,7 @@ void write_csv_rows(const Record& record, std::int64_t after, const std::functio
     out.push_back('\n');
     begun = 1;
   };
-  const bool handled = is_handled(record.info);
+  const bool handled = has_operator_actions(record.info);
   for (std::size_t row = 0; row < record.slot.size(); ++row) {
     if (record.slot[row] <= after) continue;
     each_column(channels, handled, CellWriter{out, record, row});

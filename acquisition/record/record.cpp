@@ -159,7 +159,7 @@ const RunInfo::SegmentInfo* segment_at(const Record& record, std::size_t row) {
   return index < record.info.segments.size() ? &record.info.segments[index] : nullptr;
 }
 
-bool is_handled(const RunInfo& info) {
+bool has_operator_actions(const RunInfo& info) {
   return std::ranges::any_of(info.segments, [](const RunInfo::SegmentInfo& segment) {
     return segment.unit.turned || !segment.prompt.empty();
   });

@@ -62,7 +62,7 @@ struct Record {
 [[nodiscard]] const RunInfo::SegmentInfo* segment_at(const Record& record, std::size_t row);
 
 /// Returns whether operators handle the unit during the profile: a prompt requests any action on the unit.
-[[nodiscard]] bool is_handled(const RunInfo& info);
+[[nodiscard]] bool has_operator_actions(const RunInfo& info);
 /// Returns the mounting of the unit in a row: 1 if it was turned around, 0 if not. Returns NaN while an operator
 /// handles the unit: in a segment with a prompt, until the clock of the segment starts.
 [[nodiscard]] double turned_at(const Record& record, std::size_t row);

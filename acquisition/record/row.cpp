@@ -84,7 +84,7 @@ Entry event_entry(std::int64_t last, const Event& event) {
 namespace {
 
 template <class Kind>
-Kind named(std::string_view text, std::initializer_list<Kind> kinds) {
+Kind find_kind(std::string_view text, std::initializer_list<Kind> kinds) {
   const auto* found = std::find_if(kinds.begin(), kinds.end(), [&](Kind kind) { return text == name(kind); });
   return found == kinds.end() ? *kinds.begin() : *found;
 }
@@ -108,8 +108,8 @@ void take_value(double& number, From from, int i) { number = from.real(i); }
 void take_value(Celsius& temperature, From from, int i) { temperature = Celsius{from.real(i)}; }
 void take_value(Duration& time, From from, int i) { time = Duration(from.integer(i)); }
 void take_value(std::string& text, From from, int i) { text = from.text(i); }
-void take_value(Phase& phase, From from, int i) { phase = named(from.text(i), kPhases); }
-void take_value(RunState& state, From from, int i) { state = named(from.text(i), kRunStates); }
+void take_value(Phase& phase, From from, int i) { phase = find_kind(from.text(i), kPhases); }
+void take_value(RunState& state, From from, int i) { state = find_kind(from.text(i), kRunStates); }
 void take_value(EventKind& kind, From from, int i) { kind = find_event_kind(from.text(i)); }
 template <std::integral T>
 void take_value(T& number, From from, int i) {
@@ -363,10 +363,10 @@ void SampleColumns::read(SampleRow& row, const Statement& from) const {
 std::span<const Column<RecordedEvent>> event_columns() { return kEventColumns; }
 
 EventKind find_event_kind(std::string_view text) {
-  return named(text,
-               {EventKind::started, EventKind::resumed, EventKind::segment, EventKind::fault, EventKind::recovered,
-                EventKind::interlock, EventKind::note, EventKind::interrupted, EventKind::finished, EventKind::state,
-                EventKind::command, EventKind::dropped, EventKind::returned, EventKind::acknowledged, EventKind::told});
+  return find_kind(
+      text, {EventKind::started, EventKind::resumed, EventKind::segment, EventKind::fault, EventKind::recovered,
+             EventKind::interlock, EventKind::note, EventKind::interrupted, EventKind::finished, EventKind::state,
+             EventKind::command, EventKind::dropped, EventKind::returned, EventKind::acknowledged, EventKind::told});
 }
 
 Result<void> each_sample(Database& database, const RunInfo& info, const Selection& selection,

@@ -235,7 +235,7 @@ std::string rate(const ChannelColumn& column, const RunInfo& info) {
                      calibrated_name(column));
 }
 
-std::string selected(const ChannelColumn& column, const RunInfo& info) {
+std::string select_expression(const ChannelColumn& column, const RunInfo& info) {
   switch (column.measures) {
     case Measures::temperature:
       return fmt::format("{} AS \"{}\"", temperature(info.thermometers[column.index]), column.name);
@@ -257,7 +257,7 @@ std::string sample_view(const RunInfo& info) {
                   utc_column("utc_ns"));
   std::string truth;
   for (const ChannelColumn& column : channel_columns(info))
-    (column.measures == Measures::true_bias ? truth : sql) += ", " + selected(column, info);
+    (column.measures == Measures::true_bias ? truth : sql) += ", " + select_expression(column, info);
   return sql +
          ", (SELECT name FROM segment WHERE segment.position = sample.segment) AS segment, (SELECT value FROM list "
          "WHERE list.name = 'cycles' AND list.of = '' AND list.position = sample.cycle) AS cycle, phase, state" +

@@ -131,7 +131,7 @@ CombinedUncertainty mean_uncertainty(const Uncertainty& uncertainty, double aver
   return combined(convert_averaging(uncertainty.budget, averaging_s).rows);
 }
 
-double widening(double excess) { return 3 * (std::pow(1 + 2 * excess, 2) - 1); }
+double extrapolation_factor(double excess) { return 3 * (std::pow(1 + 2 * excess, 2) - 1); }
 
 double form_variance(const std::vector<BudgetRow>& rows) {
   double variance = 0;
@@ -144,7 +144,8 @@ double expanded_outside(const Uncertainty& uncertainty, double averaging_s, doub
   const std::vector<BudgetRow> rows = convert_averaging(uncertainty.budget, averaging_s).rows;
   const CombinedUncertainty all = combined(rows);
   if (!(excess > 0)) return all.expanded_deg_per_h;
-  return all.coverage_factor * std::sqrt(std::pow(all.standard_deg_per_h, 2) + widening(excess) * form_variance(rows));
+  return all.coverage_factor *
+         std::sqrt(std::pow(all.standard_deg_per_h, 2) + extrapolation_factor(excess) * form_variance(rows));
 }
 
 }  // namespace gyrotherm::model

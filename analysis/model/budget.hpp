@@ -153,9 +153,9 @@ struct Uncertainty {
 /// Returns the variance to be added to a mean whose worst input is outside its trained range by `excess` times that
 /// range, in units of the model form variance: 3((1 + 2·excess)² − 1). The formula assumes an error that is linear in
 /// the input, inside and outside the range, and that has the mean square of the model form inside.
-[[nodiscard]] double widening(double excess);
+[[nodiscard]] double extrapolation_factor(double excess);
 
-/// Returns the variance of the model form in a budget, (°/h)². widening() is a multiple of it.
+/// Returns the variance of the model form in a budget, (°/h)². extrapolation_factor() is a multiple of it.
 [[nodiscard]] double form_variance(const std::vector<BudgetRow>& rows);
 
 /// Returns U of a mean over `averaging_s`, °/h, when the worst input is outside its trained range by `excess` times

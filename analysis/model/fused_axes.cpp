@@ -68,8 +68,8 @@ Result<void> compensate(FusedAxes& fused, Eigen::Index a, const CompensatedAxis&
     const data::SampleMatrix temperatures = axis.dataset.temperature_c.middleRows(from, count);
     fused.rate_deg_per_h.col(a).segment(from, count) =
         stream->push_at(axis.dataset.time_s.segment(from, count), temperatures, rate.segment(from, count));
-    fused.widening.col(a).segment(from, count) =
-        form_variance(axis.model.uncertainty->budget.rows) * stream->excess().unaryExpr(&widening);
+    fused.added_variance.col(a).segment(from, count) =
+        form_variance(axis.model.uncertainty->budget.rows) * stream->excess().unaryExpr(&extrapolation_factor);
     for (const Eigen::Index row : stream->rows_outside())
       fused.outside[static_cast<std::size_t>(from + row)] |= AxisSet{1} << static_cast<unsigned>(a);
   }
@@ -271,7 +271,7 @@ Result<FusedAxes> compensate_axes(const std::vector<CompensatedAxis>& axes, Outs
   fused.directions.resize(count, 3);
   fused.rate_deg_per_h.resize(first.time_s.size(), count);
   fused.outside.resize(static_cast<std::size_t>(first.time_s.size()));
-  fused.widening.resize(first.time_s.size(), count);
+  fused.added_variance.resize(first.time_s.size(), count);
   for (std::size_t a = 0; a < axes.size(); ++a) {
     const CompensatedAxis& axis = axes[a];
     if (auto checked = check_axis(axis); !checked) return failure(checked.error());

@@ -57,9 +57,9 @@ struct FusedAxes {
   std::optional<fusion::Attitude> attitude{};
   /// Axes with an input outside the trained range, per second.
   std::vector<AxisSet> outside{};
-  /// Seconds × axes: variance added to an axis with an input outside the trained range, (°/h)²: widening() times its
-  /// model form variance. Otherwise 0.
-  Eigen::MatrixXd widening{};
+  /// Seconds × axes: variance added to an axis with an input outside the trained range, (°/h)²: extrapolation_factor()
+  /// times its model form variance. Otherwise 0.
+  Eigen::MatrixXd added_variance{};
   std::vector<std::string> warnings{};
   [[nodiscard]] Eigen::Index axes() const { return directions.rows(); }
 };

@@ -26,7 +26,7 @@ struct SetOfAxes {
 };
 
 /// Returns U of the rate vector's components, °/h, with the variance `added` added to each axis.
-Eigen::RowVector3d expanded(const SetOfAxes& set, const Eigen::VectorXd& added) {
+Eigen::RowVector3d expanded_uncertainty(const SetOfAxes& set, const Eigen::VectorXd& added) {
   const Eigen::Matrix3d covariance = set.covariance + set.gains.rate * added.asDiagonal() * set.gains.rate.transpose();
   return kFusionCoverage * covariance.diagonal().cwiseSqrt().transpose();
 }
@@ -129,7 +129,8 @@ Result<void> RecordFuser::fuse_second(Eigen::Index row) {
     record_alarm(std::move(alarm), kMergeWithin_s);
   }
   run_.rate_deg_per_h.row(row) = (fused_set->gains.rate * readings(members(set))).transpose();
-  run_.expanded_deg_per_h.row(row) = expanded(*fused_set, axes_.widening.row(row).transpose()(members(set)));
+  run_.expanded_deg_per_h.row(row) =
+      expanded_uncertainty(*fused_set, axes_.added_variance.row(row).transpose()(members(set)));
   run_.used[at] = set;
   return {};
 }

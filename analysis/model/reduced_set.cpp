@@ -87,7 +87,7 @@ class Pursuit {
   }
 
   /// Returns the selected centres, in the order of the full function, and their weights.
-  [[nodiscard]] Gaussians reduced(std::vector<Eigen::Index>& kept) const {
+  [[nodiscard]] Gaussians selected_gaussians(std::vector<Eigen::Index>& kept) const {
     const Eigen::MatrixXd factor = columns_.leftCols(taken())(kept_, Eigen::all);
     const Eigen::VectorXd weights = factor.triangularView<Eigen::Lower>().transpose().solve(
         Eigen::Map<const Eigen::VectorXd>(steps_.data(), taken()));
@@ -194,7 +194,7 @@ Result<Model> reduce(const Model& model, const data::Clusters& training, const R
   if (!reached || pursuit.taken() >= all) return smaller;
 
   std::vector<Eigen::Index> kept;
-  const Gaussians reduced = pursuit.reduced(kept);
+  const Gaussians reduced = pursuit.selected_gaussians(kept);
   store_reduction(smaller, kept, reduced);
   const Eigen::VectorXd change = full->at(*clusters) - reduced.at(*clusters);
   const double unit = model.target_std_deg_per_h;

@@ -228,7 +228,8 @@ double added_noise(const std::vector<Sensitivity>& sensitivities, const Training
   return std::sqrt(squares);
 }
 
-/// Returns the model's own variance in each cluster, (°/h)². It grows outside the trained range without widening().
+/// Returns the model's own variance in each cluster, (°/h)². It grows outside the trained range without
+/// extrapolation_factor().
 Result<Eigen::VectorXd> function_variance(const Model& model, const data::Clusters& clusters) {
   const auto inputs = evaluate(model.terms, clusters);
   if (!inputs) return failure(inputs.error());
@@ -499,7 +500,7 @@ Result<Eigen::VectorXd> interval_half_widths(const Model& model, const Uncertain
   const auto inputs = evaluate(model.terms, clusters);
   if (!inputs) return failure(inputs.error());
   const Eigen::VectorXd excess = apply_range_policy(model, *inputs, Outside::extrapolate).excess;
-  Eigen::VectorXd variance = form_variance(rows) * excess.unaryExpr(&widening);
+  Eigen::VectorXd variance = form_variance(rows) * excess.unaryExpr(&extrapolation_factor);
   const bool is_a_row = std::ranges::find(rows, Source::coefficients, &BudgetRow::source) != rows.end();
   if (model.variance && (is_a_row || std::isfinite(trained.variance_in_training))) {
     const auto open = function_variance(model, clusters);

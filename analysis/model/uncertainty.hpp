@@ -133,11 +133,11 @@ struct ThermometersInUse {
 /// over the cluster length, and is expanded like a budget. Errors that are equal in training and in use are excluded,
 /// since the model has learnt them. A thermometer contributes its sensitivity in this cluster times its drifts until
 /// training and until this run. The two drifts are treated as independent, which is an upper limit for a random walk.
-/// If neither day of calibration is known, a year is assumed between them. Outside the trained range widening() is
-/// added. If the model has a predictive variance and the budget a row `coefficients`, the variance in this cluster
-/// replaces the row. Without such a row only the excess of the variance over its mean in training is added, because the
-/// held-out residual includes this mean. `trained` is the uncertainty of the model. NaN where an input is unknown.
-/// Fails like sensitivities().
+/// If neither day of calibration is known, a year is assumed between them. Outside the trained range
+/// extrapolation_factor() is added. If the model has a predictive variance and the budget a row `coefficients`, the
+/// variance in this cluster replaces the row. Without such a row only the excess of the variance over its mean in
+/// training is added, because the held-out residual includes this mean. `trained` is the uncertainty of the model. NaN
+/// where an input is unknown. Fails like sensitivities().
 [[nodiscard]] Result<Eigen::VectorXd> interval_half_widths(const Model& model, const Uncertainty& trained,
                                                            const data::Dataset& dataset,
                                                            const data::Clusters& clusters);

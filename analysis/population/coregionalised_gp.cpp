@@ -109,7 +109,7 @@ struct Solution {
 Result<Solution> solve(const Coregionalisation& model, const OutputSamples& samples) {
   Solution solved;
   solved.kernel = compute_kernel(model, samples.x, samples.x);
-  Eigen::MatrixXd covariance = value_covariance(samples, solved.kernel, between_outputs(model));
+  Eigen::MatrixXd covariance = value_covariance(samples, solved.kernel, output_covariance(model));
   add_noise(samples, model.noise, covariance);
   solved.factor.compute(covariance);
   if (solved.factor.info() != Eigen::Success) return not_definite_fault();
@@ -229,10 +229,10 @@ OutputSamples samples_from_table(const data::SampleMatrix& x, const Eigen::Matri
   return samples;
 }
 
-Eigen::MatrixXd between_outputs(const Coregionalisation& model) { return model.root * model.root.transpose(); }
+Eigen::MatrixXd output_covariance(const Coregionalisation& model) { return model.root * model.root.transpose(); }
 
 Eigen::MatrixXd correlation_between_outputs(const Coregionalisation& model) {
-  const Eigen::MatrixXd between = between_outputs(model);
+  const Eigen::MatrixXd between = output_covariance(model);
   const Eigen::VectorXd inverse = between.diagonal().cwiseSqrt().cwiseInverse();
   return inverse.asDiagonal() * between * inverse.asDiagonal();
 }
@@ -250,7 +250,7 @@ Result<CoregionalisedLikelihood> marginal_likelihood(const Coregionalisation& mo
   Eigen::MatrixXd q = -solved->factor.solve(Eigen::MatrixXd::Identity(count, count));
   q += solved->alpha * solved->alpha.transpose() +
        with_constants * solved->constant_covariance * with_constants.transpose();
-  const Eigen::MatrixXd between = between_outputs(model);
+  const Eigen::MatrixXd between = output_covariance(model);
   Eigen::MatrixXd by_between = Eigen::MatrixXd::Zero(outputs, outputs);
   Eigen::MatrixXd by_kernel = Eigen::MatrixXd::Zero(rows, rows);
   Eigen::VectorXd by_noise = Eigen::VectorXd::Zero(outputs);
@@ -313,7 +313,7 @@ OutputPredictions predict(const CoregionalisedGp& process, const data::SampleMat
   const Eigen::Index outputs = process.samples.outputs;
   const auto count = static_cast<Eigen::Index>(process.samples.values.size());
   const Eigen::MatrixXd kernel = compute_kernel(process.model, process.samples.x, x);
-  const Eigen::MatrixXd between = between_outputs(process.model);
+  const Eigen::MatrixXd between = output_covariance(process.model);
   OutputPredictions predictions{Eigen::MatrixXd(x.rows(), outputs), Eigen::MatrixXd(x.rows(), outputs)};
   for (Eigen::Index j = 0; j < outputs; ++j) {
     Eigen::MatrixXd cross_covariance(count, x.rows());

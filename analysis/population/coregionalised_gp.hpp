@@ -48,7 +48,7 @@ struct Coregionalisation {
 };
 
 /// Returns B, outputs × outputs, the covariance between the outputs.
-[[nodiscard]] Eigen::MatrixXd between_outputs(const Coregionalisation& model);
+[[nodiscard]] Eigen::MatrixXd output_covariance(const Coregionalisation& model);
 /// Returns B_ij/√(B_ii B_jj).
 [[nodiscard]] Eigen::MatrixXd correlation_between_outputs(const Coregionalisation& model);
 

@@ -87,7 +87,7 @@ Eigen::VectorXd GaussianSamples::response(double sigma, const Eigen::VectorXd& b
   return gaussian_response(coordinates_, sigma, beta);
 }
 
-float* KernelMemory::singles(Eigen::Index n) {
+float* KernelMemory::float_buffer(Eigen::Index n) {
   const std::size_t size = static_cast<std::size_t>(n) * padded_row(n);
   if (size > singles_size_) {
     singles_.reset();
@@ -116,7 +116,7 @@ Kernel::Kernel(const GaussianSamples& samples, double sigma, KernelMemory& memor
       sigma_(sigma),
       memory_(memory),
       row_stride_(padded_row(samples.size())),
-      singles_(memory.singles(samples.size())),
+      singles_(memory.float_buffer(samples.size())),
       has_row_(static_cast<std::size_t>(samples.size())),
       columns_(static_cast<std::size_t>(samples.size())),
       most_(std::max<std::size_t>(column_bytes / (sizeof(double) * padded_column(samples.size())), 1)) {}

@@ -59,7 +59,7 @@ class GaussianSamples {
 class KernelMemory {
  public:
   /// Returns uninitialised memory for a matrix of n points in single precision.
-  [[nodiscard]] float* singles(Eigen::Index n);
+  [[nodiscard]] float* float_buffer(Eigen::Index n);
   /// Returns uninitialised memory for the k-th column of n points in double precision.
   [[nodiscard]] double* column(Eigen::Index n, std::size_t k);
 

@@ -179,7 +179,7 @@ Eigen::VectorXd CompensationTable::bias_deg_per_h(const Eigen::Ref<const data::S
   return bias.array() - rotation_->earth_rate_deg_per_h * (1 - 2 * turned);
 }
 
-bool CompensationTable::at_rest(const Eigen::Ref<const data::SampleMatrix>& rows, Eigen::Index row) const {
+bool CompensationTable::is_at_rest(const Eigen::Ref<const data::SampleMatrix>& rows, Eigen::Index row) const {
   return !has_at_rest_ || rows(row, temperatures() + 1) > 0;
 }
 

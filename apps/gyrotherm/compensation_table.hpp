@@ -41,7 +41,7 @@ class CompensationTable {
   /// an exported table.
   [[nodiscard]] data::SampleMatrix temperatures_c(const Eigen::Ref<const data::SampleMatrix>& rows) const;
   [[nodiscard]] Eigen::VectorXd bias_deg_per_h(const Eigen::Ref<const data::SampleMatrix>& rows) const;
-  [[nodiscard]] bool at_rest(const Eigen::Ref<const data::SampleMatrix>& rows, Eigen::Index row) const;
+  [[nodiscard]] bool is_at_rest(const Eigen::Ref<const data::SampleMatrix>& rows, Eigen::Index row) const;
   [[nodiscard]] Eigen::VectorXd slot(const Eigen::Ref<const data::SampleMatrix>& rows) const;
   /// Returns the seconds since the start of the run, for an exported table.
   [[nodiscard]] Eigen::VectorXd time_s(const Eigen::Ref<const data::SampleMatrix>& rows) const;

@@ -125,7 +125,7 @@ std::vector<ReadSpan> join_spans(const std::vector<ReadSpan>& spans, std::uint16
   return all;
 }
 
-bool holds(const ReadSpan& span, const RegisterItem& item) {
+bool covers(const ReadSpan& span, const RegisterItem& item) {
   return span.function == read_function(item) && item.address >= span.first &&
          item.address + word_count(item) <= span.first + span.count;
 }
@@ -204,7 +204,7 @@ class ModbusAnalogueInputs final : public AnalogueInputs {
     const auto at_most = map_.registers.link.modbus.read_at_most;
     auto spans = join_spans(plan_reads(all, map_.registers.holes, at_most), at_most);
     std::erase_if(spans, [&](const auto& span) {
-      return std::ranges::none_of(wanted, [&](const auto* item) { return holds(span, *item); });
+      return std::ranges::none_of(wanted, [&](const auto* item) { return covers(span, *item); });
     });
     return spans;
   }
@@ -213,7 +213,7 @@ class ModbusAnalogueInputs final : public AnalogueInputs {
                                           const std::vector<std::pair<ReadSpan, Fault>>& failed) const {
     for (const auto* item : find_input_items(input))
       for (const auto& [span, fault] : failed)
-        if (holds(span, *item)) return failure(fault);
+        if (covers(span, *item)) return failure(fault);
     for (const auto& name : input.statuses) {
       const auto& status = items_.item(name);
       const auto code = items_.value_in(found, status);

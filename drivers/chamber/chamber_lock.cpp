@@ -239,7 +239,7 @@ std::vector<std::string> candidate_folders() {
   return all;
 }
 
-bool is_own(const struct stat& found) {
+bool is_writable_by_this_user_only(const struct stat& found) {
   return found.st_uid == ::geteuid() && (found.st_mode & kWritableByOthers) == 0;
 }
 
@@ -249,7 +249,7 @@ Descriptor open_own_folder(const std::string& path) {
   ::mkdir(path.c_str(), kFolderMode);
   Descriptor folder(::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC));
   struct stat found {};
-  if (!folder.is_open() || ::fstat(folder.number(), &found) != 0 || !is_own(found)) return {};
+  if (!folder.is_open() || ::fstat(folder.number(), &found) != 0 || !is_writable_by_this_user_only(found)) return {};
   return folder;
 }
 
@@ -261,8 +261,8 @@ Descriptor open_lock_file(const std::string& place) {
     Descriptor file(::openat(folder.number(), (place + ".lock").c_str(),
                              O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, kFileMode));
     struct stat found {};
-    if (file.is_open() && ::fstat(file.number(), &found) == 0 && S_ISREG(found.st_mode) && is_own(found) &&
-        ::fchmod(file.number(), kFileMode) == 0)
+    if (file.is_open() && ::fstat(file.number(), &found) == 0 && S_ISREG(found.st_mode) &&
+        is_writable_by_this_user_only(found) && ::fchmod(file.number(), kFileMode) == 0)
       return file;
   }
   return {};

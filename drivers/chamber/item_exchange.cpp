@@ -258,7 +258,7 @@ Result<double> ItemExchange::value_in(const Snapshot& snapshot, const RegisterIt
   const auto context = read_context(
       map_, item, [&](const RegisterItem& other) { return value_or_latest(other, value_in(snapshot, other)); });
   if (!context) return failure(context.error());
-  auto value = context->is_empty() ? decode(item, words) : decode(in_context(item, *context), words);
+  auto value = context->is_empty() ? decode(item, words) : decode(apply_context(item, *context), words);
   return value ? value : failure(add_item_location(item, std::move(value.error())));
 }
 
@@ -343,7 +343,7 @@ Result<double> ItemExchange::read_in_known_context(const RegisterItem& item) {
 
 Result<RegisterItem> ItemExchange::resolve_context(const RegisterItem& item) {
   return read_context(map_, item, [&](const RegisterItem& other) { return context_value(other); })
-      .map([&](const ItemContext& context) { return in_context(item, context); });
+      .map([&](const ItemContext& context) { return apply_context(item, context); });
 }
 
 /// Returns the words for a value. For a bit field, the other bits of the register remain unchanged.
@@ -470,7 +470,7 @@ Result<void> ItemExchange::write_step(const SequenceStep& step, const Parameters
   }
   const auto now = read_date(item(step.date_of));
   if (!now) return failure(now.error());
-  return write_date(target, later(*now, step.duration));
+  return write_date(target, add_duration(*now, step.duration));
 }
 
 Result<void> ItemExchange::perform_step(const SequenceStep& step, const Parameters& parameters) {

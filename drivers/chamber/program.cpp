@@ -59,7 +59,7 @@ const char* keyword(StepKind kind) { return keyword_for(kStepKinds, kind); }
 
 RegisterItem cell_form(const MemoryCell& cell, const ContextOf& read_context) {
   return read_context && !(cell.form.decimals.empty() && cell.form.unit.empty())
-             ? in_context(cell.form, read_context(cell.form))
+             ? apply_context(cell.form, read_context(cell.form))
              : cell.form;
 }
 
@@ -158,7 +158,7 @@ Result<void> for_each_cell(const MemoryBlock& block, const Result<std::vector<st
 }
 
 /// Returns whether a step of that kind, or of an unknown kind, has this block.
-bool can_have(const MemoryBlock& block, const std::string& kind) {
+bool applies_to_kind(const MemoryBlock& block, const std::string& kind) {
   return kind.empty() || block.kinds.empty() ||
          std::ranges::any_of(block.kinds, [&](auto one) { return kind == keyword(one); });
 }
@@ -167,7 +167,7 @@ Result<StoredStep> read_step(const ProfileMemory& memory, int index, const Block
                              const ContextOf& context) {
   StoredStep found;
   for (const auto& block : memory.step) {
-    if (block.select || !can_have(block, found.kind)) continue;
+    if (block.select || !applies_to_kind(block, found.kind)) continue;
     const auto taken =
         for_each_cell(block, words_of(block, index), context, [&](const auto& cell, const auto& form, auto own) {
           if (cell.source != CellSource::name) store_cell(cell, form, decode_as_written(form, own), found);

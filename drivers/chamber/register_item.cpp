@@ -167,7 +167,7 @@ WriteFunction write_function(const std::optional<WriteFunction>& specified, std:
   return specified.value_or(count == 1 ? WriteFunction::one_register : WriteFunction::registers);
 }
 
-RegisterItem in_context(RegisterItem item, const ItemContext& context) {
+RegisterItem apply_context(RegisterItem item, const ItemContext& context) {
   if (context.fahrenheit) item.fahrenheit = *context.fahrenheit;
   if (context.decimals) {
     item.scale *= std::pow(10.0, -*context.decimals);
@@ -282,7 +282,7 @@ Result<CivilTime> decode_date(const DateForm& form, std::span<const std::uint16_
                              time.hour, time.minute, time.second));
 }
 
-CivilTime later(const CivilTime& time, Duration by) {
+CivilTime add_duration(const CivilTime& time, Duration by) {
   const auto of = [](int value) { return static_cast<unsigned>(value); };
   const sys_days date = year(time.year) / of(time.month) / of(time.day);
   return to_civil_time(date.time_since_epoch() + std::chrono::hours(time.hour) + std::chrono::minutes(time.minute) +

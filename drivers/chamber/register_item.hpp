@@ -76,7 +76,7 @@ struct RegisterItem {
   /// Scale of written values if it differs.
   std::optional<double> write_scale;
   /// Smallest step that the controller stores. The default is the scale, a tenth of the scale with `decimals`, or 0.001
-  /// for f32. in_context() replaces it according to the present number of decimals.
+  /// for f32. apply_context() replaces it according to the present number of decimals.
   double resolution = 1;
   /// The register contains °F; encode() and decode() convert from and to °C.
   bool fahrenheit{};
@@ -133,7 +133,7 @@ struct ItemContext {
   [[nodiscard]] bool is_empty() const { return !decimals && !fahrenheit; }
 };
 /// Returns the item with the scale, resolution and unit that the context determines.
-[[nodiscard]] RegisterItem in_context(RegisterItem item, const ItemContext& context);
+[[nodiscard]] RegisterItem apply_context(RegisterItem item, const ItemContext& context);
 
 /// Returns the words of a number on the wire: four for f64, otherwise one or two. The type must not be text or
 /// date_time, and `value` must be finite. The value is rounded to the nearest one of the type and saturates at the
@@ -158,8 +158,8 @@ struct ItemContext {
 /// Decodes a date. Fails with out_of_range for an impossible date or time.
 [[nodiscard]] Result<CivilTime> decode_date(const DateForm& form, std::span<const std::uint16_t> words);
 [[nodiscard]] CivilTime to_civil_time(Duration utc);
-/// Returns the time `by` later, without time zones.
-[[nodiscard]] CivilTime later(const CivilTime& time, Duration by);
+/// Returns the time `by` after `time`, without time zones.
+[[nodiscard]] CivilTime add_duration(const CivilTime& time, Duration by);
 
 /// Returns the number of registers of a number of this type.
 [[nodiscard]] std::uint16_t word_count(RegisterType type);

@@ -76,9 +76,9 @@ Result<RegisterMap> select_power_switch(RegisterMap map, const std::string& name
   return map;
 }
 
-Result<RegisterMap> with_settings(RegisterMap map, const LinkSettings& settings) {
+Result<RegisterMap> apply_settings(RegisterMap map, const LinkSettings& settings) {
   if (auto checked = check_framing(map.link.modbus, settings); !checked) return failure(std::move(checked.error()));
-  auto linked = with_settings(std::move(map.link.modbus), settings);
+  auto linked = apply_settings(std::move(map.link.modbus), settings);
   for (const auto& item : map.items)
     if (const auto size = std::max(item.read_count, word_count(item)); item.readable && size > linked.read_at_most)
       return failure(

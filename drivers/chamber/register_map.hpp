@@ -280,7 +280,7 @@ struct RegisterMap {
 /// Returns the map with an installation's settings applied to the selected link. Fails with usage if the link does not
 /// have such a setting, or if an item needs more registers than one exchange may read with these settings. `where` of
 /// the fault is the key of the setting.
-[[nodiscard]] Result<RegisterMap> with_settings(RegisterMap map, const LinkSettings& settings);
+[[nodiscard]] Result<RegisterMap> apply_settings(RegisterMap map, const LinkSettings& settings);
 
 /// Returns the keyword of map files.
 [[nodiscard]] const char* name(LinkKind kind);

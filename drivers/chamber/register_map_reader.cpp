@@ -473,7 +473,7 @@ void read_serial(const TomlTable& link, SerialFormat& serial) {
 /// Reads the keys that [link] and the table of a single link have in common. The table of the single link has
 /// precedence.
 void read_settings(const TomlTable& link, ModbusLink& modbus) {
-  modbus = with_settings(std::move(modbus), read_link_settings(link));
+  modbus = apply_settings(std::move(modbus), read_link_settings(link));
   modbus.port = whole<std::uint16_t>(link, "port", 1, 65535, modbus.port);
   read_duration(link, "minimum_period", modbus.minimum_period);
   read_duration(link, "after_write", modbus.after_write);

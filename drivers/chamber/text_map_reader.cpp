@@ -42,7 +42,7 @@ class TemplateReader {
   }
 
   TextTemplate read(const TomlTable& table, const char* key, const std::string& text) const {
-    auto made = TextTemplate::parse(with_parameters(text), encoding_);
+    auto made = TextTemplate::parse(substitute_parameters(text), encoding_);
     if (made) return std::move(*made);
     table.note_error(key, made.error().what);
     return {};
@@ -65,7 +65,7 @@ class TemplateReader {
 
  private:
   /// Replaces "{channels:s}" by the parameter `channels`.
-  [[nodiscard]] std::string with_parameters(std::string text) const {
+  [[nodiscard]] std::string substitute_parameters(std::string text) const {
     for (const auto& [name, value] : parameters_) {
       const auto begin = text.find("{" + name + ":");
       const auto end = begin == std::string::npos ? begin : text.find('}', begin);

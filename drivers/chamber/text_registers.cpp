@@ -99,7 +99,7 @@ class TextRegisters final : public Registers {
   [[nodiscard]] std::string answer_prefix() const { return map_.link.text.answers_have_prefix ? prefix_ : ""; }
 
   /// Notes a broken connection: on the next one no old answer can arrive, and another unit may answer.
-  Fault noted(Fault fault, const std::string& question) {
+  Fault note_failure(Fault fault, const std::string& question) {
     ++failures_;
     // A unit whose answer to the question of the identity has changed would never resynchronise.
     if (fault.kind == FaultKind::disconnected || failures_ == kFailuresUntilNewUnit) {
@@ -115,7 +115,7 @@ class TextRegisters final : public Registers {
   Result<std::string> ask_line(const std::string& question) {
     auto answer = exchange_.query(prefix_ + question, resync());
     exchange_.rest_before_next(map_.link.text.after_read);
-    if (!answer) return failure(noted(std::move(answer.error()), question));
+    if (!answer) return failure(note_failure(std::move(answer.error()), question));
     const auto prefix = answer_prefix();
     if (!answer->starts_with(prefix)) {
       exchange_.reject_answer();
@@ -129,7 +129,7 @@ class TextRegisters final : public Registers {
   Result<void> send_line(const std::string& command) {
     auto sent = exchange_.send(prefix_ + command, resync());
     exchange_.rest_before_next(map_.link.text.after_write);
-    return sent ? Result<void>{} : failure(noted(std::move(sent.error()), command));
+    return sent ? Result<void>{} : failure(note_failure(std::move(sent.error()), command));
   }
 
   /// Returns the refusal or the fault that an answer means that fits no template of its question.

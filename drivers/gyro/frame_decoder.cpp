@@ -95,7 +95,7 @@ void apply_status(const FrameField& field, std::uint32_t status, GyroFrame& fram
 
 std::optional<std::uint64_t> timestamp_counts(const FrameField& field, const RawValue& raw) {
   if (!raw.is_real) return static_cast<std::uint64_t>(raw.whole);
-  const double counts = scaled(field, raw) / field.unit_s;
+  const double counts = apply_scale(field, raw) / field.unit_s;
   if (!(counts >= 0 && counts < kMaxTime)) return std::nullopt;
   return static_cast<std::uint64_t>(std::llround(counts));
 }
@@ -169,7 +169,7 @@ void decode_frame(const FrameFormat& format, const FrameView& view, GyroFrame& f
     if (field.every > 1 && (!sequence || *sequence % field.every != field.turn)) continue;
     const auto raw = find_raw(field, view);
     if (!raw) continue;
-    all[i] = field.role == FieldRole::status ? raw->number(is_signed(field.type)) : scaled(field, *raw);
+    all[i] = field.role == FieldRole::status ? raw->number(is_signed(field.type)) : apply_scale(field, *raw);
     store_field(field, *raw, *all[i], frame);
   }
 }

@@ -38,7 +38,7 @@ RawValue clamp_to_slice(const FrameField& field, const RawValue& raw) {
 RawValue raw_gyro_value(const FrameField& field, const GyroFrame& frame) {
   const auto axis = field.slot < frame.axes.size() ? frame.axes[field.slot] : AxisReading{};
   if (!is_real(field.type) && axis.pulses) return {.whole = *axis.pulses};
-  return unscaled(field, axis.value.value_or(0));
+  return invert_scale(field, axis.value.value_or(0));
 }
 
 std::optional<double> find_value(const GyroFrame& frame, std::size_t slot) {
@@ -48,12 +48,13 @@ std::optional<double> find_value(const GyroFrame& frame, std::size_t slot) {
 /// Returns the raw value of a field that is not a status.
 RawValue raw_value(const FrameField& field, const GyroFrame& frame) {
   if (is_gyro(field.role)) return raw_gyro_value(field, frame);
-  if (is_housekeeping(field)) return clamp_to_slice(field, unscaled(field, find_value(frame, field.slot).value_or(0)));
+  if (is_housekeeping(field))
+    return clamp_to_slice(field, invert_scale(field, find_value(frame, field.slot).value_or(0)));
   if (field.role == FieldRole::sequence) return {.whole = frame.sequence.value_or(0)};
   if (field.role != FieldRole::timestamp) return {.real = 0, .is_real = is_real(field.type)};
   const auto counts = frame.timestamp.value_or(0);
   if (!is_real(field.type)) return {.whole = static_cast<std::int64_t>(counts)};
-  return unscaled(field, static_cast<double>(counts) * field.unit_s);
+  return invert_scale(field, static_cast<double>(counts) * field.unit_s);
 }
 
 /// Returns `present` with good bits under the masks of the status and its rules, or with bad bits under the mask of the
@@ -71,7 +72,7 @@ RawValue status_value(const FrameField& field, const RawValue& present, const Gy
   return {.whole = status};
 }
 
-bool is_written(const FrameField& field, const GyroFrame& frame) {
+bool is_sent_in_frame(const FrameField& field, const GyroFrame& frame) {
   if (field.every > 1 && frame.sequence.value_or(0) % field.every != field.turn) return false;
   if (field.when_mask != 0 && is_housekeeping(field)) return find_value(frame, field.slot).has_value();
   return field.role != FieldRole::other_axis && (field.role != FieldRole::value || is_housekeeping(field));
@@ -103,7 +104,7 @@ std::vector<std::byte> encode_line(const FrameFormat& format, const GyroFrame& f
   LineWriter writer(*format.line);
   for (const bool statuses : {true, false})
     for (const auto& field : format.fields)
-      if ((field.role == FieldRole::status) == statuses && is_written(field, frame)) writer.write(field, frame);
+      if ((field.role == FieldRole::status) == statuses && is_sent_in_frame(field, frame)) writer.write(field, frame);
   const auto line = join_line(*format.line, format.check, writer.words());
   const auto bytes = std::as_bytes(std::span(line));
   return {bytes.begin(), bytes.end()};
@@ -146,7 +147,7 @@ std::vector<std::byte> encode_message(const FrameFormat& format, const std::opti
     if (is_in_message(field, id) && field.role == FieldRole::status)
       if (const auto present = read_raw(field, bytes)) write_raw(field, bytes, status_value(field, *present, frame));
   for (const auto& field : format.fields)
-    if (is_in_message(field, id) && field.role != FieldRole::status && is_written(field, frame))
+    if (is_in_message(field, id) && field.role != FieldRole::status && is_sent_in_frame(field, frame))
       write_raw(field, bytes, raw_value(field, frame));
   write_check(variant && variant->check ? *variant->check : format.check, bytes);
   return bytes;

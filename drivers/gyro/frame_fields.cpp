@@ -166,11 +166,11 @@ std::uint64_t replace_slice(const FrameField& field, std::uint64_t whole, const 
   return (whole & ~field.when_mask) | field.when_value;
 }
 
-double scaled(const FrameField& field, const RawValue& raw) {
+double apply_scale(const FrameField& field, const RawValue& raw) {
   return field.scale.of(raw.number(is_signed(field.type))) + field.zero;
 }
 
-RawValue unscaled(const FrameField& field, double value) {
+RawValue invert_scale(const FrameField& field, double value) {
   const double raw = (value - field.zero) / field.scale.of(1);
   if (is_real(field.type)) return {.real = raw, .is_real = true};
   return {.whole = std::llround(std::clamp(raw, -kMaxWhole, kMaxWhole))};

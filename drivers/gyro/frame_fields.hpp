@@ -172,9 +172,9 @@ void write_raw(const FrameField& field, std::span<std::byte> frame, const RawVal
 [[nodiscard]] std::uint64_t replace_slice(const FrameField& field, std::uint64_t whole, const RawValue& raw);
 
 /// Returns raw · scale + zero.
-[[nodiscard]] double scaled(const FrameField& field, const RawValue& raw);
+[[nodiscard]] double apply_scale(const FrameField& field, const RawValue& raw);
 /// Returns the raw value nearest to `value`, which must be finite. It may exceed the width of a slice.
-[[nodiscard]] RawValue unscaled(const FrameField& field, double value);
+[[nodiscard]] RawValue invert_scale(const FrameField& field, double value);
 /// Returns the arc seconds per unit of an angle ("rad", "deg", "arcsec"), or the arc seconds per second per unit of a
 /// rate ("rad/s", "deg/s", "deg/h"; 1 °/h is exactly 1 arcsec/s). Returns nothing for other units.
 [[nodiscard]] std::optional<double> arcsec_per(std::string_view unit, FieldRole role);

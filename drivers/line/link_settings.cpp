@@ -53,7 +53,7 @@ std::string to_toml(const LinkSettings& settings) {
   return entries.empty() ? "{}" : fmt::format("{{ {} }}", fmt::join(entries, ", "));
 }
 
-ModbusLink with_settings(ModbusLink link, const LinkSettings& settings) {
+ModbusLink apply_settings(ModbusLink link, const LinkSettings& settings) {
   override_value(link.unit, settings.unit);
   override_value(link.timeout, settings.timeout);
   override_value(link.read_at_most, settings.read_at_most);

@@ -32,7 +32,7 @@ struct LinkSettings {
 [[nodiscard]] std::string to_toml(const LinkSettings& settings);
 
 /// Returns the link with the non-empty members of `settings` applied.
-[[nodiscard]] ModbusLink with_settings(ModbusLink link, const LinkSettings& settings);
+[[nodiscard]] ModbusLink apply_settings(ModbusLink link, const LinkSettings& settings);
 
 /// Fails with usage if `settings` has a key that does not exist in the framing of `link`; `where` is the key.
 [[nodiscard]] Result<void> check_framing(const ModbusLink& link, const LinkSettings& settings);

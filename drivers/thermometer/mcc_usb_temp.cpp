@@ -46,7 +46,7 @@ const Layout* find_layout(std::uint8_t command) {
 
 /// Returns whether an item is a number: the reference, measured currents and voltages, and coefficients.
 bool is_number_item(unsigned item) { return (item >= 0x04 && item <= 0x0A) || (item >= 0x14 && item < kItems); }
-bool is_item(unsigned item) { return item <= 0x0A || (item >= kSharedItems && item < kItems); }
+bool is_known_item(unsigned item) { return item <= 0x0A || (item >= kSharedItems && item < kItems); }
 
 std::uint8_t item_number(std::uint8_t input, MccItem item) {
   const auto number = static_cast<unsigned>(item);
@@ -88,7 +88,7 @@ std::optional<std::string> find_argument_error(const MccRequest& request) {
     }
     case MccCommand::set_item:
     case MccCommand::read_item:
-      if (a[0] >= kMccInputs / 2 || !is_item(a[1])) return fmt::format("there is no item {} {:02X}", a[0], a[1]);
+      if (a[0] >= kMccInputs / 2 || !is_known_item(a[1])) return fmt::format("there is no item {} {:02X}", a[0], a[1]);
       break;
     default: break;
   }

@@ -26,7 +26,7 @@ constexpr std::array<Rgb, 11> kHeatColours = {{{49, 54, 149},
                                                {215, 48, 39},
                                                {165, 0, 38}}};
 
-std::uint8_t between(std::uint8_t from, std::uint8_t to, double part) {
+std::uint8_t interpolate_channel(std::uint8_t from, std::uint8_t to, double part) {
   return static_cast<std::uint8_t>(std::lround(from + part * (to - from)));
 }
 
@@ -35,7 +35,8 @@ Rgb interpolate_colour(std::span<const Rgb> stops, double fraction) {
   const auto below = std::min(static_cast<std::size_t>(place), stops.size() - 2);
   const double part = place - static_cast<double>(below);
   const Rgb &a = stops[below], &b = stops[below + 1];
-  return {between(a.red, b.red, part), between(a.green, b.green, part), between(a.blue, b.blue, part)};
+  return {interpolate_channel(a.red, b.red, part), interpolate_channel(a.green, b.green, part),
+          interpolate_channel(a.blue, b.blue, part)};
 }
 
 constexpr const char* kMinus = "−";
@@ -98,7 +99,7 @@ std::string format_bias(double deg_per_h) { return decimal(deg_per_h, 4); }
 
 std::string percent(double fraction) { return std::isfinite(fraction) ? decimal(100 * fraction, 1) + " %" : "–"; }
 
-std::string significant(double value) {
+std::string format_significant(double value) {
   if (!std::isfinite(value)) return "–";
   if (value == 0) return "0";
   const int exponent = static_cast<int>(std::floor(std::log10(std::abs(value))));
@@ -114,7 +115,7 @@ std::string digit_and_power(int digit, int exponent) {
 }
 
 std::string format_with_error(double value, double error) {
-  if (!std::isfinite(value) || !std::isfinite(error) || error <= 0) return significant(value);
+  if (!std::isfinite(value) || !std::isfinite(error) || error <= 0) return format_significant(value);
   const int decimals = decimals_of_error(error);
   if (decimals <= kMostDecimals) return decimal(value, decimals) + " ± " + decimal(error, decimals);
   const int exponent = static_cast<int>(std::floor(std::log10(std::max(std::abs(value), error))));
@@ -125,9 +126,9 @@ std::string format_with_error(double value, double error) {
 }
 
 std::string format_error(double error) {
-  if (!std::isfinite(error) || error <= 0) return significant(error);
+  if (!std::isfinite(error) || error <= 0) return format_significant(error);
   const int decimals = decimals_of_error(error);
-  return decimals <= kMostDecimals ? decimal(error, decimals) : significant(error);
+  return decimals <= kMostDecimals ? decimal(error, decimals) : format_significant(error);
 }
 
 std::string format_hours(double seconds) { return decimal(seconds / 3600, 2) + " h"; }

@@ -55,13 +55,13 @@ inline constexpr const char* kSimulated = "#a8371b";
 [[nodiscard]] std::string percent(double fraction);
 
 /// Formats a number with three significant digits: 1.23e-05 is "1.23 × 10⁻⁵" and 4.84 is "4.84".
-[[nodiscard]] std::string significant(double value);
+[[nodiscard]] std::string format_significant(double value);
 
 /// Returns the label of digit × 10^exponent on a logarithmic axis: "0.02" and "500" near 1, otherwise "2 × 10⁻⁵".
 [[nodiscard]] std::string digit_and_power(int digit, int exponent);
 
-/// Formats a value and its standard error, both to the second significant digit of the error. Without an error, formats
-/// the value like significant().
+/// Formats a value and its standard error, both to the second significant digit of the error. Without an error,
+/// formats the value like format_significant().
 [[nodiscard]] std::string format_with_error(double value, double error);
 
 /// Formats a standard error to its second digit: "0.000057".

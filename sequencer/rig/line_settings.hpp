@@ -52,7 +52,7 @@ template <class Words>
   }
   if (line == kVirtualLine && settings.unit.value_or(map.link.modbus.unit) != map.link.modbus.unit)
     link.note_error("unit", "a virtual unit has the number of its map");
-  auto set = with_settings(map, settings);
+  auto set = apply_settings(map, settings);
   if (set) return std::move(*set);
   link.note_error(set.error().where, set.error().what);
   return map;

@@ -89,7 +89,7 @@ std::optional<std::string> HostLead::take_over_chamber(io::InstrumentIo& io, con
   path_.accept_as_sent(chamber.set_point);
   path_.begin_at(chamber.air);
   const auto taken =
-      path_.advance(io, within(chamber.air, limits_), second.at).and_then([&] { return io.switch_on(true); });
+      path_.advance(io, clamp_to_limits(chamber.air, limits_), second.at).and_then([&] { return io.switch_on(true); });
   return taken ? std::nullopt : std::optional("taking the chamber over: " + text(taken.error()));
 }
 
@@ -102,7 +102,7 @@ Result<void> HostLead::send_last_set_point(io::InstrumentIo&, const LeadSecond& 
 
 /// Returns true while air outside the limits is on its way to the nearest limit, which is the set point.
 bool HostLead::is_waiting_for_air(Celsius air) const {
-  const auto nearest = within(air, limits_);
+  const auto nearest = clamp_to_limits(air, limits_);
   return approaching_ && path_.is_at(nearest) && abs(air - nearest) > kLimitTolerance;
 }
 

@@ -25,7 +25,7 @@ Celsius step_towards(Celsius from, Celsius goal, const profile::ChamberLimits& l
   return from + (way < Kelvins{0} ? -reach : reach);
 }
 
-Celsius within(Celsius target, const profile::ChamberLimits& limits) {
+Celsius clamp_to_limits(Celsius target, const profile::ChamberLimits& limits) {
   return std::clamp(target, limits.lowest, limits.highest);
 }
 
@@ -48,7 +48,7 @@ SetPointPath::SetPointPath(const profile::ChamberLimits& limits, Kelvins toleran
       tolerance_(tolerance),
       every_(every),
       held_(sent),
-      base_(within(sent, limits)),
+      base_(clamp_to_limits(sent, limits)),
       at_(at),
       tried_(at - every) {}
 
@@ -78,7 +78,7 @@ Result<void> SetPointPath::advance(io::InstrumentIo& io, Celsius goal, Duration 
 }
 
 void SetPointPath::begin_at(Celsius here) {
-  base_ = within(here, limits_);
+  base_ = clamp_to_limits(here, limits_);
   begins_ = true;
 }
 

@@ -17,7 +17,7 @@ namespace gyrotherm::run {
 
 /// Returns the set point after one step of `time` from `from` towards `goal`.
 [[nodiscard]] Celsius step_towards(Celsius from, Celsius goal, const profile::ChamberLimits& limits, Duration time);
-[[nodiscard]] Celsius within(Celsius target, const profile::ChamberLimits& limits);
+[[nodiscard]] Celsius clamp_to_limits(Celsius target, const profile::ChamberLimits& limits);
 
 /// Counts the set points that a run of `profile` sends if none is refused: the first, then one for each `every` (at
 /// least a second) in which the set point moves.

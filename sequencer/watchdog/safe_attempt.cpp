@@ -255,7 +255,7 @@ Result<SafeStateChamber> make_safe_state_chamber(const SafeState& safe_state) {
   const auto linked =
       select_link(std::move(*map), safe_state.link)
           .and_then([&](auto on_its_link) { return select_power_switch(std::move(on_its_link), safe_state.power); })
-          .and_then([&](auto powered) { return with_settings(std::move(powered), safe_state.link_settings); });
+          .and_then([&](auto powered) { return apply_settings(std::move(powered), safe_state.link_settings); });
   if (!linked) return failure(FaultKind::bad_file, where, linked.error().what);
   auto goal = safe_goal(*linked, safe_state.safe_set_point, safe_state.observe);
   goal.switch_off = safe_state.switch_off;

@@ -14,20 +14,20 @@ namespace {
 
 /// Returns the value that a receiver reads after `value` was sent.
 double received_value(const drivers::FrameField& field, double value) {
-  const auto raw = unscaled(field, value);
+  const auto raw = invert_scale(field, value);
   if (is_word(field.type)) {
     const auto read = parse_token(field, print_token(field, raw));
-    return read ? scaled(field, *read) : value;
+    return read ? apply_scale(field, *read) : value;
   }
   if (field.type == drivers::FieldType::f32)
-    return scaled(field, {.real = static_cast<float>(raw.real), .is_real = true});
-  return scaled(field, raw);
+    return apply_scale(field, {.real = static_cast<float>(raw.real), .is_real = true});
+  return apply_scale(field, raw);
 }
 
 /// Returns the frame's field for this value.
 drivers::AxisReading make_reading(const drivers::FrameField& field, double value) {
   drivers::AxisReading reading{.value = value};
-  if (!is_real(field.type)) reading.pulses = unscaled(field, value).whole;
+  if (!is_real(field.type)) reading.pulses = invert_scale(field, value).whole;
   return reading;
 }
 

@@ -131,7 +131,7 @@ class UnitSession final : public Session {
       const auto& item = map_.items[cell.item];
       const auto at = static_cast<std::size_t>(item.address - query.first);
       const auto its = std::span(words).subspan(at, word_count(item));
-      values[cell.field] = to_field(item, cell.codes, lagging(item, {its.begin(), its.end()}));
+      values[cell.field] = to_field(item, cell.codes, words_before_lag(item, {its.begin(), its.end()}));
     }
     for (const auto& mirror : query.mirrors) {
       const auto& item = map_.items[mirror.item];
@@ -143,7 +143,7 @@ class UnitSession final : public Session {
   }
 
   /// Returns the former words of an item that was written less than the lag ago.
-  std::vector<std::uint16_t> lagging(const drivers::RegisterItem& item, std::vector<std::uint16_t> present) {
+  std::vector<std::uint16_t> words_before_lag(const drivers::RegisterItem& item, std::vector<std::uint16_t> present) {
     const auto found = former_.find(item.address);
     if (found == former_.end()) return present;
     if (std::chrono::steady_clock::now() < found->second.second) return found->second.first;

@@ -331,7 +331,7 @@ GYROTHERM_BRICK_INLINE void add_ends(RowEnds<Real>& ends, int bricks, const Rows
 template <class Real>
 GYROTHERM_BRICK_INLINE void multiply_rows(const FieldLayout& layout, const BrickWeights<Real>& weights,
                                           const Real* field, Real* product) {
-  std::fill_n(product, layout.padded(), Real(0));
+  std::fill_n(product, layout.padded_size(), Real(0));
   RowEnds<Real> ends(layout.nx());
   for (int k = 0; k < layout.nz(); ++k) {
     for (int j = 0; j < layout.ny(); ++j) {
@@ -416,7 +416,7 @@ Eigen::Index FieldLayout::node_position(int i, int j, int k, int node) const {
 
 Eigen::VectorXd FieldLayout::from_nodes(const Eigen::VectorXd& field) const {
   assert(field.size() == static_cast<Eigen::Index>(node_positions_.size()));
-  Eigen::VectorXd placed = Eigen::VectorXd::Zero(padded());
+  Eigen::VectorXd placed = Eigen::VectorXd::Zero(padded_size());
   for (std::size_t node = 0; node < node_positions_.size(); ++node)
     placed[node_positions_[node]] = field[static_cast<Eigen::Index>(node)];
   return placed;
@@ -477,7 +477,7 @@ void multiply(const FieldLayout& layout, const BrickWeights<Real>& weights, cons
 
 template <class Real>
 Eigen::Matrix<Real, Eigen::Dynamic, 1> diagonal(const FieldLayout& layout, const BrickWeights<Real>& weights) {
-  Eigen::VectorXd sum = Eigen::VectorXd::Zero(layout.padded());
+  Eigen::VectorXd sum = Eigen::VectorXd::Zero(layout.padded_size());
   const auto& r = hex20_integrals();
   each_weighted_brick(layout, weights, [&](int i, int j, int k, std::size_t at) {
     for (int n = 0; n < kHex20; ++n)

@@ -46,7 +46,7 @@ class FieldLayout final {
   [[nodiscard]] Eigen::Index corners() const { return x_edges_; }
   [[nodiscard]] Eigen::Index count() const { return count_; }
   /// Returns the length of a field's vector. Vector arithmetic may read and rewrite elements past the last position.
-  [[nodiscard]] Eigen::Index padded() const { return count_ + kPadding; }
+  [[nodiscard]] Eigen::Index padded_size() const { return count_ + kPadding; }
 
   /// Converts a field from the order of nodes to the order of positions, or back.
   [[nodiscard]] Eigen::VectorXd from_nodes(const Eigen::VectorXd& field) const;
@@ -94,7 +94,8 @@ void each_weighted_brick(const FieldLayout& layout, const BrickWeights<Real>& we
         visit(i, j, k, weights.row(j, k, layout.ny()) + static_cast<std::size_t>(i));
 }
 
-/// Computes product = K field. Both vectors have padded() elements. Elements past the last position must be finite.
+/// Computes product = K field. Both vectors have padded_size() elements. Elements past the last position must be
+/// finite.
 template <class Real>
 void multiply(const FieldLayout& layout, const BrickWeights<Real>& weights, const Real* field, Real* product);
 

@@ -173,7 +173,7 @@ BrickSolver::Parts::Parts(const GyroModel& model, const GyroMesh& mesh, const Th
     : options(with), layout(mesh) {
   update_weights(model, mesh, coefficients);
   corners.emplace(layout, inverse);
-  rest = step = image = left = Eigen::VectorXf::Zero(layout.padded());
+  rest = step = image = left = Eigen::VectorXf::Zero(layout.padded_size());
 }
 
 void BrickSolver::Parts::update_weights(const GyroModel& model, const GyroMesh& mesh,
@@ -248,11 +248,11 @@ auto BrickSolver::solve(const Eigen::VectorXd& right, const Eigen::VectorXd& gue
   Eigen::VectorXd rest = p.layout.from_nodes(right);
   const double initial_norm = rest.norm();
   const double goal = p.options.tolerance * initial_norm;
-  Eigen::VectorXd image(p.layout.padded());
+  Eigen::VectorXd image(p.layout.padded_size());
   multiply(p.layout, *p.weights, x.data(), image.data());
   rest -= image;
   Eigen::VectorXd answer;
-  Eigen::VectorXd direction = Eigen::VectorXd::Zero(p.layout.padded());
+  Eigen::VectorXd direction = Eigen::VectorXd::Zero(p.layout.padded_size());
   Solution solution;
   double last = 0;
   double size = rest.norm();

@@ -152,7 +152,7 @@ double positive(const TomlTable& table, std::string_view key) {
   return 0;
 }
 
-double between(const TomlTable& table, std::string_view key, double low, double high) {
+double read_number_between(const TomlTable& table, std::string_view key, double low, double high) {
   const double value = table.number(key);
   if (!table.has(key) || (value >= low && value <= high)) return value;
   table.note_error(key, fmt::format("{}, expected {} to {}", value, low, high));
@@ -197,7 +197,7 @@ GyroGeometry read_geometry(const TomlTable& root) {
   g.gain_volume = positive(bores, "gain_volume_mm3");
   const auto ballasts = root.table("ballasts");
   g.ballast_volume = positive(ballasts, "volume_mm3");
-  g.ballast_top = between(ballasts, "top_v_mm", -kLargest, kLargest);
+  g.ballast_top = read_number_between(ballasts, "top_v_mm", -kLargest, kLargest);
   g.cathode = numbers<3>(root.table("cathode"), "size_mm", true);
   const auto preamplifier = root.table("preamplifier");
   g.preamplifier_mount = static_cast<PreamplifierMount>(one_of(preamplifier, "place", kPreamplifierMountNames));
@@ -205,7 +205,7 @@ GyroGeometry read_geometry(const TomlTable& root) {
   g.dither_height = positive(root.table("dither"), "height_mm");
   const auto hub = root.table("hub");
   g.hub_diameter = positive(hub, "diameter_mm");
-  g.hub_top = between(hub, "top_w_mm", -kLargest, kLargest);
+  g.hub_top = read_number_between(hub, "top_w_mm", -kLargest, kLargest);
   const auto cabinet = root.table("cabinet");
   g.cabinet = numbers<3>(cabinet, "size_mm", true);
   g.wall = positive(cabinet, "wall_mm");
@@ -227,7 +227,7 @@ void read_materials(const TomlTable& root, GyroModel& model) {
 
 /// Reads the power of a source, W. If the file also contains its rate, rate × volume must agree within 1 %.
 double power_w(const TomlTable& source, double volume_mm3) {
-  const double power = between(source, "power_w", 0, kLargest);
+  const double power = read_number_between(source, "power_w", 0, kLargest);
   if (!source.has("rate_w_per_m3")) return power;
   const double by_rate = positive(source, "rate_w_per_m3") * volume_mm3 * 1e-9;
   if (std::abs(by_rate - power) > 0.01 * power) {
@@ -237,7 +237,7 @@ double power_w(const TomlTable& source, double volume_mm3) {
 }
 
 double ballast_power_w(const TomlTable& source, BallastReading reading, double volume_mm3) {
-  const double printed = between(source, "printed_power_w", 0, kLargest);
+  const double printed = read_number_between(source, "printed_power_w", 0, kLargest);
   const double by_rate = positive(source, "rate_w_per_m3") * volume_mm3 * 1e-9;
   switch (reading) {
     case BallastReading::rate_times_volume: return by_rate;
@@ -252,7 +252,7 @@ void read_sources(const TomlTable& root, GyroModel& model) {
   const auto sources = root.table("sources");
   const auto gain = sources.table("gain_area");
   const double total = power_w(gain, model.geometry.gain_volume);
-  const double left = gain.has("left_share") ? between(gain, "left_share", 0, 1) : 0.5;
+  const double left = gain.has("left_share") ? read_number_between(gain, "left_share", 0, 1) : 0.5;
   const auto& size = model.geometry.preamplifier;
   const double preamplifier = power_w(sources.table("preamplifier"), size[0] * size[1] * size[2]);
   const auto ballast = sources.table("ballast");
@@ -265,7 +265,7 @@ void read_air(const TomlTable& root, GyroModel& model) {
   const auto air = root.table("air");
   const auto gap = [&](const char* name) {
     const auto table = air.table(name);
-    return AirGap{between(table, "nusselt", 0.1, 100), between(table, "emissivity", 0, 1), 0};
+    return AirGap{read_number_between(table, "nusselt", 0.1, 100), read_number_between(table, "emissivity", 0, 1), 0};
   };
   model.air = {gap("lid"), gap("side"), gap("base")};
   set_gap_widths(model);

@@ -41,7 +41,7 @@ struct GridLines {
   [[nodiscard]] int nz() const { return static_cast<int>(z.size()) - 1; }
   [[nodiscard]] std::size_t bricks() const { return static_cast<std::size_t>(nx()) * ny() * nz(); }
   [[nodiscard]] BrickIndex brick_position(std::size_t brick) const { return brick_index(brick, nx(), ny()); }
-  [[nodiscard]] bool holds(BrickIndex p) const {
+  [[nodiscard]] bool contains(BrickIndex p) const {
     return p.i >= 0 && p.j >= 0 && p.k >= 0 && p.i < nx() && p.j < ny() && p.k < nz();
   }
   [[nodiscard]] std::size_t brick(BrickIndex p) const {
@@ -302,7 +302,7 @@ class WallFilm {
 
  private:
   [[nodiscard]] bool is_kept(BrickIndex p) const {
-    return grid_.holds(p) && solid_share(contents_[grid_.brick(p)]) > 0;
+    return grid_.contains(p) && solid_share(contents_[grid_.brick(p)]) > 0;
   }
   [[nodiscard]] static BrickIndex neighbour(BrickIndex p, int face) {
     return {p.i + kNeighbours[face].i, p.j + kNeighbours[face].j, p.k + kNeighbours[face].k};
@@ -521,7 +521,7 @@ void merge_sparse_bricks(std::vector<BrickContents>& contents, const GridLines& 
     double fullest = kLeastSolid - 1e-9;
     for (int face = 0; face < 4; ++face) {
       const BrickIndex p{here.i + kNeighbours[face].i, here.j + kNeighbours[face].j, here.k};
-      if (!grid.holds(p)) continue;
+      if (!grid.contains(p)) continue;
       const auto& neighbour = before[grid.brick(p)];
       double glass = 0;
       for (std::size_t part = 0; is_glass(static_cast<GyroPart>(part)); ++part) glass += neighbour.share[part];

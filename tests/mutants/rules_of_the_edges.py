@@ -97,7 +97,7 @@ MUTANTS = [
      "if (!name && name.error() == EADDRINUSE)", "if (false)",
      "drivers_test", "ChamberLockTest.AStrangerWhoHoldsItIsNamedWithUserAndProcess"),
     ("a folder of others is used", "drivers/chamber/chamber_lock.cpp",
-     "|| !is_own(found)) return {};", ") return {};",
+     "|| !is_writable_by_this_user_only(found)) return {};", ") return {};",
      "drivers_test", "ChamberLockTest.IgnoresFolderOfAnotherUser"),
     ("this machine's addresses are several chambers", "drivers/chamber/chamber_lock.cpp",
      'is_local_address(tcp->host) ? std::string("this.machine") : as_file_name(tcp->host)', "as_file_name(tcp->host)",
@@ -307,7 +307,7 @@ MUTANTS = [
      "is_numbered_ ? open(deadline) : open_silent(deadline)", "open(deadline)",
      "drivers_test", "ModbusTcpFaults.NeverReturnWrongValueWithoutTransaction"),
     ("the guard forgets the settings of the link", "sequencer/watchdog/safe_attempt.cpp",
-     "return with_settings(std::move(powered), safe_state.link_settings);",
+     "return apply_settings(std::move(powered), safe_state.link_settings);",
      "return Result<drivers::RegisterMap>(std::move(powered));",
      "watchdog_test", "MakeSafe.UsesLinkSettingsOfRun"),
 ]

@@ -22,10 +22,10 @@ MUTANTS = [
 
     # Certificates.
     ("a web server's certificate signs", "report/signature.cpp",
-     "extended && !has_any(*extended, kDocumentUsages)", "false",
+     "extended && !intersects(*extended, kDocumentUsages)", "false",
      "report_test", "Signed.RefusesCertificateForOtherPurpose"),
     ("a certificate for encrypting signs", "report/signature.cpp",
-     "!usage || !has_any(*usage, kSigningUsages)", "false",
+     "!usage || !intersects(*usage, kSigningUsages)", "false",
      "report_test", "Signed.RefusesCertificateForOtherPurpose"),
     ("an authority signs", "report/signature.cpp",
      'std::ranges::find(*constraints, "CA:TRUE") != constraints->end()', "false",

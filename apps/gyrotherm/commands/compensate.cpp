@@ -170,7 +170,7 @@ std::string Compensation::compensate_rows(const Rows& rows, const Eigen::VectorX
   auto gap = stream_.gaps().begin();
   for (Eigen::Index row = 0; row < rows.rows(); ++row) {
     if (gap != stream_.gaps().end() && gap->row == row) tracker_->skip_rows((gap++)->seconds);
-    compensated(row) -= tracker_->push(compensated(row), table_.at_rest(rows, row)).deg_per_h;
+    compensated(row) -= tracker_->push(compensated(row), table_.is_at_rest(rows, row)).deg_per_h;
   }
   return format_rows(compensated, expanded_, stream_.excess());
 }

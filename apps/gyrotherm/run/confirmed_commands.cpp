@@ -37,7 +37,7 @@ std::vector<drivers::ProgramCommand> list_commands(const rig::RigFile& rig) {
   return commands;
 }
 
-std::string absolute(const std::string& path) {
+std::string absolute_path(const std::string& path) {
   std::error_code error;
   const auto whole = fs::absolute(path, error).lexically_normal();
   return whole.has_filename() ? whole.string() : whole.parent_path().string();  // "rigs/." ends with a slash
@@ -48,8 +48,8 @@ std::string confirmed_subject(const std::string& rig_file, const drivers::Progra
   std::vector<std::string> words;
   for (const auto& word : command.words) words.push_back(toml_quoted(word));
   return fmt::format("schema = \"{}\"\nrig = {}\nfolder = {}\ncommand = [{}]\n", kSchema,
-                     toml_quoted(rig_file.empty() ? "" : absolute(rig_file)), toml_quoted(absolute(command.folder)),
-                     fmt::join(words, ", "));
+                     toml_quoted(rig_file.empty() ? "" : absolute_path(rig_file)),
+                     toml_quoted(absolute_path(command.folder)), fmt::join(words, ", "));
 }
 
 bool is_packaged(const std::string& file) {
@@ -69,7 +69,7 @@ std::optional<std::string> find_script(const drivers::ProgramCommand& command) {
   for (std::size_t i = 1; i < command.words.size(); ++i) {
     const auto& word = command.words[i];
     std::error_code error;
-    const auto file = fs::path(absolute(command.folder)) / word;
+    const auto file = fs::path(absolute_path(command.folder)) / word;
     if (!word.empty() && !word.starts_with('-') && fs::is_regular_file(file, error)) return file.string();
   }
   return {};
@@ -119,9 +119,9 @@ std::string confirmed_commands_folder() {
 std::string confirmation_text(const std::string& rig_file, const drivers::ProgramCommand& command) {
   auto text = confirmed_subject(rig_file, command);
   auto resolved = command;
-  resolved.folder = absolute(command.folder);
-  if (const auto program = drivers::find_program(resolved)) text += file_line(absolute(*program));
-  if (const auto script = find_script(command)) text += file_line(absolute(*script));
+  resolved.folder = absolute_path(command.folder);
+  if (const auto program = drivers::find_program(resolved)) text += file_line(absolute_path(*program));
+  if (const auto script = find_script(command)) text += file_line(absolute_path(*script));
   return text;
 }
 

@@ -48,7 +48,7 @@ FusedAxes make_resting_axes(const std::vector<fusion::InputAxis>& axes, Eigen::I
   }
   fused.step_deg_per_h.assign(axes.size(), 0);
   fused.outside.assign(static_cast<std::size_t>(seconds), 0);
-  fused.widening = Eigen::MatrixXd::Zero(seconds, count);
+  fused.added_variance = Eigen::MatrixXd::Zero(seconds, count);
   fused.thermometer_drift_covariance = fused.learnt = Eigen::MatrixXd::Zero(count, count);
   fused.sensitivity_deg_per_h_per_k = Eigen::MatrixXd::Zero(count, 0);
   fused.temperature_c.resize(seconds, 0);
@@ -297,7 +297,7 @@ TEST(FusedRun, WidensUncertaintyWithoutAlarmOutsideTrainedRange) {
   for (std::size_t row = 10000; row < 10500; ++row) {
     axes.rate_deg_per_h(static_cast<Eigen::Index>(row), 1) += 0.02;
     axes.outside[row] = 0b0010;
-    axes.widening(static_cast<Eigen::Index>(row), 1) = 0.04;
+    axes.added_variance(static_cast<Eigen::Index>(row), 1) = 0.04;
   }
   const FusedRun run = fused_run(axes);
   EXPECT_TRUE(run.rate_deg_per_h.row(10100).allFinite());

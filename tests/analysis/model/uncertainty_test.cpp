@@ -59,8 +59,8 @@ TEST(Budget, KeepsDegreesOfFreedomOfSingleSource) {
 }
 
 TEST(Budget, WidensLinearlyOutsideTrainedRange) {
-  EXPECT_EQ(widening(0), 0);
-  EXPECT_DOUBLE_EQ(widening(0.5), 9) << "3(2² − 1)";
+  EXPECT_EQ(extrapolation_factor(0), 0);
+  EXPECT_DOUBLE_EQ(extrapolation_factor(0.5), 9) << "3(2² − 1)";
   const Uncertainty known{.budget = {.averaging_s = 3600,
                                      .rows = {{.source = Source::model_form, .standard_uncertainty = 0.003},
                                               {.source = Source::turn_on, .standard_uncertainty = 0.004}}},

@@ -27,7 +27,7 @@ Coregionalisation some_model() {
 /// Returns B ⊗ k for all outputs at all rows, output by output.
 Eigen::MatrixXd kronecker(const Coregionalisation& model, const data::SampleMatrix& a, const data::SampleMatrix& b) {
   const Eigen::MatrixXd kernel = methods::covariance_matrix({model.lengths, 1, 0}, a, b);
-  const Eigen::MatrixXd between = between_outputs(model);
+  const Eigen::MatrixXd between = output_covariance(model);
   const Eigen::Index outputs = between.rows();
   Eigen::MatrixXd all(outputs * a.rows(), outputs * b.rows());
   for (Eigen::Index i = 0; i < outputs; ++i)

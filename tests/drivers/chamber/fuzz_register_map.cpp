@@ -30,7 +30,7 @@ void read_item(const RegisterItem& item, const Words& words) {
   if (item.type == RegisterType::text) {
     (void)encode_text(item.text, decode_text(item.text, words));
   } else if (item.type == RegisterType::date_time) {
-    if (const auto time = decode_date(item.date, words)) (void)encode_date(item.date, later(*time, Duration(1)));
+    if (const auto time = decode_date(item.date, words)) (void)encode_date(item.date, add_duration(*time, Duration(1)));
   } else if (const auto value = decode(item, words)) {
     (void)encode(item, *value);
     (void)meaning(item, *value);

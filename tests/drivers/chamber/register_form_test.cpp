@@ -72,8 +72,8 @@ TEST(RegisterForm, ConvertsFahrenheitOnlyOnTheWire) {
 
 TEST(RegisterForm, UsesDecimalsAndUnitOfController) {
   auto x = *good(item("type = \"s16\"\n")).find("x");
-  EXPECT_DOUBLE_EQ(decode(in_context(x, {.decimals = 2, .fahrenheit = false}), Words{2345}).value(), 23.45);
-  EXPECT_DOUBLE_EQ(in_context(x, {.decimals = 3, .fahrenheit = {}}).resolution, 0.001);
+  EXPECT_DOUBLE_EQ(decode(apply_context(x, {.decimals = 2, .fahrenheit = false}), Words{2345}).value(), 23.45);
+  EXPECT_DOUBLE_EQ(apply_context(x, {.decimals = 3, .fahrenheit = {}}).resolution, 0.001);
   const auto resolution = [](const std::string& more) {
     return good(item("type = \"s16\"\ndecimals = \"d\"\n" + more) +
                 "[[register]]\nname = \"d\"\naddress = 8\ntype = \"u16\"\n")
@@ -82,7 +82,7 @@ TEST(RegisterForm, UsesDecimalsAndUnitOfController) {
   };
   EXPECT_DOUBLE_EQ(resolution(""), 0.1) << "what is usual, until the controller is asked";
   EXPECT_DOUBLE_EQ(resolution("resolution = 1\n"), 1) << "what the map says of one that is set to whole degrees";
-  EXPECT_NEAR(decode(in_context(x, {.decimals = 1, .fahrenheit = true}), Words{680}).value(), 20, 1e-9);
+  EXPECT_NEAR(decode(apply_context(x, {.decimals = 1, .fahrenheit = true}), Words{680}).value(), 20, 1e-9);
 }
 
 TEST(RegisterForm, ASentinelOrAValueThatCannotBeIsAFaultWithItsName) {
@@ -145,7 +145,7 @@ TEST(RegisterForm, DecodesDatesAndRejectsInvalidOnes) {
   auto words = encode_date(form, {2026, 2, 28, 10, 0, 0});
   words[8] = 30;
   EXPECT_EQ(decode_date(form, words).error().kind, FaultKind::out_of_range) << "30th of February";
-  EXPECT_EQ(later({2026, 12, 31, 23, 59, 59}, std::chrono::seconds(2)), (CivilTime{2027, 1, 1, 0, 0, 1}));
+  EXPECT_EQ(add_duration({2026, 12, 31, 23, 59, 59}, std::chrono::seconds(2)), (CivilTime{2027, 1, 1, 0, 0, 1}));
 }
 
 TEST(RegisterForm, SeveralCodesMayMeanTheSame) {

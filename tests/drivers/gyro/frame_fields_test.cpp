@@ -24,7 +24,7 @@ FrameField field_of(const std::string& keys, const std::string& role = "value") 
 }
 
 double value_of(const FrameField& field, const char* bytes) {
-  return scaled(field, read_raw(field, tests::from_hex(bytes)).value());
+  return apply_scale(field, read_raw(field, tests::from_hex(bytes)).value());
 }
 
 TEST(FrameField, ReadsEveryTypeInBothOrders) {

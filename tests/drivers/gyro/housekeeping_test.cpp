@@ -275,7 +275,7 @@ TEST(GyroHousekeeping, IsReadBackAsEncoded) {
     std::vector<std::optional<double>> values;
     for (std::size_t i = 0; i < fields.size(); ++i)
       values.emplace_back(is_real(fields[i]->type) ? static_cast<double>(i) + 0.5
-                                                   : scaled(*fields[i], {.whole = fields[i]->bits > 1 ? 5 : 1}));
+                                                   : apply_scale(*fields[i], {.whole = fields[i]->bits > 1 ? 5 : 1}));
     std::vector<std::byte> bytes = format.line ? tests::bytes_of("\r\n") : std::vector<std::byte>();
     const auto count = std::max<std::size_t>(4, format.lock_frames + 1);
     const auto* sequence = format.find(FieldRole::sequence);

@@ -22,18 +22,18 @@ TEST(ReportNumber, IsDashForNan) {
   const double none = std::numeric_limits<double>::quiet_NaN();
   EXPECT_EQ(format_bias(none), "–");
   EXPECT_EQ(percent(none), "–");
-  EXPECT_EQ(significant(none), "–");
+  EXPECT_EQ(format_significant(none), "–");
 }
 
 TEST(ReportNumber, FormatsFractionsInPerCent) { EXPECT_EQ(percent(0.76404), "76.4 %"); }
 
 TEST(ReportNumber, KeepsThreeSignificantDigits) {
-  EXPECT_EQ(significant(4.8412), "4.84");
-  EXPECT_EQ(significant(84.2), "84.2");
-  EXPECT_EQ(significant(0.0525), "0.0525");
-  EXPECT_EQ(significant(3.1e-4), "3.10 × 10⁻⁴");
-  EXPECT_EQ(significant(4096), "4096");
-  EXPECT_EQ(significant(0), "0");
+  EXPECT_EQ(format_significant(4.8412), "4.84");
+  EXPECT_EQ(format_significant(84.2), "84.2");
+  EXPECT_EQ(format_significant(0.0525), "0.0525");
+  EXPECT_EQ(format_significant(3.1e-4), "3.10 × 10⁻⁴");
+  EXPECT_EQ(format_significant(4096), "4096");
+  EXPECT_EQ(format_significant(0), "0");
 }
 
 TEST(ReportText, IsEscapedForElementsAndAttributes) {
@@ -61,8 +61,8 @@ TEST(Format, GivesErrorTwoDigits) {
 
 TEST(Format, OmitsMissingError) {
   const double none = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_EQ(format_with_error(0.00214, none), significant(0.00214));
-  EXPECT_EQ(format_with_error(0.00214, 0), significant(0.00214));
+  EXPECT_EQ(format_with_error(0.00214, none), format_significant(0.00214));
+  EXPECT_EQ(format_with_error(0.00214, 0), format_significant(0.00214));
   EXPECT_EQ(format_with_error(none, none), "–");
 }
 

@@ -93,7 +93,7 @@ class WriterAndDriver {
       const auto turn = static_cast<std::int64_t>(seconds_) % 7 + static_cast<std::int64_t>(i);
       values_[i] = field.role == drivers::FieldRole::temperature ? -20 + static_cast<double>(turn)
                    : is_real(field.type)                         ? 0.25 * static_cast<double>(turn)
-                                                                 : scaled(field, {.whole = field.bits > 1 ? turn : 0});
+                                         : apply_scale(field, {.whole = field.bits > 1 ? turn : 0});
     }
   }
 

@@ -44,7 +44,7 @@ Eigen::VectorXd product(const Body& body, const Eigen::VectorXd& field) {
   const FieldLayout layout(body.mesh);
   const BrickWeights<Real> weights(body.model, body.mesh, layout, kCoefficients);
   const Vector placed = layout.from_nodes(field).template cast<Real>();
-  Vector result(layout.padded());
+  Vector result(layout.padded_size());
   multiply(layout, weights, placed.data(), result.data());
   return layout.to_nodes(result.template cast<double>());
 }
@@ -92,11 +92,11 @@ TEST(CornerLevel, HasEnergyOfInterpolatedField) {
     const auto matrix = level.matrix(layout, weights);
     const Eigen::VectorXd u = random_vector(matrix.rows(), 1).cast<float>().cast<double>();
     const Eigen::VectorXd v = random_vector(matrix.rows(), 2).cast<float>().cast<double>();
-    Eigen::VectorXf up_u(layout.padded());
-    Eigen::VectorXf up_v(layout.padded());
+    Eigen::VectorXf up_u(layout.padded_size());
+    Eigen::VectorXf up_v(layout.padded_size());
     level.prolongate(layout, u, up_u);
     level.prolongate(layout, v, up_v);
-    Eigen::VectorXd image(layout.padded());
+    Eigen::VectorXd image(layout.padded_size());
     multiply(layout, weights, Eigen::VectorXd(up_v.cast<double>()).data(), image.data());
     const double scale = std::sqrt(u.dot(matrix * u) * v.dot(matrix * v));
     EXPECT_NEAR(up_u.cast<double>().dot(image), u.dot(matrix * v), 1e-6 * scale) << body.name;

@@ -92,7 +92,7 @@ EachThermometer read_each_thermometer(const TomlTable& table, const char* key, d
   return all;
 }
 
-EachThermometer each_or_none(const TomlTable& table, const char* key, double least) {
+EachThermometer read_each_or_none(const TomlTable& table, const char* key, double least) {
   return table.has(key) ? read_each_thermometer(table, key, least) : EachThermometer{};
 }
 
@@ -120,11 +120,11 @@ ThermometerParameters read_thermometers(const TomlTable& table, const std::vecto
                           .resolution_k = read_each_thermometer(table, "resolution_k", 0),
                           .time_constant_s = read_each_thermometer(table, "time_constant_s", 0),
                           .offset_k = read_each_thermometer(table, "offset_k", kLowestOffsetK),
-                          .gain = each_or_none(table, "gain", -1),
-                          .drift_k_per_sqrt_day = each_or_none(table, "drift_k_per_sqrt_day", 0),
+                          .gain = read_each_or_none(table, "gain", -1),
+                          .drift_k_per_sqrt_day = read_each_or_none(table, "drift_k_per_sqrt_day", 0),
                           .days_since_calibration = not_negative(table, "days_since_calibration", 0),
                           .drift_by_calendar = table.boolean("drift_by_calendar", false),
-                          .self_heating_k = each_or_none(table, "self_heating_k", 0)};
+                          .self_heating_k = read_each_or_none(table, "self_heating_k", 0)};
   for (const auto& failing : table.tables("failing")) t.failing.push_back(read_failing(failing, names));
   return t;
 }

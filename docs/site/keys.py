@@ -108,7 +108,7 @@ VIRTUAL = {
 _ORDER = "report/order.cpp"
 LABORATORY = {
     _ORDER: {
-        "texts": [], "country": [""], "party": [""], "people:table": [""], "people": ["[person]"],
+        "texts": [], "country": [""], "party": [""], "read_people:table": [""], "read_people": ["[person]"],
         "equipment:table": [""], "equipment": ["[equipment]"], "logo": [""], "item": [], "units": [], "influences": [],
         "limits": [], "read_replaced_report": [], "deviations": [], "parse_laboratory:one": ["[statement]"],
         "parse_laboratory": [""], "parse_order": [],
@@ -116,7 +116,7 @@ LABORATORY = {
 }  # fmt: skip
 ORDER = {
     _ORDER: {
-        "texts": [], "country": ["customer"], "party": ["customer"], "people:table": [""], "people": ["[person]"],
+        "texts": [], "country": ["customer"], "party": ["customer"], "read_people:table": [""], "read_people": ["[person]"],
         "equipment": [], "logo": [], "item": ["[unit]"], "units:table": [""], "units": ["[unit]"],
         "influences:table": [""], "influences": ["[influence]"], "limits:table": [""], "limits": ["[limit]"],
         "read_replaced_report:table": [""], "read_replaced_report": ["replaces"], "deviations:table": [""], "deviations": ["[deviation]"],
@@ -148,8 +148,8 @@ _KINDS = {
     "read_uncertainty": "a number", "read_axis_uncertainty": "a number", "read_positive_number": "a number", "read_day": "a day",
     "read_channel_names": "names of channels", "read_choice": "names of channels", "read_range": "a temperature",
     "ignore": "a table", "positive": "a number above 0", "not_negative": "a number, not below 0",
-    "time_constant_s": "s, at least 1", "read_bounded": "a number", "each": "a number, or one for each thermometer",
-    "each_or_none": "a number, or one for each thermometer", "day": "a day", "read_rig_name": "a text", "read_text_line": "a text",
+    "time_constant_s": "s, at least 1", "read_bounded": "a number", "read_each_thermometer": "a number, or one for each thermometer",
+    "read_each_or_none": "a number, or one for each thermometer", "day": "a day", "read_rig_name": "a text", "read_text_line": "a text",
     "read_texts": "a list of texts", "table texts": "a text, or one for each of `en` and `de`",
     "table numbers": "a list of numbers",
     "has": None, "note_error": None, "location": None, "is_list": None, "is_table": None, "append": None, "bounded": None, "check": None,
@@ -162,7 +162,7 @@ _OPTIONAL_READERS = {
     "read_axis_uncertainty", "read_positive_number", "read_day", "day", "one_of_or_default", "read_link_keyword", "read_either", "texts", "numbers", "rates",
     "read_rates", "read_channel_names", "read_choice", "tables", "read_range", "ignore", "table texts",
 }  # fmt: skip
-_DEFAULTS = {"each_or_none": "0"}
+_DEFAULTS = {"read_each_or_none": "0"}
 # Table → keys that are required under a condition which is not visible in the line that reads them.
 _CONDITIONALLY_REQUIRED = {
     "[thermometer]": {"line"}, "thermometer.sensor": {"a", "b", "c", "offset", "scale"},
@@ -181,7 +181,7 @@ _FUNCTION = re.compile(
 )
 # Reading function → number of arguments after the key that are not the default.
 _ARGUMENTS_BEFORE_DEFAULT = {
-    "choice": 1, "expect": 1, "read_bounded": 1, "each": 1, "each_or_none": 1, "table numbers": 2, "whole": 2,
+    "choice": 1, "expect": 1, "read_bounded": 1, "read_each_thermometer": 1, "read_each_or_none": 1, "table numbers": 2, "whole": 2,
     "read_named": 3, "read_either": 2,
 }  # fmt: skip
 _STATEMENT = re.compile(r"\s*(if|for|while|return|switch|else|case)\b")

@@ -153,8 +153,8 @@ std::vector<std::string> origin_warnings(const Model& model, const data::AxisCho
   };
   if (const auto other = std::ranges::find_if(model.trained_on, has_other_reference); other != model.trained_on.end())
     warnings.push_back(
-        fmt::format("the model was trained with another bias reference ({}) than that of this record ({}): the "
-                    "constant between the two remains in the residual",
+        fmt::format("the model was trained with the bias reference \"{}\", but this record uses \"{}\": the "
+                    "constant difference of the two references remains in the residual",
                     other->bias_zero, bias_zero));
   return warnings;
 }

@@ -140,7 +140,7 @@ Result<void> check_profiles(const std::string& rate_profile, const std::vector<d
   for (const data::RecordedRun& run : further)
     if (run.dataset.profile_name == rate_profile)
       return failure(FaultKind::usage, run.dataset.path,
-                     "a further record must have another profile than the ramp run");
+                     "a further record must have a different profile from the ramp run");
   return {};
 }
 

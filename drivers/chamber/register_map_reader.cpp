@@ -259,7 +259,8 @@ MemoryCell read_cell(const TomlTable& table, const ItemDefaults& defaults) {
   read_form(table, defaults.order, cell.form);
   const bool is_text = cell.form.type == RegisterType::text;
   if (is_text != (cell.source == CellSource::name) || cell.form.type == RegisterType::date_time)
-    table.note_error("type", "type text is only for the program's name, and a cell cannot be a date");
+    table.note_error(
+        "type", "expected type text for the program's name and a number for any other cell; no cell can be a date");
   check_codes(table, cell);
   return cell;
 }

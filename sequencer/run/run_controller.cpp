@@ -126,9 +126,11 @@ control::ControlAnswer RunController::drop_or_return(const control::UnitRequest&
        fmt::format("{} {} by {}{}{}", request.unit, request.drop ? "dropped" : "returned", who, why.empty() ? "" : ": ",
                    why),
        {.channel = request.unit});
-  return {.done = true,
-          .text = request.drop ? request.unit + " is dropped: it is neither recorded nor judged until it is returned"
-                               : request.unit + " is returned to the run"};
+  return {
+      .done = true,
+      .text = request.drop
+                  ? request.unit + " is dropped: until it is returned, it is not recorded and the interlocks ignore it"
+                  : request.unit + " is returned to the run"};
 }
 
 RunController::Acknowledged RunController::append_acknowledgements(const std::vector<std::int64_t>& numbers,

@@ -192,8 +192,8 @@ Result<std::optional<MadeSafe>> read_trace(const std::string& record) {
 std::string describe(const MadeSafe& trace) {
   return fmt::format("{} by the guard at {} ({}): the chamber {} {:g} °C; {}",
                      trace.confirmed ? "made safe" : "NOT yet made safe", civil_time(trace.at), trace.because,
-                     trace.confirmed ? "was sent to" : "is NOT shown to be safe at", trace.set_point.value,
-                     trace.details);
+                     trace.confirmed ? "was sent to" : "is NOT confirmed to have reached its safe set point of",
+                     trace.set_point.value, trace.details);
 }
 
 }  // namespace gyrotherm::watchdog

@@ -120,7 +120,7 @@ Result<HealthyReference> learn_healthy(Console& console, const FuseArguments& op
     path = record::ramp_record_path(options.folder);
     if (options.folder.empty() || !std::filesystem::exists(path)) {
       console.print_message(
-          "the thermometers are not compared with each other; name a record without faults with --healthy");
+          "no fault-free record is known, so the thermometers are not compared with each other; use --healthy RECORD");
       return HealthyReference{};
     }
   }

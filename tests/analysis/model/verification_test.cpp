@@ -112,10 +112,11 @@ TEST_F(LinearModelVerification, WarnsOfAnotherBiasReference) {
   const data::Clusters clusters = *make_clusters(unseen);
   const auto model = model_from_json(to_json(model_), "model.json");
   ASSERT_TRUE(model) << text(model.error());
-  EXPECT_FALSE(has_warning(*verify(*model, unseen, clusters), "another bias reference"));
+  EXPECT_FALSE(has_warning(*verify(*model, unseen, clusters), "trained with the bias reference"));
   unseen.bias_zero = "nothing removed";
-  EXPECT_TRUE(has_warning(*verify(*model, unseen, clusters),
-                          "another bias reference (earth rate removed) than that of this record (nothing removed)"));
+  EXPECT_TRUE(
+      has_warning(*verify(*model, unseen, clusters),
+                  "trained with the bias reference \"earth rate removed\", but this record uses \"nothing removed\""));
 }
 
 TEST_F(LinearModelVerification, WarnsOfStepByTurningUnit) {

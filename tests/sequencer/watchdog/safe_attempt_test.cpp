@@ -352,16 +352,14 @@ TEST(MakeSafe, WritesTraceThatCanBeRead) {
 /// A write that arrived may have been carried out even if its reply was not understood.
 TEST(MakeSafe, ReportsUnconfirmedWriteAsPossiblySent) {
   for (const auto* details : {"transaction of the reply is 0, expected 1", "no reply in 500 ms", "no connection"})
-    EXPECT_EQ(
-        describe(MadeSafe{.at = std::chrono::seconds(1767225600),
-                          .because = "it hung",
-                          .set_point = {23},
-                          .confirmed = false,
-                          .details = details}),
-        std::string(
-            "NOT yet made safe by the guard at 2026-01-01T00:00:00Z (it hung): the chamber is NOT shown to be safe at "
-            "23 °C; ") +
-            details);
+    EXPECT_EQ(describe(MadeSafe{.at = std::chrono::seconds(1767225600),
+                                .because = "it hung",
+                                .set_point = {23},
+                                .confirmed = false,
+                                .details = details}),
+              std::string("NOT yet made safe by the guard at 2026-01-01T00:00:00Z (it hung): the chamber is NOT "
+                          "confirmed to have reached its safe set point of 23 °C; ") +
+                  details);
 }
 
 }  // namespace

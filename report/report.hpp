@@ -181,7 +181,7 @@ struct ReportedMethod {
   std::string title;     ///< "PSO-SVM"
   std::string citation;  ///< publication of the method
   data::Figures in_sample, leave_cycle_out;
-  /// Leave-cycle-out with parameters chosen without the held-out cycle.
+  /// Leave-cycle-out errors, where the hyper-parameters were also chosen without the held-out cycle.
   std::optional<data::Figures> nested;
   ReportedVerification random;
   std::vector<ReportedVerification> later;        ///< in the order of Report::later

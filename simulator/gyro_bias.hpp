@@ -41,8 +41,8 @@ struct BackscatterWave {
 /// One play operator: friction between parts that expand differently.
 struct HysteresisPlay {
   double half_width_k{};
-  /// Contribution after a rise of the temperature by more than the half-width. After such a fall it has the opposite
-  /// sign.
+  /// Contribution to the bias after the temperature rose by more than half_width_k. After an equal fall the
+  /// contribution has the opposite sign.
   double deg_per_h{};
 };
 

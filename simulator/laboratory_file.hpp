@@ -23,7 +23,7 @@ struct PlantFaults {
   bool door_open{};
   /// Error of the chamber's own sensor, which its controller uses.
   double sensor_error_k{};
-  /// Value that the sensor shows instead of the temperature.
+  /// Constant value that the sensor reports instead of the temperature; absent: it measures.
   std::optional<double> sensor_c{};
 };
 
@@ -31,9 +31,9 @@ struct PlantFaults {
 struct ThermometerFault {
   /// Index of the measured location. It differs from the thermometer's own index if cables are swapped.
   std::size_t location{};
-  /// Added to the shown value.
+  /// Constant error that is added to the reading.
   double error_k{};
-  /// Shown instead of the measured value.
+  /// Constant reading in place of the measured value; absent: the thermometer measures.
   std::optional<double> shown_c{};
 };
 

@@ -32,7 +32,7 @@ class ThermometerBank {
   /// Starts in equilibrium with `locations_c` and reads it once.
   ThermometerBank(const ThermometerParameters& parameters, LocationTemperatures locations_c, std::uint64_t seed);
 
-  /// Follows the locations for one second, then reads them.
+  /// Advances by one second: each sensor follows the temperature of its location, then all are read.
   void step(LocationTemperatures locations_c);
 
   [[nodiscard]] LocationTemperatures readings_c() const { return readings_c_; }

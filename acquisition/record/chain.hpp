@@ -100,7 +100,8 @@ struct Verified {
   std::int64_t rows{};  ///< rows of all kinds
   int files{};
   bool finished{};
-  bool manifest{};  ///< present, and matched
+  /// True if the record has a manifest. It then matches the files.
+  bool manifest{};
   /// The digest of the record's first file, if there is a manifest.
   std::string digest{};
 };

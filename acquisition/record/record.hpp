@@ -28,9 +28,9 @@ struct UnitColumns {
   std::vector<std::vector<double>> rotation;
   /// The time in which the pulses were counted.
   std::vector<double> interval_s;
-  /// One column per value of the unit.
+  /// Readings of the unit's other values: one vector per value, one entry per row.
   std::vector<std::vector<double>> values;
-  /// The bias of each axis of a virtual gyro caused by temperatures and warm-up.
+  /// Bias of each axis that temperatures and warm-up cause in a virtual gyro.
   std::vector<std::vector<double>> true_bias_deg_per_h;
 };
 

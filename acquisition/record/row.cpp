@@ -194,7 +194,7 @@ constexpr std::array kEventColumns{
     column<RecordedEvent, &RecordedEvent::event, &Event::about, &EventSubject::reaction>("reaction", "TEXT"),
     column<RecordedEvent, &RecordedEvent::event, &Event::about, &EventSubject::segment>("segment", "INTEGER"),
     column<RecordedEvent, &RecordedEvent::event, &Event::about, &EventSubject::channel>("channel", "TEXT"),
-    // An empty text is stored as a text here.
+    // The column is NOT NULL, so an empty text is stored as an empty text.
     Column<RecordedEvent>{"text", "TEXT NOT NULL",
                           [](const RecordedEvent& row) { return Cell(std::string_view(row.event.text)); },
                           [](RecordedEvent& row, From from, int i) { row.event.text = from.text(i); }},

@@ -50,7 +50,7 @@ struct NameTrouble {
   std::size_t unit{};
   /// The index of the thermometer, or the index of the axis or value in its unit.
   std::size_t index{};
-  /// The named object: "thermometer "T?"".
+  /// Kind and name of the object, such as `thermometer "T?"`.
   std::string what;
   std::string why;
 };

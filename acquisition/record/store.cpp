@@ -289,14 +289,14 @@ struct SharedState {
   Backlog backlog;
   /// Backlog::dropped() when the disk last accepted rows.
   std::size_t dropped_before{};
-  /// The status and the frames at the last sync.
+  /// Status and frame counts of the run when the latest sync was requested.
   RunStatus status;
   FrameCount frames;
-  /// A sync is requested.
+  /// True if a sync is requested that has not started.
   bool wanted{};
-  /// The start of the sync in progress.
+  /// Start of the sync in progress; absent: no sync is in progress.
   std::optional<steady_clock::time_point> busy_since;
-  /// The status file is out of date.
+  /// True if the status has changed since the status file was written.
   bool is_status_stale{};
   /// The status file is being written.
   bool is_writing_status{};

@@ -68,7 +68,7 @@ struct ChangeOptions {
 struct Change {
   /// Number of steps since the most likely start.
   int steps{};
-  /// Mean of the vectors since then.
+  /// Mean of the vectors of these steps.
   Eigen::VectorXd mean;
   /// Returns √steps · mean for isolate(), which then returns √steps times the size of the fault. The length of this
   /// vector is not distributed like that of an N(0, I) vector, because the start was chosen to maximise it.

@@ -148,9 +148,9 @@ struct FusionSummary {
   std::optional<RateError> of_all_axes{};
   /// Error of the first three axes that span all directions.
   std::optional<RateError> of_three{};
-  /// Share of the components of cluster means whose error is within U.
+  /// Fraction of the rate components (three per cluster) whose error is at most U.
   std::optional<double> within_expanded{};
-  /// Result for the last hours of all holds, evaluated together.
+  /// Joint result at rest, from the last hour of every hold.
   std::optional<RestStretch> rest{};
   std::vector<RestStretch> holds{};
   std::vector<Alarm> alarms{};

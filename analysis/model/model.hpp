@@ -73,9 +73,9 @@ struct ReducedSetSummary {
 struct Latency {
   /// Half the cluster length.
   double lag_s{};
-  /// Training error without extrapolation.
+  /// RMS of the training residual if a stream does not extrapolate its predictions.
   double lagging_rms_deg_per_h{};
-  /// Training error with extrapolation by half a cluster.
+  /// RMS of the training residual if a stream extrapolates its predictions by half a cluster.
   double led_rms_deg_per_h{};
   /// Set if predictions are extrapolated because this reduces the error.
   bool is_led{};

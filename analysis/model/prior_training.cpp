@@ -69,7 +69,8 @@ Result<data::FoldPlan> plan_own_folds(const OwnClusters& own, const std::vector<
   return data::FoldPlan{{std::move(all)}, "all held out together, predicted from the type only"};
 }
 
-/// Returns a plane in °/h: the target's mean is 0 and its STD 1.
+/// Returns the plane with these coefficients (constant first) in °/h. The target is not scaled: its mean is 0 and its
+/// STD 1.
 methods::LinearModel make_plane(const Eigen::VectorXd& coefficients) {
   return {.weights = coefficients.tail(coefficients.size() - 1), .b = coefficients(0)};
 }

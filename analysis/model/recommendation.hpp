@@ -27,11 +27,11 @@ struct CandidateResult {
   /// Root mean square over all held-out records, equally weighted.
   double rmse_deg_per_h{};
   double expanded_deg_per_h{};  ///< 2·rmse: k = 2
-  /// Mean squared error minus that of the candidate with the lowest error, (°/h)².
+  /// Excess of the mean squared error over the lowest one of all candidates, (°/h)².
   double behind_mse{};
   /// Standard error of behind_mse, from the differences in each record; 0 for a single record.
   double behind_error_mse{};
-  /// True if behind_mse is at most one standard error.
+  /// True if behind_mse is at most behind_error_mse, so the candidate may be recommended.
   bool within{};
 };
 

@@ -50,7 +50,7 @@ class SlidingLags {
   SlidingLags(Eigen::Index length, const std::vector<Lag>& lags);
   /// Returns the lags at the next second, given its means, K: 0 at the first mean of a series, NaN if the mean is NaN.
   [[nodiscard]] const Eigen::RowVectorXd& push(const Eigen::RowVectorXd& means);
-  /// Advances by a gap of this many cluster lengths without means.
+  /// Advances the lags over a gap of `cluster_lengths` clusters that have no mean.
   void skip_clusters(Eigen::Index cluster_lengths);
 
  private:

@@ -120,7 +120,7 @@ Eigen::VectorXd unknown_residual(Eigen::Index rows) {
   return Eigen::VectorXd::Constant(rows, std::numeric_limits<double>::quiet_NaN());
 }
 
-/// Data that all fits share.
+/// Data that every fit of a training uses.
 struct TrainingContext {
   /// Clusters with every input, by record.
   std::vector<data::Clusters> records;

@@ -58,7 +58,7 @@ struct TrainingBasis {
   const std::vector<data::Dataset>& datasets;
   const std::vector<data::Clusters>& clusters;
   const Eigen::VectorXd& held_out_residual_deg_per_h;
-  /// True if the residual was also used to choose hyper-parameters.
+  /// True if the hyper-parameters were chosen by the same residual, which then underestimates the error.
   bool chosen_on_these_folds = false;
   /// True if the caller adds a budget row for the model's predictive variance. Uncertainty::variance_in_training then
   /// stays NaN.

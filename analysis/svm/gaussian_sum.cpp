@@ -345,7 +345,7 @@ class Pairs {
     }
   }
 
-  // Sample numbers: the support, then the others.
+  // Indices of the samples: first the support vectors, then all others.
   std::vector<Eigen::Index> order_;
   Eigen::Index support_groups_, groups_{}, support_, dimensions_;
   Eigen::MatrixXd points_;  // positions × dimensions

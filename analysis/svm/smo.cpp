@@ -40,7 +40,8 @@ template <int distance, class Lanes>
                                11 ^ d, 12 ^ d, 13 ^ d, 14 ^ d, 15 ^ d);
 }
 
-// Calls `step` for the distances 8, 4, 2 and 1, which reduces 16 lanes to one.
+// Calls `step` with the distances 8, 4, 2 and 1. If each call combines lanes at this distance, the 16 lanes are reduced
+// to one.
 template <class Step>
 [[gnu::always_inline]] inline void fold_lanes(const Step& step) {
   step(std::integral_constant<int, 8>());

@@ -72,7 +72,7 @@ class SmoDirection {
   void set_direction(const Point& i, const Point& j, double kept);
   /// Returns the distance that the points can move along d, at most `units`.
   [[nodiscard]] Length reach(double units) const;
-  /// Moves the points along d.
+  /// Moves β by the distance `length` along the direction d.
   void move(const Length& length);
 
   [[nodiscard]] int count() const { return count_; }

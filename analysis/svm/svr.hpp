@@ -63,7 +63,7 @@ struct SvrSolution {
 /// Approximate solution from a similar problem, as the start of a training.
 struct SvrStart {
   Eigen::VectorXd beta;
-  /// Bound on |β| in that problem.
+  /// Upper bound C of |β| in the problem that `beta` solves.
   double bound{};
 };
 

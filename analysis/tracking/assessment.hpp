@@ -67,9 +67,9 @@ struct Response {
   double step_delay_s{};
   /// Overshoot, as a fraction of the step.
   double step_overshoot{};
-  /// Delay at the end of the ramp.
+  /// Time by which the estimate lags behind the bias at the end of the ramp.
   double ramp_delay_s{};
-  /// Overshoot above the end value of the ramp.
+  /// Greatest excess of the estimate over the end value of the ramp.
   double ramp_overshoot_deg_per_h{};
 };
 [[nodiscard]] Response measure_response(const Denoiser& denoiser, const StateSpace& space);

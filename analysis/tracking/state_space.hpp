@@ -24,7 +24,7 @@ struct StateSpace {
   State memory = State::Zero();
   /// Variance of w.
   State fresh = State::Zero();
-  /// Variance before the first mean.
+  /// Variance of each state before the first mean is processed.
   State start = State::Zero();
   double white{};  ///< variance of v
 };

@@ -238,7 +238,7 @@ class PaperWriter {
 
 /// Truncates a text to the width of a page margin, with "…". The first page contains the whole text.
 std::string truncate_to_margin(std::string_view text) {
-  // In font sizes.
+  // Width of the margin, in multiples of the font size.
   constexpr double kMaxWidth = 24;
   if (estimate_width(text) <= kMaxWidth) return std::string(text);
   while (estimate_width(text) > kMaxWidth - 1) {

@@ -168,7 +168,7 @@ std::string spare_name(const std::string& place) {
   return fmt::format("{}{}{:08x}{:08x}", socket_name(place), kSpareMark, device(), device());
 }
 
-/// A socket and the name it is bound to.
+/// Name of a bound socket in the abstract namespace, and the socket's inode.
 struct NamedSocket {
   std::string name;
   std::uint64_t inode{};

@@ -156,7 +156,8 @@ class ItemExchange {
   Pauses& pauses_;
   Snapshot known_;
   Duration known_since_{};
-  /// Value of breaks() when the unit was accepted.
+  /// Value of breaks() when the unit's identity was last accepted. If breaks() has changed since, the identity is
+  /// checked again.
   std::uint64_t accepted_breaks_ = 0;
   Duration recognised_at_{};
   /// Latest identity; empty if the unit was never identified.

@@ -552,7 +552,7 @@ class ModbusChamber final : public Chamber {
   /// Limits in the controller; empty before they are read.
   std::optional<SetPointRange> limits_;
   std::optional<int> uploaded_program_;  ///< program number
-  /// The uploaded program was started.
+  /// True after the uploaded program was started.
   bool program_runs_ = false;
   struct SentSetPoint {
     Duration at{};

@@ -521,7 +521,7 @@ class FramedGyro final : public Gyro {
   ReceivedBytes received_;  ///< in this read
   /// Rejected bytes before this read.
   std::uint64_t rejected_before_{};
-  /// Differences in the newest configuration message.
+  /// Settings of the unit that differ from the description, as of the newest configuration message.
   std::vector<std::string> differing_settings_;
   FrameDecoder decoder_;
   FrameSum sum_;

@@ -23,8 +23,8 @@ enum class TextEncoding { ascii, latin1 };
 struct FieldForm {
   enum class Kind { number, integer, hexadecimal, text, bits };
   Kind kind{};
-  /// Minimum width of a number with leading zeros; exact number of hexadecimal or binary digits, or of the characters of a
-  /// text; 0 for any.
+  /// Minimum width of a number with leading zeros; exact number of hexadecimal or binary digits, or of the characters
+  /// of a text; 0 for any.
   int width = 0;
   /// Decimals of a sent number; −1 sends the shortest form.
   int decimals = -1;
@@ -69,7 +69,8 @@ class TextTemplate {
   [[nodiscard]] std::string prefix() const;
 
  private:
-  /// A literal, the index of a field, or an optional group.
+  /// One piece of a template. It is a field if `field` is set, an optional group if `group` is not empty, and otherwise
+  /// a literal.
   struct Piece {
     std::string literal;
     std::optional<std::size_t> field;

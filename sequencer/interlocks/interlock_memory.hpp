@@ -21,7 +21,7 @@ class Trend {
  public:
   /// Adds the value of one second; std::nullopt if it was not read.
   void add(std::optional<Celsius> value);
-  /// Clears the trend after a time without samples.
+  /// Discards all samples of the trend. Call it after a time without samples.
   void forget();
 
   /// Returns the change over the last minute, or nothing if its first or last value is unknown.
@@ -99,7 +99,7 @@ struct InterlockMemory {
     RecentCauses recent{};  ///< the last samples
     /// Current reaction, or the last known one while the quantity is unread.
     Reaction reaction{};
-    /// Thermometer that showed the cause.
+    /// Column of the thermometer with the cause; absent: the cause is not a thermometer's.
     std::optional<std::size_t> column{};
     std::string text{};  ///< latest description of the cause
   };

@@ -24,11 +24,11 @@ struct InterlockInputs {
   Kelvins set_point_tolerance{0.1};
   /// Number of consecutive set points that the chamber refused.
   int refusals{};
-  /// Reason why the last one was refused.
+  /// Reason for the latest refusal of a set point.
   std::string refusal{};
   /// The last set point was refused and will be sent again. Until then the chamber may show any value.
   bool sends_again{};
-  /// Fault of a program that the controller carries out; empty: none.
+  /// Fault of the program that runs in the chamber's controller; empty: no fault.
   std::string program{};
   /// The controller computes the set points itself.
   bool led_by_controller{};

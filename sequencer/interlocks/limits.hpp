@@ -133,7 +133,7 @@ struct InterlockLimits {
   /// Difference between the chamber's sensor and the median of the thermometers in the air. Without such thermometers:
   /// the largest jump of the chamber's sensor.
   Kelvins chamber_disagreement{10};
-  /// Columns of the thermometers that hang in the air.
+  /// Columns of the thermometers that measure the chamber's air and not a unit.
   std::vector<std::size_t> air_thermometers;
 
   Duration suspend_after = std::chrono::seconds(5);  ///< silence that suspends

@@ -99,9 +99,9 @@ struct LivenessSecond {
   Duration elapsed{};  ///< time with ticks
   /// Time without ticks before this second.
   Duration missed{};
-  /// The units may be switched off.
+  /// True if the units may be switched off. Their rates are then not checked.
   bool gyro_is_off{};
-  /// An operator may be moving the units.
+  /// True if an operator may be moving the units. Rates are then not compared with the Earth rate.
   bool units_are_moved{};
   bool is_turned{};  ///< input axes reversed
 };

@@ -21,7 +21,7 @@ namespace gyrotherm::rig {
 struct RoundTrips {
   Duration least{}, median{}, most{};
 };
-/// Times ten calls by `clock`.
+/// Calls the function ten times and measures the duration of each call with `clock`.
 [[nodiscard]] RoundTrips time_calls(const std::function<void()>& call, const Clock& clock);
 /// Returns "10 reads: 0.210, 0.230, 0.410 ms (least, median, most)".
 [[nodiscard]] std::string text(const RoundTrips& trips);

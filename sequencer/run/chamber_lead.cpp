@@ -100,7 +100,8 @@ Result<void> HostLead::send_last_set_point(io::InstrumentIo&, const LeadSecond& 
   return {};
 }
 
-/// Returns true while air outside the limits is on its way to the nearest limit, which is the set point.
+/// Returns true if the air is outside the limits, the set point is the nearest limit, and the air has not arrived
+/// there.
 bool HostLead::is_waiting_for_air(Celsius air) const {
   const auto nearest = clamp_to_limits(air, limits_);
   return approaching_ && path_.is_at(nearest) && abs(air - nearest) > kLimitTolerance;

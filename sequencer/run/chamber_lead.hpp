@@ -35,11 +35,11 @@ struct LeadSecond {
   bool in_last_segment{};
   /// The profile is in its last segment, and that is a hold.
   bool in_last_hold{};
-  /// Another program or a person has changed the chamber.
+  /// True if the last reading shows a change that this program did not make; see is_changed_externally().
   bool changed_by_another{};
   /// Set point of the last segment.
   Celsius end{};
-  /// Last known air before this second.
+  /// Latest air temperature that was known before this second.
   std::optional<Celsius> air_before{};
 };
 
@@ -76,7 +76,7 @@ class ChamberLead {
   [[nodiscard]] virtual std::optional<std::string> send_set_point(io::InstrumentIo& io, const LeadSecond& second,
                                                                   RunState state, bool returning,
                                                                   const interlocks::InterlockMemory& memory) = 0;
-  /// Counts the set points that the chamber refused.
+  /// Returns the number of set points that the chamber refused so far.
   [[nodiscard]] virtual std::int64_t missed_set_points() const = 0;
 };
 

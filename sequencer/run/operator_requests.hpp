@@ -18,7 +18,8 @@ struct OperatorRequest {
   OperatorCommand command{};
   /// The user as the control socket reports it: "ada (uid 1000)".
   std::string who;
-  /// When the request was made, a foreign set point was active, which the request permits to overwrite.
+  /// True if the request permits overwriting the set point of another program, which was active when the request was
+  /// made.
   bool takes_over{};
   std::string reason{};  ///< may be empty
 };

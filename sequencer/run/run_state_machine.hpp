@@ -65,7 +65,7 @@ using RunStateMachine = std::variant<Execute, Suspended, Returning, Held, Aborti
 /// The inputs of one second.
 struct RunInputs {
   Duration elapsed{};
-  /// Demand of the interlocks.
+  /// Reaction that the interlocks demand in this second.
   interlocks::InterlockDemand demand;
   /// The request to carry out.
   std::optional<OperatorRequest> request;

@@ -16,7 +16,7 @@ enum class AirSource {
   controller,
   /// An off command was acknowledged.
   switched_off,
-  /// The chamber shows that it is off.
+  /// The chamber reports that it is off.
   seen_off,
 };
 
@@ -61,7 +61,7 @@ class AirWatch {
   AirVerdict verdict_ = AirVerdict::watching;
   Duration watched_{};
   std::optional<Duration> last_at_;
-  /// Value of watched_ when the air came near the set point.
+  /// Watched time (see watched()) at which the air came near the set point; absent: it is not near.
   std::optional<Duration> near_since_;
   std::optional<double> last_c_, before_c_;  ///< the two newest readings
   double first_c_{}, now_c_{};               ///< medians of three readings

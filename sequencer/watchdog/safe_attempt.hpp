@@ -30,11 +30,11 @@ enum class SafeStage {
 
 /// The task of an attempt, in addition to sending the set point.
 enum class SafeTask {
-  /// Take the steps that the goal and the present mode require.
+  /// Switch the chamber on or off only if the goal and the present mode require it.
   leave_as_required,
-  /// Write the mode in any case.
+  /// Send the command to follow the set point, whatever the present mode.
   follow,
-  /// Switch off in any case.
+  /// Send the command to switch off, whatever the present mode.
   off,
   look,  ///< send nothing, only read
 };

@@ -22,7 +22,7 @@ struct SafeGoal {
   /// Permitted deviation of the set point that is read back.
   Kelvins tolerance;
   bool switch_off{};
-  /// The controller may run a program.
+  /// True if a program may run in the controller. It is ended before the set point is sent.
   bool by_program{};
   /// 0: the air is not watched.
   Duration observe = Duration{};

@@ -72,7 +72,8 @@ class StreamWriter {
 /// Faults of a virtual gyro whose configuration differs from its description. Commands are identified by their first
 /// line.
 struct GyroUnitFaults {
-  /// Commands without effect and answer, and commands that are refused.
+  /// First lines of commands. The unit neither executes nor answers a command in `ignored`, and answers one in
+  /// `refused` with a refusal.
   std::vector<std::string> ignored{};
   std::vector<std::string> refused{};
   /// Factor of increments and rates until the command `factor_until` is executed.

@@ -41,7 +41,7 @@ struct FittedDifference {
   FitParameter parameter{};
   /// Fitted value. If the difference was not reached, the nearer end of the range.
   double value{};
-  /// Difference at this value.
+  /// Temperature difference that the model has with the fitted value.
   double difference_k{};
   bool reached = false;
   /// Temperature of the warmest location of A…H. The difference does not determine this level.

@@ -46,10 +46,10 @@ struct GyroParts {
   std::vector<Prism> mirrors;
   /// Through the block's thickness.
   Prism hole;
-  /// The whole dither zone: the hub is not removed.
+  /// Dither zone. It overlaps the hub; a point in both belongs to the hub.
   Prism dither;
   Prism hub;
-  /// Inside of the cabinet's walls.
+  /// Plan of the cavity inside the cabinet's walls.
   PlanRectangle inside;
   double inside_z0{}, inside_z1{};
 };

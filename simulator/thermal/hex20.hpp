@@ -22,7 +22,7 @@ class AffineMatrix final {
  private:
   struct Part {
     const SparseMatrix* matrix;
-    /// Positions of its elements in the sum.
+    /// Position in the sum of each nonzero element of `matrix`.
     std::vector<int> positions;
   };
   void add(const Part& part, double factor);

@@ -316,7 +316,7 @@ class WallFilm {
     for (int face = 0; face < 4; ++face)
       if (out.x * kNeighbours[face].i + out.y * kNeighbours[face].j > 1 - 1e-9) flat = face;
     if (flat >= 0 && is_kept(brick)) {
-      // Otherwise two parts touch there.
+      // A face that is not exposed touches another part and has no film.
       if (is_exposed(brick, flat)) area_[grid_.brick(brick) * kBrickFaces + flat] += area;
       return;
     }

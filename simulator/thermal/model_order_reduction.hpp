@@ -79,9 +79,9 @@ inline constexpr double kSolveTolerance = 1e-4;
 using SolveColumns = std::function<Result<Eigen::MatrixXd>(const SparseMatrix& matrix, const Eigen::MatrixXd& right)>;
 
 struct ReductionOptions {
-  /// Upper limit of the states.
+  /// Greatest number of states of the reduced model.
   int states = 84;
-  /// Upper limit of solved fields before the compression.
+  /// Greatest number of temperature fields that are solved before the compression.
   int most_fields = 200;
   /// Largest permitted error of an output for an ambient of 50 K, or for the powers.
   double goal_k = 5e-3;

@@ -11,7 +11,7 @@
 
 namespace gyrotherm::app {
 
-/// Content of FOLDER/digests.json.
+/// Caches the digests of verified records in FOLDER/digests.json, so unchanged records are not read again.
 class KnownDigests {
  public:
   /// Reads the digests that this version of the program stored in the folder. Starts empty if the file is missing or

@@ -147,7 +147,7 @@ void read_matrices(const TomlTable& root, Eigen::Index states, ReducedModel& mod
 
 /// Checks that the matrices together describe a body that cools to its surroundings.
 void check_stability(const TomlTable& root, const ReducedModel& model) {
-  // Relative to the ambient temperature.
+  // Tolerance of the steady outputs without power, as a fraction of the ambient temperature.
   constexpr double kTolerance = 1e-6;
   constexpr double kHottest_k = 200;
   for (const double air_c : {-60.0, 20.0, 80.0}) {

@@ -74,13 +74,13 @@ class StepTable final {
   Eigen::VectorXd weights_;
   /// One column per node: carry, before, after, powers, and per_watt if the powers vary.
   Eigen::MatrixXd table_;
-  /// The column at the temperature of the last update.
+  /// Column of the table, interpolated to the temperature of the last update().
   Eigen::VectorXd now_;
   Eigen::VectorXd next_;
 };
 
 struct ReducedTransientOptions {
-  /// Air in which the switched-on gyro rests at the start.
+  /// Air temperature at the start. The gyro starts in the steady state at this temperature, switched on unless `cold`.
   Celsius start{20};
   /// Starts at rest with the gyro switched off; the first second switches it on.
   bool cold = false;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Fuzzes the templates of text instruments: any bytes as a template, as an answer to templates of shipped files, and as
-/// a framed answer. A template that matches must format its values to a line that it matches again.
+/// Fuzzes the templates of text instruments: any bytes as a template, as an answer to templates of shipped files, and
+/// as a framed answer. A template that matches must format its values to a line that it matches again.
 #include <array>
 #include <string>
 #include <string_view>

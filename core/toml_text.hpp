@@ -22,7 +22,7 @@ struct TomlBounds {
   static constexpr std::size_t kWord = 1'024;      ///< bytes, bare key or number
 };
 
-/// The first character that is not allowed at its position or exceeds a limit. The position is that of the character's
+/// The first character that is not allowed at its position or exceeds a limit. The position refers to the character's
 /// first byte; columns are counted in characters.
 struct TextFlaw {
   unsigned line = 1, column = 1;

@@ -125,8 +125,8 @@ struct ReportedValue {
   [[nodiscard]] double expanded() const { return coverage_factor * standard_uncertainty; }
 };
 
-/// Returns a value whose coverage factor is that of Student's t. As in a budget, the degrees of freedom are truncated
-/// to an integer for this.
+/// Returns a value with the coverage factor of Student's t. As in a budget, the degrees of freedom are truncated to an
+/// integer for this.
 [[nodiscard]] ReportedValue value_with_uncertainty(double value, double standard_uncertainty,
                                                    double degrees_of_freedom);
 
@@ -199,7 +199,7 @@ struct ReportedLimit {
   double at_most{};
 };
 
-/// Comparison of a result with a limit. The value is that of the worst row of the result: the row with the worst
+/// Comparison of a result with a limit. The value comes from the worst row of the result: the row with the worst
 /// verdict and, among those, the lowest probability.
 struct Conformity {
   std::string quantity{};

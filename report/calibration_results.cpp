@@ -378,7 +378,7 @@ struct AllRecords {
   bool in_sample{};
 };
 
-/// Appends the characteristics of one record to those of the previous records.
+/// Appends the characteristics of one record, `found`, to the characteristics of the previous records, `all`.
 void append_stages(std::map<Stage, AllRecords>& all, std::map<Stage, model::Characterisation> found,
                    const VerifiedRun& verified) {
   for (const VerifiedRun::ModelResult& one : verified.models)

@@ -24,7 +24,7 @@ struct CalibratedAxis {
 /// for the bias as found and as left, in the order of Group. The turn-on repeatability is computed over the starts in
 /// all records.
 ///
-/// The stated uncertainty is that of the measurement: type A from the noise of the record, with its degrees of freedom
+/// The stated uncertainty covers the measurement: type A from the noise of the record, with its degrees of freedom
 /// where known, and type B from the removed Earth rate and the scale factor, for each quantity that depends on the bias
 /// reference. A model trained in the same mount has learnt the type B error as part of the bias and does not reduce it.
 /// For an Earth rate measured in two positions, the only type B uncertainty is that of the scale factor. Temperatures

@@ -100,8 +100,8 @@ Result<std::vector<NewFile>> render_authorised_files(const std::string& folder, 
   return files;
 }
 
-/// Lists the files with their hashes, calibration.json first and authorisation.json last. The hash of a PDF is that of
-/// the signed PDF.
+/// Lists the files with their hashes, calibration.json first and authorisation.json last. The hash of a PDF is computed
+/// from the signed PDF.
 DccOptions make_dcc_options(const std::vector<NewFile>& files, const std::vector<NewFile>& pdfs,
                             const AuthorisedFiles& authorised) {
   DccOptions options;

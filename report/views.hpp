@@ -20,7 +20,7 @@ struct ReportFigure {
 
 /// Returns all figures: the thermal image if there is one, temperatures and bias of both runs, |r| as an array and as
 /// curves, each model on the ramp run, all models on the random run, the Allan deviation of both runs, and the
-/// convergence of each swarm. The ids are those of the paper's figures.
+/// convergence of each swarm. The ids come from the paper's figures.
 [[nodiscard]] std::vector<ReportFigure> all_figures(const Report& report);
 
 /// Returns the paper's Tables 1 and 2 as HTML, or the reason why they are missing.

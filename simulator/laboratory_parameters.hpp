@@ -262,8 +262,8 @@ struct OutputHop {
   std::optional<double> for_s{};
 };
 
-/// [[virtual.unit.axis]]: parameters of one axis. All other parameters are drawn for each axis from those of the
-/// [virtual] table.
+/// [[virtual.unit.axis]]: parameters of one axis. All other parameters are drawn for each axis; the [virtual] table is
+/// the type from which they are drawn.
 struct AxisParameters {
   /// Empty only for the single axis of a unit.
   std::string name{};

@@ -55,8 +55,8 @@ struct GyroLineSources {
   std::vector<std::size_t> units;
 };
 
-/// Finds the sources of a line. Fails with usage if an axis is not in the laboratory, or if the number of axes differs
-/// from that of the frame.
+/// Finds the sources of a line. Fails with usage if an axis is not in the laboratory, or if the frame has another
+/// number of axes.
 [[nodiscard]] Result<GyroLineSources> find_sources(const VirtualGyroLine& line, const VirtualLaboratory& laboratory);
 
 class PacedGyroLine {

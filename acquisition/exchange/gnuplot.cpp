@@ -62,8 +62,8 @@ std::string plot_commands(const std::vector<Curve>& curves, std::size_t first, s
   return text + "\n";
 }
 
-/// Finds the rows that follow missing rows. In a record of gyrotherm the usual distance is one step. In an imported
-/// record, gaps are those that the import defines.
+/// Finds the rows that follow missing rows. In a record of gyrotherm the usual distance is one step. For an imported
+/// record, the import has defined the gaps.
 class Gaps {
  public:
   explicit Gaps(const record::Record& record)

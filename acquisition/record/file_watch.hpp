@@ -70,9 +70,8 @@ class FileWatch {
   /// descriptor is not found.
   [[nodiscard]] static Result<FileWatch> begin(const std::string& path);
 
-  /// Compares names, lengths and times of the files with those that were last remembered. If only a time of the
-  /// database differs, compares the content of the database, because the file may merely have been touched. Call it
-  /// before writing.
+  /// Compares names, lengths and times of the files with the remembered ones. If only a time of the database differs,
+  /// compares the content of the database, because the file may merely have been touched. Call it before writing.
   [[nodiscard]] std::optional<Interference> check();
   /// Compares the names. At most twice a second, also checks the first `frames` frames of the log against their
   /// checksums. This detects writes by another program during a write by this process. Call it after writing.

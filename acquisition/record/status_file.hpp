@@ -79,8 +79,8 @@ struct RunStatus {
 /// Returns the path of the status file: "RUN.db.status" for "RUN.db".
 [[nodiscard]] std::string status_path(const std::string& record_path);
 
-/// Writes a status as one line of JSON. Keys are those of RunStatus with units (`set_point_c`); unknown values are
-/// null.
+/// Writes a status as one line of JSON. The keys are the members of RunStatus with units (`set_point_c`); unknown
+/// values are null.
 [[nodiscard]] std::string to_json(const RunStatus& status);
 /// Parses the output of to_json(). Fails with bad_file on any other text; `where` is the location in the fault.
 [[nodiscard]] Result<RunStatus> parse_status(const std::string& text, const std::string& where);

@@ -21,8 +21,7 @@ namespace gyrotherm::data {
 /// mean. This is conservative: a certificate does not state how much of an error is constant over a run. A constant
 /// error has no effect on rates and lags; an error that changes with the temperature has at most this effect.
 ///
-/// Fails with usage if the number of uncertainties differs from that of thermometers or if one is negative. Fails as
-/// evaluate does.
+/// Fails with usage if there is not one uncertainty per thermometer, or if one is negative. Fails as evaluate does.
 [[nodiscard]] Result<Eigen::MatrixXd> input_covariance(const std::vector<Term>& terms, const Clusters& clusters,
                                                        const std::vector<double>& uncertainty_k);
 

@@ -70,8 +70,8 @@ struct Change {
   int steps{};
   /// Mean of the vectors of these steps.
   Eigen::VectorXd mean;
-  /// Returns √steps · mean for isolate(), which then returns √steps times the size of the fault. The length of this
-  /// vector is not distributed like that of an N(0, I) vector, because the start was chosen to maximise it.
+  /// Returns √steps · mean for isolate(), which then returns √steps times the size of the fault. Its length does not
+  /// have the distribution for an N(0, I) vector, because the start was chosen to maximise it.
   [[nodiscard]] Eigen::VectorXd root_sum() const { return std::sqrt(static_cast<double>(steps)) * mean; }
 };
 

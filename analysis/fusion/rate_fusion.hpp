@@ -27,9 +27,9 @@ struct Gains {
 /// Q₂), G = R⁻¹ Q₁ᵀ L⁻¹ and V = Q₂ᵀ L⁻¹. With three axes V has no rows.
 [[nodiscard]] Gains compute_gains(const Geometry& geometry);
 
-/// Computes gains with the weights of `weights`, a geometry of the same axes with another covariance. The covariance of
-/// the vector and the parity are those of `geometry`. If `weights` differs from `geometry`, the vector does not have
-/// the least variance, but remains unbiased.
+/// Computes gains with the weights of `weights`, a geometry of the same axes with another covariance. `geometry`
+/// determines the covariance of the vector and the parity. If `weights` differs from `geometry`, the vector does not
+/// have the least variance, but remains unbiased.
 [[nodiscard]] Gains weighted_gains(const Geometry& geometry, const Geometry& weights);
 
 struct FusedRate {
@@ -41,10 +41,10 @@ struct FusedRate {
 
 inline constexpr double kLeastRedundancy = 1e-6;
 
-/// Returns the rate vector of the readings without one axis, equal to that of compute_gains(remove_axis(…)). Leaving an
-/// axis out is equivalent to giving it an unknown bias, whose estimate is v_iᵀ p/|v_i|², with v_i its column of V and p
-/// the parity vector; the contribution of this bias to G y is subtracted. Fails with numeric if only this axis measures
-/// some direction, that is, if |v_i|²/(C⁻¹)_ii is below kLeastRedundancy.
+/// Returns the rate vector of the readings without one axis. It equals the result with the gains of
+/// compute_gains(remove_axis(…)). Leaving an axis out is equivalent to giving it an unknown bias, whose estimate is
+/// v_iᵀ p/|v_i|², with v_i its column of V and p the parity vector; the contribution of this bias to G y is subtracted.
+/// Fails with numeric if only this axis measures some direction, that is, if |v_i|²/(C⁻¹)_ii is below kLeastRedundancy.
 [[nodiscard]] Result<FusedRate> fuse_without_axis(const Gains& gains,
                                                   const Eigen::Ref<const Eigen::VectorXd>& readings_deg_per_h,
                                                   Eigen::Index axis);

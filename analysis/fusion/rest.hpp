@@ -57,9 +57,9 @@ struct RestEstimate {
 
 /// Solves y = H to_localᵀ exp(−[ψ×]) Ω + b + e for b and ψ. Maximises their probability by the update of the iterated
 /// Kalman filter, which is a Gauss-Newton method (Bell and Cathey, IEEE Trans. Autom. Control 38 (1993) 294); the
-/// derivative with respect to ψ is that of the exponential map at ψ, not at 0. A prior covariance may be 0; the
-/// quantity then keeps its prior value. The error e of the readings has the covariance of `geometry`; the readings
-/// should be sufficiently long means.
+/// exponential map is differentiated with respect to ψ at ψ, not at 0. A prior covariance may be 0; the quantity then
+/// keeps its prior value. The error e of the readings has the covariance of `geometry`; the readings should be
+/// sufficiently long means.
 ///
 /// N axes cannot determine N biases and three angles; the priors determine how a difference is divided between biases
 /// and angles. A rotation about the Earth's axis is not observable. An uncertain latitude is treated as a further tilt

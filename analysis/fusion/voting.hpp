@@ -55,11 +55,11 @@ struct Voters {
   ThermometerParity thermometers;
 };
 
-/// Returns the joint test; its vector is that of the axes above that of the thermometers. A bias of axis i affects only
-/// the axes' part, by W e_i. A thermometer j that reads 1 K too high makes each prediction too high by its sensitivity
-/// to j and affects both parts, by (−W s_j, W_T e_j). The candidates are the axes, with faults in °/h, followed by the
-/// thermometers, with faults in K. The two parts are treated as independent: thermometer uncertainty that is common to
-/// several axes is assumed to be small compared with a fault.
+/// Returns the joint test. Its vector consists of the vector of the axes, followed by the vector of the thermometers. A
+/// bias of axis i affects only the axes' part, by W e_i. A thermometer j that reads 1 K too high makes each prediction
+/// too high by its sensitivity to j and affects both parts, by (−W s_j, W_T e_j). The candidates are the axes, with
+/// faults in °/h, followed by the thermometers, with faults in K. The two parts are treated as independent: thermometer
+/// uncertainty that is common to several axes is assumed to be small compared with a fault.
 [[nodiscard]] FaultTest joint_test(const Voters& voters);
 
 enum class VerdictKind {

@@ -15,8 +15,8 @@ namespace gyrotherm::methods {
 /// inputs. The variance of the value at the mean of the inputs is s²/n. s² is the residual sum of squares divided by n
 /// − `effective_parameters` (at least 1). Residuals are assumed independent. Each direction of the weights has a length
 /// in Z and R. Lengths below 3·10⁻⁷ of the greatest are raised to that limit. The variance along such a direction is
-/// huge, which matters only for inputs that leave the plane of the training data. Units are those of z and y.
-/// Source: GUM, JCGM 100:2008, H.3; the penalty as a prior: Hoerl and Kennard, Technometrics 12 (1970) 55, §5.
+/// huge, which matters only for inputs that leave the plane of the training data. Units follow from the units of z and
+/// y. Source: GUM, JCGM 100:2008, H.3; the penalty as a prior: Hoerl and Kennard, Technometrics 12 (1970) 55, §5.
 [[nodiscard]] PredictiveVariance coefficient_variance(const data::SampleMatrix& z, const Eigen::VectorXd& y,
                                                       const LinearModel& plane, double effective_parameters,
                                                       const Eigen::MatrixXd& penalty_rows = {});

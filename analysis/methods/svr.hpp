@@ -45,8 +45,8 @@ struct ForwardPrediction {
 // does not consider thermometer errors. Here the plane extrapolates, and the support vectors describe only the
 // curvature.
 //
-// The plane is that of ridge-u (ridge_u.hpp), which includes the input noise of the certificate in closed form. Adding
-// u² Σ(∂f/∂T_i)² to the loss, or training on jittered copies of the inputs, gives the same result to first order
+// The plane is fitted as in ridge-u (ridge_u.hpp), which includes the input noise of the certificate in closed form.
+// Adding u² Σ(∂f/∂T_i)² to the loss, or training on jittered copies of the inputs, gives the same result to first order
 // (Bishop, Neural Comput. 7 (1995) 108), but only the closed form is exact and needs no random copies. Plane and
 // support vectors are fitted one after the other (docs/decisions/0019).
 

@@ -18,8 +18,8 @@
 namespace gyrotherm::model {
 
 /// A value and its standard uncertainty u, k = 1, from the noise of the record only (type A); NaN if unknown. The
-/// degrees of freedom are those of u: for a mean, the effective number of values minus one; for a combination of means,
-/// those of the Welch-Satterthwaite formula (GUM G.4.1). They are at least 1, and infinite if unknown.
+/// degrees of freedom belong to u. For a mean they are the effective number of values minus one; for a combination of
+/// means they follow from the Welch-Satterthwaite formula (GUM G.4.1). They are at least 1, and infinite if unknown.
 struct MeasuredValue {
   double value = std::numeric_limits<double>::quiet_NaN();
   double u = std::numeric_limits<double>::quiet_NaN();
@@ -43,8 +43,8 @@ void describe(auto& form, Like<BeforeAfter> auto& figures) {
 }
 
 /// Minimum length of a hold whose last hour is treated as stabilised: about twice the slowest time constant (46 min) of
-/// the gyro in the reference simulation. A slower gyro, such as that of the default rig (100 min), has not settled by
-/// then.
+/// the gyro in the reference simulation. A slower gyro, such as the virtual gyro of the default rig (100 min), has not
+/// settled by then.
 inline constexpr double kStabilisedHoldSeconds = 5400;
 
 /// Hold bias: mean bias of the last hour of a stabilised hold, °/h.

@@ -58,7 +58,7 @@ Result<data::Term> first_temperature(const data::Dataset& dataset) {
 }
 
 /// Returns the three-point terms and the temperature. Like multi-point-t, this separates the effect of the temperature
-/// from that of the points.
+/// from the effect of the points.
 Result<Terms> three_points_and_temperature(const data::Dataset& dataset) {
   auto terms = three_points(dataset);
   if (!terms) return terms;

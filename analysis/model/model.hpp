@@ -108,7 +108,7 @@ struct Model {
   /// √(RSS/(n − p)) in-sample, p the effective parameters; NaN if p ≥ n.
   double residual_std_deg_per_h{};
   std::string particulars;  ///< see Fit
-  /// See Fit. If the model was reduced, the variance is that of the full function.
+  /// See Fit. If the model was reduced, the variance still belongs to the full function.
   std::optional<methods::PredictiveVariance> variance;
   /// Reduction of the vectors. The members below describe the full function.
   std::optional<ReducedSetSummary> reduction;

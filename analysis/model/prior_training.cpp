@@ -208,7 +208,7 @@ void add_warnings(Model& model, const population::TypePrior& prior, const std::v
   }
 }
 
-/// Fails if the record's bias reference differs from that of the prior.
+/// Fails if the record and the prior have different bias references.
 Result<void> check_bias_reference(const population::TypePrior& prior, const data::Dataset& dataset) {
   const bool is_known = !prior.records.empty() && !prior.records.front().bias_zero.empty();
   return is_known ? check_same_reference(dataset, prior.records.front().bias_zero, "the prior") : Result<void>{};

@@ -68,10 +68,10 @@ class SlidingLags {
 };
 
 /// Stream of compensated bias. Inputs are trailing means over the model's cluster length, one row per second (causal);
-/// rates are the difference of two adjacent means; lags are those of SlidingLags. At the end of each whole cluster the
-/// inputs equal those of the cluster. A prediction from these inputs applies to the time half a cluster length ago. If
-/// is_led() is true for the model, the stream extrapolates the prediction by half a cluster length from the prediction
-/// one cluster length earlier, if there is one.
+/// rates are the difference of two adjacent means; lags are computed by SlidingLags. At the end of each whole cluster
+/// the inputs equal those of the cluster. A prediction from these inputs applies to the time half a cluster length ago.
+/// If is_led() is true for the model, the stream extrapolates the prediction by half a cluster length from the
+/// prediction one cluster length earlier, if there is one.
 class CompensationStream {
  public:
   /// Opens a stream for rows with these thermometers, in this order. Fails with usage if the model needs a thermometer

@@ -80,15 +80,16 @@ struct EstimatorOptions {
                                                            const InputPlan& inputs, const methods::Method& method,
                                                            const ProgressSink& progress);
 
-/// Returns the bias minus the prediction for each of `rows` clusters, °/h. The prediction is that of a model refitted
-/// without the cluster's fold; NaN for a cluster that is in no fold. Does not change the estimator's hyper-parameters.
+/// Returns the bias minus the prediction for each of `rows` clusters, °/h. A cluster is predicted by a model that was
+/// refitted without the cluster's fold; NaN for a cluster that is in no fold. Does not change the estimator's
+/// hyper-parameters.
 [[nodiscard]] Result<Eigen::VectorXd> leave_out_residual(const std::vector<FoldData>& splits, Eigen::Index rows,
                                                          const EstimatorOptions& estimator,
                                                          const ProgressSink& progress);
 
 /// Returns the residuals of leave_out_residual() with hyper-parameters that are also chosen without the held-out fold:
-/// for each fold they are chosen again on folds of its training clusters, including selection and scaling. `splits` are
-/// those of the training set. Also fails like ensure_two_folds().
+/// for each fold they are chosen again on folds of its training clusters, including selection and scaling. `splits`
+/// belong to the training set. Also fails like ensure_two_folds().
 [[nodiscard]] Result<Eigen::VectorXd> nested_residual(const data::TrainingSet& training_set,
                                                       const std::vector<FoldData>& splits, const InputPlan& inputs,
                                                       EstimatorOptions estimator, const ProgressSink& progress);

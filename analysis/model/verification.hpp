@@ -143,7 +143,7 @@ struct Verification {
                                           const data::Clusters& clusters, Outside outside = Outside::continued);
 
 /// Streams the record through the model second by second, like a navigation computer, and evaluates the result:
-/// `compensate` and the C export use only past readings and therefore lag. `aligned_residual_deg_per_h` is that of
+/// `compensate` and the C export use only past readings and therefore lag. `aligned_residual_deg_per_h` is a result of
 /// verify(). Fails with usage if rows are not one per second, if the record lacks a thermometer that the model needs,
 /// or if no cluster has a value in every second.
 [[nodiscard]] Result<StreamResult> evaluate_stream(const Model& model, const data::Dataset& dataset,
@@ -151,8 +151,8 @@ struct Verification {
                                                    const Eigen::VectorXd& aligned_residual_deg_per_h,
                                                    Outside outside = Outside::continued);
 
-/// Returns a warning if the STD of the residual of two or more means is not below that of the raw bias. `residual_name`
-/// names the residual in the warning, such as "compensated bias".
+/// Returns a warning if, over two or more means, the STD of the residual is not below the STD of the raw bias.
+/// `residual_name` names the residual in the warning, such as "compensated bias".
 [[nodiscard]] std::optional<std::string> make_no_gain_warning(std::string_view residual_name,
                                                               const data::Figures& residual, const data::Figures& raw);
 

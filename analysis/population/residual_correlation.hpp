@@ -54,7 +54,7 @@ struct ResidualCorrelation {
 /// scatter, n_eff = n²/(n + 2 Σ_k n_k ρ_x(k) ρ_y(k)), with n_k the number of value pairs k positions apart, k up to
 /// n/4. This is the variance of r for two independent series with the autocorrelations ρ_x and ρ_y (Bartlett, J. R.
 /// Stat. Soc. 98 (1935) 536; Bayley and Hammersley, Suppl. J. R. Stat. Soc. 8 (1946) 184; verified by simulation by
-/// Pyper and Peterman, Can. J. Fish. Aquat. Sci. 55 (1998) 2127). n_eff is at most n. A pair's probability is that of
+/// Pyper and Peterman, Can. J. Fish. Aquat. Sci. 55 (1998) 2127). n_eff is at most n. A pair's probability follows from
 /// Student's t for r√((n_eff − 2)/(1 − r²)) with n_eff − 2 degrees of freedom.
 ///
 /// Two joint tests cover all pairs. Without correlation the sum of (n_eff − 3) atanh² r is χ² with one degree of

@@ -15,7 +15,7 @@ namespace {
 // β within this relative distance of a bound is taken to be at the bound. The scaling of a start changes β by rounding
 // errors.
 constexpr double kAtBound = 1e-12;
-// Tolerance of the sum in units of C n, stricter than that of certify().
+// Tolerance of the sum in units of C n, stricter than the tolerance of certify().
 constexpr double kStartSumTolerance = 1e-13;
 
 using RowIndex = std::unordered_map<Eigen::Index, Eigen::Index>;

@@ -16,8 +16,8 @@ namespace gyrotherm::svm {
 struct TuningFold;
 
 /// Mapping of the solution of one fold to the rows of another (alpha seeding: DeCoste, Wagstaff, KDD 2000; Wen et al.,
-/// AAAI 2017). Rows in both training sets keep their β. The β of each row that is only in the training set of `from` is
-/// added to the nearest rows that are only in that of `to`, as far as their bounds allow.
+/// AAAI 2017). Rows in both training sets keep their β. If a row is only in the training set of `from`, its β is added
+/// to the nearest rows that are only in the training set of `to`, as far as their bounds allow.
 class FoldSeed {
  public:
   /// Returns no value if the folds do not list their rows or have different inputs.

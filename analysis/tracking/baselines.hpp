@@ -29,8 +29,8 @@ struct RecursivePrediction {
 
 /// Predicts each next value from the previous ones: index k holds the prediction of value k + 1 from values up to k.
 /// While fewer than p values are known, the prediction is their mean. All weights start at 1/p, which predicts the mean
-/// of the last p values. The initial weights count as much as p values whose mean square is that of the first p values.
-/// All values must be finite.
+/// of the last p values. The initial weights count as much as p values with the mean square of the first p values. All
+/// values must be finite.
 [[nodiscard]] Eigen::VectorXd predict_next(const Eigen::Ref<const Eigen::VectorXd>& values,
                                            const RecursivePrediction& options = {});
 

@@ -26,7 +26,7 @@
 namespace gyrotherm::pdf {
 namespace {
 
-/// Exit codes, with the same values as those of gyrotherm.
+/// Exit codes, with the same values as in gyrotherm.
 enum class PdfExit : int { done = 0, usage = 2, file = 4 };
 
 struct Arguments {

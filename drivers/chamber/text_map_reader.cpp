@@ -273,7 +273,7 @@ class ItemReader {
     text_.queries.push_back(std::move(query));
   }
 
-  /// Makes an item from its own table, or from that of the question that contains it.
+  /// Makes an item from its own table, or from the table of the question that contains it.
   std::pair<RegisterItem, CodeTexts> make_item(const std::string& name, const FieldForm& form, const TomlTable& table,
                                                const TomlTable* question) const {
     RegisterItem item;

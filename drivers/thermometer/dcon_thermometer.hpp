@@ -103,10 +103,10 @@ struct DconOptions {
 [[nodiscard]] std::unique_ptr<Thermometer> make_dcon_thermometer(std::unique_ptr<ByteStream> line, std::string place,
                                                                  DconOptions options = {});
 
-/// Returns one thermometer for all modules at these addresses of one line. Its inputs are those of the first module,
-/// then those of the next, and so on. The modules are queried one after the other. A module that does not answer twice
-/// in a row is skipped for 0.5 s, then for longer periods up to 10 s; meanwhile its inputs have faults. Each attempt to
-/// query such a module delays the readings of the others by up to twice `within`.
+/// Returns one thermometer for all modules at these addresses of one line. Its inputs are the inputs of all modules, in
+/// the order of the modules. The modules are queried one after the other. A module that does not answer twice in a row
+/// is skipped for 0.5 s, then for longer periods up to 10 s; meanwhile its inputs have faults. Each attempt to query
+/// such a module delays the readings of the others by up to twice `within`.
 [[nodiscard]] std::unique_ptr<Thermometer> make_dcon_modules(std::unique_ptr<ByteStream> line, const std::string& place,
                                                              const std::vector<std::uint8_t>& addresses,
                                                              const DconOptions& options = {});

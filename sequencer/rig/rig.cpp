@@ -23,8 +23,8 @@
 namespace gyrotherm::rig {
 namespace {
 
-/// Time limit for one read of a gyro in a run, shorter than that of InstrumentIo. A frame that arrives later stays on
-/// the line for the next second's read.
+/// Time limit for one read of a gyro in a run, shorter than the limit of InstrumentIo. A frame that arrives later stays
+/// on the line for the next second's read.
 constexpr Duration kGyroWithin = std::chrono::milliseconds(800);
 constexpr Duration kGyroQueryWithin = std::chrono::milliseconds(1500);
 

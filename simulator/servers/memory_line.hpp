@@ -17,7 +17,7 @@ namespace gyrotherm::simulator {
 /// A buffer of bytes in one direction.
 class MemoryPipe {
  public:
-  /// Capacity, like that of a socket.
+  /// Capacity in bytes, about as large as a socket's buffer.
   static constexpr std::size_t kCapacity = std::size_t{1} << 18;
 
   [[nodiscard]] std::size_t size() const { return bytes_.size() - taken_; }

@@ -19,7 +19,7 @@
 namespace gyrotherm::thermal {
 
 struct BrickSolverOptions {
-  /// Limit of the residual's 2-norm divided by that of the right-hand side.
+  /// Limit of the residual's 2-norm, divided by the 2-norm of the right-hand side.
   double tolerance = 1e-9;
   /// Limit of the iterations. With the two-level preconditioner some tens usually suffice.
   int most_iterations = 1000;

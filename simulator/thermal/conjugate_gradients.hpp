@@ -13,7 +13,7 @@
 namespace gyrotherm::thermal {
 
 struct ConjugateGradientsOptions {
-  /// Limit of the residual's 2-norm divided by that of the right-hand side.
+  /// Limit of the residual's 2-norm, divided by the 2-norm of the right-hand side.
   double tolerance = 1e-10;
   /// Limit of the iterations. With the multigrid preconditioner some tens usually suffice.
   int most_iterations = 20'000;

@@ -80,7 +80,7 @@ void add_item(report::CalibratedItem& item, const record::UnitInfo& unit) {
   for (std::size_t axis = 0; axis < unit.axes.size(); ++axis) item.axes.push_back(record::axis_label(unit, axis));
 }
 
-/// Extends the span of the air temperature by that of a record.
+/// Extends the span of the air temperature to include the span of a record.
 void add_air(report::CalibrationReport& report, const std::vector<double>& air_c) {
   std::optional<std::pair<double, double>> span;
   for (const double air : air_c) {

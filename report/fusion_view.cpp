@@ -105,9 +105,9 @@ std::string alarms_table(const model::FusionSummary& summary) {
   HtmlTable table{.header = {"Detector", "Source", "Statement", "Reported at", "Since", "Until", "Size"},
                   .text_columns = 3,
                   .style = "small"};
-  constexpr std::size_t kMost = 60;
+  constexpr std::size_t kMaxListedAlarms = 60;
   for (const model::Alarm& alarm : summary.alarms) {
-    if (table.rows.size() == kMost) break;
+    if (table.rows.size() == kMaxListedAlarms) break;
     const bool is_thermometer = alarm.kind == model::AlarmKind::thermometer;
     table.rows.push_back(
         {name(alarm.kind), plot::escaped(alarm.who.empty() ? "–" : alarm.who), plot::escaped(alarm.statement),

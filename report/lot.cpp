@@ -76,18 +76,18 @@ void copy_results(const Report& report, LotAxis& axis) {
 
 std::vector<double> robust_scores(const std::vector<double>& values) {
   // MAD of a normal distribution divided by its standard deviation.
-  constexpr double kOfNormal = 0.6745;
-  constexpr std::size_t kFewest = 6;
+  constexpr double kMadOfNormal = 0.6745;
+  constexpr std::size_t kMinUnits = 6;
   std::vector<double> scores(values.size(), kNotKnown), known;
   for (const double value : values)
     if (value > 0) known.push_back(std::log(value));
-  if (known.size() < kFewest) return scores;
+  if (known.size() < kMinUnits) return scores;
   const double middle = median(known);
   for (double& one : known) one = std::abs(one - middle);
   const double deviation = median(known);
   if (deviation == 0) return scores;
   for (std::size_t i = 0; i < values.size(); ++i)
-    if (values[i] > 0) scores[i] = kOfNormal * (std::log(values[i]) - middle) / deviation;
+    if (values[i] > 0) scores[i] = kMadOfNormal * (std::log(values[i]) - middle) / deviation;
   return scores;
 }
 

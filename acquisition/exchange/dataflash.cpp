@@ -70,11 +70,12 @@ struct Kind {
 };
 
 std::optional<Kind> parse_kind(std::string_view message) {
-  constexpr std::size_t kLength = 4, kName = 5, kFormat = 9, kLabels = 25;
-  Kind kind{.name = std::string(text_at(message, kName, 4)), .size = static_cast<unsigned char>(message[kLength])};
-  std::string_view labels = text_at(message, kLabels, 64);
+  constexpr std::size_t kLengthOffset = 4, kNameOffset = 5, kFormatOffset = 9, kLabelsOffset = 25;
+  Kind kind{.name = std::string(text_at(message, kNameOffset, 4)),
+            .size = static_cast<unsigned char>(message[kLengthOffset])};
+  std::string_view labels = text_at(message, kLabelsOffset, 64);
   std::size_t offset = kHeadSize;
-  for (const char character : text_at(message, kFormat, 16)) {
+  for (const char character : text_at(message, kFormatOffset, 16)) {
     const auto found = std::ranges::find(kFormatCharacters, character, &FormatCharacter::character);
     if (found == kFormatCharacters.end() || labels.empty()) return std::nullopt;
     const std::size_t end = std::min(labels.find(','), labels.size());
@@ -227,13 +228,13 @@ class DataflashReader {
       return field == units.all.end() ? std::nullopt : std::optional(field->offset);
     };
     const auto of = offset("FmtType"), ids = offset("UnitIds");
-    constexpr std::size_t kIds = 16;
-    if (!of || !ids || *ids + kIds > message.size()) return std::nullopt;
+    constexpr std::size_t kUnitIdsBytes = 16;
+    if (!of || !ids || *ids + kUnitIdsBytes > message.size()) return std::nullopt;
     const auto number = static_cast<unsigned char>(message[*of]);
     auto& kind = kinds_[number];
     if (!kind) return std::nullopt;
     kind->has_units = true;
-    const std::size_t sensor = text_at(message, *ids, kIds).find('#');
+    const std::size_t sensor = text_at(message, *ids, kUnitIdsBytes).find('#');
     if (sensor < kind->all.size() && kind->is_number[sensor]) kind->sensor = sensor;
     return number;
   }

@@ -307,11 +307,11 @@ std::optional<Duration> take_clock(FrontParser& front) {
 }
 
 int expand_year(std::string_view digits) {
-  constexpr int kCentury = 100, kFirst = 70, kNone = -1;
+  constexpr int kCentury = 100, kFirstYearOf1900s = 70, kNone = -1;
   const int number = parse_digits(digits);
   if (digits.size() == 4) return number;
   if (digits.size() != 2) return kNone;
-  return number + (number < kFirst ? 2000 : 2000 - kCentury);
+  return number + (number < kFirstYearOf1900s ? 2000 : 2000 - kCentury);
 }
 
 /// Builds a date from three parts. The first or the second may be the name of a month.
@@ -356,13 +356,14 @@ std::optional<Date> take_day(FrontParser& front, DateOrder order) {
 
 /// Removes "20260301", "20260301T080010", "20260301 080010" or "20260301080010".
 std::optional<CivilTime> take_compact_time(FrontParser& front) {
-  constexpr std::size_t kDate = 8;
+  constexpr std::size_t kDateDigits = 8;
   const auto digits = front.take_digits();
-  if (digits.size() != kDate && digits.size() != kDate + 4 && digits.size() != kDate + 6) return std::nullopt;
+  if (digits.size() != kDateDigits && digits.size() != kDateDigits + 4 && digits.size() != kDateDigits + 6)
+    return std::nullopt;
   const Date day{parse_digits(digits.substr(0, 4)), parse_digits(digits.substr(4, 2)),
                  parse_digits(digits.substr(6, 2))};
-  if (digits.size() > kDate) {
-    const auto of_day = take_compact_clock(digits.substr(kDate), front);
+  if (digits.size() > kDateDigits) {
+    const auto of_day = take_compact_clock(digits.substr(kDateDigits), front);
     return of_day ? make_civil_time(day, *of_day) : std::nullopt;
   }
   if (front.rest().empty()) return make_civil_time(day, {});

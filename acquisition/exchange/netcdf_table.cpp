@@ -261,10 +261,10 @@ class NetcdfTable {
 
   /// Returns the numbers of an attribute; empty if it is missing or not numeric.
   std::vector<double> numbers_of_attribute(int variable, const char* name) const {
-    constexpr std::size_t kMost = 1000;
+    constexpr std::size_t kMaxNumbers = 1000;
     std::size_t length = 0;
     nc_type type{};
-    if (nc_inq_att(file_, variable, name, &type, &length) != NC_NOERR || length > kMost || type == NC_CHAR ||
+    if (nc_inq_att(file_, variable, name, &type, &length) != NC_NOERR || length > kMaxNumbers || type == NC_CHAR ||
         type >= NC_STRING)
       return {};
     std::vector<double> numbers(length);
@@ -291,7 +291,7 @@ class NetcdfTable {
 
   /// Returns an attribute that is a text or a single string; empty if it is missing.
   Result<std::string> text_attribute(int variable, const char* name, const std::string& column) const {
-    constexpr std::size_t kLongest = 1000;
+    constexpr std::size_t kMaxTextLength = 1000;
     std::size_t length = 0;
     nc_type type{};
     if (nc_inq_att(file_, variable, name, &type, &length) != NC_NOERR) return "";
@@ -300,9 +300,9 @@ class NetcdfTable {
       if (auto read = check(nc_get_att_string(file_, variable, name, &string)); !read) return failure(read.error());
       std::string text = string == nullptr ? "" : string;
       nc_free_string(1, &string);
-      return text.substr(0, kLongest);
+      return text.substr(0, kMaxTextLength);
     }
-    if (type != NC_CHAR || length > kLongest)
+    if (type != NC_CHAR || length > kMaxTextLength)
       return bad_file_failure(fmt::format(
           "the attribute {} of \"{}\" is not a text of at most 1000 characters, expected one", name, column));
     std::string text(length, '\0');

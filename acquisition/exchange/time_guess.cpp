@@ -179,15 +179,15 @@ std::vector<DateReading> find_readings(const TableSample& sample, std::size_t co
 /// shorter duration is the correct one: the wrong notation turns steps of a day into steps of a month.
 void drop_less_likely(const TableSample& sample, std::size_t column, std::vector<DateReading>& readings) {
   if (readings.size() < 2) return;
-  constexpr double kMuch = 5;
+  constexpr double kMinSpanRatio = 5;
   if (sample.rows.front()[column].find('.') < sample.rows.front()[column].find(':')) return readings.resize(1);
   const auto span = [](const DateReading& reading) {
     const auto [least, greatest] = std::ranges::minmax_element(reading.dated.times_s);
     return *greatest - *least;
   };
   const double one = span(readings[0]), other = span(readings[1]);
-  if (one > kMuch * other) readings.erase(readings.begin());
-  if (other > kMuch * one) readings.resize(1);
+  if (one > kMinSpanRatio * other) readings.erase(readings.begin());
+  if (other > kMinSpanRatio * one) readings.resize(1);
 }
 
 std::string format_date(double time_s) { return civil_time(from_seconds(time_s)).substr(0, 10); }

@@ -247,9 +247,9 @@ class UlogReader {
 
   /// Returns whether the bytes are data of a known series. Does not check their size.
   bool is_data(std::string_view bytes) const {
-    constexpr std::size_t kId = 2;
-    return bytes.size() >= kMessageHeader + kId && bytes[2] == 'D' &&
-           sizes_.contains(static_cast<std::uint16_t>(whole_number_at(bytes, kMessageHeader, kId)));
+    constexpr std::size_t kIdBytes = 2;
+    return bytes.size() >= kMessageHeader + kIdBytes && bytes[2] == 'D' &&
+           sizes_.contains(static_cast<std::uint16_t>(whole_number_at(bytes, kMessageHeader, kIdBytes)));
   }
 
   static bool is_known_kind(char kind) {

@@ -97,7 +97,7 @@ Result<void> write_manifest(const std::string& record_path, const std::vector<st
 namespace {
 
 /// The position of the name in a line of a manifest: 64 digits of the digest, two blanks, the name.
-constexpr std::size_t kDigits = 64, kName = 66;
+constexpr std::size_t kDigestDigits = 64, kNameOffset = 66;
 
 /// Parses a manifest into names and digests, in the order of the manifest. Returns nothing if the text is not a
 /// manifest.
@@ -105,8 +105,8 @@ std::optional<std::vector<std::pair<std::string, std::string>>> parse_manifest(c
   std::vector<std::pair<std::string, std::string>> files;
   std::istringstream lines(text);
   for (std::string line; std::getline(lines, line);) {
-    if (line.size() <= kName) return std::nullopt;
-    files.emplace_back(name_in_folder(line.substr(kName)), line.substr(0, kDigits));
+    if (line.size() <= kNameOffset) return std::nullopt;
+    files.emplace_back(name_in_folder(line.substr(kNameOffset)), line.substr(0, kDigestDigits));
   }
   return files;
 }

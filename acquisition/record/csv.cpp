@@ -344,7 +344,7 @@ void write_csv_head(const RunInfo& info, bool finished, const std::function<void
 }
 
 void write_csv_rows(const Record& record, std::int64_t after, const std::function<void(std::string_view)>& sink) {
-  constexpr std::size_t kPiece = 1 << 16;
+  constexpr std::size_t kPieceBytes = 1 << 16;
   Buffer out;
   const auto channels = channel_columns(record.info);
   out.push_back('\n');
@@ -362,7 +362,7 @@ void write_csv_rows(const Record& record, std::int64_t after, const std::functio
     if (record.slot[row] <= after) continue;
     each_column(channels, handled, CellWriter{out, record, row});
     out.push_back('\n');
-    if (out.size() > kPiece) flush();
+    if (out.size() > kPieceBytes) flush();
   }
   flush();
 }

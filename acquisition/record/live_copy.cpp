@@ -30,10 +30,10 @@ namespace fs = std::filesystem;
 using std::chrono::steady_clock;
 
 constexpr auto kLongestShutdown = std::chrono::seconds(2);
-constexpr auto kRetry = std::chrono::seconds(1);
+constexpr auto kRetryPause = std::chrono::seconds(1);
 /// The copy is removed if less than the reserved space divided by this number is left.
 constexpr std::uintmax_t kScarceSpaceDivisor = 8;
-constexpr std::int64_t kPage = 4096;
+constexpr std::int64_t kPageBytes = 4096;
 
 int next_number(int number) { return number % kHighestCopyNumber + 1; }
 
@@ -238,7 +238,7 @@ Result<void> LiveCopy::Worker::prepare_to_write() {
   if (!file) return is_resting ? failure(FaultKind::storage, link, "cannot be started") : begin();
   std::error_code ignored;
   const bool is_gone = !fs::exists(file_path(number), ignored);
-  const bool is_long = file->database().log_pages() * kPage > options.longest_log;
+  const bool is_long = file->database().log_pages() * kPageBytes > options.longest_log;
   if (is_gone && is_resting) return failure(FaultKind::storage, link, "its file was removed");
   if (is_gone || is_long) return begin_new_file();
   return is_in_place() ? Result<void>{} : point_link_at(link, file_path(number));
@@ -285,7 +285,7 @@ void LiveCopy::Worker::work() {
     if (written && !given_up) waiting.erase(waiting.begin(), waiting.begin() + std::ssize(batch));
     if (!given_up) trouble = written ? "" : text(written.error());
     if (!given_up && is_lost) give_up("the live copy has ended: " + trouble);
-    news.wait_for(lock, written ? options.pause : Duration(kRetry), [&] { return stop; });
+    news.wait_for(lock, written ? options.pause : Duration(kRetryPause), [&] { return stop; });
   }
   lock.unlock();
   remove_copy();

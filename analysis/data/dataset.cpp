@@ -63,7 +63,7 @@ bool is_one_of(const std::string& name, const std::vector<std::string>& names) {
 /// unit and is not included; the drift of the sensor is. A temperature drifts like a thermometer with unknown
 /// uncertainty; any other value is assumed to drift by 1 % of its range in this record per year.
 record::ThermometerUncertainty own_value_uncertainty(bool is_temperature, const Eigen::VectorXd& values) {
-  constexpr double kShareInAYear = 0.01, kLeast = 1e-12;
+  constexpr double kDriftFractionPerYear = 0.01, kMinDrift = 1e-12;
   record::ThermometerUncertainty known{.calibration = Kelvins{}};
   if (is_temperature) return known;
   std::vector<double> finite;
@@ -71,7 +71,7 @@ record::ThermometerUncertainty own_value_uncertainty(bool is_temperature, const 
     if (std::isfinite(value)) finite.push_back(value);
   const auto [low, high] = std::ranges::minmax_element(finite);
   const double range = finite.empty() ? 0 : *high - *low;
-  known.drift_in_a_year = Kelvins{std::max(kLeast, kShareInAYear * range)};
+  known.drift_in_a_year = Kelvins{std::max(kMinDrift, kDriftFractionPerYear * range)};
   return known;
 }
 

@@ -128,10 +128,10 @@ std::string summarise(const HoldNoise& noise, const char* bias, const char* caut
 /// Inserts the point at `tau_s` into a curve of doubling τ. Does nothing if `tau_s` is not a whole number of samples or
 /// is past the end of the curve.
 void add_point(AllanCurve& curve, const RateStretches& rates, double tau_s) {
-  constexpr double kWhole = 1e-6;
+  constexpr double kRoundingTolerance = 1e-6;
   const double samples = tau_s / rates.interval_s;
   const int m = static_cast<int>(std::lround(samples));
-  if (m < 1 || std::abs(samples - m) > kWhole * samples || m > curve.back().m) return;
+  if (m < 1 || std::abs(samples - m) > kRoundingTolerance * samples || m > curve.back().m) return;
   const auto position = std::ranges::lower_bound(curve, m, {}, &AllanPoint::m);
   if (position->m != m) curve.insert(position, allan_point(rates, m));
 }

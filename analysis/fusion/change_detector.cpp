@@ -67,10 +67,10 @@ double find_crossing(double low, double high, double target, auto rising) {
 
 double average_run_length(int dimension, double slack, double limit) {
   assert(dimension >= 1 && slack > 0 && limit > 0);
-  // Nodes further than kFarthest from the expected length are neglected. Its standard deviation is at most 1.
-  constexpr double kNodesOfStep = 3, kFarthest = 12;
+  // Nodes further than kMaxDistance from the expected length are neglected. Its standard deviation is at most 1.
+  constexpr double kNodesPerUnit = 3, kMaxDistance = 12;
   constexpr Eigen::Index kFewestNodes = 24;
-  const auto count = kFewestNodes + static_cast<Eigen::Index>(kNodesOfStep * limit);
+  const auto count = kFewestNodes + static_cast<Eigen::Index>(kNodesPerUnit * limit);
   const Quadrature quadrature = gauss_legendre(count, limit);
   const auto square = [](double x) { return x * x; };
   // I − P; the first state is 0.
@@ -81,7 +81,7 @@ double average_run_length(int dimension, double slack, double limit) {
     double away = alarm;
     for (Eigen::Index j = 0; j < count; ++j) {
       const double before = quadrature.nodes(j) + slack;
-      if (std::abs(before - std::sqrt(noncentrality + dimension)) > kFarthest) continue;
+      if (std::abs(before - std::sqrt(noncentrality + dimension)) > kMaxDistance) continue;
       const double probability = quadrature.weights(j) * 2 * before *
                                  data::noncentral_chi_squared_density(square(before), dimension, noncentrality);
       left(i, j + 1) = -probability;
@@ -128,17 +128,17 @@ std::optional<double> learn_sum_limit(const Eigen::Ref<const Eigen::MatrixXd>& h
   assert(healthy.allFinite() && slack > 0);
   if (healthy.cols() < kFewestHealthy) return std::nullopt;
   // Multiples of the limit of white vectors.
-  constexpr double kRuns = 400, kFarthest = 4;
+  constexpr double kSimulatedRuns = 400, kMaxLimitFactor = 4;
   const auto dimension = static_cast<int>(healthy.rows());
   const double white_limit = limit_for_run_length(dimension, slack, run_length);
   const double shown = std::min(run_length, static_cast<double>(healthy.cols()));
   const double least = limit_for_run_length(dimension, slack, shown);
-  const double drawn = find_crossing(least, kFarthest * least, shown, [&](double limit) {
-    return simulate_run_length(healthy, slack, limit, kRuns * shown);
+  const double drawn = find_crossing(least, kMaxLimitFactor * least, shown, [&](double limit) {
+    return simulate_run_length(healthy, slack, limit, kSimulatedRuns * shown);
   });
   if (drawn <= least) return white_limit;
   if (shown == run_length) return drawn;
-  const double deviation = 1 / find_crossing(1 / kFarthest, 1, shown, [&](double part) {
+  const double deviation = 1 / find_crossing(1 / kMaxLimitFactor, 1, shown, [&](double part) {
                              return average_run_length(dimension, slack * part, drawn * part);
                            });
   return std::max(white_limit, deviation * limit_for_run_length(dimension, slack / deviation, run_length));

@@ -143,32 +143,32 @@ Result<RestTest> rest_test(const Geometry& geometry, const Attitude& attitude, c
 
 Result<North> find_north(const FusedRate& rate, double latitude_deg, const Tilt& tilt) {
   constexpr const char* kWhere = "north finding";
-  constexpr double kDegrees = 180 / std::numbers::pi, kPole_deg = 90, kEnough = 10, kCoverage = 0.95;
+  constexpr double kDegreesPerRadian = 180 / std::numbers::pi, kPole_deg = 90, kMinSigmas = 10, kCoverage = 0.95;
   if (!(std::abs(latitude_deg) <= kPole_deg) || !(tilt.about_north_deg >= 0) || !(tilt.about_east_deg >= 0))
     return failure(FaultKind::usage, kWhere,
                    fmt::format("the latitude is {}°, the uncertainty of the tilt {}° about north and {}° about east",
                                latitude_deg, tilt.about_north_deg, tilt.about_east_deg));
-  const double latitude = latitude_deg / kDegrees;
+  const double latitude = latitude_deg / kDegreesPerRadian;
   const double horizontal = kEarthRateDegPerHour * std::cos(latitude);
   const double vertical = kEarthRateDegPerHour * std::sin(latitude);
   const double heading = std::atan2(-rate.deg_per_h(1), rate.deg_per_h(0));
   const Eigen::Vector3d north(std::cos(heading), -std::sin(heading), 0), east(std::sin(heading), std::cos(heading), 0);
   const double east_std =
-      std::sqrt(east.dot(rate.covariance * east) + std::pow(tilt.about_north_deg / kDegrees * vertical, 2));
+      std::sqrt(east.dot(rate.covariance * east) + std::pow(tilt.about_north_deg / kDegreesPerRadian * vertical, 2));
   const double north_std =
-      std::sqrt(north.dot(rate.covariance * north) + std::pow(tilt.about_east_deg / kDegrees * vertical, 2));
-  if (!(horizontal > kEnough * east_std))
+      std::sqrt(north.dot(rate.covariance * north) + std::pow(tilt.about_east_deg / kDegreesPerRadian * vertical, 2));
+  if (!(horizontal > kMinSigmas * east_std))
     return failure(
         FaultKind::numeric, kWhere,
         fmt::format(
             "the horizontal Earth rate of {:.3g} °/h is too small for an uncertainty of {:.3g} °/h towards east",
             horizontal, east_std));
   const double seen = rate.deg_per_h.head<2>().norm();
-  if (!(std::abs(seen - horizontal) <= kEnough * north_std))
+  if (!(std::abs(seen - horizontal) <= kMinSigmas * north_std))
     return failure(FaultKind::numeric, kWhere,
                    fmt::format("the horizontal rate is {:.6g} °/h, expected {:.6g} °/h", seen, horizontal));
-  const double standard = east_std / horizontal * kDegrees;
-  return North{.heading_deg = heading * kDegrees,
+  const double standard = east_std / horizontal * kDegreesPerRadian;
+  return North{.heading_deg = heading * kDegreesPerRadian,
                .standard_deg = standard,
                .expanded_deg = standard * data::coverage_factor(kCoverage, std::numeric_limits<double>::infinity())};
 }

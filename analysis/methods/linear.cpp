@@ -22,7 +22,7 @@ constexpr double kRelativeRank = 1e-9;
 /// are nearly dependent in training, such as powers of one temperature in a hold, may be independent elsewhere. For
 /// inputs that are always dependent only rounding errors remain; the limit keeps them below a thousandth of the
 /// target's variance.
-constexpr double kShortest = 3e-7;
+constexpr double kMinRelativeLength = 3e-7;
 constexpr double kTinyNorm = 1e-150;  ///< avoids squares that are 0
 
 }  // namespace
@@ -42,7 +42,8 @@ PredictiveVariance coefficient_variance(const data::SampleMatrix& z, const Eigen
   const Eigen::JacobiSVD<Eigen::MatrixXd> svd(triangle, Eigen::ComputeFullV);
   Eigen::ArrayXd lengths = Eigen::ArrayXd::Zero(z.cols());
   lengths.head(rank) = svd.singularValues();
-  const Eigen::ArrayXd open_along = lengths.max(std::max(kShortest * lengths(0), kTinyNorm)).square().inverse();
+  const Eigen::ArrayXd open_along =
+      lengths.max(std::max(kMinRelativeLength * lengths(0), kTinyNorm)).square().inverse();
   const Eigen::MatrixXd slopes = svd.matrixV() * open_along.matrix().asDiagonal() * svd.matrixV().transpose();
   const Eigen::VectorXd with_constant = -slopes * mean.transpose();
   Eigen::MatrixXd open(z.cols() + 1, z.cols() + 1);

@@ -220,12 +220,14 @@ struct Tolerances {
   double rate{}, statistic{};
 };
 Tolerances find_tolerances(const fusion::Gains& gains, const KnownFusion& known) {
-  constexpr double kPart = 1e-14;
+  constexpr double kRelativeTolerance = 1e-14;
   const double reading = known.readings.cwiseAbs().maxCoeff(), axes = static_cast<double>(known.readings.cols());
-  if (gains.parity.rows() == 0) return {kPart * axes * reading * gains.rate.cwiseAbs().maxCoeff(), kPart};
+  if (gains.parity.rows() == 0)
+    return {kRelativeTolerance * axes * reading * gains.rate.cwiseAbs().maxCoeff(), kRelativeTolerance};
   const double parity = axes * reading * gains.parity.cwiseAbs().maxCoeff();
-  return {kPart * axes * reading * gains.rate.cwiseAbs().maxCoeff(),
-          kPart * parity * (1 + std::sqrt(known.statistics.maxCoeff())) * static_cast<double>(gains.parity.rows())};
+  return {kRelativeTolerance * axes * reading * gains.rate.cwiseAbs().maxCoeff(),
+          kRelativeTolerance * parity * (1 + std::sqrt(known.statistics.maxCoeff())) *
+              static_cast<double>(gains.parity.rows())};
 }
 
 }  // namespace

@@ -300,9 +300,11 @@ Result<CProgram> to_c(const Model& model, std::string_view name, const std::opti
 }
 
 double c_tolerance_deg_per_h(const Model& model) {
-  constexpr double kPart = 1e-12, kWeights = 1000;
+  constexpr double kRelativeTolerance = 1e-12, kUsualSumOfWeights = 1000;
   const double rounding = 4 * std::numeric_limits<double>::epsilon() * std::abs(model.target_mean_deg_per_h);
-  return kPart * model.target_std_deg_per_h * std::max(1.0, sum_of_weights(model.function) / kWeights) + rounding;
+  return kRelativeTolerance * model.target_std_deg_per_h *
+             std::max(1.0, sum_of_weights(model.function) / kUsualSumOfWeights) +
+         rounding;
 }
 
 }  // namespace gyrotherm::model

@@ -135,13 +135,13 @@ struct KnownTracking {
 };
 
 KnownTracking known_tracking(const tracking::StateSpace& space, int seconds) {
-  constexpr int kBlocks = 10, kMoving = 6;
+  constexpr int kBlocks = 10, kMovingBlock = 6;
   std::mt19937_64 random(1);
   const Eigen::VectorXd rates = draw(space, kBlocks, random).measured_deg_per_h;
   KnownTracking known;
   tracking::RestTracker tracker(space, seconds);
   for (int block = 0; block < kBlocks; ++block) {
-    const bool rests = block != kMoving;
+    const bool rests = block != kMovingBlock;
     for (int second = 0; second < seconds; ++second) tracker.push(rates(block), rests);
     known.rates.push_back(rates(block));
     known.rests.push_back(rests ? 1 : 0);
@@ -164,7 +164,7 @@ Result<CPart> tracking_in_c(const tracking::BiasNoise& noise, int seconds, std::
   if (!all_finite(space, known))
     return failure(FaultKind::usage, "C export",
                    "a bias tracking filter with this noise has a constant that is not finite");
-  constexpr double kPart = 1e-12;
+  constexpr double kRelativeTolerance = 1e-12;
   const double scale = std::sqrt(space.start.sum() + space.white);
   const auto short_form = [](double value) { return fmt::format("{:.3g}", value); };
   const CPlaceholders placeholders = {{"name", std::string(name)},
@@ -181,7 +181,7 @@ Result<CPart> tracking_in_c(const tracking::BiasNoise& noise, int seconds, std::
                                       {"rates", c_lines(known.rates)},
                                       {"rests", fmt::format("{}", fmt::join(known.rests, ", "))},
                                       {"lefts", c_lines(known.lefts)},
-                                      {"tolerance", c_number(kPart * scale)}};
+                                      {"tolerance", c_number(kRelativeTolerance * scale)}};
   return CPart{.declarations = c_fill(kDeclarations, placeholders),
                .definitions = c_fill(kDefinitions, placeholders),
                .test = "  if (test_tracking() != 0) return 1;\n"};

@@ -86,8 +86,8 @@ data::HoldNoise longest_hold_noise(const Model& model, const TrainingBasis& on) 
 /// outputs a rate.
 double quantisation_deg_per_h(const data::Dataset& dataset, double averaging_s) {
   // The standard deviation of a triangular distribution is its half-width divided by √6.
-  constexpr double kTriangle = 6;
-  return dataset.step_deg_per_h / averaging_s / std::sqrt(kTriangle);
+  constexpr double kTriangularDivisor = 6;
+  return dataset.step_deg_per_h / averaging_s / std::sqrt(kTriangularDivisor);
 }
 
 void add_noise_rows(std::vector<BudgetRow>& rows, const Model& model, const TrainingBasis& on,
@@ -367,9 +367,9 @@ Eigen::RowVectorXd thermometer_noise_k(const data::Dataset& dataset, const data:
   Eigen::RowVectorXd noise = Eigen::RowVectorXd::Constant(t.cols(), std::numeric_limits<double>::quiet_NaN());
   const double samples = clusters.samples.cast<double>().mean();
   // Permitted span from the first to the last of three samples, in sample intervals; a gap exceeds it.
-  constexpr double kNeighbours = 2.5;
+  constexpr double kMaxSpanOfThree = 2.5;
   const auto span = (dataset.time_s.tail(inner) - dataset.time_s.head(inner)).array();
-  const Eigen::Array<bool, Eigen::Dynamic, 1> together = span <= kNeighbours * sample_interval_s(dataset);
+  const Eigen::Array<bool, Eigen::Dynamic, 1> together = span <= kMaxSpanOfThree * sample_interval_s(dataset);
   for (Eigen::Index j = 0; j < t.cols(); ++j) {
     Eigen::ArrayXd squares =
         (t.col(j).tail(inner) - 2 * t.col(j).segment(inner > 0 ? 1 : 0, inner) + t.col(j).head(inner)).array().square();

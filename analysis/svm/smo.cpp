@@ -176,7 +176,7 @@ double decrease(double slack, double curvature, double length) { return (slack -
 // Number of points in a working set. The rows of a set take 1 MiB.
 constexpr int kWorkingSet = 512;
 // Problems up to this size use all points as their working set.
-constexpr int kSmall = 640;
+constexpr int kMaxSmallProblem = 640;
 // A working set is optimised until its violation is reduced by this factor …
 constexpr double kInnerFraction = 0.1;
 // … or for this many iterations per point.
@@ -500,7 +500,7 @@ Eigen::VectorXd solve_by_smo(const SvrProblem& problem, double tolerance, int mo
     for (int i = 0; i < n; ++i) all.set_point(i, (*start)[i], static_cast<float>(error[i]));
   }
   const auto kernel_row = [&](int i) { return problem.kernel.row(i); };
-  const bool small = n <= kSmall;
+  const bool small = n <= kMaxSmallProblem;
   // Few points move from a given start, so a working set is chosen immediately.
   const int all_iterations = small ? most : start == nullptr ? std::min(most, n) : 0;
   SmoRun run = all.run(kernel_row, tolerance, 0, all_iterations);

@@ -22,9 +22,9 @@ struct RunArguments {
 /// Returns the file name of a record: "short ramp" gives "short ramp.db". The file is always in the working folder:
 /// characters that lead to another folder, hide the file or control a terminal become "_".
 std::string make_record_name(const std::string& profile_name) {
-  constexpr std::size_t kLongest = 100;
+  constexpr std::size_t kMaxNameBytes = 100;
   std::string name;
-  for (std::string_view left = profile_name; !left.empty() && name.size() < kLongest;) {
+  for (std::string_view left = profile_name; !left.empty() && name.size() < kMaxNameBytes;) {
     const auto size = std::max<std::size_t>(character_size(left), 1);
     const auto character = left.substr(0, size);
     const bool leads = name.empty() && (character == "." || character == "-" || character == " ");

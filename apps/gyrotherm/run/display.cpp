@@ -135,14 +135,14 @@ std::string Display::clock_line(const Sample& sample, const RunOverview& overvie
 
 /// Distributes the readings over lines that fit the narrowest terminal.
 std::vector<std::string> Display::temperature_lines(const Sample& sample) const {
-  constexpr std::size_t kNarrowest = 60;
+  constexpr std::size_t kMinTerminalWidth = 60;
   std::vector<std::string> all{" "};
   const auto count = std::min(sample.thermometers.size(), channels_.size());
   for (std::size_t i = 0; i < count; ++i) {
     const auto& reading = sample.thermometers[i].value;
     auto entry = fmt::format(" {} {}", channels_[i].name, reading ? fmt::format("{:.2f}", reading->value) : "–");
     if (i + 1 == count) entry += " °C";
-    if (all.back().size() > 1 && all.back().size() + entry.size() > kNarrowest) all.emplace_back(" ");
+    if (all.back().size() > 1 && all.back().size() + entry.size() > kMinTerminalWidth) all.emplace_back(" ");
     all.back() += entry;
   }
   return all;

@@ -174,7 +174,7 @@ class LimitCounter {
   std::size_t brackets_{};  ///< open brackets
   /// Sum of `bracket_dots_` over the open brackets.
   std::size_t around_{};
-  std::size_t header_{};  ///< dots in the latest table header
+  std::size_t header_{};  ///< dots in the newest table header
   /// Dots in the key or number being read.
   std::size_t dots_{};
   /// Dots in the key of the value being read.

@@ -141,8 +141,8 @@ struct Column {
 /// State of the unit to which a result applies.
 enum class Stage {
   uncompensated,
-  as_found,  ///< model on arrival applied
-  as_left    ///< model on departure applied
+  as_found,  ///< compensated by the model on arrival
+  as_left    ///< compensated by the model on departure
 };
 [[nodiscard]] const char* name(Stage stage);
 
@@ -225,7 +225,7 @@ struct ComparedModel {
   std::string inputs{}, method{};
   double rmse_deg_per_h{}, std_deg_per_h{}, expanded_deg_per_h{};
   bool left{};         ///< model as left
-  bool recommended{};  ///< recommended by the experiment
+  bool recommended{};  ///< recommended model of the experiment
   bool simple{};       ///< best linear model
 };
 

@@ -62,7 +62,7 @@ struct AcceptedLimit {
 
 /// Correlation of the bias with each gradient, temperature and temperature rate, and the selected gradients.
 struct ReportedCorrelation {
-  std::vector<std::string> names;              ///< thermometers; order of rows and columns
+  std::vector<std::string> names;              ///< thermometers, in matrix order
   std::vector<std::vector<double>> magnitude;  ///< |r|, symmetric, zero diagonal
   /// Signed r, with rows and columns as above.
   std::vector<std::vector<double>> gradient;
@@ -83,7 +83,7 @@ struct ReportedResidual {
   double effective_parameters = kNotKnown;
   /// Unknown for a record that was not used in training.
   double expected_in_sample_std = kNotKnown;
-  std::optional<model::StreamResult> streamed;  ///< second by second
+  std::optional<model::StreamResult> streamed;  ///< result of a second-by-second stream
 };
 
 struct ReportedCycle {

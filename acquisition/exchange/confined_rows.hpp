@@ -19,8 +19,8 @@ namespace gyrotherm::exchange {
 /// size of the file is not limited.
 struct ReadingLimits {
   std::uint64_t memory_bytes = std::uint64_t{1} << 30;
-  std::chrono::seconds processor_time{10};     ///< for one step
-  Duration silence = std::chrono::minutes(5);  ///< between two rows
+  std::chrono::seconds processor_time{10};     ///< per step of the reader
+  Duration silence = std::chrono::minutes(5);  ///< longest wait for the next row
 };
 
 /// Reads rows and passes them to `take`. Calls `step` at the start of each step.

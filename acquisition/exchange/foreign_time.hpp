@@ -20,7 +20,7 @@ inline constexpr Duration kLongestForeignTime = std::chrono::hours(24 * 3652);
 /// errors of both.
 struct CountedTime {
   std::int64_t seconds{};
-  Duration part{};  ///< fraction of the next second
+  Duration part{};  ///< less than one second
   bool operator==(const CountedTime&) const = default;
 };
 

@@ -245,7 +245,7 @@ struct LoggedGyro {
 /// The columns of a log for a draft map.
 struct LogGuess {
   std::vector<LoggedGyro> gyros{};
-  std::vector<std::string> others{};  ///< temperatures outside the gyros
+  std::vector<std::string> others{};  ///< temperatures in messages without a gyro
 };
 
 /// The messages of a log with raw rates, the best first. In old logs a digit after the name is the number of the

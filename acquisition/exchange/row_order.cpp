@@ -92,7 +92,7 @@ bool RowOrder::is_front_in_order() const {
                              return !is_after(b.time, a.time);
                            }) == held_.end();
   if (is_in_order) return true;
-  std::array<std::size_t, kRowsAhead + 1> longest{};  // length from each row on
+  std::array<std::size_t, kRowsAhead + 1> longest{};  // longest ordered subsequence from each row
   std::size_t most = 0;
   for (std::size_t i = held_.size(); i-- > 0;) {
     longest[i] = 1;

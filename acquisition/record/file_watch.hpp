@@ -93,13 +93,15 @@ class FileWatch {
   struct Snapshot {
     std::uint64_t device{}, inode{};
     std::int64_t length{}, written_ns{};
-    /// The change time, for the database only. No program can set it, unlike the modification time.
+    /// The change time, ^Block sums of the database; empty for the log.. No program can set it, unlike the modification
+    /// time.
     std::int64_t changed_ns{};
     bool operator==(const Snapshot&) const = default;
   };
   struct File {
     std::string name;  ///< relative to its folder
-    int held{};        ///< SQLite's own descriptor
+    /// Descriptor that SQLite has open on the file; this object does not close it.
+    int held{};
     Snapshot state;
     bool is_log{};
     BlockSums content;  ///< for the database only

@@ -173,7 +173,7 @@ Result<void> LiveCopy::Worker::open_to_readers(RunFile made, int file_number) {
     if (auto set = made.database().execute(fmt::format("PRAGMA max_page_count = {}", options.most_pages)); !set)
       return set;
   if (auto shared = made.share(); !shared) return shared;
-  file.reset();  // statements before connection
+  file.reset();  // ends statements before their connection
   file.emplace(std::move(made));
   number = file_number;
   locked.reset();

@@ -295,7 +295,7 @@ Result<RecordFiles> find_record_files(const std::string& record_path) {
       damaged = found.error();
       continue;
     }
-    if (files.parts.empty()) files.run_id = found->run_id;  // the record's own file is lost
+    if (files.parts.empty()) files.run_id = found->run_id;  // the first file is lost
     if (found->run_id != files.run_id) {
       rejected.emplace(number, Fault{FaultKind::bad_file, path, "belongs to another run"});
       continue;

@@ -184,7 +184,7 @@ Result<RunFile> RunFile::reopen(const std::string& path) {
                           .and_then([&] { return check_unfinished(*database, path); })
                           .and_then([&] { return make_durable(*database, path); });
   if (!usable) {
-    database = failure(usable.error());  // releases its own locks
+    database = failure(usable.error());  // closes it, which releases its locks
     if (is_locked(usable.error()) && !is_being_written(path)) return failure(FaultKind::timeout, path, kBeingRead);
     return failure(usable.error());
   }

@@ -252,7 +252,8 @@ class InlineStore final : public OrderedStore {
   /// Empty after finish(), except in memory.
   std::optional<RunFile> file_;
   std::unique_ptr<LiveCopy> copy_;
-  std::vector<EntryPointer> batch_;  ///< for the copy, after the sync
+  /// Entries of the current transaction. The live copy receives them after the sync.
+  std::vector<EntryPointer> batch_;
 };
 
 /// The maximum number of rows in one transaction, normally (kMaxRowsAtOnce) and while the disk accepts no rows
@@ -433,7 +434,7 @@ class BackgroundStore final : public OrderedStore {
     shared_->frames = frames();
     shared_->wanted = true;
     shared_->work.notify_one();
-    shared_->is_status_stale = shared_->is_status_stale || shared_->busy_since;  // otherwise after the write
+    shared_->is_status_stale = shared_->is_status_stale || shared_->busy_since;  // otherwise write_once() sets it
     shared_->news.notify_one();
     return shared_->acknowledged;
   }
@@ -533,7 +534,7 @@ class BackgroundStore final : public OrderedStore {
     status_writer_hangs_ = !await(kLongestStatusWait, &SharedState::status_writer_ended, status_writer_);
     if (status_writer_hangs_) {
       const std::lock_guard lock(shared_->mutex);
-      shared_->is_status_stale = false;  // in case it continues
+      shared_->is_status_stale = false;  // if it recovers, it writes nothing
     }
     return written;
   }

@@ -16,7 +16,7 @@ namespace gyrotherm::fusion {
 struct Attitude {
   /// Rotation from the axes of the fixture to north, east, down.
   Eigen::Matrix3d to_local = Eigen::Matrix3d::Identity();
-  double tilt_std_deg{};     ///< about north, and about east
+  double tilt_std_deg{};     ///< about north and about east, each
   double azimuth_std_deg{};  ///< about down
   double latitude_deg{};
   double latitude_std_deg{};
@@ -76,7 +76,7 @@ struct RestEstimate {
 /// covariance C + B + J P Jᵀ, to first order in the angles. Each axis is a candidate.
 struct RestTest {
   Eigen::MatrixXd whitening;           ///< W
-  Eigen::VectorXd expected_deg_per_h;  ///< subtracted from the readings
+  Eigen::VectorXd expected_deg_per_h;  ///< expected readings, subtracted first
   FaultTest test;
 };
 /// Computes the test. Fails like estimate_at_rest().

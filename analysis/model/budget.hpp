@@ -29,7 +29,7 @@ enum class Source {
   coefficients,
   hysteresis,
   turn_on,
-  thermometer_drift,  ///< since its calibration
+  thermometer_drift,  ///< of a thermometer since its calibration
   input_drift,        ///< any other input
   thermometer_calibration,
   latitude,
@@ -37,7 +37,7 @@ enum class Source {
   tilt,               ///< no fixture
   fixture_elevation,  ///< fixture
   fixture_roll,
-  axis_direction,  ///< in its fixture
+  axis_direction,  ///< of the axis in its fixture
   scale_factor
 };
 [[nodiscard]] const char* name(Source source);

@@ -80,7 +80,7 @@ struct KnownAnswers {
 
 /// One part of an exported program; all texts are empty if the model does not need the part.
 struct CPart {
-  std::string declarations;  ///< for the header
+  std::string declarations;  ///< text for the header file
   /// Definitions for the source; they need <math.h>.
   std::string definitions;
   /// Statements for the body of NAME_self_test; they return 1 if a known answer is not reproduced.

@@ -141,7 +141,7 @@ struct FusionSummary {
   std::vector<SumLimit> sum_limits{};
   /// Latitude; NaN if unknown. The following members up to `holds` are then empty.
   double latitude_deg{};
-  std::vector<double> earth_deg_per_h{};  ///< in the fixture
+  std::vector<double> earth_deg_per_h{};  ///< Earth rate vector, fixture axes
   std::optional<double> said_heading_deg{};
   std::optional<RateError> error{};  ///< fused rate
   /// Error of the rate computed from all axes, including those that were left out.

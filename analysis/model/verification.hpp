@@ -84,7 +84,7 @@ void describe(auto& form, Like<Coverage> auto& coverage) {
 /// (aligned). Includes only clusters with a streamed value in every second.
 struct StreamResult {
   data::Figures residual, aligned;
-  std::optional<TrueBiasError> to_truth, aligned_to_truth;  ///< virtual rig only
+  std::optional<TrueBiasError> to_truth, aligned_to_truth;  ///< absent for a real rig
 };
 
 void describe(auto& form, Like<StreamResult> auto& streamed) {

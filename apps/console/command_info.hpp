@@ -43,7 +43,7 @@ struct ValueKind {
   const ShippedKind* shipped;
   /// File name extensions such as "db"; empty for all files.
   std::vector<std::string_view> extensions;
-  bool is_folder = false;  ///< offers folders only
+  bool is_folder = false;  ///< completion offers folders only
 };
 
 /// Returns the kind of value with this name, or null if values of this name are not files.

@@ -545,7 +545,8 @@ class ModbusChamber final : public Chamber {
   std::vector<std::string> missing_;  ///< names of missing status items
   /// Fault of the latest piece of the status that could not be read.
   std::string lost_;
-  bool unhurried_ = false;  ///< outside a tick
+  /// True outside a tick, where time does not limit the number of exchanges.
+  bool unhurried_ = false;
   /// The status was read completely since the last failed reading.
   bool status_known_ = false;
   Duration exchange_{};  ///< duration of one exchange
@@ -565,7 +566,7 @@ class ModbusChamber final : public Chamber {
   double last_air_c_ = std::numeric_limits<double>::quiet_NaN();
   Duration last_air_at_{};
   int zeros_ = 0;  ///< consecutive stray zeros
-  int jumps_ = 0;  ///< consecutive, near `jumped_to_c_`
+  int jumps_ = 0;  ///< consecutive readings near `jumped_to_c_`
   double jumped_to_c_{};
 };
 

@@ -66,11 +66,11 @@ using BlockWords = std::function<Result<std::vector<std::uint16_t>>(const Memory
                                                     const BlockWords& words_of, const ContextOf& read_context = {});
 
 struct UploadReport {
-  int program = 0;       ///< number in the controller
+  int program = 0;       ///< the program's number in the controller
   int steps = 0;         ///< including the end step
-  int written = 0;       ///< exchanges
+  int written = 0;       ///< write exchanges
   int compared = 0;      ///< writes read back and equal
-  int not_readable = 0;  ///< writes that cannot be read back
+  int not_readable = 0;  ///< writes to unreadable registers
 };
 
 /// Writes `program` with the pauses of the map, between its commands begin_upload and end_upload, then reads back all

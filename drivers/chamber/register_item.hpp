@@ -96,8 +96,9 @@ struct RegisterItem {
   bool self_clearing{};
   /// Number of registers per read, if more than the item has.
   std::uint16_t read_count = 0;
-  std::optional<ReadFunction> read_function;    ///< default: holding registers
-  std::optional<WriteFunction> write_function;  ///< default: 6, or 16 for several
+  std::optional<ReadFunction> read_function;  ///< default: holding registers
+  /// Default: function 6 for one register, 16 for several.
+  std::optional<WriteFunction> write_function;
   /// Item in which the written value is read back; this item if empty.
   std::string seen_in;
   /// Tolerance of the value read back; three quarters of the resolution if empty.

@@ -167,12 +167,13 @@ class BufferedStream final : public ByteStream {
   std::mutex mutex_;
   std::condition_variable_any changed_;
   std::vector<std::byte> unread_;
-  Duration newest_arrival_{};             ///< arrival of the newest unread byte
-  std::optional<Duration> read_arrival_;  ///< used by the caller only
+  Duration newest_arrival_{};  ///< arrival of the newest unread byte
+  /// Arrival of the newest byte that read() returned. Only the calling thread uses it.
+  std::optional<Duration> read_arrival_;
   /// Fault that is not reported yet. The line is not read until it is reported.
   std::optional<Fault> fault_;
   WriteRequest* request_ = nullptr;
-  std::jthread thread_;  ///< last member: uses the others
+  std::jthread thread_;  ///< declared last: uses all members above
 };
 
 }  // namespace
@@ -518,7 +519,7 @@ class FramedGyro final : public Gyro {
   bool is_waiting_for_origin_ = false;
   bool has_identity_ = false;  ///< sent its identity before
   std::uint64_t breaks_ = 0;
-  ReceivedBytes received_;  ///< in this read
+  ReceivedBytes received_;  ///< bytes of the current read
   /// Rejected bytes before this read.
   std::uint64_t rejected_before_{};
   /// Settings of the unit that differ from the description, as of the newest configuration message.

@@ -30,7 +30,7 @@ namespace fs = std::filesystem;
 constexpr Duration kEndTimeout = std::chrono::milliseconds(500), kKillTimeout = std::chrono::seconds(1);
 /// After this time, the start of a program counts as successful.
 constexpr Duration kSettlingTime = std::chrono::seconds(10);
-constexpr std::size_t kMaxLastLine = 200;  ///< bytes in a message
+constexpr std::size_t kMaxLastLine = 200;  ///< bytes quoted in a message
 
 std::string describe_exit(int status) {
   if (WIFSIGNALED(status)) return fmt::format("the program was terminated by signal {}", WTERMSIG(status));

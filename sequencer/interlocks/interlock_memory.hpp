@@ -38,7 +38,8 @@ class Trend {
   static constexpr int kSeconds = 60;
   std::array<double, kSeconds + 1> ring_{};  ///< NaN: unknown
   int filled_ = 0, newest_ = -1;
-  std::optional<Celsius> unchanged_value_;  ///< the unchanged value
+  /// Value that the latest readings have in common; absent: the last reading differed from the one before it.
+  std::optional<Celsius> unchanged_value_;
   int unchanged_ = 0;
   std::optional<Celsius> others_at_last_change_;
   Kelvins others_moved_{};
@@ -126,7 +127,8 @@ struct InterlockMemory {
   std::optional<Celsius> set_point{};
   /// Last known air temperature.
   std::optional<Celsius> last_air{};
-  Duration since_last_air{};  ///< time since then
+  /// Time since `last_air` was read.
+  Duration since_last_air{};
   /// Sum of the air's changes that were too fast to be real.
   Kelvins air_jump_sum{};
   std::optional<Duration> utc_minus_run{};

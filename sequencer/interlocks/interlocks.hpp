@@ -88,7 +88,7 @@ struct Interlock {
   InterlockId id{};
   /// Keyword in [policy] and the record.
   const char* name = "";
-  Reaction usual{};  ///< default of [policy]
+  Reaction usual{};  ///< reaction without an entry in [policy]
   /// [policy] may set the reaction. False if another reaction could damage the unit under test.
   bool choosable = true;
   Confirmation confirmation{};

@@ -76,7 +76,8 @@ struct ThermometerPast {
   std::optional<Celsius> last{};
   /// Time since the last reading.
   Duration unseen{};
-  Kelvins jumped{};  ///< sum of jumps
+  /// Sum of the changes that were too fast to be real.
+  Kelvins jumped{};
 };
 
 struct LivenessMemory {

@@ -345,7 +345,7 @@ class AssembledRig : public Rig {
   std::unique_ptr<drivers::Chamber> chamber_;
   std::vector<std::unique_ptr<drivers::Thermometer>> thermometers_;
   std::vector<std::unique_ptr<drivers::AnalogueInputs>> analogue_;
-  std::vector<std::unique_ptr<drivers::Gyro>> gyros_;  ///< one per line
+  std::vector<std::unique_ptr<drivers::Gyro>> gyros_;  ///< one per gyro line
   /// Lines that may be silent at the start.
   std::vector<bool> may_be_off_;
   std::map<std::string, std::string> identities_;  ///< by title

@@ -18,7 +18,7 @@ using interlocks::InterlockId;
 constexpr Duration kOneSecond = std::chrono::seconds(1);
 constexpr Duration kLateClearTime = std::chrono::minutes(1);   ///< since the last late tick
 constexpr Duration kLateAlarmTime = std::chrono::seconds(10);  ///< missed time that raises host_late
-constexpr Duration kRootClearDelay = std::chrono::seconds(5);  ///< a root returns last
+constexpr Duration kRootClearDelay = std::chrono::seconds(5);  ///< consequences return before their root
 
 constexpr std::array kSilences{InterlockId::chamber_silent,      InterlockId::thermometers_lost,
                                InterlockId::needed_channel_lost, InterlockId::gyro_silent,

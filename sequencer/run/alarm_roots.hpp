@@ -37,7 +37,7 @@ struct RootMemory {
     Duration answers{};
   };
   std::vector<Line> lines{};
-  std::optional<Duration> since_late{};  ///< absent: never late
+  std::optional<Duration> since_late{};  ///< absent: no tick was late
   /// Time missed since the last minute without a late tick.
   Duration late{};
   bool host_raised{};

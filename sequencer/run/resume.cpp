@@ -228,7 +228,7 @@ ReentryDecision judge_reentry(const InterruptedRun& interrupted, Celsius mild, C
 }
 
 std::string unknown_downtime_reason(Duration down) {
-  constexpr Duration kCorrection = 2 * kSecond;  // error of a correct clock
+  constexpr Duration kCorrection = 2 * kSecond;  // tolerated error of the clock
   if (down < -kCorrection)
     return fmt::format("the clock is {} behind the last second of the record: the downtime is unknown",
                        format_duration(-down));

@@ -44,7 +44,8 @@ struct SafeState {
   std::string map_text;  ///< the register map
   /// Power switch of the map; may be empty.
   std::string power{};
-  std::string identity{};  ///< the chamber's; empty: unknown
+  /// Identity of the chamber; empty: unknown.
+  std::string identity{};
   bool operator==(const SafeState&) const = default;
 };
 

@@ -296,7 +296,7 @@ Result<std::unique_ptr<WatchdogClient>> WatchdogClient::start(const SafeState& s
   line->systemd_ = NotifySocket::from_environment();
   line->watchdog_limit_ = line->systemd_ ? watchdog_limit() : std::nullopt;
   if (line->systemd_) line->systemd_->notify("READY=1");
-  if (line->watchdog_limit_)  // an upload may take long
+  if (line->watchdog_limit_)  // uploading a program takes long
     line->systemd_->notify(fmt::format("WATCHDOG_USEC={}", WatchLimits().preparing / std::chrono::microseconds(1)));
   shared->threads = 2;
   line->guard_thread_ = std::thread([shared] { shared->run_every_interval(&SharedState::check_guard); });

@@ -41,9 +41,9 @@ struct QualifyArguments {
   model::QualificationOptions training;
   std::uint64_t days_later{};
   bool compare = false;
-  std::vector<std::string> only;  ///< axes of a lot
+  std::vector<std::string> only;  ///< axes to process; empty: all
   bool records_only = false;      ///< stops before training
-  CalibrationArguments report;    ///< written only if texts are given
+  CalibrationArguments report;    ///< no report without texts
 };
 
 /// Wall time of each stage. Not part of the results, because it differs between calls.

@@ -42,7 +42,7 @@ struct AxisExperiment {
 [[nodiscard]] std::string digest_rows(const record::Record& record);
 
 struct AxisOptions {
-  std::string folder;   ///< for models and report/
+  std::string folder;   ///< receives the models and report/
   bool compare = true;  ///< trains every other method as well
   model::QualificationOptions training;
   report::ReportedThermal thermal{};

@@ -45,7 +45,7 @@ constexpr Duration kReaderPollInterval = std::chrono::milliseconds(100);
 /// after the longest wait. systemd then starts the resume again, at a rate below its start limit.
 Result<void> await_readers(Console& console, const std::string& path) {
   if (const auto status = record::read_status(path); status && status->finished)
-    return {};  // such a run is not resumed
+    return {};  // a finished run is not resumed
   const auto files = record::find_record_files(path);
   const auto file = files ? files->parts.back().path : path;
   bool reported = false;
@@ -276,7 +276,8 @@ struct Opening {
 
   // Set by enter_run() and reenter_run().
   run::EntryPoint entry{};
-  std::vector<std::string> missing{};  ///< quantities the chamber does not provide
+  /// Quantities of the chamber that are not monitored because it does not provide them.
+  std::vector<std::string> missing{};
   std::unique_ptr<record::Store> store{};
 };
 

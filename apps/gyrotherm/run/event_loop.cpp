@@ -195,7 +195,7 @@ class RealTime {
     handle_requests(run_, control_socket_);  // earlier requests outrank Ctrl-C
     if (is_terminated() && !run_.ownership.troubles().empty()) return abort_without_guard();
     if (stops() == 0 || (!is_terminated() && rejects_interrupt(run_))) return;
-    leaves_after_tick_ = run_.run_controller.has_pending_work() && stops() == 1;  // completes an accepted hold first
+    leaves_after_tick_ = run_.run_controller.has_pending_work() && stops() == 1;  // pending work is completed first
     if (!leaves_after_tick_) leave();
   }
 
@@ -241,7 +241,7 @@ class RealTime {
   bool ended_ = false;
   bool leaves_after_tick_ = false;
   int seen_hangups_ = 0;
-  Result<run::RunOutcome> result_ = run::RunOutcome::going_on;  ///< valid once ended
+  Result<run::RunOutcome> result_ = run::RunOutcome::going_on;  ///< result of the run, once it has ended
 };
 
 }  // namespace

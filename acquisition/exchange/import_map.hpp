@@ -86,7 +86,7 @@ struct ImportMap {
   bool counts_local_days = false;
   bool counts_gps = false;  ///< time without leap seconds
   DateOrder date_order{};
-  std::optional<ColumnName> clock{};  ///< column of a separate time of day
+  std::optional<ColumnName> clock{};  ///< separate column: time of day
   std::optional<ColumnName> week{};   ///< GPS week
   /// The period after which the counter restarts at 0.
   std::optional<CountedTime> wrap{};

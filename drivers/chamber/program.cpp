@@ -234,7 +234,7 @@ std::string describe_location(const MemoryWrite& write) {
                         : fmt::format("profile memory, register {}, step {}", write.address, write.step + 1);
 }
 
-using ContextNames = std::pair<std::string, std::string>;  ///< names of the items with decimals and unit
+using ContextNames = std::pair<std::string, std::string>;  ///< items with decimals and unit
 
 class Upload {
  public:

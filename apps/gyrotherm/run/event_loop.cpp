@@ -241,7 +241,7 @@ class RealTime {
   bool ended_ = false;
   bool leaves_after_tick_ = false;
   int seen_hangups_ = 0;
-  Result<run::RunOutcome> result_ = run::RunOutcome::going_on;  ///< result of the run, once it has ended
+  Result<run::RunOutcome> result_ = run::RunOutcome::going_on;  ///< set when the run has ended
 };
 
 }  // namespace

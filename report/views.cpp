@@ -93,7 +93,8 @@ std::string describe_summary(const Report& report) {
       "In the {} run the bias varied by {}&nbsp;°/h (standard deviation of {} means over {}&nbsp;s); in the {} run by "
       "{}&nbsp;°/h ({} means). "
       "In the latter, the residual of multi-point with temperature is {}&nbsp;°/h: {} less than before compensation "
-      "and {} less than that of the three-point model ({}&nbsp;°/h). The residual of the paper’s multi-point model "
+      "and {} less than the residual of the three-point model ({}&nbsp;°/h). The residual of the paper’s multi-point "
+      "model "
       "with gradients only is {}&nbsp;°/h. {}",
       plot::escaped(rate.profile), plot::format_bias(rate.raw.std), rate.clusters,
       plot::decimal(report.cluster_length_s, 0), plot::escaped(random.profile), plot::format_bias(random.raw.std),

@@ -312,10 +312,11 @@ Result<void> check_same_gyro(const Dataset& one, const Dataset& other, std::stri
 Result<void> check_same_reference(const Dataset& one, std::string_view other_zero, std::string_view called) {
   if (one.bias_zero == other_zero && one.bias_zero != kOwnReference) return {};
   if (one.bias_zero == other_zero)
-    return failure(FaultKind::usage, one.path,
-                   fmt::format("its bias reference is its own mean ({}), as in {}: the offset between the two is "
-                               "unknown. Train on one of them, or add the latitude to the rig file",
-                               one.bias_zero, called));
+    return failure(
+        FaultKind::usage, one.path,
+        fmt::format("its bias reference is its own mean ({}), as in {}: the offset between the two references is "
+                    "unknown. Train on one of them, or add the latitude to the rig file",
+                    one.bias_zero, called));
   return failure(FaultKind::usage, one.path,
                  fmt::format("different bias reference ({}) than {} ({}): a model of both would contain the difference",
                              one.bias_zero, called, other_zero));

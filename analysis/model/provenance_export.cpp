@@ -26,7 +26,7 @@ std::string describe_record(const TrainingRecord& record) {
 std::string describe_reduction(const ReducedSetSummary& reduction) {
   return fmt::format(
       "Reduced from {} to {} vectors: changes of at most {:.3g} deg/h, rms {:.3g}, on {} training means, bound {:.3g}; "
-      "the residuals below are those of the full function.",
+      "the residuals below belong to the full function.",
       reduction.vectors_before, reduction.vectors, reduction.max_change_deg_per_h, reduction.rms_change_deg_per_h,
       reduction.clusters, reduction.bound_deg_per_h);
 }

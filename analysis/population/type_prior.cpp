@@ -357,7 +357,7 @@ Result<Eigen::MatrixXd> term_error_covariance(std::span<const UnitClusters> unit
 
 Result<void> check_own(const TypePrior& prior, const data::Clusters& clusters) {
   if (clusters.length_s == prior.cluster_length_s) return {};
-  return refuse_units(fmt::format("the cluster length is {} s, but that of the prior is {} s", clusters.length_s,
+  return refuse_units(fmt::format("the cluster length is {} s, but the prior was learnt with {} s", clusters.length_s,
                                   prior.cluster_length_s));
 }
 

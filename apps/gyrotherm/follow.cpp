@@ -70,7 +70,7 @@ Result<record::Record> new_rows(const std::string& path, const Table& table) {
 Result<void> check_same_run(const std::string& path, const std::string& run, const Table& table) {
   if (table.run().empty() || run == table.run()) return {};
   return failure(FaultKind::bad_file, path,
-                 "is now the record of another run; the printed rows are those of the previous run");
+                 "is now the record of another run; the printed rows belong to the previous run");
 }
 
 }  // namespace

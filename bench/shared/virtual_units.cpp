@@ -32,7 +32,8 @@ Result<Eigen::VectorXd> simulate_true_bias(const data::RecordedRun& run) {
   const auto clusters = data::make_clusters(truth);
   if (!clusters) return failure(clusters.error());
   if (clusters->start_s == run.clusters.start_s) return clusters->bias_deg_per_h;
-  return failure(FaultKind::numeric, run.dataset.path, "the clusters of the true bias differ from those of the record");
+  return failure(FaultKind::numeric, run.dataset.path,
+                 "the clusters of the true bias differ from the clusters of the record");
 }
 
 }  // namespace

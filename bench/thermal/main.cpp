@@ -269,7 +269,7 @@ Result<void> measure_reduced(const ThermalBench& bench) {
   const auto model = thermal::parse_reduced_model(*text, bench.reduced);
   if (!model) return failure(model.error());
   const auto air_c = program_c();
-  print_progress(fmt::format("the program lasts {} s, that of the paper {} s", air_c.size(), kProgramSeconds));
+  print_progress(fmt::format("the program lasts {} s, the program of the paper {} s", air_c.size(), kProgramSeconds));
   double coldest_c = 0;
   const auto states = fmt::format("twin of {} states", model->conduction.rows());
   print_figure(states + ": whole program, linear, s", measure_simulation(*model, air_c, true, coldest_c), at_most(0.1));

@@ -472,7 +472,7 @@ void add_qualify(Program& program) {
       "nested cross-validation: repeat all choices without each held-out cycle; training takes about twice as long");
   command
       .add_option("--further", options.further,
-                  "further records of this gyro, from a profile other than that of the ramp run; the recommended model "
+                  "further records of this gyro, with a different profile from the ramp run; the recommended model "
                   "is selected on them by the rule in docs/evaluation.md, never on the run that the report quotes")
       ->type_name(value::kRecord);
   command

@@ -94,7 +94,8 @@ class VirtualLaboratory {
   /// Changes the state of all units from the next step on. A unit without power is silent and cools down; switching on
   /// restarts it. Each axis of a turned unit measures the Earth rate with the opposite sign.
   void set_unit_state(const UnitState& state);
-  /// Marks a unit as silent or sending. Only the server of its line uses the mark; nothing else changes.
+  /// Marks a unit as silent or sending. Only the server of the unit's line reads this mark; the simulation continues
+  /// unchanged.
   void silence(std::size_t unit, bool silent);
   /// Applies these faults and removes all others. Faults of the chamber apply from the next step on, faults of
   /// thermometers immediately.

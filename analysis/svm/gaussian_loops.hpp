@@ -40,8 +40,8 @@ struct GaussianLoops {
                         std::ptrdiff_t stride, const double* weights, double* sums, double* centre_sums);
   /// Leaves `weights` and `centre_sums` unused.
   PairLoop* one_way;
-  /// Adds each power to the sums of its point and to the sums of its centre. For the centre it is multiplied by the
-  /// entry of `weights` for the point; centre_sums has kGaussianBlock entries per block.
+  /// Adds each power to the sums of its point and to the sums of its centre. In the sum of a centre, each power is
+  /// multiplied by the point's entry of `weights`. centre_sums has kGaussianBlock entries per block.
   PairLoop* both_ways;
 };
 

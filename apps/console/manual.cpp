@@ -205,7 +205,8 @@ std::string command_purpose(const CommandInfo& command) {
   return text.starts_with(command.program + " ") ? text.substr(command.program.size() + 1) : text;
 }
 
-/// Lists the subcommands. The page of gyrotherm refers to the page of each; other pages contain complete entries.
+/// Lists the subcommands. The page of gyrotherm refers to a separate page per subcommand; all other pages describe
+/// their subcommands completely.
 std::string format_subcommands(const CommandInfo& command) {
   if (command.subcommands.empty()) return {};
   std::string text = ".SH COMMANDS\n";

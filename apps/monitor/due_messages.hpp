@@ -108,7 +108,7 @@ class NotificationMemory {
   friend void describe(auto& form, Like<NotificationMemory> auto& memory);
   /// Progress of each incident, by key.
   std::vector<std::pair<std::string, NotificationProgress>> incidents_;
-  /// Ids of runs that were active when first seen or later, except runs that have been missing for a day.
+  /// Ids of the runs that this monitor has seen active. A run that has been missing for a day is removed.
   std::vector<std::string> seen_active_;
   /// Data of the runs that were active when last seen, by id.
   std::vector<std::pair<std::string, LastSeenRun>> last_seen_;

@@ -8,7 +8,8 @@ namespace gyrotherm::site {
 Result<Store> Store::open(const StoreAddress& address, const WaitLimits& limits) {
   auto connection = Postgres::connect(address, limits);
   if (!connection) return failure(connection.error());
-  // A store from before the first release has a greater version number and a different say_state().
+  // A store that was created before the first release has a higher version number, but its say_state() has other
+  // parameters.
   const auto version = connection->query(
       "SELECT gyrotherm.version(), to_regprocedure('gyrotherm.say_state(uuid, text, text, jsonb)') IS NOT NULL");
   if (!version && version.error().kind == FaultKind::refused)

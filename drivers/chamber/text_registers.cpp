@@ -98,7 +98,8 @@ class TextRegisters final : public Registers {
   }
   [[nodiscard]] std::string answer_prefix() const { return map_.link.text.answers_have_prefix ? prefix_ : ""; }
 
-  /// Notes a broken connection: on the next one no old answer can arrive, and another unit may answer.
+  /// Counts a failure and completes its fault. Forgets the identity after a broken connection, because another unit may
+  /// answer on the next connection.
   Fault note_failure(Fault fault, const std::string& question) {
     ++failures_;
     // A unit whose answer to the question of the identity has changed would never resynchronise.

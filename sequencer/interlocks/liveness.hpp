@@ -31,8 +31,8 @@ class Noise {
   double last_change_{};
   /// The smallest change so far: the resolution, or a multiple of it.
   double step_ = std::numeric_limits<double>::infinity();
-  /// Fraction of readings at rest that reverse the last change by two steps or more. Noise of that amplitude shows at
-  /// any value of the quantity, despite rounding.
+  /// Fraction of readings at rest that reverse the last change by two steps or more. Noise of that amplitude changes
+  /// the readings at any value of the quantity, despite rounding.
   double share_{};
   int identical_{}, identical_at_rest_{};
 };

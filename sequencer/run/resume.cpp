@@ -127,8 +127,8 @@ std::optional<Celsius> last_soak_reading(const record::Record& record, const std
 }
 
 /// Returns the profile's state one second after the last recorded second. The profile's clock runs only in Execute. A
-/// soak with a slope limit does not include that second, because the slope was not recorded. A segment whose deadline
-/// ended the run gets the whole deadline again; otherwise the resumed run would end in its first second.
+/// soak with a slope limit does not include that second, because the slope was not recorded. If a deadline ended the
+/// run, the segment's deadline starts again; otherwise the resumed run would end in its first second.
 Result<profile::ProfileState> state_after(const record::Record& record, const profile::Profile& profile,
                                           RunState last_state) {
   if (record.slot.empty()) return begin(profile);

@@ -57,7 +57,8 @@ struct SafeState {
 /// Parses the file. Fails with bad_file if to_text() does not write such a text. `file` is its path, for faults.
 [[nodiscard]] Result<SafeState> parse_safe_state(std::string_view text, const std::string& file);
 /// Returns nothing if there is no such file. Fails with bad_file, also if the file belongs neither to this user nor to
-/// root, or if other users may write it: its author decides which process is killed, and the chamber's set point.
+/// root, or if other users may write it, because the file determines which process is killed and which set point the
+/// chamber receives.
 [[nodiscard]] Result<std::optional<SafeState>> read_safe_state(const std::string& file);
 
 /// Writes the safe-state file of its record, mode 0640. Fails with storage, also if the path is not UTF-8.

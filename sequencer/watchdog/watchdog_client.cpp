@@ -191,8 +191,8 @@ void end_guard(pid_t pid, Descriptor line) {
   line.close();
 }
 
-/// Starts a guard that replaces the previous one. The previous one is ended once the new one watches. Call it without
-/// the lock, because starting a program may take long.
+/// Starts a guard that replaces the previous one. The previous guard is ended as soon as the new guard is active. Call
+/// it without the lock, because starting a program may take long.
 Result<void> WatchdogClient::SharedState::start_guard() {
   const auto refuse = [&](const std::string& why) {
     return failure(FaultKind::bad_file, program.name(), "the guard cannot be started: " + why);

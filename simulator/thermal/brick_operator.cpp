@@ -311,7 +311,7 @@ GYROTHERM_BRICK_INLINE void multiply_line(const BrickWeights<Real>& weights, std
   scatter(nodes, i, to, ends);
 }
 
-/// Adds the stored forces of neighbouring bricks at their common ends to the product of a row.
+/// Adds the stored contributions of neighbouring bricks, which share the ends of a row, to the row's product.
 template <class Real>
 GYROTHERM_BRICK_INLINE void add_ends(RowEnds<Real>& ends, int bricks, const RowsAround<Real*>& to) {
   for (int n = 0; n < 8; ++n) {

@@ -194,8 +194,8 @@ void ConjugateGradients::Parts::create_solver(const ConjugateGradientsOptions& o
   HYPRE_BoomerAMGSetCoarsenType(multigrid, 10);  // HMIS
   HYPRE_BoomerAMGSetInterpType(multigrid, 6);    // extended+i
   HYPRE_BoomerAMGSetPMaxElmts(multigrid, 2);
-  // Gauss-Seidel forwards on the way down and backwards on the way up: symmetric in total, at half the cost of sweeping
-  // in both directions each time.
+  // Gauss-Seidel sweeps forwards on the way down and backwards on the way up. The cycle is then symmetric, at half the
+  // cost of two sweeps per level and direction.
   HYPRE_BoomerAMGSetCycleRelaxType(multigrid, 13, 1);
   HYPRE_BoomerAMGSetCycleRelaxType(multigrid, 14, 2);
   HYPRE_BoomerAMGSetCycleRelaxType(multigrid, 9, 3);  // elimination on the coarsest

@@ -163,7 +163,8 @@ class Choice final {
   }
 
  private:
-  /// Returns the ratio learned at the next higher rate that has one, or at the highest such rate.
+  /// Returns the ratio that was learnt at this rate or, without one, at the next higher rate; if no higher rate has
+  /// one, at the highest rate that has one.
   [[nodiscard]] double k_per_residual(double rate_per_s) const {
     if (ratios_.empty()) return 1;
     const auto above = ratios_.lower_bound(rate_per_s);

@@ -267,7 +267,7 @@ Result<void> append_absence(record::Store& store, const run::InterruptedRun& int
 }
 
 // A run begins or resumes in two steps: prepare_opening() acquires the chamber and assembles the rig; the rig then
-// calls enter_run() or reenter_run() with the chamber as it was found, before anything moves.
+// calls enter_run() or reenter_run() with the state in which it found the chamber, before any set point is sent.
 
 /// The parts of a run that is about to begin or to resume.
 struct Opening {

@@ -212,7 +212,9 @@ std::string map_head(const std::string& file, const std::vector<std::string>& na
   return text + fmt::format("schema = \"{}\"\nname = {}\n\n", kImportSchema, toml_text(name));
 }
 
-bool is_in(const Columns& columns, std::size_t column) { return std::ranges::find(columns, column) != columns.end(); }
+bool contains(const Columns& columns, std::size_t column) {
+  return std::ranges::find(columns, column) != columns.end();
+}
 
 std::string table_map(const TableSample& sample, const std::string& file) {
   std::vector<std::string> names;
@@ -223,9 +225,9 @@ std::string table_map(const TableSample& sample, const std::string& file) {
   std::erase_if(gyros, [&](std::size_t column) { return !has_numbers(column) || is_time_name(names[column]); });
   Columns thermometers;
   for (std::size_t i = 0; has_names && i < names.size(); ++i)
-    if (is_temperature_name(names[i]) && !is_in(gyros, i) && has_numbers(i)) thermometers.push_back(i);
+    if (is_temperature_name(names[i]) && !contains(gyros, i) && has_numbers(i)) thermometers.push_back(i);
   const TimeGuess time = guess_time(sample, thermometers);
-  const auto is_of_time = [&](std::size_t column) { return is_in(time.columns, column); };
+  const auto is_of_time = [&](std::size_t column) { return contains(time.columns, column); };
   std::erase_if(gyros, is_of_time);
   std::erase_if(thermometers, is_of_time);
   if (!has_names) gyros.assign(1, names.size() - 1);

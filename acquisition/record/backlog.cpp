@@ -28,7 +28,7 @@ bool is_safety(const Event& event) {
   return false;
 }
 
-bool is_plain(const Entry& entry) { return !entry.is_gap() && !carries_safety_event(entry); }
+bool may_be_dropped(const Entry& entry) { return !entry.is_gap() && !carries_safety_event(entry); }
 bool is_row(const Entry& entry) { return !entry.is_gap(); }
 
 bool is_dropped_gap(const Entry& entry) { return entry.is_gap() && entry.gap_cause == kDropped; }
@@ -46,7 +46,7 @@ bool carries_safety_event(const Entry& entry) {
 void Backlog::push(Entry entry) {
   unmeasured_ += unmeasured_in(entry);
   entries_.push_back(std::make_shared<const Entry>(std::move(entry)));
-  while (entries_.size() - in_flight_ > most_ && (drop_oldest(is_plain) || drop_oldest(is_row))) {
+  while (entries_.size() - in_flight_ > most_ && (drop_oldest(may_be_dropped) || drop_oldest(is_row))) {
   }
 }
 

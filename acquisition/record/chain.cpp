@@ -86,7 +86,7 @@ Result<void> write_manifest(const std::string& record_path, const std::vector<st
   for (const auto& file : files)
     for (const char* suffix : {"", "-wal"}) {
       const auto path = file + suffix;
-      if (!is_there(path)) continue;
+      if (!path_exists(path)) continue;
       const auto hash = file_digest(path);
       if (!hash) return failure(FaultKind::storage, hash.error().where, hash.error().what);
       text += fmt::format("{}  {}\n", *hash, name_in_folder(path));
@@ -150,7 +150,7 @@ Result<std::optional<Manifest>> check_manifest(const std::string& record_path) {
     files.emplace(name, *hash);
   }
   for (const auto& [name, digest] : files)
-    if (const auto log = name + "-wal"; !files.contains(log) && is_there((folder / log).string()))
+    if (const auto log = name + "-wal"; !files.contains(log) && path_exists((folder / log).string()))
       return failure(FaultKind::bad_file, (folder / log).string(), "did not exist when the run was closed");
   return files;
 }

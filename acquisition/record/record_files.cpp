@@ -39,7 +39,7 @@ std::optional<int> part_number_in(std::string_view ending) {
 
 }  // namespace
 
-bool is_there(const std::string& path) {
+bool path_exists(const std::string& path) {
   std::error_code error;
   return fs::exists(path, error);
 }
@@ -78,7 +78,7 @@ std::optional<PartName> part_name(const std::string& path) {
 
 std::string ramp_record_path(const std::string& folder) {
   const auto path = folder + "/ramp.db", former = folder + "/rate.db";
-  return !is_there(path) && is_there(former) ? former : path;
+  return !path_exists(path) && path_exists(former) ? former : path;
 }
 
 std::string live_copy_path(const std::string& record_path) {
@@ -110,7 +110,7 @@ std::string record_of_copy(const std::string& path) {
   const auto stem = path.substr(0, path.size() - kLive.size());
   const auto record = fmt::format("{}.db", stem);
   std::error_code none_there;
-  return !is_there(record) && fs::is_regular_file(stem, none_there) ? stem : record;
+  return !path_exists(record) && fs::is_regular_file(stem, none_there) ? stem : record;
 }
 
 Result<void> write_continuation(Database& database, const Continuation& continuation) {
@@ -225,7 +225,7 @@ std::set<int> find_part_numbers(const std::string& record_path) {
     if (!file.starts_with(beginning)) continue;  // true for most files
     if (const auto name = part_name(file); name && name->record == own) numbers.insert(name->part);
   }
-  for (int number = 2; is_there(part_path(record_path, number)); ++number) numbers.insert(number);
+  for (int number = 2; path_exists(part_path(record_path, number)); ++number) numbers.insert(number);
   return numbers;
 }
 
@@ -255,8 +255,8 @@ void find_lost_part(RecordFiles& files, const std::string& record_path, const st
     if (i > 0 && !before.contains(wanted) && end_slot(files.parts[i - 1]) < continuation.from) {
       const auto lost = part_path(record_path, wanted);
       const auto known = rejected.find(wanted);
-      const auto* why = is_there(lost) ? "is not the file from which the record continued"
-                                       : "no such file, expected a part of the record";
+      const auto* why = path_exists(lost) ? "is not the file from which the record continued"
+                                          : "no such file, expected a part of the record";
       files.lost = known != rejected.end() ? known->second : Fault{FaultKind::bad_file, lost, why};
       files.follows_lost = files.parts[i].path;
       return;
@@ -320,8 +320,8 @@ bool is_record_name(const fs::path& path) {
   if (path.extension() != ".db") return false;
   if (path.stem().extension() == ".live") return false;
   const auto part = part_name(path.string());
-  const auto has_status_file = [](const std::string& record) { return is_there(status_path(record)); };
-  return !part || has_status_file(path.string()) || (!is_there(part->record) && !has_status_file(part->record));
+  const auto has_status_file = [](const std::string& record) { return path_exists(status_path(record)); };
+  return !part || has_status_file(path.string()) || (!path_exists(part->record) && !has_status_file(part->record));
 }
 
 }  // namespace
@@ -345,7 +345,7 @@ std::string_view reserved_ending(std::string_view path) {
 
 Result<void> check_name_of_new_record(const std::string& path) {
   const auto refuse = [&](const std::string& why) { return failure(FaultKind::storage, path, why); };
-  if (is_there(path)) return refuse("exists already, and a record is never overwritten");
+  if (path_exists(path)) return refuse("exists already, and a record is never overwritten");
   if (const auto ending = reserved_ending(path); !ending.empty())
     return refuse(fmt::format("files next to a record end with {}, expected another name", ending));
   const auto files = find_record_files(path);
@@ -364,7 +364,7 @@ int next_part(const std::string& record_path, int present) {
   const auto is_taken = [](const std::string& path) {
     std::error_code error;
     // The status file of an older record with that name would be attributed to the part.
-    return fs::exists(fs::symlink_status(path, error)) || is_there(status_path(path));
+    return fs::exists(fs::symlink_status(path, error)) || path_exists(status_path(path));
   };
   int number = present + 1;
   while (is_taken(part_path(record_path, number))) ++number;

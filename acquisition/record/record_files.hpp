@@ -32,7 +32,7 @@ struct Continuation {
 };
 
 /// Returns whether the path exists. Returns false if the path cannot be examined.
-[[nodiscard]] bool is_there(const std::string& path);
+[[nodiscard]] bool path_exists(const std::string& path);
 
 /// Fails with bad_file if there is a rollback journal next to the file, because another program stopped in the middle
 /// of a change. The record's own writer leaves no journal. Readers never roll a journal back, because that overwrites

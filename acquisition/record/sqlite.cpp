@@ -136,7 +136,7 @@ std::string name_for_sqlite(const std::string& path) {
 Result<Database> Database::open(const std::string& path, Access access, int patience_ms) {
   const bool reads = access != Access::read_write;
   const bool beside = access == Access::read_beside;
-  if (reads && is_written_here(path)) return failure(FaultKind::storage, path, kBeingWritten);
+  if (reads && is_written_by_this_process(path)) return failure(FaultKind::storage, path, kBeingWritten);
   sqlite3* connection = nullptr;
   // Every connection is used by one thread at a time, so it needs no mutex.
   const int flags = SQLITE_OPEN_NOMUTEX | (reads ? SQLITE_OPEN_READONLY : SQLITE_OPEN_READWRITE);
@@ -465,14 +465,14 @@ const char* reader_vfs() {
 }
 
 bool is_being_read(const std::string& path) {
-  if (is_written_here(path)) return false;
+  if (is_written_by_this_process(path)) return false;
   const auto file = open_regular_file(path);
   return file && has_conflicting_lock(F_WRLCK, file->descriptor.number()) &&
          !has_conflicting_lock(F_RDLCK, file->descriptor.number());
 }
 
 bool is_being_written(const std::string& path) {
-  if (is_written_here(path)) return true;
+  if (is_written_by_this_process(path)) return true;
   const auto file = open_regular_file(path);
   return file && has_conflicting_lock(F_RDLCK, file->descriptor.number());
 }
@@ -511,7 +511,7 @@ WrittenHere::~WrittenHere() {
     written_files().files.erase(found);
 }
 
-bool is_written_here(const std::string& path) {
+bool is_written_by_this_process(const std::string& path) {
   const auto file = file_id(path);
   const std::lock_guard lock(written_files().mutex);
   return file && written_files().files.contains(*file);

@@ -226,6 +226,6 @@ class WrittenHere {
 };
 
 /// Returns whether this process writes the file. Opens no file. Any thread.
-[[nodiscard]] bool is_written_here(const std::string& path);
+[[nodiscard]] bool is_written_by_this_process(const std::string& path);
 
 }  // namespace gyrotherm::record

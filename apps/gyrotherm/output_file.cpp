@@ -32,8 +32,8 @@ Result<bool> is_sqlite_file(const std::string& path) {
 
 /// Returns whether a run is writing a record with this name, or died while it wrote one.
 bool has_run_files(const std::string& path) {
-  return record::is_there(record::status_path(path)) || record::is_there(control::control_socket_path(path)) ||
-         record::is_there(watchdog::safe_state_path(path));
+  return record::path_exists(record::status_path(path)) || record::path_exists(control::control_socket_path(path)) ||
+         record::path_exists(watchdog::safe_state_path(path));
 }
 
 /// Returns the record that a file belongs to by its name: "run.db" for "run.db-wal". Returns an empty string for other

@@ -85,7 +85,7 @@ std::vector<std::string> closed_record_files(const FoundRun& run) {
     const auto part = record::part_name(fs::path(listed).filename().string());
     if (!part || part->record != record.filename()) continue;
     auto path = record::part_path(run.path, part->part);
-    if (record::is_there(path) && std::ranges::count(files, path) == 0) files.push_back(std::move(path));
+    if (record::path_exists(path) && std::ranges::count(files, path) == 0) files.push_back(std::move(path));
   }
   return files;
 }

@@ -82,12 +82,12 @@ InterlockMemory::Watch InterlockMemory::most_affected_watch(InterlockId id) cons
   return most != all.end() ? *most : Watch{};
 }
 
-bool InterlockMemory::is_seen(InterlockId id) const {
+bool InterlockMemory::is_cause_present(InterlockId id) const {
   const auto& all = watches[static_cast<std::size_t>(id)];
   return std::ranges::any_of(all, [](const Watch& watch) { return watch.samples > 0; });
 }
 
-bool InterlockMemory::is_seen(InterlockId id, const std::string& subject) const {
+bool InterlockMemory::is_cause_present(InterlockId id, const std::string& subject) const {
   const auto& all = watches[static_cast<std::size_t>(id)];
   return std::ranges::any_of(all, [&](const Watch& watch) { return watch.subject == subject && watch.samples > 0; });
 }

@@ -110,8 +110,8 @@ struct InterlockMemory {
   [[nodiscard]] Watch most_affected_watch(InterlockId id) const;
   /// Returns true if the cause was present in the last second, for any subject or for the given one. is_active() also
   /// requires a raised alarm.
-  [[nodiscard]] bool is_seen(InterlockId id) const;
-  [[nodiscard]] bool is_seen(InterlockId id, const std::string& subject) const;
+  [[nodiscard]] bool is_cause_present(InterlockId id) const;
+  [[nodiscard]] bool is_cause_present(InterlockId id, const std::string& subject) const;
   [[nodiscard]] bool is_active(InterlockId id) const;
   LivenessMemory liveness{};
   /// The chamber answered in the previous sample.

@@ -220,7 +220,7 @@ Found find_lost_thermometers(const CheckInputs& in, InterlockId id, auto counts,
       if (is_lost(i)) lost.push_back(in.channel(i));
     if (lost.size() < 2 || std::ssize(lost) < counted) continue;
     all.push_back({.text = text(lost), .subject = instrument.name});
-    for (const auto i : instrument.columns) is_reported[i] = !in.memory.is_seen(id, in.subject(i));
+    for (const auto i : instrument.columns) is_reported[i] = !in.memory.is_cause_present(id, in.subject(i));
   }
   for (std::size_t i = 0; i < is_reported.size(); ++i)
     if (is_lost(i) && !is_reported[i]) all.push_back({.text = text({in.channel(i)}), .subject = in.subject(i)});

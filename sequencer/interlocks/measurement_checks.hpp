@@ -27,7 +27,7 @@ struct CheckInputs {
 
   [[nodiscard]] const ChamberState* chamber() const { return sample.chamber.value ? &*sample.chamber.value : nullptr; }
   /// Returns true if the cause was present one second ago.
-  [[nodiscard]] bool was_found(InterlockId id) const { return memory.is_seen(id); }
+  [[nodiscard]] bool was_found(InterlockId id) const { return memory.is_cause_present(id); }
   [[nodiscard]] bool is_dropped(std::size_t unit) const { return unit < facts.dropped.size() && facts.dropped[unit]; }
   [[nodiscard]] bool continues_without(std::size_t unit) const {
     return unit < limits.units.size() && limits.units[unit].continue_when_silent;

@@ -108,8 +108,8 @@ bool HostLead::is_waiting_for_air(Celsius air) const {
 }
 
 bool is_changed_externally(const interlocks::InterlockMemory& memory) {
-  return memory.is_seen(interlocks::InterlockId::foreign_set_point) ||
-         memory.is_seen(interlocks::InterlockId::not_following);
+  return memory.is_cause_present(interlocks::InterlockId::foreign_set_point) ||
+         memory.is_cause_present(interlocks::InterlockId::not_following);
 }
 
 std::optional<std::string> HostLead::send_set_point(io::InstrumentIo& io, const LeadSecond& second, RunState state,

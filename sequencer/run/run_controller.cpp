@@ -393,7 +393,7 @@ void RunController::hand_over_to_controller() {
 
 std::string RunController::describe_external_change() const {
   for (const auto id : {interlocks::InterlockId::foreign_set_point, interlocks::InterlockId::not_following})
-    if (memory_.is_seen(id)) return memory_.most_affected_watch(id).text;
+    if (memory_.is_cause_present(id)) return memory_.most_affected_watch(id).text;
   return {};
 }
 

@@ -301,13 +301,13 @@ class WallFilm {
   }
 
  private:
-  [[nodiscard]] bool is_kept(BrickIndex p) const {
+  [[nodiscard]] bool has_solid(BrickIndex p) const {
     return grid_.contains(p) && solid_share(contents_[grid_.brick(p)]) > 0;
   }
   [[nodiscard]] static BrickIndex neighbour(BrickIndex p, int face) {
     return {p.i + kNeighbours[face].i, p.j + kNeighbours[face].j, p.k + kNeighbours[face].k};
   }
-  [[nodiscard]] bool is_exposed(BrickIndex p, int face) const { return is_kept(p) && !is_kept(neighbour(p, face)); }
+  [[nodiscard]] bool is_exposed(BrickIndex p, int face) const { return has_solid(p) && !has_solid(neighbour(p, face)); }
 
   /// Adds a piece of wall with its middle and outward direction.
   void put(double area, PlanPoint middle, PlanPoint out, int k) {
@@ -315,7 +315,7 @@ class WallFilm {
     int flat = -1;
     for (int face = 0; face < 4; ++face)
       if (out.x * kNeighbours[face].i + out.y * kNeighbours[face].j > 1 - 1e-9) flat = face;
-    if (flat >= 0 && is_kept(brick)) {
+    if (flat >= 0 && has_solid(brick)) {
       // A face that is not exposed touches another part and has no film.
       if (is_exposed(brick, flat)) area_[grid_.brick(brick) * kBrickFaces + flat] += area;
       return;
@@ -335,7 +335,7 @@ class WallFilm {
     for (int dj = -reach; dj <= reach; ++dj) {
       for (int di = -reach; di <= reach; ++di) {
         const BrickIndex p{around.i + di, around.j + dj, around.k};
-        if (!is_kept(p)) continue;
+        if (!has_solid(p)) continue;
         const auto r = grid_.plan(p);
         for (int face = 0; face < 4; ++face) {
           const double facing = out.x * kNeighbours[face].i + out.y * kNeighbours[face].j;

@@ -115,7 +115,7 @@ TEST_P(FileAttacks, LoseNothingAcknowledgedAndAreReported) {
   const auto finished = store->finish();
   EXPECT_EQ(finished.has_value(), !GetParam().damages_database) << "status reports how it ended";
   store.reset();
-  EXPECT_EQ(is_there(manifest_path(path)), !GetParam().damages_database);
+  EXPECT_EQ(path_exists(manifest_path(path)), !GetParam().damages_database);
 
   for (const auto& name : {path, part_path(path, 2)}) {
     const auto record = read_record(name);
@@ -138,7 +138,7 @@ TEST_P(FileAttacks, LetRunResumeAfterProgramDied) {
   ASSERT_TRUE((*store)->append(sample_at(kBefore + kAfter), {}));
   EXPECT_EQ((*store)->finish().has_value(), whole);
   store->reset();
-  EXPECT_EQ(is_there(manifest_path(path)), whole);
+  EXPECT_EQ(path_exists(manifest_path(path)), whole);
   EXPECT_EQ(read_record(path).value().slot.size(), static_cast<std::size_t>(kBefore + kAfter + 1));
 }
 

@@ -101,7 +101,7 @@ TEST(RunParts, ReportMissingOrDestroyedMiddlePart) {
     ASSERT_TRUE(store->append(sample_at(30), {})) << "the run continues where it ended";
     EXPECT_NE(fault_text(store->finish()).find("run.2.db: " + why), std::string::npos);
     store.reset();
-    EXPECT_FALSE(is_there(manifest_path(path)));
+    EXPECT_FALSE(path_exists(manifest_path(path)));
     EXPECT_EQ(last_part(path), 3);
     EXPECT_EQ(read_record(path).value().slot.back(), 30);
   }
@@ -119,7 +119,7 @@ TEST(RunParts, NumberNewPartAfterAllOthers) {
   ASSERT_TRUE(store->append(sample_at(21), {}));
   ASSERT_TRUE(store->settle(kLong));
   store.reset();
-  EXPECT_FALSE(is_there(part_path(path, 2)));
+  EXPECT_FALSE(path_exists(part_path(path, 2)));
   EXPECT_EQ(last_part(path), 4);
   const auto record = read_record(path).value();
   EXPECT_EQ(record.slot.size(), 22u);

@@ -31,12 +31,12 @@ TEST(Store, RemovesManifestOfEarlierRecord) {
   const Folder folder;
   const auto path = folder / "run.db";
   ASSERT_TRUE(store_with(path, 3)->finish());
-  ASSERT_TRUE(is_there(manifest_path(path)));
+  ASSERT_TRUE(path_exists(manifest_path(path)));
   EXPECT_FALSE(Store::create(path, two_thermometers()));
-  EXPECT_TRUE(is_there(manifest_path(path))) << "that record still exists";
+  EXPECT_TRUE(path_exists(manifest_path(path))) << "that record still exists";
   std::filesystem::rename(path, folder / "moved.db");
   store_with(path, 5).reset();
-  EXPECT_FALSE(is_there(manifest_path(path)));
+  EXPECT_FALSE(path_exists(manifest_path(path)));
   const auto verified = verify_record(path);
   ASSERT_TRUE(verified) << text(verified.error());
   EXPECT_FALSE(verified->manifest);

@@ -384,7 +384,7 @@ void SimulatedRun::judge_record() {
   if (in_memory_) return;
   if (const auto verified = record::verify_record(path_); !verified && !spoiled_)
     invariants_.report_violation("I17", second_, text(verified.error()));
-  const bool closed_as_if_whole = record::is_there(record::manifest_path(path_));
+  const bool closed_as_if_whole = record::path_exists(record::manifest_path(path_));
   if (spoiled_ && closed_as_if_whole && !record::verify_record(path_))
     invariants_.report_violation("P12", second_, "a damaged record has a manifest");
 }

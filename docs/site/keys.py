@@ -116,7 +116,8 @@ LABORATORY = {
 }  # fmt: skip
 ORDER = {
     _ORDER: {
-        "texts": [], "country": ["customer"], "party": ["customer"], "read_people:table": [""], "read_people": ["[person]"],
+        "texts": [], "country": ["customer"], "party": ["customer"], "read_people:table": [""],
+        "read_people": ["[person]"],
         "equipment": [], "logo": [], "item": ["[unit]"], "units:table": [""], "units": ["[unit]"],
         "influences:table": [""], "influences": ["[influence]"], "limits:table": [""], "limits": ["[limit]"],
         "read_replaced_report:table": [""], "read_replaced_report": ["replaces"], "deviations:table": [""], "deviations": ["[deviation]"],
@@ -148,8 +149,10 @@ _KINDS = {
     "read_uncertainty": "a number", "read_axis_uncertainty": "a number", "read_positive_number": "a number", "read_day": "a day",
     "read_channel_names": "names of channels", "read_choice": "names of channels", "read_range": "a temperature",
     "ignore": "a table", "positive": "a number above 0", "not_negative": "a number, not below 0",
-    "time_constant_s": "s, at least 1", "read_bounded": "a number", "read_each_thermometer": "a number, or one for each thermometer",
-    "read_each_or_none": "a number, or one for each thermometer", "day": "a day", "read_rig_name": "a text", "read_text_line": "a text",
+    "time_constant_s": "s, at least 1", "read_bounded": "a number",
+    "read_each_thermometer": "a number, or one for each thermometer",
+    "read_each_or_none": "a number, or one for each thermometer", "day": "a day", "read_rig_name": "a text",
+    "read_text_line": "a text",
     "read_texts": "a list of texts", "table texts": "a text, or one for each of `en` and `de`",
     "table numbers": "a list of numbers",
     "has": None, "note_error": None, "location": None, "is_list": None, "is_table": None, "append": None, "bounded": None, "check": None,
@@ -181,7 +184,8 @@ _FUNCTION = re.compile(
 )
 # Reading function → number of arguments after the key that are not the default.
 _ARGUMENTS_BEFORE_DEFAULT = {
-    "choice": 1, "expect": 1, "read_bounded": 1, "read_each_thermometer": 1, "read_each_or_none": 1, "table numbers": 2, "whole": 2,
+    "choice": 1, "expect": 1, "read_bounded": 1, "read_each_thermometer": 1, "read_each_or_none": 1,
+    "table numbers": 2, "whole": 2,
     "read_named": 3, "read_either": 2,
 }  # fmt: skip
 _STATEMENT = re.compile(r"\s*(if|for|while|return|switch|else|case)\b")

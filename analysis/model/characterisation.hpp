@@ -123,10 +123,11 @@ void describe(auto& form, Like<TwoPosition> auto& found) {
 struct WarmUp {
   int segment{};
   double set_point_c{};
-  /// Settling band, °/h: a 1000 s mean is settled if it differs from the final bias by at most this value. Has no u.
+  /// Settling band, °/h: a 1000 s mean is settled if it differs from the final bias by at most this value. It has no
+  /// standard uncertainty.
   BeforeAfter within;
-  /// Time from the start of the hold after which the bias remains settled, s. Has no u. Unknown if the bias settles
-  /// only in the last hour.
+  /// Time from the start of the hold after which the bias remains settled, s. It has no standard uncertainty. Unknown
+  /// if the bias settles only in the last hour.
   BeforeAfter seconds;
 };
 

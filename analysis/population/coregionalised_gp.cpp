@@ -71,7 +71,7 @@ Eigen::MatrixXd compute_kernel(const Coregionalisation& model, const data::Sampl
   return methods::covariance_matrix({.lengths = model.lengths, .signal = 1, .noise = 0}, a, b);
 }
 
-/// Returns B_ij k for each pair of values, without noise.
+/// Returns the covariance of each pair of values, B_ij k, without noise.
 Eigen::MatrixXd value_covariance(const OutputSamples& samples, const Eigen::MatrixXd& kernel,
                                  const Eigen::MatrixXd& between) {
   const auto count = static_cast<Eigen::Index>(samples.values.size());

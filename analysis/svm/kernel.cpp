@@ -108,7 +108,7 @@ double* KernelMemory::column(Eigen::Index n, std::size_t k) {
 
 std::size_t least_kernel_bytes(Eigen::Index n) {
   return static_cast<std::size_t>(n) * padded_row(n) * sizeof(float) +
-         Kernel::kSpare * padded_column(n) * sizeof(double);
+         Kernel::kSpareColumns * padded_column(n) * sizeof(double);
 }
 
 Kernel::Kernel(const GaussianSamples& samples, double sigma, KernelMemory& memory, std::size_t column_bytes)
@@ -132,11 +132,11 @@ const float* Kernel::row(Eigen::Index i) {
 const double* Kernel::column(Eigen::Index i) {
   if (columns_[i] != nullptr) return columns_[i];
   if (made_ < most_) {
-    double* made = memory_.column(size(), kSpare + made_++);
+    double* made = memory_.column(size(), kSpareColumns + made_++);
     samples_.compute_double_column(i, sigma_, made);
     return columns_[i] = made;
   }
-  double* spare = memory_.column(size(), spare_++ % kSpare);
+  double* spare = memory_.column(size(), spare_++ % kSpareColumns);
   samples_.compute_double_column(i, sigma_, spare);
   return spare;
 }

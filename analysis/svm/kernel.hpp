@@ -85,13 +85,13 @@ class Kernel {
   [[nodiscard]] Eigen::Index size() const { return samples_.size(); }
   /// Returns row i in single precision.
   [[nodiscard]] const float* row(Eigen::Index i);
-  /// Returns column i in double precision, valid until kSpare more columns have been requested.
+  /// Returns column i in double precision. The column is valid until kSpareColumns more columns have been requested.
   [[nodiscard]] const double* column(Eigen::Index i);
   /// Computes the response Kβ of all points in double precision, using only the non-zero β. Does not use the cached
   /// rows and columns.
   [[nodiscard]] Eigen::VectorXd response(const Eigen::VectorXd& beta) const;
 
-  static constexpr int kSpare = 8;
+  static constexpr int kSpareColumns = 8;
 
  private:
   const GaussianSamples& samples_;

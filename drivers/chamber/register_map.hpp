@@ -363,7 +363,7 @@ void read_verification(const TomlTable& table, RegisterMap& map);
 /// Returns the item `name`. If there is none, notes an error at `key` and returns null.
 [[nodiscard]] const RegisterItem* find_named_item(const RegisterMap& map, const TomlTable& table, const char* key,
                                                   const std::string& name);
-/// Returns the first code of a meaning, or the mask of a flag.
+/// Returns the number that a name denotes: the first code with this meaning, or the mask of the flag.
 [[nodiscard]] std::optional<double> find_code(const RegisterItem& item, const std::string& meaning);
 /// Reads { register, is | is_not | bits | above }.
 [[nodiscard]] Condition read_condition(const TomlTable& table, const RegisterMap& map);

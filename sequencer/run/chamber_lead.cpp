@@ -205,7 +205,7 @@ std::string ControllerLead::refusal_reason(OperatorCommand command) const {
   return "the controller runs the profile; only its panel can pause it";
 }
 
-/// Returns true if the controller conditions at a set point after its program.
+/// Returns true if the controller keeps the air at a set point after the end of its program.
 bool has_finished(ChamberActivity activity) {
   return activity == ChamberActivity::running || activity == ChamberActivity::done;
 }

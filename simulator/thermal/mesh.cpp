@@ -309,7 +309,8 @@ class WallFilm {
   }
   [[nodiscard]] bool is_exposed(BrickIndex p, int face) const { return has_solid(p) && !has_solid(neighbour(p, face)); }
 
-  /// Adds a piece of wall with its middle and outward direction.
+  /// Adds the area of a piece of wall to the brick face that it covers. `middle` is on the wall, `out` is its outward
+  /// direction.
   void put(double area, PlanPoint middle, PlanPoint out, int k) {
     const auto brick = grid_.at({middle.x - 1e-6 * out.x, middle.y - 1e-6 * out.y}, k);
     int flat = -1;

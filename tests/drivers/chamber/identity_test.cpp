@@ -249,6 +249,42 @@ TEST(Identity, RefusesAUnitThatIsSetToAnotherWordOrder) {
   EXPECT_TRUE(chamber->identify()) << "zeros show no order";
 }
 
+/// An EZ-ZONE PM with data map 1 that is off and stores its settings.
+ActiveUnit ez_zone(std::uint16_t temperature_unit) {
+  ActiveUnit unit;
+  for (const auto address : std::initializer_list<std::uint16_t>{360, 2160}) unit.set_float(address, 23);
+  unit.words[362] = 61;
+  unit.words[1880] = 62;
+  unit.words[2490] = temperature_unit;
+  unit.words[2494] = 106;
+  return unit;
+}
+
+TEST(EzZone, SendsPublishedWordsAndStoresNoSetPoint) {
+  auto unit = ez_zone(30);
+  const auto chamber = unit.on_map(shipped_map("watlow_ez_zone_pm"));
+  ASSERT_TRUE(chamber->identify());
+  ASSERT_TRUE(chamber->start());
+  EXPECT_EQ(unit.written_to(2494), std::vector<std::uint16_t>{59});
+  EXPECT_EQ(unit.written.front().first, 2494) << "before anything else";
+  EXPECT_EQ(unit.written_to(1880), std::vector<std::uint16_t>{10});
+  ASSERT_TRUE(chamber->send_set_point(Celsius{(75.0 - 32) / 1.8}));
+  EXPECT_EQ(unit.words[2160], 0x0000);
+  EXPECT_EQ(unit.words[2161], 0x4296) << "75.0 °F in the communications manual";
+}
+
+/// In data map 2 the register of the control mode is half of an alarm limit.
+TEST(EzZone, IsRefusedWithDataMap2) {
+  auto unit = ez_zone(15);
+  const auto chamber = unit.on_map(shipped_map("watlow_ez_zone_pm"));
+  ASSERT_TRUE(chamber->identify());
+  unit.set_float(1880, 300);
+  const auto other = chamber->identify();
+  ASSERT_FALSE(other);
+  EXPECT_EQ(other.error().kind, FaultKind::mismatch);
+  EXPECT_TRUE(unit.written.empty());
+}
+
 /// In another order, the value is near zero for every set point.
 TEST(WordOrder, AcceptsTinyValueOfCorrectOrder) {
   const auto map = shipped_map("watlow_f4t");
@@ -287,7 +323,7 @@ TEST(EveryMap, StatesWhatItVerifiesAndWhatItCannot) {
       EXPECT_NE(verification.not_verified.front().find("make"), std::string::npos) << name;
     }
   }
-  EXPECT_EQ(seen.size(), 24u);
+  EXPECT_EQ(seen.size(), 27u);
 }
 
 /// Returns the activity that a map derives from its items, as the chamber does: the first matching rule decides.

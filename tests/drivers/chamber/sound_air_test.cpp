@@ -138,7 +138,8 @@ INSTANTIATE_TEST_SUITE_P(Maps, UnitRegister,
                          testing::Values(UnitOfAMap{"watlow_f4t", "communication_unit", 30, -1},
                                          UnitOfAMap{"watlow_f4", "temperature_unit", 0, 1},
                                          UnitOfAMap{"watlow_f4t_map2", "temperature_unit", 0, 1},
-                                         UnitOfAMap{"watlow_f4t_map3", "temperature_unit", 0, 1}),
+                                         UnitOfAMap{"watlow_f4t_map3", "temperature_unit", 0, 1},
+                                         UnitOfAMap{"watlow_ez_zone_pm", "communication_unit", 30, -1}),
                          [](const auto& one) { return std::string(one.param.map); });
 
 class SoundAir : public testing::TestWithParam<const char*> {

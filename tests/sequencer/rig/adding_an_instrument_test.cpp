@@ -34,8 +34,9 @@ std::map<std::string, std::string> read_page_files() {
   return files;
 }
 
-/// Returns the page's rig with the laboratory of the default rig.
-Result<RigFile> parse_page_rig(const std::string& instead_of = "", const std::string& other = "") {
+/// Returns the page's rig with the laboratory of the default rig and a chamber of the page.
+Result<RigFile> parse_page_rig(const std::string& instead_of = "", const std::string& other = "",
+                               const std::string& chamber = "profiles/chambers/acme_tc100.toml") {
   auto files = read_page_files();
   auto& rig = files["profiles/rigs/acme.toml"];
   if (!instead_of.empty()) rig.replace(rig.find(instead_of), instead_of.size(), other);
@@ -43,13 +44,13 @@ Result<RigFile> parse_page_rig(const std::string& instead_of = "", const std::st
   const auto dry_run = by_default.substr(by_default.find("[analysis]"));
   return parse_rig(
       rig + dry_run, "acme.toml",
-      {.chamber_map = files["profiles/chambers/acme_tc100.toml"],
+      {.chamber_map = files[chamber],
        .gyro_model = read_text_file(GYROTHERM_SOURCE_DIR "/profiles/gyros/calibrated.reduced.toml").value(),
        .gyro_streams = {{"gyro", files["profiles/gyro-streams/acme-g1.toml"]}}});
 }
 
 TEST(AddingAnInstrument, PageFilesParse) {
-  EXPECT_EQ(read_page_files().size(), 6u);
+  EXPECT_EQ(read_page_files().size(), 9u);
   const auto rig = parse_page_rig();
   ASSERT_TRUE(rig) << text(rig.error());
   EXPECT_EQ(rig->chamber_map.name, "TC-100");
@@ -57,9 +58,11 @@ TEST(AddingAnInstrument, PageFilesParse) {
   EXPECT_DOUBLE_EQ(rig->units[0].info.axes[0].scale, 0.01);
 }
 
-TEST(AddingAnInstrument, PageFilesRunOnVirtualLaboratory) {
+class PageChamber : public testing::TestWithParam<const char*> {};
+
+TEST_P(PageChamber, RunsOnVirtualLaboratory) {
   tests::DryRun dry_run(GYROTHERM_SOURCE_DIR "/tests/profiles/short-rate.toml");
-  auto rig = parse_page_rig();
+  auto rig = parse_page_rig("", "", GetParam());
   ASSERT_TRUE(rig) << text(rig.error());
   dry_run.file() = std::move(*rig);
   dry_run.run(600);
@@ -72,6 +75,10 @@ TEST(AddingAnInstrument, PageFilesRunOnVirtualLaboratory) {
     for (const auto& channel : record->thermometers_c) ASSERT_FALSE(std::isnan(channel[i])) << i;
   }
 }
+
+INSTANTIATE_TEST_SUITE_P(AddingAnInstrument, PageChamber,
+                         testing::Values("profiles/chambers/acme_tc100.toml", "acme_tc300.toml"),
+                         [](const auto& one) { return std::string(one.index == 0 ? "Registers" : "Text"); });
 
 TEST(AddingAnInstrument, PageProgramIsThermometer) {
   auto files = read_page_files();

@@ -12,6 +12,7 @@ SOURCE = HERE.parents[3]
 import program  # starts programs, shared with tests/edges
 from families import (F4, F4T, F4T_MANUAL, F4T_RUNNING, BinderMb1, BinderMb2, Chamber, Ezt570i, F4TCascade,
                       F4TMap2, F4TMap3, Temi, Tt5166, Umc1200, X100, Yinhe)
+from loop_controllers import EZ_MANUAL, Eurotherm3504, EzZonePm, Nanodac
 from modbus_server import Gyro, ModbusTcp, RtuInTcp, RtuOnTerminal, Thermometers, high_first
 
 SAFE = 22.0  # °C, the safe set point of every rig
@@ -32,6 +33,7 @@ class Fake:
 F4T_PLAIN = "Watlow F4T, control loops without cascade"
 F4T_WITH_CASCADE = "Watlow F4T with cascade control"
 AIR_CONTROL = "the set point is that of the air (cascade off)"
+EZ_MAP_1 = "data map 1 (register 1880 holds a control mode)"
 HIGH_WORD = 'word_order = "abcd"'
 
 FAKES: dict[str, Fake] = {
@@ -78,6 +80,14 @@ FAKES: dict[str, Fake] = {
     "umc1200_zeros": Fake(lambda: Umc1200(miscounts=False, zero_every=6), ModbusTcp, "umc1200"),
     "yinhe_plain": Fake(lambda: Yinhe(air=25.0), ModbusTcp, "yinhe"),
     "yinhe_slow_zeros": Fake(lambda: Yinhe(zero_every=6, period=0.18), ModbusTcp, "yinhe"),
+    "ez_zone_fahrenheit": Fake(EzZonePm, RtuOnTerminal, "watlow_ez_zone_pm", verifies=EZ_MAP_1),
+    "ez_zone_celsius_high_word": Fake(lambda: EzZonePm(in_fahrenheit=False, words=high_first, mode=EZ_MANUAL), ModbusTcp,
+                                      "watlow_ez_zone_pm", HIGH_WORD, EZ_MAP_1),
+    "nanodac_inhibited": Fake(Nanodac, ModbusTcp, "eurotherm_nanodac"),
+    "nanodac_manual": Fake(lambda: Nanodac(inhibit=False, manual=True, lowest=0, highest=60), ModbusTcp,
+                           "eurotherm_nanodac"),
+    "eurotherm_3504": Fake(Eurotherm3504, ModbusTcp, "eurotherm_3504"),
+    "eurotherm_3504_manual": Fake(lambda: Eurotherm3504(manual=True), RtuOnTerminal, "eurotherm_3504"),
 }
 IDENTITY_MAPS = {"watlow_f4t": ("tcp", "rtu", "rtu_over_tcp"), "watlow_f4t_cascade": ("tcp", "rtu", "rtu_over_tcp"),
                  "watlow_f4": ("rtu", "rtu_over_tcp")}

@@ -29,6 +29,7 @@ sys.path[:0] = [str(HERE), str(HERE.parents[2] / "support"), str(HERE.parents[2]
 import program
 from bench import FAKES, HOT, IDENTITY_MAPS, SAFE, Bench, Fake
 from families import F4, F4T, OF_OTHERS, Chamber, Ezt570i, F4TCascade, Umc1200, Yinhe
+from loop_controllers import Eurotherm3504, EzZonePm
 from modbus_server import BUSY, ILLEGAL_ADDRESS, ROOM, ModbusTcp, RtuInTcp, high_first, low_first
 from program import Run, until
 from standstill import Standstill
@@ -270,6 +271,18 @@ def refused_by_name(*parts: str) -> Callable[[Scene], None]:
     return act
 
 
+def stores_nothing(scene: Scene) -> None:
+    """After the run has begun, the controller stores no set point in its EEPROM."""
+    run = scene.begin()
+    with scene.chamber.lock:
+        before = scene.chamber.stored
+    run.signal(signal.SIGKILL)
+    run.wait()
+    scene.assertTrue(until(lambda: scene.confirmed(run), 90), run.errors()[-900:])
+    scene.assertGreater(len(scene.chamber.accepted()), 3)
+    scene.assertEqual((scene.chamber.stored, before <= 1), (before, True), scene.chamber.log)
+
+
 SETTINGS: dict[str, tuple[Fake, tuple[str, ...]]] = {
     "cascade_on": (Fake(lambda: F4TCascade(cascade=True), ModbusTcp, "watlow_f4t_cascade"), ("cascade",)),
     "product_control_on": (Fake(lambda: Ezt570i(product_control=2), RtuInTcp, "csz_ezt570i"), ("product_control",)),
@@ -280,6 +293,10 @@ SETTINGS: dict[str, tuple[Fake, tuple[str, ...]]] = {
     "other_word_order": (Fake(lambda: F4T(words=high_first), ModbusTcp, "watlow_f4t"), ("word order",)),
     "absent_card_not_ready": (Fake(lambda: F4T(absent_card=BUSY), ModbusTcp, "watlow_f4t"), ("read 11250",)),
     "no_control_loop": (Fake(lambda: F4T(part="F4T1A1DAA1B5ABA"), ModbusTcp, "watlow_f4t"), ("no control loop",)),
+    "ez_zone_data_map_2": (Fake(lambda: EzZonePm(data_map=2), ModbusTcp, "watlow_ez_zone_pm"), ("data map 1",)),
+    "ez_zone_other_word_order": (Fake(lambda: EzZonePm(words=high_first), ModbusTcp, "watlow_ez_zone_pm"),
+                                 ("word order",)),
+    "eurotherm_limits": (Fake(lambda: Eurotherm3504(highest=38), ModbusTcp, "eurotherm_3504"), ("38 °C",)),
     "hundredths": (Fake(lambda: Umc1200(scale=100), ModbusTcp, "umc1200"), ("air_temperature",)),
     "yinhe_low_word_first": (Fake(lambda: Yinhe(words=low_first, drifts=False), ModbusTcp, "yinhe"),
                              ("air_temperature",)),
@@ -294,6 +311,7 @@ OTHERS: dict[str, tuple[Callable[[Scene], None], Fake, float | None]] = {
     "AirIsCompared.ezt_fahrenheit": (
         air_is_compared, Fake(lambda: Ezt570i(in_fahrenheit=True, air=12), RtuInTcp, "csz_ezt570i"), None),
     "ReadBackIsNotClaimed.tt5166": (read_back_is_not_claimed, FAKES["tt5166_plain"], None),
+    "StoresNothing.ez_zone": (stores_nothing, FAKES["ez_zone_fahrenheit"], None),
     "NoFalseFault.ezt": (no_false_fault, FAKES["ezt_held_profile"], None),
 }
 KNOWN = {

@@ -1,162 +1,26 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads the parts of an instrument file that describe a text protocol: [link], [[item]], [identity], [parameter].
+// Reads the file of a text chamber: its items and their questions and commands.
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <map>
 #include <memory>
-#include <regex>
 #include <span>
 #include <utility>
 
 #include "drivers/chamber/register_map.hpp"
+#include "drivers/chamber/text_file_reader.hpp"
 #include "drivers/chamber/text_link.hpp"
 
 namespace gyrotherm::drivers {
 namespace {
 
-/// Distance between the first registers of two questions. A read of up to kReadAtMost registers reaches only one.
+/// Distance between the first registers of two questions. A read of up to kTextReadAtMost registers reaches only one.
 constexpr std::uint16_t kQuestionStride = 1024;
-constexpr std::uint16_t kReadAtMost = 250;
 constexpr std::size_t kMostQuestions = 60;
 constexpr std::uint16_t kCharactersOfText = 64;
 constexpr double kUsualResolution = 0.001;
-constexpr std::size_t kLongestExpression = 200;
-
-std::vector<std::string> texts_at(const TomlTable& table, const char* key) {
-  if (!table.has(key)) return {};
-  if (table.is_list(key)) return table.texts(key);
-  return {table.text(key)};
-}
-
-/// Reads the templates of a file, with its parameters inserted.
-class TemplateReader {
- public:
-  TemplateReader(const TomlTable& file, TextEncoding encoding) : encoding_(encoding) {
-    const auto table = file.table("parameter");
-    for (const auto& key : table.keys())
-      parameters_[key] =
-          table.is_text(key) && !table.is_list(key) ? table.text(key) : fmt::format("{:.10g}", table.number(key));
-  }
-
-  TextTemplate read(const TomlTable& table, const char* key, const std::string& text) const {
-    auto made = TextTemplate::parse(substitute_parameters(text), encoding_);
-    if (made) return std::move(*made);
-    table.note_error(key, made.error().what);
-    return {};
-  }
-
-  std::vector<TextTemplate> read_all(const TomlTable& table, const char* key) const {
-    std::vector<TextTemplate> all;
-    for (const auto& text : texts_at(table, key)) all.push_back(read(table, key, text));
-    return all;
-  }
-
-  /// Reads a line without fields.
-  std::string read_constant(const TomlTable& table, const char* key, const std::string& text) const {
-    const auto made = read(table, key, text);
-    if (!made.fields().empty())
-      table.note_error(key, fmt::format("the field \"{}\" has no value here, expected a [parameter] of that name",
-                                        made.fields().front().name));
-    return made.format({});
-  }
-
- private:
-  /// Replaces "{channels:s}" by the parameter `channels`.
-  [[nodiscard]] std::string substitute_parameters(std::string text) const {
-    for (const auto& [name, value] : parameters_) {
-      const auto begin = text.find("{" + name + ":");
-      const auto end = begin == std::string::npos ? begin : text.find('}', begin);
-      if (end != std::string::npos) text.replace(begin, end - begin + 1, value);
-    }
-    return text;
-  }
-
-  TextEncoding encoding_;
-  std::map<std::string, std::string> parameters_;
-};
-
-constexpr auto kEncodings = make_vocabulary<TextEncoding::ascii, TextEncoding::latin1>("ascii", "latin1");
-constexpr auto kChecksums =
-    make_vocabulary<FrameChecksum::none, FrameChecksum::negated_sum>("none", "xor", "negated_sum");
-
-char read_control_character(const TomlTable& table, const char* key, int fallback) {
-  return static_cast<char>(whole<int>(table, key, 0, 127, fallback));
-}
-
-TextFrame read_frame(const TomlTable& table) {
-  TextFrame frame;
-  frame.begin = read_control_character(table, "begin", frame.begin);
-  frame.end = read_control_character(table, "end", frame.end);
-  frame.high_bit = table.boolean("high_bit", false);
-  frame.checksum = one_of(kChecksums, table, "checksum", "none");
-  return frame;
-}
-
-/// Reads the keys that [link] and [link.tcp] or [link.serial] have in common.
-void read_wire(const TomlTable& table, const TemplateReader& templates, TextWire& wire, ModbusLink& settings) {
-  const auto line_end = [&](const char* key, std::string& target) {
-    if (table.has(key)) target = table.text(key);
-  };
-  line_end("question_end", wire.question_end);
-  line_end("answer_end", wire.answer_end);
-  wire.silence = table.duration("silence", wire.silence);
-  wire.quiet = table.duration("quiet", wire.quiet);
-  wire.after_read = table.duration("after_read", wire.after_read);
-  wire.after_write = table.duration("after_write", wire.after_write);
-  settings.timeout = table.duration("timeout", settings.timeout);
-  settings.unit = whole<std::uint8_t>(table, "address", 0, 255, settings.unit);
-  constexpr std::int64_t kLongest = 65536;
-  wire.longest_answer =
-      whole<std::size_t>(table, "longest_answer", 8, kLongest, static_cast<std::int64_t>(wire.longest_answer));
-  if (table.has("prefix")) wire.prefix = templates.read(table, "prefix", table.text("prefix"));
-  wire.answers_have_prefix = table.boolean("answers_have_prefix", wire.answers_have_prefix);
-  if (table.has("frame")) wire.frame = read_frame(table.table("frame"));
-}
-
-void read_links(const TomlTable& link, const TemplateReader& templates, RegisterMap& map) {
-  TextWire common;
-  ModbusLink settings;
-  settings.read_at_most = kReadAtMost;
-  settings.write_at_most = kReadAtMost;
-  read_wire(link, templates, common, settings);
-  map.holes = true;
-  map.status_every = whole<int>(link, "status_every", 0, 3600, 1);
-  const auto add = [&](LinkKind kind, const TomlTable& own) {
-    MapLink made{.kind = kind, .modbus = settings, .text = common};
-    made.modbus.framing = kind == LinkKind::text_tcp ? ModbusLink::Framing::tcp : ModbusLink::Framing::rtu;
-    read_wire(own, templates, made.text, made.modbus);
-    if (own.has("port")) made.modbus.port = whole<std::uint16_t>(own, "port", 1, 65535);
-    if (own.has("settings")) {
-      const auto format = parse_serial_format(own.text("settings"));
-      if (format)
-        made.modbus.serial = *format;
-      else
-        own.note_error("settings", format.error().what);
-    }
-    map.links.push_back(std::move(made));
-  };
-  if (link.has("tcp")) add(LinkKind::text_tcp, link.table("tcp"));
-  if (link.has("serial")) add(LinkKind::text_serial, link.table("serial"));
-  if (map.links.empty()) link.note_error("", "expected [link.tcp] or [link.serial]");
-  if (map.links.empty()) map.links.push_back({.kind = LinkKind::text_tcp, .modbus = settings, .text = common});
-  if (link.text("usual", "") == "serial") std::ranges::reverse(map.links);
-  map.link = map.links.front();
-}
-
-void read_refusals(const TomlTable& link, const TemplateReader& templates, TextLink& text) {
-  text.refused = templates.read_all(link, "refused");
-  const auto table = link.table("refusals");
-  for (const auto& key : table.keys()) {
-    std::int64_t code = 0;
-    const auto [end, error] = std::from_chars(key.data(), key.data() + key.size(), code);
-    if (error != std::errc{} || end != key.data() + key.size())
-      table.note_error(key, fmt::format("\"{}\" is not a whole number", key));
-    text.refusals[code] = table.text(key);
-  }
-}
 
 /// Codes of an item: numbers, or texts whose positions are the numbers.
 struct ItemCodes {
@@ -269,11 +133,11 @@ class ItemReader {
         auto [item, codes] = make_item(item_name, field.form, own == own_.end() ? table : *own->second, &table);
         add_cell(field.name, std::move(item), std::move(codes), query);
       }
-    if (query.count > kReadAtMost) table.note_error("answer", "the fields of one answer are too many");
+    if (query.count > kTextReadAtMost) table.note_error("answer", "the fields of one answer are too many");
     text_.queries.push_back(std::move(query));
   }
 
-  /// Makes an item from its own table, or from the table of the question that contains it.
+  /// Makes an item from its own table, or from that of the question that contains it.
   std::pair<RegisterItem, CodeTexts> make_item(const std::string& name, const FieldForm& form, const TomlTable& table,
                                                const TomlTable* question) const {
     RegisterItem item;
@@ -316,8 +180,7 @@ class ItemReader {
     for (const auto& why : sentinels.keys()) item.sentinels[why] = sentinels.number(why);
     if (table.has("tolerance")) item.tolerance = table.number("tolerance");
     item.seen_within = table.duration("lags", Duration{});
-    // A run cannot wait for a set point that is read back seconds later; the next readings verify it.
-    item.seen_later = item.name == "set_point" && item.seen_within > Duration{};
+    item.seen_later = table.boolean("seen_later", false);
   }
 
   void read_command(const TomlTable& table) {
@@ -383,22 +246,7 @@ class ItemReader {
   std::uint16_t next_command_ = 0;
 };
 
-/// Returns whether the text is a valid regular expression, short and without groups. The time to match a short answer
-/// is then limited.
-bool is_expression(const std::string& text) {
-  if (text.size() > kLongestExpression || text.find_first_of("()") != std::string::npos) return false;
-  try {
-    return std::regex(text).mark_count() == 0;
-  } catch (const std::regex_error&) {
-    return false;
-  }
-}
-
 }  // namespace
-
-bool fits_expression(const std::string& expression, const std::string& text) {
-  return std::regex_search(text, std::regex(expression));
-}
 
 void read_text_unit(const TomlTable& file, RegisterMap& map) {
   map.name = file.text("name");
@@ -408,10 +256,10 @@ void read_text_unit(const TomlTable& file, RegisterMap& map) {
   (void)file.choice("kind", {"chamber"});
   auto text = std::make_shared<TextLink>();
   const auto link = file.table("link");
-  text->encoding = one_of(kEncodings, link, "encoding", "ascii");
+  text->encoding = read_text_encoding(link);
   const TemplateReader templates(file, text->encoding);
-  read_links(link, templates, map);
-  read_refusals(link, templates, *text);
+  read_text_links(link, templates, map);
+  read_text_refusals(link, templates, *text);
   ItemReader items(file, templates, map, *text);
   const auto identity = file.table("identity");
   const bool has_identity = file.has("identity");
@@ -419,11 +267,9 @@ void read_text_unit(const TomlTable& file, RegisterMap& map) {
   items.read();
   if (has_identity) {
     Fingerprint print{.item = identity.has("ask") ? "identity" : identity.text("item"),
-                      .pattern = identity.text("pattern", ".+"),
+                      .pattern = read_identity_pattern(identity),
                       .is_expression = true};
     (void)find_named_item(map, identity, "item", print.item);
-    if (!is_expression(print.pattern))
-      identity.note_error("pattern", fmt::format("\"{}\" is not a regular expression without groups", print.pattern));
     map.identity = std::move(print);
     read_verification(identity, map);
   }

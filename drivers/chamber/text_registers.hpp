@@ -13,13 +13,7 @@ namespace gyrotherm::drivers {
 
 /// Returns the registers of a text unit on an open or unopened stream. `map` must have a text link. `clock` is the
 /// clock of the stream and must outlive the registers; null means the steady clock.
-///
-/// Each question is asked once and its answer must fit a template of the question as a whole. Three results differ:
-/// - An answer.
-/// - A refusal, which fits a template in `refused`: fails with refused.
-/// - Anything else: fails with corrupted. The line must then become silent, and the question of the identity is asked
-///   again and must have its former answer before another answer is accepted (TextExchange). Thus a late answer is
-///   never accepted for a later question.
+/// A failed exchange has the fault of TextClient::ask().
 [[nodiscard]] std::unique_ptr<Registers> make_text_registers(const RegisterMap& map, std::unique_ptr<ByteStream> stream,
                                                              std::string place, const Clock* clock = nullptr);
 

@@ -56,6 +56,8 @@ class TextExchange {
   /// Sends a command that has no answer. Resynchronises first, as query() does. Fails as query() does.
   [[nodiscard]] Result<void> send(std::string_view command, const ResyncQuery& resync = {});
 
+  /// Changes the time limit for a whole answer, from the next question on.
+  void set_time_limit(Duration within) { options_.within = within; }
   /// Treats the last answer as lost, because it was not the answer to its question.
   void reject_answer() { must_resynchronise_ = answer_may_come_late_ = true; }
   /// Requires a silence of at least `time` from now on before the next question.

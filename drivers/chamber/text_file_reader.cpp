@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drivers/chamber/text_file_reader.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <regex>
+#include <utility>
+
+#include "drivers/line/line_address.hpp"
+
+namespace gyrotherm::drivers {
+namespace {
+
+constexpr std::size_t kLongestExpression = 200;
+
+constexpr auto kEncodings = make_vocabulary<TextEncoding::ascii, TextEncoding::latin1>("ascii", "latin1");
+constexpr auto kChecksums =
+    make_vocabulary<FrameChecksum::none, FrameChecksum::negated_sum>("none", "xor", "negated_sum");
+
+char read_control_character(const TomlTable& table, const char* key, int fallback) {
+  return static_cast<char>(whole<int>(table, key, 0, 127, fallback));
+}
+
+TextFrame read_frame(const TomlTable& table) {
+  TextFrame frame;
+  frame.begin = read_control_character(table, "begin", frame.begin);
+  frame.end = read_control_character(table, "end", frame.end);
+  frame.high_bit = table.boolean("high_bit", false);
+  frame.checksum = one_of(kChecksums, table, "checksum", "none");
+  return frame;
+}
+
+/// Reads the keys that [link] and [link.tcp] or [link.serial] have in common.
+void read_wire(const TomlTable& table, const TemplateReader& templates, TextWire& wire, ModbusLink& settings) {
+  const auto line_end = [&](const char* key, std::string& target) {
+    if (table.has(key)) target = table.text(key);
+  };
+  line_end("question_end", wire.question_end);
+  line_end("answer_end", wire.answer_end);
+  wire.silence = table.duration("silence", wire.silence);
+  wire.after_read = table.duration("after_read", wire.after_read);
+  wire.after_write = table.duration("after_write", wire.after_write);
+  settings.timeout = table.duration("timeout", settings.timeout);
+  settings.unit = whole<std::uint8_t>(table, "address", 0, 255, settings.unit);
+  constexpr std::int64_t kLongest = 65536;
+  wire.longest_answer =
+      whole<std::size_t>(table, "longest_answer", 8, kLongest, static_cast<std::int64_t>(wire.longest_answer));
+  if (table.has("prefix")) wire.prefix = templates.read(table, "prefix", table.text("prefix"));
+  wire.answers_have_prefix = table.boolean("answers_have_prefix", wire.answers_have_prefix);
+  if (table.has("frame")) wire.frame = read_frame(table.table("frame"));
+}
+
+/// Returns whether the text is a regular expression without groups, which a short text cannot keep busy for long.
+bool is_expression(const std::string& text) {
+  if (text.size() > kLongestExpression || text.find_first_of("()") != std::string::npos) return false;
+  try {
+    return std::regex(text).mark_count() == 0;
+  } catch (const std::regex_error&) {
+    return false;
+  }
+}
+
+}  // namespace
+
+std::vector<std::string> texts_at(const TomlTable& table, const char* key) {
+  if (!table.has(key)) return {};
+  if (table.is_list(key)) return table.texts(key);
+  return {table.text(key)};
+}
+
+TemplateReader::TemplateReader(const TomlTable& file, TextEncoding encoding) : encoding_(encoding) {
+  const auto table = file.table("parameter");
+  for (const auto& key : table.keys())
+    parameters_[key] =
+        table.is_text(key) && !table.is_list(key) ? table.text(key) : fmt::format("{:.10g}", table.number(key));
+}
+
+TemplateReader TemplateReader::with(const std::string& name, const std::string& value) const {
+  auto reader = *this;
+  reader.parameters_[name] = value;
+  return reader;
+}
+
+TextTemplate TemplateReader::read(const TomlTable& table, const char* key, const std::string& text) const {
+  auto made = TextTemplate::parse(with_parameters(text), encoding_);
+  if (made) return std::move(*made);
+  table.note_error(key, made.error().what);
+  return {};
+}
+
+std::vector<TextTemplate> TemplateReader::read_all(const TomlTable& table, const char* key) const {
+  std::vector<TextTemplate> all;
+  for (const auto& text : texts_at(table, key)) all.push_back(read(table, key, text));
+  return all;
+}
+
+std::string TemplateReader::read_constant(const TomlTable& table, const char* key, const std::string& text) const {
+  const auto made = read(table, key, text);
+  if (!made.fields().empty())
+    table.note_error(key, fmt::format("the field \"{}\" has no value here, expected a [parameter] of that name",
+                                      made.fields().front().name));
+  return made.format({});
+}
+
+std::string TemplateReader::with_parameters(std::string text) const {
+  for (const auto& [name, value] : parameters_) {
+    const auto field = "{" + name + ":";
+    for (auto begin = text.find(field); begin != std::string::npos; begin = text.find(field, begin + value.size())) {
+      const auto end = text.find('}', begin);
+      if (end == std::string::npos) break;
+      text.replace(begin, end - begin + 1, value);
+    }
+  }
+  return text;
+}
+
+TextEncoding read_text_encoding(const TomlTable& link) { return one_of(kEncodings, link, "encoding", "ascii"); }
+
+void read_text_links(const TomlTable& link, const TemplateReader& templates, RegisterMap& unit) {
+  TextWire common;
+  ModbusLink settings;
+  settings.read_at_most = kTextReadAtMost;
+  settings.write_at_most = kTextReadAtMost;
+  read_wire(link, templates, common, settings);
+  unit.holes = true;
+  unit.status_every = whole<int>(link, "status_every", 0, 3600, 1);
+  const auto add = [&](LinkKind kind, const TomlTable& own) {
+    MapLink made{.kind = kind, .modbus = settings, .text = common};
+    made.modbus.framing = kind == LinkKind::text_tcp ? ModbusLink::Framing::tcp : ModbusLink::Framing::rtu;
+    read_wire(own, templates, made.text, made.modbus);
+    if (own.has("port")) made.modbus.port = whole<std::uint16_t>(own, "port", 1, 65535);
+    if (own.has("settings")) {
+      const auto format = parse_serial_format(own.text("settings"));
+      if (format)
+        made.modbus.serial = *format;
+      else
+        own.note_error("settings", format.error().what);
+    }
+    unit.links.push_back(std::move(made));
+  };
+  if (link.has("tcp")) add(LinkKind::text_tcp, link.table("tcp"));
+  if (link.has("serial")) add(LinkKind::text_serial, link.table("serial"));
+  if (unit.links.empty()) link.note_error("", "expected [link.tcp] or [link.serial]");
+  if (unit.links.empty()) unit.links.push_back({.kind = LinkKind::text_tcp, .modbus = settings, .text = common});
+  if (link.text("usual", "") == "serial") std::ranges::reverse(unit.links);
+  unit.link = unit.links.front();
+}
+
+void read_text_refusals(const TomlTable& link, const TemplateReader& templates, TextLink& text) {
+  text.refused = templates.read_all(link, "refused");
+  const auto table = link.table("refusals");
+  for (const auto& key : table.keys()) {
+    std::int64_t code = 0;
+    const auto [end, error] = std::from_chars(key.data(), key.data() + key.size(), code);
+    if (error != std::errc{} || end != key.data() + key.size())
+      table.note_error(key, fmt::format("\"{}\" is not a whole number", key));
+    text.refusals[code] = table.text(key);
+  }
+}
+
+std::string read_identity_pattern(const TomlTable& identity) {
+  auto pattern = identity.text("pattern", ".+");
+  if (!is_expression(pattern))
+    identity.note_error("pattern", fmt::format("\"{}\" is not a regular expression without groups", pattern));
+  return pattern;
+}
+
+bool fits_expression(const std::string& expression, const std::string& text) {
+  return std::regex_search(text, std::regex(expression));
+}
+
+}  // namespace gyrotherm::drivers

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Reads the tables that the files of all text instruments have: [parameter], [link] and the pattern of [identity].
+/// Errors are noted in the tables.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "core/toml_reader.hpp"
+#include "drivers/chamber/register_map.hpp"
+#include "drivers/chamber/text_link.hpp"
+#include "drivers/line/text_template.hpp"
+
+namespace gyrotherm::drivers {
+
+/// Maximum number of virtual registers in one read of a text unit.
+inline constexpr std::uint16_t kTextReadAtMost = 250;
+
+/// Reads a text or a list of texts. The result is empty if the key is absent.
+[[nodiscard]] std::vector<std::string> texts_at(const TomlTable& table, const char* key);
+
+/// Reads the templates of a file, with its parameters inserted.
+class TemplateReader {
+ public:
+  TemplateReader(const TomlTable& file, TextEncoding encoding);
+
+  /// Returns a reader with one more parameter.
+  [[nodiscard]] TemplateReader with(const std::string& name, const std::string& value) const;
+
+  /// Parses `text`, which was read at `key`.
+  [[nodiscard]] TextTemplate read(const TomlTable& table, const char* key, const std::string& text) const;
+  [[nodiscard]] std::vector<TextTemplate> read_all(const TomlTable& table, const char* key) const;
+  /// Parses a line without fields.
+  [[nodiscard]] std::string read_constant(const TomlTable& table, const char* key, const std::string& text) const;
+
+ private:
+  /// Replaces each "{channels:s}" by the parameter `channels`.
+  [[nodiscard]] std::string with_parameters(std::string text) const;
+
+  TextEncoding encoding_;
+  std::map<std::string, std::string> parameters_;
+};
+
+/// Reads the encoding in [link].
+[[nodiscard]] TextEncoding read_text_encoding(const TomlTable& link);
+/// Reads the links of a unit, [link.tcp] and [link.serial], and selects the usual one.
+void read_text_links(const TomlTable& link, const TemplateReader& templates, RegisterMap& unit);
+void read_text_refusals(const TomlTable& link, const TemplateReader& templates, TextLink& text);
+/// Reads the regular expression in [identity].
+[[nodiscard]] std::string read_identity_pattern(const TomlTable& identity);
+
+}  // namespace gyrotherm::drivers

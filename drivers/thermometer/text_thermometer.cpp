@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drivers/thermometer/text_thermometer.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <optional>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "core/text.hpp"
+#include "drivers/chamber/text_client.hpp"
+
+namespace gyrotherm::drivers {
+namespace {
+
+/// Largest status; all flags are below it.
+constexpr double kLargestStatus = 0xFFFFFFFF;
+
+/// Returns the numbers of a field: one, or those of a list. The result is empty if the answer does not have it.
+std::vector<double> numbers_of(const FieldValues& fields, const char* field) {
+  const auto found = fields.find(field);
+  if (found == fields.end()) return {};
+  if (const auto* list = std::get_if<std::vector<double>>(&found->second)) return *list;
+  const auto* number = std::get_if<double>(&found->second);
+  return number ? std::vector{*number} : std::vector<double>{};
+}
+
+class TextThermometer final : public Thermometer {
+ public:
+  TextThermometer(ThermometerDescription description, std::unique_ptr<ByteStream> stream, std::string place,
+                  const Clock* clock)
+      : description_(std::move(description)),
+        place_(place),
+        client_(description_.unit, std::move(stream), std::move(place), clock) {}
+
+  Result<std::string> identify() override {
+    auto identity = ask_identity();
+    if (!identity) return identity;
+    if (auto prepared = prepare(); !prepared) return failure(std::move(prepared.error()));
+    return identity;
+  }
+  Result<std::string> recognise() override { return ask_identity(); }
+  std::uint64_t breaks() const override { return client_.breaks(); }
+
+  std::vector<Result<Celsius>> read() override {
+    std::vector<Result<Celsius>> readings;
+    if (auto ready = make_ready(); !ready) return {description_.inputs, failure(std::move(ready.error()))};
+    for (std::size_t i = 0; i < description_.readings.size(); ++i) {
+      const auto& question = description_.readings[i];
+      auto failed = ask_inputs(question, description_.statuses.empty() ? nullptr : &description_.statuses[i], readings);
+      if (!failed) continue;
+      const bool continues = failed->kind == FaultKind::refused;
+      readings.resize(continues ? question.first + question.count : description_.inputs, failure(*failed));
+      if (continues) continue;
+      is_prepared_ = false;
+      break;
+    }
+    return readings;
+  }
+
+ private:
+  [[nodiscard]] bool is_recognised() const { return recognised_after_ == client_.breaks(); }
+
+  Result<std::string> ask_identity() {
+    auto answer = client_.ask(description_.unit.text_link->identity_question, description_.identity_answers);
+    if (!answer) return failure(std::move(answer.error()));
+    const auto* identity = std::get_if<std::string>(&answer->fields[kReadingField]);
+    const auto& pattern = description_.unit.identity->pattern;
+    const auto shown = identity ? plain(*identity) : std::string();
+    if (!identity || !fits_expression(pattern, *identity)) {
+      recognised_after_.reset();
+      return failure(FaultKind::mismatch, place_,
+                     fmt::format("the identity is \"{}\", which does not fit \"{}\"", shown, pattern));
+    }
+    if (!is_recognised()) is_prepared_ = false;
+    recognised_after_ = client_.breaks();
+    return *identity;
+  }
+
+  /// Identifies and prepares the instrument, unless this has been done on the present connection.
+  Result<void> make_ready() {
+    if (!is_recognised())
+      if (auto identity = ask_identity(); !identity) return failure(std::move(identity.error()));
+    return prepare();
+  }
+
+  Result<void> prepare() {
+    if (is_prepared_) return {};
+    for (const auto& step : description_.preparation)
+      if (auto done = perform(step); !done) return done;
+    is_prepared_ = true;
+    return {};
+  }
+
+  Result<void> perform(const PreparationStep& step) {
+    if (step.answers.empty()) return client_.tell(step.line);
+    const auto answer = client_.ask(step.line, step.answers);
+    if (!answer) return failure(answer.error());
+    if (step.field.empty()) return {};
+    const auto found = answer->fields.find(step.field);
+    if (found != answer->fields.end() && found->second == step.required) return {};
+    return failure(FaultKind::mismatch, place_,
+                   fmt::format("the answer to \"{}\" is \"{}\", so the instrument is not prepared", plain(step.line),
+                               plain(answer->line)));
+  }
+
+  /// Appends the readings of a question's inputs. Returns a fault if the question or that of the status failed.
+  std::optional<Fault> ask_inputs(const InputQuestion& question, const InputQuestion* status,
+                                  std::vector<Result<Celsius>>& readings) {
+    auto answer = ask(question);
+    if (!answer) return std::move(answer.error());
+    const auto numbers = numbers_of(*answer, kReadingField);
+    auto statuses = numbers_of(*answer, kReadingStatusField);
+    if (status) {
+      auto its = ask(*status);
+      if (!its) return std::move(its.error());
+      statuses = numbers_of(*its, kReadingField);
+    }
+    statuses.resize(numbers.size());
+    for (std::size_t i = 0; i < numbers.size(); ++i) {
+      auto reading = convert_reading(description_, question.first + i, numbers[i],
+                                     static_cast<std::int64_t>(std::clamp(statuses[i], 0.0, kLargestStatus)));
+      if (!reading) reading.error() = add_location(place_, std::move(reading.error()));
+      readings.push_back(std::move(reading));
+    }
+    return std::nullopt;
+  }
+
+  Result<FieldValues> ask(const InputQuestion& question) {
+    for (const auto& command : question.before)
+      if (auto sent = client_.tell(command); !sent) return failure(std::move(sent.error()));
+    auto answer = client_.ask(question.ask, question.answers, description_.within);
+    if (!answer) return failure(std::move(answer.error()));
+    return std::move(answer->fields);
+  }
+
+  ThermometerDescription description_;
+  std::string place_;
+  TextClient client_;
+  /// Number of broken connections before the one on which the instrument was recognised.
+  std::optional<std::uint64_t> recognised_after_;
+  bool is_prepared_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<Thermometer> make_text_thermometer(ThermometerDescription description,
+                                                   std::unique_ptr<ByteStream> stream, std::string place,
+                                                   const Clock* clock) {
+  return std::make_unique<TextThermometer>(std::move(description), std::move(stream), std::move(place), clock);
+}
+
+}  // namespace gyrotherm::drivers

@@ -14,12 +14,10 @@
 #include <vector>
 
 #include "core/toml_reader.hpp"
+#include "simulator/servers/text_unit_session.hpp"
 
 namespace gyrotherm::simulator {
 namespace {
-
-/// A longer line violates the protocol.
-constexpr std::size_t kLongestLine = 4096;
 
 /// Behaviour of a virtual text unit from the table [simulated].
 struct TextBehaviour {
@@ -55,60 +53,19 @@ TextBehaviour read_behaviour(const drivers::RegisterMap& map) {
   return behaviour;
 }
 
-class UnitSession final : public Session {
+class UnitSession final : public TextUnitSession {
  public:
   UnitSession(ServedRegisters& registers, drivers::LinkKind kind, bool has_lag)
-      : registers_(registers),
+      : TextUnitSession(registers.map().find(kind) ? *registers.map().find(kind) : registers.map().link),
+        registers_(registers),
         map_(registers.map()),
         text_(*map_.text_link),
-        behaviour_(read_behaviour(map_)),
-        link_(map_.find(kind) ? *map_.find(kind) : map_.link) {
+        behaviour_(read_behaviour(map_)) {
     if (!has_lag) behaviour_.lag = {};
-    if (link_.text.prefix) prefix_ = link_.text.prefix->format({{"address", static_cast<double>(link_.modbus.unit)}});
-  }
-
-  bool feed(std::span<const std::byte> bytes, std::vector<std::byte>& reply) override {
-    received_.append(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-    while (auto line = take_line()) {
-      const auto answer = answer_prefixed(*line);
-      if (!answer) continue;
-      const auto sent = link_.text.frame ? to_frame(*link_.text.frame, *answer) : *answer + link_.text.answer_end;
-      const auto all = std::as_bytes(std::span(sent));
-      reply.insert(reply.end(), all.begin(), all.end());
-    }
-    return received_.size() <= kLongestLine;
   }
 
  private:
-  /// Removes and returns the next line. Without a terminator, all received bytes are one line.
-  std::optional<std::string> take_line() {
-    const auto& wire = link_.text;
-    const auto terminator = wire.frame ? std::string(1, wire.frame->end) : wire.question_end;
-    if (terminator.empty())
-      return received_.empty() ? std::nullopt : std::optional(std::exchange(received_, std::string()));
-    // The last character of a terminator is enough: some clients send only that one.
-    const auto end = received_.find(terminator.back());
-    if (end == std::string::npos) return std::nullopt;
-    auto line = received_.substr(0, end + 1);
-    received_.erase(0, end + 1);
-    if (wire.frame) {
-      const auto begin = line.rfind(wire.frame->begin);
-      return begin == std::string::npos ? std::string() : from_frame(*wire.frame, line.substr(begin)).value_or("");
-    }
-    constexpr std::string_view kLineEnds = "\r\n";
-    while (!line.empty() && kLineEnds.find(line.back()) != std::string_view::npos) line.pop_back();
-    line.erase(0, std::min(line.find_first_not_of(kLineEnds), line.size()));
-    return line;
-  }
-
-  std::optional<std::string> answer_prefixed(const std::string& line) {
-    if (line.empty() || !line.starts_with(prefix_)) return std::nullopt;
-    auto answer = answer_line(line.substr(prefix_.size()));
-    if (answer && link_.text.answers_have_prefix) answer = prefix_ + *answer;
-    return answer;
-  }
-
-  std::optional<std::string> answer_line(const std::string& line) {
+  std::optional<std::string> answer_line(const std::string& line) override {
     for (const auto& query : text_.queries) {
       if (std::ranges::find(query.before, line) != query.before.end()) return std::nullopt;
       if (line == query.ask || std::ranges::find(query.also_asked, line) != query.also_asked.end())
@@ -193,9 +150,6 @@ class UnitSession final : public Session {
   const drivers::RegisterMap& map_;
   const drivers::TextLink& text_;
   TextBehaviour behaviour_;
-  drivers::MapLink link_;
-  std::string prefix_;
-  std::string received_;
   /// Words before the last write and the time until which they are shown, by address.
   std::map<std::uint16_t, std::pair<std::vector<std::uint16_t>, std::chrono::steady_clock::time_point>> former_;
 };

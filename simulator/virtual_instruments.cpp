@@ -14,6 +14,7 @@
 #include "simulator/chamber_registers.hpp"
 #include "simulator/servers/modbus_server.hpp"
 #include "simulator/servers/reply_server.hpp"
+#include "simulator/servers/scanner_server.hpp"
 #include "simulator/servers/text_server.hpp"
 #include "simulator/servers/virtual_thermometers.hpp"
 
@@ -24,6 +25,7 @@ namespace {
 using ThermometerIndices = std::vector<std::size_t>;
 
 std::size_t input_count(const VirtualThermometer& thermometer) {
+  if (thermometer.description) return thermometer.description->inputs;
   const auto modules = thermometer.kind == drivers::ThermometerKind::dcon ? thermometer.addresses.size() : 1;
   return kind_row(thermometer.kind).inputs * modules;
 }
@@ -83,6 +85,10 @@ MakeSession session_factory(const VirtualThermometer& thermometer, const Thermom
       };
     case drivers::ThermometerKind::process:
       return [&laboratory, indices] { return std::make_unique<ProcessSession>(laboratory, indices); };
+    case drivers::ThermometerKind::text:
+      return [&laboratory, indices, description = thermometer.description] {
+        return make_scanner_session(laboratory, *description, indices);
+      };
     case drivers::ThermometerKind::mcc_usb_temp: return {};
   }
   return {};

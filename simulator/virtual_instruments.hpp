@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -28,6 +29,8 @@ struct VirtualThermometer {
   std::vector<std::uint8_t> addresses{1};
   std::uint8_t type = 0x10;
   drivers::DconChecksum checksum{};
+  /// Text: the description of the instrument.
+  std::optional<drivers::ThermometerDescription> description{};
 };
 
 struct VirtualInstrumentsOptions {

@@ -193,7 +193,8 @@ Result<void> write_segments(Database& database, const std::vector<RunInfo::Segme
 }
 
 constexpr const char *kCycles = "cycles", *kGradients = "gradients", *kThreePoint = "three_point",
-                     *kAnalogueMaps = "analogue_map_texts", *kIdentities = "identities", *kFixture = "fixture";
+                     *kAnalogueMaps = "analogue_map_texts", *kThermometers = "thermometer_texts",
+                     *kIdentities = "identities", *kFixture = "fixture";
 
 /// Returns "key number" for each known value.
 std::vector<std::string> fixture_lines(const GyroUncertainty& known) {
@@ -224,6 +225,7 @@ Result<void> write_lists(Database& database, const RunInfo& info) {
   };
   put(kCycles, "", info.cycles);
   put(kAnalogueMaps, "", info.analogue_map_texts);
+  put(kThermometers, "", info.thermometer_texts);
   for (const auto& [title, identity] : info.identities) put(kIdentities, title, {identity});
   for (const UnitInfo& unit : info.units) {
     put(kGradients, unit.name, unit.gradients);
@@ -410,6 +412,7 @@ Result<void> read_lists(Database& database, RunInfo& info) {
     const std::string_view list = row.text(0);
     if (list == kCycles) info.cycles.emplace_back(row.text(2));
     if (list == kAnalogueMaps) info.analogue_map_texts.emplace_back(row.text(2));
+    if (list == kThermometers) info.thermometer_texts.emplace_back(row.text(2));
     if (list == kIdentities) info.identities.emplace(row.text(1), row.text(2));
     if (list == kFixture) {
       for (std::size_t i = 0; i < info.units.size(); ++i)

@@ -129,9 +129,11 @@ struct RunInfo {
   std::string rig_text;
   /// The absolute path of the rig file; empty for a virtual rig.
   std::string rig_file{};
-  /// The register map that the rig file names, and the map of each unit of analogue inputs.
+  /// The register map that the rig file names, the map of each unit of analogue inputs, and the description of each
+  /// thermometer that has one.
   std::string chamber_map_text;
   std::vector<std::string> analogue_map_texts{};
+  std::vector<std::string> thermometer_texts{};
   /// The thermal model of a virtual gyro: its name (may be empty), the air flow around its cabinet ("chamber" or
   /// "still"), and the text of the model file.
   std::string gyro_model;

@@ -15,10 +15,11 @@
 #include "drivers/thermometer/mcc_usb_temp.hpp"
 #include "drivers/thermometer/process_thermometer.hpp"
 #include "drivers/thermometer/pt12.hpp"
+#include "drivers/thermometer/thermometer_description.hpp"
 
 namespace gyrotherm::drivers {
 
-enum class ThermometerKind { lakeshore_218, dcon, pt12, mcc_usb_temp, process };
+enum class ThermometerKind { lakeshore_218, dcon, pt12, mcc_usb_temp, process, text };
 
 /// Makes an instrument that has no settings except its line. If `simulated`, the pauses that only a real instrument
 /// needs are omitted.
@@ -36,7 +37,7 @@ struct ThermometerKindRow {
   ThermometerKind kind{};
   /// Name in rig files: driver = "…".
   const char* name = "";
-  /// Inputs of one instrument, or of one module on a line.
+  /// Inputs of one instrument, or of one module on a line; the most if a description or a program states them.
   std::size_t inputs{};
   /// Serial format if the rig file does not specify one: the factory setting, or the only format of the instrument.
   SerialFormat serial{};
@@ -57,6 +58,7 @@ inline constexpr std::array kThermometerKinds{
                        .make = make_on_line<Pt12Timing, make_pt12>},
     ThermometerKindRow{.kind = ThermometerKind::mcc_usb_temp, .name = "mcc_usb_temp", .inputs = kMccInputs},
     ThermometerKindRow{.kind = ThermometerKind::process, .name = "process", .inputs = kMostProcessInputs},
+    ThermometerKindRow{.kind = ThermometerKind::text, .name = "text", .inputs = kMostTextInputs},
 };
 
 /// Returns the row of a kind. Requires that the rows are in the order of the kinds.

@@ -101,7 +101,14 @@ Result<std::string> query_thermometer(drivers::Thermometer& thermometer, const s
   for (std::size_t i = 0; i < channels.size(); ++i)
     line += readings[i] ? fmt::format(", {} {:.3f} °C", channels[i], readings[i]->value)
                         : fmt::format(", {} {}", channels[i], readings[i].error().what);
-  return line + "; " + text(time_calls([&] { (void)thermometer.read(); }, clock));
+  const auto trips = time_calls([&] { (void)thermometer.read(); }, clock);
+  line += "; " + text(trips);
+  if (trips.median > kLongestScan)
+    line += fmt::format(
+        "; WARNING: a reading takes {:.3f} s, longer than {:g} s, so that readings will be missing: reduce the number "
+        "of inputs or the time for each",
+        to_seconds(trips.median), to_seconds(kLongestScan));
+  return line;
 }
 
 Result<std::string> query_analogue(drivers::AnalogueInputs& inputs, const std::vector<AnalogueReading>& channels,

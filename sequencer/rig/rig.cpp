@@ -408,7 +408,8 @@ simulator::VirtualThermometer virtual_thermometer(const ThermometerSettings& set
   simulator::VirtualThermometer thermometer{.channels = settings.channels,
                                             .kind = settings.kind,
                                             .addresses = settings.addresses,
-                                            .checksum = settings.checksum};
+                                            .checksum = settings.checksum,
+                                            .description = settings.description};
   if (settings.type) thermometer.type = *settings.type;
   return thermometer;
 }

@@ -251,9 +251,10 @@ Result<RigFile> parse_rig(std::string_view text, const std::string& file, const 
   const auto chamber = root->table("chamber");
   read_chamber(chamber, rig);
   std::set<std::string> seen;
+  DescriptionReader descriptions(file, known.thermometer_descriptions);
   for (const auto& table : root->tables("thermometer"))
     rig.thermometers.push_back(read_thermometer(table, known.folder.empty() ? parent_folder(file) : known.folder,
-                                                rig.thermometers.size() + 1, seen));
+                                                rig.thermometers.size() + 1, seen, descriptions));
   if (rig.thermometers.empty()) root->note_error("", "missing [[thermometer]], expected at least one");
   const auto channels = channel_names(thermometer_channels(rig));
   auto gyros = read_gyros(*root, file, channels, known.gyro_streams);
@@ -284,6 +285,7 @@ Result<RigFile> parse_rig(std::string_view text, const std::string& file, const 
   const auto framing = read_word_order_and_framing(chamber, rig);
   auto map = read_map(chamber, rig, framing, known.chamber_map);
   if (const auto verdict = root->verdict(); !verdict) return failure(verdict.error());
+  if (!descriptions.outcome()) return failure(descriptions.outcome().error());
   if (!gyros) return failure(gyros.error());
   if (!analogue) return failure(analogue.error());
   if (!map) return failure(map.error());
@@ -304,6 +306,13 @@ Result<RigFile> read_rig(const std::string& given) {
 std::vector<std::string> collect_analogue_map_texts(const RigFile& rig) {
   std::vector<std::string> texts;
   for (const auto& settings : rig.analogue_inputs) texts.push_back(settings.map.registers.text);
+  return texts;
+}
+
+std::vector<std::string> collect_thermometer_texts(const RigFile& rig) {
+  std::vector<std::string> texts;
+  for (const auto& settings : rig.thermometers)
+    if (settings.description) texts.push_back(settings.description->unit.text);
   return texts;
 }
 

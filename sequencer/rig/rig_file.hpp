@@ -81,6 +81,8 @@ struct NamedTexts {
   std::map<std::string, std::string> gyro_streams{};
   /// Keys `map` of [[analogue_input]], in order of the file.
   std::vector<std::string> analogue_maps{};
+  /// Keys `description` of [[thermometer]], in order of the file.
+  std::vector<std::string> thermometer_descriptions{};
   /// Folder in which commands run; empty: the rig file's.
   std::string folder{};
 };
@@ -93,6 +95,9 @@ struct NamedTexts {
 
 /// Returns the texts of the maps of all analogue inputs, in order of the file.
 [[nodiscard]] std::vector<std::string> collect_analogue_map_texts(const RigFile& rig);
+
+/// Returns the texts of the descriptions of all thermometers that have one, in order of the file.
+[[nodiscard]] std::vector<std::string> collect_thermometer_texts(const RigFile& rig);
 
 /// Returns all channels of all thermometers, in order of the file, each with the unit under test that it belongs to. A
 /// channel that several units share, or none uses, belongs to the rig.

@@ -13,6 +13,7 @@
 #include "drivers/line/byte_streams.hpp"
 #include "drivers/thermometer/dcon_thermometer.hpp"
 #include "drivers/thermometer/mcc_usb_temp.hpp"
+#include "drivers/thermometer/text_thermometer.hpp"
 #include "sequencer/rig/line_settings.hpp"
 
 namespace gyrotherm::rig {
@@ -64,6 +65,7 @@ constexpr Vocabulary<std::uint8_t, 4> kDconTypes{{{"J", 0x0E}, {"K", 0x0F}, {"T"
 constexpr std::size_t kMaxCoefficients = 10;
 
 std::size_t count_inputs(const ThermometerSettings& settings) {
+  if (settings.description) return settings.description->inputs;
   return kind_row(settings.kind).inputs * (settings.kind == Kind::dcon ? settings.addresses.size() : 1);
 }
 
@@ -228,8 +230,30 @@ void read_channels(const TomlTable& table, std::size_t number, std::set<std::str
 
 }  // namespace
 
+DescriptionReader::DescriptionReader(std::string rig_file, std::vector<std::string> known)
+    : rig_file_(std::move(rig_file)), known_(std::move(known)) {}
+
+std::optional<drivers::ThermometerDescription> DescriptionReader::read(const TomlTable& thermometer) {
+  const auto known = next_ < known_.size() ? std::optional(known_[next_]) : std::nullopt;
+  ++next_;
+  const auto fail = [&](Fault fault) {
+    if (outcome_) outcome_ = failure(std::move(fault));
+    return std::nullopt;
+  };
+  const auto named = read_named(thermometer, "description", rig_file_, kShippedThermometer, known);
+  if (!named) return fail(named.error());
+  auto description = drivers::parse_thermometer_description(named->text, named->path);
+  if (!description) return fail(std::move(description.error()));
+  const auto line = drivers::parse_line(thermometer.text("line"));
+  if (!line) return std::move(*description);
+  auto linked = select_link_for(std::move(description->unit), *line);
+  if (!linked) return fail({FaultKind::bad_file, thermometer.location("line"), linked.error().what});
+  description->unit = std::move(*linked);
+  return std::move(*description);
+}
+
 ThermometerSettings read_thermometer(const TomlTable& table, const std::string& folder, std::size_t number,
-                                     std::set<std::string>& seen) {
+                                     std::set<std::string>& seen, DescriptionReader& descriptions) {
   ThermometerSettings settings;
   settings.place = table.location();
   settings.kind = one_of(drivers::kThermometerDrivers, table, "driver");
@@ -242,6 +266,7 @@ ThermometerSettings read_thermometer(const TomlTable& table, const std::string& 
   }
   if (table.has("link")) read_link(table, settings);
   if (settings.kind == Kind::dcon) read_dcon(table, settings);
+  if (settings.kind == Kind::text) settings.description = descriptions.read(table);
   if (settings.kind == Kind::mcc_usb_temp && table.has("sensor")) settings.sensor = read_sensor(table.table("sensor"));
   read_channels(table, number, seen, settings);
   read_offsets(table, settings.calibrated);
@@ -256,7 +281,12 @@ std::unique_ptr<drivers::Thermometer> make_thermometer(const ThermometerSettings
   if (const auto* hid = std::get_if<drivers::HidLine>(&line))
     return make_usb_temp(settings, place,
                          drivers::make_hid_line({drivers::kMccKinds.begin(), drivers::kMccKinds.end()}, hid->serial));
-  auto stream = make_stream(line, {.serial = kind_row(settings.kind).serial}, kConnectWithin);
+  drivers::LineDefaults defaults{.serial = kind_row(settings.kind).serial};
+  if (settings.description) {
+    const auto& link = settings.description->unit.link.modbus;
+    defaults = {.port = link.port, .serial = link.serial};
+  }
+  auto stream = make_stream(line, defaults, kConnectWithin);
   if (settings.echo) stream = drivers::make_echo_stream(std::move(stream));
   return make_thermometer(settings, place, std::move(stream), false);
 }
@@ -275,6 +305,12 @@ std::unique_ptr<drivers::Thermometer> make_thermometer(const ThermometerSettings
   if (settings.kind == Kind::process)
     return drivers::make_process_thermometer(std::move(stream), place,
                                              {.channels = settings.channels.size(), .clock = clock});
+  if (settings.description) {
+    auto description = *settings.description;
+    auto& wire = description.unit.link.text;
+    if (simulated) wire.after_read = wire.after_write = {};
+    return drivers::make_text_thermometer(std::move(description), std::move(stream), place, clock);
+  }
   if (const auto make = kind_row(settings.kind).make) return make(std::move(stream), place, clock, simulated);
   drivers::DconOptions options{.checksum = settings.checksum, .type = settings.type, .clock = clock};
   if (simulated) options.pause = {};

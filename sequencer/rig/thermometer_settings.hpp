@@ -38,9 +38,29 @@ struct ThermometerSettings {
   std::optional<drivers::MccSensor> sensor;
   /// For process: the driver program.
   drivers::ProgramCommand command;
+  /// For text: the description, with the link for the line selected. Empty if it could not be read.
+  std::optional<drivers::ThermometerDescription> description;
   /// The line returns every request.
   bool echo{};
   std::string place;
+};
+
+/// Reads the descriptions that the thermometers of a rig file name.
+class DescriptionReader {
+ public:
+  /// Names are relative to `rig_file`. `known` contains the texts of the descriptions if they are known already, in
+  /// order of the file.
+  explicit DescriptionReader(std::string rig_file, std::vector<std::string> known = {});
+  /// Reads the description that a thermometer names. Returns nothing on failure.
+  [[nodiscard]] std::optional<drivers::ThermometerDescription> read(const TomlTable& thermometer);
+  /// Fails with bad_file if a description could not be read, with the first failure.
+  [[nodiscard]] const Result<void>& outcome() const { return outcome_; }
+
+ private:
+  std::string rig_file_;
+  std::vector<std::string> known_;
+  std::size_t next_ = 0;
+  Result<void> outcome_;
 };
 
 /// Reads the thermometer numbered `number`, from 1. Keys: driver, line, channels; the calibrations by `offsets` (K, one
@@ -48,10 +68,11 @@ struct ThermometerSettings {
 /// `due` for all channels without their own; `uncertainty` (K) with its `coverage_factor` or `distribution`,
 /// `drift_k_per_year` and `calibrated` (a day), in either table; and the keys of the driver: addresses, checksum and
 /// type (dcon), [thermometer.sensor] (mcc_usb_temp), [thermometer.link] `echo` (for a line that carries bytes), command
-/// (process: its line is absent or "virtual", and its command runs in `folder`). `seen` contains the channels of the
-/// rig so far.
+/// (process: its line is absent or "virtual", and its command runs in `folder`), description (text). `seen` contains
+/// the channels of the rig so far.
 [[nodiscard]] ThermometerSettings read_thermometer(const TomlTable& table, const std::string& folder,
-                                                   std::size_t number, std::set<std::string>& seen);
+                                                   std::size_t number, std::set<std::string>& seen,
+                                                   DescriptionReader& descriptions);
 
 /// Makes the driver of a real thermometer on `line`. `place` names the instrument in its faults.
 [[nodiscard]] std::unique_ptr<drivers::Thermometer> make_thermometer(const ThermometerSettings& settings,

@@ -31,6 +31,7 @@ std::string derive_id(const record::RunInfo& info) {
   for (const auto& unit : info.units)
     if (!unit.stream_text.empty()) all += "\n" + unit.stream_text;
   for (const auto& map : info.analogue_map_texts) all += "\n" + map;
+  for (const auto& description : info.thermometer_texts) all += "\n" + description;
   return sha256(all + day).substr(0, 32);
 }
 
@@ -48,6 +49,7 @@ record::RunInfo run_info(std::string_view program_version, const profile::Profil
   if (!rig.simulated) info.rig_file = std::filesystem::absolute(rig.file, error).lexically_normal().string();
   info.chamber_map_text = rig.chamber_map.text;
   info.analogue_map_texts = collect_analogue_map_texts(rig);
+  info.thermometer_texts = collect_thermometer_texts(rig);
   info.gyro_model = rig.gyro_model.name;
   info.gyro_film = rig.gyro_model.film;
   info.gyro_model_text = rig.gyro_model.text;
@@ -281,6 +283,7 @@ Result<rig::RigFile> parse_recorded_rig(const record::RunInfo& info, const std::
                          .gyro_model = info.gyro_model_text,
                          .gyro_streams = stream_texts(info),
                          .analogue_maps = info.analogue_map_texts,
+                         .thermometer_descriptions = info.thermometer_texts,
                          .folder = info.rig_file.empty() ? std::string() : parent_folder(info.rig_file)});
 }
 

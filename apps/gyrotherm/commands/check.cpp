@@ -60,6 +60,10 @@ std::string thermometer_lines(const rig::RigFile& rig) {
     if (!settings.command.words.empty())
       lines +=
           fmt::format("    {}: read by the program {}\n", fmt::join(settings.channels, " "), text(settings.command));
+  for (const auto& settings : rig.thermometers)
+    if (settings.description)
+      lines += fmt::format("    {}: {} at {}, {}\n", fmt::join(settings.channels, " "), settings.description->unit.name,
+                           settings.line, describe_confidence(*settings.description));
   for (const auto& line : list_overdue(rig)) lines += fmt::format("    WARNING: {}\n", line);
   return lines;
 }

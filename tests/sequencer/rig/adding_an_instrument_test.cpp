@@ -87,7 +87,8 @@ TEST(AddingAnInstrument, PageProgramIsThermometer) {
   const auto table = TomlTable::parse(files["acme_t2.toml"], folder / "acme_t2.toml");
   ASSERT_TRUE(table) << text(table.error());
   std::set<std::string> seen;
-  const auto settings = read_thermometer(table->tables("thermometer")[0], folder / "", 1, seen);
+  DescriptionReader descriptions(folder / "acme_t2.toml");
+  const auto settings = read_thermometer(table->tables("thermometer")[0], folder / "", 1, seen, descriptions);
   ASSERT_TRUE(table->verdict()) << text(table->verdict().error());
   const auto thermometer = make_process_thermometer(settings, "thermometer 1");
   const auto who = thermometer->identify();
@@ -104,7 +105,8 @@ TEST(AddingAnInstrument, ProcessDriverRequiresCommandInsteadOfLine) {
     const auto table =
         TomlTable::parse("[[thermometer]]\ndriver = \"process\"\nchannels = [\"A\"]\n" + keys, "rig.toml");
     std::set<std::string> seen;
-    (void)read_thermometer(table->tables("thermometer")[0], ".", 1, seen);
+    DescriptionReader descriptions("rig.toml");
+    (void)read_thermometer(table->tables("thermometer")[0], ".", 1, seen, descriptions);
     const auto verdict = table->verdict();
     return verdict ? std::string() : text(verdict.error());
   };

@@ -96,6 +96,7 @@ _CHOICES = {
         "lakeshore_218": Case(required=_LINE), "pt12": Case(required=_LINE),
         "mcc_usb_temp": Case(keys=("sensor",), required=_LINE), "dcon": Case(("[thermometer] dcon",), required=_LINE),
         "process": Case(("[thermometer] process",)),
+        "text": Case(("[thermometer] text",), required=_LINE),
     }),
     "thermometer.sensor": Choice("kind", "rtd", {
         "rtd": Case(keys=("wires", "r0_ohm", "a_per_k", "b_per_k2", "c_per_k4")),

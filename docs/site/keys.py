@@ -45,7 +45,7 @@ RIG = {
     "sequencer/rig/thermometer_settings.cpp": {
         "read_link": ["[thermometer]"], "read_link:link": ["thermometer.link"],
         "read_sensor": ["thermometer.sensor"], "read_dcon": ["[thermometer] dcon"],
-        "read_command": ["[thermometer] process"], "read_certificate": _CALIBRATED,
+        "read_command": ["[thermometer] process"], "read_description": ["[thermometer] text"], "read_certificate": _CALIBRATED,
         "read_uncertainty": _CALIBRATED, "read_calibration": ["[thermometer.calibration]"],
         "read_offsets": ["[thermometer]"], "read_channels": ["[thermometer]"], "read_thermometer": ["[thermometer]"],
     },

@@ -110,6 +110,21 @@ void read_command(const TomlTable& table, const std::string& folder, Thermometer
   if (settings.line != kVirtualLine) table.note_error("line", "a program has no line; expected none, or \"virtual\"");
 }
 
+/// Reads the description and selects its link for the line.
+Result<drivers::ThermometerDescription> read_description(const TomlTable& table, const std::string& rig_file,
+                                                         const std::string& line_text,
+                                                         const std::optional<std::string>& known) {
+  const auto named = read_named(table, "description", rig_file, kShippedThermometer, known);
+  if (!named) return failure(named.error());
+  auto description = drivers::parse_thermometer_description(named->text, named->path);
+  const auto line = drivers::parse_line(line_text);
+  if (!description || !line) return description;
+  auto linked = select_link_for(std::move(description->unit), *line);
+  if (!linked) return failure(FaultKind::bad_file, table.location("line"), linked.error().what);
+  description->unit = std::move(*linked);
+  return description;
+}
+
 std::optional<std::chrono::sys_days> read_day(const TomlTable& table, const char* key) {
   if (!table.has(key)) return std::nullopt;
   const auto text = table.text(key);
@@ -233,23 +248,14 @@ void read_channels(const TomlTable& table, std::size_t number, std::set<std::str
 DescriptionReader::DescriptionReader(std::string rig_file, std::vector<std::string> known)
     : rig_file_(std::move(rig_file)), known_(std::move(known)) {}
 
-std::optional<drivers::ThermometerDescription> DescriptionReader::read(const TomlTable& thermometer) {
+std::optional<drivers::ThermometerDescription> DescriptionReader::read(const TomlTable& thermometer,
+                                                                       const std::string& line) {
   const auto known = next_ < known_.size() ? std::optional(known_[next_]) : std::nullopt;
   ++next_;
-  const auto fail = [&](Fault fault) {
-    if (outcome_) outcome_ = failure(std::move(fault));
-    return std::nullopt;
-  };
-  const auto named = read_named(thermometer, "description", rig_file_, kShippedThermometer, known);
-  if (!named) return fail(named.error());
-  auto description = drivers::parse_thermometer_description(named->text, named->path);
-  if (!description) return fail(std::move(description.error()));
-  const auto line = drivers::parse_line(thermometer.text("line"));
-  if (!line) return std::move(*description);
-  auto linked = select_link_for(std::move(description->unit), *line);
-  if (!linked) return fail({FaultKind::bad_file, thermometer.location("line"), linked.error().what});
-  description->unit = std::move(*linked);
-  return std::move(*description);
+  auto description = read_description(thermometer, rig_file_, line, known);
+  if (description) return std::move(*description);
+  if (outcome_) outcome_ = failure(std::move(description.error()));
+  return std::nullopt;
 }
 
 ThermometerSettings read_thermometer(const TomlTable& table, const std::string& folder, std::size_t number,
@@ -266,7 +272,7 @@ ThermometerSettings read_thermometer(const TomlTable& table, const std::string& 
   }
   if (table.has("link")) read_link(table, settings);
   if (settings.kind == Kind::dcon) read_dcon(table, settings);
-  if (settings.kind == Kind::text) settings.description = descriptions.read(table);
+  if (settings.kind == Kind::text) settings.description = descriptions.read(table, settings.line);
   if (settings.kind == Kind::mcc_usb_temp && table.has("sensor")) settings.sensor = read_sensor(table.table("sensor"));
   read_channels(table, number, seen, settings);
   read_offsets(table, settings.calibrated);

@@ -51,8 +51,9 @@ class DescriptionReader {
   /// Names are relative to `rig_file`. `known` contains the texts of the descriptions if they are known already, in
   /// order of the file.
   explicit DescriptionReader(std::string rig_file, std::vector<std::string> known = {});
-  /// Reads the description that a thermometer names. Returns nothing on failure.
-  [[nodiscard]] std::optional<drivers::ThermometerDescription> read(const TomlTable& thermometer);
+  /// Reads the description that a thermometer names, with the link for `line`. Returns nothing on failure.
+  [[nodiscard]] std::optional<drivers::ThermometerDescription> read(const TomlTable& thermometer,
+                                                                    const std::string& line);
   /// Fails with bad_file if a description could not be read, with the first failure.
   [[nodiscard]] const Result<void>& outcome() const { return outcome_; }
 

@@ -26,6 +26,29 @@ TEST(Inquiry, OrdersRoundTripTimes) {
   EXPECT_EQ(text(trips), "10 reads: 1.000, 6.500, 100.000 ms (least, median, most)");
 }
 
+/// A thermometer whose reading takes `time` by the clock.
+class SlowThermometer final : public drivers::Thermometer {
+ public:
+  SlowThermometer(VirtualClock& clock, Duration time) : clock_(clock), time_(time) {}
+  Result<std::string> identify() override { return std::string("SLOW,1"); }
+  std::vector<Result<Celsius>> read() override {
+    clock_.advance(time_);
+    return {Celsius{20}};
+  }
+
+ private:
+  VirtualClock& clock_;
+  Duration time_;
+};
+
+TEST(Inquiry, WarnsOfAScanThatTakesLongerThanFourFifthsOfASecond) {
+  VirtualClock clock;
+  SlowThermometer quick(clock, std::chrono::milliseconds(800)), slow(clock, std::chrono::milliseconds(810));
+  const auto good = query_thermometer(quick, {"A"}, clock), bad = query_thermometer(slow, {"A"}, clock);
+  EXPECT_EQ(good.value(), "SLOW,1, A 20.000 °C; 10 reads: 800.000, 800.000, 800.000 ms (least, median, most)");
+  EXPECT_NE(bad.value().find("; WARNING: a reading takes 0.810 s, longer than 0.8 s"), std::string::npos) << *bad;
+}
+
 TEST(Inquiry, WarnsWhenAirIsFarFromEveryThermometer) {
   EXPECT_EQ(describe_air_mismatch({20}, {}), "");
   EXPECT_EQ(describe_air_mismatch({20}, {{-40}, {33}}), "") << "one thermometer near the air is enough";

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "core/file.hpp"
+#include "drivers/thermometer/text_thermometer.hpp"
+#include "simulator/servers/memory_line.hpp"
+#include "simulator/servers/scanner_server.hpp"
+#include "tests/simulator/servers/asking.hpp"
+#include "tests/simulator/shipped_rigs.hpp"
+
+namespace gyrotherm::simulator {
+namespace {
+
+drivers::ThermometerDescription read_description(const std::filesystem::path& file) {
+  auto description = drivers::parse_thermometer_description(read_text_file(file.string()).value_or(""), file.string());
+  EXPECT_TRUE(description) << text(description.error());
+  return std::move(*description);
+}
+
+const std::filesystem::path kDescriptions = GYROTHERM_SOURCE_DIR "/profiles/thermometers";
+
+TEST(ScannerSession, ServesTheDriverFromEveryShippedDescription) {
+  const VirtualLaboratory laboratory(laboratory_of_rig("virtual"), {});
+  std::size_t files = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(kDescriptions)) {
+    if (entry.path().extension() != ".toml") continue;
+    ++files;
+    for (const auto kind : {drivers::LinkKind::text_tcp, drivers::LinkKind::text_serial}) {
+      auto description = read_description(entry.path());
+      if (!description.unit.find(kind)) continue;
+      description.unit = select_link(std::move(description.unit), kind).value();
+      description.unit.link.text.after_read = {};
+      std::mutex guard;
+      const std::vector<std::size_t> inputs{8, 0, 3};
+      auto line = make_answering_line([&] { return make_scanner_session(laboratory, description, inputs); }, guard);
+      const auto driver = make_text_thermometer(description, std::move(line), "bank");
+      const auto identity = driver->identify();
+      ASSERT_TRUE(identity) << entry.path() << text(identity.error());
+      EXPECT_EQ(*identity, description.simulated.identity);
+      for (int second = 0; second < 2; ++second) {
+        const auto readings = driver->read();
+        ASSERT_EQ(readings.size(), description.inputs) << entry.path();
+        for (std::size_t i = 0; i < readings.size(); ++i) {
+          if (i < inputs.size()) {
+            ASSERT_TRUE(readings[i]) << entry.path() << text(readings[i].error());
+            EXPECT_NEAR(readings[i]->value, laboratory.thermometers_as_measured_c()[inputs[i]], 6e-4);
+          } else {
+            ASSERT_FALSE(readings[i]) << entry.path();
+            EXPECT_EQ(readings[i].error().kind, FaultKind::out_of_range) << text(readings[i].error());
+          }
+        }
+      }
+    }
+  }
+  EXPECT_EQ(files, 7u);
+}
+
+TEST(ScannerSession, AnswersReadingsOnlyWhenPrepared) {
+  const VirtualLaboratory laboratory(laboratory_of_rig("virtual"), {});
+  const auto description = read_description(kDescriptions / "keysight_34970a.toml");
+  const auto session = make_scanner_session(laboratory, description, {0});
+  const std::string question = "*OPC?;FETC?\n";
+  EXPECT_EQ(ask(*session, "INIT\n" + question), "");
+  for (const auto& step : description.preparation) (void)ask(*session, step.line + "\n");
+  EXPECT_EQ(ask(*session, "INIT\n"), "");
+  const auto answer = ask(*session, question);
+  EXPECT_TRUE(answer.starts_with("1;+") && answer.ends_with(",+9.90000000E+37\n")) << answer;
+  EXPECT_EQ(ask(*session, question), "") << "each scan needs its INIT";
+  EXPECT_EQ(ask(*session, "*RST?\n"), "");
+}
+
+}  // namespace
+}  // namespace gyrotherm::simulator

@@ -161,10 +161,11 @@ void read_text_refusals(const TomlTable& link, const TemplateReader& templates, 
 }
 
 std::string read_identity_pattern(const TomlTable& identity) {
-  auto pattern = identity.text("pattern", ".+");
-  if (!is_expression(pattern))
-    identity.note_error("pattern", fmt::format("\"{}\" is not a regular expression without groups", pattern));
-  return pattern;
+  constexpr const char* kAnyText = ".+";
+  auto pattern = identity.text("pattern", kAnyText);
+  if (is_expression(pattern)) return pattern;
+  identity.note_error("pattern", fmt::format("\"{}\" is not a regular expression without groups", pattern));
+  return kAnyText;
 }
 
 bool fits_expression(const std::string& expression, const std::string& text) {

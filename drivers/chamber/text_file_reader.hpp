@@ -48,7 +48,7 @@ class TemplateReader {
 /// Reads the links of a unit, [link.tcp] and [link.serial], and selects the usual one.
 void read_text_links(const TomlTable& link, const TemplateReader& templates, RegisterMap& unit);
 void read_text_refusals(const TomlTable& link, const TemplateReader& templates, TextLink& text);
-/// Reads the regular expression in [identity].
+/// Reads the regular expression in [identity]. After an error, the result is a valid expression too.
 [[nodiscard]] std::string read_identity_pattern(const TomlTable& identity);
 
 }  // namespace gyrotherm::drivers

@@ -342,7 +342,7 @@ TEST(ThermometerDescriptions, RefuseErrors) {
   expect("[[item]]", "[sequence]\nprepare = [{ ask = \"A?\", answer = \"{x:d}\", is = \"one\" }]\n[[item]]",
          "the field \"x\" is a number");
   expect("[[item]]", "[simulated]\nnumber = \"{}\"\n[[item]]", "expected a format such as");
-  expect("[link.tcp]\nport = 4001\n", "", "expected [link.tcp] or [link.serial]");
+  expect("[link.tcp]\nport = 4001\n", "[link]\n", "expected [link.tcp] or [link.serial]");
   expect("kind = \"thermometer\"", "kind = \"chamber\"", "thermometer");
 }
 

@@ -94,6 +94,13 @@ MakeSession session_factory(const VirtualThermometer& thermometer, const Thermom
   return {};
 }
 
+/// Returns the thermometer with the serial link of its description, if there is one.
+VirtualThermometer on_serial_line(VirtualThermometer thermometer) {
+  if (thermometer.description && thermometer.description->unit.find(drivers::LinkKind::text_serial))
+    thermometer.description->unit.link = *thermometer.description->unit.find(drivers::LinkKind::text_serial);
+  return thermometer;
+}
+
 /// Opens one listener per server: chamber, thermometers, gyros, analogue inputs, in this order.
 Result<std::vector<Descriptor>> listen_all(std::uint16_t first_port, std::size_t count) {
   if (first_port + count > 0x10000) {
@@ -319,7 +326,9 @@ Servers::Servers(VirtualLaboratory laboratory, VirtualInstrumentsOptions options
     const auto session = session_factory(options.thermometers[i], thermometer_indices_[i], laboratory_);
     sessions_[InstrumentKind::thermometer].push_back(session);
     thermometer_ports_.push_back(session ? serve(instrument, take_listener(listeners), session) : std::uint16_t{0});
-    if (session && options.ptys) serve(instrument, std::move(*pty++), session);
+    if (session && options.ptys)
+      serve(instrument, std::move(*pty++),
+            session_factory(on_serial_line(options.thermometers[i]), thermometer_indices_[i], laboratory_));
   }
   for (std::size_t i = 0; i < options.gyros.size(); ++i)
     serve_gyro(std::move(options.gyros[i]), sources.gyros[i], options, take_listener(listeners),

@@ -21,7 +21,7 @@ constexpr double kDegreesFahrenheitPerKelvin = 1.8, kFahrenheitOfZeroCelsius = 3
 constexpr auto kTemperatureUnits =
     make_vocabulary<TemperatureUnit::celsius, TemperatureUnit::fahrenheit>("°C", "K", "°F");
 
-bool is_number(const FieldForm& form) {
+bool is_numeric_form(const FieldForm& form) {
   return form.kind == FieldForm::Kind::number || form.kind == FieldForm::Kind::integer;
 }
 
@@ -89,7 +89,7 @@ class DescriptionParser {
       for (const auto& field : answer.fields()) {
         if (field.name == "_") continue;
         names.insert(field.name);
-        is_numeric = is_numeric && is_number(field.form) && field.form.count == 0;
+        is_numeric = is_numeric && is_numeric_form(field.form) && field.form.count == 0;
       }
     if (names.size() != 1) return table.note_error("is", "expected one field with a name in \"answer\"");
     step.field = *names.begin();
@@ -184,7 +184,7 @@ class DescriptionParser {
     const auto expected = count == 1 ? 0 : static_cast<int>(count);
     const auto fits = [&](const std::string& field, const FieldForm& form) {
       const bool is_whole = form.kind == FieldForm::Kind::integer;
-      return (field == kReadingField && may_have_status ? is_number(form) : is_whole) &&
+      return (field == kReadingField && may_have_status ? is_numeric_form(form) : is_whole) &&
              (form.count == expected || (count == 1 && form.count == 1));
     };
     if (!answer.find(kReadingField)) table.note_error("answer", "expected the field \"value\"");

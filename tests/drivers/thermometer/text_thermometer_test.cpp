@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <cstdlib>
 #include <map>
 #include <set>
 #include <string>
@@ -285,6 +286,16 @@ TEST(TextThermometerFiles, KeithleysHaveThePublishedLines) {
                            "SENS:TEMP:RTD:FOUR PT100, (@101:108)", "ROUT:SCAN:CRE (@101:108)"})
     EXPECT_TRUE(lines_of(daq).contains(line)) << line;
   EXPECT_EQ(daq.readings.front().ask, "TRAC:DATA? 1, 8, \"defbuffer1\", READ");
+}
+
+TEST(ThermometerDescriptions, EveryShippedFileIsValidForEditorsToo) {
+  const std::string root = GYROTHERM_SOURCE_DIR;
+  const auto command =
+      "python3 " + root + "/tests/drivers/thermometer/validate_descriptions.py " + root + "/profiles/thermometers";
+  const int status = std::system(command.c_str());
+  if (!WIFEXITED(status) || WEXITSTATUS(status) == 77 || WEXITSTATUS(status) == 127)
+    GTEST_SKIP() << "python3 with python3-jsonschema is not installed";
+  EXPECT_EQ(WEXITSTATUS(status), 0);
 }
 
 constexpr const char* kGood = R"(schema = "gyrotherm-text/1"

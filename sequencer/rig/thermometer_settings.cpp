@@ -222,8 +222,10 @@ void read_offsets(const TomlTable& table, std::vector<record::Channel>& channels
 
 /// Returns "dcon 2 at serial:/dev/ttyUSB0, module 01, input 3"; inputs count from 1.
 std::string describe_input(const ThermometerSettings& settings, std::size_t number, std::size_t input) {
-  const auto& name = settings.description ? settings.description->unit.name : settings.driver;
-  const auto instrument = fmt::format("{} {} at {}", name, number, settings.line);
+  auto name = fmt::format("{} {}", settings.driver, number);
+  if (const auto& description = settings.description)
+    name = fmt::format("{} {}, thermometer {}", description->unit.vendor, description->unit.name, number);
+  const auto instrument = fmt::format("{} at {}", name, settings.line);
   if (settings.kind != Kind::dcon || settings.addresses.empty())
     return fmt::format("{}, input {}", instrument, input + 1);
   const auto module = std::min(input / drivers::kDconInputs, settings.addresses.size() - 1);

@@ -33,6 +33,7 @@ TEST(RunCatalogue, KeepsOnlyProfileText) {
   info.profile_text = "a profile's text";
   info.gyro_model_text = info.rig_text = info.chamber_map_text = std::string(400'000, 'x');
   info.analogue_map_texts = {info.rig_text};
+  info.thermometer_texts = {info.rig_text};
   info.units.front().stream_text = info.rig_text;
   {
     auto store = record::Store::create(folder / "run.db", info);
@@ -42,7 +43,8 @@ TEST(RunCatalogue, KeepsOnlyProfileText) {
   ASSERT_TRUE(run.info);
   EXPECT_EQ(run.info->profile_text, "a profile's text");
   for (const auto* text : {&run.info->gyro_model_text, &run.info->rig_text, &run.info->chamber_map_text,
-                           &run.info->analogue_map_texts.front(), &run.info->units.front().stream_text})
+                           &run.info->analogue_map_texts.front(), &run.info->thermometer_texts.front(),
+                           &run.info->units.front().stream_text})
     EXPECT_LT(text->capacity(), 100u);
 }
 

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "acquisition/record/record.hpp"
+#include "sequencer/run/resume.hpp"
 #include "tests/support/dry_run.hpp"
 
 namespace gyrotherm::run {
@@ -48,6 +49,25 @@ TEST(ScannerRun, RecordsTheReadingsOfAScanner) {
     }
     std::filesystem::remove(dry_run.path());
   }
+}
+
+TEST(ScannerRun, ResumesFromItsRecordOnly) {
+  tests::DryRun dry_run(kTenSecondsProfile);
+  dry_run.file() = rig_with_scanner("lakeshore_224");
+  EXPECT_EQ(dry_run.run(4), RunOutcome::going_on);
+  const auto record = record::read_record(dry_run.path());
+  ASSERT_TRUE(record) << text(record.error());
+  EXPECT_EQ(record->info.thermometers.front().instrument, "Lake Shore 224, thermometer 1 at virtual, input 1");
+  const auto on = plan_continuation(*record, dry_run.path(), kSecond, 1);
+  ASSERT_TRUE(on) << text(on.error());
+  EXPECT_EQ(collect_thermometer_texts(on->rig), collect_thermometer_texts(dry_run.file()));
+  auto rig = rig::Rig::assemble(on->rig, on->start);
+  ASSERT_TRUE(rig) << text(rig.error());
+  ASSERT_TRUE((*rig)->prepare(Celsius{20}));
+  (*rig)->let_pass(1);
+  const auto sample = (*rig)->io().read(5, (*rig)->clock());
+  ASSERT_EQ(sample.thermometers.size(), record->thermometers_c.size());
+  for (const auto& thermometer : sample.thermometers) EXPECT_TRUE(thermometer.value) << text(thermometer.value.error());
 }
 
 }  // namespace

@@ -299,6 +299,18 @@ TEST(ThermometerDescriptions, EveryShippedFileIsValidForEditorsToo) {
   EXPECT_EQ(WEXITSTATUS(status), 0);
 }
 
+TEST(ThermometerDescriptions, ThePageHasAValidExample) {
+  const auto page = read_text_file(GYROTHERM_SOURCE_DIR "/docs/text-instruments.md").value();
+  const auto kind = page.find("kind = \"thermometer\"\nname = \"TS-2\"");
+  ASSERT_NE(kind, std::string::npos);
+  const auto first = page.find('\n', page.rfind("```toml", kind)) + 1;
+  const auto description = parse_thermometer_description(page.substr(first, page.find("```", kind) - first), "page");
+  ASSERT_TRUE(description) << text(description.error());
+  EXPECT_EQ(description->preparation.size(), 2u);
+  EXPECT_EQ(convert_reading(*description, 0, 23.5, 0).value(), Celsius{23.5});
+  EXPECT_EQ(convert_reading(*description, 1, 9.9e37, 0).error().kind, FaultKind::out_of_range);
+}
+
 constexpr const char* kGood = R"(schema = "gyrotherm-text/1"
 kind = "thermometer"
 name = "T 8"

@@ -18,6 +18,8 @@ namespace {
 
 /// Largest status; all flags are below it.
 constexpr double kLargestStatus = 0xFFFFFFFF;
+/// Characters of the identity that are compared, because a regular expression needs stack for each character.
+constexpr std::size_t kLongestIdentity = 128;
 
 /// Returns the numbers of a field: one, or those of a list. The result is empty if the answer does not have it.
 std::vector<double> numbers_of(const FieldValues& fields, const char* field) {
@@ -67,17 +69,16 @@ class TextThermometer final : public Thermometer {
   Result<std::string> ask_identity() {
     auto answer = client_.ask(description_.unit.text_link->identity_question, description_.identity_answers);
     if (!answer) return failure(std::move(answer.error()));
-    const auto* identity = std::get_if<std::string>(&answer->fields[kReadingField]);
-    const auto& pattern = description_.unit.identity->pattern;
-    const auto shown = identity ? plain(*identity) : std::string();
-    if (!identity || !fits_expression(pattern, *identity)) {
+    const auto* whole = std::get_if<std::string>(&answer->fields[kReadingField]);
+    auto identity = whole ? whole->substr(0, kLongestIdentity) : std::string();
+    if (const auto& pattern = description_.unit.identity->pattern; !fits_expression(pattern, identity)) {
       recognised_after_.reset();
       return failure(FaultKind::mismatch, place_,
-                     fmt::format("the identity is \"{}\", which does not fit \"{}\"", shown, pattern));
+                     fmt::format("the identity is \"{}\", which does not fit \"{}\"", plain(identity), pattern));
     }
     if (!is_recognised()) is_prepared_ = false;
     recognised_after_ = client_.breaks();
-    return *identity;
+    return identity;
   }
 
   /// Identifies and prepares the instrument, unless this has been done on the present connection.

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <utility>
 
 #include "core/text.hpp"
@@ -28,10 +29,12 @@ TextExchangeOptions exchange_options(const RegisterMap& unit, const Clock* clock
   return {.question_end = wire.frame ? "" : wire.question_end,
           .answer_end = std::move(answer_end),
           .within = unit.link.modbus.timeout,
+          .pause = wire.quiet,
           .is_only_instrument = !wire.prefix,
           .clock = clock,
           .longest = wire.longest_answer,
-          .silence = wire.silence};
+          .silence = wire.silence,
+          .resynchronises_after_stray_bytes = true};
 }
 
 std::unique_ptr<ByteStream> frame_stream(const RegisterMap& unit, std::unique_ptr<ByteStream> stream,
@@ -50,6 +53,8 @@ TextClient::TextClient(const RegisterMap& unit, std::unique_ptr<ByteStream> stre
       exchange_(frame_stream(unit, std::move(stream), clock), exchange_options(unit, clock)) {
   if (unit_.link.text.prefix)
     prefix_ = unit_.link.text.prefix->format({{"address", static_cast<double>(unit_.link.modbus.unit)}});
+  // Another program may have asked the unit just before.
+  exchange_.rest_before_next(std::max(unit_.link.text.after_read, unit_.link.text.after_write));
 }
 
 ResyncQuery TextClient::resync() const {

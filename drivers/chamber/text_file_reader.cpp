@@ -40,6 +40,7 @@ void read_wire(const TomlTable& table, const TemplateReader& templates, TextWire
   line_end("question_end", wire.question_end);
   line_end("answer_end", wire.answer_end);
   wire.silence = table.duration("silence", wire.silence);
+  wire.quiet = table.duration("quiet", wire.quiet);
   wire.after_read = table.duration("after_read", wire.after_read);
   wire.after_write = table.duration("after_write", wire.after_write);
   settings.timeout = table.duration("timeout", settings.timeout);

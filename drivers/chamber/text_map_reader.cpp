@@ -180,7 +180,8 @@ class ItemReader {
     for (const auto& why : sentinels.keys()) item.sentinels[why] = sentinels.number(why);
     if (table.has("tolerance")) item.tolerance = table.number("tolerance");
     item.seen_within = table.duration("lags", Duration{});
-    item.seen_later = table.boolean("seen_later", false);
+    // A run cannot wait for a set point that is read back seconds later; the next readings verify it.
+    item.seen_later = item.name == "set_point" && item.seen_within > Duration{};
   }
 
   void read_command(const TomlTable& table) {

@@ -181,7 +181,7 @@ class ItemReader {
     if (table.has("tolerance")) item.tolerance = table.number("tolerance");
     item.seen_within = table.duration("lags", Duration{});
     // A run cannot wait for a set point that is read back seconds later; the next readings verify it.
-    item.seen_later = item.name == "set_point" && item.seen_within > Duration{};
+    item.seen_later = table.boolean("seen_later", item.name == "set_point" && item.seen_within > Duration{});
   }
 
   void read_command(const TomlTable& table) {

@@ -415,8 +415,8 @@ std::optional<TimeGuess> find_unknown_time(const TableSample& sample) {
   for (std::size_t i = 0; i < sample.names.size(); ++i) {
     const auto looks = std::ranges::count_if(sample.rows, [&](const auto& row) { return looks_like_time(row[i]); });
     if (2 * static_cast<std::size_t>(looks) < sample.rows.size() || !sample.column_numbers(i).empty()) continue;
-    return TimeGuess{fmt::format("[time]        # column {} looks like a time, \"{}\", in an unknown notation; state "
-                                 "the notation or name another column\n{}\n",
+    return TimeGuess{fmt::format("[time]        # column {} looks like a time, \"{}\", in an unknown notation; which "
+                                 "notation is it, or which other column contains the time?\n{}\n",
                                  toml_text(sample.column_name(i)), plain(sample.rows.front()[i]), sample.reference(i)),
                      {i}};
   }
@@ -443,7 +443,7 @@ TimeGuess guess_time(const TableSample& sample, const std::vector<std::size_t>& 
   for (std::size_t i = 0; i < sample.names.size(); ++i)
     if (!is_other(i) && increases(sample.column_numbers(i))) return guess_numbers(sample, i, thermometers);
   return {
-      "[time]        # no column with increasing times was found; state the interval of a row\n"
+      "[time]        # no column with increasing times was found; how many seconds are between two rows?\n"
       "# interval = \"1 s\"\n",
       {}};
 }

@@ -131,8 +131,8 @@ TEST(RigFile, RefusesSettingsThatLinkCannotHave) {
   constexpr const char* kTcp = "example-f4t-lakeshore-kvh.toml";
   constexpr const char* kSerial = "example-binder-dcon-stim300.toml";
   expect("link = { unit = 256 }\n", "\"unit\" is 256", kTcp);
-  expect("link = { timeout = \"2100 ms\" }\n", "\"timeout\" is not within its bounds", kTcp);
-  expect("link = { timeout = \"0 s\" }\n", "\"timeout\" is not within its bounds", kSerial);
+  expect("link = { timeout = \"2100 ms\" }\n", "\"timeout\" is out of range", kTcp);
+  expect("link = { timeout = \"0 s\" }\n", "\"timeout\" is out of range", kSerial);
   expect("link = { read_at_most = 126 }\n", "\"read_at_most\" is 126", kTcp);
   expect("link = { read_at_most = 1 }\n", "in one exchange", kTcp);
   expect("link = { echo = true }\n", "Modbus TCP has no echo", kTcp);

@@ -283,7 +283,7 @@ MUTANTS = [
      "milliseconds(3250)", "milliseconds(3000)",
      "drivers_test", "TextExchange.RecoversFromIntermittentFaults"),
     ("a lost answer may be that to the next question", "drivers/line/text_exchange.cpp",
-     "const bool resynchronises = must_resynchronise_ && !resync.question.empty();", "const bool resynchronises = false;",
+     "return must_resynchronise_ && !resync.question.empty() ? send_resync(resync) : Result<void>{};", "return {};",
      "drivers_test", "TextExchange.NeverAcceptsLateAnswerWithResync"),
     ("a name that is still owed is forgotten", "drivers/line/text_exchange.cpp",
      "  if (!answer && is_resync) is_resync_outstanding_ = options_.is_only_instrument;\n", "",

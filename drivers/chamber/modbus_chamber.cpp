@@ -485,7 +485,7 @@ class ModbusChamber final : public Chamber {
 
   /// Verifies the word order, which in some controllers is a setting that can only be inferred from the values.
   [[nodiscard]] Result<void> check_word_order(IdentityFound& found) {
-    if (word_count(air_) < 2 || word_count(set_point_) < 2) return {};
+    if (map_.text_link || word_count(air_) < 2 || word_count(set_point_) < 2) return {};
     if (!set_point_.readable) {
       found.not_verified.push_back("the word order (the set point cannot be read)");
       return {};

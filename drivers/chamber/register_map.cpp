@@ -196,7 +196,7 @@ std::vector<OrderFinding> probe_word_order(const RegisterItem& air, std::span<co
                                            const RegisterItem& set_point,
                                            std::span<const std::uint16_t> set_point_words) {
   std::vector<OrderFinding> findings;
-  if (!air.line.empty() || word_count(air.type) < 2 || word_count(set_point.type) < 2) return findings;
+  if (word_count(air.type) < 2 || word_count(set_point.type) < 2) return findings;
   auto orders = kOrders;
   std::stable_partition(orders.begin(), orders.end(), [&](auto order) { return order == air.order; });
   for (const auto order : orders) {

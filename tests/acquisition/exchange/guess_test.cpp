@@ -449,7 +449,7 @@ TEST(Guess, RefusesFileWithoutTable) {
 TEST(Guess, AsksForMissingGyro) {
   const auto map = guess_map_from_bytes("time,T\n0,20\n1,21\n", "f");
   ASSERT_TRUE(map);
-  EXPECT_NE(map->find("column = \"\"        # name of the gyro's column"), std::string::npos) << *map;
+  EXPECT_NE(map->find("column = \"\"        # which column is the gyro's?"), std::string::npos) << *map;
 }
 
 }  // namespace

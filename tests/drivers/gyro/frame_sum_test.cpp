@@ -295,7 +295,8 @@ TEST(GyroStream, ReturnsAngleForEveryShippedStream) {
     ASSERT_TRUE(count) << name << ": " << text(count.error());
     const double expected = field.role == FieldRole::rate ? arcsec : arcsec * static_cast<double>(frames);
     const double per_count = *arcsec_per_count(format, 0);
-    EXPECT_NEAR(static_cast<double>(count->pulses.at(0)) * per_count, expected, 1e-6 * expected + per_count / 2) << name;
+    EXPECT_NEAR(static_cast<double>(count->pulses.at(0)) * per_count, expected, 1e-6 * expected + per_count / 2)
+        << name;
     EXPECT_EQ(count->interval, seconds(1)) << name;
   }
   EXPECT_GE(streams, 10);

@@ -92,14 +92,7 @@ MORE: dict[str, Fake] = {  # other instruments of the same protocols
 }
 
 
-LATE_READ_BACK = "a set point that is read back more than 0.9 s later keeps the run suspended"
-BARE_ANSWER = "an answer without its question is taken for that of the next question"
-KNOWN = {f"Driven.{name}_slow": LATE_READ_BACK for name in ("simserv", "thermotron", "cts", "julabo", "lauda")} | \
-    {f"Repeated.{name}": BARE_ANSWER for name in ("simserv", "thermotron", "julabo", "lauda")} | {
-        f"{act}.espec_program": "a program that has ended is ended once more, and the refusal ends the start"
-        for act in ("Driven", "Misbehaving")} | {
-        "Repeated.cts": "a repeated status is taken for an error number, and ends the run",
-        "Driven.espec_serial": "check opens the line a second time without the pause that the unit needs"}
+KNOWN = {"Driven.espec_serial": "check opens the line a second time without the pause that the unit needs"}
 controllers_test.KNOWN.update(KNOWN)
 
 

@@ -117,12 +117,14 @@ std::unique_ptr<Registers> make_text_registers(const RegisterMap& map, std::uniq
   return std::make_unique<TextRegisters>(map, std::move(stream), std::move(place), clock);
 }
 
-std::unique_ptr<Registers> make_registers(const Line& line, const RegisterMap& map) {
+std::unique_ptr<ByteStream> make_text_stream(const Line& line, const RegisterMap& map) {
   const auto& link = map.link.modbus;
-  if (!is_text(map.link.kind)) return make_modbus(line, link);
-  const LineDefaults defaults{.port = link.port, .serial = link.serial};
-  return make_text_registers(map, make_stream(line, defaults, kConnectWithin),
-                             fmt::format("{} {}", map.name, text(line)));
+  return make_stream(line, {.port = link.port, .serial = link.serial}, kConnectWithin);
+}
+
+std::unique_ptr<Registers> make_registers(const Line& line, const RegisterMap& map) {
+  if (!is_text(map.link.kind)) return make_modbus(line, map.link.modbus);
+  return make_text_registers(map, make_text_stream(line, map), fmt::format("{} {}", map.name, text(line)));
 }
 
 }  // namespace gyrotherm::drivers

@@ -17,6 +17,10 @@ namespace gyrotherm::drivers {
 [[nodiscard]] std::unique_ptr<Registers> make_text_registers(const RegisterMap& map, std::unique_ptr<ByteStream> stream,
                                                              std::string place, const Clock* clock = nullptr);
 
+/// Returns the stream of a text unit at the end of `line`, which must satisfy is_byte_line(), with the defaults of the
+/// map's selected link.
+[[nodiscard]] std::unique_ptr<ByteStream> make_text_stream(const Line& line, const RegisterMap& map);
+
 /// Returns the registers of a Modbus or text unit at the end of `line`, which must satisfy is_byte_line(). The line is
 /// opened at first use.
 [[nodiscard]] std::unique_ptr<Registers> make_registers(const Line& line, const RegisterMap& map);

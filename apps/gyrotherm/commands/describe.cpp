@@ -19,8 +19,6 @@
 namespace gyrotherm::app {
 namespace {
 
-constexpr Duration kConnectWithin = std::chrono::seconds(2);
-
 struct DescribeOptions {
   std::string file;
   /// Address of an instrument; empty to print the description.
@@ -112,9 +110,7 @@ Result<Exit> ask_instrument(Console& console, const DescribeOptions& options) {
   if (!query)
     return failure(FaultKind::usage, "--item", fmt::format("no question reads the item \"{}\"", options.item));
   ExchangedBytes bytes;
-  const auto& link = linked->link.modbus;
-  const drivers::LineDefaults defaults{.port = link.port, .serial = link.serial};
-  auto stream = std::make_unique<CopyingStream>(make_stream(*line, defaults, kConnectWithin), bytes);
+  auto stream = std::make_unique<CopyingStream>(make_text_stream(*line, *linked), bytes);
   const auto registers = make_text_registers(*linked, std::move(stream), linked->name);
   const auto words = registers->read(drivers::ReadFunction::holding_registers, query->first, query->count);
   console.print(fmt::format("sent      {}\nreceived  {}\n", plain(bytes.sent), plain(bytes.received)));

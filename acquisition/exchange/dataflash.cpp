@@ -252,7 +252,7 @@ class DataflashReader {
     LogSeries series{.message = kind.name, .instance = static_cast<unsigned>(sensor), .time = *time, .size = kind.size};
     for (std::size_t i = 0; i < kind.all.size(); ++i)
       if (kind.is_number[i]) series.fields.push_back(kind.all[i]);
-    const auto added = reading_.add(std::move(series), bytes_.name());
+    const auto added = reading_.add(series, bytes_.name());
     if (!added) return failure(added.error());
     return kind.series[sensor] = *added;
   }

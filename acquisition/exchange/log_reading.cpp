@@ -112,7 +112,7 @@ LogReading::LogReading(const ImportMap* map, const TakeRow* take) : map_(map), t
   numbers_.resize(columns_.size(), record::kMissing);
 }
 
-Result<std::size_t> LogReading::add(LogSeries series, const std::string& file) {
+Result<std::size_t> LogReading::add(const LogSeries& series, const std::string& file) {
   if (series_.size() == kMaxSeries || there_.size() + series.fields.size() > kMaxLogFields)
     return failure(FaultKind::bad_file, file,
                    fmt::format("more than {} series or {} fields, expected fewer", kMaxSeries, kMaxLogFields));

@@ -69,7 +69,7 @@ class LogReading {
   explicit LogReading(const ImportMap* map = nullptr, const TakeRow* take = nullptr);
 
   /// Adds a series and returns its index. Fails with bad_file if there are more series than a log can have.
-  [[nodiscard]] Result<std::size_t> add(LogSeries series, const std::string& file);
+  [[nodiscard]] Result<std::size_t> add(const LogSeries& series, const std::string& file);
   /// Passes on a message of a series if the map has a column of it. Counts a message that is shorter than its format as
   /// damaged. `at` is its position in faults.
   [[nodiscard]] Result<void> take(std::size_t series, std::string_view message, const std::string& file,

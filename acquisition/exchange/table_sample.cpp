@@ -290,14 +290,14 @@ MarkCounts count_marks(const TableSample& sample, const std::vector<bool>& value
       const bool may_be_thousands = has_good_thousands(trimmed(number), mark, other) && !number.starts_with('0');
       const auto last = number.rfind(mark);
       const bool has_other = number.find(other) != std::string_view::npos;
-      if (has_other && number.rfind(other) < last)
+      const bool is_behind_other = has_other && number.rfind(other) < last;
+      const bool can_be_decimal = is_behind_other || (count == 1 && !has_other);
+      if (can_be_decimal && (is_behind_other || !may_be_thousands))
         ++marks.decimal;
-      else if (count > 1 || has_other)
-        marks.thousands += may_be_thousands ? 1 : 0;
-      else if (may_be_thousands)
+      else if (can_be_decimal)
         ++marks.either;
-      else
-        ++marks.decimal;
+      else if (may_be_thousands)
+        ++marks.thousands;
     }
   return marks;
 }

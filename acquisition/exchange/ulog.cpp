@@ -194,7 +194,7 @@ class UlogReader {
     if (!header) return failure(header.error());
     if (!is_ulog(*header)) return bad_file_failure("not a ULog file, expected one (format = \"ulog\" in the map)");
     if (header->size() < kUlogHeader) return bad_file_failure("the log ends within its header");
-    if (const int version = (*header)[7]; version > kNewestVersion)
+    if (const auto version = static_cast<std::uint8_t>((*header)[7]); version > kNewestVersion)
       return bad_file_failure(fmt::format("ULog of version {}, expected at most {}", version, kNewestVersion));
     bytes_.skip(kUlogHeader);
     return {};
@@ -363,7 +363,7 @@ class UlogReader {
       return bad_file_failure(
           fmt::format("the subscribed messages have more than {} fields in all, expected fewer", kMaxExpanded));
     if (!series) return {};
-    return record::assign_result(subscribed_[id], reading_.add(std::move(*series), bytes_.name()));
+    return record::assign_result(subscribed_[id], reading_.add(*series, bytes_.name()));
   }
 
   Result<void> read_data(std::string_view message) {

@@ -246,7 +246,7 @@ class InlineIo final : public InstrumentIo {
 /// instrument call.
 class Worker {
  public:
-  Worker() : thread_([this](std::stop_token stop) { serve(stop); }) {}
+  Worker() : thread_([this](const std::stop_token& stop) { serve(stop); }) {}
 
   /// Posts a job and returns the future of its result. If the caller drops the future, the result is dropped too. The
   /// previous job must have begun or been withdrawn.
@@ -280,7 +280,7 @@ class Worker {
     posted_.notify_one();
   }
 
-  void serve(std::stop_token stop) {
+  void serve(const std::stop_token& stop) {
     block_signals();
     for (;;) {
       std::function<void()> job;

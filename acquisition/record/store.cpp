@@ -560,7 +560,7 @@ class BackgroundStore final : public OrderedStore {
 
 }  // namespace
 
-AttendedStore make_attended_store(RecordWriter writer, RunInfo info, RunStatus status, Alarms alarms,
+AttendedStore make_attended_store(RecordWriter writer, RunInfo info, const RunStatus& status, Alarms alarms,
                                   const StoreOptions& options) {
   auto store = std::make_unique<BackgroundStore>(std::move(writer), std::move(info), status, std::move(alarms), nullptr,
                                                  options);

@@ -112,7 +112,7 @@ struct AttendedStore {
   /// the store is destroyed.
   std::function<void()> attend;
 };
-[[nodiscard]] AttendedStore make_attended_store(RecordWriter writer, RunInfo info, RunStatus status, Alarms alarms,
-                                                const StoreOptions& options);
+[[nodiscard]] AttendedStore make_attended_store(RecordWriter writer, RunInfo info, const RunStatus& status,
+                                                Alarms alarms, const StoreOptions& options);
 
 }  // namespace gyrotherm::record

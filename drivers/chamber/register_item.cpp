@@ -150,7 +150,8 @@ std::uint16_t word_count(const RegisterItem& item) {
   if (item.type == RegisterType::date_time) return spread(item.date.words.size(), item.date.stride);
   if (item.type != RegisterType::text) return word_count(item.type);
   const auto& form = item.text;
-  return spread(static_cast<std::size_t>((form.characters + form.per_register - 1) / form.per_register), form.stride);
+  const int registers = (form.characters + form.per_register - 1) / form.per_register;
+  return spread(static_cast<std::size_t>(registers), form.stride);
 }
 
 std::string place(const RegisterItem& item) {
@@ -227,7 +228,8 @@ std::string meaning(const RegisterItem& item, double value) {
 std::vector<std::uint16_t> encode_text(const TextForm& form, std::string_view text) {
   assert(form.per_register == 1 || form.per_register == 2);
   std::string whole(text.substr(0, form.characters));
-  whole.resize(static_cast<std::size_t>(form.characters + form.characters % form.per_register), form.padding);
+  const int padded = form.characters + form.characters % form.per_register;
+  whole.resize(static_cast<std::size_t>(padded), form.padding);
   const auto byte = [&](std::size_t i) { return static_cast<std::uint16_t>(static_cast<unsigned char>(whole[i])); };
   std::vector<std::uint16_t> words;
   for (std::size_t i = 0; i < whole.size(); i += form.per_register) {

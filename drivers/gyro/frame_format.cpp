@@ -47,7 +47,7 @@ void read_variants(const TomlTable& table, FrameFormat& format) {
     if (each.has("check"))
       variant.check = read_frame_check(each.table("check"), variant.length ? variant.length : format.length, false);
     each.ignore("meaning");
-    format.variants.push_back(std::move(variant));
+    format.variants.push_back(variant);
   }
   if (!format.variants.empty() && !format.id)
     table.note_error("message", "several messages and no id, expected a table [frame.id]");

@@ -133,10 +133,11 @@ void FrameSum::add_reading(const AxisReading& reading, Axis& axis) {
 }
 
 Duration FrameSum::since_last_round() const {
-  if (clocked_by_sequence_ && round_sequence_ && sequence_ && sequence_format_)
-    return capped_duration(static_cast<double>(forward_distance(*round_sequence_, *sequence_, sequence_format_->range) /
-                                               sequence_format_->step) /
-                           rate_hz_);
+  if (clocked_by_sequence_ && round_sequence_ && sequence_ && sequence_format_) {
+    const auto frames =
+        forward_distance(*round_sequence_, *sequence_, sequence_format_->range) / sequence_format_->step;
+    return capped_duration(static_cast<double>(frames) / rate_hz_);
+  }
   if (!clocked_by_sequence_ && time_ && round_timestamp_ && timestamp_)
     return capped_duration(static_cast<double>(forward_distance(*round_timestamp_, *timestamp_, time_->range)) *
                            time_->unit_s);

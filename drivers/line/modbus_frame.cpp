@@ -112,7 +112,7 @@ Result<void> read_contents(ModbusRequest& request, std::span<const std::byte> by
     case ModbusFunction::write_multiple:
       request.count = last;
       if (last < 1 || last > kMostWritten || byte_at(bytes, kShortRequest) != 2 * last ||
-          bytes.size() != kWordsAt + 2u * last)
+          bytes.size() != kWordsAt + std::size_t{2} * last)
         return exception_fault("3");
       for (std::size_t i = 0; i < last; ++i) request.words.push_back(word_at(bytes, kWordsAt + 2 * i));
       return {};

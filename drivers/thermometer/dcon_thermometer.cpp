@@ -49,7 +49,7 @@ std::vector<std::string_view> split_at_signs(std::string_view text) {
 
 }  // namespace
 
-std::string seal_dcon(std::string text, DconChecksum checksum) {
+std::string seal_dcon(const std::string& text, DconChecksum checksum) {
   return checksum == DconChecksum::on ? text + checksum_text(text) : text;
 }
 
@@ -198,7 +198,7 @@ class DconThermometer final : public Thermometer {
 
   /// Sends a question and returns the answer without its checksum.
   [[nodiscard]] Result<std::string> query(std::string_view question) {
-    const auto sealed = [&](std::string text) { return seal_dcon(std::move(text), options_.checksum); };
+    const auto sealed = [&](const std::string& text) { return seal_dcon(text, options_.checksum); };
     // Unlike readings, the answer with the name contains the address.
     const ResyncQuery resync{.question = sealed(dcon_query(options_.address, "M")),
                              .answer_begins = fmt::format("!{:02X}{}", options_.address, name_)};

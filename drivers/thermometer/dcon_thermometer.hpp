@@ -32,7 +32,7 @@ inline constexpr std::size_t kDconInputs = 8;
 enum class DconChecksum { off, on };
 
 /// Returns `text` as it is sent, with its checksum if there is one.
-[[nodiscard]] std::string seal_dcon(std::string text, DconChecksum checksum);
+[[nodiscard]] std::string seal_dcon(const std::string& text, DconChecksum checksum);
 /// Returns `line` without its checksum. Fails with corrupted if the checksum is wrong.
 [[nodiscard]] Result<std::string_view> unseal_dcon(std::string_view line, DconChecksum checksum);
 

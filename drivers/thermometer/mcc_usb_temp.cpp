@@ -326,7 +326,7 @@ constexpr int kMaxStatusReads = 12;
 class MccUsbTemp final : public Thermometer {
  public:
   MccUsbTemp(std::unique_ptr<HidReports> reports, std::string place, MccOptions options)
-      : reports_(std::move(reports)), place_(std::move(place)), options_(std::move(options)) {
+      : reports_(std::move(reports)), place_(std::move(place)), options_(options) {
     for (std::size_t input = 0; input < kMccInputs; ++input)
       if (options_.sensors[input]) ranges_[input] = mcc_range(*options_.sensors[input]);
   }
@@ -486,7 +486,7 @@ class MccUsbTemp final : public Thermometer {
 
 std::unique_ptr<Thermometer> make_mcc_usb_temp(std::unique_ptr<HidReports> reports, std::string place,
                                                MccOptions options) {
-  return std::make_unique<MccUsbTemp>(std::move(reports), std::move(place), std::move(options));
+  return std::make_unique<MccUsbTemp>(std::move(reports), std::move(place), options);
 }
 
 }  // namespace gyrotherm::drivers

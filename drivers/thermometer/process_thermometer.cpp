@@ -17,7 +17,7 @@ namespace gyrotherm::drivers {
 namespace {
 
 constexpr TemperatureRange kPossibleRange{{-273.15}, {3000}};
-constexpr std::size_t kMaxAnswer = 64 * 1024;  ///< bytes per answer
+constexpr std::size_t kMaxAnswer = std::size_t{64} * 1024;  ///< bytes per answer
 constexpr int kMostFailures = 10;
 constexpr std::string_view kNoReading = "-";
 

@@ -49,7 +49,7 @@ RunController::RunController(const profile::Profile& profile, rig::Rig& rig, rec
     : profile_(profile),
       rig_(rig),
       store_(store),
-      state_(std::move(state)),
+      state_(state),
       next_slot_(first_slot),
       lead_(std::make_unique<HostLead>(rig.file(), demanded_set_point(profile, state_), kSecond * first_slot)),
       safe_(rig.file()),

@@ -94,6 +94,8 @@ constexpr double kNearZeroK = 2;
 constexpr double kColdestAirC = -120, kWarmestAirC = 250;
 /// A smaller non-zero value indicates a wrong word order.
 constexpr double kTinyValueC = 1e-4;
+/// A larger magnitude of the set point is a corrupted number.
+constexpr double kLargestSetPointC = 1000;
 /// Maximum instantaneous change of the air temperature, and its maximum rate; sufficient for thermal shock chambers.
 constexpr double kJumpK = 10, kFastestKPerS = 5;
 /// Number of readings after which a value that jumped and persists is accepted as the sensor's output.
@@ -375,6 +377,9 @@ class ModbusChamber final : public Chamber {
   [[nodiscard]] Result<double> evaluate_set_point(const Snapshot& core) {
     const auto set_point = set_point_.readable ? items_.value_in(core, set_point_) : Result<double>(sent_c_);
     if (!set_point) return set_point;
+    if (std::abs(*set_point) > kLargestSetPointC)
+      return failure(FaultKind::out_of_range, place(set_point_),
+                     fmt::format("reads {:g} °C, which is impossible; check word order and unit", *set_point));
     if (!is_expected(*set_point))
       return failure(FaultKind::mismatch, place(set_point_),
                      fmt::format("reads {} after {} was written", *set_point, sent_c_));

@@ -22,9 +22,10 @@ namespace gyrotherm::drivers {
 /// identify() also fails with mismatch if the controller is set to so few decimals that the step of its set points
 /// exceeds set_point_tolerance(), because a rounded set point would be mistaken for one from another program.
 ///
-/// read() also fails with out_of_range for an impossible air temperature: outside −120 … 250 °C, almost zero although
-/// the air was not near zero before, or changed faster than air can change. A value that persists for three readings
-/// after such a jump is accepted as the sensor's output; the interlocks then evaluate it.
+/// read() also fails with out_of_range for a set point beyond ±1000 °C, and for an impossible air temperature: outside
+/// −120 … 250 °C, almost zero although the air was not near zero before, or changed faster than air can change. A value
+/// that persists for three readings after such a jump is accepted as the sensor's output; the interlocks then evaluate
+/// it.
 ///
 /// `before` contains the controller's settings that another program has read. They are used if a chamber must be made
 /// safe and its settings cannot be read.

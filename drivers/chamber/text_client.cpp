@@ -15,6 +15,8 @@ namespace {
 /// A shorter identity may also be the answer to another question.
 constexpr std::size_t kShortestIdentity = 5;
 constexpr std::size_t kLongestQuote = 80;
+/// Characters of an identity that are compared, because a regular expression needs stack for each character.
+constexpr std::size_t kLongestIdentity = 128;
 /// Number of failed questions in a row after which another unit may be on the line.
 constexpr int kFailuresUntilNewUnit = 5;
 
@@ -57,9 +59,32 @@ TextClient::TextClient(const RegisterMap& unit, std::unique_ptr<ByteStream> stre
   exchange_.rest_before_next(std::max(unit_.link.text.after_read, unit_.link.text.after_write));
 }
 
+/// After a broken connection, another unit may answer. Its identity is not known yet, but must fit the file.
 ResyncQuery TextClient::resync() const {
-  return identity_answer_.empty() ? ResyncQuery{}
-                                  : ResyncQuery{prefix_ + text_.identity_question, answer_prefix() + identity_answer_};
+  ResyncQuery query{.question = prefix_ + text_.identity_question, .answer_begins = answer_prefix() + identity_answer_};
+  if (!identity_answer_.empty()) return query;
+  if (!had_identity_) return {};
+  query.is_answer = [this](std::string_view answer) { return is_identity(answer.substr(answer_prefix().size())); };
+  return query;
+}
+
+bool TextClient::is_identity(std::string_view line) const {
+  if (line.size() < kShortestIdentity) return false;
+  const auto fits = [&](const TextTemplate& form) {
+    const auto fields = form.match(line, NumberCheck::point);
+    const auto value = fields ? fields->find("value") : FieldValues::const_iterator();
+    if (!fields || value == fields->end()) return false;
+    const auto* text = std::get_if<std::string>(&value->second);
+    return text && (!unit_.identity || fits_expression(unit_.identity->pattern, text->substr(0, kLongestIdentity)));
+  };
+  const auto fits_as_numbers = [&](const TextTemplate& form) {
+    const auto is_text = [](const TextTemplate::Field& field) { return field.form.kind == FieldForm::Kind::text; };
+    return std::ranges::none_of(form.fields(), is_text) && form.match(line);
+  };
+  return std::ranges::any_of(text_.identity_answers, fits) &&
+         std::ranges::none_of(text_.queries, [&](const TextQuery& query) {
+           return std::ranges::any_of(query.answers, fits_as_numbers);
+         });
 }
 
 std::string TextClient::answer_prefix() const { return unit_.link.text.answers_have_prefix ? prefix_ : ""; }
@@ -79,7 +104,9 @@ Fault TextClient::noted(Fault fault, const std::string& question) {
 }
 
 Result<std::string> TextClient::ask_line(const std::string& question) {
-  auto answer = exchange_.query(prefix_ + question, resync());
+  // The identity of an unknown unit is reported even if it does not resynchronise the line.
+  const bool asks_unknown = identity_answer_.empty() && question == text_.identity_question;
+  auto answer = exchange_.query(prefix_ + question, asks_unknown ? ResyncQuery{} : resync());
   exchange_.rest_before_next(unit_.link.text.after_read);
   if (!answer) return failure(noted(std::move(answer.error()), question));
   const auto prefix = answer_prefix();
@@ -120,28 +147,40 @@ std::string TextClient::reason(const FieldValues& fields, const std::string& ans
 }
 
 Result<TextAnswer> TextClient::ask_any(const std::string& question, const std::vector<TextTemplate>& answers,
-                                       bool exact) {
+                                       NumberCheck check) {
   auto line = ask_line(question);
   if (!line) return failure(std::move(line.error()));
   for (const auto& form : answers) {
-    auto fields = form.match(*line, exact);
+    auto fields = form.match(*line, check);
     if (!fields) continue;
-    if (question == text_.identity_question && line->size() >= kShortestIdentity) identity_answer_ = *line;
+    if (question == text_.identity_question) note_identity(*line);
     return TextAnswer{std::move(*line), std::move(*fields)};
   }
   return not_understood(question, *line);
 }
 
+/// An answer that only may be an identity does not resynchronise the line.
+void TextClient::note_identity(const std::string& line) {
+  if (is_identity(line)) {
+    identity_answer_ = line;
+    had_identity_ = true;
+  } else if (had_identity_) {
+    identity_answer_.clear();
+    exchange_.reject_answer();
+  }
+}
+
 Result<TextAnswer> TextClient::ask(const std::string& question, const std::vector<TextTemplate>& answers,
                                    std::optional<Duration> within) {
   exchange_.set_time_limit(within.value_or(unit_.link.modbus.timeout));
-  return ask_any(question, answers, true);
+  const bool can_be_cut = unit_.link.text.answer_end.empty() && !unit_.link.text.frame;
+  return ask_any(question, answers, can_be_cut ? NumberCheck::all_decimals : NumberCheck::point);
 }
 
 Result<void> TextClient::tell(const std::string& command, const std::vector<TextTemplate>& acknowledged) {
   if (acknowledged.empty()) return send_line(command);
   exchange_.set_time_limit(unit_.link.modbus.timeout);
-  auto answer = ask_any(command, acknowledged, false);
+  auto answer = ask_any(command, acknowledged, NumberCheck::none);
   exchange_.rest_before_next(unit_.link.text.after_write);
   return answer ? Result<void>{} : failure(std::move(answer.error()));
 }

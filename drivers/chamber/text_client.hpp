@@ -52,9 +52,13 @@ class TextClient {
   [[nodiscard]] ResyncQuery resync() const;
   [[nodiscard]] std::string answer_prefix() const;
   [[nodiscard]] Fault noted(Fault fault, const std::string& question);
-  /// Sends a line and returns the answer that fits one of `answers`. `exact` is that of TextTemplate::match().
+  /// Sends a line and returns the answer that fits one of `answers`.
   [[nodiscard]] Result<TextAnswer> ask_any(const std::string& question, const std::vector<TextTemplate>& answers,
-                                           bool exact);
+                                           NumberCheck check);
+  /// Returns whether a line can only be an identity: it fits the template and pattern of the identity, and no numbers
+  /// of another answer.
+  [[nodiscard]] bool is_identity(std::string_view line) const;
+  void note_identity(const std::string& line);
   [[nodiscard]] Result<std::string> ask_line(const std::string& question);
   [[nodiscard]] Result<void> send_line(const std::string& command);
   [[nodiscard]] std::string reason(const FieldValues& fields, const std::string& answer) const;
@@ -64,8 +68,10 @@ class TextClient {
   std::string place_;
   std::string prefix_;
   TextExchange exchange_;
-  /// Last answer to the question of the identity on the present connection.
+  /// Last answer to the question of the identity on the present connection, if it resynchronises the line.
   std::string identity_answer_;
+  /// An earlier connection had such an answer.
+  bool had_identity_ = false;
   std::uint64_t breaks_ = 0;
   int failures_ = 0;  ///< in a row
 };

@@ -117,6 +117,15 @@ std::string TemplateReader::with_parameters(std::string text) const {
   return text;
 }
 
+void check_answer_ends(const TomlTable& table, const std::vector<TextTemplate>& answers, const RegisterMap& unit) {
+  const auto can_be_cut = [](const MapLink& link) { return link.text.answer_end.empty() && !link.text.frame; };
+  if (std::ranges::none_of(unit.links, can_be_cut)) return;
+  if (std::ranges::any_of(answers, &TextTemplate::ends_with_open_number))
+    table.note_error("answer",
+                     "without \"answer_end\", an answer must not end with a number without decimals, because a "
+                     "lost digit is not noticed");
+}
+
 TextEncoding read_text_encoding(const TomlTable& link) { return one_of(kEncodings, link, "encoding", "ascii"); }
 
 void read_text_links(const TomlTable& link, const TemplateReader& templates, RegisterMap& unit) {

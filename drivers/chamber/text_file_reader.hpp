@@ -43,6 +43,9 @@ class TemplateReader {
   std::map<std::string, std::string> parameters_;
 };
 
+/// Requires that an answer on a link without terminator cannot be taken for whole when its end is lost.
+void check_answer_ends(const TomlTable& table, const std::vector<TextTemplate>& answers, const RegisterMap& unit);
+
 /// Reads the encoding in [link].
 [[nodiscard]] TextEncoding read_text_encoding(const TomlTable& link);
 /// Reads the links of a unit, [link.tcp] and [link.serial], and selects the usual one.

@@ -88,6 +88,7 @@ struct TextLink {
   std::vector<TextCommand> commands;
   /// Question of the identity item, whose answer resynchronises the line; empty if there is none.
   std::string identity_question;
+  std::vector<TextTemplate> identity_answers;
 
   [[nodiscard]] const TextQuery* find_query(std::uint16_t address) const;
   [[nodiscard]] const TextCommand* find_command(const RegisterMap& map, std::uint16_t address) const;

@@ -82,6 +82,7 @@ class ItemReader {
     item.confidence = one_of(kConfidences, table, "confidence", "unverified");
     begin_question(table, query);
     text_.identity_question = query.ask;
+    text_.identity_answers = query.answers;
     add_cell("value", std::move(item), {}, query);
     text_.queries.push_back(std::move(query));
   }
@@ -114,6 +115,7 @@ class ItemReader {
       query.before.push_back(templates_.read_constant(table, "before", line));
     query.answers = templates_.read_all(table, "answer");
     if (query.answers.empty()) table.note_error("answer", "missing key \"answer\"");
+    check_answer_ends(table, query.answers, map_);
     begin_question(table, query);
     for (const auto& answer : query.answers)
       for (const auto& field : answer.fields()) {

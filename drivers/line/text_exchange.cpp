@@ -45,9 +45,9 @@ Result<void> TextExchange::wait_for_silence(bool resync_follows) {
   return failure(FaultKind::corrupted, "", "the line does not become silent");
 }
 
-/// Reads lines until one begins with `begins`. Discards earlier lines, which answer older questions. Without a
+/// Reads lines until `expected` accepts one. Discards earlier lines, which answer older questions. Without a
 /// terminator, the bytes up to a silence are one line.
-Result<std::string> TextExchange::receive(std::string_view begins) {
+Result<std::string> TextExchange::receive(const ResyncQuery& expected) {
   std::string text;
   std::array<std::byte, kReadBufferSize> buffer;
   const Deadline deadline(options_.within, options_.clock);
@@ -59,7 +59,7 @@ Result<std::string> TextExchange::receive(std::string_view begins) {
     if (!size) {
       const bool is_end = ends_by_silence && !text.empty() && size.error().kind == FaultKind::timeout;
       if (!is_end) return failure(size.error());
-      if (text.starts_with(begins)) return text;
+      if (expected.accepts(text)) return text;
       return failure(FaultKind::corrupted, "", "answer to another question");
     }
     text.append(reinterpret_cast<const char*>(buffer.data()), *size);
@@ -69,7 +69,7 @@ Result<std::string> TextExchange::receive(std::string_view begins) {
       auto after = text.substr(end + options_.answer_end.size());
       remove_noise_before(after);
       text.resize(end);
-      if (text.starts_with(begins))
+      if (expected.accepts(text))
         return after.empty() ? Result<std::string>(std::move(text))
                              : failure(FaultKind::corrupted, "", "more than one line in the answer");
       text = after;
@@ -86,16 +86,16 @@ Result<void> TextExchange::transmit(std::string_view text) {
   return sent;
 }
 
-Result<std::string> TextExchange::exchange(std::string_view question, std::string_view begins) {
+Result<std::string> TextExchange::exchange(std::string_view question, const ResyncQuery& expected) {
   if (auto sent = transmit(question); !sent) return failure(std::move(sent.error()));
   answer_may_come_late_ = true;
-  auto answer = receive(begins);
+  auto answer = receive(expected);
   answer_may_come_late_ = !answer;
   return answer;
 }
 
 Result<void> TextExchange::send_resync(const ResyncQuery& resync) {
-  const auto answer = exchange(resync.question, resync.answer_begins);
+  const auto answer = exchange(resync.question, resync);
   must_resynchronise_ = !answer;
   is_resync_outstanding_ = is_resync_outstanding_ || (options_.is_only_instrument && !answer);
   if (answer) return {};
@@ -120,8 +120,7 @@ Result<std::string> TextExchange::query(std::string_view question, const ResyncQ
   if (auto ready = prepare(resync); !ready) return failure(std::move(ready.error()));
   auto answer = exchange(question);
   const bool is_resync = question == resync.question;
-  if (answer && options_.is_only_instrument && !is_resync && !resync.question.empty() &&
-      answer->starts_with(resync.answer_begins))
+  if (answer && options_.is_only_instrument && !is_resync && !resync.question.empty() && resync.accepts(*answer))
     answer = failure(FaultKind::corrupted, "", "answer to an earlier command");
   must_resynchronise_ = !answer;
   if (!answer && is_resync_outstanding_) rest_.emplace(kRestPeriod, options_.clock);

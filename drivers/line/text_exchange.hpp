@@ -3,6 +3,7 @@
 #pragma once
 
 #include <chrono>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -37,6 +38,12 @@ struct TextExchangeOptions {
 struct ResyncQuery {
   std::string question;
   std::string answer_begins;  ///< accepted start of the answer
+  /// Further condition on the answer; none if empty.
+  std::function<bool(std::string_view answer)> is_answer{};
+
+  [[nodiscard]] bool accepts(std::string_view answer) const {
+    return answer.starts_with(answer_begins) && (!is_answer || is_answer(answer));
+  }
 };
 
 class TextExchange {
@@ -70,8 +77,8 @@ class TextExchange {
 
  private:
   [[nodiscard]] Result<void> wait_for_silence(bool resync_follows);
-  [[nodiscard]] Result<std::string> receive(std::string_view begins);
-  [[nodiscard]] Result<std::string> exchange(std::string_view question, std::string_view begins = {});
+  [[nodiscard]] Result<std::string> receive(const ResyncQuery& expected);
+  [[nodiscard]] Result<std::string> exchange(std::string_view question, const ResyncQuery& expected = {});
   [[nodiscard]] Result<void> send_resync(const ResyncQuery& resync);
   [[nodiscard]] Result<void> prepare(const ResyncQuery& resync);
   [[nodiscard]] Result<void> transmit(std::string_view line);

@@ -14,6 +14,7 @@
 namespace gyrotherm::drivers {
 namespace {
 
+constexpr std::ptrdiff_t kLongestNumber = 40;
 constexpr int kWidestField = 64, kLongestList = 64, kMostDecimals = 9;
 /// Largest integer that a double holds exactly.
 constexpr std::int64_t kLargestInteger = std::int64_t{1} << 53;
@@ -264,12 +265,29 @@ std::string TextTemplate::format(const FieldValues& values) const {
   return line;
 }
 
+/// A line may end with each of the groups at the end of its template, and with the piece before them.
+bool TextTemplate::end_with_open_number(std::span<const Piece> pieces) const {
+  for (; !pieces.empty(); pieces = pieces.first(pieces.size() - 1)) {
+    const auto& last = pieces.back();
+    if (last.group.empty()) {
+      if (!last.field) return false;
+      const auto& form = fields_[*last.field].form;
+      return form.kind == FieldForm::Kind::integer || (form.kind == FieldForm::Kind::number && form.decimals <= 0);
+    }
+    if (end_with_open_number(last.group)) return true;
+  }
+  return false;
+}
+
+bool TextTemplate::ends_with_open_number() const { return end_with_open_number(pieces_); }
+
 std::string TextTemplate::prefix() const { return pieces_.empty() ? "" : pieces_.front().literal; }
 
 /// Backtracking matcher of one line.
 class TextTemplate::Matcher {
  public:
-  Matcher(const TextTemplate& form, std::string_view line, bool exact) : form_(form), line_(line), exact_(exact) {}
+  Matcher(const TextTemplate& form, std::string_view line, NumberCheck check)
+      : form_(form), line_(line), check_(check) {}
 
   std::optional<FieldValues> match() {
     std::vector<const Piece*> pieces;
@@ -401,21 +419,29 @@ class TextTemplate::Matcher {
       if (error != std::errc{}) return std::nullopt;
       stop = after;
     }
-    const bool needs_point = exact_ && form.decimals > 0;
-    if (needs_point && std::find(begin, stop, '.') == stop) return std::nullopt;
+    if (stop - begin > kLongestNumber || !has_required_decimals(form, {begin, stop})) return std::nullopt;
     at = static_cast<std::size_t>(stop - line_.data());
     return value;
   }
 
+  [[nodiscard]] bool has_required_decimals(const FieldForm& form, std::string_view number) const {
+    if (check_ == NumberCheck::none || form.kind != FieldForm::Kind::number) return true;
+    const auto point = number.find('.');
+    if (point == std::string_view::npos) return form.decimals <= 0;
+    const auto decimals = std::min(number.find_first_not_of("0123456789", point + 1), number.size()) - point - 1;
+    const bool needs_all = check_ == NumberCheck::all_decimals && form.decimals > 0;
+    return needs_all ? decimals == static_cast<std::size_t>(form.decimals) : decimals > 0;
+  }
+
   const TextTemplate& form_;
   std::string_view line_;
-  bool exact_;
+  NumberCheck check_;
   FieldValues values_;
   int steps_ = 0;
 };
 
-std::optional<FieldValues> TextTemplate::match(std::string_view line, bool exact) const {
-  return Matcher(*this, line, exact).match();
+std::optional<FieldValues> TextTemplate::match(std::string_view line, NumberCheck check) const {
+  return Matcher(*this, line, check).match();
 }
 
 }  // namespace gyrotherm::drivers

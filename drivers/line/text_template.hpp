@@ -7,6 +7,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <variant>
@@ -38,6 +39,11 @@ struct FieldForm {
 using FieldValue = std::variant<double, std::vector<double>, std::string>;
 using FieldValues = std::map<std::string, FieldValue>;
 
+/// Required form of the numbers in a line whose field has decimals. `point` requires a decimal point with a digit after
+/// it, because an error code is no temperature. `all_decimals` requires as many decimals as the field has, because the
+/// end of a line without terminator may be lost.
+enum class NumberCheck { none, point, all_decimals };
+
 /// A sequence of literals, fields and optional groups.
 class TextTemplate {
  public:
@@ -61,9 +67,12 @@ class TextTemplate {
 
   /// Parses a whole line. Returns nothing if it does not fit. A blank in the template fits any number of blanks.
   /// A number has a full stop as its decimal mark and may follow blanks. A text extends to the next literal that fits.
-  /// With `exact`, as for answers, a number whose form has decimals must have a decimal point: an error code is no
-  /// temperature.
-  [[nodiscard]] std::optional<FieldValues> match(std::string_view line, bool exact = false) const;
+  /// No number has more than 40 characters.
+  [[nodiscard]] std::optional<FieldValues> match(std::string_view line, NumberCheck check = NumberCheck::none) const;
+
+  /// Returns whether a line may end with a number that has no fixed number of decimals, so that a line without its last
+  /// digit fits too.
+  [[nodiscard]] bool ends_with_open_number() const;
 
   /// Returns the literal text before the first field or group.
   [[nodiscard]] std::string prefix() const;
@@ -81,6 +90,7 @@ class TextTemplate {
 
   void format_pieces(const std::vector<Piece>& pieces, const FieldValues& values, std::string& line) const;
   [[nodiscard]] bool has_value(const std::vector<Piece>& pieces, const FieldValues& values) const;
+  [[nodiscard]] bool end_with_open_number(std::span<const Piece> pieces) const;
 
   std::vector<Piece> pieces_;
   std::vector<Field> fields_;

@@ -67,7 +67,8 @@ class TextThermometer final : public Thermometer {
   [[nodiscard]] bool is_recognised() const { return recognised_after_ == client_.breaks(); }
 
   Result<std::string> ask_identity() {
-    auto answer = client_.ask(description_.unit.text_link->identity_question, description_.identity_answers);
+    const auto& text = *description_.unit.text_link;
+    auto answer = client_.ask(text.identity_question, text.identity_answers);
     if (!answer) return failure(std::move(answer.error()));
     const auto* whole = std::get_if<std::string>(&answer->fields[kReadingField]);
     auto identity = whole ? whole->substr(0, kLongestIdentity) : std::string();

@@ -54,7 +54,7 @@ class DescriptionParser {
  private:
   void read_identity(const TomlTable& table) {
     text_->identity_question = templates_.read_constant(table, "ask", table.text("ask"));
-    auto& answers = target_.identity_answers;
+    auto& answers = text_->identity_answers;
     answers = templates_.read_all(table, "answer");
     if (answers.empty()) answers.push_back(templates_.read(table, "answer", "{value:s}"));
     for (const auto& answer : answers) {
@@ -112,6 +112,7 @@ class DescriptionParser {
     }
     if (!readings) return file_.note_error("item", "no item is named \"readings\"");
     read_readings(*readings);
+    for (const auto& question : target_.readings) check_answer_ends(*readings, question.answers, target_.unit);
     const bool is_in_answer = has_status(*readings, target_.readings);
     if (status) read_status(*status, *readings, is_in_answer);
     if (is_in_answer && target_.flags.empty())

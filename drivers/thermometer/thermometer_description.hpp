@@ -61,8 +61,6 @@ struct SimulatedScanner {
 struct ThermometerDescription {
   /// Name, links, identity and text link of the instrument, without items.
   RegisterMap unit;
-  /// Templates of the answer to the question of the identity.
-  std::vector<TextTemplate> identity_answers;
   /// Sent when the instrument is opened, after each broken connection and after each lost answer.
   std::vector<PreparationStep> preparation;
   std::vector<InputQuestion> readings;

@@ -29,7 +29,8 @@ class ScannerSession final : public TextUnitSession {
  private:
   std::optional<std::string> answer_line(const std::string& line) override {
     if (line == description_.unit.text_link->identity_question)
-      return description_.identity_answers.front().format({{drivers::kReadingField, description_.simulated.identity}});
+      return description_.unit.text_link->identity_answers.front().format(
+          {{drivers::kReadingField, description_.simulated.identity}});
     for (const auto& step : description_.preparation)
       if (step.line == line) return answer_step(step);
     for (const auto* questions : {&description_.readings, &description_.statuses})

@@ -34,6 +34,8 @@ class SimulatedLine final : public drivers::ByteStream {
     ended_ = true;
   }
   void disconnect() { gone_ = true; }
+  /// Drops all bytes that have not arrived yet, as a closed connection does.
+  void lose_pending() { coming_.clear(); }
   void recover() { gone_ = false; }
   [[nodiscard]] bool empty() const { return coming_.empty(); }
   [[nodiscard]] Duration now() const { return clock_.now().since_start; }

@@ -195,6 +195,7 @@ TEST(TextMap, NamesEachErrorWithItsPlace) {
   fails("answer = \"{air_temperature:f}, {set", "answer = \"{air:f}, {set", "air_temperature");
   fails("port = 10001", "port = 100010", "port");
   fails("is = \"constant\"", "is = \"constnat\"", "constnat");
+  fails("answer_end = \"\\r\\n\"", "answer_end = \"\"", "a lost digit is not noticed");
 }
 
 }  // namespace

@@ -72,6 +72,26 @@ TEST(TextTemplate, FitsOnlyWholeLines) {
     EXPECT_FALSE(answer.match(line)) << line;
 }
 
+TEST(TextTemplate, RejectsNumbersThatMayBeCut) {
+  const auto answer = parse("A0 {air:f05.1} {set:f05.1}");
+  EXPECT_TRUE(answer.match("A0 023.4 025.7", NumberCheck::all_decimals));
+  EXPECT_TRUE(answer.match("A0 023.4 025.75", NumberCheck::point));
+  for (const auto* cut : {"A0 023.4 025.", "A0 023.4 025", "A0 023. 025.7"}) {
+    EXPECT_FALSE(answer.match(cut, NumberCheck::point)) << cut;
+    EXPECT_FALSE(answer.match(cut, NumberCheck::all_decimals)) << cut;
+    EXPECT_TRUE(answer.match(cut)) << cut;
+  }
+  EXPECT_FALSE(parse("{value:f.2}").match("25.7", NumberCheck::all_decimals));
+  EXPECT_TRUE(parse("{value:f}").match("25", NumberCheck::all_decimals));
+  EXPECT_TRUE(parse("{value:d}").match("25", NumberCheck::all_decimals));
+}
+
+TEST(TextTemplate, RejectsNumbersOfMoreThan40Characters) {
+  const auto answer = parse("{value:f}");
+  EXPECT_TRUE(answer.match(std::string(38, '9') + ".5"));
+  EXPECT_FALSE(answer.match(std::string(39, '9') + ".5"));
+}
+
 TEST(TextTemplate, AcceptsAnyNumberOfBlanksForABlank) {
   const auto answer = parse("{a:f}, {b:f}");
   for (const auto* line : {"1,2", "1, 2", "1,  2", " 1, +2"}) EXPECT_TRUE(answer.match(line)) << line;

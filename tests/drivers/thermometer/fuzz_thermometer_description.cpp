@@ -38,7 +38,8 @@ void use(const ThermometerDescription& description, const std::string& answer) {
   stream->instrument = [&](std::string_view line) -> std::string {
     const auto is = [&](const std::string& question) { return line == question + wire.question_end; };
     if (is(description.unit.text_link->identity_question))
-      return description.identity_answers.front().format({{kReadingField, description.simulated.identity}}) +
+      return description.unit.text_link->identity_answers.front().format(
+                 {{kReadingField, description.simulated.identity}}) +
              wire.answer_end;
     for (const auto& step : description.preparation)
       if (is(step.line) && !step.answers.empty())

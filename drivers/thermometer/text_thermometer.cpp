@@ -4,12 +4,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cstdint>
 #include <optional>
 #include <utility>
 #include <variant>
 #include <vector>
 
+#include "core/deadline.hpp"
 #include "core/text.hpp"
 #include "drivers/chamber/text_client.hpp"
 
@@ -20,6 +22,8 @@ namespace {
 constexpr double kLargestStatus = 0xFFFFFFFF;
 /// Characters of the identity that are compared, because a regular expression needs stack for each character.
 constexpr std::size_t kLongestIdentity = 128;
+/// A longer scan is a silent instrument.
+constexpr Duration kLongestMeasuredScan = std::chrono::seconds(10);
 
 /// Returns the numbers of a field: one, or those of a list. The result is empty if the answer does not have it.
 std::vector<double> numbers_of(const FieldValues& fields, const char* field) {
@@ -36,12 +40,14 @@ class TextThermometer final : public Thermometer {
                   const Clock* clock)
       : description_(std::move(description)),
         place_(place),
+        clock_(clock),
         client_(description_.unit, std::move(stream), std::move(place), clock) {}
 
   Result<std::string> identify() override {
     auto identity = ask_identity();
     if (!identity) return identity;
     if (auto prepared = prepare(); !prepared) return failure(std::move(prepared.error()));
+    if (auto measured = measure_scan(); !measured) return failure(std::move(measured.error()));
     return identity;
   }
   Result<std::string> recognise() override { return ask_identity(); }
@@ -97,6 +103,26 @@ class TextThermometer final : public Thermometer {
     return {};
   }
 
+  /// Asks each question for readings once, with a generous time limit. Fails with timeout if an answer takes longer
+  /// than the limit of the description, because all readings of a run would then be missing.
+  Result<void> measure_scan() {
+    if (is_scan_measured_) return {};
+    for (const auto& question : description_.readings) {
+      const Deadline deadline(kLongestMeasuredScan, clock_);
+      const auto answer = ask(question, kLongestMeasuredScan);
+      if (!answer && answer.error().kind != FaultKind::refused) return failure(answer.error());
+      const auto taken = kLongestMeasuredScan - deadline.left();
+      if (taken <= description_.within) continue;
+      return failure(
+          FaultKind::timeout, place_,
+          fmt::format("the answer to \"{}\" takes {:.2f} s, but its time limit is {:g} s and a run reads once a "
+                      "second: measure fewer inputs, or shorten the measurement of each",
+                      plain(question.ask), to_seconds(taken), to_seconds(description_.within)));
+    }
+    is_scan_measured_ = true;
+    return {};
+  }
+
   Result<void> perform(const PreparationStep& step) {
     if (step.answers.empty()) return client_.tell(step.line);
     const auto answer = client_.ask(step.line, step.answers);
@@ -131,20 +157,23 @@ class TextThermometer final : public Thermometer {
     return std::nullopt;
   }
 
-  Result<FieldValues> ask(const InputQuestion& question) {
+  Result<FieldValues> ask(const InputQuestion& question) { return ask(question, description_.within); }
+  Result<FieldValues> ask(const InputQuestion& question, Duration within) {
     for (const auto& command : question.before)
       if (auto sent = client_.tell(command); !sent) return failure(std::move(sent.error()));
-    auto answer = client_.ask(question.ask, question.answers, description_.within);
+    auto answer = client_.ask(question.ask, question.answers, within);
     if (!answer) return failure(std::move(answer.error()));
     return std::move(answer->fields);
   }
 
   ThermometerDescription description_;
   std::string place_;
+  /// The steady clock if null.
+  const Clock* clock_;
   TextClient client_;
   /// Number of broken connections before the one on which the instrument was recognised.
   std::optional<std::uint64_t> recognised_after_;
-  bool is_prepared_ = false;
+  bool is_prepared_ = false, is_scan_measured_ = false;
 };
 
 }  // namespace

@@ -55,10 +55,11 @@ std::string describe(const drivers::ChamberEffort& effort) {
   const auto what = fmt::format("{} exchanges of {:.3f} s for air, set point and a new set point", needed, exchange);
   if (needed * exchange <= kMaxTickTime_s) return what + " fit into a second" + status;
   return fmt::format(
-      "WARNING: {} do NOT fit into a second{}. Readings and set points will be missing: use Modbus TCP or a faster "
-      "serial line; where the unit allows it, set one_block or holes (fewer reads), or seen_later for the set point, "
-      "in its register map",
-      what, status);
+      "WARNING: {} do NOT fit into a second, in which {} fit{}. Readings and set points will be missing: use Modbus "
+      "TCP "
+      "or a faster serial line; where the unit allows it, set one_block or holes (fewer reads), seen_later for the set "
+      "point, or shorter pauses in its file",
+      what, static_cast<int>(kMaxTickTime_s / exchange), status);
 }
 
 Result<std::string> query_word_order(const drivers::RegisterMap& map, drivers::Registers& registers) {
@@ -104,10 +105,11 @@ Result<std::string> query_thermometer(drivers::Thermometer& thermometer, const s
   const auto trips = time_calls([&] { (void)thermometer.read(); }, clock);
   line += "; " + text(trips);
   if (trips.median > kLongestScan)
-    line += fmt::format(
-        "; WARNING: a reading takes {:.3f} s, longer than {:g} s, so that readings will be missing: reduce the number "
-        "of inputs or the time for each",
-        to_seconds(trips.median), to_seconds(kLongestScan));
+    return failure(
+        FaultKind::timeout, "",
+        fmt::format("{}: a reading takes {:.3f} s; a run reads once a second, and {:g} s fit: reduce the number "
+                    "of inputs or the time for each",
+                    *name, to_seconds(trips.median), to_seconds(kLongestScan)));
   return line;
 }
 

@@ -38,8 +38,8 @@ struct RoundTrips {
 [[nodiscard]] Result<std::string> query_chamber(drivers::Chamber& chamber, const Clock& clock);
 /// Longest time for one reading of a thermometer in a run.
 inline constexpr Duration kLongestScan = std::chrono::milliseconds(800);
-/// Describes a thermometer: identity, one reading or fault of each channel, and the time of ten readings, with a
-/// warning if a reading takes longer than kLongestScan. Fails if it cannot be identified.
+/// Describes a thermometer: identity, one reading or fault of each channel, and the time of ten readings. Fails if it
+/// cannot be identified, and with timeout if a reading takes longer than kLongestScan.
 [[nodiscard]] Result<std::string> query_thermometer(drivers::Thermometer& thermometer,
                                                     const std::vector<std::string>& channels, const Clock& clock);
 /// The conversion of an input's reading to the value of a channel.

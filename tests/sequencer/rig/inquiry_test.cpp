@@ -41,12 +41,15 @@ class SlowThermometer final : public drivers::Thermometer {
   Duration time_;
 };
 
-TEST(Inquiry, WarnsOfAScanThatTakesLongerThanFourFifthsOfASecond) {
+TEST(Inquiry, RefusesScanLongerThanFourFifthsOfASecond) {
   VirtualClock clock;
   SlowThermometer quick(clock, std::chrono::milliseconds(800)), slow(clock, std::chrono::milliseconds(810));
   const auto good = query_thermometer(quick, {"A"}, clock), bad = query_thermometer(slow, {"A"}, clock);
   EXPECT_EQ(good.value(), "SLOW,1, A 20.000 °C; 10 reads: 800.000, 800.000, 800.000 ms (least, median, most)");
-  EXPECT_NE(bad.value().find("; WARNING: a reading takes 0.810 s, longer than 0.8 s"), std::string::npos) << *bad;
+  ASSERT_FALSE(bad);
+  EXPECT_EQ(bad.error().kind, FaultKind::timeout);
+  EXPECT_TRUE(bad.error().what.starts_with("SLOW,1: a reading takes 0.810 s; a run reads once a second, and 0.8 s fit"))
+      << bad.error().what;
 }
 
 TEST(Inquiry, WarnsWhenAirIsFarFromEveryThermometer) {

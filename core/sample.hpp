@@ -86,13 +86,17 @@ enum class ChamberActivity {
 enum class AlarmSeverity { note, warning, stop };
 
 /// State of the chamber as its controller reports it. The set point is read back from the controller; it is NaN if it
-/// cannot be read and none was sent. Activity and alarms are from the latest query, with the most severe alarm first.
+/// cannot be read and none was sent. Activity, alarms and humidity are from the latest query, with the most severe
+/// alarm first.
 struct ChamberState {
   Celsius air;
   Celsius set_point;
   ChamberActivity activity = ChamberActivity::unknown;
   std::vector<std::string> alarms{};
   bool must_stop{};  ///< an alarm ends the run
+  /// Relative humidity with respect to water, and dew point of the air; nothing if it is not measured or unknown.
+  std::optional<double> humidity_percent{};
+  std::optional<Celsius> dew_point{};
   auto operator<=>(const ChamberState&) const = default;
 };
 

@@ -7,11 +7,45 @@
 #include <cmath>
 #include <optional>
 
+#include "core/humidity.hpp"
 #include "core/quantity.hpp"
 #include "simulator/laboratory_file.hpp"
 #include "simulator/laboratory_parameters.hpp"
 
 namespace gyrotherm::simulator {
+
+/// The water vapour in the chamber. It condenses on the coldest surface, remains there as frost, and evaporates when
+/// the surface becomes warmer. Leaks and an open door exchange the air with the surroundings. Noise-free.
+class ChamberVapour {
+ public:
+  explicit ChamberVapour(const PlantParameters& parameters)
+      : outside_hpa_(saturation_over_water_hpa({parameters.room_c}) * parameters.room_humidity_percent / 100),
+        exchange_s_(parameters.air_exchange_s),
+        vapour_hpa_(std::min(outside_hpa_, saturation_hpa(parameters.start_c))) {}
+
+  /// Advances by one second. `coldest_c` is the temperature of the coldest surface.
+  void step(double coldest_c, bool door_open) {
+    constexpr double kOpenDoorSeconds = 60, kEvaporationSeconds = 600;
+    vapour_hpa_ += (outside_hpa_ - vapour_hpa_) / (door_open ? kOpenDoorSeconds : exchange_s_);
+    const double excess_hpa = vapour_hpa_ - saturation_hpa(coldest_c);
+    const double change_hpa = excess_hpa > 0 ? excess_hpa : std::max(-frost_hpa_, excess_hpa / kEvaporationSeconds);
+    vapour_hpa_ -= change_hpa;
+    frost_hpa_ += change_hpa;
+  }
+
+  [[nodiscard]] double pressure_hpa() const { return vapour_hpa_; }
+
+ private:
+  [[nodiscard]] static double saturation_hpa(double surface_c) {
+    return surface_c < 0 ? saturation_over_ice_hpa({surface_c}) : saturation_over_water_hpa({surface_c});
+  }
+
+  double outside_hpa_;
+  double exchange_s_;
+  double vapour_hpa_;
+  /// Vapour pressure that the condensed water had in the air.
+  double frost_hpa_{};
+};
 
 /// Three first-order lags (air and wall, machinery, sensor) under a proportional-integral controller. The controller's
 /// integral does not grow further while the output is at its limit. Integrated by explicit Euler with a step of 1 s.
@@ -22,7 +56,8 @@ class ChamberPlant {
       : parameters_(parameters),
         air_c_(parameters.start_c),
         wall_c_(parameters.start_c),
-        sensed_c_(parameters.start_c) {}
+        sensed_c_(parameters.start_c),
+        vapour_(parameters) {}
 
   /// Advances by one second. While the chamber is off, heater and cooler run down, and air and wall drift towards the
   /// room.
@@ -41,6 +76,7 @@ class ChamberPlant {
     output_ += (wanted - output_) / p.actuator_s;
     air_c_ += air_k_per_s;
     wall_c_ += wall_k_per_s;
+    vapour_.step(std::min(air_c_, wall_c_), faults_.door_open);
   }
 
   /// Applies the faults from the next step on.
@@ -53,6 +89,12 @@ class ChamberPlant {
   [[nodiscard]] Celsius air() const { return {air_c_}; }
   /// Returns the air temperature that the sensor shows, including the sensor's lag and faults.
   [[nodiscard]] Celsius sensed_air() const { return {faults_.sensor_c.value_or(sensed_c_ + faults_.sensor_error_k)}; }
+  /// Returns the relative humidity with respect to water, 0 … 100 %, and the dew point.
+  [[nodiscard]] double humidity_percent() const {
+    const double measured = 100 * vapour_.pressure_hpa() / saturation_over_water_hpa(air());
+    return faults_.humidity_percent.value_or(std::min(100.0, measured));
+  }
+  [[nodiscard]] Celsius dew_point() const { return dew_point_at(vapour_.pressure_hpa()); }
   /// Returns the output: −100 (full cooling) … 100 (full heating).
   [[nodiscard]] double output_percent() const { return 100 * output_; }
 
@@ -81,6 +123,7 @@ class ChamberPlant {
   double air_c_;
   double wall_c_;
   double sensed_c_;
+  ChamberVapour vapour_;
   std::optional<double> held_output_;
   /// The integral of the controller, in units of its output.
   double integral_{};

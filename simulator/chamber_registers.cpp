@@ -137,6 +137,8 @@ void ChamberRegisters::find_live_items() {
     const auto shows = std::ranges::find_if(unit.shows, [&](const auto& one) { return one.item == item.name; });
     const bool is_mode = map_.control && (item.name == map_.control->commanded || item.name == map_.control->active);
     if (item.name == "air_temperature") add(Role::air);
+    if (item.name == "humidity") add(Role::humidity);
+    if (item.name == "dew_point") add(Role::dew_point);
     if (item.name == "set_point" || item.name == "active_set_point" || item.name == "working_set_point")
       add(Role::set_point);
     if (item.name == "output") add(Role::output);
@@ -192,6 +194,8 @@ std::vector<std::uint16_t> ChamberRegisters::live_words(const LiveItem& live) co
   const auto& item = *live.item;
   switch (live.role) {
     case Role::air: return image_.words_at(item, laboratory_.air_as_measured().value);
+    case Role::humidity: return image_.words_at(item, laboratory_.humidity_percent());
+    case Role::dew_point: return image_.words_at(item, laboratory_.dew_point().value);
     case Role::set_point: return image_.words_at(item, laboratory_.set_point().value);
     case Role::output: return image_.words_at(item, laboratory_.output_percent());
     case Role::mode: {

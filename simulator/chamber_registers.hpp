@@ -244,9 +244,10 @@ class ProgramRun {
   Stage stage_ = Stage::none;
 };
 
-/// Serves air_temperature, set_point (and active_ or working_set_point), output and clocks from the laboratory. The
-/// map's [simulated] table describes the writes that switch the chamber and start its program, and the states that it
-/// shows. If no write switches the chamber on, it is always on. Any other item keeps the value that was written to it.
+/// Serves air_temperature, humidity, dew_point, set_point (and active_ or working_set_point), output and clocks from
+/// the laboratory. The map's [simulated] table describes the writes that switch the chamber and start its program, and
+/// the states that it shows. If no write switches the chamber on, it is always on. Any other item keeps the value that
+/// was written to it.
 class ChamberRegisters final : public ServedRegisters {
  public:
   /// Creates the registers. `laboratory` must outlive them. The map's [simulated] table must be valid.
@@ -270,7 +271,7 @@ class ChamberRegisters final : public ServedRegisters {
   [[nodiscard]] const ProgramRun& program() const { return run_; }
 
  private:
-  enum class Role { air, set_point, output, mode, clock, shows, sentinel };
+  enum class Role { air, humidity, dew_point, set_point, output, mode, clock, shows, sentinel };
   struct LiveItem {
     const drivers::RegisterItem* item{};
     Role role{};

@@ -36,6 +36,10 @@ PlantParameters read_plant(const TomlTable& table) {
   p.sensor_s = time_constant_s(table, "sensor_s");
   p.sensor_noise_k = not_negative(table, "sensor_noise_k");
   p.sensor_resolution_k = not_negative(table, "sensor_resolution_k");
+  p.room_humidity_percent = not_negative(table, "room_humidity_percent", p.room_humidity_percent);
+  if (!(p.room_humidity_percent > 0 && p.room_humidity_percent <= 100))
+    table.note_error("room_humidity_percent", "expected above 0 and at most 100 %");
+  p.air_exchange_s = time_constant_s(table, "air_exchange_s", p.air_exchange_s);
   if (!(p.lowest_c <= p.start_c && p.start_c <= p.highest_c)) {
     table.note_error("start", "not between lowest and highest");
   }

@@ -25,6 +25,8 @@ struct PlantFaults {
   double sensor_error_k{};
   /// Constant value that the sensor reports instead of the temperature; absent: it measures.
   std::optional<double> sensor_c{};
+  /// Constant value of the humidity sensor; absent: it measures.
+  std::optional<double> humidity_percent{};
 };
 
 /// Faults of one thermometer on a unit.

@@ -46,6 +46,9 @@ struct PlantParameters {
   double sensor_s{};
   double sensor_noise_k{};
   double sensor_resolution_k{};
+  /// Relative humidity of the air around the chamber, and the time constant with which the chamber exchanges its air.
+  double room_humidity_percent = 50;
+  double air_exchange_s = 14400;
 };
 
 /// A conductance between two nodes of the network, by index.

@@ -223,6 +223,8 @@ bool VirtualLaboratory::is_on() const { return parts_->on; }
 bool VirtualLaboratory::holds_output() const { return parts_->holds_output; }
 const UnitState& VirtualLaboratory::unit() const { return parts_->unit; }
 Celsius VirtualLaboratory::air_as_measured() const { return parts_->measured_air; }
+double VirtualLaboratory::humidity_percent() const { return parts_->plant.humidity_percent(); }
+Celsius VirtualLaboratory::dew_point() const { return parts_->plant.dew_point(); }
 double VirtualLaboratory::output_percent() const { return parts_->plant.output_percent(); }
 std::span<const double> VirtualLaboratory::thermometers_as_measured_c() const { return parts_->shown_c; }
 const std::vector<std::string>& VirtualLaboratory::thermometer_names() const { return parts_->thermometer_names; }

@@ -110,6 +110,10 @@ class VirtualLaboratory {
   [[nodiscard]] const UnitState& unit() const;
   /// Returns the reading of the chamber's own sensor, with noise and resolution.
   [[nodiscard]] Celsius air_as_measured() const;
+  /// Returns the readings of the chamber's humidity sensor, relative to water, and of its dew-point sensor. Both are
+  /// free of noise.
+  [[nodiscard]] double humidity_percent() const;
+  [[nodiscard]] Celsius dew_point() const;
   /// Returns the output: −100 (full cooling) … 100 (full heating).
   [[nodiscard]] double output_percent() const;
   /// Returns the readings in the order of thermometer_names(). NaN is an open input.

@@ -11,6 +11,7 @@
 #include <limits>
 #include <utility>
 
+#include "core/humidity.hpp"
 #include "drivers/chamber/item_exchange.hpp"
 #include "drivers/chamber/program.hpp"
 #include "drivers/chamber/register_map.hpp"
@@ -41,6 +42,8 @@ struct ChamberStatus {
   ChamberActivity activity = ChamberActivity::unknown;
   std::vector<std::string> alarms;  ///< most severe first
   bool must_stop{};
+  std::optional<double> humidity_percent;
+  std::optional<Celsius> dew_point;  ///< measured, not computed
 };
 
 /// Returns the value of the item with this name, or nothing if the value is unknown. Rules about an unknown value do
@@ -69,7 +72,17 @@ ChamberStatus evaluate_rules(const RegisterMap& map, const ItemValue& value) {
   return status;
 }
 
-/// Returns the items that evaluate_rules() reads, each once.
+/// Evaluates the items of the humidity. Values outside their range are unknown.
+void evaluate_humidity(const RegisterMap& map, const ItemValue& value, ChamberStatus& status) {
+  constexpr double kMostPercent = 105, kDriestC = -90, kWettestC = 100;
+  if (!map.reads_humidity) return;
+  if (const auto found = map.find("humidity") ? value("humidity") : std::nullopt)
+    if (*found > 0 && *found <= kMostPercent) status.humidity_percent = *found;
+  if (const auto found = map.find("dew_point") ? value("dew_point") : std::nullopt)
+    if (*found >= kDriestC && *found <= kWettestC) status.dew_point = Celsius{*found};
+}
+
+/// Returns the items that evaluate_rules() and evaluate_humidity() read, each once.
 std::vector<const RegisterItem*> status_items(const RegisterMap& map) {
   std::vector<const RegisterItem*> items;
   const auto add = [&](const std::string& name) {
@@ -78,6 +91,10 @@ std::vector<const RegisterItem*> status_items(const RegisterMap& map) {
   };
   for (const auto& rule : map.states) add(rule.when.item);
   for (const auto& rule : map.alarms) add(rule.when.item);
+  if (map.reads_humidity) {
+    add("humidity");
+    add("dew_point");
+  }
   return items;
 }
 
@@ -130,13 +147,16 @@ class ModbusChamber final : public Chamber {
 
   std::uint64_t breaks() const override { return registers_->breaks(); }
 
-  /// Reads the state. After a failure the activity is unknown, but the alarms remain until the status is read again.
+  /// Reads the state. After a failure activity and humidity are unknown, but the alarms remain until the status is read
+  /// again.
   Result<ChamberState> read() override {
     auto state = read_state();
     if (state && turns_.is_overdue()) return status_fault("the state and alarms could not be read for a minute");
     if (state) return state;
     turns_.begin_new_round();
     status_.activity = ChamberActivity::unknown;
+    status_.humidity_percent.reset();
+    status_.dew_point.reset();
     status_known_ = false;
     return state;
   }
@@ -299,7 +319,14 @@ class ModbusChamber final : public Chamber {
     const auto set_point = evaluate_set_point(*core);
     if (!set_point) return failure(set_point.error());
     read_status_pieces(*core, began);
-    return ChamberState{{*air}, {*set_point}, status_.activity, status_.alarms, status_.must_stop};
+    const auto dew = status_.humidity_percent ? dew_point(Celsius{*air}, *status_.humidity_percent) : std::nullopt;
+    return ChamberState{{*air},
+                        {*set_point},
+                        status_.activity,
+                        status_.alarms,
+                        status_.must_stop,
+                        status_.humidity_percent,
+                        status_.dew_point ? status_.dew_point : dew};
   }
 
   /// Reads the core items. Fails at the first span that fails, or with timeout if the reading takes too long.
@@ -418,6 +445,8 @@ class ModbusChamber final : public Chamber {
         turns_.store(std::move(*words));
       } else if (words.error().kind == FaultKind::refused && turns_.note_refused()) {
         missing_.push_back(fmt::format("{} ({})", fmt::join(find_status_names(span), ", "), words.error().what));
+      } else if (has_only_humidity(span)) {
+        turns_.skip();
       } else {
         turns_.note_lost(pauses_->now() - began);
         lost_ = text(words.error());
@@ -445,15 +474,27 @@ class ModbusChamber final : public Chamber {
   }
 
   [[nodiscard]] ChamberStatus evaluate_status(const Snapshot& core, const Snapshot& more) const {
-    return evaluate_rules(map_, [&](const std::string& name) -> std::optional<double> {
+    const ItemValue value = [&](const std::string& name) -> std::optional<double> {
       const auto& item = items_.item(name);
       for (const auto* snapshot : {&more, &core}) {
         if (snapshot->find_words(item).empty()) continue;
-        const auto value = items_.value_in(*snapshot, item);
-        return value ? std::optional(*value) : std::nullopt;
+        const auto found = items_.value_in(*snapshot, item);
+        return found ? std::optional(*found) : std::nullopt;
       }
       return std::nullopt;
-    });
+    };
+    auto status = evaluate_rules(map_, value);
+    evaluate_humidity(map_, value, status);
+    return status;
+  }
+
+  /// Returns whether a span contains no item of the state and alarm rules. If it cannot be read, only the humidity is
+  /// unknown.
+  [[nodiscard]] bool has_only_humidity(const ReadSpan& span) const {
+    if (!map_.reads_humidity) return false;
+    const auto names = find_status_names(span);
+    return !names.empty() &&
+           std::ranges::all_of(names, [](const auto& name) { return name == "humidity" || name == "dew_point"; });
   }
 
   [[nodiscard]] Result<void> read_limits() {
@@ -591,8 +632,8 @@ ModbusChamber::ModbusChamber(RegisterMap map, std::unique_ptr<Registers> registe
   status_items_ = status_items(map_);
   const auto context = items_.find_context_items(status_items_);
   status_items_.insert(status_items_.end(), context.begin(), context.end());
-  const bool has_rules = !(map_.states.empty() && map_.alarms.empty());
-  turns_ = StatusTurns(plan_reads(status_items_, map_.holes, at_most), has_rules ? map_.status_every : 0);
+  const bool is_polled = !(map_.states.empty() && map_.alarms.empty()) || map_.reads_humidity;
+  turns_ = StatusTurns(plan_reads(status_items_, map_.holes, at_most), is_polled ? map_.status_every : 0);
 }
 
 }  // namespace

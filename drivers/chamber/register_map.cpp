@@ -76,6 +76,17 @@ Result<RegisterMap> select_power_switch(RegisterMap map, const std::string& name
   return map;
 }
 
+Result<RegisterMap> select_humidity(RegisterMap map) {
+  const auto is_readable = [&](const char* name) {
+    const auto* item = map.find(name);
+    return item != nullptr && item->readable;
+  };
+  if (!is_readable("humidity") && !is_readable("dew_point"))
+    return failure(FaultKind::usage, map.name, "the map has no item \"humidity\" or \"dew_point\" that can be read");
+  map.reads_humidity = true;
+  return map;
+}
+
 Result<RegisterMap> apply_settings(RegisterMap map, const LinkSettings& settings) {
   if (auto checked = check_framing(map.link.modbus, settings); !checked) return failure(std::move(checked.error()));
   auto linked = apply_settings(std::move(map.link.modbus), settings);
@@ -107,6 +118,7 @@ std::vector<const RegisterItem*> find_items_in_use(const RegisterMap& map) {
     }
   for (const auto& rule : map.states) names.push_back(rule.when.item);
   for (const auto& rule : map.alarms) names.push_back(rule.when.item);
+  if (map.reads_humidity) names.insert(names.end(), {"humidity", "dew_point"});
   for (std::size_t i = 0; i < names.size(); ++i)
     if (const auto* item = map.find(names[i])) {
       names.insert(names.end(), {item->decimals, item->unit, item->seen_in});

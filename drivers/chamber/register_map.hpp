@@ -249,6 +249,8 @@ struct RegisterMap {
   std::vector<StateRule> states;
   std::vector<AlarmRule> alarms;
   SetPointLimits limits;
+  /// The items "humidity" and "dew_point" are read, as far as the map has them.
+  bool reads_humidity{};
   std::optional<ProfileMemory> memory;
   /// Text of the file.
   std::string text;
@@ -276,6 +278,10 @@ struct RegisterMap {
 /// with switching it off, and a chamber without power is in state off. An empty name changes nothing. Fails with usage
 /// if the map has no such switch.
 [[nodiscard]] Result<RegisterMap> select_power_switch(RegisterMap map, const std::string& name);
+
+/// Returns the map of a unit that measures humidity: its items "humidity", in percent, and "dew_point", in °C, are then
+/// read. Fails with usage if the map has neither.
+[[nodiscard]] Result<RegisterMap> select_humidity(RegisterMap map);
 
 /// Returns the map with an installation's settings applied to the selected link. Fails with usage if the link does not
 /// have such a setting, or if an item needs more registers than one exchange may read with these settings. `where` of

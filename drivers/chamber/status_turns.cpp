@@ -97,6 +97,11 @@ void StatusTurns::store(std::vector<std::uint16_t> words) {
   so_far_.add(pieces_[at_++], std::move(words));
 }
 
+void StatusTurns::skip() {
+  is_late_ = false;
+  ++at_;
+}
+
 bool StatusTurns::note_refused() {
   is_late_ = false;
   if (was_read_[at_]) return false;

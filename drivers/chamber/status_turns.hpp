@@ -65,6 +65,8 @@ class StatusTurns {
   [[nodiscard]] const ReadSpan* next(Duration spent, Duration exchange);
   /// Stores the words of the piece that next() returned.
   void store(std::vector<std::uint16_t> words);
+  /// Leaves out the piece that next() returned in this round. Its items are then unknown.
+  void skip();
   /// Notes that the unit refused the piece as non-existent. Unless the piece was read successfully before, removes it
   /// and returns true; next() then returns the following piece.
   bool note_refused();

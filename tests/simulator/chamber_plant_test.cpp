@@ -70,5 +70,24 @@ TEST(ChamberPlant, DriftsTowardsSurroundingsWhenSwitchedOff) {
   EXPECT_NEAR(plant.output_percent(), 0, 1e-9);
 }
 
+TEST(ChamberPlant, KeepsVapourAsFrostUntilWallsAreWarm) {
+  ChamberPlant plant(shipped());
+  const auto pass = [&](double set_point, int hours) {
+    for (int i = 0; i < 3600 * hours; ++i) plant.step({set_point}, true);
+  };
+  EXPECT_NEAR(plant.dew_point().value, 12.0, 0.2) << "50 % at 23 °C";
+  EXPECT_NEAR(plant.humidity_percent(), 60, 1);
+  pass(-30, 2);
+  EXPECT_LT(condensation_point(plant.dew_point()).value, -29.5) << "saturated at the coldest surface";
+  pass(20, 1);
+  EXPECT_GT(plant.dew_point().value, 5) << "the frost has evaporated";
+  PlantFaults open;
+  open.door_open = true;
+  pass(-30, 2);
+  plant.inject(open);
+  for (int i = 0; i < 60; ++i) plant.step({-30}, true);
+  EXPECT_GT(plant.dew_point().value, -30) << "humid air enters";
+}
+
 }  // namespace
 }  // namespace gyrotherm::simulator

@@ -315,7 +315,7 @@ TEST(EveryMap, StatesWhatItVerifiesAndWhatItCannot) {
     const auto map = shipped_map(name);
     const auto& verification = map.verification;
     seen.insert(name);
-    if (name == "virtual") continue;
+    if (name.starts_with("virtual")) continue;
     EXPECT_FALSE(verification.not_verified.empty()) << name;
     if (map.identity) {
       EXPECT_FALSE(verification.verifies.empty()) << name;
@@ -323,7 +323,7 @@ TEST(EveryMap, StatesWhatItVerifiesAndWhatItCannot) {
       EXPECT_NE(verification.not_verified.front().find("make"), std::string::npos) << name;
     }
   }
-  EXPECT_EQ(seen.size(), 27u);
+  EXPECT_EQ(seen.size(), 28u);
 }
 
 /// Returns the activity that a map derives from its items, as the chamber does: the first matching rule decides.

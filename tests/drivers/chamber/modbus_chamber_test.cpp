@@ -246,5 +246,69 @@ TEST(StrayZeros, AreRetriedAtFirstReading) {
   EXPECT_EQ(at_zero.chamber->inspect().value().air, Celsius{0});
 }
 
+/// A chamber with humidity registers, at 60 % and a dew point of 5.5 °C.
+class HumidChamber : public OnFakeRegisters {
+ protected:
+  void connect(const std::string& items, bool has_states = true) {
+    auto map = parse_register_map(
+        fmt::format(fmt::runtime(kMap), "false\nstatus_every = 1") + items + (has_states ? kStates : ""), "map.toml");
+    ASSERT_TRUE(map) << text(map.error());
+    auto selected = select_humidity(std::move(*map));
+    ASSERT_TRUE(selected) << text(selected.error());
+    auto made = std::make_unique<tests::FakeRegisters>();
+    registers = made.get();
+    registers->words = {{0, 570}, {1, 0x41AC}, {2, 0}, {3, 200}, {4, 62}, {5, 62}, {9, 600}, {12, 55}};
+    chamber = make_modbus_chamber(std::move(*selected), std::move(made));
+  }
+  static constexpr const char* kHumidity =
+      "[[register]]\nname = \"humidity\"\naddress = 9\ntype = \"s16\"\nscale = 0.1\n";
+  static constexpr const char* kDewPoint =
+      "[[register]]\nname = \"dew_point\"\naddress = 12\ntype = \"s16\"\nscale = 0.1\n";
+};
+
+TEST_F(HumidChamber, ComputesDewPoint) {
+  for (const bool has_states : {true, false}) {
+    connect(kHumidity, has_states);
+    const auto state = chamber->read().value();
+    EXPECT_DOUBLE_EQ(state.humidity_percent.value(), 60);
+    EXPECT_NEAR(state.dew_point.value().value, 13.4, 0.05) << "21.5 °C, 60 %";
+  }
+}
+
+TEST_F(HumidChamber, PrefersMeasuredDewPoint) {
+  connect(std::string(kHumidity) + kDewPoint);
+  EXPECT_EQ(chamber->read().value().dew_point, Celsius{5.5});
+  connect(kDewPoint);
+  const auto state = chamber->read().value();
+  EXPECT_FALSE(state.humidity_percent);
+  EXPECT_EQ(state.dew_point, Celsius{5.5});
+}
+
+TEST_F(HumidChamber, HasStateWithoutHumidity) {
+  connect(kHumidity);
+  for (const std::uint16_t impossible : std::initializer_list<std::uint16_t>{0, 1200, 0xFFFF}) {
+    registers->words[9] = impossible;
+    const auto state = chamber->read().value();
+    EXPECT_FALSE(state.humidity_percent || state.dew_point) << impossible;
+    EXPECT_EQ(state.activity, ChamberActivity::off);
+  }
+  registers->words[9] = 500;
+  ASSERT_TRUE(chamber->read().value().humidity_percent);
+  registers->words.erase(9);
+  for (int i = 0; i < 200; ++i) {
+    const auto state = chamber->read();
+    ASSERT_TRUE(state) << "in reading " << i << ": " << text(state.error());
+    EXPECT_FALSE(state->humidity_percent) << "an old value is not repeated";
+    EXPECT_EQ(state->activity, ChamberActivity::off);
+  }
+}
+
+TEST_F(HumidChamber, IsRefusedWithoutItems) {
+  const auto selected =
+      select_humidity(parse_register_map(fmt::format(fmt::runtime(kMap), "false"), "map.toml").value());
+  ASSERT_FALSE(selected);
+  EXPECT_EQ(selected.error().kind, FaultKind::usage);
+}
+
 }  // namespace
 }  // namespace gyrotherm::drivers

@@ -101,6 +101,8 @@ class RowSelection {
     chosen.set_point_c = means(record_.set_point_c);
     chosen.chamber_air_c = means(record_.chamber_air_c);
     chosen.chamber_set_point_c = means(record_.chamber_set_point_c);
+    if (record_.info.has_humidity) chosen.chamber_humidity_percent = means(record_.chamber_humidity_percent);
+    if (record_.info.has_dew_point) chosen.chamber_dew_point_c = means(record_.chamber_dew_point_c);
     for (const auto& column : record_.thermometers_c) chosen.thermometers_c.push_back(means(column));
     for (std::size_t unit = 0; unit < record_.units.size(); ++unit) chosen.units.push_back(combine_unit(unit));
     chosen.progress = first_values(record_.progress);

@@ -152,6 +152,10 @@ class NetcdfExport {
     put("set_point_c", "degC", "set point of the profile", record_.set_point_c);
     put("chamber_air_c", "degC", "air of the chamber", record_.chamber_air_c);
     put("chamber_set_point_c", "degC", "set point read back from the chamber", record_.chamber_set_point_c);
+    if (info_.has_humidity)
+      put("chamber_humidity_percent", "percent", "relative humidity of the chamber", record_.chamber_humidity_percent);
+    if (info_.has_dew_point)
+      put("chamber_dew_point_c", "degC", "dew point of the chamber", record_.chamber_dew_point_c);
     for (std::size_t i = 0; i < info_.thermometers.size(); ++i) put_thermometer(i);
     for (std::size_t i = 0; i < info_.units.size(); ++i) put_unit(i);
     if (!info_.imported) put_progress();
@@ -289,7 +293,7 @@ class NetcdfExport {
     const auto& columns = record_.units[index];
     std::size_t axis = 0, value = 0;
     for (const auto& column : record::channel_columns(info_)) {
-      if (column.measures == record::Measures::temperature || column.unit != index) continue;
+      if (!is_of_unit(column.measures) || column.unit != index) continue;
       switch (column.measures) {
         case record::Measures::rotation: put_axis(column, index, axis++); break;
         case record::Measures::interval:
@@ -306,6 +310,8 @@ class NetcdfExport {
             put(column.name, "degree/hour", "true bias of the virtual laboratory", truth);
           break;
         }
+        case record::Measures::humidity:
+        case record::Measures::dew_point:
         case record::Measures::temperature: break;
       }
     }

@@ -261,6 +261,8 @@ void add_comments(Buffer& out, const RunInfo& info, bool finished) {
 
 std::string column_title(const ChannelColumn& column, const RunInfo& info) {
   if (column.measures == Measures::temperature) return column.name + " [°C]";
+  if (is_of_chamber(column.measures))
+    return column.measures == Measures::humidity ? "chamber humidity [%]" : "chamber dew point [°C]";
   const UnitInfo& unit = info.units[column.unit];
   switch (column.measures) {
     case Measures::rotation: {
@@ -274,6 +276,8 @@ std::string column_title(const ChannelColumn& column, const RunInfo& info) {
     case Measures::true_bias:
       return info.units.size() == 1 && unit.axes.size() == 1 ? "true bias [°/h]"
                                                              : axis_label(unit, column.index) + " true bias [°/h]";
+    case Measures::humidity:
+    case Measures::dew_point:
     case Measures::temperature: break;
   }
   return column.name;
@@ -286,11 +290,15 @@ double number_at(const std::vector<double>& column, std::size_t row) {
 
 double channel_value(const Record& record, const ChannelColumn& column, std::size_t row) {
   if (column.measures == Measures::temperature) return number_at(record.thermometers_c[column.index], row);
+  if (column.measures == Measures::humidity) return number_at(record.chamber_humidity_percent, row);
+  if (column.measures == Measures::dew_point) return number_at(record.chamber_dew_point_c, row);
   const UnitColumns& unit = record.units[column.unit];
   switch (column.measures) {
     case Measures::rotation: return number_at(unit.rotation[column.index], row);
     case Measures::value: return number_at(unit.values[column.index], row);
     case Measures::true_bias: return number_at(unit.true_bias_deg_per_h[column.index], row);
+    case Measures::humidity:
+    case Measures::dew_point:
     case Measures::interval:
     case Measures::temperature: break;
   }

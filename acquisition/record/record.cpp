@@ -16,6 +16,8 @@ namespace {
 void each_number(Record& record, const Selection& selection, const std::function<void(std::vector<double>&)>& use) {
   for (auto* column : {&record.time_s, &record.set_point_c, &record.chamber_air_c, &record.chamber_set_point_c})
     use(*column);
+  if (record.info.has_humidity) use(record.chamber_humidity_percent);
+  if (record.info.has_dew_point) use(record.chamber_dew_point_c);
   for (std::size_t i = 0; i < record.thermometers_c.size(); ++i)
     if (selection.thermometers[i]) use(record.thermometers_c[i]);
   for (std::size_t i = 0; i < record.units.size(); ++i) {
@@ -59,6 +61,8 @@ void add(Record& record, const SampleRow& row, const Selection& selection) {
   record.set_point_c.push_back(progress.set_point.value);
   record.chamber_air_c.push_back(row.chamber_air_c);
   record.chamber_set_point_c.push_back(row.chamber_set_point_c);
+  if (record.info.has_humidity) record.chamber_humidity_percent.push_back(row.chamber_humidity_percent);
+  if (record.info.has_dew_point) record.chamber_dew_point_c.push_back(row.chamber_dew_point_c);
   for (std::size_t i = 0; i < record.thermometers_c.size(); ++i)
     if (selection.thermometers[i]) record.thermometers_c[i].push_back(row.thermometers_c[i]);
   for (std::size_t i = 0; i < record.units.size(); ++i)

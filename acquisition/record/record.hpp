@@ -45,6 +45,9 @@ struct Record {
   std::vector<double> set_point_c;  ///< demanded by the profile
   std::vector<double> chamber_air_c;
   std::vector<double> chamber_set_point_c;  ///< read back from the chamber
+  /// Empty unless info.has_humidity or info.has_dew_point.
+  std::vector<double> chamber_humidity_percent;
+  std::vector<double> chamber_dew_point_c;
   /// Raw readings, one column per element of info.thermometers.
   std::vector<std::vector<double>> thermometers_c;
   /// One element per element of info.units.

@@ -37,6 +37,8 @@ SampleRow make_row(const Sample& sample, const RunInfo& info) {
   if (const auto& chamber = sample.chamber.value) {
     row.chamber_air_c = chamber->air.value;
     row.chamber_set_point_c = chamber->set_point.value;
+    row.chamber_humidity_percent = chamber->humidity_percent.value_or(kMissing);
+    row.chamber_dew_point_c = chamber->dew_point.value_or(Celsius{kMissing}).value;
   }
   row.thermometers_c.reserve(sample.thermometers.size());
   for (const auto& reading : sample.thermometers)
@@ -230,16 +232,19 @@ std::span<const Column<SampleRow>> columns_before_channels() { return kBeforeCha
 std::span<const Column<SampleRow>> columns_after_channels() { return kAfterChannels; }
 
 const char* name(Measures measures) {
-  return enumerator_text<Measures::true_bias>({"temperature", "rotation", "interval", "value", "true bias"}, measures);
+  return enumerator_text<Measures::dew_point>(
+      {"temperature", "rotation", "interval", "value", "true bias", "humidity", "dew point"}, measures);
 }
 
 const char* sql_type(Measures measures) {
   // NUMERIC, because an imported record may store a rate instead of pulses.
-  return enumerator_text<Measures::true_bias>({"REAL", "NUMERIC", "INTEGER", "REAL", "REAL"}, measures);
+  return enumerator_text<Measures::dew_point>({"REAL", "NUMERIC", "INTEGER", "REAL", "REAL", "REAL", "REAL"}, measures);
 }
 
 std::vector<ChannelColumn> channel_columns(const RunInfo& info) {
   std::vector<ChannelColumn> columns;
+  if (info.has_humidity) columns.push_back({.name = "chamber_humidity_percent", .measures = Measures::humidity});
+  if (info.has_dew_point) columns.push_back({.name = "chamber_dew_point_c", .measures = Measures::dew_point});
   for (std::size_t i = 0; i < info.thermometers.size(); ++i)
     columns.push_back({.name = info.thermometers[i].name, .measures = Measures::temperature, .index = i});
   const auto each_axis = [&](std::size_t unit, Measures measures, const char* what) {
@@ -300,6 +305,8 @@ double& number_at(const ChannelColumn& column, SampleRow& row) {
     case Measures::rotation: return row.units[column.unit].rotation[column.index];
     case Measures::value: return row.units[column.unit].values[column.index];
     case Measures::true_bias: return row.units[column.unit].true_bias_deg_per_h[column.index];
+    case Measures::humidity: return row.chamber_humidity_percent;
+    case Measures::dew_point: return row.chamber_dew_point_c;
     case Measures::temperature:
     case Measures::interval: break;
   }
@@ -317,6 +324,8 @@ Cell cell_in(const ChannelColumn& column, const SampleRow& row) {
     case Measures::interval: return to_cell(row.units[column.unit].interval);
     case Measures::value: return number_or_missing(row.units[column.unit].values, column.index);
     case Measures::true_bias: return number_or_missing(row.units[column.unit].true_bias_deg_per_h, column.index);
+    case Measures::humidity: return row.chamber_humidity_percent;
+    case Measures::dew_point: return row.chamber_dew_point_c;
     case Measures::temperature: break;
   }
   return number_or_missing(row.thermometers_c, column.index);

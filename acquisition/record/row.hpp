@@ -44,6 +44,9 @@ struct SampleRow {
   std::optional<Duration> utc{};
   double chamber_air_c{kMissing};
   double chamber_set_point_c{kMissing};
+  /// The row of a record without these channels does not contain them.
+  double chamber_humidity_percent{kMissing};
+  double chamber_dew_point_c{kMissing};
   std::vector<double> thermometers_c{};
   std::vector<UnitRow> units{};
   std::optional<ProfilePosition> progress{};
@@ -119,9 +122,16 @@ struct Column {
 [[nodiscard]] std::span<const Column<SampleRow>> columns_before_channels();
 [[nodiscard]] std::span<const Column<SampleRow>> columns_after_channels();
 
-/// The quantity that a channel measures, for channels other than the chamber's.
-enum class Measures { temperature, rotation, interval, value, true_bias };
+/// The quantity that a channel measures, for channels that not every record has. Humidity and dew point are the
+/// chamber's.
+enum class Measures { temperature, rotation, interval, value, true_bias, humidity, dew_point };
 [[nodiscard]] const char* name(Measures measures);
+[[nodiscard]] constexpr bool is_of_chamber(Measures measures) {
+  return measures == Measures::humidity || measures == Measures::dew_point;
+}
+[[nodiscard]] constexpr bool is_of_unit(Measures measures) {
+  return measures != Measures::temperature && !is_of_chamber(measures);
+}
 /// Returns the SQL type of the column of such a channel.
 [[nodiscard]] const char* sql_type(Measures measures);
 
@@ -129,14 +139,14 @@ enum class Measures { temperature, rotation, interval, value, true_bias };
 struct ChannelColumn {
   std::string name;
   Measures measures{};
-  std::size_t unit{};  ///< unused for a temperature
+  std::size_t unit{};  ///< unused for a temperature or a channel of the chamber
   /// The index of the thermometer, or the index among the axes or values of the unit.
   std::size_t index{};
 };
-/// Returns the columns that depend on the channels, in the order of the table: thermometers, then the measurements of
-/// each unit, then, after columns_after_channels(), the true biases. The column of a thermometer has the name of the
-/// thermometer. The columns of a unit start with its label ("u1.x.pulses"), except in a rig file with a single unnamed
-/// gyro ("pulses").
+/// Returns the columns that depend on the channels, in the order of the table: humidity and dew point of the
+/// chamber, if it measures them, thermometers, then the measurements of each unit, then, after
+/// columns_after_channels(), the true biases. The column of a thermometer has the name of the thermometer. The columns
+/// of a unit start with its label ("u1.x.pulses"), except in a rig file with a single unnamed gyro ("pulses").
 [[nodiscard]] std::vector<ChannelColumn> channel_columns(const RunInfo& info);
 
 /// The selected thermometers, units and seconds of one record.
@@ -145,6 +155,7 @@ struct Selection {
   std::vector<bool> thermometers, units;
   std::int64_t after{};
   [[nodiscard]] bool has(const ChannelColumn& column) const {
+    if (is_of_chamber(column.measures)) return true;
     return column.measures == Measures::temperature ? thermometers[column.index] : units[column.unit];
   }
 };

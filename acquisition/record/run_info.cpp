@@ -102,6 +102,7 @@ struct MeasuredChannel {
 };
 
 std::string column_unit(const ChannelColumn& column, const RunInfo& info) {
+  if (is_of_chamber(column.measures)) return column.measures == Measures::humidity ? "%" : "°C";
   const UnitInfo& unit = info.units[column.unit];
   switch (column.measures) {
     case Measures::rotation: {
@@ -111,6 +112,8 @@ std::string column_unit(const ChannelColumn& column, const RunInfo& info) {
     case Measures::interval: return "ns";
     case Measures::value: return unit.values[column.index].unit;
     case Measures::true_bias: return "°/h";
+    case Measures::humidity:
+    case Measures::dew_point:
     case Measures::temperature: break;
   }
   return "°C";
@@ -134,6 +137,15 @@ std::vector<MeasuredChannel> all_channels(const RunInfo& info) {
   for (const auto& column : channel_columns(info)) {
     if (column.measures == Measures::temperature) {
       channels.push_back({info.thermometers[column.index], name(column.measures)});
+      continue;
+    }
+    if (is_of_chamber(column.measures)) {
+      channels.push_back({{.name = column.name,
+                           .instrument = info.chamber_instrument,
+                           .offset = {},
+                           .unit = column_unit(column, info),
+                           .unit_under_test = ""},
+                          name(column.measures)});
       continue;
     }
     const UnitInfo& unit = info.units[column.unit];
@@ -194,7 +206,16 @@ Result<void> write_segments(Database& database, const std::vector<RunInfo::Segme
 
 constexpr const char *kCycles = "cycles", *kGradients = "gradients", *kThreePoint = "three_point",
                      *kAnalogueMaps = "analogue_map_texts", *kThermometers = "thermometer_texts",
-                     *kIdentities = "identities", *kFixture = "fixture";
+                     *kIdentities = "identities", *kFixture = "fixture", *kWarmUp = "warm_up";
+
+/// Parses the numbers that write_lists() stores for a warm-up. Returns nothing for any other text.
+std::optional<RunInfo::WarmUpInfo> parse_warm_up(std::string_view text) {
+  const auto numbers = parse_polynomial(text);
+  if (numbers.size() != 3 || !std::ranges::all_of(numbers, [](double number) { return std::isfinite(number); }))
+    return std::nullopt;
+  if (!(numbers[1] > numbers[0] && numbers[2] > 0)) return std::nullopt;
+  return RunInfo::WarmUpInfo{.at_least = {numbers[0]}, .air = {numbers[1]}, .rate = {numbers[2]}};
+}
 
 /// Returns "key number" for each known value.
 std::vector<std::string> fixture_lines(const GyroUncertainty& known) {
@@ -226,6 +247,8 @@ Result<void> write_lists(Database& database, const RunInfo& info) {
   put(kCycles, "", info.cycles);
   put(kAnalogueMaps, "", info.analogue_map_texts);
   put(kThermometers, "", info.thermometer_texts);
+  if (const auto& added = info.warm_up)
+    put(kWarmUp, "", {fmt::format("{} {} {}", added->at_least.value, added->air.value, added->rate.value)});
   for (const auto& [title, identity] : info.identities) put(kIdentities, title, {identity});
   for (const UnitInfo& unit : info.units) {
     put(kGradients, unit.name, unit.gradients);
@@ -312,6 +335,8 @@ Result<void> read_channels(Database& database, RunInfo& info) {
       " calibration_uncertainty_k, distribution, drift_k_per_year, calibrated, measures FROM channel ORDER BY position";
   return database.each_row(kChannels, [&](const Statement& row) {
     if (row.text(12) == kChamberMeasures) info.chamber_instrument = row.text(2);
+    if (row.text(12) == name(Measures::humidity)) info.has_humidity = true;
+    if (row.text(12) == name(Measures::dew_point)) info.has_dew_point = true;
     if (row.text(12) != name(Measures::temperature)) return;
     info.thermometers.push_back({.name = std::string(row.text(0)),
                                  .instrument = std::string(row.text(2)),
@@ -413,6 +438,7 @@ Result<void> read_lists(Database& database, RunInfo& info) {
     if (list == kCycles) info.cycles.emplace_back(row.text(2));
     if (list == kAnalogueMaps) info.analogue_map_texts.emplace_back(row.text(2));
     if (list == kThermometers) info.thermometer_texts.emplace_back(row.text(2));
+    if (list == kWarmUp) info.warm_up = parse_warm_up(row.text(2));
     if (list == kIdentities) info.identities.emplace(row.text(1), row.text(2));
     if (list == kFixture) {
       for (std::size_t i = 0; i < info.units.size(); ++i)

@@ -152,6 +152,10 @@ struct RunInfo {
   /// The identity that each instrument reported when the run began, by its title ("chamber", "thermometer 2"). Empty
   /// for a record of 0.1.0.
   std::map<std::string, std::string> identities{};
+  /// The chamber measures the relative humidity of its air, or its dew point. Each has a column in the record. A
+  /// measured humidity implies a computed dew point.
+  bool has_humidity{};
+  bool has_dew_point{};
   std::vector<Channel> thermometers;
   std::vector<UnitInfo> units;
   std::vector<std::string> cycles;  ///< names
@@ -166,6 +170,14 @@ struct RunInfo {
     UnitState unit{};
   };
   std::vector<SegmentInfo> segments;  ///< the expanded profile
+  /// The warm-ups that the run added to the profile: the required temperature of the unit, and air and rate.
+  struct WarmUpInfo {
+    Celsius at_least;
+    Celsius air;
+    CelsiusPerMinute rate{};
+    bool operator==(const WarmUpInfo&) const = default;
+  };
+  std::optional<WarmUpInfo> warm_up{};  ///< nothing: none was added
 };
 
 /// Returns the first unit of that name; null if there is none.

@@ -18,8 +18,9 @@ namespace {
 constexpr int kApplicationId = 0x67797274;  // "gyrt"
 constexpr int kUserVersion = 1;
 constexpr std::size_t kLongestName = 64;
-constexpr std::initializer_list<Measures> kAllMeasures = {Measures::temperature, Measures::rotation, Measures::interval,
-                                                          Measures::value, Measures::true_bias};
+constexpr std::initializer_list<Measures> kAllMeasures = {
+    Measures::temperature, Measures::rotation, Measures::interval, Measures::value,
+    Measures::true_bias,   Measures::humidity, Measures::dew_point};
 
 constexpr const char* kOtherTables = R"(
 CREATE TABLE meta(key TEXT PRIMARY KEY, value) WITHOUT ROWID;
@@ -99,6 +100,8 @@ NameTrouble::Of named_object(Measures measures) {
     case Measures::rotation:
     case Measures::true_bias: return NameTrouble::Of::axis;
     case Measures::value: return NameTrouble::Of::value;
+    case Measures::humidity:
+    case Measures::dew_point:
     case Measures::interval: break;
   }
   return NameTrouble::Of::unit;
@@ -155,7 +158,8 @@ std::vector<NameTrouble> name_troubles(const RunInfo& info) {
 
 std::set<std::string> reserved_channel_names() {
   auto names = common_titles();
-  names.insert({"chain", "time", "time_s", "utc", "bias", "self", "at_rest"});
+  names.insert({"chain", "time", "time_s", "utc", "bias", "self", "at_rest", "chamber_humidity_percent",
+                "chamber_dew_point_c", "chamber humidity", "chamber dew point"});
   for (const auto& column : columns_before_channels()) names.insert(column.name);
   for (const auto& column : columns_after_channels()) names.insert(column.name);
   return names;
@@ -165,7 +169,7 @@ std::vector<NameTrouble> new_name_troubles(const RunInfo& info) {
   auto troubles = name_troubles(info);
   auto taken = reserved_channel_names();
   for (const auto& column : channel_columns(info)) {
-    if (column.measures == Measures::temperature) continue;
+    if (!is_of_unit(column.measures)) continue;
     taken.insert(lower(calibrated_name(column)));
     if (column.measures != Measures::true_bias) continue;
     // Python adds a column with the bias: "u1.x.bias_deg_per_h".
@@ -242,6 +246,8 @@ std::string select_expression(const ChannelColumn& column, const RunInfo& info) 
     case Measures::rotation: return rate(column, info);
     case Measures::interval: return fmt::format("\"{}\" / 1e9 AS \"{}\"", column.name, calibrated_name(column));
     case Measures::value:
+    case Measures::humidity:
+    case Measures::dew_point:
     case Measures::true_bias: break;
   }
   return fmt::format("\"{}\"", column.name);

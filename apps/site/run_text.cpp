@@ -47,6 +47,10 @@ StoredChannel unit_channel(const record::ChannelColumn& column, const record::Ru
     channel.unit_under_test = channel.thermometer->unit_under_test;
     return channel;
   }
+  if (is_of_chamber(column.measures)) {
+    channel.unit = column.measures == record::Measures::humidity ? "%" : "°C";
+    return channel;
+  }
   const auto& unit = info.units[column.unit];
   channel.unit_under_test = unit.name;
   switch (column.measures) {
@@ -56,6 +60,8 @@ StoredChannel unit_channel(const record::ChannelColumn& column, const record::Ru
     case record::Measures::interval: channel.unit = "ns"; break;
     case record::Measures::value: channel.unit = unit.values[column.index].unit; break;
     case record::Measures::true_bias: channel.unit = "°/h"; break;
+    case record::Measures::humidity:
+    case record::Measures::dew_point:
     case record::Measures::temperature: break;
   }
   return channel;

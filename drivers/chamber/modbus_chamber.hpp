@@ -19,8 +19,9 @@ namespace gyrotherm::drivers {
 /// limits, is out_of_range. State and alarms are read as often as the map specifies; between these readings, read()
 /// returns their latest values. A status register that the unit refuses is not read again.
 ///
-/// If the map reads humidity, it is read with state and alarms. The dew point is that of the unit, or else computed from
-/// the humidity and the air temperature. If only the humidity cannot be read, both are unknown and read() succeeds.
+/// If the map reads humidity, it is read with state and alarms. The dew point is that of the unit, or else computed
+/// from the humidity and the air temperature. If only the humidity cannot be read, both are unknown and read()
+/// succeeds.
 ///
 /// identify() also fails with mismatch if the controller is set to so few decimals that the step of its set points
 /// exceeds set_point_tolerance(), because a rounded set point would be mistaken for one from another program.

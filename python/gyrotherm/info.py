@@ -90,6 +90,7 @@ class RunInfo:
     days_later: int
     units: tuple[Unit, ...]
     thermometers: tuple[Thermometer, ...]
+    chamber_columns: tuple[str, ...]  #: humidity and dew point of the chamber, if it measures them
     segments: tuple[Segment, ...]
     cycles: tuple[str, ...]
     meta: dict[str, str] = field(repr=False)  #: the table `meta` unchanged, with the texts of profile and rig
@@ -153,6 +154,11 @@ def _thermometers(database: sqlite3.Connection) -> tuple[Thermometer, ...]:
                  for name, instrument, unit, offset, polynomial, certificate, due, u, drift in database.execute(query))
 
 
+def _chamber_columns(database: sqlite3.Connection) -> tuple[str, ...]:
+    query = "SELECT name FROM channel WHERE measures IN ('humidity', 'dew point') ORDER BY position"
+    return tuple(str(name) for name, in database.execute(query))
+
+
 def _segments(database: sqlite3.Connection) -> tuple[Segment, ...]:
     query = ("SELECT name, hold, target_c, rate_c_per_min, cycle, prompt, unit_off, unit_turned FROM segment"
              " ORDER BY position")
@@ -184,5 +190,5 @@ def read_info(database: sqlite3.Connection) -> RunInfo:
         profile_name=meta.get("profile_name", ""), rig_name=meta.get("rig_name", ""),
         simulated=whole("simulated") != 0, imported=whole("imported") != 0, started_utc_ns=started,
         seed=whole("seed"), days_later=whole("days_later"), units=_units(database),
-        thermometers=_thermometers(database), segments=_segments(database),
+        thermometers=_thermometers(database), chamber_columns=_chamber_columns(database), segments=_segments(database),
         cycles=tuple(value for value, in cycles), meta=meta)

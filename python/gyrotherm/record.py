@@ -69,7 +69,7 @@ class Continuation:
 
 def channel_columns(info: RunInfo) -> list[str]:
     """Returns the columns of `sample` for the channels of the run."""
-    names = [thermometer.name for thermometer in info.thermometers]
+    names = [*info.chamber_columns, *(thermometer.name for thermometer in info.thermometers)]
     for unit in info.units:
         names += [column_name(axis.label, "pulses") for axis in unit.axes]
         names += [column_name(unit.name, "interval_ns")]

@@ -78,6 +78,11 @@ def _columns(record: Record, is_calibrated: bool, removes_first_hold: bool) -> d
     columns = {name: Column(raw[name], {"units": "degC", "long_name": long_name}) for name, long_name in (
         ("set_point_c", "set point of the profile"), ("chamber_air_c", "air temperature of the chamber"),
         ("chamber_set_point_c", "set point read back from the chamber"))}
+    chamber = {"chamber_humidity_percent": ("percent", "relative humidity of the chamber"),
+               "chamber_dew_point_c": ("degC", "dew point of the chamber")}
+    for name in info.chamber_columns:
+        units, long_name = chamber[name]
+        columns[name] = Column(raw[name], {"units": units, "long_name": long_name})
     for t in info.thermometers:
         values = calibrate(t, raw[t.name]) if is_calibrated else raw[t.name]
         columns[t.name] = Column(values, _thermometer_attrs(record, t.name, is_calibrated))

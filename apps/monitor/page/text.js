@@ -37,7 +37,8 @@ function digits_for_distance(distance) {
   return Math.min(10, Math.max(0, -Math.floor(Math.log10(Math.abs(distance)) + 1e-6)));
 }
 
-const kLabels = {set_point_c: 'set point', chamber_air_c: 'air', chamber_set_point_c: 'chamber set point'};
+const kLabels = {set_point_c: 'set point', chamber_air_c: 'air', chamber_set_point_c: 'chamber set point',
+                 chamber_humidity_percent: 'humidity', chamber_dew_point_c: 'dew point'};
 
 function channel_label(channel) {
   return kLabels[channel] || channel.replace('true_bias_deg_per_h', 'true bias');

@@ -11,6 +11,7 @@
 #include <fstream>
 
 #include "acquisition/record/chain.hpp"
+#include "acquisition/record/csv.hpp"
 #include "acquisition/record/run_info.hpp"
 #include "acquisition/record/sqlite.hpp"
 #include "acquisition/record/status.hpp"
@@ -239,6 +240,38 @@ TEST(Record, ListsAllChannels) {
   ASSERT_EQ(info.thermometers.size(), 2u);
   EXPECT_EQ(info.chamber_instrument, two_thermometers().chamber_instrument);
   EXPECT_EQ(info.units[0].instrument, two_thermometers().units[0].instrument);
+}
+
+TEST(Record, KeepsHumidityOfChamberIfItIsMeasured) {
+  const Folder folder;
+  auto given = two_thermometers();
+  given.has_humidity = given.has_dew_point = true;
+  given.warm_up = {.at_least = {16.8}, .air = {25}, .rate = {1.7}};
+  auto store = Store::create(folder / "run.db", given).value();
+  for (std::int64_t slot = 0; slot < 3; ++slot) {
+    auto sample = sample_at(slot);
+    if (slot > 0) sample.chamber.value->humidity_percent = 41.5;
+    if (slot > 0) sample.chamber.value->dew_point = Celsius{-3.25};
+    ASSERT_TRUE(store->append(sample, {}));
+  }
+  ASSERT_TRUE(store->finish());
+  store.reset();
+  EXPECT_TRUE(channels_in(folder / "run.db")
+                  .starts_with("chamber_air_c|°C|\nchamber_set_point_c|°C|\nchamber_humidity_percent|%|\n"
+                               "chamber_dew_point_c|°C|\nA|°C|gyro\n"));
+  const auto files = find_files_to_read(folder / "run.db");
+  ASSERT_TRUE(files);
+  const auto record = read_verified_record(*files);
+  ASSERT_TRUE(record) << text(record.error());
+  EXPECT_TRUE(record->info.has_humidity && record->info.has_dew_point);
+  EXPECT_EQ(record->info.warm_up, given.warm_up);
+  EXPECT_EQ(record->info.thermometers.size(), 2u) << "they are no inputs of models";
+  EXPECT_TRUE(std::isnan(record->chamber_humidity_percent[0]) && std::isnan(record->chamber_dew_point_c[0]));
+  EXPECT_EQ(record->chamber_humidity_percent[2], 41.5);
+  EXPECT_EQ(record->chamber_dew_point_c[2], -3.25);
+  const auto csv = to_csv(*record);
+  EXPECT_NE(csv.find("chamber humidity [%],chamber dew point [°C],A [°C]"), std::string::npos) << csv;
+  EXPECT_NE(csv.find(",41.5,-3.25,"), std::string::npos) << csv;
 }
 
 TEST(Record, RestoresEventsInOrder) {

@@ -31,6 +31,7 @@ ProfileState enter_segment(const Profile& profile, int index, Duration elapsed) 
 }
 
 bool is_inside_band(const Segment& segment, const std::optional<Celsius>& air) {
+  if (segment.is_warm_up) return air && *air >= segment.target - segment.soak_band;
   return air && abs(*air - segment.target) <= segment.soak_band;
 }
 

@@ -75,7 +75,7 @@ struct Observation {
 /// Returns true if the profile requires the unit to be off, or if the operator may not have switched it on yet.
 [[nodiscard]] bool unit_may_be_off(const Profile& profile, const ProfileState& state);
 
-/// Returns "air", or the channel of the thermometer that the current segment soaks on.
+/// Returns "air", the channel of the thermometer that the current segment soaks on, or kColdestThermometer.
 [[nodiscard]] const std::string& soak_sensor(const Profile& profile, const ProfileState& state);
 
 /// Converts a state to its stored form and back. `restore_state(profile, profile_position(profile, s))` is `s`, except

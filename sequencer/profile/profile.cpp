@@ -26,6 +26,9 @@ void read_accept(const TomlTable& table, const std::string& prefix, std::vector<
   }
 }
 
+/// Reads [condensation]. Returns true if the run may add warm-ups.
+bool read_condensation(const TomlTable& table) { return table.boolean("warm_up", true); }
+
 constexpr CelsiusPerMinute kRounding{1e-9};
 
 constexpr std::size_t kMostErrors = 100;  ///< reported for one profile
@@ -111,6 +114,7 @@ Result<Profile> parse_profile(std::string_view text, const std::string& file) {
   const auto metadata = root->table("metadata");
   for (const auto& key : metadata.keys()) profile.metadata[key] = metadata.text(key);
   read_accept(root->table("accept"), "", profile.accept);
+  profile.warms_up = read_condensation(root->table("condensation"));
   const auto written = read_segments(*root, read_defaults(root->table("defaults")));
   if (const auto verdict = root->verdict(); !verdict) return failure(verdict.error());
   expand(written, profile);
@@ -144,7 +148,7 @@ Result<void> check_air(const Profile& profile, Celsius lowest, Celsius highest) 
 Result<void> check_sensors(const Profile& profile, const std::vector<std::string>& channels) {
   ErrorList errors;
   for (const auto& segment : profile.segments)
-    if (segment.kind == SegmentKind::hold && segment.soak_sensor != "air" &&
+    if (segment.kind == SegmentKind::hold && !segment.is_warm_up && segment.soak_sensor != "air" &&
         std::find(channels.begin(), channels.end(), segment.soak_sensor) == channels.end())
       errors.note(segment, fmt::format("soak_sensor is \"{}\", expected \"air\" or a channel of the rig: {}",
                                        segment.soak_sensor, fmt::join(channels, ", ")));
@@ -176,6 +180,9 @@ std::string format_hms(Duration d) {
 
 std::string describe_soak(const Segment& segment) {
   if (!segment.guaranteed_soak) return "";
+  if (segment.is_warm_up)
+    return fmt::format("coldest thermometer at {:g} °C or more, at most {}", (segment.target - segment.soak_band).value,
+                       format_hms(segment.deadline));
   return fmt::format("{} within ±{:g} K, at most {}", format_hms(segment.soak_time), segment.soak_band.value,
                      format_hms(segment.deadline));
 }

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -51,6 +52,20 @@ struct Segment {
   /// Soak keys of a segment without a guaranteed soak, as text; empty: none.
   std::string ignored_keys{};
   std::string place{};  ///< "file:line:column" in the profile
+  /// The operators open the chamber's door when they are prompted.
+  bool opens_door{};
+  /// A hold that a run adds: its soak counts while the coldest thermometer is at or above `target` − `soak_band`.
+  bool is_warm_up{};
+};
+
+/// Sensor of a warm-up: the coldest thermometer of the units.
+inline constexpr const char* kColdestThermometer = "coldest thermometer";
+
+/// Parameters of the warm-ups that a run adds to a profile (warm_up.hpp).
+struct WarmUp {
+  Celsius at_least;  ///< of the unit
+  Celsius air;
+  CelsiusPerMinute rate{};
 };
 
 /// Returns the duration of a segment whose soak counts from the first second, which is the shortest possible one. It
@@ -72,6 +87,9 @@ struct Profile {
   std::vector<std::string> cycles;  ///< names
   std::vector<Segment> segments;
   std::vector<AcceptLimit> accept;
+  /// The run may add warm-ups.
+  bool warms_up = true;
+  std::optional<WarmUp> warm_up{};  ///< present if `segments` contains one
   /// Text of the file.
   std::string text;
 };

@@ -214,6 +214,9 @@ class SegmentReader {
     hold.prompt = read_prompt(table);
     hold.off = read_either(table, "power", "on", "off");
     hold.turned = read_either(table, "axis", "as mounted", "turned");
+    hold.opens_door = read_either(table, "door", "closed", "opened");
+    if (hold.opens_door.value_or(false) && hold.prompt.empty() && !hold.turned)
+      table.note_error("door", "the door is opened without a prompt, expected \"prompt\" or \"axis\" with it");
     return hold;
   }
 
@@ -417,6 +420,7 @@ class Expansion {
     auto segment = make_hold(hold.at ? *hold.at : set_point(), hold.time, hold.soak, hold.deadline);
     const auto before = std::exchange(unit_, {hold.off.value_or(unit_.off), hold.turned.value_or(unit_.turned)});
     segment.prompt = hold.prompt.empty() ? describe_change(before, unit_) : hold.prompt;
+    segment.opens_door = hold.opens_door.value_or(before.turned != unit_.turned);
     add(written, std::move(segment), pass);
   }
 

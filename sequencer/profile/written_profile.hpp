@@ -40,6 +40,8 @@ struct WrittenHold {
   std::optional<bool> off{};
   /// Absent: axis as in the previous segment.
   std::optional<bool> turned{};
+  /// Absent: the door is opened if the axis changes.
+  std::optional<bool> opens_door{};
 };
 
 /// A ramp. If neither rate nor time is given, the rate of the repeat's current pass applies.

@@ -15,6 +15,7 @@
 #include "core/file.hpp"
 #include "core/json.hpp"
 #include "sequencer/profile/profile.hpp"
+#include "sequencer/profile/warm_up.hpp"
 
 namespace gyrotherm::monitor {
 namespace {
@@ -40,8 +41,12 @@ Json segment_starts(const FoundRun& run) {
 
 WebAnswer profile_answer(const FoundRun& run) {
   if (!run.info || run.info->imported) return refusal(404, "the run has no profile");
-  const auto profile = profile::parse_profile(run.info->profile_text, run.info->profile_name);
+  auto profile = profile::parse_profile(run.info->profile_text, run.info->profile_name);
   if (!profile) return refusal(404, "the profile cannot be read: " + profile.error().what);
+  if (const auto& added = run.info->warm_up)
+    if (auto warm = add_warm_ups(*profile, {.at_least = added->at_least, .air = added->air, .rate = added->rate});
+        !warm)
+      return refusal(404, "the profile cannot be read: " + warm.error().what);
   const auto plan = profile::plan(*profile);
   Json segments = Json::array();
   for (std::size_t i = 0; i < plan.segments.size(); ++i) {

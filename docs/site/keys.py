@@ -28,7 +28,7 @@ _SOAKS = ["defaults", "[segment] hold", "[segment] random"]
 _CALIBRATED = ["[thermometer]", "[thermometer.calibration]"]
 _AXIS = ["[gyro]", "[gyro.axis]"]
 PROFILE = {
-    "sequencer/profile/profile.cpp": {"parse_profile": [""], "read_accept": []},
+    "sequencer/profile/profile.cpp": {"parse_profile": [""], "read_accept": [], "read_condensation": ["condensation"]},
     "sequencer/profile/written_profile.cpp": {
         "read_all": ["", "[segment] repeat"], "read": ["[segment]"], "read_hold": ["[segment] hold"],
         "read_prompt": ["[segment] hold"], "read_ramp": ["[segment] ramp"], "read_repeat": ["[segment] repeat"],
@@ -40,7 +40,7 @@ RIG = {
         "parse_rig": [""], "parse_rig:chamber": ["chamber"], "read_chamber": ["chamber"], "read_map": ["chamber"],
         "read_word_order_and_framing": ["chamber", "chamber.link"],
         "read_limiter:chamber": ["chamber"], "read_limiter": ["chamber.limiter"], "read_analysis": ["analysis"],
-        "read_safe_state": ["safe"], "check_safe_air": [], "determine_simulated": [""],
+        "read_safe_state": ["safe"], "read_room": ["room"], "check_safe_air": [], "determine_simulated": [""],
     },
     "sequencer/rig/thermometer_settings.cpp": {
         "read_link": ["[thermometer]"], "read_link:link": ["thermometer.link"],

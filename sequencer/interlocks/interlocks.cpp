@@ -376,6 +376,9 @@ Found check_wall_clock(const CheckInputs& in) {
 using Watch = InterlockMemory::Watch;
 
 bool is_chamber_unread(const CheckInputs& in, const Watch&) { return !in.chamber(); }
+bool is_dew_point_unread(const CheckInputs& in, const Watch&) {
+  return !in.chamber() || !in.chamber()->dew_point || !find_coldest(in.limits, in.sample);
+}
 bool is_air_rate_unread(const CheckInputs& in, const Watch&) { return !in.memory.air.rate(); }
 
 bool is_comparison_unread(const CheckInputs& in, const Watch&) {
@@ -489,6 +492,11 @@ constexpr std::array<Interlock, kInterlocks> kTable{{
     {.id = InterlockId::drifting, .name = "drifting", .usual = Reaction::warn,
      .confirmation = {.after = seconds(30), .samples = 30}, .limits = "drift", .check = find_drifting_thermometers,
      .unread = is_value_unread},
+    {.id = InterlockId::condensation, .name = "condensation", .usual = Reaction::warn,
+     .confirmation = {.after = seconds(30), .samples = 2}, .limits = "condensation_margin",
+     .check = find_condensation, .unread = is_dew_point_unread},
+    {.id = InterlockId::cold_at_door, .name = "cold_at_door", .usual = Reaction::warn,
+     .check = find_cold_unit_at_door},
     {.id = InterlockId::wall_clock, .name = "wall_clock", .usual = Reaction::warn, .check = check_wall_clock},
 }};
 // clang-format on

@@ -52,6 +52,8 @@ struct InterlockInputs {
   bool gyro_is_off{};
   /// An operator may be turning the units.
   bool units_are_moved{};
+  /// The run waits for operators or has been aborted, so that they may open the door.
+  bool door_may_open{};
   bool is_turned{};  ///< input axes reversed
   /// Units under test that an operator has dropped; empty: none.
   std::vector<bool> dropped{};
@@ -138,6 +140,18 @@ struct InterlockResult {
 /// Returns the active causes that an operator's resume clears by taking the chamber over: a foreign set point, a mode
 /// that does not follow the set point, and a restart of the chamber if it holds the run.
 [[nodiscard]] std::vector<InterlockId> causes_ended_by_resume(const InterlockMemory& memory);
+
+/// Describes a unit that is too cold for the air that would enter through the door: its coldest thermometer, and the
+/// temperature to wait for. Empty if the unit is warm enough, or without limits.room.
+[[nodiscard]] std::string describe_cold_unit(const InterlockLimits& limits, const Sample& sample);
+
+/// Returns the coldest reading of the units' thermometers, and its column. Ignores the thermometers in the air, unless
+/// there are no others. Returns nothing if none was read.
+struct ColdestReading {
+  Celsius value;
+  std::size_t column{};
+};
+[[nodiscard]] std::optional<ColdestReading> find_coldest(const InterlockLimits& limits, const Sample& sample);
 
 /// Returns one line for each active alarm.
 [[nodiscard]] std::vector<std::string> active_faults(const InterlockMemory& memory);

@@ -60,6 +60,8 @@ void read_measurements(const TomlTable& table, InterlockLimits& limits) {
   limits.response_step = read_band(table, "response_step", limits.response_step);
   limits.response_time = read_time(table, "response_time", limits.response_time);
   limits.drift = read_band(table, "drift", limits.drift);
+  limits.condensation_margin = table.kelvins("condensation_margin", limits.condensation_margin);
+  if (limits.condensation_margin < Kelvins{0}) table.note_error("condensation_margin", "expected 0 K or more");
 }
 
 std::size_t find_column(const std::vector<std::string>& channels, const std::string& name) {

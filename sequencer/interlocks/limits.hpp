@@ -13,6 +13,7 @@
 #include "core/quantity.hpp"
 #include "core/toml_reader.hpp"
 #include "sequencer/profile/profile.hpp"
+#include "sequencer/profile/warm_up.hpp"
 
 namespace gyrotherm::interlocks {
 
@@ -57,6 +58,8 @@ enum class InterlockId {
   disagreement,
   stuck,
   drifting,
+  condensation,
+  cold_at_door,
   wall_clock,
   end  ///< number of interlocks
 };
@@ -162,6 +165,11 @@ struct InterlockLimits {
   /// Time within which it must respond.
   Duration response_time = std::chrono::minutes(30);
   Kelvins drift{1.5};  ///< largest unexplained jump
+
+  /// Smallest difference between the coldest thermometer of the units and the dew point of the chamber.
+  Kelvins condensation_margin{1};
+  /// Air that enters when the door is opened; absent: no person opens the door of a virtual rig.
+  std::optional<profile::RoomAir> room{};
 
   /// Largest delay of the record without an alarm.
   Duration backlog = std::chrono::seconds(60);

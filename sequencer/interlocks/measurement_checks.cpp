@@ -4,6 +4,8 @@
 #include <chrono>
 #include <cmath>
 
+#include "core/humidity.hpp"
+
 namespace gyrotherm::interlocks {
 namespace {
 
@@ -115,6 +117,59 @@ std::vector<CheckResult> find_drifting_thermometers(const CheckInputs& in) {
                                              in.channel(i), rate->value)));
   }
   return all;
+}
+
+std::optional<ColdestReading> find_coldest(const InterlockLimits& limits, const Sample& sample) {
+  const auto is_in_air = [&](std::size_t column) { return std::ranges::count(limits.air_thermometers, column) > 0; };
+  const bool all_in_air = limits.air_thermometers.size() >= sample.thermometers.size();
+  std::optional<ColdestReading> coldest;
+  for (std::size_t i = 0; i < sample.thermometers.size(); ++i) {
+    const auto value = known_value(sample.thermometers[i]);
+    if (!value || (is_in_air(i) && !all_in_air)) continue;
+    if (!coldest || *value < coldest->value) coldest = ColdestReading{*value, i};
+  }
+  return coldest;
+}
+
+namespace {
+
+/// A condition ends only when the temperature has risen by this much.
+constexpr Kelvins kHysteresis{0.5};
+
+std::string describe_cold_reading(const InterlockLimits& limits, const ColdestReading& coldest) {
+  return fmt::format(
+      "the unit is too cold for the air of the room: {} reads {:.1f} °C; open the door only at {:.1f} °C or more",
+      coldest.column < limits.channels.size() ? limits.channels[coldest.column] : "a thermometer", coldest.value.value,
+      limits.room->warm_from().value);
+}
+
+}  // namespace
+
+std::string describe_cold_unit(const InterlockLimits& limits, const Sample& sample) {
+  const auto coldest = find_coldest(limits, sample);
+  if (!limits.room || !coldest || coldest->value >= limits.room->warm_from()) return {};
+  return describe_cold_reading(limits, *coldest);
+}
+
+std::vector<CheckResult> find_condensation(const CheckInputs& in) {
+  const auto coldest = find_coldest(in.limits, in.sample);
+  if (!coldest || !in.chamber() || !in.chamber()->dew_point) return {};
+  const auto wet = condensation_point(*in.chamber()->dew_point);
+  const auto hysteresis = in.was_found(InterlockId::condensation) ? kHysteresis : Kelvins{};
+  if (coldest->value >= wet + in.limits.condensation_margin + hysteresis) return {};
+  return {{.text = fmt::format("condensation on the unit is possible: {} reads {:.1f} °C, the {} point of the chamber "
+                               "is {:.1f} °C",
+                               in.channel(coldest->column), coldest->value.value, wet < Celsius{0} ? "frost" : "dew",
+                               wet.value)}};
+}
+
+std::vector<CheckResult> find_cold_unit_at_door(const CheckInputs& in) {
+  const bool is_open = in.chamber() && in.chamber()->activity == ChamberActivity::door_open;
+  const auto coldest = find_coldest(in.limits, in.sample);
+  if (!in.limits.room || !coldest || !(in.facts.door_may_open || is_open)) return {};
+  const auto hysteresis = in.was_found(InterlockId::cold_at_door) ? kHysteresis : Kelvins{};
+  if (coldest->value >= in.limits.room->warm_from() + hysteresis) return {};
+  return {{.text = describe_cold_reading(in.limits, *coldest)}};
 }
 
 }  // namespace gyrotherm::interlocks

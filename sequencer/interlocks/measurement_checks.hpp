@@ -74,4 +74,12 @@ struct CheckInputs {
 /// others are at rest.
 [[nodiscard]] std::vector<CheckResult> find_drifting_thermometers(const CheckInputs& in);
 
+/// Returns a result if the coldest thermometer of the units is not warmer than the dew point of the chamber's air, or
+/// its frost point below 0 °C, by condensation_margin.
+[[nodiscard]] std::vector<CheckResult> find_condensation(const CheckInputs& in);
+
+/// Returns a result if the door may be opened, or is open, while the unit is colder than the dew point of the air that
+/// would enter.
+[[nodiscard]] std::vector<CheckResult> find_cold_unit_at_door(const CheckInputs& in);
+
 }  // namespace gyrotherm::interlocks

@@ -9,6 +9,7 @@
 
 #include "acquisition/record/schema.hpp"
 #include "core/file.hpp"
+#include "core/humidity.hpp"
 #include "core/toml_reader.hpp"
 #include "drivers/chamber/register_map.hpp"
 #include "drivers/line/line_address.hpp"
@@ -65,6 +66,27 @@ void read_chamber(const TomlTable& table, RigFile& rig) {
     check_safe_set_point(table, "safe_set_point", rig);
 }
 
+/// Reads [room]: the dew point of the air around the chamber, or its temperature and relative humidity.
+profile::RoomAir read_room(const TomlTable& table) {
+  constexpr Celsius kTemperature{23};
+  constexpr double kHumidityPercent = 60;
+  profile::RoomAir room;
+  const bool has_air = table.has("temperature") || table.has("humidity_percent");
+  const auto temperature = table.celsius("temperature", kTemperature);
+  const double percent = table.number("humidity_percent", kHumidityPercent);
+  const auto computed = dew_point(temperature, percent);
+  if (has_air && !computed)
+    table.note_error(table.has("humidity_percent") ? "humidity_percent" : "temperature",
+                     "expected a humidity above 0 and at most 100 %, and a temperature from -45 to 100 °C");
+  if (has_air && table.has("dew_point"))
+    table.note_error("dew_point", "a dew point is given with temperature or humidity_percent, expected one of them");
+  if (computed && has_air) room.dew_point = *computed;
+  room.dew_point = table.celsius("dew_point", room.dew_point);
+  room.margin = table.kelvins("margin", room.margin);
+  if (room.margin < Kelvins{0}) table.note_error("margin", "expected 0 K or more");
+  return room;
+}
+
 /// Reads the map and selects the link for the line.
 Result<drivers::RegisterMap> read_map(const TomlTable& chamber, const RigFile& rig,
                                       std::optional<drivers::LinkKind> framing,
@@ -80,7 +102,9 @@ Result<drivers::RegisterMap> read_map(const TomlTable& chamber, const RigFile& r
   if (!linked) return failure(FaultKind::bad_file, chamber.location("line"), linked.error().what);
   auto powered = select_power_switch(std::move(*linked), rig.chamber_power);
   if (!powered) return failure(FaultKind::bad_file, chamber.location("power"), powered.error().what);
-  return apply_link_settings(std::move(*powered), chamber, rig.chamber_line, rig.chamber_link);
+  auto measuring = chamber.boolean("humidity", false) ? select_humidity(std::move(*powered)) : std::move(powered);
+  if (!measuring) return failure(FaultKind::bad_file, chamber.location("humidity"), measuring.error().what);
+  return apply_link_settings(std::move(*measuring), chamber, rig.chamber_line, rig.chamber_link);
 }
 
 /// Reads the word order. Returns the framing that the file requires, if any.
@@ -281,6 +305,7 @@ Result<RigFile> parse_rig(std::string_view text, const std::string& file, const 
   else
     root->ignore("virtual");
   check_ports(*root, rig);
+  if (const auto room = read_room(root->table("room")); !rig.simulated || root->has("room")) rig.limits.room = room;
   rig.chamber_power = chamber.text("power", "");
   const auto framing = read_word_order_and_framing(chamber, rig);
   auto map = read_map(chamber, rig, framing, known.chamber_map);
@@ -302,6 +327,19 @@ Result<RigFile> read_rig(const std::string& given) {
   if (!file) return failure(file.error());
   return read_text_file(*file).and_then([&](const std::string& text) { return parse_rig(text, *file); });
 }
+
+Result<void> add_warm_ups(profile::Profile& profile, const RigFile& rig) {
+  if (!rig.limits.room) return {};
+  return profile::add_warm_ups(profile, make_warm_up(*rig.limits.room, rig.chamber_limits));
+}
+
+bool records_humidity(const RigFile& rig) {
+  constexpr const char* kHumidity = "humidity";
+  const auto* item = rig.chamber_map.find(kHumidity);
+  return rig.chamber_map.reads_humidity && item != nullptr && item->readable;
+}
+
+bool records_dew_point(const RigFile& rig) { return rig.chamber_map.reads_humidity; }
 
 std::vector<std::string> collect_analogue_map_texts(const RigFile& rig) {
   std::vector<std::string> texts;

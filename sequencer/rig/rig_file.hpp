@@ -72,6 +72,14 @@ struct RigFile {
   simulator::GyroModelUsed gyro_model;  ///< virtual rig
 };
 
+/// Adds the warm-ups that the rig requires to a profile (sequencer/profile/warm_up.hpp). Does nothing for a virtual rig
+/// without [room]. Fails with usage as add_warm_ups() does.
+[[nodiscard]] Result<void> add_warm_ups(profile::Profile& profile, const RigFile& rig);
+
+/// Return true if the chamber's humidity, or its dew point, is a channel of the rig's records.
+[[nodiscard]] bool records_humidity(const RigFile& rig);
+[[nodiscard]] bool records_dew_point(const RigFile& rig);
+
 /// Texts of the files that a rig file names, if they are known already. On a resume, these are the copies in the
 /// record.
 struct NamedTexts {

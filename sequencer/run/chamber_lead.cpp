@@ -161,7 +161,7 @@ std::string controller_refusal(const profile::Segment& segment, Celsius from) {
   if (segment.kind == profile::SegmentKind::hold && segment.target != from)
     return fmt::format("a controller jumps from {:g} °C to {:g} °C, expected a ramp before this hold", from.value,
                        segment.target.value);
-  if (!segment.guaranteed_soak) return {};
+  if (!segment.guaranteed_soak || segment.is_warm_up) return {};
   if (segment.soak_sensor != "air")
     return fmt::format("a controller soaks on its own air sensor, but soak_sensor is \"{}\"", segment.soak_sensor);
   if (segment.soak_slope > CelsiusPerMinute{0})
@@ -190,10 +190,10 @@ Result<drivers::ChamberProgram> make_chamber_program(const profile::Profile& pro
         .start = segment.kind == profile::SegmentKind::ramp ? set_point_before(profile, i) : segment.target,
         .target = segment.target,
         .duration = shortest(segment),
-        .guaranteed_soak = segment.guaranteed_soak};
-    if (segment.guaranteed_soak && band && *band != segment.soak_band)
+        .guaranteed_soak = segment.guaranteed_soak && !segment.is_warm_up};
+    if (step.guaranteed_soak && band && *band != segment.soak_band)
       return failure(FaultKind::usage, segment.place, "a controller has one soak band for the whole profile");
-    if (segment.guaranteed_soak) band = segment.soak_band;
+    if (step.guaranteed_soak) band = segment.soak_band;
     if (step.duration > Duration{}) program.steps.push_back(step);
   }
   program.soak_band = band.value_or(Kelvins{});

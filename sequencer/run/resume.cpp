@@ -57,6 +57,8 @@ record::RunInfo run_info(std::string_view program_version, const profile::Profil
   info.seed = seed;
   info.days_later = days_later;
   info.started_utc = started_utc;
+  info.has_humidity = records_humidity(rig);
+  info.has_dew_point = records_dew_point(rig);
   info.thermometers = list_channels(rig);
   info.chamber_instrument = fmt::format("{} at {}", rig.chamber_map.name, rig.chamber_line);
   for (const auto& unit : rig.units) info.units.push_back(unit.info);
@@ -69,8 +71,16 @@ record::RunInfo run_info(std::string_view program_version, const profile::Profil
                              .cycle = segment.cycle,
                              .prompt = segment.prompt,
                              .unit = segment.unit});
+  if (const auto& added = profile.warm_up)
+    info.warm_up = {.at_least = added->at_least, .air = added->air, .rate = added->rate};
   info.id = rig.simulated ? derive_id(info) : make_random_id();
   return info;
+}
+
+Result<void> add_recorded_warm_ups(profile::Profile& profile, const record::RunInfo& info) {
+  if (!info.warm_up) return {};
+  return profile::add_warm_ups(
+      profile, {.at_least = info.warm_up->at_least, .air = info.warm_up->air, .rate = info.warm_up->rate});
 }
 
 std::uint64_t run_number(const std::string& profile_text) {
@@ -118,8 +128,21 @@ std::vector<simulator::PastSecond> make_replay(const record::Record& record, con
   return seconds;
 }
 
+/// Returns the coldest calibrated reading in the record's last second; nothing if no thermometer was read.
+std::optional<Celsius> coldest_last_reading(const record::Record& record) {
+  std::optional<Celsius> coldest;
+  for (std::size_t i = 0; i < record.info.thermometers.size(); ++i) {
+    const auto reading = record::celsius_if_known(record.thermometers_c[i].back());
+    if (!reading) continue;
+    const auto value = record::calibrated(record.info.thermometers[i], *reading);
+    if (!coldest || value < *coldest) coldest = value;
+  }
+  return coldest;
+}
+
 /// Returns the reading of the soak sensor in the record's last second, or nothing if it was not read.
 std::optional<Celsius> last_soak_reading(const record::Record& record, const std::string& sensor) {
+  if (sensor == profile::kColdestThermometer) return coldest_last_reading(record);
   if (sensor == "air") return record::celsius_if_known(record.chamber_air_c.back());
   const auto channel = std::ranges::find(record.info.thermometers, sensor, &record::Channel::name);
   if (channel == record.info.thermometers.end()) return std::nullopt;
@@ -356,6 +379,7 @@ Result<RunContinuation> plan_continuation(const record::Record& record, const st
   if (!rig) return failure(rig.error());
   auto profile = profile::parse_profile(record.info.profile_text, path + " (profile)");
   if (!profile) return failure(profile.error());
+  if (auto added = add_recorded_warm_ups(*profile, record.info); !added) return failure(added.error());
   auto ending = read_ending(record);
   auto state = state_after(record, *profile, ending.state);
   if (!state) return failure(state.error());

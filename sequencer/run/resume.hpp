@@ -30,6 +30,10 @@ namespace gyrotherm::run {
 /// Derives the seed of a dry run's noise from the profile.
 [[nodiscard]] std::uint64_t run_number(const std::string& profile_text);
 
+/// Adds the warm-ups of a recorded run to its profile, as parse_profile() returned it. Fails with usage if the record
+/// describes an impossible one.
+[[nodiscard]] Result<void> add_recorded_warm_ups(profile::Profile& profile, const record::RunInfo& info);
+
 // The resume of an interrupted run: the rule that decides whether it may resume by itself, and how
 // (docs/reliability.md), and the run's state, read from its record. Pure. The rule follows environmental testing
 // (MIL-STD-810, part one, 5.2 and 5.11): an interruption on the mild side repeats the stabilisation; one outside the

@@ -99,11 +99,14 @@ std::string RunController::answer_for(OperatorCommand command) const {
                             ? active_cause(interlocks::Reaction::suspend, takes_over(command))
                             : std::string();
   if (!suspends.empty()) return "continues once this is over: " + suspends;
-  if (command < OperatorCommand::stop) return command_answer(command);
+  const auto cold = command == OperatorCommand::resume ? std::string() : describe_cold_unit();
+  const auto warning = cold.empty() ? cold : "; " + cold;
+  if (command < OperatorCommand::stop) return command_answer(command) + warning;
   const bool holds = command == OperatorCommand::stop && rig_.file().run_limits.on_stop == interlocks::OnStop::hold;
   return command_answer(command) +
          (holds ? "the chamber holds its set point"
-                : fmt::format("the chamber is made safe at {:g} °C", rig_.file().safe_set_point.value));
+                : fmt::format("the chamber is made safe at {:g} °C", rig_.file().safe_set_point.value)) +
+         warning;
 }
 
 void RunController::submit(OperatorCommand command, const std::string& who, const std::string& answer) {
@@ -244,6 +247,7 @@ interlocks::InterlockInputs RunController::inputs(const Sample& sample, Duration
   facts.mismatched_instruments = rig_.io().mismatched_instruments();
   facts.gyro_is_off = unit_may_be_off(profile_, state_);
   facts.units_are_moved = run_state() == RunState::held;
+  facts.door_may_open = run_state() == RunState::held || run_state() == RunState::aborting;
   facts.is_turned = profile_.segments[static_cast<std::size_t>(profile_position(profile_, state_).segment)].unit.turned;
   facts.dropped = dropped_.all();
   return facts;
@@ -336,6 +340,11 @@ profile::Observation RunController::observation(const Sample& sample) const {
     seen.slope = memory_.air.rate();
     return seen;
   }
+  if (sensor == profile::kColdestThermometer) {
+    if (const auto coldest = find_coldest(rig_.file().limits, sample))
+      seen.air = record::calibrated(channels_[coldest->column], coldest->value);
+    return seen;
+  }
   const auto found = std::ranges::find(channels_, sensor, &record::Channel::name);
   const auto column = static_cast<std::size_t>(found - channels_.begin());
   if (column >= sample.thermometers.size()) return seen;
@@ -349,6 +358,7 @@ void RunController::note_soak(const ProfilePosition& before) {
   const auto& segment = profile_.segments[static_cast<std::size_t>(before.segment)];
   if (!segment.guaranteed_soak) return;
   const auto now = profile_position(profile_, state_);
+  if (segment.is_warm_up) return;
   const auto what =
       fmt::format("±{:g} K of {:g} °C on {}", segment.soak_band.value, segment.target.value, segment.soak_sensor);
   if (now.phase == Phase::overdue && before.phase != Phase::overdue)
@@ -389,6 +399,10 @@ void RunController::command_chamber(const Sample& sample) {
 
 void RunController::hand_over_to_controller() {
   lead_ = std::make_unique<ControllerLead>(set_point_tolerance(rig_.file().chamber_map));
+}
+
+std::string RunController::describe_cold_unit() const {
+  return interlocks::describe_cold_unit(rig_.file().limits, last_);
 }
 
 std::string RunController::describe_external_change() const {
@@ -440,6 +454,9 @@ Result<RunOutcome> RunController::tick(std::int64_t slot) {
   if (sample.chamber.value && memory_.liveness.air.frozen)
     sample.chamber.value = failure(FaultKind::out_of_range, "", "its air is frozen");
   if (run_state() == RunState::aborted) note(EventKind::interlock, end_cause());
+  if (is_over(machine_))
+    if (auto cold = interlocks::describe_cold_unit(rig_.file().limits, sample); !cold.empty())
+      note(EventKind::note, std::move(cold));
 
   if (auto stored = store_.append(sample, events_); !stored) return failure(stored.error());
   last_events_ = std::exchange(events_, {});

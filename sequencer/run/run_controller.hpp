@@ -74,6 +74,10 @@ class RunController {
   void hand_over_to_controller();
   [[nodiscard]] bool is_led_by_controller() const { return lead_->can_continue_alone(); }
 
+  /// Describes a unit that was too cold to open the door when it was last read; empty if it was warm enough, or on a
+  /// virtual rig without [room].
+  [[nodiscard]] std::string describe_cold_unit() const;
+
   /// Describes how another program or a person has changed the chamber, by the last reading; empty if unchanged.
   [[nodiscard]] std::string describe_external_change() const;
 
@@ -122,7 +126,8 @@ class RunController {
   [[nodiscard]] bool takes_over(control::OperatorCommand command) const;
   /// Returns the cause if the last second demands exactly this reaction; empty if it demands another reaction or none.
   [[nodiscard]] std::string active_cause(interlocks::Reaction reaction, bool takes_over) const;
-  /// Returns the answer to a command without an objection.
+  /// Returns the answer to a command without an objection. Ends with a warning if the unit is too cold to open the
+  /// door.
   [[nodiscard]] std::string answer_for(control::OperatorCommand command) const;
   /// Returns the reason why the last second or the lead forbids a command; empty if they do not.
   [[nodiscard]] std::string active_refusal_reason(control::OperatorCommand command, bool takes_over) const;

@@ -468,6 +468,8 @@ POLICY = {
     "disagreement": ("warn", "suspend", "ThermometerFarFromOthers"),
     "stuck": ("warn", "suspend", "FrozenThermometer"),
     "drifting": ("warn", "suspend", "ThermometerJumps"),
+    "condensation": ("warn", "suspend", "HumidAir"),
+    "cold_at_door": ("warn", "suspend", "DoorOpenedWhileUnitIsCold"),
     "wall_clock": ("warn", "suspend", "WallClockStep"),
 }
 ALWAYS = ("air_limit", "thermometer_limit", "chamber_alarm", "emergency_stop", "deadline", "program")

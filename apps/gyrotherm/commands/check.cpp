@@ -155,10 +155,31 @@ std::string bias_zero_line(const rig::RigFile& rig) {
   return zero.state == FindingState::ok ? "" : fmt::format("    WARNING: {}; {}\n", zero.found, zero.fix);
 }
 
+/// Returns a sentence if the safe set point leaves a unit colder than the dew point of the room.
+std::string cold_safe_state(const rig::RigFile& rig) {
+  const auto& room = rig.limits.room;
+  if (!room || rig.safe_set_point >= room->warm_from()) return "";
+  return fmt::format(
+      "the safe state of {:g} °C is colder than the {:.1f} °C at which the door may be opened: warm the unit first",
+      rig.safe_set_point.value, room->warm_from().value);
+}
+
+std::string room_lines(const rig::RigFile& rig) {
+  const auto& room = rig.limits.room;
+  std::string lines;
+  if (records_humidity(rig)) lines += "  humidity and dew point of the chamber are recorded\n";
+  if (records_dew_point(rig) && !records_humidity(rig)) lines += "  the dew point of the chamber is recorded\n";
+  if (!room) return lines;
+  lines += fmt::format("  room: dew point {:.1f} °C; the door may be opened when the unit is at {:.1f} °C or more\n",
+                       room->dew_point.value, room->warm_from().value);
+  const auto cold = cold_safe_state(rig);
+  return cold.empty() ? lines : lines + fmt::format("    WARNING: {}\n", cold);
+}
+
 std::string rig_lines(const rig::RigFile& rig) {
   return fmt::format("{}: {}{}\n", rig.file, rig.simulated ? "SIMULATED, " : "", rig.title) + chamber_line(rig) +
          thermometer_lines(rig) + (is_one_axis(rig) ? gyro_line(rig) : lot_lines(rig)) + bias_zero_line(rig) +
-         analogue_lines(rig) + unstable_lines(rig);
+         analogue_lines(rig) + room_lines(rig) + unstable_lines(rig);
 }
 
 Json calibrations_json(const rig::RigFile& rig) {
@@ -201,6 +222,10 @@ Json rig_json(const rig::RigFile& rig) {
           {"fastest_cooling_c_per_min", limits.fastest_cooling.value},
           {"safe_set_point_c", rig.safe_set_point.value},
           {"limiter", rig.limiter ? describe(*rig.limiter) : ""},
+          {"humidity", records_humidity(rig)},
+          {"dew_point", records_dew_point(rig)},
+          {"door_from_c", rig.limits.room ? Json(rig.limits.room->warm_from().value) : Json()},
+          {"cold_safe_state", cold_safe_state(rig)},
           {"thermometers", list_channels(rig).size()},
           {"calibrations", calibrations_json(rig)},
           {"overdue", list_overdue(rig)},

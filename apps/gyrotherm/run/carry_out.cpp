@@ -60,8 +60,10 @@ Result<void> await_readers(Console& console, const std::string& path) {
   return {};
 }
 
-/// Prints the summary of a run, however it ended.
+/// Prints the summary of a run, however it ended, and a warning if the unit is too cold to open the door.
 void print_summary(const ActiveRun& run) {
+  if (const auto cold = run.run_controller.describe_cold_unit(); !cold.empty())
+    run.console.print_message(fmt::format("warning: {}: {}", run.path, cold));
   run.console.print_message(
       fmt::format("{}: {}", run.path, describe(run.run_controller.tally(), run.store.alarms().count())));
 }

@@ -19,7 +19,11 @@ Result<profile::Profile> read_profile(const std::string& given, const rig::RigFi
   if (!path) return failure(path.error());
   const auto profile_text = read_text_file(*path);
   if (!profile_text) return failure(profile_text.error());
-  return parse_checked_profile(rig, *profile_text, *path);
+  auto profile = parse_checked_profile(rig, *profile_text, *path);
+  if (!profile || rig == nullptr) return profile;
+  if (auto added = add_warm_ups(*profile, *rig); !added) return failure(std::move(added.error()));
+  if (auto checked = check_profile(*profile, rig->chamber_limits); !checked) return failure(std::move(checked.error()));
+  return profile;
 }
 
 Result<profile::Profile> parse_checked_profile(const rig::RigFile* rig, const std::string& profile_text,

@@ -13,8 +13,8 @@
 namespace gyrotherm::app {
 
 /// Reads a profile from a file, or the shipped profile of that name, and checks it against the limits of the rig's
-/// chamber, air and sensors. Without a rig, checks only the profile itself. Fails with bad_file; the fault lists every
-/// error with its position.
+/// chamber, air and sensors. Adds the warm-ups that the rig requires. Without a rig, checks only the profile itself.
+/// Fails with bad_file; the fault lists every error with its position.
 [[nodiscard]] Result<profile::Profile> read_profile(const std::string& given, const rig::RigFile* rig);
 /// Checks the text of a profile in the same way. Its errors are reported under `name`.
 [[nodiscard]] Result<profile::Profile> parse_checked_profile(const rig::RigFile* rig, const std::string& profile_text,

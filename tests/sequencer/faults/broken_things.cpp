@@ -450,6 +450,32 @@ std::vector<BrokenThing> warning_faults() {
            .acts_within = 600,
            .repairs = remove_laboratory_faults,
            .clears_within = 11},
+          {.name = "HumidAir",
+           .cause = interlocks::InterlockId::condensation,
+           .reaction = interlocks::Reaction::warn,
+           .at = kFirstHold,
+           .breaks =
+               [](D& d) { plant(d, [](simulator::LaboratoryFaults& faults) { faults.plant.humidity_percent = 100; }); },
+           .acts_within = 35,
+           .repairs = remove_laboratory_faults,
+           .clears_within = 20,
+           .setting = with([](rig::RigFile& file) {
+             file.chamber_map = drivers::select_humidity(std::move(file.chamber_map)).value();
+             file.limits.condensation_margin = {6};
+           })},
+          {.name = "DoorOpenedWhileUnitIsCold",
+           .cause = interlocks::InterlockId::cold_at_door,
+           .reaction = interlocks::Reaction::warn,
+           .at = kFirstHold,
+           .breaks = [](D& d) { set_condition(d, kDoorOpen); },
+           .acts_within = 3,
+           .repairs = [](D& d) { set_condition(d, kGood); },
+           .clears_within = 15,
+           .setting = with([](rig::RigFile& file) {
+             file.limits.room = profile::RoomAir{.dew_point = {40}};
+             file.limits.policy[static_cast<std::size_t>(interlocks::InterlockId::door)] = interlocks::Reaction::warn;
+           }),
+           .also = {interlocks::InterlockId::door}},
           {.name = "WallClockStep",
            .cause = interlocks::InterlockId::wall_clock,
            .reaction = interlocks::Reaction::warn,

@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // Each shipped register map, on each of its links, drives the virtual rig through the qualification profile, shortened
 // to an hour. Client and virtual unit read the same file.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -85,6 +88,25 @@ TEST(SetPoints, AreSentAtMostAsOftenAsMapAllows) {
 
 INSTANTIATE_TEST_SUITE_P(Shipped, EveryMap, testing::ValuesIn(all_maps()),
                          [](const auto& one) { return one.param.map + "_" + name(one.param.link); });
+
+TEST(Humidity, IsRecordedOnEachLinkOfItsMaps) {
+  std::set<std::string> seen;
+  for (const auto& one : all_maps()) {
+    auto map = select_humidity(select_link(read_map(one.map), one.link).value());
+    if (!map) continue;
+    seen.insert(one.map);
+    SCOPED_TRACE(one.map + " " + name(one.link));
+    tests::DryRun dry_run(GYROTHERM_SOURCE_DIR "/tests/profiles/ten-seconds.toml");
+    dry_run.file().chamber_map = std::move(*map);
+    ASSERT_EQ(dry_run.run(), run::RunOutcome::complete);
+    const auto record = record::read_record(dry_run.path());
+    ASSERT_TRUE(record) << text(record.error());
+    ASSERT_FALSE(record->chamber_humidity_percent.empty());
+    EXPECT_NEAR(record->chamber_humidity_percent.back(), 60, 1) << "50 % at 23 °C is 60 % at 20 °C";
+    EXPECT_NEAR(record->chamber_dew_point_c.back(), 12, 0.5);
+  }
+  EXPECT_EQ(seen.size(), 15u) << fmt::format("{}", fmt::join(seen, " "));
+}
 
 }  // namespace
 }  // namespace gyrotherm::rig

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Training of models on the ramp run of the experiment, and verification on both runs: the three models of the
-/// experiment, all other methods for comparison, and the recommendation of one model by rule.
+/// experiment, the recommended one or all other methods beside them, and the recommendation of one model by rule.
 #pragma once
 
 #include <cstdint>
@@ -63,6 +63,16 @@ struct QualificationOptions {
                                                           const QualificationOptions& options,
                                                           const ProgressSink& progress = {});
 
+/// The method that the rule chose for most gyros of docs/evaluation.md, and its inputs.
+inline constexpr std::string_view kRecommendedMethod = "ridge-u";
+inline constexpr std::string_view kRecommendedInputs = "thermal-history";
+
+/// Methods that are trained beside the models of the experiment.
+enum class MethodScope {
+  recommended,  ///< kRecommendedMethod alone
+  all,          ///< every method of the table
+};
+
 /// Other methods on the same records.
 struct Comparison {
   std::vector<TrainedModel> models;
@@ -73,10 +83,10 @@ struct Comparison {
 /// Called before each method is trained, with its name and inputs.
 using ComparisonCallback = std::function<void(std::string_view method, std::string_view inputs)>;
 
-/// Trains every method of the table on its default inputs and on those that the table lists for comparison, except the
-/// three models of train_models(). Fails with interrupted.
+/// Trains the recommended method, or every method of the table on its default inputs and on those that the table lists
+/// for comparison, except the three models of train_models(). Fails with interrupted.
 [[nodiscard]] Result<Comparison> train_compared(const data::RecordedRun& rate, const data::RecordedRun& random,
-                                                const QualificationOptions& options,
+                                                MethodScope scope, const QualificationOptions& options,
                                                 const ComparisonCallback& begins = {},
                                                 const ProgressSink& progress = {});
 
@@ -114,7 +124,8 @@ void for_each_trained(Trained& of, Visit visit) {
 /// by the same method trained only on the further records. The comparison never uses data that were used in a model's
 /// scaling, selection, tuning or fitting. The random run, from which the headline results come, is not used at all.
 /// Each squared error includes the effect of the thermometers' drift in a year (yearly_drift_deg_per_h). Without
-/// further records nothing is trained or recommended. The further records must have passed check_apart() and
+/// further records nothing more is trained: the recommended method is named if it is among the trained models, and the
+/// statement says that it was not compared on this gyro. The further records must have passed check_apart() and
 /// check_profiles(). Fails with interrupted, or like verify().
 [[nodiscard]] Result<Recommendation> recommend_trained(const Qualification& trained, const data::RecordedRun& rate,
                                                        const std::vector<data::RecordedRun>& further,

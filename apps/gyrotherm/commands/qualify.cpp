@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The command `qualify`: the whole experiment. It makes two runs and, for each axis of the rig, trains three models,
-/// compares all methods, and writes a report.
+/// The command `qualify`: the whole experiment. It makes two runs and, for each axis of the rig, trains the three
+/// models of the experiment and the recommended one, and writes a report. On request it compares all methods.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -306,6 +306,7 @@ Result<Exit> qualify_one_axis(Console& console, const QualifyArguments& options,
   if (!experiment) return failure(experiment.error());
   std::vector<std::string> warnings;
   const AxisOptions axis_options{.folder = options.out,
+                                 .compare = options.compare || !experiment->further.empty(),
                                  .training = options.training,
                                  .thermal = std::move(*thermal),
                                  .on_stage = [&](const std::string& stage) { timings.begin(stage); }};
@@ -439,10 +440,10 @@ Result<Exit> qualify(Console& console, const QualifyArguments& options) {
 void add_qualify(Program& program) {
   auto [command, options] = add_command(
       program, "qualify",
-      "Carries out the whole experiment: the ramp run, the random run, the training of three models, the comparison of "
-      "all methods, and the report. A second call resumes it. On a rig with several axes, each axis has its own models "
-      "and report, and the "
-      "lot has a summary; with --laboratory or --order each unit also has a calibration report.",
+      "Carries out the whole experiment: the ramp run, the random run, the training of three models and of the "
+      "recommended one, and the report. A second call resumes it. On a rig with several axes, each axis has its own "
+      "models and report, and the lot has a summary; with --laboratory or --order each unit also has a calibration "
+      "report.",
       "gyrotherm qualify --out out", qualify);
   options.training.program_version = GYROTHERM_VERSION;
   command.add_option("--out", options.out, "the folder for all results")
@@ -457,8 +458,7 @@ void add_qualify(Program& program) {
   add_days_later_option(command, options.days_later);
   command.add_option("--threads", options.training.threads, "training threads; 0: all; the result is the same")
       ->check(not_negative());
-  command.add_flag("--compare", options.compare,
-                   "on a rig with several axes: also train all other methods, as on a rig with one axis");
+  command.add_flag("--compare", options.compare, "also train all other methods, and compare them in the report");
   command
       .add_option("--only", options.only,
                   "on a rig with several axes: train only these axes or units; a later call without --only writes "
@@ -473,8 +473,9 @@ void add_qualify(Program& program) {
       "nested cross-validation: repeat all choices without each held-out cycle; training takes about twice as long");
   command
       .add_option("--further", options.further,
-                  "further records of this gyro, with a different profile from the ramp run; the recommended model "
-                  "is selected on them by the rule in docs/evaluation.md, never on the run that the report quotes")
+                  "further records of this gyro, with a different profile from the ramp run; all methods are trained, "
+                  "and the recommended model is selected on them by the rule in docs/evaluation.md, never on the run "
+                  "that the report quotes")
       ->type_name(value::kRecord);
   command
       .add_option("--verify-later", options.later,

@@ -41,15 +41,14 @@ Result<model::Qualification> train_all(const AxisExperiment& experiment, const A
   });
   if (!written) return failure(written.error());
   model::Qualification qualification{.models = std::move(*models), .comparison = {}};
-  if (options.compare) {
-    const auto on_comparison = [&](std::string_view method, std::string_view inputs) {
-      begin_stage(fmt::format("compare {} on {}", method, inputs));
-    };
-    auto comparison = train_compared(rate, random, options.training, on_comparison, progress);
-    if (!comparison) return failure(comparison.error());
-    warnings.insert(warnings.end(), comparison->warnings.begin(), comparison->warnings.end());
-    qualification.comparison = std::move(*comparison);
-  }
+  const auto on_comparison = [&](std::string_view method, std::string_view inputs) {
+    begin_stage(fmt::format("{} {} on {}", options.compare ? "compare" : "train", method, inputs));
+  };
+  const auto scope = options.compare ? model::MethodScope::all : model::MethodScope::recommended;
+  auto comparison = train_compared(rate, random, scope, options.training, on_comparison, progress);
+  if (!comparison) return failure(comparison.error());
+  warnings.insert(warnings.end(), comparison->warnings.begin(), comparison->warnings.end());
+  qualification.comparison = std::move(*comparison);
   const auto on_choice = [&](std::string_view method, std::string_view inputs) {
     begin_stage(fmt::format("evaluate {} on {} with further records", method, inputs));
   };
@@ -57,6 +56,11 @@ Result<model::Qualification> train_all(const AxisExperiment& experiment, const A
       recommend_trained(qualification, rate, experiment.further, options.training, on_choice, progress);
   if (!recommendation) return failure(recommendation.error());
   qualification.recommendation = std::move(*recommendation);
+  for_each_trained(qualification, [&](const std::string& name, const model::TrainedModel& trained) {
+    if (written && name == qualification.recommendation.recommended)
+      written = write_model(options.folder + "/model-recommended.json", trained.model);
+  });
+  if (!written) return failure(written.error());
   return qualification;
 }
 

@@ -42,8 +42,8 @@ struct AxisExperiment {
 [[nodiscard]] std::string digest_rows(const record::Record& record);
 
 struct AxisOptions {
-  std::string folder;   ///< receives the models and report/
-  bool compare = true;  ///< trains every other method as well
+  std::string folder;  ///< receives the models and report/
+  bool compare{};      ///< trains every other method as well
   model::QualificationOptions training;
   report::ReportedThermal thermal{};
   std::function<void(const std::string& stage)> on_stage{};

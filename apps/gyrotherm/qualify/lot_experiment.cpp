@@ -21,6 +21,9 @@
 namespace gyrotherm::app {
 namespace {
 
+/// The three models and the recommended one.
+constexpr std::size_t kMostUncompared = 4;
+
 /// Work on one axis and its result.
 struct Task {
   data::AxisChoice of;
@@ -50,7 +53,8 @@ std::optional<report::Report> find_report(const LotExperiment& experiment, const
   const bool same_later =
       std::ranges::equal(report->later, experiment.later,
                          [](const auto& reported, const LotRun& run) { return reported.record_sha256 == run.sha256; });
-  const bool compared = report->methods.size() > 3, nested = report->nested_leave_cycle_out.multi_point.has_value();
+  const bool compared = report->methods.size() > kMostUncompared,
+             nested = report->nested_leave_cycle_out.multi_point.has_value();
   const bool same = report->rate.record_sha256 == experiment.rate.sha256 &&
                     report->random.record_sha256 == experiment.random.sha256 && same_later &&
                     report->program_version == training.program_version && report->seed == training.seed &&

@@ -27,14 +27,17 @@ TEST(Qualify, WritesAllPromisedFiles) {
   const auto ran = gyrotherm_with("qualify --out " + out + kSmall);
   ASSERT_EQ(ran.exit_code, 0) << ran.err;
   EXPECT_TRUE(ran.out.starts_with("SIMULATED")) << ran.out;
-  for (const auto* name : {"ramp.db", "random.db", "model-three-point.json", "model-multi-point.json",
-                           "model-multi-point-t.json", "report/report.json", "report/report.html", "timings.json"})
+  for (const auto* name :
+       {"ramp.db", "random.db", "model-three-point.json", "model-multi-point.json", "model-multi-point-t.json",
+        "model-recommended.json", "report/report.json", "report/report.html", "timings.json"})
     EXPECT_TRUE(std::filesystem::exists(out + "/" + name)) << name;
   const auto report = report_in(out);
   EXPECT_EQ(report["schema"], "gyrotherm-report/1");
   EXPECT_EQ(report["rig"]["virtual"], true);
   EXPECT_LT(report["rate"]["multi_point_t"]["std_deg_per_h"], report["rate"]["raw"]["std_deg_per_h"]);
-  EXPECT_EQ(report["recommendation"]["recommended"], "") << "no record to select a model with";
+  EXPECT_EQ(report["recommendation"]["recommended"], "ridge-u-thermal-history");
+  EXPECT_EQ(report["recommendation"]["records"], 0) << "no record to select a model with";
+  EXPECT_EQ(report["methods"].size(), 4) << "the others are trained with --compare or --further";
   const auto html = read_text_file(out + "/report/report.html", kLargestTable).value();
   EXPECT_NE(html.find("SIMULATED"), std::string::npos);
   const auto figure = nlohmann::json::parse(shell(GYROTHERM_PROGRAM "-thermal figure").out);
@@ -130,6 +133,7 @@ TEST(Qualify, RecommendsOnlyOnFurtherRecords) {
   const auto found = report_in(out)["recommendation"];
   EXPECT_NE(found["recommended"], "");
   EXPECT_EQ(found["records"], 2) << "the further record, and the ramp run by models trained on it";
+  EXPECT_GT(report_in(out)["methods"].size(), 10);
   EXPECT_NE(ran.out.find("recommended: " + found["recommended"].get<std::string>()), std::string::npos) << ran.out;
   const auto other = gyrotherm_with("qualify --out " + out + kSmall + " --further " + (folder / "other.db"));
   EXPECT_EQ(other.exit_code, 2);

@@ -491,7 +491,7 @@ Result<void> ItemExchange::perform(const Sequence& sequence, const Parameters& p
   return {};
 }
 
-Result<void> ItemExchange::perform_all(const Sequence& sequence) {
+Result<void> ItemExchange::perform_every_step(const Sequence& sequence) {
   Result<void> all;
   for (const auto& step : sequence)
     if (auto done = perform_step(step, {}); !done && all) all = std::move(done);

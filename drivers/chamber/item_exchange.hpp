@@ -115,11 +115,12 @@ class ItemExchange {
   struct Parameters {
     int program = 0, step = 0;
   };
-  /// Executes a command. Fails at the first step that fails, or with timeout if the condition of a wait is not met in
-  /// time.
+  /// Executes a command that starts or changes something. Fails at the first step that fails, or with timeout if the
+  /// condition of a wait is not met in time.
   [[nodiscard]] Result<void> perform(const Sequence& sequence, const Parameters& parameters);
-  /// Executes every step, even after a step that failed. Fails with the first failure.
-  [[nodiscard]] Result<void> perform_all(const Sequence& sequence);
+  /// Executes a command that ends something: tries every step, even after a step that failed, because each step makes
+  /// the unit safer. Fails with the first failure.
+  [[nodiscard]] Result<void> perform_every_step(const Sequence& sequence);
 
  private:
   /// Value of an item as text, and as a number unless it is a text.

@@ -9,6 +9,7 @@
 #include <deque>
 #include <functional>
 #include <limits>
+#include <string_view>
 #include <utility>
 
 #include "core/humidity.hpp"
@@ -118,6 +119,9 @@ constexpr double kJumpK = 10, kFastestKPerS = 5;
 /// Number of readings after which a value that jumped and persists is accepted as the sensor's output.
 constexpr int kReadingsToAcceptJump = 3;
 
+/// Returns whether a command stops the chamber or its program. Such a command tries every step.
+bool ends_something(std::string_view command) { return command == "stop" || command == "stop_program"; }
+
 class ModbusChamber final : public Chamber {
  public:
   ModbusChamber(RegisterMap map, std::unique_ptr<Registers> registers, std::unique_ptr<Pauses> pauses,
@@ -212,9 +216,7 @@ class ModbusChamber final : public Chamber {
 
   Result<void> stop() override {
     items_.accept_unit();
-    const auto found = map_.sequences.find("stop");
-    if (found != map_.sequences.end() && map_.text_link) return items_.perform_all(found->second);
-    if (found != map_.sequences.end()) return perform("stop");
+    if (map_.sequences.contains("stop")) return perform("stop");
     if (map_.control) return write_control_code(map_.control->off);
     return failure(FaultKind::refused, "chamber stop", "its register map has neither a command \"stop\" nor [control]");
   }
@@ -223,9 +225,10 @@ class ModbusChamber final : public Chamber {
     items_.accept_unit();
     turns_.begin_new_round();
     const auto found = map_.sequences.find(command);
-    if (found != map_.sequences.end()) return items_.perform(found->second, {});
-    return failure(FaultKind::refused, "chamber " + command,
-                   fmt::format("its register map has no command \"{}\"", command));
+    if (found == map_.sequences.end())
+      return failure(FaultKind::refused, "chamber " + command,
+                     fmt::format("its register map has no command \"{}\"", command));
+    return ends_something(command) ? items_.perform_every_step(found->second) : items_.perform(found->second, {});
   }
 
   void end_rest() override { registers_->end_rest(); }

@@ -209,6 +209,31 @@ TEST_F(ChamberCommands, SkipsStepIfConditionIsNotSatisfied) {
   EXPECT_EQ(unit->written, (Written{{6, 4}, {6, 1}})) << "a program ran, and was stopped first";
 }
 
+/// Returns the map with these commands.
+RegisterMap map_with(const std::string& start, const std::string& stop) {
+  std::string text_of = kMap;
+  const auto from = text_of.find("start = ["), to = text_of.find("acknowledge = [");
+  text_of.replace(from, to - from, "start = [" + start + "]\nstop = [" + stop + "]\n");
+  return parse_register_map(text_of, "map.toml").value();
+}
+
+TEST(ChamberSequences, StopTriesEveryStepAndReportsFirstFailure) {
+  const std::string steps = "{ write = \"command\", code = \"stop\" }, { write = \"light\", value = 1 }";
+  auto made = std::make_unique<SlowUnit>();
+  auto* unit = made.get();
+  const auto chamber = make_modbus_chamber(map_with(steps, steps), std::move(made), std::make_unique<Timekeeper>());
+  int writes = 0;
+  unit->arrives = [&] { return ++writes > 1; };
+  const auto stopped = chamber->stop();
+  ASSERT_FALSE(stopped);
+  EXPECT_EQ(stopped.error().kind, FaultKind::timeout);
+  EXPECT_EQ(unit->words[9], 0b1101) << "the second step was carried out";
+  unit->words[9] = 5;
+  writes = 0;
+  EXPECT_FALSE(chamber->start());
+  EXPECT_EQ(unit->words[9], 5) << "a start ends at the first failure";
+}
+
 TEST_F(ChamberCommands, RefusesUnknownCommand) {
   EXPECT_EQ(chamber->perform("defrost").error().kind, FaultKind::refused);
 }

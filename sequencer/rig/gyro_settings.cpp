@@ -7,6 +7,7 @@
 #include <cmath>
 #include <utility>
 
+#include "core/serial_number.hpp"
 #include "drivers/gyro/frame_sum.hpp"
 #include "sequencer/rig/fixture.hpp"
 #include "sequencer/rig/line_settings.hpp"
@@ -116,12 +117,20 @@ std::vector<std::string> read_channel_names(const TomlTable& table, const char* 
   return names;
 }
 
+/// Returns the serial number without surrounding blanks; empty if the file leaves it to the start of the run.
+std::string check_serial_number(const TomlTable& table, const std::string& text) {
+  if (text.empty()) return {};
+  auto number = parse_serial_number(text);
+  if (!number) table.note_error("serial_number", number.error().what);
+  return number.value_or("");
+}
+
 UnitSettings read_unit(const GyroTable& gyro, bool one_of_several, const std::optional<Fixture>& fixture,
                        const std::vector<std::string>& channels) {
   const auto& table = gyro.table;
   UnitSettings unit;
   if (one_of_several) unit.info.name = table.text("name");
-  unit.info.serial_number = table.text("serial_number", "");
+  unit.info.serial_number = check_serial_number(table, table.text("serial_number", ""));
   unit.info.model = table.text("model", "");
   unit.can_be_turned = table.boolean("can_be_turned", false);
   if (table.has("largest_bias_deg_per_h")) {
@@ -317,7 +326,7 @@ std::string line_title(const GyroLine& line, const std::vector<UnitSettings>& un
 Result<void> compare_serial_number(const GyroLine& line, const std::vector<UnitSettings>& units,
                                    const std::string& identity) {
   const auto& expected = units[line.shares.front().unit].info.serial_number;
-  if (line.shares.size() > 1 || expected.empty() || identity.find(expected) != std::string::npos) return {};
+  if (line.shares.size() > 1 || expected.empty() || contains_serial_number(identity, expected)) return {};
   return failure(FaultKind::mismatch, line_title(line, units),
                  fmt::format("\"{}\" answers, expected the serial number {}", identity, expected));
 }

@@ -57,8 +57,8 @@ struct GyroLine {
 /// Returns the title of the line's instrument: "gyro", "gyro u1", "gyro x+y+z".
 [[nodiscard]] std::string line_title(const GyroLine& line, const std::vector<UnitSettings>& units);
 
-/// Compares the identity of a line's gyro with the serial number in the rig file. Fails with mismatch if they differ.
-/// Skips lines that several units share, and units without a serial number.
+/// Compares the identity of a line's gyro with the serial number of its unit. Fails with mismatch if the identity does
+/// not contain the number as a token. Skips lines that several units share, and units without a serial number.
 [[nodiscard]] Result<void> compare_serial_number(const GyroLine& line, const std::vector<UnitSettings>& units,
                                                  const std::string& identity);
 

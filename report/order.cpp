@@ -7,10 +7,12 @@
 #include <cmath>
 #include <filesystem>
 #include <regex>
+#include <span>
 #include <tuple>
 
 #include "analysis/data/dataset.hpp"
 #include "core/file.hpp"
+#include "core/serial_number.hpp"
 #include "core/text.hpp"
 #include "core/toml_reader.hpp"
 #include "report/plot/png.hpp"
@@ -18,6 +20,7 @@
 namespace gyrotherm::report {
 namespace {
 
+constexpr const char *kSerialNumber = "serial_number", *kSerialNumbers = "serial_numbers";
 constexpr std::size_t kLargestLogo = 1'000'000;
 constexpr Vocabulary<DecisionRule, 2> kRules{
     {{"simple", DecisionRule::simple}, {"guard_band", DecisionRule::guard_band}}};
@@ -102,22 +105,48 @@ std::optional<Logo> logo(const TomlTable& table, const std::string& file) {
   return Logo{is_png ? "image/png" : "image/svg+xml", plot::base64(*bytes)};
 }
 
+/// Returns a serial number of the file without surrounding blanks; empty, with a noted error, if it is invalid.
+std::string check_serial_number(const std::string& text, const TomlTable& table, const char* key = kSerialNumber) {
+  auto number = parse_serial_number(text);
+  if (!number) table.note_error(key, fmt::format("a serial number {}", number.error().what));
+  return number.value_or("");
+}
+
 CalibratedItem item(const TomlTable& table) {
+  const std::string serial_number = table.text("serial_number", "");
   return {.description = texts(table, "description"),
           .manufacturer = table.text("manufacturer", ""),
           .model = table.text("model", ""),
-          .serial_number = table.text("serial_number", ""),
+          .serial_number = serial_number.empty() ? "" : check_serial_number(serial_number, table),
           .customers_number = table.text("customers_number", ""),
           .condition = texts(table, "condition")};
 }
 
+bool has_serial_number(std::span<const OrderedUnit> units, const std::string& number) {
+  const auto has_it = [&](const OrderedUnit& unit) { return unit.item.serial_number == number; };
+  return !number.empty() && std::ranges::any_of(units, has_it);
+}
+
+/// Reads the units of an order: [[unit]] and the list `serial_numbers`.
 std::vector<OrderedUnit> units(const TomlTable& table) {
   std::vector<OrderedUnit> all;
   for (const TomlTable& one : table.tables("unit")) {
     all.push_back({one.text("name", ""), one.location(), item(one)});
-    const auto same = [&](const OrderedUnit& unit) { return unit.name == all.back().name; };
-    if (std::ranges::count_if(all, same) > 1)
-      one.note_error("name", fmt::format("duplicate unit \"{}\"", all.back().name));
+    const OrderedUnit& last = all.back();
+    const auto same = [&](const OrderedUnit& unit) {
+      return unit.name == last.name && (!last.name.empty() || unit.item.serial_number.empty());
+    };
+    const bool is_found_by_serial = last.name.empty() && !last.item.serial_number.empty();
+    if (!is_found_by_serial && std::ranges::count_if(all, same) > 1)
+      one.note_error("name", fmt::format("duplicate unit \"{}\"", last.name));
+    if (has_serial_number(std::span(all).first(all.size() - 1), last.item.serial_number))
+      one.note_error("serial_number", fmt::format("duplicate serial number {}", last.item.serial_number));
+  }
+  for (const std::string& text : table.texts("serial_numbers")) {
+    const std::string number = check_serial_number(text, table, kSerialNumbers);
+    if (has_serial_number(all, number))
+      table.note_error("serial_numbers", fmt::format("duplicate serial number {}", number));
+    all.push_back({"", table.location("serial_numbers"), {.serial_number = number}});
   }
   return all;
 }
@@ -282,12 +311,6 @@ void add_laboratory(CalibrationReport& report, const LaboratoryFile& laboratory)
   append(report.people, laboratory.people);
 }
 
-const OrderedUnit* find_ordered_unit(const OrderFile& order, const std::string& name) {
-  const auto named = std::ranges::find(order.units, name, &OrderedUnit::name);
-  if (named != order.units.end()) return &*named;
-  return order.units.size() == 1 && order.units.front().name.empty() ? &order.units.front() : nullptr;
-}
-
 void add_unit(CalibratedItem& item, const CalibratedItem& ordered) {
   replace_if_given(item.description, ordered.description);
   replace_if_given(item.manufacturer, ordered.manufacturer);
@@ -299,7 +322,10 @@ void add_unit(CalibratedItem& item, const CalibratedItem& ordered) {
 
 void add_order(CalibrationReport& report, const OrderFile& order) {
   report.number = order.number;
-  if (!order.number.empty() && order.units.size() > 1) report.number += "-" + report.item.name;
+  const OrderedUnit* unit = find_ordered_unit(order, report.item);
+  const bool is_found_by_serial = unit != nullptr && unit->name.empty();
+  if (!order.number.empty() && order.units.size() > 1)
+    report.number += "-" + (is_found_by_serial ? report.item.serial_number : report.item.name);
   report.customer = order.customer;
   append(report.people, order.people);
   report.received = order.received;
@@ -311,7 +337,7 @@ void add_order(CalibrationReport& report, const OrderFile& order) {
   append(report.influences, order.influences);
   append(report.deviations, order.deviations);
   report.replaces = order.replaces;
-  if (const OrderedUnit* unit = find_ordered_unit(order, report.item.name)) add_unit(report.item, unit->item);
+  if (unit != nullptr) add_unit(report.item, unit->item);
 }
 
 bool has_role(const std::vector<Person>& people, std::string_view role) {
@@ -405,6 +431,18 @@ Conformity find_worst(const std::vector<ReportedValue>& values, double limit, De
 
 }  // namespace
 
+const OrderedUnit* find_ordered_unit(const OrderFile& order, const CalibratedItem& item) {
+  if (!item.serial_number.empty()) {
+    const auto same = std::ranges::find(order.units, item.serial_number,
+                                        [](const OrderedUnit& unit) { return unit.item.serial_number; });
+    if (same != order.units.end()) return &*same;
+  }
+  const auto is_named = [&](const OrderedUnit& unit) { return !unit.name.empty() && unit.name == item.name; };
+  const auto named = std::ranges::find_if(order.units, is_named);
+  if (named != order.units.end()) return &*named;
+  return order.units.size() == 1 && order.units.front().name.empty() ? &order.units.front() : nullptr;
+}
+
 void add_order(CalibrationReport& report, const std::optional<LaboratoryFile>& laboratory,
                const std::optional<OrderFile>& order) {
   if (laboratory) add_laboratory(report, *laboratory);
@@ -437,13 +475,31 @@ Result<void> check_unit(const OrderedUnit& ordered_unit, const CalibratedItem& i
       return failure(FaultKind::bad_file, ordered_unit.place,
                      fmt::format("the unit's {} is \"{}\", but {} contains \"{}\"; remove it from the order", key,
                                  *ordered, from, *own));
+  if (!ordered_unit.name.empty() && ordered_unit.name != item.name)
+    return failure(FaultKind::bad_file, ordered_unit.place,
+                   fmt::format("the unit {} is \"{}\", but in {} it is \"{}\"; correct the name in the order",
+                               unit.serial_number, ordered_unit.name, from, item.name));
   return {};
+}
+
+/// Fails if the order lists serial numbers, and neither that of the item nor a unit for its position.
+Result<void> check_is_ordered(const OrderFile& order, const CalibratedItem& item, const std::string& from) {
+  const auto has_serial = [](const OrderedUnit& unit) { return !unit.item.serial_number.empty(); };
+  const auto listed = std::ranges::find_if(order.units, has_serial);
+  if (item.serial_number.empty() || listed == order.units.end()) return {};
+  return failure(FaultKind::bad_file, listed->place,
+                 fmt::format("the order does not contain the serial number \"{}\" of {} in {}", item.serial_number,
+                             item.name, from));
 }
 
 }  // namespace
 
 Result<void> check_units(const OrderFile& order, const std::vector<CalibratedItem>& items, const std::string& from) {
-  const auto unnamed = std::ranges::find(order.units, "", &OrderedUnit::name);
+  const auto has_no_serial = [](const CalibratedItem& item) { return item.serial_number.empty(); };
+  const bool are_found_by_serial = std::ranges::none_of(items, has_no_serial);
+  const auto unnamed = std::ranges::find_if(order.units, [&](const OrderedUnit& unit) {
+    return unit.name.empty() && (unit.item.serial_number.empty() || !are_found_by_serial);
+  });
   if (items.size() > 1 && unnamed != order.units.end()) {
     std::vector<std::string> names;
     for (const CalibratedItem& item : items) names.push_back(item.name);
@@ -451,9 +507,11 @@ Result<void> check_units(const OrderFile& order, const std::vector<CalibratedIte
                    fmt::format("the unit has no name although {} has several units, expected one of {}", from,
                                fmt::join(names, ", ")));
   }
-  for (const CalibratedItem& item : items)
-    if (const OrderedUnit* unit = find_ordered_unit(order, item.name))
-      if (auto same = check_unit(*unit, item, from); !same) return same;
+  for (const CalibratedItem& item : items) {
+    const OrderedUnit* unit = find_ordered_unit(order, item);
+    auto same = unit != nullptr ? check_unit(*unit, item, from) : check_is_ordered(order, item, from);
+    if (!same) return same;
+  }
   return {};
 }
 

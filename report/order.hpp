@@ -29,7 +29,7 @@ struct LaboratoryFile {
 
 /// A unit under test as described by the customer. Empty members are taken from the record.
 struct OrderedUnit {
-  /// Name in the rig; empty for the only unit.
+  /// Name in the rig; empty for the only unit, and for a unit that is found by its serial number.
   std::string name{};
   std::string place{};  ///< position: "order.toml:12:1"
   CalibratedItem item{};
@@ -59,9 +59,14 @@ struct OrderFile {
 /// Reads order.toml. Fails with bad_file and lists every error with its position.
 [[nodiscard]] Result<OrderFile> parse_order(std::string_view toml, const std::string& file);
 
+/// Returns the unit of an order that describes `item`: the one with its serial number, otherwise the one with its name,
+/// otherwise the only unit if it has no name; null if there is none.
+[[nodiscard]] const OrderedUnit* find_ordered_unit(const OrderFile& order, const CalibratedItem& item);
+
 /// Checks the units of an order against a record or a rig, named `from`. Fails with bad_file if the model or serial
-/// number in the order differs from that in `from`, because an order may only add missing data; and if a unit has no
-/// name although `from` has several units, because its data would then apply to all of them.
+/// number in the order differs from that in `from`, because an order may only add missing data; if the order lists
+/// serial numbers and that of an item is not among them; and if a unit has neither name nor serial number although
+/// `from` has several units, because its data would then apply to all of them.
 [[nodiscard]] Result<void> check_units(const OrderFile& order, const std::vector<CalibratedItem>& items,
                                        const std::string& from);
 

@@ -224,6 +224,79 @@ TEST(Order, RequiresUnitNamesForSeveralUnits) {
   EXPECT_TRUE(check_units(*parse_order(named, "order.toml"), {{.name = "u1"}, {.name = "u2"}}, "lot.db"));
 }
 
+constexpr const char* kLot = R"(schema = "gyrotherm-order/1"
+number = "2026-17"
+serial_numbers = ["0042", " 0043 "]
+[customer]
+name = "Navigation Works"
+[[unit]]
+serial_number = "0050"
+model = "RLG-2"
+[[unit]]
+name = "u7"
+serial_number = "0057"
+[[unit]]
+name = "u8"
+)";
+
+TEST(Order, ListsUnitsBySerialNumber) {
+  const auto order = parse_order(kLot, "order.toml");
+  ASSERT_TRUE(order) << text(order.error());
+  ASSERT_EQ(order->units.size(), 5u);
+  EXPECT_EQ(order->units[3].item.serial_number, "0042");
+  EXPECT_EQ(order->units[4].item.serial_number, "0043") << "without blanks around it";
+  const auto checked = [&](std::vector<CalibratedItem> items) {
+    const auto same = check_units(*order, items, "lot.db");
+    return same ? "" : text(same.error());
+  };
+  EXPECT_EQ(checked({{.name = "u1", .serial_number = "0043"},
+                     {.name = "u2", .model = "RLG-2", .serial_number = "0050"},
+                     {.name = "u7", .serial_number = "0057"},
+                     {.name = "u8", .serial_number = "0099"}}),
+            "");
+  EXPECT_EQ(checked({{.name = "u1", .serial_number = "0044"}}),
+            "order.toml:6:1: the order does not contain the serial number \"0044\" of u1 in lot.db");
+  EXPECT_EQ(checked({{.name = "u1", .serial_number = "43"}}),
+            "order.toml:6:1: the order does not contain the serial number \"43\" of u1 in lot.db")
+      << "leading zeros count";
+  EXPECT_EQ(checked({{.name = "u1", .model = "RLG-1", .serial_number = "0050"}}),
+            "order.toml:6:1: the unit's model is \"RLG-2\", but lot.db contains \"RLG-1\"; remove it from the order");
+  EXPECT_EQ(checked({{.name = "u1", .serial_number = "0057"}}),
+            "order.toml:9:1: the unit 0057 is \"u7\", but in lot.db it is \"u1\"; correct the name in the order");
+  EXPECT_NE(checked({{.name = "u7", .serial_number = "0058"}}).find("\"0057\", but lot.db contains \"0058\""),
+            std::string::npos);
+}
+
+TEST(Order, NumbersReportsOfLotBySerialNumber) {
+  const auto order = parse_order(kLot, "order.toml");
+  ASSERT_TRUE(order) << text(order.error());
+  CalibrationReport report = report_without_order();
+  report.item = {.name = "u1", .serial_number = "0050"};
+  add_order(report, std::nullopt, *order);
+  EXPECT_EQ(report.number, "2026-17-0050") << "the next run has another unit at u1";
+  EXPECT_EQ(report.item.model, "RLG-2");
+  report.item = {.name = "u8"};
+  add_order(report, std::nullopt, *order);
+  EXPECT_EQ(report.number, "2026-17-u8");
+}
+
+TEST(Order, RefusesInvalidAndDuplicateSerialNumbers) {
+  const auto refused = [](const std::string& list, const std::string& unit) {
+    const auto order = parse_order("schema = \"gyrotherm-order/1\"\n" + list +
+                                       "[customer]\nname = \"N\"\n[[unit]]\nserial_number = \"" + unit + "\"\n",
+                                   "order.toml");
+    return order ? "" : text(order.error());
+  };
+  EXPECT_EQ(refused("serial_numbers = [\"1\", \"2\"]\n", "3"), "");
+  EXPECT_EQ(refused("serial_numbers = [\"1\", \"1\"]\n", "3"), "order.toml:2:18: duplicate serial number 1");
+  EXPECT_EQ(refused("serial_numbers = [\"3\"]\n", "3"), "order.toml:2:18: duplicate serial number 3");
+  EXPECT_NE(refused("serial_numbers = [\"\"]\n", "3").find("order.toml:2:18: a serial number is empty"),
+            std::string::npos);
+  EXPECT_NE(refused("", "3\\u001d4").find("order.toml:5:17: a serial number \"3\\x1d4\" contains"), std::string::npos)
+      << refused("", "3\\u001d4");
+  EXPECT_NE(refused("", std::string(65, '3')).find("has 65 bytes, expected at most 64"), std::string::npos);
+}
+
 TEST(Order, ComparesEachRowWithLimit) {
   constexpr double kInfinite = std::numeric_limits<double>::infinity();
   const auto worst = [](std::vector<ReportedValue> values, DecisionRule rule) {

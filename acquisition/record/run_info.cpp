@@ -23,9 +23,10 @@ constexpr const char* kRate = "rate";
 constexpr const char* kPulseCount = "pulse_count";
 constexpr const char* kChamberMeasures = "chamber";
 constexpr const char* kRigFile = "rig_file";
+constexpr const char* kOrderNumber = "order_number";
 
 /// The texts in the table `meta`. The table also has numbers.
-constexpr std::array<std::pair<const char*, std::string RunInfo::*>, 11> kTexts{{
+constexpr std::array<std::pair<const char*, std::string RunInfo::*>, 12> kTexts{{
     {"id", &RunInfo::id},
     {"program_version", &RunInfo::program_version},
     {"profile_name", &RunInfo::profile_name},
@@ -37,7 +38,11 @@ constexpr std::array<std::pair<const char*, std::string RunInfo::*>, 11> kTexts{
     {"gyro_model", &RunInfo::gyro_model},
     {"gyro_film", &RunInfo::gyro_film},
     {"gyro_model_text", &RunInfo::gyro_model_text},
+    {kOrderNumber, &RunInfo::order_number},
 }};
+
+/// Returns whether a text has no row in `meta` if it is empty: a virtual rig has no file, and many runs have no order.
+bool is_optional(std::string_view key) { return key == kRigFile || key == kOrderNumber; }
 
 /// The optional columns of the table `axis`.
 constexpr std::array<std::pair<const char*, std::optional<double> GyroUncertainty::*>, 8> kAxisColumns{{
@@ -73,7 +78,7 @@ Result<void> write_meta(Database& database, const RunInfo& info) {
   };
   put("schema", kRunSchema);
   for (const auto& [key, text] : kTexts)
-    if (key != kRigFile || !info.rig_file.empty()) put(key, info.*text);  // absent for a virtual rig
+    if (!is_optional(key) || !(info.*text).empty()) put(key, info.*text);
   put("simulated", info.simulated);
   put("seed", std::to_string(info.seed));  // text: SQLite integers are signed
   put("days_later", std::to_string(info.days_later));
@@ -206,7 +211,8 @@ Result<void> write_segments(Database& database, const std::vector<RunInfo::Segme
 
 constexpr const char *kCycles = "cycles", *kGradients = "gradients", *kThreePoint = "three_point",
                      *kAnalogueMaps = "analogue_map_texts", *kThermometers = "thermometer_texts",
-                     *kIdentities = "identities", *kFixture = "fixture", *kWarmUp = "warm_up";
+                     *kIdentities = "identities", *kFixture = "fixture", *kWarmUp = "warm_up",
+                     *kUnusedUnits = "unused_units";
 
 /// Parses the numbers that write_lists() stores for a warm-up. Returns nothing for any other text.
 std::optional<RunInfo::WarmUpInfo> parse_warm_up(std::string_view text) {
@@ -249,6 +255,7 @@ Result<void> write_lists(Database& database, const RunInfo& info) {
   put(kThermometers, "", info.thermometer_texts);
   if (const auto& added = info.warm_up)
     put(kWarmUp, "", {fmt::format("{} {} {}", added->at_least.value, added->air.value, added->rate.value)});
+  put(kUnusedUnits, "", info.unused_units);
   for (const auto& [title, identity] : info.identities) put(kIdentities, title, {identity});
   for (const UnitInfo& unit : info.units) {
     put(kGradients, unit.name, unit.gradients);
@@ -439,6 +446,7 @@ Result<void> read_lists(Database& database, RunInfo& info) {
     if (list == kAnalogueMaps) info.analogue_map_texts.emplace_back(row.text(2));
     if (list == kThermometers) info.thermometer_texts.emplace_back(row.text(2));
     if (list == kWarmUp) info.warm_up = parse_warm_up(row.text(2));
+    if (list == kUnusedUnits) info.unused_units.emplace_back(row.text(2));
     if (list == kIdentities) info.identities.emplace(row.text(1), row.text(2));
     if (list == kFixture) {
       for (std::size_t i = 0; i < info.units.size(); ++i)
@@ -457,6 +465,10 @@ Result<void> read_lists(Database& database, RunInfo& info) {
 const UnitInfo* find_unit(const RunInfo& info, std::string_view name) {
   const auto found = std::ranges::find(info.units, name, &UnitInfo::name);
   return found == info.units.end() ? nullptr : &*found;
+}
+
+bool is_unused(const RunInfo& info, std::string_view unit) {
+  return std::ranges::find(info.unused_units, unit) != info.unused_units.end();
 }
 
 bool serves(const Channel& thermometer, const UnitInfo& unit) {

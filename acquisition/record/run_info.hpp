@@ -156,8 +156,12 @@ struct RunInfo {
   /// measured humidity implies a computed dew point.
   bool has_humidity{};
   bool has_dew_point{};
+  /// The number of the order that the units belong to; may be empty.
+  std::string order_number{};
   std::vector<Channel> thermometers;
   std::vector<UnitInfo> units;
+  /// The names of the units whose positions were empty. They have no readings and no serial number.
+  std::vector<std::string> unused_units{};
   std::vector<std::string> cycles;  ///< names
   struct SegmentInfo {
     std::string name;
@@ -182,6 +186,9 @@ struct RunInfo {
 
 /// Returns the first unit of that name; null if there is none.
 [[nodiscard]] const UnitInfo* find_unit(const RunInfo& info, std::string_view name);
+
+/// Returns whether the position of the unit was empty.
+[[nodiscard]] bool is_unused(const RunInfo& info, std::string_view unit);
 
 /// Returns whether a thermometer may be an input of the unit's models: it is not mounted on another unit, or the unit
 /// lists it in `gradients` or `three_point`.

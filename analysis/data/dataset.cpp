@@ -245,7 +245,8 @@ Dataset make_dataset(const record::Record& record, const std::string& path, cons
 std::vector<AxisChoice> list_axes(const record::RunInfo& info) {
   std::vector<AxisChoice> axes;
   for (const auto& unit : info.units)
-    for (const auto& axis : unit.axes) axes.push_back({unit.name, axis.name});
+    for (const auto& axis : unit.axes)
+      if (!is_unused(info, unit.name)) axes.push_back({unit.name, axis.name});
   return axes;
 }
 

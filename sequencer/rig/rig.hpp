@@ -52,7 +52,7 @@ struct RigStart {
   std::optional<Celsius> first_set_point{};
   /// On a resume, the run starts even if the units are silent.
   bool units_may_be_off{};
-  /// On a resume, the run starts even if these units are silent.
+  /// The run starts even if these units are silent: those of empty positions, and on a resume the dropped ones.
   std::vector<std::string> dropped_units{};
 };
 

@@ -37,6 +37,16 @@ struct Limiter {
 /// Describes when the limiter trips: "class 3.3, below -50 °C, above 75 °C".
 [[nodiscard]] std::string describe(const Limiter& limiter);
 
+/// The identification of the units at the start of a run, in addition to the rig file.
+struct UnitIdentification {
+  /// The number of the order that the units belong to; may be empty.
+  std::string order_number{};
+  /// The serial numbers of units without one in the rig file, by the unit's name.
+  std::map<std::string, std::string> serial_numbers{};
+  /// The names of the units whose positions are empty.
+  std::vector<std::string> unused{};
+};
+
 struct RigFile {
   std::string name;
   std::string title;
@@ -70,6 +80,8 @@ struct RigFile {
   /// Every line is "virtual". A rig with both virtual and real lines is an error.
   bool simulated{};
   simulator::GyroModelUsed gyro_model;  ///< virtual rig
+  /// Set by identify_units(); the units contain its serial numbers too.
+  UnitIdentification identification{};
 };
 
 /// Adds the warm-ups that the rig requires to a profile (sequencer/profile/warm_up.hpp). Does nothing for a virtual rig

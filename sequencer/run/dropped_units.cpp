@@ -12,6 +12,8 @@ std::string DroppedUnits::refusal_reason(const control::UnitRequest& request) co
   const auto found = std::ranges::find(names_, request.unit);
   if (found == names_.end())
     return fmt::format("\"{}\" is not a unit of this run, expected one of {}", request.unit, fmt::join(names_, ", "));
+  if (std::ranges::count(unused_, request.unit) > 0)
+    return fmt::format("the position {} is empty in this run", request.unit);
   const bool is_dropped = dropped_[static_cast<std::size_t>(found - names_.begin())];
   if (request.drop && is_dropped) return fmt::format("{} is dropped already", request.unit);
   if (!request.drop && !is_dropped) return fmt::format("{} is not dropped", request.unit);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The units under test that operators have dropped from a run. Their readings are ignored until an operator returns
-/// them. Values; one thread.
+/// them. The unit of an empty position is dropped for the whole run. Values; one thread.
 #pragma once
 
 #include <span>
@@ -16,8 +16,11 @@ namespace gyrotherm::run {
 
 class DroppedUnits {
  public:
-  /// Takes the names of all units, in sample order.
-  explicit DroppedUnits(std::vector<std::string> names) : names_(std::move(names)), dropped_(names_.size()) {}
+  /// Takes the names of all units, in sample order, and those of the units whose positions are empty.
+  explicit DroppedUnits(std::vector<std::string> names, std::vector<std::string> unused = {})
+      : names_(std::move(names)), unused_(std::move(unused)), dropped_(names_.size()) {
+    drop(unused_);
+  }
 
   /// Returns the reason why a unit cannot be dropped or returned; empty if it can. The last remaining unit cannot be
   /// dropped: the command "stop" ends the run.
@@ -33,7 +36,7 @@ class DroppedUnits {
   void clear_readings(Sample& sample) const;
 
  private:
-  std::vector<std::string> names_;
+  std::vector<std::string> names_, unused_;
   std::vector<bool> dropped_;
 };
 

@@ -13,6 +13,7 @@
 #include "core/file.hpp"
 #include "core/sha256.hpp"
 #include "drivers/chamber/register_map.hpp"
+#include "sequencer/rig/unit_serials.hpp"
 #include "sequencer/run/dropped_units.hpp"
 
 namespace gyrotherm::run {
@@ -24,7 +25,7 @@ std::string make_random_id() {
   return fmt::format("{:08x}{:08x}{:08x}{:08x}", device(), device(), device(), device());
 }
 
-std::string derive_id(const record::RunInfo& info) {
+std::string derive_id(const record::RunInfo& info, const rig::UnitIdentification& units) {
   auto all = fmt::format("{}\n{}\n{}\n{}\n{}\n{}", info.program_version, info.profile_text, info.rig_text,
                          info.chamber_map_text, info.gyro_model_text, info.seed);
   const auto day = info.days_later == 0 ? "" : fmt::format("\n{} days later", info.days_later);
@@ -32,6 +33,9 @@ std::string derive_id(const record::RunInfo& info) {
     if (!unit.stream_text.empty()) all += "\n" + unit.stream_text;
   for (const auto& map : info.analogue_map_texts) all += "\n" + map;
   for (const auto& description : info.thermometer_texts) all += "\n" + description;
+  for (const auto& [unit, serial] : units.serial_numbers) all += fmt::format("\n{} {}", unit, serial);
+  for (const auto& unit : units.unused) all += fmt::format("\n{} not used", unit);
+  if (!units.order_number.empty()) all += "\norder " + units.order_number;
   return sha256(all + day).substr(0, 32);
 }
 
@@ -62,6 +66,8 @@ record::RunInfo run_info(std::string_view program_version, const profile::Profil
   info.thermometers = list_channels(rig);
   info.chamber_instrument = fmt::format("{} at {}", rig.chamber_map.name, rig.chamber_line);
   for (const auto& unit : rig.units) info.units.push_back(unit.info);
+  info.order_number = rig.identification.order_number;
+  info.unused_units = rig.identification.unused;
   info.cycles = profile.cycles;
   for (const auto& segment : profile.segments)
     info.segments.push_back({.name = segment.name,
@@ -73,7 +79,7 @@ record::RunInfo run_info(std::string_view program_version, const profile::Profil
                              .unit = segment.unit});
   if (const auto& added = profile.warm_up)
     info.warm_up = {.at_least = added->at_least, .air = added->air, .rate = added->rate};
-  info.id = rig.simulated ? derive_id(info) : make_random_id();
+  info.id = rig.simulated ? derive_id(info, rig.identification) : make_random_id();
   return info;
 }
 
@@ -358,6 +364,13 @@ InterruptedRun describe_interruption(const record::Record& record, const RunCont
   return interrupted;
 }
 
+/// Returns the units that the run dropped, and those of empty positions.
+std::vector<std::string> find_absent_units(const record::Record& record) {
+  auto units = find_dropped_units(record);
+  units.insert(units.end(), record.info.unused_units.begin(), record.info.unused_units.end());
+  return units;
+}
+
 /// Returns the start parameters of the rig. Uses all members of `on` except `start`.
 rig::RigStart plan_start(const record::Record& record, const RunContinuation& on, std::uint64_t run) {
   const auto since_last = on.last_slot + 1 + on.interruption.down / kSecond;
@@ -366,7 +379,7 @@ rig::RigStart plan_start(const record::Record& record, const RunContinuation& on
           .replay = on.rig.simulated ? make_replay(record, on) : std::vector<simulator::PastSecond>(),
           .first_set_point = demanded_set_point(on.profile, begin(on.profile)),
           .units_may_be_off = unit_may_be_off(on.profile, on.state),
-          .dropped_units = find_dropped_units(record)};
+          .dropped_units = find_absent_units(record)};
 }
 
 }  // namespace
@@ -377,6 +390,7 @@ Result<RunContinuation> plan_continuation(const record::Record& record, const st
   if (record.info.imported) return failure(FaultKind::usage, path, "an imported record cannot be resumed");
   auto rig = parse_recorded_rig(record.info, path);
   if (!rig) return failure(rig.error());
+  restore_identification(*rig, record.info);
   auto profile = profile::parse_profile(record.info.profile_text, path + " (profile)");
   if (!profile) return failure(profile.error());
   if (auto added = add_recorded_warm_ups(*profile, record.info); !added) return failure(added.error());

@@ -53,7 +53,7 @@ RunController::RunController(const profile::Profile& profile, rig::Rig& rig, rec
       next_slot_(first_slot),
       lead_(std::make_unique<HostLead>(rig.file(), demanded_set_point(profile, state_), kSecond * first_slot)),
       safe_(rig.file()),
-      dropped_(unit_names(rig.file())),
+      dropped_(unit_names(rig.file()), rig.file().identification.unused),
       channels_(list_channels(rig.file())),
       changes_(rig.file()) {
   const auto all = plan(profile).all;

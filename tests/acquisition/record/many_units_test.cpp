@@ -234,6 +234,27 @@ TEST(ManyUnits, HaveValidColumnNames) {
             "thermometer \"u1.Temperature\": the name is already in use, expected a unique one");
 }
 
+TEST(ManyUnits, HaveSerialNumbersOrderAndEmptyPositions) {
+  const Folder folder;
+  RunInfo info = two_units();
+  ASSERT_TRUE(Store::create(folder / "plain.db", info).value()->finish());
+  info.units[0].serial_number = "0042";
+  info.order_number = "2026-17";
+  info.unused_units = {info.units[1].name};
+  ASSERT_TRUE(Store::create(folder / "lot.db", info).value()->finish());
+  const auto lot = read_info(folder / "lot.db").value(), plain = read_info(folder / "plain.db").value();
+  EXPECT_EQ(lot.units[0].serial_number, "0042");
+  EXPECT_EQ(lot.order_number, "2026-17");
+  EXPECT_EQ(lot.unused_units, info.unused_units);
+  EXPECT_TRUE(is_unused(lot, info.units[1].name));
+  EXPECT_FALSE(is_unused(lot, info.units[0].name));
+  EXPECT_EQ(plain.order_number, "");
+  EXPECT_TRUE(plain.unused_units.empty());
+  auto database = Database::open(folder / "plain.db", Access::read_only, 0).value();
+  EXPECT_EQ(database.query_integer("SELECT count(*) FROM meta WHERE key = 'order_number'", -1).value_or(-1), 0)
+      << "a record without an order is as before";
+}
+
 TEST(ManyUnits, RefuseThermometerWithNameOfColumn) {
   for (const char* name : {"time", "time_s", "UTC", "bias", "self", "u1.x.rate_deg_per_h", "u1.x.bias_deg_per_h",
                            "u1.interval_s", "u-2.bias_deg_per_h", "Set Point", "chamber air"}) {

@@ -27,6 +27,15 @@ TEST(DroppedUnits, ExcludeReturnedUnits) {
   EXPECT_EQ(units.all(), (std::vector{false, false, true}));
 }
 
+TEST(DroppedUnits, IncludeEmptyPositionsForWholeRun) {
+  DroppedUnits units({"u1", "u2", "u3"}, {"u2"});
+  EXPECT_EQ(units.all(), (std::vector{false, true, false}));
+  EXPECT_EQ(units.refusal_reason(return_unit("u2")), "the position u2 is empty in this run");
+  EXPECT_EQ(units.refusal_reason(drop("u2")), "the position u2 is empty in this run");
+  units.carry_out(drop("u1"));
+  EXPECT_EQ(units.refusal_reason(drop("u3")), "u3 is the only unit left; \"stop\" ends the run");
+}
+
 TEST(DroppedUnits, HaveNeitherReadingNorFault) {
   DroppedUnits units({"u1", "u2"});
   units.carry_out(drop("u1"));

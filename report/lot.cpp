@@ -53,6 +53,7 @@ void describe(auto& form, Like<Lot> auto& lot) {
   form.derived("schema", kLotSchema);
   form("rig", lot.rig_name);
   form("title", lot.rig_title);
+  form.if_present("order_number", !lot.order_number.empty(), lot.order_number);
   form("simulated", lot.simulated);
   form("program_version", lot.program_version);
   form("seed", lot.seed);
@@ -198,6 +199,11 @@ std::string prefix_ids(std::string html, const std::string& axis) {
   return html;
 }
 
+/// Describes the rig and the order of the lot.
+std::string describe_source(const Lot& lot) {
+  return lot.rig_title + (lot.order_number.empty() ? "" : ", order " + lot.order_number);
+}
+
 std::string heading(const std::string& text) { return "<h2>" + plot::escaped(text) + "</h2>\n"; }
 
 /// Returns a link to the report of each unit.
@@ -237,7 +243,7 @@ std::string to_html(const Lot& lot) {
   return to_html(HtmlPage{.title = "Lot summary – " + lot.rig_title,
                           .kind = "Lot summary",
                           .heading = "Temperature compensation of a lot of gyros",
-                          .subtitle = lot.rig_title,
+                          .subtitle = describe_source(lot),
                           .simulated = lot.simulated,
                           .body = body,
                           .footer = "gyrotherm " + lot.program_version});
@@ -255,7 +261,7 @@ std::string unit_to_html(const Lot& lot, const std::string& unit,
       .title = fmt::format("Qualification report – {}{}", unit, serial),
       .kind = "Qualification report",
       .heading = "Temperature compensation of gyro bias",
-      .subtitle = fmt::format("{}{} – {}", unit, serial, lot.rig_title),
+      .subtitle = fmt::format("{}{} – {}", unit, serial, describe_source(lot)),
       .simulated = lot.simulated,
       .body = body,
       .footer = fmt::format("gyrotherm {} · generated from the report.json of each axis", lot.program_version)});

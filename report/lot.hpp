@@ -50,6 +50,8 @@ struct Lot {
   std::vector<LotAxis> axes;
   /// Messages about units that fell silent, were dropped or returned.
   std::vector<std::string> events;
+  /// The number of the order; may be empty.
+  std::string order_number{};
 };
 
 /// Copies the verdict and the values of an axis from its report.

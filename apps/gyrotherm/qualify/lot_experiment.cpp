@@ -224,7 +224,8 @@ report::Lot summarise(const LotExperiment& experiment, const rig::RigFile& rig, 
                   .seed = experiment.training.seed,
                   .quick = experiment.training.quick,
                   .axes = {},
-                  .events = {}};
+                  .events = {},
+                  .order_number = experiment.rate.record.info.order_number};
   for (const Task& task : tasks) {
     const auto* unit = record::find_unit(experiment.rate.record.info, task.of.unit);
     report::LotAxis axis{.unit = task.of.unit,

@@ -77,6 +77,7 @@ line = "{self.lines["thermometer_2"]}"
 channels = ["shell"]
 
 [gyro]
+serial_number = "T-1"
 line = "{self.lines["gyro"]}"
 arcsec_per_pulse = 0.1
 latitude = 45.0

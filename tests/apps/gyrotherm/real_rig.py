@@ -11,4 +11,6 @@ lines = iter("tcp://127.0.0.1:" + line if line.isdigit() else line for line in s
 text = re.sub(r'^(line\s*=\s*)"virtual"', lambda m: '%s"%s"' % (m.group(1), next(lines)), text, flags=re.M)
 # Observation of a run whose chamber is made safe, short enough for a test.
 text += '\n[safe]\nobserve = "%s"\n' % os.environ.get("GYROTHERM_TEST_OBSERVE", "2 s")
+# A real rig identifies its units.
+text = re.sub(r"^\[gyro\]$", '[gyro]\nserial_number = "V-1"', text, flags=re.M)
 print(text.replace('"../', '"' + sys.path[0] + "/../../../profiles/"))

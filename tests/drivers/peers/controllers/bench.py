@@ -127,6 +127,7 @@ line = "{self.thermometers.line}"
 channels = [{", ".join(f'"{name}"' for name in CHANNELS)}]
 
 [gyro]
+serial_number = "T-1"
 line = "{self.gyro.line}"
 stream = "{SOURCE}/profiles/gyro-streams/pulse-count.toml"
 arcsec_per_pulse = 0.1

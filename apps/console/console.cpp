@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <iostream>
 
 #include "apps/console/interrupt.hpp"
 #include "core/clock.hpp"
@@ -85,6 +86,15 @@ void Console::print_fact(const std::function<std::string(std::size_t missed)>& t
 
 void Console::print_fault(std::string_view program, const Fault& fault) {
   write_message(fmt::format("{}: {}\n", program, text(fault)));
+}
+
+bool Console::can_ask() const { return ::isatty(STDIN_FILENO) == 1 && ::isatty(STDERR_FILENO) == 1; }
+
+std::optional<std::string> Console::ask(std::string_view question) {
+  write_message(std::string(question));
+  std::string line;
+  if (std::getline(std::cin, line)) return line;
+  return std::nullopt;
 }
 
 void Console::progress(std::string_view stage, double fraction) {

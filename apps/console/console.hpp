@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -48,6 +49,12 @@ class Console {
   void panel(const std::function<std::vector<std::string>()>& lines, bool at_once);
   /// Returns a sink that calls progress() and requests a stop once the user has pressed Ctrl-C.
   [[nodiscard]] ProgressSink sink();
+
+  /// Returns true if a person can answer questions: stdin and stderr are terminals.
+  [[nodiscard]] bool can_ask() const;
+  /// Prints a question on stderr, even with --quiet, and waits for a line on stdin. Returns nothing at the end of the
+  /// input.
+  [[nodiscard]] std::optional<std::string> ask(std::string_view question);
 
   /// Returns true if stderr is a terminal on which panels are redrawn in place.
   [[nodiscard]] bool redraws() const { return redraws_; }

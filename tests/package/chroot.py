@@ -161,7 +161,7 @@ def upgrade_during_run(system: System) -> None:
     laboratory = subprocess.Popen(system.command("exec gyrotherm simulate --pace real --port 15020"), env=ENVIRONMENT,
                                   stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     time.sleep(3)
-    command = "cd /srv/bench; exec gyrotherm run ./short.toml --rig ./rig.toml --out run.db"
+    command = "cd /srv/bench; exec gyrotherm run ./short.toml --rig ./rig.toml --unit 0042 --out run.db"
     run = subprocess.Popen(system.command(command), env=ENVIRONMENT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
                            text=True)
     time.sleep(15)

@@ -26,9 +26,11 @@
 #include "apps/gyrotherm/report/calibration.hpp"
 #include "apps/gyrotherm/run/carry_out.hpp"
 #include "apps/gyrotherm/run/checked_profile.hpp"
+#include "apps/gyrotherm/run/unit_identification.hpp"
 #include "core/file.hpp"
 #include "core/json.hpp"
 #include "report/report.hpp"
+#include "sequencer/rig/unit_serials.hpp"
 #include "simulator/virtual_laboratory.hpp"
 
 namespace gyrotherm::app {
@@ -44,6 +46,7 @@ struct QualifyArguments {
   std::vector<std::string> only;  ///< axes to process; empty: all
   bool records_only = false;      ///< stops before training
   CalibrationArguments report;    ///< no report without texts
+  IdentificationOptions identification;
 };
 
 /// Wall time of each stage. Not part of the results, because it differs between calls.
@@ -99,6 +102,13 @@ struct Run {
 /// Returns whether the run is an existing record that --verify-later named. It may have any profile.
 bool is_existing_record(const Run& run) { return run.profile.text.empty(); }
 
+/// Returns whether a record has the units of the rig at the same positions.
+bool has_same_units(const record::RunInfo& info, const rig::RigFile& rig) {
+  return info.unused_units == rig.identification.unused &&
+         std::ranges::equal(info.units, rig.units, {}, &record::UnitInfo::serial_number,
+                            [](const rig::UnitSettings& unit) { return unit.info.serial_number; });
+}
+
 /// Returns whether the record belongs to this experiment.
 bool belongs_to_experiment(const record::RunInfo& info, const profile::Profile& profile, const rig::RigFile& rig,
                            const StartOptions& start) {
@@ -106,6 +116,7 @@ bool belongs_to_experiment(const record::RunInfo& info, const profile::Profile& 
          info.chamber_map_text == rig.chamber_map.text && info.gyro_model_text == rig.gyro_model.text &&
          info.analogue_map_texts == collect_analogue_map_texts(rig) &&
          info.thermometer_texts == collect_thermometer_texts(rig) && info.program_version == GYROTHERM_VERSION &&
+         has_same_units(info, rig) &&
          (!rig.simulated || (info.seed == start.seed && info.days_later == start.days_later));
 }
 
@@ -137,8 +148,9 @@ Result<void> record_run(Console& console, const Run& run, const rig::RigFile& ri
   const auto info = record::read_info(run.path);
   if (!info) return failure(info.error());
   if (!belongs_to_experiment(*info, run.profile, rig, start))
-    return failure(FaultKind::usage, run.path,
-                   "belongs to another experiment (profile, rig, seed, age or program differs); choose another --out");
+    return failure(
+        FaultKind::usage, run.path,
+        "belongs to another experiment (profile, rig, units, seed, age or program differs); choose another --out");
   const auto status = record::read_status(run.path);
   if (!status) return failure(status.error());
   if (!status->finished) return resume_run(console, run.path, {});
@@ -385,28 +397,34 @@ Result<Runs> plan_runs(const QualifyArguments& options, const rig::RigFile& rig)
 
 bool has_one_axis(const rig::RigFile& rig) { return rig.units.size() == 1 && rig.units.front().info.axes.size() == 1; }
 
-std::vector<record::UnitInfo> list_units(const rig::RigFile& rig) {
-  std::vector<record::UnitInfo> units;
-  for (const auto& unit : rig.units) units.push_back(unit.info);
-  return units;
-}
-
 /// Returns the axes of --only, or an empty list without that option. Fails with usage.
 Result<std::vector<data::AxisChoice>> requested_axes(const QualifyArguments& options, const rig::RigFile& rig) {
   if (!options.only.empty() && has_one_axis(rig))
     return failure(FaultKind::usage, "--only", "only valid for a rig with several axes; this rig has one");
   record::RunInfo info;
-  info.units = list_units(rig);
+  info.units = list_units_in_use(rig);
   return find_axes(options.only, info);
 }
 
+/// Identifies the units of a new experiment. An experiment that has begun keeps its units.
+Result<void> identify_units(Console& console, const QualifyArguments& options, const Run& first, rig::RigFile& rig) {
+  if (std::filesystem::exists(first.path)) return keep_units_of_record(rig, options.identification.units, first.path);
+  const StartOptions start{.seed = options.training.seed, .days_later = first.days_later};
+  if (auto may = check_may_start(rig, first.path, start); !may) return may;
+  auto identification = options.identification;
+  identification.order = options.report.order;
+  return identify_units(console, rig, identification, {first.path, first.profile.name, parent_folder(options.out)});
+}
+
 Result<Exit> qualify(Console& console, const QualifyArguments& options) {
-  const auto rig = rig::read_rig(options.rig);
+  auto rig = rig::read_rig(options.rig);
   if (!rig) return failure(rig.error());
-  if (auto texts = check_report_texts(options.report, list_units(*rig), options.rig); !texts)
-    return failure(texts.error());
+  if (auto texts = check_report_texts(options.report, {}, options.rig); !texts) return failure(texts.error());
   auto runs = plan_runs(options, *rig);
   if (!runs) return failure(runs.error());
+  if (auto named = identify_units(console, options, runs->rate, *rig); !named) return failure(named.error());
+  if (auto texts = check_report_texts(options.report, list_units_in_use(*rig), options.rig); !texts)
+    return failure(texts.error());
   if (!options.further.empty() && !has_one_axis(*rig))
     return failure(FaultKind::usage, "--further",
                    "only valid for a rig with one axis; otherwise use \"gyrotherm train --unit\" for each unit");
@@ -484,6 +502,7 @@ void add_qualify(Program& program) {
       ->type_name("DAYS,…|RECORD")
       ->delimiter(',');
   add_report_texts(command, options.report);
+  add_identification_options(command, options.identification);
   command.add_option("--rate-profile", options.rate_profile, "profile of the ramp run (default: qualification)")
       ->type_name(value::kProfile);
   command.add_option("--random-profile", options.random_profile, "profile of the random run (default: random)")

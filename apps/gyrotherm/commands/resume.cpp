@@ -4,6 +4,7 @@
 #include "apps/console/command.hpp"
 #include "apps/console/interrupt.hpp"
 #include "apps/gyrotherm/run/carry_out.hpp"
+#include "apps/gyrotherm/run/unit_identification.hpp"
 #include "core/toml_reader.hpp"
 
 namespace gyrotherm::app {
@@ -15,6 +16,7 @@ struct ResumeArguments {
   bool accept = false;
   bool trust_commands = false;
   std::string gap = "30 s";
+  std::vector<std::string> units;
 };
 
 Result<Exit> resume(Console& console, const ResumeArguments& options) {
@@ -28,8 +30,9 @@ Result<Exit> resume(Console& console, const ResumeArguments& options) {
     if (const auto whole = record::find_record_files(options.run).and_then(record::verify_files); !whole)
       return failure(whole.error());
   watch_for_interrupts(status && status->simulated ? SecondInterrupt::ends : SecondInterrupt::is_counted);
-  if (auto ran = resume_run(console, options.run,
-                            {.accept = options.accept, .trust_commands = options.trust_commands, .gap = *gap});
+  if (auto ran = resume_run(
+          console, options.run,
+          {.accept = options.accept, .trust_commands = options.trust_commands, .gap = *gap, .units = options.units});
       !ran)
     return failure(ran.error());
   return Exit::done;
@@ -49,6 +52,7 @@ void add_resume(Program& program) {
                    "present versions by a run of this rig file");
   command.add_option("--gap", options.gap, "on a virtual rig: length of the interruption (default: 30 s)")
       ->type_name("DURATION");
+  add_unit_option(command, options.units);
 }
 
 }  // namespace gyrotherm::app

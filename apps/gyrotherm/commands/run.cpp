@@ -6,6 +6,8 @@
 #include "apps/console/interrupt.hpp"
 #include "apps/gyrotherm/run/carry_out.hpp"
 #include "apps/gyrotherm/run/checked_profile.hpp"
+#include "apps/gyrotherm/run/unit_identification.hpp"
+#include "core/file.hpp"
 #include "core/text.hpp"
 
 namespace gyrotherm::app {
@@ -16,6 +18,7 @@ struct RunArguments {
   std::string profile;
   std::string rig;
   std::string out;
+  IdentificationOptions identification;
   StartOptions start;
 };
 
@@ -37,12 +40,16 @@ std::string make_record_name(const std::string& profile_name) {
 
 Result<Exit> run(Console& console, const RunArguments& options) {
   apply_run_json(console, options.json);
-  const auto rig = rig::read_rig(options.rig);
+  auto rig = rig::read_rig(options.rig);
   if (!rig) return failure(rig.error());
   const auto profile = read_profile(options.profile, &*rig);
   if (!profile) return failure(profile.error());
-  watch_for_interrupts(rig->simulated ? SecondInterrupt::ends : SecondInterrupt::is_counted);
   const auto path = options.out.empty() ? make_record_name(profile->name) : options.out;
+  if (auto may = check_may_start(*rig, path, options.start); !may) return failure(may.error());
+  if (auto named = identify_units(console, *rig, options.identification, {path, profile->name, parent_folder(path)});
+      !named)
+    return failure(named.error());
+  watch_for_interrupts(rig->simulated ? SecondInterrupt::ends : SecondInterrupt::is_counted);
   if (auto ran = start_run(console, *profile, *rig, path, options.start); !ran) return failure(ran.error());
   return Exit::done;
 }
@@ -58,6 +65,11 @@ void add_run(Program& program) {
   command.add_option("--out", options.out, "the record (default: the profile's name with .db)")
       ->check(reject_dash())
       ->type_name(value::kRecord);
+  add_identification_options(command, options.identification);
+  command
+      .add_option("--order", options.identification.order,
+                  "order.toml: the run accepts only units whose serial numbers it contains")
+      ->type_name(value::kToml);
   command.add_option("--seed", options.start.seed, "seed of the virtual gyro and its noise; 0: the gyro of the file")
       ->check(not_negative());
   add_days_later_option(command, options.start.days_later);

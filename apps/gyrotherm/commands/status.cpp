@@ -9,6 +9,7 @@
 
 #include "acquisition/record/chain.hpp"
 #include "acquisition/record/record_files.hpp"
+#include "acquisition/record/run_source.hpp"
 #include "apps/console/command.hpp"
 #include "apps/console/interrupt.hpp"
 #include "core/clock.hpp"
@@ -22,8 +23,10 @@ std::string degrees(const std::optional<Celsius>& value) {
   return value ? fmt::format("{:.2f} °C", value->value) : "unknown";
 }
 
-/// Returns whether the record was imported: it has no profile.
-bool is_imported(const record::RunStatus& status) { return status.segment_count == 0; }
+/// Returns whether the record was imported: it has no profile. A run that waits for serial numbers has none yet.
+bool is_imported(const record::RunStatus& status) {
+  return status.segment_count == 0 && status.overview.state != RunState::held;
+}
 
 /// Returns whether an operator must check the chamber before a run in this state is resumed.
 bool needs_operator(RunState state) {
@@ -102,9 +105,29 @@ std::string thermometer_line(const record::RunStatus& status) {
   return text + "\n";
 }
 
+/// Reads the description of the run, also while the run is active. Returns nothing if it cannot be read now.
+std::optional<record::RunInfo> read_units(const record::RunStatus& status) {
+  const auto info = record::find_source_files(status.path, status.being_written).and_then(record::read_source_info);
+  return info ? std::optional(*info) : std::nullopt;
+}
+
+/// Describes the units that are identified: "  units: u1 0042, u2 empty; order 2026-17".
+std::string units_line(const record::RunStatus& status) {
+  const auto info = read_units(status);
+  if (!info) return {};
+  std::string units;
+  for (const auto& unit : info->units) {
+    const auto number = is_unused(*info, unit.name) ? "empty" : unit.serial_number;
+    if (!number.empty()) units += fmt::format("{}{} {}", units.empty() ? "" : ", ", unit.name, number);
+  }
+  if (!info->order_number.empty()) units += fmt::format("{}order {}", units.empty() ? "" : "; ", info->order_number);
+  return units.empty() ? "" : fmt::format("  units: {}\n", units);
+}
+
 std::string describe(const record::RunStatus& status) {
   auto text = fmt::format("{}{}: {}\n", status.simulated ? "SIMULATED " : "", status.path, describe_state(status));
   text += age_line(status);
+  text += units_line(status);
   if (is_imported(status)) return text + " " + thermometer_line(status);
   text += fmt::format("  up to second {}, acknowledged up to {}, {} faulty readings\n", status.slot,
                       status.acknowledged, status.faults);
@@ -126,6 +149,16 @@ std::string to_json(const record::RunStatus& status, const std::optional<watchdo
   const auto alive = is_alive(status);
   json["written_ago_s"] = age ? Json(to_seconds(*age)) : nullptr;
   json["answers"] = alive ? Json(*alive) : nullptr;
+  json["units"] = Json::array();
+  json["order_number"] = "";
+  if (const auto info = read_units(status)) {
+    json["order_number"] = info->order_number;
+    for (const auto& unit : info->units)
+      json["units"].push_back({{"name", unit.name},
+                               {"serial_number", unit.serial_number},
+                               {"model", unit.model},
+                               {"in_use", !is_unused(*info, unit.name)}});
+  }
   json["made_safe"] = nullptr;
   if (guard)
     json["made_safe"] = {{"at", civil_time(guard->at)},
@@ -136,8 +169,16 @@ std::string to_json(const record::RunStatus& status, const std::optional<watchdo
   return json_text(json) + "\n";
 }
 
+/// Reads the status of a run. A run that waits for serial numbers has no record yet, only a status file.
+Result<record::RunStatus> read_present_status(const std::string& path) {
+  auto status = record::read_status(path);
+  if (status) return status;
+  auto fresh = record::read_fresh_status(path);
+  return fresh ? Result<record::RunStatus>(std::move(*fresh)) : status;
+}
+
 Result<Exit> print_status(Console& console, const std::string& path) {
-  const auto status = record::read_status(path);
+  const auto status = read_present_status(path);
   if (!status) return failure(status.error());
   const auto guard = watchdog::read_trace(path);
   if (!guard) return failure(guard.error());
@@ -171,7 +212,7 @@ Result<Exit> watch(Console& console, const std::string& path) {
   constexpr int kPollsPerSecond = 10;
   watch_for_interrupts(SecondInterrupt::ends);
   for (;;) {
-    const auto status = record::read_status(path);
+    const auto status = read_present_status(path);
     if (!status) return failure(status.error());
     const bool is_active = status->being_written && !interrupted();
     if (!is_active || console.json || !console.redraws())

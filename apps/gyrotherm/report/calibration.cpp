@@ -90,7 +90,8 @@ Result<std::vector<record::Record>> read_records(const std::vector<CheckedRecord
 
 std::vector<std::string> units_in(const record::RunInfo& info) {
   std::vector<std::string> names;
-  for (const record::UnitInfo& unit : info.units) names.push_back(unit.name);
+  for (const record::UnitInfo& unit : info.units)
+    if (!is_unused(info, unit.name)) names.push_back(unit.name);
   return names;
 }
 

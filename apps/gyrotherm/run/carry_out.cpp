@@ -27,6 +27,7 @@
 #include "core/process.hpp"
 #include "core/shipped.hpp"
 #include "sequencer/rig/rig.hpp"
+#include "sequencer/rig/unit_serials.hpp"
 #include "sequencer/run/chamber_ownership.hpp"
 #include "sequencer/run/resume.hpp"
 #include "sequencer/run/run_controller.hpp"
@@ -313,21 +314,14 @@ struct NewRun {
   profile::ProfileState first;  ///< at the first second
 };
 
-/// Checks the conditions that do not depend on the chamber or the assembled rig.
-Result<void> check_may_start(const rig::RigFile& file, const std::string& path, const StartOptions& options) {
-  if (!file.simulated && options.days_later > 0)
-    return failure(FaultKind::usage, "--days-later", "only valid on a virtual rig");
-  if (path == record::kInMemory) return failure(FaultKind::usage, "record", record::kNotAFileName);
-  return record::check_name_of_new_record(path);
-}
-
 rig::RigStart make_rig_start(const NewRun& plan) {
   return {.seed = {.gyro = plan.options.seed,
                    .run = run::run_number(plan.profile.text),
                    .days_later = plan.options.days_later},
           .elapsed = {},
           .replay = {},
-          .first_set_point = demanded_set_point(plan.profile, plan.first)};
+          .first_set_point = demanded_set_point(plan.profile, plan.first),
+          .dropped_units = plan.file.identification.unused};
 }
 
 /// Returns the profile as a program of the chamber's controller; nothing without --upload.
@@ -362,6 +356,8 @@ Result<Celsius> enter_run(const NewRun& plan, Opening& opening, const rig::Found
 void note_start(const NewRun& plan, const Opening& opening, const std::vector<std::string>& names,
                 run::RunController& run_controller) {
   run_controller.note(EventKind::started, plan.profile.name);
+  for (const auto& unit : plan.file.identification.unused)
+    run_controller.note(EventKind::note, fmt::format("position {} is empty", unit), {.channel = unit});
   if (opening.entry.away)
     run_controller.begin_away(opening.entry.set_point, "the air is not at the first set point of the profile", {});
   if (!plan.options.upload) return;
@@ -389,6 +385,12 @@ Result<StoppedRun> find_interrupted(Console& console, const std::string& path, c
   auto on = run::plan_continuation(*record, path, measure_downtime(*record, path, options),
                                    run::run_number(record->info.profile_text));
   if (!on) return failure(on.error());
+  for (const auto& unit : options.units)
+    if (auto same = rig::parse_unit_serial(unit, on->rig).and_then([&](const rig::UnitSerial& serial) {
+          return rig::compare_with_record(serial, record->info, path);
+        });
+        !same)
+      return failure(same.error());
   if (auto admitted = admit_commands(console, record->info, on->rig, options.trust_commands); !admitted)
     return failure(admitted.error());
   auto lost = record::lost_end(*files);
@@ -448,6 +450,13 @@ void add_run_json_option(CLI::App& command, std::string& json) {
 void apply_run_json(Console& console, const std::string& json) {
   console.json = !json.empty();
   console.samples = json == "samples";
+}
+
+Result<void> check_may_start(const rig::RigFile& rig, const std::string& path, const StartOptions& options) {
+  if (!rig.simulated && options.days_later > 0)
+    return failure(FaultKind::usage, "--days-later", "only valid on a virtual rig");
+  if (path == record::kInMemory) return failure(FaultKind::usage, "record", record::kNotAFileName);
+  return record::check_name_of_new_record(path);
 }
 
 Result<void> start_run(Console& console, const profile::Profile& profile, const rig::RigFile& file,

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "acquisition/record/store.hpp"
 #include "apps/console/command.hpp"
@@ -34,6 +35,11 @@ void add_run_json_option(CLI::App& command, std::string& json);
 /// Applies the value of that option.
 void apply_run_json(Console& console, const std::string& json);
 
+/// Checks what start_run() checks before it uses the rig: whether the record can be created, and whether the options
+/// suit the rig. Fails with usage or storage.
+[[nodiscard]] Result<void> check_may_start(const rig::RigFile& rig, const std::string& path,
+                                           const StartOptions& options);
+
 /// Records a new run of `profile` in the file `path`. The profile must have been read for this rig. Fails with usage
 /// (--days-later on a real rig, among others), interrupted (the record is kept and can be resumed), interlock, an
 /// instrument's fault at the start, or storage.
@@ -45,12 +51,15 @@ struct ResumeOptions {
   bool accept = false;
   bool trust_commands = false;              ///< starts unconfirmed programs
   Duration gap = std::chrono::seconds(30);  ///< virtual rig: duration of the interruption
+  /// Values of --unit, "u1=0042". The run keeps its units, so a difference is an error.
+  std::vector<std::string> units{};
 };
 
 /// Resumes an unfinished run in the same segment, without shortening a soak, and records the gap. Fails with
 /// bad_file, before it uses any content of the record, if the hash chain is broken. Fails with refused if the record
-/// names a program that this user has not confirmed for its rig file, unless `trust_commands` is set. Fails with
-/// interrupted if judge_reentry() requires an operator, unless `accept` is set.
+/// names a program that this user has not confirmed for its rig file, unless `trust_commands` is set. Fails with usage
+/// if the record contains other units than `units`. Fails with interrupted if judge_reentry() requires an operator,
+/// unless `accept` is set.
 [[nodiscard]] Result<void> resume_run(Console& console, const std::string& path, const ResumeOptions& options);
 
 // Drivers of the tick: an event loop in real time, a plain loop in virtual time.

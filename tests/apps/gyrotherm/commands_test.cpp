@@ -306,8 +306,8 @@ TEST(Run, FailsWithInstrumentFaultWhenRigIsMissing) {
           "s#\\.\\./chambers#" GYROTHERM_SOURCE_DIR "/profiles/chambers#; /^\\[virtual/,$d' profiles/rigs/virtual.toml")
           .out;
   std::ofstream(folder / "rig.toml") << rig;
-  const auto ran = gyrotherm_with("run tests/profiles/short-rate.toml --rig " + (folder / "rig.toml") + " --out " +
-                                  (folder / "run.db"));
+  const auto ran = gyrotherm_with("run tests/profiles/short-rate.toml --unit 0042 --rig " + (folder / "rig.toml") +
+                                  " --out " + (folder / "run.db"));
   EXPECT_EQ(ran.exit_code, 3) << ran.err;
   EXPECT_FALSE(std::filesystem::exists(folder / "run.db"));
 }

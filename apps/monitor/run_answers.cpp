@@ -55,9 +55,22 @@ Json channels_as_json(const FoundRun& run) {
   return channels;
 }
 
+Json units_as_json(const FoundRun& run) {
+  Json units = Json::array();
+  if (!run.info) return units;
+  for (const auto& unit : run.info->units)
+    units.push_back({{"name", unit.name},
+                     {"serial_number", unit.serial_number},
+                     {"model", unit.model},
+                     {"in_use", !is_unused(*run.info, unit.name)}});
+  return units;
+}
+
 WebAnswer status_answer(const FoundRun& run) {
   auto json = Json::parse(status_text(run));
   json["channels"] = channels_as_json(run);
+  json["units"] = units_as_json(run);
+  json["order_number"] = run.info ? run.info->order_number : "";
   return {.body = json_text(json)};
 }
 

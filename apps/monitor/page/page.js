@@ -120,6 +120,8 @@ async function load_run(key, is_current) {
     status: response.json,
     status_received_ms: performance.now(),
     channels: response.json.channels,
+    units: response.json.units,
+    order_number: response.json.order_number,
     sample: null,
     // The last samples. A chart adds those that arrived during its request.
     recent_samples: [],

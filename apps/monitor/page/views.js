@@ -19,6 +19,35 @@ function rate_row(axis) {
   );
 }
 
+/// Returns the section with the serial numbers and the order of a run, or null if the record has neither.
+function units_sheet(run) {
+  if (!run.order_number && !run.units.some(unit => unit.serial_number)) return null;
+  const rows = run.units.map(unit =>
+    make_element(
+      'tr',
+      {},
+      make_element('td', {}, unit.name),
+      make_element('td', {}, unit.in_use ? unit.serial_number || '–' : 'empty position'),
+      make_element('td', {}, unit.model || '–')
+    )
+  );
+  return make_element(
+    'section',
+    {class: 'sheet', 'aria-labelledby': 'now-units'},
+    make_element('h2', {id: 'now-units'}, run.order_number ? `Units, order ${run.order_number}` : 'Units'),
+    make_element(
+      'div',
+      {class: 'scroll', tabindex: 0, role: 'region', 'aria-label': 'Table of units'},
+      make_element(
+        'table',
+        {},
+        table_head('Position', 'Serial number', 'Model'),
+        make_element('tbody', {}, ...rows)
+      )
+    )
+  );
+}
+
 views.now = content => {
   const run = page.run,
     parts = {};
@@ -86,6 +115,7 @@ views.now = content => {
         (parts.segment = make_element('p', {class: 'row'})),
         parts.drawing
       ),
+      units_sheet(run),
       make_element(
         'section',
         {class: 'sheet', 'aria-labelledby': 'now-channels'},

@@ -19,6 +19,7 @@ import time
 import unittest
 
 from programs import (
+    GYROTHERM,
     MONITOR,
     PASSWORD,
     SOURCE,
@@ -184,6 +185,44 @@ class Control(unittest.TestCase):
                 self.assertTrue(any(one == kind and re.search(pattern, text) for one, text in events), events)
         verified = gyrotherm("status", str(self.run_.record), "--verify")
         self.assertEqual(verified.returncode, 0, verified.stderr)
+
+
+class Units(unittest.TestCase):
+    """A run that waits for serial numbers asks on the page, as a profile does."""
+
+    def test_an_operator_answers_the_question(self) -> None:
+        with Folder() as folder:
+            self.assertEqual(
+                monitor_command(folder, "user", "add", "ada", "--role", "operator", password=PASSWORD).returncode, 0
+            )
+            made = ["python3", SOURCE / "tests/apps/gyrotherm/real_rig.py", SOURCE / "profiles/rigs/virtual.toml"]
+            rig = subprocess.run([*made, "1", "1", "1", "1"], capture_output=True, text=True, check=True).stdout
+            (folder / "rig.toml").write_text(rig.replace('serial_number = "V-1"\n', ""))
+            run = subprocess.Popen(
+                [GYROTHERM, "run", "tests/profiles/ten-seconds.toml", "--rig", folder / "rig.toml",
+                 "--wait-for-units", "--out", folder / "run.db"],
+                stderr=subprocess.PIPE, text=True, cwd=SOURCE,
+            )
+            monitor = Monitor(folder, "--control")
+            try:
+                ada = Browser(monitor, "ada")
+                page = f"/api/v1/runs/{key_of(monitor, ada.headers)}"
+                self.assertTrue(until(lambda: ada.ask(page).json["state"] == "held"))
+                status = ada.ask(page).json
+                self.assertEqual(status["cause"], "answer with the serial number of the unit")
+                self.assertEqual((status["running"], status["units"], status["order_number"]), (True, [], ""))
+                refused = ada.ask(f"{page}/resume", {"text": "x" * 65})
+                self.assertEqual(refused.status, 409)
+                self.assertIn("has 65 bytes, expected at most 64", refused.json["error"])
+                taken = ada.ask(f"{page}/resume", {"text": "0042"})
+                self.assertEqual((taken.status, taken.json), (200, {"done": "gyro 0042"}))
+                said = run.communicate(timeout=60)[1]
+                self.assertIn("units: gyro 0042", said)
+                self.assertEqual(run.returncode, 3, "the instruments do not answer")
+            finally:
+                run.kill()
+                run.wait()
+                self.assertEqual(monitor.stop(), 0)
 
 
 class Starts(unittest.TestCase):

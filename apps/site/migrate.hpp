@@ -13,9 +13,10 @@
 
 namespace gyrotherm::site {
 
-/// Returns the embedded SQL of apps/site/migrations/0001-store.sql. A released migration is never edited. A change
-/// needs a new migration, with its own file and function.
+/// Return the embedded SQL of apps/site/migrations/0001-store.sql and 0002-units.sql. A released migration is never
+/// edited. A change needs a new migration, with its own file and function.
 [[nodiscard]] std::string_view store_schema();
+[[nodiscard]] std::string_view units_schema();
 
 struct Migration {
   int number{};

@@ -167,21 +167,23 @@ std::string run_as_json(const record::RunInfo& info) {
                         {"target_c", segment.target.value},
                         {"rate_c_per_min", segment.rate.value},
                         {"cycle", segment.cycle}});
-  const Json json{{"started_ns", info.started_utc.count()},
-                  {"profile", info.profile_name},
-                  {"simulated", info.simulated},
-                  {"imported", info.imported},
-                  {"program_version", info.program_version},
-                  {"rig_file", info.rig_name},
-                  {"profile_text", info.profile_text},
-                  {"rig_text", info.rig_text},
-                  {"seed", info.seed},
-                  {"days_later", info.days_later},
-                  {"chamber", info.chamber_instrument},
-                  {"cycles", info.cycles},
-                  {"segments", segments},
-                  {"units", units},
-                  {"channels", channels}};
+  Json json{{"started_ns", info.started_utc.count()},
+            {"profile", info.profile_name},
+            {"simulated", info.simulated},
+            {"imported", info.imported},
+            {"program_version", info.program_version},
+            {"rig_file", info.rig_name},
+            {"profile_text", info.profile_text},
+            {"rig_text", info.rig_text},
+            {"seed", info.seed},
+            {"days_later", info.days_later},
+            {"chamber", info.chamber_instrument},
+            {"cycles", info.cycles},
+            {"segments", segments},
+            {"units", units},
+            {"channels", channels}};
+  // Only a run with an order has the key: the text of every other run is as in versions without orders.
+  if (!info.order_number.empty()) json["order_number"] = info.order_number;
   return json_text(json);
 }
 

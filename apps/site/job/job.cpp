@@ -189,7 +189,7 @@ struct Axis {
 std::vector<Axis> list_axes(const record::RunInfo& info) {
   std::vector<Axis> axes;
   for (const auto& unit : info.units)
-    for (std::size_t i = 0; i < unit.axes.size(); ++i) {
+    for (std::size_t i = record::is_unused(info, unit.name) ? unit.axes.size() : 0; i < unit.axes.size(); ++i) {
       Axis axis{.label = record::axis_label(unit, i), .options = {"--unit", unit.name}};
       if (unit.axes.size() > 1) axis.options = axis.options + Arguments{"--axis", unit.axes[i].name};
       axes.push_back(std::move(axis));

@@ -3,6 +3,7 @@
 /// starts the server, and a publisher sends to it meanwhile.
 #include "apps/site/migrate.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -19,7 +20,12 @@ std::string_view a_table() { return "CREATE TABLE gyrotherm.further (number inte
 std::string_view another_table() { return "CREATE TABLE gyrotherm.another (number integer)"; }
 std::string_view broken() { return "CREATE TABLE gyrotherm.half (number integer); SELECT 1/0"; }
 
-constexpr Migration kFirst{1, "store", store_schema}, kSecond{2, "further", a_table};
+/// Returns the migrations of the program, followed by further ones.
+std::vector<Migration> known_with(const std::vector<std::pair<const char*, std::string_view (*)()>>& further) {
+  std::vector<Migration> known(migrations().begin(), migrations().end());
+  for (const auto& [name, sql] : further) known.push_back({static_cast<int>(known.size()) + 1, name, sql});
+  return known;
+}
 
 TEST(Migrations, AreNumberedWithoutAHole) {
   int number = 0;
@@ -57,25 +63,28 @@ class MigratedStore : public testing::Test {
 };
 
 TEST_F(MigratedStore, TakesEachStepOnce) {
-  EXPECT_EQ(take({kFirst, kSecond}, 1).value(), std::vector<int>{});
+  const int last = migrations().back().number;
+  const std::pair further{"further", a_table};
+  EXPECT_EQ(take(known_with({further}), last).value(), std::vector<int>{});
   EXPECT_FALSE(has("gyrotherm.further"));
-  EXPECT_EQ(take({kFirst, kSecond}).value(), std::vector{2}) << "the program has executed the first one";
-  EXPECT_EQ(take({kFirst, kSecond}).value(), std::vector<int>{});
+  EXPECT_EQ(take(known_with({further})).value(), std::vector{last + 1}) << "the program has executed its own ones";
+  EXPECT_EQ(take(known_with({further})).value(), std::vector<int>{});
   EXPECT_TRUE(has("gyrotherm.further"));
 
-  const auto differs = take({kFirst, {2, "further", another_table}});
+  const auto differs = take(known_with({{"further", another_table}}));
   ASSERT_FALSE(differs);
   EXPECT_EQ(differs.error().kind, FaultKind::refused);
-  EXPECT_NE(differs.error().what.find("migration 2 that differs"), std::string::npos) << differs.error().what;
+  EXPECT_NE(differs.error().what.find(fmt::format("migration {} that differs", last + 1)), std::string::npos)
+      << differs.error().what;
   EXPECT_FALSE(has("gyrotherm.another"));
 
-  const auto fails = take({kFirst, kSecond, {3, "broken", broken}});
+  const auto fails = take(known_with({further, {"broken", broken}}));
   ASSERT_FALSE(fails);
-  EXPECT_EQ(fails.error().where, "migration 3");
+  EXPECT_EQ(fails.error().where, fmt::format("migration {}", last + 2));
   EXPECT_FALSE(has("gyrotherm.half")) << "the whole step is undone";
-  EXPECT_EQ(take({kFirst, kSecond, {3, "another", another_table}}).value(), std::vector{3});
+  EXPECT_EQ(take(known_with({further, {"another", another_table}})).value(), std::vector{last + 2});
 
-  const auto is_older = take({kFirst, kSecond});
+  const auto is_older = take(known_with({further}));
   ASSERT_FALSE(is_older);
   EXPECT_EQ(is_older.error().kind, FaultKind::refused);
 }

@@ -272,7 +272,8 @@ class Store(unittest.TestCase):
                          "when a row came, the age of a session, and how many months in a day")
 
     def test_every_question_is_answered(self) -> None:
-        for question in ("drift", "outliers", "thermometers", "utilisation", "attention", "rigs", "live", "status"):
+        for question in ("drift", "outliers", "units", "thermometers", "utilisation", "attention", "rigs", "live",
+                         "status"):
             asked = [SITE, question, "--store", self.store.address("ada"), "--json"]
             answer = subprocess.run(asked, capture_output=True, text=True, check=False)
             self.assertEqual(answer.returncode, 0, answer.stderr)
@@ -724,6 +725,16 @@ class ManyRigs(unittest.TestCase):
                     "channels": [], "units": []}
             store.sql(f"SELECT gyrotherm.add_run(gen_random_uuid(), 'rig-' || i, '{json.dumps(info)}')"
                       " FROM generate_series(1, 122) i", "rig_1")
+            lot = info | {"order_number": "2026-17", "units": [
+                {"label": "u1", "serial_number": "0042", "model": "RLG-1"},
+                {"label": "u2", "serial_number": "", "model": ""}]}
+            store.sql(f"SELECT gyrotherm.add_run(gen_random_uuid(), 'rig-1', '{json.dumps(lot)}')", "rig_1")
+            asked = [SITE, "units", "--unit", "0042", "--store", store.address("ada"), "--json"]
+            units = json.loads(subprocess.run(asked, capture_output=True, text=True, check=True).stdout)
+            self.assertEqual([(unit["serial_number"], unit["order_number"], unit["rig"], unit["position"])
+                              for unit in units], [("0042", "2026-17", "rig-1", "u1")])
+            orders = store.sql("SELECT order_number, count(*) FROM gyrotherm.v1_run GROUP BY 1 ORDER BY 1", "ada")
+            self.assertEqual(orders, [["2026-17", "1"], ["", "122"]])
             (store.folder / "runs").mkdir()
             site = store.folder / "monitor.toml"
             site.write_text('schema = "gyrotherm-site/1"\nname = "hall 4"\nrig = "none"\nfolders = ["runs"]\n\n'

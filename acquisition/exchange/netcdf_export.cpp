@@ -175,6 +175,7 @@ class NetcdfExport {
     global("rig", info_.rig_name);
     global("program_version", info_.program_version);
     global("finished", record_.finished ? "yes" : "no");
+    if (!info_.order_number.empty()) global("order_number", info_.order_number);
     global("rows",
            info_.imported ? "at a foreign record's own times" : "one for each second or stretch, including gaps");
   }
@@ -327,6 +328,8 @@ class NetcdfExport {
     const auto counts_name = unique_name(column.name);
     file_.attribute(variable, "ancillary_variables", counts_name);
     if (axis.earth_rate) file_.attribute(variable, "earth_rate_deg_per_h", axis.earth_rate->value);
+    const auto& serial_number = info_.units[unit].serial_number;
+    if (!serial_number.empty()) file_.attribute(variable, "serial_number", serial_number);
     const int counted =
         put_as(counts_name, column.name, "1", (counts ? "pulses of " : "number of ") + label, columns.rotation[index]);
     file_.attribute(counted, counts ? "arcsec_per_pulse" : "deg_per_h_per_unit", axis.scale);

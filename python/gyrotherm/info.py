@@ -59,6 +59,7 @@ class Unit:
     values: tuple[Value, ...]
     gradients: tuple[str, ...]  #: thermometers whose differences are the multi-point gradients
     three_point: tuple[str, ...]
+    in_use: bool = True  #: False: the position was empty
 
 
 @dataclass(frozen=True)
@@ -94,6 +95,11 @@ class RunInfo:
     segments: tuple[Segment, ...]
     cycles: tuple[str, ...]
     meta: dict[str, str] = field(repr=False)  #: the table `meta` unchanged, with the texts of profile and rig
+
+    @property
+    def order_number(self) -> str:
+        """Number of the order that the units belong to; may be empty."""
+        return self.meta.get("order_number", "")
 
     @property
     def axes(self) -> tuple[Axis, ...]:
@@ -142,8 +148,10 @@ def _units(database: sqlite3.Connection) -> tuple[Unit, ...]:
         found = database.execute("SELECT value FROM list WHERE name = ? AND of = ? ORDER BY position", (name, of))
         return tuple(value for value, in found)
 
+    unused = listed("unused_units", "")
     return tuple(Unit(name, serial, model, instrument, tuple(axes[i]), tuple(values[i]), listed("gradients", name),
-                      listed("three_point", name)) for i, (name, serial, model, instrument) in enumerate(rows))
+                      listed("three_point", name), name not in unused)
+                 for i, (name, serial, model, instrument) in enumerate(rows))
 
 
 def _thermometers(database: sqlite3.Connection) -> tuple[Thermometer, ...]:

@@ -85,6 +85,21 @@ class Netcdf(FolderTest):
                 for name in getattr(variable, "ancillary_variables", "").split():
                     self.assertIn(name, found.variables)
 
+    def test_states_unit_and_order(self):
+        order, path = self.folder / "order.toml", self.folder / "lot.db"
+        order.write_text('schema = "gyrotherm-order/1"\nnumber = "2026-17"\nserial_numbers = ["0042"]\n'
+                         '[customer]\nname = "N"\n')
+        gyrotherm("run", "tests/profiles/ten-seconds.toml", "--rig", "virtual", "--unit", "0042", "--order", order,
+                  "--out", path, "--quiet")
+        info = module.open(path).info
+        self.assertEqual((info.order_number, info.units[0].serial_number, info.units[0].in_use), ("2026-17", "0042", True))
+        self.assertEqual(self.run_.info.order_number, "")
+        with netCDF4.Dataset(exported(path, self.folder / "lot.nc")) as found:
+            self.assertEqual(found.order_number, "2026-17")
+            self.assertEqual(found["rate_deg_per_h"].serial_number, "0042")
+        with netCDF4.Dataset(self.file) as found:
+            self.assertNotIn("order_number", found.ncattrs())
+
     def test_is_an_hdf5_file(self):
         with h5py.File(self.file) as found:
             self.assertEqual(found["A"].shape, found["time"].shape)

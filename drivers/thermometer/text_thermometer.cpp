@@ -13,15 +13,13 @@
 
 #include "core/deadline.hpp"
 #include "core/text.hpp"
-#include "drivers/chamber/text_client.hpp"
+#include "drivers/chamber/text_instrument.hpp"
 
 namespace gyrotherm::drivers {
 namespace {
 
 /// Largest status; all flags are below it.
 constexpr double kLargestStatus = 0xFFFFFFFF;
-/// Characters of the identity that are compared, because a regular expression needs stack for each character.
-constexpr std::size_t kLongestIdentity = 128;
 /// A longer scan is a silent instrument.
 constexpr Duration kLongestMeasuredScan = std::chrono::seconds(10);
 
@@ -41,21 +39,20 @@ class TextThermometer final : public Thermometer {
       : description_(std::move(description)),
         place_(place),
         clock_(clock),
-        client_(description_.unit, std::move(stream), std::move(place), clock) {}
+        instrument_(description_, std::move(stream), std::move(place), clock) {}
 
   Result<std::string> identify() override {
-    auto identity = ask_identity();
+    auto identity = instrument_.identify();
     if (!identity) return identity;
-    if (auto prepared = prepare(); !prepared) return failure(std::move(prepared.error()));
     if (auto measured = measure_scan(); !measured) return failure(std::move(measured.error()));
     return identity;
   }
-  Result<std::string> recognise() override { return ask_identity(); }
-  std::uint64_t breaks() const override { return client_.breaks(); }
+  Result<std::string> recognise() override { return instrument_.recognise(); }
+  std::uint64_t breaks() const override { return instrument_.breaks(); }
 
   std::vector<Result<Celsius>> read() override {
     std::vector<Result<Celsius>> readings;
-    if (auto ready = make_ready(); !ready) return {description_.inputs, failure(std::move(ready.error()))};
+    if (auto ready = instrument_.make_ready(); !ready) return {description_.inputs, failure(std::move(ready.error()))};
     for (std::size_t i = 0; i < description_.readings.size(); ++i) {
       const auto& question = description_.readings[i];
       auto failed = ask_inputs(question, description_.statuses.empty() ? nullptr : &description_.statuses[i], readings);
@@ -63,46 +60,13 @@ class TextThermometer final : public Thermometer {
       const bool continues = failed->kind == FaultKind::refused;
       readings.resize(continues ? question.first + question.count : description_.inputs, failure(*failed));
       if (continues) continue;
-      is_prepared_ = false;
+      instrument_.forget_preparation();
       break;
     }
     return readings;
   }
 
  private:
-  [[nodiscard]] bool is_recognised() const { return recognised_after_ == client_.breaks(); }
-
-  Result<std::string> ask_identity() {
-    const auto& text = *description_.unit.text_link;
-    auto answer = client_.ask(text.identity_question, text.identity_answers);
-    if (!answer) return failure(std::move(answer.error()));
-    const auto* whole = std::get_if<std::string>(&answer->fields[kReadingField]);
-    auto identity = whole ? whole->substr(0, kLongestIdentity) : std::string();
-    if (const auto& pattern = description_.unit.identity->pattern; !fits_expression(pattern, identity)) {
-      recognised_after_.reset();
-      return failure(FaultKind::mismatch, place_,
-                     fmt::format("the identity is \"{}\", which does not fit \"{}\"", plain(identity), pattern));
-    }
-    if (!is_recognised()) is_prepared_ = false;
-    recognised_after_ = client_.breaks();
-    return identity;
-  }
-
-  /// Identifies and prepares the instrument, unless this has been done on the present connection.
-  Result<void> make_ready() {
-    if (!is_recognised())
-      if (auto identity = ask_identity(); !identity) return failure(std::move(identity.error()));
-    return prepare();
-  }
-
-  Result<void> prepare() {
-    if (is_prepared_) return {};
-    for (const auto& step : description_.preparation)
-      if (auto done = perform(step); !done) return done;
-    is_prepared_ = true;
-    return {};
-  }
-
   /// Asks each question for readings once, with a generous time limit. Fails with timeout if an answer takes longer
   /// than the limit of the description, because all readings of a run would then be missing.
   Result<void> measure_scan() {
@@ -121,18 +85,6 @@ class TextThermometer final : public Thermometer {
     }
     is_scan_measured_ = true;
     return {};
-  }
-
-  Result<void> perform(const PreparationStep& step) {
-    if (step.answers.empty()) return client_.tell(step.line);
-    const auto answer = client_.ask(step.line, step.answers);
-    if (!answer) return failure(answer.error());
-    if (step.field.empty()) return {};
-    const auto found = answer->fields.find(step.field);
-    if (found != answer->fields.end() && found->second == step.required) return {};
-    return failure(FaultKind::mismatch, place_,
-                   fmt::format("the answer to \"{}\" is \"{}\", so the instrument is not prepared", plain(step.line),
-                               plain(answer->line)));
   }
 
   /// Appends the readings of a question's inputs. Returns a fault if the question or that of the status failed.
@@ -160,8 +112,8 @@ class TextThermometer final : public Thermometer {
   Result<FieldValues> ask(const InputQuestion& question) { return ask(question, description_.within); }
   Result<FieldValues> ask(const InputQuestion& question, Duration within) {
     for (const auto& command : question.before)
-      if (auto sent = client_.tell(command); !sent) return failure(std::move(sent.error()));
-    auto answer = client_.ask(question.ask, question.answers, within);
+      if (auto sent = instrument_.client().tell(command); !sent) return failure(std::move(sent.error()));
+    auto answer = instrument_.client().ask(question.ask, question.answers, within);
     if (!answer) return failure(std::move(answer.error()));
     return std::move(answer->fields);
   }
@@ -170,10 +122,8 @@ class TextThermometer final : public Thermometer {
   std::string place_;
   /// The steady clock if null.
   const Clock* clock_;
-  TextClient client_;
-  /// Number of broken connections before the one on which the instrument was recognised.
-  std::optional<std::uint64_t> recognised_after_;
-  bool is_prepared_ = false, is_scan_measured_ = false;
+  TextInstrument instrument_;
+  bool is_scan_measured_ = false;
 };
 
 }  // namespace

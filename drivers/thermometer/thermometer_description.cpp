@@ -10,7 +10,6 @@
 #include <utility>
 
 #include "core/toml_reader.hpp"
-#include "drivers/chamber/text_file_reader.hpp"
 
 namespace gyrotherm::drivers {
 namespace {
@@ -21,86 +20,23 @@ constexpr double kDegreesFahrenheitPerKelvin = 1.8, kFahrenheitOfZeroCelsius = 3
 constexpr auto kTemperatureUnits =
     make_vocabulary<TemperatureUnit::celsius, TemperatureUnit::fahrenheit>("°C", "K", "°F");
 
-bool is_numeric_form(const FieldForm& form) {
-  return form.kind == FieldForm::Kind::number || form.kind == FieldForm::Kind::integer;
-}
-
 /// Reads a description.
 class DescriptionParser {
  public:
   DescriptionParser(const TomlTable& file, ThermometerDescription& target)
       : file_(file),
         target_(target),
-        link_(file.table("link")),
         text_(std::make_shared<TextLink>()),
-        templates_(file, read_text_encoding(link_)) {}
+        templates_(file, read_text_encoding(file.table("link"))) {}
 
   void read() {
-    auto& unit = target_.unit;
-    unit.name = file_.text("name");
-    unit.vendor = file_.text("vendor");
-    for (const auto* documentation : {"model", "firmware"}) (void)file_.text(documentation, "");
-    (void)file_.text("source");
-    text_->encoding = read_text_encoding(link_);
-    read_text_links(link_, templates_, unit);
-    read_text_refusals(link_, templates_, *text_);
-    read_identity(file_.table("identity"));
-    for (const auto& step : file_.table("sequence").tables("prepare")) read_step(step);
+    read_text_instrument(file_, templates_, *text_, target_);
     read_items();
     read_simulated(file_.table("simulated"));
-    unit.text_link = std::move(text_);
+    target_.unit.text_link = std::move(text_);
   }
 
  private:
-  void read_identity(const TomlTable& table) {
-    text_->identity_question = templates_.read_constant(table, "ask", table.text("ask"));
-    auto& answers = text_->identity_answers;
-    answers = templates_.read_all(table, "answer");
-    if (answers.empty()) answers.push_back(templates_.read(table, "answer", "{value:s}"));
-    for (const auto& answer : answers) {
-      const auto* value = answer.find(kReadingField);
-      if (!value || value->form.kind != FieldForm::Kind::text)
-        table.note_error("answer", "expected the field \"value\" with a text");
-    }
-    target_.unit.identity =
-        Fingerprint{.item = "identity", .pattern = read_identity_pattern(table), .is_expression = true};
-    (void)one_of(kConfidences, table, "confidence", "unverified");
-  }
-
-  void read_step(const TomlTable& table) {
-    PreparationStep step;
-    const auto* const key = table.has("ask") ? "ask" : "tell";
-    if (table.has("ask") == table.has("tell")) table.note_error("", "expected one of \"ask\" and \"tell\"");
-    step.line = templates_.read_constant(table, key, table.text(key, ""));
-    if (table.has("ask")) {
-      step.answers = templates_.read_all(table, "answer");
-      if (step.answers.empty()) table.note_error("answer", "missing key \"answer\"");
-      read_required(table, step);
-    }
-    target_.preparation.push_back(std::move(step));
-  }
-
-  /// Reads the required value of the only field of the answers.
-  static void read_required(const TomlTable& table, PreparationStep& step) {
-    if (!table.has("is")) return;
-    std::set<std::string> names;
-    bool is_numeric = true;
-    for (const auto& answer : step.answers)
-      for (const auto& field : answer.fields()) {
-        if (field.name == "_") continue;
-        names.insert(field.name);
-        is_numeric = is_numeric && is_numeric_form(field.form) && field.form.count == 0;
-      }
-    if (names.size() != 1) return table.note_error("is", "expected one field with a name in \"answer\"");
-    step.field = *names.begin();
-    if (table.is_text("is"))
-      step.required = table.text("is");
-    else
-      step.required = table.number("is");
-    if (table.is_text("is") == is_numeric)
-      table.note_error("is", fmt::format("the field \"{}\" is {}", step.field, is_numeric ? "a number" : "a text"));
-  }
-
   void read_items() {
     const TomlTable *readings = nullptr, *status = nullptr;
     const auto tables = file_.tables("item");
@@ -245,7 +181,6 @@ class DescriptionParser {
 
   const TomlTable& file_;
   ThermometerDescription& target_;
-  TomlTable link_;
   std::shared_ptr<TextLink> text_;
   TemplateReader templates_;
   /// Names of the inputs, if each has its own question.

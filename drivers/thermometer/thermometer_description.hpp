@@ -13,7 +13,7 @@
 
 #include "core/quantity.hpp"
 #include "core/result.hpp"
-#include "drivers/chamber/register_map.hpp"
+#include "drivers/chamber/text_instrument.hpp"
 #include "drivers/line/text_template.hpp"
 #include "drivers/thermometer/placed_readings.hpp"
 
@@ -21,17 +21,7 @@ namespace gyrotherm::drivers {
 
 inline constexpr std::size_t kMostTextInputs = 64;
 /// Fields of the answers with readings.
-inline constexpr const char *kReadingField = "value", *kReadingStatusField = "status";
-
-/// A line that prepares the instrument.
-struct PreparationStep {
-  std::string line;
-  /// The answer is one of these; empty for a command without an answer.
-  std::vector<TextTemplate> answers;
-  /// Field of the answer that must have a value, and this value; empty if any answer is accepted.
-  std::string field;
-  FieldValue required;
-};
+inline constexpr const char *kReadingField = kTextValueField, *kReadingStatusField = "status";
 
 /// A question about one or more consecutive inputs.
 struct InputQuestion {
@@ -58,11 +48,7 @@ struct SimulatedScanner {
   std::string unknown;
 };
 
-struct ThermometerDescription {
-  /// Name, links, identity and text link of the instrument, without items.
-  RegisterMap unit;
-  /// Sent when the instrument is opened, after each broken connection and after each lost answer.
-  std::vector<PreparationStep> preparation;
+struct ThermometerDescription : TextInstrumentDescription {
   std::vector<InputQuestion> readings;
   /// As many as readings, or none.
   std::vector<InputQuestion> statuses;

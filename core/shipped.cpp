@@ -32,7 +32,7 @@ std::string relative_to_working_folder(const fs::path& path) {
 /// Searches the other kinds for a shipped file with this name. Returns the noun for its kind, or null if there is none.
 const char* find_other_kind(const std::string& given, const ShippedKind& kind) {
   for (const auto& other : {kShippedProfile, kShippedRig, kShippedImportMap, kShippedGyro, kShippedChamberMap,
-                            kShippedAnalogueMap, kShippedGyroStream, kShippedThermometer})
+                            kShippedAnalogueMap, kShippedGyroStream, kShippedThermometer, kShippedSupply})
     if (std::string_view(other.folder) != kind.folder &&
         !find_shipped_file(fmt::format("{}/{}{}", other.folder, given, kExtension)).empty())
       return other.what;

@@ -21,7 +21,8 @@ inline constexpr ShippedKind kShippedProfile{"profiles", "profile"}, kShippedRig
     kShippedChamberMap{"profiles/chambers", "register map"},
     kShippedAnalogueMap{"profiles/analogue-inputs", "register map"},
     kShippedGyroStream{"profiles/gyro-streams", "gyro stream"},
-    kShippedThermometer{"profiles/thermometers", "thermometer description"};
+    kShippedThermometer{"profiles/thermometers", "thermometer description"},
+    kShippedSupply{"profiles/supplies", "supply description"};
 
 /// Returns the folders that may contain the program's data, in search order. D is the folder of the running program:
 /// D/../share/gyrotherm, D/share/gyrotherm (in a build tree), /usr/local/share/gyrotherm, /usr/share/gyrotherm.

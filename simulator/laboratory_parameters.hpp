@@ -304,6 +304,15 @@ struct OwnValue {
   double noise{};
 };
 
+/// [[virtual.load]]: the load that a unit is to its power supply, a resistor. It is linear in the mean block
+/// temperature of the first axis.
+struct LoadParameters {
+  std::string unit;
+  double ohm_at_20_c{};
+  /// Relative change per kelvin.
+  double per_k{};
+};
+
 struct LaboratoryParameters {
   PlantParameters plant;
   std::variant<LumpedGyroParameters, ReducedGyroParameters> body;
@@ -317,6 +326,7 @@ struct LaboratoryParameters {
   std::vector<BracketParameters> brackets{};
   std::optional<OwnThermometer> own_temperature{};
   std::vector<OwnValue> values{};
+  std::vector<LoadParameters> loads{};
 };
 
 }  // namespace gyrotherm::simulator

@@ -98,6 +98,16 @@ OwnValue read_value(const TomlTable& table, std::vector<std::string> others) {
           .noise = not_negative(table, "noise", 0)};
 }
 
+LoadParameters read_load(const TomlTable& table, std::vector<std::string> units) {
+  if (units.empty()) units.emplace_back(kPlainUnit);
+  LoadParameters load{.unit = table.has("unit") || units.size() > 1 ? table.text("unit") : units.front(),
+                      .ohm_at_20_c = positive(table, "ohm"),
+                      .per_k = table.number("per_k", 0)};
+  if (std::ranges::count(units, load.unit) == 0)
+    table.note_error("unit", fmt::format("\"{}\" is not one of the units {}", load.unit, fmt::join(units, ", ")));
+  return load;
+}
+
 }  // namespace
 
 bool has_units(const TomlTable& table) { return !table.tables("unit").empty(); }
@@ -115,6 +125,7 @@ void read_units(const TomlTable& table, LaboratoryParameters& laboratory) {
   if (table.has("own_temperature")) laboratory.own_temperature = read_own_temperature(table.table("own_temperature"));
   for (const auto& one : table.tables("value"))
     laboratory.values.push_back(read_value(one, list_names(laboratory.values)));
+  for (const auto& one : table.tables("load")) laboratory.loads.push_back(read_load(one, list_names(laboratory.units)));
 }
 
 void assign_failures_to_axes(std::vector<FailingThermometer>& failing, std::vector<UnitParameters>& units) {

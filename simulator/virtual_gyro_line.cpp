@@ -88,7 +88,8 @@ PacedGyroLine::AxisCounts PacedGyroLine::read_counts(const VirtualLaboratory& la
 
 /// Returns whether all units of the line are silent.
 bool PacedGyroLine::is_silent(const VirtualLaboratory& laboratory) const {
-  return std::ranges::all_of(sources_.units, [&](std::size_t unit) { return laboratory.is_silent(unit); });
+  return std::ranges::all_of(sources_.units,
+                             [&](std::size_t unit) { return laboratory.is_silent(unit) || laboratory.is_off(unit); });
 }
 
 /// Updates the sent pulse count of each axis to fraction `share` of the current second.
@@ -111,7 +112,8 @@ void PacedGyroLine::gather_values(const VirtualLaboratory& laboratory) {
 
 void PacedGyroLine::send(const VirtualLaboratory& laboratory, double share) {
   ++frames_;
-  if (laboratory.unit().off) return serve_clients();
+  if (std::ranges::all_of(sources_.units, [&](std::size_t unit) { return laboratory.is_off(unit); }))
+    return serve_clients();
   count(laboratory, share);
   if (is_silent(laboratory)) {
     serve_clients();

@@ -15,6 +15,7 @@
 #include "simulator/servers/modbus_server.hpp"
 #include "simulator/servers/reply_server.hpp"
 #include "simulator/servers/scanner_server.hpp"
+#include "simulator/servers/supply_server.hpp"
 #include "simulator/servers/text_server.hpp"
 #include "simulator/servers/virtual_thermometers.hpp"
 
@@ -139,6 +140,7 @@ struct Sources {
   std::vector<ThermometerIndices> thermometers;
   std::vector<GyroLineSources> gyros;
   std::vector<AnalogueRegisters> analogue;
+  std::vector<VirtualSupply> supplies;
 };
 
 Result<Sources> find_instrument_sources(const VirtualLaboratory& laboratory, const VirtualInstrumentsOptions& options) {
@@ -157,6 +159,11 @@ Result<Sources> find_instrument_sources(const VirtualLaboratory& laboratory, con
     auto made = AnalogueRegisters::make(wired, laboratory);
     if (!made) return failure(std::move(made.error()));
     sources.analogue.push_back(std::move(*made));
+  }
+  for (const auto& wired : options.supplies) {
+    auto made = VirtualSupply::make(wired, laboratory);
+    if (!made) return failure(std::move(made.error()));
+    sources.supplies.push_back(std::move(*made));
   }
   return sources;
 }
@@ -181,9 +188,10 @@ class Servers final : public VirtualInstruments {
   void replay(std::span<const PastSecond> seconds) override {
     const std::scoped_lock lock(guard_);
     laboratory_.switch_on(true);
-    for (const auto& [set_point, unit] : seconds) {
+    for (const auto& [set_point, unit, powered] : seconds) {
       laboratory_.change_set_point(set_point);
       laboratory_.set_unit_state(unit);
+      switch_supplies(powered);
       laboratory_.step();
       for (auto& gyro : gyros_) gyro.skip(laboratory_);
     }
@@ -227,6 +235,7 @@ class Servers final : public VirtualInstruments {
   }
   [[nodiscard]] std::uint16_t gyro_port(std::size_t line) const override { return gyro_ports_.at(line); }
   [[nodiscard]] std::uint16_t analogue_port(std::size_t index) const override { return analogue_ports_.at(index); }
+  [[nodiscard]] std::uint16_t supply_port(std::size_t index) const override { return supply_ports_.at(index); }
   [[nodiscard]] std::vector<ServedLine> lines() const override { return lines_; }
   [[nodiscard]] std::unique_ptr<drivers::HidReports> usb_temp(std::size_t index) override {
     return std::make_unique<VirtualUsbTemp>(
@@ -238,8 +247,16 @@ class Servers final : public VirtualInstruments {
     for (auto& gyro : gyros_) gyro.begin_second(laboratory_);
     chamber_.advance_second();
     laboratory_.step();
+    for (auto& supply : supplies_) supply.advance_second();
     for (auto& gyro : gyros_) gyro.end_second(laboratory_);
     ++seconds_;
+  }
+
+  void switch_supplies(const std::vector<bool>& powered) {
+    std::size_t next = 0;
+    for (auto& supply : supplies_)
+      for (std::size_t i = 0; i < supply.wired_outputs() && next < powered.size(); ++i)
+        supply.replay(i, powered[next++]);
   }
 
   /// Returns the time of the next frame, or without gyros the end of the next second, in seconds since the start.
@@ -282,6 +299,20 @@ class Servers final : public VirtualInstruments {
     gyros_.back().add(std::move(*pty));
   }
 
+  void serve_supply(std::size_t index, Descriptor listener, std::optional<Pty> pty) {
+    auto& supply = supplies_[index];
+    supply.connect(laboratory_, index);
+    const auto instrument = fmt::format("supply {}", index + 1);
+    const auto& unit = supply.description().unit;
+    const MakeSession session = [&supply, link = unit.link] { return make_supply_session(supply, link); };
+    sessions_[InstrumentKind::supply].push_back(session);
+    supply_ports_.push_back(serve(instrument, std::move(listener), session));
+    if (!pty) return;
+    const auto* serial = unit.find(drivers::LinkKind::text_serial);
+    serve(instrument, std::move(*pty),
+          [&supply, link = serial ? *serial : unit.link] { return make_supply_session(supply, link); });
+  }
+
   /// Guards the laboratory and everything that reads it.
   std::mutex guard_;
   VirtualLaboratory laboratory_;
@@ -289,7 +320,8 @@ class Servers final : public VirtualInstruments {
   std::vector<ThermometerIndices> thermometer_indices_;
   std::uint16_t chamber_port_{};
   std::vector<AnalogueRegisters> analogue_;
-  std::vector<std::uint16_t> thermometer_ports_, gyro_ports_, analogue_ports_;
+  std::vector<VirtualSupply> supplies_;
+  std::vector<std::uint16_t> thermometer_ports_, gyro_ports_, analogue_ports_, supply_ports_;
   std::vector<ServedLine> lines_;
   std::map<InstrumentKind, std::vector<MakeSession>> sessions_;
   std::vector<PacedGyroLine> gyros_;
@@ -306,6 +338,7 @@ Servers::Servers(VirtualLaboratory laboratory, VirtualInstrumentsOptions options
       chamber_(std::move(options.chamber), laboratory_),
       thermometer_indices_(std::move(sources.thermometers)),
       analogue_(std::move(sources.analogue)),
+      supplies_(std::move(sources.supplies)),
       replies_(guard_) {
   auto pty = ptys.begin();
   const bool is_text_unit = drivers::is_text(chamber_.map().link.kind);
@@ -343,6 +376,8 @@ Servers::Servers(VirtualLaboratory laboratory, VirtualInstrumentsOptions options
       serve(instrument, std::move(*pty++),
             [this, i] { return std::make_unique<ModbusRtuSession>(analogue_[i], drivers::LinkKind::rtu); });
   }
+  for (std::size_t i = 0; i < supplies_.size(); ++i)
+    serve_supply(i, take_listener(listeners), options.ptys ? std::optional(std::move(*pty++)) : std::nullopt);
   if (!options.attended) replies_.start();
 }
 
@@ -355,7 +390,7 @@ Result<std::unique_ptr<VirtualInstruments>> VirtualInstruments::start(VirtualLab
   const auto usb_count =
       std::ranges::count(options.thermometers, drivers::ThermometerKind::mcc_usb_temp, &VirtualThermometer::kind);
   const auto servers = 1 + options.thermometers.size() - static_cast<std::size_t>(usb_count) + options.gyros.size() +
-                       options.analogue_inputs.size();
+                       options.analogue_inputs.size() + options.supplies.size();
   auto listeners = listen_all(options.first_port, options.attended ? 0 : servers);
   if (!listeners) return failure(std::move(listeners.error()));
   auto ptys = open_ptys(options.ptys ? servers : 0);

@@ -17,6 +17,7 @@
 #include "simulator/analogue_registers.hpp"
 #include "simulator/virtual_gyro_line.hpp"
 #include "simulator/virtual_laboratory.hpp"
+#include "simulator/virtual_supply.hpp"
 
 namespace gyrotherm::simulator {
 
@@ -39,8 +40,9 @@ struct VirtualInstrumentsOptions {
   /// Each line has its own frame rate.
   std::vector<VirtualGyroLine> gyros;
   std::vector<VirtualAnalogueInput> analogue_inputs{};
-  /// First port: chamber, thermometers, gyros and analogue inputs use consecutive ports from it on. 0 selects free
-  /// ports.
+  std::vector<VirtualSupplyOptions> supplies{};
+  /// First port: chamber, thermometers, gyros, analogue inputs and supplies use consecutive ports from it on. 0 selects
+  /// free ports.
   std::uint16_t first_port = 0;
   /// Frame rate of all gyro lines.
   FramePace frames{};
@@ -55,16 +57,18 @@ struct VirtualInstrumentsOptions {
 struct PastSecond {
   Celsius set_point;
   UnitState unit{};
+  /// State of each wired output of all supplies, in order; empty: unchanged.
+  std::vector<bool> powered{};
 };
 
 /// Address of an instrument. Names are "chamber", "thermometer 1", …, "gyro" (with several lines "gyro UNIT", or "gyro
-/// UNIT+UNIT" if two units share a line) and "analogue input 1", …; lines are "tcp://127.0.0.1:5020" or
+/// UNIT+UNIT" if two units share a line), "analogue input 1", … and "supply 1", …; lines are "tcp://127.0.0.1:5020" or
 /// "serial:/dev/pts/3".
 struct ServedLine {
   std::string instrument, line;
 };
 
-enum class InstrumentKind { chamber, thermometer, gyro, analogue_input };
+enum class InstrumentKind { chamber, thermometer, gyro, analogue_input, supply };
 
 /// Serves on 127.0.0.1 from its own thread until destroyed, unless attended. All clients observe one laboratory.
 /// Several clients may connect to each instrument.
@@ -82,7 +86,7 @@ class VirtualInstruments {
   /// second add up exactly to its pulses.
   virtual void pass(Duration time) = 0;
   void advance(int seconds) { pass(std::chrono::seconds(seconds)); }
-  /// Replays seconds of a recorded run without sending.
+  /// Replays seconds of a recorded run without sending. The supplies keep the state of the last second.
   virtual void replay(std::span<const PastSecond> seconds) = 0;
   /// Changes the state of all units from the next second on, as an operator would.
   virtual void set_unit_state(const UnitState& state) = 0;
@@ -112,6 +116,7 @@ class VirtualInstruments {
   [[nodiscard]] virtual std::uint16_t thermometer_port(std::size_t index) const = 0;
   [[nodiscard]] virtual std::uint16_t gyro_port(std::size_t line = 0) const = 0;
   [[nodiscard]] virtual std::uint16_t analogue_port(std::size_t index) const = 0;
+  [[nodiscard]] virtual std::uint16_t supply_port(std::size_t index) const = 0;
   /// Returns all ports and pseudo-terminals in the order of the instruments.
   [[nodiscard]] virtual std::vector<ServedLine> lines() const = 0;
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <map>
 #include <optional>
 #include <utility>
 
@@ -19,6 +20,8 @@ namespace {
 /// Seconds between updates of the gap-air conductivity if there are many bodies. Compared with the ten seconds of a
 /// single body, this changes a thermometer by less than 17 mK and the bias by less than 2e-5 °/h at a chamber ramp of 5
 /// K/min. It saves more than half of the time of a step, which is spent reading tables of 1 MB per body.
+/// Load of a unit without [[virtual.load]]: 0.5 A at 24 V.
+constexpr double kUsualLoadOhm = 48, kLeastLoadOhm = 1e-3;
 constexpr int kManyBodiesUpdateSeconds = 30;
 
 DrawnAxis draw_axis(LaboratoryParameters type, LaboratorySeed seed) {
@@ -86,6 +89,7 @@ struct VirtualLaboratory::Parts {
   void make_units(const LaboratoryParameters& type, LaboratorySeed seed);
   void measure_air();
   void show_thermometers();
+  void apply_state(std::size_t index);
   [[nodiscard]] Celsius mean_cabinet_temperature(const BracketParameters& bracket) const;
   [[nodiscard]] Celsius air_around(std::size_t unit) const;
 
@@ -96,6 +100,9 @@ struct VirtualLaboratory::Parts {
   std::vector<std::vector<std::string>> axis_names;
   std::vector<VirtualUnit> units;
   std::vector<char> silent;
+  /// The sources of each unit's power, and whether each is on.
+  std::vector<std::map<std::size_t, bool>> sources;
+  std::vector<LoadParameters> loads;
   std::vector<BracketParameters> on_brackets;
   std::vector<Bracket> brackets;
   std::vector<std::optional<std::size_t>> bracket_indices;
@@ -138,6 +145,11 @@ void VirtualLaboratory::Parts::make_units(const LaboratoryParameters& type, Labo
     axis_names.push_back(std::move(one.axis_names));
   }
   silent.resize(units.size());
+  sources.resize(units.size());
+  for (const auto& name : names) {
+    const auto found = std::ranges::find(type.loads, name, &LoadParameters::unit);
+    loads.push_back(found != type.loads.end() ? *found : LoadParameters{.unit = name, .ohm_at_20_c = kUsualLoadOhm});
+  }
   fault_free_c.resize(thermometer_names.size());
 }
 
@@ -194,9 +206,20 @@ void VirtualLaboratory::hold_output(std::optional<double> output) {
   parts_->plant.hold_output(output);
 }
 
+void VirtualLaboratory::Parts::apply_state(std::size_t index) {
+  const auto& own = sources[index];
+  const bool has_power = std::ranges::all_of(own, [](const auto& source) { return source.second; });
+  units[index].set_state({.off = own.empty() ? unit.off : !has_power, .turned = unit.turned});
+}
+
 void VirtualLaboratory::set_unit_state(const UnitState& state) {
   parts_->unit = state;
-  for (auto& unit : parts_->units) unit.set_state(state);
+  for (std::size_t i = 0; i < parts_->units.size(); ++i) parts_->apply_state(i);
+}
+
+void VirtualLaboratory::feed(std::size_t unit, std::size_t source, bool on) {
+  parts_->sources.at(unit)[source] = on;
+  parts_->apply_state(unit);
 }
 
 void VirtualLaboratory::silence(std::size_t unit, bool silent) { parts_->silent.at(unit) = silent; }
@@ -232,6 +255,12 @@ const std::vector<std::string>& VirtualLaboratory::thermometer_names() const { r
 const std::vector<std::string>& VirtualLaboratory::units() const { return parts_->names; }
 const std::vector<std::string>& VirtualLaboratory::axes(std::size_t unit) const { return parts_->axis_names.at(unit); }
 bool VirtualLaboratory::is_silent(std::size_t unit) const { return parts_->silent.at(unit) != 0; }
+bool VirtualLaboratory::is_off(std::size_t unit) const { return parts_->units.at(unit).state().off; }
+double VirtualLaboratory::load_ohm(std::size_t unit) const {
+  const auto& load = parts_->loads.at(unit);
+  const double warmer_k = parts_->units.at(unit).axes().front().block().value - 20;
+  return std::max(load.ohm_at_20_c * (1 + load.per_k * warmer_k), kLeastLoadOhm);
+}
 std::span<const std::int64_t> VirtualLaboratory::pulses(std::size_t unit) const {
   return parts_->units.at(unit).pulses();
 }

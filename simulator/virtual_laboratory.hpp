@@ -94,6 +94,9 @@ class VirtualLaboratory {
   /// Changes the state of all units from the next step on. A unit without power is silent and cools down; switching on
   /// restarts it. Each axis of a turned unit measures the Earth rate with the opposite sign.
   void set_unit_state(const UnitState& state);
+  /// Connects a unit to a source of power, or changes the state of that source, from the next step on. A unit with
+  /// sources has power while all of them are on, regardless of `off` in its state.
+  void feed(std::size_t unit, std::size_t source, bool on);
   /// Marks a unit as silent or sending. Only the server of the unit's line reads this mark; the simulation continues
   /// unchanged.
   void silence(std::size_t unit, bool silent);
@@ -126,6 +129,10 @@ class VirtualLaboratory {
   /// Returns the names of a unit's axes. A single axis may have the name "".
   [[nodiscard]] const std::vector<std::string>& axes(std::size_t unit = 0) const;
   [[nodiscard]] bool is_silent(std::size_t unit = 0) const;
+  /// Returns whether the unit has no power.
+  [[nodiscard]] bool is_off(std::size_t unit = 0) const;
+  /// Returns the resistance of the unit's load at its present temperature.
+  [[nodiscard]] double load_ohm(std::size_t unit) const;
   /// Returns the accumulated count of each axis.
   [[nodiscard]] std::span<const std::int64_t> pulses(std::size_t unit = 0) const;
   /// Returns the time of the unit's clock, with its skew.

@@ -66,7 +66,8 @@ void VirtualSupply::connect(VirtualLaboratory& laboratory, std::size_t number) {
 
 std::optional<std::string> VirtualSupply::answer(const std::string& line) {
   if (line == description_.unit.text_link->identity_question)
-    return description_.identity_answers.front().format({{drivers::kTextValueField, description_.simulated.identity}});
+    return description_.unit.text_link->identity_answers.front().format(
+        {{drivers::kTextValueField, description_.simulated.identity}});
   for (const auto& step : description_.preparation) {
     if (step.line != line) continue;
     if (step.answers.empty()) return std::nullopt;

@@ -211,8 +211,8 @@ Result<void> write_segments(Database& database, const std::vector<RunInfo::Segme
 
 constexpr const char *kCycles = "cycles", *kGradients = "gradients", *kThreePoint = "three_point",
                      *kAnalogueMaps = "analogue_map_texts", *kThermometers = "thermometer_texts",
-                     *kIdentities = "identities", *kFixture = "fixture", *kWarmUp = "warm_up",
-                     *kUnusedUnits = "unused_units";
+                     *kSupplies = "supply_texts", *kIdentities = "identities", *kFixture = "fixture",
+                     *kWarmUp = "warm_up", *kUnusedUnits = "unused_units";
 
 /// Parses the numbers that write_lists() stores for a warm-up. Returns nothing for any other text.
 std::optional<RunInfo::WarmUpInfo> parse_warm_up(std::string_view text) {
@@ -256,6 +256,7 @@ Result<void> write_lists(Database& database, const RunInfo& info) {
   if (const auto& added = info.warm_up)
     put(kWarmUp, "", {fmt::format("{} {} {}", added->at_least.value, added->air.value, added->rate.value)});
   put(kUnusedUnits, "", info.unused_units);
+  put(kSupplies, "", info.supply_texts);
   for (const auto& [title, identity] : info.identities) put(kIdentities, title, {identity});
   for (const UnitInfo& unit : info.units) {
     put(kGradients, unit.name, unit.gradients);
@@ -447,6 +448,7 @@ Result<void> read_lists(Database& database, RunInfo& info) {
     if (list == kThermometers) info.thermometer_texts.emplace_back(row.text(2));
     if (list == kWarmUp) info.warm_up = parse_warm_up(row.text(2));
     if (list == kUnusedUnits) info.unused_units.emplace_back(row.text(2));
+    if (list == kSupplies) info.supply_texts.emplace_back(row.text(2));
     if (list == kIdentities) info.identities.emplace(row.text(1), row.text(2));
     if (list == kFixture) {
       for (std::size_t i = 0; i < info.units.size(); ++i)

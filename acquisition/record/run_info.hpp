@@ -130,10 +130,11 @@ struct RunInfo {
   /// The absolute path of the rig file; empty for a virtual rig.
   std::string rig_file{};
   /// The register map that the rig file names, the map of each unit of analogue inputs, and the description of each
-  /// thermometer that has one.
+  /// thermometer and power supply that has one.
   std::string chamber_map_text;
   std::vector<std::string> analogue_map_texts{};
   std::vector<std::string> thermometer_texts{};
+  std::vector<std::string> supply_texts{};
   /// The thermal model of a virtual gyro: its name (may be empty), the air flow around its cabinet ("chamber" or
   /// "still"), and the text of the model file.
   std::string gyro_model;

@@ -7,7 +7,8 @@
 ///            that each belongs to; "" for the rig
 ///   frames   one row: the frames of all gyros so far
 ///   segment  the expanded profile
-///   list     short lists: cycles, analogue_map_texts and thermometer_texts; gradients and three_point of each unit
+///   list     short lists: cycles, analogue_map_texts, thermometer_texts and supply_texts; gradients and three_point of
+///            each unit
 ///   sample   one row per slot; NULL if a reading was a fault; raw values, never changed. A value that a unit sends is
 ///            also NULL if no frame of the second had it; a value that an analogue input measures has its own faults
 ///   fault    the reason for each NULL in a sample

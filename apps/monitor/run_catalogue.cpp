@@ -28,6 +28,7 @@ void drop_unused_texts(record::RunInfo& info) {
   std::vector texts{&info.rig_text, &info.chamber_map_text, &info.gyro_model_text};
   for (auto& text : info.analogue_map_texts) texts.push_back(&text);
   for (auto& text : info.thermometer_texts) texts.push_back(&text);
+  for (auto& text : info.supply_texts) texts.push_back(&text);
   for (auto& unit : info.units) texts.push_back(&unit.stream_text);
   for (auto* text : texts) {
     text->clear();

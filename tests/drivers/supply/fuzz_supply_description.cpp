@@ -38,7 +38,8 @@ void use_supply(const SupplyDescription& description, const std::string& answer)
   const auto& wire = description.unit.link.text;
   stream->instrument = [&](std::string_view line) -> std::string {
     if (line == description.unit.text_link->identity_question + wire.question_end)
-      return description.identity_answers.front().format({{kTextValueField, description.simulated.identity}}) +
+      return description.unit.text_link->identity_answers.front().format(
+                 {{kTextValueField, description.simulated.identity}}) +
              wire.answer_end;
     return answer + wire.answer_end;
   };

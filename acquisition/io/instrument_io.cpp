@@ -119,6 +119,42 @@ void append_readings(const AnalogueChannels& inputs, const AnalogueReadings& rea
   }
 }
 
+using PowerReadings = Reading<drivers::SupplyReadings>;
+
+/// Returns the readings of a supply that did not answer.
+drivers::SupplyReadings failed_readings(const SupplyChannels& inputs, const Fault& fault) {
+  return {.outputs = {inputs.outputs.size(), failure(fault)}};
+}
+
+/// Reads a supply, unless another instrument answers in its place.
+PowerReadings read_stamped(const SupplyChannels& inputs, IdentityWatch& watch, const Clock& clock) {
+  auto& supply = inputs.instrument;
+  if (auto same = watch.confirm(supply); !same) return {failed_readings(inputs, same.error()), clock.now()};
+  auto readings = supply.read();
+  const auto* fault = common_fault(readings.outputs);
+  watch.note_result(fault);
+  if (fault == nullptr)
+    if (auto same = watch.confirm(supply); !same) return {failed_readings(inputs, same.error()), clock.now()};
+  return {std::move(readings), clock.now()};
+}
+
+/// Writes voltage and current of each output to the values of its units.
+void append_readings(const SupplyChannels& inputs, const drivers::SupplyReadings& readings, Instant at, Sample& into) {
+  for (std::size_t i = 0; i < inputs.outputs.size(); ++i)
+    for (const auto& channel : inputs.outputs[i]) {
+      const auto& reading = readings.outputs[i];
+      const auto value = [&](double drivers::OutputReading::*part) -> Result<double> {
+        if (reading) return (*reading).*part;
+        Fault fault = reading.error();
+        fault.where = channel.name;
+        return failure(std::move(fault));
+      };
+      auto& analogue = into.units[channel.unit].analogue;
+      analogue[channel.voltage] = {value(&drivers::OutputReading::voltage_v), at};
+      analogue[channel.current] = {value(&drivers::OutputReading::current_a), at};
+    }
+}
+
 /// The number of analogue values of each unit.
 using UnitSizes = std::vector<std::size_t>;
 
@@ -127,6 +163,9 @@ UnitSizes count_analogue_values(const Instruments& instruments) {
   for (const auto& gyro : instruments.gyros) units.resize(units.size() + gyro.shares.size());
   for (const auto& inputs : instruments.analogue)
     for (const auto& channel : inputs.channels) ++units[channel.unit];
+  for (const auto& supply : instruments.supplies)
+    for (const auto& output : supply.outputs)
+      for (const auto& channel : output) units[channel.unit] += 2;
   return units;
 }
 
@@ -172,6 +211,7 @@ struct Watches {
     for (const auto& one : instruments.thermometers) thermometers.emplace_back(one.known);
     for (const auto& one : instruments.gyros) gyros.emplace_back(one.known);
     for (const auto& one : instruments.analogue) analogue.emplace_back(one.known);
+    for (const auto& one : instruments.supplies) supplies.emplace_back(one.known);
   }
 
   /// Notes the start of a second. If the program was suspended before that second, requests a comparison of every
@@ -182,20 +222,20 @@ struct Watches {
     last_slot = slot;
     if (!was_suspended) return;
     chamber.request_check();
-    for (auto* watches : {&thermometers, &gyros, &analogue})
+    for (auto* watches : {&thermometers, &gyros, &analogue, &supplies})
       for (auto& watch : *watches) watch.request_check();
   }
 
   [[nodiscard]] std::vector<std::string> mismatched_instruments() const {
     std::vector<std::string> all{chamber.watch().mismatch_text()};
-    for (const auto* watches : {&thermometers, &gyros, &analogue})
+    for (const auto* watches : {&thermometers, &gyros, &analogue, &supplies})
       for (const auto& watch : *watches) all.push_back(watch.mismatch_text());
     std::erase(all, std::string());
     return all;
   }
 
   WatchedChamber chamber;
-  std::deque<IdentityWatch> thermometers{}, gyros{}, analogue{};  // not movable
+  std::deque<IdentityWatch> thermometers{}, gyros{}, analogue{}, supplies{};  // not movable
   std::optional<std::int64_t> last_slot{};
 };
 
@@ -223,6 +263,12 @@ class InlineIo final : public InstrumentIo {
       const auto& inputs = instruments_.analogue[i];
       append_readings(inputs, read_stamped(inputs.instrument, watches_.analogue[i], clock), sample);
     }
+    supplies_.clear();
+    for (std::size_t i = 0; i < instruments_.supplies.size(); ++i) {
+      auto readings = read_stamped(instruments_.supplies[i], watches_.supplies[i], clock);
+      append_readings(instruments_.supplies[i], *readings.value, readings.at, sample);
+      supplies_.push_back(std::move(*readings.value));
+    }
     for (std::size_t unit = 0; instruments_.true_bias && unit < units_.size(); ++unit)
       sample.units[unit].true_bias = instruments_.true_bias(unit);
     return sample;
@@ -232,6 +278,10 @@ class InlineIo final : public InstrumentIo {
     return watches_.chamber.send_set_point_immediately(target);
   }
   Result<void> switch_on(bool on) override { return watches_.chamber.switch_on(on); }
+  void demand_power(std::size_t supply, drivers::PowerDemand demand) override {
+    instruments_.supplies[supply].instrument.demand(demand);
+  }
+  const std::vector<drivers::SupplyReadings>& supplies() const override { return supplies_; }
   std::vector<std::string> mismatched_instruments() const override { return watches_.mismatched_instruments(); }
 
  private:
@@ -239,6 +289,7 @@ class InlineIo final : public InstrumentIo {
   InstrumentIoOptions options_;
   UnitSizes units_;
   Watches watches_;
+  std::vector<drivers::SupplyReadings> supplies_;
 };
 
 /// A thread that makes the calls of one instrument. A blocked call therefore delays no other instrument. Jobs run one
@@ -318,6 +369,7 @@ class WorkerIo final : public InstrumentIo {
         thermometers_(instruments_.thermometers.size()),
         gyros_(instruments_.gyros.size()),
         analogue_(instruments_.analogue.size()),
+        supply_workers_(instruments_.supplies.size()),
         frames_(instruments_.gyros.size()) {}
 
   Sample read(std::int64_t slot, const Clock& clock) override {
@@ -341,6 +393,10 @@ class WorkerIo final : public InstrumentIo {
       analogue.push_back(analogue_[i].post([this, &clock, i] {
         return read_stamped(instruments_.analogue[i].instrument, watches_.analogue[i], clock);
       }));
+    std::vector<std::future<PowerReadings>> supplies;
+    for (std::size_t i = 0; i < supply_workers_.size(); ++i)
+      supplies.push_back(supply_workers_[i].post(
+          [this, &clock, i] { return read_stamped(instruments_.supplies[i], watches_.supplies[i], clock); }));
 
     Sample sample = empty_sample(slot, now, units_);
     sample.chamber = accept_if_in_time(await(chamber_, chamber, clock, now), "chamber", clock, now);
@@ -360,8 +416,21 @@ class WorkerIo final : public InstrumentIo {
       append_readings(instruments_.analogue[i], accept_if_in_time(std::move(readings), "analogue input", clock, now),
                       sample);
     }
+    supplies_.clear();
+    for (std::size_t i = 0; i < supply_workers_.size(); ++i) {
+      auto readings = await(supply_workers_[i], supplies[i], clock, now);
+      auto accepted = accept_if_in_time(std::move(readings), "supply", clock, now);
+      supplies_.push_back(accepted.value ? std::move(*accepted.value)
+                                         : failed_readings(instruments_.supplies[i], accepted.value.error()));
+      append_readings(instruments_.supplies[i], supplies_.back(), accepted.at, sample);
+    }
     return sample;
   }
+
+  void demand_power(std::size_t supply, drivers::PowerDemand demand) override {
+    instruments_.supplies[supply].instrument.demand(demand);
+  }
+  const std::vector<drivers::SupplyReadings>& supplies() const override { return supplies_; }
 
   Result<void> send_set_point(Celsius target) override {
     const auto send = [this, target] { return watches_.chamber.send_set_point(target); };
@@ -435,7 +504,8 @@ class WorkerIo final : public InstrumentIo {
   /// Each watch is used by one worker.
   Watches watches_;
   Worker chamber_;
-  std::deque<Worker> thermometers_, gyros_, analogue_;  // a worker is not movable
+  std::vector<drivers::SupplyReadings> supplies_;
+  std::deque<Worker> thermometers_, gyros_, analogue_, supply_workers_;  // a worker is not movable
   /// The last known count of each gyro.
   std::vector<FrameCount> frames_;
   /// The clock and the start of the last read.

@@ -16,6 +16,7 @@
 #include "core/sample.hpp"
 #include "drivers/instruments.hpp"
 #include "drivers/line/pauses.hpp"
+#include "drivers/supply/power_supply.hpp"
 
 namespace gyrotherm::io {
 
@@ -60,12 +61,30 @@ struct AnalogueChannels {
   KnownIdentity known{};
 };
 
+/// A power supply, and the assignment of its outputs to values of the units under test.
+struct SupplyChannels {
+  drivers::PowerSupply& instrument;
+  /// The destination of one output's readings. `unit` is an index in Sample::units, and the others are indices in
+  /// UnitReading::analogue.
+  struct Channel {
+    std::size_t unit{};
+    std::size_t voltage{};
+    std::size_t current{};
+    /// The location that its faults name: "supply 1, output 1".
+    std::string name{};
+  };
+  /// The channels of each used output, one for each unit that it feeds.
+  std::vector<std::vector<Channel>> outputs;
+  KnownIdentity known{};
+};
+
 /// The instruments of a rig. They must outlive the InstrumentIo, which must be their only user during its lifetime.
 struct Instruments {
   drivers::Chamber& chamber;
   std::vector<ThermometerInputs> thermometers;
   std::vector<GyroInputs> gyros;
   std::vector<AnalogueChannels> analogue{};
+  std::vector<SupplyChannels> supplies{};
   /// The activity of the chamber's line; null if it is not recorded.
   const drivers::LineActivity* chamber_line = nullptr;
   /// Returns the true bias of each axis of a virtual unit in the past second. The argument is the index in
@@ -86,7 +105,8 @@ struct InstrumentIoOptions {
 /// The interface to all instruments. Only the thread of the tick calls it.
 class InstrumentIo {
  public:
-  /// Calls the instruments in the caller's thread, in a fixed order: chamber, thermometers, gyros, analogue inputs.
+  /// Calls the instruments in the caller's thread, in a fixed order: chamber, thermometers, gyros, analogue inputs,
+  /// supplies.
   /// Intended for virtual time: runs are reproducible, and a silent device costs no wall time. Calls are not limited in
   /// time except by each driver's own deadline.
   [[nodiscard]] static std::unique_ptr<InstrumentIo> inline_calls(Instruments instruments,
@@ -114,6 +134,14 @@ class InstrumentIo {
   [[nodiscard]] virtual Result<void> send_set_point_immediately(Celsius target) = 0;
   /// Starts or stops conditioning. Fails as Chamber::start() and stop() do, and like send_set_point().
   [[nodiscard]] virtual Result<void> switch_on(bool on) = 0;
+
+  /// Requests a state of a supply's outputs. The next calls of read() carry it out (PowerSupply::demand).
+  virtual void demand_power(std::size_t supply, drivers::PowerDemand demand) { (void)supply, (void)demand; }
+  /// Returns the readings of each supply in the last second. A supply that did not answer has a fault in each output.
+  [[nodiscard]] virtual const std::vector<drivers::SupplyReadings>& supplies() const {
+    static const std::vector<drivers::SupplyReadings> none;
+    return none;
+  }
 
   /// Describes each instrument that answered in place of the known one when identities were last compared.
   [[nodiscard]] virtual std::vector<std::string> mismatched_instruments() const { return {}; }

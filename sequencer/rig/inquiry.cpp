@@ -2,6 +2,7 @@
 #include "sequencer/rig/inquiry.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -125,6 +126,28 @@ Result<std::string> query_analogue(drivers::AnalogueInputs& inputs, const std::v
                         : fmt::format(", {} {}", channel, readings[i].error().what);
   }
   return line + "; " + text(time_calls([&] { (void)inputs.read(); }, clock));
+}
+
+Result<std::string> query_supply(drivers::PowerSupply& supply, const SupplySettings& settings, const Clock& clock) {
+  const auto identity = supply.identify();
+  if (!identity) return identity;
+  auto line = *identity;
+  const auto outputs = supply.inspect();
+  for (std::size_t i = 0; i < outputs.size(); ++i) {
+    const auto title = fmt::format(", output {} ", settings.outputs[i].settings.output + 1);
+    if (!outputs[i]) {
+      line += title + outputs[i].error().what;
+      continue;
+    }
+    const auto& [state, shown, difference] = *outputs[i];
+    line += fmt::format("{}{} ({}), {:.3f} V, {:.3f} A", title, state.is_on ? "on" : "off",
+                        shown.empty() ? "its settings cannot be read" : shown, state.voltage_v, state.current_a);
+    if (!state.trips.empty())
+      line += fmt::format(", WARNING: it has tripped ({}); clear it", fmt::join(state.trips, ", "));
+    if (state.is_on && !difference.empty())
+      line += fmt::format(", WARNING: it is on, but {}; a run refuses this", difference);
+  }
+  return line + "; " + text(time_calls([&] { (void)supply.read(); }, clock));
 }
 
 std::string describe_air_mismatch(Celsius air, const std::vector<Celsius>& thermometers) {

@@ -14,6 +14,7 @@
 #include "drivers/instruments.hpp"
 #include "drivers/wires.hpp"
 #include "sequencer/rig/gyro_settings.hpp"
+#include "sequencer/rig/supply_settings.hpp"
 
 namespace gyrotherm::rig {
 
@@ -53,6 +54,10 @@ struct AnalogueReading {
 /// cannot be identified.
 [[nodiscard]] Result<std::string> query_analogue(drivers::AnalogueInputs& inputs,
                                                  const std::vector<AnalogueReading>& channels, const Clock& clock);
+/// Describes a supply: identity, state, settings and readings of each used output, and the time of ten readings. Warns
+/// if an output that is on has other settings than the rig file. Fails if it cannot be identified.
+[[nodiscard]] Result<std::string> query_supply(drivers::PowerSupply& supply, const SupplySettings& settings,
+                                               const Clock& clock);
 /// Returns a warning if the chamber's air differs from every thermometer by more than 15 K: one of the instruments then
 /// probably reports another unit of measure, or is not in this chamber. Returns an empty text otherwise, or if there is
 /// no thermometer.

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <utility>
 
+#include "core/deadline.hpp"
 #include "core/file.hpp"
 #include "core/shipped.hpp"
 #include "core/text.hpp"
@@ -27,6 +28,10 @@ namespace {
 /// on the line for the next second's read.
 constexpr Duration kGyroWithin = std::chrono::milliseconds(800);
 constexpr Duration kGyroQueryWithin = std::chrono::milliseconds(1500);
+/// Time limit for switching the supplies before a run.
+constexpr Duration kSwitchingWithin = std::chrono::seconds(30), kTroubleWithin = std::chrono::seconds(5),
+                   kPauseBetweenReads = std::chrono::milliseconds(200);
+constexpr int kReadsOfVirtualSupply = 5;
 
 /// Makes the drivers of a rig's instruments, each on its line.
 class Drivers {
@@ -38,6 +43,7 @@ class Drivers {
                                                                           const std::string& place) = 0;
   [[nodiscard]] virtual std::unique_ptr<drivers::Gyro> gyro(const RigFile& file, std::size_t line, Duration within) = 0;
   [[nodiscard]] virtual std::unique_ptr<drivers::AnalogueInputs> analogue(const RigFile& file, std::size_t index) = 0;
+  [[nodiscard]] virtual std::unique_ptr<drivers::PowerSupply> supply(const RigFile& file, std::size_t index) = 0;
 };
 
 /// Makes the drivers of a real rig. The file's lines were checked when it was read.
@@ -63,6 +69,11 @@ class DriversOnLines final : public Drivers {
     const auto& settings = file.analogue_inputs[index];
     auto registers = make_modbus(drivers::parse_line(settings.line).value(), settings.map.registers.link.modbus);
     return make_analogue_inputs(settings, analogue_title(index), std::move(registers), drivers::make_real_pauses());
+  }
+
+  std::unique_ptr<drivers::PowerSupply> supply(const RigFile& file, std::size_t index) override {
+    const auto& settings = file.supplies[index];
+    return make_supply(settings, supply_title(index), drivers::parse_line(settings.line).value());
   }
 
  private:
@@ -97,6 +108,11 @@ class DriversOnWires final : public Drivers {
     link = remove_pauses(std::move(link));
     auto wire = wires_.analogue_input(index, settings.map.registers);
     return make_analogue_inputs(settings, analogue_title(index), std::move(wire.line), wires_.pauses());
+  }
+
+  std::unique_ptr<drivers::PowerSupply> supply(const RigFile& file, std::size_t index) override {
+    auto wire = wires_.supply(index);
+    return make_supply(file.supplies[index], supply_title(index), std::move(wire.line), wire.clock);
   }
 
  private:
@@ -134,7 +150,10 @@ std::string describe_line(const GyroLine& line) {
 class AssembledRig : public Rig {
  public:
   AssembledRig(RigFile file, std::unique_ptr<Drivers> drivers, const RigStart& start)
-      : file_(std::move(file)), drivers_(std::move(drivers)), may_be_off_(find_optional_lines(file_, start)) {
+      : file_(std::move(file)),
+        drivers_(std::move(drivers)),
+        may_be_off_(find_optional_lines(file_, start)),
+        power_(start.power) {
     auto& map = file_.chamber_map;
     if (file_.simulated) map.link.modbus = remove_pauses(std::move(map.link.modbus));
     chamber_ = make_modbus_chamber(map, record_activity(drivers_->registers(map), chamber_line_),
@@ -142,6 +161,7 @@ class AssembledRig : public Rig {
     for (std::size_t i = 0; i < file_.thermometers.size(); ++i)
       thermometers_.push_back(drivers_->thermometer(file_, i, thermometer_title(i)));
     for (std::size_t i = 0; i < file_.analogue_inputs.size(); ++i) analogue_.push_back(drivers_->analogue(file_, i));
+    for (std::size_t i = 0; i < file_.supplies.size(); ++i) supplies_.push_back(drivers_->supply(file_, i));
   }
 
   std::vector<Result<std::string>> query_instruments() override {
@@ -170,27 +190,17 @@ class AssembledRig : public Rig {
     for (std::size_t i = 0; i < analogue_.size(); ++i)
       answers.push_back(titled(analogue_title(i), "on " + file_.analogue_inputs[i].line,
                                query_analogue(*analogue_[i], analogue_readings(i), watch)));
+    for (std::size_t i = 0; i < supplies_.size(); ++i)
+      answers.push_back(titled(supply_title(i), "on " + file_.supplies[i].line,
+                               query_supply(*supplies_[i], file_.supplies[i], watch)));
     return answers;
   }
 
   using Rig::prepare;
   Result<std::vector<std::string>> prepare(const Entrance& entrance, const drivers::ChamberProgram* program) override {
-    if (auto opened = open_gyros(); !opened) return failure(opened.error());
-    auto names = query_identities();
-    if (!names) return names;
-    const auto found = inspect_chamber();
-    if (!found) return failure(found.error());
-    const auto first = entrance(*found);
-    if (!first) return failure(first.error());
-    is_as_found_ = false;
-    const auto kept = start_chamber(*first, program);
-    if (!kept) {
-      is_as_found_ = restore_chamber(found->state, program != nullptr);
-      return failure(kept.error());
-    }
-    if (program) names->push_back(*kept);
-    io_ = make_io();
-    return names;
+    auto prepared = establish_power().and_then([&] { return prepare_powered(entrance, program); });
+    if (!prepared) restore_power();
+    return prepared;
   }
   bool is_as_found() const override { return is_as_found_; }
   Result<drivers::SetPointRange> controller_limits() override { return chamber_->limits(); }
@@ -219,6 +229,16 @@ class AssembledRig : public Rig {
                                    .offset = channel.offset});
       all.analogue.push_back(std::move(inputs));
     }
+    for (std::size_t i = 0; i < supplies_.size(); ++i) {
+      io::SupplyChannels inputs{*supplies_[i], {}, known(supply_title(i))};
+      for (const auto& output : file_.supplies[i].outputs) {
+        inputs.outputs.emplace_back();
+        for (const auto& [unit, voltage, current] : output.shares)
+          inputs.outputs.back().push_back(
+              {.unit = unit, .voltage = voltage, .current = current, .name = output_title(i, output)});
+      }
+      all.supplies.push_back(std::move(inputs));
+    }
     return all;
   }
   void end_sampling() { io_.reset(); }
@@ -226,6 +246,102 @@ class AssembledRig : public Rig {
  private:
   /// Makes the InstrumentIo for the rig's kind of time, and starts its clock.
   [[nodiscard]] virtual std::unique_ptr<io::InstrumentIo> make_io() = 0;
+
+  /// Prepares the other instruments when the units have power.
+  Result<std::vector<std::string>> prepare_powered(const Entrance& entrance, const drivers::ChamberProgram* program) {
+    if (auto opened = open_gyros(); !opened) return failure(opened.error());
+    auto names = query_identities();
+    if (!names) return names;
+    const auto found = inspect_chamber();
+    if (!found) return failure(found.error());
+    const auto first = entrance(*found);
+    if (!first) return failure(first.error());
+    is_as_found_ = false;
+    const auto kept = start_chamber(*first, program);
+    if (!kept) {
+      is_as_found_ = restore_chamber(found->state, program != nullptr);
+      return failure(kept.error());
+    }
+    if (program) names->push_back(*kept);
+    io_ = make_io();
+    return names;
+  }
+
+  /// Carries out the demand on the supplies. Waits for units that were switched on.
+  Result<void> establish_power() {
+    for (std::size_t i = 0; i < supplies_.size(); ++i) {
+      auto& supply = *supplies_[i];
+      if (const auto known = query_with_retries([&] { return supply.identify(); }); !known)
+        return failure(known.error());
+      const auto before = read_supply(i);
+      if (!before) return failure(before.error());
+      was_on_.push_back(*before);
+      if (power_ != drivers::PowerDemand::keep) supply.demand(power_);
+      if (auto done = finish_demand(i); !done) return done;
+      const auto after = read_supply(i);
+      if (!after) return failure(after.error());
+      if (!*after) permit_silence(i);
+    }
+    return {};
+  }
+
+  /// Returns whether all outputs of a supply are on.
+  Result<bool> read_supply(std::size_t index) {
+    drivers::SupplyReadings readings;
+    const auto read = query_with_retries([&]() -> Result<void> {
+      readings = supplies_[index]->read();
+      for (const auto& output : readings.outputs)
+        if (!output) return failure(output.error());
+      return {};
+    });
+    if (!read) return failure(read.error());
+    return std::ranges::all_of(readings.outputs, [](const auto& output) { return output->is_on; });
+  }
+
+  /// Reads a supply until its demand is verified. Fails when a trouble lasts, or after a trip.
+  Result<void> finish_demand(std::size_t index) {
+    const Deadline end(kSwitchingWithin);
+    std::optional<Deadline> trouble_end;
+    auto readings = supplies_[index]->read();
+    for (int reads = 1; readings.pending != drivers::PowerDemand::keep; ++reads) {
+      if (readings.trouble.empty()) trouble_end.reset();
+      if (!readings.trouble.empty() && !trouble_end) trouble_end.emplace(kTroubleWithin);
+      const bool is_late = file_.simulated ? reads >= kReadsOfVirtualSupply
+                                           : end.has_passed() || (trouble_end && trouble_end->has_passed());
+      if (is_late || readings.gave_up)
+        return failure(FaultKind::mismatch, supply_title(index),
+                       readings.trouble.empty() ? "the outputs are not switched in time" : readings.trouble);
+      drivers_->pauses()->rest(kPauseBetweenReads);
+      readings = supplies_[index]->read();
+    }
+    return {};
+  }
+
+  /// Returns the time that the units which were switched on need until they answer; zero on a virtual rig.
+  [[nodiscard]] Duration boot_time() const {
+    Duration longest{};
+    for (std::size_t i = 0; i < was_on_.size() && !file_.simulated; ++i)
+      if (!was_on_[i]) longest = std::max(longest, file_.supplies[i].boot);
+    return longest;
+  }
+
+  /// Permits the units of a supply that is off to be silent.
+  void permit_silence(std::size_t index) {
+    for (const auto& output : file_.supplies[index].outputs)
+      for (const auto& fed : output.shares)
+        for (std::size_t line = 0; line < file_.gyro_lines.size(); ++line)
+          if (std::ranges::count(file_.gyro_lines[line].shares, fed.unit, &GyroLine::Share::unit) > 0)
+            may_be_off_[line] = true;
+  }
+
+  /// Switches the supplies that were off back off, after a failed preparation.
+  void restore_power() {
+    for (std::size_t i = 0; i < was_on_.size(); ++i) {
+      if (was_on_[i] || power_ != drivers::PowerDemand::on) continue;
+      supplies_[i]->demand(drivers::PowerDemand::off);
+      (void)finish_demand(i);
+    }
+  }
 
   /// Queries the word order first, on a separate connection that is closed again: some chambers accept one client at a
   /// time.
@@ -279,10 +395,12 @@ class AssembledRig : public Rig {
     if (!kept) return kept;
     let_pass(1);
     // The first frame may arrive only after a whole period, which is longer than one read waits.
-    for (std::size_t i = 0; i < gyros_.size(); ++i)
-      if (const auto origin = query_with_retries([&] { return gyros_[i]->wait_for_origin(); });
-          !origin && !may_be_off_[i])
-        return failure(origin.error());
+    const Deadline booted(boot_time());
+    for (std::size_t i = 0; i < gyros_.size(); ++i) {
+      auto origin = query_with_retries([&] { return gyros_[i]->wait_for_origin(); });
+      while (!origin && !may_be_off_[i] && !booted.has_passed()) origin = gyros_[i]->wait_for_origin();
+      if (!origin && !may_be_off_[i]) return failure(origin.error());
+    }
     if (const auto started = program ? chamber_->start_program() : Result<void>(); !started)
       return failure(started.error());
     return kept;
@@ -314,6 +432,7 @@ class AssembledRig : public Rig {
     std::vector<IdentifiedInstrument> all{{kChamberTitle, *chamber_}};
     for (std::size_t i = 0; i < thermometers_.size(); ++i) all.push_back({thermometer_title(i), *thermometers_[i]});
     for (std::size_t i = 0; i < analogue_.size(); ++i) all.push_back({analogue_title(i), *analogue_[i]});
+    for (std::size_t i = 0; i < supplies_.size(); ++i) all.push_back({supply_title(i), *supplies_[i]});
     for (std::size_t i = 0; i < gyros_.size(); ++i)
       all.push_back({line_title(file_.gyro_lines[i], file_.units), *gyros_[i], may_be_off_[i]});
     return all;
@@ -345,9 +464,13 @@ class AssembledRig : public Rig {
   std::unique_ptr<drivers::Chamber> chamber_;
   std::vector<std::unique_ptr<drivers::Thermometer>> thermometers_;
   std::vector<std::unique_ptr<drivers::AnalogueInputs>> analogue_;
+  std::vector<std::unique_ptr<drivers::PowerSupply>> supplies_;
   std::vector<std::unique_ptr<drivers::Gyro>> gyros_;  ///< one per gyro line
   /// Lines that may be silent at the start.
   std::vector<bool> may_be_off_;
+  drivers::PowerDemand power_;
+  /// State of each supply before its demand.
+  std::vector<bool> was_on_;
   std::map<std::string, std::string> identities_;  ///< by title
   bool is_as_found_ = true;
   // Last member: it stops before its instruments are destroyed.
@@ -435,6 +558,18 @@ simulator::VirtualAnalogueInput virtual_analogue(const AnalogueSettings& setting
   return served;
 }
 
+/// Returns the virtual supply. The only unit of a real rig is the only one of the laboratory.
+simulator::VirtualSupplyOptions virtual_supply(const SupplySettings& settings, const RigFile& file) {
+  simulator::VirtualSupplyOptions served{.description = settings.description, .outputs = {}};
+  for (const auto& output : settings.outputs) {
+    simulator::WiredOutput wired{.settings = output.settings, .units = {}};
+    for (const auto& share : output.shares)
+      wired.units.push_back(file.simulated ? file.units[share.unit].info.name : std::string(simulator::kPlainUnit));
+    served.outputs.push_back(std::move(wired));
+  }
+  return served;
+}
+
 /// Returns the world of the rig; for a real rig, the world of the shipped virtual rig.
 Result<simulator::LaboratoryParameters> laboratory_for(const RigFile& file) {
   if (file.simulated) return simulator::parse_laboratory(file.text, file.file, file.gyro_model.text);
@@ -487,6 +622,7 @@ Result<std::unique_ptr<simulator::VirtualInstruments>> serve_virtual(const RigFi
       return failure(assigned.error());
   for (const auto& settings : file.analogue_inputs)
     options.analogue_inputs.push_back(virtual_analogue(settings, file.units));
+  for (const auto& settings : file.supplies) options.supplies.push_back(virtual_supply(settings, file));
   return simulator::VirtualInstruments::start(simulator::VirtualLaboratory(*parameters, seed), std::move(options));
 }
 

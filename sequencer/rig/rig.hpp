@@ -52,6 +52,8 @@ struct RigStart {
   std::optional<Celsius> first_set_point{};
   /// On a resume, the run starts even if the units are silent.
   bool units_may_be_off{};
+  /// Demand on the power supplies before the first second. `keep` only reads their state, on a resume.
+  drivers::PowerDemand power = drivers::PowerDemand::on;
   /// The run starts even if these units are silent: those of empty positions, and on a resume the dropped ones.
   std::vector<std::string> dropped_units{};
 };
@@ -88,7 +90,8 @@ class Rig {
   /// Returns the range of set points that the chamber's controller accepts with its current settings.
   [[nodiscard]] virtual Result<drivers::SetPointRange> controller_limits() = 0;
 
-  /// Prepares the rig for a run. Call it once, before the first sample; the run's clock starts at its end. Opens the
+  /// Prepares the rig for a run. Switches the power supplies as `RigStart::power` demands; a unit may be silent if its
+  /// supply is off. Call it once, before the first sample; the run's clock starts at its end. Opens the
   /// gyros' lines and queries each instrument's identity. Calls `entrance` with the chamber as found, sends the chamber
   /// to the returned set point and starts it. Waits for the gyros' origin, which takes one second of the rig's time. If
   /// `program` is given, uploads it to the chamber's memory, compares it, and starts it last. Returns the identities of

@@ -219,6 +219,7 @@ std::vector<std::string> list_lines(const RigFile& rig) {
   for (const auto& gyro : rig.gyro_lines) lines.push_back(gyro.line);
   for (const auto& settings : rig.thermometers) lines.push_back(settings.line);
   for (const auto& settings : rig.analogue_inputs) lines.push_back(settings.line);
+  for (const auto& settings : rig.supplies) lines.push_back(settings.line);
   return lines;
 }
 
@@ -292,6 +293,12 @@ Result<RigFile> parse_rig(std::string_view text, const std::string& file, const 
   else
     root->ignore("analogue_input");
   if (analogue) rig.analogue_inputs = std::move(*analogue);
+  Result<std::vector<SupplySettings>> supplies;
+  if (gyros && analogue)
+    supplies = read_supplies(*root, file, rig.units, known.supply_descriptions);
+  else
+    root->ignore("supply");
+  if (supplies) rig.supplies = std::move(*supplies);
   read_analysis(root->table("analysis"), channels, rig.units);
   read_safe_state(root->table("safe"), rig);
   rig.limits = interlocks::read_limits(*root, channels, rig.chamber_limits);
@@ -300,7 +307,7 @@ Result<RigFile> parse_rig(std::string_view text, const std::string& file, const 
   rig.run_limits = interlocks::read_run_limits(*root);
   check_safe_air(*root, rig);
   if (gyros) check_names(*root, rig, known.chamber_map.has_value());
-  if (gyros && analogue)
+  if (gyros && analogue && supplies)
     determine_simulated(*root, rig);
   else
     root->ignore("virtual");
@@ -313,6 +320,7 @@ Result<RigFile> parse_rig(std::string_view text, const std::string& file, const 
   if (!descriptions.outcome()) return failure(descriptions.outcome().error());
   if (!gyros) return failure(gyros.error());
   if (!analogue) return failure(analogue.error());
+  if (!supplies) return failure(supplies.error());
   if (!map) return failure(map.error());
   rig.chamber_map = std::move(*map);
   if (!rig.simulated) return rig;
@@ -351,6 +359,12 @@ std::vector<std::string> collect_thermometer_texts(const RigFile& rig) {
   std::vector<std::string> texts;
   for (const auto& settings : rig.thermometers)
     if (settings.description) texts.push_back(settings.description->unit.text);
+  return texts;
+}
+
+std::vector<std::string> collect_supply_texts(const RigFile& rig) {
+  std::vector<std::string> texts;
+  for (const auto& settings : rig.supplies) texts.push_back(settings.description.unit.text);
   return texts;
 }
 

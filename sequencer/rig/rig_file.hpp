@@ -22,6 +22,7 @@
 #include "sequencer/profile/profile.hpp"
 #include "sequencer/rig/analogue_settings.hpp"
 #include "sequencer/rig/gyro_settings.hpp"
+#include "sequencer/rig/supply_settings.hpp"
 #include "sequencer/rig/thermometer_settings.hpp"
 #include "simulator/virtual_laboratory.hpp"
 
@@ -71,6 +72,7 @@ struct RigFile {
   std::vector<UnitSettings> units;
   std::vector<GyroLine> gyro_lines;
   std::vector<AnalogueSettings> analogue_inputs;
+  std::vector<SupplySettings> supplies;
   /// The safe state includes switching the chamber off.
   bool safe_off{};
   /// Time for which the watchdog watches the air of a chamber that was made safe; 0: it does not.
@@ -103,6 +105,8 @@ struct NamedTexts {
   std::vector<std::string> analogue_maps{};
   /// Keys `description` of [[thermometer]], in order of the file.
   std::vector<std::string> thermometer_descriptions{};
+  /// Keys `description` of [[supply]], in order of the file.
+  std::vector<std::string> supply_descriptions{};
   /// Folder in which commands run; empty: the rig file's.
   std::string folder{};
 };
@@ -118,6 +122,9 @@ struct NamedTexts {
 
 /// Returns the texts of the descriptions of all thermometers that have one, in order of the file.
 [[nodiscard]] std::vector<std::string> collect_thermometer_texts(const RigFile& rig);
+
+/// Returns the texts of the descriptions of all supplies, in order of the file.
+[[nodiscard]] std::vector<std::string> collect_supply_texts(const RigFile& rig);
 
 /// Returns all channels of all thermometers, in order of the file, each with the unit under test that it belongs to. A
 /// channel that several units share, or none uses, belongs to the rig.

@@ -55,6 +55,9 @@ class AttendedWires final : public Wires {
   Wire<drivers::Registers> analogue_input(std::size_t index, const drivers::RegisterMap& map) override {
     return {.line = registers(InstrumentKind::analogue_input, index, map)};
   }
+  Wire<drivers::ByteStream> supply(std::size_t index) override {
+    return {.line = instruments_->line(InstrumentKind::supply, index)};
+  }
 
   const Clock& clock() const override { return clock_; }
   void let_pass(std::int64_t seconds) override {

@@ -44,6 +44,12 @@ class Wires {
     return {};
   }
 
+  /// Returns the wire of the supply with this index in the rig file. Returns an empty wire if the rig has no supplies.
+  [[nodiscard]] virtual Wire<drivers::ByteStream> supply(std::size_t index) {
+    (void)index;
+    return {};
+  }
+
   /// Returns the rig's clock.
   [[nodiscard]] virtual const Clock& clock() const = 0;
   /// Advances the world behind the wires, and the clock, by whole seconds.

@@ -119,6 +119,17 @@ std::string analogue_lines(const rig::RigFile& rig) {
   return lines;
 }
 
+std::string supply_lines(const rig::RigFile& rig) {
+  std::string lines;
+  for (std::size_t i = 0; i < rig.supplies.size(); ++i)
+    lines += fmt::format("  {}: {}\n    {}\n", rig::supply_title(i), describe(rig.supplies[i], rig.units),
+                         describe_confidence(rig.supplies[i].description));
+  const auto unfed = list_unfed_units(rig.supplies, rig.units);
+  if (!unfed.empty())
+    lines += fmt::format("    an operator switches the units without a supply: {}\n", fmt::join(unfed, ", "));
+  return lines;
+}
+
 /// Returns a sentence for each serial line whose device name may change.
 std::vector<std::string> unstable_names(const rig::RigFile& rig) {
   std::vector<std::string> sentences;
@@ -179,7 +190,7 @@ std::string room_lines(const rig::RigFile& rig) {
 std::string rig_lines(const rig::RigFile& rig) {
   return fmt::format("{}: {}{}\n", rig.file, rig.simulated ? "SIMULATED, " : "", rig.title) + chamber_line(rig) +
          thermometer_lines(rig) + (is_one_axis(rig) ? gyro_line(rig) : lot_lines(rig)) + bias_zero_line(rig) +
-         analogue_lines(rig) + room_lines(rig) + unstable_lines(rig);
+         analogue_lines(rig) + supply_lines(rig) + room_lines(rig) + unstable_lines(rig);
 }
 
 Json calibrations_json(const rig::RigFile& rig) {

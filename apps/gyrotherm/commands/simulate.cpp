@@ -63,6 +63,9 @@ std::string describe_line(const rig::RigFile& rig, const simulator::ServedLine& 
   for (std::size_t i = 0; i < rig.analogue_inputs.size(); ++i)
     if (served.instrument == rig::analogue_title(i))
       return modbus_in_words(rig.analogue_inputs[i].map.registers, served);
+  for (std::size_t i = 0; i < rig.supplies.size(); ++i)
+    if (served.instrument == rig::supply_title(i))
+      return fmt::format("text protocol of {}", rig.supplies[i].description.unit.name);
   return {};
 }
 

@@ -49,6 +49,8 @@ std::vector<ConnectedInstrument> instrument_lines(const rig::RigFile& rig) {
   for (std::size_t i = 0; i < rig.analogue_inputs.size(); ++i)
     lines.push_back(
         {rig::analogue_title(i), rig.analogue_inputs[i].line, rig.analogue_inputs[i].map.registers.link.modbus.port});
+  for (std::size_t i = 0; i < rig.supplies.size(); ++i)
+    lines.push_back({rig::supply_title(i), rig.supplies[i].line, rig.supplies[i].description.unit.link.modbus.port});
   return lines;
 }
 

@@ -25,7 +25,7 @@ struct ConnectedInstrument {
   drivers::ProgramCommand program{};
 };
 
-/// Lists the chamber, the thermometers, the gyros and the analogue inputs, in this order.
+/// Lists the chamber, the thermometers, the gyros, the analogue inputs and the supplies, in this order.
 [[nodiscard]] std::vector<ConnectedInstrument> instrument_lines(const rig::RigFile& rig);
 
 /// Returns why the device name of a serial line may refer to another adapter tomorrow, with the name to use instead.

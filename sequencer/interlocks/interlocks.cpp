@@ -323,6 +323,18 @@ Found check_restarted(const CheckInputs& in) { return find_restart(in, false); }
 /// the chamber to reach inside.
 Found check_restarted_off(const CheckInputs& in) { return find_restart(in, true); }
 
+// ---- the power supplies ---------------------------------------------------------------------------------------------
+
+Found list_results(const std::vector<PowerFault>& faults) {
+  Found all;
+  for (const auto& fault : faults) all.push_back({.text = fault.text, .subject = fault.subject});
+  return all;
+}
+Found check_power_limit(const CheckInputs& in) { return list_results(in.facts.power.outside); }
+Found check_power_trip(const CheckInputs& in) { return list_results(in.facts.power.tripped); }
+Found check_power_changed(const CheckInputs& in) { return list_results(in.facts.power.changed); }
+Found check_power_not_switched(const CheckInputs& in) { return list_results(in.facts.power.not_switched); }
+
 // ---- the program and its record -------------------------------------------------------------------------------------
 
 Found result_if_any(const std::string& text) { return text.empty() ? Found{} : make_result(text); }
@@ -406,6 +418,10 @@ bool are_others_unread(const CheckInputs& in, const Watch& watch) {
   return !value || !in.ranks.median_without(value);
 }
 
+bool is_power_unread(const CheckInputs& in, const Watch& watch) {
+  return std::ranges::count(in.facts.power.unread, watch.subject) > 0;
+}
+
 // ---- the table ------------------------------------------------------------------------------------------------------
 
 using L = InterlockLimits;
@@ -464,6 +480,16 @@ constexpr std::array<Interlock, kInterlocks> kTable{{
     {.id = InterlockId::no_thermal_response, .name = "no_thermal_response", .usual = Reaction::hold,
      .confirmation = {.after_limit = &L::response_time, .samples = 2}, .limits = "response_step response_time",
      .check = find_missing_response},
+    {.id = InterlockId::power_limit, .name = "power_limit", .usual = Reaction::hold,
+     .confirmation = kSeveralReadings, .limits = "confirming_samples", .check = check_power_limit,
+     .unread = is_power_unread},
+    {.id = InterlockId::power_trip, .name = "power_trip", .usual = Reaction::hold, .check = check_power_trip,
+     .unread = is_power_unread},
+    {.id = InterlockId::power_changed, .name = "power_changed", .usual = Reaction::hold,
+     .confirmation = kSeveralReadings, .limits = "confirming_samples", .check = check_power_changed,
+     .unread = is_power_unread},
+    {.id = InterlockId::power_not_switched, .name = "power_not_switched", .usual = Reaction::suspend,
+     .confirmation = kSilence, .limits = "suspend_after", .check = check_power_not_switched},
     {.id = InterlockId::another_instrument, .name = "another_instrument", .usual = Reaction::hold,
      .check = check_another_instrument},
     {.id = InterlockId::foreign_set_point, .name = "foreign_set_point", .usual = Reaction::suspend,
@@ -675,8 +701,12 @@ std::vector<InterlockId> causes_ended_by_resume(const InterlockMemory& memory) {
     if (memory.is_active(id)) some.push_back(id);
   for (const auto id : {InterlockId::restarted, InterlockId::restarted_off})
     if (memory.is_active(id) && memory.most_affected_watch(id).reaction == Reaction::hold) some.push_back(id);
+  for (const auto id : {InterlockId::power_trip, InterlockId::power_changed})
+    if (memory.is_active(id)) some.push_back(id);
   return some;
 }
+
+bool is_about_power(InterlockId id) { return id >= InterlockId::power_limit && id <= InterlockId::power_not_switched; }
 
 std::vector<std::string> active_faults(const InterlockMemory& memory) {
   std::vector<std::string> lines;

@@ -16,6 +16,27 @@
 
 namespace gyrotherm::interlocks {
 
+/// A cause at a power supply of the units under test.
+struct PowerFault {
+  /// "supply 1, output 2".
+  std::string subject;
+  std::string text;
+};
+
+/// The state of the power supplies in one second, compared with the state that the profile requires.
+struct PowerFaults {
+  /// Voltages and currents outside the limits of the rig file.
+  std::vector<PowerFault> outside{};
+  /// Outputs whose protection has tripped.
+  std::vector<PowerFault> tripped{};
+  /// Outputs that this program did not switch on or off.
+  std::vector<PowerFault> changed{};
+  /// Switches that are demanded and not verified yet.
+  std::vector<PowerFault> not_switched{};
+  /// Subjects that were not read.
+  std::vector<std::string> unread{};
+};
+
 /// Facts about a second that its sample does not contain.
 struct InterlockInputs {
   /// Set point that the chamber last accepted; nothing if it is unknown.
@@ -55,6 +76,7 @@ struct InterlockInputs {
   /// The run waits for operators or has been aborted, so that they may open the door.
   bool door_may_open{};
   bool is_turned{};  ///< input axes reversed
+  PowerFaults power{};
   /// Units under test that an operator has dropped; empty: none.
   std::vector<bool> dropped{};
 };
@@ -138,7 +160,8 @@ struct InterlockResult {
 [[nodiscard]] InterlockDemand demand_without(const InterlockMemory& memory, const std::vector<InterlockId>& some);
 
 /// Returns the active causes that an operator's resume clears by taking the chamber over: a foreign set point, a mode
-/// that does not follow the set point, and a restart of the chamber if it holds the run.
+/// that does not follow the set point, and a restart of the chamber if it holds the run. A resume also switches the
+/// power supplies again, which ends a trip, and the change of an output by another program or a person.
 [[nodiscard]] std::vector<InterlockId> causes_ended_by_resume(const InterlockMemory& memory);
 
 /// Describes a unit that is too cold for the air that would enter through the door: its coldest thermometer, and the
@@ -152,6 +175,9 @@ struct ColdestReading {
   std::size_t column{};
 };
 [[nodiscard]] std::optional<ColdestReading> find_coldest(const InterlockLimits& limits, const Sample& sample);
+
+/// Returns whether a cause concerns the power supplies.
+[[nodiscard]] bool is_about_power(InterlockId id);
 
 /// Returns one line for each active alarm.
 [[nodiscard]] std::vector<std::string> active_faults(const InterlockMemory& memory);

@@ -261,6 +261,27 @@ std::string describe_prompts(const Profile& profile) {
 
 }  // namespace
 
+std::string describe_change(const UnitState& from, const UnitState& to, const std::vector<std::string>& units) {
+  std::string words;
+  const auto which = units.empty() ? std::string("the unit") : fmt::format("{}", fmt::join(units, ", "));
+  if (from.off != to.off) words = fmt::format("switch {} {}", which, to.off ? "off" : "on");
+  if (from.turned != to.turned) {
+    if (!words.empty()) words += " and ";
+    words += to.turned ? "turn the unit around: its input axis points the other way" : "turn the unit back, as mounted";
+  }
+  return words;
+}
+
+Profile switch_by_supplies(Profile profile, const std::vector<std::string>& unfed) {
+  UnitState before;
+  for (auto& segment : profile.segments) {
+    const auto from = std::exchange(before, segment.unit);
+    const UnitState seen{.off = unfed.empty() ? segment.unit.off : from.off, .turned = from.turned};
+    if (!segment.has_own_prompt) segment.prompt = describe_change(seen, segment.unit, unfed);
+  }
+  return profile;
+}
+
 Timeline plan(const Profile& profile) {
   Timeline timeline;
   timeline.all.name = "all";

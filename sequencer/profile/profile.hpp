@@ -45,6 +45,8 @@ struct Segment {
   Duration deadline{};
   /// Task for the operator before the segment begins. The run waits for the confirmation; empty: no task.
   std::string prompt{};
+  /// The prompt was written in the profile. Otherwise it describes the change of the unit's state.
+  bool has_own_prompt{};
   /// Required state of the unit.
   UnitState unit{};
   /// Index into Profile::cycles, or -1.
@@ -122,6 +124,15 @@ struct ChamberLimits {
 /// Fails if a segment soaks on a sensor that is neither "air" nor one of `channels`. Lists the position of each such
 /// segment.
 [[nodiscard]] Result<void> check_sensors(const Profile& profile, const std::vector<std::string>& channels);
+
+/// Returns the profile for a rig whose power supplies switch the units: no prompt asks a person to switch a unit,
+/// except the units in `unfed`. A prompt that was written in the profile stays.
+[[nodiscard]] Profile switch_by_supplies(Profile profile, const std::vector<std::string>& unfed);
+
+/// Describes the operator's task for changing the state of the unit; empty if the state does not change. `units` are
+/// the units to be switched if they are not all.
+[[nodiscard]] std::string describe_change(const UnitState& from, const UnitState& to,
+                                          const std::vector<std::string>& units = {});
 
 /// Fails if a segment turns the unit around and no unit of the rig can be turned. Lists the position of each such
 /// segment.

@@ -389,17 +389,6 @@ std::optional<Duration> ramp_time(Kelvins distance, CelsiusPerMinute rate) {
   return std::max(kSecond, Duration(std::chrono::ceil<std::chrono::seconds>(distance / rate)));
 }
 
-/// Returns the operator's task for changing the state of the unit; empty if the state does not change.
-std::string describe_change(const UnitState& from, const UnitState& to) {
-  std::string words;
-  if (from.off != to.off) words = to.off ? "switch the unit off" : "switch the unit on";
-  if (from.turned != to.turned) {
-    if (!words.empty()) words += " and ";
-    words += to.turned ? "turn the unit around: its input axis points the other way" : "turn the unit back, as mounted";
-  }
-  return words;
-}
-
 /// The pass of a repeat in which a segment is expanded.
 struct Pass {
   std::optional<CelsiusPerMinute> rate;
@@ -419,7 +408,8 @@ class Expansion {
   void append(const WrittenSegment& written, const WrittenHold& hold, const Pass& pass) {
     auto segment = make_hold(hold.at ? *hold.at : set_point(), hold.time, hold.soak, hold.deadline);
     const auto before = std::exchange(unit_, {hold.off.value_or(unit_.off), hold.turned.value_or(unit_.turned)});
-    segment.prompt = hold.prompt.empty() ? describe_change(before, unit_) : hold.prompt;
+    segment.has_own_prompt = !hold.prompt.empty();
+    segment.prompt = segment.has_own_prompt ? hold.prompt : describe_change(before, unit_);
     segment.opens_door = hold.opens_door.value_or(before.turned != unit_.turned);
     add(written, std::move(segment), pass);
   }

@@ -158,6 +158,7 @@ std::string to_capitals(const std::string& name) {
 /// controller's guaranteed soak uses the air sensor of the chamber and counts the total time in the band.
 std::string controller_refusal(const profile::Segment& segment, Celsius from) {
   if (!segment.prompt.empty()) return "a controller cannot wait for an operator, and this segment has a prompt";
+  if (segment.unit.off) return "a controller cannot switch the units, and this segment requires them to be off";
   if (segment.kind == profile::SegmentKind::hold && segment.target != from)
     return fmt::format("a controller jumps from {:g} °C to {:g} °C, expected a ramp before this hold", from.value,
                        segment.target.value);

@@ -36,6 +36,7 @@ std::string derive_id(const record::RunInfo& info, const rig::UnitIdentification
   for (const auto& [unit, serial] : units.serial_numbers) all += fmt::format("\n{} {}", unit, serial);
   for (const auto& unit : units.unused) all += fmt::format("\n{} not used", unit);
   if (!units.order_number.empty()) all += "\norder " + units.order_number;
+  for (const auto& description : info.supply_texts) all += "\n" + description;
   return sha256(all + day).substr(0, 32);
 }
 
@@ -54,6 +55,7 @@ record::RunInfo run_info(std::string_view program_version, const profile::Profil
   info.chamber_map_text = rig.chamber_map.text;
   info.analogue_map_texts = collect_analogue_map_texts(rig);
   info.thermometer_texts = collect_thermometer_texts(rig);
+  info.supply_texts = collect_supply_texts(rig);
   info.gyro_model = rig.gyro_model.name;
   info.gyro_film = rig.gyro_model.film;
   info.gyro_model_text = rig.gyro_model.text;
@@ -89,6 +91,10 @@ Result<void> add_recorded_warm_ups(profile::Profile& profile, const record::RunI
       profile, {.at_least = info.warm_up->at_least, .air = info.warm_up->air, .rate = info.warm_up->rate});
 }
 
+drivers::PowerDemand power_at_start(const profile::Profile& profile) {
+  return profile.segments.front().unit.off ? drivers::PowerDemand::keep : drivers::PowerDemand::on;
+}
+
 std::uint64_t run_number(const std::string& profile_text) {
   constexpr int kHexadecimal = 16;
   return std::stoull(sha256(profile_text).substr(0, 16), nullptr, kHexadecimal);
@@ -104,17 +110,43 @@ UnitState unit_at(const record::Record& record, std::size_t row) {
   return segment != nullptr ? segment->unit : UnitState{};
 }
 
+/// Updates the state of each output of the supplies, in order, from the voltage that was measured in a row. An unread
+/// output keeps its state.
+void update_powered(const record::Record& record, const rig::RigFile& rig, std::size_t row,
+                    std::vector<bool>& powered) {
+  std::size_t next = 0;
+  for (const auto& supply : rig.supplies)
+    for (const auto& output : supply.outputs) {
+      const auto index = next++;
+      const auto& fed = output.shares.front();
+      const auto& values = record.units[fed.unit].values;
+      const auto sent = values.size() - rig.units[fed.unit].analogue_values;
+      const double voltage_v = values[sent + fed.voltage][row];
+      if (!std::isnan(voltage_v)) powered[index] = voltage_v > output.settings.voltage_v / 2;
+    }
+}
+
+/// Returns the state of each output at the start: a virtual supply starts with its outputs on.
+std::vector<bool> all_powered(const rig::RigFile& rig) {
+  std::vector<bool> powered;
+  for (const auto& supply : rig.supplies) powered.resize(powered.size() + supply.outputs.size(), true);
+  return powered;
+}
+
 /// Returns every second up to and including `last`: the set point that the chamber reported, or the profile's set point
-/// if the chamber was silent, and the state of the unit at the end of the previous second. A gap has the set point of
-/// the second that ended it.
-std::vector<simulator::PastSecond> list_seconds(const record::Record& record, std::int64_t last) {
+/// if the chamber was silent, and the state of the unit and its power at the end of the previous second. A gap has the
+/// set point of the second that ended it.
+std::vector<simulator::PastSecond> list_seconds(const record::Record& record, const rig::RigFile& rig,
+                                                std::int64_t last) {
   std::vector<simulator::PastSecond> seconds;
   UnitState unit;
+  auto powered = all_powered(rig);
   for (std::size_t i = 0; i < record.slot.size() && record.slot[i] <= last; ++i) {
     const auto read_back = record.chamber_set_point_c[i];
     const Celsius set_point{std::isnan(read_back) ? record.set_point_c[i] : read_back};
-    seconds.resize(static_cast<std::size_t>(record.slot[i] + 1), {set_point, unit});
+    seconds.resize(static_cast<std::size_t>(record.slot[i] + 1), {set_point, unit, powered});
     unit = unit_at(record, i);
+    update_powered(record, rig, i, powered);
   }
   return seconds;
 }
@@ -123,13 +155,14 @@ std::vector<simulator::PastSecond> list_seconds(const record::Record& record, st
 /// that the new preparation takes is not included.
 std::vector<simulator::PastSecond> make_replay(const record::Record& record, const RunContinuation& on) {
   if (on.last_slot < 0) return {};
-  auto seconds = list_seconds(record, on.last_slot);
+  auto seconds = list_seconds(record, on.rig, on.last_slot);
   seconds.insert(seconds.begin(), seconds.front());  // slot 0 shows the prepared state
   // The last second sent the next set point only if the chamber had accepted the previous one.
   const auto before = seconds.back().set_point;
   const bool followed = abs(before - Celsius{record.set_point_c.back()}) <= set_point_tolerance(on.rig.chamber_map);
-  const simulator::PastSecond held{followed ? demanded_set_point(on.profile, on.state) : before,
-                                   unit_at(record, record.slot.size() - 1)};
+  simulator::PastSecond held{followed ? demanded_set_point(on.profile, on.state) : before,
+                             unit_at(record, record.slot.size() - 1), seconds.back().powered};
+  update_powered(record, on.rig, record.slot.size() - 1, held.powered);
   seconds.resize(seconds.size() + static_cast<std::size_t>(on.interruption.down / kSecond) - 1, held);
   return seconds;
 }
@@ -313,6 +346,7 @@ Result<rig::RigFile> parse_recorded_rig(const record::RunInfo& info, const std::
                          .gyro_streams = stream_texts(info),
                          .analogue_maps = info.analogue_map_texts,
                          .thermometer_descriptions = info.thermometer_texts,
+                         .supply_descriptions = info.supply_texts,
                          .folder = info.rig_file.empty() ? std::string() : parent_folder(info.rig_file)});
 }
 
@@ -379,6 +413,7 @@ rig::RigStart plan_start(const record::Record& record, const RunContinuation& on
           .replay = on.rig.simulated ? make_replay(record, on) : std::vector<simulator::PastSecond>(),
           .first_set_point = demanded_set_point(on.profile, begin(on.profile)),
           .units_may_be_off = unit_may_be_off(on.profile, on.state),
+          .power = on.last_slot < 0 ? power_at_start(on.profile) : drivers::PowerDemand::keep,
           .dropped_units = find_absent_units(record)};
 }
 
@@ -394,6 +429,8 @@ Result<RunContinuation> plan_continuation(const record::Record& record, const st
   auto profile = profile::parse_profile(record.info.profile_text, path + " (profile)");
   if (!profile) return failure(profile.error());
   if (auto added = add_recorded_warm_ups(*profile, record.info); !added) return failure(added.error());
+  if (!rig->supplies.empty())
+    *profile = profile::switch_by_supplies(std::move(*profile), list_unfed_units(rig->supplies, rig->units));
   auto ending = read_ending(record);
   auto state = state_after(record, *profile, ending.state);
   if (!state) return failure(state.error());

@@ -27,6 +27,10 @@ namespace gyrotherm::run {
                                        const rig::RigFile& rig, std::uint64_t seed, Duration started_utc,
                                        std::uint64_t days_later = 0);
 
+/// Returns the demand on the power supplies before the first second of a new run: on, unless the first segment requires
+/// the units to be off.
+[[nodiscard]] drivers::PowerDemand power_at_start(const profile::Profile& profile);
+
 /// Derives the seed of a dry run's noise from the profile.
 [[nodiscard]] std::uint64_t run_number(const std::string& profile_text);
 

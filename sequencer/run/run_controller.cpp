@@ -55,7 +55,8 @@ RunController::RunController(const profile::Profile& profile, rig::Rig& rig, rec
       safe_(rig.file()),
       dropped_(unit_names(rig.file()), rig.file().identification.unused),
       channels_(list_channels(rig.file())),
-      changes_(rig.file()) {
+      changes_(rig.file()),
+      power_(rig.file()) {
   const auto all = plan(profile).all;
   planned_ = all.ramps + all.holds;
 }
@@ -213,7 +214,8 @@ void RunController::note_all(std::vector<RigChange> changes) {
 }
 
 void RunController::note_changes(const Sample& sample) {
-  note_all(changes_.compare_readings(sample, dropped_.all(), unit_may_be_off(profile_, state_)));
+  note_all(
+      changes_.compare_readings(sample, dropped_.all(), unit_may_be_off(profile_, state_) || power_.may_be_silent()));
   tally_.faulty_readings += changes_.faulty_readings();
   if (sample.progress.segment != last_segment_) note(EventKind::segment, describe(profile_, sample.progress));
   last_segment_ = sample.progress.segment;
@@ -245,7 +247,8 @@ interlocks::InterlockInputs RunController::inputs(const Sample& sample, Duration
   facts.record_damage = health.damage;
   facts.guard_troubles = guard_troubles_;
   facts.mismatched_instruments = rig_.io().mismatched_instruments();
-  facts.gyro_is_off = unit_may_be_off(profile_, state_);
+  facts.gyro_is_off = unit_may_be_off(profile_, state_) || power_.may_be_silent();
+  facts.power = power_.faults();
   facts.units_are_moved = run_state() == RunState::held;
   facts.door_may_open = run_state() == RunState::held || run_state() == RunState::aborting;
   facts.is_turned = profile_.segments[static_cast<std::size_t>(profile_position(profile_, state_).segment)].unit.turned;
@@ -306,8 +309,10 @@ void RunController::step_machine(const Sample& sample, const interlocks::Interlo
     note(EventKind::note, fmt::format("{} is not carried out: {}", name(request->command), why));
     request.reset();
   }
-  const bool takes_over = request && request->takes_over && !causes_ended_by_resume(memory_).empty();
-  if (takes_over) lead_->allow_takeover();
+  const auto ended = causes_ended_by_resume(memory_);
+  const bool takes_over = request && request->takes_over && !ended.empty();
+  if (takes_over && !std::ranges::all_of(ended, interlocks::is_about_power)) lead_->allow_takeover();
+  if (takes_over && std::ranges::any_of(ended, interlocks::is_about_power)) power_.switch_again(rig_.io());
   const bool leaves = request && request->command == OperatorCommand::stop && run_state() != RunState::aborting &&
                       demand.reaction < interlocks::Reaction::abort &&
                       rig_.file().run_limits.on_stop == interlocks::OnStop::hold;
@@ -319,8 +324,9 @@ void RunController::step_machine(const Sample& sample, const interlocks::Interlo
                       .demand = demand,
                       .request = std::move(request),
                       .prompt = required_prompt(sample),
+                      .wait = power_.wait(),
                       .in_place = lead_->is_in_place(second(sample, missed)),
-                      .safe_confirmed = safe_.is_confirmed(),
+                      .safe_confirmed = safe_.is_confirmed() && power_.is_settled(),
                       .complete = false,
                       .takes_over = takes_over,
                       .may_be_left = left.has_value()};
@@ -329,6 +335,7 @@ void RunController::step_machine(const Sample& sample, const interlocks::Interlo
   if (held && !now.prompt.empty() && held->cause == now.prompt) answered_ = sample.progress.segment;
   change_to(std::move(machine));
   if (run_state() == RunState::execute) lead_->end_approach();
+  if (run_state() == RunState::aborting) power_.stop(rig_.io());
 }
 
 /// Returns the reading of the current segment's soak sensor, corrected by its certificate.
@@ -389,6 +396,9 @@ void RunController::step_profile(const Sample& sample) {
 /// Commands the chamber for the state after this second. The final set point is therefore sent in the profile's last
 /// second.
 void RunController::command_chamber(const Sample& sample) {
+  if (run_state() < RunState::aborting)
+    power_.require(rig_.io(),
+                   profile_.segments[static_cast<std::size_t>(profile_position(profile_, state_).segment)].unit.off);
   rig_.set_unit_state(profile_.segments[static_cast<std::size_t>(sample.progress.segment)].unit);
   const auto failed = run_state() == RunState::aborting
                           ? safe_.attempt(rig_.io(), kSecond * next_slot_)
@@ -424,22 +434,33 @@ RunOverview RunController::overview() const {
 std::string RunController::end_cause() const {
   const auto cause = state_cause(machine_);
   const bool safe = run_state() == RunState::aborting || run_state() == RunState::aborted || safe_.is_confirmed();
-  return safe ? cause + "; " + safe_.describe() : cause;
+  const auto power = power_.describe_stop();
+  return (safe ? cause + "; " + safe_.describe() : cause) + (power.empty() ? "" : "; " + power);
 }
 
 void RunController::make_safe(const std::string& cause) {
   if (!is_over(machine_) && run_state() != RunState::aborting) change_to(Aborting{cause, {}, false});
-  for (int i = 0; i < kSafeTries && !safe_.is_confirmed(); ++i) {
+  if (run_state() == RunState::aborting) power_.stop(rig_.io());
+  for (int i = 0; i < kSafeTries && !(safe_.is_confirmed() && power_.is_settled()); ++i) {
     (void)safe_.attempt(rig_.io(), kSecond * next_slot_);
-    safe_.add_reading(rig_.io().read(next_slot_, rig_.clock()).chamber, kSecond * next_slot_);
+    safe_.add_reading(read_rig(next_slot_, {}).chamber, kSecond * next_slot_);
   }
   note(EventKind::interlock, end_cause());
+}
+
+Sample RunController::read_rig(std::int64_t slot, Duration missed) {
+  if (!std::exchange(has_power_begun_, true)) power_.begin(rig_.io(), profile_, state_);
+  auto sample = rig_.io().read(slot, rig_.clock());
+  auto report = power_.observe(rig_.io(), kSecond + missed);
+  for (auto& text : report.notes) note(EventKind::note, std::move(text));
+  for (auto& text : report.faults) note(EventKind::fault, std::move(text));
+  return sample;
 }
 
 Result<RunOutcome> RunController::tick(std::int64_t slot) {
   const auto missed = kSecond * (slot - next_slot_);
   if (auto recorded = record_gap(slot); !recorded) return failure(recorded.error());
-  auto sample = rig_.io().read(slot, rig_.clock());
+  auto sample = read_rig(slot, missed);
   dropped_.clear_readings(sample);
   sample.progress = profile_position(profile_, state_);
   note_changes(sample);

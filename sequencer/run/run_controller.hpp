@@ -24,6 +24,7 @@
 #include "sequencer/run/run_state_machine.hpp"
 #include "sequencer/run/run_tally.hpp"
 #include "sequencer/run/safe_sequence.hpp"
+#include "sequencer/run/unit_power.hpp"
 
 namespace gyrotherm::run {
 
@@ -117,6 +118,8 @@ class RunController {
                                                      const std::string& comment);
   Result<void> record_gap(std::int64_t slot);
   void note_changes(const Sample& sample);
+  /// Reads every instrument, and compares the power supplies with the profile.
+  [[nodiscard]] Sample read_rig(std::int64_t slot, Duration missed);
   void note_all(std::vector<RigChange> changes);
   [[nodiscard]] interlocks::InterlockInputs inputs(const Sample& sample, Duration missed) const;
   [[nodiscard]] interlocks::InterlockDemand judge_second(const Sample& sample, Duration missed);
@@ -153,6 +156,8 @@ class RunController {
   DroppedUnits dropped_;
   const std::vector<record::Channel> channels_;
   RigChanges changes_;
+  UnitPower power_;
+  bool has_power_begun_ = false;
   RunTally tally_;
   /// Duration of the profile without waiting.
   Duration planned_;

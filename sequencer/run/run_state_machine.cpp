@@ -12,9 +12,11 @@ RunStateMachine make_timeout_abort(const char* what, Duration since, const std::
   return Aborting{fmt::format("{} for {}: {}", what, format_duration(since), cause), {}, false};
 }
 
-/// Returns the state in which the profile continues: Held if it has a prompt, otherwise Execute.
+/// Returns the state in which the profile continues: Held if it has a prompt, Suspended while a command is being
+/// carried out, otherwise Execute.
 RunStateMachine enter_profile(const RunInputs& now) {
   if (!now.prompt.empty()) return Held{now.prompt, {}};
+  if (!now.wait.empty()) return Suspended{now.wait, {}, {}, true};
   return Execute{};
 }
 
@@ -53,6 +55,7 @@ RunStateMachine step(const interlocks::RunLimits& limits, const Execute&, const 
   if (auto other = overriding_state(limits, now, false)) return *other;
   if (!now.prompt.empty()) return Held{now.prompt, {}};
   if (now.demand.reaction == interlocks::Reaction::suspend) return Suspended{now.demand.cause, {}, {}};
+  if (!now.wait.empty()) return Suspended{now.wait, {}, {}, true};
   if (now.complete) return Completed{};
   return Execute{};
 }
@@ -63,9 +66,12 @@ RunStateMachine step(const interlocks::RunLimits& limits, Suspended state, const
   state.since += now.elapsed;
   state.clear = is_suspended ? Duration{} : state.clear + now.elapsed;
   if (is_suspended) state.cause = now.demand.cause;
+  if (is_suspended) state.waits = false;
+  if (state.waits && now.wait.empty()) return resume_state(now, state.cause);
   if (state.since >= limits.longest_suspended) return make_timeout_abort("suspended", state.since, state.cause);
   const bool is_resumed = has_request(now, OperatorCommand::resume) && !is_suspended;
-  return is_resumed || state.clear >= limits.resume_delay ? resume_state(now, state.cause) : state;
+  const bool is_over = is_resumed || state.clear >= limits.resume_delay;
+  return is_over && now.wait.empty() ? resume_state(now, state.cause) : state;
 }
 
 RunStateMachine step(const interlocks::RunLimits& limits, Returning state, const RunInputs& now) {

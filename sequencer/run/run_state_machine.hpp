@@ -37,6 +37,8 @@ struct Suspended {
   Duration since{};
   /// Time since the cause ended.
   Duration clear{};
+  /// No fault: the run waits for a command that is being carried out, and continues immediately afterwards.
+  bool waits{};
 };
 struct Returning {
   /// Reason for leaving the profile.
@@ -71,6 +73,8 @@ struct RunInputs {
   std::optional<OperatorRequest> request;
   /// Task for the operator before the profile continues; empty: none.
   std::string prompt{};
+  /// Command without which the profile does not continue, while it is being carried out; empty: none.
+  std::string wait{};
   /// The set point is the profile's, and the air is near it.
   bool in_place = true;
   /// The chamber has shown the safe set point, the mode and the air.

@@ -163,6 +163,7 @@ void print_connecting(Console& console, const rig::RigFile& rig) {
     words += fmt::format(", {} thermometers at {}", thermometer.channels.size(), thermometer.line);
   for (const auto& line : rig.gyro_lines) words += ", gyro at " + line.line;
   for (const auto& inputs : rig.analogue_inputs) words += ", analogue inputs at " + inputs.line;
+  for (const auto& supply : rig.supplies) words += ", supply at " + supply.line;
   console.print_message(words);
 }
 
@@ -321,6 +322,7 @@ rig::RigStart make_rig_start(const NewRun& plan) {
           .elapsed = {},
           .replay = {},
           .first_set_point = demanded_set_point(plan.profile, plan.first),
+          .power = run::power_at_start(plan.profile),
           .dropped_units = plan.file.identification.unused};
 }
 

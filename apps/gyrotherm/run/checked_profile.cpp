@@ -45,6 +45,8 @@ Result<profile::Profile> parse_checked_profile(const rig::RigFile* rig, const st
     else if (!verdict)
       errors = verdict.error();
   if (errors) return failure(std::move(*errors));
+  if (rig && !rig->supplies.empty())
+    return profile::switch_by_supplies(std::move(*profile), list_unfed_units(rig->supplies, rig->units));
   return profile;
 }
 

@@ -1,6 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/sequencer/faults/broken_things.hpp"
 
+#include <string>
+#include <utility>
+
+#include "core/file.hpp"
+#include "drivers/supply/supply_description.hpp"
+
 namespace gyrotherm::faults {
 namespace {
 
@@ -346,6 +352,83 @@ std::vector<BrokenThing> set_point_faults() {
            .clears_within = 120}};
 }
 
+constexpr const char* kSwitchedOff = R"(
+[[segment]]
+kind = "hold"
+at = 20
+time = "1 min"
+[[segment]]
+kind = "hold"
+time = "10 min"
+power = "off"
+[[segment]]
+kind = "hold"
+time = "40 min"
+power = "on"
+)";
+
+/// Feeds the unit by the first output of a supply.
+void add_supply(rig::RigFile& file) {
+  const auto path = GYROTHERM_SOURCE_DIR "/profiles/supplies/rigol_dp800.toml";
+  rig::SupplySettings supply{
+      .line = "virtual",
+      .description = drivers::parse_supply_description(read_text_file(path).value(), path).value(),
+      .outputs = {}};
+  supply.outputs.push_back({.settings = {.output = 0, .voltage_v = 24, .current_a = 1, .over_current_a = 0.9},
+                            .name = "supply",
+                            .shares = {{.unit = 0, .voltage = 0, .current = 1}},
+                            .voltage = {.lowest = 23, .highest = 25}});
+  file.supplies.push_back(std::move(supply));
+  file.units[0].analogue_values = 2;
+  for (const auto* name : {"supply_voltage_v", "supply_current_a"}) {
+    file.units[0].info.values.push_back({.name = name, .unit = "V"});
+    file.limits.units[0].analogue.emplace_back(name);
+  }
+}
+
+/// A person at the panel of the supply.
+void set_supply(D& d, const std::string& line) { (void)d.plant().supply().answer(line); }
+
+std::vector<BrokenThing> power_faults() {
+  return {{.name = "SupplyVoltageTooHigh",
+           .cause = interlocks::InterlockId::power_limit,
+           .reaction = interlocks::Reaction::hold,
+           .at = kHold,
+           .breaks = [](D& d) { set_supply(d, ":SOUR1:VOLT 26.000"); },
+           .acts_within = 3,
+           .repairs = [](D& d) { set_supply(d, ":SOUR1:VOLT 24.000"); },
+           .setting = with(add_supply)},
+          {.name = "SupplyTripped",
+           .cause = interlocks::InterlockId::power_trip,
+           .reaction = interlocks::Reaction::hold,
+           .at = kHold,
+           .breaks = [](D& d) { set_supply(d, ":OUTP:OCP:VAL CH1,0.100"); },
+           .acts_within = 2,
+           .repairs =
+               [](D& d) {
+                 set_supply(d, ":OUTP:OCP:VAL CH1,0.900");
+                 set_supply(d, ":OUTP:OVP:CLE CH1;:OUTP:OCP:CLE CH1");
+                 set_supply(d, ":OUTP CH1,ON");
+               },
+           .setting = with(add_supply)},
+          {.name = "SupplySwitchedOffAtItsPanel",
+           .cause = interlocks::InterlockId::power_changed,
+           .reaction = interlocks::Reaction::hold,
+           .at = kHold,
+           .breaks = [](D& d) { set_supply(d, ":OUTP CH1,OFF"); },
+           .acts_within = 3,
+           .repairs = [](D& d) { set_supply(d, ":OUTP CH1,ON"); },
+           .setting = with(add_supply)},
+          {.name = "SupplyWithLockedPanel",
+           .cause = interlocks::InterlockId::power_not_switched,
+           .reaction = interlocks::Reaction::suspend,
+           .at = kFirstHold - 5,
+           .breaks = [](D& d) { d.plant().supply().ignore_commands(true); },
+           .acts_within = 14,
+           .repairs = [](D& d) { d.plant().supply().ignore_commands(false); },
+           .setting = with(add_supply, kSwitchedOff)}};
+}
+
 std::vector<BrokenThing> computer_faults() {
   return {{.name = "MachineSlept",
            .cause = interlocks::InterlockId::slept,
@@ -491,7 +574,7 @@ const std::vector<BrokenThing>& broken_things() {
   static const std::vector<BrokenThing> all = [] {
     std::vector<BrokenThing> things;
     for (const auto& some : {aborting_faults(), chamber_sensor_faults(), silence_faults(), frozen_instrument_faults(),
-                             chamber_faults(), set_point_faults(), computer_faults(), warning_faults()})
+                             chamber_faults(), set_point_faults(), power_faults(), computer_faults(), warning_faults()})
       things.insert(things.end(), some.begin(), some.end());
     return things;
   }();

@@ -56,7 +56,8 @@ void GyroEnd::send_frame() {
     pulses.push_back(static_cast<double>(sent.pulses[i] -= origin_.pulses[i]));
   auto frame = writer_.next(pulses, sent.device_time_us, 1);
   const auto& of_line = line_.trouble;
-  if (laboratory_.unit().off || of_line.gone || of_line.silent || line_.draw_event(trouble.lost)) return;
+  if (laboratory_.is_off(axes_.front().unit) || of_line.gone || of_line.silent || line_.draw_event(trouble.lost))
+    return;
   if (line_.draw_event(trouble.garbled)) return garble_burst(frame, line_.random()), line_.arrive(frame);
   held_back_.insert(held_back_.end(), frame.begin(), frame.end());
   held_frames_.push_back(std::move(sent));

@@ -40,6 +40,7 @@ class MemoryWires final : public rig::Wires {
   Wire<drivers::ByteStream> thermometer(std::size_t index) override { return stream(plant_.thermometer(index)); }
   Wire<drivers::HidReports> usb_temp(std::size_t) override { return {}; }
   Wire<drivers::ByteStream> gyro(std::size_t line) override { return stream(plant_.gyro(line).line()); }
+  Wire<drivers::ByteStream> supply(std::size_t index) override { return stream(plant_.supply_line(index)); }
 
   const Clock& clock() const override { return clock_; }
   void let_pass(std::int64_t seconds) override {

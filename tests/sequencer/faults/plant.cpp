@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "core/random.hpp"
+#include "simulator/servers/supply_server.hpp"
 #include "simulator/servers/virtual_thermometers.hpp"
 
 namespace gyrotherm::faults {
@@ -53,11 +54,31 @@ Plant::Plant(const rig::RigFile& file, const simulator::LaboratoryParameters& pa
         },
         garble_text));
   }
+  for (const auto& settings : file.supplies) add_supply(settings, file, rig, seed);
+}
+
+void Plant::add_supply(const rig::SupplySettings& settings, const rig::RigFile& file, const Clock& rig,
+                       std::uint64_t seed) {
+  simulator::VirtualSupplyOptions options{.description = settings.description, .outputs = {}};
+  for (const auto& output : settings.outputs) {
+    simulator::WiredOutput wired{.settings = output.settings, .units = {}};
+    for (const auto& share : output.shares) wired.units.push_back(file.units[share.unit].info.name);
+    options.outputs.push_back(std::move(wired));
+  }
+  auto& supply = supplies_.emplace_back(std::make_unique<simulator::VirtualSupply>(
+      simulator::VirtualSupply::make(std::move(options), laboratory_).value()));
+  supply->connect(laboratory_, supplies_.size() - 1);
+  sessions_.push_back(make_supply_session(*supply, settings.description.unit.link));
+  supply_lines_.push_back(std::make_unique<LineEnd>(
+      rig, splitmix64(seed + 100 + supplies_.size()),
+      [session = sessions_.back().get()](auto sent, Bytes& answer) { (void)session->feed(sent, answer); },
+      garble_text));
 }
 
 void Plant::advance_second() {
   registers_.advance_second();
   laboratory_.step();
+  for (auto& supply : supplies_) supply->advance_second();
   for (auto& gyro : gyros_) gyro->send_frame();
 }
 

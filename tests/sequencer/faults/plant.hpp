@@ -11,6 +11,7 @@
 #include "simulator/laboratory_file.hpp"
 #include "simulator/laboratory_parameters.hpp"
 #include "simulator/virtual_laboratory.hpp"
+#include "simulator/virtual_supply.hpp"
 #include "tests/sequencer/faults/chamber_port.hpp"
 #include "tests/sequencer/faults/gyro_end.hpp"
 #include "tests/sequencer/faults/memory_line.hpp"
@@ -41,6 +42,8 @@ class Plant {
   /// Puts another instrument in the position of a thermometer, or removes it again.
   void exchange_thermometer(std::size_t index, bool is_another) { *are_exchanged_[index] = is_another; }
   [[nodiscard]] bool is_exchanged(std::size_t thermometer) const { return *are_exchanged_[thermometer]; }
+  [[nodiscard]] simulator::VirtualSupply& supply(std::size_t index = 0) { return *supplies_[index]; }
+  [[nodiscard]] LineEnd& supply_line(std::size_t index) { return *supply_lines_[index]; }
   [[nodiscard]] std::size_t gyro_count() const { return gyros_.size(); }
   [[nodiscard]] GyroEnd& gyro(std::size_t line = 0) { return *gyros_[line]; }
 
@@ -61,6 +64,10 @@ class Plant {
   /// Positions of each thermometer's channels.
   std::vector<std::vector<std::size_t>> places_;
   std::vector<std::unique_ptr<GyroEnd>> gyros_;  ///< one per line
+  std::vector<std::unique_ptr<simulator::VirtualSupply>> supplies_;
+  std::vector<std::unique_ptr<LineEnd>> supply_lines_;
+
+  void add_supply(const rig::SupplySettings& settings, const rig::RigFile& file, const Clock& rig, std::uint64_t seed);
 };
 
 }  // namespace gyrotherm::faults

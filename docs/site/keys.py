@@ -62,6 +62,12 @@ RIG = {
         "read_analogue_inputs": [""], "find_unit": ["[analogue_input.channel]"],
         "read_channel": ["[analogue_input.channel]"],
     },
+    "sequencer/rig/supply_settings.cpp": {
+        "read_supply_description": ["[supply]"], "read_supply": ["[supply]"], "read_supplies": [""],
+        "read_fed_units": ["[supply.output]"], "read_supply_output": ["[supply.output]"],
+        "check_power_limits": [], "check_order": [], "read_supply:one": [], "add_measured_value": [],
+        "read_number_if_any": [], "read_level_if_any": [], "read_required_level": [],
+    },
     "drivers/line/link_settings.cpp": {"read_link_settings": ["chamber.link", "analogue_input.link"]},
     "sequencer/interlocks/limits.cpp": {
         "read_limits:root": [""], "read_limits": ["limits"], "read_times": ["limits"],
@@ -85,7 +91,7 @@ VIRTUAL = {
         "read_units": ["virtual"], "has_units": ["virtual"], "read_unit": ["[virtual.unit]"],
         "read_axis": ["[virtual.unit.axis]"], "read_hop": ["virtual.unit.axis.hop"],
         "read_bracket": ["[virtual.bracket]"], "read_own_temperature": ["virtual.own_temperature"],
-        "read_value": ["[virtual.value]"],
+        "read_value": ["[virtual.value]"], "read_load": ["[virtual.load]"],
     },
     "simulator/virtual_gyro.cpp": {
         "read_reduced_gyro:table": ["virtual"], "read_reduced_gyro:thermal": ["virtual.thermal"],
@@ -152,18 +158,19 @@ _KINDS = {
     "time_constant_s": "s, at least 1", "read_bounded": "a number",
     "read_each_thermometer": "a number, or one for each thermometer",
     "read_each_or_none": "a number, or one for each thermometer", "day": "a day", "read_rig_name": "a text",
-    "read_text_line": "a text",
+    "read_text_line": "a text", "read_required_level": "a number above 0", "read_level_if_any": "a number above 0",
+    "read_number_if_any": "a number",
     "read_texts": "a list of texts", "table texts": "a text, or one for each of `en` and `de`",
     "table numbers": "a list of numbers",
     "has": None, "note_error": None, "location": None, "is_list": None, "is_table": None, "append": None, "bounded": None, "check": None,
     "check_safe_set_point": None, "expect_set_point": None, "format": None, "failure": None, "find_node": None,
-    "has_role": None,
+    "has_role": None, "check_order": None,
 }  # fmt: skip
 # Reading functions for which the key is optional.
 _OPTIONAL_READERS = {
     "read_limit_if_any", "read_time_if_any", "read_temperature_if_any", "read_rate_if_any", "read_uncertainty",
     "read_axis_uncertainty", "read_positive_number", "read_day", "day", "one_of_or_default", "read_link_keyword", "read_either", "texts", "numbers", "rates",
-    "read_rates", "read_channel_names", "read_choice", "tables", "read_range", "ignore", "table texts",
+    "read_rates", "read_level_if_any", "read_number_if_any", "read_channel_names", "read_choice", "tables", "read_range", "ignore", "table texts",
 }  # fmt: skip
 _DEFAULTS = {"read_each_or_none": "0"}
 # Table → keys that are required under a condition which is not visible in the line that reads them.
@@ -176,7 +183,7 @@ _CONDITIONALLY_REQUIRED = {
 # Table → keys that a later check requires.
 _REQUIRED_LATER = {
     "": {"thermometer", "gyro", "segment", "folders"}, "[segment] repeat": {"segment"}, "[thermometer]": {"channels"},
-    "[thermometer] process": {"command"}, "[analogue_input]": {"channel"}, "virtual.network": {"nodes"},
+    "[thermometer] process": {"command"}, "[analogue_input]": {"channel"}, "[supply]": {"output"}, "virtual.network": {"nodes"},
     "[virtual.unit]": {"axis"}, "[virtual.bracket]": {"units"}, "[influence]": {"name"},
 }  # fmt: skip
 _FUNCTION = re.compile(

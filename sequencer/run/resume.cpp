@@ -428,9 +428,9 @@ Result<RunContinuation> plan_continuation(const record::Record& record, const st
   restore_identification(*rig, record.info);
   auto profile = profile::parse_profile(record.info.profile_text, path + " (profile)");
   if (!profile) return failure(profile.error());
-  if (auto added = add_recorded_warm_ups(*profile, record.info); !added) return failure(added.error());
   if (!rig->supplies.empty())
     *profile = profile::switch_by_supplies(std::move(*profile), list_unfed_units(rig->supplies, rig->units));
+  if (auto added = add_recorded_warm_ups(*profile, record.info); !added) return failure(added.error());
   auto ending = read_ending(record);
   auto state = state_after(record, *profile, ending.state);
   if (!state) return failure(state.error());

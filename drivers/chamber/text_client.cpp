@@ -15,8 +15,6 @@ namespace {
 /// A shorter identity may also be the answer to another question.
 constexpr std::size_t kShortestIdentity = 5;
 constexpr std::size_t kLongestQuote = 80;
-/// Characters of an identity that are compared, because a regular expression needs stack for each character.
-constexpr std::size_t kLongestIdentity = 128;
 /// Number of failed questions in a row after which another unit may be on the line.
 constexpr int kFailuresUntilNewUnit = 5;
 

@@ -12,9 +12,6 @@
 namespace gyrotherm::drivers {
 namespace {
 
-/// Characters of the identity that are compared, because a regular expression needs stack for each character.
-constexpr std::size_t kLongestIdentity = 128;
-
 void read_identity(const TomlTable& table, const TemplateReader& templates, TextLink& text,
                    TextInstrumentDescription& target) {
   text.identity_question = templates.read_constant(table, "ask", table.text("ask"));

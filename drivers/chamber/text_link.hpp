@@ -23,6 +23,9 @@
 
 namespace gyrotherm::drivers {
 
+/// Characters of an identity that are compared, because a regular expression needs stack for each character.
+inline constexpr std::size_t kLongestIdentity = 128;
+
 struct RegisterMap;
 
 /// Properties of one kind of line.

@@ -80,13 +80,13 @@ TEST(ChamberPlant, KeepsVapourAsFrostUntilWallsAreWarm) {
   pass(-30, 2);
   EXPECT_LT(condensation_point(plant.dew_point()).value, -29.5) << "saturated at the coldest surface";
   pass(20, 1);
-  EXPECT_GT(plant.dew_point().value, 5) << "the frost has evaporated";
+  EXPECT_GT(plant.dew_point().value, 0) << "the frost has evaporated";
   PlantFaults open;
   open.door_open = true;
   pass(-30, 2);
   plant.inject(open);
   for (int i = 0; i < 60; ++i) plant.step({-30}, true);
-  EXPECT_GT(plant.dew_point().value, -30) << "humid air enters";
+  EXPECT_GT(condensation_point(plant.dew_point()).value, -28) << "humid air enters";
 }
 
 }  // namespace

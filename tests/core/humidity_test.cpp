@@ -16,7 +16,7 @@ TEST(Humidity, ReturnsPublishedDewPoints) {
     double air_c, humidity_percent, dew_point_c;
   };
   for (const auto& row : {Row{20, 50, 9.3}, Row{25, 60, 16.7}, Row{23, 60, 14.8}, Row{30, 40, 14.9}, Row{25, 100, 25.0},
-                          Row{20, 10, -11.2}, Row{-10, 80, -12.8}, Row{-40, 60, -44.8}}) {
+                          Row{20, 10, -12.6}, Row{-10, 80, -12.8}, Row{-40, 60, -44.8}}) {
     const auto found = dew_point({row.air_c}, row.humidity_percent);
     ASSERT_TRUE(found);
     EXPECT_NEAR(found->value, row.dew_point_c, 0.06) << row.air_c << " °C, " << row.humidity_percent << " %";
@@ -37,6 +37,7 @@ TEST(Humidity, ReturnsFrostPointBelowZero) {
   EXPECT_DOUBLE_EQ(condensation_point({12.5}).value, 12.5);
   EXPECT_NEAR(condensation_point({0}).value, 0, 1e-9);
   // Published pairs of dew point and frost point.
+  EXPECT_NEAR(condensation_point({-12.6}).value, -11.2, 0.1);
   EXPECT_NEAR(condensation_point({-10}).value, -8.9, 0.1);
   EXPECT_NEAR(condensation_point({-20}).value, -18.0, 0.1);
   EXPECT_NEAR(condensation_point({-40}).value, -36.5, 0.2);

@@ -87,8 +87,8 @@ TEST(WarmUp, WaitsForColdestThermometer) {
   const auto profile = with_warm_ups(kHold20 + kToCold);
   ProfileState state = WaitingForSoak{.segment = 3};
   EXPECT_EQ(soak_sensor(profile, state), kColdestThermometer);
-  const auto pass = [&](std::optional<Celsius> coldest, int seconds) {
-    for (int i = 0; i < seconds; ++i) state = next(profile, state, {.elapsed = kSecond, .air = coldest});
+  const auto pass = [&](std::optional<Celsius> coldest, int count) {
+    for (int i = 0; i < count; ++i) state = next(profile, state, {.elapsed = kSecond, .air = coldest});
   };
   pass(Celsius{16.7}, 3600);
   pass(std::nullopt, 600);

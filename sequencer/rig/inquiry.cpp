@@ -147,7 +147,15 @@ Result<std::string> query_supply(drivers::PowerSupply& supply, const SupplySetti
     if (state.is_on && !difference.empty())
       line += fmt::format(", WARNING: it is on, but {}; a run refuses this", difference);
   }
-  return line + "; " + text(time_calls([&] { (void)supply.read(); }, clock));
+  const auto trips = time_calls([&] { (void)supply.read(); }, clock);
+  line += "; " + text(trips);
+  if (trips.median > kLongestScan)
+    line += fmt::format(
+        "; WARNING: a reading takes {:.3f} s, longer than {:g} s, so that readings will be missing: use a faster line, "
+        "or "
+        "fewer outputs",
+        to_seconds(trips.median), to_seconds(kLongestScan));
+  return line;
 }
 
 std::string describe_air_mismatch(Celsius air, const std::vector<Celsius>& thermometers) {

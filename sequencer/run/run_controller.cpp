@@ -311,8 +311,9 @@ void RunController::step_machine(const Sample& sample, const interlocks::Interlo
   }
   const auto ended = causes_ended_by_resume(memory_);
   const bool takes_over = request && request->takes_over && !ended.empty();
-  if (takes_over && !std::ranges::all_of(ended, interlocks::is_about_power)) lead_->allow_takeover();
-  if (takes_over && std::ranges::any_of(ended, interlocks::is_about_power)) power_.switch_again(rig_.io());
+  const auto of_power = std::ranges::count_if(ended, interlocks::is_about_power);
+  if (takes_over && (of_power == 0 || of_power < std::ssize(ended))) lead_->allow_takeover();
+  if (takes_over && of_power > 0) power_.switch_again(rig_.io());
   const bool leaves = request && request->command == OperatorCommand::stop && run_state() != RunState::aborting &&
                       demand.reaction < interlocks::Reaction::abort &&
                       rig_.file().run_limits.on_stop == interlocks::OnStop::hold;

@@ -70,8 +70,8 @@ RunStateMachine step(const interlocks::RunLimits& limits, Suspended state, const
   if (state.waits && now.wait.empty()) return resume_state(now, state.cause);
   if (state.since >= limits.longest_suspended) return make_timeout_abort("suspended", state.since, state.cause);
   const bool is_resumed = has_request(now, OperatorCommand::resume) && !is_suspended;
-  const bool is_over = is_resumed || state.clear >= limits.resume_delay;
-  return is_over && now.wait.empty() ? resume_state(now, state.cause) : state;
+  const bool may_resume = is_resumed || state.clear >= limits.resume_delay;
+  return may_resume && now.wait.empty() ? resume_state(now, state.cause) : state;
 }
 
 RunStateMachine step(const interlocks::RunLimits& limits, Returning state, const RunInputs& now) {

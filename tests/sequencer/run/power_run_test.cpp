@@ -15,9 +15,9 @@ namespace gyrotherm::run {
 namespace {
 
 const std::string kColdStarts = GYROTHERM_SOURCE_DIR "/tests/profiles/short-cold-starts.toml";
-constexpr const char* kRig = "virtual-supply";
+constexpr const char* kSupplyRig = "virtual-supply";
 
-std::vector<std::string> event_texts(const std::string& path, EventKind kind) {
+std::vector<std::string> power_event_texts(const std::string& path, EventKind kind) {
   std::vector<std::string> texts;
   const auto record = record::read_record(path).value();
   for (const auto& recorded : record.events)
@@ -25,7 +25,7 @@ std::vector<std::string> event_texts(const std::string& path, EventKind kind) {
   return texts;
 }
 
-bool has_alarm(const std::string& path, const std::string& interlock) {
+bool has_power_alarm(const std::string& path, const std::string& interlock) {
   const auto record = record::read_record(path).value();
   return std::ranges::any_of(record.events, [&](const auto& recorded) {
     return recorded.event.about.interlock == interlock && recorded.event.kind != EventKind::recovered;
@@ -33,7 +33,7 @@ bool has_alarm(const std::string& path, const std::string& interlock) {
 }
 
 /// Returns whether two columns are equal, with missing values in the same rows.
-void expect_same(const std::vector<double>& one, const std::vector<double>& other) {
+void expect_same_columns(const std::vector<double>& one, const std::vector<double>& other) {
   ASSERT_EQ(one.size(), other.size());
   for (std::size_t i = 0; i < one.size(); ++i) {
     ASSERT_EQ(std::isnan(one[i]), std::isnan(other[i])) << i;
@@ -48,7 +48,7 @@ TEST(PowerRun, SwitchesTheUnitWithoutAPerson) {
   ASSERT_EQ(by_people.run(), RunOutcome::complete);
   const auto expected = record::read_record(by_people.path()).value();
   std::filesystem::remove(by_people.path());
-  tests::DryRun dry_run(kColdStarts, 0, kRig);
+  tests::DryRun dry_run(kColdStarts, 0, kSupplyRig);
   ASSERT_EQ(dry_run.run(), RunOutcome::complete);
   const auto record = record::read_record(dry_run.path()).value();
   EXPECT_EQ(record.slot.size(), 370u) << "the run does not wait";
@@ -56,17 +56,17 @@ TEST(PowerRun, SwitchesTheUnitWithoutAPerson) {
   EXPECT_EQ(record.info.units[0].values[0].name, "supply_voltage_v");
   EXPECT_EQ(record.info.units[0].values[0].instrument, "Keysight E36312A at virtual, output 1");
   EXPECT_EQ(record.info.supply_texts, collect_supply_texts(dry_run.file()));
-  expect_same(record.units[0].rotation[0], expected.units[0].rotation[0]);
-  expect_same(record.thermometers_c[0], expected.thermometers_c[0]);
+  expect_same_columns(record.units[0].rotation[0], expected.units[0].rotation[0]);
+  expect_same_columns(record.thermometers_c[0], expected.thermometers_c[0]);
   for (std::size_t i = 0; i < record.slot.size(); ++i) {
     const bool is_on = i < 10 || (i - 10) % 120 >= 60;
     EXPECT_DOUBLE_EQ(record.units[0].values[0][i], is_on ? 24 : 0) << i;
     EXPECT_NEAR(record.units[0].values[1][i], is_on ? 0.5 : 0, 0.05) << i;
   }
-  const auto notes = event_texts(dry_run.path(), EventKind::note);
+  const auto notes = power_event_texts(dry_run.path(), EventKind::note);
   EXPECT_EQ(std::ranges::count_if(notes, [](const auto& text) { return text.starts_with("supply 1 is off: "); }), 3);
   EXPECT_EQ(std::ranges::count_if(notes, [](const auto& text) { return text.starts_with("supply 1 is on: "); }), 4);
-  EXPECT_EQ(event_texts(dry_run.path(), EventKind::fault), std::vector<std::string>{});
+  EXPECT_EQ(power_event_texts(dry_run.path(), EventKind::fault), std::vector<std::string>{});
 }
 
 TEST(PowerRun, AsksAPersonOnlyForUnitsWithoutASupply) {
@@ -79,7 +79,7 @@ TEST(PowerRun, AsksAPersonOnlyForUnitsWithoutASupply) {
 }
 
 TEST(PowerRun, AnOverCurrentHoldsTheRun) {
-  tests::DryRun dry_run(kColdStarts, 0, kRig);
+  tests::DryRun dry_run(kColdStarts, 0, kSupplyRig);
   dry_run.file().supplies[0].outputs[0].current.highest = 0.4;
   (void)dry_run.run({}, nullptr, [](tests::RunHarness& harness, rig::Rig&) {
     EXPECT_EQ(harness.until(RunState::held, 3), 2) << "two readings confirm it";
@@ -89,7 +89,7 @@ TEST(PowerRun, AnOverCurrentHoldsTheRun) {
     EXPECT_NE(cause.find("is above 0.4 A"), std::string::npos) << cause;
     EXPECT_NE(harness.run_controller().refusal_reason(OperatorCommand::resume), "");
   });
-  EXPECT_TRUE(has_alarm(dry_run.path(), "power_limit"));
+  EXPECT_TRUE(has_power_alarm(dry_run.path(), "power_limit"));
 }
 
 /// The rig whose gyro takes much more current when it is colder.
@@ -108,7 +108,7 @@ rig::RigFile rig_with_cold_load() {
 
 /// The gyro takes more current after a minute without power than before. The supply trips in between.
 TEST(PowerRun, ATripHoldsTheRunAndIsNotRepeatedWithoutAnOperator) {
-  tests::DryRun dry_run(kColdStarts, 0, kRig);
+  tests::DryRun dry_run(kColdStarts, 0, kSupplyRig);
   dry_run.file() = rig_with_cold_load();
   (void)dry_run.run(80);
   const auto before = record::read_record(dry_run.path()).value();
@@ -129,12 +129,12 @@ TEST(PowerRun, ATripHoldsTheRunAndIsNotRepeatedWithoutAnOperator) {
     EXPECT_EQ(run.run_state(), RunState::held) << "it has tripped again";
     EXPECT_EQ(rig.io().supplies().at(0).outputs.at(0)->is_on, false);
   });
-  EXPECT_TRUE(has_alarm(dry_run.path(), "power_trip"));
+  EXPECT_TRUE(has_power_alarm(dry_run.path(), "power_trip"));
 }
 
 TEST(PowerRun, AnAbortSwitchesOffIfTheRigSaysSo) {
   for (const bool is_off : {false, true}) {
-    tests::DryRun dry_run(kColdStarts, 0, kRig);
+    tests::DryRun dry_run(kColdStarts, 0, kSupplyRig);
     dry_run.file().supplies[0].is_off_on_stop = is_off;
     (void)dry_run.run({}, nullptr, [&](tests::RunHarness& harness, rig::Rig& rig) {
       harness.seconds(5);
@@ -150,7 +150,7 @@ TEST(PowerRun, AnAbortSwitchesOffIfTheRigSaysSo) {
 }
 
 /// Returns the continuation of a run that was killed after `seconds`.
-RunContinuation kill_after(tests::DryRun& dry_run, std::int64_t seconds) {
+RunContinuation kill_supplied_run(tests::DryRun& dry_run, std::int64_t seconds) {
   EXPECT_EQ(dry_run.run(seconds), RunOutcome::going_on);
   auto on = plan_continuation(record::read_record(dry_run.path()).value(), dry_run.path(), kSecond, 0);
   EXPECT_TRUE(on) << text(on.error());
@@ -158,12 +158,12 @@ RunContinuation kill_after(tests::DryRun& dry_run, std::int64_t seconds) {
 }
 
 TEST(PowerRun, ReadsTheSupplyOnAResume) {
-  tests::DryRun dry_run(kColdStarts, 0, kRig);
+  tests::DryRun dry_run(kColdStarts, 0, kSupplyRig);
   ASSERT_EQ(dry_run.run(), RunOutcome::complete);
   const auto whole = record::read_record(dry_run.path()).value();
   std::filesystem::remove(dry_run.path());
   for (const std::int64_t killed : {40, 100}) {
-    const auto on = kill_after(dry_run, killed);
+    const auto on = kill_supplied_run(dry_run, killed);
     EXPECT_EQ(on.start.power, drivers::PowerDemand::keep);
     auto rig = rig::Rig::assemble(on.rig, on.start);
     ASSERT_TRUE(rig) << text(rig.error());
@@ -180,8 +180,8 @@ TEST(PowerRun, ReadsTheSupplyOnAResume) {
 
 /// The supply was switched off while the program was not running. Only an operator switches it on.
 TEST(PowerRun, DoesNotSwitchOnByItselfAfterAResume) {
-  tests::DryRun dry_run(kColdStarts, 0, kRig);
-  auto on = kill_after(dry_run, 100);
+  tests::DryRun dry_run(kColdStarts, 0, kSupplyRig);
+  auto on = kill_supplied_run(dry_run, 100);
   on.start.replay.back().powered = {false};
   auto rig = rig::Rig::assemble(on.rig, on.start);
   ASSERT_TRUE(rig) << text(rig.error());

@@ -273,7 +273,7 @@ TEST(UnitIdentification, NoticesRunThatUnitHasFinished) {
 TEST(UnitIdentification, IsKeptByResume) {
   const LotFolder folder;
   const auto record = folder / "one.db", rig = folder.lot(), profile = folder / "long.toml";
-  ASSERT_EQ(shell("sed 's/1 min/3 h/' '" + (folder / "short.toml") + "' > '" + profile + "'").exit_code, 0);
+  ASSERT_EQ(shell("sed 's/1 min/90 min/' '" + (folder / "short.toml") + "' > '" + profile + "'").exit_code, 0);
   {
     Background run({"run", profile, "--rig", rig, "--unit", "u1=0042", "--unit", "u2=", "--json", "--out", record},
                    folder / "run.log");

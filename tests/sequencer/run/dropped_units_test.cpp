@@ -93,6 +93,20 @@ TEST(ManyUnitsInARun, SuspendForSilentUnitThatRigRequires) {
   EXPECT_TRUE(bench.told(EventKind::interlock, "gyro_silent (suspend): gyro u1 silent"));
 }
 
+TEST(ManyUnitsInARun, IgnoreEmptyPosition) {
+  tests::Bench bench(kHold, [](rig::RigFile& file) {
+    make_two_units(false)(file);
+    file.identification.unused = {"u1"};
+  });
+  bench.instruments().gyro_silent = true;
+  EXPECT_EQ(bench.seconds(600), RunOutcome::going_on);
+  EXPECT_EQ(bench.count(EventKind::state, ""), 0) << "the rig requires u1, but the run does not";
+  EXPECT_FALSE(bench.told(EventKind::fault, "gyro u1: "));
+  const auto answer = bench.run_controller().carry_out({.unit = return_unit("u1")}, "ada");
+  EXPECT_FALSE(answer.done);
+  EXPECT_EQ(answer.text.find("the position u1 is empty in this run") != std::string::npos, true) << answer.text;
+}
+
 TEST(ManyUnitsInARun, DropAndReturnUnitOnRequest) {
   tests::Bench bench(kHold, make_two_units(false));
   bench.seconds(10);

@@ -90,7 +90,8 @@ TextProtocol ascii2() {
             if (const auto value = rest_after(line, "$01E ")) return take_set_point(truth, *value), "0";
             return {};
           },
-          .other_question = "$01I"};
+          .other_question = "$01I",
+          .acknowledges = false};
 }
 
 TextProtocol espec() {
@@ -193,7 +194,8 @@ TextProtocol julabo() {
             return constant(kConstants, line);
           },
           .other_question = "in_pv_00",
-          .is_serial = true};
+          .is_serial = true,
+          .acknowledges = false};
 }
 
 std::string hundredths(double celsius) {
@@ -259,10 +261,10 @@ TextProtocol f4t_scpi() {
               return take_set_point(truth, *value), Answer();
             return constant(kConstants, line);
           },
-          .other_question = ":SOURCE:CLOOP1:PVALUE?"};
+          .other_question = ":SOURCE:CLOOP1:PVALUE?",
+          .acknowledges = false};
 }
 
-/// A scan begins with INIT; readings are answered only after one.
 TextProtocol keysight_34970a() {
   return {.name = "34970a",
           .file = "keysight_34970a",
@@ -272,14 +274,14 @@ TextProtocol keysight_34970a() {
           .respond = [](TextTruth& truth, const std::string& line) -> Answer {
             if (line == "*IDN?") return "HEWLETT-PACKARD,34970A,0,13-2-2";
             if (line == "SYST:ERR?") return "+0,\"No error\"";
-            if (line == "INIT") return truth.scan(8), Answer();
-            if (line != "*OPC?;FETC?") return {};
+            if (line != "INIT;*OPC?;FETC?") return {};
+            truth.scan(8);
             std::string all = "1;";
             for (const double reading : truth.inputs_c)
               all += fmt::format("{}{:+.8E}", all == "1;" ? "" : ",", reading);
             return all;
           },
-          .other_question = "*OPC?;FETC?",
+          .other_question = "INIT;*OPC?;FETC?",
           .inputs = 8};
 }
 

@@ -77,9 +77,10 @@ void HostileTextUnit::hear(std::span<const std::byte> bytes) {
   }
   const bool has_fault = chance_.below(100) < percent;
   const auto fault = has_fault ? static_cast<TextFault>(1 + chance_.below(kTextFaults - 1)) : TextFault::none;
-  if (fault == TextFault::refused && !protocol_.busy.empty()) {
+  if (fault == TextFault::refused) {
     ++made[static_cast<std::size_t>(fault)];
-    return send(soon(), encode(protocol_.busy));
+    if (!protocol_.busy.empty()) send(soon(), encode(protocol_.busy));
+    return;  // nothing is carried out
   }
   const auto answer = protocol_.respond(truth, line);
   if (!answer) return;
@@ -107,8 +108,7 @@ void HostileTextUnit::answer_with(TextFault fault, const std::string& text) {
   const auto whole = encode(text);
   const auto cut = whole.size() < 2 ? whole.size() : 1 + chance_.below(whole.size() - 1);
   switch (fault) {
-    case TextFault::lost:
-    case TextFault::refused: return;  // a busy unit without a refusal is silent
+    case TextFault::lost: return;
     case TextFault::late: return send(chance_.between(times_.timeout, 4 * times_.timeout), whole);
     case TextFault::late_by_one: return send(times_.timeout + times_.quiet + soon(), whole);
     case TextFault::doubled: return send(soon(), whole + whole);

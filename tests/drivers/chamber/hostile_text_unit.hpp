@@ -75,6 +75,8 @@ struct TextProtocol {
   /// Question whose answer follows or precedes another answer in one packet.
   std::string other_question;
   bool is_serial = false;
+  /// A set point is acknowledged. Otherwise later readings show whether it was lost.
+  bool acknowledges = true;
   /// Frame around each line; plain lines if it is empty.
   std::function<std::string(const std::string& text)> frame = {};
   /// Returns the text of a frame.

@@ -6,12 +6,15 @@
 // - a digit or sign that is lost, changed or added in front of a number;
 // - a value in another unit of measure without its name;
 // - a copy of an answer that arrives while a question with the same form of answer waits.
+//
+// GYROTHERM_SCHEDULES sets the number of schedules of each protocol.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdlib>
 #include <memory>
 #include <string>
 
@@ -34,6 +37,11 @@ constexpr unsigned kSchedules = 300;
 #else
 constexpr unsigned kSchedules = 10;
 #endif
+unsigned schedules() {
+  const char* asked = std::getenv("GYROTHERM_SCHEDULES");
+  return asked ? static_cast<unsigned>(std::atoi(asked)) : kSchedules;
+}
+
 constexpr int kSecondsOfSchedule = 200;
 constexpr int kWriteEvery = 9, kSlowSeconds = 15;
 /// Of 100 answers.
@@ -170,12 +178,12 @@ class Schedule {
     }
   }
 
-  /// Sends a new set point. If that succeeds, the unit must have received it.
+  /// Sends a new set point. If that succeeds, a unit that acknowledges must have received it.
   void write(int second) {
     const double target = 40 + 0.1 * (second % 150);
     if (!chamber_->send_set_point({target})) return;
     ++tally_.written;
-    if (std::abs(unit_->truth.set_point_c - target) > 0.051) ++tally_.wrong_writes;
+    if (protocol_.acknowledges && std::abs(unit_->truth.set_point_c - target) > 0.051) ++tally_.wrong_writes;
   }
 
   const TextProtocol& protocol_;
@@ -193,7 +201,7 @@ class TextFaults : public testing::TestWithParam<std::size_t> {};
 TEST_P(TextFaults, NeverBecomeReading) {
   const auto& protocol = text_protocols().at(GetParam());
   Tally all;
-  for (unsigned seed = 1; seed <= kSchedules && !HasFatalFailure(); ++seed) all.add(Schedule(protocol, seed).run());
+  for (unsigned seed = 1; seed <= schedules() && !HasFatalFailure(); ++seed) all.add(Schedule(protocol, seed).run());
   std::string made;
   for (std::size_t i = 0; i < kTextFaults; ++i)
     made += fmt::format(" {} {}", name(static_cast<TextFault>(i)), all.made[i]);
@@ -204,11 +212,10 @@ TEST_P(TextFaults, NeverBecomeReading) {
   EXPECT_GT(all.good, (all.good + all.failed) / 10);
   EXPECT_GT(all.failed, 100);
   if (protocol.inputs == 0) {
-    EXPECT_GT(all.written, kSchedules);
+    EXPECT_GT(all.written, static_cast<long>(schedules()));
   }
   for (std::size_t i = 0; i < kTextFaults; ++i) {
     const auto fault = static_cast<TextFault>(i);
-    if (fault == TextFault::refused && protocol.busy.empty() && protocol.inputs > 0) continue;
     EXPECT_GT(all.made[i], 0) << gyrotherm::drivers::name(fault);
   }
 }

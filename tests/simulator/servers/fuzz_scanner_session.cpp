@@ -23,7 +23,7 @@ FUZZ_TARGET(scanner_session, const std::uint8_t* data, std::size_t size) {
     if (!session->feed(std::as_bytes(std::span(line)), reply)) std::abort();
   }
   if (!session->feed(std::as_bytes(std::span(data, size)), reply)) std::abort();
-  constexpr std::string_view kScan = "\nINIT\n*OPC?;FETC?\n";
+  constexpr std::string_view kScan = "\nINIT;*OPC?;FETC?\n";
   if (!session->feed(std::as_bytes(std::span(kScan)), reply)) std::abort();
   if (reply.empty() || reply.back() != std::byte{'\n'}) std::abort();
   return 0;

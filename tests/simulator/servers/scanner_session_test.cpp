@@ -65,7 +65,11 @@ TEST(ScannerSession, ServesTheDriverFromEveryShippedDescription) {
 
 TEST(ScannerSession, AnswersReadingsOnlyWhenPrepared) {
   const VirtualLaboratory laboratory(laboratory_of_rig("virtual"), {});
-  const auto description = read_description(kDescriptions / "keysight_34970a.toml");
+  const auto file = (kDescriptions / "keysight_34970a.toml").string();
+  auto content = read_text_file(file).value();
+  constexpr std::string_view kOneLine = "ask = \"INIT;";
+  content.replace(content.find(kOneLine), kOneLine.size(), "before = \"INIT\"\nask = \"");
+  const auto description = drivers::parse_thermometer_description(content, file).value();
   const auto session = make_scanner_session(laboratory, description, {0});
   const std::string question = "*OPC?;FETC?\n";
   EXPECT_EQ(ask(*session, "INIT\n" + question), "");

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Fuzzes the templates of text instruments: any bytes as a template, as an answer to templates of shipped files, and
-/// as a framed answer. A template that matches must format its values to a line that it matches again.
+/// as a framed answer. A template that matches must format its values to a line that it matches again. A line that fits
+/// a stricter check must fit the others.
 #include <array>
 #include <string>
 #include <string_view>
@@ -31,15 +32,25 @@ void require_round_trip(const TextTemplate& form, const std::string& line) {
   fuzz::require(again->size() == values->size());
 }
 
+void require_stricter_checks(const TextTemplate& form, const std::string& line) {
+  const bool fits = form.match(line).has_value(), fits_with_point = form.match(line, NumberCheck::point).has_value();
+  fuzz::require(fits || !fits_with_point);
+  fuzz::require(fits_with_point || !form.match(line, NumberCheck::all_decimals));
+}
+
 }  // namespace
 
 FUZZ_TARGET(text_template, const std::uint8_t* data, std::size_t size) {
   if (size == 0) return 0;
   const std::string bytes(reinterpret_cast<const char*>(data) + 1, size - 1);
-  if (const auto made = TextTemplate::parse(bytes, TextEncoding::latin1)) (void)made->match(made->format({}));
+  if (const auto made = TextTemplate::parse(bytes, TextEncoding::latin1)) {
+    (void)made->match(made->format({}));
+    (void)made->ends_with_open_number();
+  }
   const auto form = TextTemplate::parse(kTemplates[data[0] % kTemplates.size()], TextEncoding::latin1);
   fuzz::require(form.has_value());
   require_round_trip(*form, bytes);
+  require_stricter_checks(*form, bytes);
   const TextFrame frame{.high_bit = data[0] % 2 == 1, .checksum = FrameChecksum::exclusive_or};
   if (const auto text = from_frame(frame, bytes)) fuzz::require(to_frame(frame, *text) == bytes);
   return 0;

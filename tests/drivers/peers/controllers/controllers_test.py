@@ -61,12 +61,15 @@ class Scene(unittest.TestCase):
 
     def carry_out(self) -> None:
         folder = pathlib.Path(tempfile.mkdtemp(dir=base))
-        self.bench = Bench(gyrotherm, folder, self.fake, self.air)
+        self.bench = self.make_bench(folder)
         try:
             self.act(self)
         finally:
             self.bench.close()
             shutil.rmtree(folder, ignore_errors=True)
+
+    def make_bench(self, folder: pathlib.Path) -> Bench:
+        return Bench(gyrotherm, folder, self.fake, self.air)
 
     @property
     def chamber(self) -> Chamber:

@@ -17,6 +17,7 @@ SETTING = re.compile(rf"TEMP,((?:[SHL]{NUMBER})+)")
 class Espec(TextChamber):
     """A chamber, with or without humidity. A set point outside the alarm limits is refused."""
     name = "espec"
+    other_question = "TEMP?"
     identity_questions = ("TYPE?", "ROM?")
     other_family = {"TYPE?": "T,GLC,190.0", "ROM?": "GLC 2.1"}
     pause_after_answer, pause_after_write = 0.3, 0.5

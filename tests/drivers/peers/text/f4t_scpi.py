@@ -14,6 +14,7 @@ IDENTITY = "WATLOW ELECTRIC MANUFACTURING COMPANY,F4T1A2EAA1B1AAA,0000815,04.07:
 class F4tScpi(TextChamber):
     """A command is not answered, not even if it is wrong. Event 1 is the power."""
     name = "f4t_scpi"
+    other_question = ":SOURCE:CLOOP1:PVALUE?"
     question_ends = b"\r\n"
     answer_end = "\n"
     identity_questions = ("*IDN?",)

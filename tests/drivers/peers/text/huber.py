@@ -16,6 +16,7 @@ SET_POINT, BATH, ERROR, WARNING, PROCESS, STATUS, POWER = 0x00, 0x01, 0x05, 0x06
 class Huber(TextChamber):
     """A value that the unit does not take is answered by the present one. There is no refusal."""
     name = "huber"
+    other_question = "{M01****"
 
     def __init__(self, *, process: bool = False, error: int = 0, warning: int = 0, **more: object) -> None:
         super().__init__(**{"lag": 0.0, **more})  # type: ignore[arg-type]

@@ -16,6 +16,7 @@ INVALID, NOT_ALLOWED, OUTSIDE = "-08 INVALID COMMAND", "-09 COMMAND NOT ALLOWED 
 class Julabo(TextChamber):
     """No command is acknowledged; an error appears in the status. Only a unit in remote mode obeys."""
     name = "julabo"
+    other_question = "in_pv_00"
     question_ends = b"\r\n"
     identity_questions = ("version",)
     other_family = {"version": "F25-ME V3.4"}

@@ -15,6 +15,7 @@ NUMBER = re.compile(r"-?\d{1,3}(?:\.\d{1,2})?")
 class Lauda(TextChamber):
     """A blank may be in the place of `_`. With a communication time-out the unit stops if it hears nothing."""
     name = "lauda"
+    other_question = "IN_PV_00"
     identity_questions = ("TYPE",)
 
     def __init__(self, *, type_text: str = "RP245E", fault: bool = False, blank_padded: bool = False,

@@ -17,6 +17,7 @@ IDENTITY = {1: "LabEvent T/210/70/5", 2: "19", 3: "58226153390010"}
 class SimServ(TextChamber):
     """A temperature chamber without humidity. `11001` is acknowledged before its value is read back by `11002`."""
     name = "simserv"
+    other_question = "11004¶1¶1"
     encoding = "latin-1"
     question_ends = b"\r"
     identity_questions = ("99997¶1¶1", "99997¶1¶2", "99997¶1¶3")

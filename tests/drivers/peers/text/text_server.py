@@ -10,6 +10,7 @@ import argparse
 import os
 import pathlib
 import random
+import re
 import select
 import socket
 import sys
@@ -30,7 +31,12 @@ DRIFT = 0.02  # K/s of the air of a unit that is off
 DEVIATION = 0.15  # K by which settled air differs from the set point
 IN_TESTS = 20.0  # speed: 1 K/s
 OF_THE_UNIT = ("other_family", "exchanged")  # another instrument answers, always
-KINDS = ("late", "doubled", "repeated", "partial", "pieces", "busy", "comma", *OF_THE_UNIT)
+HOSTILE = ("late", "doubled", "repeated", "partial", "pieces", "rest", "bytes", "busy", "foreign", "unit", "comma",
+           "no_number", "overlong", "prefixed", "unterminated", "closed", "noise", "two_answers")
+KINDS = (*HOSTILE, *OF_THE_UNIT)
+FOREIGN = ("KEYSIGHT TECHNOLOGIES,34401A,MY44012345,13", "1;+2.0E+01,+2.1E+01", "WATLOW,F4", "A1 023.4", "{S1", "")
+NO_NUMBERS = ("nan", "inf", "-inf", "1e999", "----", "")
+NUMBER_IN_ANSWER = re.compile(r"-?\d+\.\d+")
 
 
 class Refused(Exception):
@@ -52,11 +58,14 @@ class Faults:
     share: float = 0.4
     late: tuple[float, float] = (1.1, 3.2)  # s
     draw: random.Random = field(default_factory=lambda: random.Random(20261129))
+    made: dict[str, int] = field(default_factory=dict)  # number of faults of each kind
 
     def drawn(self) -> str:
         """Returns the fault of the next answer, or nothing."""
         kinds = [kind for kind in self.kinds if kind not in OF_THE_UNIT]
-        return self.draw.choice(kinds) if kinds and self.draw.random() < self.share else ""
+        kind = self.draw.choice(kinds) if kinds and self.draw.random() < self.share else ""
+        self.made[kind] = self.made.get(kind, 0) + 1
+        return kind
 
 
 class TextChamber(Chamber):
@@ -73,6 +82,8 @@ class TextChamber(Chamber):
     other_family: dict[str, str] = {}  # answers of another family to them; without one it is silent
     exchanged: dict[str, str] = {}  # answers of another unit of the same family; without any: of another family
     pause_after_answer = pause_after_write = 0.0  # s, as the manual demands
+    answer_time = 0.0  # s from a line to its answer
+    other_question = ""  # its answer precedes or follows another one as a fault
 
     def __init__(self, *, air: float = 25.0, speed: float = IN_TESTS, lag: float = 0.6, lowest: float = -40.0,
                  highest: float = 90.0, faults: Faults | None = None) -> None:
@@ -97,6 +108,10 @@ class TextChamber(Chamber):
     def busy(self) -> str:
         """Returns the refusal of an instrument that is busy."""
         raise NotImplementedError
+
+    def time_of(self, line: str) -> float:
+        """Returns the time from a line to its answer, in s."""
+        return self.answer_time
 
     # Common to all.
 
@@ -192,8 +207,8 @@ class Conversation:
         self.chamber = chamber
         self.received, self.free_at = b"", 0.0
 
-    def replies(self, data: bytes) -> Iterator[tuple[float, bytes]]:
-        """Returns the pieces of all answers, each with the delay before it, in s."""
+    def replies(self, data: bytes) -> Iterator[tuple[float, bytes | None]]:
+        """Returns the pieces of all answers, each with the delay before it, in s. Nothing closes the connection."""
         now = time.monotonic()
         self.received += data
         while True:
@@ -209,9 +224,11 @@ class Conversation:
             is_command = len(self.chamber.heard) > commands
             pause = self.chamber.pause_after_write if is_command else self.chamber.pause_after_answer
             self.free_at = time.monotonic() + pause
+            if pieces:
+                yield self.chamber.time_of(line), b""
             yield from pieces
 
-    def faulty(self, line: str) -> list[tuple[float, bytes]]:
+    def faulty(self, line: str) -> list[tuple[float, bytes | None]]:
         """Returns the pieces of one answer."""
         chamber = self.chamber
         kind = chamber.faults.drawn()
@@ -234,6 +251,35 @@ class Conversation:
             return [(0.0, whole[:half])]
         if kind == "pieces":
             return [(0.0, whole[:half]), (0.02, whole[half:])]
+        return self.hostile(kind, answer, whole)
+
+    def hostile(self, kind: str, answer: str, whole: bytes) -> list[tuple[float, bytes | None]]:
+        """Returns the pieces of an answer with one of the rarer faults."""
+        chamber, draw = self.chamber, self.chamber.faults.draw
+        cut = draw.randrange(1, max(2, len(whole)))
+        if kind == "rest":
+            return [(0.0, whole[:cut]), (draw.uniform(0.2, 2.5), whole[cut:])]
+        if kind == "bytes":
+            return [(0.002, bytes([byte])) for byte in whole]
+        if kind == "foreign":
+            return [(0.0, chamber.encoded(draw.choice(FOREIGN)))]
+        if kind == "unit":
+            return [(0.0, chamber.encoded(answer + draw.choice(["F", " K"])))]
+        if kind == "no_number":
+            return [(0.0, chamber.encoded(NUMBER_IN_ANSWER.sub(draw.choice(NO_NUMBERS), answer)))]
+        if kind == "overlong":
+            return [(0.0, chamber.encoded(NUMBER_IN_ANSWER.sub(lambda number: 300 * "9" + number[0], answer)))]
+        if kind == "prefixed":
+            return [(0.0, draw.choice([b"x", b"#", b";", b"\x07"]) + whole)]
+        if kind == "unterminated":
+            return [(0.0, whole[:len(whole) - len(chamber.answer_end)])]
+        if kind == "closed":
+            return [(0.0, None)]
+        if kind == "noise":
+            return [(0.0, draw.randbytes(draw.randrange(1000, 6000))), (0.01, whole)]
+        if kind == "two_answers" and chamber.other_question:
+            other = chamber.encoded(chamber.answer_line(chamber.other_question) or answer)
+            return [(0.0, whole + other if draw.random() < 0.5 else other + whole)]
         return [(0.0, whole)]
 
 
@@ -259,6 +305,9 @@ class TextServer(Server):
             for delay, piece in conversation.replies(data):
                 if delay:
                     self.closed.wait(delay)
+                if piece is None:
+                    client.shutdown(socket.SHUT_RDWR)
+                    return
                 client.sendall(piece)
 
     def cut(self) -> None:
@@ -299,7 +348,7 @@ class TextOnTerminal:
             for delay, piece in conversation.replies(data):
                 if delay:
                     self.closed.wait(delay)
-                os.write(self.master, piece)
+                os.write(self.master, piece or b"")
 
     def cut(self) -> None:
         """Loses all that is sent from now on."""
@@ -329,12 +378,15 @@ class Client:
         while time.monotonic() < until:
             self.socket.settimeout(0.3)
             try:
-                received += self.socket.recv(4096)
+                piece = self.socket.recv(4096)
             except TimeoutError:
                 break
+            if not piece:
+                break
+            received += piece
             if self.chamber.answer_end and received.endswith(self.chamber.answer_end.encode()):
                 break
-        return received.decode(self.chamber.encoding).removesuffix(self.chamber.answer_end)
+        return received.decode(self.chamber.encoding, errors="replace").removesuffix(self.chamber.answer_end)
 
     def expect(self, line: str, answer: str) -> None:
         found = self.ask(line)
@@ -347,10 +399,12 @@ def self_test(make: Callable[..., TextChamber], test: Callable[[Client], None], 
     server = TextServer(make(lag=0.0))
     client = Client(server, end)
     test(client)
+    client.socket.close()
     for kind in KINDS:
         server.chamber.faults = Faults((kind,), share=1.0, late=(0.01, 0.05))
+        client = Client(server, end)
         client.ask(server.chamber.identity_questions[0] if server.chamber.identity_questions else "x")
-    client.socket.close()
+        client.socket.close()
     server.close()
 
 

@@ -16,6 +16,7 @@ COMMAND = re.compile(r"([A-Z]{3,4})(\d*)(?:,(-?\d+(?:\.\d+)?))?(\?)?")
 class Thermotron(TextChamber):
     """Channel 1 is the air. A set point takes effect in manual mode; a program overrules it."""
     name = "thermotron"
+    other_question = "PVAR1?"
     identity_questions = ("IDEN?", "VRSN?")
     other_family = {"IDEN?": "3800", "VRSN?": "1.07"}
 

@@ -237,6 +237,8 @@ class _Maker:
             form = getattr(self, f"_{path.replace('.', '_')}")()
         elif path in ("segment", "segment.segment"):
             form = {"type": "array", "minItems": 1, "items": self._segment()}
+        elif path.endswith(".parameter"):
+            form = {"type": "object", "additionalProperties": {"type": ["string", "number"]}}
         elif key.kind == "a table":
             form = self._object(path)
         elif key.kind == "tables":

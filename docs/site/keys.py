@@ -43,7 +43,7 @@ RIG = {
         "read_safe_state": ["safe"], "read_room": ["room"], "check_safe_air": [], "determine_simulated": [""],
     },
     "sequencer/rig/thermometer_settings.cpp": {
-        "read_link": ["[thermometer]"], "read_link:link": ["thermometer.link"],
+        "read_link": ["[thermometer]"], "read_link:link": ["thermometer.link"], "read_text_link": ["[thermometer]"],
         "read_sensor": ["thermometer.sensor"], "read_dcon": ["[thermometer] dcon"],
         "read_command": ["[thermometer] process"], "read_description": ["[thermometer] text"], "read_certificate": _CALIBRATED,
         "read_uncertainty": _CALIBRATED, "read_calibration": ["[thermometer.calibration]"],
@@ -68,7 +68,10 @@ RIG = {
         "check_power_limits": [], "check_order": [], "read_supply:one": [], "add_measured_value": [],
         "read_number_if_any": [], "read_level_if_any": [], "read_required_level": [],
     },
-    "drivers/line/link_settings.cpp": {"read_link_settings": ["chamber.link", "analogue_input.link"]},
+    "drivers/line/link_settings.cpp": {
+        "read_link_settings": ["chamber.link", "analogue_input.link"],
+        "read_line_settings": ["chamber.link", "analogue_input.link", "thermometer.link"],
+    },
     "sequencer/interlocks/limits.cpp": {
         "read_limits:root": [""], "read_limits": ["limits"], "read_times": ["limits"],
         "read_measurements": ["limits"],

@@ -76,6 +76,19 @@ Result<RegisterMap> select_power_switch(RegisterMap map, const std::string& name
   return map;
 }
 
+Result<void> check_parameters(const RegisterMap& map, const TextParameters& parameters) {
+  for (const auto& [name, value] : parameters) {
+    if (map.parameters.contains(name)) continue;
+    std::vector<std::string> known;
+    for (const auto& [own, its] : map.parameters) known.push_back(own);
+    return failure(
+        FaultKind::usage, name,
+        fmt::format("the description of the {} {} has no parameter \"{}\", expected {}", map.vendor, map.name, name,
+                    known.empty() ? "none" : fmt::format("one of: {}", fmt::join(known, ", "))));
+  }
+  return {};
+}
+
 Result<RegisterMap> select_humidity(RegisterMap map) {
   const auto is_readable = [&](const char* name) {
     const auto* item = map.find(name);
@@ -88,7 +101,11 @@ Result<RegisterMap> select_humidity(RegisterMap map) {
 }
 
 Result<RegisterMap> apply_settings(RegisterMap map, const LinkSettings& settings) {
-  if (auto checked = check_framing(map.link.modbus, settings); !checked) return failure(std::move(checked.error()));
+  const bool is_lines = is_text(map.link.kind);
+  if (auto checked = is_lines ? check_text_settings(settings) : check_framing(map.link.modbus, settings); !checked)
+    return failure(std::move(checked.error()));
+  map.link.text.after_read = settings.after_read.value_or(map.link.text.after_read);
+  map.link.text.after_write = settings.after_write.value_or(map.link.text.after_write);
   auto linked = apply_settings(std::move(map.link.modbus), settings);
   for (const auto& item : map.items)
     if (const auto size = std::max(item.read_count, word_count(item)); item.readable && size > linked.read_at_most)

@@ -239,6 +239,8 @@ struct RegisterMap {
   std::vector<RegisterItem> items;
   /// Protocol of a text unit; null for a Modbus unit.
   std::shared_ptr<const TextLink> text_link;
+  /// Parameters of a text unit, as in effect.
+  TextParameters parameters;
   std::optional<Fingerprint> identity;
   Verification verification;
   /// If empty, temperature control is active whenever the chamber is powered.
@@ -262,9 +264,10 @@ struct RegisterMap {
 /// Parses a map of a Modbus unit (schema gyrotherm-chamber/1) or of a text unit (gyrotherm-text/1). Fails with bad_file
 /// and lists every error with its position. The items air_temperature and set_point (writable) are required. Items
 /// named in identity, control, states, alarms and sequences must exist and have the codes that are used. `word_order`
-/// overrides the map's order, for a unit with a different setting.
+/// overrides the map's order, for a unit with a different setting; `parameters` override those of a text unit.
 [[nodiscard]] Result<RegisterMap> parse_register_map(std::string_view text, const std::string& file,
-                                                     std::optional<WordOrder> word_order = {});
+                                                     std::optional<WordOrder> word_order = {},
+                                                     const TextParameters& parameters = {});
 
 /// Returns the map with the link of that kind selected, including its settings and addresses. Fails with usage if the
 /// map has no such link.
@@ -278,6 +281,9 @@ struct RegisterMap {
 /// with switching it off, and a chamber without power is in state off. An empty name changes nothing. Fails with usage
 /// if the map has no such switch.
 [[nodiscard]] Result<RegisterMap> select_power_switch(RegisterMap map, const std::string& name);
+
+/// Fails with usage if the unit has no parameter of a name in `parameters`; `where` is the name.
+[[nodiscard]] Result<void> check_parameters(const RegisterMap& map, const TextParameters& parameters);
 
 /// Returns the map of a unit that measures humidity: its items "humidity", in percent, and "dew_point", in °C, are then
 /// read. Fails with usage if the map has neither.

@@ -474,10 +474,11 @@ void read_serial(const TomlTable& link, SerialFormat& serial) {
 /// Reads the keys that [link] and the table of a single link have in common. The table of the single link has
 /// precedence.
 void read_settings(const TomlTable& link, ModbusLink& modbus) {
-  modbus = apply_settings(std::move(modbus), read_link_settings(link));
+  const auto settings = read_link_settings(link);
+  if (settings.after_read) link.note_error("after_read", "unknown key \"after_read\"");
+  modbus = apply_settings(std::move(modbus), settings);
   modbus.port = whole<std::uint16_t>(link, "port", 1, 65535, modbus.port);
   read_duration(link, "minimum_period", modbus.minimum_period);
-  read_duration(link, "after_write", modbus.after_write);
   read_duration(link, "gap", modbus.gap);
   modbus.write_at_most = whole<std::uint16_t>(link, "write_at_most", 1, kMostWrittenAtOnce, modbus.write_at_most);
   modbus.answers_reads_by_either_function =
@@ -706,7 +707,7 @@ Condition read_condition(const TomlTable& table, const RegisterMap& map) {
 }
 
 Result<RegisterMap> parse_register_map(std::string_view text, const std::string& file,
-                                       std::optional<WordOrder> word_order) {
+                                       std::optional<WordOrder> word_order, const TextParameters& parameters) {
   const auto parsed = TomlTable::parse(text, file);
   if (!parsed) return failure(parsed.error());
 
@@ -715,7 +716,7 @@ Result<RegisterMap> parse_register_map(std::string_view text, const std::string&
   const bool is_text_unit = parsed->choice("schema", {"gyrotherm-chamber/1", "gyrotherm-text/1"}) == "gyrotherm-text/1";
   ItemDefaults defaults;
   if (is_text_unit)
-    read_text_unit(*parsed, map);
+    read_text_unit(*parsed, parameters, map);
   else
     defaults = read_any_unit(*parsed, word_order, map);
   if (parsed->has("control")) read_control(parsed->table("control"), map);

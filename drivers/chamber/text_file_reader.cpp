@@ -53,6 +53,12 @@ void read_wire(const TomlTable& table, const TemplateReader& templates, TextWire
   if (table.has("frame")) wire.frame = read_frame(table.table("frame"));
 }
 
+bool is_number(const std::string& text) {
+  double value{};
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return error == std::errc{} && end == text.data() + text.size();
+}
+
 /// Returns whether the text is a regular expression without groups, which a short text cannot keep busy for long.
 bool is_expression(const std::string& text) {
   if (text.size() > kLongestExpression || text.find_first_of("()") != std::string::npos) return false;
@@ -65,17 +71,33 @@ bool is_expression(const std::string& text) {
 
 }  // namespace
 
+std::string format_parameter(double number) { return fmt::format("{:.10g}", number); }
+
+TextParameters read_text_parameters(const TomlTable& table) {
+  TextParameters parameters;
+  for (const auto& key : table.keys())
+    parameters[key] = table.is_text(key) && !table.is_list(key) ? table.text(key) : format_parameter(table.number(key));
+  return parameters;
+}
+
 std::vector<std::string> texts_at(const TomlTable& table, const char* key) {
   if (!table.has(key)) return {};
   if (table.is_list(key)) return table.texts(key);
   return {table.text(key)};
 }
 
-TemplateReader::TemplateReader(const TomlTable& file, TextEncoding encoding) : encoding_(encoding) {
+TemplateReader::TemplateReader(const TomlTable& file, TextEncoding encoding, const TextParameters& parameters)
+    : encoding_(encoding) {
   const auto table = file.table("parameter");
-  for (const auto& key : table.keys())
-    parameters_[key] =
-        table.is_text(key) && !table.is_list(key) ? table.text(key) : fmt::format("{:.10g}", table.number(key));
+  for (const auto& key : table.keys()) {
+    const bool is_text = table.is_text(key) && !table.is_list(key);
+    auto& value = parameters_[key] = is_text ? table.text(key) : format_parameter(table.number(key));
+    const auto other = parameters.find(key);
+    if (other == parameters.end()) continue;
+    value = other->second;
+    if (!is_text && !is_number(value))
+      table.note_error(key, fmt::format("the parameter is a number, and is replaced by \"{}\"", value));
+  }
 }
 
 TemplateReader TemplateReader::with(const std::string& name, const std::string& value) const {
@@ -170,9 +192,9 @@ void read_text_refusals(const TomlTable& link, const TemplateReader& templates, 
   }
 }
 
-std::string read_identity_pattern(const TomlTable& identity) {
+std::string read_identity_pattern(const TomlTable& identity, const TemplateReader& templates) {
   constexpr const char* kAnyText = ".+";
-  auto pattern = identity.text("pattern", kAnyText);
+  auto pattern = templates.with_parameters(identity.text("pattern", kAnyText));
   if (is_expression(pattern)) return pattern;
   identity.note_error("pattern", fmt::format("\"{}\" is not a regular expression without groups", pattern));
   return kAnyText;

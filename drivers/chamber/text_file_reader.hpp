@@ -4,7 +4,6 @@
 #pragma once
 
 #include <cstdint>
-#include <map>
 #include <string>
 #include <vector>
 
@@ -18,13 +17,19 @@ namespace gyrotherm::drivers {
 /// Maximum number of virtual registers in one read of a text unit.
 inline constexpr std::uint16_t kTextReadAtMost = 250;
 
+/// Formats the value of a parameter that is a number.
+[[nodiscard]] std::string format_parameter(double number);
+/// Reads a table of parameters: texts and numbers.
+[[nodiscard]] TextParameters read_text_parameters(const TomlTable& table);
+
 /// Reads a text or a list of texts. The result is empty if the key is absent.
 [[nodiscard]] std::vector<std::string> texts_at(const TomlTable& table, const char* key);
 
 /// Reads the templates of a file, with its parameters inserted.
 class TemplateReader {
  public:
-  TemplateReader(const TomlTable& file, TextEncoding encoding);
+  /// Reads [parameter]. `parameters` replace those of the file; a name that the file does not have is ignored.
+  TemplateReader(const TomlTable& file, TextEncoding encoding, const TextParameters& parameters);
 
   /// Returns a reader with one more parameter.
   [[nodiscard]] TemplateReader with(const std::string& name, const std::string& value) const;
@@ -34,13 +39,15 @@ class TemplateReader {
   [[nodiscard]] std::vector<TextTemplate> read_all(const TomlTable& table, const char* key) const;
   /// Parses a line without fields.
   [[nodiscard]] std::string read_constant(const TomlTable& table, const char* key, const std::string& text) const;
-
- private:
   /// Replaces each "{channels:s}" by the parameter `channels`.
   [[nodiscard]] std::string with_parameters(std::string text) const;
 
+  /// Returns the parameters in effect.
+  [[nodiscard]] const TextParameters& parameters() const { return parameters_; }
+
+ private:
   TextEncoding encoding_;
-  std::map<std::string, std::string> parameters_;
+  TextParameters parameters_;
 };
 
 /// Requires that an answer on a link without terminator cannot be taken for whole when its end is lost.
@@ -51,7 +58,8 @@ void check_answer_ends(const TomlTable& table, const std::vector<TextTemplate>& 
 /// Reads the links of a unit, [link.tcp] and [link.serial], and selects the usual one.
 void read_text_links(const TomlTable& link, const TemplateReader& templates, RegisterMap& unit);
 void read_text_refusals(const TomlTable& link, const TemplateReader& templates, TextLink& text);
-/// Reads the regular expression in [identity]. After an error, the result is a valid expression too.
-[[nodiscard]] std::string read_identity_pattern(const TomlTable& identity);
+/// Reads the regular expression in [identity], with its parameters inserted. After an error, the result is a valid
+/// expression too.
+[[nodiscard]] std::string read_identity_pattern(const TomlTable& identity, const TemplateReader& templates);
 
 }  // namespace gyrotherm::drivers

@@ -24,7 +24,7 @@ void read_identity(const TomlTable& table, const TemplateReader& templates, Text
       table.note_error("answer", "expected the field \"value\" with a text");
   }
   target.unit.identity =
-      Fingerprint{.item = "identity", .pattern = read_identity_pattern(table), .is_expression = true};
+      Fingerprint{.item = "identity", .pattern = read_identity_pattern(table, templates), .is_expression = true};
   (void)one_of(kConfidences, table, "confidence", "unverified");
 }
 

@@ -48,6 +48,9 @@ struct TextWire {
 /// Texts of an item's codes; the position of a text is the value in the register.
 using CodeTexts = std::vector<std::string>;
 
+/// Values of the parameters of a text instrument, by name. In a rig file they replace those of the instrument's file.
+using TextParameters = std::map<std::string, std::string>;
+
 /// Place of a field's value in the virtual registers.
 struct TextCell {
   std::string field;
@@ -57,6 +60,8 @@ struct TextCell {
 };
 
 /// One question with its answers. Registers `first` to `first + count − 1` hold the values of an answer.
+  /// Position of the value in a field that is a list; nothing for a single value.
+  std::optional<std::size_t> position{};
 struct TextQuery {
   std::uint16_t first{}, count{};
   std::string ask;
@@ -68,6 +73,8 @@ struct TextQuery {
   std::vector<TextCell> cells;
   /// Fields of items that belong to another question. Only the virtual unit uses them.
   std::vector<TextCell> mirrors;
+  /// Time limit of the answer; that of the link if empty.
+  std::optional<Duration> within{};
 };
 
 struct TextCommand {
@@ -78,7 +85,8 @@ struct TextCommand {
   /// The acknowledgement is one of these; empty if the unit sends none.
   std::vector<TextTemplate> acknowledged;
   CodeTexts codes;
-  /// Lines without an answer that make the written value effective, such as a start command.
+  /// Lines without an answer that make the written value effective, such as a start command. They are sent before the
+  /// next exchange.
   std::vector<std::string> then;
 };
 
@@ -97,14 +105,19 @@ struct TextLink {
   [[nodiscard]] const TextCommand* find_command(const RegisterMap& map, std::uint16_t address) const;
 };
 
-/// Returns the field's value as the words of its registers, or nothing if it is a text that is not a code.
+/// Returns the field's value as the words of its registers, or nothing if it is a text that is not a code, or a list
+/// without the position of the cell.
 [[nodiscard]] std::optional<std::vector<std::uint16_t>> to_words(const TextCell& cell, const RegisterItem& item,
                                                                  const FieldValue& value);
 /// Returns the field for the words of an item.
 [[nodiscard]] FieldValue to_field(const RegisterItem& item, const CodeTexts& codes,
                                   std::span<const std::uint16_t> words);
 
-/// Reads the keys of a text unit: name, vendor, source, [link], [[item]], [identity]. Errors are noted in the table.
-void read_text_unit(const TomlTable& file, RegisterMap& map);
+/// Reads the keys of a text unit: name, vendor, source, [parameter], [link], [[item]], [identity]. `parameters` replace
+/// those of the file. Errors are noted in the table.
+void read_text_unit(const TomlTable& file, const TextParameters& parameters, RegisterMap& map);
+/// Reads the same keys of a text instrument of any kind, as far as they describe its lines. An item with `inputs` has
+/// one question for each, and the item NAME_INPUT. The values are those on the line.
+void read_text_lines(const TomlTable& file, const TextParameters& parameters, RegisterMap& map);
 
 }  // namespace gyrotherm::drivers

@@ -52,8 +52,10 @@ void read_codes(const TomlTable& table, ItemCodes& codes) {
 /// Reads the items of a file: first all questions with the fields of their answers, then the commands.
 class ItemReader {
  public:
-  ItemReader(const TomlTable& file, const TemplateReader& templates, RegisterMap& map, TextLink& text)
-      : templates_(templates), map_(map), text_(text), tables_(file.tables("item")) {
+  /// `any_kind` is set for a file whose kind is not that of a chamber: an item may have no question of its own, its
+  /// values are those on the line, and one question may be asked for each of several inputs.
+  ItemReader(const TomlTable& file, const TemplateReader& templates, bool any_kind, RegisterMap& map, TextLink& text)
+      : templates_(templates), any_kind_(any_kind), map_(map), text_(text), tables_(file.tables("item")) {
     for (const auto& table : tables_) {
       const auto name = table.text("name");
       if (!own_.emplace(name, &table).second)
@@ -63,9 +65,10 @@ class ItemReader {
 
   void read() {
     for (const auto& table : tables_) {
-      if (table.has("ask")) read_question(table);
-      if (!table.has("ask") && !table.has("tell")) table.note_error("", "expected \"ask\" or \"tell\"");
+      if (table.has("ask")) read_questions(table);
+      if (!any_kind_ && !table.has("ask") && !table.has("tell")) table.note_error("", "expected \"ask\" or \"tell\"");
     }
+    add_late_mirrors();
     for (const auto& table : tables_)
       if (table.has("tell")) read_command(table);
     for (const auto& command : text_.commands) check_fields(command);
@@ -80,7 +83,7 @@ class ItemReader {
     item.type = RegisterType::text;
     item.text.characters = kCharactersOfText;
     item.confidence = one_of(kConfidences, table, "confidence", "unverified");
-    begin_question(table, query);
+    begin_question(table, templates_, query);
     text_.identity_question = query.ask;
     text_.identity_answers = query.answers;
     add_cell("value", std::move(item), {}, query);
@@ -89,9 +92,9 @@ class ItemReader {
 
  private:
   /// Reads the question; further spellings follow it in a list.
-  void begin_question(const TomlTable& table, TextQuery& query) {
+  void begin_question(const TomlTable& table, const TemplateReader& templates, TextQuery& query) {
     for (const auto& line : texts_at(table, "ask"))
-      query.also_asked.push_back(templates_.read_constant(table, "ask", line));
+      query.also_asked.push_back(templates.read_constant(table, "ask", line));
     if (query.also_asked.empty()) return table.note_error("ask", "missing key \"ask\"");
     query.ask = query.also_asked.front();
     query.also_asked.erase(query.also_asked.begin());
@@ -100,23 +103,51 @@ class ItemReader {
     query.first = static_cast<std::uint16_t>(std::min(text_.queries.size(), kMostQuestions) * kQuestionStride);
   }
 
-  void add_cell(const std::string& field, RegisterItem item, CodeTexts codes, TextQuery& query) {
+  void add_cell(const std::string& field, RegisterItem item, CodeTexts codes, TextQuery& query,
+                std::optional<std::size_t> position = {}) {
     item.line = query.ask;
     item.address = static_cast<std::uint16_t>(query.first + query.count);
     query.count = static_cast<std::uint16_t>(query.count + word_count(item));
-    query.cells.push_back({.field = field, .item = map_.items.size(), .codes = std::move(codes)});
+    query.cells.push_back({.field = field, .item = map_.items.size(), .codes = std::move(codes), .position = position});
     map_.items.push_back(std::move(item));
   }
 
-  void read_question(const TomlTable& table) {
+  /// Adds the values of a field that is a list: NAME_1, NAME_2, …
+  void add_list(const std::string& field, const FieldForm& form, const RegisterItem& item, const CodeTexts& codes,
+                TextQuery& query) {
+    for (std::size_t i = 0; i < static_cast<std::size_t>(form.count); ++i) {
+      auto one = item;
+      one.name += fmt::format("_{}", i + 1);
+      add_cell(field, std::move(one), codes, query, i);
+    }
+  }
+
+  /// Reads the question of an item, or one question for each of its inputs.
+  void read_questions(const TomlTable& table) {
     const auto name = table.text("name");
+    if (!any_kind_ || !table.has("inputs")) return read_question(table, templates_, name);
+    for (const auto& input : table.texts("inputs"))
+      read_question(table, templates_.with("input", input), name + "_" + input);
+  }
+
+  /// Adds the fields of items with their own questions, which may follow in the file.
+  void add_late_mirrors() {
+    for (const auto& late : late_mirrors_)
+      if (const auto* item = find_item(late.item))
+        text_.queries[late.query].mirrors.push_back({.field = late.field,
+                                                     .item = static_cast<std::size_t>(item - map_.items.data()),
+                                                     .codes = find_codes(item)});
+  }
+
+  void read_question(const TomlTable& table, const TemplateReader& templates, const std::string& name) {
     TextQuery query;
     for (const auto& line : texts_at(table, "before"))
-      query.before.push_back(templates_.read_constant(table, "before", line));
-    query.answers = templates_.read_all(table, "answer");
+      query.before.push_back(templates.read_constant(table, "before", line));
+    query.answers = templates.read_all(table, "answer");
     if (query.answers.empty()) table.note_error("answer", "missing key \"answer\"");
+    if (any_kind_ && table.has("within")) query.within = table.duration("within");
     check_answer_ends(table, query.answers, map_);
-    begin_question(table, query);
+    begin_question(table, templates, query);
     for (const auto& answer : query.answers)
       for (const auto& field : answer.fields()) {
         const bool is_known =
@@ -125,7 +156,10 @@ class ItemReader {
         const auto& item_name = field.name == "value" ? name : field.name;
         const auto own = own_.find(item_name);
         const bool has_own_question = own != own_.end() && own->second->has("ask") && own->second != &table;
-        if (has_own_question) continue;
+        if (has_own_question) {
+          late_mirrors_.push_back({text_.queries.size(), field.name, item_name});
+          continue;
+        }
         if (const auto* known = find_item(item_name)) {
           query.mirrors.push_back({.field = field.name,
                                    .item = static_cast<std::size_t>(known - map_.items.data()),
@@ -133,9 +167,13 @@ class ItemReader {
           continue;
         }
         auto [item, codes] = make_item(item_name, field.form, own == own_.end() ? table : *own->second, &table);
-        add_cell(field.name, std::move(item), std::move(codes), query);
+        if (field.form.count > 0)
+          add_list(field.name, field.form, item, codes, query);
+        else
+          add_cell(field.name, std::move(item), std::move(codes), query);
       }
-    if (query.count > kTextReadAtMost) table.note_error("answer", "the fields of one answer are too many");
+    if (!any_kind_ && query.count > kTextReadAtMost)
+      table.note_error("answer", "the fields of one answer are too many");
     text_.queries.push_back(std::move(query));
   }
 
@@ -165,9 +203,9 @@ class ItemReader {
     return {std::move(item), std::move(codes.texts)};
   }
 
-  static void read_number(const TomlTable& table, const FieldForm& form, RegisterItem& item) {
+  void read_number(const TomlTable& table, const FieldForm& form, RegisterItem& item) const {
     const auto unit = table.text("unit", "");
-    item.fahrenheit = unit == "°F";
+    item.fahrenheit = !any_kind_ && unit == "°F";
     item.step = table.boolean("difference", false);
     item.scale = table.number("scale", 1);
     if (!(item.scale > 0)) table.note_error("scale", "expected a positive number");
@@ -251,30 +289,39 @@ class ItemReader {
 
 }  // namespace
 
-void read_text_unit(const TomlTable& file, RegisterMap& map) {
+  bool any_kind_;
+namespace {
+
+void read_any_text_unit(const TomlTable& file, const TextParameters& parameters, bool any_kind, RegisterMap& map) {
   map.name = file.text("name");
+  /// A field of a question whose item has its own question.
+  struct LateMirror {
+    std::size_t query{};
+    std::string field, item;
+  };
+  std::vector<LateMirror> late_mirrors_;
   map.vendor = file.text("vendor");
   for (const auto* documentation : {"model", "firmware"}) (void)file.text(documentation, "");
   (void)file.text("source");
-  (void)file.choice("kind", {"chamber"});
   auto text = std::make_shared<TextLink>();
   const auto link = file.table("link");
   text->encoding = read_text_encoding(link);
-  const TemplateReader templates(file, text->encoding);
+  const TemplateReader templates(file, text->encoding, parameters);
+  map.parameters = templates.parameters();
   read_text_links(link, templates, map);
   read_text_refusals(link, templates, *text);
-  ItemReader items(file, templates, map, *text);
+  ItemReader items(file, templates, any_kind, map, *text);
   const auto identity = file.table("identity");
   const bool has_identity = file.has("identity");
   if (has_identity && identity.has("ask")) items.read_identity_question(identity);
   items.read();
   if (has_identity) {
     Fingerprint print{.item = identity.has("ask") ? "identity" : identity.text("item"),
-                      .pattern = read_identity_pattern(identity),
+                      .pattern = read_identity_pattern(identity, templates),
                       .is_expression = true};
     (void)find_named_item(map, identity, "item", print.item);
     map.identity = std::move(print);
-    read_verification(identity, map);
+    if (!any_kind) read_verification(identity, map);
   }
   map.text_link = std::move(text);
 }
@@ -291,6 +338,17 @@ const TextCommand* TextLink::find_command(const RegisterMap& map, std::uint16_t 
   return found == commands.end() ? nullptr : &*found;
 }
 
+}  // namespace
+
+void read_text_unit(const TomlTable& file, const TextParameters& parameters, RegisterMap& map) {
+  (void)file.choice("kind", {"chamber"});
+  read_any_text_unit(file, parameters, false, map);
+}
+
+void read_text_lines(const TomlTable& file, const TextParameters& parameters, RegisterMap& map) {
+  read_any_text_unit(file, parameters, true, map);
+}
+
 std::optional<std::vector<std::uint16_t>> to_words(const TextCell& cell, const RegisterItem& item,
                                                    const FieldValue& value) {
   if (item.type == RegisterType::text) {
@@ -305,7 +363,10 @@ std::optional<std::vector<std::uint16_t>> to_words(const TextCell& cell, const R
     const auto found = std::ranges::find(cell.codes, *text);
     return encode_as_read(raw, found == cell.codes.end() ? -1.0 : static_cast<double>(found - cell.codes.begin()));
   }
-  const auto* number = std::get_if<double>(&value);
+  const auto* list = std::get_if<std::vector<double>>(&value);
+  const auto position = cell.position.value_or(0);
+  const auto* number =
+      list && cell.position && position < list->size() ? &(*list)[position] : std::get_if<double>(&value);
   return number ? std::optional(encode_as_read(raw, *number)) : std::nullopt;
 }
 

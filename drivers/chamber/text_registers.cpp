@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "drivers/chamber/text_client.hpp"
+#include "drivers/line/byte_streams.hpp"
 #include "drivers/line/modbus_lines.hpp"
 
 namespace gyrotherm::drivers {
@@ -60,7 +61,7 @@ class TextRegisters final : public Registers {
   Result<std::vector<std::uint16_t>> ask(const TextQuery& query) {
     for (const auto& command : query.before)
       if (auto sent = client_.tell(command); !sent) return failure(std::move(sent.error()));
-    const auto answer = client_.ask(query.ask, query.answers);
+    const auto answer = client_.ask(query.ask, query.answers, query.within);
     if (!answer) return failure(answer.error());
     auto words = words_of(query, answer->fields);
     return words ? Result<std::vector<std::uint16_t>>(std::move(*words))
@@ -119,7 +120,8 @@ std::unique_ptr<Registers> make_text_registers(const RegisterMap& map, std::uniq
 
 std::unique_ptr<ByteStream> make_text_stream(const Line& line, const RegisterMap& map) {
   const auto& link = map.link.modbus;
-  return make_stream(line, {.port = link.port, .serial = link.serial}, kConnectWithin);
+  auto stream = make_stream(line, {.port = link.port, .serial = link.serial}, kConnectWithin);
+  return link.echo ? make_echo_stream(std::move(stream)) : std::move(stream);
 }
 
 std::unique_ptr<Registers> make_registers(const Line& line, const RegisterMap& map) {

@@ -41,13 +41,14 @@ const std::vector<std::string>& item_names() {
 /// Reads a description.
 class SupplyParser {
  public:
-  SupplyParser(const TomlTable& file, SupplyDescription& target)
+  SupplyParser(const TomlTable& file, const TextParameters& parameters, SupplyDescription& target)
       : file_(file),
         target_(target),
         text_(std::make_shared<TextLink>()),
-        templates_(file, read_text_encoding(file.table("link"))) {}
+        templates_(file, read_text_encoding(file.table("link")), parameters) {}
 
   void read() {
+    target_.unit.parameters = templates_.parameters();
     read_text_instrument(file_, templates_, *text_, target_);
     const auto outputs = whole<std::size_t>(file_, "outputs", 1, kMostSupplyOutputs);
     read_simulated(file_.table("simulated"));
@@ -207,14 +208,15 @@ bool SupplyDescription::trips_at_current_limit() const {
   return item && !item->codes.empty();
 }
 
-Result<SupplyDescription> parse_supply_description(std::string_view text, const std::string& file) {
+Result<SupplyDescription> parse_supply_description(std::string_view text, const std::string& file,
+                                                   const TextParameters& parameters) {
   const auto parsed = TomlTable::parse(text, file);
   if (!parsed) return failure(parsed.error());
   SupplyDescription description;
   description.unit.text = text;
   parsed->expect("schema", "gyrotherm-text/1");
   (void)parsed->choice("kind", {"supply"});
-  SupplyParser(*parsed, description).read();
+  SupplyParser(*parsed, parameters, description).read();
   if (auto verdict = parsed->verdict(); !verdict) return failure(std::move(verdict.error()));
   return description;
 }

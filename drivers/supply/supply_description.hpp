@@ -82,8 +82,10 @@ struct SupplyDescription : TextInstrumentDescription {
   SimulatedSupply simulated;
 };
 
-/// Parses schema gyrotherm-text/1 with kind "supply". Fails with bad_file and lists every error with its position.
-[[nodiscard]] Result<SupplyDescription> parse_supply_description(std::string_view text, const std::string& file);
+/// Parses schema gyrotherm-text/1 with kind "supply". `parameters` replace those of the file. Fails with bad_file and
+/// lists every error with its position.
+[[nodiscard]] Result<SupplyDescription> parse_supply_description(std::string_view text, const std::string& file,
+                                                                 const TextParameters& parameters = {});
 
 /// Returns a line of text: "3 outputs: 4 items secondary, 7 unverified; NOTE".
 [[nodiscard]] std::string describe_confidence(const SupplyDescription& description);

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <memory>
 #include <set>
@@ -23,13 +24,14 @@ constexpr auto kTemperatureUnits =
 /// Reads a description.
 class DescriptionParser {
  public:
-  DescriptionParser(const TomlTable& file, ThermometerDescription& target)
+  DescriptionParser(const TomlTable& file, const TextParameters& parameters, ThermometerDescription& target)
       : file_(file),
         target_(target),
         text_(std::make_shared<TextLink>()),
-        templates_(file, read_text_encoding(file.table("link"))) {}
+        templates_(file, read_text_encoding(file.table("link")), parameters) {}
 
   void read() {
+    target_.unit.parameters = templates_.parameters();
     read_text_instrument(file_, templates_, *text_, target_);
     read_items();
     read_simulated(file_.table("simulated"));
@@ -57,14 +59,14 @@ class DescriptionParser {
 
   void read_readings(const TomlTable& table) {
     if (table.has("count") == table.has("inputs")) table.note_error("", "expected one of \"count\" and \"inputs\"");
-    if (table.has("count")) target_.inputs = whole<std::size_t>(table, "count", 1, kMostTextInputs, 1);
+    if (table.has("count")) target_.inputs = read_count(table);
     names_ = table.texts("inputs");
     if (!names_.empty()) target_.inputs = names_.size();
     if (target_.inputs == 0 || target_.inputs > kMostTextInputs)
       table.note_error("inputs", fmt::format("{} inputs, expected 1 to {}", target_.inputs, kMostTextInputs));
     target_.readings = read_questions(table, true);
-    target_.within = table.duration("within", target_.unit.link.modbus.timeout);
-    if (target_.within > kLongestReading) table.note_error("within", "expected at most 10 s");
+    if (table.has("within")) target_.within = table.duration("within");
+    if (target_.within.value_or(Duration{}) > kLongestReading) table.note_error("within", "expected at most 10 s");
     target_.temperature_unit = one_of(kTemperatureUnits, table, "unit", "°C");
     if (table.has("invalid_above")) target_.invalid_above = table.number("invalid_above");
     const auto range = table.numbers("range");
@@ -73,6 +75,25 @@ class DescriptionParser {
     else
       table.note_error("range", "expected [lowest, highest], the possible temperatures in °C");
     read_confidence(table);
+  }
+
+  /// Reads the number of inputs, or the name of the parameter that contains it.
+  std::size_t read_count(const TomlTable& table) const {
+    if (!table.is_text("count")) return whole<std::size_t>(table, "count", 1, kMostTextInputs, 1);
+    const auto name = table.text("count");
+    const auto found = templates_.parameters().find(name);
+    if (found == templates_.parameters().end()) {
+      table.note_error("count", fmt::format("\"{}\" is neither a number nor a parameter", name));
+      return 1;
+    }
+    std::size_t count = 0;
+    const auto& text = found->second;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), count);
+    const bool is_whole = error == std::errc{} && end == text.data() + text.size();
+    if (!is_whole || count < 1 || count > kMostTextInputs)
+      table.note_error("count", fmt::format("the parameter \"{}\" is {}, expected a whole number from 1 to {}", name,
+                                            text, kMostTextInputs));
+    return std::clamp<std::size_t>(count, 1, kMostTextInputs);
   }
 
   void read_status(const TomlTable& table, const TomlTable& readings, bool is_in_answer) {
@@ -189,14 +210,15 @@ class DescriptionParser {
 
 }  // namespace
 
-Result<ThermometerDescription> parse_thermometer_description(std::string_view text, const std::string& file) {
+Result<ThermometerDescription> parse_thermometer_description(std::string_view text, const std::string& file,
+                                                             const TextParameters& parameters) {
   const auto parsed = TomlTable::parse(text, file);
   if (!parsed) return failure(parsed.error());
   ThermometerDescription description;
   description.unit.text = text;
   parsed->expect("schema", "gyrotherm-text/1");
   (void)parsed->choice("kind", {"thermometer"});
-  DescriptionParser(*parsed, description).read();
+  DescriptionParser(*parsed, parameters, description).read();
   if (auto verdict = parsed->verdict(); !verdict) return failure(std::move(verdict.error()));
   return description;
 }

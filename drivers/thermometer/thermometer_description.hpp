@@ -54,8 +54,8 @@ struct ThermometerDescription : TextInstrumentDescription {
   std::vector<InputQuestion> statuses;
   /// Number of inputs, at least 1.
   std::size_t inputs{};
-  /// Time limit for the answer to one question for readings.
-  Duration within{};
+  /// Time limit for the answer to one question for readings; the timeout of the link if empty.
+  std::optional<Duration> within{};
   TemperatureUnit temperature_unit{};
   /// A number whose magnitude exceeds this marks an input that cannot be read.
   std::optional<double> invalid_above;
@@ -67,9 +67,11 @@ struct ThermometerDescription : TextInstrumentDescription {
   SimulatedScanner simulated;
 };
 
-/// Parses schema gyrotherm-text/1 with kind "thermometer". Fails with bad_file and lists every error with its position.
+/// Parses schema gyrotherm-text/1 with kind "thermometer". `parameters` replace those of the file. Fails with bad_file
+/// and lists every error with its position.
 [[nodiscard]] Result<ThermometerDescription> parse_thermometer_description(std::string_view text,
-                                                                           const std::string& file);
+                                                                           const std::string& file,
+                                                                           const TextParameters& parameters = {});
 
 /// Returns the reading of an input, or its fault: `number` exceeds `invalid_above`, `status` has a flag, or the
 /// temperature is outside the range. `input` counts from 0.

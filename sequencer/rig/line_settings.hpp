@@ -40,6 +40,13 @@ template <class Words>
   return one_of_or_default(words, link.has(key) ? link : instrument, key);
 }
 
+/// Records an error for a parameter in the instrument's table `parameter` that its description does not have.
+inline void note_unknown_parameter(const drivers::RegisterMap& map, const TomlTable& instrument,
+                                   const drivers::TextParameters& parameters) {
+  if (const auto known = check_parameters(map, parameters); !known)
+    instrument.table("parameter").note_error(known.error().where, known.error().what);
+}
+
 /// Returns the map with the instrument's `link` settings. Records an error for a setting that the selected link cannot
 /// have.
 [[nodiscard]] inline drivers::RegisterMap apply_link_settings(drivers::RegisterMap map, const TomlTable& instrument,

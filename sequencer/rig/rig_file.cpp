@@ -12,6 +12,7 @@
 #include "core/humidity.hpp"
 #include "core/toml_reader.hpp"
 #include "drivers/chamber/register_map.hpp"
+#include "drivers/chamber/text_file_reader.hpp"
 #include "drivers/line/line_address.hpp"
 #include "sequencer/interlocks/limits.hpp"
 #include "sequencer/rig/line_settings.hpp"
@@ -52,6 +53,7 @@ void read_chamber(const TomlTable& table, RigFile& rig) {
   rig.chamber_line = table.text("line");
   check_line(table, rig.chamber_line);
   rig.chamber_link = drivers::read_link_settings(table.table("link"));
+  rig.chamber_parameters = drivers::read_text_parameters(table.table("parameter"));
   rig.chamber_limits = {
       .lowest = table.celsius("lowest"),
       .highest = table.celsius("highest"),
@@ -93,7 +95,8 @@ Result<drivers::RegisterMap> read_map(const TomlTable& chamber, const RigFile& r
                                       const std::optional<std::string>& known) {
   const auto named = read_named(chamber, "map", rig.file, kShippedChamberMap, known);
   if (!named) return failure(named.error());
-  auto map = parse_register_map(named->text, named->path, rig.chamber_word_order);
+  auto map = parse_register_map(named->text, named->path, rig.chamber_word_order, rig.chamber_parameters);
+  if (map) note_unknown_parameter(*map, chamber, rig.chamber_parameters);
   const auto line = drivers::parse_line(rig.chamber_line);
   if (!map || !line) return map;
   if (rig.simulated)

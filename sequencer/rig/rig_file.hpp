@@ -62,6 +62,8 @@ struct RigFile {
   std::string chamber_power;
   /// Replaces the map's settings.
   drivers::LinkSettings chamber_link{};
+  /// Replaces the parameters of a text chamber.
+  drivers::TextParameters chamber_parameters{};
   /// Replaces the map's word order for this unit.
   std::optional<drivers::WordOrder> chamber_word_order;
   profile::ChamberLimits chamber_limits;

@@ -10,6 +10,7 @@
 
 #include "core/file.hpp"
 #include "core/shipped.hpp"
+#include "drivers/chamber/text_file_reader.hpp"
 #include "sequencer/rig/line_settings.hpp"
 
 namespace gyrotherm::rig {
@@ -29,12 +30,15 @@ Result<drivers::SupplyDescription> read_supply_description(const TomlTable& tabl
                                                            const std::optional<std::string>& known) {
   const auto named = read_named(table, "description", rig_file, kShippedSupply, known);
   if (!named) return failure(named.error());
-  auto description = drivers::parse_supply_description(named->text, named->path);
+  const auto parameters = drivers::read_text_parameters(table.table("parameter"));
+  auto description = drivers::parse_supply_description(named->text, named->path, parameters);
+  if (description) note_unknown_parameter(description->unit, table, parameters);
   const auto line = drivers::parse_line(line_text);
   if (!description || !line) return description;
   auto linked = select_link_for(std::move(description->unit), *line);
   if (!linked) return failure(FaultKind::bad_file, table.location("line"), linked.error().what);
-  description->unit = std::move(*linked);
+  description->unit =
+      apply_link_settings(std::move(*linked), table, line_text, drivers::read_line_settings(table.table("link")));
   return description;
 }
 

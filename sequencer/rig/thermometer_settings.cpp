@@ -10,6 +10,7 @@
 
 #include "acquisition/record/run_info.hpp"
 #include "core/toml_reader.hpp"
+#include "drivers/chamber/text_file_reader.hpp"
 #include "drivers/line/byte_streams.hpp"
 #include "drivers/thermometer/dcon_thermometer.hpp"
 #include "drivers/thermometer/mcc_usb_temp.hpp"
@@ -110,18 +111,24 @@ void read_command(const TomlTable& table, const std::string& folder, Thermometer
   if (settings.line != kVirtualLine) table.note_error("line", "a program has no line; expected none, or \"virtual\"");
 }
 
+drivers::LinkSettings read_text_link(const TomlTable& table) {
+  return drivers::read_line_settings(table.table("link"));
+}
+
 /// Reads the description and selects its link for the line.
 Result<drivers::ThermometerDescription> read_description(const TomlTable& table, const std::string& rig_file,
                                                          const std::string& line_text,
                                                          const std::optional<std::string>& known) {
   const auto named = read_named(table, "description", rig_file, kShippedThermometer, known);
   if (!named) return failure(named.error());
-  auto description = drivers::parse_thermometer_description(named->text, named->path);
+  const auto parameters = drivers::read_text_parameters(table.table("parameter"));
+  auto description = drivers::parse_thermometer_description(named->text, named->path, parameters);
+  if (description) note_unknown_parameter(description->unit, table, parameters);
   const auto line = drivers::parse_line(line_text);
   if (!description || !line) return description;
   auto linked = select_link_for(std::move(description->unit), *line);
   if (!linked) return failure(FaultKind::bad_file, table.location("line"), linked.error().what);
-  description->unit = std::move(*linked);
+  description->unit = apply_link_settings(std::move(*linked), table, line_text, read_text_link(table));
   return description;
 }
 
@@ -273,7 +280,7 @@ ThermometerSettings read_thermometer(const TomlTable& table, const std::string& 
     settings.line = table.text("line");
     check_instrument_line(table, settings);
   }
-  if (table.has("link")) read_link(table, settings);
+  if (table.has("link") && settings.kind != Kind::text) read_link(table, settings);
   if (settings.kind == Kind::dcon) read_dcon(table, settings);
   if (settings.kind == Kind::text) settings.description = descriptions.read(table, settings.line);
   if (settings.kind == Kind::mcc_usb_temp && table.has("sensor")) settings.sensor = read_sensor(table.table("sensor"));
@@ -296,7 +303,8 @@ std::unique_ptr<drivers::Thermometer> make_thermometer(const ThermometerSettings
     defaults = {.port = link.port, .serial = link.serial};
   }
   auto stream = make_stream(line, defaults, kConnectWithin);
-  if (settings.echo) stream = drivers::make_echo_stream(std::move(stream));
+  if (settings.echo || (settings.description && settings.description->unit.link.modbus.echo))
+    stream = drivers::make_echo_stream(std::move(stream));
   return make_thermometer(settings, place, std::move(stream), false);
 }
 

@@ -38,9 +38,10 @@ struct ThermometerSettings {
   std::optional<drivers::MccSensor> sensor;
   /// For process: the driver program.
   drivers::ProgramCommand command;
-  /// For text: the description, with the link for the line selected. Empty if it could not be read.
+  /// For text: the description, with the parameters and link settings of the rig and the link for the line. Empty if it
+  /// could not be read.
   std::optional<drivers::ThermometerDescription> description;
-  /// The line returns every request.
+  /// The line of a thermometer without a description returns every request.
   bool echo{};
   std::string place;
 };
@@ -68,9 +69,9 @@ class DescriptionReader {
 /// per channel) or [[thermometer.calibration]] (channel, offset or polynomial, certificate, due); `certificate` and
 /// `due` for all channels without their own; `uncertainty` (K) with its `coverage_factor` or `distribution`,
 /// `drift_k_per_year` and `calibrated` (a day), in either table; and the keys of the driver: addresses, checksum and
-/// type (dcon), [thermometer.sensor] (mcc_usb_temp), [thermometer.link] `echo` (for a line that carries bytes), command
-/// (process: its line is absent or "virtual", and its command runs in `folder`), description (text). `seen` contains
-/// the channels of the rig so far.
+/// type (dcon), [thermometer.sensor] (mcc_usb_temp), [thermometer.link] (`echo`, for a line that carries bytes; text:
+/// as [chamber.link]), command (process: its line is absent or "virtual", and its command runs in `folder`),
+/// description and [thermometer.parameter] (text). `seen` contains the channels of the rig so far.
 [[nodiscard]] ThermometerSettings read_thermometer(const TomlTable& table, const std::string& folder,
                                                    std::size_t number, std::set<std::string>& seen,
                                                    DescriptionReader& descriptions);

@@ -23,6 +23,7 @@ watchdog::SafeState safe_state_for(const rig::RigFile& rig, const std::string& r
           .link = rig.chamber_map.link.kind,
           .word_order = rig.chamber_word_order,
           .link_settings = rig.chamber_link,
+          .parameters = rig.chamber_parameters,
           .safe_set_point = rig.safe_set_point,
           .switch_off = rig.safe_off,
           .by_program = by_program,

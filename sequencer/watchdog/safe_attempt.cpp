@@ -250,7 +250,8 @@ Result<SafeStateChamber> make_safe_state_chamber(const SafeState& safe_state) {
   if (!may_be_either && is_serial != (safe_state.link == drivers::LinkKind::rtu))
     return failure(FaultKind::bad_file, where,
                    fmt::format("link \"{}\" does not fit line {}", name(safe_state.link), safe_state.line));
-  auto map = parse_register_map(safe_state.map_text, where + " (register map)", safe_state.word_order);
+  auto map =
+      parse_register_map(safe_state.map_text, where + " (register map)", safe_state.word_order, safe_state.parameters);
   if (!map) return failure(map.error());
   const auto linked =
       select_link(std::move(*map), safe_state.link)

@@ -54,6 +54,20 @@ std::string inline_settings(const drivers::ControllerSettings& settings) {
   return pairs.empty() ? "" : fmt::format(" {} ", fmt::join(pairs, ", "));
 }
 
+/// Writes parameters as " \"channel\" = \"1\" ".
+std::string inline_parameters(const drivers::TextParameters& parameters) {
+  std::vector<std::string> pairs;
+  for (const auto& [name, value] : parameters)
+    pairs.push_back(fmt::format("{} = {}", toml_quoted(name), toml_quoted(value)));
+  return fmt::format(" {} ", fmt::join(pairs, ", "));
+}
+
+drivers::TextParameters read_parameters(const TomlTable& table) {
+  drivers::TextParameters parameters;
+  for (const auto& name : table.keys()) parameters[name] = table.text(name);
+  return parameters;
+}
+
 drivers::ControllerSettings read_settings(const TomlTable& table) {
   drivers::ControllerSettings settings;
   for (const auto& name : table.keys()) settings[name] = table.number(name);
@@ -88,13 +102,16 @@ std::string to_text(const SafeState& safe_state) {
   return fmt::format(
       "schema = \"{}\"\nrecord = {}\nline = {}\nlink = \"{}\"\nlink_settings = {}\nword_order = \"{}\"\n"
       "safe_set_point_c = {}\nswitch_off = {}\nby_program = {}\nobserve_s = {}\nsettings = {{{}}}\npid = {}\n"
-      "started = {}\nboot = {}\n{}{}map = [\n{}]\n",
+      "started = {}\nboot = {}\n{}{}{}map = [\n{}]\n",
       kSafeStateSchema, toml_quoted(safe_state.record), toml_quoted(safe_state.line), name(safe_state.link),
       to_toml(safe_state.link_settings), to_string(safe_state.word_order), safe_state.safe_set_point.value,
       safe_state.switch_off, safe_state.by_program, to_seconds(safe_state.observe),
       inline_settings(safe_state.settings), safe_state.written_by.pid, safe_state.written_by.started,
       toml_quoted(safe_state.written_by.boot), unless_empty("power", safe_state.power),
-      unless_empty("identity", safe_state.identity), quoted_lines(safe_state.map_text));
+      unless_empty("identity", safe_state.identity),
+      safe_state.parameters.empty() ? ""
+                                    : fmt::format("parameters = {{{}}}\n", inline_parameters(safe_state.parameters)),
+      quoted_lines(safe_state.map_text));
 }
 
 Result<SafeState> parse_safe_state(std::string_view text, const std::string& file) {
@@ -108,6 +125,7 @@ Result<SafeState> parse_safe_state(std::string_view text, const std::string& fil
                        .link = one_of(drivers::kLinkKinds, *table, "link"),
                        .word_order = read_order(*table),
                        .link_settings = drivers::read_link_settings(table->table("link_settings")),
+                       .parameters = read_parameters(table->table("parameters")),
                        .safe_set_point = {table->number("safe_set_point_c")},
                        .switch_off = table->boolean("switch_off"),
                        .by_program = table->boolean("by_program"),

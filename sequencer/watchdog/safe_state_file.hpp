@@ -30,6 +30,7 @@ struct SafeState {
   /// The rig's word order if it replaces the map's.
   std::optional<drivers::WordOrder> word_order;
   drivers::LinkSettings link_settings{};  ///< replaces the map's settings
+  drivers::TextParameters parameters{};   ///< replaces those of a text unit
   Celsius safe_set_point;
   /// Conditioning must also be switched off.
   bool switch_off{};

@@ -11,6 +11,7 @@
 #include <string>
 #include <string_view>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "core/toml_reader.hpp"
@@ -88,7 +89,14 @@ class UnitSession final : public TextUnitSession {
       const auto& item = map_.items[cell.item];
       const auto at = static_cast<std::size_t>(item.address - query.first);
       const auto its = std::span(words).subspan(at, word_count(item));
-      values[cell.field] = to_field(item, cell.codes, words_before_lag(item, {its.begin(), its.end()}));
+      auto value = to_field(item, cell.codes, words_before_lag(item, {its.begin(), its.end()}));
+      const auto* number = std::get_if<double>(&value);
+      if (!cell.position || !number) {
+        values[cell.field] = std::move(value);
+        continue;
+      }
+      auto& list = values.try_emplace(cell.field, std::vector<double>()).first->second;
+      std::get<std::vector<double>>(list).push_back(*number);
     }
     for (const auto& mirror : query.mirrors) {
       const auto& item = map_.items[mirror.item];

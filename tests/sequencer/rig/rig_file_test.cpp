@@ -120,6 +120,29 @@ TEST(RigFile, LinkSettingsReplaceThoseOfMap) {
   EXPECT_EQ(order->chamber_word_order, drivers::WordOrder::dcba);
 }
 
+TEST(RigFile, ParametersReplaceThoseOfTextChamber) {
+  const auto with = [](const std::string& lines) {
+    auto text = real_rig_with(lines);
+    const auto begin = text.find("map = \""), end = text.find('\n', begin);
+    text.replace(begin, end - begin, "map = \"../chambers/lauda.toml\"");
+    return parse_rig(text, kRigs + "mine.toml");
+  };
+  const auto rig = with("parameter = { type = \"^VC 600$\" }\nlink = { after_read = \"40 ms\" }\n");
+  ASSERT_TRUE(rig) << text(rig.error());
+  EXPECT_EQ(rig->chamber_map.identity->pattern, "^VC 600$");
+  EXPECT_EQ(rig->chamber_parameters, (drivers::TextParameters{{"type", "^VC 600$"}}));
+  EXPECT_EQ(rig->chamber_map.link.text.after_read, std::chrono::milliseconds(40));
+  const auto unknown = with("parameter = { typ = \"VC\" }\n");
+  ASSERT_FALSE(unknown);
+  EXPECT_TRUE(unknown.error().where.starts_with(kRigs + "mine.toml:")) << unknown.error().where;
+  EXPECT_NE(unknown.error().what.find("has no parameter \"typ\", expected one of: type"), std::string::npos)
+      << unknown.error().what;
+  const auto modbus = parse_rig(real_rig_with("parameter = { type = 1 }\n"), kRigs + "mine.toml");
+  ASSERT_FALSE(modbus);
+  EXPECT_NE(modbus.error().what.find("expected none"), std::string::npos) << modbus.error().what;
+  EXPECT_FALSE(parse_rig(real_rig_with("link = { after_read = \"40 ms\" }\n"), kRigs + "mine.toml"));
+}
+
 TEST(RigFile, RefusesSettingsThatLinkCannotHave) {
   const auto expect = [](const std::string& lines, const std::string& mistake, const char* example) {
     const auto rig = parse_rig(real_rig_with(lines, example), kRigs + "mine.toml");

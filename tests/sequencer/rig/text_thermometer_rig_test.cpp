@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <string>
 
 #include "core/file.hpp"
@@ -51,6 +52,47 @@ TEST(TextThermometerRig, ReadsTheVirtualScanner) {
   ASSERT_TRUE(answers[1]) << text(answers[1].error());
   EXPECT_TRUE(answers[1]->starts_with("thermometer 1: HEWLETT-PACKARD,34970A,0,13-2-2, A ")) << *answers[1];
   EXPECT_EQ(answers[1]->find("WARNING"), std::string::npos) << *answers[1];
+}
+
+TEST(TextThermometerRig, ParametersReplaceThoseOfTheDescription) {
+  const auto rig = parse_rig(
+      rig_with(kScanner + "\nparameter = { channels = \"201:212\", channel_count = 12, nplc = 0.2 }"), kVirtualRig);
+  ASSERT_TRUE(rig) << text(rig.error());
+  const auto& description = *rig->thermometers[0].description;
+  EXPECT_EQ(description.inputs, 12u);
+  EXPECT_EQ(description.preparation[2].line, "CONF:TEMP FRTD,85,(@201:212)");
+  EXPECT_EQ(description.preparation[4].line, "SENS:TEMP:NPLC 0.2,(@201:212)");
+  const auto unknown = fault_of(kScanner + "\nparameter = { chanels = \"201:208\" }");
+  EXPECT_NE(unknown.find("has no parameter \"chanels\", expected one of: channel_count, channels, nplc"),
+            std::string::npos)
+      << unknown;
+  EXPECT_NE(unknown.find("virtual.toml:"), std::string::npos) << unknown;
+  const auto count = fault_of(kScanner + "\nparameter = { channel_count = 0 }");
+  EXPECT_NE(count.find("\"channel_count\" is 0, expected a whole number from 1 to 64"), std::string::npos) << count;
+}
+
+TEST(TextThermometerRig, LinkSettingsReplaceThoseOfTheDescription) {
+  auto rig = read_text_file(GYROTHERM_SOURCE_DIR "/profiles/rigs/example-f4t-lakeshore-kvh.toml").value();
+  const std::string driver = "driver = \"lakeshore_218\"";
+  const auto parsed = [&](const std::string& link) {
+    auto text_of = rig;
+    text_of.replace(text_of.find(driver), driver.size(),
+                    "driver = \"text\"\ndescription = \"../thermometers/lakeshore_224.toml\"\nlink = { " + link + " }");
+    return parse_rig(text_of, GYROTHERM_SOURCE_DIR "/profiles/rigs/example-f4t-lakeshore-kvh.toml");
+  };
+  const auto file =
+      parsed("timeout = \"1500 ms\", after_read = \"70 ms\", after_write = \"90 ms\", unit = 7, echo = true");
+  ASSERT_TRUE(file) << text(file.error());
+  const auto& link = file->thermometers[0].description->unit.link;
+  EXPECT_EQ(link.modbus.timeout, std::chrono::milliseconds(1500));
+  EXPECT_EQ(link.text.after_read, std::chrono::milliseconds(70));
+  EXPECT_EQ(link.text.after_write, std::chrono::milliseconds(90));
+  EXPECT_EQ(link.modbus.unit, 7);
+  EXPECT_TRUE(link.modbus.echo);
+  const auto modbus_only = parsed("returns_other_unit = true");
+  ASSERT_FALSE(modbus_only);
+  const auto what = text(modbus_only.error());
+  EXPECT_NE(what.find("unknown key \"returns_other_unit\""), std::string::npos) << what;
 }
 
 TEST(TextThermometerRig, RefusesErrors) {

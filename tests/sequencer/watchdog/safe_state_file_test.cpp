@@ -97,6 +97,8 @@ TEST(SafeStateFile, RefusesLinkSettingsThatNoLinkHas) {
 
 TEST(SafeStateFile, RestoresEveryWrittenState) {
   auto written = safe_state();
+  written.parameters = {{"channel", "2"}, {"type", "^VC \"600\"$"}};
+  written.link_settings.after_read = std::chrono::milliseconds(40);
   written.word_order = {};
   written.switch_off = false;
   written.link = drivers::LinkKind::rtu_over_tcp;

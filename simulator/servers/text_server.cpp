@@ -102,7 +102,7 @@ class UnitSession final : public TextUnitSession {
       const auto& item = map_.items[mirror.item];
       std::vector<std::uint16_t> its;
       if (registers_.read(drivers::ReadFunction::holding_registers, item.address, word_count(item), its))
-        values[mirror.field] = to_field(item, mirror.codes, its);
+        values[mirror.field] = to_field(item, mirror.codes, words_before_lag(item, std::move(its)));
     }
     return query.answers.front().format(values);
   }

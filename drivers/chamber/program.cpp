@@ -80,7 +80,8 @@ struct Content {
       case CellSource::step_count: return static_cast<double>(steps.size());
       case CellSource::step: return index + memory.first_step;
       case CellSource::kind: return code(cell, keyword(step.kind));
-      case CellSource::start: return step.start.value;
+      // The header may contain the start of the first step.
+      case CellSource::start: return index < 0 ? steps.front().start.value : step.start.value;
       case CellSource::target: return step.target.value;
       case CellSource::rate: return std::abs((step.target - step.start).value) / (to_seconds(step.duration) / 60);
       case CellSource::hours: return static_cast<double>(step.duration / hours(1));
@@ -182,22 +183,31 @@ Result<StoredStep> read_step(const ProfileMemory& memory, int index, const Block
 struct StoredHeader {
   std::string name;
   Kelvins soak_band{};
-  int step_count{};  ///< steps_at_most if no cell contains it
+  std::optional<double> start{};  ///< of the first step
+  int step_count{};               ///< steps_at_most if no cell contains it
 };
 
 Result<StoredHeader> read_header(const ProfileMemory& memory, const BlockWords& words_of, const ContextOf& context) {
   StoredHeader found{.name = {}, .step_count = memory.steps_at_most};
-  for (const auto& block : memory.header) {
-    if (block.select) continue;
-    const auto taken =
-        for_each_cell(block, words_of(block, -1), context, [&](const auto& cell, const auto& form, auto own) {
-          if (cell.source == CellSource::name) found.name = decode_text(form.text, own);
-          if (cell.source == CellSource::soak_band) found.soak_band = {decode_as_written(form, own)};
-          if (cell.source == CellSource::step_count)
-            found.step_count = std::clamp(static_cast<int>(decode_as_written(form, own)), 0, memory.steps_at_most);
-        });
-    if (!taken) return failure(taken.error());
-  }
+  const auto read_block = [&](const MemoryBlock& block, bool is_header) {
+    return for_each_cell(block, words_of(block, -1), context, [&](const auto& cell, const auto& form, auto own) {
+      if (cell.source == CellSource::start) found.start = decode_as_written(form, own);
+      if (!is_header) return;
+      if (cell.source == CellSource::name) found.name = decode_text(form.text, own);
+      if (cell.source == CellSource::soak_band) found.soak_band = {decode_as_written(form, own)};
+      if (cell.source == CellSource::step_count)
+        found.step_count = std::clamp(static_cast<int>(decode_as_written(form, own)), 0, memory.steps_at_most);
+    });
+  };
+  for (const auto& block : memory.header)
+    if (const auto taken = block.select ? Result<void>{} : read_block(block, true); !taken)
+      return failure(taken.error());
+  const auto has_start = [](const MemoryBlock& block) {
+    return std::ranges::any_of(block.cells, [](const auto& cell) { return cell.source == CellSource::start; });
+  };
+  for (const auto& block : memory.footer)
+    if (const auto taken = has_start(block) ? read_block(block, false) : Result<void>{}; !taken)
+      return failure(taken.error());
   return found;
 }
 
@@ -229,7 +239,8 @@ void set_ramp_targets(std::vector<ProgramStep>& steps) {
     if (steps[i].kind == StepKind::ramp) steps[i].target = steps[i + 1].start;
 }
 
-std::string describe_location(const MemoryWrite& write) {
+std::string describe_location(const RegisterMap& map, const MemoryWrite& write) {
+  if (map.text_link) return write.step < 0 ? "profile memory" : fmt::format("profile memory, step {}", write.step + 1);
   return write.step < 0 ? fmt::format("profile memory, register {}", write.address)
                         : fmt::format("profile memory, register {}, step {}", write.address, write.step + 1);
 }
@@ -285,15 +296,22 @@ class Upload {
       }
       const auto found = read(one);
       if (!found) return failure(found.error());
+      if (const auto* line = map_.text_link ? map_.text_link->find_memory_line(one.address) : nullptr;
+          line && *found != one.words)
+        return failure(FaultKind::mismatch, describe_location(map_, one),
+                       describe_difference(*line, *found, one.words));
       for (std::size_t i = 0; i < one.words.size(); ++i)
         if ((*found)[i] != one.words[i])
-          return failure(FaultKind::mismatch, describe_location(one),
+          return failure(FaultKind::mismatch, describe_location(map_, one),
                          fmt::format("register {} contains {:04X}h after {:04X}h was written", one.address + i,
                                      (*found)[i], one.words[i]));
       ++report_.compared;
     }
     return {};
   }
+
+  /// Ends an upload that failed. A unit without such a command ends it by itself.
+  void cancel(const ChamberProgram& program) { (void)perform("cancel_upload", program); }
 
   [[nodiscard]] const UploadReport& report() const { return report_; }
 
@@ -310,7 +328,7 @@ class Upload {
   [[nodiscard]] Result<void> write(const MemoryWrite& write) {
     pauses_.rest(memory_.pause);
     auto done = registers_.write(write_function(write.function, write.words.size()), write.address, write.words);
-    if (!done) done.error().where = describe_location(write) + ": " + done.error().where;
+    if (!done) done.error().where = describe_location(map_, write) + ": " + done.error().where;
     return done;
   }
 
@@ -404,7 +422,11 @@ Result<ChamberProgram> decode_program(const ProfileMemory& memory, Celsius from,
   for (int i = 0; i < header->step_count; ++i) {
     const auto found = read_step(memory, i, words_of, read_context);
     if (!found) return failure(found.error());
-    if (is_end_mark(*found)) break;
+    // Without an end step or a count, a step without a duration was never written.
+    const bool has_end = memory.end_step || header->step_count < memory.steps_at_most;
+    const bool is_empty = !has_end && !memory.ramps_by_rate && found->duration() <= Duration{};
+    if (is_end_mark(*found) || is_empty) break;
+    if (steps.empty() && header->start) from = Celsius{*header->start};
     const auto step = make_step(*found, steps.empty() ? from : steps.back().target, i);
     if (!step) return failure(step.error());
     steps.push_back(*step);
@@ -429,6 +451,7 @@ Result<UploadReport> upload_program(const RegisterMap& map, ItemExchange& items,
     pauses.rest(map.memory->recovery);
     sent = upload.send(program);
   }
+  if (!sent) upload.cancel(program);
   if (!sent) return failure(sent.error());
   if (auto same = upload.compare(); !same) return failure(same.error());
   return upload.report();

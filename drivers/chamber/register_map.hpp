@@ -306,6 +306,9 @@ inline constexpr auto kReadFunctions = make_vocabulary<ReadFunction::coils, Read
 inline constexpr Vocabulary<WriteFunction, 3> kWriteFunctions{{{"coil", WriteFunction::coil},
                                                                {"one_register", WriteFunction::one_register},
                                                                {"registers", WriteFunction::registers}}};
+inline constexpr auto kCellSources = make_vocabulary<CellSource::name, CellSource::constant>(
+    "name", "number", "step_count", "step", "kind", "start", "target", "rate", "hours", "minutes", "seconds",
+    "total_seconds", "guaranteed_soak", "soak_band", "constant");
 inline constexpr auto kStepKinds = make_vocabulary<StepKind::ramp, StepKind::end>("ramp", "soak", "end");
 inline constexpr auto kConfidences =
     make_vocabulary<Confidence::verified, Confidence::unverified>("verified", "manual", "secondary", "unverified");
@@ -375,6 +378,10 @@ void read_verification(const TomlTable& table, RegisterMap& map);
 /// Returns the item `name`. If there is none, notes an error at `key` and returns null.
 [[nodiscard]] const RegisterItem* find_named_item(const RegisterMap& map, const TomlTable& table, const char* key,
                                                   const std::string& name);
+/// Reads the keys that the profile memories of all units have.
+[[nodiscard]] ProfileMemory read_memory_properties(const TomlTable& table, const RegisterMap& map);
+/// Notes an error if the steps of a profile memory lack a value, or do not fit into the registers.
+void check_steps(const TomlTable& table, const ProfileMemory& memory);
 /// Returns the number that a name denotes: the first code with this meaning, or the mask of the flag.
 [[nodiscard]] std::optional<double> find_code(const RegisterItem& item, const std::string& meaning);
 /// Reads { register, is | is_not | bits | above }.

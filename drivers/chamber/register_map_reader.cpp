@@ -238,10 +238,6 @@ void check_sizes(const TomlTable& table, const RegisterItem& item, const Registe
                                            item.name, word_count(item), link.modbus.read_at_most));
 }
 
-constexpr auto kSources = make_vocabulary<CellSource::name, CellSource::constant>(
-    "name", "number", "step_count", "step", "kind", "start", "target", "rate", "hours", "minutes", "seconds",
-    "total_seconds", "guaranteed_soak", "soak_band", "constant");
-
 void check_codes(const TomlTable& table, const MemoryCell& cell) {
   const auto must_have = [&](std::initializer_list<const char*> names) {
     for (const auto* name : names)
@@ -254,7 +250,7 @@ void check_codes(const TomlTable& table, const MemoryCell& cell) {
 MemoryCell read_cell(const TomlTable& table, const ItemDefaults& defaults) {
   MemoryCell cell;
   cell.at = whole<std::uint16_t>(table, "at", 0, 122, 0);
-  cell.source = one_of(kSources, table, "holds", "constant");
+  cell.source = one_of(kCellSources, table, "holds", "constant");
   if (cell.source == CellSource::constant) cell.constant = table.number("value");
   read_form(table, defaults.order, cell.form);
   const bool is_text = cell.form.type == RegisterType::text;
@@ -290,25 +286,10 @@ MemoryBlock read_block(const TomlTable& table, const ItemDefaults& defaults, con
   return block;
 }
 
-void check_steps(const TomlTable& table, const ProfileMemory& memory) {
-  const auto has = [&](CellSource source) {
-    return std::ranges::any_of(memory.step, [&](const auto& block) {
-      return std::ranges::any_of(block.cells, [&](const auto& cell) { return cell.source == source; });
-    });
-  };
-  if (!has(CellSource::target) && !has(CellSource::start))
-    table.note_error("step", "no cell of a step contains its target or its start");
-  const bool has_time = has(CellSource::total_seconds) || (has(CellSource::hours) && has(CellSource::minutes));
-  if (!has_time) table.note_error("step", "the cells of a step do not contain its time");
-  if (memory.ramps_by_rate && !has(CellSource::rate)) table.note_error("step", "no cell of a step contains the rate");
-  for (const auto& block : memory.step)
-    if (block.address + (memory.steps_at_most - 1) * memory.stride + block.count > 0x10000)
-      table.note_error("steps_at_most", "the last step does not fit below address 65536");
-}
-
 constexpr Duration kUsualPatience = std::chrono::seconds(5);
-const std::vector<std::string> kCommands{"start",   "stop",          "pause",        "resume",       "acknowledge",
-                                         "advance", "start_program", "stop_program", "begin_upload", "end_upload"};
+const std::vector<std::string> kCommands{"start",        "stop",       "pause",         "resume",
+                                         "acknowledge",  "advance",    "start_program", "stop_program",
+                                         "begin_upload", "end_upload", "cancel_upload"};
 
 /// Reads the value to write: a number, a code, a parameter of the command, or the time of another item.
 void read_written_value(const TomlTable& table, const RegisterMap& map, const RegisterItem* item, SequenceStep& step) {
@@ -371,24 +352,8 @@ void read_items(const TomlTable& file, const ItemDefaults& defaults, RegisterMap
 }
 
 void read_memory(const TomlTable& table, const ItemDefaults& defaults, RegisterMap& map) {
-  ProfileMemory memory;
-  memory.steps_at_most = whole<int>(table, "steps_at_most", 1, 1000);
-  memory.programs = whole<int>(table, "programs", 1, 1000, 1);
-  memory.first_program = whole<int>(table, "first_program", 0, 1, 1);
-  memory.first_step = whole<int>(table, "first_step", 0, 1, 1);
+  auto memory = read_memory_properties(table, map);
   memory.stride = whole<std::uint16_t>(table, "stride", 0, 1000, 0);
-  memory.ramps_by_rate = table.choice("ramps_by", {"time", "rate"}, "time") == "rate";
-  memory.end_step = table.boolean("end_step", false);
-  memory.end_time = table.duration("end_time", Duration{});
-  memory.longest_step = table.duration("longest_step");
-  memory.finest = table.duration("finest", std::chrono::seconds(1));
-  if (memory.finest <= Duration{} || memory.longest_step < memory.finest)
-    table.note_error("longest_step", "expected a longest step that is not shorter than \"finest\", and both positive");
-  memory.pause = table.duration("pause", Duration{});
-  memory.recovery = table.duration("recovery", Duration{});
-  memory.number_from = table.text("number_from", "");
-  if (!memory.number_from.empty()) (void)find_named_item(map, table, "number_from", memory.number_from);
-  memory.confidence = one_of(kConfidences, table, "confidence", "unverified");
   for (const auto& block : table.tables("header")) memory.header.push_back(read_block(block, defaults, map));
   for (const auto& block : table.tables("step")) memory.step.push_back(read_block(block, defaults, map));
   for (const auto& block : table.tables("footer")) memory.footer.push_back(read_block(block, defaults, map));
@@ -668,6 +633,43 @@ ItemDefaults read_any_unit(const TomlTable& file, std::optional<WordOrder> word_
 
 void read_unit(const TomlTable& file, std::optional<WordOrder> word_order, RegisterMap& map) {
   (void)read_any_unit(file, word_order, map);
+}
+
+ProfileMemory read_memory_properties(const TomlTable& table, const RegisterMap& map) {
+  ProfileMemory memory;
+  memory.steps_at_most = whole<int>(table, "steps_at_most", 1, 1000);
+  memory.programs = whole<int>(table, "programs", 1, 1000, 1);
+  memory.first_program = whole<int>(table, "first_program", 0, 1, 1);
+  memory.first_step = whole<int>(table, "first_step", 0, 1, 1);
+  memory.ramps_by_rate = table.choice("ramps_by", {"time", "rate"}, "time") == "rate";
+  memory.end_step = table.boolean("end_step", false);
+  memory.end_time = table.duration("end_time", Duration{});
+  memory.longest_step = table.duration("longest_step");
+  memory.finest = table.duration("finest", std::chrono::seconds(1));
+  if (memory.finest <= Duration{} || memory.longest_step < memory.finest)
+    table.note_error("longest_step", "expected a longest step that is not shorter than \"finest\", and both positive");
+  memory.pause = table.duration("pause", Duration{});
+  memory.recovery = table.duration("recovery", Duration{});
+  memory.number_from = table.text("number_from", "");
+  if (!memory.number_from.empty()) (void)find_named_item(map, table, "number_from", memory.number_from);
+  memory.confidence = one_of(kConfidences, table, "confidence", "unverified");
+  return memory;
+}
+
+void check_steps(const TomlTable& table, const ProfileMemory& memory) {
+  const auto has = [&](CellSource source) {
+    return std::ranges::any_of(memory.step, [&](const auto& block) {
+      return std::ranges::any_of(block.cells, [&](const auto& cell) { return cell.source == source; });
+    });
+  };
+  if (!has(CellSource::target) && !has(CellSource::start))
+    table.note_error("step", "no cell of a step contains its target or its start");
+  const bool has_time = has(CellSource::total_seconds) || (has(CellSource::hours) && has(CellSource::minutes));
+  if (!has_time) table.note_error("step", "the cells of a step do not contain its time");
+  if (memory.ramps_by_rate && !has(CellSource::rate)) table.note_error("step", "no cell of a step contains the rate");
+  for (const auto& block : memory.step)
+    if (block.address + (memory.steps_at_most - 1) * memory.stride + block.count > 0x10000)
+      table.note_error("steps_at_most", "the last step does not fit below address 65536");
 }
 
 const RegisterItem* find_named_item(const RegisterMap& map, const TomlTable& table, const char* key,

@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -18,6 +19,7 @@
 #include "core/result.hpp"
 #include "core/toml_reader.hpp"
 #include "drivers/chamber/register_item.hpp"
+#include "drivers/chamber/text_memory.hpp"
 #include "drivers/line/text_frame.hpp"
 #include "drivers/line/text_template.hpp"
 
@@ -26,6 +28,7 @@ namespace gyrotherm::drivers {
 /// Characters of an identity that are compared, because a regular expression needs stack for each character.
 inline constexpr std::size_t kLongestIdentity = 128;
 
+struct Condition;
 struct RegisterMap;
 
 /// Properties of one kind of line.
@@ -45,11 +48,11 @@ struct TextWire {
   std::optional<TextFrame> frame;
 };
 
-/// Texts of an item's codes; the position of a text is the value in the register.
-using CodeTexts = std::vector<std::string>;
-
 /// Values of the parameters of a text instrument, by name. In a rig file they replace those of the instrument's file.
 using TextParameters = std::map<std::string, std::string>;
+
+/// Texts of an item's codes; the position of a text is the value in the register.
+using CodeTexts = std::vector<std::string>;
 
 /// Place of a field's value in the virtual registers.
 struct TextCell {
@@ -57,11 +60,11 @@ struct TextCell {
   /// Index of the item in RegisterMap::items.
   std::size_t item{};
   CodeTexts codes;  ///< empty: the field is not a code in text form
+  /// Position of the value in a field that is a list; nothing for a single value.
+  std::optional<std::size_t> position{};
 };
 
 /// One question with its answers. Registers `first` to `first + count − 1` hold the values of an answer.
-  /// Position of the value in a field that is a list; nothing for a single value.
-  std::optional<std::size_t> position{};
 struct TextQuery {
   std::uint16_t first{}, count{};
   std::string ask;
@@ -70,11 +73,11 @@ struct TextQuery {
   /// Commands without an answer that precede the question.
   std::vector<std::string> before;
   std::vector<TextTemplate> answers;
+  /// Time limit of the answer; that of the link if empty.
+  std::optional<Duration> within{};
   std::vector<TextCell> cells;
   /// Fields of items that belong to another question. Only the virtual unit uses them.
   std::vector<TextCell> mirrors;
-  /// Time limit of the answer; that of the link if empty.
-  std::optional<Duration> within{};
 };
 
 struct TextCommand {
@@ -88,6 +91,8 @@ struct TextCommand {
   /// Lines without an answer that make the written value effective, such as a start command. They are sent before the
   /// next exchange.
   std::vector<std::string> then;
+  /// Condition before the command under which `then` is sent; null: always.
+  std::shared_ptr<const Condition> then_when;
 };
 
 struct TextLink {
@@ -97,12 +102,15 @@ struct TextLink {
   std::map<std::int64_t, std::string> refusals;
   std::vector<TextQuery> queries;
   std::vector<TextCommand> commands;
+  std::vector<TextMemoryLine> memory;
   /// Question of the identity item, whose answer resynchronises the line; empty if there is none.
   std::string identity_question;
   std::vector<TextTemplate> identity_answers;
 
   [[nodiscard]] const TextQuery* find_query(std::uint16_t address) const;
   [[nodiscard]] const TextCommand* find_command(const RegisterMap& map, std::uint16_t address) const;
+  /// Returns the line of the profile memory whose registers contain `address`, or null.
+  [[nodiscard]] const TextMemoryLine* find_memory_line(std::uint16_t address) const;
 };
 
 /// Returns the field's value as the words of its registers, or nothing if it is a text that is not a code, or a list

@@ -18,7 +18,7 @@ namespace {
 
 /// Distance between the first registers of two questions. A read of up to kTextReadAtMost registers reaches only one.
 constexpr std::uint16_t kQuestionStride = 1024;
-constexpr std::size_t kMostQuestions = 60;
+constexpr std::size_t kMostQuestions = 48;
 constexpr std::uint16_t kCharactersOfText = 64;
 constexpr double kUsualResolution = 0.001;
 
@@ -249,11 +249,21 @@ class ItemReader {
     item->writable = true;
     for (const auto& line : texts_at(table, "then"))
       command.then.push_back(templates_.read_constant(table, "then", line));
-    if (command.acknowledged.empty() && !item->readable && item->seen_in.empty())
+    if (table.has("then_when"))
+      command.then_when = std::make_shared<const Condition>(read_condition(table.table("then_when"), map_));
+    const bool has_effect = table.has("effect") && is_readable(table, "effect", table.text("effect"));
+    if (command.acknowledged.empty() && !item->readable && item->seen_in.empty() && !has_effect)
       table.note_error("tell", "this command is neither acknowledged nor read back");
     command.item = static_cast<std::size_t>(item - map_.items.data());
     tables_of_commands_.push_back(&table);
     text_.commands.push_back(std::move(command));
+  }
+
+  /// Returns whether an item can be read, and notes an error if it cannot.
+  [[nodiscard]] bool is_readable(const TomlTable& table, const char* key, const std::string& name) const {
+    const auto* item = find_named_item(map_, table, key, name);
+    if (item && !item->readable) table.note_error(key, fmt::format("the item \"{}\" cannot be read", name));
+    return item && item->readable;
   }
 
   void check_fields(const TextCommand& command) const {
@@ -279,8 +289,15 @@ class ItemReader {
   }
 
   const TemplateReader& templates_;
+  bool any_kind_;
   RegisterMap& map_;
   TextLink& text_;
+  /// A field of a question whose item has its own question.
+  struct LateMirror {
+    std::size_t query{};
+    std::string field, item;
+  };
+  std::vector<LateMirror> late_mirrors_;
   std::vector<TomlTable> tables_;
   std::map<std::string, const TomlTable*> own_;
   std::vector<const TomlTable*> tables_of_commands_;
@@ -289,17 +306,10 @@ class ItemReader {
 
 }  // namespace
 
-  bool any_kind_;
 namespace {
 
 void read_any_text_unit(const TomlTable& file, const TextParameters& parameters, bool any_kind, RegisterMap& map) {
   map.name = file.text("name");
-  /// A field of a question whose item has its own question.
-  struct LateMirror {
-    std::size_t query{};
-    std::string field, item;
-  };
-  std::vector<LateMirror> late_mirrors_;
   map.vendor = file.text("vendor");
   for (const auto* documentation : {"model", "firmware"}) (void)file.text(documentation, "");
   (void)file.text("source");
@@ -323,19 +333,9 @@ void read_any_text_unit(const TomlTable& file, const TextParameters& parameters,
     map.identity = std::move(print);
     if (!any_kind) read_verification(identity, map);
   }
+  if (!any_kind && file.has("profile_memory"))
+    text->memory = read_text_memory(file.table("profile_memory"), templates, map);
   map.text_link = std::move(text);
-}
-
-const TextQuery* TextLink::find_query(std::uint16_t address) const {
-  const auto found = std::ranges::find_if(
-      queries, [&](const TextQuery& query) { return address >= query.first && address < query.first + query.count; });
-  return found == queries.end() ? nullptr : &*found;
-}
-
-const TextCommand* TextLink::find_command(const RegisterMap& map, std::uint16_t address) const {
-  const auto found = std::ranges::find_if(
-      commands, [&](const TextCommand& command) { return map.items[command.item].address == address; });
-  return found == commands.end() ? nullptr : &*found;
 }
 
 }  // namespace
@@ -347,6 +347,23 @@ void read_text_unit(const TomlTable& file, const TextParameters& parameters, Reg
 
 void read_text_lines(const TomlTable& file, const TextParameters& parameters, RegisterMap& map) {
   read_any_text_unit(file, parameters, true, map);
+}
+
+const TextQuery* TextLink::find_query(std::uint16_t address) const {
+  const auto found = std::ranges::find_if(
+      queries, [&](const TextQuery& query) { return address >= query.first && address < query.first + query.count; });
+  return found == queries.end() ? nullptr : &*found;
+}
+
+const TextMemoryLine* TextLink::find_memory_line(std::uint16_t address) const {
+  const auto found = std::ranges::find_if(memory, [&](const TextMemoryLine& line) { return line.contains(address); });
+  return found == memory.end() ? nullptr : &*found;
+}
+
+const TextCommand* TextLink::find_command(const RegisterMap& map, std::uint16_t address) const {
+  const auto found = std::ranges::find_if(
+      commands, [&](const TextCommand& command) { return map.items[command.item].address == address; });
+  return found == commands.end() ? nullptr : &*found;
 }
 
 std::optional<std::vector<std::uint16_t>> to_words(const TextCell& cell, const RegisterItem& item,

@@ -21,17 +21,25 @@ class TextRegisters final : public Registers {
   TextRegisters(const RegisterMap& map, std::unique_ptr<ByteStream> stream, std::string place, const Clock* clock)
       : map_(map), text_(*map_.text_link), place_(place), client_(map_, std::move(stream), std::move(place), clock) {}
 
+  TextRegisters(const TextRegisters&) = delete;
+  TextRegisters& operator=(const TextRegisters&) = delete;
+  ~TextRegisters() override { (void)send_pending_lines(); }
+
   Result<std::vector<std::uint16_t>> read(ReadFunction, std::uint16_t address, std::uint16_t count) override {
+    if (auto sent = send_pending_lines(); !sent) return failure(std::move(sent.error()));
     std::vector<std::uint16_t> words;
     while (words.size() < count) {
       const auto at = static_cast<std::uint16_t>(address + words.size());
       const auto* query = text_.find_query(at);
-      if (!query) return failure(FaultKind::refused, place_, "this item has no question");
-      auto answer = ask(*query);
+      const auto* line = query ? nullptr : text_.find_memory_line(at);
+      if (!query && !(line && line->ask)) return failure(FaultKind::refused, place_, "this item has no question");
+      const int step = line ? line->step_at(at) : 0;
+      const auto read_once = [&] { return query ? ask(*query) : ask_stored(*line, step); };
+      auto answer = read_once();
       for (int tries = 1; !answer && answer.error().kind == FaultKind::corrupted && tries < kReadTries; ++tries)
-        answer = ask(*query);
+        answer = read_once();
       if (!answer) return failure(std::move(answer.error()));
-      const auto from = static_cast<std::size_t>(at - query->first);
+      const auto from = static_cast<std::size_t>(at - (query ? query->first : line->address_of(step)));
       const auto size = std::min<std::size_t>(answer->size() - from, count - words.size());
       words.insert(words.end(), answer->begin() + static_cast<std::ptrdiff_t>(from),
                    answer->begin() + static_cast<std::ptrdiff_t>(from + size));
@@ -40,6 +48,8 @@ class TextRegisters final : public Registers {
   }
 
   Result<void> write(WriteFunction, std::uint16_t address, std::span<const std::uint16_t> words) override {
+    if (auto sent = send_pending_lines(); !sent) return sent;
+    if (const auto* line = text_.find_memory_line(address)) return store(*line, address, words);
     const auto* command = text_.find_command(map_, address);
     if (!command) return failure(FaultKind::refused, place_, "this item has no command");
     const auto& item = map_.items[command->item];
@@ -47,9 +57,10 @@ class TextRegisters final : public Registers {
       return failure(FaultKind::refused, place_, "only a whole item can be written");
     FieldValues values{{"value", to_field(item, command->codes, words)}};
     if (auto complete = add_present_values(command->tell, values); !complete) return complete;
+    const auto follows = must_follow(*command);
+    if (!follows) return failure(follows.error());
     auto done = client_.tell(command->tell.format(values), command->acknowledged);
-    for (const auto& line : command->then)
-      if (done) done = client_.tell(line);
+    if (done && *follows) pending_ = command->then;
     return done;
   }
 
@@ -68,6 +79,28 @@ class TextRegisters final : public Registers {
                  : client_.not_understood(query.ask, answer->line);
   }
 
+  /// Sends a line of a program.
+  Result<void> store(const TextMemoryLine& line, std::uint16_t address, std::span<const std::uint16_t> words) {
+    if (words.size() != line.count || address != line.address_of(line.step_at(address)))
+      return failure(FaultKind::refused, place_, "only a whole line of a program can be written");
+    const auto fields = to_fields(line, words);
+    if (const auto number = fields.find(kProgramNumberField); number != fields.end()) program_ = number->second;
+    return client_.tell(line.tell.format(fields), line.acknowledged);
+  }
+
+  /// Reads a line of the program that was written last. Returns its registers.
+  Result<std::vector<std::uint16_t>> ask_stored(const TextMemoryLine& line, int step) {
+    FieldValues fields{{kProgramNumberField, program_},
+                       {kProgramStepField, static_cast<double>(step + map_.memory->first_step)}};
+    const auto question = line.ask->format(fields);
+    const auto answer = client_.ask(question, line.answers);
+    if (!answer) return failure(answer.error());
+    for (const auto& [field, value] : answer->fields) fields[field] = value;
+    auto words = to_words(line, fields);
+    return words ? Result<std::vector<std::uint16_t>>(std::move(*words))
+                 : client_.not_understood(question, answer->line);
+  }
+
   /// Returns the registers of the question. An item whose field is missing in this form of the answer has the value
   /// NaN, which no reader accepts.
   [[nodiscard]] std::optional<std::vector<std::uint16_t>> words_of(const TextQuery& query,
@@ -82,6 +115,25 @@ class TextRegisters final : public Registers {
       words.insert(words.end(), its->begin(), its->end());
     }
     return words;
+  }
+
+  /// Sends the lines that follow the last command. They wait until the next exchange, because a unit that needs a long
+  /// pause would otherwise delay the caller.
+  Result<void> send_pending_lines() {
+    for (const auto& line : std::exchange(pending_, {}))
+      if (auto sent = client_.tell(line); !sent) return sent;
+    return {};
+  }
+
+  /// Returns whether the lines after a command are sent.
+  Result<bool> must_follow(const TextCommand& command) {
+    if (command.then.empty() || !command.then_when) return true;
+    const auto& item = *map_.find(command.then_when->item);
+    const auto words = read(ReadFunction::holding_registers, item.address, word_count(item));
+    if (!words) return failure(words.error());
+    const auto value = decode(item, *words);
+    if (!value) return failure(value.error());
+    return holds(*command.then_when, *value);
   }
 
   /// Adds the values of the other items that a command repeats.
@@ -109,6 +161,9 @@ class TextRegisters final : public Registers {
   const TextLink& text_;
   std::string place_;
   TextClient client_;
+  std::vector<std::string> pending_;
+  /// Number of the program that was written last.
+  FieldValue program_ = 0.0;
 };
 
 }  // namespace

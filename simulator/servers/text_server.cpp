@@ -54,6 +54,9 @@ TextBehaviour read_behaviour(const drivers::RegisterMap& map) {
   return behaviour;
 }
 
+/// A larger number of a step is none.
+constexpr double kMostSteps = 10'000;
+
 class UnitSession final : public TextUnitSession {
  public:
   UnitSession(ServedRegisters& registers, drivers::LinkKind kind, bool has_lag)
@@ -72,9 +75,27 @@ class UnitSession final : public TextUnitSession {
       if (line == query.ask || std::ranges::find(query.also_asked, line) != query.also_asked.end())
         return answer_query(query);
     }
-    for (const auto& command : text_.commands)
-      if (const auto fields = command.tell.match(line)) return carry_out(command, *fields, line);
+    for (const auto& stored : text_.memory) {
+      if (const auto fields = stored.tell.match(line)) return store(stored, *fields, line);
+      if (const auto asked = stored.ask ? stored.ask->match(line) : std::nullopt) return show(stored, *asked);
+    }
+    const drivers::TextCommand* refused = nullptr;
+    for (const auto& command : text_.commands) {
+      const auto fields = command.tell.match(line);
+      if (!fields) continue;
+      if (has_codes_of(command, *fields)) return carry_out(command, *fields, line);
+      refused = &command;
+    }
+    if (refused) return refuse(map_.items[refused->item]);
     return refusal();
+  }
+
+  /// Returns whether the written value is a code of the command, if the command has codes. The line of another command
+  /// may fit otherwise: "PRGM, END, CONST" also fits "PRGM, {value:s}".
+  [[nodiscard]] static bool has_codes_of(const drivers::TextCommand& command, const drivers::FieldValues& fields) {
+    const auto value = fields.find("value");
+    const auto* text = value == fields.end() ? nullptr : std::get_if<std::string>(&value->second);
+    return !text || command.codes.empty() || std::ranges::find(command.codes, *text) != command.codes.end();
   }
 
   [[nodiscard]] std::optional<std::string> refusal() const {
@@ -126,13 +147,67 @@ class UnitSession final : public TextUnitSession {
       if (item.writable && !write_item(item, command.codes, value->second)) return refuse(item);
     }
     if (!command.tell.find("value") && !write_item(own, command.codes, 0.0)) return refuse(own);
-    if (command.acknowledged.empty()) return std::nullopt;
-    const auto& acknowledged = command.acknowledged.front();
+    return acknowledge(command.acknowledged, fields, line);
+  }
+
+  /// Returns the first form of the acknowledgement of a line; nothing if there is none.
+  static std::optional<std::string> acknowledge(const std::vector<drivers::TextTemplate>& forms,
+                                                const drivers::FieldValues& fields, const std::string& line) {
+    if (forms.empty()) return std::nullopt;
+    const auto& acknowledged = forms.front();
     drivers::FieldValues values;
     const auto* rest = acknowledged.find("_");
     if (rest && rest->form.kind == drivers::FieldForm::Kind::text) values["_"] = line;
     if (const auto value = fields.find("value"); value != fields.end()) values["value"] = value->second;
     return acknowledged.format(values);
+  }
+
+  /// Returns the index of the step that the fields name; 0 if they name none.
+  [[nodiscard]] int find_step(const drivers::FieldValues& fields) const {
+    const auto found = fields.find(drivers::kProgramStepField);
+    const auto* number = found == fields.end() ? nullptr : std::get_if<double>(&found->second);
+    return number ? static_cast<int>(std::clamp(*number, -1.0, kMostSteps)) - map_.memory->first_step : 0;
+  }
+
+  /// Stores a line of a program.
+  std::optional<std::string> store(const drivers::TextMemoryLine& stored, const drivers::FieldValues& fields,
+                                   const std::string& line) {
+    const int step = find_step(fields);
+    const auto words = to_words(stored, fields);
+    if (!words || step < 0 || step >= stored.steps) return refusal();
+    if (!words->empty() &&
+        !registers_.write(drivers::WriteFunction::registers, stored.address_of(step), *words).has_value())
+      return refusal();
+    return acknowledge(stored.acknowledged, fields, line);
+  }
+
+  /// Answers a question about a line of a program. A step that was not stored is refused.
+  [[nodiscard]] std::optional<std::string> show(const drivers::TextMemoryLine& stored,
+                                                const drivers::FieldValues& asked) const {
+    const int step = find_step(asked);
+    const int count = count_steps();
+    if (step < 0 || (stored.stride > 0 && step >= count)) return refusal();
+    std::vector<std::uint16_t> words;
+    if (!registers_.read(drivers::ReadFunction::holding_registers, stored.address_of(step), stored.count, words))
+      return refusal();
+    auto values = to_fields(stored, words);
+    for (const auto& [field, value] : asked) values[field] = value;
+    values[drivers::kProgramStepCountField] = static_cast<double>(count);
+    return stored.answers.front().format(values);
+  }
+
+  /// Counts the steps that were stored since the memory was cleared.
+  [[nodiscard]] int count_steps() const {
+    const auto first = std::ranges::find_if(text_.memory, [](const auto& one) { return one.stride > 0; });
+    if (first == text_.memory.end()) return 0;
+    int count = 0;
+    for (; count < first->steps; ++count) {
+      std::vector<std::uint16_t> words;
+      if (!registers_.read(drivers::ReadFunction::holding_registers, first->address_of(count), first->count, words) ||
+          std::ranges::all_of(words, [](auto word) { return word == 0; }))
+        break;
+    }
+    return count;
   }
 
   bool write_item(const drivers::RegisterItem& item, const drivers::CodeTexts& codes,

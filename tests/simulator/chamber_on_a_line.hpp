@@ -11,9 +11,11 @@
 #include "core/clock.hpp"
 #include "drivers/chamber/item_exchange.hpp"
 #include "drivers/chamber/modbus_chamber.hpp"
+#include "drivers/chamber/text_registers.hpp"
 #include "drivers/line/modbus_lines.hpp"
 #include "simulator/chamber_registers.hpp"
 #include "simulator/servers/modbus_server.hpp"
+#include "simulator/servers/text_server.hpp"
 #include "tests/simulator/shipped_rigs.hpp"
 #include "tests/support/hex_bytes.hpp"
 #include "tests/support/simulated_line.hpp"
@@ -73,7 +75,7 @@ class ChamberOnALine {
       : map(std::move(described)),
         laboratory(laboratory_of_rig("virtual"), {}),
         unit(map, laboratory),
-        session(make_modbus_session(unit)),
+        session(map.text_link ? make_text_session(unit, map.link.kind, false) : make_modbus_session(unit)),
         chamber(make_modbus_chamber(map, registers(), std::make_unique<ClockPauses>(clock))) {}
   ChamberOnALine(const std::string& name, drivers::LinkKind kind)
       : ChamberOnALine(select_link(chamber_map(name), kind).value()) {}
@@ -81,16 +83,12 @@ class ChamberOnALine {
   /// Returns a second, independent line to the same unit.
   [[nodiscard]] std::unique_ptr<drivers::Registers> registers() {
     const auto& link = map.link.modbus;
+    if (map.text_link) return make_text_registers(map, make_simulated_line(), "line", &clock);
     if (map.link.kind == drivers::LinkKind::tcp) {
       auto connection = std::make_unique<SessionConnection>(clock, [this](auto frame) { return answer(frame); });
       return make_guarded_registers(make_modbus_tcp(std::move(connection), "unit", link, &clock), link, &clock);
     }
-    auto line = std::make_unique<tests::SimulatedLine>(clock);
-    auto* end = line.get();
-    line->heard = [this, end](std::span<const std::byte> frame) {
-      if (auto reply = answer(frame); !reply.empty()) end->arrive(Duration(1000), std::move(reply));
-    };
-    return make_guarded_registers(make_modbus_rtu(std::move(line), "line", link, &clock), link, &clock);
+    return make_guarded_registers(make_modbus_rtu(make_simulated_line(), "line", link, &clock), link, &clock);
   }
 
   /// Advances only the laboratory, not the clock of the line.
@@ -112,6 +110,15 @@ class ChamberOnALine {
   std::unique_ptr<drivers::Chamber> chamber;
 
  private:
+  std::unique_ptr<drivers::ByteStream> make_simulated_line() {
+    auto line = std::make_unique<tests::SimulatedLine>(clock);
+    auto* end = line.get();
+    line->heard = [this, end](std::span<const std::byte> frame) {
+      if (auto reply = answer(frame); !reply.empty()) end->arrive(Duration(1000), std::move(reply));
+    };
+    return line;
+  }
+
   std::vector<std::byte> answer(std::span<const std::byte> frame) {
     heard.push_back(tests::format_hex(frame));
     std::vector<std::byte> reply;

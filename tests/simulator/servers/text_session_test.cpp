@@ -56,5 +56,20 @@ TEST(TextSession, LagAppliesToAnItemInTheAnswerOfAnotherQuestion) {
   EXPECT_TRUE(ask(*prompt, "MON?\n").ends_with(",ON\n"));
 }
 
+TEST(TextSession, RefusesPartsOfProgramsThatItDoesNotHave) {
+  VirtualLaboratory laboratory(laboratory_of_rig("virtual"), {});
+  ChamberRegisters unit(chamber_map("espec_p300"), laboratory);
+  const auto session = make_text_session(unit, drivers::LinkKind::text_tcp, false);
+  EXPECT_EQ(ask(*session, "PRGM DATA?,RAM:1,STEP1\r\n"), "NA:CMD ERR\r\n");
+  const auto step = [&](const std::string& number, const std::string& kind) {
+    return ask(*session, "PRGM DATA WRITE, PGM1, STEP" + number + ", TEMP25.0, TRAMP" + kind +
+                             ", TIME0:05, GRANTY OFF, PAUSE OFF\r\n");
+  };
+  EXPECT_TRUE(step("1", "OFF").starts_with("OK:PRGM DATA WRITE"));
+  EXPECT_EQ(ask(*session, "PRGM DATA?,RAM:1,STEP1\r\n"), "1,TEMP25.0,TEMP RAMP OFF,,TIME0:5,GRANTY OFF,\r\n");
+  EXPECT_EQ(step("1", "PERHAPS"), "NA:CMD ERR\r\n");
+  for (const auto* number : {"0", "-1", "100", "99999999999999999999"}) EXPECT_EQ(step(number, "ON"), "NA:CMD ERR\r\n");
+}
+
 }  // namespace
 }  // namespace gyrotherm::simulator

@@ -2,11 +2,14 @@
 // The shipped files of text chambers form and read the lines that public sources contain.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <variant>
+#include <vector>
 
 #include "core/file.hpp"
 #include "drivers/chamber/register_map.hpp"
@@ -72,6 +75,63 @@ TEST(TextChambers, P300HasThePublishedLines) {
   EXPECT_EQ(number_in_answer(map, "alarms", "23.0,85,CONSTANT,0", "alarms"), 0);
   EXPECT_EQ(number_in_answer(map, "alarms", "23.0,,CONSTANT,2", "alarms"), 2);
   EXPECT_EQ(number_in_answer(map, "alarms", "23.0,CONSTANT,1", "alarms"), 1);
+}
+
+/// Returns the line of a program that contains `part`, with these fields.
+std::string stored_line(const RegisterMap& map, std::string_view part, const FieldValues& fields) {
+  for (const auto& line : map.text_link->memory) {
+    const auto sent = line.tell.format(fields);
+    if (sent.find(part) != std::string::npos) return sent;
+  }
+  return "no line";
+}
+
+TEST(TextChambers, P300ProgramsHaveThePublishedLines) {
+  const auto map = read_text_chamber("espec_p300");
+  const FieldValues step{{"number", 3.0},
+                         {"step", 2.0},
+                         {"target", -40.0},
+                         {"kind", std::string("ON")},
+                         {"hours", 1.0},
+                         {"minutes", 5.0},
+                         {"guaranteed_soak", std::string("OFF")}};
+  EXPECT_EQ(stored_line(map, "STEP2", step),
+            "PRGM DATA WRITE, PGM3, STEP2, TEMP-40.0, TRAMPON, TIME1:05, GRANTY OFF, PAUSE OFF");
+  EXPECT_EQ(stored_line(map, "EDIT START", step), "PRGM DATA WRITE, PGM3, EDIT START");
+  EXPECT_EQ(stored_line(map, "EDIT END", step), "PRGM DATA WRITE, PGM3, EDIT END");
+  EXPECT_EQ(stored_line(map, "END, HOLD", step), "PRGM DATA WRITE, PGM3, END, HOLD");
+  EXPECT_EQ(command_line(map, "run_program", {{"value", 3.0}}), "PRGM, RUN, RAM:3, STEP1");
+  const auto& lines = map.text_link->memory;
+  const auto found = std::ranges::find_if(lines, [](const auto& line) { return line.stride > 0; });
+  ASSERT_NE(found, lines.end());
+  EXPECT_EQ(found->ask->format(step), "PRGM DATA?,RAM:3,STEP2");
+  for (const auto* answer : {"2,TEMP-40.0,TEMP RAMP ON,TIME1:5,GRANTY OFF,REF9,PAUSE OFF",
+                             "2,TEMP-40.0,TEMP RAMP ON,HUMI OFF,TIME1:05,GRANTY OFF,REF9,RELAY ON1.2,PAUSE OFF",
+                             "2,TEMP-40.0,TEMP RAMP ON,PTC OFF,HUMI85,HUMI RAMP OFF,TIME1:05,GRANTY OFF,REF9"}) {
+    std::optional<FieldValues> fields;
+    for (const auto& form : found->answers)
+      if (!fields) fields = form.match(answer, true);
+    ASSERT_TRUE(fields) << answer;
+    (*fields)["number"] = 3.0;
+    EXPECT_EQ(to_words(*found, *fields), to_words(*found, step)) << answer;
+  }
+}
+
+TEST(TextChambers, Thermotron3800StartsNoStoppedUnitByASetPoint) {
+  const auto map = read_text_chamber("thermotron_3800");
+  EXPECT_EQ(command_line(map, "set_point", {{"value", 25.0}}), "SETP1,25.0");
+  const auto* command = map.text_link->find_command(map, map.find("set_point")->address);
+  ASSERT_TRUE(command && command->then_when);
+  EXPECT_EQ(command->then, std::vector<std::string>{"RUNM"});
+  EXPECT_TRUE(holds(*command->then_when, 16));
+  EXPECT_FALSE(holds(*command->then_when, 2));
+}
+
+TEST(TextChambers, LaudaTypeIsAParameter) {
+  const auto map = read_text_chamber("lauda");
+  for (const auto* known : {"XT", "RP245E", "ECO", "VC 600"})
+    EXPECT_TRUE(fits_expression(map.identity->pattern, known));
+  for (const auto* other : {"ERR_3", "F25", "JULABO"}) EXPECT_FALSE(fits_expression(map.identity->pattern, other));
 }
 
 TEST(TextChambers, CtsFramesHaveThePublishedBytes) {

@@ -172,6 +172,97 @@ TEST_F(TextChamber, TakesNoLateAnswerForALaterQuestion) {
     }
 }
 
+TEST_F(TextChamber, StopTriesEveryStepAndReportsFirstFailure) {
+  std::string text_of = kMap;
+  const std::string step = "stop = [{ write = \"mode\", code = \"standby\" }]";
+  text_of.replace(text_of.find(step), step.size(),
+                  "stop = [{ write = \"set_point\", value = 300 }, { write = \"mode\", code = \"standby\" }]");
+  auto stream = std::make_unique<ScriptedChamber>();
+  stream->answer = [this](const std::string& question) { return respond(question); };
+  const auto map = parse_register_map(text_of, "test").value();
+  chamber = make_modbus_chamber(map, make_text_registers(map, std::move(stream), "test"), make_virtual_pauses(), {});
+  mode = "CONSTANT";
+  const auto stopped = chamber->stop();
+  ASSERT_FALSE(stopped);
+  EXPECT_EQ(stopped.error().kind, FaultKind::refused);
+  EXPECT_EQ(mode, "STANDBY");
+}
+
+/// Returns the map with `from` replaced.
+std::string map_text_with(const std::string& from, const std::string& to) {
+  std::string text_of = kMap;
+  EXPECT_NE(text_of.find(from), std::string::npos) << from;
+  return text_of.replace(text_of.find(from), from.size(), to);
+}
+
+TEST(TextMap, ParametersOfTheRigReplaceThoseOfTheFile) {
+  const auto text_of = map_text_with("[[item]]\nname = \"temperature\"\nask = \"TEMP?\"",
+                                     "[parameter]\nchannel = 1\nunit_name = \"C-1\"\n[[item]]\n"
+                                     "name = \"temperature\"\nask = \"TEMP{channel:d}?\"");
+  const auto usual = parse_register_map(text_of, "test").value();
+  EXPECT_EQ(usual.text_link->queries[1].ask, "TEMP1?");
+  const auto other = parse_register_map(text_of, "test", {}, {{"channel", "2"}}).value();
+  EXPECT_EQ(other.text_link->queries[1].ask, "TEMP2?");
+  EXPECT_EQ(other.parameters, (TextParameters{{"channel", "2"}, {"unit_name", "C-1"}}));
+  EXPECT_TRUE(check_parameters(other, {{"unit_name", "C-2"}}));
+  const auto unknown = check_parameters(other, {{"chanel", "2"}});
+  ASSERT_FALSE(unknown);
+  EXPECT_EQ(unknown.error().where, "chanel");
+  EXPECT_NE(unknown.error().what.find("expected one of: channel, unit_name"), std::string::npos);
+  const auto no_number = parse_register_map(text_of, "test", {}, {{"channel", "A"}});
+  ASSERT_FALSE(no_number);
+  EXPECT_NE(text(no_number.error()).find("is a number"), std::string::npos) << text(no_number.error());
+}
+
+TEST(TextMap, IdentityPatternHasParameters) {
+  auto text_of = map_text_with("pattern = \"C-1|C-2\"", "pattern = \"^{type:s}\"\n[parameter]\ntype = \"C-1\"");
+  EXPECT_EQ(parse_register_map(text_of, "test").value().identity->pattern, "^C-1");
+  EXPECT_EQ(parse_register_map(text_of, "test", {}, {{"type", "D-9"}}).value().identity->pattern, "^D-9");
+}
+
+TEST(TextMap, ReadsListsAsNumberedItems) {
+  const auto text_of = map_text_with("[control]",
+                                     "[[item]]\nname = \"zones\"\nask = \"ZONES?\"\n"
+                                     "answer = \"{value:f*3,}\"\n[control]");
+  const auto map = parse_register_map(text_of, "test").value();
+  auto stream = std::make_unique<ScriptedChamber>();
+  stream->answer = [](const std::string&) { return "1.5,2.5,-3\r\n"; };
+  const auto registers = make_text_registers(map, std::move(stream), "test");
+  const auto& third = *map.find("zones_3");
+  const auto words = registers->read(ReadFunction::holding_registers, third.address, word_count(third));
+  ASSERT_TRUE(words) << text(words.error());
+  EXPECT_EQ(decode(third, *words).value(), -3);
+}
+
+/// A unit whose set points take effect at the next start command, which it does not acknowledge.
+const std::string kPendingSetPoint =
+    "tell = \"TEMP, S{value:f.1}\"\nthen = \"RUN\"\nthen_when = { item = \"mode\", is = \"constant\" }";
+
+TEST(TextMap, LinesAfterACommandHaveACondition) {
+  const auto map = parse_register_map(map_text_with("tell = \"TEMP, S{value:f.1}\"", kPendingSetPoint), "test").value();
+  std::string mode = "CONSTANT";
+  auto stream = std::make_unique<ScriptedChamber>();
+  auto* line = stream.get();
+  line->answer = [&](const std::string& question) -> std::string {
+    if (question == "MODE?") return mode + "\r\n";
+    return question == "RUN" ? "" : "OK:" + question + "\r\n";
+  };
+  const auto registers = make_text_registers(map, std::move(stream), "test");
+  const auto& set_point = *map.find("set_point");
+  ASSERT_TRUE(registers->write(WriteFunction::registers, set_point.address, encode(set_point, 30)));
+  EXPECT_EQ(line->heard, (std::vector<std::string>{"MODE?", "TEMP, S30.0"}))
+      << "the caller does not wait for the pause";
+  const auto& mode_item = *map.find("mode");
+  ASSERT_TRUE(registers->read(ReadFunction::holding_registers, mode_item.address, word_count(mode_item)));
+  EXPECT_EQ(line->heard, (std::vector<std::string>{"MODE?", "TEMP, S30.0", "RUN", "MODE?"}));
+  line->heard.clear();
+  mode = "STANDBY";
+  ASSERT_TRUE(registers->write(WriteFunction::registers, set_point.address, encode(set_point, 31)));
+  ASSERT_TRUE(registers->read(ReadFunction::holding_registers, mode_item.address, word_count(mode_item)));
+  EXPECT_EQ(line->heard, (std::vector<std::string>{"MODE?", "TEMP, S31.0", "MODE?"}))
+      << "a stopped unit is not started";
+}
+
 TEST(TextMap, ReadsProposedForm) {
   const auto map = parse_register_map(kMap, "test").value();
   EXPECT_TRUE(map.find("air_temperature")->readable);
@@ -196,6 +287,21 @@ TEST(TextMap, NamesEachErrorWithItsPlace) {
   fails("port = 10001", "port = 100010", "port");
   fails("is = \"constant\"", "is = \"constnat\"", "constnat");
   fails("answer_end = \"\\r\\n\"", "answer_end = \"\"", "a lost digit is not noticed");
+  fails("[control]", "[[item]]\nname = \"go\"\ntell = \"GO\"\neffect = \"gone\"\n[control]", "gone");
+  fails("[control]", "[[item]]\nname = \"go\"\ntell = \"GO\"\n[control]", "neither acknowledged nor read back");
+  const std::string memory = "[profile_memory]\nsteps_at_most = 9\nlongest_step = \"1 h\"\n[[profile_memory.step]]\n";
+  fails("[control]", memory + "tell = \"S{step:d}\"\nacknowledged = \"OK\"\n[control]", "its target or its start");
+  fails("[control]", memory + "tell = \"S{step:d},{speed:d}\"\n[control]", "not a part of a program");
+  fails("[control]",
+        memory +
+            "tell = \"S{step:d},{target:f},{total_seconds:d}\"\nask = \"S{target:f}?\"\nanswer = "
+            "\"{target:f}\"\n[control]",
+        "expected number or step");
+  fails("[control]",
+        memory +
+            "tell = \"S{step:d},{target:f},{total_seconds:d}\"\nask = \"S{step:d}?\"\nanswer = "
+            "\"{target:f}\"\n[control]",
+        "the field \"total_seconds\" of \"tell\" is missing");
 }
 
 }  // namespace

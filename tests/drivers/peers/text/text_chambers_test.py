@@ -27,16 +27,16 @@ from ascii2 import Ascii2
 from bench import SAFE, Fake
 from controllers_test import BEGINS, Scene
 from cts import Cts, CtsOnSerialLine
-from espec import Espec, EspecOnBus
+from espec import Espec, EspecOnBus, Program, Step
 from f4t_scpi import F4tScpi
 from huber import Huber
 from julabo import Julabo
 from lauda import Lauda
-from program import Run, until
+from program import Run, start, until
 from records import Record, read_record
 from simserv import SimServ
 from text_server import Faults, TextChamber, TextOnTerminal, TextServer
-from thermotron import Thermotron
+from thermotron import Thermotron, Thermotron3800
 
 SAFE_WITHIN = 20.0  # s from the death of the program to a safe unit
 CONFIRMED_WITHIN = 90.0  # s
@@ -59,6 +59,7 @@ FAKES: dict[str, Fake] = {
     "ascii2": text(Ascii2, "weiss_ascii2"),
     "espec": text(Espec, "espec_p300"),
     "thermotron": text(Thermotron, "thermotron_8800"),
+    "thermotron3800": text(Thermotron3800, "thermotron_3800"),
     "cts": text(Cts, "cts"),
     "julabo": text(Julabo, "julabo"),
     "huber": text(Huber, "huber"),
@@ -316,6 +317,51 @@ def exchanged(scene: TextScene) -> None:
     scene.assertEqual(sent, [], f"another instrument was written to: {run.errors()[-900:]}")
 
 
+UPLOADED = """schema = "gyrotherm-profile/1"
+name = "ramp and soak"
+
+[[segment]]
+kind = "hold"
+at = "25 °C"
+time = "1 min"
+
+[[segment]]
+kind = "ramp"
+to = "-10 °C"
+rate = "5 °C/min"
+
+[[segment]]
+kind = "hold"
+time = "1 h 5 min"
+"""
+STORED = [Step(25.0, 1), Step(-10.0, 7, ramp=True), Step(-10.0, 65)]
+
+
+def uploaded(scene: TextScene) -> None:
+    """The controller stores the profile and runs it; the guard ends the program and makes the unit safe."""
+    chamber = scene.chamber
+    assert isinstance(chamber, Espec)
+    chamber.programs[1] = Program([Step(40.0, 60)], "OF OTHERS", "OFF")
+    chamber.edited = 1, Program()  # an upload that was not ended
+    path = scene.bench.folder / "profile.toml"
+    path.write_text(UPLOADED, encoding="utf-8")
+    record = scene.bench.folder / "run.db"
+    rig = scene.bench.rig()
+    rig.write_text(rig.read_text(encoding="utf-8").replace('lowest = "5 °C"', 'lowest = "-20 °C"'), encoding="utf-8")
+    run = start(scene.bench.programs, ["run", path, "--rig", rig, "--out", record, "--upload", "--json"], record,
+                name=record.stem)
+    scene.assertTrue(run.wait_acknowledged(2, BEGINS), f"the run did not begin: {run.errors()[-900:]}")
+    stored = chamber.programs[1]
+    scene.assertEqual((stored.steps, stored.name, stored.end, stored.start), (STORED, "RAMPANDSOAK", "HOLD", 25.0))
+    scene.assertTrue(chamber.in_program(), "the program does not run")
+    scene.expect_only_its_registers()
+    scene.assertTrue(until(run.guards), "there is no guard")
+    run.signal(signal.SIGKILL)
+    run.wait()
+    scene.assertTrue(until(scene.is_safe, SAFE_WITHIN), f"not safe within {SAFE_WITHIN:g} s: {run.errors()[-900:]}")
+    scene.assertFalse(chamber.in_program(), "the program still runs")
+
+
 def tests_of(name: str, fake: Fake) -> list[Scene]:
     acts: list[tuple[str, Callable[..., None]]] = [("Driven", driven), ("Misbehaving", misbehaving)]
     if fake.make().identity_questions:  # type: ignore[attr-defined]
@@ -326,6 +372,7 @@ def tests_of(name: str, fake: Fake) -> list[Scene]:
 def tests(long: bool) -> list[Scene]:
     fakes = FAKES | (MORE if long else {})
     found = [test for name, fake in fakes.items() for test in tests_of(name, fake)]
+    found.append(TextScene("Uploaded.espec", uploaded, FAKES["espec"]))
     if long:
         found += [TextScene(f"Repeated.{name}", repeated, fake) for name, fake in FAKES.items()]
         found += [TextScene(f"Exchanged.{name}", exchanged, fake) for name, fake in FAKES.items()

@@ -1,15 +1,16 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Thermotron 8800, as its Commands.html, PyMeasure and public telnet drivers describe it."""
+"""Thermotron 8800, as its Commands.html, PyMeasure and public telnet drivers describe it; and the 3800."""
 from __future__ import annotations
 
 import re
+import sys
 
-from text_server import Client, TextChamber, main
+from text_server import Client, TextChamber, main, self_test
 
 DONE, UNKNOWN, RANGE, STATE = "0", "1", "3", "4"  # a command is answered by 0 or an error code
 COLD_BOOT, RUNNING, BY_COMPUTER = 0, 1, 5
-MANUAL, PROGRAM = 16, 1
+MANUAL, STOPPED, PROGRAM = 16, 2, 1
 COMMAND = re.compile(r"([A-Z]{3,4})(\d*)(?:,(-?\d+(?:\.\d+)?))?(\?)?")
 
 
@@ -81,6 +82,66 @@ class Thermotron(TextChamber):
         self.stopped_by = BY_COMPUTER
 
 
+class Thermotron3800(TextChamber):
+    """The controller 3800, as PyMeasure drives it: no command is acknowledged, and a set point waits for RUNM."""
+    name = "thermotron3800"
+    question_ends = b"\r\n"
+    identity_questions = ("IDEN?",)
+    other_family = {"IDEN?": "THERMOTRON 8800"}
+    pause_after_write = 1.0
+
+    def __init__(self, *, mode: int = STOPPED, **more: object) -> None:
+        super().__init__(**more)  # type: ignore[arg-type]
+        self.mode, self.pending = mode, self.set_point
+        self.on = mode in (MANUAL, PROGRAM)
+
+    def busy(self) -> str:
+        return ""
+
+    def in_program(self) -> bool:
+        return self.mode == PROGRAM
+
+    def to_program(self) -> bool:
+        with self.lock:
+            self.mode, self.on = PROGRAM, True
+        return True
+
+    def to_off(self) -> bool:
+        with self.lock:
+            self.mode, self.on = STOPPED, False
+        return True
+
+    def reply(self, line: str) -> str | None:
+        asked = {"IDEN?": lambda: "THERMOTRON 3800", "PVAR1?": lambda: self.air_text("{:.1f}"),
+                 "SETP1?": lambda: self.set_point_text("{:.1f}"), "MODE?": lambda: str(self.mode)}.get(line.strip())
+        if asked:
+            return asked()
+        found = COMMAND.fullmatch(line.strip())
+        word, channel, value, _ = found.groups() if found else ("", "", None, None)
+        self.obey(line, word, channel, value or "")
+        return None
+
+    def obey(self, line: str, word: str, channel: str, value: str) -> None:
+        """Carries out a command; an unknown one is ignored."""
+        if word == "SETP" and channel == "1" and value:
+            if self.lowest <= float(value) <= self.highest:
+                self.take(line, lambda: setattr(self, "pending", float(value)))
+            else:
+                self.refuse(line, "")
+        elif word == "RUNM":
+            self.take(line, self.run)
+        elif word == "STOP":
+            self.take(line, self.stop)
+        else:
+            self.unknown.append(line)
+
+    def run(self) -> None:
+        self.mode, self.on, self.set_point = MANUAL, True, self.pending
+
+    def stop(self) -> None:
+        self.mode, self.on = STOPPED, False
+
+
 def test(client: Client) -> None:
     client.expect("IDEN?", "THERMOTRON 8800")
     client.expect("SETP1?", "23.000")
@@ -97,5 +158,21 @@ def test(client: Client) -> None:
     client.expect("JUMP", UNKNOWN)
 
 
+def test_3800(client: Client) -> None:
+    client.expect("IDEN?", "THERMOTRON 3800")
+    client.expect("SETP1?", "23.0")
+    client.expect("SETP1,30.0", "")
+    client.expect("SETP1?", "23.0")
+    client.expect("MODE?", "2")
+    client.expect("RUNM", "")
+    client.expect("SETP1?", "30.0")
+    client.expect("MODE?", "16")
+    client.expect("STOP", "")
+    client.expect("MODE?", "2")
+    assert client.chamber.is_off()
+
+
 if __name__ == "__main__":
+    if "--self-test" in sys.argv:
+        self_test(Thermotron3800, test_3800, "\r")
     main(Thermotron, test, "\r")

@@ -2,9 +2,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -13,11 +16,15 @@
 #include "core/shipped.hpp"
 #include "core/text.hpp"
 #include "drivers/chamber/register_map.hpp"
+#include "drivers/chamber/text_client.hpp"
 #include "drivers/chamber/text_registers.hpp"
 #include "drivers/line/line_address.hpp"
+#include "drivers/text_unit_file.hpp"
 
 namespace gyrotherm::app {
 namespace {
+
+namespace fs = std::filesystem;
 
 struct DescribeOptions {
   std::string file;
@@ -25,6 +32,10 @@ struct DescribeOptions {
   std::string line;
   /// Item whose question is sent; the first question if empty.
   std::string item;
+  /// Parameters that replace those of the file: "NAME=VALUE".
+  std::vector<std::string> parameters;
+  /// The lines of [sequence] prepare are sent first.
+  bool prepares = false;
 };
 
 /// Bytes that were exchanged with an instrument.
@@ -54,72 +65,185 @@ class CopyingStream final : public drivers::ByteStream {
   ExchangedBytes& bytes_;
 };
 
-Result<drivers::RegisterMap> read_description(const std::string& file) {
-  const auto path = resolve_path(file, kShippedChamberMap);
+constexpr std::string_view kTextSchema = "gyrotherm-text/1";
+
+/// Returns the path of a file. A name is that of a shipped text instrument of any kind.
+Result<std::string> find_description(const std::string& given) {
+  if (is_path(given)) return given;
+  for (const auto& shipped : shipped_folders())
+    for (const auto& folder : list_folder(fs::path(shipped) / "profiles")) {
+      const auto path = (folder / (given + ".toml")).string();
+      const auto text = read_text_file(path);
+      if (text && text->find(kTextSchema) != std::string::npos) return path;
+    }
+  return resolve_path(given, kShippedChamberMap);
+}
+
+/// Reads "channels=101:104".
+Result<drivers::TextParameters> read_parameters(const std::vector<std::string>& all) {
+  drivers::TextParameters parameters;
+  for (const auto& one : all) {
+    const auto equals = one.find('=');
+    if (equals == 0 || equals == std::string::npos)
+      return failure(FaultKind::usage, "--parameter", fmt::format("\"{}\" is not NAME=VALUE", one));
+    parameters[one.substr(0, equals)] = one.substr(equals + 1);
+  }
+  return parameters;
+}
+
+Result<drivers::TextUnitFile> read_description(const DescribeOptions& options) {
+  const auto path = find_description(options.file);
   if (!path) return failure(path.error());
   const auto text = read_text_file(*path);
   if (!text) return failure(text.error());
-  auto map = drivers::parse_register_map(*text, *path);
-  if (map && !map->text_link)
-    return failure(FaultKind::usage, *path,
-                   "describes registers, expected a text instrument (schema gyrotherm-text/1)");
-  return map;
+  const auto parameters = read_parameters(options.parameters);
+  if (!parameters) return failure(parameters.error());
+  return drivers::read_text_unit_file(*text, *path, *parameters);
 }
 
-std::string list_items(const drivers::RegisterMap& map) {
-  std::string text = fmt::format("{} {}\n", map.vendor, map.name);
-  for (const auto& query : map.text_link->queries) {
-    std::vector<std::string> names;
-    for (const auto& cell : query.cells) names.push_back(map.items[cell.item].name);
-    text += fmt::format("  {:<28} {}\n", plain(query.ask), fmt::join(names, ", "));
-  }
-  for (const auto& command : map.text_link->commands) {
-    const auto& item = map.items[command.item];
-    text += fmt::format("  {:<28} writes {}{}\n", plain(command.tell.format({{"value", std::string("…")}})), item.name,
-                        command.acknowledged.empty() ? "; not acknowledged" : "");
-  }
-  return text + drivers::describe_confidence(map) + "\n";
+/// Returns the names of the items in an answer: "mode, alarm" or "readings_1 … readings_8".
+std::string list_names(const drivers::RegisterMap& unit, const drivers::TextQuery& query) {
+  constexpr std::size_t kMostNames = 6;
+  std::vector<std::string> names;
+  for (const auto& cell : query.cells) names.push_back(unit.items[cell.item].name);
+  if (names.size() > kMostNames) return names.front() + " … " + names.back();
+  return fmt::format("{}", fmt::join(names, ", "));
 }
 
-const drivers::TextQuery* find_question(const drivers::RegisterMap& map, const std::string& item) {
-  const auto& queries = map.text_link->queries;
-  if (item.empty()) return queries.empty() ? nullptr : &queries.front();
-  const auto* found = map.find(item);
-  return found ? map.text_link->find_query(found->address) : nullptr;
+/// Formats a template with the names of its fields in place of their values: "PRGM DATA WRITE,PGM…,STEP…".
+std::string show_template(const drivers::TextTemplate& form) {
+  drivers::FieldValues values;
+  for (const auto& field : form.fields()) values[field.name] = std::string("…");
+  return plain(form.format(values));
+}
+
+std::string list_lines(const drivers::TextUnitFile& file) {
+  const auto& unit = file.unit;
+  std::string text = fmt::format("{} {}\n", unit.vendor, unit.name);
+  const auto add = [&](const std::string& line, const std::string& what) {
+    text += fmt::format("  {:<28} {}\n", plain(line), what);
+  };
+  for (const auto& [name, value] : unit.parameters) text += fmt::format("  parameter {} = {}\n", name, plain(value));
+  for (const auto& one : file.preparation)
+    add(one.line, one.answers.empty() ? "prepares" : "prepares, and is answered");
+  for (const auto& query : unit.text_link->queries) {
+    for (const auto& command : query.before) add(command, "precedes the next question");
+    add(query.ask, list_names(unit, query));
+  }
+  for (const auto& command : unit.text_link->commands)
+    add(command.tell.format({{"value", std::string("…")}}),
+        fmt::format("writes {}{}", unit.items[command.item].name,
+                    command.acknowledged.empty() ? "; not acknowledged" : ""));
+  for (const auto& stored : unit.text_link->memory) {
+    add(show_template(stored.tell), "stores a part of a program");
+    if (stored.ask) add(show_template(*stored.ask), "reads it back");
+  }
+  return text + file.confidence + "\n";
+}
+
+/// Returns the questions that read an item; the first question of the file if no item is given. An item of several
+/// inputs has one question for each.
+std::vector<const drivers::TextQuery*> find_questions(const drivers::RegisterMap& unit, const std::string& item) {
+  const auto& queries = unit.text_link->queries;
+  std::vector<const drivers::TextQuery*> found;
+  if (item.empty() && !queries.empty()) return {&queries.front()};
+  for (const auto& query : queries) {
+    const auto is_read = [&](const drivers::TextCell& cell) {
+      const auto& name = unit.items[cell.item].name;
+      return name == item || name.starts_with(item + "_");
+    };
+    const auto is_named = [&](const drivers::TextCell& cell) { return unit.items[cell.item].name == item; };
+    if (std::ranges::any_of(query.cells, is_named)) return {&query};
+    if (std::ranges::any_of(query.cells, is_read)) found.push_back(&query);
+  }
+  return found;
 }
 
 std::string show_value(const drivers::RegisterItem& item, std::span<const std::uint16_t> words) {
   if (item.type == drivers::RegisterType::text) return fmt::format("\"{}\"", decode_text(item.text, words));
   const auto value = decode(item, words);
   if (!value) return value.error().what;
-  return item.codes.empty() ? fmt::format("{:.10g}", *value) : drivers::meaning(item, *value);
+  if (item.flags.empty()) return item.codes.empty() ? fmt::format("{:.10g}", *value) : drivers::meaning(item, *value);
+  std::vector<std::string> names;
+  for (const auto& [name, bit] : item.flags)
+    if ((static_cast<std::int64_t>(*value) >> bit & 1) != 0) names.push_back(name);
+  return fmt::format("{:.10g} ({})", *value, names.empty() ? "no flag" : fmt::format("{}", fmt::join(names, ", ")));
 }
 
-/// Sends one question and prints the bytes, the values in the answer, or the reason why there are none.
+/// Sends the lines of a description to an instrument, and prints the bytes and values.
+class Conversation {
+ public:
+  Conversation(Console& console, const drivers::RegisterMap& unit, const drivers::Line& line)
+      : console_(console),
+        unit_(unit),
+        client_(unit_, std::make_unique<CopyingStream>(make_text_stream(line, unit_), bytes_), unit_.name, nullptr) {}
+
+  /// Sends a line of the preparation.
+  Result<void> prepare(const drivers::PreparingLine& line) {
+    auto done =
+        line.answers.empty() ? client_.tell(line.line) : client_.ask(line.line, line.answers).map([](auto&&) {});
+    print_bytes();
+    return done;
+  }
+
+  /// Asks a question, once more after a damaged answer, and prints the values in the answer.
+  Result<void> ask(const drivers::TextQuery& query) {
+    auto answer = ask_once(query);
+    if (!answer && answer.error().kind == FaultKind::corrupted) answer = ask_once(query);
+    print_bytes();
+    if (!answer) return failure(answer.error());
+    for (const auto& cell : query.cells) {
+      const auto& item = unit_.items[cell.item];
+      const auto field = answer->fields.find(cell.field);
+      const auto words = field == answer->fields.end() ? std::nullopt : to_words(cell, item, field->second);
+      const auto value =
+          words ? show_value(item, *words)
+                : std::string(field == answer->fields.end() ? "not in this form of the answer" : "unknown");
+      console_.print(fmt::format("{:<20} {}\n", item.name, value));
+    }
+    return {};
+  }
+
+ private:
+  Result<drivers::TextAnswer> ask_once(const drivers::TextQuery& query) {
+    for (const auto& command : query.before)
+      if (auto sent = client_.tell(command); !sent) return failure(std::move(sent.error()));
+    return client_.ask(query.ask, query.answers, query.within);
+  }
+
+  void print_bytes() {
+    console_.print(fmt::format("sent      {}\nreceived  {}\n", plain(bytes_.sent), plain(bytes_.received)));
+    bytes_ = {};
+  }
+
+  Console& console_;
+  const drivers::RegisterMap& unit_;
+  ExchangedBytes bytes_;
+  drivers::TextClient client_;
+};
+
+/// Sends the questions for an item and prints the bytes, the values in the answers, or the reason why there are none.
 Result<Exit> ask_instrument(Console& console, const DescribeOptions& options) {
-  const auto map = read_description(options.file);
-  if (!map) return failure(map.error());
+  auto file = read_description(options);
+  if (!file) return failure(file.error());
   const auto line = drivers::parse_line(options.line);
   if (!line || !drivers::is_byte_line(*line))
     return failure(FaultKind::usage, "--talk",
                    fmt::format("\"{}\" is not the address of a line, such as tcp://10.0.0.7 or serial:/dev/ttyUSB0",
                                options.line));
-  const auto linked = select_link_for(*map, *line);
+  const auto linked = select_link_for(file->unit, *line);
   if (!linked) return failure(linked.error());
-  const auto* query = find_question(*linked, options.item);
-  if (!query)
+  const auto questions = find_questions(*linked, options.item);
+  if (questions.empty())
     return failure(FaultKind::usage, "--item", fmt::format("no question reads the item \"{}\"", options.item));
-  ExchangedBytes bytes;
-  auto stream = std::make_unique<CopyingStream>(make_text_stream(*line, *linked), bytes);
-  const auto registers = make_text_registers(*linked, std::move(stream), linked->name);
-  const auto words = registers->read(drivers::ReadFunction::holding_registers, query->first, query->count);
-  console.print(fmt::format("sent      {}\nreceived  {}\n", plain(bytes.sent), plain(bytes.received)));
-  if (!words) return failure(words.error());
-  for (const auto& cell : query->cells) {
-    const auto& item = linked->items[cell.item];
-    const auto its = std::span(*words).subspan(static_cast<std::size_t>(item.address - query->first), word_count(item));
-    console.print(fmt::format("{:<20} {}\n", item.name, show_value(item, its)));
-  }
+  if (options.prepares && file->preparation.empty())
+    return failure(FaultKind::usage, "--prepare", "the description has no [sequence] prepare");
+  Conversation conversation(console, *linked, *line);
+  if (options.prepares)
+    for (const auto& one : file->preparation)
+      if (auto done = conversation.prepare(one); !done) return failure(std::move(done.error()));
+  for (const auto* query : questions)
+    if (auto done = conversation.ask(*query); !done) return failure(std::move(done.error()));
   return Exit::done;
 }
 
@@ -128,8 +252,8 @@ Result<Exit> ask_instrument(Console& console, const DescribeOptions& options) {
 void add_describe(Program& program) {
   auto options = std::make_shared<DescribeOptions>();
   auto& command = add_command(program, "describe",
-                              "Lists the questions and commands of a text instrument's description, or sends one "
-                              "question to the instrument and shows the bytes and the values.",
+                              "Lists the questions and commands of a text instrument's description, or sends the "
+                              "question of an item to the instrument and shows the bytes and the values.",
                               "gyrotherm describe weiss_simserv --talk tcp://10.0.0.7 --item set_point");
   command.add_option("description", options->file, "Description: a file, or the name of a shipped one")
       ->required()
@@ -139,14 +263,19 @@ void add_describe(Program& program) {
   command.add_option("--item", options->item, "Item whose question is sent; by default the first question")
       ->type_name("ITEM")
       ->needs(talk);
+  command.add_flag("--prepare", options->prepares, "Sends the lines of [sequence] prepare first")->needs(talk);
+  command
+      .add_option("--parameter", options->parameters,
+                  "Value of a parameter of the description, as in the rig file; may be repeated")
+      ->type_name("NAME=VALUE");
   command.callback([&program, options] {
     if (!options->line.empty()) {
       program.outcome = ask_instrument(program.console, *options);
       return;
     }
-    const auto map = read_description(options->file);
-    if (map) program.console.print(list_items(*map));
-    program.outcome = map ? Result<Exit>(Exit::done) : failure(map.error());
+    const auto file = read_description(*options);
+    if (file) program.console.print(list_lines(*file));
+    program.outcome = file ? Result<Exit>(Exit::done) : failure(file.error());
   });
 }
 

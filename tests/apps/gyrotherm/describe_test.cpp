@@ -1,0 +1,218 @@
+// SPDX-License-Identifier: Apache-2.0
+/// `gyrotherm describe` for text instruments of every kind, and its questions to an instrument.
+#include <arpa/inet.h>
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <array>
+#include <atomic>
+#include <fstream>
+#include <map>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "tests/apps/gyrotherm/program.hpp"
+
+namespace gyrotherm::app {
+namespace {
+
+/// A power supply: a kind without a reader of its own.
+constexpr const char* kSupply = R"(schema = "gyrotherm-text/1"
+kind = "supply"
+name = "PS-1"
+vendor = "Acme"
+source = "a test"
+[link]
+question_end = "\n"
+answer_end = "\n"
+timeout = "500 ms"
+refused = "ERR {code:d}"
+refusals = { 2 = "remote control is off" }
+[link.tcp]
+port = 5025
+[parameter]
+output = 1
+[identity]
+ask = "*IDN?"
+pattern = "PS-1"
+[[item]]
+name = "voltage"
+ask = "MEAS:VOLT? {output:d}"
+answer = "{value:f}"
+unit = "V"
+highest_output = "a key of its own kind"
+confidence = "manual"
+[[item]]
+name = "state"
+ask = "OUTP? {output:d}"
+answer = "{value:d}"
+codes = { off = 0, on = 1 }
+[[item]]
+name = "set_voltage"
+tell = "VOLT {output:d},{value:f.3}"
+acknowledged = "OK"
+[rules]
+of_its_own = true
+)";
+
+/// Answers lines on the loopback interface as the map states; an unknown line is not answered.
+class Instrument {
+ public:
+  explicit Instrument(std::map<std::string, std::string> answers)
+      : answers_(std::move(answers)), listener_(socket(AF_INET, SOCK_STREAM, 0)) {
+    sockaddr_in here{};
+    here.sin_family = AF_INET;
+    here.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    socklen_t size = sizeof here;
+    EXPECT_EQ(bind(listener_, reinterpret_cast<sockaddr*>(&here), size), 0);
+    EXPECT_EQ(listen(listener_, 8), 0);
+    EXPECT_EQ(getsockname(listener_, reinterpret_cast<sockaddr*>(&here), &size), 0);
+    port_ = ntohs(here.sin_port);
+    thread_ = std::thread([this] { serve(); });
+  }
+  ~Instrument() {
+    stopping_ = true;
+    thread_.join();
+    close(listener_);
+  }
+  Instrument(const Instrument&) = delete;
+  Instrument& operator=(const Instrument&) = delete;
+
+  [[nodiscard]] std::string line() const { return fmt::format("tcp://127.0.0.1:{}", port_); }
+  [[nodiscard]] std::vector<std::string> heard() const {
+    const std::lock_guard lock(mutex_);
+    return heard_;
+  }
+
+ private:
+  [[nodiscard]] bool is_readable(int descriptor) const {
+    constexpr int kLookUpEveryMs = 5;
+    pollfd line{descriptor, POLLIN, 0};
+    while (!stopping_)
+      if (poll(&line, 1, kLookUpEveryMs) > 0) return true;
+    return false;
+  }
+
+  void serve() {
+    while (is_readable(listener_)) {
+      const int connection = accept(listener_, nullptr, nullptr);
+      std::string received;
+      for (std::array<char, 1024> buffer; is_readable(connection);) {
+        const auto size = recv(connection, buffer.data(), buffer.size(), 0);
+        if (size <= 0) break;
+        received.append(buffer.data(), static_cast<std::size_t>(size));
+        const auto reply = answer(received);
+        if (send(connection, reply.data(), reply.size(), MSG_NOSIGNAL) < 0) break;
+      }
+      close(connection);
+    }
+  }
+
+  /// Takes the complete lines and returns their answers.
+  std::string answer(std::string& received) {
+    const std::lock_guard lock(mutex_);
+    std::string reply;
+    for (auto end = received.find('\n'); end != std::string::npos; end = received.find('\n')) {
+      heard_.push_back(received.substr(0, received.find_first_of("\r\n")));
+      received.erase(0, end + 1);
+      if (const auto found = answers_.find(heard_.back()); found != answers_.end()) reply += found->second + "\n";
+    }
+    return reply;
+  }
+
+  mutable std::mutex mutex_;
+  std::map<std::string, std::string> answers_;
+  std::vector<std::string> heard_;
+  std::atomic<bool> stopping_ = false;
+  int listener_;
+  int port_ = 0;
+  std::thread thread_;
+};
+
+TEST(Describe, ListsLinesOfAnyKind) {
+  const Folder folder;
+  std::ofstream(folder / "supply.toml") << kSupply;
+  const auto ran = gyrotherm_with("describe --parameter output=2 " + (folder / "supply.toml"));
+  ASSERT_EQ(ran.exit_code, 0) << ran.err;
+  for (const auto* expected : {"Acme PS-1", "parameter output = 2", "MEAS:VOLT? 2 ", "OUTP? 2 ", "VOLT 2,… ",
+                               "writes set_voltage", "items: 1 manual, 3 unverified"})
+    EXPECT_NE(ran.out.find(expected), std::string::npos) << expected << "\n" << ran.out;
+  const auto scanner =
+      gyrotherm_with("describe keysight_34970a --parameter channel_count=3 --parameter channels=201:203");
+  ASSERT_EQ(scanner.exit_code, 0) << scanner.err;
+  for (const auto* expected : {"ROUT:SCAN (@201:203)", "readings_1, readings_2, readings_3", "3 inputs: manual",
+                               "precedes the next question", "prepares, and is answered"})
+    EXPECT_NE(scanner.out.find(expected), std::string::npos) << expected << "\n" << scanner.out;
+  EXPECT_NE(gyrotherm_with("describe lakeshore_336").out.find("readings_A"), std::string::npos);
+}
+
+TEST(Describe, RefusesErrorsWithTheirPosition) {
+  const Folder folder;
+  std::string wrong = kSupply;
+  wrong.replace(wrong.find("{value:f}"), 9, "{value:z}");
+  std::ofstream(folder / "wrong.toml") << wrong;
+  const auto ran = gyrotherm_with("describe " + (folder / "wrong.toml"));
+  EXPECT_EQ(ran.exit_code, 2);
+  EXPECT_NE(ran.err.find("wrong.toml:22:"), std::string::npos) << ran.err;
+  for (const auto& [arguments, expected] :
+       std::map<std::string, std::string>{{"keysight_34970a --parameter chanels=1", "has no parameter \"chanels\""},
+                                          {"keysight_34970a --parameter channels", "is not NAME=VALUE"},
+                                          {"watlow_f4t", "is not"},
+                                          {"profiles/rigs/virtual.toml", "is not the file of a text instrument"}}) {
+    const auto refused = gyrotherm_with("describe " + arguments);
+    EXPECT_EQ(refused.exit_code, 2) << arguments;
+    EXPECT_NE(refused.err.find(expected), std::string::npos) << refused.err;
+  }
+}
+
+TEST(Describe, AsksInstrumentOfAnyKind) {
+  const Folder folder;
+  std::ofstream(folder / "supply.toml") << kSupply;
+  Instrument supply({{"MEAS:VOLT? 1", "11.97"}, {"OUTP? 1", "1"}, {"MEAS:VOLT? 2", "ERR 2"}});
+  const auto talk = "describe " + (folder / "supply.toml") + " --talk " + supply.line();
+  const auto voltage = gyrotherm_with(talk + " --item voltage");
+  EXPECT_EQ(voltage.exit_code, 0) << voltage.err;
+  EXPECT_NE(voltage.out.find("voltage              11.97\n"), std::string::npos) << voltage.out;
+  EXPECT_NE(gyrotherm_with(talk + " --item state").out.find("state                on\n"), std::string::npos);
+  const auto refused = gyrotherm_with(talk + " --item voltage --parameter output=2");
+  EXPECT_EQ(refused.exit_code, 3);
+  EXPECT_NE(refused.err.find("remote control is off (2)"), std::string::npos) << refused.err;
+  EXPECT_EQ(gyrotherm_with(talk + " --prepare").exit_code, 2) << "there is nothing to prepare";
+  EXPECT_EQ(gyrotherm_with(talk + " --item set_voltage").exit_code, 2) << "no question reads it";
+  EXPECT_EQ(supply.heard(), (std::vector<std::string>{"MEAS:VOLT? 1", "OUTP? 1", "MEAS:VOLT? 2"}));
+}
+
+TEST(Describe, PreparesAndReadsScanner) {
+  Instrument scanner({{"SYST:ERR?", "+0,\"No error\""}, {"*OPC?;FETC?", "1;+2.35E+01,+9.90000000E+37"}});
+  const std::string talk = "describe keysight_34970a --parameter channels=101:102 --parameter channel_count=2 --talk " +
+                           scanner.line() + " --item readings";
+  const auto prepared = gyrotherm_with(talk + " --prepare");
+  EXPECT_EQ(prepared.exit_code, 0) << prepared.err << prepared.out;
+  EXPECT_NE(prepared.out.find("readings_1           23.5\n"), std::string::npos) << prepared.out;
+  EXPECT_NE(prepared.out.find("readings_2           "), std::string::npos) << prepared.out;
+  const auto heard = scanner.heard();
+  ASSERT_GE(heard.size(), 5U);
+  EXPECT_EQ(heard.front(), "ABOR");
+  EXPECT_EQ(heard[heard.size() - 2], "INIT");
+  EXPECT_EQ(heard.back(), "*OPC?;FETC?");
+  EXPECT_EQ(gyrotherm_with(talk).exit_code, 0);
+  EXPECT_EQ(scanner.heard().size(), heard.size() + 2) << "without --prepare only the question and its trigger are sent";
+}
+
+TEST(Describe, AsksEachInput) {
+  Instrument lakeshore({{"CRDG? A", "+21.00"}, {"CRDG? B", "+23.50"}, {"CRDG? C", "+0.00"}, {"CRDG? D", "+0.00"}});
+  const auto talk = "describe lakeshore_336 --talk " + lakeshore.line() + " --item ";
+  const auto one = gyrotherm_with(talk + "readings_B");
+  EXPECT_NE(one.out.find("readings_B           23.5\n"), std::string::npos) << one.out << one.err;
+  EXPECT_EQ(gyrotherm_with(talk + "readings").exit_code, 0);
+  EXPECT_EQ(lakeshore.heard(), (std::vector<std::string>{"CRDG? B", "CRDG? A", "CRDG? B", "CRDG? C", "CRDG? D"}));
+}
+
+}  // namespace
+}  // namespace gyrotherm::app

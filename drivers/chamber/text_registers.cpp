@@ -21,10 +21,6 @@ class TextRegisters final : public Registers {
   TextRegisters(const RegisterMap& map, std::unique_ptr<ByteStream> stream, std::string place, const Clock* clock)
       : map_(map), text_(*map_.text_link), place_(place), client_(map_, std::move(stream), std::move(place), clock) {}
 
-  TextRegisters(const TextRegisters&) = delete;
-  TextRegisters& operator=(const TextRegisters&) = delete;
-  ~TextRegisters() override { (void)send_pending_lines(); }
-
   Result<std::vector<std::uint16_t>> read(ReadFunction, std::uint16_t address, std::uint16_t count) override {
     if (auto sent = send_pending_lines(); !sent) return failure(std::move(sent.error()));
     std::vector<std::uint16_t> words;

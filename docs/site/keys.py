@@ -70,7 +70,7 @@ RIG = {
     },
     "drivers/line/link_settings.cpp": {
         "read_link_settings": ["chamber.link", "analogue_input.link"],
-        "read_line_settings": ["chamber.link", "analogue_input.link", "thermometer.link"],
+        "read_line_settings": ["chamber.link", "analogue_input.link", "thermometer.link", "supply.link"],
     },
     "sequencer/interlocks/limits.cpp": {
         "read_limits:root": [""], "read_limits": ["limits"], "read_times": ["limits"],

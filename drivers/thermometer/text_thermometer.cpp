@@ -71,17 +71,18 @@ class TextThermometer final : public Thermometer {
   /// than the limit of the description, because all readings of a run would then be missing.
   Result<void> measure_scan() {
     if (is_scan_measured_) return {};
+    const auto limit = description_.within.value_or(description_.unit.link.modbus.timeout);
     for (const auto& question : description_.readings) {
       const Deadline deadline(kLongestMeasuredScan, clock_);
       const auto answer = ask(question, kLongestMeasuredScan);
       if (!answer && answer.error().kind != FaultKind::refused) return failure(answer.error());
       const auto taken = kLongestMeasuredScan - deadline.left();
-      if (taken <= description_.within) continue;
+      if (taken <= limit) continue;
       return failure(
           FaultKind::timeout, place_,
           fmt::format("the answer to \"{}\" takes {:.2f} s, but its time limit is {:g} s and a run reads once a "
                       "second: measure fewer inputs, or shorten the measurement of each",
-                      plain(question.ask), to_seconds(taken), to_seconds(description_.within)));
+                      plain(question.ask), to_seconds(taken), to_seconds(limit)));
     }
     is_scan_measured_ = true;
     return {};
@@ -110,7 +111,7 @@ class TextThermometer final : public Thermometer {
   }
 
   Result<FieldValues> ask(const InputQuestion& question) { return ask(question, description_.within); }
-  Result<FieldValues> ask(const InputQuestion& question, Duration within) {
+  Result<FieldValues> ask(const InputQuestion& question, std::optional<Duration> within) {
     for (const auto& command : question.before)
       if (auto sent = instrument_.client().tell(command); !sent) return failure(std::move(sent.error()));
     auto answer = instrument_.client().ask(question.ask, question.answers, within);

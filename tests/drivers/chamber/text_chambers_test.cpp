@@ -110,7 +110,7 @@ TEST(TextChambers, P300ProgramsHaveThePublishedLines) {
                              "2,TEMP-40.0,TEMP RAMP ON,PTC OFF,HUMI85,HUMI RAMP OFF,TIME1:05,GRANTY OFF,REF9"}) {
     std::optional<FieldValues> fields;
     for (const auto& form : found->answers)
-      if (!fields) fields = form.match(answer, true);
+      if (!fields) fields = form.match(answer, NumberCheck::point);
     ASSERT_TRUE(fields) << answer;
     (*fields)["number"] = 3.0;
     EXPECT_EQ(to_words(*found, *fields), to_words(*found, step)) << answer;

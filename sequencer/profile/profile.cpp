@@ -251,11 +251,19 @@ std::string totals_table(const Timeline& timeline) {
   return table.text();
 }
 
+/// Describes the segments that wait for an operator, and those at which supplies switch the units.
 std::string describe_prompts(const Profile& profile) {
   std::string lines;
-  for (std::size_t i = 0; i < profile.segments.size(); ++i)
-    if (!profile.segments[i].prompt.empty())
-      lines += fmt::format("\n  segment {} waits for the operator: {}", i + 1, profile.segments[i].prompt);
+  bool was_off = false;
+  for (std::size_t i = 0; i < profile.segments.size(); ++i) {
+    const auto& segment = profile.segments[i];
+    const bool is_off = segment.unit.off;
+    if (!segment.prompt.empty())
+      lines += fmt::format("\n  segment {} waits for the operator: {}", i + 1, segment.prompt);
+    else if (is_off != was_off)
+      lines += fmt::format("\n  segment {} switches the unit {} by its supply", i + 1, is_off ? "off" : "on");
+    was_off = is_off;
+  }
   return lines.empty() ? lines : lines + "\n";
 }
 

@@ -133,6 +133,7 @@ RunInfo with_analogue_inputs() {
   RunInfo info = two_units();
   info.analogue_map_texts = {"schema = \"gyrotherm-analogue-inputs/1\"\n", "another"};
   info.thermometer_texts = {"schema = \"gyrotherm-text/1\"\n"};
+  info.supply_texts = {"kind = \"supply\"\n"};
   info.units[0].values[1].instrument = "AI-4 at tcp://10.0.0.7, input 1";
   info.units[1].values = {{.name = "voltage", .unit = "V", .instrument = "AI-4 at tcp://10.0.0.7, input 2"}};
   return info;
@@ -175,6 +176,7 @@ TEST(ManyUnits, StoreAnalogueValuesAfterSentValues) {
   EXPECT_EQ(record.info.units[1].values, with_analogue_inputs().units[1].values);
   EXPECT_EQ(record.info.analogue_map_texts, with_analogue_inputs().analogue_map_texts);
   EXPECT_EQ(record.info.thermometer_texts, with_analogue_inputs().thermometer_texts);
+  EXPECT_EQ(record.info.supply_texts, with_analogue_inputs().supply_texts);
   EXPECT_EQ(database.query_text("SELECT instrument FROM channel WHERE name = 'u-2.voltage'").value(),
             "AI-4 at tcp://10.0.0.7, input 2");
   EXPECT_TRUE(verify_record(folder / "run.db"));

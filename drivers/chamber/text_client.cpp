@@ -31,6 +31,7 @@ TextExchangeOptions exchange_options(const RegisterMap& unit, const Clock* clock
           .within = unit.link.modbus.timeout,
           .pause = wire.quiet,
           .is_only_instrument = !wire.prefix,
+          .is_in_order = true,
           .clock = clock,
           .longest = wire.longest_answer,
           .silence = wire.silence,

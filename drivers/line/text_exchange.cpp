@@ -97,7 +97,7 @@ Result<std::string> TextExchange::exchange(std::string_view question, const Resy
 Result<void> TextExchange::send_resync(const ResyncQuery& resync) {
   const auto answer = exchange(resync.question, resync);
   must_resynchronise_ = !answer;
-  is_resync_outstanding_ = is_resync_outstanding_ || (options_.is_only_instrument && !answer);
+  is_resync_outstanding_ = is_resync_outstanding_ || (answers_in_order() && !answer);
   if (answer) return {};
   rest_.emplace(kRestPeriod, options_.clock);
   return failure(answer.error());
@@ -120,12 +120,12 @@ Result<std::string> TextExchange::query(std::string_view question, const ResyncQ
   if (auto ready = prepare(resync); !ready) return failure(std::move(ready.error()));
   auto answer = exchange(question);
   const bool is_resync = question == resync.question;
-  if (answer && options_.is_only_instrument && !is_resync && !resync.question.empty() && resync.accepts(*answer))
+  if (answer && answers_in_order() && !is_resync && !resync.question.empty() && resync.accepts(*answer))
     answer = failure(FaultKind::corrupted, "", "answer to an earlier command");
   must_resynchronise_ = !answer;
   if (!answer && is_resync_outstanding_) rest_.emplace(kRestPeriod, options_.clock);
   if (answer && !is_resync) is_resync_outstanding_ = false;  // no answer to resync can follow
-  if (!answer && is_resync) is_resync_outstanding_ = options_.is_only_instrument;
+  if (!answer && is_resync) is_resync_outstanding_ = answers_in_order();
   return answer;
 }
 

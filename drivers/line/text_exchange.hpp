@@ -24,6 +24,9 @@ struct TextExchangeOptions {
   Duration pause{};
   /// No other instrument is on the line, so all answers arrive in order.
   bool is_only_instrument = false;
+  /// The instrument answers in order, but others may be on the line: answers to `resync` may be outstanding, as for an
+  /// only instrument, and the line must be silent before `resync`.
+  bool is_in_order = false;
   /// Clock of the line, which outlives the exchange; null means the steady clock.
   const Clock* clock = nullptr;
   /// Maximum size of an answer with its terminator.
@@ -76,6 +79,7 @@ class TextExchange {
   }
 
  private:
+  [[nodiscard]] bool answers_in_order() const { return options_.is_only_instrument || options_.is_in_order; }
   [[nodiscard]] Result<void> wait_for_silence(bool resync_follows);
   [[nodiscard]] Result<std::string> receive(const ResyncQuery& expected);
   [[nodiscard]] Result<std::string> exchange(std::string_view question, const ResyncQuery& expected = {});

@@ -59,9 +59,16 @@ std::vector<PreparingLine> read_preparation(const TomlTable& file, const TextPar
   return lines;
 }
 
-/// Ignores the keys that belong to a kind of instrument.
+void ignore_keys(const TomlTable& table) {
+  for (const auto& key : table.keys()) table.ignore(key);
+}
+
+/// Ignores the keys that belong to a kind of instrument, also in the tables that were read.
 void ignore_other_keys(const TomlTable& file) {
-  for (const auto& key : file.keys()) file.ignore(key);
+  for (const auto& item : file.tables("item")) ignore_keys(item);
+  for (const auto& step : file.table("sequence").tables("prepare")) ignore_keys(step);
+  for (const auto* read : {"link", "identity", "sequence"}) ignore_keys(file.table(read));
+  ignore_keys(file);
 }
 
 }  // namespace

@@ -20,6 +20,7 @@ namespace {
 constexpr std::uint16_t kQuestionStride = 1024;
 constexpr std::size_t kMostQuestions = 48;
 constexpr std::uint16_t kCharactersOfText = 64;
+constexpr const char* kInputField = "{input:";
 constexpr double kUsualResolution = 0.001;
 
 /// Codes of an item: numbers, or texts whose positions are the numbers.
@@ -122,12 +123,23 @@ class ItemReader {
     }
   }
 
+  /// Returns the inputs of an item, or those of another item if its question has the field "input".
+  [[nodiscard]] std::vector<std::string> find_inputs(const TomlTable& table) const {
+    if (!any_kind_) return {};
+    if (table.has("inputs")) return table.texts("inputs");
+    const auto lines = texts_at(table, "ask");
+    const bool has_input =
+        std::ranges::any_of(lines, [](const auto& line) { return line.find(kInputField) != std::string::npos; });
+    const auto other = std::ranges::find_if(tables_, [](const auto& one) { return one.has("inputs"); });
+    return has_input && other != tables_.end() ? other->texts("inputs") : std::vector<std::string>{};
+  }
+
   /// Reads the question of an item, or one question for each of its inputs.
   void read_questions(const TomlTable& table) {
     const auto name = table.text("name");
-    if (!any_kind_ || !table.has("inputs")) return read_question(table, templates_, name);
-    for (const auto& input : table.texts("inputs"))
-      read_question(table, templates_.with("input", input), name + "_" + input);
+    const auto inputs = find_inputs(table);
+    if (inputs.empty()) read_question(table, templates_, name);
+    for (const auto& input : inputs) read_question(table, templates_.with("input", input), name + "_" + input);
   }
 
   /// Adds the fields of items with their own questions, which may follow in the file.

@@ -158,7 +158,7 @@ TEST(Describe, RefusesErrorsWithTheirPosition) {
   wrong.replace(wrong.find("{value:f}"), 9, "{value:z}");
   std::ofstream(folder / "wrong.toml") << wrong;
   const auto ran = gyrotherm_with("describe " + (folder / "wrong.toml"));
-  EXPECT_EQ(ran.exit_code, 2);
+  EXPECT_EQ(ran.exit_code, 4);
   EXPECT_NE(ran.err.find("wrong.toml:22:"), std::string::npos) << ran.err;
   for (const auto& [arguments, expected] :
        std::map<std::string, std::string>{{"keysight_34970a --parameter chanels=1", "has no parameter \"chanels\""},
@@ -206,7 +206,8 @@ TEST(Describe, PreparesAndReadsScanner) {
 }
 
 TEST(Describe, AsksEachInput) {
-  Instrument lakeshore({{"CRDG? A", "+21.00"}, {"CRDG? B", "+23.50"}, {"CRDG? C", "+0.00"}, {"CRDG? D", "+0.00"}});
+  Instrument lakeshore(
+      {{"CRDG? A", "+21.00\r"}, {"CRDG? B", "+23.50\r"}, {"CRDG? C", "+0.00\r"}, {"CRDG? D", "+0.00\r"}});
   const auto talk = "describe lakeshore_336 --talk " + lakeshore.line() + " --item ";
   const auto one = gyrotherm_with(talk + "readings_B");
   EXPECT_NE(one.out.find("readings_B           23.5\n"), std::string::npos) << one.out << one.err;

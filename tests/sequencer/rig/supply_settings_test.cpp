@@ -68,7 +68,7 @@ TEST(SupplySettings, RefuseErrorsWithTheirPositions) {
   refuses("lowest_v = 23.0", "lowest_v = 24.5", "below this limit");
   refuses("highest_a = 0.8", "highest_a = 0.8\nlowest_a = 0.9", "not below the upper one");
   refuses("highest_a = 0.8", "highest_a = 0.8\ngyros = [\"other\"]", "not one of this rig's gyros");
-  refuses("on_stop = \"keep\"", "on_stop = \"zero\"", "on_stop");
+  refuses("on_stop = \"keep\"", "on_stop = \"zero\"", "not one of keep, off");
   refuses("boot = \"5 s\"", "boot = \"2 h\"", "at most 30 min");
   refuses("line = \"virtual\"          # a real one: \"tcp://192.168.1.40\"", "line = \"tcp://192.168.1.40\"",
           "virtual");

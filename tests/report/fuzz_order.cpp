@@ -12,7 +12,7 @@ namespace {
 
 using gyrotherm::fuzz::require;
 
-void run(const std::string& text) {
+void read_order(const std::string& text) {
   const auto order = gyrotherm::report::parse_order(text, "fuzz.toml");
   if (!order) return require(order.error().where.starts_with("fuzz.toml:"));
   std::set<std::string> numbers;
@@ -29,8 +29,8 @@ void run(const std::string& text) {
 
 FUZZ_TARGET(order, const std::uint8_t* data, std::size_t size) {
   const std::string bytes(reinterpret_cast<const char*>(data), size);
-  run(bytes);
-  run("schema = \"gyrotherm-order/1\"\nserial_numbers = [\"" + bytes + "\", \"0043\"]\n[customer]\nname = \"N\"\n");
-  run("schema = \"gyrotherm-order/1\"\n[customer]\n[[unit]]\nserial_number = \"0042\"\n[[unit]]\n" + bytes);
+  read_order(bytes);
+  read_order("schema = \"gyrotherm-order/1\"\nserial_numbers = [\"" + bytes + "\", \"0043\"]\n[customer]\nname = \"N\"\n");
+  read_order("schema = \"gyrotherm-order/1\"\n[customer]\n[[unit]]\nserial_number = \"0042\"\n[[unit]]\n" + bytes);
   return 0;
 }

@@ -20,8 +20,11 @@ std::string_view a_table() { return "CREATE TABLE gyrotherm.further (number inte
 std::string_view another_table() { return "CREATE TABLE gyrotherm.another (number integer)"; }
 std::string_view broken() { return "CREATE TABLE gyrotherm.half (number integer); SELECT 1/0"; }
 
+/// Name and statements of a migration that the program does not have.
+using Further = std::pair<const char*, std::string_view (*)()>;
+
 /// Returns the migrations of the program, followed by further ones.
-std::vector<Migration> known_with(const std::vector<std::pair<const char*, std::string_view (*)()>>& further) {
+std::vector<Migration> known_with(const std::vector<Further>& further) {
   std::vector<Migration> known(migrations().begin(), migrations().end());
   for (const auto& [name, sql] : further) known.push_back({static_cast<int>(known.size()) + 1, name, sql});
   return known;
@@ -64,7 +67,7 @@ class MigratedStore : public testing::Test {
 
 TEST_F(MigratedStore, TakesEachStepOnce) {
   const int last = migrations().back().number;
-  const std::pair further{"further", a_table};
+  const Further further{"further", a_table};
   EXPECT_EQ(take(known_with({further}), last).value(), std::vector<int>{});
   EXPECT_FALSE(has("gyrotherm.further"));
   EXPECT_EQ(take(known_with({further})).value(), std::vector{last + 1}) << "the program has executed its own ones";

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import contextlib
 import pathlib
+import signal
 import sqlite3
 import sys
 import tempfile
@@ -144,6 +145,23 @@ class Supplies(unittest.TestCase):
         self.assertIsNotNone(run.wait(STARTED))
         self.assertTrue(scene.output.on, "on_stop is keep")
 
+    def test_killed_and_resumed(self) -> None:
+        scene = self.scene("rigol_dp800", Dp832())
+        run = scene.run(off=20, on=6)
+        self.assertTrue(run.wait_acknowledged(6), run.errors())
+        self.assertFalse(scene.output.on)
+        run.signal(signal.SIGKILL)
+        run.wait(20)
+        commands = list(scene.supply.commands)
+        until(lambda: not run.guards(), 90)  # the guard makes the chamber safe and ends
+        self.assertEqual(scene.supply.commands, commands, "the guard switches no supply")
+        resumed = program.start(scene.bench.programs, ["resume", run.record, "--accept", "--json"], run.record,
+                                name="resume")
+        self.assertTrue(resumed.wait_acknowledged(10), resumed.errors())
+        self.assertEqual(scene.supply.commands, commands, "the state is read, not restored")
+        self.assertEqual(resumed.wait(180), 0, resumed.errors())
+        self.assertTrue(scene.output.on)
+
     def test_cold_starts_on_the_virtual_rig(self) -> None:
         folder = pathlib.Path(tempfile.mkdtemp(prefix="gyrotherm-cold-starts-"))
         programs, path = program.Programs(gyrotherm(), folder), folder / "run.db"
@@ -214,7 +232,7 @@ def add_tests() -> None:
 def main() -> int:
     add_tests()
     names = unittest.TestLoader().getTestCaseNames(Supplies)
-    assert len(names) == 14, names
+    assert len(names) == 15, names
 
     def run_one(name: str) -> unittest.TestResult:
         result = unittest.TestResult()

@@ -30,7 +30,8 @@ void read_order(const std::string& text) {
 FUZZ_TARGET(order, const std::uint8_t* data, std::size_t size) {
   const std::string bytes(reinterpret_cast<const char*>(data), size);
   read_order(bytes);
-  read_order("schema = \"gyrotherm-order/1\"\nserial_numbers = [\"" + bytes + "\", \"0043\"]\n[customer]\nname = \"N\"\n");
+  read_order("schema = \"gyrotherm-order/1\"\nserial_numbers = [\"" + bytes +
+             "\", \"0043\"]\n[customer]\nname = \"N\"\n");
   read_order("schema = \"gyrotherm-order/1\"\n[customer]\n[[unit]]\nserial_number = \"0042\"\n[[unit]]\n" + bytes);
   return 0;
 }

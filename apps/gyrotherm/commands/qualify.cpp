@@ -116,8 +116,7 @@ bool belongs_to_experiment(const record::RunInfo& info, const profile::Profile& 
          info.chamber_map_text == rig.chamber_map.text && info.gyro_model_text == rig.gyro_model.text &&
          info.analogue_map_texts == collect_analogue_map_texts(rig) &&
          info.thermometer_texts == collect_thermometer_texts(rig) && info.supply_texts == collect_supply_texts(rig) &&
-         info.program_version == GYROTHERM_VERSION &&
-         has_same_units(info, rig) &&
+         info.program_version == GYROTHERM_VERSION && has_same_units(info, rig) &&
          (!rig.simulated || (info.seed == start.seed && info.days_later == start.days_later));
 }
 

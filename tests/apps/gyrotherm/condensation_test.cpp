@@ -78,7 +78,7 @@ TEST_F(CondensationTest, RunWarnsAtColdEndWithoutWarmUp) {
 TEST_F(CondensationTest, CheckRefusesWrongTables) {
   const auto error = [&](const std::string& tables, const std::string& map = "virtual_climate") {
     const auto checked = gyrotherm_with("check --rig " + rig(tables, map));
-    EXPECT_EQ(checked.exit_code, 2) << tables;
+    EXPECT_EQ(checked.exit_code, 4) << tables;
     return checked.err;
   };
   EXPECT_NE(error("\n[room]\nhumidity_percent = 0\n").find("expected a humidity above 0"), std::string::npos);

@@ -25,10 +25,10 @@ TEST(Condensation, WarnsWhenDewPointReachesColdestThermometer) {
   EXPECT_EQ(bench.seconds(29).reaction, Reaction::go_on);
   EXPECT_EQ(bench.seconds(2).reaction, Reaction::warn);
   EXPECT_TRUE(bench.has(InterlockId::condensation));
-  bench.thermometer(3, 22.3);
+  for (std::size_t i = 0; i < bench.sample.thermometers.size(); ++i) bench.thermometer(i, 22.3);
   bench.seconds(60);
   EXPECT_TRUE(bench.has(InterlockId::condensation)) << "within the hysteresis";
-  bench.thermometer(3, 22.5);
+  for (std::size_t i = 0; i < bench.sample.thermometers.size(); ++i) bench.thermometer(i, 22.5);
   bench.seconds(11);
   EXPECT_FALSE(bench.has(InterlockId::condensation));
   EXPECT_EQ(bench.alarms, 1);

@@ -62,7 +62,8 @@ struct GyroCommands {
 /// host's clock; null means the steady clock. It must outlive the gyro, and the line must use the same clock.
 ///
 /// Start commands: `commands.start` is sent when the gyro is opened, by the first read at the latest, and again before
-/// the read that follows a silence or a broken line. The driver waits for the answer to each command (send_command()).
+/// the read that follows a silence or a broken line. One silent read after them is not yet a silence, because the next
+/// frame of a slow gyro may arrive later. The driver waits for the answer to each command (send_command()).
 /// If an answer is missing or refuses the command, the read fails: the frames of a gyro that did not confirm its
 /// settings are not counted. If a message shows settings that differ from the description, every read fails with
 /// mismatch until a later message agrees. The destructor sends `commands.stop` to an open gyro.

@@ -684,6 +684,8 @@ TEST_F(FramedGyroByCommand, IsStartedByTheFirstReadAndAgainAfterASilence) {
   (void)gyro->read(seconds(1));
   EXPECT_EQ(commands().size(), 2u);
   (void)gyro->read(seconds(1));
+  EXPECT_EQ(commands().size(), 2u) << "the frames of a slow gyro may arrive after the read that started it";
+  (void)gyro->read(seconds(1));
   EXPECT_EQ(commands().size(), 4u) << "it may have been switched off";
 }
 

@@ -317,6 +317,22 @@ TEST_F(OnVectorNav, SendsStartCommandsAfterTimeRestarts) {
   EXPECT_EQ(starts, 2) << "it may be another unit, or have forgotten its settings";
 }
 
+/// At one frame per second, the read with the start commands may end before the next frame.
+TEST_F(OnVectorNav, StartsOnceWhenNextFrameIsLate) {
+  ASSERT_TRUE(gyro->open());
+  send(1);
+  ASSERT_TRUE(gyro->wait_for_origin());
+  EXPECT_EQ(gyro->read(kSecond).error().kind, FaultKind::timeout);
+  EXPECT_EQ(starts, 1);
+  EXPECT_EQ(gyro->read(kSecond).error().kind, FaultKind::timeout);
+  EXPECT_EQ(starts, 2);
+  send(1);
+  EXPECT_EQ(gyro->read(kSecond).error().kind, FaultKind::corrupted) << "only the origin";
+  send(100);
+  EXPECT_TRUE(gyro->read(kSecond));
+  EXPECT_EQ(starts, 2);
+}
+
 TEST(GyroStream, RefusesAQuestionThatCannotBeAnswered) {
   const auto good = tests::shipped_stream("vectornav").text;
   for (const auto& [was, is] : std::vector<std::pair<std::string, std::string>>{

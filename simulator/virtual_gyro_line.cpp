@@ -112,8 +112,9 @@ void PacedGyroLine::gather_values(const VirtualLaboratory& laboratory) {
 
 void PacedGyroLine::send(const VirtualLaboratory& laboratory, double share) {
   ++frames_;
-  if (std::ranges::all_of(sources_.units, [&](std::size_t unit) { return laboratory.is_off(unit); }))
-    return serve_clients();
+  const bool is_off = std::ranges::all_of(sources_.units, [&](std::size_t unit) { return laboratory.is_off(unit); });
+  server_.set_powered(!is_off);
+  if (is_off) return serve_clients();
   count(laboratory, share);
   if (is_silent(laboratory)) {
     serve_clients();

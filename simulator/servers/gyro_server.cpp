@@ -157,6 +157,11 @@ GyroServer::GyroServer(Descriptor listener, StreamWriter writer, std::vector<dri
   writer_.set_factor(faults_.factor);
 }
 
+void GyroServer::set_powered(bool on) {
+  is_powered_ = on;
+  if (!on) is_silent_ = false;
+}
+
 void GyroServer::add(Pty line) { lines_.push_back({std::move(line)}); }
 
 /// Executes a command and returns the answer.
@@ -175,6 +180,7 @@ std::string GyroServer::execute(const drivers::GyroCommand& command) {
 
 /// Returns the answers to the new bytes, in the order of the commands in the description.
 std::string GyroServer::replies(std::span<const char> bytes, std::string& received) {
+  if (!is_powered_) return {};
   received.append(bytes.data(), bytes.size());
   std::string answer;
   for (bool found = true; found;) {

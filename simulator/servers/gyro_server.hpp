@@ -99,6 +99,8 @@ class GyroServer {
   /// Returns a new connection for a client in this process.
   [[nodiscard]] std::shared_ptr<MemoryConnection> connect();
 
+  /// Switches the unit's power. Without power, it answers no command. At power-on it sends frames.
+  void set_powered(bool on);
   /// Accepts clients and answers their commands.
   void serve_clients();
   /// Sends one frame (StreamWriter::next).
@@ -134,6 +136,7 @@ class GyroServer {
   GyroUnitFaults faults_;
   /// Set while a command keeps the stream silent.
   bool is_silent_{};
+  bool is_powered_ = true;
   std::vector<Client> clients_;
   std::vector<Line> lines_;
   std::vector<LocalClient> local_clients_;

@@ -121,7 +121,7 @@ std::string uncertainty_text(const DocumentWriter& writer, double kelvins) {
 }
 
 std::vector<Cell> equipment_row(const DocumentWriter& writer, const Equipment& one) {
-  const auto dash = [](std::string text) { return text.empty() ? std::string("–") : text; };
+  const auto dash = [](const std::string& text) { return text.empty() ? std::string("–") : text; };
   const Cell instrument{
       .text = dash(one.name),
       .note = one.serial_number.empty() ? "" : writer.translated("column.serial_number") + " " + one.serial_number};

@@ -191,7 +191,8 @@ Result<void> check_choice(const ExportChoice& choice, const RunInfo& info) {
 
 Record chosen_rows(Record record, const ExportChoice& choice) {
   const bool is_all = !choice.from && !choice.to && choice.every == Duration{};
-  return is_all ? record : RowSelection(record, choice).selected_record();
+  if (is_all) return record;
+  return RowSelection(record, choice).selected_record();
 }
 
 std::vector<double> calibrated_temperatures(const record::Record& record, std::size_t thermometer) {

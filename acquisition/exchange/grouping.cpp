@@ -80,7 +80,7 @@ Grouping::Grouping(const ImportMap& map, TakeImported take)
   end_of_sums_ = first_sum_ + map.axis_columns.size();
 }
 
-Grouping::Stretch& Grouping::stretch_at(std::deque<Stretch>::iterator position, std::int64_t number) {
+Grouping::Stretch& Grouping::stretch_at(const std::deque<Stretch>::iterator& position, std::int64_t number) {
   if (position != open_.end() && position->number == number) return *position;
   return *open_.insert(
       position,

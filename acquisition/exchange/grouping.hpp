@@ -93,7 +93,7 @@ class Grouping {
     std::vector<double> sums{};
     std::vector<std::int64_t> counts{};
   };
-  Stretch& stretch_at(std::deque<Stretch>::iterator position, std::int64_t number);
+  Stretch& stretch_at(const std::deque<Stretch>::iterator& position, std::int64_t number);
   void add(Stretch& stretch, const ImportedRow& row) const;
   [[nodiscard]] Result<void> pass_on_first();
   [[nodiscard]] bool is_increment(std::size_t column) const { return column >= first_sum_ && column < end_of_sums_; }

@@ -25,7 +25,7 @@ namespace gyrotherm::exchange {
 
 namespace {
 
-using record::assign_result, record::kMissing;
+using record::kMissing;
 
 /// The unit of a counted time and its reference instant since 1970, if it has one.
 struct TimeUnits {
@@ -191,8 +191,8 @@ class NetcdfTable {
   }
 
  private:
-  tl::unexpected<Fault> bad_file_failure(std::string what) const {
-    return failure(FaultKind::bad_file, path_, plain(std::move(what), Blanks::kept));
+  tl::unexpected<Fault> bad_file_failure(const std::string& what) const {
+    return failure(FaultKind::bad_file, path_, plain(what, Blanks::kept));
   }
   Result<void> check(int error) const {
     return error == NC_NOERR ? Result<void>{}

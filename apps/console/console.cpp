@@ -57,7 +57,7 @@ void Console::never_wait() {
 }
 
 /// Removes control characters: text from instruments and files must not control the terminal.
-void Console::write_message(std::string message) {
+void Console::write_message(const std::string& message) {
   const auto text = plain(message, Blanks::kept);
   err_.write_lines([&](std::size_t dropped) {
     return dropped == 0

@@ -62,7 +62,7 @@ class Console {
   [[nodiscard]] bool has_lost_data() const { return out_.has_failed(); }
 
  private:
-  void write_message(std::string message);
+  void write_message(const std::string& message);
 
   Outlet out_, err_;
   bool redraws_;  ///< stderr is a capable terminal

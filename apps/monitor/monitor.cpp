@@ -42,8 +42,8 @@ constexpr bool kHasSanitizer = false;
 /// to allocated memory including thread stacks; the systemd unit has a lower limit for used memory. Under a sanitizer,
 /// which reserves terabytes, memory is not limited.
 void limit_resources() {
-  constexpr rlim_t kMaxDataBytes = 192 * 1024 * 1024, kMaxFiles = 180;
-  constexpr std::size_t kStackBytes = 1024 * 1024;
+  constexpr rlim_t kMaxDataBytes = rlim_t{192} * 1024 * 1024, kMaxFiles = 180;
+  constexpr std::size_t kStackBytes = std::size_t{1024} * 1024;
   const rlimit data{kMaxDataBytes, kMaxDataBytes}, files{kMaxFiles, kMaxFiles};
   ::setrlimit(RLIMIT_NOFILE, &files);
   if (kHasSanitizer) return;

@@ -156,7 +156,7 @@ WebAnswer file_answer(const FoundRun& run, const std::string& name) {
   answer.headers.emplace_back("Content-Disposition", content_disposition(name));
   if (opened->size == 0) return answer;
   answer.stream = [file = std::make_shared<RegularFile>(std::move(*opened))](const Send& send) {
-    std::string piece(64 * 1024, '\0');
+    std::string piece(std::size_t{64} * 1024, '\0');
     for (std::uint64_t remaining = file->size; remaining > 0;) {
       const auto piece_size = std::min<std::uint64_t>(remaining, piece.size());
       const auto size = ::read(file->descriptor.number(), piece.data(), piece_size);

@@ -36,7 +36,7 @@ namespace {
 
 // OWASP recommends 12 MB and three passes for argon2id. The monitor may use 64 MB in total.
 constexpr unsigned long long kPasses = 3;
-constexpr std::size_t kMemoryBytes = 12 * 1024 * 1024;
+constexpr std::size_t kMemoryBytes = std::size_t{12} * 1024 * 1024;
 
 void initialise_sodium() {
   static const int ready = sodium_init();

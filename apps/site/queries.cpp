@@ -79,7 +79,7 @@ bool has_units(const StoreQuery& query) { return std::string_view(query.columns)
 Result<QueryResult> run_query(Postgres& store, const StoreQuery& query, const QueryOptions& options) {
   std::vector<std::string> conditions;
   std::vector<Parameter> parameters;
-  if (!options.all && std::string_view(query.condition) != "") conditions.emplace_back(query.condition);
+  if (!options.all && !std::string_view(query.condition).empty()) conditions.emplace_back(query.condition);
   if (!options.unit.empty()) {
     conditions.emplace_back("serial_number = $1");
     parameters.emplace_back(options.unit);

@@ -120,9 +120,10 @@ struct Cells {
 std::vector<float> node_points(const GyroMesh& mesh) {
   std::vector<float> points(3 * mesh.node_count);
   each_node(mesh, [&](int node, int I, int J, int K) {
-    points[3 * node] = static_cast<float>(doubled_coordinate(mesh.x, I));
-    points[3 * node + 1] = static_cast<float>(doubled_coordinate(mesh.y, J));
-    points[3 * node + 2] = static_cast<float>(doubled_coordinate(mesh.z, K));
+    const auto at = 3 * static_cast<std::size_t>(node);
+    points[at] = static_cast<float>(doubled_coordinate(mesh.x, I));
+    points[at + 1] = static_cast<float>(doubled_coordinate(mesh.y, J));
+    points[at + 2] = static_cast<float>(doubled_coordinate(mesh.z, K));
   });
   return points;
 }

@@ -385,7 +385,7 @@ Result<void> ModelOrderReduction::check(ReducedModel& model) {
 
 }  // namespace
 
-ReducedBasis::ReducedBasis(const ThermalSystem& system, ReducedModel header, Eigen::VectorXd weights,
+ReducedBasis::ReducedBasis(const ThermalSystem& system, ReducedModel header, const Eigen::VectorXd& weights,
                            Eigen::Index most_states)
     : system_(system), weights_(weights.cwiseSqrt()), model_(std::move(header)) {
   const auto unknowns = system.capacity.rows();
@@ -510,7 +510,7 @@ SolveColumns multigrid_solver() {
     for (Eigen::Index i = 0; i < right.cols(); ++i) {
       auto solution = solver->solve(right.col(i));
       if (!solution) return failure(solution.error());
-      solutions.col(i) = std::move(solution->x);
+      solutions.col(i) = solution->x;
     }
     return solutions;
   };

@@ -35,7 +35,8 @@ class ReducedBasis final {
   /// Starts with the constant field, so a model without power rests exactly at the ambient temperature. `weights` scale
   /// the residual of each unknown (a diagonal preconditioner, W). `header` provides all data of the model except its
   /// matrices.
-  ReducedBasis(const ThermalSystem& system, ReducedModel header, Eigen::VectorXd weights, Eigen::Index most_states);
+  ReducedBasis(const ThermalSystem& system, ReducedModel header, const Eigen::VectorXd& weights,
+               Eigen::Index most_states);
 
   /// Makes the fields orthonormal and adds the independent ones. Returns their number.
   Eigen::Index grow(Eigen::MatrixXd fields);

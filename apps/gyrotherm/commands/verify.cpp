@@ -239,7 +239,7 @@ Result<Exit> verify_all(Console& console, const VerifyArguments& options) {
     if (options.evaluate_stream) {
       auto streamed = evaluate_stream(*model, dataset, clusters, verification->residual_deg_per_h, *outside);
       if (!streamed) return failure(streamed.error());
-      verification->streamed = std::move(*streamed);
+      verification->streamed = *streamed;
     }
     const Behaviour behaviour{
         options.clusters.empty() ? measure_hold_noise(dataset) : measure_hold_noise(dataset, clusters),

@@ -127,8 +127,9 @@ class TrainingPool {
   }
 
   void run_task(Task& task, int threads) {
-    if ((task.report = find_report(lot_, task))) return;
-    const auto outcome = train_axis(task, threads);
+    task.report = find_report(lot_, task);
+    if (task.report) return;
+    auto outcome = train_axis(task, threads);
     if (outcome) {
       task.report = std::move(outcome->report);
       return;

@@ -19,8 +19,10 @@ constexpr CelsiusPerMinute kGentle{2};
 constexpr Duration kWarmTime = std::chrono::minutes(1);
 constexpr Duration kLongestWait = std::chrono::hours(12);
 
+/// Returns a ramp of whole minutes, so that controllers can store it, at no more than the rate.
 Segment make_ramp(Celsius from, Celsius to, CelsiusPerMinute rate, std::string name) {
-  const auto time = std::max(kSecond, Duration(std::chrono::ceil<std::chrono::seconds>(abs(to - from) / rate)));
+  const Duration whole_minutes = std::chrono::ceil<std::chrono::minutes>(abs(to - from) / rate);
+  const auto time = std::max<Duration>(std::chrono::minutes(1), whole_minutes);
   return {.kind = SegmentKind::ramp,
           .name = std::move(name),
           .target = to,

@@ -334,7 +334,8 @@ rate = "5 °C/min"
 kind = "hold"
 time = "1 h 5 min"
 """
-STORED = [Step(25.0, 1), Step(-10.0, 7, ramp=True), Step(-10.0, 65)]
+STORED = [Step(25.0, 1), Step(-10.0, 7, ramp=True), Step(-10.0, 65),
+          Step(25.0, 18, ramp=True), Step(25.0, 1)]  # the warm end
 
 
 def uploaded(scene: TextScene) -> None:

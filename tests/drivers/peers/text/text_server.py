@@ -223,7 +223,8 @@ class Conversation:
             pieces = self.faulty(line)
             is_command = len(self.chamber.heard) > commands
             pause = self.chamber.pause_after_write if is_command else self.chamber.pause_after_answer
-            self.free_at = time.monotonic() + pause
+            # A quarter less, because this server notices lines late while the machine is busy.
+            self.free_at = now + 0.75 * pause
             if pieces:
                 yield self.chamber.time_of(line), b""
             yield from pieces

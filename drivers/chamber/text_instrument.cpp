@@ -70,6 +70,7 @@ bool is_numeric_form(const FieldForm& form) {
 void read_text_instrument(const TomlTable& file, const TemplateReader& templates, TextLink& text,
                           TextInstrumentDescription& target) {
   auto& unit = target.unit;
+  unit.parameters = templates.parameters();
   unit.name = file.text("name");
   unit.vendor = file.text("vendor");
   for (const auto* documentation : {"model", "firmware"}) (void)file.text(documentation, "");

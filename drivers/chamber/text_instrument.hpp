@@ -45,8 +45,8 @@ struct TextInstrumentDescription {
 /// Returns whether a field of this form holds a number or a list of numbers.
 [[nodiscard]] bool is_numeric_form(const FieldForm& form);
 
-/// Reads name, vendor, source, [link], [identity] and [sequence]. Errors are noted in the tables. The caller assigns
-/// `text` to the unit.
+/// Reads name, vendor, source, the parameters in effect, [link], [identity] and [sequence]. Errors are noted in the
+/// tables. The caller assigns `text` to the unit.
 void read_text_instrument(const TomlTable& file, const TemplateReader& templates, TextLink& text,
                           TextInstrumentDescription& target);
 

@@ -48,7 +48,6 @@ class SupplyParser {
         templates_(file, read_text_encoding(file.table("link")), parameters) {}
 
   void read() {
-    target_.unit.parameters = templates_.parameters();
     read_text_instrument(file_, templates_, *text_, target_);
     const auto outputs = whole<std::size_t>(file_, "outputs", 1, kMostSupplyOutputs);
     read_simulated(file_.table("simulated"));

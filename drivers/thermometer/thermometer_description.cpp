@@ -31,7 +31,6 @@ class DescriptionParser {
         templates_(file, read_text_encoding(file.table("link")), parameters) {}
 
   void read() {
-    target_.unit.parameters = templates_.parameters();
     read_text_instrument(file_, templates_, *text_, target_);
     read_items();
     read_simulated(file_.table("simulated"));

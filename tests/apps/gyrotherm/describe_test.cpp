@@ -1,23 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 /// `gyrotherm describe` for text instruments of every kind, and its questions to an instrument.
-#include <arpa/inet.h>
 #include <fmt/format.h>
 #include <gtest/gtest.h>
-#include <netinet/in.h>
-#include <poll.h>
-#include <sys/socket.h>
-#include <unistd.h>
 
-#include <array>
-#include <atomic>
+#include <algorithm>
+#include <cstddef>
 #include <fstream>
+#include <iterator>
 #include <map>
 #include <mutex>
+#include <span>
 #include <string>
-#include <thread>
+#include <utility>
 #include <vector>
 
 #include "tests/apps/gyrotherm/program.hpp"
+#include "tests/support/loopback_server.hpp"
 
 namespace gyrotherm::app {
 namespace {
@@ -70,74 +68,37 @@ of_its_own = true
 class Instrument {
  public:
   explicit Instrument(std::map<std::string, std::string> answers)
-      : answers_(std::move(answers)), listener_(socket(AF_INET, SOCK_STREAM, 0)) {
-    sockaddr_in here{};
-    here.sin_family = AF_INET;
-    here.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    socklen_t size = sizeof here;
-    EXPECT_EQ(bind(listener_, reinterpret_cast<sockaddr*>(&here), size), 0);
-    EXPECT_EQ(listen(listener_, 8), 0);
-    EXPECT_EQ(getsockname(listener_, reinterpret_cast<sockaddr*>(&here), &size), 0);
-    port_ = ntohs(here.sin_port);
-    thread_ = std::thread([this] { serve(); });
-  }
-  ~Instrument() {
-    stopping_ = true;
-    thread_.join();
-    close(listener_);
-  }
-  Instrument(const Instrument&) = delete;
-  Instrument& operator=(const Instrument&) = delete;
+      : answers_(std::move(answers)),
+        server_([this](std::span<const std::byte> request) { return drivers::Answer{.bytes = answer(request)}; }) {}
 
-  [[nodiscard]] std::string line() const { return fmt::format("tcp://127.0.0.1:{}", port_); }
+  [[nodiscard]] std::string line() const { return fmt::format("tcp://127.0.0.1:{}", server_.address().port); }
   [[nodiscard]] std::vector<std::string> heard() const {
     const std::lock_guard lock(mutex_);
     return heard_;
   }
 
  private:
-  [[nodiscard]] bool is_readable(int descriptor) const {
-    constexpr int kLookUpEveryMs = 5;
-    pollfd line{descriptor, POLLIN, 0};
-    while (!stopping_)
-      if (poll(&line, 1, kLookUpEveryMs) > 0) return true;
-    return false;
-  }
-
-  void serve() {
-    while (is_readable(listener_)) {
-      const int connection = accept(listener_, nullptr, nullptr);
-      std::string received;
-      for (std::array<char, 1024> buffer; is_readable(connection);) {
-        const auto size = recv(connection, buffer.data(), buffer.size(), 0);
-        if (size <= 0) break;
-        received.append(buffer.data(), static_cast<std::size_t>(size));
-        const auto reply = answer(received);
-        if (send(connection, reply.data(), reply.size(), MSG_NOSIGNAL) < 0) break;
-      }
-      close(connection);
-    }
-  }
-
   /// Takes the complete lines and returns their answers.
-  std::string answer(std::string& received) {
+  std::vector<std::byte> answer(std::span<const std::byte> request) {
     const std::lock_guard lock(mutex_);
-    std::string reply;
-    for (auto end = received.find('\n'); end != std::string::npos; end = received.find('\n')) {
-      heard_.push_back(received.substr(0, received.find_first_of("\r\n")));
-      received.erase(0, end + 1);
-      if (const auto found = answers_.find(heard_.back()); found != answers_.end()) reply += found->second + "\n";
+    for (const auto byte : request) received_.push_back(static_cast<char>(byte));
+    std::vector<std::byte> reply;
+    for (auto end = received_.find('\n'); end != std::string::npos; end = received_.find('\n')) {
+      heard_.push_back(received_.substr(0, received_.find_first_of("\r\n")));
+      received_.erase(0, end + 1);
+      const auto found = answers_.find(heard_.back());
+      if (found == answers_.end()) continue;
+      std::ranges::transform(found->second + "\n", std::back_inserter(reply),
+                             [](char character) { return static_cast<std::byte>(character); });
     }
     return reply;
   }
 
   mutable std::mutex mutex_;
   std::map<std::string, std::string> answers_;
+  std::string received_;
   std::vector<std::string> heard_;
-  std::atomic<bool> stopping_ = false;
-  int listener_;
-  int port_ = 0;
-  std::thread thread_;
+  drivers::LoopbackServer server_;  ///< declared last: uses all members above
 };
 
 TEST(Describe, ListsLinesOfAnyKind) {

@@ -1,16 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Fuzzes register maps. The text is parsed as a map, as the end of a valid map, and as edits of the shipped maps. The
 /// registers and the profile memory of an accepted map then contain any words.
-#include <algorithm>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <string>
 #include <vector>
 
 #include "drivers/chamber/program.hpp"
 #include "drivers/chamber/register_map.hpp"
 #include "tests/support/fuzz_target.hpp"
+#include "tests/support/shipped_texts.hpp"
 
 namespace gyrotherm::drivers {
 
@@ -47,26 +44,13 @@ void use(const RegisterMap& map, const std::uint8_t* data, std::size_t size) {
 }
 
 const std::vector<std::string>& shipped_maps() {
-  static const std::vector<std::string> maps = [] {
-    std::vector<std::string> texts;
-    for (const auto& entry : std::filesystem::directory_iterator(GYROTHERM_SOURCE_DIR "/profiles/chambers")) {
-      if (entry.path().extension() != ".toml") continue;
-      std::ifstream file(entry.path(), std::ios::binary);
-      texts.emplace_back(std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>());
-    }
-    std::ranges::sort(texts);
-    return texts;
-  }();
+  static const auto maps = tests::read_shipped_texts(GYROTHERM_SOURCE_DIR "/profiles/chambers");
   return maps;
 }
 
 /// Returns a shipped map with one character replaced by each three bytes of the input.
 std::string edited_map(const std::uint8_t* data, std::size_t size) {
-  auto text = shipped_maps()[data[0] % shipped_maps().size()];
-  constexpr std::size_t kMostEdits = 4;
-  for (std::size_t i = 1; i + 2 < std::min(size, 1 + 3 * kMostEdits); i += 3)
-    text[(data[i] << 8 | data[i + 1]) % text.size()] = static_cast<char>(data[i + 2]);
-  return text;
+  return tests::edit_text(shipped_maps()[data[0] % shipped_maps().size()], data, size);
 }
 
 }  // namespace

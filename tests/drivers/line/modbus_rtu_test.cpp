@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
-#include "tests/drivers/line/loopback_server.hpp"
 #include "tests/drivers/line/rtu_on_a_line.hpp"
 #include "tests/support/hex_bytes.hpp"
+#include "tests/support/loopback_server.hpp"
 
 namespace gyrotherm::drivers {
 namespace {

@@ -11,7 +11,7 @@
 #include "core/file.hpp"
 #include "drivers/line/modbus.hpp"
 #include "drivers/line/modbus_frame.hpp"
-#include "tests/drivers/line/loopback_server.hpp"
+#include "tests/support/loopback_server.hpp"
 
 namespace gyrotherm::drivers {
 namespace {

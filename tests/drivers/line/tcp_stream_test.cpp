@@ -6,8 +6,8 @@
 #include <string>
 
 #include "drivers/line/byte_streams.hpp"
-#include "tests/drivers/line/loopback_server.hpp"
 #include "tests/support/fakes.hpp"
+#include "tests/support/loopback_server.hpp"
 
 namespace gyrotherm::drivers {
 namespace {

@@ -1,34 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Fuzzes descriptions of power supplies: any text, edits of the shipped files, and any answers to the questions of an
 /// accepted description. A supply must not be reported as switched on unless its answers say so.
-#include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <string>
 #include <vector>
 
 #include "drivers/supply/power_supply.hpp"
 #include "tests/support/fakes.hpp"
 #include "tests/support/fuzz_target.hpp"
+#include "tests/support/shipped_texts.hpp"
 
 namespace gyrotherm::drivers {
 
 namespace {
 
 const std::vector<std::string>& shipped_supplies() {
-  static const std::vector<std::string> all = [] {
-    std::vector<std::string> texts;
-    for (const auto& entry : std::filesystem::directory_iterator(GYROTHERM_SOURCE_DIR "/profiles/supplies")) {
-      if (entry.path().extension() != ".toml") continue;
-      std::ifstream file(entry.path(), std::ios::binary);
-      texts.emplace_back(std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>());
-    }
-    std::ranges::sort(texts);
-    return texts;
-  }();
+  static const auto all = tests::read_shipped_texts(GYROTHERM_SOURCE_DIR "/profiles/supplies");
   return all;
 }
 
@@ -62,16 +50,14 @@ FUZZ_TARGET(supply_description, const std::uint8_t* data, std::size_t size) {
   const std::string text(reinterpret_cast<const char*>(data), size);
   (void)parse_supply_description(text, "fuzz");
   if (size < 8) return 0;
-  auto edited = shipped_supplies()[data[0] % shipped_supplies().size()];
-  if (const auto whole = parse_supply_description(edited, "fuzz")) {
+  const auto& shipped = shipped_supplies()[data[0] % shipped_supplies().size()];
+  if (const auto whole = parse_supply_description(shipped, "fuzz")) {
     use_supply(*whole, text);
     std::string numbers;
     for (const char byte : text) numbers += "VA,ONF. -+eE0123456789,124YES101"[byte & 31];
     use_supply(*whole, numbers);
   }
-  constexpr std::size_t kMostEdits = 4;
-  for (std::size_t i = 1; i + 2 < std::min(size, 1 + 3 * kMostEdits); i += 3)
-    edited[(data[i] << 8 | data[i + 1]) % edited.size()] = static_cast<char>(data[i + 2]);
+  const auto edited = tests::edit_text(shipped, data, size);
   if (const auto description = parse_supply_description(edited, "fuzz")) use_supply(*description, text);
   return 0;
 }

@@ -304,7 +304,7 @@ TEST(SupplyDescription, EveryShippedFileIsReadAndDescribed) {
 
 TEST(SupplyDescription, EveryShippedFileIsValidForEditorsToo) {
   const std::string root = GYROTHERM_SOURCE_DIR;
-  const auto command = "python3 " + root + "/tests/drivers/supply/validate_supplies.py " + root + "/profiles/supplies";
+  const auto command = "python3 " + root + "/tests/drivers/validate_descriptions.py " + root + "/profiles/supplies";
   const int status = std::system(command.c_str());
   if (!WIFEXITED(status) || WEXITSTATUS(status) == 77 || WEXITSTATUS(status) == 127)
     GTEST_SKIP() << "python3 with python3-jsonschema is not installed";

@@ -1,33 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Fuzzes descriptions of thermometer scanners: any text, edits of the shipped files, and any answers to the questions
 /// of an accepted description. A reading must be within the range of the description.
-#include <algorithm>
 #include <cstdlib>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <string>
 #include <vector>
 
 #include "drivers/thermometer/text_thermometer.hpp"
 #include "tests/support/fakes.hpp"
 #include "tests/support/fuzz_target.hpp"
+#include "tests/support/shipped_texts.hpp"
 
 namespace gyrotherm::drivers {
 
 namespace {
 
 const std::vector<std::string>& shipped_descriptions() {
-  static const std::vector<std::string> all = [] {
-    std::vector<std::string> texts;
-    for (const auto& entry : std::filesystem::directory_iterator(GYROTHERM_SOURCE_DIR "/profiles/thermometers")) {
-      if (entry.path().extension() != ".toml") continue;
-      std::ifstream file(entry.path(), std::ios::binary);
-      texts.emplace_back(std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>());
-    }
-    std::ranges::sort(texts);
-    return texts;
-  }();
+  static const auto all = tests::read_shipped_texts(GYROTHERM_SOURCE_DIR "/profiles/thermometers");
   return all;
 }
 
@@ -61,17 +49,15 @@ FUZZ_TARGET(thermometer_description, const std::uint8_t* data, std::size_t size)
   const std::string text(reinterpret_cast<const char*>(data), size);
   (void)parse_thermometer_description(text, "fuzz");
   if (size < 8) return 0;
-  auto edited = shipped_descriptions()[data[0] % shipped_descriptions().size()];
-  if (const auto whole = parse_thermometer_description(edited, "fuzz")) {
+  const auto& shipped = shipped_descriptions()[data[0] % shipped_descriptions().size()];
+  if (const auto whole = parse_thermometer_description(shipped, "fuzz")) {
     use(*whole, text);
     // Repeats the test with the bytes mapped to the characters of readings.
     std::string numbers = data[1] % 2 == 0 ? "1;" : "";
     for (const char byte : text) numbers += ",,,;. -+eE0123456789,12345678900"[byte & 31];
     use(*whole, numbers);
   }
-  constexpr std::size_t kMostEdits = 4;
-  for (std::size_t i = 1; i + 2 < std::min(size, 1 + 3 * kMostEdits); i += 3)
-    edited[(data[i] << 8 | data[i + 1]) % edited.size()] = static_cast<char>(data[i + 2]);
+  const auto edited = tests::edit_text(shipped, data, size);
   if (const auto description = parse_thermometer_description(edited, "fuzz")) use(*description, text);
   return 0;
 }

@@ -292,8 +292,7 @@ TEST(TextThermometerFiles, KeithleysHaveThePublishedLines) {
 
 TEST(ThermometerDescriptions, EveryShippedFileIsValidForEditorsToo) {
   const std::string root = GYROTHERM_SOURCE_DIR;
-  const auto command =
-      "python3 " + root + "/tests/drivers/thermometer/validate_descriptions.py " + root + "/profiles/thermometers";
+  const auto command = "python3 " + root + "/tests/drivers/validate_descriptions.py " + root + "/profiles/thermometers";
   const int status = std::system(command.c_str());
   if (!WIFEXITED(status) || WEXITSTATUS(status) == 77 || WEXITSTATUS(status) == 127)
     GTEST_SKIP() << "python3 with python3-jsonschema is not installed";

@@ -82,6 +82,7 @@ Clusters allocate_clusters(Eigen::Index rows, const std::vector<std::string>& th
   clusters.segment.resize(rows);
   clusters.last_segment.resize(rows);
   clusters.cycle.resize(rows);
+  clusters.power_on.setZero(rows);
   clusters.samples.resize(rows);
   return clusters;
 }
@@ -97,6 +98,19 @@ void fill(Clusters& clusters, Eigen::Index row, const Dataset& dataset, const Sp
   clusters.last_segment(row) = dataset.segment(span.first + span.count - 1);
   clusters.cycle(row) = dataset.cycle(span.first);
   clusters.samples(row) = static_cast<int>(span.count);
+}
+
+/// Numbers the power-on of each cluster by the segments with the unit off that precede it.
+void fill_power_ons(Clusters& clusters, const Dataset& dataset) {
+  std::vector<int> power_on{0};  // of each segment
+  for (std::size_t s = 1; s < dataset.segments.size(); ++s) {
+    const bool begins = dataset.segments[s - 1].unit.off && !dataset.segments[s].unit.off;
+    power_on.push_back(power_on.back() + (begins ? 1 : 0));
+  }
+  for (Eigen::Index k = 0; k < clusters.segment.size(); ++k) {
+    const auto segment = static_cast<std::size_t>(std::max(0, clusters.segment(k)));
+    clusters.power_on(k) = power_on[std::min(segment, power_on.size() - 1)];
+  }
 }
 
 void fill_rates(Clusters& clusters, const std::vector<Span>& spans) {
@@ -157,6 +171,11 @@ void visit_arrays(Clusters& to, const Clusters& from, Visit visit) {
 
 }  // namespace
 
+int count_power_ons(const Clusters& clusters) {
+  if (clusters.power_on.size() == 0) return clusters.start_s.size() > 0 ? 1 : 0;
+  return static_cast<int>(std::set<int>(clusters.power_on.begin(), clusters.power_on.end()).size());
+}
+
 bool has_history(const Clusters& clusters) {
   return static_cast<Eigen::Index>(clusters.moments.size()) == clusters.temperature_c.rows();
 }
@@ -187,6 +206,7 @@ Result<Clusters> make_clusters(const Dataset& dataset, double length_s) {
   Clusters clusters = allocate_clusters(static_cast<Eigen::Index>(kept.size()), dataset.thermometers, length_s);
   for (std::size_t k = 0; k < kept.size(); ++k) fill(clusters, static_cast<Eigen::Index>(k), dataset, kept[k]);
   fill_rates(clusters, kept);
+  fill_power_ons(clusters, dataset);
   store_history(clusters, dataset, remembered, kept);
   clusters.dropped_rest = dropped_rest;
   clusters.dropped_gaps = static_cast<int>(complete - static_cast<Eigen::Index>(kept.size()));
@@ -197,6 +217,7 @@ Clusters pick_clusters(const Clusters& clusters, const std::vector<Eigen::Index>
   Clusters picked = clusters;
   visit_arrays(picked, clusters, [&](auto& to, const auto& from) { to = from(rows, Eigen::all); });
   if (clusters.true_bias_deg_per_h.size() > 0) picked.true_bias_deg_per_h = clusters.true_bias_deg_per_h(rows);
+  if (clusters.power_on.size() > 0) picked.power_on = clusters.power_on(rows);
   if (!has_history(clusters)) return picked;
   picked.moments.clear();
   for (const Eigen::Index row : rows) picked.moments.push_back(clusters.moments[static_cast<std::size_t>(row)]);
@@ -214,10 +235,15 @@ Result<Clusters> concatenate(const std::vector<Clusters>& parts) {
   }
   Clusters all = allocate_clusters(rows, parts.front().thermometers, parts.front().length_s);
   Eigen::Index target = 0;
+  int power_ons = 0;
   for (const Clusters& part : parts) {
     visit_arrays(all, part, [&](auto& to, const auto& from) { to.middleRows(target, from.rows()) = from; });
     if (part.true_bias_deg_per_h.size() > 0)
       all.true_bias_deg_per_h.segment(target, part.start_s.size()) = part.true_bias_deg_per_h;
+    auto numbers = all.power_on.segment(target, part.start_s.size());
+    numbers.setConstant(power_ons);
+    if (part.power_on.size() > 0) numbers += part.power_on;
+    if (numbers.size() > 0) power_ons = numbers.maxCoeff() + 1;
     target += part.start_s.size();
     all.dropped_rest += part.dropped_rest;
     all.dropped_gaps += part.dropped_gaps;

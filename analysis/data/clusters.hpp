@@ -37,6 +37,9 @@ struct Clusters {
   Eigen::VectorXi segment;
   Eigen::VectorXi last_segment;
   Eigen::VectorXi cycle;
+  /// Power-on that precedes each cluster, counted from 0 over all runs of the clusters. The start of a run counts as
+  /// one. Empty: a single power-on.
+  Eigen::VectorXi power_on;
   /// Number of samples in each cluster.
   Eigen::VectorXi samples;
   /// History of the whole runs that contain the clusters, for lags.
@@ -48,6 +51,9 @@ struct Clusters {
   /// Number of clusters dropped for a missing reading or a gap.
   int dropped_gaps{};
 };
+
+/// Counts the power-ons that precede at least one cluster; 0 without clusters.
+[[nodiscard]] int count_power_ons(const Clusters& clusters);
 
 /// Returns whether the position of each cluster in the history of its run is known.
 [[nodiscard]] bool has_history(const Clusters& clusters);

@@ -47,23 +47,41 @@ Cut cut_at_cycles(const Clusters& record, const FoldOptions& options) {
   return cut;
 }
 
+/// Makes one fold of the clusters after each power-on.
+Cut cut_at_power_ons(const Clusters& record, const FoldOptions& options) {
+  Cut cut{.fold = {}, .folds = 0, .guard_s = options.guard_minutes.value_or(0) * kSecondsPerMinute};
+  std::map<int, int> number;
+  for (const int power_on : record.power_on)
+    cut.fold.push_back(number.try_emplace(power_on, static_cast<int>(number.size())).first->second);
+  cut.folds = static_cast<int>(number.size());
+  return cut;
+}
+
 /// Returns the default guard, limited to half the shortest block and rounded down to whole clusters.
 double default_guard_s(Eigen::Index clusters_in_block, double length_s) {
   const double allowed = std::floor(static_cast<double>(clusters_in_block) / 2) * length_s;
   return std::min(kDefaultGuardMinutes * kSecondsPerMinute, allowed);
 }
 
+/// Returns the number of blocks of a record: as requested, or short blocks if several power-ons allow them.
+int count_blocks(const Clusters& record, const FoldOptions& options) {
+  if (options.kind != FoldKind::automatic || count_power_ons(record) < 2) return options.blocks;
+  const double minutes = static_cast<double>(record.cycle.size()) * record.length_s / kSecondsPerMinute;
+  return std::max(options.blocks, static_cast<int>(std::lround(minutes / kShortBlockMinutes)));
+}
+
 Result<Cut> cut_into_blocks(const Clusters& record, const FoldOptions& options) {
   const Eigen::Index rows = record.cycle.size();
+  const int blocks = count_blocks(record, options);
   constexpr Eigen::Index kFewestInBlock = 2;
-  if (rows < kFewestInBlock * options.blocks) {
+  if (rows < kFewestInBlock * blocks) {
     return failure(FaultKind::usage, "folds",
                    fmt::format("a record of {} clusters is too short for {} blocks, at least {} are needed", rows,
-                               options.blocks, kFewestInBlock * options.blocks));
+                               blocks, kFewestInBlock * blocks));
   }
-  Cut cut{.fold = {}, .folds = options.blocks, .guard_s = default_guard_s(rows / options.blocks, record.length_s)};
+  Cut cut{.fold = {}, .folds = blocks, .guard_s = default_guard_s(rows / blocks, record.length_s)};
   if (options.guard_minutes) cut.guard_s = *options.guard_minutes * kSecondsPerMinute;
-  for (Eigen::Index k = 0; k < rows; ++k) cut.fold.push_back(static_cast<int>(k * options.blocks / rows));
+  for (Eigen::Index k = 0; k < rows; ++k) cut.fold.push_back(static_cast<int>(k * blocks / rows));
   return cut;
 }
 
@@ -134,10 +152,12 @@ struct Tally {
   }
 };
 
-std::string describe_folds(const Tally& cycles, const Tally& records, const Tally& blocks) {
+std::string describe_folds(const Tally& cycles, const Tally& starts, const Tally& records, const Tally& blocks) {
   if (records.folds > 0) return fmt::format("leave one record out ({})", records.folds);
   std::string text;
   if (cycles.folds > 0) text = fmt::format("leave one cycle out ({}){}", cycles.folds, format_guard(cycles.guards_s));
+  if (starts.folds > 0)
+    text = fmt::format("leave one power-on out ({}){}", starts.folds, format_guard(starts.guards_s));
   if (blocks.folds == 0) return text;
   if (!text.empty()) text += " and ";
   return text + fmt::format("{} consecutive blocks{}", blocks.folds, format_guard(blocks.guards_s));
@@ -196,6 +216,8 @@ Result<FoldOptions> parse_folds(std::string_view text) {
   if (text == "auto") return options;
   options.kind = FoldKind::cycles;
   if (text == "cycles") return options;
+  options.kind = FoldKind::starts;
+  if (text == "starts") return options;
   options.kind = FoldKind::records;
   if (text == "records") return options;
   options.kind = FoldKind::programs;
@@ -210,7 +232,8 @@ Result<FoldOptions> parse_folds(std::string_view text) {
   }
   return failure(
       FaultKind::usage, "--folds",
-      fmt::format("\"{}\" is not one of auto, cycles, records, programs, blocks, blocks:N with N at least 2", text));
+      fmt::format("\"{}\" is not one of auto, cycles, starts, records, programs, blocks, blocks:N with N at least 2",
+                  text));
 }
 
 Result<FoldPlan> plan_folds(const std::vector<Clusters>& records, const FoldOptions& options) {
@@ -231,20 +254,22 @@ Result<FoldPlan> plan_folds(const std::vector<Clusters>& records, const FoldOpti
   }
   const bool alone = records.size() == 1 && cycles_in_all == 1;
   FoldPlan plan;
-  Tally cycles, whole, blocks;
+  Tally cycles, starts, whole, blocks;
   Eigen::Index first = 0;
   for (const Clusters& record : records) {
     const bool by_cycle = kind == FoldKind::cycles && !number_cycles(record).empty() && !alone;
+    const bool by_start = kind == FoldKind::starts && count_power_ons(record) > 1;
     const bool by_record = kind == FoldKind::records;
     const Result<Cut> cut = by_record  ? hold_out_record(record)
                             : by_cycle ? cut_at_cycles(record, options)
+                            : by_start ? cut_at_power_ons(record, options)
                                        : cut_into_blocks(record, options);
     if (!cut) return failure(cut.error());
-    (by_record ? whole : by_cycle ? cycles : blocks).add(*cut);
+    (by_record ? whole : by_cycle ? cycles : by_start ? starts : blocks).add(*cut);
     append(plan, record, *cut, first, all);
     first += record.cycle.size();
   }
-  plan.statement = describe_folds(cycles, whole, blocks);
+  plan.statement = describe_folds(cycles, starts, whole, blocks);
   if (const auto sound = check(plan); !sound) return failure(sound.error());
   return plan;
 }

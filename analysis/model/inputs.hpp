@@ -9,6 +9,7 @@
 #include "analysis/data/clusters.hpp"
 #include "analysis/data/dataset.hpp"
 #include "analysis/data/features.hpp"
+#include "analysis/model/power_on_constants.hpp"
 #include "analysis/model/selection.hpp"
 #include "core/result.hpp"
 
@@ -21,6 +22,9 @@ struct InputPlan {
   /// Terms to select from; empty if there is no selection.
   std::vector<data::Term> candidates;
   SelectionRule rule;
+  /// Constants of the power-ons, which are subtracted from the bias of each training set before anything is learnt from
+  /// it; without terms none are subtracted.
+  PowerOnRule power_ons = {};
 };
 
 /// Parses requested inputs: keywords and terms, joined by commas or '+'. A keyword denotes several terms:

@@ -14,6 +14,7 @@
 #include "analysis/data/statistics.hpp"
 #include "analysis/methods/method.hpp"
 #include "analysis/model/budget.hpp"
+#include "analysis/model/power_on_constants.hpp"
 #include "analysis/model/selection.hpp"
 #include "analysis/svm/tuning.hpp"
 #include "analysis/tracking/bias_noise.hpp"
@@ -113,13 +114,15 @@ struct Model {
   /// Reduction of the vectors. The members below describe the full function.
   std::optional<ReducedSetSummary> reduction;
   std::vector<TrainingRecord> trained_on;
+  /// Power-ons of the training records, with the constants that were subtracted; empty if there was only one.
+  std::vector<PowerOn> power_ons;
   Selection selection;        ///< multi-point only
   svm::TuningSummary tuning;  ///< "was not run" for other methods
   svm::TuningOptions tuning_options;
   /// True if the tuning used a small swarm, for a quick trial.
   bool quick{};
   std::string folds;  ///< "leave one cycle out (4)", "4 consecutive blocks"
-  /// Residual on the training clusters, which is not a verification.
+  /// Residual on the training clusters without the constants of their power-ons, which is not a verification.
   data::Figures in_sample;
   /// Each fold is predicted by a model that was refitted without it, including selection and scaling.
   data::Figures leave_cycle_out;

@@ -274,6 +274,7 @@ void describe(auto& form, Like<Model> auto& model) {
     target("std_deg_per_h", positive_number(model.target_std_deg_per_h));
   });
   form("trained_on", model.trained_on);
+  form.if_present("power_ons", !model.power_ons.empty(), model.power_ons);
   form("folds", model.folds);
   form("in_sample", model.in_sample);
   form("leave_cycle_out", model.leave_cycle_out);

@@ -219,7 +219,6 @@ Result<void> check_bias_reference(const population::TypePrior& prior, const data
 Result<population::TypePrior> learn_prior(const data::Dataset& first,
                                           const std::vector<population::UnitClusters>& units,
                                           const PriorOptions& options) {
-  constexpr double kTurnOn_deg_per_h = 0.001;
   const std::string inputs =
       options.inputs.empty() && !first.gradients.empty() ? "seven-point," + first.gradients.front() : options.inputs;
   const auto plan = plan_inputs(inputs, first);
@@ -228,13 +227,12 @@ Result<population::TypePrior> learn_prior(const data::Dataset& first,
     return failure(FaultKind::usage, "--inputs",
                    fmt::format("\"{}\" selects inputs by rule; list the inputs of a type explicitly", inputs));
   }
-  return learn_type_prior(
-      units, {.type = options.type,
-              .terms = plan->fixed,
-              .turn_on_deg_per_h = first.gyro_uncertainty.turn_on_repeatability_deg_per_h.value_or(kTurnOn_deg_per_h),
-              .thermometer_uncertainty_k = thermometers_in_use(first).uncertainty_k,
-              .quick = options.quick,
-              .simulated = options.simulated});
+  return learn_type_prior(units, {.type = options.type,
+                                  .terms = plan->fixed,
+                                  .turn_on_deg_per_h = turn_on_repeatability(first),
+                                  .thermometer_uncertainty_k = thermometers_in_use(first).uncertainty_k,
+                                  .quick = options.quick,
+                                  .simulated = options.simulated});
 }
 
 Result<Model> train_with_prior(const population::TypePrior& prior, const std::vector<data::Dataset>& datasets,

@@ -126,11 +126,19 @@ struct TrainingContext {
   std::vector<data::Clusters> records;
   Eigen::Index omitted_clusters{};  ///< without a value of every input
   data::TrainingSet training_set;   ///< all records, concatenated
-  /// Clusters after the filter of the method.
+  /// Constant of the power-on of each cluster; see power_on_constants().
+  Eigen::VectorXd constants;
+  /// Clusters without the constants, after the filter of the method.
   data::Clusters learnt;
   InputPlan inputs;
   std::vector<FoldData> splits;
   Preparation all;
+
+  [[nodiscard]] data::Clusters without_constants() const {
+    data::Clusters clusters = training_set.clusters;
+    clusters.bias_deg_per_h -= constants;
+    return clusters;
+  }
 };
 
 std::string requested_inputs(const TrainingOptions& options, const methods::Method& method) {
@@ -196,13 +204,17 @@ Result<TrainingContext> make_context(const std::vector<data::Dataset>& datasets,
   auto inputs = plan_inputs(requested_inputs(options, method), datasets.front(), options.select);
   if (!inputs) return failure(inputs.error());
   context.inputs = std::move(*inputs);
+  context.inputs.power_ons = power_on_rule(datasets.front());
   TrainingOptions named = options;
   named.folds.programs = list_programs(datasets);
   if (const auto planned = plan_training(context, records, named); !planned) return failure(planned.error());
   auto splits = split_at_folds(context.training_set, context.inputs, method, progress);
   if (!splits) return failure(splits.error());
   context.splits = std::move(*splits);
-  context.learnt = apply_bias_filter(method, context.training_set.clusters);
+  auto constants = power_on_constants(context.training_set.clusters, context.inputs.power_ons);
+  if (!constants) return failure(constants.error());
+  context.constants = std::move(*constants);
+  context.learnt = apply_bias_filter(method, context.without_constants());
   auto all = prepare(context.inputs, {.clusters = context.learnt, .folds = context.training_set.folds});
   if (!all) return failure(all.error());
   context.all = std::move(*all);
@@ -218,13 +230,10 @@ Result<Model> fit_final(const TrainingContext& context, EstimatorOptions estimat
   return fit(context.all, context.learnt, estimator);
 }
 
-/// Enlarges the variance of the coefficients of a linear function for correlated residuals. The number of residuals is
-/// replaced by the effective number of their mean, because the inputs vary as slowly as the residuals.
+/// Enlarges the variance of the coefficients of a linear function for correlated residuals.
 void widen_for_correlation(Model& model) {
   if (!model.variance || !std::holds_alternative<methods::LinearModel>(model.function)) return;
-  const auto freedom = [&](double number) { return std::max(1.0, number - model.effective_parameters); };
-  const double wider = freedom(model.in_sample.count) / freedom(model.in_sample.effective.of_mean);
-  model.variance->posterior *= std::max(1.0, wider);
+  model.variance->posterior *= correlation_factor(model);
 }
 
 svm::TuningOptions make_tuning_options(const TrainingOptions& options) {
@@ -248,10 +257,13 @@ void collect_warnings(Model& model, const TrainingContext& context, const std::v
   if (auto outlying = data::describe_outlying_clusters(context.training_set.clusters, model.leave_cycle_out_residual);
       !outlying.empty())
     model.warnings.push_back(std::move(outlying));
+  if (auto scatter = describe_scatter(model.power_ons, context.inputs.power_ons.repeatability_deg_per_h);
+      !scatter.empty())
+    model.warnings.push_back(std::move(scatter));
   warn_about_over_fit(model, datasets, records);
 }
 
-/// The held-out residual for the budget.
+/// The held-out residual for the budget, without the constants of the power-ons, which have a row of their own.
 struct BudgetResidual {
   Eigen::VectorXd residual;
   /// True if the residual was also used to choose the hyper-parameters.
@@ -271,13 +283,13 @@ Result<BudgetResidual> evaluate_held_out(Model& model, const TrainingContext& co
   // If no parameters were chosen, the residual is independent of the held-out folds.
   if (estimator.parameters.empty()) {
     if (nested) model.nested_leave_cycle_out = model.leave_cycle_out;
-    return BudgetResidual{std::move(*residual), false};
+    return BudgetResidual{*residual - context.constants, false};
   }
-  if (!nested) return BudgetResidual{std::move(*residual), true};
+  if (!nested) return BudgetResidual{*residual - context.constants, true};
   auto unseen = nested_residual(context.training_set, context.splits, context.inputs, estimator, progress);
   if (!unseen) return failure(unseen.error());
   model.nested_leave_cycle_out = compute_figures(*unseen, clusters);
-  return BudgetResidual{std::move(*unseen), false};
+  return BudgetResidual{*unseen - context.constants, false};
 }
 
 Result<Model> train_in_arena(const std::vector<data::Dataset>& datasets, const std::vector<data::Clusters>& clusters,
@@ -314,7 +326,8 @@ Result<Model> train_in_arena(const std::vector<data::Dataset>& datasets, const s
   model->tuning_options = tuning_options;
   model->quick = options.quick;
   record_sources(*model, datasets, context->records);
-  if (const auto judged = evaluate_in_sample(*model, context->training_set.clusters); !judged)
+  model->power_ons = list_power_ons(context->training_set.clusters, context->constants);
+  if (const auto judged = evaluate_in_sample(*model, context->without_constants()); !judged)
     return failure(judged.error());
   widen_for_correlation(*model);
   auto uncertainty = evaluate_uncertainty(
@@ -355,7 +368,9 @@ Result<std::vector<FoldData>> split_at_folds(const data::TrainingSet& training_s
     }
     const data::Fold& rows = training_set.folds.folds[fold];
     data::TrainingSet training = restrict_rows(training_set, rows.training);
-    training.clusters = apply_bias_filter(method, std::move(training.clusters));
+    auto without = without_power_on_constants(std::move(training.clusters), inputs.power_ons);
+    if (!without) return failure(without.error());
+    training.clusters = apply_bias_filter(method, std::move(*without));
     auto preparation = prepare(inputs, training);
     if (!preparation) {
       Fault fault = preparation.error();

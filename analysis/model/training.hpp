@@ -34,11 +34,11 @@ struct TrainingOptions {
   std::string program_version;
 };
 
-/// Trains on the clusters of all datasets together; they must have the same thermometers. Selection and scaling are
-/// fitted inside each fold. Clusters without a value of every input are omitted, and a warning states their number.
-/// Fails with usage if there is no record, if a run is given twice, if the one-standard-error rule is requested for a
-/// method without C, σ and ε, or like the functions below. Fails with numeric if a fit fails, and with interrupted if
-/// `progress` requests it.
+/// Trains on the clusters of all datasets together; they must have the same thermometers. The constants of
+/// the power-ons, selection and scaling are fitted inside each fold. Clusters without a value of every input are
+/// omitted, and a warning states their number. Fails with usage if there is no record, if a run is given twice, if the
+/// one-standard-error rule is requested for a method without C, σ and ε, or like the functions below. Fails with
+/// numeric if a fit fails, and with interrupted if `progress` requests it.
 [[nodiscard]] Result<Model> train(const std::vector<data::Dataset>& datasets,
                                   const std::vector<data::Clusters>& clusters, const TrainingOptions& options,
                                   const ProgressSink& progress = {});
@@ -59,7 +59,8 @@ struct Preparation {
 
 /// The clusters of one fold: training part, held-out part and preparation.
 struct FoldData {
-  /// Training part with the bias filtered by the method, if it has a filter.
+  /// Training part without the constants of its power-ons, and with the bias filtered by the method, if it has a
+  /// filter.
   data::TrainingSet training;
   data::Clusters held_out;
   /// Row indices in the training set before the split.
@@ -74,15 +75,16 @@ struct EstimatorOptions {
   methods::MethodOptions options;
 };
 
-/// Splits a training set by its folds. Selection and scaling of each split are learnt only from its training clusters.
+/// Splits a training set by its folds. The constants of the power-ons, selection and scaling of each split are learnt
+/// only from its training clusters.
 /// Fails with interrupted, or like prepare().
 [[nodiscard]] Result<std::vector<FoldData>> split_at_folds(const data::TrainingSet& training_set,
                                                            const InputPlan& inputs, const methods::Method& method,
                                                            const ProgressSink& progress);
 
-/// Returns the bias minus the prediction for each of `rows` clusters, °/h. A cluster is predicted by a model that was
-/// refitted without the cluster's fold; NaN for a cluster that is in no fold. Does not change the estimator's
-/// hyper-parameters.
+/// Returns the bias minus the prediction for each of `rows` clusters, °/h, with the constants of the power-ons. A
+/// cluster is predicted by a model that was refitted without the cluster's fold; NaN for a cluster that is in no fold.
+/// Does not change the estimator's hyper-parameters.
 [[nodiscard]] Result<Eigen::VectorXd> leave_out_residual(const std::vector<FoldData>& splits, Eigen::Index rows,
                                                          const EstimatorOptions& estimator,
                                                          const ProgressSink& progress);

@@ -129,17 +129,6 @@ BudgetRow make_form_row(const data::Figures& figures, double standard, const dat
   return row;
 }
 
-/// Counts the power-ons that are followed by clusters: one at the start of the record, and one after each segment with
-/// the unit off.
-int count_starts(const data::Dataset& dataset, const data::Clusters& clusters) {
-  int starts = clusters.start_s.size() > 0 ? 1 : 0;
-  for (std::size_t s = 1; s < dataset.segments.size(); ++s) {
-    const bool begins = dataset.segments[s - 1].unit.off && !dataset.segments[s].unit.off;
-    if (begins && (clusters.segment.array() == static_cast<int>(s)).any()) ++starts;
-  }
-  return starts;
-}
-
 /// Adds the rows of the model itself: its form and its hysteresis.
 void add_model_rows(std::vector<BudgetRow>& rows, const data::Clusters& clusters, const TrainingBasis& on,
                     const data::NoiseFloor& floor) {
@@ -151,9 +140,7 @@ void add_model_rows(std::vector<BudgetRow>& rows, const data::Clusters& clusters
   const double as_limits = hysteresis.half_deg_per_h / std::numbers::sqrt3;
   const double standard = robust_standard_deg_per_h(residual(known), figures.effective.of_std);
   rows.push_back(make_form_row(figures, standard, floor, as_limits, on.chosen_on_these_folds));
-  int starts = 0;
-  for (std::size_t i = 0; i < on.datasets.size(); ++i) starts += count_starts(on.datasets[i], on.clusters[i]);
-  rows.back().only_start_held_out = starts < 2;
+  rows.back().only_start_held_out = count_power_ons(clusters) < 2;
   rows.push_back({.source = Source::hysteresis,
                   .evaluation = Evaluation::a,
                   .distribution = ErrorDistribution::rectangular,
@@ -209,10 +196,9 @@ double drift_until_run_k(const data::Dataset& dataset, const record::Thermometer
 }
 
 /// Adds the turn-on row and the rows for the subtraction of the Earth rate.
-void add_gyro_rows(std::vector<BudgetRow>& rows, const std::vector<data::Dataset>& datasets) {
-  const data::Dataset& dataset = datasets.front();
+void add_gyro_rows(std::vector<BudgetRow>& rows, const data::Dataset& dataset, int power_ons) {
   rows.push_back(stated_or_assumed_row(Source::turn_on, dataset.gyro_uncertainty.turn_on_repeatability_deg_per_h,
-                                       kTurnOn_deg_per_h, std::sqrt(1 + 1.0 / static_cast<double>(datasets.size()))));
+                                       kTurnOn_deg_per_h, std::sqrt(1 + 1.0 / std::max(1, power_ons))));
   for (BudgetRow& row : budget_of_earth_rate(dataset)) rows.push_back(std::move(row));
 }
 
@@ -382,6 +368,11 @@ Eigen::RowVectorXd thermometer_noise_k(const data::Dataset& dataset, const data:
   return noise;
 }
 
+double correlation_factor(const Model& model) {
+  const auto freedom = [&](double number) { return std::max(1.0, number - model.effective_parameters); };
+  return std::max(1.0, freedom(model.in_sample.count) / freedom(model.in_sample.effective.of_mean));
+}
+
 Hysteresis estimate_hysteresis(const Eigen::VectorXd& residual_deg_per_h, const data::Clusters& clusters) {
   constexpr double kStep_c = 5, kLeastRate_c_per_min = 0.05;
   const std::vector<Eigen::Index> columns = temperature_columns(clusters.thermometers);
@@ -439,7 +430,7 @@ Result<Uncertainty> evaluate_uncertainty(const Model& model, const TrainingBasis
   }
   for (const Sensitivity& one : result.sensitivities)
     for (BudgetRow& row : budget_of_thermometer(on.datasets.front(), one)) rows.push_back(std::move(row));
-  add_gyro_rows(rows, on.datasets);
+  add_gyro_rows(rows, on.datasets.front(), count_power_ons(*clusters));
   return result;
 }
 
@@ -453,6 +444,10 @@ ThermometersInUse thermometers_in_use(const data::Dataset& dataset) {
     all.assumed = all.assumed || !drift_k;
   }
   return all;
+}
+
+double turn_on_repeatability(const data::Dataset& dataset) {
+  return dataset.gyro_uncertainty.turn_on_repeatability_deg_per_h.value_or(kTurnOn_deg_per_h);
 }
 
 double yearly_drift_deg_per_h(const Model& model, const data::Dataset& dataset) {

@@ -39,6 +39,11 @@ namespace gyrotherm::model {
 /// used.
 [[nodiscard]] double robust_standard_deg_per_h(const Eigen::VectorXd& residual_deg_per_h, double effective);
 
+/// Returns the factor by which the correlation of the in-sample residuals enlarges the variance of a linear function.
+/// The number of residuals is replaced by the effective number of their mean, because the inputs vary as slowly as the
+/// residuals.
+[[nodiscard]] double correlation_factor(const Model& model);
+
 /// Half of the difference between the residuals during warming and during cooling at equal temperatures.
 struct Hysteresis {
   double half_deg_per_h{};
@@ -57,6 +62,7 @@ struct Hysteresis {
 struct TrainingBasis {
   const std::vector<data::Dataset>& datasets;
   const std::vector<data::Clusters>& clusters;
+  /// The constant of each power-on is subtracted, if the training subtracted it.
   const Eigen::VectorXd& held_out_residual_deg_per_h;
   /// True if the hyper-parameters were chosen by the same residual, which then underestimates the error.
   bool chosen_on_these_folds = false;
@@ -76,7 +82,7 @@ struct TrainingBasis {
 /// - model form: its variance is the held-out RMSE², or robust_standard_deg_per_h()² if a transient dominates the
 ///   residual, minus noise floor² and hysteresis², with the degrees of freedom of this difference;
 /// - hysteresis: a/√3, with ± a the limits of its error;
-/// - turn-on, once in use and once in training, the latter divided by the root of the number of records;
+/// - turn-on, once in use and once in training, the latter divided by the root of the number of power-ons;
 /// - each thermometer's calibration and its drift u·√(years since calibration), times the root mean square of its
 ///   sensitivity. Other inputs have no calibration row: their constant error is a property of the unit;
 /// - if the Earth rate was subtracted: latitude, azimuth and tilt times the slopes of the Earth rate on the input axis,
@@ -108,6 +114,9 @@ struct ThermometersInUse {
   bool assumed{};  ///< at least one drift is assumed
 };
 [[nodiscard]] ThermometersInUse thermometers_in_use(const data::Dataset& dataset);
+
+/// Returns the standard deviation of the bias from power-on to power-on that a record states, or 0.001 °/h.
+[[nodiscard]] double turn_on_repeatability(const data::Dataset& dataset);
 
 /// Computes the standard uncertainty that the thermometers' drift in a year adds to the compensated bias, °/h: the root
 /// sum of squares of each drift, as stated in the record or 0.05 K, times the root mean square of the model's

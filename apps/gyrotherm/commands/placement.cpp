@@ -200,7 +200,7 @@ void add_placement(Program& program) {
       ->type_name(value::kRecord);
   command
       .add_option("--folds", options.folds,
-                  "kind of fold: cycles, records, programs, blocks[:N] or auto (default); see train")
+                  "kind of fold: cycles, starts, records, programs, blocks[:N] or auto (default); see train")
       ->type_name("FOLDS");
   command
       .add_option(

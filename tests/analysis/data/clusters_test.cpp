@@ -106,6 +106,37 @@ TEST(Clusters, RecordSegmentChangeInsideCluster) {
   EXPECT_EQ(clusters->last_segment, (Eigen::Vector2i{0, 1})) << "the segment changes at 120 s";
 }
 
+TEST(Clusters, NumberThePowerOnBeforeEach) {
+  Dataset dataset = ramp(900);
+  // On, off, on, on, off, off, on: three power-ons.
+  const std::vector<bool> is_off{false, true, false, false, true, true, false};
+  for (const bool off : is_off) {
+    dataset.segments.push_back({"hold", true, {}, {}, -1});
+    dataset.segments.back().unit.off = off;
+  }
+  const std::vector<int> segment{0, 0, 1, 2, 3, 4, 5, 6, 6};  // of each cluster
+  for (Eigen::Index i = 0; i < 900; ++i) {
+    dataset.segment(i) = segment[static_cast<std::size_t>(i / 100)];
+    if (is_off[static_cast<std::size_t>(dataset.segment(i))]) dataset.bias_deg_per_h(i) = std::nan("");
+  }
+  const auto clusters = make_clusters(dataset);
+  ASSERT_TRUE(clusters);
+  EXPECT_EQ(clusters->power_on, (Eigen::VectorXi(6) << 0, 0, 1, 1, 2, 2).finished());
+  EXPECT_EQ(count_power_ons(*clusters), 3);
+  const Clusters last = pick_clusters(*clusters, {4, 5});
+  EXPECT_EQ(count_power_ons(last), 1);
+  const auto joined = concatenate({*clusters, last, *clusters});
+  EXPECT_EQ(joined->power_on.tail(8), (Eigen::VectorXi(8) << 5, 5, 6, 6, 7, 7, 8, 8).finished());
+  EXPECT_EQ(count_power_ons(*joined), 7);
+}
+
+TEST(Clusters, HaveOnePowerOnWithoutSegments) {
+  const auto clusters = make_clusters(ramp(400));
+  EXPECT_EQ(count_power_ons(*clusters), 1);
+  EXPECT_EQ(count_power_ons(*concatenate({*clusters, *clusters})), 2) << "each run is a power-on of its own";
+  EXPECT_EQ(count_power_ons({}), 0);
+}
+
 TEST(Clusters, PickAndConcatenateRows) {
   const auto clusters = make_clusters(ramp(400));
   const Clusters picked = pick_clusters(*clusters, {3, 1});

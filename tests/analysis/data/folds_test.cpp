@@ -211,6 +211,42 @@ TEST(Folds, DoNotHoldOutRecordsWithCyclesOrFewRecords) {
   EXPECT_EQ(plan_folds({cycles, cycles}, {.kind = FoldKind::records})->folds.size(), 2u);
 }
 
+TEST(Folds, HoldOutEachPowerOnIfRequested) {
+  Clusters record = without_cycles(40);
+  record.power_on.setZero(40);
+  record.power_on.segment(10, 18).setConstant(3);  // numbers may have gaps
+  record.power_on.tail(12).setConstant(7);
+  const auto plan = plan_folds({record}, *parse_folds("starts"));
+  ASSERT_TRUE(plan);
+  EXPECT_EQ(plan->statement, "leave one power-on out (3)");
+  ASSERT_EQ(plan->folds.size(), 3u);
+  EXPECT_EQ(plan->folds[1].held_out.front(), 10);
+  EXPECT_EQ(plan->folds[1].held_out.size(), 18u);
+  EXPECT_EQ(plan->folds[1].training.size(), 22u);
+  expect_each_held_out_once(*plan, 40);
+  EXPECT_EQ(plan_folds({without_cycles(40)}, *parse_folds("starts"))->folds.size(), 4u) << "a single power-on";
+}
+
+TEST(Folds, AreShortBlocksForSeveralPowerOns) {
+  Clusters record = without_cycles(540);  // 15 h
+  record.power_on.setZero(540);
+  record.power_on.tail(20).setOnes();
+  const auto plan = plan_folds({record});
+  ASSERT_TRUE(plan);
+  EXPECT_EQ(plan->statement, "12 consecutive blocks with a guard of 36.7 min");
+  for (const Fold& fold : plan->folds) EXPECT_GT(count_power_ons(pick_clusters(record, fold.training)), 0);
+  expect_each_held_out_once(*plan, 540);
+  EXPECT_EQ(plan_folds({record}, *parse_folds("blocks"))->folds.size(), 4u) << "as requested";
+  record.power_on.setZero();
+  EXPECT_EQ(plan_folds({record})->folds.size(), 4u) << "a single power-on";
+}
+
+TEST(Folds, PreferCyclesToPowerOns) {
+  Clusters record = clusters_at({0, 1, 2, 3, 4, 5, 6, 7}, {0, 0, 0, 0, 1, 1, 1, 1});
+  record.power_on = (Eigen::VectorXi(8) << 0, 0, 1, 1, 2, 2, 3, 3).finished();
+  EXPECT_EQ(plan_folds({record})->statement, "leave one cycle out (2)");
+}
+
 TEST(Folds, FailForSingleRecordHeldOut) {
   const auto plan = plan_folds({without_cycles(12)}, {.kind = FoldKind::records});
   ASSERT_FALSE(plan);

@@ -18,7 +18,7 @@ TEST_P(ShippedProfile, RunsToEndOnVirtualRig) {
 INSTANTIATE_TEST_SUITE_P(All, ShippedProfile,
                          ::testing::Values("cold-soak.toml", "cold-start.toml", "cold-starts.toml", "flight.toml",
                                            "hot-soak.toml", "qualification.toml", "qualification-soaked.toml",
-                                           "random.toml", "shipboard.toml", "two-position.toml"));
+                                           "random.toml", "shipboard.toml", "short.toml", "two-position.toml"));
 
 }  // namespace
 }  // namespace gyrotherm::rig

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "analysis/planning/mission_uncertainty.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+#include "analysis/model/budget.hpp"
+#include "analysis/model/uncertainty.hpp"
+
+namespace gyrotherm::planning {
+namespace {
+
+/// Share of the variance of the model form that further clusters lower.
+constexpr double kLearnableShare = 0.5;
+
+/// Returns the predictive variance of each row, (°/h)²; 0 for a model without one.
+Result<Eigen::VectorXd> open_variance(const model::Model& model, const data::SampleMatrix& inputs) {
+  if (!model.variance) return Eigen::VectorXd::Zero(inputs.rows()).eval();
+  return predict_with_std(model, inputs).map([](const model::Prediction& predicted) -> Eigen::VectorXd {
+    return predicted.std_deg_per_h.cwiseAbs2();
+  });
+}
+
+/// Returns the covariance of a plane's coefficients after observations of its features with the given variance.
+Eigen::MatrixXd update_covariance(const Eigen::MatrixXd& covariance, const Eigen::MatrixXd& features, double variance) {
+  if (features.rows() == 0) return covariance;
+  const Eigen::MatrixXd shared = features * covariance;
+  Eigen::MatrixXd observed = shared * features.transpose();
+  observed.diagonal().array() += variance;
+  const Eigen::LLT<Eigen::MatrixXd> root(observed);
+  return covariance - shared.transpose() * root.solve(shared);
+}
+
+}  // namespace
+
+Result<double> mission_uncertainty(const model::Model& model, const data::Clusters& mission) {
+  assert(model.uncertainty);
+  const auto inputs = evaluate(model.terms, mission);
+  if (!inputs) return failure(inputs.error());
+  const auto open = open_variance(model, *inputs);
+  if (!open) return failure(open.error());
+  const model::Uncertainty& trained = *model.uncertainty;
+  const std::vector<model::BudgetRow>& rows = trained.budget.rows;
+  const bool is_a_row = std::ranges::find(rows, model::Source::coefficients, &model::BudgetRow::source) != rows.end();
+  double common = 0;
+  for (const model::BudgetRow& row : rows)
+    if (row.source != model::Source::coefficients) common += std::pow(contribution_deg_per_h(row), 2);
+  const Eigen::VectorXd excess = apply_range_policy(model, *inputs, model::Outside::extrapolate).excess;
+  Eigen::VectorXd variance = form_variance(rows) * excess.unaryExpr(&model::extrapolation_factor);
+  variance.array() += common;
+  if (is_a_row)
+    variance += *open;
+  else if (std::isfinite(trained.variance_in_training))
+    variance.array() += (open->array() - trained.variance_in_training).max(0);
+  const std::vector<Eigen::Index> known = data::finite_rows(variance);
+  if (known.empty())
+    return failure(FaultKind::usage, "mission", "no cluster of the mission has a value of every input of the model");
+  return combined(rows).coverage_factor * std::sqrt(variance(known).mean());
+}
+
+Result<model::Model> expected_after(const model::Model& model, const data::Clusters& mission,
+                                    const data::Clusters& further, int further_power_ons) {
+  assert(model.uncertainty && model.variance && std::holds_alternative<methods::LinearModel>(model.function));
+  const auto on_mission = evaluate(model.terms, mission), added = evaluate(model.terms, further);
+  if (!on_mission || !added) return failure(on_mission ? added.error() : on_mission.error());
+  const std::vector<Eigen::Index> rows = data::finite_rows(*added);
+  model::Model after = model;
+  if (!rows.empty()) {
+    const data::SampleMatrix known = (*added)(rows, Eigen::all);
+    after.input_min = after.input_min.cwiseMin(known.colwise().minCoeff());
+    after.input_max = after.input_max.cwiseMax(known.colwise().maxCoeff());
+    const double variance = std::pow(model.variance->noise, 2) * correlation_factor(model);
+    after.variance->posterior = update_covariance(
+        model.variance->posterior, compute_features(*model.variance, apply(model.scaling, known)), variance);
+  }
+  const auto before_open = open_variance(model, *on_mission), after_open = open_variance(after, *on_mission);
+  if (!before_open || !after_open) return failure(before_open ? after_open.error() : before_open.error());
+  const std::vector<Eigen::Index> seen = data::finite_rows(*before_open);
+  const double before_mean = seen.empty() ? 0 : (*before_open)(seen).mean();
+  const double ratio = before_mean > 0 ? std::clamp((*after_open)(seen).mean() / before_mean, 0.0, 1.0) : 1;
+  for (model::BudgetRow& row : after.uncertainty->budget.rows) {
+    if (row.source == model::Source::model_form)
+      row.standard_uncertainty *= std::sqrt(1 - kLearnableShare + kLearnableShare * ratio);
+    if (row.source != model::Source::turn_on) continue;
+    const double starts = 1 / (row.sensitivity * row.sensitivity - 1);
+    row.sensitivity = std::sqrt(1 + 1 / (starts + further_power_ons));
+  }
+  after.uncertainty->variance_in_training *= ratio;
+  return after;
+}
+
+}  // namespace gyrotherm::planning

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "acquisition/record/decision.hpp"
+
 namespace gyrotherm::record {
 namespace {
 
@@ -29,7 +31,8 @@ bool is_safety(const Event& event) {
 }
 
 bool may_be_dropped(const Entry& entry) { return !entry.is_gap() && !carries_safety_event(entry); }
-bool is_row(const Entry& entry) { return !entry.is_gap(); }
+/// Later rows refer to the segments of a decision, so a decision is never dropped.
+bool is_row(const Entry& entry) { return !entry.is_gap() && std::ranges::none_of(entry.events, is_decision); }
 
 bool is_dropped_gap(const Entry& entry) { return entry.is_gap() && entry.gap_cause == kDropped; }
 
@@ -40,7 +43,8 @@ std::int64_t unmeasured_in(const Entry& entry) { return entry.is_gap() && !is_dr
 }  // namespace
 
 bool carries_safety_event(const Entry& entry) {
-  return std::any_of(entry.events.begin(), entry.events.end(), is_safety);
+  return std::any_of(entry.events.begin(), entry.events.end(),
+                     [](const Event& event) { return is_safety(event) || is_decision(event); });
 }
 
 void Backlog::push(Entry entry) {

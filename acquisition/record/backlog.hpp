@@ -52,7 +52,7 @@ class Backlog {
 inline constexpr const char* kDropped = "dropped: the disk accepted no rows for longer than memory could hold them";
 
 /// Returns whether an entry has an event that must be recorded even after a failure of the disk: interlocks, states,
-/// commands, and the end of the run.
+/// commands, decisions, and the end of the run.
 [[nodiscard]] bool carries_safety_event(const Entry& entry);
 
 }  // namespace gyrotherm::record

@@ -18,6 +18,7 @@
 #include <variant>
 #include <vector>
 
+#include "acquisition/record/decision.hpp"
 #include "acquisition/record/row.hpp"
 #include "acquisition/record/schema.hpp"
 #include "acquisition/record/status.hpp"
@@ -61,6 +62,18 @@ std::int64_t RowChain::end() {
   std::int64_t beginning{};
   std::memcpy(&beginning, head_.data(), sizeof beginning);
   return beginning;
+}
+
+void chain_segment(RowChain& chain, std::size_t position, const RunInfo::SegmentInfo& segment) {
+  chain.add(position);
+  chain.add(segment.name);
+  chain.add(segment.hold);
+  chain.add(segment.target.value);
+  chain.add(segment.rate.value);
+  chain.add(segment.cycle);
+  chain.add(segment.prompt);
+  chain.add(segment.unit.off);
+  chain.add(segment.unit.turned);
 }
 
 Result<std::string> file_digest(const std::string& path, std::uint64_t most) {
@@ -181,11 +194,13 @@ class Cursor {
   [[nodiscard]] bool at_end() const { return at_end_; }
   [[nodiscard]] const Statement& row() const { return query_; }
   [[nodiscard]] const char* table() const { return table_; }
-  /// Returns whether the stored link of the row matches the chain.
-  [[nodiscard]] bool fits(RowChain& chain) const {
+  /// Returns whether the stored link of the row matches the chain. `add_more` adds the values that the row covers in
+  /// addition to its columns.
+  [[nodiscard]] bool fits(RowChain& chain, const std::function<void()>& add_more) const {
     const int last = query_.columns() - 1;
     chain.begin(table_);
     add_columns(chain, query_, last);
+    add_more();
     return query_.integer(last) == chain.end();
   }
   [[nodiscard]] std::string name() const {
@@ -276,10 +291,51 @@ Result<void> each_cursor(Database& database, const RunInfo& info, const std::fun
   }
 }
 
+/// The segments that each decision adds, by the number of its event.
+class AddedSegments {
+ public:
+  [[nodiscard]] static Result<AddedSegments> read(Database& database, const RunInfo& info) {
+    AddedSegments all(info);
+    if (!info.goal) return all;
+    const auto described = count_described_segments(database);
+    if (!described) return failure(described.error());
+    // A decision adds the segments up to the first one of the next decision.
+    auto sql = fmt::format("SELECT id, segment FROM event WHERE {} AND segment >= {} ORDER BY id DESC", kIsDecision,
+                           *described);
+    auto end = info.segments.size();
+    const auto done = database.each_row(sql, [&](const Statement& row) {
+      const auto first = static_cast<std::size_t>(row.integer(1));
+      all.by_event_[row.integer(0)] = {first, end};
+      end = std::min(first, end);
+    });
+    if (!done) return failure(done.error());
+    // No decision accounts for segments between the description and the first decision.
+    if (end != std::min(*described, info.segments.size()))
+      return failure(FaultKind::bad_file, database.path(), "the segments of the run do not match the hash chain");
+    return all;
+  }
+
+  void add_to(RowChain& chain, std::int64_t event) const {
+    const auto found = by_event_.find(event);
+    if (found == by_event_.end()) return;
+    for (auto i = found->second.first; i < found->second.second; ++i) chain_segment(chain, i, info_.segments[i]);
+  }
+
+ private:
+  explicit AddedSegments(const RunInfo& info) : info_(info) {}
+  const RunInfo& info_;
+  std::map<std::int64_t, std::pair<std::size_t, std::size_t>> by_event_;
+};
+
 Result<CheckedChain> walk(Database& database, const std::string& path, const RunInfo& info, const Digest& start) {
   CheckedChain checked{.chain = RowChain(start)};
+  const auto added = AddedSegments::read(database, info);
+  if (!added) return failure(added.error());
   const auto walked = each_cursor(database, info, [&](Cursor& at) -> Result<void> {
-    if (!at.fits(checked.chain)) return broken_chain(path, fmt::format("{}, or an earlier row,", at.name()));
+    const auto add_more = [&] {
+      if (std::string_view(at.table()) == "event") added->add_to(checked.chain, at.row().integer(0));
+    };
+    if (!at.fits(checked.chain, add_more)) return broken_chain(path, fmt::format("{}, or an earlier row,", at.name()));
     ++checked.rows;
     return {};
   });
@@ -299,6 +355,8 @@ Result<Verified> verify_part(const Part& part) {
 }  // namespace
 
 Result<Digest> description_hash(Database& database) {
+  const auto described = count_described_segments(database);
+  if (!described) return failure(described.error());
   RowChain chain;
   const auto added =
       add_rows(chain, database, "meta",
@@ -309,7 +367,10 @@ Result<Digest> description_hash(Database& database) {
           .and_then([&] {
             return add_rows(chain, database, "unit_value", "SELECT * FROM unit_value ORDER BY unit, position");
           })
-          .and_then([&] { return add_rows(chain, database, "segment", "SELECT * FROM segment ORDER BY position"); })
+          .and_then([&] {
+            return add_rows(chain, database, "segment",
+                            fmt::format("SELECT * FROM segment WHERE position < {} ORDER BY position", *described));
+          })
           .and_then(
               [&] { return add_rows(chain, database, "list", "SELECT * FROM list ORDER BY name, of, position"); });
   if (!added) return failure(added.error());

@@ -54,6 +54,9 @@ class RowChain {
   std::string row_;
 };
 
+/// Adds a segment to the row that was begun: the row of a decision also covers the segments that the decision adds.
+void chain_segment(RowChain& chain, std::size_t position, const RunInfo::SegmentInfo& segment);
+
 // The manifest of a closed run, RUN.db.sha256. It has the format that `sha256sum -c` checks.
 
 /// Returns the digest of a file's bytes in hexadecimal digits. Reads the file in pieces, so its size is not limited by
@@ -77,7 +80,8 @@ using Manifest = std::map<std::string, std::string>;
 
 // Verification of a record by its own chain.
 
-/// Returns the hash over the description of the run in the tables. Excludes the outcome, which is written at the end.
+/// Returns the hash over the description of the run in the tables. Excludes the outcome, which is written at the end,
+/// and the segments that decisions have added since.
 [[nodiscard]] Result<Digest> description_hash(Database& database);
 /// Returns the final hash of a finished file, which covers the chain and the frame counts.
 [[nodiscard]] Digest end_hash(RowChain chain, std::int64_t seen, std::int64_t lost, std::int64_t bad);

@@ -32,6 +32,7 @@ void each_number(Record& record, const Selection& selection, const std::function
 void prepare_columns(Record& record, std::size_t rows, const Selection& selection) {
   record.slot.reserve(rows);
   record.thermometers_c.resize(record.info.thermometers.size());
+  record.units.clear();
   for (const auto& unit : record.info.units) {
     auto& columns = record.units.emplace_back();
     columns.rotation.resize(unit.axes.size());
@@ -98,6 +99,13 @@ Result<void> read_events(Database& database, Record& record) {
   });
 }
 
+/// Takes the segments that decisions have added from the description in a later file.
+void take_growth(RunInfo& info, RunInfo later) {
+  if (!info.goal) return;
+  info.segments = std::move(later.segments);
+  info.added_blocks = std::move(later.added_blocks);
+}
+
 Gap lost_gap(const Continuation& continuation, std::int64_t first) {
   return {first, continuation.from - 1, fmt::format("lost with {}: {}", continuation.before, continuation.cause)};
 }
@@ -120,6 +128,7 @@ void append_part(Record& record, Record part, const Continuation& continuation, 
   each_number(part, selection, [&](std::vector<double>& column) { more.push_back(&column); });
   each_number(record, selection,
               [&, next = more.begin()](std::vector<double>& column) mutable { extend(column, **next++); });
+  take_growth(record.info, std::move(part.info));
   extend(record.progress, part.progress);
   extend(record.state, part.state);
   record.gaps.insert(record.gaps.end(), part.gaps.begin(), part.gaps.end());
@@ -156,6 +165,15 @@ Result<Record> read_all(const RecordFiles& files, const std::string& unit, bool 
 }
 
 }  // namespace
+
+void append_sample(Record& record, const Sample& sample) {
+  const auto selection = select(record.info, {});
+  if (record.slot.empty()) prepare_columns(record, 0, selection);
+  const auto last = std::max(record.slot.empty() ? -1 : record.slot.back(),
+                             record.gaps.empty() ? -1 : record.gaps.back().last);
+  if (sample.slot > last + 1) record.gaps.push_back({last + 1, sample.slot - 1, {}});
+  add(record, *sample_entry(sample, {}, record.info).sample, selection);
+}
 
 const RunInfo::SegmentInfo* segment_at(const Record& record, std::size_t row) {
   if (row >= record.progress.size()) return nullptr;
@@ -199,12 +217,16 @@ Fault explain_read_fault(Fault fault, const std::string& path) {
 
 Result<RunInfo> read_info(const RecordFiles& files) {
   std::optional<Fault> first;
+  std::optional<RunInfo> found;
   for (const auto& part : files.parts) {
+    if (found && !found->goal) break;
     auto database = open_part(part);
     auto info = database ? read_run_info(*database) : failure(database.error());
-    if (info) return info;
-    if (!first) first = info.error();
+    if (info && found) take_growth(*found, std::move(*info));
+    else if (info) found = std::move(*info);
+    else if (!first) first = info.error();
   }
+  if (found) return std::move(*found);
   return failure(explain_read_fault(*first, files.path));
 }
 

@@ -61,6 +61,10 @@ struct Record {
   std::vector<RecordedEvent> events;
 };
 
+/// Appends a second to a record in memory, as read_record() would read it from the file. If seconds are missing before
+/// it, they become a gap without a cause.
+void append_sample(Record& record, const Sample& sample);
+
 /// Returns the segment of a row, or null if it is unknown, as in an imported record.
 [[nodiscard]] const RunInfo::SegmentInfo* segment_at(const Record& record, std::size_t row);
 
@@ -81,7 +85,8 @@ struct Record {
 /// Reads the record as read_record() does, and verifies the chain of every file. Fails with bad_file, naming the
 /// first row that does not match, or as read_record() does.
 [[nodiscard]] Result<Record> read_verified_record(const RecordFiles& files);
-/// Reads the description of the run from the first readable file. Fails as read_record() does.
+/// Reads the description of the run from the first readable file, and the segments that decisions have added from the
+/// last one. Fails as read_record() does.
 [[nodiscard]] Result<RunInfo> read_info(const RecordFiles& files);
 [[nodiscard]] Result<RunInfo> read_info(const std::string& path);
 

@@ -7,6 +7,7 @@
 #include <filesystem>
 
 #include "acquisition/record/chain.hpp"
+#include "acquisition/record/decision.hpp"
 
 namespace gyrotherm::record {
 namespace {
@@ -59,6 +60,10 @@ Result<void> RecordWriter::handle_failure(Fault fault) {
 
 void RecordWriter::keep(std::span<const EntryPointer> entries) {
   kept_.insert(kept_.end(), entries.begin(), entries.end());
+  for (const auto& entry : entries)
+    if (!entry->segments.empty() || std::ranges::any_of(entry->events, is_decision))
+      add_block(info_, static_cast<std::size_t>(entry->events.front().about.segment.value_or(0)), entry->segments,
+                entry->events.front().about.channel);
   while (kept_.size() > options_.most_rows || (!kept_.empty() && kept_.front()->slots() == 0)) kept_.pop_front();
 }
 

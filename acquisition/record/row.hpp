@@ -76,6 +76,8 @@ struct Entry {
   std::string gap_cause{};
   std::vector<MissingReading> missing{};
   std::vector<Event> events{};
+  /// The segments that the event, a decision, adds to the profile.
+  std::vector<RunInfo::SegmentInfo> segments{};
 
   [[nodiscard]] bool is_gap() const { return !sample && first <= last; }
   [[nodiscard]] std::int64_t slots() const { return last - first + 1; }

@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "acquisition/record/decision.hpp"
 #include "acquisition/record/schema.hpp"
 #include "acquisition/record/store.hpp"
 #include "core/text.hpp"
@@ -148,6 +149,8 @@ Result<RunFile> RunFile::make_open_file(Database database, const std::string& pa
     if (auto folded = database.empty_log(); !folded && !is_full(folded.error())) return failure(folded.error());
     watch->remember();
   }
+  end.segments = info.segments.size();
+  end.blocks = info.added_blocks.size();
   RunFile file(std::move(database), std::move(statements), std::move(watch), path, std::move(info));
   if (!in_memory(path)) file.written_.emplace(path);
   file.now_ = file.committed_ = end;
@@ -287,6 +290,8 @@ Result<void> RunFile::test_write() {
 
 Result<void> RunFile::roll_back() {
   now_ = committed_;
+  info_.segments.resize(now_.segments);
+  info_.added_blocks.resize(now_.blocks);
   auto done = database_.in_transaction() ? database_.execute("ROLLBACK") : Result<void>{};
   if (watch_) watch_->remember_log();  // a failed transaction has written there
   return done;
@@ -310,7 +315,8 @@ Result<void> RunFile::insert(const Entry& entry) {
   for (const auto& missing : entry.missing)
     if (done) done = insert_fault(entry.last, missing.channel, missing.fault);
   for (const Event& event : entry.events)
-    if (done) done = insert_event(entry.last, event);
+    if (done)
+      done = is_decision(event) ? insert_decision(entry.last, event, entry.segments) : insert_event(entry.last, event);
   return done;
 }
 
@@ -396,13 +402,31 @@ Result<void> RunFile::insert_fault(std::int64_t slot, std::string_view channel, 
       .run();
 }
 
-Result<void> RunFile::insert_event(std::int64_t slot, const Event& event) {
+Result<void> RunFile::insert_event(std::int64_t slot, const Event& event) { return write_event(slot, event, {}); }
+
+Result<void> RunFile::insert_decision(std::int64_t slot, const Event& decision,
+                                      std::span<const RunInfo::SegmentInfo> segments) {
+  const auto first = static_cast<std::size_t>(decision.about.segment.value_or(0));
+  const bool is_described = first < info_.segments.size();
+  if (is_described) return write_event(slot, decision, {});
+  for (std::size_t i = 0; i < segments.size(); ++i)
+    if (auto written = write_segment(database_, first + i, segments[i]); !written) return written;
+  add_block(info_, first, segments, decision.about.channel);
+  now_.segments = info_.segments.size();
+  now_.blocks = info_.added_blocks.size();
+  return write_event(slot, decision, segments);
+}
+
+Result<void> RunFile::write_event(std::int64_t slot, const Event& event,
+                                  std::span<const RunInfo::SegmentInfo> added) {
   RecordedEvent recorded{slot, event};
   recorded.event.text = plain(event.text);
   Row row(statements_->event, now_.chain, "event");
   now_.events = std::max(event.number, now_.events + 1);
   row.put(now_.events);
   for (const auto& column : event_columns()) row.put(column.cell(recorded));
+  for (std::size_t i = 0; i < added.size(); ++i)
+    chain_segment(now_.chain, info_.segments.size() - added.size() + i, added[i]);
   return row.run();
 }
 

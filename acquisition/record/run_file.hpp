@@ -87,6 +87,10 @@ class RunFile {
   /// Writes an event. Uses the event's own number if it is higher than every earlier number, and otherwise the next
   /// number.
   [[nodiscard]] Result<void> insert_event(std::int64_t slot, const Event& event);
+  /// Writes a decision and the segments that it adds. The link of the decision covers them. Writes no segment that the
+  /// description of the file already contains.
+  [[nodiscard]] Result<void> insert_decision(std::int64_t slot, const Event& decision,
+                                             std::span<const RunInfo::SegmentInfo> segments);
   /// Copies the rows before `slot` from another open file of the same run.
   [[nodiscard]] Result<void> copy_rows(Database& other, std::int64_t slot);
   [[nodiscard]] Result<void> insert_gap(std::int64_t first, std::int64_t last, std::string_view cause);
@@ -126,6 +130,8 @@ class RunFile {
   [[nodiscard]] Result<void> refuse_if(std::optional<Interference> found);
   [[nodiscard]] Result<void> copy_row(std::string_view table, const record::Statement& row);
   [[nodiscard]] std::int64_t chain_link(std::span<const Cell> sample);
+  [[nodiscard]] Result<void> write_event(std::int64_t slot, const Event& event,
+                                         std::span<const RunInfo::SegmentInfo> added);
   /// Prepares statements with only the columns that have had a value in any sample so far. Binding and storing NULL
   /// would take as long as a number.
   [[nodiscard]] Result<void> prepare_for(const ChainedSamples& samples);
@@ -152,6 +158,8 @@ class RunFile {
   struct Position {
     RowChain chain;
     std::int64_t faults{}, events{};  ///< last keys
+    /// Sizes of the lists in info_.
+    std::size_t segments{}, blocks{};
   };
   Position now_;
   /// The state after the last commit, restored by a roll-back.

@@ -11,6 +11,7 @@
 #include <numeric>
 #include <utility>
 
+#include "acquisition/record/decision.hpp"
 #include "acquisition/record/row.hpp"
 #include "acquisition/record/schema.hpp"
 #include "acquisition/record/store.hpp"
@@ -195,10 +196,12 @@ Result<void> write_channels(Database& database, const RunInfo& info) {
   return {};
 }
 
+constexpr const char* kInsertSegment =
+    "INSERT INTO segment(name, hold, target_c, rate_c_per_min, cycle, prompt, unit_off, unit_turned, position)"
+    " VALUES(?, ?, ?, ?, ?, ?, ?, ?, ?)";
+
 Result<void> write_segments(Database& database, const std::vector<RunInfo::SegmentInfo>& segments) {
-  auto insert = database.prepare(
-      "INSERT INTO segment(name, hold, target_c, rate_c_per_min, cycle, prompt, unit_off, unit_turned, position)"
-      " VALUES(?, ?, ?, ?, ?, ?, ?, ?, ?)");
+  auto insert = database.prepare(kInsertSegment);
   if (!insert) return failure(insert.error());
   for (std::size_t i = 0; i < segments.size(); ++i) {
     const auto& segment = segments[i];
@@ -212,7 +215,11 @@ Result<void> write_segments(Database& database, const std::vector<RunInfo::Segme
 constexpr const char *kCycles = "cycles", *kGradients = "gradients", *kThreePoint = "three_point",
                      *kAnalogueMaps = "analogue_map_texts", *kThermometers = "thermometer_texts",
                      *kSupplies = "supply_texts", *kIdentities = "identities", *kFixture = "fixture",
-                     *kWarmUp = "warm_up", *kUnusedUnits = "unused_units";
+                     *kWarmUp = "warm_up", *kUnusedUnits = "unused_units", *kGoal = "goal",
+                     *kAddedBlocks = "added_blocks";
+/// The values of the list `goal`. `segments` is the number of segments that the description covers.
+constexpr const char *kGoalU = "u_deg_per_h", *kMissionName = "mission_name", *kMissionText = "mission_text",
+                     *kPriorText = "prior_text", *kDescribedSegments = "segments";
 
 /// Parses the numbers that write_lists() stores for a warm-up. Returns nothing for any other text.
 std::optional<RunInfo::WarmUpInfo> parse_warm_up(std::string_view text) {
@@ -257,6 +264,14 @@ Result<void> write_lists(Database& database, const RunInfo& info) {
     put(kWarmUp, "", {fmt::format("{} {} {}", added->at_least.value, added->air.value, added->rate.value)});
   put(kUnusedUnits, "", info.unused_units);
   put(kSupplies, "", info.supply_texts);
+  if (const auto& goal = info.goal) {
+    put(kGoal, kGoalU, {fmt::format("{}", goal->u_deg_per_h)});
+    put(kGoal, kMissionName, {goal->mission_name});
+    put(kGoal, kMissionText, {goal->mission_text});
+    put(kGoal, kPriorText, {goal->prior_text});
+    put(kGoal, kDescribedSegments, {std::to_string(info.segments.size())});
+    put(kAddedBlocks, "", info.added_blocks);
+  }
   for (const auto& [title, identity] : info.identities) put(kIdentities, title, {identity});
   for (const UnitInfo& unit : info.units) {
     put(kGradients, unit.name, unit.gradients);
@@ -440,6 +455,27 @@ Result<void> read_segments(Database& database, RunInfo& info) {
   });
 }
 
+void take_goal(RunInfo& info, std::string_view key, std::string_view value) {
+  if (!info.goal) info.goal.emplace();
+  if (key == kGoalU)
+    if (const auto numbers = parse_polynomial(value); numbers.size() == 1) info.goal->u_deg_per_h = numbers.front();
+  if (key == kMissionName) info.goal->mission_name = value;
+  if (key == kMissionText) info.goal->mission_text = value;
+  if (key == kPriorText) info.goal->prior_text = value;
+}
+
+/// Appends the blocks of the decisions in this file whose segments the description does not cover.
+Result<void> read_added_blocks(Database& database, RunInfo& info) {
+  if (!info.goal) return {};
+  const auto described = count_described_segments(database);
+  if (!described) return failure(described.error());
+  return database.each_row(
+      fmt::format("SELECT channel FROM event WHERE {} AND segment >= {} ORDER BY id", kIsDecision, *described),
+      [&](const Statement& row) {
+        if (!has_ended(info)) info.added_blocks.emplace_back(row.text(0));
+      });
+}
+
 Result<void> read_lists(Database& database, RunInfo& info) {
   return database.each_row("SELECT name, of, value FROM list ORDER BY name, of, position", [&](const Statement& row) {
     const std::string_view list = row.text(0);
@@ -449,6 +485,8 @@ Result<void> read_lists(Database& database, RunInfo& info) {
     if (list == kWarmUp) info.warm_up = parse_warm_up(row.text(2));
     if (list == kUnusedUnits) info.unused_units.emplace_back(row.text(2));
     if (list == kSupplies) info.supply_texts.emplace_back(row.text(2));
+    if (list == kGoal) take_goal(info, row.text(1), row.text(2));
+    if (list == kAddedBlocks) info.added_blocks.emplace_back(row.text(2));
     if (list == kIdentities) info.identities.emplace(row.text(1), row.text(2));
     if (list == kFixture) {
       for (std::size_t i = 0; i < info.units.size(); ++i)
@@ -485,6 +523,31 @@ std::string axis_label(const UnitInfo& unit, std::size_t axis) {
   return unit.axes.size() < 2 ? unit.name : unit.name + "." + unit.axes[axis].name;
 }
 
+bool has_ended(const RunInfo& info) { return !info.added_blocks.empty() && info.added_blocks.back().empty(); }
+
+void add_block(RunInfo& info, std::size_t first, std::span<const RunInfo::SegmentInfo> segments,
+               const std::string& block) {
+  if (first < info.segments.size() || (has_ended(info) && block.empty())) return;
+  info.segments.insert(info.segments.end(), segments.begin(), segments.end());
+  info.added_blocks.push_back(block);
+}
+
+Result<void> write_segment(Database& database, std::size_t position, const RunInfo::SegmentInfo& segment) {
+  auto insert = database.prepare(kInsertSegment);
+  if (!insert) return failure(insert.error());
+  return insert->run(segment.name, segment.hold, segment.target.value, segment.rate.value, segment.cycle,
+                     segment.prompt, segment.unit.off, segment.unit.turned, position);
+}
+
+Result<std::size_t> count_described_segments(Database& database) {
+  return database
+      .query_integer(fmt::format("SELECT coalesce((SELECT CAST(value AS INTEGER) FROM list WHERE name = '{}' AND of = "
+                                 "'{}'), (SELECT count(*) FROM segment))",
+                                 kGoal, kDescribedSegments),
+                     0)
+      .map([](std::int64_t count) { return static_cast<std::size_t>(std::max<std::int64_t>(count, 0)); });
+}
+
 Result<void> write_run_info(Database& database, const RunInfo& info) {
   return write_meta(database, info)
       .and_then([&] { return write_channels(database, info); })
@@ -518,6 +581,7 @@ Result<RunInfo> read_run_info(Database& database) {
           .and_then([&] { return read_units(database, info); })
           .and_then([&] { return read_instruments_of_values(database, info); })
           .and_then([&] { return read_lists(database, info); })
+          .and_then([&] { return read_added_blocks(database, info); })
           .and_then([&] { return check_channel_names(info); })
           .and_then([&]() -> Result<void> {
             if (is_possible_time(info.started_utc)) return {};

@@ -183,7 +183,23 @@ struct RunInfo {
     bool operator==(const WarmUpInfo&) const = default;
   };
   std::optional<WarmUpInfo> warm_up{};  ///< nothing: none was added
+  /// The goal of a run that ends by itself, with the texts of the files that its profile names.
+  struct Goal {
+    double u_deg_per_h{};
+    std::string mission_name;
+    std::string mission_text;
+    /// The model or type prior that the profile names; empty: none.
+    std::string prior_text{};
+    bool operator==(const Goal&) const = default;
+  };
+  std::optional<Goal> goal{};
+  /// The blocks that decisions have added to `segments` so far, in order. The last one is empty if the run has been
+  /// decided to end: the closing segments.
+  std::vector<std::string> added_blocks{};
 };
+
+/// Returns whether a decision has already ended the run, so that it adds no more segments.
+[[nodiscard]] bool has_ended(const RunInfo& info);
 
 /// Returns the first unit of that name; null if there is none.
 [[nodiscard]] const UnitInfo* find_unit(const RunInfo& info, std::string_view name);
@@ -200,6 +216,18 @@ struct RunInfo {
 [[nodiscard]] std::string axis_label(const UnitInfo& unit, std::size_t axis);
 
 // The storage of RunInfo in the tables of a record.
+
+/// Adds the segments of a decision and its block to the description, unless it contains them. `first` is the index of
+/// the first segment.
+void add_block(RunInfo& info, std::size_t first, std::span<const RunInfo::SegmentInfo> segments,
+               const std::string& block);
+
+/// Writes a segment into the table `segment`, at a position.
+[[nodiscard]] Result<void> write_segment(Database& database, std::size_t position,
+                                         const RunInfo::SegmentInfo& segment);
+
+/// Returns the number of segments that the description of a file covers. Decisions of the file add the others.
+[[nodiscard]] Result<std::size_t> count_described_segments(Database& database);
 
 /// Writes the description into fresh tables, inside the caller's transaction.
 [[nodiscard]] Result<void> write_run_info(Database& database, const RunInfo& info);

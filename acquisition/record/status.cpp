@@ -107,6 +107,8 @@ Result<RunStatus> read_record_status(const RecordFiles& files) {
   if (files.lost) status->record_damage = text(*files.lost);
   for (const auto& part : files.parts)
     if (part.path != files.path) status->parts.push_back(part.path);
+  for (auto part = files.parts.rbegin() + 1; !status->decision && part != files.parts.rend(); ++part)
+    if (const auto before = read_part_status(*part)) status->decision = before->decision;
   const auto alarms = read_record_alarms(files);
   if (!alarms) return failure(alarms.error());
   status->alarms = alarms->list();
@@ -179,6 +181,18 @@ Result<std::string> end_cause(Database& database) {
 
 }  // namespace
 
+namespace {
+
+/// Returns the last decision of the run; nothing if it has none.
+Result<std::optional<Decision>> last_decision(Database& database) {
+  const auto row =
+      database.first_row(fmt::format("SELECT text FROM event WHERE {} ORDER BY id DESC LIMIT 1", kIsDecision));
+  if (!row) return failure(row.error());
+  return *row ? parse_decision((*row)->text(0)) : std::nullopt;
+}
+
+}  // namespace
+
 RunStatus make_first_status(const std::string& path, const RunInfo& info) {
   RunStatus status;
   status.path = path;
@@ -210,6 +224,7 @@ Result<RunStatus> read_stored_status(Database& database, const std::string& path
                         .and_then([&] { return assign_result(status.frames, stored_frames(database)); })
                         .and_then([&] { return assign_result(status.acknowledged, last_slot(database)); })
                         .and_then([&] { return assign_result(status.ended_by, end_cause(database)); })
+                        .and_then([&] { return assign_result(status.decision, last_decision(database)); })
                         .and_then([&] { return assign_result(continuation, read_continuation(database)); })
                         .and_then([&] { return assign_result(row, last_row(database, *info)); });
   if (!read) return failure(read.error());

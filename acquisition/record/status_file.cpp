@@ -44,6 +44,7 @@ void describe(auto& form, Like<RunStatus> auto& status) {
   form.if_present("live_copy_trouble", true, status.live_copy_trouble);
   form.if_present("alarms", true, status.alarms);
   form.if_present("gyro_rates", true, status.gyro_rates);
+  form.if_present("decision", true, status.decision);
 }
 
 std::string describe(RunState state, const std::string& cause) {

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "acquisition/record/alarms.hpp"
+#include "acquisition/record/decision.hpp"
 #include "acquisition/record/rate_meter.hpp"
 #include "acquisition/record/run_info.hpp"
 #include "acquisition/record/sqlite.hpp"
@@ -70,6 +71,8 @@ struct RunStatus {
   std::vector<Alarm> alarms{};
   /// The present rates of the gyros; empty unless the record is being written.
   std::vector<AxisRate> gyro_rates{};
+  /// The last decision of a run that ends by itself; nothing before the first one.
+  std::optional<Decision> decision{};
 };
 
 /// Describes a state and its cause: "execute", "held: the profile asks: …". Returns only the cause if it already names

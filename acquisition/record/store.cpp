@@ -15,6 +15,7 @@
 #include "acquisition/record/alarms.hpp"
 #include "acquisition/record/backlog.hpp"
 #include "acquisition/record/chain.hpp"
+#include "acquisition/record/decision.hpp"
 #include "acquisition/record/live_copy.hpp"
 #include "acquisition/record/rate_meter.hpp"
 #include "acquisition/record/record.hpp"
@@ -76,6 +77,18 @@ class OrderedStore : public Store {
     auto kept = entry.events;
     if (auto taken = take(std::move(entry)); !taken) return taken;
     update_alarms(last_, std::move(kept));
+    return {};
+  }
+
+  Result<void> append_decision(const Event& decision, std::span<const RunInfo::SegmentInfo> segments) final {
+    assert(is_decision(decision) && decision.about.segment == static_cast<int>(info_.segments.size()));
+    auto entry = event_entry(last_, decision);
+    entry.segments.assign(segments.begin(), segments.end());
+    number_events(entry);
+    if (auto taken = take(std::move(entry)); !taken) return taken;
+    add_block(info_, info_.segments.size(), segments, decision.about.channel);
+    status_.segment_count = static_cast<int>(info_.segments.size());
+    status_.decision = parse_decision(decision.text);
     return {};
   }
   const Alarms& alarms() const final { return alarms_; }

@@ -81,6 +81,10 @@ class Store {
   [[nodiscard]] virtual Result<void> append_gap(std::int64_t first, std::int64_t last, const std::string& cause) = 0;
   /// Appends an event after the last slot.
   [[nodiscard]] virtual Result<void> append_event(const Event& event) = 0;
+  /// Appends a decision (decision.hpp) after the last slot, and the segments that it adds to the profile. Both become
+  /// durable together.
+  [[nodiscard]] virtual Result<void> append_decision(const Event& decision,
+                                                     std::span<const RunInfo::SegmentInfo> segments) = 0;
   /// Writes everything appended so far to the disk. With a worker, only starts the write. Returns the last slot
   /// acknowledged so far (−1 if none). Also updates the status file.
   [[nodiscard]] virtual Result<std::int64_t> sync() = 0;

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/toml_reader.hpp"
+#include "sequencer/profile/released_blocks.hpp"
 #include "sequencer/profile/written_profile.hpp"
 
 namespace gyrotherm::profile {
@@ -115,43 +116,48 @@ Result<Profile> parse_profile(std::string_view text, const std::string& file) {
   for (const auto& key : metadata.keys()) profile.metadata[key] = metadata.text(key);
   read_accept(root->table("accept"), "", profile.accept);
   profile.warms_up = read_condensation(root->table("condensation"));
-  const auto written = read_segments(*root, read_defaults(root->table("defaults")));
+  const auto defaults = read_defaults(root->table("defaults"));
+  const auto written = read_segments(*root, defaults);
+  const auto until = root->has("until") ? std::optional(read_until(root->table("until"), defaults)) : std::nullopt;
   if (const auto verdict = root->verdict(); !verdict) return failure(verdict.error());
   expand(written, profile);
+  if (const auto verdict = root->verdict(); !verdict) return failure(verdict.error());
+  if (until) expand_until(*until, profile);
   if (const auto verdict = root->verdict(); !verdict) return failure(verdict.error());
   return profile;
 }
 
 Result<void> check_profile(const Profile& profile, const ChamberLimits& limits) {
   ErrorList errors;
-  for (std::size_t i = 0; i < profile.segments.size(); ++i) {
-    const auto& segment = profile.segments[i];
+  each_released(profile, [&](const Segment& segment, Celsius before) {
     check_temperature(segment, limits, errors);
-    if (segment.kind == SegmentKind::ramp) check_rate(segment, set_point_before(profile, i), limits, errors);
-    check_step(segment, set_point_before(profile, i), errors);
+    if (segment.kind == SegmentKind::ramp) check_rate(segment, before, limits, errors);
+    check_step(segment, before, errors);
     check_deadline(segment, errors);
     check_soak_keys(segment, errors);
-  }
+  });
   return errors.verdict();
 }
 
 Result<void> check_air(const Profile& profile, Celsius lowest, Celsius highest) {
   ErrorList errors;
-  for (const auto& segment : profile.segments)
+  each_released(profile, [&](const Segment& segment, Celsius) {
     if (segment.target < lowest || segment.target > highest)
       errors.note(segment, fmt::format("{:g} °C is outside the rig's air limits, at which a run ends, expected "
                                        "{:g} to {:g} °C",
                                        segment.target.value, lowest.value, highest.value));
+  });
   return errors.verdict();
 }
 
 Result<void> check_sensors(const Profile& profile, const std::vector<std::string>& channels) {
   ErrorList errors;
-  for (const auto& segment : profile.segments)
+  each_released(profile, [&](const Segment& segment, Celsius) {
     if (segment.kind == SegmentKind::hold && !segment.is_warm_up && segment.soak_sensor != "air" &&
         std::find(channels.begin(), channels.end(), segment.soak_sensor) == channels.end())
       errors.note(segment, fmt::format("soak_sensor is \"{}\", expected \"air\" or a channel of the rig: {}",
                                        segment.soak_sensor, fmt::join(channels, ", ")));
+  });
   return errors.verdict();
 }
 
@@ -267,6 +273,33 @@ std::string describe_prompts(const Profile& profile) {
   return lines.empty() ? lines : lines + "\n";
 }
 
+/// Returns the table of a released block that begins at the end of the opening.
+std::string block_table(const Profile& profile, const ReleasedBlock& block, const std::string& title) {
+  const auto from = profile.segments.back().target;
+  const auto* expanded = find_expansion(block, from);
+  if (expanded == nullptr || expanded->segments.empty()) return fmt::format("\n{}: nothing\n", title);
+  Profile path;
+  path.segments.push_back({.kind = SegmentKind::hold, .name = {}, .target = from});
+  path.segments.insert(path.segments.end(), expanded->segments.begin(), expanded->segments.end());
+  for (auto& segment : path.segments) segment.cycle = -1;
+  auto timeline = plan(path);
+  path.segments.erase(path.segments.begin());
+  timeline.segments.erase(timeline.segments.begin());
+  return fmt::format("\n{}, {}:\n{}{}", title, format_hms(timeline.all.ramps + timeline.all.holds),
+                     segments_table(path, timeline), describe_prompts(path));
+}
+
+/// Returns the goal and the released blocks of a run that ends by itself, as they follow the opening.
+std::string describe_until(const Profile& profile) {
+  if (!profile.until) return "";
+  const auto& until = *profile.until;
+  auto text = fmt::format("\nuntil U = {:g} °/h on {}, at most {}{}; the segments above are the opening\n",
+                          until.u_deg_per_h, until.mission, format_hms(until.longest),
+                          until.prior.empty() ? "" : ", with the prior " + until.prior);
+  for (const auto& block : until.blocks) text += block_table(profile, block, fmt::format("block \"{}\"", block.name));
+  return text + block_table(profile, until.closing, "closing");
+}
+
 }  // namespace
 
 std::string describe_change(const UnitState& from, const UnitState& to, const std::vector<std::string>& units) {
@@ -281,12 +314,16 @@ std::string describe_change(const UnitState& from, const UnitState& to, const st
 }
 
 Profile switch_by_supplies(Profile profile, const std::vector<std::string>& unfed) {
-  UnitState before;
-  for (auto& segment : profile.segments) {
-    const auto from = std::exchange(before, segment.unit);
-    const UnitState seen{.off = unfed.empty() ? segment.unit.off : from.off, .turned = from.turned};
-    if (!segment.has_own_prompt) segment.prompt = describe_change(seen, segment.unit, unfed);
-  }
+  const auto switch_all = [&](std::vector<Segment>& segments) {
+    UnitState before;
+    for (auto& segment : segments) {
+      const auto from = std::exchange(before, segment.unit);
+      const UnitState seen{.off = unfed.empty() ? segment.unit.off : from.off, .turned = from.turned};
+      if (!segment.has_own_prompt) segment.prompt = describe_change(seen, segment.unit, unfed);
+    }
+  };
+  switch_all(profile.segments);
+  each_expansion(profile, [&](ReleasedBlock::Expanded& expanded) { switch_all(expanded.segments); });
   return profile;
 }
 
@@ -307,8 +344,8 @@ Timeline plan(const Profile& profile) {
 }
 
 std::string describe(const Profile& profile, const Timeline& timeline) {
-  return fmt::format("{}: {}\n\n{}\n{}{}", profile.name, profile.title, segments_table(profile, timeline),
-                     totals_table(timeline), describe_prompts(profile));
+  return fmt::format("{}: {}\n\n{}\n{}{}{}", profile.name, profile.title, segments_table(profile, timeline),
+                     totals_table(timeline), describe_prompts(profile), describe_until(profile));
 }
 
 }  // namespace gyrotherm::profile

@@ -82,6 +82,33 @@ struct AcceptLimit {
   double at_most{};
 };
 
+/// Segments that a run may add at the end of its profile, expanded and checked for each set point at which they can
+/// begin.
+struct ReleasedBlock {
+  /// Empty: the closing segments.
+  std::string name;
+  std::string place;  ///< "file:line:column" in the profile
+  struct Expanded {
+    Celsius from;
+    std::vector<Segment> segments;
+  };
+  std::vector<Expanded> expanded;
+};
+
+/// The table `[until]` of a profile whose run ends by itself (released_blocks.hpp). The segments of the profile are its
+/// fixed opening.
+struct Until {
+  double u_deg_per_h{};
+  std::string mission;
+  std::string prior{};  ///< empty: none
+  /// Longest duration of the run, opening and closing included.
+  Duration longest{};
+  std::string place;  ///< "file:line:column" in the profile
+  std::vector<ReleasedBlock> blocks;
+  /// Always carried out at the end; may have no segments.
+  ReleasedBlock closing;
+};
+
 struct Profile {
   std::string name;
   std::string title;
@@ -91,7 +118,10 @@ struct Profile {
   std::vector<AcceptLimit> accept;
   /// The run may add warm-ups.
   bool warms_up = true;
-  std::optional<WarmUp> warm_up{};  ///< present if `segments` contains one
+  std::optional<WarmUp> warm_up{};  ///< present if `segments` or a released block contains one
+  std::optional<Until> until{};
+  /// Names of the blocks that were added to `segments`, in order. The closing segments have an empty name.
+  std::vector<std::string> added_blocks{};
   /// Text of the file.
   std::string text;
 };

@@ -81,7 +81,17 @@ Result<void> add_warm_ups(Profile& profile, const WarmUp& warm_up) {
     }
     segments.push_back(std::move(segment));
   }
-  if (is_cold(segments.back().target)) {
+  if (profile.until) {
+    // The run does not end with its opening.
+    for (auto& [from, closing] : profile.until->closing.expanded) {
+      const auto last = closing.empty() ? profile.segments.back() : closing.back();
+      const auto end = closing.empty() ? from : last.target;
+      if (!is_cold(end)) continue;
+      has_warm_up = true;
+      append_warm_up(closing, warm_up, end, last);
+      for (auto& added : std::span(closing).last(2)) added.cycle = -1;
+    }
+  } else if (is_cold(segments.back().target)) {
     has_warm_up = true;
     const auto last = segments.back();
     append_warm_up(segments, warm_up, last.target, last);

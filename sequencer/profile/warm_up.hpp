@@ -27,7 +27,8 @@ struct RoomAir {
 /// Adds a warm-up after the last segment if its target is below the required temperature, and before each segment that
 /// opens the door while the set point is below it. A warm-up is a ramp and a hold that waits for the coldest
 /// thermometer. After one before a door, another ramp returns to the profile's set point; it has the prompt, and the
-/// unit state of the segment. Changes nothing if the profile has warm_up = false. Fails with usage if a warm-up is
+/// unit state of the segment. If the run ends by itself, the warm-up at the end follows the closing segments. Changes
+/// nothing if the profile has warm_up = false. Fails with usage if a warm-up is
 /// required and its air is not above the required temperature of the unit.
 [[nodiscard]] Result<void> add_warm_ups(Profile& profile, const WarmUp& warm_up);
 

@@ -171,7 +171,8 @@ std::string find_ignored_keys(const TomlTable& table, const SoakRule& rule) {
 /// Reads segments in the order in which they run, to check that each has a known set point to start from.
 class SegmentReader {
  public:
-  explicit SegmentReader(const SoakRule& defaults) : defaults_(defaults) {}
+  explicit SegmentReader(const SoakRule& defaults, bool set_point_known = false)
+      : defaults_(defaults), set_point_known_(set_point_known) {}
 
   std::vector<WrittenSegment> read_all(const TomlTable& parent, const SegmentContext& context) {
     const auto tables = parent.tables("segment");
@@ -285,8 +286,22 @@ class SegmentReader {
   }
 
   const SoakRule& defaults_;
-  bool set_point_known_ = false;
+  bool set_point_known_;
 };
+
+/// Records an error for each segment of a block that needs a person at the chamber or begins a cycle.
+void check_block(const std::vector<WrittenSegment>& written) {
+  for (const auto& segment : written) {
+    if (const auto* hold = std::get_if<WrittenHold>(&segment.what)) {
+      if (hold->turned) segment.table.note_error("axis", "a block cannot turn the unit; expected it in the opening");
+      if (hold->opens_door) segment.table.note_error("door", "a block cannot open the door; expected it in the opening");
+    }
+    if (const auto* repeat = std::get_if<WrittenRepeat>(&segment.what)) {
+      if (repeat->cycle) segment.table.note_error("cycle", "a block has no cycles; expected cycles in the opening");
+      check_block(repeat->body);
+    }
+  }
+}
 
 }  // namespace
 
@@ -302,6 +317,14 @@ SoakRule read_defaults(const TomlTable& defaults) {
 
 std::vector<WrittenSegment> read_segments(const TomlTable& root, const SoakRule& defaults) {
   return SegmentReader(defaults).read_all(root, {});
+}
+
+std::vector<WrittenSegment> read_block(const TomlTable& block, const SoakRule& defaults) {
+  auto written = SegmentReader(defaults, true).read_all(block, {});
+  if (!written.empty() && !std::holds_alternative<WrittenRamp>(written.front().what))
+    written.front().table.note_error("kind", "the first segment of a block is not a ramp, expected one");
+  check_block(written);
+  return written;
 }
 
 namespace {
@@ -501,6 +524,16 @@ class Expansion {
 
 void expand(const std::vector<WrittenSegment>& written, Profile& profile) {
   Expansion(profile).append_all(written, {});
+}
+
+std::vector<Segment> expand_block(const std::vector<WrittenSegment>& written, Celsius from) {
+  Profile scratch;
+  scratch.segments.push_back({.kind = SegmentKind::hold, .name = {}, .target = from});
+  const auto* ramp = written.empty() ? nullptr : std::get_if<WrittenRamp>(&written.front().what);
+  const bool is_there = ramp != nullptr && ramp->to == from;
+  expand({written.begin() + (is_there ? 1 : 0), written.end()}, scratch);
+  scratch.segments.erase(scratch.segments.begin());
+  return std::move(scratch.segments);
 }
 
 }  // namespace gyrotherm::profile

@@ -92,6 +92,14 @@ struct WrittenSegment {
 /// Reads every `[[segment]]` of a file's root. Records errors in the tables and leaves out segments of an unknown kind.
 [[nodiscard]] std::vector<WrittenSegment> read_segments(const TomlTable& root, const SoakRule& defaults);
 
+/// Reads the `[[segment]]`s of a released block, which begins at the set point where the run is. Records errors as
+/// read_segments() does, and also if the first segment is not a ramp or if a segment needs a person at the chamber.
+[[nodiscard]] std::vector<WrittenSegment> read_block(const TomlTable& block, const SoakRule& defaults);
+
+/// Expands a block that begins at a set point. Omits the first ramp if it ends at this set point. Records errors as
+/// expand() does.
+[[nodiscard]] std::vector<Segment> expand_block(const std::vector<WrittenSegment>& written, Celsius from);
+
 inline constexpr int kMaxSegments = 20'000;
 inline constexpr Duration kLongestProfile = std::chrono::seconds(100'000'000);
 

@@ -13,6 +13,7 @@
 #include "core/file.hpp"
 #include "core/sha256.hpp"
 #include "drivers/chamber/register_map.hpp"
+#include "sequencer/profile/released_blocks.hpp"
 #include "sequencer/rig/unit_serials.hpp"
 #include "sequencer/run/dropped_units.hpp"
 
@@ -37,14 +38,29 @@ std::string derive_id(const record::RunInfo& info, const rig::UnitIdentification
   for (const auto& unit : units.unused) all += fmt::format("\n{} not used", unit);
   if (!units.order_number.empty()) all += "\norder " + units.order_number;
   for (const auto& description : info.supply_texts) all += "\n" + description;
+  if (const auto& goal = info.goal)
+    all += fmt::format("\nuntil {} {}\n{}\n{}", goal->u_deg_per_h, goal->mission_name, goal->mission_text,
+                       goal->prior_text);
   return sha256(all + day).substr(0, 32);
 }
 
 }  // namespace
 
+record::RunInfo::SegmentInfo describe_segment(const profile::Segment& segment) {
+  return {.name = segment.name,
+          .hold = segment.kind == profile::SegmentKind::hold,
+          .target = segment.target,
+          .rate = segment.rate,
+          .cycle = segment.cycle,
+          .prompt = segment.prompt,
+          .unit = segment.unit};
+}
+
 record::RunInfo run_info(std::string_view program_version, const profile::Profile& profile, const rig::RigFile& rig,
-                         std::uint64_t seed, Duration started_utc, std::uint64_t days_later) {
+                         std::uint64_t seed, Duration started_utc, std::uint64_t days_later,
+                         const std::optional<record::RunInfo::Goal>& goal) {
   record::RunInfo info;
+  info.goal = goal;
   info.program_version = program_version;
   info.profile_name = profile.name;
   info.profile_text = profile.text;
@@ -71,14 +87,7 @@ record::RunInfo run_info(std::string_view program_version, const profile::Profil
   info.order_number = rig.identification.order_number;
   info.unused_units = rig.identification.unused;
   info.cycles = profile.cycles;
-  for (const auto& segment : profile.segments)
-    info.segments.push_back({.name = segment.name,
-                             .hold = segment.kind == profile::SegmentKind::hold,
-                             .target = segment.target,
-                             .rate = segment.rate,
-                             .cycle = segment.cycle,
-                             .prompt = segment.prompt,
-                             .unit = segment.unit});
+  for (const auto& segment : profile.segments) info.segments.push_back(describe_segment(segment));
   if (const auto& added = profile.warm_up)
     info.warm_up = {.at_least = added->at_least, .air = added->air, .rate = added->rate};
   info.id = rig.simulated ? derive_id(info, rig.identification) : make_random_id();
@@ -431,6 +440,7 @@ Result<RunContinuation> plan_continuation(const record::Record& record, const st
   if (!rig->supplies.empty())
     *profile = profile::switch_by_supplies(std::move(*profile), list_unfed_units(rig->supplies, rig->units));
   if (auto added = add_recorded_warm_ups(*profile, record.info); !added) return failure(added.error());
+  if (auto added = profile::add_blocks(*profile, record.info.added_blocks); !added) return failure(added.error());
   auto ending = read_ending(record);
   auto state = state_after(record, *profile, ending.state);
   if (!state) return failure(state.error());

@@ -22,10 +22,14 @@ namespace gyrotherm::run {
 
 /// Returns the data of a run from program, profile, rig and seed. The id of a dry run is derived from the data that
 /// determine it (program, profile, rig, seed, day); the id of a real run is random. `days_later` is the age of a
-/// virtual rig's gyro.
+/// virtual rig's gyro. `goal` is the goal of a run that ends by itself.
 [[nodiscard]] record::RunInfo run_info(std::string_view program_version, const profile::Profile& profile,
                                        const rig::RigFile& rig, std::uint64_t seed, Duration started_utc,
-                                       std::uint64_t days_later = 0);
+                                       std::uint64_t days_later = 0,
+                                       const std::optional<record::RunInfo::Goal>& goal = {});
+
+/// Returns the description of a segment in a record.
+[[nodiscard]] record::RunInfo::SegmentInfo describe_segment(const profile::Segment& segment);
 
 /// Returns the demand on the power supplies before the first second of a new run: on, unless the first segment requires
 /// the units to be off.

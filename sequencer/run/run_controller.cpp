@@ -9,6 +9,8 @@
 #include "acquisition/record/alarms.hpp"
 #include "acquisition/record/status.hpp"
 #include "core/process.hpp"
+#include "sequencer/profile/released_blocks.hpp"
+#include "sequencer/run/block_choice.hpp"
 #include "sequencer/run/resume.hpp"
 
 namespace gyrotherm::run {
@@ -51,14 +53,13 @@ RunController::RunController(const profile::Profile& profile, rig::Rig& rig, rec
       store_(store),
       state_(state),
       next_slot_(first_slot),
-      lead_(std::make_unique<HostLead>(rig.file(), demanded_set_point(profile, state_), kSecond * first_slot)),
+      lead_(std::make_unique<HostLead>(rig.file(), demanded_set_point(profile_, state_), kSecond * first_slot)),
       safe_(rig.file()),
       dropped_(unit_names(rig.file()), rig.file().identification.unused),
       channels_(list_channels(rig.file())),
       changes_(rig.file()),
       power_(rig.file()) {
-  const auto all = plan(profile).all;
-  planned_ = all.ramps + all.holds;
+  planned_ = profile::total_time(profile_.segments);
 }
 
 void RunController::begin_away(Celsius here, const std::string& cause, std::optional<Celsius> air_before) {
@@ -382,9 +383,11 @@ void RunController::note_soak(const ProfilePosition& before) {
 }
 
 void RunController::step_profile(const Sample& sample) {
+  const auto seen = observation(sample);
   const bool is_paused = run_state() != RunState::execute;
-  state_ = is_paused ? next_while_paused(profile_, state_, observation(sample))
-                     : next(profile_, state_, observation(sample));
+  auto after = is_paused ? next_while_paused(profile_, state_, seen) : next(profile_, state_, seen);
+  if (is_open(profile_) && std::holds_alternative<profile::Complete>(after)) return prolong_hold(seen);
+  state_ = std::move(after);
   if (is_paused) return;
   note_soak(sample.progress);
   if (!std::holds_alternative<profile::Complete>(state_)) return;
@@ -392,6 +395,34 @@ void RunController::step_profile(const Sample& sample) {
   change_to(next(rig_.file().run_limits, machine_,
                  RunInputs{.elapsed = {}, .demand = {}, .request = {}, .prompt = {}, .complete = true}));
   note(EventKind::finished, "profile complete");
+}
+
+/// Stops the clock of the last hold until a decision has been made.
+void RunController::prolong_hold(const profile::Observation& seen) {
+  state_ = next_while_paused(profile_, state_, seen);
+  if (!std::exchange(is_prolonged_, true))
+    note(EventKind::note, "the hold continues until the next block has been chosen");
+}
+
+bool RunController::awaits_decision() const {
+  if (!is_open(profile_) || run_state() >= RunState::aborting) return false;
+  const auto last = static_cast<int>(profile_.segments.size()) - 1;
+  return profile_position(profile_, state_).segment == last && time_left(profile_, state_) <= kDecisionTime;
+}
+
+Result<void> RunController::carry_out(const record::Decision& decision) {
+  const auto first = static_cast<int>(profile_.segments.size());
+  auto grown = profile_;
+  const auto added = add_block(grown, decision.block);
+  if (!added) return failure(added.error());
+  std::vector<record::RunInfo::SegmentInfo> segments;
+  for (const auto& segment : *added) segments.push_back(describe_segment(segment));
+  const auto event = record::decision_event(decision, rig_.clock().now(), first);
+  if (auto stored = store_.append_decision(event, segments); !stored) return stored;
+  profile_ = std::move(grown);
+  planned_ = profile::total_time(profile_.segments);
+  is_prolonged_ = false;
+  return {};
 }
 
 /// Commands the chamber for the state after this second. The final set point is therefore sent in the profile's last

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "acquisition/record/decision.hpp"
 #include "acquisition/record/store.hpp"
 #include "core/result.hpp"
 #include "core/sample.hpp"
@@ -32,7 +33,7 @@ enum class RunOutcome { going_on, complete, stopped, made_safe };
 
 class RunController {
  public:
-  /// All arguments must outlive this object. The rig must be prepared with the set point of `state`, the state of slot
+  /// `rig` and `store` must outlive this object. The rig must be prepared with the set point of `state`, the state of slot
   /// `first_slot`.
   RunController(const profile::Profile& profile, rig::Rig& rig, record::Store& store, profile::ProfileState state,
                 std::int64_t first_slot);
@@ -95,6 +96,18 @@ class RunController {
   [[nodiscard]] bool is_safe() const { return safe_.is_confirmed(); }
   [[nodiscard]] std::int64_t next_slot() const { return next_slot_; }
   [[nodiscard]] const profile::ProfileState& state() const { return state_; }
+  /// Returns the profile with the blocks that were added to it so far.
+  [[nodiscard]] const profile::Profile& profile() const { return profile_; }
+
+  // A run that ends by itself (docs/self-ending-runs.md).
+
+  /// Returns whether a decision is due: the run is in the last minutes of its last segment and has not been decided to
+  /// end. Until the decision is carried out, the last hold continues.
+  [[nodiscard]] bool awaits_decision() const;
+  /// Records a decision and adds its block, or the closing segments, to the profile. Call it between two ticks. Fails
+  /// with mismatch, and changes nothing, if the block is not released at this point, or with storage.
+  [[nodiscard]] Result<void> carry_out(const record::Decision& decision);
+
   /// Returns the last tick's sample; an empty one before the first tick.
   [[nodiscard]] const Sample& last() const { return last_; }
   /// Returns the events that the last tick recorded, in order.
@@ -142,9 +155,10 @@ class RunController {
   void step_profile(const Sample& sample);
   [[nodiscard]] profile::Observation observation(const Sample& sample) const;
   void note_soak(const ProfilePosition& before);
+  void prolong_hold(const profile::Observation& seen);
   void command_chamber(const Sample& sample);
 
-  const profile::Profile& profile_;
+  profile::Profile profile_;
   rig::Rig& rig_;
   record::Store& store_;
   profile::ProfileState state_;
@@ -161,6 +175,8 @@ class RunController {
   RunTally tally_;
   /// Duration of the profile without waiting.
   Duration planned_;
+  /// The last hold continues because no decision has been made in its time.
+  bool is_prolonged_ = false;
   std::optional<Celsius> air_;  ///< last known
   OperatorRequests requests_;
   /// Demand of the interlocks in the last second.

@@ -170,6 +170,10 @@ class BenchStore final : public record::Store {
     alarms_.update({.slot = static_cast<std::int64_t>(samples.size()) - 1, .event = events.back()});
     return {};
   }
+  Result<void> append_decision(const Event& event, std::span<const record::RunInfo::SegmentInfo> segments) override {
+    add_block(info_, info_.segments.size(), segments, event.about.channel);
+    return append_event(event);
+  }
   Result<std::int64_t> sync() override { return static_cast<std::int64_t>(samples.size()) - 1; }
   bool settle(Duration) override { return true; }
   Result<void> finish() override { return {}; }

@@ -17,14 +17,14 @@ namespace gyrotherm::tests {
 
 class RunHarness {
  public:
-  /// All arguments must outlive the object, and the rig must be prepared.
+  /// `rig` and `store` must outlive the object, and the rig must be prepared.
   RunHarness(const profile::Profile& profile, rig::Rig& rig, record::Store& store)
-      : profile_(profile), rig_(rig), run_controller_(profile, rig, store, begin(profile), 0) {}
+      : rig_(rig), run_controller_(profile, rig, store, begin(profile), 0) {}
 
   [[nodiscard]] run::RunController& run_controller() { return run_controller_; }
   [[nodiscard]] const run::RunController& run_controller() const { return run_controller_; }
   [[nodiscard]] run::RunOutcome outcome() const { return outcome_; }
-  [[nodiscard]] ProfilePosition progress() const { return profile_position(profile_, run_controller_.state()); }
+  [[nodiscard]] ProfilePosition progress() const { return profile_position(run_controller_.profile(), run_controller_.state()); }
 
   /// Called before the time of a slot advances.
   std::function<void(std::int64_t slot)> before_second = {};
@@ -61,7 +61,6 @@ class RunHarness {
   }
 
  private:
-  const profile::Profile& profile_;
   rig::Rig& rig_;
   run::RunController run_controller_;
   std::int64_t slot_ = 0;

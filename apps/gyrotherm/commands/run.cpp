@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <optional>
 #include <string_view>
+#include <utility>
 
 #include "apps/console/command.hpp"
 #include "apps/console/interrupt.hpp"
 #include "apps/gyrotherm/run/carry_out.hpp"
 #include "apps/gyrotherm/run/checked_profile.hpp"
+#include "apps/gyrotherm/run/run_goal.hpp"
 #include "apps/gyrotherm/run/unit_identification.hpp"
 #include "core/file.hpp"
 #include "core/text.hpp"
@@ -20,6 +23,7 @@ struct RunArguments {
   std::string out;
   IdentificationOptions identification;
   StartOptions start;
+  std::optional<double> until_u;
 };
 
 /// Returns the file name of a record: "short ramp" gives "short ramp.db". The file is always in the working folder:
@@ -46,11 +50,16 @@ Result<Exit> run(Console& console, const RunArguments& options) {
   if (!profile) return failure(profile.error());
   const auto path = options.out.empty() ? make_record_name(profile->name) : options.out;
   if (auto may = check_may_start(*rig, path, options.start); !may) return failure(may.error());
+  auto start = options.start;
+  auto goal = read_goal(*profile, options.profile, options.until_u);
+  if (!goal) return failure(goal.error());
+  start.goal = std::move(*goal);
+  if (auto may = check_goal(*profile, start.goal, start.upload); !may) return failure(may.error());
   if (auto named = identify_units(console, *rig, options.identification, {path, profile->name, parent_folder(path)});
       !named)
     return failure(named.error());
   watch_for_interrupts(rig->simulated ? SecondInterrupt::ends : SecondInterrupt::is_counted);
-  if (auto ran = start_run(console, *profile, *rig, path, options.start); !ran) return failure(ran.error());
+  if (auto ran = start_run(console, *profile, *rig, path, start); !ran) return failure(ran.error());
   return Exit::done;
 }
 
@@ -73,6 +82,10 @@ void add_run(Program& program) {
   command.add_option("--seed", options.start.seed, "seed of the virtual gyro and its noise; 0: the gyro of the file")
       ->check(not_negative());
   add_days_later_option(command, options.start.days_later);
+  command
+      .add_option("--until-u", options.until_u,
+                  "target of the expanded uncertainty, °/h, of a profile with [until] (default: the profile's)")
+      ->type_name("U");
   command.add_flag(
       "--upload", options.start.upload,
       "let the controller of the chamber carry out the profile, if its register map describes profile memory");

@@ -135,6 +135,7 @@ std::string describe(const record::RunStatus& status) {
     text += fmt::format("  segment {} of {}, {}: {}\n", status.segment_index + 1, status.segment_count, status.segment,
                         name(status.phase));
   text += state_lines(status);
+  if (status.decision) text += fmt::format("  {}\n", describe_progress(*status.decision, status.slot + 1));
   if (const auto& frames = status.frames)
     text += fmt::format("  gyro frames: {} received, {} lost, {} bad\n", frames->seen, frames->lost, frames->bad);
   for (const auto& axis : status.gyro_rates) text += "  " + describe(axis) + "\n";

@@ -21,6 +21,7 @@
 #include "apps/gyrotherm/run/checked_profile.hpp"
 #include "apps/gyrotherm/run/confirmed_commands.hpp"
 #include "apps/gyrotherm/run/readiness.hpp"
+#include "apps/gyrotherm/run/run_decider.hpp"
 #include "core/clock.hpp"
 #include "core/deadline.hpp"
 #include "core/file.hpp"
@@ -346,7 +347,7 @@ Result<Celsius> enter_run(const NewRun& plan, Opening& opening, const rig::Found
   opening.entry = run::entry_at(goal, air, run::is_in_place(air, goal, {}), plan.file.chamber_limits);
   if (plan.options.upload && opening.entry.away) return failure(start_elsewhere_fault(goal, air));
   auto info = run::run_info(GYROTHERM_VERSION, plan.profile, plan.file, plan.options.seed,
-                            opening.rig->will_start_utc(), plan.options.days_later);
+                            opening.rig->will_start_utc(), plan.options.days_later, plan.options.goal);
   info.identities = found.identities;
   auto store = record::Store::create(plan.path, info, store_options(plan.file.simulated));
   if (store) remove_trace(plan.path);  // trace of an earlier record
@@ -358,6 +359,8 @@ Result<Celsius> enter_run(const NewRun& plan, Opening& opening, const rig::Found
 void note_start(const NewRun& plan, const Opening& opening, const std::vector<std::string>& names,
                 run::RunController& run_controller) {
   run_controller.note(EventKind::started, plan.profile.name);
+  if (const auto& goal = plan.options.goal)
+    run_controller.note(EventKind::note, describe_goal(plan.profile, *goal));
   for (const auto& unit : plan.file.identification.unused)
     run_controller.note(EventKind::note, fmt::format("position {} is empty", unit), {.channel = unit});
   if (opening.entry.away)
@@ -375,6 +378,7 @@ struct StoppedRun {
   run::RunContinuation on;
   Result<std::optional<record::LostEnd>> lost;  ///< lost end of the record
   run::RunTally tally;
+  record::Record history;
 };
 
 /// Reads the record of a stopped run and decides whether the run can be resumed. The record is not changed.
@@ -382,7 +386,7 @@ Result<StoppedRun> find_interrupted(Console& console, const std::string& path, c
   if (auto alone = await_readers(console, path); !alone) return failure(alone.error());
   const auto files = record::find_files_to_read(path);
   if (!files) return failure(files.error());
-  const auto record = record::read_verified_record(*files);
+  auto record = record::read_verified_record(*files);
   if (!record) return failure(record.error());
   auto on = run::plan_continuation(*record, path, measure_downtime(*record, path, options),
                                    run::run_number(record->info.profile_text));
@@ -401,7 +405,8 @@ Result<StoppedRun> find_interrupted(Console& console, const std::string& path, c
                     .info = record->info,
                     .on = std::move(*on),
                     .lost = std::move(lost),
-                    .tally = run::count_tally(*record, status ? status->faults : 0)};
+                    .tally = run::count_tally(*record, status ? status->faults : 0),
+                    .history = std::move(*record)};
 }
 
 /// Applies the resume rule to the present state of the chamber, and reopens the record. Returns the first set point.
@@ -464,6 +469,7 @@ Result<void> check_may_start(const rig::RigFile& rig, const std::string& path, c
 Result<void> start_run(Console& console, const profile::Profile& profile, const rig::RigFile& file,
                        const std::string& path, const StartOptions& options) {
   if (auto may = check_may_start(file, path, options); !may) return may;
+  if (auto may = check_goal(profile, options.goal, options.upload); !may) return may;
   if (!file.simulated) console.never_wait();
   const NewRun plan{profile, file, path, options, begin(profile)};
   auto opening = prepare_opening(console, file, path, make_rig_start(plan), options.upload);
@@ -485,7 +491,12 @@ Result<void> start_run(Console& console, const profile::Profile& profile, const 
   run::RunController run_controller(profile, *opening->rig, *opening->store, plan.first, 0);
   note_start(plan, *opening, *names, run_controller);
   warn_at_start(console, run_controller, *opening->rig, opening->missing);
-  return drive({console, profile, run_controller, *opening->rig, *opening->store, opening->ownership, path});
+  record::Record history;
+  history.info = opening->store->info();
+  const auto decider = RunDecider::make(std::move(history), !file.simulated);
+  if (!decider) return failure(decider.error());
+  return drive({console, run_controller.profile(), run_controller, *opening->rig, *opening->store, opening->ownership,
+                path, decider->get()});
 }
 
 Result<void> resume_run(Console& console, const std::string& path, const ResumeOptions& options) {
@@ -513,7 +524,10 @@ Result<void> resume_run(Console& console, const std::string& path, const ResumeO
   warn_at_start(console, run_controller, *opening->rig, opening->missing);
   if (auto recalled = record_guard_trace(console, *opening->store, opening->rig->clock().now(), path); !recalled)
     return recalled;
-  return drive({console, on.profile, run_controller, *opening->rig, *opening->store, opening->ownership, path});
+  const auto decider = RunDecider::make(std::move(run->history), !on.rig.simulated);
+  if (!decider) return failure(decider.error());
+  return drive({console, run_controller.profile(), run_controller, *opening->rig, *opening->store, opening->ownership,
+                path, decider->get()});
 }
 
 }  // namespace gyrotherm::app

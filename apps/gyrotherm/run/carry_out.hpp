@@ -3,9 +3,11 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "acquisition/record/run_info.hpp"
 #include "acquisition/record/store.hpp"
 #include "apps/console/command.hpp"
 #include "apps/console/console.hpp"
@@ -19,12 +21,16 @@
 
 namespace gyrotherm::app {
 
+class RunDecider;
+
 struct StartOptions {
   std::uint64_t seed{};        ///< virtual gyro and its noise
   std::uint64_t days_later{};  ///< additional age of a virtual gyro
   /// Loads the whole profile into the chamber's controller, which then executes it. If false, this program sends set
   /// points.
   bool upload = false;
+  /// Goal of a run that ends by itself. Required if the profile has a table [until].
+  std::optional<record::RunInfo::Goal> goal{};
 };
 
 /// Adds the option --days-later to a command that starts runs.
@@ -73,6 +79,8 @@ struct ActiveRun {
   record::Store& store;
   run::ChamberOwnership& ownership;
   const std::string& path;  ///< record
+  /// Decides how a run continues that ends by itself; null for a profile with a fixed end.
+  RunDecider* decider = nullptr;
 };
 
 /// Ticks as fast as possible and syncs at least once a second of wall time. Fails with interrupted or storage.

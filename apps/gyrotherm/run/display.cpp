@@ -149,7 +149,7 @@ std::vector<std::string> Display::temperature_lines(const Sample& sample) const 
 }
 
 std::vector<std::string> Display::lines(const Sample& sample, const RunOverview& overview,
-                                        std::span<const record::Alarm> alarms) const {
+                                        std::span<const record::Alarm> alarms, const std::string& goal) const {
   std::vector<std::string> all{headline(sample, overview)};
   if (overview.state == RunState::held)
     all.emplace_back("  to continue: \"gyrotherm tell RUN.db resume\" in another terminal");
@@ -161,6 +161,7 @@ std::vector<std::string> Display::lines(const Sample& sample, const RunOverview&
     all.push_back(fmt::format("  segment {} of {}, {}: {}, {}", segment + 1, profile_.segments.size(),
                               profile_.segments[segment].name, name(sample.progress.phase),
                               format_duration(sample.progress.in_segment)));
+  if (!goal.empty()) all.push_back("  " + goal);
   all.push_back("  " + chamber_line(sample));
   for (auto& line : temperature_lines(sample)) all.push_back(std::move(line));
   for (std::size_t unit = 0; unit < bias_.size(); ++unit) all.push_back(unit_line(unit));
@@ -169,11 +170,12 @@ std::vector<std::string> Display::lines(const Sample& sample, const RunOverview&
   return all;
 }
 
-void Display::show(const Sample& sample, const RunOverview& overview, std::span<const record::Alarm> alarms) {
+void Display::show(const Sample& sample, const RunOverview& overview, std::span<const record::Alarm> alarms,
+                   const std::string& goal) {
   const bool turned = sample.progress.segment != shown_segment_ || overview.state != shown_state_;
   shown_segment_ = sample.progress.segment;
   shown_state_ = overview.state;
-  console_.panel([&] { return lines(sample, overview, alarms); }, turned && !rig_.simulated);
+  console_.panel([&] { return lines(sample, overview, alarms, goal); }, turned && !rig_.simulated);
 }
 
 std::string sample_json(const Sample& sample, std::span<const Event> events, const record::RunInfo& info) {

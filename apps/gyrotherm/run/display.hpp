@@ -45,11 +45,14 @@ class Display {
   /// Adds the readings of a second. Must be called for each second.
   void add_sample(const Sample& sample);
   /// Shows the present state, after each second or each batch of seconds.
-  void show(const Sample& sample, const RunOverview& overview, std::span<const record::Alarm> alarms);
+  void show(const Sample& sample, const RunOverview& overview, std::span<const record::Alarm> alarms,
+            const std::string& goal = {});
 
-  /// Returns the lines for a terminal, for the newest second. `alarms` are sorted from new to old.
+  /// Returns the lines for a terminal, for the newest second. `alarms` are sorted from new to old. `goal` describes the
+  /// progress of a run that ends by itself; empty for another run.
   [[nodiscard]] std::vector<std::string> lines(const Sample& sample, const RunOverview& overview,
-                                               std::span<const record::Alarm> alarms = {}) const;
+                                               std::span<const record::Alarm> alarms = {},
+                                               const std::string& goal = {}) const;
   /// Returns the wall-clock time until the end. For a virtual rig it is extrapolated from the speed so far. Returns
   /// nothing while the speed is unknown.
   [[nodiscard]] std::optional<Duration> time_left(const Sample& sample, const RunOverview& overview) const;

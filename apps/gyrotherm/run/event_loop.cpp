@@ -11,6 +11,7 @@
 #include "apps/console/interrupt.hpp"
 #include "apps/gyrotherm/run/carry_out.hpp"
 #include "apps/gyrotherm/run/display.hpp"
+#include "apps/gyrotherm/run/run_decider.hpp"
 #include "core/clock.hpp"
 #include "sequencer/control/control_socket.hpp"
 
@@ -31,6 +32,15 @@ RunOverview overview_with_disk_faults(const ActiveRun& run) {
   if (auto health = run.store.health(); !health.trouble.empty())
     overview.faults_now.push_back(fmt::format("{} s are waiting for the disk: {}", health.backlog_s, health.trouble));
   return overview;
+}
+
+/// Adds the last second to the history of a run that ends by itself, and carries out a decision that is due.
+Result<void> decide_if_due(const ActiveRun& run) {
+  return run.decider ? run.decider->after_tick(run.run_controller, run.console) : Result<void>();
+}
+
+std::string goal_line(const ActiveRun& run) {
+  return run.decider ? run.decider->describe_progress(run.run_controller.next_slot()) : std::string();
 }
 
 /// Opens the control socket. Prints a warning if that fails; the run then takes no requests.
@@ -223,11 +233,14 @@ class RealTime {
       run_.run_controller.set_guard_troubles(run_.ownership.troubles());
       auto outcome = run_.run_controller.tick(slot);
       run_.ownership.heartbeat(run_.rig.io().stuck_for());
+      if (const auto decided = outcome ? decide_if_due(run_) : Result<void>(); !decided)
+        outcome = failure(decided.error());
       if (const auto synced = sync(run_); !synced && outcome) outcome = failure(synced.error());
       display_.add_sample(run_.run_controller.last());
       print_events(run_);
       print_sample(run_);
-      display_.show(run_.run_controller.last(), overview_with_disk_faults(run_), run_.store.alarms().list());
+      display_.show(run_.run_controller.last(), overview_with_disk_faults(run_), run_.store.alarms().list(),
+                    goal_line(run_));
       if (!outcome || *outcome != run::RunOutcome::going_on) return end(sync_last_second(std::move(outcome)));
       if (std::exchange(leaves_after_tick_, false) && (is_terminated() || !rejects_interrupt(run_))) return leave();
     }
@@ -260,6 +273,7 @@ Result<run::RunOutcome> drive_virtual(const ActiveRun& run) {
     run.rig.let_pass(1);
     const auto outcome = run.run_controller.tick(run.run_controller.next_slot());
     if (!outcome) return outcome;
+    if (const auto decided = decide_if_due(run); !decided) return failure(decided.error());
     display.add_sample(run.run_controller.last());
     print_sample(run);
     const bool ended = *outcome != run::RunOutcome::going_on;
@@ -271,7 +285,7 @@ Result<run::RunOutcome> drive_virtual(const ActiveRun& run) {
     if (!ended && steady_clock::now() - last_sync < kLongestBatch) continue;
     if (auto synced = sync(run); !synced) return failure(synced.error());
     last_sync = steady_clock::now();
-    display.show(run.run_controller.last(), overview_with_disk_faults(run), run.store.alarms().list());
+    display.show(run.run_controller.last(), overview_with_disk_faults(run), run.store.alarms().list(), goal_line(run));
     if (ended) return outcome;
   }
 }

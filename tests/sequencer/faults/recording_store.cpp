@@ -62,4 +62,11 @@ Result<void> RecordingStore::append_event(const Event& event) {
   return store_->append_event(event);
 }
 
+Result<void> RecordingStore::append_decision(const Event& event,
+                                             std::span<const record::RunInfo::SegmentInfo> segments) {
+  events_.push_back(event);
+  hash_.add(event);
+  return store_->append_decision(event, segments);
+}
+
 }  // namespace gyrotherm::faults

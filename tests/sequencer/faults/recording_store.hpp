@@ -35,6 +35,8 @@ class RecordingStore final : public record::Store {
   [[nodiscard]] Result<void> append(const Sample& sample, std::span<const Event> events) override;
   [[nodiscard]] Result<void> append_gap(std::int64_t first, std::int64_t last, const std::string& cause) override;
   [[nodiscard]] Result<void> append_event(const Event& event) override;
+  [[nodiscard]] Result<void> append_decision(const Event& event,
+                                             std::span<const record::RunInfo::SegmentInfo> segments) override;
   [[nodiscard]] Result<std::int64_t> sync() override {
     auto synced = store_->sync();
     if (synced) acknowledged_ = *synced;

@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sequencer/run/block_choice.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+#include <charconv>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <string>
+
+#include "sequencer/profile/released_blocks.hpp"
+
+namespace gyrotherm::run {
+namespace {
+
+/// Rounds to the nearest number with this many significant digits, as it is printed and read back.
+double round_to_digits(double value, int digits) {
+  const auto text = fmt::format("{:.{}g}", value, digits);
+  double rounded{};
+  std::from_chars(text.data(), text.data() + text.size(), rounded);
+  return rounded;
+}
+
+std::optional<double> rounded_u(double u_deg_per_h) {
+  return std::isfinite(u_deg_per_h) ? std::optional(round_to_digits(u_deg_per_h, 3)) : std::nullopt;
+}
+
+/// Returns hours, rounded to hundredths.
+double rounded_hours(Duration time) { return std::round(to_seconds(time) / 36) / 100; }
+
+/// Returns the time that a block takes from the end of the profile, and the closing segments after it; nothing if it
+/// is not released there.
+struct BlockTimes {
+  Duration block{};
+  Duration closing{};
+};
+std::optional<BlockTimes> block_times(const profile::Profile& profile, const profile::ReleasedBlock& block) {
+  const auto* expanded = find_expansion(block, profile.segments.back().target);
+  if (expanded == nullptr || expanded->segments.empty()) return std::nullopt;
+  const auto* closing = find_expansion(profile.until->closing, expanded->segments.back().target);
+  if (closing == nullptr) return std::nullopt;
+  const bool is_too_long =
+      profile.segments.size() + expanded->segments.size() + closing->segments.size() > profile::kMaxSegments;
+  if (is_too_long) return std::nullopt;
+  return BlockTimes{.block = profile::total_time(expanded->segments),
+                    .closing = profile::total_time(closing->segments)};
+}
+
+bool lowers(const record::BlockNumbers& block, const std::optional<double>& u_now) {
+  if (!block.u_after_deg_per_h) return false;
+  return !u_now || *u_now - *block.u_after_deg_per_h > kLeastGain * *u_now;
+}
+
+/// Returns the rank of a block: the decrease of U per hour. While U is unknown, a lower U has a higher rank.
+double rank_block(const record::BlockNumbers& block, const std::optional<double>& u_now, double hours) {
+  return u_now ? (*u_now - *block.u_after_deg_per_h) / hours : -*block.u_after_deg_per_h;
+}
+
+}  // namespace
+
+record::Decision decide(const profile::Profile& profile, const DecisionInputs& inputs) {
+  assert(is_open(profile) && inputs.u_after_deg_per_h.size() == profile.until->blocks.size());
+  const auto& until = *profile.until;
+  const auto left = until.longest - inputs.used;
+  record::Decision decision{.number = inputs.number,
+                            .target_deg_per_h = inputs.target_deg_per_h,
+                            .u_now_deg_per_h = rounded_u(inputs.u_now_deg_per_h),
+                            .hours_used = rounded_hours(inputs.used),
+                            .hours_left = rounded_hours(std::max(left, Duration{}))};
+  std::optional<std::size_t> best;
+  double best_rank{};
+  bool any_fits = false, another_lowers = false;
+  for (std::size_t i = 0; i < until.blocks.size(); ++i) {
+    const auto times = block_times(profile, until.blocks[i]);
+    auto& block = decision.blocks.emplace_back(record::BlockNumbers{.block = until.blocks[i].name});
+    block.u_after_deg_per_h = rounded_u(inputs.u_after_deg_per_h[i]);
+    block.fits = times && inputs.hold_left + times->block + times->closing <= left;
+    if (times) block.hours = rounded_hours(times->block);
+    any_fits = any_fits || block.fits;
+    const bool is_useful = lowers(block, decision.u_now_deg_per_h);
+    another_lowers = another_lowers || (is_useful && !block.fits);
+    if (!is_useful || !block.fits) continue;
+    const auto rank = rank_block(block, decision.u_now_deg_per_h, to_seconds(times->block) / 3600);
+    if (best && rank <= best_rank) continue;
+    best = i;
+    best_rank = rank;
+  }
+  if (decision.u_now_deg_per_h && *decision.u_now_deg_per_h <= inputs.target_deg_per_h) {
+    decision.end = kMet;
+  } else if (best) {
+    decision.block = until.blocks[*best].name;
+    decision.u_expected_deg_per_h = decision.blocks[*best].u_after_deg_per_h;
+  } else {
+    decision.end = another_lowers || !any_fits ? kTimeIsUp : kCannotBeMet;
+  }
+  return decision;
+}
+
+}  // namespace gyrotherm::run

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The decisions of a run that ends by itself: which released block comes next, or why the run ends. Pure: the same
+/// inputs give the same decision.
+#pragma once
+
+#include <vector>
+
+#include "acquisition/record/decision.hpp"
+#include "core/quantity.hpp"
+#include "sequencer/profile/profile.hpp"
+
+namespace gyrotherm::run {
+
+/// A decision is due when the last hold has at most this time left: two clusters.
+inline constexpr Duration kDecisionTime = std::chrono::seconds(200);
+
+/// A block lowers the uncertainty only if it lowers it by more than this fraction.
+inline constexpr double kLeastGain = 0.005;
+
+/// The reasons for the end of a run.
+inline constexpr const char *kMet = "U is met", *kCannotBeMet = "U cannot be met", *kTimeIsUp = "the time is up";
+
+struct DecisionInputs {
+  int number{};  ///< of the decision, counted from 1
+  double target_deg_per_h{};
+  /// Expanded uncertainty on the mission; infinite if no model can be fitted yet.
+  double u_now_deg_per_h{};
+  /// The same, expected after each released block; infinite where a block is of no use.
+  std::vector<double> u_after_deg_per_h{};
+  /// Duration of the run so far, and of the rest of its last hold.
+  Duration used{};
+  Duration hold_left{};
+};
+
+/// Decides how a run continues at the end of its profile. Uncertainties are rounded to three significant digits before
+/// they are compared, so that a resumed run with slightly other noise decides alike.
+///
+/// 1. The run ends if U is at most the target.
+/// 2. Among the blocks that fit into the remaining time with the closing segments and lower U by more than kLeastGain,
+///    the block with the greatest decrease of U per hour is chosen; of equal ones the first. While U is unknown, the
+///    block with the lowest U after it is chosen.
+/// 3. Without such a block the run ends: the time is up if a block that does not fit would lower U, or if no block
+///    fits; otherwise U cannot be met.
+///
+/// The profile must be open. `u_after_deg_per_h` must have one value per released block.
+[[nodiscard]] record::Decision decide(const profile::Profile& profile, const DecisionInputs& inputs);
+
+}  // namespace gyrotherm::run

@@ -17,6 +17,7 @@ namespace {
 constexpr const char* kHour = "tests/sequencer/faults/hour.toml";
 constexpr const char* kWhole = "profiles/qualification.toml";
 constexpr const char* kSoaked = "profiles/qualification-soaked.toml";
+constexpr const char* kUntil = "tests/sequencer/faults/until.toml";
 
 const SimulatedSetup& setup_for(const std::string& profile) {
   static std::map<std::string, SimulatedSetup> grounds;
@@ -62,6 +63,31 @@ INSTANTIATE_TEST_SUITE_P(FaultSchedules, Whole, ::testing::Values(1, 3, 5, 7, 9)
 #else
 INSTANTIATE_TEST_SUITE_P(FaultSchedules, Whole, ::testing::Values(1, 7));  // one with each profile
 #endif
+
+class SelfEnding : public ::testing::TestWithParam<std::uint64_t> {};
+TEST_P(SelfEnding, RunsWithFaultsViolateNoInvariantAndKeepTheirPath) {
+  const auto& ground = setup_for(kUntil);
+  const auto options = options_for(ground);
+  const auto calm = carry_out(ground, make_setting(0, {}));
+  ASSERT_EQ(calm.ending, Ending::complete);
+  ASSERT_GE(calm.blocks.size(), 5U);
+  EXPECT_EQ(calm.blocks.back(), "") << "closing";
+  std::size_t longest = 0;
+  for (auto seed = GetParam(); seed < GetParam() + kSeedsInABlock; ++seed) {
+    const auto setting = make_setting(seed, draw_schedule(seed, options));
+    const auto report = carry_out(ground, setting);
+    for (const auto& violation : report.violations)
+      ADD_FAILURE() << "seed " << seed << ": " << violation << "\n" << text(setting.schedule);
+    for (std::size_t i = 0; i < report.blocks.size(); ++i)
+      if (!report.blocks[i].empty()) {
+        ASSERT_LT(i, calm.blocks.size()) << "seed " << seed;
+        EXPECT_EQ(report.blocks[i], calm.blocks[i]) << "seed " << seed << ", block " << i + 1;
+      }
+    longest = std::max(longest, report.blocks.size());
+  }
+  EXPECT_GE(longest, calm.blocks.size()) << "some runs reach their end";
+}
+INSTANTIATE_TEST_SUITE_P(FaultSchedules, SelfEnding, ::testing::Values(1, 51));
 
 TEST(FaultSchedules, PassWhenTheyFailedOnce) {
   std::ifstream file(GYROTHERM_SOURCE_DIR "/tests/sequencer/faults/regressions.txt");

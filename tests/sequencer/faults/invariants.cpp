@@ -8,6 +8,7 @@
 
 #include "acquisition/record/backlog.hpp"
 #include "core/clock.hpp"
+#include "sequencer/profile/released_blocks.hpp"
 #include "sequencer/run/resume.hpp"
 
 namespace gyrotherm::faults {
@@ -69,10 +70,10 @@ Invariants::Invariants(const profile::Profile& profile, const rig::RigFile& file
   for (const auto& channel : file.limits.channels)
     places_.push_back(static_cast<std::size_t>(std::ranges::find(names, channel) - names.begin()));
   lowest_ = highest_ = file.safe_set_point;
-  for (const auto& segment : profile.segments) {
+  each_released(profile, [&](const profile::Segment& segment, Celsius) {
     lowest_ = std::min(lowest_, segment.target);
     highest_ = std::max(highest_, segment.target);
-  }
+  });
   lowest_ = std::max(lowest_, file.chamber_limits.lowest);
   highest_ = std::min(highest_, file.chamber_limits.highest);
 }
@@ -540,6 +541,14 @@ void Invariants::judge_record(std::int64_t second, const record::Record& record,
       return report_violation("I13", second, fmt::format("slot {} differs from the appended sample", next));
   }
   pass_gaps();
+  const auto count = std::min(record.info.segments.size(), profile_.segments.size());
+  for (std::size_t i = 0; i < count; ++i)
+    if (const auto& name = profile_.segments[i].name; record.info.segments[i].name != name)
+      report_violation("I29", second, fmt::format("segment {} is recorded as \"{}\", carried out as \"{}\"", i + 1,
+                                                  record.info.segments[i].name, name));
+  for (const auto& at : record.progress)
+    if (static_cast<std::size_t>(at.segment) >= record.info.segments.size())
+      return report_violation("I29", second, fmt::format("the record does not describe segment {}", at.segment + 1));
   if (next - 1 < acknowledged)
     report_violation("P1", second, fmt::format("the record ends at {}, {} was acknowledged", next - 1, acknowledged));
   if (given != rows_.end() && !left_unwritten)

@@ -47,6 +47,8 @@ class Invariants {
   void before_tick() { in_force_ = plant_.laboratory().set_point(); }
   /// Judges one tick. `recording` contains its rows and events.
   void after_tick(std::int64_t second, const RecordingStore& recording, const Operators& operators);
+  /// Takes the profile of a run that ends by itself after a decision or a resume.
+  void take_profile(const profile::Profile& profile) { profile_ = profile; }
   /// Resets the counts of consecutive ticks after seconds without a program or without a tick.
   void skip_tick() {
     quiet_ticks_ = {};
@@ -65,6 +67,7 @@ class Invariants {
   [[nodiscard]] bool is_active(InjectedFaultKind first, InjectedFaultKind last) const;
   void report_violation(const char* invariant, std::int64_t second, const std::string& what);
 
+  [[nodiscard]] const profile::Profile& profile() const { return profile_; }
   [[nodiscard]] const Violations& violations() const { return violations_; }
   [[nodiscard]] const std::vector<RowBrief>& rows() const { return rows_; }
   [[nodiscard]] std::int64_t gap_seconds() const;
@@ -101,7 +104,7 @@ class Invariants {
   void count_ticks(const Sample& sample);
   void judge_reactions(std::int64_t second, const Sample& sample);
 
-  const profile::Profile& profile_;
+  profile::Profile profile_;
   const rig::RigFile& file_;
   Plant& plant_;
   const FaultInjector& injector_;

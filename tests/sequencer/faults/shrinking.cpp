@@ -22,6 +22,7 @@ bool breaks(const SimulatedSetup& ground, SimulatedRunSetting setting, Schedule 
 ScheduleOptions options_for(const SimulatedSetup& ground) {
   Duration planned{};
   for (const auto& segment : ground.profile.segments) planned += shortest(segment);
+  if (ground.profile.until) planned = ground.profile.until->longest / 2;
   const auto seconds = planned / std::chrono::seconds(1);
   const bool whole = seconds > 36'000;
   return {.seconds = seconds * 4 / 3,

@@ -14,6 +14,7 @@
 #include "acquisition/record/record_files.hpp"
 #include "core/clock.hpp"
 #include "core/file.hpp"
+#include "sequencer/run/block_choice.hpp"
 #include "sequencer/run/resume.hpp"
 #include "sequencer/run/set_point_path.hpp"
 
@@ -33,7 +34,10 @@ std::string from(const std::string& path) { return std::string(GYROTHERM_SOURCE_
 }  // namespace
 
 record::RunInfo make_run_info(const profile::Profile& profile, const rig::RigFile& file) {
-  return run::run_info("", profile, file, 0, kVirtualEpoch);
+  const auto goal = profile.until
+                        ? std::optional(record::RunInfo::Goal{profile.until->u_deg_per_h, profile.until->mission, ""})
+                        : std::nullopt;
+  return run::run_info("", profile, file, 0, kVirtualEpoch, 0, goal);
 }
 
 SimulatedSetup simulated_setup(const std::string& profile, const std::string& rig) {
@@ -88,9 +92,11 @@ class SimulatedRun {
   void begin_run();
   void resume_run();
   void assemble();
-  void live(std::unique_ptr<record::Store> store, const profile::ProfileState& state, std::int64_t first_free);
+  void live(std::unique_ptr<record::Store> store, const profile::ProfileState& state, std::int64_t first_free,
+            const profile::Profile& profile);
   void end_life(std::int64_t down, bool power_cut = false);
   void tick();
+  void decide();
   void end(Ending ending);
   [[nodiscard]] std::int64_t clock_second() const { return clock_.now().since_start / kSecond; }
   void judge_record();
@@ -129,6 +135,8 @@ class SimulatedRun {
   std::unique_ptr<rig::Rig> rig_;
   std::unique_ptr<RecordingStore> store_;
   std::optional<run::RunController> run_controller_;
+  /// Second since which a decision is due.
+  std::optional<std::int64_t> due_since_;
 };
 
 SimulatedRun::SimulatedRun(const SimulatedSetup& ground, const SimulatedRunSetting& setting)
@@ -165,6 +173,7 @@ Result<run::RunContinuation> SimulatedRun::prepare_continuation() {
     invariants_.report_violation(
         "P1", second_, fmt::format("the record ends at {}, {} was acknowledged", on->recorded, acknowledged_));
   if (on->profile.text != ground_.profile.text) invariants_.report_violation("I16", second_, "the profile has changed");
+  invariants_.take_profile(on->profile);
   invariants_.begin_life(on->recorded);
   invariants_.judge_resume(second_, profile::profile_position(on->profile, on->state));
   return on;
@@ -192,7 +201,7 @@ void SimulatedRun::begin_run() {
   auto store = disk_.create(info);
   if (!store) return end_by_storage_fault("record", store.error(), excused);
   recorded_ = true;
-  live(std::move(*store), state, 0);
+  live(std::move(*store), state, 0, ground_.profile);
 }
 
 /// Resumes the run. If the resume rule requires an operator, one inspects the chamber for a minute and accepts, unless
@@ -222,7 +231,7 @@ void SimulatedRun::resume_run() {
   auto store = disk_.reopen();
   if (!store) return end_by_storage_fault("record", store.error(), excused);
   dropped_ = on->start.dropped_units;
-  live(std::move(*store), on->state, on->recorded + 1);
+  live(std::move(*store), on->state, on->recorded + 1, on->profile);
   if (entry.away) run_controller_->begin_away(entry.set_point, on->why_stopped, on->interruption.air);
 }
 
@@ -233,7 +242,9 @@ void SimulatedRun::assemble() {
 }
 
 void SimulatedRun::live(std::unique_ptr<record::Store> store, const profile::ProfileState& state,
-                        std::int64_t first_free) {
+                        std::int64_t first_free, const profile::Profile& profile) {
+  due_since_.reset();
+  invariants_.take_profile(profile);
   ++second_;  // preparation takes one second
   ++lives_;
   store_ = std::make_unique<RecordingStore>(std::move(store), hash_);
@@ -241,7 +252,7 @@ void SimulatedRun::live(std::unique_ptr<record::Store> store, const profile::Pro
   if (now > first_free)
     if (auto gap = store_->append_gap(first_free, now - 1, "the program was not running"); !gap)
       invariants_.report_violation("record", second_, text(gap.error()));
-  run_controller_.emplace(ground_.profile, *rig_, *store_, state, now);
+  run_controller_.emplace(profile, *rig_, *store_, state, now);
   run_controller_->leave_out(dropped_);
 }
 
@@ -345,6 +356,33 @@ void SimulatedRun::tick() {
     end(Ending::made_safe);
   }
   if (*outcome == run::RunOutcome::stopped) end(Ending::stopped);
+  if (!ended) decide();
+}
+
+/// Decides how a run continues that ends by itself. The uncertainties depend only on the number of the decision. The
+/// computation takes up to ten minutes, so a hold may have to continue.
+void SimulatedRun::decide() {
+  if (!run_controller_->awaits_decision()) return due_since_.reset();
+  if (!due_since_) due_since_ = second_;
+  const auto& profile = run_controller_->profile();
+  const auto number = profile.added_blocks.size() + 1;
+  constexpr std::int64_t kLongestComputation = 600;
+  const auto delay = static_cast<std::int64_t>(setting_.seed * 97 + number * 131) % kLongestComputation;
+  if (second_ - *due_since_ < delay) return;
+  run::DecisionInputs inputs{.number = static_cast<int>(number),
+                             .target_deg_per_h = profile.until->u_deg_per_h,
+                             .u_now_deg_per_h = 0.1 / static_cast<double>(number),
+                             .used = kSecond * run_controller_->next_slot(),
+                             .hold_left = time_left(profile, run_controller_->state())};
+  const auto blocks = profile.until->blocks.size();
+  for (std::size_t i = 0; i < blocks; ++i)
+    inputs.u_after_deg_per_h.push_back(inputs.u_now_deg_per_h *
+                                       (0.5 + 0.4 * static_cast<double>((number * 5 + i * 3) % (blocks + 1)) /
+                                                  static_cast<double>(blocks + 1)));
+  if (auto done = run_controller_->carry_out(run::decide(profile, inputs)); !done)
+    return invariants_.report_violation("I29", second_, text(done.error()));
+  due_since_.reset();
+  invariants_.take_profile(run_controller_->profile());
 }
 
 void SimulatedRun::second() {
@@ -414,6 +452,7 @@ Result<record::Record> SimulatedRun::read_after_closing() {
 SimulatedRunReport SimulatedRun::run() {
   Duration planned{};
   for (const auto& segment : ground_.profile.segments) planned += shortest(segment);
+  if (ground_.profile.until) planned = ground_.profile.until->longest;
   const auto longest = 2 * (planned / kSecond) + 4 * 3600;
   down_ = 1;
   while (!ending_ && second_ < longest) second();
@@ -429,7 +468,8 @@ SimulatedRunReport SimulatedRun::run() {
           .longest_backlog = longest_backlog_,
           .parts = parts_,
           .seconds_in_state = invariants_.seconds_in_state(),
-          .rows = invariants_.rows()};
+          .rows = invariants_.rows(),
+          .blocks = invariants_.profile().added_blocks};
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "acquisition/record/run_info.hpp"
 #include "sequencer/profile/profile.hpp"
@@ -76,6 +77,8 @@ struct SimulatedRunReport {
   int parts = 1;
   std::array<std::int64_t, 7> seconds_in_state{};
   std::vector<RowBrief> rows;
+  /// Blocks of a run that ends by itself, as chosen by its decisions.
+  std::vector<std::string> blocks;
 };
 
 [[nodiscard]] SimulatedRunReport carry_out(const SimulatedSetup& ground, const SimulatedRunSetting& setting);

@@ -7,6 +7,8 @@
 #include <cassert>
 #include <cmath>
 
+#include "sequencer/profile/released_blocks.hpp"
+
 namespace gyrotherm::profile {
 namespace {
 
@@ -134,7 +136,11 @@ ProfileState begin(const Profile& profile) { return enter_segment(profile, 0, {}
 
 ProfileState next(const Profile& profile, const ProfileState& state, const Observation& observation) {
   assert(observation.elapsed >= Duration::zero());
-  return std::visit([&](const auto& s) { return step(profile, s, observation); }, state);
+  auto after = std::visit([&](const auto& s) { return step(profile, s, observation); }, state);
+  // The last hold of an open profile continues until a block is added.
+  if (std::holds_alternative<Complete>(after) && is_open(profile))
+    return next_while_paused(profile, state, observation);
+  return after;
 }
 
 ProfileState next_while_paused(const Profile& profile, ProfileState state, const Observation& observation) {

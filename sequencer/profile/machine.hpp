@@ -58,7 +58,8 @@ struct Observation {
 /// Returns the state at the first second of the profile.
 [[nodiscard]] ProfileState begin(const Profile& profile);
 
-/// Returns the state after one observation.
+/// Returns the state after one observation. An open profile (released_blocks.hpp) does not end: the clock of its last
+/// hold stops one step before the end.
 [[nodiscard]] ProfileState next(const Profile& profile, const ProfileState& state, const Observation& observation);
 
 /// Returns the state after one observation in which the profile's clock was stopped. A sensor outside its band restarts

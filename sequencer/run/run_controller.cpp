@@ -385,10 +385,9 @@ void RunController::note_soak(const ProfilePosition& before) {
 void RunController::step_profile(const Sample& sample) {
   const auto seen = observation(sample);
   const bool is_paused = run_state() != RunState::execute;
-  auto after = is_paused ? next_while_paused(profile_, state_, seen) : next(profile_, state_, seen);
-  if (is_open(profile_) && std::holds_alternative<profile::Complete>(after)) return prolong_hold(seen);
-  state_ = std::move(after);
+  state_ = is_paused ? next_while_paused(profile_, state_, seen) : next(profile_, state_, seen);
   if (is_paused) return;
+  note_prolonged_hold(sample.progress);
   note_soak(sample.progress);
   if (!std::holds_alternative<profile::Complete>(state_)) return;
   if (auto why = lead_->incomplete_reason(second(sample, {})); !why.empty()) return change_to(Aborting{why, {}, false});
@@ -397,11 +396,13 @@ void RunController::step_profile(const Sample& sample) {
   note(EventKind::finished, "profile complete");
 }
 
-/// Stops the clock of the last hold until a decision has been made.
-void RunController::prolong_hold(const profile::Observation& seen) {
-  state_ = next_while_paused(profile_, state_, seen);
-  if (!std::exchange(is_prolonged_, true))
-    note(EventKind::note, "the hold continues until the next block has been chosen");
+/// Records once that the clock of the last hold has stopped because no decision has been made.
+void RunController::note_prolonged_hold(const ProfilePosition& before) {
+  const auto now = profile_position(profile_, state_);
+  const bool has_stopped =
+      now.segment == before.segment && now.in_segment == before.in_segment && now.phase != Phase::overdue;
+  if (!is_open(profile_) || !has_stopped || std::exchange(is_prolonged_, true)) return;
+  note(EventKind::note, "the hold continues until the next block has been chosen");
 }
 
 bool RunController::awaits_decision() const {

@@ -155,7 +155,7 @@ class RunController {
   void step_profile(const Sample& sample);
   [[nodiscard]] profile::Observation observation(const Sample& sample) const;
   void note_soak(const ProfilePosition& before);
-  void prolong_hold(const profile::Observation& seen);
+  void note_prolonged_hold(const ProfilePosition& before);
   void command_chamber(const Sample& sample);
 
   profile::Profile profile_;

@@ -44,8 +44,9 @@ void prepare_columns(Record& record, std::size_t rows, const Selection& selectio
   record.state.reserve(rows);
 }
 
+/// Appends a number to each column. A second without a reading may have fewer numbers.
 void add_to(std::vector<std::vector<double>>& columns, const std::vector<double>& numbers) {
-  for (std::size_t i = 0; i < columns.size(); ++i) columns[i].push_back(numbers[i]);
+  for (std::size_t i = 0; i < columns.size(); ++i) columns[i].push_back(i < numbers.size() ? numbers[i] : kMissing);
 }
 
 void add(UnitColumns& unit, const UnitRow& row) {

@@ -16,7 +16,7 @@ _DESCRIPTION = (
     ("channel", "SELECT * FROM channel ORDER BY position"), ("unit", "SELECT * FROM unit ORDER BY position"),
     ("axis", "SELECT * FROM axis ORDER BY unit, position"),
     ("unit_value", "SELECT * FROM unit_value ORDER BY unit, position"),
-    ("segment", "SELECT * FROM segment ORDER BY position"), ("list", "SELECT * FROM list ORDER BY name, of, position"))
+    ("segment", "SELECT * FROM segment WHERE position < {described} ORDER BY position"), ("list", "SELECT * FROM list ORDER BY name, of, position"))
 #: table, column that contains the second, rank within a second, sort column
 _ROWS = (("sample", 0, 0, "slot"), ("gap", 1, 0, "first"), ("fault", 1, 1, "id"), ("event", 1, 2, "id"))
 _INTEGER_LIMIT = 9.2e18  # just below 2^63, the limit of SQLite's integers
@@ -45,11 +45,18 @@ def next_head(head: bytes, table: str, values: Iterable[Any]) -> bytes:
     return hashlib.sha256(head + _encode(table) + b"".join(map(_encode, values))).digest()
 
 
+def described_segments(database: sqlite3.Connection) -> int:
+    """Returns the number of segments that the description covers. Decisions of a self-ending run add the others."""
+    row = database.execute("SELECT value FROM list WHERE name = 'goal' AND of = 'segments'").fetchone()
+    return int(row[0] if row else database.execute("SELECT count(*) FROM segment").fetchone()[0])
+
+
 def description_head(database: sqlite3.Connection) -> bytes:
     """Returns the start of the hash chain: the hash over all content written before the first second."""
     head = bytes(32)
+    described = described_segments(database)
     for table, query in _DESCRIPTION:
-        for row in database.execute(query):
+        for row in database.execute(query.format(described=described)):
             head = next_head(head, table, row)
     return head
 
@@ -64,11 +71,30 @@ def rows_in_order(database: sqlite3.Connection) -> Iterator[tuple[str, tuple[Any
         yield table, row
 
 
+def added_segments(database: sqlite3.Connection) -> dict[int, list[Any]] | None:
+    """Returns the values of the segments that each decision adds, by the number of its event, or None if a segment
+    belongs to no decision. A decision adds the segments up to the first one of the next decision."""
+    described = described_segments(database)
+    segments = database.execute("SELECT * FROM segment ORDER BY position").fetchall()
+    decisions = database.execute(
+        "SELECT id, segment FROM event WHERE kind = 'note' AND reaction IN ('continues', 'ends') AND segment >= ?"
+        " ORDER BY id DESC", (described,)).fetchall()
+    added, end = {}, len(segments)
+    for event, first in decisions:
+        added[event] = [value for segment in segments[first:end] for value in segment]
+        end = min(first, end)
+    return added if end == min(described, len(segments)) else None
+
+
 def rows_head(database: sqlite3.Connection, start: bytes) -> bytes | None:
     """Returns the head of the chain after the last row, or None if the hash of a row is wrong."""
     head = start
+    added = added_segments(database)
+    if added is None:
+        return None
     for table, row in rows_in_order(database):
-        head = next_head(head, table, row[:-1])
+        more = added.get(row[0], []) if table == "event" else []
+        head = next_head(head, table, [*row[:-1], *more])
         if row[-1] != struct.unpack("<q", head[:8])[0]:
             return None
     return head

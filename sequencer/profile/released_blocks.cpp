@@ -40,8 +40,7 @@ std::vector<WrittenUntil::Block> read_blocks(const TomlTable& until, const SoakR
 /// Records an error if the unit is not switched on and as mounted after the segments, or if they do not end with a hold
 /// that leaves time for a decision.
 void check_end(const TomlTable& table, const std::vector<Segment>& segments, const char* what) {
-  if (segments.empty()) return;
-  const auto& last = segments.back();
+  const auto last = segments.empty() ? Segment{} : segments.back();
   if (last.kind != SegmentKind::hold || last.duration < kShortestLastHold)
     table.note_error("", fmt::format("{} does not end with a hold of at least {:.0f} min, in which the next block is "
                                      "chosen",
@@ -136,11 +135,7 @@ void expand_until(const WrittenUntil& written, Profile& profile) {
               .closing = {.name = "", .place = written.table.location(), .expanded = {}}};
   for (const auto& block : written.blocks) {
     until.blocks.push_back(expand_at(block, starts));
-    for (const auto& expanded : until.blocks.back().expanded) {
-      if (expanded.segments.empty())
-        block.table.note_error("", "the block only ramps to a set point, expected a hold after the ramp");
-      check_end(block.table, expanded.segments, "the block");
-    }
+    for (const auto& expanded : until.blocks.back().expanded) check_end(block.table, expanded.segments, "the block");
   }
   for (const auto from : starts) until.closing.expanded.push_back({from, {}});
   if (!written.closing.empty()) until.closing = expand_at(written.closing.front(), starts);

@@ -9,7 +9,7 @@
 #include "acquisition/record/backlog.hpp"
 #include "acquisition/record/chain.hpp"
 #include "acquisition/record/live_copy.hpp"
-#include "acquisition/record/run_file.hpp"
+#include "acquisition/record/run_source.hpp"
 #include "acquisition/record/status.hpp"
 #include "tests/acquisition/record/runs.hpp"
 
@@ -246,12 +246,13 @@ TEST(GrownRecord, IsInLiveCopyOfResumedRun) {
   auto store = Store::reopen(path, {.background = true, .live_copy = LiveCopyOptions{}}).value();
   ASSERT_TRUE(store->append(sample_in(11, 4), {}));
   ASSERT_TRUE(store->settle(kLong));
-  const auto copy = live_copy_path(path);
-  auto database = Database::open(copy, Access::read_only, 1000).value();
-  const auto info = read_run_info(database).value();
+  const auto copy = find_source_files(path, true);
+  ASSERT_TRUE(copy) << text(copy.error());
+  const auto info = read_source_info(*copy).value();
   EXPECT_EQ(names(info), kAllNames);
   EXPECT_EQ(info.added_blocks, kBothBlocks);
-  EXPECT_TRUE(check_chain(database, copy));
+  const auto verified = verify_files(*copy);
+  EXPECT_TRUE(verified) << text(verified.error());
 }
 
 TEST(GrownRecord, KeepsDecisionWhenMemoryIsFull) {
@@ -273,7 +274,9 @@ TEST(GrownRecord, MemoryHasSameRowsAsFile) {
   memory.info = self_ending();
   auto store = Store::create(folder / "run.db", self_ending()).value();
   for (int slot = 0; slot < 20; ++slot) {
-    if (slot == 7) ASSERT_TRUE(store->append_gap(7, 9, "late"));
+    if (slot == 7) {
+      ASSERT_TRUE(store->append_gap(7, 9, "late"));
+    }
     if (slot >= 7 && slot < 10) continue;
     auto sample = sample_at(slot);
     if (slot == 3) sample.thermometers[0].value = failure(FaultKind::timeout, "A", "silent");

@@ -9,6 +9,7 @@
 #include "core/file.hpp"
 #include "sequencer/profile/machine.hpp"
 #include "sequencer/profile/profile.hpp"
+#include "sequencer/profile/released_blocks.hpp"
 #include "tests/sequencer/profile/profiles.hpp"
 
 namespace gyrotherm::profile {
@@ -60,8 +61,12 @@ TEST(ShippedProfiles, ParseFitChamberAndRunToEnd) {
   for (const auto& entry : fs::directory_iterator(kProfiles)) {
     if (entry.path().extension() != ".toml") continue;
     SCOPED_TRACE(entry.path());
-    const auto profile = parse_shipped(entry.path());
+    auto profile = parse_shipped(entry.path());
     EXPECT_TRUE(check_profile(profile, kShippedFor).has_value());
+    if (const auto until = profile.until) {
+      for (const auto& block : until->blocks) EXPECT_TRUE(add_block(profile, block.name));
+      EXPECT_TRUE(add_block(profile, ""));
+    }
     EXPECT_EQ(run(profile).ended, Phase::complete);
     EXPECT_EQ(profile.name, entry.path().stem());
     ++count;

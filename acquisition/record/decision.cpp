@@ -78,12 +78,11 @@ Event decision_event(const Decision& decision, const Instant& at, int first_adde
                       decision.hours_left);
   for (const auto& [block, hours, u_after, fits] : decision.blocks)
     text += fmt::format("; \"{}\" {:g} h {}{}", block, hours, format_u(u_after), fits ? "" : " (too long)");
-  return {.at = at,
-          .kind = EventKind::note,
-          .text = std::move(text),
-          .about = {.reaction = std::string(ends ? kEnds : kContinues),
-                    .segment = first_added,
-                    .channel = decision.block}};
+  return {
+      .at = at,
+      .kind = EventKind::note,
+      .text = std::move(text),
+      .about = {.reaction = std::string(ends ? kEnds : kContinues), .segment = first_added, .channel = decision.block}};
 }
 
 bool is_decision(const Event& event) {

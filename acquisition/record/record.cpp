@@ -170,8 +170,8 @@ Result<Record> read_all(const RecordFiles& files, const std::string& unit, bool 
 void append_sample(Record& record, const Sample& sample) {
   const auto selection = select(record.info, {});
   if (record.slot.empty()) prepare_columns(record, 0, selection);
-  const auto last = std::max(record.slot.empty() ? -1 : record.slot.back(),
-                             record.gaps.empty() ? -1 : record.gaps.back().last);
+  const auto last =
+      std::max(record.slot.empty() ? -1 : record.slot.back(), record.gaps.empty() ? -1 : record.gaps.back().last);
   if (sample.slot > last + 1) record.gaps.push_back({last + 1, sample.slot - 1, {}});
   add(record, *sample_entry(sample, {}, record.info).sample, selection);
 }
@@ -223,9 +223,12 @@ Result<RunInfo> read_info(const RecordFiles& files) {
     if (found && !found->goal) break;
     auto database = open_part(part);
     auto info = database ? read_run_info(*database) : failure(database.error());
-    if (info && found) take_growth(*found, std::move(*info));
-    else if (info) found = std::move(*info);
-    else if (!first) first = info.error();
+    if (info && found)
+      take_growth(*found, std::move(*info));
+    else if (info)
+      found = std::move(*info);
+    else if (!first)
+      first = info.error();
   }
   if (found) return std::move(*found);
   return failure(explain_read_fault(*first, files.path));

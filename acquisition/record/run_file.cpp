@@ -417,8 +417,7 @@ Result<void> RunFile::insert_decision(std::int64_t slot, const Event& decision,
   return write_event(slot, decision, segments);
 }
 
-Result<void> RunFile::write_event(std::int64_t slot, const Event& event,
-                                  std::span<const RunInfo::SegmentInfo> added) {
+Result<void> RunFile::write_event(std::int64_t slot, const Event& event, std::span<const RunInfo::SegmentInfo> added) {
   RecordedEvent recorded{slot, event};
   recorded.event.text = plain(event.text);
   Row row(statements_->event, now_.chain, "event");

@@ -223,8 +223,7 @@ void add_block(RunInfo& info, std::size_t first, std::span<const RunInfo::Segmen
                const std::string& block);
 
 /// Writes a segment into the table `segment`, at a position.
-[[nodiscard]] Result<void> write_segment(Database& database, std::size_t position,
-                                         const RunInfo::SegmentInfo& segment);
+[[nodiscard]] Result<void> write_segment(Database& database, std::size_t position, const RunInfo::SegmentInfo& segment);
 
 /// Returns the number of segments that the description of a file covers. Decisions of the file add the others.
 [[nodiscard]] Result<std::size_t> count_described_segments(Database& database);

@@ -23,6 +23,11 @@ namespace {
 /// During a long scan, the active runs of the folder are updated at this interval. Otherwise they would appear silent.
 constexpr auto kActiveRunInterval = std::chrono::seconds(1);
 
+/// Returns whether decisions have added segments since the description of the run was read.
+bool has_grown(const record::RunInfo& info, const record::RunStatus& status) {
+  return info.goal && static_cast<int>(info.segments.size()) < status.segment_count;
+}
+
 /// Clears the texts of embedded files that the page does not use. They can take half a megabyte per run.
 void drop_unused_texts(record::RunInfo& info) {
   std::vector texts{&info.rig_text, &info.chamber_map_text, &info.gyro_model_text};
@@ -30,6 +35,7 @@ void drop_unused_texts(record::RunInfo& info) {
   for (auto& text : info.thermometer_texts) texts.push_back(&text);
   for (auto& text : info.supply_texts) texts.push_back(&text);
   for (auto& unit : info.units) texts.push_back(&unit.stream_text);
+  if (info.goal) texts.insert(texts.end(), {&info.goal->mission_text, &info.goal->prior_text});
   for (auto* text : texts) {
     text->clear();
     text->shrink_to_fit();
@@ -150,7 +156,7 @@ void RunCatalogue::scan_record(const std::string& path, const std::string& folde
     const auto before = run;
     if (is_new) set_names(run, path);
     read_status(run);
-    if (!entry.info || entry.info_id != run.status.id) read_info(entry);
+    if (!entry.info || entry.info_id != run.status.id || has_grown(*entry.info, run.status)) read_info(entry);
     run.info = entry.info;
     if (is_changed(before, run) || was_silent != run.is_silent()) ++run.version;
     entry.file_states = file_states;

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "acquisition/record/decision.hpp"
 #include "acquisition/record/record_files.hpp"
 #include "acquisition/record/run_source.hpp"
 #include "apps/monitor/http_message.hpp"
@@ -15,6 +16,7 @@
 #include "core/file.hpp"
 #include "core/json.hpp"
 #include "sequencer/profile/profile.hpp"
+#include "sequencer/profile/released_blocks.hpp"
 #include "sequencer/profile/warm_up.hpp"
 
 namespace gyrotherm::monitor {
@@ -39,6 +41,35 @@ Json segment_starts(const FoundRun& run) {
 
 }  // namespace
 
+namespace {
+
+/// Returns the goal of a run that ends by itself, and its decisions so far; null for another run.
+Json goal_json(const FoundRun& run, const profile::Profile& profile) {
+  if (!run.info->goal || !profile.until) return nullptr;
+  Json decisions = Json::array();
+  const auto read =
+      record::find_source_files(run.path, run.is_running()).and_then([&](const record::RecordFiles& files) {
+        return record::each_row(files,
+                                {.what = "slot, text",
+                                 .table = fmt::format("(SELECT * FROM event WHERE {})", record::kIsDecision),
+                                 .order = "id"},
+                                [&](const record::Statement& row) {
+                                  const auto decision = record::parse_decision(row.text(1));
+                                  if (!decision) return true;
+                                  auto json = Json(make_json(*decision));
+                                  json["slot"] = row.integer(0);
+                                  decisions.push_back(std::move(json));
+                                  return decisions.size() < 20'000;
+                                });
+      });
+  return {{"u_deg_per_h", run.info->goal->u_deg_per_h},
+          {"mission", run.info->goal->mission_name},
+          {"longest_s", to_seconds(profile.until->longest)},
+          {"decisions", read ? std::move(decisions) : Json::array()}};
+}
+
+}  // namespace
+
 WebAnswer profile_answer(const FoundRun& run) {
   if (!run.info || run.info->imported) return refusal(404, "the run has no profile");
   auto profile = profile::parse_profile(run.info->profile_text, run.info->profile_name);
@@ -47,6 +78,8 @@ WebAnswer profile_answer(const FoundRun& run) {
     if (auto warm = add_warm_ups(*profile, {.at_least = added->at_least, .air = added->air, .rate = added->rate});
         !warm)
       return refusal(404, "the profile cannot be read: " + warm.error().what);
+  if (auto grown = profile::add_blocks(*profile, run.info->added_blocks); !grown)
+    return refusal(404, "the profile cannot be read: " + grown.error().what);
   const auto plan = profile::plan(*profile);
   Json segments = Json::array();
   for (std::size_t i = 0; i < plan.segments.size(); ++i) {
@@ -64,7 +97,8 @@ WebAnswer profile_answer(const FoundRun& run) {
   return {.body = json_text(Json{{"name", profile->name},
                                  {"title", profile->title},
                                  {"segments", std::move(segments)},
-                                 {"begun", segment_starts(run)}})};
+                                 {"begun", segment_starts(run)},
+                                 {"goal", goal_json(run, *profile)}})};
 }
 
 namespace {

@@ -235,7 +235,7 @@ class _Maker:
         path = f"{key.table.split(' ')[0].strip('[]')}.{key.name}".lstrip(".")
         if path in _SPECIAL:
             form = getattr(self, f"_{path.replace('.', '_')}")()
-        elif path in ("segment", "segment.segment"):
+        elif path in ("segment", "segment.segment", "until.block.segment", "until.closing.segment"):
             form = {"type": "array", "minItems": 1, "items": self._segment()}
         elif path.endswith(".parameter"):
             form = {"type": "object", "additionalProperties": {"type": ["string", "number"]}}

@@ -30,9 +30,14 @@ _AXIS = ["[gyro]", "[gyro.axis]"]
 PROFILE = {
     "sequencer/profile/profile.cpp": {"parse_profile": [""], "read_accept": [], "read_condensation": ["condensation"]},
     "sequencer/profile/written_profile.cpp": {
-        "read_all": ["", "[segment] repeat"], "read": ["[segment]"], "read_hold": ["[segment] hold"],
+        "read_all": ["", "[segment] repeat", "[until.block]", "until.closing"], "read": ["[segment]"], "read_hold": ["[segment] hold"],
         "read_prompt": ["[segment] hold"], "read_ramp": ["[segment] ramp"], "read_repeat": ["[segment] repeat"],
         "read_random": ["[segment] random"], "read_soak_conditions": _SOAKS, "read_defaults": ["defaults"],
+        "check_block": [], "read_block": [],
+    },
+    "sequencer/profile/released_blocks.cpp": {
+        "check_block_name": ["[until.block]"], "read_blocks": ["until"], "read_blocks:table": ["[until.block]"],
+        "read_until": ["until"], "check_end": [], "check_longest": [], "expand_until": [],
     },
 }  # fmt: skip
 RIG = {
@@ -185,7 +190,8 @@ _CONDITIONALLY_REQUIRED = {
 }  # fmt: skip
 # Table → keys that a later check requires.
 _REQUIRED_LATER = {
-    "": {"thermometer", "gyro", "segment", "folders"}, "[segment] repeat": {"segment"}, "[thermometer]": {"channels"},
+    "": {"thermometer", "gyro", "segment", "folders"}, "[segment] repeat": {"segment"}, "until": {"block"}, "[until.block]": {"segment"},
+    "until.closing": {"segment"}, "[thermometer]": {"channels"},
     "[thermometer] process": {"command"}, "[analogue_input]": {"channel"}, "[supply]": {"output"}, "virtual.network": {"nodes"},
     "[virtual.unit]": {"axis"}, "[virtual.bracket]": {"units"}, "[influence]": {"name"},
 }  # fmt: skip

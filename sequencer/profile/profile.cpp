@@ -274,7 +274,8 @@ std::string describe_prompts(const Profile& profile) {
 }
 
 /// Returns the table of a released block that begins at the end of the opening.
-std::string block_table(const Profile& profile, const ReleasedBlock& block, const std::string& title) {
+std::string describe_block(const Profile& profile, const ReleasedBlock& block) {
+  const auto title = block.name.empty() ? std::string("closing") : fmt::format("block \"{}\"", block.name);
   const auto from = profile.segments.back().target;
   const auto* expanded = find_expansion(block, from);
   if (expanded == nullptr || expanded->segments.empty()) return fmt::format("\n{}: nothing\n", title);
@@ -296,8 +297,8 @@ std::string describe_until(const Profile& profile) {
   auto text = fmt::format("\nuntil U = {:g} °/h on {}, at most {}{}; the segments above are the opening\n",
                           until.u_deg_per_h, until.mission, format_hms(until.longest),
                           until.prior.empty() ? "" : ", with the prior " + until.prior);
-  for (const auto& block : until.blocks) text += block_table(profile, block, fmt::format("block \"{}\"", block.name));
-  return text + block_table(profile, until.closing, "closing");
+  for (const auto& block : until.blocks) text += describe_block(profile, block);
+  return text + describe_block(profile, until.closing);
 }
 
 }  // namespace

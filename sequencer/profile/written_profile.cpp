@@ -294,7 +294,8 @@ void check_block(const std::vector<WrittenSegment>& written) {
   for (const auto& segment : written) {
     if (const auto* hold = std::get_if<WrittenHold>(&segment.what)) {
       if (hold->turned) segment.table.note_error("axis", "a block cannot turn the unit; expected it in the opening");
-      if (hold->opens_door) segment.table.note_error("door", "a block cannot open the door; expected it in the opening");
+      if (hold->opens_door)
+        segment.table.note_error("door", "a block cannot open the door; expected it in the opening");
     }
     if (const auto* repeat = std::get_if<WrittenRepeat>(&segment.what)) {
       if (repeat->cycle) segment.table.note_error("cycle", "a block has no cycles; expected cycles in the opening");

@@ -33,8 +33,8 @@ enum class RunOutcome { going_on, complete, stopped, made_safe };
 
 class RunController {
  public:
-  /// `rig` and `store` must outlive this object. The rig must be prepared with the set point of `state`, the state of slot
-  /// `first_slot`.
+  /// `rig` and `store` must outlive this object. The rig must be prepared with the set point of `state`, the state of
+  /// slot `first_slot`.
   RunController(const profile::Profile& profile, rig::Rig& rig, record::Store& store, profile::ProfileState state,
                 std::int64_t first_slot);
 

@@ -24,7 +24,9 @@ class RunHarness {
   [[nodiscard]] run::RunController& run_controller() { return run_controller_; }
   [[nodiscard]] const run::RunController& run_controller() const { return run_controller_; }
   [[nodiscard]] run::RunOutcome outcome() const { return outcome_; }
-  [[nodiscard]] ProfilePosition progress() const { return profile_position(run_controller_.profile(), run_controller_.state()); }
+  [[nodiscard]] ProfilePosition progress() const {
+    return profile_position(run_controller_.profile(), run_controller_.state());
+  }
 
   /// Called before the time of a slot advances.
   std::function<void(std::int64_t slot)> before_second = {};

@@ -359,8 +359,7 @@ Result<Celsius> enter_run(const NewRun& plan, Opening& opening, const rig::Found
 void note_start(const NewRun& plan, const Opening& opening, const std::vector<std::string>& names,
                 run::RunController& run_controller) {
   run_controller.note(EventKind::started, plan.profile.name);
-  if (const auto& goal = plan.options.goal)
-    run_controller.note(EventKind::note, describe_goal(plan.profile, *goal));
+  if (const auto& goal = plan.options.goal) run_controller.note(EventKind::note, describe_goal(plan.profile, *goal));
   for (const auto& unit : plan.file.identification.unused)
     run_controller.note(EventKind::note, fmt::format("position {} is empty", unit), {.channel = unit});
   if (opening.entry.away)

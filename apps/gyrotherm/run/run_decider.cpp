@@ -154,9 +154,9 @@ Result<void> RunDecider::after_tick(run::RunController& run_controller, Console&
 }
 
 std::string RunDecider::describe_progress(std::int64_t seconds) const {
-  return last_ ? record::describe_progress(*last_, seconds)
-               : fmt::format("U is computed at the end of the opening, {:g} °/h wanted",
-                             history_.info.goal->u_deg_per_h);
+  return last_
+             ? record::describe_progress(*last_, seconds)
+             : fmt::format("U is computed at the end of the opening, {:g} °/h wanted", history_.info.goal->u_deg_per_h);
 }
 
 }  // namespace gyrotherm::app

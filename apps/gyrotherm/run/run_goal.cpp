@@ -90,8 +90,9 @@ Result<void> check_goal(const profile::Profile& profile, const std::optional<rec
 }
 
 std::string describe_goal(const profile::Profile& profile, const record::RunInfo::Goal& goal) {
-  return fmt::format("the run ends by itself: U {:g} °/h wanted on {}, at most {}, {} released blocks", goal.u_deg_per_h,
-                     goal.mission_name, format_duration(profile.until->longest), profile.until->blocks.size());
+  return fmt::format("the run ends by itself: U {:g} °/h wanted on {}, at most {}, {} released blocks",
+                     goal.u_deg_per_h, goal.mission_name, format_duration(profile.until->longest),
+                     profile.until->blocks.size());
 }
 
 planning::ProgramPath program_path(std::span<const profile::Segment> segments, Celsius from) {

@@ -21,8 +21,8 @@ namespace gyrotherm::app {
                                                                      const std::optional<double>& u_deg_per_h);
 
 /// Fails with usage if a profile with `[until]` is started without a goal, or uploaded to a controller.
-[[nodiscard]] Result<void> check_goal(const profile::Profile& profile,
-                                      const std::optional<record::RunInfo::Goal>& goal, bool upload);
+[[nodiscard]] Result<void> check_goal(const profile::Profile& profile, const std::optional<record::RunInfo::Goal>& goal,
+                                      bool upload);
 
 /// Describes a goal and the longest duration, for the record.
 [[nodiscard]] std::string describe_goal(const profile::Profile& profile, const record::RunInfo::Goal& goal);

@@ -159,5 +159,49 @@ const drawing = (() => {
     };
   }
 
-  return {draw_profile};
+  /// Draws the uncertainty at each decision in `box`: a step line over the hours of the run, and the wanted value.
+  /// Draws nothing before the first decision.
+  function draw_uncertainty(box, goal) {
+    const known = goal.decisions.filter(decision => decision.u_now_deg_per_h !== null);
+    if (known.length === 0) return;
+    const width = Math.max(280, Math.round(box.clientWidth || 600)),
+      height = 200,
+      left = 64,
+      bottom = 28,
+      top = 12;
+    const last = known[known.length - 1],
+      end = last.block ? last.hours_used + 0.05 * last.hours_left : last.hours_used,
+      high = 1.1 * Math.max(goal.u_deg_per_h, ...known.map(decision => decision.u_now_deg_per_h));
+    const x = hours => left + ((width - left - 8) * hours) / Math.max(end, 0.1),
+      y = u => height - bottom - ((height - bottom - top) * u) / high;
+    const steps = known.map((decision, i) => {
+      const until = i + 1 < known.length ? known[i + 1].hours_used : end;
+      const level = y(decision.u_now_deg_per_h).toFixed(1);
+      return `${i === 0 ? 'M' : 'L'}${x(decision.hours_used).toFixed(1)} ${level}H${x(until).toFixed(1)}`;
+    });
+    const wanted = y(goal.u_deg_per_h).toFixed(1);
+    box.replaceChildren(
+      make_picture(width, height, [
+        make_svg('path', {class: 'remaining', d: `M${left} ${wanted}H${width - 8}`}),
+        make_svg('path', {class: 'done', d: steps.join('')}),
+        make_svg('text', {x: 0, y: wanted}, format_number(goal.u_deg_per_h, 4)),
+        make_svg('text', {x: 0, y: top + 8}, format_number(high, 4)),
+        make_svg('text', {x: left, y: height - 6}, '0 h'),
+        make_svg('text', {x: width - 60, y: height - 6}, `${format_number(end, 1)} h`),
+      ])
+    );
+  }
+
+  function make_picture(width, height, children) {
+    const picture = make_svg('svg', {
+      class: 'profile-svg',
+      viewBox: `0 0 ${width} ${height}`,
+      role: 'img',
+      'aria-label': 'Expanded uncertainty at each decision, in °/h, and the wanted value',
+    });
+    picture.append(...children);
+    return picture;
+  }
+
+  return {draw_profile, draw_uncertainty};
 })();

@@ -96,7 +96,16 @@ function handle_event(event) {
   if (event.number <= run.last_event_number) return;
   run.last_event_number = event.number;
   run.events.push(event);
+  if (event.reaction === 'continues' || event.reaction === 'ends') load_plan(run);
   if (page.view.on_event) page.view.on_event(event);
+}
+
+/// Loads the profile of a run. A decision has added segments to the profile of a run that ends by itself.
+async function load_plan(run) {
+  const plan = await request_json(`/api/v1/runs/${run.key}/profile`);
+  if (!plan.ok) return;
+  run.plan = plan.json;
+  if (page.run === run && page.view.on_plan) page.view.on_plan();
 }
 
 async function load_events(run) {

@@ -48,6 +48,54 @@ function units_sheet(run) {
   );
 }
 
+/// Describes a decision of a run that ends by itself.
+function decision_text(decision) {
+  return decision.block ? `continue with “${decision.block}”` : `end: ${decision.end}`;
+}
+
+function format_u(u_deg_per_h) {
+  return u_deg_per_h === null ? 'unknown' : format_with_unit(u_deg_per_h, '°/h');
+}
+
+/// Returns a table row with the numbers of a decision.
+function decision_row(run, decision) {
+  const number = text => make_element('td', {class: 'number'}, text);
+  return make_element(
+    'tr',
+    {},
+    make_element('td', {}, String(decision.number)),
+    make_element('td', {}, format_time(run.status.started_ms + 1000 * decision.slot, true)),
+    number(format_u(decision.u_now_deg_per_h)),
+    make_element('td', {}, decision_text(decision)),
+    number(decision.block ? format_u(decision.u_expected_deg_per_h) : '–'),
+    number(format_duration(3600 * decision.hours_left))
+  );
+}
+
+/// Returns the section with the decisions of a run that ends by itself, or null for another run.
+function decisions_sheet(run) {
+  if (!run.plan || !run.plan.goal) return null;
+  const goal = run.plan.goal,
+    lines = make_element('div', {});
+  drawing.draw_uncertainty(lines, goal);
+  return make_element(
+    'section',
+    {class: 'sheet', 'aria-labelledby': 'profile-goal'},
+    make_element('h2', {id: 'profile-goal'}, `Until U = ${format_u(goal.u_deg_per_h)} on ${goal.mission}`),
+    lines,
+    make_element(
+      'div',
+      {class: 'scroll', tabindex: 0, role: 'region', 'aria-label': 'Table of decisions'},
+      make_element(
+        'table',
+        {},
+        table_head('#', 'At', '>U now', 'Decision', '>U expected', '>Time left'),
+        make_element('tbody', {}, ...goal.decisions.map(decision => decision_row(run, decision)))
+      )
+    )
+  );
+}
+
 views.now = content => {
   const run = page.run,
     parts = {};
@@ -115,6 +163,20 @@ views.now = content => {
         (parts.segment = make_element('p', {class: 'row'})),
         parts.drawing
       ),
+      (parts.goal = make_element(
+        'section',
+        {class: 'sheet', 'aria-labelledby': 'now-goal', hidden: true},
+        make_element('h2', {id: 'now-goal'}, 'Expanded uncertainty on the mission'),
+        make_element(
+          'dl',
+          {class: 'facts'},
+          box('u_now', 'U now'),
+          box('u_expected', 'U expected after the next block'),
+          box('u_wanted', 'U wanted'),
+          box('decision', 'Last decision'),
+          box('goal_left', 'Time left at most')
+        )
+      )),
       units_sheet(run),
       make_element(
         'section',
@@ -148,6 +210,19 @@ views.now = content => {
     const open = unacknowledged_alarms(status);
     set_text(parts.alarms, open.length > 0 ? `${alarm_summary(status)}. Newest: ${open[0].text}` : '');
     parts.alarms.className = open.some(alarm => alarm.active !== false) ? 'error' : 'returned';
+    const decision = status.decision;
+    parts.goal.hidden = !decision;
+    if (decision) {
+      const seconds = sample ? sample.slot : status.slot;
+      set_text(parts.u_now, format_u(decision.u_now_deg_per_h));
+      set_text(parts.u_expected, decision.block ? format_u(decision.u_expected_deg_per_h) : '–');
+      set_text(parts.u_wanted, format_u(decision.target_deg_per_h));
+      set_text(parts.decision, decision_text(decision));
+      set_text(
+        parts.goal_left,
+        format_duration(Math.max(0, 3600 * (decision.hours_used + decision.hours_left) - seconds))
+      );
+    }
     const rates = status.gyro_rates || [];
     parts.gyro.hidden = rates.length === 0;
     update_children(parts.rates, rates.map(rate_row));
@@ -203,6 +278,7 @@ views.profile = content => {
     body = make_element('tbody', {});
   const first_slots = new Map(run.plan.begun.map(({segment, slot}) => [segment, slot]));
   content.replaceChildren(
+    ...[decisions_sheet(run)].filter(Boolean),
     make_element(
       'section',
       {class: 'sheet', 'aria-labelledby': 'profile-title'},
@@ -242,7 +318,13 @@ views.profile = content => {
     );
     profile_drawing.refresh();
   };
-  return {refresh, on_sample: () => profile_drawing.refresh(), close: () => profile_drawing.close()};
+  // Builds the view again after a decision has added segments.
+  const on_plan = () => {
+    profile_drawing.close();
+    page.view = views.profile(content);
+    page.view.refresh();
+  };
+  return {refresh, on_sample: () => profile_drawing.refresh(), on_plan, close: () => profile_drawing.close()};
 };
 
 views.events = content => {

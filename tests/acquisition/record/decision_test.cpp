@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <thread>
 
 #include "acquisition/record/backlog.hpp"
 #include "acquisition/record/chain.hpp"
@@ -26,7 +27,8 @@ Decision make_decision(int number) {
           .u_expected_deg_per_h = 0.0131,
           .hours_used = 8.42,
           .hours_left = 31.58,
-          .blocks = {{"cold, fast; U 3 now", 2.1, 0.0131, true}, {"°/h", 5, std::nullopt, true}, {"long", 40, 0.01, false}}};
+          .blocks = {
+              {"cold, fast; U 3 now", 2.1, 0.0131, true}, {"°/h", 5, std::nullopt, true}, {"long", 40, 0.01, false}}};
 }
 
 Decision make_end(int number) {
@@ -96,7 +98,8 @@ TEST(Decision, EveryOtherTextIsRefused) {
     refused += parse_decision(text.substr(0, size)).has_value() ? 0 : 1;
   // Only the ends of whole lists of blocks are complete texts.
   EXPECT_EQ(refused, static_cast<int>(text.size()) - 4) << text;
-  for (const auto* other : {"", "decision", "decision x: end, ; U ", "decision 1: end, a; U 1e999 °/h now, 1 °/h wanted"})
+  for (const auto* other :
+       {"", "decision", "decision x: end, ; U ", "decision 1: end, a; U 1e999 °/h now, 1 °/h wanted"})
     EXPECT_FALSE(parse_decision(other)) << other;
   EXPECT_FALSE(parse_decision(text + ";"));
 }
@@ -216,7 +219,8 @@ TEST(GrownRecord, ContinuesInSecondPart) {
   const Folder folder;
   const auto path = folder / "run.db";
   {
-    auto store = Store::create(path, self_ending(), {.background = true, .retry = std::chrono::milliseconds(20)}).value();
+    auto store =
+        Store::create(path, self_ending(), {.background = true, .retry = std::chrono::milliseconds(20)}).value();
     ASSERT_TRUE(store->append(sample_in(0, 1), {}));
     ASSERT_TRUE(store->append_decision(event_of(make_decision(1), 2), kColdSegments));
     ASSERT_TRUE(store->settle(kLong));
@@ -243,14 +247,20 @@ TEST(GrownRecord, IsInLiveCopyOfResumedRun) {
   const Folder folder;
   const auto path = folder / "run.db";
   make_grown(path).reset();
-  auto store = Store::reopen(path, {.background = true, .live_copy = LiveCopyOptions{}}).value();
-  ASSERT_TRUE(store->append(sample_in(11, 4), {}));
-  ASSERT_TRUE(store->settle(kLong));
+  auto reopened = Store::reopen(path, {.background = true, .live_copy = LiveCopyOptions{}});
+  ASSERT_TRUE(reopened) << text(reopened.error());
+  ASSERT_TRUE((*reopened)->append(sample_in(11, 4), {}));
+  ASSERT_TRUE((*reopened)->settle(kLong));
   const auto copy = find_source_files(path, true);
   ASSERT_TRUE(copy) << text(copy.error());
-  const auto info = read_source_info(*copy).value();
-  EXPECT_EQ(names(info), kAllNames);
-  EXPECT_EQ(info.added_blocks, kBothBlocks);
+  auto info = read_source_info(*copy);
+  for (int i = 0; i < 1000 && !info; ++i) {  // while it is being made
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    info = read_source_info(*copy);
+  }
+  ASSERT_TRUE(info) << text(info.error());
+  EXPECT_EQ(names(*info), kAllNames);
+  EXPECT_EQ(info->added_blocks, kBothBlocks);
   const auto verified = verify_files(*copy);
   EXPECT_TRUE(verified) << text(verified.error());
 }

@@ -544,8 +544,9 @@ void Invariants::judge_record(std::int64_t second, const record::Record& record,
   const auto count = std::min(record.info.segments.size(), profile_.segments.size());
   for (std::size_t i = 0; i < count; ++i)
     if (const auto& name = profile_.segments[i].name; record.info.segments[i].name != name)
-      report_violation("I29", second, fmt::format("segment {} is recorded as \"{}\", carried out as \"{}\"", i + 1,
-                                                  record.info.segments[i].name, name));
+      report_violation("I29", second,
+                       fmt::format("segment {} is recorded as \"{}\", carried out as \"{}\"", i + 1,
+                                   record.info.segments[i].name, name));
   for (const auto& at : record.progress)
     if (static_cast<std::size_t>(at.segment) >= record.info.segments.size())
       return report_violation("I29", second, fmt::format("the record does not describe segment {}", at.segment + 1));

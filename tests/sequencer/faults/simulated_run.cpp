@@ -376,9 +376,9 @@ void SimulatedRun::decide() {
                              .hold_left = time_left(profile, run_controller_->state())};
   const auto blocks = profile.until->blocks.size();
   for (std::size_t i = 0; i < blocks; ++i)
-    inputs.u_after_deg_per_h.push_back(inputs.u_now_deg_per_h *
-                                       (0.5 + 0.4 * static_cast<double>((number * 5 + i * 3) % (blocks + 1)) /
-                                                  static_cast<double>(blocks + 1)));
+    inputs.u_after_deg_per_h.push_back(
+        inputs.u_now_deg_per_h *
+        (0.5 + 0.4 * static_cast<double>((number * 5 + i * 3) % (blocks + 1)) / static_cast<double>(blocks + 1)));
   if (auto done = run_controller_->carry_out(run::decide(profile, inputs)); !done)
     return invariants_.report_violation("I29", second_, text(done.error()));
   due_since_.reset();

@@ -27,7 +27,8 @@ const std::string kOpening = hold("segment", "at = 20\ntime = \"10 min\"\n");
 const std::string kHead = "[until]\nu_deg_per_h = 0.01\nmission = \"ship\"\nlongest = \"5 h\"\n";
 const std::string kCold = "[[until.block]]\nname = \"cold\"\n" + ramp("until.block.segment", "to = -20\nrate = 4\n") +
                           hold("until.block.segment", "time = \"15 min\"\n");
-const std::string kHot = "[[until.block]]\nname = \"hot\"\n" + ramp("until.block.segment", "to = 40\ntime = \"10 min\"\n") +
+const std::string kHot = "[[until.block]]\nname = \"hot\"\n" +
+                         ramp("until.block.segment", "to = 40\ntime = \"10 min\"\n") +
                          hold("until.block.segment", "time = \"10 min\"\n");
 const std::string kClosing = ramp("until.closing.segment", "to = 20\nrate = 2\n");
 
@@ -44,9 +45,7 @@ struct WrongUntil {
 void PrintTo(const WrongUntil& wrong, std::ostream* os) { *os << wrong.text; }
 
 class UntilMistake : public testing::TestWithParam<WrongUntil> {};
-TEST_P(UntilMistake, IsReportedWithPosition) {
-  EXPECT_EQ(profile_errors(kOpening + GetParam().text), GetParam().said);
-}
+TEST_P(UntilMistake, IsReportedWithPosition) { EXPECT_EQ(profile_errors(kOpening + GetParam().text), GetParam().said); }
 
 INSTANTIATE_TEST_SUITE_P(
     Until, UntilMistake,
@@ -64,9 +63,9 @@ INSTANTIATE_TEST_SUITE_P(
         WrongUntil{kHead + "[[until.block]]\nname = \"a\\\"b\"\n" + kCold.substr(kCold.find("[[until.block.seg")),
                    "p.toml:13:8: \"name\" is not valid, expected 1 to 60 bytes without quotation marks"},
         WrongUntil{kHead + "[[until.block]]\nname = \"x\"\n", "p.toml:12:1: no segment, expected at least one"},
-        WrongUntil{kHead + "[[until.block]]\nname = \"x\"\n" +
-                       hold("until.block.segment", "at = 20\ntime = \"15 min\"\n"),
-                   "p.toml:15:8: the first segment of a block is not a ramp, expected one"},
+        WrongUntil{
+            kHead + "[[until.block]]\nname = \"x\"\n" + hold("until.block.segment", "at = 20\ntime = \"15 min\"\n"),
+            "p.toml:15:8: the first segment of a block is not a ramp, expected one"},
         WrongUntil{kHead + "[[until.block]]\nname = \"x\"\n" + ramp("until.block.segment", "to = 40\nrate = 4\n"),
                    "p.toml:12:1: the block does not end with a hold of at least 10 min, in which the next block is "
                    "chosen"},
@@ -123,14 +122,14 @@ TEST(Until, LimitsAreCheckedFromEveryStart) {
   const ChamberLimits slow{{-45}, {70}, {5}, {5}};
   const auto checked = check_profile(profile, slow);
   ASSERT_FALSE(checked);
-  EXPECT_EQ(text(checked.error()),
-            "p.toml:23:1: 6 °C/min is faster than the chamber heats, expected at most 5 °C/min");
+  EXPECT_EQ(text(checked.error()), "p.toml:23:1: 6 °C/min is faster than the chamber heats, expected at most 5 °C/min");
   EXPECT_TRUE(check_profile(profile, {{-45}, {70}, {6}, {5}}));
   EXPECT_FALSE(check_profile(profile, {{-10}, {70}, {6}, {5}}));
   EXPECT_FALSE(check_air(profile, {-15}, {70}));
   EXPECT_TRUE(check_air(profile, {-20}, {40}));
-  const auto soaked = parsed(kOpening + kHead + kCold +
-                             hold("until.block.segment", "time = \"15 min\"\nguaranteed_soak = true\nsoak_sensor = \"Q\"\n"));
+  const auto soaked =
+      parsed(kOpening + kHead + kCold +
+             hold("until.block.segment", "time = \"15 min\"\nguaranteed_soak = true\nsoak_sensor = \"Q\"\n"));
   EXPECT_FALSE(check_sensors(soaked, {"A", "B"}));
   EXPECT_TRUE(check_sensors(soaked, {"A", "Q"}));
 }
@@ -203,7 +202,8 @@ TEST(Until, SuppliesSwitchUnitsOfBlocks) {
   };
   EXPECT_EQ(prompts(by_hand), (std::vector<std::string>{"", "switch the unit off", "switch the unit on"}));
   EXPECT_EQ(prompts(switch_by_supplies(by_hand, {})), (std::vector<std::string>{"", "", ""}));
-  EXPECT_EQ(prompts(switch_by_supplies(by_hand, {"u2"})), (std::vector<std::string>{"", "switch u2 off", "switch u2 on"}));
+  EXPECT_EQ(prompts(switch_by_supplies(by_hand, {"u2"})),
+            (std::vector<std::string>{"", "switch u2 off", "switch u2 on"}));
 }
 
 TEST(Until, WarmUpFollowsColdClosing) {

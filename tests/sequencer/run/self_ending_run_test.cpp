@@ -44,7 +44,8 @@ class SelfEndingRun {
   /// Runs the first life until the condition is true for the controller, or the run ends.
   RunOutcome begin_life(const std::function<bool(const RunController&)>& is_over) {
     auto info = run_info("", dry_run_.profile(), dry_run_.file(), 0, {}, 0, goal());
-    auto rig = rig::Rig::assemble(dry_run_.file(), {.seed = {}, .elapsed = {}, .replay = {}, .first_set_point = Celsius{20}});
+    auto rig =
+        rig::Rig::assemble(dry_run_.file(), {.seed = {}, .elapsed = {}, .replay = {}, .first_set_point = Celsius{20}});
     EXPECT_TRUE((*rig)->prepare(Celsius{20}));
     auto store = record::Store::create(path(), info).value();
     RunController controller(dry_run_.profile(), **rig, *store, profile::begin(dry_run_.profile()), 0);
@@ -72,7 +73,7 @@ class SelfEndingRun {
       rig.let_pass(1);
       outcome = controller.tick(controller.next_slot()).value();
       if (outcome == RunOutcome::going_on) decide_if_due(controller);
-      EXPECT_TRUE(controller.next_slot() % 20 != 0 || store.sync());
+      EXPECT_TRUE(controller.next_slot() % 300 != 0 || store.sync());
     }
     if (outcome == RunOutcome::complete) {
       EXPECT_TRUE(store.finish());

@@ -16,7 +16,8 @@ _DESCRIPTION = (
     ("channel", "SELECT * FROM channel ORDER BY position"), ("unit", "SELECT * FROM unit ORDER BY position"),
     ("axis", "SELECT * FROM axis ORDER BY unit, position"),
     ("unit_value", "SELECT * FROM unit_value ORDER BY unit, position"),
-    ("segment", "SELECT * FROM segment WHERE position < {described} ORDER BY position"), ("list", "SELECT * FROM list ORDER BY name, of, position"))
+    ("segment", "SELECT * FROM segment WHERE position < {described} ORDER BY position"),
+    ("list", "SELECT * FROM list ORDER BY name, of, position"))
 #: table, column that contains the second, rank within a second, sort column
 _ROWS = (("sample", 0, 0, "slot"), ("gap", 1, 0, "first"), ("fault", 1, 1, "id"), ("event", 1, 2, "id"))
 _INTEGER_LIMIT = 9.2e18  # just below 2^63, the limit of SQLite's integers

@@ -458,7 +458,7 @@ RunOverview RunController::overview() const {
   const auto left = time_left(profile_, state_);
   return {.state = run_state(),
           .cause = state_cause(machine_),
-          .time_left = left,
+          .time_left = is_open(profile_) ? std::nullopt : std::optional(left),
           .behind_plan = std::max(Duration{}, kSecond * next_slot_ - (planned_ - left)),
           .missed_set_points = lead_->missed_set_points(),
           .faults_now = active_faults(memory_)};

@@ -13,6 +13,7 @@
 #include "core/json.hpp"
 #include "drivers/chamber/register_map.hpp"
 #include "sequencer/profile/profile.hpp"
+#include "sequencer/profile/released_blocks.hpp"
 #include "sequencer/rig/rig.hpp"
 #include "sequencer/run/chamber_ownership.hpp"
 #include "sequencer/run/set_point_path.hpp"
@@ -250,6 +251,24 @@ Json rig_json(const rig::RigFile& rig) {
           {"gyro_film", rig.gyro_model.film}};
 }
 
+/// Returns the goal and the blocks of a run that ends by itself, with their times at the end of the opening; null for
+/// another run.
+Json until_json(const profile::Profile& profile) {
+  if (!profile.until) return nullptr;
+  const auto from = profile.segments.back().target;
+  const auto seconds = [&](const profile::ReleasedBlock& block) {
+    const auto* expanded = find_expansion(block, from);
+    return expanded ? total_time(expanded->segments) / std::chrono::seconds(1) : 0;
+  };
+  auto blocks = Json::array();
+  for (const auto& block : profile.until->blocks) blocks.push_back({{"name", block.name}, {"seconds", seconds(block)}});
+  return {{"u_deg_per_h", profile.until->u_deg_per_h},
+          {"mission", profile.until->mission},
+          {"longest_s", profile.until->longest / std::chrono::seconds(1)},
+          {"blocks", blocks},
+          {"closing_seconds", seconds(profile.until->closing)}};
+}
+
 Json timeline_json(const profile::Profile& profile, const profile::Timeline& timeline) {
   const auto total = [](const profile::CycleTotal& cycle) {
     return Json{{"name", cycle.name},
@@ -259,6 +278,7 @@ Json timeline_json(const profile::Profile& profile, const profile::Timeline& tim
   Json json{{"name", profile.name}, {"segments", profile.segments.size()}, {"all", total(timeline.all)}};
   json["cycles"] = Json::array();
   for (const auto& cycle : timeline.cycles) json["cycles"].push_back(total(cycle));
+  json["until"] = until_json(profile);
   return json;
 }
 

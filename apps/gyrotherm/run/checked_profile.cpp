@@ -11,6 +11,7 @@
 #include "core/file.hpp"
 #include "core/shipped.hpp"
 #include "report/report.hpp"
+#include "sequencer/profile/released_blocks.hpp"
 
 namespace gyrotherm::app {
 
@@ -53,10 +54,10 @@ Result<profile::Profile> parse_checked_profile(const rig::RigFile* rig, const st
 Result<void> check_controller(const drivers::SetPointRange& limits, const profile::Profile& profile,
                               const rig::RigFile& rig) {
   auto lowest = rig.safe_set_point, highest = rig.safe_set_point;
-  for (const auto& segment : profile.segments) {
+  each_released(profile, [&](const profile::Segment& segment, Celsius) {
     lowest = std::min(lowest, segment.target);
     highest = std::max(highest, segment.target);
-  }
+  });
   const auto refuse = [](const char* side, Celsius limit, Celsius required) {
     return failure(
         FaultKind::out_of_range, "chamber",

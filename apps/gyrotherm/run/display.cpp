@@ -105,8 +105,8 @@ std::string Display::unit_line(std::size_t unit) const {
 std::string Display::headline(const Sample& sample, const RunOverview& overview) const {
   const auto done = static_cast<double>(sample.slot + 1), left = to_seconds(overview.time_left.value_or(Duration{}));
   const auto wall_time_left = time_left(sample, overview);
-  auto line = fmt::format("{}{}: {:.0f} %, {}, {}", rig_.simulated ? "SIMULATED " : "", profile_.name,
-                          100 * done / std::max(done + left, 1.0),
+  const auto share = overview.time_left ? fmt::format("{:.0f} %, ", 100 * done / std::max(done + left, 1.0)) : "";
+  auto line = fmt::format("{}{}: {}{}, {}", rig_.simulated ? "SIMULATED " : "", profile_.name, share,
                           wall_time_left ? format_duration(*wall_time_left) + " left" : "time left unknown",
                           name(overview.state));
   if (!overview.cause.empty()) line += ": " + overview.cause;
@@ -116,7 +116,8 @@ std::string Display::headline(const Sample& sample, const RunOverview& overview)
 }
 
 std::optional<Duration> Display::time_left(const Sample& sample, const RunOverview& overview) const {
-  const auto left = overview.time_left.value_or(Duration{});
+  if (!overview.time_left) return {};
+  const auto left = *overview.time_left;
   if (!rig_.simulated) return left;
   constexpr Duration kMinObservedTime = std::chrono::milliseconds(400);
   const auto spent = clock_.now().since_start - (first_seen_ ? first_seen_->second : clock_.now().since_start);

@@ -383,9 +383,9 @@ void RunController::note_soak(const ProfilePosition& before) {
 }
 
 void RunController::step_profile(const Sample& sample) {
-  const auto seen = observation(sample);
   const bool is_paused = run_state() != RunState::execute;
-  state_ = is_paused ? next_while_paused(profile_, state_, seen) : next(profile_, state_, seen);
+  state_ = is_paused ? next_while_paused(profile_, state_, observation(sample))
+                     : next(profile_, state_, observation(sample));
   if (is_paused) return;
   note_prolonged_hold(sample.progress);
   note_soak(sample.progress);

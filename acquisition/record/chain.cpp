@@ -309,8 +309,11 @@ class AddedSegments {
       end = std::min(first, end);
     });
     if (!done) return failure(done.error());
+    const auto positions = database.query_integer("SELECT max(position) + 1 FROM segment", 0);
+    if (!positions) return failure(positions.error());
+    const bool is_complete = *positions == std::ssize(info.segments);
     // No decision accounts for segments between the description and the first decision.
-    if (end != std::min(*described, info.segments.size()))
+    if (!is_complete || end != std::min(*described, info.segments.size()))
       return failure(FaultKind::bad_file, database.path(), "the segments of the run do not match the hash chain");
     return all;
   }

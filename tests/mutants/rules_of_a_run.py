@@ -73,7 +73,7 @@ MUTANTS = [
      "return !entry.is_gap() && std::ranges::none_of(entry.events, is_decision);", "return !entry.is_gap();",
      "acquisition_test", "GrownRecord.KeepsDecisionWhenMemoryIsFull"),
     ("the chain does not cover added segments", "acquisition/record/chain.cpp",
-     "if (end != std::min(*described, info.segments.size()))", "if (false)",
+     "if (!is_complete || end != std::min(*described, info.segments.size()))", "if (false)",
      "acquisition_test", "GrownRecord.EveryEditIsDetected"),
     ("a suspension has no limit", "sequencer/run/run_state_machine.cpp",
      "if (state.since >= limits.longest_suspended)", "if (false)",

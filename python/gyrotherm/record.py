@@ -7,7 +7,7 @@ import itertools
 import json
 import re
 import sqlite3
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -165,6 +165,8 @@ def _join(record: Record, part: Record, continuation: Continuation) -> None:
     if last + 1 < continuation.first:
         record.gaps.append(_lost_gap(continuation, last + 1))
     part.utc_ns = part.utc_ns + (part.info.started_utc_ns - record.info.started_utc_ns)
+    if len(part.info.segments) > len(record.info.segments):  # a decision of a self-ending run has added segments
+        record.info = replace(record.info, segments=part.info.segments)
     for name in ("slot", "time_s", "utc_ns", "segment", "cycle", "phase", "state", "in_segment_ns"):
         setattr(record, name, np.concatenate([getattr(record, name)[:kept], getattr(part, name)]))
     record.columns = {name: np.concatenate([column[:kept], part.columns[name]])

@@ -221,6 +221,28 @@ class Running(FolderTest):
                                       run.to_pandas(calibrated=False)["A"].to_numpy())
 
 
+class SelfEnding(FolderTest):
+    """A record whose decisions have added segments."""
+
+    def test_has_added_segments_and_detects_their_edits(self):
+        path = self.folder / "until.db"
+        gyrotherm("run", SOURCE / "tests/profiles/short-until.toml", "--rig", "virtual-supply", "--until-u", "1000",
+                  "--out", path)
+        run = module.open(path)
+        self.assertEqual(list(run.segments["name"]), ["hold 20 °C", "ramp to 40 °C", "hold 40 °C", "ramp to 20 °C"])
+        self.assertEqual(run.segments["seconds"].iloc[3], 600)
+        edits = ("UPDATE segment SET target_c = 21 WHERE position = 3", "DELETE FROM segment WHERE position = 3",
+                 "UPDATE segment SET position = 4 WHERE position = 3", "UPDATE event SET segment = 2 WHERE reaction = 'ends'")
+        for number, edit in enumerate(edits):
+            copy = self.folder / f"edited-{number}.db"
+            shutil.copy(path, copy)
+            database = sqlite3.connect(copy)
+            self.assertTrue(chain.is_intact(database))
+            database.execute(edit)
+            self.assertFalse(chain.is_intact(database), edit)
+            database.close()
+
+
 class Parts(FolderTest):
     """A record in two files, as after a disk error. The tests split the record of an undisturbed run."""
 

@@ -9,11 +9,20 @@
 #include <iterator>
 #include <utility>
 
+// Comparisons and choices between vectors are fast only if one register holds a vector: without AVX-512, GCC 12 splits
+// those of 64 bytes into single elements. Loops with comparisons therefore have one version for each size of register:
+// an inlined template with the vectors as parameters, and a function for each generation that calls it.
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__) && \
     !defined(__SANITIZE_THREAD__)
 #define GYROTHERM_CLONES __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
+#define GYROTHERM_HAS_VERSIONS 1
+#define GYROTHERM_V4 __attribute__((target("arch=x86-64-v4")))
+#define GYROTHERM_V3 __attribute__((target("arch=x86-64-v3")))
+#define GYROTHERM_DEFAULT __attribute__((target("default")))
 #else
 #define GYROTHERM_CLONES
+#define GYROTHERM_HAS_VERSIONS 0
+#define GYROTHERM_DEFAULT
 #endif
 
 namespace gyrotherm::svm {
@@ -29,6 +38,33 @@ using FloatLanes = float __attribute__((vector_size(64)));
 using UnalignedFloatLanes = float __attribute__((vector_size(64), aligned(4), may_alias));
 using IndexLanes = int __attribute__((vector_size(64)));
 inline constexpr int kFloatLanes = 16;
+
+/// Vectors of one register: 64, 32 or 16 bytes. A template gets the type for its arithmetic; `Memory…` may be loaded
+/// from and stored to any address.
+struct Registers64 {
+  using Floats = FloatLanes;
+  using Indices = IndexLanes;
+  using MemoryFloats = UnalignedFloatLanes;
+  using Doubles = DoubleLanes;
+  using Longs = LongLanes;
+  using MemoryDoubles = UnalignedDoubleLanes;
+};
+struct Registers32 {
+  using Floats = float __attribute__((vector_size(32)));
+  using Indices = int __attribute__((vector_size(32)));
+  using MemoryFloats = float __attribute__((vector_size(32), aligned(4), may_alias));
+  using Doubles = double __attribute__((vector_size(32)));
+  using Longs = long long __attribute__((vector_size(32)));
+  using MemoryDoubles = double __attribute__((vector_size(32), aligned(8), may_alias));
+};
+struct Registers16 {
+  using Floats = float __attribute__((vector_size(16)));
+  using Indices = int __attribute__((vector_size(16)));
+  using MemoryFloats = float __attribute__((vector_size(16), aligned(4), may_alias));
+  using Doubles = double __attribute__((vector_size(16)));
+  using Longs = long long __attribute__((vector_size(16)));
+  using MemoryDoubles = double __attribute__((vector_size(16), aligned(8), may_alias));
+};
 
 /// Returns the lanes that begin at `values`.
 [[gnu::always_inline]] inline const UnalignedDoubleLanes& lanes_at(const double* values) {
@@ -89,8 +125,6 @@ template <class Real, class Integers, class Numbers>
   const Integers bits = __builtin_bit_cast(Integers, p) + (__builtin_bit_cast(Integers, rounded) << Of::kMantissaBits);
   x = in_range ? __builtin_bit_cast(Numbers, bits) : Numbers{};
 }
-[[gnu::always_inline]] inline void exponentiate(DoubleLanes& x) { exponentiate<double, LongLanes>(x); }
-[[gnu::always_inline]] inline void exponentiate(FloatLanes& x) { exponentiate<float, IndexLanes>(x); }
 
 /// Computes out_i = exp(scale · v_i) for `count` values with scale · v_i ≤ 0, several times faster than one call per
 /// element. The relative error is below 4e-16. The result is 0 below −708, and exp(0) is exactly 1. `out` may be

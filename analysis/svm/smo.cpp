@@ -5,11 +5,11 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <type_traits>
 #include <vector>
 
 #include "analysis/svm/kernel.hpp"
 #include "analysis/svm/lanes.hpp"
+#include "analysis/svm/smo_loops.hpp"
 
 namespace gyrotherm::svm {
 namespace {
@@ -25,130 +25,36 @@ bool is_outside_range(const double* part, const double* beta, const double* low,
   return passing > 0;
 }
 
-// Slope that keeps β_i from crossing its bound, and padding from moving.
-constexpr float kBlockingSlope = 1e30F;
 constexpr float kLeastCurvature = 1e-12F;
 // Smallest curvature of a conjugate direction, as a fraction of the curvature of the pair's own direction.
 constexpr double kLeastShare = 1e-3;
-constexpr IndexLanes kLaneNumbers = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
 
-// Permutes sixteen lanes: lane i of `to` is lane i ^ distance of `from`.
-template <int distance, class Lanes>
-[[gnu::always_inline]] inline void cross(const Lanes& from, Lanes& to) {
-  constexpr int d = distance;
-  to = __builtin_shufflevector(from, from, 0 ^ d, 1 ^ d, 2 ^ d, 3 ^ d, 4 ^ d, 5 ^ d, 6 ^ d, 7 ^ d, 8 ^ d, 9 ^ d, 10 ^ d,
-                               11 ^ d, 12 ^ d, 13 ^ d, 14 ^ d, 15 ^ d);
+#if GYROTHERM_HAS_VERSIONS
+GYROTHERM_V4
+SmoSteepest move(SmoLines lines, const float* up, const float* down, SmoStep step) {
+  return move_points<Registers64>(lines, up, down, step);
 }
-
-// Calls `step` with the distances 8, 4, 2 and 1. If each call combines lanes at this distance, the 16 lanes are reduced
-// to one.
-template <class Step>
-[[gnu::always_inline]] inline void fold_lanes(const Step& step) {
-  step(std::integral_constant<int, 8>());
-  step(std::integral_constant<int, 4>());
-  step(std::integral_constant<int, 2>());
-  step(std::integral_constant<int, 1>());
+GYROTHERM_V3
+SmoSteepest move(SmoLines lines, const float* up, const float* down, SmoStep step) {
+  return move_points<Registers32>(lines, up, down, step);
 }
-
-// Reduces 2 × 16 candidates to the largest and its index.
-[[gnu::always_inline]] inline void reduce_largest(FloatLanes& best, IndexLanes& where, const FloatLanes& other,
-                                                  const IndexLanes& other_where) {
-  IndexLanes better = other > best;
-  best = better ? other : best;
-  where = better ? other_where : where;
-  fold_lanes([&]<int distance>(std::integral_constant<int, distance>) __attribute__((always_inline)) {
-    FloatLanes crossed;
-    IndexLanes crossed_where;
-    cross<distance>(best, crossed);
-    cross<distance>(where, crossed_where);
-    better = crossed > best;
-    best = better ? crossed : best;
-    where = better ? crossed_where : where;
-  });
-}
-
-// Arrays that each step traverses. `count` is a multiple of 2 · kFloatLanes.
-struct StateLines {
-  float* h;
-  float* response;
-  const float* rise;
-  int count;
-};
-
-// Makes the step of a pair with the rows `up` and `down` of K: response = up − down + kept · response, h −= length ·
-// response. Returns the largest u = h − rise of the new h. The structures are passed by value; the compiler then knows
-// that stores to an array do not change them.
-GYROTHERM_CLONES
-SmoSteepest move(StateLines lines, const float* up, const float* down, SmoStep step) {
-  FloatLanes best[2] = {FloatLanes{} - kBlockingSlope, FloatLanes{} - kBlockingSlope};
-  IndexLanes where[2] = {};
-  IndexLanes at = kLaneNumbers;
-  for (int i = 0; i < lines.count; i += 2 * kFloatLanes) {
-    for (int half = 0; half < 2; ++half) {
-      const int k = i + half * kFloatLanes;
-      auto& error = lanes_at(lines.h + k);
-      auto& along = lanes_at(lines.response + k);
-      const FloatLanes change = lanes_at(up + k) - lanes_at(down + k) + step.kept * along;
-      along = change;
-      const FloatLanes changed = error - step.length * change;
-      error = changed;
-      const FloatLanes u = changed - lanes_at(lines.rise + k);
-      const IndexLanes better = u > best[half];
-      best[half] = better ? u : best[half];
-      where[half] = better ? at : where[half];
-    }
-    at += 2 * kFloatLanes;
-  }
-  reduce_largest(best[0], where[0], best[1], where[1] + kFloatLanes);
-  return {.slope = best[0][0], .index = where[0][0]};
-}
-
-// Candidates compared by their quotients square/curvature without a division.
-struct Candidate {
-  FloatLanes square = {};
-  FloatLanes curvature = FloatLanes{} + 1.0F;
-  IndexLanes where = {};
-
-  [[gnu::always_inline]] void take_better(const FloatLanes& other, const FloatLanes& other_curvature,
-                                          const IndexLanes& other_where) {
-    const IndexLanes better = other * curvature > square * other_curvature;
-    square = better ? other : square;
-    curvature = better ? other_curvature : curvature;
-    where = better ? other_where : where;
-  }
-};
-
-// Returns the least v = h − fall, and the j with the largest (u_i − v_j)²/(2 − 2K_ij) among the v_j below `u`. `row` is
-// K_i.
-GYROTHERM_CLONES
+GYROTHERM_V4
 SmoPartner choose_partner(const float* row, const float* h, const float* fall, float u, int count) {
-  FloatLanes least[2] = {FloatLanes{} + kBlockingSlope, FloatLanes{} + kBlockingSlope};
-  Candidate best[2];
-  IndexLanes at = kLaneNumbers;
-  const FloatLanes highest = FloatLanes{} + u;
-  for (int i = 0; i < count; i += 2 * kFloatLanes) {
-    for (int half = 0; half < 2; ++half) {
-      const int k = i + half * kFloatLanes;
-      const FloatLanes v = lanes_at(h + k) - lanes_at(fall + k);
-      least[half] = v < least[half] ? v : least[half];
-      const FloatLanes slack = u - (v < highest ? v : highest);
-      best[half].take_better(slack * slack, 1.0F - lanes_at(row + k), at);
-    }
-    at += 2 * kFloatLanes;
-  }
-  least[0] = least[1] < least[0] ? least[1] : least[0];
-  best[0].take_better(best[1].square, best[1].curvature, best[1].where + kFloatLanes);
-  fold_lanes([&]<int distance>(std::integral_constant<int, distance>) __attribute__((always_inline)) {
-    FloatLanes lower;
-    Candidate other;
-    cross<distance>(least[0], lower);
-    cross<distance>(best[0].square, other.square);
-    cross<distance>(best[0].curvature, other.curvature);
-    cross<distance>(best[0].where, other.where);
-    least[0] = lower < least[0] ? lower : least[0];
-    best[0].take_better(other.square, other.curvature, other.where);
-  });
-  return {.least_slope = least[0][0], .index = best[0].where[0]};
+  return find_partner<Registers64>(row, h, fall, u, count);
+}
+GYROTHERM_V3
+SmoPartner choose_partner(const float* row, const float* h, const float* fall, float u, int count) {
+  return find_partner<Registers32>(row, h, fall, u, count);
+}
+#endif
+
+GYROTHERM_DEFAULT
+SmoSteepest move(SmoLines lines, const float* up, const float* down, SmoStep step) {
+  return move_points<Registers16>(lines, up, down, step);
+}
+GYROTHERM_DEFAULT
+SmoPartner choose_partner(const float* row, const float* h, const float* fall, float u, int count) {
+  return find_partner<Registers16>(row, h, fall, u, count);
 }
 
 // Returns the distance by which β_i may rise and β_j fall together. The decrease per unit is initially `slack`. The

@@ -197,17 +197,10 @@ class Servers final : public VirtualInstruments {
     }
   }
 
-  Result<Descriptor> connect(InstrumentKind kind, std::size_t index) override {
-    auto ends = make_socket_pair();
-    if (!ends) return failure(std::move(ends.error()));
-    replies_.add_client(std::move(ends->second), sessions_.at(kind).at(index));
-    return std::move(ends->first);
-  }
   std::unique_ptr<drivers::ByteStream> line(InstrumentKind kind, std::size_t index) override {
     if (kind != InstrumentKind::gyro) return make_answering_line(sessions_.at(kind).at(index), guard_);
     return make_memory_line([this, index] { return gyros_.at(index).connect(); });
   }
-  void serve_clients() override { replies_.serve_clients(); }
 
   void set_unit_state(const UnitState& state) override {
     const std::scoped_lock lock(guard_);

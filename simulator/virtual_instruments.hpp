@@ -49,7 +49,7 @@ struct VirtualInstrumentsOptions {
   /// Also serves all instruments except HID devices on pseudo-terminals. On pseudo-terminals, chamber and analogue
   /// inputs use Modbus RTU with the unit number and the registers of the map's link.
   bool ptys = false;
-  /// Opens no port and starts no thread. The single client in this process uses line() and connect().
+  /// Opens no port and starts no thread. The single client in this process uses line().
   bool attended = false;
 };
 
@@ -96,11 +96,6 @@ class VirtualInstruments {
   /// Returns an in-memory line to an attended instrument. Requests are answered immediately; gyros send when the time
   /// advances. The line must not outlive this object.
   [[nodiscard]] virtual std::unique_ptr<drivers::ByteStream> line(InstrumentKind kind, std::size_t index = 0) = 0;
-  /// Returns a non-blocking connection to an attended chamber or analogue input with Modbus TCP, for a client that
-  /// needs a descriptor. Fails with disconnected.
-  [[nodiscard]] virtual Result<Descriptor> connect(InstrumentKind kind, std::size_t index = 0) = 0;
-  /// Answers the requests on connections from connect(). Call it after sending a request.
-  virtual void serve_clients() = 0;
 
   /// Makes a unit stop or resume sending (VirtualLaboratory::silence).
   virtual void silence(std::size_t unit, bool silent) = 0;

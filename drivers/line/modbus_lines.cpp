@@ -45,7 +45,6 @@ struct FreeContext {
 class LibmodbusConnection final : public FrameConnection {
  public:
   explicit LibmodbusConnection(TcpLine line) : line_(std::move(line)) {}
-  explicit LibmodbusConnection(Connect connect) : connect_(std::move(connect)) {}
 
   bool is_open() const override { return context_ != nullptr; }
 
@@ -58,7 +57,7 @@ class LibmodbusConnection final : public FrameConnection {
     modbus_set_error_recovery(context_.get(), MODBUS_ERROR_RECOVERY_NONE);
     modbus_set_byte_timeout(context_.get(), 0, 0);
     set_timeout(within);
-    auto connected = connect_ ? adopt_socket() : connect();
+    auto connected = connect();
     if (!connected) close();
     return connected;
   }
@@ -92,22 +91,13 @@ class LibmodbusConnection final : public FrameConnection {
     return {};
   }
 
-  Result<void> adopt_socket() {
-    auto connected = connect_();
-    if (!connected) return failure(std::move(connected.error()));
-    modbus_set_socket(context_.get(), std::move(*connected).release());
-    return {};
-  }
-
   void set_timeout(Duration within) {
     const auto us = std::max<std::int64_t>(std::chrono::duration_cast<std::chrono::microseconds>(within).count(), 1);
     modbus_set_response_timeout(context_.get(), static_cast<std::uint32_t>(us / 1'000'000),
                                 static_cast<std::uint32_t>(us % 1'000'000));
   }
 
-  TcpLine line_{"127.0.0.1", 0};
-  /// Provides the socket; if empty, connect() connects to `line_`.
-  Connect connect_;
+  TcpLine line_;
   std::unique_ptr<modbus_t, FreeContext> context_;
 };
 
@@ -206,10 +196,6 @@ std::unique_ptr<ModbusLine> make_modbus_tcp(std::unique_ptr<FrameConnection> con
 
 std::unique_ptr<FrameConnection> make_modbus_connection(const TcpLine& line) {
   return std::make_unique<LibmodbusConnection>(line);
-}
-
-std::unique_ptr<FrameConnection> make_modbus_connection(Connect connect) {
-  return std::make_unique<LibmodbusConnection>(std::move(connect));
 }
 
 namespace {

@@ -2,12 +2,10 @@
 /// Modbus TCP and RTU lines, which match every reply to its request. libmodbus is used only in the implementation.
 #pragma once
 
-#include <functional>
 #include <memory>
 #include <span>
 #include <string>
 
-#include "core/file.hpp"
 #include "drivers/line/line_address.hpp"
 #include "drivers/line/modbus.hpp"
 
@@ -44,10 +42,6 @@ class FrameConnection {
 
 /// Returns a connection to a real unit, using libmodbus.
 [[nodiscard]] std::unique_ptr<FrameConnection> make_modbus_connection(const TcpLine& line);
-/// Returns a connected, non-blocking socket.
-using Connect = std::function<Result<Descriptor>()>;
-/// Returns a connection over the socket that `connect` provides.
-[[nodiscard]] std::unique_ptr<FrameConnection> make_modbus_connection(Connect connect);
 
 /// Returns a Modbus RTU line over a serial port, or over a gateway that forwards RTU frames over TCP. An RTU frame does
 /// not identify its request, so answers are distinguished by time:

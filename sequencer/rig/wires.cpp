@@ -2,38 +2,66 @@
 #include "sequencer/rig/wires.hpp"
 
 #include <algorithm>
+#include <array>
+#include <functional>
 #include <utility>
 
 #include "core/clock.hpp"
 #include "drivers/chamber/text_registers.hpp"
+#include "drivers/line/modbus_frame.hpp"
 #include "drivers/line/modbus_lines.hpp"
 
 namespace gyrotherm::rig {
 namespace {
 
-/// A Modbus TCP connection to attended instruments, which answer before the connection is read.
-class AttendedConnection final : public drivers::FrameConnection {
+/// A Modbus TCP connection over a line in memory, whose instrument answers while the request is sent. Nothing arrives
+/// later, so no call waits.
+class LineConnection final : public drivers::FrameConnection {
  public:
-  /// `instruments` contains the far end and must outlive this object.
-  AttendedConnection(std::unique_ptr<drivers::FrameConnection> connection, simulator::VirtualInstruments& instruments)
-      : connection_(std::move(connection)), instruments_(instruments) {}
+  using OpenLine = std::function<std::unique_ptr<drivers::ByteStream>()>;
+  explicit LineConnection(OpenLine open_line) : open_line_(std::move(open_line)) {}
 
-  bool is_open() const override { return connection_->is_open(); }
-  Result<void> open(Duration within) override { return connection_->open(within); }
-  void close() override { connection_->close(); }
-  Result<void> send(std::span<const std::byte> frame) override {
-    auto sent = connection_->send(frame);
-    if (sent) instruments_.serve_clients();
-    return sent;
+  bool is_open() const override { return line_ != nullptr; }
+  Result<void> open(Duration) override {
+    line_ = open_line_();
+    return {};
   }
+  void close() override {
+    line_.reset();
+    received_ = 0;
+  }
+  Result<void> send(std::span<const std::byte> frame) override { return line_->write(frame, Duration::zero()); }
+
   Result<std::size_t> receive(std::span<std::byte> frame, Duration within) override {
-    return connection_->receive(frame, within);
+    while (true) {
+      const auto size = drivers::frame_length(std::span(bytes_).first(received_));
+      if (!size) return failure(size.error());
+      if (*size) return take(**size, frame);
+      if (auto more = read_more(within); !more) return failure(more.error());
+    }
   }
-  bool is_silent_for(Duration time) override { return connection_->is_silent_for(time); }
+  bool is_silent_for(Duration time) override { return line_ == nullptr || (received_ == 0 && !read_more(time)); }
 
  private:
-  std::unique_ptr<drivers::FrameConnection> connection_;
-  simulator::VirtualInstruments& instruments_;
+  /// Reads available bytes behind those already received.
+  [[nodiscard]] Result<void> read_more(Duration within) {
+    return line_->read(std::span(bytes_).subspan(received_), within).map([this](std::size_t size) {
+      received_ += size;
+    });
+  }
+  std::size_t take(std::size_t size, std::span<std::byte> frame) {
+    const auto end = bytes_.begin() + static_cast<std::ptrdiff_t>(size);
+    std::copy(bytes_.begin(), end, frame.begin());
+    std::copy(end, bytes_.begin() + static_cast<std::ptrdiff_t>(received_), bytes_.begin());
+    received_ -= size;
+    return size;
+  }
+
+  OpenLine open_line_;
+  std::unique_ptr<drivers::ByteStream> line_;
+  /// Received bytes that receive() has not returned. A frame has at most 260 bytes.
+  std::array<std::byte, 520> bytes_{};
+  std::size_t received_ = 0;
 };
 
 class AttendedWires final : public Wires {
@@ -82,9 +110,7 @@ class AttendedWires final : public Wires {
     const auto& link = map.link.modbus;
     if (link.framing != drivers::ModbusLink::Framing::tcp)
       return make_guarded_registers(make_modbus_rtu(instruments_->line(kind, index), kLineName, link), link);
-    auto modbus = std::make_unique<AttendedConnection>(
-        drivers::make_modbus_connection([this, kind, index] { return instruments_->connect(kind, index); }),
-        *instruments_);
+    auto modbus = std::make_unique<LineConnection>([this, kind, index] { return instruments_->line(kind, index); });
     return make_guarded_registers(make_modbus_tcp(std::move(modbus), kLineName, link), link);
   }
 

@@ -7,10 +7,8 @@
 #include <unistd.h>
 
 #include <array>
-#include <cassert>
 #include <cerrno>
 #include <cstdint>
-#include <iterator>
 #include <utility>
 
 namespace gyrotherm::simulator {
@@ -46,13 +44,6 @@ void ReplyServer::add(Pty line, MakeSession make_session) {
   lines_.emplace(descriptor, Line{std::move(line), std::move(make_session), nullptr});
 }
 
-void ReplyServer::add_client(Descriptor client, const MakeSession& make_session) {
-  assert(!thread_.joinable());
-  const int descriptor = client.number();
-  const std::scoped_lock lock(laboratory_guard_);
-  clients_.emplace(descriptor, Client{std::move(client), make_session(), nullptr});
-}
-
 void ReplyServer::start() {
   thread_ = std::thread([this] { run(); });
 }
@@ -67,12 +58,6 @@ void ReplyServer::watch(int descriptor) {
 void ReplyServer::run() {
   while (serve_once()) {
   }
-}
-
-void ReplyServer::serve_clients() {
-  assert(!thread_.joinable());
-  for (auto client = clients_.begin(); client != clients_.end();)
-    client = exchange(client->second) ? std::next(client) : clients_.erase(client);
 }
 
 bool ReplyServer::serve_once() {
@@ -96,7 +81,7 @@ void ReplyServer::admit(Listener& listener) {
   if (!socket.is_open() || listener.clients == kMaxClients) return;
   const int descriptor = socket.number();
   const std::scoped_lock lock(laboratory_guard_);
-  clients_.emplace(descriptor, Client{std::move(socket), listener.make_session(), &listener});
+  clients_.emplace(descriptor, Client{std::move(socket), listener.make_session(), listener});
   ++listener.clients;
   watch(descriptor);
 }
@@ -105,7 +90,7 @@ void ReplyServer::serve(int descriptor) {
   if (const auto line = lines_.find(descriptor); line != lines_.end()) return exchange(line->second);
   const auto found = clients_.find(descriptor);
   if (found == clients_.end() || exchange(found->second)) return;
-  --found->second.listener->clients;
+  --found->second.listener.clients;
   clients_.erase(found);
 }
 

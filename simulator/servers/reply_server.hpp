@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Serves instruments that answer requests, either on one thread for all their sockets or on the caller's thread.
+/// Serves instruments that answer requests, on one thread for all their sockets.
 #pragma once
 
 #include <cstddef>
@@ -29,12 +29,8 @@ class ReplyServer {
   /// Adds an instrument. Call before start().
   void add(Descriptor listener, MakeSession make_session);
   void add(Pty line, MakeSession make_session);
-  /// Adds a connected client to a server without a thread.
-  void add_client(Descriptor client, const MakeSession& make_session);
   /// Starts the thread of the server.
   void start();
-  /// Serves pending requests of adopted clients on the calling thread. The server must not have a thread.
-  void serve_clients();
 
  private:
   struct Listener {
@@ -45,8 +41,7 @@ class ReplyServer {
   struct Client {
     Descriptor socket;
     std::unique_ptr<Session> session;
-    /// Null for an adopted client, which only serve_clients() serves.
-    Listener* listener{};
+    Listener& listener;
   };
   struct Line {
     Pty pty;

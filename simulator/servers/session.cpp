@@ -69,14 +69,6 @@ Descriptor accept_client(const Descriptor& listener) {
   return client;
 }
 
-Result<std::pair<Descriptor, Descriptor>> make_socket_pair() {
-  std::array<int, 2> ends{};
-  if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0, ends.data()) != 0)
-    return failure(FaultKind::disconnected, "virtual instrument",
-                   "cannot create a socket pair: " + std::generic_category().message(errno));
-  return std::pair(Descriptor(ends[0]), Descriptor(ends[1]));
-}
-
 bool send_now(const Descriptor& client, std::span<const std::byte> bytes) {
   const auto sent = ::send(client.number(), bytes.data(), bytes.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
   return sent >= 0 && static_cast<std::size_t>(sent) == bytes.size();

@@ -62,8 +62,6 @@ inline constexpr std::string_view kBlanks = " \r\n";
 [[nodiscard]] Result<Descriptor> listen_on_loopback(std::uint16_t port);
 /// Returns the next waiting client, or a closed socket if there is none.
 [[nodiscard]] Descriptor accept_client(const Descriptor& listener);
-/// Returns the two ends of a connection within this process. Fails with disconnected.
-[[nodiscard]] Result<std::pair<Descriptor, Descriptor>> make_socket_pair();
 /// Sends all bytes without waiting. Returns false if the client has closed or is too slow.
 [[nodiscard]] bool send_now(const Descriptor& client, std::span<const std::byte> bytes);
 

@@ -128,22 +128,23 @@ TEST_F(VirtualInstrumentsTest, CloseGyroLineWithoutReaderAndSendOnNewOne) {
   EXPECT_EQ(received_on(*gyro).size(), 16U);
 }
 
-TEST_F(VirtualInstrumentsTest, AnswerForChamberOnConnectionWhenAttended) {
+TEST_F(VirtualInstrumentsTest, AnswerForChamberOnLineWhenAttended) {
   const auto attended = VirtualInstruments::start(VirtualLaboratory(laboratory_of_rig("virtual"), {}),
                                                   {.chamber = map, .thermometers = {}, .gyros = {}, .attended = true})
                             .value();
-  const auto chamber = attended->connect(InstrumentKind::chamber).value();
+  const auto chamber = attended->line(InstrumentKind::chamber);
   const auto& found = *map.find("air_temperature");
   const drivers::ModbusRequest request{
       1, map.link.modbus.unit, drivers::ModbusFunction::read_holding, found.address, word_count(found.type), {}};
   const auto question = encode_request(request);
   std::array<std::byte, 260> answer{};
-  ASSERT_EQ(::write(chamber.number(), question.data(), question.size()), std::ssize(question));
-  EXPECT_EQ(::read(chamber.number(), answer.data(), answer.size()), -1) << "not yet";
-  attended->serve_clients();
-  const auto size = ::read(chamber.number(), answer.data(), answer.size());
-  ASSERT_GT(size, 0);
-  EXPECT_TRUE(decode_answer(request, std::span(answer).first(static_cast<std::size_t>(size))));
+  for (const std::byte byte : question) {
+    EXPECT_FALSE(chamber->read(answer, {})) << "not yet";
+    ASSERT_TRUE(chamber->write(std::span(&byte, 1), {}));
+  }
+  const auto size = chamber->read(answer, {});
+  ASSERT_TRUE(size);
+  EXPECT_TRUE(decode_answer(request, std::span(answer).first(*size)));
 }
 
 TEST_F(VirtualInstrumentsTest, SendOneFramePerSecondToEveryGyroClient) {

@@ -59,11 +59,17 @@ void Console::never_wait() {
 /// Removes control characters: text from instruments and files must not control the terminal.
 void Console::write_message(const std::string& message) {
   const auto text = plain(message, Blanks::kept);
+  const std::scoped_lock lock(err_guard_);
   err_.write_lines([&](std::size_t dropped) {
     return dropped == 0
                ? text
                : fmt::format("({} messages were dropped because the terminal was too slow)\n{}", dropped, text);
   });
+}
+
+void Console::draw(std::vector<std::string> lines) {
+  const std::scoped_lock lock(err_guard_);
+  err_.draw(std::move(lines));
 }
 
 void Console::print_message(std::string_view message) {
@@ -98,7 +104,7 @@ std::optional<std::string> Console::ask(std::string_view question) {
 }
 
 void Console::progress(std::string_view stage, double fraction) {
-  if (quiet) return;
+  if (quiet || is_in_background()) return;
   const auto now = steady_clock::now();
   const bool new_stage = stage != stage_;
   if (new_stage) {
@@ -112,13 +118,13 @@ void Console::progress(std::string_view stage, double fraction) {
   auto line = fmt::format("{}: {:3.0f} %{}", stage_, 100 * std::clamp(fraction, 0.0, 1.0),
                           format_time_left(fraction, now - stage_began_));
   if (redraws_)
-    err_.draw({std::move(line)});
+    draw({std::move(line)});
   else
     write_message(line + "\n");
 }
 
 void Console::panel(const std::function<std::vector<std::string>()>& lines, bool at_once) {
-  if (quiet) return;
+  if (quiet || is_in_background()) return;
   const auto now = steady_clock::now();
   const auto interval = redraws_ ? std::chrono::milliseconds(100) : kPlainPanelInterval;
   if (!(at_once && !redraws_) && now - last_shown_ < interval) return;
@@ -129,7 +135,7 @@ void Console::panel(const std::function<std::vector<std::string>()>& lines, bool
   // Lines that have scrolled off the top cannot be redrawn.
   if (shown.size() >= rows) shown.resize(std::max<std::size_t>(rows, 2) - 1);
   for (auto& line : shown) line = truncate_line(plain(line), columns);
-  err_.draw(std::move(shown));
+  draw(std::move(shown));
 }
 
 ProgressSink Console::sink() {

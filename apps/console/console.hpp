@@ -4,9 +4,11 @@
 
 #include <chrono>
 #include <functional>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <thread>
 #include <vector>
 
 #include "apps/console/outlet.hpp"
@@ -14,7 +16,9 @@
 
 namespace gyrotherm::app {
 
-/// All functions are called from the main thread.
+/// print_message() and print_detail() may be called from any thread. progress() and panel() have no effect on a thread
+/// other than the one that made the console, because a terminal has room for one display. All other functions are
+/// called from that thread.
 class Console {
  public:
   Console();
@@ -63,7 +67,11 @@ class Console {
 
  private:
   void write_message(const std::string& message);
+  void draw(std::vector<std::string> lines);
+  [[nodiscard]] bool is_in_background() const { return std::this_thread::get_id() != owner_; }
 
+  std::thread::id owner_ = std::this_thread::get_id();
+  std::mutex err_guard_;
   Outlet out_, err_;
   bool redraws_;  ///< stderr is a capable terminal
   std::string stage_;

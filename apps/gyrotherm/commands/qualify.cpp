@@ -4,10 +4,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <charconv>
 #include <chrono>
 #include <filesystem>
+#include <functional>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -29,6 +32,7 @@
 #include "apps/gyrotherm/run/unit_identification.hpp"
 #include "core/file.hpp"
 #include "core/json.hpp"
+#include "core/process.hpp"
 #include "report/report.hpp"
 #include "sequencer/rig/unit_serials.hpp"
 #include "simulator/virtual_laboratory.hpp"
@@ -362,6 +366,40 @@ Result<Exit> qualify_lot(Console& console, const QualifyArguments& options, cons
   return overall_verdict(*summary) == "FAIL" ? Exit::outside_limits : Exit::done;
 }
 
+/// Returns the number of runs to record at the same time. Runs on a real rig share its chamber. With --json, each run
+/// prints facts that do not name it.
+std::size_t parallel_runs(const Console& console, const QualifyArguments& options, const rig::RigFile& rig) {
+  if (!rig.simulated || console.json) return 1;
+  return options.training.threads > 0 ? static_cast<std::size_t>(options.training.threads)
+                                      : std::max(1U, std::thread::hardware_concurrency());
+}
+
+/// Calls `work` for all runs, on up to `threads` threads that include the calling one. Begins no further run after a
+/// fault, and returns the fault of the first run that has one.
+Result<void> for_each_run(const std::vector<Run*>& runs, std::size_t threads,
+                          const std::function<Result<void>(Run&)>& work) {
+  std::vector<Result<void>> results(runs.size());
+  std::atomic<std::size_t> next = 0;
+  std::atomic<bool> failed = false;
+  const auto work_until_done = [&] {
+    for (auto k = next++; k < runs.size() && !failed; k = next++) {
+      results[k] = work(*runs[k]);
+      if (!results[k]) failed = true;
+    }
+  };
+  {
+    std::vector<std::jthread> others;
+    for (std::size_t i = 1; i < std::min(threads, runs.size()); ++i)
+      others.emplace_back([&] {
+        block_signals();
+        work_until_done();
+      });
+    work_until_done();
+  }
+  const auto first = std::ranges::find_if(results, [](const Result<void>& result) { return !result; });
+  return first == results.end() ? Result<void>() : *first;
+}
+
 /// Records the missing runs and reads all runs. Reads only one unit if all axes of `only` belong to it.
 Result<void> record_and_load(Console& console, const QualifyArguments& options, const rig::RigFile& rig,
                              const std::vector<data::AxisChoice>& only, KnownDigests& digests, Runs& runs,
@@ -369,16 +407,15 @@ Result<void> record_and_load(Console& console, const QualifyArguments& options, 
   std::vector<Run*> all{&runs.rate, &runs.random};
   for (Run& run : runs.later)
     if (!is_existing_record(run)) all.push_back(&run);
-  for (Run* run : all) {
-    timings.begin("record " + run->stage);
-    const StartOptions start{.seed = options.training.seed, .days_later = run->days_later};
-    if (auto recorded = record_run(console, *run, rig, start); !recorded) return recorded;
-  }
+  const std::size_t threads = parallel_runs(console, options, rig);
+  timings.begin(fmt::format("record {} runs", all.size()));
+  const auto recorded = for_each_run(all, threads, [&](Run& run) {
+    return record_run(console, run, rig, {.seed = options.training.seed, .days_later = run.days_later});
+  });
+  if (!recorded) return recorded;
   watch_for_interrupts(SecondInterrupt::ends);  // no chamber is driven any more
   timings.begin("read records");
-  for (Run* run : all)
-    if (auto loaded = load_rows(console, *run, digests, common_unit(only)); !loaded) return loaded;
-  return {};
+  return for_each_run(all, threads, [&](Run& run) { return load_rows(console, run, digests, common_unit(only)); });
 }
 
 Result<Runs> plan_runs(const QualifyArguments& options, const rig::RigFile& rig) {

@@ -49,11 +49,17 @@ KnownDigests::KnownDigests(const std::string& folder, std::string program_versio
     entries_ = std::move(file.records);
 }
 
+bool KnownDigests::is_empty() const {
+  const std::scoped_lock lock(guard_);
+  return entries_.empty();
+}
+
 Result<std::optional<std::string>> KnownDigests::find_rows(const std::string& record_path) const {
-  if (entries_.empty()) return std::nullopt;
+  if (is_empty()) return std::nullopt;
   const auto manifest = record::check_manifest(record_path);
   if (!manifest) return failure(manifest.error());
   if (!*manifest) return std::nullopt;
+  const std::scoped_lock lock(guard_);
   const auto found = std::ranges::find(entries_, to_entries(**manifest), &Entry::files);
   return found == entries_.end() ? std::nullopt : std::optional(found->rows);
 }
@@ -63,6 +69,7 @@ Result<void> KnownDigests::store_rows(const std::string& record_path, const std:
   if (!manifest) return failure(manifest.error());
   if (!*manifest) return {};
   const auto files = to_entries(**manifest);
+  const std::scoped_lock lock(guard_);
   std::erase_if(entries_, [&](const Entry& entry) { return entry.files == files; });
   entries_.push_back({files, rows});
   return replace_text_file(

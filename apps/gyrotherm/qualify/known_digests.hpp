@@ -3,6 +3,7 @@
 /// or the training of a single axis, from reading every row of every unit.
 #pragma once
 
+#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
@@ -11,7 +12,8 @@
 
 namespace gyrotherm::app {
 
-/// Caches the digests of verified records in FOLDER/digests.json, so unchanged records are not read again.
+/// Caches the digests of verified records in FOLDER/digests.json, so unchanged records are not read again. The
+/// functions may be called from any thread.
 class KnownDigests {
  public:
   /// Reads the digests that this version of the program stored in the folder. Starts empty if the file is missing or
@@ -32,7 +34,10 @@ class KnownDigests {
   };
 
  private:
+  [[nodiscard]] bool is_empty() const;
+
   std::string path_, program_version_;
+  mutable std::mutex guard_;  ///< guards entries_ and the file
   std::vector<Entry> entries_;
 };
 

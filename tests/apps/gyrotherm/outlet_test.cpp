@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdlib>
+#include <thread>
 
 #include "apps/console/console.hpp"
 #include "core/deadline.hpp"
@@ -173,6 +174,46 @@ TEST(Console, DoesNotRedrawDumbTerminal) {
     console.progress("stage", 0.5);
     EXPECT_EQ(terminal.shown().find('\033'), std::string::npos) << kind;
   }
+}
+
+TEST(Console, IgnoresProgressAndPanelOfOtherThreads) {
+  const SmallTerminal terminal(24, "xterm");
+  Console console;
+  std::jthread([&] {
+    console.progress("background", 0.5);
+    console.panel(ten_lines, true);
+    console.print_message("a message");
+  }).join();
+  console.progress("foreground", 0.5);
+  const auto shown = terminal.shown();
+  EXPECT_EQ(shown.find("background"), std::string::npos) << shown;
+  EXPECT_EQ(shown.find("line 0"), std::string::npos) << shown;
+  EXPECT_NE(shown.find("a message"), std::string::npos) << shown;
+  EXPECT_NE(shown.find("foreground"), std::string::npos) << shown;
+}
+
+TEST(Console, PrintsWholeMessagesOfSeveralThreads) {
+  constexpr int kThreads = 4, kMessages = 100;
+  std::string shown;
+  {
+    const SmallTerminal terminal(24, "xterm");
+    Console console;
+    std::vector<std::jthread> threads;
+    for (int thread = 0; thread < kThreads; ++thread)
+      threads.emplace_back([&console, thread] {
+        for (int i = 0; i < kMessages; ++i) console.print_message(fmt::format("<{}.{}>", thread, i));
+      });
+    std::jthread reader([&] { shown = terminal.shown(); });
+    for (int i = 0; i < kMessages; ++i) console.panel(ten_lines, true);
+    threads.clear();
+    reader.join();
+    shown += terminal.shown();
+  }
+  for (int thread = 0; thread < kThreads; ++thread)
+    for (int i = 0; i < kMessages; ++i) {
+      const auto message = fmt::format("<{}.{}>", thread, i);
+      EXPECT_NE(shown.find(message), std::string::npos) << message;
+    }
 }
 
 }  // namespace

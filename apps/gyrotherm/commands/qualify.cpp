@@ -511,7 +511,9 @@ void add_qualify(Program& program) {
                   "seed of the virtual gyro, its noise and the swarm; 0: the gyro of the file")
       ->check(not_negative());
   add_days_later_option(command, options.days_later);
-  command.add_option("--threads", options.training.threads, "training threads; 0: all; the result is the same")
+  command
+      .add_option("--threads", options.training.threads,
+                  "threads of virtual runs and of the training; 0: all; the result is the same")
       ->check(not_negative());
   command.add_flag("--compare", options.compare, "also train all other methods, and compare them in the report");
   command

@@ -18,10 +18,10 @@ std::ptrdiff_t count_descriptors() {
 
 class WiresToVirtualRig : public testing::Test {
  protected:
-  /// Connects to the chamber as a unit with this number and reads its air temperature.
-  [[nodiscard]] Result<std::vector<std::uint16_t>> read_air_as(std::uint8_t unit) {
+  /// Connects to the chamber as to a unit with this number and reads its air temperature.
+  [[nodiscard]] Result<std::vector<std::uint16_t>> read_air_as(std::uint8_t number) {
     drivers::RegisterMap map = file.chamber_map;
-    map.link.modbus.unit = unit;
+    map.link.modbus.unit = number;
     return wires->chamber(map)->read(drivers::ReadFunction::holding_registers, air.address, word_count(air.type));
   }
 

@@ -30,10 +30,10 @@ inline constexpr std::size_t kFewestForRecords = 3;
 
 inline constexpr int kDefaultBlocks = 4;
 
-/// Length of a block of a record with several power-ons. With a guard on both sides, each fold leaves out about 2.5 h.
+/// Length of a block of a record with several power-ons. With a guard on both sides, each fold leaves out about 1.5 h.
 /// Such a record is short, and has each condition only two or three times; a fold that leaves out a quarter of it would
 /// measure an extrapolation that no use needs. Every fold learns from at least one power-on.
-inline constexpr double kShortBlockMinutes = 75;
+inline constexpr double kShortBlockMinutes = 45;
 
 /// Default guard around blocks. The slowest time constant of the gyro in the reference simulation is 46 min. After a
 /// fit that is linear in all temperatures, the residual of its ramp run is uncorrelated after 42 min.

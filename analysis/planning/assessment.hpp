@@ -33,11 +33,11 @@ struct AssessmentOptions {
 /// enter both models, so a prior of another type has a large uncertainty and is not used. The temperatures of the
 /// mission and of the blocks are predicted by fit_response().
 ///
-/// After a block, the function has the covariance Σ − ΣΦᵀ(s²I + ΦΣΦᵀ)⁻¹ΦΣ, with Φ the features of the block and s² the
-/// residual variance, enlarged for correlation (linear-Gaussian update; Rasmussen and Williams, Gaussian Processes for
-/// Machine Learning (2006), eq. 2.8). Half of the variance of the model form is expected to decrease with the mean of
-/// φᵀΣφ over the mission, since an error of the form itself stays. The trained range grows by that of the block, and
-/// each new power-on lowers the turn-on row.
+/// After a block, the function has the covariance (Σ⁻¹ + ΦᵀΦ/s²)⁻¹, with Φ the features of the block and s² the
+/// residual variance, enlarged for correlation (Rasmussen and Williams, Gaussian Processes for Machine Learning (2006),
+/// eq. 2.8). Half of the variance of the model form is expected to decrease with the mean of φᵀΣφ over the mission,
+/// since an error of the form itself stays. The trained range grows by that of the block, and each new power-on lowers
+/// the turn-on row.
 ///
 /// The same inputs give the same numbers on every machine. Fails with usage if the record lacks an input or the prior
 /// cannot be read, or with interrupted.

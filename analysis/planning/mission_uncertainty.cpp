@@ -2,6 +2,7 @@
 #include "analysis/planning/mission_uncertainty.hpp"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -23,14 +24,16 @@ Result<Eigen::VectorXd> open_variance(const model::Model& model, const data::Sam
   });
 }
 
-/// Returns the covariance of a plane's coefficients after observations of its features with the given variance.
+/// Returns the covariance Σ of a plane's coefficients after observations of its features Φ with the given variance:
+/// R(I + RᵀΦᵀΦR/s²)⁻¹Rᵀ with Σ = RRᵀ, which has the size of the coefficients and never needs the inverse of Σ.
 Eigen::MatrixXd update_covariance(const Eigen::MatrixXd& covariance, const Eigen::MatrixXd& features, double variance) {
   if (features.rows() == 0) return covariance;
-  const Eigen::MatrixXd shared = features * covariance;
-  Eigen::MatrixXd observed = shared * features.transpose();
-  observed.diagonal().array() += variance;
-  const Eigen::LLT<Eigen::MatrixXd> root(observed);
-  return covariance - shared.transpose() * root.solve(shared);
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(covariance);
+  const Eigen::MatrixXd root = eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal();
+  const Eigen::MatrixXd seen = features * root;
+  Eigen::MatrixXd information = seen.transpose() * seen / variance;
+  information.diagonal().array() += 1;
+  return root * information.llt().solve(root.transpose());
 }
 
 }  // namespace
@@ -60,21 +63,28 @@ Result<double> mission_uncertainty(const model::Model& model, const data::Cluste
   return combined(rows).coverage_factor * std::sqrt(variance(known).mean());
 }
 
+Result<void> add_clusters(model::Model& model, const data::Clusters& clusters) {
+  assert(model.variance && std::holds_alternative<methods::LinearModel>(model.function));
+  const auto inputs = evaluate(model.terms, clusters);
+  if (!inputs) return failure(inputs.error());
+  const std::vector<Eigen::Index> rows = data::finite_rows(*inputs);
+  if (rows.empty()) return {};
+  const data::SampleMatrix known = (*inputs)(rows, Eigen::all);
+  model.input_min = model.input_min.cwiseMin(known.colwise().minCoeff());
+  model.input_max = model.input_max.cwiseMax(known.colwise().maxCoeff());
+  const double variance = std::pow(model.variance->noise, 2) * correlation_factor(model);
+  model.variance->posterior = update_covariance(
+      model.variance->posterior, compute_features(*model.variance, apply(model.scaling, known)), variance);
+  return {};
+}
+
 Result<model::Model> expected_after(const model::Model& model, const data::Clusters& mission,
                                     const data::Clusters& further, int further_power_ons) {
-  assert(model.uncertainty && model.variance && std::holds_alternative<methods::LinearModel>(model.function));
-  const auto on_mission = evaluate(model.terms, mission), added = evaluate(model.terms, further);
-  if (!on_mission || !added) return failure(on_mission ? added.error() : on_mission.error());
-  const std::vector<Eigen::Index> rows = data::finite_rows(*added);
+  assert(model.uncertainty);
+  const auto on_mission = evaluate(model.terms, mission);
+  if (!on_mission) return failure(on_mission.error());
   model::Model after = model;
-  if (!rows.empty()) {
-    const data::SampleMatrix known = (*added)(rows, Eigen::all);
-    after.input_min = after.input_min.cwiseMin(known.colwise().minCoeff());
-    after.input_max = after.input_max.cwiseMax(known.colwise().maxCoeff());
-    const double variance = std::pow(model.variance->noise, 2) * correlation_factor(model);
-    after.variance->posterior = update_covariance(
-        model.variance->posterior, compute_features(*model.variance, apply(model.scaling, known)), variance);
-  }
+  if (const auto added = add_clusters(after, further); !added) return failure(added.error());
   const auto before_open = open_variance(model, *on_mission), after_open = open_variance(after, *on_mission);
   if (!before_open || !after_open) return failure(before_open ? after_open.error() : before_open.error());
   const std::vector<Eigen::Index> seen = data::finite_rows(*before_open);

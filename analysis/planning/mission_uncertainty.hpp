@@ -14,6 +14,11 @@ namespace gyrotherm::planning {
 /// thermometer.
 [[nodiscard]] Result<double> mission_uncertainty(const model::Model& model, const data::Clusters& mission);
 
+/// Adds clusters to the trained range of a model and to the covariance of its coefficients, as if they had been
+/// recorded. The function must be linear and have a predictive variance. Fails with usage if the clusters lack a
+/// thermometer.
+[[nodiscard]] Result<void> add_clusters(model::Model& model, const data::Clusters& clusters);
+
 /// Returns the model as it is expected to be after `further` clusters with `further_power_ons` new power-ons, for
 /// mission_uncertainty(); see assess(). Only range, variance and budget change. The function must be linear. Fails with
 /// usage if the clusters lack a thermometer.

@@ -49,13 +49,15 @@ std::optional<BlockTimes> block_times(const profile::Profile& profile, const pro
                     .closing = profile::total_time(closing->segments)};
 }
 
-bool lowers(const record::BlockNumbers& block, const std::optional<double>& u_now) {
-  if (!block.u_after_deg_per_h) return false;
+bool lowers(const record::BlockNumbers& block, const std::optional<double>& u_now, bool is_record_short) {
+  if (!block.u_after_deg_per_h) return is_record_short && !u_now;
   return !u_now || *u_now - *block.u_after_deg_per_h > kLeastGain * *u_now;
 }
 
-/// Returns the rank of a block: the decrease of U per hour. While U is unknown, a lower U has a higher rank.
+/// Returns the rank of a block: the decrease of U per hour. While U is unknown, a lower U has a higher rank, and all
+/// blocks with an unknown U have the lowest.
 double rank_block(const record::BlockNumbers& block, const std::optional<double>& u_now, double hours) {
+  if (!block.u_after_deg_per_h) return std::numeric_limits<double>::lowest();
   return u_now ? (*u_now - *block.u_after_deg_per_h) / hours : -*block.u_after_deg_per_h;
 }
 
@@ -80,7 +82,7 @@ record::Decision decide(const profile::Profile& profile, const DecisionInputs& i
     block.fits = times && inputs.hold_left + times->block + times->closing <= left;
     if (times) block.hours = rounded_hours(times->block);
     any_fits = any_fits || block.fits;
-    const bool is_useful = lowers(block, decision.u_now_deg_per_h);
+    const bool is_useful = lowers(block, decision.u_now_deg_per_h, inputs.is_record_short);
     another_lowers = another_lowers || (is_useful && !block.fits);
     if (!is_useful || !block.fits) continue;
     const auto rank = rank_block(block, decision.u_now_deg_per_h, to_seconds(times->block) / 3600);

@@ -30,6 +30,8 @@ struct DecisionInputs {
   /// Duration of the run so far, and of the rest of its last hold.
   Duration used{};
   Duration hold_left{};
+  /// The record is too short for a model, so the run continues with the first block that fits.
+  bool is_record_short{};
 };
 
 /// Decides how a run continues at the end of its profile. Uncertainties are rounded to three significant digits before
@@ -38,7 +40,7 @@ struct DecisionInputs {
 /// 1. The run ends if U is at most the target.
 /// 2. Among the blocks that fit into the remaining time with the closing segments and lower U by more than kLeastGain,
 ///    the block with the greatest decrease of U per hour is chosen; of equal ones the first. While U is unknown, the
-///    block with the lowest U after it is chosen.
+///    block with the lowest U after it is chosen, or the first block if the record is still too short for a model.
 /// 3. Without such a block the run ends: the time is up if a block that does not fit would lower U, or if no block
 ///    fits; otherwise U cannot be met.
 ///

@@ -187,7 +187,7 @@ void add_train(Program& program) {
                   "kind of fold: cycles, starts (power-ons), records (whole records), programs (all records of a "
                   "profile), blocks[:N] (N consecutive blocks, default 4) or auto (default). auto uses records if "
                   "there are three or more and none has cycles; otherwise cycles, with a record without cycles divided "
-                  "into blocks: 4, or blocks of 75 min if it has several power-ons")
+                  "into blocks: 4, or blocks of 45 min if it has several power-ons")
       ->type_name("FOLDS");
   command
       .add_option("--choose", options.choose,

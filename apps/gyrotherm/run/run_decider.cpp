@@ -121,12 +121,14 @@ void RunDecider::begin_assessment(const run::RunController& run_controller) {
 
 Result<void> RunDecider::carry_out(run::RunController& run_controller, Console& console, const AssessedRun& assessed) {
   const auto& profile = run_controller.profile();
-  const auto decision = run::decide(profile, {.number = last_ ? last_->number + 1 : 1,
-                                              .target_deg_per_h = history_.info.goal->u_deg_per_h,
-                                              .u_now_deg_per_h = assessed.u_now_deg_per_h,
-                                              .u_after_deg_per_h = assessed.u_after_deg_per_h,
-                                              .used = kSecond * run_controller.next_slot(),
-                                              .hold_left = time_left(profile, run_controller.state())});
+  const auto decision =
+      run::decide(profile, {.number = last_ ? last_->number + 1 : 1,
+                            .target_deg_per_h = history_.info.goal->u_deg_per_h,
+                            .u_now_deg_per_h = assessed.u_now_deg_per_h,
+                            .u_after_deg_per_h = assessed.u_after_deg_per_h,
+                            .used = kSecond * run_controller.next_slot(),
+                            .hold_left = time_left(profile, run_controller.state()),
+                            .is_record_short = assessed.trouble.empty() && !std::isfinite(assessed.u_now_deg_per_h)});
   if (!assessed.trouble.empty())
     run_controller.note(EventKind::fault, "the uncertainty cannot be computed: " + assessed.trouble);
   const auto first = history_.info.segments.size();

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "analysis/population/type_prior.hpp"
 #include "core/file.hpp"
 #include "core/shipped.hpp"
 #include "sequencer/profile/released_blocks.hpp"
@@ -46,7 +47,8 @@ Result<std::string> read_mission(const profile::Until& until, const std::string&
   return mission;
 }
 
-/// Reads the prior only as text; the assessment checks its content.
+/// Reads a type prior and returns its text. Fails if it is not one, since the run would find out only at its first
+/// decision.
 Result<std::string> read_prior(const profile::Until& until, const std::string& profile_path) {
   if (until.prior.empty()) return std::string();
   const auto beside = std::filesystem::path(until.prior).is_absolute()
@@ -54,6 +56,7 @@ Result<std::string> read_prior(const profile::Until& until, const std::string& p
                           : (std::filesystem::path(parent_folder(profile_path)) / until.prior).string();
   auto prior = read_text_file(beside, kLargestTable);
   if (!prior) return failure(FaultKind::bad_file, until.place, fmt::format("\"prior\": {}", text(prior.error())));
+  if (const auto parsed = population::type_prior_from_json(*prior, beside); !parsed) return failure(parsed.error());
   return prior;
 }
 

@@ -233,7 +233,7 @@ TEST(Folds, AreShortBlocksForSeveralPowerOns) {
   record.power_on.tail(20).setOnes();
   const auto plan = plan_folds({record});
   ASSERT_TRUE(plan);
-  EXPECT_EQ(plan->statement, "12 consecutive blocks with a guard of 36.7 min");
+  EXPECT_EQ(plan->statement, "20 consecutive blocks with a guard of 21.7 min");
   for (const Fold& fold : plan->folds) EXPECT_GT(count_power_ons(pick_clusters(record, fold.training)), 0);
   expect_each_held_out_once(*plan, 540);
   EXPECT_EQ(plan_folds({record}, *parse_folds("blocks"))->folds.size(), 4u) << "as requested";

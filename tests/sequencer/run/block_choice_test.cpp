@@ -124,6 +124,18 @@ TEST(BlockChoice, ChoosesLowestUncertaintyWhileNoneIsKnown) {
 }
 
 /// The time of a block depends on the set point where it begins, and so does that of the closing after it.
+TEST(BlockChoice, TakesFirstBlockThatFitsWhileRecordIsShort) {
+  auto of_short = inputs(kUnknown, {kUnknown, kUnknown, kUnknown});
+  of_short.is_record_short = true;
+  EXPECT_EQ(decide(three_blocks(), of_short).block, "short");
+  EXPECT_FALSE(decide(three_blocks(), of_short).u_expected_deg_per_h);
+  of_short.used = minutes(600);
+  EXPECT_EQ(decide(three_blocks(), of_short).end, kTimeIsUp);
+  of_short.used = minutes(60);
+  of_short.u_after_deg_per_h = {kUnknown, 0.3, kUnknown};
+  EXPECT_EQ(decide(three_blocks(), of_short).block, "long") << "a known uncertainty";
+}
+
 TEST(BlockChoice, CountsTimesFromPresentSetPoint) {
   auto profile = three_blocks();
   ASSERT_TRUE(add_block(profile, "short"));

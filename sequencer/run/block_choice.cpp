@@ -10,6 +10,7 @@
 #include <limits>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "sequencer/profile/released_blocks.hpp"
 
@@ -49,16 +50,12 @@ std::optional<BlockTimes> block_times(const profile::Profile& profile, const pro
                     .closing = profile::total_time(closing->segments)};
 }
 
-bool lowers(const record::BlockNumbers& block, const std::optional<double>& u_now, bool is_record_short) {
-  if (!block.u_after_deg_per_h) return is_record_short && !u_now;
-  return !u_now || *u_now - *block.u_after_deg_per_h > kLeastGain * *u_now;
-}
-
-/// Returns the rank of a block: the decrease of U per hour. While U is unknown, a lower U has a higher rank, and all
-/// blocks with an unknown U have the lowest.
-double rank_block(const record::BlockNumbers& block, const std::optional<double>& u_now, double hours) {
-  if (!block.u_after_deg_per_h) return std::numeric_limits<double>::lowest();
-  return u_now ? (*u_now - *block.u_after_deg_per_h) / hours : -*block.u_after_deg_per_h;
+/// Returns the rank of a block: the decrease of U per hour, or 0 if it does not lower U. While U is unknown, a lower U
+/// has a higher rank; if the record is too short for a model, a block with an unknown U has the lowest rank above 0.
+double rank_block(double u_now, double u_after, double hours, bool is_record_short) {
+  if (!std::isfinite(u_after)) return is_record_short && !std::isfinite(u_now) ? std::numeric_limits<double>::min() : 0;
+  if (!std::isfinite(u_now)) return 1 / u_after;
+  return u_now - u_after > kLeastGain * u_now ? (u_now - u_after) / hours : 0;
 }
 
 }  // namespace
@@ -72,8 +69,7 @@ record::Decision decide(const profile::Profile& profile, const DecisionInputs& i
                             .u_now_deg_per_h = rounded_u(inputs.u_now_deg_per_h),
                             .hours_used = rounded_hours(inputs.used),
                             .hours_left = rounded_hours(std::max(left, Duration{}))};
-  std::optional<std::size_t> best;
-  double best_rank{};
+  std::vector<double> ranks;  // of the blocks that fit
   bool any_fits = false, another_lowers = false;
   for (std::size_t i = 0; i < until.blocks.size(); ++i) {
     const auto times = block_times(profile, until.blocks[i]);
@@ -81,20 +77,20 @@ record::Decision decide(const profile::Profile& profile, const DecisionInputs& i
     block.u_after_deg_per_h = rounded_u(inputs.u_after_deg_per_h[i]);
     block.fits = times && inputs.hold_left + times->block + times->closing <= left;
     if (times) block.hours = rounded_hours(times->block);
+    const auto rank = rank_block(inputs.u_now_deg_per_h, inputs.u_after_deg_per_h[i],
+                                 times ? to_seconds(times->block) / 3600 : 1, inputs.is_record_short);
     any_fits = any_fits || block.fits;
-    const bool is_useful = lowers(block, decision.u_now_deg_per_h, inputs.is_record_short);
-    another_lowers = another_lowers || (is_useful && !block.fits);
-    if (!is_useful || !block.fits) continue;
-    const auto rank = rank_block(block, decision.u_now_deg_per_h, to_seconds(times->block) / 3600);
-    if (best && rank <= best_rank) continue;
-    best = i;
-    best_rank = rank;
+    another_lowers = another_lowers || (rank > 0 && !block.fits);
+    ranks.push_back(block.fits ? rank : 0);
   }
+  const auto best = *std::ranges::max_element(ranks);
+  const auto chosen = std::ranges::find_if(ranks, [&](double rank) { return rank >= kEqualShare * best; });
   if (decision.u_now_deg_per_h && *decision.u_now_deg_per_h <= inputs.target_deg_per_h) {
     decision.end = kMet;
-  } else if (best) {
-    decision.block = until.blocks[*best].name;
-    decision.u_expected_deg_per_h = decision.blocks[*best].u_after_deg_per_h;
+  } else if (best > 0) {
+    const auto& block = decision.blocks[static_cast<std::size_t>(chosen - ranks.begin())];
+    decision.block = block.block;
+    decision.u_expected_deg_per_h = block.u_after_deg_per_h;
   } else {
     decision.end = another_lowers || !any_fits ? kTimeIsUp : kCannotBeMet;
   }

@@ -17,6 +17,9 @@ inline constexpr Duration kDecisionTime = std::chrono::seconds(200);
 /// A block lowers the uncertainty only if it lowers it by more than this fraction.
 inline constexpr double kLeastGain = 0.005;
 
+/// Blocks whose decrease per hour is at least this fraction of the greatest are equal.
+inline constexpr double kEqualShare = 0.9;
+
 /// The reasons for the end of a run.
 inline constexpr const char *kMet = "U is met", *kCannotBeMet = "U cannot be met", *kTimeIsUp = "the time is up";
 
@@ -34,17 +37,19 @@ struct DecisionInputs {
   bool is_record_short{};
 };
 
-/// Decides how a run continues at the end of its profile. Uncertainties are rounded to three significant digits before
-/// they are compared, so that a resumed run with slightly other noise decides alike.
+/// Decides how a run continues at the end of its profile.
 ///
-/// 1. The run ends if U is at most the target.
-/// 2. Among the blocks that fit into the remaining time with the closing segments and lower U by more than kLeastGain,
-///    the block with the greatest decrease of U per hour is chosen; of equal ones the first. While U is unknown, the
-///    block with the lowest U after it is chosen, or the first block if the record is still too short for a model.
+/// 1. The run ends if U, rounded to three significant digits, is at most the target.
+/// 2. A block is useful if it fits into the remaining time with the closing segments and lowers U by more than
+///    kLeastGain. The useful block with the greatest decrease of U per hour is chosen, or the first one that is equal
+///    to it (kEqualShare). While U is unknown, the block with the lowest U after it is chosen in the same way, or
+///    the first block if the record is still too short for a model.
 /// 3. Without such a block the run ends: the time is up if a block that does not fit would lower U, or if no block
 ///    fits; otherwise U cannot be met.
 ///
-/// The profile must be open. `u_after_deg_per_h` must have one value per released block.
+/// Equal blocks are chosen by their order, so a resumed run with slightly other noise decides alike. The decision
+/// contains the uncertainties with three significant digits. The profile must be open. `u_after_deg_per_h` must have
+/// one value per released block.
 [[nodiscard]] record::Decision decide(const profile::Profile& profile, const DecisionInputs& inputs);
 
 }  // namespace gyrotherm::run

@@ -14,9 +14,6 @@
 namespace gyrotherm::app {
 namespace {
 
-using std::chrono::minutes;
-using std::chrono::seconds;
-
 const std::string kBenchProfile =
     "[[segment]]\nkind = \"hold\"\nat = 20\ntime = \"10 min\"\n[until]\nu_deg_per_h = 0.01\nmission = \"m\"\n"
     "longest = \"2 h\"\n[[until.block]]\nname = \"hot\"\n[[until.block.segment]]\nkind = \"ramp\"\nto = 30\nrate = 5\n"
@@ -35,11 +32,9 @@ record::Record empty_history() {
   return history;
 }
 
-Console quiet_console() {
-  Console console;
-  console.quiet = true;
-  return console;
-}
+struct QuietConsole : Console {
+  QuietConsole() { quiet = true; }
+};
 
 /// Runs until a decision has been carried out. Returns the number of seconds.
 int run_until_decided(tests::Bench& bench, RunDecider& decider, Console& console) {
@@ -63,7 +58,7 @@ TEST(RunDecider, EndsRunWhoseUncertaintyCannotBeComputed) {
   for (const bool in_worker : {false, true}) {
     SCOPED_TRACE(in_worker);
     tests::Bench bench(kBenchProfile);
-    auto console = quiet_console();
+    QuietConsole console;
     const auto decider = RunDecider::make(empty_history(), in_worker).value();
     EXPECT_NE(decider->describe_progress(0).find("0.01 °/h wanted"), std::string::npos);
     const auto count = run_until_decided(bench, *decider, console);
@@ -79,10 +74,9 @@ TEST(RunDecider, EndsRunWhoseUncertaintyCannotBeComputed) {
 
 TEST(RunDecider, LeavesOutSilentAxis) {
   tests::Bench bench(kBenchProfile);
-  auto console = quiet_console();
+  QuietConsole console;
   const auto decider = RunDecider::make(empty_history(), false).value();
   bench.instruments().gyro_silent = true;
-  bench.run_controller();
   (void)run_until_decided(bench, *decider, console);
   bench.seconds(1);
   EXPECT_EQ(bench.count(EventKind::fault, "no axis has a reading in the last 200 s"), 1);
@@ -94,7 +88,7 @@ TEST(RunDecider, ContinuesNumbersOfResumedRun) {
       record::decision_event({.number = 7, .block = "hot", .target_deg_per_h = 0.01, .blocks = {}}, {}, 1);
   history.events.push_back({.slot = 3, .event = earlier});
   tests::Bench bench(kBenchProfile);
-  auto console = quiet_console();
+  QuietConsole console;
   const auto decider = RunDecider::make(std::move(history), false).value();
   EXPECT_NE(decider->describe_progress(0).find("expected after \"hot\""), std::string::npos);
   (void)run_until_decided(bench, *decider, console);
@@ -103,13 +97,14 @@ TEST(RunDecider, ContinuesNumbersOfResumedRun) {
 
 TEST(RunDecider, StopsComputationWhenRunIsAborted) {
   tests::Bench bench(kBenchProfile);
-  auto console = quiet_console();
+  QuietConsole console;
   auto decider = RunDecider::make(empty_history(), true).value();
   for (int i = 0; i < 401; ++i) {
     bench.seconds(1);
     ASSERT_TRUE(decider->after_tick(bench.run_controller(), console));
   }
-  ASSERT_TRUE(bench.run_controller().carry_out({.command = OperatorCommand::abort, .note = "test"}, "ada").done);
+  ASSERT_TRUE(
+      bench.run_controller().carry_out({.command = control::OperatorCommand::abort, .note = "test"}, "ada").done);
   for (int i = 0; i < 50 && bench.seconds(1) == run::RunOutcome::going_on; ++i) {
     std::this_thread::sleep_for(std::chrono::milliseconds(2));
     ASSERT_TRUE(decider->after_tick(bench.run_controller(), console));
@@ -127,9 +122,13 @@ TEST(RunDecider, IsAbsentForFixedEndAndRefusesBrokenMission) {
 
 TEST(ProgramPath, HasMeansAndPowerOnsOfClusters) {
   const std::vector<profile::Segment> segments{
-      {.kind = profile::SegmentKind::ramp, .name = {}, .target = {30}, .duration = seconds(200)},
-      {.kind = profile::SegmentKind::hold, .name = {}, .target = {30}, .duration = seconds(150), .unit = {.off = true}},
-      {.kind = profile::SegmentKind::hold, .name = {}, .target = {30}, .duration = seconds(199)}};
+      {.kind = profile::SegmentKind::ramp, .name = {}, .target = {30}, .duration = std::chrono::seconds(200)},
+      {.kind = profile::SegmentKind::hold,
+       .name = {},
+       .target = {30},
+       .duration = std::chrono::seconds(150),
+       .unit = {.off = true}},
+      {.kind = profile::SegmentKind::hold, .name = {}, .target = {30}, .duration = std::chrono::seconds(199)}};
   const auto path = program_path(segments, {10});
   ASSERT_EQ(path.set_point_c.size(), 5) << "the part of a cluster at the end is omitted";
   EXPECT_NEAR(path.set_point_c(0), 15, 0.06);

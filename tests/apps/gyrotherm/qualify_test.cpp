@@ -2,11 +2,14 @@
 /// The whole experiment in small: profiles of a few hours, a quick swarm.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
+#include <thread>
 
 #include "core/file.hpp"
 #include "tests/apps/gyrotherm/program.hpp"
@@ -170,6 +173,31 @@ TEST(Qualify, VerifiesEveryModelLater) {
   for (const auto* wrong : {"0", "99999", "x"})
     EXPECT_EQ(gyrotherm_with("qualify --out " + out + kSmall + " --verify-later " + wrong).exit_code, 2) << wrong;
   EXPECT_EQ(gyrotherm_with("qualify --out " + out + kSmall + " --verify-later " + out + "/random.db").exit_code, 2);
+}
+
+/// Both runs of a virtual rig are recorded at the same time. Each stops at Ctrl-C and is resumed.
+TEST(Qualify, ResumesBothRunsAfterInterrupt) {
+  const Folder folder;
+  const auto out = folder / "out";
+  const std::string profiles = GYROTHERM_SOURCE_DIR "/tests/profiles/";
+  const std::vector<std::string> records = {out + "/ramp.db", out + "/random.db"};
+  Background qualify({"qualify", "--records-only", "--threads", "2", "--out", out, "--rate-profile",
+                      profiles + "short-rate.toml", "--random-profile", profiles + "short-random.toml"},
+                     folder / "output");
+  const auto have_begun = [&] {
+    return std::ranges::all_of(records, [](const auto& path) { return std::filesystem::exists(path + ".status"); });
+  };
+  while (qualify.is_running() && !have_begun()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  ASSERT_TRUE(qualify.is_running()) << qualify.output();
+  qualify.signal(SIGINT);
+  EXPECT_EQ(qualify.wait(), 5) << qualify.output();
+  const auto is_finished = [](const std::string& path) {
+    return nlohmann::json::parse(read_text_file(path + ".status").value())["finished"].get<bool>();
+  };
+  for (const auto& path : records) EXPECT_FALSE(is_finished(path)) << path;
+  const auto resumed = gyrotherm_with("qualify --records-only --threads 2 --out " + out + kSmall);
+  EXPECT_EQ(resumed.exit_code, 0) << resumed.err;
+  for (const auto& path : records) EXPECT_TRUE(is_finished(path)) << path;
 }
 
 TEST(Qualify, OneSeedGivesOneReportForAnyThreadCount) {

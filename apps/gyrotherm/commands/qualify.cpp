@@ -9,6 +9,7 @@
 #include <chrono>
 #include <filesystem>
 #include <functional>
+#include <future>
 #include <string>
 #include <thread>
 #include <utility>
@@ -309,14 +310,18 @@ Result<Exit> print_outcome(Console& console, const QualifyArguments& options, co
   return overall_verdict(report) == "FAIL" ? Exit::outside_limits : Exit::done;
 }
 
-Result<report::ReportedThermal> load_thermal_model(const rig::RigFile& rig, Timings& timings) {
+using FutureThermalModel = std::future<Result<report::ReportedThermal>>;
+
+/// Waits for the thermal model, or computes it now.
+Result<report::ReportedThermal> load_thermal_model(FutureThermalModel& thermal, Timings& timings) {
   timings.begin("thermal image");
-  return find_thermal_model(rig);
+  return thermal.get();
 }
 
 Result<Exit> qualify_one_axis(Console& console, const QualifyArguments& options, const rig::RigFile& rig,
-                              const Runs& runs, std::vector<data::RecordedRun> further, Timings& timings) {
-  auto thermal = load_thermal_model(rig, timings);
+                              const Runs& runs, std::vector<data::RecordedRun> further, FutureThermalModel& future,
+                              Timings& timings) {
+  auto thermal = load_thermal_model(future, timings);
   if (!thermal) return failure(thermal.error());
   auto experiment = single_axis_experiment(runs, std::move(further));
   if (!experiment) return failure(experiment.error());
@@ -342,8 +347,8 @@ LotRun lot_run(Run run) {
 }
 
 Result<Exit> qualify_lot(Console& console, const QualifyArguments& options, const rig::RigFile& rig, Runs runs,
-                         std::vector<data::AxisChoice> only, Timings& timings) {
-  auto thermal = load_thermal_model(rig, timings);
+                         std::vector<data::AxisChoice> only, FutureThermalModel& future, Timings& timings) {
+  auto thermal = load_thermal_model(future, timings);
   if (!thermal) return failure(thermal.error());
   const auto axes = only.empty() ? data::list_axes(runs.rate.record.info).size() : only.size();
   const bool is_whole = only.empty();
@@ -482,12 +487,17 @@ Result<Exit> qualify(Console& console, const QualifyArguments& options) {
         fmt::format("SIMULATED: {}, seed {}{}", rig->title, options.training.seed,
                     options.days_later > 0 ? fmt::format(", {} days later", options.days_later) : ""));
 
+  // The image is computed beside the recording of a virtual rig. The destructor waits for it.
+  const bool is_at_once = !options.records_only && parallel_runs(console, options, *rig) > 1;
+  FutureThermalModel thermal =
+      std::async(is_at_once ? std::launch::async : std::launch::deferred, [&rig] { return find_thermal_model(*rig); });
   Timings timings;
   if (auto loaded = record_and_load(console, options, *rig, *only, digests, *runs, timings); !loaded)
     return failure(loaded.error());
   if (options.records_only) return Exit::done;
-  if (!has_one_axis(*rig)) return qualify_lot(console, options, *rig, std::move(*runs), std::move(*only), timings);
-  return qualify_one_axis(console, options, *rig, *runs, std::move(*further), timings);
+  if (!has_one_axis(*rig))
+    return qualify_lot(console, options, *rig, std::move(*runs), std::move(*only), thermal, timings);
+  return qualify_one_axis(console, options, *rig, *runs, std::move(*further), thermal, timings);
 }
 
 }  // namespace

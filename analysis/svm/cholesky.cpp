@@ -68,24 +68,48 @@ void pack(Block m, Eigen::Index rows, Eigen::Index depth, std::vector<double>& o
   }
 }
 
-// Computes c −= a bᵀ for one tile. Only `rows` × `columns` of it are inside c.
-GYROTHERM_CLONES
-void subtract_tile(const double* a, const double* b, Eigen::Index depth, double* c, Eigen::Index stride,
-                   Eigen::Index rows, Eigen::Index columns) {
-  DoubleLanes sum[kTileColumns] = {};
+// Computes c −= a bᵀ for one tile. Only `rows` × `columns` of it are inside c. The sums stay in registers.
+template <class Registers>
+[[gnu::always_inline]] inline void subtract_tile_in(const double* a, const double* b, Eigen::Index depth, double* c,
+                                                    Eigen::Index stride, Eigen::Index rows, Eigen::Index columns) {
+  using Doubles = typename Registers::Doubles;
+  using Memory = typename Registers::MemoryDoubles;
+  constexpr int kWidth = sizeof(Doubles) / sizeof(double);
+  constexpr int kParts = kTileRows / kWidth;
+  Doubles sum[kTileColumns][kParts] = {};
   for (Eigen::Index k = 0; k < depth; ++k, a += kTileRows, b += kTileColumns) {
-    const DoubleLanes line = lanes_at(a);
-    for (int column = 0; column < kTileColumns; ++column) sum[column] += line * b[column];
+    Doubles line[kParts];
+    for (int part = 0; part < kParts; ++part) line[part] = *reinterpret_cast<const Memory*>(a + part * kWidth);
+    for (int column = 0; column < kTileColumns; ++column)
+      for (int part = 0; part < kParts; ++part) sum[column][part] += line[part] * b[column];
   }
   if (rows == kTileRows && columns == kTileColumns) {
-    for (int column = 0; column < kTileColumns; ++column) {
-      lanes_at(c + column * stride) -= sum[column];
-    }
+    for (int column = 0; column < kTileColumns; ++column)
+      for (int part = 0; part < kParts; ++part)
+        *reinterpret_cast<Memory*>(c + column * stride + part * kWidth) -= sum[column][part];
     return;
   }
   for (Eigen::Index column = 0; column < columns; ++column) {
-    for (Eigen::Index row = 0; row < rows; ++row) c[row + column * stride] -= sum[column][row];
+    for (Eigen::Index row = 0; row < rows; ++row) c[row + column * stride] -= sum[column][row / kWidth][row % kWidth];
   }
+}
+
+#if GYROTHERM_HAS_VERSIONS
+GYROTHERM_V4
+void subtract_tile(const double* a, const double* b, Eigen::Index depth, double* c, Eigen::Index stride,
+                   Eigen::Index rows, Eigen::Index columns) {
+  subtract_tile_in<Registers64>(a, b, depth, c, stride, rows, columns);
+}
+GYROTHERM_V3
+void subtract_tile(const double* a, const double* b, Eigen::Index depth, double* c, Eigen::Index stride,
+                   Eigen::Index rows, Eigen::Index columns) {
+  subtract_tile_in<Registers32>(a, b, depth, c, stride, rows, columns);
+}
+#endif
+GYROTHERM_DEFAULT
+void subtract_tile(const double* a, const double* b, Eigen::Index depth, double* c, Eigen::Index stride,
+                   Eigen::Index rows, Eigen::Index columns) {
+  subtract_tile_in<Registers16>(a, b, depth, c, stride, rows, columns);
 }
 
 // Computes the same for kStrips whole tiles below each other, to use all registers of AVX-512. Adds the terms of each

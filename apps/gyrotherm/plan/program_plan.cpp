@@ -162,6 +162,7 @@ std::string to_svg(const ProgramPlan& plan) {
                       .marker = curves.size() == 1 ? plot::Marker::diamond : plot::Marker::square,
                       .line = false});
   auto expected = plot::make_panel("(a) Expanded uncertainty on the mission", "U, °/h", std::move(curves), 230);
+  expected.left.logarithmic = true;
   expected.rules.push_back({fmt::format("{:g} °/h wanted", plan.target_deg_per_h), plan.target_deg_per_h});
   auto points = set_points(plan);
   auto program =

@@ -96,7 +96,8 @@ TEST(ProgramPlan, FailsLikeItsForecastAndEndsOnRequest) {
     return failure(FaultKind::usage, "mission", "no");
   };
   EXPECT_EQ(plan_program(shipped_until(), 0.04, fails, {}).error().kind, FaultKind::usage);
-  const auto stopped = plan_program(shipped_until(), 0.04, per_root_hour, [](std::string_view, double) { return false; });
+  const auto stopped =
+      plan_program(shipped_until(), 0.04, per_root_hour, [](std::string_view, double) { return false; });
   EXPECT_EQ(stopped.error().kind, FaultKind::interrupted);
 }
 

@@ -50,6 +50,35 @@ Extension extend(const ThermalResponse& response, const ProgramPath& recorded, c
   return {predict_clusters(response, path, recorded.set_point_c.size()), count_starts(path) - count_starts(recorded)};
 }
 
+/// Returns the model with a budget that does not depend on the noise of its record; see Assessment::gains.
+model::Model with_nominal_budget(model::Model model) {
+  constexpr double kFormToTurnOn = 3;
+  auto& rows = model.uncertainty->budget.rows;
+  std::erase_if(rows, [](const model::BudgetRow& row) { return row.source != model::Source::turn_on; });
+  if (rows.empty()) return model;
+  model::BudgetRow form{.source = model::Source::model_form};
+  form.standard_uncertainty = kFormToTurnOn * rows.front().standard_uncertainty;
+  rows.push_back(std::move(form));
+  model.uncertainty->variance_in_training = std::numeric_limits<double>::quiet_NaN();
+  return model;
+}
+
+/// Raises the gains of the assessment to those of a model, where these are higher.
+Result<void> add_gains(Assessment& assessment, const model::Model& model, const data::Clusters& mission,
+                       const std::vector<Extension>& blocks) {
+  const model::Model nominal = with_nominal_budget(model);
+  const auto now = mission_uncertainty(nominal, mission);
+  if (!now) return failure(now.error());
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    const auto after = expected_after(nominal, mission, blocks[i].clusters, blocks[i].power_ons);
+    if (!after) return failure(after.error());
+    const auto u = mission_uncertainty(*after, mission);
+    if (!u) return failure(u.error());
+    assessment.gains[i] = std::max(assessment.gains[i], 1 - *u / *now);
+  }
+  return {};
+}
+
 /// Lowers the assessment to the values of a model, where these are lower.
 Result<void> add_model(Assessment& assessment, const model::Model& model, const data::Clusters& mission,
                        const std::vector<Extension>& blocks) {
@@ -63,7 +92,7 @@ Result<void> add_model(Assessment& assessment, const model::Model& model, const 
     if (!u) return failure(u.error());
     assessment.u_after_deg_per_h[i] = std::min(assessment.u_after_deg_per_h[i], *u);
   }
-  return {};
+  return add_gains(assessment, model, mission, blocks);
 }
 
 }  // namespace
@@ -80,6 +109,7 @@ Result<Assessment> assess(const data::RecordedRun& recorded, const ProgramPath& 
   for (const ProgramPath& block : blocks) extensions.push_back(extend(*response, so_far, block));
   Assessment assessment{.u_now_deg_per_h = kUnknown,
                         .u_after_deg_per_h = std::vector<double>(blocks.size(), kUnknown),
+                        .gains = std::vector<double>(blocks.size(), 0),
                         .uses_prior = false};
   const auto own = train_own(recorded, progress);
   if (!own) return failure(own.error());

@@ -19,6 +19,10 @@ struct Assessment {
   double u_now_deg_per_h{};
   /// The same, expected after each block, in the order of the blocks; infinite if no model can be fitted yet.
   std::vector<double> u_after_deg_per_h{};
+  /// Share of U that each block removes, for the choice of a block: as above, but with a model form of three times the
+  /// turn-on repeatability, and without other rows. It follows from the temperatures, so the noise of the record has no
+  /// influence on it. 0 if no model can be fitted yet.
+  std::vector<double> gains{};
   /// The model was trained with the type prior.
   bool uses_prior{};
 };

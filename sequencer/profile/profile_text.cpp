@@ -43,9 +43,9 @@ std::string speed_line(const Segment& ramp, Celsius from) {
 
 std::string soak_lines(const Segment& hold) {
   if (!hold.guaranteed_soak) return "guaranteed_soak = false\n";
-  auto lines = fmt::format(
-      "guaranteed_soak = true\nsoak_band = {}\nsoak_sensor = {}\nsoak_dwell = {}\nsoak_time = {}\n",
-      hold.soak_band.value, quoted_text(hold.soak_sensor), time_text(hold.soak_dwell), time_text(hold.soak_time));
+  auto lines = fmt::format("guaranteed_soak = true\nsoak_band = {}\nsoak_sensor = {}\nsoak_time = {}\n",
+                           hold.soak_band.value, quoted_text(hold.soak_sensor), time_text(hold.soak_time));
+  if (hold.soak_dwell > Duration{}) lines += fmt::format("soak_dwell = {}\n", time_text(hold.soak_dwell));
   if (hold.soak_slope.value > 0) lines += fmt::format("soak_slope = {}\n", hold.soak_slope.value);
   return lines;
 }

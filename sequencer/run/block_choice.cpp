@@ -50,18 +50,22 @@ std::optional<BlockTimes> block_times(const profile::Profile& profile, const pro
                     .closing = profile::total_time(closing->segments)};
 }
 
-/// Returns the rank of a block: the decrease of U per hour, or 0 if it does not lower U. While U is unknown, a lower U
-/// has a higher rank; if the record is too short for a model, a block with an unknown U has the lowest rank above 0.
-double rank_block(double u_now, double u_after, double hours, bool is_record_short) {
-  if (!std::isfinite(u_after)) return is_record_short && !std::isfinite(u_now) ? std::numeric_limits<double>::min() : 0;
-  if (!std::isfinite(u_now)) return 1 / u_after;
-  return u_now - u_after > kLeastGain * u_now ? (u_now - u_after) / hours : 0;
+/// Returns the rank of a block: its gain per hour, or 0 if it does not lower U. While U is unknown, a lower U has a
+/// higher rank; if the record is too short for a model, a block with an unknown U has the lowest rank above 0.
+double rank_block(const DecisionInputs& inputs, std::size_t block, double hours) {
+  const double u_now = inputs.u_now_deg_per_h, u_after = inputs.u_after_deg_per_h[block];
+  const bool is_known = std::isfinite(u_now);
+  if (!std::isfinite(u_after)) return inputs.is_record_short && !is_known ? std::numeric_limits<double>::min() : 0;
+  if (!is_known) return 1 / u_after;
+  const double gain = inputs.gains.empty() ? 1 - u_after / u_now : inputs.gains[block];
+  return gain > kLeastGain ? gain / hours : 0;
 }
 
 }  // namespace
 
 record::Decision decide(const profile::Profile& profile, const DecisionInputs& inputs) {
   assert(is_open(profile) && inputs.u_after_deg_per_h.size() == profile.until->blocks.size());
+  assert(inputs.gains.empty() || inputs.gains.size() == inputs.u_after_deg_per_h.size());
   const auto& until = *profile.until;
   const auto left = until.longest - inputs.used;
   record::Decision decision{.number = inputs.number,
@@ -77,8 +81,7 @@ record::Decision decide(const profile::Profile& profile, const DecisionInputs& i
     block.u_after_deg_per_h = rounded_u(inputs.u_after_deg_per_h[i]);
     block.fits = times && inputs.hold_left + times->block + times->closing <= left;
     if (times) block.hours = rounded_hours(times->block);
-    const auto rank = rank_block(inputs.u_now_deg_per_h, inputs.u_after_deg_per_h[i],
-                                 times ? to_seconds(times->block) / 3600 : 1, inputs.is_record_short);
+    const auto rank = rank_block(inputs, i, times ? to_seconds(times->block) / 3600 : 1);
     any_fits = any_fits || block.fits;
     another_lowers = another_lowers || (rank > 0 && !block.fits);
     ranks.push_back(block.fits ? rank : 0);

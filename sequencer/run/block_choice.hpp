@@ -30,6 +30,9 @@ struct DecisionInputs {
   double u_now_deg_per_h{};
   /// The same, expected after each released block; infinite where a block is of no use.
   std::vector<double> u_after_deg_per_h{};
+  /// Share of U that each block removes, for the choice; empty: from the uncertainties above. The noise of the record
+  /// has no influence on it, so a resumed run chooses alike.
+  std::vector<double> gains{};
   /// Duration of the run so far, and of the rest of its last hold.
   Duration used{};
   Duration hold_left{};
@@ -41,7 +44,7 @@ struct DecisionInputs {
 ///
 /// 1. The run ends if U, rounded to three significant digits, is at most the target.
 /// 2. A block is useful if it fits into the remaining time with the closing segments and lowers U by more than
-///    kLeastGain. The useful block with the greatest decrease of U per hour is chosen, or the first one that is equal
+///    kLeastGain. The useful block with the greatest gain per hour is chosen, or the first one that is equal
 ///    to it (kEqualShare). While U is unknown, the block with the lowest U after it is chosen in the same way, or
 ///    the first block if the record is still too short for a model.
 /// 3. Without such a block the run ends: the time is up if a block that does not fit would lower U, or if no block

@@ -64,7 +64,9 @@ std::vector<planning::ProgramPath> block_paths(const profile::Profile& profile) 
 
 AssessedRun assess_run(const record::Record& history, const planning::ProgramPath& mission,
                        const std::vector<planning::ProgramPath>& blocks, const ProgressSink& progress) {
-  AssessedRun all{.u_now_deg_per_h = 0, .u_after_deg_per_h = std::vector<double>(blocks.size(), 0)};
+  AssessedRun all{.u_now_deg_per_h = 0,
+                  .u_after_deg_per_h = std::vector<double>(blocks.size(), 0),
+                  .gains = std::vector<double>(blocks.size(), 0)};
   bool is_any_present = false;
   for (const auto& axis : data::list_axes(history.info)) {
     if (is_unused(history.info, axis.unit) || !is_present(history, axis)) continue;
@@ -76,8 +78,10 @@ AssessedRun assess_run(const record::Record& history, const planning::ProgramPat
       break;
     }
     all.u_now_deg_per_h = std::max(all.u_now_deg_per_h, assessed->u_now_deg_per_h);
-    for (std::size_t i = 0; i < blocks.size(); ++i)
+    for (std::size_t i = 0; i < blocks.size(); ++i) {
       all.u_after_deg_per_h[i] = std::max(all.u_after_deg_per_h[i], assessed->u_after_deg_per_h[i]);
+      all.gains[i] = std::max(all.gains[i], assessed->gains[i]);
+    }
   }
   if (!is_any_present) all.trouble = "no axis has a reading in the last 200 s";
   if (all.trouble.empty()) return all;
@@ -126,6 +130,7 @@ Result<void> RunDecider::carry_out(run::RunController& run_controller, Console& 
                             .target_deg_per_h = history_.info.goal->u_deg_per_h,
                             .u_now_deg_per_h = assessed.u_now_deg_per_h,
                             .u_after_deg_per_h = assessed.u_after_deg_per_h,
+                            .gains = assessed.gains,
                             .used = kSecond * run_controller.next_slot(),
                             .hold_left = time_left(profile, run_controller.state()),
                             .is_record_short = assessed.trouble.empty() && !std::isfinite(assessed.u_now_deg_per_h)});

@@ -24,6 +24,8 @@ namespace gyrotherm::app {
 struct AssessedRun {
   double u_now_deg_per_h{};
   std::vector<double> u_after_deg_per_h{};
+  /// The greatest gain of each block over all axes; see planning::Assessment.
+  std::vector<double> gains{};
   std::string trouble{};  ///< empty: none
   bool is_interrupted = false;
 };

@@ -338,13 +338,16 @@ TEST_F(ModelUncertainty, MarksRowsChosenOnTheseFolds) {
 }
 
 TEST_F(ModelUncertainty, MarksSinglePowerOn) {
-  std::vector<data::Dataset> datasets{dataset_};
-  const std::vector<data::Clusters> clusters{clusters_};
+  data::Dataset dataset = dataset_;
+  ASSERT_GE(dataset.segments.size(), 3u);
+  dataset.segments[1].unit.off = true;
+  const std::vector<data::Dataset> datasets{dataset};
+  const std::vector<data::Clusters> clusters{*make_clusters(dataset)};
+  ASSERT_EQ(clusters.front().start_s.size(), clusters_.start_s.size());
   Model model = model_;
-  ASSERT_GE(datasets.front().segments.size(), 3u);
-  datasets.front().segments[1].unit.off = true;
   model.uncertainty = *evaluate_uncertainty(model_, {datasets, clusters, model_.leave_cycle_out_residual});
   EXPECT_TRUE(remarks(row(model, Source::model_form)).empty());
+  EXPECT_DOUBLE_EQ(row(model, Source::turn_on).sensitivity, std::sqrt(1.5)) << "two power-ons";
 }
 
 TEST_F(ModelUncertainty, IncreasesDriftWithRootOfTimeSinceCalibration) {

@@ -96,6 +96,20 @@ TEST(Assessment, PrefersTheBlockThatReachesTheMission) {
   EXPECT_EQ(best(*hot), 1);
   EXPECT_EQ(best(*cold), 2);
   EXPECT_FALSE(hot->uses_prior);
+  EXPECT_EQ(std::ranges::max_element(hot->gains) - hot->gains.begin(), 1);
+  EXPECT_EQ(std::ranges::max_element(cold->gains) - cold->gains.begin(), 2);
+  for (const double gain : hot->gains) EXPECT_TRUE(gain >= 0 && gain < 1) << gain;
+}
+
+TEST(Assessment, GivesGainsThatTheNoiseDoesNotChange) {
+  const std::vector<ProgramPath> blocks{hold(50, 60), hold(-20, 60, 12), hold(20, 30)};
+  data::RecordedRun run = recorded({.cycle_rates_c_per_min = {3, 5}}), noisy = run;
+  noisy.clusters.bias_deg_per_h +=
+      0.02 * Eigen::VectorXd::LinSpaced(run.clusters.start_s.size(), 0, 900).array().sin().matrix();
+  const auto calm = assess(run, hold(40, 100), blocks), other = assess(noisy, hold(40, 100), blocks);
+  ASSERT_TRUE(calm && other);
+  EXPECT_GT(other->u_now_deg_per_h, 1.05 * calm->u_now_deg_per_h);
+  for (std::size_t i = 0; i < blocks.size(); ++i) EXPECT_NEAR(other->gains[i], calm->gains[i], 1e-6);
 }
 
 TEST(Assessment, IsTheSameForTheSameRecord) {

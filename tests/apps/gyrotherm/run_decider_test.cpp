@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The decisions of a run on a bench, computed in the tick and in a thread of their own. The gyro of the bench has a
-/// constant count, so no model can be fitted.
+/// constant count, so no model can be fitted. With a broken prior, nothing can be computed.
 #include "apps/gyrotherm/run/run_decider.hpp"
 
 #include <gtest/gtest.h>
@@ -33,6 +33,12 @@ record::Record empty_history() {
   return history;
 }
 
+record::Record history_with_broken_prior() {
+  auto history = empty_history();
+  history.info.goal->prior_text = "{";
+  return history;
+}
+
 struct QuietConsole : Console {
   QuietConsole() { quiet = true; }
 };
@@ -60,7 +66,7 @@ TEST(RunDecider, EndsRunWhoseUncertaintyCannotBeComputed) {
     SCOPED_TRACE(in_worker);
     tests::Bench bench(kBenchProfile);
     QuietConsole console;
-    const auto decider = RunDecider::make(empty_history(), in_worker).value();
+    const auto decider = RunDecider::make(history_with_broken_prior(), in_worker).value();
     EXPECT_NE(decider->describe_progress(0).find("0.01 °/h wanted"), std::string::npos);
     const auto count = run_until_decided(bench, *decider, console);
     EXPECT_GE(count, 400) << "in the last two clusters of the hold";
@@ -71,6 +77,16 @@ TEST(RunDecider, EndsRunWhoseUncertaintyCannotBeComputed) {
     EXPECT_EQ(bench.count(EventKind::fault, "the uncertainty cannot be computed: gyro: "), 1);
     EXPECT_NE(decider->describe_progress(0).find("the run ends: U cannot be met"), std::string::npos);
   }
+}
+
+TEST(RunDecider, TakesFirstBlockWhileRecordIsShort) {
+  tests::Bench bench(kBenchProfile);
+  QuietConsole console;
+  const auto decider = RunDecider::make(empty_history(), false).value();
+  (void)run_until_decided(bench, *decider, console);
+  const auto text = decision_text(bench, bench.record());
+  EXPECT_NE(text.find("continue with \"hot\"; U unknown now, unknown expected"), std::string::npos) << text;
+  EXPECT_EQ(bench.count(EventKind::fault, "the uncertainty cannot be computed"), 0);
 }
 
 /// Records `rows` seconds of the bench's gyro, then 200 s without a reading.
@@ -99,6 +115,7 @@ TEST(AssessedRun, LeavesOutAxisThatHasFallenSilent) {
   EXPECT_TRUE(std::isinf(silent.u_after_deg_per_h[1]));
   auto alive = history_with_silence(500);
   alive.units[0].rotation[0].back() = 106;
+  alive.info.goal->prior_text = "{";
   EXPECT_NE(assess_run(alive, mission, {}).trouble.find("gyro: "), std::string::npos) << "it is assessed";
   auto unused = history_with_silence(500);
   unused.info.unused_units = {record::kOnlyUnit};

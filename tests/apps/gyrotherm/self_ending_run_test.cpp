@@ -51,7 +51,8 @@ TEST_F(SelfEndingProgram, TakesSamePathForSameSeed) {
   EXPECT_TRUE(record::has_ended(first.info));
   EXPECT_TRUE(record::verify_record(folder_ / "a.db"));
   EXPECT_EQ(first.info.goal->u_deg_per_h, 0.02);
-  EXPECT_EQ(first.info.goal->mission_text, read_text_file("tests/profiles/short-mission.toml").value_or(""));
+  EXPECT_EQ(first.info.goal->mission_text,
+            read_text_file(GYROTHERM_SOURCE_DIR "/tests/profiles/short-mission.toml").value_or(""));
 }
 
 TEST_F(SelfEndingProgram, EndsAtTargetOfCommandLine) {
@@ -89,7 +90,7 @@ TEST_F(SelfEndingProgram, RefusesGoalWithoutBlocksAndUpload) {
 }
 
 TEST_F(SelfEndingProgram, RefusesMissionsThatCannotBeUsed) {
-  const auto profile = read_text_file("tests/profiles/short-until.toml").value();
+  const auto profile = read_text_file(GYROTHERM_SOURCE_DIR "/tests/profiles/short-until.toml").value();
   const auto with_mission = [&](const std::string& mission) {
     auto text = profile;
     text.replace(text.find("short-mission.toml"), std::string("short-mission.toml").size(), mission);

@@ -84,6 +84,17 @@ TEST(BlockChoice, IgnoresNoise) {
     }
 }
 
+TEST(BlockChoice, FollowsGainsWhereTheyAreGiven) {
+  auto with_gains = inputs(0.1, {0.05, 0.09, 0.09});
+  with_gains.gains = {0.1, 0.1, 0.2};
+  EXPECT_EQ(decide(three_blocks(), with_gains).block, "again");
+  EXPECT_EQ(decide(three_blocks(), with_gains).u_expected_deg_per_h, 0.09);
+  with_gains.gains = {0.004, 0.005, 0};
+  EXPECT_EQ(decide(three_blocks(), with_gains).end, kCannotBeMet) << "at most 0.5 %";
+  with_gains.u_now_deg_per_h = 0.01;
+  EXPECT_EQ(decide(three_blocks(), with_gains).end, kMet);
+}
+
 TEST(BlockChoice, EndsWhenNoBlockLowersUncertainty) {
   for (const auto after : {0.1, 0.0996, 0.2, kUnknown}) {
     const auto decision = decide(three_blocks(), inputs(0.1, {after, after, after}));

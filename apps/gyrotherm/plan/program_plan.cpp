@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -147,6 +148,7 @@ std::string to_json(const ProgramPlan& plan) {
 }
 
 std::string to_svg(const ProgramPlan& plan) {
+  constexpr double kHoursPerTick = 10;
   constexpr const char *kBlue = "#1f5fa8", *kGrey = "#6b7785", *kGreen = "#2b7a4b";
   plot::Curve u{.name = "planned program", .colour = kBlue, .marker = plot::Marker::circle};
   for (const auto& part : plan.parts) {
@@ -154,13 +156,16 @@ std::string to_svg(const ProgramPlan& plan) {
     u.y.push_back(part.u_deg_per_h);
   }
   std::vector<plot::Curve> curves{std::move(u)};
-  for (const auto& one : plan.compared)
+  double last = plan.parts.back().hours;
+  for (const auto& one : plan.compared) {
+    last = std::max(last, one.hours);
     curves.push_back({.name = one.name,
                       .colour = curves.size() == 1 ? kGreen : kGrey,
                       .x = {one.hours},
                       .y = {one.u_deg_per_h},
                       .marker = curves.size() == 1 ? plot::Marker::diamond : plot::Marker::square,
                       .line = false});
+  }
   auto expected = plot::make_panel("(a) Expanded uncertainty on the mission", "U, °/h", std::move(curves), 230);
   expected.left.logarithmic = true;
   expected.rules.push_back({fmt::format("{:g} °/h wanted", plan.target_deg_per_h), plan.target_deg_per_h});
@@ -168,11 +173,12 @@ std::string to_svg(const ProgramPlan& plan) {
   auto program =
       plot::make_panel("(b) Planned program", "set point, °C",
                        {{.name = "", .colour = kBlue, .x = std::move(points.x), .y = std::move(points.y)}}, 150);
-  return plot::to_svg({.id = "plan",
-                       .title = "Expected uncertainty of the planned program",
-                       .x = {.title = "time, h"},
-                       .panels = {std::move(expected), std::move(program)},
-                       .simulated = plan.simulated});
+  return plot::to_svg(
+      {.id = "plan",
+       .title = "Expected uncertainty of the planned program",
+       .x = {.title = "time, h", .range = plot::Range{0, std::ceil(last / kHoursPerTick) * kHoursPerTick}},
+       .panels = {std::move(expected), std::move(program)},
+       .simulated = plan.simulated});
 }
 
 }  // namespace gyrotherm::app

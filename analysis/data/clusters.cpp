@@ -102,7 +102,7 @@ void fill(Clusters& clusters, Eigen::Index row, const Dataset& dataset, const Sp
 
 /// Numbers the power-on of each cluster by the segments with the unit off that precede it.
 void fill_power_ons(Clusters& clusters, const Dataset& dataset) {
-  std::vector<int> power_on{0};  // of each segment
+  std::vector<int> power_on{0};  // one per segment
   for (std::size_t s = 1; s < dataset.segments.size(); ++s) {
     const bool begins = dataset.segments[s - 1].unit.off && !dataset.segments[s].unit.off;
     power_on.push_back(power_on.back() + (begins ? 1 : 0));

@@ -140,6 +140,13 @@ Recommendation recommend_uncompared(const Qualification& trained) {
 
 }  // namespace
 
+Result<Model> train_recommended(const data::RecordedRun& recorded, const ProgressSink& progress) {
+  TrainingOptions options;
+  options.inputs = kRecommendedInputs;
+  options.method = kRecommendedMethod;
+  return train({recorded.dataset}, {recorded.clusters}, options, progress);
+}
+
 std::string compared_name(const Model& model) { return join_name(model.method, model.inputs); }
 
 Result<void> check_apart(const data::Dataset& rate, const data::Dataset& random,

@@ -67,6 +67,9 @@ struct QualificationOptions {
 inline constexpr std::string_view kRecommendedMethod = "ridge-u";
 inline constexpr std::string_view kRecommendedInputs = "thermal-history";
 
+/// Trains this method on one record. Fails like train().
+[[nodiscard]] Result<Model> train_recommended(const data::RecordedRun& recorded, const ProgressSink& progress = {});
+
 /// Methods that are trained beside the models of the experiment.
 enum class MethodScope {
   recommended,  ///< kRecommendedMethod alone

@@ -8,7 +8,6 @@
 
 #include "analysis/model/prior_training.hpp"
 #include "analysis/model/qualification.hpp"
-#include "analysis/model/training.hpp"
 #include "analysis/planning/mission_uncertainty.hpp"
 #include "analysis/planning/thermal_response.hpp"
 #include "analysis/population/type_prior.hpp"
@@ -20,10 +19,7 @@ constexpr double kUnknown = std::numeric_limits<double>::infinity();
 
 /// Trains the recommended model; no value if the record is too short for it.
 Result<std::optional<model::Model>> train_own(const data::RecordedRun& recorded, const ProgressSink& progress) {
-  model::TrainingOptions options;
-  options.inputs = model::kRecommendedInputs;
-  options.method = model::kRecommendedMethod;
-  auto model = model::train({recorded.dataset}, {recorded.clusters}, options, progress);
+  auto model = model::train_recommended(recorded, progress);
   if (model) return std::optional(std::move(*model));
   if (model.error().kind == FaultKind::interrupted) return failure(model.error());
   return std::nullopt;
@@ -63,36 +59,35 @@ model::Model with_nominal_budget(model::Model model) {
   return model;
 }
 
-/// Raises the gains of the assessment to those of a model, where these are higher.
-Result<void> add_gains(Assessment& assessment, const model::Model& model, const data::Clusters& mission,
-                       const std::vector<Extension>& blocks) {
-  const model::Model nominal = with_nominal_budget(model);
-  const auto now = mission_uncertainty(nominal, mission);
-  if (!now) return failure(now.error());
-  for (std::size_t i = 0; i < blocks.size(); ++i) {
-    const auto after = expected_after(nominal, mission, blocks[i].clusters, blocks[i].power_ons);
+/// Returns the uncertainty of a model that is expected after each block, °/h.
+Result<std::vector<double>> expect_blocks(const model::Model& model, const data::Clusters& mission,
+                                          const std::vector<Extension>& blocks) {
+  std::vector<double> all;
+  for (const Extension& block : blocks) {
+    const auto after = expected_after(model, mission, block.clusters, block.power_ons);
     if (!after) return failure(after.error());
     const auto u = mission_uncertainty(*after, mission);
     if (!u) return failure(u.error());
-    assessment.gains[i] = std::max(assessment.gains[i], 1 - *u / *now);
+    all.push_back(*u);
   }
-  return {};
+  return all;
 }
 
-/// Lowers the assessment to the values of a model, where these are lower.
+/// Lowers the uncertainties of the assessment to those of a model, and raises the gains, where these are lower and
+/// higher.
 Result<void> add_model(Assessment& assessment, const model::Model& model, const data::Clusters& mission,
                        const std::vector<Extension>& blocks) {
-  const auto now = mission_uncertainty(model, mission);
-  if (!now) return failure(now.error());
+  const model::Model nominal = with_nominal_budget(model);
+  const auto now = mission_uncertainty(model, mission), nominal_now = mission_uncertainty(nominal, mission);
+  if (!now || !nominal_now) return failure(now ? nominal_now.error() : now.error());
+  const auto after = expect_blocks(model, mission, blocks), nominal_after = expect_blocks(nominal, mission, blocks);
+  if (!after || !nominal_after) return failure(after ? nominal_after.error() : after.error());
   assessment.u_now_deg_per_h = std::min(assessment.u_now_deg_per_h, *now);
   for (std::size_t i = 0; i < blocks.size(); ++i) {
-    const auto after = expected_after(model, mission, blocks[i].clusters, blocks[i].power_ons);
-    if (!after) return failure(after.error());
-    const auto u = mission_uncertainty(*after, mission);
-    if (!u) return failure(u.error());
-    assessment.u_after_deg_per_h[i] = std::min(assessment.u_after_deg_per_h[i], *u);
+    assessment.u_after_deg_per_h[i] = std::min(assessment.u_after_deg_per_h[i], (*after)[i]);
+    assessment.gains[i] = std::max(assessment.gains[i], 1 - (*nominal_after)[i] / *nominal_now);
   }
-  return add_gains(assessment, model, mission, blocks);
+  return {};
 }
 
 }  // namespace

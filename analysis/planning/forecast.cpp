@@ -1,42 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "analysis/planning/forecast.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
 
 #include "analysis/model/qualification.hpp"
-#include "analysis/model/training.hpp"
 #include "analysis/planning/mission_uncertainty.hpp"
 
 namespace gyrotherm::planning {
-namespace {
-
-/// Share of the variance of the model form that depends on the program; see mission_uncertainty.hpp.
-constexpr double kShareOfProgram = 0.5;
-
-/// Returns the mean predictive variance over the clusters, (°/h)²; 0 without a cluster.
-Result<double> mean_variance(const model::Model& model, const data::Clusters& clusters) {
-  const auto inputs = evaluate(model.terms, clusters);
-  if (!inputs) return failure(inputs.error());
-  const std::vector<Eigen::Index> rows = data::finite_rows(*inputs);
-  if (rows.empty()) return 0.0;
-  return predict_with_std(model, (*inputs)(rows, Eigen::all)).map([](const model::Prediction& predicted) {
-    return predicted.std_deg_per_h.cwiseAbs2().mean();
-  });
-}
-
-}  // namespace
-
 Result<Forecast> Forecast::make(const data::RecordedRun& reference, const ProgramPath& mission,
                                 const ProgressSink& progress) {
   const double length_s = reference.clusters.length_s;
   auto response = fit_response(reference.dataset, length_s);
   if (!response) return failure(response.error());
-  model::TrainingOptions options;
-  options.inputs = model::kRecommendedInputs;
-  options.method = model::kRecommendedMethod;
-  auto trained = model::train({reference.dataset}, {reference.clusters}, options, progress);
+  auto trained = model::train_recommended(reference, progress);
   if (!trained) return failure(trained.error());
   data::Clusters on_mission = predict_clusters(*response, mission);
   Forecast forecast(std::move(*trained), std::move(*response), std::move(on_mission));
@@ -67,11 +46,9 @@ Result<double> Forecast::expanded_after(const ProgramPath& program) const {
   auto learnt = learn(program);
   if (!learnt) return failure(learnt.error());
   const double ratio = reference_variance_ > 0 ? learnt->on_mission / reference_variance_ : 1;
-  for (model::BudgetRow& row : learnt->model.uncertainty->budget.rows) {
-    if (row.source == model::Source::model_form)
-      row.standard_uncertainty *= std::sqrt(1 - kShareOfProgram + kShareOfProgram * ratio);
+  scale_form(learnt->model, ratio);
+  for (model::BudgetRow& row : learnt->model.uncertainty->budget.rows)
     if (row.source == model::Source::turn_on) row.sensitivity = std::sqrt(1 + 1.0 / std::max(1, count_starts(program)));
-  }
   learnt->model.uncertainty->variance_in_training = learnt->in_training;
   return mission_uncertainty(learnt->model, mission_);
 }

@@ -63,6 +63,20 @@ Result<double> mission_uncertainty(const model::Model& model, const data::Cluste
   return combined(rows).coverage_factor * std::sqrt(variance(known).mean());
 }
 
+Result<double> mean_variance(const model::Model& model, const data::Clusters& clusters) {
+  const auto inputs = evaluate(model.terms, clusters);
+  if (!inputs) return failure(inputs.error());
+  const std::vector<Eigen::Index> rows = data::finite_rows(*inputs);
+  if (rows.empty()) return 0.0;
+  return open_variance(model, (*inputs)(rows, Eigen::all)).map([](const Eigen::VectorXd& open) { return open.mean(); });
+}
+
+void scale_form(model::Model& model, double variance_ratio) {
+  for (model::BudgetRow& row : model.uncertainty->budget.rows)
+    if (row.source == model::Source::model_form)
+      row.standard_uncertainty *= std::sqrt(1 - kLearnableShare + kLearnableShare * variance_ratio);
+}
+
 Result<void> add_clusters(model::Model& model, const data::Clusters& clusters) {
   assert(model.variance && std::holds_alternative<methods::LinearModel>(model.function));
   const auto inputs = evaluate(model.terms, clusters);
@@ -81,18 +95,13 @@ Result<void> add_clusters(model::Model& model, const data::Clusters& clusters) {
 Result<model::Model> expected_after(const model::Model& model, const data::Clusters& mission,
                                     const data::Clusters& further, int further_power_ons) {
   assert(model.uncertainty);
-  const auto on_mission = evaluate(model.terms, mission);
-  if (!on_mission) return failure(on_mission.error());
   model::Model after = model;
   if (const auto added = add_clusters(after, further); !added) return failure(added.error());
-  const auto before_open = open_variance(model, *on_mission), after_open = open_variance(after, *on_mission);
-  if (!before_open || !after_open) return failure(before_open ? after_open.error() : before_open.error());
-  const std::vector<Eigen::Index> seen = data::finite_rows(*before_open);
-  const double before_mean = seen.empty() ? 0 : (*before_open)(seen).mean();
-  const double ratio = before_mean > 0 ? std::clamp((*after_open)(seen).mean() / before_mean, 0.0, 1.0) : 1;
+  const auto before = mean_variance(model, mission), open = mean_variance(after, mission);
+  if (!before || !open) return failure(before ? open.error() : before.error());
+  const double ratio = *before > 0 ? std::clamp(*open / *before, 0.0, 1.0) : 1;
+  scale_form(after, ratio);
   for (model::BudgetRow& row : after.uncertainty->budget.rows) {
-    if (row.source == model::Source::model_form)
-      row.standard_uncertainty *= std::sqrt(1 - kLearnableShare + kLearnableShare * ratio);
     if (row.source != model::Source::turn_on) continue;
     const double starts = 1 / (row.sensitivity * row.sensitivity - 1);
     row.sensitivity = std::sqrt(1 + 1 / (starts + further_power_ons));

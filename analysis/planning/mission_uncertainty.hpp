@@ -14,6 +14,14 @@ namespace gyrotherm::planning {
 /// thermometer.
 [[nodiscard]] Result<double> mission_uncertainty(const model::Model& model, const data::Clusters& mission);
 
+/// Computes the mean predictive variance of the function over the clusters, (°/h)²; 0 without a cluster. Fails with
+/// usage if the clusters lack a thermometer.
+[[nodiscard]] Result<double> mean_variance(const model::Model& model, const data::Clusters& clusters);
+
+/// Multiplies the half of the variance of the model form that depends on the training by the ratio of the mean
+/// predictive variances on the mission. The other half is an error of the form itself.
+void scale_form(model::Model& model, double variance_ratio);
+
 /// Adds clusters to the trained range of a model and to the covariance of its coefficients, as if they had been
 /// recorded. The function must be linear and have a predictive variance. Fails with usage if the clusters lack a
 /// thermometer.

@@ -73,7 +73,7 @@ record::Decision decide(const profile::Profile& profile, const DecisionInputs& i
                             .u_now_deg_per_h = rounded_u(inputs.u_now_deg_per_h),
                             .hours_used = rounded_hours(inputs.used),
                             .hours_left = rounded_hours(std::max(left, Duration{}))};
-  std::vector<double> ranks;  // of the blocks that fit
+  std::vector<double> ranks;  // 0 for a block that does not fit
   bool any_fits = false, another_lowers = false;
   for (std::size_t i = 0; i < until.blocks.size(); ++i) {
     const auto times = block_times(profile, until.blocks[i]);
@@ -81,7 +81,7 @@ record::Decision decide(const profile::Profile& profile, const DecisionInputs& i
     block.u_after_deg_per_h = rounded_u(inputs.u_after_deg_per_h[i]);
     block.fits = times && inputs.hold_left + times->block + times->closing <= left;
     if (times) block.hours = rounded_hours(times->block);
-    const auto rank = rank_block(inputs, i, times ? to_seconds(times->block) / 3600 : 1);
+    const auto rank = rank_block(inputs, i, times ? to_seconds(times->block) / kSecondsPerHour : 1);
     any_fits = any_fits || block.fits;
     another_lowers = another_lowers || (rank > 0 && !block.fits);
     ranks.push_back(block.fits ? rank : 0);

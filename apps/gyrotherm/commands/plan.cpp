@@ -54,7 +54,7 @@ Result<std::string> find_reference(Console& console, const PlanArguments& option
 Result<planning::ProgramPath> read_mission(const std::string& given) {
   const auto mission = read_profile(given, nullptr);
   if (!mission) return failure(mission.error());
-  return program_path(mission->segments, mission->segments.front().target);
+  return program_path(*mission);
 }
 
 /// Adds the expected uncertainty of the shipped programs that the rig can carry out.
@@ -62,9 +62,9 @@ Result<void> compare_shipped(ProgramPlan& plan, const ForecastFunction& forecast
   for (const char* name : {"short", "qualification"}) {
     const auto profile = read_profile(name, &rig);
     if (!profile) continue;  // beyond the limits of the rig
-    const auto u = forecast(program_path(profile->segments, profile->segments.front().target));
+    const auto u = forecast(program_path(*profile));
     if (!u) return failure(u.error());
-    plan.compared.push_back({name, to_seconds(profile::total_time(profile->segments)) / 3600, *u});
+    plan.compared.push_back({name, to_seconds(profile::total_time(profile->segments)) / kSecondsPerHour, *u});
   }
   return {};
 }

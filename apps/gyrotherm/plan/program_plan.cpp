@@ -21,17 +21,13 @@ namespace {
 constexpr const char* kPlanSchema = "gyrotherm-plan/1";
 constexpr const char *kOpening = "opening", *kClosing = "closing";
 
-double hours(Duration time) { return to_seconds(time) / 3600; }
-
-planning::ProgramPath path_of(const profile::Profile& profile) {
-  return program_path(profile.segments, profile.segments.front().target);
-}
+double hours(Duration time) { return to_seconds(time) / kSecondsPerHour; }
 
 /// Returns the uncertainties expected after each block, which begins at the end of the program.
 Result<std::vector<double>> forecast_blocks(const profile::Profile& program, const ForecastFunction& forecast) {
   std::vector<double> all;
   const auto from = program.segments.back().target;
-  const auto so_far = path_of(program);
+  const auto so_far = program_path(program);
   for (const auto& block : program.until->blocks) {
     const auto* expanded = find_expansion(block, from);
     all.push_back(std::numeric_limits<double>::infinity());
@@ -73,7 +69,7 @@ Result<ProgramPlan> plan_program(profile::Profile released, double target_deg_pe
   ProgramPlan plan;
   plan.target_deg_per_h = target_deg_per_h;
   plan.mission = released.until->mission;
-  const auto u_of_opening = forecast(path_of(released));
+  const auto u_of_opening = forecast(program_path(released));
   if (!u_of_opening) return failure(u_of_opening.error());
   plan.parts.push_back({kOpening, released.segments, hours(profile::total_time(released.segments)), *u_of_opening});
   for (int number = 1; plan.end.empty(); ++number) {

@@ -126,10 +126,14 @@ planning::ProgramPath program_path(std::span<const profile::Segment> segments, C
   return path;
 }
 
+planning::ProgramPath program_path(const profile::Profile& profile) {
+  return program_path(profile.segments, profile.segments.front().target);
+}
+
 Result<planning::ProgramPath> mission_path(const record::RunInfo::Goal& goal) {
   const auto mission = profile::parse_profile(goal.mission_text, goal.mission_name + " (mission)");
   if (!mission) return failure(mission.error());
-  return program_path(mission->segments, mission->segments.front().target);
+  return program_path(*mission);
 }
 
 }  // namespace gyrotherm::app

@@ -31,6 +31,9 @@ namespace gyrotherm::app {
 /// beginning. A part of a cluster at the end is omitted.
 [[nodiscard]] planning::ProgramPath program_path(std::span<const profile::Segment> segments, Celsius from);
 
+/// Returns the path of a profile, without the blocks that a run could add.
+[[nodiscard]] planning::ProgramPath program_path(const profile::Profile& profile);
+
 /// Returns the path of the mission. Fails with bad_file.
 [[nodiscard]] Result<planning::ProgramPath> mission_path(const record::RunInfo::Goal& goal);
 

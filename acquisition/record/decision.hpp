@@ -25,7 +25,7 @@ struct BlockNumbers {
   double hours{};
   /// Expected expanded uncertainty after the block; nothing: the block is of no use.
   std::optional<double> u_after_deg_per_h{};
-  /// Whether the remaining time suffices for the block and the closing segments.
+  /// The remaining time suffices for the block and the closing segments.
   bool fits = true;
   bool operator==(const BlockNumbers&) const = default;
 };

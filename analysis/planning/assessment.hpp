@@ -17,7 +17,7 @@ struct Assessment {
   /// Expanded uncertainty of a mean of the compensated bias over 1 h on the mission, °/h; infinite if no model can be
   /// fitted yet.
   double u_now_deg_per_h{};
-  /// The same, expected after each block, in the order of the blocks; infinite if no model can be fitted yet.
+  /// Uncertainty expected after each block, in the order of the blocks; infinite if no model can be fitted yet.
   std::vector<double> u_after_deg_per_h{};
   /// Share of U that each block removes, for the choice of a block: as above, but with a model form of three times the
   /// turn-on repeatability, and without other rows. It follows from the temperatures, so the noise of the record has no

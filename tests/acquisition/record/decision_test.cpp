@@ -4,7 +4,10 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <filesystem>
+#include <string>
+#include <thread>
 
 #include "acquisition/record/backlog.hpp"
 #include "acquisition/record/chain.hpp"
@@ -243,6 +246,17 @@ TEST(GrownRecord, ContinuesInSecondPart) {
   }
 }
 
+/// Writes the live copy of a resumed run to a file of its own once it has a slot. Returns false if it never has.
+bool saves_live_copy(const std::string& path, std::int64_t slot, const std::string& saved) {
+  auto copy = Database::open(live_copy_path(path), Access::read_write, 1000);
+  for (int attempt = 0; copy && attempt < 3000; ++attempt) {
+    if (copy->query_integer("SELECT max(slot) FROM sample", 0).value_or(-1) >= slot)
+      return copy->execute("VACUUM INTO '" + saved + "'").has_value();
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  return false;
+}
+
 TEST(GrownRecord, IsInLiveCopyOfResumedRun) {
   const Folder folder;
   const auto path = folder / "run.db";
@@ -251,9 +265,8 @@ TEST(GrownRecord, IsInLiveCopyOfResumedRun) {
   ASSERT_TRUE(reopened) << text(reopened.error());
   ASSERT_TRUE((*reopened)->append(sample_in(11, 4), {}));
   ASSERT_TRUE((*reopened)->settle(kLong));
-  // This process writes the live copy, so it must not open the file itself.
-  const auto copy = std::filesystem::canonical(live_copy_path(path)).string(), seen = folder / "seen.db";
-  for (const char* suffix : {"", "-wal"}) std::filesystem::copy_file(copy + suffix, seen + suffix);
+  const auto seen = folder / "seen.db";
+  ASSERT_TRUE(saves_live_copy(path, 11, seen));
   auto database = Database::open(seen, Access::read_write, 1000);
   ASSERT_TRUE(database) << text(database.error());
   const auto info = read_run_info(*database);

@@ -6,33 +6,62 @@
 #include <limits>
 #include <utility>
 
+#include "analysis/model/prior_training.hpp"
 #include "analysis/model/qualification.hpp"
 #include "analysis/planning/mission_uncertainty.hpp"
 
 namespace gyrotherm::planning {
+
 Result<Forecast> Forecast::make(const data::RecordedRun& reference, const ProgramPath& mission,
                                 const ProgressSink& progress) {
-  const double length_s = reference.clusters.length_s;
-  auto response = fit_response(reference.dataset, length_s);
+  auto response = fit_response(reference.dataset, reference.clusters.length_s);
   if (!response) return failure(response.error());
   auto trained = model::train_recommended(reference, progress);
   if (!trained) return failure(trained.error());
+  const Eigen::Index features = trained->variance->posterior.rows(), inputs = trained->input_min.size();
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  Start start{.covariance = Eigen::MatrixXd::Identity(features, features),
+              .input_min = Eigen::RowVectorXd::Constant(inputs, kInfinity),
+              .input_max = Eigen::RowVectorXd::Constant(inputs, -kInfinity)};
   data::Clusters on_mission = predict_clusters(*response, mission);
-  Forecast forecast(std::move(*trained), std::move(*response), std::move(on_mission));
-  const auto stated = mission_uncertainty(forecast.reference_, forecast.mission_);
-  if (!stated) return failure(stated.error());
-  forecast.reference_deg_per_h_ = *stated;
-  const auto learnt = forecast.learn(recorded_path(reference.dataset, length_s));
-  if (!learnt) return failure(learnt.error());
-  forecast.reference_variance_ = learnt->on_mission;
+  Forecast forecast(std::move(*trained), std::move(start), std::move(*response), std::move(on_mission));
+  if (const auto judged = forecast.judge_reference(reference); !judged) return failure(judged.error());
   return forecast;
+}
+
+Result<Forecast> Forecast::make_with_prior(const population::TypePrior& prior, const data::RecordedRun& reference,
+                                           const ProgramPath& mission) {
+  auto response = fit_response(reference.dataset, reference.clusters.length_s);
+  if (!response) return failure(response.error());
+  auto trained = model::train_with_prior(prior, {reference.dataset}, {reference.clusters}, {});
+  if (!trained) return failure(trained.error());
+  std::vector<Eigen::Index> slopes_first;
+  for (Eigen::Index i = 1; i < prior.next_unit.mean.size(); ++i) slopes_first.push_back(i);
+  slopes_first.push_back(0);
+  Start start{.covariance = prior.next_unit.covariance(slopes_first, slopes_first),
+              .input_min = prior.input_min,
+              .input_max = prior.input_max};
+  data::Clusters on_mission = predict_clusters(*response, mission);
+  Forecast forecast(std::move(*trained), std::move(start), std::move(*response), std::move(on_mission));
+  if (const auto judged = forecast.judge_reference(reference); !judged) return failure(judged.error());
+  return forecast;
+}
+
+Result<void> Forecast::judge_reference(const data::RecordedRun& reference) {
+  const auto stated = mission_uncertainty(reference_, mission_);
+  if (!stated) return failure(stated.error());
+  reference_deg_per_h_ = *stated;
+  const auto learnt = learn(recorded_path(reference.dataset, reference.clusters.length_s));
+  if (!learnt) return failure(learnt.error());
+  reference_variance_ = learnt->on_mission;
+  return {};
 }
 
 Result<Forecast::Learnt> Forecast::learn(const ProgramPath& program) const {
   Learnt learnt{.model = reference_, .on_mission = 0, .in_training = 0};
-  learnt.model.variance->posterior.setIdentity();
-  learnt.model.input_min.setConstant(std::numeric_limits<double>::infinity());
-  learnt.model.input_max.setConstant(-std::numeric_limits<double>::infinity());
+  learnt.model.variance->posterior = start_.covariance;
+  learnt.model.input_min = start_.input_min;
+  learnt.model.input_max = start_.input_max;
   const data::Clusters clusters = predict_clusters(response_, program);
   if (const auto added = add_clusters(learnt.model, clusters); !added) return failure(added.error());
   const auto on_mission = mean_variance(learnt.model, mission_), in_training = mean_variance(learnt.model, clusters);

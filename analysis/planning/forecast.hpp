@@ -7,21 +7,27 @@
 #include "analysis/model/model.hpp"
 #include "analysis/planning/program_path.hpp"
 #include "analysis/planning/thermal_response.hpp"
+#include "analysis/population/type_prior.hpp"
 #include "core/result.hpp"
 
 namespace gyrotherm::planning {
 
-/// Forecasts of programs that are used on one mission. The model starts without knowledge: each coefficient has the
-/// prior N(0, 1) in units of the scaled inputs and the scaled target. A program then gives it the covariance, the
-/// trained range and the power-ons of its predicted clusters; see assess(). Noise, sensitivities and the other rows of
-/// the budget are those of the reference record. The model form of a program is that of the reference record times √(½
-/// + ½ V/V₀), V and V₀ the mean variance on the mission after the program and after the program of the reference
-/// record.
+/// Forecasts of programs that are used on one mission. The model starts without knowledge of the unit: each coefficient
+/// has the prior N(0, 1) in units of the scaled inputs and the scaled target, or the distribution of a type prior. A
+/// program then gives it the covariance, the trained range and the power-ons of its predicted clusters; see assess().
+/// Noise, sensitivities and the other rows of the budget are those of the reference record. The model form of a program
+/// is that of the reference record times √(½ + ½ V/V₀), V and V₀ the mean variance on the mission after the program and
+/// after the program of the reference record.
 class Forecast {
  public:
   /// Trains the recommended model on the reference record. Fails like train() or fit_response().
   [[nodiscard]] static Result<Forecast> make(const data::RecordedRun& reference, const ProgramPath& mission,
                                              const ProgressSink& progress = {});
+
+  /// Trains on the reference record with a type prior, for units that will be trained with it. The range of the type
+  /// counts as trained. Fails like train_with_prior() or fit_response().
+  [[nodiscard]] static Result<Forecast> make_with_prior(const population::TypePrior& prior,
+                                                        const data::RecordedRun& reference, const ProgramPath& mission);
 
   /// Returns the expanded uncertainty of a mean over 1 h that is expected on the mission after a program, °/h. The
   /// program must have a cluster with the unit on.
@@ -33,10 +39,23 @@ class Forecast {
   [[nodiscard]] const ThermalResponse& response() const { return response_; }
 
  private:
-  Forecast(model::Model reference, ThermalResponse response, data::Clusters mission)
-      : reference_(std::move(reference)), response_(std::move(response)), mission_(std::move(mission)) {}
+  /// Knowledge of a unit before its first run: the covariance of the coefficients (slopes, then the constant), and the
+  /// range that counts as trained.
+  struct Start {
+    Eigen::MatrixXd covariance;
+    Eigen::RowVectorXd input_min, input_max;
+  };
 
-  /// The model without knowledge after a program, and its mean variance on the mission, (°/h)².
+  Forecast(model::Model reference, Start start, ThermalResponse response, data::Clusters mission)
+      : reference_(std::move(reference)),
+        start_(std::move(start)),
+        response_(std::move(response)),
+        mission_(std::move(mission)) {}
+
+  /// Computes the uncertainties of the reference record, which the forecasts are relative to.
+  [[nodiscard]] Result<void> judge_reference(const data::RecordedRun& reference);
+
+  /// The model that starts without the reference record, after a program, and its mean variance on the mission, (°/h)².
   struct Learnt {
     model::Model model;
     double on_mission{};
@@ -45,6 +64,7 @@ class Forecast {
   [[nodiscard]] Result<Learnt> learn(const ProgramPath& program) const;
 
   model::Model reference_;
+  Start start_;
   ThermalResponse response_;
   data::Clusters mission_;
   double reference_variance_{};

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <limits>
 
 #include "analysis/model/budget.hpp"
 #include "analysis/model/uncertainty.hpp"
@@ -57,10 +58,12 @@ Result<double> mission_uncertainty(const model::Model& model, const data::Cluste
     variance += *open;
   else if (std::isfinite(trained.variance_in_training))
     variance.array() += (open->array() - trained.variance_in_training).max(0);
-  const std::vector<Eigen::Index> known = data::finite_rows(variance);
+  const std::vector<Eigen::Index> known = data::finite_rows(*inputs);
   if (known.empty())
     return failure(FaultKind::usage, "mission", "no cluster of the mission has a value of every input of the model");
-  return combined(rows).coverage_factor * std::sqrt(variance(known).mean());
+  // A mission outside a trained range without width has an infinite variance, which must not be left out.
+  const double mean = variance(known).mean();
+  return combined(rows).coverage_factor * std::sqrt(std::isnan(mean) ? std::numeric_limits<double>::infinity() : mean);
 }
 
 Result<double> mean_variance(const model::Model& model, const data::Clusters& clusters) {

@@ -2,9 +2,13 @@
 /// The command `plan`: proposes a program for a rig from the uncertainty that is wanted.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
+#include <limits>
+#include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "analysis/planning/forecast.hpp"
 #include "apps/console/command.hpp"
@@ -22,7 +26,7 @@ namespace gyrotherm::app {
 namespace {
 
 struct PlanArguments {
-  std::string rig, released = "until", mission, record, out;
+  std::string rig, released = "until", mission, record, prior, out;
   double target_deg_per_h{};
   std::uint64_t seed = 0;
   bool force = false, unverified = false;
@@ -69,8 +73,41 @@ Result<void> compare_shipped(ProgramPlan& plan, const ForecastFunction& forecast
   return {};
 }
 
+/// Returns the forecast of the recommended model, and with a type prior also that of the model with the prior.
+Result<std::vector<planning::Forecast>> make_forecasts(Console& console,
+                                                       const std::optional<population::TypePrior>& prior,
+                                                       const data::RecordedRun& reference,
+                                                       const planning::ProgramPath& mission) {
+  std::vector<planning::Forecast> forecasts;
+  auto own = planning::Forecast::make(reference, mission, console.sink());
+  if (!own) return failure(own.error());
+  forecasts.push_back(std::move(*own));
+  if (!prior) return forecasts;
+  auto with_prior = planning::Forecast::make_with_prior(*prior, reference, mission);
+  if (!with_prior) return failure(with_prior.error());
+  forecasts.push_back(std::move(*with_prior));
+  return forecasts;
+}
+
+/// Returns the lower of the forecasts, as a run that ends by itself takes the better model.
+Result<double> least_expanded(const std::vector<planning::Forecast>& forecasts, const planning::ProgramPath& program) {
+  double least = std::numeric_limits<double>::infinity();
+  for (const auto& forecast : forecasts) {
+    const auto u = forecast.expanded_after(program);
+    if (!u) return failure(u.error());
+    least = std::min(least, *u);
+  }
+  return least;
+}
+
 Result<ProgramPlan> make_plan(Console& console, const PlanArguments& options, const rig::RigFile& rig,
                               profile::Profile released) {
+  std::optional<population::TypePrior> prior;
+  if (!options.prior.empty()) {
+    auto read = load_type_prior(options.prior);
+    if (!read) return failure(read.error());
+    prior = std::move(*read);
+  }
   const auto path = find_reference(console, options, rig);
   if (!path) return failure(path.error());
   const auto reference = load_recorded_run(console, *path, {{}, options.unverified, options.axis});
@@ -78,14 +115,14 @@ Result<ProgramPlan> make_plan(Console& console, const PlanArguments& options, co
   if (!options.mission.empty()) released.until->mission = options.mission;
   const auto mission = read_mission(released.until->mission);
   if (!mission) return failure(mission.error());
-  const auto forecast = planning::Forecast::make(*reference, *mission, console.sink());
-  if (!forecast) return failure(forecast.error());
+  const auto forecasts = make_forecasts(console, prior, *reference, *mission);
+  if (!forecasts) return failure(forecasts.error());
   const ForecastFunction expanded = [&](const planning::ProgramPath& program) {
-    return forecast->expanded_after(program);
+    return least_expanded(*forecasts, program);
   };
   auto plan = plan_program(std::move(released), options.target_deg_per_h, expanded, console.sink());
   if (!plan) return failure(plan.error());
-  plan->reference = *path;
+  plan->reference = options.prior.empty() ? *path : fmt::format("{} and {}", *path, options.prior);
   plan->simulated = reference->dataset.simulated;
   if (const auto compared = compare_shipped(*plan, expanded, rig); !compared) return failure(compared.error());
   return plan;
@@ -146,6 +183,10 @@ void add_plan(Program& program) {
                   "record of a unit of the type (default: the profile \"short\" on a virtual rig, recorded beside the "
                   "plan)")
       ->type_name(value::kRecord);
+  command
+      .add_option("--prior", options.prior,
+                  "a type prior written by type-prior, if the unit will be trained with it; the lower forecast counts")
+      ->type_name(value::kModel);
   command.add_option("--seed", options.seed, "seed of the virtual gyro that is recorded")->check(not_negative());
   add_axis_options(command, options.axis);
   add_unverified_flag(command, options.unverified);

@@ -106,7 +106,7 @@ endfunction()
 
 # gyrotherm_discover(PROGRAM [TOGETHER suites …] [WAITING suites …]) registers each test of a program. A suite in TOGETHER
 # runs as one test, because its fixture takes long to make. A test counts as 2 PROCESSORS, or as 1 if its suite is WAITING
-# for clocks and other programs most of the time. The test preset runs 6 of these units at once on two processors, waiting
+# for clocks and other programs most of the time. The test preset runs 8 of these units at once on two processors, waiting
 # and long tests first.
 function(gyrotherm_discover program)
   cmake_parse_arguments(suites "" "" "TOGETHER;WAITING" ${ARGN})

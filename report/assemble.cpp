@@ -265,6 +265,9 @@ std::vector<std::string> collect_warnings(const ReportSource& source) {
   };
   const model::PerModel<model::TrainedModel>& models = source.qualification.models;
   add("", source.qualification.comparison.warnings);
+  for (const data::RecordedRun* run : {&source.rate.recorded, &source.random.recorded})
+    if (const auto& titles = run->dataset.unreleased; !titles.empty())
+      add("", {fmt::format("UNRELEASED programs: {}", fmt::join(titles, ", "))});
   if (source.rate.recorded.dataset.three_point_stand_in)
     add("", {"three-point: the record names no shell thermometer; a stand-in is used"});
   for_each_model(models, [&](const char*, const model::TrainedModel& m) { add(m.model.inputs, m.model.warnings); });

@@ -500,4 +500,41 @@ Result<Signer> verify_pdf(const std::string& path, const Trust& trust) {
   return read_signer(*folder / "own.pem");
 }
 
+Result<std::string> sign_text(std::string_view text, const SigningKey& key) {
+  const auto folder = PrivateFolder::make();
+  if (!folder) return failure(folder.error());
+  if (auto unlocked = prepare_key(*folder, key); !unlocked) return failure(unlocked.error());
+  if (auto written = write_private(*folder / "content", text); !written) return failure(written.error());
+  const auto made =
+      run_step("openssl",
+               {"cms", "-sign", "-binary", "-md", "sha256", "-in", *folder / "content", "-inkey", *folder / "key.pem",
+                "-signer", *folder / "chain.pem", "-certfile", *folder / "chain.pem", "-outform", "PEM", "-out",
+                *folder / "signature.pem"},
+               "cannot sign");
+  if (!made) return failure(made.error());
+  auto signature = read_text_file(*folder / "signature.pem");
+  if (!signature) return signature;
+  const Trust own{.certificates_file = key.certificate_file};
+  if (auto holds = verify_text(text, *signature, key.certificate_file, own); !holds) return failure(holds.error());
+  return signature;
+}
+
+Result<Signer> verify_text(std::string_view text, std::string_view signature, const std::string& file,
+                           const Trust& trust) {
+  if (auto usable = check_trust_file(trust); !usable) return failure(usable.error());
+  const auto folder = PrivateFolder::make();
+  if (!folder) return failure(folder.error());
+  for (const auto& [name, content] : {std::pair("content", text), std::pair("signature.pem", signature)})
+    if (auto written = write_private(*folder / name, content); !written) return failure(written.error());
+  const auto run =
+      run_program("openssl", {"cms", "-verify", "-noverify", "-binary", "-inform", "PEM", "-in",
+                              *folder / "signature.pem", "-content", *folder / "content", "-out", "/dev/null",
+                              "-signer", *folder / "own.pem", "-certsout", *folder / "chain.pem"});
+  if (!run) return failure(run.error());
+  if (run->exit_code != 0)
+    return failure(FaultKind::bad_file, file, "its signature is not valid: it was changed after it was signed");
+  if (auto trusted = check_trust(*folder, trust, file); !trusted) return failure(trusted.error());
+  return read_signer(*folder / "own.pem");
+}
+
 }  // namespace gyrotherm::report

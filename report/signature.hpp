@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Signs certificates (XML, with xmlsec1) and PDFs (with pdfsig), and verifies the signatures. In both cases openssl
-/// verifies the certificate of the key. None of these functions uses the network.
+/// Signs certificates (XML, with xmlsec1), PDFs (with pdfsig) and texts (with openssl), and verifies the signatures. In
+/// all cases openssl verifies the certificate of the key. None of these functions uses the network.
 #pragma once
 
 #include <optional>
@@ -59,5 +59,14 @@ struct Signer {
 /// Verifies a PDF and returns its signer. Fails with bad_file unless it has exactly one signature, the signature covers
 /// the whole file, the file is unchanged, and the signer is trusted.
 [[nodiscard]] Result<Signer> verify_pdf(const std::string& path, const Trust& trust);
+
+/// Signs a text: a detached signature as PEM (CMS of RFC 5652, SHA-256, binary) that includes the key's certificates.
+/// Fails with bad_file like sign_dcc().
+[[nodiscard]] Result<std::string> sign_text(std::string_view text, const SigningKey& key);
+
+/// Verifies the signature of a text and returns its signer. Fails with bad_file at `file` if the signature is not one
+/// of this text or its signer is not trusted.
+[[nodiscard]] Result<Signer> verify_text(std::string_view text, std::string_view signature, const std::string& file,
+                                         const Trust& trust);
 
 }  // namespace gyrotherm::report

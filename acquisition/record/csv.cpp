@@ -238,6 +238,8 @@ std::string to_one_line(std::string text) {
 
 void add_comments(Buffer& out, const RunInfo& info, bool finished) {
   if (info.simulated) add(out, "# SIMULATED: the instruments were virtual\n");
+  for (const ProgramRelease& release : info.releases)
+    fmt::format_to(std::back_inserter(out), "# {}\n", to_one_line(describe(release)));
   fmt::format_to(std::back_inserter(out), "# run {} of {} on {}{}\n", to_one_line(info.id),
                  to_one_line(info.profile_name), to_one_line(info.rig_name), finished ? "" : ", not finished");
   for (const UnitInfo& unit : info.units)

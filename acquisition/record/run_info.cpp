@@ -216,10 +216,22 @@ constexpr const char *kCycles = "cycles", *kGradients = "gradients", *kThreePoin
                      *kAnalogueMaps = "analogue_map_texts", *kThermometers = "thermometer_texts",
                      *kSupplies = "supply_texts", *kIdentities = "identities", *kFixture = "fixture",
                      *kWarmUp = "warm_up", *kUnusedUnits = "unused_units", *kGoal = "goal",
-                     *kAddedBlocks = "added_blocks";
+                     *kAddedBlocks = "added_blocks", *kReleases = "releases";
 /// The values of the list `goal`. `segments` is the number of segments that the description covers.
 constexpr const char *kGoalU = "u_deg_per_h", *kMissionName = "mission_name", *kMissionText = "mission_text",
                      *kPriorText = "prior_text", *kDescribedSegments = "segments";
+
+/// The members of a release in the order of the list `releases`, whose `of` is the position of the release.
+constexpr std::string ProgramRelease::* kReleaseMembers[] = {
+    &ProgramRelease::title,       &ProgramRelease::sha256, &ProgramRelease::revision,  &ProgramRelease::released_by,
+    &ProgramRelease::released_at, &ProgramRelease::signer, &ProgramRelease::unreleased};
+
+/// Takes a value of the list `releases`. The values of a release follow each other.
+void take_release(RunInfo& info, std::int64_t position, std::string_view value) {
+  if (position == 0) info.releases.emplace_back();
+  if (info.releases.empty() || position < 0 || position >= std::ssize(kReleaseMembers)) return;
+  info.releases.back().*kReleaseMembers[position] = value;
+}
 
 /// Parses the numbers that write_lists() stores for a warm-up. Returns nothing for any other text.
 std::optional<RunInfo::WarmUpInfo> parse_warm_up(std::string_view text) {
@@ -271,6 +283,11 @@ Result<void> write_lists(Database& database, const RunInfo& info) {
     put(kGoal, kPriorText, {goal->prior_text});
     put(kGoal, kDescribedSegments, {std::to_string(info.segments.size())});
     put(kAddedBlocks, "", info.added_blocks);
+  }
+  for (std::size_t i = 0; i < info.releases.size(); ++i) {
+    std::vector<std::string> values;
+    for (const auto member : kReleaseMembers) values.push_back(info.releases[i].*member);
+    put(kReleases, fmt::format("{:04}", i), values);
   }
   for (const auto& [title, identity] : info.identities) put(kIdentities, title, {identity});
   for (const UnitInfo& unit : info.units) {
@@ -477,7 +494,7 @@ Result<void> read_added_blocks(Database& database, RunInfo& info) {
 }
 
 Result<void> read_lists(Database& database, RunInfo& info) {
-  return database.each_row("SELECT name, of, value FROM list ORDER BY name, of, position", [&](const Statement& row) {
+  return database.each_row("SELECT name, of, value, position FROM list ORDER BY name, of, position", [&](const Statement& row) {
     const std::string_view list = row.text(0);
     if (list == kCycles) info.cycles.emplace_back(row.text(2));
     if (list == kAnalogueMaps) info.analogue_map_texts.emplace_back(row.text(2));
@@ -486,6 +503,7 @@ Result<void> read_lists(Database& database, RunInfo& info) {
     if (list == kUnusedUnits) info.unused_units.emplace_back(row.text(2));
     if (list == kSupplies) info.supply_texts.emplace_back(row.text(2));
     if (list == kGoal) take_goal(info, row.text(1), row.text(2));
+    if (list == kReleases) take_release(info, row.integer(3), row.text(2));
     if (list == kAddedBlocks) info.added_blocks.emplace_back(row.text(2));
     if (list == kIdentities) info.identities.emplace(row.text(1), row.text(2));
     if (list == kFixture) {
@@ -501,6 +519,12 @@ Result<void> read_lists(Database& database, RunInfo& info) {
 }
 
 }  // namespace
+
+std::string describe(const ProgramRelease& release) {
+  if (!release.unreleased.empty()) return fmt::format("{}: UNRELEASED: {}", release.title, release.unreleased);
+  return fmt::format("{}: revision {}, released by {} on {}, signed by {}", release.title, release.revision,
+                     release.released_by, release.released_at, release.signer);
+}
 
 const UnitInfo* find_unit(const RunInfo& info, std::string_view name) {
   const auto found = std::ranges::find(info.units, name, &UnitInfo::name);

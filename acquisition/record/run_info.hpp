@@ -119,6 +119,20 @@ struct UnitInfo {
   std::vector<std::string> three_point{};
 };
 
+/// The release of a text that takes part in a run: the profile, the rig file, a map or a description.
+struct ProgramRelease {
+  std::string title;  ///< such as "profile short"
+  std::string sha256;
+  std::string revision{}, released_by{}, released_at{};
+  std::string signer{};      ///< subject of the signer's certificate
+  std::string unreleased{};  ///< reason why the text has no valid release; empty if it has one
+  bool operator==(const ProgramRelease&) const = default;
+};
+
+/// Describes a release in a line: 'profile short: revision 3, released by A. Metrologist on 2026-11-25 …', or why there
+/// is none.
+[[nodiscard]] std::string describe(const ProgramRelease& release);
+
 struct RunInfo {
   /// 32 hexadecimal digits. For a dry run they are derived from profile, rig and seed.
   std::string id;
@@ -183,6 +197,8 @@ struct RunInfo {
     bool operator==(const WarmUpInfo&) const = default;
   };
   std::optional<WarmUpInfo> warm_up{};  ///< nothing: none was added
+  /// The releases of the run's texts under the site's policy; empty if the site has no register of releases.
+  std::vector<ProgramRelease> releases{};
   /// The goal of a run that ends by itself, with the texts of the files that its profile names.
   struct Goal {
     double u_deg_per_h{};

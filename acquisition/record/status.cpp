@@ -198,6 +198,8 @@ RunStatus make_first_status(const std::string& path, const RunInfo& info) {
   status.path = path;
   status.id = info.id;
   status.simulated = info.simulated;
+  for (const ProgramRelease& release : info.releases)
+    if (!release.unreleased.empty()) status.unreleased.push_back(release.title);
   status.segment_count = static_cast<int>(info.segments.size());
   for (const Channel& channel : info.thermometers) status.thermometers.emplace_back(channel.name, std::nullopt);
   return status;

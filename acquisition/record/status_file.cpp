@@ -45,6 +45,7 @@ void describe(auto& form, Like<RunStatus> auto& status) {
   form.if_present("alarms", true, status.alarms);
   form.if_present("gyro_rates", true, status.gyro_rates);
   form.if_present("decision", true, status.decision);
+  form.if_present("unreleased", true, status.unreleased);
 }
 
 std::string describe(RunState state, const std::string& cause) {

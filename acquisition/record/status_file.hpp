@@ -32,6 +32,8 @@ struct RunStatus {
   bool being_written{};
   bool finished{};
   bool simulated{};
+  /// Titles of the run's texts without a valid release (RunInfo::releases).
+  std::vector<std::string> unreleased{};
   /// The slot of the last sample and the last slot on the disk; −1 if there is none yet.
   std::int64_t slot{-1};
   std::int64_t acknowledged{-1};

@@ -216,6 +216,8 @@ Dataset make_dataset(const record::Record& record, const std::string& path, cons
   dataset.of = of;
   dataset.identity = make_identity(info, at.unit);
   dataset.simulated = info.simulated;
+  for (const record::ProgramRelease& release : info.releases)
+    if (!release.unreleased.empty()) dataset.unreleased.push_back(release.title);
   dataset.imported = info.imported;
   dataset.profile_name = info.profile_name;
   dataset.gradients = at.unit.gradients;

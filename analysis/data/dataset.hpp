@@ -67,6 +67,8 @@ struct Dataset {
   std::string identity;
   bool simulated{};
   bool imported{};
+  /// Titles of the run's texts without a valid release (record::RunInfo::releases).
+  std::vector<std::string> unreleased{};
   std::string profile_name;
   /// Names of the columns of temperature_c: thermometers on the unit, thermometers of the rig, then the values reported
   /// by the unit itself, "self" and "aux:NAME".

@@ -6,6 +6,7 @@
 
 #include "acquisition/record/run_info.hpp"
 #include "apps/console/command.hpp"
+#include "apps/gyrotherm/release/program_register.hpp"
 #include "apps/gyrotherm/run/checked_profile.hpp"
 #include "apps/gyrotherm/run/readiness.hpp"
 #include "core/clock.hpp"
@@ -336,6 +337,21 @@ Result<rig::RigFile> check_rig(const CheckArguments& options, Findings& found) {
   return rig;
 }
 
+/// Adds the releases of profile and rig to the findings, if the site has a register. Fails if a run would not start.
+Result<void> state_releases(const profile::Profile& profile, const rig::RigFile& rig, Findings& found) {
+  const auto releases = check_releases(profile, rig);
+  if (!releases) return failure(releases.error());
+  for (const auto& release : *releases) {
+    found.words += "  " + describe(release) + "\n";
+    found.json["releases"].push_back({{"title", release.title},
+                                      {"sha256", release.sha256},
+                                      {"revision", release.revision},
+                                      {"released_by", release.released_by},
+                                      {"unreleased", release.unreleased}});
+  }
+  return {};
+}
+
 Result<Exit> check(Console& console, const CheckArguments& options) {
   if (options.profile.empty() && options.rig.empty())
     return failure(FaultKind::usage, "check", "nothing to check; expected a profile, --rig or both");
@@ -363,6 +379,8 @@ Result<Exit> check(Console& console, const CheckArguments& options) {
     const auto timeline = plan(*profile);
     const auto set_points = run::count_set_points(*profile, rig ? rig->chamber_limits : profile::ChamberLimits{},
                                                   rig ? rig->chamber_map.limits.every : Duration{});
+    if (rig)
+      if (const auto stated = state_releases(*profile, *rig, found); !stated) return failure(stated.error());
     found.words += describe(*profile, timeline) + set_point_lines(set_points, rig ? &*rig : nullptr);
     found.json["profile"] = timeline_json(*profile, timeline);
     found.json["profile"]["set_points"] = set_points;

@@ -127,6 +127,7 @@ std::string units_line(const record::RunStatus& status) {
 std::string describe(const record::RunStatus& status) {
   auto text = fmt::format("{}{}: {}\n", status.simulated ? "SIMULATED " : "", status.path, describe_state(status));
   text += age_line(status);
+  if (!status.unreleased.empty()) text += fmt::format("  UNRELEASED: {}\n", fmt::join(status.unreleased, ", "));
   text += units_line(status);
   if (is_imported(status)) return text + " " + thermometer_line(status);
   text += fmt::format("  up to second {}, acknowledged up to {}, {} faulty readings\n", status.slot,

@@ -18,6 +18,7 @@
 #include "acquisition/record/status.hpp"
 #include "acquisition/record/store.hpp"
 #include "apps/console/interrupt.hpp"
+#include "apps/gyrotherm/release/program_register.hpp"
 #include "apps/gyrotherm/run/checked_profile.hpp"
 #include "apps/gyrotherm/run/confirmed_commands.hpp"
 #include "apps/gyrotherm/run/readiness.hpp"
@@ -314,6 +315,7 @@ struct NewRun {
   const std::string& path;
   const StartOptions& options;
   profile::ProfileState first;  ///< at the first second
+  std::vector<record::ProgramRelease> releases;
 };
 
 rig::RigStart make_rig_start(const NewRun& plan) {
@@ -349,6 +351,7 @@ Result<Celsius> enter_run(const NewRun& plan, Opening& opening, const rig::Found
   auto info = run::run_info(GYROTHERM_VERSION, plan.profile, plan.file, plan.options.seed,
                             opening.rig->will_start_utc(), plan.options.days_later, plan.options.goal);
   info.identities = found.identities;
+  info.releases = plan.releases;
   auto store = record::Store::create(plan.path, info, store_options(plan.file.simulated));
   if (store) remove_trace(plan.path);  // trace of an earlier record
   return open_run(opening, std::move(store), found);
@@ -360,6 +363,8 @@ void note_start(const NewRun& plan, const Opening& opening, const std::vector<st
                 run::RunController& run_controller) {
   run_controller.note(EventKind::started, plan.profile.name);
   if (const auto& goal = plan.options.goal) run_controller.note(EventKind::note, describe_goal(plan.profile, *goal));
+  for (const auto& release : plan.releases)
+    if (!release.unreleased.empty()) run_controller.note(EventKind::note, describe(release));
   for (const auto& unit : plan.file.identification.unused)
     run_controller.note(EventKind::note, fmt::format("position {} is empty", unit), {.channel = unit});
   if (opening.entry.away)
@@ -470,7 +475,11 @@ Result<void> start_run(Console& console, const profile::Profile& profile, const 
   if (auto may = check_may_start(file, path, options); !may) return may;
   if (auto may = check_goal(profile, options.goal, options.upload); !may) return may;
   if (!file.simulated) console.never_wait();
-  const NewRun plan{profile, file, path, options, begin(profile)};
+  auto releases = check_releases(profile, file);
+  if (!releases) return failure(releases.error());
+  const NewRun plan{profile, file, path, options, begin(profile), std::move(*releases)};
+  for (const auto& release : plan.releases)
+    if (!release.unreleased.empty()) console.print_message(describe(release));
   auto opening = prepare_opening(console, file, path, make_rig_start(plan), options.upload);
   if (!opening) return failure(opening.error());
   const auto program = program_to_upload(plan);

@@ -210,6 +210,10 @@ function update_frame() {
   }
   set_text(document.getElementById('run-title'), run ? `${status.name} · ${status.profile} on ${status.rig}` : '');
   document.getElementById('simulated').hidden = !(status && status.simulated);
+  const unreleased = (status && status.unreleased) || [];
+  const notice = document.getElementById('unreleased');
+  notice.hidden = unreleased.length === 0;
+  set_text(notice, unreleased.length ? `UNRELEASED — not released by this site: ${unreleased.join(', ')}` : '');
   document.title = run ? `${kStates[display_state(status)]} · ${status.name} · gyrotherm` : 'gyrotherm';
   set_text(document.getElementById('who'), page.session.name ? `${page.session.name} (${page.session.role})` : '');
   document.getElementById('log-out').hidden = !page.session.csrf;

@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The command `release`: reviews, releases and lists programs in the register of a site.
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <string>
+
+#include "apps/console/command.hpp"
+#include "apps/gyrotherm/release/program_register.hpp"
+#include "core/clock.hpp"
+#include "core/file.hpp"
+#include "core/json.hpp"
+#include "core/sha256.hpp"
+#include "core/text.hpp"
+
+namespace gyrotherm::app {
+namespace {
+
+struct ReleaseArguments {
+  std::string file, register_folder, by, revision, trusted;
+  report::SigningKey key;
+};
+
+/// Returns the register: the one that is given, or that of the site's policy.
+Result<std::string> choose_register(const std::string& given) {
+  if (!given.empty()) return given;
+  const auto policy = read_policy();
+  if (!policy) return failure(policy.error());
+  if (*policy && (*policy)->releases) return (*policy)->releases->register_folder;
+  return failure(FaultKind::usage, "--register", fmt::format("is required, because {} names no register", kPolicyFile));
+}
+
+/// Returns the file with the trusted certificates: the one that is given, or that of the site's policy.
+Result<std::string> choose_trusted(const std::string& given) {
+  if (!given.empty()) return given;
+  const auto policy = read_policy();
+  if (!policy) return failure(policy.error());
+  return *policy && (*policy)->releases ? (*policy)->releases->trusted : std::string();
+}
+
+Result<void> check_releaser(const std::string& by) {
+  if (trimmed(by, " \t").empty() || plain(by) != by)
+    return failure(FaultKind::usage, "--by", "expected the name of a person");
+  return {};
+}
+
+std::string utc_now() { return civil_time(SteadyClock().now().utc); }
+
+Result<Exit> review_file(Console& console, const ReleaseArguments& options) {
+  if (auto valid = check_releaser(options.by); !valid) return failure(valid.error());
+  const auto folder = choose_register(options.register_folder);
+  if (!folder) return failure(folder.error());
+  const auto text = read_text_file(options.file);
+  if (!text) return failure(text.error());
+  const auto digest = sha256(*text);
+  const auto known = find_release(*folder, digest);
+  if (!known) return failure(known.error());
+  if (*known && !(*known)->signature.empty())
+    return failure(FaultKind::usage, options.file,
+                   fmt::format("is released already, as revision {}", (*known)->revision));
+  const Release release{.title = std::filesystem::path(options.file).filename().string(),
+                        .sha256 = digest,
+                        .revision = options.revision,
+                        .reviewed = {.by = options.by, .at = utc_now()}};
+  const auto path = release_path(*folder, digest);
+  if (auto written = replace_text_file(path, to_json(release)); !written) return failure(written.error());
+  console.print_message(fmt::format("{}: revision {} reviewed by {}; next: gyrotherm release sign", release.title,
+                                    release.revision, release.reviewed.by));
+  return Exit::done;
+}
+
+Result<Exit> release_file(Console& console, const ReleaseArguments& options) {
+  if (auto valid = check_releaser(options.by); !valid) return failure(valid.error());
+  const auto folder = choose_register(options.register_folder);
+  if (!folder) return failure(folder.error());
+  const auto text = read_text_file(options.file);
+  if (!text) return failure(text.error());
+  const auto digest = sha256(*text);
+  auto found = find_release(*folder, digest);
+  if (!found) return failure(found.error());
+  if (!*found)
+    return failure(FaultKind::usage, options.file, "has not been reviewed in its present form; see release review");
+  Release release = std::move(**found);
+  if (!release.signature.empty())
+    return failure(FaultKind::usage, options.file, fmt::format("is released already, as revision {}", release.revision));
+  if (release.reviewed.by == options.by)
+    return failure(FaultKind::usage, "--by",
+                   fmt::format("{} reviewed this text; another person must release it", options.by));
+  release.released = {.by = options.by, .at = utc_now()};
+  auto signature = report::sign_text(signed_text(release), options.key);
+  if (!signature) return failure(signature.error());
+  release.signature = std::move(*signature);
+  if (auto written = replace_text_file(release_path(*folder, digest), to_json(release)); !written)
+    return failure(written.error());
+  console.print_message(fmt::format("{}: revision {} released by {}", release.title, release.revision, options.by));
+  return Exit::done;
+}
+
+/// Returns a line for an entry, with the verdict on its signature.
+std::string describe_entry(const Release& release, const Result<report::Signer>& signer) {
+  auto line = fmt::format("{:<28} revision {:<8} {}  reviewed by {} on {}", release.title, release.revision,
+                          release.sha256.substr(0, 12), release.reviewed.by, release.reviewed.at);
+  if (release.signature.empty()) return line + "; NOT RELEASED";
+  line += fmt::format("; released by {} on {}", release.released.by, release.released.at);
+  return line + (signer ? "; signed by " + signer->subject : "; FAILS: " + signer.error().what);
+}
+
+Result<Exit> list_register(Console& console, const ReleaseArguments& options) {
+  const auto folder = choose_register(options.register_folder);
+  if (!folder) return failure(folder.error());
+  const auto trusted = choose_trusted(options.trusted);
+  if (!trusted) return failure(trusted.error());
+  const auto all = list_releases(*folder);
+  if (!all) return failure(all.error());
+  bool all_hold = true;
+  Json json = Json::array();
+  for (const Release& release : *all) {
+    const auto signer =
+        verify_release(release, release_path(*folder, release.sha256), {.certificates_file = *trusted, .on_day = {}});
+    all_hold = all_hold && (signer || release.signature.empty());
+    if (!console.json) console.print(plain(describe_entry(release, signer)) + "\n");
+    Json one = Json::parse(to_json(release));
+    one.erase("signature");
+    one["state"] = state_of(release);
+    one["signer"] = signer ? Json(signer->subject) : Json();
+    one["trouble"] = signer || release.signature.empty() ? Json("") : Json(signer.error().what);
+    json.push_back(std::move(one));
+  }
+  if (console.json) console.print(json_text(json) + "\n");
+  return all_hold ? Exit::done : Exit::file;
+}
+
+void add_register_option(CLI::App& command, std::string& folder) {
+  command.add_option("--register", folder, "the folder of the register (default: that of the site's policy)")
+      ->type_name(value::kFolder);
+}
+
+void add_release_review(Program& program, CLI::App& release) {
+  auto [command, options] = add_subcommand(
+      program, release, "review", "Enters a profile, rig file, map or description in the register as reviewed.",
+      "gyrotherm release review lab.toml --revision 3 --by \"B. Reviewer\"", review_file);
+  command.add_option("file", options.file, "the file")->type_name(value::kToml)->required();
+  command.add_option("--revision", options.revision, "revision of the file")->type_name("TEXT")->required();
+  command.add_option("--by", options.by, "the person who reviewed the file")->type_name("NAME")->required();
+  add_register_option(command, options.register_folder);
+}
+
+void add_release_sign(Program& program, CLI::App& release) {
+  auto [command, options] = add_subcommand(
+      program, release, "sign", "Releases a reviewed file by a signature. Another person must have reviewed it.",
+      "gyrotherm release sign lab.toml --by \"C. Authoriser\" --key release.key --certificate release.pem",
+      release_file);
+  command.add_option("file", options.file, "the file")->type_name(value::kToml)->required();
+  command.add_option("--by", options.by, "the person who releases the file")->type_name("NAME")->required();
+  command.add_option("--key", options.key.key_file, "the private key, RSA, PEM")->type_name(value::kPem)->required();
+  command.add_option("--certificate", options.key.certificate_file, "its certificate and the chain above it, PEM")
+      ->type_name(value::kPem)
+      ->required();
+  command
+      .add_option("--password-file", options.key.password_file, "a file with the password of the key in its first line")
+      ->type_name(value::kFile);
+  add_register_option(command, options.register_folder);
+}
+
+void add_release_list(Program& program, CLI::App& release) {
+  auto [command, options] =
+      add_subcommand(program, release, "list", "Lists the register and verifies each signature.",
+                     "gyrotherm release list --register releases --trusted authority.pem", list_register);
+  add_register_option(command, options.register_folder);
+  command.add_option("--trusted", options.trusted, "trusted certificates, PEM (default: those of the site's policy)")
+      ->type_name(value::kPem);
+}
+
+}  // namespace
+
+void add_release(Program& program) {
+  auto& release = add_command(program, "release", "Reviews, releases and lists the programs of a site.",
+                              "gyrotherm release list");
+  release.require_subcommand(1);
+  add_release_review(program, release);
+  add_release_sign(program, release);
+  add_release_list(program, release);
+}
+
+}  // namespace gyrotherm::app

@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <ranges>
 #include <regex>
 #include <vector>
 
@@ -505,13 +506,28 @@ Result<std::string> sign_text(std::string_view text, const SigningKey& key) {
   if (!folder) return failure(folder.error());
   if (auto unlocked = prepare_key(*folder, key); !unlocked) return failure(unlocked.error());
   if (auto written = write_private(*folder / "content", text); !written) return failure(written.error());
-  const auto made =
-      run_step("openssl",
-               {"cms", "-sign", "-binary", "-md", "sha256", "-in", *folder / "content", "-inkey", *folder / "key.pem",
-                "-signer", *folder / "chain.pem", "-certfile", *folder / "chain.pem", "-outform", "PEM", "-out",
-                *folder / "signature.pem"},
-               "cannot sign");
-  if (!made) return failure(made.error());
+  const auto chain = read_text_file(*folder / "chain.pem");
+  if (!chain) return failure(chain.error());
+  Strings arguments{"cms",
+                    "-sign",
+                    "-binary",
+                    "-md",
+                    "sha256",
+                    "-in",
+                    *folder / "content",
+                    "-inkey",
+                    *folder / "key.pem",
+                    "-signer",
+                    *folder / "chain.pem",
+                    "-outform",
+                    "PEM",
+                    "-out",
+                    *folder / "signature.pem"};
+  std::string issuers;  // openssl refuses a certificate that it has twice
+  for (const std::string& one : read_certificates(*chain) | std::views::drop(1)) issuers += to_pem(one);
+  if (auto written = write_private(*folder / "issuers.pem", issuers); !written) return failure(written.error());
+  if (!issuers.empty()) arguments.insert(arguments.end(), {"-certfile", *folder / "issuers.pem"});
+  if (const auto made = run_step("openssl", arguments, "cannot sign"); !made) return failure(made.error());
   auto signature = read_text_file(*folder / "signature.pem");
   if (!signature) return signature;
   const Trust own{.certificates_file = key.certificate_file};

@@ -222,7 +222,7 @@ constexpr const char *kGoalU = "u_deg_per_h", *kMissionName = "mission_name", *k
                      *kPriorText = "prior_text", *kDescribedSegments = "segments";
 
 /// The members of a release in the order of the list `releases`, whose `of` is the position of the release.
-constexpr std::string ProgramRelease::* kReleaseMembers[] = {
+constexpr std::string ProgramRelease::*kReleaseMembers[] = {
     &ProgramRelease::title,       &ProgramRelease::sha256, &ProgramRelease::revision,  &ProgramRelease::released_by,
     &ProgramRelease::released_at, &ProgramRelease::signer, &ProgramRelease::unreleased};
 
@@ -494,28 +494,30 @@ Result<void> read_added_blocks(Database& database, RunInfo& info) {
 }
 
 Result<void> read_lists(Database& database, RunInfo& info) {
-  return database.each_row("SELECT name, of, value, position FROM list ORDER BY name, of, position", [&](const Statement& row) {
-    const std::string_view list = row.text(0);
-    if (list == kCycles) info.cycles.emplace_back(row.text(2));
-    if (list == kAnalogueMaps) info.analogue_map_texts.emplace_back(row.text(2));
-    if (list == kThermometers) info.thermometer_texts.emplace_back(row.text(2));
-    if (list == kWarmUp) info.warm_up = parse_warm_up(row.text(2));
-    if (list == kUnusedUnits) info.unused_units.emplace_back(row.text(2));
-    if (list == kSupplies) info.supply_texts.emplace_back(row.text(2));
-    if (list == kGoal) take_goal(info, row.text(1), row.text(2));
-    if (list == kReleases) take_release(info, row.integer(3), row.text(2));
-    if (list == kAddedBlocks) info.added_blocks.emplace_back(row.text(2));
-    if (list == kIdentities) info.identities.emplace(row.text(1), row.text(2));
-    if (list == kFixture) {
-      for (std::size_t i = 0; i < info.units.size(); ++i)
-        for (std::size_t axis = 0; axis < info.units[i].axes.size(); ++axis)
-          if (row.text(1) == list_key(i, axis)) take_fixture_line(row.text(2), info.units[i].axes[axis].uncertainty);
-    }
-    const auto unit = std::ranges::find(info.units, row.text(1), &UnitInfo::name);
-    if (unit == info.units.end()) return;
-    if (list == kGradients) unit->gradients.emplace_back(row.text(2));
-    if (list == kThreePoint) unit->three_point.emplace_back(row.text(2));
-  });
+  return database.each_row("SELECT name, of, value, position FROM list ORDER BY name, of, position",
+                           [&](const Statement& row) {
+                             const std::string_view list = row.text(0);
+                             if (list == kCycles) info.cycles.emplace_back(row.text(2));
+                             if (list == kAnalogueMaps) info.analogue_map_texts.emplace_back(row.text(2));
+                             if (list == kThermometers) info.thermometer_texts.emplace_back(row.text(2));
+                             if (list == kWarmUp) info.warm_up = parse_warm_up(row.text(2));
+                             if (list == kUnusedUnits) info.unused_units.emplace_back(row.text(2));
+                             if (list == kSupplies) info.supply_texts.emplace_back(row.text(2));
+                             if (list == kGoal) take_goal(info, row.text(1), row.text(2));
+                             if (list == kReleases) take_release(info, row.integer(3), row.text(2));
+                             if (list == kAddedBlocks) info.added_blocks.emplace_back(row.text(2));
+                             if (list == kIdentities) info.identities.emplace(row.text(1), row.text(2));
+                             if (list == kFixture) {
+                               for (std::size_t i = 0; i < info.units.size(); ++i)
+                                 for (std::size_t axis = 0; axis < info.units[i].axes.size(); ++axis)
+                                   if (row.text(1) == list_key(i, axis))
+                                     take_fixture_line(row.text(2), info.units[i].axes[axis].uncertainty);
+                             }
+                             const auto unit = std::ranges::find(info.units, row.text(1), &UnitInfo::name);
+                             if (unit == info.units.end()) return;
+                             if (list == kGradients) unit->gradients.emplace_back(row.text(2));
+                             if (list == kThreePoint) unit->three_point.emplace_back(row.text(2));
+                           });
 }
 
 }  // namespace

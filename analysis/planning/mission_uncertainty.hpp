@@ -10,8 +10,8 @@ namespace gyrotherm::planning {
 
 /// Computes the expanded uncertainty of a mean over 1 h of the compensated bias, °/h, as the root mean square over the
 /// clusters of a mission. It combines the rows of the model's budget with the excess of the predictive variance and the
-/// extrapolation_factor() of each cluster; infinite if an input did not vary in the training and has another value on the
-/// mission. The model must have an uncertainty. Fails with usage if the clusters lack a thermometer.
+/// extrapolation_factor() of each cluster; infinite if an input did not vary in the training and has another value on
+/// the mission. The model must have an uncertainty. Fails with usage if the clusters lack a thermometer.
 [[nodiscard]] Result<double> mission_uncertainty(const model::Model& model, const data::Clusters& mission);
 
 /// Computes the mean predictive variance of the function over the clusters, (°/h)²; 0 without a cluster. Fails with

@@ -82,7 +82,8 @@ Result<Exit> release_file(Console& console, const ReleaseArguments& options) {
     return failure(FaultKind::usage, options.file, "has not been reviewed in its present form; see release review");
   Release release = std::move(**found);
   if (!release.signature.empty())
-    return failure(FaultKind::usage, options.file, fmt::format("is released already, as revision {}", release.revision));
+    return failure(FaultKind::usage, options.file,
+                   fmt::format("is released already, as revision {}", release.revision));
   if (release.reviewed.by == options.by)
     return failure(FaultKind::usage, "--by",
                    fmt::format("{} reviewed this text; another person must release it", options.by));
@@ -174,8 +175,8 @@ void add_release_list(Program& program, CLI::App& release) {
 }  // namespace
 
 void add_release(Program& program) {
-  auto& release = add_command(program, "release", "Reviews, releases and lists the programs of a site.",
-                              "gyrotherm release list");
+  auto& release =
+      add_command(program, "release", "Reviews, releases and lists the programs of a site.", "gyrotherm release list");
   release.require_subcommand(1);
   add_release_review(program, release);
   add_release_sign(program, release);

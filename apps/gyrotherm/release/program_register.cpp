@@ -113,15 +113,13 @@ Result<std::vector<Release>> list_releases(const std::string& register_folder) {
     if (!release) return failure(release.error());
     if (*release) all.push_back(std::move(**release));
   }
-  std::ranges::sort(all, {}, [](const Release& release) {
-    return std::tie(release.title, release.reviewed.at, release.sha256);
-  });
+  std::ranges::sort(
+      all, {}, [](const Release& release) { return std::tie(release.title, release.reviewed.at, release.sha256); });
   return all;
 }
 
 Result<report::Signer> verify_release(const Release& release, const std::string& file, const report::Trust& trust) {
-  if (release.signature.empty())
-    return failure(FaultKind::bad_file, file, "is reviewed but not released");
+  if (release.signature.empty()) return failure(FaultKind::bad_file, file, "is reviewed but not released");
   return report::verify_text(signed_text(release), release.signature, file, trust);
 }
 

@@ -18,6 +18,16 @@ namespace {
 /// A site with a register, a key, and copies of a profile and a virtual rig.
 class Releases : public testing::Test {
  protected:
+  static void SetUpTestSuite() {
+    keys_ = new Folder;
+    const auto made = shell("cd " + (*keys_ / ".") +
+                            " && for one in site other; do openssl req -x509 -newkey rsa:2048 -nodes -keyout $one.key "
+                            "-out $one.pem -days 30 -subj /CN=$one -addext basicConstraints=critical,CA:FALSE -addext "
+                            "keyUsage=critical,digitalSignature; done");
+    ASSERT_EQ(made.exit_code, 0) << made.err;
+  }
+  static void TearDownTestSuite() { delete keys_; }
+
   void SetUp() override {
     std::filesystem::create_directory(site_ / "register");
     copy("tests/profiles/ten-seconds.toml", "brief.toml");
@@ -25,11 +35,8 @@ class Releases : public testing::Test {
     for (auto at = rig.find("\"../"); at != rig.npos; at = rig.find("\"../"))
       rig.replace(at, 4, "\"" GYROTHERM_SOURCE_DIR "/profiles/");
     write("lab.toml", rig);
-    const auto made = shell("cd " + (site_ / ".") +
-                            " && for one in site other; do openssl req -x509 -newkey rsa:2048 -nodes -keyout $one.key "
-                            "-out $one.pem -days 30 -subj /CN=$one -addext basicConstraints=critical,CA:FALSE -addext "
-                            "keyUsage=critical,digitalSignature; done");
-    ASSERT_EQ(made.exit_code, 0) << made.err;
+    for (const char* file : {"site.key", "site.pem", "other.key", "other.pem"})
+      std::filesystem::copy_file(*keys_ / file, site_ / file);
   }
 
   void copy(const std::string& from, const std::string& to) {
@@ -54,8 +61,10 @@ class Releases : public testing::Test {
     return site_ / ("register/" + sha256(*read_text_file(site_ / file)) + ".json");
   }
   void use_policy(const std::string& unreleased = "marked") {
-    write("policy.toml", "schema = \"gyrotherm-policy/1\"\n[releases]\nregister = \"register\"\ntrusted = \"site.pem\"\n"
-                         "unreleased = \"" + unreleased + "\"\n");
+    write("policy.toml",
+          "schema = \"gyrotherm-policy/1\"\n[releases]\nregister = \"register\"\ntrusted = \"site.pem\"\n"
+          "unreleased = \"" +
+              unreleased + "\"\n");
   }
   Ran list(const std::string& options = "") {
     return gyrotherm_with("release list --register " + (site_ / "register") + " --trusted " + (site_ / "site.pem") +
@@ -63,8 +72,8 @@ class Releases : public testing::Test {
   }
   /// Runs the brief profile on the virtual rig under the policy.
   Ran run(const std::string& out = "run.db") {
-    return shell("GYROTHERM_POLICY=" + (site_ / "policy.toml") + " gyrotherm run " + (site_ / "brief.toml") + " --rig " +
-                 (site_ / "lab.toml") + " --out " + (site_ / out));
+    return shell("GYROTHERM_POLICY=" + (site_ / "policy.toml") + " gyrotherm run " + (site_ / "brief.toml") +
+                 " --rig " + (site_ / "lab.toml") + " --out " + (site_ / out));
   }
   record::RunInfo info(const std::string& out = "run.db") {
     const auto record = record::read_record(site_ / out);
@@ -72,6 +81,7 @@ class Releases : public testing::Test {
     return record ? record->info : record::RunInfo{};
   }
 
+  static inline Folder* keys_ = nullptr;
   Folder site_;
 };
 
@@ -89,10 +99,10 @@ TEST_F(Releases, AreReviewedByOnePersonAndSignedByAnother) {
   EXPECT_EQ(listed.exit_code, 0);
   for (const char* part : {"brief.toml", "revision 3", "R. Reviewer", "A. Authoriser", "CN=site"})
     EXPECT_NE(listed.out.find(part), std::string::npos) << part << " in " << listed.out;
-  const auto json = nlohmann::json::parse(list(" --json").out);
-  ASSERT_EQ(json.size(), 1u);
-  EXPECT_EQ(json[0]["state"], "released");
-  EXPECT_EQ(json[0]["trouble"], "");
+  const auto entries = nlohmann::json::parse(list(" --json").out);
+  ASSERT_EQ(entries.size(), 1u);
+  EXPECT_EQ(entries[0]["state"], "released");
+  EXPECT_EQ(entries[0]["trouble"], "");
 }
 
 TEST_F(Releases, AreInTheRecordAndMarkedOnViews) {
@@ -129,8 +139,8 @@ TEST_F(Releases, AreStatedByCheck) {
 }
 
 TEST_F(Releases, AreNotStatedWithoutRegister) {
-  const auto ran = shell("GYROTHERM_POLICY= gyrotherm run " + (site_ / "brief.toml") + " --rig " + (site_ / "lab.toml") +
-                         " --out " + (site_ / "run.db"));
+  const auto ran = shell("GYROTHERM_POLICY= gyrotherm run " + (site_ / "brief.toml") + " --rig " +
+                         (site_ / "lab.toml") + " --out " + (site_ / "run.db"));
   ASSERT_EQ(ran.exit_code, 0) << ran.err;
   EXPECT_TRUE(info().releases.empty());
   EXPECT_EQ(ran.err.find("UNRELEASED"), std::string::npos);
@@ -185,19 +195,21 @@ TEST_F(Releases, OfStrangersAreNotBelieved) {
 TEST_F(Releases, MustBeValidForRealRigsIfTheSiteDemandsIt) {
   use_policy("refused");
   EXPECT_EQ(run().exit_code, 0) << "a virtual rig is only marked";
-  const auto refused = shell("GYROTHERM_POLICY=" + (site_ / "policy.toml") + " gyrotherm run " +
-                             (site_ / "brief.toml") + " --rig " GYROTHERM_SOURCE_DIR "/profiles/rigs/example-binder-dcon-stim300.toml --out " +
-                             (site_ / "real.db"));
+  const auto refused =
+      shell("GYROTHERM_POLICY=" + (site_ / "policy.toml") + " gyrotherm run " + (site_ / "brief.toml") +
+            " --rig " GYROTHERM_SOURCE_DIR "/profiles/rigs/example-binder-dcon-stim300.toml --unit gyro=0042 --out " +
+            (site_ / "real.db"));
   EXPECT_EQ(refused.exit_code, 2) << refused.err;
   EXPECT_NE(refused.err.find("not released"), std::string::npos) << refused.err;
   EXPECT_FALSE(std::filesystem::exists(site_ / "real.db"));
 }
 
 TEST_F(Releases, NeedAValidPolicy) {
-  for (const std::string policy : {"", "schema = \"gyrotherm-rig/1\"\n", "schema = \"gyrotherm-policy/1\"\nrelease = 1\n",
-                                   "schema = \"gyrotherm-policy/1\"\n[releases]\nregister = \"register\"\n",
-                                   "schema = \"gyrotherm-policy/1\"\n[releases]\nregister = \"register\"\n"
-                                   "trusted = \"site.pem\"\nunreleased = \"ignored\"\n"}) {
+  for (const std::string policy :
+       {"", "schema = \"gyrotherm-rig/1\"\n", "schema = \"gyrotherm-policy/1\"\nrelease = 1\n",
+        "schema = \"gyrotherm-policy/1\"\n[releases]\nregister = \"register\"\n",
+        "schema = \"gyrotherm-policy/1\"\n[releases]\nregister = \"register\"\n"
+        "trusted = \"site.pem\"\nunreleased = \"ignored\"\n"}) {
     write("policy.toml", policy);
     const auto ran = run();
     EXPECT_EQ(ran.exit_code, 4) << policy << ran.err;

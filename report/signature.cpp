@@ -501,11 +501,11 @@ Result<Signer> verify_pdf(const std::string& path, const Trust& trust) {
   return read_signer(*folder / "own.pem");
 }
 
-Result<std::string> sign_text(std::string_view text, const SigningKey& key) {
+Result<std::string> sign_bytes(std::string_view bytes, const SigningKey& key) {
   const auto folder = PrivateFolder::make();
   if (!folder) return failure(folder.error());
   if (auto unlocked = prepare_key(*folder, key); !unlocked) return failure(unlocked.error());
-  if (auto written = write_private(*folder / "content", text); !written) return failure(written.error());
+  if (auto written = write_private(*folder / "content", bytes); !written) return failure(written.error());
   const auto chain = read_text_file(*folder / "chain.pem");
   if (!chain) return failure(chain.error());
   Strings arguments{"cms",
@@ -531,16 +531,16 @@ Result<std::string> sign_text(std::string_view text, const SigningKey& key) {
   auto signature = read_text_file(*folder / "signature.pem");
   if (!signature) return signature;
   const Trust own{.certificates_file = key.certificate_file};
-  if (auto holds = verify_text(text, *signature, key.certificate_file, own); !holds) return failure(holds.error());
+  if (auto holds = verify_bytes(bytes, *signature, key.certificate_file, own); !holds) return failure(holds.error());
   return signature;
 }
 
-Result<Signer> verify_text(std::string_view text, std::string_view signature, const std::string& file,
-                           const Trust& trust) {
+Result<Signer> verify_bytes(std::string_view bytes, std::string_view signature, const std::string& file,
+                            const Trust& trust) {
   if (auto usable = check_trust_file(trust); !usable) return failure(usable.error());
   const auto folder = PrivateFolder::make();
   if (!folder) return failure(folder.error());
-  for (const auto& [name, content] : {std::pair("content", text), std::pair("signature.pem", signature)})
+  for (const auto& [name, content] : {std::pair("content", bytes), std::pair("signature.pem", signature)})
     if (auto written = write_private(*folder / name, content); !written) return failure(written.error());
   const auto run =
       run_program("openssl", {"cms", "-verify", "-noverify", "-binary", "-inform", "PEM", "-in",
@@ -548,7 +548,7 @@ Result<Signer> verify_text(std::string_view text, std::string_view signature, co
                               "-signer", *folder / "own.pem", "-certsout", *folder / "chain.pem"});
   if (!run) return failure(run.error());
   if (run->exit_code != 0)
-    return failure(FaultKind::bad_file, file, "its signature is not valid: it was changed after it was signed");
+    return failure(FaultKind::bad_file, file, "its signature is not valid: the file was changed after it was signed");
   if (auto trusted = check_trust(*folder, trust, file); !trusted) return failure(trusted.error());
   return read_signer(*folder / "own.pem");
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Signs certificates (XML, with xmlsec1), PDFs (with pdfsig) and texts (with openssl), and verifies the signatures. In
-/// all cases openssl verifies the certificate of the key. None of these functions uses the network.
+/// Signs certificates (XML, with xmlsec1), PDFs (with pdfsig) and other files (with openssl), and verifies the
+/// signatures. In all cases openssl verifies the certificate of the key. None of these functions uses the network.
 #pragma once
 
 #include <optional>
@@ -60,13 +60,13 @@ struct Signer {
 /// the whole file, the file is unchanged, and the signer is trusted.
 [[nodiscard]] Result<Signer> verify_pdf(const std::string& path, const Trust& trust);
 
-/// Signs a text: a detached signature as PEM (CMS of RFC 5652, SHA-256, binary) that includes the key's certificates.
-/// Fails with bad_file like sign_dcc().
-[[nodiscard]] Result<std::string> sign_text(std::string_view text, const SigningKey& key);
+/// Signs the bytes of a file that is neither a certificate nor a PDF. Returns a detached signature as PEM (CMS of RFC
+/// 5652, SHA-256) with the key's certificates. Fails like sign_dcc().
+[[nodiscard]] Result<std::string> sign_bytes(std::string_view bytes, const SigningKey& key);
 
-/// Verifies the signature of a text and returns its signer. Fails with bad_file at `file` if the signature is not one
-/// of this text or its signer is not trusted.
-[[nodiscard]] Result<Signer> verify_text(std::string_view text, std::string_view signature, const std::string& file,
-                                         const Trust& trust);
+/// Verifies a detached signature and returns its signer. Fails with bad_file at `file` if the bytes were changed, the
+/// signature is not one, or its signer is not trusted.
+[[nodiscard]] Result<Signer> verify_bytes(std::string_view bytes, std::string_view signature, const std::string& file,
+                                          const Trust& trust);
 
 }  // namespace gyrotherm::report

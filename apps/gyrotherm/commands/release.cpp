@@ -88,7 +88,7 @@ Result<Exit> release_file(Console& console, const ReleaseArguments& options) {
     return failure(FaultKind::usage, "--by",
                    fmt::format("{} reviewed this text; another person must release it", options.by));
   release.released = {.by = options.by, .at = utc_now()};
-  auto signature = report::sign_text(signed_text(release), options.key);
+  auto signature = report::sign_bytes(signed_text(release), options.key);
   if (!signature) return failure(signature.error());
   release.signature = std::move(*signature);
   if (auto written = replace_text_file(release_path(*folder, digest), to_json(release)); !written)

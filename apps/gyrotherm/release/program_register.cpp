@@ -120,7 +120,7 @@ Result<std::vector<Release>> list_releases(const std::string& register_folder) {
 
 Result<report::Signer> verify_release(const Release& release, const std::string& file, const report::Trust& trust) {
   if (release.signature.empty()) return failure(FaultKind::bad_file, file, "is reviewed but not released");
-  return report::verify_text(signed_text(release), release.signature, file, trust);
+  return report::verify_bytes(signed_text(release), release.signature, file, trust);
 }
 
 std::vector<ProgramText> list_programs(const profile::Profile& profile, const rig::RigFile& rig) {

@@ -55,7 +55,7 @@ struct Release {
 [[nodiscard]] Result<std::vector<Release>> list_releases(const std::string& register_folder);
 
 /// Verifies the signature of an entry. Fails with bad_file if the program is only reviewed, or like
-/// report::verify_text().
+/// report::verify_bytes().
 [[nodiscard]] Result<report::Signer> verify_release(const Release& release, const std::string& file,
                                                     const report::Trust& trust);
 

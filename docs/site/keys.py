@@ -60,6 +60,7 @@ RIG = {
         "read_unit": ["[gyro]"], "read_frames": ["[gyro]"], "begin_line": ["[gyro]"], "share_line": ["[gyro]"],
         "read_scales": _AXIS, "share_values": ["[gyro]"],
     },
+    "sequencer/rig/check_standard.cpp": {"read_check_standard": ["check_standard"]},
     "sequencer/rig/fixture.cpp": {"read_fixture": ["fixture"], "read_latitude": ["fixture", *_AXIS]},
     "sequencer/rig/analogue_settings.cpp": {
         "read_framing": ["[analogue_input]", "analogue_input.link"],

@@ -304,6 +304,7 @@ Result<RigFile> parse_rig(std::string_view text, const std::string& file, const 
   if (supplies) rig.supplies = std::move(*supplies);
   read_analysis(root->table("analysis"), channels, rig.units);
   read_safe_state(root->table("safe"), rig);
+  if (root->has("check_standard")) rig.check_standard = read_check_standard(root->table("check_standard"));
   rig.limits = interlocks::read_limits(*root, channels, rig.chamber_limits);
   for (const auto& unit : rig.units) rig.limits.units.push_back(make_unit_limits(unit, channels));
   rig.limits.instruments = list_instruments(rig);

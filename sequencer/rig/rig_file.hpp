@@ -21,6 +21,7 @@
 #include "sequencer/interlocks/limits.hpp"
 #include "sequencer/profile/profile.hpp"
 #include "sequencer/rig/analogue_settings.hpp"
+#include "sequencer/rig/check_standard.hpp"
 #include "sequencer/rig/gyro_settings.hpp"
 #include "sequencer/rig/supply_settings.hpp"
 #include "sequencer/rig/thermometer_settings.hpp"
@@ -75,6 +76,7 @@ struct RigFile {
   std::vector<GyroLine> gyro_lines;
   std::vector<AnalogueSettings> analogue_inputs;
   std::vector<SupplySettings> supplies;
+  std::optional<CheckStandard> check_standard;
   /// The safe state includes switching the chamber off.
   bool safe_off{};
   /// Time for which the watchdog watches the air of a chamber that was made safe; 0: it does not.

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The history of check runs beside a rig file, and the entry that a record adds to it.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "analysis/assurance/history.hpp"
+#include "apps/console/command.hpp"
+#include "core/result.hpp"
+#include "sequencer/rig/rig_file.hpp"
+
+namespace gyrotherm::app {
+
+/// A rig with a golden gyro, and the text of its history; empty before the first check run.
+struct StandardOfRig {
+  rig::RigFile rig;
+  std::string path;  ///< of the history
+  std::string text;
+};
+
+/// Reads the rig and its history, if there is one. Fails with bad_file, or with usage if the rig has no golden gyro or
+/// its settings differ from those with which the history began.
+[[nodiscard]] Result<StandardOfRig> open_standard(const std::string& rig);
+
+/// Returns the path of a history: relative to the folder of the rig file.
+[[nodiscard]] std::string history_path(const std::string& history, const std::string& rig_file);
+
+/// Measures the records that the history does not contain yet and appends them, in order of their time. Fails like
+/// measure_check_run(); with usage if a record is of another rig, another profile or another unit, or older than the
+/// last check run.
+[[nodiscard]] Result<void> append_records(Console& console, StandardOfRig& standard,
+                                          const std::vector<std::string>& records, bool unverified);
+
+/// Returns what a draft report must state about the history of the rig on which its records were made: empty if every
+/// check run is in control or explained, or if all runs, which started at `started_utc`, are older than the last check
+/// run in control before the first open one.
+[[nodiscard]] std::optional<std::string> describe_open_check(const assurance::History& history,
+                                                             const std::vector<std::string>& started_utc);
+
+}  // namespace gyrotherm::app

@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/gyrotherm/standard/check_view.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "apps/gyrotherm/standard/check_words.hpp"
+#include "core/json.hpp"
+
+namespace gyrotherm::app {
+namespace {
+
+using assurance::CheckedAxis;
+using assurance::CheckResult;
+using assurance::Hypothesis;
+
+constexpr auto kEnglish = report::Language::english;
+/// Hypotheses with less than this probability are not listed.
+constexpr double kListed = 0.005;
+
+const char* chart_verdict(const assurance::ChartPoint& point) {
+  if (!point.is_judged) return "not judged";
+  if (point.individual_is_out && point.ewma_is_out) return "value and EWMA";
+  return point.individual_is_out ? "value" : point.ewma_is_out ? "EWMA" : "in control";
+}
+
+std::string list_open_runs(const CheckedStandard& standard) {
+  const auto& [file, history, assessment, diagnosis] = standard;
+  std::string text;
+  for (std::size_t r = 0; r < assessment.runs.size(); ++r) {
+    if (!assessment.runs[r].is_open()) continue;
+    text += fmt::format("  {} {} {}:\n", r + 1, history.checks[r].started_utc, history.checks[r].record);
+    for (const std::size_t c : assessment.runs[r].charts) {
+      const auto& chart = assessment.charts[c];
+      const auto& point = chart.points[r];
+      text += fmt::format("    {:<36} {:>12.6f} {}, expected {:.6f} to {:.6f} ({})\n", label(chart.of), point.value,
+                          chart.of.unit, point.low, point.high, chart_verdict(point));
+    }
+  }
+  return text;
+}
+
+std::string describe_hypothesis(const Hypothesis& one) {
+  auto text = fmt::format("    {:>5.1f} %  {}", 100 * one.posterior, name(one.cause));
+  if (!one.part.empty()) text += " " + one.part;
+  if (std::isfinite(one.amount)) text += fmt::format(": {:.4f} ± {:.4f} {}", one.amount, one.amount_u, one.unit);
+  return text + fmt::format("; χ² {:.1f} of {:g}, P = {:.3f}\n", one.chi_squared, one.degrees, one.fits);
+}
+
+Json diagnosis_json(const CheckedStandard& standard) {
+  const auto& diagnosis = *standard.diagnosis;
+  Json json{{"named", diagnosis.named ? Json(name(*diagnosis.named)) : Json(nullptr)},
+            {"since_run_id", standard.history.checks[diagnosis.since].run_id},
+            {"runs_before", diagnosis.before},
+            {"runs_since", diagnosis.after},
+            {"tilt_equals_drift", diagnosis.tilt_equals_drift},
+            {"hypotheses", Json::array()}};
+  for (const Hypothesis& one : diagnosis.hypotheses)
+    json["hypotheses"].push_back({{"cause", name(one.cause)},
+                                  {"part", one.part},
+                                  {"probability", one.posterior},
+                                  {"chi_squared", one.chi_squared},
+                                  {"degrees", one.degrees},
+                                  {"p", one.fits},
+                                  {"amount", one.amount},
+                                  {"amount_u", one.amount_u},
+                                  {"unit", one.unit}});
+  return json;
+}
+
+Json chart_json(const assurance::Chart& chart) {
+  Json json{{"result", label(chart.of)}, {"unit", chart.of.unit}, {"points", Json::array()}};
+  for (const auto& point : chart.points)
+    json["points"].push_back({{"value", point.value},
+                              {"centre", point.centre},
+                              {"low", point.low},
+                              {"high", point.high},
+                              {"q", point.q},
+                              {"ewma", point.ewma},
+                              {"value_is_out", point.individual_is_out},
+                              {"ewma_is_out", point.ewma_is_out}});
+  return json;
+}
+
+}  // namespace
+
+std::string describe(const CheckedStandard& standard) {
+  const auto& [file, history, assessment, diagnosis] = standard;
+  const auto& head = history.head;
+  auto text = fmt::format("{}check standard {} of the rig {}: {} check runs, {} results each\n",
+                          head.simulated ? "SIMULATED " : "", fmt::join(head.serial_numbers, ", "), head.rig,
+                          history.checks.size(), assessment.charts.size());
+  text += fmt::format("false alarms in control: at most {:g} per run; limits ±{:.2f} (values), ±{:.2f} (EWMA)\n",
+                      head.false_alarm_rate, assessment.limits.individuals, assessment.limits.ewma);
+  if (const auto open = list_open_runs(standard); !open.empty()) {
+    text += "out of control and not explained:\n" + open;
+  } else {
+    const bool judges = !assessment.charts.empty() && assessment.charts.front().points.back().is_judged;
+    text += judges ? "in control\n" : std::string(check_word(kEnglish, "learning")) + "\n";
+  }
+  if (!diagnosis) return text;
+  text += fmt::format("cause: {}; change since run {}, {} runs before it and {} since\n",
+                      diagnosis->named ? name(*diagnosis->named) : "cannot be told, repeat the check run",
+                      diagnosis->since + 1, diagnosis->before, diagnosis->after);
+  for (const Hypothesis& one : diagnosis->hypotheses)
+    if (one.posterior >= kListed) text += describe_hypothesis(one);
+  if (diagnosis->tilt_equals_drift) text += fmt::format("  {}\n", check_word(kEnglish, "equal"));
+  return text;
+}
+
+std::string to_json(const CheckedStandard& standard) {
+  const auto& [file, history, assessment, diagnosis] = standard;
+  Json json{{"schema", "gyrotherm-control-charts/1"},
+            {"head", make_json(history.head)},
+            {"is_open", assessment.is_open()},
+            {"limit_of_values", assessment.limits.individuals},
+            {"limit_of_ewma", assessment.limits.ewma},
+            {"lambda", assurance::kLambda},
+            {"runs", Json::array()},
+            {"charts", Json::array()},
+            {"diagnosis", diagnosis ? diagnosis_json(standard) : Json(nullptr)}};
+  for (std::size_t r = 0; r < history.checks.size(); ++r) {
+    Json charts = Json::array();
+    for (const std::size_t c : assessment.runs[r].charts) charts.push_back(label(assessment.charts[c].of));
+    json["runs"].push_back({{"run_id", history.checks[r].run_id},
+                            {"started_utc", history.checks[r].started_utc},
+                            {"record", history.checks[r].record},
+                            {"sha256", history.checks[r].sha256},
+                            {"out_of_control", std::move(charts)},
+                            {"is_explained", assessment.runs[r].explanation.has_value()}});
+  }
+  for (const auto& chart : assessment.charts) json["charts"].push_back(chart_json(chart));
+  return json_text(json) + "\n";
+}
+
+}  // namespace gyrotherm::app

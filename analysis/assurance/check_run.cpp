@@ -15,6 +15,9 @@ namespace {
 
 constexpr double kMeanSeconds = 100;
 constexpr auto kMeans = static_cast<Eigen::Index>(kPlateauSeconds / kMeanSeconds);
+/// Degree of the polynomial through the means of a plateau, which represents the slow approach to equilibrium.
+constexpr Eigen::Index kPolynomialDegree = 3;
+constexpr double kResidualDegrees = static_cast<double>(kMeans - kPolynomialDegree - 1);
 /// Share of the seconds of each mean that must have a reading.
 constexpr double kFewestReadings = 0.9;
 
@@ -55,11 +58,11 @@ std::vector<Plateau> find_plateaus(const data::Dataset& run) {
   return plateaus;
 }
 
-/// Mean over a plateau, and the scatter of its 100-s means about a straight line.
+/// Mean over a plateau, and the scatter of its 100-s means about a polynomial.
 struct PlateauMean {
   double mean{};
-  double squares{};  ///< sum of the squared residuals, with kMeans − 2 degrees of freedom
-  [[nodiscard]] double u() const { return std::sqrt(squares / ((kMeans - 2.0) * kMeans)); }
+  double squares{};  ///< sum of the squared residuals, with kResidualDegrees degrees of freedom
+  [[nodiscard]] double u() const { return std::sqrt(squares / (kResidualDegrees * kMeans)); }
 };
 
 Result<PlateauMean> average(const data::Dataset& run, const Eigen::Ref<const Eigen::VectorXd>& values,
@@ -72,14 +75,16 @@ Result<PlateauMean> average(const data::Dataset& run, const Eigen::Ref<const Eig
     counts(mean) += 1;
   }
   if (counts.minCoeff() < kFewestReadings * kMeanSeconds)
-    return failure(FaultKind::usage, run.path,
-                   fmt::format("{} has missing readings on the plateau at {}; repeat the check run", what,
-                               plateau.label));
+    return failure(
+        FaultKind::usage, run.path,
+        fmt::format("{} has missing readings on the plateau at {}; repeat the check run", what, plateau.label));
   const Eigen::VectorXd means = sums.cwiseQuotient(counts);
-  const Eigen::VectorXd times = Eigen::VectorXd::LinSpaced(kMeans, -1, 1);
-  const Eigen::VectorXd centred = means.array() - means.mean();
-  const double slope = times.dot(centred) / times.squaredNorm();
-  return PlateauMean{means.mean(), (centred - slope * times).squaredNorm()};
+  const Eigen::ArrayXd times = Eigen::ArrayXd::LinSpaced(kMeans, -1, 1);
+  Eigen::MatrixXd powers(kMeans, kPolynomialDegree + 1);
+  for (Eigen::Index power = 0; power <= kPolynomialDegree; ++power)
+    powers.col(power) = times.pow(static_cast<double>(power));
+  const Eigen::VectorXd residual = means - powers * powers.householderQr().solve(means);
+  return PlateauMean{means.mean(), residual.squaredNorm()};
 }
 
 Result<void> check_reference(const data::Dataset& run) {
@@ -99,8 +104,13 @@ class AxisMeasurement {
       const auto mean = average(run_, run_.bias_deg_per_h, plateau, "the bias");
       if (!mean) return failure(mean.error());
       biases_.push_back(*mean);
-      add({.kind = CheckKind::bias, .plateau = plateau.label, .at_c = plateau.at_c, .turned = plateau.turned,
-           .value = mean->mean, .u = mean->u(), .unit = "°/h"});
+      add({.kind = CheckKind::bias,
+           .plateau = plateau.label,
+           .at_c = plateau.at_c,
+           .turned = plateau.turned,
+           .value = mean->mean,
+           .u = mean->u(),
+           .unit = "°/h"});
     }
     if (auto added = add_temperature_coefficient(); !added) return failure(added.error());
     add_earth_rate();
@@ -134,8 +144,10 @@ class AxisMeasurement {
     const PlateauMean& hot_bias = biases_[static_cast<std::size_t>(hot - plateaus_.begin())];
     const PlateauMean& cold_bias = biases_[static_cast<std::size_t>(cold - plateaus_.begin())];
     const double kelvins = *at_hot - *at_cold;
-    add({.kind = CheckKind::temperature_coefficient, .value = (hot_bias.mean - cold_bias.mean) / kelvins,
-         .u = std::hypot(hot_bias.u(), cold_bias.u()) / std::abs(kelvins), .unit = "°/h/K"});
+    add({.kind = CheckKind::temperature_coefficient,
+         .value = (hot_bias.mean - cold_bias.mean) / kelvins,
+         .u = std::hypot(hot_bias.u(), cold_bias.u()) / std::abs(kelvins),
+         .unit = "°/h/K"});
     return {};
   }
 
@@ -151,16 +163,20 @@ class AxisMeasurement {
         count += 1;
       }
       if (count == 0) continue;
-      add({.kind = CheckKind::earth_rate, .plateau = plateaus_[t].label, .at_c = plateaus_[t].at_c, .turned = true,
+      add({.kind = CheckKind::earth_rate,
+           .plateau = plateaus_[t].label,
+           .at_c = plateaus_[t].at_c,
+           .turned = true,
            .value = (sum / count - biases_[t].mean) / 2,
-           .u = std::sqrt(variance / (count * count) + biases_[t].u() * biases_[t].u()) / 2, .unit = "°/h"});
+           .u = std::sqrt(variance / (count * count) + biases_[t].u() * biases_[t].u()) / 2,
+           .unit = "°/h"});
     }
   }
 
   void add_scatter() {
     double squares = 0;
     for (const PlateauMean& one : biases_) squares += one.squares;
-    const double degrees = (kMeans - 2.0) * static_cast<double>(biases_.size());
+    const double degrees = kResidualDegrees * static_cast<double>(biases_.size());
     const double scatter = std::sqrt(squares / degrees);
     add({.kind = CheckKind::scatter, .value = scatter, .u = scatter / std::sqrt(2 * degrees), .unit = "°/h"});
   }
@@ -183,8 +199,8 @@ Result<void> add_thermometers(const data::Dataset& run, const std::vector<Platea
     std::vector<PlateauMean> means;
     double sum = 0, variance = 0;
     for (const std::size_t column : columns) {
-      const auto mean = average(run, run.temperature_c.col(static_cast<Eigen::Index>(column)), plateau,
-                                run.thermometers[column]);
+      const auto mean =
+          average(run, run.temperature_c.col(static_cast<Eigen::Index>(column)), plateau, run.thermometers[column]);
       if (!mean) return failure(mean.error());
       means.push_back(*mean);
       sum += mean->mean;
@@ -192,10 +208,15 @@ Result<void> add_thermometers(const data::Dataset& run, const std::vector<Platea
     }
     for (std::size_t i = 0; i < columns.size(); ++i) {
       const double own = means[i].u() * means[i].u();
-      results.push_back({.kind = CheckKind::thermometer, .axis = run.of.unit,
-                         .thermometer = run.thermometers[columns[i]], .plateau = plateau.label, .at_c = plateau.at_c,
-                         .turned = plateau.turned, .value = means[i].mean - (sum - means[i].mean) / others,
-                         .u = std::sqrt(own + (variance - own) / (others * others)), .unit = "K"});
+      results.push_back({.kind = CheckKind::thermometer,
+                         .axis = run.of.unit,
+                         .thermometer = run.thermometers[columns[i]],
+                         .plateau = plateau.label,
+                         .at_c = plateau.at_c,
+                         .turned = plateau.turned,
+                         .value = means[i].mean - (sum - means[i].mean) / others,
+                         .u = std::sqrt(own + (variance - own) / (others * others)),
+                         .unit = "K"});
     }
   }
   return {};

@@ -54,11 +54,11 @@ inline constexpr double kPlateauSeconds = 1800;
 /// Measures the results of the golden axes of one record; every element of `axes` is an axis of the same run.
 ///
 /// The bias of a plateau is the mean over the last 30 min of the hold. The scatter is the standard deviation of 100-s
-/// means about a straight line on each plateau. The temperature coefficient is the difference between the biases of the
-/// hottest and the coldest plateau, divided by the difference between the mean temperatures of the gradient
-/// thermometers. The difference of a thermometer is its mean minus the mean of all other thermometers of the unit. Fails
-/// with usage if the record has no complete plateau, if its bias has no common reference because the Earth rate is
-/// unknown, or if a value is missing on a plateau.
+/// means about a cubic polynomial on each plateau. The temperature coefficient is the difference between the biases of
+/// the hottest and the coldest plateau, divided by the difference between the mean temperatures of the gradient
+/// thermometers. The difference of a thermometer is its mean minus the mean of all other thermometers of the unit.
+/// Fails with usage if the record has no complete plateau, if its bias has no common reference because the Earth rate
+/// is unknown, or if a value is missing on a plateau.
 [[nodiscard]] Result<std::vector<CheckResult>> measure_check_run(const std::vector<data::Dataset>& axes);
 
 }  // namespace gyrotherm::assurance

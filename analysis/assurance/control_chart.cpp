@@ -24,9 +24,7 @@ class Baseline {
     squares_ += before * (value - mean_);
     if (count_ > 1) degrees_ += 1;
   }
-  [[nodiscard]] bool can_judge() const {
-    return count_ > 0 && degrees_ >= kFewestDegrees && squares_ > 0;
-  }
+  [[nodiscard]] bool can_judge() const { return count_ > 0 && degrees_ >= kFewestDegrees && squares_ > 0; }
   [[nodiscard]] double mean() const { return mean_; }
   [[nodiscard]] double degrees() const { return degrees_; }
   /// Standard deviation of the difference between a new value and the mean.
@@ -36,7 +34,9 @@ class Baseline {
   double count_{}, mean_{}, squares_{}, degrees_{};
 };
 
-double to_scale(double value, ChartScale scale) { return scale == ChartScale::linear ? value : std::cbrt(value * value); }
+double to_scale(double value, ChartScale scale) {
+  return scale == ChartScale::linear ? value : std::cbrt(value * value);
+}
 
 double from_scale(double value, ChartScale scale) {
   return scale == ChartScale::linear ? value : std::pow(std::max(value, 0.0), 1.5);
@@ -85,8 +85,8 @@ std::vector<ChartPoint> judge(const std::vector<ChartInput>& runs, const ChartLi
       baseline.start_level();
       ewma = 0;
     }
-    ChartPoint point{.value = run.value, .centre = kUnknown, .low = kUnknown, .high = kUnknown, .q = kUnknown,
-                     .ewma = kUnknown};
+    ChartPoint point{
+        .value = run.value, .centre = kUnknown, .low = kUnknown, .high = kUnknown, .q = kUnknown, .ewma = kUnknown};
     const double value = to_scale(run.value, scale);
     if (std::isfinite(value) && baseline.can_judge()) {
       point = judge_value(baseline, value, ewma, limits, scale);

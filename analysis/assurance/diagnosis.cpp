@@ -247,8 +247,10 @@ class Patterns {
       const auto others = static_cast<double>(names.size() - 1);
       for (const std::string& name : names) {
         const double change = thermometer_change(name);
-        Pattern pattern{{.cause = Cause::thermometer, .part = name, .unit = "K"}, kCausePrior,
-                        MatrixXd::Zero(layout_.size(), 2), change};
+        Pattern pattern{{.cause = Cause::thermometer, .part = name, .unit = "K"},
+                        kCausePrior,
+                        MatrixXd::Zero(layout_.size(), 2),
+                        change};
         for (const Index i : group.members) {
           const double share = row(i).thermometer == name ? 1 : -1 / others;
           pattern.columns(i, 0) = change * share;
@@ -279,7 +281,8 @@ class Patterns {
     MatrixXd covariance(axes, axes);
     for (Index a = 0; a < axes; ++a)
       for (Index b = 0; b < axes; ++b)
-        covariance(a, b) = tilt_covariance(check_.axes[static_cast<std::size_t>(a)], check_.axes[static_cast<std::size_t>(b)]);
+        covariance(a, b) =
+            tilt_covariance(check_.axes[static_cast<std::size_t>(a)], check_.axes[static_cast<std::size_t>(b)]);
     const Eigen::SelfAdjointEigenSolver<MatrixXd> modes(covariance);
     const double change = head_.mount_change_deg;
     Pattern pattern{{.cause = Cause::mount, .unit = "°"}, kCausePrior, MatrixXd::Zero(layout_.size(), axes), change};
@@ -290,8 +293,8 @@ class Patterns {
       for (Index i = 0; i < layout_.size(); ++i) {
         if (row(i).kind != CheckKind::bias) continue;
         const auto axis = std::ranges::find(check_.axes, row(i).axis, &CheckedAxis::axis) - check_.axes.begin();
-        pattern.columns(i, used) = (row(i).turned ? -1 : 1) * change * kDegree * std::sqrt(size) *
-                                   modes.eigenvectors()(axis, mode);
+        pattern.columns(i, used) =
+            (row(i).turned ? -1 : 1) * change * kDegree * std::sqrt(size) * modes.eigenvectors()(axis, mode);
       }
       ++used;
     }
@@ -312,8 +315,10 @@ class Patterns {
     for (const Group& group : layout_.groups) {
       if (group.kind == CheckKind::thermometer) continue;
       if (group.kind == CheckKind::scatter) {
-        Pattern pattern{{.cause = Cause::gyro, .part = group.axis + ", scatter", .unit = "°/h"}, share / 4,
-                        MatrixXd::Zero(layout_.size(), 1), 0};
+        Pattern pattern{{.cause = Cause::gyro, .part = group.axis + ", scatter", .unit = "°/h"},
+                        share / 4,
+                        MatrixXd::Zero(layout_.size(), 1),
+                        0};
         for (const Index i : group.members) {
           pattern.unit_amount = kScatterChange * row(i).value;
           pattern.columns(i, 0) = 2.0 / 3 * kScatterChange * std::cbrt(row(i).value * row(i).value);
@@ -327,10 +332,14 @@ class Patterns {
 
   void add_bias_patterns(const Group& group, double share) {
     const double change = gyro_change(group.axis);
-    Pattern constant{{.cause = Cause::gyro, .part = group.axis + ", constant", .unit = "°/h"}, share / 2,
-                     MatrixXd::Zero(layout_.size(), 1), change};
-    Pattern varying{{.cause = Cause::gyro, .part = group.axis + ", with temperature", .unit = "°/h"}, share / 4,
-                    MatrixXd::Zero(layout_.size(), 3), change};
+    Pattern constant{{.cause = Cause::gyro, .part = group.axis + ", constant", .unit = "°/h"},
+                     share / 2,
+                     MatrixXd::Zero(layout_.size(), 1),
+                     change};
+    Pattern varying{{.cause = Cause::gyro, .part = group.axis + ", with temperature", .unit = "°/h"},
+                    share / 4,
+                    MatrixXd::Zero(layout_.size(), 3),
+                    change};
     for (const Index i : group.members) {
       const double t = span(row(i));
       constant.columns(i, 0) = change;
@@ -360,8 +369,8 @@ void fit(Pattern& pattern, const Change& change) {
     of.degrees -= static_cast<double>(pattern.columns.cols());
     const bool is_size = of.cause == Cause::mount;
     of.amount = pattern.unit_amount * (is_size ? estimate.norm() : estimate(0));
-    of.amount_u = pattern.unit_amount * std::sqrt(is_size ? inverse.trace() / static_cast<double>(estimate.size())
-                                                           : inverse(0, 0));
+    of.amount_u = pattern.unit_amount *
+                  std::sqrt(is_size ? inverse.trace() / static_cast<double>(estimate.size()) : inverse(0, 0));
   }
   of.fits = data::chi_squared_exceeds(std::max(0.0, of.chi_squared), std::max(1.0, of.degrees));
 }

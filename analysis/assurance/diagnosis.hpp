@@ -37,7 +37,7 @@ struct Hypothesis {
 };
 
 struct Diagnosis {
-  std::size_t since{};  ///< index of the first run after the change
+  std::size_t since{};            ///< index of the first run after the change
   std::size_t before{}, after{};  ///< numbers of runs that are compared
   /// All hypotheses, the most probable first.
   std::vector<Hypothesis> hypotheses{};

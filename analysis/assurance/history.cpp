@@ -61,7 +61,8 @@ Result<void> read_line(std::string_view line, std::string_view previous, std::si
   if (!parsed) return failure(parsed.error());
   const JsonNode& node = *parsed;
   if (number == 1) {
-    if (node["schema"].text() != kHistorySchema) node["schema"].note_error(fmt::format("expected \"{}\"", kHistorySchema));
+    if (node["schema"].text() != kHistorySchema)
+      node["schema"].note_error(fmt::format("expected \"{}\"", kHistorySchema));
     read_json(node, history.head);
     return node.verdict();
   }
@@ -131,15 +132,22 @@ std::string append(std::string text, const Explanation& explanation) {
 
 bool Assessment::is_open() const { return std::ranges::any_of(runs, &RunVerdict::is_open); }
 
-std::size_t count_charts(const History& history) {
-  return history.checks.empty() ? 0 : history.checks.front().results.size();
+const ChartLimits& limits_of(const HistoryLimits& limits, CheckKind kind) {
+  return kind == CheckKind::thermometer ? limits.thermometers : limits.gyro;
 }
 
-Assessment assess(const History& history) {
-  return assess(history, limits_for(history.head.false_alarm_rate, count_charts(history)));
+HistoryLimits find_limits(const History& history) {
+  if (history.checks.empty()) return {};
+  const auto& results = history.checks.front().results;
+  const auto thermometers =
+      static_cast<std::size_t>(std::ranges::count(results, CheckKind::thermometer, &CheckResult::kind));
+  const double half = history.head.false_alarm_rate / 2;
+  return {limits_for(half, results.size() - thermometers), limits_for(half, thermometers)};
 }
 
-Assessment assess(const History& history, const ChartLimits& limits) {
+Assessment assess(const History& history) { return assess(history, find_limits(history)); }
+
+Assessment assess(const History& history, const HistoryLimits& limits) {
   Assessment assessment{.limits = limits, .runs = cover_runs(history)};
   if (history.checks.empty()) return assessment;
   for (const CheckResult& of : history.checks.front().results) {
@@ -151,9 +159,10 @@ Assessment assess(const History& history, const ChartLimits& limits) {
                         .starts_level = begins_level(history, assessment.runs, r),
                         .is_excluded = assessment.runs[r].explanation.has_value()});
     }
-    assessment.charts.push_back({of, scale, judge(inputs, limits, scale)});
+    assessment.charts.push_back({of, scale, judge(inputs, limits_of(limits, of.kind), scale)});
     for (std::size_t r = 0; r < inputs.size(); ++r)
-      if (assessment.charts.back().points[r].is_out()) assessment.runs[r].charts.push_back(assessment.charts.size() - 1);
+      if (assessment.charts.back().points[r].is_out())
+        assessment.runs[r].charts.push_back(assessment.charts.size() - 1);
   }
   return assessment;
 }

@@ -102,8 +102,18 @@ struct RunVerdict {
   [[nodiscard]] bool is_open() const { return is_out() && !explanation; }
 };
 
+/// Limits of the two families of charts. Each family has half of the false-alarm rate, so that the many thermometers do
+/// not widen the limits of the gyro.
+struct HistoryLimits {
+  ChartLimits gyro{};  ///< bias, temperature coefficient, scatter and Earth rate
+  ChartLimits thermometers{};
+};
+[[nodiscard]] const ChartLimits& limits_of(const HistoryLimits& limits, CheckKind kind);
+/// Computes the limits for the results of a history.
+[[nodiscard]] HistoryLimits find_limits(const History& history);
+
 struct Assessment {
-  ChartLimits limits{};
+  HistoryLimits limits{};
   std::vector<Chart> charts{};
   std::vector<RunVerdict> runs{};
   [[nodiscard]] bool is_open() const;
@@ -112,10 +122,7 @@ struct Assessment {
 /// Computes all charts of a history. The results of the first check run determine the charts.
 [[nodiscard]] Assessment assess(const History& history);
 /// Computes the charts with known limits, for many histories of the same size.
-[[nodiscard]] Assessment assess(const History& history, const ChartLimits& limits);
-
-/// Counts the charts of a history with these results.
-[[nodiscard]] std::size_t count_charts(const History& history);
+[[nodiscard]] Assessment assess(const History& history, const HistoryLimits& limits);
 
 void describe(auto& form, Like<HistoryHead> auto& head) {
   form("rig", head.rig);

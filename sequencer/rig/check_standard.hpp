@@ -13,10 +13,10 @@ struct CheckStandard {
   /// Serial numbers of the golden units: usually one, or one for each axis.
   std::vector<std::string> serial_numbers;
   std::string profile;
-  std::string history;              ///< relative to the rig file
-  double false_alarm_rate{};        ///< per check run, all charts together
-  double mount_change_deg{};        ///< plausible tilt, standard deviation
-  double gyro_change_deg_per_h{};   ///< plausible drift; 0: twice the turn-on repeatability
+  std::string history;             ///< relative to the rig file
+  double false_alarm_rate{};       ///< per check run, all charts together
+  double mount_change_deg{};       ///< plausible tilt, standard deviation
+  double gyro_change_deg_per_h{};  ///< plausible drift; 0: twice the turn-on repeatability
   bool operator==(const CheckStandard&) const = default;
 };
 

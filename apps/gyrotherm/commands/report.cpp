@@ -116,6 +116,11 @@ void add_report(Program& program) {
   command.add_option("--unit", options.unit, "the unit to report on, for records with several units under test")
       ->type_name("UNIT");
   add_report_texts(command, options);
+  command
+      .add_option("--check-standard", options.check_standard,
+                  "history of check runs (default: that of a real rig, if its rig file names one); the report stays a "
+                  "draft if a run is out of control and not explained")
+      ->type_name(value::kFile);
   add_languages(command, options.languages);
   add_unverified_flag(command, options.unverified);
   add_report_state(program, command);

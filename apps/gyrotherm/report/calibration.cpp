@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <future>
+#include <map>
 #include <optional>
 #include <set>
 #include <utility>
@@ -17,6 +18,8 @@
 #include "apps/gyrotherm/recorded_run.hpp"
 #include "apps/gyrotherm/report/calibration_folder.hpp"
 #include "apps/gyrotherm/report/calibration_source.hpp"
+#include "apps/gyrotherm/standard/check_record.hpp"
+#include "core/clock.hpp"
 #include "core/file.hpp"
 #include "core/process.hpp"
 #include "core/sha256.hpp"
@@ -355,6 +358,24 @@ Result<void> check_is_free(const std::string& folder) {
                           : "has a calibration.json that is not a report; name another folder");
 }
 
+/// Returns what the report must state about the check runs of the rigs; empty if all are in control or explained.
+Result<std::vector<std::string>> find_open_checks(const std::vector<CheckedRecord>& records, const std::string& named) {
+  std::map<std::string, std::vector<std::string>> runs;  // start of each run, by the history of its rig
+  for (const CheckedRecord& one : records) {
+    const auto path = named.empty() ? find_history(one.info) : std::optional(named);
+    if (path) runs[*path].push_back(civil_time(one.info.started_utc));
+  }
+  std::vector<std::string> open;
+  for (const auto& [path, started_utc] : runs) {
+    const auto text = read_text_file(path, kLargestTable);
+    if (!text) return failure(text.error());
+    const auto history = assurance::parse_history(*text, path);
+    if (!history) return failure(history.error());
+    if (auto one = describe_open_check(*history, started_utc)) open.push_back(std::move(*one));
+  }
+  return open;
+}
+
 }  // namespace
 
 void add_report_texts(CLI::App& command, CalibrationArguments& options) {
@@ -383,6 +404,8 @@ Result<Exit> calibrate(Console& console, const CalibrationArguments& options) {
   };
   for (const std::string& unit : *units)
     if (auto free = check_is_free(report_folder(unit)); !free) return failure(free.error());
+  const auto open_checks = find_open_checks(given->records, options.check_standard);
+  if (!open_checks) return failure(open_checks.error());
   const auto begin = [&](std::size_t unit) {
     return std::async(std::launch::async, [&, unit] {
       block_signals();
@@ -392,9 +415,10 @@ Result<Exit> calibrate(Console& console, const CalibrationArguments& options) {
   // The next unit's report is made while the previous one is written.
   auto next = begin(0);
   for (std::size_t i = 0; i < units->size(); ++i) {
-    const auto report = next.get();
+    auto report = next.get();
     if (i + 1 < units->size()) next = begin(i + 1);
     if (!report) return failure(report.error());
+    report->missing.insert(report->missing.end(), open_checks->begin(), open_checks->end());
     if (auto written = write_calibration(console, *report, report_folder((*units)[i]), options.languages); !written)
       return failure(written.error());
     if (!report->missing.empty())

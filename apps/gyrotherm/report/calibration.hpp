@@ -23,6 +23,7 @@ struct CalibrationArguments {
   std::string laboratory, order;  ///< files; if empty, a draft results
   std::vector<std::string> languages{"en"};
   std::string out;
+  std::string check_standard;  ///< history of check runs; empty: that of the rig of each record, if it has one
   bool unverified = false;
 };
 

@@ -16,6 +16,9 @@
 namespace gyrotherm::app {
 namespace {
 
+/// Returns the label of a plateau with a true minus sign.
+std::string shown(const std::string& plateau) { return plateau.starts_with('-') ? "−" + plateau.substr(1) : plateau; }
+
 using assurance::Chart;
 using assurance::CheckKind;
 using report::Cell;
@@ -30,15 +33,20 @@ class ChartFigure {
   ChartFigure(const CheckedStandard& standard, report::Language language)
       : assessment_(standard.assessment), simulated_(standard.history.head.simulated), language_(language) {
     for (std::size_t r = 0; r < standard.history.checks.size(); ++r) runs_.push_back(static_cast<double>(r + 1));
-    title_ = check_sentence(language, "charts_of", fmt::format("{}", fmt::join(standard.history.head.serial_numbers, ", ")));
+    title_ =
+        check_sentence(language, "charts_of", fmt::format("{}", fmt::join(standard.history.head.serial_numbers, ", ")));
   }
 
   [[nodiscard]] std::string svg() && {
-    for (const Chart& chart : assessment_.charts)
-      if (chart.of.kind != CheckKind::thermometer) add_individuals(chart);
-    add_ewma("ewma_gyro", false);
-    add_thermometers();
-    add_ewma("ewma_thermometers", true);
+    for (const std::string& axis : list_axes(false)) {
+      for (const Chart& chart : assessment_.charts)
+        if (chart.of.kind != CheckKind::thermometer && chart.of.axis == axis) add_individuals(chart);
+      add_ewma(axis);
+    }
+    for (const std::string& unit : list_axes(true)) {
+      add_thermometers(unit);
+      add_ewma_of_thermometers(unit);
+    }
     return plot::to_svg({.id = "control-charts",
                          .title = title_,
                          .x = {.title = word("run"), .range = plot::Range{0, runs_.back() + 1}},
@@ -65,17 +73,22 @@ class ChartFigure {
   void add_individuals(const Chart& chart) {
     const bool is_first = panels_.empty();
     const auto named = [&](const char* key) { return is_first ? word(key) : std::string(); };
-    auto values = curve(chart, [](const auto& point) { return point.value; }, named("value"), kBlue);
+    auto values = curve(
+        chart, [](const auto& point) { return point.value; }, named("value"), kBlue);
     values.marker = plot::Marker::circle;
-    auto mean = curve(chart, [](const auto& point) { return point.centre; }, named("mean"), kGrey);
-    auto low = curve(chart, [](const auto& point) { return point.low; }, named("limit"), kGrey);
-    auto high = curve(chart, [](const auto& point) { return point.high; }, "", kGrey);
+    auto mean = curve(
+        chart, [](const auto& point) { return point.centre; }, named("mean"), kGrey);
+    auto low = curve(
+        chart, [](const auto& point) { return point.low; }, named("limit"), kGrey);
+    auto high = curve(
+        chart, [](const auto& point) { return point.high; }, "", kGrey);
     low.dashed = high.dashed = true;
-    auto out = curve(chart, [](const auto& point) { return point.is_out() ? point.value : kUnknown; }, named("out"), kRed);
+    auto out = curve(
+        chart, [](const auto& point) { return point.is_out() ? point.value : kUnknown; }, named("out"), kRed);
     out.marker = plot::Marker::square;
     out.line = false;
     auto title = chart.of.axis + ": " + word("kind." + name(chart.of.kind));
-    if (!chart.of.plateau.empty()) title += ", " + chart.of.plateau;
+    if (!chart.of.plateau.empty()) title += ", " + shown(chart.of.plateau);
     auto panel = plot::make_panel(numbered(title), chart.of.unit,
                                   {std::move(mean), std::move(low), std::move(high), std::move(values), std::move(out)},
                                   kPanelHeight);
@@ -95,46 +108,75 @@ class ChartFigure {
     return plot::round_out(plot::value_range(shown), 4);
   }
 
-  void add_ewma(const char* title, bool of_thermometers) {
-    std::vector<plot::Curve> curves;
-    for (const Chart& chart : assessment_.charts) {
-      if ((chart.of.kind == CheckKind::thermometer) != of_thermometers) continue;
-      auto line = curve(chart, [](const auto& point) { return point.ewma; }, of_thermometers ? "" : label_of(chart),
-                        plot::palette(curves.size()).c_str());
-      line.dashed = curves.size() >= plot::kPaletteSize;
-      curves.push_back(std::move(line));
-    }
-    if (curves.empty()) return;
-    auto panel = plot::make_panel(numbered(word(title)), "", std::move(curves), 1.3 * kPanelHeight);
-    panel.rules = {{"", 1}, {"", -1}};
+  /// Lists the axes, or the units with thermometers, in order.
+  [[nodiscard]] std::vector<std::string> list_axes(bool of_thermometers) const {
+    std::vector<std::string> axes;
+    for (const Chart& chart : assessment_.charts)
+      if ((chart.of.kind == CheckKind::thermometer) == of_thermometers && std::ranges::count(axes, chart.of.axis) == 0)
+        axes.push_back(chart.of.axis);
+    return axes;
+  }
+
+  void add_line(std::vector<plot::Curve>& curves, plot::Curve line) const {
+    line.colour = plot::palette(curves.size());
+    line.dashed = curves.size() >= plot::kPaletteSize;
+    curves.push_back(std::move(line));
+  }
+
+  void add_panel(const std::string& title, const std::string& y, std::vector<plot::Curve> curves, double limit) {
+    auto panel = plot::make_panel(numbered(title), y, std::move(curves), 1.3 * kPanelHeight);
+    plot::Range range{-1.2 * limit, 1.2 * limit};
+    for (const auto& one : panel.curves) range = plot::join_ranges(range, plot::value_range(one.y));
+    panel.left.range = plot::round_out(range, 4);
+    panel.rules = {{"", limit}, {"", -limit}};
     panels_.push_back(std::move(panel));
   }
 
-  [[nodiscard]] std::string label_of(const Chart& chart) const {
-    return word("kind." + name(chart.of.kind)) + " " + chart.of.axis +
-           (chart.of.plateau.empty() ? "" : " " + chart.of.plateau);
+  void add_ewma(const std::string& axis) {
+    std::vector<plot::Curve> curves;
+    for (const Chart& chart : assessment_.charts) {
+      if (chart.of.kind == CheckKind::thermometer || chart.of.axis != axis) continue;
+      const auto label =
+          chart.of.kind == CheckKind::bias ? shown(chart.of.plateau) : word("short." + name(chart.of.kind));
+      add_line(curves, curve(
+                           chart, [](const auto& point) { return point.ewma; }, label, ""));
+    }
+    add_panel(check_sentence(language_, "ewma", axis), word("of_limit"), std::move(curves), 1);
   }
 
-  void add_thermometers() {
-    std::vector<std::pair<std::string, std::string>> plateaus;  // unit and plateau
-    for (const Chart& chart : assessment_.charts) {
-      const std::pair key{chart.of.axis, chart.of.plateau};
-      if (chart.of.kind == CheckKind::thermometer && std::ranges::count(plateaus, key) == 0) plateaus.push_back(key);
-    }
-    for (const auto& [unit, plateau] : plateaus) {
+  void add_thermometers(const std::string& unit) {
+    std::vector<std::string> plateaus;
+    for (const Chart& chart : assessment_.charts)
+      if (chart.of.kind == CheckKind::thermometer && chart.of.axis == unit &&
+          std::ranges::count(plateaus, chart.of.plateau) == 0)
+        plateaus.push_back(chart.of.plateau);
+    for (const std::string& plateau : plateaus) {
       std::vector<plot::Curve> curves;
-      for (const Chart& chart : assessment_.charts) {
-        if (chart.of.kind != CheckKind::thermometer || chart.of.axis != unit || chart.of.plateau != plateau) continue;
-        auto line = curve(chart, [](const auto& point) { return point.q; }, chart.of.thermometer,
-                          plot::palette(curves.size()).c_str());
-        line.dashed = curves.size() >= plot::kPaletteSize;
-        curves.push_back(std::move(line));
-      }
-      auto panel = plot::make_panel(numbered(check_sentence(language_, "thermometers_at", plateau)), "σ",
-                                    std::move(curves), 1.3 * kPanelHeight);
-      panel.rules = {{"", assessment_.limits.individuals}, {"", -assessment_.limits.individuals}};
-      panels_.push_back(std::move(panel));
+      for (const Chart& chart : assessment_.charts)
+        if (chart.of.kind == CheckKind::thermometer && chart.of.axis == unit && chart.of.plateau == plateau)
+          add_line(curves, curve(
+                               chart, [](const auto& point) { return point.q; }, chart.of.thermometer, ""));
+      add_panel(check_sentence(language_, "thermometers_at", unit, shown(plateau)), word("standardised"),
+                std::move(curves), assessment_.limits.thermometers.individuals);
     }
+  }
+
+  /// Draws for each thermometer the EWMA of the plateau at which it is largest.
+  void add_ewma_of_thermometers(const std::string& unit) {
+    std::vector<plot::Curve> curves;
+    for (const Chart& chart : assessment_.charts) {
+      if (chart.of.kind != CheckKind::thermometer || chart.of.axis != unit) continue;
+      auto line = curve(
+          chart, [](const auto& point) { return point.ewma; }, chart.of.thermometer, "");
+      const auto same = std::ranges::find(curves, line.name, &plot::Curve::name);
+      if (same == curves.end()) {
+        add_line(curves, std::move(line));
+        continue;
+      }
+      for (std::size_t r = 0; r < line.y.size(); ++r)
+        if (std::abs(line.y[r]) > std::abs(same->y[r])) same->y[r] = line.y[r];
+    }
+    add_panel(check_sentence(language_, "ewma_thermometers", unit), word("of_limit"), std::move(curves), 1);
   }
 
   const assurance::Assessment& assessment_;
@@ -148,7 +190,8 @@ class ChartFigure {
 /// Writes the page.
 class CheckDocument {
  public:
-  CheckDocument(const CheckedStandard& standard, report::Language language) : standard_(standard), language_(language) {}
+  CheckDocument(const CheckedStandard& standard, report::Language language)
+      : standard_(standard), language_(language) {}
 
   [[nodiscard]] report::Document document() && {
     const auto& head = standard_.history.head;
@@ -200,16 +243,17 @@ class CheckDocument {
       paragraph(sentence("open", open, runs), report::Paragraph::Style::caution);
     else
       paragraph(word(judges ? "in_control" : "learning"));
-    blocks_.emplace_back(report::Definitions{
-        {{word("rig"), history.head.rig},
-         {word("serials"), fmt::format("{}", fmt::join(history.head.serial_numbers, ", "))},
-         {word("profile"), history.head.profile},
-         {word("runs"), fmt::format("{}", runs)},
-         {word("last"), report::format_instant(language_, history.checks.back().started_utc)}}});
+    blocks_.emplace_back(
+        report::Definitions{{{word("rig"), history.head.rig},
+                             {word("serials"), fmt::format("{}", fmt::join(history.head.serial_numbers, ", "))},
+                             {word("profile"), history.head.profile},
+                             {word("runs"), fmt::format("{}", runs)},
+                             {word("last"), report::format_instant(language_, history.checks.back().started_utc)}}});
     const auto rate = report::format_plain(language_, history.head.false_alarm_rate);
     const auto lambda = report::format_plain(language_, assurance::kLambda);
-    paragraph(sentence("rate", rate, assessment.charts.size(), number(assessment.limits.individuals, 2),
-                       number(assessment.limits.ewma, 2), lambda),
+    const auto& [gyro, thermometers] = assessment.limits;
+    paragraph(sentence("rate", rate, assessment.charts.size(), number(gyro.individuals, 2), number(gyro.ewma, 2),
+                       lambda, number(thermometers.individuals, 2), number(thermometers.ewma, 2)),
               report::Paragraph::Style::note);
   }
 
@@ -241,9 +285,9 @@ class CheckDocument {
     constexpr double kListedOnPage = 0.005;
     for (const auto& one : diagnosis.hypotheses) {
       if (one.posterior < kListedOnPage) continue;
-      const auto amount = std::isfinite(one.amount) ? fmt::format("{} ± {} {}", number(one.amount, 4),
-                                                                  number(one.amount_u, 4), one.unit)
-                                                    : "–";
+      const auto amount = std::isfinite(one.amount)
+                              ? fmt::format("{} ± {} {}", number(one.amount, 4), number(one.amount_u, 4), one.unit)
+                              : "–";
       table.rows.push_back({{.text = cause(one.cause), .note = part(one.part)},
                             {.text = report::format_probability(language_, one.posterior)},
                             {.text = amount},
@@ -268,7 +312,7 @@ class CheckDocument {
       if (!text.empty()) text += "; ";
       text += of.kind == CheckKind::thermometer ? word("cause.thermometer") + " " + of.thermometer
                                                 : word("kind." + name(of.kind)) + " " + of.axis;
-      if (!of.plateau.empty()) text += " " + of.plateau;
+      if (!of.plateau.empty()) text += " " + shown(of.plateau);
     }
     return text.empty() ? "–" : text;
   }

@@ -149,6 +149,15 @@ std::string history_path(const std::string& history, const std::string& rig_file
   return (std::filesystem::path(parent_folder(rig_file)) / history).lexically_normal().string();
 }
 
+std::optional<std::string> find_history(const record::RunInfo& info) {
+  if (info.rig_file.empty()) return {};
+  const auto rig = TomlTable::parse(info.rig_text, info.rig_file);
+  if (!rig || !rig->has("check_standard")) return {};
+  auto path = history_path(rig::read_check_standard(rig->table("check_standard")).history, info.rig_file);
+  if (!read_file_state(path).is_there()) return {};
+  return path;
+}
+
 Result<StandardOfRig> open_standard(const std::string& given) {
   auto rig = rig::read_rig(given);
   if (!rig) return failure(rig.error());

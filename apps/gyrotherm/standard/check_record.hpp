@@ -27,6 +27,9 @@ struct StandardOfRig {
 /// Returns the path of a history: relative to the folder of the rig file.
 [[nodiscard]] std::string history_path(const std::string& history, const std::string& rig_file);
 
+/// Returns the path of the history that the rig file of a real run names, if that file exists.
+[[nodiscard]] std::optional<std::string> find_history(const record::RunInfo& info);
+
 /// Measures the records that the history does not contain yet and appends them, in order of their time. Fails like
 /// measure_check_run(); with usage if a record is of another rig, another profile or another unit, or older than the
 /// last check run.
@@ -35,7 +38,7 @@ struct StandardOfRig {
 
 /// Returns what a draft report must state about the history of the rig on which its records were made: empty if every
 /// check run is in control or explained, or if all runs, which started at `started_utc`, are older than the last check
-/// run in control before the first open one.
+/// run before the first open one.
 [[nodiscard]] std::optional<std::string> describe_open_check(const assurance::History& history,
                                                              const std::vector<std::string>& started_utc);
 

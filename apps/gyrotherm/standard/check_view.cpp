@@ -71,6 +71,10 @@ Json diagnosis_json(const CheckedStandard& standard) {
   return json;
 }
 
+Json limits_json(const assurance::ChartLimits& limits) {
+  return {{"values", limits.individuals}, {"ewma", limits.ewma}};
+}
+
 Json chart_json(const assurance::Chart& chart) {
   Json json{{"result", label(chart.of)}, {"unit", chart.of.unit}, {"points", Json::array()}};
   for (const auto& point : chart.points)
@@ -93,8 +97,11 @@ std::string describe(const CheckedStandard& standard) {
   auto text = fmt::format("{}check standard {} of the rig {}: {} check runs, {} results each\n",
                           head.simulated ? "SIMULATED " : "", fmt::join(head.serial_numbers, ", "), head.rig,
                           history.checks.size(), assessment.charts.size());
-  text += fmt::format("false alarms in control: at most {:g} per run; limits ±{:.2f} (values), ±{:.2f} (EWMA)\n",
-                      head.false_alarm_rate, assessment.limits.individuals, assessment.limits.ewma);
+  text += fmt::format(
+      "false alarms in control: at most {:g} per run; limits ±{:.2f} (values), ±{:.2f} (EWMA), thermometers "
+      "±{:.2f}, ±{:.2f}\n",
+      head.false_alarm_rate, assessment.limits.gyro.individuals, assessment.limits.gyro.ewma,
+      assessment.limits.thermometers.individuals, assessment.limits.thermometers.ewma);
   if (const auto open = list_open_runs(standard); !open.empty()) {
     text += "out of control and not explained:\n" + open;
   } else {
@@ -116,8 +123,8 @@ std::string to_json(const CheckedStandard& standard) {
   Json json{{"schema", "gyrotherm-control-charts/1"},
             {"head", make_json(history.head)},
             {"is_open", assessment.is_open()},
-            {"limit_of_values", assessment.limits.individuals},
-            {"limit_of_ewma", assessment.limits.ewma},
+            {"limits", limits_json(assessment.limits.gyro)},
+            {"limits_of_thermometers", limits_json(assessment.limits.thermometers)},
             {"lambda", assurance::kLambda},
             {"runs", Json::array()},
             {"charts", Json::array()},

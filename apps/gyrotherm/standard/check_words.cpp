@@ -31,10 +31,10 @@ constexpr CheckTranslation kCheckTranslations[] = {
    "Zu wenige Läufe: Grenzen gibt es ab dem fünften Lauf."},
   {"open", "Out of control and not explained: {} of {} runs. Reports of later runs remain drafts.",
    "Nicht beherrscht und nicht erklärt: {} von {} Läufen. Berichte späterer Läufe bleiben Entwürfe."},
-  {"rate", "False alarms in control: at most {} per check run, over all {} results together; limits ±{} (individual "
-           "values) and ±{} (EWMA, λ = {}) standard deviations.",
-   "Fehlalarme im beherrschten Zustand: höchstens {} je Prüflauf, über alle {} Ergebnisse zusammen; Grenzen ±{} "
-   "(Einzelwerte) und ±{} (EWMA, λ = {}) Standardabweichungen."},
+  {"rate", "False alarms in control: at most {} per check run, over all {} results together. Limits in standard "
+           "deviations: ±{} (individual values) and ±{} (EWMA, λ = {}); thermometers ±{} and ±{}.",
+   "Fehlalarme im beherrschten Zustand: höchstens {} je Prüflauf, über alle {} Ergebnisse zusammen. Grenzen in "
+   "Standardabweichungen: ±{} (Einzelwerte) und ±{} (EWMA, λ = {}); Thermometer ±{} und ±{}."},
   {"rig", "Rig", "Prüfstand"},
   {"serials", "Golden gyro", "Prüfnormal"},
   {"profile", "Profile", "Profil"},
@@ -85,10 +85,14 @@ constexpr CheckTranslation kCheckTranslations[] = {
   {"kind.scatter", "scatter", "Streuung"},
   {"kind.earth_rate", "Earth rate", "Erddrehrate"},
   {"kind.thermometer", "difference from the other thermometers", "Abweichung von den anderen Thermometern"},
-  {"thermometers_at", "thermometers at {}: standardised difference", "Thermometer bei {}: standardisierte Abweichung"},
-  {"ewma_gyro", "EWMA of gyro and mount, in units of its limit", "EWMA von Kreisel und Aufnahme, in Einheiten der Grenze"},
-  {"ewma_thermometers", "EWMA of the thermometers, in units of its limit",
-   "EWMA der Thermometer, in Einheiten der Grenze"},
+  {"short.temperature_coefficient", "temp. coefficient", "Temp.-Koeffizient"},
+  {"short.scatter", "scatter", "Streuung"},
+  {"short.earth_rate", "Earth rate", "Erddrehrate"},
+  {"thermometers_at", "{}: thermometers, {}", "{}: Thermometer, {}"},
+  {"ewma", "{}: EWMA", "{}: EWMA"},
+  {"ewma_thermometers", "{}: EWMA, thermometers", "{}: EWMA, Thermometer"},
+  {"of_limit", "EWMA / limit", "EWMA / Grenze"},
+  {"standardised", "deviation / σ", "Abweichung / σ"},
   {"value", "value", "Wert"},
   {"mean", "mean of the previous runs", "Mittel der vorigen Läufe"},
   {"limit", "limit", "Grenze"},

@@ -20,6 +20,7 @@
 #include "report/dcc.hpp"
 #include "report/dcc_text.hpp"
 #include "report/other_program.hpp"
+#include "report/xml_signature.hpp"
 #include "report/xml_text.hpp"
 
 namespace gyrotherm::report {
@@ -320,6 +321,15 @@ Result<void> write_certificates(const PrivateFolder& folder, const Strings& cert
   return write_private(folder / "own.pem", to_pem(certificates.front()));
 }
 
+/// Verifies the signature in the folder's "in.xml" with the key of "own.pem" only. Ignores all keys in the document.
+Result<bool> verify_foreign_signature(const PrivateFolder& folder) {
+  const auto run = run_program("xmlsec1", {"--verify", "--pubkey-cert-pem", folder / "own.pem", "--enabled-key-data",
+                                           "key-name", "--enabled-reference-uris", "empty,same-doc", "--id-attr:Id",
+                                           "http://uri.etsi.org/01903/v1.3.2#:SignedProperties", folder / "in.xml"});
+  if (!run) return failure(run.error());
+  return run->exit_code == 0;
+}
+
 // PDF
 
 /// Signature of a PDF as reported by pdfsig.
@@ -461,6 +471,36 @@ Result<Signer> verify_dcc(std::string_view signed_dcc, const std::string& file, 
     return failure(FaultKind::bad_file, file, "its signature is not valid: the file was changed after it was signed");
   if (auto chain = check_chain(*folder, parts->certificates, file); !chain) return failure(chain.error());
   if (auto trusted = check_trust(*folder, trust, file); !trusted) return failure(trusted.error());
+  return read_signer(*folder / "own.pem");
+}
+
+Result<Signer> verify_foreign_dcc(std::string_view dcc, const XmlElement& root, const std::string& file,
+                                  const Trust& trust) {
+  if (!trust.certificates_file.empty())
+    if (auto usable = check_trust_file(trust); !usable) return failure(usable.error());
+  auto signature = find_whole_signature(root, file);
+  if (!signature) return failure(signature.error());
+  const std::string where = fmt::format("{}:{}", file, signature->line);
+  const auto folder = PrivateFolder::make();
+  if (!folder) return failure(folder.error());
+  if (auto written = write_private(*folder / "in.xml", dcc); !written) return failure(written.error());
+  Strings& all = signature->certificates;
+  bool is_valid = false;
+  // The certificate of the signer may have any position. It comes first for the verification of the others.
+  for (std::size_t i = 0; i < all.size() && !is_valid; ++i) {
+    std::rotate(all.begin(), all.begin() + (i == 0 ? 0 : 1), all.end());
+    if (auto written = write_certificates(*folder, all); !written) return failure(written.error());
+    const auto verified = verify_foreign_signature(*folder);
+    if (!verified) return failure(verified.error());
+    is_valid = *verified;
+  }
+  if (!is_valid)
+    return failure(FaultKind::bad_file, where, "its signature is not valid: the file was changed after it was signed");
+  if (!trust.certificates_file.empty()) {
+    auto trusted = check_trust(*folder, trust, where);
+    if (!trusted && trust.on_day) trusted = check_trust(*folder, {.certificates_file = trust.certificates_file}, where);
+    if (!trusted) return failure(trusted.error());
+  }
   return read_signer(*folder / "own.pem");
 }
 

@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "core/result.hpp"
+#include "report/xml_reader.hpp"
 
 namespace gyrotherm::report {
 
@@ -50,6 +51,13 @@ struct Signer {
 /// Verifies a certificate and returns its signer. Fails with bad_file if it is not signed, was changed in any byte, or
 /// its signer is not trusted.
 [[nodiscard]] Result<Signer> verify_dcc(std::string_view signed_dcc, const std::string& file, const Trust& trust);
+
+/// Verifies the signature of a certificate of another laboratory and returns its signer. `root` is the certificate,
+/// read from the same bytes. The signer must be trusted, on the day of `trust` or today. Fails with bad_file at
+/// file:line as find_whole_signature() does, if the signature is not valid, or if the signer is not trusted. If `trust`
+/// names no file, any signer is accepted; the signature must still be valid.
+[[nodiscard]] Result<Signer> verify_foreign_dcc(std::string_view dcc, const XmlElement& root, const std::string& file,
+                                                const Trust& trust);
 
 /// Signs a PDF into another file (adbe.pkcs7.detached, SHA-256). `reason` is ASCII. Fails with bad_file like
 /// sign_dcc(), and if the PDF already has a signature.

@@ -114,6 +114,7 @@ void describe(auto& form, Like<Equipment> auto& equipment) {
   form("name", equipment.name);
   form("serial_number", equipment.serial_number);
   form("certificate", equipment.certificate);
+  form.if_present("certificate_sha256", !equipment.certificate_sha256.empty(), equipment.certificate_sha256);
   form("calibrated", equipment.calibrated);
   form("due", equipment.due);
   form("standard_uncertainty_k", equipment.standard_uncertainty_k);

@@ -70,6 +70,8 @@ struct Equipment {
   /// Measured channel such as "A"; empty for an instrument without a channel.
   std::string channel{};
   std::string name{}, serial_number{}, certificate{};
+  /// SHA-256 of the certificate file from which the calibration was read; empty: not read from a file.
+  std::string certificate_sha256{};
   /// Days such as "2026-11-25"; empty if unknown.
   std::string calibrated{}, due{};
   /// Standard uncertainty (k = 1) of a thermometer's calibration and of its drift.
@@ -102,7 +104,7 @@ struct Deviation {
 
 /// A file used to make the report.
 struct UsedFile {
-  /// Key of words.hpp: "record", "model_found", "model_left", "profile", "rig".
+  /// Key of words.hpp: "record", "model_found", "model_left", "profile", "rig", "certificate_file".
   std::string role{};
   std::string name{};
   std::string id{};  ///< run id of a record

@@ -206,13 +206,12 @@ class MeasurementResults {
     return one.overdue ? join_texts(text, "; ", texts_for("label.overdue")) : text;
   }
 
-  /// Writes a reference to the instrument's certificate. The schema requires a hash, which a paper certificate does not
-  /// have.
+  /// Writes a reference to the instrument's certificate. The schema requires a hash, which only a certificate file has.
   void certificate(const Equipment& one) {
     dcc_.text("dcc:referral", texts_for("column.certificate"));
     xml_.leaf("dcc:referralID", text_or_not_given(one.certificate));
-    xml_.leaf("dcc:procedure", "not given");
-    xml_.leaf("dcc:value", "not given");
+    xml_.leaf("dcc:procedure", one.certificate_sha256.empty() ? "not given" : "SHA-256");
+    xml_.leaf("dcc:value", text_or_not_given(one.certificate_sha256));
     xml_.leaf("dcc:inValidityRange", one.overdue ? "false" : "true");
   }
 

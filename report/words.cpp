@@ -104,6 +104,7 @@ constexpr Translation kTranslations[] = {
   {"model_left", "Compensation model as left", "Kompensationsmodell nach Justierung"},
   {"profile", "Temperature profile", "Temperaturprofil"},
   {"rig", "Rig description", "Beschreibung des Prüfstands"},
+  {"certificate_file", "Certificate of a thermometer", "Kalibrierschein eines Thermometers"},
   // Figures, their lines and axes
   {"temperatures", "Temperatures over time", "Temperaturen über der Zeit"},
   {"bias_course", "Bias over time", "Nullpunktabweichung über der Zeit"},

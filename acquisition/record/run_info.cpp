@@ -216,7 +216,7 @@ constexpr const char *kCycles = "cycles", *kGradients = "gradients", *kThreePoin
                      *kAnalogueMaps = "analogue_map_texts", *kThermometers = "thermometer_texts",
                      *kSupplies = "supply_texts", *kIdentities = "identities", *kFixture = "fixture",
                      *kWarmUp = "warm_up", *kUnusedUnits = "unused_units", *kGoal = "goal",
-                     *kAddedBlocks = "added_blocks", *kReleases = "releases";
+                     *kAddedBlocks = "added_blocks", *kReleases = "releases", *kCertificateFile = "certificate_file";
 /// The values of the list `goal`. `segments` is the number of segments that the description covers.
 constexpr const char *kGoalU = "u_deg_per_h", *kMissionName = "mission_name", *kMissionText = "mission_text",
                      *kPriorText = "prior_text", *kDescribedSegments = "segments";
@@ -240,6 +240,28 @@ std::optional<RunInfo::WarmUpInfo> parse_warm_up(std::string_view text) {
     return std::nullopt;
   if (!(numbers[1] > numbers[0] && numbers[2] > 0)) return std::nullopt;
   return RunInfo::WarmUpInfo{.at_least = {numbers[0]}, .air = {numbers[1]}, .rate = {numbers[2]}};
+}
+
+/// Returns the values of the list of a certificate file, in the order that parse_certificate_file() expects.
+std::vector<std::string> certificate_values(const CertificateFile& file) {
+  return {file.name, file.sha256, file.issuer, file.signer,
+          fmt::format("{} {} {} {}", file.expanded.value, file.coverage_factor, file.lowest.value, file.highest.value)};
+}
+
+/// Parses certificate_values(). Returns nothing for other values.
+std::optional<CertificateFile> parse_certificate_file(std::span<const std::string> values) {
+  if (values.size() != 5) return std::nullopt;
+  const auto numbers = parse_polynomial(values[4]);
+  if (numbers.size() != 4 || !std::ranges::all_of(numbers, [](double number) { return std::isfinite(number); }))
+    return std::nullopt;
+  return CertificateFile{.name = values[0],
+                         .sha256 = values[1],
+                         .issuer = values[2],
+                         .signer = values[3],
+                         .expanded = {numbers[0]},
+                         .coverage_factor = numbers[1],
+                         .lowest = {numbers[2]},
+                         .highest = {numbers[3]}};
 }
 
 /// Returns "key number" for each known value.
@@ -275,6 +297,8 @@ Result<void> write_lists(Database& database, const RunInfo& info) {
   if (const auto& added = info.warm_up)
     put(kWarmUp, "", {fmt::format("{} {} {}", added->at_least.value, added->air.value, added->rate.value)});
   put(kUnusedUnits, "", info.unused_units);
+  for (const auto& channel : info.thermometers)
+    if (channel.certificate_file) put(kCertificateFile, channel.name, certificate_values(*channel.certificate_file));
   put(kSupplies, "", info.supply_texts);
   if (const auto& goal = info.goal) {
     put(kGoal, kGoalU, {fmt::format("{}", goal->u_deg_per_h)});
@@ -494,30 +518,34 @@ Result<void> read_added_blocks(Database& database, RunInfo& info) {
 }
 
 Result<void> read_lists(Database& database, RunInfo& info) {
-  return database.each_row("SELECT name, of, value, position FROM list ORDER BY name, of, position",
-                           [&](const Statement& row) {
-                             const std::string_view list = row.text(0);
-                             if (list == kCycles) info.cycles.emplace_back(row.text(2));
-                             if (list == kAnalogueMaps) info.analogue_map_texts.emplace_back(row.text(2));
-                             if (list == kThermometers) info.thermometer_texts.emplace_back(row.text(2));
-                             if (list == kWarmUp) info.warm_up = parse_warm_up(row.text(2));
-                             if (list == kUnusedUnits) info.unused_units.emplace_back(row.text(2));
-                             if (list == kSupplies) info.supply_texts.emplace_back(row.text(2));
-                             if (list == kGoal) take_goal(info, row.text(1), row.text(2));
-                             if (list == kReleases) take_release(info, row.integer(3), row.text(2));
-                             if (list == kAddedBlocks) info.added_blocks.emplace_back(row.text(2));
-                             if (list == kIdentities) info.identities.emplace(row.text(1), row.text(2));
-                             if (list == kFixture) {
-                               for (std::size_t i = 0; i < info.units.size(); ++i)
-                                 for (std::size_t axis = 0; axis < info.units[i].axes.size(); ++axis)
-                                   if (row.text(1) == list_key(i, axis))
-                                     take_fixture_line(row.text(2), info.units[i].axes[axis].uncertainty);
-                             }
-                             const auto unit = std::ranges::find(info.units, row.text(1), &UnitInfo::name);
-                             if (unit == info.units.end()) return;
-                             if (list == kGradients) unit->gradients.emplace_back(row.text(2));
-                             if (list == kThreePoint) unit->three_point.emplace_back(row.text(2));
-                           });
+  std::map<std::string, std::vector<std::string>> certificates;
+  const auto read = [&](const Statement& row) {
+    const std::string_view list = row.text(0);
+    if (list == kCertificateFile) certificates[std::string(row.text(1))].emplace_back(row.text(2));
+    if (list == kCycles) info.cycles.emplace_back(row.text(2));
+    if (list == kAnalogueMaps) info.analogue_map_texts.emplace_back(row.text(2));
+    if (list == kThermometers) info.thermometer_texts.emplace_back(row.text(2));
+    if (list == kWarmUp) info.warm_up = parse_warm_up(row.text(2));
+    if (list == kUnusedUnits) info.unused_units.emplace_back(row.text(2));
+    if (list == kSupplies) info.supply_texts.emplace_back(row.text(2));
+    if (list == kGoal) take_goal(info, row.text(1), row.text(2));
+    if (list == kReleases) take_release(info, row.integer(3), row.text(2));
+    if (list == kAddedBlocks) info.added_blocks.emplace_back(row.text(2));
+    if (list == kIdentities) info.identities.emplace(row.text(1), row.text(2));
+    if (list == kFixture) {
+      for (std::size_t i = 0; i < info.units.size(); ++i)
+        for (std::size_t axis = 0; axis < info.units[i].axes.size(); ++axis)
+          if (row.text(1) == list_key(i, axis)) take_fixture_line(row.text(2), info.units[i].axes[axis].uncertainty);
+    }
+    const auto unit = std::ranges::find(info.units, row.text(1), &UnitInfo::name);
+    if (unit == info.units.end()) return;
+    if (list == kGradients) unit->gradients.emplace_back(row.text(2));
+    if (list == kThreePoint) unit->three_point.emplace_back(row.text(2));
+  };
+  const auto done = database.each_row("SELECT name, of, value, position FROM list ORDER BY name, of, position", read);
+  for (Channel& channel : info.thermometers)
+    channel.certificate_file = parse_certificate_file(certificates[channel.name]);
+  return done;
 }
 
 }  // namespace
@@ -666,6 +694,12 @@ std::optional<sys_days> parse_day(std::string_view text) {
 }
 
 std::string format_day(sys_days day) { return fmt::format("{:%F}", day); }
+
+std::string describe_certificate_file(const CertificateFile& file) {
+  return fmt::format("{} of {}, signed by {}: U = {:g} K (k = {:g}), {:g} to {:g} °C, SHA-256 {}", file.name,
+                     file.issuer, file.signer, file.expanded.value, file.coverage_factor, file.lowest.value,
+                     file.highest.value, file.sha256);
+}
 
 std::string describe_calibration(const Channel& channel) {
   auto text = describe_correction(channel);

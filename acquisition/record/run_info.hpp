@@ -37,6 +37,21 @@ struct ThermometerUncertainty {
   bool operator==(const ThermometerUncertainty&) const = default;
 };
 
+/// The file of a digital calibration certificate from which the calibration of a channel was read.
+struct CertificateFile {
+  std::string name{};    ///< without its folder
+  std::string sha256{};  ///< of the file
+  std::string issuer{};  ///< the calibration laboratory
+  /// The subject of the certificate whose key signed the file (RFC 2253).
+  std::string signer{};
+  /// The largest expanded uncertainty that the certificate states, and its coverage factor.
+  Kelvins expanded{};
+  double coverage_factor{};
+  /// The range of the calibrated temperatures.
+  Celsius lowest{}, highest{};
+  bool operator==(const CertificateFile&) const = default;
+};
+
 /// A channel that is read once a second.
 struct Channel {
   /// "A" … "H", "shell", or the name in an imported record.
@@ -55,6 +70,7 @@ struct Channel {
   /// The unit under test that the channel belongs to; empty for the rig.
   std::string unit_under_test = kOnlyUnit;
   ThermometerUncertainty uncertainty{};
+  std::optional<CertificateFile> certificate_file{};
 };
 
 enum class GyroKind { pulse_count, rate };
@@ -267,6 +283,10 @@ void add_block(RunInfo& info, std::size_t first, std::span<const RunInfo::Segmen
 /// nanoseconds since 1970 can represent.
 [[nodiscard]] std::optional<std::chrono::sys_days> parse_day(std::string_view text);
 [[nodiscard]] std::string format_day(std::chrono::sys_days day);
+
+/// Describes the certificate file of a channel: "t1.dcc.xml of Thermo Lab, signed by CN=Thermo Lab: U = 0.02 K (k = 2),
+/// -40 to 60 °C, SHA-256 …".
+[[nodiscard]] std::string describe_certificate_file(const CertificateFile& file);
 
 /// Describes a calibration: "offset 0.01 K, certificate 2026-0123, due 2027-03-01", or "none".
 [[nodiscard]] std::string describe_calibration(const Channel& channel);

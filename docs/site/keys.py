@@ -46,8 +46,11 @@ RIG = {
         "read_word_order_and_framing": ["chamber", "chamber.link"],
         "read_limiter:chamber": ["chamber"], "read_limiter": ["chamber.limiter"], "read_analysis": ["analysis"],
         "read_safe_state": ["safe"], "read_room": ["room"], "check_safe_air": [], "determine_simulated": [""],
+        "read_trusted_certificates": ["certificates"],
     },
+    "sequencer/rig/thermometer_certificate.cpp": {"read_named_certificate": _CALIBRATED},
     "sequencer/rig/thermometer_settings.cpp": {
+        "read_common_certificate": ["[thermometer]"],
         "read_link": ["[thermometer]"], "read_link:link": ["thermometer.link"], "read_text_link": ["[thermometer]"],
         "read_sensor": ["thermometer.sensor"], "read_dcon": ["[thermometer] dcon"],
         "read_command": ["[thermometer] process"], "read_description": ["[thermometer] text"], "read_certificate": _CALIBRATED,

@@ -4,10 +4,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <set>
 #include <utility>
 
 #include "acquisition/record/schema.hpp"
+#include "core/clock.hpp"
 #include "core/file.hpp"
 #include "core/humidity.hpp"
 #include "core/toml_reader.hpp"
@@ -246,6 +248,43 @@ void check_ports(const TomlTable& root, const RigFile& rig) {
     root.note_error("", "\"hid:\" is only for a rig with one USB device, expected serial numbers");
 }
 
+/// Reads [certificates]: the PEM file with the trusted signers of certificate files.
+std::string read_trusted_certificates(const TomlTable& table, const std::string& folder) {
+  const std::string name = table.text("trusted", "");
+  return name.empty() ? name : (std::filesystem::path(folder) / name).string();
+}
+
+/// Reads the certificate file of a thermometer and applies it to its channels.
+Result<void> read_certificate_file(NamedCertificate& named, const CertificateReader& reader,
+                                   std::chrono::sys_days today, std::vector<record::Channel>& channels) {
+  const auto refused = [&](const char* what) { return failure(FaultKind::bad_file, named.location, what); };
+  if (!reader.read) return refused("names a certificate file, which cannot be read here");
+  if (named.request.trusted.empty())
+    return refused("names a certificate file, but no trusted signers: expected [certificates] trusted = \"FILE.pem\"");
+  const auto values = reader.read(named.request);
+  if (!values) return failure(values.error());
+  for (const std::size_t i : named.channels)
+    if (auto done = apply_certificate(*values, named.location, today, channels[i]); !done) return done;
+  return {};
+}
+
+/// Applies the certificate files of all thermometers, or on a resume the calibrations of the record.
+Result<void> apply_certificates(RigFile& rig, const std::string& trusted, const NamedTexts& known,
+                                const CertificateReader& reader) {
+  using std::chrono::floor, std::chrono::days;
+  const auto today = rig.simulated ? std::chrono::sys_days(floor<days>(kVirtualEpoch)) : reader.today;
+  for (auto& thermometer : rig.thermometers)
+    for (NamedCertificate& named : thermometer.certificates) {
+      named.request.trusted = trusted;
+      Result<void> done;
+      if (!known.channels) done = read_certificate_file(named, reader, today, thermometer.calibrated);
+      for (std::size_t i = 0; known.channels && done && i < named.channels.size(); ++i)
+        done = restore_calibration(*known.channels, named.location, thermometer.calibrated[named.channels[i]]);
+      if (!done) return done;
+    }
+  return {};
+}
+
 /// Checks that either all lines are virtual, or none.
 void determine_simulated(const TomlTable& root, RigFile& rig) {
   const auto lines = list_lines(rig);
@@ -267,7 +306,8 @@ std::string describe(const Limiter& limiter) {
   return text;
 }
 
-Result<RigFile> parse_rig(std::string_view text, const std::string& file, const NamedTexts& known) {
+Result<RigFile> parse_rig(std::string_view text, const std::string& file, const NamedTexts& known,
+                          const CertificateReader& certificates) {
   const auto root = TomlTable::parse(text, file);
   if (!root) return failure(root.error());
   RigFile rig;
@@ -280,9 +320,10 @@ Result<RigFile> parse_rig(std::string_view text, const std::string& file, const 
   read_chamber(chamber, rig);
   std::set<std::string> seen;
   DescriptionReader descriptions(file, known.thermometer_descriptions);
+  const auto folder = known.folder.empty() ? parent_folder(file) : known.folder;
   for (const auto& table : root->tables("thermometer"))
-    rig.thermometers.push_back(read_thermometer(table, known.folder.empty() ? parent_folder(file) : known.folder,
-                                                rig.thermometers.size() + 1, seen, descriptions));
+    rig.thermometers.push_back(read_thermometer(table, folder, rig.thermometers.size() + 1, seen, descriptions));
+  const auto trusted = read_trusted_certificates(root->table("certificates"), folder);
   if (rig.thermometers.empty()) root->note_error("", "missing [[thermometer]], expected at least one");
   const auto channels = channel_names(thermometer_channels(rig));
   auto gyros = read_gyros(*root, file, channels, known.gyro_streams);
@@ -327,6 +368,7 @@ Result<RigFile> parse_rig(std::string_view text, const std::string& file, const 
   if (!supplies) return failure(supplies.error());
   if (!map) return failure(map.error());
   rig.chamber_map = std::move(*map);
+  if (auto applied = apply_certificates(rig, trusted, known, certificates); !applied) return failure(applied.error());
   if (!rig.simulated) return rig;
   auto gyro_model = simulator::find_gyro_model(text, file, known.gyro_model);
   if (!gyro_model) return failure(gyro_model.error());
@@ -334,10 +376,11 @@ Result<RigFile> parse_rig(std::string_view text, const std::string& file, const 
   return rig;
 }
 
-Result<RigFile> read_rig(const std::string& given) {
+Result<RigFile> read_rig(const std::string& given, const CertificateReader& certificates) {
   const auto file = resolve_path(given, kShippedRig);
   if (!file) return failure(file.error());
-  return read_text_file(*file).and_then([&](const std::string& text) { return parse_rig(text, *file); });
+  return read_text_file(*file).and_then(
+      [&](const std::string& text) { return parse_rig(text, *file, {}, certificates); });
 }
 
 Result<void> add_warm_ups(profile::Profile& profile, const RigFile& rig) {

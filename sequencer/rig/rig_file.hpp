@@ -24,6 +24,7 @@
 #include "sequencer/rig/check_standard.hpp"
 #include "sequencer/rig/gyro_settings.hpp"
 #include "sequencer/rig/supply_settings.hpp"
+#include "sequencer/rig/thermometer_certificate.hpp"
 #include "sequencer/rig/thermometer_settings.hpp"
 #include "simulator/virtual_laboratory.hpp"
 
@@ -113,13 +114,17 @@ struct NamedTexts {
   std::vector<std::string> supply_descriptions{};
   /// Folder in which commands run; empty: the rig file's.
   std::string folder{};
+  /// Channels of the record on a resume. Their calibrations replace those of the certificate files.
+  std::optional<std::vector<record::Channel>> channels{};
 };
 
 /// Parses a rig file. Reads files that `known` does not contain, relative to `file`. Fails with bad_file and lists
-/// every error with its position. parse_laboratory checks the remaining keys of [virtual].
-[[nodiscard]] Result<RigFile> parse_rig(std::string_view text, const std::string& file, const NamedTexts& known = {});
+/// every error with its position. parse_laboratory checks the remaining keys of [virtual]. `certificates` reads the
+/// certificate files of thermometers.
+[[nodiscard]] Result<RigFile> parse_rig(std::string_view text, const std::string& file, const NamedTexts& known = {},
+                                        const CertificateReader& certificates = {});
 /// Reads and parses a rig file, or the shipped rig of that name.
-[[nodiscard]] Result<RigFile> read_rig(const std::string& given);
+[[nodiscard]] Result<RigFile> read_rig(const std::string& given, const CertificateReader& certificates = {});
 
 /// Returns the texts of the maps of all analogue inputs, in order of the file.
 [[nodiscard]] std::vector<std::string> collect_analogue_map_texts(const RigFile& rig);

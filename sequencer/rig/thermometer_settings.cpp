@@ -140,6 +140,16 @@ std::optional<std::chrono::sys_days> read_day(const TomlTable& table, const char
   return day;
 }
 
+/// Adds a certificate file that a table names for the channels numbered `channels`. Returns true if it names one.
+bool add_certificate_file(const TomlTable& table, const std::string& folder, std::vector<std::size_t> channels,
+                          ThermometerSettings& settings) {
+  auto named = read_named_certificate(table, folder);
+  if (!named) return false;
+  named->channels = std::move(channels);
+  settings.certificates.push_back(std::move(*named));
+  return true;
+}
+
 /// Applies a table's certificate to all of `channels` without their own.
 void read_certificate(const TomlTable& table, std::span<record::Channel> channels) {
   const auto certificate = table.text("certificate", "");
@@ -198,13 +208,14 @@ void apply_uncertainty(const TomlTable& table, std::span<record::Channel> channe
   }
 }
 
-void read_calibration(const TomlTable& table, std::vector<record::Channel>& channels) {
+void read_calibration(const TomlTable& table, const std::string& folder, ThermometerSettings& settings) {
+  auto& channels = settings.calibrated;
   const auto name = table.text("channel");
   const auto found = std::find_if(channels.begin(), channels.end(), [&](const auto& c) { return c.name == name; });
   if (found == channels.end()) {
     if (!name.empty()) table.note_error("channel", fmt::format("\"{}\" is not a channel of this thermometer", name));
     for (const auto* key : {"offset", "polynomial", "certificate", "due", "uncertainty", "coverage_factor",
-                            "distribution", "drift_k_per_year", "calibrated"})
+                            "distribution", "drift_k_per_year", "calibrated", "serial_number"})
       table.ignore(key);
     return;
   }
@@ -216,8 +227,26 @@ void read_calibration(const TomlTable& table, std::vector<record::Channel>& chan
   found->polynomial = table.numbers("polynomial");
   if (table.has("polynomial") && (found->polynomial.size() < 2 || found->polynomial.size() > kMaxCoefficients))
     table.note_error("polynomial", fmt::format("expected 2 to {} coefficients, the constant first", kMaxCoefficients));
+  const auto index = static_cast<std::size_t>(found - channels.begin());
+  if (add_certificate_file(table, folder, {index}, settings)) found->certificate = table.text("certificate");
   read_certificate(table, {&*found, 1});
   apply_uncertainty(table, {&*found, 1});
+}
+
+/// Adds the certificate file of a thermometer for all channels without their own certificate.
+void read_common_certificate(const TomlTable& table, const std::string& folder, ThermometerSettings& settings) {
+  const auto has_own_values = [](const record::Channel& one) {
+    return one.offset != Kelvins{} || !one.polynomial.empty() || one.uncertainty.calibration ||
+           one.uncertainty.calibrated;
+  };
+  std::vector<std::size_t> channels;
+  for (std::size_t i = 0; i < settings.calibrated.size(); ++i)
+    if (settings.calibrated[i].certificate.empty()) channels.push_back(i);
+  const auto all = channels;
+  if (!add_certificate_file(table, folder, std::move(channels), settings)) return;
+  for (const std::size_t i : all)
+    if (const auto& one = settings.calibrated[i]; has_own_values(one))
+      table.note_error("certificate", fmt::format("contradicts the calibration of channel \"{}\"", one.name));
 }
 
 void read_offsets(const TomlTable& table, std::vector<record::Channel>& channels) {
@@ -286,7 +315,8 @@ ThermometerSettings read_thermometer(const TomlTable& table, const std::string& 
   if (settings.kind == Kind::mcc_usb_temp && table.has("sensor")) settings.sensor = read_sensor(table.table("sensor"));
   read_channels(table, number, seen, settings);
   read_offsets(table, settings.calibrated);
-  for (const auto& calibration : table.tables("calibration")) read_calibration(calibration, settings.calibrated);
+  for (const auto& calibration : table.tables("calibration")) read_calibration(calibration, folder, settings);
+  read_common_certificate(table, folder, settings);
   read_certificate(table, settings.calibrated);
   apply_uncertainty(table, settings.calibrated);
   return settings;

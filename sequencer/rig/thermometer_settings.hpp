@@ -17,6 +17,7 @@
 #include "drivers/thermometer/dcon_thermometer.hpp"
 #include "drivers/thermometer/mcc_usb_temp.hpp"
 #include "drivers/thermometer/thermometer_kinds.hpp"
+#include "sequencer/rig/thermometer_certificate.hpp"
 
 namespace gyrotherm::rig {
 
@@ -44,6 +45,8 @@ struct ThermometerSettings {
   /// The line of a thermometer without a description returns every request.
   bool echo{};
   std::string place;
+  /// Certificate files whose values `calibrated` does not contain yet.
+  std::vector<NamedCertificate> certificates{};
 };
 
 /// Reads the descriptions that the thermometers of a rig file name.
@@ -67,7 +70,8 @@ class DescriptionReader {
 
 /// Reads the thermometer numbered `number`, from 1. Keys: driver, line, channels; the calibrations by `offsets` (K, one
 /// per channel) or [[thermometer.calibration]] (channel, offset or polynomial, certificate, due); `certificate` and
-/// `due` for all channels without their own; `uncertainty` (K) with its `coverage_factor` or `distribution`,
+/// `due` for all channels without their own (a `certificate` that ends in .xml is a file, with the `serial_number` of
+/// its item; its values are not read here); `uncertainty` (K) with its `coverage_factor` or `distribution`,
 /// `drift_k_per_year` and `calibrated` (a day), in either table; and the keys of the driver: addresses, checksum and
 /// type (dcon), [thermometer.sensor] (mcc_usb_temp), [thermometer.link] (`echo`, for a line that carries bytes; text:
 /// as [chamber.link]), command (process: its line is absent or "virtual", and its command runs in `folder`),

@@ -356,7 +356,8 @@ Result<rig::RigFile> parse_recorded_rig(const record::RunInfo& info, const std::
                          .analogue_maps = info.analogue_map_texts,
                          .thermometer_descriptions = info.thermometer_texts,
                          .supply_descriptions = info.supply_texts,
-                         .folder = info.rig_file.empty() ? std::string() : parent_folder(info.rig_file)});
+                         .folder = info.rig_file.empty() ? std::string() : parent_folder(info.rig_file),
+                         .channels = info.thermometers});
 }
 
 /// Fails with bad_file if the virtual rig cannot be replayed up to the record's end.

@@ -34,6 +34,23 @@ MUTANTS = [
      'if (run->exit_code == 0) return check_usage(folder / "own.pem", where);', "if (run->exit_code == 0) return {};",
      "report_test", "Signed.VerifyRefusesCertificateForOtherPurpose"),
 
+    # Certificate files of thermometers.
+    ("a signature of a part is taken for one of the whole", "report/xml_signature.cpp",
+     "if (!is_whole &&", "if (false &&",
+     "report_test", "ForeignSignature.RefusesSignatureOfAnotherPart"),
+    ("a certificate file of any signer is believed", "report/signature.cpp",
+     "if (!trusted) return failure(trusted.error());", "if (false) return failure(trusted.error());",
+     "report_test", "ForeignSignature.RefusesUnknownSigner"),
+    ("a changed certificate file is believed", "report/signature.cpp",
+     "if (!is_valid)", "if (false)",
+     "report_test", "ForeignSignature.RefusesEachChangedValue"),
+    ("k may contradict its probability", "report/temperature_values.cpp",
+     "if (!probability) return {};", "return {};",
+     "report_test", "TemperatureCertificate.RefusesEachAlterationWithItsCause"),
+    ("an overdue certificate file is used", "sequencer/rig/thermometer_certificate.cpp",
+     "if (due && *due < today)", "if (false)",
+     "rig_test", "ThermometerCertificate.RefusesOverdueCalibration"),
+
     # Roles and texts.
     ("any person authorises", "report/order.cpp",
      "if (std::ranges::find(names, by) != names.end()) return {};", "if (!names.empty()) return {};",

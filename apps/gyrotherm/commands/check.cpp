@@ -7,6 +7,7 @@
 #include "acquisition/record/run_info.hpp"
 #include "apps/console/command.hpp"
 #include "apps/gyrotherm/release/program_register.hpp"
+#include "apps/gyrotherm/rig_source.hpp"
 #include "apps/gyrotherm/run/checked_profile.hpp"
 #include "apps/gyrotherm/run/readiness.hpp"
 #include "core/clock.hpp"
@@ -58,6 +59,9 @@ std::string thermometer_lines(const rig::RigFile& rig) {
   for (const auto& channel : channels)
     if (const auto words = describe_calibration(channel); words != "none")
       lines += fmt::format("    {}: {}\n", channel.name, words);
+  for (const auto& channel : channels)
+    if (channel.certificate_file)
+      lines += fmt::format("    {}: {}\n", channel.name, describe_certificate_file(*channel.certificate_file));
   for (const auto& settings : rig.thermometers)
     if (!settings.command.words.empty())
       lines +=
@@ -201,6 +205,30 @@ Json calibrations_json(const rig::RigFile& rig) {
   return json;
 }
 
+/// Returns the certificate files by the channels that they calibrate.
+Json certificates_json(const rig::RigFile& rig) {
+  auto json = Json::object();
+  for (const auto& channel : list_channels(rig)) {
+    if (!channel.certificate_file) continue;
+    const auto& file = *channel.certificate_file;
+    const auto& known = channel.uncertainty;
+    json[channel.name] = {{"number", channel.certificate},
+                          {"file", file.name},
+                          {"sha256", file.sha256},
+                          {"issuer", file.issuer},
+                          {"signer", file.signer},
+                          {"offset_k", channel.offset.value},
+                          {"standard_uncertainty_k", known.calibration ? Json(known.calibration->value) : Json()},
+                          {"expanded_k", file.expanded.value},
+                          {"coverage_factor", file.coverage_factor},
+                          {"lowest_c", file.lowest.value},
+                          {"highest_c", file.highest.value},
+                          {"calibrated", known.calibrated ? record::format_day(*known.calibrated) : ""},
+                          {"due", channel.due ? record::format_day(*channel.due) : ""}};
+  }
+  return json;
+}
+
 Json units_json(const rig::RigFile& rig) {
   auto units = Json::array();
   for (std::size_t unit = 0; unit < rig.units.size(); ++unit) {
@@ -241,6 +269,7 @@ Json rig_json(const rig::RigFile& rig) {
           {"cold_safe_state", cold_safe_state(rig)},
           {"thermometers", list_channels(rig).size()},
           {"calibrations", calibrations_json(rig)},
+          {"certificates", certificates_json(rig)},
           {"overdue", list_overdue(rig)},
           {"unstable_names", unstable_names(rig)},
           {"bias_zero_known", check_bias_zero(rig).state == FindingState::ok},
@@ -319,7 +348,7 @@ struct Findings {
 
 /// Checks the rig and, with --connect, its instruments.
 Result<rig::RigFile> check_rig(const CheckArguments& options, Findings& found) {
-  auto rig = rig::read_rig(options.rig);
+  auto rig = load_rig(options.rig);
   if (!rig) return failure(rig.error());
   if (rig->simulated && !options.connect)
     if (const auto assembled = assemble(*rig, options.seed); !assembled) return failure(assembled.error());

@@ -16,6 +16,7 @@
 #include "apps/console/command.hpp"
 #include "apps/gyrotherm/devices.hpp"
 #include "apps/gyrotherm/machine_checks.hpp"
+#include "apps/gyrotherm/rig_source.hpp"
 #include "apps/gyrotherm/run/readiness.hpp"
 #include "core/json.hpp"
 #include "drivers/chamber/chamber_lock.hpp"
@@ -149,7 +150,7 @@ Result<std::vector<Finding>> run_checks(const DoctorArguments& options) {
   append(findings, check_devices(devices));
   append(findings, check_serial_adapters(devices));
   if (options.rig.empty()) return findings;
-  const auto rig = rig::read_rig(options.rig);
+  const auto rig = load_rig(options.rig);
   if (!rig) return failure(rig.error());
   append(findings, check_lines(*rig, devices));
   append(findings, check_calibrations(*rig));

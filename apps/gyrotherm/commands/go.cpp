@@ -10,6 +10,7 @@
 
 #include "apps/console/command.hpp"
 #include "apps/console/interrupt.hpp"
+#include "apps/gyrotherm/rig_source.hpp"
 #include "apps/gyrotherm/run/carry_out.hpp"
 #include "apps/gyrotherm/run/checked_profile.hpp"
 #include "core/clock.hpp"
@@ -51,7 +52,7 @@ tl::unexpected<Fault> argument_fault(const Fault& fault) {
 }
 
 Result<Exit> go(Console& console, const GoArguments& options) {
-  const auto rig = rig::read_rig(options.rig);
+  const auto rig = load_rig(options.rig);
   if (!rig) return failure(rig.error());
   if (const auto time = parse_duration(options.time); !time)
     return failure(FaultKind::usage, "--for", time.error().what);

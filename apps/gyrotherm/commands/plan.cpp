@@ -16,6 +16,7 @@
 #include "apps/gyrotherm/output_file.hpp"
 #include "apps/gyrotherm/plan/program_plan.hpp"
 #include "apps/gyrotherm/recorded_run.hpp"
+#include "apps/gyrotherm/rig_source.hpp"
 #include "apps/gyrotherm/run/carry_out.hpp"
 #include "apps/gyrotherm/run/checked_profile.hpp"
 #include "apps/gyrotherm/run/run_goal.hpp"
@@ -132,7 +133,7 @@ Result<Exit> plan_and_write(Console& console, const PlanArguments& options) {
   const auto figure = beside(options.out, "svg");
   for (const auto& path : {options.out, figure})
     if (auto free = check_is_free(path, options.force); !free) return failure(free.error());
-  const auto rig = rig::read_rig(options.rig);
+  const auto rig = load_rig(options.rig);
   if (!rig) return failure(rig.error());
   auto released = read_profile(options.released, &*rig);
   if (!released) return failure(released.error());

@@ -28,6 +28,7 @@
 #include "apps/gyrotherm/qualify/lot_experiment.hpp"
 #include "apps/gyrotherm/recorded_run.hpp"
 #include "apps/gyrotherm/report/calibration.hpp"
+#include "apps/gyrotherm/rig_source.hpp"
 #include "apps/gyrotherm/run/carry_out.hpp"
 #include "apps/gyrotherm/run/checked_profile.hpp"
 #include "apps/gyrotherm/run/unit_identification.hpp"
@@ -459,7 +460,7 @@ Result<void> identify_units(Console& console, const QualifyArguments& options, c
 }
 
 Result<Exit> qualify(Console& console, const QualifyArguments& options) {
-  auto rig = rig::read_rig(options.rig);
+  auto rig = load_rig(options.rig);
   if (!rig) return failure(rig.error());
   if (auto texts = check_report_texts(options.report, {}, options.rig); !texts) return failure(texts.error());
   auto runs = plan_runs(options, *rig);

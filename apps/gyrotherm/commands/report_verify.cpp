@@ -11,7 +11,9 @@
 #include "apps/gyrotherm/qualify/axis_experiment.hpp"
 #include "core/file.hpp"
 #include "core/json.hpp"
+#include "core/sha256.hpp"
 #include "report/signed_report.hpp"
+#include "report/temperature_certificate.hpp"
 
 namespace gyrotherm::app {
 namespace {
@@ -22,6 +24,10 @@ struct SignedReportArguments {
   std::string folder;
   report::Trust trust;
   std::string on_day;
+  /// Folder with certificate files; may be empty.
+  std::string certificates;
+  /// PEM file with the trusted signers of certificate files; may be empty.
+  std::string trusted_issuers;
 };
 
 /// Returns the file with that name in the folder of the report or in its parent folder; empty if there is none.
@@ -70,6 +76,34 @@ Check check_used_file(const std::string& folder, const report::CalibrationReport
       fmt::format("is the file on which the report is based, and all of its {} rows are unchanged", verified->rows)};
 }
 
+/// Returns the certificate file with that name: in the given folder if it is there, otherwise near the report.
+std::string find_certificate_file(const SignedReportArguments& options, const std::string& name) {
+  std::error_code error;
+  if (name.find('/') != std::string::npos) return {};
+  const std::filesystem::path given = std::filesystem::path(options.certificates) / name;
+  if (!options.certificates.empty() && std::filesystem::is_regular_file(given, error)) return given.string();
+  return find_nearby_file(options.folder, name);
+}
+
+/// Checks the certificate file of a thermometer: its digest, and its own signature.
+Check check_certificate_file(const SignedReportArguments& options, const report::UsedFile& file) {
+  using enum Check::Outcome;
+  const std::string path = find_certificate_file(options, file.name);
+  if (path.empty()) return {file.name, not_there, "is not next to the report; not checked"};
+  const auto bytes = read_text_file(path, report::kLargestForeignDcc);
+  if (!bytes) return {file.name, fails, text(bytes.error())};
+  if (sha256(*bytes) != file.sha256) return {file.name, fails, "is not the certificate that the report names"};
+  const auto dcc = report::read_foreign_dcc(*bytes, path);
+  if (!dcc) return {file.name, fails, text(dcc.error())};
+  const report::Trust trust{.certificates_file = options.trusted_issuers,
+                            .on_day = options.on_day.empty() ? report::find_issue_day(*dcc) : options.on_day};
+  const auto signer = report::verify_foreign_dcc(*bytes, *dcc, path, trust);
+  if (!signer) return {file.name, fails, text(signer.error())};
+  return {file.name, holds,
+          fmt::format("is the certificate that the report names, signed by {}{}", signer->subject,
+                      options.trusted_issuers.empty() ? "; whether to trust this signer was not checked" : "")};
+}
+
 const char* outcome_name(Check::Outcome outcome) {
   switch (outcome) {
     case Check::Outcome::holds: return "holds";
@@ -108,7 +142,8 @@ Result<Exit> verify_signed(Console& console, const SignedReportArguments& option
   if (!found) return failure(found.error());
   if (found->report)
     for (const report::UsedFile& file : found->report->files)
-      found->checks.push_back(check_used_file(options.folder, *found->report, file));
+      found->checks.push_back(file.role == "certificate_file" ? check_certificate_file(options, file)
+                                                              : check_used_file(options.folder, *found->report, file));
   const auto failing = std::ranges::count_if(found->checks, report::is_failure, &Check::outcome);
   console.print(console.json ? checks_json(*found, failing == 0) : checks_text(*found));
   if (failing > 0)
@@ -125,7 +160,7 @@ void add_report_verify(Program& program, CLI::App& report) {
   auto [command, options] = add_subcommand(
       program, report, "verify",
       "Checks that the folder of a signed report contains exactly the signed files, unchanged; prints the signer, and "
-      "checks any records and models next to the report against it.",
+      "checks any records, models and certificates next to the report against it.",
       "gyrotherm report verify out/report --trusted authority.pem", verify_signed);
   command.add_option("dir", options.folder, "the folder with dcc.xml")->type_name(value::kFolder)->required();
   command
@@ -133,6 +168,12 @@ void add_report_verify(Program& program, CLI::App& report) {
                   "trusted certificates, of authorities or of the laboratory, PEM")
       ->type_name(value::kPem)
       ->required();
+  command.add_option("--certificates", options.certificates, "a folder with the certificates of the thermometers")
+      ->type_name(value::kFolder);
+  command
+      .add_option("--trusted-issuers", options.trusted_issuers,
+                  "trusted signers of the certificates of the thermometers, PEM")
+      ->type_name(value::kPem);
   command.add_option("--on", options.on_day, "the day on which certificates must be valid (default: today)")
       ->type_name("YYYY-MM-DD");
 }

@@ -6,6 +6,7 @@
 
 #include "apps/console/command.hpp"
 #include "apps/console/interrupt.hpp"
+#include "apps/gyrotherm/rig_source.hpp"
 #include "apps/gyrotherm/run/carry_out.hpp"
 #include "apps/gyrotherm/run/checked_profile.hpp"
 #include "apps/gyrotherm/run/run_goal.hpp"
@@ -44,7 +45,7 @@ std::string make_record_name(const std::string& profile_name) {
 
 Result<Exit> run(Console& console, const RunArguments& options) {
   apply_run_json(console, options.json);
-  auto rig = rig::read_rig(options.rig);
+  auto rig = load_rig(options.rig);
   if (!rig) return failure(rig.error());
   const auto profile = read_profile(options.profile, &*rig);
   if (!profile) return failure(profile.error());

@@ -8,6 +8,7 @@
 
 #include "apps/console/command.hpp"
 #include "apps/console/interrupt.hpp"
+#include "apps/gyrotherm/rig_source.hpp"
 #include "core/program_start.hpp"
 #include "sequencer/rig/rig.hpp"
 
@@ -110,7 +111,7 @@ Result<Exit> simulate(Console& console, const SimulateArguments& options) {
   if (!pace)
     return failure(FaultKind::usage, "--pace",
                    fmt::format("\"{}\", expected real, max or xN for N times real time", options.pace));
-  const auto rig = rig::read_rig(options.rig);
+  const auto rig = load_rig(options.rig);
   if (!rig) return failure(rig.error());
   watch_for_interrupts(SecondInterrupt::ends);
   const auto frames = options.full_rate ? simulator::FramePace::full_rate : simulator::FramePace::one_a_second;

@@ -36,7 +36,8 @@ bool are_same_number(double a, double b) { return a == b || (std::isnan(a) && st
 void add_once(std::vector<report::Equipment>& all, report::Equipment one) {
   const auto same = [&](const report::Equipment& other) {
     return other.role == one.role && other.channel == one.channel && other.name == one.name &&
-           other.certificate == one.certificate && other.calibrated == one.calibrated && other.due == one.due &&
+           other.certificate == one.certificate && other.certificate_sha256 == one.certificate_sha256 &&
+           other.calibrated == one.calibrated && other.due == one.due &&
            are_same_number(other.standard_uncertainty_k, one.standard_uncertainty_k) &&
            are_same_number(other.drift_k_in_a_year, one.drift_k_in_a_year);
   };
@@ -53,6 +54,7 @@ report::Equipment thermometer(const record::Channel& channel, Duration end) {
           .channel = channel.name,
           .name = channel.instrument,
           .certificate = channel.certificate,
+          .certificate_sha256 = channel.certificate_file ? channel.certificate_file->sha256 : "",
           .calibrated = format_day_if_any(channel.uncertainty.calibrated),
           .due = format_day_if_any(channel.due),
           .standard_uncertainty_k = kelvins(channel.uncertainty.calibration),
@@ -182,6 +184,19 @@ void add_deviations(std::vector<report::Deviation>& deviations, const record::Re
   deviations.insert(deviations.end(), own.begin(), own.end());
 }
 
+/// Adds the certificate files of the thermometers of a unit, each once.
+void add_certificate_files(report::CalibrationReport& report, const record::RunInfo& info, const std::string& unit) {
+  for (const record::Channel& channel : info.thermometers) {
+    const auto& file = channel.certificate_file;
+    if (!file || !belongs_to(channel, unit)) continue;
+    const auto is_it = [&](const report::UsedFile& one) {
+      return one.sha256 == file->sha256 && one.name == file->name;
+    };
+    if (std::ranges::none_of(report.files, is_it))
+      report.files.push_back({.role = "certificate_file", .name = file->name, .sha256 = file->sha256});
+  }
+}
+
 void add_files(report::CalibrationReport& report, const SourceRecord& source) {
   const record::RunInfo& info = source.record.info;
   report.files.push_back({.role = "record",
@@ -221,6 +236,7 @@ void add_record(report::CalibrationReport& report, const SourceRecord& source, c
   add_air(report, record.chamber_air_c);
   add_deviations(report.deviations, record, unit);
   add_files(report, source);
+  add_certificate_files(report, record.info, unit);
 }
 
 }  // namespace gyrotherm::app

@@ -111,6 +111,14 @@ TEST(Record, KeepsCalibrationsAndGyroStream) {
   info.thermometers[0].polynomial = {0.1, 1 + 1e-15, -2.5e-7};
   info.thermometers[1].certificate = "2025-0815 \"b\"";
   info.thermometers[1].due = parse_day("2027-03-01");
+  info.thermometers[1].certificate_file = CertificateFile{.name = "t 1.dcc.xml",
+                                                          .sha256 = std::string(64, '0'),
+                                                          .issuer = "Thermo \"Lab\"",
+                                                          .signer = "CN=Seal,O=Thermo Lab",
+                                                          .expanded = {0.1 / 3},
+                                                          .coverage_factor = 2.05,
+                                                          .lowest = {-40},
+                                                          .highest = {60.125}};
   ASSERT_TRUE(Store::create(folder / "run.db", info));
   const auto back = read_record(folder / "run.db").value().info;
   EXPECT_EQ(back.units[0].stream_text, info.units[0].stream_text);
@@ -119,6 +127,7 @@ TEST(Record, KeepsCalibrationsAndGyroStream) {
     EXPECT_EQ(back.thermometers[i].polynomial, info.thermometers[i].polynomial) << "to the bit";
     EXPECT_EQ(back.thermometers[i].certificate, info.thermometers[i].certificate);
     EXPECT_EQ(back.thermometers[i].due, info.thermometers[i].due);
+    EXPECT_EQ(back.thermometers[i].certificate_file, info.thermometers[i].certificate_file);
   }
 }
 

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sequencer/rig/thermometer_certificate.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+
+namespace gyrotherm::rig {
+
+std::optional<NamedCertificate> read_named_certificate(const TomlTable& table, const std::string& folder) {
+  const std::string name = table.has("certificate") ? table.text("certificate") : "";
+  const std::string serial_number = table.text("serial_number", "");
+  if (!name.ends_with(kCertificateEnding)) {
+    if (table.has("serial_number"))
+      table.note_error("serial_number", "selects an item of a certificate file, but \"certificate\" is not one (.xml)");
+    return std::nullopt;
+  }
+  for (const char* key :
+       {"offset", "offsets", "polynomial", "uncertainty", "coverage_factor", "distribution", "calibrated"})
+    if (table.has(key))
+      table.note_error(key, fmt::format("contradicts the certificate file, which states this value: expected one of "
+                                        "\"{}\" and \"certificate\"",
+                                        key));
+  NamedCertificate named{.location = table.location("certificate")};
+  named.request = {.path = (std::filesystem::path(folder) / name).string(), .serial_number = serial_number};
+  return named;
+}
+
+Result<void> apply_certificate(const CertificateValues& values, const std::string& location,
+                               std::chrono::sys_days today, record::Channel& channel) {
+  const auto refused = [&](std::string what) { return failure(FaultKind::bad_file, location, std::move(what)); };
+  if (channel.due && values.due && *channel.due > *values.due)
+    return refused(fmt::format("\"due\" is {}, but certificate {} is due {}", record::format_day(*channel.due),
+                               values.number, record::format_day(*values.due)));
+  const auto due = channel.due ? channel.due : values.due;
+  if (due && *due < today)
+    return refused(fmt::format("certificate {} was due {}, expected a calibration that is valid on {}", values.number,
+                               record::format_day(*due), record::format_day(today)));
+  channel.certificate = values.number;
+  channel.offset = values.offset;
+  channel.due = due;
+  channel.uncertainty.calibration = values.standard_uncertainty;
+  channel.uncertainty.rectangular = false;
+  channel.uncertainty.calibrated = values.calibrated;
+  channel.certificate_file = values.file;
+  return {};
+}
+
+Result<void> restore_calibration(std::span<const record::Channel> recorded, const std::string& location,
+                                 record::Channel& channel) {
+  const auto found = std::ranges::find(recorded, channel.name, &record::Channel::name);
+  if (found == recorded.end() || !found->certificate_file)
+    return failure(FaultKind::bad_file, location,
+                   fmt::format("the record does not contain the certificate file of channel {}", channel.name));
+  channel.certificate = found->certificate;
+  channel.offset = found->offset;
+  channel.polynomial = found->polynomial;
+  channel.due = found->due;
+  channel.uncertainty = found->uncertainty;
+  channel.certificate_file = found->certificate_file;
+  return {};
+}
+
+}  // namespace gyrotherm::rig

@@ -9,6 +9,7 @@
 
 #include "core/humidity.hpp"
 #include "core/quantity.hpp"
+#include "simulator/chamber_limiter.hpp"
 #include "simulator/laboratory_file.hpp"
 #include "simulator/laboratory_parameters.hpp"
 
@@ -60,9 +61,11 @@ class ChamberPlant {
         vapour_(parameters) {}
 
   /// Advances by one second. While the chamber is off, heater and cooler run down, and air and wall drift towards the
-  /// room.
-  void step(Celsius set_point, bool on) {
+  /// room. The limiter switches it off, too.
+  void step(Celsius set_point, bool is_commanded_on) {
     const auto& p = parameters_;
+    limiter_.step(air_c_);
+    const bool on = is_commanded_on && !limiter_.is_tripped();
     if (!on) integral_ = 0;
     const double controlled =
         on && std::isfinite(sensed_air().value) ? update_controller(set_point.value - sensed_air().value) : 0;
@@ -85,6 +88,8 @@ class ChamberPlant {
   /// Holds the output at a fixed value, −1 … 1, regardless of the set point (manual mode). An empty value returns to
   /// closed-loop control.
   void hold_output(std::optional<double> output) { held_output_ = output; }
+
+  [[nodiscard]] ChamberLimiter& limiter() { return limiter_; }
 
   [[nodiscard]] Celsius air() const { return {air_c_}; }
   /// Returns the air temperature that the sensor shows, including the sensor's lag and faults.
@@ -120,6 +125,7 @@ class ChamberPlant {
 
   PlantParameters parameters_;
   PlantFaults faults_;
+  ChamberLimiter limiter_;
   double air_c_;
   double wall_c_;
   double sensed_c_;

@@ -10,6 +10,7 @@
 
 #include "core/clock.hpp"
 #include "core/toml_reader.hpp"
+#include "simulator/chamber_limiter.hpp"
 
 namespace gyrotherm::simulator {
 namespace {
@@ -57,6 +58,14 @@ SimulatedUnit parse_unit(const TomlTable& table, const drivers::RegisterMap& map
     else
       unit.initial.emplace_back(name, one.number("value"));
   }
+  const auto limiter = [&](const char* key, std::string& name) {
+    name = table.text(key, "");
+    if (!name.empty()) (void)drivers::find_named_item(map, table, key, name);
+  };
+  limiter("limiter_setting", unit.limiter_setting);
+  limiter("limiter_reset", unit.limiter_reset);
+  limiter("limiter_fault", unit.limiter_fault);
+  limiter("limiter_alarm", unit.limiter_alarm);
   unit.when_off = table.texts("sentinel_when_off");
   for (const auto& name : unit.when_off) (void)drivers::find_named_item(map, table, "sentinel_when_off", name);
   if (map.text_link)
@@ -125,6 +134,7 @@ ChamberRegisters::ChamberRegisters(drivers::RegisterMap map, VirtualLaboratory& 
       memory_(map_, image_) {
   find_live_items();
   find_addresses();
+  if (const auto* setting = map_.find(unit_.limiter_setting)) laboratory_.limiter().set(image_.value(*setting));
   if (unit_.turns_on.empty() && !map_.control) laboratory_.switch_on(true);
 }
 
@@ -142,6 +152,7 @@ void ChamberRegisters::find_live_items() {
     if (item.name == "set_point" || item.name == "active_set_point" || item.name == "working_set_point")
       add(Role::set_point);
     if (item.name == "output") add(Role::output);
+    if (item.name == unit.limiter_alarm) add(Role::limiter_alarm);
     if (item.type == drivers::RegisterType::date_time && item.readable) add(Role::clock);
     if (shows != unit.shows.end())
       add(Role::shows, &*shows);
@@ -207,6 +218,7 @@ std::vector<std::uint16_t> ChamberRegisters::live_words(const LiveItem& live) co
     case Role::clock:
       return encode_date(item.date, drivers::to_civil_time(kVirtualEpoch + std::chrono::seconds(seconds_)));
     case Role::shows: return image_.words_at(item, shown_value(*live.shows));
+    case Role::limiter_alarm: return image_.words_at(item, laboratory_.limiter().shows_alarm() ? 1 : 0);
     case Role::sentinel: break;
   }
   auto raw = item;
@@ -294,6 +306,7 @@ void ChamberRegisters::apply(const Assignment& assignment) {
 void ChamberRegisters::apply_effects(const drivers::RegisterItem& item, double value) {
   const auto& unit = unit_;
   if (item.name == "set_point") laboratory_.change_set_point({value});
+  apply_to_limiter(item, value);
   if (item.self_clearing && (item.name == unit.program_number || item.name == unit.program_step))
     image_.set_value(item, value);
   const bool manual = matches_any(unit.holds_output, item, value);
@@ -318,6 +331,13 @@ void ChamberRegisters::apply_effects(const drivers::RegisterItem& item, double v
     run_.resume();
   else if (starts)
     start_program();
+}
+
+void ChamberRegisters::apply_to_limiter(const drivers::RegisterItem& item, double value) {
+  auto& limiter = laboratory_.limiter();
+  if (item.name == unit_.limiter_setting) limiter.set(value);
+  if (item.name == unit_.limiter_reset) limiter.reset();
+  if (item.name == unit_.limiter_fault) limiter.inject(static_cast<LimiterFault>(static_cast<int>(value)));
 }
 
 void ChamberRegisters::start_program() {

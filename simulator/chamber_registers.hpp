@@ -47,6 +47,9 @@ struct SimulatedUnit {
   bool silent_exceptions{};
   /// Acknowledges and ignores function 16 outside the profile memory.
   bool ignores_blocks_elsewhere{};
+  /// Items of the limiter: its setting, and the command that resets it. They stand for the knob and the button of a
+  /// chamber. `limiter_fault` breaks it (LimiterFault); `limiter_alarm` shows its trip. Empty: the map has none.
+  std::string limiter_setting, limiter_reset, limiter_fault, limiter_alarm;
   /// Items that show their first sentinel value while the unit is off.
   std::vector<std::string> when_off;
 };
@@ -271,7 +274,7 @@ class ChamberRegisters final : public ServedRegisters {
   [[nodiscard]] const ProgramRun& program() const { return run_; }
 
  private:
-  enum class Role { air, humidity, dew_point, set_point, output, mode, clock, shows, sentinel };
+  enum class Role { air, humidity, dew_point, set_point, output, mode, clock, shows, limiter_alarm, sentinel };
   struct LiveItem {
     const drivers::RegisterItem* item{};
     Role role{};
@@ -295,6 +298,7 @@ class ChamberRegisters final : public ServedRegisters {
   [[nodiscard]] bool accepts(const drivers::RegisterItem& item, double value) const;
   void apply(const Assignment& assignment);
   void apply_effects(const drivers::RegisterItem& item, double value);
+  void apply_to_limiter(const drivers::RegisterItem& item, double value);
   void start_program();
 
   drivers::RegisterMap map_;

@@ -18,6 +18,7 @@
 #include "simulator/servers/supply_server.hpp"
 #include "simulator/servers/text_server.hpp"
 #include "simulator/servers/virtual_thermometers.hpp"
+#include "simulator/virtual_relay.hpp"
 
 namespace gyrotherm::simulator {
 namespace {
@@ -210,6 +211,14 @@ class Servers final : public VirtualInstruments {
     const std::scoped_lock lock(guard_);
     return laboratory_.unit();
   }
+  void change_limiter(const std::function<void(ChamberLimiter&)>& change) override {
+    const std::scoped_lock lock(guard_);
+    change(laboratory_.limiter());
+  }
+  void stick_relay(bool sticks) override {
+    const std::scoped_lock lock(guard_);
+    if (relay_) relay_->stick(sticks);
+  }
   void silence(std::size_t unit, bool silent) override {
     const std::scoped_lock lock(guard_);
     laboratory_.silence(unit, silent);
@@ -229,6 +238,7 @@ class Servers final : public VirtualInstruments {
   [[nodiscard]] std::uint16_t gyro_port(std::size_t line) const override { return gyro_ports_.at(line); }
   [[nodiscard]] std::uint16_t analogue_port(std::size_t index) const override { return analogue_ports_.at(index); }
   [[nodiscard]] std::uint16_t supply_port(std::size_t index) const override { return supply_ports_.at(index); }
+  [[nodiscard]] std::uint16_t relay_port() const override { return relay_port_; }
   [[nodiscard]] std::vector<ServedLine> lines() const override { return lines_; }
   [[nodiscard]] std::unique_ptr<drivers::HidReports> usb_temp(std::size_t index) override {
     return std::make_unique<VirtualUsbTemp>(
@@ -314,6 +324,8 @@ class Servers final : public VirtualInstruments {
   std::uint16_t chamber_port_{};
   std::vector<AnalogueRegisters> analogue_;
   std::vector<VirtualSupply> supplies_;
+  std::optional<VirtualRelay> relay_;
+  std::uint16_t relay_port_{};
   std::vector<std::uint16_t> thermometer_ports_, gyro_ports_, analogue_ports_, supply_ports_;
   std::vector<ServedLine> lines_;
   std::map<InstrumentKind, std::vector<MakeSession>> sessions_;
@@ -371,6 +383,10 @@ Servers::Servers(VirtualLaboratory laboratory, VirtualInstrumentsOptions options
   }
   for (std::size_t i = 0; i < supplies_.size(); ++i)
     serve_supply(i, take_listener(listeners), options.ptys ? std::optional(std::move(*pty++)) : std::nullopt);
+  if (options.relay) {
+    relay_.emplace(*options.relay, laboratory_);
+    relay_port_ = serve("relay", take_listener(listeners), [this] { return make_relay_session(*relay_); });
+  }
   if (!options.attended) replies_.start();
 }
 
@@ -384,7 +400,7 @@ Result<std::unique_ptr<VirtualInstruments>> VirtualInstruments::start(VirtualLab
       std::ranges::count(options.thermometers, drivers::ThermometerKind::mcc_usb_temp, &VirtualThermometer::kind);
   const auto servers = 1 + options.thermometers.size() - static_cast<std::size_t>(usb_count) + options.gyros.size() +
                        options.analogue_inputs.size() + options.supplies.size();
-  auto listeners = listen_all(options.first_port, options.attended ? 0 : servers);
+  auto listeners = listen_all(options.first_port, options.attended ? 0 : servers + (options.relay ? 1 : 0));
   if (!listeners) return failure(std::move(listeners.error()));
   auto ptys = open_ptys(options.ptys ? servers : 0);
   if (!ptys) return failure(std::move(ptys.error()));

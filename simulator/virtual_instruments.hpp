@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -12,9 +13,11 @@
 #include "core/result.hpp"
 #include "core/sample.hpp"
 #include "drivers/chamber/register_map.hpp"
+#include "drivers/supply/safety_relay.hpp"
 #include "drivers/thermometer/thermometer_kinds.hpp"
 #include "drivers/wires.hpp"
 #include "simulator/analogue_registers.hpp"
+#include "simulator/chamber_limiter.hpp"
 #include "simulator/virtual_gyro_line.hpp"
 #include "simulator/virtual_laboratory.hpp"
 #include "simulator/virtual_supply.hpp"
@@ -41,8 +44,10 @@ struct VirtualInstrumentsOptions {
   std::vector<VirtualGyroLine> gyros;
   std::vector<VirtualAnalogueInput> analogue_inputs{};
   std::vector<VirtualSupplyOptions> supplies{};
-  /// First port: chamber, thermometers, gyros, analogue inputs and supplies use consecutive ports from it on. 0 selects
-  /// free ports.
+  /// Relay that disconnects the chamber; it is served on a port, not on a pseudo-terminal.
+  std::optional<drivers::RelaySettings> relay{};
+  /// First port: chamber, thermometers, gyros, analogue inputs, supplies and the relay use consecutive ports from it
+  /// on. 0 selects free ports.
   std::uint16_t first_port = 0;
   /// Frame rate of all gyro lines.
   FramePace frames{};
@@ -97,6 +102,10 @@ class VirtualInstruments {
   /// advances. The line must not outlive this object.
   [[nodiscard]] virtual std::unique_ptr<drivers::ByteStream> line(InstrumentKind kind, std::size_t index = 0) = 0;
 
+  /// Lets a person change the chamber's limiter.
+  virtual void change_limiter(const std::function<void(ChamberLimiter&)>& change) = 0;
+  /// Makes the relay stick, or work again. Does nothing without a relay.
+  virtual void stick_relay(bool sticks) = 0;
   /// Makes a unit stop or resume sending (VirtualLaboratory::silence).
   virtual void silence(std::size_t unit, bool silent) = 0;
 
@@ -112,6 +121,7 @@ class VirtualInstruments {
   [[nodiscard]] virtual std::uint16_t gyro_port(std::size_t line = 0) const = 0;
   [[nodiscard]] virtual std::uint16_t analogue_port(std::size_t index) const = 0;
   [[nodiscard]] virtual std::uint16_t supply_port(std::size_t index) const = 0;
+  [[nodiscard]] virtual std::uint16_t relay_port() const = 0;
   /// Returns all ports and pseudo-terminals in the order of the instruments.
   [[nodiscard]] virtual std::vector<ServedLine> lines() const = 0;
 

@@ -114,6 +114,7 @@ struct VirtualLaboratory::Parts {
   RandomStream air_noise;
   Celsius set_point;
   bool on = false;
+  bool is_cut = false;
   bool holds_output = false;
   UnitState unit;
   Celsius measured_air;
@@ -201,6 +202,10 @@ void VirtualLaboratory::change_set_point(Celsius set_point) {
 
 void VirtualLaboratory::switch_on(bool on) { parts_->on = on; }
 
+void VirtualLaboratory::cut_power(bool cut) { parts_->is_cut = cut; }
+
+ChamberLimiter& VirtualLaboratory::limiter() { return parts_->plant.limiter(); }
+
 void VirtualLaboratory::hold_output(std::optional<double> output) {
   parts_->holds_output = output.has_value();
   parts_->plant.hold_output(output);
@@ -229,7 +234,7 @@ void VirtualLaboratory::step() {
   for (std::size_t i = 0; i < p.units.size(); ++i) p.units[i].step(p.air_around(i), p.plant.output_percent() / 100);
   for (std::size_t i = 0; i < p.brackets.size(); ++i)
     p.brackets[i].follow(p.mean_cabinet_temperature(p.on_brackets[i]));
-  p.plant.step(p.set_point, p.on);
+  p.plant.step(p.set_point, p.on && !p.is_cut);
   p.measure_air();
   p.show_thermometers();
 }

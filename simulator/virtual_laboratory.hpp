@@ -18,6 +18,7 @@
 
 namespace gyrotherm::simulator {
 
+class ChamberLimiter;         // simulator/chamber_limiter.hpp
 struct LaboratoryParameters;  // simulator/laboratory_parameters.hpp
 struct LaboratoryFaults;      // simulator/laboratory_file.hpp
 
@@ -91,6 +92,10 @@ class VirtualLaboratory {
   /// Holds the controller's output, −1 (full cooling) … 1 (full heating), while it is on (manual mode). An empty value
   /// makes it follow the set point.
   void hold_output(std::optional<double> output);
+  /// Disconnects the chamber's machinery, or connects it again. The controller keeps its state.
+  void cut_power(bool cut);
+  /// Returns the chamber's own limiter, for the person who sets and resets it.
+  [[nodiscard]] ChamberLimiter& limiter();
   /// Changes the state of all units from the next step on. A unit without power is silent and cools down; switching on
   /// restarts it. Each axis of a turned unit measures the Earth rate with the opposite sign.
   void set_unit_state(const UnitState& state);

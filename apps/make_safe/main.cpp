@@ -20,6 +20,7 @@
 #include "core/program_start.hpp"
 #include "sequencer/watchdog/child_work.hpp"
 #include "sequencer/watchdog/guard.hpp"
+#include "sequencer/watchdog/relay_rescue.hpp"
 #include "sequencer/watchdog/safe_attempt.hpp"
 #include "sequencer/watchdog/safe_state_file.hpp"
 #include "sequencer/watchdog/trail.hpp"
@@ -68,6 +69,8 @@ constexpr const char* kHelp =
     "  gyrotherm-make-safe --guard RUN.db  started by a run: monitors it through standard input; acts at end of file\n"
     "                                      or after 8 s without a byte, as --insist\n"
     "  gyrotherm-make-safe --version       prints its version\n\n"
+    "If the rig file has [safe.also], its relay is opened when the chamber cannot be made safe in time. It stays open\n"
+    "until \"gyrotherm prove RIG --close-relay\".\n\n"
     "Exit codes: 0 safe, or nothing to do; 2 command line; 3 not confirmed by the chamber; 4 safe-state file is "
     "invalid,\n"
     "or no such record; 5 a running program drives the chamber.\n";
@@ -93,13 +96,25 @@ SafeStateChamber limit_observation(SafeStateChamber chamber) {
   return chamber;
 }
 
-/// Repeats attempts until the chamber is safe, another program drives it, or further attempts are useless.
-RescueResult retry_until_safe(SafeRescue& rescue, RescueResult result, TraceWriter& trail, ErrorPrinter& printer) {
+/// Opens the relay if it is due, and notes its state.
+void advance_relay(RelayRescue& relay, RelayDue due, TraceWriter& trail, ErrorPrinter& printer) {
+  const auto changed = relay.advance(due);
+  if (!changed) return;
+  printer.print(*changed);
+  trail.note_relay(*changed);
+}
+
+/// Repeats attempts until the chamber is safe, another program drives it, or further attempts are useless. In the last
+/// case the relay is opened.
+RescueResult retry_until_safe(SafeRescue& rescue, RescueResult result, RelayRescue& relay, TraceWriter& trail,
+                              ErrorPrinter& printer) {
   while (result.reached != SafeStage::all && !result.in_use && !rescue.is_exhausted() && !rescue.is_lost()) {
     if (trail.record(result)) printer.print(trail.describe());
+    advance_relay(relay, is_relay_due(result), trail, printer);
     std::this_thread::sleep_for(rescue.pause());
-    result = rescue.attempt();
+    result = rescue.attempt(relay.left());
   }
+  if (result.reached != SafeStage::all && !result.in_use) advance_relay(relay, RelayDue::now, trail, printer);
   return result;
 }
 
@@ -130,7 +145,8 @@ MakeSafeExit make_safe(ErrorPrinter& printer, const std::string& record, RescueM
   if (!kill_process(by, kKillTimeout)) printer.print(fmt::format("cannot end process {}", by.pid));
   TraceWriter trail(**safe_state, kReason);
   SafeRescue rescue(**safe_state, *chamber, printer);
-  auto result = rescue.attempt();
+  RelayRescue relay((*safe_state)->also);
+  auto result = rescue.attempt(relay.left());
   for (int waited = 0; result.in_use && waited < kInUseWaitSeconds; ++waited) {
     std::this_thread::sleep_for(seconds(1));
     if (const auto now = read_safe_state(safe_state_path(record)); now && !*now) {
@@ -139,7 +155,7 @@ MakeSafeExit make_safe(ErrorPrinter& printer, const std::string& record, RescueM
     }
     result = rescue.attempt();
   }
-  result = retry_until_safe(rescue, std::move(result), trail, printer);
+  result = retry_until_safe(rescue, std::move(result), relay, trail, printer);
   if (result.in_use) return exit_code(result);
   trail.record(result);
   if (result.reached == SafeStage::all) trail.remove_safe_state();
@@ -162,11 +178,13 @@ MakeSafeExit make_safe_insistently(ErrorPrinter& printer, const SafeState& safe_
     printer.print(fmt::format("cannot end process {}", safe_state.written_by.pid));
   TraceWriter trail(safe_state, reason);
   SafeRescue rescue(safe_state, chamber, printer);
-  auto result = rescue.attempt();
+  RelayRescue relay(safe_state.also);
+  auto result = rescue.attempt(relay.left());
   printer.print(reason);
-  for (int driven = 0;; result = rescue.attempt()) {
+  for (int driven = 0;; result = rescue.attempt(relay.left())) {
     driven = result.is_driven ? driven + 1 : 0;
     if (!result.in_use && trail.record(result)) printer.print(trail.describe());
+    if (!result.in_use) advance_relay(relay, is_relay_due(result), trail, printer);
     if (result.reached == SafeStage::all || driven >= kMaxDrivenSeconds) break;
     if (const auto why = trail.find_end_reason()) {
       printer.print(*why + "; giving up");

@@ -623,6 +623,7 @@ Result<std::unique_ptr<simulator::VirtualInstruments>> serve_virtual(const RigFi
   for (const auto& settings : file.analogue_inputs)
     options.analogue_inputs.push_back(virtual_analogue(settings, file.units));
   for (const auto& settings : file.supplies) options.supplies.push_back(virtual_supply(settings, file));
+  options.relay = file.safe_also;
   return simulator::VirtualInstruments::start(simulator::VirtualLaboratory(*parameters, seed), std::move(options));
 }
 

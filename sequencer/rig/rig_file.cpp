@@ -148,6 +148,7 @@ void read_safe_state(const TomlTable& table, RigFile& rig) {
   if (rig.safe_observe > std::chrono::hours(1))
     table.note_error("observe", "\"observe\" is longer than 1 h, expected at most 1 h");
   if (table.has("set_point")) check_safe_set_point(table, "set_point", rig);
+  if (table.has("also")) rig.safe_also = drivers::read_relay_settings(table.table("also"));
 }
 
 /// Records an error if the safe set point is outside the air limits. The interlocks would otherwise trip while the
@@ -346,6 +347,7 @@ Result<RigFile> parse_rig(std::string_view text, const std::string& file, const 
   read_analysis(root->table("analysis"), channels, rig.units);
   read_safe_state(root->table("safe"), rig);
   if (root->has("check_standard")) rig.check_standard = read_check_standard(root->table("check_standard"));
+  rig.proof = read_proof_settings(*root);
   rig.limits = interlocks::read_limits(*root, channels, rig.chamber_limits);
   for (const auto& unit : rig.units) rig.limits.units.push_back(make_unit_limits(unit, channels));
   rig.limits.instruments = list_instruments(rig);

@@ -17,12 +17,14 @@
 #include "drivers/instruments.hpp"
 #include "drivers/line/line_address.hpp"
 #include "drivers/line/link_settings.hpp"
+#include "drivers/supply/safety_relay.hpp"
 #include "sequencer/interlocks/interlocks.hpp"
 #include "sequencer/interlocks/limits.hpp"
 #include "sequencer/profile/profile.hpp"
 #include "sequencer/rig/analogue_settings.hpp"
 #include "sequencer/rig/check_standard.hpp"
 #include "sequencer/rig/gyro_settings.hpp"
+#include "sequencer/rig/proof_settings.hpp"
 #include "sequencer/rig/supply_settings.hpp"
 #include "sequencer/rig/thermometer_certificate.hpp"
 #include "sequencer/rig/thermometer_settings.hpp"
@@ -82,6 +84,9 @@ struct RigFile {
   bool safe_off{};
   /// Time for which the watchdog watches the air of a chamber that was made safe; 0: it does not.
   Duration safe_observe = std::chrono::minutes(5);
+  /// Relay that the watchdog opens if the chamber cannot be made safe; absent: there is none.
+  std::optional<drivers::RelaySettings> safe_also{};
+  ProofSettings proof{};
   interlocks::InterlockLimits limits;
   interlocks::RunLimits run_limits;
   /// Every line is "virtual". A rig with both virtual and real lines is an error.

@@ -30,7 +30,8 @@ watchdog::SafeState safe_state_for(const rig::RigFile& rig, const std::string& r
           .observe = rig.safe_observe,
           .written_by = watchdog::own_identity(),
           .map_text = rig.chamber_map.text,
-          .power = rig.chamber_power};
+          .power = rig.chamber_power,
+          .also = rig.safe_also};
 }
 
 /// Longest time for which gyrotherm-make-safe holds the lock for one reading, while it watches the air of a chamber

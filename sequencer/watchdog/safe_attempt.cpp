@@ -271,7 +271,7 @@ Result<SafeStateChamber> make_safe_state_chamber(const SafeState& safe_state) {
 }
 
 RescueResult attempt_once(const SafeState& safe_state, const SafeStateChamber& chamber, ErrorPrinter& printer,
-                          SafeTask task) {
+                          SafeTask task, Duration at_most) {
   const auto lock = drivers::ChamberLock::take(chamber.place, safe_state.record + std::string(kMadeSafeMark));
   if (!lock && lock.error().kind == FaultKind::refused) {
     const auto holder = drivers::ChamberLock::holder(chamber.place);
@@ -285,7 +285,7 @@ RescueResult attempt_once(const SafeState& safe_state, const SafeStateChamber& c
   ChildWork work([&](const auto& send_line) { carry_out(chamber, task, send_line); });
   const SteadyClock clock;
   for (Duration longest = kSafeWithin; !work.has_ended();) {
-    const auto line = work.next(longest - clock.now().since_start);
+    const auto line = work.next(std::min(longest, at_most) - clock.now().since_start);
     if (!line) break;
     take(*line, rescued);
     if (rescued.reached != SafeStage::nothing) longest = kSafeWithin + kLaterStepTime;
@@ -316,12 +316,14 @@ void SafeRescue::take(const RescueResult& rescued, SafeTask task) {
   if (rescued.state) evidence_.add_reading(*rescued.state, since_boot());
 }
 
-RescueResult SafeRescue::attempt() {
+RescueResult SafeRescue::attempt(Duration at_most) {
   const auto what = task();
-  auto rescued = attempt_once(safe_state_, chamber_, printer_, what);
+  auto rescued = attempt_once(safe_state_, chamber_, printer_, what, at_most);
   if (rescued.in_use) return rescued;
   take(rescued, what);
   const bool ineffective = evidence_.is_ineffective();
+  rescued.is_ineffective = is_answering_ && ineffective;
+  rescued.has_shown_commands = is_answering_ && evidence_.has_shown_set_point() && evidence_.has_shown_mode();
   if (is_answering_) rescued.details = (ineffective ? "safe_ineffective: " : "") + evidence_.describe();
   if (!is_answering_)
     rescued.reached = std::min(rescued.reached, SafeStage::set_point);

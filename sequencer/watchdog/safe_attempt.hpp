@@ -85,15 +85,20 @@ struct RescueResult {
   /// The other program drives the chamber and does not make it safe.
   bool is_driven{};
   std::optional<ChamberState> state{};
+  /// The chamber has shown the safe set point and a safe mode; only the air is still watched.
+  bool has_shown_commands{};
+  /// The air does not behave as in a safe chamber.
+  bool is_ineffective{};
 };
 
 /// Makes one attempt and holds the chamber's lock meanwhile. If another program holds the lock, makes the attempt
 /// anyway, because a dying program keeps its lock while a disk access hangs, and a third-party program with the lock
 /// must not keep a chamber hot. The exception is a holder that drives chambers or makes them safe, belongs to this user
 /// or root, is not stopped, and is not the program that has died. Ends a hanging attempt after ten seconds, or thirty
-/// seconds later if the chamber has shown the safe set point.
+/// seconds later if the chamber has shown the safe set point, and in any case after `at_most`.
 [[nodiscard]] RescueResult attempt_once(const SafeState& safe_state, const SafeStateChamber& chamber,
-                                        ErrorPrinter& printer, SafeTask task = SafeTask::leave_as_required);
+                                        ErrorPrinter& printer, SafeTask task = SafeTask::leave_as_required,
+                                        Duration at_most = Duration::max());
 
 /// Makes a chamber safe by repeated attempts. Each attempt opens and closes its own connection, so a program that takes
 /// the run over finds the chamber free. The readings of all attempts form one body of evidence.
@@ -103,9 +108,9 @@ class SafeRescue {
   SafeRescue(const SafeState& safe_state, const SafeStateChamber& chamber, ErrorPrinter& printer)
       : safe_state_(safe_state), chamber_(chamber), printer_(printer), evidence_(chamber.goal) {}
 
-  /// Sends the commands that are due, or reads the chamber. `reached` is `all` only once the chamber has shown set
-  /// point, mode and air.
-  [[nodiscard]] RescueResult attempt();
+  /// Sends the commands that are due, or reads the chamber, for at most `at_most`. `reached` is `all` only once the
+  /// chamber has shown set point, mode and air.
+  [[nodiscard]] RescueResult attempt(Duration at_most = Duration::max());
   /// Returns true if every remedy has failed and only an operator can help.
   [[nodiscard]] bool is_exhausted() const { return evidence_.is_exhausted(); }
   /// Returns true if the chamber has never answered, or has not answered in the last kLostAfter attempts.

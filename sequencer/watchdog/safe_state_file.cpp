@@ -102,7 +102,7 @@ std::string to_text(const SafeState& safe_state) {
   return fmt::format(
       "schema = \"{}\"\nrecord = {}\nline = {}\nlink = \"{}\"\nlink_settings = {}\nword_order = \"{}\"\n"
       "safe_set_point_c = {}\nswitch_off = {}\nby_program = {}\nobserve_s = {}\nsettings = {{{}}}\npid = {}\n"
-      "started = {}\nboot = {}\n{}{}{}map = [\n{}]\n",
+      "started = {}\nboot = {}\n{}{}{}{}map = [\n{}]\n",
       kSafeStateSchema, toml_quoted(safe_state.record), toml_quoted(safe_state.line), name(safe_state.link),
       to_toml(safe_state.link_settings), to_string(safe_state.word_order), safe_state.safe_set_point.value,
       safe_state.switch_off, safe_state.by_program, to_seconds(safe_state.observe),
@@ -111,6 +111,7 @@ std::string to_text(const SafeState& safe_state) {
       unless_empty("identity", safe_state.identity),
       safe_state.parameters.empty() ? ""
                                     : fmt::format("parameters = {{{}}}\n", inline_parameters(safe_state.parameters)),
+      safe_state.also ? fmt::format("also = {}\n", drivers::to_toml(*safe_state.also)) : "",
       quoted_lines(safe_state.map_text));
 }
 
@@ -135,6 +136,7 @@ Result<SafeState> parse_safe_state(std::string_view text, const std::string& fil
                        .map_text = fmt::format("{}", fmt::join(table->texts("map"), "\n")),
                        .power = table->text("power", ""),
                        .identity = table->text("identity", "")};
+  if (table->has("also")) safe_state.also = drivers::read_relay_settings(table->table("also"));
   if (auto verdict = table->verdict(); !verdict) return failure(std::move(verdict.error()));
   return safe_state;
 }
@@ -173,9 +175,10 @@ std::string made_safe_path(const std::string& record) { return record + ".made-s
 std::string to_text(const MadeSafe& trace) {
   return fmt::format(
       "schema = \"{}\"\nat = \"{}\"\nutc_ns = {}\nbecause = {}\nset_point_c = {}\nconfirmed = {}\n"
-      "details = {}\n",
+      "details = {}\n{}",
       kMadeSafeSchema, civil_time(trace.at), trace.at.count(), quoted(trace.because), trace.set_point.value,
-      trace.confirmed, quoted(trace.details));
+      trace.confirmed, quoted(trace.details),
+      trace.relay.empty() ? "" : fmt::format("relay = {}\n", quoted(trace.relay)));
 }
 
 Result<MadeSafe> parse_made_safe(std::string_view text, const std::string& file) {
@@ -188,7 +191,8 @@ Result<MadeSafe> parse_made_safe(std::string_view text, const std::string& file)
                  .because = table->text("because"),
                  .set_point = {table->number("set_point_c")},
                  .confirmed = table->boolean("confirmed"),
-                 .details = table->text("details")};
+                 .details = table->text("details"),
+                 .relay = table->text("relay", "")};
   if (auto verdict = table->verdict(); !verdict) return failure(std::move(verdict.error()));
   return trace;
 }
@@ -208,10 +212,10 @@ Result<std::optional<MadeSafe>> read_trace(const std::string& record) {
 }
 
 std::string describe(const MadeSafe& trace) {
-  return fmt::format("{} by the guard at {} ({}): the chamber {} {:g} °C; {}",
+  return fmt::format("{} by the guard at {} ({}): the chamber {} {:g} °C; {}{}",
                      trace.confirmed ? "made safe" : "NOT yet made safe", civil_time(trace.at), trace.because,
                      trace.confirmed ? "was sent to" : "is NOT confirmed to have reached its safe set point of",
-                     trace.set_point.value, trace.details);
+                     trace.set_point.value, trace.details, trace.relay.empty() ? "" : "; " + trace.relay);
 }
 
 }  // namespace gyrotherm::watchdog

@@ -12,6 +12,7 @@
 #include "core/result.hpp"
 #include "drivers/chamber/register_map.hpp"
 #include "drivers/instruments.hpp"
+#include "drivers/supply/safety_relay.hpp"
 #include "sequencer/watchdog/guard.hpp"
 #include "sequencer/watchdog/safe_evidence.hpp"
 
@@ -47,6 +48,8 @@ struct SafeState {
   std::string power{};
   /// Identity of the chamber; empty: unknown.
   std::string identity{};
+  /// Relay that is opened if the chamber cannot be made safe; absent: there is none.
+  std::optional<drivers::RelaySettings> also{};
   bool operator==(const SafeState&) const = default;
 };
 
@@ -80,6 +83,8 @@ struct MadeSafe {
   bool confirmed{};
   /// The chamber's answer, or the reason why it could not be reached.
   std::string details;
+  /// State of the relay of [safe.also] if it was commanded; empty: it was not.
+  std::string relay{};
   bool operator==(const MadeSafe&) const = default;
 };
 

@@ -40,6 +40,12 @@ bool TraceWriter::record(const RescueResult& rescued) {
   return true;
 }
 
+void TraceWriter::note_relay(std::string words) {
+  trace_.relay = std::move(words);
+  trace_to_write_ = true;
+  start_pending_work();
+}
+
 void TraceWriter::remove_safe_state() {
   safe_state_to_remove_ = true;
   start_pending_work();

@@ -22,6 +22,8 @@ class TraceWriter {
   /// Writes the result to the trace, which `status` shows. Writes nothing and returns false if the result is unchanged,
   /// or if only the reason for a missing confirmation changed less than a minute after the last trace. Never waits.
   bool record(const RescueResult& rescued);
+  /// Writes the state of the relay to the trace. Never waits.
+  void note_relay(std::string words);
   /// Removes the safe-state file. Never waits.
   void remove_safe_state();
   /// Returns true if everything has been written within that time.

@@ -1,0 +1,252 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sequencer/prove/make_safe_proof.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "drivers/supply/safety_relay.hpp"
+#include "sequencer/prove/driven_child.hpp"
+#include "sequencer/watchdog/safe_evidence.hpp"
+#include "sequencer/watchdog/safe_state_file.hpp"
+
+namespace gyrotherm::prove {
+namespace {
+
+constexpr Kelvins kTestStep{5};
+constexpr Duration kPollEvery = std::chrono::milliseconds(200);
+constexpr Duration kShowWithin = std::chrono::seconds(60);
+/// Time that the guard has for the trace after the air was observed.
+constexpr Duration kConfirmMargin = std::chrono::seconds(60);
+constexpr Duration kRelayMargin = std::chrono::seconds(12);
+constexpr Duration kReturnWithin = std::chrono::minutes(2);
+constexpr Duration kDeadLineTime = std::chrono::seconds(11);
+
+/// Watches a chamber from outside and the trace of its guard.
+class GuardDrill {
+ public:
+  GuardDrill(ProofTest test, const rig::RigFile& rig, const std::string& record, const DrillEnvironment& environment)
+      : rig_(rig), record_(record), environment_(environment), log(test, environment) {}
+
+  /// Lets time pass until `is_true` holds. Returns the time, or nothing after `within`.
+  std::optional<double> await(Duration within, const std::function<bool()>& is_true) {
+    for (const double began = log.passed_s();; environment_.wait(kPollEvery)) {
+      if (is_true()) return log.passed_s() - began;
+      if (log.passed_s() - began > to_seconds(within)) return std::nullopt;
+    }
+  }
+
+  std::optional<ChamberState> look() {
+    const auto state = environment_.connect()->inspect();
+    last_ = state ? fmt::format("set point {:g} °C, air {:.2f} °C, {}", state->set_point.value, state->air.value,
+                                name(state->activity))
+                  : text(state.error());
+    is_answering_ = state.has_value();
+    return state ? std::optional(*state) : std::nullopt;
+  }
+  bool shows(Celsius set_point) {
+    const auto state = look();
+    return state && std::abs((state->set_point - set_point).value) <= set_point_tolerance(rig_.chamber_map).value;
+  }
+  /// Returns true if the chamber shows the safe set point and a safe mode.
+  bool is_safe() {
+    const auto state = look();
+    if (!state) return false;
+    watchdog::SafeEvidence evidence(watchdog::safe_goal(rig_.chamber_map, rig_.safe_set_point, {}));
+    evidence.add_reading(*state, {});
+    return evidence.has_shown_set_point() && evidence.has_shown_mode();
+  }
+
+  std::optional<watchdog::MadeSafe> trace() const {
+    const auto found = watchdog::read_trace(record_);
+    return found && *found ? *found : std::optional<watchdog::MadeSafe>();
+  }
+  /// Describes what the guard left, for causes.
+  [[nodiscard]] std::string guard_words() const {
+    const auto found = trace();
+    return found ? describe(*found) : "the guard left no trace: it did not act";
+  }
+  /// Waits until the guard confirms that the chamber is safe. Returns the cause of a failure.
+  std::string await_confirmation() {
+    const auto confirmed = await(rig_.safe_observe + kConfirmMargin, [&] {
+      const auto found = trace();
+      return found && found->confirmed;
+    });
+    if (!confirmed) return "the guard did not confirm that the chamber is safe: " + guard_words();
+    log.read("confirmed by the guard after", fmt::format("{:.1f} s", *confirmed));
+    return "";
+  }
+  [[nodiscard]] const std::string& last() const { return last_; }
+  [[nodiscard]] bool is_answering() const { return is_answering_; }
+
+ private:
+  const rig::RigFile& rig_;
+  const std::string& record_;
+  const DrillEnvironment& environment_;
+  std::string last_;
+  bool is_answering_ = false;
+
+ public:
+  DrillLog log;
+};
+
+/// Starts the program and waits until the chamber shows its set point.
+Result<DrivenChild> start_and_watch(const rig::RigFile& driven, const std::string& record, GuardDrill& drill) {
+  const auto set_point = test_set_point(driven);
+  auto child = DrivenChild::start(driven, record, set_point);
+  if (!child) return child;
+  if (!drill.await(kShowWithin, [&] { return drill.shows(set_point); }))
+    return failure(FaultKind::mismatch, "child run", "the chamber did not show its set point: " + drill.last());
+  drill.log.read("program drives the chamber to", celsius_text(set_point));
+  return child;
+}
+
+std::unique_ptr<drivers::SafetyRelay> make_rig_relay(const rig::RigFile& rig) {
+  return rig.safe_also ? make_safety_relay(*rig.safe_also) : nullptr;
+}
+
+/// Waits until the guard has opened the relay. Returns the cause of a failure.
+std::string await_relay(const rig::RigFile& rig, drivers::SafetyRelay& relay, GuardDrill& drill) {
+  Result<drivers::RelayPosition> shown = drivers::RelayPosition::closed;
+  const auto opened = drill.await(rig.safe_also->after + kRelayMargin, [&] {
+    shown = relay.read();
+    return shown && *shown == drivers::RelayPosition::open;
+  });
+  if (opened) {
+    drill.log.read("relay opened by the guard after", fmt::format("{:.1f} s", *opened));
+    return "";
+  }
+  return fmt::format("the guard did not open the relay: {}; {}", shown ? "it reads closed" : text(shown.error()),
+                     drill.guard_words());
+}
+
+/// Waits until the guard reports that it cannot make the chamber safe. Returns the cause of a failure.
+std::string await_report(GuardDrill& drill) {
+  const auto reported = drill.await(kStatedSafeTime, [&] { return drill.trace().has_value(); });
+  if (!reported) return drill.guard_words();
+  if (drill.trace()->confirmed) return "the guard confirmed a chamber that it could not reach";
+  drill.log.read("guard reports", "NOT yet made safe");
+  return "";
+}
+
+/// Closes the relay that the guard opened. Returns the cause of a failure.
+std::string close_relay(drivers::SafetyRelay& relay, const DrillEnvironment& environment, GuardDrill& drill) {
+  if (const auto shown = relay.read(); shown && *shown == drivers::RelayPosition::closed) return "";
+  const auto closed = switch_relay(relay, drivers::RelayPosition::closed, environment.wait);
+  if (!closed) return "the relay could not be closed again: " + text(closed.error());
+  drill.log.read("relay", "closed again");
+  return "";
+}
+
+/// Waits until the chamber is safe on its returned line. With an open relay, a chamber without power is safe, too; the
+/// relay is then closed and the chamber must become safe.
+std::string await_return(const DrillEnvironment& environment, drivers::SafetyRelay* relay, GuardDrill& drill) {
+  const auto safe = drill.await(kStatedSafeTime, [&] { return drill.is_safe(); });
+  if (safe) drill.log.read("safe after the line returned", fmt::format("{:.1f} s; {}", *safe, drill.last()));
+  const bool is_dark = !safe && relay != nullptr && !drill.is_answering();
+  if (!safe && !is_dark)
+    return fmt::format("the chamber was not safe {} after the line returned: {}; {}", format_duration(kStatedSafeTime),
+                       drill.last(), drill.guard_words());
+  if (relay != nullptr)
+    if (auto cause = close_relay(*relay, environment, drill); !cause.empty()) return cause;
+  if (safe || drill.await(kReturnWithin, [&] { return drill.is_safe(); })) return "";
+  return "the chamber was not safe after the relay closed: " + drill.last();
+}
+
+}  // namespace
+
+Celsius test_set_point(const rig::RigFile& rig) {
+  const auto warmer = rig.safe_set_point + kTestStep;
+  return warmer <= rig.chamber_limits.highest ? warmer : rig.safe_set_point - kTestStep;
+}
+
+ProofResult prove_make_safe(const rig::RigFile& rig, const std::string& record, const DrillEnvironment& environment) {
+  GuardDrill drill(ProofTest::make_safe, rig, record, environment);
+  drill.log.limit("safe set point and mode after the program was killed", format_duration(kStatedSafeTime));
+  drill.log.limit("air observed by the guard", format_duration(rig.safe_observe));
+  auto child = start_and_watch(rig, record, drill);
+  if (!child) return drill.log.end(ProofVerdict::failed, text(child.error()));
+  child->kill();
+  drill.log.read("program", "killed");
+  const auto safe = drill.await(kStatedSafeTime, [&] { return drill.is_safe(); });
+  if (!safe)
+    return drill.log.end(ProofVerdict::failed,
+                         fmt::format("the chamber was not safe {} after the program was killed: {}; {}",
+                                     format_duration(kStatedSafeTime), drill.last(), drill.guard_words()));
+  drill.log.read("safe after", fmt::format("{:.1f} s; {}", *safe, drill.last()));
+  const auto cause = drill.await_confirmation();
+  if (!cause.empty()) return drill.log.end(ProofVerdict::failed, cause);
+  return drill.log.end(environment.is_interrupted() ? ProofVerdict::interrupted : ProofVerdict::passed,
+                       environment.is_interrupted() ? "stopped by the operator" : "");
+}
+
+ProofResult prove_line(const rig::RigFile& rig, const std::string& record, const DrillEnvironment& environment) {
+  GuardDrill drill(ProofTest::line, rig, record, environment);
+  const auto parsed = drivers::parse_line(rig.chamber_line);
+  const auto* tcp = parsed ? std::get_if<drivers::TcpLine>(&*parsed) : nullptr;
+  if (tcp == nullptr)
+    return drill.log.end(ProofVerdict::not_tested, "the chamber is not on a TCP line, and only such a line is cut");
+  drivers::TcpLine to = *tcp;
+  if (to.port == 0) to.port = rig.chamber_map.link.modbus.port;
+  auto line = CuttableLine::open(to);
+  if (!line) return drill.log.end(ProofVerdict::not_tested, text(line.error()));
+  auto driven = rig;
+  driven.chamber_line = fmt::format("tcp://127.0.0.1:{}", line->port());
+  const auto relay = make_rig_relay(rig);
+  if (relay) drill.log.limit("relay open after the guard began to act", format_duration(rig.safe_also->after + kRelayMargin));
+  drill.log.limit("safe set point and mode after the line returned", format_duration(kStatedSafeTime));
+  auto child = start_and_watch(driven, record, drill);
+  if (!child) return drill.log.end(ProofVerdict::failed, text(child.error()));
+  line->cut();
+  child->kill();
+  drill.log.read("line and program", "line cut, program killed");
+  auto cause = relay ? await_relay(rig, *relay, drill) : await_report(drill);
+  if (!relay) environment.wait(kDeadLineTime);
+  line->restore();
+  const auto returned = await_return(environment, relay.get(), drill);
+  if (cause.empty()) cause = returned;
+  const auto confirmed = returned.empty() ? drill.await_confirmation() : "";
+  if (cause.empty()) cause = confirmed;
+  return drill.log.end(cause.empty() ? ProofVerdict::passed : ProofVerdict::failed, cause);
+}
+
+ProofResult prove_relay(const rig::RigFile& rig, const DrillEnvironment& environment) {
+  const std::string no_record;
+  GuardDrill drill(ProofTest::relay, rig, no_record, environment);
+  const auto relay = make_rig_relay(rig);
+  if (!relay) return drill.log.end(ProofVerdict::not_tested, "the rig file has no [safe.also]");
+  drill.log.limit("each position is read back within", "2 s");
+  const auto fail = [&](const std::string& cause) { return drill.log.end(ProofVerdict::failed, cause); };
+  if (const auto found = relay->read(); !found || *found == drivers::RelayPosition::open)
+    return fail(found ? "the relay is open already" : "the relay cannot be read: " + text(found.error()));
+  const auto opened = switch_relay(*relay, drivers::RelayPosition::open, environment.wait);
+  if (!opened) {
+    (void)switch_relay(*relay, drivers::RelayPosition::closed, environment.wait);
+    return fail("the relay did not open: " + text(opened.error()));
+  }
+  drill.log.read("relay", "opened, reads open");
+  (void)drill.look();
+  drill.log.read("chamber", drill.last());
+  const auto closed = switch_relay(*relay, drivers::RelayPosition::closed, environment.wait);
+  if (!closed) return fail("the relay did not close again: " + text(closed.error()));
+  drill.log.read("relay", "closed, reads closed");
+  if (!drill.await(kReturnWithin, [&] { return drill.look().has_value(); }))
+    return fail("the chamber does not answer after the relay closed: " + drill.last());
+  drill.log.read("chamber", drill.last());
+  return drill.log.end(ProofVerdict::passed);
+}
+
+std::string relay_objection(const rig::RigFile& rig) {
+  const auto relay = make_rig_relay(rig);
+  if (!relay) return "";
+  const auto shown = relay->read();
+  if (!shown) return fmt::format("the relay of [safe.also] cannot be read: {}", text(shown.error()));
+  if (*shown == drivers::RelayPosition::closed) return "";
+  return fmt::format("the relay of [safe.also] is OPEN; find out why, then close it with \"gyrotherm prove {} "
+                     "--close-relay\"",
+                     rig.file);
+}
+
+}  // namespace gyrotherm::prove

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Proof tests of the watchdog: a program that drives the chamber is killed, and the chamber must become safe; the same
+/// while the line to the chamber is dead.
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "core/quantity.hpp"
+#include "sequencer/prove/drill.hpp"
+#include "sequencer/prove/proof.hpp"
+#include "sequencer/rig/rig_file.hpp"
+
+namespace gyrotherm::prove {
+
+/// Time within which the chamber shows the safe set point and mode after its program has died (docs/reliability.md).
+inline constexpr Duration kStatedSafeTime = std::chrono::seconds(20);
+
+/// Returns a set point that differs from the safe one by a few kelvins, within the limits of the rig.
+[[nodiscard]] Celsius test_set_point(const rig::RigFile& rig);
+
+/// Starts a program under its guard, kills it, and watches the chamber on a connection of its own. `record` is the path
+/// on which the guard leaves its trace.
+[[nodiscard]] ProofResult prove_make_safe(const rig::RigFile& rig, const std::string& record,
+                                          const DrillEnvironment& environment);
+
+/// Does the same through a line that is cut before the program is killed. With [safe.also], the guard must open the
+/// relay; it is closed again once the chamber is safe. After the line has returned, the chamber must become safe.
+[[nodiscard]] ProofResult prove_line(const rig::RigFile& rig, const std::string& record,
+                                     const DrillEnvironment& environment);
+
+/// Opens the relay of [safe.also], reads it back, and closes it.
+[[nodiscard]] ProofResult prove_relay(const rig::RigFile& rig, const DrillEnvironment& environment);
+
+/// Returns the reason why the relay is not closed; empty if it is, or if the rig has none. A run and the proof tests do
+/// not start while there is a reason.
+[[nodiscard]] std::string relay_objection(const rig::RigFile& rig);
+
+}  // namespace gyrotherm::prove

@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sequencer/prove/proof.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "core/clock.hpp"
+#include "core/file.hpp"
+#include "core/json.hpp"
+#include "core/sha256.hpp"
+
+namespace gyrotherm::prove {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr auto kProofDay = std::chrono::hours(24);
+
+/// Parses "2026-01-31T12:00:00Z"; nothing for another text.
+std::optional<Duration> parse_utc(const std::string& text) {
+  int year{}, month{}, day{}, hour{}, minute{}, second{};
+  if (std::sscanf(text.c_str(), "%4d-%2d-%2dT%2d:%2d:%2dZ", &year, &month, &day, &hour, &minute, &second) != 6)
+    return std::nullopt;
+  const std::chrono::year_month_day date{std::chrono::year(year), std::chrono::month(static_cast<unsigned>(month)),
+                                         std::chrono::day(static_cast<unsigned>(day))};
+  if (!date.ok()) return std::nullopt;
+  return std::chrono::sys_days(date).time_since_epoch() + std::chrono::hours(hour) + std::chrono::minutes(minute) +
+         std::chrono::seconds(second);
+}
+
+/// The newest attempt at one test.
+struct LastAttempt {
+  const FiledProof* filed{};
+  const ProofResult* result{};
+};
+
+LastAttempt find_last_attempt(const std::vector<FiledProof>& proofs, ProofTest test) {
+  for (auto filed = proofs.rbegin(); filed != proofs.rend(); ++filed)
+    for (const auto& result : filed->proof.results)
+      if (result.test == test && (result.verdict == ProofVerdict::passed || result.verdict == ProofVerdict::failed))
+        return {&*filed, &result};
+  return {};
+}
+
+/// Returns a sentence about a test that is not valid now; empty if it is.
+std::string describe_shortcoming(const rig::RigFile& rig, ProofTest test, const LastAttempt& last, Duration utc) {
+  if (last.result == nullptr)
+    return rig.proof.every ? fmt::format("proof test {}: never passed; \"gyrotherm prove {}\"", name(test), rig.file) : "";
+  const auto day = last.result->began.substr(0, 10);
+  if (last.result->verdict == ProofVerdict::failed)
+    return fmt::format("proof test {}: FAILED on {}: {}", name(test), day, last.result->cause);
+  const auto began = parse_utc(last.result->began);
+  if (!began) return fmt::format("proof test {}: its date cannot be read: {}", name(test), last.result->began);
+  if (!rig.proof.every) return "";
+  const auto due = *began + *rig.proof.every;
+  if (*began > utc + kProofDay) return fmt::format("proof test {}: its date is in the future: {}", name(test), day);
+  if (utc < due) return "";
+  return fmt::format("proof test {}: due since {} (passed on {})", name(test), civil_time(due).substr(0, 10), day);
+}
+
+}  // namespace
+
+ProofVerdict overall_verdict(const Proof& proof) {
+  const auto has = [&](ProofVerdict verdict) {
+    return std::ranges::any_of(proof.results, [&](const auto& result) { return result.verdict == verdict; });
+  };
+  if (has(ProofVerdict::failed) || !proof.is_as_found) return ProofVerdict::failed;
+  if (has(ProofVerdict::interrupted)) return ProofVerdict::interrupted;
+  return has(ProofVerdict::passed) ? ProofVerdict::passed : ProofVerdict::not_tested;
+}
+
+std::string to_json(const Proof& proof) { return json_text(make_json(proof), 2) + "\n"; }
+
+Result<Proof> parse_proof(const std::string& text, const std::string& file) {
+  const auto document = JsonNode::parse(text, file, JsonNode::Nulls::are_errors);
+  if (!document) return failure(document.error());
+  if (const auto schema = (*document)["schema"].text(); schema != kProofSchema)
+    (*document)["schema"].note_error(fmt::format("\"{}\", expected \"{}\"", schema, kProofSchema));
+  Proof proof;
+  if (document->verdict()) read_json(*document, proof);
+  if (auto verdict = document->verdict(); !verdict) return failure(std::move(verdict.error()));
+  return proof;
+}
+
+std::string proofs_folder(const rig::RigFile& rig) {
+  const fs::path folder(rig.proof.folder);
+  return folder.is_absolute() ? folder.string() : (fs::path(parent_folder(rig.file)) / folder).string();
+}
+
+std::vector<FiledProof> find_proofs(const rig::RigFile& rig) {
+  std::vector<FiledProof> proofs;
+  for (const auto& folder : list_folder(proofs_folder(rig))) {
+    const auto path = (folder / kProofFile).string();
+    const auto text = read_text_file_if_any(path, kLargestText, Links::followed);
+    if (!text || !*text) continue;
+    auto proof = parse_proof(**text, path);
+    if (!proof || proof->rig != rig.name) continue;
+    std::error_code error;
+    proofs.push_back({.folder = folder.string(),
+                      .proof = std::move(*proof),
+                      .sha256 = sha256(**text),
+                      .is_signed = fs::exists(folder / kProofSignatureFile, error)});
+  }
+  std::ranges::sort(proofs, [](const auto& one, const auto& other) {
+    return std::pair(one.proof.began, one.folder) < std::pair(other.proof.began, other.folder);
+  });
+  return proofs;
+}
+
+std::vector<std::string> list_broken_links(const std::vector<FiledProof>& proofs) {
+  std::vector<std::string> broken;
+  std::string expected;
+  for (const auto& filed : proofs) {
+    if (filed.proof.previous_sha256 != expected)
+      broken.push_back(fmt::format("{}: the previous protocol {} or was changed since", filed.folder,
+                                   expected.empty() ? "is missing" : "is another one"));
+    expected = filed.sha256;
+  }
+  return broken;
+}
+
+std::vector<ProofTest> needed_tests(const rig::RigFile& rig) {
+  std::vector<ProofTest> tests;
+  for (const auto test : kProofTests) {
+    if (test == ProofTest::relay && !rig.safe_also) continue;
+    if (rig.simulated && moves_chamber(test)) continue;
+    tests.push_back(test);
+  }
+  return tests;
+}
+
+ProofState judge_proofs(const rig::RigFile& rig, const std::vector<FiledProof>& proofs, Duration utc) {
+  ProofState state{.is_valid = true};
+  for (const auto test : needed_tests(rig)) {
+    auto line = describe_shortcoming(rig, test, find_last_attempt(proofs, test), utc);
+    if (line.empty()) continue;
+    state.is_valid = false;
+    state.lines.push_back(std::move(line));
+  }
+  for (auto& line : list_broken_links(proofs)) {
+    state.is_valid = false;
+    state.lines.push_back(std::move(line));
+  }
+  if (proofs.empty()) return state;
+  const auto& newest = proofs.back();
+  if (!newest.proof.is_as_found) {
+    state.is_valid = false;
+    state.lines.push_back(fmt::format("{}: the chamber was not left as found: {}", newest.folder,
+                                      newest.proof.restoration));
+  }
+  if (newest.proof.rig_sha256 != sha256(rig.text))
+    state.lines.push_back(fmt::format("{}: the rig file has changed since these proof tests", newest.folder));
+  if (!newest.is_signed) state.lines.push_back(newest.folder + ": the protocol is UNSIGNED");
+  return state;
+}
+
+}  // namespace gyrotherm::prove

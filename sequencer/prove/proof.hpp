@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The protocol of the proof tests of a rig (schema gyrotherm-proof/1), and the search for the newest one. Values; any
+/// thread.
+#pragma once
+
+#include <initializer_list>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/form.hpp"
+#include "core/quantity.hpp"
+#include "core/result.hpp"
+#include "sequencer/rig/rig_file.hpp"
+
+namespace gyrotherm::prove {
+
+inline constexpr const char* kProofSchema = "gyrotherm-proof/1";
+/// File names in the folder of a protocol.
+inline constexpr const char *kProofFile = "proof.json", *kProofSignatureFile = "proof.p7s";
+
+enum class ProofTest { limiter, make_safe, line, relay, interlocks, clock, disk };
+inline constexpr std::initializer_list<ProofTest> kProofTests = {
+    ProofTest::limiter,    ProofTest::make_safe, ProofTest::line, ProofTest::relay,
+    ProofTest::interlocks, ProofTest::clock,     ProofTest::disk};
+/// Returns the keyword of the command line and of the protocol.
+[[nodiscard]] inline const char* name(ProofTest test) {
+  return enumerator_text<ProofTest::disk>({"limiter", "make-safe", "line", "relay", "interlocks", "clock", "disk"}, test);
+}
+/// Returns true for a test that commands the chamber.
+[[nodiscard]] inline bool moves_chamber(ProofTest test) { return test <= ProofTest::relay; }
+
+enum class ProofVerdict {
+  passed,
+  failed,
+  /// Neither: the rig has nothing to test, or the test could not be carried out. The cause says which.
+  not_tested,
+  interrupted,
+};
+inline constexpr std::initializer_list<ProofVerdict> kProofVerdicts = {
+    ProofVerdict::passed, ProofVerdict::failed, ProofVerdict::not_tested, ProofVerdict::interrupted};
+[[nodiscard]] inline const char* name(ProofVerdict verdict) {
+  return enumerator_text<ProofVerdict::interrupted>({"passed", "failed", "not tested", "interrupted"}, verdict);
+}
+
+struct ProofLimit {
+  std::string what, limit;
+};
+void describe(auto& form, Like<ProofLimit> auto& limit) {
+  form("what", limit.what);
+  form("limit", limit.limit);
+}
+
+struct ProofReading {
+  /// Time since the start of the test.
+  double at_s{};
+  std::string what, value;
+};
+void describe(auto& form, Like<ProofReading> auto& reading) {
+  form("at_s", reading.at_s);
+  form("what", reading.what);
+  form("value", reading.value);
+}
+
+struct ProofResult {
+  ProofTest test{};
+  ProofVerdict verdict = ProofVerdict::not_tested;
+  /// Reason for a verdict other than passed.
+  std::string cause{};
+  std::string began{};  ///< UTC
+  double duration_s{};
+  std::vector<ProofLimit> limits{};
+  std::vector<ProofReading> readings{};
+};
+void describe(auto& form, Like<ProofResult> auto& result) {
+  form("test", one_of(result.test, kProofTests));
+  form("verdict", one_of(result.verdict, kProofVerdicts));
+  form("cause", result.cause);
+  form("began", result.began);
+  form("duration_s", result.duration_s);
+  form("limits", result.limits);
+  form("readings", result.readings);
+}
+
+/// A register that prove changed or found changed, as the words on the line.
+struct ProofRegister {
+  std::string item, before, after;
+};
+void describe(auto& form, Like<ProofRegister> auto& item) {
+  form("item", item.item);
+  form("before", item.before);
+  form("after", item.after);
+}
+
+struct Proof {
+  std::string rig, title;
+  std::string rig_file;
+  std::string rig_sha256;
+  std::string chamber;   ///< as identified; empty: it was not asked
+  std::string version;   ///< of the program
+  std::string operator_name;
+  std::string began, ended;  ///< UTC
+  std::vector<ProofResult> results{};
+  /// Writable registers of the chamber before and after; empty if no test commanded the chamber.
+  std::vector<ProofRegister> registers{};
+  /// The chamber was left as it was found.
+  bool is_as_found = true;
+  /// Why it was not; may be empty.
+  std::string restoration{};
+  /// Folder and digest of the previous protocol of this rig; empty: there was none.
+  std::string previous{}, previous_sha256{};
+};
+void describe(auto& form, Like<Proof> auto& proof) {
+  form.derived("schema", kProofSchema);
+  form("rig", proof.rig);
+  form("title", proof.title);
+  form("rig_file", proof.rig_file);
+  form("rig_sha256", proof.rig_sha256);
+  form("chamber", proof.chamber);
+  form("version", proof.version);
+  form("operator", proof.operator_name);
+  form("began", proof.began);
+  form("ended", proof.ended);
+  form("results", proof.results);
+  form("registers", proof.registers);
+  form("is_as_found", proof.is_as_found);
+  form("restoration", proof.restoration);
+  form("previous", proof.previous);
+  form("previous_sha256", proof.previous_sha256);
+}
+
+/// Returns failed if a test failed or the chamber is not as found, otherwise interrupted or passed. Tests that were not
+/// carried out do not count.
+[[nodiscard]] ProofVerdict overall_verdict(const Proof& proof);
+
+[[nodiscard]] std::string to_json(const Proof& proof);
+/// Parses a protocol. Fails with bad_file, also for another schema. `file` is its path, for faults.
+[[nodiscard]] Result<Proof> parse_proof(const std::string& text, const std::string& file);
+
+/// A protocol in its folder.
+struct FiledProof {
+  std::string folder;
+  Proof proof;
+  std::string sha256;  ///< of proof.json
+  bool is_signed{};    ///< a signature is there; it is not verified
+};
+
+/// Returns the folder of the protocols of a rig.
+[[nodiscard]] std::string proofs_folder(const rig::RigFile& rig);
+/// Returns the protocols of this rig, oldest first. Skips files that are not protocols.
+[[nodiscard]] std::vector<FiledProof> find_proofs(const rig::RigFile& rig);
+/// Returns the protocols whose predecessor is missing or was changed, as sentences.
+[[nodiscard]] std::vector<std::string> list_broken_links(const std::vector<FiledProof>& proofs);
+
+/// The state of the proof tests of a rig on a day.
+struct ProofState {
+  /// False if a test is due, was never passed, or failed at its last attempt.
+  bool is_valid{};
+  std::vector<std::string> lines{};  ///< for people
+};
+/// Looks at the newest result of each test that this rig needs. `utc` is now.
+[[nodiscard]] ProofState judge_proofs(const rig::RigFile& rig, const std::vector<FiledProof>& proofs, Duration utc);
+
+/// Returns the tests that this rig can have: no relay test without [safe.also].
+[[nodiscard]] std::vector<ProofTest> needed_tests(const rig::RigFile& rig);
+
+}  // namespace gyrotherm::prove

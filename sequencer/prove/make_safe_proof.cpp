@@ -18,17 +18,16 @@ namespace {
 constexpr Kelvins kTestStep{5};
 constexpr Duration kPollEvery = std::chrono::milliseconds(200);
 constexpr Duration kShowWithin = std::chrono::seconds(60);
-/// Time that the guard has for the trace after the air was observed.
-constexpr Duration kConfirmMargin = std::chrono::seconds(60);
-constexpr Duration kRelayMargin = std::chrono::seconds(12);
 constexpr Duration kReturnWithin = std::chrono::minutes(2);
-constexpr Duration kDeadLineTime = std::chrono::seconds(11);
 
 /// Watches a chamber from outside and the trace of its guard.
 class GuardDrill {
  public:
-  GuardDrill(ProofTest test, const rig::RigFile& rig, const std::string& record, const DrillEnvironment& environment)
-      : rig_(rig), record_(record), environment_(environment), log(test, environment) {}
+  GuardDrill(ProofTest test, const rig::RigFile& rig, const std::string& record, const DrillEnvironment& environment,
+             const GuardTimes& limits)
+      : times(limits), rig_(rig), record_(record), environment_(environment), log(test, environment) {}
+
+  const GuardTimes times;
 
   /// Lets time pass until `is_true` holds. Returns the time, or nothing after `within`.
   std::optional<double> await(Duration within, const std::function<bool()>& is_true) {
@@ -70,7 +69,7 @@ class GuardDrill {
   }
   /// Waits until the guard confirms that the chamber is safe. Returns the cause of a failure.
   std::string await_confirmation() {
-    const auto confirmed = await(rig_.safe_observe + kConfirmMargin, [&] {
+    const auto confirmed = await(rig_.safe_observe + times.confirm, [&] {
       const auto found = trace();
       return found && found->confirmed;
     });
@@ -110,7 +109,7 @@ std::unique_ptr<drivers::SafetyRelay> make_rig_relay(const rig::RigFile& rig) {
 /// Waits until the guard has opened the relay. Returns the cause of a failure.
 std::string await_relay(const rig::RigFile& rig, drivers::SafetyRelay& relay, GuardDrill& drill) {
   Result<drivers::RelayPosition> shown = drivers::RelayPosition::closed;
-  const auto opened = drill.await(rig.safe_also->after + kRelayMargin, [&] {
+  const auto opened = drill.await(rig.safe_also->after + drill.times.relay, [&] {
     shown = relay.read();
     return shown && *shown == drivers::RelayPosition::open;
   });
@@ -124,7 +123,7 @@ std::string await_relay(const rig::RigFile& rig, drivers::SafetyRelay& relay, Gu
 
 /// Waits until the guard reports that it cannot make the chamber safe. Returns the cause of a failure.
 std::string await_report(GuardDrill& drill) {
-  const auto reported = drill.await(kStatedSafeTime, [&] { return drill.trace().has_value(); });
+  const auto reported = drill.await(drill.times.safe, [&] { return drill.trace().has_value(); });
   if (!reported) return drill.guard_words();
   if (drill.trace()->confirmed) return "the guard confirmed a chamber that it could not reach";
   drill.log.read("guard reports", "NOT yet made safe");
@@ -143,11 +142,11 @@ std::string close_relay(drivers::SafetyRelay& relay, const DrillEnvironment& env
 /// Waits until the chamber is safe on its returned line. With an open relay, a chamber without power is safe, too; the
 /// relay is then closed and the chamber must become safe.
 std::string await_return(const DrillEnvironment& environment, drivers::SafetyRelay* relay, GuardDrill& drill) {
-  const auto safe = drill.await(kStatedSafeTime, [&] { return drill.is_safe(); });
+  const auto safe = drill.await(drill.times.safe, [&] { return drill.is_safe(); });
   if (safe) drill.log.read("safe after the line returned", fmt::format("{:.1f} s; {}", *safe, drill.last()));
   const bool is_dark = !safe && relay != nullptr && !drill.is_answering();
   if (!safe && !is_dark)
-    return fmt::format("the chamber was not safe {} after the line returned: {}; {}", format_duration(kStatedSafeTime),
+    return fmt::format("the chamber was not safe {} after the line returned: {}; {}", format_duration(drill.times.safe),
                        drill.last(), drill.guard_words());
   if (relay != nullptr)
     if (auto cause = close_relay(*relay, environment, drill); !cause.empty()) return cause;
@@ -162,19 +161,20 @@ Celsius test_set_point(const rig::RigFile& rig) {
   return warmer <= rig.chamber_limits.highest ? warmer : rig.safe_set_point - kTestStep;
 }
 
-ProofResult prove_make_safe(const rig::RigFile& rig, const std::string& record, const DrillEnvironment& environment) {
-  GuardDrill drill(ProofTest::make_safe, rig, record, environment);
-  drill.log.limit("safe set point and mode after the program was killed", format_duration(kStatedSafeTime));
+ProofResult prove_make_safe(const rig::RigFile& rig, const std::string& record, const DrillEnvironment& environment,
+                            const GuardTimes& times) {
+  GuardDrill drill(ProofTest::make_safe, rig, record, environment, times);
+  drill.log.limit("safe set point and mode after the program was killed", format_duration(times.safe));
   drill.log.limit("air observed by the guard", format_duration(rig.safe_observe));
   auto child = start_and_watch(rig, record, drill);
   if (!child) return drill.log.end(ProofVerdict::failed, text(child.error()));
   child->kill();
   drill.log.read("program", "killed");
-  const auto safe = drill.await(kStatedSafeTime, [&] { return drill.is_safe(); });
+  const auto safe = drill.await(times.safe, [&] { return drill.is_safe(); });
   if (!safe)
     return drill.log.end(ProofVerdict::failed,
                          fmt::format("the chamber was not safe {} after the program was killed: {}; {}",
-                                     format_duration(kStatedSafeTime), drill.last(), drill.guard_words()));
+                                     format_duration(times.safe), drill.last(), drill.guard_words()));
   drill.log.read("safe after", fmt::format("{:.1f} s; {}", *safe, drill.last()));
   const auto cause = drill.await_confirmation();
   if (!cause.empty()) return drill.log.end(ProofVerdict::failed, cause);
@@ -182,8 +182,9 @@ ProofResult prove_make_safe(const rig::RigFile& rig, const std::string& record, 
                        environment.is_interrupted() ? "stopped by the operator" : "");
 }
 
-ProofResult prove_line(const rig::RigFile& rig, const std::string& record, const DrillEnvironment& environment) {
-  GuardDrill drill(ProofTest::line, rig, record, environment);
+ProofResult prove_line(const rig::RigFile& rig, const std::string& record, const DrillEnvironment& environment,
+                       const GuardTimes& times) {
+  GuardDrill drill(ProofTest::line, rig, record, environment, times);
   const auto parsed = drivers::parse_line(rig.chamber_line);
   const auto* tcp = parsed ? std::get_if<drivers::TcpLine>(&*parsed) : nullptr;
   if (tcp == nullptr)
@@ -195,15 +196,15 @@ ProofResult prove_line(const rig::RigFile& rig, const std::string& record, const
   auto driven = rig;
   driven.chamber_line = fmt::format("tcp://127.0.0.1:{}", line->port());
   const auto relay = make_rig_relay(rig);
-  if (relay) drill.log.limit("relay open after the guard began to act", format_duration(rig.safe_also->after + kRelayMargin));
-  drill.log.limit("safe set point and mode after the line returned", format_duration(kStatedSafeTime));
+  if (relay) drill.log.limit("relay open after the guard began to act", format_duration(rig.safe_also->after + times.relay));
+  drill.log.limit("safe set point and mode after the line returned", format_duration(times.safe));
   auto child = start_and_watch(driven, record, drill);
   if (!child) return drill.log.end(ProofVerdict::failed, text(child.error()));
   line->cut();
   child->kill();
   drill.log.read("line and program", "line cut, program killed");
   auto cause = relay ? await_relay(rig, *relay, drill) : await_report(drill);
-  if (!relay) environment.wait(kDeadLineTime);
+  if (!relay) environment.wait(times.dead_line);
   line->restore();
   const auto returned = await_return(environment, relay.get(), drill);
   if (cause.empty()) cause = returned;
@@ -214,7 +215,7 @@ ProofResult prove_line(const rig::RigFile& rig, const std::string& record, const
 
 ProofResult prove_relay(const rig::RigFile& rig, const DrillEnvironment& environment) {
   const std::string no_record;
-  GuardDrill drill(ProofTest::relay, rig, no_record, environment);
+  GuardDrill drill(ProofTest::relay, rig, no_record, environment, {});
   const auto relay = make_rig_relay(rig);
   if (!relay) return drill.log.end(ProofVerdict::not_tested, "the rig file has no [safe.also]");
   drill.log.limit("each position is read back within", "2 s");

@@ -3,7 +3,7 @@
 /// while the line to the chamber is dead.
 #pragma once
 
-#include <functional>
+#include <chrono>
 #include <string>
 
 #include "core/quantity.hpp"
@@ -16,18 +16,29 @@ namespace gyrotherm::prove {
 /// Time within which the chamber shows the safe set point and mode after its program has died (docs/reliability.md).
 inline constexpr Duration kStatedSafeTime = std::chrono::seconds(20);
 
+/// Limits of the tests; other values are for tests of the tests.
+struct GuardTimes {
+  Duration safe = kStatedSafeTime;
+  /// Time that the guard has for its trace after the air was observed.
+  Duration confirm = std::chrono::seconds(60);
+  /// Time beyond [safe.also] after in which the relay opens.
+  Duration relay = std::chrono::seconds(12);
+  /// Time for which the line stays dead without a relay: longer than one attempt of the guard.
+  Duration dead_line = std::chrono::seconds(11);
+};
+
 /// Returns a set point that differs from the safe one by a few kelvins, within the limits of the rig.
 [[nodiscard]] Celsius test_set_point(const rig::RigFile& rig);
 
 /// Starts a program under its guard, kills it, and watches the chamber on a connection of its own. `record` is the path
 /// on which the guard leaves its trace.
 [[nodiscard]] ProofResult prove_make_safe(const rig::RigFile& rig, const std::string& record,
-                                          const DrillEnvironment& environment);
+                                          const DrillEnvironment& environment, const GuardTimes& times = {});
 
 /// Does the same through a line that is cut before the program is killed. With [safe.also], the guard must open the
 /// relay; it is closed again once the chamber is safe. After the line has returned, the chamber must become safe.
 [[nodiscard]] ProofResult prove_line(const rig::RigFile& rig, const std::string& record,
-                                     const DrillEnvironment& environment);
+                                     const DrillEnvironment& environment, const GuardTimes& times = {});
 
 /// Opens the relay of [safe.also], reads it back, and closes it.
 [[nodiscard]] ProofResult prove_relay(const rig::RigFile& rig, const DrillEnvironment& environment);

@@ -94,13 +94,13 @@ void describe(auto& form, Like<ProofRegister> auto& item) {
 }
 
 struct Proof {
-  std::string rig, title;
-  std::string rig_file;
-  std::string rig_sha256;
-  std::string chamber;   ///< as identified; empty: it was not asked
-  std::string version;   ///< of the program
-  std::string operator_name;
-  std::string began, ended;  ///< UTC
+  std::string rig{}, title{};
+  std::string rig_file{};
+  std::string rig_sha256{};
+  std::string chamber{};  ///< as identified; empty: it was not asked
+  std::string version{};  ///< of the program
+  std::string operator_name{};
+  std::string began{}, ended{};  ///< UTC
   std::vector<ProofResult> results{};
   /// Writable registers of the chamber before and after; empty if no test commanded the chamber.
   std::vector<ProofRegister> registers{};

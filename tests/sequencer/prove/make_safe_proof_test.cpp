@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Proof tests of the watchdog with a real guard, a virtual chamber and a virtual relay over Modbus TCP.
+#include "sequencer/prove/make_safe_proof.hpp"
+
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include <fstream>
+
+#include "sequencer/watchdog/safe_state_file.hpp"
+#include "tests/sequencer/prove/prove_bench.hpp"
+#include "tests/support/folder.hpp"
+
+namespace gyrotherm::prove {
+namespace {
+
+constexpr const char* kRelay =
+    "[safe.also]\nline = \"tcp://127.0.0.1:1\"\ncoil = 3\nafter = \"2 s\"\n[safe]\nobserve = \"1 s\"\n\n";
+constexpr const char* kTextRelay =
+    "[safe.also]\nline = \"tcp://127.0.0.1:1\"\ntell_open = \"OPEN\"\ntell_close = \"CLOSE\"\nask = \"POS?\"\n"
+    "is_open = \"O\"\nis_closed = \"C\"\nafter = \"2 s\"\n[safe]\nobserve = \"1 s\"\n\n";
+
+rig::RigFile relay_rig(const std::string& relay = kRelay) {
+  auto file = read_limiter_rig(relay);
+  return file;
+}
+
+/// Kills the guard of a record.
+void kill_guards(const std::string& record) {
+  for (const auto& process : list_folder("/proc")) {
+    std::ifstream file(process / "cmdline");
+    std::string program, option, path;
+    for (auto* word : {&program, &option, &path}) std::getline(file, *word, '\0');
+    if (option == "--guard" && path == record) ::kill(std::stoi(process.filename().string()), SIGKILL);
+  }
+}
+
+class GuardProof : public ::testing::Test {
+ protected:
+  void TearDown() override { kill_guards(record); }
+
+  const tests::TestFolder folder;
+  const std::string record = folder / "child.db";
+  ProveBench bench{relay_rig(), true};
+  const GuardTimes quick{.safe = std::chrono::seconds(3),
+                         .confirm = std::chrono::seconds(5),
+                         .relay = std::chrono::seconds(2),
+                         .dead_line = std::chrono::seconds(1)};
+};
+
+TEST_F(GuardProof, PassesAndRestoresEveryRegister) {
+  const auto before = bench.registers();
+  const auto found =
+      ChamberSnapshot::take(bench.rig.chamber_map, *connect_registers(bench.rig), *connect_chamber(bench.rig)).value();
+  const auto result = prove_make_safe(bench.rig, record, bench.environment());
+  EXPECT_EQ(result.verdict, ProofVerdict::passed) << result.cause;
+  EXPECT_NE(bench.registers(), before) << "the chamber is on at its safe set point";
+  const auto restored = found.restore(*connect_registers(bench.rig), *connect_chamber(bench.rig));
+  EXPECT_TRUE(restored) << text(restored.error());
+  EXPECT_EQ(bench.registers(), before);
+}
+
+TEST_F(GuardProof, FindsGuardThatDoesNotAct) {
+  auto environment = bench.environment();
+  environment.say = [&](const std::string& words) {
+    if (words.find("program drives the chamber") != std::string::npos) kill_guards(record);
+  };
+  const auto result = prove_make_safe(bench.rig, record, environment, quick);
+  EXPECT_EQ(result.verdict, ProofVerdict::failed);
+  EXPECT_NE(result.cause.find("was not safe 3 s after the program was killed: set point 25 °C"), std::string::npos)
+      << result.cause;
+  EXPECT_NE(result.cause.find("the guard left no trace: it did not act"), std::string::npos) << result.cause;
+}
+
+TEST_F(GuardProof, OpensRelayOnDeadLineAndClosesIt) {
+  const auto result = prove_line(bench.rig, record, bench.environment());
+  EXPECT_EQ(result.verdict, ProofVerdict::passed) << result.cause;
+  EXPECT_EQ(relay_objection(bench.rig), "");
+  const auto trace = watchdog::read_trace(record);
+  ASSERT_TRUE(trace && *trace);
+  EXPECT_NE((*trace)->relay.find("was opened at "), std::string::npos) << describe(**trace);
+  EXPECT_NE(describe(**trace).find("--close-relay"), std::string::npos) << describe(**trace);
+}
+
+TEST_F(GuardProof, FindsRelayThatSticks) {
+  bench.instruments->stick_relay(true);
+  const auto relay = prove_relay(bench.rig, bench.environment());
+  EXPECT_EQ(relay.verdict, ProofVerdict::failed);
+  EXPECT_NE(relay.cause.find("did not open"), std::string::npos) << relay.cause;
+  EXPECT_NE(relay.cause.find("it sticks"), std::string::npos) << relay.cause;
+  const auto times = GuardTimes{.relay = std::chrono::seconds(4)};
+  const auto line = prove_line(bench.rig, record, bench.environment(), times);
+  EXPECT_EQ(line.verdict, ProofVerdict::failed);
+  EXPECT_NE(line.cause.find("the guard did not open the relay: it reads closed"), std::string::npos) << line.cause;
+  EXPECT_NE(line.cause.find("it sticks"), std::string::npos) << line.cause;
+  EXPECT_EQ(bench.chamber().set_point, bench.rig.safe_set_point) << "the guard still made the chamber safe";
+}
+
+TEST_F(GuardProof, ProvesTextRelay) {
+  ProveBench other(relay_rig(kTextRelay), true);
+  const auto result = prove_relay(other.rig, other.environment());
+  EXPECT_EQ(result.verdict, ProofVerdict::passed) << result.cause;
+  other.instruments->stick_relay(true);
+  EXPECT_NE(prove_relay(other.rig, other.environment()).cause.find("it sticks"), std::string::npos);
+}
+
+TEST_F(GuardProof, ReportsOpenRelay) {
+  const auto relay = drivers::make_safety_relay(*bench.rig.safe_also);
+  ASSERT_TRUE(relay->command(drivers::RelayPosition::open));
+  EXPECT_NE(relay_objection(bench.rig).find("is OPEN"), std::string::npos);
+  EXPECT_EQ(prove_relay(bench.rig, bench.environment()).cause, "the relay is open already");
+  bench.instruments.reset();
+  EXPECT_NE(relay_objection(bench.rig).find("cannot be read"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace gyrotherm::prove

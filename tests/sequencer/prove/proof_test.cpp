@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Protocols of proof tests: their text, their chain, and the day on which a test is due.
+#include "sequencer/prove/proof.hpp"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "core/clock.hpp"
+#include "core/sha256.hpp"
+#include "tests/support/folder.hpp"
+
+namespace gyrotherm::prove {
+namespace {
+
+constexpr Duration kDay = std::chrono::hours(24);
+
+class Proofs : public ::testing::Test {
+ protected:
+  Proofs() {
+    rig.name = "oven";
+    rig.file = folder / "rig.toml";
+    rig.text = "the rig";
+    rig.proof.every = 180 * kDay;
+  }
+  /// Files a protocol of all tests on a day, chained to the last one.
+  std::string file(int day, ProofVerdict verdict = ProofVerdict::passed, const std::string& name = "oven") {
+    Proof proof{.rig = name, .rig_sha256 = sha256(rig.text), .began = civil_time(kVirtualEpoch + day * kDay)};
+    for (const auto test : needed_tests(rig))
+      proof.results.push_back({.test = test, .verdict = verdict, .cause = "why", .began = proof.began});
+    proof.previous_sha256 = last;
+    const auto path = folder / ("proofs/" + std::to_string(1000 + day));
+    std::filesystem::create_directories(path);
+    const auto text = to_json(proof);
+    std::ofstream(path + "/" + kProofFile) << text;
+    if (name == "oven") last = sha256(text);
+    return path + "/" + kProofFile;
+  }
+  ProofState judge(int day) { return judge_proofs(rig, find_proofs(rig), kVirtualEpoch + day * kDay); }
+
+  const tests::TestFolder folder;
+  rig::RigFile rig;
+  std::string last;
+};
+
+TEST_F(Proofs, AreReadAsWritten) {
+  Proof proof{.rig = "oven", .title = "Oven \"A\"", .operator_name = "Ada", .is_as_found = false};
+  proof.results.push_back({.test = ProofTest::limiter,
+                           .verdict = ProofVerdict::failed,
+                           .cause = "late",
+                           .began = "2026-01-01T00:00:00Z",
+                           .duration_s = 1.5,
+                           .limits = {{"trip", "30 °C"}},
+                           .readings = {{0.5, "air", "31 °C"}}});
+  proof.registers.push_back({"set_point", "41A0 0000", "41A0 0000"});
+  const auto read = parse_proof(to_json(proof), "proof.json");
+  ASSERT_TRUE(read) << text(read.error());
+  EXPECT_EQ(to_json(*read), to_json(proof));
+  EXPECT_NE(to_json(proof).find("\"schema\": \"gyrotherm-proof/1\""), std::string::npos);
+}
+
+TEST_F(Proofs, RefuseOtherTexts) {
+  const auto good = to_json(Proof{.rig = "oven"});
+  auto other = good;
+  other.replace(other.find("proof/1"), 7, "proof/2");
+  for (const auto& bad : {std::string("{"), other, std::string("[]"), std::string(""), good.substr(0, 60)})
+    EXPECT_FALSE(parse_proof(bad, "proof.json")) << bad;
+}
+
+TEST_F(Proofs, AreDueAfterInterval) {
+  EXPECT_FALSE(judge(0).is_valid) << "none was ever passed";
+  EXPECT_EQ(judge(0).lines.size(), needed_tests(rig).size());
+  file(0);
+  EXPECT_TRUE(judge(0).is_valid);
+  EXPECT_TRUE(judge(179).is_valid);
+  const auto due = judge(180);
+  EXPECT_FALSE(due.is_valid);
+  EXPECT_NE(due.lines.at(0).find("proof test limiter: due since 2026-06-30 (passed on 2026-01-01)"), std::string::npos)
+      << due.lines[0];
+  EXPECT_FALSE(judge(-3).is_valid) << "a protocol of the future proves nothing";
+}
+
+TEST_F(Proofs, OfOtherRigsDoNotCount) {
+  file(0, ProofVerdict::passed, "fridge");
+  EXPECT_TRUE(find_proofs(rig).empty());
+  EXPECT_FALSE(judge(1).is_valid);
+}
+
+TEST_F(Proofs, FailUntilTestIsPassedAgain) {
+  file(0);
+  file(10, ProofVerdict::failed);
+  EXPECT_FALSE(judge(11).is_valid);
+  EXPECT_NE(judge(11).lines.at(0).find("FAILED on 2026-01-11: why"), std::string::npos);
+  file(12, ProofVerdict::interrupted);
+  EXPECT_FALSE(judge(13).is_valid) << "an interrupted test does not replace a failed one";
+  file(14);
+  EXPECT_TRUE(judge(15).is_valid);
+}
+
+TEST_F(Proofs, ReportChangedPredecessor) {
+  const auto first = file(0);
+  file(10);
+  EXPECT_TRUE(list_broken_links(find_proofs(rig)).empty());
+  std::ofstream(first, std::ios::app) << " ";
+  EXPECT_EQ(list_broken_links(find_proofs(rig)).size(), 1u);
+  EXPECT_FALSE(judge(11).is_valid);
+  std::filesystem::remove(first);
+  EXPECT_EQ(list_broken_links(find_proofs(rig)).size(), 1u) << "a missing one is seen, too";
+}
+
+TEST_F(Proofs, SayThatTheyAreUnsignedAndRigChanged) {
+  const auto path = file(0);
+  EXPECT_NE(judge(1).lines.at(0).find("UNSIGNED"), std::string::npos);
+  rig.text = "another rig";
+  EXPECT_NE(judge(1).lines.at(0).find("the rig file has changed"), std::string::npos);
+  std::ofstream(std::filesystem::path(path).parent_path() / kProofSignatureFile) << "signature";
+  EXPECT_EQ(judge(1).lines.size(), 1u);
+}
+
+TEST_F(Proofs, NeedRelayTestOnlyWithRelay) {
+  EXPECT_EQ(std::ranges::count(needed_tests(rig), ProofTest::relay), 0);
+  rig.safe_also.emplace();
+  EXPECT_EQ(std::ranges::count(needed_tests(rig), ProofTest::relay), 1);
+  rig.simulated = true;
+  EXPECT_EQ(needed_tests(rig), (std::vector{ProofTest::interlocks, ProofTest::clock, ProofTest::disk}));
+}
+
+}  // namespace
+}  // namespace gyrotherm::prove

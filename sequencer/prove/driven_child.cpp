@@ -89,27 +89,77 @@ bool forward_some(const Descriptor& from, const Descriptor& to) {
   return size > 0 && ::send(to.number(), bytes.data(), static_cast<std::size_t>(size), MSG_NOSIGNAL) == size;
 }
 
-/// Accepts and forwards connections until this process is killed.
-void forward_until_killed(const Descriptor& listener, const drivers::TcpLine& to) {
-  std::vector<ForwardedPair> pairs;
-  while (true) {
-    std::vector<pollfd> waiting{{listener.number(), POLLIN, 0}};
-    for (const auto& pair : pairs) {
-      waiting.push_back({pair.near.number(), POLLIN, 0});
-      waiting.push_back({pair.far.number(), POLLIN, 0});
+constexpr char kCut = 'c', kRestore = 'r', kEnd = 'q';
+/// A forwarder without a parent ends after this time without traffic.
+constexpr int kOrphanMs = 5 * 60 * 1000;
+
+/// The process that forwards connections.
+class Forwarder {
+ public:
+  Forwarder(const Descriptor& listener, int control, drivers::TcpLine to)
+      : listener_(listener), control_(control), to_(std::move(to)) {}
+
+  void run() {
+    while (step()) {
     }
-    if (::poll(waiting.data(), waiting.size(), -1) < 0 && errno != EINTR) return;
-    std::vector<ForwardedPair> left;
-    for (std::size_t i = 0; i < pairs.size(); ++i) {
-      const bool near = waiting[1 + 2 * i].revents != 0, far = waiting[2 + 2 * i].revents != 0;
-      if ((!near || forward_some(pairs[i].near, pairs[i].far)) && (!far || forward_some(pairs[i].far, pairs[i].near)))
-        left.push_back(std::move(pairs[i]));
-    }
-    pairs = std::move(left);
-    if (waiting.front().revents == 0) continue;
-    ForwardedPair made{accept_connection(listener), connect_to(to)};
-    if (made.near.is_open() && made.far.is_open()) pairs.push_back(std::move(made));
   }
+
+ private:
+  /// Waits for the next event. Returns false when the forwarder is to end.
+  bool step() {
+    std::vector<pollfd> waiting{{is_orphan_ ? -1 : control_, POLLIN, 0}, {is_cut_ ? -1 : listener_.number(), POLLIN, 0}};
+    for (const auto& pair : pairs_)
+      for (const auto* end : {&pair.near, &pair.far}) waiting.push_back({is_cut_ ? -1 : end->number(), POLLIN, 0});
+    const int ready = ::poll(waiting.data(), waiting.size(), is_orphan_ ? kOrphanMs : -1);
+    if (ready == 0 || (ready < 0 && errno != EINTR)) return false;
+    if (waiting[0].revents != 0 && !obey()) return false;
+    if (!is_cut_) forward(waiting);
+    return true;
+  }
+
+  bool obey() {
+    char command = 0;
+    const bool is_there = ::read(control_, &command, 1) == 1;
+    is_orphan_ = !is_there;
+    if (is_there && command == kEnd) return false;
+    is_cut_ = is_there && command == kCut;
+    if (!is_cut_) pairs_.clear();
+    return true;
+  }
+
+  void forward(const std::vector<pollfd>& waiting) {
+    std::vector<ForwardedPair> left;
+    for (std::size_t i = 0; i < pairs_.size(); ++i) {
+      auto& pair = pairs_[i];
+      const bool near = waiting[2 + 2 * i].revents != 0, far = waiting[3 + 2 * i].revents != 0;
+      if ((!near || forward_some(pair.near, pair.far)) && (!far || forward_some(pair.far, pair.near)))
+        left.push_back(std::move(pair));
+    }
+    pairs_ = std::move(left);
+    if (waiting[1].revents == 0) return;
+    ForwardedPair made{accept_connection(listener_), connect_to(to_)};
+    if (made.near.is_open() && made.far.is_open()) pairs_.push_back(std::move(made));
+  }
+
+  const Descriptor& listener_;
+  int control_;
+  drivers::TcpLine to_;
+  std::vector<ForwardedPair> pairs_;
+  bool is_cut_ = false, is_orphan_ = false;
+};
+
+/// Main function of the forwarder: keeps only its two descriptors, so that it holds no lock of its parent.
+[[noreturn]] void forward_in_child(Descriptor listener, Descriptor control, const drivers::TcpLine& to) {
+  constexpr int kListener = 100, kControl = 101;
+  ::setsid();
+  for (const int number : {SIGINT, SIGHUP, SIGTERM, SIGPIPE}) ::signal(number, SIG_IGN);
+  ::dup2(listener.number(), kListener);
+  ::dup2(control.number(), kControl);
+  const Descriptor own(kListener);
+  ::close_range(STDERR_FILENO + 1, kListener - 1, 0);
+  ::close_range(kControl + 1, ~0U, 0);
+  Forwarder(own, kControl, to).run();
+  ::_exit(0);
 }
 
 }  // namespace
@@ -136,30 +186,27 @@ Result<CuttableLine> CuttableLine::open(const drivers::TcpLine& to) {
   constexpr int kWaitingConnections = 16;
   auto listener = listen_on_tcp("127.0.0.1", 0, kWaitingConnections);
   if (!listener) return failure(std::move(listener.error()));
-  CuttableLine line(std::move(*listener), to);
-  line.forward();
-  return line;
+  const auto port = listening_port(*listener);
+  int ends[2];
+  if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0)
+    return failure(FaultKind::disconnected, "line", "the forwarder could not be started");
+  Descriptor own(ends[0]), theirs(ends[1]);
+  const auto pid = ::fork();
+  if (pid == 0) forward_in_child(std::move(*listener), std::move(theirs), to);
+  if (pid < 0) return failure(FaultKind::disconnected, "line", "the forwarder could not be started");
+  return CuttableLine(std::move(own), pid, port);
 }
 
-std::uint16_t CuttableLine::port() const { return listening_port(listener_); }
-
-void CuttableLine::forward() {
-  forwarder_ = std::make_unique<ChildProcess>([&](int to_parent) {
-    for (const int number : {SIGINT, SIGHUP, SIGTERM}) ::signal(number, SIG_IGN);
-    (void)write_all(to_parent, fmt::format("{}\n", ::getpid()));
-    forward_until_killed(listener_, to_);
-  });
-  const auto line = read_child_line(forwarder_->output(), std::chrono::seconds(5));
-  pid_ = line.empty() ? -1 : static_cast<pid_t>(std::stol(line));
+CuttableLine::~CuttableLine() {
+  if (!control_.is_open()) return;
+  send(kEnd);
+  (void)reap(pid_, std::chrono::seconds(1));
 }
 
-void CuttableLine::cut() {
-  if (pid_ > 0) ::kill(pid_, SIGSTOP);
-}
+void CuttableLine::send(char command) { (void)write_all(control_.number(), {&command, 1}); }
 
-void CuttableLine::restore() {
-  forwarder_.reset();
-  forward();
-}
+void CuttableLine::cut() { send(kCut); }
+
+void CuttableLine::restore() { send(kRestore); }
 
 }  // namespace gyrotherm::prove

@@ -38,25 +38,32 @@ class DrivenChild {
   std::unique_ptr<ChildProcess> child_;
 };
 
-/// Forwards connections on a port of this machine to a TCP line, in a process of its own.
+/// Forwards connections on a port of this machine to a TCP line, in a process of its own. If this process dies, the
+/// forwarder ends a cut and continues, because a guard may still need the line; it ends when the line was not used for
+/// some minutes.
 class CuttableLine {
  public:
-  /// Fails with disconnected if no port is available.
+  /// Fails with disconnected if no port or process is available.
   [[nodiscard]] static Result<CuttableLine> open(const drivers::TcpLine& to);
-  [[nodiscard]] std::uint16_t port() const;
+  /// Ends the forwarder.
+  ~CuttableLine();
+  CuttableLine(CuttableLine&&) noexcept = default;
+  CuttableLine& operator=(CuttableLine&&) = delete;
+
+  [[nodiscard]] std::uint16_t port() const { return port_; }
   /// From now on no byte is forwarded, as on a line that was pulled out: connections are accepted and stay silent.
   void cut();
   /// Drops all connections and forwards new ones.
   void restore();
 
  private:
-  CuttableLine(Descriptor listener, drivers::TcpLine to) : listener_(std::move(listener)), to_(std::move(to)) {}
-  void forward();
+  CuttableLine(Descriptor control, pid_t pid, std::uint16_t port)
+      : control_(std::move(control)), pid_(pid), port_(port) {}
+  void send(char command);
 
-  Descriptor listener_;
-  drivers::TcpLine to_;
-  std::unique_ptr<ChildProcess> forwarder_;
+  Descriptor control_;
   pid_t pid_ = -1;
+  std::uint16_t port_{};
 };
 
 }  // namespace gyrotherm::prove

@@ -15,7 +15,7 @@ namespace gyrotherm::prove {
 namespace {
 
 constexpr const char* kRelay =
-    "[safe.also]\nline = \"tcp://127.0.0.1:1\"\ncoil = 3\nafter = \"2 s\"\n[safe]\nobserve = \"1 s\"\n\n";
+    "[safe.also]\nline = \"tcp://127.0.0.1:1\"\ncoil = 3\nafter = \"2 s\"\n[safe]\nobserve = \"0 s\"\n\n";
 constexpr const char* kTextRelay =
     "[safe.also]\nline = \"tcp://127.0.0.1:1\"\ntell_open = \"OPEN\"\ntell_close = \"CLOSE\"\nask = \"POS?\"\n"
     "is_open = \"O\"\nis_closed = \"C\"\nafter = \"2 s\"\n[safe]\nobserve = \"1 s\"\n\n";

@@ -28,6 +28,7 @@ void add_export(Program& program);
 void add_thermal(Program& program);
 void add_train(Program& program);
 void add_type_prior(Program& program);
+void add_validate(Program& program);
 void add_verify(Program& program);
 void add_placement(Program& program);
 void add_reduce(Program& program);
@@ -40,11 +41,11 @@ void add_site(Program& program);
 
 namespace {
 
-constexpr auto kCommands = {add_qualify,  add_run,       add_go,     add_resume,     add_status,   add_tell,
-                            add_simulate, add_check,     add_plan,   add_release,    add_describe, add_devices,
-                            add_doctor,   add_import,    add_export, add_thermal,    add_train,    add_type_prior,
-                            add_verify,   add_placement, add_reduce, add_compensate, add_fuse,     add_export_model,
-                            add_report,   add_standard,  add_site,   add_completion, add_manual};
+constexpr auto kCommands = {add_qualify,  add_run,       add_go,       add_resume,     add_status,     add_tell,
+                            add_simulate, add_check,     add_plan,     add_release,    add_describe,   add_devices,
+                            add_doctor,   add_import,    add_export,   add_thermal,    add_train,      add_type_prior,
+                            add_verify,   add_placement, add_reduce,   add_compensate, add_fuse,       add_export_model,
+                            add_report,   add_standard,  add_validate, add_site,       add_completion, add_manual};
 
 namespace fs = std::filesystem;
 

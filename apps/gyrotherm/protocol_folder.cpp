@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/gyrotherm/protocol_folder.hpp"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "core/file.hpp"
+#include "core/sha256.hpp"
+
+namespace gyrotherm::app {
+namespace {
+
+constexpr auto kProtocolLanguages = {report::Language::english, report::Language::german};
+
+std::string json_path(const std::string& folder, const ProtocolKind& kind) {
+  return fmt::format("{}/{}.json", folder, kind.stem);
+}
+std::string signature_path(const std::string& folder, const ProtocolKind& kind) {
+  return fmt::format("{}/{}.p7s", folder, kind.stem);
+}
+std::string page_path(const std::string& folder, const ProtocolKind& kind, report::Language language) {
+  return fmt::format("{}/{}.{}.html", folder, kind.stem, code(language));
+}
+
+Result<void> write_protocol_pages(const std::string& folder, const ProtocolKind& kind, const ProtocolText& protocol) {
+  for (const auto language : kProtocolLanguages) {
+    const auto page = kind.page(protocol, json_path(folder, kind), language);
+    if (!page) return failure(page.error());
+    if (auto written = replace_text_file(page_path(folder, kind, language), *page); !written) return written;
+  }
+  return {};
+}
+
+/// Fails unless the pages are those that this program renders.
+Result<void> compare_protocol_pages(const std::string& folder, const ProtocolKind& kind, const ProtocolText& protocol) {
+  for (const auto language : kProtocolLanguages) {
+    const auto path = page_path(folder, kind, language);
+    const auto found = read_text_file(path);
+    if (!found) return failure(found.error());
+    const auto page = kind.page(protocol, json_path(folder, kind), language);
+    if (!page) return failure(page.error());
+    if (*found != *page)
+      return failure(FaultKind::bad_file, path, fmt::format("is not the page of {}.json", kind.stem));
+  }
+  return {};
+}
+
+Result<ProtocolText> read_protocol(const std::string& folder, const ProtocolKind& kind) {
+  auto json = read_text_file(json_path(folder, kind));
+  if (!json) return failure(json.error());
+  auto digest = sha256(*json);
+  return ProtocolText{.json = std::move(*json), .sha256 = std::move(digest), .signer = ""};
+}
+
+}  // namespace
+
+Result<void> write_protocol(const std::string& folder, const ProtocolKind& kind, const std::string& json) {
+  if (auto written = replace_text_file(json_path(folder, kind), json); !written) return written;
+  return write_protocol_pages(folder, kind, {.json = json, .sha256 = sha256(json), .signer = ""});
+}
+
+bool has_protocol(const std::string& folder, const ProtocolKind& kind) {
+  std::error_code error;
+  return std::filesystem::exists(json_path(folder, kind), error) &&
+         !std::filesystem::exists(folder + "/calibration.json", error);
+}
+
+Result<void> sign_protocol(const std::string& folder, const ProtocolKind& kind, const report::SigningKey& key) {
+  auto protocol = read_protocol(folder, kind);
+  if (!protocol) return failure(protocol.error());
+  const auto path = signature_path(folder, kind);
+  if (std::error_code error; std::filesystem::exists(path, error))
+    return failure(FaultKind::usage, path, "the protocol is signed already");
+  if (auto same = compare_protocol_pages(folder, kind, *protocol); !same) return same;
+  const auto signature = report::sign_bytes(protocol->json, key);
+  if (!signature) return failure(signature.error());
+  const auto signer =
+      report::verify_bytes(protocol->json, *signature, path, {.certificates_file = key.certificate_file, .on_day = {}});
+  if (!signer) return failure(signer.error());
+  protocol->signer = signer->subject;
+  if (auto written = write_protocol_pages(folder, kind, *protocol); !written) return written;
+  return replace_text_file(path, *signature);
+}
+
+Result<report::Signer> verify_protocol(const std::string& folder, const ProtocolKind& kind,
+                                       const report::Trust& trust) {
+  auto protocol = read_protocol(folder, kind);
+  if (!protocol) return failure(protocol.error());
+  const auto path = signature_path(folder, kind);
+  const auto signature = read_text_file_if_any(path, kLargestText, Links::followed);
+  if (!signature) return failure(signature.error());
+  if (!*signature) return failure(FaultKind::bad_file, path, "the protocol is UNSIGNED");
+  auto signer = report::verify_bytes(protocol->json, **signature, json_path(folder, kind), trust);
+  if (!signer) return signer;
+  protocol->signer = signer->subject;
+  if (auto same = compare_protocol_pages(folder, kind, *protocol); !same) return failure(same.error());
+  return signer;
+}
+
+}  // namespace gyrotherm::app

@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+/// A laboratory validates the installed program and its rig.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "core/file.hpp"
+#include "tests/apps/gyrotherm/program.hpp"
+
+namespace gyrotherm::app {
+namespace {
+
+/// A validation of the shipped virtual rig, made once.
+class Validation : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = new Folder;
+    ran_ = gyrotherm_with("validate --rig virtual --by 'A. Operator' --out " + (*folder_ / "validation"));
+    const auto keys = shell("cd " + (*folder_ / ".") +
+                            " && openssl req -x509 -newkey rsa:2048 -nodes -keyout lab.key -out lab.pem -days 30 -subj "
+                            "/CN=laboratory -addext basicConstraints=critical,CA:FALSE -addext "
+                            "keyUsage=critical,digitalSignature");
+    ASSERT_EQ(keys.exit_code, 0) << keys.err;
+  }
+  static void TearDownTestSuite() { delete folder_; }
+
+  static std::string path(const std::string& name) { return *folder_ / ("validation/" + name); }
+  static nlohmann::json protocol() { return nlohmann::json::parse(*read_text_file(path("validation.json"))); }
+
+  static inline Folder* folder_ = nullptr;
+  static inline Ran ran_;
+};
+
+TEST_F(Validation, MeetsEachRequirementOrSaysWhyNot) {
+  const auto validation = protocol();
+  EXPECT_EQ(validation["schema"], "gyrotherm-validation/1");
+  EXPECT_EQ(validation["operator"], "A. Operator");
+  EXPECT_EQ(validation["simulated"], true);
+  ASSERT_EQ(validation["results"].size(), 15u);
+  bool failed = false;
+  for (const auto& result : validation["results"]) {
+    failed = failed || result["verdict"] == "failed";
+    // A build machine may have no synchronised clock, a small disk, or limits.
+    const auto id = result["id"].get<std::string>();
+    if (id.starts_with("OQ") || id == "IQ-1" || id == "IQ-2") EXPECT_NE(result["verdict"], "failed") << result.dump(2);
+    if (result["verdict"] != "not applicable") EXPECT_NE(result["evidence"], "") << id;
+  }
+  EXPECT_EQ(ran_.exit_code, failed ? 1 : 0) << ran_.err;
+  EXPECT_NE(ran_.out.find("SIMULATED"), std::string::npos);
+}
+
+TEST_F(Validation, HasPagesInBothLanguages) {
+  const auto english = *read_text_file(path("validation.en.html")),
+             german = *read_text_file(path("validation.de.html"));
+  for (const char* text : {"UNSIGNED", "SIMULATED", "A run records each second of its profile."})
+    EXPECT_NE(english.find(text), std::string::npos) << text;
+  EXPECT_NE(german.find("Ein Lauf zeichnet jede Sekunde seines Profils auf."), std::string::npos);
+}
+
+TEST_F(Validation, RefusesAFolderThatExists) {
+  const auto again = gyrotherm_with("validate --rig virtual --out " + (*folder_ / "validation"));
+  EXPECT_EQ(again.exit_code, 2);
+}
+
+TEST_F(Validation, IsSignedAndVerified) {
+  const auto copy = *folder_ / "signed";
+  std::filesystem::copy(*folder_ / "validation", copy, std::filesystem::copy_options::recursive);
+  const auto verify = "report verify " + copy + " --trusted " + (*folder_ / "lab.pem");
+  EXPECT_EQ(gyrotherm_with(verify).exit_code, 4) << "unsigned";
+  const auto sign =
+      "report sign " + copy + " --key " + (*folder_ / "lab.key") + " --certificate " + (*folder_ / "lab.pem");
+  const auto done = gyrotherm_with(sign);
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_EQ(gyrotherm_with(sign).exit_code, 2) << "signed already";
+  const auto holds = gyrotherm_with(verify);
+  EXPECT_EQ(holds.exit_code, 0) << holds.err;
+  EXPECT_NE(holds.out.find("CN=laboratory"), std::string::npos) << holds.out;
+  for (const char* file : {"validation.json", "validation.de.html", "validation.p7s"}) {
+    const auto sound = *read_text_file(copy + "/" + file);
+    auto changed = sound;
+    changed[changed.size() / 2] = changed[changed.size() / 2] == 'x' ? 'y' : 'x';
+    std::ofstream(copy + "/" + file) << changed;
+    EXPECT_EQ(gyrotherm_with(verify).exit_code, 4) << file;
+    std::ofstream(copy + "/" + file) << sound;
+  }
+  EXPECT_EQ(gyrotherm_with(verify).exit_code, 0);
+}
+
+TEST_F(Validation, FailsForARigThatCannotCarryOutAProgram) {
+  auto rig = *read_text_file(GYROTHERM_SOURCE_DIR "/profiles/rigs/virtual.toml");
+  for (auto at = rig.find("\"../"); at != rig.npos; at = rig.find("\"../"))
+    rig.replace(at, 4, "\"" GYROTHERM_SOURCE_DIR "/profiles/");
+  const auto lowest = rig.find("lowest = \"");
+  ASSERT_NE(lowest, rig.npos);
+  rig.replace(lowest, rig.find('\n', lowest) - lowest, "lowest = \"10 °C\"");
+  std::ofstream(*folder_ / "warm.toml") << rig;
+  const auto ran =
+      gyrotherm_with("validate --rig " + (*folder_ / "warm.toml") + " --json --out " + (*folder_ / "warm"));
+  EXPECT_EQ(ran.exit_code, 1) << ran.err;
+  const auto validation = nlohmann::json::parse(ran.out);
+  for (const auto& result : validation["results"])
+    if (result["id"] == "OQ-7") EXPECT_EQ(result["verdict"], "failed") << result.dump();
+}
+
+}  // namespace
+}  // namespace gyrotherm::app

@@ -9,12 +9,12 @@
 namespace gyrotherm::rig {
 namespace {
 
-const std::string kRigFolder = GYROTHERM_SOURCE_DIR "/profiles/rigs/";
+const std::string kShellRigFolder = GYROTHERM_SOURCE_DIR "/profiles/rigs/";
 
 /// Returns the shipped virtual rig with these keys in the thermometer "shell", and these in its calibration.
-std::string rig_with(const std::string& keys, const std::string& calibration = "",
-                     const std::string& root = "[certificates]\ntrusted = \"laboratories.pem\"\n") {
-  std::string text = read_text_file(kRigFolder + "virtual.toml").value();
+std::string shell_rig_with(const std::string& keys, const std::string& calibration = "",
+                           const std::string& root = "[certificates]\ntrusted = \"laboratories.pem\"\n") {
+  std::string text = read_text_file(kShellRigFolder + "virtual.toml").value();
   const auto from = text.find("offsets = [0]\n"), to = text.find("[gyro]\n");
   EXPECT_LT(from, to);
   if (from >= to) return text;
@@ -54,7 +54,7 @@ struct Reading {
       requests.push_back(request);
       return values;
     };
-    return parse_rig(text, kRigFolder + "virtual.toml", known, {.read = reader});
+    return parse_rig(text, kShellRigFolder + "virtual.toml", known, {.read = reader});
   }
   std::string cause(const std::string& text) {
     const auto rig = read(text);
@@ -74,7 +74,8 @@ record::Channel channel_named(const RigFile& rig, const std::string& name) {
 
 TEST(ThermometerCertificate, FillsCalibrationOfChannel) {
   Reading reading;
-  const auto rig = reading.read(rig_with("", "certificate = \"certificates/t1.xml\"\nserial_number = \"T-0417\"\n"));
+  const auto rig =
+      reading.read(shell_rig_with("", "certificate = \"certificates/t1.xml\"\nserial_number = \"T-0417\"\n"));
   ASSERT_TRUE(rig) << text(rig.error());
   const auto shell = channel_named(*rig, "shell");
   EXPECT_EQ(shell.certificate, "T1-2025");
@@ -85,14 +86,14 @@ TEST(ThermometerCertificate, FillsCalibrationOfChannel) {
   EXPECT_EQ(shell.certificate_file, t1_file());
   EXPECT_FALSE(channel_named(*rig, "A").certificate_file);
   ASSERT_EQ(reading.requests.size(), 1u);
-  EXPECT_EQ(reading.requests[0].path, kRigFolder + "certificates/t1.xml");
-  EXPECT_EQ(reading.requests[0].trusted, kRigFolder + "laboratories.pem");
+  EXPECT_EQ(reading.requests[0].path, kShellRigFolder + "certificates/t1.xml");
+  EXPECT_EQ(reading.requests[0].trusted, kShellRigFolder + "laboratories.pem");
   EXPECT_EQ(reading.requests[0].serial_number, "T-0417");
 }
 
 TEST(ThermometerCertificate, OfThermometerFillsItsChannelsAndKeepsDrift) {
   Reading reading;
-  const auto rig = reading.read(rig_with("certificate = \"t1.xml\"\ndrift_k_per_year = 0.03\n"));
+  const auto rig = reading.read(shell_rig_with("certificate = \"t1.xml\"\ndrift_k_per_year = 0.03\n"));
   ASSERT_TRUE(rig) << text(rig.error());
   const auto shell = channel_named(*rig, "shell");
   EXPECT_EQ(shell.certificate, "T1-2025");
@@ -101,7 +102,7 @@ TEST(ThermometerCertificate, OfThermometerFillsItsChannelsAndKeepsDrift) {
 
 TEST(ThermometerCertificate, KeepsTextThatIsNotFile) {
   Reading reading;
-  const auto rig = reading.read(rig_with("certificate = \"t1.xml (paper)\"\noffsets = [0.5]\n", "", ""));
+  const auto rig = reading.read(shell_rig_with("certificate = \"t1.xml (paper)\"\noffsets = [0.5]\n", "", ""));
   ASSERT_TRUE(rig) << text(rig.error());
   EXPECT_EQ(channel_named(*rig, "shell").certificate, "t1.xml (paper)");
   EXPECT_EQ(channel_named(*rig, "shell").offset, Kelvins{0.5});
@@ -112,47 +113,47 @@ TEST(ThermometerCertificate, RefusesKeysThatStateItsValues) {
   for (const std::string key : {"offset = 0.1", "polynomial = [0, 1]", "uncertainty = 0.02",
                                 "calibrated = \"2025-01-01\"", "coverage_factor = 2", "distribution = \"normal\""}) {
     Reading reading;
-    const auto cause = reading.cause(rig_with("", "certificate = \"t1.xml\"\n" + key + "\n"));
+    const auto cause = reading.cause(shell_rig_with("", "certificate = \"t1.xml\"\n" + key + "\n"));
     EXPECT_NE(cause.find("contradicts the certificate file"), std::string::npos) << key << ": " << cause;
     EXPECT_TRUE(reading.requests.empty()) << "a wrong rig file reads no certificate";
   }
-  EXPECT_NE(Reading().cause(rig_with("certificate = \"t1.xml\"\noffsets = [0.1]\n")).find("contradicts"),
+  EXPECT_NE(Reading().cause(shell_rig_with("certificate = \"t1.xml\"\noffsets = [0.1]\n")).find("contradicts"),
             std::string::npos);
-  EXPECT_NE(Reading().cause(rig_with("certificate = \"t1.xml\"\n", "uncertainty = 0.1\n")).find("contradicts"),
+  EXPECT_NE(Reading().cause(shell_rig_with("certificate = \"t1.xml\"\n", "uncertainty = 0.1\n")).find("contradicts"),
             std::string::npos);
 }
 
 TEST(ThermometerCertificate, RefusesSerialNumberWithoutFile) {
-  EXPECT_NE(Reading().cause(rig_with("certificate = \"K-1\"\nserial_number = \"T\"\n")).find("is not one (.xml)"),
+  EXPECT_NE(Reading().cause(shell_rig_with("certificate = \"K-1\"\nserial_number = \"T\"\n")).find("is not one (.xml)"),
             std::string::npos);
-  EXPECT_NE(Reading().cause(rig_with("serial_number = \"T\"\n")).find("is not one (.xml)"), std::string::npos);
+  EXPECT_NE(Reading().cause(shell_rig_with("serial_number = \"T\"\n")).find("is not one (.xml)"), std::string::npos);
 }
 
 TEST(ThermometerCertificate, KeepsEarlierDueDayOfRig) {
   Reading reading;
-  const auto rig = reading.read(rig_with("due = \"2026-05-01\"\n", "certificate = \"t1.xml\"\n"));
+  const auto rig = reading.read(shell_rig_with("due = \"2026-05-01\"\n", "certificate = \"t1.xml\"\n"));
   ASSERT_TRUE(rig) << text(rig.error());
   EXPECT_EQ(channel_named(*rig, "shell").due, record::parse_day("2026-05-01"));
-  EXPECT_EQ(Reading().cause(rig_with("", "certificate = \"t1.xml\"\ndue = \"2026-11-05\"\n")),
+  EXPECT_EQ(Reading().cause(shell_rig_with("", "certificate = \"t1.xml\"\ndue = \"2026-11-05\"\n")),
             "\"due\" is 2026-11-05, but certificate T1-2025 is due 2026-11-04");
 }
 
 /// The virtual clock starts on 2026-01-01, the last permitted due day.
 TEST(ThermometerCertificate, RefusesOverdueCalibration) {
   Reading reading;
-  const std::string named = rig_with("", "certificate = \"t1.xml\"\n");
+  const std::string named = shell_rig_with("", "certificate = \"t1.xml\"\n");
   reading.values.due = record::parse_day("2026-01-01");
   EXPECT_EQ(reading.cause(named), "");
   reading.values.due = record::parse_day("2025-12-31");
   EXPECT_EQ(reading.cause(named),
             "certificate T1-2025 was due 2025-12-31, expected a calibration that is valid on 2026-01-01");
-  EXPECT_NE(Reading().cause(rig_with("", "certificate = \"t1.xml\"\ndue = \"2025-12-01\"\n")), "");
+  EXPECT_NE(Reading().cause(shell_rig_with("", "certificate = \"t1.xml\"\ndue = \"2025-12-01\"\n")), "");
 }
 
 TEST(ThermometerCertificate, RequiresTrustedSignersAndReader) {
   const std::string keys = "certificate = \"t1.xml\"\n";
-  EXPECT_NE(Reading().cause(rig_with("", keys, "")).find("no trusted signers"), std::string::npos);
-  const auto rig = parse_rig(rig_with("", keys), kRigFolder + "virtual.toml");
+  EXPECT_NE(Reading().cause(shell_rig_with("", keys, "")).find("no trusted signers"), std::string::npos);
+  const auto rig = parse_rig(shell_rig_with("", keys), kShellRigFolder + "virtual.toml");
   ASSERT_FALSE(rig);
   EXPECT_NE(rig.error().what.find("cannot be read here"), std::string::npos);
 }
@@ -161,15 +162,15 @@ TEST(ThermometerCertificate, ReportsFailureOfReader) {
   const auto fails = [](const CertificateRequest&) -> Result<CertificateValues> {
     return failure(FaultKind::bad_file, "t1.xml:7", "is not signed");
   };
-  const auto rig =
-      parse_rig(rig_with("", "certificate = \"t1.xml\"\n"), kRigFolder + "virtual.toml", {}, {.read = fails});
+  const auto rig = parse_rig(shell_rig_with("", "certificate = \"t1.xml\"\n"), kShellRigFolder + "virtual.toml", {},
+                             {.read = fails});
   ASSERT_FALSE(rig);
   EXPECT_EQ(rig.error().where, "t1.xml:7");
 }
 
 /// A resumed run continues with the values of its record, although the certificate file has changed or is missing.
 TEST(ThermometerCertificate, IsRestoredFromRecord) {
-  const std::string named = rig_with("", "certificate = \"t1.xml\"\n");
+  const std::string named = shell_rig_with("", "certificate = \"t1.xml\"\n");
   Reading first, resumed;
   const auto before = first.read(named);
   ASSERT_TRUE(before) << text(before.error());

@@ -24,6 +24,7 @@ constexpr std::string_view kDccSpace = "https://ptb.de/dcc";
 constexpr int kNewestMinorVersion = 3;
 /// A stated correction may differ from that of the rounded temperatures beside it, K.
 constexpr double kLargestRounding = 0.1;
+constexpr double kOffsetResolution = 1e-9;  // K
 constexpr std::string_view kXmlBlanks = " \t\r\n";
 
 using Elements = std::vector<const XmlElement*>;
@@ -317,7 +318,8 @@ class CertificateContents {
 double TemperatureCertificate::offset_k() const {
   const double sum = std::accumulate(points.begin(), points.end(), 0.0,
                                      [](double so_far, const auto& one) { return so_far + one.correction_k; });
-  return sum / static_cast<double>(points.size());
+  // Rounding errors of a double must not become an offset.
+  return std::round(sum / static_cast<double>(points.size()) / kOffsetResolution) * kOffsetResolution + 0.0;
 }
 
 double TemperatureCertificate::standard_uncertainty_k() const {

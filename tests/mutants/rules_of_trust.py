@@ -35,7 +35,7 @@ MUTANTS = [
      "report_test", "Signed.VerifyRefusesCertificateForOtherPurpose"),
 
     # Certificate files of thermometers.
-    ("a signature of a part is taken for one of the whole", "report/xml_signature.cpp",
+    ("a certificate file is believed whose signature covers a part", "report/xml_signature.cpp",
      "if (!is_whole &&", "if (false &&",
      "report_test", "ForeignSignature.RefusesSignatureOfAnotherPart"),
     ("a certificate file of any signer is believed", "report/signature.cpp",
@@ -44,7 +44,7 @@ MUTANTS = [
     ("a changed certificate file is believed", "report/signature.cpp",
      "if (!is_valid)", "if (false)",
      "report_test", "ForeignSignature.RefusesEachChangedValue"),
-    ("k may contradict its probability", "report/temperature_values.cpp",
+    ("a certificate file may have a wrong k", "report/temperature_values.cpp",
      "if (!probability) return {};", "return {};",
      "report_test", "TemperatureCertificate.RefusesEachAlterationWithItsCause"),
     ("an overdue certificate file is used", "sequencer/rig/thermometer_certificate.cpp",

@@ -10,8 +10,11 @@
 namespace gyrotherm::bench {
 namespace {
 
+using tests::binomial_interval;
 using tests::GoldenGyro;
 using tests::Injected;
+using tests::median;
+using tests::quantile_95;
 using tests::StudyOptions;
 using tests::StudyResult;
 

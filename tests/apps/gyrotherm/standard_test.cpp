@@ -137,7 +137,8 @@ TEST(Standard, MeasuresEarthRateInTwoPositions) {
   std::ofstream(rig / "rig.toml") << text;
   const auto out = rig.standard("--json " + rig.run(0, "rig.toml", "check-standard-turned"));
   ASSERT_EQ(out.exit_code, 0) << out.err;
-  for (const auto& chart : nlohmann::json::parse(out.out)["charts"])
+  const auto json = nlohmann::json::parse(out.out);
+  for (const auto& chart : json["charts"])
     if (chart["result"] == "earth_rate gyro 20 °C, turned") {
       EXPECT_NEAR(chart["points"][0]["value"].get<double>(), 0, 0.003) << "the mount is as the rig file states";
       return;

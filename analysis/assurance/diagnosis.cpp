@@ -422,10 +422,14 @@ std::optional<Diagnosis> diagnose(const History& history, const Assessment& asse
   Diagnosis diagnosis{.since = compared.runs[change.first_after],
                       .before = change.first_after,
                       .after = compared.runs.size() - change.first_after,
-                      .tilt_equals_drift = has_equal_patterns(history.checks.back())};
+                      .tilt_equals_drift = false};
   for (Pattern& pattern : patterns) diagnosis.hypotheses.push_back(std::move(pattern.of));
   std::ranges::stable_sort(diagnosis.hypotheses, std::ranges::greater{}, &Hypothesis::posterior);
   name_cause(diagnosis);
+  const double of_bias = diagnosis.probabilities[static_cast<std::size_t>(Cause::mount)] +
+                         diagnosis.probabilities[static_cast<std::size_t>(Cause::gyro)];
+  constexpr double kRelevant = 0.05;
+  diagnosis.tilt_equals_drift = of_bias > kRelevant && has_equal_patterns(history.checks.back());
   return diagnosis;
 }
 

@@ -45,7 +45,8 @@ struct Diagnosis {
   double probabilities[4]{};
   /// The cause, if its probability is at least kNamed and its best hypothesis fits.
   std::optional<Cause> named{};
-  /// One axis in one position: a tilt of the mount and a constant drift of the gyro have the same pattern.
+  /// Mount or gyro is probable, and there is one axis in one position: a tilt of the mount and a constant drift of the
+  /// gyro have the same pattern.
   bool tilt_equals_drift{};
 };
 

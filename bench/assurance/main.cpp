@@ -38,6 +38,7 @@ int run_program(int argc, char** argv) {
   CLI::App app{"Check runs of golden gyros with injected changes: detection, false alarms, named causes."};
   app.add_option("--seeds", options.seeds, "histories of each row");
   app.add_option("--rate", options.false_alarm_rate, "stated false alarms per check run");
+  app.add_option("--repeats", options.repeats, "check runs repeated after an alarm until a cause is named");
   app.add_option("--grows-over", options.grows_over, "number of runs over which the change grows; 1: a step");
   CLI11_PARSE(app, argc, argv);
   fmt::print("golden\tchange\tjudged\tfalse %\t95 %\tdetected\tmedian\t95 % of\tright %\t95 %\twrong %\tnot told %\n");

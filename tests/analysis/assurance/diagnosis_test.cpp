@@ -42,6 +42,7 @@ TEST(Diagnosis, ReportsSizeAndBeginOfThermometerChange) {
   EXPECT_NEAR(diagnosis.hypotheses.front().amount, 0.08, 0.02);
   EXPECT_EQ(diagnosis.since, 21u);
   EXPECT_EQ(diagnosis.after, 3u);
+  EXPECT_FALSE(diagnosis.tilt_equals_drift) << "neither mount nor gyro is probable";
 }
 
 TEST(Diagnosis, NamesLastThermometerToo) {

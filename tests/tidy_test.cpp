@@ -73,7 +73,7 @@ const std::map<std::string, std::set<std::string>> kPartDependencies{
      {"core", "analysis/data", "analysis/svm", "analysis/methods", "analysis/tracking", "analysis/fusion",
       "analysis/population"}},
     {"analysis/planning", {"core", "analysis/data", "analysis/methods", "analysis/population", "analysis/model"}},
-    {"analysis/assurance", {"core", "analysis/data"}},
+    {"analysis/assurance", {"core", "acquisition/record", "analysis/data"}},
     {"report/plot", {"core"}},
     {"report", {"core", "analysis/data", "analysis/svm", "analysis/methods", "analysis/model", "report/plot"}},
     {"apps/console", {"core"}},

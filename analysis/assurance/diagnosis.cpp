@@ -8,6 +8,7 @@
 #include <numbers>
 #include <utility>
 
+#include "acquisition/record/run_info.hpp"
 #include "analysis/data/distributions.hpp"
 
 namespace gyrotherm::assurance {
@@ -124,6 +125,12 @@ void add_axis(const Layout& layout, const Group& group, const MatrixXd& differen
   }
 }
 
+/// Returns the covariance of two differences per variance of the readings of `count` independent thermometers.
+double contrast(const CheckResult& a, const CheckResult& b, double count) {
+  const double same = a.thermometer == b.thermometer ? 1 : 0;
+  return (same - 1 / count) * count * count / ((count - 1) * (count - 1));
+}
+
 /// Adds the covariance of the thermometers of a unit: independent readings, each minus the mean of the others. The part
 /// that a thermometer has in common on all plateaus is separated from the part of each plateau.
 void add_thermometers(const Layout& layout, const Group& group, const MatrixXd& differences, MatrixXd& covariance) {
@@ -145,11 +152,24 @@ void add_thermometers(const Layout& layout, const Group& group, const MatrixXd& 
   own = std::max(own * to_reading, stated * stated);
   common *= to_reading;
   for (const Index i : group.members)
-    for (const Index j : group.members) {
-      const double contrast = (at(i).thermometer == at(j).thermometer ? 1 : 0) - 1 / count;
-      const double variance = common + (at(i).plateau == at(j).plateau ? own : 0);
-      covariance(i, j) += variance * contrast * count * count / ((count - 1) * (count - 1));
-    }
+    for (const Index j : group.members)
+      covariance(i, j) += (common + (at(i).plateau == at(j).plateau ? own : 0)) * contrast(at(i), at(j), count);
+}
+
+/// Adds the covariance of the certified drift of all thermometers in a time: independent random walks.
+void add_drift(const Layout& layout, const CheckEntry& check, double years, MatrixXd& covariance) {
+  double squares = 0;
+  for (const CheckedThermometer& one : check.thermometers) squares += one.drift_k_per_year * one.drift_k_per_year;
+  const double variance = years * squares / std::max(1.0, static_cast<double>(check.thermometers.size()));
+  for (const Group& group : layout.groups) {
+    if (group.kind != CheckKind::thermometer) continue;
+    const auto at = [&](Index i) -> const CheckResult& { return layout.rows[static_cast<std::size_t>(i)]; };
+    const double count = 1 + static_cast<double>(std::ranges::count_if(group.members, [&](Index i) {
+                           return at(i).plateau == at(group.members.front()).plateau;
+                         }));
+    for (const Index i : group.members)
+      for (const Index j : group.members) covariance(i, j) += variance * contrast(at(i), at(j), count);
+  }
 }
 
 MatrixXd covariance_of_run(const Layout& layout, const MatrixXd& values) {
@@ -169,7 +189,8 @@ struct Change {
   VectorXd y;
   MatrixXd covariance;
   Eigen::LLT<MatrixXd> root;
-  std::size_t first_after{};  ///< column
+  Eigen::LLT<MatrixXd> root_with_drift;  ///< of the covariance with the drift of the thermometers
+  std::size_t first_after{};             ///< column
 };
 
 Change change_at(const MatrixXd& values, const MatrixXd& covariance, std::size_t first_after) {
@@ -177,6 +198,7 @@ Change change_at(const MatrixXd& values, const MatrixXd& covariance, std::size_t
   Change change{.y = values.rightCols(after).rowwise().mean() - values.leftCols(before).rowwise().mean(),
                 .covariance = covariance * (1 / static_cast<double>(before) + 1 / static_cast<double>(after)),
                 .root = {},
+                .root_with_drift = {},
                 .first_after = first_after};
   change.root.compute(change.covariance);
   return change;
@@ -213,12 +235,12 @@ class Patterns {
     add_thermometer_patterns();
     add_mount();
     add_gyro();
-    all_.push_back({{.cause = Cause::chance}, kChancePrior, MatrixXd(layout.size(), 0)});
+    all_.push_back({{.cause = Cause::false_alarm}, kFalseAlarmPrior, MatrixXd(layout.size(), 0)});
   }
   [[nodiscard]] std::vector<Pattern> take() && { return std::move(all_); }
 
  private:
-  static constexpr double kChancePrior = 0.1, kCausePrior = 0.3;
+  static constexpr double kFalseAlarmPrior = 0.1, kCausePrior = 0.3;
 
   [[nodiscard]] const CheckResult& row(Index i) const { return layout_.rows[static_cast<std::size_t>(i)]; }
   static double span(const CheckResult& of) { return (of.at_c - kReferenceC) / kSpanK; }
@@ -355,24 +377,38 @@ class Patterns {
   std::vector<Pattern> all_;
 };
 
-/// Estimates the amplitudes of a pattern by generalised least squares, and the χ² of the residual.
+/// Generalised least squares estimate of the amplitudes of a pattern.
+struct Estimate {
+  VectorXd amplitudes;
+  MatrixXd covariance;
+  double chi_squared{};  ///< of the residual
+};
+
+Estimate estimate_amplitudes(const MatrixXd& columns, const VectorXd& y, const Eigen::LLT<MatrixXd>& root) {
+  const double whole = y.dot(root.solve(y));
+  if (columns.cols() == 0) return {{}, {}, whole};
+  const MatrixXd weighted = root.solve(columns);
+  const VectorXd projected = weighted.transpose() * y;
+  MatrixXd inverse = (columns.transpose() * weighted).completeOrthogonalDecomposition().pseudoInverse();
+  VectorXd amplitudes = inverse * projected;
+  const double explained = amplitudes.dot(projected);
+  return {std::move(amplitudes), std::move(inverse), std::max(0.0, whole - explained)};
+}
+
+/// Estimates the amount of a pattern, and the χ² of the residual.
 void fit(Pattern& pattern, const Change& change) {
   Hypothesis& of = pattern.of;
-  of.chi_squared = change.y.dot(change.root.solve(change.y));
-  of.degrees = static_cast<double>(change.y.size());
+  of.chi_squared = estimate_amplitudes(pattern.columns, change.y, change.root_with_drift).chi_squared;
+  of.degrees = static_cast<double>(change.y.size() - pattern.columns.cols());
+  of.fits = data::chi_squared_exceeds(of.chi_squared, std::max(1.0, of.degrees));
   of.amount = of.amount_u = std::numeric_limits<double>::quiet_NaN();
-  if (pattern.columns.cols() > 0) {
-    const MatrixXd weighted = change.root.solve(pattern.columns);
-    const MatrixXd inverse = (pattern.columns.transpose() * weighted).completeOrthogonalDecomposition().pseudoInverse();
-    const VectorXd estimate = inverse * (weighted.transpose() * change.y);
-    of.chi_squared -= estimate.dot(weighted.transpose() * change.y);
-    of.degrees -= static_cast<double>(pattern.columns.cols());
-    const bool is_size = of.cause == Cause::mount;
-    of.amount = pattern.unit_amount * (is_size ? estimate.norm() : estimate(0));
-    of.amount_u = pattern.unit_amount *
-                  std::sqrt(is_size ? inverse.trace() / static_cast<double>(estimate.size()) : inverse(0, 0));
-  }
-  of.fits = data::chi_squared_exceeds(std::max(0.0, of.chi_squared), std::max(1.0, of.degrees));
+  if (pattern.columns.cols() == 0) return;
+  const Estimate found = estimate_amplitudes(pattern.columns, change.y, change.root);
+  const bool is_size = of.cause == Cause::mount;
+  const double variance =
+      is_size ? found.covariance.trace() / static_cast<double>(found.amplitudes.size()) : found.covariance(0, 0);
+  of.amount = pattern.unit_amount * (is_size ? found.amplitudes.norm() : found.amplitudes(0));
+  of.amount_u = pattern.unit_amount * std::sqrt(variance);
 }
 
 /// Returns the logarithm of prior × density of y.
@@ -400,6 +436,20 @@ void name_cause(Diagnosis& diagnosis) {
   if (is_probable && best.fits >= kFits) diagnosis.named = best.cause;
 }
 
+/// Returns the mean time between the runs before the change and since, in years.
+double years_between(const History& history, const ComparedRuns& compared, std::size_t first_after) {
+  constexpr double kDaysPerYear = 365.25;
+  const auto mean_day = [&](std::size_t from, std::size_t to) {
+    double sum = 0;
+    for (std::size_t i = from; i < to; ++i) {
+      const auto day = record::parse_day(history.checks[compared.runs[i]].started_utc.substr(0, 10));
+      sum += day ? static_cast<double>(day->time_since_epoch().count()) : 0;
+    }
+    return sum / static_cast<double>(to - from);
+  };
+  return std::abs(mean_day(first_after, compared.runs.size()) - mean_day(0, first_after)) / kDaysPerYear;
+}
+
 bool has_equal_patterns(const CheckEntry& check) {
   const auto is_turned = [](const CheckResult& result) { return result.turned; };
   return check.axes.size() == 1 && std::ranges::none_of(check.results, is_turned);
@@ -408,14 +458,17 @@ bool has_equal_patterns(const CheckEntry& check) {
 }  // namespace
 
 const char* name(Cause cause) {
-  return enumerator_text<Cause::chance>({"thermometer", "mount", "gyro", "chance"}, cause);
+  return enumerator_text<Cause::false_alarm>({"thermometer", "mount", "gyro", "false_alarm"}, cause);
 }
 
 std::optional<Diagnosis> diagnose(const History& history, const Assessment& assessment) {
   const Layout layout(assessment);
   const ComparedRuns compared = collect(assessment, layout);
   if (compared.runs.size() <= kFewestBefore) return {};
-  const Change change = find_change(compared.values, covariance_of_run(layout, compared.values));
+  Change change = find_change(compared.values, covariance_of_run(layout, compared.values));
+  MatrixXd with_drift = change.covariance;
+  add_drift(layout, history.checks.back(), years_between(history, compared, change.first_after), with_drift);
+  change.root_with_drift.compute(with_drift);
   auto patterns = Patterns(history, layout).take();
   for (Pattern& pattern : patterns) fit(pattern, change);
   compute_posteriors(patterns, change);

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Cause of a change between check runs: a thermometer, the mount, the golden gyro, or chance. Each hypothesis predicts
-/// a pattern of changes; the changes of all results are compared with the patterns at once.
+/// Cause of a change between check runs: a thermometer, the mount, the golden gyro, or none: a false alarm. Each
+/// hypothesis predicts a pattern of changes; the changes of all results are compared with the patterns at once.
 ///
 /// y is the difference between the mean results since the change and before it, with the covariance C. A hypothesis has
 /// patterns S with amplitudes of the covariance A, so that y ~ N(0, C + S A Sᵀ). Its posterior probability follows from
 /// this density and its prior; its fit from the χ² of the residual y − S â of the generalised least squares estimate â.
+/// For the fit, C also contains the certified drift of the thermometers in the time between: thermometers may drift
+/// while the mount is tilted.
 #pragma once
 
 #include <cstddef>
@@ -16,7 +18,7 @@
 
 namespace gyrotherm::assurance {
 
-enum class Cause { thermometer, mount, gyro, chance };
+enum class Cause { thermometer, mount, gyro, false_alarm };
 [[nodiscard]] const char* name(Cause cause);
 
 /// Posterior probability from which a cause is named, and probability of its χ² below which it is not.
@@ -31,7 +33,7 @@ struct Hypothesis {
   double degrees{};
   double fits{};  ///< probability of a χ² at least as large
   /// Estimate of the first amplitude with its standard uncertainty: K for a thermometer, ° of tilt for the mount, °/h
-  /// for the gyro. Unknown for chance. The tilt of a mount is its size within the plane that the axes can see.
+  /// for the gyro. Unknown for a false alarm. The tilt of a mount is its size within the plane that the axes can see.
   double amount{}, amount_u{};
   std::string unit{};
 };

@@ -45,7 +45,8 @@ struct CheckedAxis {
 
 struct CheckedThermometer {
   std::string name{};
-  double u_k{};  ///< standard uncertainty of the certificate with the drift of a year; 0: unknown
+  double u_k{};               ///< standard uncertainty of the certificate with the drift of a year; 0: unknown
+  double drift_k_per_year{};  ///< standard uncertainty of the drift after one year; 0: unknown
 };
 
 struct CheckEntry {
@@ -69,7 +70,7 @@ struct Explanation {
   /// The cause was removed or accepted: later runs have a level of their own.
   bool new_level{};
 };
-inline constexpr std::array<std::string_view, 5> kCauses{"thermometer", "mount", "gyro", "chance", "other"};
+inline constexpr std::array<std::string_view, 5> kCauses{"thermometer", "mount", "gyro", "false_alarm", "other"};
 
 struct History {
   HistoryHead head;
@@ -146,6 +147,7 @@ void describe(auto& form, Like<CheckedAxis> auto& axis) {
 void describe(auto& form, Like<CheckedThermometer> auto& thermometer) {
   form("name", thermometer.name);
   form("u_k", not_negative(thermometer.u_k));
+  form("drift_k_per_year", not_negative(thermometer.drift_k_per_year));
 }
 
 void describe(auto& form, Like<CheckEntry> auto& check) {

@@ -112,6 +112,8 @@ class Documents(unittest.TestCase):
                     words.append(below[1])
                 if called[2] == "site" and (below := re.match(r" ([a-z-]+)", called[3])):
                     words.append(below[1])
+                if called[2] == "standard" and called[3].startswith(" explain"):
+                    words.append("explain")
                 if called[2] == "report" and (below := re.match(r" (sign|verify|compare|authorise)\b", called[3])):
                     words.append(below[1])
                 known = set(_OPTION.findall(read_help(called[1], *words)))

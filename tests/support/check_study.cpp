@@ -87,7 +87,7 @@ class RunMaker {
       : options_(options), change_(change), share_(share), random_(random), plateaus_(plateaus_of(options.golden)) {}
 
   [[nodiscard]] CheckEntry make(int run) && {
-    constexpr double kThermometerU = 0.0539, kTurnOn = 0.001;  // as in virtual.toml
+    constexpr double kThermometerU = 0.0539, kDrift = 0.05, kTurnOn = 0.001;  // as in virtual.toml
     check_.run_id = fmt::format("{:032x}", run + 1);
     check_.started_utc = fmt::format("2026-{:02}-{:02}T08:00:00Z", run / 28 + 1, run % 28 + 1);
     const auto axes = axes_of(options_.golden);
@@ -101,7 +101,8 @@ class RunMaker {
     }
     for (const StudyAxis& axis : axes) add_thermometers(axis.name, axis.name == axes.front().name);
     for (const StudyAxis& axis : axes)
-      for (const char* name : kThermometerNames) check_.thermometers.push_back({axis.name + "." + name, kThermometerU});
+      for (const char* name : kThermometerNames)
+        check_.thermometers.push_back({axis.name + "." + name, kThermometerU, kDrift});
     return std::move(check_);
   }
 
@@ -221,7 +222,7 @@ void follow_history(const StudyOptions& options, const assurance::HistoryLimits&
       return;
     }
     ++result.false_alarms;
-    history.explanations.push_back({.run_ids = {history.checks[*open].run_id}, .cause = "chance", .by = "study"});
+    history.explanations.push_back({.run_ids = {history.checks[*open].run_id}, .cause = "false_alarm", .by = "study"});
   }
 }
 

@@ -50,8 +50,8 @@ struct StudyResult {
   int detected{}, right{}, wrong{}, not_told{};  ///< of the detected changes
 };
 
-/// Simulates the histories. A false alarm is explained as chance at once. A change is diagnosed in the run of its alarm
-/// and, until a cause is named, in the next runs.
+/// Simulates the histories. A false alarm is explained as a false alarm at once. A change is diagnosed in the run of
+/// its alarm and, until a cause is named, in the next runs.
 [[nodiscard]] StudyResult simulate_histories(const StudyOptions& options);
 
 /// Makes one history without explanations. `from` is the first run with the change.

@@ -99,8 +99,8 @@ void add_explain(Program& program, CLI::App& standard) {
       program, standard, "explain", "Explains all check runs that are out of control, so that reports can be issued.",
       "gyrotherm standard explain lab.toml --cause thermometer --part B --by \"A. Metrologist\"", explain);
   command.add_option("rig", options.rig, "the rig")->type_name(value::kRig)->required();
-  command.add_option("--cause", options.explanation.cause, "thermometer, mount, gyro, chance or other")
-      ->check(CLI::IsMember({"thermometer", "mount", "gyro", "chance", "other"}))
+  command.add_option("--cause", options.explanation.cause, "thermometer, mount, gyro, false_alarm or other")
+      ->check(CLI::IsMember({"thermometer", "mount", "gyro", "false_alarm", "other"}))
       ->required();
   command.add_option("--by", options.explanation.by, "the person who explains")->type_name("NAME")->required();
   command.add_option("--part", options.explanation.part, "the part, such as the thermometer")->type_name("NAME");

@@ -62,7 +62,8 @@ Result<std::vector<data::Dataset>> load_golden_axes(const CheckRecord& record, c
 assurance::CheckedThermometer describe_thermometer(const data::Dataset& run, std::size_t index) {
   const auto& known = run.thermometer_uncertainty[index];
   const auto value = [](const std::optional<Kelvins>& u) { return u ? u->value : 0; };
-  return {run.thermometers[index], std::hypot(value(known.calibration), value(known.drift_in_a_year))};
+  return {run.thermometers[index], std::hypot(value(known.calibration), value(known.drift_in_a_year)),
+          value(known.drift_in_a_year)};
 }
 
 void add_instruments(assurance::CheckEntry& check, const std::vector<data::Dataset>& axes) {

@@ -75,7 +75,7 @@ constexpr CheckTranslation kCheckTranslations[] = {
   {"cause.thermometer", "thermometer", "Thermometer"},
   {"cause.mount", "mount", "Aufnahme"},
   {"cause.gyro", "golden gyro", "Prüfnormal (Kreisel)"},
-  {"cause.chance", "chance", "Zufall"},
+  {"cause.false_alarm", "false alarm", "Fehlalarm"},
   {"cause.other", "other", "andere"},
   {"part.constant", "constant", "konstant"},
   {"part.with temperature", "with temperature", "mit der Temperatur"},

@@ -123,6 +123,24 @@ TEST(Diagnosis, NamesNoSingleCauseForTwoCauses) {
   EXPECT_LT(diagnosis.hypotheses.front().fits, kFits);
 }
 
+TEST(Diagnosis, NamesMountWhileThermometersDriftAsCertified) {
+  // Half a year lies between the runs, in which the thermometers drift by 0.03 K; 0.05 K in a year are certified.
+  History history = quiet_history(GoldenGyro::turned);
+  for (std::size_t r = 20; r < history.checks.size(); ++r) {
+    CheckEntry& check = history.checks[r];
+    check.started_utc.replace(5, 2, "09");
+    for (CheckResult& result : check.results) {
+      if (result.kind == CheckKind::bias) result.value += result.turned ? -0.02 : 0.02;
+      if (result.thermometer == "gyro.A" || result.thermometer == "gyro.B") result.value += 0.03;
+      if (result.thermometer == "gyro.E" || result.thermometer == "gyro.F") result.value -= 0.03;
+    }
+  }
+  EXPECT_EQ(diagnose_all(history).named, Cause::mount);
+  for (CheckEntry& check : history.checks)
+    for (CheckedThermometer& thermometer : check.thermometers) thermometer.drift_k_per_year = 0;
+  EXPECT_FALSE(diagnose_all(history).named) << "the drift is not certified";
+}
+
 TEST(Diagnosis, IsMissingForTooFewRuns) {
   History history = quiet_history(GoldenGyro::single);
   history.checks.resize(4);

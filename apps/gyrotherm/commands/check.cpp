@@ -14,6 +14,7 @@
 #include "core/file.hpp"
 #include "core/json.hpp"
 #include "drivers/chamber/register_map.hpp"
+#include "sequencer/prove/make_safe_proof.hpp"
 #include "sequencer/profile/profile.hpp"
 #include "sequencer/profile/released_blocks.hpp"
 #include "sequencer/rig/rig.hpp"
@@ -193,8 +194,23 @@ std::string room_lines(const rig::RigFile& rig) {
   return cold.empty() ? lines : lines + fmt::format("    WARNING: {}\n", cold);
 }
 
+/// Describes the proof tests: what is due, and the second way to switch the chamber off.
+std::string proof_lines(const rig::RigFile& rig) {
+  std::string lines;
+  if (rig.safe_also)
+    lines += fmt::format("    if it cannot be made safe: {}\n", describe(*rig.safe_also));
+  for (const auto& line : list_due_proofs(rig)) lines += fmt::format("    WARNING: {}\n", line);
+  return lines;
+}
+
+/// Returns the position of the relay as a warning; empty if it is closed.
+std::string relay_line(const rig::RigFile& rig) {
+  const auto why = rig.simulated ? "" : prove::relay_objection(rig);
+  return why.empty() ? "" : fmt::format("  WARNING: {}\n", why);
+}
+
 std::string rig_lines(const rig::RigFile& rig) {
-  return fmt::format("{}: {}{}\n", rig.file, rig.simulated ? "SIMULATED, " : "", rig.title) + chamber_line(rig) +
+  return fmt::format("{}: {}{}\n", rig.file, rig.simulated ? "SIMULATED, " : "", rig.title) + chamber_line(rig) + proof_lines(rig) +
          thermometer_lines(rig) + (is_one_axis(rig) ? gyro_line(rig) : lot_lines(rig)) + bias_zero_line(rig) +
          analogue_lines(rig) + supply_lines(rig) + room_lines(rig) + unstable_lines(rig);
 }
@@ -263,6 +279,8 @@ Json rig_json(const rig::RigFile& rig) {
           {"fastest_cooling_c_per_min", limits.fastest_cooling.value},
           {"safe_set_point_c", rig.safe_set_point.value},
           {"limiter", rig.limiter ? describe(*rig.limiter) : ""},
+          {"relay", rig.safe_also ? describe(*rig.safe_also) : ""},
+          {"proof_tests", list_due_proofs(rig)},
           {"humidity", records_humidity(rig)},
           {"dew_point", records_dew_point(rig)},
           {"door_from_c", rig.limits.room ? Json(rig.limits.room->warm_from().value) : Json()},
@@ -358,6 +376,7 @@ Result<rig::RigFile> check_rig(const CheckArguments& options, Findings& found) {
   if (!rig->simulated)
     if (const auto holder = drivers::ChamberLock::holder(run::chamber_lock_name(*rig)))
       return failure(FaultKind::refused, rig->file, "the chamber is in use: " + holder->words);
+  found.words += relay_line(*rig);
   const auto answers = query_instruments(*rig, options.seed, found.controller);
   if (!answers) return failure(answers.error());
   for (const auto& answer : answers->all) found.words += "  " + answer + "\n";

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "apps/console/command.hpp"
+#include "apps/gyrotherm/prove/proof_page.hpp"
 #include "apps/gyrotherm/report/calibration_folder.hpp"
 #include "core/clock.hpp"
 #include "core/text.hpp"
@@ -66,6 +67,11 @@ struct SigningArguments {
 };
 
 Result<Exit> sign_folder(Console& console, const SigningArguments& options) {
+  if (is_proof_folder(options.folder)) {
+    if (auto done = sign_proof(options.folder, options.key); !done) return failure(done.error());
+    console.print_message(options.folder + ": signed the protocol of proof tests");
+    return Exit::done;
+  }
   const auto names = report::sign_report(options.folder, options.key, render_calibration);
   if (!names) return failure(names.error());
   console.print_message(fmt::format("{}: signed {}", options.folder, fmt::join(*names, ", ")));
@@ -136,7 +142,9 @@ void add_report_sign(Program& program, CLI::App& report) {
       add_subcommand(program, report, "sign",
                      "Signs an authorised report: its PDF, and the certificate dcc.xml that covers all its files.",
                      "gyrotherm report sign out/report --key lab.key --certificate lab.pem", sign_folder);
-  command.add_option("dir", options.folder, "the folder with calibration.json")->type_name(value::kFolder)->required();
+  command.add_option("dir", options.folder, "the folder with calibration.json, or with proof.json")
+      ->type_name(value::kFolder)
+      ->required();
   command.add_option("--key", options.key.key_file, "the laboratory's private key, RSA, PEM")
       ->type_name(value::kPem)
       ->required();

@@ -8,6 +8,7 @@
 #include "acquisition/record/record.hpp"
 #include "acquisition/record/record_files.hpp"
 #include "apps/console/command.hpp"
+#include "apps/gyrotherm/prove/proof_page.hpp"
 #include "apps/gyrotherm/qualify/axis_experiment.hpp"
 #include "core/file.hpp"
 #include "core/json.hpp"
@@ -138,6 +139,12 @@ std::string checks_text(const report::VerifiedReport& found) {
 Result<Exit> verify_signed(Console& console, const SignedReportArguments& options) {
   report::Trust trust = options.trust;
   if (!options.on_day.empty()) trust.on_day = options.on_day;
+  if (is_proof_folder(options.folder)) {
+    const auto signer = verify_proof(options.folder, trust);
+    if (!signer) return failure(signer.error());
+    console.print(fmt::format("holds      {}: signed by {}\n", options.folder, signer->subject));
+    return Exit::done;
+  }
   auto found = report::verify_report(options.folder, trust);
   if (!found) return failure(found.error());
   if (found->report)

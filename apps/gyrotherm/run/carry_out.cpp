@@ -28,6 +28,7 @@
 #include "core/file.hpp"
 #include "core/process.hpp"
 #include "core/shipped.hpp"
+#include "sequencer/prove/make_safe_proof.hpp"
 #include "sequencer/rig/rig.hpp"
 #include "sequencer/rig/unit_serials.hpp"
 #include "sequencer/run/chamber_ownership.hpp"
@@ -474,6 +475,7 @@ Result<void> start_run(Console& console, const profile::Profile& profile, const 
                        const std::string& path, const StartOptions& options) {
   if (auto may = check_may_start(file, path, options); !may) return may;
   if (auto may = check_goal(profile, options.goal, options.upload); !may) return may;
+  if (auto may = check_protection(file); !may) return may;
   if (!file.simulated) console.never_wait();
   auto releases = check_releases(profile, file);
   if (!releases) return failure(releases.error());
@@ -511,6 +513,8 @@ Result<void> resume_run(Console& console, const std::string& path, const ResumeO
   auto run = find_interrupted(console, path, options);
   if (!run) return failure(run.error());
   run::RunContinuation& on = run->on;
+  if (const auto why = on.rig.simulated ? "" : prove::relay_objection(on.rig); !why.empty())
+    return failure(FaultKind::refused, path, why);
   if (!on.rig.simulated) console.never_wait();
   auto opening = prepare_opening(console, on.rig, path, on.start, false);
   if (!opening) return failure(opening.error());

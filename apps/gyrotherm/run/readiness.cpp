@@ -12,6 +12,8 @@
 #include "acquisition/record/run_info.hpp"
 #include "core/clock.hpp"
 #include "drivers/line/byte_streams.hpp"
+#include "sequencer/prove/make_safe_proof.hpp"
+#include "sequencer/prove/proof.hpp"
 #include "simulator/laboratory_parameters.hpp"
 
 namespace gyrotherm::app {
@@ -30,6 +32,14 @@ Finding check_limiter(const rig::RigFile& rig) {
     return {"limiter", FindingState::warning, "the rig file does not contain the settings of the chamber's own limiter",
             "add [chamber.limiter]; the limiter is the safety function, this program is not"};
   return {"limiter", FindingState::ok, describe(*rig.limiter) + "; verify these settings on the chamber", ""};
+}
+
+Finding check_proofs(const rig::RigFile& rig, Duration utc) {
+  const auto state = judge_proofs(rig, prove::find_proofs(rig), utc);
+  const auto words = fmt::format("{}", fmt::join(state.lines, "; "));
+  if (state.is_valid) return {"proof tests", FindingState::ok, words.empty() ? "passed" : "passed; " + words, ""};
+  return {"proof tests", rig.proof.refuses_runs ? FindingState::fault : FindingState::warning, words,
+          fmt::format("gyrotherm prove {}", rig.file)};
 }
 
 Finding rename_finding(Finding finding, const char* what) {
@@ -69,6 +79,24 @@ std::vector<std::string> list_overdue(const rig::RigFile& rig) {
   return overdue_calibrations(list_channels(rig), rig.simulated ? kVirtualEpoch : SteadyClock().now().utc);
 }
 
+std::vector<std::string> list_due_proofs(const rig::RigFile& rig) {
+  const auto proofs = prove::find_proofs(rig);
+  if (!rig.proof.every && proofs.empty()) return {};
+  return judge_proofs(rig, proofs, SteadyClock().now().utc).lines;
+}
+
+Result<void> check_protection(const rig::RigFile& rig) {
+  if (rig.simulated) return {};
+  if (const auto why = prove::relay_objection(rig); !why.empty())
+    return failure(FaultKind::refused, rig.file, why);
+  if (!rig.proof.refuses_runs) return {};
+  const auto state = judge_proofs(rig, prove::find_proofs(rig), SteadyClock().now().utc);
+  if (state.is_valid) return {};
+  return failure(FaultKind::refused, rig.file,
+                 fmt::format("[policy] proof = \"refuse\": {}; \"gyrotherm prove {}\"", fmt::join(state.lines, "; "),
+                             rig.file));
+}
+
 Finding check_bias_zero(const rig::RigFile& rig) {
   std::vector<std::string> unknown;
   std::size_t axes = 0;
@@ -86,6 +114,7 @@ Finding check_bias_zero(const rig::RigFile& rig) {
 std::vector<Finding> check_readiness(const rig::RigFile& rig, const std::string& record, Duration utc) {
   std::vector<Finding> findings{check_bias_zero(rig), check_calibrations(rig, utc)};
   if (!rig.simulated) findings.push_back(check_limiter(rig));
+  if (!rig.simulated && rig.proof.every) findings.push_back(check_proofs(rig, utc));
   const auto parent = std::filesystem::path(record).parent_path().string();
   for (auto& finding : check_disk(parent.empty() ? "." : parent))
     if (finding.what == "disk") findings.push_back(rename_finding(std::move(finding), "disk"));

@@ -35,6 +35,13 @@ struct ConnectedInstrument {
 /// Returns a sentence for each calibration that is overdue on the day on which the rig would run.
 [[nodiscard]] std::vector<std::string> list_overdue(const rig::RigFile& rig);
 
+/// Returns a sentence for each proof test that is due or failed, and about the newest protocol.
+[[nodiscard]] std::vector<std::string> list_due_proofs(const rig::RigFile& rig);
+
+/// Refuses a run if its rig file requires valid proof tests ([policy] proof) and one is due or failed, or if the relay of
+/// [safe.also] is not closed. Fails with refused.
+[[nodiscard]] Result<void> check_protection(const rig::RigFile& rig);
+
 /// Reports the source of the bias reference. Warns if the Earth rate of an axis is unknown; the bias reference of that
 /// axis is then the mean of the first hold.
 [[nodiscard]] Finding check_bias_zero(const rig::RigFile& rig);

@@ -1,0 +1,201 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/gyrotherm/prove/proof_page.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <filesystem>
+
+#include "core/file.hpp"
+#include "core/sha256.hpp"
+#include "report/html_page.hpp"
+#include "report/plot/svg.hpp"
+
+namespace gyrotherm::app {
+namespace {
+
+using prove::Proof;
+using prove::ProofResult;
+using report::Language;
+using plot::escaped;
+
+/// Texts of the page, English and German.
+struct PageTexts {
+  const char *kind, *heading, *rig, *chamber, *person, *time, *program, *verdict, *previous, *none, *digest, *signature,
+      *is_unsigned, *results, *test, *cause, *limit, *seconds, *reading, *value, *restored, *as_found, *not_as_found,
+      *item, *before, *after;
+};
+constexpr std::array<PageTexts, 2> kPageTexts{{
+    {"Protocol of proof tests", "Proof tests of {}", "Rig", "Chamber", "Operator", "Time", "Program", "Result",
+     "Previous protocol", "none", "SHA-256 of proof.json", "Signature", "UNSIGNED", "Tests", "Test", "Cause", "Limit",
+     "Time / s", "Reading", "Value", "Registers of the chamber", "The chamber was left as it was found.",
+     "The chamber was NOT left as it was found: {}", "Register", "Before", "After"},
+    {"Protokoll der Wiederholungsprüfungen", "Wiederholungsprüfungen von {}", "Prüfstand", "Klimakammer", "Prüfer",
+     "Zeit", "Programm", "Ergebnis", "Vorheriges Protokoll", "keines", "SHA-256 von proof.json", "Signatur",
+     "NICHT SIGNIERT", "Prüfungen", "Prüfung", "Ursache", "Grenze", "Zeit / s", "Beobachtung", "Wert",
+     "Register der Klimakammer", "Die Kammer wurde so verlassen, wie sie vorgefunden wurde.",
+     "Die Kammer wurde NICHT so verlassen, wie sie vorgefunden wurde: {}", "Register", "Vorher", "Nachher"},
+}};
+
+const PageTexts& page_texts(Language language) { return kPageTexts[language == Language::german ? 1 : 0]; }
+
+const char* verdict_text(prove::ProofVerdict verdict, Language language) {
+  if (language == Language::english) return name(verdict);
+  switch (verdict) {
+    case prove::ProofVerdict::passed: return "bestanden";
+    case prove::ProofVerdict::failed: return "NICHT bestanden";
+    case prove::ProofVerdict::not_tested: return "nicht geprüft";
+    case prove::ProofVerdict::interrupted: return "abgebrochen";
+  }
+  return "";
+}
+
+std::string page_file(Language language) { return fmt::format("proof.{}.html", code(language)); }
+
+std::string identity_html(const Proof& proof, const std::string& sha256, const std::string& signer, Language language) {
+  const auto& t = page_texts(language);
+  std::string html = "<dl class=\"identity\">\n";
+  const auto add = [&](const char* what, const std::string& value) {
+    html += fmt::format("<dt>{}</dt><dd>{}</dd>\n", what, escaped(value));
+  };
+  add(t.verdict, verdict_text(overall_verdict(proof), language));
+  add(t.rig, fmt::format("{}, {} ({}, SHA-256 {})", proof.rig, proof.title, proof.rig_file, proof.rig_sha256));
+  if (!proof.chamber.empty()) add(t.chamber, proof.chamber);
+  add(t.person, proof.operator_name);
+  add(t.time, fmt::format("{} – {}", proof.began, proof.ended));
+  add(t.program, "gyrotherm " + proof.version);
+  add(t.previous, proof.previous.empty() ? t.none : fmt::format("{} (SHA-256 {})", proof.previous, proof.previous_sha256));
+  add(t.digest, sha256);
+  add(t.signature, signer.empty() ? t.is_unsigned : signer);
+  return html + "</dl>\n";
+}
+
+std::string result_html(const ProofResult& result, Language language) {
+  const auto& t = page_texts(language);
+  auto html = fmt::format("<h2>{} – {}</h2>\n<p>{}, {:.1f} s</p>\n", name(result.test),
+                          verdict_text(result.verdict, language), escaped(result.began), result.duration_s);
+  if (!result.cause.empty())
+    html += fmt::format("<p class=\"caution\">{}: {}</p>\n", t.cause, escaped(result.cause));
+  report::HtmlTable limits{.header = {t.limit, t.value}, .text_columns = 2};
+  for (const auto& limit : result.limits) limits.rows.push_back({escaped(limit.what), escaped(limit.limit)});
+  report::HtmlTable readings{.header = {t.reading, t.value, t.seconds}, .text_columns = 2};
+  for (const auto& one : result.readings)
+    readings.rows.push_back({escaped(one.what), escaped(one.value), fmt::format("{:.1f}", one.at_s)});
+  if (!limits.rows.empty()) html += to_html(limits);
+  if (!readings.rows.empty()) html += to_html(readings);
+  return html;
+}
+
+std::string registers_html(const Proof& proof, Language language) {
+  if (proof.registers.empty() && proof.is_as_found) return "";
+  const auto& t = page_texts(language);
+  auto html = fmt::format("<h2>{}</h2>\n<p>{}</p>\n", t.restored,
+                          proof.is_as_found
+                              ? std::string(t.as_found)
+                              : fmt::format(fmt::runtime(t.not_as_found), escaped(proof.restoration)));
+  report::HtmlTable table{.header = {t.item, t.before, t.after}, .text_columns = 3};
+  for (const auto& one : proof.registers)
+    table.rows.push_back({escaped(one.item), escaped(one.before), escaped(one.after)});
+  return table.rows.empty() ? html : html + to_html(table);
+}
+
+struct FolderProof {
+  Proof proof;
+  std::string text, sha256;
+};
+
+Result<FolderProof> read_folder(const std::string& folder) {
+  const auto path = folder + "/" + prove::kProofFile;
+  const auto text = read_text_file(path);
+  if (!text) return failure(text.error());
+  auto proof = prove::parse_proof(*text, path);
+  if (!proof) return failure(proof.error());
+  return FolderProof{std::move(*proof), *text, sha256(*text)};
+}
+
+constexpr auto kPageLanguages = {Language::english, Language::german};
+
+Result<void> write_pages(const std::string& folder, const FolderProof& filed, const std::string& signer) {
+  for (const auto language : kPageLanguages)
+    if (auto written = replace_text_file(folder + "/" + page_file(language),
+                                         proof_page(filed.proof, filed.sha256, signer, language));
+        !written)
+      return written;
+  return {};
+}
+
+/// Fails unless the pages are those that this program renders.
+Result<void> compare_pages(const std::string& folder, const FolderProof& filed, const std::string& signer) {
+  for (const auto language : kPageLanguages) {
+    const auto path = folder + "/" + page_file(language);
+    const auto page = read_text_file(path);
+    if (!page) return failure(page.error());
+    if (*page != proof_page(filed.proof, filed.sha256, signer, language))
+      return failure(FaultKind::bad_file, path, "is not the page of proof.json");
+  }
+  return {};
+}
+
+}  // namespace
+
+std::string proof_page(const Proof& proof, const std::string& sha256, const std::string& signer, Language language) {
+  const auto& t = page_texts(language);
+  auto body = identity_html(proof, sha256, signer, language);
+  report::HtmlTable overview{.header = {t.test, t.verdict, t.cause}, .text_columns = 3};
+  for (const auto& result : proof.results)
+    overview.rows.push_back({name(result.test), verdict_text(result.verdict, language), escaped(result.cause)});
+  body += fmt::format("<h2>{}</h2>\n", t.results) + to_html(overview);
+  for (const auto& result : proof.results) body += result_html(result, language);
+  body += registers_html(proof, language);
+  const auto heading = fmt::format(fmt::runtime(t.heading), proof.title);
+  return to_html(report::HtmlPage{.title = heading,
+                                  .kind = fmt::format("{}{}{}", t.kind, signer.empty() ? " – " : "",
+                                                      signer.empty() ? t.is_unsigned : ""),
+                                  .heading = heading,
+                                  .subtitle = proof.began,
+                                  .simulated = false,
+                                  .body = body,
+                                  .footer = fmt::format("{}; {}", prove::kProofSchema, sha256)});
+}
+
+Result<void> write_proof(const std::string& folder, const Proof& proof) {
+  const auto text = to_json(proof);
+  if (auto written = replace_text_file(folder + "/" + prove::kProofFile, text); !written) return written;
+  return write_pages(folder, {proof, text, sha256(text)}, "");
+}
+
+bool is_proof_folder(const std::string& folder) {
+  std::error_code error;
+  return std::filesystem::exists(folder + "/" + prove::kProofFile, error) &&
+         !std::filesystem::exists(folder + "/calibration.json", error);
+}
+
+Result<void> sign_proof(const std::string& folder, const report::SigningKey& key) {
+  const auto filed = read_folder(folder);
+  if (!filed) return failure(filed.error());
+  const auto path = folder + "/" + prove::kProofSignatureFile;
+  if (std::error_code error; std::filesystem::exists(path, error))
+    return failure(FaultKind::usage, path, "the protocol is signed already");
+  if (auto same = compare_pages(folder, *filed, ""); !same) return same;
+  const auto signature = report::sign_bytes(filed->text, key);
+  if (!signature) return failure(signature.error());
+  const auto signer = report::verify_bytes(filed->text, *signature, path, {.certificates_file = key.certificate_file});
+  if (!signer) return failure(signer.error());
+  if (auto written = write_pages(folder, *filed, signer->subject); !written) return written;
+  return replace_text_file(path, *signature);
+}
+
+Result<report::Signer> verify_proof(const std::string& folder, const report::Trust& trust) {
+  const auto filed = read_folder(folder);
+  if (!filed) return failure(filed.error());
+  const auto path = folder + "/" + prove::kProofSignatureFile;
+  const auto signature = read_text_file_if_any(path, kLargestText, Links::followed);
+  if (!signature) return failure(signature.error());
+  if (!*signature) return failure(FaultKind::bad_file, path, "the protocol is UNSIGNED");
+  auto signer = report::verify_bytes(filed->text, **signature, folder + "/" + prove::kProofFile, trust);
+  if (!signer) return signer;
+  if (auto same = compare_pages(folder, *filed, signer->subject); !same) return failure(same.error());
+  return signer;
+}
+
+}  // namespace gyrotherm::app

@@ -77,9 +77,18 @@ RIG = {
         "check_power_limits": [], "check_order": [], "read_supply:one": [], "add_measured_value": [],
         "read_number_if_any": [], "read_level_if_any": [], "read_required_level": [],
     },
+    "sequencer/rig/proof_settings.cpp": {
+        "read_proof_settings:root": [""], "read_proof_settings": ["prove"], "read_proof_settings:policy": ["policy"],
+        "read_days": [], "read_span": [], "read_limit": [],
+    },
+    "drivers/supply/safety_relay.cpp": {
+        "read_relay_settings": ["safe.also"], "read_modbus_relay": ["safe.also"], "read_text_relay": ["safe.also"],
+    },
     "drivers/line/link_settings.cpp": {
-        "read_link_settings": ["chamber.link", "analogue_input.link"],
-        "read_line_settings": ["chamber.link", "analogue_input.link", "thermometer.link", "supply.link"],
+        "read_link_settings": ["chamber.link", "analogue_input.link", "safe.also.link"],
+        "read_line_settings": [
+            "chamber.link", "analogue_input.link", "thermometer.link", "supply.link", "safe.also.link",
+        ],
     },
     "sequencer/interlocks/limits.cpp": {
         "read_limits:root": [""], "read_limits": ["limits"], "read_times": ["limits"],

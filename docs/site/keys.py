@@ -180,7 +180,7 @@ _KINDS = {
     "read_each_thermometer": "a number, or one for each thermometer",
     "read_each_or_none": "a number, or one for each thermometer", "day": "a day", "read_rig_name": "a text",
     "read_text_line": "a text", "read_required_level": "a number above 0", "read_level_if_any": "a number above 0",
-    "read_number_if_any": "a number",
+    "read_number_if_any": "a number", "read_days": "a time", "read_span": "an amount in K", "read_limit": "a time",
     "read_texts": "a list of texts", "table texts": "a text, or one for each of `en` and `de`",
     "table numbers": "a list of numbers",
     "has": None, "note_error": None, "location": None, "is_list": None, "is_table": None, "append": None, "bounded": None, "check": None,
@@ -200,6 +200,7 @@ _CONDITIONALLY_REQUIRED = {
     "[gyro]": {"line", "latitude", "shares_line_with"}, "[gyro.axis]": {"latitude"},
     "virtual": {"thermal", "network"}, "virtual.spread": {"capacity", "film"}, "[virtual.unit.axis]": {"name"},
     "notify.mail": {"password_file"},
+    "safe.also": {"coil", "register", "tell_open", "tell_close", "ask", "is_open", "is_closed"},
 }  # fmt: skip
 # Table → keys that a later check requires.
 _REQUIRED_LATER = {

@@ -90,9 +90,11 @@ class TextRelay final : public SafetyRelay {
 };
 
 void read_modbus_relay(const TomlTable& table, RelaySettings& settings) {
-  const char* key = settings.kind == RelayKind::coil ? "coil" : "register";
   const std::int64_t most = settings.kind == RelayKind::coil ? 1 : 0xFFFF;
-  settings.address = whole<std::uint16_t>(table, key, 0, 0xFFFF);
+  if (settings.kind == RelayKind::coil)
+    settings.address = whole<std::uint16_t>(table, "coil", 0, 0xFFFF);
+  else
+    settings.address = whole<std::uint16_t>(table, "register", 0, 0xFFFF);
   settings.open_value = whole<std::uint16_t>(table, "open", 0, most, 0);
   settings.closed_value = whole<std::uint16_t>(table, "closed", 0, most, 1);
   if (settings.open_value == settings.closed_value)

@@ -10,10 +10,10 @@ namespace gyrotherm::simulator {
 enum class LimiterFault {
   none,
   never_trips,
-  trips_late,       ///< kLateTripK above its setting
-  resets_itself,    ///< without a person, once the air is below its setting
-  trips_early,      ///< kLateTripK below its setting
-  shows_no_alarm,   ///< it trips, and the controller does not report it
+  trips_late,      ///< kLateTripK above its setting
+  resets_itself,   ///< without a person, once the air is below its setting
+  trips_early,     ///< kLateTripK below its setting
+  shows_no_alarm,  ///< it trips, and the controller does not report it
 };
 inline constexpr double kLateTripK = 5;
 
@@ -27,8 +27,9 @@ class ChamberLimiter {
 
   /// Advances by one second with the air at this temperature.
   void step(double air_c) {
-    const double off_k = fault_ == LimiterFault::trips_late ? kLateTripK
-                         : fault_ == LimiterFault::trips_early ? -kLateTripK : 0;
+    const double off_k = fault_ == LimiterFault::trips_late    ? kLateTripK
+                         : fault_ == LimiterFault::trips_early ? -kLateTripK
+                                                               : 0;
     if (air_c > highest_c_ + off_k && fault_ != LimiterFault::never_trips) is_tripped_ = true;
     if (fault_ == LimiterFault::resets_itself && air_c < highest_c_) is_tripped_ = false;
   }

@@ -53,8 +53,8 @@ tl::expected<void, ModbusException> VirtualRelay::read(drivers::ReadFunction fun
 
 tl::expected<void, ModbusException> VirtualRelay::write(drivers::WriteFunction function, std::uint16_t address,
                                                         std::span<const std::uint16_t> words) {
-  const auto own = settings_.kind == drivers::RelayKind::coil ? drivers::WriteFunction::coil
-                                                              : drivers::WriteFunction::one_register;
+  const auto own =
+      settings_.kind == drivers::RelayKind::coil ? drivers::WriteFunction::coil : drivers::WriteFunction::one_register;
   if (function != own) return tl::unexpected(ModbusException::illegal_function);
   if (address != settings_.address) return tl::unexpected(ModbusException::illegal_address);
   const auto word = words.front();

@@ -318,9 +318,15 @@ class _Maker:
         text = (keys.SOURCE / "sequencer/interlocks/interlocks.cpp").read_text(encoding="utf-8")
         rows = re.findall(r'\.name = "(\w+)", \.usual = Reaction::(\w+)(, \.choosable = false)?', text)
         reactions = ["warn", "suspend", "hold", "abort"]
+        proof = {
+            "description": "Reaction to proof tests that are due or failed at the start of a run. Default: warn.",
+            "enum": ["warn", "refuse"],
+            "default": "warn",
+        }
         return {
             "type": "object",
-            "properties": {
+            "properties": {"proof": proof}
+            | {
                 name: {
                     "description": f"Reaction to the interlock {name}, see docs/interlocks.md. Default: {usual}.",
                     "enum": ["abort"] if fixed else reactions,

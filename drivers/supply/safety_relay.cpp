@@ -44,7 +44,7 @@ class ModbusRelay final : public SafetyRelay {
   Result<void> command(RelayPosition position) override {
     registers_->end_rest();
     const std::array<std::uint16_t, 1> words{position == RelayPosition::open ? settings_.open_value
-                                                                              : settings_.closed_value};
+                                                                             : settings_.closed_value};
     return registers_->write(is_coil() ? WriteFunction::coil : WriteFunction::one_register, settings_.address, words);
   }
 

@@ -26,8 +26,8 @@ class ChamberSnapshot {
   [[nodiscard]] const ChamberState& state() const { return state_; }
   /// Returns the registers before and now. Fails as take() does.
   [[nodiscard]] Result<std::vector<ProofRegister>> compare(drivers::Registers& registers) const;
-  /// Returns the chamber to the mode and the set point in which it was found, then writes every item that still differs.
-  /// A chamber that was off is switched off first. Fails with mismatch if a register keeps another content.
+  /// Returns the chamber to the mode and the set point in which it was found, then writes every item that still
+  /// differs. A chamber that was off is switched off first. Fails with mismatch if a register keeps another content.
   [[nodiscard]] Result<void> restore(drivers::Registers& registers, drivers::Chamber& chamber) const;
 
  private:

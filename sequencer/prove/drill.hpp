@@ -47,7 +47,9 @@ class DrillLog {
     environment_.say(fmt::format("{}: {} {}", name(result_.test), what, value));
     result_.readings.push_back({passed_s(), std::move(what), std::move(value)});
   }
-  [[nodiscard]] double passed_s() const { return to_seconds(environment_.clock.now().since_start - began_.since_start); }
+  [[nodiscard]] double passed_s() const {
+    return to_seconds(environment_.clock.now().since_start - began_.since_start);
+  }
   /// Ends the test.
   [[nodiscard]] ProofResult end(ProofVerdict verdict, std::string cause = "") {
     result_.verdict = verdict;

@@ -107,7 +107,8 @@ class Forwarder {
  private:
   /// Waits for the next event. Returns false when the forwarder is to end.
   bool step() {
-    std::vector<pollfd> waiting{{is_orphan_ ? -1 : control_, POLLIN, 0}, {is_cut_ ? -1 : listener_.number(), POLLIN, 0}};
+    std::vector<pollfd> waiting{{is_orphan_ ? -1 : control_, POLLIN, 0},
+                                {is_cut_ ? -1 : listener_.number(), POLLIN, 0}};
     for (const auto& pair : pairs_)
       for (const auto* end : {&pair.near, &pair.far}) waiting.push_back({is_cut_ ? -1 : end->number(), POLLIN, 0});
     const int ready = ::poll(waiting.data(), waiting.size(), is_orphan_ ? kOrphanMs : -1);
@@ -173,8 +174,8 @@ std::unique_ptr<drivers::Chamber> connect_chamber(const rig::RigFile& rig) {
 }
 
 Result<DrivenChild> DrivenChild::start(const rig::RigFile& rig, const std::string& record, Celsius set_point) {
-  auto child = std::make_unique<ChildProcess>(
-      [&](int to_parent) { drive_until_killed(rig, record, set_point, to_parent); });
+  auto child =
+      std::make_unique<ChildProcess>([&](int to_parent) { drive_until_killed(rig, record, set_point, to_parent); });
   if (!child->has_begun()) return failure(FaultKind::refused, "child run", "the process could not be started");
   const auto line = read_child_line(child->output(), kDriveWithin);
   if (line != kDriving)

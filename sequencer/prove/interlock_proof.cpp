@@ -46,14 +46,15 @@ std::vector<Injection> temperature_injections() {
     return [beyond](InterlockBench& b, int) { b.chamber().air = b.limits().air_highest + Kelvins{beyond}; };
   };
   const auto first_to = [](double beyond) {
-    return [beyond](InterlockBench& b, int) { b.sample.thermometers[0].value = b.own_limits(0).highest + Kelvins{beyond}; };
+    return [beyond](InterlockBench& b, int) {
+      b.sample.thermometers[0].value = b.own_limits(0).highest + Kelvins{beyond};
+    };
   };
   const auto sensor_off = [](double beyond) {
     return [beyond](InterlockBench& b, int) {
       const auto off = b.limits().chamber_disagreement + Kelvins{beyond};
       if (b.limits().air_thermometers.empty()) b.chamber().air = b.base() + off;
-      for (const auto column : b.limits().air_thermometers)
-        b.sample.thermometers[column].value = b.chamber().air + off;
+      for (const auto column : b.limits().air_thermometers) b.sample.thermometers[column].value = b.chamber().air + off;
     };
   };
   const auto air_rate = [](double factor) {
@@ -79,26 +80,30 @@ std::vector<Injection> temperature_injections() {
       {InterlockId::chamber_sensor, sensor_off(1), sensor_off(-1)},
       {InterlockId::air_rate, air_rate(1.1), air_rate(0.9)},
       {InterlockId::thermometer_rate, first_rate(1.1), first_rate(0.9)},
-      {InterlockId::following, [](InterlockBench& b, int) {
+      {InterlockId::following,
+       [](InterlockBench& b, int) {
          b.chamber().set_point = b.base() + Kelvins{40};
          b.inputs.sent = b.chamber().set_point;
        }},
       {InterlockId::disagreement, first_off(&InterlockLimits::disagreement, 1),
        first_off(&InterlockLimits::disagreement, -1), needs_three},
-      {InterlockId::stuck, [](InterlockBench& b, int s) {
+      {InterlockId::stuck,
+       [](InterlockBench& b, int s) {
          for (std::size_t i = 1; i < b.sample.thermometers.size(); ++i)
            b.sample.thermometers[i].value = b.thermometer_base(i) + Kelvins{0.01 * s};
          b.sample.thermometers[0].value = b.thermometer_base(0);
-       }, {}, needs_three},
+       },
+       {},
+       needs_three},
       {InterlockId::drifting, first_off(&InterlockLimits::drift, kJustK), first_off(&InterlockLimits::drift, -kJustK),
        needs_three},
-      {InterlockId::no_thermal_response, [](InterlockBench& b, int) {
+      {InterlockId::no_thermal_response,
+       [](InterlockBench& b, int) {
          const auto moved = b.base() + b.limits().response_step + Kelvins{2};
          b.chamber().air = b.chamber().set_point = moved;
          b.inputs.sent = moved;
        }},
-      {InterlockId::condensation,
-       [](InterlockBench& b, int) { b.chamber().dew_point = b.base() + Kelvins{1}; },
+      {InterlockId::condensation, [](InterlockBench& b, int) { b.chamber().dew_point = b.base() + Kelvins{1}; },
        [](InterlockBench& b, int) { b.chamber().dew_point = b.base() - Kelvins{20}; },
        [](const rig::RigFile& rig) { return records_dew_point(rig) ? "" : "the rig records no dew point"; }},
       {InterlockId::cold_at_door,
@@ -121,7 +126,8 @@ std::vector<Injection> silence_injections() {
   };
   return {
       {InterlockId::chamber_silent, [](InterlockBench& b, int) { b.sample.chamber.value = no_reply(); }},
-      {InterlockId::thermometers_lost, [](InterlockBench& b, int) {
+      {InterlockId::thermometers_lost,
+       [](InterlockBench& b, int) {
          for (auto& reading : b.sample.thermometers) reading.value = no_reply();
        }},
       {InterlockId::needed_channel_lost,
@@ -134,7 +140,8 @@ std::vector<Injection> silence_injections() {
          const bool any = std::ranges::any_of(rig.limits.units, [](const auto& u) { return !u.thermometers.empty(); });
          return any ? "" : "the analysis needs no thermometer";
        }},
-      {InterlockId::gyro_silent, [](InterlockBench& b, int) {
+      {InterlockId::gyro_silent,
+       [](InterlockBench& b, int) {
          for (auto& unit : b.sample.units) unit.count.value = no_reply();
        }},
       {InterlockId::unit_silent,
@@ -142,14 +149,17 @@ std::vector<Injection> silence_injections() {
          for (std::size_t i = 0; i < b.sample.units.size(); ++i)
            if (b.limits().units[i].continue_when_silent) return void(b.sample.units[i].count.value = no_reply());
        },
-       {}, has_unneeded},
+       {},
+       has_unneeded},
       {InterlockId::channel_lost, [](InterlockBench& b, int) { b.sample.thermometers[0].value = no_reply(); }},
-      {InterlockId::frozen, [](InterlockBench& b, int) {
+      {InterlockId::frozen,
+       [](InterlockBench& b, int) {
          b.is_frozen = true;
          const auto& first = b.limits().instruments.front().columns;
          for (const auto column : first) b.sample.thermometers[column].value = b.thermometer_base(column);
        }},
-      {InterlockId::gyro_dead, [](InterlockBench& b, int) {
+      {InterlockId::gyro_dead,
+       [](InterlockBench& b, int) {
          b.is_dead = true;
          for (auto& unit : b.sample.units)
            if (unit.count.value) std::ranges::fill(unit.count.value->pulses, 0);
@@ -169,7 +179,8 @@ std::vector<Injection> chamber_injections() {
     };
   };
   return {
-      {InterlockId::chamber_alarm, [](InterlockBench& b, int) {
+      {InterlockId::chamber_alarm,
+       [](InterlockBench& b, int) {
          b.chamber().must_stop = true;
          b.chamber().alarms = {"injected"};
        }},
@@ -178,7 +189,9 @@ std::vector<Injection> chamber_injections() {
       {InterlockId::supply, active(ChamberActivity::power_failure)},
       {InterlockId::not_following, active(ChamberActivity::not_following)},
       {InterlockId::foreign_set_point,
-       [](InterlockBench& b, int) { b.chamber().set_point = *b.inputs.sent + b.inputs.set_point_tolerance + Kelvins{1}; },
+       [](InterlockBench& b, int) {
+         b.chamber().set_point = *b.inputs.sent + b.inputs.set_point_tolerance + Kelvins{1};
+       },
        [](InterlockBench& b, int) { b.chamber().set_point = *b.inputs.sent + b.inputs.set_point_tolerance * 0.5; }},
       {InterlockId::restarted, restart([](InterlockBench& b) { b.chamber().set_point = b.base() + Kelvins{10}; })},
       {InterlockId::restarted_off, restart([](InterlockBench& b) { set_activity(b, ChamberActivity::off); })},
@@ -188,7 +201,9 @@ std::vector<Injection> chamber_injections() {
 }
 
 std::vector<Injection> program_injections() {
-  const auto powered = [](const rig::RigFile& rig) { return rig.supplies.empty() ? "the rig has no power supply" : ""; };
+  const auto powered = [](const rig::RigFile& rig) {
+    return rig.supplies.empty() ? "the rig has no power supply" : "";
+  };
   const auto power = [](std::vector<interlocks::PowerFault> interlocks::PowerFaults::*list) {
     return [list](InterlockBench& b, int) { b.inputs.power.*list = {{"supply 1, output 1", "injected"}}; };
   };
@@ -211,7 +226,10 @@ std::vector<Injection> program_injections() {
       {InterlockId::storage, [](InterlockBench& b, int) { b.inputs.backlog = b.limits().backlog + kSecond; },
        [](InterlockBench& b, int) { b.inputs.backlog = b.limits().backlog; }},
       {InterlockId::record_damaged, [](InterlockBench& b, int) { b.inputs.record_damage = "injected"; }},
-      {InterlockId::unguarded, [](InterlockBench& b, int) { b.inputs.guard_troubles = {{"guard", "injected"}}; }},
+      {InterlockId::unguarded,
+       [](InterlockBench& b, int) {
+         b.inputs.guard_troubles = {{"guard", "injected"}};
+       }},
       {InterlockId::wall_clock,
        [](InterlockBench& b, int second) {
          if (second == 1) b.sample.at.utc += std::chrono::milliseconds(60);
@@ -307,8 +325,7 @@ ProofResult prove_interlocks(const rig::RigFile& rig, const DrillEnvironment& en
       log.read(interlock, "FAILED: " + outcome.cause);
     else
       log.read(interlock, fmt::format("{} after {} s", name(outcome.reaction), outcome.seconds));
-    if (!outcome.cause.empty())
-      causes += fmt::format("{}{} {}", causes.empty() ? "" : "; ", interlock, outcome.cause);
+    if (!outcome.cause.empty()) causes += fmt::format("{}{} {}", causes.empty() ? "" : "; ", interlock, outcome.cause);
   }
   return log.end(causes.empty() ? ProofVerdict::passed : ProofVerdict::failed, causes);
 }

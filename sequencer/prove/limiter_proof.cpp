@@ -29,17 +29,18 @@ class LimiterDrill {
   }
 
   ProofResult carry_out() {
-    if (!environment_.ask(fmt::format("Set the over-temperature limiter of the chamber to {:g} °C by hand", plan_.at.value)))
+    if (!environment_.ask(
+            fmt::format("Set the over-temperature limiter of the chamber to {:g} °C by hand", plan_.at.value)))
       return log_.end(ProofVerdict::interrupted, "the operator did not set the limiter");
-    if (const auto began = guarded_.begin(); !began)
-      return log_.end(ProofVerdict::not_tested, text(began.error()));
+    if (const auto began = guarded_.begin(); !began) return log_.end(ProofVerdict::not_tested, text(began.error()));
     chamber_ = environment_.connect();
     auto cause = heat();
     const bool is_safe = make_safe();
     if (!is_safe) return log_.end(ProofVerdict::failed, cause + "; the chamber does not show its safe set point");
     guarded_.end();
     const auto reset = ask_for_reset();
-    if (is_interrupted_) return log_.end(ProofVerdict::interrupted, cause.empty() ? "the operator stopped the test" : cause);
+    if (is_interrupted_)
+      return log_.end(ProofVerdict::interrupted, cause.empty() ? "the operator stopped the test" : cause);
     if (cause.empty()) cause = reset;
     return log_.end(cause.empty() ? ProofVerdict::passed : ProofVerdict::failed, cause);
   }
@@ -93,8 +94,8 @@ class LimiterDrill {
       if (has_alarm(*state)) {
         trip_ = state->air;
         shows_alarm_ = true;
-        log_.read("trip, seen by the alarm", fmt::format("{}, {}", celsius_text(trip_),
-                                                         state->alarms.empty() ? "alarm" : state->alarms.front()));
+        log_.read("trip, seen by the alarm",
+                  fmt::format("{}, {}", celsius_text(trip_), state->alarms.empty() ? "alarm" : state->alarms.front()));
         return HeatingEnd::tripped;
       }
       if (state->air > highest()) return HeatingEnd::too_hot;

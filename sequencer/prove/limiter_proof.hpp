@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The proof test of the chamber's own over-temperature limiter. A person sets it low; the chamber heats until it trips.
+/// The proof test of the chamber's own over-temperature limiter. A person sets it low; the chamber heats until it
+/// trips.
 #pragma once
 
 #include <string>

@@ -196,7 +196,8 @@ ProofResult prove_line(const rig::RigFile& rig, const std::string& record, const
   auto driven = rig;
   driven.chamber_line = fmt::format("tcp://127.0.0.1:{}", line->port());
   const auto relay = make_rig_relay(rig);
-  if (relay) drill.log.limit("relay open after the guard began to act", format_duration(rig.safe_also->after + times.relay));
+  if (relay)
+    drill.log.limit("relay open after the guard began to act", format_duration(rig.safe_also->after + times.relay));
   drill.log.limit("safe set point and mode after the line returned", format_duration(times.safe));
   auto child = start_and_watch(driven, record, drill);
   if (!child) return drill.log.end(ProofVerdict::failed, text(child.error()));
@@ -245,9 +246,10 @@ std::string relay_objection(const rig::RigFile& rig) {
   const auto shown = relay->read();
   if (!shown) return fmt::format("the relay of [safe.also] cannot be read: {}", text(shown.error()));
   if (*shown == drivers::RelayPosition::closed) return "";
-  return fmt::format("the relay of [safe.also] is OPEN; find out why, then close it with \"gyrotherm prove {} "
-                     "--close-relay\"",
-                     rig.file);
+  return fmt::format(
+      "the relay of [safe.also] is OPEN; find out why, then close it with \"gyrotherm prove {} "
+      "--close-relay\"",
+      rig.file);
 }
 
 }  // namespace gyrotherm::prove

@@ -47,7 +47,8 @@ LastAttempt find_last_attempt(const std::vector<FiledProof>& proofs, ProofTest t
 /// Returns a sentence about a test that is not valid now; empty if it is.
 std::string describe_shortcoming(const rig::RigFile& rig, ProofTest test, const LastAttempt& last, Duration utc) {
   if (last.result == nullptr)
-    return rig.proof.every ? fmt::format("proof test {}: never passed; \"gyrotherm prove {}\"", name(test), rig.file) : "";
+    return rig.proof.every ? fmt::format("proof test {}: never passed; \"gyrotherm prove {}\"", name(test), rig.file)
+                           : "";
   const auto day = last.result->began.substr(0, 10);
   if (last.result->verdict == ProofVerdict::failed)
     return fmt::format("proof test {}: FAILED on {}: {}", name(test), day, last.result->cause);
@@ -147,8 +148,8 @@ ProofState judge_proofs(const rig::RigFile& rig, const std::vector<FiledProof>& 
   const auto& newest = proofs.back();
   if (!newest.proof.is_as_found) {
     state.is_valid = false;
-    state.lines.push_back(fmt::format("{}: the chamber was not left as found: {}", newest.folder,
-                                      newest.proof.restoration));
+    state.lines.push_back(
+        fmt::format("{}: the chamber was not left as found: {}", newest.folder, newest.proof.restoration));
   }
   if (newest.proof.rig_sha256 != sha256(rig.text))
     state.lines.push_back(fmt::format("{}: the rig file has changed since these proof tests", newest.folder));

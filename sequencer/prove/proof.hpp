@@ -26,7 +26,8 @@ inline constexpr std::initializer_list<ProofTest> kProofTests = {
     ProofTest::interlocks, ProofTest::clock,     ProofTest::disk};
 /// Returns the keyword of the command line and of the protocol.
 [[nodiscard]] inline const char* name(ProofTest test) {
-  return enumerator_text<ProofTest::disk>({"limiter", "make-safe", "line", "relay", "interlocks", "clock", "disk"}, test);
+  return enumerator_text<ProofTest::disk>({"limiter", "make-safe", "line", "relay", "interlocks", "clock", "disk"},
+                                          test);
 }
 /// Returns true for a test that commands the chamber.
 [[nodiscard]] inline bool moves_chamber(ProofTest test) { return test <= ProofTest::relay; }

@@ -46,9 +46,10 @@ std::optional<std::string> RelayRescue::advance(RelayDue due) {
   if (due == RelayDue::in_time && clock_.now().since_start < settings_->after) return std::nullopt;
   const auto fault = open_relay(*settings_);
   is_open_ = fault.empty();
-  auto words = is_open_ ? fmt::format("the relay of [safe.also] was opened at {} and reads open; a person must close it "
-                                      "with \"gyrotherm prove RIG --close-relay\"",
-                                      civil_time(clock_.now().utc))
+  auto words = is_open_ ? fmt::format(
+                              "the relay of [safe.also] was opened at {} and reads open; a person must close it "
+                              "with \"gyrotherm prove RIG --close-relay\"",
+                              civil_time(clock_.now().utc))
                         : fmt::format("the relay of [safe.also] is NOT open: {}", fault);
   if (words == last_) return std::nullopt;
   return last_ = std::move(words);

@@ -14,9 +14,9 @@
 namespace gyrotherm::watchdog {
 
 enum class RelayDue {
-  never,     ///< the chamber is safe so far
-  in_time,   ///< once the time has passed
-  now,       ///< the chamber cannot be made safe
+  never,    ///< the chamber is safe so far
+  in_time,  ///< once the time has passed
+  now,      ///< the chamber cannot be made safe
 };
 /// Returns whether the result of an attempt requires the relay.
 [[nodiscard]] RelayDue is_relay_due(const RescueResult& result);

@@ -14,9 +14,9 @@
 #include "core/file.hpp"
 #include "core/json.hpp"
 #include "drivers/chamber/register_map.hpp"
-#include "sequencer/prove/make_safe_proof.hpp"
 #include "sequencer/profile/profile.hpp"
 #include "sequencer/profile/released_blocks.hpp"
+#include "sequencer/prove/make_safe_proof.hpp"
 #include "sequencer/rig/rig.hpp"
 #include "sequencer/run/chamber_ownership.hpp"
 #include "sequencer/run/set_point_path.hpp"
@@ -197,8 +197,7 @@ std::string room_lines(const rig::RigFile& rig) {
 /// Describes the proof tests: what is due, and the second way to switch the chamber off.
 std::string proof_lines(const rig::RigFile& rig) {
   std::string lines;
-  if (rig.safe_also)
-    lines += fmt::format("    if it cannot be made safe: {}\n", describe(*rig.safe_also));
+  if (rig.safe_also) lines += fmt::format("    if it cannot be made safe: {}\n", describe(*rig.safe_also));
   for (const auto& line : list_due_proofs(rig)) lines += fmt::format("    WARNING: {}\n", line);
   return lines;
 }
@@ -210,9 +209,9 @@ std::string relay_line(const rig::RigFile& rig) {
 }
 
 std::string rig_lines(const rig::RigFile& rig) {
-  return fmt::format("{}: {}{}\n", rig.file, rig.simulated ? "SIMULATED, " : "", rig.title) + chamber_line(rig) + proof_lines(rig) +
-         thermometer_lines(rig) + (is_one_axis(rig) ? gyro_line(rig) : lot_lines(rig)) + bias_zero_line(rig) +
-         analogue_lines(rig) + supply_lines(rig) + room_lines(rig) + unstable_lines(rig);
+  return fmt::format("{}: {}{}\n", rig.file, rig.simulated ? "SIMULATED, " : "", rig.title) + chamber_line(rig) +
+         proof_lines(rig) + thermometer_lines(rig) + (is_one_axis(rig) ? gyro_line(rig) : lot_lines(rig)) +
+         bias_zero_line(rig) + analogue_lines(rig) + supply_lines(rig) + room_lines(rig) + unstable_lines(rig);
 }
 
 Json calibrations_json(const rig::RigFile& rig) {

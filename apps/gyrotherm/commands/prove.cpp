@@ -98,8 +98,8 @@ Result<Exit> prove_rig(Console& console, const ProveArguments& options) {
   const auto folder = make_proof_folder(*rig);
   if (!folder) return failure(folder.error());
   watch_for_interrupts(SecondInterrupt::is_counted);
-  const auto proof = carry_out_proofs(
-      console, {*rig, *tests, options.by.empty() ? describe_user(::geteuid()) : options.by, *folder});
+  const auto proof =
+      carry_out_proofs(console, {*rig, *tests, options.by.empty() ? describe_user(::geteuid()) : options.by, *folder});
   if (!proof) {
     std::error_code error;
     std::filesystem::remove_all(*folder, error);
@@ -111,11 +111,11 @@ Result<Exit> prove_rig(Console& console, const ProveArguments& options) {
 }  // namespace
 
 void add_prove(Program& program) {
-  auto [command, options] = add_command(
-      program, "prove",
-      "Tests the protection of a rig: limiter, make-safe, loss of the line, relay, interlocks, clock and disk; writes a "
-      "protocol and leaves the chamber as it was found.",
-      "gyrotherm prove oven.toml --by \"A. Operator\"", prove_rig);
+  auto [command, options] = add_command(program, "prove",
+                                        "Tests the protection of a rig: limiter, make-safe, loss of the line, relay, "
+                                        "interlocks, clock and disk; writes a "
+                                        "protocol and leaves the chamber as it was found.",
+                                        "gyrotherm prove oven.toml --by \"A. Operator\"", prove_rig);
   command.add_option("rig", options.rig, "the rig")->type_name(value::kRig)->required();
   std::vector<std::string> names;
   for (const auto test : prove::kProofTests) names.emplace_back(name(test));

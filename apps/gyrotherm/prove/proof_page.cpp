@@ -14,10 +14,10 @@
 namespace gyrotherm::app {
 namespace {
 
+using plot::escaped;
 using prove::Proof;
 using prove::ProofResult;
 using report::Language;
-using plot::escaped;
 
 /// Texts of the page, English and German.
 struct PageTexts {
@@ -26,15 +26,58 @@ struct PageTexts {
       *item, *before, *after;
 };
 constexpr std::array<PageTexts, 2> kPageTexts{{
-    {"Protocol of proof tests", "Proof tests of {}", "Rig", "Chamber", "Operator", "Time", "Program", "Result",
-     "Previous protocol", "none", "SHA-256 of proof.json", "Signature", "UNSIGNED", "Tests", "Test", "Cause", "Limit",
-     "Time / s", "Reading", "Value", "Registers of the chamber", "The chamber was left as it was found.",
-     "The chamber was NOT left as it was found: {}", "Register", "Before", "After"},
-    {"Protokoll der Wiederholungsprüfungen", "Wiederholungsprüfungen von {}", "Prüfstand", "Klimakammer", "Prüfer",
-     "Zeit", "Programm", "Ergebnis", "Vorheriges Protokoll", "keines", "SHA-256 von proof.json", "Signatur",
-     "NICHT SIGNIERT", "Prüfungen", "Prüfung", "Ursache", "Grenze", "Zeit / s", "Beobachtung", "Wert",
-     "Register der Klimakammer", "Die Kammer wurde so verlassen, wie sie vorgefunden wurde.",
-     "Die Kammer wurde NICHT so verlassen, wie sie vorgefunden wurde: {}", "Register", "Vorher", "Nachher"},
+    {"Protocol of proof tests",
+     "Proof tests of {}",
+     "Rig",
+     "Chamber",
+     "Operator",
+     "Time",
+     "Program",
+     "Result",
+     "Previous protocol",
+     "none",
+     "SHA-256 of proof.json",
+     "Signature",
+     "UNSIGNED",
+     "Tests",
+     "Test",
+     "Cause",
+     "Limit",
+     "Time / s",
+     "Reading",
+     "Value",
+     "Registers of the chamber",
+     "The chamber was left as it was found.",
+     "The chamber was NOT left as it was found: {}",
+     "Register",
+     "Before",
+     "After"},
+    {"Protokoll der Wiederholungsprüfungen",
+     "Wiederholungsprüfungen von {}",
+     "Prüfstand",
+     "Klimakammer",
+     "Prüfer",
+     "Zeit",
+     "Programm",
+     "Ergebnis",
+     "Vorheriges Protokoll",
+     "keines",
+     "SHA-256 von proof.json",
+     "Signatur",
+     "NICHT SIGNIERT",
+     "Prüfungen",
+     "Prüfung",
+     "Ursache",
+     "Grenze",
+     "Zeit / s",
+     "Beobachtung",
+     "Wert",
+     "Register der Klimakammer",
+     "Die Kammer wurde so verlassen, wie sie vorgefunden wurde.",
+     "Die Kammer wurde NICHT so verlassen, wie sie vorgefunden wurde: {}",
+     "Register",
+     "Vorher",
+     "Nachher"},
 }};
 
 const PageTexts& page_texts(Language language) { return kPageTexts[language == Language::german ? 1 : 0]; }
@@ -64,7 +107,8 @@ std::string identity_html(const Proof& proof, const std::string& sha256, const s
   add(t.person, proof.operator_name);
   add(t.time, fmt::format("{} – {}", proof.began, proof.ended));
   add(t.program, "gyrotherm " + proof.version);
-  add(t.previous, proof.previous.empty() ? t.none : fmt::format("{} (SHA-256 {})", proof.previous, proof.previous_sha256));
+  add(t.previous,
+      proof.previous.empty() ? t.none : fmt::format("{} (SHA-256 {})", proof.previous, proof.previous_sha256));
   add(t.digest, sha256);
   add(t.signature, signer.empty() ? t.is_unsigned : signer);
   return html + "</dl>\n";
@@ -74,8 +118,7 @@ std::string result_html(const ProofResult& result, Language language) {
   const auto& t = page_texts(language);
   auto html = fmt::format("<h2>{} – {}</h2>\n<p>{}, {:.1f} s</p>\n", name(result.test),
                           verdict_text(result.verdict, language), escaped(result.began), result.duration_s);
-  if (!result.cause.empty())
-    html += fmt::format("<p class=\"caution\">{}: {}</p>\n", t.cause, escaped(result.cause));
+  if (!result.cause.empty()) html += fmt::format("<p class=\"caution\">{}: {}</p>\n", t.cause, escaped(result.cause));
   report::HtmlTable limits{.header = {t.limit, t.value}, .text_columns = 2};
   for (const auto& limit : result.limits) limits.rows.push_back({escaped(limit.what), escaped(limit.limit)});
   report::HtmlTable readings{.header = {t.reading, t.value, t.seconds}, .text_columns = 2};
@@ -90,9 +133,8 @@ std::string registers_html(const Proof& proof, Language language) {
   if (proof.registers.empty() && proof.is_as_found) return "";
   const auto& t = page_texts(language);
   auto html = fmt::format("<h2>{}</h2>\n<p>{}</p>\n", t.restored,
-                          proof.is_as_found
-                              ? std::string(t.as_found)
-                              : fmt::format(fmt::runtime(t.not_as_found), escaped(proof.restoration)));
+                          proof.is_as_found ? std::string(t.as_found)
+                                            : fmt::format(fmt::runtime(t.not_as_found), escaped(proof.restoration)));
   report::HtmlTable table{.header = {t.item, t.before, t.after}, .text_columns = 3};
   for (const auto& one : proof.registers)
     table.rows.push_back({escaped(one.item), escaped(one.before), escaped(one.after)});
@@ -148,14 +190,14 @@ std::string proof_page(const Proof& proof, const std::string& sha256, const std:
   for (const auto& result : proof.results) body += result_html(result, language);
   body += registers_html(proof, language);
   const auto heading = fmt::format(fmt::runtime(t.heading), proof.title);
-  return to_html(report::HtmlPage{.title = heading,
-                                  .kind = fmt::format("{}{}{}", t.kind, signer.empty() ? " – " : "",
-                                                      signer.empty() ? t.is_unsigned : ""),
-                                  .heading = heading,
-                                  .subtitle = proof.began,
-                                  .simulated = false,
-                                  .body = body,
-                                  .footer = fmt::format("{}; {}", prove::kProofSchema, sha256)});
+  return to_html(report::HtmlPage{
+      .title = heading,
+      .kind = fmt::format("{}{}{}", t.kind, signer.empty() ? " – " : "", signer.empty() ? t.is_unsigned : ""),
+      .heading = heading,
+      .subtitle = proof.began,
+      .simulated = false,
+      .body = body,
+      .footer = fmt::format("{}; {}", prove::kProofSchema, sha256)});
 }
 
 Result<void> write_proof(const std::string& folder, const Proof& proof) {

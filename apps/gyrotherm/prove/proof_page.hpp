@@ -20,8 +20,8 @@ namespace gyrotherm::app {
 
 /// Returns whether a folder contains a protocol of proof tests and no calibration report.
 [[nodiscard]] bool is_proof_folder(const std::string& folder);
-/// Signs the protocol of a folder and renders its pages again. Fails with usage if it is signed already, with bad_file if
-/// a page was changed, and like report::sign_bytes().
+/// Signs the protocol of a folder and renders its pages again. Fails with usage if it is signed already, with bad_file
+/// if a page was changed, and like report::sign_bytes().
 [[nodiscard]] Result<void> sign_proof(const std::string& folder, const report::SigningKey& key);
 /// Verifies the signature of a protocol, and that its pages are those of the protocol. Returns the signer. Fails with
 /// bad_file.

@@ -100,8 +100,7 @@ class ProofSession {
   /// Identifies the chamber and keeps its registers. Nothing is written.
   Result<void> begin_with_chamber() {
     if (auto locked = lock_chamber("the start"); !locked) return locked;
-    if (const auto why = prove::relay_objection(rig_); !why.empty())
-      return failure(FaultKind::refused, rig_.file, why);
+    if (const auto why = prove::relay_objection(rig_); !why.empty()) return failure(FaultKind::refused, rig_.file, why);
     const auto chamber = prove::connect_chamber(rig_);
     const auto identity = chamber->identify();
     if (!identity) return failure(identity.error());
@@ -148,12 +147,11 @@ class ProofSession {
     if (!state) return not_tested(ProofTest::limiter, text(state.error()));
     const auto plan = prove::plan_limiter_proof(rig_, state->air);
     if (!plan) return not_tested(ProofTest::limiter, text(plan.error()));
-    const prove::GuardedHeating guarded{
-        .begin = [this]() -> Result<void> {
-          if (auto locked = lock_chamber("limiter"); !locked) return locked;
-          return ownership_->arm(proof_.chamber, settings_);
-        },
-        .end = [this] { ownership_->release(); }};
+    const prove::GuardedHeating guarded{.begin = [this]() -> Result<void> {
+                                          if (auto locked = lock_chamber("limiter"); !locked) return locked;
+                                          return ownership_->arm(proof_.chamber, settings_);
+                                        },
+                                        .end = [this] { ownership_->release(); }};
     return prove::prove_limiter(*plan, guarded, environment_);
   }
 
@@ -225,8 +223,7 @@ class ProofSession {
     if (!compared) return give_up(text(compared.error()));
     proof_.registers = std::move(*compared);
     for (const auto& one : proof_.registers)
-      if (one.before != one.after)
-        return give_up(fmt::format("{} is {}, was {}", one.item, one.after, one.before));
+      if (one.before != one.after) return give_up(fmt::format("{} is {}, was {}", one.item, one.after, one.before));
     if (const auto why = prove::relay_objection(rig_); !why.empty()) give_up(why);
   }
 
@@ -256,13 +253,12 @@ Result<void> close_relay_by_person(Console& console, const rig::RigFile& rig) {
     console.print_message("the relay is closed already");
     return {};
   }
-  if (!console.can_ask())
-    return failure(FaultKind::usage, "--close-relay", "a person must confirm it at a terminal");
+  if (!console.can_ask()) return failure(FaultKind::usage, "--close-relay", "a person must confirm it at a terminal");
   const auto answer = console.ask(
-      "The relay is open: the chamber could not be made safe. Check the chamber. Close the relay? Type close to confirm:");
+      "The relay is open: the chamber could not be made safe. Check the chamber. Close the relay? Type close to "
+      "confirm:");
   if (answer != "close") return failure(FaultKind::interrupted, "--close-relay", "not confirmed; the relay stays open");
-  return switch_relay(*relay, drivers::RelayPosition::closed,
-                      [](Duration time) { std::this_thread::sleep_for(time); });
+  return switch_relay(*relay, drivers::RelayPosition::closed, [](Duration time) { std::this_thread::sleep_for(time); });
 }
 
 }  // namespace gyrotherm::app

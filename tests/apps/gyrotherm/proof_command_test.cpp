@@ -47,7 +47,9 @@ class ProofCommand : public ::testing::Test {
   }
 
   /// Returns registers 103 to 111, as mbpoll prints them.
-  std::string registers() const { return read("-t 4 -r 103 -c 3") + read("-t 4 -r 108 -c 2") + read("-t 4 -r 111 -c 1"); }
+  std::string registers() const {
+    return read("-t 4 -r 103 -c 3") + read("-t 4 -r 108 -c 2") + read("-t 4 -r 111 -c 1");
+  }
   std::string read(const std::string& what) const {
     return shell("mbpoll -m tcp -a 1 -0 -1 -q -p " + port + " " + what + " 127.0.0.1").out;
   }
@@ -79,7 +81,8 @@ TEST_F(ProofCommand, RefusesLimiterWithoutPerson) {
   EXPECT_EQ(ran.exit_code, 2);
   EXPECT_NE(ran.err.find("--only make-safe,line"), std::string::npos) << ran.err;
   EXPECT_FALSE(std::filesystem::exists(folder / "proofs"));
-  const auto run = gyrotherm_with("run tests/profiles/ten-minutes-warm.toml --rig " + rig + " --out " + (folder / "r.db"));
+  const auto run =
+      gyrotherm_with("run tests/profiles/ten-minutes-warm.toml --rig " + rig + " --out " + (folder / "r.db"));
   EXPECT_EQ(run.exit_code, 3) << run.err;
   EXPECT_NE(run.err.find("proof test limiter: never passed"), std::string::npos) << run.err;
 }

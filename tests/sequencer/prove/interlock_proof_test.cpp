@@ -28,8 +28,8 @@ TEST(InterlockProof, CoversEveryInterlockOnce) {
 }
 
 TEST(InterlockProof, PassesForShippedRigs) {
-  for (const auto* name : {"virtual", "virtual-supply", "virtual-lot", "example-f4t-lakeshore-kvh",
-                           "example-binder-dcon-stim300"}) {
+  for (const auto* name :
+       {"virtual", "virtual-supply", "virtual-lot", "example-f4t-lakeshore-kvh", "example-binder-dcon-stim300"}) {
     int tested = 0;
     for (const auto& outcome : inject_all(shipped_rig(name))) {
       EXPECT_EQ(outcome.cause, "") << name << " " << interlocks::name(outcome.id);
@@ -59,8 +59,7 @@ TEST(InterlockProof, FindsLimitThatCannotAct) {
 TEST(InterlockProof, FindsLimitThatActsWithoutFault) {
   auto rig = shipped_rig("virtual");
   rig.limits.air_fastest = {0.01};
-  EXPECT_EQ(outcome_of(inject_all(rig), interlocks::InterlockId::air_rate).cause,
-            "acts on readings without a fault");
+  EXPECT_EQ(outcome_of(inject_all(rig), interlocks::InterlockId::air_rate).cause, "acts on readings without a fault");
 }
 
 }  // namespace

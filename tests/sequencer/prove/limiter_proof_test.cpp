@@ -74,7 +74,8 @@ TEST_F(LimiterProof, SeesTripByFallingAirWithoutAlarm) {
   const auto result = prove(simulator::LimiterFault::shows_no_alarm);
   EXPECT_EQ(result.verdict, ProofVerdict::passed) << result.cause;
   bool seen = false;
-  for (const auto& reading : result.readings) seen = seen || reading.what == "trip, seen by air that falls below the set point";
+  for (const auto& reading : result.readings)
+    seen = seen || reading.what == "trip, seen by air that falls below the set point";
   EXPECT_TRUE(seen);
 }
 

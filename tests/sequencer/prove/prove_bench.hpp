@@ -46,12 +46,14 @@ class ProveBench {
             .connect = [this] { return connect_chamber(rig); }};
   }
   GuardedHeating guarded() {
-    return {.begin = [this]() -> Result<void> { return ++guards_begun, Result<void>(); }, .end = [this] { ++guards_ended; }};
+    return {.begin = [this]() -> Result<void> { return ++guards_begun, Result<void>(); },
+            .end = [this] { ++guards_ended; }};
   }
   ChamberState chamber() { return connect_chamber(rig)->inspect().value(); }
   /// Returns the content of all registers that can be written, as one text.
   std::string registers() {
-    const auto snapshot = ChamberSnapshot::take(rig.chamber_map, *connect_registers(rig), *connect_chamber(rig)).value();
+    const auto snapshot =
+        ChamberSnapshot::take(rig.chamber_map, *connect_registers(rig), *connect_chamber(rig)).value();
     std::string all;
     const auto now = snapshot.compare(*connect_registers(rig)).value();
     for (const auto& one : now) all += one.item + "=" + one.after + "\n";
@@ -81,7 +83,8 @@ class ProveBench {
     const auto& map = rig.chamber_map;
     const auto write = [&](const char* name, double value) {
       const auto& item = *map.find(name);
-      EXPECT_TRUE(registers->write(write_function(item.write_function, word_count(item)), item.address, encode(item, value)));
+      EXPECT_TRUE(
+          registers->write(write_function(item.write_function, word_count(item)), item.address, encode(item, value)));
     };
     write("limiter_setting", is_first ? low_c : usual_c);
     if (!is_first && resets) write("limiter_reset", 1);

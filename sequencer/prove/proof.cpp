@@ -10,6 +10,7 @@
 #include "core/file.hpp"
 #include "core/json.hpp"
 #include "core/sha256.hpp"
+#include "core/shipped.hpp"
 
 namespace gyrotherm::prove {
 namespace {
@@ -87,6 +88,11 @@ Result<Proof> parse_proof(const std::string& text, const std::string& file) {
 
 std::string proofs_folder(const rig::RigFile& rig) {
   const fs::path folder(rig.proof.folder);
+  // Users cannot write beside a shipped rig, so its protocols are in the working folder.
+  const auto shipped =
+      find_shipped_file(fmt::format("{}/{}", kShippedRig.folder, fs::path(rig.file).filename().string()));
+  std::error_code error;
+  if (!shipped.empty() && fs::equivalent(shipped, rig.file, error)) return folder.string();
   return folder.is_absolute() ? folder.string() : (fs::path(parent_folder(rig.file)) / folder).string();
 }
 

@@ -98,6 +98,7 @@ struct Proof {
   std::string rig{}, title{};
   std::string rig_file{};
   std::string rig_sha256{};
+  bool simulated{};       ///< the rig is virtual
   std::string chamber{};  ///< as identified; empty: it was not asked
   std::string version{};  ///< of the program
   std::string operator_name{};
@@ -118,6 +119,7 @@ void describe(auto& form, Like<Proof> auto& proof) {
   form("title", proof.title);
   form("rig_file", proof.rig_file);
   form("rig_sha256", proof.rig_sha256);
+  form("simulated", proof.simulated);
   form("chamber", proof.chamber);
   form("version", proof.version);
   form("operator", proof.operator_name);
@@ -147,7 +149,7 @@ struct FiledProof {
   bool is_signed{};    ///< a signature is there; it is not verified
 };
 
-/// Returns the folder of the protocols of a rig.
+/// Returns the folder of the protocols of a rig: beside the rig file, or for a shipped rig in the working folder.
 [[nodiscard]] std::string proofs_folder(const rig::RigFile& rig);
 /// Returns the protocols of this rig, oldest first. Skips files that are not protocols.
 [[nodiscard]] std::vector<FiledProof> find_proofs(const rig::RigFile& rig);

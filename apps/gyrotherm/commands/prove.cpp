@@ -13,6 +13,7 @@
 #include "apps/console/interrupt.hpp"
 #include "apps/gyrotherm/prove/proof_page.hpp"
 #include "apps/gyrotherm/prove/proof_session.hpp"
+#include "apps/gyrotherm/rig_source.hpp"
 #include "core/clock.hpp"
 #include "core/json.hpp"
 #include "core/process.hpp"
@@ -56,7 +57,7 @@ Result<std::string> make_proof_folder(const rig::RigFile& rig) {
 }
 
 std::string outcome_lines(const prove::Proof& proof) {
-  std::string lines;
+  std::string lines = proof.simulated ? "SIMULATED: the rig is virtual\n" : "";
   for (const auto& result : proof.results)
     lines += fmt::format("{:<11} {:<12} {}\n", name(result.test), name(result.verdict), result.cause);
   return lines;
@@ -64,9 +65,10 @@ std::string outcome_lines(const prove::Proof& proof) {
 
 Result<Exit> file_proof(Console& console, const prove::Proof& proof, const std::string& folder,
                         const report::SigningKey& key) {
-  if (auto written = write_proof(folder, proof); !written) return failure(written.error());
+  if (auto written = write_protocol(folder, proof_protocol(), to_json(proof)); !written)
+    return failure(written.error());
   if (!key.key_file.empty())
-    if (auto done = sign_proof(folder, key); !done) return failure(done.error());
+    if (auto done = sign_protocol(folder, proof_protocol(), key); !done) return failure(done.error());
   console.print(console.json ? to_json(proof) : outcome_lines(proof));
   console.print_message(fmt::format("{}: protocol{}", folder, key.key_file.empty() ? ", UNSIGNED" : ", signed"));
   if (!proof.is_as_found)
@@ -80,7 +82,7 @@ Result<Exit> file_proof(Console& console, const prove::Proof& proof, const std::
 }
 
 Result<Exit> prove_rig(Console& console, const ProveArguments& options) {
-  const auto rig = rig::read_rig(options.rig);
+  const auto rig = load_rig(options.rig);
   if (!rig) return failure(rig.error());
   if (options.close_relay) {
     if (auto closed = close_relay_by_person(console, *rig); !closed) return failure(closed.error());

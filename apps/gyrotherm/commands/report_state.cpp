@@ -9,6 +9,7 @@
 #include "apps/console/command.hpp"
 #include "apps/gyrotherm/prove/proof_page.hpp"
 #include "apps/gyrotherm/report/calibration_folder.hpp"
+#include "apps/gyrotherm/validate/validation.hpp"
 #include "core/clock.hpp"
 #include "core/text.hpp"
 #include "report/order.hpp"
@@ -67,9 +68,10 @@ struct SigningArguments {
 };
 
 Result<Exit> sign_folder(Console& console, const SigningArguments& options) {
-  if (is_proof_folder(options.folder)) {
-    if (auto done = sign_proof(options.folder, options.key); !done) return failure(done.error());
-    console.print_message(options.folder + ": signed the protocol of proof tests");
+  for (const ProtocolKind& kind : {proof_protocol(), validation_protocol()}) {
+    if (!has_protocol(options.folder, kind)) continue;
+    if (auto done = sign_protocol(options.folder, kind, options.key); !done) return failure(done.error());
+    console.print_message(fmt::format("{}: signed the protocol {}.json", options.folder, kind.stem));
     return Exit::done;
   }
   const auto names = report::sign_report(options.folder, options.key, render_calibration);
@@ -142,7 +144,7 @@ void add_report_sign(Program& program, CLI::App& report) {
       add_subcommand(program, report, "sign",
                      "Signs an authorised report: its PDF, and the certificate dcc.xml that covers all its files.",
                      "gyrotherm report sign out/report --key lab.key --certificate lab.pem", sign_folder);
-  command.add_option("dir", options.folder, "the folder with calibration.json, or with proof.json")
+  command.add_option("dir", options.folder, "the folder with calibration.json, proof.json or validation.json")
       ->type_name(value::kFolder)
       ->required();
   command.add_option("--key", options.key.key_file, "the laboratory's private key, RSA, PEM")

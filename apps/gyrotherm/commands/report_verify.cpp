@@ -10,6 +10,7 @@
 #include "apps/console/command.hpp"
 #include "apps/gyrotherm/prove/proof_page.hpp"
 #include "apps/gyrotherm/qualify/axis_experiment.hpp"
+#include "apps/gyrotherm/validate/validation.hpp"
 #include "core/file.hpp"
 #include "core/json.hpp"
 #include "core/sha256.hpp"
@@ -139,8 +140,9 @@ std::string checks_text(const report::VerifiedReport& found) {
 Result<Exit> verify_signed(Console& console, const SignedReportArguments& options) {
   report::Trust trust = options.trust;
   if (!options.on_day.empty()) trust.on_day = options.on_day;
-  if (is_proof_folder(options.folder)) {
-    const auto signer = verify_proof(options.folder, trust);
+  for (const ProtocolKind& kind : {proof_protocol(), validation_protocol()}) {
+    if (!has_protocol(options.folder, kind)) continue;
+    const auto signer = verify_protocol(options.folder, kind, trust);
     if (!signer) return failure(signer.error());
     console.print(fmt::format("holds      {}: signed by {}\n", options.folder, signer->subject));
     return Exit::done;

@@ -4,10 +4,7 @@
 #include <fmt/format.h>
 
 #include <array>
-#include <filesystem>
 
-#include "core/file.hpp"
-#include "core/sha256.hpp"
 #include "report/html_page.hpp"
 #include "report/plot/svg.hpp"
 
@@ -93,8 +90,6 @@ const char* verdict_text(prove::ProofVerdict verdict, Language language) {
   return "";
 }
 
-std::string page_file(Language language) { return fmt::format("proof.{}.html", code(language)); }
-
 std::string identity_html(const Proof& proof, const std::string& sha256, const std::string& signer, Language language) {
   const auto& t = page_texts(language);
   std::string html = "<dl class=\"identity\">\n";
@@ -141,46 +136,11 @@ std::string registers_html(const Proof& proof, Language language) {
   return table.rows.empty() ? html : html + to_html(table);
 }
 
-struct FolderProof {
-  Proof proof;
-  std::string text, sha256;
-};
-
-Result<FolderProof> read_folder(const std::string& folder) {
-  const auto path = folder + "/" + prove::kProofFile;
-  const auto text = read_text_file(path);
-  if (!text) return failure(text.error());
-  auto proof = prove::parse_proof(*text, path);
-  if (!proof) return failure(proof.error());
-  return FolderProof{std::move(*proof), *text, sha256(*text)};
-}
-
-constexpr auto kPageLanguages = {Language::english, Language::german};
-
-Result<void> write_pages(const std::string& folder, const FolderProof& filed, const std::string& signer) {
-  for (const auto language : kPageLanguages)
-    if (auto written = replace_text_file(folder + "/" + page_file(language),
-                                         proof_page(filed.proof, filed.sha256, signer, language));
-        !written)
-      return written;
-  return {};
-}
-
-/// Fails unless the pages are those that this program renders.
-Result<void> compare_pages(const std::string& folder, const FolderProof& filed, const std::string& signer) {
-  for (const auto language : kPageLanguages) {
-    const auto path = folder + "/" + page_file(language);
-    const auto page = read_text_file(path);
-    if (!page) return failure(page.error());
-    if (*page != proof_page(filed.proof, filed.sha256, signer, language))
-      return failure(FaultKind::bad_file, path, "is not the page of proof.json");
-  }
-  return {};
-}
-
-}  // namespace
-
-std::string proof_page(const Proof& proof, const std::string& sha256, const std::string& signer, Language language) {
+Result<std::string> proof_page(const ProtocolText& protocol, const std::string& file, Language language) {
+  const auto read = prove::parse_proof(protocol.json, file);
+  if (!read) return failure(read.error());
+  const Proof& proof = *read;
+  const auto& [json, sha256, signer] = protocol;
   const auto& t = page_texts(language);
   auto body = identity_html(proof, sha256, signer, language);
   report::HtmlTable overview{.header = {t.test, t.verdict, t.cause}, .text_columns = 3};
@@ -195,49 +155,13 @@ std::string proof_page(const Proof& proof, const std::string& sha256, const std:
       .kind = fmt::format("{}{}{}", t.kind, signer.empty() ? " – " : "", signer.empty() ? t.is_unsigned : ""),
       .heading = heading,
       .subtitle = proof.began,
-      .simulated = false,
+      .simulated = proof.simulated,
       .body = body,
       .footer = fmt::format("{}; {}", prove::kProofSchema, sha256)});
 }
 
-Result<void> write_proof(const std::string& folder, const Proof& proof) {
-  const auto text = to_json(proof);
-  if (auto written = replace_text_file(folder + "/" + prove::kProofFile, text); !written) return written;
-  return write_pages(folder, {proof, text, sha256(text)}, "");
-}
+}  // namespace
 
-bool is_proof_folder(const std::string& folder) {
-  std::error_code error;
-  return std::filesystem::exists(folder + "/" + prove::kProofFile, error) &&
-         !std::filesystem::exists(folder + "/calibration.json", error);
-}
-
-Result<void> sign_proof(const std::string& folder, const report::SigningKey& key) {
-  const auto filed = read_folder(folder);
-  if (!filed) return failure(filed.error());
-  const auto path = folder + "/" + prove::kProofSignatureFile;
-  if (std::error_code error; std::filesystem::exists(path, error))
-    return failure(FaultKind::usage, path, "the protocol is signed already");
-  if (auto same = compare_pages(folder, *filed, ""); !same) return same;
-  const auto signature = report::sign_bytes(filed->text, key);
-  if (!signature) return failure(signature.error());
-  const auto signer = report::verify_bytes(filed->text, *signature, path, {.certificates_file = key.certificate_file});
-  if (!signer) return failure(signer.error());
-  if (auto written = write_pages(folder, *filed, signer->subject); !written) return written;
-  return replace_text_file(path, *signature);
-}
-
-Result<report::Signer> verify_proof(const std::string& folder, const report::Trust& trust) {
-  const auto filed = read_folder(folder);
-  if (!filed) return failure(filed.error());
-  const auto path = folder + "/" + prove::kProofSignatureFile;
-  const auto signature = read_text_file_if_any(path, kLargestText, Links::followed);
-  if (!signature) return failure(signature.error());
-  if (!*signature) return failure(FaultKind::bad_file, path, "the protocol is UNSIGNED");
-  auto signer = report::verify_bytes(filed->text, **signature, folder + "/" + prove::kProofFile, trust);
-  if (!signer) return signer;
-  if (auto same = compare_pages(folder, *filed, signer->subject); !same) return failure(same.error());
-  return signer;
-}
+ProtocolKind proof_protocol() { return {.stem = "proof", .page = &proof_page}; }
 
 }  // namespace gyrotherm::app

@@ -44,6 +44,7 @@ class ProofSession {
               .title = rig_.title,
               .rig_file = rig_.file,
               .rig_sha256 = sha256(rig_.text),
+              .simulated = rig_.simulated,
               .version = GYROTHERM_VERSION,
               .operator_name = order_.operator_name,
               .began = civil_time(clock_.now().utc)};

@@ -11,6 +11,7 @@
 #include "acquisition/record/chain.hpp"
 #include "acquisition/record/record_files.hpp"
 #include "apps/gyrotherm/recorded_run.hpp"
+#include "apps/gyrotherm/rig_source.hpp"
 #include "core/clock.hpp"
 #include "core/file.hpp"
 #include "core/sha256.hpp"
@@ -160,7 +161,7 @@ std::optional<std::string> find_history(const record::RunInfo& info) {
 }
 
 Result<StandardOfRig> open_standard(const std::string& given) {
-  auto rig = rig::read_rig(given);
+  auto rig = load_rig(given);
   if (!rig) return failure(rig.error());
   if (!rig->check_standard)
     return failure(FaultKind::usage, rig->file,

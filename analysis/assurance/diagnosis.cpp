@@ -235,7 +235,7 @@ class Patterns {
     add_thermometer_patterns();
     add_mount();
     add_gyro();
-    all_.push_back({{.cause = Cause::false_alarm}, kFalseAlarmPrior, MatrixXd(layout.size(), 0)});
+    all_.push_back({{.cause = ChangeCause::false_alarm}, kFalseAlarmPrior, MatrixXd(layout.size(), 0)});
   }
   [[nodiscard]] std::vector<Pattern> take() && { return std::move(all_); }
 
@@ -269,7 +269,7 @@ class Patterns {
       const auto others = static_cast<double>(names.size() - 1);
       for (const std::string& name : names) {
         const double change = thermometer_change(name);
-        Pattern pattern{{.cause = Cause::thermometer, .part = name, .unit = "K"},
+        Pattern pattern{{.cause = ChangeCause::thermometer, .part = name, .unit = "K"},
                         kCausePrior,
                         MatrixXd::Zero(layout_.size(), 2),
                         change};
@@ -307,7 +307,8 @@ class Patterns {
             tilt_covariance(check_.axes[static_cast<std::size_t>(a)], check_.axes[static_cast<std::size_t>(b)]);
     const Eigen::SelfAdjointEigenSolver<MatrixXd> modes(covariance);
     const double change = head_.mount_change_deg;
-    Pattern pattern{{.cause = Cause::mount, .unit = "°"}, kCausePrior, MatrixXd::Zero(layout_.size(), axes), change};
+    Pattern pattern{
+        {.cause = ChangeCause::mount, .unit = "°"}, kCausePrior, MatrixXd::Zero(layout_.size(), axes), change};
     Index used = 0;
     for (Index mode = 0; mode < axes; ++mode) {
       const double size = modes.eigenvalues()(mode);
@@ -337,7 +338,7 @@ class Patterns {
     for (const Group& group : layout_.groups) {
       if (group.kind == CheckKind::thermometer) continue;
       if (group.kind == CheckKind::scatter) {
-        Pattern pattern{{.cause = Cause::gyro, .part = group.axis + ", scatter", .unit = "°/h"},
+        Pattern pattern{{.cause = ChangeCause::gyro, .part = group.axis + ", scatter", .unit = "°/h"},
                         share / 4,
                         MatrixXd::Zero(layout_.size(), 1),
                         0};
@@ -354,11 +355,11 @@ class Patterns {
 
   void add_bias_patterns(const Group& group, double share) {
     const double change = gyro_change(group.axis);
-    Pattern constant{{.cause = Cause::gyro, .part = group.axis + ", constant", .unit = "°/h"},
+    Pattern constant{{.cause = ChangeCause::gyro, .part = group.axis + ", constant", .unit = "°/h"},
                      share / 2,
                      MatrixXd::Zero(layout_.size(), 1),
                      change};
-    Pattern varying{{.cause = Cause::gyro, .part = group.axis + ", with temperature", .unit = "°/h"},
+    Pattern varying{{.cause = ChangeCause::gyro, .part = group.axis + ", with temperature", .unit = "°/h"},
                     share / 4,
                     MatrixXd::Zero(layout_.size(), 3),
                     change};
@@ -404,7 +405,7 @@ void fit(Pattern& pattern, const Change& change) {
   of.amount = of.amount_u = std::numeric_limits<double>::quiet_NaN();
   if (pattern.columns.cols() == 0) return;
   const Estimate found = estimate_amplitudes(pattern.columns, change.y, change.root);
-  const bool is_size = of.cause == Cause::mount;
+  const bool is_size = of.cause == ChangeCause::mount;
   const double variance =
       is_size ? found.covariance.trace() / static_cast<double>(found.amplitudes.size()) : found.covariance(0, 0);
   of.amount = pattern.unit_amount * (is_size ? found.amplitudes.norm() : found.amplitudes(0));
@@ -457,8 +458,8 @@ bool has_equal_patterns(const CheckEntry& check) {
 
 }  // namespace
 
-const char* name(Cause cause) {
-  return enumerator_text<Cause::false_alarm>({"thermometer", "mount", "gyro", "false_alarm"}, cause);
+const char* name(ChangeCause cause) {
+  return enumerator_text<ChangeCause::false_alarm>({"thermometer", "mount", "gyro", "false_alarm"}, cause);
 }
 
 std::optional<Diagnosis> diagnose(const History& history, const Assessment& assessment) {
@@ -479,8 +480,8 @@ std::optional<Diagnosis> diagnose(const History& history, const Assessment& asse
   for (Pattern& pattern : patterns) diagnosis.hypotheses.push_back(std::move(pattern.of));
   std::ranges::stable_sort(diagnosis.hypotheses, std::ranges::greater{}, &Hypothesis::posterior);
   name_cause(diagnosis);
-  const double of_bias = diagnosis.probabilities[static_cast<std::size_t>(Cause::mount)] +
-                         diagnosis.probabilities[static_cast<std::size_t>(Cause::gyro)];
+  const double of_bias = diagnosis.probabilities[static_cast<std::size_t>(ChangeCause::mount)] +
+                         diagnosis.probabilities[static_cast<std::size_t>(ChangeCause::gyro)];
   constexpr double kRelevant = 0.05;
   diagnosis.tilt_equals_drift = of_bias > kRelevant && has_equal_patterns(history.checks.back());
   return diagnosis;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Cause of a change between check runs: a thermometer, the mount, the golden gyro, or none: a false alarm. Each
+/// Diagnosis of a change between check runs: a thermometer, the mount, the golden gyro, or a false alarm. Each
 /// hypothesis predicts a pattern of changes; the changes of all results are compared with the patterns at once.
 ///
 /// y is the difference between the mean results since the change and before it, with the covariance C. A hypothesis has
@@ -18,14 +18,14 @@
 
 namespace gyrotherm::assurance {
 
-enum class Cause { thermometer, mount, gyro, false_alarm };
-[[nodiscard]] const char* name(Cause cause);
+enum class ChangeCause { thermometer, mount, gyro, false_alarm };
+[[nodiscard]] const char* name(ChangeCause cause);
 
 /// Posterior probability from which a cause is named, and probability of its χ² below which it is not.
 inline constexpr double kNamed = 0.9, kFits = 1e-3;
 
 struct Hypothesis {
-  Cause cause{};
+  ChangeCause cause{};
   /// The thermometer, or the axis and the kind of change ("x, with temperature"); empty for the mount.
   std::string part{};
   double posterior{};
@@ -46,7 +46,7 @@ struct Diagnosis {
   /// Posterior probability of each cause, in the order of the enumerator.
   double probabilities[4]{};
   /// The cause, if its probability is at least kNamed and its best hypothesis fits.
-  std::optional<Cause> named{};
+  std::optional<ChangeCause> named{};
   /// Mount or gyro is probable, and there is one axis in one position: a tilt of the mount and a constant drift of the
   /// gyro have the same pattern.
   bool tilt_equals_drift{};

@@ -257,7 +257,9 @@ class CheckDocument {
               report::Paragraph::Style::note);
   }
 
-  [[nodiscard]] std::string cause(assurance::Cause which) const { return word(std::string("cause.") + name(which)); }
+  [[nodiscard]] std::string cause(assurance::ChangeCause which) const {
+    return word(std::string("cause.") + name(which));
+  }
 
   /// Returns "x, constant" in the language of the page.
   [[nodiscard]] std::string part(const std::string& text) const {
@@ -274,7 +276,7 @@ class CheckDocument {
     for (int c = 0; c < 4; ++c) {
       constexpr double kMentioned = 0.05;
       if (diagnosis.probabilities[c] < kMentioned) continue;
-      causes += (causes.empty() ? "" : ", ") + cause(static_cast<assurance::Cause>(c)) + " " +
+      causes += (causes.empty() ? "" : ", ") + cause(static_cast<assurance::ChangeCause>(c)) + " " +
                 report::format_probability(language_, diagnosis.probabilities[c]);
     }
     paragraph(sentence(diagnosis.named ? "named" : "not_named", causes, diagnosis.since + 1, day, diagnosis.before,

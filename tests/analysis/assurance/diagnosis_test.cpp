@@ -37,7 +37,7 @@ TEST(Diagnosis, ReportsSizeAndBeginOfThermometerChange) {
     if (result.kind == CheckKind::thermometer) result.value += result.thermometer == "gyro.D" ? 0.08 : -0.01;
   });
   const auto diagnosis = diagnose_all(history);
-  ASSERT_EQ(diagnosis.named, Cause::thermometer);
+  ASSERT_EQ(diagnosis.named, ChangeCause::thermometer);
   EXPECT_EQ(diagnosis.hypotheses.front().part, "gyro.D");
   EXPECT_NEAR(diagnosis.hypotheses.front().amount, 0.08, 0.02);
   EXPECT_EQ(diagnosis.since, 21u);
@@ -51,7 +51,7 @@ TEST(Diagnosis, NamesLastThermometerToo) {
     if (result.kind == CheckKind::thermometer) result.value += result.thermometer == "gyro.shell" ? -0.08 : 0.01;
   });
   const auto diagnosis = diagnose_all(history);
-  ASSERT_EQ(diagnosis.named, Cause::thermometer);
+  ASSERT_EQ(diagnosis.named, ChangeCause::thermometer);
   EXPECT_EQ(diagnosis.hypotheses.front().part, "gyro.shell");
 }
 
@@ -62,7 +62,7 @@ TEST(Diagnosis, MeasuresTiltOfVerticalAxis) {
     if (result.kind == CheckKind::bias) result.value += 0.0371;
   });
   const auto diagnosis = diagnose_all(history);
-  ASSERT_EQ(diagnosis.named, Cause::mount);
+  ASSERT_EQ(diagnosis.named, ChangeCause::mount);
   EXPECT_NEAR(diagnosis.hypotheses.front().amount, 0.2, 0.02);
   EXPECT_TRUE(diagnosis.tilt_equals_drift) << "the size alone decides";
 }
@@ -75,8 +75,8 @@ TEST(Diagnosis, NamesNoCauseForSmallConstantChangeOfOneAxis) {
   const auto diagnosis = diagnose_all(history);
   EXPECT_FALSE(diagnosis.named);
   EXPECT_TRUE(diagnosis.tilt_equals_drift);
-  EXPECT_GT(diagnosis.probabilities[static_cast<int>(Cause::mount)], 0.05);
-  EXPECT_GT(diagnosis.probabilities[static_cast<int>(Cause::gyro)], 0.05);
+  EXPECT_GT(diagnosis.probabilities[static_cast<int>(ChangeCause::mount)], 0.05);
+  EXPECT_GT(diagnosis.probabilities[static_cast<int>(ChangeCause::gyro)], 0.05);
 }
 
 TEST(Diagnosis, TellsDriftFromTiltInTwoPositions) {
@@ -87,8 +87,8 @@ TEST(Diagnosis, TellsDriftFromTiltInTwoPositions) {
   change_last_runs(tilted, 6, [](CheckResult& result) {
     if (result.kind == CheckKind::bias) result.value += result.turned ? -0.006 : 0.006;
   });
-  EXPECT_EQ(diagnose_all(drifting).named, Cause::gyro);
-  EXPECT_EQ(diagnose_all(tilted).named, Cause::mount);
+  EXPECT_EQ(diagnose_all(drifting).named, ChangeCause::gyro);
+  EXPECT_EQ(diagnose_all(tilted).named, ChangeCause::mount);
   EXPECT_FALSE(diagnose_all(tilted).tilt_equals_drift);
 }
 
@@ -98,7 +98,7 @@ TEST(Diagnosis, NamesGyroForChangeWithTemperature) {
     if (result.kind == CheckKind::bias) result.value += 2e-4 * (result.at_c - 20);
   });
   const auto diagnosis = diagnose_all(history);
-  ASSERT_EQ(diagnosis.named, Cause::gyro);
+  ASSERT_EQ(diagnosis.named, ChangeCause::gyro);
   EXPECT_EQ(diagnosis.hypotheses.front().part, "gyro, with temperature");
 }
 
@@ -108,7 +108,7 @@ TEST(Diagnosis, NamesGyroForScatter) {
     if (result.kind == CheckKind::scatter) result.value *= 2;
   });
   const auto diagnosis = diagnose_all(history);
-  ASSERT_EQ(diagnosis.named, Cause::gyro);
+  ASSERT_EQ(diagnosis.named, ChangeCause::gyro);
   EXPECT_EQ(diagnosis.hypotheses.front().part, "gyro, scatter");
 }
 
@@ -135,7 +135,7 @@ TEST(Diagnosis, NamesMountWhileThermometersDriftAsCertified) {
       if (result.thermometer == "gyro.E" || result.thermometer == "gyro.F") result.value -= 0.03;
     }
   }
-  EXPECT_EQ(diagnose_all(history).named, Cause::mount);
+  EXPECT_EQ(diagnose_all(history).named, ChangeCause::mount);
   for (CheckEntry& check : history.checks)
     for (CheckedThermometer& thermometer : check.thermometers) thermometer.drift_k_per_year = 0;
   EXPECT_FALSE(diagnose_all(history).named) << "the drift is not certified";

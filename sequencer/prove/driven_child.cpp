@@ -11,7 +11,6 @@
 #include <array>
 #include <cerrno>
 #include <csignal>
-#include <thread>
 #include <utility>
 #include <vector>
 
@@ -19,6 +18,7 @@
 #include "core/tcp_listener.hpp"
 #include "drivers/chamber/modbus_chamber.hpp"
 #include "drivers/chamber/text_registers.hpp"
+#include "drivers/line/pauses.hpp"
 #include "sequencer/run/chamber_ownership.hpp"
 
 namespace gyrotherm::prove {
@@ -59,7 +59,7 @@ void drive_until_killed(const rig::RigFile& rig, const std::string& record, Cels
   const auto begun = begin_to_drive(rig, *ownership, *chamber, set_point);
   (void)write_all(to_parent, (begun ? kDriving : text(begun.error())) + std::string("\n"));
   // After a failure the guard makes the chamber safe, because this process ends without a good-bye.
-  for (; begun; std::this_thread::sleep_for(kSecond)) {
+  for (const auto pauses = drivers::make_real_pauses(); begun; pauses->rest(kSecond)) {
     (void)chamber->read();
     ownership->heartbeat({});
   }

@@ -97,6 +97,11 @@ std::vector<Injection> temperature_injections() {
        needs_three},
       {InterlockId::drifting, first_off(&InterlockLimits::drift, kJustK), first_off(&InterlockLimits::drift, -kJustK),
        needs_three},
+  };
+}
+
+std::vector<Injection> response_injections() {
+  return {
       {InterlockId::no_thermal_response,
        [](InterlockBench& b, int) {
          const auto moved = b.base() + b.limits().response_step + Kelvins{2};
@@ -242,7 +247,8 @@ std::vector<Injection> program_injections() {
 
 std::vector<Injection> all_injections() {
   std::vector<Injection> all;
-  for (auto* list : {&temperature_injections, &silence_injections, &chamber_injections, &program_injections})
+  for (auto* list :
+       {&temperature_injections, &response_injections, &silence_injections, &chamber_injections, &program_injections})
     for (auto& one : list()) all.push_back(std::move(one));
   return all;
 }

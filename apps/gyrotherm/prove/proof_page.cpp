@@ -38,7 +38,7 @@ constexpr std::array<PageTexts, 2> kPageTexts{{
      "UNSIGNED",
      "Tests",
      "Test",
-     "Cause",
+     "Reason",
      "Limit",
      "Time / s",
      "Reading",

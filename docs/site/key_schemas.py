@@ -319,7 +319,7 @@ class _Maker:
         rows = re.findall(r'\.name = "(\w+)", \.usual = Reaction::(\w+)(, \.choosable = false)?', text)
         reactions = ["warn", "suspend", "hold", "abort"]
         proof = {
-            "description": "Reaction to proof tests that are due or failed at the start of a run. Default: warn.",
+            "description": "Reaction to proof tests that are due or failed at the start of a run: a warning, or the run is refused",
             "enum": ["warn", "refuse"],
             "default": "warn",
         }

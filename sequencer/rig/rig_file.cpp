@@ -249,6 +249,26 @@ void check_ports(const TomlTable& root, const RigFile& rig) {
     root.note_error("", "\"hid:\" is only for a rig with one USB device, expected serial numbers");
 }
 
+/// Returns whether two instruments would share a connection. Port 0 is the usual port of the instrument.
+bool is_same_line(const drivers::Line& one, const drivers::Line& other) {
+  const auto *serial = std::get_if<drivers::SerialLine>(&one), *other_serial = std::get_if<drivers::SerialLine>(&other);
+  if (serial && other_serial) return serial->device == other_serial->device;
+  const auto *tcp = std::get_if<drivers::TcpLine>(&one), *other_tcp = std::get_if<drivers::TcpLine>(&other);
+  if (!tcp || !other_tcp || tcp->host != other_tcp->host) return false;
+  return tcp->port == other_tcp->port || tcp->port == 0 || other_tcp->port == 0;
+}
+
+/// Records an error if the relay of [safe.also] shares its line with an instrument, because it must work while the line
+/// of the chamber is dead.
+void check_relay_line(const TomlTable& root, const RigFile& rig) {
+  if (!rig.safe_also) return;
+  const auto relay = drivers::parse_line(rig.safe_also->line);
+  for (const auto& text : list_lines(rig))
+    if (const auto line = drivers::parse_line(text); line && relay && is_same_line(*line, *relay))
+      root.table("safe").table("also").note_error(
+          "line", fmt::format("\"{}\" is the line of an instrument, expected a line of the relay's own", text));
+}
+
 /// Reads [certificates]: the PEM file with the trusted signers of certificate files.
 std::string read_trusted_certificates(const TomlTable& table, const std::string& folder) {
   const std::string name = table.text("trusted", "");
@@ -359,6 +379,7 @@ Result<RigFile> parse_rig(std::string_view text, const std::string& file, const 
   else
     root->ignore("virtual");
   check_ports(*root, rig);
+  check_relay_line(*root, rig);
   if (const auto room = read_room(root->table("room")); !rig.simulated || root->has("room")) rig.limits.room = room;
   rig.chamber_power = chamber.text("power", "");
   const auto framing = read_word_order_and_framing(chamber, rig);

@@ -183,6 +183,22 @@ TEST(RigFile, AllowsTextInstrumentsOnEchoingLine) {
   EXPECT_NE(parse_rig(usb, kRigs + "mine.toml").error().what.find("can echo"), std::string::npos);
 }
 
+/// The relay must work while the line of the chamber is dead.
+TEST(RigFile, RefusesRelayOnLineOfInstrument) {
+  const auto text = read_text_file(kRigs + "example-f4t-lakeshore-kvh.toml").value();
+  const auto refusal_of = [&](const std::string& line) {
+    const auto rig = parse_rig(text + "\n[safe.also]\nline = \"" + line + "\"\ncoil = 3\n", kRigs + "mine.toml");
+    return rig ? "" : rig.error().what;
+  };
+  const auto chamber = parse_rig(text, kRigs + "mine.toml").value().chamber_line;
+  const auto host = chamber.substr(0, chamber.rfind(':'));
+  for (const auto& line :
+       {chamber, host + ":502", host, std::string("serial:/dev/serial/by-id/usb-Moxa_UPort_1150-if00-port0?19200,8N1")})
+    EXPECT_NE(refusal_of(line).find("expected a line of the relay's own"), std::string::npos) << line;
+  for (const auto& line : {host + ":503", std::string("tcp://192.0.2.77"), std::string("serial:/dev/ttyRelay")})
+    EXPECT_EQ(refusal_of(line), "") << line;
+}
+
 /// The second instrument would otherwise be reported as locked by another program.
 TEST(RigFile, RefusesPortOfTwoInstruments) {
   const auto text = read_text_file(kRigs + "example-f4t-lakeshore-kvh.toml").value();

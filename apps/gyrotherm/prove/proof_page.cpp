@@ -7,6 +7,7 @@
 
 #include "report/html_page.hpp"
 #include "report/plot/svg.hpp"
+#include "sequencer/prove/proof.hpp"
 
 namespace gyrotherm::app {
 namespace {

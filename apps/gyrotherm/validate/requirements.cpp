@@ -23,6 +23,7 @@
 #include "core/text.hpp"
 #include "report/other_program.hpp"
 #include "report/signature.hpp"
+#include "sequencer/profile/released_blocks.hpp"
 #include "sequencer/prove/interlock_proof.hpp"
 #include "sequencer/prove/proof.hpp"
 
@@ -67,7 +68,7 @@ Tested judge_findings(const std::vector<Finding>& findings) {
   }
   auto sentence = fmt::format("{}", fmt::join(all, "; "));
   if (has_fault) return unmet(std::move(sentence));
-  return std::move(sentence);
+  return sentence;
 }
 
 // Installation
@@ -161,7 +162,7 @@ Tested test_coverage(const ValidationSite& site) {
   if (auto valid = json->verdict(); !valid) return failure(valid.error());
   auto sentence = fmt::format("{:.1f} % of an unseen run are within the 95 % intervals", 100 * seen);
   if (!(seen >= kLeastCoverage)) return unmet(std::move(sentence));
-  return std::move(sentence);
+  return sentence;
 }
 
 Tested test_signature(const ValidationSite& site) {
@@ -213,7 +214,7 @@ Tested test_proofs(const ValidationSite& site) {
   const auto state = prove::judge_proofs(site.rig, prove::find_proofs(site.rig), SteadyClock().now().utc);
   auto sentence = fmt::format("{}", fmt::join(state.lines, "; "));
   if (!state.is_valid) return unmet(std::move(sentence));
-  return std::move(sentence);
+  return sentence;
 }
 
 struct Requirement {

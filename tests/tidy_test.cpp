@@ -484,6 +484,8 @@ TEST(FunctionScanner, ReportsUnmatchedBrace) {
 }
 
 struct Ban {
+  /// Texts of which a line with the word contains one. A search for them takes a tenth of the time of the expression.
+  std::vector<std::string_view> hints;
   std::regex word;
   std::string instead;
   std::set<std::string> allowed;  ///< modules or their parts
@@ -493,22 +495,31 @@ void expect_no_banned_words(const std::vector<Ban>& bans, const std::vector<Sour
   for (const auto& source : in)
     for (std::size_t i = 0; i < source.lines.size(); ++i)
       for (const auto& ban : bans) {
+        const std::string& line = source.lines[i];
+        if (std::ranges::none_of(ban.hints, [&](std::string_view hint) { return line.find(hint) != line.npos; }))
+          continue;
         if (ban.allowed.contains(source.module) || ban.allowed.contains(source.part)) continue;
-        EXPECT_FALSE(std::regex_search(source.lines[i], ban.word))
+        EXPECT_FALSE(std::regex_search(line, ban.word))
             << source.at(i) << ": banned here; use instead: " << ban.instead << "\n"
-            << source.lines[i];
+            << line;
       }
 }
 
 TEST(House, BannedWordsAreNotUsed) {
   const std::vector<Ban> bans{
-      {std::regex(R"(\b(TODO|FIXME|XXX|HACK)\b)"), "fix it, or file an issue", {}},
-      {std::regex(R"(\busing namespace\b)"), "a using declaration for each name", {}},
-      {std::regex(R"(\b(?!ModemManager\b)\w*(Manager|Helper|Utils|Impl)\b)"), "a specific noun", {}},
-      {std::regex(R"((^|[^:.>\w])get_[a-z_]+\()"), "a noun: result(), not get_result()", {"bench"}},  // pagmo needs it
-      {std::regex(R"(\bstd::rand\b|\brand\(\))"), "a seeded engine", {}},
-      {std::regex(R"(\bmodbus_(set|get)_float)"), "drivers/chamber/register_item", {}},
-      {std::regex(R"(\bsystem_clock\b)"), "Clock", {"core"}},
+      {{"TODO", "FIXME", "XXX", "HACK"}, std::regex(R"(\b(TODO|FIXME|XXX|HACK)\b)"), "fix it, or file an issue", {}},
+      {{"using namespace"}, std::regex(R"(\busing namespace\b)"), "a using declaration for each name", {}},
+      {{"Manager", "Helper", "Utils", "Impl"},
+       std::regex(R"(\b(?!ModemManager\b)\w*(Manager|Helper|Utils|Impl)\b)"),
+       "a specific noun",
+       {}},
+      {{"get_"},
+       std::regex(R"((^|[^:.>\w])get_[a-z_]+\()"),
+       "a noun: result(), not get_result()",
+       {"bench"}},  // pagmo needs it
+      {{"rand"}, std::regex(R"(\bstd::rand\b|\brand\(\))"), "a seeded engine", {}},
+      {{"modbus_"}, std::regex(R"(\bmodbus_(set|get)_float)"), "drivers/chamber/register_item", {}},
+      {{"system_clock"}, std::regex(R"(\bsystem_clock\b)"), "Clock", {"core"}},
   };
   expect_no_banned_words(bans, all_sources());
 }
@@ -516,12 +527,18 @@ TEST(House, BannedWordsAreNotUsed) {
 /// Bans words in the program that are allowed in tests.
 TEST(House, WordsBannedFromProgramAreNotUsed) {
   const std::vector<Ban> bans{
-      {std::regex(R"(\bsleep_for\b|\busleep\b|\bnanosleep\b)"), "an injected Clock", {"apps", "sequencer/watchdog"}},
-      {std::regex(R"(\bthrow\b)"), "Result", {}},
-      {std::regex(R"(\bistreambuf_iterator\b)"), "getline, which does not throw if a read fails", {}},
-      {std::regex(R"(: (std::file|f)s(ystem)?::(recursive_)?directory_iterator)"), "list_folder", {}},
-      {std::regex(R"(\bstd::cout\b|\bprintf\()"), "the program's own output", {"apps"}},
-      {std::regex(R"(\bfmt::print\()"), "write_to_stdout or write_to_stderr, which do not throw", {}},
+      {{"sleep"},
+       std::regex(R"(\bsleep_for\b|\busleep\b|\bnanosleep\b)"),
+       "an injected Clock",
+       {"apps", "sequencer/watchdog"}},
+      {{"throw"}, std::regex(R"(\bthrow\b)"), "Result", {}},
+      {{"istreambuf"}, std::regex(R"(\bistreambuf_iterator\b)"), "getline, which does not throw if a read fails", {}},
+      {{"directory_iterator"},
+       std::regex(R"(: (std::file|f)s(ystem)?::(recursive_)?directory_iterator)"),
+       "list_folder",
+       {}},
+      {{"cout", "printf"}, std::regex(R"(\bstd::cout\b|\bprintf\()"), "the program's own output", {"apps"}},
+      {{"fmt::print"}, std::regex(R"(\bfmt::print\()"), "write_to_stdout or write_to_stderr, which do not throw", {}},
   };
   expect_no_banned_words(bans, sources());
 }

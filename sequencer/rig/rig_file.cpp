@@ -229,26 +229,6 @@ std::vector<std::string> list_lines(const RigFile& rig) {
   return lines;
 }
 
-/// Checks that no port or USB device is shared by two instruments. Several instruments may share a network address.
-void check_ports(const TomlTable& root, const RigFile& rig) {
-  std::set<std::string> taken;
-  int hids = 0;
-  bool any_hid = false;
-  for (const auto& text : list_lines(rig)) {
-    const auto line = drivers::parse_line(text);
-    if (!line) continue;
-    const auto* serial = std::get_if<drivers::SerialLine>(&*line);
-    const auto* hid = std::get_if<drivers::HidLine>(&*line);
-    hids += hid != nullptr ? 1 : 0;
-    any_hid = any_hid || (hid != nullptr && hid->serial.empty());
-    const bool is_exclusive = serial != nullptr || hid != nullptr;
-    if (is_exclusive && !taken.insert(serial ? serial->device : text).second)
-      root.note_error("", fmt::format("\"{}\" is the line of two instruments, expected one line per instrument", text));
-  }
-  if (any_hid && hids > 1)
-    root.note_error("", "\"hid:\" is only for a rig with one USB device, expected serial numbers");
-}
-
 /// Returns whether two instruments would share a connection. Port 0 is the usual port of the instrument.
 bool is_same_line(const drivers::Line& one, const drivers::Line& other) {
   const auto *serial = std::get_if<drivers::SerialLine>(&one), *other_serial = std::get_if<drivers::SerialLine>(&other);
@@ -267,6 +247,27 @@ void check_relay_line(const TomlTable& root, const RigFile& rig) {
     if (const auto line = drivers::parse_line(text); line && relay && is_same_line(*line, *relay))
       root.table("safe").table("also").note_error(
           "line", fmt::format("\"{}\" is the line of an instrument, expected a line of the relay's own", text));
+}
+
+/// Checks that no port or USB device is shared by two instruments. Several instruments may share a network address.
+void check_ports(const TomlTable& root, const RigFile& rig) {
+  std::set<std::string> taken;
+  int hids = 0;
+  bool any_hid = false;
+  for (const auto& text : list_lines(rig)) {
+    const auto line = drivers::parse_line(text);
+    if (!line) continue;
+    const auto* serial = std::get_if<drivers::SerialLine>(&*line);
+    const auto* hid = std::get_if<drivers::HidLine>(&*line);
+    hids += hid != nullptr ? 1 : 0;
+    any_hid = any_hid || (hid != nullptr && hid->serial.empty());
+    const bool is_exclusive = serial != nullptr || hid != nullptr;
+    if (is_exclusive && !taken.insert(serial ? serial->device : text).second)
+      root.note_error("", fmt::format("\"{}\" is the line of two instruments, expected one line per instrument", text));
+  }
+  if (any_hid && hids > 1)
+    root.note_error("", "\"hid:\" is only for a rig with one USB device, expected serial numbers");
+  check_relay_line(root, rig);
 }
 
 /// Reads [certificates]: the PEM file with the trusted signers of certificate files.
@@ -379,7 +380,6 @@ Result<RigFile> parse_rig(std::string_view text, const std::string& file, const 
   else
     root->ignore("virtual");
   check_ports(*root, rig);
-  check_relay_line(*root, rig);
   if (const auto room = read_room(root->table("room")); !rig.simulated || root->has("room")) rig.limits.room = room;
   rig.chamber_power = chamber.text("power", "");
   const auto framing = read_word_order_and_framing(chamber, rig);

@@ -133,7 +133,10 @@ TEST(Manual, ExamplesUseExistingOptions) {
     const auto text = read_text_file(path.string()).value();
     for (std::sregex_iterator at(text.begin(), text.end(), example), end; at != end; ++at) {
       const auto known = options_in(gyrotherm_with((*at)[1].str() + " --help").out);
-      const auto below = (*at)[1] == "report" ? options_in(gyrotherm_with("report sign --help").out) : known;
+      auto below = known;
+      const auto rest = (*at)[2].str();
+      if (std::smatch subcommand; std::regex_search(rest, subcommand, std::regex("^ ([a-z]+)(?: |$)")))
+        below = options_in(gyrotherm_with((*at)[1].str() + subcommand[0].str() + " --help").out);
       for (const auto& option : options_in((*at)[2])) {
         EXPECT_TRUE(known.contains(option) || below.contains(option)) << path << ": " << at->str();
         ++options;

@@ -39,7 +39,7 @@ TEST(Readme, ShowsTwoCommandsOfCi) {
 }
 
 TEST(Readme, ShowsExistingCommandsAndOptions) {
-  const std::regex command_name(R"(^gyrotherm ([a-z-]+))");
+  const std::regex command_name(R"(^gyrotherm ([a-z-]+))"), subcommand_name(R"(^gyrotherm ([a-z-]+ [a-z]+) )");
   int commands = 0, options = 0;
   auto lines = shown_commands(kReadme);
   std::ranges::copy(shown_commands(kTasks), std::back_inserter(lines));
@@ -48,7 +48,9 @@ TEST(Readme, ShowsExistingCommandsAndOptions) {
     if (!std::regex_search(line, match, command_name)) continue;
     const auto help = gyrotherm_with(match[1].str() + " --help");
     EXPECT_EQ(help.exit_code, 0) << line;
-    const auto known = options_in(help.out);
+    auto known = options_in(help.out);
+    if (std::smatch with_subcommand; std::regex_search(line, with_subcommand, subcommand_name))
+      known.merge(options_in(gyrotherm_with(with_subcommand[1].str() + " --help").out));
     for (const auto& option : options_in(line)) {
       EXPECT_TRUE(known.contains(option)) << line << " " << option;
       ++options;

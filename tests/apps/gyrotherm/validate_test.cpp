@@ -13,12 +13,19 @@
 namespace gyrotherm::app {
 namespace {
 
-/// A validation of the shipped virtual rig, made once.
+/// A validation, made once, of a virtual rig that is too warm for every shipped program.
 class Validation : public testing::Test {
  protected:
   static void SetUpTestSuite() {
     folder_ = new Folder;
-    ran_ = gyrotherm_with("validate --rig virtual --by 'A. Operator' --out " + (*folder_ / "validation"));
+    auto rig = *read_text_file(GYROTHERM_SOURCE_DIR "/profiles/rigs/virtual.toml");
+    for (auto at = rig.find("\"../"); at != rig.npos; at = rig.find("\"../"))
+      rig.replace(at, 4, "\"" GYROTHERM_SOURCE_DIR "/profiles/");
+    const auto lowest = rig.find("lowest = \"");
+    rig.replace(lowest, rig.find('\n', lowest) - lowest, "lowest = \"10 °C\"");
+    std::ofstream(*folder_ / "warm.toml") << rig;
+    ran_ = gyrotherm_with("validate --rig " + (*folder_ / "warm.toml") + " --by 'A. Operator' --out " +
+                          (*folder_ / "validation"));
     const auto keys = shell("cd " + (*folder_ / ".") +
                             " && openssl req -x509 -newkey rsa:2048 -nodes -keyout lab.key -out lab.pem -days 30 -subj "
                             "/CN=laboratory -addext basicConstraints=critical,CA:FALSE -addext "
@@ -40,19 +47,20 @@ TEST_F(Validation, MeetsEachRequirementOrSaysWhyNot) {
   EXPECT_EQ(validation["operator"], "A. Operator");
   EXPECT_EQ(validation["simulated"], true);
   ASSERT_EQ(validation["results"].size(), 15u);
-  bool failed = false;
   for (const auto& result : validation["results"]) {
-    failed = failed || result["verdict"] == "failed";
-    // A build machine may have no synchronised clock, a small disk, or limits.
     const auto id = result["id"].get<std::string>();
-    if (id.starts_with("OQ") || id == "IQ-1" || id == "IQ-2") {
+    if (id == "OQ-7") {
+      EXPECT_EQ(result["verdict"], "failed") << result.dump(2);
+    } else if (id.starts_with("OQ") || id == "IQ-1" || id == "IQ-2") {
+      // A build machine may have no synchronised clock, a small disk, or limits.
       EXPECT_NE(result["verdict"], "failed") << result.dump(2);
     }
     if (result["verdict"] != "not applicable") {
       EXPECT_NE(result["evidence"], "") << id;
     }
   }
-  EXPECT_EQ(ran_.exit_code, failed ? 1 : 0) << ran_.err;
+  EXPECT_EQ(validation["verdict"], "failed");
+  EXPECT_EQ(ran_.exit_code, 1) << ran_.err;
   EXPECT_NE(ran_.out.find("SIMULATED"), std::string::npos);
 }
 
@@ -91,24 +99,6 @@ TEST_F(Validation, IsSignedAndVerified) {
     std::ofstream(copy + "/" + file) << sound;
   }
   EXPECT_EQ(gyrotherm_with(verify).exit_code, 0);
-}
-
-TEST_F(Validation, FailsForARigThatCannotCarryOutAProgram) {
-  auto rig = *read_text_file(GYROTHERM_SOURCE_DIR "/profiles/rigs/virtual.toml");
-  for (auto at = rig.find("\"../"); at != rig.npos; at = rig.find("\"../"))
-    rig.replace(at, 4, "\"" GYROTHERM_SOURCE_DIR "/profiles/");
-  const auto lowest = rig.find("lowest = \"");
-  ASSERT_NE(lowest, rig.npos);
-  rig.replace(lowest, rig.find('\n', lowest) - lowest, "lowest = \"10 °C\"");
-  std::ofstream(*folder_ / "warm.toml") << rig;
-  const auto ran =
-      gyrotherm_with("validate --rig " + (*folder_ / "warm.toml") + " --json --out " + (*folder_ / "warm"));
-  EXPECT_EQ(ran.exit_code, 1) << ran.err;
-  const auto validation = nlohmann::json::parse(ran.out);
-  for (const auto& result : validation["results"])
-    if (result["id"] == "OQ-7") {
-      EXPECT_EQ(result["verdict"], "failed") << result.dump();
-    }
 }
 
 }  // namespace

@@ -87,7 +87,7 @@ TEST_P(SelfEnding, RunsWithFaultsViolateNoInvariantAndKeepTheirPath) {
   }
   EXPECT_GE(longest, calm.blocks.size()) << "some runs reach their end";
 }
-INSTANTIATE_TEST_SUITE_P(FaultSchedules, SelfEnding, ::testing::Values(1, 51));
+INSTANTIATE_TEST_SUITE_P(FaultSchedules, SelfEnding, ::testing::Values(1));  // nightly: a thousand
 
 TEST(FaultSchedules, PassWhenTheyFailedOnce) {
   std::ifstream file(GYROTHERM_SOURCE_DIR "/tests/sequencer/faults/regressions.txt");

@@ -134,12 +134,12 @@ std::string to_html(const HtmlPage& page) {
       fmt::format("<p class=\"kind\">{}</p>\n<h1>{}</h1>\n", plot::escaped(page.kind), plot::escaped(page.heading));
   if (!page.subtitle.empty()) head += fmt::format("<p class=\"subtitle\">{}</p>\n", plot::escaped(page.subtitle));
   return fmt::format(
-      "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n"
+      "<!DOCTYPE html>\n<html lang=\"{}\">\n<head>\n<meta charset=\"utf-8\"/>\n"
       "<meta name=\"viewport\" content=\"width=device-width, "
       "initial-scale=1\"/>\n<title>{}{}</title>\n<style>{}</style>\n"
       "</head>\n<body>\n{}<main tabindex=\"0\">\n{}{}<footer>{}</footer>\n</main>\n</body>\n</html>\n",
-      page.simulated ? "SIMULATED – " : "", plot::escaped(page.title), style_sheet(page.simulated),
-      page.simulated ? kSimulatedBanner : "", head, page.body, plot::escaped(page.footer));
+      plot::escaped(page.language), page.simulated ? "SIMULATED – " : "", plot::escaped(page.title),
+      style_sheet(page.simulated), page.simulated ? kSimulatedBanner : "", head, page.body, plot::escaped(page.footer));
 }
 
 std::string to_html(const HtmlTable& table) {

@@ -158,7 +158,8 @@ Result<std::string> proof_page(const ProtocolText& protocol, const std::string& 
       .subtitle = proof.began,
       .simulated = proof.simulated,
       .body = body,
-      .footer = fmt::format("{}; {}", prove::kProofSchema, sha256)});
+      .footer = fmt::format("{}; {}", prove::kProofSchema, sha256),
+      .language = code(language)});
 }
 
 }  // namespace

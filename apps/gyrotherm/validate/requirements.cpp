@@ -96,7 +96,11 @@ Tested test_shipped_files(const ValidationSite& /*site*/) {
 
 Tested test_installation(const ValidationSite& /*site*/) { return judge_findings(check_installation()); }
 Tested test_disk(const ValidationSite& site) { return judge_findings(check_disk(site.folder)); }
-Tested test_clock(const ValidationSite& /*site*/) { return judge_findings({check_clock()}); }
+Tested test_clock(const ValidationSite& /*site*/) {
+  const Finding finding = check_clock();
+  if (finding.state != FindingState::ok) return unmet(finding.found);
+  return finding.found;
+}
 Tested test_limits(const ValidationSite& /*site*/) { return judge_findings(check_limits()); }
 
 // Operation

@@ -91,6 +91,13 @@ const char* verdict_word(ValidationVerdict verdict, const ValidationWords& words
   return verdict == ValidationVerdict::failed ? words.failed : words.not_applicable;
 }
 
+/// Returns an identifier with hyphens at which no line is broken.
+std::string unbroken(const std::string& id) {
+  std::string text;
+  for (const char c : plot::escaped(id)) text += c == '-' ? "\u2011" : std::string(1, c);
+  return text;
+}
+
 std::string identity_html(const Validation& validation, const ProtocolText& protocol, const ValidationWords& words) {
   std::string html = "<dl class=\"identity\">\n";
   const auto add = [&](const char* what, const std::string& value) {
@@ -115,7 +122,7 @@ Result<std::string> validation_page(const ProtocolText& protocol, const std::str
   report::HtmlTable table{.header = {words.number, words.requirement, words.verdict, words.evidence},
                           .text_columns = 4};
   for (const RequirementResult& result : validation->results)
-    table.rows.push_back({plot::escaped(result.id), plot::escaped(is_german ? result.german : result.english),
+    table.rows.push_back({unbroken(result.id), plot::escaped(is_german ? result.german : result.english),
                           verdict_word(result.verdict, words), plot::escaped(result.evidence)});
   report::HtmlTable programs{.header = {words.file, "SHA-256"}, .text_columns = 2};
   for (const InstalledProgram& program : validation->programs)
@@ -129,7 +136,8 @@ Result<std::string> validation_page(const ProtocolText& protocol, const std::str
       .simulated = validation->simulated,
       .body = identity_html(*validation, protocol, words) + fmt::format("<h2>{}</h2>\n", words.requirements) +
               to_html(table) + fmt::format("<h2>{}</h2>\n", words.files) + to_html(programs),
-      .footer = fmt::format("{}; {}", kValidationSchema, protocol.sha256)});
+      .footer = fmt::format("{}; {}", kValidationSchema, protocol.sha256),
+      .language = code(language)});
 }
 
 }  // namespace

@@ -60,6 +60,21 @@ Result<void> write_protocol(const std::string& folder, const ProtocolKind& kind,
   return write_protocol_pages(folder, kind, {.json = json, .sha256 = sha256(json), .signer = ""});
 }
 
+void add_signing_options(CLI::App& command, report::SigningKey& key) {
+  command.add_option("--key", key.key_file, "sign the protocol with this private key, RSA, PEM")
+      ->type_name(value::kPem);
+  command.add_option("--certificate", key.certificate_file, "its certificate and the chain above it, PEM")
+      ->type_name(value::kPem);
+  command.add_option("--password-file", key.password_file, "a file with the password of the key")
+      ->type_name(value::kFile);
+}
+
+Result<void> check_signing_options(const report::SigningKey& key) {
+  if (key.key_file.empty() != key.certificate_file.empty())
+    return failure(FaultKind::usage, "--key", "expected --key and --certificate together");
+  return {};
+}
+
 bool has_protocol(const std::string& folder, const ProtocolKind& kind) {
   std::error_code error;
   return std::filesystem::exists(json_path(folder, kind), error) &&

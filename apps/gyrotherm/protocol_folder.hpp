@@ -5,6 +5,7 @@
 
 #include <string>
 
+#include "apps/console/command.hpp"
 #include "core/result.hpp"
 #include "report/signature.hpp"
 #include "report/words.hpp"
@@ -27,6 +28,11 @@ struct ProtocolKind {
 
 /// Writes the JSON file and its pages into a folder that exists. Fails with storage.
 [[nodiscard]] Result<void> write_protocol(const std::string& folder, const ProtocolKind& kind, const std::string& json);
+
+/// Adds the options --key, --certificate and --password-file to a command that can sign its protocol.
+void add_signing_options(CLI::App& command, report::SigningKey& key);
+/// Fails with usage if only one of --key and --certificate was given.
+[[nodiscard]] Result<void> check_signing_options(const report::SigningKey& key);
 
 /// Returns whether a folder contains a protocol of this kind and no calibration report.
 [[nodiscard]] bool has_protocol(const std::string& folder, const ProtocolKind& kind);

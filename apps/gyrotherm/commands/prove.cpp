@@ -91,8 +91,7 @@ Result<Exit> prove_rig(Console& console, const ProveArguments& options) {
   }
   const auto tests = select_tests(*rig, options.only);
   if (!tests) return failure(tests.error());
-  if (options.key.key_file.empty() != options.key.certificate_file.empty())
-    return failure(FaultKind::usage, "--key", "expected --key and --certificate together");
+  if (auto complete = check_signing_options(options.key); !complete) return failure(complete.error());
   if (std::ranges::count(*tests, prove::ProofTest::limiter) > 0 && !console.can_ask())
     return failure(FaultKind::usage, "limiter",
                    "a person must set and reset the limiter, and this is not a terminal; without hands: --only "
@@ -128,12 +127,7 @@ void add_prove(Program& program) {
   command.add_option("--by", options.by, "the operator (default: this user)")->type_name("NAME");
   command.add_flag("--close-relay", options.close_relay,
                    "close the relay that was opened because the chamber could not be made safe; a person confirms it");
-  command.add_option("--key", options.key.key_file, "sign the protocol with this private key, RSA, PEM")
-      ->type_name(value::kPem);
-  command.add_option("--certificate", options.key.certificate_file, "its certificate and the chain above it, PEM")
-      ->type_name(value::kPem);
-  command.add_option("--password-file", options.key.password_file, "a file with the password of the key")
-      ->type_name(value::kFile);
+  add_signing_options(command, options.key);
 }
 
 }  // namespace gyrotherm::app

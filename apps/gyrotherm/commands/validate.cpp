@@ -36,8 +36,7 @@ std::string describe(const RequirementResult& result) {
 }
 
 Result<Exit> validate(Console& console, const ValidateArguments& options) {
-  if (options.key.key_file.empty() != options.key.certificate_file.empty())
-    return failure(FaultKind::usage, "--key", "expected --key and --certificate together");
+  if (auto complete = check_signing_options(options.key); !complete) return failure(complete.error());
   const auto rig = load_rig(options.rig);
   if (!rig) return failure(rig.error());
   if (auto made = make_validation_folder(options.out); !made) return failure(made.error());
@@ -86,12 +85,7 @@ void add_validate(Program& program) {
       ->type_name(value::kFolder)
       ->required();
   command.add_option("--by", options.by, "the operator (default: this user)")->type_name("NAME");
-  command.add_option("--key", options.key.key_file, "sign the protocol with this private key, RSA, PEM")
-      ->type_name(value::kPem);
-  command.add_option("--certificate", options.key.certificate_file, "its certificate and the chain above it, PEM")
-      ->type_name(value::kPem);
-  command.add_option("--password-file", options.key.password_file, "a file with the password of the key")
-      ->type_name(value::kFile);
+  add_signing_options(command, options.key);
 }
 
 }  // namespace gyrotherm::app

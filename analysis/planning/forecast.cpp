@@ -14,8 +14,6 @@ namespace gyrotherm::planning {
 
 Result<Forecast> Forecast::make(const data::RecordedRun& reference, const ProgramPath& mission,
                                 const ProgressSink& progress) {
-  auto response = fit_response(reference.dataset, reference.clusters.length_s);
-  if (!response) return failure(response.error());
   auto trained = model::train_recommended(reference, progress);
   if (!trained) return failure(trained.error());
   const Eigen::Index features = trained->variance->posterior.rows(), inputs = trained->input_min.size();
@@ -23,16 +21,11 @@ Result<Forecast> Forecast::make(const data::RecordedRun& reference, const Progra
   Start start{.covariance = Eigen::MatrixXd::Identity(features, features),
               .input_min = Eigen::RowVectorXd::Constant(inputs, kInfinity),
               .input_max = Eigen::RowVectorXd::Constant(inputs, -kInfinity)};
-  data::Clusters on_mission = predict_clusters(*response, mission);
-  Forecast forecast(std::move(*trained), std::move(start), std::move(*response), std::move(on_mission));
-  if (const auto judged = forecast.judge_reference(reference); !judged) return failure(judged.error());
-  return forecast;
+  return assemble(std::move(*trained), std::move(start), reference, mission);
 }
 
 Result<Forecast> Forecast::make_with_prior(const population::TypePrior& prior, const data::RecordedRun& reference,
                                            const ProgramPath& mission) {
-  auto response = fit_response(reference.dataset, reference.clusters.length_s);
-  if (!response) return failure(response.error());
   auto trained = model::train_with_prior(prior, {reference.dataset}, {reference.clusters}, {});
   if (!trained) return failure(trained.error());
   std::vector<Eigen::Index> slopes_first;
@@ -41,20 +34,22 @@ Result<Forecast> Forecast::make_with_prior(const population::TypePrior& prior, c
   Start start{.covariance = prior.next_unit.covariance(slopes_first, slopes_first),
               .input_min = prior.input_min,
               .input_max = prior.input_max};
-  data::Clusters on_mission = predict_clusters(*response, mission);
-  Forecast forecast(std::move(*trained), std::move(start), std::move(*response), std::move(on_mission));
-  if (const auto judged = forecast.judge_reference(reference); !judged) return failure(judged.error());
-  return forecast;
+  return assemble(std::move(*trained), std::move(start), reference, mission);
 }
 
-Result<void> Forecast::judge_reference(const data::RecordedRun& reference) {
-  const auto stated = mission_uncertainty(reference_, mission_);
+Result<Forecast> Forecast::assemble(model::Model trained, Start start, const data::RecordedRun& reference,
+                                    const ProgramPath& mission) {
+  auto response = fit_response(reference.dataset, reference.clusters.length_s);
+  if (!response) return failure(response.error());
+  data::Clusters on_mission = predict_clusters(*response, mission);
+  Forecast forecast(std::move(trained), std::move(start), std::move(*response), std::move(on_mission));
+  const auto stated = mission_uncertainty(forecast.reference_, forecast.mission_);
   if (!stated) return failure(stated.error());
-  reference_deg_per_h_ = *stated;
-  const auto learnt = learn(recorded_path(reference.dataset, reference.clusters.length_s));
+  forecast.reference_deg_per_h_ = *stated;
+  const auto learnt = forecast.learn(recorded_path(reference.dataset, reference.clusters.length_s));
   if (!learnt) return failure(learnt.error());
-  reference_variance_ = learnt->on_mission;
-  return {};
+  forecast.reference_variance_ = learnt->on_mission;
+  return forecast;
 }
 
 Result<Forecast::Learnt> Forecast::learn(const ProgramPath& program) const {

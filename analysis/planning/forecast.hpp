@@ -52,8 +52,9 @@ class Forecast {
         response_(std::move(response)),
         mission_(std::move(mission)) {}
 
-  /// Computes the uncertainties of the reference record, which the forecasts are relative to.
-  [[nodiscard]] Result<void> judge_reference(const data::RecordedRun& reference);
+  /// Fits the response of the reference record and computes its uncertainties, which the forecasts are relative to.
+  [[nodiscard]] static Result<Forecast> assemble(model::Model trained, Start start, const data::RecordedRun& reference,
+                                                 const ProgramPath& mission);
 
   /// The model that starts without the reference record, after a program, and its mean variance on the mission, (°/h)².
   struct Learnt {

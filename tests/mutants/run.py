@@ -25,6 +25,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 
 import rules_of_a_run
 import rules_of_access
+import rules_of_self_ending_runs
 import rules_of_the_edges
 import rules_of_trust
 
@@ -33,8 +34,8 @@ PROGRAMS = ("gyrotherm", "gyrotherm-make-safe")  # attacked programs; an attack 
 STARTER = "app_test"  # test program that starts these programs
 
 # name, source, original text, replacement, test program (or gyrotherm), test (or attack) that must fail
-MUTANTS = (rules_of_a_run.MUTANTS + rules_of_access.MUTANTS + rules_of_the_edges.MUTANTS +
-           rules_of_trust.MUTANTS)
+MUTANTS = (rules_of_a_run.MUTANTS + rules_of_access.MUTANTS + rules_of_self_ending_runs.MUTANTS +
+           rules_of_the_edges.MUTANTS + rules_of_trust.MUTANTS)
 
 
 def commands(build, target):

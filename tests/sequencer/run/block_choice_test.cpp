@@ -138,7 +138,6 @@ TEST(BlockChoice, ChoosesLowestUncertaintyWhileNoneIsKnown) {
   EXPECT_EQ(decide(three_blocks(), inputs(kUnknown, {0.105, 0.1, 0.1})).block, "short") << "nearly equal";
 }
 
-/// The time of a block depends on the set point where it begins, and so does that of the closing after it.
 TEST(BlockChoice, TakesFirstBlockThatFitsWhileRecordIsShort) {
   auto of_short = inputs(kUnknown, {kUnknown, kUnknown, kUnknown});
   of_short.is_record_short = true;
@@ -151,6 +150,7 @@ TEST(BlockChoice, TakesFirstBlockThatFitsWhileRecordIsShort) {
   EXPECT_EQ(decide(three_blocks(), of_short).block, "long") << "a known uncertainty";
 }
 
+/// The time of a block depends on the set point where it begins, and so does that of the closing after it.
 TEST(BlockChoice, CountsTimesFromPresentSetPoint) {
   auto profile = three_blocks();
   ASSERT_TRUE(add_block(profile, "short"));

@@ -2,9 +2,11 @@
 #include "sequencer/interlocks/interlock_memory.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <limits>
 #include <utility>
+#include <vector>
 
 namespace gyrotherm::interlocks {
 namespace {
@@ -117,6 +119,42 @@ std::optional<Celsius> Ranks::median_without(const std::optional<Celsius>& own) 
   return Celsius{(other((others - 1) / 2) + other(others / 2)) / 2};
 }
 
+namespace {
+
+/// Rates are compared once the set point has been constant for kMinRestTime.
+constexpr Duration kMinRestTime = std::chrono::minutes(20);
+/// Decay of the rate at which the slowest part approaches the air.
+constexpr Duration kRateDecay = std::chrono::minutes(40);
+constexpr std::size_t kFewestRates = 3;  ///< needed for a comparison
+
+/// Updates the differences of the thermometers' rates from their median.
+void compare_rates(Duration elapsed, InterlockMemory& memory) {
+  auto& differences = memory.rate_differences;
+  differences.resize(memory.thermometers.size());
+  std::vector<double> rates;
+  for (const Trend& trend : memory.thermometers)
+    if (const auto rate = trend.rate()) rates.push_back(rate->value);
+  if (memory.liveness.at_rest < kMinRestTime || rates.size() < kFewestRates) {
+    std::ranges::fill(differences, std::nullopt);
+    return;
+  }
+  const auto middle = rates.begin() + static_cast<std::ptrdiff_t>(rates.size() / 2);
+  std::ranges::nth_element(rates, middle);
+  const double decay = std::exp(-to_seconds(elapsed) / to_seconds(kRateDecay));
+  for (std::size_t i = 0; i < differences.size(); ++i) {
+    const auto rate = memory.thermometers[i].rate();
+    if (!rate) {
+      differences[i].reset();
+      continue;
+    }
+    const double now = rate->value - *middle;
+    const double before = differences[i] ? differences[i]->least * decay : std::abs(now);
+    differences[i] = RateDifference{.now = now, .least = std::min(before, std::abs(now))};
+  }
+}
+
+}  // namespace
+
 void remember(const InterlockLimits& limits, const Sample& sample, Duration elapsed, bool is_after_pause,
               InterlockMemory& memory) {
   memory.thermometers.resize(sample.thermometers.size());
@@ -136,6 +174,7 @@ void remember(const InterlockLimits& limits, const Sample& sample, Duration elap
     memory.thermometers[i].add(value);
     memory.thermometers[i].compare(ranks.median_without(value));
   }
+  compare_rates(elapsed, memory);
 }
 
 }  // namespace gyrotherm::interlocks

@@ -82,6 +82,15 @@ class RecentCauses {
   Duration time_{}, whole_{};
 };
 
+/// How much faster or slower than the median of all thermometers one of them changes, K/min, while the set point is
+/// constant.
+struct RateDifference {
+  double now{};
+  /// Least magnitude so far. It decays like the rate of a body that approaches the air, so a constant difference
+  /// exceeds it in the end.
+  double least{};
+};
+
 struct InterlockMemory {
   /// The state of one subject of an interlock.
   struct Watch {
@@ -120,6 +129,8 @@ struct InterlockMemory {
   bool activity_seen = true;
   Trend air;
   std::vector<Trend> thermometers;
+  /// One per thermometer; absent: its rate is not known, the set point moved recently, or too few rates are known.
+  std::vector<std::optional<RateDifference>> rate_differences{};
   /// Air temperature predicted from the set point.
   std::optional<Celsius> expected{};
   /// Largest recent distance of the predicted air from the set point. It decays with the time constant 3 × chamber_lag.

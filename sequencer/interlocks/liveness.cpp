@@ -40,8 +40,9 @@ void update_rest_time(const Sample& sample, const LivenessSecond& second, Livene
   memory.at_rest += second.elapsed;
   if (std::exchange(memory.units_were_off, second.gyro_is_off) != second.gyro_is_off) memory.at_rest = {};
   if (!chamber || std::isnan(chamber->set_point.value)) return;
-  const auto before = std::exchange(memory.set_point, chamber->set_point);
-  if (!before || abs(chamber->set_point - *before) > kSameSetPoint) memory.at_rest = {};
+  if (memory.set_point && abs(chamber->set_point - *memory.set_point) <= kSameSetPoint) return;
+  memory.set_point = chamber->set_point;
+  memory.at_rest = {};
 }
 
 /// Updates the spell of one instrument. `identical` is the smallest count of identical readings among its channels.

@@ -87,8 +87,8 @@ struct LivenessMemory {
   IdenticalSpell air;
   std::vector<std::vector<AxisLiveness>> units;
   ResponseMemory response;
-  std::vector<ThermometerPast> past;  ///< one per column
-  std::optional<Celsius> set_point{};
+  std::vector<ThermometerPast> past;   ///< one per column
+  std::optional<Celsius> set_point{};  ///< when it last moved
   /// Time since the set point last moved, or a unit was switched on or off.
   Duration at_rest{};
   /// The units were possibly off in the previous second.

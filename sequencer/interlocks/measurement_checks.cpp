@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sequencer/interlocks/measurement_checks.hpp"
 
-#include <chrono>
 #include <cmath>
 
 #include "core/humidity.hpp"
@@ -9,11 +8,9 @@
 namespace gyrotherm::interlocks {
 namespace {
 
-/// A thermometer drifts if its rate differs from the median of all rates by more than kLargestRateDifference although
-/// the set point has been constant for kMinRestTime.
-constexpr Duration kMinRestTime = std::chrono::minutes(20);
-constexpr CelsiusPerMinute kLargestRateDifference{1};
-constexpr std::size_t kFewestRates = 3;  ///< needed for a comparison
+/// Largest difference of a thermometer's rate from the median of all rates while the set point is constant, beyond what
+/// is left of the last ramp.
+constexpr double kLargestRateDifference_k_per_min = 1;
 
 std::string describe_identical(const std::string& what, Duration time) {
   return fmt::format("{} identical to the last digit for {}", what, format_duration(time));
@@ -37,25 +34,6 @@ bool has_another_counting_unit(const CheckInputs& in, std::size_t unit) {
   for (std::size_t other = 0; other < in.sample.units.size(); ++other)
     if (other != unit && !in.is_dropped(other) && in.sample.units[other].count.value) return true;
   return false;
-}
-
-struct Rate {
-  std::size_t column{};
-  double value{};
-};
-
-/// Returns the known rates of the thermometers, in order of their columns.
-std::vector<Rate> known_rates(const CheckInputs& in) {
-  std::vector<Rate> rates;
-  for (std::size_t i = 0; i < in.memory.thermometers.size(); ++i)
-    if (const auto rate = in.memory.thermometers[i].rate()) rates.push_back({i, rate->value});
-  return rates;
-}
-
-double median_rate(std::vector<Rate> rates) {
-  const auto middle = rates.begin() + static_cast<std::ptrdiff_t>(rates.size() / 2);
-  std::ranges::nth_element(rates, middle, {}, &Rate::value);
-  return middle->value;
 }
 
 }  // namespace
@@ -100,18 +78,16 @@ std::vector<CheckResult> find_missing_response(const CheckInputs& in) {
 std::vector<CheckResult> find_drifting_thermometers(const CheckInputs& in) {
   const auto& seen = in.memory.liveness;
   std::vector<CheckResult> all;
-  const auto rates = known_rates(in);
-  const bool is_comparable = seen.at_rest >= kMinRestTime && rates.size() >= kFewestRates;
-  const double usual = is_comparable ? median_rate(rates) : 0;
+  const auto& differences = in.memory.rate_differences;
   for (std::size_t i = 0; i < seen.past.size(); ++i) {
     if (abs(seen.past[i].jumped) > in.limits.drift) {
       all.push_back(in.thermometer_result(i, fmt::format("{} jumped by {:+.1f} K, faster than it can change",
                                                          in.channel(i), seen.past[i].jumped.value)));
       continue;
     }
-    const auto rate = std::ranges::find(rates, i, &Rate::column);
-    if (!is_comparable || rate == rates.end() || std::abs(rate->value - usual) <= kLargestRateDifference.value)
-      continue;
+    const auto difference = i < differences.size() ? differences[i] : std::nullopt;
+    if (!difference || std::abs(difference->now) - difference->least <= kLargestRateDifference_k_per_min) continue;
+    const auto rate = in.memory.thermometers[i].rate();
     all.push_back(
         in.thermometer_result(i, fmt::format("{} changes by {:+.1f} °C in a minute while everything else is at rest",
                                              in.channel(i), rate->value)));

@@ -2,6 +2,7 @@
 /// Detection of instruments that no longer measure, and of behaviour that must not be taken for that.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -312,6 +313,53 @@ TEST(Drifting, FindsThermometerThatDriftsAtRest) {
   EXPECT_EQ(bench.raised, std::vector<std::string>{"drifting D"});
   drift(0, 120);
   EXPECT_EQ(bench.cleared, std::vector<std::string>{"drifting D"});
+}
+
+TEST(Drifting, IgnoresPartThatApproachesAir) {
+  for (const double minutes : {8.0, 15.0, 30.0, 50.0, 90.0, 240.0}) {
+    NoisyBench bench;
+    for (int t = 0; t < 4 * 3600; ++t) {
+      bench.fourth_is_off_by = -90 * std::exp(-t / (60 * minutes));
+      bench.pass(1);
+    }
+    EXPECT_EQ(std::ranges::count(bench.raised, "drifting D"), 0) << minutes;
+  }
+}
+
+/// A slow ramp moves the set point by less than its resolution per second.
+TEST(Drifting, IgnoresPartThatLagsBehindSlowRamp) {
+  for (const double k_per_min : {-1.15, 1.07, 1.1}) {
+    NoisyBench bench;
+    bench.pass(1300);
+    for (int t = 0; t < 3000; ++t) {
+      bench.fourth_is_off_by -= k_per_min / 60;
+      bench.pass(1, k_per_min / 60);
+    }
+    EXPECT_EQ(std::ranges::count(bench.raised, "drifting D"), 0) << k_per_min;
+  }
+}
+
+TEST(Drifting, FindsPartThatBecomesLooseDuringHold) {
+  NoisyBench bench;
+  for (int t = 0; t < 3600; ++t) {
+    bench.fourth_is_off_by = -60 * std::exp(-t / 3600.0);
+    bench.pass(1);
+  }
+  const double from = bench.fourth_is_off_by;
+  for (int t = 0; t < 240; ++t) {
+    bench.fourth_is_off_by = from * std::exp(-t / 120.0);
+    bench.pass(1);
+  }
+  EXPECT_EQ(std::ranges::count(bench.raised, "drifting D"), 1);
+}
+
+TEST(Drifting, FindsDriftThatBeganBeforeHold) {
+  NoisyBench bench;
+  for (int t = 0; t < 3600; ++t) {
+    bench.fourth_is_off_by += 2.0 / 60;
+    bench.pass(1);
+  }
+  EXPECT_EQ(std::ranges::count(bench.raised, "drifting D"), 1);
 }
 
 TEST(Drifting, IgnoresSpikesRampsAndThermometersThatFollowAir) {

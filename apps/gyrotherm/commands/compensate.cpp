@@ -75,6 +75,7 @@ class Compensation {
   struct Pace {
     Eigen::Index row{};
     double step_s{};
+    bool is_averaged{};  ///< the slots are this far apart, too
   };
   [[nodiscard]] std::optional<Pace> find_seconds(const Rows& rows, Eigen::VectorXd& seconds);
   [[nodiscard]] std::string compensate_rows(const Rows& rows, const Eigen::VectorXd& seconds);
@@ -84,10 +85,10 @@ class Compensation {
   std::optional<tracking::RestTracker> tracker_;
   UncertaintyFunction expanded_;
   double last_slot_ = -1;
-  std::optional<double> late_s_;   ///< time minus slot, last row
-  double shift_s_{};               ///< accumulated difference of seconds and slots
-  long long rows_{}, rows_off_{};  ///< all rows, irregularly timed rows
-  long long missing_s_{};          ///< seconds without a row
+  std::optional<double> late_s_, previous_slot_;  ///< time minus slot, and slot, of the last row
+  double shift_s_{};                              ///< accumulated difference of seconds and slots
+  long long rows_{}, rows_off_{};                 ///< all rows, irregularly timed rows
+  long long missing_s_{};                         ///< seconds without a row
 };
 
 Result<Compensation> Compensation::open(const model::Model& model, CompensationTable table, model::Outside outside,
@@ -112,10 +113,9 @@ Result<void> Compensation::print_compensated(Console& console, const record::Liv
   if (const auto pace = table_.has_seconds() ? find_seconds(numbers.topRows(good), seconds) : std::nullopt)
     return failure(
         FaultKind::bad_file, fmt::format("stdin:{}:1", rows.lines()[static_cast<std::size_t>(pace->row)]),
-        fmt::format(
-            "compensate requires one row per second, but according to \"time [s]\" these rows are {:g} s apart; "
-            "import them again with every = \"1 s\" in [time], or use verify",
-            pace->step_s));
+        fmt::format("compensate requires one row per second, but these rows are {:g} s apart; {}", pace->step_s,
+                    pace->is_averaged ? "export the record without --every"
+                                      : "import them again with every = \"1 s\" in [time], or use verify"));
   if (good > 0) console.print(compensate_rows(numbers.topRows(good), seconds));
   if (good == count) return {};
   const double slot = table_.slot(numbers)(good);
@@ -140,21 +140,24 @@ Eigen::Index Compensation::count_rows_in_order(const Rows& rows) {
 
 /// Computes the second of each row from its slot and the accumulated difference of time and slot. Records of this
 /// project have one row per second and skip the slots of missing rows. Imported records number their rows and keep the
-/// times of their file. Returns the first row that follows its predecessor by clearly less than a second, or at which
-/// at least half of the rows so far are not one second apart; nothing if there is no such row.
+/// times of their file. Rows that `export --every` has averaged skip slots throughout. Returns the first row that
+/// follows its predecessor by clearly less than a second, or at which at least half of the rows so far are not one
+/// second apart; nothing if there is no such row.
 std::optional<Compensation::Pace> Compensation::find_seconds(const Rows& rows, Eigen::VectorXd& seconds) {
   constexpr double kOff_s = 0.5;
   constexpr int kMinRowsOff = 3;
-  seconds = table_.slot(rows);
-  const Eigen::VectorXd times = table_.time_s(rows);
+  const Eigen::VectorXd slots = table_.slot(rows), times = table_.time_s(rows);
+  seconds = slots;
   for (Eigen::Index row = 0; row < seconds.size(); ++row) {
-    const double late_s = times(row) - seconds(row), more_s = late_s - std::exchange(late_s_, late_s).value_or(late_s);
+    const double late_s = times(row) - slots(row), more_s = late_s - std::exchange(late_s_, late_s).value_or(late_s);
+    const double slot_step = slots(row) - std::exchange(previous_slot_, slots(row)).value_or(slots(row) - 1);
     ++rows_;
-    if (std::abs(more_s) > kOff_s) {
-      shift_s_ += std::round(more_s);
+    const double step_s = slot_step + more_s;
+    if (std::abs(step_s - 1) > kOff_s) {
       const bool are_most = ++rows_off_ >= kMinRowsOff && 2 * rows_off_ >= rows_;
-      if (are_most || more_s < 0) return Pace{row, more_s + 1};
+      if (are_most || more_s < -kOff_s) return Pace{row, step_s, slot_step > 1};
     }
+    if (std::abs(more_s) > kOff_s) shift_s_ += std::round(more_s);
     seconds(row) += shift_s_;
   }
   return std::nullopt;

@@ -130,6 +130,25 @@ TEST_F(Compensate, PrintsNoValueAfterGapUntilMeanIsComplete) {
   EXPECT_NE(ran.err.find("3000 seconds are missing"), std::string::npos) << ran.err;
 }
 
+TEST_F(Compensate, RefusesAveragedRows) {
+  for (const int step : {2, 10, 60}) {
+    std::vector<int> slots(200);
+    for (int row = 0; row < 200; ++row) slots[row] = row * step;
+    const auto ran = compensate(exported_rows(slots));
+    EXPECT_EQ(ran.exit_code, 4) << ran.out;
+    EXPECT_NE(ran.err.find(fmt::format("these rows are {} s apart; export the record without --every", step)),
+              std::string::npos)
+        << ran.err;
+  }
+}
+
+TEST_F(Compensate, AcceptsRecordWithManyGaps) {
+  std::vector<int> slots(400);
+  for (int row = 0; row < 400; ++row) slots[row] = row + 10 * (row / 3);
+  const auto ran = compensate(exported_rows(slots));
+  EXPECT_EQ(ran.exit_code, 0) << ran.err;
+}
+
 TEST_F(Compensate, RefusesSlotOutOfOrderWithPosition) {
   std::vector<int> slots(120);
   for (int row = 0; row < 120; ++row) slots[row] = row;

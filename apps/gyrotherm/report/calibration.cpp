@@ -306,17 +306,39 @@ void merge_bias_references(report::CalibrationReport& report) {
   report.bias_zeros.clear();
 }
 
+/// Returns the last `count` parts of a path.
+std::string path_end(const std::filesystem::path& path, std::ptrdiff_t count) {
+  std::filesystem::path end;
+  const std::vector<std::filesystem::path> parts(path.begin(), path.end());
+  for (auto part = parts.end() - std::min(count, std::ssize(parts)); part != parts.end(); ++part) end /= *part;
+  return end.string();
+}
+
+/// Returns the name of each record in the report: its file name, and before it as many folders as distinguish the
+/// records.
+std::vector<std::string> name_records(const std::vector<CheckedRecord>& records) {
+  constexpr std::ptrdiff_t kMostParts = 64;
+  std::vector<std::filesystem::path> paths;
+  for (const CheckedRecord& one : records)
+    paths.push_back(std::filesystem::absolute(one.files.path).lexically_normal());
+  std::vector<std::string> names;
+  for (std::ptrdiff_t count = 1; count <= kMostParts; ++count) {
+    names.clear();
+    for (const auto& path : paths) names.push_back(path_end(path, count));
+    if (std::set(names.begin(), names.end()).size() == std::set(paths.begin(), paths.end()).size()) break;
+  }
+  return names;
+}
+
 Result<report::CalibrationReport> build_report(const ReportInput& given, const std::string& unit,
                                                const CalibrationArguments& options) {
   const auto records = read_records(given.records, unit);
   if (!records) return failure(records.error());
   report::CalibrationReport report{.program_version = GYROTHERM_VERSION};
+  const std::vector<std::string> names = name_records(given.records);
   for (std::size_t i = 0; i < records->size(); ++i) {
     const CheckedRecord& one = given.records[i];
-    add_record(report,
-               {(*records)[i], std::filesystem::path(one.files.path).filename().string(), one.sha256,
-                one.chain_verified, one.parts},
-               unit);
+    add_record(report, {(*records)[i], names[i], one.sha256, one.chain_verified, one.parts}, unit);
   }
   const record::UnitInfo& info = *find_unit(given.records.front().info, unit);
   for (std::size_t a = 0; a < info.axes.size(); ++a) {

@@ -456,6 +456,19 @@ TEST_F(CalibrationOfAUnit, RefusesLimitOnUnknownQuantity) {
   }
 }
 
+TEST_F(CalibrationOfAUnit, DistinguishesRecordsOfOneFileNameByFolder) {
+  for (const char* name : {"ramp", "random"}) {
+    std::filesystem::create_directories(in("runs/") + name + "/a");
+    for (const char* suffix : {"", ".sha256"})
+      std::filesystem::copy_file(in(name) + ".db" + suffix, in("runs/") + name + "/a/gyro.db" + suffix);
+  }
+  run("report " + in("runs/ramp/a/gyro.db") + " " + in("runs/random/a/../a/gyro.db") + " --out " + in("of_one_name"));
+  std::vector<std::string> names;
+  for (const report::UsedFile& file : read_report("of_one_name").files)
+    if (file.role == "record") names.push_back(file.name);
+  EXPECT_EQ(names, (std::vector<std::string>{"ramp/a/gyro.db", "random/a/gyro.db"}));
+}
+
 TEST_F(CalibrationOfAUnit, CompensateReadsExportedRows) {
   run("export " + in("random.db") + " --out " + in("random.csv"));
   run("export " + in("random.db") + " --compensated --model " + in("model.json") + " --out " + in("compensated.csv"));

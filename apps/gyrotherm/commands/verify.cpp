@@ -91,10 +91,11 @@ std::string describe_noise(const data::HoldNoise& noise) {
   for (const data::NoiseCoefficient& c : noise.fit.coefficients) {
     const data::NoiseTermInfo& about = info(c.term);
     const double read_s = c.term == data::NoiseTerm::bias_instability ? noise.fit.lowest_tau_s : about.read_off_s;
+    const char* beyond = read_s > noise.curve.back().tau_s ? ", beyond the curve" : "";
     const std::string value =
-        c.seen
-            ? fmt::format("{} {}, read at τ = {:.0f} s", plot::format_with_error(c.value, c.error), about.unit, read_s)
-            : fmt::format("not detected, < {} {}", plot::format_significant(c.at_most), about.unit);
+        c.seen ? fmt::format("{} {}, read at τ = {:.0f} s{}", plot::format_with_error(c.value, c.error), about.unit,
+                             read_s, beyond)
+               : fmt::format("not detected, < {} {}", plot::format_significant(c.at_most), about.unit);
     text += fmt::format("    {} {:<18} {}\n", about.symbol, about.name, value);
   }
   return text;

@@ -9,10 +9,15 @@
 #include <optional>
 #include <utility>
 
+#include "core/clock.hpp"
+#include "core/quantity.hpp"
+
 namespace gyrotherm::record {
 namespace {
 
 constexpr std::string_view kAlarm = "alarm ", kTo = " to ", kAcknowledged = " acknowledged by ";
+constexpr std::string_view kShelvedFor = " shelved for ", kUnshelved = " unshelved", kBy = " by ";
+constexpr const char* kWarning = "warn";  ///< reaction
 constexpr std::string_view kConsequence = " [consequence of ", kEnd = "]";
 constexpr std::size_t kMaxNumbers = 1000;  ///< per row
 
@@ -33,6 +38,12 @@ std::int64_t take_number(std::string_view& text) {
   return number;
 }
 
+/// Splits "ada (uid 1000): the cable" into author and text.
+std::pair<std::string, std::string> split_author(std::string_view text) {
+  const auto colon = std::min(text.find(": "), text.size());
+  return {std::string(text.substr(0, colon)), std::string(text.substr(std::min(colon + 2, text.size())))};
+}
+
 /// The parts of an acknowledgement's text. `first` is 0 if the text is not an acknowledgement.
 struct AcknowledgementText {
   std::int64_t first{}, last{};
@@ -50,9 +61,53 @@ AcknowledgementText parse_acknowledgement(std::string_view text) {
   }
   if (first <= 0 || last < first || !text.starts_with(kAcknowledged)) return {};
   text.remove_prefix(kAcknowledged.size());
-  const auto colon = std::min(text.find(": "), text.size());
-  const auto comment = text.substr(std::min(colon + 2, text.size()));
-  return {.first = first, .last = last, .author = std::string(text.substr(0, colon)), .comment = std::string(comment)};
+  auto [author, comment] = split_author(text);
+  return {.first = first, .last = last, .author = std::move(author), .comment = std::move(comment)};
+}
+
+/// The parts of a shelving's text. `time` is 0 if the text does not shelve an alarm.
+struct ShelvingText {
+  Duration time{};
+  std::string author, reason;
+};
+
+/// Removes "alarm 12" from the front of the text and returns whether it was there.
+bool take_alarm(std::string_view& text) {
+  if (!text.starts_with(kAlarm)) return false;
+  text.remove_prefix(kAlarm.size());
+  return take_number(text) > 0;
+}
+
+ShelvingText parse_shelving(std::string_view text) {
+  if (!take_alarm(text) || !text.starts_with(kShelvedFor)) return {};
+  text.remove_prefix(kShelvedFor.size());
+  const auto by = text.find(kBy);
+  if (by == std::string_view::npos) return {};
+  const auto time = parse_duration(text.substr(0, by));
+  auto [author, reason] = split_author(text.substr(by + kBy.size()));
+  if (!time || *time > kLongestShelving || author.empty()) return {};
+  return {.time = *time, .author = std::move(author), .reason = std::move(reason)};
+}
+
+std::string unknown_alarm(std::int64_t number) {
+  return fmt::format("there is no alarm {}; \"gyrotherm status\" lists the alarms", number);
+}
+
+bool is_unshelving(std::string_view text) { return take_alarm(text) && text.starts_with(kUnshelved); }
+
+/// Returns the event of an operator or of the program that changes the shelving of a row.
+Event make_shelving_command(const Alarm& alarm, const Instant& at, std::optional<int> segment, std::string text) {
+  return {.at = at,
+          .kind = EventKind::command,
+          .text = std::move(text),
+          .about = {
+              .interlock = alarm.interlock, .reaction = alarm.reaction, .segment = segment, .channel = alarm.subject}};
+}
+
+void end_shelving(Alarm& alarm) {
+  alarm.shelved_by.clear();
+  alarm.shelving_reason.clear();
+  alarm.shelved_until = alarm.shelved_until_utc = {};
 }
 
 /// Splits the text of an alarm into its message and the tag of its root. The tag is empty if the text names no root.
@@ -73,7 +128,13 @@ AlarmPriority priority_for_reaction(std::string_view reaction) {
 std::string Alarm::tag() const { return subject.empty() ? interlock : interlock + " " + subject; }
 
 std::string describe_alarm_state(const Alarm& alarm) {
-  return fmt::format("{}{}", alarm.active ? "active" : "returned", alarm.acknowledged ? ", acknowledged" : "");
+  const auto* handled = alarm.is_shelved() ? ", shelved" : alarm.acknowledged ? ", acknowledged" : "";
+  return fmt::format("{}{}", alarm.active ? "active" : "returned", handled);
+}
+
+std::string describe_shelving(const Alarm& alarm) {
+  return fmt::format("shelved until {} by {}: {}", civil_time(alarm.shelved_until_utc), alarm.shelved_by,
+                     alarm.shelving_reason);
 }
 
 std::size_t count_unacknowledged(std::span<const Alarm> alarms) {
@@ -91,7 +152,7 @@ const Alarms::Row* Alarms::find(std::string_view tag) const {
 
 bool Alarms::is_listed(const Row& row) const {
   const auto& alarm = row.alarm;
-  if (alarm.suppressed_by.empty()) return alarm.active || !alarm.acknowledged;
+  if (alarm.suppressed_by.empty()) return alarm.active || !alarm.acknowledged || alarm.is_shelved();
   const auto* root = find(alarm.suppressed_by);
   return alarm.active || (root && root != &row && root->alarm.suppressed_by.empty() && is_listed(*root));
 }
@@ -105,6 +166,7 @@ AlarmPriority Alarms::priority_of_group(const Row& row) const {
 
 bool Alarms::is_suppressed_by(const Row* root, const Alarm& alarm) const {
   if (!root || !root->alarm.suppressed_by.empty() || root->alarm.tag() == alarm.tag()) return false;
+  if (root->alarm.is_shelved() || alarm.is_shelved()) return false;
   if (alarm.reaction == "hold" || alarm.reaction == "abort") return false;
   if (!root->alarm.acknowledged) return true;
   return root->alarm.active && alarm.priority <= priority_of_group(*root);
@@ -131,12 +193,14 @@ void Alarms::raise(const RecordedEvent& recorded) {
   alarm.text = std::move(text);
   ++alarm.count;
   alarm.active = true;
+  alarm.last_number = event.number;
+  if (alarm.is_shelved() && alarm.reaction == kWarning) return;
+  end_shelving(alarm);
   alarm.suppressed_by = is_suppressed_by(find(root), alarm) ? root : std::string();
   alarm.acknowledged = false;
   if (row->unacknowledged.size() >= kMaxNumbers) row->unacknowledged.erase(row->unacknowledged.begin() + 1);
   row->unacknowledged.push_back(event.number);
   alarm.number = row->unacknowledged.front();
-  alarm.last_number = event.number;
   make_room();
 }
 
@@ -165,6 +229,36 @@ void Alarms::acknowledge(const Event& event) {
   }
 }
 
+/// Moves the occurrences so far to the shelved ones: they need no acknowledgement.
+void Alarms::shelve(Row& row, const Event& event) {
+  auto parsed = parse_shelving(event.text);
+  auto& alarm = row.alarm;
+  if (parsed.time <= Duration{} || alarm.is_shelved() || alarm.reaction != kWarning) return;
+  shelved_numbers_.insert(shelved_numbers_.end(), row.unacknowledged.begin(), row.unacknowledged.end());
+  row.unacknowledged.clear();
+  alarm.acknowledged = true;
+  alarm.shelved_by = std::move(parsed.author);
+  alarm.shelving_reason = std::move(parsed.reason);
+  alarm.shelved_until = event.at.since_start + parsed.time;
+  alarm.shelved_until_utc = event.at.utc + parsed.time;
+}
+
+void Alarms::unshelve(Row& row, const Event& event) {
+  end_shelving(row.alarm);
+  if (!row.alarm.active) return;
+  row.unacknowledged = {event.number};
+  row.alarm.number = event.number;
+  row.alarm.acknowledged = false;
+}
+
+void Alarms::change_shelving(const Event& event) {
+  const auto tag = alarm_tag(event.about);
+  const auto row = std::ranges::find_if(rows_, [&](const Row& one) { return one.alarm.tag() == tag; });
+  if (row == rows_.end()) return;
+  if (is_unshelving(event.text) && row->alarm.is_shelved()) return unshelve(*row, event);
+  shelve(*row, event);
+}
+
 void Alarms::make_room() {
   if (rows_.size() <= kMaxRows) return;
   const auto rank = [this](const Row& row) { return std::pair(is_listed(row), row.alarm.priority); };
@@ -180,6 +274,7 @@ void Alarms::update(const RecordedEvent& recorded) {
   if (is_alarm(event)) return raise(recorded);
   if (event.kind == EventKind::acknowledged) return acknowledge(event);
   if (event.kind == EventKind::recovered && !event.about.interlock.empty()) return clear(event);
+  if (event.kind == EventKind::command && !event.about.interlock.empty()) return change_shelving(event);
   if (event.kind != EventKind::resumed) return;
   for (auto& row : rows_) row.alarm.active = false;
 }
@@ -191,7 +286,8 @@ std::vector<Alarm> Alarms::list() const {
       roots.push_back(row.alarm);
       roots.back().priority = priority_of_group(row);
     }
-  std::ranges::stable_sort(roots, std::ranges::greater{}, &Alarm::last_number);
+  std::ranges::stable_sort(roots, std::ranges::greater{},
+                           [](const Alarm& alarm) { return std::pair(!alarm.is_shelved(), alarm.last_number); });
   for (auto& root : roots) {
     const auto tag = root.tag();
     all.push_back(std::move(root));
@@ -233,11 +329,56 @@ std::string Alarms::refusal_reason(std::int64_t number) const {
     return std::ranges::find(row.unacknowledged, number) != row.unacknowledged.end();
   };
   if (std::ranges::any_of(rows_, has_number)) return {};
+  if (std::ranges::find(shelved_numbers_, number) != shelved_numbers_.end())
+    return fmt::format("alarm {} was shelved and needs no acknowledgement", number);
   if (std::ranges::find(acknowledged_, number) != acknowledged_.end())
     return fmt::format("alarm {} is acknowledged already", number);
   if (std::ranges::find(removed_numbers_, number) != removed_numbers_.end())
     return fmt::format("alarm {} is no longer in the list, which has {} rows at most", number, kMaxRows);
-  return fmt::format("there is no alarm {}; \"gyrotherm status\" lists the alarms", number);
+  return unknown_alarm(number);
+}
+
+bool Alarms::has_consequences(const Alarm& alarm) const {
+  return std::ranges::any_of(rows_, [&](const Row& row) {
+    return row.alarm.suppressed_by == alarm.tag() && (row.alarm.active || !row.alarm.acknowledged);
+  });
+}
+
+std::optional<Alarm> Alarms::find_row(std::int64_t number) const {
+  for (const auto& row : rows_)
+    if (row.alarm.number == number || row.alarm.last_number == number) return row.alarm;
+  return std::nullopt;
+}
+
+std::vector<Alarm> Alarms::shelved() const {
+  std::vector<Alarm> found;
+  for (const auto& row : rows_)
+    if (row.alarm.is_shelved()) found.push_back(row.alarm);
+  return found;
+}
+
+std::string Alarms::shelving_refusal_reason(std::int64_t number) const {
+  const auto row = find_row(number);
+  if (!row) return unknown_alarm(number);
+  if (row->is_shelved())
+    return fmt::format("alarm {} is {}; unshelve it before you shelve it again", number, describe_shelving(*row));
+  if (row->reaction != kWarning)
+    return fmt::format(
+        "alarm {} has the reaction {}, and only a warning can be shelved; acknowledge it and remove its "
+        "cause",
+        number, row->reaction);
+  if (!row->suppressed_by.empty())
+    return fmt::format("alarm {} is a consequence of {} and is not announced; acknowledge that alarm", number,
+                       row->suppressed_by);
+  if (has_consequences(*row))
+    return fmt::format("alarm {} suppresses its consequences, which shelving would hide; acknowledge it", number);
+  return {};
+}
+
+std::string Alarms::unshelving_refusal_reason(std::int64_t number) const {
+  const auto row = find_row(number);
+  if (!row) return unknown_alarm(number);
+  return row->is_shelved() ? std::string() : fmt::format("alarm {} is not shelved", number);
 }
 
 Event acknowledgement_event(const Alarm& alarm, const Instant& at, std::optional<int> segment, std::string_view author,
@@ -249,6 +390,17 @@ Event acknowledgement_event(const Alarm& alarm, const Instant& at, std::optional
                               kAcknowledged, author, comment),
           .about = {
               .interlock = alarm.interlock, .reaction = alarm.reaction, .segment = segment, .channel = alarm.subject}};
+}
+
+Event shelving_event(const Alarm& alarm, const Instant& at, std::optional<int> segment, Duration time,
+                     std::string_view author, std::string_view reason) {
+  return make_shelving_command(
+      alarm, at, segment,
+      fmt::format("{}{}{}{}{}{}: {}", kAlarm, alarm.number, kShelvedFor, format_duration(time), kBy, author, reason));
+}
+
+Event unshelving_event(const Alarm& alarm, const Instant& at, std::optional<int> segment, std::string_view cause) {
+  return make_shelving_command(alarm, at, segment, fmt::format("{}{}{}{}", kAlarm, alarm.number, kUnshelved, cause));
 }
 
 }  // namespace gyrotherm::record

@@ -2,9 +2,11 @@
 /// The alarms of a run, modelled after ISA-18.2 and IEC 62682: one row per alarm tag, which is an interlock and its
 /// subject. A row counts its occurrences; it is active or returned to normal, and acknowledged or not. An alarm that is
 /// a consequence of another alarm is suppressed and listed under that alarm. The list is computed only from the
-/// record's events, so it survives the end of any program. The types are values. Only one thread may use an object.
+/// record's events, so it survives the end of any program. An operator may shelve a warning for a time: it stays in the
+/// record and is not announced. The types are values. Only one thread may use an object.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <initializer_list>
 #include <optional>
@@ -30,6 +32,9 @@ inline constexpr std::initializer_list<AlarmPriority> kAlarmPriorities = {AlarmP
 /// Returns the priority of a reaction: abort is high, hold and suspend are medium, all others are low.
 [[nodiscard]] AlarmPriority priority_for_reaction(std::string_view reaction);
 
+/// The longest time for which an alarm can be shelved.
+inline constexpr Duration kLongestShelving = std::chrono::hours(24);
+
 /// One row of the list.
 struct Alarm {
   std::int64_t number{};  ///< oldest unacknowledged event number
@@ -53,12 +58,20 @@ struct Alarm {
   /// The comment and the author of the last acknowledgement.
   std::string comment{};
   std::string acknowledged_by{};
+  /// The user who shelved the alarm, and the reason. Both are empty if the alarm is not shelved. The row of a shelved
+  /// alarm is `acknowledged`, so no program announces it.
+  std::string shelved_by{};
+  std::string shelving_reason{};
+  /// The end of the shelving: since the start of the run, and UTC by the clock of the rig when it was shelved.
+  Duration shelved_until{};
+  Duration shelved_until_utc{};
   bool operator==(const Alarm&) const = default;
 
   /// Returns "door", "channel_lost A": the interlock, then the subject if there is one.
   [[nodiscard]] std::string tag() const;
   /// Returns true if an operator must acknowledge the alarm. A suppressed alarm is acknowledged with its root.
   [[nodiscard]] bool awaits_acknowledgement() const { return !acknowledged && suppressed_by.empty(); }
+  [[nodiscard]] bool is_shelved() const { return !shelved_by.empty(); }
 };
 
 /// Totals of a run.
@@ -68,11 +81,15 @@ struct AlarmCount {
   std::int64_t unacknowledged{};  ///< rows that await an acknowledgement
 };
 
-/// Returns the state of a row: "active", "active, acknowledged", "returned" or "returned, acknowledged".
+/// Returns the state of a row: "active", "active, acknowledged", "returned" or "returned, acknowledged". A shelved row
+/// is "active, shelved" or "returned, shelved".
 [[nodiscard]] std::string describe_alarm_state(const Alarm& alarm);
 
 /// Counts the rows that await an acknowledgement.
 [[nodiscard]] std::size_t count_unacknowledged(std::span<const Alarm> alarms);
+
+/// Describes a shelving: "shelved until 2026-01-05T14:20:00Z by ada (uid 1000): the fan is being replaced".
+[[nodiscard]] std::string describe_shelving(const Alarm& alarm);
 
 void describe(auto& form, Like<Alarm> auto& alarm) {
   form("number", alarm.number);
@@ -94,6 +111,10 @@ void describe(auto& form, Like<Alarm> auto& alarm) {
   form.if_present("suppressed_by", true, alarm.suppressed_by);
   form.if_present("acknowledged_by", true, alarm.acknowledged_by);
   form.if_present("comment", true, alarm.comment);
+  form.if_present("shelved_by", alarm.is_shelved(), alarm.shelved_by);
+  form.if_present("shelving_reason", alarm.is_shelved(), alarm.shelving_reason);
+  form.if_present("shelved_until_ns", alarm.is_shelved(), alarm.shelved_until);
+  form.if_present("shelved_until_utc_ns", alarm.is_shelved(), alarm.shelved_until_utc);
 }
 
 /// Returns the suffix of an alarm event's text that names its root alarm: " [consequence of host_late]".
@@ -107,6 +128,9 @@ void describe(auto& form, Like<Alarm> auto& alarm) {
 ///   the root is already acknowledged and has returned to normal or has a lower priority. If the root returns to normal
 ///   while a consequence is active, the consequence becomes a row of its own.
 /// - A resumed run evaluates every condition again: no row is active until its interlock acts again.
+/// - A shelved row is acknowledged, and its further warnings only count. It suppresses no consequences and is not
+///   suppressed. The shelving ends with an unshelving event, or when the row occurs with another reaction than `warn`.
+///   A row that is active when it is unshelved must be acknowledged, under the number of the unshelving event.
 class Alarms {
  public:
   /// The maximum number of rows kept. Adding another row removes an old one: a row that is no longer in the list if
@@ -116,7 +140,8 @@ class Alarms {
   /// Updates the rows with the next event of the run. Ignores events that do not concern alarms.
   void update(const RecordedEvent& event);
 
-  /// Returns the rows that are active or unacknowledged: the newest first, each followed by its consequences.
+  /// Returns the rows that are active, unacknowledged or shelved: the newest first, each followed by its consequences,
+  /// and the shelved ones last.
   [[nodiscard]] std::vector<Alarm> list() const;
   /// Returns the row with the unacknowledged occurrence `number`, and the unacknowledged consequences of the row.
   [[nodiscard]] std::vector<Alarm> rows_for(std::int64_t number) const;
@@ -126,6 +151,13 @@ class Alarms {
   /// Returns the reason why the occurrence `number` cannot be acknowledged; empty if it can.
   [[nodiscard]] std::string refusal_reason(std::int64_t number) const;
 
+  /// Returns the row that an operator means by a number: that of the row, or of its newest occurrence.
+  [[nodiscard]] std::optional<Alarm> find_row(std::int64_t number) const;
+  [[nodiscard]] std::vector<Alarm> shelved() const;
+  /// Return the reason why the row with this number cannot be shelved or unshelved, and the remedy; empty if it can.
+  [[nodiscard]] std::string shelving_refusal_reason(std::int64_t number) const;
+  [[nodiscard]] std::string unshelving_refusal_reason(std::int64_t number) const;
+
  private:
   struct Row {
     Alarm alarm;
@@ -134,14 +166,19 @@ class Alarms {
   void raise(const RecordedEvent& event);
   void clear(const Event& event);
   void acknowledge(const Event& event);
+  void shelve(Row& row, const Event& event);
+  void unshelve(Row& row, const Event& event);
+  void change_shelving(const Event& event);
+  [[nodiscard]] bool has_consequences(const Alarm& alarm) const;
   void make_room();
   [[nodiscard]] bool is_listed(const Row& row) const;
   [[nodiscard]] const Row* find(std::string_view tag) const;
   [[nodiscard]] bool is_suppressed_by(const Row* root, const Alarm& alarm) const;
   [[nodiscard]] AlarmPriority priority_of_group(const Row& row) const;
 
-  std::vector<Row> rows_;                                     ///< ordered by first occurrence
-  std::vector<std::int64_t> acknowledged_, removed_numbers_;  ///< numbers
+  std::vector<Row> rows_;  ///< ordered by first occurrence
+  /// Numbers of occurrences.
+  std::vector<std::int64_t> acknowledged_, removed_numbers_, shelved_numbers_;
 };
 
 /// Returns the event that acknowledges a row: "alarm 12 acknowledged by ada (uid 1000): …", or "alarm 12 to 40
@@ -149,5 +186,14 @@ class Alarms {
 /// instant and segment.
 [[nodiscard]] Event acknowledgement_event(const Alarm& alarm, const Instant& at, std::optional<int> segment,
                                           std::string_view author, std::string_view comment);
+
+/// Returns the event that shelves a row: "alarm 12 shelved for 2 h 00 min 00 s by ada (uid 1000): …". It is a command
+/// that names the interlock. Alarms::update() parses the text.
+[[nodiscard]] Event shelving_event(const Alarm& alarm, const Instant& at, std::optional<int> segment, Duration time,
+                                   std::string_view author, std::string_view reason);
+/// Returns the event that ends a shelving: "alarm 12 unshelved by ada (uid 1000)", or "alarm 12 unshelved: the time is
+/// over". `cause` is the text after "unshelved".
+[[nodiscard]] Event unshelving_event(const Alarm& alarm, const Instant& at, std::optional<int> segment,
+                                     std::string_view cause);
 
 }  // namespace gyrotherm::record

@@ -46,9 +46,10 @@ Result<std::int64_t> faults_before_last(const RecordFiles& files) {
 }
 
 Result<std::vector<RecordedEvent>> read_alarm_events(Database& database) {
-  const auto sql = fmt::format("SELECT id, {} FROM event WHERE kind IN ('{}', '{}', '{}', '{}', '{}') ORDER BY id",
-                               column_names(event_columns()), name(EventKind::interlock), name(EventKind::fault),
-                               name(EventKind::acknowledged), name(EventKind::recovered), name(EventKind::resumed));
+  const auto sql = fmt::format(
+      "SELECT id, {} FROM event WHERE kind IN ('{}', '{}', '{}', '{}', '{}', '{}') ORDER BY id",
+      column_names(event_columns()), name(EventKind::interlock), name(EventKind::fault), name(EventKind::acknowledged),
+      name(EventKind::recovered), name(EventKind::resumed), name(EventKind::command));
   std::vector<RecordedEvent> events;
   const auto read = database.each_row(sql, [&](const Statement& row) {
     RecordedEvent recorded;

@@ -69,7 +69,7 @@ struct RunStatus {
   std::vector<std::string> parts{};
   /// The reason why the live copy is not up to date; empty if it is, or if there is none.
   std::string live_copy_trouble{};
-  /// The alarms that are active or unacknowledged, the newest first (Alarms::list()).
+  /// The alarms that are active, unacknowledged or shelved, the newest first (Alarms::list()).
   std::vector<Alarm> alarms{};
   /// The present rates of the gyros; empty unless the record is being written.
   std::vector<AxisRate> gyro_rates{};

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <chrono>
 #include <utility>
 #include <vector>
 
@@ -19,7 +20,8 @@ constexpr std::array kCommands{OperatorCommand::pause, OperatorCommand::resume, 
                                OperatorCommand::abort};
 
 constexpr const char *kDrop = "drop", *kReturn = "return", *kAcknowledge = "acknowledge", *kAll = "all",
-                     *kTold = "told", *kNote = "note";
+                     *kShelve = "shelve", *kUnshelve = "unshelve", *kTold = "told", *kNote = "note";
+constexpr Duration kShortestShelving = std::chrono::seconds(1), kLongestShelving = std::chrono::hours(24);
 constexpr std::string_view kForUser = "for=";
 
 /// Returns the first token of a text, and the text after the blanks that follow it.
@@ -71,6 +73,53 @@ Result<ControlRequest> parse_acknowledgement(std::string_view text) {
   return ControlRequest{.note = std::move(comment), .acknowledgement = std::move(acknowledgement)};
 }
 
+/// Removes a time such as "2 h" or "90min" from the front of the text: one number with its unit.
+std::optional<Duration> take_time(std::string_view& text) {
+  auto [number, remainder] = split_first_token(text);
+  auto time = parse_duration(number);
+  if (!time) {
+    auto [unit, after] = split_first_token(remainder);
+    time = parse_duration(fmt::format("{} {}", number, unit));
+    remainder = std::move(after);
+  }
+  if (!time) return std::nullopt;
+  text.remove_prefix(text.size() - remainder.size());
+  return *time;
+}
+
+/// Parses "12 2 h reason". Refuses a reason that begins with another time: the text "12 1 h 30 min reason" would
+/// otherwise shelve the alarm for one hour.
+Result<ControlRequest> parse_shelving(std::string_view text) {
+  const auto refuse = [](const std::string& why) {
+    return failure(FaultKind::usage, "tell shelve",
+                   why + "; expected: gyrotherm tell RUN.db shelve ALARM \"2 h\" \"REASON\"");
+  };
+  const auto [alarm, remainder] = split_first_token(text);
+  const auto numbers = parse_numbers(alarm);
+  if (!numbers || numbers->size() != 1) return refuse(fmt::format("\"{}\" is not the number of one alarm", alarm));
+  std::string_view rest = remainder;
+  const auto time = take_time(rest);
+  if (!time) return refuse(fmt::format("\"{}\" does not begin with a time such as \"2 h\"", remainder));
+  if (*time < kShortestShelving || *time > kLongestShelving) return refuse("an alarm is shelved for 1 s to 24 h");
+  const std::string reason(rest);
+  if (reason.empty()) return refuse("a shelving needs a reason");
+  if (take_time(rest))
+    return refuse("the reason begins with another time; state the time as one number, such as \"90 min\"");
+  return ControlRequest{
+      .note = reason,
+      .shelving = ShelvingRequest{.alarm = numbers->front(), .time = std::chrono::ceil<std::chrono::seconds>(*time)}};
+}
+
+Result<ControlRequest> parse_unshelving(std::string_view text) {
+  const auto [alarm, remainder] = split_first_token(text);
+  const auto numbers = parse_numbers(alarm);
+  if (!numbers || numbers->size() != 1 || !remainder.empty())
+    return failure(
+        FaultKind::usage, "tell unshelve",
+        fmt::format("\"{}\" is not the number of one alarm; expected: gyrotherm tell RUN.db unshelve ALARM", text));
+  return ControlRequest{.shelving = ShelvingRequest{.alarm = numbers->front()}};
+}
+
 /// Returns the reason why a text is not valid in a request, or an empty string if it is valid.
 std::string text_error(const std::string& text) {
   if (text.size() > kLongestNote) return fmt::format("the text is longer than {} bytes", kLongestNote);
@@ -120,6 +169,7 @@ std::string command_keyword(const ControlRequest& request) {
   if (request.command) return name(*request.command);
   if (request.unit) return request.unit->drop ? kDrop : kReturn;
   if (request.acknowledgement) return kAcknowledge;
+  if (request.shelving) return request.shelving->time ? kShelve : kUnshelve;
   return request.told ? kTold : kNote;
 }
 
@@ -128,6 +178,9 @@ std::string command_text(const ControlRequest& request) {
     const auto& alarms = request.acknowledgement->alarms;
     return fmt::format("{} {}", alarms.empty() ? kAll : fmt::format("{}", fmt::join(alarms, ",")), request.note);
   }
+  if (request.shelving && request.shelving->time)
+    return fmt::format("{} {:g} s {}", request.shelving->alarm, to_seconds(*request.shelving->time), request.note);
+  if (request.shelving) return fmt::format("{}", request.shelving->alarm);
   if (!request.unit) return request.note;
   return request.note.empty() ? request.unit->unit : request.unit->unit + " " + request.note;
 }
@@ -136,7 +189,8 @@ namespace {
 
 /// Returns the error for an unknown command. The list of commands omits `told`, which only programs send.
 std::string unknown_command_error(const std::string& keyword) {
-  const std::vector<std::string> words{"pause", "resume", "stop", "abort", "drop", "return", "acknowledge", "note"};
+  const std::vector<std::string> words{"pause",  "resume",      "stop",   "abort",    "drop",
+                                       "return", "acknowledge", "shelve", "unshelve", "note"};
   const auto near = find_nearest(keyword, words);
   return fmt::format("is not one of {}{}", fmt::join(words, ", "),
                      near.empty() ? "" : fmt::format("; did you mean \"{}\"?", near));
@@ -153,7 +207,8 @@ Result<ControlRequest> make_request(const std::string& keyword, const std::strin
     found = command;
   }
   const bool is_for_unit = keyword == kDrop || keyword == kReturn;
-  if (!found && !is_for_unit && keyword != kAcknowledge && keyword != kTold && keyword != kNote)
+  const bool is_for_alarm = keyword == kAcknowledge || keyword == kShelve || keyword == kUnshelve;
+  if (!found && !is_for_unit && !is_for_alarm && keyword != kTold && keyword != kNote)
     return refuse(unknown_command_error(keyword));
   if (is_for_unit && text.find_first_not_of(' ') == std::string::npos)
     return refuse(fmt::format("needs a unit: gyrotherm tell RUN.db {} UNIT \"…\"", keyword));
@@ -161,6 +216,8 @@ Result<ControlRequest> make_request(const std::string& keyword, const std::strin
   if (const auto why = text_error(text); !why.empty()) return refuse(why);
   if (is_for_unit) return make_unit_request(keyword == kDrop, text);
   if (keyword == kAcknowledge) return parse_acknowledgement(text);
+  if (keyword == kShelve) return parse_shelving(text);
+  if (keyword == kUnshelve) return parse_unshelving(text);
   return ControlRequest{.command = found, .note = text, .told = keyword == kTold};
 }
 

@@ -13,6 +13,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/quantity.hpp"
 #include "core/result.hpp"
 
 namespace gyrotherm::control {
@@ -40,16 +41,25 @@ struct Acknowledgement {
   bool operator==(const Acknowledgement&) const = default;
 };
 
-/// One request: a command, a request for one unit, an acknowledgement, a report of a sent notification, or a note for
-/// the record.
+/// Shelves an alarm for a time, or unshelves it. ControlRequest::note is the reason of a shelving.
+struct ShelvingRequest {
+  std::int64_t alarm{};
+  /// Whole seconds; absent: unshelves the alarm.
+  std::optional<Duration> time{};
+  bool operator==(const ShelvingRequest&) const = default;
+};
+
+/// One request: a command, a request for one unit, an acknowledgement, a shelving, a report of a sent notification, or
+/// a note for the record.
 struct ControlRequest {
   /// Absent: another kind of request.
   std::optional<OperatorCommand> command{};
-  /// The answer given with a resume, the reason for a stop, an abort or a unit's request, or the comment on an
-  /// acknowledgement. In a report of a sent notification: its address, its rule and its alarm.
+  /// The answer given with a resume, the reason for a stop, an abort, a unit's request or a shelving, or the comment on
+  /// an acknowledgement. In a report of a sent notification: its address, its rule and its alarm.
   std::string note{};
   std::optional<UnitRequest> unit{};
   std::optional<Acknowledgement> acknowledgement{};
+  std::optional<ShelvingRequest> shelving{};
   /// The note reports a notification that was sent.
   bool told{};
   /// The monitor's user for whom the client acts; empty: the client acts for itself.
@@ -72,7 +82,8 @@ struct ControlAnswer {
 
 /// Parses a command and its text. "pause" has no text. "resume", "stop" and "abort" may have one: the answer or the
 /// reason. "drop" and "return" have the unit's name and may have a reason. "acknowledge" has alarm numbers, separated
-/// by commas, or "all", and a comment. "told" and "note" have a text. A text is one line in UTF-8. Fails with usage.
+/// by commas, or "all", and a comment. "shelve" has an alarm number, a time such as "2 h" of 1 s to 24 h, and a reason.
+/// "unshelve" has an alarm number. "told" and "note" have a text. A text is one line in UTF-8. Fails with usage.
 [[nodiscard]] Result<ControlRequest> make_request(const std::string& keyword, const std::string& text);
 
 /// Return the command and the text that make_request() would parse.

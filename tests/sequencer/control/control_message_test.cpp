@@ -31,6 +31,8 @@ TEST(ControlRequest, SurvivesMessageUnchanged) {
        std::vector<std::pair<std::string, std::string>>{{"acknowledge", "12 seen, the door was open"},
                                                         {"acknowledge", "all seen"},
                                                         {"acknowledge", "12,15,40 the cable"},
+                                                        {"shelve", "12 7200 s the fan is being replaced"},
+                                                        {"unshelve", "12"},
                                                         {"stop", "the coolant is low"},
                                                         {"abort", "smell of burning"},
                                                         {"told", "mailto:anna@lab: rule \"night\", alarm 12"}}) {
@@ -68,6 +70,70 @@ TEST(ControlRequest, AcknowledgesAlarmByNumberWithComment) {
   for (const auto* wrong :
        {"", " ", "12", "12 ", "all", "0 seen", "-1 seen", "1.5 seen", "seen", "99999999999999999999 x"})
     EXPECT_FALSE(make_request("acknowledge", wrong)) << wrong;
+}
+
+TEST(ControlRequest, ShelvesOneAlarmForTimeWithReason) {
+  using std::chrono_literals::operator""s;
+  for (const auto& [text, time] : std::vector<std::pair<std::string, Duration>>{{"12 2 h the fan", 7200s},
+                                                                                {"12  90 min  the fan", 5400s},
+                                                                                {"12 2h the fan", 7200s},
+                                                                                {"12 1h30min the fan", 5400s},
+                                                                                {"12 1 d the fan", 86400s},
+                                                                                {"12 24 h the fan", 86400s},
+                                                                                {"12 1.5 h the fan", 5400s},
+                                                                                {"12 1500 ms the fan", 2s},
+                                                                                {"12 1 s the fan", 1s}}) {
+    const auto request = make_request("shelve", text);
+    ASSERT_TRUE(request) << text;
+    EXPECT_EQ(request->shelving->alarm, 12) << text;
+    EXPECT_EQ(request->shelving->time, time) << text;
+    EXPECT_EQ(request->note, "the fan") << text;
+    EXPECT_EQ(parse_request(to_message(*request)), *request) << text;
+  }
+  const auto unshelving = make_request("unshelve", "12");
+  ASSERT_TRUE(unshelving);
+  EXPECT_EQ(unshelving->shelving->alarm, 12);
+  EXPECT_FALSE(unshelving->shelving->time);
+}
+
+TEST(ControlRequest, RefusesShelvingWithoutNumberTimeOrReason) {
+  for (const auto* wrong : {"",
+                            " ",
+                            "12",
+                            "12 ",
+                            "all 2 h the fan",
+                            "12,15 2 h the fan",
+                            "0 2 h the fan",
+                            "-1 2 h the fan",
+                            "x 2 h the fan",
+                            "12 2 h",
+                            "12 2 h ",
+                            "12 the fan",
+                            "12 2 the fan",
+                            "12 h the fan",
+                            "12 2 hours the fan",
+                            "12 0 s the fan",
+                            "12 0 h the fan",
+                            "12 500 ms the fan",
+                            "12 -2 h the fan",
+                            "12 - 2 h the fan",
+                            "12 25 h the fan",
+                            "12 24.001 h the fan",
+                            "12 2 d the fan",
+                            "12 86401 s the fan",
+                            "12 nan h the fan",
+                            "12 inf h the fan",
+                            "12 1e30 h the fan",
+                            "12 1 h 30 min the fan",
+                            "12 1 h 30 min",
+                            "99999999999999999999 2 h the fan"}) {
+    const auto request = make_request("shelve", wrong);
+    ASSERT_FALSE(request) << wrong;
+    EXPECT_EQ(request.error().kind, FaultKind::usage) << wrong;
+    EXPECT_FALSE(parse_request(std::string("gyrotherm-tell/1 shelve ") + wrong)) << wrong;
+  }
+  for (const auto* wrong : {"", " ", "all", "12,15", "0", "x", "12 the fan", "12 2 h the fan"})
+    EXPECT_FALSE(make_request("unshelve", wrong)) << wrong;
 }
 
 TEST(ControlRequest, RefusesUnknownKeyword) {

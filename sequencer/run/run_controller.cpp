@@ -171,9 +171,54 @@ control::ControlAnswer RunController::acknowledge(const std::vector<std::int64_t
   return {.done = true, .text = refusals.empty() ? std::move(answer) : fmt::format("{}; {}", answer, why)};
 }
 
+control::ControlAnswer RunController::shelve_or_unshelve(const control::ShelvingRequest& request,
+                                                         const std::string& who, const std::string& reason) {
+  const auto& alarms = store_.alarms();
+  auto refusal = is_over(machine_) ? fmt::format("the run is over: {}", name(run_state()))
+                 : request.time    ? alarms.shelving_refusal_reason(request.alarm)
+                                   : alarms.unshelving_refusal_reason(request.alarm);
+  const auto now = rig_.clock().now();
+  const auto row = alarms.find_row(request.alarm);
+  if (refusal.empty()) {
+    const auto segment = profile_position(profile_, state_).segment;
+    const auto stored =
+        store_.append_event(request.time ? record::shelving_event(*row, now, segment, *request.time, who, reason)
+                                         : record::unshelving_event(*row, now, segment, " by " + who));
+    if (!stored) refusal = text(stored.error());
+  }
+  if (!refusal.empty()) {
+    note(EventKind::command,
+         fmt::format("{}: {} {}, refused: {}", who, request.time ? "shelve" : "unshelve", request.alarm, refusal));
+    return {.done = false, .text = std::move(refusal)};
+  }
+  if (request.time)
+    return {.done = true,
+            .text = fmt::format("alarm {} is shelved until {}", request.alarm, civil_time(now.utc + *request.time))};
+  return {.done = true,
+          .text = fmt::format("alarm {} is unshelved{}", request.alarm,
+                              row->active ? "; it is active and awaits an acknowledgement" : "")};
+}
+
+/// Records the end of each shelving whose time is over, or whose alarm demands more than a warning in this second.
+void RunController::note_ended_shelvings() {
+  const auto now = rig_.clock().now();
+  for (const auto& row : store_.alarms().shelved()) {
+    const auto is_severe = [&](const Event& event) {
+      return event.kind == EventKind::interlock && event.about.interlock == row.interlock &&
+             event.about.channel == row.subject;
+    };
+    const auto* cause = now.since_start >= row.shelved_until      ? ": the time is over"
+                        : std::ranges::any_of(events_, is_severe) ? ": it is no longer a warning"
+                                                                  : nullptr;
+    if (cause != nullptr)
+      events_.push_back(record::unshelving_event(row, now, profile_position(profile_, state_).segment, cause));
+  }
+}
+
 control::ControlAnswer RunController::carry_out(const control::ControlRequest& request, const std::string& who) {
   if (request.unit) return drop_or_return(*request.unit, who, request.note);
   if (request.acknowledgement) return acknowledge(request.acknowledgement->alarms, who, request.note);
+  if (request.shelving) return shelve_or_unshelve(*request.shelving, who, request.note);
   if (!request.command) {
     note(request.told ? EventKind::told : EventKind::note, who + ": " + request.note);
     return {.done = true, .text = "noted"};
@@ -512,6 +557,7 @@ Result<RunOutcome> RunController::tick(std::int64_t slot) {
     if (auto cold = interlocks::describe_cold_unit(rig_.file().limits, sample); !cold.empty())
       note(EventKind::note, std::move(cold));
 
+  note_ended_shelvings();
   if (auto stored = store_.append(sample, events_); !stored) return failure(stored.error());
   last_events_ = std::exchange(events_, {});
   last_ = std::move(sample);

@@ -121,6 +121,10 @@ class RunController {
   /// Acknowledges the alarms of these numbers and their consequences; all alarms if there is no number.
   [[nodiscard]] control::ControlAnswer acknowledge(const std::vector<std::int64_t>& numbers, const std::string& who,
                                                    const std::string& comment);
+  /// Writes to the record immediately, like an acknowledgement.
+  [[nodiscard]] control::ControlAnswer shelve_or_unshelve(const control::ShelvingRequest& request,
+                                                          const std::string& who, const std::string& reason);
+  void note_ended_shelvings();
   struct Acknowledged {
     std::size_t count{};
     /// One per refused number.

@@ -20,7 +20,8 @@ def interlocks() -> dict[str, str]:
 
 
 def rows() -> list[list[str]]:
-    lines = (SOURCE / "docs/alarm-response.md").read_text().splitlines()
+    """Returns the rows of the first table of the page."""
+    lines = (SOURCE / "docs/alarm-response.md").read_text().split("\n## ")[0].splitlines()
     cells = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines if line.startswith("| `")]
     return [[cell[0].strip("`"), *cell[1:]] for cell in cells]
 

@@ -11,7 +11,8 @@
 namespace gyrotherm::site {
 namespace {
 
-constexpr std::array kMigrations{Migration{1, "store", store_schema}, Migration{2, "units", units_schema}};
+constexpr std::array kMigrations{Migration{1, "store", store_schema}, Migration{2, "units", units_schema},
+                                 Migration{3, "alarms", alarms_schema}};
 
 /// Creates the schema and the table of applied migrations, if they do not exist.
 constexpr const char* kCreateMigrationTable = R"(

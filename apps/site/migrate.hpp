@@ -13,10 +13,11 @@
 
 namespace gyrotherm::site {
 
-/// Return the embedded SQL of apps/site/migrations/0001-store.sql and 0002-units.sql. A released migration is never
-/// edited. A change needs a new migration, with its own file and function.
+/// Return the embedded SQL of the files in apps/site/migrations, which have the same names. A released migration is
+/// never edited. A change needs a new migration, with its own file and function.
 [[nodiscard]] std::string_view store_schema();
 [[nodiscard]] std::string_view units_schema();
+[[nodiscard]] std::string_view alarms_schema();
 
 struct Migration {
   int number{};

@@ -38,6 +38,18 @@ constexpr std::array kQueries{
                "week DESC, rig", "Lists operating hours of each rig by week."},
     StoreQuery{"attention", "v1_attention", "rig, started, profile, what, detail, run", "NOT simulated",
                "started DESC, what", "Lists runs that need attention: aborted, with alarms, with gaps, silent."},
+    StoreQuery{"alarms", "v1_alarm_month",
+               "month, rig, round(hours, 1) AS hours, alarms, high, medium, low, round(per_10_min, 2) AS per_10_min, "
+               "most_in_10_min, round(flood_percent, 1) AS flood_percent, most_frequent, "
+               "round(most_frequent_percent) AS most_frequent_percent, stale, chattering, acknowledged_after_s, "
+               "suppressed, shelved, shelvings, outside_isa_18_2, simulated",
+               "NOT simulated", "month DESC, rig, simulated",
+               "Lists the alarms of each rig by month, with the figures of ISA-18.2 that are outside their targets."},
+    StoreQuery{
+        "frequent-alarms", "v1_alarm_rank",
+        "month, rig, rank, alarm, priority, alarms, round(percent, 1) AS percent, chatters, longest_s, simulated",
+        "NOT simulated AND rank <= 10", "month DESC, rig, simulated, rank, alarm",
+        "Lists the ten most frequent alarms of each rig by month."},
     StoreQuery{"rigs", "v1_rig", "rig, state, profile, started, last_row, units, runs, simulated",
                "simulated IS NOT TRUE", "rig", "Lists rigs and the latest run of each."},
     StoreQuery{"live", "v1_live",

@@ -6,6 +6,8 @@
 const kQueryTitles = {
   rigs: 'Rigs in the store',
   attention: 'Runs that need attention',
+  alarms: 'Alarms by month',
+  'frequent-alarms': 'Most frequent alarms',
   drift: 'Unit drift',
   outliers: 'Outliers',
   thermometers: 'Thermometers due for calibration',

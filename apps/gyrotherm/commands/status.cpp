@@ -41,16 +41,17 @@ std::string describe_state(const record::RunStatus& status) {
   return fmt::format("not finished; check the chamber, then run \"gyrotherm resume {} --accept\"", status.path);
 }
 
-/// Returns one line per alarm. Consequential alarms follow their root cause.
+/// Returns one line per alarm. Consequential alarms follow their root cause. The shelved ones are the last group.
 std::string alarm_lines(const record::RunStatus& status) {
   std::string text;
   for (const auto& alarm : status.alarms) {
     const bool is_consequence = !alarm.suppressed_by.empty();
     const auto times =
         alarm.count > 1 ? fmt::format(", {} times since {}", alarm.count, civil_time(alarm.first_utc)) : "";
-    text +=
-        fmt::format("  {} {} ({}, {} priority), {}{}: {}\n", is_consequence ? "  consequence" : "ALARM", alarm.number,
-                    describe_alarm_state(alarm), name(alarm.priority), civil_time(alarm.utc), times, alarm.text);
+    const auto* kind = is_consequence ? "  consequence" : alarm.is_shelved() ? "shelved alarm" : "ALARM";
+    text += fmt::format("  {} {} ({}, {} priority), {}{}: {}\n", kind, alarm.number, describe_alarm_state(alarm),
+                        name(alarm.priority), civil_time(alarm.utc), times, alarm.text);
+    if (alarm.is_shelved()) text += fmt::format("    {}\n", describe_shelving(alarm));
   }
   if (const auto open = count_unacknowledged(status.alarms); open > 0 && status.being_written)
     text += fmt::format("  {} unacknowledged: gyrotherm tell RUN.db acknowledge NUMBERS|all \"COMMENT\"\n", open);

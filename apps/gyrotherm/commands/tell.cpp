@@ -45,16 +45,23 @@ void add_tell(Program& program) {
       "return UNIT: puts it back into the run.\n"
       "acknowledge ALARMS: acknowledges alarms by their numbers in status, such as 12 or 12,15,40, or all, with a "
       "comment.\n"
+      "shelve ALARM TIME: does not announce a warning for this time, at most 24 h, with a reason: shelve 12 \"2 h\" "
+      "\"the fan is being replaced\".\n"
+      "unshelve ALARM: announces it again.\n"
       "note: adds a line of text to the record.",
       "gyrotherm tell random.db note \"door opened to look at the cable\"", send_request);
   command.add_option("run", options.run, "the record")->type_name(value::kRecord)->required();
-  command.add_option("word", options.word, "pause, resume, stop, abort, drop, return, acknowledge or note")
-      ->type_name("WORD:{pause,resume,stop,abort,drop,return,acknowledge,note}")
+  command
+      .add_option("word", options.word,
+                  "pause, resume, stop, abort, drop, return, acknowledge, shelve, unshelve or note")
+      ->type_name("WORD:{pause,resume,stop,abort,drop,return,acknowledge,shelve,unshelve,note}")
       ->required();
   command
-      .add_option("text", options.texts,
-                  "text of the note; for resume the answer; for stop and abort the reason; for drop and return the "
-                  "unit and the reason; for acknowledge the alarms and a comment")
+      .add_option(
+          "text", options.texts,
+          "text of the note; for resume the answer; for stop and abort the reason; for drop and return the "
+          "unit and the reason; for acknowledge the alarms and a comment; for shelve the alarm, the time and the "
+          "reason")
       ->type_name("TEXT");
 }
 

@@ -35,7 +35,7 @@ std::string chamber_line(const Sample& sample) {
                      degrees(state.air.value));
 }
 
-/// Returns the newest alarms that await an acknowledgement, and the count of all.
+/// Returns the newest alarms that await an acknowledgement, the count of all, and the count of the shelved ones.
 std::vector<std::string> alarm_lines(std::span<const record::Alarm> alarms) {
   constexpr std::size_t kMaxListedAlarms = 3;
   std::vector<std::string> lines;
@@ -45,6 +45,8 @@ std::vector<std::string> alarm_lines(std::span<const record::Alarm> alarms) {
                                   alarm.count > 1 ? fmt::format(", {} times", alarm.count) : "", alarm.text));
   if (const auto count = count_unacknowledged(alarms); count > kMaxListedAlarms)
     lines.push_back(fmt::format("  {} unacknowledged alarms", count));
+  if (const auto shelved = std::ranges::count_if(alarms, &record::Alarm::is_shelved); shelved > 0)
+    lines.push_back(fmt::format("  {} shelved {}", shelved, shelved == 1 ? "alarm" : "alarms"));
   return lines;
 }
 

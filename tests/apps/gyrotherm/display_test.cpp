@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace gyrotherm::app {
@@ -113,6 +114,20 @@ TEST(Display, ShowsNewestUnacknowledgedAlarms) {
                       "  7 unacknowledged alarms\n"),
             std::string::npos)
       << text;
+  EXPECT_EQ(text.find("shelved"), std::string::npos) << text;
+}
+
+TEST(Display, CountsShelvedAlarmsWithoutShowingThem) {
+  Shown shown;
+  Display display(shown.console, shown.profile, shown.rig);
+  const record::Alarm alarm{
+      .number = 7, .interlock = "stuck", .text = "stuck (warn): A", .acknowledged = true, .shelved_by = "ada"};
+  for (const int count : {1, 2}) {
+    const std::vector<record::Alarm> alarms(static_cast<std::size_t>(count), alarm);
+    const auto lines = display.lines(shown.sample, shown.overview, alarms);
+    EXPECT_EQ(lines.back(), count == 1 ? "  1 shelved alarm" : "  2 shelved alarms");
+    EXPECT_EQ(std::ranges::count_if(lines, [](const auto& line) { return line.find("ALARM") != line.npos; }), 0);
+  }
 }
 
 TEST(Display, FitsIntoSixtyColumns) {

@@ -43,7 +43,7 @@ bool is_below(std::string_view path, std::string_view top) {
 }
 
 constexpr Duration kAnswerTimeout = std::chrono::seconds(5);
-constexpr std::array kCommands{"pause", "resume", "stop", "abort", "note", "acknowledge"};
+constexpr std::array kCommands{"pause", "resume", "stop", "abort", "note", "acknowledge", "shelve", "unshelve"};
 
 bool is_ending_command(const std::string& verb) { return verb == "stop" || verb == "abort"; }
 
@@ -51,6 +51,8 @@ bool is_ending_command(const std::string& verb) { return verb == "stop" || verb 
 Result<control::ControlRequest> make_request(const std::string& verb, const std::map<std::string, std::string>& body) {
   auto text = body.at("text");
   if (verb == "acknowledge") text = fmt::format("{} {}", body.at("alarm").empty() ? "all" : body.at("alarm"), text);
+  if (verb == "shelve") text = fmt::format("{} {} {}", body.at("alarm"), body.at("time"), text);
+  if (verb == "unshelve") text = body.at("alarm");
   return control::make_request(verb, text);
 }
 
@@ -78,7 +80,7 @@ WebAnswer RunControl::answer(const WebRequest& request, const std::string& key, 
   if (std::ranges::find(kCommands, verb) == kCommands.end()) return refusal(404, "unknown command");
   const auto run = catalogue_.find(key);
   if (!run) return refusal(404, "unknown run");
-  const auto body = read_body(request, {"text", "alarm", "confirm"});
+  const auto body = read_body(request, {"text", "alarm", "time", "confirm"});
   if (!body) return refusal(400, body.error().what);
   auto command = make_request(verb, *body);
   if (!command) return refusal(400, command.error().what);

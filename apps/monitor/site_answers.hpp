@@ -21,9 +21,10 @@ class RunControl {
   RunControl(AccessControl& access, const RunCatalogue& catalogue, const Clock& clock)
       : access_(access), catalogue_(catalogue), confirmations_(clock) {}
 
-  /// Answers POST /api/v1/runs/KEY/VERB with {"text", "alarm", "confirm"}. The verb is pause, resume, stop, abort, note
-  /// or acknowledge. For stop and abort, the text is the reason. Without a valid "confirm" they change nothing: the
-  /// answer is 409, with the progress of the run and a token, valid for 30 s, that confirms the command.
+  /// Answers POST /api/v1/runs/KEY/VERB with {"text", "alarm", "time", "confirm"}. The verb is pause, resume, stop,
+  /// abort, note, acknowledge, shelve or unshelve. For stop, abort and shelve, the text is the reason. Without a valid
+  /// "confirm", stop and abort change nothing: the answer is 409, with the progress of the run and a token, valid for
+  /// 30 s, that confirms the command.
   [[nodiscard]] WebAnswer answer(const WebRequest& request, const std::string& key, const std::string& verb);
 
  private:

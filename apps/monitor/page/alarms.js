@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The list of alarms: one row per tag, newest first. A row is created once and then updated, so that focus, selection
-// and a comment being typed survive every update.
+// The list of alarms: one row per tag, newest first, and the shelved ones in a group of their own. A row is created once
+// and then updated, so that focus, selection and a comment being typed survive every update.
 'use strict';
 
 function alarm_times(alarm) {
@@ -14,8 +14,54 @@ function alarm_times(alarm) {
     .join(', ');
 }
 
+const kShelvingTimes = ['15 min', '1 h', '2 h', '4 h', '8 h', '24 h'];
+
+let shelving_parts = 0;
+
+/// Creates the part of a row that shelves or unshelves its alarm: {element, update(alarm, may_shelve)}.
+function make_shelving_part(run) {
+  let shown = null;
+  const id = `shelve-${++shelving_parts}`,
+    time = make_element('select', {id: id + '-time'}, ...kShelvingTimes.map(text => make_element('option', {}, text))),
+    reason = make_element('input', {id: id + '-reason', maxlength: 500, required: true, autocomplete: 'off'}),
+    error = make_element('p', {class: 'error', role: 'alert'}),
+    until = make_element('p', {class: 'note'});
+  const send = async (verb, body) => {
+    const response = await control.send_to_alarm(run, verb, shown.number, body);
+    set_text(error, response.ok ? '' : response.json.error);
+    if (!response.ok) return;
+    announce(response.json.done);
+    reason.value = '';
+    details.open = false;
+  };
+  const form = make_element(
+    'form',
+    {class: 'row'},
+    make_element('label', {for: id + '-time'}, 'Time', time),
+    make_element('label', {for: id + '-reason', class: 'reason'}, 'Reason', reason),
+    make_element('button', {}, 'Shelve')
+  );
+  form.addEventListener('submit', event => {
+    event.preventDefault();
+    send('shelve', {time: time.value, text: reason.value});
+  });
+  time.value = '1 h';
+  const details = make_element('details', {class: 'shelve'}, make_element('summary', {}, 'Shelve …'), form),
+    unshelve = make_element('button', {type: 'button', on: {click: () => send('unshelve', {})}}, 'Unshelve');
+  function update(alarm, may_shelve) {
+    const is_shelved = Boolean(alarm.shelved_by);
+    shown = alarm;
+    const end = is_shelved ? format_time(alarm.shelved_until_utc_ns / 1e6, true) : '';
+    set_text(until, is_shelved ? `Shelved until ${end} by ${alarm.shelved_by}: ${alarm.shelving_reason}` : '');
+    until.hidden = !is_shelved;
+    details.hidden = is_shelved || !may_shelve;
+    unshelve.hidden = !is_shelved || !page.session.may_control || !run.status.running;
+  }
+  return {element: make_element('div', {}, until, unshelve, details, error), update};
+}
+
 /// Creates a row: {element, box, update(), alarm}. Calls `on_select` when its box changes.
-function make_alarm_row(on_select) {
+function make_alarm_row(run, on_select) {
   const box = make_element('input', {type: 'checkbox', on: {change: on_select}}),
     state = make_element('span', {class: 'badge'}),
     priority = make_element('span', {class: 'badge'}),
@@ -25,13 +71,15 @@ function make_alarm_row(on_select) {
     comment = make_element('p', {class: 'note'}),
     count = make_element('summary', {}),
     consequences = make_element('ul', {}),
-    details = make_element('details', {}, count, consequences);
+    details = make_element('details', {}, count, consequences),
+    shelving = make_shelving_part(run);
   const element = make_element(
     'li',
     {class: 'alarm'},
     make_element('label', {class: 'row'}, box, state, priority, acknowledged_badge, text),
     times,
     comment,
+    shelving.element,
     details
   );
   const consequence_line = alarm =>
@@ -43,17 +91,19 @@ function make_alarm_row(on_select) {
     const acknowledged = alarm.acknowledged ? ' acknowledged' : '';
     element.className = `alarm ${is_active ? 'active' : 'returned'} ${level}${acknowledged}`;
     box.disabled = Boolean(alarm.acknowledged);
-    box.hidden = !page.session.may_control;
+    box.hidden = !page.session.may_control || Boolean(alarm.shelved_by);
     if (alarm.acknowledged) box.checked = false;
     set_text(state, is_active ? 'Active' : 'Returned');
     state.className = `badge ${is_active ? 'alarm' : 'returned'}`;
     set_text(priority, `${level} priority`);
     priority.className = 'badge ' + level;
-    acknowledged_badge.hidden = !alarm.acknowledged;
+    acknowledged_badge.hidden = !alarm.acknowledged || Boolean(alarm.shelved_by);
     set_text(text, alarm.text);
     set_text(times, alarm_times(alarm));
     set_text(comment, alarm.comment ? `${alarm.acknowledged_by}: ${alarm.comment}` : '');
     comment.hidden = !alarm.comment;
+    const may_control = page.session.may_control && run.status.running;
+    shelving.update(alarm, may_control && alarm.reaction === 'warn' && suppressed.length === 0);
     details.hidden = suppressed.length === 0;
     set_text(count, `${suppressed.length} ${suppressed.length === 1 ? 'consequence' : 'consequences'}, suppressed`);
     update_children(consequences, suppressed.map(consequence_line));
@@ -78,6 +128,8 @@ function replace_children(box, children) {
 function make_alarm_list(run) {
   const rows = new Map(),
     list = make_element('ul', {class: 'alarms'}),
+    shelved_list = make_element('ul', {class: 'alarms'}),
+    shelved_group = make_element('div', {class: 'shelved'}, make_element('h3', {}, 'Shelved'), shelved_list),
     empty_note = make_element('p', {class: 'note'}, 'None.'),
     summary = make_element('p', {class: 'note', role: 'status'}),
     comment = make_element('input', {id: 'alarm-comment', maxlength: 500, required: true, autocomplete: 'off'}),
@@ -120,14 +172,19 @@ function make_alarm_list(run) {
     for (const tag of [...rows.keys()]) if (!tags.has(tag)) rows.delete(tag);
     for (const alarm of roots) {
       const tag = alarm_tag(alarm);
-      if (!rows.has(tag)) rows.set(tag, make_alarm_row(update_buttons));
+      if (!rows.has(tag)) rows.set(tag, make_alarm_row(run, update_buttons));
       rows.get(tag).update(alarm, run.status.alarms.filter(other => other.suppressed_by === tag));
     }
-    replace_children(list, roots.map(alarm => rows.get(alarm_tag(alarm)).element));
-    empty_note.hidden = roots.length > 0;
+    const elements_of = alarms => alarms.map(alarm => rows.get(alarm_tag(alarm)).element),
+      shelved = roots.filter(alarm => alarm.shelved_by),
+      announced = roots.filter(alarm => !alarm.shelved_by);
+    replace_children(list, elements_of(announced));
+    replace_children(shelved_list, elements_of(shelved));
+    shelved_group.hidden = shelved.length === 0;
+    empty_note.hidden = announced.length > 0;
     set_text(summary, alarm_summary(run.status));
     form.hidden = !page.session.may_control || !run.status.running;
     update_buttons();
   }
-  return {element: make_element('div', {}, summary, form, error, empty_note, list), refresh};
+  return {element: make_element('div', {}, summary, form, error, empty_note, list, shelved_group), refresh};
 }

@@ -189,5 +189,10 @@ const control = (() => {
     return response;
   }
 
-  return {login_view, log_out, command_bar, update_command_bar, note_form, acknowledge};
+  /// Shelves or unshelves one alarm.
+  function send_to_alarm(run, verb, number, body) {
+    return post(`/api/v1/runs/${run.key}/${verb}`, {alarm: String(number), ...body});
+  }
+
+  return {login_view, log_out, command_bar, update_command_bar, note_form, acknowledge, send_to_alarm};
 })();

@@ -409,14 +409,16 @@ views.alarms = content => {
     make_element(
       'section',
       {class: 'sheet', 'aria-labelledby': 'past-title'},
-      make_element('h2', {id: 'past-title'}, 'Acknowledgements and notifications'),
+      make_element('h2', {id: 'past-title'}, 'Acknowledgements, shelvings and notifications'),
       history
     )
   );
   const make_entry = event => make_element('li', {}, `${format_time(event.utc_ms, true)}: ${event.text}`);
   const refresh = () => {
     list.refresh();
-    const events = run.events.filter(event => ['acknowledged', 'told'].includes(event.kind));
+    const concerns_alarm = event =>
+      ['acknowledged', 'told'].includes(event.kind) || (event.kind === 'command' && event.interlock);
+    const events = run.events.filter(concerns_alarm);
     update_children(history, events.slice(-200).reverse().map(make_entry));
   };
   return {refresh, on_event: refresh};

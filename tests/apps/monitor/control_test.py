@@ -187,6 +187,83 @@ class Control(unittest.TestCase):
         self.assertEqual(verified.returncode, 0, verified.stderr)
 
 
+class Shelving(unittest.TestCase):
+    """A shelved alarm causes no notification until its time is over, also if the run is killed meanwhile."""
+
+    def test_it_is_announced_again_when_its_time_is_over(self) -> None:
+        with Folder() as folder:
+            self.holder = folder
+            for name, role in (("ada", "operator"), ("eve", "viewer")):
+                self.assertEqual(
+                    monitor_command(folder, "user", "add", name, "--role", role, password=PASSWORD).returncode, 0
+                )
+            mail, site = MailServer(), folder / "site.toml"
+            site.write_text(SITE.format(port=mail.port, folder=folder).replace('"night", "boss"', '"night"'))
+            run = RealTimeRun(folder, rig_end='\n[policy]\nforeign_set_point = "warn"\n')
+            monitor = Monitor(folder, "--control", "--site", str(site))
+            try:
+                self.follow(run, monitor, mail)
+            finally:
+                run.end()
+                monitor.stop()
+
+    def follow(self, run: RealTimeRun, monitor: Monitor, mail: MailServer) -> None:
+        ada, eve = Browser(monitor, "ada"), Browser(monitor, "eve")
+        page = f"/api/v1/runs/{key_of(monitor, ada.headers)}"
+        row = lambda: (ada.ask(page).json["alarms"] or [{}])[0]
+        run.move_set_point(24.0)
+        alarm = until(row)
+        number = str(alarm["number"])
+        self.assertEqual((alarm["reaction"], alarm["priority"]), ("warn", "low"))
+        self.assertNotIn("shelved_by", alarm)
+        self.assertTrue(until(lambda: mail.letters))
+
+        good = {"alarm": number, "time": "6 s", "text": "the <b>fan</b>"}
+        self.assertEqual(eve.ask(f"{page}/shelve", good).status, 403, "a viewer")
+        for wrong in ({"time": ""}, {"time": "0 s"}, {"time": "-1 h"}, {"time": "25 h"}, {"text": ""},
+                      {"text": " "}, {"alarm": ""}, {"alarm": "all"}, {"time": "1 h 30 min"}):
+            self.assertEqual(ada.ask(f"{page}/shelve", good | wrong).status, 400, wrong)
+        self.assertEqual(ada.ask(f"{page}/shelve", good | {"alarm": "99999"}).status, 409)
+        self.assertEqual(ada.ask(f"{page}/unshelve", {"alarm": number}).status, 409, "it is not shelved")
+        self.assertEqual(ada.ask(f"{page}/shelve", good).status, 200)
+        self.assertTrue(until(lambda: row().get("shelved_by")))
+        shelved = row()
+        self.assertRegex(shelved["shelved_by"], r"^ada \(through ")
+        self.assertEqual((shelved["shelving_reason"], shelved["acknowledged"]), ("the <b>fan</b>", True))
+        self.assertEqual(ada.ask(f"{page}/shelve", good).status, 409, "it is shelved already")
+        self.assertIn('gyrotherm_run_alarms{', metrics := ada.ask("/metrics").body.decode())
+        self.assertRegex(metrics, r"gyrotherm_run_alarms\{[^}]*\} 0\n")
+
+        again = until(lambda: (now := row()) and not now.get("shelved_by") and now, 30)
+        self.assertTrue(again and again["active"] and not again["acknowledged"], again)
+        self.assertGreater(again["number"], int(number))
+        self.assertTrue(until(lambda: len(mail.letters) == 2), "notified again")
+
+        told = gyrotherm("tell", str(run.record), "shelve", str(again["number"]), "45 s", "known")
+        self.assertEqual(told.returncode, 0, told.stderr)
+        shown = lambda: gyrotherm("status", str(run.record)).stdout
+        self.assertTrue(until(lambda: re.search(r"shelved alarm \d+ .*\n +shelved until .*: known", shown())), shown())
+        self.assertTrue(until(lambda: run.acknowledged > row()["slot"] + 3))
+        self.resume(run)
+        kept = gyrotherm("status", "--json", str(run.record))
+        alarms = [one for one in json.loads(kept.stdout)["alarms"] if one["interlock"] == "foreign_set_point"]
+        self.assertEqual([one["shelving_reason"] for one in alarms], ["known"], kept.stdout)
+        over = lambda: any("unshelved: the time is over" in event["text"] and event["slot"] > again["slot"] + 40
+                           for event in ada.ask(f"{page}/events").json["events"])
+        self.assertTrue(until(over, 90), ada.ask(f"{page}/events").body)
+
+    def resume(self, run: RealTimeRun) -> None:
+        """Kills the program of the run and resumes it when its guard has made the chamber safe."""
+        run.run.kill()
+        run.run.wait()
+        self.assertTrue(until(lambda: gyrotherm("status", str(run.record), "--json").stdout.find('"made_safe":null') < 0))
+        with open(self.holder / "run.log", "a", encoding="utf-8") as log:
+            run.run = subprocess.Popen([GYROTHERM, "resume", run.record, "--accept", "--json"], stdout=log, stderr=log,
+                                       cwd=SOURCE)
+        is_written = lambda: json.loads(gyrotherm("status", "--json", str(run.record)).stdout or "{}").get("answers")
+        self.assertTrue(until(is_written, 60), (self.holder / "run.log").read_text())
+
+
 class Units(unittest.TestCase):
     """A run that waits for serial numbers asks on the page, as a profile does."""
 

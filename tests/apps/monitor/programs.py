@@ -172,9 +172,10 @@ class RealTimeRun:
         name: str = "run",
         pace: str = "real",
         cables: Callable[[list[str]], list[str]] = lambda ports: ports,
+        rig_end: str = "",
     ) -> None:
         """Starts the run. `cables` may insert proxies: it receives the ports of the chamber, two thermometers and the
-        gyro, and returns the ports for the run."""
+        gyro, and returns the ports for the run. `rig_end` is appended to the rig file."""
         self.record = folder / f"{name}.db"
         self.log = folder / "laboratory.log"
         with open(self.log, "w", encoding="utf-8") as log:
@@ -198,7 +199,7 @@ class RealTimeRun:
             text=True,
             check=True,
         )
-        (folder / "rig.toml").write_text(made.stdout)
+        (folder / "rig.toml").write_text(made.stdout + rig_end)
         with open(folder / "run.log", "w", encoding="utf-8") as log:
             self.run = subprocess.Popen(
                 [GYROTHERM, "run", profile, "--rig", str(folder / "rig.toml"), "--out", str(self.record), "--json"],

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Operators shelve warnings for a time. The program unshelves them, also after it was late.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
+
+#include <algorithm>
 
 #include "tests/support/bench_rig.hpp"
 
@@ -10,7 +13,7 @@ namespace {
 const char* kTwoDays = "[[segment]]\nkind = \"hold\"\nat = \"20 °C\"\ntime = \"48 h\"\n";
 const char* kAda = "ada (uid 1000)";
 
-/// A run with three units. The second one and a thermometer become silent on command.
+/// A run with three units. Its thermometers and its first unit become silent on command.
 class ShelvingRun : public testing::Test {
  protected:
   ShelvingRun() { bench_.seconds(5); }
@@ -25,7 +28,13 @@ class ShelvingRun : public testing::Test {
   }
   [[nodiscard]] std::vector<record::Alarm> list() { return bench_.record().alarms().list(); }
   [[nodiscard]] std::size_t announced() { return record::count_unacknowledged(list()); }
-  tests::Bench bench_{kTwoDays, [](rig::RigFile& file) { file.limits.thermometers_needed = 1; }};
+  tests::Bench bench_{kTwoDays, [](rig::RigFile& file) {
+                        file.units.assign(3, rig::UnitSettings{});
+                        for (std::size_t i = 0; i < 3; ++i) {
+                          file.units[i].info.name = fmt::format("u{}", i + 1);
+                          file.limits.units.push_back({.name = file.units[i].info.name, .continue_when_silent = true});
+                        }
+                      }};
 };
 
 TEST_F(ShelvingRun, AnnouncesAgainWhenTimeIsOverAndCauseIsActive) {
@@ -106,6 +115,25 @@ TEST_F(ShelvingRun, RefusesAlarmsThatSuspendOrAbort) {
   bench_.chamber().must_stop = true;
   bench_.until(RunState::aborting);
   EXPECT_FALSE(send_request("shelve", std::to_string(list()[0].number) + " 1 h the limiter").done);
+}
+
+TEST_F(ShelvingRun, ConcernsOneOfSeveralSubjects) {
+  bench_.instruments().gyro_silent = true;
+  bench_.instruments().silent_thermometers = {3, 5};
+  bench_.seconds(20);
+  ASSERT_EQ(announced(), 3u);
+  const auto rows = list();
+  const auto unit = std::ranges::find(rows, "unit_silent", &record::Alarm::interlock);
+  ASSERT_NE(unit, rows.end());
+  EXPECT_EQ(unit->subject, "u1");
+  ASSERT_TRUE(send_request("shelve", std::to_string(unit->number) + " 1 min its cable").done);
+  EXPECT_EQ(announced(), 2u);
+  EXPECT_EQ(list().back().tag(), "unit_silent u1") << "the shelved ones are the last";
+  EXPECT_TRUE(send_request("acknowledge", "all seen").done);
+  EXPECT_TRUE(list().back().is_shelved()) << "it is not among all alarms";
+  bench_.seconds(60);
+  ASSERT_EQ(announced(), 1u);
+  EXPECT_EQ(list().front().tag(), "unit_silent u1");
 }
 
 /// The machine slept: the end of the shelving was in the gap.

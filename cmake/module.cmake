@@ -22,17 +22,17 @@ function(gyrotherm_precompile name first)
   endif()
 endfunction()
 
-# Compiles the headers of a numerical module. With -O1 the modules share them. With -O2 each has its own: training took a
-# third longer with shared ones.
+# Compiles the headers of a numerical module. With -O1 the modules share those of `tracking`, except the three with
+# options of their own. With -O2 each has its own: training took a third longer with shared ones.
 function(gyrotherm_precompile_numerical name)
   if(name STREQUAL "dense")
     gyrotherm_precompile(${name} ${name})
     target_precompile_headers(gyrotherm_${name} PRIVATE <Eigen/Core>)
-  elseif(name STREQUAL "data" OR NOT GYROTHERM_COMPUTING STREQUAL "-O1")
+  elseif(name MATCHES "^(tracking|data|methods|svm)$" OR NOT GYROTHERM_COMPUTING STREQUAL "-O1")
     gyrotherm_precompile(${name} ${name})
     target_precompile_headers(gyrotherm_${name} PRIVATE <analysis/dense/dense.hpp>)
   else()
-    gyrotherm_precompile(${name} data)
+    gyrotherm_precompile(${name} tracking)
   endif()
 endfunction()
 

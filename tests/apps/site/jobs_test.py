@@ -176,7 +176,7 @@ class WithoutSlurm(Spread):
         self.assertEqual(len(self.arrays()), 1, "some of them are still queued")
         self.assertIn("%F", (self.folder / "queue.asked").read_text(), "elements have numbers of their own")
         self.queue.write_text("1012\n")  # another one, whose number begins like this one's
-        self.assertIn("have died 3 times", waiting.communicate(timeout=60)[1])
+        self.assertIn("tasks died 3 times", waiting.communicate(timeout=60)[1])
         self.assertEqual(len(self.arrays()), 3, "what has ended nowhere is handed out again")
 
     def test_an_sbatch_that_says_no_number_is_an_error_at_once(self) -> None:

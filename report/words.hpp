@@ -10,10 +10,11 @@
 #include <vector>
 
 #include "report/calibration.hpp"
+#include "report/plot/language.hpp"
 
 namespace gyrotherm::report {
 
-enum class Language { english, german };
+using plot::Language;
 /// Returns "en" or "de".
 [[nodiscard]] const char* code(Language language);
 

@@ -20,7 +20,7 @@ std::string signature_path(const std::string& folder, const ProtocolKind& kind) 
   return fmt::format("{}/{}.p7s", folder, kind.stem);
 }
 std::string page_path(const std::string& folder, const ProtocolKind& kind, report::Language language) {
-  return fmt::format("{}/{}.{}.html", folder, kind.stem, code(language));
+  return fmt::format("{}/{}.{}.html", folder, kind.stem, report::code(language));
 }
 
 Result<void> write_protocol_pages(const std::string& folder, const ProtocolKind& kind, const ProtocolText& protocol) {

@@ -287,7 +287,7 @@ std::string mark_html(const std::string& mark) {
 
 std::string paper_html(const Document& document, const PaperFacts& facts) {
   std::string html = fmt::format("<!DOCTYPE html>\n<html lang=\"{}\">\n<head>\n<meta charset=\"utf-8\"/>\n{}</head>\n",
-                                 code(document.language), head_html(document, facts));
+                                 report::code(document.language), head_html(document, facts));
   html += "<body>\n" + mark_html(document.mark) + "<header>";
   if (document.logo && !document.logo->base64.empty())
     html += fmt::format("<img alt=\"\" src=\"data:{};base64,{}\"/>", escaped(document.logo->media_type),

@@ -535,7 +535,8 @@ std::string to_svg(const Plot& plot) {
   double height = first_top + kFootHeight - kPanelGap;
   const double width = plot.width_px - kLeftMargin - right_margin;
   for (const Panel& panel : plot.panels) height += head_height(panel, width) + panel.height_px + kPanelGap;
-  SvgWriter svg(plot.width_px, height, plot.simulated ? plot.language.simulated + " – " + plot.title : plot.title);
+  SvgWriter svg(plot.width_px, height, plot.simulated ? plot.language.simulated + " – " + plot.title : plot.title,
+                plot.description);
   double top = first_top;
   for (std::size_t k = 0; k < plot.panels.size(); ++k) {
     top += head_height(plot.panels[k], width);

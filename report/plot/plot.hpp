@@ -147,7 +147,8 @@ struct PlotLanguage {
 struct Plot {
   /// Unique among the figures of a page: letters, digits, '-'.
   std::string id;
-  std::string title;  ///< for screen readers
+  std::string title;             ///< for screen readers
+  std::string description = {};  ///< for screen readers; may be empty
   AxisStyle x;
   std::vector<Panel> panels = {};
   /// Drawn with thin separating lines through all panels and with names above the first panel.

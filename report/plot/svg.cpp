@@ -163,11 +163,12 @@ double text_width(std::string_view text, double size_px) {
   return 0.51 * size_px * static_cast<double>(letters);
 }
 
-SvgWriter::SvgWriter(double width_px, double height_px, std::string_view title) {
+SvgWriter::SvgWriter(double width_px, double height_px, std::string_view title, std::string_view description) {
   out_ = fmt::format(
       "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {0} {1}\" width=\"{0}\" height=\"{1}\" role=\"img\" "
       "font-family=\"{2}\">\n<title>{3}</title>\n",
       pixels(width_px), pixels(height_px), kFontFamily, escaped(title));
+  if (!description.empty()) out_ += fmt::format("<desc>{}</desc>\n", escaped(description));
   rectangle(0, 0, width_px, height_px, "#ffffff");
 }
 

@@ -101,7 +101,8 @@ struct Stroke {
 class SvgWriter {
  public:
   /// `title` is the text for screen readers.
-  SvgWriter(double width_px, double height_px, std::string_view title);
+  /// Begins a figure. Title and description are for screen readers; an empty description is omitted.
+  SvgWriter(double width_px, double height_px, std::string_view title, std::string_view description = {});
 
   void rectangle(double x, double y, double width, double height, std::string_view fill, double opacity = 1);
   void frame(double x, double y, double width, double height, const Stroke& stroke);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sequencer/rig/check_standard.hpp"
 
+#include "acquisition/record/check_history.hpp"
 #include "core/serial_number.hpp"
 
 namespace gyrotherm::rig {
@@ -9,7 +10,7 @@ CheckStandard read_check_standard(const TomlTable& table) {
   constexpr double kLowestRate = 1e-4, kHighestRate = 0.2;
   CheckStandard standard{.serial_numbers = table.texts("serial_numbers"),
                          .profile = table.text("profile", "check-standard"),
-                         .history = table.text("history", "check-standard.jsonl"),
+                         .history = table.text("history", record::kDefaultCheckHistory),
                          .false_alarm_rate = table.number("false_alarm_rate", 0.01),
                          .mount_change_deg = table.number("mount_change_deg", 0.1),
                          .gyro_change_deg_per_h = table.number("gyro_change_deg_per_h", 0)};

@@ -9,10 +9,11 @@
 #include "apps/console/command.hpp"
 #include "apps/gyrotherm/output_file.hpp"
 #include "apps/gyrotherm/recorded_run.hpp"
+#include "apps/gyrotherm/standard/check_page.hpp"
 #include "apps/gyrotherm/standard/check_record.hpp"
-#include "apps/gyrotherm/standard/check_view.hpp"
 #include "core/clock.hpp"
 #include "core/file.hpp"
+#include "report/standard/check_chart.hpp"
 
 namespace gyrotherm::app {
 namespace {
@@ -23,21 +24,12 @@ struct StandardArguments {
   bool force = false, unverified = false;
 };
 
-/// Computes charts and diagnosis of a history.
-Result<CheckedStandard> assess_standard(const StandardOfRig& standard) {
-  auto history = assurance::parse_history(standard.text, standard.path);
-  if (!history) return failure(history.error());
-  CheckedStandard checked{.file = standard.path, .history = std::move(*history), .assessment = {}, .diagnosis = {}};
-  checked.assessment = assess(checked.history);
-  if (checked.assessment.is_open()) checked.diagnosis = diagnose(checked.history, checked.assessment);
-  return checked;
-}
-
-Result<void> write_chart(Console& console, const StandardArguments& options, const CheckedStandard& checked) {
+Result<void> write_chart(Console& console, const StandardArguments& options, const standard::CheckedStandard& checked) {
   if (options.chart.empty()) return {};
   const auto language = options.language == "de" ? report::Language::german : report::Language::english;
   const bool is_page = options.chart.ends_with(".html");
-  if (auto written = replace_text_file(options.chart, is_page ? to_html(checked, language) : to_svg(checked, language));
+  if (auto written = replace_text_file(options.chart,
+                                       is_page ? to_html(checked, language) : to_svg(checked, {.language = language}));
       !written)
     return written;
   console.print_message(fmt::format("{} written", options.chart));
@@ -51,14 +43,14 @@ Result<Exit> add_check_runs(Console& console, const StandardArguments& options) 
       return failure(FaultKind::usage, "--chart", "expected a file that ends in .svg or .html");
     if (auto free = check_is_free(options.chart, options.force); !free) return failure(free.error());
   }
-  auto standard = open_standard(options.rig);
+  auto standard = open_standard(options.rig, options.records.empty() ? HistoryAccess::read : HistoryAccess::change);
   if (!standard) return failure(standard.error());
   const std::string before = standard->text;
   if (auto appended = append_records(console, *standard, options.records, options.unverified); !appended)
     return failure(appended.error());
   if (standard->text.empty())
     return failure(FaultKind::usage, standard->path, "there is no check run yet; name the record of one");
-  const auto checked = assess_standard(*standard);
+  const auto checked = standard::assess_standard(standard->text, standard->path);
   if (!checked) return failure(checked.error());
   if (standard->text != before)
     if (auto written = replace_text_file(standard->path, standard->text); !written) return failure(written.error());
@@ -73,10 +65,10 @@ struct ExplainArguments {
 };
 
 Result<Exit> explain(Console& console, const ExplainArguments& options) {
-  auto standard = open_standard(options.rig);
+  auto standard = open_standard(options.rig, HistoryAccess::change);
   if (!standard) return failure(standard.error());
   if (standard->text.empty()) return failure(FaultKind::usage, standard->path, "there is no check run yet");
-  const auto checked = assess_standard(*standard);
+  const auto checked = standard::assess_standard(standard->text, standard->path);
   if (!checked) return failure(checked.error());
   assurance::Explanation explanation = options.explanation;
   if (explanation.by.find_first_not_of(" \t") == std::string::npos)
@@ -87,7 +79,7 @@ Result<Exit> explain(Console& console, const ExplainArguments& options) {
     return failure(FaultKind::usage, standard->path, "every check run is in control or explained");
   explanation.utc = civil_time(SteadyClock().now().utc);
   standard->text = append(std::move(standard->text), explanation);
-  const auto explained = assess_standard(*standard);
+  const auto explained = standard::assess_standard(standard->text, standard->path);
   if (!explained) return failure(explained.error());
   if (auto written = replace_text_file(standard->path, standard->text); !written) return failure(written.error());
   console.print(console.json ? to_json(*explained) : describe(*explained));

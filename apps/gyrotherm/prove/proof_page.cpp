@@ -159,7 +159,7 @@ Result<std::string> proof_page(const ProtocolText& protocol, const std::string& 
       .simulated = proof.simulated,
       .body = body,
       .footer = fmt::format("{}; {}", prove::kProofSchema, sha256),
-      .language = code(language)});
+      .language = report::code(language)});
 }
 
 }  // namespace

@@ -9,9 +9,12 @@
 #include <utility>
 
 #include "acquisition/record/chain.hpp"
+#include "acquisition/record/check_history.hpp"
 #include "acquisition/record/record_files.hpp"
+#include "analysis/assurance/record_state.hpp"
 #include "apps/gyrotherm/recorded_run.hpp"
 #include "apps/gyrotherm/rig_source.hpp"
+#include "apps/gyrotherm/standard/history_lock.hpp"
 #include "core/clock.hpp"
 #include "core/file.hpp"
 #include "core/sha256.hpp"
@@ -153,21 +156,24 @@ std::string history_path(const std::string& history, const std::string& rig_file
 
 std::optional<std::string> find_history(const record::RunInfo& info) {
   if (info.rig_file.empty()) return {};
-  const auto rig = TomlTable::parse(info.rig_text, info.rig_file);
-  if (!rig || !rig->has("check_standard")) return {};
-  auto path = history_path(rig::read_check_standard(rig->table("check_standard")).history, info.rig_file);
-  if (!read_file_state(path).is_there()) return {};
-  return path;
+  auto paths = record::list_check_histories(info, info.rig_file);
+  if (paths.empty() || !read_file_state(paths.front()).is_there()) return {};
+  return paths.front();
 }
 
-Result<StandardOfRig> open_standard(const std::string& given) {
+Result<StandardOfRig> open_standard(const std::string& given, HistoryAccess access) {
   auto rig = load_rig(given);
   if (!rig) return failure(rig.error());
   if (!rig->check_standard)
     return failure(FaultKind::usage, rig->file,
                    "has no golden gyro; add [check_standard] with its serial_numbers (docs/check-standard.md)");
-  StandardOfRig standard{.rig = std::move(*rig), .path = "", .text = ""};
+  StandardOfRig standard{.rig = std::move(*rig)};
   standard.path = history_path(standard.rig.check_standard->history, standard.rig.file);
+  if (access == HistoryAccess::change) {
+    auto lock = lock_history(standard.path);
+    if (!lock) return failure(lock.error());
+    standard.lock = std::move(*lock);
+  }
   auto text = read_text_file_if_any(standard.path, kLargestTable);
   if (!text) return failure(text.error());
   if (!*text) return standard;
@@ -209,16 +215,15 @@ Result<void> append_records(Console& console, StandardOfRig& standard, const std
 std::optional<std::string> describe_open_check(const assurance::History& history,
                                                const std::vector<std::string>& started_utc) {
   const auto assessment = assess(history);
-  const auto open = std::ranges::find_if(assessment.runs, &assurance::RunVerdict::is_open);
-  if (open == assessment.runs.end()) return {};
-  const auto first = static_cast<std::size_t>(open - assessment.runs.begin());
-  const auto& last_good = first == 0 ? std::string() : history.checks[first - 1].started_utc;
-  const auto is_later = [&](const std::string& utc) { return utc > last_good; };
-  if (std::ranges::none_of(started_utc, is_later)) return {};
+  const auto is_open = [&](const std::string& utc) {
+    return find_state(history, assessment, utc).state == assurance::CheckState::out_of_control;
+  };
+  if (std::ranges::none_of(started_utc, is_open)) return {};
+  const auto first = std::ranges::find_if(assessment.runs, &assurance::RunVerdict::is_open) - assessment.runs.begin();
   return fmt::format(
       "check standard of the rig {}: out of control since the check run of {} and not explained (gyrotherm standard "
       "explain)",
-      history.head.rig, history.checks[first].started_utc);
+      history.head.rig, history.checks[static_cast<std::size_t>(first)].started_utc);
 }
 
 }  // namespace gyrotherm::app

@@ -8,6 +8,7 @@
 
 #include "analysis/assurance/history.hpp"
 #include "apps/console/command.hpp"
+#include "core/file.hpp"
 #include "core/result.hpp"
 #include "sequencer/rig/rig_file.hpp"
 
@@ -16,13 +17,17 @@ namespace gyrotherm::app {
 /// A rig with a golden gyro, and the text of its history; empty before the first check run.
 struct StandardOfRig {
   rig::RigFile rig;
-  std::string path;  ///< of the history
-  std::string text;
+  std::string path{};  ///< of the history
+  std::string text{};
+  Descriptor lock{};  ///< held while the history is changed
 };
 
-/// Reads the rig and its history, if there is one. Fails with bad_file, or with usage if the rig has no golden gyro or
-/// its settings differ from those with which the history began.
-[[nodiscard]] Result<StandardOfRig> open_standard(const std::string& rig);
+enum class HistoryAccess { read, change };
+
+/// Reads the rig and its history, if there is one. To change it, first waits until no other program changes it. Fails
+/// with bad_file, with usage if the rig has no golden gyro or its settings differ from those with which the history
+/// began, or like lock_history().
+[[nodiscard]] Result<StandardOfRig> open_standard(const std::string& rig, HistoryAccess access);
 
 /// Returns the path of a history: relative to the folder of the rig file.
 [[nodiscard]] std::string history_path(const std::string& history, const std::string& rig_file);

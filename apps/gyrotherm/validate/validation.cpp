@@ -137,7 +137,7 @@ Result<std::string> validation_page(const ProtocolText& protocol, const std::str
       .body = identity_html(*validation, protocol, words) + fmt::format("<h2>{}</h2>\n", words.requirements) +
               to_html(table) + fmt::format("<h2>{}</h2>\n", words.files) + to_html(programs),
       .footer = fmt::format("{}; {}", kValidationSchema, protocol.sha256),
-      .language = code(language)});
+      .language = report::code(language)});
 }
 
 }  // namespace

@@ -1,12 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The command `standard`: check runs of a golden gyro on virtual rigs.
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
+#include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <sstream>
+#include <thread>
+#include <vector>
 
 #include "tests/apps/gyrotherm/program.hpp"
 
@@ -156,6 +163,66 @@ TEST(Standard, WritesChartsInGerman) {
   EXPECT_EQ(rig.standard("--chart " + chart).exit_code, 2) << "exists";
   EXPECT_EQ(rig.standard("--force --chart " + (rig / "charts.svg")).exit_code, 0);
   EXPECT_NE(read_all(rig / "charts.svg").find("Control charts of the check standard G-0001"), std::string::npos);
+}
+
+TEST(Standard, KeepsEveryRunOfProgramsThatWriteAtOnce) {
+  const GoldenRig rig;
+  std::vector<std::string> records;
+  for (int day = 0; day < 6; ++day) records.push_back(rig.run(day));
+  ASSERT_EQ(rig.standard(records[0]).exit_code, 0);
+  std::vector<std::unique_ptr<Background>> programs;
+  for (int i = 0; i < 6; ++i) {
+    std::vector<std::string> arguments{"standard", rig / "rig.toml"};
+    arguments.insert(arguments.end(), records.begin(), records.end());
+    programs.push_back(std::make_unique<Background>(arguments, rig / ("out" + std::to_string(i))));
+  }
+  for (const auto& program : programs) EXPECT_EQ(program->wait(), 0) << program->output();
+  const auto checked = rig.standard("--json");
+  ASSERT_EQ(checked.exit_code, 0) << checked.err;
+  EXPECT_EQ(nlohmann::json::parse(checked.out)["runs"].size(), 6u) << "each run once, in an intact chain";
+}
+
+TEST(Standard, WaitsForLockAndLosesNoRunOfTheOtherProgram) {
+  const GoldenRig rig;
+  const auto first = rig.run(0), second = rig.run(1), third = rig.run(2);
+  ASSERT_EQ(rig.standard(first).exit_code, 0);
+  const auto history = rig / "check-standard.jsonl";
+  const int file = ::open((history + ".lock").c_str(), O_RDWR | O_CLOEXEC);
+  ASSERT_GE(file, 0) << "the lock of the first run remains";
+  struct flock whole {};
+  whole.l_type = F_WRLCK;
+  ASSERT_EQ(::fcntl(file, F_OFD_SETLK, &whole), 0);
+  Background waiting({"standard", rig / "rig.toml", second, third}, rig / "out");
+  std::this_thread::sleep_for(std::chrono::milliseconds(500));
+  EXPECT_TRUE(waiting.is_running());
+  EXPECT_EQ(rig.standard().exit_code, 0) << "reading does not wait";
+  // Another program with the lock adds the second run meanwhile.
+  const auto before = read_all(history);
+  std::filesystem::create_directory(rig / "elsewhere");
+  std::filesystem::copy_file(rig / "rig.toml", rig / "elsewhere/rig.toml");
+  std::filesystem::copy_file(history, rig / "elsewhere/check-standard.jsonl");
+  ASSERT_EQ(gyrotherm_with("standard " + (rig / "elsewhere/rig.toml") + " " + second).exit_code, 0);
+  std::filesystem::copy_file(rig / "elsewhere/check-standard.jsonl", history,
+                             std::filesystem::copy_options::overwrite_existing);
+  ASSERT_EQ(::close(file), 0);
+  EXPECT_EQ(waiting.wait(), 0) << waiting.output();
+  const auto after = read_all(history);
+  EXPECT_TRUE(after.starts_with(before));
+  EXPECT_EQ(std::ranges::count(after, '\n'), 4) << "the head and three runs";
+}
+
+TEST(Standard, ReleasesLockOfKilledProgramAndRefusesFolderThatCannotBeWritten) {
+  const GoldenRig rig;
+  const auto first = rig.run(0), second = rig.run(1);
+  {
+    Background killed({"standard", rig / "rig.toml", first, second}, rig / "out");
+    killed.signal(SIGKILL);
+    killed.wait();
+  }
+  ASSERT_EQ(rig.standard(first + " " + second).exit_code, 0);
+  std::filesystem::remove(rig / "check-standard.jsonl.lock");
+  std::filesystem::create_directory(rig / "check-standard.jsonl.lock");
+  EXPECT_EQ(rig.standard(first).exit_code, 4) << "the lock cannot be opened";
 }
 
 }  // namespace

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/gyrotherm/standard/check_words.hpp"
+#include "report/standard/check_words.hpp"
 
 #include <algorithm>
 #include <cassert>
 #include <iterator>
 
-namespace gyrotherm::app {
+namespace gyrotherm::standard {
 namespace {
 
 struct CheckTranslation {
@@ -14,10 +14,23 @@ struct CheckTranslation {
 
 // clang-format off
 constexpr CheckTranslation kCheckTranslations[] = {
+  {"mark", "SIMULATED", "SIMULIERT"},
   {"title", "Check standard", "Prüfnormal"},
   {"charts_of", "Control charts of the check standard {}", "Regelkarten des Prüfnormals {}"},
   {"page_of", "page {} of {}", "Seite {} von {}"},
   {"end", "End of the control charts", "Ende der Regelkarten"},
+  {"compared.open", "A record was made while the check standard of the rig was out of control, and no cause is "
+                    "recorded. A change of the unit may be a change of the rig.",
+   "Eine Aufzeichnung entstand, während das Prüfnormal des Prüfstands nicht beherrscht war, und keine Ursache ist "
+   "festgehalten. Eine Änderung des Gegenstands kann eine Änderung des Prüfstands sein."},
+  {"compared.table", "Check standard at the time of each record", "Prüfnormal zur Zeit jeder Aufzeichnung"},
+  {"compared.state", "Check standard", "Prüfnormal"},
+  {"compared.before", "Last check run before", "Letzter Prüflauf davor"},
+  {"compared.after", "First check run after", "Erster Prüflauf danach"},
+  {"state.unknown", "not judged", "nicht beurteilt"},
+  {"state.in_control", "in control", "beherrscht"},
+  {"state.explained", "out of control, explained", "nicht beherrscht, erklärt"},
+  {"state.out_of_control", "out of control, not explained", "nicht beherrscht, nicht erklärt"},
   {"heading.standing", "Present state", "Stand"},
   {"heading.charts", "Control charts", "Regelkarten"},
   {"heading.cause", "Probable cause", "Wahrscheinliche Ursache"},
@@ -104,10 +117,10 @@ constexpr CheckTranslation kCheckTranslations[] = {
 
 }  // namespace
 
-std::string_view check_word(report::Language language, std::string_view key) {
+std::string_view check_word(plot::Language language, std::string_view key) {
   const auto* const found = std::ranges::find(kCheckTranslations, key, &CheckTranslation::key);
   assert(found != std::end(kCheckTranslations));
-  return language == report::Language::german ? found->de : found->en;
+  return language == plot::Language::german ? found->de : found->en;
 }
 
-}  // namespace gyrotherm::app
+}  // namespace gyrotherm::standard

@@ -1,23 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/gyrotherm/standard/check_view.hpp"
+#include "report/standard/check_view.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
-#include "apps/gyrotherm/standard/check_words.hpp"
 #include "core/json.hpp"
+#include "report/standard/check_words.hpp"
 
-namespace gyrotherm::app {
+namespace gyrotherm::standard {
 namespace {
 
 using assurance::CheckedAxis;
 using assurance::CheckResult;
 using assurance::Hypothesis;
 
-constexpr auto kEnglish = report::Language::english;
+constexpr auto kEnglish = plot::Language::english;
 /// Hypotheses with less than this probability are not listed.
 constexpr double kListed = 0.005;
 
@@ -71,6 +72,15 @@ Json diagnosis_json(const CheckedStandard& standard) {
   return json;
 }
 
+/// Returns a verdict as one of four terms that stay stable.
+const char* run_verdict(const CheckedStandard& standard, std::size_t r) {
+  const auto& run = standard.assessment.runs[r];
+  if (run.explanation) return "explained";
+  if (run.is_out()) return "out of control";
+  const auto is_judged = [&](const assurance::Chart& chart) { return chart.points[r].is_judged; };
+  return std::ranges::any_of(standard.assessment.charts, is_judged) ? "in control" : "not judged";
+}
+
 Json limits_json(const assurance::ChartLimits& limits) {
   return {{"values", limits.individuals}, {"ewma", limits.ewma}};
 }
@@ -90,6 +100,19 @@ Json chart_json(const assurance::Chart& chart) {
 }
 
 }  // namespace
+
+CheckedStandard assess_standard(assurance::History history, std::string file) {
+  CheckedStandard checked{.file = std::move(file), .history = std::move(history), .assessment = {}, .diagnosis = {}};
+  checked.assessment = assess(checked.history);
+  if (checked.assessment.is_open()) checked.diagnosis = diagnose(checked.history, checked.assessment);
+  return checked;
+}
+
+Result<CheckedStandard> assess_standard(std::string_view text, const std::string& file) {
+  return assurance::parse_history(text, file).map([&](assurance::History history) {
+    return assess_standard(std::move(history), file);
+  });
+}
 
 std::string describe(const CheckedStandard& standard) {
   const auto& [file, history, assessment, diagnosis] = standard;
@@ -121,6 +144,7 @@ std::string describe(const CheckedStandard& standard) {
 std::string to_json(const CheckedStandard& standard) {
   const auto& [file, history, assessment, diagnosis] = standard;
   Json json{{"schema", "gyrotherm-control-charts/1"},
+            {"file", file},
             {"head", make_json(history.head)},
             {"is_open", assessment.is_open()},
             {"limits", limits_json(assessment.limits.gyro)},
@@ -128,6 +152,7 @@ std::string to_json(const CheckedStandard& standard) {
             {"lambda", assurance::kLambda},
             {"runs", Json::array()},
             {"charts", Json::array()},
+            {"explanations", Json::array()},
             {"diagnosis", diagnosis ? diagnosis_json(standard) : Json(nullptr)}};
   for (std::size_t r = 0; r < history.checks.size(); ++r) {
     Json charts = Json::array();
@@ -137,10 +162,12 @@ std::string to_json(const CheckedStandard& standard) {
                             {"record", history.checks[r].record},
                             {"sha256", history.checks[r].sha256},
                             {"out_of_control", std::move(charts)},
+                            {"verdict", run_verdict(standard, r)},
                             {"is_explained", assessment.runs[r].explanation.has_value()}});
   }
   for (const auto& chart : assessment.charts) json["charts"].push_back(chart_json(chart));
+  for (const auto& one : history.explanations) json["explanations"].push_back(make_json(one));
   return json_text(json) + "\n";
 }
 
-}  // namespace gyrotherm::app
+}  // namespace gyrotherm::standard

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/record/check_history.hpp"
+
+#include <filesystem>
+
+#include "core/file.hpp"
+#include "core/toml_reader.hpp"
+
+namespace gyrotherm::record {
+
+std::vector<std::string> list_check_histories(const RunInfo& info, const std::string& record) {
+  const auto rig = TomlTable::parse(info.rig_text, "rig");
+  if (!rig || !rig->has("check_standard")) return {};
+  const auto name = rig->table("check_standard").text("history", kDefaultCheckHistory);
+  const auto beside = [&](const std::string& file) {
+    return (std::filesystem::path(parent_folder(file)) / name).lexically_normal().string();
+  };
+  if (info.rig_file.empty() || beside(info.rig_file) == beside(record)) return {beside(record)};
+  return {beside(info.rig_file), beside(record)};
+}
+
+}  // namespace gyrotherm::record

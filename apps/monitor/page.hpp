@@ -17,6 +17,7 @@ namespace gyrotherm::monitor {
 [[nodiscard]] std::string_view control_script();
 [[nodiscard]] std::string_view alarms_script();
 [[nodiscard]] std::string_view site_script();
+[[nodiscard]] std::string_view standard_script();
 [[nodiscard]] std::string_view dygraphs_script();
 [[nodiscard]] std::string_view dygraphs_style();
 [[nodiscard]] std::string_view openapi_text();

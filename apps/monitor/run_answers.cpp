@@ -70,6 +70,7 @@ WebAnswer status_answer(const FoundRun& run) {
   auto json = Json::parse(status_text(run));
   json["channels"] = channels_as_json(run);
   json["units"] = units_as_json(run);
+  json["check_standard"] = run.standard.has_value();
   json["order_number"] = run.info ? run.info->order_number : "";
   return {.body = json_text(json)};
 }
@@ -121,6 +122,15 @@ WebAnswer RunAnswers::answer_series(const FoundRun& run, const RequestHead& head
   return {.body = series_text(*made, named)};
 }
 
+WebAnswer RunAnswers::answer_standard(const FoundRun& run, const RequestHead& head, bool as_figure) {
+  if (!run.standard) return refusal(404, "the rig of this run has no check standard");
+  if (!as_figure) return standard_.answer(*run.standard, std::nullopt);
+  const auto width = parse_integer(head.parameter("width"), 760);
+  if (!width || *width < kMinChartWidth || *width > kMaxChartWidth)
+    return refusal(400, fmt::format("expected {} to {} for \"width\"", kMinChartWidth, kMaxChartWidth));
+  return standard_.answer(*run.standard, static_cast<int>(*width));
+}
+
 WebAnswer RunAnswers::answer_stream(const FoundRun& run, const RequestHead& head, std::function<bool()> has_access) {
   const auto last = head.header("last-event-id");
   const auto slot = parse_integer(last.empty() ? head.parameter("after") : last, run.status.slot);
@@ -167,6 +177,8 @@ WebAnswer RunAnswers::answer(const WebRequest& request, const std::string& subpa
   if (path == "/events-stream") return answer_stream(*run, request.head, std::move(has_access));
   if (path == "/alarms") return alarms_answer(*run);
   if (path == "/profile") return profile_answer(*run);
+  if (path == "/standard") return answer_standard(*run, request.head, false);
+  if (path == "/standard.svg") return answer_standard(*run, request.head, true);
   if (path == "/files") return files_answer(*run);
   constexpr std::string_view kFile = "/files/";
   if (path.starts_with(kFile)) return file_answer(*run, path.substr(kFile.size()));

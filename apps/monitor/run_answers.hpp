@@ -11,6 +11,7 @@
 #include "apps/monitor/run_catalogue.hpp"
 #include "apps/monitor/run_feed.hpp"
 #include "apps/monitor/series.hpp"
+#include "apps/monitor/standard_answers.hpp"
 #include "apps/monitor/web.hpp"
 
 namespace gyrotherm::monitor {
@@ -34,6 +35,7 @@ class RunAnswers {
 
  private:
   [[nodiscard]] WebAnswer answer_list() const;
+  [[nodiscard]] WebAnswer answer_standard(const FoundRun& run, const RequestHead& head, bool as_figure);
   [[nodiscard]] WebAnswer answer_series(const FoundRun& run, const RequestHead& head);
   [[nodiscard]] WebAnswer answer_stream(const FoundRun& run, const RequestHead& head, std::function<bool()> has_access);
 
@@ -41,6 +43,7 @@ class RunAnswers {
   RunFeed& feed_;
   std::function<bool()> is_stopping_;
   SeriesCache cache_;
+  StandardAnswers standard_;
 };
 
 /// Returns the planned profile, and the slot at which each segment has begun so far.

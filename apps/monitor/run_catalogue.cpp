@@ -135,6 +135,7 @@ void RunCatalogue::read_info(Entry& entry) {
   auto info = files ? record::read_source_info(*files) : Result<record::RunInfo>(failure(files.error()));
   entry.info_id = info && is_final ? run.status.id : std::string();
   if (info) read_end_states(run, *info);
+  run.standard = info ? find_standard(*info, run.path) : std::nullopt;
   if (info) drop_unused_texts(*info);
   entry.info = info ? std::make_shared<const record::RunInfo>(std::move(*info)) : nullptr;
 }

@@ -13,6 +13,7 @@
 
 #include "acquisition/record/run_info.hpp"
 #include "acquisition/record/status.hpp"
+#include "apps/monitor/standard_answers.hpp"
 #include "core/file.hpp"
 #include "core/quantity.hpp"
 #include "core/result.hpp"
@@ -40,6 +41,8 @@ struct FoundRun {
   /// What happens to the chamber after a stop and after an abort, such as "the chamber holds its present set point".
   std::string chamber_after_stop;
   std::string chamber_after_abort;
+  /// History of check runs of the rig; empty if the rig has no check standard.
+  std::optional<StandardSource> standard{};
 
   /// Returns whether a program executes the run, according to the status.
   [[nodiscard]] bool is_running() const;

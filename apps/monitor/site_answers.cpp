@@ -28,8 +28,8 @@ constexpr std::array kPageFiles{
     PageFile{"/text.js", kScript, text_script},           PageFile{"/views.js", kScript, views_script},
     PageFile{"/drawing.js", kScript, drawing_script},     PageFile{"/chart.js", kScript, chart_script},
     PageFile{"/control.js", kScript, control_script},     PageFile{"/alarms.js", kScript, alarms_script},
-    PageFile{"/site.js", kScript, site_script},           PageFile{"/dygraph.js", kScript, dygraphs_script},
-    PageFile{"/dygraph.css", kStyle, dygraphs_style}};
+    PageFile{"/site.js", kScript, site_script},           PageFile{"/standard.js", kScript, standard_script},
+    PageFile{"/dygraph.js", kScript, dygraphs_script},    PageFile{"/dygraph.css", kStyle, dygraphs_style}};
 
 WebAnswer answer_page_file(const PageFile& file) {
   WebAnswer answer{.type = file.type, .body = std::string(file.text())};

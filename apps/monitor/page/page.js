@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The page: selects the run and the view, and keeps the event stream open. text.js creates elements and formats values,
 // views.js contains the views, chart.js and drawing.js the charts, control.js the login and the commands to a run,
-// alarms.js the list of alarms, and site.js the view of the site.
+// alarms.js the list of alarms, standard.js the view of the check standard, and site.js the view of the site.
 'use strict';
 
 const page = {
@@ -159,6 +159,11 @@ const kSiteTabs = [
   ['rigs', 'Rigs'],
 ];
 
+/// Returns the tabs of a run. The tab "Check standard" exists only if the rig has one.
+function run_tabs(run) {
+  return run.status.check_standard ? [...kRunTabs, ['standard', 'Check standard']] : kRunTabs;
+}
+
 /// Returns the tabs that do not depend on a run. The tab "Site" exists only if the monitor has a site file.
 function site_tabs() {
   return page.has_site ? [...kSiteTabs, ['site', 'Site']] : kSiteTabs;
@@ -187,7 +192,7 @@ function update_frame() {
       )
     );
   const tabs = run
-    ? kRunTabs.map(([name, label]) =>
+    ? run_tabs(run).map(([name, label]) =>
         tab(
           `#/run/${run.key}/${name}`,
           label,

@@ -476,8 +476,8 @@ async function poll_runs() {
   return (await poll_json('/api/v1/runs')).runs;
 }
 
-/// Calls `fill` every two seconds. If it throws, the frame shows the error and the time of the last success.
-function refresh_periodically(fill) {
+/// Calls `fill` every two seconds, or at another interval. If it throws, the frame shows the error and the time of the last success.
+function refresh_periodically(fill, interval_ms = 2000) {
   let is_filling = false,
     is_closed = false,
     last_success_ms = null;
@@ -494,7 +494,7 @@ function refresh_periodically(fill) {
     is_filling = false;
   };
   refresh();
-  const timer = setInterval(refresh, 2000);
+  const timer = setInterval(refresh, interval_ms);
   return {
     close: () => {
       is_closed = true;

@@ -196,6 +196,8 @@ class Live(WatchedRun):
             "/runs/{key}/events": (f"{run}/events?after=x", "/runs/0/events"),
             "/runs/{key}/events-stream": (f"{run}/events-stream?after=x", "/runs/0/events-stream"),
             "/runs/{key}/alarms": ("/runs/0/alarms",),
+            "/runs/{key}/standard": (f"{run}/standard", "/runs/0/standard"),
+            "/runs/{key}/standard.svg": (f"{run}/standard.svg", "/runs/0/standard.svg"),
             "/runs/{key}/files": ("/runs/0/files",),
             "/runs/{key}/files/{name}": (f"{run}/files/nothing", "/runs/0/files/nothing"),
             "/site/{question}": ("/site/nothing",),

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <map>
 
+#include "analysis/assurance/record_state.hpp"
 #include "analysis/data/dataset.hpp"
 #include "core/json.hpp"
 #include "report/plot/svg.hpp"
@@ -33,6 +34,15 @@ void describe(auto& form, Like<ComparedResult> auto& result) {
   form("change_in_a_year", result.in_a_year);
 }
 
+void describe(auto& form, Like<CheckedRecord> auto& record) {
+  form.derived("report", record.is_before ? "before" : "now");
+  form("record", record.name);
+  form("started_utc", record.started_utc);
+  form("state", record.state);
+  form("checked_before", record.checked_before);
+  form("checked_after", record.checked_after);
+}
+
 void describe(auto& form, Like<Comparison> auto& comparison) {
   form("before", comparison.before_number);
   form("now", comparison.now_number);
@@ -45,6 +55,7 @@ void describe(auto& form, Like<Comparison> auto& comparison) {
   form("simulated", comparison.simulated);
   form("same_model", comparison.same_model);
   form("results", comparison.results);
+  if (comparison.standard) form("check_standard", comparison.checked);
 }
 
 namespace {
@@ -195,6 +206,47 @@ class ReportComparer {
   Comparison& comparison_;
 };
 
+const std::string kOutOfControl = name(assurance::CheckState::out_of_control);
+
+/// Returns whether a rig of that name made records of the report.
+bool was_made_on(const CalibrationReport& report, const std::string& rig) {
+  return std::ranges::any_of(report.files,
+                             [&](const UsedFile& file) { return file.role == "rig" && file.name == rig; });
+}
+
+CheckedRecord check_record(const standard::CheckedStandard& standard, const UsedFile& file, bool is_before) {
+  const auto& started = file.started_utc;
+  const auto found =
+      started.empty() ? assurance::RecordState{} : find_state(standard.history, standard.assessment, started);
+  const auto start_of = [&](const std::optional<std::size_t>& run) {
+    return run ? standard.history.checks[*run].started_utc : std::string();
+  };
+  return {.is_before = is_before,
+          .name = file.name,
+          .started_utc = started,
+          .state = name(found.state),
+          .checked_before = start_of(found.before),
+          .checked_after = start_of(found.after)};
+}
+
+/// Describes the state of the check standard at each record, for a terminal.
+std::string describe_checks(const Comparison& comparison) {
+  std::string text;
+  for (const CheckedRecord& one : comparison.checked) {
+    const auto shown = [](const std::string& utc) { return utc.empty() ? std::string("none") : utc; };
+    auto state = one.state;
+    std::ranges::replace(state, '_', ' ');
+    text += fmt::format("check standard, {} {}: {}; check runs {} before it and {} after it\n",
+                        one.is_before ? "before" : "now", one.name, state, shown(one.checked_before),
+                        shown(one.checked_after));
+  }
+  if (is_check_open(comparison))
+    text +=
+        "warning: the check standard was out of control and no cause is recorded; a change of the unit may be a "
+        "change of the rig\n";
+  return text;
+}
+
 double days_between(const std::string& before, const std::string& now) {
   const auto first = record::parse_day(before), second = record::parse_day(now);
   return first && second ? static_cast<double>((*second - *first).count()) : std::numeric_limits<double>::quiet_NaN();
@@ -222,6 +274,30 @@ Result<Comparison> compare(const CalibrationReport& before, const CalibrationRep
     return failure(FaultKind::usage, now.number,
                    "has no result in common with the other report for the same profile and bias reference");
   return comparison;
+}
+
+Result<void> add_check_standard(Comparison& comparison, const CalibrationReport& before, const CalibrationReport& now,
+                                standard::CheckedStandard standard) {
+  const auto& head = standard.history.head;
+  const auto refuse = [&](std::string why) { return failure(FaultKind::usage, standard.file, std::move(why)); };
+  if (standard.history.checks.empty()) return refuse("has no check run yet");
+  std::vector<CheckedRecord> checked;
+  for (const CalibrationReport* report : {&before, &now}) {
+    if (report->simulated != head.simulated)
+      return refuse("is of a virtual rig and the records are not, or the reverse");
+    if (!was_made_on(*report, head.rig))
+      return refuse(
+          fmt::format("is of the rig {}, on which no record of report {} was made", head.rig, report->number));
+    for (const UsedFile& file : report->files)
+      if (file.role == "record") checked.push_back(check_record(standard, file, report == &before));
+  }
+  comparison.checked = std::move(checked);
+  comparison.standard = std::move(standard);
+  return {};
+}
+
+bool is_check_open(const Comparison& comparison) {
+  return std::ranges::count(comparison.checked, kOutOfControl, &CheckedRecord::state) > 0;
 }
 
 std::string to_json(const Comparison& comparison) {
@@ -264,6 +340,7 @@ std::string describe(const Comparison& comparison) {
                         plot::format_significant(one->change), plot::format_significant(one->expanded), one->axis,
                         one->key, one->quantity, one->condition.empty() ? "" : " at ", one->condition, one->unit,
                         name(one->before_at), name(one->now_at), one->profile.empty() ? "" : ", ", one->profile);
+  text += describe_checks(comparison);
   return text + fmt::format("{} of {} results differ by more than their combined uncertainty (|E_n| > 1)\n",
                             count_disagreements(comparison), all.size());
 }

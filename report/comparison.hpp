@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -12,6 +13,7 @@
 #include "core/result.hpp"
 #include "report/calibration.hpp"
 #include "report/document.hpp"
+#include "report/standard/check_view.hpp"
 
 namespace gyrotherm::report {
 
@@ -42,6 +44,15 @@ struct ComparedResult {
   double in_a_year = std::numeric_limits<double>::quiet_NaN();
 };
 
+/// State of the check standard of the rig at the time of one record (docs/check-standard.md).
+struct CheckedRecord {
+  bool is_before{};  ///< record of the earlier report
+  std::string name{}, started_utc{};
+  std::string state{};  ///< "in_control", "explained", "out_of_control" or "unknown"
+  /// Start of the last check run before the record and of the first one after it; empty if there is none.
+  std::string checked_before{}, checked_after{};
+};
+
 struct Comparison {
   std::string before_number{}, now_number{};
   std::string before_sha256{}, now_sha256{};  ///< hashes of calibration.json
@@ -52,6 +63,9 @@ struct Comparison {
   /// True if each as-found model of this calibration is an as-left model of the previous one.
   bool same_model{};
   std::vector<ComparedResult> results{};
+  /// History of check runs, and the state at each record of both reports; empty without a history.
+  std::optional<standard::CheckedStandard> standard{};
+  std::vector<CheckedRecord> checked{};
 };
 
 /// Compares the results that both reports have for the same profile, row by row: the first record of one report with
@@ -60,6 +74,14 @@ struct Comparison {
 /// training record are skipped. Fails with usage if the reports are not of one unit (serial number and model) or have
 /// no result in common.
 [[nodiscard]] Result<Comparison> compare(const CalibrationReport& before, const CalibrationReport& now);
+
+/// Adds the state of the check standard at the time of each record of both reports. Fails with usage if the history is
+/// of another rig than the records, if it is of a virtual rig and they are not or the reverse, or if it has no check
+/// run.
+[[nodiscard]] Result<void> add_check_standard(Comparison& comparison, const CalibrationReport& before,
+                                              const CalibrationReport& now, standard::CheckedStandard standard);
+/// Returns whether a record was made while the check standard was out of control and not explained.
+[[nodiscard]] bool is_check_open(const Comparison& comparison);
 
 /// Returns the change with its expanded uncertainty.
 [[nodiscard]] ReportedValue change_with_uncertainty(const ComparedResult& result);

@@ -7,6 +7,8 @@
 
 #include "report/comparison.hpp"
 #include "report/document_parts.hpp"
+#include "report/standard/check_chart.hpp"
+#include "report/standard/check_words.hpp"
 
 namespace gyrotherm::report {
 namespace {
@@ -20,6 +22,7 @@ class ComparisonWriter : public BlockWriter {
     heading("heading.summary");
     if (comparison_.simulated) paragraph(translated("say.simulated"), Paragraph::Style::caution);
     if (!comparison_.same_model) paragraph(translated("say.other_model"), Paragraph::Style::caution);
+    if (is_check_open(comparison_)) paragraph(check_text("compared.open"), Paragraph::Style::caution);
     add(compared_reports());
     add(key_figures());
     paragraph(disagreeing() == 0 ? translated("say.agrees")
@@ -27,6 +30,7 @@ class ComparisonWriter : public BlockWriter {
     heading("heading.changes");
     table(changes());
     paragraph(translated("say.normalised_error"), Paragraph::Style::note);
+    if (comparison_.standard) add_check_standard();
     number_captions();
     const std::string numbers =
         sentence("title.against", number_or_dash(comparison_.now_number), number_or_dash(comparison_.before_number));
@@ -55,6 +59,38 @@ class ComparisonWriter : public BlockWriter {
     if (std::isfinite(comparison_.days_between))
       lines.lines.emplace_back(translated("label.days_between"), format_number(language, comparison_.days_between, 0));
     return lines;
+  }
+
+  [[nodiscard]] std::string check_text(std::string_view key) const {
+    return std::string(standard::check_word(language, key));
+  }
+
+  /// Adds the state of the check standard at each record, and its control charts.
+  void add_check_standard() {
+    add(Heading{.text = check_text("title"), .id = "check-standard"});
+    paragraph(describe_standing(*comparison_.standard, language));
+    DocumentTable records{.caption = check_text("compared.table"),
+                          .header = {check_text("record"), check_text("compared.state"), check_text("compared.before"),
+                                     check_text("compared.after")},
+                          .text_columns = 4};
+    const auto instant = [&](const std::string& utc) { return utc.empty() ? "–" : format_instant(language, utc); };
+    for (const CheckedRecord& one : comparison_.checked)
+      records.rows.push_back({{.text = one.name,
+                               .note = translated(one.is_before ? "label.compared_before" : "label.compared_now") +
+                                       ", " + instant(one.started_utc)},
+                              {.mark = state_mark(one.state), .text = check_text("state." + one.state)},
+                              {.text = instant(one.checked_before)},
+                              {.text = instant(one.checked_after)}});
+    table(std::move(records));
+    add(DocumentFigure{.id = "check-standard-charts",
+                       .caption = check_text("caption"),
+                       .svg = to_svg(*comparison_.standard, {.language = language}),
+                       .data = {.logarithmic = true}});  // no data: the page shows the SVG
+  }
+
+  [[nodiscard]] static Cell::Mark state_mark(const std::string& state) {
+    if (state == "in_control") return Cell::Mark::pass;
+    return state == "out_of_control" ? Cell::Mark::fail : Cell::Mark::caution;
   }
 
   [[nodiscard]] std::size_t disagreeing() const { return count_disagreements(comparison_); }

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "report/comparison.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <regex>
 #include <set>
 #include <string>
@@ -12,6 +14,7 @@
 #include "analysis/data/dataset.hpp"
 #include "core/file.hpp"
 #include "report/document.hpp"
+#include "tests/support/check_study.hpp"
 #include "tests/support/sample_calibration.hpp"
 
 namespace gyrotherm::report {
@@ -197,6 +200,87 @@ TEST(Comparison, ReportsNoChange) {
   const std::string page = to_html(make_document(*comparison, Language::english));
   EXPECT_NE(page.find("No result has changed"), std::string::npos);
   EXPECT_NE(page.find("is not the as-left model of the previous one"), std::string::npos);
+}
+
+/// Returns ten check runs of the rig of the sample reports, one each month of 2027. A
+/// thermometer changes with the run `from`, counted from 0.
+standard::CheckedStandard monthly_checks(int from, const CalibrationReport& report) {
+  auto history = tests::make_history(
+      {.golden = tests::GoldenGyro::single, .injected = tests::Injected::thermometer, .runs = 10, .thermometer_k = 0.5},
+      3, from);
+  history.head.rig = std::ranges::find(report.files, "rig", &UsedFile::role)->name;
+  history.head.simulated = report.simulated;
+  for (std::size_t run = 0; run < history.checks.size(); ++run)
+    history.checks[run].started_utc = fmt::format("2027-{:02}-01T00:00:00Z", run + 1);
+  return standard::assess_standard(std::move(history), "h.jsonl");
+}
+
+/// Returns both reports with one record and the rig, in May and at the end of August 2027.
+std::pair<CalibrationReport, CalibrationReport> reports_of_may_and_august() {
+  CalibrationReport before = sample_calibration(), now = a_year_later();
+  const auto set_record = [](CalibrationReport& report, const char* utc) {
+    std::ranges::find(report.files, "record", &UsedFile::role)->started_utc = utc;
+    std::erase_if(report.files, [](const UsedFile& file) { return file.role == "rig"; });
+    report.files.push_back({.role = "rig", .name = "hall 4"});
+  };
+  set_record(before, "2027-05-20T08:00:00Z");
+  set_record(now, "2027-08-20T08:00:00Z");
+  return {before, now};
+}
+
+TEST(Comparison, StatesCheckStandardAtEachRecord) {
+  const auto [before, now] = reports_of_may_and_august();
+  auto comparison = compare(before, now);
+  ASSERT_TRUE(comparison);
+  ASSERT_TRUE(add_check_standard(*comparison, before, now, monthly_checks(10, before)));
+  ASSERT_EQ(comparison->checked.size(), 2u);
+  EXPECT_TRUE(comparison->checked[0].is_before);
+  EXPECT_EQ(comparison->checked[0].state, "in_control");
+  EXPECT_EQ(comparison->checked[0].checked_before, "2027-05-01T00:00:00Z");
+  EXPECT_EQ(comparison->checked[0].checked_after, "2027-06-01T00:00:00Z");
+  EXPECT_FALSE(is_check_open(*comparison));
+  EXPECT_EQ(describe(*comparison).find("warning"), std::string::npos);
+  const auto page = to_html(make_document(*comparison, Language::german));
+  EXPECT_NE(page.find("Regelkarten des Prüfnormals"), std::string::npos);
+  EXPECT_EQ(page.find("nicht beherrscht, nicht erklärt"), std::string::npos);
+}
+
+TEST(Comparison, WarnsOfRecordMadeOutOfControl) {
+  const auto [before, now] = reports_of_may_and_august();
+  auto comparison = compare(before, now);
+  ASSERT_TRUE(comparison);
+  ASSERT_TRUE(add_check_standard(*comparison, before, now, monthly_checks(8, before)));
+  EXPECT_EQ(comparison->checked[0].state, "in_control");
+  EXPECT_EQ(comparison->checked[1].state, "out_of_control") << "after the run of August, before the open one";
+  EXPECT_TRUE(is_check_open(*comparison));
+  EXPECT_NE(describe(*comparison).find("warning: the check standard"), std::string::npos);
+  const auto json = nlohmann::json::parse(to_json(*comparison));
+  EXPECT_EQ(json["check_standard"][1]["state"], "out_of_control");
+  EXPECT_EQ(json["check_standard"][1]["report"], "now");
+  const auto document = make_document(*comparison, Language::english);
+  const auto is_warning = [](const Block& block) {
+    const auto* paragraph = std::get_if<Paragraph>(&block);
+    return paragraph != nullptr && paragraph->style == Paragraph::Style::caution &&
+           paragraph->text.find("check standard") != std::string::npos;
+  };
+  EXPECT_EQ(std::ranges::count_if(document.blocks, is_warning), 1);
+}
+
+TEST(Comparison, RefusesHistoryOfOtherRigAndWithoutRuns) {
+  const auto [before, now] = reports_of_may_and_august();
+  auto comparison = compare(before, now);
+  ASSERT_TRUE(comparison);
+  EXPECT_FALSE(nlohmann::json::parse(to_json(*comparison)).contains("check_standard"));
+  auto other = monthly_checks(10, before), virtual_rig = other, empty = other;
+  other.history.head.rig = "hall 5";
+  virtual_rig.history.head.simulated = !virtual_rig.history.head.simulated;
+  empty.history.checks.clear();
+  for (const auto& refused : {other, virtual_rig, empty}) {
+    const auto added = add_check_standard(*comparison, before, now, refused);
+    ASSERT_FALSE(added);
+    EXPECT_EQ(added.error().kind, FaultKind::usage);
+    EXPECT_TRUE(comparison->checked.empty());
+  }
 }
 
 }  // namespace

@@ -9,7 +9,9 @@
 #include "apps/gyrotherm/recorded_run.hpp"
 #include "apps/gyrotherm/report/calibration.hpp"
 #include "apps/gyrotherm/report/calibration_folder.hpp"
+#include "core/file.hpp"
 #include "report/comparison.hpp"
+#include "report/standard/check_view.hpp"
 #include "report/views.hpp"
 
 namespace gyrotherm::app {
@@ -52,7 +54,7 @@ Result<Exit> report_on(Console& console, const CalibrationArguments& options) {
 }
 
 struct CompareArguments {
-  std::string before, now, out;
+  std::string before, now, out, check_standard;
   std::vector<std::string> languages{"en"};
 };
 
@@ -63,6 +65,14 @@ Result<Exit> compare_reports(Console& console, const CompareArguments& options) 
   if (!comparison) return failure(comparison.error());
   comparison->before_sha256 = before->sha256;
   comparison->now_sha256 = now->sha256;
+  if (!options.check_standard.empty()) {
+    auto checked = read_text_file(options.check_standard, kLargestTable).and_then([&](const std::string& text) {
+      return standard::assess_standard(text, options.check_standard);
+    });
+    if (!checked) return failure(checked.error());
+    if (auto added = add_check_standard(*comparison, before->report, now->report, std::move(*checked)); !added)
+      return failure(added.error());
+  }
   console.print(console.json ? to_json(*comparison) : describe(*comparison));
   if (options.out.empty()) return Exit::done;
   return write_comparison(console, *comparison, options.out, options.languages).map([] { return Exit::done; });
@@ -87,6 +97,10 @@ void add_report_compare(Program& program, CLI::App& report) {
   command.add_option("--out", options.out, "also write comparison.json and its page into this folder")
       ->check(reject_dash())
       ->type_name(value::kFolder);
+  command
+      .add_option("--check-standard", options.check_standard,
+                  "history of check runs of the rig: also states whether it was in control at each record")
+      ->type_name(value::kFile);
   add_languages(command, options.languages);
 }
 

@@ -13,8 +13,9 @@ namespace gyrotherm::monitor {
 
 namespace {
 
-constexpr std::array kQueries{"rigs",  "attention", "alarms",       "frequent-alarms",
-                              "drift", "outliers",  "thermometers", "utilisation"};
+constexpr std::array kQueries{"rigs",          "attention",    "alarms",     "frequent-alarms", "standards",
+                              "charts",        "drift",        "outliers",   "yield",           "capability",
+                              "recalibration", "thermometers", "utilisation"};
 /// Largest number of rows of an answer. The page adds a note if an answer has as many: kMaxRows in page/site.js.
 constexpr const char* kMaxRows = "5000";
 constexpr Duration kAnswerLifetime = std::chrono::seconds(30), kStoreTimeout = std::chrono::seconds(20);

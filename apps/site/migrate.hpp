@@ -13,11 +13,13 @@
 
 namespace gyrotherm::site {
 
-/// Return the embedded SQL of the files in apps/site/migrations, which have the same names. A released migration is
-/// never edited. A change needs a new migration, with its own file and function.
+/// Return the embedded SQL of the files in apps/site/migrations, in their order. A released migration is never edited.
+/// A change needs a new migration, with its own file and function.
 [[nodiscard]] std::string_view store_schema();
 [[nodiscard]] std::string_view units_schema();
 [[nodiscard]] std::string_view alarms_schema();
+[[nodiscard]] std::string_view check_standards_schema();
+[[nodiscard]] std::string_view figures_of_types_schema();
 
 struct Migration {
   int number{};

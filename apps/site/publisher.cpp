@@ -229,6 +229,7 @@ Result<bool> Publisher::open_run(const record::RecordFiles& files, bool is_writt
     if (!info) return failure(info.error());
     auto& run = watched.run.emplace(Run{.file = identity, .info = std::move(*info)});
     run.channels = stored_channels(run.info);
+    run.history = name_history(run.info, files.path);
   }
   watched.run->states = std::move(states);
   return true;
@@ -275,6 +276,26 @@ Result<void> Publisher::send_document(const std::string& path) {
   return {};
 }
 
+Result<void> Publisher::send_check_standards() {
+  if (!store_->has_check_standards()) return {};
+  std::set<NamedHistory> named;
+  for (const auto& [path, watched] : runs_)
+    if (watched.run && !watched.run->history.paths.empty()) named.insert(watched.run->history);
+  for (const auto& one : named) {
+    const auto path = find_path(one);
+    const auto state = read_file_state(path);
+    if (path.empty() || histories_[path] == state) continue;
+    const auto sent = read_check_charts(one, path).and_then([&](const std::optional<CheckCharts>& charts) {
+      if (!charts) return Result<void>();
+      return store_->add_check_standard(settings_.rig, *charts).map([&] { report_(fmt::format("{}: stored", path)); });
+    });
+    std::string reported;
+    if (!sent && !report_file_fault(sent.error(), path, reported)) return sent;
+    histories_[path] = state;
+  }
+  return {};
+}
+
 Result<Publisher::Backlog> Publisher::run_round() {
   first_file_fault_.reset();
   find_files();
@@ -296,6 +317,7 @@ Result<Publisher::Backlog> Publisher::run_round() {
     if (!report_file_fault(sent.error(), path, reported)) return failure(sent.error());
     documents_.insert_or_assign(path, read_file_state(path));
   }
+  if (auto sent = send_check_standards(); !sent) return failure(sent.error());
   if (!reported_store_fault_.empty() || !has_sent_) report_("sending to the store: " + store_->describe());
   reported_store_fault_.clear();
   has_sent_ = true;

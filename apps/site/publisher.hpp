@@ -21,6 +21,7 @@
 #include "acquisition/record/run_info.hpp"
 #include "acquisition/record/run_source.hpp"
 #include "acquisition/record/status_file.hpp"
+#include "apps/site/check_histories.hpp"
 #include "apps/site/run_text.hpp"
 #include "apps/site/site_file.hpp"
 #include "apps/site/store.hpp"
@@ -95,6 +96,7 @@ class Publisher {
     std::vector<StoredChannel> channels{};
     /// Position in the store; empty if it must be queried.
     std::optional<RunPosition> position{};
+    NamedHistory history{};  ///< of the check runs of its rig
   };
   /// States of a run's files. A run that was sent completely is read again only if they change.
   struct FileStates {
@@ -136,6 +138,8 @@ class Publisher {
   /// state.
   [[nodiscard]] Result<void> end_run(const record::RecordFiles& files, Run& run);
   [[nodiscard]] Result<void> send_document(const std::string& path);
+  /// Sends the charts of each history of check runs that a record names, if the file has changed.
+  [[nodiscard]] Result<void> send_check_standards();
   /// If a fault concerns only one file, reports it once and returns true.
   [[nodiscard]] bool report_file_fault(const Fault& fault, const std::string& path, std::string& reported);
 
@@ -151,6 +155,8 @@ class Publisher {
   /// States of the JSON files that were sent or are not documents, by path.
   std::map<std::string, FileState> documents_;
   std::set<std::string> found_documents_;
+  /// States of the histories of check runs that were sent or refused, by path.
+  std::map<std::string, FileState> histories_;
   /// First fault of this round that concerns one file.
   std::optional<Fault> first_file_fault_;
 };

@@ -30,6 +30,29 @@ constexpr std::array kQueries{
                "serial_number, model, order_number, rig, position, profile, started, state, simulated, run",
                "NOT simulated", "serial_number, started DESC",
                "Lists the runs of each unit, with its order, its rig and its position."},
+    StoreQuery{"yield", "v1_yield", "model, quantity, units, passed, undecided, yield, low, high, simulated",
+               "NOT simulated", "model, quantity <> 'all limits', quantity",
+               "Lists the yield of each model: the part of its units within their limits, with its 95 % interval."},
+    StoreQuery{
+        "capability", "v1_capability",
+        "model, axis, stage, quantity, condition, units, mean, s, \"limit\", unit, cpk, low, high, simulated",
+        "NOT simulated", "cpk NULLS FIRST, model, quantity, condition",
+        "Lists Cpk of each result with a limit over the units of a model, with its 95 % interval; smallest first."},
+    StoreQuery{
+        "recalibration", "v1_recalibration",
+        "serial_number, model, axis, stage, quantity, condition, calibrations, calibrated, value, "
+        "drift_per_year, \"limit\", unit, due, note, simulated",
+        "NOT simulated", "due NULLS LAST, serial_number, quantity, condition",
+        "Lists until when each result remains within its limit with 95 %, from the drift so far; earliest first."},
+    StoreQuery{"standards", "v1_check_standard",
+               "rig, serial_numbers, profile, last_verdict, last_run, days_since, runs, open_runs, cause, "
+               "cause_probability, simulated",
+               "NOT simulated", "open_runs DESC, rig, last_run DESC",
+               "Lists the check standard of each rig: verdict of the last check run, open runs, probable cause."},
+    StoreQuery{"charts", "v1_check_chart",
+               "rig, result, started, value, unit, centre, low, high, q, ewma, verdict, simulated",
+               "NOT simulated AND is_last", "rig, started DESC, abs(q) DESC NULLS LAST, chart",
+               "Lists the control charts: each result of the last check run of each rig with its limits."},
     StoreQuery{"thermometers", "v1_thermometer", "rig, name, instrument, certificate, due, days_left, last_used",
                "days_left <= 90 OR due IS NULL", "due NULLS FIRST, rig, name",
                "Lists thermometers whose calibration is due within 90 days or unknown."},
@@ -86,7 +109,7 @@ void append_padded(std::string& line, const std::string& cell, std::size_t width
 
 std::span<const StoreQuery> queries() { return kQueries; }
 
-bool has_units(const StoreQuery& query) { return std::string_view(query.columns).starts_with("serial_number"); }
+bool has_units(const StoreQuery& query) { return std::string_view(query.columns).starts_with("serial_number,"); }
 
 Result<QueryResult> run_query(Postgres& store, const StoreQuery& query, const QueryOptions& options) {
   std::vector<std::string> conditions;

@@ -17,7 +17,7 @@ Result<Store> Store::open(const StoreAddress& address, const WaitLimits& limits)
   if (!version) return failure(version.error());
   if (version->integer(0, 0) < kOldestStore || !version->boolean(0, 1))
     return failure(FaultKind::refused, kStore, "is older than this program; run \"gyrotherm site migrate\" first");
-  return Store(std::move(*connection));
+  return Store(std::move(*connection), version->integer(0, 0));
 }
 
 Result<void> Store::call(const std::string& statement, const std::vector<Parameter>& parameters) {
@@ -73,6 +73,10 @@ Result<bool> Store::has_document(const std::string& sha256) {
 
 Result<void> Store::add_document(const std::string& rig, const Document& document) {
   return call("SELECT gyrotherm.add_document($1, $2, $3, $4)", {rig, document.kind, document.name, document.text});
+}
+
+Result<void> Store::add_check_standard(const std::string& rig, const CheckCharts& charts) {
+  return call("SELECT gyrotherm.add_check_standard($1, $2, $3)", {rig, charts.history, charts.json});
 }
 
 }  // namespace gyrotherm::site

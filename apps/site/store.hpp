@@ -3,9 +3,11 @@
 /// its checks. All calls fail like Postgres, and with refused if the function refuses the call.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 
+#include "apps/site/check_histories.hpp"
 #include "apps/site/postgres.hpp"
 #include "apps/site/run_text.hpp"
 #include "core/result.hpp"
@@ -14,10 +16,13 @@ namespace gyrotherm::site {
 
 /// Number of the oldest migration that this program can use.
 inline constexpr int kOldestStore = 1;
+/// Number of the migration that added check standards.
+inline constexpr int kCheckStandardStore = 4;
 
 class Store {
  public:
-  explicit Store(Postgres connection) : connection_(std::move(connection)) {}
+  explicit Store(Postgres connection, std::int64_t version = kOldestStore)
+      : connection_(std::move(connection)), version_(version) {}
 
   /// Connects. Fails with refused if the user may not use the store, or if the store is older than this program.
   [[nodiscard]] static Result<Store> open(const StoreAddress& address, const WaitLimits& limits);
@@ -35,12 +40,17 @@ class Store {
   [[nodiscard]] Result<bool> has_document(const std::string& sha256);
   [[nodiscard]] Result<void> add_document(const std::string& rig, const Document& document);
 
+  /// Returns whether the store has the migration that add_check_standard() needs.
+  [[nodiscard]] bool has_check_standards() const { return version_ >= kCheckStandardStore; }
+  [[nodiscard]] Result<void> add_check_standard(const std::string& rig, const CheckCharts& charts);
+
   [[nodiscard]] std::string describe() const { return connection_.describe(); }
 
  private:
   [[nodiscard]] Result<void> call(const std::string& statement, const std::vector<Parameter>& parameters);
 
   Postgres connection_;
+  std::int64_t version_;
 };
 
 }  // namespace gyrotherm::site

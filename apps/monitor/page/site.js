@@ -8,8 +8,13 @@ const kQueryTitles = {
   attention: 'Runs that need attention',
   alarms: 'Alarms by month',
   'frequent-alarms': 'Most frequent alarms',
+  standards: 'Check standards',
+  charts: 'Control charts, last check run of each rig',
   drift: 'Unit drift',
   outliers: 'Outliers',
+  yield: 'Yield of each type',
+  capability: 'Capability (Cpk) of each type',
+  recalibration: 'Next calibration from drift',
   thermometers: 'Thermometers due for calibration',
   utilisation: 'Utilisation',
 };

@@ -273,7 +273,8 @@ class Store(unittest.TestCase):
 
     def test_every_question_is_answered(self) -> None:
         for question in ("drift", "outliers", "units", "thermometers", "utilisation", "attention", "rigs", "live",
-                         "alarms", "frequent-alarms", "status"):
+                         "alarms", "frequent-alarms", "standards", "charts", "yield", "capability",
+                         "recalibration", "status"):
             asked = [SITE, question, "--store", self.store.address("ada"), "--json"]
             answer = subprocess.run(asked, capture_output=True, text=True, check=False)
             self.assertEqual(answer.returncode, 0, answer.stderr)

@@ -59,6 +59,7 @@ CREATE TABLE gyrotherm.check_result (
 -- sent it.
 CREATE FUNCTION gyrotherm.add_check_standard(a_rig text, a_history text, a_charts jsonb) RETURNS integer
 LANGUAGE plpgsql SECURITY DEFINER SET search_path = pg_catalog, pg_temp SET timezone = 'UTC' SET lock_timeout = '10s'
+SET jit = off -- the planner expects many rows in the arrays, and would compile the queries for seconds
 AS $$
 DECLARE
   there gyrotherm.check_standard;

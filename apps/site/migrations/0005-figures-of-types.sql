@@ -256,6 +256,9 @@ CREATE VIEW gyrotherm.v1_recalibration AS
               WHEN years_left IS NULL OR years_left >= 20 THEN 'later than 20 years' ELSE '' END AS note, simulated
   FROM crossed;
 
+-- The planner expects many rows in the arrays of a report, and would compile its queries for seconds.
+ALTER FUNCTION gyrotherm.add_document(text, text, text, text) SET jit = off;
+
 REVOKE ALL ON FUNCTION gyrotherm.log_gamma(double precision),
   gyrotherm.beta_probability(double precision, double precision, double precision),
   gyrotherm.beta_quantile(double precision, double precision, double precision),

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/record/check_history.hpp"
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+namespace gyrotherm::record {
+namespace {
+
+std::vector<std::string> histories(const std::string& rig_text, const std::string& rig_file,
+                                   const std::string& record) {
+  RunInfo info;
+  info.rig_text = rig_text;
+  info.rig_file = rig_file;
+  return list_check_histories(info, record);
+}
+
+using Paths = std::vector<std::string>;
+const std::string kWithStandard = "[check_standard]\nserial_numbers = [\"G-0001\"]\n";
+
+TEST(CheckHistories, AreBesideRigFileThenBesideRecord) {
+  EXPECT_EQ(histories(kWithStandard, "/etc/gyrotherm/lab.toml", "/data/run.db"),
+            (Paths{"/etc/gyrotherm/check-standard.jsonl", "/data/check-standard.jsonl"}));
+  EXPECT_EQ(histories(kWithStandard, "/data/lab.toml", "/data/run.db"), Paths{"/data/check-standard.jsonl"});
+  EXPECT_EQ(histories(kWithStandard, "", "/data/run.db"), Paths{"/data/check-standard.jsonl"}) << "a virtual rig";
+}
+
+TEST(CheckHistories, HaveTheNameInTheRigFile) {
+  const auto named = kWithStandard + "history = \"../golden/2027.jsonl\"\n";
+  EXPECT_EQ(histories(named, "/etc/rigs/lab.toml", "/data/day/run.db"),
+            (Paths{"/etc/golden/2027.jsonl", "/data/golden/2027.jsonl"}));
+  EXPECT_EQ(histories(kWithStandard + "history = \"/srv/h.jsonl\"\n", "/etc/lab.toml", "/data/run.db"),
+            Paths{"/srv/h.jsonl"});
+}
+
+TEST(CheckHistories, AreNoneWithoutCheckStandardOrReadableRigFile) {
+  EXPECT_EQ(histories("name = \"lab\"\n", "/etc/lab.toml", "/data/run.db"), Paths{});
+  EXPECT_EQ(histories("", "", "/data/run.db"), Paths{});
+  EXPECT_EQ(histories("[check_standard\n", "/etc/lab.toml", "/data/run.db"), Paths{}) << "not TOML";
+  EXPECT_EQ(histories(std::string(1000, '\x80'), "", "/data/run.db"), Paths{});
+}
+
+}  // namespace
+}  // namespace gyrotherm::record

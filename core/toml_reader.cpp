@@ -16,6 +16,7 @@
 #include <utility>
 
 #include "core/file.hpp"
+#include "core/number_hint.hpp"
 #include "core/text.hpp"
 #include "core/toml_text.hpp"
 
@@ -123,6 +124,41 @@ TomlTable::TomlTable(std::shared_ptr<Document> document, std::shared_ptr<Node> n
   if (is_new) document_->nodes.push_back(node_);
 }
 
+namespace {
+
+/// Texts that begin with this stand for a value that a person is to fill in.
+constexpr std::string_view kToFillIn = "FILL IN";
+
+/// Returns the remedy for a syntax error at a decimal comma, with "; " in front; otherwise an empty text.
+std::string hint_at_syntax(std::string_view text, toml::source_position at) {
+  for (unsigned line = 1; line < at.line && !text.empty(); ++line)
+    text.remove_prefix(std::min(text.find('\n'), text.size() - 1) + 1);
+  const auto column = at.column > 0 ? at.column - 1 : 0;
+  if (column == 0 || column + 1 >= text.size() || text[column] != ',') return {};
+  const auto hint = hint_at_number(text.substr(column - 1, 3));
+  return hint.empty() ? hint : "; a number has a decimal point";
+}
+
+struct ToFillIn {
+  toml::source_position at;
+  std::string what;
+};
+
+/// Collects the values of a table and of the tables in it that a person is to fill in.
+void collect_to_fill_in(const toml::node& node, const std::string& key, std::vector<ToFillIn>& found) {
+  if (const auto* table = node.as_table()) {
+    for (const auto& [name, value] : *table) collect_to_fill_in(value, std::string(name.str()), found);
+  } else if (const auto* list = node.as_array()) {
+    for (const auto& element : *list) collect_to_fill_in(element, key, found);
+  } else if (const auto* text = node.as_string(); text && text->get().starts_with(kToFillIn)) {
+    const auto request = trimmed(std::string_view(text->get()).substr(kToFillIn.size()), ": ");
+    found.push_back({node.source().begin,
+                     fmt::format("\"{}\" is still to be filled in{}{}", key, request.empty() ? "" : ": ", request)});
+  }
+}
+
+}  // namespace
+
 Result<TomlTable> TomlTable::parse(std::string_view text, std::string file) {
   auto document = std::make_shared<Document>();
   document->file = std::move(file);
@@ -133,12 +169,19 @@ Result<TomlTable> TomlTable::parse(std::string_view text, std::string file) {
   try {
     document->root = toml::parse(text, document->file);
   } catch (const toml::parse_error& error) {
-    return failure(FaultKind::bad_file, document->location(error.source().begin), std::string(error.description()));
+    return failure(FaultKind::bad_file, document->location(error.source().begin),
+                   std::string(error.description()) + hint_at_syntax(text, error.source().begin));
   }
   auto node = std::make_shared<Node>();
   node->table = &document->root;
   node->at = {1, 1};
-  return TomlTable(std::move(document), std::move(node));
+  std::vector<ToFillIn> to_fill_in;
+  collect_to_fill_in(document->root, "", to_fill_in);
+  for (auto& one : to_fill_in) document->errors.note({Document::Rank::key_error, one.at, std::move(one.what)});
+  const TomlTable table(std::move(document), std::move(node));
+  if (to_fill_in.empty()) return table;
+  for (const auto& key : table.keys()) table.ignore(key);
+  return failure(table.verdict().error());
 }
 
 namespace {
@@ -192,6 +235,13 @@ std::string describe_value(const toml::node& node) {
   return text.str().size() > kMaxQuotedLength ? "something else" : text.str();
 }
 
+/// Returns how to write a value that was refused, with "; " in front; an empty text if that is unknown.
+std::string hint_at(const toml::node& node) {
+  const auto* string = node.as_string();
+  const auto hint = string ? hint_at_number(string->get()) : std::string();
+  return hint.empty() ? hint : "; " + hint;
+}
+
 /// Reads one key with a converter. Notes an error if the key is missing and there is no fallback, or if the value does
 /// not convert.
 template <class T, class Convert>
@@ -203,7 +253,7 @@ T read(const TomlTable& self, const toml::table* table, std::string_view key, co
     return fallback.value_or(T{});
   }
   if (const auto value = convert(*node)) return *value;
-  self.note_error(key, fmt::format("\"{}\" is {}, {}", key, describe_value(*node), expected));
+  self.note_error(key, fmt::format("\"{}\" is {}, {}{}", key, describe_value(*node), expected, hint_at(*node)));
   return fallback.value_or(T{});
 }
 
@@ -219,8 +269,8 @@ std::vector<T> read_array(const TomlTable& self, const toml::table* table, std::
     if (const auto value = convert(*array->get(i)))
       values.push_back(*value);
     else
-      self.note_error(
-          key, fmt::format("element {} of \"{}\" is {}, {}", i + 1, key, describe_value(*array->get(i)), expected));
+      self.note_error(key, fmt::format("element {} of \"{}\" is {}, {}{}", i + 1, key, describe_value(*array->get(i)),
+                                       expected, hint_at(*array->get(i))));
   }
   return values;
 }

@@ -13,7 +13,7 @@
 namespace gyrotherm {
 namespace {
 
-constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF", kUtf16Mark = "\xFF\xFE", kBigUtf16Mark = "\xFE\xFF";
 
 enum class LexicalElement { plain, comment, text, literal, long_text, long_literal };
 
@@ -189,6 +189,7 @@ class LimitCounter {
 std::optional<TextFlaw> find_flaw(std::string_view text) {
   if (text.size() > kLargestText)
     return TextFlaw{.what = fmt::format("the text has {} bytes, expected at most {}", text.size(), kLargestText)};
+  const bool is_utf16 = text.starts_with(kUtf16Mark) || text.starts_with(kBigUtf16Mark);
   if (text.starts_with(kByteOrderMark)) text.remove_prefix(kByteOrderMark.size());
   Scanner scanner;
   LimitCounter measure;
@@ -196,7 +197,8 @@ std::optional<TextFlaw> find_flaw(std::string_view text) {
   while (!text.empty() && !scanner.is_unterminated()) {
     const auto size = character_size(text);
     if (size == 0) {
-      at.what = "invalid UTF-8, expected a file in UTF-8";
+      at.what = is_utf16 ? "the file is in UTF-16, expected UTF-8: save it as UTF-8, without \"Unicode\" or \"UTF-16\""
+                         : "invalid UTF-8, expected a file in UTF-8";
       return at;
     }
     if (size > 1 && !scanner.accepts_non_ascii()) {

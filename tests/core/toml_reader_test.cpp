@@ -82,7 +82,8 @@ TEST(TomlTable, DoesNotReportMisspeltKeyAsMissing) {
 TEST(TomlTable, ReportsWrongUnitWithExpectedUnit) {
   const auto t = parsed("at = \"68 °F\"\n");
   (void)t.celsius("at");
-  EXPECT_EQ(verdict(t), "f.toml:1:6: \"at\" is \"68 °F\", expected a temperature like 20 or \"20 °C\"");
+  EXPECT_EQ(verdict(t),
+            "f.toml:1:6: \"at\" is \"68 °F\", expected a temperature like 20 or \"20 °C\"; 68 °F is \"20 °C\"");
 }
 
 TEST(TomlTable, ReportsErrorOnce) {

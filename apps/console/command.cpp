@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <new>
 #include <optional>
+#include <span>
 #include <system_error>
 
 #include "apps/console/interrupt.hpp"
@@ -94,15 +95,35 @@ Result<Exit> exec_sibling_program(const std::string& name, std::vector<std::stri
   return failure(FaultKind::bad_file, program, std::generic_category().message(errno));
 }
 
+namespace {
+
+/// Replaces "help COMMAND" by "COMMAND --help" and "version" by "--version", unless the program has such a command.
+std::vector<char*> replace_spoken_options(const CLI::App& program, std::span<char*> words) {
+  static std::string help = "--help", version = "--version";
+  std::vector<char*> replaced(words.begin(), words.end());
+  if (words.size() < 2) return replaced;
+  const std::string_view first = words[1];
+  if (!program.get_subcommands([&](const CLI::App* each) { return each->get_name() == first; }).empty())
+    return replaced;
+  if (first == "version" && words.size() == 2) replaced[1] = version.data();
+  if (first != "help") return replaced;
+  replaced.erase(replaced.begin() + 1);
+  replaced.push_back(help.data());
+  return replaced;
+}
+
+}  // namespace
+
 int run(Program& program, int argc, char** argv) {
   ignore_write_signals();
   const std::string name = program.cli.get_name();
+  auto words = replace_spoken_options(program.cli, std::span(argv, static_cast<std::size_t>(argc)));
   refuse_invalid_values(program.cli);
   try {
-    program.cli.parse(argc, argv);
+    program.cli.parse(static_cast<int>(words.size()), words.data());
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return program.cli.exit(error);
-    const auto cause = find_error_cause(error.what(), program.cli, std::span(argv, static_cast<std::size_t>(argc)));
+    const auto cause = find_error_cause(error.what(), program.cli, std::span<char* const>(words));
     write_to_stderr(fmt::format("{}: {}\nRun with --help for more information.\n", name, cause));
     return static_cast<int>(Exit::usage);
   } catch (const std::bad_alloc&) {

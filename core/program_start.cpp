@@ -11,6 +11,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
+#include <limits>
 #include <system_error>
 
 #include "core/text.hpp"
@@ -76,6 +77,14 @@ std::string option_refusal_reason(std::string_view word, const std::string& comm
 }
 
 std::string plain_error_message(const std::string& refusal) {
+  constexpr std::string_view kValue = ": Value ", kRange = " not in range ", kTo = " to ";
+  const auto value = refusal.find(kValue), range = refusal.find(kRange);
+  const auto to = range == std::string::npos ? range : refusal.find(kTo, range);
+  // CLI11 prints the largest double with 309 digits.
+  if (value != std::string::npos && to != std::string::npos &&
+      refusal.size() - to > std::numeric_limits<double>::max_exponent10)
+    return fmt::format("{}: {} is not a number above zero", refusal.substr(0, value),
+                       refusal.substr(value + kValue.size(), range - value - kValue.size()));
   constexpr std::string_view kRefusalStart = "Could not convert: ", kValueSeparator = " = ";
   const auto is = refusal.find(kValueSeparator);
   if (!refusal.starts_with(kRefusalStart) || is == std::string::npos) return refusal;

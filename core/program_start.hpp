@@ -74,9 +74,22 @@ std::string find_error_cause(const std::string& refusal, const App& program, std
     bool is_known = !word.starts_with("--");
     for (const auto* scope = command; scope != nullptr; scope = scope->get_parent())
       is_known = is_known || scope->get_option_no_throw(word) != nullptr;
-    if (!is_known) cause = option_refusal_reason(word, command->get_name(), options);
+    const bool has_one_dash = word.size() > 2 && word[0] == '-' && word[1] != '-';
+    if (!is_known || (has_one_dash && command->get_option_no_throw("-" + word) != nullptr))
+      cause = option_refusal_reason(word, command->get_name(), options);
   }
-  return cause.empty() ? plain_error_message(refusal) : cause;
+  if (!cause.empty()) return cause;
+  constexpr std::string_view kRequired = " is required";
+  if (!refusal.ends_with(kRequired)) return plain_error_message(refusal);
+  const auto missing = refusal.substr(0, refusal.size() - kRequired.size());
+  if (missing == "A subcommand") {
+    std::string names;
+    for (const auto* below : command->get_subcommands([](const App* each) { return !each->get_group().empty(); }))
+      names += (names.empty() ? "" : ", ") + below->get_name();
+    return command->get_name() + ": a command is required, one of " + names;
+  }
+  const auto* option = command->get_option_no_throw(missing);
+  return option == nullptr ? refusal : refusal + ": " + option->get_description();
 }
 
 /// Makes every option of the program and its commands refuse the values that objection_to() refuses. CLI11 itself

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <filesystem>
 #include <set>
 #include <system_error>
@@ -70,6 +71,16 @@ bool is_path(std::string_view given) {
   return given.find('/') != std::string_view::npos || given.ends_with(kExtension);
 }
 
+namespace {
+
+/// Returns the name in the spelling of shipped files: "watlow_f4t" for "Watlow F4T".
+std::string as_file_name(std::string name) {
+  for (char& c : name) c = c == ' ' ? '_' : static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return name;
+}
+
+}  // namespace
+
 Result<std::string> resolve_path(const std::string& given, const ShippedKind& kind) {
   if (is_path(given)) return given;
   if (auto found = given.empty() ? "" : find_shipped_file(fmt::format("{}/{}{}", kind.folder, given, kExtension));
@@ -79,10 +90,13 @@ Result<std::string> resolve_path(const std::string& given, const ShippedKind& ki
   auto what = fmt::format("is not a shipped {}", kind.what);
   if (const auto* other = find_other_kind(given, kind))
     what = fmt::format("is a shipped {}, not a {}", other, kind.what);
-  if (const auto near = find_nearest(given, names); !near.empty()) what += fmt::format("; did you mean \"{}\"?", near);
-  if (std::error_code error; !given.empty() && fs::exists(given, error))
-    what += fmt::format("; for the file of that name in this folder, write ./{}", given);
-  what += names.empty() ? "; none was found" : fmt::format("; there are {}", fmt::join(names, ", "));
+  for (const auto& file : {given, given + kExtension})
+    if (std::error_code error; !given.empty() && fs::exists(file, error))
+      what += fmt::format("; for the file of that name in this folder, write ./{}", file);
+  const auto near = find_nearest(as_file_name(given), names);
+  if (!near.empty()) what += fmt::format(", did you mean \"{}\"?", near);
+  what += names.empty() ? "; none was found"
+                        : fmt::format("{} {}", near.empty() ? "; there are" : " There are", fmt::join(names, ", "));
   auto looked_in = shipped_folders();
   for (auto& folder : looked_in) folder += std::string("/") + kind.folder;
   return failure(FaultKind::bad_file, fmt::format("\"{}\"", given),

@@ -129,14 +129,30 @@ namespace {
 /// Texts that begin with this stand for a value that a person is to fill in.
 constexpr std::string_view kToFillIn = "FILL IN";
 
-/// Returns the remedy for a syntax error at a decimal comma, with "; " in front; otherwise an empty text.
-std::string hint_at_syntax(std::string_view text, toml::source_position at) {
+/// Returns the remedy for a value that begins with a letter but is not a keyword of TOML.
+std::string_view hint_at_bare_value(std::string_view value) {
+  for (const std::string_view word : {"yes", "no", "on", "off", "True", "False", "TRUE", "FALSE"})
+    if (value.starts_with(word)) return "; expected true or false";
+  return "; a text has quotation marks";
+}
+
+/// Returns the remedy for the usual syntax errors, with "; " in front: a decimal comma, a text without quotation marks,
+/// and a table that is defined twice. Otherwise returns an empty text.
+std::string_view hint_at_syntax(std::string_view text, toml::source_position at, std::string_view description) {
+  if (description.find("cannot redefine existing table") != std::string_view::npos)
+    return "; if there are several, each is written with two brackets, as [[thermometer]]";
   for (unsigned line = 1; line < at.line && !text.empty(); ++line)
     text.remove_prefix(std::min(text.find('\n'), text.size() - 1) + 1);
-  const auto column = at.column > 0 ? at.column - 1 : 0;
-  if (column == 0 || column + 1 >= text.size() || text[column] != ',') return {};
-  const auto hint = hint_at_number(text.substr(column - 1, 3));
-  return hint.empty() ? hint : "; a number has a decimal point";
+  text = text.substr(0, text.find('\n'));
+  const std::size_t column = at.column > 0 ? at.column - 1 : 0;
+  if (column > 0 && column + 1 < text.size() && text[column] == ',' &&
+      !hint_at_number(text.substr(column - 1, 3)).empty())
+    return "; a number has a decimal point";
+  const auto equals = text.find('=');
+  if (equals == std::string_view::npos || column < equals) return {};
+  const auto value = trimmed(text.substr(equals + 1));
+  const bool is_letter = !value.empty() && ((value[0] | 0x20) >= 'a' && (value[0] | 0x20) <= 'z');
+  return is_letter ? hint_at_bare_value(value) : "";
 }
 
 struct ToFillIn {
@@ -169,8 +185,9 @@ Result<TomlTable> TomlTable::parse(std::string_view text, std::string file) {
   try {
     document->root = toml::parse(text, document->file);
   } catch (const toml::parse_error& error) {
-    return failure(FaultKind::bad_file, document->location(error.source().begin),
-                   std::string(error.description()) + hint_at_syntax(text, error.source().begin));
+    return failure(
+        FaultKind::bad_file, document->location(error.source().begin),
+        fmt::format("{}{}", error.description(), hint_at_syntax(text, error.source().begin, error.description())));
   }
   auto node = std::make_shared<Node>();
   node->table = &document->root;
@@ -475,6 +492,18 @@ Result<void> TomlTable::verdict() const {
   return failure(FaultKind::bad_file, document_->location(errors.front().at), std::move(what));
 }
 
+namespace {
+
+/// Returns the name of the shipped file that a path without a file probably stands for, with "; " in front.
+std::string suggest_shipped(const std::string& path, const ShippedKind& kind) {
+  const auto stem = std::filesystem::path(path).stem().string();
+  const auto names = shipped_names(kind);
+  if (std::find(names.begin(), names.end(), stem) == names.end()) return {};
+  return fmt::format("; the shipped {} is named \"{}\"", kind.what, stem);
+}
+
+}  // namespace
+
 Result<NamedText> read_named(const TomlTable& table, const char* key, const std::string& file, const ShippedKind& kind,
                              const std::optional<std::string>& known) {
   const auto name = table.text(key);
@@ -487,7 +516,9 @@ Result<NamedText> read_named(const TomlTable& table, const char* key, const std:
     named.path = std::move(*shipped);
   }
   auto text = read_text_file(named.path);
-  if (!text) return failure(FaultKind::bad_file, table.location(key), text.error().where + " " + text.error().what);
+  if (!text)
+    return failure(FaultKind::bad_file, table.location(key),
+                   text.error().where + " " + text.error().what + suggest_shipped(name, kind));
   named.text = std::move(*text);
   return named;
 }

@@ -184,6 +184,15 @@ class LimitCounter {
   bool is_header_ = false;
 };
 
+/// Returns the ASCII character that a word processor has replaced by this one, with "; " in front.
+std::string_view hint_at_character(std::string_view character) {
+  for (const std::string_view quote : {"\u201C", "\u201D", "\u201E", "\u2018", "\u2019", "\u00AB", "\u00BB"})
+    if (character == quote) return "; write the quotation mark \"";
+  for (const std::string_view minus : {"\u2212", "\u2013", "\u2014", "\u2011"})
+    if (character == minus) return "; write the minus sign -";
+  return character == "\u00A0" ? "; this is a no-break space, write a space" : "";
+}
+
 }  // namespace
 
 std::optional<TextFlaw> find_flaw(std::string_view text) {
@@ -202,7 +211,9 @@ std::optional<TextFlaw> find_flaw(std::string_view text) {
       return at;
     }
     if (size > 1 && !scanner.accepts_non_ascii()) {
-      at.what = "a character that is allowed only in quoted texts and comments, expected plain ASCII here";
+      at.what =
+          fmt::format("a character that is allowed only in quoted texts and comments, expected plain ASCII here{}",
+                      hint_at_character(text.substr(0, size)));
       return at;
     }
     const bool end_of_line = text[0] == '\n';

@@ -48,6 +48,23 @@ TEST(NumberHint, FollowsMessageOfTomlReader) {
   EXPECT_EQ(refuse("x = \"\xFF\"").find("UTF-16"), std::string::npos);
 }
 
+TEST(SyntaxHint, NamesUsualCauses) {
+  const auto ends_with = [](const std::string& text, const std::string& end) {
+    const auto message = refuse(text);
+    EXPECT_TRUE(message.ends_with(end)) << text << ": " << message;
+  };
+  ends_with("x = tcp://10.0.0.5", "; a text has quotation marks");
+  ends_with("x = virtual", "; a text has quotation marks");
+  ends_with("x = yes", "; expected true or false");
+  ends_with("x = True", "; expected true or false");
+  ends_with("x = “a”", "; write the quotation mark \"");
+  ends_with("x = −4", "; write the minus sign -");
+  ends_with("x\u00A0= 4", "; this is a no-break space, write a space");
+  ends_with("[t]\nx = 1\n[t]\n", "as [[thermometer]]");
+  for (const char* other : {"x = 1 2", "x == 1", "x: 1", "[x", "= 1", "x =", "x = \"a", "° = 1"})
+    EXPECT_EQ(refuse(other).find(';'), std::string::npos) << refuse(other);
+}
+
 TEST(ToFillIn, IsReportedBeforeAnythingElse) {
   const auto table = TomlTable::parse(
       "odd = 1\nlist = [\"a\", \"FILL IN: b\"]\n[t]\nx = \"FILL IN\"\n[[t.u]]\ny = { z = \"FILL IN: the address\" }",

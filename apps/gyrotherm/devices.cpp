@@ -12,6 +12,7 @@
 #include <filesystem>
 
 #include "core/shipped.hpp"
+#include "core/toml_text.hpp"
 #include "drivers/line/byte_streams.hpp"
 #include "drivers/line/hid_line.hpp"
 #include "drivers/thermometer/mcc_usb_temp.hpp"
@@ -87,6 +88,16 @@ std::string hid_access_command(const Node& node) {
           ? ""
           : fmt::format("sudo install -m 644 {} {} && ", std::filesystem::absolute(shipped).string(), kRulesFolder);
   return fmt::format("{}{}   # for remote sessions also: {}, then log in again", install, kReloadCommand, kJoinCommand);
+}
+
+std::vector<std::string> rig_file_lines(const Device& device) {
+  if (device.line.empty()) return {};
+  const auto line = "line = " + toml_quoted(device.line);
+  if (device.is_hid) return {"[[thermometer]]", "driver = \"mcc_usb_temp\"", line};
+  const bool is_stable = device.line.find("/by-id/") != std::string::npos;
+  return {
+      fmt::format("{}  # {}append ?BAUD,FORMAT, such as ?9600,8N1, if the instrument is set otherwise than delivered",
+                  line, is_stable ? "" : "this name may change; ")};
 }
 
 std::vector<Device> all_devices() {

@@ -34,6 +34,9 @@ struct Device {
   std::string fix{};
 };
 
+/// Returns the TOML lines for the instrument in a rig file; none if no driver supports the device.
+[[nodiscard]] std::vector<std::string> rig_file_lines(const Device& device);
+
 /// Lists serial ports and HID devices.
 [[nodiscard]] std::vector<Device> all_devices();
 

@@ -16,6 +16,7 @@ Json device_json(const Device& device) {
   Json facts{{"kind", device.is_hid ? "hid" : "serial"},
              {"device", device.node.path},
              {"line", device.line},
+             {"toml", rig_file_lines(device)},
              {"description", device.description}};
   if (!device.usb.empty()) facts.update({{"usb", device.usb}, {"serial", device.serial}});
   if (device.is_hid) facts["driver"] = device.driver;
@@ -30,8 +31,9 @@ std::string describe(const std::vector<Device>& devices) {
   for (const auto& device : devices) {
     text += fmt::format("{:<14} {:<12} {}\n", device.node.path, device.node.allowed ? "may be used" : "NOT ALLOWED",
                         device.description);
-    text += device.line.empty() ? "    no driver supports it\n"
-                                : fmt::format("    in a rig file: line = \"{}\"\n", device.line);
+    const auto lines = rig_file_lines(device);
+    text += lines.empty() ? "    no driver supports it\n" : "    in a rig file:\n";
+    for (const auto& line : lines) text += fmt::format("      {}\n", line);
     if (!device.fix.empty()) text += fmt::format("    to permit it: {}\n", device.fix);
   }
   return text;

@@ -527,8 +527,8 @@ class ModbusChamber final : public Chamber {
     if (kept <= kRoundingFactor * expected) return {};
     return failure(
         FaultKind::mismatch, place(set_point_),
-        fmt::format("the controller stores steps of {:g} K, expected {:g} K; set it to more decimals, or set "
-                    "the resolution in its map",
+        fmt::format("the controller stores steps of {:g} K, expected {:g} K; set it to more decimals, set the "
+                    "resolution in its map, or check that the controller is set to the data map of this file",
                     kept, expected));
   }
 

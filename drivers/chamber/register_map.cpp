@@ -33,7 +33,12 @@ const MapLink* RegisterMap::find(LinkKind kind) const {
 
 Result<RegisterMap> select_link(RegisterMap map, LinkKind kind) {
   const auto* link = map.find(kind);
-  if (!link) return failure(FaultKind::usage, map.name, fmt::format("the map has no {} link", name(kind)));
+  if (!link) {
+    std::vector<std::string> kinds;
+    for (const auto& one : map.links) kinds.emplace_back(name(one.kind));
+    return failure(FaultKind::usage, map.name,
+                   fmt::format("the map has no {} link, expected a line for {}", name(kind), fmt::join(kinds, " or ")));
+  }
   const auto has_rtu_addresses = [](LinkKind one) { return one == LinkKind::rtu || one == LinkKind::rtu_over_tcp; };
   const bool was_rtu = has_rtu_addresses(map.link.kind), is_rtu = has_rtu_addresses(kind);
   for (auto& item : map.items)

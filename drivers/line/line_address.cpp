@@ -85,6 +85,8 @@ Result<Line> parse_serial(std::string_view text) {
   if (is_windows_port(line.device)) return address_fault(text, "this is a Windows port name", kPortHelp);
   if (!line.device.starts_with("/dev/") || line.device.ends_with('/'))
     return address_fault(text, "the device is not a file under /dev", "serial:/dev/ttyUSB0?9600,8N1");
+  if (query_mark == std::string_view::npos && line.device.find(',') != std::string::npos)
+    return address_fault(text, "the serial format follows a question mark", "serial:/dev/ttyUSB0?9600,8N1");
   if (query_mark == std::string_view::npos) return line;
   const auto format = parse_serial_format(rest.substr(query_mark + 1));
   if (!format) return failure(format.error());

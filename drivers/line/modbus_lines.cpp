@@ -86,7 +86,8 @@ class LibmodbusConnection final : public FrameConnection {
 
  private:
   Result<void> connect() {
-    if (modbus_connect(context_.get()) != 0) return failure(FaultKind::disconnected, "", "no connection");
+    if (modbus_connect(context_.get()) != 0)
+      return failure(FaultKind::disconnected, "", fmt::format("no connection: {}", modbus_strerror(errno)));
     enable_dead_peer_detection(modbus_get_socket(context_.get()));
     return {};
   }

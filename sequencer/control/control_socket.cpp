@@ -153,8 +153,13 @@ Result<Descriptor> connect_to_run(const std::string& record, const Deadline& dea
   auto socket = make_socket(SOCK_NONBLOCK);
   while (::connect(socket.number(), as_sockaddr(*address), sizeof address->text) != 0) {
     constexpr int kRetryEveryMs = 50;
-    if (errno == ENOENT || errno == ECONNREFUSED)
-      return failure(FaultKind::usage, record, "no program is running this run, so no request can be sent");
+    if (errno == ENOENT || errno == ECONNREFUSED) {
+      std::error_code error;
+      return failure(FaultKind::usage, record,
+                     std::filesystem::exists(record, error)
+                         ? "no program is running this run, so no request can be sent"
+                         : "no such file, expected the record of a run in progress");
+    }
     if (errno != EAGAIN && errno != EINTR) return failure(FaultKind::refused, path, std::strerror(errno));
     if (deadline.has_passed())
       return failure(FaultKind::timeout, path, "too many clients, or the run does not accept connections");

@@ -88,7 +88,7 @@ double arcsec_per_count(const AxisTable& axis, const TomlTable& unit, const driv
     return *own;
   }
   const double weight = table.number("arcsec_per_pulse");
-  if (weight == 0) table.note_error("arcsec_per_pulse", "must not be zero");
+  if (weight == 0 && table.has("arcsec_per_pulse")) table.note_error("arcsec_per_pulse", "must not be zero");
   return weight;
 }
 
@@ -158,6 +158,10 @@ Result<void> read_frames(const TomlTable& table, const std::string& rig_file, co
   if (rate_hz && !(*rate_hz > 0)) table.note_error("rate_hz", "expected a positive number of frames a second");
   line.listen_only = table.boolean("listen_only", false);
   if (!table.has("stream")) {
+    if (!table.has("frame")) {
+      table.note_error("", "missing key \"stream\", expected the name or file of a gyro stream, or [gyro.frame]");
+      return {};
+    }
     line.frame = drivers::read_frame_format(table.table("frame"), axes, rate_hz);
     return {};
   }

@@ -63,16 +63,24 @@ std::string describe(const drivers::ChamberEffort& effort) {
       what, static_cast<int>(kMaxTickTime_s / exchange), status);
 }
 
-Result<std::string> query_word_order(const drivers::RegisterMap& map, drivers::Registers& registers) {
+Result<std::vector<drivers::OrderFinding>> find_word_orders(const drivers::RegisterMap& map,
+                                                            drivers::Registers& registers) {
   const auto* air = map.find("air_temperature");
   const auto* set_point = map.find("set_point");
-  if (!air || !set_point || !set_point->readable) return std::string();
-  if (word_count(air->type) < 2 || word_count(set_point->type) < 2) return std::string();
+  std::vector<drivers::OrderFinding> none;
+  if (!air || !set_point || !set_point->readable) return none;
+  if (word_count(air->type) < 2 || word_count(set_point->type) < 2) return none;
   const auto air_words = read_words(*air, registers);
   if (!air_words) return failure(air_words.error());
   const auto set_point_words = read_words(*set_point, registers);
   if (!set_point_words) return failure(set_point_words.error());
-  return describe(probe_word_order(*air, *air_words, *set_point, *set_point_words));
+  return probe_word_order(*air, *air_words, *set_point, *set_point_words);
+}
+
+Result<std::string> query_word_order(const drivers::RegisterMap& map, drivers::Registers& registers) {
+  return find_word_orders(map, registers).map([](const std::vector<drivers::OrderFinding>& findings) {
+    return findings.empty() ? std::string() : describe(findings);
+  });
 }
 
 Result<std::string> query_chamber(drivers::Chamber& chamber, const Clock& clock) {

@@ -31,6 +31,10 @@ struct RoundTrips {
 /// an empty text if their number is unknown.
 [[nodiscard]] std::string describe(const drivers::ChamberEffort& effort);
 
+/// Decodes the chamber's air temperature and set point in every word order; empty if the map needs no decision. Fails
+/// as the registers do.
+[[nodiscard]] Result<std::vector<drivers::OrderFinding>> find_word_orders(const drivers::RegisterMap& map,
+                                                                          drivers::Registers& registers);
 /// Describes the word orders that give plausible values of the chamber's air temperature and set point; empty if the
 /// map needs no decision.
 [[nodiscard]] Result<std::string> query_word_order(const drivers::RegisterMap& map, drivers::Registers& registers);

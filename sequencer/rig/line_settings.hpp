@@ -20,10 +20,17 @@ inline constexpr std::string_view kVirtualLine = "virtual";
 /// Time limit for connecting a TCP line.
 inline constexpr Duration kConnectWithin = std::chrono::seconds(2);
 
-/// Records an error if `line` is not the address of a line that carries bytes. Ignores an empty one: the reader of the
-/// key has recorded an error already.
+/// Records an error if `line`, the value of the key "line", is an empty text. Returns whether it is empty; if the key
+/// is missing, the reader has recorded an error already.
+inline bool is_empty_line(const TomlTable& table, const std::string& line) {
+  if (line.empty() && table.is_text("line"))
+    table.note_error("line", "\"line\" is empty, expected tcp://A.B.C.D:PORT, serial:DEVICE, hid:SERIAL or virtual");
+  return line.empty();
+}
+
+/// Records an error if `line` is not the address of a line that carries bytes.
 inline void check_line(const TomlTable& table, const std::string& line) {
-  if (line.empty()) return;
+  if (is_empty_line(table, line)) return;
   const auto parsed = drivers::parse_line(line);
   if (!parsed) table.note_error("line", parsed.error().what);
   if (parsed && line != kVirtualLine && !drivers::is_byte_line(*parsed))

@@ -142,6 +142,20 @@ std::vector<bool> find_optional_lines(const RigFile& file, const RigStart& start
 
 std::string thermometer_title(std::size_t index) { return fmt::format("thermometer {}", index + 1); }
 
+/// Returns what to check when an instrument of a new rig does not answer, or gives another answer than expected.
+std::string suggest_remedy(FaultKind kind, bool is_chamber) {
+  switch (kind) {
+    case FaultKind::timeout:
+    case FaultKind::disconnected:
+      return "check its power, cable, line and settings, and that no other program or instrument uses this line";
+    case FaultKind::refused:
+    case FaultKind::corrupted:
+    case FaultKind::out_of_range:
+      return is_chamber ? "check that the map fits the controller and its data map, and the unit number" : "";
+    default: return {};
+  }
+}
+
 std::string describe_line(const GyroLine& line) {
   return line.stream ? fmt::format("stream {} on {}", line.stream->name, line.line) : "on " + line.line;
 }
@@ -172,6 +186,7 @@ class AssembledRig : public Rig {
       auto& [kind, where, what] = answer.error();
       where = where.empty() || where == title ? title : title + ": " + where;
       what += " (" + place + ")";
+      if (const auto remedy = suggest_remedy(kind, title == kChamberTitle); !remedy.empty()) what += "; " + remedy;
       return answer;
     };
     std::vector<Result<std::string>> answers{

@@ -73,7 +73,8 @@ std::size_t count_inputs(const ThermometerSettings& settings) {
 /// Records an error if this kind of instrument cannot use its line.
 void check_instrument_line(const TomlTable& table, const ThermometerSettings& settings) {
   const auto line = drivers::parse_line(settings.line);
-  if (settings.kind != Kind::mcc_usb_temp || settings.line.empty()) return check_line(table, settings.line);
+  if (settings.kind != Kind::mcc_usb_temp || is_empty_line(table, settings.line))
+    return check_line(table, settings.line);
   if (!line) return table.note_error("line", line.error().what);
   if (!std::holds_alternative<drivers::HidLine>(*line) && settings.line != kVirtualLine)
     table.note_error("line", "a USB-TEMP is an HID device; expected \"hid:SERIAL\" or \"hid:\"");

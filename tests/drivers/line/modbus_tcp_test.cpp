@@ -291,8 +291,8 @@ TEST(ModbusTcp, RestsAfterTheSecondFailureInARow) {
     nobody = closed.address();
   }
   const auto client = make_client(nobody);
-  EXPECT_EQ(client->read(kHolding, 1, 1).error().what, "no connection");
-  EXPECT_EQ(client->read(kHolding, 1, 1).error().what, "no connection");
+  EXPECT_TRUE(client->read(kHolding, 1, 1).error().what.starts_with("no connection: "));
+  EXPECT_TRUE(client->read(kHolding, 1, 1).error().what.starts_with("no connection: "));
   const auto resting = client->read(kHolding, 1, 1);
   EXPECT_EQ(resting.error().kind, FaultKind::disconnected);
   EXPECT_EQ(resting.error().what, "failed before, next try in 0.5 s");

@@ -93,6 +93,26 @@ drivers::ModbusLink read_link(const std::string& text) {
   return rig ? rig->chamber_map.link.modbus : drivers::ModbusLink{};
 }
 
+TEST(RigFile, RefusesEmptyLineOfEachInstrument) {
+  const auto text = read_text_file(kRigs + "example-binder-dcon-stim300.toml").value();
+  int lines = 0;
+  for (auto at = text.find("\nline = \""); at != std::string::npos; at = text.find("\nline = \"", at + 1)) {
+    const auto begins = at + std::string("\nline = \"").size();
+    auto emptied = text;
+    emptied.erase(begins, text.find('"', begins) - begins);
+    EXPECT_NE(rig_error(emptied).find("\"line\" is empty"), std::string::npos) << emptied.substr(at, 40);
+    ++lines;
+  }
+  EXPECT_EQ(lines, 4);
+}
+
+TEST(RigFile, NamesMissingStreamOfGyro) {
+  auto text = read_text_file(kRigs + "example-binder-dcon-stim300.toml").value();
+  text = replace_once(text, "stream = \"stim300\"\n", "");
+  EXPECT_NE(rig_error(text).find("missing key \"stream\""), std::string::npos) << rig_error(text);
+  EXPECT_EQ(rig_error(text).find("gyro.frame.field"), std::string::npos);
+}
+
 TEST(RigFile, LinkSettingsReplaceThoseOfMap) {
   using std::chrono::milliseconds;
   const auto plain = read_link(real_rig_with(""));

@@ -367,6 +367,7 @@ struct Findings {
 Result<rig::RigFile> check_rig(const CheckArguments& options, Findings& found) {
   auto rig = load_rig(options.rig);
   if (!rig) return failure(rig.error());
+  if (!rig->simulated && options.seed != 0) return failure(FaultKind::usage, "--seed", "only valid on a virtual rig");
   if (rig->simulated && !options.connect)
     if (const auto assembled = assemble(*rig, options.seed); !assembled) return failure(assembled.error());
   found.words += rig_lines(*rig);

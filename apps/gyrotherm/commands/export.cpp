@@ -184,6 +184,11 @@ Result<Exit> export_table(Console& console, const ExportArguments& options) {
         "only prints recorded rows to stdout; not valid with --out, --as, --from, --to, --every or --compensated");
   if (options.follow) return follow_record(console, options.run).map([] { return Exit::done; });
   if (options.out.empty()) return failure(FaultKind::usage, "--out", "is missing; only --follow writes to stdout");
+  for (const char* spreadsheet : {".xlsx", ".xls", ".ods"})
+    if (options.out.ends_with(spreadsheet))
+      return failure(
+          FaultKind::usage, "--out",
+          fmt::format("no {} file can be written; write FILE.csv, which a spreadsheet program opens", spreadsheet));
   if (auto free = check_is_free(options.out, options.force); !free) return failure(free.error());
   const auto checked = check_recorded_run(console, options.run, options.unverified);
   if (!checked) return failure(checked.error());

@@ -47,6 +47,8 @@ Result<Exit> run(Console& console, const RunArguments& options) {
   apply_run_json(console, options.json);
   auto rig = load_rig(options.rig);
   if (!rig) return failure(rig.error());
+  if (!rig->simulated && options.start.seed != 0)
+    return failure(FaultKind::usage, "--seed", "only valid on a virtual rig");
   const auto profile = read_profile(options.profile, &*rig);
   if (!profile) return failure(profile.error());
   const auto path = options.out.empty() ? make_record_name(profile->name) : options.out;

@@ -18,6 +18,7 @@ void add_status(Program& program);
 void add_tell(Program& program);
 void add_simulate(Program& program);
 void add_check(Program& program);
+void add_new(Program& program);
 void add_plan(Program& program);
 void add_prove(Program& program);
 void add_release(Program& program);
@@ -42,12 +43,12 @@ void add_site(Program& program);
 
 namespace {
 
-constexpr auto kCommands = {add_qualify,      add_run,    add_go,        add_resume,   add_status,     add_tell,
-                            add_simulate,     add_check,  add_plan,      add_prove,    add_release,    add_describe,
-                            add_devices,      add_doctor, add_import,    add_export,   add_thermal,    add_train,
-                            add_type_prior,   add_verify, add_placement, add_reduce,   add_compensate, add_fuse,
-                            add_export_model, add_report, add_standard,  add_validate, add_site,       add_completion,
-                            add_manual};
+constexpr auto kCommands = {add_qualify,    add_run,          add_go,     add_resume,    add_status,   add_tell,
+                            add_simulate,   add_new,          add_check,  add_plan,      add_prove,    add_release,
+                            add_describe,   add_devices,      add_doctor, add_import,    add_export,   add_thermal,
+                            add_train,      add_type_prior,   add_verify, add_placement, add_reduce,   add_compensate,
+                            add_fuse,       add_export_model, add_report, add_standard,  add_validate, add_site,
+                            add_completion, add_manual};
 
 namespace fs = std::filesystem;
 

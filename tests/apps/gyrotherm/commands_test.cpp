@@ -70,6 +70,42 @@ TEST(CommandLine, RefusesOptionWithoutEffect) {
   }
 }
 
+TEST(CommandLine, RefusesSeedOnRealRig) {
+  for (const std::string command : {"check", "run short"}) {
+    const auto ran = gyrotherm_with(command + " --rig example-f4t-lakeshore-kvh --seed 7");
+    EXPECT_EQ(ran.exit_code, 2);
+    EXPECT_EQ(ran.err, "gyrotherm: --seed: only valid on a virtual rig\n");
+  }
+}
+
+TEST(CommandLine, AnswersHelpAndVersionAsCommands) {
+  EXPECT_EQ(gyrotherm_with("help").out, gyrotherm_with("--help").out);
+  EXPECT_EQ(gyrotherm_with("help report sign").out, gyrotherm_with("report sign --help").out);
+  EXPECT_EQ(gyrotherm_with("version").out, gyrotherm_with("--version").out);
+  EXPECT_NE(gyrotherm_with("help rnu").err.find("Did you mean \"run\"?"), std::string::npos);
+  EXPECT_EQ(gyrotherm_with("help rnu").exit_code, 2);
+  EXPECT_EQ(gyrotherm_with("version 2").exit_code, 2);
+}
+
+TEST(CommandLine, NamesRemedyOfUsualSlips) {
+  const Folder folder;
+  const std::pair<std::string, std::string> kSlips[] = {
+      {"status run.db -verify", "-verify is not an option of status. Did you mean --verify?"},
+      {"tell", "run is required: "},
+      {"release", "release: a command is required, one of review, sign, list"},
+      {"plan virtual --target-u 0 --out p.toml", "--target-u: 0 is not a number above zero"},
+      {"export run.db --out rows.xlsx", "--out: no .xlsx file can be written"},
+      {"tell '" + (folder / "no.db") + "' pause", "no such file"}};
+  for (const auto& [arguments, message] : kSlips) {
+    const auto ran = gyrotherm_with(arguments);
+    EXPECT_EQ(ran.exit_code, 2) << arguments;
+    EXPECT_NE(ran.err.substr(0, ran.err.find('\n')).find(message), std::string::npos) << ran.err;
+  }
+  std::ofstream(folder / "night.toml") << "";
+  const auto ran = shell("cd '" + (folder / "") + "' && gyrotherm check night");
+  EXPECT_NE(ran.err.find("write ./night.toml"), std::string::npos) << ran.err;
+}
+
 TEST(CommandLine, RefusesDashAsFileName) {
   const Folder folder;
   for (const auto* arguments :

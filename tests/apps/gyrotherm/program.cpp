@@ -3,6 +3,7 @@
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
+#include <pty.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -55,6 +56,36 @@ Ran shell(const std::string& command, const std::string& input) {
 
 Ran gyrotherm_with(const std::string& arguments, const std::string& input) {
   return shell("gyrotherm " + arguments, input);
+}
+
+Ran run_on_terminal(const std::vector<std::string>& arguments, const std::string& input,
+                    const std::string& interrupt_at) {
+  int terminal = -1;
+  const pid_t child = ::forkpty(&terminal, nullptr, nullptr, nullptr);
+  if (child == 0) {
+    if (::chdir(GYROTHERM_SOURCE_DIR) != 0) ::_exit(99);
+    std::vector<char*> words{const_cast<char*>(GYROTHERM_PROGRAM)};
+    for (const auto& argument : arguments) words.push_back(const_cast<char*>(argument.c_str()));
+    words.push_back(nullptr);
+    ::execv(GYROTHERM_PROGRAM, words.data());
+    ::_exit(99);
+  }
+  Ran ran;
+  if (child < 0) return ran;
+  EXPECT_EQ(::write(terminal, input.data(), input.size()), static_cast<ssize_t>(input.size()));
+  bool interrupts = !interrupt_at.empty();
+  char bytes[4096];
+  for (ssize_t got; (got = ::read(terminal, bytes, sizeof bytes)) > 0;) {
+    ran.out.append(bytes, static_cast<std::size_t>(got));
+    if (!interrupts || ran.out.find(interrupt_at) == std::string::npos) continue;
+    interrupts = false;
+    EXPECT_EQ(::write(terminal, "\x03", 1), 1);
+  }
+  int status = 0;
+  ::waitpid(child, &status, 0);
+  ::close(terminal);
+  ran.exit_code = exit_code_for(status);
+  return ran;
 }
 
 Background::Background(const std::vector<std::string>& arguments, const std::string& output_file)

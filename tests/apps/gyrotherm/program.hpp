@@ -37,6 +37,11 @@ Ran shell(const std::string& command, const std::string& input = "");
 /// Runs gyrotherm with these arguments.
 Ran gyrotherm_with(const std::string& arguments, const std::string& input = "");
 
+/// Runs gyrotherm on a terminal of its own, on which `input` is typed. Returns its output. Presses Ctrl-C once the
+/// output contains `interrupt_at`, unless that is empty.
+Ran run_on_terminal(const std::vector<std::string>& arguments, const std::string& input,
+                    const std::string& interrupt_at = "");
+
 /// gyrotherm in the background, until it ends or is killed.
 class Background {
  public:

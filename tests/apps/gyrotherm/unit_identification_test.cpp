@@ -2,9 +2,6 @@
 /// The identification of units when a run starts, by options, by an order and on a terminal.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
-#include <pty.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <cmath>
 #include <csignal>
@@ -66,31 +63,6 @@ class LotFolder : public Folder {
     return gyrotherm_with("run '" + (*this / "short.toml") + "' --rig " + arguments);
   }
 };
-
-/// Runs gyrotherm on a terminal of its own, on which `input` is typed. Returns its output.
-Ran run_on_terminal(const std::vector<std::string>& arguments, const std::string& input) {
-  int terminal = -1;
-  const pid_t child = ::forkpty(&terminal, nullptr, nullptr, nullptr);
-  if (child == 0) {
-    if (::chdir(GYROTHERM_SOURCE_DIR) != 0) ::_exit(99);
-    std::vector<char*> words{const_cast<char*>(GYROTHERM_PROGRAM)};
-    for (const auto& argument : arguments) words.push_back(const_cast<char*>(argument.c_str()));
-    words.push_back(nullptr);
-    ::execv(GYROTHERM_PROGRAM, words.data());
-    ::_exit(99);
-  }
-  Ran ran;
-  if (child < 0) return ran;
-  EXPECT_EQ(::write(terminal, input.data(), input.size()), static_cast<ssize_t>(input.size()));
-  char bytes[4096];
-  for (ssize_t got; (got = ::read(terminal, bytes, sizeof bytes)) > 0;)
-    ran.out.append(bytes, static_cast<std::size_t>(got));
-  int status = 0;
-  ::waitpid(child, &status, 0);
-  ::close(terminal);
-  ran.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
-  return ran;
-}
 
 bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 

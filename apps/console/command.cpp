@@ -103,12 +103,14 @@ std::vector<char*> replace_spoken_options(const CLI::App& program, std::span<cha
   std::vector<char*> replaced(words.begin(), words.end());
   if (words.size() < 2) return replaced;
   const std::string_view first = words[1];
-  if (!program.get_subcommands([&](const CLI::App* each) { return each->get_name() == first; }).empty())
-    return replaced;
+  const auto is_command = [&](std::string_view word) {
+    return !program.get_subcommands([&](const CLI::App* each) { return each->get_name() == word; }).empty();
+  };
+  if (is_command(first)) return replaced;
   if (first == "version" && words.size() == 2) replaced[1] = version.data();
   if (first != "help") return replaced;
   replaced.erase(replaced.begin() + 1);
-  replaced.push_back(help.data());
+  if (words.size() == 2 || is_command(words[2])) replaced.push_back(help.data());
   return replaced;
 }
 

@@ -110,7 +110,7 @@ class Documents(unittest.TestCase):
                 words = [called[2]]
                 if called[1] in COMMANDS_WITH_SUBCOMMANDS and (below := re.match(r" ([a-z-]+)", called[3])):
                     words.append(below[1])
-                if called[2] == "site" and (below := re.match(r" ([a-z-]+)", called[3])):
+                if called[2] in ("new", "site") and (below := re.match(r" ([a-z-]+)", called[3])):
                     words.append(below[1])
                 if called[2] == "standard" and called[3].startswith(" explain"):
                     words.append("explain")

@@ -69,12 +69,10 @@ bool needs_configuration(const rig::ThermometerSettings& settings) {
          (settings.description && !settings.description->preparation.empty());
 }
 
-Probe probe_thermometer(rig::ThermometerSettings settings, std::string title, std::vector<Celsius>& readings) {
-  const bool is_named_only = needs_configuration(settings);
-  if (settings.description) settings.description->preparation.clear();
+Probe probe_thermometer(const rig::ThermometerSettings& settings, std::string title, std::vector<Celsius>& readings) {
   const auto thermometer = rig::make_thermometer(settings, title, drivers::parse_line(settings.line).value());
-  if (is_named_only) {
-    auto identity = thermometer->identify();
+  if (needs_configuration(settings)) {
+    auto identity = thermometer->recognise();
     if (identity) *identity += "; not read, because it would be configured first";
     return make_probe(std::move(title), identity);
   }

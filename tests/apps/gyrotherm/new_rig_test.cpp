@@ -151,12 +151,18 @@ TEST(NewRigProbe, WritesRigThatCheckAcceptsForVirtualRig) {
 
 TEST(NewRigProbe, WritesRigThatCheckAcceptsForInstrumentsOfExample) {
   const Folder folder;
-  const Instruments example(folder, "example-f4t-lakeshore-kvh");
+  // The virtual gyro sends one frame a second, which its own stream permits.
+  const auto made = shell(
+      "sed 's/^stream = .*/stream = \"pulse-count\"\\narcsec_per_pulse = 0.1/' "
+      "profiles/rigs/example-f4t-lakeshore-kvh.toml > " +
+      (folder / "example.toml"));
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  const Instruments example(folder, folder / "example.toml");
   ASSERT_TRUE(example.serve()) << example.output();
   expect_accepted(folder,
                   "--chamber-line " + example.line("chamber") + " --thermometer 'lakeshore_218 " +
                       example.line("thermometer 1") + " 8' --thermometer 'pt12 " + example.line("thermometer 2") +
-                      " shell' --gyro kvh-dsp-3000-ascii --gyro-line " + example.line("gyro"),
+                      " shell' --gyro pulse-count --arcsec-per-pulse 0.1 --gyro-line " + example.line("gyro"),
                   "watlow_f4t");
 }
 

@@ -169,41 +169,7 @@ std::string analysis_lines(const RigAnswers& answers) {
   return lines;
 }
 
-std::string limit_lines(const RigAnswers& answers) {
-  return "\n# An interlock ends a run outside these limits. docs/interlocks.md lists every limit and "
-         "reaction.\n[limits]\n" +
-         key_line("air_lowest", celsius(answers.air_lowest)) + key_line("air_highest", celsius(answers.air_highest)) +
-         key_line("# thermometers_lowest", celsius(answers.air_lowest), "limits of the unit") +
-         key_line("# thermometers_highest", celsius(answers.air_highest));
-}
-
-}  // namespace
-
-std::string write_rig_text(const RigAnswers& answers, const std::vector<InstrumentNote>& notes) {
-  const auto name = fs::path(answers.file).stem().string();
-  auto text = fmt::format(
-      "# Written by gyrotherm new rig. docs/files.md explains every key. The command\n"
-      "#   gyrotherm check --rig {} --connect\n"
-      "# identifies every instrument; nothing moves.\n"
-      "schema = \"gyrotherm-rig/1\"\nname = {}\ntitle = {}\n\n",
-      is_path(answers.file) && answers.file.find('/') != std::string::npos ? answers.file : "./" + answers.file,
-      toml_quoted(name), toml_quoted(answers.title));
-  text += chamber_lines(answers, notes);
-  for (std::size_t i = 0; i < answers.scanners.size(); ++i)
-    text += scanner_lines(answers, answers.scanners[i], note_lines(notes, fmt::format("thermometer {}", i + 1)));
-  return text + gyro_lines(answers, notes) + analysis_lines(answers) + limit_lines(answers) + "\n[safe]\n" +
-         key_line("on_stop", "\"safe\"", "state after \"stop\"; \"hold\": unchanged set point") +
-         key_line("off", "false", "true: an abort also ends conditioning");
-}
-
-std::string write_chamber_text(const RigAnswers& answers) {
-  const std::string heading =
-      "# Description of a chamber that is not listed, written by gyrotherm new rig. Replace each \"FILL IN\" by the "
-      "value\n"
-      "# in the chamber's manual. docs/adding-an-instrument.md shows the steps, ";
-  if (answers.chamber == kOtherModbus)
-    return heading + R"(docs/chamber-maps.md the whole format.
-schema = "gyrotherm-chamber/1"
+constexpr const char* kModbusSkeleton = R"(schema = "gyrotherm-chamber/1"
 name = "FILL IN: the model of the controller"
 vendor = "FILL IN: its maker"
 source = "FILL IN: the manual, its edition and pages"
@@ -248,8 +214,8 @@ commanded = "run"
 on = "start"
 off = "stop"
 )";
-  return heading + R"(docs/text-instruments.md the whole format.
-schema = "gyrotherm-text/1"
+
+constexpr const char* kTextSkeleton = R"(schema = "gyrotherm-text/1"
 kind = "chamber"
 name = "FILL IN: the model of the controller"
 vendor = "FILL IN: its maker"
@@ -319,6 +285,41 @@ activity = "off"
 item = "mode"
 is = "off"
 )";
+
+std::string limit_lines(const RigAnswers& answers) {
+  return "\n# An interlock ends a run outside these limits. docs/interlocks.md lists every limit and "
+         "reaction.\n[limits]\n" +
+         key_line("air_lowest", celsius(answers.air_lowest)) + key_line("air_highest", celsius(answers.air_highest)) +
+         key_line("# thermometers_lowest", celsius(answers.air_lowest), "limits of the unit") +
+         key_line("# thermometers_highest", celsius(answers.air_highest));
+}
+
+}  // namespace
+
+std::string write_rig_text(const RigAnswers& answers, const std::vector<InstrumentNote>& notes) {
+  const auto name = fs::path(answers.file).stem().string();
+  auto text = fmt::format(
+      "# Written by gyrotherm new rig. docs/files.md explains every key. The command\n"
+      "#   gyrotherm check --rig {} --connect\n"
+      "# identifies every instrument; nothing moves.\n"
+      "schema = \"gyrotherm-rig/1\"\nname = {}\ntitle = {}\n\n",
+      is_path(answers.file) && answers.file.find('/') != std::string::npos ? answers.file : "./" + answers.file,
+      toml_quoted(name), toml_quoted(answers.title));
+  text += chamber_lines(answers, notes);
+  for (std::size_t i = 0; i < answers.scanners.size(); ++i)
+    text += scanner_lines(answers, answers.scanners[i], note_lines(notes, fmt::format("thermometer {}", i + 1)));
+  return text + gyro_lines(answers, notes) + analysis_lines(answers) + limit_lines(answers) + "\n[safe]\n" +
+         key_line("on_stop", "\"safe\"", "state after \"stop\"; \"hold\": unchanged set point") +
+         key_line("off", "false", "true: an abort also ends conditioning");
+}
+
+std::string write_chamber_text(const RigAnswers& answers) {
+  const bool is_modbus = answers.chamber == kOtherModbus;
+  return fmt::format(
+      "# Description of a chamber that is not listed, written by gyrotherm new rig. Replace each \"FILL IN\" by the "
+      "value\n"
+      "# in the chamber's manual. docs/adding-an-instrument.md shows the steps, docs/{} the whole format.\n{}",
+      is_modbus ? "chamber-maps.md" : "text-instruments.md", is_modbus ? kModbusSkeleton : kTextSkeleton);
 }
 
 }  // namespace gyrotherm::app

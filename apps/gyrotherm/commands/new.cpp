@@ -10,6 +10,7 @@
 #include "apps/console/command.hpp"
 #include "apps/gyrotherm/new_rig/interview.hpp"
 #include "apps/gyrotherm/new_rig/new_files.hpp"
+#include "apps/gyrotherm/new_rig/rig_copy.hpp"
 #include "apps/gyrotherm/new_rig/rig_probe.hpp"
 #include "apps/gyrotherm/new_rig/rig_questions.hpp"
 #include "apps/gyrotherm/new_rig/rig_text.hpp"
@@ -57,6 +58,7 @@ struct NewRigArguments {
   std::string file;
   std::array<std::string, kAnswerOptions.size()> answers;
   std::vector<std::string> scanners;
+  std::string like;
   bool yes = false;
   bool no_probe = false;
 };
@@ -148,9 +150,23 @@ void report_draft(Console& console, const Draft& draft, const std::string& file)
   console.print(fmt::format("next: gyrotherm check --rig {} --connect\n", as_argument(file)));
 }
 
+/// Writes a copy of another rig.
+Result<Exit> copy_rig(Console& console, const NewRigArguments& options) {
+  const auto given = given_answers(options);
+  if (!given.values.empty() || !given.scanners.empty())
+    return failure(FaultKind::usage, "--like", "not valid with answers; edit the copy instead");
+  auto text = copy_rig_text(options.like, options.file);
+  if (!text) return failure(text.error());
+  const Draft draft{.files = {{options.file, std::move(*text)}}, .probes = {}, .to_fill_in = ""};
+  if (auto written = create_files(draft.files); !written) return failure(written.error());
+  report_draft(console, draft, options.file);
+  return Exit::done;
+}
+
 Result<Exit> make_new_rig(Console& console, const NewRigArguments& options) {
   if (auto possible = check_can_create(options.file); !possible) return failure(possible.error());
   if (read_file_state(options.file).is_there()) return refuse_to_overwrite(options.file);
+  if (!options.like.empty()) return copy_rig(console, options);
   Person person;
   if (!options.yes && console.can_ask())
     person = {.tell = [&](const std::string& line) { console.print_message(line); },
@@ -190,6 +206,8 @@ void add_new(Program& program) {
                   "addresses=1,2 and type=T. May be repeated")
       ->type_name("TEXT")
       ->allow_extra_args(false);
+  command.add_option("--like", options.like, "copy this rig, such as virtual, instead of asking")
+      ->type_name(value::kRig);
   command.add_flag("--yes", options.yes, "ask nothing; use the default of each option that is not given");
   command.add_flag("--no-probe", options.no_probe, "contact no instrument");
 }

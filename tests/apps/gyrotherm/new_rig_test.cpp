@@ -45,6 +45,50 @@ TEST(NewRig, NeverOverwrites) {
   EXPECT_EQ(gyrotherm_with(command(folder / "no/rig.toml", kNowhere)).exit_code, 2);
 }
 
+TEST(NewRig, CopiesEveryShippedRig) {
+  const Folder folder;
+  for (const auto& entry : fs::directory_iterator("profiles/rigs")) {
+    if (entry.path().extension() != ".toml") continue;
+    const std::string rig = entry.path().stem().string(), file = folder / (rig + "-copy.toml");
+    const auto made = gyrotherm_with("new rig '" + file + "' --like " + rig);
+    ASSERT_EQ(made.exit_code, 0) << rig << made.err;
+    const std::string text = read_text_file(file).value();
+    EXPECT_NE(text.find("\nname = \"" + rig + "-copy\"\n"), std::string::npos) << rig;
+    EXPECT_EQ(text.find("\"../"), std::string::npos) << rig;
+    EXPECT_EQ(gyrotherm_with("check --rig '" + file + "'").exit_code, gyrotherm_with("check --rig " + rig).exit_code)
+        << rig;
+  }
+}
+
+TEST(NewRig, CopiesRigOfUserWithPathsThatStillLead) {
+  const Folder folder;
+  fs::create_directory(folder / "a");
+  fs::create_directory(folder / "b");
+  ASSERT_EQ(gyrotherm_with("new rig '" + (folder / "a/one.toml") + "' --like virtual").exit_code, 0);
+  fs::copy_file("profiles/chambers/virtual.toml", folder / "a/oven.toml");
+  std::string text = read_text_file(folder / "a/one.toml").value();
+  text.replace(text.find("map = \"virtual\""), 15, "map = \"oven.toml\" # own");
+  std::ofstream(folder / "a/one.toml") << text
+                                       << "\n[check_standard]\nserial_numbers = [\"1\"]\nhistory = \"h.jsonl\"\n";
+  const auto made =
+      gyrotherm_with("new rig '" + (folder / "b/two.toml") + "' --like '" + (folder / "a/one.toml") + "'");
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  const std::string copy = read_text_file(folder / "b/two.toml").value();
+  EXPECT_NE(copy.find("/a/oven.toml\"\n"), std::string::npos) << copy;
+  EXPECT_NE(copy.find("history = \"h.jsonl\""), std::string::npos) << "a history of its own";
+  EXPECT_EQ(gyrotherm_with("check --rig '" + (folder / "b/two.toml") + "'").exit_code, 0);
+}
+
+TEST(NewRig, RefusesToCopyUnknownOrInvalidRigOrWithAnswers) {
+  const Folder folder;
+  std::ofstream(folder / "bad.toml") << "schema = 1\n";
+  for (const std::string& like :
+       {std::string("virtuel"), "'" + (folder / "bad.toml") + "'", std::string("virtual --lowest -40")}) {
+    EXPECT_NE(gyrotherm_with("new rig '" + (folder / "x.toml") + "' --like " + like).exit_code, 0) << like;
+    EXPECT_FALSE(fs::exists(folder / "x.toml")) << like;
+  }
+}
+
 TEST(NewRig, NamesMissingOptionsWithoutTerminal) {
   const Folder folder;
   const auto ran = gyrotherm_with("new rig '" + (folder / "rig.toml") + "' --chamber watlow_f4t", "watlow_f4t\n");

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include "acquisition/record/status.hpp"
 #include "apps/console/command.hpp"
 #include "core/json.hpp"
 #include "sequencer/control/control_socket.hpp"
@@ -16,11 +17,23 @@ struct TellArguments {
   std::vector<std::string> texts;
 };
 
+/// Names the end of a finished run as the cause of a fault.
+Fault explain_fault(const std::string& run, const Fault& fault) {
+  if (fault.kind != FaultKind::usage) return fault;
+  const auto status = record::read_status(run);
+  if (!status || !status->finished) return fault;
+  return {
+      FaultKind::usage, run,
+      fmt::format("this run has finished ({}) and its record is closed: no request can be sent, and its alarms need "
+                  "no acknowledgement",
+                  status->ended_by)};
+}
+
 Result<Exit> send_request(Console& console, const TellArguments& options) {
   const auto request = control::make_request(options.word, fmt::format("{}", fmt::join(options.texts, " ")));
   if (!request) return failure(request.error());
   const auto answer = control::send_request(options.run, *request, kAnswerTimeout);
-  if (!answer) return failure(answer.error());
+  if (!answer) return failure(explain_fault(options.run, answer.error()));
   if (!answer->done) return failure(FaultKind::refused, options.run, answer->text);
   if (console.json)
     console.print(json_text(Json{{"done", answer->text}}) + "\n");

@@ -80,6 +80,12 @@ struct Comparison {
 /// run.
 [[nodiscard]] Result<void> add_check_standard(Comparison& comparison, const CalibrationReport& before,
                                               const CalibrationReport& now, standard::CheckedStandard standard);
+
+/// Compares the calibration.json of two files, and adds the check standard of a history unless `history` is empty.
+/// Fails as the readers of these files, compare() and add_check_standard() do.
+[[nodiscard]] Result<Comparison> compare_files(const std::string& before, const std::string& now,
+                                               const std::string& history);
+
 /// Returns whether a record was made while the check standard was out of control and not explained.
 [[nodiscard]] bool is_check_open(const Comparison& comparison);
 

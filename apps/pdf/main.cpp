@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// gyrotherm-pdf: makes the PDF of a calibration report, or a PNG of a figure. paper.py renders both.
+/// gyrotherm-pdf: makes the PDF of a calibration report or of a comparison of two, or a PNG of a figure. paper.py
+/// renders both.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -20,6 +21,7 @@
 #include "core/shipped.hpp"
 #include "core/text.hpp"
 #include "report/calibration.hpp"
+#include "report/comparison.hpp"
 #include "report/document.hpp"
 #include "report/other_program.hpp"
 
@@ -30,7 +32,7 @@ namespace {
 enum class PdfExit : int { done = 0, usage = 2, file = 4 };
 
 struct Arguments {
-  std::string report, language = "en", out, figure;
+  std::string report, compared_with, history, language = "en", out, figure;
   int width_px = 1600;
   bool force = false;
 };
@@ -95,18 +97,27 @@ Result<RenderedFile> run_paper(const std::string& kind, const std::string& input
   return RenderedFile{std::move(*bytes), ran->out};
 }
 
+report::Language chosen_language(const Arguments& arguments) {
+  return arguments.language == "de" ? report::Language::german : report::Language::english;
+}
+
 Result<RenderedFile> render_report(const Arguments& arguments) {
   const auto json = read_text_file(arguments.report, kLargestTable);
   if (!json) return failure(json.error());
   const auto report = report::calibration_from_json(*json, arguments.report);
   if (!report) return failure(report.error());
-  const auto document =
-      make_document(*report, arguments.language == "de" ? report::Language::german : report::Language::english);
-  const auto html = paper_html(
-      document,
-      {.program = "gyrotherm " GYROTHERM_VERSION, .source_sha256 = sha256(*json), .utc_s = pdf_date(*report)});
-  return run_paper("pdf", html, arguments.report,
-                   report->state == report::ReportState::authorised ? "--signature-field" : "--plain");
+  PaperFacts facts{
+      .program = "gyrotherm " GYROTHERM_VERSION, .source_sha256 = sha256(*json), .utc_s = pdf_date(*report)};
+  if (arguments.compared_with.empty()) {
+    const bool is_authorised = report->state == report::ReportState::authorised;
+    return run_paper("pdf", paper_html(make_document(*report, chosen_language(arguments)), facts), arguments.report,
+                     is_authorised ? "--signature-field" : "--plain");
+  }
+  const auto comparison = report::compare_files(arguments.compared_with, arguments.report, arguments.history);
+  if (!comparison) return failure(comparison.error());
+  facts.source_sha256 = sha256(to_json(*comparison));
+  return run_paper("pdf", paper_html(make_document(*comparison, chosen_language(arguments)), facts), arguments.report,
+                   "--plain");
 }
 
 Result<RenderedFile> render_figure(const Arguments& arguments) {
@@ -144,6 +155,10 @@ int run(int argc, char** argv) {
   Arguments arguments;
   app.set_version_flag("--version", "gyrotherm-pdf " GYROTHERM_VERSION);
   auto* report = app.add_option("report", arguments.report, "calibration.json of the report");
+  auto* compared = app.add_option("--compared-with", arguments.compared_with,
+                                  "calibration.json of an earlier report: write the PDF of the comparison");
+  compared->needs(report);
+  app.add_option("--check-standard", arguments.history, "history of check runs, for a comparison")->needs(compared);
   app.add_option("--language", arguments.language, "en or de")->check(CLI::IsMember({"en", "de"}));
   app.add_option("--png", arguments.figure, "SVG figure of gyrotherm to convert to PNG, instead of a report")
       ->excludes(report);

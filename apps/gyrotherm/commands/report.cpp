@@ -11,7 +11,6 @@
 #include "apps/gyrotherm/report/calibration_folder.hpp"
 #include "core/file.hpp"
 #include "report/comparison.hpp"
-#include "report/standard/check_view.hpp"
 #include "report/views.hpp"
 
 namespace gyrotherm::app {
@@ -59,23 +58,14 @@ struct CompareArguments {
 };
 
 Result<Exit> compare_reports(Console& console, const CompareArguments& options) {
-  const auto before = load_calibration(options.before), now = load_calibration(options.now);
-  if (!before || !now) return failure(before ? now.error() : before.error());
-  auto comparison = report::compare(before->report, now->report);
+  const ComparedFiles files{.before = calibration_file(options.before),
+                            .now = calibration_file(options.now),
+                            .history = options.check_standard};
+  const auto comparison = report::compare_files(files.before, files.now, files.history);
   if (!comparison) return failure(comparison.error());
-  comparison->before_sha256 = before->sha256;
-  comparison->now_sha256 = now->sha256;
-  if (!options.check_standard.empty()) {
-    auto checked = read_text_file(options.check_standard, kLargestTable).and_then([&](const std::string& text) {
-      return standard::assess_standard(text, options.check_standard);
-    });
-    if (!checked) return failure(checked.error());
-    if (auto added = add_check_standard(*comparison, before->report, now->report, std::move(*checked)); !added)
-      return failure(added.error());
-  }
   console.print(console.json ? to_json(*comparison) : describe(*comparison));
   if (options.out.empty()) return Exit::done;
-  return write_comparison(console, *comparison, options.out, options.languages).map([] { return Exit::done; });
+  return write_comparison(console, *comparison, files, options.out, options.languages).map([] { return Exit::done; });
 }
 
 void add_languages(CLI::App& command, std::vector<std::string>& languages) {
@@ -94,7 +84,7 @@ void add_report_compare(Program& program, CLI::App& report) {
   command.add_option("now", options.now, "the folder of the later report, or its calibration.json")
       ->type_name(value::kFolder)
       ->required();
-  command.add_option("--out", options.out, "also write comparison.json and its page into this folder")
+  command.add_option("--out", options.out, "also write comparison.json, its page and its PDF into this folder")
       ->check(reject_dash())
       ->type_name(value::kFolder);
   command

@@ -37,18 +37,32 @@ Result<void> make_folder(const std::string& folder) {
   return error ? Result<void>(failure(FaultKind::storage, folder, error.message())) : Result<void>{};
 }
 
-/// Runs gyrotherm-pdf and returns the PDF. Only that separate program uses WeasyPrint, so machines that write no
-/// reports do not need it.
+/// Runs gyrotherm-pdf and returns the PDF. Faults name the view. Only that separate program uses WeasyPrint, so
+/// machines that write no reports do not need it.
+Result<std::string> run_pdf_program(std::vector<std::string> arguments, const std::string& language,
+                                    const std::string& view) {
+  const auto folder = report::PrivateFolder::make();
+  if (!folder) return failure(folder.error());
+  const std::string pdf = *folder / view;
+  arguments.insert(arguments.end(), {"--language", language, "--out", pdf});
+  const auto ran = report::run_program(sibling_program_path(kPdfProgram), arguments, std::chrono::minutes(6));
+  if (!ran) return failure(ran.error());
+  if (ran->exit_code != 0) return failure(FaultKind::storage, view, ran->out);
+  return read_text_file(pdf, kLargestTable);
+}
+
 Result<std::string> render_pdf(const std::string& json, const std::string& language) {
   const auto folder = report::PrivateFolder::make();
   if (!folder) return failure(folder.error());
-  const std::string source = *folder / report::kCalibrationFile, pdf = *folder / view_name(language, "pdf");
+  const std::string source = *folder / report::kCalibrationFile;
   if (auto put = replace_own_file(source, json, Syncing::not_awaited); !put) return failure(put.error());
-  const auto ran = report::run_program(sibling_program_path(kPdfProgram),
-                                       {source, "--language", language, "--out", pdf}, std::chrono::minutes(6));
-  if (!ran) return failure(ran.error());
-  if (ran->exit_code != 0) return failure(FaultKind::storage, view_name(language, "pdf"), ran->out);
-  return read_text_file(pdf, kLargestTable);
+  return run_pdf_program({source}, language, view_name(language, "pdf"));
+}
+
+Result<std::string> render_comparison_pdf(const ComparedFiles& files, const std::string& language) {
+  std::vector<std::string> arguments{files.now, "--compared-with", files.before};
+  if (!files.history.empty()) arguments.insert(arguments.end(), {"--check-standard", files.history});
+  return run_pdf_program(std::move(arguments), language, view_name(language, "pdf", "comparison"));
 }
 
 Result<void> write_view(Console& console, const std::string& path, const std::string& text) {
@@ -77,14 +91,18 @@ Result<std::vector<report::NewFile>> render_files(const report::CalibrationRepor
 
 }  // namespace
 
+std::string calibration_file(const std::string& folder_or_file) {
+  const std::filesystem::path path = folder_or_file;
+  return (std::filesystem::is_directory(path) ? path / report::kCalibrationFile : path).string();
+}
+
 Result<FiledReport> load_calibration(const std::string& folder_or_file) {
-  std::filesystem::path path = folder_or_file;
-  if (std::filesystem::is_directory(path)) path /= report::kCalibrationFile;
-  const auto text = read_text_file(path.string(), kLargestTable);
+  const std::string path = calibration_file(folder_or_file);
+  const auto text = read_text_file(path, kLargestTable);
   if (!text) return failure(text.error());
-  auto report = report::calibration_from_json(*text, path.string());
+  auto report = report::calibration_from_json(*text, path);
   if (!report) return failure(report.error());
-  return FiledReport{std::move(*report), path.string(), sha256(*text)};
+  return FiledReport{std::move(*report), path, sha256(*text)};
 }
 
 Result<void> write_calibration(Console& console, const report::CalibrationReport& report, const std::string& folder,
@@ -109,13 +127,17 @@ Result<std::vector<report::NewFile>> render_calibration(const report::Calibratio
   return render_files(report, languages);
 }
 
-Result<void> write_comparison(Console& console, const report::Comparison& comparison, const std::string& folder,
-                              const std::vector<std::string>& languages) {
+Result<void> write_comparison(Console& console, const report::Comparison& comparison, const ComparedFiles& files,
+                              const std::string& folder, const std::vector<std::string>& languages) {
   if (auto made = make_folder(folder); !made) return made;
   if (auto written = write_view(console, folder + "/comparison.json", to_json(comparison)); !written) return written;
   for (const std::string& language : languages) {
     const std::string page = to_html(make_document(comparison, parse_language(language)));
     if (auto written = write_view(console, folder + "/" + view_name(language, "html", "comparison"), page); !written)
+      return written;
+    const auto pdf = render_comparison_pdf(files, language);
+    if (!pdf) return failure(pdf.error());
+    if (auto written = write_view(console, folder + "/" + view_name(language, "pdf", "comparison"), *pdf); !written)
       return written;
   }
   return {};

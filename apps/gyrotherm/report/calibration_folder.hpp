@@ -35,9 +35,19 @@ struct FiledReport {
 [[nodiscard]] Result<std::vector<report::NewFile>> render_calibration(const report::CalibrationReport& report,
                                                                       const std::vector<std::string>& names);
 
-/// Writes comparison.json and its pages, makes the folder if needed and prints the paths. Fails with storage.
+/// Returns the calibration.json of a folder, or the file itself.
+[[nodiscard]] std::string calibration_file(const std::string& folder_or_file);
+
+/// The sources of a comparison.
+struct ComparedFiles {
+  std::string before, now;  ///< calibration.json of both reports
+  std::string history;      ///< of the check standard; may be empty
+};
+
+/// Writes comparison.json, its pages and its PDF, makes the folder if needed and prints the paths. Fails with storage.
 [[nodiscard]] Result<void> write_comparison(Console& console, const report::Comparison& comparison,
-                                            const std::string& folder, const std::vector<std::string>& languages);
+                                            const ComparedFiles& files, const std::string& folder,
+                                            const std::vector<std::string>& languages);
 
 /// Copies a signed report to FOLDER/as-signed before its folder changes. Does nothing if the report is not signed or
 /// the copy exists. Fails with bad_file or storage.

@@ -14,6 +14,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <tuple>
 
 #include "acquisition/record/sqlite.hpp"
 #include "core/file.hpp"
@@ -340,6 +341,19 @@ TEST_F(CalibrationOfAUnit, IsComparedWithReportOfYearBefore) {
     found = found || (one["key"] == "whole_run" && one["before_at"] == "as_left" && one["now_at"] == "as_found");
   }
   EXPECT_TRUE(found);
+
+  run("report compare " + in("report") + " " + in("later") + " --language en,de --out " + in("compared"));
+  for (const auto& [view, title, mark] :
+       {std::tuple{"comparison", "Comparison of two calibrations", "SIMULATED"},
+        std::tuple{"comparison.de", "Vergleich zweier Kalibrierungen", "SIMULIERT"}}) {
+    const auto pdf = shell("pdftotext -layout " + in("compared/") + view + ".pdf -");
+    ASSERT_EQ(pdf.exit_code, 0) << pdf.err;
+    const std::string paper = plain_blanks(pdf.out);
+    EXPECT_NE(paper.find(title), std::string::npos) << paper;
+    EXPECT_NE(paper.find(mark), std::string::npos) << view;
+    EXPECT_NE(paper.find("C-1"), std::string::npos);
+    EXPECT_NE(paper.find("C-2"), std::string::npos);
+  }
 }
 
 TEST_F(CalibrationOfAUnit, IsSupersededByAuthorisedReportOfSameUnit) {

@@ -5,16 +5,31 @@
 
 #include <cassert>
 #include <cctype>
+#include <string_view>
 
 #include "report/plot/svg.hpp"
 
 namespace gyrotherm::report {
 namespace {
 
-constexpr const char* kSimulatedBanner =
-    "<header class=\"banner\"><b>SIMULATED</b>virtual instruments: every number below describes the simulation, not "
-    "a real gyro</header>\n"
-    "<div class=\"watermark\" aria-hidden=\"true\">SIMULATED</div>\n";
+/// Texts of a page with simulated data.
+struct SimulatedTexts {
+  std::string_view mark, banner, sheet;
+};
+
+SimulatedTexts simulated_texts(std::string_view language) {
+  if (language == "de")
+    return {"SIMULIERT", "virtuelle Instrumente: jede Zahl beschreibt die Simulation, keinen wirklichen Kreisel",
+            "virtuelle Instrumente, keine Kalibrierung"};
+  return {"SIMULATED", "virtual instruments: every number below describes the simulation, not a real gyro",
+          "virtual instruments, not a calibration"};
+}
+
+std::string simulated_banner(const SimulatedTexts& texts) {
+  return fmt::format(
+      "<header class=\"banner\"><b>{0}</b>{1}</header>\n<div class=\"watermark\" aria-hidden=\"true\">{0}</div>\n",
+      texts.mark, texts.banner);
+}
 
 constexpr const char* kScreenCss = R"css(
 :root { --ink: #1d2733; --faint: #5b6673; --line: #d5dae0; --accent: #0b4f8a; --mark: #a8371b; }
@@ -106,15 +121,15 @@ constexpr const char* kPrintCss = R"css(
 }
 )css";
 
-constexpr const char* kSimulatedPages = R"css(
-@page { @top-center { content: "SIMULATED – virtual instruments, not a calibration"; font: 600 8.5pt sans-serif;
-  color: #a8371b; } }
-)css";
-
-/// Returns the style sheet for screen and print, without external references. If `simulated` is set, every printed page
-/// is marked in its margin and across the text.
-std::string style_sheet(bool simulated) {
-  return std::string(kScreenCss) + kPrintCss + (simulated ? kSimulatedPages : "");
+/// Returns the style sheet for screen and print, without external references. The printed pages of simulated data are
+/// marked in their margin and across the text.
+std::string style_sheet(bool is_simulated, const SimulatedTexts& texts) {
+  std::string style = std::string(kScreenCss) + kPrintCss;
+  if (is_simulated)
+    style += fmt::format(
+        "@page {{ @top-center {{ content: \"{} – {}\"; font: 600 8.5pt sans-serif;\n  color: #a8371b; }} }}\n",
+        texts.mark, texts.sheet);
+  return style;
 }
 
 std::string row_html(const std::vector<std::string>& cells, const char* tag, std::size_t text_columns) {
@@ -130,6 +145,7 @@ std::string row_html(const std::vector<std::string>& cells, const char* tag, std
 }  // namespace
 
 std::string to_html(const HtmlPage& page) {
+  const SimulatedTexts texts = simulated_texts(page.language);
   auto head =
       fmt::format("<p class=\"kind\">{}</p>\n<h1>{}</h1>\n", plot::escaped(page.kind), plot::escaped(page.heading));
   if (!page.subtitle.empty()) head += fmt::format("<p class=\"subtitle\">{}</p>\n", plot::escaped(page.subtitle));
@@ -138,8 +154,9 @@ std::string to_html(const HtmlPage& page) {
       "<meta name=\"viewport\" content=\"width=device-width, "
       "initial-scale=1\"/>\n<title>{}{}</title>\n<style>{}</style>\n"
       "</head>\n<body>\n{}<main tabindex=\"0\">\n{}{}<footer>{}</footer>\n</main>\n</body>\n</html>\n",
-      plot::escaped(page.language), page.simulated ? "SIMULATED – " : "", plot::escaped(page.title),
-      style_sheet(page.simulated), page.simulated ? kSimulatedBanner : "", head, page.body, plot::escaped(page.footer));
+      plot::escaped(page.language), page.simulated ? fmt::format("{} – ", texts.mark) : "", plot::escaped(page.title),
+      style_sheet(page.simulated, texts), page.simulated ? simulated_banner(texts) : "", head, page.body,
+      plot::escaped(page.footer));
 }
 
 std::string to_html(const HtmlTable& table) {

@@ -26,6 +26,7 @@
 #include "apps/gyrotherm/qualify/gyro_thermal.hpp"
 #include "apps/gyrotherm/qualify/known_digests.hpp"
 #include "apps/gyrotherm/qualify/lot_experiment.hpp"
+#include "apps/gyrotherm/qualify/training_progress.hpp"
 #include "apps/gyrotherm/recorded_run.hpp"
 #include "apps/gyrotherm/report/calibration.hpp"
 #include "apps/gyrotherm/rig_source.hpp"
@@ -280,6 +281,24 @@ std::string later_table(const report::Report& report) {
   return text + "\n";
 }
 
+/// Returns three lines: the result, its uncertainty, and the file of the report.
+std::string summarise(const report::Report& report, const std::string& path) {
+  const auto& methods = report.methods;
+  const auto found = std::ranges::find(methods, report.recommendation.recommended, &report::ReportedMethod::name);
+  if (found == methods.end()) return fmt::format("report:      {}\n", path);
+  const report::ReportedVerification& unseen = found->random;
+  std::string text = fmt::format("result:      {} on {} lowers the STD of an unseen run from {:.5f} to {:.5f} °/h{}\n",
+                                 found->method, found->inputs, report.random.raw.std, unseen.figures.std,
+                                 report.rig.is_virtual ? " (SIMULATED)" : "");
+  if (found->uncertainty)
+    text += fmt::format("uncertainty: U = {:.5f} °/h (k = {:.2f})", found->uncertainty->expanded_deg_per_h,
+                        found->uncertainty->coverage_factor);
+  if (found->uncertainty && unseen.coverage)
+    text += fmt::format("; {:.1f} % of the unseen means lie within their {:.0f} % intervals",
+                        100 * unseen.coverage->seen, 100 * unseen.coverage->nominal);
+  return text + (found->uncertainty ? "\n" : "") + fmt::format("report:      {}\n", path);
+}
+
 /// Writes the calibration report of the units with the trained models, if a laboratory or an order was named.
 Result<void> write_calibration_report(Console& console, const QualifyArguments& options, Timings& timings) {
   if (options.report.laboratory.empty() && options.report.order.empty()) return {};
@@ -304,10 +323,12 @@ Result<Exit> print_outcome(Console& console, const QualifyArguments& options, co
   const auto& [trained, report] = outcome;
   if (auto written = write_report_and_timings(console, options, timings); !written) return failure(written.error());
   console.print(console.json ? to_json(report) : result_table(report, trained) + later_table(report));
-  console.print_message(timings.describe() + options.out + "/report/report.html");
   for (const report::AcceptedLimit& limit : report.accept)
     if (!limit.passed)
       console.print_message(fmt::format("FAIL: {} is {:.5g}, limit {:.5g}", limit.figure, limit.value, limit.limit));
+  auto last = timings.describe() + summarise(report, options.out + "/report/report.html");
+  last.pop_back();
+  console.print_message(last);
   return overall_verdict(report) == "FAIL" ? Exit::outside_limits : Exit::done;
 }
 
@@ -332,7 +353,8 @@ Result<Exit> qualify_one_axis(Console& console, const QualifyArguments& options,
                                  .training = options.training,
                                  .thermal = std::move(*thermal),
                                  .on_stage = [&](const std::string& stage) { timings.begin(stage); }};
-  const auto outcome = carry_out(*experiment, rig, axis_options, console.sink(), warnings);
+  TrainingProgress progress(console.sink(), axis_options.compare);
+  const auto outcome = carry_out(*experiment, rig, axis_options, std::ref(progress), warnings);
   if (!outcome) return failure(outcome.error());
   for (const std::string& warning : warnings) console.print_message(warning);
   return print_outcome(console, options, *outcome, timings);

@@ -30,6 +30,11 @@ TEST(Qualify, WritesAllPromisedFiles) {
   const auto ran = gyrotherm_with("qualify --out " + out + kSmall);
   ASSERT_EQ(ran.exit_code, 0) << ran.err;
   EXPECT_TRUE(ran.out.starts_with("SIMULATED")) << ran.out;
+  const auto last = ran.err.rfind("result:      ridge-u on thermal-history lowers the STD of an unseen run from ");
+  ASSERT_NE(last, std::string::npos) << ran.err;
+  EXPECT_EQ(std::count(ran.err.begin() + static_cast<std::ptrdiff_t>(last), ran.err.end(), '\n'), 3);
+  EXPECT_NE(ran.err.find("\nuncertainty: U = ", last), std::string::npos) << ran.err;
+  EXPECT_TRUE(ran.err.ends_with("\nreport:      " + out + "/report/report.html\n")) << ran.err;
   for (const auto* name :
        {"ramp.db", "random.db", "model-three-point.json", "model-multi-point.json", "model-multi-point-t.json",
         "model-recommended.json", "report/report.json", "report/report.html", "timings.json"})

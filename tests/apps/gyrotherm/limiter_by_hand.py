@@ -4,6 +4,7 @@ chamber heats does nothing ("finish"), kills the command ("kill") or presses Ctr
 returns the exit code of the command, or 137 after a kill."""
 import os
 import pty
+import re
 import signal
 import socket
 import struct
@@ -47,8 +48,9 @@ while True:
     if not piece:
         break
     seen += piece.decode("utf-8", "replace")
-    if once("limiter of the chamber to 30"):
-        set_limiter(30)
+    asked = re.search(r"limiter of the chamber to (-?\d+) ", seen)
+    if asked and once(asked[0]):
+        set_limiter(int(asked[1]))
         os.write(terminal, b"\n")
     if once("Set the limiter back"):
         set_limiter(80)

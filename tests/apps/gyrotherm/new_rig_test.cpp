@@ -47,7 +47,7 @@ TEST(NewRig, NeverOverwrites) {
 
 TEST(NewRig, CopiesEveryShippedRig) {
   const Folder folder;
-  for (const auto& entry : fs::directory_iterator("profiles/rigs")) {
+  for (const auto& entry : fs::directory_iterator(GYROTHERM_SOURCE_DIR "/profiles/rigs")) {
     if (entry.path().extension() != ".toml") continue;
     const std::string rig = entry.path().stem().string(), file = folder / (rig + "-copy.toml");
     const auto made = gyrotherm_with("new rig '" + file + "' --like " + rig);
@@ -65,7 +65,7 @@ TEST(NewRig, CopiesRigOfUserWithPathsThatStillLead) {
   fs::create_directory(folder / "a");
   fs::create_directory(folder / "b");
   ASSERT_EQ(gyrotherm_with("new rig '" + (folder / "a/one.toml") + "' --like virtual").exit_code, 0);
-  fs::copy_file("profiles/chambers/virtual.toml", folder / "a/oven.toml");
+  fs::copy_file(GYROTHERM_SOURCE_DIR "/profiles/chambers/virtual.toml", folder / "a/oven.toml");
   std::string text = read_text_file(folder / "a/one.toml").value();
   text.replace(text.find("map = \"virtual\""), 15, "map = \"oven.toml\" # own");
   std::ofstream(folder / "a/one.toml") << text

@@ -82,10 +82,12 @@ class ComparisonWriter : public BlockWriter {
                               {.text = instant(one.checked_before)},
                               {.text = instant(one.checked_after)}});
     table(std::move(records));
-    add(DocumentFigure{.id = "check-standard-charts",
-                       .caption = check_text("caption"),
-                       .svg = to_svg(*comparison_.standard, {.language = language}),
-                       .data = {.logarithmic = true}});  // no data: the page shows the SVG
+    const auto sheets = to_svg_sheets(*comparison_.standard, {.language = language});
+    for (std::size_t i = 0; i < sheets.size(); ++i)
+      add(DocumentFigure{.id = fmt::format("check-standard-charts-{}", i + 1),
+                         .caption = sheets[i].caption,
+                         .svg = sheets[i].svg,
+                         .data = {.logarithmic = true}});  // no data: the page shows the SVG
   }
 
   [[nodiscard]] static Cell::Mark state_mark(const std::string& state) {

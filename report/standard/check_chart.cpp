@@ -26,8 +26,9 @@ constexpr double kPanelHeight = 120;
 /// Draws the control charts of one history.
 class ChartFigure {
  public:
-  ChartFigure(const CheckedStandard& standard, const ChartStyle& style)
-      : assessment_(standard.assessment),
+  ChartFigure(const CheckedStandard& standard, const ChartStyle& style, std::size_t panels_per_sheet)
+      : panels_per_sheet_(panels_per_sheet),
+        assessment_(standard.assessment),
         simulated_(standard.history.head.simulated),
         language_(style.language),
         width_px_(style.width_px),
@@ -37,7 +38,7 @@ class ChartFigure {
                             fmt::format("{}", fmt::join(standard.history.head.serial_numbers, ", ")));
   }
 
-  [[nodiscard]] std::string svg() && {
+  [[nodiscard]] std::vector<std::string> sheets() && {
     for (const std::string& axis : list_axes(false)) {
       for (const Chart& chart : assessment_.charts)
         if (chart.of.kind != CheckKind::thermometer && chart.of.axis == axis) add_individuals(chart);
@@ -47,18 +48,28 @@ class ChartFigure {
       add_thermometers(unit);
       add_ewma_of_thermometers(unit);
     }
+    std::vector<std::string> sheets;
+    for (std::size_t first = 0; first < panels_.size(); first += panels_per_sheet_) {
+      const auto last = std::min(panels_.size(), first + panels_per_sheet_);
+      sheets.push_back(draw_sheet(sheets.size(), {panels_.begin() + static_cast<std::ptrdiff_t>(first),
+                                                  panels_.begin() + static_cast<std::ptrdiff_t>(last)}));
+    }
+    return sheets;
+  }
+
+ private:
+  [[nodiscard]] std::string draw_sheet(std::size_t number, std::vector<plot::Panel> panels) const {
     return plot::to_svg(
-        {.id = "control-charts",
+        {.id = number == 0 ? "control-charts" : fmt::format("control-charts-{}", number + 1),
          .title = title_,
          .description = description_,
          .x = {.title = word("run"), .range = plot::Range{0, runs_.back() + 1}},
-         .panels = std::move(panels_),
+         .panels = std::move(panels),
          .simulated = simulated_,
          .width_px = width_px_,
          .language = {.decimal_comma = language_ == plot::Language::german, .simulated = word("mark")}});
   }
 
- private:
   [[nodiscard]] std::string word(std::string_view key) const { return std::string(check_word(language_, key)); }
 
   [[nodiscard]] std::string numbered(const std::string& title) const {
@@ -73,7 +84,7 @@ class ChartFigure {
   }
 
   void add_individuals(const Chart& chart) {
-    const bool is_first = panels_.empty();
+    const bool is_first = panels_.size() % panels_per_sheet_ == 0;
     const auto named = [&](const char* key) { return is_first ? word(key) : std::string(); };
     auto values = curve(
         chart, [](const auto& point) { return point.value; }, named("value"), kBlue);
@@ -181,6 +192,7 @@ class ChartFigure {
     add_panel(check_sentence(language_, "ewma_thermometers", unit), word("of_limit"), std::move(curves), 1);
   }
 
+  std::size_t panels_per_sheet_;
   const assurance::Assessment& assessment_;
   bool simulated_;
   plot::Language language_;
@@ -193,7 +205,18 @@ class ChartFigure {
 }  // namespace
 
 std::string to_svg(const CheckedStandard& standard, const ChartStyle& style) {
-  return ChartFigure(standard, style).svg();
+  return ChartFigure(standard, style, std::numeric_limits<std::size_t>::max()).sheets().front();
+}
+
+std::vector<ChartSheet> to_svg_sheets(const CheckedStandard& standard, const ChartStyle& style) {
+  constexpr std::size_t kPanelsPerSheet = 4;
+  const auto figures = ChartFigure(standard, style, kPanelsPerSheet).sheets();
+  std::vector<ChartSheet> sheets;
+  for (std::size_t i = 0; i < figures.size(); ++i)
+    sheets.push_back({.svg = figures[i],
+                      .caption = i == 0 ? std::string(check_word(style.language, "caption"))
+                                        : check_sentence(style.language, "caption_more", i + 1, figures.size())});
+  return sheets;
 }
 
 std::string describe_standing(const CheckedStandard& standard, plot::Language language) {

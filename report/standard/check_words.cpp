@@ -112,6 +112,7 @@ constexpr CheckTranslation kCheckTranslations[] = {
   {"out", "out of control", "nicht beherrscht"},
   {"caption", "Control charts. Each value is compared with the previous runs, so the limits narrow with every run.",
    "Regelkarten. Jeder Wert wird mit den vorigen Läufen verglichen; die Grenzen werden daher mit jedem Lauf enger."},
+  {"caption_more", "Control charts, continued ({} of {}).", "Regelkarten, Fortsetzung ({} von {})."},
 };
 // clang-format on
 

@@ -34,10 +34,12 @@ class CheckDocument {
     add_standing();
     if (standard_.diagnosis) add_cause();
     heading("heading.charts");
-    blocks_.emplace_back(report::DocumentFigure{.id = "charts",
-                                                .caption = word("caption"),
-                                                .svg = to_svg(standard_, {.language = language_}),
-                                                .data = {.logarithmic = true}});  // no data: the page shows the SVG
+    const auto sheets = to_svg_sheets(standard_, {.language = language_});
+    for (std::size_t i = 0; i < sheets.size(); ++i)
+      blocks_.emplace_back(report::DocumentFigure{.id = fmt::format("charts-{}", i + 1),
+                                                  .caption = sheets[i].caption,
+                                                  .svg = sheets[i].svg,
+                                                  .data = {.logarithmic = true}});  // no data: the page shows the SVG
     heading("heading.runs");
     add_runs();
     if (!standard_.history.explanations.empty()) add_explanations();

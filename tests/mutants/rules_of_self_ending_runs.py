@@ -36,7 +36,7 @@ MUTANTS = [
      "run_test", "BlockChoice.ChoosesGreatestDecreasePerHour"),
     ("noise counts as a gain", "sequencer/run/block_choice.cpp",
      "return gain > kLeastGain ? gain / hours : 0;", "return gain > 0 ? gain / hours : 0;",
-     "run_test", "BlockChoice.IgnoresNoise"),
+     "run_test", "BlockChoice.EndsWhenNoBlockLowersUncertainty"),
     ("a run continues below its target", "sequencer/run/block_choice.cpp",
      "*decision.u_now_deg_per_h <= inputs.target_deg_per_h", "false",
      "run_test", "BlockChoice.EndsWhenTargetIsMet"),

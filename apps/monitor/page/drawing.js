@@ -34,6 +34,13 @@ const drawing = (() => {
     return points;
   }
 
+  /// Returns the interval of the ticks of a time axis in s: a usual round one that gives at most `most` intervals.
+  function tick_interval(duration_s, most) {
+    const kDay = 86400,
+      round = [60, 120, 300, 600, 900, 1800, 3600, 7200, 3 * 3600, 6 * 3600, 12 * 3600, kDay];
+    return round.find(interval => duration_s / interval <= most) || kDay * Math.ceil(duration_s / kDay / most);
+  }
+
   /// Draws the profile in `box`. Returns {refresh(), close()}. refresh() redraws at most once per second.
   function draw_profile(box, run, height) {
     const started = run.status.started_ms || 0;
@@ -106,10 +113,10 @@ const drawing = (() => {
           make_svg('text', {x: left - 6, y: y(value) + 4, 'text-anchor': 'end'}, format_number(value, 0))
         );
       }
-      const times = Math.max(2, Math.floor((width - left) / 130));
-      for (let i = 0; i <= times; ++i) {
-        const t = (end * i) / times,
-          anchor = i === 0 ? 'start' : i === times ? 'end' : 'middle';
+      const interval = tick_interval(end, Math.max(2, Math.floor((width - left) / 130)));
+      for (let t = 0; t <= end; t += interval) {
+        const is_near_right_edge = x(t) > width - 50,
+          anchor = t === 0 ? 'start' : is_near_right_edge ? 'end' : 'middle';
         picture.append(
           make_svg(
             'text',

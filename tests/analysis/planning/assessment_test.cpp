@@ -51,6 +51,14 @@ TEST(MissionUncertainty, IsGreaterOutsideTheTrainedRange) {
   EXPECT_GT(*outside, 2 * *inside);
   // Inside, it is that of the budget, but for the excess of the variance.
   EXPECT_NEAR(*inside / combined(model.uncertainty->budget.rows).expanded_deg_per_h, 1, 0.3);
+
+  // The form of the model is less certain there, too: without a variance of the coefficients, U still grows.
+  model::Model certain = model;
+  certain.variance.reset();
+  const auto form_inside = mission_uncertainty(certain, predict_clusters(response, recorded_path(run.dataset))),
+             form_outside = mission_uncertainty(certain, predict_clusters(response, hold(80, 100)));
+  ASSERT_TRUE(form_inside && form_outside);
+  EXPECT_GT(*form_outside, 1.2 * *form_inside);
 }
 
 TEST(ExpectedAfter, CountsEachNewPowerOn) {

@@ -13,6 +13,7 @@
 #include "apps/gyrotherm/rig_source.hpp"
 #include "core/file.hpp"
 #include "core/shipped.hpp"
+#include "core/text.hpp"
 #include "sequencer/rig/rig_file.hpp"
 
 namespace gyrotherm::app {
@@ -22,7 +23,8 @@ namespace fs = std::filesystem;
 
 /// A line `key = "value"` and what follows the value.
 struct TextLine {
-  std::string before;  ///< up to the value
+  std::string key;
+  std::string before;  ///< key, blanks and equals sign
   std::string value;
   std::string after;
 };
@@ -32,7 +34,8 @@ std::optional<TextLine> split_text_line(const std::string& line) {
   const auto first = line.find('"'), last = first == std::string::npos ? first : line.find('"', first + 1);
   if (equals == std::string::npos || last == std::string::npos || line.find('#') < equals) return std::nullopt;
   if (line.find_first_not_of(" \t", equals + 1) != first) return std::nullopt;
-  return TextLine{.before = line.substr(0, first),
+  return TextLine{.key = std::string(trimmed(std::string_view(line).substr(0, equals))),
+                  .before = line.substr(0, first),
                   .value = line.substr(first + 1, last - first - 1),
                   .after = line.substr(last + 1)};
 }
@@ -55,8 +58,7 @@ bool names_other_file(const std::string& value) {
 std::string copy_line(const std::string& line, const fs::path& folder, const std::string& name, bool is_in_table) {
   const auto text = split_text_line(line);
   if (!text) return line;
-  const bool is_name = !is_in_table && text->before.find_first_not_of(" \t") == text->before.find("name");
-  if (is_name) return text->before + '"' + name + '"' + text->after;
+  if (!is_in_table && text->key == "name") return text->before + '"' + name + '"' + text->after;
   const auto path = folder / text->value;
   std::error_code error;
   if (!names_other_file(text->value) || !fs::is_regular_file(path, error)) return line;

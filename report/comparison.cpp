@@ -12,7 +12,6 @@
 #include "analysis/data/dataset.hpp"
 #include "core/file.hpp"
 #include "core/json.hpp"
-#include "core/sha256.hpp"
 #include "report/plot/svg.hpp"
 
 namespace gyrotherm::report {
@@ -298,36 +297,17 @@ Result<void> add_check_standard(Comparison& comparison, const CalibrationReport&
   return {};
 }
 
-namespace {
-
-struct ReadReport {
-  CalibrationReport report;
-  std::string sha256;
-};
-
-Result<ReadReport> read_report(const std::string& file) {
-  const auto text = read_text_file(file, kLargestTable);
-  if (!text) return failure(text.error());
-  auto report = calibration_from_json(*text, file);
-  if (!report) return failure(report.error());
-  return ReadReport{std::move(*report), sha256(*text)};
-}
-
-}  // namespace
-
-Result<Comparison> compare_files(const std::string& before, const std::string& now, const std::string& history) {
-  const auto earlier = read_report(before), later = read_report(now);
-  if (!earlier || !later) return failure(earlier ? later.error() : earlier.error());
-  auto comparison = compare(earlier->report, later->report);
+Result<Comparison> compare_files(const FiledReport& before, const FiledReport& now, const std::string& history) {
+  auto comparison = compare(before.report, now.report);
   if (!comparison) return comparison;
-  comparison->before_sha256 = earlier->sha256;
-  comparison->now_sha256 = later->sha256;
+  comparison->before_sha256 = before.sha256;
+  comparison->now_sha256 = now.sha256;
   if (history.empty()) return comparison;
   auto checked = read_text_file(history, kLargestTable).and_then([&](const std::string& text) {
     return standard::assess_standard(text, history);
   });
   if (!checked) return failure(checked.error());
-  if (auto added = add_check_standard(*comparison, earlier->report, later->report, std::move(*checked)); !added)
+  if (auto added = add_check_standard(*comparison, before.report, now.report, std::move(*checked)); !added)
     return failure(added.error());
   return comparison;
 }

@@ -13,6 +13,7 @@
 #include "core/result.hpp"
 #include "report/calibration.hpp"
 #include "report/document.hpp"
+#include "report/report_files.hpp"
 #include "report/standard/check_view.hpp"
 
 namespace gyrotherm::report {
@@ -81,9 +82,9 @@ struct Comparison {
 [[nodiscard]] Result<void> add_check_standard(Comparison& comparison, const CalibrationReport& before,
                                               const CalibrationReport& now, standard::CheckedStandard standard);
 
-/// Compares the calibration.json of two files, and adds the check standard of a history unless `history` is empty.
-/// Fails as the readers of these files, compare() and add_check_standard() do.
-[[nodiscard]] Result<Comparison> compare_files(const std::string& before, const std::string& now,
+/// Compares two filed reports, and adds the check standard of the file `history` unless it is empty. Fails as
+/// compare(), the reader of histories and add_check_standard() do.
+[[nodiscard]] Result<Comparison> compare_files(const FiledReport& before, const FiledReport& now,
                                                const std::string& history);
 
 /// Returns whether a record was made while the check standard was out of control and not explained.

@@ -35,6 +35,14 @@ void describe(auto& form, Like<AuthorisedFiles> auto& authorisation) {
   form.expect("files", names.contains(kCalibrationFile), "calibration.json is missing");
 }
 
+Result<FiledReport> read_filed_report(const std::string& path) {
+  const auto text = read_text_file(path, kLargestTable);
+  if (!text) return failure(text.error());
+  auto report = calibration_from_json(*text, path);
+  if (!report) return failure(report.error());
+  return FiledReport{std::move(*report), path, gyrotherm::sha256(*text)};
+}
+
 Result<void> replace_all(const std::string& folder, const std::vector<NewFile>& files) {
   const auto beside = [&](const NewFile& file) { return folder + "/" + file.name + ".new"; };
   Result<void> done;

@@ -14,6 +14,16 @@
 
 namespace gyrotherm::report {
 
+/// A report that was read from its file.
+struct FiledReport {
+  CalibrationReport report;
+  std::string path;  ///< calibration.json
+  std::string sha256;
+};
+
+/// Reads a calibration.json. Fails as read_text_file() and calibration_from_json() do.
+[[nodiscard]] Result<FiledReport> read_filed_report(const std::string& path);
+
 /// A file to be written.
 struct NewFile {
   std::string name, bytes;

@@ -20,10 +20,10 @@
 #include "core/sha256.hpp"
 #include "core/shipped.hpp"
 #include "core/text.hpp"
-#include "report/calibration.hpp"
 #include "report/comparison.hpp"
 #include "report/document.hpp"
 #include "report/other_program.hpp"
+#include "report/report_files.hpp"
 
 namespace gyrotherm::pdf {
 namespace {
@@ -102,18 +102,18 @@ report::Language chosen_language(const Arguments& arguments) {
 }
 
 Result<RenderedFile> render_report(const Arguments& arguments) {
-  const auto json = read_text_file(arguments.report, kLargestTable);
-  if (!json) return failure(json.error());
-  const auto report = report::calibration_from_json(*json, arguments.report);
-  if (!report) return failure(report.error());
+  const auto filed = report::read_filed_report(arguments.report);
+  if (!filed) return failure(filed.error());
   PaperFacts facts{
-      .program = "gyrotherm " GYROTHERM_VERSION, .source_sha256 = sha256(*json), .utc_s = pdf_date(*report)};
+      .program = "gyrotherm " GYROTHERM_VERSION, .source_sha256 = filed->sha256, .utc_s = pdf_date(filed->report)};
   if (arguments.compared_with.empty()) {
-    const bool is_authorised = report->state == report::ReportState::authorised;
-    return run_paper("pdf", paper_html(make_document(*report, chosen_language(arguments)), facts), arguments.report,
-                     is_authorised ? "--signature-field" : "--plain");
+    const bool is_authorised = filed->report.state == report::ReportState::authorised;
+    return run_paper("pdf", paper_html(make_document(filed->report, chosen_language(arguments)), facts),
+                     arguments.report, is_authorised ? "--signature-field" : "--plain");
   }
-  const auto comparison = report::compare_files(arguments.compared_with, arguments.report, arguments.history);
+  const auto earlier = report::read_filed_report(arguments.compared_with);
+  if (!earlier) return failure(earlier.error());
+  const auto comparison = report::compare_files(*earlier, *filed, arguments.history);
   if (!comparison) return failure(comparison.error());
   facts.source_sha256 = sha256(to_json(*comparison));
   return run_paper("pdf", paper_html(make_document(*comparison, chosen_language(arguments)), facts), arguments.report,

@@ -58,13 +58,13 @@ struct CompareArguments {
 };
 
 Result<Exit> compare_reports(Console& console, const CompareArguments& options) {
-  const ComparedFiles files{.before = calibration_file(options.before),
-                            .now = calibration_file(options.now),
-                            .history = options.check_standard};
-  const auto comparison = report::compare_files(files.before, files.now, files.history);
+  const auto before = load_calibration(options.before), now = load_calibration(options.now);
+  if (!before || !now) return failure(before ? now.error() : before.error());
+  const auto comparison = report::compare_files(*before, *now, options.check_standard);
   if (!comparison) return failure(comparison.error());
   console.print(console.json ? to_json(*comparison) : describe(*comparison));
   if (options.out.empty()) return Exit::done;
+  const ComparedFiles files{.before = before->path, .now = now->path, .history = options.check_standard};
   return write_comparison(console, *comparison, files, options.out, options.languages).map([] { return Exit::done; });
 }
 

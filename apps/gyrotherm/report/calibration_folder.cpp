@@ -91,18 +91,10 @@ Result<std::vector<report::NewFile>> render_files(const report::CalibrationRepor
 
 }  // namespace
 
-std::string calibration_file(const std::string& folder_or_file) {
-  const std::filesystem::path path = folder_or_file;
-  return (std::filesystem::is_directory(path) ? path / report::kCalibrationFile : path).string();
-}
-
 Result<FiledReport> load_calibration(const std::string& folder_or_file) {
-  const std::string path = calibration_file(folder_or_file);
-  const auto text = read_text_file(path, kLargestTable);
-  if (!text) return failure(text.error());
-  auto report = report::calibration_from_json(*text, path);
-  if (!report) return failure(report.error());
-  return FiledReport{std::move(*report), path, sha256(*text)};
+  const std::filesystem::path path = folder_or_file;
+  return report::read_filed_report(
+      (std::filesystem::is_directory(path) ? path / report::kCalibrationFile : path).string());
 }
 
 Result<void> write_calibration(Console& console, const report::CalibrationReport& report, const std::string& folder,

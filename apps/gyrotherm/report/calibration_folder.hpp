@@ -13,12 +13,7 @@
 
 namespace gyrotherm::app {
 
-/// Report that was read from a file.
-struct FiledReport {
-  report::CalibrationReport report;
-  std::string path;  ///< calibration.json
-  std::string sha256;
-};
+using report::FiledReport;
 
 /// Reads the report in a folder, or the file itself. Fails with bad_file.
 [[nodiscard]] Result<FiledReport> load_calibration(const std::string& folder_or_file);
@@ -35,13 +30,10 @@ struct FiledReport {
 [[nodiscard]] Result<std::vector<report::NewFile>> render_calibration(const report::CalibrationReport& report,
                                                                       const std::vector<std::string>& names);
 
-/// Returns the calibration.json of a folder, or the file itself.
-[[nodiscard]] std::string calibration_file(const std::string& folder_or_file);
-
-/// The sources of a comparison.
+/// The paths from which a comparison was made: calibration.json of both reports, and the history of check runs or an
+/// empty path.
 struct ComparedFiles {
-  std::string before, now;  ///< calibration.json of both reports
-  std::string history;      ///< of the check standard; may be empty
+  std::string before, now, history;
 };
 
 /// Writes comparison.json, its pages and its PDF, makes the folder if needed and prints the paths. Fails with storage.

@@ -95,10 +95,10 @@ std::string unknown_alarm(std::int64_t number) {
 
 bool is_unshelving(std::string_view text) { return take_alarm(text) && text.starts_with(kUnshelved); }
 
-/// Returns the event of an operator or of the program that changes the shelving of a row.
-Event make_shelving_command(const Alarm& alarm, const Instant& at, std::optional<int> segment, std::string text) {
+Event make_alarm_event(EventKind kind, const Alarm& alarm, const Instant& at, std::optional<int> segment,
+                       std::string text) {
   return {.at = at,
-          .kind = EventKind::command,
+          .kind = kind,
           .text = std::move(text),
           .about = {
               .interlock = alarm.interlock, .reaction = alarm.reaction, .segment = segment, .channel = alarm.subject}};
@@ -383,24 +383,21 @@ std::string Alarms::unshelving_refusal_reason(std::int64_t number) const {
 
 Event acknowledgement_event(const Alarm& alarm, const Instant& at, std::optional<int> segment, std::string_view author,
                             std::string_view comment) {
-  return {.at = at,
-          .kind = EventKind::acknowledged,
-          .text = fmt::format("{}{}{}{}{}: {}", kAlarm, alarm.number,
-                              alarm.last_number > alarm.number ? fmt::format("{}{}", kTo, alarm.last_number) : "",
-                              kAcknowledged, author, comment),
-          .about = {
-              .interlock = alarm.interlock, .reaction = alarm.reaction, .segment = segment, .channel = alarm.subject}};
+  const auto last = alarm.last_number > alarm.number ? fmt::format("{}{}", kTo, alarm.last_number) : "";
+  return make_alarm_event(EventKind::acknowledged, alarm, at, segment,
+                          fmt::format("{}{}{}{}{}: {}", kAlarm, alarm.number, last, kAcknowledged, author, comment));
 }
 
 Event shelving_event(const Alarm& alarm, const Instant& at, std::optional<int> segment, Duration time,
                      std::string_view author, std::string_view reason) {
-  return make_shelving_command(
-      alarm, at, segment,
+  return make_alarm_event(
+      EventKind::command, alarm, at, segment,
       fmt::format("{}{}{}{}{}{}: {}", kAlarm, alarm.number, kShelvedFor, format_duration(time), kBy, author, reason));
 }
 
 Event unshelving_event(const Alarm& alarm, const Instant& at, std::optional<int> segment, std::string_view cause) {
-  return make_shelving_command(alarm, at, segment, fmt::format("{}{}{}{}", kAlarm, alarm.number, kUnshelved, cause));
+  return make_alarm_event(EventKind::command, alarm, at, segment,
+                          fmt::format("{}{}{}{}", kAlarm, alarm.number, kUnshelved, cause));
 }
 
 }  // namespace gyrotherm::record

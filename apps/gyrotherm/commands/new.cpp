@@ -124,8 +124,6 @@ bool is_incomplete(const RigAnswers& answers) {
   return !answers.map || !answers.stream || has_other_scanner;
 }
 
-std::string as_argument(const std::string& file) { return file.find('/') == std::string::npos ? "./" + file : file; }
-
 void report_draft(Console& console, const Draft& draft, const std::string& file) {
   if (console.json) {
     Json json{{"file", file}, {"to_fill_in", draft.to_fill_in}, {"instruments", Json::array()}};
@@ -144,37 +142,37 @@ void report_draft(Console& console, const Draft& draft, const std::string& file)
     return console.print(
         fmt::format("complete these, as docs/adding-an-instrument.md describes, then run: gyrotherm "
                     "check --rig {}\n",
-                    as_argument(file)));
+                    rig_argument(file)));
   }
   if (silent > 0) console.print(fmt::format("{} of {} instruments did not answer\n", silent, draft.probes.size()));
-  console.print(fmt::format("next: gyrotherm check --rig {} --connect\n", as_argument(file)));
+  console.print(fmt::format("next: gyrotherm check --rig {} --connect\n", rig_argument(file)));
 }
 
-/// Writes a copy of another rig.
-Result<Exit> copy_rig(Console& console, const NewRigArguments& options) {
+Result<Draft> draft_copy(const NewRigArguments& options) {
   const auto given = given_answers(options);
   if (!given.values.empty() || !given.scanners.empty())
     return failure(FaultKind::usage, "--like", "not valid with answers; edit the copy instead");
   auto text = copy_rig_text(options.like, options.file);
   if (!text) return failure(text.error());
-  const Draft draft{.files = {{options.file, std::move(*text)}}, .probes = {}, .to_fill_in = ""};
-  if (auto written = create_files(draft.files); !written) return failure(written.error());
-  report_draft(console, draft, options.file);
-  return Exit::done;
+  return Draft{.files = {{options.file, std::move(*text)}}, .probes = {}, .to_fill_in = ""};
 }
 
-Result<Exit> make_new_rig(Console& console, const NewRigArguments& options) {
-  if (auto possible = check_can_create(options.file); !possible) return failure(possible.error());
-  if (read_file_state(options.file).is_there()) return refuse_to_overwrite(options.file);
-  if (!options.like.empty()) return copy_rig(console, options);
+/// Collects the answers, and drafts a rig from them.
+Result<Draft> draft_from_answers(Console& console, const NewRigArguments& options) {
   Person person;
   if (!options.yes && console.can_ask())
     person = {.tell = [&](const std::string& line) { console.print_message(line); },
               .ask = [&](const std::string& question) { return console.ask(question); }};
   const auto answers = collect_answers(options.file, given_answers(options), person);
   if (!answers) return failure(answers.error());
-  const auto draft =
-      is_incomplete(*answers) ? Result<Draft>(draft_incomplete(*answers)) : draft_complete(*answers, !options.no_probe);
+  if (is_incomplete(*answers)) return draft_incomplete(*answers);
+  return draft_complete(*answers, !options.no_probe);
+}
+
+Result<Exit> make_new_rig(Console& console, const NewRigArguments& options) {
+  if (auto possible = check_can_create(options.file); !possible) return failure(possible.error());
+  if (read_file_state(options.file).is_there()) return refuse_to_overwrite(options.file);
+  const auto draft = options.like.empty() ? draft_from_answers(console, options) : draft_copy(options);
   if (!draft) return failure(draft.error());
   if (auto written = create_files(draft->files); !written) return failure(written.error());
   report_draft(console, *draft, options.file);

@@ -54,7 +54,8 @@ bool names_other_file(const std::string& value) {
   return std::ranges::any_of(kEndings, [&](std::string_view ending) { return value.ends_with(ending); });
 }
 
-/// Returns the line for the new file. `is_in_table` is true after the first header of a table.
+/// Returns the line for the new file, without its comment if the path changes. `is_in_table` is true after the first
+/// header of a table.
 std::string copy_line(const std::string& line, const fs::path& folder, const std::string& name, bool is_in_table) {
   const auto text = split_text_line(line);
   if (!text) return line;
@@ -62,7 +63,7 @@ std::string copy_line(const std::string& line, const fs::path& folder, const std
   const auto path = folder / text->value;
   std::error_code error;
   if (!names_other_file(text->value) || !fs::is_regular_file(path, error)) return line;
-  return text->before + '"' + portable_name(path) + '"';  // a comment would speak of the old path
+  return text->before + '"' + portable_name(path) + '"';
 }
 
 }  // namespace

@@ -296,6 +296,8 @@ std::string limit_lines(const RigAnswers& answers) {
 
 }  // namespace
 
+std::string rig_argument(const std::string& file) { return file.find('/') == std::string::npos ? "./" + file : file; }
+
 std::string write_rig_text(const RigAnswers& answers, const std::vector<InstrumentNote>& notes) {
   const auto name = fs::path(answers.file).stem().string();
   auto text = fmt::format(
@@ -303,8 +305,7 @@ std::string write_rig_text(const RigAnswers& answers, const std::vector<Instrume
       "#   gyrotherm check --rig {} --connect\n"
       "# identifies every instrument; nothing moves.\n"
       "schema = \"gyrotherm-rig/1\"\nname = {}\ntitle = {}\n\n",
-      is_path(answers.file) && answers.file.find('/') != std::string::npos ? answers.file : "./" + answers.file,
-      toml_quoted(name), toml_quoted(answers.title));
+      rig_argument(answers.file), toml_quoted(name), toml_quoted(answers.title));
   text += chamber_lines(answers, notes);
   for (std::size_t i = 0; i < answers.scanners.size(); ++i)
     text += scanner_lines(answers, answers.scanners[i], note_lines(notes, fmt::format("thermometer {}", i + 1)));

@@ -15,6 +15,9 @@ struct InstrumentNote {
   std::string text;
 };
 
+/// Returns a file as an argument of --rig that is not taken for the name of a shipped rig.
+[[nodiscard]] std::string rig_argument(const std::string& file);
+
 /// Returns the text of the rig file. `notes` become comments of their instruments.
 [[nodiscard]] std::string write_rig_text(const RigAnswers& answers, const std::vector<InstrumentNote>& notes);
 

@@ -85,7 +85,7 @@ class Compensation {
   std::optional<tracking::RestTracker> tracker_;
   UncertaintyFunction expanded_;
   double last_slot_ = -1;
-  std::optional<double> late_s_, previous_slot_;  ///< time minus slot, and slot, of the last row
+  std::optional<double> late_s_, previous_slot_;  ///< time minus slot, slot
   double shift_s_{};                              ///< accumulated difference of seconds and slots
   long long rows_{}, rows_off_{};                 ///< all rows, irregularly timed rows
   long long missing_s_{};                         ///< seconds without a row

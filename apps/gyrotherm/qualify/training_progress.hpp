@@ -26,7 +26,7 @@ class TrainingProgress {
   double total_{};
   std::string model_;  ///< "training multi-point"
   double before_{};    ///< weights of the earlier models
-  double weight_{};    ///< of this model
+  double weight_{};    ///< weight of the present model
   double shown_{};     ///< last combined fraction
 };
 

@@ -24,7 +24,7 @@ from .run import Run
 from .run import open_run as open  # noqa: A004
 from .terms import Term, parse_term
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 __all__ = ["Axis", "BeingWritten", "Clusters", "Figures", "GyrothermError", "Model", "ModelError", "RecordError", "Run",
            "RunInfo", "Segment", "Term", "Thermometer", "Uncertainty", "Unit", "Value", "figures", "folds", "follow",
            "load_model", "open", "parse_term"]

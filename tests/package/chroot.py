@@ -29,7 +29,7 @@ SKIPPED = 77
 INSTALLED = ["gyrotherm", "gyrotherm-monitor", "gyrotherm-site", "libgyrotherm-dev", "python3-gyrotherm",
              "gyrotherm-doc"]
 FOLLOWED_PAGES = ["tutorial/first-dry-run.md", "tutorial/first-real-rig.md", "tutorial/first-import.md"]
-LATER = "0.1.0+later"
+LATER = "0.2.0+later"
 ENVIRONMENT = {"PATH": "/usr/sbin:/usr/bin:/sbin:/bin", "HOME": "/root", "LC_ALL": "C.UTF-8",
                "DEBIAN_FRONTEND": "noninteractive"}
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "analysis/data/statistics.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -76,6 +78,18 @@ Figures compute_figures(const Eigen::Ref<const Eigen::VectorXd>& values) {
   figures.max_abs = values.cwiseAbs().maxCoeff();
   if (figures.count > 1) figures.std = std::sqrt((values.array() - figures.mean).square().sum() / (count - 1));
   return figures;
+}
+
+std::string format_figures(const Figures& figures) {
+  constexpr int kDigits = 4;
+  constexpr int kMostDecimals = 12;
+  const double scale = figures.std > 0 ? figures.std : figures.max_abs;
+  const int leading = scale > 0 ? static_cast<int>(std::floor(std::log10(scale))) : 0;
+  const int decimals = std::clamp(kDigits - 1 - leading, 0, kMostDecimals);
+  const double unit = std::pow(10.0, -decimals);
+  const double mean = std::abs(figures.mean) < unit / 2 ? 0.0 : figures.mean;
+  return fmt::format("std {:.{}f}, mean {:.{}f}, rmse {:.{}f}, max {:.{}f}", figures.std, decimals, mean, decimals,
+                     figures.rmse, decimals, figures.max_abs, decimals);
 }
 
 Figures compute_figures(const Eigen::Ref<const Eigen::VectorXd>& values, const Clusters& clusters,

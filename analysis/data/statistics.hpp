@@ -55,6 +55,10 @@ struct Figures {
 };
 [[nodiscard]] Figures compute_figures(const Eigen::Ref<const Eigen::VectorXd>& values);
 
+/// Returns "std 0.002247, mean 0.000000, rmse 0.002216, max 0.005088": all values with the decimals that give the STD
+/// four digits, so that a rounding error of the mean reads 0.
+[[nodiscard]] std::string format_figures(const Figures& figures);
+
 /// Computes the statistics of values at the given clusters of a record, one value per cluster, with their effective
 /// number. Values of different records are taken as uncorrelated.
 [[nodiscard]] Figures compute_figures(const Eigen::Ref<const Eigen::VectorXd>& values, const Clusters& clusters,

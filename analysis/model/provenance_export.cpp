@@ -11,9 +11,8 @@
 namespace gyrotherm::model {
 namespace {
 
-std::string format_figures(const data::Figures& f) {
-  return fmt::format("std {:.5g}, mean {:.3g}, rmse {:.5g}, max {:.4g} deg/h over {} means", f.std, f.mean, f.rmse,
-                     f.max_abs, f.count);
+std::string describe_means(const data::Figures& f) {
+  return fmt::format("{} deg/h over {} means", data::format_figures(f), f.count);
 }
 
 std::string describe_record(const TrainingRecord& record) {
@@ -50,8 +49,8 @@ std::string c_provenance(const Model& model) {
   for (const TrainingRecord& record : model.trained_on) lines.push_back(describe_record(record));
   lines.push_back("Bias as trained: mean " +
                   fmt::format("{:.6g}, std {:.6g} deg/h.", model.target_mean_deg_per_h, model.target_std_deg_per_h));
-  lines.push_back("Residual in-sample (not a verification): " + format_figures(model.in_sample) + ".");
-  lines.push_back(fmt::format("Residual held out, {}: {}.", model.folds, format_figures(model.leave_cycle_out)));
+  lines.push_back("Residual in-sample (not a verification): " + describe_means(model.in_sample) + ".");
+  lines.push_back(fmt::format("Residual held out, {}: {}.", model.folds, describe_means(model.leave_cycle_out)));
   for (const std::string& warning : model.warnings) lines.push_back("Warning: " + warning + ".");
   if (const auto block = trained_block(model.trained_on))
     lines.push_back(fmt::format("Trained range of the block: {:.1f} to {:.1f} degC.", block->low_c, block->high_c));

@@ -26,9 +26,8 @@ struct TrainArguments {
   model::TrainingOptions training;
 };
 
-std::string format_figures(const data::Figures& f) {
-  return fmt::format("std {:.5g}, mean {:.3g}, rmse {:.5g}, max {:.4g} °/h over {} clusters", f.std, f.mean, f.rmse,
-                     f.max_abs, f.count);
+std::string describe_figures(const data::Figures& f) {
+  return fmt::format("{} °/h over {} clusters", data::format_figures(f), f.count);
 }
 
 /// Returns the statistics of the raw bias over the clusters of all records.
@@ -74,12 +73,13 @@ std::string describe_trained(const model::Model& model, const data::Figures& raw
         "  the simplest of {} parameter sets within one standard error of the best (C {:.6g}, sigma {:.6g}, epsilon "
         "{:.6g})\n",
         rule->within, rule->best.C, rule->best.sigma, rule->best.epsilon);
-  text += "  raw bias, without a model: " + format_figures(raw) + "\n";
-  text += "  in-sample (fitted to these data): " + format_figures(model.in_sample) + "\n";
-  text += fmt::format("  held out, {}: {}\n", model.folds, format_figures(model.leave_cycle_out));
+  text += "  raw bias, without a model: " + describe_figures(raw) + "\n";
+  text += "  in-sample (fitted to these data): " + describe_figures(model.in_sample) + "\n";
+  text += fmt::format("  held out, {}: {}\n", model.folds, describe_figures(model.leave_cycle_out));
   if (model.nested_leave_cycle_out)
-    text += "    held out, choices repeated for each fold (nested): " + format_figures(*model.nested_leave_cycle_out) +
-            "\n";
+    text +=
+        "    held out, choices repeated for each fold (nested): " + describe_figures(*model.nested_leave_cycle_out) +
+        "\n";
   if (model.uncertainty) {
     constexpr double kHour_s = 3600;
     const auto combined = mean_uncertainty(*model.uncertainty, kHour_s);

@@ -22,6 +22,19 @@ TEST(Figures, MatchEquation11) {
   EXPECT_EQ(compute_figures(Eigen::VectorXd{}).count, 0);
 }
 
+TEST(Figures, ArePrintedWithDecimalsOfTheirScatter) {
+  const auto print = [](double std, double mean, double rmse, double max_abs) {
+    Figures figures;
+    figures.std = std, figures.mean = mean, figures.rmse = rmse, figures.max_abs = max_abs;
+    return format_figures(figures);
+  };
+  EXPECT_EQ(print(0.0022474, -7.7e-19, 0.002216, 0.005088), "std 0.002247, mean 0.000000, rmse 0.002216, max 0.005088");
+  EXPECT_EQ(print(251.3, -12.34, 251.6, 1004.6), "std 251.3, mean -12.3, rmse 251.6, max 1004.6");
+  EXPECT_EQ(print(12345, -0.4, 12345, 20000), "std 12345, mean 0, rmse 12345, max 20000");
+  EXPECT_EQ(print(0, 0.5, 0.5, 0.5), "std 0.0000, mean 0.5000, rmse 0.5000, max 0.5000") << "one value has no scatter";
+  EXPECT_EQ(print(0, 0, 0, 0), "std 0.000, mean 0.000, rmse 0.000, max 0.000");
+}
+
 TEST(Improvement, MatchesTablesOfPaper) {
   const Improvement rate = improvement(0.0258, 0.0089, 0.0021);
   EXPECT_NEAR(rate.three_point_from_original, 0.65504, 5e-6);

@@ -101,8 +101,8 @@ function(gyrotherm_test name)
     gyrotherm_precompile_test(${name} core)
   else()
     # Compiles in three quarters of the time; GCC 12 then takes vectors of Eigen for freed or not initialised.
-    target_compile_options(${name}_test PRIVATE $<$<CONFIG:Release>:-O1> $<$<CONFIG:Release>:-Wno-use-after-free>
-      $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)
+    target_compile_options(${name}_test PRIVATE $<$<CONFIG:Release>:-O1>
+      $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized -Wno-use-after-free>)
     if(test_NUMERICAL)
       gyrotherm_precompile_test(${name} analysis <Eigen/Dense> <analysis/dense/dense.hpp>)
     else()

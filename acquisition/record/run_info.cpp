@@ -497,7 +497,7 @@ Result<void> read_segments(Database& database, RunInfo& info) {
 }
 
 void take_goal(RunInfo& info, std::string_view key, std::string_view value) {
-  if (!info.goal) info.goal.emplace();
+  if (!info.goal) info.goal = RunInfo::Goal{};
   if (key == kGoalU)
     if (const auto numbers = parse_polynomial(value); numbers.size() == 1) info.goal->u_deg_per_h = numbers.front();
   if (key == kMissionName) info.goal->mission_name = value;

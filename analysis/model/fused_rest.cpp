@@ -78,7 +78,8 @@ std::vector<Stretch> find_stretches(const FusedAxes& axes, const FusedRun& run) 
       if (axes.segment(row) == static_cast<int>(segment) && run.used[static_cast<std::size_t>(row)] != 0)
         stretch.rows.push_back(row);
     const auto quiet = static_cast<std::size_t>(data::kQuietSeconds);
-    if (stretch.rows.size() > quiet) stretch.rows.erase(stretch.rows.begin(), stretch.rows.end() - data::kQuietSeconds);
+    if (stretch.rows.size() > quiet)
+      stretch.rows.erase(stretch.rows.begin(), stretch.rows.end() - static_cast<std::ptrdiff_t>(quiet));
     if (stretch.rows.size() < kFewestSeconds) continue;
     // A few contradictory seconds do not remove an axis from the period.
     std::size_t used_seconds = 0;

@@ -315,7 +315,7 @@ TEST(DiskFaults, LoseNothingWhenSmallDiskFillsUp) {
     };
     while ((*store)->health().trouble.empty() && slot < 20'000) {
       append(50);
-      (*store)->settle(std::chrono::milliseconds(200));
+      static_cast<void>((*store)->settle(std::chrono::milliseconds(200)));
     }
     EXPECT_NE((*store)->health().trouble.find("the disk is full"), std::string::npos) << (*store)->health().trouble;
     append(500);

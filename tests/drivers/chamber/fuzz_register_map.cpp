@@ -6,14 +6,13 @@
 
 #include "drivers/chamber/program.hpp"
 #include "drivers/chamber/register_map.hpp"
+#include "tests/drivers/line/words.hpp"
 #include "tests/support/fuzz_target.hpp"
 #include "tests/support/shipped_texts.hpp"
 
 namespace gyrotherm::drivers {
 
 namespace {
-
-using Words = std::vector<std::uint16_t>;
 
 /// Returns `count` words that repeat the bytes of the input.
 Words words_from(const std::uint8_t* data, std::size_t size, std::size_t count) {

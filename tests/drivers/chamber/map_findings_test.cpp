@@ -8,11 +8,10 @@
 #include "drivers/chamber/item_exchange.hpp"
 #include "drivers/chamber/register_map.hpp"
 #include "drivers/chamber/status_turns.hpp"
+#include "tests/drivers/line/words.hpp"
 
 namespace gyrotherm::drivers {
 namespace {
-
-using Words = std::vector<std::uint16_t>;
 
 RegisterMap shipped(const std::string& name) {
   const auto text = read_text_file(GYROTHERM_SOURCE_DIR "/profiles/chambers/" + name + ".toml");

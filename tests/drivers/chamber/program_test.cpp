@@ -9,6 +9,7 @@
 
 #include "core/file.hpp"
 #include "drivers/chamber/register_map.hpp"
+#include "tests/drivers/line/words.hpp"
 
 namespace gyrotherm::drivers {
 namespace {
@@ -16,7 +17,6 @@ namespace {
 using std::chrono::hours;
 using std::chrono::minutes;
 using std::chrono::seconds;
-using Words = std::vector<std::uint16_t>;
 
 RegisterMap shipped(const std::string& name) {
   const auto text = read_text_file(GYROTHERM_SOURCE_DIR "/profiles/chambers/" + name + ".toml");

@@ -5,11 +5,10 @@
 #include <random>
 
 #include "drivers/chamber/register_map.hpp"
+#include "tests/drivers/line/words.hpp"
 
 namespace gyrotherm::drivers {
 namespace {
-
-using Words = std::vector<std::uint16_t>;
 
 constexpr const char* kBase = R"(schema = "gyrotherm-chamber/1"
 name = "n"

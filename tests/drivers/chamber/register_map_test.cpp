@@ -10,10 +10,11 @@
 #include <random>
 #include <string>
 
+#include "tests/drivers/line/words.hpp"
+
 namespace gyrotherm::drivers {
 namespace {
 
-using Words = std::vector<std::uint16_t>;
 const std::filesystem::path kChambers = std::filesystem::path(GYROTHERM_SOURCE_DIR) / "profiles/chambers";
 
 std::string content(const std::filesystem::path& path) {

@@ -5,13 +5,11 @@
 
 #include <string>
 
+#include "tests/drivers/line/words.hpp"
 #include "tests/support/modbus_words.hpp"
 
 namespace gyrotherm::drivers {
 namespace {
-
-using Bytes = std::vector<std::byte>;
-using Words = std::vector<std::uint16_t>;
 
 Bytes hex(const char* text) {
   Bytes bytes;

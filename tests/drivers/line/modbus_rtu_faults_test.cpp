@@ -17,6 +17,7 @@
 #include "drivers/line/modbus_frame.hpp"
 #include "drivers/line/modbus_lines.hpp"
 #include "tests/drivers/line/faults.hpp"
+#include "tests/drivers/line/words.hpp"
 #include "tests/support/simulated_line.hpp"
 
 namespace gyrotherm::drivers {
@@ -24,8 +25,6 @@ namespace {
 
 using std::chrono::microseconds;
 using std::chrono::milliseconds;
-using Bytes = std::vector<std::byte>;
-using Words = std::vector<std::uint16_t>;
 
 constexpr std::size_t kMostAskedFor = 20;
 constexpr Duration kTimeout = milliseconds(200), kPieceGap = milliseconds(30);

@@ -4,13 +4,13 @@
 #include <random>
 
 #include "drivers/line/modbus_frame.hpp"
+#include "tests/drivers/line/words.hpp"
 #include "tests/support/hex_bytes.hpp"
 #include "tests/support/modbus_words.hpp"
 
 namespace gyrotherm::drivers {
 namespace {
 
-using Words = std::vector<std::uint16_t>;
 using enum ModbusFunction;
 
 ModbusRequest read_of(std::uint8_t unit, std::uint16_t address, std::uint16_t count) {

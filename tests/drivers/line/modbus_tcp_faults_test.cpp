@@ -11,14 +11,13 @@
 #include "drivers/line/modbus_frame.hpp"
 #include "drivers/line/modbus_lines.hpp"
 #include "tests/drivers/line/faults.hpp"
+#include "tests/drivers/line/words.hpp"
 #include "tests/support/simulated_line.hpp"
 
 namespace gyrotherm::drivers {
 namespace {
 
 using std::chrono::milliseconds;
-using Bytes = std::vector<std::byte>;
-using Words = std::vector<std::uint16_t>;
 
 constexpr Duration kTimeout = milliseconds(200);
 

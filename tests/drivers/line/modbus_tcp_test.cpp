@@ -11,13 +11,13 @@
 #include "core/file.hpp"
 #include "drivers/line/modbus.hpp"
 #include "drivers/line/modbus_frame.hpp"
+#include "tests/drivers/line/words.hpp"
 #include "tests/support/loopback_server.hpp"
 
 namespace gyrotherm::drivers {
 namespace {
 
 using std::chrono::milliseconds;
-using Words = std::vector<std::uint16_t>;
 constexpr Duration kTimeout = milliseconds(60);
 constexpr auto kHolding = ReadFunction::holding_registers;
 

@@ -12,13 +12,12 @@
 #include "drivers/line/byte_streams.hpp"
 #include "drivers/line/modbus_frame.hpp"
 #include "drivers/line/modbus_lines.hpp"
+#include "tests/drivers/line/words.hpp"
 #include "tests/support/simulated_line.hpp"
 
 namespace gyrotherm::drivers {
 
 using std::chrono::milliseconds;
-using Words = std::vector<std::uint16_t>;
-using Bytes = std::vector<std::byte>;
 inline constexpr auto kHolding = ReadFunction::holding_registers;
 inline constexpr Duration kSoon = milliseconds(5), kTimeout = milliseconds(200);
 

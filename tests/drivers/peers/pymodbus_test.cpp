@@ -14,6 +14,7 @@
 #include "drivers/line/modbus.hpp"
 #include "drivers/line/modbus_frame.hpp"
 #include "tests/drivers/line/pseudo_terminal.hpp"
+#include "tests/drivers/line/words.hpp"
 #include "tests/drivers/peers/faulty_relay.hpp"
 #include "tests/drivers/peers/python_server.hpp"
 
@@ -21,8 +22,6 @@ namespace gyrotherm::drivers {
 namespace {
 
 using std::chrono::milliseconds;
-using Words = std::vector<std::uint16_t>;
-using Bytes = std::vector<std::byte>;
 constexpr auto kHolding = ReadFunction::holding_registers;
 constexpr long kTransactions = 10'000;
 

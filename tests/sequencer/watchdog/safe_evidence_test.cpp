@@ -44,13 +44,13 @@ struct Chamber {
   }
 };
 
-constexpr SafeGoal kGoal{.set_point = {22},
-                         .tolerance = {0.1},
-                         .observe = minutes(5),
-                         .shows_mode = true,
-                         .shows_off = true,
-                         .can_start = true,
-                         .can_stop = true};
+const SafeGoal kGoal{.set_point = {22},
+                     .tolerance = {0.1},
+                     .observe = minutes(5),
+                     .shows_mode = true,
+                     .shows_off = true,
+                     .can_start = true,
+                     .can_stop = true};
 
 /// Runs until the chamber is safe. Returns the time in seconds; −1: more than an hour.
 int until_safe(SafeEvidence& evidence, Chamber& chamber, const std::function<void(int)>& meanwhile = {}) {

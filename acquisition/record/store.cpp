@@ -587,6 +587,7 @@ Result<std::unique_ptr<Store>> open_store(RunFile file, RunStatus status, Restor
                                           std::unique_ptr<LiveCopy> copy, const StoreOptions& options, int part) {
   status.pid = ::getpid();
   status.being_written = true;
+  status.ended_by.clear();
   const bool in_memory = status.path == kInMemory;
   if (!in_memory) (void)write_status(status);  // a failure is ignored
   if (in_memory || !options.background)

@@ -47,6 +47,26 @@ TEST(Store, RemovesManifestOfEarlierRecord) {
   EXPECT_TRUE(verify_record(path)->manifest);
 }
 
+TEST(Store, ReopenedRecordHasNoCauseOfItsEarlierEnd) {
+  for (const bool background : {false, true}) {
+    const Folder folder;
+    const auto path = folder / "run.db";
+    auto store = Store::create(path, two_thermometers(), {.background = background});
+    ASSERT_TRUE(store) << text(store.error());
+    ASSERT_TRUE((*store)->append(sample_at(0), {}));
+    ASSERT_TRUE((*store)->append_event({sample_at(0).at, EventKind::interrupted, "stopped by a signal"}));
+    ASSERT_TRUE((*store)->settle(std::chrono::seconds(10)));
+    store->reset();
+    EXPECT_EQ(read_status(path)->ended_by, "stopped by a signal");
+    auto again = Store::reopen(path, {.background = background});
+    ASSERT_TRUE(again) << text(again.error());
+    ASSERT_TRUE((*again)->append(sample_at(1), {}));
+    ASSERT_TRUE((*again)->settle(std::chrono::seconds(10)));
+    ASSERT_TRUE((*again)->sync());
+    EXPECT_EQ(read_status_file(path)->ended_by, "") << background;
+  }
+}
+
 TEST(Store, ContinuesWithoutStatusFile) {
   for (const bool background : {false, true}) {
     const Folder folder;

@@ -75,6 +75,10 @@ constexpr std::array kMetrics{
            [](const FoundRun& run) -> std::optional<double> {
              return static_cast<double>(record::count_unacknowledged(run.status.alarms));
            }},
+    Metric{"gyrotherm_run_shelved_alarms", "Alarms that an operator has shelved.", MetricScope::unfinished,
+           [](const FoundRun& run) -> std::optional<double> {
+             return static_cast<double>(std::ranges::count_if(run.status.alarms, &record::Alarm::is_shelved));
+           }},
     Metric{"gyrotherm_run_backlog_seconds", "Seconds of samples that are not yet on the disk.", MetricScope::responding,
            [](const FoundRun& run) -> std::optional<double> { return static_cast<double>(run.status.backlog_s); }},
     Metric{"gyrotherm_run_faults_total", "Readings with a fault since the start of the run.", MetricScope::responding,

@@ -448,7 +448,8 @@ TEST(Metrics, ExcludeLastValuesOfSilentProgram) {
   left.status.overview.state = RunState::held;
   ASSERT_TRUE(silent.is_silent() && left.is_abandoned());
   const auto text = compute_figures({run_on("three", "goes on"), silent, left});
-  const std::set<std::string> known{"gyrotherm_run_up", "gyrotherm_run_second", "gyrotherm_run_alarms"};
+  const std::set<std::string> known{"gyrotherm_run_up", "gyrotherm_run_second", "gyrotherm_run_alarms",
+                                    "gyrotherm_run_shelved_alarms"};
   EXPECT_EQ(figures_with(text, "left"), known);
   auto with_age = known;
   with_age.insert("gyrotherm_run_status_age_seconds");
@@ -458,6 +459,20 @@ TEST(Metrics, ExcludeLastValuesOfSilentProgram) {
        {"gyrotherm_run_state", "gyrotherm_run_set_point_celsius", "gyrotherm_run_chamber_air_celsius",
         "gyrotherm_run_thermometer_celsius", "gyrotherm_disk_free_bytes"})
     EXPECT_TRUE(all.contains(name)) << name;
+}
+
+TEST(Metrics, CountShelvedAlarmsOfUnfinishedRuns) {
+  auto run = run_on("one", "goes on"), over = ended_on("two", "aborted", RunState::aborted, 2);
+  run.status.alarms.resize(3);
+  run.status.alarms[1].acknowledged = true;
+  run.status.alarms[1].shelved_by = over.status.alarms[0].shelved_by = "ada (uid 1000)";
+  const auto text = compute_figures({run, over});
+  EXPECT_NE(text.find("gyrotherm_run_shelved_alarms{run=\"goes on\",rig=\"one\""), std::string::npos) << text;
+  EXPECT_NE(text.find("gyrotherm_run_alarms{run=\"goes on\",rig=\"one\",profile=\"a profile\",simulated=\"0\"} 2\n"),
+            std::string::npos)
+      << "a shelved alarm does not await an acknowledgement:\n"
+      << text;
+  EXPECT_FALSE(figures_with(text, "aborted").contains("gyrotherm_run_shelved_alarms"));
 }
 
 TEST(Metrics, DeclareTotalsAsCounters) {

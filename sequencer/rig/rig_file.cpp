@@ -328,6 +328,18 @@ std::string describe(const Limiter& limiter) {
   return text;
 }
 
+std::string describe_limiter_that_trips_first(const RigFile& rig) {
+  if (!rig.limiter) return {};
+  std::vector<std::string> keys;
+  if (rig.limiter->lowest && rig.limits.air_lowest <= *rig.limiter->lowest)
+    keys.push_back(fmt::format("air_lowest = {:g} °C", rig.limits.air_lowest.value));
+  if (rig.limiter->highest && rig.limits.air_highest >= *rig.limiter->highest)
+    keys.push_back(fmt::format("air_highest = {:g} °C", rig.limits.air_highest.value));
+  if (keys.empty()) return {};
+  return fmt::format("the limiter trips before the interlock on the air acts ({}); set [limits] inside its settings",
+                     fmt::join(keys, ", "));
+}
+
 Result<RigFile> parse_rig(std::string_view text, const std::string& file, const NamedTexts& known,
                           const CertificateReader& certificates) {
   const auto root = TomlTable::parse(text, file);

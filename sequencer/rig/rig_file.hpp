@@ -144,6 +144,10 @@ struct NamedTexts {
 /// channel that several units share, or none uses, belongs to the rig.
 [[nodiscard]] std::vector<record::Channel> list_channels(const RigFile& rig);
 
+/// Describes a limiter that trips before the interlock on the air acts, with the keys to change; empty if the interlock
+/// acts first or the rig file describes no limiter.
+[[nodiscard]] std::string describe_limiter_that_trips_first(const RigFile& rig);
+
 /// Returns the line on which the unit numbered `unit` is read.
 [[nodiscard]] const GyroLine& find_gyro_line(const RigFile& rig, std::size_t unit);
 

@@ -39,8 +39,11 @@ std::string thermal_model(const rig::RigFile& rig) {
 /// Describes the chamber's own limiter, which is the safety function. Warns if the file of a real rig does not describe
 /// it.
 std::string limiter_line(const rig::RigFile& rig) {
-  if (rig.limiter)
-    return fmt::format("    its limiter trips: {}; verify these settings on the chamber\n", describe(*rig.limiter));
+  if (rig.limiter) {
+    const auto first = rig::describe_limiter_that_trips_first(rig);
+    return fmt::format("    its limiter trips: {}; verify these settings on the chamber\n{}", describe(*rig.limiter),
+                       first.empty() ? "" : fmt::format("    WARNING: {}\n", first));
+  }
   if (rig.simulated) return {};
   return "    WARNING: the rig file does not contain the settings of the chamber's own limiter ([chamber.limiter]); "
          "the limiter is the safety function, this program is not\n";

@@ -172,6 +172,10 @@ Result<void> accept_air(RigAnswers& answers, const std::string& text) {
   if (*low > answers.lowest || *high < answers.highest)
     return refused(fmt::format("the limits of the air must include those of the set points, {:g} to {:g} °C",
                                answers.lowest.value, answers.highest.value));
+  if (answers.limiter && ((answers.limiter->lowest && *low <= *answers.limiter->lowest) ||
+                          (answers.limiter->highest && *high >= *answers.limiter->highest)))
+    return refused(fmt::format("the limiter would trip first ({}); the limits of the air must lie inside its settings",
+                               describe(*answers.limiter)));
   answers.air_lowest = *low;
   answers.air_highest = *high;
   return {};

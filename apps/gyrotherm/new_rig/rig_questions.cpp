@@ -92,12 +92,21 @@ std::optional<Question> ask_safe(const RigAnswers&) {
                   .accept = accept_safe};
 }
 
+/// Returns the default limit of the air beyond a limit of the set points: halfway to the limiter, if that is nearer.
+Celsius place_air_limit(Celsius set_point_limit, std::optional<Celsius> limiter, double margin_k) {
+  if (limiter && std::abs(limiter->value - set_point_limit.value) < 2 * std::abs(margin_k))
+    return {(limiter->value + set_point_limit.value) / 2};
+  return {set_point_limit.value + margin_k};
+}
+
 std::optional<Question> ask_air(const RigAnswers& answers) {
-  return Question{
-      .option = "--air",
-      .text = "Lowest and highest temperature of the air, °C, at which a run ends",
-      .fallback = fmt::format("{:g} {:g}", answers.lowest.value - kAirMargin_k, answers.highest.value + kAirMargin_k),
-      .accept = accept_air};
+  const rig::Limiter limiter = answers.limiter.value_or(rig::Limiter{});
+  const auto low = place_air_limit(answers.lowest, limiter.lowest, -kAirMargin_k);
+  const auto high = place_air_limit(answers.highest, limiter.highest, kAirMargin_k);
+  return Question{.option = "--air",
+                  .text = "Lowest and highest temperature of the air, °C, at which a run ends",
+                  .fallback = fmt::format("{:g} {:g}", low.value, high.value),
+                  .accept = accept_air};
 }
 
 std::optional<Question> ask_limiter(const RigAnswers&) {
@@ -238,7 +247,7 @@ std::optional<Question> ask_title(const RigAnswers& answers) {
 
 constexpr std::array<MakeQuestion, 9> kChamberQuestions{ask_chamber, ask_chamber_line, ask_chamber_unit,
                                                         ask_lowest,  ask_highest,      ask_fastest,
-                                                        ask_safe,    ask_air,          ask_limiter};
+                                                        ask_safe,    ask_limiter,      ask_air};
 constexpr std::array<MakeQuestion, 5> kScannerQuestions{ask_scanner_kind, ask_scanner_line, ask_scanner_addresses,
                                                         ask_scanner_type, ask_scanner_channels};
 constexpr std::array<MakeQuestion, 9> kGyroQuestions{ask_gyro,     ask_gyro_line, ask_axis,      ask_arcsec_per_pulse,

@@ -128,6 +128,26 @@ TEST(RigInterview, RefusesWrongOptionWithItsName) {
   EXPECT_FALSE(collect_answers("rig.toml", with("--limiter", "2 75 °C"), {}).has_value());
 }
 
+TEST(RigInterview, PlacesLimitsOfAirInsideThoseOfLimiter) {
+  const auto limits_with = [](const std::string& limiter) {
+    const auto answers = collect_answers("rig.toml", with("--limiter", limiter), {});
+    EXPECT_TRUE(answers) << limiter;
+    return answers ? std::pair(answers->air_lowest.value, answers->air_highest.value) : std::pair(0.0, 0.0);
+  };
+  EXPECT_EQ(limits_with("3.3 -45 65"), std::pair(-42.5, 62.5));
+  EXPECT_EQ(limits_with("3.3 -80 61"), std::pair(-50.0, 60.5));
+  EXPECT_EQ(limits_with("3.1 66"), std::pair(-50.0, 63.0));
+  EXPECT_EQ(limits_with("3.2 -42"), std::pair(-41.0, 70.0));
+  EXPECT_EQ(limits_with("unknown"), std::pair(-50.0, 70.0));
+  auto given = with("--limiter", "3.3 -45 65");
+  given.values["--air"] = "-44 64";
+  EXPECT_TRUE(collect_answers("rig.toml", given, {}));
+  for (const auto* air : {"-45 64", "-44 65", "-50 70"}) {
+    given.values["--air"] = air;
+    EXPECT_NE(text(fault_of(given)).find("the limiter would trip first"), std::string::npos) << air;
+  }
+}
+
 TEST(RigInterview, RefusesScannersThatDoNotFit) {
   for (const char* wrong :
        {"", "lakeshore_218", "lakeshore_218 tcp://10.0.0.6", "lakeshore_219 tcp://10.0.0.6 8",

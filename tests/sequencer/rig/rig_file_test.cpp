@@ -630,5 +630,21 @@ TEST(RigFile, RefusesLimiterInsideSetPointRange) {
   EXPECT_NE(rig_error(with("class = \"4\"\nhighest = \"75 °C\"\n")), "");
 }
 
+TEST(RigFile, FindsLimiterThatTripsBeforeInterlock) {
+  RigFile rig;
+  rig.limits.air_lowest = Celsius{-50};
+  rig.limits.air_highest = Celsius{70};
+  const auto found = [&](std::optional<Celsius> lowest, std::optional<Celsius> highest) {
+    rig.limiter = Limiter{.protection_class = "3.3", .lowest = lowest, .highest = highest};
+    return describe_limiter_that_trips_first(rig);
+  };
+  EXPECT_EQ(describe_limiter_that_trips_first(rig), "") << "no limiter is described";
+  EXPECT_EQ(found(Celsius{-51}, Celsius{71}), "");
+  EXPECT_EQ(found({}, {}), "");
+  EXPECT_NE(found(Celsius{-50}, Celsius{71}).find("(air_lowest = -50 °C)"), std::string::npos);
+  EXPECT_NE(found({}, Celsius{65}).find("(air_highest = 70 °C)"), std::string::npos);
+  EXPECT_NE(found(Celsius{-45}, Celsius{65}).find("(air_lowest = -50 °C, air_highest = 70 °C)"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace gyrotherm::rig

@@ -113,6 +113,10 @@ class RunController {
   /// Returns the events that the last tick recorded, in order.
   [[nodiscard]] const std::vector<Event>& last_events() const { return last_events_; }
   [[nodiscard]] RunState run_state() const { return run::run_state(machine_); }
+  [[nodiscard]] bool is_paused_by_operator() const {
+    const auto* held = std::get_if<Held>(&machine_);
+    return held && held->paused;
+  }
   [[nodiscard]] RunOverview overview() const;
 
  private:

@@ -47,7 +47,7 @@ std::optional<RunStateMachine> overriding_state(const interlocks::RunLimits& lim
   }
   if (held) return std::nullopt;
   if (now.demand.reaction == interlocks::Reaction::hold) return Held{now.demand.cause, {}};
-  if (has_request(now, OperatorCommand::pause)) return Held{"paused by " + now.request->who, {}};
+  if (has_request(now, OperatorCommand::pause)) return Held{"paused by " + now.request->who, {}, true};
   return std::nullopt;
 }
 

@@ -48,6 +48,8 @@ struct Returning {
 struct Held {
   std::string cause;
   Duration since{};
+  /// An operator has paused the run.
+  bool paused{};
 };
 struct Aborting {
   std::string cause;

@@ -4,6 +4,7 @@
 #include "apps/console/command.hpp"
 #include "apps/console/interrupt.hpp"
 #include "apps/gyrotherm/run/carry_out.hpp"
+#include "apps/gyrotherm/run/pace.hpp"
 #include "apps/gyrotherm/run/unit_identification.hpp"
 #include "core/toml_reader.hpp"
 
@@ -17,22 +18,30 @@ struct ResumeArguments {
   bool trust_commands = false;
   std::string gap = "30 s";
   std::vector<std::string> units;
+  std::string pace;
 };
 
 Result<Exit> resume(Console& console, const ResumeArguments& options) {
   apply_run_json(console, options.json);
   const auto gap = parse_duration(options.gap);
   if (!gap) return failure(FaultKind::usage, "--gap", gap.error().what);
+  const auto pace = parse_pace(options.pace.empty() ? "max" : options.pace);
+  if (!pace) return failure(pace.error());
   // resume_run() reports a record that cannot be read. Until that call, Ctrl-C ends the program immediately.
   const auto status = record::read_status(options.run);
   // A virtual run is replayed from the record before the record is opened for writing. Its files are verified first.
   if (status && status->simulated)
     if (const auto whole = record::find_record_files(options.run).and_then(record::verify_files); !whole)
       return failure(whole.error());
+  if (status && !status->simulated && !options.pace.empty())
+    return failure(FaultKind::usage, "--pace", "only valid on a virtual rig; a real rig runs in real time");
   watch_for_interrupts(status && status->simulated ? SecondInterrupt::ends : SecondInterrupt::is_counted);
-  if (auto ran = resume_run(
-          console, options.run,
-          {.accept = options.accept, .trust_commands = options.trust_commands, .gap = *gap, .units = options.units});
+  if (auto ran = resume_run(console, options.run,
+                            {.accept = options.accept,
+                             .trust_commands = options.trust_commands,
+                             .gap = *gap,
+                             .units = options.units,
+                             .pace = *pace});
       !ran)
     return failure(ran.error());
   return Exit::done;
@@ -52,6 +61,7 @@ void add_resume(Program& program) {
                    "present versions by a run of this rig file");
   command.add_option("--gap", options.gap, "on a virtual rig: length of the interruption (default: 30 s)")
       ->type_name("DURATION");
+  add_pace_option(command, options.pace, "on a virtual rig: as for run (default: max)");
   add_unit_option(command, options.units);
 }
 

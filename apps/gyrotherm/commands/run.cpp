@@ -9,6 +9,7 @@
 #include "apps/gyrotherm/rig_source.hpp"
 #include "apps/gyrotherm/run/carry_out.hpp"
 #include "apps/gyrotherm/run/checked_profile.hpp"
+#include "apps/gyrotherm/run/pace.hpp"
 #include "apps/gyrotherm/run/run_goal.hpp"
 #include "apps/gyrotherm/run/unit_identification.hpp"
 #include "core/file.hpp"
@@ -25,6 +26,7 @@ struct RunArguments {
   IdentificationOptions identification;
   StartOptions start;
   std::optional<double> until_u;
+  std::string pace;
 };
 
 /// Returns the file name of a record: "short ramp" gives "short ramp.db". The file is always in the working folder:
@@ -49,11 +51,16 @@ Result<Exit> run(Console& console, const RunArguments& options) {
   if (!rig) return failure(rig.error());
   if (!rig->simulated && options.start.seed != 0)
     return failure(FaultKind::usage, "--seed", "only valid on a virtual rig");
+  if (!rig->simulated && !options.pace.empty())
+    return failure(FaultKind::usage, "--pace", "only valid on a virtual rig; a real rig runs in real time");
+  const auto pace = parse_pace(options.pace.empty() ? "max" : options.pace);
+  if (!pace) return failure(pace.error());
   const auto profile = read_profile(options.profile, &*rig);
   if (!profile) return failure(profile.error());
   const auto path = options.out.empty() ? make_record_name(profile->name) : options.out;
   if (auto may = check_may_start(*rig, path, options.start); !may) return failure(may.error());
   auto start = options.start;
+  start.pace = *pace;
   auto goal = read_goal(*profile, options.profile, options.until_u);
   if (!goal) return failure(goal.error());
   start.goal = std::move(*goal);
@@ -85,6 +92,8 @@ void add_run(Program& program) {
   command.add_option("--seed", options.start.seed, "seed of the virtual gyro and its noise; 0: the gyro of the file")
       ->check(not_negative());
   add_days_later_option(command, options.start.days_later);
+  add_pace_option(command, options.pace,
+                  "pace of a virtual rig: real, xN for N times real time (such as x60), or max (default)");
   command
       .add_option("--until-u", options.until_u,
                   "target of the expanded uncertainty, °/h, of a profile with [until] (default: the profile's)")

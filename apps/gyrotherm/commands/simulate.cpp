@@ -9,7 +9,7 @@
 #include "apps/console/command.hpp"
 #include "apps/console/interrupt.hpp"
 #include "apps/gyrotherm/rig_source.hpp"
-#include "core/program_start.hpp"
+#include "apps/gyrotherm/run/pace.hpp"
 #include "sequencer/rig/rig.hpp"
 
 namespace gyrotherm::app {
@@ -27,18 +27,6 @@ struct SimulateArguments {
 };
 
 constexpr auto kWallStep = std::chrono::milliseconds(10);  // wall time between two advances
-
-/// Returns the seconds of virtual time per second of wall time, 0 for maximum speed, or nothing if the text is not a
-/// pace.
-std::optional<double> parse_pace(const std::string& text) {
-  if (text == "real") return 1;
-  if (text == "max") return 0;
-  if (!text.starts_with('x')) return {};
-  const auto factor = text.substr(1);
-  if (!objection_to(factor, "FLOAT").empty()) return {};
-  const double times = std::strtod(factor.c_str(), nullptr);
-  return times > 0 && times <= 1e6 ? std::optional(times) : std::nullopt;
-}
 
 std::string to_string(const drivers::MapLink& link, bool serial) {
   if (serial) return "Modbus RTU";
@@ -108,13 +96,12 @@ void advance_time(simulator::VirtualInstruments& instruments, double pace) {
 
 Result<Exit> simulate(Console& console, const SimulateArguments& options) {
   const auto pace = parse_pace(options.pace);
-  if (!pace)
-    return failure(FaultKind::usage, "--pace",
-                   fmt::format("\"{}\", expected real, max or xN for N times real time", options.pace));
+  if (!pace) return failure(pace.error());
   const auto rig = load_rig(options.rig);
   if (!rig) return failure(rig.error());
   watch_for_interrupts(SecondInterrupt::ends);
-  const auto frames = options.full_rate ? simulator::FramePace::full_rate : simulator::FramePace::one_a_second;
+  const bool is_full_rate = options.full_rate || !rig->simulated;
+  const auto frames = is_full_rate ? simulator::FramePace::full_rate : simulator::FramePace::one_a_second;
   auto instruments = rig::serve_virtual(*rig, {.gyro = options.seed, .run = 0},
                                         {.first_port = options.port, .frames = frames, .ptys = options.pty});
   if (!instruments) return failure(instruments.error());
@@ -134,14 +121,15 @@ void add_simulate(Program& program) {
       .add_option("--rig", options.rig,
                   "a rig (default: virtual); for a real rig with one axis, virtual instruments of the same types")
       ->type_name(value::kRig);
-  command.add_option("--pace", options.pace, "real, max, or xN for N times real time (such as x10)")
-      ->type_name("PACE:{real,x10,max}");
+  add_pace_option(command, options.pace, "real, max, or xN for N times real time (such as x10)");
   command.add_option("--seed", options.seed, "seed of the virtual gyro and its noise; 0: the gyro of the file")
       ->check(not_negative());
   command.add_option("--port", options.port,
                      "port of the chamber; the other instruments use the following ports (default: free ports)");
-  command.add_flag("--full-rate", options.full_rate,
-                   "send frames at the full rate of each gyro stream instead of one per second");
+  command.add_flag(
+      "--full-rate", options.full_rate,
+      "for a virtual rig: send frames at the full rate of each gyro stream instead of one per second; for a real "
+      "rig this is the default");
   command.add_flag("--pty", options.pty, "also serve instruments with a serial line on pseudo-terminals");
 }
 

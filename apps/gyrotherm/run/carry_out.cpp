@@ -506,7 +506,7 @@ Result<void> start_run(Console& console, const profile::Profile& profile, const 
   const auto decider = RunDecider::make(std::move(history), !file.simulated);
   if (!decider) return failure(decider.error());
   return drive({console, run_controller.profile(), run_controller, *opening->rig, *opening->store, opening->ownership,
-                path, decider->get()});
+                path, decider->get(), options.pace});
 }
 
 Result<void> resume_run(Console& console, const std::string& path, const ResumeOptions& options) {
@@ -539,7 +539,7 @@ Result<void> resume_run(Console& console, const std::string& path, const ResumeO
   const auto decider = RunDecider::make(std::move(run->history), !on.rig.simulated);
   if (!decider) return failure(decider.error());
   return drive({console, run_controller.profile(), run_controller, *opening->rig, *opening->store, opening->ownership,
-                path, decider->get()});
+                path, decider->get(), options.pace});
 }
 
 }  // namespace gyrotherm::app

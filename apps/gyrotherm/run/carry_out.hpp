@@ -31,6 +31,7 @@ struct StartOptions {
   bool upload = false;
   /// Goal of a run that ends by itself. Required if the profile has a table [until].
   std::optional<record::RunInfo::Goal> goal{};
+  double pace{};  ///< of a virtual rig (pace.hpp); 0: as fast as possible
 };
 
 /// Adds the option --days-later to a command that starts runs.
@@ -59,6 +60,7 @@ struct ResumeOptions {
   Duration gap = std::chrono::seconds(30);  ///< virtual rig: duration of the interruption
   /// Values of --unit, "u1=0042". The run keeps its units, so a difference is an error.
   std::vector<std::string> units{};
+  double pace{};  ///< of a virtual rig (pace.hpp); 0: as fast as possible
 };
 
 /// Resumes an unfinished run in the same segment, without shortening a soak, and records the gap. Fails with
@@ -81,9 +83,11 @@ struct ActiveRun {
   const std::string& path;  ///< record
   /// Decides how a run continues that ends by itself; null for a profile with a fixed end.
   RunDecider* decider = nullptr;
+  double pace{};  ///< of a virtual rig (pace.hpp); 0: as fast as possible
 };
 
-/// Ticks as fast as possible and syncs at least once a second of wall time. Fails with interrupted or storage.
+/// Ticks at the run's pace and syncs at least once a second of wall time, or after each tick that takes longer. Fails
+/// with interrupted or storage.
 [[nodiscard]] Result<run::RunOutcome> drive_virtual(const ActiveRun& run);
 
 /// Ticks on each whole second of the rig's clock and syncs after each tick. If a tick is late, records the missed

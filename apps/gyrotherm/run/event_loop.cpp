@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
+#include <poll.h>
 
 #include <QCoreApplication>
 #include <QSocketNotifier>
 #include <QTimer>
+#include <array>
 #include <chrono>
 #include <optional>
 #include <utility>
@@ -11,6 +13,7 @@
 #include "apps/console/interrupt.hpp"
 #include "apps/gyrotherm/run/carry_out.hpp"
 #include "apps/gyrotherm/run/display.hpp"
+#include "apps/gyrotherm/run/pace.hpp"
 #include "apps/gyrotherm/run/run_decider.hpp"
 #include "core/clock.hpp"
 #include "sequencer/control/control_socket.hpp"
@@ -257,6 +260,20 @@ class RealTime {
   Result<run::RunOutcome> result_ = run::RunOutcome::going_on;  ///< set when the run has ended
 };
 
+/// Waits until `due` and carries out requests that arrive. Returns early if a signal arrives.
+void await_second(const ActiveRun& run, std::optional<control::ControlSocket>& control_socket,
+                  steady_clock::time_point due) {
+  for (;;) {
+    const auto left = std::chrono::ceil<std::chrono::milliseconds>(due - steady_clock::now());
+    if (left.count() <= 0) return;
+    std::array<pollfd, 2> descriptors{{{interrupt_descriptor(), POLLIN, 0}, {-1, POLLIN, 0}}};
+    if (control_socket) descriptors[1].fd = control_socket->descriptor();
+    ::poll(descriptors.data(), descriptors.size(), static_cast<int>(left.count()));
+    if (descriptors[0].revents != 0) return drain_wake_ups();
+    handle_requests(run, control_socket);
+  }
+}
+
 }  // namespace
 
 void await_disk(const ActiveRun& run) {
@@ -268,6 +285,7 @@ void await_disk(const ActiveRun& run) {
 Result<run::RunOutcome> drive_virtual(const ActiveRun& run) {
   Display display(run.console, run.profile, run.rig.file());
   auto control_socket = open_control_socket(run);
+  Pacer pacer(run.pace);
   auto last_sync = steady_clock::now();
   for (;;) {
     run.rig.let_pass(1);
@@ -277,16 +295,21 @@ Result<run::RunOutcome> drive_virtual(const ActiveRun& run) {
     display.add_sample(run.run_controller.last());
     print_sample(run);
     const bool ended = *outcome != run::RunOutcome::going_on;
-    if (!ended && run.run_controller.next_slot() % kTicksPerClockCheck != 0) continue;
+    const bool is_paused = run.run_controller.is_paused_by_operator();
+    const bool checks_clock = run.run_controller.next_slot() % kTicksPerClockCheck == 0;
+    if (!ended && run.pace == 0 && !is_paused && !checks_clock) continue;
     if (interrupted() && !ended && !run.run_controller.is_end_requested() &&
         (run.run_controller.run_state() != RunState::aborting || interrupts() > 1))
       return finish_stopped(run);
     handle_requests(run, control_socket);
-    if (!ended && steady_clock::now() - last_sync < kLongestBatch) continue;
-    if (auto synced = sync(run); !synced) return failure(synced.error());
-    last_sync = steady_clock::now();
-    display.show(run.run_controller.last(), overview_with_disk_faults(run), run.store.alarms().list(), goal_line(run));
+    if (ended || steady_clock::now() - last_sync >= kLongestBatch) {
+      if (auto synced = sync(run); !synced) return failure(synced.error());
+      last_sync = steady_clock::now();
+      display.show(run.run_controller.last(), overview_with_disk_faults(run), run.store.alarms().list(),
+                   goal_line(run));
+    }
     if (ended) return outcome;
+    if (const auto due = pacer.next_second(steady_clock::now(), is_paused)) await_second(run, control_socket, *due);
   }
 }
 

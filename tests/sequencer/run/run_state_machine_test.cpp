@@ -91,6 +91,8 @@ TEST(RunStateMachine, TreatsPauseAsNoFailure) {
   const auto paused = after(Execute{}, inputs_with_command(OperatorCommand::pause));
   EXPECT_EQ(run_state(paused), RunState::held);
   EXPECT_EQ(state_cause(paused), "paused by Ada");
+  EXPECT_TRUE(std::get<Held>(paused).paused);
+  EXPECT_FALSE(std::get<Held>(after(Execute{}, inputs_with_reaction(interlocks::Reaction::hold))).paused);
   EXPECT_EQ(run_state(after(kSuspended, inputs_with_command(OperatorCommand::pause))), RunState::held);
 }
 

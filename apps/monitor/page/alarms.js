@@ -99,7 +99,7 @@ function make_alarm_row(run, on_select) {
     priority.className = 'badge ' + level;
     acknowledged_badge.hidden = !alarm.acknowledged || Boolean(alarm.shelved_by);
     set_text(text, alarm.text);
-    set_text(times, alarm_times(alarm));
+    set_text(times, `Alarm ${alarm.number}, ${alarm_times(alarm)}`);
     set_text(comment, alarm.comment ? `${alarm.acknowledged_by}: ${alarm.comment}` : '');
     comment.hidden = !alarm.comment;
     const may_control = page.session.may_control && run.status.running;

@@ -93,7 +93,7 @@ const control = (() => {
   async function send_command(run, verb) {
     if (verb === 'pause' || verb === 'resume') {
       const needs_dialog = verb === 'resume' && run.status.state === 'held';
-      const text = needs_dialog ? await show_dialog('Resume the run', run.status.cause, 'Resume', false, 'Text') : '';
+      const text = needs_dialog ? await show_dialog('Resume the run', run.status.cause, 'Resume', false, 'Answer or comment') : '';
       if (text !== null) show_result(await post(`/api/v1/runs/${run.key}/${verb}`, {text}));
       return;
     }

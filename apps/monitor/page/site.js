@@ -26,19 +26,20 @@ function scrollable_table(label, table) {
   return make_element('div', {class: 'scroll', tabindex: 0, role: 'region', 'aria-label': label}, table);
 }
 
+const kRigColumns = ['Rig', 'State', 'Segment', '>Air', '>Set point', '>Alarms', '>Last sample'];
+
 function rig_row(rig) {
   const state = rig.state === 'idle' ? 'Idle' : kStates[rig.state] || rig.state;
   const celsius = value => (value === null ? '–' : format_with_unit(value, '°C'));
-  return make_element(
-    'tr',
-    {},
-    make_element('td', {}, rig.rig),
-    make_element('td', {}, make_element('span', {class: 'badge ' + rig.state}, state), ' ', simulated_badge(rig)),
-    make_element('td', {}, rig.segment || ''),
-    make_element('td', {class: 'number'}, celsius(rig.chamber_air_c)),
-    make_element('td', {class: 'number'}, celsius(rig.set_point_c)),
-    make_element('td', {class: 'number'}, rig.alarms === null ? '–' : String(rig.alarms)),
-    make_element('td', {class: 'number'}, format_duration(rig.age_s))
+  return table_row(
+    kRigColumns,
+    rig.rig,
+    [make_element('span', {class: 'badge ' + rig.state}, state), ' ', simulated_badge(rig)],
+    format_text(rig.segment || ''),
+    celsius(rig.chamber_air_c),
+    celsius(rig.set_point_c),
+    rig.alarms === null ? '–' : String(rig.alarms),
+    format_duration(rig.age_s)
   );
 }
 
@@ -65,18 +66,17 @@ function answer_table(label, rows) {
   if (rows.length === 0) return make_element('p', {class: 'note'}, 'None.');
   const names = Object.keys(rows[0]);
   const is_number = name => rows.some(row => typeof row[name] === 'number');
-  const make_cell = (row, name) =>
-    make_element('td', {class: is_number(name) ? 'number' : null}, cell_text(row[name]));
+  const columns = names.map(name => (is_number(name) ? '>' : '') + name.replaceAll('_', ' '));
   return scrollable_table(
     label,
     make_element(
       'table',
       {},
-      table_head(...names.map(name => (is_number(name) ? '>' : '') + name.replaceAll('_', ' '))),
+      table_head(...columns),
       make_element(
         'tbody',
         {},
-        ...rows.map(row => make_element('tr', {}, ...names.map(name => make_cell(row, name))))
+        ...rows.map(row => table_row(columns, ...names.map(name => cell_text(row[name]))))
       )
     )
   );
@@ -123,7 +123,7 @@ views.site = content => {
         make_element(
           'table',
           {},
-          table_head('Rig', 'State', 'Segment', '>Air', '>Set point', '>Alarms', '>Last sample'),
+          table_head(...kRigColumns),
           body
         )
       )

@@ -17,15 +17,13 @@ const standard_view = (() => {
   }
 
   function make_table(label, head, rows) {
-    const cell = (text, i) =>
-      make_element('td', {class: head[i].startsWith('>') ? 'number' : null}, ...[text].flat());
     return scrollable_table(
       label,
       make_element(
         'table',
         {},
         table_head(...head),
-        make_element('tbody', {}, ...rows.map(row => make_element('tr', {}, ...row.map(cell))))
+        make_element('tbody', {}, ...rows.map(row => table_row(head, ...row)))
       )
     );
   }

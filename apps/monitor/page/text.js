@@ -26,10 +26,10 @@ function format_number(value, digits) {
   return rounded.toFixed(digits).replace('-', '\u2212');
 }
 
-/// Formats a number with its sign, including '+'.
+/// Formats a number with its sign, including '+'. Zero has no sign.
 function format_signed(value, digits) {
   const text = format_number(value, digits);
-  return /^\d/.test(text) ? '+' + text : text;
+  return /^[\d.]*[1-9]/.test(text) ? '+' + text : text;
 }
 
 /// Returns how many decimals distinguish two numbers that differ by `distance`.
@@ -40,16 +40,29 @@ function digits_for_distance(distance) {
 const kLabels = {set_point_c: 'set point', chamber_air_c: 'air', chamber_set_point_c: 'chamber set point',
                  chamber_humidity_percent: 'humidity', chamber_dew_point_c: 'dew point'};
 
+/// Returns the name of a channel for people: without the unit at its end, which is shown beside it.
 function channel_label(channel) {
-  return kLabels[channel] || channel.replace('true_bias_deg_per_h', 'true bias');
+  return kLabels[channel] || channel.replace(/_(deg_per_h|percent|c|v|a)$/, '').replaceAll('_', ' ');
+}
+
+/// Returns the unit of a channel as it is shown. A number without a unit is a count.
+function shown_unit(unit) {
+  return unit === '1' ? '' : unit;
 }
 
 function digits_for_unit(unit) {
+  if (shown_unit(unit) === '') return 0;
   return unit === '°C' ? 2 : 4;
 }
 
 function format_with_unit(value, unit) {
-  return format_number(value, digits_for_unit(unit)) + (unit ? '\u00a0' + unit : '');
+  const text = format_number(value, digits_for_unit(unit));
+  return text === '–' || !shown_unit(unit) ? text : `${text}\u00a0${unit}`;
+}
+
+/// Returns a text of a profile or a program with the minus sign of typography, and no line break before a unit.
+function format_text(text) {
+  return text.replace(/(^|[\s(])-(?=\d)/g, '$1\u2212').replace(/(\d) (?=°|K\b|s\b|min\b|h\b)/g, '$1\u00a0');
 }
 
 function format_duration(seconds) {
@@ -64,12 +77,20 @@ function format_duration(seconds) {
   return `${whole} s`;
 }
 
-/// Formats a time, ms UTC, in the browser's time zone: with the date and without seconds, or with seconds only.
+/// Like format_duration, but without a part that is zero: "30 min", "1 h".
+function format_round_duration(seconds) {
+  const text = format_duration(seconds);
+  return text === '0 s' ? text : text.replace(/(?: (?:0|00) (?:h|min|s))+$/, '');
+}
+
+/// Formats a time, ms UTC, in the browser's time zone: with the date and without seconds, or with seconds only. The date
+/// contains the year unless it is the present one.
 function format_time(ms, with_date) {
   if (ms === null || ms === undefined) return '–';
   const format = {hour: '2-digit', minute: '2-digit', hour12: false};
   if (with_date) Object.assign(format, {weekday: 'short', day: 'numeric', month: 'short'});
   else format.second = '2-digit';
+  if (with_date && new Date(ms).getFullYear() !== new Date().getFullYear()) format.year = 'numeric';
   return new Date(ms).toLocaleString('en-GB', format);
 }
 
@@ -83,6 +104,22 @@ function table_head(...columns) {
       {},
       ...columns.map(text =>
         make_element('th', {scope: 'col', class: text.startsWith('>') ? 'number' : null}, text.replace('>', ''))
+      )
+    )
+  );
+}
+
+/// Returns a row of a table with the columns of table_head(). A cell is a text or an element. On a narrow screen each
+/// cell is shown with the title of its column.
+function table_row(columns, ...cells) {
+  return make_element(
+    'tr',
+    {},
+    ...cells.map((cell, i) =>
+      make_element(
+        'td',
+        {'data-title': columns[i].replace('>', ''), class: columns[i].startsWith('>') ? 'number' : null},
+        ...[cell].flat().filter(part => part !== null && part !== undefined)
       )
     )
   );
@@ -190,9 +227,14 @@ function sample_age_s(run, now) {
   return run.sample ? Math.max(write_age_s, (now - run.sample_received_ms) / 1000) : write_age_s;
 }
 
+/// Returns the remaining time of the profile in s, or null if the profile does not continue.
+function time_left_s(status) {
+  return status.running && status.state !== 'aborting' ? (status.time_left_s ?? null) : null;
+}
+
 /// Returns the expected end of the run, ms UTC, on the clock of its samples. A virtual run has a virtual clock.
 function expected_end_ms(status, sample) {
-  if (!status.running || status.time_left_s === null || status.time_left_s === undefined) return null;
+  if (time_left_s(status) === null) return null;
   const now = sample && sample.utc_ms !== null ? sample.utc_ms : status.started_ms + 1000 * Math.max(0, status.slot);
   return now + 1000 * status.time_left_s;
 }

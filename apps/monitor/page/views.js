@@ -6,13 +6,19 @@
 
 const views = {};
 
+const kRateColumns = ['Axis', '>1 s', '>100 s mean', '>Earth'];
+const kUnitColumns = ['Position', 'Serial number', 'Model'];
+const kDecisionColumns = ['#', 'At', '>U now', 'Decision', '>U expected', '>Time left'];
+const kSegmentColumns = ['#', 'Segment', 'Kind', '>To', '>Planned', 'Began'];
+const kEventColumns = ['Time', '>Run time', 'Kind', 'Text'];
+const kRunColumns = ['Run', 'State', 'Profile', 'Rig', 'Started', '>Length', 'Outcome'];
+
 /// Returns a table row with the rates of a gyro axis.
 function rate_row(axis) {
-  const cell = value => make_element('td', {class: 'number'}, format_number(value, digits_for_unit('°/h')));
-  return make_element(
-    'tr',
-    {},
-    make_element('td', {}, axis.axis),
+  const cell = value => format_number(value, digits_for_unit('°/h'));
+  return table_row(
+    kRateColumns,
+    axis.axis,
     cell(axis.rate_deg_per_h),
     cell(axis.mean_100s_deg_per_h),
     cell(axis.earth_rate_deg_per_h)
@@ -23,12 +29,11 @@ function rate_row(axis) {
 function units_sheet(run) {
   if (!run.order_number && !run.units.some(unit => unit.serial_number)) return null;
   const rows = run.units.map(unit =>
-    make_element(
-      'tr',
-      {},
-      make_element('td', {}, unit.name),
-      make_element('td', {}, unit.in_use ? unit.serial_number || '–' : 'empty position'),
-      make_element('td', {}, unit.model || '–')
+    table_row(
+      kUnitColumns,
+      unit.name,
+      unit.in_use ? unit.serial_number || '–' : 'empty position',
+      unit.model || '–'
     )
   );
   return make_element(
@@ -40,8 +45,8 @@ function units_sheet(run) {
       {class: 'scroll', tabindex: 0, role: 'region', 'aria-label': 'Table of units'},
       make_element(
         'table',
-        {},
-        table_head('Position', 'Serial number', 'Model'),
+        {class: 'compact'},
+        table_head(...kUnitColumns),
         make_element('tbody', {}, ...rows)
       )
     )
@@ -59,16 +64,14 @@ function format_u(u_deg_per_h) {
 
 /// Returns a table row with the numbers of a decision.
 function decision_row(run, decision) {
-  const number = text => make_element('td', {class: 'number'}, text);
-  return make_element(
-    'tr',
-    {},
-    make_element('td', {}, String(decision.number)),
-    make_element('td', {}, format_time(run.status.started_ms + 1000 * decision.slot, true)),
-    number(format_u(decision.u_now_deg_per_h)),
-    make_element('td', {}, decision_text(decision)),
-    number(decision.block ? format_u(decision.u_expected_deg_per_h) : '–'),
-    number(format_duration(3600 * decision.hours_left))
+  return table_row(
+    kDecisionColumns,
+    String(decision.number),
+    format_time(run.status.started_ms + 1000 * decision.slot, true),
+    format_u(decision.u_now_deg_per_h),
+    decision_text(decision),
+    decision.block ? format_u(decision.u_expected_deg_per_h) : '–',
+    format_duration(3600 * decision.hours_left)
   );
 }
 
@@ -89,7 +92,7 @@ function decisions_sheet(run) {
       make_element(
         'table',
         {},
-        table_head('#', 'At', '>U now', 'Decision', '>U expected', '>Time left'),
+        table_head(...kDecisionColumns),
         make_element('tbody', {}, ...goal.decisions.map(decision => decision_row(run, decision)))
       )
     )
@@ -150,8 +153,8 @@ views.now = content => {
           {class: 'scroll', tabindex: 0, role: 'region', 'aria-label': 'Table of gyro rates'},
           make_element(
             'table',
-            {},
-            table_head('Axis', '>1 s', '>100 s mean', '>Earth'),
+            {class: 'compact'},
+            table_head(...kRateColumns),
             (parts.rates = make_element('tbody', {}))
           )
         )
@@ -220,7 +223,9 @@ views.now = content => {
       set_text(parts.decision, decision_text(decision));
       set_text(
         parts.goal_left,
-        format_duration(Math.max(0, 3600 * (decision.hours_used + decision.hours_left) - seconds))
+        status.running
+          ? format_duration(Math.max(0, 3600 * (decision.hours_used + decision.hours_left) - seconds))
+          : '–'
       );
     }
     const rates = status.gyro_rates || [];
@@ -237,15 +242,18 @@ views.now = content => {
     );
     const slot = sample ? sample.slot : status.slot;
     set_text(parts.elapsed, format_duration(Math.max(0, slot)));
-    set_text(parts.time_left, status.running ? format_duration(status.time_left_s) : '–');
-    set_text(parts.end, status.running ? format_time(expected_end_ms(status, sample), true) : '–');
-    set_text(parts.behind, status.behind_plan_s ? format_duration(status.behind_plan_s) : 'on plan');
+    set_text(parts.time_left, format_duration(time_left_s(status)));
+    set_text(parts.end, format_time(expected_end_ms(status, sample), true));
+    set_text(
+      parts.behind,
+      status.behind_plan_s ? format_duration(status.behind_plan_s) : time_left_s(status) === null ? '–' : 'on plan'
+    );
     set_text(parts.utc, sample && sample.utc_ms !== null ? new Date(sample.utc_ms).toISOString().slice(11, 19) : '–');
     const elapsed = sample ? `, ${format_duration(sample.in_segment_s)} elapsed` : '';
     set_text(
       parts.segment,
       status.segment_count > 0
-        ? `Segment ${status.segment_index + 1} of ${status.segment_count}: ${status.segment} ` +
+        ? `Segment ${status.segment_index + 1} of ${status.segment_count}: ${format_text(status.segment)} ` +
             `(${status.phase}${elapsed})`
         : ''
     );
@@ -282,7 +290,7 @@ views.profile = content => {
     make_element(
       'section',
       {class: 'sheet', 'aria-labelledby': 'profile-title'},
-      make_element('h2', {id: 'profile-title'}, run.plan.title || run.plan.name),
+      make_element('h2', {id: 'profile-title'}, format_text(run.plan.title || run.plan.name)),
       drawing_box,
       make_element(
         'p',
@@ -293,20 +301,19 @@ views.profile = content => {
     make_element(
       'section',
       {class: 'sheet scroll', 'aria-label': 'Segments', tabindex: 0},
-      make_element('table', {}, table_head('#', 'Segment', 'Kind', '>To', '>Planned', 'Began'), body)
+      make_element('table', {}, table_head(...kSegmentColumns), body)
     )
   );
   const rows = run.plan.segments.map((segment, i) => {
     const began = first_slots.has(i) ? format_time(run.status.started_ms + 1000 * first_slots.get(i), true) : '–';
-    const row = make_element(
-      'tr',
-      {},
-      make_element('td', {}, String(i + 1)),
-      make_element('td', {}, segment.name, segment.prompt ? ` — prompt: ${segment.prompt}` : ''),
-      make_element('td', {}, segment.kind),
-      make_element('td', {class: 'number'}, format_with_unit(segment.to_c, '°C')),
-      make_element('td', {class: 'number'}, format_duration(segment.duration_s)),
-      make_element('td', {}, began)
+    const row = table_row(
+      kSegmentColumns,
+      String(i + 1),
+      [format_text(segment.name), segment.prompt ? ` — prompt: ${segment.prompt}` : ''],
+      segment.kind,
+      format_with_unit(segment.to_c, '°C'),
+      format_round_duration(segment.duration_s),
+      began
     );
     body.append(row);
     return row;
@@ -340,13 +347,12 @@ views.events = content => {
       [event.text, event.interlock, event.channel].join(' ').toLowerCase().includes(filter_text.value.toLowerCase()));
   const make_row = event => {
     const badge = make_element('span', {class: 'badge ' + (event.kind === 'interlock' ? 'alarm' : '')}, event.kind);
-    return make_element(
-      'tr',
-      {},
-      make_element('td', {}, event.utc_ms > 0 ? format_time(event.utc_ms, true) : '–'),
-      make_element('td', {class: 'number'}, format_duration(Math.max(0, event.slot))),
-      make_element('td', {}, badge),
-      make_element('td', {}, event.interlock ? `${event.interlock}: ` : '', event.text)
+    return table_row(
+      kEventColumns,
+      event.utc_ms > 0 ? format_time(event.utc_ms, true) : '–',
+      format_duration(Math.max(0, event.slot)),
+      badge,
+      [event.interlock ? `${event.interlock}: ` : '', event.text]
     );
   };
   const fill = () => {
@@ -386,7 +392,7 @@ views.events = content => {
         make_element(
           'div',
           {class: 'scroll', tabindex: 0, role: 'region', 'aria-label': 'Table of events'},
-          make_element('table', {}, table_head('Time', '>Run time', 'Kind', 'Text'), body)
+          make_element('table', {}, table_head(...kEventColumns), body)
         )
       ),
     ].filter(Boolean)
@@ -398,6 +404,7 @@ views.events = content => {
 views.alarms = content => {
   const run = page.run,
     history = make_element('ul', {class: 'past'}),
+    none = make_element('p', {class: 'note'}, 'None.'),
     list = make_alarm_list(run);
   content.replaceChildren(
     make_element(
@@ -410,6 +417,7 @@ views.alarms = content => {
       'section',
       {class: 'sheet', 'aria-labelledby': 'past-title'},
       make_element('h2', {id: 'past-title'}, 'Acknowledgements, shelvings and notifications'),
+      none,
       history
     )
   );
@@ -420,6 +428,7 @@ views.alarms = content => {
       ['acknowledged', 'told'].includes(event.kind) || (event.kind === 'command' && event.interlock);
     const events = run.events.filter(concerns_alarm);
     update_children(history, events.slice(-200).reverse().map(make_entry));
+    none.hidden = events.length > 0;
   };
   return {refresh, on_event: refresh};
 };
@@ -532,24 +541,26 @@ function alarms_badge(run) {
 }
 
 function outcome_text(status) {
-  if (status.running) return `${kStates[display_state(status)]}, ${format_duration(status.time_left_s)} left`;
+  if (time_left_s(status) !== null)
+    return `${kStates[display_state(status)]}, ${format_duration(time_left_s(status))} left`;
   return [kStates[display_state(status)], status.ended_by].filter(Boolean).join(': ');
 }
 
 views.runs = content => {
   const body = make_element('tbody', {}),
-    empty_note = make_element('p', {class: 'note'});
+    empty_note = make_element('p', {class: 'note'}),
+    table = make_element(
+      'div',
+      {class: 'scroll', tabindex: 0, role: 'region', 'aria-label': 'Table of runs', hidden: true},
+      make_element('table', {}, table_head(...kRunColumns), body)
+    );
   content.replaceChildren(
     make_element(
       'section',
       {class: 'sheet', 'aria-labelledby': 'runs-title'},
       make_element('h2', {id: 'runs-title'}, 'Runs'),
       empty_note,
-      make_element(
-        'div',
-        {class: 'scroll', tabindex: 0, role: 'region', 'aria-label': 'Table of runs'},
-        make_element('table', {}, table_head('Run', 'State', 'Profile', 'Rig', 'Started', '>Length', 'Outcome'), body)
-      )
+      table
     )
   );
   let previous = '';
@@ -557,21 +568,21 @@ views.runs = content => {
     const runs = await poll_runs(),
       current = JSON.stringify(runs);
     set_text(empty_note, runs.length === 0 ? 'There is no record in the monitor\u2019s folders.' : '');
+    table.hidden = runs.length === 0;
     if (current === previous) return;
     previous = current;
     update_keeping_focus(
       body,
       runs.map(run =>
-        make_element(
-          'tr',
-          {},
-          make_element('td', {}, make_element('a', {href: `#/run/${run.key}/now`}, run.name)),
-          make_element('td', {}, state_badge(run), ' ', simulated_badge(run)),
-          make_element('td', {}, run.profile),
-          make_element('td', {}, run.rig),
-          make_element('td', {}, format_time(run.started_ms, true)),
-          make_element('td', {class: 'number'}, format_duration(Math.max(0, run.slot))),
-          make_element('td', {}, outcome_text(run))
+        table_row(
+          kRunColumns,
+          make_element('a', {href: `#/run/${run.key}/now`}, run.name),
+          [state_badge(run), ' ', simulated_badge(run)],
+          run.profile,
+          run.rig,
+          format_time(run.started_ms, true),
+          format_duration(Math.max(0, run.slot)),
+          outcome_text(run)
         )
       )
     );
@@ -614,8 +625,8 @@ views.rigs = content => {
           {class: 'facts'},
           fact('Air', format_with_unit(run.chamber_air_c, '°C')),
           fact('Set point', format_with_unit(run.set_point_c, '°C')),
-          fact('Time left', run.running ? format_duration(run.time_left_s) : '–'),
-          fact('Ends', run.running ? format_time(expected_end_ms(run, null), true) : '–')
+          fact('Time left', format_duration(time_left_s(run))),
+          fact('Ends', format_time(expected_end_ms(run, null), true))
         ),
         make_element('p', {}, make_element('a', {href: `#/run/${run.key}/now`}, `${run.name}: ${run.profile}`))
       );

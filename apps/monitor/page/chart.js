@@ -27,6 +27,26 @@ const chart = (() => {
     return ticks.map(tick => Object.assign(tick, {label: format_number(tick.v, digits)}));
   }
 
+  /// Assigns the channels to two axes: those with the unit of the first channel to the left one, all others to the right
+  /// one. Returns the options of dygraphs.
+  function make_axes(channels) {
+    const left_unit = channels[0].unit,
+      right = channels.filter(channel => channel.unit !== left_unit),
+      right_units = [...new Set(right.map(channel => shown_unit(channel.unit) || 'number'))];
+    return {
+      ylabel: shown_unit(left_unit) || 'number',
+      y2label: right_units.join(', '),
+      series: Object.fromEntries(right.map(channel => [channel.name, {axis: 'y2', strokeWidth: 0.8}])),
+    };
+  }
+
+  /// Returns the channels that are shown first: the set point, the air, a thermometer and a rate of the gyro.
+  function default_channels(channels) {
+    const names = channels.map(channel => channel.name).filter(name => name !== 'chamber_set_point_c'),
+      rate = channels.find(channel => channel.unit === '°/h');
+    return [...new Set([...names.slice(0, 3), rate ? rate.name : names[3]])].filter(Boolean);
+  }
+
   function channel_colour(i) {
     return getComputedStyle(document.documentElement)
       .getPropertyValue(`--c${(i % 8) + 1}`)
@@ -115,8 +135,7 @@ const chart = (() => {
     const selected = new Set(
       (JSON.parse(localStorage.getItem('channels') || 'null') || []).filter(name => names.includes(name))
     );
-    if (selected.size === 0)
-      for (const name of names.filter(name => name !== 'chamber_set_point_c').slice(0, 4)) selected.add(name);
+    if (selected.size === 0) for (const name of default_channels(run.channels)) selected.add(name);
     const box = make_element('div', {
       class: 'chart',
       role: 'img',
@@ -202,7 +221,7 @@ const chart = (() => {
                 'label',
                 {for: 'channel-' + i},
                 checkbox,
-                ` ${channel_label(channel.name)} [${channel.unit || '1'}]`
+                ` ${channel_label(channel.name)}${shown_unit(channel.unit) ? ` [${channel.unit}]` : ''}`
               );
             })
           )
@@ -210,7 +229,7 @@ const chart = (() => {
         make_element(
           'fieldset',
           {},
-          make_element('legend', {}, 'Scale'),
+          make_element('legend', {}, 'Scale of the left axis'),
           make_element(
             'div',
             {class: 'row'},
@@ -233,7 +252,7 @@ const chart = (() => {
       return low < high ? [low, high] : null;
     };
     const rescale = () => {
-      if (graph) graph.updateOptions({valueRange: value_range()});
+      if (graph) graph.updateOptions({axes: {y: {valueRange: value_range()}}});
     };
     fixed_box.addEventListener('change', () => {
       if (fixed_box.checked && graph && low_input.value === '') {
@@ -269,19 +288,19 @@ const chart = (() => {
             {},
             line,
             `${channel_label(channel.name)} `,
-            values ? make_element('strong', {}, format_with_unit(values[i], channel.unit)) : channel.unit
+            values ? make_element('strong', {}, format_with_unit(values[i], channel.unit)) : shown_unit(channel.unit)
           );
         })
       );
     }
 
     function draw() {
+      const label_width = box.clientWidth < 480 ? 42 : 56;
       const options = {
         file: rows,
         labels: ['time', ...series.channels.map(channel => channel.name)],
         customBars: true,
         colors: series.channels.map((_, i) => channel_colour(i)),
-        valueRange: value_range(),
         fillAlpha: 0.25,
         strokeWidth: 1.6,
         connectSeparatedPoints: false,
@@ -291,8 +310,10 @@ const chart = (() => {
         labelsUTC: false,
         rightGap: 12,
         dateWindow: null,
+        ...make_axes(series.channels),
         axes: {
-          y: {axisLabelWidth: 64, ticker: make_ticks},
+          y: {axisLabelWidth: label_width, ticker: make_ticks, valueRange: value_range()},
+          y2: {axisLabelWidth: label_width, ticker: make_ticks, independentTicks: true, drawGrid: false},
           x: {pixelsPerLabel: 80},
         },
         zoomCallback: (first, second) => {

@@ -37,7 +37,7 @@ const drawing = (() => {
   /// Returns the interval of the ticks of a time axis in s: a usual round one that gives at most `most` intervals.
   function tick_interval(duration_s, most) {
     const kDay = 86400,
-      round = [60, 120, 300, 600, 900, 1800, 3600, 7200, 3 * 3600, 6 * 3600, 12 * 3600, kDay];
+      round = [5, 10, 20, 30, 60, 120, 300, 600, 900, 1800, 3600, 7200, 3 * 3600, 6 * 3600, 12 * 3600, kDay];
     return round.find(interval => duration_s / interval <= most) || kDay * Math.ceil(duration_s / kDay / most);
   }
 
@@ -113,7 +113,7 @@ const drawing = (() => {
           make_svg('text', {x: left - 6, y: y(value) + 4, 'text-anchor': 'end'}, format_number(value, 0))
         );
       }
-      const interval = tick_interval(end, Math.max(2, Math.floor((width - left) / 130)));
+      const interval = tick_interval(end, Math.max(2, Math.floor((width - left) / (end > 20 * 3600 ? 130 : 100))));
       for (let t = 0; t <= end; t += interval) {
         const is_near_right_edge = x(t) > width - 50,
           anchor = t === 0 ? 'start' : is_near_right_edge ? 'end' : 'middle';
@@ -123,7 +123,7 @@ const drawing = (() => {
             {x: x(t), y: height - 22, 'text-anchor': anchor},
             format_time(started + 1000 * t, end > 20 * 3600)
           ),
-          make_svg('text', {x: x(t), y: height - 5, 'text-anchor': anchor}, format_duration(t))
+          make_svg('text', {x: x(t), y: height - 5, 'text-anchor': anchor}, format_round_duration(t))
         );
       }
       picture.append(make_svg('text', {x: 4, y: top + 2}, '°C'));
@@ -166,47 +166,74 @@ const drawing = (() => {
     };
   }
 
-  /// Draws the uncertainty at each decision in `box`: a step line over the hours of the run, and the wanted value.
-  /// Draws nothing before the first decision.
-  function draw_uncertainty(box, goal) {
-    const known = goal.decisions.filter(decision => decision.u_now_deg_per_h !== null);
-    if (known.length === 0) return;
-    const width = Math.max(280, Math.round(box.clientWidth || 600)),
-      height = 200,
-      left = 64,
-      bottom = 28,
-      top = 12;
-    const last = known[known.length - 1],
-      end = last.block ? last.hours_used + 0.05 * last.hours_left : last.hours_used,
-      high = 1.1 * Math.max(goal.u_deg_per_h, ...known.map(decision => decision.u_now_deg_per_h));
-    const x = hours => left + ((width - left - 8) * hours) / Math.max(end, 0.1),
-      y = u => height - bottom - ((height - bottom - top) * u) / high;
-    const steps = known.map((decision, i) => {
-      const until = i + 1 < known.length ? known[i + 1].hours_used : end;
-      const level = y(decision.u_now_deg_per_h).toFixed(1);
-      return `${i === 0 ? 'M' : 'L'}${x(decision.hours_used).toFixed(1)} ${level}H${x(until).toFixed(1)}`;
-    });
-    const wanted = y(goal.u_deg_per_h).toFixed(1);
-    box.replaceChildren(
-      make_picture(width, height, [
-        make_svg('path', {class: 'remaining', d: `M${left} ${wanted}H${width - 8}`}),
-        make_svg('path', {class: 'done', d: steps.join('')}),
-        make_svg('text', {x: 0, y: wanted}, format_number(goal.u_deg_per_h, 4)),
-        make_svg('text', {x: 0, y: top + 8}, format_number(high, 4)),
-        make_svg('text', {x: left, y: height - 6}, '0 h'),
-        make_svg('text', {x: width - 60, y: height - 6}, `${format_number(end, 1)} h`),
-      ])
-    );
+  /// Returns the ticks 1, 2 and 5 times a power of ten between `low` and `high`, both positive.
+  function log_ticks(low, high) {
+    const ticks = [];
+    for (let power = Math.floor(Math.log10(low)); power <= Math.log10(high); ++power)
+      ticks.push(...[1, 2, 5].map(factor => Number(`${factor}e${power}`)));
+    return ticks.filter(tick => tick >= low && tick <= high);
   }
 
-  function make_picture(width, height, children) {
+  /// Draws the uncertainty at each decision in `box`, and again when the width of the box changes: a step line over the
+  /// hours of the run, and the wanted value. The scale of the uncertainty is logarithmic. Draws nothing before the first
+  /// decision.
+  function draw_uncertainty(box, goal) {
+    const known = goal.decisions.filter(decision => decision.u_now_deg_per_h > 0);
+    if (known.length === 0) return;
+    let drawn_width = 0;
+    new ResizeObserver(() => {
+      const width = Math.max(280, Math.round(box.clientWidth));
+      if (width === drawn_width) return;
+      drawn_width = width;
+      box.replaceChildren(uncertainty_picture(width, goal, known));
+    }).observe(box);
+  }
+
+  function uncertainty_picture(width, goal, known) {
+    const height = 220,
+      left = 60,
+      bottom = 28,
+      top = 24,
+      right = 14;
+    const last = known[known.length - 1],
+      end_h = Math.max(0.1, last.block ? last.hours_used + 0.05 * last.hours_left : last.hours_used),
+      all = [goal.u_deg_per_h, ...known.map(decision => decision.u_now_deg_per_h)],
+      low = Math.min(...all) / 1.3,
+      high = Math.max(...all) * 1.3;
+    const x = hours => left + ((width - left - right) * hours) / end_h,
+      y = u => top + ((height - top - bottom) * Math.log(high / u)) / Math.log(high / low);
     const picture = make_svg('svg', {
       class: 'profile-svg',
       viewBox: `0 0 ${width} ${height}`,
       role: 'img',
       'aria-label': 'Expanded uncertainty at each decision, in °/h, and the wanted value',
     });
-    picture.append(...children);
+    for (const tick of log_ticks(low, high)) {
+      const digits = Math.max(0, -Math.floor(Math.log10(tick) + 1e-9));
+      picture.append(
+        make_svg('line', {class: 'grid', x1: left, x2: width - right, y1: y(tick), y2: y(tick)}),
+        make_svg('text', {x: left - 6, y: y(tick) + 4, 'text-anchor': 'end'}, format_number(tick, digits))
+      );
+    }
+    const interval_s = tick_interval(3600 * end_h, Math.max(2, Math.floor((width - left) / 100)));
+    for (let t = 0; t <= 3600 * end_h; t += interval_s) {
+      const anchor = t === 0 ? 'start' : x(t / 3600) > width - 50 ? 'end' : 'middle';
+      picture.append(
+        make_svg('text', {x: x(t / 3600), y: height - 6, 'text-anchor': anchor}, format_round_duration(t))
+      );
+    }
+    const steps = known.map((decision, i) => {
+      const until_h = i + 1 < known.length ? known[i + 1].hours_used : end_h,
+        level = y(decision.u_now_deg_per_h).toFixed(1);
+      return `${i === 0 ? 'M' : 'L'}${x(decision.hours_used).toFixed(1)} ${level}H${x(until_h).toFixed(1)}`;
+    });
+    const wanted = y(goal.u_deg_per_h);
+    picture.append(
+      make_svg('text', {x: 4, y: 14}, 'U, °/h'),
+      make_svg('path', {class: 'remaining', d: `M${left} ${wanted.toFixed(1)}H${width - right}`}),
+      make_svg('path', {class: 'done', d: steps.join('')}),
+      make_svg('text', {x: left + 4, y: wanted - 5}, 'wanted')
+    );
     return picture;
   }
 

@@ -85,6 +85,8 @@ WebAnswer profile_answer(const FoundRun& run) {
   for (std::size_t i = 0; i < plan.segments.size(); ++i) {
     const auto& planned = plan.segments[i];
     const auto& segment = profile->segments[i];
+    // The record has the prompts of the executed profile: no person is asked for what a supply switches.
+    const auto& prompt = i < run.info->segments.size() ? run.info->segments[i].prompt : segment.prompt;
     segments.push_back({{"name", segment.name},
                         {"kind", segment.kind == profile::SegmentKind::hold ? "hold" : "ramp"},
                         {"start_s", to_seconds(planned.start)},
@@ -92,7 +94,7 @@ WebAnswer profile_answer(const FoundRun& run) {
                         {"from_c", planned.from.value},
                         {"to_c", planned.to.value},
                         {"soak_band_k", segment.guaranteed_soak ? Json(segment.soak_band.value) : Json(nullptr)},
-                        {"prompt", segment.prompt}});
+                        {"prompt", prompt}});
   }
   return {.body = json_text(Json{{"name", profile->name},
                                  {"title", profile->title},

@@ -317,6 +317,38 @@ FoundRun run_of(const std::string& path, const std::string& text) {
   return run;
 }
 
+TEST(ProfileAnswer, HasPromptsOfExecutedProfile) {
+  FoundRun run;
+  auto info = small_run_info();
+  info.profile_text = R"(schema = "gyrotherm-profile/1"
+name = "switched"
+[[segment]]
+kind = "hold"
+at = "20 °C"
+time = "60 s"
+[[segment]]
+kind = "hold"
+time = "60 s"
+power = "off"
+[[segment]]
+kind = "hold"
+time = "60 s"
+power = "on"
+)";
+  const auto prompts = [&] {
+    run.info = info;
+    std::vector<std::string> found;
+    const auto answer = Json::parse(profile_answer(run).body);
+    for (const auto& segment : answer["segments"]) found.push_back(segment["prompt"].get<std::string>());
+    return found;
+  };
+  info.segments.clear();
+  EXPECT_EQ(prompts(), (std::vector<std::string>{"", "switch the unit off", "switch the unit on"}));
+  // A supply switches the unit off; a person switches it on.
+  info.segments = {{.name = "hold 20 °C"}, {.name = "hold 20 °C"}, {.name = "hold 20 °C", .prompt = "switch it on"}};
+  EXPECT_EQ(prompts(), (std::vector<std::string>{"", "", "switch it on"}));
+}
+
 TEST(Files, ExcludeNamesThatCannotBeRequested) {
   const tests::TestFolder folder;
   const auto listed = [&](const std::string& name) {

@@ -157,7 +157,7 @@ class Page(WatchedRun):
             put('scale-low', '19.97');
             put('scale-high', '20.05');
             document.getElementById('scale-fixed').click();
-            return [...document.querySelectorAll('.dygraph-axis-label-y')].map(label => label.textContent);
+            return [...document.querySelectorAll('.dygraph-axis-label-y:not(.dygraph-axis-label-y2)')].map(label => label.textContent);
             """)
         self.assertGreaterEqual(len(labels), 3)
         self.assertEqual(len(set(labels)), len(labels), labels)
@@ -223,6 +223,56 @@ class Page(WatchedRun):
         self.assertEqual(said, [])
         if self.pictures:
             self.take_pictures("run", VIEWS)
+
+    def test_2_narrow_page_hides_no_text_beside_its_edge(self) -> None:
+        self.set_width(360)
+        for view in VIEWS:
+            with self.subTest(view=view):
+                self.browser.get("about:blank")
+                self.open_view(view)
+                self.assertTrue(until(lambda: self.browser.find_elements(By.CSS_SELECTOR, "main > *"), 10))
+                time.sleep(1.5)
+                beyond = self.browser.execute_script("""
+                    return [...document.querySelectorAll('.tabs a, td, .channels li, .pick label')]
+                      .filter(element => element.getBoundingClientRect().right > innerWidth + 1)
+                      .map(element => element.textContent);
+                    """)
+                self.assertEqual(beyond, [])
+
+    def test_2_trend_has_an_axis_for_the_rate(self) -> None:
+        self.set_width(1200)
+        self.open_view("trend")
+        self.assertTrue(until(lambda: self.browser.find_elements(By.CSS_SELECTOR, ".dygraph-y2label"), 20))
+        label = self.browser.find_element(By.CSS_SELECTOR, ".dygraph-y2label").get_attribute("textContent")
+        self.assertEqual(label, "°/h")
+        left = self.browser.find_element(By.CSS_SELECTOR, ".dygraph-ylabel").get_attribute("textContent")
+        self.assertEqual(left, "°C")
+
+    def test_2_values_are_written_as_people_write_them(self) -> None:
+        self.open_view("now")
+        written = {
+            "format_with_unit(null, '°C')": "–",
+            "format_with_unit(1, '1')": "1",
+            "format_signed(0.001, 2)": "0.00",
+            "format_signed(-0.001, 2)": "0.00",
+            "format_signed(0.5, 2)": "+0.50",
+            "format_signed(10, 0)": "+10",
+            "format_round_duration(0)": "0 s",
+            "format_round_duration(1800)": "30 min",
+            "format_round_duration(3600)": "1 h",
+            "format_round_duration(90)": "1 min 30 s",
+            "format_round_duration(86400)": "1 d",
+            "format_text('ramp to -40 °C')": "ramp to \u221240\u00a0°C",
+            "format_text('check-standard 2-3')": "check-standard 2-3",
+            "channel_label('u1.discharge_current_a')": "u1.discharge current",
+            "channel_label('true_bias_deg_per_h')": "true bias",
+            "format_time(Date.UTC(2001, 5, 1, 12), true).includes('2001')": True,
+            "format_time(Date.now(), true).length < 18": True,
+            "time_left_s({running: true, state: 'aborting', time_left_s: 5})": None,
+            "time_left_s({running: true, state: 'held', time_left_s: 5})": 5,
+        }
+        for call, text in written.items():
+            self.assertEqual(self.browser.execute_script("return " + call), text, call)
 
     def test_3_page_is_usable_by_keyboard(self) -> None:
         self.set_width(1200)

@@ -80,6 +80,20 @@ constexpr std::array<PageTexts, 2> kPageTexts{{
 
 const PageTexts& page_texts(Language language) { return kPageTexts[language == Language::german ? 1 : 0]; }
 
+const char* test_text(prove::ProofTest test, Language language) {
+  if (language == Language::english) return name(test);
+  switch (test) {
+    case prove::ProofTest::limiter: return "Temperaturbegrenzer";
+    case prove::ProofTest::make_safe: return "Sicherer Zustand";
+    case prove::ProofTest::line: return "Ausfall der Leitung";
+    case prove::ProofTest::relay: return "Relais";
+    case prove::ProofTest::interlocks: return "Verriegelungen";
+    case prove::ProofTest::clock: return "Uhr";
+    case prove::ProofTest::disk: return "Datenträger";
+  }
+  return "";
+}
+
 const char* verdict_text(prove::ProofVerdict verdict, Language language) {
   if (language == Language::english) return name(verdict);
   switch (verdict) {
@@ -112,7 +126,7 @@ std::string identity_html(const Proof& proof, const std::string& sha256, const s
 
 std::string result_html(const ProofResult& result, Language language) {
   const auto& t = page_texts(language);
-  auto html = fmt::format("<h2>{} – {}</h2>\n<p>{}, {:.1f} s</p>\n", name(result.test),
+  auto html = fmt::format("<h2>{} – {}</h2>\n<p>{}, {:.1f} s</p>\n", test_text(result.test, language),
                           verdict_text(result.verdict, language), escaped(result.began), result.duration_s);
   if (!result.cause.empty()) html += fmt::format("<p class=\"caution\">{}: {}</p>\n", t.cause, escaped(result.cause));
   report::HtmlTable limits{.header = {t.limit, t.value}, .text_columns = 2};
@@ -146,7 +160,7 @@ Result<std::string> proof_page(const ProtocolText& protocol, const std::string& 
   auto body = identity_html(proof, sha256, signer, language);
   report::HtmlTable overview{.header = {t.test, t.verdict, t.cause}, .text_columns = 3};
   for (const auto& result : proof.results)
-    overview.rows.push_back({name(result.test), verdict_text(result.verdict, language), escaped(result.cause)});
+    overview.rows.push_back({test_text(result.test, language), verdict_text(result.verdict, language), escaped(result.cause)});
   body += fmt::format("<h2>{}</h2>\n", t.results) + to_html(overview);
   for (const auto& result : proof.results) body += result_html(result, language);
   body += registers_html(proof, language);

@@ -160,7 +160,8 @@ Result<std::string> proof_page(const ProtocolText& protocol, const std::string& 
   auto body = identity_html(proof, sha256, signer, language);
   report::HtmlTable overview{.header = {t.test, t.verdict, t.cause}, .text_columns = 3};
   for (const auto& result : proof.results)
-    overview.rows.push_back({test_text(result.test, language), verdict_text(result.verdict, language), escaped(result.cause)});
+    overview.rows.push_back(
+        {test_text(result.test, language), verdict_text(result.verdict, language), escaped(result.cause)});
   body += fmt::format("<h2>{}</h2>\n", t.results) + to_html(overview);
   for (const auto& result : proof.results) body += result_html(result, language);
   body += registers_html(proof, language);

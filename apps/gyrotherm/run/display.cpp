@@ -166,10 +166,11 @@ std::vector<std::string> Display::lines(const Sample& sample, const RunOverview&
                               format_duration(sample.progress.in_segment)));
   if (!goal.empty()) all.push_back("  " + goal);
   all.push_back("  " + chamber_line(sample));
-  for (auto& line : temperature_lines(sample)) all.push_back(std::move(line));
-  for (std::size_t unit = 0; unit < bias_.size(); ++unit) all.push_back(unit_line(unit));
   for (const auto& fault : overview.faults_now) all.push_back("  fault: " + fault);
   for (auto& line : alarm_lines(alarms)) all.push_back(std::move(line));
+  for (std::size_t unit = 0; unit < bias_.size(); ++unit) all.push_back(unit_line(unit));
+  // The temperatures of a lot may need more lines than a small terminal has, so they come last.
+  for (auto& line : temperature_lines(sample)) all.push_back(std::move(line));
   return all;
 }
 

@@ -145,6 +145,18 @@ TEST(Display, FitsIntoSixtyColumns) {
   EXPECT_EQ(found, 3u) << "none is cut off";
 }
 
+TEST(Display, ShowsBiasAndFaultsBeforeTemperatures) {
+  Shown shown;
+  shown.overview.faults_now = {"gyro silent for 5 s"};
+  const auto text = shown.text();
+  const auto air = text.find("air -39.50"), fault = text.find("fault: gyro silent"), bias = text.find("bias "),
+             temperature = text.find(" A -38.25");
+  ASSERT_NE(temperature, std::string::npos) << text;
+  EXPECT_LT(air, fault) << text;
+  EXPECT_LT(fault, bias) << text;
+  EXPECT_LT(bias, temperature) << text;
+}
+
 TEST(Display, ShowsStateCauseAndActiveFaults) {
   Shown shown;
   shown.overview.state = RunState::suspended;

@@ -9,6 +9,7 @@
 #include <array>
 #include <filesystem>
 #include <fstream>
+#include <memory>
 #include <numeric>
 #include <set>
 #include <sstream>
@@ -336,7 +337,7 @@ time = "60 s"
 power = "on"
 )";
   const auto prompts = [&] {
-    run.info = info;
+    run.info = std::make_shared<const record::RunInfo>(info);
     std::vector<std::string> found;
     const auto answer = Json::parse(profile_answer(run).body);
     for (const auto& segment : answer["segments"]) found.push_back(segment["prompt"].get<std::string>());

@@ -153,7 +153,7 @@ std::vector<std::string> make_warnings(const Verification& result, const Model& 
         "the Earth rate");
   }
   if (result.trained_on_this) {
-    warnings.push_back("the model was trained on this record: the results are in-sample and not a verification");
+    warnings.emplace_back(kTrainedOnThisWarning);
   }
   std::ranges::move(origin_warnings(model, dataset.of, dataset.identity, dataset.bias_zero),
                     std::back_inserter(warnings));

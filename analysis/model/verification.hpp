@@ -131,6 +131,10 @@ struct Verification {
   std::vector<std::string> warnings;
 };
 
+/// Warning of a model's results on a record on which it was trained.
+inline constexpr const char* kTrainedOnThisWarning =
+    "the model was trained on this record: the results are in-sample and not a verification";
+
 /// Returns the error of predictions relative to the true bias, given the residual of each cluster's mean. Uses the
 /// clusters with a residual. No value if the truth is unknown.
 [[nodiscard]] std::optional<TrueBiasError> compute_true_bias_error(const data::Dataset& dataset,

@@ -167,6 +167,18 @@ TEST(ReportJson, ListsEachWarningOnce) {
   EXPECT_EQ(warnings[2], "multi-point on the random run: 3 clusters outside the trained range");
 }
 
+TEST(ReportJson, DoesNotWarnThatRampRunTrainedTheModels) {
+  SyntheticExperiment experiment;
+  auto& trained = experiment.qualification.models.multi_point;
+  const auto before = json::parse(to_json(experiment.report()))["warnings"].size();
+  trained.rate.warnings = {model::kTrainedOnThisWarning, "over-fitted"};
+  trained.random.warnings = {model::kTrainedOnThisWarning};
+  const json warnings = json::parse(to_json(experiment.report()))["warnings"];
+  ASSERT_EQ(warnings.size(), before + 2) << warnings;
+  EXPECT_EQ(warnings[before], "multi-point on the ramp run: over-fitted");
+  EXPECT_EQ(warnings[before + 1], std::string("multi-point on the random run: ") + model::kTrainedOnThisWarning);
+}
+
 TEST(ReportJson, ListsCyclesOfProgram) {
   const SyntheticExperiment experiment;
   const json cycles = json::parse(to_json(experiment.report()))["series"]["rate"]["cycles"];

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <filesystem>
 #include <map>
+#include <regex>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -248,15 +249,29 @@ std::string warnings_section(const Report& report) {
   return html + "</ul>\n";
 }
 
+/// Returns the name of a segment with at most one decimal and the minus sign of typography: "ramp to −10.1 °C".
+std::string format_segment_name(const std::string& name) {
+  static const std::regex kNumber(R"(-?\d+(\.\d+)?(?= °C))");
+  std::string text;
+  auto rest = name.cbegin();
+  for (std::sregex_iterator found(name.begin(), name.end(), kNumber), end; found != end; ++found) {
+    const auto value = std::stod(found->str());
+    text.append(rest, found->operator[](0).first);
+    text += plot::decimal(value, std::abs(value - std::round(value)) < 0.05 ? 0 : 1);
+    rest = found->operator[](0).second;
+  }
+  return text.append(rest, name.cend());
+}
+
 std::string segments_table(const Report& report) {
   HtmlTable table{.caption = "Segments: duration, mean values and STD of the residual, °/h",
-                  .header = {"Run", "Segment", "", "Start", "Duration", "Mean temp., °C", "Mean bias", "Three-point",
-                             "Multi-point", "With temp."},
+                  .header = {"Run", "Segment", "Kind", "Start", "Duration", "Mean temp., °C", "Mean bias",
+                             "Three-point", "Multi-point", "With temp."},
                   .text_columns = 3,
                   .style = "small"};
   for (const ReportedSegment& s : report.segments) {
-    table.rows.push_back({plot::escaped(s.run), plot::escaped(s.name), s.hold ? "hold" : "ramp",
-                          plot::format_hours(s.start_s), plot::format_hours(s.duration_s),
+    table.rows.push_back({s.run == "rate" ? "ramp" : plot::escaped(s.run), plot::escaped(format_segment_name(s.name)),
+                          s.hold ? "hold" : "ramp", plot::format_hours(s.start_s), plot::format_hours(s.duration_s),
                           plot::decimal(s.mean_temperature_c, 2), plot::format_bias(s.mean_bias_deg_per_h),
                           plot::format_bias(s.residual.three_point.std), plot::format_bias(s.residual.multi_point.std),
                           plot::format_bias(s.residual.multi_point_t.std)});

@@ -48,6 +48,18 @@ TEST(HtmlReport, ShowsSimulatedInBannerPrintAndEveryFigure) {
   EXPECT_EQ(tests::count_occurrences(page, "<title>SIMULATED"), 1 + static_cast<int>(figures.size()));
 }
 
+TEST(HtmlReport, RoundsTemperaturesInNamesOfSegments) {
+  const SyntheticExperiment experiment;
+  Report report = experiment.report();
+  ASSERT_GE(report.segments.size(), 3U);
+  report.segments[0].name = "ramp to -10.1315 °C";
+  report.segments[1].name = "hold -40 °C";
+  report.segments[2].name = "check 7.1315 of <x>";
+  const std::string page = page_of(report);
+  for (const char* name : {">ramp to −10.1 °C<", ">hold −40 °C<", ">check 7.1315 of &lt;x&gt;<", ">Kind<"})
+    EXPECT_NE(page.find(name), std::string::npos) << name;
+}
+
 TEST(HtmlReport, OmitsSimulatedForRealRig) {
   const SyntheticExperiment experiment(1, false);
   EXPECT_EQ(tests::count_occurrences(page_of(experiment.report()), "SIMULATED"), 0);

@@ -86,6 +86,15 @@ std::string describe_gyro(const rig::RigFile& rig, const data::AxisChoice& of) {
   return text;
 }
 
+/// Returns the calibration and its standard uncertainty: "u = 0.02 K, calibrated 2025-12-25".
+std::string describe_calibration_with_uncertainty(const record::Channel& channel) {
+  auto text = record::describe_calibration(channel);
+  const auto add = [&](const std::string& more) { text = text == "none" ? more : text + ", " + more; };
+  if (const auto u = channel.uncertainty.calibration) add(fmt::format("u = {:g} K", u->value));
+  if (const auto day = channel.uncertainty.calibrated) add("calibrated " + record::format_day(*day));
+  return text;
+}
+
 report::ReportedRig describe_rig(const rig::RigFile& rig, const data::Dataset& dataset) {
   report::ReportedRig reported{.name = rig.name,
                                .title = rig.title,
@@ -98,7 +107,8 @@ report::ReportedRig describe_rig(const rig::RigFile& rig, const data::Dataset& d
                                .thermometers = {}};
   for (const auto& channel : list_channels(rig))
     if (std::ranges::count(dataset.thermometers, channel.name) > 0)
-      reported.thermometers.push_back({channel.name, channel.instrument, describe_calibration(channel)});
+      reported.thermometers.push_back(
+          {channel.name, channel.instrument, describe_calibration_with_uncertainty(channel)});
   return reported;
 }
 

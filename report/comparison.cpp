@@ -341,6 +341,23 @@ std::size_t count_disagreements(const Comparison& comparison) {
       comparison.results, [](const ComparedResult& one) { return std::abs(one.normalised_error) > 1; }));
 }
 
+namespace {
+
+/// Returns the words of a keyword: "as_left" becomes "as left".
+std::string words_of_keyword(std::string keyword) {
+  std::ranges::replace(keyword, '_', ' ');
+  return keyword;
+}
+
+/// Returns " at set point 20 °C, 2" for the condition "set_point 20, 2", and nothing for no condition.
+std::string describe_condition(const std::string& condition) {
+  if (condition.empty()) return {};
+  const auto comma = std::min(condition.find(','), condition.size());
+  return " at " + words_of_keyword(condition.substr(0, comma)) + " °C" + condition.substr(comma);
+}
+
+}  // namespace
+
 std::string describe(const Comparison& comparison) {
   const auto all = sort_by_normalised_error(comparison);
   std::string text =
@@ -351,11 +368,13 @@ std::string describe(const Comparison& comparison) {
   if (!comparison.same_model) text += "the as-found model is not the as-left model of the previous calibration\n";
   text += fmt::format("  {:>6}  {:>9}  {:>9}  {:>9}  {:>9}\n", "E_n", "before", "now", "change", "U");
   for (const ComparedResult* one : all)
-    text += fmt::format("  {:>6.2f}  {:>9}  {:>9}  {:>9}  {:>9}  {} {}.{}{}{} {}, {} → {}{}{}\n", one->normalised_error,
+    text += fmt::format("  {:>6.2f}  {:>9}  {:>9}  {:>9}  {:>9}  {} {}.{}{}{}, {} → {}{}{}\n", one->normalised_error,
                         plot::format_significant(one->before.value), plot::format_significant(one->now.value),
                         plot::format_significant(one->change), plot::format_significant(one->expanded), one->axis,
-                        one->key, one->quantity, one->condition.empty() ? "" : " at ", one->condition, one->unit,
-                        name(one->before_at), name(one->now_at), one->profile.empty() ? "" : ", ", one->profile);
+                        one->key, one->quantity, describe_condition(one->condition),
+                        one->unit.empty() || one->unit == "1" ? "" : ", " + one->unit,
+                        words_of_keyword(name(one->before_at)), words_of_keyword(name(one->now_at)),
+                        one->profile.empty() ? "" : ", ", one->profile);
   text += describe_checks(comparison);
   return text + fmt::format("{} of {} results differ by more than their combined uncertainty (|E_n| > 1)\n",
                             count_disagreements(comparison), all.size());

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <charconv>
 #include <cmath>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -114,15 +117,25 @@ class ComparisonWriter : public BlockWriter {
     return translated(name(one.before_at)) + " → " + translated(name(one.now_at));
   }
 
+  /// Returns "Set point −33.6 °C", or "Set point 20 °C, 2" for the second of several, for a condition of a result.
+  [[nodiscard]] std::string condition_text(const std::string& condition) const {
+    const auto blank = std::min(condition.find(' '), condition.size());
+    std::string text = translated(condition.substr(0, blank));
+    double value = 0;
+    const char* const end = condition.data() + condition.size();
+    const auto read = std::from_chars(condition.data() + std::min(blank + 1, condition.size()), end, value);
+    if (read.ec != std::errc{}) return text + condition.substr(blank);
+    return text + " " + format_plain(language, value) + "\u00a0°C" + std::string(read.ptr, end);
+  }
+
   /// Returns the name "Hold bias: Bias / (°/h)" with the note "u1.x, as left → as found, set point −40, random".
   [[nodiscard]] Cell result_name(const ComparedResult& one) const {
     std::string text = translated(one.key);
-    if (one.quantity != one.key) text += ": " + translated(one.quantity);
+    if (const auto quantity = translated(one.quantity); quantity != text) text += ": " + quantity;
     Cell cell{.text = name_with_unit(text, one.unit), .note = one.axis};
     const auto add = [&](const std::string& more) { cell.note += (cell.note.empty() ? "" : ", ") + more; };
     add(stages(one));
-    if (const auto blank = one.condition.find(' '); blank != std::string::npos)
-      add(translated(one.condition.substr(0, blank)) + " " + one.condition.substr(blank + 1));
+    if (!one.condition.empty()) add(condition_text(one.condition));
     if (!one.profile.empty()) add(one.profile);
     return cell;
   }

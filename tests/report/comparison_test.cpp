@@ -174,6 +174,18 @@ TEST(Comparison, CountsDisagreeingResults) {
   EXPECT_NE(to_json(*comparison).find("\"schema\": \"gyrotherm-comparison/1\""), std::string::npos);
 }
 
+TEST(Comparison, NamesConditionsWithTheirUnit) {
+  const auto comparison = compare(sample_calibration(), a_year_later());
+  ASSERT_TRUE(comparison);
+  EXPECT_NE(describe(*comparison).find("stabilised_bias.bias at set point -40 °C, °/h, "), std::string::npos)
+      << describe(*comparison);
+  const auto english = to_html(make_document(*comparison, Language::english));
+  EXPECT_NE(english.find("Set point −40\u00a0°C"), std::string::npos);
+  EXPECT_EQ(english.find("Set point -40"), std::string::npos);
+  for (const char* twice : {"Mean compensated bias: Mean compensated bias", "Bias: Bias"})
+    EXPECT_EQ(english.find(twice), std::string::npos) << twice;
+}
+
 TEST(Comparison, HasPageWithEachChange) {
   const auto comparison = compare(sample_calibration(), a_year_later());
   ASSERT_TRUE(comparison);

@@ -120,7 +120,13 @@ std::string to_json(const Lot& lot) { return json_text(make_json(lot), 1) + "\n"
 namespace {
 
 std::string number(double value) { return std::isnan(value) ? "–" : fmt::format("{:.5f}", value); }
-std::string format_score(double value) { return std::isnan(value) ? "–" : fmt::format("{:+.1f}", value); }
+/// Formats a score with its sign and the minus sign of typography. Zero has no sign.
+std::string format_score(double value) {
+  if (std::isnan(value)) return "–";
+  const auto text = fmt::format("{:.2f}", std::abs(value));
+  if (text == "0.00") return text;
+  return (value < 0 ? "−" : "+") + text;
+}
 
 std::string make_remark(const LotAxis& axis) {
   std::string remark = axis.trouble;
@@ -223,10 +229,10 @@ std::string report_links(const Lot& lot) {
 std::string describe(const Lot& lot) {
   auto text = std::string(lot.simulated ? "SIMULATED\n" : "");
   const auto line = [](const std::vector<std::string>& row) {
-    return fmt::format("{:<12} {:<12} {:<9} {:>9} {:>12} {:>9} {:>9} {:>7} {:>7}  {}\n", row[0], row[1], row[2], row[4],
+    return fmt::format("{:<12} {:<12} {:<9} {:>9} {:>12} {:>9} {:>9} {:>8} {:>8}  {}\n", row[0], row[1], row[2], row[4],
                        row[5], row[6], row[7], row[8], row[9], row[3]);
   };
-  text += line({"axis", "serial", "verdict", "", "raw", "compensated", "floor", "U", "score", "score"});
+  text += line({"axis", "serial", "verdict", "", "raw", "compensated", "floor", "U", "raw z", "comp. z"});
   for (const auto& row : lot_rows(lot, "")) text += line(row);
   for (const auto& event : lot.events) text += "  " + event + "\n";
   return text;

@@ -61,7 +61,7 @@ code { font: 0.84em/1.4 "Source Code Pro", Menlo, Consolas, "Liberation Mono", "
 dl.identity { display: grid; grid-template-columns: 132px 1fr; margin: 0; padding: 12px 0; font-size: 14px;
   border-top: 1px solid var(--line); border-bottom: 1px solid var(--line); }
 dl.identity dt { color: var(--faint); padding: 2px 0; }
-dl.identity dd { margin: 0; padding: 2px 0; }
+dl.identity dd { margin: 0; padding: 2px 0; overflow-wrap: anywhere; }
 .keys { display: grid; grid-template-columns: repeat(5, 1fr); margin: 4px 0 8px; border: 1px solid var(--line);
   border-radius: 3px; }
 .key { padding: 14px 12px 12px 16px; border-left: 1px solid var(--line); }
@@ -78,6 +78,8 @@ caption b { color: var(--ink); margin-right: .5em; }
 thead :is(th, td) { text-align: left; font-weight: 600; vertical-align: bottom; border-top: 1.5px solid var(--ink);
   border-bottom: 1px solid var(--ink); padding: 6px 14px 6px 0; }
 td { padding: 4px 14px 4px 0; border-bottom: 1px solid #eceff2; vertical-align: top; }
+td:not(.n) { overflow-wrap: break-word; }
+sub, sup { line-height: 0; }
 tbody tr:last-child td { border-bottom: 1.5px solid var(--ink); }
 th.n, td.n { text-align: right; padding: 4px 0 4px 14px; }
 table.small td.n { white-space: nowrap; }
@@ -98,7 +100,13 @@ footer { margin-top: 44px; padding-top: 10px; border-top: 1px solid var(--line);
   font-size: 12.5px; }
 @media screen and (max-width: 760px) { main { margin: 0; padding: 28px 18px;
   } .keys { grid-template-columns: repeat(2, 1fr); }
-  main { overflow-x: auto; } }
+  table, figure { overflow-x: auto; }
+  table { display: block; background: linear-gradient(to right, #fff 30%, transparent) left / 30px 100% no-repeat local,
+    linear-gradient(to left, #fff 30%, transparent) right / 30px 100% no-repeat local,
+    linear-gradient(to right, rgba(0, 0, 0, .2), transparent) left / 11px 100% no-repeat scroll,
+    linear-gradient(to left, rgba(0, 0, 0, .2), transparent) right / 11px 100% no-repeat scroll; }
+  figure svg { min-width: 620px; }
+  dl.identity { grid-template-columns: 1fr; } dl.identity dd { overflow-wrap: anywhere; padding-bottom: 7px; } }
 )css";
 
 constexpr const char* kPrintCss = R"css(

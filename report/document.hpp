@@ -65,6 +65,8 @@ struct DocumentFigure {
   std::string caption;  ///< numbered: "Figure 2: …"
   /// Figure for print, the PDF, and the page without scripts.
   std::string svg;
+  /// The same figure for a narrow screen. Empty if zoom and cursor replace it there.
+  std::string narrow_svg = {};
   /// Data for zoom and cursor; labelled like the SVG.
   FigureData data;
 };

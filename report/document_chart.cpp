@@ -52,6 +52,25 @@ constexpr const char* kScript = R"js(
     });
     return Array.from(rows.values()).sort(function (a, b) { return a[0] - b[0]; });
   }
+  function legend_of(data, lines) {
+    var box = document.createElement('div');
+    data.series.forEach(function (one, k) {
+      var line = document.createElement('i');
+      line.style.borderTop = '3px ' + (lines[k].dashed ? 'dashed ' : 'solid ') + lines[k].colour;
+      box.append(line, ' ' + lines[k].name + (one.yHTML ? ' ' + one.yHTML : '') + '\u2003');
+    });
+    return (data.xHTML ? data.xHTML + ':\u2003' : '') + box.innerHTML;
+  }
+  function draw_mark(context, area, mark) {
+    context.save();
+    context.translate(area.x + area.w / 2, area.y + area.h / 2);
+    context.rotate(-0.21);
+    context.font = 'bold ' + Math.min(38, area.w / 8) + 'px sans-serif';
+    context.textAlign = 'center';
+    context.fillStyle = 'rgba(168, 55, 27, 0.12)';
+    context.fillText(mark, 0, 0);
+    context.restore();
+  }
   function draw(figure) {
     var data = JSON.parse(figure.querySelector('script').textContent);
     var chart = figure.querySelector('.chart'), legend = figure.querySelector('.chart-legend');
@@ -67,6 +86,8 @@ constexpr const char* kScript = R"js(
       colors: data.lines.map(function (line) { return line.colour; }),
       series: series, xlabel: as_text(data.x), ylabel: as_text(data.y),
       labelsDiv: legend, legend: 'always', connectSeparatedPoints: true,
+      legendFormatter: function (shown) { return legend_of(shown, data.lines); },
+      underlayCallback: function (context, area) { if (data.mark) draw_mark(context, area, data.mark); },
       strokeWidth: 1.3, highlightCircleSize: 3.5, interactionModel: touchless,
       gridLineColor: '#e3e7ec', axisLineColor: '#8b95a1', axisLabelFontSize: 12, xLabelHeight: 15, yLabelWidth: 15,
       axes: {
@@ -120,7 +141,7 @@ bool can_be_enlarged(const FigureData& figure) {
   });
 }
 
-std::string chart_data(const FigureData& figure, Language language, std::size_t most_points) {
+std::string chart_data(const FigureData& figure, Language language, std::size_t most_points, const std::string& mark) {
   constexpr int kDigitsOfX = 8, kDigitsOfY = 6;
   std::string lines;
   for (std::size_t k = 0; k < figure.lines.size(); ++k) {
@@ -130,9 +151,10 @@ std::string chart_data(const FigureData& figure, Language language, std::size_t 
                          lines.empty() ? "" : ",", quote_json(unique_name(language, figure, k)), line_colour(figure, k),
                          is_line_dashed(figure, k), numbers(kept.x, kDigitsOfX), numbers(kept.y, kDigitsOfY));
   }
-  return fmt::format("{{\"x\":{},\"y\":{},\"lines\":[{}]}}",
+  return fmt::format("{{\"x\":{},\"y\":{},\"mark\":{},\"lines\":[{}]}}",
                      quote_json(name_with_unit(translate(language, figure.x_key), figure.x_unit)),
-                     quote_json(name_with_unit(translate(language, figure.y_key), figure.y_unit)), lines);
+                     quote_json(name_with_unit(translate(language, figure.y_key), figure.y_unit)), quote_json(mark),
+                     lines);
 }
 
 std::string chart_script() { return kNotice + std::string(dygraphs_script()) + kScript; }

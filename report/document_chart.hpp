@@ -14,8 +14,10 @@ namespace gyrotherm::report {
 [[nodiscard]] bool can_be_enlarged(const FigureData& figure);
 
 /// Returns the values as JSON on one line. Each line of the figure is reduced to at most `most_points` points; the
-/// minimum and maximum of each section are kept. The JSON contains nothing that could end a script element.
-[[nodiscard]] std::string chart_data(const FigureData& figure, Language language, std::size_t most_points);
+/// minimum and maximum of each section are kept. `mark` is drawn across the figure, such as "SIMULATED"; it may be
+/// empty. The JSON contains nothing that could end a script element.
+[[nodiscard]] std::string chart_data(const FigureData& figure, Language language, std::size_t most_points,
+                                     const std::string& mark);
 
 /// Returns the script of the page: dygraphs with the notice required by its licence, and the code that calls it.
 [[nodiscard]] std::string chart_script();

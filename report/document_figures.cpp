@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "report/document_chart.hpp"
 #include "report/document_parts.hpp"
 #include "report/plot/plot.hpp"
 #include "report/plot/svg.hpp"
@@ -86,12 +87,16 @@ std::string figure_caption(const DocumentWriter& writer, const FigureData& figur
   return has_errors ? caption + ". " + writer.translated("say.error_bars") : caption;
 }
 
+/// Width of a figure for a narrow screen.
+constexpr double kNarrowPx = 330;
+
 std::string to_svg(const DocumentWriter& writer, const FigureData& figure, const std::string& id,
-                   const std::string& caption) {
+                   const std::string& caption, double width_px = plot::Plot{}.width_px) {
   plot::Plot plot{.id = id,
                   .title = caption,
                   .x = axis_style(writer, figure.x_key, figure.x_unit, figure.logarithmic),
                   .simulated = writer.report.simulated,
+                  .width_px = width_px,
                   .language = {.decimal_comma = writer.language == Language::german,
                                .simulated = writer.translated("mark.simulated")}};
   plot::Panel panel;
@@ -144,7 +149,12 @@ void add_figures(DocumentWriter& writer, const std::string& axis) {
     if (figure.axis != axis || figure.lines.empty()) continue;
     const std::string id = fmt::format("figure-{}", k + 1);
     const std::string caption = figure_caption(writer, figure);
-    writer.add(DocumentFigure{id, caption, to_svg(writer, figure, id, caption), figure});
+    writer.add(DocumentFigure{
+        .id = id,
+        .caption = caption,
+        .svg = to_svg(writer, figure, id, caption),
+        .narrow_svg = can_be_enlarged(figure) ? "" : to_svg(writer, figure, id + "-narrow", caption, kNarrowPx),
+        .data = figure});
   }
 }
 

@@ -84,11 +84,18 @@ td.long, th.long { overflow-wrap: anywhere; min-width: 15ch; }
 figure { margin: 20px 0 26px; break-inside: avoid; }
 figcaption { font-size: 13px; line-height: 1.45; color: var(--faint); margin-top: 6px; }
 .static { overflow-x: auto; }
+/* A shade at an edge shows that the box continues there. The covers in the first two layers move with the content. */
+.scroll, .static { background: linear-gradient(to right, #fff 30%, transparent) left / 30px 100% no-repeat local,
+  linear-gradient(to left, #fff 30%, transparent) right / 30px 100% no-repeat local,
+  linear-gradient(to right, rgba(0, 0, 0, .2), transparent) left / 11px 100% no-repeat scroll,
+  linear-gradient(to left, rgba(0, 0, 0, .2), transparent) right / 11px 100% no-repeat scroll; }
+.narrow { display: none; }
 .static svg { width: 100%; min-width: 540px; height: auto; display: block; }
 .chart, .chart-legend, .zoom-note { display: none; }
 .live .chart { display: block; width: 100%; height: 300px; font-size: 12px; overflow-wrap: normal; }
 .live .chart-legend { display: block; font-size: 12.5px; min-height: 1.5em; line-height: 1.5; }
-.live .chart-legend span { color: var(--ink) !important; font-weight: 400 !important; }
+.live .chart-legend i { display: inline-block; width: 22px; vertical-align: middle; }
+.live .chart-legend { overflow-wrap: normal; }
 .live .static { display: none; }
 .live .zoom-note { display: block; }
 @media (pointer: coarse) { .live .zoom-note { display: none; } }
@@ -99,6 +106,9 @@ figcaption { font-size: 13px; line-height: 1.45; color: var(--faint); margin-top
   .contents ol { columns: 1; }
   dl { grid-template-columns: 1fr; } dt { padding-top: 7px; font-size: 13px; }
   h1 { font-size: 23px; } .live .chart { height: 240px; }
+  .static.wide { display: none; }
+  .narrow { display: block; }
+  .narrow svg { display: block; width: 100%; max-width: 540px; height: auto; }
 }
 )css";
 
@@ -114,13 +124,13 @@ constexpr const char* kPrintStyle = R"css(
   p { orphans: 3; widows: 3; max-width: none; }
   dl { font-size: 9.4pt; margin-bottom: 10pt; padding: 4pt 0; } dt, dd { padding-top: 1pt; padding-bottom: 1pt; }
   thead { display: table-header-group; }
-  .scroll { overflow: visible; margin: 8pt 0 12pt; }
+  .scroll { overflow: visible; margin: 8pt 0 12pt; background: none; }
   table { font-size: 8pt; } .cell-note { font-size: 7pt; } thead th, tbody th, td { padding-right: 8pt; }
   td.n, tbody th.n { padding-left: 4pt; }
   .note { font-size: 8.6pt; }
   .key .value { font-size: 10pt; } .key .label { font-size: 7.8pt; }
   .key { padding: 5pt 5pt; } .key .unit { font-size: 8pt; }
-  .static, .live .static { display: block; overflow: visible; }
+  .static, .live .static { display: block; overflow: visible; background: none; }
   .static svg { min-width: 0; width: 80%; }
   figure { margin: 8pt 0 12pt; }
   .live .chart, .live .chart-legend, .live .zoom-note, .zoom-note { display: none; }
@@ -291,10 +301,11 @@ class BodyWriter {
       html_ += fmt::format(
           "<div class=\"chart-legend\"></div><div class=\"chart\" role=\"img\" aria-label=\"{}\"></div>\n"
           "<script type=\"application/json\">{}</script>\n",
-          escaped(figure.caption), chart_data(figure.data, document_.language, most_points_));
-    html_ +=
-        fmt::format("<div class=\"static\" role=\"group\" tabindex=\"0\" aria-label=\"{}\">{}</div>\n<figcaption>{}",
-                    escaped(figure.caption), figure.svg, caption_html(figure.caption));
+          escaped(figure.caption), chart_data(figure.data, document_.language, most_points_, document_.mark));
+    html_ += fmt::format("<div class=\"static{}\" role=\"group\" tabindex=\"0\" aria-label=\"{}\">{}</div>\n",
+                         figure.narrow_svg.empty() ? "" : " wide", escaped(figure.caption), figure.svg);
+    if (!figure.narrow_svg.empty()) html_ += "<div class=\"narrow\">" + figure.narrow_svg + "</div>\n";
+    html_ += "<figcaption>" + caption_html(figure.caption);
     if (enlargeable)
       html_ += " <span class=\"zoom-note\">" + escaped(translate(document_.language, "page.zoom")) + "</span>";
     html_ += "</figcaption>\n</figure>\n";

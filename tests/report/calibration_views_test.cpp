@@ -179,10 +179,25 @@ TEST(ChartData, IsThinnedAndDoesNotEndScript) {
   FigureData figure = sample_calibration().figures[0];
   figure.lines[0].y[7] = std::numeric_limits<double>::quiet_NaN();
   figure.lines[1].detail = "</script>";
-  const std::string data = chart_data(figure, Language::english, 100);
+  const std::string data = chart_data(figure, Language::english, 100, "</b>");
   EXPECT_FALSE(contains(data, "<"));
   EXPECT_TRUE(contains(data, "null"));
   EXPECT_LT(count_occurrences(data, ","), 3 * 2 * 105 + 20);
+}
+
+TEST(ChartData, HasMarkOfSimulatedData) {
+  const FigureData figure = sample_calibration().figures[0];
+  EXPECT_TRUE(contains(chart_data(figure, Language::english, 100, "SIMULATED"), "\"mark\":\"SIMULATED\""));
+  EXPECT_TRUE(contains(chart_data(figure, Language::english, 100, ""), "\"mark\":\"\""));
+}
+
+TEST(CalibrationPage, HasNarrowFigureWhereZoomIsMissing) {
+  const CalibrationReport report = sample_calibration();
+  const std::string page = page_of(report);
+  const auto plain = std::ranges::count_if(report.figures, [](const auto& figure) { return !can_be_enlarged(figure); });
+  ASSERT_GT(plain, 0);
+  EXPECT_EQ(count_occurrences(page, "<div class=\"narrow\">"), plain);
+  EXPECT_EQ(count_occurrences(page, "<div class=\"static wide\""), plain);
 }
 
 TEST(ChartData, IsOmittedWhenXReverses) {

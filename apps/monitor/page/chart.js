@@ -295,7 +295,7 @@ const chart = (() => {
     }
 
     function draw() {
-      const label_width = box.clientWidth < 480 ? 42 : 56;
+      const label_width = box.clientWidth < 480 ? 46 : 56;
       const options = {
         file: rows,
         labels: ['time', ...series.channels.map(channel => channel.name)],

@@ -119,7 +119,7 @@ function table_row(columns, ...cells) {
       make_element(
         'td',
         {'data-title': columns[i].replace('>', ''), class: columns[i].startsWith('>') ? 'number' : null},
-        ...[cell].flat().filter(part => part !== null && part !== undefined)
+        make_element('div', {}, ...[cell].flat())
       )
     )
   );

@@ -95,6 +95,8 @@ TEST_F(ProofCommand, LeavesChamberAsFoundAndSignsProtocol) {
   const auto protocol = newest_protocol();
   const auto page = read_text_file(protocol + "/proof.de.html").value_or("");
   EXPECT_NE(page.find("NICHT SIGNIERT"), std::string::npos);
+  EXPECT_NE(page.find("<h2>Sicherer Zustand – bestanden</h2>"), std::string::npos);
+  EXPECT_EQ(page.find(">make-safe<"), std::string::npos);
   EXPECT_NE(gyrotherm_with("check --rig " + rig).out.find("UNSIGNED"), std::string::npos);
   const auto key = folder / "lab.key", certificate = folder / "lab.pem";
   ASSERT_EQ(shell("openssl req -x509 -newkey rsa:2048 -nodes -keyout " + key + " -out " + certificate +

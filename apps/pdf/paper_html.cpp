@@ -191,7 +191,8 @@ class PaperWriter {
   }
 
   void operator()(const DocumentTable& table) {
-    constexpr std::size_t kUnsplitRows = 5;
+    // A table of up to kUnsplitRows rows stays on one page, and of a longer one the first and last kRowsTogether rows.
+    constexpr std::size_t kUnsplitRows = 5, kRowsTogether = 3;
     if (table.header.empty()) return;
     html_ += fmt::format("<div class=\"results {}{}\">\n", size_class(table),
                          table.rows.size() <= kUnsplitRows ? " short" : "");
@@ -200,7 +201,12 @@ class PaperWriter {
     for (std::size_t k = 0; k < table.header.size(); ++k)
       html_ += fmt::format("<th{}>{}</th>", cell_class(table, k, table.header[k]), text_to_html(table.header[k]));
     html_ += "</tr></thead>\n<tbody>\n";
-    for (const auto& row : table.rows) add_row(table, row);
+    // WeasyPrint splits a table between any rows, but not a group of rows that avoids breaks.
+    const auto last = table.rows.size() - std::min(table.rows.size(), kRowsTogether);
+    for (std::size_t k = 0; k < table.rows.size(); ++k) {
+      if (table.rows.size() > kUnsplitRows && (k == kRowsTogether || k == last)) html_ += "</tbody>\n<tbody>\n";
+      add_row(table, table.rows[k]);
+    }
     html_ += "</tbody>\n</table></div>\n";
   }
 

@@ -34,7 +34,8 @@ plot::Plot make_hour_plot(const model::FusionSummary& summary, const char* id, c
 }
 
 std::string figure(const plot::Plot& plot, const std::string& caption) {
-  return fmt::format("<figure id=\"{}\">\n{}<figcaption>{}</figcaption>\n</figure>\n", plot.id, to_svg(plot), caption);
+  return fmt::format("<figure id=\"{}\" tabindex=\"0\">\n{}<figcaption>{}</figcaption>\n</figure>\n", plot.id,
+                     to_svg(plot), caption);
 }
 
 /// Returns a figure of the mean rate, minus the Earth rate if it is known.

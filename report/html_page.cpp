@@ -100,7 +100,8 @@ footer { margin-top: 44px; padding-top: 10px; border-top: 1px solid var(--line);
   font-size: 12.5px; }
 @media screen and (max-width: 760px) { main { margin: 0; padding: 28px 18px;
   } .keys { grid-template-columns: repeat(2, 1fr); }
-  table, figure { overflow-x: auto; }
+  main { overflow-wrap: anywhere; }
+  table, figure { overflow-x: auto; overflow-wrap: normal; }
   table { display: block; background: linear-gradient(to right, #fff 30%, transparent) left / 30px 100% no-repeat local,
     linear-gradient(to left, #fff 30%, transparent) right / 30px 100% no-repeat local,
     linear-gradient(to right, rgba(0, 0, 0, .2), transparent) left / 11px 100% no-repeat scroll,
@@ -168,7 +169,8 @@ std::string to_html(const HtmlPage& page) {
 }
 
 std::string to_html(const HtmlTable& table) {
-  std::string html = table.style.empty() ? "<table>\n" : fmt::format("<table class=\"{}\">\n", table.style);
+  std::string html = table.style.empty() ? "<table tabindex=\"0\">\n"
+                                         : fmt::format("<table class=\"{}\" tabindex=\"0\">\n", table.style);
   if (!table.caption.empty()) html += fmt::format("<caption>{}</caption>\n", table.caption);
   html += "<thead>" + row_html(table.header, "th", table.text_columns) + "</thead>\n<tbody>\n";
   for (const auto& row : table.rows) {

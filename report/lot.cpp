@@ -185,7 +185,8 @@ std::string lot_figure(const Lot& lot) {
       value_curve(lot, "noise floor", plot::colour::kBias, &LotAxis::floor_deg_per_h, true)};
   plot.panels.push_back(std::move(panel));
   return fmt::format(
-      "<figure>\n{}<figcaption><b>Figure</b> Standard deviation of the bias in the random run, not used to train any "
+      "<figure tabindex=\"0\">\n{}<figcaption><b>Figure</b> Standard deviation of the bias in the random run, not used "
+      "to train any "
       "model, and the noise floor of its holds.</figcaption>\n</figure>\n",
       to_svg(plot));
 }

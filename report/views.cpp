@@ -554,8 +554,9 @@ class Page {
   void figure(const std::string& id, const char* style = "") {
     const auto found = std::ranges::find(figures_, id, &ReportFigure::id);
     assert(found != figures_.end());
-    html_ += fmt::format("<figure id=\"{}\" class=\"{}\">\n{}<figcaption><b>Figure {}</b> {}</figcaption>\n</figure>\n",
-                         id, style, found->svg, ++numbered_figures_, plot::escaped(found->caption));
+    html_ += fmt::format(
+        "<figure id=\"{}\" class=\"{}\" tabindex=\"0\">\n{}<figcaption><b>Figure {}</b> {}</figcaption>\n</figure>\n",
+        id, style, found->svg, ++numbered_figures_, plot::escaped(found->caption));
   }
   [[nodiscard]] const std::string& html() const { return html_; }
 

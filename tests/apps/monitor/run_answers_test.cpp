@@ -346,7 +346,9 @@ power = "on"
   info.segments.clear();
   EXPECT_EQ(prompts(), (std::vector<std::string>{"", "switch the unit off", "switch the unit on"}));
   // A supply switches the unit off; a person switches it on.
-  info.segments = {{.name = "hold 20 °C"}, {.name = "hold 20 °C"}, {.name = "hold 20 °C", .prompt = "switch it on"}};
+  const record::RunInfo::SegmentInfo hold{"hold 20 °C", true, Celsius{20}};
+  info.segments = {hold, hold, hold};
+  info.segments.back().prompt = "switch it on";
   EXPECT_EQ(prompts(), (std::vector<std::string>{"", "", "switch it on"}));
 }
 

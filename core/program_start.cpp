@@ -12,6 +12,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <limits>
+#include <ranges>
 #include <system_error>
 
 #include "core/text.hpp"
@@ -31,6 +32,15 @@ bool is_number(std::string_view text, std::string_view kind) {
   if (std::uint64_t natural = 0; kind == "UINT") return can_parse(text, natural);
   double number = 0;
   return can_parse(text, number) && std::isfinite(number);
+}
+
+/// Returns the reason for refusing a text that is not a number, with the number to write if it has a decimal comma.
+std::string number_refusal_reason(std::string_view text) {
+  std::string with_point(text);
+  if (std::ranges::count(text, ',') == 1) std::ranges::replace(with_point, ',', '.');
+  const bool has_comma = with_point != text && is_number(with_point, "FLOAT");
+  return fmt::format("\"{}\" is not an accepted number{}", text,
+                     has_comma ? fmt::format("; it has a decimal comma, write {}", with_point) : "");
 }
 
 }  // namespace
@@ -58,7 +68,7 @@ bool is_stdout_closed() {
 
 std::string objection_to(std::string_view value, std::string_view kind) {
   const bool is_numeric = kind == "INT" || kind == "UINT" || kind == "FLOAT";
-  if (is_numeric && !is_number(value, kind)) return fmt::format("\"{}\" is not an accepted number", value);
+  if (is_numeric && !is_number(value, kind)) return number_refusal_reason(value);
   return value.empty() ? "its value is empty" : "";
 }
 
@@ -76,21 +86,66 @@ std::string option_refusal_reason(std::string_view word, const std::string& comm
                      near.empty() ? "" : fmt::format(". Did you mean {}?", near));
 }
 
-std::string plain_error_message(const std::string& refusal) {
+std::string misspelt_command_reason(std::string_view word, const std::string& command,
+                                    std::span<const std::string> known) {
+  if (word.starts_with('-') || std::ranges::find(known, word) != known.end()) return {};
+  const auto near = find_nearest(word, known);
+  if (near.empty() || ::access(std::string(word).c_str(), F_OK) == 0) return {};
+  return fmt::format("\"{}\" is not a command of {}. Did you mean \"{}\"?", word, command, near);
+}
+
+std::string extra_word_refusal_reason(std::string_view word, const std::string& form) {
+  return fmt::format("\"{}\" is not expected here; the form is: {} [options]", word, form);
+}
+
+namespace {
+
+/// Rewrites "--as: C not in {libsvm,c}", CLI11's message for a value that is not one of a list. Returns an empty string
+/// for any other message.
+std::string explain_choice(const std::string& refusal) {
+  constexpr std::string_view kName = ": ", kList = " not in {";
+  const auto name = refusal.find(kName), list = refusal.rfind(kList);
+  if (name == std::string::npos || list == std::string::npos || list < name + kName.size() || !refusal.ends_with('}'))
+    return {};
+  std::vector<std::string> known;
+  const auto begins = list + kList.size();
+  for (const auto each : std::views::split(std::string_view(refusal).substr(begins, refusal.size() - 1 - begins), ','))
+    known.emplace_back(each.begin(), each.end());
+  const auto value = refusal.substr(name + kName.size(), list - name - kName.size());
+  const auto near = find_nearest(value, known);
+  return fmt::format("{}: \"{}\" is not one of {}{}", refusal.substr(0, name), value, fmt::join(known, ", "),
+                     near.empty() ? "" : fmt::format("; did you mean \"{}\"?", near));
+}
+
+/// Rewrites "--guard: Value 0 not in range 1.000000 to 3600.000000", CLI11's message for a number that is too small or
+/// too large. Returns an empty string for any other message.
+std::string explain_range(const std::string& refusal) {
   constexpr std::string_view kValue = ": Value ", kRange = " not in range ", kTo = " to ";
-  const auto value = refusal.find(kValue), range = refusal.find(kRange);
+  const auto value = refusal.find(kValue), range = refusal.rfind(kRange);
   const auto to = range == std::string::npos ? range : refusal.find(kTo, range);
+  if (value == std::string::npos || to == std::string::npos || range < value + kValue.size()) return {};
+  const auto name = refusal.substr(0, value);
+  const auto number = refusal.substr(value + kValue.size(), range - value - kValue.size());
+  if (!is_number(number, "FLOAT")) return fmt::format("{}: {}", name, number_refusal_reason(number));
   // CLI11 prints the largest double with 309 digits.
-  if (value != std::string::npos && to != std::string::npos &&
-      refusal.size() - to > std::numeric_limits<double>::max_exponent10)
-    return fmt::format("{}: {} is not a number above zero", refusal.substr(0, value),
-                       refusal.substr(value + kValue.size(), range - value - kValue.size()));
+  if (refusal.size() - to > std::numeric_limits<double>::max_exponent10)
+    return fmt::format("{}: {} is not a number above zero", name, number);
+  double least = 0, most = 0;
+  if (!can_parse(refusal.substr(range + kRange.size(), to - range - kRange.size()), least)) return {};
+  if (!can_parse(refusal.substr(to + kTo.size()), most)) return {};
+  return fmt::format("{}: {} is outside {:g} to {:g}", name, number, least, most);
+}
+
+}  // namespace
+
+std::string plain_error_message(const std::string& refusal) {
+  if (auto choice = explain_choice(refusal); !choice.empty()) return choice;
+  if (auto range = explain_range(refusal); !range.empty()) return range;
   constexpr std::string_view kRefusalStart = "Could not convert: ", kValueSeparator = " = ";
   const auto is = refusal.find(kValueSeparator);
   if (!refusal.starts_with(kRefusalStart) || is == std::string::npos) return refusal;
-  return fmt::format("{}: \"{}\" is not an accepted number",
-                     refusal.substr(kRefusalStart.size(), is - kRefusalStart.size()),
-                     refusal.substr(is + kValueSeparator.size()));
+  return fmt::format("{}: {}", refusal.substr(kRefusalStart.size(), is - kRefusalStart.size()),
+                     number_refusal_reason(refusal.substr(is + kValueSeparator.size())));
 }
 
 }  // namespace gyrotherm

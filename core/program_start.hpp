@@ -34,14 +34,39 @@ void write_to_stderr(std::string_view text);
 /// commands `known`.
 [[nodiscard]] std::string command_refusal_reason(std::string_view word, std::span<const std::string> known);
 
+/// Returns the reason for refusing `word` as the first argument of a command that has both arguments and subcommands,
+/// if it is a misspelt subcommand of `known`. Returns an empty string if a file or folder has this name.
+[[nodiscard]] std::string misspelt_command_reason(std::string_view word, const std::string& command,
+                                                  std::span<const std::string> known);
+
+/// Returns the reason for refusing an argument that a command does not take. `form` is the command as it is typed with
+/// all that it requires, such as "gyrotherm compensate MODEL".
+[[nodiscard]] std::string extra_word_refusal_reason(std::string_view word, const std::string& form);
+
 /// Returns the reason for refusing the option `word`, which `command` does not have. Suggests the nearest option of
 /// `known`.
 [[nodiscard]] std::string option_refusal_reason(std::string_view word, const std::string& command,
                                                 std::span<const std::string> known);
 
-/// Returns CLI11's error message unchanged, except that this program's own message replaces the one for an invalid
-/// number.
+/// Returns CLI11's error message unchanged, except that this program's own messages replace those for an invalid
+/// number, a number outside its range, and a value that is not one of a list.
 [[nodiscard]] std::string plain_error_message(const std::string& refusal);
+
+/// Returns a command as it is typed with all that it requires, such as "gyrotherm compensate MODEL".
+template <class App>
+std::string describe_form(const App& command) {
+  std::string form = command.get_name();
+  for (const auto* parent = command.get_parent(); parent != nullptr; parent = parent->get_parent())
+    form.insert(0, parent->get_name() + " ");
+  for (const bool is_positional : {true, false})
+    for (const auto* option : command.get_options()) {
+      if (option->get_positional() != is_positional || !(is_positional || option->get_required())) continue;
+      const std::string type = option->get_type_name();
+      const auto value = type.substr(0, type.find(':'));
+      form += is_positional ? " " + value : " " + option->get_name() + " " + value;
+    }
+  return form;
+}
 
 /// Returns the message for a CLI11 error. It names the first unknown command or option if there is one; CLI11 may
 /// report only a consequence of that. Otherwise the message is CLI11's own, `refusal`, as plain_error_message() returns
@@ -55,8 +80,9 @@ std::string find_error_cause(const std::string& refusal, const App& program, std
       known.push_back(below->get_name());
     const bool has_positionals =
         !command.get_options([](const auto* option) { return option->get_positional(); }).empty();
-    if (cause.empty() && next < words.size() && !known.empty() && !has_positionals)
-      cause = command_refusal_reason(words[next], known);
+    if (!cause.empty() || next >= words.size() || known.empty()) return;
+    cause = has_positionals ? misspelt_command_reason(words[next], command.get_name(), known)
+                            : command_refusal_reason(words[next], known);
   };
   const auto* command = &program;  // innermost command named so far
   check_next(program, 1);
@@ -78,6 +104,9 @@ std::string find_error_cause(const std::string& refusal, const App& program, std
     if (!is_known || (has_one_dash && command->get_option_no_throw("-" + word) != nullptr))
       cause = option_refusal_reason(word, command->get_name(), options);
   }
+  if (const auto extra = program.remaining(true); cause.empty() && !extra.empty())
+    cause = extra.front().starts_with('-') ? option_refusal_reason(extra.front(), command->get_name(), options)
+                                           : extra_word_refusal_reason(extra.front(), describe_form(*command));
   if (!cause.empty()) return cause;
   constexpr std::string_view kRequired = " is required";
   if (!refusal.ends_with(kRequired)) return plain_error_message(refusal);

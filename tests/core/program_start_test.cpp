@@ -10,6 +10,7 @@
 #include <cstdio>
 
 #include "core/file.hpp"
+#include "tests/support/folder.hpp"
 
 namespace gyrotherm {
 namespace {
@@ -86,6 +87,38 @@ TEST(CommandRefusalReason, SuggestsNearestOrAllCommands) {
   EXPECT_EQ(command_refusal_reason("--json", known), "");
   EXPECT_EQ(command_refusal_reason("rigz", known), "\"rigz\" is not a command. Did you mean \"rigs\"?");
   EXPECT_EQ(command_refusal_reason("calibrations", known), "\"calibrations\" is not one of the commands rigs, units");
+}
+
+TEST(MisspeltCommandReason, IgnoresFilesAndForeignWords) {
+  const std::string known[] = {"sign", "verify"};
+  EXPECT_EQ(misspelt_command_reason("verfy", "report", known),
+            "\"verfy\" is not a command of report. Did you mean \"verify\"?");
+  for (const auto* other : {"verify", "random.db", "--verfy"})
+    EXPECT_EQ(misspelt_command_reason(other, "report", known), "") << other;
+  const tests::TestFolder folder;
+  const std::string near_file = folder / "sing";
+  ASSERT_TRUE(replace_text_file(near_file, ""));
+  const std::string known_paths[] = {folder / "sign"};
+  EXPECT_EQ(misspelt_command_reason(near_file, "report", known_paths), "");
+}
+
+TEST(PlainErrorMessage, NamesValueAndPermittedValues) {
+  EXPECT_EQ(plain_error_message("--as: C not in {libsvm,c}"),
+            "--as: \"C\" is not one of libsvm, c; did you mean \"c\"?");
+  EXPECT_EQ(plain_error_message("--as: excel not in {csv,netcdf}"), "--as: \"excel\" is not one of csv, netcdf");
+  EXPECT_EQ(plain_error_message("--only:  not in {clock,disk}"), "--only: \"\" is not one of clock, disk");
+  EXPECT_EQ(plain_error_message("--by: a: b not in {x,y} not in {one,two}"),
+            "--by: \"a: b not in {x,y}\" is not one of one, two");
+}
+
+TEST(PlainErrorMessage, TellsRangeFromInvalidNumber) {
+  const std::string range = " not in range -100.000000 to 150.000000";
+  EXPECT_EQ(plain_error_message("--ambient: Value 293" + range), "--ambient: 293 is outside -100 to 150");
+  EXPECT_EQ(plain_error_message("--ambient: Value 20 °C" + range), "--ambient: \"20 °C\" is not an accepted number");
+  EXPECT_EQ(plain_error_message("--ambient: Value 20,5" + range),
+            "--ambient: \"20,5\" is not an accepted number; it has a decimal comma, write 20.5");
+  EXPECT_EQ(plain_error_message("--ambient: Value 1,000,0" + range),
+            "--ambient: \"1,000,0\" is not an accepted number");
 }
 
 }  // namespace

@@ -14,10 +14,12 @@ Result<Exit> become_site_program(const std::vector<std::string>& arguments) {
   return exec_sibling_program("gyrotherm-site", arguments);
 }
 
+/// Carries out the command of gyrotherm-thermal that the first argument names; without one, `image`.
 Result<Exit> become_thermal_program(const std::vector<std::string>& arguments) {
-  std::vector<std::string> image_arguments{"image"};
-  image_arguments.insert(image_arguments.end(), arguments.begin(), arguments.end());
-  return exec_sibling_program("gyrotherm-thermal", std::move(image_arguments));
+  std::vector<std::string> forwarded;
+  if (arguments.empty() || arguments.front().starts_with('-')) forwarded.emplace_back("image");
+  forwarded.insert(forwarded.end(), arguments.begin(), arguments.end());
+  return exec_sibling_program("gyrotherm-thermal", std::move(forwarded));
 }
 
 }  // namespace

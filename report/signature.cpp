@@ -121,6 +121,36 @@ Result<std::string> run_step(const std::string& program, const Strings& argument
   return failure(FaultKind::bad_file, program, fmt::format("{}: {}", what, output.substr(0, 600)));
 }
 
+// PEM files
+
+enum class PemContent { certificate, private_key };
+
+/// Returns why a file does not contain what is expected; empty if it does. Names what it contains instead.
+std::string pem_refusal(std::string_view text, PemContent expected) {
+  const bool expects_key = expected == PemContent::private_key;
+  const std::string_view name = expects_key ? "a private key" : "a certificate";
+  const auto refused = [&](std::string_view is) { return fmt::format("{}, expected {} in PEM", is, name); };
+  if (text.empty()) return refused("is empty");
+  // DER and PKCS #12 begin with a sequence of more than 127 bytes.
+  constexpr unsigned char kLongLength = 0x80;
+  if (text.size() > 1 && text[0] == '\x30' && static_cast<unsigned char>(text[1]) >= kLongLength)
+    return refused("is a binary file, such as DER or PKCS #12") + "; \"openssl\" converts it";
+  const auto label = text_between(text, "-----BEGIN ", "-----");
+  if (!label) return refused("contains no PEM text");
+  for (const auto& each : all_texts_between(text, "-----BEGIN ", "-----"))
+    if (each.ends_with(expects_key ? "PRIVATE KEY" : "CERTIFICATE")) return {};
+  return refused(fmt::format("contains \"{}\"", plain(*label)));
+}
+
+/// Reads a PEM file. Fails with bad_file if it does not contain what is expected.
+Result<std::string> read_pem(const std::string& path, PemContent expected) {
+  auto content = read_text_file(path);
+  if (!content) return content;
+  if (auto refusal = pem_refusal(*content, expected); !refusal.empty())
+    return failure(FaultKind::bad_file, path, std::move(refusal));
+  return content;
+}
+
 // Permitted uses of a certificate
 
 constexpr std::array<std::string_view, 2> kSigningUsages{"Digital Signature", "Non Repudiation"};
@@ -219,7 +249,7 @@ Result<ProgramRun> run_openssl_verify(const Trust& trust, const Strings& files) 
 }
 
 Result<void> check_trust_file(const Trust& trust) {
-  if (auto there = read_text_file(trust.certificates_file); !there) return failure(there.error());
+  if (auto there = read_pem(trust.certificates_file, PemContent::certificate); !there) return failure(there.error());
   if (trust.on_day && !calendar_day(*trust.on_day))
     return failure(FaultKind::usage, *trust.on_day, "is not a date, expected one like 2026-11-25");
   return {};
@@ -277,18 +307,47 @@ Result<Signer> read_signer(const std::string& certificate) {
                 .not_after = line_value(lines, "\nnotAfter=")};
 }
 
+/// Writes the decrypted key as "key.pem" into the folder. Fails with bad_file if the file contains no private key, or
+/// if the password does not open it.
+Result<void> unlock_key(const PrivateFolder& folder, const SigningKey& key) {
+  const auto pem = read_pem(key.key_file, PemContent::private_key);
+  if (!pem) return failure(pem.error());
+  Strings arguments{"pkey", "-in", key.key_file, "-out", folder / "key.pem"};
+  if (!key.password_file.empty()) {
+    const auto password = read_text_file(key.password_file);
+    if (!password) return failure(password.error());
+    if (password->substr(0, password->find('\n')).empty())
+      return failure(FaultKind::bad_file, key.password_file, "expected the password of the key in the first line");
+    arguments.insert(arguments.end(), {"-passin", "file:" + key.password_file});
+  }
+  const auto unlocked = run_program("openssl", arguments);
+  if (!unlocked) return failure(unlocked.error());
+  if (unlocked->exit_code == 0) return {};
+  if (pem->find("ENCRYPTED") == std::string::npos)
+    return failure(FaultKind::bad_file, key.key_file, "openssl cannot read the private key");
+  return failure(FaultKind::bad_file, key.key_file,
+                 key.password_file.empty() ? "is protected by a password; name a file with it by --password-file"
+                                           : fmt::format("the password in {} does not open it", key.password_file));
+}
+
+/// Fails with bad_file unless the first certificate of the folder's "chain.pem" is valid today.
+Result<void> check_validity(const PrivateFolder& folder, const std::string& where) {
+  const auto run =
+      run_openssl_verify({.certificates_file = folder / "chain.pem", .on_day = {}}, {folder / "chain.pem"});
+  if (!run) return failure(run.error());
+  if (run->exit_code == 0) return {};
+  const std::string why = text_between(run->out, "lookup: ", "\n").value_or("openssl does not accept it");
+  return failure(FaultKind::bad_file, where, "cannot be used for signing today: " + plain(why));
+}
+
 /// Writes the decrypted key as "key.pem" and the certificates as "chain.pem" into the folder. Fails unless the key is
-/// an RSA key that matches the first certificate.
+/// an RSA key that matches the first certificate, and this certificate is valid today.
 Result<void> prepare_key(const PrivateFolder& folder, const SigningKey& key) {
-  const auto certificates = read_text_file(key.certificate_file);
+  const auto certificates = read_pem(key.certificate_file, PemContent::certificate);
   if (!certificates) return failure(certificates.error());
   if (auto written = write_private(folder / "chain.pem", *certificates); !written) return written;
   if (auto usable = check_usage(folder / "chain.pem", key.certificate_file); !usable) return usable;
-  Strings arguments{"pkey", "-in", key.key_file, "-out", folder / "key.pem"};
-  if (!key.password_file.empty()) arguments.insert(arguments.end(), {"-passin", "file:" + key.password_file});
-  if (auto there = read_text_file(key.key_file); !there) return failure(there.error());
-  if (auto unlocked = run_step("openssl", arguments, "cannot open the key"); !unlocked)
-    return failure(unlocked.error());
+  if (auto unlocked = unlock_key(folder, key); !unlocked) return unlocked;
   const auto rsa = run_program("openssl", {"rsa", "-in", folder / "key.pem", "-noout"});
   if (!rsa) return failure(rsa.error());
   if (rsa->exit_code != 0) return failure(FaultKind::bad_file, key.key_file, "is not an RSA key");
@@ -299,7 +358,7 @@ Result<void> prepare_key(const PrivateFolder& folder, const SigningKey& key) {
   if (!of_certificate) return failure(of_certificate.error());
   if (*of_key != *of_certificate)
     return failure(FaultKind::bad_file, key.certificate_file, "is not the certificate of the key " + key.key_file);
-  return {};
+  return check_validity(folder, key.certificate_file);
 }
 
 Strings read_certificates(const std::string& pem) {
@@ -421,6 +480,16 @@ Result<void> make_key_store(const PrivateFolder& folder) {
 }
 
 }  // namespace
+
+Result<void> check_signing_key(const SigningKey& key) {
+  const auto folder = PrivateFolder::make();
+  if (!folder) return failure(folder.error());
+  return prepare_key(*folder, key);
+}
+
+Result<void> check_trusted_file(const std::string& path) {
+  return read_pem(path, PemContent::certificate).map([](const std::string&) {});
+}
 
 Result<std::string> sign_dcc(std::string_view dcc, const SigningKey& key) {
   if (auto written = read_dcc(dcc, kDccFile); !written) return failure(written.error());

@@ -39,6 +39,13 @@ struct Signer {
   bool operator==(const Signer&) const = default;
 };
 
+/// Fails with bad_file if a key cannot sign: key or certificate cannot be read, do not match, or the certificate is not
+/// valid today. A program that signs at the end of a long task calls this at the start.
+[[nodiscard]] Result<void> check_signing_key(const SigningKey& key);
+
+/// Fails with bad_file if a file of trusted certificates contains no certificate in PEM.
+[[nodiscard]] Result<void> check_trusted_file(const std::string& path);
+
 /// Signs a certificate: an enveloped RSA-SHA256 signature over the whole document that includes the key's certificates.
 /// Fails with bad_file if key and certificate do not match or cannot be read, if a program is not installed, or if the
 /// new signature does not verify.

@@ -72,6 +72,9 @@ void add_signing_options(CLI::App& command, report::SigningKey& key) {
 Result<void> check_signing_options(const report::SigningKey& key) {
   if (key.key_file.empty() != key.certificate_file.empty())
     return failure(FaultKind::usage, "--key", "expected --key and --certificate together");
+  if (!key.key_file.empty()) return report::check_signing_key(key);
+  if (!key.password_file.empty())
+    return failure(FaultKind::usage, "--password-file", "requires --key and --certificate");
   return {};
 }
 

@@ -594,7 +594,7 @@ TEST_F(Signed, RequiresPasswordOfLockedKey) {
   key.password_file = *keys_ / "wrong-password";
   const auto refused = signed_with(key);
   ASSERT_FALSE(refused);
-  EXPECT_NE(refused.error().what.find("cannot open the key"), std::string::npos) << text(refused.error());
+  EXPECT_EQ(text(refused.error()), key.key_file + ": the password in " + key.password_file + " does not open it");
   key.password_file = *keys_ / "password";
   const auto done = signed_with(key);
   ASSERT_TRUE(done) << text(done.error());
@@ -609,6 +609,65 @@ TEST_F(Signed, RefusesKeyOfOtherCertificate) {
   ASSERT_FALSE(refused);
   EXPECT_NE(refused.error().what.find("is not the certificate of the key"), std::string::npos);
   EXPECT_EQ(bytes("report.pdf"), before);
+}
+
+TEST_F(Signed, NamesFileThatIsNotKeyOrCertificate) {
+  const auto refusal = [](const SigningKey& key) {
+    const auto checked = check_signing_key(key);
+    EXPECT_FALSE(checked);
+    return checked ? std::string() : text(checked.error());
+  };
+  const SigningKey good = keys_->key("lab");
+  EXPECT_TRUE(check_signing_key(good));
+  EXPECT_EQ(refusal({.key_file = good.certificate_file, .certificate_file = good.key_file}),
+            good.key_file + ": contains \"PRIVATE KEY\", expected a certificate in PEM");
+  EXPECT_EQ(refusal({.key_file = good.certificate_file, .certificate_file = good.certificate_file}),
+            good.certificate_file + ": contains \"CERTIFICATE\", expected a private key in PEM");
+  const std::string der = at("lab.der"), empty = at("empty"), table = at("table.csv");
+  run("openssl", {"x509", "-in", good.certificate_file, "-outform", "DER", "-out", der});
+  write("empty", "");
+  write("table.csv", "0,1\n");
+  EXPECT_EQ(
+      refusal({.key_file = good.key_file, .certificate_file = der}),
+      der + ": is a binary file, such as DER or PKCS #12, expected a certificate in PEM; \"openssl\" converts it");
+  EXPECT_EQ(refusal({.key_file = empty, .certificate_file = good.certificate_file}),
+            empty + ": is empty, expected a private key in PEM");
+  EXPECT_EQ(refusal({.key_file = table, .certificate_file = good.certificate_file}),
+            table + ": contains no PEM text, expected a private key in PEM");
+  EXPECT_FALSE(check_trusted_file(good.key_file));
+  EXPECT_TRUE(check_trusted_file(good.certificate_file));
+}
+
+TEST_F(Signed, NamesCauseWhenPasswordIsMissing) {
+  SigningKey key = keys_->key("lab");
+  key.key_file = *keys_ / "locked.key";
+  key.password_file = at("none");
+  const auto missing = check_signing_key(key);
+  ASSERT_FALSE(missing);
+  EXPECT_EQ(missing.error().where, key.password_file);
+  for (const auto* content : {"", "\na secret\n"}) {
+    write("none", content);
+    const auto refused = check_signing_key(key);
+    ASSERT_FALSE(refused);
+    EXPECT_EQ(text(refused.error()), key.password_file + ": expected the password of the key in the first line");
+  }
+}
+
+TEST_F(Signed, RefusesExpiredCertificateBeforeItSigns) {
+  const std::string expired = *keys_ / "expired.pem", config = at("ca.cnf"), store = at("ca");
+  std::filesystem::create_directory(store);
+  write("ca/index.txt", "");
+  write("ca/serial", "01\n");
+  write("ca.cnf", fmt::format("[ca]\ndefault_ca=d\n[d]\ndatabase={0}/index.txt\nnew_certs_dir={0}\nserial={0}/serial\n"
+                              "default_md=sha256\npolicy=p\n[p]\ncommonName=supplied\n[e]\n{1}",
+                              store, kForSigning));
+  run("openssl", {"req", "-new", "-key", *keys_ / "lab.key", "-out", at("request"), "-subj", "/CN=lab"});
+  run("openssl", {"ca", "-batch", "-config", config, "-extensions", "e", "-in", at("request"), "-cert",
+                  *keys_ / "ca.pem", "-keyfile", *keys_ / "ca.key", "-startdate", "20200101000000Z", "-enddate",
+                  "20210101000000Z", "-notext", "-out", expired});
+  const auto refused = check_signing_key({.key_file = *keys_ / "lab.key", .certificate_file = expired});
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(text(refused.error()), expired + ": cannot be used for signing today: certificate has expired");
 }
 
 TEST_F(Signed, RefusesKeyThatIsNotRsa) {

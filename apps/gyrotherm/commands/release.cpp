@@ -2,6 +2,7 @@
 /// The command `release`: reviews, releases and lists programs in the register of a site.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <string>
 
@@ -12,6 +13,7 @@
 #include "core/json.hpp"
 #include "core/sha256.hpp"
 #include "core/text.hpp"
+#include "core/toml_reader.hpp"
 
 namespace gyrotherm::app {
 namespace {
@@ -46,12 +48,25 @@ Result<void> check_releaser(const std::string& by) {
 
 std::string utc_now() { return civil_time(SteadyClock().now().utc); }
 
+/// Fails with bad_file unless a text can take part in a run: a profile, rig file, map or description.
+Result<void> check_program_text(std::string_view text, const std::string& file) {
+  const auto table = TomlTable::parse(text, file);
+  if (!table) return failure(table.error());
+  const auto schema = table->text("schema", "");
+  for (const auto* kind :
+       {"profile", "rig", "chamber", "gyro-stream", "text", "analogue-inputs", "gyro", "reduced-gyro"})
+    if (schema.starts_with(fmt::format("gyrotherm-{}/", kind))) return {};
+  return failure(FaultKind::bad_file, file,
+                 fmt::format("its schema is \"{}\", expected a profile, rig file, map or description", plain(schema)));
+}
+
 Result<Exit> review_file(Console& console, const ReleaseArguments& options) {
   if (auto valid = check_releaser(options.by); !valid) return failure(valid.error());
   const auto folder = choose_register(options.register_folder);
   if (!folder) return failure(folder.error());
   const auto text = read_text_file(options.file);
   if (!text) return failure(text.error());
+  if (auto program = check_program_text(*text, options.file); !program) return failure(program.error());
   const auto digest = sha256(*text);
   const auto known = find_release(*folder, digest);
   if (!known) return failure(known.error());
@@ -113,6 +128,11 @@ Result<Exit> list_register(Console& console, const ReleaseArguments& options) {
   if (!trusted) return failure(trusted.error());
   const auto all = list_releases(*folder);
   if (!all) return failure(all.error());
+  const bool has_signature = std::ranges::any_of(*all, [](const Release& each) { return !each.signature.empty(); });
+  if (has_signature && trusted->empty())
+    return failure(FaultKind::usage, "--trusted", fmt::format("is required, because {} names none", kPolicyFile));
+  if (has_signature)
+    if (auto usable = report::check_trusted_file(*trusted); !usable) return failure(usable.error());
   bool all_hold = true;
   Json json = Json::array();
   for (const Release& release : *all) {

@@ -23,6 +23,13 @@ bool is_sha256(std::string_view text) {
          std::ranges::all_of(text, [](char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f'); });
 }
 
+/// Fails with bad_file unless the register is a folder.
+Result<void> check_register(const std::string& folder) {
+  std::error_code unknown;
+  if (std::filesystem::is_directory(folder, unknown)) return {};
+  return failure(FaultKind::bad_file, folder, "is not a folder, expected the register of releases");
+}
+
 }  // namespace
 
 void describe(auto& form, Like<ReleaseStep> auto& step) {
@@ -87,9 +94,8 @@ std::string release_path(const std::string& register_folder, const std::string& 
 }
 
 Result<std::optional<Release>> find_release(const std::string& register_folder, const std::string& sha256) {
+  if (auto folder = check_register(register_folder); !folder) return failure(folder.error());
   std::error_code unknown;
-  if (!std::filesystem::is_directory(register_folder, unknown))
-    return failure(FaultKind::bad_file, register_folder, "is not a folder, expected the register of releases");
   const auto path = release_path(register_folder, sha256);
   if (!std::filesystem::exists(path, unknown) && !unknown) return std::nullopt;
   const auto text = read_text_file(path, kLargestRelease);
@@ -104,6 +110,7 @@ Result<std::optional<Release>> find_release(const std::string& register_folder, 
 Result<std::vector<Release>> list_releases(const std::string& register_folder) {
   std::error_code error;
   std::vector<Release> all;
+  if (auto folder = check_register(register_folder); !folder) return failure(folder.error());
   std::filesystem::directory_iterator entries(register_folder, error);
   if (error) return failure(FaultKind::bad_file, register_folder, error.message());
   for (const auto& entry : entries) {

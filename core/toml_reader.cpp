@@ -52,6 +52,13 @@ struct TomlTable::Document {
     [[nodiscard]] bool is_full() const { return noted_.size() == kMaxErrors; }
     [[nodiscard]] bool has_more() const { return more_; }
     [[nodiscard]] bool empty() const { return noted_.empty(); }
+    /// Returns whether a key is missing, or its value was refused. Further errors about it are consequences.
+    [[nodiscard]] bool has_refused(toml::source_position at, std::string_view key) const {
+      const auto missing = missing_key(key), refused = fmt::format("\"{}\" is ", key);
+      return std::ranges::any_of(noted_, [&](const TomlError& one) {
+        return one.at == at && (one.what.starts_with(missing) || one.what.starts_with(refused));
+      });
+    }
     /// Removes the error about a missing key, because a misspelt form of the key was found.
     void drop_missing(toml::source_position table, std::string_view key) {
       const auto start = missing_key(key);
@@ -475,6 +482,7 @@ void TomlTable::note_error(std::string_view key, std::string what) const {
   if (node_->is_reported) return;
   if (!node_->table)
     return document_->errors.note({Rank::missing_error, node_->at, fmt::format("missing [{}]", node_->path)});
+  if (!key.empty() && document_->errors.has_refused(node_->at_key(key), key)) return;
   const auto rank = find(node_->table, key) ? Rank::key_error : Rank::missing_error;
   document_->errors.note({rank, node_->at_key(key), std::move(what)});
 }

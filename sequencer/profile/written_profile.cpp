@@ -176,7 +176,7 @@ class SegmentReader {
 
   std::vector<WrittenSegment> read_all(const TomlTable& parent, const SegmentContext& context) {
     const auto tables = parent.tables("segment");
-    if (tables.empty()) parent.note_error("", "no segment, expected at least one");
+    if (tables.empty()) parent.note_error("segment", "no segment, expected at least one");
     std::vector<WrittenSegment> segments;
     for (const auto& table : tables) read(table, context, segments);
     return segments;

@@ -200,5 +200,18 @@ TEST(TomlTable, ReportsNonAsciiLetterOutsideStringsWithPosition) {
   EXPECT_EQ(TomlTable::parse("a = \"°\" # °\n", "f.toml")->text("a"), "°");
 }
 
+TEST(TomlTable, OmitsConsequencesOfRefusedAndMissingValues) {
+  const auto table = parsed("low = \"0,01\"\nhigh = -1\nnmae = \"a\"\n");
+  if (!(table.number("low") > 0)) table.note_error("low", "expected a number above 0");
+  if (!(table.number("high") > 0)) table.note_error("high", "expected a number above 0");
+  if (table.text("name").empty()) table.note_error("name", "expected a name");
+  const auto verdict = table.verdict();
+  ASSERT_FALSE(verdict);
+  const auto all = text(verdict.error());
+  EXPECT_EQ(all.find("above 0"), all.rfind("above 0")) << all;
+  EXPECT_NE(all.find("2:8: expected a number above 0"), std::string::npos) << all;
+  EXPECT_EQ(all.find("expected a name"), std::string::npos) << all;
+}
+
 }  // namespace
 }  // namespace gyrotherm

@@ -73,6 +73,18 @@ bool is_path(std::string_view given) {
 
 namespace {
 
+/// Returns what a regular file is if it is recognised as another format than TOML, such as a record; otherwise an
+/// empty text.
+std::string_view recognise_other_format(const std::string& path) {
+  constexpr std::size_t kRecognised = 64;
+  const auto file = open_regular_file(path);
+  if (!file) return {};
+  std::string head(kRecognised, '\0');
+  head.resize(
+      static_cast<std::size_t>(std::max<ssize_t>(read_some(file->descriptor.number(), head.data(), kRecognised), 0)));
+  return detect_other_format(head);
+}
+
 /// Returns the name in the spelling of shipped files: "watlow_f4t" for "Watlow F4T".
 std::string as_file_name(std::string name) {
   for (char& c : name) c = c == ' ' ? '_' : static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
@@ -86,12 +98,14 @@ Result<std::string> resolve_path(const std::string& given, const ShippedKind& ki
   if (auto found = given.empty() ? "" : find_shipped_file(fmt::format("{}/{}{}", kind.folder, given, kExtension));
       !found.empty())
     return found;
+  if (const auto other = recognise_other_format(given); !other.empty())
+    return failure(FaultKind::bad_file, given, fmt::format("is {}, expected a {}", other, kind.what));
   const auto names = shipped_names(kind);
   auto what = fmt::format("is not a shipped {}", kind.what);
   if (const auto* other = find_other_kind(given, kind))
     what = fmt::format("is a shipped {}, not a {}", other, kind.what);
   for (const auto& file : {given, given + kExtension})
-    if (std::error_code error; !given.empty() && fs::exists(file, error))
+    if (std::error_code error; !given.empty() && fs::is_regular_file(file, error))
       what += fmt::format("; for the file of that name in this folder, write ./{}", file);
   const auto near = find_nearest(as_file_name(given), names);
   if (!near.empty()) what += fmt::format(", did you mean \"{}\"?", near);

@@ -346,6 +346,12 @@ std::string_view reserved_ending(std::string_view path) {
 Result<void> check_name_of_new_record(const std::string& path) {
   const auto refuse = [&](const std::string& why) { return failure(FaultKind::storage, path, why); };
   if (path_exists(path)) return refuse("exists already, and a record is never overwritten");
+  static const std::set<std::string> others{".csv", ".tsv",  ".txt", ".xlsx", ".json", ".toml", ".nc",
+                                            ".svg", ".html", ".pdf", ".xml",  ".c",    ".gp"};
+  if (others.contains(fs::path(path).extension().string()))
+    return failure(
+        FaultKind::usage, path,
+        "is not the name of a record, expected one that ends in .db; \"gyrotherm export\" makes a table of it");
   if (const auto ending = reserved_ending(path); !ending.empty())
     return refuse(fmt::format("files next to a record end with {}, expected another name", ending));
   const auto files = find_record_files(path);

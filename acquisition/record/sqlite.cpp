@@ -26,13 +26,21 @@ namespace {
 /// The maximum size in bytes of a value in a record that is read.
 constexpr int kLongestValue = 16'000'000;
 
+/// Returns whether a file has the name of a table of another program.
+bool is_table_name(std::string_view path) {
+  return path.ends_with(".csv") || path.ends_with(".tsv") || path.ends_with(".txt") || path.ends_with(".log");
+}
+
 Fault last_fault(sqlite3* connection) {
   const char* file = sqlite3_db_filename(connection, "main");
   const std::string where = file != nullptr ? file : "";
   switch (sqlite3_errcode(connection)) {
     case SQLITE_BUSY:
     case SQLITE_LOCKED: return {FaultKind::storage, where, kBeingWritten};
-    case SQLITE_NOTADB: return {FaultKind::bad_file, where, "not a gyrotherm record, expected a SQLite file"};
+    case SQLITE_NOTADB:
+      return {FaultKind::bad_file, where,
+              fmt::format("not a gyrotherm record, expected a SQLite file{}",
+                          is_table_name(where) ? "; \"gyrotherm import\" makes a record of a table" : "")};
     case SQLITE_CORRUPT: return {FaultKind::storage, where, "the record is damaged"};
     case SQLITE_FULL: return {FaultKind::storage, where, kDiskFull};
     case SQLITE_IOERR:

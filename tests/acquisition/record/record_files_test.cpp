@@ -284,6 +284,20 @@ TEST(RunParts, ReserveNamesAgainstNewRecords) {
     EXPECT_EQ(fault_text(check_name_of_new_record(folder / name)), "") << name;
 }
 
+TEST(RunParts, RefuseNamesOfOtherKindsOfFiles) {
+  const Folder folder;
+  for (const char* name : {"run.csv", "run.json", "run.2.toml", "a.b.nc", "run.db.xlsx"}) {
+    const auto checked = check_name_of_new_record(folder / name);
+    ASSERT_FALSE(checked) << name;
+    EXPECT_EQ(checked.error().kind, FaultKind::usage) << name;
+    EXPECT_NE(checked.error().what.find("ends in .db"), std::string::npos) << checked.error().what;
+  }
+  for (const char* name : {"run", "csv", "run.sqlite", "run.csv.db", "2026.11.30"})
+    EXPECT_EQ(fault_text(check_name_of_new_record(folder / name)), "") << name;
+  std::ofstream(folder / "there.csv") << "0,1\n";
+  EXPECT_NE(fault_text(check_name_of_new_record(folder / "there.csv")).find("exists already"), std::string::npos);
+}
+
 TEST(RunFinder, HidesPartsButNotRecordsWithSimilarNames) {
   const Folder folder;
   for (const char* name : {"soak.db", "soak.2.db", "soak.3.db", "soak.3.db.status", "soak.20261127.db", "soak.live.db",

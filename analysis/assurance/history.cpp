@@ -104,6 +104,9 @@ bool begins_level(const History& history, const std::vector<RunVerdict>& runs, s
 
 Result<History> parse_history(std::string_view text, const std::string& file) {
   if (text.empty()) return failure(FaultKind::bad_file, file, "is empty, expected a history of check runs");
+  if (!text.starts_with("{\""))
+    return failure(FaultKind::bad_file, file,
+                   "is not a history of check runs, expected a JSON object in each line, as gyrotherm standard writes");
   if (!text.ends_with('\n'))
     return failure(FaultKind::bad_file, file, "the last line is incomplete; restore the file from a copy");
   History history;

@@ -63,6 +63,15 @@ TEST(CheckHistory, RefusesIncompleteLastLineAndEmptyFile) {
   }
 }
 
+TEST(CheckHistory, RefusesOtherKindsOfFiles) {
+  for (const std::string text : {"SQLite format 3\n", "{\n \"schema\": \"gyrotherm-model/1\"\n}\n", "slot,A\n", "\n"}) {
+    const auto read = parse_history(text, "h.jsonl");
+    ASSERT_FALSE(read) << text;
+    EXPECT_EQ(read.error().kind, FaultKind::bad_file);
+    EXPECT_TRUE(read.error().what.starts_with("is not a history of check runs")) << read.error().what;
+  }
+}
+
 TEST(CheckHistory, RefusesOtherSchemaRepeatedRunAndWrongOrder) {
   History history = made_history(3);
   auto text = text_of(history);

@@ -252,6 +252,17 @@ std::vector<AxisChoice> list_axes(const record::RunInfo& info) {
   return axes;
 }
 
+namespace {
+
+/// Returns "axis x of unit u1", or only the part that was requested.
+std::string describe_request(const AxisChoice& requested) {
+  const std::string unit = fmt::format("unit \"{}\"", requested.unit);
+  if (requested.axis.empty()) return unit;
+  return fmt::format("axis \"{}\"{}", requested.axis, requested.unit.empty() ? "" : " of a " + unit);
+}
+
+}  // namespace
+
 Result<AxisChoice> choose_axis(const record::RunInfo& info, const AxisChoice& requested, const std::string& path) {
   std::vector<AxisChoice> found = list_axes(info);
   const std::string all = join_names(found);
@@ -263,8 +274,7 @@ Result<AxisChoice> choose_axis(const record::RunInfo& info, const AxisChoice& re
   });
   if (found.size() == 1) return found.front();
   if (found.empty())
-    return failure(FaultKind::usage, path,
-                   fmt::format("has no axis \"{}\" of a unit \"{}\"; it has {}", requested.axis, requested.unit, all));
+    return failure(FaultKind::usage, path, fmt::format("has no {}; it has {}", describe_request(requested), all));
   return failure(FaultKind::usage, path,
                  fmt::format("has {} axes, {}: choose one with --unit and --axis", found.size(), join_names(found)));
 }

@@ -55,6 +55,9 @@ class TermReader {
   }
 
   [[nodiscard]] tl::unexpected<Fault> unknown(std::string_view name) const {
+    if (is_own_value(name))
+      return failure(FaultKind::usage, input_location(whole_),
+                     fmt::format("the record has no such value of the unit{}", list_own_values()));
     const std::string suggestion = find_nearest(name, thermometers_);
     return failure(FaultKind::usage, input_location(whole_),
                    fmt::format("no thermometer \"{}\"; the record has {}{}", name,
@@ -62,14 +65,22 @@ class TermReader {
                                suggestion.empty() ? "" : fmt::format("; did you mean \"{}\"?", suggestion)));
   }
 
+  /// Returns "; it has aux:current", or an empty text if the unit reports no values of its own.
+  [[nodiscard]] std::string list_own_values() const {
+    std::vector<std::string> own;
+    std::ranges::copy_if(thermometers_, std::back_inserter(own), is_own_value);
+    return own.empty() ? std::string() : fmt::format("; it has {}", fmt::join(own, ", "));
+  }
+
   [[nodiscard]] Result<Term> power(std::string_view text) const {
     auto single = factor(text);
-    if (single || text.size() < 2 || text[text.size() - 2] != '^') return single;
-    single = factor(text.substr(0, text.size() - 2));
+    const auto caret = text.rfind('^');
+    if (single || caret == text.npos) return single;
+    single = factor(text.substr(0, caret));
     if (!single) return single;
-    const char times = text.back();
-    if (times == '2') return *single * *single;
-    if (times == '3') return *single * *single * *single;
+    const auto times = text.substr(caret + 1);
+    if (times == "2") return *single * *single;
+    if (times == "3") return *single * *single * *single;
     return failure(FaultKind::usage, input_location(whole_),
                    fmt::format("expected the power ^2 or ^3, got ^{}", times));
   }
@@ -133,7 +144,7 @@ Result<Eigen::Index> find_column(const Clusters& clusters, const std::string& na
   if (at != clusters.thermometers.end()) return at - clusters.thermometers.begin();
   return failure(
       FaultKind::usage, fmt::format("input \"{}\"", to_string(term)),
-      fmt::format("no thermometer \"{}\"; the record has {}", name,
+      fmt::format("no thermometer \"{}\", with which the model was trained; the record has {}", name,
                   clusters.thermometers.empty() ? "none" : fmt::format("{}", fmt::join(clusters.thermometers, ", "))));
 }
 
@@ -317,7 +328,9 @@ int polynomial_rank(const std::vector<Term>& terms) {
 
 Result<Scaling> fit_scaling(const SampleMatrix& values, const std::vector<Term>& terms) {
   assert(values.cols() == static_cast<Eigen::Index>(terms.size()));
-  if (values.rows() < 2) return failure(FaultKind::usage, "scaling", "at least two clusters are needed");
+  if (values.rows() < 2)
+    return failure(FaultKind::usage, "scaling",
+                   "at least two clusters are needed; use longer records or shorter clusters");
   Scaling scaling;
   scaling.mean = values.colwise().mean();
   scaling.std =

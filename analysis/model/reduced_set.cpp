@@ -42,7 +42,8 @@ Result<Gaussians> extract_gaussians(const Model& model) {
   const auto* expansion = std::get_if<methods::ExpansionModel>(&model.function);
   if (expansion == nullptr || expansion->weights.size() == 0 ||
       expansion->widths.minCoeff() != expansion->widths.maxCoeff()) {
-    return refusal(fmt::format("\"{}\" is not a sum of Gaussians of one width", model.method));
+    return refusal(fmt::format("a \"{}\" model is not a sum of Gaussians of one width, as models of svr and ls-svm are",
+                               model.method));
   }
   return Gaussians{expansion->centres.array().rowwise() / expansion->lengths.array(), expansion->lengths,
                    expansion->widths(0), expansion->weights};

@@ -80,8 +80,9 @@ Result<data::Clusters> select_clusters(const data::Dataset& dataset, const Recor
   const auto available = clusters->start_s.size(), first = (*range)->first;
   const auto end = (*range)->end.value_or(available);
   if (end > available || first >= available)
-    return failure(FaultKind::usage, dataset.path,
-                   fmt::format("contains {} clusters, but {} were requested", available, std::max(end, first + 1)));
+    return failure(FaultKind::usage, "--clusters",
+                   fmt::format("{} contains {} clusters, but {} were requested", dataset.path, available,
+                               std::max(end, first + 1)));
   std::vector<Eigen::Index> rows(static_cast<std::size_t>(end - first));
   std::iota(rows.begin(), rows.end(), first);
   return data::pick_clusters(*clusters, rows);

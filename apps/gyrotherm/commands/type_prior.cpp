@@ -30,11 +30,13 @@ struct NamedRecord {
   std::string path;
 };
 
-/// Splits UNIT=RECORD. A "=" after a "/" belongs to the path.
-NamedRecord parse_named_record(const std::string& argument) {
+/// Splits UNIT=RECORD. A "=" after a "/" belongs to the path. Fails with usage if unit or record is empty.
+Result<NamedRecord> parse_named_record(const std::string& argument) {
   const auto at = argument.find('=');
-  if (at == std::string::npos || argument.find('/') < at) return {{}, argument};
-  return {argument.substr(0, at), argument.substr(at + 1)};
+  if (at == std::string::npos || argument.find('/') < at) return NamedRecord{{}, argument};
+  if (at == 0 || at + 1 == argument.size())
+    return failure(FaultKind::usage, "records", fmt::format("\"{}\", expected UNIT=RECORD", argument));
+  return NamedRecord{argument.substr(0, at), argument.substr(at + 1)};
 }
 
 Result<std::string> unit_name(const NamedRecord& named, const data::Dataset& dataset) {
@@ -105,10 +107,11 @@ Result<void> add_record(RecordedUnits& units, const NamedRecord& named, data::Re
 Result<RecordedUnits> load_units(Console& console, const TypePriorArguments& options) {
   RecordedUnits units;
   for (const std::string& argument : options.records) {
-    const NamedRecord named = parse_named_record(argument);
-    auto recorded = load_recorded_run(console, named.path, {{}, options.unverified, options.axis});
+    const auto named = parse_named_record(argument);
+    if (!named) return failure(named.error());
+    auto recorded = load_recorded_run(console, named->path, {{}, options.unverified, options.axis});
     if (!recorded) return failure(recorded.error());
-    if (const auto added = add_record(units, named, std::move(*recorded)); !added) return failure(added.error());
+    if (const auto added = add_record(units, *named, std::move(*recorded)); !added) return failure(added.error());
   }
   warn_about_names(console, units);
   return units;

@@ -206,6 +206,10 @@ TEST(Dataset, RequiresChoiceAmongSeveralAxes) {
   EXPECT_EQ(text(chosen({}).error()), "run.db: has 3 axes, u1, u2.x, u2.y: choose one with --unit and --axis");
   EXPECT_EQ(text(chosen({.unit = "u2"}).error()), "run.db: has 2 axes, u2.x, u2.y: choose one with --unit and --axis");
   EXPECT_EQ(chosen({.unit = "u3"}).error().kind, FaultKind::usage);
+  EXPECT_EQ(text(chosen({.unit = "u3"}).error()), "run.db: has no unit \"u3\"; it has u1, u2.x, u2.y");
+  EXPECT_EQ(text(chosen({.axis = "z"}).error()), "run.db: has no axis \"z\"; it has u1, u2.x, u2.y");
+  EXPECT_EQ(text(chosen({.unit = "u1", .axis = "x"}).error()),
+            "run.db: has no axis \"x\" of a unit \"u1\"; it has u1, u2.x, u2.y");
 }
 
 TEST(Dataset, KeepsClusterWhenOwnValueIsMissing) {

@@ -64,6 +64,17 @@ TEST(Term, RejectsTooManyFactorsAndUnknownPowers) {
     EXPECT_FALSE(parse_term(input, kOddNames)) << input;
 }
 
+TEST(Term, NamesUnsupportedPowerAndMissingOwnValue) {
+  const std::vector<std::string> names{"A", "shell"}, own{"A", "aux:current", "self"};
+  for (const char* power : {"^0", "^9", "^99", "^-2", "^2.5", "^"})
+    EXPECT_EQ(parse_term(std::string("A") + power, names).error().what,
+              std::string("expected the power ^2 or ^3, got ") + power);
+  EXPECT_EQ(parse_term("self", names).error().what, "the record has no such value of the unit");
+  EXPECT_EQ(parse_term("A-aux:pressure", own).error().what,
+            "the record has no such value of the unit; it has aux:current, self");
+  EXPECT_TRUE(parse_term("aux:current", own));
+}
+
 TEST(Features, EvaluatePerCluster) {
   const auto values = evaluate(
       {temperature_term("B"), gradient_term("A", "B"), rate_term("B"), temperature_term("A") * temperature_term("A")},

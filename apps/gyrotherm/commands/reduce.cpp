@@ -32,7 +32,19 @@ std::string untrained_record_warning(const model::Model& model, const data::Reco
          ": the model was not trained on this record; the change of its predictions is measured on it nevertheless";
 }
 
+Result<void> check_reduction_goal(const model::ReducedSetGoal& goal) {
+  if (!goal.vectors && !goal.max_change_deg_per_h)
+    return failure(FaultKind::usage, "--keep", "give the number of vectors with --keep, or the change with --within");
+  if (goal.vectors && *goal.vectors < 1)
+    return failure(FaultKind::usage, "--keep", fmt::format("{} vectors, expected at least 1", *goal.vectors));
+  if (goal.max_change_deg_per_h && !(*goal.max_change_deg_per_h > 0))
+    return failure(FaultKind::usage, "--within",
+                   fmt::format("{} °/h, expected more than 0", *goal.max_change_deg_per_h));
+  return {};
+}
+
 Result<Exit> reduce_and_write(Console& console, const ReduceArguments& options) {
+  if (auto valid = check_reduction_goal(options.goal); !valid) return failure(valid.error());
   if (auto free = check_is_free(options.out, options.force); !free) return failure(free.error());
   const auto model = load_model(options.model);
   if (!model) return failure(model.error());

@@ -40,10 +40,15 @@ std::optional<std::size_t> find(const std::vector<std::string>& header, std::str
   });
 }
 
-/// Checks the units of a plain header. A title without a unit is accepted. Fails with bad_file if a unit is not the one
-/// that the column must have.
-Result<void> check_units(const std::vector<std::string>& header, std::size_t bias) {
+/// Checks the names and units of a plain header. A title without a unit is accepted. Fails with bad_file if a name
+/// occurs twice, or if a unit is not the one that the column must have.
+Result<void> check_titles(const std::vector<std::string>& header, std::size_t bias) {
   static const std::set<std::string_view> temperature{"", "°C", "C", "degC"}, rate{"", "°/h", "deg/h"};
+  std::set<std::string_view> names;
+  for (const auto& title : header)
+    if (!names.insert(name_from_title(title)).second)
+      return failure(FaultKind::bad_file, "stdin:1:1",
+                     fmt::format("there are two columns \"{}\"", name_from_title(title)));
   for (std::size_t k = 0; k <= bias; ++k) {
     if (k < bias && !data::is_temperature(name_from_title(header[k]))) continue;
     if ((k == bias ? rate : temperature).contains(unit_from_title(header[k]))) continue;
@@ -117,7 +122,7 @@ Result<CompensationTable> CompensationTable::of(const std::vector<std::string>& 
           fmt::format("expected a header: the names of the thermometers, then \"bias\"{}, separated by commas; or "
                       "a table written by export",
                       tracked ? " and optionally \"at_rest\"" : ""));
-    if (auto checked = check_units(header, bias); !checked) return failure(checked.error());
+    if (auto checked = check_titles(header, bias); !checked) return failure(checked.error());
     for (std::size_t k = 0; k < header.size(); ++k) table.columns_.push_back(k);
     for (std::size_t k = 0; k < bias; ++k) table.thermometers_.emplace_back(name_from_title(header[k]));
     table.has_at_rest_ = has_at_rest;

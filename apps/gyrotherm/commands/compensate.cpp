@@ -288,7 +288,6 @@ Result<Exit> compensate(Console& console, const CompensateArguments& options) {
     console.print_message("tracking the residual bias, " + describe(**noise) +
                           ": the last column at_rest must be 0 where the gyro moves");
   }
-  console.print_message(describe_latency(*model));
   const auto expanded = expanded_uncertainty(console, *model, options.uncertainty);
   if (!expanded) return failure(expanded.error());
   watch_for_interrupts(SecondInterrupt::ends);
@@ -297,6 +296,7 @@ Result<Exit> compensate(Console& console, const CompensateArguments& options) {
                         const std::vector<std::string>& comments) -> Result<Compensation> {
     auto table = CompensationTable::of(header, comments, *model, axis_for(*model, options.axis), noise->has_value());
     if (!table) return failure(table.error());
+    console.print_message(describe_latency(*model));
     return Compensation::open(*model, std::move(*table), *outside, *noise, *expanded);
   };
   const auto compensated = compensate_input(

@@ -51,8 +51,15 @@ Result<ModelFiles> named_models(const std::vector<std::string>& arguments) {
 }
 
 /// Returns the model file of an axis: the one given on the command line, otherwise the path where qualify writes it.
-std::string find_model_file(const FuseArguments& options, const ModelFiles& named, const data::AxisChoice& axis) {
-  if (const auto found = named.find(qualified_name(axis)); found != named.end()) return found->second;
+/// Fails with usage if there is neither.
+Result<std::string> find_model_file(const FuseArguments& options, const ModelFiles& named,
+                                    const data::AxisChoice& axis) {
+  const auto name = qualified_name(axis);
+  if (const auto found = named.find(name); found != named.end()) return found->second;
+  if (options.folder.empty())
+    return failure(
+        FaultKind::usage, "--model",
+        fmt::format("the axis {0} has no model; add --model {0}=FILE, or name a folder with --models", name));
   return model_path(options.folder, axis, options.inputs);
 }
 
@@ -70,15 +77,22 @@ Result<std::vector<data::AxisChoice>> axes_to_fuse(const record::RunInfo& info,
       return failure(FaultKind::usage, path,
                      fmt::format("has no axis \"{}\"; its axes are {}", name, fmt::join(names, ", ")));
     }
+    if (std::ranges::find(chosen, *at) != chosen.end())
+      return failure(FaultKind::usage, "--axes", fmt::format("\"{}\" is given twice", name));
     chosen.push_back(*at);
   }
   return chosen;
 }
 
-Result<void> check_models_used(const ModelFiles& named, const std::vector<data::AxisChoice>& axes) {
+Result<void> check_models_used(const ModelFiles& named, const std::vector<data::AxisChoice>& axes,
+                               const std::string& path) {
+  std::vector<std::string> names;
+  std::ranges::transform(axes, std::back_inserter(names), data::qualified_name);
   for (const auto& [name, file] : named)
     if (std::ranges::find(axes, name, data::qualified_name) == axes.end())
-      return failure(FaultKind::usage, "--model", fmt::format("\"{}\" is not one of the axes to fuse", name));
+      return failure(
+          FaultKind::usage, "--model",
+          fmt::format("\"{}\" is not one of the axes of {} to fuse: {}", name, path, fmt::join(names, ", ")));
   return {};
 }
 
@@ -92,13 +106,15 @@ Result<model::FusedAxes> load_axes(Console& console, const std::string& path, co
   const auto record = record::read_record(checked->files);
   if (!record) return failure(record.error());
   if (!record->finished)
-    return failure(FaultKind::usage, path, "the run has not finished; \"gyrotherm resume\" completes it");
+    return failure(FaultKind::usage, path, "the run has not finished; \"gyrotherm resume\" ends it");
   const auto chosen = axes_to_fuse(record->info, options.axes, path);
   if (!chosen) return failure(chosen.error());
-  if (auto models_used = check_models_used(*named, *chosen); !models_used) return failure(models_used.error());
+  if (auto models_used = check_models_used(*named, *chosen, path); !models_used) return failure(models_used.error());
   std::vector<model::CompensatedAxis> axes;
   for (const data::AxisChoice& axis : *chosen) {
-    auto model = load_model(find_model_file(options, *named, axis));
+    const auto file = find_model_file(options, *named, axis);
+    if (!file) return failure(file.error());
+    auto model = load_model(*file);
     if (!model) return failure(model.error());
     axes.push_back({data::make_dataset(*record, path, axis), std::move(*model)});
   }
@@ -109,27 +125,30 @@ Result<model::FusedAxes> load_axes(Console& console, const std::string& path, co
 struct HealthyReference {
   std::optional<fusion::ThermometerParity> thermometers{};
   std::optional<model::HealthyRates> rates{};
+  /// Message on what is missing; printed with the first fused record.
+  std::string remark{};
 };
 
 /// Learns from the record of --healthy or, without that option, from the ramp run that qualify wrote next to the
-/// models. Prints a message if there is neither. Learns rates only from the record of --healthy, because the errors of
-/// a model are smaller on the record on which it was trained.
+/// models. Learns rates only from the record of --healthy, because the errors of a model are smaller on the record on
+/// which it was trained.
 Result<HealthyReference> learn_healthy(Console& console, const FuseArguments& options) {
   std::string path = options.healthy;
   if (path.empty()) {
     path = record::ramp_record_path(options.folder);
     if (options.folder.empty() || !std::filesystem::exists(path)) {
-      console.print_message(
-          "no fault-free record is known, so the thermometers are not compared with each other; use --healthy RECORD");
-      return HealthyReference{};
+      return HealthyReference{
+          .remark =
+              "no fault-free record is known, so the thermometers are not compared with each other; use "
+              "--healthy RECORD"};
     }
   }
   const auto healthy = load_axes(console, path, options);
   if (!healthy) return failure(healthy.error());
   auto learnt = healthy_thermometers(*healthy, options.fusion.cluster_s);
   if (!learnt && options.healthy.empty()) {
-    console.print_message(fmt::format("the thermometers are not compared with each other: {}", text(learnt.error())));
-    return HealthyReference{};
+    return HealthyReference{
+        .remark = fmt::format("the thermometers are not compared with each other: {}", text(learnt.error()))};
   }
   if (!learnt) return failure(learnt.error());
   HealthyReference all{.thermometers = std::move(*learnt)};
@@ -237,21 +256,40 @@ std::string describe(const model::FusionSummary& summary, const std::string& pat
   return text;
 }
 
+/// Returns the path of the header that is written next to a C source.
+std::filesystem::path header_path(const std::filesystem::path& source) {
+  auto header = source;
+  header.replace_filename(model::c_name(source.stem().string()) + ".h");
+  return header;
+}
+
+/// Fails with usage if an output has a wrong name or exists.
+Result<void> check_outputs(const FuseArguments& options) {
+  for (const std::string& file : {options.out, options.export_c})
+    if (!file.empty() && file != "-")
+      if (auto free = check_is_free(file, options.force); !free) return free;
+  if (!options.export_c.empty()) {
+    if (std::filesystem::path(options.export_c).extension() != ".c")
+      return failure(FaultKind::usage, "--export-c",
+                     "the name of a C source must end in .c; its header is written next to it");
+    if (auto free = check_is_free(header_path(options.export_c).string(), options.force); !free) return free;
+  }
+  std::error_code error;
+  if (!options.report.empty() && std::filesystem::is_directory(options.report, error))
+    for (const char* file : {"fusion.html", "fusion.json"})
+      if (auto free = check_is_free(options.report + "/" + file, options.force); !free) return free;
+  return {};
+}
+
 /// Writes the C source and, next to it, its header.
 Result<void> write_c(Console& console, const model::FusedRun& run, const FuseArguments& options) {
-  const std::filesystem::path source = options.export_c;
-  if (source.extension() != ".c")
-    return failure(FaultKind::usage, "--export-c",
-                   "the name of a C source must end in .c; its header is written next to it");
+  const std::filesystem::path source = options.export_c, header = header_path(source);
   const std::string name = model::c_name(source.stem().string());
   const auto program = model::fusion_to_c(
       run.geometry, name,
       {.false_alarm_probability = options.fusion.watch.false_alarm_probability, .margin = options.fusion.watch.margin},
       run.weights);
   if (!program) return failure(program.error());
-  auto header = source;
-  header.replace_filename(name + ".h");
-  if (auto free = check_is_free(header.string(), options.force); !free) return free;
   if (auto written = replace_text_file(header.string(), program->header); !written) return written;
   if (auto written = replace_text_file(source.string(), program->source); !written) return written;
   console.print_message(fmt::format("wrote {} and {}, including a self-test", source.string(), header.string()));
@@ -262,6 +300,7 @@ Result<void> fuse_one(Console& console, const std::string& path, const HealthyRe
                       const FuseArguments& options) {
   const auto axes = load_axes(console, path, options);
   if (!axes) return failure(axes.error());
+  if (!healthy.remark.empty() && path == options.runs.front()) console.print_message(healthy.remark);
   model::FusionOptions fusion = options.fusion;
   fusion.leave_out = !options.keep_all;
   fusion.healthy = healthy.rates;
@@ -291,13 +330,7 @@ Result<Exit> fuse_all(Console& console, const FuseArguments& options) {
     return failure(FaultKind::usage, "--models", "name the folder that qualify wrote, or each model with --model");
   if (options.runs.size() > 1 && !(options.out.empty() && options.report.empty() && options.export_c.empty()))
     return failure(FaultKind::usage, "--out", "--out, --report and --export-c require a single record");
-  for (const std::string& file : {options.out, options.export_c})
-    if (!file.empty() && file != "-")
-      if (auto free = check_is_free(file, options.force); !free) return failure(free.error());
-  std::error_code error;
-  if (!options.report.empty() && std::filesystem::is_directory(options.report, error))
-    for (const char* file : {"fusion.html", "fusion.json"})
-      if (auto free = check_is_free(options.report + "/" + file, options.force); !free) return failure(free.error());
+  if (auto free = check_outputs(options); !free) return failure(free.error());
   const auto healthy = learn_healthy(console, options);
   if (!healthy) return failure(healthy.error());
   for (const std::string& path : options.runs)

@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /// `gyrotherm report` and `report compare`.
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -10,6 +13,7 @@
 #include "apps/gyrotherm/report/calibration.hpp"
 #include "apps/gyrotherm/report/calibration_folder.hpp"
 #include "core/file.hpp"
+#include "core/text.hpp"
 #include "report/comparison.hpp"
 #include "report/views.hpp"
 
@@ -25,6 +29,12 @@ namespace {
 /// Rebuilds the report of the experiment in a folder that qualify wrote.
 Result<Exit> rebuild(Console& console, const std::string& folder) {
   const auto report = folder + "/report";
+  if (!record::path_exists(report)) {
+    const bool is_calibration = record::path_exists(folder + "/" + report::kCalibrationFile);
+    return failure(FaultKind::bad_file, folder,
+                   is_calibration ? "contains a calibration report; name a command, such as report verify"
+                                  : "has no folder \"report\", expected a folder that qualify wrote");
+  }
   if (auto rebuilt = report::rebuild_report(report); !rebuilt) return failure(rebuilt.error());
   console.print_message(report + "/report.html");
   return Exit::done;
@@ -36,8 +46,28 @@ bool has_model_folder(const CalibrationArguments& options, bool is_folder) {
   return are_there_too || !options.left_folder.empty() || !options.found_folder.empty();
 }
 
+/// Fails with usage if a language is named twice.
+Result<void> check_languages(const std::vector<std::string>& languages) {
+  for (const auto& language : languages)
+    if (std::ranges::count(languages, language) > 1)
+      return failure(FaultKind::usage, "--language", fmt::format("{} is given twice", language));
+  return {};
+}
+
+/// Fails unless the first argument is a record or a folder. Suggests the subcommand that it may be.
+Result<void> check_subject(const std::string& subject) {
+  if (record::path_exists(subject) || record::find_record_files(subject)) return {};
+  static const std::vector<std::string> subcommands{"authorise", "supersede", "compare", "sign", "verify"};
+  const auto near = find_nearest(subject, subcommands);
+  return failure(FaultKind::bad_file, subject,
+                 fmt::format("no such record or folder, and not a command of report{}",
+                             near.empty() ? "" : fmt::format("; did you mean \"{}\"?", near)));
+}
+
 Result<Exit> report_on(Console& console, const CalibrationArguments& options) {
   if (options.runs.empty()) return failure(FaultKind::usage, "records", "name records, or a folder that qualify wrote");
+  if (auto valid = check_languages(options.languages); !valid) return failure(valid.error());
+  if (auto there = check_subject(options.runs.front()); !there && options.out.empty()) return failure(there.error());
   const bool is_folder = options.runs.size() == 1 && std::filesystem::is_directory(options.runs.front());
   if (!options.inputs.empty() && !has_model_folder(options, is_folder))
     return failure(FaultKind::usage, "--inputs",
@@ -60,6 +90,11 @@ struct CompareArguments {
 Result<Exit> compare_reports(Console& console, const CompareArguments& options) {
   const auto before = load_calibration(options.before), now = load_calibration(options.now);
   if (!before || !now) return failure(before ? now.error() : before.error());
+  if (auto valid = check_languages(options.languages); !valid) return failure(valid.error());
+  if (before->sha256 == now->sha256)
+    return failure(FaultKind::usage, now->path, fmt::format("is the same report as {}", before->path));
+  if (!options.out.empty() && record::path_exists(options.out + "/" + report::kCalibrationFile))
+    return failure(FaultKind::usage, options.out, "contains a report; name another folder for the comparison");
   const auto comparison = report::compare_files(*before, *now, options.check_standard);
   if (!comparison) return failure(comparison.error());
   console.print(console.json ? to_json(*comparison) : describe(*comparison));

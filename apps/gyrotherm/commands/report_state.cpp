@@ -47,6 +47,7 @@ Result<void> check_may_be_authorised(Console& console, const FiledReport& filed,
 }
 
 Result<Exit> authorise(Console& console, const StateArguments& options) {
+  if (auto there = check_report_folder(options.folder); !there) return failure(there.error());
   auto filed = load_calibration(options.folder);
   if (!filed) return failure(filed.error());
   report::CalibrationReport& report = filed->report;
@@ -68,6 +69,7 @@ struct SigningArguments {
 };
 
 Result<Exit> sign_folder(Console& console, const SigningArguments& options) {
+  if (auto there = check_report_folder(options.folder); !there) return failure(there.error());
   for (const ProtocolKind& kind : {proof_protocol(), validation_protocol()}) {
     if (!has_protocol(options.folder, kind)) continue;
     if (auto done = sign_protocol(options.folder, kind, options.key); !done) return failure(done.error());
@@ -94,6 +96,7 @@ Result<void> check_may_replace(const FiledReport& by, const report::CalibrationR
 }
 
 Result<Exit> supersede(Console& console, const StateArguments& options) {
+  if (auto there = check_report_folder(options.folder); !there) return failure(there.error());
   auto filed = load_calibration(options.folder);
   const auto by = load_calibration(options.by);
   if (!filed || !by) return failure(filed ? by.error() : filed.error());

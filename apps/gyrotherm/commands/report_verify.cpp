@@ -10,6 +10,7 @@
 #include "apps/console/command.hpp"
 #include "apps/gyrotherm/prove/proof_page.hpp"
 #include "apps/gyrotherm/qualify/axis_experiment.hpp"
+#include "apps/gyrotherm/report/calibration_folder.hpp"
 #include "apps/gyrotherm/validate/validation.hpp"
 #include "core/file.hpp"
 #include "core/json.hpp"
@@ -140,6 +141,13 @@ std::string checks_text(const report::VerifiedReport& found) {
 Result<Exit> verify_signed(Console& console, const SignedReportArguments& options) {
   report::Trust trust = options.trust;
   if (!options.on_day.empty()) trust.on_day = options.on_day;
+  if (auto there = check_report_folder(options.folder); !there) return failure(there.error());
+  std::error_code error;
+  if (!options.certificates.empty() && !std::filesystem::is_directory(options.certificates, error))
+    return failure(FaultKind::usage, "--certificates", fmt::format("{} is not a folder", options.certificates));
+  for (const auto& file : {trust.certificates_file, options.trusted_issuers})
+    if (!file.empty())
+      if (auto usable = report::check_trusted_file(file); !usable) return failure(usable.error());
   for (const ProtocolKind& kind : {proof_protocol(), validation_protocol()}) {
     if (!has_protocol(options.folder, kind)) continue;
     const auto signer = verify_protocol(options.folder, kind, trust);

@@ -91,6 +91,14 @@ Result<std::vector<report::NewFile>> render_files(const report::CalibrationRepor
 
 }  // namespace
 
+Result<void> check_report_folder(const std::string& folder) {
+  std::error_code error;
+  if (std::filesystem::is_directory(folder, error)) return {};
+  const bool is_there = std::filesystem::exists(folder, error);
+  return failure(FaultKind::bad_file, folder,
+                 is_there ? "is a file, expected the folder of a report" : "no such folder, expected that of a report");
+}
+
 Result<FiledReport> load_calibration(const std::string& folder_or_file) {
   const std::filesystem::path path = folder_or_file;
   return report::read_filed_report(

@@ -41,6 +41,9 @@ struct ComparedFiles {
                                             const ComparedFiles& files, const std::string& folder,
                                             const std::vector<std::string>& languages);
 
+/// Fails with bad_file unless the folder exists. A file in its place is refused, too.
+[[nodiscard]] Result<void> check_report_folder(const std::string& folder);
+
 /// Copies a signed report to FOLDER/as-signed before its folder changes. Does nothing if the report is not signed or
 /// the copy exists. Fails with bad_file or storage.
 [[nodiscard]] Result<void> copy_signed_report(Console& console, const std::string& folder);

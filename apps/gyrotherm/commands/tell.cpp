@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include "acquisition/record/record_files.hpp"
 #include "acquisition/record/status.hpp"
 #include "apps/console/command.hpp"
 #include "core/json.hpp"
@@ -30,6 +31,9 @@ Fault explain_fault(const std::string& run, const Fault& fault) {
 }
 
 Result<Exit> send_request(Console& console, const TellArguments& options) {
+  if (!record::path_exists(options.run) && record::path_exists(options.word))
+    return failure(FaultKind::usage, "tell",
+                   fmt::format("the record comes before the request: gyrotherm tell {} {}", options.word, options.run));
   const auto request = control::make_request(options.word, fmt::format("{}", fmt::join(options.texts, " ")));
   if (!request) return failure(request.error());
   const auto answer = control::send_request(options.run, *request, kAnswerTimeout);

@@ -43,6 +43,16 @@ Result<Exit> draft_map(Console& console, const ImportArguments& options) {
 /// Returns the time of the first row, rounded to a second: a serial date has only eight decimals.
 std::string format_start(Duration started) { return civil_time(std::chrono::round<std::chrono::seconds>(started)); }
 
+/// Returns the channels whose temperatures are so high that they are probably kelvins.
+std::vector<std::string> find_kelvins(const exchange::ImportSummary& summary) {
+  constexpr double kLowest_k = 200, kHighest_k = 400;
+  std::vector<std::string> names;
+  for (const auto& channel : summary.channels)
+    if (channel.unit == "°C" && channel.values > 0 && channel.least > kLowest_k && channel.greatest < kHighest_k)
+      names.push_back(channel.name);
+  return names;
+}
+
 /// Describes the rows and each channel for people.
 std::vector<std::string> value_lines(const exchange::ImportSummary& summary) {
   constexpr std::size_t kMaxListedChannels = 40;
@@ -103,6 +113,11 @@ Result<Exit> import(Console& console, const ImportArguments& options) {
   const auto summary = exchange::import_record(
       options.file, *map, options.out, GYROTHERM_VERSION, [] { return !interrupted(); }, SteadyClock().now().utc);
   if (!summary) return failure(summary.error());
+  for (const std::string& name : find_kelvins(*summary))
+    console.print_message(
+        fmt::format("warning: {}: the values of {} look like kelvins; if they are, set offset = "
+                    "-273.15 for its column in the map and import again",
+                    options.file, name));
   for (const std::string& note : summary->notes) console.print_message(fmt::format("{}: {}", options.file, note));
   if (console.json) {
     console.print(json(*summary));

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <filesystem>
 #include <system_error>
 
@@ -72,6 +73,10 @@ Result<void> check_can_create(const std::string& path) {
   if (fs::is_directory(path, error)) return failure(FaultKind::usage, path, "is a folder, expected the name of a file");
   if (const auto folder = parent_folder(path); !fs::is_directory(folder, error))
     return failure(FaultKind::usage, path, fmt::format("the folder {} does not exist", folder));
+  if (const auto folder = parent_folder(path); ::access(folder.c_str(), W_OK) != 0)
+    return failure(
+        FaultKind::storage, path,
+        fmt::format("the folder {} cannot be written to: {}", folder, std::generic_category().message(errno)));
   return {};
 }
 

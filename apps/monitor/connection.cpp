@@ -3,10 +3,12 @@
 
 #include <arpa/inet.h>
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
 #include <openssl/err.h>
 #include <openssl/ssl.h>
+#include <openssl/x509.h>
 #include <poll.h>
 #include <sys/socket.h>
 
@@ -14,6 +16,7 @@
 #include <array>
 
 #include "core/deadline.hpp"
+#include "core/program_start.hpp"
 
 namespace gyrotherm::monitor {
 namespace {
@@ -58,8 +61,18 @@ Result<TlsServer> TlsServer::load(const std::string& certificate_file, const std
   SSL_CTX_set_session_cache_mode(context, SSL_SESS_CACHE_OFF);
   if (SSL_CTX_use_certificate_chain_file(context, certificate_file.c_str()) != 1)
     return failure(FaultKind::bad_file, certificate_file, "is not a PEM certificate: " + last_tls_error());
-  if (SSL_CTX_use_PrivateKey_file(context, key_file.c_str(), SSL_FILETYPE_PEM) != 1)
-    return failure(FaultKind::bad_file, key_file, "does not match the certificate: " + last_tls_error());
+  // A service cannot answer a prompt for a password.
+  SSL_CTX_set_default_passwd_cb(context, [](char*, int, int, void*) { return -1; });
+  if (SSL_CTX_use_PrivateKey_file(context, key_file.c_str(), SSL_FILETYPE_PEM) != 1) {
+    const bool is_other = ERR_GET_REASON(ERR_peek_last_error()) == X509_R_KEY_VALUES_MISMATCH;
+    return failure(FaultKind::bad_file, key_file,
+                   is_other ? "is not the key of the certificate " + certificate_file
+                            : "is not a PEM private key without a password: " + last_tls_error());
+  }
+  const auto* certificate = SSL_CTX_get0_certificate(context);
+  if (X509_cmp_current_time(X509_get0_notAfter(certificate)) < 0)
+    write_to_stderr(fmt::format(
+        "gyrotherm-monitor: warning: {}: the certificate has expired; browsers refuse the page\n", certificate_file));
   return server;
 }
 

@@ -10,9 +10,7 @@
 #include <numeric>
 
 namespace gyrotherm::data {
-namespace {
 
-/// Returns the position of each cluster, in cluster lengths. Positions of different records are far apart.
 Eigen::VectorXi cluster_positions(const Clusters& clusters, const std::vector<Eigen::Index>& rows) {
   Eigen::VectorXi positions(static_cast<Eigen::Index>(rows.size()));
   int shift = 0;
@@ -25,8 +23,6 @@ Eigen::VectorXi cluster_positions(const Clusters& clusters, const std::vector<Ei
   }
   return positions;
 }
-
-}  // namespace
 
 LaggedProduct lagged_product(const Eigen::Ref<const Eigen::VectorXd>& centred,
                              const Eigen::Ref<const Eigen::VectorXi>& positions, int lag) {

@@ -21,6 +21,10 @@ template <class Values>
   return rows;
 }
 
+/// Returns the position of each of the clusters, in cluster lengths; the positions rise. Positions of different records
+/// are far apart.
+[[nodiscard]] Eigen::VectorXi cluster_positions(const Clusters& clusters, const std::vector<Eigen::Index>& rows);
+
 /// Mean product of values at a fixed lag.
 struct LaggedProduct {
   /// Mean of the products. 0 if there are no pairs.

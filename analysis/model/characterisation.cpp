@@ -14,9 +14,11 @@
 #include <map>
 #include <utility>
 
+#include "analysis/data/correlated_fit.hpp"
 #include "analysis/data/hold_noise.hpp"
 #include "analysis/data/statistics.hpp"
 #include "analysis/model/budget.hpp"
+#include "core/quantity.hpp"
 
 namespace gyrotherm::model {
 namespace {
@@ -26,6 +28,9 @@ using RowNumbers = std::vector<Eigen::Index>;
 /// Longest correlation time of a thermal model's residuals: about twice the slowest time constant (46 min) of the gyro
 /// in the reference simulation.
 constexpr double kMemorySeconds = 5400;
+/// Shortest record with a sensitivity to the ramp rate or to a gradient: in a shorter one, noise with this memory
+/// cannot be distinguished from the effect of an input.
+constexpr double kShortestRegressionSeconds = 2 * kMemorySeconds;
 /// Width of a temperature bin of the hysteresis loop.
 constexpr double kHysteresisBinK = 10;
 constexpr double kMovingKPerMin = 0.1;
@@ -157,14 +162,16 @@ MeasuredValue temperature_slope(const std::vector<StabilisedBias>& points, Measu
   return {slope, std::sqrt((b - slope * t).squaredNorm() / freedom / spread), freedom};
 }
 
-Eigen::VectorXi cluster_positions(const data::Clusters& clusters, const RowNumbers& rows) {
-  return (clusters.start_s(rows) / clusters.length_s).array().round().cast<int>();
-}
-
 int correlation_reach(const Subject& subject) { return static_cast<int>(kMemorySeconds / subject.clusters.length_s); }
 
+/// Returns true if the clusters cover less than kShortestRegressionSeconds.
+bool is_too_short(const Subject& subject) {
+  return static_cast<double>(subject.clusters.start_s.size()) * subject.clusters.length_s < kShortestRegressionSeconds;
+}
+
 /// Returns the coefficient of `input` in a regression with the temperature and a constant per position of the unit,
-/// because the positions differ by the residual Earth rate. Unknown if the input does not vary independently.
+/// because the positions differ by the residual Earth rate. Unknown if the record is too short or the input does not
+/// vary independently.
 MeasuredValue regression_coefficient(const Subject& subject, const Eigen::VectorXd& input,
                                      const Eigen::VectorXd& bias) {
   Eigen::MatrixXd all(bias.size(), 5);
@@ -173,14 +180,14 @@ MeasuredValue regression_coefficient(const Subject& subject, const Eigen::Vector
   constexpr Eigen::Index kInput = 2, kTurned = 3, kBias = 4;
   const auto has_both_positions = [&] { return all(rows, kTurned).minCoeff() < all(rows, kTurned).maxCoeff(); };
   const Eigen::Index columns = !rows.empty() && has_both_positions() ? kBias : kTurned;
-  if (static_cast<Eigen::Index>(rows.size()) <= 2 * columns) return {};
+  if (static_cast<Eigen::Index>(rows.size()) <= 2 * columns || is_too_short(subject)) return {};
   const Eigen::MatrixXd x = all(rows, Eigen::seqN(0, columns));
   Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(x);
   constexpr double kRelative = 1e-9;
   qr.setThreshold(kRelative);
   if (qr.rank() < columns) return {};
-  const RobustFit fit =
-      fit_robustly(x, all(rows, kBias), cluster_positions(subject.clusters, rows), correlation_reach(subject));
+  const data::CorrelatedFit fit = data::fit_with_correlated_noise(
+      x, all(rows, kBias), cluster_positions(subject.clusters, rows), correlation_reach(subject));
   return {fit.coefficients(kInput), fit.u(kInput)};
 }
 
@@ -449,6 +456,10 @@ Characterisation characterise(const data::Dataset& dataset, const data::Clusters
   result.temperature = {.before = temperature_slope(result.stabilised, &BeforeAfter::before),
                         .after = temperature_slope(result.stabilised, &BeforeAfter::after)};
   result.ramp = regress_with_temperature(subject.rate_k_per_min);
+  if (is_too_short(subject))
+    result.sensitivity_statement =
+        fmt::format("the clusters cover less than {:g} h, so there is no sensitivity to the ramp rate or to a gradient",
+                    kShortestRegressionSeconds / kSecondsPerHour);
   if (auto [name, gradient] = greatest_gradient(subject); !name.empty()) {
     result.gradient = std::move(name);
     result.of_gradient = regress_with_temperature(gradient);

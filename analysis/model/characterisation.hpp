@@ -163,7 +163,10 @@ struct Characterisation {
   std::vector<StabilisedBias> stabilised;
   /// Slope of the hold bias over temperature, °/h per K, common to both positions of the unit.
   BeforeAfter temperature;
-  /// Sensitivity to the temperature ramp rate, °/h per K/min, from a joint regression with the temperature.
+  /// Reason why a short record has no sensitivity to the ramp rate and to a gradient; empty otherwise.
+  std::string sensitivity_statement;
+  /// Sensitivity to the temperature ramp rate, °/h per K/min, from a joint regression with the temperature. u as in
+  /// data::fit_with_correlated_noise().
   BeforeAfter ramp;
   /// "A-D": the gradient that has the greatest correlation with the raw bias.
   std::string gradient;
@@ -181,6 +184,7 @@ struct Characterisation {
 
 void describe(auto& form, Like<Characterisation> auto& result) {
   form("statement", result.statement);
+  form.if_present("sensitivity_statement", !result.sensitivity_statement.empty(), result.sensitivity_statement);
   form("stabilised", result.stabilised);
   form("temperature_deg_per_h_per_k", result.temperature);
   form("ramp_deg_per_h_per_k_per_min", result.ramp);

@@ -251,6 +251,7 @@ std::vector<Cell> budget_row(const DocumentWriter& writer, const model::BudgetRo
   add_note(row.assumed, "label.assumed");
   add_note(row.chosen_on_these_folds, "label.chosen_on_these_folds");
   add_note(row.only_start_held_out, "label.only_start_held_out");
+  add_note(row.without_holds, "label.without_holds");
   return {{.text = std::move(source), .note = std::move(note)},
           {.text = model::name(row.evaluation)},
           {.text = writer.translated(std::string("distribution.") + model::name(row.distribution))},

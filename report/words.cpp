@@ -235,6 +235,7 @@ constexpr Translation kTranslations[] = {
   {"label.overdue", "overdue", "überfällig"},
   {"label.assumed", "assumed", "angenommen"},
   {"label.only_start_held_out", "only power-on held out", "einzige Einschaltung ausgelassen"},
+  {"label.without_holds", "from the residual, no holds", "aus dem Restfehler, keine Haltephasen"},
   {"label.chosen_on_these_folds", "parameters chosen on the same folds",
    "Parameter an denselben Teildatensätzen gewählt"},
 

@@ -91,6 +91,28 @@ void add_second_differences(SecondDifferences& all, const Clusters& clusters, co
   }
 }
 
+/// Computes the noise floor without its statement; see NoiseFloor for the correction of the quantisation.
+NoiseFloor floor_from(const SecondDifferences& all, double step_deg_per_h, double length_s) {
+  constexpr double kQuantisationShare = 0.6;
+  const double observed = all.sum / (6.0 * all.overlaps.differences), per_pulse = step_deg_per_h / length_s;
+  const double floor = std::sqrt(std::max(observed - per_pulse * per_pulse / 9, kQuantisationShare * observed));
+  return {.deg_per_h = floor,
+          .differences = all.overlaps.differences,
+          .error_deg_per_h = floor * relative_error(all.overlaps)};
+}
+
+/// Returns four robust standard deviations of the finite values; infinite if more than half of them are 0.
+double robust_limit(const Eigen::VectorXd& values) {
+  constexpr double kPerMedian = 1.4826, kLimit = 4, kNone = std::numeric_limits<double>::infinity();
+  std::vector<double> magnitudes;
+  for (const double value : values)
+    if (std::isfinite(value)) magnitudes.push_back(std::abs(value));
+  if (magnitudes.empty()) return kNone;
+  const auto middle = magnitudes.begin() + std::ssize(magnitudes) / 2;
+  std::ranges::nth_element(magnitudes, middle);
+  return *middle > 0 ? kLimit * kPerMedian * *middle : kNone;
+}
+
 Rows last_hour(const Dataset& dataset, const Rows& hold, double interval_s) {
   const Eigen::Index end = hold.first + hold.count;
   const double from_s = dataset.time_s(end - 1) + interval_s - kQuietSeconds;
@@ -207,15 +229,39 @@ NoiseFloor noise_floor(const Clusters& clusters, const std::vector<record::RunIn
     const char* why = any_hold(segments) ? "no hold has three neighbouring means in its last hour" : kNoHold;
     return {.deg_per_h = kUnknown, .differences = 0, .error_deg_per_h = kUnknown, .statement = why};
   }
-  constexpr double kQuantisationShare = 0.6;
-  const double observed = all.sum / (6.0 * differences), per_pulse = step_deg_per_h / clusters.length_s;
-  const double floor = std::sqrt(std::max(observed - per_pulse * per_pulse / 9, kQuantisationShare * observed));
-  return {.deg_per_h = floor,
-          .differences = differences,
-          .error_deg_per_h = floor * relative_error(all.overlaps),
-          .statement = fmt::format("Hadamard deviation at τ = {:g} s of the raw bias in the last hour of {} hold{}",
-                                   clusters.length_s, used, used == 1 ? "" : "s")};
+  NoiseFloor floor = floor_from(all, step_deg_per_h, clusters.length_s);
+  floor.statement = fmt::format("Hadamard deviation at τ = {:g} s of the raw bias in the last hour of {} hold{}",
+                                clusters.length_s, used, used == 1 ? "" : "s");
+  return floor;
 }
+
+NoiseFloor residual_noise(const Clusters& clusters, const Eigen::VectorXd& residual_deg_per_h, double step_deg_per_h) {
+  assert(residual_deg_per_h.size() == clusters.start_s.size());
+  const Eigen::Index inner = std::max<Eigen::Index>(residual_deg_per_h.size() - 2, 0);
+  Eigen::VectorXd differences = Eigen::VectorXd::Constant(inner, kUnknown);
+  for (Eigen::Index k = 0; k < inner; ++k) {
+    if (!are_neighbours(clusters, k) || !are_neighbours(clusters, k + 1)) continue;
+    differences(k) = residual_deg_per_h(k + 2) - 2 * residual_deg_per_h(k + 1) + residual_deg_per_h(k);
+  }
+  const double limit = robust_limit(differences);
+  const auto is_used = [&](Eigen::Index k) { return k < inner && std::abs(differences(k)) <= limit; };
+  SecondDifferences all;
+  for (Eigen::Index k = 0; k < inner; ++k) {
+    if (!is_used(k)) continue;
+    all.sum += differences(k) * differences(k);
+    ++all.overlaps.differences;
+    all.overlaps.by_two += is_used(k + 1) ? 1 : 0;
+    all.overlaps.by_one += is_used(k + 2) ? 1 : 0;
+  }
+  if (all.overlaps.differences == 0)
+    return {.deg_per_h = kUnknown, .error_deg_per_h = kUnknown, .statement = "no three neighbouring residuals"};
+  NoiseFloor floor = floor_from(all, step_deg_per_h, clusters.length_s);
+  floor.statement =
+      fmt::format("Hadamard deviation at τ = {:g} s of the residual; the record has no hold", clusters.length_s);
+  return floor;
+}
+
+bool has_hold(const Dataset& dataset) { return any_hold(dataset.segments); }
 
 double expected_in_sample_std(const NoiseFloor& floor, double effective_parameters, int clusters) {
   const bool known = effective_parameters > 0 && effective_parameters < clusters;

@@ -47,6 +47,16 @@ struct NoiseFloor {
   return noise_floor(clusters, dataset.segments, dataset.step_deg_per_h);
 }
 
+/// Estimates the white noise σ of cluster means from the residual of a model over a whole record, for a record without
+/// holds: second differences of neighbouring residuals, as in noise_floor(). They are insensitive to errors of the
+/// model that change slowly. Differences above four robust standard deviations (1.4826 times the median magnitude), as
+/// at the borders of folds, are not used. NaN values are missing.
+[[nodiscard]] NoiseFloor residual_noise(const Clusters& clusters, const Eigen::VectorXd& residual_deg_per_h,
+                                        double step_deg_per_h = 0);
+
+/// Returns whether a record has a hold.
+[[nodiscard]] bool has_hold(const Dataset& dataset);
+
 /// Returns the STD expected in-sample if the residual is only noise: floor·√(1 − p/n) for a fit with
 /// `effective_parameters` p to n independent clusters. Returns NaN if p is unknown (0 or NaN) or not below n.
 [[nodiscard]] double expected_in_sample_std(const NoiseFloor& floor, double effective_parameters, int clusters);

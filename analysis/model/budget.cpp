@@ -72,6 +72,7 @@ std::vector<std::string> remarks(const BudgetRow& row) {
   if (row.assumed) all.emplace_back("assumed");
   if (row.chosen_on_these_folds) all.emplace_back("chosen on these folds");
   if (row.only_start_held_out) all.emplace_back("only power-on held out");
+  if (row.without_holds) all.emplace_back("from the residual, no holds");
   return all;
 }
 

@@ -78,13 +78,15 @@ struct BudgetRow {
   bool chosen_on_these_folds{};
   /// True if the training data have a single power-on, so no fold can predict one power-on from another.
   bool only_start_held_out{};
+  /// True if the noise was estimated from the held-out residual, because no record has a hold.
+  bool without_holds{};
 };
 
 /// Returns the unit of the standard uncertainty: "°/h", "K", "°", "ppm", or the unit of the input; "1" if it has none.
 [[nodiscard]] std::string row_unit(const BudgetRow& row);
 
 /// Returns the remarks that apply to a row, in this order: "assumed", "chosen on these folds", "only power-on held
-/// out".
+/// out", "from the residual, no holds".
 [[nodiscard]] std::vector<std::string> remarks(const BudgetRow& row);
 
 /// Returns |c|·u, °/h.
@@ -186,6 +188,7 @@ void describe(auto& form, Like<BudgetRow> auto& row) {
   form("assumed", row.assumed);
   form.if_present("chosen_on_these_folds", row.chosen_on_these_folds, row.chosen_on_these_folds);
   form.if_present("only_start_held_out", row.only_start_held_out, row.only_start_held_out);
+  form.if_present("without_holds", row.without_holds, row.without_holds);
 }
 
 void describe(auto& form, Like<CombinedUncertainty> auto& uncertainty) {

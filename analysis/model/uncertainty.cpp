@@ -69,6 +69,18 @@ data::NoiseFloor pooled_floor(const TrainingBasis& on) {
   return all;
 }
 
+/// Noise floor of the training records, and whether it comes from the held-out residual.
+struct BudgetFloor {
+  data::NoiseFloor floor;
+  bool of_residual{};
+};
+
+/// Returns the pooled noise floor. If no record has a hold, returns the white noise of the held-out residual.
+BudgetFloor find_floor(const TrainingBasis& on, const data::Clusters& clusters) {
+  if (std::ranges::any_of(on.datasets, &data::has_hold)) return {pooled_floor(on), false};
+  return {data::residual_noise(clusters, on.held_out_residual_deg_per_h, on.datasets.front().step_deg_per_h), true};
+}
+
 /// Returns the noise of the compensated holds of the record with the longest total hold time.
 data::HoldNoise longest_hold_noise(const Model& model, const TrainingBasis& on) {
   data::HoldNoise most;
@@ -91,7 +103,8 @@ double quantisation_deg_per_h(const data::Dataset& dataset, double averaging_s) 
 }
 
 void add_noise_rows(std::vector<BudgetRow>& rows, const Model& model, const TrainingBasis& on,
-                    const data::NoiseFloor& floor) {
+                    const BudgetFloor& known) {
+  const data::NoiseFloor& floor = known.floor;
   const data::Dataset& first = on.datasets.front();
   const data::HoldNoise noise = longest_hold_noise(model, on);
   if (find_coefficient(noise.fit, data::NoiseTerm::angle_random_walk).seen)
@@ -102,7 +115,8 @@ void add_noise_rows(std::vector<BudgetRow>& rows, const Model& model, const Trai
     rows.push_back({.source = Source::angle_random_walk,
                     .evaluation = Evaluation::a,
                     .standard_uncertainty = std::sqrt(std::max(0.0, white) * length_s / kSecondsPerHour),
-                    .degrees_of_freedom = degrees_of_freedom_for(floor.deg_per_h, floor.error_deg_per_h)});
+                    .degrees_of_freedom = degrees_of_freedom_for(floor.deg_per_h, floor.error_deg_per_h),
+                    .without_holds = known.of_residual});
   }
   add_noise_row(rows, noise.fit, data::NoiseTerm::bias_instability, Source::flicker);
   add_noise_row(rows, noise.fit, data::NoiseTerm::rate_random_walk, Source::rate_random_walk);
@@ -115,23 +129,27 @@ void add_noise_rows(std::vector<BudgetRow>& rows, const Model& model, const Trai
 
 /// Computes the model form row from the part of the held-out residual that noise and hysteresis do not explain. It uses
 /// the estimate even if it is not significant. Its degrees of freedom are those of the difference of the squares (GUM
-/// G.3 and G.4); if the residual is far above the noise floor, they are the effective number of residuals minus one.
-BudgetRow make_form_row(const data::Figures& figures, double standard, const data::NoiseFloor& floor, double hysteresis,
+/// G.3 and G.4); if the residual is far above the noise floor, they are the effective number of residuals minus one. If
+/// the noise floor comes from the same residual, the squares of white noise σ have the covariance 2σ⁴/n.
+BudgetRow make_form_row(const data::Figures& figures, double standard, const BudgetFloor& known, double hysteresis,
                         bool chosen) {
+  const data::NoiseFloor& floor = known.floor;
   BudgetRow row{.source = Source::model_form, .evaluation = Evaluation::a, .chosen_on_these_folds = chosen};
   const double residual = std::pow(standard, 2);
   const double square = residual - std::pow(floor.deg_per_h, 2) - std::pow(hysteresis, 2);
   row.standard_uncertainty = std::sqrt(std::max(0.0, square));
   const double freedom = std::max(1.0, figures.effective.of_std - 1);
-  const double error = std::hypot(residual * std::sqrt(2 / freedom), 2 * floor.deg_per_h * floor.error_deg_per_h);
-  row.degrees_of_freedom = std::max(1.0, 2 * std::pow(square / error, 2));
+  const double shared = known.of_residual ? 4 * std::pow(floor.deg_per_h, 4) / floor.differences : 0;
+  const double independent =
+      std::pow(residual, 2) * 2 / freedom + std::pow(2 * floor.deg_per_h * floor.error_deg_per_h, 2);
+  row.degrees_of_freedom = std::max(1.0, 2 * square * square / std::max(independent - shared, 0.25 * independent));
   if (!(square > 0)) row.degrees_of_freedom = 1;
   return row;
 }
 
 /// Adds the rows of the model itself: its form and its hysteresis.
 void add_model_rows(std::vector<BudgetRow>& rows, const data::Clusters& clusters, const TrainingBasis& on,
-                    const data::NoiseFloor& floor) {
+                    const BudgetFloor& floor) {
   const Eigen::VectorXd& residual = on.held_out_residual_deg_per_h;
   const std::vector<Eigen::Index> known = data::finite_rows(residual);
   if (known.size() < 2) return;
@@ -414,7 +432,8 @@ Result<Uncertainty> evaluate_uncertainty(const Model& model, const TrainingBasis
   Uncertainty result{.budget = {.averaging_s = kSecondsPerHour, .rows = {}},
                      .sensitivities = summarise_sensitivities(*slopes, clusters->thermometers)};
   auto& rows = result.budget.rows;
-  const data::NoiseFloor floor = pooled_floor(on);
+  BudgetFloor floor = find_floor(on, *clusters);
+  if (!std::isfinite(floor.floor.deg_per_h)) floor = {};
   add_noise_rows(rows, model, on, floor);
   result.added_noise_deg_per_h = added_noise(result.sensitivities, on);
   rows.push_back(

@@ -74,8 +74,9 @@ struct TrainingBasis {
 /// Computes the budget of a mean over 1 h, and its components. The sources:
 /// - angle random walk, flicker (its Allan deviation, 0.664 B) and rate random walk (K√(τ/3)) as estimated by the Allan
 ///   fit of the compensated holds, from the record with the longest total hold time; degrees of freedom ½(u/Δu)² (GUM
-///   G.3). If the fit finds no angle random walk, the noise floor less its quantisation is used as if it were white. No
-///   row if there is no hold. Rows are not tested for significance: an uncertain row has few degrees of freedom;
+///   G.3). If the fit finds no angle random walk, the noise floor less its quantisation is used as if it were white. If
+///   no record has a hold, it is data::residual_noise() of the held-out residual, and the row states this. Rows are not
+///   tested for significance: an uncertain row has few degrees of freedom;
 /// - quantisation, if the first record counts pulses of size q: each end of a mean is uniformly off by up to half a
 ///   pulse, so the error of the mean has a triangular distribution within ± q/τ, and u = q/(√6 τ) (GUM 4.3.9);
 /// - noise of the thermometers: thermometer_noise_k() times the sensitivities;

@@ -62,6 +62,41 @@ TEST(NoiseFloor, IsUnbiasedOnShortDriftingHolds) {
   EXPECT_GT(std::sqrt(first_differences / (kHolds * (kMeans - 1))), 1.05 * 0.002) << "first differences are biased";
 }
 
+/// The residual wanders by ten times its white noise, has steps at the borders of folds, and spikes.
+TEST(ResidualNoise, MeasuresWhiteNoiseWithoutHolds) {
+  constexpr int kSeeds = 100;
+  double squares = 0, errors = 0, deviations = 0;
+  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
+    Clusters clusters = noisy_clusters(400, 0.002, seed);
+    Eigen::VectorXd residual = clusters.bias_deg_per_h;
+    for (Eigen::Index k = 0; k < 400; ++k)
+      residual(k) += 0.02 * std::sin(0.05 * static_cast<double>(k)) + (k >= 100 && k < 200 ? 0.05 : 0);
+    residual(50) += 1;
+    residual(300) = std::numeric_limits<double>::quiet_NaN();
+    const NoiseFloor noise = residual_noise(clusters, residual);
+    squares += std::pow(noise.deg_per_h, 2) / kSeeds;
+    errors += std::pow(noise.error_deg_per_h, 2) / kSeeds;
+    deviations += std::pow(noise.deg_per_h - 0.002, 2) / kSeeds;
+    EXPECT_GE(noise.differences, 380);
+    EXPECT_LE(noise.differences, 398 - 3 - 3);
+    EXPECT_NE(noise.statement.find("the record has no hold"), std::string::npos);
+  }
+  EXPECT_NEAR(std::sqrt(squares), 0.002, 0.00004);
+  EXPECT_NEAR(std::sqrt(errors / deviations), 1, 0.25) << "the standard error is the scatter between seeds";
+}
+
+TEST(ResidualNoise, NeedsThreeNeighbours) {
+  Clusters clusters = noisy_clusters(6, 0.002);
+  Eigen::VectorXd residual = clusters.bias_deg_per_h;
+  residual(2) = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(residual_noise(clusters, residual).differences, 1);
+  clusters.start_s(5) += 1000;
+  EXPECT_EQ(residual_noise(clusters, residual).differences, 0);
+  EXPECT_TRUE(std::isnan(residual_noise(clusters, residual).deg_per_h));
+  EXPECT_EQ(residual_noise(noisy_clusters(2, 0.002), Eigen::Vector2d::Zero()).differences, 0);
+  EXPECT_EQ(residual_noise(noisy_clusters(9, 0), Eigen::VectorXd::Zero(9)).deg_per_h, 0) << "a frozen residual";
+}
+
 /// For a pulse of 1″, more than half of the noise of a mean is quantisation, which is correlated between adjacent
 /// means.
 TEST(NoiseFloor, CorrectsForQuantisationOfPulses) {

@@ -517,6 +517,45 @@ TEST_F(ModelUncertainty, WidensCoefficientsForCorrelatedResiduals) {
   EXPECT_NEAR(in_training, by_hand, 1e-6 * by_hand) << "two coefficients, each with 1/n of the variance";
 }
 
+/// White noise of 0.16 °/h in rows of 10 s, no effect of temperature, no hold. U of a mean over τ is 1.96·0.16/√(τ/10
+/// s) and a part for the model, which a record of 11 h determines to a few hundredths.
+TEST(UncertaintyWithoutHolds, ScalesWithAveragingTime) {
+  constexpr int kSeeds = 8;
+  double hour = 0, row = 0;
+  for (int seed = 0; seed < kSeeds; ++seed) {
+    std::mt19937_64 random(static_cast<std::uint64_t>(seed));
+    std::normal_distribution<double> noise(0, 0.16);
+    constexpr Eigen::Index kRows = 11 * 360;
+    data::Dataset dataset;
+    dataset.run_id = "imported";
+    dataset.imported = true;
+    dataset.thermometers = dataset.gradients = {"A"};
+    dataset.gyro_uncertainty.turn_on_repeatability_deg_per_h = 0;
+    dataset.time_s = dataset.moment_s = Eigen::VectorXd::LinSpaced(kRows, 0, 10.0 * (kRows - 1));
+    dataset.temperature_c = 20 + 20 * (dataset.time_s.array() / 3600).sin();
+    dataset.bias_deg_per_h = Eigen::VectorXd::NullaryExpr(kRows, [&] { return 3 + noise(random); });
+    dataset.set_point_c.setConstant(kRows, std::nan(""));
+    dataset.segment.setConstant(kRows, -1);
+    dataset.cycle.setConstant(kRows, -1);
+    TrainingOptions options;
+    options.method = "linear";
+    options.inputs = "temperatures";
+    const auto model = train({dataset}, {*make_clusters(dataset)}, options);
+    ASSERT_TRUE(model) << text(model.error());
+    const auto& rows = model->uncertainty->budget.rows;
+    const auto white = std::ranges::find(rows, Source::angle_random_walk, &BudgetRow::source);
+    ASSERT_NE(white, rows.end());
+    EXPECT_EQ(remarks(*white), std::vector<std::string>{"from the residual, no holds"});
+    EXPECT_NEAR(white->standard_uncertainty, 0.16 / std::sqrt(360), 0.0015);
+    EXPECT_GT(white->degrees_of_freedom, 50);
+    hour += mean_uncertainty(*model->uncertainty, 3600).expanded_deg_per_h / kSeeds;
+    row += mean_uncertainty(*model->uncertainty, 10).expanded_deg_per_h / kSeeds;
+  }
+  EXPECT_GT(hour, 1.96 * 0.16 / std::sqrt(360));
+  EXPECT_LT(hour, 4 * 1.96 * 0.16 / std::sqrt(360)) << "six times before";
+  EXPECT_NEAR(row, 1.96 * 0.16, 0.15 * 1.96 * 0.16);
+}
+
 TEST_F(ModelUncertainty, AgreesWithMonteCarlo) {
   const std::vector<BudgetRow>& rows = model_.uncertainty->budget.rows;
   const CombinedUncertainty by_budget = combined(rows);

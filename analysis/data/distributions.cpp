@@ -5,6 +5,7 @@
 #include <boost/math/distributions/non_central_chi_squared.hpp>
 #include <boost/math/distributions/students_t.hpp>
 #include <boost/math/policies/policy.hpp>
+#include <boost/math/special_functions/beta.hpp>
 #include <cassert>
 
 namespace gyrotherm::data {
@@ -51,6 +52,12 @@ double students_t_probability(double t, double degrees_of_freedom) {
 double coverage_factor(double share, double degrees_of_freedom) {
   assert(share > 0 && share < 1);
   return quantile(complement(StudentsT(degrees_of_freedom), 0.5 * (1 - share)));
+}
+
+double binomial_at_most(double successes, double trials, double probability) {
+  assert(successes >= 0 && successes <= trials && probability > 0 && probability < 1);
+  if (!(successes < trials)) return 1;
+  return boost::math::ibeta(trials - successes, successes + 1, 1 - probability, DistributionPolicy());
 }
 
 }  // namespace gyrotherm::data

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Distributions for statistics, computed by Boost.Math: χ², central and noncentral, and Student's t. Degrees of
-/// freedom are above 0 and need not be whole numbers.
+/// Distributions for statistics, computed by Boost.Math: χ², central and noncentral, Student's t and the binomial
+/// distribution. Degrees of freedom are above 0 and need not be whole numbers.
 #pragma once
 
 namespace gyrotherm::data {
@@ -28,5 +28,11 @@ namespace gyrotherm::data {
 /// and infinite degrees of freedom, 12.71 for one. The expanded uncertainty is k times a standard uncertainty with
 /// these degrees of freedom (GUM, G.3).
 [[nodiscard]] double coverage_factor(double share, double degrees_of_freedom);
+
+// Binomial distribution.
+
+/// Returns the probability of at most `successes` in `trials`, each with the given `probability`, 0 < p < 1. Neither
+/// number need be whole: the distribution is continued by the incomplete beta function. 0 ≤ successes ≤ trials.
+[[nodiscard]] double binomial_at_most(double successes, double trials, double probability);
 
 }  // namespace gyrotherm::data

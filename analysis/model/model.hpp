@@ -16,6 +16,7 @@
 #include "analysis/model/budget.hpp"
 #include "analysis/model/power_on_constants.hpp"
 #include "analysis/model/selection.hpp"
+#include "analysis/model/verdict.hpp"
 #include "analysis/svm/tuning.hpp"
 #include "analysis/tracking/bias_noise.hpp"
 #include "core/result.hpp"
@@ -128,6 +129,9 @@ struct Model {
   data::Figures leave_cycle_out;
   /// Like leave_cycle_out, with hyper-parameters that were also chosen without the fold.
   std::optional<data::Figures> nested_leave_cycle_out;
+  /// Judgement of the held-out residual against the raw bias; of the nested one if there is one. Empty in a file of an
+  /// earlier version.
+  std::optional<Verdict> verdict;
   /// Leave-cycle-out residual of each training cluster, °/h. The model file stores it for the report.
   Eigen::VectorXd leave_cycle_out_residual;
   /// Noise of leave_cycle_out_residual for bias tracking, if the residual is long enough.

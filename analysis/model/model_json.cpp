@@ -279,6 +279,7 @@ void describe(auto& form, Like<Model> auto& model) {
   form("in_sample", model.in_sample);
   form("leave_cycle_out", model.leave_cycle_out);
   form("leave_cycle_out_residual_deg_per_h", model.leave_cycle_out_residual);
+  form.if_present("verdict", model.verdict.has_value(), model.verdict);
   form("warnings", model.warnings);
   form("hyper_parameters", model.hyper_parameters);
   form("effective_parameters", not_negative(model.effective_parameters));

@@ -133,6 +133,7 @@ Result<void> evaluate_held_out(Model& model, const population::TypePrior& prior,
   model.folds = folds.statement;
   model.leave_cycle_out = compute_figures(residual, own.all);
   model.leave_cycle_out_residual = std::move(residual);
+  model.verdict = judge_held_out(model.leave_cycle_out_residual, own.all, model.effective_parameters);
   return {};
 }
 
@@ -264,6 +265,8 @@ Result<Model> train_with_prior(const population::TypePrior& prior, const std::ve
   model->uncertainty = std::move(*uncertainty);
   add_warnings(*model, prior, datasets, *own);
   warn_about_over_fit(*model, datasets, own->records);
+  if (auto warning = make_no_gain_warning("held-out residual bias", *model->verdict))
+    model->warnings.push_back(std::move(*warning));
   return model;
 }
 

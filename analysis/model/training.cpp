@@ -225,9 +225,10 @@ Result<TrainingContext> make_context(const std::vector<data::Dataset>& datasets,
 Result<Model> fit_final(const TrainingContext& context, EstimatorOptions estimator, const ProgressSink& progress) {
   constexpr double kTightGap = 1e-6;
   estimator.options.tight_gap = kTightGap;
-  if (!should_continue(progress, "fitting", 0))
-    return failure(FaultKind::interrupted, "training", "stopped on request");
-  return fit(context.all, context.learnt, estimator);
+  if (!should_continue(progress, "fitting", 0)) return interrupted_fault();
+  auto model = fit(context.all, context.learnt, estimator);
+  if (!should_continue(progress, "fitting", 1)) return interrupted_fault();
+  return model;
 }
 
 /// Enlarges the variance of the coefficients of a linear function for correlated residuals.
@@ -261,6 +262,8 @@ void collect_warnings(Model& model, const TrainingContext& context, const std::v
       !scatter.empty())
     model.warnings.push_back(std::move(scatter));
   warn_about_over_fit(model, datasets, records);
+  if (auto warning = make_no_gain_warning("held-out residual bias", *model.verdict))
+    model.warnings.push_back(std::move(*warning));
 }
 
 /// The held-out residual for the budget, without the constants of the power-ons, which have a row of their own.
@@ -280,6 +283,7 @@ Result<BudgetResidual> evaluate_held_out(Model& model, const TrainingContext& co
   model.folds = context.training_set.folds.statement;
   model.leave_cycle_out = compute_figures(*residual, clusters);
   model.leave_cycle_out_residual = *residual;
+  model.verdict = judge_held_out(*residual, clusters, model.effective_parameters);
   // If no parameters were chosen, the residual is independent of the held-out folds.
   if (estimator.parameters.empty()) {
     if (nested) model.nested_leave_cycle_out = model.leave_cycle_out;
@@ -289,6 +293,7 @@ Result<BudgetResidual> evaluate_held_out(Model& model, const TrainingContext& co
   auto unseen = nested_residual(context.training_set, context.splits, context.inputs, estimator, progress);
   if (!unseen) return failure(unseen.error());
   model.nested_leave_cycle_out = compute_figures(*unseen, clusters);
+  model.verdict = judge_held_out(*unseen, clusters, model.effective_parameters);
   return BudgetResidual{*unseen - context.constants, false};
 }
 
@@ -387,6 +392,7 @@ Result<std::vector<FoldData>> split_at_folds(const data::TrainingSet& training_s
                       .held_out_rows = rows.held_out,
                       .preparation = std::move(*preparation)});
   }
+  if (!should_continue(progress, "choosing inputs", 1)) return interrupted_fault();
   return splits;
 }
 
@@ -400,6 +406,7 @@ Result<Eigen::VectorXd> leave_out_residual(const std::vector<FoldData>& splits, 
     if (!held_out) return failure(held_out.error());
     residual(splits[i].held_out_rows) = *held_out;
   }
+  if (!should_continue(progress, "leaving each fold out", 1)) return interrupted_fault();
   return residual;
 }
 

@@ -139,6 +139,24 @@ double share_of_parameters(const Model& model, const Verification& result) {
   return all > 0 && model.effective_parameters > 0 ? model.effective_parameters * result.compensated.count / all : 0;
 }
 
+/// Judges the gain on the clusters with a residual, and the intervals. An offset that all means share determines one
+/// mean only, so the effective number of the intervals is at most that of the residual's mean.
+Verdict judge(const Verification& result, const data::Clusters& clusters) {
+  constexpr int kFewest = 8;
+  const Rows rows = data::finite_rows(result.residual_deg_per_h);
+  const BiasZero zero = result.has_own_reference ? BiasZero::mean_of_first_hold : BiasZero::known;
+  Verdict verdict =
+      judge_gain(clusters.bias_deg_per_h(rows), result.residual_deg_per_h(rows), clusters, rows, zero, kFewest);
+  if (result.trained_on_this) {
+    verdict.gain = Gain::in_sample;
+    verdict.statement = "the model was trained on this record, so the record cannot verify it";
+  } else if (result.coverage) {
+    const double effective = std::min(result.coverage->effective, result.compensated.effective.of_mean);
+    verdict.intervals_hold = !is_below_nominal(result.coverage->seen, result.coverage->nominal, effective);
+  }
+  return verdict;
+}
+
 std::vector<std::string> make_warnings(const Verification& result, const Model& model, const data::Dataset& dataset,
                                        const data::Clusters& clusters) {
   std::vector<std::string> warnings;
@@ -154,7 +172,13 @@ std::vector<std::string> make_warnings(const Verification& result, const Model& 
   }
   if (result.trained_on_this) {
     warnings.emplace_back(kTrainedOnThisWarning);
+  } else if (auto warning = make_no_gain_warning("compensated bias", result.verdict)) {
+    warnings.push_back(std::move(*warning));
   }
+  if (result.verdict.intervals_hold == false)
+    warnings.push_back(
+        fmt::format("the intervals do not hold: {:.1f} % of {} means lie within their {:.0f} % intervals",
+                    100 * result.coverage->seen, result.coverage->clusters, 100 * result.coverage->nominal));
   std::ranges::move(origin_warnings(model, dataset.of, dataset.identity, dataset.bias_zero),
                     std::back_inserter(warnings));
   if (auto warning = over_fit_warning(result.compensated, result.floor, share_of_parameters(model, result)))
@@ -268,6 +292,7 @@ Result<Verification> verify(const Model& model, const data::Dataset& dataset, co
     if (!half_width) return failure(half_width.error());
     result.coverage = find_coverage(residual, *half_width, clusters);
   }
+  result.verdict = judge(result, clusters);
   result.warnings = make_warnings(result, model, dataset, clusters);
   return result;
 }
@@ -292,13 +317,6 @@ Result<StreamResult> evaluate_stream(const Model& model, const data::Dataset& da
                       .aligned = compute_figures(aligned(rows), clusters, rows),
                       .to_truth = compute_true_bias_error(dataset, clusters, residual),
                       .aligned_to_truth = compute_true_bias_error(dataset, clusters, aligned)};
-}
-
-std::optional<std::string> make_no_gain_warning(std::string_view residual_name, const data::Figures& residual,
-                                                const data::Figures& raw) {
-  if (residual.count <= 1 || residual.std < raw.std) return std::nullopt;
-  return fmt::format("no better than no model: {} std {:.5g} °/h, raw bias std {:.5g} °/h", residual_name, residual.std,
-                     raw.std);
 }
 
 std::optional<RunScatter> compute_run_scatter(const std::vector<Verification>& verifications) {

@@ -13,6 +13,7 @@
 #include "analysis/data/hold_noise.hpp"
 #include "analysis/data/statistics.hpp"
 #include "analysis/model/model.hpp"
+#include "analysis/model/verdict.hpp"
 #include "core/form.hpp"
 #include "core/result.hpp"
 
@@ -125,9 +126,11 @@ struct Verification {
   RangeExceedance outside;
   /// Empty for a model without an uncertainty.
   std::optional<Coverage> coverage;
+  /// Judgement of the gain and of the intervals, on the clusters with a residual.
+  Verdict verdict;
   /// Empty until the caller adds the result of evaluate_stream().
   std::optional<StreamResult> streamed;
-  /// Over-fit (residual below the noise floor), inputs out of range and others.
+  /// No gain, intervals that do not hold, over-fit (residual below the noise floor), inputs out of range and others.
   std::vector<std::string> warnings;
 };
 
@@ -154,11 +157,6 @@ inline constexpr const char* kTrainedOnThisWarning =
                                                    const data::Clusters& clusters,
                                                    const Eigen::VectorXd& aligned_residual_deg_per_h,
                                                    Outside outside = Outside::continued);
-
-/// Returns a warning if, over two or more means, the STD of the residual is not below the STD of the raw bias.
-/// `residual_name` names the residual in the warning, such as "compensated bias".
-[[nodiscard]] std::optional<std::string> make_no_gain_warning(std::string_view residual_name,
-                                                              const data::Figures& residual, const data::Figures& raw);
 
 /// Scatter of the means of whole runs, which a single run cannot reveal: type A, from two or more runs.
 struct RunScatter {

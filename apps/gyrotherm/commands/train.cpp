@@ -12,6 +12,7 @@
 #include "apps/console/interrupt.hpp"
 #include "apps/gyrotherm/output_file.hpp"
 #include "apps/gyrotherm/recorded_run.hpp"
+#include "core/count_text.hpp"
 
 namespace gyrotherm::app {
 namespace {
@@ -27,7 +28,7 @@ struct TrainArguments {
 };
 
 std::string describe_figures(const data::Figures& f) {
-  return fmt::format("{} °/h over {} clusters", data::format_figures(f), f.count);
+  return fmt::format("{} °/h over {}", data::format_figures(f), format_count(f.count, "cluster"));
 }
 
 /// Returns the statistics of the raw bias over the clusters of all records.
@@ -38,8 +39,8 @@ data::Figures raw_figures(const RecordedRuns& records) {
   return data::compute_figures(Eigen::Map<const Eigen::VectorXd>(bias.data(), static_cast<Eigen::Index>(bias.size())));
 }
 
-/// Adds warnings to the model: outliers of the records, an unusual cluster length, no gain over the raw bias.
-void add_warnings(model::Model& model, const RecordedRuns& records, const data::Figures& raw, double cluster_length_s) {
+/// Adds warnings to the model: outliers of the records, an unusual cluster length.
+void add_warnings(model::Model& model, const RecordedRuns& records, double cluster_length_s) {
   constexpr double kUsual_s = 100;
   model.warnings.insert(model.warnings.end(), records.outliers.begin(), records.outliers.end());
   if (cluster_length_s != kUsual_s)
@@ -47,8 +48,6 @@ void add_warnings(model::Model& model, const RecordedRuns& records, const data::
         "clusters are means over {:g} s, not {:g} s: their gyro noise is {:.2g} times as large, and temperature "
         "rates, lags and uncertainties refer to this cluster length",
         cluster_length_s, kUsual_s, std::sqrt(kUsual_s / cluster_length_s)));
-  if (auto warning = model::make_no_gain_warning("held-out residual bias", model.leave_cycle_out, raw))
-    model.warnings.push_back(std::move(*warning));
 }
 
 std::string describe_trained(const model::Model& model, const data::Figures& raw) {
@@ -56,7 +55,7 @@ std::string describe_trained(const model::Model& model, const data::Figures& raw
   for (const auto& run : model.trained_on)
     text += fmt::format("{}trained on {}{}\n", run.simulated ? "SIMULATED: " : "",
                         is_named(run.of) ? qualified_name(run.of) + " of " : "", run.path);
-  text += fmt::format("{} on {} ({} inputs)\n", model.method, model.inputs, model.terms.size());
+  text += fmt::format("{} on {} ({})\n", model.method, model.inputs, format_count(model.terms.size(), "input"));
   if (const auto block = trained_block(model.trained_on))
     text += fmt::format("  trained range: {}\n", describe(*block));
   if (model.method == model::kTypePriorMethod) text += "  " + model.particulars + "\n";
@@ -86,6 +85,7 @@ std::string describe_trained(const model::Model& model, const data::Figures& raw
     text += fmt::format("  uncertainty of a mean over 1 h: U = {:.5f} °/h (k = {:.2f})\n", combined.expanded_deg_per_h,
                         combined.coverage_factor);
   }
+  if (model.verdict) text += "  " + describe_verdict(*model.verdict) + "\n";
   for (const auto& warning : model.warnings) text += "  warning: " + warning + "\n";
   return text;
 }
@@ -136,7 +136,7 @@ Result<Exit> train_and_write(Console& console, const TrainArguments& options) {
   auto model = train_model(console, options, *records, *training);
   if (!model) return failure(model.error());
   const data::Figures raw = raw_figures(*records);
-  add_warnings(*model, *records, raw, options.cluster_length_s);
+  add_warnings(*model, *records, options.cluster_length_s);
   if (auto written = write_model(options.out, *model); !written) return failure(written.error());
   console.print(console.json ? to_json(*model) : describe_trained(*model, raw));
   return Exit::done;

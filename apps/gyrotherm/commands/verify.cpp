@@ -104,6 +104,7 @@ std::string describe_noise(const data::HoldNoise& noise) {
 /// Noise and characterisation of one record, before and after compensation.
 struct Behaviour {
   data::HoldNoise raw, compensated;
+  bool has_hold{};
   model::Characterisation characterisation;
 };
 
@@ -119,6 +120,7 @@ std::string describe(const model::Characterisation& result) {
   std::string text = fmt::format("  before → after compensation; stabilised: {}\n", result.statement);
   text += describe("temperature", "°/h/K", result.temperature) + describe("ramp", "°/h/(K/min)", result.ramp) +
           describe(("gradient " + result.gradient).c_str(), "°/h/K", result.of_gradient);
+  if (!result.sensitivity_statement.empty()) text += "    " + result.sensitivity_statement + "\n";
   if (const auto* point = find_widest(result.hysteresis, &model::BeforeAfter::before))
     text +=
         describe("hysteresis, greatest", fmt::format("°/h near {:g} °C", point->temperature_c).c_str(), point->width);
@@ -182,9 +184,11 @@ std::string describe(const std::string& run, const model::Verification& v, const
   if (v.to_truth) text += row("error vs. true bias", v.to_truth->figures);
   if (v.to_truth && v.to_truth->mean_removed)
     text += "  bias reference: mean of this record; the mean of the error relative to the true bias is removed\n";
-  text += describe_streamed(v) + describe_coverage(v) + describe_floor(v) + describe_noise(behaviour.raw) +
-          describe_noise(behaviour.compensated) + describe(behaviour.characterisation);
+  text += describe_streamed(v) + describe_coverage(v) + describe_floor(v);
+  if (behaviour.has_hold) text += describe_noise(behaviour.raw) + describe_noise(behaviour.compensated);
+  text += describe(behaviour.characterisation);
   if (tracked) text += describe(*tracked);
+  text += "  " + describe_verdict(v.verdict) + "\n";
   for (const auto& warning : v.warnings) text += "  warning: " + warning + "\n";
   return text;
 }
@@ -211,6 +215,7 @@ std::string json(const std::string& run, const model::Verification& v, const Beh
               {"outside_trained_range", v.outside.clusters},
               {"outside", make_json(v.outside)},
               {"coverage", make_json(v.coverage)},
+              {"verdict", make_json(v.verdict)},
               {"warnings", v.warnings}};
   if (v.streamed) object["evaluate_stream"] = make_json(*v.streamed);
   if (tracked) object["tracking"] = make_json(*tracked);
@@ -234,8 +239,6 @@ Result<Exit> verify_all(Console& console, const VerifyArguments& options) {
     if (!recorded) return failure(recorded.error());
     auto verification = verify(*model, recorded->dataset, recorded->clusters, *outside);
     if (!verification) return failure(verification.error());
-    if (auto warning = model::make_no_gain_warning("compensated bias", verification->compensated, verification->raw))
-      verification->warnings.push_back(std::move(*warning));
     const auto& [dataset, clusters] = *recorded;
     if (options.evaluate_stream) {
       auto streamed = evaluate_stream(*model, dataset, clusters, verification->residual_deg_per_h, *outside);
@@ -244,7 +247,7 @@ Result<Exit> verify_all(Console& console, const VerifyArguments& options) {
     }
     const Behaviour behaviour{
         options.clusters.empty() ? measure_hold_noise(dataset) : measure_hold_noise(dataset, clusters),
-        measure_compensated_hold_noise(dataset, clusters, verification->residual_deg_per_h),
+        measure_compensated_hold_noise(dataset, clusters, verification->residual_deg_per_h), data::has_hold(dataset),
         model::characterise(dataset, clusters, verification->residual_deg_per_h)};
     Tracked tracked;
     if (*noise) {

@@ -89,6 +89,33 @@ TEST_F(LinearModelVerification, WarnsIfInSample) {
   EXPECT_EQ(result.outside.farthest_term, "");
 }
 
+TEST_F(LinearModelVerification, GivesVerdict) {
+  const Verification unseen = verified(unseen_run());
+  EXPECT_EQ(unseen.verdict.gain, Gain::improves) << unseen.verdict.statement;
+  EXPECT_TRUE(unseen.verdict.intervals_hold.value_or(false));
+  const Verification seen = verified(data::make_synthetic_run({}));
+  EXPECT_EQ(seen.verdict.gain, Gain::in_sample);
+  EXPECT_FALSE(seen.verdict.intervals_hold.has_value());
+}
+
+/// All means have the same offset of 12 °/h, as with a model of another unit.
+TEST_F(LinearModelVerification, NamesOffsetAndIntervalsThatDoNotHold) {
+  data::Dataset dataset = unseen_run();
+  dataset.bias_deg_per_h.array() += 12;
+  const Verification result = verified(dataset);
+  EXPECT_EQ(result.verdict.gain, Gain::improves) << "both have the offset: " << result.verdict.statement;
+  ASSERT_TRUE(result.coverage);
+  EXPECT_EQ(result.coverage->seen, 0);
+  EXPECT_FALSE(result.verdict.intervals_hold.value_or(true));
+  EXPECT_TRUE(has_warning(result, "the intervals do not hold: 0.0 % of"));
+  Model shifted = model_;
+  shifted.target_mean_deg_per_h += 12;
+  const data::Dataset unshifted = unseen_run();
+  const Verification worse = *verify(shifted, unshifted, *make_clusters(unshifted));
+  EXPECT_EQ(worse.verdict.gain, Gain::does_not_improve) << worse.verdict.statement;
+  EXPECT_TRUE(has_warning(worse, "no better than no model: compensated bias std"));
+}
+
 TEST_F(LinearModelVerification, WarnsOfAnotherGyro) {
   data::Dataset trained = data::make_synthetic_run({}), unseen = unseen_run();
   trained.identity = unseen.identity = "0042";
@@ -353,15 +380,6 @@ TEST(AsStreamed, ReportsErrorCausedByLag) {
   ASSERT_TRUE(led.to_truth && lagging.to_truth);
   EXPECT_NEAR(led.to_truth->figures.std, led.residual.std, 1e-9);
   EXPECT_EQ(led.residual.count, lagging.residual.count) << "both use the same clusters";
-}
-
-TEST(Gain, IsMissingIfStdIsNotBelowRawBias) {
-  const data::Figures raw{.std = 0.5, .count = 100};
-  EXPECT_FALSE(make_no_gain_warning("compensated", {.std = 0.4, .count = 100}, raw));
-  EXPECT_FALSE(make_no_gain_warning("compensated", {.std = 0.6, .count = 1}, raw)) << "a single mean has no STD";
-  EXPECT_TRUE(make_no_gain_warning("compensated", {.std = 0.5, .count = 2}, raw));
-  EXPECT_EQ(*make_no_gain_warning("compensated", {.std = 0.6, .count = 100}, raw),
-            "no better than no model: compensated std 0.6 °/h, raw bias std 0.5 °/h");
 }
 
 TEST(RunScatter, UsesOnlyUnseenRuns) {

@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "analysis/model/verdict.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+
+#include "analysis/data/correlated_fit.hpp"
+#include "analysis/data/distributions.hpp"
+
+namespace gyrotherm::model {
+namespace {
+
+constexpr double kShare = 0.95;
+constexpr double kFewestEffective = 5;
+
+/// Paired comparison of one figure of the raw bias and of the residual.
+struct Comparison {
+  double raw{}, residual{};
+  Reduction reduction;
+  double effective{};
+  bool is_smaller{}, is_larger{};
+};
+
+/// Compares the root mean squares of both, after subtraction of the means if `centred`.
+Comparison compare(const Eigen::VectorXd& bias, const Eigen::VectorXd& residual, const Eigen::VectorXi& positions,
+                   bool centred) {
+  const auto count = static_cast<double>(bias.size());
+  const double divisor = centred ? count - 1 : count;
+  const auto centre = [&](const Eigen::VectorXd& values) -> Eigen::VectorXd {
+    return values.array() - (centred ? values.mean() : 0.0);
+  };
+  const Eigen::VectorXd b = centre(bias), p = centre(bias - residual);
+  Comparison result{.raw = std::sqrt(b.squaredNorm() / divisor),
+                    .residual = std::sqrt((b - p).squaredNorm() / divisor),
+                    .reduction = {0, 0},
+                    .effective = count};
+  constexpr double kRounding = 1e-12;
+  if (!(p.norm() > kRounding * b.norm())) return result;
+  Eigen::MatrixXd x(bias.size(), centred ? 2 : 1);
+  x.col(0) = p;
+  if (centred) x.col(1).setOnes();
+  const int longest = positions(positions.size() - 1) - positions(0) + 1;
+  const data::CorrelatedFit fit = data::fit_with_correlated_noise(x, b, positions, longest);
+  result.effective = data::effective_number(fit.residual, positions).of_mean;
+  const double k = data::coverage_factor(kShare, std::max(1.0, result.effective - 2));
+  const double slope = fit.coefficients(0), sum = result.raw + result.residual;
+  result.reduction = {result.raw - result.residual, 2 * fit.u(0) * p.squaredNorm() / divisor / sum};
+  result.is_smaller = slope - k * fit.u(0) > 0.5;
+  result.is_larger = slope + k * fit.u(0) < 0.5;
+  return result;
+}
+
+std::string describe_comparison(const char* what, const Comparison& compared) {
+  return fmt::format("{} {:.4g} → {:.4g} °/h, smaller by {:.2g} ± {:.2g}", what, compared.raw, compared.residual,
+                     compared.reduction.value, compared.reduction.error);
+}
+
+Gain decide(const Comparison& std, const Comparison& rmse, bool rmse_counts) {
+  if (std.is_larger || (rmse_counts && rmse.is_larger)) return Gain::does_not_improve;
+  if (std.is_smaller) return Gain::improves;
+  return std.effective < kFewestEffective ? Gain::not_enough_data : Gain::undecided;
+}
+
+/// Returns the reason for a gain that the figures alone do not explain; empty if there is none.
+std::string explain(Gain gain, const Comparison& std, const Comparison& rmse, bool rmse_counts) {
+  if (gain == Gain::does_not_improve && std.is_smaller) return "; the rmse counts, so the offset decides";
+  if (gain == Gain::undecided && rmse_counts && rmse.is_smaller) return "; only a constant offset is removed";
+  if (gain == Gain::undecided) return "; the change of the std is within its uncertainty";
+  if (gain == Gain::not_enough_data)
+    return fmt::format("; only {:.0f} effective clusters, at least {:g} are needed", std.effective, kFewestEffective);
+  return {};
+}
+
+}  // namespace
+
+const char* name(Gain gain) {
+  constexpr std::array kNames = {"improves", "does not improve", "undecided", "not enough data", "in-sample"};
+  return kNames[static_cast<std::size_t>(gain)];
+}
+
+Verdict judge_gain(const Eigen::VectorXd& bias, const Eigen::VectorXd& residual, const data::Clusters& clusters,
+                   const std::vector<Eigen::Index>& rows, BiasZero zero, int fewest) {
+  assert(bias.size() == residual.size() && bias.size() == std::ssize(rows) && fewest >= 5);
+  Verdict verdict{.statement = fmt::format("{} cluster{}, at least {} are needed", rows.size(),
+                                           rows.size() == 1 ? "" : "s", fewest)};
+  if (std::ssize(rows) < fewest) return verdict;
+  const Eigen::VectorXi positions = cluster_positions(clusters, rows);
+  const bool rmse_counts = zero != BiasZero::mean_of_first_hold;
+  const Comparison std = compare(bias, residual, positions, true);
+  const Comparison rmse = rmse_counts ? compare(bias, residual, positions, false) : Comparison{};
+  verdict.gain = decide(std, rmse, rmse_counts);
+  verdict.std_deg_per_h = std.reduction;
+  if (rmse_counts) verdict.rmse_deg_per_h = rmse.reduction;
+  verdict.effective = std.effective;
+  verdict.statement = describe_comparison("std", std);
+  if (rmse_counts) verdict.statement += "; " + describe_comparison("rmse", rmse);
+  verdict.statement += explain(verdict.gain, std, rmse, rmse_counts);
+  if (!rmse_counts)
+    verdict.statement += "; the zero is the mean of the record's first hold, so the rmse does not count";
+  return verdict;
+}
+
+Verdict judge_held_out(const Eigen::VectorXd& residual, const data::Clusters& clusters, double effective_parameters) {
+  constexpr int kFewest = 20;
+  constexpr double kFewestPerParameter = 5;
+  const std::vector<Eigen::Index> rows = data::finite_rows(residual);
+  const Eigen::VectorXd raw = clusters.bias_deg_per_h(rows);
+  Verdict verdict =
+      judge_gain(raw.array() - raw.mean(), residual(rows), clusters, rows, BiasZero::mean_of_raw, kFewest);
+  if (std::ssize(rows) >= kFewest && static_cast<double>(rows.size()) < kFewestPerParameter * effective_parameters) {
+    verdict.gain = Gain::not_enough_data;
+    verdict.statement +=
+        fmt::format("; {} clusters for {:.3g} effective parameters, at least {:g} per parameter are needed",
+                    rows.size(), effective_parameters, kFewestPerParameter);
+  }
+  return verdict;
+}
+
+std::optional<std::string> make_no_gain_warning(std::string_view residual_name, const Verdict& verdict) {
+  const bool is_smaller = !(verdict.std_deg_per_h.value <= 0) && !(verdict.rmse_deg_per_h.value <= 0);
+  if (is_smaller) return std::nullopt;
+  return fmt::format("no better than no model: {} {}", residual_name, verdict.statement);
+}
+
+bool is_below_nominal(double seen, double nominal, double effective) {
+  constexpr double kImprobable = 0.025;
+  return seen < nominal && data::binomial_at_most(seen * effective, effective, nominal) < kImprobable;
+}
+
+std::string describe_verdict(const Verdict& verdict) {
+  return fmt::format("verdict: {}; {}{}", name(verdict.gain), verdict.statement,
+                     verdict.intervals_hold == false ? "; the intervals do not hold" : "");
+}
+
+}  // namespace gyrotherm::model

@@ -26,7 +26,9 @@ struct Keyword {
 
 Result<void> check_gradients(const data::Dataset& dataset) {
   if (dataset.gradients.size() >= 2) return {};
-  return failure(FaultKind::usage, dataset.path, "no gradients: the record has fewer than two gradient thermometers");
+  return failure(FaultKind::usage, dataset.path,
+                 fmt::format("no gradients: the record has fewer than two gradient thermometers{}",
+                             dataset.gradients.empty() ? "" : "; use --inputs temperatures"));
 }
 
 Result<Terms> gradients(const data::Dataset& dataset) {

@@ -14,6 +14,7 @@
 #include "analysis/data/input_noise.hpp"
 #include "analysis/data/outliers.hpp"
 #include "analysis/model/making.hpp"
+#include "analysis/model/temperature_checks.hpp"
 #include "analysis/model/uncertainty.hpp"
 
 namespace gyrotherm::model {
@@ -200,6 +201,7 @@ Result<TrainingContext> make_context(const std::vector<data::Dataset>& datasets,
   if (datasets.empty() || datasets.size() != records.size()) {
     return failure(FaultKind::usage, "training", "needs at least one record");
   }
+  if (datasets.front().thermometers.empty()) return failure(no_thermometer_fault(datasets.front()));
   TrainingContext context;
   auto inputs = plan_inputs(requested_inputs(options, method), datasets.front(), options.select);
   if (!inputs) return failure(inputs.error());
@@ -208,6 +210,10 @@ Result<TrainingContext> make_context(const std::vector<data::Dataset>& datasets,
   TrainingOptions named = options;
   named.folds.programs = list_programs(datasets);
   if (const auto planned = plan_training(context, records, named); !planned) return failure(planned.error());
+  std::vector<data::Term> terms = context.inputs.fixed;
+  terms.insert(terms.end(), context.inputs.candidates.begin(), context.inputs.candidates.end());
+  if (const auto varies = check_temperatures_vary(terms, datasets, context.records); !varies)
+    return failure(varies.error());
   auto splits = split_at_folds(context.training_set, context.inputs, method, progress);
   if (!splits) return failure(splits.error());
   context.splits = std::move(*splits);
@@ -226,9 +232,7 @@ Result<Model> fit_final(const TrainingContext& context, EstimatorOptions estimat
   constexpr double kTightGap = 1e-6;
   estimator.options.tight_gap = kTightGap;
   if (!should_continue(progress, "fitting", 0)) return interrupted_fault();
-  auto model = fit(context.all, context.learnt, estimator);
-  if (!should_continue(progress, "fitting", 1)) return interrupted_fault();
-  return model;
+  return fit(context.all, context.learnt, estimator);
 }
 
 /// Enlarges the variance of the coefficients of a linear function for correlated residuals.
@@ -264,6 +268,13 @@ void collect_warnings(Model& model, const TrainingContext& context, const std::v
   warn_about_over_fit(model, datasets, records);
   if (auto warning = make_no_gain_warning("held-out residual bias", *model.verdict))
     model.warnings.push_back(std::move(*warning));
+  if (auto confusion = find_confusion_with_time(model.terms, context.records)) {
+    if (model.verdict->gain == Gain::improves) {
+      model.verdict->gain = Gain::undecided;
+      model.verdict->statement += "; temperature and time cannot be told apart";
+    }
+    model.warnings.push_back(std::move(*confusion));
+  }
 }
 
 /// The held-out residual for the budget, without the constants of the power-ons, which have a row of their own.
@@ -392,7 +403,6 @@ Result<std::vector<FoldData>> split_at_folds(const data::TrainingSet& training_s
                       .held_out_rows = rows.held_out,
                       .preparation = std::move(*preparation)});
   }
-  if (!should_continue(progress, "choosing inputs", 1)) return interrupted_fault();
   return splits;
 }
 
@@ -406,7 +416,6 @@ Result<Eigen::VectorXd> leave_out_residual(const std::vector<FoldData>& splits, 
     if (!held_out) return failure(held_out.error());
     residual(splits[i].held_out_rows) = *held_out;
   }
-  if (!should_continue(progress, "leaving each fold out", 1)) return interrupted_fault();
   return residual;
 }
 

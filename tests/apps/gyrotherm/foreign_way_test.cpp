@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <nlohmann/json.hpp>
 
 #include "acquisition/record/record.hpp"
 #include "core/file.hpp"
@@ -159,6 +160,55 @@ TEST(ForeignWay, WarnsWhenModelIsNoBetterThanNone) {
     const auto trained = train(folder, record, "--folds blocks:8");
     EXPECT_NE(trained.find("no better than no model: held-out residual bias std"), std::string::npos) << trained;
   }
+}
+
+int count_text(const std::string& text, const std::string& part) {
+  int count = 0;
+  for (auto at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++count;
+  return count;
+}
+
+/// The second record has another offset of 12 °/h.
+TEST(ForeignWay, GivesVerdictOnAnotherRecord) {
+  const Folder folder;
+  const auto trained = train(folder, make_record(folder, clean_rate), "");
+  EXPECT_NE(trained.find("verdict: improves; std"), std::string::npos) << trained;
+  EXPECT_EQ(trained.find("fitting:"), std::string::npos) << "progress is shown on a terminal only: " << trained;
+  const auto record = make_record(folder, [](int i) { return fmt::format("{:.6f}", 12 + Bench::rate_deg_per_h(i)); });
+  const auto verified = gyrotherm_with("verify " + (folder / "m.json") + " " + record);
+  EXPECT_EQ(verified.exit_code, 0) << verified.err;
+  EXPECT_NE(verified.out.find("the intervals do not hold"), std::string::npos) << verified.out;
+  EXPECT_EQ(count_text(verified.out, "the record has no hold"), 1) << verified.out;
+  const auto report =
+      nlohmann::json::parse(gyrotherm_with("verify " + (folder / "m.json") + " " + record + " --json").out);
+  EXPECT_EQ(report["verdict"]["intervals_hold"], false);
+  EXPECT_LT(report["verdict"]["rmse_reduction_deg_per_h"]["value"], 20.0);
+  const auto quiet = gyrotherm_with("verify " + (folder / "m.json") + " " + record + " --quiet");
+  EXPECT_EQ(quiet.out, verified.out) << "results remain";
+  EXPECT_EQ(quiet.err, "");
+}
+
+TEST(ForeignWay, NamesRemedyForSingleThermometer) {
+  const Folder folder;
+  std::ofstream(folder / "t.csv") << table(
+      "t,TA,w", [&](int i) { return fmt::format("{},{:.6f},{}", 10 * i, Bench::oven_c(i), clean_rate(i)); });
+  const std::string head =
+      "schema = \"gyrotherm-import/1\"\nname = \"t\"\n[file]\n[time]\ncolumn = \"t\"\nunit = \"s\"\n";
+  const std::string gyro = "[gyro]\ncolumn = \"w\"\nkind = \"rate\"\nscale = 1\n";
+  const auto refused = [&](const std::string& map, const char* name) {
+    std::ofstream(folder / "t.toml") << map;
+    const std::string record = folder / name;
+    const auto made =
+        gyrotherm_with("import " + (folder / "t.csv") + " --map " + (folder / "t.toml") + " --out " + record);
+    EXPECT_EQ(made.exit_code, 0) << made.err;
+    const auto trained = gyrotherm_with("train " + record + " --out " + (folder / "m.json"));
+    EXPECT_NE(trained.exit_code, 0);
+    return trained.err;
+  };
+  const auto single = refused(head + "[[thermometer]]\nname = \"TA\"\ncolumn = \"TA\"\n" + gyro, "one.db");
+  EXPECT_NE(single.find("use --inputs temperatures"), std::string::npos) << single;
+  const auto none = refused(head + gyro, "none.db");
+  EXPECT_NE(none.find("the record has no thermometer"), std::string::npos) << none;
 }
 
 TEST(ForeignWay, NamesFoldWithConstantInput) {

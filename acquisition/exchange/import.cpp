@@ -25,6 +25,7 @@
 #include "acquisition/record/run_file.hpp"
 #include "acquisition/record/schema.hpp"
 #include "core/clock.hpp"
+#include "core/count_text.hpp"
 #include "core/sha256.hpp"
 #include "core/text.hpp"
 
@@ -89,9 +90,7 @@ Result<void> read_foreign(const ReadRows& read, const ImportMap& map, const Take
   file.findings = std::move(*findings);
   file.rows_left_out = order.skipped_rows() + grouping.skipped_rows();
   order.note(file.findings.notes);
-  if (grouping.skipped_rows() > 0)
-    file.findings.notes.push_back(fmt::format(
-        "{} rows were left out because their time was not after the previous row's", grouping.skipped_rows()));
+  if (grouping.skipped_rows() > 0) file.findings.notes.push_back(describe_rows_left_out(grouping.skipped_rows()));
   return {};
 }
 
@@ -141,8 +140,9 @@ class GapCounter {
   }
   [[nodiscard]] std::size_t count() const { return count_; }
   [[nodiscard]] std::string describe() const {
-    return fmt::format("{} gaps longer than {:g} s, {:g} s in all; the first, of {:g} s, after row {}", count_,
-                       to_seconds(limit_), to_seconds(total_), to_seconds(first_), first_after_);
+    return fmt::format("{} longer than {:g} s, {:g} s in all; the first, of {:g} s, after row {}",
+                       format_count(count_, "gap"), to_seconds(limit_), to_seconds(total_), to_seconds(first_),
+                       first_after_);
   }
 
  private:

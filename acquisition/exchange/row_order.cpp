@@ -137,9 +137,14 @@ Result<void> RowOrder::finish() {
   return {};
 }
 
+std::string describe_rows_left_out(std::size_t rows) {
+  return rows == 1 ? std::string("1 row was left out because its time was not after the previous row's")
+                   : fmt::format("{} rows were left out because their time was not after the previous row's", rows);
+}
+
 void RowOrder::note(Notes& notes) const {
   if (left_out_ > 0) {
-    auto note = fmt::format("{} rows were left out because their time was not after the previous row's", left_out_);
+    auto note = describe_rows_left_out(left_out_);
     if (end_of_sums_ > 0)
       note += carries_ ? "; the increments of the last ones are lost"
                        : "; their increments are added to the rows that follow";

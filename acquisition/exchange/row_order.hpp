@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <deque>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "acquisition/exchange/foreign_row.hpp"
@@ -16,6 +17,9 @@ namespace gyrotherm::exchange {
 /// Returns the fault for a row that is earlier than the row before it by `back`. The fault names the map key that can
 /// help.
 [[nodiscard]] Fault out_of_order(const ImportMap& map, Duration back, std::optional<Duration> utc);
+
+/// Returns the note about rows, at least one, that were left out because of their time.
+[[nodiscard]] std::string describe_rows_left_out(std::size_t rows);
 
 /// Orders the rows of one file.
 class RowOrder {

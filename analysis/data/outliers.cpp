@@ -9,6 +9,8 @@
 #include <limits>
 #include <span>
 
+#include "core/count_text.hpp"
+
 namespace gyrotherm::data {
 
 namespace {
@@ -80,7 +82,8 @@ void remove(Dataset& dataset, const std::vector<Spike>& spikes) {
 std::string describe(const std::vector<Spike>& spikes) {
   ValueList list;
   for (const Spike& spike : spikes) list.add(spike.size_deg_per_h, spike.time_s);
-  return fmt::format("{} samples of the bias are outliers: {}", spikes.size(), list.text());
+  return fmt::format("{} of the bias {}: {}", format_count(spikes.size(), "sample"),
+                     spikes.size() == 1 ? "is an outlier" : "are outliers", list.text());
 }
 
 std::string describe_outlying_clusters(const Clusters& clusters,

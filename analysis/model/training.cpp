@@ -232,7 +232,9 @@ Result<Model> fit_final(const TrainingContext& context, EstimatorOptions estimat
   constexpr double kTightGap = 1e-6;
   estimator.options.tight_gap = kTightGap;
   if (!should_continue(progress, "fitting", 0)) return interrupted_fault();
-  return fit(context.all, context.learnt, estimator);
+  auto model = fit(context.all, context.learnt, estimator);
+  if (!should_continue(progress, "fitting", 1)) return interrupted_fault();
+  return model;
 }
 
 /// Enlarges the variance of the coefficients of a linear function for correlated residuals.
@@ -403,6 +405,7 @@ Result<std::vector<FoldData>> split_at_folds(const data::TrainingSet& training_s
                       .held_out_rows = rows.held_out,
                       .preparation = std::move(*preparation)});
   }
+  if (!should_continue(progress, "choosing inputs", 1)) return interrupted_fault();
   return splits;
 }
 
@@ -416,6 +419,7 @@ Result<Eigen::VectorXd> leave_out_residual(const std::vector<FoldData>& splits, 
     if (!held_out) return failure(held_out.error());
     residual(splits[i].held_out_rows) = *held_out;
   }
+  if (!should_continue(progress, "leaving each fold out", 1)) return interrupted_fault();
   return residual;
 }
 

@@ -51,7 +51,7 @@ CLI::App& add_subcommand(Program& program, CLI::App& parent, const std::string& 
   auto& command = *parent.add_subcommand(name, "Example: " + example + "\n\n" + description);
   command.add_flag("--json", program.console.json, "print facts as JSON");
   command.add_flag("-v,--verbose", program.console.verbose, "print more details");
-  command.add_flag("--quiet", program.console.quiet, "print errors only");
+  command.add_flag("--quiet", program.console.quiet, "print no messages and no progress, only results and errors");
   return command;
 }
 

@@ -20,10 +20,12 @@ using std::chrono::steady_clock;
 
 constexpr auto kPlainPanelInterval = std::chrono::milliseconds(60000);
 
+bool is_terminal() { return ::isatty(STDERR_FILENO) == 1; }
+
 bool can_redraw() {
   const char* terminal = std::getenv("TERM");
   const bool is_dumb = terminal == nullptr || *terminal == '\0' || std::string_view(terminal) == "dumb";
-  return ::isatty(STDERR_FILENO) == 1 && std::getenv("NO_COLOR") == nullptr && !is_dumb;
+  return is_terminal() && std::getenv("NO_COLOR") == nullptr && !is_dumb;
 }
 
 /// Returns ", 12 min 03 s left", or nothing until 1 % and two seconds have passed.
@@ -104,7 +106,7 @@ std::optional<std::string> Console::ask(std::string_view question) {
 }
 
 void Console::progress(std::string_view stage, double fraction) {
-  if (quiet || is_in_background()) return;
+  if (quiet || is_in_background() || !(verbose || is_terminal())) return;
   const auto now = steady_clock::now();
   const bool new_stage = stage != stage_;
   if (new_stage) {

@@ -45,8 +45,8 @@ class Console {
   /// Prints a fault of the named program on stderr, in full even with --quiet.
   void print_fault(std::string_view program, const Fault& fault);
 
-  /// Shows a stage, its percentage and the remaining time: on a terminal in one line that is redrawn, otherwise as a
-  /// plain line every 10 s.
+  /// Shows a stage, its percentage and the remaining time: on a terminal in one line that is redrawn, or as a plain
+  /// line every 10 s if it cannot redraw. Prints nothing if stderr is not a terminal, unless --verbose was given.
   void progress(std::string_view stage, double fraction);
   /// Shows a few lines. On a terminal they are redrawn in place, at most ten times a second. Elsewhere only the first
   /// line is printed, as a plain line: once a minute, or immediately with `at_once`.

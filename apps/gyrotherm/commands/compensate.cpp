@@ -22,6 +22,7 @@
 #include "apps/gyrotherm/bias_tracking.hpp"
 #include "apps/gyrotherm/compensation_table.hpp"
 #include "apps/gyrotherm/recorded_run.hpp"
+#include "core/count_text.hpp"
 
 namespace gyrotherm::app {
 namespace {
@@ -303,8 +304,8 @@ Result<Exit> compensate(Console& console, const CompensateArguments& options) {
       console, open, *expanded ? "compensated_bias_deg_per_h,U_deg_per_h\n" : "compensated_bias_deg_per_h\n",
       compensation);
   if (compensation && compensation->outside() > 0) {
-    console.print_message(
-        fmt::format("{} rows had an input outside the trained range ({})", compensation->outside(), name(*outside)));
+    console.print_message(fmt::format("{} had an input outside the trained range ({})",
+                                      format_count(compensation->outside(), "row"), name(*outside)));
   }
   if (compensation && compensation->missing_s() > 0) {
     console.print_message(

@@ -19,6 +19,7 @@
 #include "apps/gyrotherm/follow.hpp"
 #include "apps/gyrotherm/output_file.hpp"
 #include "apps/gyrotherm/recorded_run.hpp"
+#include "core/count_text.hpp"
 #include "core/file.hpp"
 #include "core/json.hpp"
 
@@ -197,7 +198,7 @@ Result<Exit> export_table(Console& console, const ExportArguments& options) {
   if (console.json)
     console.print(json_text(Json{{"file", options.out}, {"format", options.format}, {"rows", *rows}}) + "\n");
   else
-    console.print_message(fmt::format("{}: {} rows", options.out, *rows));
+    console.print_message(options.out + ": " + format_count(*rows, "row"));
   return Exit::done;
 }
 

@@ -11,6 +11,7 @@
 #include "apps/console/interrupt.hpp"
 #include "apps/gyrotherm/output_file.hpp"
 #include "core/clock.hpp"
+#include "core/count_text.hpp"
 #include "core/file.hpp"
 #include "core/json.hpp"
 #include "core/shipped.hpp"
@@ -56,7 +57,7 @@ std::vector<std::string> find_kelvins(const exchange::ImportSummary& summary) {
 /// Describes the rows and each channel for people.
 std::vector<std::string> value_lines(const exchange::ImportSummary& summary) {
   constexpr std::size_t kMaxListedChannels = 40;
-  std::string rows = fmt::format("{} rows in the file", summary.file_rows);
+  std::string rows = format_count(summary.file_rows, "row") + " in the file";
   if (summary.step > Duration{}) rows += fmt::format(", usually {:g} s apart", to_seconds(summary.step));
   if (summary.started) rows += ", from " + format_start(*summary.started);
   std::vector<std::string> lines{rows};
@@ -123,8 +124,8 @@ Result<Exit> import(Console& console, const ImportArguments& options) {
     console.print(json(*summary));
     return Exit::done;
   }
-  console.print_message(fmt::format("{}: {} rows over {}, {} gaps", options.out, summary->rows,
-                                    format_duration(summary->span), summary->gaps));
+  console.print_message(fmt::format("{}: {} over {}, {}", options.out, format_count(summary->rows, "row"),
+                                    format_duration(summary->span), format_count(summary->gaps, "gap")));
   for (const std::string& line : value_lines(*summary)) console.print_message("  " + line);
   return Exit::done;
 }

@@ -13,6 +13,7 @@
 #include "apps/console/command.hpp"
 #include "apps/console/interrupt.hpp"
 #include "core/clock.hpp"
+#include "core/count_text.hpp"
 #include "core/json.hpp"
 #include "sequencer/watchdog/safe_state_file.hpp"
 
@@ -34,7 +35,7 @@ bool needs_operator(RunState state) {
 }
 
 std::string describe_state(const record::RunStatus& status) {
-  if (is_imported(status)) return fmt::format("an import of {} rows", status.slot + 1);
+  if (is_imported(status)) return "an import of " + format_count(status.slot + 1, "row");
   if (status.finished) return "finished";
   if (status.being_written) return "running";
   if (!needs_operator(status.overview.state)) return "not finished; \"gyrotherm resume\" continues the run";

@@ -284,7 +284,7 @@ TEST(TextTable, LeavesOutRowsOutOfOrder) {
   const auto rows = read_rows("t,T,w\n0,1,2\n10,1,3\n5,1,4\n10,1,5\n20,1,6\n", map, "f");
   ASSERT_TRUE(rows) << text(rows.error());
   EXPECT_EQ(rows->columns[1], (std::vector<double>{2, 4, 5, 6}));
-  EXPECT_EQ(rows->notes, Notes{"1 rows were left out because their time was not after the previous row's"});
+  EXPECT_EQ(rows->notes, Notes{"1 row was left out because its time was not after the previous row's"});
 }
 
 }  // namespace

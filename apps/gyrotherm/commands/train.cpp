@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -82,8 +83,10 @@ std::string describe_trained(const model::Model& model, const data::Figures& raw
   if (model.uncertainty) {
     constexpr double kHour_s = 3600;
     const auto combined = mean_uncertainty(*model.uncertainty, kHour_s);
-    text += fmt::format("  uncertainty of a mean over 1 h: U = {:.5f} °/h (k = {:.2f})\n", combined.expanded_deg_per_h,
-                        combined.coverage_factor);
+    const bool without_holds = std::ranges::any_of(model.uncertainty->budget.rows, &model::BudgetRow::without_holds);
+    text +=
+        fmt::format("  uncertainty of a mean over 1 h: U = {:.5f} °/h (k = {:.2f}{})\n", combined.expanded_deg_per_h,
+                    combined.coverage_factor, without_holds ? "; white noise from the residual, no holds" : "");
   }
   if (model.verdict) text += "  " + describe_verdict(*model.verdict) + "\n";
   for (const auto& warning : model.warnings) text += "  warning: " + warning + "\n";

@@ -8,6 +8,8 @@
 #include <chrono>
 #include <cmath>
 
+#include "drivers/chamber/text_registers.hpp"
+
 namespace gyrotherm::drivers {
 namespace {
 
@@ -258,7 +260,13 @@ Result<double> ItemExchange::value_in(const Snapshot& snapshot, const RegisterIt
   const auto context = read_context(
       map_, item, [&](const RegisterItem& other) { return value_or_latest(other, value_in(snapshot, other)); });
   if (!context) return failure(context.error());
-  auto value = context->is_empty() ? decode(item, words) : decode(apply_context(item, *context), words);
+  return decode_answer(context->is_empty() ? item : apply_context(item, *context), words);
+}
+
+Result<double> ItemExchange::decode_answer(const RegisterItem& item, std::span<const std::uint16_t> words) const {
+  if (has_no_value(map_, item, words))
+    return failure(FaultKind::out_of_range, place(item), "the unit answered without a value for this item");
+  auto value = decode(item, words);
   return value ? value : failure(add_item_location(item, std::move(value.error())));
 }
 
@@ -337,8 +345,7 @@ Result<double> ItemExchange::read_in_known_context(const RegisterItem& item) {
   const auto span = read_span(item);
   const auto found = read_spans(std::span(&span, 1));
   if (!found) return failure(found.error());
-  auto value = decode(*in_context, found->find_words(item));
-  return value ? value : failure(add_item_location(item, std::move(value.error())));
+  return decode_answer(*in_context, found->find_words(item));
 }
 
 Result<RegisterItem> ItemExchange::resolve_context(const RegisterItem& item) {
@@ -431,8 +438,10 @@ Result<void> ItemExchange::wait_until_seen(const RegisterItem& written, double v
   const auto end = pauses_.now() + written.seen_within;
   while (true) {
     const auto found = read_in_known_context(shown);
-    if (!found) return failure(found.error());
-    if (std::abs(*found - value) <= tolerance) return {};
+    // An answer without a value is followed by one with the value, if the unit needs time.
+    if (!found && found.error().kind != FaultKind::out_of_range) return failure(found.error());
+    if (found && std::abs(*found - value) <= tolerance) return {};
+    if (!found && pauses_.now() >= end) return failure(found.error());
     if (pauses_.now() >= end)
       return failure(FaultKind::mismatch, place(shown), fmt::format("reads {} after {} was written", *found, value));
     pauses_.rest(std::min(kPollInterval, end - pauses_.now()));

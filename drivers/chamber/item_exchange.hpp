@@ -123,6 +123,9 @@ class ItemExchange {
   [[nodiscard]] Result<void> perform_every_step(const Sequence& sequence);
 
  private:
+  /// Fails with out_of_range if the unit answered without a value for the item.
+  [[nodiscard]] Result<double> decode_answer(const RegisterItem& item, std::span<const std::uint16_t> words) const;
+
   /// Value of an item as text, and as a number unless it is a text.
   struct Shown {
     std::string words;

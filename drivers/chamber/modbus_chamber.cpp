@@ -17,6 +17,7 @@
 #include "drivers/chamber/program.hpp"
 #include "drivers/chamber/register_map.hpp"
 #include "drivers/chamber/status_turns.hpp"
+#include "drivers/chamber/text_registers.hpp"
 
 namespace gyrotherm::drivers {
 namespace {
@@ -209,8 +210,8 @@ class ModbusChamber final : public Chamber {
     if (std::isnan(sent_c_)) return {};
     if (!set_point_.readable) return send_set_point({sent_c_});  // may be ignored while off
     const auto now = items_.read(set_point_);
-    if (!now) return failure(now.error());
-    const bool kept = std::abs(*now - sent_c_) <= set_point_tolerance(map_).value;
+    if (!now && now.error().kind != FaultKind::out_of_range) return failure(now.error());
+    const bool kept = now && std::abs(*now - sent_c_) <= set_point_tolerance(map_).value;
     return kept ? Result<void>{} : send_set_point({sent_c_});
   }
 
@@ -404,7 +405,10 @@ class ModbusChamber final : public Chamber {
     return {};
   }
 
+  /// Returns NaN if the unit answers that it has no set point, as some do while they are off.
   [[nodiscard]] Result<double> evaluate_set_point(const Snapshot& core) {
+    if (set_point_.readable && has_no_value(map_, set_point_, core.find_words(set_point_)))
+      return std::numeric_limits<double>::quiet_NaN();
     const auto set_point = set_point_.readable ? items_.value_in(core, set_point_) : Result<double>(sent_c_);
     if (!set_point) return set_point;
     if (std::abs(*set_point) > kLargestSetPointC)

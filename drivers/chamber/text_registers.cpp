@@ -15,6 +15,8 @@ namespace {
 
 constexpr Duration kConnectWithin = std::chrono::seconds(2);
 constexpr int kReadTries = 2;
+/// Content of all registers of an item whose field is missing in the form of the answer.
+constexpr std::uint16_t kWordWithoutValue = 0xFFFF;
 
 class TextRegisters final : public Registers {
  public:
@@ -97,15 +99,15 @@ class TextRegisters final : public Registers {
                  : client_.not_understood(question, answer->line);
   }
 
-  /// Returns the registers of the question. An item whose field is missing in this form of the answer has the value
-  /// NaN, which no reader accepts.
+  /// Returns the registers of the question. An item whose field is missing in this form of the answer has no value
+  /// (has_no_value()).
   [[nodiscard]] std::optional<std::vector<std::uint16_t>> words_of(const TextQuery& query,
                                                                    const FieldValues& fields) const {
     std::vector<std::uint16_t> words;
     for (const auto& cell : query.cells) {
       const auto& item = map_.items[cell.item];
       const auto field = fields.find(cell.field);
-      auto its = std::optional<std::vector<std::uint16_t>>(std::in_place, word_count(item), std::uint16_t{0xFFFF});
+      auto its = std::optional(std::vector<std::uint16_t>(word_count(item), kWordWithoutValue));
       if (field != fields.end()) its = to_words(cell, item, field->second);
       if (!its) return std::nullopt;
       words.insert(words.end(), its->begin(), its->end());
@@ -163,6 +165,11 @@ class TextRegisters final : public Registers {
 };
 
 }  // namespace
+
+bool has_no_value(const RegisterMap& map, const RegisterItem& item, std::span<const std::uint16_t> words) {
+  return map.text_link && item.type != RegisterType::text && !words.empty() &&
+         std::ranges::all_of(words, [](std::uint16_t word) { return word == kWordWithoutValue; });
+}
 
 std::unique_ptr<Registers> make_text_registers(const RegisterMap& map, std::unique_ptr<ByteStream> stream,
                                                std::string place, const Clock* clock) {

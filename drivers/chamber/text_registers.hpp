@@ -2,7 +2,9 @@
 /// The client of a text unit, as registers: a read sends the question of an item, a write its command.
 #pragma once
 
+#include <cstdint>
 #include <memory>
+#include <span>
 
 #include "core/clock.hpp"
 #include "drivers/chamber/register_map.hpp"
@@ -16,6 +18,10 @@ namespace gyrotherm::drivers {
 /// A failed exchange has the fault of TextClient::ask().
 [[nodiscard]] std::unique_ptr<Registers> make_text_registers(const RegisterMap& map, std::unique_ptr<ByteStream> stream,
                                                              std::string place, const Clock* clock = nullptr);
+
+/// Returns whether the unit answered in a form without the field of this item, such as "NONE" instead of a set point.
+/// As a number, such words are NaN. Returns false for a Modbus unit.
+[[nodiscard]] bool has_no_value(const RegisterMap& map, const RegisterItem& item, std::span<const std::uint16_t> words);
 
 /// Returns the stream of a text unit at the end of `line`, which must satisfy is_byte_line(), with the defaults of the
 /// map's selected link.

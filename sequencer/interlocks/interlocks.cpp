@@ -151,7 +151,13 @@ Found check_stuck(const CheckInputs& in) {
 
 // ---- silence --------------------------------------------------------------------------------------------------------
 
-Found check_chamber_silent(const CheckInputs& in) { return in.chamber() ? Found{} : make_result("chamber silent"); }
+/// Finds a chamber without a reading. States the reason if the chamber answers, but not as its description requires.
+Found check_chamber_silent(const CheckInputs& in) {
+  if (in.chamber()) return {};
+  const auto& fault = in.sample.chamber.value.error();
+  const bool is_silent = fault.kind == FaultKind::timeout || fault.kind == FaultKind::disconnected;
+  return make_result(is_silent ? "chamber silent" : fmt::format("no reading of the chamber ({})", text(fault)));
+}
 /// The silent units, and the number of units that should send. A unit that is counted as dead is not silent.
 struct SilentUnits {
   std::vector<std::size_t> silent;
@@ -285,6 +291,9 @@ std::optional<std::string> describe_alteration(const CheckInputs& in) {
   const auto& sent = in.facts.sent;
   if (chamber.activity == ChamberActivity::off) return "is switched off";
   if (sent && is_program_activity(chamber.activity)) return "runs a program of its own";
+  // A unit that cannot show its set point never had one in this run.
+  if (sent && std::isnan(chamber.set_point.value) && in.memory.set_point)
+    return fmt::format("has no set point instead of {:g} °C", sent->value);
   if (!sent || !(abs(chamber.set_point - *sent) > in.facts.set_point_tolerance)) return std::nullopt;
   return fmt::format("has the set point {:g} °C instead of {:g} °C", chamber.set_point.value, sent->value);
 }

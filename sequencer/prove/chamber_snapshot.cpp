@@ -4,6 +4,9 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <cmath>
+
+#include "drivers/chamber/text_registers.hpp"
 #include "sequencer/prove/drill.hpp"
 
 namespace gyrotherm::prove {
@@ -32,7 +35,7 @@ Result<ChamberSnapshot> ChamberSnapshot::take(const drivers::RegisterMap& map, d
   for (const auto& item : map.items) {
     if (!is_kept(item)) continue;
     const auto words = snapshot.read(registers, item);
-    if (words) snapshot.found_[item.name] = *words;
+    if (words && !has_no_value(map, item, *words)) snapshot.found_[item.name] = *words;
     if (!words && words.error().kind != FaultKind::refused && words.error().kind != FaultKind::out_of_range)
       return failure(words.error());
   }
@@ -53,7 +56,7 @@ Result<void> ChamberSnapshot::restore(drivers::Registers& registers, drivers::Ch
   const bool was_off = state_.activity == ChamberActivity::off;
   if (was_off)
     if (const auto stopped = chamber.stop(); !stopped) return stopped;
-  if (!was_off)
+  if (!was_off && !std::isnan(state_.set_point.value))
     if (const auto sent = chamber.send_set_point_immediately(state_.set_point); !sent) return sent;
   const auto now = chamber.inspect();
   if (!now) return failure(now.error());

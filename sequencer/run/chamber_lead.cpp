@@ -5,6 +5,7 @@
 
 #include <cctype>
 #include <chrono>
+#include <cmath>
 #include <utility>
 
 #include "core/process.hpp"
@@ -86,7 +87,7 @@ void HostLead::end_approach() {
 std::optional<std::string> HostLead::take_over_chamber(io::InstrumentIo& io, const LeadSecond& second) {
   const auto& chamber = *second.sample.chamber.value;
   approaching_ = true;
-  path_.accept_as_sent(chamber.set_point);
+  if (!std::isnan(chamber.set_point.value)) path_.accept_as_sent(chamber.set_point);
   path_.begin_at(chamber.air);
   const auto taken =
       path_.advance(io, clamp_to_limits(chamber.air, limits_), second.at).and_then([&] { return io.switch_on(true); });

@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include "core/clock.hpp"
+
 namespace gyrotherm::run {
 namespace {
 
@@ -11,6 +13,8 @@ using watchdog::SafeAction;
 constexpr Duration kInitialAttemptTime = std::chrono::seconds(10);
 constexpr Duration kLaterAttemptInterval = std::chrono::seconds(10);
 constexpr Duration kReportInterval = std::chrono::seconds(60);
+/// Number of seconds in a row without a reading after which the sequence does not progress.
+constexpr int kUnreadToReport = 3;
 
 bool is_due(const std::optional<Duration>& last, Duration at, Duration every) { return !last || at - *last >= every; }
 
@@ -47,13 +51,17 @@ std::optional<std::string> SafeSequence::attempt(io::InstrumentIo& io, Duration 
   if (at_once) forced_ = at;
   const auto done = carry_out(io, at_once);
   trouble_ = done ? "" : text(done.error());
-  if ((done && !evidence_.is_ineffective()) || !is_due(reported_, at, kReportInterval)) return std::nullopt;
+  const bool fails = !done || evidence_.is_ineffective() || unread_ >= kUnreadToReport;
+  if (!fails || !is_due(reported_, at, kReportInterval)) return std::nullopt;
   reported_ = at;
   return describe() + "; further attempts follow";
 }
 
 void SafeSequence::add_reading(const Reading<ChamberState>& chamber, Duration at) {
-  if (!began_ || !chamber.value) return;
+  if (!began_) return;
+  unread_ = chamber.value ? 0 : unread_ + 1;
+  if (!chamber.value) read_trouble_ = text(chamber.value.error());
+  if (!chamber.value) return;
   evidence_.add_reading(*chamber.value, at);
   confirmed_ = evidence_.is_safe();
 }
@@ -64,7 +72,9 @@ bool SafeSequence::is_only_being_watched() const {
 
 std::string SafeSequence::describe() const {
   const auto what = fmt::format("sent to {:g} °C{}", target_.value, evidence_.must_be_off() ? " and switched off" : "");
-  const auto shown = evidence_.describe();
+  auto shown = evidence_.describe();
+  if (unread_ >= kUnreadToReport)
+    shown += fmt::format("; no reading for {}: {}", format_duration(std::chrono::seconds(unread_)), read_trouble_);
   if (confirmed_) return fmt::format("the chamber was {} ({})", what, shown);
   const bool is_acknowledged = began_ && trouble_.empty() && !evidence_.is_ineffective();
   if (is_acknowledged || is_only_being_watched())

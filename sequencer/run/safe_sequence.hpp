@@ -23,7 +23,8 @@ class SafeSequence {
 
   /// Makes one attempt at run time `at`. Skips steps that are done, unless the chamber shows otherwise. In each of the
   /// first ten seconds, and every ten seconds after that, sends even while a failed line pauses. Returns a text for the
-  /// operator at the first failure, then at most once a minute; otherwise nothing.
+  /// operator at the first failure, then at most once a minute; otherwise nothing. A chamber that gives no reading for
+  /// some seconds is a failure.
   [[nodiscard]] std::optional<std::string> attempt(io::InstrumentIo& io, Duration at);
   /// Adds the reading of the second that ends at `at`. is_confirmed() then returns true if the chamber has shown set
   /// point, mode and air since it was commanded.
@@ -43,6 +44,9 @@ class SafeSequence {
   bool confirmed_ = false;
   std::optional<Duration> began_, reported_, forced_;
   std::string trouble_;
+  /// Seconds in a row without a reading, and the fault of the last of them.
+  int unread_ = 0;
+  std::string read_trouble_;
 };
 
 }  // namespace gyrotherm::run

@@ -42,6 +42,24 @@ TEST(SafeSequence, WatchesAirBeforeRunEnds) {
   EXPECT_TRUE(bench.instruments().switched.empty()) << "the mode was right";
 }
 
+TEST(SafeSequence, ReportsChamberThatCannotBeReadAtOnceAndThenOnceAMinute) {
+  tests::Bench bench(kHoldAt30, watch_air);
+  abort_at_30(bench);
+  bench.seconds(2);
+  bench.chamber().silent = true;
+  const std::string words = "is NOT confirmed safe yet";
+  EXPECT_EQ(bench.seconds(10), RunOutcome::going_on);
+  EXPECT_EQ(bench.count(EventKind::fault, words), 1);
+  EXPECT_EQ(bench.count(EventKind::fault, "no reply in 500 ms; further attempts follow"), 1) << "with the reason";
+  bench.seconds(50);
+  EXPECT_EQ(bench.count(EventKind::fault, words), 1);
+  bench.seconds(70);
+  EXPECT_EQ(bench.count(EventKind::fault, words), 3);
+  bench.chamber().silent = false;
+  EXPECT_EQ(bench.seconds(600), RunOutcome::made_safe);
+  EXPECT_EQ(bench.run_controller().end_cause().find("no reading"), std::string::npos);
+}
+
 TEST(SafeSequence, WritesModeOfChamberInManualMode) {
   tests::Bench bench(kHoldAt30, watch_air);
   abort_at_30(bench);

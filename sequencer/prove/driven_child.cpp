@@ -11,7 +11,9 @@
 #include <array>
 #include <cerrno>
 #include <csignal>
+#include <span>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "core/deadline.hpp"
@@ -46,8 +48,14 @@ Result<void> begin_to_drive(const rig::RigFile& rig, run::ChamberOwnership& owne
   if (const auto armed = ownership.arm(*identity, chamber.settings()); !armed) return armed;
   ownership.heartbeat({});
   if (const auto sent = chamber.send_set_point(set_point); !sent) return sent;
-  (void)rig;
-  return chamber.start();
+  if (const auto started = chamber.start(); !started) return started;
+  const auto state = chamber.inspect();
+  if (!state) return failure(state.error());
+  if (abs(state->set_point - set_point) > set_point_tolerance(rig.chamber_map))
+    return failure(FaultKind::mismatch, "child run",
+                   fmt::format("the chamber did not show its set point: {:g} °C instead of {:g} °C",
+                               state->set_point.value, set_point.value));
+  return {};
 }
 
 /// Drives the chamber until this process is killed.
@@ -165,12 +173,46 @@ class Forwarder {
 
 }  // namespace
 
+namespace {
+
+/// Forwards to registers that another object uses, too.
+class SharedRegisters final : public drivers::Registers {
+ public:
+  explicit SharedRegisters(std::shared_ptr<drivers::Registers> shared) : shared_(std::move(shared)) {}
+  Result<std::vector<std::uint16_t>> read(drivers::ReadFunction function, std::uint16_t address,
+                                          std::uint16_t count) override {
+    return shared_->read(function, address, count);
+  }
+  Result<void> write(drivers::WriteFunction function, std::uint16_t address,
+                     std::span<const std::uint16_t> words) override {
+    return shared_->write(function, address, words);
+  }
+  void end_rest() override { shared_->end_rest(); }
+  std::uint64_t breaks() const override { return shared_->breaks(); }
+
+ private:
+  std::shared_ptr<drivers::Registers> shared_;
+};
+
+}  // namespace
+
 std::unique_ptr<drivers::Registers> connect_registers(const rig::RigFile& rig) {
   return make_registers(drivers::parse_line(rig.chamber_line).value(), rig.chamber_map);
 }
 
 std::unique_ptr<drivers::Chamber> connect_chamber(const rig::RigFile& rig) {
   return make_modbus_chamber(rig.chamber_map, connect_registers(rig));
+}
+
+ChamberConnection connect_with_registers(const rig::RigFile& rig) {
+  std::shared_ptr<drivers::Registers> registers = connect_registers(rig);
+  return {.registers = registers,
+          .chamber = make_modbus_chamber(rig.chamber_map, std::make_unique<SharedRegisters>(registers))};
+}
+
+bool is_exclusive_line(const rig::RigFile& rig) {
+  const auto line = drivers::parse_line(rig.chamber_line);
+  return line && std::holds_alternative<drivers::SerialLine>(*line);
 }
 
 Result<DrivenChild> DrivenChild::start(const rig::RigFile& rig, const std::string& record, Celsius set_point) {

@@ -23,11 +23,22 @@ namespace gyrotherm::prove {
 [[nodiscard]] std::unique_ptr<drivers::Registers> connect_registers(const rig::RigFile& rig);
 [[nodiscard]] std::unique_ptr<drivers::Chamber> connect_chamber(const rig::RigFile& rig);
 
+/// A chamber and the registers below it, on one connection, because a serial line can be opened only once and some
+/// controllers accept only one client.
+struct ChamberConnection {
+  std::shared_ptr<drivers::Registers> registers;
+  std::unique_ptr<drivers::Chamber> chamber;
+};
+[[nodiscard]] ChamberConnection connect_with_registers(const rig::RigFile& rig);
+
+/// Returns whether only one program at a time can use the chamber's line.
+[[nodiscard]] bool is_exclusive_line(const rig::RigFile& rig);
+
 class DrivenChild {
  public:
   /// Starts a child that takes the chamber's lock, arms the guard, sends the set point, and then reads the chamber each
-  /// second with a heartbeat. Waits until it drives. Fails with the child's fault. `record` names the files of the
-  /// guard; no record is written. The child dies with this process.
+  /// second with a heartbeat. Waits until the chamber shows the child this set point. Fails with the child's fault.
+  /// `record` names the files of the guard; no record is written. The child dies with this process.
   [[nodiscard]] static Result<DrivenChild> start(const rig::RigFile& rig, const std::string& record, Celsius set_point);
 
   /// Kills the child by SIGKILL. The guard then makes the chamber safe.

@@ -20,18 +20,28 @@ constexpr Duration kPollEvery = std::chrono::milliseconds(200);
 constexpr Duration kShowWithin = std::chrono::seconds(60);
 constexpr Duration kReturnWithin = std::chrono::minutes(2);
 
-/// Watches a chamber from outside and the trace of its guard.
+/// Interval of readings on a line that the guard cannot use meanwhile.
+constexpr Duration kExclusivePollEvery = std::chrono::seconds(1);
+
+/// Watches a chamber from outside and the trace of its guard. On a line that only one program can use, the chamber is
+/// read only after the guard has left its first trace, and less often.
 class GuardDrill {
  public:
   GuardDrill(ProofTest test, const rig::RigFile& rig, const std::string& record, const DrillEnvironment& environment,
              const GuardTimes& limits)
-      : times(limits), rig_(rig), record_(record), environment_(environment), log(test, environment) {}
+      : times(limits),
+        rig_(rig),
+        record_(record),
+        environment_(environment),
+        is_exclusive_(is_exclusive_line(rig)),
+        log(test, environment) {}
 
   const GuardTimes times;
 
   /// Lets time pass until `is_true` holds. Returns the time, or nothing after `within`.
   std::optional<double> await(Duration within, const std::function<bool()>& is_true) {
-    for (const double began = log.passed_s();; environment_.wait(kPollEvery)) {
+    const auto every = is_exclusive_ ? kExclusivePollEvery : kPollEvery;
+    for (const double began = log.passed_s();; environment_.wait(every)) {
       if (is_true()) return log.passed_s() - began;
       if (log.passed_s() - began > to_seconds(within)) return std::nullopt;
     }
@@ -51,6 +61,7 @@ class GuardDrill {
   }
   /// Returns true if the chamber shows the safe set point and a safe mode.
   bool is_safe() {
+    if (is_exclusive_ && !trace()) return false;
     const auto state = look();
     if (!state) return false;
     watchdog::SafeEvidence evidence(watchdog::safe_goal(rig_.chamber_map, rig_.safe_set_point, {}));
@@ -79,24 +90,27 @@ class GuardDrill {
   }
   [[nodiscard]] const std::string& last() const { return last_; }
   [[nodiscard]] bool is_answering() const { return is_answering_; }
+  [[nodiscard]] bool is_exclusive() const { return is_exclusive_; }
 
  private:
   const rig::RigFile& rig_;
   const std::string& record_;
   const DrillEnvironment& environment_;
-  std::string last_;
+  const bool is_exclusive_;
+  std::string last_ = "not read";
   bool is_answering_ = false;
 
  public:
   DrillLog log;
 };
 
-/// Starts the program and waits until the chamber shows its set point.
+/// Starts the program and waits until the chamber shows its set point. On an exclusive line only the program can read
+/// it.
 Result<DrivenChild> start_and_watch(const rig::RigFile& driven, const std::string& record, GuardDrill& drill) {
   const auto set_point = test_set_point(driven);
   auto child = DrivenChild::start(driven, record, set_point);
   if (!child) return child;
-  if (!drill.await(kShowWithin, [&] { return drill.shows(set_point); }))
+  if (!drill.is_exclusive() && !drill.await(kShowWithin, [&] { return drill.shows(set_point); }))
     return failure(FaultKind::mismatch, "child run", "the chamber did not show its set point: " + drill.last());
   drill.log.read("program drives the chamber to", celsius_text(set_point));
   return child;

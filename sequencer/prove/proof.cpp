@@ -11,6 +11,7 @@
 #include "core/json.hpp"
 #include "core/sha256.hpp"
 #include "core/shipped.hpp"
+#include "sequencer/prove/driven_child.hpp"
 
 namespace gyrotherm::prove {
 namespace {
@@ -133,6 +134,7 @@ std::vector<ProofTest> needed_tests(const rig::RigFile& rig) {
   for (const auto test : kProofTests) {
     if (test == ProofTest::relay && !rig.safe_also) continue;
     if (rig.simulated && moves_chamber(test)) continue;
+    if (test == ProofTest::line && is_exclusive_line(rig)) continue;
     tests.push_back(test);
   }
   return tests;

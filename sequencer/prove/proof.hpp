@@ -165,7 +165,7 @@ struct ProofState {
 /// Looks at the newest result of each test that this rig needs. `utc` is now.
 [[nodiscard]] ProofState judge_proofs(const rig::RigFile& rig, const std::vector<FiledProof>& proofs, Duration utc);
 
-/// Returns the tests that this rig can have: no relay test without [safe.also].
+/// Returns the tests that this rig can have: no relay test without [safe.also], no cut of a serial line.
 [[nodiscard]] std::vector<ProofTest> needed_tests(const rig::RigFile& rig);
 
 }  // namespace gyrotherm::prove

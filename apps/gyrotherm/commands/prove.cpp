@@ -41,7 +41,9 @@ Result<std::vector<prove::ProofTest>> select_tests(const rig::RigFile& rig, cons
     if (std::ranges::count(needed, test) == 0)
       return failure(FaultKind::usage, "--only",
                      rig.simulated ? fmt::format("{} needs a real chamber; this rig is virtual", name(test))
-                                   : fmt::format("{} needs [safe.also] in the rig file", name(test)));
+                     : test == prove::ProofTest::line
+                         ? std::string("line needs a TCP line; a serial line is not cut")
+                         : fmt::format("{} needs [safe.also] in the rig file", name(test)));
   return tests;
 }
 

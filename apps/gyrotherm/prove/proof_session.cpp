@@ -102,11 +102,11 @@ class ProofSession {
   Result<void> begin_with_chamber() {
     if (auto locked = lock_chamber("the start"); !locked) return locked;
     if (const auto why = prove::relay_objection(rig_); !why.empty()) return failure(FaultKind::refused, rig_.file, why);
-    const auto chamber = prove::connect_chamber(rig_);
+    const auto [registers, chamber] = prove::connect_with_registers(rig_);
     const auto identity = chamber->identify();
     if (!identity) return failure(identity.error());
     proof_.chamber = *identity;
-    auto found = prove::ChamberSnapshot::take(rig_.chamber_map, *prove::connect_registers(rig_), *chamber);
+    auto found = prove::ChamberSnapshot::take(rig_.chamber_map, *registers, *chamber);
     if (!found) return failure(found.error());
     if (const auto why = prove::refusal_reason(found->state()); !why.empty())
       return failure(FaultKind::refused, "chamber", why);
@@ -213,12 +213,11 @@ class ProofSession {
     // A watchdog that is still armed makes the chamber safe when this program ends; it is not disturbed.
     if (ownership_ && ownership_->is_armed()) return give_up("the guard makes the chamber safe");
     if (auto locked = lock_chamber("restoration"); !locked) return give_up(text(locked.error()));
-    const auto chamber = prove::connect_chamber(rig_);
+    const auto [registers, chamber] = prove::connect_with_registers(rig_);
     const bool failed = overall_verdict(proof_) == ProofVerdict::failed;
     if (failed)
       if (const auto sent = chamber->send_set_point_immediately(rig_.safe_set_point); !sent)
         return give_up(text(sent.error()));
-    const auto registers = prove::connect_registers(rig_);
     if (const auto restored = found_->restore(*registers, *chamber); !restored) return give_up(text(restored.error()));
     auto compared = found_->compare(*registers);
     if (!compared) return give_up(text(compared.error()));

@@ -122,6 +122,9 @@ TEST_F(Proofs, NeedRelayTestOnlyWithRelay) {
   EXPECT_EQ(std::ranges::count(needed_tests(rig), ProofTest::relay), 0);
   rig.safe_also.emplace();
   EXPECT_EQ(std::ranges::count(needed_tests(rig), ProofTest::relay), 1);
+  EXPECT_EQ(std::ranges::count(needed_tests(rig), ProofTest::line), 1);
+  rig.chamber_line = "serial:/dev/ttyUSB0";
+  EXPECT_EQ(std::ranges::count(needed_tests(rig), ProofTest::line), 0) << "else the list would never be empty";
   rig.simulated = true;
   EXPECT_EQ(needed_tests(rig), (std::vector{ProofTest::interlocks, ProofTest::clock, ProofTest::disk}));
 }

@@ -4,6 +4,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
@@ -30,9 +31,17 @@ inline rig::RigFile read_limiter_rig(const std::string& more = "") {
 /// Virtual time unless `is_real_time`: each wait advances the laboratory by the time.
 class ProveBench {
  public:
-  explicit ProveBench(rig::RigFile file, bool is_real_time = false)
-      : rig(std::move(file)), instruments(rig::serve_virtual(rig, {}).value()), is_real_time_(is_real_time) {
+  /// `serial` selects a pseudo-terminal with this link of the map.
+  explicit ProveBench(rig::RigFile file, bool is_real_time = false, std::optional<drivers::LinkKind> serial = {})
+      : rig(std::move(file)),
+        instruments(rig::serve_virtual(rig, {}, {.ptys = serial.has_value()}).value()),
+        is_real_time_(is_real_time) {
     rig.chamber_line = "tcp://127.0.0.1:" + std::to_string(instruments->chamber_port());
+    if (serial) {
+      for (const auto& served : instruments->lines())
+        if (served.instrument == "chamber" && served.line.starts_with("serial:")) rig.chamber_line = served.line;
+      rig.chamber_map = select_link(rig.chamber_map, *serial).value();
+    }
     rig.simulated = false;
     if (rig.safe_also) rig.safe_also->line = "tcp://127.0.0.1:" + std::to_string(instruments->relay_port());
   }
@@ -52,10 +61,10 @@ class ProveBench {
   ChamberState chamber() { return connect_chamber(rig)->inspect().value(); }
   /// Returns the content of all registers that can be written, as one text.
   std::string registers() {
-    const auto snapshot =
-        ChamberSnapshot::take(rig.chamber_map, *connect_registers(rig), *connect_chamber(rig)).value();
+    const auto [registers, chamber] = connect_with_registers(rig);
+    const auto snapshot = ChamberSnapshot::take(rig.chamber_map, *registers, *chamber).value();
     std::string all;
-    const auto now = snapshot.compare(*connect_registers(rig)).value();
+    const auto now = snapshot.compare(*registers).value();
     for (const auto& one : now) all += one.item + "=" + one.after + "\n";
     return all;
   }

@@ -31,10 +31,31 @@ void add_jump(const InterlockLimits& limits, const std::optional<Celsius>& air, 
     memory.air_jump_sum = {};
 }
 
+/// Extends the range that the set points explain, and decides whether the air has followed them.
+void explain_air(const InterlockLimits& limits, const ChamberState& chamber, Duration elapsed,
+                 InterlockMemory& memory) {
+  constexpr Kelvins kFar{10};
+  constexpr Duration kLongEnough = std::chrono::minutes(1);
+  auto& known = memory.explained;
+  const auto set_point = chamber.set_point;
+  if (!known.first) {
+    known.first = chamber.air;
+    known.lowest = known.highest = chamber.air;
+  }
+  known.watched += elapsed;
+  known.lowest = std::min(known.lowest, set_point);
+  known.highest = std::max(known.highest, set_point);
+  const bool is_at_rest = memory.set_point && abs(set_point - *memory.set_point) < kMinChange;
+  const bool is_near = abs(chamber.air - set_point) <= limits.follow_band && abs(set_point - *known.first) >= kFar;
+  known.near_set_point = is_at_rest && is_near ? known.near_set_point + elapsed : Duration{};
+  known.has_followed = known.has_followed || known.near_set_point >= kLongEnough;
+}
+
 /// Predicts the air from the controller's set point as a first-order lag. `elapsed` is the time since the last reading.
 void predict_air(const InterlockLimits& limits, const ChamberState& chamber, Duration elapsed,
                  InterlockMemory& memory) {
   if (std::isnan(chamber.set_point.value)) return;
+  explain_air(limits, chamber, elapsed, memory);
   memory.set_point = chamber.set_point;
   if (!memory.expected) memory.expected = chamber.air;
   const double share = 1 - std::exp(-to_seconds(elapsed) / to_seconds(limits.chamber_lag));

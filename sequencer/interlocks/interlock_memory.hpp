@@ -91,6 +91,21 @@ struct RateDifference {
   double least{};
 };
 
+/// The air temperatures that the set points explain, from the first reading until the air has shown that it follows.
+/// A controller that reads and shows set points in a wrong scale or unit moves the air out of this range at once.
+struct ExplainedAir {
+  /// First air temperature; absent: none was read together with a set point.
+  std::optional<Celsius> first{};
+  /// The range of the first air temperature and of all set points since.
+  Celsius lowest{}, highest{};
+  /// Time of the readings.
+  Duration watched{};
+  /// Time for which the air has been near a set point that does not move and is far from `first`.
+  Duration near_set_point{};
+  /// The air has followed the set points to another temperature.
+  bool has_followed = false;
+};
+
 struct InterlockMemory {
   /// The state of one subject of an interlock.
   struct Watch {
@@ -136,6 +151,7 @@ struct InterlockMemory {
   /// Largest recent distance of the predicted air from the set point. It decays with the time constant 3 × chamber_lag.
   Kelvins lag{};
   std::optional<Celsius> set_point{};
+  ExplainedAir explained{};
   /// Last known air temperature.
   std::optional<Celsius> last_air{};
   /// Time since `last_air` was read.

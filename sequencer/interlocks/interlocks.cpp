@@ -88,8 +88,10 @@ Found check_thermometer_rate(const CheckInputs& in) {
 }
 
 /// Compares the air with its prediction, a first-order lag behind the set point. Permits three times the predicted lag.
+/// In the first minutes the air must also stay in the range that the set points explain.
 Found check_following(const CheckInputs& in) {
   if (!in.chamber() || !in.memory.expected || !in.memory.set_point) return {};
+  if (auto outside = find_unexplained_air(in); !outside.empty()) return outside;
   const auto air = in.chamber()->air;
   const auto band = std::max(in.limits.follow_band, in.memory.lag * 3);
   if (abs(air - *in.memory.expected) <= band) return {};
@@ -555,10 +557,10 @@ Reaction effective_reaction(const InterlockLimits& limits, const Interlock& row,
 
 /// Adds a sample in which the quantity was read. Returns true if the interlock acts: its cause was present in `samples`
 /// of the last 2 × `samples` samples and for `after` within the last 2 × `after`, or, with `in_a_row`, for `after`
-/// without a break.
+/// without a break. `replaced` replaces `after`.
 bool is_confirmed(const InterlockLimits& limits, const Confirmation& needs, bool found, Duration elapsed,
-                  InterlockMemory::Watch& watch) {
-  const auto after = needs.after_limit != nullptr ? limits.*needs.after_limit : needs.after;
+                  InterlockMemory::Watch& watch, std::optional<Duration> replaced = {}) {
+  const auto after = replaced.value_or(needs.after_limit != nullptr ? limits.*needs.after_limit : needs.after);
   const auto samples = needs.samples_limit != nullptr ? limits.*needs.samples_limit : needs.samples;
   watch.recent.add(found, elapsed, 2 * samples, after * 2);
   if (needs.in_a_row) return found && watch.lasted >= after;
@@ -616,7 +618,7 @@ void step(const InterlockLimits& limits, const Interlock& row, const CheckResult
   watch.column = found->column;
   const bool is_news = !watch.raised || watch.text != found->text;
   watch.text = found->text;
-  if (!is_confirmed(limits, row.confirmation, true, covered, watch)) return;
+  if (!is_confirmed(limits, row.confirmation, true, covered, watch, found->after)) return;
   watch.reaction = effective_reaction(limits, row, *found, watch.lasted);
   if (row.is_never_over && !is_news) watch.reaction = std::min(watch.reaction, Reaction::warn);
   if (row.lost_after != nullptr) watch.text += " for " + format_duration(watch.lasted);

@@ -92,6 +92,8 @@ struct CheckResult {
   std::string subject = {};
   /// Upper limit of the reaction, even if the policy is more severe.
   Reaction at_most = Reaction::abort;
+  /// Replaces the time for which the cause must be present.
+  std::optional<Duration> after = {};
 };
 
 struct CheckInputs;
@@ -163,6 +165,11 @@ struct InterlockResult {
 /// that does not follow the set point, and a restart of the chamber if it holds the run. A resume also switches the
 /// power supplies again, which ends a trip, and the change of an output by another program or a person.
 [[nodiscard]] std::vector<InterlockId> causes_ended_by_resume(const InterlockMemory& memory);
+
+/// Returns the reason why the chamber must not be left at its set point: its air is away from the set point and does
+/// not approach it. Returns an empty text if the chamber may be left, or if it was not read.
+[[nodiscard]] std::string leaving_refusal(const InterlockLimits& limits, const InterlockMemory& memory,
+                                          const Sample& sample);
 
 /// Describes a unit that is too cold for the air that would enter through the door: its coldest thermometer, and the
 /// temperature to wait for. Empty if the unit is warm enough, or without limits.room.

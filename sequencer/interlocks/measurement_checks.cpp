@@ -12,6 +12,40 @@ namespace {
 /// is left of the last ramp.
 constexpr double kLargestRateDifference_k_per_min = 1;
 
+/// Distance of the air from the range that the set points explain: more than chambers overshoot when they change
+/// direction, and twice as much.
+constexpr Kelvins kUnexplained{3}, kFarOutside{6};
+/// Time for which the air must be outside. It exceeds the time in which a starting compressor disturbs the air.
+constexpr Duration kUnexplainedFor = std::chrono::seconds(20);
+/// In a run this short, the air has had no time for a greater distance.
+constexpr Duration kShortRun = std::chrono::minutes(2);
+constexpr Kelvins kUnexplainedInShortRun{1};
+/// Change of the air over a minute that counts as an approach to the set point.
+constexpr CelsiusPerMinute kApproach{0.2};
+
+/// Returns whether the chamber conditions the air, as far as is known. In other states another interlock acts, or the
+/// air drifts.
+bool may_condition(ChamberActivity activity) {
+  return activity == ChamberActivity::running || activity == ChamberActivity::unknown;
+}
+
+/// Returns the distance of the air from the range that the set points explain, without the jumps of a broken sensor;
+/// 0 inside the range, and once the air has followed the set points.
+Kelvins unexplained_distance(const InterlockMemory& memory, const ChamberState& chamber) {
+  const auto& known = memory.explained;
+  if (!known.first || known.has_followed || !may_condition(chamber.activity)) return {};
+  const auto air = chamber.air - memory.air_jump_sum;
+  return std::max({Kelvins{}, known.lowest - air, air - known.highest});
+}
+
+std::string describe_unexplained(const ExplainedAir& known, const ChamberState& chamber) {
+  return fmt::format(
+      "the air moves away from the set point: {:.1f} °C, but air and set points of this run so far were {:.1f} … "
+      "{:.1f} "
+      "°C; check scale and unit of the set point in the description of the chamber",
+      chamber.air.value, known.lowest.value, known.highest.value);
+}
+
 std::string describe_identical(const std::string& what, Duration time) {
   return fmt::format("{} identical to the last digit for {}", what, format_duration(time));
 }
@@ -37,6 +71,29 @@ bool has_another_counting_unit(const CheckInputs& in, std::size_t unit) {
 }
 
 }  // namespace
+
+std::vector<CheckResult> find_unexplained_air(const CheckInputs& in) {
+  if (!in.chamber()) return {};
+  const auto distance = unexplained_distance(in.memory, *in.chamber());
+  if (distance <= kUnexplained) return {};
+  return {CheckResult{.text = describe_unexplained(in.memory.explained, *in.chamber()),
+                      .grave = distance > kFarOutside,
+                      .after = kUnexplainedFor}};
+}
+
+std::string leaving_refusal(const InterlockLimits& limits, const InterlockMemory& memory, const Sample& sample) {
+  const auto& chamber = sample.chamber.value;
+  if (!chamber || !memory.expected || !memory.set_point || !may_condition(chamber->activity)) return {};
+  const auto& known = memory.explained;
+  const auto permitted = known.watched < kShortRun ? kUnexplainedInShortRun : kUnexplained;
+  if (unexplained_distance(memory, *chamber) > permitted) return describe_unexplained(known, *chamber);
+  if (abs(chamber->air - *memory.expected) <= std::max(limits.follow_band, memory.lag * 3)) return {};
+  const auto rate = memory.air.rate();
+  const auto approach = (*memory.set_point - chamber->air).value > 0 ? 1 : -1;
+  if (!rate || rate->value * approach >= kApproach.value) return {};
+  return fmt::format("the air is at {:.1f} °C and does not approach the set point of {:.1f} °C", chamber->air.value,
+                     memory.set_point->value);
+}
 
 std::vector<CheckResult> find_frozen_instruments(const CheckInputs& in) {
   const auto& seen = in.memory.liveness;

@@ -60,6 +60,10 @@ struct CheckInputs {
   }
 };
 
+/// Returns a result if the air has left the range that the set points explain (ExplainedAir), in the first minutes of a
+/// run. The result is grave if the air is far outside.
+[[nodiscard]] std::vector<CheckResult> find_unexplained_air(const CheckInputs& in);
+
 /// Finds instruments, and the chamber's air, with identical readings for longer than their noise allows.
 [[nodiscard]] std::vector<CheckResult> find_frozen_instruments(const CheckInputs& in);
 

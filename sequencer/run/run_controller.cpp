@@ -17,6 +17,8 @@ namespace gyrotherm::run {
 namespace {
 
 constexpr int kSafeTries = 3;
+/// Longest observation of the air before a chamber is left at its set point.
+constexpr Duration kLongestEndObservation = std::chrono::seconds(60);
 
 std::string describe(const profile::Profile& profile, const ProfilePosition& progress) {
   if (progress.phase == Phase::complete) return "profile complete";
@@ -363,12 +365,18 @@ void RunController::step_machine(const Sample& sample, const interlocks::Interlo
   const bool leaves = request && request->command == OperatorCommand::stop && run_state() != RunState::aborting &&
                       demand.reaction < interlocks::Reaction::abort &&
                       rig_.file().run_limits.on_stop == interlocks::OnStop::hold;
-  const auto left = leaves ? lead_->send_last_set_point(rig_.io(), second(sample, missed)) : Result<void>();
+  auto now_demanded = demand;
+  if (auto why = leaves ? leaving_refusal(sample) : std::string(); !why.empty()) {
+    note_following(why);
+    now_demanded = {interlocks::Reaction::abort, std::move(why)};
+  }
+  const bool may_be_left = leaves && now_demanded.reaction < interlocks::Reaction::abort;
+  const auto left = may_be_left ? lead_->send_last_set_point(rig_.io(), second(sample, missed)) : Result<void>();
   if (!left)
     note(EventKind::fault, "the chamber cannot be left at its set point, and is made safe: " + text(left.error()));
   if (run_state() == RunState::aborting) update_safe_sequence(sample);
   const RunInputs now{.elapsed = kSecond + missed,
-                      .demand = demand,
+                      .demand = std::move(now_demanded),
                       .request = std::move(request),
                       .prompt = required_prompt(sample),
                       .wait = power_.wait(),
@@ -429,16 +437,51 @@ void RunController::note_soak(const ProfilePosition& before) {
 
 void RunController::step_profile(const Sample& sample) {
   const bool is_paused = run_state() != RunState::execute;
+  const auto before = state_;
   state_ = is_paused ? next_while_paused(profile_, state_, observation(sample))
                      : next(profile_, state_, observation(sample));
   if (is_paused) return;
+  if (std::holds_alternative<profile::Complete>(state_) && must_observe_end()) {
+    state_ = before;
+    return;
+  }
   note_prolonged_hold(sample.progress);
   note_soak(sample.progress);
   if (!std::holds_alternative<profile::Complete>(state_)) return;
+  if (auto why = leaving_refusal(sample); !why.empty()) {
+    note_following(why);
+    return change_to(Aborting{std::move(why), {}, false});
+  }
   if (auto why = lead_->incomplete_reason(second(sample, {})); !why.empty()) return change_to(Aborting{why, {}, false});
   change_to(next(rig_.file().run_limits, machine_,
                  RunInputs{.elapsed = {}, .demand = {}, .request = {}, .prompt = {}, .complete = true}));
   note(EventKind::finished, "profile complete");
+}
+
+/// Returns whether the profile's last second continues, because the air of a real chamber has been observed for too
+/// short a time to leave the chamber. Records the first such second.
+bool RunController::must_observe_end() {
+  const auto& rig = rig_.file();
+  if (rig.simulated || lead_->can_continue_alone() || !last_.chamber.value) return false;
+  const auto needed = std::min(rig.safe_observe, kLongestEndObservation);
+  if (memory_.explained.watched >= needed) return false;
+  if (!std::exchange(is_end_observed_, true))
+    note(EventKind::note, fmt::format("the profile's last second continues until the air has been observed for {}",
+                                      format_duration(needed)));
+  return true;
+}
+
+/// Returns the reason why the chamber must not be left at its set point; empty if it may be left.
+std::string RunController::leaving_refusal(const Sample& sample) const {
+  if (lead_->can_continue_alone()) return {};
+  return interlocks::leaving_refusal(rig_.file().limits, memory_, sample);
+}
+
+/// Raises the alarm of a chamber that must not be left at its set point.
+void RunController::note_following(const std::string& why) {
+  const auto* id = interlocks::name(interlocks::InterlockId::following);
+  note(EventKind::interlock, fmt::format("{} (abort): {}", id, why),
+       {.interlock = id, .reaction = name(interlocks::Reaction::abort)});
 }
 
 /// Records once that the clock of the last hold has stopped because no decision has been made.

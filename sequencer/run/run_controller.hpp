@@ -161,6 +161,9 @@ class RunController {
   void step_machine(const Sample& sample, const interlocks::InterlockDemand& demand, Duration missed);
   void change_to(RunStateMachine machine);
   void step_profile(const Sample& sample);
+  [[nodiscard]] bool must_observe_end();
+  [[nodiscard]] std::string leaving_refusal(const Sample& sample) const;
+  void note_following(const std::string& why);
   [[nodiscard]] profile::Observation observation(const Sample& sample) const;
   void note_soak(const ProfilePosition& before);
   void note_prolonged_hold(const ProfilePosition& before);
@@ -185,6 +188,8 @@ class RunController {
   Duration planned_;
   /// The last hold continues because no decision has been made in its time.
   bool is_prolonged_ = false;
+  /// The last second continues until the air has been observed for long enough.
+  bool is_end_observed_ = false;
   std::optional<Celsius> air_;  ///< last known
   OperatorRequests requests_;
   /// Demand of the interlocks in the last second.

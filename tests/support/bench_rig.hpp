@@ -36,6 +36,8 @@ struct BenchChamber {
   /// Does not report its activity.
   bool hides_mode{};
   double lag_s = 60;
+  /// The controller multiplies each set point by this factor, and shows it divided.
+  double scale = 1;
   /// Every set point that reached the chamber.
   std::vector<double> sent_c;
   /// Number of set points sent although the line is paused.
@@ -48,7 +50,7 @@ struct BenchChamber {
     else
       follow();
   }
-  void follow() { air_c += (on && !door_open ? set_point_c - air_c : 22 - air_c) / lag_s; }
+  void follow() { air_c += (on && !door_open ? set_point_c * scale - air_c : 22 - air_c) / lag_s; }
   /// Restarts with the default set point, as after a power cut.
   void restart() { set_point_c = 20; }
 };

@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Chambers whose set points have a wrong scale, which no read-back reveals: the air moves away from the set point.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+
+#include "tests/sequencer/run/interlock_bench.hpp"
+#include "tests/support/bench_rig.hpp"
+
+namespace gyrotherm::run {
+namespace {
+
+using interlocks::InterlockId;
+using interlocks::Reaction;
+
+std::string hold(const std::string& at, const std::string& time) {
+  return "[[segment]]\nkind = \"hold\"\nat = " + at + "\ntime = \"" + time + "\"\n";
+}
+
+/// Makes the chamber heat at 6 to 7 K/min, because 22 °C is 220 °C for it.
+void make_wrong_scale(tests::Bench& bench) {
+  bench.chamber().air_c = bench.chamber().set_point_c = 22;
+  bench.chamber().scale = 10;
+  bench.chamber().lag_s = 1800;
+}
+
+TEST(WrongSetPointScale, SuspendsWithinMinuteAndAbortsWithinTwo) {
+  tests::Bench bench(hold("22", "2 h"));
+  make_wrong_scale(bench);
+  const int suspended = bench.until(RunState::suspended, 200);
+  EXPECT_GT(suspended, 20);
+  EXPECT_LE(suspended, 60);
+  EXPECT_LE(suspended + bench.until(RunState::aborting, 200), 120);
+  EXPECT_LT(bench.chamber().air_c, 32);
+  EXPECT_TRUE(bench.told(EventKind::interlock, "the air moves away from the set point"));
+  EXPECT_TRUE(bench.told(EventKind::interlock, "check scale and unit of the set point"));
+}
+
+TEST(WrongSetPointScale, IsFoundInRampThatIsSlowerThanChamber) {
+  tests::Bench bench(hold("22", "30 s") + "[[segment]]\nkind = \"ramp\"\nto = 27\nrate = \"4 °C/min\"\n");
+  make_wrong_scale(bench);
+  EXPECT_GT(bench.until(RunState::aborting, 165), 0) << "the same run ended as complete";
+}
+
+TEST(WrongSetPointScale, ShortRunIsNotComplete) {
+  tests::Bench bench(hold("22", "18 s"));
+  make_wrong_scale(bench);
+  EXPECT_EQ(bench.seconds(2000), RunOutcome::made_safe);
+  EXPECT_EQ(bench.count(EventKind::interlock, "following (abort): the air moves away from the set point"), 1);
+  EXPECT_EQ(bench.count(EventKind::finished, "complete"), 0);
+  EXPECT_EQ(bench.record().alarms().unacknowledged().size(), 1u);
+}
+
+TEST(WrongSetPointScale, StopDoesNotLeaveChamberAtItsSetPoint) {
+  tests::Bench bench(hold("22", "2 h"), [](rig::RigFile& file) { file.run_limits.on_stop = interlocks::OnStop::hold; });
+  make_wrong_scale(bench);
+  bench.seconds(18);
+  bench.run_controller().submit(OperatorCommand::stop, "Ada");
+  bench.seconds(1);
+  EXPECT_EQ(bench.run_controller().run_state(), RunState::aborting);
+  EXPECT_EQ(bench.seconds(2000), RunOutcome::made_safe) << "not stopped";
+}
+
+TEST(WrongSetPointScale, StopLeavesChamberThatFollows) {
+  tests::Bench bench(hold("22", "2 h"), [](rig::RigFile& file) { file.run_limits.on_stop = interlocks::OnStop::hold; });
+  bench.chamber().air_c = bench.chamber().set_point_c = 22;
+  bench.seconds(18);
+  bench.run_controller().submit(OperatorCommand::stop, "Ada");
+  EXPECT_EQ(bench.seconds(1), RunOutcome::stopped);
+  EXPECT_TRUE(bench.instruments().switched.empty());
+}
+
+TEST(EndOfRun, WaitsUntilAirHasBeenObserved) {
+  for (const int observe : {0, 5, 40, 300}) {
+    tests::Bench bench(hold("22", "10 s"), [&](rig::RigFile& file) {
+      file.simulated = false;
+      file.safe_observe = std::chrono::seconds(observe);
+    });
+    bench.chamber().air_c = bench.chamber().set_point_c = 22;
+    int seconds = 0;
+    while (bench.seconds(1) == RunOutcome::going_on && seconds < 400) ++seconds;
+    EXPECT_EQ(bench.run_controller().run_state(), RunState::complete);
+    EXPECT_NEAR(seconds, std::max(10, std::min(observe, 60)), 2) << observe;
+    EXPECT_EQ(bench.count(EventKind::note, "the profile's last second continues"), observe > 10 ? 1 : 0);
+  }
+}
+
+TEST(EndOfRun, IsCompleteWhileAirStillApproaches) {
+  tests::Bench bench(
+      "[[segment]]\nkind = \"hold\"\nat = 22\ntime = \"5 min\"\n[[segment]]\nkind = \"ramp\"\n"
+      "to = 52\nrate = \"6 °C/min\"\n");
+  bench.chamber().air_c = bench.chamber().set_point_c = 22;
+  bench.chamber().lag_s = 1200;
+  EXPECT_EQ(bench.seconds(2000), RunOutcome::complete) << "far behind, but on its way";
+}
+
+TEST(EndOfRun, IsNotCompleteWhenAirStoppedFarFromSetPoint) {
+  tests::Bench bench(
+      "[[segment]]\nkind = \"hold\"\nat = 22\ntime = \"2 min\"\n[[segment]]\nkind = \"ramp\"\n"
+      "to = 34\nrate = \"6 °C/min\"\n[[segment]]\nkind = \"hold\"\ntime = \"4 min\"\n");
+  bench.chamber().air_c = bench.chamber().set_point_c = 22;
+  bench.chamber().scale = 0.65;
+  bench.chamber().lag_s = 200;
+  EXPECT_EQ(bench.seconds(5000), RunOutcome::made_safe);
+}
+
+/// Evaluates the interlocks with an air temperature that a function of time returns. Returns the most severe reaction.
+Reaction most_severe(const std::function<double(double)>& air, const std::function<double(double)>& set_point,
+                     int seconds) {
+  InterlockBench bench;
+  auto most = Reaction::go_on;
+  for (int s = 0; s < seconds; ++s) {
+    bench.chamber().air = {air(s)};
+    bench.chamber().set_point = {set_point(s)};
+    bench.chamber().activity = ChamberActivity::running;
+    bench.around.sent = bench.chamber().set_point;
+    for (std::size_t i = 0; i < bench.sample.thermometers.size(); ++i) bench.thermometer(i, air(s));
+    most = std::max(most, bench.second().reaction);
+  }
+  return most;
+}
+
+TEST(UnexplainedAir, AcceptsDisturbancesOfRealChambers) {
+  const auto at_20 = [](double) { return 20.0; };
+  const auto compressor = [](double s) { return 20 - 5 * std::exp(-(s - 30) * (s - 30) / 50); };
+  EXPECT_EQ(most_severe(compressor, at_20, 600), Reaction::go_on) << "5 K below for some seconds";
+  const auto swings = [](double s) { return 20 + 2.8 * std::sin(s / 40); };
+  EXPECT_LT(most_severe(swings, at_20, 280), Reaction::suspend);
+  const auto ramp = [](double s) { return 20 - std::min(s * 5 / 60, 40.0); };
+  const auto lags = [&](double s) { return ramp(std::max(0.0, s - 120)) + (s > 600 ? -2.0 : 0.0); };
+  EXPECT_EQ(most_severe(lags, ramp, 900), Reaction::go_on) << "overshoots by 2 K";
+}
+
+TEST(UnexplainedAir, ActsInEitherDirection) {
+  const auto at_20 = [](double) { return 20.0; };
+  for (const double rate : {-0.1, 0.1}) {
+    const auto moves = [&](double s) { return 20 + rate * s; };
+    EXPECT_LT(most_severe(moves, at_20, 45), Reaction::suspend);
+    EXPECT_EQ(most_severe(moves, at_20, 60), Reaction::suspend);
+    EXPECT_EQ(most_severe(moves, at_20, 120), Reaction::abort);
+  }
+}
+
+TEST(UnexplainedAir, IsNotJudgedOnceAirHasFollowed) {
+  const auto set_point = [](double s) { return s < 10 ? 20.0 : 35.0; };
+  const auto follows_then_leaves = [](double s) {
+    return s < 600 ? 35 - 15 * std::exp(-std::max(0.0, s - 10) / 120) : 35 + std::min((s - 600) * 0.1, 10.0);
+  };
+  EXPECT_EQ(most_severe(follows_then_leaves, set_point, 800), Reaction::go_on) << "follow_time applies";
+  EXPECT_EQ(most_severe(follows_then_leaves, set_point, 1100), Reaction::suspend);
+}
+
+TEST(UnexplainedAir, IgnoresStatesWithoutConditioning) {
+  for (const auto activity : {ChamberActivity::off, ChamberActivity::door_open, ChamberActivity::not_following}) {
+    InterlockBench bench;
+    bench.chamber().activity = activity;
+    for (int s = 0; s < 100; ++s) {
+      bench.chamber().air = {20 + 0.1 * s};
+      bench.second();
+    }
+    EXPECT_FALSE(bench.has(InterlockId::following)) << static_cast<int>(activity);
+  }
+}
+
+TEST(UnexplainedAir, IgnoresUnreadableSetPoint) {
+  InterlockBench bench;
+  bench.chamber().set_point = {std::nan("")};
+  for (int s = 0; s < 100; ++s) {
+    bench.chamber().air = {20 + 0.1 * s};
+    bench.second();
+  }
+  EXPECT_FALSE(bench.has(InterlockId::following));
+}
+
+}  // namespace
+}  // namespace gyrotherm::run

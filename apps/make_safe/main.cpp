@@ -17,6 +17,8 @@
 #include <thread>
 #include <utility>
 
+#include "core/deadline.hpp"
+#include "core/process.hpp"
 #include "core/program_start.hpp"
 #include "sequencer/watchdog/child_work.hpp"
 #include "sequencer/watchdog/guard.hpp"
@@ -57,6 +59,11 @@ constexpr int kMaxDrivenSeconds = 60;
 /// Longest wait, without --insist, for another program that drives the chamber, usually the run's guard.
 constexpr int kInUseWaitSeconds = 15;
 
+/// Longest wait until a guard carries out the order to give up: one attempt, with the steps after the set point.
+constexpr auto kGiveUpTimeout = seconds(45);
+/// Name of this program in a trace that no guard left.
+constexpr const char* kByHand = "gyrotherm-make-safe";
+
 constexpr const char* kHelp =
     "Example: gyrotherm-make-safe run.db\n\n"
     "Makes the chamber safe after the program of a run has died. Does nothing if the run ended normally.\n\n"
@@ -68,6 +75,10 @@ constexpr const char* kHelp =
     "                                      service manager\n"
     "  gyrotherm-make-safe --guard RUN.db  started by a run: monitors it through standard input; acts at end of file\n"
     "                                      or after 8 s without a byte, as --insist\n"
+    "  gyrotherm-make-safe --give-up RUN.db REASON\n"
+    "                                      ends the guard of a run whose program has died, although the chamber is "
+    "NOT\n"
+    "                                      confirmed safe; for a chamber that a person has made safe by hand\n"
     "  gyrotherm-make-safe --version       prints its version\n\n"
     "If the rig file has [safe.also], its relay is opened when the chamber cannot be made safe in time. It stays open\n"
     "until \"gyrotherm prove RIG --close-relay\".\n\n"
@@ -89,7 +100,7 @@ MakeSafeExit exit_code(const RescueResult& result) {
 enum class RescueMode { gentle, kill, insist };
 
 MakeSafeExit make_safe_insistently(ErrorPrinter& printer, const SafeState& safe_state, const SafeStateChamber& chamber,
-                                   const char* reason);
+                                   const char* reason, const char* by);
 
 SafeStateChamber limit_observation(SafeStateChamber chamber) {
   chamber.goal.observe = std::min<Duration>(chamber.goal.observe, kMaxServiceObservation);
@@ -141,9 +152,9 @@ MakeSafeExit make_safe(ErrorPrinter& printer, const std::string& record, RescueM
   if (!chamber) return report_fault(printer, chamber.error(), MakeSafeExit::file);
   constexpr const char* kReason = "the program that drove it had ended";
   if (mode == RescueMode::insist)
-    return make_safe_insistently(printer, **safe_state, limit_observation(*chamber), kReason);
+    return make_safe_insistently(printer, **safe_state, limit_observation(*chamber), kReason, kByHand);
   if (!kill_process(by, kKillTimeout)) printer.print(fmt::format("cannot end process {}", by.pid));
-  TraceWriter trail(**safe_state, kReason);
+  TraceWriter trail(**safe_state, kReason, kByHand);
   SafeRescue rescue(**safe_state, *chamber, printer);
   RelayRescue relay((*safe_state)->also);
   auto result = rescue.attempt(relay.left());
@@ -173,10 +184,10 @@ const char* describe(WatchEnd end) {
 /// Repeats attempts until the chamber has confirmed the safe state, or until another program has taken over the run,
 /// has driven the chamber for a minute, or has made the chamber safe.
 MakeSafeExit make_safe_insistently(ErrorPrinter& printer, const SafeState& safe_state, const SafeStateChamber& chamber,
-                                   const char* reason) {
+                                   const char* reason, const char* by) {
   if (!kill_process(safe_state.written_by, kKillTimeout))
     printer.print(fmt::format("cannot end process {}", safe_state.written_by.pid));
-  TraceWriter trail(safe_state, reason);
+  TraceWriter trail(safe_state, reason, by);
   SafeRescue rescue(safe_state, chamber, printer);
   RelayRescue relay(safe_state.also);
   auto result = rescue.attempt(relay.left());
@@ -188,6 +199,7 @@ MakeSafeExit make_safe_insistently(ErrorPrinter& printer, const SafeState& safe_
     if (result.reached == SafeStage::all || driven >= kMaxDrivenSeconds) break;
     if (const auto why = trail.find_end_reason()) {
       printer.print(*why + "; giving up");
+      if (!trail.give_up_order().empty()) trail.note_given_up(trail.give_up_order());
       break;
     }
     std::this_thread::sleep_for(result.in_use ? Duration(kRetryPause) : rescue.pause());
@@ -224,11 +236,47 @@ MakeSafeExit guard(ErrorPrinter& printer, const std::string& record) {
   const bool is_service = std::getenv("NOTIFY_SOCKET") != nullptr;
   for (;; std::this_thread::sleep_for(kRetryPause)) try {
       return make_safe_insistently(printer, *safe_state, is_service ? limit_observation(*chamber) : *chamber,
-                                   describe(end));
+                                   describe(end), "");
       // An exception in a library must not leave the chamber unsafe.
     } catch (const std::exception& failed) {
       printer.print(fmt::format("{}; retrying", failed.what()));
     }
+}
+
+/// Waits until the guard has carried out the order to give up.
+bool wait_for_guard(const std::string& record) {
+  for (const Deadline limit(kGiveUpTimeout); !limit.has_passed();
+       std::this_thread::sleep_for(std::chrono::milliseconds(200)))
+    if (read_give_up(record).empty()) return true;
+  return false;
+}
+
+/// Orders the guard of a run to give up. Without a guard, leaves the trace itself. Commands no chamber.
+MakeSafeExit give_up(ErrorPrinter& printer, const std::string& record, const std::string& reason) {
+  const auto safe_state = read_safe_state(safe_state_path(record));
+  if (!safe_state) return report_fault(printer, safe_state.error(), MakeSafeExit::file);
+  if (!*safe_state) {
+    printer.print(record + ": no guard is at work; nothing to give up");
+    return MakeSafeExit::safe;
+  }
+  if (is_alive((*safe_state)->written_by)) {
+    printer.print(fmt::format("process {} is running and drives the chamber; stop the run instead",
+                              (*safe_state)->written_by.pid));
+    return MakeSafeExit::in_use;
+  }
+  const auto order = fmt::format("{}: {}", describe_user(::geteuid()), reason);
+  if (auto written = write_give_up(record, order); !written)
+    return report_fault(printer, written.error(), MakeSafeExit::file);
+  printer.print(fmt::format("the guard ends after its present attempt, within {} s", kGiveUpTimeout.count()));
+  if (!wait_for_guard(record)) {
+    printer.print("no guard answers; its files are removed");
+    TraceWriter trail(**safe_state, "the program that drove it had ended", kByHand);
+    trail.note_given_up(order);
+    if (!trail.settle(kFileTimeout)) printer.print("the disk does not respond");
+  }
+  if (const auto left = read_trace(record); left && *left) printer.print(describe(**left));
+  printer.print("the chamber is NOT confirmed safe and nothing guards it: check it yourself");
+  return MakeSafeExit::not_confirmed;
 }
 
 /// Ignores signals that must not stop the rescue. A closing terminal, Ctrl-C, the end of a session, or a service
@@ -261,12 +309,14 @@ MakeSafeExit run(int argc, char** argv) {
     ignore_signals();
   }
   ErrorPrinter printer;
+  std::error_code error;
+  if (first == "--give-up" && argc == 4 && *argv[3] != '\0')
+    return give_up(printer, resolve_symlink(std::filesystem::absolute(argv[2], error).string()), argv[3]);
   const bool with_option = first == "--guard" || first == "--kill" || first == "--insist";
   if (argc != (with_option ? 3 : 2) || (!with_option && first.starts_with('-'))) {
-    printer.print("expected [--kill|--insist|--guard] RUN.db; see --help");
+    printer.print("expected [--kill|--insist|--guard] RUN.db, or --give-up RUN.db REASON; see --help");
     return MakeSafeExit::usage;
   }
-  std::error_code error;
   const auto record = std::filesystem::absolute(argv[argc - 1], error).string();
   if (first == "--guard") return guard(printer, record);
   const auto mode = first == "--insist" ? RescueMode::insist

@@ -49,7 +49,7 @@ struct SafeAttempt {
 };
 
 /// Suffix of the lock's description while the chamber is made safe.
-inline constexpr std::string_view kMadeSafeMark = " (made safe)";
+inline constexpr std::string_view kMadeSafeMark = " (being made safe)";
 
 /// The environment of an attempt.
 struct AttemptEnvironment {
@@ -84,6 +84,7 @@ struct RescueResult {
   bool in_use{};
   /// The other program drives the chamber and does not make it safe.
   bool is_driven{};
+  std::string holder{};  ///< describes the other program
   std::optional<ChamberState> state{};
   /// The chamber has shown the safe set point and a safe mode; only the air is still watched.
   bool has_shown_commands{};
@@ -97,7 +98,7 @@ struct RescueResult {
 /// or root, is not stopped, and is not the program that has died. Ends a hanging attempt after ten seconds, or thirty
 /// seconds later if the chamber has shown the safe set point, and in any case after `at_most`.
 [[nodiscard]] RescueResult attempt_once(const SafeState& safe_state, const SafeStateChamber& chamber,
-                                        ErrorPrinter& printer, SafeTask task = SafeTask::leave_as_required,
+                                        SafeTask task = SafeTask::leave_as_required,
                                         Duration at_most = Duration::max());
 
 /// Makes a chamber safe by repeated attempts. Each attempt opens and closes its own connection, so a program that takes
@@ -131,6 +132,8 @@ class SafeRescue {
   bool is_answering_ = false;  ///< in the last attempt
   bool has_answered_ = false;
   int failures_ = 0;
+  /// The program that last held the chamber, which is reported once.
+  std::string holder_;
 };
 
 }  // namespace gyrotherm::watchdog

@@ -168,6 +168,11 @@ namespace {
 /// Quotes a text from an instrument or a file, which may have control characters.
 std::string quoted(const std::string& text) { return toml_quoted(plain(text, Blanks::kept)); }
 
+/// Returns the line of a key, or nothing for an empty text.
+std::string optional_line(const char* key, const std::string& text) {
+  return text.empty() ? "" : fmt::format("{} = {}\n", key, quoted(text));
+}
+
 }  // namespace
 
 std::string made_safe_path(const std::string& record) { return record + ".made-safe"; }
@@ -175,10 +180,10 @@ std::string made_safe_path(const std::string& record) { return record + ".made-s
 std::string to_text(const MadeSafe& trace) {
   return fmt::format(
       "schema = \"{}\"\nat = \"{}\"\nutc_ns = {}\nbecause = {}\nset_point_c = {}\nconfirmed = {}\n"
-      "details = {}\n{}",
+      "details = {}\n{}{}{}",
       kMadeSafeSchema, civil_time(trace.at), trace.at.count(), quoted(trace.because), trace.set_point.value,
-      trace.confirmed, quoted(trace.details),
-      trace.relay.empty() ? "" : fmt::format("relay = {}\n", quoted(trace.relay)));
+      trace.confirmed, quoted(trace.details), optional_line("relay", trace.relay), optional_line("by", trace.by),
+      optional_line("given_up", trace.given_up));
 }
 
 Result<MadeSafe> parse_made_safe(std::string_view text, const std::string& file) {
@@ -192,7 +197,9 @@ Result<MadeSafe> parse_made_safe(std::string_view text, const std::string& file)
                  .set_point = {table->number("set_point_c")},
                  .confirmed = table->boolean("confirmed"),
                  .details = table->text("details"),
-                 .relay = table->text("relay", "")};
+                 .relay = table->text("relay", ""),
+                 .by = table->text("by", ""),
+                 .given_up = table->text("given_up", "")};
   if (auto verdict = table->verdict(); !verdict) return failure(std::move(verdict.error()));
   return trace;
 }
@@ -211,9 +218,28 @@ Result<std::optional<MadeSafe>> read_trace(const std::string& record) {
   return *trace;
 }
 
+std::string give_up_path(const std::string& record) { return record + ".give-up"; }
+
+Result<void> write_give_up(const std::string& record, const std::string& who_and_why) {
+  return replace_own_file(give_up_path(record), plain(who_and_why, Blanks::kept) + "\n");
+}
+
+std::string read_give_up(const std::string& record) {
+  const auto path = give_up_path(record);
+  const auto opened = open_regular_file(path, Links::refused);
+  if (!opened || !distrust_reason(opened->descriptor.number()).empty()) return "";
+  auto text = read_whole(*opened, path).value_or("");
+  text = plain(text.substr(0, text.find('\n')), Blanks::kept);
+  return text.empty() ? "no reason stated" : text;
+}
+
+void remove_give_up(const std::string& record) { ::unlink(give_up_path(record).c_str()); }
+
 std::string describe(const MadeSafe& trace) {
-  return fmt::format("{} by the guard at {} ({}): the chamber {} {:g} °C; {}{}",
-                     trace.confirmed ? "made safe" : "NOT yet made safe", civil_time(trace.at), trace.because,
+  const auto* state = !trace.given_up.empty() ? "GIVEN UP" : trace.confirmed ? "made safe" : "NOT yet made safe";
+  return fmt::format("{} by {} at {} ({}): the chamber {} {:g} °C; {}{}", state,
+                     trace.by.empty() ? "the guard" : trace.by, civil_time(trace.at),
+                     trace.given_up.empty() ? trace.because : trace.given_up,
                      trace.confirmed ? "was sent to" : "is NOT confirmed to have reached its safe set point of",
                      trace.set_point.value, trace.details, trace.relay.empty() ? "" : "; " + trace.relay);
 }

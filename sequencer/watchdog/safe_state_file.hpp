@@ -85,6 +85,10 @@ struct MadeSafe {
   std::string details;
   /// State of the relay of [safe.also] if it was commanded; empty: it was not.
   std::string relay{};
+  /// Program that acted; empty: the guard.
+  std::string by{};
+  /// User who ended the attempts, and the reason; empty: nobody did.
+  std::string given_up{};
   bool operator==(const MadeSafe&) const = default;
 };
 
@@ -99,6 +103,18 @@ struct MadeSafe {
 [[nodiscard]] Result<void> write_trace(const std::string& record, const MadeSafe& trace);
 /// Returns nothing if there is no trace. Fails with bad_file.
 [[nodiscard]] Result<std::optional<MadeSafe>> read_trace(const std::string& record);
+
+// The order to end the attempts: a line of text next to the record, which gyrotherm-make-safe --give-up writes. A guard
+// carries it out, removes it, and leaves its trace.
+
+/// Returns the order's path: "RUN.db" → "RUN.db.give-up".
+[[nodiscard]] std::string give_up_path(const std::string& record);
+/// Writes the order. Fails with storage.
+[[nodiscard]] Result<void> write_give_up(const std::string& record, const std::string& who_and_why);
+/// Returns the order; empty if there is none, or if the file belongs neither to this user nor to root.
+[[nodiscard]] std::string read_give_up(const std::string& record);
+/// Removes the order, if there is one.
+void remove_give_up(const std::string& record);
 
 /// Returns a text such as "made safe by the guard at 2026-01-01T00:00:00Z (…): the chamber was sent to 23 °C; …".
 [[nodiscard]] std::string describe(const MadeSafe& trace);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sequencer/watchdog/trail.hpp"
 
+#include <string_view>
 #include <utility>
 
 #include "core/clock.hpp"
@@ -13,16 +14,18 @@ constexpr Duration kReadWithin = std::chrono::seconds(2);
 constexpr Duration kMinTraceInterval = std::chrono::minutes(1);
 constexpr Duration kMissingTimeLimit = std::chrono::hours(24);
 constexpr const char *kActive = "active", *kGone = "gone", *kFulfilled = "fulfilled", *kOtherRun = "another's";
+constexpr std::string_view kGiveUp = "give up: ";
 
 }  // namespace
 
-TraceWriter::TraceWriter(const SafeState& safe_state, std::string because)
+TraceWriter::TraceWriter(const SafeState& safe_state, std::string because, std::string by)
     : safe_state_(safe_state), began_(SteadyClock().now().utc) {
   trace_ = {.at = began_,
             .because = std::move(because),
             .set_point = safe_state.safe_set_point,
             .confirmed = false,
-            .details = {}};
+            .details = {},
+            .by = std::move(by)};
 }
 
 bool TraceWriter::record(const RescueResult& rescued) {
@@ -46,6 +49,13 @@ void TraceWriter::note_relay(std::string words) {
   start_pending_work();
 }
 
+void TraceWriter::note_given_up(std::string who_and_why) {
+  trace_.at = SteadyClock().now().utc;
+  trace_.given_up = std::move(who_and_why);
+  trace_to_write_ = true;
+  remove_safe_state();
+}
+
 void TraceWriter::remove_safe_state() {
   safe_state_to_remove_ = true;
   start_pending_work();
@@ -64,6 +74,7 @@ void TraceWriter::start_pending_work() {
     if (write)
       if (const auto left = write_trace(safe_state_.record, trace_); !left) send_line(text(left.error()));
     if (remove) gyrotherm::watchdog::remove_safe_state(safe_state_.record);
+    if (remove) remove_give_up(safe_state_.record);
   });
 }
 
@@ -77,6 +88,7 @@ bool TraceWriter::settle(Duration within) {
 }
 
 std::string TraceWriter::read_orders() const {
+  if (const auto order = read_give_up(safe_state_.record); !order.empty()) return std::string(kGiveUp) + order;
   const auto now = read_safe_state(safe_state_path(safe_state_.record));
   if (!now) return kActive;
   if (*now) return (*now)->written_by == safe_state_.written_by ? kActive : kOtherRun;
@@ -89,6 +101,10 @@ std::optional<std::string> TraceWriter::find_end_reason() {
   if (!looking_) looking_ = std::make_unique<ChildWork>([this](const auto& send_line) { send_line(read_orders()); });
   const auto orders = looking_->next(kReadWithin);
   if (orders || looking_->has_ended()) looking_.reset();
+  if (orders && orders->starts_with(kGiveUp)) {
+    give_up_order_ = orders->substr(kGiveUp.size());
+    return "ordered to give up by " + give_up_order_;
+  }
   if (orders == kOtherRun) return "the safe-state file belongs to another run";
   if (orders == kFulfilled) return "another program has made the chamber safe";
   if (orders == kActive) gone_until_.reset();

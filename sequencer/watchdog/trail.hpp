@@ -17,22 +17,28 @@ namespace gyrotherm::watchdog {
 class TraceWriter {
  public:
   /// `safe_state` must outlive this object.
-  TraceWriter(const SafeState& safe_state, std::string because);
+  /// `by` is the program that acts; empty: the guard.
+  TraceWriter(const SafeState& safe_state, std::string because, std::string by = {});
 
   /// Writes the result to the trace, which `status` shows. Writes nothing and returns false if the result is unchanged,
   /// or if only the reason for a missing confirmation changed less than a minute after the last trace. Never waits.
   bool record(const RescueResult& rescued);
   /// Writes the state of the relay to the trace. Never waits.
   void note_relay(std::string words);
+  /// Writes to the trace that a user has ended the attempts, and removes the order and the safe-state file. Never
+  /// waits.
+  void note_given_up(std::string who_and_why);
   /// Removes the safe-state file. Never waits.
   void remove_safe_state();
   /// Returns true if everything has been written within that time.
   [[nodiscard]] bool settle(Duration within);
 
-  /// Returns the reason why make-safe has nothing left to do: the safe-state file belongs to another run; another
-  /// program has made the chamber safe and removed the file; or the file has been missing for a day. A file that is
-  /// merely missing is no reason, because it may have been removed with its record. A disk that does not answer within
-  /// two seconds gives no reason.
+  /// Returns the order of a user to give up that find_end_reason() has found; empty if there is none.
+  [[nodiscard]] const std::string& give_up_order() const { return give_up_order_; }
+  /// Returns the reason why make-safe has nothing left to do: a user has ordered it to give up; the safe-state file
+  /// belongs to another run; another program has made the chamber safe and removed the file; or the file has been
+  /// missing for a day. A file that is merely missing is no reason, because it may have been removed with its record. A
+  /// disk that does not answer within two seconds gives no reason.
   [[nodiscard]] std::optional<std::string> find_end_reason();
 
   /// Describes the trace.
@@ -47,6 +53,7 @@ class TraceWriter {
   Duration began_;  ///< UTC
   std::optional<Deadline> same_until_, gone_until_;
   bool trace_to_write_ = false, safe_state_to_remove_ = false;
+  std::string give_up_order_;
   /// One at a time, so the newest trace is written last.
   std::unique_ptr<ChildWork> writing_;
   /// One at a time, so a hanging disk does not accumulate processes.

@@ -285,6 +285,7 @@ Result<std::unique_ptr<WatchdogClient>> WatchdogClient::start(const SafeState& s
   auto shared = std::make_shared<SharedState>(safe_state);
   const auto before = read_safe_state(safe_state_path(safe_state.record));
   if (auto written = write_safe_state(safe_state); !written) return failure(written.error());
+  remove_give_up(safe_state.record);
   for (const int number : {SIGTSTP, SIGTTOU, SIGTTIN}) std::signal(number, SIG_IGN);  // no accidental stop of a run
   const bool was_abandoned = before && *before;
   if (auto started = shared->start_guard(); !started) {

@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "sequencer/watchdog/trail.hpp"
 #include "tests/support/folder.hpp"
 
 namespace gyrotherm::watchdog {
@@ -193,6 +194,64 @@ TEST(SafeStateFile, IsRefusedWhenPathIsNotText) {
   const auto read = read_safe_state(safe_state_path(written.record));
   ASSERT_TRUE(read && *read);
   EXPECT_EQ(**read, written);
+}
+
+TEST(GiveUpOrder, IsReadOnceAndRemoved) {
+  const tests::TestFolder folder;
+  const auto record = folder / "run.db";
+  EXPECT_EQ(read_give_up(record), "");
+  ASSERT_TRUE(write_give_up(record, "ada (uid 1000): the map was wrong\nsecond line"));
+  EXPECT_EQ(read_give_up(record).find("ada (uid 1000): the map was wrong"), 0u);
+  EXPECT_EQ(read_give_up(record).find('\n'), std::string::npos);
+  remove_give_up(record);
+  EXPECT_EQ(read_give_up(record), "");
+  remove_give_up(record);
+}
+
+TEST(GiveUpOrder, IsIgnoredWhenOthersMayWriteItOrWhenItIsLink) {
+  const tests::TestFolder folder;
+  const auto record = folder / "run.db";
+  ASSERT_TRUE(write_give_up(record, "mallory: done"));
+  ASSERT_EQ(::chmod(give_up_path(record).c_str(), 0666), 0);
+  EXPECT_EQ(read_give_up(record), "");
+  remove_give_up(record);
+  std::ofstream(folder / "elsewhere") << "mallory: done\n";
+  ASSERT_EQ(::symlink((folder / "elsewhere").c_str(), give_up_path(record).c_str()), 0);
+  EXPECT_EQ(read_give_up(record), "");
+}
+
+TEST(GiveUpOrder, EndsGuardAndLeavesTrace) {
+  const tests::TestFolder folder;
+  auto state = safe_state();
+  state.record = folder / "run.db";
+  ASSERT_TRUE(write_safe_state(state));
+  TraceWriter trail(state, "the program that drove it hung");
+  (void)trail.record({.reached = {}, .details = "mode NOT shown: holding"});
+  EXPECT_FALSE(trail.find_end_reason());
+  ASSERT_TRUE(write_give_up(state.record, "ada (uid 1000): the map was wrong"));
+  EXPECT_EQ(trail.find_end_reason(), "ordered to give up by ada (uid 1000): the map was wrong");
+  trail.note_given_up(trail.give_up_order());
+  ASSERT_TRUE(trail.settle(std::chrono::seconds(30)));
+  EXPECT_EQ(read_give_up(state.record), "");
+  EXPECT_FALSE(read_safe_state(safe_state_path(state.record)).value());
+  const auto left = read_trace(state.record).value().value();
+  EXPECT_FALSE(left.confirmed);
+  EXPECT_EQ(left.given_up, "ada (uid 1000): the map was wrong");
+  const auto words = describe(left);
+  EXPECT_EQ(words.find("GIVEN UP by the guard at "), 0u) << words;
+  EXPECT_NE(words.find("NOT confirmed"), std::string::npos) << words;
+  EXPECT_NE(words.find("mode NOT shown: holding"), std::string::npos) << words;
+}
+
+TEST(MadeSafeTrace, NamesProgramThatActed) {
+  MadeSafe trace{.at = std::chrono::seconds(1767225600),
+                 .because = "the program that drove it had ended",
+                 .set_point = {23},
+                 .confirmed = true,
+                 .details = "set point read back",
+                 .by = "gyrotherm-make-safe"};
+  EXPECT_EQ(describe(trace).find("made safe by gyrotherm-make-safe at "), 0u) << describe(trace);
+  EXPECT_EQ(parse_made_safe(to_text(trace), "x").value(), trace);
 }
 
 }  // namespace

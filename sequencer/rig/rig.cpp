@@ -371,11 +371,14 @@ class AssembledRig : public Rig {
   /// Warns if the chamber's air is far from all readings of the thermometers.
   [[nodiscard]] std::string compare_air() {
     const auto state = chamber_->read();
+    return state ? compare_air(state->air) : std::string();
+  }
+  [[nodiscard]] std::string compare_air(Celsius air) {
     std::vector<Celsius> read;
     for (const auto& thermometer : thermometers_)
       for (const auto& one : thermometer->read())
         if (one) read.push_back(*one);
-    return state ? describe_air_mismatch(state->air, read) : std::string();
+    return describe_air_mismatch(air, read);
   }
 
   /// Returns the conversions of one instrument with analogue inputs, for the description of its readings.
@@ -398,7 +401,12 @@ class AssembledRig : public Rig {
     if (!state) return failure(state.error());
     const auto limits = query_with_retries([&] { return chamber_->limits(); });
     if (!limits) return failure(limits.error());
-    return FoundChamber{*state, *limits, chamber_->missing(), identities_, chamber_->settings()};
+    return FoundChamber{.state = *state,
+                        .limits = *limits,
+                        .missing = chamber_->missing(),
+                        .identities = identities_,
+                        .settings = chamber_->settings(),
+                        .air_mismatch = file_.simulated ? std::string() : compare_air(state->air)};
   }
 
   /// Sends the chamber to its first set point, and starts it unless it refused that set point. Returns the chamber's

@@ -71,6 +71,8 @@ struct FoundChamber {
   /// Reported identity of each instrument of the rig, by its title ("chamber", "thermometer 2").
   std::map<std::string, std::string> identities{};
   drivers::ControllerSettings settings{};
+  /// Warning if the chamber's air is far from all thermometers of a real rig (describe_air_mismatch()); may be empty.
+  std::string air_mismatch{};
 };
 /// Returns the first set point, given the state in which the chamber was found. Fails if the run must not command the
 /// chamber at all.

@@ -24,6 +24,7 @@ struct GoArguments {
   double at{};
   std::string time = "24 h";
   std::string out;
+  StartOptions start;
 };
 
 /// Returns "go-2026-11-25-224503.db", in UTC.
@@ -60,7 +61,7 @@ Result<Exit> go(Console& console, const GoArguments& options) {
   if (!profile) return argument_fault(profile.error());
   watch_for_interrupts(rig->simulated ? SecondInterrupt::ends : SecondInterrupt::is_counted);
   const auto path = options.out.empty() ? default_record_name() : options.out;
-  if (auto ran = start_run(console, *profile, *rig, path, {}); !ran) return failure(ran.error());
+  if (auto ran = start_run(console, *profile, *rig, path, options.start); !ran) return failure(ran.error());
   return Exit::done;
 }
 
@@ -77,6 +78,7 @@ void add_go(Program& program) {
   command.add_option("--out", options.out, "the record (default: go-DATE-TIME.db, in UTC)")
       ->check(reject_dash())
       ->type_name(value::kRecord);
+  add_accept_air_option(command, options.start.accept_air);
 }
 
 }  // namespace gyrotherm::app

@@ -94,6 +94,7 @@ void add_run(Program& program) {
   add_days_later_option(command, options.start.days_later);
   add_pace_option(command, options.pace,
                   "pace of a virtual rig: real, xN for N times real time (such as x60), or max (default)");
+  add_accept_air_option(command, options.start.accept_air);
   command
       .add_option("--until-u", options.until_u,
                   "target of the expanded uncertainty, °/h, of a profile with [until] (default: the profile's)")

@@ -285,6 +285,8 @@ struct Opening {
   run::EntryPoint entry{};
   /// Quantities of the chamber that are not monitored because it does not provide them.
   std::vector<std::string> missing{};
+  /// Contradiction between the chamber's air and the thermometers; empty: none.
+  std::string air_mismatch{};
   std::unique_ptr<record::Store> store{};
 };
 
@@ -341,10 +343,23 @@ Result<std::optional<drivers::ChamberProgram>> program_to_upload(const NewRun& p
   return std::move(*program);
 }
 
+/// Fails with mismatch if a chamber at rest contradicts all thermometers. While a chamber conditions, a heavy unit may
+/// be far from the air.
+Result<void> check_air(const rig::FoundChamber& found, bool is_accepted) {
+  if (found.air_mismatch.empty() || is_accepted || found.state.activity != ChamberActivity::off) return {};
+  return failure(
+      FaultKind::mismatch, "chamber",
+      fmt::format("NO-GO: {}. The run was not started; if the display of the chamber shows this air, and the "
+                  "thermometers are right, start it with --accept-air",
+                  found.air_mismatch));
+}
+
 /// Computes the entry point of a new run from the state of the chamber, and creates its record. Returns the first set
 /// point.
 Result<Celsius> enter_run(const NewRun& plan, Opening& opening, const rig::FoundChamber& found) {
   opening.missing = found.missing;
+  opening.air_mismatch = found.air_mismatch;
+  if (auto good = check_air(found, plan.options.accept_air); !good) return failure(good.error());
   if (auto good = check_controller(found.limits, plan.profile, plan.file); !good) return failure(good.error());
   const auto goal = demanded_set_point(plan.profile, plan.first), air = found.state.air;
   opening.entry = run::entry_at(goal, air, run::is_in_place(air, goal, {}), plan.file.chamber_limits);
@@ -363,6 +378,7 @@ Result<Celsius> enter_run(const NewRun& plan, Opening& opening, const rig::Found
 void note_start(const NewRun& plan, const Opening& opening, const std::vector<std::string>& names,
                 run::RunController& run_controller) {
   run_controller.note(EventKind::started, plan.profile.name);
+  if (!opening.air_mismatch.empty()) run_controller.note(EventKind::note, opening.air_mismatch);
   if (const auto& goal = plan.options.goal) run_controller.note(EventKind::note, describe_goal(plan.profile, *goal));
   for (const auto& release : plan.releases)
     if (!release.unreleased.empty()) run_controller.note(EventKind::note, describe(release));
@@ -445,6 +461,11 @@ void note_resumption(Console& console, const StoppedRun& run, const run::EntryPo
 
 }  // namespace
 
+void add_accept_air_option(CLI::App& command, bool& accept) {
+  command.add_flag("--accept-air", accept,
+                   "start although the air that the switched-off chamber shows contradicts all thermometers");
+}
+
 void add_days_later_option(CLI::App& command, std::uint64_t& days) {
   command
       .add_option("--days-later", days, "age of the gyro and the thermometers of a virtual rig, in days (default: 0)")
@@ -499,6 +520,7 @@ Result<void> start_run(Console& console, const profile::Profile& profile, const 
   opening->ownership.heartbeat({});
   for (const auto& line : *names) console.print_detail(line);
   run::RunController run_controller(profile, *opening->rig, *opening->store, plan.first, 0);
+  if (!opening->air_mismatch.empty()) console.print_message(opening->air_mismatch);
   note_start(plan, *opening, *names, run_controller);
   warn_at_start(console, run_controller, *opening->rig, opening->missing);
   record::Record history;

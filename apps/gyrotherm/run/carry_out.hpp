@@ -29,10 +29,15 @@ struct StartOptions {
   /// Loads the whole profile into the chamber's controller, which then executes it. If false, this program sends set
   /// points.
   bool upload = false;
+  /// Starts although the air that a switched-off chamber shows contradicts all thermometers.
+  bool accept_air = false;
   /// Goal of a run that ends by itself. Required if the profile has a table [until].
   std::optional<record::RunInfo::Goal> goal{};
   double pace{};  ///< of a virtual rig (pace.hpp); 0: as fast as possible
 };
+
+/// Adds the option --accept-air to a command that starts runs.
+void add_accept_air_option(CLI::App& command, bool& accept);
 
 /// Adds the option --days-later to a command that starts runs.
 void add_days_later_option(CLI::App& command, std::uint64_t& days);

@@ -188,6 +188,7 @@ class ModbusChamber final : public Chamber {
   Result<void> send_set_point(Celsius target) override {
     items_.accept_unit();
     if (auto allowed = check_limits(target); !allowed) return allowed;
+    if (auto ready = prepare(); !ready) return ready;
     if (std::isnan(sent_c_)) {
       if (auto free = end_program(); !free) return free;
       if (auto sound = confirm_air(); !sound) return sound;
@@ -206,6 +207,7 @@ class ModbusChamber final : public Chamber {
     turns_.begin_new_round();
     if (status_.activity == ChamberActivity::off) status_.activity = ChamberActivity::unknown;
     if (!map_.sequences.contains("start")) return map_.control ? write_control_code(map_.control->on) : Result<void>{};
+    if (auto ready = prepare(); !ready) return ready;
     if (auto started = perform("start"); !started) return started;
     if (std::isnan(sent_c_)) return {};
     if (!set_point_.readable) return send_set_point({sent_c_});  // may be ignored while off
@@ -238,6 +240,7 @@ class ModbusChamber final : public Chamber {
     items_.accept_unit();
     end_rest();
     items_.fall_back();
+    (void)prepare();  // a unit that needs no preparation now takes the set point anyway
     const auto free = end_known_program();
     auto seen_at_once = set_point_;
     seen_at_once.seen_later = false;
@@ -298,6 +301,14 @@ class ModbusChamber final : public Chamber {
   }
 
  private:
+  /// Carries out the sequence "prepare", once on each connection, because a unit may lose its mode with its power.
+  Result<void> prepare() {
+    const auto found = map_.sequences.find("prepare");
+    const auto connection = registers_->breaks();
+    if (found == map_.sequences.end() || prepared_after_ == connection) return {};
+    return items_.perform(found->second, {}).map([&] { prepared_after_ = connection; });
+  }
+
   /// Returns the items that each read() needs.
   [[nodiscard]] std::vector<const RegisterItem*> core_items() const {
     std::vector<const RegisterItem*> core{&air_};
@@ -614,6 +625,8 @@ class ModbusChamber final : public Chamber {
   };
   /// Sent set points that no reading has shown yet, and the one before them.
   std::deque<SentSetPoint> to_be_shown_;
+  /// Number of broken connections before the one on which the unit was prepared.
+  std::optional<std::uint64_t> prepared_after_;
   /// Latest acknowledged set point.
   double sent_c_ = std::numeric_limits<double>::quiet_NaN();
   double last_air_c_ = std::numeric_limits<double>::quiet_NaN();

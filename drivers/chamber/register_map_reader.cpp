@@ -24,6 +24,9 @@ struct ItemDefaults {
 };
 
 constexpr double kFinestOfFloat = 0.001;
+
+/// Returns the name of an item of this kind of unit in messages.
+const char* item_kind(const RegisterMap& map) { return map.text_link ? "item" : "register"; }
 /// Assumed resolution if the number of decimals is read from the controller.
 constexpr double kUsualDecimal = 0.1;
 constexpr std::int64_t kMostOfOneKind = 256;
@@ -287,9 +290,9 @@ MemoryBlock read_block(const TomlTable& table, const ItemDefaults& defaults, con
 }
 
 constexpr Duration kUsualPatience = std::chrono::seconds(5);
-const std::vector<std::string> kCommands{"start",        "stop",       "pause",         "resume",
-                                         "acknowledge",  "advance",    "start_program", "stop_program",
-                                         "begin_upload", "end_upload", "cancel_upload"};
+const std::vector<std::string> kCommands{"prepare",      "start",        "stop",       "pause",
+                                         "resume",       "acknowledge",  "advance",    "start_program",
+                                         "stop_program", "begin_upload", "end_upload", "cancel_upload"};
 
 /// Reads the value to write: a number, a code, a parameter of the command, or the time of another item.
 void read_written_value(const TomlTable& table, const RegisterMap& map, const RegisterItem* item, SequenceStep& step) {
@@ -297,7 +300,7 @@ void read_written_value(const TomlTable& table, const RegisterMap& map, const Re
     const auto meaning = table.text("code");
     const auto code = item ? find_code(*item, meaning) : std::nullopt;
     if (item && !code)
-      table.note_error("code", fmt::format("register \"{}\" has no code named \"{}\"", item->name, meaning));
+      table.note_error("code", fmt::format("{} \"{}\" has no code named \"{}\"", item_kind(map), item->name, meaning));
     step.value = code.value_or(0);
   } else if (table.has("of")) {
     step.source = table.choice("of", {"program", "step"}) == "program" ? SequenceStep::Source::program
@@ -323,7 +326,8 @@ SequenceStep read_step(const TomlTable& table, const RegisterMap& map) {
     step.kind = SequenceStep::Kind::write;
     step.item = table.text("write");
     const auto* item = find_named_item(map, table, "write", step.item);
-    if (item && !item->writable) table.note_error("write", fmt::format("register \"{}\" is not writable", item->name));
+    if (item && !item->writable)
+      table.note_error("write", fmt::format("{} \"{}\" is not writable", item_kind(map), item->name));
     read_written_value(table, map, item, step);
   } else if (table.has("wait")) {
     step.kind = SequenceStep::Kind::wait;
@@ -675,7 +679,7 @@ void check_steps(const TomlTable& table, const ProfileMemory& memory) {
 const RegisterItem* find_named_item(const RegisterMap& map, const TomlTable& table, const char* key,
                                     const std::string& name) {
   const auto* item = map.find(name);
-  if (!item) table.note_error(key, fmt::format("no register is named \"{}\"", name));
+  if (!item) table.note_error(key, fmt::format("no {} is named \"{}\"", item_kind(map), name));
   return item;
 }
 

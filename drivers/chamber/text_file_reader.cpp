@@ -17,7 +17,7 @@ constexpr std::size_t kLongestExpression = 200;
 
 constexpr auto kEncodings = make_vocabulary<TextEncoding::ascii, TextEncoding::latin1>("ascii", "latin1");
 constexpr auto kChecksums =
-    make_vocabulary<FrameChecksum::none, FrameChecksum::negated_sum>("none", "xor", "negated_sum");
+    make_vocabulary<FrameChecksum::none, FrameChecksum::sum>("none", "xor", "negated_sum", "sum");
 
 char read_control_character(const TomlTable& table, const char* key, int fallback) {
   return static_cast<char>(whole<int>(table, key, 0, 127, fallback));

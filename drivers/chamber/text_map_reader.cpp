@@ -50,6 +50,22 @@ void read_codes(const TomlTable& table, ItemCodes& codes) {
   }
 }
 
+/// Adds the bits of one table.
+void read_flags(const TomlTable& table, RegisterItem& item) {
+  for (const auto& flag : table.keys())
+    if (!table.is_table(flag)) item.flags[flag] = whole<std::uint8_t>(table, flag.c_str(), 0, 31);
+}
+
+/// Returns the names of the fields in the text of a template that could not be parsed.
+std::vector<std::string> find_field_names(const std::string& text) {
+  std::vector<std::string> names;
+  for (auto begin = text.find('{'); begin != std::string::npos; begin = text.find('{', begin + 1)) {
+    const auto end = text.find_first_of(":{}", begin + 1);
+    if (end != std::string::npos && text[end] == ':') names.push_back(text.substr(begin + 1, end - begin - 1));
+  }
+  return names;
+}
+
 /// Reads the items of a file: first all questions with the fields of their answers, then the commands.
 class ItemReader {
  public:
@@ -184,9 +200,24 @@ class ItemReader {
         else
           add_cell(field.name, std::move(item), std::move(codes), query);
       }
+    add_rejected_items(table, name, query);
     if (!any_kind_ && query.count > kTextReadAtMost)
       table.note_error("answer", "the fields of one answer are too many");
     text_.queries.push_back(std::move(query));
+  }
+
+  /// Adds the items of answers that could not be parsed, so that the rules about them cause no further errors.
+  void add_rejected_items(const TomlTable& table, const std::string& name, TextQuery& query) {
+    const auto lines = texts_at(table, "answer");
+    for (std::size_t i = 0; i < lines.size() && i < query.answers.size(); ++i) {
+      if (!query.answers[i].fields().empty()) continue;
+      for (const auto& field : find_field_names(lines[i])) {
+        const auto item_name = field == "value" ? name : field;
+        if (field == "_" || find_item(item_name)) continue;
+        auto [item, codes] = make_item(item_name, {.kind = FieldForm::Kind::integer}, table, &table);
+        add_cell(field, std::move(item), std::move(codes), query);
+      }
+    }
   }
 
   /// Makes an item from its own table, or from that of the question that contains it.
@@ -207,8 +238,11 @@ class ItemReader {
     item.text.characters =
         form.kind == FieldForm::Kind::bits ? static_cast<std::uint16_t>(form.width) : kCharactersOfText;
     read_number(table, form, item);
-    const auto flags = table.table("flags");
-    for (const auto& flag : flags.keys()) item.flags[flag] = whole<std::uint8_t>(flags, flag.c_str(), 0, 31);
+    if (question && question->has("flags")) {
+      const auto all = question->table("flags");
+      if (all.is_table(name)) read_flags(all.table(name), item);
+    }
+    read_flags(table.table("flags"), item);
     item.otherwise = table.text("otherwise", "");
     item.confidence = one_of(kConfidences, table, "confidence", "unverified");
     item.note = table.text("note", "");

@@ -24,7 +24,7 @@ std::string check_characters(const TextFrame& form, std::string_view data) {
   }
   unsigned sum = static_cast<unsigned char>(form.begin);
   for (const char byte : data) sum += static_cast<unsigned char>(byte);
-  return fmt::format("{:02X}", (0U - sum) & 0xFFU);
+  return fmt::format("{:02X}", (form.checksum == FrameChecksum::sum ? sum : 0U - sum) & 0xFFU);
 }
 
 std::size_t check_size(const TextFrame& form) {

@@ -12,9 +12,9 @@
 
 namespace gyrotherm::drivers {
 
-/// Check characters of a frame: none, the XOR of all data bytes, or the negated sum of all bytes from the start byte on
-/// as two hexadecimal digits.
-enum class FrameChecksum { none, exclusive_or, negated_sum };
+/// Check characters of a frame: none, the XOR of all data bytes, or the sum or negated sum of all bytes from the start
+/// byte on as two hexadecimal digits.
+enum class FrameChecksum { none, exclusive_or, negated_sum, sum };
 
 /// Frame around each line of a serial link.
 struct TextFrame {

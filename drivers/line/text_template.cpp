@@ -173,8 +173,9 @@ class TextTemplate::Parser {
       if ((c == '{' || c == '[') && !is_doubled) {
         auto piece = c == '{' ? parse_field() : parse_group(in_group);
         if (!piece) return failure(std::move(piece.error()));
-        const bool after_text = !pieces.empty() && is_text(pieces.back());
-        if (after_text && is_text(*piece)) return template_fault("two texts follow each other without a literal");
+        if (!pieces.empty() && is_open_text(pieces.back()) && is_text(*piece))
+          return template_fault(
+              "two texts follow each other without a literal; give the first one a width, as in {value:s4}");
         pieces.push_back(std::move(*piece));
         continue;
       }
@@ -188,6 +189,11 @@ class TextTemplate::Parser {
 
   [[nodiscard]] bool is_text(const Piece& piece) const {
     return piece.field && target_.fields_[*piece.field].form.kind == FieldForm::Kind::text;
+  }
+
+  /// Returns whether a piece is a text without a width.
+  [[nodiscard]] bool is_open_text(const Piece& piece) const {
+    return is_text(piece) && target_.fields_[*piece.field].form.width == 0;
   }
 
   Result<Piece> parse_group(bool in_group) {

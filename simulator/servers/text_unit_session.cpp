@@ -46,7 +46,7 @@ std::optional<std::string> TextUnitSession::take_line() {
     const auto begin = line.rfind(wire.frame->begin);
     return begin == std::string::npos ? std::string() : from_frame(*wire.frame, line.substr(begin)).value_or("");
   }
-  constexpr std::string_view kLineEnds = "\r\n";
+  const std::string kLineEnds = "\r\n" + terminator;
   while (!line.empty() && kLineEnds.find(line.back()) != std::string_view::npos) line.pop_back();
   line.erase(0, std::min(line.find_first_not_of(kLineEnds), line.size()));
   return line;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <deque>
 #include <functional>
 #include <map>
@@ -302,6 +304,201 @@ TEST(TextMap, NamesEachErrorWithItsPlace) {
             "tell = \"S{step:d},{target:f},{total_seconds:d}\"\nask = \"S{step:d}?\"\nanswer = "
             "\"{target:f}\"\n[control]",
         "the field \"total_seconds\" of \"tell\" is missing");
+}
+
+/// A chamber whose set point is a word while it is off, which must be prepared, and whose status is two words of bits.
+constexpr const char* kWordMap = R"(schema = "gyrotherm-text/1"
+kind = "chamber"
+name = "C 2"
+vendor = "Maker"
+source = "a test"
+[link]
+question_end = "\r\n"
+answer_end = "\r\n"
+timeout = "200 ms"
+refused = "NA:{reason:s}"
+[link.tcp]
+port = 10001
+[identity]
+ask = "TYPE?"
+pattern = "C-2"
+[[item]]
+name = "air_temperature"
+ask = "CHAM?"
+answer = "{value:f.1}"
+[[item]]
+name = "set_point"
+ask = "SET?"
+answer = ["{value:f.1}", "NONE"]
+tell = "SET {value:f.1}"
+acknowledged = "OK"
+[[item]]
+name = "status"
+ask = "STAT?"
+answer = "{running:s1}{error:s1} {low:x2}{high:x2}"
+codes.running = { no = "N", yes = "Y" }
+codes.error = { no = "N", yes = "Y" }
+flags.low = { cooling = 0 }
+flags.high = { over_temperature = 0, door = 3 }
+[[item]]
+name = "com"
+tell = "COM"
+acknowledged = "OK"
+[[item]]
+name = "on"
+tell = "ON"
+acknowledged = "OK"
+[[item]]
+name = "off"
+tell = "OFF"
+acknowledged = "OK"
+[sequence]
+prepare = [{ write = "com" }]
+start = [{ write = "on" }]
+stop = [{ write = "off" }]
+[[state]]
+activity = "running"
+item = "running"
+is = "yes"
+[[state]]
+activity = "off"
+item = "running"
+is = "no"
+[[alarm]]
+severity = "stop"
+item = "high"
+is = "over_temperature"
+[[alarm]]
+severity = "warning"
+item = "high"
+is = "door"
+)";
+
+class TextWord : public ::testing::Test {
+ protected:
+  TextWord() {
+    auto stream = std::make_unique<ScriptedChamber>();
+    line = stream.get();
+    line->answer = [this](const std::string& question) { return respond(question) + "\r\n"; };
+    const auto map = parse_register_map(kWordMap, "test");
+    EXPECT_TRUE(map) << text(map.error());
+    chamber =
+        make_modbus_chamber(*map, make_text_registers(*map, std::move(stream), "test"), make_virtual_pauses(), {});
+  }
+
+  std::string respond(const std::string& question) {
+    if (question == "TYPE?") return "C-2 of Maker";
+    if (question == "CHAM?") return "23.5";
+    if (question == "SET?") return set_point;
+    if (question == "STAT?") return std::string(is_on ? "Y" : "N") + "N" + bits;
+    if (question == "COM") return ++prepared, "OK";
+    if (prepared == 0) return "NA:LOCAL";
+    if (question.starts_with("SET ")) return set_point = question.substr(4), "OK";
+    if (question == "ON" && set_point == "NONE") return "NA:NO SET POINT";
+    if (question == "ON") return is_on = true, "OK";
+    if (question == "OFF") return is_on = false, set_point = "NONE", "OK";
+    return "NA:CMD ERR";
+  }
+
+  std::string set_point = "NONE", bits = "0100";
+  bool is_on = false;
+  int prepared = 0;
+  ScriptedChamber* line{};
+  std::unique_ptr<Chamber> chamber;
+};
+
+TEST_F(TextWord, SetPointMayBeWordBeforeFirstCommandAndWhileOff) {
+  ASSERT_TRUE(chamber->identify());
+  auto state = chamber->inspect();
+  ASSERT_TRUE(state) << text(state.error());
+  EXPECT_TRUE(std::isnan(state->set_point.value));
+  EXPECT_EQ(state->air.value, 23.5);
+  EXPECT_EQ(state->activity, ChamberActivity::off);
+  ASSERT_TRUE(chamber->send_set_point({40}));
+  ASSERT_TRUE(chamber->start());
+  EXPECT_EQ(chamber->inspect()->set_point.value, 40);
+  ASSERT_TRUE(chamber->stop());
+  state = chamber->read();
+  ASSERT_TRUE(state) << text(state.error());
+  EXPECT_TRUE(std::isnan(state->set_point.value)) << "one item without a value is no silent chamber";
+  ASSERT_TRUE(chamber->send_set_point_immediately({20}));
+  EXPECT_EQ(chamber->inspect()->set_point.value, 20);
+}
+
+TEST_F(TextWord, StartSendsSetPointAgainThatWasLost) {
+  ASSERT_TRUE(chamber->send_set_point({40}));
+  set_point = "NONE";
+  line->answer = [this](const std::string& question) {
+    if (question == "ON") return is_on = true, std::string("OK\r\n");
+    return respond(question) + "\r\n";
+  };
+  ASSERT_TRUE(chamber->start());
+  EXPECT_EQ(set_point, "40.0");
+}
+
+TEST_F(TextWord, WriteThatLeavesWordFailsWithReason) {
+  line->answer = [this](const std::string& question) {
+    if (question.starts_with("SET ")) return std::string("OK\r\n");
+    return respond(question) + "\r\n";
+  };
+  const auto sent = chamber->send_set_point({40});
+  ASSERT_FALSE(sent);
+  EXPECT_NE(sent.error().what.find("answered without a value"), std::string::npos) << sent.error().what;
+}
+
+TEST_F(TextWord, AirThatIsWordIsFaultOfThatItem) {
+  line->answer = [this](const std::string& question) {
+    return question == "CHAM?" ? std::string("OPEN\r\n") : respond(question) + "\r\n";
+  };
+  const auto state = chamber->read();
+  ASSERT_FALSE(state);
+  EXPECT_NE(state.error().what.find("\"OPEN\" is no answer to \"CHAM?\""), std::string::npos) << state.error().what;
+}
+
+TEST_F(TextWord, PreparesOncePerConnectionBeforeFirstSetPoint) {
+  ASSERT_TRUE(chamber->send_set_point({40}));
+  ASSERT_TRUE(chamber->send_set_point({41}));
+  ASSERT_TRUE(chamber->start());
+  EXPECT_EQ(prepared, 1);
+  const auto com = std::ranges::find(line->heard, "COM");
+  EXPECT_LT(com, std::ranges::find_if(line->heard, [](const auto& one) { return one.starts_with("SET "); }));
+}
+
+TEST_F(TextWord, PreparesBeforeSafeSetPointOfNewProgram) {
+  ASSERT_TRUE(chamber->send_set_point_immediately({20}));
+  EXPECT_EQ(prepared, 1);
+  EXPECT_EQ(set_point, "20.0");
+}
+
+TEST_F(TextWord, RefusedPreparationStopsRunButNotMakeSafe) {
+  line->answer = [this](const std::string& question) {
+    if (question == "COM") return ++prepared, std::string("NA:REMOTE ALREADY\r\n");
+    return respond(question) + "\r\n";
+  };
+  const auto sent = chamber->send_set_point({40});
+  ASSERT_FALSE(sent);
+  EXPECT_NE(sent.error().what.find("REMOTE ALREADY"), std::string::npos);
+  EXPECT_EQ(set_point, "NONE") << "nothing was sent";
+  EXPECT_TRUE(chamber->send_set_point_immediately({20}));
+}
+
+TEST_F(TextWord, ReadsFlagsOfSeveralWordsInOneAnswer) {
+  bits = "0108";
+  EXPECT_EQ(chamber->inspect()->alarms, std::vector<std::string>{"door"});
+  bits = "0001";
+  EXPECT_TRUE(chamber->inspect()->must_stop);
+}
+
+TEST(TextMap, RejectedItemCausesOneError) {
+  for (const auto& [from, to] :
+       {std::pair<std::string, std::string>("{running:s1}{error:s1}", "{running:s}{error:s1}"),
+        std::pair<std::string, std::string>("{value:f.1}\", \"NONE\"", "{value:q}\", \"NONE\"")}) {
+    std::string file = kWordMap;
+    file.replace(file.find(from), from.size(), to);
+    const auto map = parse_register_map(file, "test.toml");
+    ASSERT_FALSE(map) << to;
+    EXPECT_EQ(std::ranges::count(map.error().what, '\n'), 0) << map.error().what;
+  }
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "drivers/line/text_template.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -164,6 +165,37 @@ TEST(TextFrame, HasPublishedBytesOfAscii1) {
                        "1?8E\x03")
                 .value(),
             "1?");
+}
+
+TEST(TextFrame, HasPlainSum) {
+  const TextFrame sum{.end = '\r', .checksum = FrameChecksum::sum};
+  // The sum from STX to ETX, as two hexadecimal digits before CR.
+  const std::string data = "011R01001\x03";
+  unsigned expected = 2;
+  for (const char c : data) expected += static_cast<unsigned char>(c);
+  const auto frame = to_frame(sum, data);
+  EXPECT_EQ(frame, "\x02" + data + fmt::format("{:02X}", expected & 0xFF) + "\r");
+  EXPECT_EQ(from_frame(sum, frame).value(), data);
+  auto broken = frame;
+  broken[3] = '7';
+  EXPECT_FALSE(from_frame(sum, broken));
+  EXPECT_FALSE(from_frame({.end = '\r', .checksum = FrameChecksum::negated_sum}, frame));
+}
+
+TEST(TextTemplate, ReadsColumnsOfCharactersWithoutLiterals) {
+  const auto form = TextTemplate::parse("{power:s1}{error:s1}{mode:s2}{rest:s}").value();
+  const auto fields = form.match("YNABcd e").value();
+  EXPECT_EQ(std::get<std::string>(fields.at("power")), "Y");
+  EXPECT_EQ(std::get<std::string>(fields.at("error")), "N");
+  EXPECT_EQ(std::get<std::string>(fields.at("mode")), "AB");
+  EXPECT_EQ(std::get<std::string>(fields.at("rest")), "cd e");
+  EXPECT_FALSE(form.match("YNA")) << "too short";
+  EXPECT_TRUE(form.match("YNAB"));
+  for (const auto* refused : {"{a:s}{b:s}", "{a:s}{b:s1}"}) {
+    const auto made = TextTemplate::parse(refused);
+    ASSERT_FALSE(made) << refused;
+    EXPECT_NE(made.error().what.find("{value:s4}"), std::string::npos) << made.error().what;
+  }
 }
 
 }  // namespace

@@ -68,6 +68,7 @@ Result<std::vector<drivers::OrderFinding>> find_word_orders(const drivers::Regis
   const auto* air = map.find("air_temperature");
   const auto* set_point = map.find("set_point");
   std::vector<drivers::OrderFinding> none;
+  if (map.text_link) return none;
   if (!air || !set_point || !set_point->readable) return none;
   if (word_count(air->type) < 2 || word_count(set_point->type) < 2) return none;
   const auto air_words = read_words(*air, registers);
@@ -90,7 +91,7 @@ Result<std::string> query_chamber(drivers::Chamber& chamber, const Clock& clock)
   if (!state) return failure(state.error());
   const auto trips = time_calls([&] { (void)chamber.read(); }, clock);
   auto line = fmt::format("{}, air {:.2f} °C, ", *name, state->air.value);
-  line += std::isnan(state->set_point.value) ? "set point not readable"
+  line += std::isnan(state->set_point.value) ? "set point not shown"
                                              : fmt::format("set point {:.2f} °C", state->set_point.value);
   if (state->activity != ChamberActivity::unknown) line += fmt::format(", {}", gyrotherm::name(state->activity));
   if (!state->alarms.empty()) line += fmt::format(", ALARMS: {}", fmt::join(state->alarms, "; "));

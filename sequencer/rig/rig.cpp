@@ -143,7 +143,8 @@ std::vector<bool> find_optional_lines(const RigFile& file, const RigStart& start
 std::string thermometer_title(std::size_t index) { return fmt::format("thermometer {}", index + 1); }
 
 /// Returns what to check when an instrument of a new rig does not answer, or gives another answer than expected.
-std::string suggest_remedy(FaultKind kind, bool is_chamber) {
+/// `chamber` is null for any other instrument.
+std::string suggest_remedy(FaultKind kind, const drivers::RegisterMap* chamber) {
   switch (kind) {
     case FaultKind::timeout:
     case FaultKind::disconnected:
@@ -151,7 +152,10 @@ std::string suggest_remedy(FaultKind kind, bool is_chamber) {
     case FaultKind::refused:
     case FaultKind::corrupted:
     case FaultKind::out_of_range:
-      return is_chamber ? "check that the map fits the controller and its data map, and the unit number" : "";
+      if (chamber == nullptr) return "";
+      return chamber->text_link ? "check that the description fits the instrument; \"gyrotherm describe --talk\" shows "
+                                  "its answers"
+                                : "check that the map fits the controller and its data map, and the unit number";
     default: return {};
   }
 }
@@ -181,12 +185,14 @@ class AssembledRig : public Rig {
   std::vector<Result<std::string>> query_instruments() override {
     const SteadyClock watch;
     // The description of a silent instrument names its line and the instrument expected there.
-    const auto titled = [](const std::string& title, const std::string& place, Result<std::string> answer) {
+    const auto titled = [this](const std::string& title, const std::string& place, Result<std::string> answer) {
       if (answer) return Result<std::string>(plain(title + ": " + *answer));
       auto& [kind, where, what] = answer.error();
       where = where.empty() || where == title ? title : title + ": " + where;
       what += " (" + place + ")";
-      if (const auto remedy = suggest_remedy(kind, title == kChamberTitle); !remedy.empty()) what += "; " + remedy;
+      if (const auto remedy = suggest_remedy(kind, title == kChamberTitle ? &file_.chamber_map : nullptr);
+          !remedy.empty())
+        what += "; " + remedy;
       return answer;
     };
     std::vector<Result<std::string>> answers{

@@ -229,13 +229,15 @@ Result<Exit> ask_instrument(Console& console, const DescribeOptions& options) {
   const auto line = drivers::parse_line(options.line);
   if (!line || !drivers::is_byte_line(*line))
     return failure(FaultKind::usage, "--talk",
-                   fmt::format("\"{}\" is not the address of a line, such as tcp://10.0.0.7 or serial:/dev/ttyUSB0",
-                               options.line));
+                   line ? fmt::format("\"{}\" is not a TCP or serial line", options.line) : line.error().what);
   const auto linked = select_link_for(file->unit, *line);
   if (!linked) return failure(linked.error());
   const auto questions = find_questions(*linked, options.item);
   if (questions.empty())
-    return failure(FaultKind::usage, "--item", fmt::format("no question reads the item \"{}\"", options.item));
+    return failure(FaultKind::usage, "--item",
+                   linked->find(options.item)
+                       ? fmt::format("\"{}\" is a command; --talk sends questions only", options.item)
+                       : fmt::format("the description has no item \"{}\"", options.item));
   if (options.prepares && file->preparation.empty())
     return failure(FaultKind::usage, "--prepare", "the description has no [sequence] prepare");
   Conversation conversation(console, *linked, *line);

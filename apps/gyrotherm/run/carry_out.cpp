@@ -100,12 +100,14 @@ tl::unexpected<Fault> interruption_fault(const ActiveRun& run) {
                                "point; \"gyrotherm resume "
                                "{}\" continues",
                                run.run_controller.next_slot(), run.run_controller.end_cause(), run.path));
-  if (const auto foreign = run.run_controller.describe_external_change(); !foreign.empty() && !run.rig.file().simulated)
+  auto why = run.run_controller.describe_external_change();
+  if (why.empty()) why = run.run_controller.leaving_refusal();
+  if (!why.empty() && !run.rig.file().simulated)
     return failure(
         FaultKind::interrupted, run.path,
         fmt::format("stopped after {} s: {}; the guard, gyrotherm-make-safe, sends the chamber to {:g} °C and "
                     "monitors it; \"gyrotherm resume {} --accept\" continues",
-                    run.run_controller.next_slot(), foreign, run.rig.file().safe_set_point.value, run.path));
+                    run.run_controller.next_slot(), why, run.rig.file().safe_set_point.value, run.path));
   run.ownership.release();
   const auto chamber = run.run_controller.is_led_by_controller() ? "continues its program" : "holds its set point";
   return failure(FaultKind::interrupted, run.path,

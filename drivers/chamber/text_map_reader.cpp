@@ -213,8 +213,11 @@ class ItemReader {
       if (!query.answers[i].fields().empty()) continue;
       for (const auto& field : find_field_names(lines[i])) {
         const auto item_name = field == "value" ? name : field;
-        if (field == "_" || find_item(item_name)) continue;
-        auto [item, codes] = make_item(item_name, {.kind = FieldForm::Kind::integer}, table, &table);
+        const auto own = own_.find(item_name);
+        const bool has_own_question = own != own_.end() && own->second->has("ask") && own->second != &table;
+        if (field == "_" || has_own_question || find_item(item_name)) continue;
+        auto [item, codes] =
+            make_item(item_name, {.kind = FieldForm::Kind::integer}, own == own_.end() ? table : *own->second, &table);
         add_cell(field, std::move(item), std::move(codes), query);
       }
     }

@@ -95,14 +95,24 @@ TEST(EndOfRun, IsCompleteWhileAirStillApproaches) {
   EXPECT_EQ(bench.seconds(2000), RunOutcome::complete) << "far behind, but on its way";
 }
 
-TEST(EndOfRun, IsNotCompleteWhenAirStoppedFarFromSetPoint) {
-  tests::Bench bench(
-      "[[segment]]\nkind = \"hold\"\nat = 22\ntime = \"2 min\"\n[[segment]]\nkind = \"ramp\"\n"
-      "to = 34\nrate = \"6 °C/min\"\n[[segment]]\nkind = \"hold\"\ntime = \"4 min\"\n");
-  bench.chamber().air_c = bench.chamber().set_point_c = 22;
-  bench.chamber().scale = 0.65;
-  bench.chamber().lag_s = 200;
-  EXPECT_EQ(bench.seconds(5000), RunOutcome::made_safe);
+TEST(EndOfRun, IsRefusedWhileAirStaysAwayFromSetPoint) {
+  for (const double rise_per_min : {0.0, -0.5, 0.3}) {
+    InterlockBench bench;
+    bench.chamber().activity = ChamberActivity::running;
+    bench.chamber().air = {35};
+    bench.chamber().set_point = {35};
+    bench.seconds(120);
+    EXPECT_EQ(leaving_refusal(bench.limits, bench.memory, bench.sample), "");
+    bench.chamber().set_point = {45};
+    for (int s = 0; s < 900; ++s) {
+      bench.chamber().air = {35 + rise_per_min * s / 60};
+      bench.second();
+    }
+    const auto why = leaving_refusal(bench.limits, bench.memory, bench.sample);
+    EXPECT_EQ(why.empty(), rise_per_min > 0) << why;
+    bench.sample.chamber.value = silence();
+    EXPECT_EQ(leaving_refusal(bench.limits, bench.memory, bench.sample), "") << "silence has its own interlock";
+  }
 }
 
 /// Evaluates the interlocks with an air temperature that a function of time returns. Returns the most severe reaction.

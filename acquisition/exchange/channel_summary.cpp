@@ -63,7 +63,8 @@ void ChannelTally::Extremes::push(double number, double sign) {
 
 ChannelTally::ChannelTally(const ImportMap& map)
     : is_text_(map.format == FileFormat::text),
-      is_log_(map.format == FileFormat::ulog || map.format == FileFormat::dataflash) {
+      is_log_(map.format == FileFormat::ulog || map.format == FileFormat::dataflash),
+      is_combined_(map.every > Duration{}) {
   for (std::size_t i = 0; i < map.thermometer_columns.size(); ++i) {
     const auto& column = map.thermometer_columns[i];
     add(Kind::temperature, map.thermometers[i], column.column, "°C", column.scale, column.offset);
@@ -84,10 +85,18 @@ ChannelTally::ChannelTally(const ImportMap& map)
     }
   const auto valid = map.valid_ranges();
   for (std::size_t i = 0; i < columns_.size(); ++i) columns_[i].valid = valid[i];
+  values_.resize(columns_.size());
 }
 
 void ChannelTally::add(Kind kind, std::string name, const ColumnName& column, std::string unit, double scale,
                        double offset) {
+  watch_.add({.name = name,
+              .unit = unit,
+              .is_temperature = kind == Kind::temperature,
+              .is_axis = kind == Kind::rate || kind == Kind::increment,
+              .scale = scale,
+              .offset = offset,
+              .has_missing_texts = is_text_});
   columns_.push_back({.kind = kind,
                       .summary = {.name = std::move(name), .column = describe(column), .unit = std::move(unit)},
                       .scale = scale,
@@ -113,17 +122,19 @@ Fault ChannelTally::impossible_value_fault(const Column& column, double number) 
                        column.summary.column, remedy(column, value));
   else if (column.kind == Kind::temperature)
     what = fmt::format("{:g} of column {} is {:g} °C, {}; {}", number, column.summary.column, value,
-                       value < 0 ? "below absolute zero" : "hotter than any thermometer", remedy(column, value));
+                       value < 0 ? "below absolute zero" : "hotter than any thermometer",
+                       remedy(column, value));
   else
     what = fmt::format("{:g} of column {} is {:g} °/h, faster than any gyro: is its scale {:g} right? Otherwise {}",
                        number, column.summary.column, value, column.scale, remedy(column, value));
   return {FaultKind::bad_file, "", std::move(what)};
 }
 
-Result<void> ChannelTally::push(std::span<double> numbers) {
+Result<void> ChannelTally::push(Duration time, std::span<double> numbers) {
   for (std::size_t i = 0; i < columns_.size(); ++i) {
     Column& column = columns_[i];
     double& number = numbers[i];
+    values_[i] = record::kMissing;
     if (std::isnan(number)) {
       ++column.summary.missing;
       continue;
@@ -141,11 +152,13 @@ Result<void> ChannelTally::push(std::span<double> numbers) {
     const bool is_wild = refuses_impossible_ && (!is_possible || std::abs(number) >= kOverload);
     if (is_wild || std::isinf(value)) return failure(impossible_value_fault(column, number));
     ++column.summary.values;
+    values_[i] = value;
     const auto& least = column.least;
     const auto& greatest = column.greatest;
     if (least.size < kExtremes || value <= least.numbers.back()) column.least.push(value, 1);
     if (greatest.size < kExtremes || value >= greatest.numbers.back()) column.greatest.push(value, -1);
   }
+  watch_.push(time, values_);
   return {};
 }
 
@@ -162,6 +175,10 @@ std::vector<ChannelSummary> ChannelTally::channels(const std::vector<MissingText
   return channels;
 }
 
+bool ChannelTally::is_error_value(const Column& column, double value) {
+  return is_known_sentinel(value) || is_known_sentinel((value - column.offset) / column.scale);
+}
+
 /// Searches both ends of the values for a step that separates a few distinct numbers from all others.
 Result<void> ChannelTally::check_isolated(const Column& column, const std::string& file, Notes& notes) const {
   constexpr double kMinGap_k = 20, kErrorGap_k = 40, kMinSentinelGap_k = 10, kMaxShare = 0.2, kRangeMultiple = 50;
@@ -171,15 +188,17 @@ Result<void> ChannelTally::check_isolated(const Column& column, const std::strin
   for (const auto* extremes : {&column.least, &column.greatest}) {
     const auto& inner = extremes == &column.least ? column.greatest : column.least;
     std::size_t count = 0;
+    const bool is_one_error = is_temperature && is_error_value(column, extremes->numbers.front());
     for (std::size_t i = 0; i + 1 < extremes->size; ++i) {
       count += extremes->counts[i];
       const double at = extremes->numbers[i], next = extremes->numbers[i + 1];
       const double apart = std::abs(at - next), rest = std::abs(next - inner.numbers.front());
-      if (static_cast<double>(count) > kMaxShare * static_cast<double>(column.summary.values)) break;
-      const double raw = (at - column.offset) / column.scale;
-      const bool is_sentinel = is_known_sentinel(at) || is_known_sentinel(raw);
+      const bool is_few = static_cast<double>(count) <= kMaxShare * static_cast<double>(column.summary.values);
+      if (!is_few && !(is_one_error && i == 0)) break;
+      const bool is_sentinel = is_error_value(column, at);
       const double limit = is_temperature ? (is_sentinel ? kMinSentinelGap_k : kMinGap_k) : kRangeMultiple * rest;
-      if (apart < limit || (is_temperature && !is_sentinel && apart < rest / 4) || limit == 0) continue;
+      if (apart < (is_few ? limit : kErrorGap_k) || (is_temperature && !is_sentinel && apart < rest / 4) || limit == 0)
+        continue;
       const auto what = fmt::format(
           "{} of the {} values of column {} differ by {:.4g} {} or more from all others, the "
           "furthest at {:g}",
@@ -195,7 +214,7 @@ Result<void> ChannelTally::check_isolated(const Column& column, const std::strin
 
 Result<void> ChannelTally::judge(const std::string& file, const std::vector<MissingTexts>& missing,
                                  Notes& notes) const {
-  constexpr std::size_t kMinValuesToJudge = 10;
+  constexpr std::size_t kMinValuesToJudge = 10, kMissingToWarn = 20;
   const auto channels = this->channels(missing);
   for (std::size_t i = 0; i < columns_.size(); ++i) {
     const ChannelSummary& channel = channels[i];
@@ -210,11 +229,18 @@ Result<void> ChannelTally::judge(const std::string& file, const std::vector<Miss
     if (channel.values >= kMinValuesToJudge && channel.least == channel.greatest)
       notes.push_back(
           fmt::format("all {} values of {} are {:g} {}", channel.values, channel.name, channel.least, channel.unit));
-    if (channel.missing > channel.values)
-      notes.push_back(fmt::format("{} of {} values of {} are missing", channel.missing,
-                                  channel.missing + channel.values, channel.name));
+    const auto all = channel.missing + channel.values;
+    const bool is_much = is_combined_ ? 2 * channel.missing > all : kMissingToWarn * channel.missing > all;
+    if (is_much && all >= kMinValuesToJudge)
+      notes.push_back(fmt::format("warning: {} of {} values of {} are missing ({:.0f} %); {}", channel.missing, all,
+                                  channel.name, 100.0 * static_cast<double>(channel.missing) / static_cast<double>(all),
+                                  is_axis ? "rows without a rate are not used"
+                                          : "clusters with a missing temperature are left out, unless the map does "
+                                            "not name the channel"));
     if (auto isolated = check_isolated(columns_[i], file, notes); !isolated) return isolated;
   }
+  auto failed = watch_.warnings();
+  notes.insert(notes.end(), std::make_move_iterator(failed.begin()), std::make_move_iterator(failed.end()));
   return {};
 }
 

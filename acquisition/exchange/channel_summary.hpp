@@ -11,6 +11,7 @@
 
 #include "acquisition/exchange/foreign_row.hpp"
 #include "acquisition/exchange/import_map.hpp"
+#include "acquisition/exchange/repeat_watch.hpp"
 #include "core/result.hpp"
 
 namespace gyrotherm::exchange {
@@ -39,19 +40,19 @@ class ChannelTally {
   /// Makes push() fail at a number that is impossible for its channel.
   void refuse_impossible() { refuses_impossible_ = true; }
 
-  /// Adds the numbers of a row, and replaces each number outside the valid range of its column by NaN. Fails with
-  /// bad_file, without a position, at a number that becomes infinite with the map's scale. After refuse_impossible(),
-  /// also fails at a temperature below absolute zero or above 5000 °C, a rate over 10⁸ °/h, and a number of 10³⁰ or
-  /// more, which instruments send for an overload.
-  [[nodiscard]] Result<void> push(std::span<double> numbers);
+  /// Adds the numbers of a row at `time`, and replaces each number outside the valid range of its column by NaN. Fails
+  /// with bad_file, without a position, at a number that becomes infinite with the map's scale. After
+  /// refuse_impossible(), also fails at a temperature below absolute zero or above 5000 °C, a rate over 10⁸ °/h, and a
+  /// number of 10³⁰ or more, which instruments send for an overload.
+  [[nodiscard]] Result<void> push(Duration time, std::span<double> numbers);
 
   /// Returns the summaries of the channels so far. `missing` has the texts that the reader treated as missing.
   [[nodiscard]] std::vector<ChannelSummary> channels(const std::vector<MissingTexts>& missing) const;
 
-  /// Adds notes for users: channels without a value or with a constant value, channels with most values missing, and
-  /// outliers far from all other values. Fails with bad_file if a model would be trained with invalid data: an axis
-  /// without a value, a temperature that sensors send instead of a reading ("-127"), or a temperature more than 40 K
-  /// from all but a few others.
+  /// Adds notes for users: channels without a value or with a constant value, channels with many values missing,
+  /// outliers far from all other values, and failed sensors (RepeatWatch::warnings). Fails with bad_file if a model
+  /// would be trained with invalid data: an axis without a value, a temperature that sensors send instead of a reading
+  /// ("-127") however often, or a temperature more than 40 K from all but a few others.
   [[nodiscard]] Result<void> judge(const std::string& file, const std::vector<MissingTexts>& missing,
                                    Notes& notes) const;
 
@@ -75,11 +76,17 @@ class ChannelTally {
   void add(Kind kind, std::string name, const ColumnName& column, std::string unit, double scale, double offset);
   [[nodiscard]] Fault impossible_value_fault(const Column& column, double number) const;
   [[nodiscard]] Result<void> check_isolated(const Column& column, const std::string& file, Notes& notes) const;
+  /// Returns whether sensors or loggers send this value for an error.
+  [[nodiscard]] static bool is_error_value(const Column& column, double value);
   [[nodiscard]] std::string remedy(const Column& column, double number) const;
 
   bool is_text_, is_log_;
+  /// Rows are combined, so that most cells of a column may be empty.
+  bool is_combined_;
   bool refuses_impossible_ = false;
   std::vector<Column> columns_{};
+  RepeatWatch watch_{};
+  std::vector<double> values_{};  ///< of the row
 };
 
 }  // namespace gyrotherm::exchange

@@ -78,7 +78,7 @@ Result<void> read_foreign(const ReadRows& read, const ImportMap& map, const Take
   std::vector<double> numbers;
   auto findings = read([&](const ForeignRow& row) -> Result<void> {
     numbers.assign(row.numbers.begin(), row.numbers.end());
-    if (auto possible = file.tally.push(numbers); !possible) return possible;
+    if (auto possible = file.tally.push(row.time, numbers); !possible) return possible;
     ++file.rows;
     if (skips_ordering) return grouping.push({.time = row.time, .utc = row.utc, .numbers = numbers});
     return order.push({row.time, row.utc, numbers});

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <limits>
 #include <set>
+#include <utility>
 
 #include "core/quantity.hpp"
 
@@ -66,6 +67,23 @@ std::string list_missing_values(const Dataset& dataset) {
   }
   if (!dataset.bias_deg_per_h.array().isFinite().any()) missing.emplace_back("the bias");
   return missing.empty() ? "" : fmt::format("; no row has a value of {}", fmt::join(missing, ", "));
+}
+
+/// Counts a dropped cluster for each of its inputs with a missing reading.
+void count_missing_inputs(const Dataset& dataset, const Span& span, std::vector<std::pair<std::string, int>>& counts) {
+  const auto count = [&](const std::string& name) {
+    const auto known = std::ranges::find(counts, name, &std::pair<std::string, int>::first);
+    if (known != counts.end())
+      ++known->second;
+    else
+      counts.emplace_back(name, 1);
+  };
+  for (Eigen::Index column = 0; column < dataset.temperature_c.cols(); ++column) {
+    const std::string& name = dataset.thermometers[static_cast<std::size_t>(column)];
+    if (!is_own_value(name) && !dataset.temperature_c.col(column).segment(span.first, span.count).allFinite())
+      count(name);
+  }
+  if (!dataset.bias_deg_per_h.segment(span.first, span.count).allFinite()) count("the bias");
 }
 
 Clusters allocate_clusters(Eigen::Index rows, const std::vector<std::string>& thermometers, double length_s) {
@@ -192,6 +210,7 @@ Result<Clusters> make_clusters(const Dataset& dataset, double length_s) {
   const Eigen::Index complete = cluster_number(span_s, length_s);
 
   std::vector<Span> kept, remembered;
+  std::vector<std::pair<std::string, int>> dropped_by_input;
   int dropped_rest = 0;
   for (const Span& span : cut(dataset, length_s)) {
     if (span.number >= complete) {
@@ -199,7 +218,10 @@ Result<Clusters> make_clusters(const Dataset& dataset, double length_s) {
       continue;
     }
     if (has_each_second(dataset, span, length_s)) remembered.push_back(span);
-    if (is_whole(dataset, span, length_s)) kept.push_back(span);
+    if (is_whole(dataset, span, length_s))
+      kept.push_back(span);
+    else
+      count_missing_inputs(dataset, span, dropped_by_input);
   }
   if (kept.empty()) return none();
 
@@ -209,8 +231,22 @@ Result<Clusters> make_clusters(const Dataset& dataset, double length_s) {
   fill_power_ons(clusters, dataset);
   store_history(clusters, dataset, remembered, kept);
   clusters.dropped_rest = dropped_rest;
+  clusters.dropped_by_input = std::move(dropped_by_input);
   clusters.dropped_gaps = static_cast<int>(complete - static_cast<Eigen::Index>(kept.size()));
   return clusters;
+}
+
+std::string describe_left_out(const Clusters& clusters) {
+  constexpr double kMostUnmentioned = 0.05;
+  const auto all = static_cast<double>(clusters.history.elapsed_s.size());
+  std::vector<std::string> inputs;
+  int most = 0;
+  for (const auto& [name, count] : clusters.dropped_by_input) {
+    inputs.push_back(fmt::format("{} in {} clusters ({:.1f} %)", name, count, 100 * count / all));
+    most = std::max(most, count);
+  }
+  if (most <= kMostUnmentioned * all) return "";
+  return fmt::format("a part of the record is left out because values are missing: {}", fmt::join(inputs, ", "));
 }
 
 Clusters pick_clusters(const Clusters& clusters, const std::vector<Eigen::Index>& rows) {

@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "analysis/data/dataset.hpp"
@@ -50,6 +51,8 @@ struct Clusters {
   int dropped_rest{};
   /// Number of clusters dropped for a missing reading or a gap.
   int dropped_gaps{};
+  /// Number of clusters dropped because of each input with missing readings ("the bias" is one).
+  std::vector<std::pair<std::string, int>> dropped_by_input{};
 };
 
 /// Counts the power-ons that precede at least one cluster; 0 without clusters.
@@ -63,6 +66,10 @@ struct Clusters {
 /// number of rows is accepted; a cluster with a missing reading or without rows is dropped. Fails with usage if no
 /// whole cluster remains.
 [[nodiscard]] Result<Clusters> make_clusters(const Dataset& dataset, double length_s = 100);
+
+/// Describes the part of the record that was left out because inputs are missing, with each input. Returns an empty
+/// text if it is at most 5 %.
+[[nodiscard]] std::string describe_left_out(const Clusters& clusters);
 
 /// Returns whether the clusters include both positions of a unit that is turned around while the Earth rate is unknown.
 /// The bias then differs by twice the Earth rate between the two positions.

@@ -192,6 +192,16 @@ std::string make_identity(const record::RunInfo& info, const record::UnitInfo& u
   return fmt::format("{}{}seed {}", name, name.empty() ? "" : ", ", info.seed);
 }
 
+/// Lists the notes of an import that begin with "warning: ", without this beginning.
+std::vector<std::string> find_import_warnings(const record::Record& record) {
+  constexpr std::string_view kWarning = "warning: ";
+  std::vector<std::string> warnings;
+  for (const record::RecordedEvent& recorded : record.events)
+    if (recorded.event.kind == EventKind::note && recorded.event.text.starts_with(kWarning))
+      warnings.push_back(recorded.event.text.substr(kWarning.size()));
+  return warnings;
+}
+
 std::string join_names(const std::vector<AxisChoice>& axes) {
   std::string names;
   for (const AxisChoice& axis : axes) names += (names.empty() ? "" : ", ") + qualified_name(axis);
@@ -219,6 +229,7 @@ Dataset make_dataset(const record::Record& record, const std::string& path, cons
   for (const record::ProgramRelease& release : info.releases)
     if (!release.unreleased.empty()) dataset.unreleased.push_back(release.title);
   dataset.imported = info.imported;
+  if (info.imported) dataset.import_warnings = find_import_warnings(record);
   dataset.profile_name = info.profile_name;
   dataset.gradients = at.unit.gradients;
   dataset.cycles = info.cycles;

@@ -71,6 +71,8 @@ struct Dataset {
   std::vector<std::string> unreleased{};
   std::string profile_name;
   /// Names of the columns of temperature_c: thermometers on the unit, thermometers of the rig, then the values reported
+  /// Findings of the import that concern the use of the data (failed sensors, missing values).
+  std::vector<std::string> import_warnings{};
   /// by the unit itself, "self" and "aux:NAME".
   std::vector<std::string> thermometers;
   /// Unit of each input. Empty if all are temperatures.

@@ -102,6 +102,15 @@ Result<data::RecordedRun> load_recorded_run(Console& console, const std::string&
   return data::RecordedRun{std::move(*dataset), std::move(*clusters)};
 }
 
+std::vector<std::string> import_warnings(const data::Dataset& dataset, const data::Clusters& clusters) {
+  if (!dataset.imported) return {};
+  std::vector<std::string> warnings;
+  for (const std::string& warning : dataset.import_warnings) warnings.push_back(dataset.path + ": " + warning);
+  if (const auto left_out = describe_left_out(clusters); !left_out.empty())
+    warnings.push_back(dataset.path + ": " + left_out);
+  return warnings;
+}
+
 Result<RecordedRuns> load_recorded_runs(Console& console, const std::vector<std::string>& paths,
                                         const RecordedRunOptions& options) {
   RecordedRuns records;

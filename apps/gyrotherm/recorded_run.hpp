@@ -48,6 +48,10 @@ void add_unverified_flag(CLI::App& command, bool& unverified);
 [[nodiscard]] Result<data::RecordedRun> load_recorded_run(Console& console, const std::string& path,
                                                           const RecordedRunOptions& options);
 
+/// Repeats the warnings of the import of a record, and describes what its clusters leave out. Each text begins with the
+/// path. Returns nothing for a record that was not imported.
+[[nodiscard]] std::vector<std::string> import_warnings(const data::Dataset& dataset, const data::Clusters& clusters);
+
 /// Several loaded records, in order.
 struct RecordedRuns {
   std::vector<data::Dataset> datasets;

@@ -40,9 +40,12 @@ data::Figures raw_figures(const RecordedRuns& records) {
   return data::compute_figures(Eigen::Map<const Eigen::VectorXd>(bias.data(), static_cast<Eigen::Index>(bias.size())));
 }
 
-/// Adds warnings to the model: outliers of the records, an unusual cluster length.
+/// Adds warnings to the model: findings of imports, outliers of the records, an unusual cluster length.
 void add_warnings(model::Model& model, const RecordedRuns& records, double cluster_length_s) {
   constexpr double kUsual_s = 100;
+  for (std::size_t i = 0; i < records.datasets.size(); ++i)
+    for (std::string& warning : import_warnings(records.datasets[i], records.clusters[i]))
+      model.warnings.push_back(std::move(warning));
   model.warnings.insert(model.warnings.end(), records.outliers.begin(), records.outliers.end());
   if (cluster_length_s != kUsual_s)
     model.warnings.push_back(fmt::format(

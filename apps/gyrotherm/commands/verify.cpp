@@ -240,6 +240,8 @@ Result<Exit> verify_all(Console& console, const VerifyArguments& options) {
     auto verification = verify(*model, recorded->dataset, recorded->clusters, *outside);
     if (!verification) return failure(verification.error());
     const auto& [dataset, clusters] = *recorded;
+    for (std::string& warning : import_warnings(dataset, clusters))
+      verification->warnings.push_back(std::move(warning));
     if (options.evaluate_stream) {
       auto streamed = evaluate_stream(*model, dataset, clusters, verification->residual_deg_per_h, *outside);
       if (!streamed) return failure(streamed.error());

@@ -139,5 +139,34 @@ TEST(ChannelSummary, RefusesTimeThatContradictsOtherColumn) {
   }
 }
 
+TEST(ChannelSummary, RefusesErrorCodeOfDeadSensorHoweverLong) {
+  Imported import;
+  for (const char* code : {"-127", "850"})
+    for (const int first : {100, 200, 390}) {
+      std::vector<std::pair<int, std::string>> cells;
+      for (int row = first; row < 400; ++row) cells.emplace_back(row, code);
+      const auto summary = import(cells);
+      ASSERT_FALSE(summary) << code << " from " << first;
+      EXPECT_NE(summary.error().what.find("missing = [\"" + std::string(code) + "\"]"), std::string::npos)
+          << text(summary.error());
+    }
+}
+
+TEST(ChannelSummary, WarnsAboutMissingPartAndStoresWarning) {
+  Imported import;
+  import.file = "missing = [\"OPEN\"]\n";
+  std::vector<std::pair<int, std::string>> cells;
+  for (int row = 200; row < 400; ++row) cells.emplace_back(row, "OPEN");
+  const auto summary = import(cells);
+  ASSERT_TRUE(summary) << text(summary.error());
+  ASSERT_EQ(summary->notes.size(), 1u);
+  EXPECT_EQ(summary->notes[0].rfind("warning: 200 of 400 values of oven are missing (50 %)", 0), 0u)
+      << summary->notes[0];
+  const auto made = record::read_record(import.path()).value();
+  EXPECT_EQ(made.events.front().event.text, summary->notes[0]);
+  cells.resize(20);
+  EXPECT_EQ(import(cells)->notes, Notes{}) << "5 %";
+}
+
 }  // namespace
 }  // namespace gyrotherm::exchange

@@ -248,6 +248,8 @@ void add_comments(Buffer& out, const RunInfo& info, bool finished) {
                      unit.axes[axis].scale);
       if (const auto& rate = unit.axes[axis].earth_rate)
         fmt::format_to(std::back_inserter(out), ", earth rate {}", rate->value);
+      else if (info.imported)
+        add(out, ", nothing removed");
       out.push_back('\n');
     }
   for (const Channel& channel : info.thermometers) {

@@ -161,8 +161,8 @@ void remove_earth_rate(Dataset& dataset, const record::Record& record, DegreesPe
 }
 
 void set_reference(Dataset& dataset, const record::Record& record, const std::optional<DegreesPerHour>& earth_rate) {
-  dataset.bias_zero = "nothing removed";
-  if (earth_rate) {
+  dataset.bias_zero = kNothingRemoved;
+  if (earth_rate && !(dataset.imported && earth_rate->value == 0)) {
     remove_earth_rate(dataset, record, *earth_rate);
     dataset.bias_zero = "earth rate removed";
     return;

@@ -50,6 +50,10 @@ struct Dataset;
 /// then not comparable.
 inline constexpr std::string_view kOwnReference = "mean of the first hold removed";
 
+/// Bias reference of a record from whose bias nothing was subtracted: an imported record whose map states no Earth rate,
+/// or 0.
+inline constexpr std::string_view kNothingRemoved = "nothing removed";
+
 /// Fails with usage if the biases of two records have different references, because their difference would be mistaken
 /// for a property of the gyro. Two records also have different references if each refers to its own mean. In the
 /// message, `called` is the name of the other record.
@@ -67,12 +71,12 @@ struct Dataset {
   std::string identity;
   bool simulated{};
   bool imported{};
+  /// Findings of the import that concern the use of the data (failed sensors, missing values).
+  std::vector<std::string> import_warnings{};
   /// Titles of the run's texts without a valid release (record::RunInfo::releases).
   std::vector<std::string> unreleased{};
   std::string profile_name;
   /// Names of the columns of temperature_c: thermometers on the unit, thermometers of the rig, then the values reported
-  /// Findings of the import that concern the use of the data (failed sensors, missing values).
-  std::vector<std::string> import_warnings{};
   /// by the unit itself, "self" and "aux:NAME".
   std::vector<std::string> thermometers;
   /// Unit of each input. Empty if all are temperatures.
@@ -117,7 +121,8 @@ struct Dataset {
 
 /// Converts a record to matrices. The bias is the measured rate minus the Earth rate. The measured rate is arcsec per
 /// pulse × pulses/interval (1 arcsec/s is exactly 1 °/h) for pulse counts, and scale × value for rates. If the Earth
-/// rate is unknown, the mean of the first hold is removed from native records, and nothing from imported ones. If the
+/// rate is unknown, the mean of the first hold is removed from native records, and nothing from imported ones; an imported Earth rate
+/// of 0 is the same reference. If the
 /// unit was also turned around, no mean is removed, since the sign of the Earth rate changes. The bias is missing while
 /// the profile waits for an operator to handle the unit. Temperatures are the readings plus the offset of their
 /// channel. If there is no list of gradient thermometers, all thermometers are used. `of` must be a result of

@@ -13,6 +13,8 @@ namespace gyrotherm::app {
 namespace {
 
 constexpr std::string_view kBias = "bias", kAtRest = "at_rest", kFirstOfExport = "slot", kTimeOfExport = "time [s]";
+/// The end of the comment on the axis of an imported record without an Earth rate.
+constexpr std::string_view kNothingRemovedRemark = ", nothing removed";
 constexpr std::size_t kSlotColumn = 0;
 
 /// Separates a title such as "A [°C]" into name and unit.
@@ -140,13 +142,18 @@ Result<CompensationTable> CompensationTable::of(const std::vector<std::string>& 
   const auto rotation = find(header, label, false);
   if (!rotation) return failure(FaultKind::usage, "stdin", fmt::format("contains no axis \"{}\"", label));
   const std::string_view comment = find_comment(comments, "axis " + label);
-  const auto scale = number_after(comment, "scale "), earth_rate = number_after(comment, "earth rate ");
+  const auto scale = number_after(comment, "scale ");
+  auto earth_rate = number_after(comment, "earth rate ");
+  if (!earth_rate && comment.ends_with(kNothingRemovedRemark)) earth_rate = 0;
   if (!scale || !earth_rate)
     return failure(
         FaultKind::bad_file, "stdin",
-        fmt::format("the Earth rate on {} is missing, so the bias cannot be computed; for an imported record, "
-                    "set earth_rate in [gyro] of the map (0 if the Earth rate is not removed)",
+        fmt::format("the Earth rate on {} is missing, so the bias cannot be computed: the reference of this record "
+                    "is the mean of its first hold; state the axis and the latitude in the rig file. Export an "
+                    "imported record again",
                     label));
+  table.bias_zero_ = *earth_rate == 0 ? "" : "earth rate removed";
+  if (comment.ends_with(kNothingRemovedRemark)) table.bias_zero_ = data::kNothingRemoved;
   const auto turned = find_if(header, [](const std::string& title) { return title == record::kTurnedTitle; });
   table.rotation_ =
       Rotation{*scale, *earth_rate, unit_from_title(header[*rotation]).starts_with("pulses"), turned.has_value()};

@@ -21,9 +21,9 @@ namespace gyrotherm::app {
 /// thermometer and the conversion of rotation to bias.
 class CompensationTable {
  public:
-  /// Reads the header. Fails with bad_file if the header is of neither kind, or if an exported table does not contain
-  /// the Earth rate. Fails with usage if the table has no column for an input of the model or for the axis. `tracked`
-  /// permits the column "at_rest".
+  /// Reads the header. Fails with bad_file if the header is of neither kind, or if an exported table states neither
+  /// the Earth rate nor that nothing is removed. Fails with usage if the table has no column for an input of the model
+  /// or for the axis. `tracked` permits the column "at_rest".
   [[nodiscard]] static Result<CompensationTable> of(const std::vector<std::string>& header,
                                                     const std::vector<std::string>& comments, const model::Model& model,
                                                     const data::AxisChoice& axis, bool tracked);
@@ -36,6 +36,9 @@ class CompensationTable {
   /// Returns whether the table was exported and contains the second of each row. Rows of any other table are one second
   /// apart.
   [[nodiscard]] bool has_seconds() const { return rotation_.has_value(); }
+
+  /// Returns the bias reference of an exported table (data::Dataset::bias_zero); empty if unknown.
+  [[nodiscard]] const std::string& bias_zero() const { return bias_zero_; }
 
   /// Converts rows of columns() to temperatures in °C, the bias in °/h, whether the gyro was at rest, and the slot of
   /// an exported table.
@@ -51,6 +54,7 @@ class CompensationTable {
 
   std::vector<std::size_t> columns_;
   std::vector<std::string> thermometers_;
+  std::string bias_zero_{};
   /// One calibration per thermometer; empty if the table is calibrated already.
   std::vector<record::Channel> calibrations_;
   struct Rotation {

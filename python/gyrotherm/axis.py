@@ -119,12 +119,14 @@ def compute_bias(record: Record, axis: Axis, removes_first_hold: bool = True) ->
     for an operator.
 
     The reference is the Earth rate, with opposite sign while the unit is turned around. If the Earth rate is unknown,
-    it is the mean of the first hold (with `removes_first_hold`), but not for imported records and turned units."""
+    it is the mean of the first hold (with `removes_first_hold`), but not for imported records and turned units. An Earth
+    rate of 0 in an imported record removes nothing."""
     segments = record.info.segments
     bias = np.array(measured_rate_deg_per_h(record, axis))
     handled = _rows_with_flag(record, [segment.prompt != "" for segment in segments])
     bias[handled & (record.in_segment_ns == 0)] = np.nan
-    if axis.earth_rate_deg_per_h is not None:
+    is_zero_of_import = record.info.imported and axis.earth_rate_deg_per_h == 0
+    if axis.earth_rate_deg_per_h is not None and not is_zero_of_import:
         turned = _rows_with_flag(record, [segment.unit_turned for segment in segments])
         return bias - np.where(turned, -axis.earth_rate_deg_per_h, axis.earth_rate_deg_per_h), EARTH_RATE_REMOVED
     if not removes_first_hold or record.info.imported or any(segment.unit_turned for segment in segments):

@@ -247,19 +247,23 @@ Result<void> compensate_input(Console& console, const CompensationFactory& open,
   return {};
 }
 
-/// Returns the function that computes U of a mean over the model's cluster length, and prints U and k. Returns an empty
-/// function if it was not requested. Fails with usage if the model has no budget. The model must outlive the result.
-Result<UncertaintyFunction> expanded_uncertainty(Console& console, const model::Model& model, bool requested) {
+/// Returns the function that computes U of a mean over the model's cluster length. Returns an empty function if it was
+/// not requested. Fails with usage if the model has no budget. The model must outlive the result.
+Result<UncertaintyFunction> expanded_uncertainty(const model::Model& model, bool requested) {
   if (!requested) return UncertaintyFunction();
   if (!model.uncertainty)
     return failure(FaultKind::usage, "--uncertainty", "the model has no uncertainty budget; train it again");
-  const model::CombinedUncertainty combined = mean_uncertainty(*model.uncertainty, model.cluster_length_s);
-  console.print_message(fmt::format(
-      "U = {:.5f} °/h (k = {:.2f}, {:.0f} %) applies to a mean of these rows over {:g} s inside the trained range; "
-      "outside it, U is larger; the noise of a single row is not included",
-      combined.expanded_deg_per_h, combined.coverage_factor, 100 * model::kCoverage, model.cluster_length_s));
   return UncertaintyFunction(
       [&model](double excess) { return expanded_outside(*model.uncertainty, model.cluster_length_s, excess); });
+}
+
+/// Describes U of a mean over the model's cluster length. The model must have a budget.
+std::string describe_uncertainty(const model::Model& model) {
+  const model::CombinedUncertainty combined = mean_uncertainty(*model.uncertainty, model.cluster_length_s);
+  return fmt::format(
+      "U = {:.5f} °/h (k = {:.2f}, {:.0f} %) applies to a mean of these rows over {:g} s inside the trained range; "
+      "outside it, U is larger; the noise of a single row is not included",
+      combined.expanded_deg_per_h, combined.coverage_factor, 100 * model::kCoverage, model.cluster_length_s);
 }
 
 /// Describes the lag of the compensation and its cost.
@@ -277,19 +281,13 @@ Result<Exit> compensate(Console& console, const CompensateArguments& options) {
   if (!outside) return failure(outside.error());
   const auto model = load_model(options.model);
   if (!model) return failure(model.error());
-  for (const std::string& warning : origin_warnings(*model, axis_for(*model, options.axis), "", ""))
-    console.print_message("warning: " + warning);
   if (options.uncertainty && options.tracking.track)
     return failure(FaultKind::usage, "--uncertainty",
                    "not valid with --track; U applies to the residual bias without tracking");
   const auto noise =
       find_tracking_noise(console, *model, options.tracking, {.unverified = options.unverified, .axis = options.axis});
   if (!noise) return failure(noise.error());
-  if (*noise) {
-    console.print_message("tracking the residual bias, " + describe(**noise) +
-                          ": the last column at_rest must be 0 where the gyro moves");
-  }
-  const auto expanded = expanded_uncertainty(console, *model, options.uncertainty);
+  const auto expanded = expanded_uncertainty(*model, options.uncertainty);
   if (!expanded) return failure(expanded.error());
   watch_for_interrupts(SecondInterrupt::ends);
   std::optional<Compensation> compensation;
@@ -297,8 +295,17 @@ Result<Exit> compensate(Console& console, const CompensateArguments& options) {
                         const std::vector<std::string>& comments) -> Result<Compensation> {
     auto table = CompensationTable::of(header, comments, *model, axis_for(*model, options.axis), noise->has_value());
     if (!table) return failure(table.error());
+    const std::string bias_zero = table->bias_zero();
+    auto opened = Compensation::open(*model, std::move(*table), *outside, *noise, *expanded);
+    if (!opened) return opened;
+    for (const std::string& warning : origin_warnings(*model, axis_for(*model, options.axis), "", bias_zero))
+      console.print_message("warning: " + warning);
+    if (*noise)
+      console.print_message("tracking the residual bias, " + describe(**noise) +
+                            ": the last column at_rest must be 0 where the gyro moves");
     console.print_message(describe_latency(*model));
-    return Compensation::open(*model, std::move(*table), *outside, *noise, *expanded);
+    if (options.uncertainty) console.print_message(describe_uncertainty(*model));
+    return opened;
   };
   const auto compensated = compensate_input(
       console, open, *expanded ? "compensated_bias_deg_per_h,U_deg_per_h\n" : "compensated_bias_deg_per_h\n",

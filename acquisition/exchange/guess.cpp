@@ -13,6 +13,7 @@
 #include "acquisition/exchange/column_names.hpp"
 #include "acquisition/exchange/dataflash.hpp"
 #include "acquisition/exchange/import_map.hpp"
+#include "acquisition/exchange/lvm_layout.hpp"
 #include "acquisition/exchange/netcdf_table.hpp"
 #include "acquisition/exchange/table_sample.hpp"
 #include "acquisition/exchange/time_guess.hpp"
@@ -97,6 +98,8 @@ std::string file_section(const TableSample& sample) {
   if (sample.skip > 0)
     text += fmt::format("skip = {}        # {}\n", sample.skip,
                         sample.header ? "lines after the header that are not rows" : "lines before the first row");
+  if (sample.is_lvm)
+    text += fmt::format("segment = [\"{}\", \"{}\"]        # a header between rows\n", kLvmSegment, kLvmHeaderEnd);
   if (sample.damaged > 0)
     text += fmt::format(
         "damaged = \"skip\"        # {} of the lines cannot be read, the first is line {}: they are left "

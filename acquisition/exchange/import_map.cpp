@@ -83,6 +83,14 @@ void read_text_format(const TomlTable& table, ImportMap& map) {
     table.note_error("thousands", "equals the decimal sign, expected another character");
   map.cell_units = table.texts("cell_units");
   map.leaves_out_damaged = one_of(kDamaged, table, "damaged", "refuse");
+  if (!table.has("segment")) return;
+  const auto ends = table.texts("segment");
+  if (ends.size() != 2 || ends[0].empty() || ends[1].empty())
+    return table.note_error("segment",
+                            "expected the beginnings of the first and the last line of a header, like "
+                            "[\"Channels\", \"***End_of_Header***\"]");
+  map.segment_begin = ends[0];
+  map.segment_end = ends[1];
 }
 
 Duration read_positive(const TomlTable& table, const char* key) {

@@ -69,6 +69,9 @@ struct ImportMap {
   char thousands{};  ///< separator of thousands; 0: none
   /// Texts that may follow a number: "°C".
   std::vector<std::string> cell_units;
+  /// The beginnings of the first and the last line of another header between rows; the line after it has the names.
+  /// Empty if there is none.
+  std::string segment_begin{}, segment_end{};
   /// The reader counts unreadable lines instead of failing.
   bool leaves_out_damaged = false;
 

@@ -11,6 +11,7 @@
 
 #include "acquisition/exchange/column_names.hpp"
 #include "acquisition/exchange/foreign_time.hpp"
+#include "acquisition/exchange/lvm_layout.hpp"
 #include "acquisition/exchange/text_lines.hpp"
 #include "acquisition/record/csv.hpp"
 #include "core/text.hpp"
@@ -425,6 +426,39 @@ void keep_good_rows(TableSample& sample, const std::vector<std::size_t>& numbers
   std::ranges::sort(sample.missing);
 }
 
+/// Reads the rows of a LabVIEW measurement file. Rows may lack the column "Comment".
+bool sample_lvm(const std::vector<Line>& lines, TableSample& sample) {
+  std::vector<std::string_view> texts;
+  for (const Line& line : lines) texts.emplace_back(line.text);
+  const auto layout = find_lvm_layout(texts);
+  if (!layout) return false;
+  const auto names = split_fields(lines[layout->names].text, layout->separator);
+  if (!names || names->size() < 2) return false;
+  sample.is_lvm = true;
+  sample.separator = layout->separator;
+  sample.names = *names;
+  sample.header_units = layout->units;
+  sample.header_units.resize(names->size());
+  sample.cell_units.assign(names->size(), "");
+  sample.preamble = lines[layout->names].number - 1;
+  sample.style.decimal = layout->decimal;
+  sample.spacing_s = layout->spacing_s;
+  std::vector<std::size_t> numbers;
+  for (const std::size_t row : layout->rows) {
+    auto fields = split_fields(lines[row].text, layout->separator);
+    const bool fits = fields && fields->size() + 1 >= names->size() && filled_width(*fields) <= names->size();
+    if (!fits) {
+      if (sample.damaged++ == 0) sample.first_damaged = lines[row].number;
+      continue;
+    }
+    fields->resize(names->size());
+    sample.rows.push_back(std::move(*fields));
+    numbers.push_back(lines[row].number);
+  }
+  keep_good_rows(sample, numbers);
+  return !sample.rows.empty();
+}
+
 }  // namespace
 
 std::optional<double> TableSample::number_in_field(const std::string& field) const {
@@ -445,8 +479,8 @@ bool TableSample::needs_column_number(std::size_t column) const {
 
 std::string TableSample::column_name(std::size_t column) const {
   std::string name = names[column].empty() ? std::to_string(column + 1) : names[column];
-  if (!cell_units[column].empty() && name.find_first_of("[(") == std::string::npos)
-    name += " [" + cell_units[column] + "]";
+  const auto& unit = cell_units[column].empty() && !header_units.empty() ? header_units[column] : cell_units[column];
+  if (!unit.empty() && name.find_first_of("[(") == std::string::npos) name += " [" + unit + "]";
   return name;
 }
 
@@ -467,6 +501,7 @@ Result<TableSample> sample_table(Bytes bytes) {
   TableSample sample;
   auto lines = read_sample_lines(std::move(bytes), sample);
   if (!lines) return failure(lines.error());
+  if (sample_lvm(*lines, sample)) return sample;
   const auto comments = take_comments(*lines, sample);
   const Shape shape = find_shape(*lines);
   if (shape.width < 2) return no_table();

@@ -28,6 +28,11 @@ struct TableSample {
   std::vector<std::string> names{};
   /// The unit after the numbers of each column.
   std::vector<std::string> cell_units{};
+  /// The unit of each column that a LabVIEW header states; empty for other files.
+  std::vector<std::string> header_units{};
+  bool is_lvm = false;  ///< a LabVIEW measurement file
+  /// The spacing of rows without a time, from the header.
+  std::optional<double> spacing_s{};
   /// The fields of all readable rows.
   std::vector<std::vector<std::string>> rows{};
   /// The fields that mark missing numbers.

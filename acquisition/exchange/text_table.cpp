@@ -85,7 +85,9 @@ class TextTable {
     while (true) {
       const auto line = lines_.next();
       if (line && !*line) break;
-      auto row = line ? read_row() : Result<void>(failure(line.error()));
+      auto row = !line                   ? Result<void>(failure(line.error()))
+                 : is_between_segments() ? skip_segment_header()
+                                         : read_row();
       if (row) continue;
       if (is_take_fault_ || !map_.leaves_out_damaged || row.error().kind != FaultKind::bad_file)
         return failure(std::move(row.error()));
@@ -111,6 +113,29 @@ class TextTable {
     for (std::size_t i = 0; i < map_.skip; ++i)
       if (auto line = expect(lines_.skip_line(), "the file ends within the lines to skip"); !line) return line;
     return {};
+  }
+
+  /// Returns whether the line begins another header, or has only separators in a file with several headers.
+  bool is_between_segments() const {
+    if (map_.segment_begin.empty()) return false;
+    const auto line = lines_.line();
+    return line.starts_with(map_.segment_begin) || line.find_first_not_of(" \t,;") == std::string_view::npos;
+  }
+
+  /// Skips a header between rows, and its line of names, which must be that of the first header.
+  Result<void> skip_segment_header() {
+    if (!lines_.line().starts_with(map_.segment_begin)) return {};
+    constexpr const char* kNoEnd = "the file ends within a header, expected its last line and the names of columns";
+    while (!lines_.line().starts_with(map_.segment_end))
+      if (auto line = expect(lines_.next(), kNoEnd); !line) return line;
+    if (!map_.header) return {};
+    if (auto line = expect(lines_.next(), kNoEnd); !line) return line;
+    if (auto parted = split_line(); !parted) return parted;
+    std::vector<std::string> names;
+    for (const Field& field : fields_) names.push_back(in_utf8(trimmed(record::unquote(field))));
+    if (names == header_) return {};
+    return failure(
+        fault_at(1, "the columns of this segment differ from those of the first; expected one file for each"));
   }
 
   Result<Findings> finish() {
@@ -269,11 +294,13 @@ class TextTable {
     return read;
   }
 
-  /// Checks the number of fields. Ignores empty fields after the last column, and an empty last name in the header.
+  /// Checks the number of fields. Ignores empty fields after the last column. Rows may lack the last column if its name
+  /// is empty, or "Comment", which LabVIEW writes only in rows with a comment.
   Result<void> check_width() {
     while (fields_.size() > width_ && is_empty(fields_.back())) fields_.pop_back();
     if (fields_.size() == width_) return {};
-    const bool ends_in_separator = !header_.empty() && header_.back().empty() && fields_.size() + 1 == width_;
+    const bool ends_in_separator =
+        !header_.empty() && (header_.back().empty() || header_.back() == "Comment") && fields_.size() + 1 == width_;
     const auto reaches = [&](std::size_t index) { return index < fields_.size(); };
     if (ends_in_separator && std::ranges::all_of(indices_, reaches)) return {};
     return failure(

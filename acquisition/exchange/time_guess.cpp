@@ -449,3 +449,5 @@ TimeGuess guess_time(const TableSample& sample, const std::vector<std::size_t>& 
 }
 
 }  // namespace gyrotherm::exchange
+  if (sample.spacing_s)
+    return {fmt::format("[time]\ninterval = \"{:.9g} s\"        # Delta_X of the header\n", *sample.spacing_s), {}};

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -450,6 +451,113 @@ TEST(Guess, AsksForMissingGyro) {
   const auto map = guess_map_from_bytes("time,T\n0,20\n1,21\n", "f");
   ASSERT_TRUE(map);
   EXPECT_NE(map->find("column = \"\"        # which column is the gyro's?"), std::string::npos) << *map;
+}
+
+/// Properties of a LabVIEW measurement file.
+struct Lvm {
+  char decimal = '.';
+  int channels = 2;
+  std::string x_columns = "One";  ///< or "Multi", "No"
+  int segments = 1;
+  bool has_comment_text = false;
+  std::string separator = "\t";
+};
+
+std::string lvm_number(double number, char decimal) {
+  auto text = fmt::format("{:.6f}", number);
+  if (decimal == ',') text[text.find('.')] = ',';
+  return text;
+}
+
+std::string lvm_cells(const Lvm& lvm, const std::string& first, const std::string& each) {
+  std::string line = first;
+  for (int i = 0; i < lvm.channels; ++i) line += lvm.separator + each;
+  return line + "\r\n";
+}
+
+/// Returns a file as "Write To Measurement File" writes it: temperature, gyros, ten rows of 0.5 s per segment.
+std::string lvm_file(const Lvm& lvm) {
+  const auto& s = lvm.separator;
+  std::string text = "LabVIEW Measurement" + s + "\r\nWriter_Version" + s + "2\r\nReader_Version" + s +
+                     "2\r\nSeparator" + s + (s == "\t" ? "Tab" : "Comma") + "\r\nDecimal_Separator" + s + lvm.decimal +
+                     "\r\nMulti_Headings" + s + (lvm.segments > 1 ? "Yes" : "No") + "\r\nX_Columns" + s +
+                     lvm.x_columns + "\r\nTime_Pref" + s + "Relative\r\nOperator" + s + "M. Weber\r\nDate" + s +
+                     "2026/03/02\r\nTime" + s + "08:00:00" + lvm.decimal + "1234567\r\n***End_of_Header***" + s +
+                     "\r\n" + s + "\r\n";
+  for (int segment = 0; segment < lvm.segments; ++segment) {
+    text += fmt::format("Channels{}{}\r\n", s, lvm.channels) + lvm_cells(lvm, "Samples", "10") +
+            lvm_cells(lvm, "Date", "2026/03/02") + lvm_cells(lvm, "Time", std::string("08:00:00") + lvm.decimal + "5");
+    text += "Y_Unit_Label" + s + "Deg C";
+    for (int i = 1; i < lvm.channels; ++i) text += s + "deg/h";
+    text += "\r\n" + lvm_cells(lvm, "X_Dimension", "Time") + lvm_cells(lvm, "X0", lvm_number(0, lvm.decimal)) +
+            lvm_cells(lvm, "Delta_X", lvm_number(0.5, lvm.decimal)) + "***End_of_Header***" + s + s + s + "\r\n";
+    for (int i = 0; i < lvm.channels; ++i) {
+      if (lvm.x_columns == "Multi" || i == 0) text += (lvm.x_columns == "No" ? "" : "X_Value") + s;
+      text += (i == 0 ? "Block" : fmt::format("Axis {}", i)) + s;
+    }
+    text += "Comment\r\n";
+    for (int row = 0; row < 10; ++row) {
+      for (int i = 0; i < lvm.channels; ++i) {
+        if (i > 0) text += s;
+        if (lvm.x_columns == "Multi" || i == 0)
+          text += (lvm.x_columns == "No" ? "" : lvm_number(0.5 * row, lvm.decimal)) + s;
+        text += lvm_number(i == 0 ? 20 + 0.1 * row : 100 * i + row, lvm.decimal);
+      }
+      text += (lvm.has_comment_text && row == 3 ? s + "door opened" : "") + "\r\n";
+    }
+    if (segment + 1 < lvm.segments) text += s + "\r\n\r\n";
+  }
+  return text;
+}
+
+TEST(Guess, ReadsLabviewMeasurementFiles) {
+  int seen = 0;
+  for (const char decimal : {'.', ','})
+    for (const char* x_columns : {"One", "Multi", "No"})
+      for (const int channels : {2, 4})
+        for (const bool has_comment_text : {false, true}) {
+          const std::string file = lvm_file({decimal, channels, x_columns, 1, has_comment_text});
+          SCOPED_TRACE(file.substr(0, 1500));
+          const Guessed guess = draft_map(file);
+          EXPECT_EQ(guess.map.decimal, decimal);
+          EXPECT_EQ(guess.map.thermometers, std::vector<std::string>{"Block"}) << guess.text;
+          ASSERT_EQ(guess.map.axis_columns.size(), static_cast<std::size_t>(channels - 1)) << guess.text;
+          EXPECT_EQ(guess.map.units[0].axes[0].scale, 1);
+          ASSERT_EQ(guess.rows.time.size(), 10u) << guess.text;
+          EXPECT_EQ(guess.rows.time.back(), std::chrono::milliseconds(4500)) << guess.text;
+          EXPECT_NEAR(guess.rows.columns[0][9], 20.9, 1e-9);
+          EXPECT_NEAR(guess.rows.columns.back()[9], 100 * (channels - 1) + 9, 1e-9);
+          ++seen;
+        }
+  EXPECT_EQ(seen, 24);
+}
+
+TEST(Guess, ReadsSegmentsOfLabviewFile) {
+  for (const char* x_columns : {"One", "No"}) {
+    const Guessed guess = draft_map(lvm_file({',', 2, x_columns, 3, true}));
+    EXPECT_EQ(guess.rows.time.size(), 30u) << guess.text;
+    EXPECT_TRUE(std::ranges::is_sorted(guess.rows.time));
+    EXPECT_NEAR(guess.rows.columns[1][29], 109, 1e-9);
+  }
+}
+
+TEST(Guess, ReadsLabviewFileWithCommas) {
+  const Guessed guess = draft_map(lvm_file({'.', 3, "One", 2, false, ","}));
+  EXPECT_EQ(guess.map.separator, ',');
+  EXPECT_EQ(guess.rows.time.size(), 20u) << guess.text;
+}
+
+TEST(Guess, RefusesLabviewSegmentWithOtherColumns) {
+  const std::string file = lvm_file({'.', 2, "One", 1}) + "\t\r\n" +
+                           lvm_file({'.', 3, "One", 1}).substr(lvm_file({'.', 3, "One", 1}).find("Channels"));
+  const auto map = guess_map_from_bytes(file, "f.lvm");
+  ASSERT_TRUE(map) << text(map.error());
+  auto parsed = parse_import_map(*map, "guess.toml").value();
+  parsed.leaves_out_damaged = false;
+  const auto rows = read_rows(file, parsed, "f");
+  ASSERT_FALSE(rows);
+  EXPECT_NE(rows.error().what.find("differ"), std::string::npos) << text(rows.error());
+  for (const std::size_t cut : {700u, 500u, 300u, 20u}) (void)guess_map_from_bytes(file.substr(0, cut), "f.lvm");
 }
 
 }  // namespace

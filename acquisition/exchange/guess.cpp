@@ -373,6 +373,14 @@ Result<std::string> guess(Bytes bytes) {
   const auto format = detect_format(bytes);
   if (!format) return failure(format.error());
   switch (*format) {
+/// Names the variables of a file, as the fault of a missing time column does.
+std::string list_netcdf_variables(const std::string& path) {
+  ImportMap map;
+  map.time = ColumnName{"time column"};
+  const auto read = read_netcdf(path, map, [](const ForeignRow&) { return Result<void>(); });
+  return read ? "" : read.error().what;
+}
+
     case FileFormat::ulog:
     case FileFormat::dataflash: {
       const bool is_px4 = *format == FileFormat::ulog;
@@ -410,6 +418,12 @@ Result<std::string> guess_map(const std::string& path) {
 
 Result<std::string> guess_map_from_bytes(std::string_view bytes, const std::string& name) {
   return guess(Bytes(bytes, name));
+  if (const auto format = detect_format(*bytes); format && *format == FileFormat::netcdf)
+    return failure(
+        FaultKind::bad_file, path,
+        fmt::format("HDF5 or NetCDF: no map can be guessed; write one with format = \"netcdf\" in [file] and "
+                    "a time column ({})",
+                    list_netcdf_variables(path)));
 }
 
 }  // namespace gyrotherm::exchange

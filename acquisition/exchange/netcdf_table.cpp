@@ -167,7 +167,7 @@ class NetcdfTable {
     step_();
     if (auto opened = check(nc_open(path_.c_str(), NC_NOWRITE, &file_)); !opened) return opened;
     const auto time = find(map.time->name);
-    if (!time) return bad_file_failure(describe_missing_columns({map.time->name}, list_row_variables({})));
+    if (!time) return missing_columns_failure({map.time->name}, {});
     dimension_ = time->dimension;
     if (auto size = check(nc_inq_dimlen(file_, *dimension_, &rows_)); !size) return size;
     time_ = *time;
@@ -197,6 +197,68 @@ class NetcdfTable {
   Result<void> check(int error) const {
     return error == NC_NOERR ? Result<void>{}
                              : bad_file_failure(std::string("cannot be read as NetCDF or HDF5: ") + nc_strerror(error));
+  }
+
+  /// Names the columns that the file does not have, the variables that can be read, and what else the file contains.
+  tl::unexpected<Fault> missing_columns_failure(const std::vector<std::string>& missing,
+                                                const std::vector<std::string>& used) const {
+    const auto available = list_row_variables(used);
+    std::string what = available.empty() ? fmt::format("no column \"{}\"", fmt::join(missing, "\", \""))
+                                         : describe_missing_columns(missing, available);
+    if (const auto others = list_unreadable(); !others.empty())
+      what += fmt::format(
+          "; the file has {}; only vectors at its top level can be read, such as those of \"t = rec.t; "
+          "save('flat.mat', "
+          "'t', '-v7.3')\" in MATLAB",
+          fmt::join(others, ", "));
+    return bad_file_failure(what);
+  }
+
+  /// Describes the groups with their variables, and the variables that are not vectors: "data 3×3960".
+  std::vector<std::string> list_unreadable() const {
+    constexpr std::size_t kMaxListed = 40;
+    std::vector<std::string> found;
+    std::array<int, kMaxListed> groups{};
+    int count = 0;
+    if (nc_inq_grps(file_, &count, nullptr) == NC_NOERR && count > 0 && count <= static_cast<int>(kMaxListed) &&
+        nc_inq_grps(file_, &count, groups.data()) == NC_NOERR) {
+      for (int i = 0; i < count; ++i) {
+        const int group = groups[static_cast<std::size_t>(i)];
+        std::array<char, NC_MAX_NAME + 1> name{};
+        if (nc_inq_grpname(group, name.data()) != NC_NOERR || name[0] == '#') continue;  // MATLAB's own group
+        found.push_back(fmt::format("the group \"{}\" ({})", name.data(),
+                                    fmt::join(list_shapes(group, [](int) { return true; }), ", ")));
+      }
+    }
+    for (auto& shape : list_shapes(file_, [&](int id) { return !is_vector(id); })) found.push_back(std::move(shape));
+    return found;
+  }
+
+  bool is_vector(int id) const {
+    int rank = 0;
+    std::array<int, 2> dimensions{};
+    return nc_inq_varndims(file_, id, &rank) == NC_NOERR && find_axis(id, rank, dimensions);
+  }
+
+  /// Returns name and shape of the selected variables of a group.
+  static std::vector<std::string> list_shapes(int group, const std::function<bool(int)>& selects) {
+    constexpr int kMaxListed = 40;
+    std::vector<std::string> shapes;
+    int count = 0;
+    if (nc_inq_nvars(group, &count) != NC_NOERR) return shapes;
+    for (int id = 0; id < std::min(count, kMaxListed); ++id) {
+      std::array<char, NC_MAX_NAME + 1> name{};
+      int rank = 0;
+      std::array<int, NC_MAX_VAR_DIMS> dimensions{};
+      if (!selects(id) || nc_inq_varname(group, id, name.data()) != NC_NOERR ||
+          nc_inq_varndims(group, id, &rank) != NC_NOERR || nc_inq_vardimid(group, id, dimensions.data()) != NC_NOERR)
+        continue;
+      std::vector<std::size_t> lengths(static_cast<std::size_t>(std::max(rank, 0)));
+      for (std::size_t i = 0; i < lengths.size(); ++i) nc_inq_dimlen(group, dimensions[i], &lengths[i]);
+      shapes.push_back(fmt::format("\"{}\" {}", name.data(),
+                                   lengths.empty() ? "scalar" : fmt::format("{}", fmt::join(lengths, "×"))));
+    }
+    return shapes;
   }
 
   /// Returns the index of the only dimension longer than 1, or the first of dimensions of length 1. Returns nothing for
@@ -370,7 +432,7 @@ class NetcdfTable {
         missing.push_back(column.name);
       }
     if (missing.empty()) return check_units(map);
-    return bad_file_failure(describe_missing_columns(missing, list_row_variables({map.time->name})));
+    return missing_columns_failure(missing, {map.time->name});
   }
 
   Result<void> read_part(std::size_t first, std::size_t count) {

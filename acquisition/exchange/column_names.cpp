@@ -2,6 +2,7 @@
 #include "acquisition/exchange/column_names.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <initializer_list>
 
@@ -89,6 +90,10 @@ bool is_temperature_name(std::string_view name) {
          (is_letter_with_number(bare, 't') && !is_small_t);
 }
 
+namespace {
+bool has_rate_unit(std::string_view name);
+}
+
 bool is_gyro_name(std::string_view name) {
   const auto lower = in_lower_case(name);
   const auto bare = in_lower_case(field_name(strip_unit(name)));
@@ -97,7 +102,9 @@ bool is_gyro_name(std::string_view name) {
                            "integral", "_bias",  "bias_",     "setpoint", "variance", "offset",  "filter"}))
     return false;
   if (is_one_of(bare, {"gx", "gy", "gz", "wx", "wy", "wz", "w", "omega", "rate", "pulses", "bias"})) return true;
-  if (contains_any(bare, {"gyr", "omega", "angular", "dtheta", "delta_angle", "pulses"})) return true;
+  if (contains_any(bare, {"gyr", "omega", "angular", "dtheta", "delta_angle", "pulses", "kreisel", "drehrate"}))
+    return true;
+  if (has_rate_unit(name)) return true;
   return contains_any(lower, {"gyro"}) && is_one_of(bare, {"x", "y", "z"});
 }
 
@@ -170,6 +177,58 @@ std::optional<double> rate_unit(std::string_view text) {
 
 }  // namespace
 
+namespace {
+
+/// Returns whether the unit of a name can only be that of a gyro. Revolutions per minute may be those of a fan.
+bool has_rate_unit(std::string_view name) {
+  constexpr double kRevolutionPerMinute = 21600;
+  const auto rate = degrees_per_hour_in(name);
+  return rate && *rate != kRevolutionPerMinute;
+}
+
+/// Returns the name without a unit of temperature after a blank: "Ofen" for "Ofen °C".
+std::string_view strip_trailing_unit(std::string_view name) {
+  for (const std::string_view unit : {" °C", " ℃", " °F", " ℉", " degC", " K"})
+    if (name.size() > unit.size() && name.ends_with(unit)) return trimmed(name.substr(0, name.size() - unit.size()));
+  return name;
+}
+
+/// A letter with an accent in UTF-8, and its letters in ASCII.
+struct PlainLetter {
+  std::string_view letter{}, ascii{};
+};
+
+/// Replaces Latin letters with accents, because names of channels are ASCII.
+std::string in_ascii_letters(std::string_view name) {
+  static constexpr std::array<PlainLetter, 76> kLetters{{
+      {"à", "a"}, {"á", "a"},  {"â", "a"},  {"ã", "a"},  {"ä", "ae"}, {"å", "a"},  {"æ", "ae"}, {"ç", "c"},
+      {"è", "e"}, {"é", "e"},  {"ê", "e"},  {"ë", "e"},  {"ì", "i"},  {"í", "i"},  {"î", "i"},  {"ï", "i"},
+      {"ñ", "n"}, {"ò", "o"},  {"ó", "o"},  {"ô", "o"},  {"õ", "o"},  {"ö", "oe"}, {"ø", "o"},  {"ù", "u"},
+      {"ú", "u"}, {"û", "u"},  {"ü", "ue"}, {"ý", "y"},  {"ÿ", "y"},  {"ß", "ss"}, {"œ", "oe"}, {"À", "A"},
+      {"Á", "A"}, {"Â", "A"},  {"Ã", "A"},  {"Ä", "Ae"}, {"Å", "A"},  {"Æ", "Ae"}, {"Ç", "C"},  {"È", "E"},
+      {"É", "E"}, {"Ê", "E"},  {"Ë", "E"},  {"Ì", "I"},  {"Í", "I"},  {"Î", "I"},  {"Ï", "I"},  {"Ñ", "N"},
+      {"Ò", "O"}, {"Ó", "O"},  {"Ô", "O"},  {"Õ", "O"},  {"Ö", "Oe"}, {"Ø", "O"},  {"Ù", "U"},  {"Ú", "U"},
+      {"Û", "U"}, {"Ü", "Ue"}, {"Ý", "Y"},  {"Œ", "Oe"}, {"ą", "a"},  {"ć", "c"},  {"č", "c"},  {"ď", "d"},
+      {"ę", "e"}, {"ě", "e"},  {"ğ", "g"},  {"ı", "i"},  {"ł", "l"},  {"ń", "n"},  {"ň", "n"},  {"ř", "r"},
+      {"ś", "s"}, {"š", "s"},  {"ż", "z"},  {"ž", "z"},
+  }};
+  std::string text;
+  while (!name.empty()) {
+    const auto known =
+        std::ranges::find_if(kLetters, [&](const PlainLetter& one) { return name.starts_with(one.letter); });
+    if (known == kLetters.end()) {
+      text += name.front();
+      name.remove_prefix(1);
+      continue;
+    }
+    text += known->ascii;
+    name.remove_prefix(known->letter.size());
+  }
+  return text;
+}
+
+}  // namespace
+
 std::optional<double> degrees_per_hour_in(std::string_view name) {
   for (const auto& unit : units_in(name))
     for (const auto& [factor, bare] : split_prefix(unit))
@@ -237,7 +296,7 @@ std::string axis_in(std::string_view name) {
 std::string channel_name_for(std::string_view column) {
   constexpr std::size_t kMaxNameLength = 64;
   std::string name;
-  for (const char c : strip_unit(column)) {
+  for (const char c : in_ascii_letters(strip_trailing_unit(strip_unit(column)))) {
     const bool is_allowed = std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '.' || c == '-';
     if (is_allowed && static_cast<unsigned char>(c) < 0x80)
       name += c;

@@ -16,8 +16,8 @@ namespace gyrotherm::exchange {
 /// Returns whether a name looks like the name of a temperature: "Temp", "T3", "die [°C]", "sensor_baro.temperature".
 [[nodiscard]] bool is_temperature_name(std::string_view name);
 /// Returns whether a name looks like the name of a gyro's rate or increment: "gyro x", "Gx", "wz [deg/h]",
-/// "sensor_combined.gyro_rad[0]". Returns false for filter estimates, for integrals, and for the times and counts of
-/// integrals.
+/// "sensor_combined.gyro_rad[0]", or has the unit of a rate: "rate_dph", "Kreisel °/h". Returns false for filter
+/// estimates, for integrals, and for the times and counts of integrals.
 [[nodiscard]] bool is_gyro_name(std::string_view name);
 /// Returns whether a name looks like the name of a time.
 [[nodiscard]] bool is_time_name(std::string_view name);
@@ -46,7 +46,8 @@ struct CelsiusScale {
 /// Returns the axis at the end of a name: "x", "y" or "z"; empty if there is none.
 [[nodiscard]] std::string axis_in(std::string_view name);
 
-/// Returns a permitted channel name for a column. Removes the unit and characters that are not allowed.
+/// Returns a permitted channel name for a column. Removes the unit, replaces Latin letters with accents ("e" for "é",
+/// "ae" for "ä"), and removes characters that are not allowed.
 [[nodiscard]] std::string channel_name_for(std::string_view column);
 
 /// Returns true if a column of that name has increments since the row before: "pulses", "dtheta_x".

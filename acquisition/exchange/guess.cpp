@@ -192,6 +192,11 @@ std::string gyro_section(const TableSample& sample, const Columns& columns) {
     return axis_lines(sample.reference(column), are_increments,
                       are_increments ? std::nullopt : degrees_per_hour_in(name));
   };
+  const bool has_names = std::ranges::any_of(sample.names, [](const std::string& name) { return !name.empty(); });
+  if (!has_names)
+    return fmt::format(
+        "\n# The columns have no names: the last one is a guess. Which of columns 1 to {} is the gyro's?\n[gyro]\n{}",
+        sample.names.size(), lines(columns.front()));
   if (columns.size() == 1) return "\n[gyro]\n" + lines(columns.front());
   AxisSections axes;
   for (const std::size_t column : columns) axes.add(sample.column_name(column), lines(column));
@@ -368,11 +373,6 @@ std::string log_map(const std::vector<LogColumn>& columns, FileFormat format, co
   return text;
 }
 
-Result<std::string> guess(Bytes bytes) {
-  const std::string file = bytes.name();
-  const auto format = detect_format(bytes);
-  if (!format) return failure(format.error());
-  switch (*format) {
 /// Names the variables of a file, as the fault of a missing time column does.
 std::string list_netcdf_variables(const std::string& path) {
   ImportMap map;
@@ -381,6 +381,11 @@ std::string list_netcdf_variables(const std::string& path) {
   return read ? "" : read.error().what;
 }
 
+Result<std::string> guess(Bytes bytes) {
+  const std::string file = bytes.name();
+  const auto format = detect_format(bytes);
+  if (!format) return failure(format.error());
+  switch (*format) {
     case FileFormat::ulog:
     case FileFormat::dataflash: {
       const bool is_px4 = *format == FileFormat::ulog;
@@ -413,17 +418,17 @@ Result<FileFormat> detect_format(Bytes& bytes) {
 Result<std::string> guess_map(const std::string& path) {
   auto bytes = Bytes::open(path);
   if (!bytes) return failure(bytes.error());
-  return guess(std::move(*bytes));
-}
-
-Result<std::string> guess_map_from_bytes(std::string_view bytes, const std::string& name) {
-  return guess(Bytes(bytes, name));
   if (const auto format = detect_format(*bytes); format && *format == FileFormat::netcdf)
     return failure(
         FaultKind::bad_file, path,
         fmt::format("HDF5 or NetCDF: no map can be guessed; write one with format = \"netcdf\" in [file] and "
                     "a time column ({})",
                     list_netcdf_variables(path)));
+  return guess(std::move(*bytes));
+}
+
+Result<std::string> guess_map_from_bytes(std::string_view bytes, const std::string& name) {
+  return guess(Bytes(bytes, name));
 }
 
 }  // namespace gyrotherm::exchange

@@ -176,6 +176,12 @@ void read_text_time(const TomlTable& table, ImportMap& map) {
     map.interval = read_positive(table, "interval");
     return;
   }
+  if (!table.has("column") && !table.has("column_number") && !table.has("unit")) {
+    table.note_error("column",
+                     "expected the column of the time and its unit, or interval = \"1 s\" for rows without a "
+                     "time");
+    return;
+  }
   map.time = read_column(table, map.header);
   const std::string unit = table.choice("unit", {"s", "ms", "us", "µs", "ns", "min", "h", "d", "iso", "date", "clock",
                                                  "excel", "excel-1904", "matlab", "labview", "gps"});

@@ -308,6 +308,9 @@ double thermometer_pace(const TableSample& sample, const std::vector<std::size_t
     const std::size_t margin = numbers.size() / 50;
     std::ranges::sort(numbers);
     const auto scale = celsius_scale(temperature_unit_in(sample.column_name(column)));
+    constexpr double kColdest_c = -273.15, kHottest_c = 1000;
+    const bool is_raw = !scale && (numbers[margin] < kColdest_c || numbers[numbers.size() - 1 - margin] > kHottest_c);
+    if (is_raw) continue;  // counts
     range = std::max(range, (numbers[numbers.size() - 1 - margin] - numbers[margin]) * (scale ? scale->scale : 1));
   }
   const auto [least, greatest] = std::ranges::minmax_element(times);
@@ -362,8 +365,14 @@ TimeGuess guess_numbers(const TableSample& sample, std::size_t column, const std
   TimeGuess guess{fmt::format("[time]\n{}\n", sample.reference(column)), {column}};
   const auto finish = [&](const std::string& unit, std::string_view why, std::string_view more) {
     const bool counts = more.empty() && unit != "excel" && unit != "matlab" && unit != "labview";
-    guess.text += fmt::format("unit = \"{}\"        # {}\n{}", unit, why, more) +
-                  course_lines(convert_to_seconds(times, unit_seconds(unit)), counts ? unit_seconds(unit) : 0);
+    guess.text += fmt::format("unit = \"{}\"        # {}\n{}", unit, why, more);
+    if (why.starts_with("a guess")) {
+      const auto [least, greatest] = std::ranges::minmax_element(times);
+      guess.text +=
+          fmt::format("# The rows are then {:.3g} s apart and span {}; is this right?\n", step * unit_seconds(unit),
+                      format_duration(from_seconds((*greatest - *least) * unit_seconds(unit))));
+    }
+    guess.text += course_lines(convert_to_seconds(times, unit_seconds(unit)), counts ? unit_seconds(unit) : 0);
     return guess;
   };
   constexpr const char* kSince =
@@ -440,6 +449,8 @@ TimeGuess guess_time(const TableSample& sample, const std::vector<std::size_t>& 
   const auto increases = [](const std::vector<double>& numbers) {
     return numbers.size() > 2 && std::ranges::adjacent_find(numbers, std::greater_equal<>()) == numbers.end();
   };
+  if (sample.spacing_s)
+    return {fmt::format("[time]\ninterval = \"{:.9g} s\"        # Delta_X of the header\n", *sample.spacing_s), {}};
   for (std::size_t i = 0; i < sample.names.size(); ++i)
     if (!is_other(i) && increases(sample.column_numbers(i))) return guess_numbers(sample, i, thermometers);
   return {
@@ -449,5 +460,3 @@ TimeGuess guess_time(const TableSample& sample, const std::vector<std::size_t>& 
 }
 
 }  // namespace gyrotherm::exchange
-  if (sample.spacing_s)
-    return {fmt::format("[time]\ninterval = \"{:.9g} s\"        # Delta_X of the header\n", *sample.spacing_s), {}};

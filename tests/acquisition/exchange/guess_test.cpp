@@ -54,7 +54,7 @@ TEST(Guess, ReadsSpreadsheetTableWithoutCorrection) {
   EXPECT_EQ(map.missing, (std::vector<std::string>{"", "NaN"}));
   EXPECT_EQ(map.time->name, "Zeit [ms]");
   EXPECT_EQ(map.time_unit, std::chrono::milliseconds(1));
-  EXPECT_EQ(map.thermometers, (std::vector<std::string>{"Geh use Temp", "Kern T"}));
+  EXPECT_EQ(map.thermometers, (std::vector<std::string>{"Gehaeuse Temp", "Kern T"}));
   ASSERT_EQ(map.units[0].axes.size(), 2u);
   EXPECT_EQ(map.units[0].axes[1].name, "y");
   EXPECT_EQ(map.units[0].axes[1].scale, 3600);
@@ -558,6 +558,47 @@ TEST(Guess, RefusesLabviewSegmentWithOtherColumns) {
   ASSERT_FALSE(rows);
   EXPECT_NE(rows.error().what.find("differ"), std::string::npos) << text(rows.error());
   for (const std::size_t cut : {700u, 500u, 300u, 20u}) (void)guess_map_from_bytes(file.substr(0, cut), "f.lvm");
+}
+
+TEST(Guess, TakesColumnsWithUnitOfRateAsGyro) {
+  for (const char* name :
+       {"rate_dph", "Kreisel [°/h]", "Kreisel °/h", "Achse 1 (deg/s)", "channel_7_rad_s", "Drehrate"}) {
+    const ImportMap map = draft(fmt::format("t [s];T °C;{}\n0;20;1\n1;20;2\n2;21;3\n", name));
+    ASSERT_EQ(map.axis_columns.size(), 1u) << name;
+    EXPECT_EQ(map.axis_columns[0].name, name);
+    EXPECT_EQ(map.thermometers, std::vector<std::string>{"T"});
+  }
+  const ImportMap fan = draft("t [s];T °C;Fan [rpm];Gyro [°/h]\n0;20;1000;1\n1;20;1001;2\n2;21;1002;3\n");
+  ASSERT_EQ(fan.axis_columns.size(), 1u);
+  EXPECT_EQ(fan.axis_columns[0].name, "Gyro [°/h]");
+}
+
+TEST(Guess, KeepsLettersOfNames) {
+  const ImportMap map = draft(
+      "t [s];Température (°C);Ofen °C;Wärmebad Temp °C;Tłumik temp [K];gyro [°/h]\n0;20;20;20;290;1\n1;20;20;20;290;2\n"
+      "2;20;20;20;290;2\n");
+  EXPECT_EQ(map.thermometers, (std::vector<std::string>{"Temperature", "Ofen", "Waermebad Temp", "Tlumik temp"}));
+}
+
+TEST(Guess, IgnoresRawCountsInPaceOfTemperatures) {
+  std::string table = "Time,dTemp,Temp,Gx\n";
+  for (int i = 0; i < 3000; ++i)
+    table += fmt::format("{},{},{:.2f},{}\n", 17139 + 35 * i, -8884 + 2 * i, 8.5 + 0.0003 * i, i % 5);
+  const auto text = guess_map_from_bytes(table, "f.csv").value();
+  EXPECT_EQ(map_line(text, "unit"), "unit = \"ms\"        # a guess from the steps of the numbers");
+  EXPECT_NE(text.find("# The rows are then 0.035 s apart and span 1 min 45 s; is this right?"), std::string::npos)
+      << text;
+}
+
+TEST(Guess, AsksOneQuestionAboutTimeOfTableWithoutTime) {
+  std::string table;
+  for (int i = 0; i < 30; ++i) table += fmt::format("{} {} {}\n", i % 3, (i * 7) % 5, (i * 5) % 11);
+  const auto text = guess_map_from_bytes(table, "f.imu").value();
+  EXPECT_NE(text.find("# The columns have no names: the last one is a guess."), std::string::npos) << text;
+  const auto map = parse_import_map(text, "guess.toml");
+  ASSERT_FALSE(map);
+  EXPECT_EQ(std::ranges::count(map.error().what, '\n'), 0) << map.error().what;
+  EXPECT_NE(map.error().what.find("interval = \"1 s\""), std::string::npos) << map.error().what;
 }
 
 }  // namespace

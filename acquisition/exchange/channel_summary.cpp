@@ -25,6 +25,10 @@ bool is_known_sentinel(double number) {
   return std::ranges::find(kSentinels, number) != kSentinels.end();
 }
 
+/// The remedy if a column has many impossible values.
+constexpr std::string_view kRawCounts =
+    "if the column has raw counts or another unit, set its scale and offset (°C = number × scale + offset); otherwise ";
+
 std::string quoted_texts(const MissingTexts& texts) {
   std::string list;
   for (const auto& [text, count] : texts)
@@ -111,6 +115,12 @@ std::string ChannelTally::remedy(const Column& column, double number) const {
       (number - column.offset) / column.scale);
 }
 
+bool ChannelTally::is_like_others(const Column& column, double value) {
+  constexpr std::size_t kFew = 20;
+  constexpr double kNear = 0.2;
+  return column.summary.values < kFew || std::abs(value - column.last) < kNear * std::abs(value);
+}
+
 Fault ChannelTally::impossible_value_fault(const Column& column, double number) const {
   const double value = number * column.scale + column.offset;
   std::string what;
@@ -121,9 +131,9 @@ Fault ChannelTally::impossible_value_fault(const Column& column, double number) 
     what = fmt::format("{:g} of column {} is a value that instruments send for an overload; {}", number,
                        column.summary.column, remedy(column, value));
   else if (column.kind == Kind::temperature)
-    what = fmt::format("{:g} of column {} is {:g} °C, {}; {}", number, column.summary.column, value,
+    what = fmt::format("{:g} of column {} is {:g} °C, {}; {}{}", number, column.summary.column, value,
                        value < 0 ? "below absolute zero" : "hotter than any thermometer",
-                       remedy(column, value));
+                       is_like_others(column, value) ? kRawCounts : "", remedy(column, value));
   else
     what = fmt::format("{:g} of column {} is {:g} °/h, faster than any gyro: is its scale {:g} right? Otherwise {}",
                        number, column.summary.column, value, column.scale, remedy(column, value));
@@ -152,7 +162,7 @@ Result<void> ChannelTally::push(Duration time, std::span<double> numbers) {
     const bool is_wild = refuses_impossible_ && (!is_possible || std::abs(number) >= kOverload);
     if (is_wild || std::isinf(value)) return failure(impossible_value_fault(column, number));
     ++column.summary.values;
-    values_[i] = value;
+    values_[i] = column.last = value;
     const auto& least = column.least;
     const auto& greatest = column.greatest;
     if (least.size < kExtremes || value <= least.numbers.back()) column.least.push(value, 1);

@@ -71,9 +71,13 @@ class ChannelTally {
     ChannelSummary summary{};
     double scale = 1, offset = 0;
     std::optional<ValidRange> valid{};
+    double last = 0;  ///< value
     Extremes least{}, greatest{};
   };
   void add(Kind kind, std::string name, const ColumnName& column, std::string unit, double scale, double offset);
+  /// Returns whether the column probably has more values like this one: it has had few values, or the last one was
+  /// near.
+  [[nodiscard]] static bool is_like_others(const Column& column, double value);
   [[nodiscard]] Fault impossible_value_fault(const Column& column, double number) const;
   [[nodiscard]] Result<void> check_isolated(const Column& column, const std::string& file, Notes& notes) const;
   /// Returns whether sensors or loggers send this value for an error.

@@ -168,5 +168,16 @@ TEST(ChannelSummary, WarnsAboutMissingPartAndStoresWarning) {
   EXPECT_EQ(import(cells)->notes, Notes{}) << "5 %";
 }
 
+TEST(ChannelSummary, AsksForScaleOfRawCountsFirst) {
+  Imported import;
+  const auto raw = import({{-1, "-5629"}});
+  ASSERT_FALSE(raw);
+  const auto scale = raw.error().what.find("scale and offset"), missing = raw.error().what.find("missing = ");
+  EXPECT_LT(scale, missing) << raw.error().what;
+  const auto late = import({{200, "5200"}});
+  ASSERT_FALSE(late);
+  EXPECT_EQ(late.error().what.find("scale and offset"), std::string::npos) << late.error().what;
+}
+
 }  // namespace
 }  // namespace gyrotherm::exchange

@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "analysis/data/hold_noise.hpp"
+#include "analysis/data/row_sample.hpp"
 #include "analysis/data/statistics.hpp"
 #include "analysis/model/stream.hpp"
 
@@ -58,10 +59,11 @@ void record_sources(Model& model, const std::vector<data::Dataset>& datasets,
     const data::Dataset& dataset = datasets[i];
     const Eigen::Index count = records[i].start_s.size();
     if (count == 0) continue;
+    const double from_s = records[i].start_s(0), to_s = records[i].start_s(count - 1) + records[i].length_s;
     model.trained_on.push_back({dataset.run_id, dataset.path, dataset.profile_name, dataset.simulated,
-                                static_cast<int>(count), records[i].start_s(0),
-                                records[i].start_s(count - 1) + records[i].length_s, dataset.of, dataset.identity,
-                                dataset.bias_zero, find_block_range(dataset, records[i])});
+                                static_cast<int>(count), from_s, to_s, dataset.of, dataset.identity, dataset.bias_zero,
+                                find_block_range(dataset, records[i]),
+                                dataset.imported ? sample_rows(dataset, from_s, to_s) : std::vector<std::int64_t>()});
     const bool is_three_point = model.inputs.find("three-point") != std::string::npos;
     if (dataset.three_point_stand_in && is_three_point) {
       model.warnings.push_back(

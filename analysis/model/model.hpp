@@ -4,6 +4,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -58,6 +59,8 @@ struct TrainingRecord {
   std::string bias_zero{};
   /// Temperature range of the block over the clusters used.
   std::optional<BlockRange> block{};
+  /// data::sample_rows() of an imported record; empty for any other record.
+  std::vector<std::int64_t> row_sample{};
 };
 
 /// The loss of accuracy caused by the reduction of a model.

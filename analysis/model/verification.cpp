@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "analysis/data/distributions.hpp"
+#include "analysis/data/row_sample.hpp"
 #include "analysis/model/stream.hpp"
 #include "analysis/model/uncertainty.hpp"
 
@@ -130,6 +131,15 @@ bool is_trained_on(const Model& model, const data::Dataset& dataset, const data:
   });
 }
 
+/// Returns true if rows of these clusters are also in a training record, in whatever file and at whatever time.
+bool has_training_rows(const Model& model, const data::Dataset& dataset, const data::Clusters& clusters) {
+  if (!dataset.imported) return false;
+  const double from_s = clusters.start_s(0), to_s = clusters.start_s(clusters.start_s.size() - 1) + clusters.length_s;
+  return std::ranges::any_of(model.trained_on, [&](const TrainingRecord& record) {
+    return !record.row_sample.empty() && has_rows_of(dataset, record.row_sample, from_s, to_s);
+  });
+}
+
 /// Returns the model's effective parameters times the ratio of verified clusters to training clusters; 0 if the model
 /// was not trained on this record.
 double share_of_parameters(const Model& model, const Verification& result) {
@@ -170,7 +180,11 @@ std::vector<std::string> make_warnings(const Verification& result, const Model& 
         "the unit is turned around and the Earth rate is unknown: results over both positions contain a step of twice "
         "the Earth rate");
   }
-  if (result.trained_on_this) {
+  if (result.has_training_rows) {
+    warnings.push_back(
+        "the model was trained on rows of this record, which are in another file: the results are in-sample and not a "
+        "verification");
+  } else if (result.trained_on_this) {
     warnings.emplace_back(kTrainedOnThisWarning);
   } else if (auto warning = make_no_gain_warning("compensated bias", result.verdict)) {
     warnings.push_back(std::move(*warning));
@@ -268,7 +282,9 @@ Result<Verification> verify(const Model& model, const data::Dataset& dataset, co
   result.run_id = dataset.run_id;
   result.identity = dataset.identity;
   result.simulated = dataset.simulated;
-  result.trained_on_this = is_trained_on(model, dataset, clusters);
+  const bool is_of_same_run = is_trained_on(model, dataset, clusters);
+  result.has_training_rows = !is_of_same_run && has_training_rows(model, dataset, clusters);
+  result.trained_on_this = is_of_same_run || result.has_training_rows;
   result.bias_zero = dataset.bias_zero;
   result.has_own_reference = dataset.has_own_reference;
   result.raw = compute_figures(clusters.bias_deg_per_h, clusters);

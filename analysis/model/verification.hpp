@@ -103,6 +103,8 @@ struct Verification {
   bool simulated{};
   /// True if the model was fitted to this record, so the figures are in-sample.
   bool trained_on_this{};
+  /// Set if rows of the record are in a training record of another file. Implies trained_on_this.
+  bool has_training_rows{};
   std::string bias_zero;
   /// True if the bias reference is a mean of this record.
   bool has_own_reference{};

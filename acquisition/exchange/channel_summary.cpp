@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "acquisition/record/row.hpp"
+#include "core/count_text.hpp"
 #include "core/text.hpp"
 
 namespace gyrotherm::exchange {
@@ -39,7 +40,7 @@ std::string quoted_texts(const MissingTexts& texts) {
 }  // namespace
 
 std::string describe(const ChannelSummary& channel) {
-  std::string text = fmt::format("{}: {} values", channel.name, channel.values);
+  std::string text = fmt::format("{}: {}", channel.name, format_count(channel.values, "value"));
   if (channel.values > 0) text += fmt::format(", {:.6g} to {:.6g} {}", channel.least, channel.greatest, channel.unit);
   if (channel.missing > 0) text += fmt::format(", {} missing", channel.missing);
   if (!channel.missing_texts.empty()) text += fmt::format(" ({})", quoted_texts(channel.missing_texts));

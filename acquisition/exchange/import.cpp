@@ -63,7 +63,7 @@ struct FileResults {
   explicit FileResults(const ImportMap& map) : tally(map) {}
   ChannelTally tally;
   Findings findings{};
-  std::size_t rows{}, rows_left_out{};
+  std::size_t rows{}, rows_left_out{}, repeated_times{};
 };
 
 /// Reads a file and passes on the rows of the record. Messages of a log may be out of order within a stretch, so they
@@ -76,9 +76,12 @@ Result<void> read_foreign(const ReadRows& read, const ImportMap& map, const Take
   Spacing spacing(map, [&](const ImportedRow& row) { return in_stretches ? grouping.push(row) : take(row); });
   RowOrder order(map, [&](const ForeignRow& row) { return spacing.push(row); });
   std::vector<double> numbers;
+  Duration previous{};
   auto findings = read([&](const ForeignRow& row) -> Result<void> {
     numbers.assign(row.numbers.begin(), row.numbers.end());
     if (auto possible = file.tally.push(row.time, numbers); !possible) return possible;
+    if (file.rows > 0 && row.time == previous) ++file.repeated_times;
+    previous = row.time;
     ++file.rows;
     if (skips_ordering) return grouping.push({.time = row.time, .utc = row.utc, .numbers = numbers});
     return order.push({row.time, row.utc, numbers});
@@ -193,6 +196,7 @@ class ImportedRecord {
                           .file_rows = file.rows,
                           .lines_left_out = file.findings.lines_left_out,
                           .rows_left_out = file.rows_left_out,
+                          .repeated_times = file.repeated_times,
                           .span = last_,
                           .step = usual_,
                           .started = first_utc_,

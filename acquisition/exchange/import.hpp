@@ -32,6 +32,8 @@ struct ImportSummary {
   std::size_t rows{};       ///< in the record
   std::size_t file_rows{};  ///< in the file
   std::size_t lines_left_out{}, rows_left_out{};
+  /// Rows of the file with the time of the row before.
+  std::size_t repeated_times{};
   /// The time from the first row to the last.
   Duration span{};
   /// The usual spacing of the record's rows.

@@ -8,6 +8,8 @@
 #include <chrono>
 #include <cmath>
 
+#include "acquisition/exchange/channel_summary.hpp"
+
 namespace gyrotherm::exchange {
 
 namespace {

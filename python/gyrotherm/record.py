@@ -112,6 +112,20 @@ def _samples(database: sqlite3.Connection, info: RunInfo, first: int) -> tuple[l
     return [*selected, *numbers], table
 
 
+def imported_gaps(record: Record) -> list[tuple[float, float, str]]:
+    """Returns the times before and after each gap of an imported record, and a text. The limit is the one that the
+    import used, which it states in a note of the record."""
+    text = EVENT_COLUMNS.index("text")
+    notes = [re.match(r"\d+ gaps? longer than (\S+) s, ", str(event[text])) for event in record.events]
+    limits = [float(note[1]) for note in notes if note]
+    if not limits:
+        return []
+    spacing = np.diff(record.time_s)
+    rounding = 1e-5  # the note has six digits
+    before = np.flatnonzero(spacing > limits[0] * (1 + rounding))
+    return [(float(record.time_s[i]), float(record.time_s[i + 1]), f"no row for {spacing[i]:g} s") for i in before]
+
+
 def read_part(database: sqlite3.Connection, first: int = 0) -> Record:
     """Reads one open file from the slot `first` on."""
     info = read_info(database)

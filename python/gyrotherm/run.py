@@ -15,7 +15,7 @@ from .database import follow_links
 from .errors import RecordError
 from .folds import DEFAULT_BLOCKS, Rows, folds
 from .info import Axis, RunInfo
-from .record import EVENT_COLUMNS, FAULT_COLUMNS, Record, read_record
+from .record import EVENT_COLUMNS, FAULT_COLUMNS, Record, imported_gaps, read_record
 from .table import Table, make_table, to_pandas, to_xarray
 
 if TYPE_CHECKING:
@@ -72,9 +72,12 @@ class Run:
 
     @property
     def gaps(self) -> pandas.DataFrame:
-        """Returns the ranges of slots without a sample, and the cause of each."""
+        """Returns the ranges of slots without a sample, and the cause of each. For an imported record, returns the times
+        of the rows before and after each gap that the import counted, in seconds since the first row."""
         import pandas
 
+        if self.info.imported:
+            return pandas.DataFrame(imported_gaps(self.record), columns=["first", "last", "cause"])
         rows = [(gap.first, gap.last, gap.cause) for gap in self.record.gaps]
         return pandas.DataFrame(rows, columns=["first", "last", "cause"])
 

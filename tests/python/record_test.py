@@ -287,6 +287,21 @@ class Parts(FolderTest):
             database.execute(f"UPDATE {table} SET chain = ? WHERE {key} = ?",
                              (int.from_bytes(head[:8], "little", signed=True), row[0]))
 
+    def test_gaps_of_import_are_those_that_it_counted(self):
+        for every, expected in (("", [[5, 44], [61, 95.5]]), ('every = "2 s"\n', [[4, 44], [60, 94]])):
+            name = "grouped" if every else "plain"
+            map_file, table, path = (self.folder / f"{name}.{end}" for end in ("toml", "csv", "db"))
+            map_file.write_text('schema = "gyrotherm-import/1"\nname = "m"\n[time]\ncolumn = "t"\nunit = "s"\n' + every
+                                + '[[thermometer]]\nname = "die"\ncolumn = "T"\n[gyro]\ncolumn = "w"\nkind = "rate"\n'
+                                + "scale = 1\n")
+            times = [*range(6), *range(44, 62), 95.5, 96.5]
+            table.write_text("t,T,w\n" + "".join(f"{t},{20 + t / 100},{t % 3}\n" for t in times))
+            said = gyrotherm("import", table, "--map", map_file, "--out", path)
+            run = module.open(path)
+            self.assertEqual(len(run.gaps), len(expected), said)
+            np.testing.assert_allclose(run.gaps[["first", "last"]], expected)
+            self.assertTrue(run.gaps["cause"].str.startswith("no row for ").all())
+
     def test_each_second_has_own_wall_time(self):
         whole = record(self.folder / "virtual.db")
         database = sqlite3.connect(whole)

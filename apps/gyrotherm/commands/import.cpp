@@ -58,7 +58,13 @@ std::vector<std::string> find_kelvins(const exchange::ImportSummary& summary) {
 std::vector<std::string> value_lines(const exchange::ImportSummary& summary) {
   constexpr std::size_t kMaxListedChannels = 40;
   std::string rows = format_count(summary.file_rows, "row") + " in the file";
-  if (summary.step > Duration{}) rows += fmt::format(", usually {:g} s apart", to_seconds(summary.step));
+  if (const double resolution_s = to_seconds(summary.step); 2 * summary.repeated_times > summary.file_rows)
+    rows += fmt::format(
+        ", on average {:.3g} s apart; their times have a resolution of {:g} s, so rows with the same time "
+        "are combined",
+        to_seconds(summary.span + summary.step) / static_cast<double>(summary.file_rows), resolution_s);
+  else if (summary.step > Duration{})
+    rows += fmt::format(", usually {:g} s apart", to_seconds(summary.step));
   if (summary.started) rows += ", from " + format_start(*summary.started);
   std::vector<std::string> lines{rows};
   for (const auto& channel : summary.channels)

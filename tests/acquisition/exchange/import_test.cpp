@@ -53,7 +53,7 @@ TEST(Import, MakesFinishedRecordMarkedAsImported) {
   ASSERT_EQ(record.events.size(), 2u);
   EXPECT_EQ(record.events[1].event.text, "values of the file: die: 4 values, 20 to 23 °C; gyro: 4 values, 2 to 3 °/h");
   EXPECT_EQ(record.events[0].slot, 3);
-  EXPECT_EQ(record.events[0].event.text, "1 gaps longer than 10 s, 28 s in all; the first, of 28 s, after row 2");
+  EXPECT_EQ(record.events[0].event.text, "1 gap longer than 10 s, 28 s in all; the first, of 28 s, after row 2");
   EXPECT_TRUE(read_status(folder / "run.db")->finished);
 }
 

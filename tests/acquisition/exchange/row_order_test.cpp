@@ -43,8 +43,10 @@ TEST(RowOrder, LeavesOutFewestRows) {
     ASSERT_TRUE(rows) << text(rows.error());
     EXPECT_EQ(rows->time.size(), 200 - glitches.size());
     EXPECT_EQ(rows->time.back(), std::chrono::seconds(199));
-    EXPECT_EQ(rows->notes.front(), std::to_string(glitches.size()) +
-                                       " rows were left out because their time was not after the previous row's");
+    EXPECT_EQ(rows->notes.front(),
+              (glitches.size() == 1 ? "1 row was left out because its"
+                                    : std::to_string(glitches.size()) + " rows were left out because their") +
+                  std::string(" time was not after the previous row's"));
   }
 }
 

@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The command `import`: a first map by --guess, then the record.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <fstream>
+#include <random>
 
 #include "core/file.hpp"
 #include "tests/apps/gyrotherm/program.hpp"
@@ -48,6 +52,136 @@ TEST(ImportCommand, ExplainsHowToMakeMap) {
   EXPECT_NE(ran.err.find("--guess"), std::string::npos) << ran.err;
   EXPECT_EQ(gyrotherm_with("import " + (folder / "bench.csv") + " --map freeimu").exit_code, 2);
   EXPECT_EQ(gyrotherm_with("import --guess " + (folder / "bench.csv") + " --map freeimu").exit_code, 2);
+}
+
+/// Returns a table of 1-s rows: a thermometer in four ramps and rests, and a gyro that depends on it.
+std::string bench_table(int rows, int seed, double second_thermometer_stops_at = 1e9) {
+  std::mt19937_64 random(static_cast<std::uint64_t>(seed));
+  std::normal_distribution<double> normal;
+  std::string table = "Time [s],T1 [°C],T2 [°C],Gyro [°/h]\n";
+  double frozen = 0;
+  for (int row = 0; row < rows; ++row) {
+    const double temperature = 20 + 25 * std::sin(row / 900.0 + seed);
+    const double second = temperature + 0.02 * normal(random);
+    if (row < second_thermometer_stops_at) frozen = second;
+    table +=
+        fmt::format("{},{:.2f},{:.2f},{:.4f}\n", row, temperature + 0.02 * normal(random),
+                    row < second_thermometer_stops_at ? second : frozen, 5 + 0.1 * temperature + 0.3 * normal(random));
+  }
+  return table;
+}
+
+/// Guesses a map, imports, and returns the output of the import.
+Ran import_table(const Folder& folder, const std::string& name, const std::string& table) {
+  std::ofstream(folder / (name + ".csv")) << table;
+  const auto guessed =
+      gyrotherm_with("import --guess " + (folder / (name + ".csv")) + " --out " + (folder / (name + ".toml")));
+  EXPECT_EQ(guessed.exit_code, 0) << guessed.err;
+  return gyrotherm_with("import " + (folder / (name + ".csv")) + " --map " + (folder / (name + ".toml")) + " --out " +
+                        (folder / (name + ".db")));
+}
+
+Ran train(const Folder& folder, const std::string& name) {
+  return gyrotherm_with("train " + (folder / (name + ".db")) + " --inputs T1 --method linear --out " +
+                        (folder / "model.json"));
+}
+
+TEST(ImportCommand, MakesTableThatCompensateReads) {
+  const Folder folder;
+  ASSERT_EQ(import_table(folder, "one", bench_table(9000, 1)).exit_code, 0);
+  ASSERT_EQ(import_table(folder, "other", bench_table(5000, 2)).exit_code, 0);
+  ASSERT_EQ(train(folder, "one").exit_code, 0);
+  const auto exported = gyrotherm_with("export " + (folder / "other.db") + " --out " + (folder / "other.x.csv"));
+  ASSERT_EQ(exported.exit_code, 0) << exported.err;
+  const auto table = read_text_file(folder / "other.x.csv").value();
+  EXPECT_NE(table.find(", nothing removed\n"), std::string::npos) << table.substr(0, 300);
+  const auto compensated = gyrotherm_with("compensate " + (folder / "model.json") + " --uncertainty", table);
+  ASSERT_EQ(compensated.exit_code, 0) << compensated.err;
+  EXPECT_EQ(compensated.err.find("reference"), std::string::npos) << compensated.err;
+  EXPECT_EQ(std::ranges::count(compensated.out, '\n'), 5001);
+  const auto last = compensated.out.substr(compensated.out.rfind('\n', compensated.out.size() - 2) + 1);
+  EXPECT_LT(std::abs(std::stod(last)), 3) << "without the mean of 7 °/h";
+}
+
+TEST(ImportCommand, TreatsEarthRateOfZeroAsNone) {
+  const Folder folder;
+  ASSERT_EQ(import_table(folder, "one", bench_table(9000, 1)).exit_code, 0);
+  ASSERT_EQ(train(folder, "one").exit_code, 0);
+  std::ofstream(folder / "zero.csv") << bench_table(5000, 2);
+  auto map = read_text_file(folder / "one.toml").value();
+  std::ofstream(folder / "zero.toml") << map << "earth_rate = 0\n";
+  ASSERT_EQ(gyrotherm_with("import " + (folder / "zero.csv") + " --map " + (folder / "zero.toml") + " --out " +
+                           (folder / "zero.db"))
+                .exit_code,
+            0);
+  const auto verified = gyrotherm_with("verify " + (folder / "model.json") + " " + (folder / "zero.db"));
+  ASSERT_EQ(verified.exit_code, 0) << verified.err;
+  EXPECT_EQ(verified.out.find("reference"), std::string::npos) << verified.out;
+}
+
+TEST(ImportCommand, ReportsMissingReferenceFirst) {
+  const Folder folder;
+  ASSERT_EQ(import_table(folder, "one", bench_table(9000, 1)).exit_code, 0);
+  ASSERT_EQ(train(folder, "one").exit_code, 0);
+  const auto ran = gyrotherm_with("compensate " + (folder / "model.json") + " --uncertainty",
+                                  "# axis gyro: scale 1\nslot,T1 [°C],gyro [1 °/h]\n0,20,7\n");
+  EXPECT_EQ(ran.exit_code, 4);
+  EXPECT_EQ(ran.err.rfind("gyrotherm: stdin: the Earth rate on gyro is missing", 0), 0u) << ran.err;
+}
+
+TEST(ImportCommand, WarnsOfFailedThermometerUntilVerification) {
+  const Folder folder;
+  const auto imported = import_table(folder, "one", bench_table(9000, 1, 4500));
+  ASSERT_EQ(imported.exit_code, 0) << imported.err;
+  EXPECT_NE(imported.err.find("warning: T2 repeats "), std::string::npos) << imported.err;
+  const auto trained = train(folder, "one");
+  EXPECT_NE(trained.out.find("one.db: T2 repeats "), std::string::npos) << trained.out;
+  const auto verified = gyrotherm_with("verify " + (folder / "model.json") + " " + (folder / "one.db"));
+  EXPECT_NE(verified.out.find("one.db: T2 repeats "), std::string::npos) << verified.out;
+}
+
+TEST(ImportCommand, StatesShareThatMissingValuesLeaveOut) {
+  const Folder folder;
+  auto table = bench_table(9000, 1);
+  for (std::size_t at = table.find("\n4500,"), row = 0; row < 4500; ++row, at = table.find('\n', at + 1)) {
+    const auto begin = table.find(',', table.find(',', at) + 1) + 1;
+    table.replace(begin, table.find(',', begin) - begin, "OPEN");
+  }
+  ASSERT_EQ(import_table(folder, "one", table).exit_code, 0);
+  const auto trained = train(folder, "one");
+  ASSERT_EQ(trained.exit_code, 0) << trained.err;
+  EXPECT_NE(trained.out.find("left out because values are missing: T2 in 45 clusters (50.0 %)"), std::string::npos)
+      << trained.out;
+}
+
+TEST(ImportCommand, RecognisesPartOfTrainingDataInOtherFile) {
+  const Folder folder;
+  const auto table = bench_table(9000, 1);
+  ASSERT_EQ(import_table(folder, "one", table).exit_code, 0);
+  ASSERT_EQ(train(folder, "one").exit_code, 0);
+  std::string cut = table.substr(0, table.find('\n') + 1);
+  for (std::size_t at = table.find("\n3000,") + 1; at < table.find("\n6000,"); at = table.find('\n', at) + 1) {
+    const auto comma = table.find(',', at);
+    cut += std::to_string(std::stoi(table.substr(at, comma - at)) - 3000) +
+           table.substr(comma, table.find('\n', at) + 1 - comma);
+  }
+  ASSERT_EQ(import_table(folder, "cut", cut).exit_code, 0);
+  ASSERT_EQ(import_table(folder, "other", bench_table(3000, 2)).exit_code, 0);
+  const auto same = gyrotherm_with("verify " + (folder / "model.json") + " " + (folder / "cut.db"));
+  EXPECT_NE(same.out.find("rows of this record, which are in another file"), std::string::npos) << same.out;
+  const auto other = gyrotherm_with("verify " + (folder / "model.json") + " " + (folder / "other.db"));
+  EXPECT_EQ(other.out.find("in-sample"), std::string::npos) << other.out;
+}
+
+TEST(ImportCommand, StatesResolutionOfTimes) {
+  const Folder folder;
+  std::string table = "Time,Temp C,Gyro dph\n";
+  for (int row = 0; row < 360; ++row)
+    table += fmt::format("13.3.2026 8:{:02d},{},{}\n", row / 6, 20 + row % 7, row % 5);
+  const auto imported = import_table(folder, "nosec", table);
+  ASSERT_EQ(imported.exit_code, 0) << imported.err;
+  EXPECT_NE(imported.err.find("on average 10 s apart; their times have a resolution of 60 s"), std::string::npos)
+      << imported.err;
 }
 
 }  // namespace

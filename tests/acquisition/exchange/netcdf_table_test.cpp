@@ -10,6 +10,7 @@
 #include <fstream>
 #include <random>
 
+#include "acquisition/exchange/guess.hpp"
 #include "tests/acquisition/exchange/classic_netcdf.hpp"
 #include "tests/support/folder.hpp"
 
@@ -229,6 +230,41 @@ TEST(NetcdfTable, RequiresUnitsWhenHdf5HasNone) {
       read_netcdf(CfFile{}.write_file(folder / "cf.nc"), map, [](const ForeignRow&) { return Result<void>{}; });
   ASSERT_FALSE(twice);
   EXPECT_NE(text(twice.error()).find("expected no unit in the map"), std::string::npos) << text(twice.error());
+}
+
+/// Writes a file like those of MATLAB's -v7.3: a struct with vectors, a matrix, and optionally a vector.
+void write_struct(const std::string& path, bool has_vector) {
+  int file = 0, group = 0, one = 0, rows = 0, columns = 0, id = 0;
+  ASSERT_EQ(nc_create(path.c_str(), NC_NETCDF4, &file), NC_NOERR);
+  nc_def_dim(file, "one", 1, &one);
+  nc_def_dim(file, "rows", 20, &rows);
+  nc_def_dim(file, "columns", 3, &columns);
+  nc_def_grp(file, "rec", &group);
+  const std::array<int, 2> vector{one, rows}, matrix{columns, rows};
+  nc_def_var(group, "t", NC_DOUBLE, 2, vector.data(), &id);
+  nc_def_var(file, "data", NC_DOUBLE, 2, matrix.data(), &id);
+  if (has_vector) nc_def_var(file, "w", NC_DOUBLE, 2, vector.data(), &id);
+  nc_close(file);
+}
+
+TEST(NetcdfTable, NamesGroupsAndMatricesThatItCannotRead) {
+  const tests::TestFolder folder;
+  for (const bool has_vector : {false, true}) {
+    const auto path = folder / (has_vector ? "with.mat" : "without.mat");
+    write_struct(path, has_vector);
+    ImportMap map = netcdf_map();
+    map.time = ColumnName{"rec/t"};
+    const auto read = read_netcdf(path, map, [](const ForeignRow&) { return Result<void>(); });
+    ASSERT_FALSE(read);
+    const auto& what = read.error().what;
+    EXPECT_NE(what.find("no column \"rec/t\""), std::string::npos) << what;
+    EXPECT_EQ(what.find("expected one of: \"w\"") != std::string::npos, has_vector) << what;
+    EXPECT_NE(what.find("the group \"rec\" (\"t\" 1×20), \"data\" 3×20"), std::string::npos) << what;
+    const auto guessed = guess_map(path);
+    ASSERT_FALSE(guessed);
+    EXPECT_NE(guessed.error().what.find("\"data\" 3×20"), std::string::npos) << guessed.error().what;
+    EXPECT_EQ(guessed.error().what.find("\"w\"") != std::string::npos, has_vector) << guessed.error().what;
+  }
 }
 
 }  // namespace

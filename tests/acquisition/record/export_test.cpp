@@ -83,6 +83,10 @@ TEST(Export, WritesScaleAndEarthRateExactly) {
   const std::string table = to_csv(record);
   EXPECT_NE(table.find("# axis gyro: scale 206264.806247\n"), std::string::npos) << table;
   EXPECT_NE(table.find(",gyro [206264.806247 °/h],"), std::string::npos) << table;
+  record.info.imported = true;
+  EXPECT_NE(to_csv(record).find("# axis gyro: scale 206264.806247, nothing removed\n"), std::string::npos);
+  axis.earth_rate = DegreesPerHour{0};
+  EXPECT_NE(to_csv(record).find("# axis gyro: scale 206264.806247, earth rate 0\n"), std::string::npos);
 }
 
 TEST(Export, WritesCalibrations) {

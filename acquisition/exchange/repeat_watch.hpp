@@ -108,7 +108,7 @@ class RepeatWatch {
   [[nodiscard]] double largest_motion(const Column& column, const Run& run) const;
   [[nodiscard]] bool stands_out(const Column& column, const Run& run) const;
   [[nodiscard]] bool is_beyond_noise(const Column& column, const Run& run, const Usual& usual) const;
-  /// Evidence that a repetition is implausible.
+  /// The reason why a repetition is implausible.
   struct Finding {
     std::string evidence{};
     bool is_error_value = false;  ///< the value is not a reading

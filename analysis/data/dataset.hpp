@@ -50,8 +50,8 @@ struct Dataset;
 /// then not comparable.
 inline constexpr std::string_view kOwnReference = "mean of the first hold removed";
 
-/// Bias reference of a record from whose bias nothing was subtracted: an imported record whose map states no Earth rate,
-/// or 0.
+/// Bias reference of a record from whose bias nothing was subtracted: an imported record whose map states no Earth
+/// rate, or 0.
 inline constexpr std::string_view kNothingRemoved = "nothing removed";
 
 /// Fails with usage if the biases of two records have different references, because their difference would be mistaken
@@ -121,12 +121,11 @@ struct Dataset {
 
 /// Converts a record to matrices. The bias is the measured rate minus the Earth rate. The measured rate is arcsec per
 /// pulse × pulses/interval (1 arcsec/s is exactly 1 °/h) for pulse counts, and scale × value for rates. If the Earth
-/// rate is unknown, the mean of the first hold is removed from native records, and nothing from imported ones; an imported Earth rate
-/// of 0 is the same reference. If the
-/// unit was also turned around, no mean is removed, since the sign of the Earth rate changes. The bias is missing while
-/// the profile waits for an operator to handle the unit. Temperatures are the readings plus the offset of their
-/// channel. If there is no list of gradient thermometers, all thermometers are used. `of` must be a result of
-/// choose_axis().
+/// rate is unknown, the mean of the first hold is removed from native records, and nothing from imported ones; an
+/// imported Earth rate of 0 is the same reference. If the unit was also turned around, no mean is removed, since the
+/// sign of the Earth rate changes. The bias is missing while the profile waits for an operator to handle the unit.
+/// Temperatures are the readings plus the offset of their channel. If there is no list of gradient thermometers, all
+/// thermometers are used. `of` must be a result of choose_axis().
 [[nodiscard]] Dataset make_dataset(const record::Record& record, const std::string& path, const AxisChoice& of);
 
 /// Name of the input for the unit's own temperature, and prefix of the names of its other values.

@@ -86,7 +86,7 @@ bool is_temperature_name(std::string_view name) {
   const auto bare = in_lower_case(field_name(strip_unit(name)));
   const bool is_letter = bare.size() == 1 && name.size() == 1 && name.front() >= 'A' && name.front() <= 'H';
   const bool is_small_t = strip_unit(name) == "t";  // it means time
-  return contains_any(lower, {"temp", "therm", "°c", "degc", "[c]", "(c)"}) || is_letter ||
+  return contains_any(lower, {"temp", "therm", "°c", "degc", "deg c", "[c]", "(c)"}) || is_letter ||
          (is_letter_with_number(bare, 't') && !is_small_t);
 }
 
@@ -188,7 +188,7 @@ bool has_rate_unit(std::string_view name) {
 
 /// Returns the name without a unit of temperature after a blank: "Ofen" for "Ofen °C".
 std::string_view strip_trailing_unit(std::string_view name) {
-  for (const std::string_view unit : {" °C", " ℃", " °F", " ℉", " degC", " K"})
+  for (const std::string_view unit : {" °C", " ℃", " °F", " ℉", " degC"})
     if (name.size() > unit.size() && name.ends_with(unit)) return trimmed(name.substr(0, name.size() - unit.size()));
   return name;
 }

@@ -562,7 +562,7 @@ TEST(Guess, RefusesLabviewSegmentWithOtherColumns) {
 
 TEST(Guess, TakesColumnsWithUnitOfRateAsGyro) {
   for (const char* name :
-       {"rate_dph", "Kreisel [°/h]", "Kreisel °/h", "Achse 1 (deg/s)", "channel_7_rad_s", "Drehrate"}) {
+       {"rate_dph", "Kreisel [°/h]", "Kreisel °/h", "Achse 1 (deg/s)", "channel_rad_s", "Drehrate"}) {
     const ImportMap map = draft(fmt::format("t [s];T °C;{}\n0;20;1\n1;20;2\n2;21;3\n", name));
     ASSERT_EQ(map.axis_columns.size(), 1u) << name;
     EXPECT_EQ(map.axis_columns[0].name, name);

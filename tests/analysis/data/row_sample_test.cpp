@@ -13,7 +13,7 @@ namespace {
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 /// Returns rates of normal noise, rounded to a step.
-Dataset noise(std::uint64_t seed, Eigen::Index rows, double step) {
+Dataset noise_record(std::uint64_t seed, Eigen::Index rows, double step) {
   std::mt19937_64 random(seed);
   std::normal_distribution<double> normal(12, 0.8);
   Dataset dataset;
@@ -36,7 +36,7 @@ Dataset cut_rows(const Dataset& whole, Eigen::Index first, Eigen::Index count) {
 constexpr double kAll = 1e9;
 
 TEST(RowSample, RecognisesAnyPieceOfRecord) {
-  const Dataset whole = noise(1, 20'000, 1e-4);
+  const Dataset whole = noise_record(1, 20'000, 1e-4);
   const auto sample = sample_rows(whole, 0, kAll);
   ASSERT_EQ(sample.size(), 256u);
   EXPECT_TRUE(has_rows_of(whole, sample, 0, kAll));
@@ -49,7 +49,7 @@ TEST(RowSample, RecognisesAnyPieceOfRecord) {
 }
 
 TEST(RowSample, DoesNotDependOnEarthRateUnitOrMissingRows) {
-  const Dataset whole = noise(2, 5000, 1e-4);
+  const Dataset whole = noise_record(2, 5000, 1e-4);
   const auto sample = sample_rows(whole, 0, kAll);
   Dataset other = whole;
   other.bias_zero = "earth rate removed";
@@ -66,24 +66,24 @@ TEST(RowSample, DoesNotDependOnEarthRateUnitOrMissingRows) {
 
 TEST(RowSample, DoesNotAccuseOtherRecords) {
   for (const double step : {1e-4, 0.1, 0.8}) {
-    const auto sample = sample_rows(noise(3, 20'000, step), 0, kAll);
+    const auto sample = sample_rows(noise_record(3, 20'000, step), 0, kAll);
     EXPECT_FALSE(sample.empty());
     for (std::uint64_t seed = 10; seed < 30; ++seed)
-      EXPECT_FALSE(has_rows_of(noise(seed, 20'000, step), sample, 0, kAll)) << step << " " << seed;
+      EXPECT_FALSE(has_rows_of(noise_record(seed, 20'000, step), sample, 0, kAll)) << step << " " << seed;
   }
 }
 
 TEST(RowSample, IgnoresSequencesThatOccurByChance) {
-  Dataset frozen = noise(4, 2000, 1e-4);
+  Dataset frozen = noise_record(4, 2000, 1e-4);
   frozen.bias_deg_per_h.setConstant(12);
   EXPECT_TRUE(sample_rows(frozen, 0, kAll).empty());
   EXPECT_FALSE(has_rows_of(frozen, {}, 0, kAll));
-  EXPECT_TRUE(sample_rows(noise(5, 15, 1e-4), 0, kAll).empty()) << "shorter than a sequence";
+  EXPECT_TRUE(sample_rows(noise_record(5, 15, 1e-4), 0, kAll).empty()) << "shorter than a sequence";
   EXPECT_TRUE(sample_rows(Dataset{}, 0, kAll).empty());
 }
 
 TEST(RowSample, ComparesOnlyGivenPeriod) {
-  const Dataset whole = noise(6, 10'000, 1e-4);
+  const Dataset whole = noise_record(6, 10'000, 1e-4);
   const auto first_half = sample_rows(whole, 0, 5000);
   EXPECT_FALSE(has_rows_of(whole, first_half, 5000, kAll));
   EXPECT_TRUE(has_rows_of(whole, first_half, 4000, kAll));

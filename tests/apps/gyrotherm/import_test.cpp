@@ -81,7 +81,7 @@ Ran import_table(const Folder& folder, const std::string& name, const std::strin
                         (folder / (name + ".db")));
 }
 
-Ran train(const Folder& folder, const std::string& name) {
+Ran train_linear(const Folder& folder, const std::string& name) {
   return gyrotherm_with("train " + (folder / (name + ".db")) + " --inputs T1 --method linear --out " +
                         (folder / "model.json"));
 }
@@ -90,7 +90,7 @@ TEST(ImportCommand, MakesTableThatCompensateReads) {
   const Folder folder;
   ASSERT_EQ(import_table(folder, "one", bench_table(9000, 1)).exit_code, 0);
   ASSERT_EQ(import_table(folder, "other", bench_table(5000, 2)).exit_code, 0);
-  ASSERT_EQ(train(folder, "one").exit_code, 0);
+  ASSERT_EQ(train_linear(folder, "one").exit_code, 0);
   const auto exported = gyrotherm_with("export " + (folder / "other.db") + " --out " + (folder / "other.x.csv"));
   ASSERT_EQ(exported.exit_code, 0) << exported.err;
   const auto table = read_text_file(folder / "other.x.csv").value();
@@ -106,7 +106,7 @@ TEST(ImportCommand, MakesTableThatCompensateReads) {
 TEST(ImportCommand, TreatsEarthRateOfZeroAsNone) {
   const Folder folder;
   ASSERT_EQ(import_table(folder, "one", bench_table(9000, 1)).exit_code, 0);
-  ASSERT_EQ(train(folder, "one").exit_code, 0);
+  ASSERT_EQ(train_linear(folder, "one").exit_code, 0);
   std::ofstream(folder / "zero.csv") << bench_table(5000, 2);
   auto map = read_text_file(folder / "one.toml").value();
   std::ofstream(folder / "zero.toml") << map << "earth_rate = 0\n";
@@ -122,7 +122,7 @@ TEST(ImportCommand, TreatsEarthRateOfZeroAsNone) {
 TEST(ImportCommand, ReportsMissingReferenceFirst) {
   const Folder folder;
   ASSERT_EQ(import_table(folder, "one", bench_table(9000, 1)).exit_code, 0);
-  ASSERT_EQ(train(folder, "one").exit_code, 0);
+  ASSERT_EQ(train_linear(folder, "one").exit_code, 0);
   const auto ran = gyrotherm_with("compensate " + (folder / "model.json") + " --uncertainty",
                                   "# axis gyro: scale 1\nslot,T1 [°C],gyro [1 °/h]\n0,20,7\n");
   EXPECT_EQ(ran.exit_code, 4);
@@ -134,7 +134,7 @@ TEST(ImportCommand, WarnsOfFailedThermometerUntilVerification) {
   const auto imported = import_table(folder, "one", bench_table(9000, 1, 4500));
   ASSERT_EQ(imported.exit_code, 0) << imported.err;
   EXPECT_NE(imported.err.find("warning: T2 repeats "), std::string::npos) << imported.err;
-  const auto trained = train(folder, "one");
+  const auto trained = train_linear(folder, "one");
   EXPECT_NE(trained.out.find("one.db: T2 repeats "), std::string::npos) << trained.out;
   const auto verified = gyrotherm_with("verify " + (folder / "model.json") + " " + (folder / "one.db"));
   EXPECT_NE(verified.out.find("one.db: T2 repeats "), std::string::npos) << verified.out;
@@ -148,7 +148,7 @@ TEST(ImportCommand, StatesShareThatMissingValuesLeaveOut) {
     table.replace(begin, table.find(',', begin) - begin, "OPEN");
   }
   ASSERT_EQ(import_table(folder, "one", table).exit_code, 0);
-  const auto trained = train(folder, "one");
+  const auto trained = train_linear(folder, "one");
   ASSERT_EQ(trained.exit_code, 0) << trained.err;
   EXPECT_NE(trained.out.find("left out because values are missing: T2 in 45 clusters (50.0 %)"), std::string::npos)
       << trained.out;
@@ -158,7 +158,7 @@ TEST(ImportCommand, RecognisesPartOfTrainingDataInOtherFile) {
   const Folder folder;
   const auto table = bench_table(9000, 1);
   ASSERT_EQ(import_table(folder, "one", table).exit_code, 0);
-  ASSERT_EQ(train(folder, "one").exit_code, 0);
+  ASSERT_EQ(train_linear(folder, "one").exit_code, 0);
   std::string cut = table.substr(0, table.find('\n') + 1);
   for (std::size_t at = table.find("\n3000,") + 1; at < table.find("\n6000,"); at = table.find('\n', at) + 1) {
     const auto comma = table.find(',', at);

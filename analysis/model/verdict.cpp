@@ -71,7 +71,7 @@ std::string explain(Gain gain, const Comparison& std, const Comparison& rmse, bo
   if (gain == Gain::undecided && rmse_counts && rmse.is_smaller) return "; only a constant offset is removed";
   if (gain == Gain::undecided) return "; the change of the std is within its uncertainty";
   if (gain == Gain::not_enough_data)
-    return fmt::format("; only {:.0f} effective clusters, at least {:g} are needed", std.effective, kFewestEffective);
+    return fmt::format("; only {:.1f} effective clusters, at least {:g} are needed", std.effective, kFewestEffective);
   return {};
 }
 

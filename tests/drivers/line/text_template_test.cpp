@@ -183,7 +183,7 @@ TEST(TextFrame, HasPlainSum) {
 }
 
 TEST(TextTemplate, ReadsColumnsOfCharactersWithoutLiterals) {
-  const auto form = TextTemplate::parse("{power:s1}{error:s1}{mode:s2}{rest:s}").value();
+  const auto form = parse("{power:s1}{error:s1}{mode:s2}{rest:s}");
   const auto fields = form.match("YNABcd e").value();
   EXPECT_EQ(std::get<std::string>(fields.at("power")), "Y");
   EXPECT_EQ(std::get<std::string>(fields.at("error")), "N");
@@ -192,7 +192,7 @@ TEST(TextTemplate, ReadsColumnsOfCharactersWithoutLiterals) {
   EXPECT_FALSE(form.match("YNA")) << "too short";
   EXPECT_TRUE(form.match("YNAB"));
   for (const auto* refused : {"{a:s}{b:s}", "{a:s}{b:s1}"}) {
-    const auto made = TextTemplate::parse(refused);
+    const auto made = TextTemplate::parse(refused, TextEncoding::ascii);
     ASSERT_FALSE(made) << refused;
     EXPECT_NE(made.error().what.find("{value:s4}"), std::string::npos) << made.error().what;
   }

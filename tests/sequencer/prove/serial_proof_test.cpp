@@ -2,6 +2,8 @@
 /// Proof tests of chambers on a serial line, which only one program can open at a time. The line is a pseudo-terminal.
 #include <gtest/gtest.h>
 
+#include <fstream>
+
 #include "sequencer/watchdog/safe_state_file.hpp"
 #include "tests/sequencer/prove/prove_bench.hpp"
 #include "tests/support/folder.hpp"
@@ -14,11 +16,21 @@ struct SerialCase {
   drivers::LinkKind link;
 };
 
-rig::RigFile read_serial_rig(const SerialCase& serial) {
+/// Returns the virtual rig with another chamber. The map with the limiter gets a serial link; its copy is in `folder`.
+rig::RigFile read_serial_rig(const SerialCase& serial, const tests::TestFolder& folder) {
   const std::string file = GYROTHERM_SOURCE_DIR "/profiles/rigs/virtual.toml";
   auto text = read_text_file(file).value();
-  const std::string map = "chambers/virtual.toml";
-  text.replace(text.find(map), map.size(), std::string("chambers/") + serial.map + ".toml");
+  auto path = std::string(GYROTHERM_SOURCE_DIR "/profiles/chambers/") + serial.map + ".toml";
+  if (serial.map == std::string("virtual_limiter")) {
+    auto map_text = read_text_file(path).value();
+    const std::string port = "port = 5020\n";
+    map_text.erase(map_text.find(port), port.size());
+    map_text.insert(map_text.find("[[register]]"), "[link.tcp]\n" + port + "[link.rtu]\nserial = \"9600,8N1\"\n\n");
+    path = folder / "map.toml";
+    std::ofstream(path) << map_text;
+  }
+  const std::string map = "../chambers/virtual.toml";
+  text.replace(text.find(map), map.size(), path);
   text.insert(text.find("[[thermometer]]"), "[safe]\nobserve = \"0 s\"\n\n");
   return rig::parse_rig(text, file).value();
 }
@@ -27,7 +39,7 @@ class SerialProof : public ::testing::TestWithParam<SerialCase> {
  protected:
   const tests::TestFolder folder;
   const std::string record = folder / "child.db";
-  ProveBench bench{read_serial_rig(GetParam()), true, GetParam().link};
+  ProveBench bench{read_serial_rig(GetParam(), folder), true, GetParam().link};
 };
 
 TEST_P(SerialProof, TakesSnapshotAndRestoresItOnOneConnection) {
@@ -73,7 +85,8 @@ INSTANTIATE_TEST_SUITE_P(Maps, SerialProof,
                          [](const auto& one) { return std::string(one.param.map); });
 
 TEST(SerialLimiter, PassesWhenLimiterTrips) {
-  ProveBench bench(read_serial_rig({"virtual_limiter", drivers::LinkKind::rtu}), false, drivers::LinkKind::rtu);
+  const tests::TestFolder folder;
+  ProveBench bench(read_serial_rig({"virtual_limiter", drivers::LinkKind::rtu}, folder), false, drivers::LinkKind::rtu);
   const auto plan = plan_limiter_proof(bench.rig, bench.chamber().air).value();
   const auto result = prove_limiter(plan, bench.guarded(), bench.environment());
   EXPECT_EQ(result.verdict, ProofVerdict::passed) << result.cause;

@@ -78,10 +78,10 @@ TEST(EndOfRun, WaitsUntilAirHasBeenObserved) {
       file.safe_observe = std::chrono::seconds(observe);
     });
     bench.chamber().air_c = bench.chamber().set_point_c = 22;
-    int seconds = 0;
-    while (bench.seconds(1) == RunOutcome::going_on && seconds < 400) ++seconds;
+    int lasted = 0;
+    while (bench.seconds(1) == RunOutcome::going_on && lasted < 400) ++lasted;
     EXPECT_EQ(bench.run_controller().run_state(), RunState::complete);
-    EXPECT_NEAR(seconds, std::max(10, std::min(observe, 60)), 2) << observe;
+    EXPECT_NEAR(lasted, std::max(10, std::min(observe, 60)), 2) << observe;
     EXPECT_EQ(bench.count(EventKind::note, "the profile's last second continues"), observe > 10 ? 1 : 0);
   }
 }
@@ -110,17 +110,17 @@ TEST(EndOfRun, IsRefusedWhileAirStaysAwayFromSetPoint) {
     }
     const auto why = leaving_refusal(bench.limits, bench.memory, bench.sample);
     EXPECT_EQ(why.empty(), rise_per_min > 0) << why;
-    bench.sample.chamber.value = silence();
+    bench.sample.chamber.value = failure(FaultKind::timeout, "chamber", "no reply in 500 ms");
     EXPECT_EQ(leaving_refusal(bench.limits, bench.memory, bench.sample), "") << "silence has its own interlock";
   }
 }
 
 /// Evaluates the interlocks with an air temperature that a function of time returns. Returns the most severe reaction.
 Reaction most_severe(const std::function<double(double)>& air, const std::function<double(double)>& set_point,
-                     int seconds) {
+                     int time_s) {
   InterlockBench bench;
   auto most = Reaction::go_on;
-  for (int s = 0; s < seconds; ++s) {
+  for (int s = 0; s < time_s; ++s) {
     bench.chamber().air = {air(s)};
     bench.chamber().set_point = {set_point(s)};
     bench.chamber().activity = ChamberActivity::running;

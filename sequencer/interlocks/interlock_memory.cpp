@@ -25,17 +25,21 @@ void add_jump(const InterlockLimits& limits, const std::optional<Celsius>& air, 
   const auto unseen = std::exchange(memory.since_last_air, Duration{});
   if (!before) return;
   const CelsiusPerMinute fastest{std::max(kNoAir.value, kTimesTheFastest * limits.air_fastest.value)};
-  if (abs(*air - *before) > fastest * unseen)
-    memory.air_jump_sum = memory.air_jump_sum + (*air - *before);
-  else if (abs(memory.air_jump_sum) <= limits.chamber_disagreement)
+  const auto change = *air - *before;
+  if (abs(change) > fastest * unseen) {
+    memory.air_jump_sum = memory.air_jump_sum + change;
+    memory.explained.lowest = memory.explained.lowest + change;
+    memory.explained.highest = memory.explained.highest + change;
+  } else if (abs(memory.air_jump_sum) <= limits.chamber_disagreement) {
     memory.air_jump_sum = {};
+  }
 }
 
 /// Extends the range that the set points explain, and decides whether the air has followed them.
 void explain_air(const InterlockLimits& limits, const ChamberState& chamber, Duration elapsed,
                  InterlockMemory& memory) {
   constexpr Kelvins kFar{10};
-  constexpr Duration kLongEnough = std::chrono::minutes(1);
+  constexpr Duration kLongEnough = std::chrono::minutes(1), kInRange = std::chrono::minutes(30);
   auto& known = memory.explained;
   const auto set_point = chamber.set_point;
   if (!known.first) {
@@ -48,7 +52,7 @@ void explain_air(const InterlockLimits& limits, const ChamberState& chamber, Dur
   const bool is_at_rest = memory.set_point && abs(set_point - *memory.set_point) < kMinChange;
   const bool is_near = abs(chamber.air - set_point) <= limits.follow_band && abs(set_point - *known.first) >= kFar;
   known.near_set_point = is_at_rest && is_near ? known.near_set_point + elapsed : Duration{};
-  known.has_followed = known.has_followed || known.near_set_point >= kLongEnough;
+  known.has_followed = known.has_followed || known.near_set_point >= kLongEnough || known.watched >= kInRange;
 }
 
 /// Predicts the air from the controller's set point as a first-order lag. `elapsed` is the time since the last reading.

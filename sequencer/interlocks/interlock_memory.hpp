@@ -91,7 +91,8 @@ struct RateDifference {
   double least{};
 };
 
-/// The air temperatures that the set points explain, from the first reading until the air has shown that it follows.
+/// The air temperatures that the set points explain, from the first reading until the air has shown that it follows, or
+/// for half an hour. A jump of the air sensor moves the range.
 /// A controller that reads and shows set points in a wrong scale or unit moves the air out of this range at once.
 struct ExplainedAir {
   /// First air temperature; absent: none was read together with a set point.
@@ -102,7 +103,7 @@ struct ExplainedAir {
   Duration watched{};
   /// Time for which the air has been near a set point that does not move and is far from `first`.
   Duration near_set_point{};
-  /// The air has followed the set points to another temperature.
+  /// The air has followed the set points to another temperature, or has been watched for long enough.
   bool has_followed = false;
 };
 

@@ -91,14 +91,15 @@ Found check_thermometer_rate(const CheckInputs& in) {
 /// In the first minutes the air must also stay in the range that the set points explain.
 Found check_following(const CheckInputs& in) {
   if (!in.chamber() || !in.memory.expected || !in.memory.set_point) return {};
-  if (auto outside = find_unexplained_air(in); !outside.empty()) return outside;
   const auto air = in.chamber()->air;
   const auto band = std::max(in.limits.follow_band, in.memory.lag * 3);
-  if (abs(air - *in.memory.expected) <= band) return {};
+  auto found = find_unexplained_air(in);
+  if (abs(air - *in.memory.expected) <= band) return found;
   const bool near_a_limit = air < in.limits.air_lowest + kNearLimit || air > in.limits.air_highest - kNearLimit;
-  return {CheckResult{.text = fmt::format("the air does not follow the set point: {:.1f} °C, expected {:.1f} °C",
-                                          air.value, in.memory.expected->value),
-                      .grave = near_a_limit}};
+  found.push_back({.text = fmt::format("the air does not follow the set point: {:.1f} °C, expected {:.1f} °C",
+                                       air.value, in.memory.expected->value),
+                   .grave = near_a_limit});
+  return found;
 }
 
 /// Returns the distance of a reading from the range between the other thermometers and the chamber's air; 0 inside the

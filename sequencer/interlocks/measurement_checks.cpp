@@ -15,6 +15,7 @@ constexpr double kLargestRateDifference_k_per_min = 1;
 /// Distance of the air from the range that the set points explain: more than chambers overshoot when they change
 /// direction, and twice as much.
 constexpr Kelvins kUnexplained{3}, kFarOutside{6};
+constexpr Celsius kRoom{22};
 /// Time for which the air must be outside. It exceeds the time in which a starting compressor disturbs the air.
 constexpr Duration kUnexplainedFor = std::chrono::seconds(20);
 /// In a run this short, the air has had no time for a greater distance.
@@ -29,13 +30,19 @@ bool may_condition(ChamberActivity activity) {
   return activity == ChamberActivity::running || activity == ChamberActivity::unknown;
 }
 
-/// Returns the distance of the air from the range that the set points explain, without the jumps of a broken sensor;
-/// 0 inside the range, and once the air has followed the set points.
-Kelvins unexplained_distance(const InterlockMemory& memory, const ChamberState& chamber) {
-  const auto& known = memory.explained;
+/// Returns the distance of the air from the range that the set points explain; 0 inside the range, and once the air has
+/// followed the set points.
+Kelvins unexplained_distance(const ExplainedAir& known, const ChamberState& chamber) {
   if (!known.first || known.has_followed || !may_condition(chamber.activity)) return {};
-  const auto air = chamber.air - memory.air_jump_sum;
-  return std::max({Kelvins{}, known.lowest - air, air - known.highest});
+  return std::max({Kelvins{}, known.lowest - chamber.air, chamber.air - known.highest});
+}
+
+/// Returns whether the air is far from the range. Air that moves to the temperature of the room is not: a door without
+/// a switch may be open.
+bool is_far_outside(ExplainedAir known, const ChamberState& chamber) {
+  known.lowest = std::min(known.lowest, kRoom);
+  known.highest = std::max(known.highest, kRoom);
+  return unexplained_distance(known, chamber) > kFarOutside;
 }
 
 std::string describe_unexplained(const ExplainedAir& known, const ChamberState& chamber) {
@@ -74,10 +81,11 @@ bool has_another_counting_unit(const CheckInputs& in, std::size_t unit) {
 
 std::vector<CheckResult> find_unexplained_air(const CheckInputs& in) {
   if (!in.chamber()) return {};
-  const auto distance = unexplained_distance(in.memory, *in.chamber());
-  if (distance <= kUnexplained) return {};
-  return {CheckResult{.text = describe_unexplained(in.memory.explained, *in.chamber()),
-                      .grave = distance > kFarOutside,
+  const auto& known = in.memory.explained;
+  if (unexplained_distance(known, *in.chamber()) <= kUnexplained) return {};
+  return {CheckResult{.text = describe_unexplained(known, *in.chamber()),
+                      .grave = is_far_outside(known, *in.chamber()),
+                      .subject = "set point",
                       .after = kUnexplainedFor}};
 }
 
@@ -86,7 +94,7 @@ std::string leaving_refusal(const InterlockLimits& limits, const InterlockMemory
   if (!chamber || !memory.expected || !memory.set_point || !may_condition(chamber->activity)) return {};
   const auto& known = memory.explained;
   const auto permitted = known.watched < kShortRun ? kUnexplainedInShortRun : kUnexplained;
-  if (unexplained_distance(memory, *chamber) > permitted) return describe_unexplained(known, *chamber);
+  if (unexplained_distance(known, *chamber) > permitted) return describe_unexplained(known, *chamber);
   if (abs(chamber->air - *memory.expected) <= std::max(limits.follow_band, memory.lag * 3)) return {};
   const auto rate = memory.air.rate();
   const auto approach = (*memory.set_point - chamber->air).value > 0 ? 1 : -1;

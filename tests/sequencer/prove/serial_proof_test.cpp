@@ -32,7 +32,9 @@ rig::RigFile read_serial_rig(const SerialCase& serial, const tests::TestFolder& 
   const std::string map = "../chambers/virtual.toml";
   text.replace(text.find(map), map.size(), path);
   text.insert(text.find("[[thermometer]]"), "[safe]\nobserve = \"0 s\"\n\n");
-  return rig::parse_rig(text, file).value();
+  auto rig = rig::parse_rig(text, file);
+  EXPECT_TRUE(rig) << gyrotherm::text(rig.error());
+  return std::move(*rig);
 }
 
 class SerialProof : public ::testing::TestWithParam<SerialCase> {

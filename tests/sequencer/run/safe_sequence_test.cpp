@@ -50,7 +50,7 @@ TEST(SafeSequence, ReportsChamberThatCannotBeReadAtOnceAndThenOnceAMinute) {
   const std::string words = "is NOT confirmed safe yet";
   EXPECT_EQ(bench.seconds(10), RunOutcome::going_on);
   EXPECT_EQ(bench.count(EventKind::fault, words), 1);
-  EXPECT_EQ(bench.count(EventKind::fault, "no reply in 500 ms; further attempts follow"), 1) << "with the reason";
+  EXPECT_EQ(bench.count(EventKind::fault, "no reply in 500 ms); further attempts follow"), 1) << "with the reason";
   bench.seconds(50);
   EXPECT_EQ(bench.count(EventKind::fault, words), 1);
   bench.seconds(70);

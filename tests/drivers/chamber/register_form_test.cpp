@@ -195,7 +195,7 @@ TEST(RegisterMap, ReportsEachErrorOfRules) {
   expect("[sequence]\nstart = [{ write = \"air_temperature\", value = 1 }]", "is not writable");
   expect("[sequence]\nstart = [{ write = \"set_point\", code = \"on\" }]", "no code named \"on\"");
   expect("[sequence]\nstart = [{ wait = { register = \"mode\", is = \"on\" } }]", "no register is named \"mode\"");
-  expect("[sequence]\nfly = [{ pause = \"1 s\" }]", "\"fly\" is not one of start, stop");
+  expect("[sequence]\nfly = [{ pause = \"1 s\" }]", "\"fly\" is not one of prepare, start, stop");
   expect("[sequence]\nstart = []", "has no steps");
   expect("[[state]]\nactivity = \"off\"\nregister = \"set_point\"",
          "expected \"is\", \"is_not\", \"bits\" or \"above\"");

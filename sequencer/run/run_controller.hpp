@@ -83,8 +83,8 @@ class RunController {
   /// Describes how another program or a person has changed the chamber, by the last reading; empty if unchanged.
   [[nodiscard]] std::string describe_external_change() const;
 
-  /// Returns the reason why the chamber must not be left at its set point, by the last reading: its air is away from the
-  /// set point and does not approach it. Empty if it may be left.
+  /// Returns the reason why the chamber must not be left at its set point, by the last reading: its air is away from
+  /// the set point and does not approach it. Empty if it may be left.
   [[nodiscard]] std::string leaving_refusal() const { return leaving_refusal(last_); }
 
   /// Sets, by subject, the reasons why the watchdog could not make the chamber safe; empty if it could. They apply from

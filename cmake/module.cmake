@@ -116,11 +116,12 @@ function(gyrotherm_test name)
 endfunction()
 
 # gyrotherm_discover(PROGRAM [TOGETHER suites …] [WAITING suites …]) registers each test of a program. A suite in TOGETHER
-# runs as one test, because its fixture takes long to make. A test counts as 2 PROCESSORS, or as 1 if its suite is WAITING
-# for clocks and other programs most of the time. The test preset runs 8 of these units at once on two processors, waiting
-# and long tests first.
+# runs as one test, because its fixture takes long to make. Suites that share such a fixture are joined by colons, and the
+# test has the name of the first. A test counts as 2 PROCESSORS, or as 1 if its suite is WAITING for clocks and other
+# programs most of the time. The test preset runs 8 of these units at once on two processors, waiting and long tests first.
 function(gyrotherm_discover program)
   cmake_parse_arguments(suites "" "" "TOGETHER;WAITING" ${ARGN})
+  list(TRANSFORM suites_TOGETHER REPLACE ":" ".*:")
   list(TRANSFORM suites_TOGETHER APPEND ".*" OUTPUT_VARIABLE together)
   list(TRANSFORM suites_WAITING APPEND ".*" OUTPUT_VARIABLE waiting)
   list(JOIN waiting ":" only_waiting)
@@ -132,8 +133,9 @@ function(gyrotherm_discover program)
     gtest_discover_tests(${program} TEST_FILTER "${only_waiting}" ${alike} 1 COST 30)
   endif()
   foreach(suite IN LISTS suites_TOGETHER)
-    add_test(NAME ${suite} COMMAND ${program} --gtest_filter=${suite}.*)
-    set_tests_properties(${suite} PROPERTIES TIMEOUT ${GYROTHERM_TIMEOUT} PROCESSORS 2 COST 20)
+    string(REGEX REPLACE "[.].*" "" name ${suite})
+    add_test(NAME ${name} COMMAND ${program} --gtest_filter=${suite}.*)
+    set_tests_properties(${name} PROPERTIES TIMEOUT ${GYROTHERM_TIMEOUT} PROCESSORS 2 COST 20)
   endforeach()
 endfunction()
 

@@ -54,8 +54,6 @@ constexpr auto kRetryPause = seconds(1);
 /// a run that was down for more than two minutes is not resumed automatically. The restarted program continues the
 /// observation.
 constexpr auto kMaxServiceObservation = seconds(60);
-/// If another program drives the chamber for this time, make-safe ends.
-constexpr int kMaxDrivenSeconds = 60;
 /// Longest wait, without --insist, for another program that drives the chamber, usually the run's guard.
 constexpr int kInUseWaitSeconds = 15;
 
@@ -115,6 +113,15 @@ void advance_relay(RelayRescue& relay, RelayDue due, TraceWriter& trail, ErrorPr
   trail.note_relay(*changed);
 }
 
+/// Returns whether a later run has taken the chamber over, and notes it.
+bool is_relieved(const RescueResult& result, TraceWriter& trail, ErrorPrinter& printer) {
+  if (result.successor.empty()) return false;
+  printer.print(
+      fmt::format("{} has taken the chamber over and has a guard of its own; nothing more is sent", result.successor));
+  trail.hand_over_to(result.successor);
+  return true;
+}
+
 /// Repeats attempts until the chamber is safe, another program drives it, or further attempts are useless. In the last
 /// case the relay is opened.
 RescueResult retry_until_safe(SafeRescue& rescue, RescueResult result, RelayRescue& relay, TraceWriter& trail,
@@ -158,7 +165,7 @@ MakeSafeExit make_safe(ErrorPrinter& printer, const std::string& record, RescueM
   SafeRescue rescue(**safe_state, *chamber, printer);
   RelayRescue relay((*safe_state)->also);
   auto result = rescue.attempt(relay.left());
-  for (int waited = 0; result.in_use && waited < kInUseWaitSeconds; ++waited) {
+  for (int waited = 0; result.in_use && result.successor.empty() && waited < kInUseWaitSeconds; ++waited) {
     std::this_thread::sleep_for(seconds(1));
     if (const auto now = read_safe_state(safe_state_path(record)); now && !*now) {
       printer.print(record + ": another program has made its chamber safe");
@@ -167,6 +174,7 @@ MakeSafeExit make_safe(ErrorPrinter& printer, const std::string& record, RescueM
     result = rescue.attempt();
   }
   result = retry_until_safe(rescue, std::move(result), relay, trail, printer);
+  if (is_relieved(result, trail, printer)) (void)trail.settle(kFileTimeout);
   if (result.in_use) return exit_code(result);
   trail.record(result);
   if (result.reached == SafeStage::all) trail.remove_safe_state();
@@ -181,22 +189,23 @@ const char* describe(WatchEnd end) {
                                  : "the program that drove it ended without handing over";
 }
 
-/// Repeats attempts until the chamber has confirmed the safe state, or until another program has taken over the run,
-/// has driven the chamber for a minute, or has made the chamber safe.
+/// Repeats attempts until the chamber has confirmed the safe state, or until another program has taken over the run or
+/// the chamber, or has made the chamber safe. A program that merely holds the chamber's lock is no reason to end: it
+/// may leave the chamber as it is.
 MakeSafeExit make_safe_insistently(ErrorPrinter& printer, const SafeState& safe_state, const SafeStateChamber& chamber,
                                    const char* reason, const char* by) {
+  SafeRescue rescue(safe_state, chamber, printer);
   if (!kill_process(safe_state.written_by, kKillTimeout))
     printer.print(fmt::format("cannot end process {}", safe_state.written_by.pid));
   TraceWriter trail(safe_state, reason, by);
-  SafeRescue rescue(safe_state, chamber, printer);
   RelayRescue relay(safe_state.also);
   auto result = rescue.attempt(relay.left());
   printer.print(reason);
-  for (int driven = 0;; result = rescue.attempt(relay.left())) {
-    driven = result.is_driven ? driven + 1 : 0;
+  for (;; result = rescue.attempt(relay.left())) {
     if (!result.in_use && trail.record(result)) printer.print(trail.describe());
     if (!result.in_use) advance_relay(relay, is_relay_due(result), trail, printer);
-    if (result.reached == SafeStage::all || driven >= kMaxDrivenSeconds) break;
+    if (result.reached == SafeStage::all) break;
+    if (is_relieved(result, trail, printer)) break;
     if (const auto why = trail.find_end_reason()) {
       printer.print(*why + "; giving up");
       if (!trail.give_up_order().empty()) trail.note_given_up(trail.give_up_order());

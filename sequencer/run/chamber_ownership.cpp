@@ -55,6 +55,7 @@ std::string chamber_lock_name(const rig::RigFile& rig) {
 Result<ChamberOwnership> ChamberOwnership::take(const rig::RigFile& rig, const std::string& record, bool by_program) {
   ChamberOwnership ownership;
   if (rig.simulated) return ownership;
+  ownership.place_ = chamber_lock_name(rig);
   ownership.safe_state_ = safe_state_for(rig, record, by_program);
   const auto pauses = drivers::make_real_pauses();
   auto lock = drivers::ChamberLock::take(chamber_lock_name(rig), ownership.safe_state_->record);
@@ -65,6 +66,7 @@ Result<ChamberOwnership> ChamberOwnership::take(const rig::RigFile& rig, const s
   }
   if (!lock) return failure(lock.error());
   ownership.lock_ = std::move(*lock);
+  ownership.waiting_guards_ = watchdog::find_waiting_guards(ownership.place_);
   return ownership;
 }
 
@@ -79,7 +81,7 @@ Result<void> ChamberOwnership::arm(const std::string& identity, const drivers::C
   if (!safe_state_) return {};
   safe_state_->identity = identity;
   safe_state_->settings = settings;
-  auto line = watchdog::WatchdogClient::start(*safe_state_);
+  auto line = watchdog::WatchdogClient::start(*safe_state_, place_);
   if (!line) return failure(line.error());
   watchdog_ = std::move(*line);
   return {};

@@ -11,6 +11,7 @@
 #include "core/result.hpp"
 #include "drivers/chamber/chamber_lock.hpp"
 #include "sequencer/rig/rig_file.hpp"
+#include "sequencer/watchdog/guard_post.hpp"
 #include "sequencer/watchdog/watchdog_client.hpp"
 
 namespace gyrotherm::run {
@@ -22,6 +23,10 @@ class ChamberOwnership {
   [[nodiscard]] static Result<ChamberOwnership> take(const rig::RigFile& rig, const std::string& record,
                                                      bool by_program = false);
 
+  /// Returns the guards of dead runs that waited for the chamber when its lock was taken. They end once this program
+  /// has armed its own watchdog and has sent a heartbeat.
+  [[nodiscard]] const std::vector<watchdog::WaitingGuard>& waiting_guards() const { return waiting_guards_; }
+
   /// Describes the processes that hold the chamber's lock without permission to drive chambers. take() ignores such
   /// locks.
   [[nodiscard]] std::vector<std::string> unauthorised_holders() const;
@@ -32,8 +37,8 @@ class ChamberOwnership {
   /// WatchdogClient::start().
   [[nodiscard]] Result<void> arm(const std::string& identity, const drivers::ControllerSettings& settings = {});
   [[nodiscard]] bool is_armed() const { return watchdog_ != nullptr; }
-  /// Sends a heartbeat at the end of a tick. `stuck` is the time for which the current call to the chamber has made no
-  /// progress. If it exceeds a limit, no heartbeat is sent.
+  /// Sends a heartbeat at the end of a tick. The first one begins to relieve the guards of dead runs. `stuck` is the
+  /// time for which the current call to the chamber has made no progress. If it exceeds a limit, no heartbeat is sent.
   void heartbeat(Duration stuck);
   /// Returns, by subject, the reasons why the watchdog could not make the chamber safe. Empty if it could, or if it is
   /// not armed.
@@ -48,8 +53,10 @@ class ChamberOwnership {
  private:
   /// Absent for a virtual rig.
   std::optional<watchdog::SafeState> safe_state_;
+  std::string place_{};  ///< name of the lock
   std::optional<drivers::ChamberLock> lock_;
   std::unique_ptr<watchdog::WatchdogClient> watchdog_;
+  std::vector<watchdog::WaitingGuard> waiting_guards_;
 };
 
 /// Returns the name of the lock for a real rig's chamber.

@@ -271,20 +271,18 @@ Result<SafeStateChamber> make_safe_state_chamber(const SafeState& safe_state) {
       }};
 }
 
-RescueResult attempt_once(const SafeState& safe_state, const SafeStateChamber& chamber, SafeTask task,
+RescueResult attempt_once(const SafeState& safe_state, const SafeStateChamber& chamber, GuardPost& post, SafeTask task,
                           Duration at_most) {
   const auto lock = drivers::ChamberLock::take(chamber.place, safe_state.record + std::string(kMadeSafeMark));
+  if (auto successor = post.find_successor())
+    return {.reached = {}, .details = {}, .in_use = true, .successor = std::move(*successor)};
   if (!lock && lock.error().kind == FaultKind::refused) {
     const auto holder = drivers::ChamberLock::holder(chamber.place);
     const auto program = holder ? program_name(holder->pid) : "";
     if (holder && is_successor(*holder, program, safe_state))
-      return {.reached = {},
-              .details = {},
-              .in_use = true,
-              .is_driven = program != kMakeSafeProgram,
-              .holder = holder->words};
+      return {.reached = {}, .details = {}, .in_use = true, .holder = holder->words};
   }
-  RescueResult rescued{.reached = {}, .details = "the attempt returned no result", .in_use = false, .is_driven = false};
+  RescueResult rescued{.reached = {}, .details = "the attempt returned no result", .in_use = false};
   ChildWork work([&](const auto& send_line) { carry_out(chamber, task, send_line); });
   const SteadyClock clock;
   for (Duration longest = kSafeWithin; !work.has_ended();) {
@@ -321,8 +319,8 @@ void SafeRescue::take(const RescueResult& rescued, SafeTask task) {
 
 RescueResult SafeRescue::attempt(Duration at_most) {
   const auto what = task();
-  auto rescued = attempt_once(safe_state_, chamber_, what, at_most);
-  if (rescued.in_use && std::exchange(holder_, rescued.holder) != rescued.holder)
+  auto rescued = attempt_once(safe_state_, chamber_, post_, what, at_most);
+  if (rescued.in_use && rescued.successor.empty() && std::exchange(holder_, rescued.holder) != rescued.holder)
     printer_.print("another program uses the chamber: " + rescued.holder);
   if (rescued.in_use) return rescued;
   take(rescued, what);

@@ -14,6 +14,7 @@
 #include "core/result.hpp"
 #include "drivers/instruments.hpp"
 #include "sequencer/watchdog/child_work.hpp"
+#include "sequencer/watchdog/guard_post.hpp"
 #include "sequencer/watchdog/safe_evidence.hpp"
 #include "sequencer/watchdog/safe_state_file.hpp"
 
@@ -82,9 +83,9 @@ struct RescueResult {
   std::string details;
   /// Another program holds the chamber: nothing was attempted.
   bool in_use{};
-  /// The other program drives the chamber and does not make it safe.
-  bool is_driven{};
   std::string holder{};  ///< describes the other program
+  /// The later run that has taken the chamber over, with a guard of its own; empty: none. Nothing was attempted.
+  std::string successor{};
   std::optional<ChamberState> state{};
   /// The chamber has shown the safe set point and a safe mode; only the air is still watched.
   bool has_shown_commands{};
@@ -95,19 +96,26 @@ struct RescueResult {
 /// Makes one attempt and holds the chamber's lock meanwhile. If another program holds the lock, makes the attempt
 /// anyway, because a dying program keeps its lock while a disk access hangs, and a third-party program with the lock
 /// must not keep a chamber hot. The exception is a holder that drives chambers or makes them safe, belongs to this user
-/// or root, is not stopped, and is not the program that has died. Ends a hanging attempt after ten seconds, or thirty
-/// seconds later if the chamber has shown the safe set point, and in any case after `at_most`.
-[[nodiscard]] RescueResult attempt_once(const SafeState& safe_state, const SafeStateChamber& chamber,
+/// or root, is not stopped, and is not the program that has died. Attempts nothing once a later run has reported to
+/// `post` that it has taken the chamber over; a run reports this while it holds the lock, so a report is never later
+/// than the lock. Ends a hanging attempt after ten seconds, or thirty seconds later if the chamber has shown the safe
+/// set point, and in any case after `at_most`.
+[[nodiscard]] RescueResult attempt_once(const SafeState& safe_state, const SafeStateChamber& chamber, GuardPost& post,
                                         SafeTask task = SafeTask::leave_as_required,
                                         Duration at_most = Duration::max());
 
 /// Makes a chamber safe by repeated attempts. Each attempt opens and closes its own connection, so a program that takes
-/// the run over finds the chamber free. The readings of all attempts form one body of evidence.
+/// the run over finds the chamber free. The readings of all attempts form one body of evidence. Holds a post, so other
+/// programs find the waiting guard.
 class SafeRescue {
  public:
   /// All arguments must outlive this object.
   SafeRescue(const SafeState& safe_state, const SafeStateChamber& chamber, ErrorPrinter& printer)
-      : safe_state_(safe_state), chamber_(chamber), printer_(printer), evidence_(chamber.goal) {}
+      : safe_state_(safe_state),
+        chamber_(chamber),
+        printer_(printer),
+        post_(chamber.place, safe_state.written_by.pid),
+        evidence_(chamber.goal) {}
 
   /// Sends the commands that are due, or reads the chamber, for at most `at_most`. `reached` is `all` only once the
   /// chamber has shown set point, mode and air.
@@ -126,6 +134,7 @@ class SafeRescue {
   const SafeState& safe_state_;
   const SafeStateChamber& chamber_;
   ErrorPrinter& printer_;
+  GuardPost post_;
   SafeEvidence evidence_;
   static constexpr int kLostAfter = 5;
 

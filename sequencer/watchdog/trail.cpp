@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sequencer/watchdog/trail.hpp"
 
+#include <fmt/format.h>
+
 #include <string_view>
 #include <utility>
 
@@ -61,6 +63,13 @@ void TraceWriter::remove_safe_state() {
   start_pending_work();
 }
 
+void TraceWriter::hand_over_to(const std::string& successor) {
+  trace_.at = SteadyClock().now().utc;
+  trace_.details = fmt::format("{} has taken the chamber over and has a guard of its own", successor);
+  trace_to_write_ = safe_state_to_remove_ = keeps_foreign_safe_state_ = true;
+  start_pending_work();
+}
+
 /// Starts the pending work once the previous work is done.
 void TraceWriter::start_pending_work() {
   if (writing_) {
@@ -73,7 +82,8 @@ void TraceWriter::start_pending_work() {
   writing_ = std::make_unique<ChildWork>([this, write, remove](const auto& send_line) {
     if (write)
       if (const auto left = write_trace(safe_state_.record, trace_); !left) send_line(text(left.error()));
-    if (remove) gyrotherm::watchdog::remove_safe_state(safe_state_.record);
+    if (remove && !(keeps_foreign_safe_state_ && read_orders() == kOtherRun))
+      gyrotherm::watchdog::remove_safe_state(safe_state_.record);
     if (remove) remove_give_up(safe_state_.record);
   });
 }

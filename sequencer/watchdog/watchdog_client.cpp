@@ -25,6 +25,7 @@
 #include "core/deadline.hpp"
 #include "core/process.hpp"
 #include "sequencer/watchdog/guard.hpp"
+#include "sequencer/watchdog/guard_post.hpp"
 
 extern char** environ;
 
@@ -156,9 +157,10 @@ struct WatchdogClient::SharedState {
     steady_clock::time_point seen_{};
   };
 
-  explicit SharedState(SafeState what) : safe_state(std::move(what)) {}
+  SharedState(SafeState what, std::string where) : safe_state(std::move(what)), place(std::move(where)) {}
 
   const SafeState safe_state;
+  const std::string place;  ///< name of the chamber's lock
   const GuardProgram program;
   std::mutex mutex;  ///< guards everything below
   std::condition_variable change;
@@ -171,6 +173,8 @@ struct WatchdogClient::SharedState {
   std::optional<steady_clock::time_point> unanswered;
   Trouble guard_trouble, file_trouble;
   bool stop = false;
+  /// A tick was done, so this program drives the chamber.
+  bool drives = false;
   int threads = 0;
 
   Result<void> start_guard();
@@ -245,7 +249,13 @@ void WatchdogClient::SharedState::check_guard() {
   std::unique_lock lock(mutex);
   listen();
   const bool silent = unanswered && steady_clock::now() - *unanswered > kAnswerTimeout;
-  if (watching && !silent) return guard_trouble.end();
+  if (watching && !silent) {
+    guard_trouble.end();
+    const bool relieves = drives && !place.empty();
+    lock.unlock();
+    if (relieves) relieve_guards(place, safe_state.record);
+    return;
+  }
   const auto why = watching ? "did not answer" : "had ended";
   lock.unlock();
   const auto started = start_guard();
@@ -281,8 +291,8 @@ void WatchdogClient::SharedState::run_every_interval(void (SharedState::*chore)(
   change.notify_all();
 }
 
-Result<std::unique_ptr<WatchdogClient>> WatchdogClient::start(const SafeState& safe_state) {
-  auto shared = std::make_shared<SharedState>(safe_state);
+Result<std::unique_ptr<WatchdogClient>> WatchdogClient::start(const SafeState& safe_state, const std::string& place) {
+  auto shared = std::make_shared<SharedState>(safe_state, place);
   const auto before = read_safe_state(safe_state_path(safe_state.record));
   if (auto written = write_safe_state(safe_state); !written) return failure(written.error());
   remove_give_up(safe_state.record);
@@ -310,6 +320,7 @@ void WatchdogClient::heartbeat() {
   beating_ = true;
   if (watchdog_limit_) systemd_->notify("WATCHDOG=1");
   const std::lock_guard lock(shared_->mutex);
+  shared_->drives = true;
   shared_->send(kAlive);
 }
 
@@ -336,6 +347,7 @@ void WatchdogClient::end_threads() {
 void WatchdogClient::end_watch() {
   {
     const std::lock_guard lock(shared_->mutex);
+    if (shared_->drives && !shared_->place.empty()) relieve_guards(shared_->place, shared_->safe_state.record);
     shared_->send(kGoodBye);
     shared_->stop = true;
   }

@@ -40,15 +40,20 @@ class WatchdogClient {
  public:
   /// Writes the safe-state file, starts the guard and waits until it watches. Fails with storage, or with bad_file if
   /// no guard can be started; then the previous safe-state file is restored, or removed if there was none.
-  [[nodiscard]] static Result<std::unique_ptr<WatchdogClient>> start(const SafeState& safe_state);
+  /// `place` is the name of the chamber's lock, whose waiting guards are relieved; empty: none is.
+  [[nodiscard]] static Result<std::unique_ptr<WatchdogClient>> start(const SafeState& safe_state,
+                                                                     const std::string& place = {});
   /// Ends the threads. If the process ends without end_watch(), the guard treats that as a failure.
   ~WatchdogClient();
   WatchdogClient(const WatchdogClient&) = delete;
   WatchdogClient& operator=(const WatchdogClient&) = delete;
 
-  /// Reports that a tick is done. The guard treats silence as a hang.
+  /// Reports that a tick is done. The guard treats silence as a hang. The first heartbeat shows that this program
+  /// drives the chamber; from then on, the guards of dead runs that wait for the chamber are relieved while the own
+  /// guard watches. Before it, a failed start may still leave the chamber to them.
   void heartbeat();
-  /// Reports that the run has ended in order, so the guard does not act.
+  /// Reports that the run has ended in order, so the guard does not act. If there were heartbeats, relieves the waiting
+  /// guards first, because their runs no longer own the chamber. Call it before the chamber's lock is released.
   void end_watch();
   /// Returns true if start() found a safe-state file: a program had died, and its chamber was not made safe.
   [[nodiscard]] bool took_over() const { return took_over_; }

@@ -20,6 +20,7 @@
 #include "sequencer/rig/rig.hpp"
 #include "sequencer/run/chamber_ownership.hpp"
 #include "sequencer/run/set_point_path.hpp"
+#include "sequencer/watchdog/guard_post.hpp"
 
 namespace gyrotherm::app {
 namespace {
@@ -366,6 +367,17 @@ struct Findings {
   std::optional<Fault> fault{};
 };
 
+/// Adds the guards of dead runs that make the chamber of a real rig safe, or wait for it.
+void list_waiting_guards(const rig::RigFile& rig, Findings& found) {
+  found.json["waiting_guards"] = Json::array();
+  if (rig.simulated) return;
+  for (const auto& guard : watchdog::find_waiting_guards(run::chamber_lock_name(rig))) {
+    found.words += fmt::format(
+        "  warning: {}, makes this chamber safe or waits for it; it ends once a run drives the chamber\n", guard.words);
+    found.json["waiting_guards"].push_back({{"pid", guard.pid}, {"record", guard.record}});
+  }
+}
+
 /// Checks the rig and, with --connect, its instruments.
 Result<rig::RigFile> check_rig(const CheckArguments& options, Findings& found) {
   auto rig = load_rig(options.rig);
@@ -379,6 +391,7 @@ Result<rig::RigFile> check_rig(const CheckArguments& options, Findings& found) {
   if (!rig->simulated)
     if (const auto holder = drivers::ChamberLock::holder(run::chamber_lock_name(*rig)))
       return failure(FaultKind::refused, rig->file, "the chamber is in use: " + holder->words);
+  list_waiting_guards(*rig, found);
   found.words += relay_line(*rig);
   const auto answers = query_instruments(*rig, options.seed, found.controller);
   if (!answers) return failure(answers.error());

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <chrono>
+#include <filesystem>
 #include <sstream>
 #include <thread>
 
@@ -15,6 +16,7 @@
 #include "core/clock.hpp"
 #include "core/count_text.hpp"
 #include "core/json.hpp"
+#include "sequencer/watchdog/guard_post.hpp"
 #include "sequencer/watchdog/safe_state_file.hpp"
 
 namespace gyrotherm::app {
@@ -146,6 +148,16 @@ std::string describe(const record::RunStatus& status) {
   return text + thermometer_line(status);
 }
 
+/// Returns the guards that make the chamber of this dead run safe, or wait for it.
+std::vector<watchdog::WaitingGuard> find_guards(const std::string& path) {
+  std::error_code error;
+  const auto record = std::filesystem::absolute(path, error).lexically_normal();
+  auto guards = watchdog::find_waiting_guards();
+  std::erase_if(guards,
+                [&](const auto& guard) { return std::filesystem::path(guard.record).lexically_normal() != record; });
+  return guards;
+}
+
 /// Returns the status as JSON, with the trace of gyrotherm-make-safe. The trace is null if that program did not act.
 std::string to_json(const record::RunStatus& status, const std::optional<watchdog::MadeSafe>& guard) {
   auto json = Json::parse(to_json(status));
@@ -170,6 +182,8 @@ std::string to_json(const record::RunStatus& status, const std::optional<watchdo
                          {"set_point_c", guard->set_point.value},
                          {"confirmed", guard->confirmed},
                          {"details", guard->details}};
+  json["guards"] = Json::array();
+  for (const auto& waiting : find_guards(status.path)) json["guards"].push_back(waiting.pid);
   return json_text(json) + "\n";
 }
 
@@ -181,6 +195,13 @@ Result<record::RunStatus> read_present_status(const std::string& path) {
   return fresh ? Result<record::RunStatus>(std::move(*fresh)) : status;
 }
 
+std::string guard_lines(const std::string& path) {
+  std::string text;
+  for (const auto& guard : find_guards(path))
+    text += fmt::format("  guard: process {} makes the chamber safe, or waits until it can\n", guard.pid);
+  return text;
+}
+
 Result<Exit> print_status(Console& console, const std::string& path) {
   const auto status = read_present_status(path);
   if (!status) return failure(status.error());
@@ -189,7 +210,7 @@ Result<Exit> print_status(Console& console, const std::string& path) {
   if (console.json)
     console.print(to_json(*status, *guard));
   else
-    console.print(describe(*status) + (*guard ? "  " + describe(**guard) + "\n" : ""));
+    console.print(describe(*status) + guard_lines(path) + (*guard ? "  " + describe(**guard) + "\n" : ""));
   return Exit::done;
 }
 

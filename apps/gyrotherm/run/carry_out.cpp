@@ -160,6 +160,19 @@ void warn_about_ignored_holders(Console& console, const run::ChamberOwnership& o
                     stranger));
 }
 
+/// Prints the guards of dead runs that wait for the chamber.
+void print_waiting_guards(Console& console, const run::ChamberOwnership& ownership) {
+  for (const auto& guard : ownership.waiting_guards())
+    console.print_message(
+        fmt::format("warning: {}, has not ended; it ends once this run drives the chamber", guard.words));
+}
+
+/// Records the guards of dead runs from which this run takes the chamber over.
+void note_waiting_guards(run::RunController& run_controller, const run::ChamberOwnership& ownership) {
+  for (const auto& guard : ownership.waiting_guards())
+    run_controller.note(EventKind::note, "takes the chamber over from " + guard.words);
+}
+
 /// Prints the instruments of a real rig and their lines. Called before connecting, which may take long.
 void print_connecting(Console& console, const rig::RigFile& rig) {
   if (rig.simulated) return;
@@ -297,6 +310,7 @@ Result<Opening> prepare_opening(Console& console, const rig::RigFile& file, cons
   auto ownership = run::ChamberOwnership::take(file, path, by_program);
   if (!ownership) return failure(ownership.error());
   warn_about_ignored_holders(console, *ownership);
+  print_waiting_guards(console, *ownership);
   auto rig = rig::Rig::assemble(file, start);
   if (!rig) return failure(rig.error());
   return Opening{.ownership = std::move(*ownership), .rig = std::move(*rig)};
@@ -524,6 +538,7 @@ Result<void> start_run(Console& console, const profile::Profile& profile, const 
   run::RunController run_controller(profile, *opening->rig, *opening->store, plan.first, 0);
   if (!opening->air_mismatch.empty()) console.print_message(opening->air_mismatch);
   note_start(plan, *opening, *names, run_controller);
+  note_waiting_guards(run_controller, opening->ownership);
   warn_at_start(console, run_controller, *opening->rig, opening->missing);
   record::Record history;
   history.info = opening->store->info();
@@ -557,6 +572,7 @@ Result<void> resume_run(Console& console, const std::string& path, const ResumeO
   run_controller.leave_out(on.start.dropped_units);
   run_controller.continue_tally(run->tally);
   note_resumption(console, *run, opening->entry, first, run_controller);
+  note_waiting_guards(run_controller, opening->ownership);
   warn_at_start(console, run_controller, *opening->rig, opening->missing);
   if (auto recalled = record_guard_trace(console, *opening->store, opening->rig->clock().now(), path); !recalled)
     return recalled;

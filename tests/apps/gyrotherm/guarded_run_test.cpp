@@ -103,6 +103,37 @@ TEST_F(GuardedRun, KeepsSetPointWithoutGuardAfterOrderlyStop) {
   EXPECT_FALSE(std::filesystem::exists(record + ".made-safe"));
 }
 
+/// The guard of a dead run still watches the air when a later run drives the chamber for some seconds and ends.
+TEST_F(GuardedRun, LeavesChamberToLaterRunThatEndedInOrder) {
+  Background run(warm_run(record), folder / "log");
+  ASSERT_TRUE(run.wait_for("\"acknowledged\": 1}", 60)) << run.output();
+  ASSERT_TRUE(laboratory.wait_for_set_point(kWarm, 60));
+  run.signal(SIGKILL);
+  ASSERT_TRUE(laboratory.wait_for_set_point(kSafe, kLimit)) << run.output();
+  ASSERT_FALSE(find_guards(record).empty());
+  const auto guarded = gyrotherm_with("status " + record);
+  EXPECT_NE(guarded.out.find("guard: process "), std::string::npos) << guarded.out << guarded.err;
+  const auto later = folder / "later.db";
+  const auto refused = gyrotherm_with("go " + laboratory.rig() + " 500 --out " + later);
+  EXPECT_NE(refused.exit_code, 0);
+  EXPECT_FALSE(find_guards(record).empty()) << "a run that did not begin relieves no guard";
+  const auto went = gyrotherm_with("go " + laboratory.rig() + " 21 --for '3 s' --out " + later);
+  EXPECT_EQ(went.exit_code, 0) << went.err;
+  EXPECT_NE(went.err.find("which guards the chamber for " + record), std::string::npos) << went.err;
+  for (int i = 0; i < 100 && !find_guards(record).empty(); ++i) shell("sleep 0.1");
+  EXPECT_TRUE(find_guards(record).empty());
+  EXPECT_EQ(laboratory.set_point(), 21);
+  EXPECT_FALSE(std::filesystem::exists(record + ".safe-state"));
+  const auto status = gyrotherm_with("status " + record);
+  EXPECT_NE(status.out.find("has taken the chamber over"), std::string::npos) << status.out << status.err;
+  EXPECT_EQ(status.out.find("guard: process "), std::string::npos) << status.out;
+  const auto kept = record::read_record(later);
+  ASSERT_TRUE(kept) << text(kept.error());
+  std::string events;
+  for (const auto& stored : kept->events) events += stored.event.text + "\n";
+  EXPECT_NE(events.find("takes the chamber over from process "), std::string::npos) << events;
+}
+
 TEST_F(GuardedRun, IsMadeSafeBySigterm) {
   for (const auto* before : {"", "pause", "note looked"}) {
     const auto path = folder / ("run" + std::to_string(std::string(before).size()) + ".db");

@@ -47,6 +47,7 @@ Result<void> SafeSequence::carry_out(io::InstrumentIo& io, bool at_once) {
 
 std::optional<std::string> SafeSequence::attempt(io::InstrumentIo& io, Duration at) {
   if (!began_) began_ = at;
+  now_ = at;
   const bool at_once = at - *began_ < kInitialAttemptTime || is_due(forced_, at, kLaterAttemptInterval);
   if (at_once) forced_ = at;
   const auto done = carry_out(io, at_once);
@@ -58,6 +59,7 @@ std::optional<std::string> SafeSequence::attempt(io::InstrumentIo& io, Duration 
 }
 
 void SafeSequence::add_reading(const Reading<ChamberState>& chamber, Duration at) {
+  now_ = at;
   if (!began_) return;
   unread_ = chamber.value ? 0 : unread_ + 1;
   if (!chamber.value) read_trouble_ = text(chamber.value.error());
@@ -72,7 +74,7 @@ bool SafeSequence::is_only_being_watched() const {
 
 std::string SafeSequence::describe() const {
   const auto what = fmt::format("sent to {:g} °C{}", target_.value, evidence_.must_be_off() ? " and switched off" : "");
-  auto shown = evidence_.describe();
+  auto shown = evidence_.describe(now_);
   if (unread_ >= kUnreadToReport)
     shown += fmt::format("; no reading for {}: {}", format_duration(std::chrono::seconds(unread_)), read_trouble_);
   if (confirmed_) return fmt::format("the chamber was {} ({})", what, shown);

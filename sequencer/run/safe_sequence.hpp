@@ -42,7 +42,7 @@ class SafeSequence {
   Celsius target_;
   watchdog::SafeEvidence evidence_;
   bool confirmed_ = false;
-  std::optional<Duration> began_, reported_, forced_;
+  std::optional<Duration> began_, reported_, forced_, now_;
   std::string trouble_;
   /// Seconds in a row without a reading, and the fault of the last of them.
   int unread_ = 0;

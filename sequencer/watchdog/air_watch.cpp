@@ -83,8 +83,10 @@ AirVerdict AirWatch::add_reading(Celsius air, Duration at) {
 std::string AirWatch::describe() const {
   if (!last_at_) return "the air has not been read";
   if (observe_ <= Duration{}) return fmt::format("air {:.2f} °C, not watched", now_c_);
-  const auto seen = fmt::format("air {:.2f} °C, {:.2f} °C {} before", now_c_, first_c_,
-                                format_duration(std::chrono::floor<std::chrono::seconds>(watched_)));
+  const auto seen = watched_ < kSecond
+                        ? fmt::format("air {:.2f} °C", now_c_)
+                        : fmt::format("air {:.2f} °C, {:.2f} °C {} before", now_c_, first_c_,
+                                      format_duration(std::chrono::floor<std::chrono::seconds>(watched_)));
   switch (verdict_) {
     case AirVerdict::moves_away: return fmt::format("{}: moves AWAY from {:g} °C", seen, set_point_.value);
     case AirVerdict::does_not_move: return fmt::format("{}: does NOT move towards {:g} °C", seen, set_point_.value);
@@ -95,6 +97,14 @@ std::string AirWatch::describe() const {
   if (is_near) return fmt::format("{}: near {:g} °C", seen, set_point_.value);
   if (source_ != AirSource::controller) return seen + ": drifts as in a switched-off chamber";
   return fmt::format("{}: moves towards {:g} °C", seen, set_point_.value);
+}
+
+std::string AirWatch::describe_past() const {
+  const bool moves = verdict_ == AirVerdict::moves_away;
+  if (!moves && verdict_ != AirVerdict::does_not_move) return {};
+  return fmt::format("{} {:g} °C, from {:.2f} °C to {:.2f} °C within {}",
+                     moves ? "moved AWAY from" : "did NOT move towards", set_point_.value, first_c_, now_c_,
+                     format_duration(std::chrono::floor<std::chrono::seconds>(watched_)));
 }
 
 }  // namespace gyrotherm::watchdog

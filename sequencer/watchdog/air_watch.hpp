@@ -45,11 +45,15 @@ class AirWatch {
 
   [[nodiscard]] AirVerdict verdict() const { return verdict_; }
   [[nodiscard]] AirSource source() const { return source_; }
+  [[nodiscard]] bool has_reading() const { return last_at_.has_value(); }
   /// Returns the time for which the air has been watched. At most half a minute of a pause between two readings is
   /// included.
   [[nodiscard]] Duration watched() const { return watched_; }
   /// Returns a text such as "air 40.10 °C, 61.30 °C 5 min before: moves towards 22 °C".
   [[nodiscard]] std::string describe() const;
+  /// Returns what the air did when the verdict was reached, for a later message, such as "moved AWAY from 23 °C, from
+  /// 99.80 °C to 103.00 °C within 25 s". Empty unless the verdict is moves_away or does_not_move.
+  [[nodiscard]] std::string describe_past() const;
 
  private:
   [[nodiscard]] double distance(double air_c) const;

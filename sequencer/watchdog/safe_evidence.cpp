@@ -7,11 +7,15 @@
 #include <chrono>
 #include <cmath>
 
+#include "core/clock.hpp"
+
 namespace gyrotherm::watchdog {
 namespace {
 
 /// A controller changes its mode within this time, even on a slow line.
 constexpr Duration kModeWithin = std::chrono::seconds(60);
+/// A reading that is older is described with its age.
+constexpr Duration kMaxFreshAge = std::chrono::seconds(5);
 constexpr int kSwitchesOff = 2;  ///< the escalation that switches off
 
 /// Returns true if nothing conditions the air: the chamber is off, or its own protection prevents conditioning.
@@ -65,7 +69,8 @@ AirSource SafeEvidence::source() const {
 /// is switched off.
 void SafeEvidence::escalate(Celsius air, Duration at) {
   ineffective_ = true;
-  trouble_ = trend_.verdict() == AirVerdict::moves_away ? trend_.describe() : air_.describe();
+  past_movement_ = trend_.verdict() == AirVerdict::moves_away ? trend_.describe_past() : air_.describe_past();
+  escalated_at_ = at;
   escalations_ = is_off(activity_) ? std::max(escalations_ + 1, kSwitchesOff) : escalations_ + 1;
   follow_due_ = !must_be_off() && goal_.can_start && activity_ != ChamberActivity::unknown && !is_off(activity_);
   is_accepted_ = switched_off_ = false;
@@ -91,6 +96,8 @@ void SafeEvidence::watch_air(Celsius air, Duration at, bool was_complete) {
 void SafeEvidence::add_reading(const ChamberState& chamber, Duration at) {
   const bool was_complete = set_point_shown_ && mode_shown_;
   shown_ = chamber.set_point;
+  last_at_ = at;
+  last_air_ = chamber.air;
   activity_ = chamber.activity;
   const bool unreadable = std::isnan(chamber.set_point.value);
   const bool has_set_point = abs(chamber.set_point - goal_.set_point) <= goal_.tolerance;
@@ -112,7 +119,16 @@ SafeAction SafeEvidence::next() const {
   return (wrong || follow_due_) && goal_.can_start ? SafeAction::follow : SafeAction::keep;
 }
 
-std::string SafeEvidence::describe() const {
+/// Describes the present air. After an escalation also the movement that caused it, with its time.
+std::string SafeEvidence::describe_air() const {
+  const auto& watch = air_.has_reading() ? air_ : trend_;
+  if (!ineffective_ || past_movement_.empty()) return watch.describe();
+  const auto since = std::chrono::floor<std::chrono::seconds>(last_at_.value_or(escalated_at_) - escalated_at_);
+  const auto when = since > Duration{} ? format_duration(since) + " before it " : "it ";
+  return fmt::format("air {:.2f} °C; {}{}", last_air_.value, when, past_movement_);
+}
+
+std::string SafeEvidence::describe(std::optional<Duration> now) const {
   std::string set_point = "the set point has not been read";
   if (shown_ && std::isnan(shown_->value))
     set_point = is_accepted_ ? "set point acknowledged" : "set point NOT acknowledged";
@@ -124,7 +140,9 @@ std::string SafeEvidence::describe() const {
     mode = goal_.shows_mode ? "mode NOT shown"
            : switched_off_  ? "switched off, as acknowledged"
                             : "mode not in its map";
-  return fmt::format("{}; {}; {}", set_point, mode, ineffective_ ? trouble_ : air_.describe());
+  const auto age = now && last_at_ ? std::chrono::floor<std::chrono::seconds>(*now - *last_at_) : Duration{};
+  const auto aged = age > kMaxFreshAge ? fmt::format(" (read {} ago)", format_duration(age)) : "";
+  return fmt::format("{}; {}; {}{}", set_point, mode, describe_air(), aged);
 }
 
 }  // namespace gyrotherm::watchdog

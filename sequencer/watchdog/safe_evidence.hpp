@@ -74,8 +74,10 @@ class SafeEvidence {
   [[nodiscard]] bool has_shown_mode() const { return mode_shown_; }
   [[nodiscard]] bool has_shown_air() const { return air_.verdict() == AirVerdict::shown; }
   [[nodiscard]] bool is_safe() const { return set_point_shown_ && mode_shown_ && has_shown_air(); }
-  /// Returns a text such as "set point read back; mode running; air 22.10 °C, 40.00 °C 5 min before: near 22 °C".
-  [[nodiscard]] std::string describe() const;
+  /// Returns a text such as "set point read back; mode running; air 22.10 °C, 40.00 °C 5 min before: near 22 °C". The
+  /// values are those of the last reading. `now` is the time of the text on the clock of add_reading(); the text
+  /// contains the age of a reading that is older than 5 s.
+  [[nodiscard]] std::string describe(std::optional<Duration> now = {}) const;
 
  private:
   static constexpr int kMaxEscalations = 3;
@@ -84,6 +86,7 @@ class SafeEvidence {
   [[nodiscard]] AirSource source() const;
   void watch_air(Celsius air, Duration at, bool was_complete);
   void escalate(Celsius air, Duration at);
+  [[nodiscard]] std::string describe_air() const;
 
   SafeGoal goal_;
   /// Judges the air, but only while the chamber reports the safe set point and mode.
@@ -96,7 +99,11 @@ class SafeEvidence {
   std::optional<Duration> mode_wrong_since_;
   int escalations_ = 0;
   bool ineffective_ = false;
-  std::string trouble_;  ///< the air's, at the escalation
+  /// Movement of the air that caused the last escalation; empty: it was not the air.
+  std::string past_movement_;
+  Duration escalated_at_{};
+  std::optional<Duration> last_at_;  ///< of the last reading
+  Celsius last_air_{};
 };
 
 }  // namespace gyrotherm::watchdog

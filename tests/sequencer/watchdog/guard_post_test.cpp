@@ -136,7 +136,6 @@ class Attempting : public Post {
     return attempt_once(state, chamber, post, SafeTask::look);
   }
   SafeState state = safe_state_for("/data/dead.db");
-  ErrorPrinter printer;
 };
 
 TEST_F(Attempting, IsMadeAfterProgramOnlyHeldLock) {

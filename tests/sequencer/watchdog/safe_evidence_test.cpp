@@ -112,7 +112,32 @@ TEST(SafeEvidence, NeverEndsWhileAirMovesAway) {
   EXPECT_TRUE(evidence.is_ineffective() && evidence.is_exhausted());
   EXPECT_NE(evidence.describe().find("mode NOT shown: not following its set point"), std::string::npos)
       << evidence.describe();
-  EXPECT_NE(evidence.describe().find("moves AWAY from 22 °C"), std::string::npos) << evidence.describe();
+  EXPECT_NE(evidence.describe().find("moved AWAY from 22 °C"), std::string::npos) << evidence.describe();
+}
+
+/// The heater sticks at first and is released later: the message follows the air.
+TEST(SafeEvidence, DescribesPresentAirAfterMovement) {
+  SafeEvidence evidence(kGoal);
+  ChamberState chamber{.air = {90}, .set_point = kGoal.set_point, .activity = ChamberActivity::running};
+  Duration at{};
+  const auto read = [&](double air_c, int times) {
+    for (int i = 0; i < times; ++i) evidence.add_reading({{air_c}, kGoal.set_point, chamber.activity}, at += kSecond);
+  };
+  evidence.acknowledge(SafeAction::set_point);
+  read(90, 5);
+  EXPECT_EQ(evidence.describe().find("moves AWAY"), std::string::npos) << evidence.describe();
+  read(93.5, 2);
+  ASSERT_TRUE(evidence.is_ineffective());
+  const auto at_once = evidence.describe(at);
+  EXPECT_NE(at_once.find("air 93.50 °C; it moved AWAY from 22 °C, from 90.00 °C to 93.50 °C within 6 s"),
+            std::string::npos)
+      << at_once;
+  read(91.25, 60);
+  const auto later = evidence.describe(at);
+  EXPECT_NE(later.find("air 91.25 °C; 1 min 00 s before it moved AWAY"), std::string::npos) << later;
+  EXPECT_EQ(later.find("read "), later.rfind("read back")) << later;
+  const auto silent = evidence.describe(at + 40 * kSecond);
+  EXPECT_NE(silent.find("(read 40 s ago)"), std::string::npos) << silent;
 }
 
 TEST(SafeEvidence, SwitchesOffAgainWhenChamberStartsAgain) {

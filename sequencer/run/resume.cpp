@@ -320,8 +320,21 @@ bool is_in_place(Celsius air, Celsius goal, const std::optional<Celsius>& air_be
 }
 
 EntryPoint entry_at(Celsius goal, Celsius air_now, bool air_in_place, const profile::ChamberLimits& limits) {
-  if (air_in_place) return {goal, false};
-  return {std::clamp(air_now, limits.lowest, limits.highest), true};
+  if (air_in_place) return {.set_point = goal};
+  return {.set_point = std::clamp(air_now, limits.lowest, limits.highest), .away = true};
+}
+
+EntryPoint avoid_step(const EntryPoint& entry, const ChamberState& found, const profile::ChamberLimits& limits,
+                      EntryClock clock) {
+  constexpr Kelvins kResolution{0.1};  // of common controllers
+  const auto is_step_from = [&](Celsius from) {
+    const auto& rate = entry.set_point > from ? limits.fastest_heating : limits.fastest_cooling;
+    return !(abs(entry.set_point - from) <= std::max(rate * Duration(kSecond), kResolution));
+  };
+  const bool shows = found.activity == ChamberActivity::running || found.activity == ChamberActivity::unknown;
+  if (entry.away || !is_step_from(found.air) || (shows && !is_step_from(found.set_point))) return entry;
+  const bool continues = clock == EntryClock::runs && abs(entry.set_point - found.air) <= kResumeBand;
+  return {std::clamp(found.air, limits.lowest, limits.highest), !continues, continues};
 }
 
 SegmentExtremes segment_extremes(const profile::Profile& profile, const profile::ProfileState& state) {

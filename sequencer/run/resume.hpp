@@ -109,9 +109,24 @@ struct EntryPoint {
   Celsius set_point;
   /// The set point is the air's temperature, away from the profile. The run returns by a ramp.
   bool away{};
+  /// The set point is the air's temperature, and reaches the profile by a ramp while the profile's clock runs.
+  bool behind{};
 };
 [[nodiscard]] EntryPoint entry_at(Celsius goal, Celsius air_now, bool air_in_place,
                                   const profile::ChamberLimits& limits);
+
+/// Clock of the profile while the set point ramps from the air temperature.
+enum class EntryClock {
+  waits,  ///< a new run
+  /// A resumed run continues at once if the air is within kResumeBand of the goal.
+  runs,
+};
+
+/// Replaces an entry whose set point would be a step by one that starts at the air temperature (decision 0084). The set
+/// point is a step if both the air and the set point that a running chamber shows differ from it by more than the
+/// permitted ramp rate allows in a second, or by more than 0.1 K if that is more.
+[[nodiscard]] EntryPoint avoid_step(const EntryPoint& entry, const ChamberState& found,
+                                    const profile::ChamberLimits& limits, EntryClock clock);
 
 /// The extremes of the set points of one segment.
 struct SegmentExtremes {

@@ -71,6 +71,12 @@ void RunController::begin_away(Celsius here, const std::string& cause, std::opti
   change_to(Returning{cause, {}});
 }
 
+void RunController::begin_behind(Celsius here) {
+  lead_ = std::make_unique<HostLead>(rig_.file(), here, kSecond * next_slot_);
+  note(EventKind::note,
+       fmt::format("the set point ramps from the air temperature, {:.2f} °C, to the profile", here.value));
+}
+
 void RunController::note(EventKind kind, std::string text, EventSubject about) {
   if (!about.segment) about.segment = profile_position(profile_, state_).segment;
   events_.push_back({rig_.clock().now(), kind, std::move(text), std::move(about)});

@@ -43,6 +43,9 @@ class RunController {
   /// within 2 K of the set point, or of `air_before`, the air temperature when the run stopped. `cause` is the reason
   /// that is recorded.
   void begin_away(Celsius here, const std::string& cause, std::optional<Celsius> air_before);
+  /// Begins with the set point at the air temperature `here`, within kResumeBand of the profile. The profile's clock
+  /// runs while the set point ramps to the profile.
+  void begin_behind(Celsius here);
 
   /// Carries out the second numbered `slot`. Slots without a tick since the last one become a recorded gap, in which
   /// the profile's clock does not run. Fails with storage only: faults of instruments are recorded, and the interlocks

@@ -208,7 +208,10 @@ Result<run::EntryPoint> find_entry(const run::RunContinuation& on, const Chamber
   if (verdict.way == run::Reentry::ask && !accepted)
     return failure(FaultKind::interrupted, path,
                    fmt::format("{}; check the chamber, then run \"gyrotherm resume {} --accept\"", verdict.why, path));
-  return run::entry_at(goal, now.air, run::is_in_place(now.air, goal, on.interruption.air), on.rig.chamber_limits);
+  const auto entry =
+      run::entry_at(goal, now.air, run::is_in_place(now.air, goal, on.interruption.air), on.rig.chamber_limits);
+  if (on.rig.simulated) return entry;  // its runs keep the rows of earlier versions
+  return run::avoid_step(entry, now, on.rig.chamber_limits, run::EntryClock::runs);
 }
 
 /// Reports overdue calibrations and chamber quantities that are not monitored, as messages and as events of the record.
@@ -379,6 +382,8 @@ Result<Celsius> enter_run(const NewRun& plan, Opening& opening, const rig::Found
   if (auto good = check_controller(found.limits, plan.profile, plan.file); !good) return failure(good.error());
   const auto goal = demanded_set_point(plan.profile, plan.first), air = found.state.air;
   opening.entry = run::entry_at(goal, air, run::is_in_place(air, goal, {}), plan.file.chamber_limits);
+  if (!plan.options.upload && !plan.file.simulated)
+    opening.entry = run::avoid_step(opening.entry, found.state, plan.file.chamber_limits, run::EntryClock::waits);
   if (plan.options.upload && opening.entry.away) return failure(start_elsewhere_fault(goal, air));
   auto info = run::run_info(GYROTHERM_VERSION, plan.profile, plan.file, plan.options.seed,
                             opening.rig->will_start_utc(), plan.options.days_later, plan.options.goal);
@@ -470,6 +475,7 @@ void note_resumption(Console& console, const StoppedRun& run, const run::EntryPo
   if (!on.interruption.mismatched_instruments.empty())
     run_controller.note(EventKind::note, "accepted: " + on.interruption.mismatched_instruments);
   if (entry.away) run_controller.begin_away(entry.set_point, on.why_stopped, on.interruption.air);
+  if (entry.behind) run_controller.begin_behind(entry.set_point);
   if (!run.lost || !*run.lost) return;
   console.print_message(fmt::format("warning: {}: {}", run.path, record::describe(**run.lost)));
   run_controller.note(EventKind::fault, "the record " + describe(**run.lost));

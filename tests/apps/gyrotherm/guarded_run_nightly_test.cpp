@@ -33,7 +33,7 @@ std::optional<double> seconds_until_safe(const RealLaboratory& laboratory, const
                  record + ".log");
   if (!run.wait_for("\"acknowledged\": 0}", 120)) return {};
   std::this_thread::sleep_for(std::chrono::milliseconds(random() % 2000));
-  if (!laboratory.wait_for_set_point(21.5, 5)) return {};
+  if (!laboratory.wait_for_set_point(21.5, 60)) return {};
   run.signal(signal);
   const auto taken = laboratory.wait_for_set_point(20, 30);
   for (int i = 0; i < 100 && std::filesystem::exists(record + ".safe-state"); ++i)

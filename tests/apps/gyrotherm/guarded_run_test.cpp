@@ -91,6 +91,7 @@ TEST_F(GuardedRun, EndsManualModeAndObservesAirWhenKilled) {
 TEST_F(GuardedRun, KeepsSetPointWithoutGuardAfterOrderlyStop) {
   Background run(warm_run(record), folder / "log");
   ASSERT_TRUE(run.wait_for("\"acknowledged\": 1}", 60)) << run.output();
+  ASSERT_TRUE(laboratory.wait_for_set_point(kWarm, 60));
   Background second(warm_run(folder / "second.db"), folder / "second.log");
   EXPECT_EQ(second.wait(), 3) << "one program drives a chamber";
   EXPECT_NE(second.output().find("driven by another program: process "), std::string::npos) << second.output();
@@ -165,6 +166,7 @@ TEST_F(GuardedRun, HoldsSetPointAfterSigtermWhenOnStopIsHold) {
   Background run({"run", "tests/profiles/ten-minutes-warm.toml", "--rig", holding, "--out", record, "--json"},
                  folder / "log");
   ASSERT_TRUE(run.wait_for("\"acknowledged\": 1}", 60)) << run.output();
+  ASSERT_TRUE(laboratory.wait_for_set_point(kWarm, 60));
   run.signal(SIGTERM);
   EXPECT_EQ(run.wait(), 5) << run.output();
   EXPECT_FALSE(std::filesystem::exists(record + ".safe-state"));
@@ -308,6 +310,7 @@ TEST_F(GuardedRun, NotifiesSystemdWatchdogEachTick) {
   Watchdog watchdog(folder / "notify");
   Background run(warm_run(record), folder / "log");
   ASSERT_TRUE(run.wait_for("\"acknowledged\": 1}", 60)) << run.output();
+  ASSERT_TRUE(laboratory.wait_for_set_point(kWarm, 60));
   const auto messages = watchdog.messages();
   EXPECT_TRUE(messages.starts_with("READY=1\nWATCHDOG_USEC=900000000\n")) << messages;
   EXPECT_NE(messages.find("WATCHDOG_USEC=8000000\nWATCHDOG=1\nWATCHDOG=1\n"), std::string::npos) << messages;

@@ -580,6 +580,20 @@ TEST(BrokenRig, RampsToFirstSetPointBeforeClockStarts) {
   EXPECT_EQ(bench.seconds(5000), RunOutcome::complete);
 }
 
+TEST(BrokenRig, RampsFromNearbyAirWhileClockRuns) {
+  tests::Bench bench(kSoak);
+  bench.chamber().air_c = bench.chamber().set_point_c = 21.5;
+  bench.run_controller().begin_behind(Celsius{21.5});
+  bench.seconds(5);
+  EXPECT_EQ(bench.run_controller().run_state(), RunState::execute);
+  EXPECT_GE(bench.progress().in_segment, 4 * kSecond);
+  EXPECT_NEAR(bench.chamber().set_point_c, 21, 0.2);
+  bench.seconds(20);
+  EXPECT_EQ(bench.chamber().set_point_c, 20);
+  EXPECT_LE(largest_set_point_step(bench.chamber().sent_c), 6.0 / 60 + 1e-6);
+  EXPECT_EQ(bench.seconds(5000), RunOutcome::complete);
+}
+
 TEST(BrokenRig, SendsNothingToSilentChamberAndAbortsLostOne) {
   tests::Bench bench(kSoak);
   bench.seconds(130);

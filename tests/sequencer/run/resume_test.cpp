@@ -217,6 +217,62 @@ TEST(Resume, HasNoAirWhenRunHadNotReachedProfile) {
   EXPECT_FALSE(is_in_place({19.8}, {-30}, air_after(0)));
 }
 
+constexpr profile::ChamberLimits kSlow{{-40}, {90}, CelsiusPerMinute{1}, CelsiusPerMinute{6}};
+
+/// Entry to `goal` of a chamber with this air and set point.
+EntryPoint enter(double goal, double air, double shown, EntryClock clock,
+                 ChamberActivity activity = ChamberActivity::running) {
+  const auto entry = entry_at({goal}, {air}, is_in_place({air}, {goal}, {}), kSlow);
+  return avoid_step(entry, {.air = {air}, .set_point = {shown}, .activity = activity}, kSlow, clock);
+}
+
+TEST(Entry, RampsWithinResumeBandFromAir) {
+  const auto start = enter(24.9, 23, 23, EntryClock::waits);
+  EXPECT_EQ(start.set_point, Celsius{23});
+  EXPECT_TRUE(start.away) << "the time of the hold begins after the ramp";
+  const auto resumed = enter(31.3, 29.3, 23, EntryClock::runs);
+  EXPECT_EQ(resumed.set_point, Celsius{29.3});
+  EXPECT_TRUE(resumed.behind && !resumed.away) << "no time is lost";
+}
+
+TEST(Entry, SendsSetPointThatIsNoStep) {
+  struct Case {
+    const char* what;
+    double goal, air, shown;
+    bool steps;
+  };
+  for (const auto& one :
+       {Case{"the chamber was left at the set point", 31.3, 29.3, 31.3, false},
+        Case{"rounded by the controller", 31.3333, 29.3, 31.3, false}, Case{"the air is there", 23, 22.95, 80, false},
+        Case{"farther than the resolution", 23, 22.85, 80, true},
+        Case{"within a second of cooling", 23, 23.099, 80, false},
+        Case{"the shown set point is unknown", 23, 22, std::nan(""), true}})
+    for (const auto clock : {EntryClock::waits, EntryClock::runs}) {
+      const auto entry = enter(one.goal, one.air, one.shown, clock);
+      EXPECT_EQ(entry.away || entry.behind, one.steps) << one.what;
+      EXPECT_EQ(entry.set_point, Celsius{one.steps ? one.air : one.goal}) << one.what;
+    }
+}
+
+TEST(Entry, IgnoresSetPointOfChamberThatIsOff) {
+  for (const auto activity : {ChamberActivity::off, ChamberActivity::not_following, ChamberActivity::done})
+    EXPECT_TRUE(enter(24.9, 23, 24.9, EntryClock::waits, activity).away) << name(activity);
+  EXPECT_FALSE(enter(24.9, 23, 24.9, EntryClock::waits, ChamberActivity::unknown).away) << "its map shows no state";
+}
+
+/// The air is where it was when the run stopped, but far behind the profile.
+TEST(Entry, WaitsIfAirIsFartherThanResumeBand) {
+  const EntryPoint direct{.set_point = {40}};
+  const auto entry = avoid_step(direct, {.air = {35}, .set_point = {23}}, kSlow, EntryClock::runs);
+  EXPECT_TRUE(entry.away && !entry.behind);
+  EXPECT_EQ(entry.set_point, Celsius{35});
+}
+
+TEST(Entry, StartsInsideLimits) {
+  EXPECT_EQ(enter(-40, -41.5, 23, EntryClock::runs).set_point, Celsius{-40});
+  EXPECT_EQ(enter(90, 91.5, 23, EntryClock::waits).set_point, Celsius{90});
+}
+
 TEST(Resume, RequiresOperatorAfterForeignSetPoint) {
   tests::DryRun dry_run(GYROTHERM_SOURCE_DIR "/tests/profiles/soak-on-block.toml");
   ASSERT_EQ(dry_run.run(50), RunOutcome::going_on);

@@ -50,12 +50,27 @@ std::string limiter_line(const rig::RigFile& rig) {
          "the limiter is the safety function, this program is not\n";
 }
 
+/// Returns what the program cannot see because the map of a real chamber has no states; empty if it has.
+std::string unseen_states(const rig::RigFile& rig) {
+  if (rig.simulated || !rig.chamber_map.states.empty()) return {};
+  return fmt::format(
+      "the map of the {} has no [[state]]: the program cannot see that the chamber is off or in manual mode, and a run "
+      "continues until an interlock of the air or of a thermometer trips",
+      rig.chamber_map.name);
+}
+
+std::string state_line(const rig::RigFile& rig) {
+  const auto unseen = unseen_states(rig);
+  return unseen.empty() ? "" : fmt::format("    WARNING: {}\n", unseen);
+}
+
 std::string chamber_line(const rig::RigFile& rig) {
   const auto& limits = rig.chamber_limits;
   return fmt::format(
       "  chamber {}, {:g} … {:g} °C, heats at up to {:g}, cools at up to {:g} °C/min, safe at {:g} °C\n    {}\n{}",
       rig.chamber_map.name, limits.lowest.value, limits.highest.value, limits.fastest_heating.value,
-      limits.fastest_cooling.value, rig.safe_set_point.value, describe_confidence(rig.chamber_map), limiter_line(rig));
+      limits.fastest_cooling.value, rig.safe_set_point.value, describe_confidence(rig.chamber_map),
+      state_line(rig) + limiter_line(rig));
 }
 
 std::string thermometer_lines(const rig::RigFile& rig) {
@@ -282,6 +297,7 @@ Json rig_json(const rig::RigFile& rig) {
           {"fastest_cooling_c_per_min", limits.fastest_cooling.value},
           {"safe_set_point_c", rig.safe_set_point.value},
           {"limiter", rig.limiter ? describe(*rig.limiter) : ""},
+          {"unseen_states", unseen_states(rig)},
           {"relay", rig.safe_also ? describe(*rig.safe_also) : ""},
           {"proof_tests", list_due_proofs(rig)},
           {"humidity", records_humidity(rig)},

@@ -213,6 +213,24 @@ not_verified = ["make and model"]
 commanded = "run"
 on = "start"
 off = "stop"
+
+# The program sees by the first true [[state]] that the chamber is off or in manual mode. Use the register that shows
+# the state if the manual has another one, and add "not_following" for a manual mode and "alarm" or "door_open" for
+# what else it shows.
+[[state]]
+activity = "off"
+register = "run"
+is = "stop"
+
+[[state]]
+activity = "running"
+register = "run"
+is = "start"
+
+# [[alarm]]                      # for each alarm that the controller reports
+# register = "alarms"
+# severity = "stop"              # ends a run
+# is = "limiter"
 )";
 
 constexpr const char* kTextSkeleton = R"(schema = "gyrotherm-text/1"

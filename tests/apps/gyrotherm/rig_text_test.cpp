@@ -14,6 +14,7 @@
 #include "core/file.hpp"
 #include "core/toml_reader.hpp"
 #include "drivers/gyro/frame_sum.hpp"
+#include "sequencer/watchdog/safe_evidence.hpp"
 #include "tests/support/folder.hpp"
 
 namespace gyrotherm::app {
@@ -146,7 +147,11 @@ TEST(ChamberSkeleton, ListsWhatIsMissingAndIsMapOnceFilledIn) {
   EXPECT_EQ(count_lines(partly.error().what), 4u);
   const auto map =
       drivers::parse_register_map(fill_in(skeleton, {"\"TC\"", "\"Acme\"", "\"manual\"", "10", "20", "30"}), "m.toml");
-  EXPECT_TRUE(map) << text(map.error());
+  ASSERT_TRUE(map) << text(map.error());
+  std::vector<ChamberActivity> activities;
+  for (const auto& state : map->states) activities.push_back(state.activity);
+  EXPECT_EQ(activities, (std::vector{ChamberActivity::off, ChamberActivity::running}));
+  EXPECT_TRUE(watchdog::safe_goal(*map, {20}, {}).shows_off) << "a chamber switched off at its panel is seen";
 }
 
 TEST(ChamberSkeleton, IsTextDescriptionOnceFilledIn) {

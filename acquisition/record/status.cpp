@@ -24,6 +24,7 @@ void copy_position(RunStatus& status, const RunStatus& before) {
   status.phase = before.phase;
   status.set_point = before.set_point;
   status.chamber_air = before.chamber_air;
+  status.chamber_set_point = before.chamber_set_point;
   status.thermometers = before.thermometers;
   status.overview = before.overview;
   if (status.finished && status.overview.state == RunState::execute) status.overview.state = RunState::complete;
@@ -238,6 +239,7 @@ Result<RunStatus> read_stored_status(Database& database, const std::string& path
   status.overview.state = row->state.value_or(RunState::execute);
   if (status.finished && status.overview.state == RunState::execute) status.overview.state = RunState::complete;
   status.chamber_air = celsius_if_known(row->chamber_air_c);
+  status.chamber_set_point = celsius_if_known(row->chamber_set_point_c);
   for (std::size_t i = 0; i < status.thermometers.size(); ++i)
     status.thermometers[i].second = celsius_if_known(row->thermometers_c[i]);
   return status;

@@ -46,6 +46,7 @@ void describe(auto& form, Like<RunStatus> auto& status) {
   form.if_present("gyro_rates", true, status.gyro_rates);
   form.if_present("decision", true, status.decision);
   form.if_present("unreleased", true, status.unreleased);
+  form.if_present("chamber_set_point_c", true, status.chamber_set_point);
 }
 
 std::string describe(RunState state, const std::string& cause) {

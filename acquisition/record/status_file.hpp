@@ -41,8 +41,10 @@ struct RunStatus {
   int segment_index{};
   int segment_count{};
   Phase phase{};
-  std::optional<Celsius> set_point;
+  std::optional<Celsius> set_point;  ///< of the profile
   std::optional<Celsius> chamber_air;
+  /// The set point that the chamber shows; nothing if it is unknown.
+  std::optional<Celsius> chamber_set_point{};
   /// The channels and their readings; a reading is nothing if it is a fault.
   std::vector<std::pair<std::string, std::optional<Celsius>>> thermometers;
   /// The number of failed readings since the run started.

@@ -151,6 +151,7 @@ class OrderedStore : public Store {
     set_progress(status_, info_, sample.progress);
     const auto chamber = known_value(sample.chamber);
     status_.chamber_air = chamber ? std::optional(chamber->air) : std::nullopt;
+    status_.chamber_set_point = chamber ? celsius_if_known(chamber->set_point.value) : std::nullopt;
     for (std::size_t i = 0; i < sample.thermometers.size(); ++i)
       status_.thermometers[i].second = known_value(sample.thermometers[i]);
   }

@@ -64,7 +64,9 @@ std::string alarm_lines(const record::RunStatus& status) {
 /// Describes the progress of a run and its faults.
 std::string state_lines(const record::RunStatus& status) {
   const RunOverview& overview = status.overview;
-  auto text = fmt::format("  {}\n", record::describe(overview.state, overview.cause));
+  const bool has_stopped = !status.being_written && !status.finished;
+  auto text =
+      fmt::format("  {}{}\n", has_stopped ? "last state: " : "", record::describe(overview.state, overview.cause));
   if (overview.state == RunState::held && status.being_written)
     text += "  \"gyrotherm tell RUN.db resume\" continues the run\n";
   if (overview.time_left)
@@ -93,14 +95,33 @@ std::optional<bool> is_alive(const record::RunStatus& status) {
   return age && *age <= record::kSilentAfter;
 }
 
+/// Returns the age of the values in a status. For a run that no program executes, this is the age of its status file.
+std::optional<Duration> find_age(const record::RunStatus& status) {
+  if (status.being_written || status.finished) return status_age(status);
+  const auto last = record::read_status_file_if_any(status.path);
+  return last && last->id == status.id ? status_age(*last) : std::nullopt;
+}
+
 std::string age_line(const record::RunStatus& status) {
+  const auto age = find_age(status);
+  if (!status.being_written && !status.finished && !is_imported(status))
+    return fmt::format("  no program executes this run; the following was read {}\n",
+                       age ? format_duration(*age) + " ago" : "at an unknown time");
   if (!status.being_written) return {};
-  const auto age = status_age(status);
   const auto ago =
       age ? fmt::format("written {} ago", format_duration(*age)) : "written before the machine was last started";
   if (is_alive(status).value_or(true)) return fmt::format("  {}\n", ago);
   return fmt::format("  WARNING: {}: the program or its disk does not respond; the following is the last known state\n",
                      ago);
+}
+
+/// Returns the set point of the profile, and that of the chamber if it differs.
+std::string describe_set_points(const record::RunStatus& status) {
+  constexpr Kelvins kSame{0.15};  // a controller rounds to 0.1 K
+  const auto& of_profile = status.set_point;
+  const auto& of_chamber = status.chamber_set_point;
+  if (!of_chamber || (of_profile && abs(*of_profile - *of_chamber) <= kSame)) return "set point " + degrees(of_profile);
+  return fmt::format("set point of the profile {}, of the chamber {}", degrees(of_profile), degrees(of_chamber));
 }
 
 std::string thermometer_line(const record::RunStatus& status) {
@@ -144,7 +165,7 @@ std::string describe(const record::RunStatus& status) {
   if (const auto& frames = status.frames)
     text += fmt::format("  gyro frames: {} received, {} lost, {} bad\n", frames->seen, frames->lost, frames->bad);
   for (const auto& axis : status.gyro_rates) text += "  " + describe(axis) + "\n";
-  text += fmt::format("  set point {}, air {}\n ", degrees(status.set_point), degrees(status.chamber_air));
+  text += fmt::format("  {}, air {}\n ", describe_set_points(status), degrees(status.chamber_air));
   return text + thermometer_line(status);
 }
 
@@ -161,7 +182,7 @@ std::vector<watchdog::WaitingGuard> find_guards(const std::string& path) {
 /// Returns the status as JSON, with the trace of gyrotherm-make-safe. The trace is null if that program did not act.
 std::string to_json(const record::RunStatus& status, const std::optional<watchdog::MadeSafe>& guard) {
   auto json = Json::parse(to_json(status));
-  const auto age = status_age(status);
+  const auto age = find_age(status);
   const auto alive = is_alive(status);
   json["written_ago_s"] = age ? Json(to_seconds(*age)) : nullptr;
   json["answers"] = alive ? Json(*alive) : nullptr;

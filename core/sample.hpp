@@ -178,7 +178,9 @@ struct RunOverview {
   std::optional<Duration> time_left{};
   /// Time that passed while the profile's clock was stopped.
   std::optional<Duration> behind_plan{};
-  std::int64_t missed_set_points{};       ///< not accepted by the chamber
+  std::int64_t missed_set_points{};  ///< not accepted by the chamber
+  /// Set points whose confirmation did not arrive in time. The chamber may have them.
+  std::int64_t unconfirmed_set_points{};
   std::vector<std::string> faults_now{};  ///< active faults, one line each
   auto operator<=>(const RunOverview&) const = default;
 };
@@ -204,6 +206,7 @@ void describe(auto& form, Like<RunOverview> auto& overview) {
   form("behind_plan_s", optional_seconds(overview.behind_plan));
   form("missed_set_points", overview.missed_set_points);
   form("faults_now", overview.faults_now);
+  form.if_present("unconfirmed_set_points", true, overview.unconfirmed_set_points);  // since 0.2.0
 }
 
 enum class EventKind {

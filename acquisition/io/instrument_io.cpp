@@ -460,11 +460,11 @@ class WorkerIo final : public InstrumentIo {
     auto done = chamber_.post(std::move(job));
     if (done.wait_for(within) == std::future_status::ready) return done.get();
     const bool never_begun = chamber_.withdraw();
-    return failure(
-        FaultKind::timeout, "chamber",
-        fmt::format("{} {} {}", what,
-                    never_begun ? "not sent: the chamber was still busy after" : "sent, but not confirmed in",
-                    to_ms(within)));
+    return failure(FaultKind::timeout, "chamber",
+                   never_begun ? fmt::format("{} not sent: the chamber was still busy after {}", what, to_ms(within))
+                               : fmt::format("{} not confirmed within {}, the time left in its second; the chamber may "
+                                             "have taken it",
+                                             what, to_ms(within)));
   }
 
   /// Returns the time that remains of the present tick.

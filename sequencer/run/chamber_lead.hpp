@@ -78,6 +78,7 @@ class ChamberLead {
                                                                   const interlocks::InterlockMemory& memory) = 0;
   /// Returns the number of set points that the chamber refused so far.
   [[nodiscard]] virtual std::int64_t missed_set_points() const = 0;
+  [[nodiscard]] virtual std::int64_t unconfirmed_set_points() const = 0;
 };
 
 /// Returns true if the last reading shows a foreign set point or program, or a mode that does not follow the set point.
@@ -111,6 +112,7 @@ class HostLead final : public ChamberLead {
                                                           RunState state, bool returning,
                                                           const interlocks::InterlockMemory& memory) override;
   [[nodiscard]] std::int64_t missed_set_points() const override { return path_.missed(); }
+  [[nodiscard]] std::int64_t unconfirmed_set_points() const override { return path_.unconfirmed(); }
 
  private:
   [[nodiscard]] std::optional<std::string> take_over_chamber(io::InstrumentIo& io, const LeadSecond& second);
@@ -156,6 +158,7 @@ class ControllerLead final : public ChamberLead {
     return std::nullopt;
   }
   [[nodiscard]] std::int64_t missed_set_points() const override { return 0; }
+  [[nodiscard]] std::int64_t unconfirmed_set_points() const override { return 0; }
   [[nodiscard]] std::string incomplete_reason(const LeadSecond& second) const override;
 
  private:

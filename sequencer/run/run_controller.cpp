@@ -555,6 +555,7 @@ RunOverview RunController::overview() const {
           .time_left = is_open(profile_) ? std::nullopt : std::optional(left),
           .behind_plan = std::max(Duration{}, kSecond * next_slot_ - (planned_ - left)),
           .missed_set_points = lead_->missed_set_points(),
+          .unconfirmed_set_points = lead_->unconfirmed_set_points(),
           .faults_now = active_faults(memory_)};
 }
 

@@ -65,7 +65,7 @@ Result<void> SetPointPath::advance(io::InstrumentIo& io, Celsius goal, Duration 
   if (!taken) {
     attempted_ = target;
     ++refusals_;
-    ++missed_;
+    ++(taken.error().kind == FaultKind::timeout ? unconfirmed_ : missed_);
     refusal_ = text(taken.error());
     return taken;
   }

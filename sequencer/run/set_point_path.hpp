@@ -51,6 +51,8 @@ class SetPointPath {
   }
   [[nodiscard]] const std::string& refusal() const { return refusal_; }
   [[nodiscard]] std::int64_t missed() const { return missed_; }  ///< refused set points in all
+  /// Set points in all whose confirmation did not arrive in time. The chamber may have them.
+  [[nodiscard]] std::int64_t unconfirmed() const { return unconfirmed_; }
 
  private:
   profile::ChamberLimits limits_;
@@ -72,7 +74,7 @@ class SetPointPath {
   Duration tried_;
   int refusals_ = 0;
   std::string refusal_;
-  std::int64_t missed_ = 0;
+  std::int64_t missed_ = 0, unconfirmed_ = 0;
 };
 
 }  // namespace gyrotherm::run

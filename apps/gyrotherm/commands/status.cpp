@@ -77,6 +77,9 @@ std::string state_lines(const record::RunStatus& status) {
   if (overview.time_left) text += "\n";
   if (overview.missed_set_points > 0)
     text += fmt::format("  {} set points were not accepted by the chamber\n", overview.missed_set_points);
+  if (overview.unconfirmed_set_points > 0)
+    text += fmt::format("  {} set points were not confirmed in time; the chamber may have taken them\n",
+                        overview.unconfirmed_set_points);
   for (const auto& fault : overview.faults_now) text += fmt::format("  fault: {}\n", fault);
   text += alarm_lines(status);
   if (!status.ended_by.empty()) text += fmt::format("  ended by: {}\n", status.ended_by);

@@ -298,7 +298,8 @@ TEST(InstrumentIo, ReportsUnconfirmedCommandAsUnknown) {
   const auto sent = io->send_set_point(Celsius{70});
   ASSERT_FALSE(sent);
   EXPECT_EQ(sent.error().kind, FaultKind::timeout);
-  EXPECT_EQ(sent.error().what, "set point 70 °C sent, but not confirmed in 2000 ms");
+  EXPECT_EQ(sent.error().what,
+            "set point 70 °C not confirmed within 2000 ms, the time left in its second; the chamber may have taken it");
   bench.chamber.command_gate.open();
 }
 
@@ -308,7 +309,8 @@ TEST(InstrumentIo, LimitsCommandToItsTick) {
   const auto io = InstrumentIo::workers(bench.instruments);
   EXPECT_TRUE(io->read(0, bench.clock).chamber.value);
   bench.clock.advance(480ms);  // an instrument was slow
-  EXPECT_EQ(io->send_set_point(Celsius{70}).error().what, "set point 70 °C sent, but not confirmed in 500 ms");
+  EXPECT_EQ(io->send_set_point(Celsius{70}).error().what,
+            "set point 70 °C not confirmed within 500 ms, the time left in its second; the chamber may have taken it");
   bench.chamber.command_gate.open();
 }
 

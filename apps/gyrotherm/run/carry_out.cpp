@@ -227,6 +227,15 @@ void warn_at_start(Console& console, run::RunController& run_controller, const r
   }
 }
 
+/// Returns the fault of a start while the chamber reports an alarm that would end the run in its first second.
+std::optional<Fault> find_alarm_fault(const ChamberState& found, FaultKind kind, const std::string& next) {
+  if (!found.must_stop) return {};
+  return Fault{kind, "chamber",
+               fmt::format("it still reports the alarm \"{}\", which ends a run; remove its cause, reset it at the "
+                           "chamber, then {}",
+                           found.alarms.empty() ? "unnamed" : found.alarms.front(), next)};
+}
+
 /// Returns the fault of an upload that starts away from the profile's first set point. The controller knows only the
 /// rates of its profile; the limits of the rig are enforced by this program.
 Fault start_elsewhere_fault(Celsius goal, Celsius air) {
@@ -379,6 +388,8 @@ Result<Celsius> enter_run(const NewRun& plan, Opening& opening, const rig::Found
   opening.missing = found.missing;
   opening.air_mismatch = found.air_mismatch;
   if (auto good = check_air(found, plan.options.accept_air); !good) return failure(good.error());
+  if (auto alarm = find_alarm_fault(found.state, FaultKind::refused, "start the run again"))
+    return failure(std::move(*alarm));
   if (auto good = check_controller(found.limits, plan.profile, plan.file); !good) return failure(good.error());
   const auto goal = demanded_set_point(plan.profile, plan.first), air = found.state.air;
   opening.entry = run::entry_at(goal, air, run::is_in_place(air, goal, {}), plan.file.chamber_limits);
@@ -457,6 +468,8 @@ Result<Celsius> reenter_run(StoppedRun& run, const ResumeOptions& options, Openi
   run::RunContinuation& on = run.on;
   opening.missing = found.missing;
   on.interruption.mismatched_instruments = run::compare_identities(run.info.identities, found.identities);
+  const auto next = fmt::format("run \"gyrotherm resume {} --accept\"", run.path);
+  if (auto alarm = find_alarm_fault(found.state, FaultKind::interrupted, next)) return failure(std::move(*alarm));
   const auto entry = find_entry(on, found.state, run.path, options.accept);
   if (!entry) return failure(entry.error());
   opening.entry = *entry;

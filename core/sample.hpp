@@ -169,6 +169,11 @@ struct Sample {
   RunState state{};  ///< after evaluating this sample
 };
 
+/// Begins the fault of an instrument whose reading was not finished in its second. The instrument may answer later: it
+/// is too slow rather than silent.
+inline constexpr std::string_view kStillBusy = "still busy after ";
+[[nodiscard]] inline bool is_still_busy(const Fault& fault) { return fault.what.starts_with(kStillBusy); }
+
 /// Status of a run, for programs and pages that display it.
 struct RunOverview {
   RunState state{};

@@ -496,7 +496,7 @@ class WorkerIo final : public InstrumentIo {
   /// Makes the reading of an instrument that did not answer in time.
   template <class T>
   Reading<T> late_reading(const char* instrument, const Clock& clock) const {
-    return stamp<T>(clock, failure(FaultKind::timeout, instrument, "still busy after " + to_ms(options_.patience)));
+    return stamp<T>(clock, failure(FaultKind::timeout, instrument, std::string(kStillBusy) + to_ms(options_.patience)));
   }
 
   Instruments instruments_;

@@ -186,7 +186,7 @@ MakeSafeExit make_safe(ErrorPrinter& printer, const std::string& record, RescueM
 
 const char* describe(WatchEnd end) {
   return end == WatchEnd::silent ? "the program that drove it hung"
-                                 : "the program that drove it ended without handing over";
+                                 : "the program that drove it ended before the chamber was safe";
 }
 
 /// Repeats attempts until the chamber has confirmed the safe state, or until another program has taken over the run or

@@ -208,8 +208,12 @@ Found check_thermometers_lost(const CheckInputs& in) {
   const auto answer = std::ranges::count_if(all, [](const auto& reading) { return reading.value.has_value(); });
   const auto needed = std::min<std::ptrdiff_t>(in.limits.thermometers_needed, std::ssize(all));
   if (answer >= needed) return {};
-  return make_result(answer == 0 ? "every thermometer silent"
-                                 : fmt::format("{} thermometers answer, {} are needed", answer, needed));
+  if (answer > 0) return make_result(fmt::format("{} thermometers answer, {} are needed", answer, needed));
+  const auto late = std::ranges::find_if(all, [](const auto& reading) { return is_still_busy(reading.value.error()); });
+  return make_result(late == all.end() ? "every thermometer silent"
+                                       : fmt::format("every thermometer silent or too slow: {}; a reading must take "
+                                                     "less than a second",
+                                                     late->value.error().what));
 }
 
 /// Finds the unread thermometers among those that `counts` accepts. If all such thermometers of one instrument are
@@ -217,6 +221,7 @@ Found check_thermometers_lost(const CheckInputs& in) {
 /// remains a separate subject.
 Found find_lost_thermometers(const CheckInputs& in, InterlockId id, auto counts, const char* why) {
   const auto is_lost = [&](std::size_t i) { return counts(i) && !in.sample.thermometers[i].value; };
+  constexpr std::size_t kMostNamed = 3;
   const auto text = [&](const std::vector<std::string>& lost) {
     return fmt::format("no reading of {}{}", fmt::join(lost, ", "), why);
   };
@@ -228,7 +233,10 @@ Found find_lost_thermometers(const CheckInputs& in, InterlockId id, auto counts,
     for (const auto i : instrument.columns)
       if (is_lost(i)) lost.push_back(in.channel(i));
     if (lost.size() < 2 || std::ssize(lost) < counted) continue;
-    all.push_back({.text = text(lost), .subject = instrument.name});
+    auto words = lost.size() <= kMostNamed
+                     ? text(lost)
+                     : fmt::format("no reading of the {} channels of {}{}", lost.size(), instrument.name, why);
+    all.push_back({.text = std::move(words), .subject = instrument.name});
     for (const auto i : instrument.columns) is_reported[i] = !in.memory.is_cause_present(id, in.subject(i));
   }
   for (std::size_t i = 0; i < is_reported.size(); ++i)

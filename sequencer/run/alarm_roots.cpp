@@ -51,6 +51,19 @@ bool is_silent(const RigLine& line, const Sample& sample) {
          std::ranges::all_of(line.units, [&](auto unit) { return is_silent_unit(sample, unit); });
 }
 
+/// Returns true if an instrument on the line has not finished its reading in its second.
+bool is_too_slow(const RigLine& line, const Sample& sample) {
+  const auto is_busy = [](const auto& value) { return !value && is_still_busy(value.error()); };
+  return (line.has_chamber && is_busy(sample.chamber.value)) ||
+         std::ranges::any_of(line.thermometers,
+                             [&](auto column) {
+                               return column < sample.thermometers.size() && is_busy(sample.thermometers[column].value);
+                             }) ||
+         std::ranges::any_of(line.units, [&](auto unit) {
+           return unit < sample.units.size() && is_busy(sample.units[unit].count.value);
+         });
+}
+
 /// Returns the lines of all silent instruments that the alarm concerns, or none if one of these lines answers.
 std::vector<std::size_t> lost_lines(const InterlockAlarm& alarm, const std::vector<RigLine>& lines,
                                     const std::vector<bool>& silent, const Sample& sample) {
@@ -151,8 +164,9 @@ RootResult find_roots(const std::vector<RigLine>& lines, RootMemory memory, cons
     for (const auto i : lost_lines(alarm, lines, silent, inputs.sample)) {
       if (root.empty()) root = line_tag(lines[i]);
       if (std::exchange(result.memory.lines[i].raised, true)) continue;
-      result.raised.push_back(
-          {kLineLost, lines[i].subject, fmt::format("no instrument on {} answers", lines[i].subject)});
+      result.raised.push_back({kLineLost, lines[i].subject,
+                               fmt::format("no instrument on {} answers{}", lines[i].subject,
+                                           is_too_slow(lines[i], inputs.sample) ? " within its second" : "")});
     }
   }
   if (result.memory.late >= kLateAlarmTime) raise_host(result);

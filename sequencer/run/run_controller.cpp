@@ -324,7 +324,8 @@ void RunController::change_to(RunStateMachine machine) {
   const bool is_reported =
       before != after || (std::holds_alternative<Returning>(machine) && !std::holds_alternative<Returning>(machine_)) ||
       (after == RunState::held && state_cause(machine) != state_cause(machine_));
-  const auto why = state_cause(machine_);
+  const auto* returning = std::get_if<Returning>(&machine_);
+  const auto why = returning != nullptr ? returning->cause : state_cause(machine_);
   machine_ = std::move(machine);
   if (!is_reported) return;
   const bool again = after == RunState::execute;
@@ -550,9 +551,10 @@ std::string RunController::describe_external_change() const {
 
 RunOverview RunController::overview() const {
   const auto left = time_left(profile_, state_);
+  const bool is_ending = run_state() == RunState::aborting || run_state() == RunState::aborted;
   return {.state = run_state(),
           .cause = state_cause(machine_),
-          .time_left = is_open(profile_) ? std::nullopt : std::optional(left),
+          .time_left = is_open(profile_) || is_ending ? std::nullopt : std::optional(left),
           .behind_plan = std::max(Duration{}, kSecond * next_slot_ - (planned_ - left)),
           .missed_set_points = lead_->missed_set_points(),
           .unconfirmed_set_points = lead_->unconfirmed_set_points(),

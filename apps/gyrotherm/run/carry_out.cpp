@@ -72,6 +72,15 @@ void print_summary(const ActiveRun& run) {
       fmt::format("{}: {}", run.path, describe(run.run_controller.tally(), run.store.alarms().count())));
 }
 
+/// Describes the chamber that a completed real run leaves; empty if it is unknown or virtual.
+std::string describe_left_chamber(const ActiveRun& run) {
+  const auto& chamber = run.run_controller.last().chamber.value;
+  if (run.rig.file().simulated || !chamber) return {};
+  if (chamber->activity == ChamberActivity::off) return "the chamber is switched off";
+  return fmt::format("the chamber stays on at its set point of {:g} °C; no program monitors it from now on",
+                     chamber->set_point.value);
+}
+
 /// Releases the chamber, closes the record unless the chamber was made safe, and prints the outcome. Fails with
 /// interlock if the chamber was made safe, or with storage.
 Result<void> finish_run(const ActiveRun& run, run::RunOutcome outcome) {
@@ -87,6 +96,8 @@ Result<void> finish_run(const ActiveRun& run, run::RunOutcome outcome) {
   run.console.print_message(
       fmt::format("{}: recorded, {} s from start to end", run.path, run.run_controller.next_slot()));
   print_summary(run);
+  if (const auto left = describe_left_chamber(run); outcome == run::RunOutcome::complete && !left.empty())
+    run.console.print_message(fmt::format("{}: {}", run.path, left));
   return {};
 }
 

@@ -382,6 +382,31 @@ TEST(InterlockId, ReportsLostChannelByNameAndContinues) {
   EXPECT_EQ(bench.alarms, 2);
 }
 
+TEST(InterlockId, NamesInstrumentOfManyLostChannels) {
+  Bench bench;
+  bench.limits.channels = {"A", "B", "C", "D", "E", "F", "G", "H", "shell"};
+  bench.limits.instruments = {{.name = "thermometer 1", .columns = {0, 1, 2, 3}},
+                              {.name = "thermometer 2", .columns = {4, 5, 6}}};
+  for (std::size_t i = 0; i < 7; ++i) bench.sample.thermometers[i].value = silence();
+  bench.second();
+  EXPECT_EQ(active_faults(bench.memory),
+            (std::vector<std::string>{"no reading of the 4 channels of thermometer 1",
+                                      "no reading of thermometer E, thermometer F, thermometer G"}));
+}
+
+TEST(InterlockId, DistinguishesSlowScannerFromSilentOne) {
+  for (const bool slow : {false, true}) {
+    Bench bench;
+    for (auto& reading : bench.sample.thermometers) reading.value = silence();
+    if (slow) bench.sample.thermometers[4].value = failure(FaultKind::timeout, "E", "still busy after 900 ms");
+    bench.second();
+    const auto& text = bench.memory.most_affected_watch(interlocks::InterlockId::thermometers_lost).text;
+    EXPECT_EQ(text, slow ? "every thermometer silent or too slow: still busy after 900 ms; a reading must take less "
+                           "than a second"
+                         : "every thermometer silent");
+  }
+}
+
 TEST(InterlockId, SuspendsWhenAnalysisNeedsLostChannel) {
   Bench bench;
   bench.limits.channels = {"A", "B", "C", "D", "E", "F", "G", "H", "shell"};

@@ -91,6 +91,17 @@ std::string as_file_name(std::string name) {
   return name;
 }
 
+/// Returns the shortest name that contains `part`, or nothing if `part` is too short to mean one.
+std::string find_containing(const std::string& part, const std::vector<std::string>& names) {
+  constexpr std::size_t kShortestPart = 2;
+  std::string best;
+  for (const auto& name : names)
+    if (part.size() >= kShortestPart && name.find(part) != std::string::npos &&
+        (best.empty() || name.size() < best.size()))
+      best = name;
+  return best;
+}
+
 }  // namespace
 
 Result<std::string> resolve_path(const std::string& given, const ShippedKind& kind) {
@@ -107,7 +118,8 @@ Result<std::string> resolve_path(const std::string& given, const ShippedKind& ki
   for (const auto& file : {given, given + kExtension})
     if (std::error_code error; !given.empty() && fs::is_regular_file(file, error))
       what += fmt::format("; for the file of that name in this folder, write ./{}", file);
-  const auto near = find_nearest(as_file_name(given), names);
+  auto near = find_nearest(as_file_name(given), names);
+  if (near.empty()) near = find_containing(as_file_name(given), names);
   if (!near.empty()) what += fmt::format(", did you mean \"{}\"?", near);
   what += names.empty() ? "; none was found"
                         : fmt::format("{} {}", near.empty() ? "; there are" : " There are", fmt::join(names, ", "));

@@ -2,9 +2,11 @@
 #include "sequencer/rig/gyro_settings.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <utility>
 
 #include "core/serial_number.hpp"
@@ -150,9 +152,24 @@ UnitSettings read_unit(const GyroTable& gyro, bool one_of_several, const std::op
   return unit;
 }
 
-/// Reads the frames of a line. `axes` are the required axes, in order.
+/// Returns the reason why a stream has no field for an axis of the rig file; empty if it has one.
+std::string missing_axis_reason(const drivers::GyroStream& stream, const std::string& axis) {
+  const auto& all = stream.frame.all_axes;
+  if (std::ranges::count(all, axis) > 0 || (all.empty() && axis.empty())) return {};
+  if (all.empty())
+    return fmt::format(
+        "the stream {} has a single axis without a name, not \"{}\": leave out \"axis\" or [[gyro.axis]], and write "
+        "the "
+        "keys of [[gyro.axis]] into the table of the gyro",
+        stream.name, axis);
+  return fmt::format("the stream {} has no axis \"{}\", expected {}", stream.name, axis, fmt::join(all, ", "));
+}
+
+/// Reads the frames of a line. `axes` are the required axes, in order. If the stream lacks one, calls `refuse` with its
+/// index and the reason, and leaves the stream's default axes.
 Result<void> read_frames(const TomlTable& table, const std::string& rig_file, const std::vector<std::string>& axes,
-                         const std::optional<std::string>& known, GyroLine& line) {
+                         const std::optional<std::string>& known,
+                         const std::function<void(std::size_t, const std::string&)>& refuse, GyroLine& line) {
   std::optional<double> rate_hz;
   if (table.has("rate_hz")) rate_hz = table.number("rate_hz");
   if (rate_hz && !(*rate_hz > 0)) table.note_error("rate_hz", "expected a positive number of frames a second");
@@ -166,9 +183,17 @@ Result<void> read_frames(const TomlTable& table, const std::string& rig_file, co
     return {};
   }
   if (table.has("frame")) table.note_error("frame", "the stream defines the frames; expected one of the two");
-  auto stream = read_named(table, "stream", rig_file, kShippedGyroStream, known).and_then([&](const NamedText& named) {
-    return drivers::parse_gyro_stream(named.text, named.path, axes, rate_hz);
-  });
+  const auto parse = [&](const NamedText& named) -> Result<drivers::GyroStream> {
+    auto any = drivers::parse_gyro_stream(named.text, named.path, {}, rate_hz);
+    bool is_complete = any.has_value();
+    for (std::size_t i = 0; any && i < axes.size(); ++i)
+      if (const auto why = missing_axis_reason(*any, axes[i]); !why.empty()) {
+        refuse(i, why);
+        is_complete = false;
+      }
+    return is_complete && !axes.empty() ? drivers::parse_gyro_stream(named.text, named.path, axes, rate_hz) : any;
+  };
+  auto stream = read_named(table, "stream", rig_file, kShippedGyroStream, known).and_then(parse);
   if (!stream) return failure(std::move(stream.error()));
   line.frame = stream->frame;
   line.stream = std::move(*stream);
@@ -239,17 +264,25 @@ class Reader {
 
   [[nodiscard]] Result<void> fill(GyroLine& line) {
     std::vector<std::string> fields;
+    std::vector<const AxisTable*> axes;
     for (auto& share : line.shares)
       for (const auto& axis : gyros_[share.unit].axes) {
         share.axes.push_back(fields.size());
         fields.push_back(axis.field);
+        axes.push_back(&axis);
       }
     if (fields.size() == 1 && fields.front().empty()) fields.clear();
     const auto owner = line.shares.front().unit;
     const auto text = known_.find(settings_.units[owner].info.name);
+    bool is_refused = false;
+    const auto refuse = [&](std::size_t index, const std::string& why) {
+      is_refused = true;
+      const auto& axis = *axes[index];
+      axis.table.note_error(axis.table.has("axis") ? "axis" : axis.table.has("field") ? "field" : "name", why);
+    };
     const auto read = read_frames(gyros_[owner].table, file_, fields,
-                                  text == known_.end() ? std::nullopt : std::optional(text->second), line);
-    if (!read) {
+                                  text == known_.end() ? std::nullopt : std::optional(text->second), refuse, line);
+    if (!read || is_refused) {
       for (const auto& share : line.shares) ignore_scales(gyros_[share.unit]);
       return read;
     }

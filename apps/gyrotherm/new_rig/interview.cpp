@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <deque>
 #include <set>
 #include <utility>
 
@@ -19,13 +20,30 @@ namespace {
 constexpr std::array kRequired{"--chamber",        "--chamber-line", "--lowest",    "--highest", "--fastest",
                                kThermometerOption, "--gyro",         "--gyro-line", "--latitude"};
 
+/// Answer that returns to the previous question.
+constexpr const char* kBack = "back";
+
 class Interview {
  public:
   Interview(const std::string& file, const GivenAnswers& given, const Person& person) : given_(given), person_(person) {
     answers_.file = file;
   }
 
+  /// Holds the interview. If the person goes back, begins again and repeats the earlier answers.
   Result<RigAnswers> hold() {
+    const auto file = answers_.file;
+    while (true) {
+      auto held = hold_once();
+      if (!std::exchange(goes_back_, false)) return held;
+      answers_ = {};
+      answers_.file = file;
+      used_.clear();
+      repeated_ = std::exchange(history_, {});
+    }
+  }
+
+ private:
+  Result<RigAnswers> hold_once() {
     if (auto complete = check_required(); !complete) return failure(complete.error());
     if (auto done = settle_all(chamber_questions()); !done) return failure(done.error());
     if (auto done = settle_scanners(); !done) return failure(done.error());
@@ -35,7 +53,6 @@ class Interview {
     return std::move(answers_);
   }
 
- private:
   Result<void> check_required() const {
     if (person_.ask) return {};
     std::vector<std::string> missing;
@@ -78,6 +95,12 @@ class Interview {
   /// Asks until the answer is accepted, and returns it. The answer kNoMore to a question with this fallback ends the
   /// list of scanners and is not passed on.
   Result<std::string> ask(const Question& question) {
+    if (!repeated_.empty()) {
+      auto answer = std::move(repeated_.front());
+      repeated_.pop_front();
+      if (is_end_of_list(question, answer) || question.accept(answers_, answer)) return remember(answer);
+      repeated_.clear();  // the surroundings have changed: the question is asked again
+    }
     for (const auto& note : question.notes) person_.tell(note);
     const auto shown =
         question.fallback ? fmt::format("{} [{}]: ", question.text, *question.fallback) : question.text + ": ";
@@ -88,17 +111,28 @@ class Interview {
             FaultKind::usage, question.option,
             fmt::format("the input ended before the answer to \"{}\"; nothing was written", trimmed(question.text)));
       std::string answer(trimmed(*line));
+      if (answer == kBack && !history_.empty()) {
+        history_.pop_back();
+        goes_back_ = true;
+        return failure(FaultKind::interrupted, question.option, "the previous question is asked again");
+      }
+      if (answer == kBack) {
+        person_.tell("  this is the first question");
+        continue;
+      }
       if (answer.empty()) answer = question.fallback.value_or("");
       if (answer.empty()) {
         person_.tell("  an answer is needed here");
         continue;
       }
-      if (is_end_of_list(question, answer)) return answer;
+      if (is_end_of_list(question, answer)) return remember(answer);
       const auto accepted = question.accept(answers_, answer);
-      if (accepted) return answer;
-      person_.tell("  " + text(accepted.error()));
+      if (accepted) return remember(answer);
+      person_.tell(fmt::format("  {}; \"{}\" returns to the previous question", text(accepted.error()), kBack));
     }
   }
+
+  std::string remember(const std::string& answer) { return history_.emplace_back(answer); }
 
   static bool is_end_of_list(const Question& question, const std::string& answer) {
     return answer == kNoMore && question.option == kThermometerOption &&
@@ -134,6 +168,11 @@ class Interview {
   const Person& person_;
   RigAnswers answers_;
   std::set<std::string> used_;
+  /// Accepted answers of the person, in order.
+  std::deque<std::string> history_;
+  /// Answers to repeat after the person went back.
+  std::deque<std::string> repeated_;
+  bool goes_back_ = false;
 };
 
 }  // namespace

@@ -28,8 +28,9 @@ struct Person {
 };
 
 /// Collects all answers for the rig file `file`. An answer of the command line must be right. A wrong answer of a
-/// person is asked again with the reason. Without a person, fallbacks are used. Fails with usage, naming the options,
-/// if an answer is missing, is wrong, or does not apply, and at the end of the input.
+/// person is asked again with the reason; the answer "back" returns to the previous question. Without a person,
+/// fallbacks are used. Fails with usage, naming the options, if an answer is missing, is wrong, or does not apply, and
+/// at the end of the input.
 [[nodiscard]] Result<RigAnswers> collect_answers(const std::string& file, const GivenAnswers& given,
                                                  const Person& person);
 

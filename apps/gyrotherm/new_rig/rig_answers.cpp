@@ -107,7 +107,11 @@ Result<void> accept_chamber(RigAnswers& answers, const std::string& text) {
   auto map = load(text, kShippedChamberMap, [](const std::string& content, const std::string& path) {
     return drivers::parse_register_map(content, path);
   });
-  if (!map) return failure(map.error());
+  if (!map) {
+    auto fault = map.error();
+    fault.what += fmt::format("; {} and {} stand for a chamber that is not listed", kOtherModbus, kOtherText);
+    return failure(std::move(fault));
+  }
   answers.map = std::move(*map);
   return {};
 }

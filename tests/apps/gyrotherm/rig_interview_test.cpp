@@ -240,6 +240,56 @@ TEST(RigInterview, AsksOnlyWhatOptionsLeaveOpen) {
   EXPECT_NE(typist.told.find("an answer is needed"), std::string::npos);
 }
 
+TEST(RigInterview, ReturnsToPreviousQuestion) {
+  Typist typist{{"back",  // nothing to go back to
+                 "f4",    // not a map
+                 "watlow_f4t",
+                 "tcp://10.0.0.5",
+                 "",
+                 "200",
+                 "back",
+                 "-40",
+                 "60",
+                 "5",
+                 "",
+                 "",
+                 "",
+                 "lakeshore_218",
+                 "tcp://10.0.0.6",
+                 "x",
+                 "back",
+                 "back",
+                 "back",
+                 "mcc_usb_temp",
+                 "",
+                 "A B",
+                 "none",
+                 "back",
+                 "none",
+                 "stim300",
+                 "tcp://10.0.0.7",
+                 "",
+                 "back",
+                 "back",
+                 "tcp://10.0.0.8",
+                 "",
+                 "47",
+                 "",
+                 "",
+                 "",
+                 ""}};
+  const auto answers = collect_answers("rig.toml", {}, typist.person());
+  ASSERT_TRUE(answers) << text(answers.error()) << typist.told;
+  EXPECT_EQ(answers->lowest.value, -40);
+  EXPECT_EQ(answers->highest.value, 60);
+  ASSERT_EQ(answers->scanners.size(), 1u);
+  EXPECT_EQ(answers->scanners[0].kind, "mcc_usb_temp");
+  EXPECT_EQ(answers->scanners[0].channels, (std::vector<std::string>{"A", "B"}));
+  EXPECT_EQ(answers->gyro_line, "tcp://10.0.0.8");
+  for (const auto* told : {"this is the first question", "did you mean \"watlow_f4\"", "other-modbus and other-text"})
+    EXPECT_NE(typist.told.find(told), std::string::npos) << told;
+}
+
 TEST(RigInterview, EndsAtEndOfInput) {
   const std::vector<std::string> kAnswers{
       "watlow_f4t", "tcp://10.0.0.5", "", "-40", "60", "5", "", "", "", "lakeshore_218", "tcp://10.0.0.6", "", "none",

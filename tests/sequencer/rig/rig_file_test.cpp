@@ -521,7 +521,20 @@ TEST(RigFile, NamesMissingOrInvalidStream) {
   EXPECT_NE(rig_error(replace_once(mixed_rig(), "kvh-17xx-a", "none")).find("none.toml"), std::string::npos);
   const auto rig = parse_rig(replace_once(mixed_rig(), "axis = \"z\"", "axis = \"w\""), kRigs + "virtual.toml");
   ASSERT_FALSE(rig);
-  EXPECT_NE(rig.error().where.find("kvh-17xx-a.toml:"), std::string::npos) << rig.error().where;
+  EXPECT_NE(text(rig.error()).find("rigs/virtual.toml:"), std::string::npos) << text(rig.error());
+  EXPECT_NE(text(rig.error()).find("has no axis \"w\", expected x, y, z"), std::string::npos) << text(rig.error());
+}
+
+/// A stream with one axis has no name for it. The error is in the rig file, and it is the only one.
+TEST(RigFile, RefusesNameForOnlyAxisOfStream) {
+  const auto one_axis = replace_once(mixed_rig(), "kvh-17xx-a", "kvh-dsp-3000-ascii");
+  EXPECT_EQ(rig_error(replace_once(one_axis, "axis = \"z\"\n", "")), "");
+  const auto named = rig_error(replace_once(one_axis, "axis = \"z\"", "[[gyro.axis]]\nname = \"z\""));
+  EXPECT_NE(named.find("single axis without a name"), std::string::npos) << named;
+  EXPECT_EQ(named.find("kvh-dsp-3000-ascii.toml"), std::string::npos) << named;
+  EXPECT_EQ(std::ranges::count(named, '\n'), 0) << named;
+  const auto keyed = rig_error(one_axis);
+  EXPECT_NE(keyed.find("single axis without a name"), std::string::npos) << keyed;
 }
 
 TEST(RigFile, ParsesWithStreamStoredInRecord) {

@@ -80,10 +80,10 @@ void TraceWriter::start_pending_work() {
   if (!trace_to_write_ && !safe_state_to_remove_) return;
   const bool write = std::exchange(trace_to_write_, false), remove = std::exchange(safe_state_to_remove_, false);
   writing_ = std::make_unique<ChildWork>([this, write, remove](const auto& send_line) {
+    if (keeps_foreign_safe_state_ && read_orders() == kOtherRun) return;  // the files belong to a resumed run
     if (write)
       if (const auto left = write_trace(safe_state_.record, trace_); !left) send_line(text(left.error()));
-    if (remove && !(keeps_foreign_safe_state_ && read_orders() == kOtherRun))
-      gyrotherm::watchdog::remove_safe_state(safe_state_.record);
+    if (remove) gyrotherm::watchdog::remove_safe_state(safe_state_.record);
     if (remove) remove_give_up(safe_state_.record);
   });
 }

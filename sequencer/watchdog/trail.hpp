@@ -30,8 +30,8 @@ class TraceWriter {
   void note_given_up(std::string who_and_why);
   /// Removes the safe-state file. Never waits.
   void remove_safe_state();
-  /// Writes to the trace that a later run has taken the chamber over, and removes the safe-state file unless another
-  /// run has written it. Never waits.
+  /// Writes to the trace that a later run has taken the chamber over, and removes the safe-state file. Changes neither
+  /// file if the later run is a resume of this record. Never waits.
   void hand_over_to(const std::string& successor);
   /// Returns true if everything has been written within that time.
   [[nodiscard]] bool settle(Duration within);
@@ -57,7 +57,7 @@ class TraceWriter {
   std::optional<Deadline> same_until_, gone_until_;
   bool trace_to_write_ = false, safe_state_to_remove_ = false;
   std::string give_up_order_;
-  /// The safe-state file is removed only if it is that of this run.
+  /// The files are changed only if the safe-state file is that of this run.
   bool keeps_foreign_safe_state_ = false;
   /// One at a time, so the newest trace is written last.
   std::unique_ptr<ChildWork> writing_;

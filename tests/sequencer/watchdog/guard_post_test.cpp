@@ -7,6 +7,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <filesystem>
 #include <functional>
 
 #include "core/file.hpp"
@@ -36,6 +37,11 @@ pid_t run_elsewhere(const std::function<void()>& work) {
 
 class Post : public ::testing::Test {
  protected:
+  ~Post() override {
+    std::error_code error;
+    for (const auto* folder : {"/run/gyrotherm", "/run/lock/gyrotherm-0"})
+      std::filesystem::remove(fmt::format("{}/{}.lock", folder, place), error);
+  }
   const std::string place =
       fmt::format("test-{}-{}", ::testing::UnitTest::GetInstance()->current_test_info()->name(), ::getpid());
 };

@@ -243,7 +243,7 @@ TEST(Entry, SendsSetPointThatIsNoStep) {
   };
   for (const auto& one :
        {Case{"the chamber was left at the set point", 31.3, 29.3, 31.3, false},
-        Case{"rounded by the controller", 31.3333, 29.3, 31.3, false}, Case{"the air is there", 23, 22.95, 80, false},
+        Case{"rounded by the controller", 31.3333, 29.4, 31.3, false}, Case{"the air is there", 23, 22.95, 80, false},
         Case{"farther than the resolution", 23, 22.85, 80, true},
         Case{"within a second of cooling", 23, 23.099, 80, false},
         Case{"the shown set point is unknown", 23, 22, std::nan(""), true}})

@@ -20,6 +20,13 @@
 namespace gyrotherm::model {
 namespace {
 
+/// Returns true if the uncertainty of a thermometer among the inputs is assumed, because the record does not state it.
+bool has_assumed_thermometer(const Model& model) {
+  return model.uncertainty && std::ranges::any_of(model.uncertainty->budget.rows, [](const BudgetRow& row) {
+           return row.assumed && row.source == Source::thermometer_drift;
+         });
+}
+
 tl::unexpected<Fault> interrupted_fault() { return failure(FaultKind::interrupted, "training", "stopped on request"); }
 
 /// Returns the scaled inputs of any clusters.
@@ -352,9 +359,8 @@ Result<Model> train_in_arena(const std::vector<data::Dataset>& datasets, const s
       *model, {datasets, context->records, budget_residual->residual, budget_residual->chosen_on_these_folds});
   if (!uncertainty) return failure(uncertainty.error());
   model->uncertainty = std::move(*uncertainty);
-  if ((*method)->uses_uncertainty && thermometers.assumed) {
+  if ((*method)->uses_uncertainty && has_assumed_thermometer(*model))
     choice->warnings.push_back("the record contains no uncertainty of its thermometers: 0.05 K is assumed");
-  }
   collect_warnings(*model, *context, choice->warnings, datasets, clusters);
   return model;
 }

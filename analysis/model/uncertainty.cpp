@@ -263,6 +263,13 @@ struct TemperatureStep {
   int rises{}, falls{};
 };
 
+/// Returns a slope of the Earth rate, °/h per degree, or 0 for the remainder of a difference or a cosine that should be
+/// 0: less than a billionth of the greatest possible slope.
+double remove_residue(double slope) {
+  constexpr double kGreatest = kEarthRateDegPerHour * std::numbers::pi / 180, kRelative = 1e-9;
+  return std::abs(slope) < kRelative * kGreatest ? 0 : slope;
+}
+
 }  // namespace
 
 double robust_standard_deg_per_h(const Eigen::VectorXd& residual_deg_per_h, double effective) {
@@ -460,7 +467,6 @@ ThermometersInUse thermometers_in_use(const data::Dataset& dataset) {
     const auto drift_k = optional_value(stated.drift_in_a_year);
     all.uncertainty_k.push_back(
         std::hypot(optional_value(stated.calibration).value_or(0), drift_k.value_or(kDriftInAYear_k)));
-    all.assumed = all.assumed || !drift_k;
   }
   return all;
 }
@@ -545,18 +551,21 @@ FixtureSlopes fixture_slopes(const record::GyroUncertainty& known) {
   const Eigen::Vector3d axis = along(*known.azimuth_deg, *known.elevation_deg);
   const Eigen::Vector3d about_level = along(*known.fixture_azimuth_deg + 90, 0);
   const Eigen::Vector3d about_x = along(*known.fixture_azimuth_deg, *known.fixture_elevation_deg);
-  return {.elevation = kRadian * earth.dot(about_level.cross(axis)),
-          .roll = kRadian * earth.dot(about_x.cross(axis)),
-          .direction = kRadian * earth.cross(axis).norm() / std::numbers::sqrt2};
+  return {.elevation = remove_residue(kRadian * earth.dot(about_level.cross(axis))),
+          .roll = remove_residue(kRadian * earth.dot(about_x.cross(axis))),
+          .direction = remove_residue(kRadian * earth.cross(axis).norm() / std::numbers::sqrt2)};
 }
 
 EarthRateSlopes earth_rate_slopes(double latitude_deg, double azimuth_deg, double elevation_deg) {
   constexpr double kRadian = std::numbers::pi / 180;
   const double phi = latitude_deg * kRadian, az = azimuth_deg * kRadian, el = elevation_deg * kRadian;
   const double per_degree = kEarthRateDegPerHour * kRadian;
-  return {.latitude = per_degree * (-std::sin(phi) * std::cos(az) * std::cos(el) + std::cos(phi) * std::sin(el)),
-          .azimuth = -per_degree * std::cos(phi) * std::sin(az) * std::cos(el),
-          .elevation = per_degree * (-std::cos(phi) * std::cos(az) * std::sin(el) + std::sin(phi) * std::cos(el))};
+  return {
+      .latitude =
+          remove_residue(per_degree * (-std::sin(phi) * std::cos(az) * std::cos(el) + std::cos(phi) * std::sin(el))),
+      .azimuth = remove_residue(-per_degree * std::cos(phi) * std::sin(az) * std::cos(el)),
+      .elevation =
+          remove_residue(per_degree * (-std::cos(phi) * std::cos(az) * std::sin(el) + std::sin(phi) * std::cos(el)))};
 }
 
 }  // namespace gyrotherm::model

@@ -112,7 +112,6 @@ struct TrainingBasis {
 /// the record states it, and of the drift in a year, assumed to be 0.05 K if the record does not state it.
 struct ThermometersInUse {
   std::vector<double> uncertainty_k;
-  bool assumed{};  ///< at least one drift is assumed
 };
 [[nodiscard]] ThermometersInUse thermometers_in_use(const data::Dataset& dataset);
 

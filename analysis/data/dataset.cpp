@@ -215,6 +215,18 @@ std::string qualified_name(const AxisChoice& choice) {
 }
 
 bool is_own_value(std::string_view input) { return input == kSelf || input.starts_with(kAux); }
+std::vector<std::string> block_thermometers(const Dataset& dataset) {
+  std::vector<std::string> all = dataset.gradients;
+  if (all.empty()) std::ranges::copy_if(dataset.thermometers, std::back_inserter(all), is_temperature);
+  if (dataset.three_point.empty() || dataset.three_point_stand_in) return all;
+  const auto last_name = [](const std::string& name) { return name.substr(name.rfind('.') + 1); };
+  const std::string shell = last_name(dataset.three_point.back());
+  std::vector<std::string> block;
+  std::ranges::copy_if(all, std::back_inserter(block),
+                       [&](const std::string& name) { return last_name(name) != shell; });
+  return block.empty() ? all : block;
+}
+
 bool is_temperature(std::string_view input) { return !input.starts_with(kAux); }
 
 Dataset make_dataset(const record::Record& record, const std::string& path, const AxisChoice& of) {

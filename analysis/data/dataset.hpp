@@ -119,6 +119,11 @@ struct Dataset {
   double step_deg_per_h{};
 };
 
+/// Returns the thermometers on the block: the gradient thermometers without those of the shell. The shell is the last
+/// thermometer of `three_point`, and each thermometer with the same name after its last dot ("u1.x.shell" and
+/// "u1.y.shell"). Without gradient thermometers, all thermometers are used; the same applies if none is left.
+[[nodiscard]] std::vector<std::string> block_thermometers(const Dataset& dataset);
+
 /// Converts a record to matrices. The bias is the measured rate minus the Earth rate. The measured rate is arcsec per
 /// pulse × pulses/interval (1 arcsec/s is exactly 1 °/h) for pulse counts, and scale × value for rates. If the Earth
 /// rate is unknown, the mean of the first hold is removed from native records, and nothing from imported ones; an

@@ -46,18 +46,19 @@ constexpr double kWarmUpMeanSeconds = 1000;
 struct Subject {
   const data::Dataset& dataset;
   const data::Clusters& clusters;
-  /// Means of the gradient thermometers.
+  /// Means of the block's thermometers (data::block_thermometers()).
   Eigen::VectorXd temperature_c, rate_k_per_min;
   /// 1 where the unit's input axis is reversed, 0 as mounted.
   Eigen::VectorXd turned;
   Eigen::VectorXd before, after;
 };
 
-Eigen::VectorXd mean_of_gradient_thermometers(const Subject& subject, const Eigen::MatrixXd& of_each) {
+Eigen::VectorXd mean_of_block(const Subject& subject, const Eigen::MatrixXd& of_each) {
+  const std::vector<std::string> block = data::block_thermometers(subject.dataset);
   Eigen::VectorXd mean = Eigen::VectorXd::Zero(of_each.rows());
   int count = 0;
   for (std::size_t k = 0; k < subject.clusters.thermometers.size(); ++k) {
-    if (std::ranges::count(subject.dataset.gradients, subject.clusters.thermometers[k]) == 0) continue;
+    if (std::ranges::count(block, subject.clusters.thermometers[k]) == 0) continue;
     mean += of_each.col(static_cast<Eigen::Index>(k));
     ++count;
   }
@@ -442,8 +443,8 @@ Characterisation characterise(const data::Dataset& dataset, const data::Clusters
                   .turned = {},
                   .before = clusters.bias_deg_per_h,
                   .after = residual_deg_per_h};
-  subject.temperature_c = mean_of_gradient_thermometers(subject, clusters.temperature_c);
-  subject.rate_k_per_min = mean_of_gradient_thermometers(subject, clusters.rate_c_per_min);
+  subject.temperature_c = mean_of_block(subject, clusters.temperature_c);
+  subject.rate_k_per_min = mean_of_block(subject, clusters.rate_c_per_min);
   subject.turned = clusters.segment.cast<double>().unaryExpr([&](double segment) {
     return segment >= 0 && dataset.segments[static_cast<std::size_t>(segment)].unit.turned ? 1.0 : 0.0;
   });

@@ -7,6 +7,9 @@
 #include <cmath>
 #include <filesystem>
 #include <limits>
+#include <optional>
+#include <set>
+#include <utility>
 
 #include "analysis/data/hold_noise.hpp"
 #include "analysis/data/row_sample.hpp"
@@ -16,20 +19,43 @@
 namespace gyrotherm::model {
 namespace {
 
-/// Returns the range of the gradient thermometers, or of all temperatures if the record has none.
-std::optional<BlockRange> find_block_range(const data::Dataset& dataset, const data::Clusters& clusters) {
-  std::vector<Eigen::Index> columns;
+/// Returns the thermometers in the terms of a model, also those of which it uses only the rate.
+std::set<std::string> thermometers_in(const std::vector<data::Term>& terms) {
+  std::set<std::string> names;
+  for (const data::Term& term : terms)
+    for (const data::Factor& factor : term.factors) names.insert({factor.first, factor.second});
+  return names;
+}
+
+/// Returns the lowest and the highest value of a column; nothing if it has none.
+std::optional<std::pair<double, double>> find_span(const Eigen::VectorXd& values) {
+  constexpr double kNone = std::numeric_limits<double>::infinity();
+  const auto finite = values.array().isFinite();
+  if (!finite.any()) return std::nullopt;
+  return std::pair(finite.select(values.array(), kNone).minCoeff(), finite.select(values.array(), -kNone).maxCoeff());
+}
+
+/// Returns the range of the block's thermometers, and that of each other temperature among the inputs of a model.
+std::optional<BlockRange> find_block_range(const data::Dataset& dataset, const data::Clusters& clusters,
+                                           const std::set<std::string>& inputs) {
+  const std::vector<std::string> block = data::block_thermometers(dataset);
+  std::optional<BlockRange> range;
+  std::vector<ThermometerRange> others;
   for (std::size_t i = 0; i < clusters.thermometers.size(); ++i) {
     const std::string& name = clusters.thermometers[i];
-    const bool counts =
-        dataset.gradients.empty() ? data::is_temperature(name) : std::ranges::count(dataset.gradients, name) > 0;
-    if (counts) columns.push_back(static_cast<Eigen::Index>(i));
+    const auto span = find_span(clusters.temperature_c.col(static_cast<Eigen::Index>(i)));
+    if (!span || !data::is_temperature(name)) continue;
+    if (std::ranges::find(block, name) == block.end()) {
+      if (inputs.contains(name)) others.push_back({name, span->first, span->second});
+      continue;
+    }
+    if (!range) range = BlockRange{span->first, span->second};
+    range->low_c = std::min(range->low_c, span->first);
+    range->high_c = std::max(range->high_c, span->second);
+    range->thermometers.push_back(name);
   }
-  const Eigen::ArrayXXd values = clusters.temperature_c(Eigen::all, columns).array();
-  constexpr double kNone = std::numeric_limits<double>::infinity();
-  if (!values.isFinite().any()) return std::nullopt;
-  return BlockRange{values.isFinite().select(values, kNone).minCoeff(),
-                    values.isFinite().select(values, -kNone).maxCoeff()};
+  if (range) range->others = std::move(others);
+  return range;
 }
 
 }  // namespace
@@ -55,6 +81,7 @@ Result<void> check_records(const std::vector<data::Dataset>& datasets, const std
 
 void record_sources(Model& model, const std::vector<data::Dataset>& datasets,
                     const std::vector<data::Clusters>& records) {
+  const std::set<std::string> inputs = thermometers_in(model.terms);
   for (std::size_t i = 0; i < datasets.size(); ++i) {
     const data::Dataset& dataset = datasets[i];
     const Eigen::Index count = records[i].start_s.size();
@@ -62,7 +89,7 @@ void record_sources(Model& model, const std::vector<data::Dataset>& datasets,
     const double from_s = records[i].start_s(0), to_s = records[i].start_s(count - 1) + records[i].length_s;
     model.trained_on.push_back({dataset.run_id, dataset.path, dataset.profile_name, dataset.simulated,
                                 static_cast<int>(count), from_s, to_s, dataset.of, dataset.identity, dataset.bias_zero,
-                                find_block_range(dataset, records[i]),
+                                find_block_range(dataset, records[i], inputs),
                                 dataset.imported ? sample_rows(dataset, from_s, to_s) : std::vector<std::int64_t>()});
     const bool is_three_point = model.inputs.find("three-point") != std::string::npos;
     if (dataset.three_point_stand_in && is_three_point) {

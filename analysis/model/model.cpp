@@ -113,15 +113,37 @@ std::optional<BlockRange> trained_block(const std::vector<TrainingRecord>& recor
   std::optional<BlockRange> all;
   for (const TrainingRecord& record : records) {
     if (!record.block) continue;
-    if (!all) all = record.block;
-    all = BlockRange{std::min(all->low_c, record.block->low_c), std::max(all->high_c, record.block->high_c)};
+    if (!all) {
+      all = record.block;
+      continue;
+    }
+    all->low_c = std::min(all->low_c, record.block->low_c);
+    all->high_c = std::max(all->high_c, record.block->high_c);
+    for (const std::string& name : record.block->thermometers)
+      if (std::ranges::find(all->thermometers, name) == all->thermometers.end()) all->thermometers.push_back(name);
+    for (const ThermometerRange& other : record.block->others) {
+      const auto known = std::ranges::find(all->others, other.thermometer, &ThermometerRange::thermometer);
+      if (known == all->others.end()) {
+        all->others.push_back(other);
+      } else {
+        known->low_c = std::min(known->low_c, other.low_c);
+        known->high_c = std::max(known->high_c, other.high_c);
+      }
+    }
   }
   return all;
 }
 
 std::string describe(const BlockRange& range) {
   const auto whole = [](double value) { return fmt::format("{}{:.0f}", value < 0 ? "−" : "", std::abs(value)); };
-  return fmt::format("block {} to {} °C", whole(std::ceil(range.low_c)), whole(std::floor(range.high_c)));
+  const auto span = [&](double low, double high) {
+    return fmt::format("{} to {} °C", whole(std::ceil(low)), whole(std::floor(high)));
+  };
+  std::string text = "block " + span(range.low_c, range.high_c);
+  if (!range.thermometers.empty()) text += fmt::format(" ({})", fmt::join(range.thermometers, ", "));
+  for (const ThermometerRange& other : range.others)
+    text += fmt::format(", {} {}", other.thermometer, span(other.low_c, other.high_c));
+  return text;
 }
 
 const TrainingRecord* find_other_gyro(const Model& model, std::string_view identity) {

@@ -30,15 +30,34 @@ inline constexpr const char* kModelSchema = "gyrotherm-model/1";
 /// contain it, since the methods in the table learn only from the clusters of one unit.
 inline constexpr const char* kTypePriorMethod = "type-prior";
 
-/// Lowest and highest cluster mean of the block's thermometers, °C.
+/// Lowest and highest cluster mean of a thermometer that is not on the block, °C.
+struct ThermometerRange {
+  std::string thermometer{};
+  double low_c{}, high_c{};
+  bool operator==(const ThermometerRange&) const = default;
+};
+
+void describe(auto& form, Like<ThermometerRange> auto& range) {
+  form("thermometer", range.thermometer);
+  form("low_c", range.low_c);
+  form("high_c", range.high_c);
+  form.expect("high_c", range.high_c >= range.low_c, "expected no less than low_c");
+}
+
+/// Lowest and highest cluster mean of the block's thermometers (data::block_thermometers()), °C.
 struct BlockRange {
   double low_c{}, high_c{};
+  std::vector<std::string> thermometers{};  ///< empty: not stated by the model
+  /// Other temperatures among the inputs, such as that of the shell.
+  std::vector<ThermometerRange> others{};
   bool operator==(const BlockRange&) const = default;
 };
 
 void describe(auto& form, Like<BlockRange> auto& range) {
   form("low_c", range.low_c);
   form("high_c", range.high_c);
+  form.if_present("thermometers", !range.thermometers.empty(), range.thermometers);
+  form.if_present("others", !range.others.empty(), range.others);
   form.expect("high_c", range.high_c >= range.low_c, "expected no less than low_c");
 }
 
@@ -150,7 +169,7 @@ struct Model {
 
 /// Returns the range of the block over all training records; no value if no record has one.
 [[nodiscard]] std::optional<BlockRange> trained_block(const std::vector<TrainingRecord>& records);
-/// Returns the range as text, rounded inwards to whole degrees: "block −17 to 58 °C".
+/// Returns the range as text, rounded inwards to whole degrees: "block −17 to 58 °C (A, B), shell −30 to 60 °C".
 [[nodiscard]] std::string describe(const BlockRange& range);
 
 /// Returns the number of parameters that the model stores for its function, its inputs' scaling and its target.

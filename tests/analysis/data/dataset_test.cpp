@@ -225,5 +225,26 @@ TEST(Dataset, KeepsClusterWhenOwnValueIsMissing) {
   EXPECT_FALSE(make_clusters(make_dataset(record, "run.db", {"u2", "x"}), 4));
 }
 
+TEST(BlockThermometers, ExcludeThoseOfShell) {
+  using Names = std::vector<std::string>;
+  const auto block = [](Names gradients, Names three_point, bool stand_in = false) {
+    Dataset dataset;
+    dataset.thermometers = {"A", "B", "shell", "self", "aux:current"};
+    dataset.gradients = std::move(gradients);
+    dataset.three_point = std::move(three_point);
+    dataset.three_point_stand_in = stand_in;
+    return block_thermometers(dataset);
+  };
+  EXPECT_EQ(block({"u1.x.B", "u1.x.F", "u1.x.shell", "u1.y.B", "u1.y.shell"}, {"u1.x.B", "u1.x.F", "u1.x.shell"}),
+            (Names{"u1.x.B", "u1.x.F", "u1.y.B"}));
+  EXPECT_EQ(block({"A", "B"}, {"A", "B", "shell"}), (Names{"A", "B"})) << "the shell is not a gradient thermometer";
+  EXPECT_EQ(block({"A", "D", "G"}, {"A", "D", "G"}, true), (Names{"A", "D", "G"})) << "G only stands in for a shell";
+  EXPECT_EQ(block({"A", "B"}, {}), (Names{"A", "B"}));
+  EXPECT_EQ(block({"a.shell", "b.shell"}, {"a.shell", "b.shell", "c.shell"}), (Names{"a.shell", "b.shell"}))
+      << "a block without a thermometer is not possible";
+  EXPECT_EQ(block({}, {}), (Names{"A", "B", "shell", "self"}));
+  EXPECT_EQ(block({"x.bshell", "x.shell"}, {"A", "B", "shell"}), Names{"x.bshell"});
+}
+
 }  // namespace
 }  // namespace gyrotherm::data

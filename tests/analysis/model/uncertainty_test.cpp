@@ -616,5 +616,33 @@ TEST_F(ModelUncertainty, RefusesFileWithInconsistentSum) {
   EXPECT_TRUE(without) << text(without.error());
 }
 
+/// The slopes of an axis along or across the axis of rotation of its fixture are 0, and not what doubles leave of it.
+TEST(EarthRateSlopes, AreZeroWithoutNumericalResidue) {
+  for (const double azimuth : {0.0, 90.0, 180.0, 270.0, 360.0})
+    for (const double elevation : {-90.0, 0.0, 90.0}) {
+      const EarthRateSlopes slopes = earth_rate_slopes(0, azimuth, elevation);
+      const FixtureSlopes of = fixture_slopes({.latitude_deg = 0,
+                                               .azimuth_deg = azimuth,
+                                               .elevation_deg = elevation,
+                                               .fixture_azimuth_deg = 0,
+                                               .fixture_elevation_deg = 0});
+      for (const double slope :
+           {slopes.latitude, slopes.azimuth, slopes.elevation, of.elevation, of.roll, of.direction})
+        EXPECT_TRUE(slope == 0 || std::abs(slope) > 1e-3) << azimuth << " " << elevation << " " << slope;
+    }
+  EXPECT_NE(earth_rate_slopes(50, 90.001, 0).latitude, 0) << "a small angle is not a residue";
+}
+
+TEST(TrainedBlock, MergesRangesByThermometer) {
+  std::vector<TrainingRecord> records(3);
+  records[0].block = BlockRange{-10.4, 40.6, {"A", "B"}, {{"shell", -20.5, 50}}};
+  records[2].block = BlockRange{-5, 45.2, {"B", "C"}, {{"shell", -39.1, 40}, {"self", 1, 2}}};
+  const auto all = trained_block(records);
+  ASSERT_TRUE(all);
+  EXPECT_EQ(*all, (BlockRange{-10.4, 45.2, {"A", "B", "C"}, {{"shell", -39.1, 50}, {"self", 1, 2}}}));
+  EXPECT_EQ(describe(*all), "block −10 to 45 °C (A, B, C), shell −39 to 50 °C, self 1 to 2 °C");
+  EXPECT_EQ(describe(BlockRange{-17.6, 58.4}), "block −17 to 58 °C") << "a model of gyrotherm 0.1.0";
+}
+
 }  // namespace
 }  // namespace gyrotherm::model

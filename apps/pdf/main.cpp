@@ -116,6 +116,7 @@ Result<RenderedFile> render_report(const Arguments& arguments) {
   const auto comparison = report::compare_files(*earlier, *filed, arguments.history);
   if (!comparison) return failure(comparison.error());
   facts.source_sha256 = sha256(to_json(*comparison));
+  facts.source = "comparison.json";
   return run_paper("pdf", paper_html(make_document(*comparison, chosen_language(arguments)), facts), arguments.report,
                    "--plain");
 }

@@ -256,7 +256,7 @@ std::string truncate_to_margin(std::string_view text) {
 
 /// Returns the texts in the margins of every page; paper.css defines their appearance.
 std::string margin_style(const Document& document, const PaperFacts& facts) {
-  const auto source = facts.source_sha256.empty() ? "" : "calibration.json SHA-256 " + facts.source_sha256;
+  const auto source = facts.source_sha256.empty() ? "" : facts.source + " SHA-256 " + facts.source_sha256;
   return fmt::format(
       "@page {{ @top-left {{ content: {} }} @top-center {{ content: {} }} @top-right {{ content: {} }}\n"
       "@bottom-left {{ content: {} }} @bottom-center {{ content: {} }} @bottom-right {{ content: {} }} }}",
@@ -272,7 +272,7 @@ std::string meta_element(std::string_view name, std::string_view content) {
 std::string head_html(const Document& document, const PaperFacts& facts) {
   std::string html = fmt::format("<title>{} {}</title>\n", escaped(document.title), escaped(document.number));
   html += meta_element("author", document.laboratory) + meta_element("generator", facts.program);
-  if (!facts.source_sha256.empty()) html += meta_element("keywords", "calibration.json sha256:" + facts.source_sha256);
+  if (!facts.source_sha256.empty()) html += meta_element("keywords", facts.source + " sha256:" + facts.source_sha256);
   if (facts.utc_s) {
     const auto day = fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(static_cast<std::time_t>(*facts.utc_s)));
     html += meta_element("dcterms.created", day) + meta_element("dcterms.modified", day);

@@ -13,8 +13,9 @@ namespace gyrotherm::pdf {
 /// Data about the PDF file itself.
 struct PaperFacts {
   std::string program;  ///< "gyrotherm 0.1.0"
-  /// SHA-256 of calibration.json, for the footer and the keywords; may be empty.
+  /// SHA-256 of the source, for the footer and the keywords; may be empty.
   std::string source_sha256;
+  std::string source = "calibration.json";  ///< file name of the source
   /// Date of the PDF, s since 1970.
   std::optional<std::int64_t> utc_s;
 };

@@ -260,6 +260,11 @@ Result<Comparison> compare(const CalibrationReport& before, const CalibrationRep
     return failure(FaultKind::usage, now.number,
                    fmt::format("calibrates {} {}, but the other report calibrates {} {}", now.item.model,
                                now.item.serial_number, before.item.model, before.item.serial_number));
+  if (days_between(before.begun, now.begun) < 0)
+    return failure(FaultKind::usage, now.number,
+                   fmt::format("is the earlier report: its calibration began on {}, that of {} on {}; name the earlier "
+                               "report first",
+                               now.begun, before.number, before.begun));
   Comparison comparison{.before_number = before.number,
                         .now_number = now.number,
                         .model = now.item.model,
@@ -349,11 +354,12 @@ std::string words_of_keyword(std::string keyword) {
   return keyword;
 }
 
-/// Returns " at set point 20 °C, 2" for the condition "set_point 20, 2", and nothing for no condition.
+/// Returns " at set point 20 °C (row 2)" for the condition "set_point 20, 2", and nothing for no condition.
 std::string describe_condition(const std::string& condition) {
   if (condition.empty()) return {};
-  const auto comma = std::min(condition.find(','), condition.size());
-  return " at " + words_of_keyword(condition.substr(0, comma)) + " °C" + condition.substr(comma);
+  const auto comma = std::min(condition.find(", "), condition.size());
+  const auto row = comma < condition.size() ? fmt::format(" (row {})", condition.substr(comma + 2)) : std::string();
+  return " at " + words_of_keyword(condition.substr(0, comma)) + " °C" + row;
 }
 
 }  // namespace

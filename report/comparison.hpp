@@ -72,8 +72,8 @@ struct Comparison {
 /// Compares the results that both reports have for the same profile, row by row: the first record of one report with
 /// the first of the other, and so on. It compares uncompensated results with each other, and results as left with the
 /// later ones as found; the second comparison gives the drift of the compensated unit. Results of a model on its own
-/// training record are skipped. Fails with usage if the reports are not of one unit (serial number and model) or have
-/// no result in common.
+/// training record are skipped. Fails with usage if the reports are not of one unit (serial number and model) if
+/// `now` began before `before`, or if they have no result in common.
 [[nodiscard]] Result<Comparison> compare(const CalibrationReport& before, const CalibrationReport& now);
 
 /// Adds the state of the check standard at the time of each record of both reports. Fails with usage if the history is

@@ -32,7 +32,7 @@ class ComparisonWriter : public BlockWriter {
                                  : sentence("say.has_changed", disagreeing(), by_weight_.size()));
     heading("heading.changes");
     table(changes());
-    paragraph(translated("say.normalised_error"), Paragraph::Style::note);
+    paragraph(translated("say.normalised_error") + " " + translated("say.expected_share"), Paragraph::Style::note);
     if (comparison_.standard) add_check_standard();
     number_captions();
     const std::string numbers =
@@ -135,7 +135,9 @@ class ComparisonWriter : public BlockWriter {
     Cell cell{.text = name_with_unit(text, one.unit), .note = one.axis};
     const auto add = [&](const std::string& more) { cell.note += (cell.note.empty() ? "" : ", ") + more; };
     add(stages(one));
-    if (!one.condition.empty()) add(condition_text(one.condition));
+    const auto comma = std::min(one.condition.find(", "), one.condition.size());
+    if (!one.condition.empty()) add(condition_text(one.condition.substr(0, comma)));
+    if (comma < one.condition.size()) add(sentence("label.row", one.condition.substr(comma + 2)));
     if (!one.profile.empty()) add(one.profile);
     return cell;
   }

@@ -215,7 +215,27 @@ Result<void> check_usage(const std::string& certificate, const std::string& wher
   return refusal.empty() ? Result<void>{} : failure(FaultKind::bad_file, where, "the signer's certificate " + refusal);
 }
 
+/// Returns the bits of the RSA key of the first certificate of a PEM file; 0 for another kind of key.
+Result<int> count_rsa_bits(const std::string& certificate) {
+  const auto folder = PrivateFolder::make();
+  if (!folder) return failure(folder.error());
+  const std::string key = *folder / "public.pem";
+  for (const Strings& arguments : {Strings{"x509", "-in", certificate, "-noout", "-pubkey", "-out", key},
+                                   Strings{"pkey", "-pubin", "-in", key, "-noout", "-text"}}) {
+    const auto run = run_step("openssl", arguments, "cannot read the key of the certificate");
+    if (!run) return failure(run.error());
+    static const std::regex bits(R"(Public-Key: \((\d{1,6}) bit)");
+    std::smatch match;
+    if (run->find("Modulus:") != std::string::npos && std::regex_search(*run, match, bits)) return std::stoi(match[1]);
+  }
+  return 0;
+}
+
 // Trust
+
+/// Level of openssl for all keys and signatures of a chain: at least 112 bits of security, so RSA keys of 2048 bits or
+/// more and no SHA-1 (NIST SP 800-131A Rev. 2).
+constexpr const char* kSecurityLevel = "2";
 
 /// Returns the instants at which certificates are verified, s since 1970; absent for the current time. For a day these
 /// are its last second, its first second (a certificate may start or end on this day) and noon.
@@ -236,7 +256,8 @@ std::vector<std::optional<std::int64_t>> verification_times(const Trust& trust) 
 /// Runs `openssl verify` with the certificates of `trust` and without those of the system. Succeeds if the certificates
 /// are valid at any of the instants. check_usage() verifies the key usage separately.
 Result<ProgramRun> run_openssl_verify(const Trust& trust, const Strings& files) {
-  const Strings all{"verify", "-no-CApath", "-no-CAstore", "-partial_chain", "-CAfile", trust.certificates_file};
+  const Strings all{"verify",      "-no-CApath",   "-no-CAstore", "-partial_chain",
+                    "-auth_level", kSecurityLevel, "-CAfile",     trust.certificates_file};
   Result<ProgramRun> run = ProgramRun{};
   for (const auto& moment : verification_times(trust)) {
     Strings arguments = all;
@@ -297,6 +318,8 @@ Result<Signer> read_signer(const std::string& certificate) {
                                 "-sha256", "-enddate", "-nameopt", "RFC2253,-esc_msb,utf8"},
                                "cannot read the signer's certificate");
   if (!output) return failure(output.error());
+  const auto bits = count_rsa_bits(certificate);
+  if (!bits) return failure(bits.error());
   const std::string lines = "\n" + *output;
   std::string fingerprint = line_value(lines, "\nsha256 Fingerprint=");
   std::erase(fingerprint, ':');
@@ -304,6 +327,7 @@ Result<Signer> read_signer(const std::string& certificate) {
                 .issuer = plain(line_value(lines, "\nissuer=")),
                 .serial_number = line_value(lines, "\nserial="),
                 .fingerprint = fingerprint,
+                .rsa_bits = *bits,
                 .not_after = line_value(lines, "\nnotAfter=")};
 }
 
@@ -351,6 +375,11 @@ Result<void> prepare_key(const PrivateFolder& folder, const SigningKey& key) {
   const auto rsa = run_program("openssl", {"rsa", "-in", folder / "key.pem", "-noout"});
   if (!rsa) return failure(rsa.error());
   if (rsa->exit_code != 0) return failure(FaultKind::bad_file, key.key_file, "is not an RSA key");
+  const auto bits = count_rsa_bits(folder / "chain.pem");
+  if (!bits) return failure(bits.error());
+  if (*bits > 0 && *bits < kFewestRsaBits)
+    return failure(FaultKind::bad_file, key.certificate_file,
+                   fmt::format("has an RSA key of {} bits, expected {} or more", *bits, kFewestRsaBits));
   const auto of_key = run_step("openssl", {"pkey", "-in", folder / "key.pem", "-pubout"}, "cannot read the key");
   const auto of_certificate =
       run_step("openssl", {"x509", "-in", folder / "chain.pem", "-noout", "-pubkey"}, "cannot read the certificate");
@@ -490,6 +519,14 @@ Result<void> check_signing_key(const SigningKey& key) {
 Result<void> check_trusted_file(const std::string& path) {
   return read_pem(path, PemContent::certificate).map([](const std::string&) {});
 }
+
+std::string describe_weak_key(const Signer& signer) {
+  if (signer.rsa_bits == 0 || signer.rsa_bits >= kEnoughRsaBits) return {};
+  return fmt::format("the RSA key of the signer has {} bits; {} or more are recommended", signer.rsa_bits,
+                     kEnoughRsaBits);
+}
+
+Result<Signer> read_signer_of(const SigningKey& key) { return read_signer(key.certificate_file); }
 
 Result<std::string> sign_dcc(std::string_view dcc, const SigningKey& key) {
   if (auto written = read_dcc(dcc, kDccFile); !written) return failure(written.error());

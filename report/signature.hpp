@@ -35,6 +35,7 @@ struct Signer {
   std::string subject{}, issuer{};  ///< RFC 2253
   std::string serial_number{};      ///< hexadecimal
   std::string fingerprint{};        ///< SHA-256 of the certificate
+  int rsa_bits{};                   ///< length of the RSA key; 0: another kind of key
   std::string not_after{};          ///< end of validity, openssl's format
   bool operator==(const Signer&) const = default;
 };
@@ -46,8 +47,21 @@ struct Signer {
 /// Fails with bad_file if a file of trusted certificates contains no certificate in PEM.
 [[nodiscard]] Result<void> check_trusted_file(const std::string& path);
 
+/// Shortest RSA key that signs, in bits. In verification openssl's security level 2 has the same limit, and also
+/// refuses weak keys and SHA-1 in the chain (NIST SP 800-131A Rev. 2).
+inline constexpr int kFewestRsaBits = 2048;
+/// Shortest RSA key without a warning: 128 bits of security (NIST SP 800-57 Part 1 Rev. 5).
+inline constexpr int kEnoughRsaBits = 3072;
+
+/// Returns a warning about an RSA key of less than kEnoughRsaBits bits; empty for other keys.
+[[nodiscard]] std::string describe_weak_key(const Signer& signer);
+
+/// Returns the identity in the first certificate of a signing key. Fails with bad_file if it cannot be read.
+[[nodiscard]] Result<Signer> read_signer_of(const SigningKey& key);
+
 /// Signs a certificate: an enveloped RSA-SHA256 signature over the whole document that includes the key's certificates.
-/// Fails with bad_file if key and certificate do not match or cannot be read, if a program is not installed, or if the
+/// Fails with bad_file if key and certificate do not match or cannot be read, if the key has less than kFewestRsaBits
+/// bits, if a program is not installed, or if the
 /// new signature does not verify.
 [[nodiscard]] Result<std::string> sign_dcc(std::string_view dcc, const SigningKey& key);
 

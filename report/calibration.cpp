@@ -112,6 +112,7 @@ void describe(auto& form, Like<Equipment> auto& equipment) {
   expect_known_key(form, "role", equipment.role);
   form("channel", equipment.channel);
   form("name", equipment.name);
+  form.if_present("names", !equipment.names.empty(), equipment.names);
   form("serial_number", equipment.serial_number);
   form("certificate", equipment.certificate);
   form.if_present("certificate_sha256", !equipment.certificate_sha256.empty(), equipment.certificate_sha256);
@@ -137,6 +138,7 @@ void describe(auto& form, Like<Deviation> auto& deviation) {
   form("kind", deviation.kind);
   expect_known_key(form, "kind", deviation.kind);
   form("text", deviation.text);
+  form.if_present("translations", !deviation.translations.empty(), deviation.translations);
   form("seconds", deviation.seconds);
 }
 
@@ -307,6 +309,7 @@ void describe(auto& form, Like<CalibrationReport> auto& report) {
   form.if_present("bias_zeros", !report.bias_zeros.empty(), report.bias_zeros);
   form("cluster_length_s", positive(report.cluster_length_s));
   form.if_present("trained_ranges", !report.trained_ranges.empty(), report.trained_ranges);
+  form.if_present("block_thermometers", !report.block_thermometers.empty(), report.block_thermometers);
   form.derived("coverage", model::kCoverage);
   form("results", report.results);
   form("budgets", report.budgets);
@@ -369,6 +372,11 @@ std::vector<const ResultTable*> results_in_group(const CalibrationReport& report
   for (const ResultTable& table : report.results)
     if (table.group == group) found.push_back(&table);
   return found;
+}
+
+const char* scope_key(const CalibrationReport& report) {
+  const bool is_left = std::ranges::find(report.results, Stage::as_left, &ResultTable::stage) != report.results.end();
+  return is_left ? "say.as_left_item" : "say.only_this_item";
 }
 
 const Column* find_column(const ResultTable& table, std::string_view quantity) {

@@ -70,6 +70,8 @@ struct Equipment {
   /// Measured channel such as "A"; empty for an instrument without a channel.
   std::string channel{};
   std::string name{}, serial_number{}, certificate{};
+  /// The name by language, if the laboratory states both.
+  Texts names{};
   /// SHA-256 of the certificate file from which the calibration was read; empty: not read from a file.
   std::string certificate_sha256{};
   /// Days such as "2026-11-25"; empty if unknown.
@@ -98,6 +100,8 @@ struct Deviation {
   std::string kind{};
   /// Text of the record or of a person, unchanged.
   std::string text{};
+  /// The same text by language, if the order states both.
+  Texts translations{};
   /// Duration; NaN if unknown.
   double seconds = std::numeric_limits<double>::quiet_NaN();
 };
@@ -314,6 +318,8 @@ struct CalibrationReport {
   std::vector<BiasReference> bias_zeros{};
   double cluster_length_s{};
   std::vector<TrainedRange> trained_ranges{};  ///< one per model
+  /// Thermometers whose mean is the "temperature" of the results; empty in reports of gyrotherm 0.1.0.
+  std::vector<std::string> block_thermometers{};
   std::vector<ResultTable> results{};
   std::vector<ReportedBudget> budgets{};
   DecisionRule rule{};
@@ -329,6 +335,10 @@ struct CalibrationReport {
 
 /// Returns the results of a group in their order.
 [[nodiscard]] std::vector<const ResultTable*> results_in_group(const CalibrationReport& report, Group group);
+
+/// Returns the key of words.hpp for the state of the item to which the results relate. It depends on whether there are
+/// results as left.
+[[nodiscard]] const char* scope_key(const CalibrationReport& report);
 
 /// Returns the column for a quantity; null if the table has none.
 [[nodiscard]] const Column* find_column(const ResultTable& table, std::string_view quantity);

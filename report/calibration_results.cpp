@@ -9,6 +9,7 @@
 #include <numbers>
 #include <utility>
 
+#include "analysis/data/distributions.hpp"
 #include "analysis/data/hold_noise.hpp"
 #include "analysis/model/characterisation.hpp"
 #include "analysis/model/uncertainty.hpp"
@@ -82,14 +83,15 @@ void add_warm_ups(const ResultTarget& of, const std::vector<model::WarmUp>& warm
   add(of, Group::warm_up, "warm_up", {std::move(set_point), std::move(within), std::move(duration)});
 }
 
-/// Returns the uncertainty of the gradient thermometers, K: calibration and drift until the run, assumed fully
-/// correlated.
+/// Returns the uncertainty of the mean of the block's thermometers, K: calibration and drift until the run, assumed
+/// fully correlated.
 double temperature_uncertainty_k(const data::Dataset& dataset) {
   double sum = 0;
-  for (const std::string& name : dataset.gradients)
+  const std::vector<std::string> block = data::block_thermometers(dataset);
+  for (const std::string& name : block)
     sum += combined_standard(
         model::budget_of_thermometer(dataset, {.thermometer = name, .mean = 1, .rms = 1, .greatest = 1}));
-  return dataset.gradients.empty() ? 0 : sum / static_cast<double>(dataset.gradients.size());
+  return block.empty() ? 0 : sum / static_cast<double>(block.size());
 }
 
 void add_stabilised(const ResultTarget& of, const std::vector<model::StabilisedBias>& holds, double temperature_u_k) {
@@ -240,13 +242,25 @@ void add_compensated_mean(const ResultTarget& of, const data::Figures& figures, 
   add(of, Group::compensation, "compensated_mean", {column("compensated_bias", "°/h", {value})});
 }
 
+/// Returns the Wilson interval of a share that was observed in `count` independent trials, for 95 % coverage (E. B.
+/// Wilson, J. Am. Stat. Assoc. 22, 209 (1927)). It is within 0 to 1 and has a width also for a share of 0 or 1.
+std::pair<double, double> wilson_interval(double share, double count) {
+  const double z = data::coverage_factor(model::kCoverage, kInfinite), weight = z * z / count;
+  const double centre = (share + weight / 2) / (1 + weight);
+  const double half = z / (1 + weight) * std::sqrt(share * (1 - share) / count + weight / (4 * count));
+  return {std::max(0.0, centre - half), std::min(1.0, centre + half)};
+}
+
 void add_coverage(const ResultTarget& of, const std::optional<model::Coverage>& coverage) {
   if (!coverage) return;
-  const double share = coverage->seen;
-  const double error = coverage->effective > 1 ? std::sqrt(share * (1 - share) / coverage->effective) : 0;
-  add(of, Group::compensation, "coverage",
-      {column("nominal_share", "1", {exact_value(coverage->nominal)}),
-       column("seen_share", "1", {make_value(share, error, coverage->effective - 1)})});
+  std::vector<Column> columns{column("nominal_share", "1", {exact_value(coverage->nominal)}),
+                              column("seen_share", "1", {exact_value(coverage->seen)})};
+  if (coverage->effective > 1) {
+    const auto [low, high] = wilson_interval(coverage->seen, coverage->effective);
+    columns.push_back(column("share_low", "1", {exact_value(low)}));
+    columns.push_back(column("share_high", "1", {exact_value(high)}));
+  }
+  add(of, Group::compensation, "coverage", std::move(columns));
 }
 
 std::vector<double> to_hours(const Eigen::VectorXd& seconds) {

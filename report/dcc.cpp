@@ -257,7 +257,7 @@ class Certificate {
   void statements() {
     state_statement();
     statement({"Scope of the results", "Geltungsbereich der Ergebnisse"}, "gyrotherm_scope",
-              join_texts(join_texts(texts_for("say.only_this_item"), " ", texts_for("say.standing")), " ",
+              join_texts(join_texts(texts_for(scope_key(report_)), " ", texts_for("say.standing")), " ",
                          texts_for("say.in_full")));
     traceability();
     xml_.element("dcc:statement", {{"refType", "gyrotherm_norm"}}, [&] {

@@ -176,8 +176,10 @@ class ResultsTable {
     std::vector<Cell> cells;
     if (has_quantity_column_) cells.push_back({.text = quantity_name(writer_, tables, quantity)});
     if (has_record_column_) cells.push_back({.text = record_label(writer_.report, record.run)});
-    for (const std::string& condition : conditions)
+    for (const std::string& condition : conditions) {
       cells.push_back(value_cell(writer_, find_column(record.any(), condition)->values[row], false));
+      if (&condition == &conditions.front()) cells.back().note = hold_note(record.any(), condition, row);
+    }
     for (const Stage stage : stages_) {
       const ResultTable* table = record.by_stage.at(stage_index(stage));
       cells.push_back(table == nullptr
@@ -185,6 +187,16 @@ class ResultsTable {
                           : value_cell(writer_, find_column(*table, quantity)->values[row], table->in_sample));
     }
     table_.rows.push_back(std::move(cells));
+  }
+
+  /// Returns "no. 2" for the second row of a record with the same set point; empty if the set point occurs once.
+  [[nodiscard]] std::string hold_note(const ResultTable& table, const std::string& condition, std::size_t row) const {
+    if (condition != "set_point") return {};
+    const std::vector<ReportedValue>& values = find_column(table, condition)->values;
+    const auto is_same = [&](const ReportedValue& one) { return one.value == values[row].value; };
+    if (std::ranges::count_if(values, is_same) < 2) return {};
+    const auto number = std::count_if(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(row) + 1, is_same);
+    return writer_.sentence("label.row", number);
   }
 
   const DocumentWriter& writer_;

@@ -123,7 +123,7 @@ std::string uncertainty_text(const DocumentWriter& writer, double kelvins) {
 std::vector<Cell> equipment_row(const DocumentWriter& writer, const Equipment& one) {
   const auto dash = [](const std::string& text) { return text.empty() ? std::string("–") : text; };
   const Cell instrument{
-      .text = dash(one.name),
+      .text = dash(one.names.empty() ? one.name : text_in(writer.language, one.names)),
       .note = one.serial_number.empty() ? "" : writer.translated("column.serial_number") + " " + one.serial_number};
   const Cell certificate{.text = dash(one.certificate),
                          .note = one.calibrated.empty() ? ""
@@ -171,7 +171,7 @@ std::vector<Cell> deviation_row(const DocumentWriter& writer, const Deviation& o
   std::vector<Cell> row{{.text = table_instant(one.utc)}};
   if (with_record) row.push_back({.text = record_label(writer.report, one.run)});
   row.push_back({.text = writer.translated(one.kind)});
-  row.push_back({.text = one.text});
+  row.push_back({.text = one.translations.empty() ? one.text : text_in(writer.language, one.translations)});
   row.push_back({.text = format_plain(writer.language, one.seconds)});
   return row;
 }
@@ -233,6 +233,8 @@ void add_method(DocumentWriter& writer) {
   if (report.cluster_length_s > 0)
     lines.line("label.cluster_length", format_plain(writer.language, report.cluster_length_s) + "\u00a0s");
   writer.add(std::move(lines).finish());
+  if (!report.block_thermometers.empty())
+    writer.paragraph(writer.sentence("say.temperature", fmt::format("{}", fmt::join(report.block_thermometers, ", "))));
   writer.table(influences_table(writer));
 }
 
@@ -283,7 +285,7 @@ void add_statements(DocumentWriter& writer) {
   const CalibrationReport& report = writer.report;
   writer.heading("heading.statements");
   writer.paragraph(text_in(writer.language, report.remarks));
-  writer.paragraph(writer.translated("say.only_this_item") + " " + writer.translated("say.standing"));
+  writer.paragraph(writer.translated(scope_key(report)) + " " + writer.translated("say.standing"));
   writer.paragraph(writer.translated("say.in_full"));
   writer.paragraph(writer.translated("say.by_customer"));
   for (const Texts& statement : report.statements) writer.paragraph(text_in(writer.language, statement));

@@ -99,6 +99,14 @@ void add_calibrated_item(DocumentWriter& writer) {
   writer.add(std::move(lines).finish());
 }
 
+/// Returns the worst verdict on an axis at a stage; pass if no limit applies to it.
+Verdict worst_verdict(const CalibrationReport& report, const std::string& axis, Stage stage) {
+  Verdict worst = Verdict::pass;
+  for (const Conformity& one : report.conformity)
+    if (one.axis == axis && one.stage == stage) worst = std::max(worst, one.verdict);
+  return worst;
+}
+
 KeyFigures::Entry key_figure(const DocumentWriter& writer, const SummaryValue& figure, const char* label_key,
                              bool best) {
   const std::string stage = writer.translated(std::string("key.") + name(figure.table->stage));
@@ -119,7 +127,9 @@ void add_key_figures(DocumentWriter& writer, const std::string& axis) {
     if (figure) keys.figures.push_back(key_figure(writer, *figure, label_key, best));
   };
   const auto mean = find_mean(report, axis, last);
-  take(mean, "key.mean", true);
+  const Verdict verdict = worst_verdict(report, axis, last);
+  take(mean, "key.mean", verdict == Verdict::pass);
+  if (mean && verdict != Verdict::pass) keys.figures.back().label += "; " + writer.translated(name(verdict));
   take(find_result_value(report, "whole_run", "rmse", axis, last), "key.rmse", false);
   take(find_result_value(report, "whole_run", "std", axis, last), "key.std", false);
   take(find_mean_as_found(report, last, mean), "key.mean", false);
@@ -140,8 +150,14 @@ std::string trained_range_text(const DocumentWriter& writer, const std::string& 
   if (!found->block) return writer.sentence("say.trained_range_unknown", prefix);
   // Rounded inwards to integer degrees, as `train` prints them.
   const auto whole = [&](double celsius) { return format_number(writer.language, celsius, 0); };
-  return writer.sentence("say.trained_range", prefix, whole(std::ceil(found->block->low_c)),
-                         whole(std::floor(found->block->high_c)));
+  std::string text = writer.sentence("say.trained_range", prefix, whole(std::ceil(found->block->low_c)),
+                                     whole(std::floor(found->block->high_c)));
+  if (!found->block->thermometers.empty())
+    text += " " + writer.sentence("say.trained_block", fmt::format("{}", fmt::join(found->block->thermometers, ", ")));
+  for (const model::ThermometerRange& other : found->block->others)
+    text += " " + writer.sentence("say.trained_other", other.thermometer, whole(std::ceil(other.low_c)),
+                                  whole(std::floor(other.high_c)));
+  return text;
 }
 
 std::string change_text(const DocumentWriter& writer, const SummaryValue& left, const SummaryValue& found) {

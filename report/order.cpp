@@ -9,6 +9,7 @@
 #include <regex>
 #include <span>
 #include <tuple>
+#include <utility>
 
 #include "analysis/data/dataset.hpp"
 #include "core/file.hpp"
@@ -36,6 +37,15 @@ Texts texts(const TomlTable& table, const char* key) {
   }
   const TomlTable languages = table.table(key);
   return {languages.text("en", ""), languages.text("de", "")};
+}
+
+/// Reads a required text and, if it is a table, its texts by language. The text is then the English one, or the German
+/// one if that is missing.
+std::pair<std::string, Texts> read_translated(const TomlTable& table, const char* key) {
+  if (!table.has(key) || !table.is_table(key)) return {table.text(key), {}};
+  const Texts all = texts(table, key);
+  if (all.empty()) table.note_error(key, "missing, expected a text in \"en\" or \"de\"");
+  return {all.en.empty() ? all.de : all.en, all};
 }
 
 std::string day(const TomlTable& table, const char* key) {
@@ -73,13 +83,16 @@ std::vector<Person> read_people(const TomlTable& table) {
 
 std::vector<Equipment> equipment(const TomlTable& table) {
   std::vector<Equipment> all;
-  for (const TomlTable& one : table.tables("equipment"))
+  for (const TomlTable& one : table.tables("equipment")) {
+    const auto [name, names] = read_translated(one, "name");
     all.push_back({.role = "reference",
-                   .name = one.text("name"),
+                   .name = name,
                    .serial_number = one.text("serial_number", ""),
                    .certificate = one.text("certificate", ""),
+                   .names = names,
                    .calibrated = day(one, "calibrated"),
                    .due = day(one, "due")});
+  }
   return all;
 }
 
@@ -233,7 +246,8 @@ bool is_instant(const std::string& text) {
 std::vector<Deviation> deviations(const TomlTable& table) {
   std::vector<Deviation> all;
   for (const TomlTable& one : table.tables("deviation")) {
-    all.push_back({.utc = one.text("utc", ""), .kind = "other", .text = one.text("text")});
+    const auto [text, translations] = read_translated(one, "text");
+    all.push_back({.utc = one.text("utc", ""), .kind = "stated", .text = text, .translations = translations});
     if (const std::string& utc = all.back().utc; !utc.empty() && !is_instant(utc))
       one.note_error("utc", fmt::format("\"{}\", expected a UTC time like \"2026-11-25T14:03:00Z\"", utc));
   }
@@ -297,6 +311,10 @@ void append(std::vector<T>& into, const std::vector<T>& from) {
   into.insert(into.end(), from.begin(), from.end());
 }
 
+bool has_role(const std::vector<Person>& people, std::string_view role) {
+  return std::ranges::find(people, role, &Person::role) != people.end();
+}
+
 void add_laboratory(CalibrationReport& report, const LaboratoryFile& laboratory) {
   report.laboratory = laboratory.party;
   report.logo = laboratory.logo;
@@ -308,7 +326,25 @@ void add_laboratory(CalibrationReport& report, const LaboratoryFile& laboratory)
     one.overdue = !one.due.empty() && one.due < report.ended;
     report.equipment.push_back(std::move(one));
   }
-  append(report.people, laboratory.people);
+}
+
+/// Returns the persons of a report. The order's operators and reviewers replace those of the laboratory, whose data of
+/// a person are used if the order has none. The laboratory's persons with the role authorising are always listed,
+/// because the order cannot give this role. A person has each role once.
+std::vector<Person> merge_people(const std::vector<Person>& laboratory, const std::vector<Person>& order) {
+  std::vector<Person> all;
+  const auto add = [&all](const Person& person) {
+    const auto is_it = [&](const Person& one) { return one.name == person.name && one.role == person.role; };
+    const auto known = std::ranges::find_if(all, is_it);
+    if (known == all.end()) return all.push_back(person);
+    replace_if_given(known->email, person.email);
+  };
+  for (const Person& person : laboratory) {
+    const auto is_it = [&](const Person& one) { return one.name == person.name && one.role == person.role; };
+    if (person.role == "authorising" || !has_role(order, person.role) || std::ranges::any_of(order, is_it)) add(person);
+  }
+  std::ranges::for_each(order, add);
+  return all;
 }
 
 void add_unit(CalibratedItem& item, const CalibratedItem& ordered) {
@@ -327,7 +363,6 @@ void add_order(CalibrationReport& report, const OrderFile& order) {
   if (!order.number.empty() && order.units.size() > 1)
     report.number += "-" + (is_found_by_serial ? report.item.serial_number : report.item.name);
   report.customer = order.customer;
-  append(report.people, order.people);
   report.received = order.received;
   report.issued = order.issued;
   report.place_kind = order.place_kind;
@@ -338,10 +373,6 @@ void add_order(CalibrationReport& report, const OrderFile& order) {
   append(report.deviations, order.deviations);
   report.replaces = order.replaces;
   if (unit != nullptr) add_unit(report.item, unit->item);
-}
-
-bool has_role(const std::vector<Person>& people, std::string_view role) {
-  return std::ranges::find(people, role, &Person::role) != people.end();
 }
 
 /// Lists persons of the order whose role the laboratory does not confirm. Only the laboratory gives the role
@@ -368,20 +399,6 @@ bool is_verified(const CalibrationReport& report) {
   });
 }
 
-/// Lists days in the wrong order: the unit is received before its calibration, and the report is issued after it.
-/// Simulated reports are exempt.
-void list_wrong_days(CalibrationReport& report) {
-  const auto are_in_order = [&](const std::string& first, const std::string& then) {
-    return report.simulated || first.empty() || then.empty() || first <= then;
-  };
-  if (!are_in_order(report.received, report.begun))
-    report.missing.push_back(
-        fmt::format("order.toml: received, on or before {} (UTC) when the calibration began", report.begun));
-  if (!are_in_order(report.ended, report.issued))
-    report.missing.push_back(
-        fmt::format("order.toml: issued, on or after {} (UTC) when the calibration ended", report.ended));
-}
-
 void list_missing(CalibrationReport& report) {
   const auto require_key = [&](bool is_there, const char* file, const char* key) {
     if (!is_there) report.missing.push_back(fmt::format("{}: {}", file, key));
@@ -397,7 +414,7 @@ void list_missing(CalibrationReport& report) {
   require_key(!report.customer.city.empty(), kOrder, "customer.city");
   require_key(!report.received.empty(), kOrder, "received");
   require_key(!report.issued.empty(), kOrder, "issued");
-  list_wrong_days(report);
+  if (!report.simulated) append(report.missing, find_wrong_days(report));
   require_key(!report.item.model.empty(), kOrder, "unit.model");
   require_key(!report.item.serial_number.empty(), kOrder, "unit.serial_number");
   require_key(!report.item.condition.empty(), kOrder, "unit.condition");
@@ -418,8 +435,24 @@ bool is_worse(const Conformity& one, const Conformity& other) {
   return key(one) > key(other);
 }
 
-/// Returns the worst row; not_known for a column without values.
-Conformity find_worst(const std::vector<ReportedValue>& values, double limit, DecisionRule rule) {
+}  // namespace
+
+std::vector<std::string> find_wrong_days(const CalibrationReport& report) {
+  std::vector<std::string> wrong;
+  const auto are_in_order = [](const std::string& first, const std::string& then) {
+    return first.empty() || then.empty() || first <= then;
+  };
+  if (!are_in_order(report.received, report.begun))
+    wrong.push_back(
+        fmt::format("order.toml: received, on or before {} (UTC) when the calibration began", report.begun));
+  if (!are_in_order(report.ended, report.issued))
+    wrong.push_back(fmt::format("order.toml: issued, on or after {} (UTC) when the calibration ended", report.ended));
+  if (!are_in_order(report.received, report.issued))
+    wrong.push_back(fmt::format("order.toml: issued, on or after {} when the unit was received", report.received));
+  return wrong;
+}
+
+Conformity find_worst_row(const std::vector<ReportedValue>& values, double limit, DecisionRule rule) {
   std::optional<Conformity> worst;
   for (const ReportedValue& value : values) {
     if (!std::isfinite(value.value)) continue;
@@ -428,8 +461,6 @@ Conformity find_worst(const std::vector<ReportedValue>& values, double limit, De
   }
   return worst.value_or(compare_with_limits({}, limit, rule));
 }
-
-}  // namespace
 
 const OrderedUnit* find_ordered_unit(const OrderFile& order, const CalibratedItem& item) {
   if (!item.serial_number.empty()) {
@@ -446,6 +477,8 @@ const OrderedUnit* find_ordered_unit(const OrderFile& order, const CalibratedIte
 void add_order(CalibrationReport& report, const std::optional<LaboratoryFile>& laboratory,
                const std::optional<OrderFile>& order) {
   if (laboratory) add_laboratory(report, *laboratory);
+  report.people = merge_people(laboratory ? laboratory->people : std::vector<Person>(),
+                               order ? order->people : std::vector<Person>());
   if (order) {
     add_order(report, *order);
     apply_limits(report, order->limits, order->rule);
@@ -454,9 +487,9 @@ void add_order(CalibrationReport& report, const std::optional<LaboratoryFile>& l
   list_unconfirmed_roles(report, laboratory, order);
 }
 
-Result<void> check_may_authorise(const CalibrationReport& report, const std::string& by) {
+Result<void> check_may_authorise(const std::vector<Person>& people, const std::string& by) {
   std::vector<std::string> names;
-  for (const Person& person : report.people)
+  for (const Person& person : people)
     if (person.role == "authorising") names.push_back(person.name);
   if (std::ranges::find(names, by) != names.end()) return {};
   const std::string others = plain(fmt::format("\"{}\"", fmt::join(names, "\", \"")));
@@ -525,7 +558,7 @@ void apply_limits(CalibrationReport& report, const std::vector<ReportedLimit>& l
       const Column* column = find_column(table, quantity);
       if (table.key != key || column == nullptr || table.in_sample) continue;
       if (limit.stage && *limit.stage != table.stage) continue;
-      Conformity one = find_worst(column->values, limit.at_most, rule);
+      Conformity one = find_worst_row(column->values, limit.at_most, rule);
       one.quantity = limit.quantity;
       one.axis = table.axis;
       one.stage = table.stage;

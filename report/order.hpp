@@ -73,13 +73,24 @@ struct OrderFile {
 /// Adds the texts of the laboratory and the order to the report of a unit, and lists required texts that are missing:
 /// "laboratory.toml: name". If a file is missing, all of its keys are listed. Also missing are keys with an example
 /// text (is_placeholder()), and persons of the order whose role laboratory.toml does not confirm: only laboratory.toml
-/// gives the role authorising, and if it lists operators or reviewers, those of the order must be among them. The model
-/// and serial number already in the report have precedence.
+/// gives the role authorising, and if it lists operators or reviewers, those of the order must be among them. The
+/// persons of a role in the order replace those of the laboratory, except for the role authorising. The model and
+/// serial number already in the report have precedence.
 void add_order(CalibrationReport& report, const std::optional<LaboratoryFile>& laboratory,
                const std::optional<OrderFile>& order);
 
-/// Checks that `by` has the role authorising in the report. Fails with usage and lists the persons with that role.
-[[nodiscard]] Result<void> check_may_authorise(const CalibrationReport& report, const std::string& by);
+/// Returns the days that contradict each other, as texts of `missing`: the unit is received before its calibration
+/// begins and before the report is issued, and the report is issued after the calibration ended. In a simulated report
+/// they are not missing, because its days come from a virtual clock; the commands print them.
+[[nodiscard]] std::vector<std::string> find_wrong_days(const CalibrationReport& report);
+
+/// Checks that `by` has the role authorising among these persons. Fails with usage and lists the persons with that
+/// role.
+[[nodiscard]] Result<void> check_may_authorise(const std::vector<Person>& people, const std::string& by);
+
+/// Returns the comparison of the worst row with a limit: the row with the worst verdict and, among those, the lowest
+/// probability; not_known for a column without values.
+[[nodiscard]] Conformity find_worst_row(const std::vector<ReportedValue>& values, double limit, DecisionRule rule);
 
 /// Compares the results with the limits of an order, row by row. A result gets the verdict of its worst row; among
 /// rows with the same verdict, the worst is the one with the lowest probability of conformity. In-sample results are

@@ -15,6 +15,16 @@
 #include "core/text.hpp"
 
 namespace gyrotherm::report {
+namespace {
+
+constexpr const char* kStatusEnd = ".status";
+
+bool is_file_in(const std::string& folder, const std::string& name) {
+  std::error_code error;
+  return std::filesystem::is_regular_file(std::filesystem::path(folder) / name, error);
+}
+
+}  // namespace
 
 void describe(auto& form, Like<IssuedFile> auto& file) {
   form("name", file.name);
@@ -28,6 +38,7 @@ void describe(auto& form, Like<AuthorisedFiles> auto& authorisation) {
   form("name", authorisation.authorised.name);
   form("utc", authorisation.authorised.utc);
   form("program_version", authorisation.program_version);
+  form.if_present("sources_compared", authorisation.sources_compared, authorisation.sources_compared);
   form("files", authorisation.files);
   std::set<std::string> names;
   for (const IssuedFile& file : authorisation.files) names.insert(file.name);
@@ -64,10 +75,11 @@ Result<void> replace_all(const std::string& folder, const std::vector<NewFile>& 
 }
 
 AuthorisedFiles make_authorisation(const CalibrationReport& report, const std::vector<NewFile>& files,
-                                   const std::string& program_version) {
+                                   const std::string& program_version, bool sources_compared) {
   AuthorisedFiles all{.number = report.number,
                       .authorised = report.authorised.value_or(Authorisation{}),
-                      .program_version = program_version};
+                      .program_version = program_version,
+                      .sources_compared = sources_compared};
   for (const NewFile& file : files) all.files.push_back({file.name, sha256(file.bytes)});
   std::ranges::sort(all.files, {}, &IssuedFile::name);
   return all;
@@ -101,12 +113,28 @@ std::string text(const FolderDifferences& differences) {
   return fmt::format("{}", fmt::join(parts, "; "));
 }
 
+bool is_symbolic_link(const std::string& path) {
+  std::error_code error;
+  return std::filesystem::is_symlink(path, error);
+}
+
+std::vector<std::string> find_unsigned_entries(const std::string& folder, const std::vector<UsedFile>& used) {
+  std::vector<std::string> found;
+  for (const UsedFile& file : used)
+    if (file.role == "record" && is_file_in(folder, file.name) && is_file_in(folder, file.name + kStatusEnd))
+      found.push_back(file.name + kStatusEnd);
+  std::ranges::sort(found);
+  return found;
+}
+
 std::vector<std::string> find_unlisted_entries(const std::string& folder, const std::vector<std::string>& names,
                                                const std::vector<UsedFile>& used) {
   std::set<std::string> known(names.begin(), names.end());
   for (const UsedFile& file : used) {
-    known.insert(file.name);
-    if (file.role == "record") known.insert(file.name + ".sha256");
+    const bool is_there = is_file_in(folder, file.name);
+    if (is_there) known.insert(file.name);
+    if (is_there && file.role == "record") known.insert({file.name + ".sha256", file.name + kStatusEnd});
+    if (!is_there && (file.role == "profile" || file.role == "rig")) known.insert(file.name + ".toml");
   }
   std::vector<std::string> foreign;
   for (const auto& path : list_folder(folder))
@@ -121,8 +149,11 @@ FolderDifferences compare_folder(const std::string& folder, const std::vector<Is
   std::vector<std::string> names = beside;
   for (const IssuedFile& file : files) {
     names.push_back(file.name);
-    const auto bytes = read_text_file_if_any(folder + "/" + file.name, kLargestTable);
-    if (bytes && !*bytes) {
+    const std::string path = folder + "/" + file.name;
+    const auto bytes = read_text_file_if_any(path, kLargestTable);
+    if (is_symbolic_link(path)) {
+      found.changed.push_back(file.name);
+    } else if (bytes && !*bytes) {
       found.missing.push_back(file.name);
     } else if (!bytes || sha256(**bytes) != file.sha256) {
       found.changed.push_back(file.name);

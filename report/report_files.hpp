@@ -41,12 +41,14 @@ struct AuthorisedFiles {
   std::string number{};
   Authorisation authorised{};
   std::string program_version{};  ///< version that rendered the views
+  /// True if the report was made again from its records, models, order and laboratory file before its authorisation.
+  bool sources_compared{};
   std::vector<IssuedFile> files{};
 };
 
 /// Returns the authorisation of an authorised report over the given files.
 [[nodiscard]] AuthorisedFiles make_authorisation(const CalibrationReport& report, const std::vector<NewFile>& files,
-                                                 const std::string& program_version);
+                                                 const std::string& program_version, bool sources_compared = false);
 
 /// Returns authorisation.json, ending in a newline. The text depends only on `files`.
 [[nodiscard]] std::string to_json(const AuthorisedFiles& files);
@@ -64,13 +66,23 @@ struct FolderDifferences {
 /// Returns "changed calibration.html; not part of the report note.html, zz.pdf".
 [[nodiscard]] std::string text(const FolderDifferences& differences);
 
-/// Compares a folder with the listed files. The folder may also contain the files used by the report, the manifest of
-/// each used record, and the files named in `beside`. A file that cannot be read is reported as changed.
+/// Compares a folder with the listed files. The folder may also contain the files used by the report, as
+/// find_unlisted_entries() lists them, and the files named in `beside`. A symbolic link and a file that cannot be read
+/// are reported as changed.
 [[nodiscard]] FolderDifferences compare_folder(const std::string& folder, const std::vector<IssuedFile>& files,
                                                const std::vector<UsedFile>& used,
                                                const std::vector<std::string>& beside = {});
 
-/// Returns the entries of a folder that are neither in `names` nor used by the report, sorted.
+/// Returns true for a symbolic link, also to a missing file.
+[[nodiscard]] bool is_symbolic_link(const std::string& path);
+
+/// Returns the status files in a folder that belong to used records in the folder, sorted. No digest covers them.
+[[nodiscard]] std::vector<std::string> find_unsigned_entries(const std::string& folder,
+                                                             const std::vector<UsedFile>& used);
+
+/// Returns the entries of a folder that are neither in `names` nor used by the report, sorted. Used are regular files
+/// with the name of a used file, a profile or a rig also with ".toml" after its name if only one of both is there, and
+/// the manifest and the status file of a used record that is there.
 [[nodiscard]] std::vector<std::string> find_unlisted_entries(const std::string& folder,
                                                              const std::vector<std::string>& names,
                                                              const std::vector<UsedFile>& used);

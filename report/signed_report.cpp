@@ -5,11 +5,14 @@
 
 #include <algorithm>
 #include <array>
+#include <filesystem>
 
 #include "core/file.hpp"
 #include "core/sha256.hpp"
 #include "core/text.hpp"
 #include "report/dcc.hpp"
+#include "report/dcc_text.hpp"
+#include "report/draft.hpp"
 #include "report/other_program.hpp"
 #include "report/report_files.hpp"
 
@@ -68,7 +71,7 @@ Result<AuthorisedFiles> read_authorisation(const std::string& folder) {
 
 FolderDifferences compare_folder(const std::string& folder, const AuthorisedFiles& authorised,
                                  const CalibrationReport& report) {
-  auto found = compare_folder(folder, authorised.files, report.files, {kAuthorisationFile, kDccFile});
+  auto found = compare_folder(folder, authorised.files, report.files, {kAuthorisationFile, kDccFile, kSourcesFile});
   const auto& by = report.authorised;
   if (authorised.number != report.number || !by || by->name != authorised.authorised.name ||
       by->utc != authorised.authorised.utc)
@@ -101,9 +104,9 @@ Result<std::vector<NewFile>> render_authorised_files(const std::string& folder, 
 }
 
 /// Lists the files with their hashes, calibration.json first and authorisation.json last. The hash of a PDF is computed
-/// from the signed PDF.
+/// from the signed PDF. The embedded PDF is the one in this language, or the first one if there is none.
 DccOptions make_dcc_options(const std::vector<NewFile>& files, const std::vector<NewFile>& pdfs,
-                            const AuthorisedFiles& authorised) {
+                            const AuthorisedFiles& authorised, Language language) {
   DccOptions options;
   for (const bool first : {true, false})
     for (const NewFile& file : files) {
@@ -112,7 +115,11 @@ DccOptions make_dcc_options(const std::vector<NewFile>& files, const std::vector
       options.files.push_back({file.name, sha256(pdf != pdfs.end() ? pdf->bytes : file.bytes)});
     }
   options.files.push_back({kAuthorisationFile, sha256(to_json(authorised))});
-  if (!pdfs.empty()) options.pdf = ReadableReport{pdfs.front().name, pdfs.front().bytes};
+  if (pdfs.empty()) return options;
+  const char* const wanted = language == Language::german ? "calibration.de.pdf" : "calibration.pdf";
+  const auto found = std::ranges::find(pdfs, std::string(wanted), &NewFile::name);
+  const NewFile& pdf = found == pdfs.end() ? pdfs.front() : *found;
+  options.pdf = ReadableReport{pdf.name, pdf.bytes};
   return options;
 }
 
@@ -126,6 +133,7 @@ class FileChecks {
     using enum Check::Outcome;
     if (file.name.find('/') != std::string::npos) return Check{file.name, fails, "is not a file name"};
     const std::string path = folder_ + "/" + file.name;
+    if (is_symbolic_link(path)) return Check{file.name, fails, "is a symbolic link, not the file that was signed"};
     const auto bytes = read_text_file_if_any(path, kLargestTable);
     if (!bytes) return Check{file.name, fails, text(bytes.error())};
     if (!*bytes) return Check{file.name, missing, "was signed with the report but is missing from the folder"};
@@ -150,8 +158,17 @@ class FileChecks {
 };
 
 std::string signer_text(const Signer& signer) {
-  return fmt::format("signed by {}, certificate {} of {}, valid until {}", signer.subject, signer.serial_number,
-                     signer.issuer, signer.not_after);
+  const std::string weak = describe_weak_key(signer);
+  return fmt::format("signed by {}, certificate {} of {}, valid until {}{}{}", signer.subject, signer.serial_number,
+                     signer.issuer, signer.not_after, weak.empty() ? "" : "; ", weak);
+}
+
+/// Returns what authorisation.json states about the comparison of the report with its sources.
+std::string describe_comparison(const std::string& folder) {
+  const auto authorised = read_authorisation(folder);
+  if (!authorised) return {};
+  return authorised->sources_compared ? "; the report was compared with its records before it was authorised"
+                                      : "; the report was authorised without a comparison with its records";
 }
 
 /// Returns true if the fault is a failed check of the certificate, and false if the verification itself could not run.
@@ -160,13 +177,34 @@ bool is_check_result(const Fault& fault, const std::string& path) { return fault
 }  // namespace
 
 bool is_failure(Check::Outcome outcome) {
-  return outcome != Check::Outcome::holds && outcome != Check::Outcome::not_there;
+  using enum Check::Outcome;
+  return outcome != holds && outcome != not_there && outcome != unsigned_beside;
 }
 
 Result<bool> is_signed(const std::string& folder) {
   const auto dcc = read_text_file_if_any(join_path(folder, kDccFile), kLargestTable);
   if (!dcc) return failure(dcc.error());
   return *dcc && (*dcc)->find("<ds:Signature") != std::string::npos;
+}
+
+Result<std::string> find_expected_digest(const std::string& folder) {
+  const std::string path = join_path(folder, kDccFile);
+  const auto dcc = read_text_file_if_any(path, kLargestTable);
+  if (!dcc) return failure(dcc.error());
+  std::vector<IssuedFile> files;
+  if (*dcc && (*dcc)->find("<ds:Signature") != std::string::npos) {
+    const auto text = remove_signature(**dcc, path);
+    if (!text) return failure(text.error());
+    auto read = read_dcc(*text, path);
+    if (!read) return failure(read.error());
+    files = std::move(read->files);
+  } else if (std::filesystem::exists(join_path(folder, kAuthorisationFile))) {
+    auto authorised = read_authorisation(folder);
+    if (!authorised) return failure(authorised.error());
+    files = std::move(authorised->files);
+  }
+  const auto report = std::ranges::find(files, std::string(kCalibrationFile), &IssuedFile::name);
+  return report == files.end() ? std::string() : report->sha256;
 }
 
 Result<FolderDifferences> compare_with_authorisation(const std::string& folder, const CalibrationReport& report) {
@@ -195,13 +233,15 @@ Result<std::vector<std::string>> sign_report(const std::string& folder, const Si
   if (!files) return failure(files.error());
   auto pdfs = sign_pdfs(folder, *files, key, report->number);
   if (!pdfs) return failure(pdfs.error());
-  const DccOptions options = make_dcc_options(*files, *pdfs, *authorised);
+  const DccOptions options = make_dcc_options(*files, *pdfs, *authorised, mandatory_language(*report));
   const auto dcc = make_dcc(*report, options);
   if (!dcc) return failure(dcc.error());
   const auto signed_dcc = sign_dcc(*dcc, key);
   if (!signed_dcc) return failure(signed_dcc.error());
   pdfs->push_back({kDccFile, *signed_dcc});
   if (auto put = replace_all(folder, *pdfs); !put) return failure(put.error());
+  std::error_code error;  // a remaining file would be reported as foreign
+  std::filesystem::remove(join_path(folder, kSourcesFile), error);
   std::vector<std::string> all{kDccFile};
   for (const IssuedFile& file : options.files) all.push_back(file.name);
   return all;
@@ -231,6 +271,7 @@ Result<VerifiedReport> verify_report(const std::string& folder, const Trust& tru
     auto check = files.check(file);
     if (!check) return failure(check.error());
     const bool is_report = file.name == kCalibrationFile && check->outcome == holds;
+    if (file.name == kAuthorisationFile && check->outcome == holds) check->text += describe_comparison(folder);
     found.checks.push_back(std::move(*check));
     if (!is_report) continue;
     const auto json = read_text_file(folder + "/" + kCalibrationFile, kLargestTable);
@@ -242,6 +283,8 @@ Result<VerifiedReport> verify_report(const std::string& folder, const Trust& tru
   const auto used = found.report ? found.report->files : std::vector<UsedFile>();
   for (const std::string& name : find_unlisted_entries(folder, names, used))
     found.checks.push_back({plain(name), foreign, "is not part of the report that was signed"});
+  for (const std::string& name : find_unsigned_entries(folder, used))
+    found.checks.push_back({plain(name), unsigned_beside, "belongs to a record, but was not signed"});
   return found;
 }
 

@@ -21,13 +21,15 @@ struct Check {
   enum class Outcome {
     holds,
     fails,
-    not_there,  ///< record or model stored elsewhere
-    missing,    ///< listed in dcc.xml
-    foreign     ///< in the folder, not listed
+    not_there,        ///< record or model stored elsewhere
+    unsigned_beside,  ///< belongs to a record in the folder, but no digest covers it
+    missing,          ///< listed in dcc.xml
+    foreign           ///< in the folder, not listed
   } outcome{};
   std::string text{};  ///< "unchanged since it was signed"
 };
-/// Returns true for an outcome that makes the verification of the folder fail: all except holds and not_there.
+/// Returns true for an outcome that makes the verification of the folder fail: all except holds, not_there and
+/// unsigned_beside.
 [[nodiscard]] bool is_failure(Check::Outcome outcome);
 
 /// Callback that renders the files with the given names from an authorised report.
@@ -35,12 +37,12 @@ using RenderFiles =
     std::function<Result<std::vector<NewFile>>(const CalibrationReport& report, const std::vector<std::string>& names)>;
 
 /// Signs the report of a folder. It signs each PDF, then writes and signs a new dcc.xml over the PDFs, over every other
-/// file listed in authorisation.json, and over authorisation.json itself; dcc.xml embeds the first PDF. The signed
-/// bytes are those that `render` makes from calibration.json. Returns the names of the files. Fails with bad_file if
-/// the report is a draft, is already signed, or has no authorisation.json; if a file was changed or removed after
-/// authorisation, is not rendered to the same bytes, or is not part of the report; or like sign_dcc() and sign_pdf().
-/// Fails with storage. A failure leaves the folder unchanged, even on a full disk, unless the failure occurs while
-/// files are being renamed.
+/// file listed in authorisation.json, and over authorisation.json itself; dcc.xml embeds the PDF in its mandatory
+/// language. The signed bytes are those that `render` makes from calibration.json. Returns the names of the files.
+/// Fails with bad_file if the report is a draft, is already signed, or has no authorisation.json; if a file was changed
+/// or removed after authorisation, is not rendered to the same bytes, or is not part of the report; or like sign_dcc()
+/// and sign_pdf(). Fails with storage. A failure leaves the folder unchanged, even on a full disk, unless the failure
+/// occurs while files are being renamed.
 [[nodiscard]] Result<std::vector<std::string>> sign_report(const std::string& folder, const SigningKey& key,
                                                            const RenderFiles& render);
 
@@ -51,6 +53,10 @@ using RenderFiles =
 
 /// Returns true if the dcc.xml of a folder contains a signature, without verifying it. Fails with storage.
 [[nodiscard]] Result<bool> is_signed(const std::string& folder);
+
+/// Returns the SHA-256 that calibration.json must have: from dcc.xml of a signed folder, otherwise from
+/// authorisation.json; empty for a draft. Does not verify the signature. Fails with bad_file or storage.
+[[nodiscard]] Result<std::string> find_expected_digest(const std::string& folder);
 
 /// Result of verifying a signed folder.
 struct VerifiedReport {

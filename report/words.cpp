@@ -53,6 +53,8 @@ constexpr Translation kTranslations[] = {
   {"compensated_bias", "Mean compensated bias", "Mittlere kompensierte Nullpunktabweichung"},
   {"nominal_share", "Nominal share within U", "Nomineller Anteil innerhalb U"},
   {"seen_share", "Observed share within U", "Beobachteter Anteil innerhalb U"},
+  {"share_low", "Lower bound of the share, 95\u00a0%", "Untere Grenze des Anteils, 95\u00a0%"},
+  {"share_high", "Upper bound of the share, 95\u00a0%", "Obere Grenze des Anteils, 95\u00a0%"},
   // Groups
   {"group.turn_on", "Turn-on", "Einschaltverhalten"},
   {"group.warm_up", "Warm-up", "Warmlaufverhalten"},
@@ -97,6 +99,7 @@ constexpr Translation kTranslations[] = {
   {"prompt", "Prompt to the operator", "Aufforderung an die Bedienperson"},
   {"stopped", "Stopped", "Beendet"},
   {"other", "Other", "Sonstiges"},
+  {"stated", "Deviation from the method", "Abweichung vom Verfahren"},
   // Files
   {"record", "Record", "Aufzeichnung"},
   {"record_part", "Further file of the record", "Weitere Datei der Aufzeichnung"},
@@ -318,7 +321,8 @@ constexpr Translation kTranslations[] = {
   {"caption.deviations", "Events during the calibration", "Ereignisse während der Kalibrierung"},
   {"caption.files", "Files used for this report", "Dateien, die diesem Bericht zugrunde liegen"},
   {"budget.combined", "Combined standard uncertainty", "Kombinierte Standardmessunsicherheit"},
-  {"budget.expanded", "Expanded uncertainty U (k = {})", "Erweiterte Messunsicherheit U (k = {})"},
+  {"budget.expanded", "Expanded uncertainty U (k\u00a0=\u00a0{})",
+   "Erweiterte Messunsicherheit U (k\u00a0=\u00a0{})"},
 
   {"say.missing", "This is a draft and not a calibration report. Missing items: {}.",
    "Dies ist ein Entwurf und kein Kalibrierbericht. Es fehlen: {}."},
@@ -370,6 +374,10 @@ constexpr Translation kTranslations[] = {
    "to the drift of the unit.",
    "Das Modell vor Justierung dieser Kalibrierung ist nicht das Modell nach Justierung der vorherigen. Die Änderung "
    "ist nicht allein die Drift des Gegenstands."},
+  {"say.expected_share",
+   "If nothing has changed, about 5 % of the results are expected outside ±1.",
+   "Auch ohne jede Änderung sind etwa 5 % der Ergebnisse außerhalb von ±1 zu erwarten."},
+  {"label.row", "no. {}", "Nr. {}"},
   {"say.agrees", "No result has changed by more than the combined uncertainty of both calibrations.",
    "Kein Ergebnis hat sich um mehr als die gemeinsame Messunsicherheit beider Kalibrierungen geändert."},
   {"say.has_changed", "{} of {} results have changed by more than the combined uncertainty of both calibrations.",
@@ -420,6 +428,13 @@ constexpr Translation kTranslations[] = {
    "extrapolation, regardless of the range of the chamber.",
    "{}Das Modell wurde bei Temperaturen des Blocks von {} bis {} °C trainiert. Außerhalb dieses Bereichs ist die "
    "Kompensation eine Extrapolation, unabhängig vom Bereich der Kammer."},
+  {"say.trained_block", "The thermometers of the block are {}.", "Die Thermometer des Blocks sind {}."},
+  {"say.trained_other", "The thermometer {} ranged from {} to {} °C.", "Das Thermometer {} lag zwischen {} und {} °C."},
+  {"say.temperature",
+   "“Temperature” in the results is the mean of the thermometers on the block: {}. Its uncertainty contains their "
+   "calibration and drift, which are treated as fully correlated.",
+   "„Temperatur“ bei den Ergebnissen ist der Mittelwert der Thermometer des Blocks: {}. Ihre Messunsicherheit enthält "
+   "deren Kalibrierung und Drift, die als vollständig korreliert behandelt werden."},
   {"say.trained_range_unknown", "{}The model does not state the block temperatures at which it was trained.",
    "{}Das Modell gibt nicht an, bei welchen Temperaturen des Blocks es trainiert wurde."},
   {"say.gain", "Over the whole run the root mean square error is {}. Without compensation it is {}, {} times as large.",
@@ -459,6 +474,11 @@ constexpr Translation kTranslations[] = {
   {"say.only_this_item", "The results relate only to the item calibrated, in the condition in which it was received.",
    "Die Ergebnisse beziehen sich ausschließlich auf den kalibrierten Gegenstand in seinem Zustand bei der "
    "Anlieferung."},
+  {"say.as_left_item",
+   "The results relate only to the item calibrated: those uncompensated and as found in the condition in which it was "
+   "received, those as left with the model that this report names.",
+   "Die Ergebnisse beziehen sich ausschließlich auf den kalibrierten Gegenstand: unkompensiert und vor Justierung in "
+   "seinem Zustand bei der Anlieferung, nach Justierung mit dem Modell, das dieser Bericht nennt."},
   {"say.in_full", "This report shall not be reproduced except in full without approval of the laboratory.",
    "Dieser Kalibrierbericht darf nur vollständig und unverändert weiterverbreitet werden. Auszüge oder Änderungen "
    "bedürfen der Genehmigung des Laboratoriums."},

@@ -135,7 +135,7 @@ VIRTUAL = {
 _ORDER = "report/order.cpp"
 LABORATORY = {
     _ORDER: {
-        "texts": [], "country": [""], "party": [""], "read_people:table": [""], "read_people": ["[person]"],
+        "texts": [], "read_translated": [], "country": [""], "party": [""], "read_people:table": [""], "read_people": ["[person]"],
         "equipment:table": [""], "equipment": ["[equipment]"], "logo": [""], "item": [], "units": [], "influences": [],
         "limits": [], "read_replaced_report": [], "deviations": [], "parse_laboratory:one": ["[statement]"],
         "parse_laboratory": [""], "parse_order": [],
@@ -143,7 +143,7 @@ LABORATORY = {
 }  # fmt: skip
 ORDER = {
     _ORDER: {
-        "texts": [], "country": ["customer"], "party": ["customer"], "read_people:table": [""],
+        "texts": [], "read_translated": [], "country": ["customer"], "party": ["customer"], "read_people:table": [""],
         "read_people": ["[person]"],
         "equipment": [], "logo": [], "item": ["[unit]"], "units:table": [""], "units": ["[unit]"],
         "influences:table": [""], "influences": ["[influence]"], "limits:table": [""], "limits": ["[limit]"],
@@ -182,6 +182,7 @@ _KINDS = {
     "read_text_line": "a text", "read_required_level": "a number above 0", "read_level_if_any": "a number above 0",
     "read_number_if_any": "a number", "read_days": "a time", "read_span": "an amount in K", "read_limit": "a time",
     "read_texts": "a list of texts", "table texts": "a text, or one for each of `en` and `de`",
+    "read_translated": "a text, or one for each of `en` and `de`",
     "table numbers": "a list of numbers",
     "has": None, "note_error": None, "location": None, "is_list": None, "is_table": None, "append": None, "bounded": None, "check": None,
     "check_safe_set_point": None, "expect_set_point": None, "format": None, "failure": None, "find_node": None,

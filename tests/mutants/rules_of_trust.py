@@ -13,12 +13,20 @@ MUTANTS = [
      "!known.contains(name)) foreign", "false) foreign",
      "report_test", "Signed.VerifyNamesForeignFilesInFolder"),
     ("a signed file that is missing is no failure", "report/signed_report.cpp",
-     "return outcome != Check::Outcome::holds && outcome != Check::Outcome::not_there;",
-     "return outcome == Check::Outcome::fails || outcome == Check::Outcome::foreign;",
+     "return outcome != holds && outcome != not_there && outcome != unsigned_beside;",
+     "return outcome == fails || outcome == foreign;",
      "report_test", "Signed.VerifyReportsMissingFile"),
     ("an edited authorisation is believed", "report/signed_report.cpp",
      "authorised && to_json(*authorised) != **json", "false",
      "report_test", "Signed.RefusesFolderChangedAfterAuthorisation"),
+
+    # Only a report that its sources yield is authorised.
+    ("a falsified verdict is authorised", "report/draft.cpp",
+     "worst.verdict == line.verdict && ", "",
+     "report_test", "Contradictions.AreFoundInFalsifiedReport"),
+    ("a result without its verdict is authorised", "report/draft.cpp",
+     "if (std::ranges::any_of(report.conformity, judges)) continue;", "continue;",
+     "report_test", "Contradictions.AreFoundInFalsifiedReport"),
 
     # Certificates.
     ("a web server's certificate signs", "report/signature.cpp",

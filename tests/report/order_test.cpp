@@ -122,18 +122,81 @@ TEST(Order, ListsPersonsWithoutConfirmedRole) {
   EXPECT_EQ(missing("", kurz), std::vector<std::string>{"laboratory.toml: person with role \"authorising\""});
 }
 
+/// The persons of a role in the order replace those of the laboratory; nobody is listed twice.
+TEST(Order, ReplacesPersonsOfLaboratoryByRole) {
+  const auto people = [](const std::string& laboratory_people, const std::string& order_people) {
+    const auto head = [](const std::string& text) { return text.substr(0, text.find("[[person]]")); };
+    const auto laboratory = parse_laboratory(head(kLaboratory) + laboratory_people, "laboratory.toml");
+    const auto order = parse_order(head(kOrder) + order_people, "order.toml");
+    CalibrationReport report = report_without_order();
+    add_order(report, laboratory.value(), order.value());
+    std::vector<std::string> all;
+    for (const Person& person : report.people)
+      all.push_back(person.name + ", " + person.role + (person.email.empty() ? "" : ", " + person.email));
+    return all;
+  };
+  const auto person = [](const std::string& name, const std::string& role, const std::string& email = "") {
+    return "[[person]]\nname = \"" + name + "\"\nrole = \"" + role + "\"\nemail = \"" + email + "\"\n";
+  };
+  using Names = std::vector<std::string>;
+  const std::string berg = person("Berg", "authorising"), kurz = person("Kurz", "operator"),
+                    roth = person("Roth", "reviewer"), zorn = person("Zorn", "operator");
+  EXPECT_EQ(people(berg + roth + kurz, kurz + roth), (Names{"Berg, authorising", "Roth, reviewer", "Kurz, operator"}));
+  EXPECT_EQ(people(berg + roth + kurz + zorn, kurz), (Names{"Berg, authorising", "Roth, reviewer", "Kurz, operator"}));
+  EXPECT_EQ(people(berg + kurz + zorn, ""), (Names{"Berg, authorising", "Kurz, operator", "Zorn, operator"}));
+  EXPECT_EQ(people(berg, kurz + kurz), (Names{"Berg, authorising", "Kurz, operator"}));
+  EXPECT_EQ(people(berg + person("Dill", "authorising"), berg + kurz),
+            (Names{"Berg, authorising", "Dill, authorising", "Kurz, operator"}));
+  EXPECT_EQ(people(berg + person("Kurz", "operator", "k@lab.de"), kurz),
+            (Names{"Berg, authorising", "Kurz, operator, k@lab.de"}));
+  EXPECT_EQ(people(berg + kurz, person("Kurz", "reviewer")),
+            (Names{"Berg, authorising", "Kurz, operator", "Kurz, reviewer"}));
+}
+
+TEST(Order, ReadsDeviationAndEquipmentInBothLanguages) {
+  const auto laboratory = parse_laboratory(
+      std::string(kLaboratory) + "[[equipment]]\nname = { en = \"Granite table\", de = \"Granittisch\" }\n", "l.toml");
+  const auto order = parse_order(std::string(kOrder) +
+                                     "[[deviation]]\ntext = { de = \"Tür offen\" }\n"
+                                     "[[deviation]]\ntext = \"door open\"\n",
+                                 "o.toml");
+  ASSERT_TRUE(laboratory && order);
+  EXPECT_EQ(laboratory->equipment.front().name, "Granite table");
+  EXPECT_EQ(laboratory->equipment.front().names.de, "Granittisch");
+  EXPECT_EQ(order->deviations[0].text, "Tür offen");
+  EXPECT_EQ(order->deviations[0].kind, "stated");
+  EXPECT_TRUE(order->deviations[1].translations.empty());
+  for (const char* wrong : {"text = {}\n", "text = 3\n", ""})
+    EXPECT_FALSE(parse_order(std::string(kOrder) + "[[deviation]]\nutc = \"\"\n" + wrong, "o.toml")) << wrong;
+}
+
+/// A simulated report has the same contradictions, which are printed and are not missing.
+TEST(Order, FindsWrongDaysOfSimulatedReport) {
+  CalibrationReport report;
+  report.received = "2026-01-03";
+  report.begun = "2026-01-01";
+  report.ended = "2026-01-04";
+  report.issued = "2026-01-02";
+  for (const bool simulated : {false, true}) {
+    report.simulated = simulated;
+    EXPECT_EQ(find_wrong_days(report).size(), 3U);
+  }
+  report.issued = report.received = "";
+  EXPECT_TRUE(find_wrong_days(report).empty());
+}
+
 TEST(Order, PermitsOnlyAuthorisingPersons) {
   CalibrationReport report = report_without_order();
   report.people = {{"B. Berg", "authorising", ""}, {"K. Kurz", "operator", ""}, {"R. Roth", "reviewer", ""}};
-  EXPECT_TRUE(check_may_authorise(report, "B. Berg"));
+  EXPECT_TRUE(check_may_authorise(report.people, "B. Berg"));
   for (const char* other : {"Mickey Mouse", "K. Kurz", "R. Roth", "b. berg", "B. Berg ", "authorising", ""}) {
-    const auto refused = check_may_authorise(report, other);
+    const auto refused = check_may_authorise(report.people, other);
     ASSERT_FALSE(refused) << other;
     EXPECT_EQ(refused.error().kind, FaultKind::usage);
     EXPECT_EQ(refused.error().where, "--by");
   }
   report.people.push_back({"K. Kurz", "authorising", ""});
-  EXPECT_TRUE(check_may_authorise(report, "K. Kurz"));
+  EXPECT_TRUE(check_may_authorise(report.people, "K. Kurz"));
 }
 
 TEST(Order, IsRefusedWithEachErrorAndItsPosition) {

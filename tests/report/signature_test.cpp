@@ -329,6 +329,20 @@ TEST_F(Signed, VerifiesReportOfFirstVersion) {
   EXPECT_EQ(failing(), std::vector<std::string>{"Calibration report.html"});
 }
 
+/// The folder lists the German PDF first.
+TEST_F(Signed, EmbedsPdfInMandatoryLanguage) {
+  std::filesystem::remove(at("report.pdf"));
+  write("calibration.de.pdf", pdf_of("Nullpunkt", "Seite 2"));
+  write("calibration.pdf", pdf_of("Bias 0.0021 deg/h", "page 2"));
+  authorise();
+  sign();
+  const std::string dcc = bytes("dcc.xml");
+  EXPECT_NE(dcc.find("<dcc:mandatoryLangCodeISO639_1>en<"), std::string::npos);
+  EXPECT_NE(dcc.find("calibration.pdf", dcc.find("<dcc:document>")), std::string::npos);
+  EXPECT_EQ(dcc.find("calibration.de.pdf", dcc.find("<dcc:document>")), std::string::npos);
+  EXPECT_TRUE(failing().empty());
+}
+
 TEST_F(Signed, VerifyNamesForeignFilesInFolder) {
   sign();
   write("rate.db", "a record that calibration.json names is judged by itself");

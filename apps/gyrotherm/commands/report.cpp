@@ -15,6 +15,7 @@
 #include "core/file.hpp"
 #include "core/text.hpp"
 #include "report/comparison.hpp"
+#include "report/signed_report.hpp"
 #include "report/views.hpp"
 
 namespace gyrotherm::app {
@@ -87,6 +88,19 @@ struct CompareArguments {
   std::vector<std::string> languages{"en"};
 };
 
+/// Fails if a report was changed after it was authorised or signed. Prints that a signature is not verified.
+Result<void> check_is_unchanged(Console& console, const FiledReport& filed) {
+  const std::string folder = std::filesystem::absolute(filed.path).parent_path().string();
+  const auto expected = report::find_expected_digest(folder);
+  if (!expected) return failure(expected.error());
+  if (filed.report.state == report::ReportState::superseded || expected->empty()) return {};
+  if (filed.sha256 != *expected)
+    return failure(FaultKind::bad_file, filed.path, "was changed after it was authorised or signed");
+  if (report::is_signed(folder).value_or(false))
+    console.print_message(filed.path + ": has the signed digest; \"report verify\" verifies the signature");
+  return {};
+}
+
 Result<Exit> compare_reports(Console& console, const CompareArguments& options) {
   const auto before = load_calibration(options.before), now = load_calibration(options.now);
   if (!before || !now) return failure(before ? now.error() : before.error());
@@ -95,6 +109,8 @@ Result<Exit> compare_reports(Console& console, const CompareArguments& options) 
     return failure(FaultKind::usage, now->path, fmt::format("is the same report as {}", before->path));
   if (!options.out.empty() && record::path_exists(options.out + "/" + report::kCalibrationFile))
     return failure(FaultKind::usage, options.out, "contains a report; name another folder for the comparison");
+  for (const FiledReport* one : {&*before, &*now})
+    if (auto same = check_is_unchanged(console, *one); !same) return failure(same.error());
   const auto comparison = report::compare_files(*before, *now, options.check_standard);
   if (!comparison) return failure(comparison.error());
   console.print(console.json ? to_json(*comparison) : describe(*comparison));

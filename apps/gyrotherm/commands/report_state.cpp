@@ -4,11 +4,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <string>
+#include <vector>
 
+#include "acquisition/record/run_info.hpp"
 #include "apps/console/command.hpp"
 #include "apps/gyrotherm/prove/proof_page.hpp"
 #include "apps/gyrotherm/report/calibration_folder.hpp"
+#include "apps/gyrotherm/report/draft_check.hpp"
 #include "apps/gyrotherm/validate/validation.hpp"
 #include "core/clock.hpp"
 #include "core/text.hpp"
@@ -22,8 +26,14 @@ struct StateArguments {
   std::string folder, by, reason;
 };
 
-Result<Exit> rewrite_report(Console& console, const FiledReport& filed, const std::string& folder) {
-  if (auto written = write_calibration(console, filed.report, folder, languages_in(folder)); !written)
+struct AuthoriseArguments {
+  std::string by;
+  DraftCheckOptions draft;
+};
+
+Result<Exit> rewrite_report(Console& console, const FiledReport& filed, const std::string& folder,
+                            bool sources_compared = false) {
+  if (auto written = write_calibration(console, filed.report, folder, languages_in(folder), sources_compared); !written)
     return failure(written.error());
   return Exit::done;
 }
@@ -46,21 +56,44 @@ Result<void> check_may_be_authorised(Console& console, const FiledReport& filed,
   return {};
 }
 
-Result<Exit> authorise(Console& console, const StateArguments& options) {
-  if (auto there = check_report_folder(options.folder); !there) return failure(there.error());
-  auto filed = load_calibration(options.folder);
+/// Fails if the report is authorised after its day of issue. One day is allowed, because that day is in local time. For
+/// a simulated report, whose days come from a virtual clock, the contradictions of its days are printed instead.
+Result<void> check_day_of_issue(Console& console, const report::CalibrationReport& report, const std::string& now) {
+  const auto issued = record::parse_day(report.issued), today = record::parse_day(now.substr(0, 10));
+  const bool is_late = issued && today && *today > *issued + std::chrono::days(1);
+  std::vector<std::string> wrong = report::find_wrong_days(report);
+  if (is_late) wrong.push_back(fmt::format("order.toml: issued, on or after {} (UTC), the day of authorisation", now));
+  if (wrong.empty()) return {};
+  if (report.simulated) {
+    console.print_message(fmt::format("SIMULATED, therefore accepted: {}", fmt::join(wrong, "; ")));
+    return {};
+  }
+  return failure(FaultKind::usage, report.number,
+                 fmt::format("has days that contradict each other: {}; make the report again with a corrected order",
+                             fmt::join(wrong, "; ")));
+}
+
+Result<Exit> authorise(Console& console, const AuthoriseArguments& options) {
+  const std::string& folder = options.draft.folder;
+  if (auto there = check_report_folder(folder); !there) return failure(there.error());
+  auto filed = load_calibration(folder);
   if (!filed) return failure(filed.error());
   report::CalibrationReport& report = filed->report;
-  if (auto may = check_may_be_authorised(console, *filed, options.folder); !may) return failure(may.error());
+  if (auto may = check_may_be_authorised(console, *filed, folder); !may) return failure(may.error());
   auto missing = report.missing;
   for (const std::string& one : report::find_placeholders(report))  // drafts of gyrotherm 0.1.0
     if (std::ranges::find(missing, one) == missing.end()) missing.push_back(one);
   if (!missing.empty())
     return failure(FaultKind::usage, filed->path, fmt::format("is incomplete; missing: {}", fmt::join(missing, "; ")));
-  if (auto may = report::check_may_authorise(report, options.by); !may) return failure(may.error());
+  if (auto may = report::check_may_authorise(report.people, options.by); !may) return failure(may.error());
+  const auto draft = check_draft(console, *filed, options.draft);
+  if (!draft) return failure(draft.error());
+  if (auto may = report::check_may_authorise(draft->laboratory.people, options.by); !may) return failure(may.error());
+  const std::string now = civil_time(SteadyClock().now().utc);
+  if (auto in_time = check_day_of_issue(console, report, now); !in_time) return failure(in_time.error());
   report.state = report::ReportState::authorised;
-  report.authorised = report::Authorisation{options.by, civil_time(SteadyClock().now().utc)};
-  return rewrite_report(console, *filed, options.folder);
+  report.authorised = report::Authorisation{options.by, now};
+  return rewrite_report(console, *filed, folder, draft->sources_compared);
 }
 
 struct SigningArguments {
@@ -70,6 +103,8 @@ struct SigningArguments {
 
 Result<Exit> sign_folder(Console& console, const SigningArguments& options) {
   if (auto there = check_report_folder(options.folder); !there) return failure(there.error());
+  if (const auto signer = report::read_signer_of(options.key); signer && !describe_weak_key(*signer).empty())
+    console.print_message("warning: " + describe_weak_key(*signer));
   for (const ProtocolKind& kind : {proof_protocol(), validation_protocol()}) {
     if (!has_protocol(options.folder, kind)) continue;
     if (auto done = sign_protocol(options.folder, kind, options.key); !done) return failure(done.error());
@@ -82,17 +117,35 @@ Result<Exit> sign_folder(Console& console, const SigningArguments& options) {
   return Exit::done;
 }
 
-/// Fails unless `by` may replace `report`: it is authorised, covers the same unit and has another number.
-Result<void> check_may_replace(const FiledReport& by, const report::CalibrationReport& report) {
+/// Fails unless the order of `by` names the report of `filed` in [replaces], with its number and, if given, its
+/// SHA-256.
+Result<void> check_names_replaced(const FiledReport& by, const FiledReport& filed) {
+  const auto refused = [&](const std::string& why) { return failure(FaultKind::usage, by.path, plain(why)); };
+  const report::CalibrationReport &one = by.report, &report = filed.report;
+  if (report.replaces && report.replaces->number == one.number)
+    return refused(fmt::format("is the replaced report: {} replaces {}; supersede {} by {} instead", report.number,
+                               one.number, one.number, report.number));
+  if (!one.replaces)
+    return refused(fmt::format("does not replace a report; name {} in [replaces] of its order", report.number));
+  if (one.replaces->number != report.number)
+    return refused(fmt::format("replaces {}, not {}", one.replaces->number, report.number));
+  if (const std::string& digest = one.replaces->sha256; !digest.empty() && digest != filed.sha256)
+    return refused(fmt::format("replaces a report with SHA-256 {}, but {} has {}", digest, filed.path, filed.sha256));
+  return {};
+}
+
+/// Fails unless `by` may replace the report of `filed`: it is authorised, covers the same unit, has another number and
+/// names that report.
+Result<void> check_may_replace(const FiledReport& by, const FiledReport& filed) {
   const auto refused = [&](const std::string& why) { return failure(FaultKind::usage, by.path, why); };
-  const report::CalibrationReport& one = by.report;
+  const report::CalibrationReport &one = by.report, &report = filed.report;
   if (one.number == report.number) return refused(fmt::format("has the same number, {}", report.number));
   if (one.state != report::ReportState::authorised)
     return refused(fmt::format("is {}; only an authorised report can replace another", name(one.state)));
   if (one.item.model != report.item.model || one.item.serial_number != report.item.serial_number)
     return refused(fmt::format("covers another unit: {} {}, expected {} {}", one.item.model, one.item.serial_number,
                                report.item.model, report.item.serial_number));
-  return {};
+  return check_names_replaced(by, filed);
 }
 
 Result<Exit> supersede(Console& console, const StateArguments& options) {
@@ -104,10 +157,10 @@ Result<Exit> supersede(Console& console, const StateArguments& options) {
   if (report.state == report::ReportState::superseded)
     return failure(FaultKind::usage, filed->path,
                    fmt::format("is already superseded by {}", report.replaced_by->number));
-  if (auto may = check_may_replace(*by, report); !may) return failure(may.error());
   if (report.state == report::ReportState::draft)
     return failure(FaultKind::usage, filed->path,
                    "is a draft, which was never valid; only an authorised report can be superseded");
+  if (auto may = check_may_replace(*by, *filed); !may) return failure(may.error());
   if (auto kept = copy_signed_report(console, options.folder); !kept) return failure(kept.error());
   report.state = report::ReportState::superseded;
   report.replaced_by =
@@ -120,10 +173,20 @@ void add_authorise(Program& program, CLI::App& report) {
       program, report, "authorise",
       "Authorises a complete draft: a person with the role authorising releases it unchanged as a report.",
       "gyrotherm report authorise out/calibration --by \"A. Metrologist\"", authorise);
-  command.add_option("folder", options.folder, "the folder of the report")->type_name(value::kFolder)->required();
+  command.add_option("folder", options.draft.folder, "the folder of the report")->type_name(value::kFolder)->required();
   command.add_option("--by", options.by, "a person with the role authorising in laboratory.toml")
       ->type_name("NAME")
       ->required();
+  command
+      .add_option("--laboratory", options.draft.laboratory,
+                  "laboratory.toml, which gives the role authorising (default: the one of the draft)")
+      ->type_name(value::kToml);
+  command
+      .add_option("--records", options.draft.records,
+                  "a folder with records, models or the order of the draft, if they were moved; may be repeated")
+      ->type_name(value::kFolder);
+  command.add_flag("--without-sources", options.draft.without_sources,
+                   "authorise although records, models or the order are not found; the authorisation states it");
 }
 
 void add_supersede(Program& program, CLI::App& report) {

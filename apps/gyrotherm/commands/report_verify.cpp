@@ -2,15 +2,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <filesystem>
 
-#include "acquisition/record/chain.hpp"
-#include "acquisition/record/record.hpp"
-#include "acquisition/record/record_files.hpp"
 #include "apps/console/command.hpp"
 #include "apps/gyrotherm/prove/proof_page.hpp"
 #include "apps/gyrotherm/qualify/axis_experiment.hpp"
 #include "apps/gyrotherm/report/calibration_folder.hpp"
+#include "apps/gyrotherm/report/used_files.hpp"
 #include "apps/gyrotherm/validate/validation.hpp"
 #include "core/file.hpp"
 #include "core/json.hpp"
@@ -27,72 +24,20 @@ struct SignedReportArguments {
   std::string folder;
   report::Trust trust;
   std::string on_day;
+  std::vector<std::string> records;  ///< folders with records, models, profiles and rigs
   /// Folder with certificate files; may be empty.
   std::string certificates;
   /// PEM file with the trusted signers of certificate files; may be empty.
   std::string trusted_issuers;
 };
 
-/// Returns the file with that name in the folder of the report or in its parent folder; empty if there is none.
-std::string find_nearby_file(const std::string& folder, const std::string& name) {
-  std::error_code error;
-  if (name.empty() || name.find('/') != std::string::npos) return {};
-  const std::filesystem::path here = std::filesystem::absolute(folder, error) / "";
-  for (const auto& candidate : {here / name, here.parent_path().parent_path() / name})
-    if (std::filesystem::is_regular_file(candidate, error)) return candidate.string();
-  return {};
-}
-
-/// Counts the files of a record, including its parts, that the report names.
-int count_named_files(const report::CalibrationReport& report, const std::string& record) {
-  return 1 + static_cast<int>(std::ranges::count_if(report.files, [&](const report::UsedFile& file) {
-           const auto part = record::part_name(file.name);
-           return file.role == "record_part" && part && part->record == record;
-         }));
-}
-
-/// Returns whether the digest of a record's rows is the one that the report names.
-bool has_rows(const std::string& path, const std::string& sha256) {
-  const auto record = record::read_record(path);
-  return record && digest_rows(*record) == sha256;
-}
-
-/// Checks a file on which the report is based by its digest. A record is also verified against its hash chain; its
-/// digest may be that of the file or that of its rows.
-Check check_used_file(const std::string& folder, const report::CalibrationReport& report,
-                      const report::UsedFile& file) {
-  using enum Check::Outcome;
-  const std::string path = find_nearby_file(folder, file.name);
-  if (path.empty()) return {file.name, not_there, "is not next to the report; not checked"};
-  const auto digest = record::file_digest(path);
-  const bool has_bytes = digest && *digest == file.sha256;
-  const Check another{file.name, fails, "is not the file on which the report is based"};
-  if (file.role != "record")
-    return has_bytes ? Check{file.name, holds, "is the file on which the report is based"} : another;
-  const auto verified = record::verify_record(path);
-  if (!verified) return {file.name, fails, text(verified.error())};
-  if (!has_bytes && !has_rows(path, file.sha256)) return another;
-  if (const int named = count_named_files(report, file.name); has_bytes && verified->files != named)
-    return {file.name, fails, fmt::format("has {} files, but the report names {}", verified->files, named)};
-  return {
-      file.name, holds,
-      fmt::format("is the file on which the report is based, and all of its {} rows are unchanged", verified->rows)};
-}
-
-/// Returns the certificate file with that name: in the given folder if it is there, otherwise near the report.
-std::string find_certificate_file(const SignedReportArguments& options, const std::string& name) {
-  std::error_code error;
-  if (name.find('/') != std::string::npos) return {};
-  const std::filesystem::path given = std::filesystem::path(options.certificates) / name;
-  if (!options.certificates.empty() && std::filesystem::is_regular_file(given, error)) return given.string();
-  return find_nearby_file(options.folder, name);
-}
-
 /// Checks the certificate file of a thermometer: its digest, and its own signature.
 Check check_certificate_file(const SignedReportArguments& options, const report::UsedFile& file) {
   using enum Check::Outcome;
-  const std::string path = find_certificate_file(options, file.name);
-  if (path.empty()) return {file.name, not_there, "is not next to the report; not checked"};
+  std::vector<std::string> given = options.records;
+  if (!options.certificates.empty()) given.insert(given.begin(), options.certificates);
+  const std::string path = find_used_file(search_folders(options.folder, given), file);
+  if (path.empty()) return {file.name, not_there, "was not found; not checked"};
   const auto bytes = read_text_file(path, report::kLargestForeignDcc);
   if (!bytes) return {file.name, fails, text(bytes.error())};
   if (sha256(*bytes) != file.sha256) return {file.name, fails, "is not the certificate that the report names"};
@@ -112,6 +57,7 @@ const char* outcome_name(Check::Outcome outcome) {
     case Check::Outcome::holds: return "holds";
     case Check::Outcome::fails: return "FAILS";
     case Check::Outcome::not_there: return "not there";
+    case Check::Outcome::unsigned_beside: return "unsigned";
     case Check::Outcome::missing: return "MISSING";
     case Check::Outcome::foreign: return "FOREIGN";
   }
@@ -157,10 +103,11 @@ Result<Exit> verify_signed(Console& console, const SignedReportArguments& option
   }
   auto found = report::verify_report(options.folder, trust);
   if (!found) return failure(found.error());
+  const SearchFolders folders = search_folders(options.folder, options.records);
   if (found->report)
     for (const report::UsedFile& file : found->report->files)
       found->checks.push_back(file.role == "certificate_file" ? check_certificate_file(options, file)
-                                                              : check_used_file(options.folder, *found->report, file));
+                                                              : check_used_file(folders, *found->report, file));
   const auto failing = std::ranges::count_if(found->checks, report::is_failure, &Check::outcome);
   console.print(console.json ? checks_json(*found, failing == 0) : checks_text(*found));
   if (failing > 0)
@@ -185,6 +132,10 @@ void add_report_verify(Program& program, CLI::App& report) {
                   "trusted certificates, of authorities or of the laboratory, PEM")
       ->type_name(value::kPem)
       ->required();
+  command
+      .add_option("--records", options.records,
+                  "a folder with the records, models, profiles and rigs of the report; may be repeated")
+      ->type_name(value::kFolder);
   command.add_option("--certificates", options.certificates, "a folder with the certificates of the thermometers")
       ->type_name(value::kFolder);
   command

@@ -9,6 +9,7 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <string_view>
 #include <utility>
 
 #include "acquisition/record/chain.hpp"
@@ -18,6 +19,7 @@
 #include "apps/gyrotherm/recorded_run.hpp"
 #include "apps/gyrotherm/report/calibration_folder.hpp"
 #include "apps/gyrotherm/report/calibration_source.hpp"
+#include "apps/gyrotherm/report/draft_check.hpp"
 #include "apps/gyrotherm/standard/check_record.hpp"
 #include "core/clock.hpp"
 #include "core/file.hpp"
@@ -25,6 +27,7 @@
 #include "core/sha256.hpp"
 #include "report/calibration_results.hpp"
 #include "report/dcc.hpp"
+#include "report/draft.hpp"
 #include "report/order.hpp"
 #include "report/report.hpp"
 
@@ -168,6 +171,24 @@ Result<std::optional<ModelOfAxis>> find_model(const ModelSource& source, const s
   return std::optional(std::move(*model));
 }
 
+/// Fails with usage if a named model applies to no axis of the reported units.
+Result<void> check_models_apply(const std::vector<CheckedRecord>& records, const std::vector<std::string>& units,
+                                const ModelSource& source) {
+  const char* const option = std::string_view(source.role) == "model_left" ? "--model" : "--found";
+  for (const ModelOfAxis& one : source.named) {
+    bool applies = false;
+    for (const std::string& name : units)
+      for (const auto& axis : find_unit(records.front().info, name)->axes)
+        applies = applies || applies_to(one.model, {name, axis.name});
+    if (applies) continue;
+    const data::AxisChoice& of = one.model.trained_on.front().of;
+    return failure(FaultKind::usage, option,
+                   fmt::format("{} was trained on {}{}{}, which is not reported; the reported units are {}",
+                               one.file.name, of.unit, of.axis.empty() ? "" : ".", of.axis, fmt::join(units, ", ")));
+  }
+  return {};
+}
+
 /// Parses a file if its path is given.
 template <class T>
 Result<std::optional<T>> parse_if_given(const std::string& path,
@@ -278,6 +299,9 @@ Result<void> add_axis(report::CalibrationReport& report, const ReportInput& give
     }
     report.bias_zeros.push_back({label, dataset.run_id, dataset.bias_zero});
     report.cluster_length_s = clusters->length_s;
+    for (std::string& name : data::block_thermometers(dataset))
+      if (std::ranges::find(report.block_thermometers, name) == report.block_thermometers.end())
+        report.block_thermometers.push_back(std::move(name));
     axis.runs.push_back({std::move(dataset), std::move(*clusters)});
   }
   auto found = find_model(given.found, model_inputs(options), choice);
@@ -398,7 +422,33 @@ Result<std::vector<std::string>> find_open_checks(const std::vector<CheckedRecor
   return open;
 }
 
+/// Writes a draft and, last, its sources.json: an interrupted draft cannot be authorised.
+Result<void> write_draft(Console& console, const report::CalibrationReport& report, const std::string& folder,
+                         const CalibrationArguments& options) {
+  const std::string path = folder + "/" + report::kSourcesFile;
+  std::error_code error;
+  std::filesystem::remove(path, error);
+  if (auto written = write_calibration(console, report, folder, options.languages); !written) return written;
+  const report::DraftSources sources = name_sources(options, folder, report.item.name, sha256(to_json(report)));
+  return replace_text_file(path, to_json(sources));
+}
+
 }  // namespace
+
+Result<report::CalibrationReport> make_calibration(Console& console, const CalibrationArguments& options,
+                                                   const std::string& unit) {
+  const auto given = load_all(console, options);
+  if (!given) return failure(given.error());
+  for (const CheckedRecord& one : given->records)
+    if (find_unit(one.info, unit) == nullptr)
+      return failure(FaultKind::bad_file, one.files.path, fmt::format("has no unit \"{}\"", unit));
+  if (auto ordered = check_order(*given, {unit}); !ordered) return failure(ordered.error());
+  const auto open_checks = find_open_checks(given->records, options.check_standard);
+  if (!open_checks) return failure(open_checks.error());
+  auto report = build_report(*given, unit, options);
+  if (report) report->missing.insert(report->missing.end(), open_checks->begin(), open_checks->end());
+  return report;
+}
 
 void add_report_texts(CLI::App& command, CalibrationArguments& options) {
   command.add_option("--laboratory", options.laboratory, "laboratory.toml: the laboratory's data for each report")
@@ -421,6 +471,8 @@ Result<Exit> calibrate(Console& console, const CalibrationArguments& options) {
   const auto units = units_to_report(given->records, options.unit);
   if (!units) return failure(units.error());
   if (auto ordered = check_order(*given, *units); !ordered) return failure(ordered.error());
+  for (const ModelSource* source : {&given->found, &given->left})
+    if (auto apply = check_models_apply(given->records, *units, *source); !apply) return failure(apply.error());
   const auto report_folder = [&](const std::string& unit) {
     return units->size() > 1 ? options.out + "/" + unit : options.out;
   };
@@ -441,8 +493,10 @@ Result<Exit> calibrate(Console& console, const CalibrationArguments& options) {
     if (i + 1 < units->size()) next = begin(i + 1);
     if (!report) return failure(report.error());
     report->missing.insert(report->missing.end(), open_checks->begin(), open_checks->end());
-    if (auto written = write_calibration(console, *report, report_folder((*units)[i]), options.languages); !written)
-      return failure(written.error());
+    const std::string folder = report_folder((*units)[i]);
+    if (auto written = write_draft(console, *report, folder, options); !written) return failure(written.error());
+    if (const auto wrong = report::find_wrong_days(*report); report->simulated && !wrong.empty())
+      console.print_message(fmt::format("SIMULATED, therefore accepted: {}", fmt::join(wrong, "; ")));
     if (!report->missing.empty())
       console.print_message(fmt::format("draft; missing: {}", fmt::join(report->missing, "; ")));
   }

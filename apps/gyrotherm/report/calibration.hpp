@@ -8,6 +8,7 @@
 #include "acquisition/record/run_info.hpp"
 #include "apps/console/command.hpp"
 #include "core/result.hpp"
+#include "report/calibration.hpp"
 
 namespace gyrotherm::app {
 
@@ -37,5 +38,10 @@ void add_report_texts(CLI::App& command, CalibrationArguments& options);
 /// Writes calibration.json and its views into OUT, or into OUT/UNIT if the records have several units and none was
 /// named. Prints the missing information that makes the report a draft. Fails with usage, bad_file or storage.
 [[nodiscard]] Result<Exit> calibrate(Console& console, const CalibrationArguments& options);
+
+/// Makes the report of one unit again, without writing it, to compare it with a draft. `unit` is its name in the rig.
+/// Fails like calibrate().
+[[nodiscard]] Result<report::CalibrationReport> make_calibration(Console& console, const CalibrationArguments& options,
+                                                                 const std::string& unit);
 
 }  // namespace gyrotherm::app

@@ -106,13 +106,13 @@ Result<FiledReport> load_calibration(const std::string& folder_or_file) {
 }
 
 Result<void> write_calibration(Console& console, const report::CalibrationReport& report, const std::string& folder,
-                               const std::vector<std::string>& languages) {
+                               const std::vector<std::string>& languages, bool sources_compared) {
   if (auto made = make_folder(folder); !made) return made;
   auto files = render_files(report, languages);
   if (!files) return failure(files.error());
   if (report.state == report::ReportState::authorised)
-    files->insert(files->end() - 1,
-                  {report::kAuthorisationFile, to_json(make_authorisation(report, *files, GYROTHERM_VERSION))});
+    files->insert(files->end() - 1, {report::kAuthorisationFile,
+                                     to_json(make_authorisation(report, *files, GYROTHERM_VERSION, sources_compared))});
   if (auto put = report::replace_all(folder, *files); !put) return put;
   console.print_message(folder + "/" + report::kCalibrationFile);
   for (std::size_t i = 0; i + 1 < files->size(); ++i) console.print_message(folder + "/" + (*files)[i].name);

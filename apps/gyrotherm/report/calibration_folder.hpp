@@ -21,9 +21,10 @@ using report::FiledReport;
 /// Writes calibration.json and its views in these languages ("en", "de"), makes the folder if needed and prints the
 /// paths. For an authorised report it also writes authorisation.json, which lists the SHA-256 of all other files. Each
 /// file is replaced completely or not at all, calibration.json last: if a view cannot be made, the report keeps its
-/// previous state. Fails with storage, or like the failing view.
+/// previous state. `sources_compared` is stored in authorisation.json. Fails with storage, or like the failing view.
 [[nodiscard]] Result<void> write_calibration(Console& console, const report::CalibrationReport& report,
-                                             const std::string& folder, const std::vector<std::string>& languages);
+                                             const std::string& folder, const std::vector<std::string>& languages,
+                                             bool sources_compared = false);
 
 /// Renders calibration.json and all its views again, in the languages of the pages among `names`. Fails like the
 /// failing view.

@@ -15,9 +15,11 @@
 #include <nlohmann/json.hpp>
 #include <string>
 #include <tuple>
+#include <vector>
 
 #include "acquisition/record/sqlite.hpp"
 #include "core/file.hpp"
+#include "core/sha256.hpp"
 #include "report/dsi.hpp"
 #include "report/order.hpp"
 #include "report/words.hpp"
@@ -264,6 +266,78 @@ TEST_F(CalibrationOfAUnit, IsNotAuthorisedWithPlaceholderTexts) {
   EXPECT_EQ(read_report("copied").state, report::ReportState::draft);
 }
 
+/// A draft that a person edits is refused, whichever value was changed, also with a new digest in sources.json.
+TEST_F(CalibrationOfAUnit, IsAuthorisedOnlyAsItsSourcesYieldIt) {
+  run("report " + in("random.db") + " --model " + in("model.json") + files("order.toml") + " --out " + in("edited"));
+  const std::string path = in("edited/calibration.json"), sources = in("edited/sources.json");
+  const std::string draft = read_text(path), original_sources = read_text(sources);
+  const std::vector<std::function<void(report::CalibrationReport&)>> changes{
+      [](auto& report) { report.simulated = false; },
+      [](auto& report) {
+        for (auto& one : report.conformity) one.verdict = report::Verdict::pass;
+      },
+      [](auto& report) { report.item.serial_number = "9999"; },
+      [](auto& report) {
+        report.people.push_back({"Eve Intruder", "authorising", ""});
+      },
+      [](auto& report) { report.results.front().columns.back().values.front().value *= 0.5; },
+      [](auto& report) { report.customer.name = "Other Works"; },
+      [](auto& report) { report.deviations.push_back({.kind = "note", .text = "added"}); },
+      [](auto& report) { report.figures.clear(); },
+      [](auto& report) { report.files.front().chain_verified = false; }};
+  for (std::size_t i = 0; i < changes.size(); ++i) {
+    auto report = report::calibration_from_json(draft, path).value();
+    changes[i](report);
+    std::ofstream(path) << to_json(report);
+    for (const bool with_digest : {false, true}) {
+      auto stated = nlohmann::ordered_json::parse(original_sources);
+      if (with_digest) stated["calibration_sha256"] = sha256(to_json(report));
+      std::ofstream(sources) << stated.dump(1) << "\n";
+      for (const char* by : {"B. Berg", "Eve Intruder"}) {
+        const auto refused = gyrotherm_with("report authorise " + in("edited") + " --by '" + by + "'");
+        EXPECT_NE(refused.exit_code, 0) << i << by;
+      }
+      EXPECT_EQ(read_report("edited").state, report::ReportState::draft) << i;
+    }
+  }
+  std::ofstream(path) << draft;
+  std::ofstream(sources) << original_sources;
+  run("report authorise " + in("edited") + " --by 'B. Berg'");
+  EXPECT_TRUE(nlohmann::json::parse(read_text(in("edited/authorisation.json")))["sources_compared"]);
+}
+
+TEST_F(CalibrationOfAUnit, IsAuthorisedWithMovedSources) {
+  run("report " + in("random.db") + " --model " + in("model.json") + files("order.toml") + " --out " + in("far/a/b/c"));
+  const auto authorise = [](const std::string& options) {
+    return gyrotherm_with("report authorise " + in("far/a/b/c") + " --by 'B. Berg'" + options);
+  };
+  std::filesystem::create_directory(in("archive"));
+  std::filesystem::rename(in("model.json"), in("archive/model.json"));
+  const auto missing = authorise("");
+  EXPECT_EQ(missing.exit_code, 2);
+  EXPECT_NE(missing.err.find("not found: model.json"), std::string::npos) << missing.err;
+  EXPECT_EQ(authorise(" --records " + in("archive")).exit_code, 0);
+  std::filesystem::rename(in("archive/model.json"), in("model.json"));
+}
+
+TEST_F(CalibrationOfAUnit, IsAuthorisedByPersonOfGivenLaboratoryFile) {
+  run("report " + in("random.db") + " --model " + in("model.json") + files("order.toml") + " --out " + in("given"));
+  std::string other = kLaboratory;
+  other.replace(other.find("B. Berg"), 7, "C. Coal");
+  std::ofstream(in("other-laboratory.toml")) << other;
+  for (const char* by : {"B. Berg", "C. Coal"})
+    EXPECT_NE(gyrotherm_with("report authorise " + in("given") + " --by '" + by + "' --laboratory " +
+                             in("other-laboratory.toml"))
+                  .exit_code,
+              0)
+        << by;
+  std::filesystem::remove(in("given/sources.json"));
+  EXPECT_EQ(gyrotherm_with("report authorise " + in("given") + " --by 'B. Berg'").exit_code, 2);
+  EXPECT_EQ(gyrotherm_with("report authorise " + in("given") + " --by 'B. Berg' --without-sources").exit_code, 2);
+  run("report authorise " + in("given") + " --by 'B. Berg' --without-sources --laboratory " + in("laboratory.toml"));
+  EXPECT_FALSE(nlohmann::json::parse(read_text(in("given/authorisation.json"))).contains("sources_compared"));
+}
+
 /// Covers reports that gyrotherm 0.1.0 authorised and reports with a changed view.
 TEST_F(CalibrationOfAUnit, IsAuthorisedAgainWhenFilesHaveChanged) {
   run("report " + in("random.db") + " --model " + in("model.json") + files("order.toml") + " --out " + in("again"));
@@ -356,11 +430,22 @@ TEST_F(CalibrationOfAUnit, IsComparedWithReportOfYearBefore) {
   }
 }
 
+TEST_F(CalibrationOfAUnit, IsNotComparedWhenChangedAfterAuthorisation) {
+  run("report " + in("random.db") + " --model " + in("model.json") + files("order.toml") + " --out " +
+      in("compared-later"));
+  run("report authorise " + in("compared-later") + " --by 'B. Berg'");
+  const std::string compare = "report compare " + in("report") + " " + in("compared-later");
+  EXPECT_EQ(gyrotherm_with(compare).exit_code, 0);
+  std::ofstream(in("compared-later/calibration.json"), std::ios::app) << "\n";
+  EXPECT_EQ(gyrotherm_with(compare).exit_code, 4);
+}
+
 TEST_F(CalibrationOfAUnit, IsSupersededByAuthorisedReportOfSameUnit) {
-  const auto reported = [](const std::string& name, std::initializer_list<std::pair<std::string, std::string>> other) {
+  const auto reported = [](const std::string& name, std::initializer_list<std::pair<std::string, std::string>> other,
+                           const std::string& replaces = "[replaces]\nnumber = \"C-1\"\n") {
     std::string order = kOrder;
     for (const auto& [from, to] : other) order.replace(order.find(from), from.size(), to);
-    std::ofstream(in(name + ".toml")) << order;
+    std::ofstream(in(name + ".toml")) << order << replaces;
     run("report " + in("random.db") + " --model " + in("model.json") + files(name + ".toml") + " --out " + in(name));
   };
   const auto refused = [](const std::string& by) {
@@ -368,7 +453,7 @@ TEST_F(CalibrationOfAUnit, IsSupersededByAuthorisedReportOfSameUnit) {
     EXPECT_EQ(ran.exit_code, 2);
     return ran.err;
   };
-  reported("first", {});
+  reported("first", {}, "");
   reported("second", {{"\"C-1\"", "\"C-2\""}});
   reported("stranger", {{"\"C-1\"", "\"C-3\""}, {"\"0042\"", "\"0043\""}});
   EXPECT_NE(refused("second").find("is draft"), std::string::npos);
@@ -376,6 +461,18 @@ TEST_F(CalibrationOfAUnit, IsSupersededByAuthorisedReportOfSameUnit) {
   EXPECT_NE(refused("second").find("is a draft, which was never valid"), std::string::npos);
   run("report authorise " + in("first") + " --by 'B. Berg'");
   EXPECT_NE(refused("stranger").find("covers another unit: RLG-1 0043, expected RLG-1 0042"), std::string::npos);
+  const std::string wrong_digest = "[replaces]\nnumber = \"C-1\"\nsha256 = \"" + std::string(64, '0') + "\"\n";
+  for (const auto& [name, replaces, why] :
+       {std::tuple{"none", std::string(), "does not replace a report"},
+        {"number", std::string("[replaces]\nnumber = \"C-9\"\n"), "replaces C-9, not C-1"},
+        {"digest", wrong_digest, "replaces a report with SHA-256 0000"}}) {
+    reported(name, {{"\"C-1\"", "\"C-4\""}}, replaces);
+    run("report authorise " + in(name) + " --by 'B. Berg'");
+    EXPECT_NE(refused(name).find(why), std::string::npos) << name;
+  }
+  const auto reversed = gyrotherm_with("report supersede " + in("second") + " --by " + in("first"));
+  EXPECT_EQ(reversed.exit_code, 2);
+  EXPECT_NE(reversed.err.find("is the replaced report"), std::string::npos) << reversed.err;
   std::ofstream(in("first/dcc.xml"), std::ios::app) << "<!-- <ds:Signature -->\n";
   std::filesystem::create_directory(in("first/as-signed"));
   const auto bad = gyrotherm_with("report supersede " + in("first") + " --by " + in("second"));
@@ -461,7 +558,8 @@ TEST_F(CalibrationOfAUnit, RefusesLimitOnUnknownQuantity) {
   // A limit may apply to every reported result except set points, counts and shares.
   for (const report::ResultTable& table : read_report("report").results) {
     for (const report::Column& column : table.columns) {
-      const auto given = {"set_point", "temperature", "starts", "within", "nominal_share", "seen_share"};
+      const auto given = {"set_point",     "temperature", "starts",    "within",
+                          "nominal_share", "seen_share",  "share_low", "share_high"};
       if (std::ranges::find(given, column.quantity) != given.end()) continue;
       const std::string limit =
           fmt::format("[[limit]]\nquantity = \"{}.{}\"\nat_most = 1\n", table.key, column.quantity);

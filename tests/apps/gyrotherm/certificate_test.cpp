@@ -55,6 +55,13 @@ class CertificateFiles : public testing::Test {
   [[nodiscard]] Ran check(const std::string& options = "") const {
     return gyrotherm_with("check --rig " + (folder_ / "rig.toml") + options);
   }
+  /// Returns the options that authorise a report written by a test, which has no sources.
+  [[nodiscard]] std::string without_sources() const {
+    write("laboratory.toml",
+          "schema = \"gyrotherm-laboratory/1\"\nname = \"House of Gyros\"\n[[person]]\nname = \"B. Berg\"\n"
+          "role = \"authorising\"\n");
+    return " --without-sources --laboratory " + (folder_ / "laboratory.toml");
+  }
   [[nodiscard]] std::string digest() const { return sha256(*read_text_file(folder_ / "t1.dcc.xml", kLargestTable)); }
 
   static inline report::ForeignKeys* keys_ = nullptr;
@@ -125,7 +132,8 @@ report::CalibrationReport report_with_certificate(const std::string& digest) {
   report.customer.name = "Harbour Pilots";
   report.people = {{"B. Berg", "authorising", ""}};
   report.item.serial_number = "0042";
-  report.begun = report.ended = report.issued = "2026-11-20";
+  report.begun = report.ended = "2026-11-20";
+  report.issued = "2099-12-31";
   report.cluster_length_s = 100;
   report.results = {{.group = report::Group::bias,
                      .key = "stabilised_bias",
@@ -144,7 +152,7 @@ TEST_F(CertificateFiles, AreVerifiedWithReport) {
   std::filesystem::create_directory(folder_ / "report");
   write("report/calibration.json", to_json(report_with_certificate(digest())));
   const std::string report = folder_ / "report";
-  const auto authorised = gyrotherm_with("report authorise " + report + " --by 'B. Berg'");
+  const auto authorised = gyrotherm_with("report authorise " + report + " --by 'B. Berg'" + without_sources());
   ASSERT_EQ(authorised.exit_code, 0) << authorised.err;
   const auto done = gyrotherm_with("report sign " + report + " --key " + (*keys_ / "laboratory.key") +
                                    " --certificate " + (*keys_ / "laboratory.pem"));
@@ -181,7 +189,7 @@ TEST_F(CertificateFiles, FailWithReportIfTheirSignatureIsNotValid) {
   std::filesystem::create_directory(folder_ / "report");
   write("report/calibration.json", to_json(report_with_certificate(digest())));
   const std::string report = folder_ / "report";
-  ASSERT_EQ(gyrotherm_with("report authorise " + report + " --by 'B. Berg'").exit_code, 0);
+  ASSERT_EQ(gyrotherm_with("report authorise " + report + " --by 'B. Berg'" + without_sources()).exit_code, 0);
   ASSERT_EQ(gyrotherm_with("report sign " + report + " --key " + (*keys_ / "laboratory.key") + " --certificate " +
                            (*keys_ / "laboratory.pem"))
                 .exit_code,

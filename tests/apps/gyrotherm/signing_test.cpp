@@ -29,7 +29,8 @@ report::CalibrationReport report_on(const Folder& folder) {
   report.customer.name = "Harbour Pilots";
   report.people = {{"B. Berg", "authorising", ""}};
   report.item.serial_number = "0042";
-  report.begun = report.ended = report.issued = "2026-11-20";
+  report.begun = report.ended = "2026-11-20";
+  report.issued = "2099-12-31";
   report.cluster_length_s = 100;
   report.results = {{.group = report::Group::bias,
                      .key = "stabilised_bias",
@@ -47,8 +48,13 @@ class Signing : public testing::Test {
     make_small_model(*folder_);
     std::filesystem::create_directory(*folder_ / "report");
     std::ofstream(*folder_ / "report/calibration.json") << to_json(report_on(*folder_));
+    std::ofstream(*folder_ / "laboratory.toml")
+        << "schema = \"gyrotherm-laboratory/1\"\nname = \"House of Gyros\"\n[[person]]\nname = \"B. Berg\"\n"
+           "role = \"authorising\"\n";
     std::ofstream(*folder_ / "report/calibration.html") << "a view in this language is rendered";
-    const auto authorised = gyrotherm_with("report authorise " + (*folder_ / "report") + " --by 'B. Berg'");
+    const auto authorised =
+        gyrotherm_with("report authorise " + (*folder_ / "report") + " --by 'B. Berg' --without-sources --laboratory " +
+                       (*folder_ / "laboratory.toml"));
     ASSERT_EQ(authorised.exit_code, 0) << authorised.err;
     const auto keys = shell("cd " + (*folder_ / ".") +
                             " && openssl req -x509 -newkey rsa:2048 -nodes -keyout lab.key -out lab.pem -days 30 "
@@ -163,6 +169,80 @@ TEST_F(Signing, CoversAllFilesOfRecord) {
   std::ofstream(manifest) << bytes;
   EXPECT_EQ(ran.exit_code, 4);
   EXPECT_NE(ran.out.find("FAILS      record.db: has 2 files, but the report names 1"), std::string::npos) << ran.out;
+}
+
+/// A file that was signed is a file of the folder, also if a link leads to the same bytes.
+TEST_F(Signing, RefusesSymbolicLinkToSignedFile) {
+  for (const char* name : {"calibration.csv", "calibration.pdf", "authorisation.json"}) {
+    const std::string path = *folder_ / ("report/" + std::string(name)), outside = *folder_ / name;
+    std::filesystem::rename(path, outside);
+    std::filesystem::create_symlink(outside, path);
+    const auto ran = verify("");
+    std::filesystem::remove(path);
+    std::filesystem::rename(outside, path);
+    EXPECT_EQ(ran.exit_code, 4) << name;
+    EXPECT_NE(ran.out.find("FAILS      " + std::string(name) + ": is a symbolic link"), std::string::npos) << ran.out;
+  }
+}
+
+/// Files with the names of a record's companions belong to the report only beside that record.
+TEST_F(Signing, AcceptsManifestAndStatusOnlyBesideRecord) {
+  const std::string report = *folder_ / "report/";
+  for (const char* name : {"record.db.sha256", "record.db.status"}) std::ofstream(report + name) << "evil\n";
+  std::filesystem::create_directory(report + "model.json");
+  const auto smuggled = verify("");
+  std::filesystem::remove(report + "model.json");
+  EXPECT_EQ(smuggled.exit_code, 4);
+  for (const char* name : {"record.db.sha256", "record.db.status", "model.json"})
+    EXPECT_NE(smuggled.out.find("FOREIGN    " + std::string(name)), std::string::npos) << smuggled.out;
+  std::filesystem::copy_file(*folder_ / "record.db", report + "record.db");
+  EXPECT_EQ(verify("").exit_code, 4) << "the manifest is not that of the record";
+  std::filesystem::copy_file(*folder_ / "record.db.sha256", report + "record.db.sha256",
+                             std::filesystem::copy_options::overwrite_existing);
+  const auto genuine = verify("");
+  EXPECT_EQ(genuine.exit_code, 0) << genuine.out;
+  EXPECT_NE(genuine.out.find("unsigned   record.db.status"), std::string::npos) << genuine.out;
+  for (const char* name : {"record.db", "record.db.sha256", "record.db.status"}) std::filesystem::remove(report + name);
+}
+
+TEST_F(Signing, FindsRecordsInGivenFolderAndTwoFoldersAbove) {
+  const std::string deep = *folder_ / "lot/u1", elsewhere = *folder_ / "elsewhere";
+  std::filesystem::create_directories(*folder_ / "lot");
+  std::filesystem::copy(*folder_ / "report", deep, std::filesystem::copy_options::recursive);
+  const auto verify_deep = [&](const std::string& options) {
+    return gyrotherm_with("report verify " + deep + " --trusted " + (*folder_ / "lab.pem") + options);
+  };
+  EXPECT_NE(verify_deep("").out.find("holds      record.db"), std::string::npos) << "two folders above";
+  std::filesystem::create_directory(elsewhere);
+  std::filesystem::rename(*folder_ / "model.json", elsewhere + "/model.json");
+  EXPECT_NE(verify_deep("").out.find("not there  model.json"), std::string::npos);
+  EXPECT_NE(verify_deep(" --records " + elsewhere).out.find("holds      model.json"), std::string::npos);
+  std::ofstream(*folder_ / "lot/model.json") << "another model";
+  EXPECT_EQ(verify_deep(" --records " + elsewhere).exit_code, 0) << "the first one with the right digest counts";
+  std::ofstream(deep + "/model.json") << "another model";
+  EXPECT_EQ(verify_deep(" --records " + elsewhere).exit_code, 4) << "a file beside the report always counts";
+  std::filesystem::rename(elsewhere + "/model.json", *folder_ / "model.json");
+  std::filesystem::remove_all(*folder_ / "lot");
+}
+
+TEST_F(Signing, StatesThatSourcesWereNotCompared) {
+  const auto ran = verify("");
+  EXPECT_NE(ran.out.find("the report was authorised without a comparison with its records"), std::string::npos)
+      << ran.out;
+  EXPECT_FALSE(std::filesystem::exists(*folder_ / "report/sources.json"));
+}
+
+TEST_F(Signing, RefusesShortKey) {
+  const auto keys = shell("cd " + (*folder_ / ".") +
+                          " && openssl req -x509 -newkey rsa:1024 -nodes -keyout short.key -out short.pem -days 30 "
+                          "-subj '/CN=Short' -addext basicConstraints=critical,CA:FALSE -addext "
+                          "keyUsage=critical,digitalSignature");
+  ASSERT_EQ(keys.exit_code, 0) << keys.err;
+  const auto ran = gyrotherm_with("report sign " + (*folder_ / "report") + " --key " + (*folder_ / "short.key") +
+                                  " --certificate " + (*folder_ / "short.pem"));
+  EXPECT_EQ(ran.exit_code, 4);
+  EXPECT_NE(verify("").out.find("the RSA key of the signer has 2048 bits; 3072 or more are recommended"),
+            std::string::npos);
 }
 
 TEST_F(Signing, RefusesUntrustedSigner) {

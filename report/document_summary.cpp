@@ -150,9 +150,10 @@ std::string trained_range_text(const DocumentWriter& writer, const std::string& 
   if (!found->block) return writer.sentence("say.trained_range_unknown", prefix);
   // Rounded inwards to integer degrees, as `train` prints them.
   const auto whole = [&](double celsius) { return format_number(writer.language, celsius, 0); };
-  std::string text = writer.sentence("say.trained_range", prefix, whole(std::ceil(found->block->low_c)),
-                                     whole(std::floor(found->block->high_c)));
-  if (!found->block->thermometers.empty())
+  const bool is_named = !found->block->thermometers.empty();  // not in models of gyrotherm 0.1.0
+  std::string text = writer.sentence(is_named ? "say.trained_range" : "say.trained_range_unnamed", prefix,
+                                     whole(std::ceil(found->block->low_c)), whole(std::floor(found->block->high_c)));
+  if (is_named)
     text += " " + writer.sentence("say.trained_block", fmt::format("{}", fmt::join(found->block->thermometers, ", ")));
   for (const model::ThermometerRange& other : found->block->others)
     text += " " + writer.sentence("say.trained_other", other.thermometer, whole(std::ceil(other.low_c)),

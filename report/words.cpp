@@ -435,6 +435,12 @@ constexpr Translation kTranslations[] = {
    "calibration and drift, which are treated as fully correlated.",
    "„Temperatur“ bei den Ergebnissen ist der Mittelwert der Thermometer des Blocks: {}. Ihre Messunsicherheit enthält "
    "deren Kalibrierung und Drift, die als vollständig korreliert behandelt werden."},
+  {"say.trained_range_unnamed",
+   "{}The model was trained at readings of its gradient thermometers from {} to {} °C. It does not state which of them "
+   "are on the block. Outside this range the compensation is an extrapolation, regardless of the range of the chamber.",
+   "{}Das Modell wurde bei Anzeigen seiner Gradiententhermometer von {} bis {} °C trainiert. Es gibt nicht an, welche "
+   "davon am Block sitzen. Außerhalb dieses Bereichs ist die Kompensation eine Extrapolation, unabhängig vom Bereich "
+   "der Kammer."},
   {"say.trained_range_unknown", "{}The model does not state the block temperatures at which it was trained.",
    "{}Das Modell gibt nicht an, bei welchen Temperaturen des Blocks es trainiert wurde."},
   {"say.gain", "Over the whole run the root mean square error is {}. Without compensation it is {}, {} times as large.",

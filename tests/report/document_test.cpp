@@ -171,11 +171,17 @@ TEST(Document, StatesTrainedRangeOfModel) {
 
 TEST(Document, PrefersTrainedRangeOfModelAsLeft) {
   CalibrationReport report = sample_calibration();
-  report.trained_ranges = {{"u1.x", Stage::as_found, model::BlockRange{1, 39}},
-                           {"u1.x", Stage::as_left, model::BlockRange{-17.6, 58.4}}};
+  report.trained_ranges = {
+      {"u1.x", Stage::as_found, model::BlockRange{1, 39, {"A"}}},
+      {"u1.x", Stage::as_left, model::BlockRange{-17.6, 58.4, {"A", "B"}, {{"shell", -38.9, 60}}}}};
   EXPECT_TRUE(has(text_of(report), "−17 to 58 °C"));
+  EXPECT_TRUE(has(text_of(report), "The thermometers of the block are A, B."));
+  EXPECT_TRUE(has(text_of(report), "The thermometer shell ranged from −38 to 60 °C."));
   report.trained_ranges.pop_back();
   EXPECT_TRUE(has(text_of(report), "1 to 39 °C"));
+  report.trained_ranges.front().block->thermometers.clear();
+  EXPECT_FALSE(has(text_of(report), "at block temperatures")) << "gyrotherm 0.1.0 counted the shell";
+  EXPECT_TRUE(has(text_of(report), "does not state which of them are on the block"));
 }
 
 TEST(Document, NamesReplacementOfSupersededReport) {

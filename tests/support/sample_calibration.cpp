@@ -235,7 +235,7 @@ CalibrationReport sample_calibration() {
       {.utc = "2026-11-12T08:00:00Z", .run = kRun, .kind = "paused", .text = "door \"open\" <b>"}};
   report.bias_zero = "earth rate removed";
   report.cluster_length_s = 100;
-  report.trained_ranges = {{"u1.x", Stage::as_left, model::BlockRange{-17.6, 58.4}}};
+  report.trained_ranges = {{"u1.x", Stage::as_left, model::BlockRange{-17.6, 58.4, {"A", "B"}}}};
   report.rule = DecisionRule::guard_band;
   add_results(report);
   report.files = {{.role = "record",

@@ -157,10 +157,10 @@ Result<Exit> supersede(Console& console, const StateArguments& options) {
   if (report.state == report::ReportState::superseded)
     return failure(FaultKind::usage, filed->path,
                    fmt::format("is already superseded by {}", report.replaced_by->number));
+  if (auto may = check_may_replace(*by, *filed); !may) return failure(may.error());
   if (report.state == report::ReportState::draft)
     return failure(FaultKind::usage, filed->path,
                    "is a draft, which was never valid; only an authorised report can be superseded");
-  if (auto may = check_may_replace(*by, *filed); !may) return failure(may.error());
   if (auto kept = copy_signed_report(console, options.folder); !kept) return failure(kept.error());
   report.state = report::ReportState::superseded;
   report.replaced_by =

@@ -28,6 +28,7 @@ report::CalibrationReport report_on(const Folder& folder) {
   report.laboratory = {.name = "House of Gyros", .city = "Berlin", .country = "DE"};
   report.customer.name = "Harbour Pilots";
   report.people = {{"B. Berg", "authorising", ""}};
+  report.item.name = record::read_info(folder / "record.db").value().units.front().name;
   report.item.serial_number = "0042";
   report.begun = report.ended = "2026-11-20";
   report.issued = "2099-12-31";

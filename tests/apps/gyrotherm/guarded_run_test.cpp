@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <regex>
 
 #include "acquisition/record/record.hpp"
 #include "core/file.hpp"
@@ -106,7 +107,13 @@ TEST_F(GuardedRun, KeepsSetPointWithoutGuardAfterOrderlyStop) {
 
 /// The guard of a dead run still watches the air when a later run drives the chamber for some seconds and ends.
 TEST_F(GuardedRun, LeavesChamberToLaterRunThatEndedInOrder) {
-  Background run(warm_run(record), folder / "log");
+  const auto observing = folder / "observing.toml";
+  const auto text_of_rig = read_text_file(laboratory.rig()).value();
+  std::ofstream(observing) << std::regex_replace(text_of_rig, std::regex("observe = \"[^\"]*\""),
+                                                 "observe = \"10 min\"");
+  ASSERT_NE(read_text_file(observing).value().find("10 min"), std::string::npos) << "the guard remains for a while";
+  Background run({"run", "tests/profiles/ten-minutes-warm.toml", "--rig", observing, "--out", record, "--json"},
+                 folder / "log");
   ASSERT_TRUE(run.wait_for("\"acknowledged\": 1}", 60)) << run.output();
   ASSERT_TRUE(laboratory.wait_for_set_point(kWarm, 60));
   run.signal(SIGKILL);
@@ -115,10 +122,10 @@ TEST_F(GuardedRun, LeavesChamberToLaterRunThatEndedInOrder) {
   const auto guarded = gyrotherm_with("status " + record);
   EXPECT_NE(guarded.out.find("guard: process "), std::string::npos) << guarded.out << guarded.err;
   const auto later = folder / "later.db";
-  const auto refused = gyrotherm_with("go " + laboratory.rig() + " 500 --out " + later);
+  const auto refused = gyrotherm_with("go " + observing + " 500 --out " + later);
   EXPECT_NE(refused.exit_code, 0);
   EXPECT_FALSE(find_guards(record).empty()) << "a run that did not begin relieves no guard";
-  const auto went = gyrotherm_with("go " + laboratory.rig() + " 21 --for '3 s' --out " + later);
+  const auto went = gyrotherm_with("go " + observing + " 21 --for '3 s' --out " + later);
   EXPECT_EQ(went.exit_code, 0) << went.err;
   EXPECT_NE(went.err.find("which guards the chamber for " + record), std::string::npos) << went.err;
   for (int i = 0; i < 100 && !find_guards(record).empty(); ++i) shell("sleep 0.1");

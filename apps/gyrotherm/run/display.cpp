@@ -50,7 +50,7 @@ std::vector<std::string> alarm_lines(std::span<const record::Alarm> alarms) {
   return lines;
 }
 
-Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+Json number_or_null(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
 Json unit_json(const UnitReading& reading, const record::UnitInfo& unit) {
   Json json{{"pulses", Json::object()}, {"interval_s", nullptr}, {"values", Json::object()}};
@@ -63,10 +63,10 @@ Json unit_json(const UnitReading& reading, const record::UnitInfo& unit) {
   for (std::size_t i = 0; i < unit.values.size(); ++i) {
     const auto& name = unit.values[i].name;
     if (i < sent)
-      json["values"][name] = count && i < count->values.size() ? number(count->values[i]) : Json(nullptr);
+      json["values"][name] = count && i < count->values.size() ? number_or_null(count->values[i]) : Json(nullptr);
     else
       json["values"][name] =
-          reading.analogue[i - sent].value ? number(*reading.analogue[i - sent].value) : Json(nullptr);
+          reading.analogue[i - sent].value ? number_or_null(*reading.analogue[i - sent].value) : Json(nullptr);
   }
   return json;
 }
@@ -195,15 +195,15 @@ std::string sample_json(const Sample& sample, std::span<const Event> events, con
             {"state", name(sample.state)},
             {"segment", segment < info.segments.size() ? Json(info.segments[segment].name) : Json(nullptr)},
             {"phase", name(sample.progress.phase)},
-            {"set_point_c", number(sample.progress.set_point.value)},
-            {"chamber_air_c", chamber ? number(chamber->air.value) : Json(nullptr)},
-            {"chamber_set_point_c", chamber ? number(chamber->set_point.value) : Json(nullptr)},
+            {"set_point_c", number_or_null(sample.progress.set_point.value)},
+            {"chamber_air_c", chamber ? number_or_null(chamber->air.value) : Json(nullptr)},
+            {"chamber_set_point_c", chamber ? number_or_null(chamber->set_point.value) : Json(nullptr)},
             {"thermometers_c", Json::object()},
             {"units", Json::object()},
             {"events", Json::array()}};
   for (std::size_t i = 0; i < sample.thermometers.size() && i < info.thermometers.size(); ++i) {
     const auto reading = known_value(sample.thermometers[i]);
-    json["thermometers_c"][info.thermometers[i].name] = reading ? number(reading->value) : Json(nullptr);
+    json["thermometers_c"][info.thermometers[i].name] = reading ? number_or_null(reading->value) : Json(nullptr);
   }
   for (std::size_t i = 0; i < sample.units.size() && i < info.units.size(); ++i)
     json["units"][info.units[i].name] = unit_json(sample.units[i], info.units[i]);

@@ -146,7 +146,7 @@ std::optional<RepeatWatch::Usual> RepeatWatch::usual_outside(const Column& colum
   return Usual{.noise = element_at(noises, kMiddle),
                .step = element_at(steps, kMiddle),
                .equal_part = element_at(equal_parts, kMost),
-               .reversals = element_at(reversals, kMiddle),
+               .reversals = element_at(reversals, kMost),
                .values = all.values,
                .least = all.least,
                .greatest = all.greatest};

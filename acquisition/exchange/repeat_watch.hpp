@@ -88,7 +88,7 @@ class RepeatWatch {
     double noise{};       ///< std of one value, from steps
     double step{};        ///< rms step
     double equal_part{};  ///< part of equal pairs; most blocks have at most this part
-    double reversals{};   ///< part of steps that change the direction
+    double reversals{};   ///< part of steps that change the direction, upper quartile of the blocks
     std::size_t values{};
     double least{}, greatest{};
   };

@@ -151,7 +151,7 @@ struct Model {
   data::Figures leave_cycle_out;
   /// Like leave_cycle_out, with hyper-parameters that were also chosen without the fold.
   std::optional<data::Figures> nested_leave_cycle_out;
-  /// Judgement of the held-out residual against the raw bias; of the nested one if there is one. Empty in a file of an
+  /// Verdict on the held-out residual against the raw bias; of the nested one if there is one. Empty in a file of an
   /// earlier version.
   std::optional<Verdict> verdict;
   /// Leave-cycle-out residual of each training cluster, °/h. The model file stores it for the report.

@@ -128,7 +128,7 @@ struct Verification {
   RangeExceedance outside;
   /// Empty for a model without an uncertainty.
   std::optional<Coverage> coverage;
-  /// Judgement of the gain and of the intervals, on the clusters with a residual.
+  /// Verdict on the gain and the intervals, on the clusters with a residual.
   Verdict verdict;
   /// Empty until the caller adds the result of evaluate_stream().
   std::optional<StreamResult> streamed;

@@ -136,7 +136,7 @@ MUTANTS = [
      "const auto written = in_place ? Result<void>() : write_safe_state(safe_state);", "const Result<void> written;",
      "gyrotherm", "safe_state_file_removed"),
     ("a guard that stands still is relied on", "sequencer/watchdog/watchdog_client.cpp",
-     "if (watching && !silent) return guard_trouble.end();", "if (watching) return guard_trouble.end();",
+     "if (watching && !silent) {", "if (watching) {",
      "gyrotherm", "guard_stopped"),
     ("a guard that nobody hears ends", "apps/make_safe/main.cpp",
      "[[maybe_unused]] const auto sent = ::write(STDIN_FILENO, &kWatching, 1);",

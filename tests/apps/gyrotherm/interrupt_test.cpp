@@ -93,7 +93,7 @@ TEST(Interrupt, StopsServerInOrder) {
 /// The mesh is solved in one step that does not check for a stop.
 TEST(Interrupt, EndsBusyCommandWhenRepeated) {
   const Folder folder;
-  Background thermal({"thermal", "--mesh", "fine", "--out", folder / "image"}, folder / "out");
+  Background thermal({"thermal", "--verbose", "--mesh", "fine", "--out", folder / "image"}, folder / "out");
   ASSERT_TRUE(thermal.wait_for("steady state", 60)) << thermal.output();
   thermal.signal(SIGINT);
   thermal.signal(SIGINT);
@@ -105,7 +105,7 @@ TEST(Interrupt, EndsBusyCommandWhenRepeated) {
 
 TEST(Interrupt, StopsThermalWithoutImage) {
   const Folder folder;
-  Background thermal({"thermal", "--mesh", "coarse", "--out", folder / "image"}, folder / "out");
+  Background thermal({"thermal", "--verbose", "--mesh", "coarse", "--out", folder / "image"}, folder / "out");
   ASSERT_TRUE(thermal.wait_for("steady state", 60)) << thermal.output();
   thermal.signal(SIGINT);
   EXPECT_EQ(wait_for_end(thermal), 5) << thermal.output();

@@ -64,7 +64,8 @@ TEST_F(Verify, GivesNoiseAndErrorBars) {
   EXPECT_NEAR(n["value"].get<double>(), 3e-4, 5 * n["error"].get<double>()) << "as in the model of the virtual gyro";
   EXPECT_GT(report["compensated"]["std_error_deg_per_h"], 0.0);
   EXPECT_GT(report["noise_floor_error_deg_per_h"], 0.0);
-  EXPECT_FALSE(report["characterisation"]["ramp_deg_per_h_per_k_per_min"]["before"]["u"].is_null());
+  EXPECT_TRUE(report["characterisation"]["ramp_deg_per_h_per_k_per_min"]["before"]["u"].is_null())
+      << "the record is too short for it";
   EXPECT_LE(report["compensated"]["effective_count"], report["compensated"]["count"]);
   const auto words = verify("").out;
   for (const auto* word : {"n_eff", "angle random walk", "°/√h, read at τ = 3600 s", "noise floor of the record"})

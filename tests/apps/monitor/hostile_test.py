@@ -36,6 +36,7 @@ class Hostile(WatchedRun):
         monitor_command(cls.folder, "user", "add", "eve", "--role", "viewer", password=PASSWORD)
         cls.token = monitor_command(cls.folder, "token", "add", "script", "--role", "viewer").stdout.strip()
         cls.run_ = RealTimeRun(cls.folder)
+        cls.run_.wait_for_profile()
         cls.monitor = Monitor(cls.folder, "--control")
         cls.ada = Browser(cls.monitor, "ada")
         cls.eve = Browser(cls.monitor, "eve")

@@ -218,6 +218,11 @@ class RealTimeRun:
         )
         return int(found[-1]) if found else -1
 
+    def wait_for_profile(self) -> None:
+        """Waits until the air is at the first set point, so that the run carries out its profile."""
+        status = self.record.with_name(self.record.name + ".status")
+        assert until(lambda: '"state":"execute"' in status.read_text().replace(" ", ""), 60), status.read_text()
+
     def end(self) -> None:
         if self.run.poll() is None:
             gyrotherm("tell", str(self.record), "stop")

@@ -359,7 +359,7 @@ Result<Model> train_in_arena(const std::vector<data::Dataset>& datasets, const s
       *model, {datasets, context->records, budget_residual->residual, budget_residual->chosen_on_these_folds});
   if (!uncertainty) return failure(uncertainty.error());
   model->uncertainty = std::move(*uncertainty);
-  if ((*method)->uses_uncertainty && has_assumed_thermometer(*model))
+  if ((*method)->uses_uncertainty && thermometers.assumed && has_assumed_thermometer(*model))
     choice->warnings.push_back("the record contains no uncertainty of its thermometers: 0.05 K is assumed");
   collect_warnings(*model, *context, choice->warnings, datasets, clusters);
   return model;

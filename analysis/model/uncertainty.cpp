@@ -130,14 +130,17 @@ void add_noise_rows(std::vector<BudgetRow>& rows, const Model& model, const Trai
 /// Computes the model form row from the part of the held-out residual that noise and hysteresis do not explain. It uses
 /// the estimate even if it is not significant. Its degrees of freedom are those of the difference of the squares (GUM
 /// G.3 and G.4); if the residual is far above the noise floor, they are the effective number of residuals minus one. If
-/// the noise floor comes from the same residual, the squares of white noise σ have the covariance 2σ⁴/n.
+/// the noise floor comes from the same residual, the squares of white noise σ have the covariance 2σ⁴/n. The form is
+/// then at least the error of the p coefficients, pσ²/n, which the residual contains and the noise floor does not.
 BudgetRow make_form_row(const data::Figures& figures, double standard, const BudgetFloor& known, double hysteresis,
-                        bool chosen) {
+                        const TrainingBasis& on, double parameters) {
   const data::NoiseFloor& floor = known.floor;
-  BudgetRow row{.source = Source::model_form, .evaluation = Evaluation::a, .chosen_on_these_folds = chosen};
+  BudgetRow row{
+      .source = Source::model_form, .evaluation = Evaluation::a, .chosen_on_these_folds = on.chosen_on_these_folds};
   const double residual = std::pow(standard, 2);
   const double square = residual - std::pow(floor.deg_per_h, 2) - std::pow(hysteresis, 2);
-  row.standard_uncertainty = std::sqrt(std::max(0.0, square));
+  const double least = known.of_residual ? parameters * std::pow(floor.deg_per_h, 2) / figures.count : 0;
+  row.standard_uncertainty = std::sqrt(std::max(least, square));
   const double freedom = std::max(1.0, figures.effective.of_std - 1);
   const double shared = known.of_residual ? 4 * std::pow(floor.deg_per_h, 4) / floor.differences : 0;
   const double independent =
@@ -148,8 +151,8 @@ BudgetRow make_form_row(const data::Figures& figures, double standard, const Bud
 }
 
 /// Adds the rows of the model itself: its form and its hysteresis.
-void add_model_rows(std::vector<BudgetRow>& rows, const data::Clusters& clusters, const TrainingBasis& on,
-                    const BudgetFloor& floor) {
+void add_model_rows(std::vector<BudgetRow>& rows, const Model& model, const data::Clusters& clusters,
+                    const TrainingBasis& on, const BudgetFloor& floor) {
   const Eigen::VectorXd& residual = on.held_out_residual_deg_per_h;
   const std::vector<Eigen::Index> known = data::finite_rows(residual);
   if (known.size() < 2) return;
@@ -157,7 +160,7 @@ void add_model_rows(std::vector<BudgetRow>& rows, const data::Clusters& clusters
   const Hysteresis hysteresis = estimate_hysteresis(residual, clusters);
   const double as_limits = hysteresis.half_deg_per_h / std::numbers::sqrt3;
   const double standard = robust_standard_deg_per_h(residual(known), figures.effective.of_std);
-  rows.push_back(make_form_row(figures, standard, floor, as_limits, on.chosen_on_these_folds));
+  rows.push_back(make_form_row(figures, standard, floor, as_limits, on, model.effective_parameters));
   rows.back().only_start_held_out = count_power_ons(clusters) < 2;
   rows.push_back({.source = Source::hysteresis,
                   .evaluation = Evaluation::a,
@@ -447,7 +450,7 @@ Result<Uncertainty> evaluate_uncertainty(const Model& model, const TrainingBasis
       {.source = Source::thermometer_noise,
        .evaluation = Evaluation::a,
        .standard_uncertainty = result.added_noise_deg_per_h * std::sqrt(clusters->length_s / kSecondsPerHour)});
-  add_model_rows(rows, *clusters, on, floor);
+  add_model_rows(rows, model, *clusters, on, floor);
   if (model.variance && !on.variance_is_a_row) {
     const auto open = function_variance(model, *clusters);
     if (!open) return failure(open.error());

@@ -149,7 +149,9 @@ TEST(CalibrationPage, ShowsVerdictsByColourAndSign) {
 TEST(CalibrationPage, ShowsFiguresWithoutScripts) {
   const std::string page = page_of(sample_calibration());
   EXPECT_EQ(count_occurrences(page, "<figure "), 6);
-  EXPECT_EQ(count_occurrences(page, "<div class=\"static\" role=\"group\" tabindex=\"0\""), 6);
+  EXPECT_EQ(count_occurrences(page, "<div class=\"static\" role=\"group\" tabindex=\"0\""), 4);
+  EXPECT_EQ(count_occurrences(page, "<div class=\"static wide\" role=\"group\" tabindex=\"0\""), 2)
+      << "two have a second drawing for narrow screens";
   EXPECT_EQ(count_occurrences(page, "class=\"enlargeable\""), 4) << "the two logarithmic plots cannot be enlarged";
 }
 

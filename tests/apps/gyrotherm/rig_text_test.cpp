@@ -95,7 +95,7 @@ TEST(RigText, KeepsAnswers) {
   ASSERT_TRUE(rig->limiter);
   EXPECT_EQ(rig->limiter->highest->value, 75);
   EXPECT_FALSE(rig->limiter->lowest);
-  EXPECT_EQ(rig->limits.air_highest.value, 70);
+  EXPECT_EQ(rig->limits.air_highest.value, 67.5) << "halfway to the limiter";
   EXPECT_EQ(rig->units.at(0).info.three_point, (std::vector<std::string>{"A", "D", "shell"}));
   EXPECT_EQ(rig->units.at(0).info.gradients, (std::vector<std::string>{"A", "D"}));
   EXPECT_EQ(rig->gyro_lines.at(0).frame.axes, std::vector<std::string>{"y"});

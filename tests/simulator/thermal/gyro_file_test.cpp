@@ -73,7 +73,7 @@ TEST(GyroFile, ReportsSizesThatAreNotPositive) {
   expect_error(with("wall_mm = 3", "wall_mm = -3"), "-3 is not above 0");
   expect_error(with("size_mm = [20, 16, 20]", "size_mm = [20, -16, 20]"), "-16 is not above 0");
   expect_error(with("size_mm = [20, 16, 20]", "size_mm = [20, 16]"), "expected 3");
-  expect_error(with("density_kg_per_m3 = 2530", "density_kg_per_m3 = nan"), "not above 0");
+  expect_error(with("density_kg_per_m3 = 2530", "density_kg_per_m3 = nan"), "nan, expected a number");
 }
 
 TEST(GyroFile, ReportsOverlappingParts) {

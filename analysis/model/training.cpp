@@ -23,7 +23,7 @@ namespace {
 /// Returns true if the uncertainty of a thermometer among the inputs is assumed, because the record does not state it.
 bool has_assumed_thermometer(const Model& model) {
   return model.uncertainty && std::ranges::any_of(model.uncertainty->budget.rows, [](const BudgetRow& row) {
-           return row.assumed && row.source == Source::thermometer_drift;
+           return row.assumed && row.source == Source::thermometer_calibration;
          });
 }
 
@@ -359,7 +359,7 @@ Result<Model> train_in_arena(const std::vector<data::Dataset>& datasets, const s
       *model, {datasets, context->records, budget_residual->residual, budget_residual->chosen_on_these_folds});
   if (!uncertainty) return failure(uncertainty.error());
   model->uncertainty = std::move(*uncertainty);
-  if ((*method)->uses_uncertainty && thermometers.assumed && has_assumed_thermometer(*model))
+  if ((*method)->uses_uncertainty && has_assumed_thermometer(*model))
     choice->warnings.push_back("the record contains no uncertainty of its thermometers: 0.05 K is assumed");
   collect_warnings(*model, *context, choice->warnings, datasets, clusters);
   return model;

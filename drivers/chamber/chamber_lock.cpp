@@ -12,14 +12,12 @@
 #include <sys/file.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
-#include <sys/un.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <cerrno>
 #include <chrono>
-#include <cstddef>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
@@ -31,6 +29,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/abstract_socket.hpp"
 #include "core/deadline.hpp"
 #include "core/file.hpp"
 #include "core/process.hpp"
@@ -137,28 +136,8 @@ constexpr const char* kStreamType = "0001";
 /// its hash and its end.
 std::string socket_name(const std::string& place) {
   constexpr std::size_t kMaxPlainLength = 70;
-  const auto text = place.size() <= kMaxPlainLength
-                        ? place
-                        : fmt::format("{:016x}-{}", std::hash<std::string>()(place), place.substr(place.size() - 50));
-  return "gyrotherm-chamber/" + text;
+  return "gyrotherm-chamber/" + shorten_for_name(place, kMaxPlainLength);
 }
-
-struct Address {
-  sockaddr_un text{};
-  socklen_t size{};
-};
-
-Address make_address(const std::string& name) {
-  Address address;
-  address.text.sun_family = AF_UNIX;
-  std::copy(name.begin(), name.end(), address.text.sun_path + 1);
-  address.size = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + 1 + name.size());
-  return address;
-}
-
-const sockaddr* as_sockaddr(const Address& address) { return reinterpret_cast<const sockaddr*>(&address.text); }
-
-Descriptor make_socket() { return Descriptor(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)); }
 
 constexpr char kSpareMark = '#';  ///< "NAME#5f0c…" is a spare name
 
@@ -311,9 +290,9 @@ std::optional<ChamberHolder> read_lock_holder(int file) {
 }
 
 tl::expected<Descriptor, int> bind_name(const std::string& name) {
-  const auto address = make_address(name);
-  auto socket = make_socket();
-  if (!socket.is_open() || ::bind(socket.number(), as_sockaddr(address), address.size) != 0 ||
+  const auto address = make_abstract_address(name);
+  auto socket = open_stream_socket();
+  if (!socket.is_open() || ::bind(socket.number(), address.pointer(), address.size) != 0 ||
       ::listen(socket.number(), kBacklog) != 0)
     return tl::unexpected(errno);
   return socket;
@@ -322,13 +301,10 @@ tl::expected<Descriptor, int> bind_name(const std::string& name) {
 /// Returns the process and user of a named socket. If the queue of the socket has space, both are known after
 /// connecting to it. Otherwise sock_diag reports the user, and the process is found by its open files.
 NameOwner find_socket_owner(const NamedSocket& named) {
-  const auto address = make_address(named.name);
-  const auto socket = make_socket();
-  ucred owner{};
-  socklen_t size = sizeof owner;
-  if (socket.is_open() && ::connect(socket.number(), as_sockaddr(address), address.size) == 0 &&
-      ::getsockopt(socket.number(), SOL_SOCKET, SO_PEERCRED, &owner, &size) == 0)
-    return {.pid = owner.pid, .uid = owner.uid};
+  const auto address = make_abstract_address(named.name);
+  const auto socket = open_stream_socket();
+  if (socket.is_open() && ::connect(socket.number(), address.pointer(), address.size) == 0)
+    if (const auto owner = read_peer(socket.number())) return {.pid = owner->pid, .uid = owner->uid};
   auto found = find_owner_by_descriptors(named.inode);
   if (const auto uid = find_socket_user(static_cast<std::uint32_t>(named.inode))) found.uid = *uid;
   return found;

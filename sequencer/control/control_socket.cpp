@@ -14,6 +14,7 @@
 #include <optional>
 #include <utility>
 
+#include "core/abstract_socket.hpp"
 #include "core/deadline.hpp"
 #include "core/file.hpp"
 #include "core/json_reader.hpp"
@@ -56,12 +57,10 @@ Descriptor make_socket(int more_flags) {
 Descriptor spare_descriptor() { return Descriptor(::open("/dev/null", O_RDONLY | O_CLOEXEC)); }
 
 std::string client_user(int client, const std::string& for_user) {
-  ucred credentials{};
-  socklen_t size = sizeof credentials;
-  const bool known = ::getsockopt(client, SOL_SOCKET, SO_PEERCRED, &credentials, &size) == 0;
-  if (for_user.empty()) return known ? describe_user(credentials.uid) : "unknown";
-  if (!known) return fmt::format("{} (through an unknown user)", for_user);
-  return fmt::format("{} (through {}, uid {})", for_user, user_name(credentials.uid), credentials.uid);
+  const auto peer = read_peer(client);
+  if (for_user.empty()) return peer ? describe_user(peer->uid) : "unknown";
+  if (!peer) return fmt::format("{} (through an unknown user)", for_user);
+  return fmt::format("{} (through {}, uid {})", for_user, user_name(peer->uid), peer->uid);
 }
 
 /// Sets the mode of the socket at that path. Fails if the path is a link, or not a socket of this user. Excludes the
@@ -209,13 +208,12 @@ bool may_carry_out(uid_t uid, const std::string& record) {
 /// process that called listen().
 Result<void> check_listener(const Descriptor& socket, const std::string& record) {
   const auto path = control_socket_path(record);
-  ucred credentials{};
-  socklen_t size = sizeof credentials;
-  if (::getsockopt(socket.number(), SOL_SOCKET, SO_PEERCRED, &credentials, &size) != 0)
+  const auto peer = read_peer(socket.number());
+  if (!peer)
     return failure(FaultKind::refused, path, fmt::format("the listening process is unknown: {}", std::strerror(errno)));
   const auto expected = read_writer(record);
   if (!expected) return failure(expected.error());
-  const Writer found{.pid = credentials.pid, .uid = credentials.uid};
+  const Writer found{.pid = peer->pid, .uid = peer->uid};
   if (found.pid == expected->pid && found.uid == expected->uid && may_carry_out(found.uid, record)) return {};
   return failure(FaultKind::refused, path,
                  fmt::format("{} listens on this socket, but {} writes the record; nothing was sent to it",

@@ -4,17 +4,15 @@
 #include <fmt/format.h>
 #include <poll.h>
 #include <sys/socket.h>
-#include <sys/un.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
-#include <cstddef>
 #include <fstream>
-#include <functional>
 #include <sstream>
 #include <utility>
 
+#include "core/abstract_socket.hpp"
 #include "core/clock.hpp"
 #include "core/deadline.hpp"
 #include "core/process.hpp"
@@ -28,42 +26,14 @@ constexpr std::string_view kPrefix = "gyrotherm-guard/";
 /// Separates the chamber from the process in the name of a post.
 constexpr char kProcessMark = '#';
 constexpr std::string_view kTakenOver = "taken over ";
-constexpr int kMaxReports = 64;  ///< in the queue of a post
+constexpr int kMaxReports = 64;  ///< length of the queue of a post
 constexpr auto kReportTimeout = std::chrono::milliseconds(200);
 
 /// Returns the part of the name that all posts of one chamber share. A name holds 107 bytes at most (unix(7)), so a
 /// long place is replaced by its hash and its end.
 std::string shared_name(const std::string& place) {
   constexpr std::size_t kMaxPlainLength = 40;
-  const auto text = place.size() <= kMaxPlainLength
-                        ? place
-                        : fmt::format("{:016x}-{}", std::hash<std::string>()(place), place.substr(place.size() - 20));
-  return fmt::format("{}{}{}", kPrefix, text, kProcessMark);
-}
-
-struct PostAddress {
-  sockaddr_un text{};
-  socklen_t size{};
-  [[nodiscard]] const sockaddr* pointer() const { return reinterpret_cast<const sockaddr*>(&text); }
-};
-
-PostAddress make_post_address(const std::string& name) {
-  PostAddress address;
-  address.text.sun_family = AF_UNIX;
-  const auto length = std::min(name.size(), sizeof address.text.sun_path - 1);
-  std::copy_n(name.begin(), length, address.text.sun_path + 1);
-  address.size = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + 1 + length);
-  return address;
-}
-
-Descriptor make_post_socket() { return Descriptor(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)); }
-
-/// Returns the user and process at the other end of a socket.
-std::optional<ucred> read_peer(const Descriptor& socket) {
-  ucred peer{};
-  socklen_t size = sizeof peer;
-  if (::getsockopt(socket.number(), SOL_SOCKET, SO_PEERCRED, &peer, &size) != 0) return {};
-  return peer;
+  return fmt::format("{}{}{}", kPrefix, shorten_for_name(place, kMaxPlainLength), kProcessMark);
 }
 
 /// Returns the names of the posts that begin with `prefix`, each once.
@@ -89,8 +59,8 @@ std::string read_guarded_record(std::int64_t pid) {
 
 /// Connects to a post. Returns a closed descriptor if the post is gone or its queue is full.
 Descriptor connect_to_post(const std::string& name) {
-  const auto address = make_post_address(name);
-  auto socket = make_post_socket();
+  const auto address = make_abstract_address(name);
+  auto socket = open_stream_socket();
   if (!socket.is_open() || ::connect(socket.number(), address.pointer(), address.size) != 0) return {};
   return socket;
 }
@@ -112,9 +82,9 @@ std::optional<std::string> read_report(const Descriptor& caller) {
 }  // namespace
 
 GuardPost::GuardPost(const std::string& place, std::int64_t watched_pid) : watched_pid_(watched_pid) {
-  auto socket = make_post_socket();
+  auto socket = open_stream_socket();
   const auto address =
-      make_post_address(fmt::format("{}{}-{:x}", shared_name(place), ::getpid(), since_boot().count()));
+      make_abstract_address(fmt::format("{}{}-{:x}", shared_name(place), ::getpid(), since_boot().count()));
   if (socket.is_open() && ::bind(socket.number(), address.pointer(), address.size) == 0 &&
       ::listen(socket.number(), kMaxReports) == 0)
     socket_ = std::move(socket);
@@ -124,7 +94,7 @@ std::optional<std::string> GuardPost::find_successor() {
   for (int i = 0; i < kMaxReports && socket_.is_open() && !successor_; ++i) {
     const Descriptor caller(::accept4(socket_.number(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
     if (!caller.is_open()) break;
-    const auto peer = read_peer(caller);
+    const auto peer = read_peer(caller.number());
     if (!peer || peer->pid == watched_pid_ || !drivers::may_drive_chambers(peer->uid)) continue;
     if (const auto record = read_report(caller))
       successor_ = fmt::format("process {} of {}, record {}", peer->pid, describe_user(peer->uid), *record);
@@ -135,7 +105,7 @@ std::optional<std::string> GuardPost::find_successor() {
 std::vector<WaitingGuard> find_waiting_guards(const std::string& place) {
   std::vector<WaitingGuard> guards;
   for (const auto& name : find_post_names(place.empty() ? std::string(kPrefix) : shared_name(place))) {
-    const auto peer = read_peer(connect_to_post(name));
+    const auto peer = read_peer(connect_to_post(name).number());
     if (!peer || !drivers::may_drive_chambers(peer->uid)) continue;
     const auto record = read_guarded_record(peer->pid);
     guards.push_back({.name = name,

@@ -31,7 +31,7 @@ class GuardPost {
 };
 
 struct WaitingGuard {
-  std::string name;  ///< of its post
+  std::string name;  ///< name of its post
   std::int64_t pid{};
   std::int64_t uid = -1;
   std::string record;  ///< empty: unknown

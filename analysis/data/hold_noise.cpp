@@ -10,6 +10,8 @@
 #include <limits>
 #include <vector>
 
+#include "core/count_text.hpp"
+
 namespace gyrotherm::data {
 namespace {
 
@@ -141,10 +143,10 @@ Eigen::VectorXd interpolate_at_samples(const Dataset& dataset, const Clusters& c
 std::string summarise(const HoldNoise& noise, const char* bias, const char* caution) {
   if (noise.curve.empty()) return "no hold has enough samples without a gap";
   return fmt::format(
-      "{} bias, one sample per {:g} s, in the last hour of {} hold{}: {} stretch{} without a gap, {:.0f} "
+      "{} bias, one sample per {:g} s, in the last hour of {}: {} stretch{} without a gap, {:.0f} "
       "s in total{}",
-      bias, noise.interval_s, noise.holds, noise.holds == 1 ? "" : "s", noise.stretches,
-      noise.stretches == 1 ? "" : "es", noise.seconds, caution);
+      bias, noise.interval_s, format_count(noise.holds, "hold"), noise.stretches, noise.stretches == 1 ? "" : "es",
+      noise.seconds, caution);
 }
 
 /// Inserts the point at `tau_s` into a curve of doubling τ. Does nothing if `tau_s` is not a whole number of samples or
@@ -230,8 +232,8 @@ NoiseFloor noise_floor(const Clusters& clusters, const std::vector<record::RunIn
     return {.deg_per_h = kUnknown, .differences = 0, .error_deg_per_h = kUnknown, .statement = why};
   }
   NoiseFloor floor = floor_from(all, step_deg_per_h, clusters.length_s);
-  floor.statement = fmt::format("Hadamard deviation at τ = {:g} s of the raw bias in the last hour of {} hold{}",
-                                clusters.length_s, used, used == 1 ? "" : "s");
+  floor.statement = fmt::format("Hadamard deviation at τ = {:g} s of the raw bias in the last hour of {}",
+                                clusters.length_s, format_count(used, "hold"));
   return floor;
 }
 

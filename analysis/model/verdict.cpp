@@ -10,6 +10,7 @@
 
 #include "analysis/data/correlated_fit.hpp"
 #include "analysis/data/distributions.hpp"
+#include "core/count_text.hpp"
 
 namespace gyrotherm::model {
 namespace {
@@ -85,8 +86,7 @@ const char* name(Gain gain) {
 Verdict judge_gain(const Eigen::VectorXd& bias, const Eigen::VectorXd& residual, const data::Clusters& clusters,
                    const std::vector<Eigen::Index>& rows, BiasZero zero, int fewest) {
   assert(bias.size() == residual.size() && bias.size() == std::ssize(rows) && fewest >= 5);
-  Verdict verdict{.statement = fmt::format("{} cluster{}, at least {} are needed", rows.size(),
-                                           rows.size() == 1 ? "" : "s", fewest)};
+  Verdict verdict{.statement = fmt::format("{}, at least {} are needed", format_count(rows.size(), "cluster"), fewest)};
   if (std::ssize(rows) < fewest) return verdict;
   const Eigen::VectorXi positions = cluster_positions(clusters, rows);
   const bool rmse_counts = zero != BiasZero::mean_of_first_hold;

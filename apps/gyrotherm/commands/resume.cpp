@@ -25,16 +25,14 @@ Result<Exit> resume(Console& console, const ResumeArguments& options) {
   apply_run_json(console, options.json);
   const auto gap = parse_duration(options.gap);
   if (!gap) return failure(FaultKind::usage, "--gap", gap.error().what);
-  const auto pace = parse_pace(options.pace.empty() ? "max" : options.pace);
-  if (!pace) return failure(pace.error());
   // resume_run() reports a record that cannot be read. Until that call, Ctrl-C ends the program immediately.
   const auto status = record::read_status(options.run);
+  const auto pace = pace_of_run(options.pace, !status || status->simulated);
+  if (!pace) return failure(pace.error());
   // A virtual run is replayed from the record before the record is opened for writing. Its files are verified first.
   if (status && status->simulated)
     if (const auto whole = record::find_record_files(options.run).and_then(record::verify_files); !whole)
       return failure(whole.error());
-  if (status && !status->simulated && !options.pace.empty())
-    return failure(FaultKind::usage, "--pace", "only valid on a virtual rig; a real rig runs in real time");
   watch_for_interrupts(status && status->simulated ? SecondInterrupt::ends : SecondInterrupt::is_counted);
   if (auto ran = resume_run(console, options.run,
                             {.accept = options.accept,

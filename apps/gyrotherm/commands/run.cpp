@@ -51,9 +51,7 @@ Result<Exit> run(Console& console, const RunArguments& options) {
   if (!rig) return failure(rig.error());
   if (!rig->simulated && options.start.seed != 0)
     return failure(FaultKind::usage, "--seed", "only valid on a virtual rig");
-  if (!rig->simulated && !options.pace.empty())
-    return failure(FaultKind::usage, "--pace", "only valid on a virtual rig; a real rig runs in real time");
-  const auto pace = parse_pace(options.pace.empty() ? "max" : options.pace);
+  const auto pace = pace_of_run(options.pace, rig->simulated);
   if (!pace) return failure(pace.error());
   const auto profile = read_profile(options.profile, &*rig);
   if (!profile) return failure(profile.error());

@@ -33,6 +33,13 @@ Result<double> parse_pace(const std::string& text) {
                  fmt::format("\"{}\", expected real, max or xN for N times real time", text));
 }
 
+Result<double> pace_of_run(const std::string& text, bool is_virtual) {
+  if (text.empty()) return 0;
+  if (!is_virtual)
+    return failure(FaultKind::usage, "--pace", "only valid on a virtual rig; a real rig runs in real time");
+  return parse_pace(text);
+}
+
 CLI::Option* add_pace_option(CLI::App& command, std::string& pace, const std::string& help) {
   return command.add_option("--pace", pace, help)->type_name("PACE:{real,x10,max}");
 }

@@ -15,6 +15,10 @@ namespace gyrotherm::app {
 /// or "xN". Fails with usage for any other text.
 [[nodiscard]] Result<double> parse_pace(const std::string& text);
 
+/// Returns the pace of a run, from the value of --pace; an empty text is "max". Fails with usage like parse_pace(), and
+/// on a real rig, which runs in real time, for any value.
+[[nodiscard]] Result<double> pace_of_run(const std::string& text, bool is_virtual);
+
 /// Adds the option --pace, whose value is "real", "max" or "xN".
 CLI::Option* add_pace_option(CLI::App& command, std::string& pace, const std::string& help);
 

@@ -68,6 +68,12 @@ class AnswerSearch {
     return std::nullopt;
   }
 
+  /// Whether the reply was received, but after a byte that also begins an echo of the command. That byte may be the
+  /// last of a frame instead: one frame in 256 ends in it.
+  [[nodiscard]] bool has_echoed_reply() const {
+    return !command_.reply.empty() && find(command_.reply, std::string::npos) != std::string::npos;
+  }
+
   /// Returns a description of the received bytes, for a fault without the required answer. Empty if there are none.
   [[nodiscard]] std::string describe_received() const {
     if (received_.empty()) return {};
@@ -122,6 +128,27 @@ std::string required_answer(const GyroCommand& command) {
   return "message " + ids;
 }
 
+/// Sends a command and searches the bytes that follow. Returns nothing if no answer arrives within the command's wait.
+std::optional<Result<void>> search_answer(const GyroCommand& command, AnswerSearch& search, ByteStream& line,
+                                          Duration within, const Clock* clock) {
+  if (auto sent = line.write(std::as_bytes(std::span(command.send)), within); !sent) return sent;
+  std::array<std::byte, kAnswerChunk> chunk;
+  for (const Deadline deadline(command.wait, clock); !deadline.has_passed();) {
+    const auto size = line.read(chunk, deadline.left());
+    if (!size && size.error().kind == FaultKind::timeout) break;
+    if (!size) return failure(size.error());
+    if (auto found = search.add(std::span(chunk).first(*size))) return found;
+  }
+  return std::nullopt;
+}
+
+Result<void> missing_answer(const GyroCommand& command, const AnswerSearch& search) {
+  const auto waited = std::chrono::duration_cast<std::chrono::milliseconds>(command.wait);
+  return failure(FaultKind::timeout, "",
+                 fmt::format("no {} to \"{}\" in {} ms{}", required_answer(command), command_name(command),
+                             waited.count(), search.describe_received()));
+}
+
 std::string read_binary(const TomlTable& table, const char* key) {
   const auto bytes = read_bytes(table, key, kMostCommandBytes);
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
@@ -172,20 +199,13 @@ std::vector<GyroCommand> read_commands(const TomlTable& root, const char* key, c
 
 Result<void> send_command(const GyroCommand& command, const FrameFormat& format, ByteStream& line, Duration within,
                           const Clock* clock) {
-  if (auto sent = line.write(std::as_bytes(std::span(command.send)), within); !sent) return sent;
-  AnswerSearch answer(command, format);
-  std::array<std::byte, kAnswerChunk> chunk;
-  for (const Deadline deadline(command.wait, clock); !deadline.has_passed();) {
-    const auto size = line.read(chunk, deadline.left());
-    if (!size && size.error().kind == FaultKind::timeout) break;
-    if (!size) return failure(size.error());
-    if (auto found = answer.add(std::span(chunk).first(*size))) return std::move(*found);
-  }
+  AnswerSearch first(command, format);
+  if (auto found = search_answer(command, first, line, within, clock)) return std::move(*found);
   if (!requires_answer(command)) return {};
-  const auto waited = std::chrono::duration_cast<std::chrono::milliseconds>(command.wait);
-  return failure(FaultKind::timeout, "",
-                 fmt::format("no {} to \"{}\" in {} ms{}", required_answer(command), command_name(command),
-                             waited.count(), answer.describe_received()));
+  if (!first.has_echoed_reply()) return missing_answer(command, first);
+  AnswerSearch second(command, format);
+  if (auto found = search_answer(command, second, line, within, clock)) return std::move(*found);
+  return missing_answer(command, second);
 }
 
 IdentityQuery read_identity_query(const TomlTable& table) {

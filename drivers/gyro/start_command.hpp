@@ -67,9 +67,10 @@ struct IdentityQuery {
 
 /// Sends a command and waits for its answer, or for the whole of `wait` if no answer is required. `within` limits the
 /// write. An echo of the command is not accepted as an answer, except for a required reply that is the beginning of the
-/// command. Fails with timeout if no answer arrives (the fault contains the received bytes), refused if the answer
-/// begins with `refusal`, mismatch if a required message shows settings that differ from the description, or with the
-/// fault of the line.
+/// command. If only an echo arrives, the command is sent once more, because the end of a frame before the reply may
+/// look like the beginning of an echo. Fails with timeout if no answer arrives (the fault contains the received bytes),
+/// refused if the answer begins with `refusal`, mismatch if a required message shows settings that differ from the
+/// description, or with the fault of the line.
 [[nodiscard]] Result<void> send_command(const GyroCommand& command, const FrameFormat& format, ByteStream& line,
                                         Duration within, const Clock* clock);
 

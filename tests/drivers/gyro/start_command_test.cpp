@@ -43,6 +43,17 @@ TEST(StartCommand, IsNotConfirmedByItsEcho) {
   }
 }
 
+/// A frame whose last byte is "=" makes an echo of the reply after it.
+TEST(StartCommand, IsRepeatedOnceAfterFrameThatEndsLikeAnEcho) {
+  tests::FakeStream line;
+  int sent = 0;
+  line.instrument = [&](std::string_view) {
+    return std::string(++sent == 1 ? "\xFE\x81\xFF\x55=" : "") + "ROTUNITS,RAD\r\n";
+  };
+  EXPECT_TRUE(send_command(kUnits, tests::shipped_stream("kvh-17xx-a").frame, line, milliseconds(10), nullptr));
+  EXPECT_EQ(sent, 2);
+}
+
 TEST(StartCommand, IsNotConfirmedByALongerNumber) {
   const GyroCommand rate{.send = "=DR,100\r\n", .wait = milliseconds(20), .reply = "DR,100"};
   EXPECT_TRUE(answered(rate, "DR,100\r\n"));

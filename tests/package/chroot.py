@@ -3,9 +3,10 @@
 """Tests the Debian packages as a user gets them.
 
 Builds them in a clean Debian 12 by the commands of docs/installing.md. Then installs them in another one without the
-source, uses them, upgrades them during a run, and purges them.
+source, uses them, upgrades them during a run, and purges them. Packages of an earlier release are upgraded, too.
 
-    chroot.py [FOLDER]        keeps both systems in FOLDER, and uses packages that already exist there
+    chroot.py [FOLDER]        keeps the systems in FOLDER, and uses packages that already exist there: in packages/first
+                              and packages/later, and those of an earlier release in packages/earlier
 """
 
 from __future__ import annotations
@@ -183,6 +184,27 @@ def upgrade_during_run(system: System) -> None:
         raise Failed(f"expected version {LATER}: {kept}")
 
 
+def upgrade_from_release(system: System, packages: Path) -> None:
+    """Upgrades the packages of an earlier release. Their record, site store and users must remain as they were."""
+    shutil.copytree(packages, system.root / "packages", dirs_exist_ok=True)
+    system.run("apt-get update")
+    names = " ".join(INSTALLED)
+    report_progress("installing the packages of an earlier release")
+    system.run("apt-get install -y --no-install-recommends systemd /packages/earlier/*.deb")
+    earlier = system.run("dpkg-query -W -f '${Version}' gyrotherm")
+    system.run("mkdir /srv/earlier; cd /srv/earlier; gyrotherm run two-position --rig virtual --out run.db; "
+               "cp run.db /var/lib/gyrotherm/; getent passwd | sort > users")
+    report_progress(f"upgrading from {earlier}")
+    system.run(f"apt-get install -y --no-install-recommends $(for name in {names}; do "
+               "echo /packages/first/${name}_*.deb; done)")
+    kept = system.run("cd /srv/earlier; gyrotherm status run.db --verify; gyrotherm export run.db --out run.csv; "
+                      "getent passwd | sort | comm -23 users -; cmp run.db /var/lib/gyrotherm/run.db; "
+                      "dpkg --audit; dpkg-query -W -f '${Version}\\n' gyrotherm")
+    if earlier in kept.splitlines():
+        raise Failed(f"expected a later version than {earlier}: {kept}")
+    print(kept, end="")
+
+
 def purge(system: System) -> None:
     report_progress("purging")
     (system.root / "var/lib/gyrotherm/run.db").write_bytes(b"data")
@@ -211,6 +233,10 @@ def main() -> int:
                 use(system)
                 upgrade_during_run(system)
                 purge(system)
+            if (folder / "packages/earlier").is_dir():
+                with System(folder, "upgrade").mounted() as system:
+                    upgrade_from_release(system, folder / "packages")
+                    purge(system)
         except Failed as failed:
             print(failed)
             return 1

@@ -19,7 +19,7 @@ inline constexpr const char* kSourcesSchema = "gyrotherm-sources/1";
 /// The command that made a draft. Paths are relative to the folder of the draft.
 struct DraftSources {
   std::string program_version{};
-  std::string calibration_sha256{};  ///< of calibration.json as written
+  std::string calibration_sha256{};  ///< digest of calibration.json as written
   std::string unit{};                ///< name in the rig; may be empty
   std::vector<std::string> records{};
   std::vector<std::string> models_left{}, models_found{};

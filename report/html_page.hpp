@@ -20,7 +20,7 @@ struct HtmlPage {
   bool simulated{};
   std::string body;  ///< HTML
   std::string footer = {};
-  std::string language = "en";  ///< of the texts, BCP 47
+  std::string language = "en";  ///< language of the texts, BCP 47
 };
 
 [[nodiscard]] std::string to_html(const HtmlPage& page);

@@ -63,7 +63,7 @@ struct TemperatureCertificate {
 struct VerifiedCertificate {
   TemperatureCertificate certificate{};
   Signer signer{};
-  std::string sha256{};  ///< of the file
+  std::string sha256{};  ///< digest of the file
 };
 
 /// Reads a certificate from its bytes and verifies its signature. The signer must be trusted on the day of issue (or

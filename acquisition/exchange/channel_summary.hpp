@@ -90,7 +90,7 @@ class ChannelTally {
   bool refuses_impossible_ = false;
   std::vector<Column> columns_{};
   RepeatWatch watch_{};
-  std::vector<double> values_{};  ///< of the row
+  std::vector<double> values_{};  ///< the row's values
 };
 
 }  // namespace gyrotherm::exchange

@@ -70,7 +70,7 @@ class RepeatWatch {
     std::size_t values{};
     double steps_sum{}, steps_squared{};
     std::size_t pairs{}, equal_pairs{};
-    std::size_t reversals{};  ///< of the direction
+    std::size_t reversals{};  ///< reversals of the direction
     void join(const Block& next);
   };
   struct Column {
@@ -78,7 +78,7 @@ class RepeatWatch {
     Run run{};
     std::vector<Run> longest{};  ///< the longest first
     std::vector<Step> steps{};   ///< the largest first
-    Duration spacing{};          ///< of its last two values
+    Duration spacing{};          ///< time between its last two values
     double last_step{};          ///< the last one other than 0
     double resolution = std::numeric_limits<double>::infinity();
     std::vector<Block> blocks{};

@@ -40,7 +40,7 @@ struct ThermometerUncertainty {
 /// The file of a digital calibration certificate from which the calibration of a channel was read.
 struct CertificateFile {
   std::string name{};    ///< without its folder
-  std::string sha256{};  ///< of the file
+  std::string sha256{};  ///< digest of the file
   std::string issuer{};  ///< the calibration laboratory
   /// The subject of the certificate whose key signed the file (RFC 2253).
   std::string signer{};

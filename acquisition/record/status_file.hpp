@@ -41,7 +41,7 @@ struct RunStatus {
   int segment_index{};
   int segment_count{};
   Phase phase{};
-  std::optional<Celsius> set_point;  ///< of the profile
+  std::optional<Celsius> set_point;  ///< the profile's set point
   std::optional<Celsius> chamber_air;
   /// The set point that the chamber shows; nothing if it is unknown.
   std::optional<Celsius> chamber_set_point{};

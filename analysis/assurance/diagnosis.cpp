@@ -22,7 +22,7 @@ constexpr double kEarthRate = 15.041067;  // °/h
 constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kReferenceC = 20, kSpanK = 30;  // scale of changes with temperature
 constexpr std::size_t kMostRunsSince = 15, kFewestBefore = 4;
-constexpr double kSmallestChangeK = 0.05;  // of a thermometer: standard deviation a priori
+constexpr double kSmallestChangeK = 0.05;  // standard deviation of a thermometer a priori
 constexpr double kSmallestNoiseK = 1e-4, kSmallestNoise = 1e-6;
 constexpr double kScatterChange = 0.3;  // relative
 
@@ -189,7 +189,7 @@ struct Change {
   VectorXd y;
   MatrixXd covariance;
   Eigen::LLT<MatrixXd> root;
-  Eigen::LLT<MatrixXd> root_with_drift;  ///< of the covariance with the drift of the thermometers
+  Eigen::LLT<MatrixXd> root_with_drift;  ///< root of the covariance with the drift of the thermometers
   std::size_t first_after{};             ///< column
 };
 
@@ -382,7 +382,7 @@ class Patterns {
 struct Estimate {
   VectorXd amplitudes;
   MatrixXd covariance;
-  double chi_squared{};  ///< of the residual
+  double chi_squared{};  ///< the residual's chi-squared
 };
 
 Estimate estimate_amplitudes(const MatrixXd& columns, const VectorXd& y, const Eigen::LLT<MatrixXd>& root) {

@@ -29,7 +29,7 @@ struct Hypothesis {
   /// The thermometer, or the axis and the kind of change ("x, with temperature"); empty for the mount.
   std::string part{};
   double posterior{};
-  double chi_squared{};  ///< of the residual
+  double chi_squared{};  ///< the residual's chi-squared
   double degrees{};
   double fits{};  ///< probability of a χ² at least as large
   /// Estimate of the first amplitude with its standard uncertainty: K for a thermometer, ° of tilt for the mount, °/h

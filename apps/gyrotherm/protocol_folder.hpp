@@ -15,7 +15,7 @@ namespace gyrotherm::app {
 /// A protocol as text, and what identifies it on its page.
 struct ProtocolText {
   std::string json;
-  std::string sha256;  ///< of `json`
+  std::string sha256;  ///< digest of `json`
   std::string signer;  ///< subject of the signer's certificate; empty: the protocol is unsigned
 };
 

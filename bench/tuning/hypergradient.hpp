@@ -22,7 +22,7 @@ struct SplitSamples {
 
 struct SquaredError {
   double sum{};
-  Position slope = Position::Zero();  ///< of the sum
+  Position slope = Position::Zero();  ///< slope of the sum
 };
 
 /// Computes the sum of the squared errors of a solution on the held-out samples, and its slope.

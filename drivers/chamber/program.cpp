@@ -183,7 +183,7 @@ Result<StoredStep> read_step(const ProfileMemory& memory, int index, const Block
 struct StoredHeader {
   std::string name;
   Kelvins soak_band{};
-  std::optional<double> start{};  ///< of the first step
+  std::optional<double> start{};  ///< temperature at which the first step starts
   int step_count{};               ///< steps_at_most if no cell contains it
 };
 

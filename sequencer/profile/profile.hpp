@@ -65,7 +65,7 @@ inline constexpr const char* kColdestThermometer = "coldest thermometer";
 
 /// Parameters of the warm-ups that a run adds to a profile (warm_up.hpp).
 struct WarmUp {
-  Celsius at_least;  ///< of the unit
+  Celsius at_least;  ///< the unit's lowest temperature
   Celsius air;
   CelsiusPerMinute rate{};
 };

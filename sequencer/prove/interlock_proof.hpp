@@ -19,7 +19,7 @@ struct InterlockOutcome {
   /// Seconds with injected readings until it acted; 0: not tested.
   int seconds{};
   interlocks::Reaction reaction{};
-  std::string cause{};    ///< of a failure; empty: none
+  std::string cause{};    ///< cause of a failure; empty: none
   std::string omitted{};  ///< why it was not tested; empty: it was
 };
 

@@ -100,7 +100,7 @@ struct Proof {
   std::string rig_sha256{};
   bool simulated{};       ///< the rig is virtual
   std::string chamber{};  ///< as identified; empty: it was not asked
-  std::string version{};  ///< of the program
+  std::string version{};  ///< the program's version
   std::string operator_name{};
   std::string began{}, ended{};  ///< UTC
   std::vector<ProofResult> results{};
@@ -145,7 +145,7 @@ void describe(auto& form, Like<Proof> auto& proof) {
 struct FiledProof {
   std::string folder;
   Proof proof;
-  std::string sha256;  ///< of proof.json
+  std::string sha256;  ///< digest of proof.json
   bool is_signed{};    ///< a signature is there; it is not verified
 };
 

@@ -500,7 +500,7 @@ class AssembledRig : public Rig {
   drivers::PowerDemand power_;
   /// State of each supply before its demand.
   std::vector<bool> was_on_;
-  std::map<std::string, std::string> identities_;  ///< by title
+  std::map<std::string, std::string> identities_;  ///< key: title
   bool is_as_found_ = true;
   // Last member: it stops before its instruments are destroyed.
   std::unique_ptr<io::InstrumentIo> io_;

@@ -51,7 +51,7 @@ struct CertificateReader {
 /// A certificate file that a [[thermometer]] or [[thermometer.calibration]] names.
 struct NamedCertificate {
   CertificateRequest request{};
-  std::string location{};               ///< of the key in the rig file
+  std::string location{};               ///< position of the key in the rig file
   std::vector<std::size_t> channels{};  ///< indexes of the calibrated channels
 };
 

@@ -24,7 +24,7 @@ inline constexpr double kEqualShare = 0.9;
 inline constexpr const char *kMet = "U is met", *kCannotBeMet = "U cannot be met", *kTimeIsUp = "the time is up";
 
 struct DecisionInputs {
-  int number{};  ///< of the decision, counted from 1
+  int number{};  ///< number of the decision, counted from 1
   double target_deg_per_h{};
   /// Expanded uncertainty on the mission; infinite if no model can be fitted yet.
   double u_now_deg_per_h{};

@@ -326,7 +326,7 @@ EntryPoint entry_at(Celsius goal, Celsius air_now, bool air_in_place, const prof
 
 EntryPoint avoid_step(const EntryPoint& entry, const ChamberState& found, const profile::ChamberLimits& limits,
                       EntryClock clock) {
-  constexpr Kelvins kResolution{0.1};  // of common controllers
+  constexpr Kelvins kResolution{0.1};  // resolution of common controllers
   const auto is_step_from = [&](Celsius from) {
     const auto& rate = entry.set_point > from ? limits.fastest_heating : limits.fastest_cooling;
     return !(abs(entry.set_point - from) <= std::max(rate * Duration(kSecond), kResolution));

@@ -102,7 +102,7 @@ class SafeEvidence {
   /// Movement of the air that caused the last escalation; empty: it was not the air.
   std::string past_movement_;
   Duration escalated_at_{};
-  std::optional<Duration> last_at_;  ///< of the last reading
+  std::optional<Duration> last_at_;  ///< time of the last reading
   Celsius last_air_{};
 };
 

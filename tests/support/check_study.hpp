@@ -47,7 +47,7 @@ struct StudyOptions {
 struct StudyResult {
   int judged_runs{}, false_alarms{};             ///< in control
   std::vector<int> runs_to_detection;            ///< 1: the first run with the change; only detected changes
-  int detected{}, right{}, wrong{}, not_told{};  ///< of the detected changes
+  int detected{}, right{}, wrong{}, not_told{};  ///< counts of the detected changes
 };
 
 /// Simulates the histories. A false alarm is explained as a false alarm at once. A change is diagnosed in the run of

@@ -28,7 +28,7 @@ struct ReleaseStep {
 /// An entry of the register.
 struct Release {
   std::string title;   ///< name of the file, for people
-  std::string sha256;  ///< of the text
+  std::string sha256;  ///< digest of the text
   std::string revision;
   ReleaseStep reviewed;
   ReleaseStep released{};

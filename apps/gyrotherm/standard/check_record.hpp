@@ -17,7 +17,7 @@ namespace gyrotherm::app {
 /// A rig with a golden gyro, and the text of its history; empty before the first check run.
 struct StandardOfRig {
   rig::RigFile rig;
-  std::string path{};  ///< of the history
+  std::string path{};  ///< path of the history
   std::string text{};
   Descriptor lock{};  ///< held while the history is changed
 };

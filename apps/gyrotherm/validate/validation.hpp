@@ -39,7 +39,7 @@ struct InstalledProgram {
 struct Validation {
   std::string rig, title, rig_file, rig_sha256;
   bool simulated{};     ///< the rig is virtual
-  std::string version;  ///< of the program
+  std::string version;  ///< the program's version
   std::string operator_name;
   std::string began, ended;  ///< UTC
   std::vector<InstalledProgram> programs{};

@@ -114,7 +114,7 @@ TEST(Clusters, NumberThePowerOnBeforeEach) {
     dataset.segments.push_back({"hold", true, {}, {}, -1});
     dataset.segments.back().unit.off = off;
   }
-  const std::vector<int> segment{0, 0, 1, 2, 3, 4, 5, 6, 6};  // of each cluster
+  const std::vector<int> segment{0, 0, 1, 2, 3, 4, 5, 6, 6};  // one segment for each cluster
   for (Eigen::Index i = 0; i < 900; ++i) {
     dataset.segment(i) = segment[static_cast<std::size_t>(i / 100)];
     if (is_off[static_cast<std::size_t>(dataset.segment(i))]) dataset.bias_deg_per_h(i) = std::nan("");

@@ -25,7 +25,7 @@ TEST(ThermalResponse, PredictsAnotherProgram) {
 
 TEST(ThermalResponse, StaysTypicalWhereARecordSaysLittle) {
   data::Dataset hour = data::make_synthetic_run({});
-  const Eigen::Index rows = 1000;  // of the first hold
+  const Eigen::Index rows = 1000;  // rows of the first hold
   hour.time_s.conservativeResize(rows);
   hour.temperature_c.conservativeResize(rows, Eigen::NoChange);
   hour.set_point_c.conservativeResize(rows);

@@ -229,7 +229,7 @@ TEST(NewRigProbe, FindsWordOrder) {
 
 TEST(NewRigProbe, SendsNoCommand) {
   const Folder folder;
-  const Listener gyro;  // of a stream with a start command
+  const Listener gyro;  // line of a stream with a start command
   const auto log = folder / "scanner.log";
   const auto ran =
       shell("python3 tests/apps/gyrotherm/line_peer.py '" + log + "' 'HEWLETT-PACKARD,34970A,0,13-2-2' > '" +

@@ -73,20 +73,19 @@ template <class Registers>
 [[gnu::always_inline]] inline void subtract_tile_in(const double* a, const double* b, Eigen::Index depth, double* c,
                                                     Eigen::Index stride, Eigen::Index rows, Eigen::Index columns) {
   using Doubles = typename Registers::Doubles;
-  using Memory = typename Registers::MemoryDoubles;
   constexpr int kWidth = sizeof(Doubles) / sizeof(double);
   constexpr int kParts = kTileRows / kWidth;
   Doubles sum[kTileColumns][kParts] = {};
   for (Eigen::Index k = 0; k < depth; ++k, a += kTileRows, b += kTileColumns) {
     Doubles line[kParts];
-    for (int part = 0; part < kParts; ++part) line[part] = *reinterpret_cast<const Memory*>(a + part * kWidth);
+    for (int part = 0; part < kParts; ++part) line[part] = lanes_at<Doubles>(a + part * kWidth).value;
     for (int column = 0; column < kTileColumns; ++column)
       for (int part = 0; part < kParts; ++part) sum[column][part] += line[part] * b[column];
   }
   if (rows == kTileRows && columns == kTileColumns) {
     for (int column = 0; column < kTileColumns; ++column)
       for (int part = 0; part < kParts; ++part)
-        *reinterpret_cast<Memory*>(c + column * stride + part * kWidth) -= sum[column][part];
+        lanes_at<Doubles>(c + column * stride + part * kWidth).value -= sum[column][part];
     return;
   }
   for (Eigen::Index column = 0; column < columns; ++column) {
@@ -122,13 +121,13 @@ void subtract_tiles(const double* a, const double* b, Eigen::Index depth, double
     for (int column = 0; column < kTileColumns; ++column) {
       const DoubleLanes factor = DoubleLanes{} + b[column];
       for (int strip = 0; strip < kStrips; ++strip) {
-        sum[strip][column] += lanes_at(lines + strip * depth * kTileRows) * factor;
+        sum[strip][column] += lanes_at<DoubleLanes>(lines + strip * depth * kTileRows).value * factor;
       }
     }
   }
   for (int column = 0; column < kTileColumns; ++column) {
     for (int strip = 0; strip < kStrips; ++strip) {
-      lanes_at(c + strip * kTileRows + column * stride) -= sum[strip][column];
+      lanes_at<DoubleLanes>(c + strip * kTileRows + column * stride).value -= sum[strip][column];
     }
   }
 }
@@ -254,7 +253,7 @@ void solve_column(const double* l, Eigen::Index stride, Eigen::Index n, double* 
     DoubleLanes lanes = {};
     Eigen::Index i = j + 1;
     for (; i + kDoubleLanes <= n; i += kDoubleLanes) {
-      lanes += lanes_at(column + i) * lanes_at(x + i);
+      lanes += lanes_at<DoubleLanes>(column + i).value * lanes_at<DoubleLanes>(x + i).value;
     }
     double sum = ((lanes[0] + lanes[1]) + (lanes[2] + lanes[3])) + ((lanes[4] + lanes[5]) + (lanes[6] + lanes[7]));
     for (; i < n; ++i) sum += column[i] * x[i];

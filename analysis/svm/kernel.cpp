@@ -11,20 +11,17 @@ namespace gyrotherm::svm {
 namespace {
 
 // Computes out_j = exp(scale Σ_k (x_jk − x_ik)²) for `count` samples. The values of input k for all samples begin at x
-// + k · stride. `Memory` are `Lanes` at any address.
-template <class Lanes, class Integers, class Memory, class Real>
+// + k · stride.
+template <class Lanes, class Integers, class Real>
 [[gnu::always_inline]] inline void make(const Real* x, Eigen::Index stride, Eigen::Index inputs, Eigen::Index i,
                                         Real scale, int count, Real* out) {
   constexpr int kLanes = sizeof(Lanes) / sizeof(Real);
-  const auto at = [](const Real* values) __attribute__((always_inline))->const Memory& {
-    return *reinterpret_cast<const Memory*>(values);
-  };
   for (int j = 0; j < count; j += 2 * kLanes) {
     Lanes sum = {}, next = {};
     for (Eigen::Index k = 0; k < inputs; ++k) {
       const Real* input = x + k * stride;
-      const Lanes apart = at(input + j) - input[i];
-      const Lanes apart_next = at(input + j + kLanes) - input[i];
+      const Lanes apart = lanes_at<Lanes>(input + j).value - input[i];
+      const Lanes apart_next = lanes_at<Lanes>(input + j + kLanes).value - input[i];
       sum += apart * apart;
       next += apart_next * apart_next;
     }
@@ -32,22 +29,20 @@ template <class Lanes, class Integers, class Memory, class Real>
     next *= scale;
     exponentiate<Real, Integers>(sum);
     exponentiate<Real, Integers>(next);
-    *reinterpret_cast<Memory*>(out + j) = sum;
-    *reinterpret_cast<Memory*>(out + j + kLanes) = next;
+    lanes_at<Lanes>(out + j).value = sum;
+    lanes_at<Lanes>(out + j + kLanes).value = next;
   }
 }
 
 template <class Registers>
 [[gnu::always_inline]] inline void make_floats(const float* x, Eigen::Index stride, Eigen::Index inputs, Eigen::Index i,
                                                float scale, int count, float* out) {
-  make<typename Registers::Floats, typename Registers::Indices, typename Registers::MemoryFloats>(x, stride, inputs, i,
-                                                                                                  scale, count, out);
+  make<typename Registers::Floats, typename Registers::Indices>(x, stride, inputs, i, scale, count, out);
 }
 template <class Registers>
 [[gnu::always_inline]] inline void make_doubles(const double* x, Eigen::Index stride, Eigen::Index inputs,
                                                 Eigen::Index i, double scale, int count, double* out) {
-  make<typename Registers::Doubles, typename Registers::Longs, typename Registers::MemoryDoubles>(x, stride, inputs, i,
-                                                                                                  scale, count, out);
+  make<typename Registers::Doubles, typename Registers::Longs>(x, stride, inputs, i, scale, count, out);
 }
 
 #if GYROTHERM_HAS_VERSIONS

@@ -27,57 +27,51 @@
 
 namespace gyrotherm::svm {
 
-/// One cache line of doubles, for arithmetic in whole lines. `Unaligned…` may be loaded from and stored to any address.
+/// One cache line of doubles, for arithmetic in whole lines.
 using DoubleLanes = double __attribute__((vector_size(64)));
-using UnalignedDoubleLanes = double __attribute__((vector_size(64), aligned(8), may_alias));
 using LongLanes = long long __attribute__((vector_size(64)));
 inline constexpr int kDoubleLanes = 8;
 
 /// One cache line of floats, and one of integers with the same number of lanes, for indices.
 using FloatLanes = float __attribute__((vector_size(64)));
-using UnalignedFloatLanes = float __attribute__((vector_size(64), aligned(4), may_alias));
 using IndexLanes = int __attribute__((vector_size(64)));
 inline constexpr int kFloatLanes = 16;
 
-/// Vectors of one register: 64, 32 or 16 bytes. A template gets the type for its arithmetic; `Memory…` may be loaded
-/// from and stored to any address.
+/// Vectors of one register: 64, 32 or 16 bytes. A template gets the type for its arithmetic.
 struct Registers64 {
   using Floats = FloatLanes;
   using Indices = IndexLanes;
-  using MemoryFloats = UnalignedFloatLanes;
   using Doubles = DoubleLanes;
   using Longs = LongLanes;
-  using MemoryDoubles = UnalignedDoubleLanes;
 };
 struct Registers32 {
   using Floats = float __attribute__((vector_size(32)));
   using Indices = int __attribute__((vector_size(32)));
-  using MemoryFloats = float __attribute__((vector_size(32), aligned(4), may_alias));
   using Doubles = double __attribute__((vector_size(32)));
   using Longs = long long __attribute__((vector_size(32)));
-  using MemoryDoubles = double __attribute__((vector_size(32), aligned(8), may_alias));
 };
 struct Registers16 {
   using Floats = float __attribute__((vector_size(16)));
   using Indices = int __attribute__((vector_size(16)));
-  using MemoryFloats = float __attribute__((vector_size(16), aligned(4), may_alias));
   using Doubles = double __attribute__((vector_size(16)));
   using Longs = long long __attribute__((vector_size(16)));
-  using MemoryDoubles = double __attribute__((vector_size(16), aligned(8), may_alias));
+};
+
+/// Lanes at any address. A vector type with the attribute `aligned` is not enough: Clang and template arguments drop
+/// it.
+template <class Lanes>
+struct [[gnu::packed, gnu::may_alias]] UnalignedLanes {
+  Lanes value;
 };
 
 /// Returns the lanes that begin at `values`.
-[[gnu::always_inline]] inline const UnalignedDoubleLanes& lanes_at(const double* values) {
-  return *reinterpret_cast<const UnalignedDoubleLanes*>(values);
+template <class Lanes, class Real>
+[[gnu::always_inline]] inline const UnalignedLanes<Lanes>& lanes_at(const Real* values) {
+  return *reinterpret_cast<const UnalignedLanes<Lanes>*>(values);
 }
-[[gnu::always_inline]] inline UnalignedDoubleLanes& lanes_at(double* values) {
-  return *reinterpret_cast<UnalignedDoubleLanes*>(values);
-}
-[[gnu::always_inline]] inline const UnalignedFloatLanes& lanes_at(const float* values) {
-  return *reinterpret_cast<const UnalignedFloatLanes*>(values);
-}
-[[gnu::always_inline]] inline UnalignedFloatLanes& lanes_at(float* values) {
-  return *reinterpret_cast<UnalignedFloatLanes*>(values);
+template <class Lanes, class Real>
+[[gnu::always_inline]] inline UnalignedLanes<Lanes>& lanes_at(Real* values) {
+  return *reinterpret_cast<UnalignedLanes<Lanes>*>(values);
 }
 
 /// Constants of exp in one precision. ln 2 is split in two parts; the last bits of the first are zero, so its product

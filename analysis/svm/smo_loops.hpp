@@ -87,7 +87,6 @@ template <class Registers>
 [[gnu::always_inline]] inline SmoSteepest move_points(SmoLines lines, const float* up, const float* down,
                                                       SmoStep step) {
   using Floats = typename Registers::Floats;
-  using Memory = typename Registers::MemoryFloats;
   constexpr int kWidth = sizeof(Floats) / sizeof(float);
   constexpr int kParts = kSmoLanes / kWidth;
   std::array<LargestLanes<Registers>, kParts> best;
@@ -96,14 +95,13 @@ template <class Registers>
   for (int i = 0; i < lines.count; i += kSmoLanes) {
     for (int part = 0; part < kParts; ++part) {
       const int k = i + part * kWidth;
-      auto& error = *reinterpret_cast<Memory*>(lines.h + k);
-      auto& along = *reinterpret_cast<Memory*>(lines.response + k);
-      const Floats change =
-          *reinterpret_cast<const Memory*>(up + k) - *reinterpret_cast<const Memory*>(down + k) + step.kept * along;
-      along = change;
-      const Floats changed = error - step.length * change;
-      error = changed;
-      best[part].take_better({changed - *reinterpret_cast<const Memory*>(lines.rise + k), at}, 0);
+      auto& error = lanes_at<Floats>(lines.h + k);
+      auto& along = lanes_at<Floats>(lines.response + k);
+      const Floats change = lanes_at<Floats>(up + k).value - lanes_at<Floats>(down + k).value + step.kept * along.value;
+      along.value = change;
+      const Floats changed = error.value - step.length * change;
+      error.value = changed;
+      best[part].take_better({changed - lanes_at<Floats>(lines.rise + k).value, at}, 0);
     }
     at += kSmoLanes;
   }
@@ -144,7 +142,6 @@ template <class Registers>
 [[gnu::always_inline]] inline SmoPartner find_partner(const float* row, const float* h, const float* fall, float u,
                                                       int count) {
   using Floats = typename Registers::Floats;
-  using Memory = typename Registers::MemoryFloats;
   constexpr int kWidth = sizeof(Floats) / sizeof(float);
   constexpr int kParts = kSmoLanes / kWidth;
   std::array<PartnerLanes<Registers>, kParts> best;
@@ -154,9 +151,9 @@ template <class Registers>
   for (int i = 0; i < count; i += kSmoLanes) {
     for (int part = 0; part < kParts; ++part) {
       const int k = i + part * kWidth;
-      const Floats v = *reinterpret_cast<const Memory*>(h + k) - *reinterpret_cast<const Memory*>(fall + k);
+      const Floats v = lanes_at<Floats>(h + k).value - lanes_at<Floats>(fall + k).value;
       const Floats slack = u - (v < highest ? v : highest);
-      best[part].take_better({slack * slack, 1.0F - *reinterpret_cast<const Memory*>(row + k), at, v}, 0);
+      best[part].take_better({slack * slack, 1.0F - lanes_at<Floats>(row + k).value, at, v}, 0);
     }
     at += kSmoLanes;
   }

@@ -98,6 +98,7 @@ TextProtocol espec() {
   static const Constants kConstants{{"TYPE?", "T,P-300,190.0"},
                                     {"ROM?", "JMIC -S1.00"},
                                     {"MODE?", "CONSTANT"},
+                                    {"MODE?,DETAIL", "CONSTANT"},
                                     {"MODE, CONSTANT", "OK:MODE,CONSTANT"},
                                     {"PRGM, END, CONST", "NA:CONT NOT READY-2"}};
   return {.name = "espec",

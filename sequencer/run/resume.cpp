@@ -10,6 +10,7 @@
 #include <random>
 #include <utility>
 
+#include "core/clock.hpp"
 #include "core/file.hpp"
 #include "core/sha256.hpp"
 #include "drivers/chamber/register_map.hpp"
@@ -421,6 +422,19 @@ InterruptedRun describe_interruption(const record::Record& record, const RunCont
   return interrupted;
 }
 
+/// Returns the reason why a finished run cannot be resumed.
+std::string finished_refusal(const record::Record& record) {
+  const auto is_stop = [](const record::RecordedEvent& recorded) {
+    return recorded.event.kind == EventKind::state && recorded.event.text.starts_with(name(RunState::stopped));
+  };
+  const auto stop = std::find_if(record.events.rbegin(), record.events.rend(), is_stop);
+  const bool was_stopped = !record.state.empty() && record.state.back() == RunState::stopped;
+  if (!was_stopped || stop == record.events.rend()) return "this run has finished; there is nothing to resume";
+  return fmt::format("this run was {}, at {}; a stop is final, so it cannot be resumed: start a new run. To go on "
+                     "later, end a run by Ctrl-C or pause it",
+                     stop->event.text, civil_time(stop->event.at.utc));
+}
+
 /// Returns the units that the run dropped, and those of empty positions.
 std::vector<std::string> find_absent_units(const record::Record& record) {
   auto units = find_dropped_units(record);
@@ -444,7 +458,7 @@ rig::RigStart plan_start(const record::Record& record, const RunContinuation& on
 
 Result<RunContinuation> plan_continuation(const record::Record& record, const std::string& path,
                                           const Downtime& downtime, std::uint64_t run) {
-  if (record.finished) return failure(FaultKind::usage, path, "this run has finished; there is nothing to resume");
+  if (record.finished) return failure(FaultKind::usage, path, finished_refusal(record));
   if (record.info.imported) return failure(FaultKind::usage, path, "an imported record cannot be resumed");
   auto rig = parse_recorded_rig(record.info, path);
   if (!rig) return failure(rig.error());

@@ -22,6 +22,43 @@ InterruptedRun interrupted_cold_soak() {
   return {.lowest = {-40}, .highest = {-40}, .air = Celsius{-39.9}, .down = std::chrono::seconds(30)};
 }
 
+/// Returns why a finished record with these states and events of the kind state cannot be resumed.
+std::string refusal_after(std::vector<RunState> states, const std::vector<std::string>& texts) {
+  record::Record record;
+  record.finished = true;
+  record.state = std::move(states);
+  std::int64_t number = 0;
+  for (const auto& text : texts) {
+    record::RecordedEvent recorded;
+    recorded.event = {.kind = EventKind::state, .text = text, .number = ++number};
+    recorded.event.at.utc = kVirtualEpoch + std::chrono::minutes(number);
+    record.events.push_back(std::move(recorded));
+  }
+  const auto planned = plan_continuation(record, "run.db", {}, 1);
+  return planned ? "it is resumed" : text(planned.error());
+}
+
+TEST(FinishedRun, NamesUserAndTimeOfStop) {
+  const auto why = refusal_after({RunState::execute, RunState::aborting, RunState::stopped},
+                                 {"held: paused by eve (uid 1)", "execute", "aborting: stopped by ada (uid 1000): smoke",
+                                  "stopped by ada (uid 1000): smoke"});
+  EXPECT_NE(why.find("this run was stopped by ada (uid 1000): smoke, at " +
+                     civil_time(kVirtualEpoch + std::chrono::minutes(4))),
+            std::string::npos)
+      << why;
+  EXPECT_NE(why.find("a stop is final"), std::string::npos) << why;
+  EXPECT_EQ(why.find("eve"), std::string::npos) << why;
+}
+
+TEST(FinishedRun, IsNotCalledStoppedWhenItCompleted) {
+  const std::string finished = "run.db: this run has finished; there is nothing to resume";
+  EXPECT_EQ(refusal_after({RunState::execute, RunState::complete}, {"complete"}), finished);
+  EXPECT_EQ(refusal_after({RunState::complete}, {"stopped by ada", "execute", "complete"}), finished)
+      << "a stop of an earlier time";
+  EXPECT_EQ(refusal_after({RunState::stopped}, {}), finished) << "a record without events";
+  EXPECT_EQ(refusal_after({}, {"stopped by ada"}), finished) << "a record without states";
+}
+
 Reentry way(const InterruptedRun& stood, double air_now) { return judge_reentry(stood, kMild, {air_now}).way; }
 
 TEST(ResumeRule, ContinuesAfterShortGapWithUnchangedAir) {

@@ -8,6 +8,7 @@
 
 #include "acquisition/record/alarms.hpp"
 #include "acquisition/record/status.hpp"
+#include "core/count_text.hpp"
 #include "core/process.hpp"
 #include "sequencer/profile/released_blocks.hpp"
 #include "sequencer/run/block_choice.hpp"
@@ -154,7 +155,7 @@ RunController::Acknowledged RunController::append_acknowledgements(const std::ve
       const auto stored = store_.append_event(
           acknowledgement_event(row, rig_.clock().now(), profile_position(profile_, state_).segment, who, comment));
       if (!stored) result.refusals.push_back(text(stored.error()));
-      result.count += stored ? 1 : 0;
+      (row.suppressed_by.empty() ? result.count : result.consequences) += stored ? 1 : 0;
     }
   };
   if (numbers.empty()) append(store_.alarms().unacknowledged());
@@ -168,14 +169,17 @@ RunController::Acknowledged RunController::append_acknowledgements(const std::ve
 
 control::ControlAnswer RunController::acknowledge(const std::vector<std::int64_t>& numbers, const std::string& who,
                                                   const std::string& comment) {
-  auto [count, refusals] = append_acknowledgements(numbers, who, comment);
+  auto [roots, consequences, refusals] = append_acknowledgements(numbers, who, comment);
+  const auto count = roots + consequences;
   if (count == 0 && refusals.empty()) refusals.emplace_back("all alarms are acknowledged");
   const auto why = fmt::format("{}", fmt::join(refusals, "; "));
   if (!refusals.empty())
     note(EventKind::command, fmt::format("{}: acknowledge {}, refused: {}", who,
                                          numbers.empty() ? "all" : fmt::format("{}", fmt::join(numbers, ",")), why));
   if (count == 0) return {.done = false, .text = why};
-  auto answer = count == 1 ? std::string("1 alarm is acknowledged") : fmt::format("{} alarms are acknowledged", count);
+  auto answer = roots > 0 ? format_count(roots, "alarm") : std::string();
+  if (consequences > 0) answer += (roots > 0 ? " and " : "") + format_count(consequences, "consequence");
+  answer += count == 1 ? " is acknowledged" : " are acknowledged";
   return {.done = true, .text = refusals.empty() ? std::move(answer) : fmt::format("{}; {}", answer, why)};
 }
 

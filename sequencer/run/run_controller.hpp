@@ -137,7 +137,8 @@ class RunController {
                                                           const std::string& who, const std::string& reason);
   void note_ended_shelvings();
   struct Acknowledged {
-    std::size_t count{};
+    /// Alarms that are no consequences, and their consequences.
+    std::size_t count{}, consequences{};
     /// One per refused number.
     std::vector<std::string> refusals{};
   };

@@ -75,9 +75,16 @@ class AlarmFlood : public testing::Test {
     EXPECT_GT(events, 20) << "this is a flood";
   }
   void expect_one_acknowledgement() {
-    EXPECT_TRUE(bench_.run_controller()
-                    .carry_out(*control::make_request("acknowledge", "all the cable was replaced"), "ada (uid 1000)")
-                    .done);
+    std::int64_t roots = 0, consequences = 0;
+    for (const auto& alarm : bench_.record().alarms().unacknowledged())
+      ++(alarm.suppressed_by.empty() ? roots : consequences);
+    const auto answer = bench_.run_controller().carry_out(
+        *control::make_request("acknowledge", "all the cable was replaced"), "ada (uid 1000)");
+    EXPECT_TRUE(answer.done);
+    EXPECT_EQ(roots, 1);
+    EXPECT_TRUE(answer.text.starts_with("1 alarm")) << answer.text;
+    EXPECT_EQ(answer.text.find(fmt::format("and {} consequence", consequences)) != std::string::npos, consequences > 0)
+        << answer.text;
     EXPECT_EQ(record::count_unacknowledged(bench_.record().alarms().list()), 0u);
     EXPECT_EQ(bench_.record().alarms().count().unacknowledged, 0);
     seconds(120);

@@ -72,6 +72,7 @@ WebAnswer status_answer(const FoundRun& run) {
   json["units"] = units_as_json(run);
   json["check_standard"] = run.standard.has_value();
   json["order_number"] = run.info ? run.info->order_number : "";
+  json["observe_s"] = to_seconds(run.safe_observe);
   return {.body = json_text(json)};
 }
 
@@ -135,8 +136,10 @@ WebAnswer RunAnswers::answer_stream(const FoundRun& run, const RequestHead& head
   const auto last = head.header("last-event-id");
   const auto slot = parse_integer(last.empty() ? head.parameter("after") : last, run.status.slot);
   const auto event = parse_integer(head.parameter("event"), -1);
+  const auto samples = head.parameter("samples");
   if (!slot || !event)
     return refusal(400, "expected a slot for Last-Event-ID or \"after\", and the number of an event for \"event\"");
+  if (!samples.empty() && samples != "latest") return refusal(400, "expected \"latest\" for \"samples\"");
   auto watch = std::make_shared<RunFeed::Watch>(feed_, run.key);
   if (feed_.watchers() > kMaxWatchers) {
     auto full = refusal(503, "too many watchers; retry in 10 s");
@@ -145,7 +148,7 @@ WebAnswer RunAnswers::answer_stream(const FoundRun& run, const RequestHead& head
   }
   WebAnswer answer{.type = "text/event-stream"};
   answer.headers.emplace_back("X-Accel-Buffering", "no");
-  answer.stream = [watch, position = FeedPosition{.slot = *slot, .event = *event}, stopping = is_stopping_,
+  answer.stream = [watch, position = FeedPosition{.slot = *slot, .event = *event, .skips_old_samples = !samples.empty()}, stopping = is_stopping_,
                    has_access = std::move(has_access)](const Send& send) mutable {
     if (!send("retry: 1000\n\n")) return false;
     auto checked = since_boot(), sent = checked;

@@ -41,6 +41,8 @@ struct FoundRun {
   /// What happens to the chamber after a stop and after an abort, such as "the chamber holds its present set point".
   std::string chamber_after_stop;
   std::string chamber_after_abort;
+  /// Time for which the air of a chamber that is made safe is watched.
+  Duration safe_observe{};
   /// History of check runs of the rig; empty if the rig has no check standard.
   std::optional<StandardSource> standard{};
 

@@ -62,6 +62,19 @@ std::string format_message(const char* kind, const std::string& data, std::int64
   return fmt::format("event: {}\n{}data: {}\n\n", kind, line, data);
 }
 
+/// Returns the last slot in the files that can be read now. The live copy of a fast run ends before its status.
+std::optional<std::int64_t> read_newest_slot(const FoundRun& run) {
+  std::optional<std::int64_t> newest;
+  const auto files = record::find_source_files(run.path, run.is_running());
+  if (!files) return newest;
+  const auto read = record::each_row(*files, {.what = "slot", .table = "(SELECT max(slot) AS slot FROM sample)"},
+                                     [&](const record::Statement& row) {
+                                       if (!row.null(0)) newest = std::max(newest.value_or(-1), row.integer(0));
+                                       return true;
+                                     });
+  return read ? newest : std::nullopt;
+}
+
 }  // namespace
 
 Result<std::vector<FeedRow>> read_samples_after(const FoundRun& run, std::int64_t slot, std::int64_t max_rows) {
@@ -133,12 +146,15 @@ std::string RunFeed::Watch::wait_for_messages(FeedPosition& position, Duration t
     };
     if (!feed_.changed_.wait_for(lock, timeout, is_new) || feed_.stopped_) return text;
     const auto& run = feed_.runs_[key_];
-    if (run.id != position.run && !position.run.empty()) position = {};
+    if (run.id != position.run && !position.run.empty())
+      position = {.skips_old_samples = position.skips_old_samples};
     position.run = run.id;
     if (run.status_version != position.status_version) {
       text += format_message("status", run.status, -1);
       position.status_version = run.status_version;
     }
+    if (position.skips_old_samples && !run.samples.empty())
+      position.slot = std::max(position.slot, run.samples.front().number - 1);
     if (has_all_after(run, position)) return text + next_messages(run, position);
   }
   text += feed_.read_older_messages(key_, position);
@@ -222,16 +238,21 @@ std::optional<RunFeed::ReadPosition> RunFeed::update_status(const FoundRun& foun
   return run.read;
 }
 
-/// Reads the rows after a position. The first read returns only the last rows, because a watcher reads older ones
-/// itself. Returns nothing if no rows can follow, or if the record cannot be read now.
+/// Reads the rows after a position. The first read, and a read far behind the run, return only the last rows, because a
+/// watcher reads older ones itself. Returns nothing if no rows can follow, or if the record cannot be read now.
 std::optional<RunFeed::NewRows> RunFeed::read_new_rows(const FoundRun& found, const ReadPosition& position) {
   const bool has_ended = !found.is_running();
   if (position.is_complete && has_ended && found.status.slot <= position.slot) return std::nullopt;
-  const auto first_slot = std::max<std::int64_t>(-1, found.status.slot - static_cast<std::int64_t>(kRowsInMemory) / 2);
-  auto samples = read_samples_after(found, position.has_begun ? position.slot : first_slot, kMaxRowsPerRead);
+  const bool is_behind =
+      !position.has_begun || found.status.slot - position.slot > static_cast<std::int64_t>(kRowsInMemory);
+  const auto newest = is_behind ? read_newest_slot(found) : std::nullopt;
+  const auto first_slot =
+      std::max(position.slot, newest.value_or(found.status.slot) - static_cast<std::int64_t>(kRowsInMemory) / 2);
+  auto samples = read_samples_after(found, first_slot, kMaxRowsPerRead);
   auto events = read_events_after(found, position.event, kMaxRowsPerRead);
   if (!samples || !events) return std::nullopt;
-  return NewRows{.samples = std::move(*samples), .events = std::move(*events), .has_run_ended = has_ended};
+  return NewRows{.samples = std::move(*samples), .events = std::move(*events), .has_run_ended = has_ended,
+                 .has_skipped = first_slot > position.slot};
 }
 
 /// Stores the last rows of a run in memory and wakes its watchers.
@@ -251,6 +272,7 @@ void RunFeed::add_new_rows(const std::string& key, NewRows rows) {
     }
     while (memory.size() > kRowsInMemory) memory.pop_front();
   };
+  if (rows.has_skipped && !rows.samples.empty()) run.samples.clear();
   keep(rows.samples, run.samples, run.read.slot);
   keep(rows.events, run.events, run.read.event);
   changed_.notify_all();

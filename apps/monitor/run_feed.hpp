@@ -26,6 +26,8 @@ struct FeedPosition {
   std::int64_t status_version{-1};
   /// Id of the run. If the record of another run replaces it, the feed restarts.
   std::string run{};
+  /// The watcher does not need samples that are no longer in memory.
+  bool skips_old_samples{};
 };
 
 /// A sample or an event as one line of JSON. The values of a sample are in the order of series_channels(); null for a
@@ -95,6 +97,8 @@ class RunFeed {
   struct NewRows {
     std::vector<FeedRow> samples, events;
     bool has_run_ended{};
+    /// The samples begin after the position: the run is too fast to be read completely.
+    bool has_skipped{};
   };
   [[nodiscard]] std::optional<ReadPosition> update_status(const FoundRun& found);
   [[nodiscard]] static std::optional<NewRows> read_new_rows(const FoundRun& found, const ReadPosition& position);

@@ -238,6 +238,36 @@ TEST(RunFeed, RestartsWhenRecordIsReplaced) {
   }
 }
 
+/// Covers a run that grows faster than the feed reads it.
+TEST(RunFeed, OmitsOldSamplesForWatcherOfPresentValues) {
+  const std::string id(32, 'a');
+  const tests::TestFolder folder, elsewhere;
+  write_noted_run(folder / "run.db", id, 100);
+  write_noted_run(elsewhere / "run.db", id, 2000);
+  RunCatalogue catalogue({folder / ""});
+  catalogue.scan();
+  RunFeed feed(catalogue);
+  const auto key = catalogue.runs().front().key;
+  RunFeed::Watch watch(feed, key), patient(feed, key);
+  FeedPosition position{.skips_old_samples = true}, all_positions;
+  EXPECT_EQ(slots_in(told_to(watch, feed, position)).size(), 100u);
+  auto all = slots_in(told_to(patient, feed, all_positions));
+  std::filesystem::rename(elsewhere / "run.db", folder / "run.db");
+  catalogue.scan();
+  feed.read();
+  const auto first = slots_in(watch.wait_for_messages(position, 1ms));
+  ASSERT_FALSE(first.empty());
+  EXPECT_GT(first.front(), 1700) << "the present values, in the first answer";
+  EXPECT_EQ(first.back(), 1999);
+  EXPECT_EQ(first.size(), static_cast<std::size_t>(1999 - first.front() + 1)) << "without gaps";
+  EXPECT_TRUE(slots_in(told_to(watch, feed, position)).empty()) << "each once";
+  const auto rest = slots_in(told_to(patient, feed, all_positions));
+  all.insert(all.end(), rest.begin(), rest.end());
+  std::vector<int> every(2000);
+  std::iota(every.begin(), every.end(), 0);
+  EXPECT_EQ(all, every) << "every sample for another watcher";
+}
+
 /// Writes the status file of a program that has been silent since `ago`, without a readable record.
 void leave_status(const std::string& path, Duration ago) {
   record::RunStatus status;

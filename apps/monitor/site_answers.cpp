@@ -45,6 +45,12 @@ bool is_below(std::string_view path, std::string_view top) {
 constexpr Duration kAnswerTimeout = std::chrono::seconds(5);
 constexpr std::array kCommands{"pause", "resume", "stop", "abort", "note", "acknowledge", "shelve", "unshelve"};
 
+constexpr const char* kStopNote =
+    "A stop is final: the run cannot be resumed. To interrupt the run and go on later, pause it, or press Ctrl-C in its "
+    "terminal and run gyrotherm resume.";
+constexpr const char* kAbortNote =
+    "After an abort, the run can go on only by gyrotherm resume with --accept, when a person has checked the chamber.";
+
 bool is_ending_command(const std::string& verb) { return verb == "stop" || verb == "abort"; }
 
 /// Makes the request that `gyrotherm tell` would send.
@@ -67,7 +73,8 @@ WebAnswer RunControl::request_confirmation(const Sender& sender, const FoundRun&
   return {.status = 409,
           .body = json_text(
               Json{{"confirm", confirmations_.issue_token(sender.name(), run.key, verb)},
-                   {"question", fmt::format("{} done, {} left. The run ends and {}. Sure?", done, left, chamber)},
+                   {"question", fmt::format("{} done, {} left. The run ends and {}. {}", done, left, chamber,
+                                            verb == "abort" ? kAbortNote : kStopNote)},
                    {"elapsed_s", std::max<std::int64_t>(run.status.slot, 0)},
                    {"left_s", overview.time_left ? Json(to_seconds(*overview.time_left)) : Json(nullptr)}})};
 }

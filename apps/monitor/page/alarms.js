@@ -4,7 +4,7 @@
 'use strict';
 
 function alarm_times(alarm) {
-  const at = ns => format_time(ns / 1e6, true);
+  const at = ns => format_time(ns / 1e6, true, true);
   const count = alarm.count || 1;
   return [
     count > 1 ? `${count} times: first ${at(alarm.first_utc_ns)}, last ${at(alarm.utc_ns)}` : at(alarm.utc_ns),
@@ -51,7 +51,7 @@ function make_shelving_part(run) {
   function update(alarm, may_shelve) {
     const is_shelved = Boolean(alarm.shelved_by);
     shown = alarm;
-    const end = is_shelved ? format_time(alarm.shelved_until_utc_ns / 1e6, true) : '';
+    const end = is_shelved ? format_time(alarm.shelved_until_utc_ns / 1e6, true, true) : '';
     set_text(until, is_shelved ? `Shelved until ${end} by ${alarm.shelved_by}: ${alarm.shelving_reason}` : '');
     until.hidden = !is_shelved;
     details.hidden = is_shelved || !may_shelve;
@@ -135,6 +135,7 @@ function make_alarm_list(run) {
     comment = make_element('input', {id: 'alarm-comment', maxlength: 500, required: true, autocomplete: 'off'}),
     selected_button = make_element('button', {value: 'selected'}),
     all_button = make_element('button', {value: 'all'}),
+    result = make_element('p', {class: 'note', id: 'acknowledge-result'}),
     error = make_element('p', {class: 'error', role: 'alert'});
   const open_rows = () => [...rows.values()].filter(row => !row.alarm.acknowledged);
   const update_buttons = () => {
@@ -163,6 +164,10 @@ function make_alarm_list(run) {
     set_text(error, response.ok ? '' : response.json.error);
     if (!response.ok) return;
     announce(response.json.done);
+    // The response describes only the last of several requests.
+    const is_complete = numbers.length <= control.kMaxAlarmsPerRequest;
+    const all_done = `${numbers.length} alarms and their consequences are acknowledged`;
+    set_text(result, is_complete ? response.json.done : all_done);
     for (const row of selected) row.box.checked = false;
     if (comment.value === sent_comment) comment.value = '';
   });
@@ -186,5 +191,5 @@ function make_alarm_list(run) {
     form.hidden = !page.session.may_control || !run.status.running;
     update_buttons();
   }
-  return {element: make_element('div', {}, summary, form, error, empty_note, list, shelved_group), refresh};
+  return {element: make_element('div', {}, summary, form, result, error, empty_note, list, shelved_group), refresh};
 }

@@ -53,16 +53,19 @@ const chart = (() => {
       .trim();
   }
 
-  /// Converts buckets to rows of dygraphs: the time, and the minimum, centre and maximum of each channel.
-  function make_rows(series, started_ms) {
-    const rows = [],
+  /// Converts buckets to rows of dygraphs: the time, and the minimum, centre and maximum of each channel. The set point
+  /// of the profile has no value while the profile does not command the chamber.
+  function make_rows(series, started_ms, events) {
+    const intervals = intervals_after_profile(events),
+      rows = [],
       no_value = [NaN, NaN, NaN];
     for (let i = 0; i < series.count; ++i) {
       const row = [new Date(started_ms + 1000 * (series.from + i * series.step))];
       for (const channel of series.channels) {
         const low = channel.low[i],
-          high = channel.high ? channel.high[i] : low;
-        row.push(low === null ? no_value : [low, (low + high) / 2, high]);
+          high = channel.high ? channel.high[i] : low,
+          is_idle = channel.name === 'set_point_c' && is_in_interval(series.from + i * series.step, intervals);
+        row.push(low === null || is_idle ? no_value : [low, (low + high) / 2, high]);
       }
       rows.push(row);
     }
@@ -82,7 +85,7 @@ const chart = (() => {
     value_indices.forEach((value_index, i) => {
       const value = sample.values[value_index],
         old = rows[bucket][i + 1];
-      if (value === null) return;
+      if (value === null || value === undefined) return;
       const low = Number.isNaN(old[0]) ? value : Math.min(old[0], value),
         high = Number.isNaN(old[2]) ? value : Math.max(old[2], value);
       rows[bucket][i + 1] = [low, (low + high) / 2, high];
@@ -336,7 +339,8 @@ const chart = (() => {
       set_text(
         caption,
         series.channels.map(channel => channel_label(channel.name)).join(', ') +
-          `: ${format_time(started_ms + 1000 * from, true)} to ${format_time(started_ms + 1000 * to, true)}, ` +
+          `: ${format_time(started_ms + 1000 * from, true, true)} to ` +
+          `${format_time(started_ms + 1000 * to, true, true)}, ` +
           (series.step === 1 ? 'every second' : `minimum and maximum of each ${format_duration(series.step)}`) +
           (is_following() && run.status.running ? ', live' : '') +
           '.'
@@ -364,7 +368,7 @@ const chart = (() => {
         graph = null;
       }
       series = response.json;
-      rows = shown.rows = make_rows(series, started_ms);
+      rows = shown.rows = make_rows(series, started_ms, run.events);
       if (is_following()) run.recent_samples.forEach(add);
       loaded_ms = performance.now();
       if (rows.length === 0) return set_text(caption, 'No data in this interval.');
@@ -372,7 +376,10 @@ const chart = (() => {
     }
 
     function add(sample) {
-      const value_indices = series.channels.map(channel => names.indexOf(channel.name));
+      const is_idle = ['aborting', 'aborted', 'stopped'].includes(sample.state),
+        value_indices = series.channels.map(channel =>
+          channel.name === 'set_point_c' && is_idle ? -1 : names.indexOf(channel.name)
+        );
       add_sample(rows, series, sample, value_indices, started_ms);
     }
 
@@ -411,6 +418,9 @@ const chart = (() => {
     return {
       name: 'trend',
       on_sample,
+      on_skip: () => {
+        if (is_following() && performance.now() - loaded_ms > 1000) load();
+      },
       on_event: () => {
         if (graph) graph.setAnnotations(make_marks(run.events, series, series.channels[0].name, started_ms));
       },

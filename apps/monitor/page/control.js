@@ -145,11 +145,11 @@ const control = (() => {
     const bar = document.getElementById('control');
     if (!bar) return;
     const is_held = run.status.running && run.status.state === 'held',
-      has_ended = !run.status.running || ['aborting', 'aborted', 'stopped', 'complete'].includes(run.status.state);
+      has_ended = !run.status.running || has_left_profile(run.status) || run.status.state === 'complete';
     document.getElementById('command-pause').disabled = is_held || has_ended;
     document.getElementById('command-resume').disabled = !is_held;
     document.getElementById('command-stop').disabled = has_ended;
-    document.getElementById('command-abort').disabled = !run.status.running;
+    document.getElementById('command-abort').disabled = has_ended && !(run.status.running && is_stopping(run.status));
   }
 
   function note_form(run) {
@@ -194,5 +194,14 @@ const control = (() => {
     return post(`/api/v1/runs/${run.key}/${verb}`, {alarm: String(number), ...body});
   }
 
-  return {login_view, log_out, command_bar, update_command_bar, note_form, acknowledge, send_to_alarm};
+  return {
+    login_view,
+    log_out,
+    command_bar,
+    update_command_bar,
+    note_form,
+    acknowledge,
+    send_to_alarm,
+    kMaxAlarmsPerRequest,
+  };
 })();

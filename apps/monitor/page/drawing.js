@@ -18,6 +18,7 @@ const drawing = (() => {
     if (
       !run.plan ||
       !status.running ||
+      has_left_profile(status) ||
       status.time_left_s === null ||
       status.time_left_s === undefined ||
       set_point === null
@@ -50,8 +51,11 @@ const drawing = (() => {
       drawn_ms = -Infinity;
     async function load(slot) {
       loaded_slot = slot;
+      const names = ['set_point_c', 'chamber_air_c', 'chamber_set_point_c'].filter(name =>
+        run.channels.some(channel => channel.name === name)
+      );
       const response = await request_json(
-        `/api/v1/runs/${run.key}/series?channels=set_point_c,chamber_air_c&from=0&to=${slot}&buckets=400`
+        `/api/v1/runs/${run.key}/series?channels=${names.join()}&from=0&to=${slot}&buckets=400`
       );
       if (is_closed || !response.ok) return;
       past = response.json;
@@ -69,19 +73,23 @@ const drawing = (() => {
     }
 
     function refresh() {
-      const slot = Math.max(0, run.sample ? run.sample.slot : run.status.slot),
+      const slot = Math.max(0, present_sample(run)?.slot ?? run.status.slot),
         now = performance.now();
       if (loaded_slot < 0 || slot - loaded_slot > Math.max(20, slot / 400)) {
         if (now - drawn_ms > 1000 || loaded_slot < 0) load(slot);
       }
       if (!past || now - drawn_ms < 900) return;
       drawn_ms = now;
-      const set_point = run.sample ? run.sample.values[0] : run.status.set_point_c;
-      const [done, air] = past.channels.map(channel =>
+      const set_point = present_set_point(run),
+        intervals = intervals_after_profile(run.events);
+      const [profile, air, chamber] = past.channels.map(channel =>
         channel.low.map((value, i) => [
           past.from + i * past.step,
           value === null ? null : (value + (channel.high || channel.low)[i]) / 2,
         ])
+      );
+      const done = profile.map(([t, value], i) =>
+        is_in_interval(t, intervals) ? [t, chamber ? chamber[i][1] : null] : [t, value]
       );
       const remaining = remaining_path(run, slot, set_point),
         all = [...done, ...air, ...remaining].filter(point => point[1] !== null);
@@ -129,7 +137,7 @@ const drawing = (() => {
       picture.append(make_svg('text', {x: 4, y: top + 2}, '°C'));
       const pairs = done
         .map((point, i) => [point[0], point[1], air[i] ? air[i][1] : null])
-        .filter(point => point[1] !== null && point[2] !== null);
+        .filter(point => point[1] !== null && point[2] !== null && !is_in_interval(point[0], intervals));
       const kMinColouredK = 0.5;
       let area = '';
       for (let i = 1; i < pairs.length; ++i) {

@@ -4,6 +4,9 @@
 // alarms.js the list of alarms, standard.js the view of the check standard, and site.js the view of the site.
 'use strict';
 
+// Longest gap between samples in s after which a chart is not requested again.
+const kLongestSmallGapS = 60;
+
 const page = {
   session: {may_look: false, may_control: false, name: null},
   // The shown run, as created by load_run().
@@ -39,7 +42,7 @@ function open_stream() {
     // Without a sample, starts one slot earlier, so the monitor sends the last sample immediately.
     after = run.sample ? run.sample.slot : Math.max(-1, run.status.slot - 1);
   const source = (page.event_source = new EventSource(
-    `/api/v1/runs/${run.key}/events-stream?after=${after}&event=${run.last_event_number}`
+    `/api/v1/runs/${run.key}/events-stream?after=${after}&event=${run.last_event_number}&samples=latest`
   ));
   source.addEventListener('open', () => show_notice(''));
   source.addEventListener('status', message => handle_status(JSON.parse(message.data)));
@@ -84,10 +87,14 @@ function handle_status(status) {
 function handle_sample(sample) {
   const run = page.run;
   if (run.sample && sample.slot <= run.sample.slot) return;
+  // Samples are omitted if the run is faster than the stream.
+  const has_skipped = run.sample && sample.slot > run.sample.slot + kLongestSmallGapS;
   run.sample = sample;
+  if (has_skipped) run.recent_samples = [];
   run.recent_samples.push(sample);
   if (run.recent_samples.length > 300) run.recent_samples.shift();
   run.sample_received_ms = performance.now();
+  if (has_skipped && page.view.on_skip) page.view.on_skip();
   if (page.view.on_sample) page.view.on_sample(sample);
 }
 

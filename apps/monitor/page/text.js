@@ -84,12 +84,12 @@ function format_round_duration(seconds) {
 }
 
 /// Formats a time, ms UTC, in the browser's time zone: with the date and without seconds, or with seconds only. The date
-/// contains the year unless it is the present one.
-function format_time(ms, with_date) {
+/// contains the year unless it is the present one. `with_seconds` adds the seconds to a date.
+function format_time(ms, with_date, with_seconds) {
   if (ms === null || ms === undefined) return '–';
   const format = {hour: '2-digit', minute: '2-digit', hour12: false};
   if (with_date) Object.assign(format, {weekday: 'short', day: 'numeric', month: 'short'});
-  else format.second = '2-digit';
+  if (!with_date || with_seconds) format.second = '2-digit';
   if (with_date && new Date(ms).getFullYear() !== new Date().getFullYear()) format.year = 'numeric';
   return new Date(ms).toLocaleString('en-GB', format);
 }
@@ -153,6 +153,11 @@ function unacknowledged_alarms(status) {
   return (status.alarms || []).filter(alarm => !alarm.acknowledged && !alarm.suppressed_by);
 }
 
+/// Returns the interlock and the subject of an event: "channel_lost thermometer 1".
+function subject_tag(event) {
+  return event.channel ? `${event.interlock} ${event.channel}` : event.interlock;
+}
+
 function alarm_tag(alarm) {
   return alarm.subject ? `${alarm.interlock} ${alarm.subject}` : alarm.interlock;
 }
@@ -164,7 +169,63 @@ function alarm_summary(status) {
   if (open.length === 0) return '';
   const states = [active && `${active} active`, active < open.length && `${open.length - active} returned`];
   const noun = open.length === 1 ? 'alarm' : 'alarms';
-  return `${open.length} unacknowledged ${noun}: ${states.filter(Boolean).join(', ')}`;
+  const consequences = (status.alarms || []).filter(alarm => !alarm.acknowledged && alarm.suppressed_by).length,
+    plural = consequences === 1 ? 'consequence' : 'consequences';
+  return (
+    `${open.length} unacknowledged ${noun}: ${states.filter(Boolean).join(', ')}` +
+    (consequences > 0 ? `, with ${consequences} ${plural} that are acknowledged together with them` : '')
+  );
+}
+
+/// Returns whether the chamber is being made safe because an operator has stopped the run.
+function is_stopping(status) {
+  return status.state === 'aborting' && (status.cause || '').startsWith('stopped by ');
+}
+
+/// Returns whether the profile no longer commands the chamber: its set point is not the profile's.
+function has_left_profile(status) {
+  return ['aborting', 'aborted', 'stopped'].includes(status.state);
+}
+
+/// Returns the intervals in which the profile did not command the chamber, as [first slot, last slot].
+function intervals_after_profile(events) {
+  const intervals = [];
+  let first = null;
+  for (const event of events) {
+    const ends = event.kind === 'state' && /^(aborting|aborted|stopped)/.test(event.text),
+      continues = event.kind === 'resumed' || (event.kind === 'state' && !ends);
+    if (ends && first === null) first = event.slot;
+    if (!continues || first === null) continue;
+    intervals.push([first, event.slot - 1]);
+    first = null;
+  }
+  return first === null ? intervals : [...intervals, [first, Infinity]];
+}
+
+function is_in_interval(slot, intervals) {
+  return intervals.some(([first, last]) => slot >= first && slot <= last);
+}
+
+/// Returns the sample to show, or null if the status is newer: a fast run ends before its last samples arrive.
+function present_sample(run) {
+  const is_old = !run.status.running && run.sample && run.sample.slot < run.status.slot;
+  return is_old ? null : run.sample;
+}
+
+/// Returns the set point to show: the profile's, or the chamber's own while the profile does not command the chamber.
+function present_set_point(run) {
+  const sample = present_sample(run);
+  if (!has_left_profile(run.status)) return sample ? sample.values[0] : run.status.set_point_c;
+  const i = run.channels.findIndex(channel => channel.name === 'chamber_set_point_c');
+  return (sample && i >= 0 ? sample.values[i] : run.status.chamber_set_point_c) ?? null;
+}
+
+/// Returns until when the air of a chamber that is being made safe is watched, ms UTC, or null if it is not.
+function watched_until_ms(run) {
+  const {running, state, observe_s} = run.status;
+  if (!running || state !== 'aborting' || !observe_s) return null;
+  const began = run.events.findLast(event => event.kind === 'state');
+  return began && began.utc_ms > 0 ? began.utc_ms + 1000 * observe_s : null;
 }
 
 /// Returns a key of kStates.
@@ -172,7 +233,7 @@ function display_state(status) {
   if (status.trouble) return 'unknown';
   if (status.silent) return 'silent';
   if (status.imported) return 'imported';
-  if (status.running) return status.state;
+  if (status.running) return is_stopping(status) ? 'stopping' : status.state;
   if (['aborted', 'stopped'].includes(status.state)) return status.state;
   // No program executes the run any more, so its last state no longer applies.
   return status.finished ? 'complete' : 'interrupted';
@@ -183,6 +244,7 @@ const kStates = {
   suspended: 'Suspended',
   held: 'Held',
   aborting: 'Aborting',
+  stopping: 'Stopping',
   aborted: 'Aborted',
   stopped: 'Stopped',
   complete: 'Complete',

@@ -118,6 +118,7 @@ views.now = content => {
         make_element('h2', {id: 'now-state', class: 'unseen'}, 'State'),
         parts.state,
         parts.cause,
+        (parts.watched = make_element('p', {class: 'cause'})),
         parts.alarms,
         parts.troubles,
         make_element(
@@ -196,6 +197,7 @@ views.now = content => {
     parts.channels.append(make_element('li', {}, name, value));
     return {channel, value};
   });
+  parts.set_point_label = parts.set_point.previousElementSibling;
   const profile_drawing = drawing.draw_profile(parts.drawing, run, 220);
   const update_age = () => {
     const age_s = sample_age_s(run, performance.now());
@@ -206,7 +208,7 @@ views.now = content => {
   const refresh = () => {
     const status = run.status,
       state = display_state(status),
-      sample = run.sample;
+      sample = present_sample(run);
     parts.state.className = 'state ' + state;
     set_text(parts.state, kStates[state] || state);
     set_text(parts.cause, display_cause(status));
@@ -233,7 +235,15 @@ views.now = content => {
     update_children(parts.rates, rates.map(rate_row));
     update_children(parts.troubles, recording_problems(status).map(text => make_element('p', {class: 'error'}, text)));
     const air = sample ? sample.values[1] : status.chamber_air_c,
-      set_point = sample ? sample.values[0] : status.set_point_c;
+      set_point = present_set_point(run),
+      has_left = has_left_profile(status),
+      watched_ms = watched_until_ms(run);
+    set_text(parts.set_point_label, has_left ? 'Chamber set point' : 'Set point');
+    set_text(
+      parts.watched,
+      watched_ms === null ? '' : `The air is watched until ${format_time(watched_ms)} at least.`
+    );
+    for (const name of ['time_left', 'end', 'behind']) parts[name].parentElement.hidden = has_left;
     set_text(parts.air, format_with_unit(air, '°C'));
     set_text(parts.set_point, format_with_unit(set_point, '°C'));
     set_text(
@@ -257,9 +267,10 @@ views.now = content => {
             `(${status.phase}${elapsed})`
         : ''
     );
-    if (sample)
+    const shown = sample || (run.sample && {values: run.sample.values.map(() => undefined)});
+    if (shown)
       parts.values.forEach(({channel, value}, i) => {
-        const present = sample.values[i + 1];
+        const present = shown.values[i + 1];
         set_text(value, present === null ? 'fault' : format_with_unit(present, channel.unit));
         value.className = present === null ? 'value fault' : 'value';
       });
@@ -295,7 +306,8 @@ views.profile = content => {
       make_element(
         'p',
         {class: 'note'},
-        'Solid: past set point; dashed: planned set point; red: deviation of the air from the set point.'
+        'Solid: past set point; dashed: planned set point; red: deviation of the air from the set point. After a stop or ' +
+          'an abort, the solid line is the set point that the chamber reports.'
       )
     ),
     make_element(
@@ -305,7 +317,7 @@ views.profile = content => {
     )
   );
   const rows = run.plan.segments.map((segment, i) => {
-    const began = first_slots.has(i) ? format_time(run.status.started_ms + 1000 * first_slots.get(i), true) : '–';
+    const began = first_slots.has(i) ? format_time(run.status.started_ms + 1000 * first_slots.get(i), true, true) : '–';
     const row = table_row(
       kSegmentColumns,
       String(i + 1),
@@ -349,10 +361,10 @@ views.events = content => {
     const badge = make_element('span', {class: 'badge ' + (event.kind === 'interlock' ? 'alarm' : '')}, event.kind);
     return table_row(
       kEventColumns,
-      event.utc_ms > 0 ? format_time(event.utc_ms, true) : '–',
+      event.utc_ms > 0 ? format_time(event.utc_ms, true, true) : '–',
       format_duration(Math.max(0, event.slot)),
       badge,
-      [event.interlock ? `${event.interlock}: ` : '', event.text]
+      [event.interlock && !event.text.startsWith(event.interlock) ? `${subject_tag(event)}: ` : '', event.text]
     );
   };
   const fill = () => {
@@ -421,7 +433,8 @@ views.alarms = content => {
       history
     )
   );
-  const make_entry = event => make_element('li', {}, `${format_time(event.utc_ms, true)}: ${event.text}`);
+  const named = event => (event.interlock ? `${subject_tag(event)}: ${event.text}` : event.text);
+  const make_entry = event => make_element('li', {}, `${format_time(event.utc_ms, true, true)}: ${named(event)}`);
   const refresh = () => {
     list.refresh();
     const concerns_alarm = event =>
@@ -624,7 +637,9 @@ views.rigs = content => {
           'dl',
           {class: 'facts'},
           fact('Air', format_with_unit(run.chamber_air_c, '°C')),
-          fact('Set point', format_with_unit(run.set_point_c, '°C')),
+          has_left_profile(run)
+            ? fact('Chamber set point', format_with_unit(run.chamber_set_point_c ?? null, '°C'))
+            : fact('Set point', format_with_unit(run.set_point_c, '°C')),
           fact('Time left', format_duration(time_left_s(run))),
           fact('Ends', format_time(expected_end_ms(run, null), true))
         ),

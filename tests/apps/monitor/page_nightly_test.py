@@ -49,6 +49,7 @@ class Page(WatchedRun):
     def begin(cls) -> None:
         monitor_command(cls.folder, "user", "add", "ada", "--role", "operator", password=PASSWORD)
         (cls.folder / "up.toml").write_text(PROFILE)
+        os.environ["GYROTHERM_TEST_OBSERVE"] = "60 s"
         cls.run_ = RealTimeRun(cls.folder, str(cls.folder / "up.toml"), "soak")
         cls.monitor = Monitor(cls.folder, "--control")
         options = Options()
@@ -121,7 +122,8 @@ class Page(WatchedRun):
         self.expect_text("Acknowledge all shown (0)")
         self.open_view("now")
         self.press("//button[starts-with(., 'Stop')]")
-        self.expect_text("Sure?")
+        self.expect_text("A stop is final: the run cannot be resumed.")
+        self.expect_text("pause it, or press Ctrl-C")
         self.expect_text("left")
         self.expect_text("safe set point, ")
         self.expect_text("Reason")
@@ -357,6 +359,10 @@ class Page(WatchedRun):
         silent = "status: {running: true, age_s: 7200}, status_received_ms: 1000, sample: {}, sample_received_ms: 2000"
         self.assertEqual(self.evaluate(f"sample_age_s({{{silent}}}, 3000)"), 7202)
         self.assertEqual(self.evaluate(f"sample_age_s({{{silent.replace('7200', '0')}}}, 9000)"), 8)
+        stop = "{state: 'aborting', running: true, cause: 'stopped by ada (uid 0): smoke'}"
+        self.assertEqual(self.evaluate(f"kStates[display_state({stop})]"), "Stopping")
+        self.assertEqual(self.evaluate(f"display_state({stop.replace('stopped by', 'aborted by')})"), "aborting")
+        self.assertEqual(self.evaluate(f"display_state({stop.replace('true', 'false')})"), "interrupted")
         self.assertEqual(self.evaluate("format_signed(20.23 - 20.0333, 2)"), "+0.20")
         self.assertEqual(self.evaluate("format_signed(-0.001, 2)"), "+0.00")
         self.assertEqual(self.evaluate("[1, 0.5, 0.02, 0.3 - 0.2, 0.001].map(digits_for_distance)"), [0, 1, 2, 1, 3])
@@ -367,6 +373,42 @@ class Page(WatchedRun):
         self.assertIn("it was cut", text)
         self.assertIn("its disk is full", text)
 
+    def test_6_values_of_left_profile_are_not_shown(self) -> None:
+        """After a stop, and after an old sample, the page shows no value that no longer applies."""
+        channels = "[{name: 'set_point_c'}, {name: 'chamber_air_c'}, {name: 'chamber_set_point_c'}]"
+        run = (
+            f"{{channels: {channels}, sample: {{slot: 9, values: [70, 60, 20]}}, events: [{{kind: 'state', slot: 5,"
+            " utc_ms: 5000}], status: {state: 'aborting', running: true, slot: 9, observe_s: 300, set_point_c: 70}}"
+        )
+        self.assertEqual(self.evaluate(f"present_set_point({run})"), 20)
+        self.assertEqual(self.evaluate(f"present_set_point({run.replace('aborting', 'held')})"), 70)
+        self.assertIsNone(self.evaluate(f"present_set_point({run.replace(', 20]', ']')})"), "it is unknown")
+        self.assertEqual(self.evaluate(f"watched_until_ms({run})"), 305000)
+        self.assertIsNone(self.evaluate(f"watched_until_ms({run.replace('aborting', 'stopped')})"))
+        self.assertIsNone(self.evaluate(f"watched_until_ms({run.replace('events: [', 'events: [], past: [')})"))
+        self.assertEqual(self.evaluate(f"present_sample({run})")["slot"], 9)
+        ended = run.replace("running: true, slot: 9", "running: false, slot: 99")
+        self.assertIsNone(self.evaluate(f"present_sample({ended})"), "its last samples have not arrived")
+        events = [("aborting: stopped by ada", 4), ("stopped by ada", 9), ("execute", 20), ("aborted", 30)]
+        listed = ", ".join(f"{{kind: 'state', text: '{text}', slot: {slot}}}" for text, slot in events)
+        self.assertEqual(self.evaluate(f"JSON.stringify(intervals_after_profile([{listed}]))"), "[[4,19],[30,null]]")
+        self.assertEqual(self.evaluate("intervals_after_profile([])"), [])
+
+    def test_6_times_of_events_have_seconds(self) -> None:
+        self.open_view("events")
+        self.assertTrue(until(lambda: self.browser.find_elements(By.CSS_SELECTOR, "[data-title=Time]"), 10))
+        times = self.evaluate("[...document.querySelectorAll('td[data-title=Time]')].map(cell => cell.innerText)")
+        for shown in times:
+            self.assertRegex(shown, r"\d\d:\d\d:\d\d$")
+        self.assertIn("1970", self.evaluate("format_time(86400000, true, true)"))
+        self.set_width(1280)
+        lines = "Math.max(...[...document.querySelectorAll('td[data-title=Time] > div')].map(cell => cell.offsetHeight))"
+        self.assertLess(self.evaluate(lines), 30, "one line")
+        texts = self.evaluate("[...document.querySelectorAll('td[data-title=Text]')].map(cell => cell.innerText)")
+        self.assertFalse([text for text in texts if text.startswith("foreign_set_point: foreign_set_point")])
+        self.open_view("alarms")
+        self.expect_text("foreign_set_point chamber: alarm")
+
     def test_7_replaced_record_is_loaded_again(self) -> None:
         self.open_view("now")
         self.expect_text("Last sample")
@@ -375,6 +417,27 @@ class Page(WatchedRun):
         )
         self.assertTrue(until(lambda: self.evaluate("page.run !== null && page.run !== before"), 10))
         self.expect_text("Last sample")
+
+    def test_7_stop_shows_set_point_of_chamber(self) -> None:
+        self.set_width(1280)
+        self.open_view("now")
+        self.press("//button[starts-with(., 'Stop')]")
+        self.expect_text("A stop is final")
+        self.enter("dialog-text", "smoke")
+        self.press("//dialog//button[.='Stop run']")
+        self.expect_text("Stopping")
+        self.expect_text("Chamber set point")
+        self.expect_text("The air is watched until")
+        value = self.browser.find_element(By.XPATH, "//dt[.='Chamber set point']/following-sibling::dd")
+        self.assertTrue(until(lambda: value.text.startswith("20.00"), 10), value.text)
+        enabled = "[...document.querySelectorAll('#control button')].filter(b => !b.disabled).map(b => b.id)"
+        self.assertTrue(until(lambda: self.evaluate(enabled) == ["command-abort"], 10), self.evaluate(enabled))
+        text = self.text()
+        for label in ("Time left", "Ends", "Behind plan", "Aborting"):
+            self.assertNotIn(f"\n{label}\n", text)
+        self.assertTrue(until(lambda: self.evaluate("intervals_after_profile(page.run.events).length") == 1, 10))
+        if self.pictures:
+            self.take_pictures("stopping", ("now", "trend", "profile", "rigs"))
 
     def test_8_removed_user_sees_login(self) -> None:
         self.open_view("now")

@@ -62,16 +62,17 @@ function open_stream() {
   });
 }
 
+function load_again() {
+  close_stream();
+  page.run = null;
+  show_view();
+}
+
 function handle_status(status) {
   const run = page.run;
   if (!run || run.key !== status.key) return;
-  if (run.status.id !== status.id) {
-    // The record of another run has replaced this one.
-    close_stream();
-    page.run = null;
-    show_view();
-    return;
-  }
+  // The record of another run has replaced this one.
+  if (run.status.id !== status.id) return load_again();
   const previous = run.status;
   run.status = Object.assign({}, run.status, status);
   run.status_received_ms = performance.now();
@@ -87,6 +88,8 @@ function handle_status(status) {
 function handle_sample(sample) {
   const run = page.run;
   if (run.sample && sample.slot <= run.sample.slot) return;
+  // The page was opened before the header of the record was complete.
+  if (run.channels.length === 0) return load_again();
   // Samples are omitted if the run is faster than the stream.
   const has_skipped = run.sample && sample.slot > run.sample.slot + kLongestSmallGapS;
   run.sample = sample;

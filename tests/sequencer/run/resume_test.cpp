@@ -30,11 +30,11 @@ std::string refusal_after(std::vector<RunState> states, const std::vector<std::s
   std::int64_t number = 0;
   for (const auto& text : texts) {
     record::RecordedEvent recorded;
-    recorded.event = {.kind = EventKind::state, .text = text, .number = ++number};
+    recorded.event = {.at = {}, .kind = EventKind::state, .text = text, .number = ++number};
     recorded.event.at.utc = kVirtualEpoch + std::chrono::minutes(number);
     record.events.push_back(std::move(recorded));
   }
-  const auto planned = plan_continuation(record, "run.db", {}, 1);
+  const auto planned = plan_continuation(record, "run.db", Downtime(Duration{}), 1);
   return planned ? "it is resumed" : text(planned.error());
 }
 

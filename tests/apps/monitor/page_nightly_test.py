@@ -364,7 +364,7 @@ class Page(WatchedRun):
         self.assertEqual(self.evaluate(f"display_state({stop.replace('stopped by', 'aborted by')})"), "aborting")
         self.assertEqual(self.evaluate(f"display_state({stop.replace('true', 'false')})"), "interrupted")
         self.assertEqual(self.evaluate("format_signed(20.23 - 20.0333, 2)"), "+0.20")
-        self.assertEqual(self.evaluate("format_signed(-0.001, 2)"), "+0.00")
+        self.assertEqual(self.evaluate("format_signed(-0.001, 2)"), "0.00")
         self.assertEqual(self.evaluate("[1, 0.5, 0.02, 0.3 - 0.2, 0.001].map(digits_for_distance)"), [0, 1, 2, 1, 3])
         text = self.evaluate(
             "(handle_status(Object.assign({}, page.run.status, {record_damage: 'it was cut', live_copy_trouble:"

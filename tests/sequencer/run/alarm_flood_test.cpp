@@ -81,8 +81,7 @@ class AlarmFlood : public testing::Test {
     const auto answer = bench_.run_controller().carry_out(
         *control::make_request("acknowledge", "all the cable was replaced"), "ada (uid 1000)");
     EXPECT_TRUE(answer.done);
-    EXPECT_EQ(roots, 1);
-    EXPECT_TRUE(answer.text.starts_with("1 alarm")) << answer.text;
+    EXPECT_TRUE(answer.text.starts_with(fmt::format("{} alarm", roots))) << answer.text;
     EXPECT_EQ(answer.text.find(fmt::format("and {} consequence", consequences)) != std::string::npos, consequences > 0)
         << answer.text;
     EXPECT_EQ(record::count_unacknowledged(bench_.record().alarms().list()), 0u);

@@ -11,6 +11,7 @@
 #include "core/clock.hpp"
 #include "core/toml_reader.hpp"
 #include "simulator/chamber_limiter.hpp"
+#include "simulator/identity_marks.hpp"
 
 namespace gyrotherm::simulator {
 namespace {
@@ -126,11 +127,11 @@ MemoryImage::MemoryImage(const drivers::RegisterMap& map, RegisterImage& registe
   }
 }
 
-ChamberRegisters::ChamberRegisters(drivers::RegisterMap map, VirtualLaboratory& laboratory)
+ChamberRegisters::ChamberRegisters(drivers::RegisterMap map, VirtualLaboratory& laboratory, bool is_marked)
     : map_(std::move(map)),
       unit_(read_simulated_unit(map_, map_.name).value()),
       laboratory_(laboratory),
-      image_(map_, unit_),
+      image_(map_, is_marked ? mark_identity(unit_, map_) : unit_),
       memory_(map_, image_) {
   find_live_items();
   find_addresses();

@@ -253,8 +253,9 @@ class ProgramRun {
 /// was written to it.
 class ChamberRegisters final : public ServedRegisters {
  public:
-  /// Creates the registers. `laboratory` must outlive them. The map's [simulated] table must be valid.
-  ChamberRegisters(drivers::RegisterMap map, VirtualLaboratory& laboratory);
+  /// Creates the registers. `laboratory` must outlive them. The map's [simulated] table must be valid. If `is_marked`,
+  /// the chamber reports an identity that mark_identity() has changed.
+  ChamberRegisters(drivers::RegisterMap map, VirtualLaboratory& laboratory, bool is_marked = false);
   ChamberRegisters(const ChamberRegisters&) = delete;  // live_ points into map_
 
   [[nodiscard]] const drivers::RegisterMap& map() const override { return map_; }

@@ -36,6 +36,8 @@ struct VirtualGyroLine {
   drivers::FrameFormat frame;
   /// Commands that start the stream. Those with a reply are answered.
   std::vector<drivers::GyroCommand> commands{};
+  /// The query for the identity, which only a marked instrument answers (mark_identities()).
+  std::optional<drivers::IdentityQuery> identity{};
   /// Axes in the order of the frame. If empty, the line has all axes of the laboratory's only unit.
   std::vector<Axis> axes{};
 };

@@ -12,6 +12,7 @@
 
 #include "core/tcp_listener.hpp"
 #include "simulator/chamber_registers.hpp"
+#include "simulator/identity_marks.hpp"
 #include "simulator/servers/modbus_server.hpp"
 #include "simulator/servers/reply_server.hpp"
 #include "simulator/servers/scanner_server.hpp"
@@ -64,6 +65,7 @@ std::vector<DconModule> make_modules(const VirtualThermometer& thermometer, cons
     modules.push_back({.address = address,
                        .type = thermometer.type,
                        .checksum = thermometer.checksum,
+                       .name = thermometer.module_name,
                        .inputs = thermometers_on_inputs<Inputs<drivers::kDconInputs>>(
                            indices, modules.size() * drivers::kDconInputs)});
   return modules;
@@ -340,7 +342,7 @@ class Servers final : public VirtualInstruments {
 Servers::Servers(VirtualLaboratory laboratory, VirtualInstrumentsOptions options, Sources sources,
                  std::vector<Descriptor> listeners, std::vector<Pty> ptys)
     : laboratory_(std::move(laboratory)),
-      chamber_(std::move(options.chamber), laboratory_),
+      chamber_(std::move(options.chamber), laboratory_, !options.attended),
       thermometer_indices_(std::move(sources.thermometers)),
       analogue_(std::move(sources.analogue)),
       supplies_(std::move(sources.supplies)),
@@ -394,6 +396,7 @@ Servers::Servers(VirtualLaboratory laboratory, VirtualInstrumentsOptions options
 
 Result<std::unique_ptr<VirtualInstruments>> VirtualInstruments::start(VirtualLaboratory laboratory,
                                                                       VirtualInstrumentsOptions options) {
+  if (!options.attended) mark_identities(options);
   auto sources = find_instrument_sources(laboratory, options);
   if (!sources) return failure(std::move(sources.error()));
   const auto usb_count =

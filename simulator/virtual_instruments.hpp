@@ -33,6 +33,7 @@ struct VirtualThermometer {
   std::vector<std::uint8_t> addresses{1};
   std::uint8_t type = 0x10;
   drivers::DconChecksum checksum{};
+  std::string module_name = "7018";
   /// Text: the description of the instrument.
   std::optional<drivers::ThermometerDescription> description{};
 };
@@ -54,7 +55,8 @@ struct VirtualInstrumentsOptions {
   /// Also serves all instruments except HID devices on pseudo-terminals. On pseudo-terminals, chamber and analogue
   /// inputs use Modbus RTU with the unit number and the registers of the map's link.
   bool ptys = false;
-  /// Opens no port and starts no thread. The single client in this process uses line().
+  /// Opens no port and starts no thread. The single client in this process uses line(). Unless attended, the
+  /// instruments report identities by which any client recognises them as virtual (drivers/virtual_identity.hpp).
   bool attended = false;
 };
 

@@ -79,7 +79,7 @@ std::string DconSession::answer(const DconModule& module, std::string_view comma
   if (command[0] != '$') return {};
   if (what == "2") return acknowledge(settings_text(module));
   if (what == "6") return acknowledge("FF");
-  if (what == "M") return acknowledge("7018");
+  if (what == "M") return acknowledge(module.name);
   if (what == "F") return acknowledge("A0101");
   return fmt::format("?{:02X}", module.address);
 }

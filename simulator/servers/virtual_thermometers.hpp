@@ -48,6 +48,8 @@ struct DconModule {
   /// Thermocouple type: 0E, 0F, 10 or 11 for J, K, T, E.
   std::uint8_t type = 0x10;
   drivers::DconChecksum checksum = drivers::DconChecksum::off;
+  /// The name that the module reports, at most six characters.
+  std::string name = "7018";
   Inputs<drivers::kDconInputs> inputs;
 };
 

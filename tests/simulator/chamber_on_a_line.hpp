@@ -71,10 +71,10 @@ class SessionConnection final : public drivers::FrameConnection {
 
 class ChamberOnALine {
  public:
-  explicit ChamberOnALine(drivers::RegisterMap described)
+  explicit ChamberOnALine(drivers::RegisterMap described, bool is_marked = false)
       : map(std::move(described)),
         laboratory(laboratory_of_rig("virtual"), {}),
-        unit(map, laboratory),
+        unit(map, laboratory, is_marked),
         session(map.text_link ? make_text_session(unit, map.link.kind, false) : make_modbus_session(unit)),
         chamber(make_modbus_chamber(map, registers(), std::make_unique<ClockPauses>(clock))) {}
   ChamberOnALine(const std::string& name, drivers::LinkKind kind)

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The identities that served virtual instruments report, so that a client can distinguish them from real ones
+/// (drivers/virtual_identity.hpp).
+#pragma once
+
+#include "simulator/chamber_registers.hpp"
+#include "simulator/virtual_instruments.hpp"
+
+namespace gyrotherm::simulator {
+
+/// Returns the unit with a marked identity: its text contains the serial number of virtual instruments, and its item
+/// `serial_number` is their integer. An item that is too short, or whose pattern excludes the mark, remains unchanged.
+[[nodiscard]] SimulatedUnit mark_identity(SimulatedUnit unit, const drivers::RegisterMap& map);
+
+/// Marks the identities of thermometers, supplies and gyros, as far as their protocols and descriptions permit.
+void mark_identities(VirtualInstrumentsOptions& options);
+
+}  // namespace gyrotherm::simulator

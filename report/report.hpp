@@ -42,6 +42,7 @@ struct ReportedRig {
   std::string gyro;  ///< "pulse counts, 0.1 arcsec each"
   /// Hash of the rig file.
   std::string sha256;
+  /// The results are marked as SIMULATED: the rig is virtual, or some of its instruments are.
   bool is_virtual{};
   /// Thermal model of a virtual gyro; may be empty.
   std::string gyro_model;

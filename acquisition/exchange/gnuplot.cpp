@@ -102,7 +102,7 @@ std::string gnuplot_script(const record::Record& record) {
   const auto above = temperatures(record), below = rates(record);
   auto all = above;
   all.insert(all.end(), below.begin(), below.end());
-  const auto title = fmt::format("{}{} on {}", record.info.simulated ? "SIMULATED: " : "", record.info.profile_name,
+  const auto title = fmt::format("{}{} on {}", is_simulated(record.info) ? "SIMULATED: " : "", record.info.profile_name,
                                  record.info.rig_name);
   std::string text = fmt::format("# run {}; gnuplot -p FILE shows it\n$rows << end_of_rows\n", plain(record.info.id));
   add_rows(text, record, all);

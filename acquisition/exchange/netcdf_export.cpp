@@ -168,7 +168,7 @@ class NetcdfExport {
     global("Conventions", "CF-1.10");
     global("featureType", "timeSeries");
     global("title", info_.profile_name);
-    global("source", info_.simulated ? "SIMULATED: the instruments were virtual" : "measured");
+    global("source", is_simulated(info_) ? "SIMULATED: " + describe_simulation(info_) : "measured");
     global("history", "made by gyrotherm " + info_.program_version + ", exported as NetCDF");
     global("run_id", info_.id);
     global("profile", info_.profile_name);

@@ -237,7 +237,8 @@ std::string to_one_line(std::string text) {
 }
 
 void add_comments(Buffer& out, const RunInfo& info, bool finished) {
-  if (info.simulated) add(out, "# SIMULATED: the instruments were virtual\n");
+  if (is_simulated(info))
+    fmt::format_to(std::back_inserter(out), "# SIMULATED: {}\n", to_one_line(describe_simulation(info)));
   for (const ProgramRelease& release : info.releases)
     fmt::format_to(std::back_inserter(out), "# {}\n", to_one_line(describe(release)));
   fmt::format_to(std::back_inserter(out), "# run {} of {} on {}{}\n", to_one_line(info.id),

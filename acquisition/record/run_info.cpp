@@ -80,7 +80,7 @@ Result<void> write_meta(Database& database, const RunInfo& info) {
   put("schema", kRunSchema);
   for (const auto& [key, text] : kTexts)
     if (!is_optional(key) || !(info.*text).empty()) put(key, info.*text);
-  put("simulated", info.simulated);
+  put("simulated", info.virtual_rig);
   put("seed", std::to_string(info.seed));  // text: SQLite integers are signed
   put("days_later", std::to_string(info.days_later));
   put("imported", info.imported);
@@ -215,8 +215,9 @@ Result<void> write_segments(Database& database, const std::vector<RunInfo::Segme
 constexpr const char *kCycles = "cycles", *kGradients = "gradients", *kThreePoint = "three_point",
                      *kAnalogueMaps = "analogue_map_texts", *kThermometers = "thermometer_texts",
                      *kSupplies = "supply_texts", *kIdentities = "identities", *kFixture = "fixture",
-                     *kWarmUp = "warm_up", *kUnusedUnits = "unused_units", *kGoal = "goal",
-                     *kAddedBlocks = "added_blocks", *kReleases = "releases", *kCertificateFile = "certificate_file";
+                     *kVirtualInstruments = "virtual_instruments", *kWarmUp = "warm_up", *kUnusedUnits = "unused_units",
+                     *kGoal = "goal", *kAddedBlocks = "added_blocks", *kReleases = "releases",
+                     *kCertificateFile = "certificate_file";
 /// The values of the list `goal`. `segments` is the number of segments that the description covers.
 constexpr const char *kGoalU = "u_deg_per_h", *kMissionName = "mission_name", *kMissionText = "mission_text",
                      *kPriorText = "prior_text", *kDescribedSegments = "segments";
@@ -314,6 +315,7 @@ Result<void> write_lists(Database& database, const RunInfo& info) {
     put(kReleases, fmt::format("{:04}", i), values);
   }
   for (const auto& [title, identity] : info.identities) put(kIdentities, title, {identity});
+  put(kVirtualInstruments, "", info.virtual_instruments);
   for (const UnitInfo& unit : info.units) {
     put(kGradients, unit.name, unit.gradients);
     put(kThreePoint, unit.name, unit.three_point);
@@ -386,7 +388,7 @@ void take_whole(std::uint64_t& number, std::string_view text) {
 void take(RunInfo& info, std::string_view key, const Statement& row) {
   for (const auto& [name, text] : kTexts)
     if (key == name) info.*text = row.text(1);
-  if (key == "simulated") info.simulated = row.integer(1) != 0;
+  if (key == "simulated") info.virtual_rig = row.integer(1) != 0;
   if (key == "seed") take_whole(info.seed, row.text(1));
   if (key == "days_later") take_whole(info.days_later, row.text(1));
   if (key == "imported") info.imported = row.integer(1) != 0;
@@ -531,6 +533,7 @@ Result<void> read_lists(Database& database, RunInfo& info) {
     if (list == kGoal) take_goal(info, row.text(1), row.text(2));
     if (list == kReleases) take_release(info, row.integer(3), row.text(2));
     if (list == kAddedBlocks) info.added_blocks.emplace_back(row.text(2));
+    if (list == kVirtualInstruments) info.virtual_instruments.emplace_back(row.text(2));
     if (list == kIdentities) info.identities.emplace(row.text(1), row.text(2));
     if (list == kFixture) {
       for (std::size_t i = 0; i < info.units.size(); ++i)
@@ -577,6 +580,14 @@ std::string axis_label(const UnitInfo& unit, std::size_t axis) {
   return unit.axes.size() < 2 ? unit.name : unit.name + "." + unit.axes[axis].name;
 }
 
+bool is_simulated(const RunInfo& info) { return info.virtual_rig || !info.virtual_instruments.empty(); }
+
+std::string describe_simulation(const RunInfo& info) {
+  if (info.virtual_rig) return "the instruments were virtual";
+  if (info.virtual_instruments.empty()) return {};
+  return fmt::format("these instruments were virtual: {}", fmt::join(info.virtual_instruments, ", "));
+}
+
 bool has_ended(const RunInfo& info) { return !info.added_blocks.empty() && info.added_blocks.back().empty(); }
 
 void add_block(RunInfo& info, std::size_t first, std::span<const RunInfo::SegmentInfo> segments,
@@ -616,7 +627,7 @@ namespace {
 /// is prepared, and the clock of the run starts after the preparation. The start time in the description is therefore
 /// too early.
 Result<void> read_start(Database& database, RunInfo& info) {
-  if (info.simulated || info.imported) return {};
+  if (info.virtual_rig || info.imported) return {};
   const auto started = database.query_integer("SELECT utc_ns - monotonic_ns FROM sample ORDER BY slot LIMIT 1",
                                               info.started_utc.count());
   if (!started) return failure(started.error());

@@ -170,7 +170,11 @@ struct RunInfo {
   std::string gyro_model;
   std::string gyro_film;
   std::string gyro_model_text;
-  bool simulated{};
+  /// The rig is virtual: all instruments belong to the run itself, and the run is in virtual time.
+  bool virtual_rig{};
+  /// The titles of the instruments of a real rig that identified themselves as virtual ones when the run began
+  /// ("chamber", "thermometer 2"). Empty for a record of an earlier version.
+  std::vector<std::string> virtual_instruments{};
   std::uint64_t seed{};
   /// The age of a virtual gyro in days.
   std::uint64_t days_later{};
@@ -229,6 +233,13 @@ struct RunInfo {
   /// decided to end: the closing segments.
   std::vector<std::string> added_blocks{};
 };
+
+/// Returns whether the results of the run are marked as SIMULATED: the rig is virtual, or some of its instruments are.
+[[nodiscard]] bool is_simulated(const RunInfo& info);
+
+/// Returns what was virtual in a simulated run: "the instruments were virtual", or "these instruments were virtual:
+/// chamber, thermometer 2". Returns an empty text for any other run.
+[[nodiscard]] std::string describe_simulation(const RunInfo& info);
 
 /// Returns whether a decision has already ended the run, so that it adds no more segments.
 [[nodiscard]] bool has_ended(const RunInfo& info);

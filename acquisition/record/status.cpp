@@ -199,7 +199,8 @@ RunStatus make_first_status(const std::string& path, const RunInfo& info) {
   RunStatus status;
   status.path = path;
   status.id = info.id;
-  status.simulated = info.simulated;
+  status.simulated = is_simulated(info);
+  status.virtual_instruments = info.virtual_instruments;
   for (const ProgramRelease& release : info.releases)
     if (!release.unreleased.empty()) status.unreleased.push_back(release.title);
   status.segment_count = static_cast<int>(info.segments.size());

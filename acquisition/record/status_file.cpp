@@ -46,8 +46,11 @@ void describe(auto& form, Like<RunStatus> auto& status) {
   form.if_present("gyro_rates", true, status.gyro_rates);
   form.if_present("decision", true, status.decision);
   form.if_present("unreleased", true, status.unreleased);
+  form.if_present("virtual_instruments", true, status.virtual_instruments);
   form.if_present("chamber_set_point_c", true, status.chamber_set_point);
 }
+
+bool is_in_virtual_time(const RunStatus& status) { return status.simulated && status.virtual_instruments.empty(); }
 
 std::string describe(RunState state, const std::string& cause) {
   if (cause.empty()) return name(state);

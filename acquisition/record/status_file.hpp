@@ -31,7 +31,10 @@ struct RunStatus {
   /// A program has the record open for writing.
   bool being_written{};
   bool finished{};
+  /// The results of the run are marked as SIMULATED.
   bool simulated{};
+  /// The virtual instruments of a real rig (RunInfo::virtual_instruments).
+  std::vector<std::string> virtual_instruments{};
   /// Titles of the run's texts without a valid release (RunInfo::releases).
   std::vector<std::string> unreleased{};
   /// The slot of the last sample and the last slot on the disk; −1 if there is none yet.
@@ -78,6 +81,9 @@ struct RunStatus {
   /// The last decision of a run that ends by itself; nothing before the first one.
   std::optional<Decision> decision{};
 };
+
+/// Returns whether the run is in virtual time: all of its instruments are virtual.
+[[nodiscard]] bool is_in_virtual_time(const RunStatus& status);
 
 /// Describes a state and its cause: "execute", "held: the profile asks: …". Returns only the cause if it already names
 /// the state, as in "stopped by ada".

@@ -186,7 +186,7 @@ void name_three_points(Dataset& dataset, const record::UnitInfo& unit) {
 }
 
 std::string make_identity(const record::RunInfo& info, const record::UnitInfo& unit) {
-  if (!info.simulated) return unit.serial_number;
+  if (!info.virtual_rig) return unit.serial_number;
   const bool is_one_of_several = info.units.size() > 1;
   const std::string name = unit.serial_number.empty() && is_one_of_several ? unit.name : unit.serial_number;
   return fmt::format("{}{}seed {}", name, name.empty() ? "" : ", ", info.seed);
@@ -237,7 +237,7 @@ Dataset make_dataset(const record::Record& record, const std::string& path, cons
   dataset.path = path;
   dataset.of = of;
   dataset.identity = make_identity(info, at.unit);
-  dataset.simulated = info.simulated;
+  dataset.simulated = record::is_simulated(info);
   for (const record::ProgramRelease& release : info.releases)
     if (!release.unreleased.empty()) dataset.unreleased.push_back(release.title);
   dataset.imported = info.imported;

@@ -67,7 +67,8 @@ std::vector<SeriesChannel> series_channels(const record::RunInfo& info) {
         break;
       }
       case record::Measures::true_bias:
-        if (info.simulated) channels.push_back({column.name, "°/h", info.units[column.unit].name, quoted(column.name)});
+        if (info.virtual_rig)
+          channels.push_back({column.name, "°/h", info.units[column.unit].name, quoted(column.name)});
         break;
       case record::Measures::humidity: channels.push_back({column.name, "%", "", quoted(column.name)}); break;
       case record::Measures::dew_point: channels.push_back({column.name, "°C", "", quoted(column.name)}); break;

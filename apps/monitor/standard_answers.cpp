@@ -44,7 +44,7 @@ WebAnswer compute_answer(const StandardSource& source, const std::string& path, 
 std::optional<StandardSource> find_standard(const record::RunInfo& info, const std::string& record) {
   auto paths = record::list_check_histories(info, record);
   if (paths.empty()) return {};
-  return StandardSource{.rig = info.rig_name, .simulated = info.simulated, .paths = std::move(paths)};
+  return StandardSource{.rig = info.rig_name, .simulated = record::is_simulated(info), .paths = std::move(paths)};
 }
 
 WebAnswer StandardAnswers::answer(const StandardSource& source, std::optional<int> width_px) {

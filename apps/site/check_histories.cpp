@@ -17,7 +17,9 @@ constexpr std::size_t kMaxHistoryBytes = 16'000'000;
 }  // namespace
 
 NamedHistory name_history(const record::RunInfo& info, const std::string& record) {
-  return {.paths = record::list_check_histories(info, record), .rig = info.rig_name, .simulated = info.simulated};
+  return {.paths = record::list_check_histories(info, record),
+          .rig = info.rig_name,
+          .simulated = record::is_simulated(info)};
 }
 
 std::string find_path(const NamedHistory& named) {

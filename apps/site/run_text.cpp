@@ -149,7 +149,7 @@ std::vector<StoredChannel> stored_channels(const record::RunInfo& info) {
     if (column == "slot" || column == "utc_ns") return;
     const auto found = std::ranges::find(own, column, &record::ChannelColumn::name);
     if (found == own.end()) return channels.push_back(common_channel(column));
-    if (found->measures != record::Measures::true_bias || info.simulated)
+    if (found->measures != record::Measures::true_bias || info.virtual_rig)
       channels.push_back(unit_channel(*found, info));
   });
   return channels;
@@ -169,7 +169,7 @@ std::string run_as_json(const record::RunInfo& info) {
                         {"cycle", segment.cycle}});
   Json json{{"started_ns", info.started_utc.count()},
             {"profile", info.profile_name},
-            {"simulated", info.simulated},
+            {"simulated", record::is_simulated(info)},
             {"imported", info.imported},
             {"program_version", info.program_version},
             {"rig_file", info.rig_name},

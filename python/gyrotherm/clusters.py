@@ -126,7 +126,7 @@ class Clusters:
         frame["cycle"] = self.cycle
         frame.index = pandas.Index(self.start_s, name="start_s")
         frame.attrs = {"run_id": self.run_id, "axis": self.label, "length_s": self.length_s,
-                       "origin": "SIMULATED: the instruments were virtual" if self.simulated else "measured"}
+                       "origin": "SIMULATED: instruments were virtual" if self.simulated else "measured"}
         return frame
 
     def to_xarray(self) -> xarray.Dataset:

@@ -84,7 +84,7 @@ class RunInfo:
     program_version: str
     profile_name: str
     rig_name: str
-    simulated: bool
+    simulated: bool  #: the rig, or some of its instruments, were virtual
     imported: bool  #: the rows come from a file of another program, with its times
     started_utc_ns: int
     seed: int
@@ -94,12 +94,20 @@ class RunInfo:
     chamber_columns: tuple[str, ...]  #: humidity and dew point of the chamber, if it measures them
     segments: tuple[Segment, ...]
     cycles: tuple[str, ...]
+    virtual_instruments: tuple[str, ...]  #: of a real rig, such as "chamber"; empty for a virtual rig
     meta: dict[str, str] = field(repr=False)  #: the table `meta` unchanged, with the texts of profile and rig
 
     @property
     def order_number(self) -> str:
         """Number of the order that the units belong to; may be empty."""
         return self.meta.get("order_number", "")
+
+    @property
+    def origin(self) -> str:
+        """Origin of the rows: "measured", or "SIMULATED: …" with the instruments that were virtual."""
+        if self.virtual_instruments:
+            return "SIMULATED: these instruments were virtual: " + ", ".join(self.virtual_instruments)
+        return "SIMULATED: the instruments were virtual" if self.simulated else "measured"
 
     @property
     def axes(self) -> tuple[Axis, ...]:
@@ -186,6 +194,8 @@ def read_info(database: sqlite3.Connection) -> RunInfo:
     rows = database.execute("SELECT key, value FROM meta")
     meta = {str(key): "" if value is None else str(value) for key, value in rows}
     cycles = database.execute("SELECT value FROM list WHERE name = 'cycles' ORDER BY position")
+    served = database.execute("SELECT value FROM list WHERE name = 'virtual_instruments' ORDER BY position")
+    virtual_instruments = tuple(value for value, in served)
 
     def whole(key: str) -> int:
         return int(meta.get(key) or 0)
@@ -196,7 +206,7 @@ def read_info(database: sqlite3.Connection) -> RunInfo:
     return RunInfo(
         id=meta.get("id", ""), program_version=meta.get("program_version", ""),
         profile_name=meta.get("profile_name", ""), rig_name=meta.get("rig_name", ""),
-        simulated=whole("simulated") != 0, imported=whole("imported") != 0, started_utc_ns=started,
-        seed=whole("seed"), days_later=whole("days_later"), units=_units(database),
+        simulated=whole("simulated") != 0 or virtual_instruments != (), imported=whole("imported") != 0,
+        started_utc_ns=started, seed=whole("seed"), days_later=whole("days_later"), units=_units(database),
         thermometers=_thermometers(database), chamber_columns=_chamber_columns(database), segments=_segments(database),
-        cycles=tuple(value for value, in cycles), meta=meta)
+        cycles=tuple(value for value, in cycles), virtual_instruments=virtual_instruments, meta=meta)

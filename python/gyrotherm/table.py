@@ -17,9 +17,6 @@ if TYPE_CHECKING:
     import pandas
     import xarray
 
-SIMULATED = "SIMULATED: the instruments were virtual"
-MEASURED = "measured"
-
 
 @dataclass
 class Column:
@@ -129,7 +126,7 @@ def make_table(record: Record, is_calibrated: bool = True, removes_first_hold: b
     since_start = np.where(known, record.utc_ns, 0.0).astype(np.int64)
     utc = (info.started_utc_ns + since_start).astype("datetime64[ns]")
     utc[~known] = np.datetime64("NaT")
-    attrs = {"title": info.profile_name, "source": SIMULATED if info.simulated else MEASURED, "run_id": info.id,
+    attrs = {"title": info.profile_name, "source": info.origin, "run_id": info.id,
              "profile": info.profile_name, "rig": info.rig_name, "program_version": info.program_version,
              "finished": "yes" if record.finished else "no",
              "rows": "times of the imported file" if info.imported else "one per second"}

@@ -16,6 +16,7 @@
 #include "drivers/chamber/text_registers.hpp"
 #include "drivers/line/modbus.hpp"
 #include "drivers/line/pauses.hpp"
+#include "drivers/virtual_identity.hpp"
 #include "sequencer/rig/inquiry.hpp"
 #include "simulator/laboratory_parameters.hpp"
 #include "simulator/virtual_laboratory.hpp"
@@ -186,7 +187,10 @@ class AssembledRig : public Rig {
     const SteadyClock watch;
     // The description of a silent instrument names its line and the instrument expected there.
     const auto titled = [this](const std::string& title, const std::string& place, Result<std::string> answer) {
-      if (answer) return Result<std::string>(plain(title + ": " + *answer));
+      if (answer) {
+        const bool is_marked = !file_.simulated && drivers::is_virtual_identity(*answer);
+        return Result<std::string>(plain(title + ": " + *answer + (is_marked ? "; SIMULATED: it is virtual" : "")));
+      }
       auto& [kind, where, what] = answer.error();
       where = where.empty() || where == title ? title : title + ": " + where;
       what += " (" + place + ")";
@@ -402,6 +406,14 @@ class AssembledRig : public Rig {
     return readings;
   }
 
+  /// Returns the titles of the instruments whose identity is that of a virtual one; none on a virtual rig.
+  [[nodiscard]] std::vector<std::string> list_virtual_instruments() const {
+    std::vector<std::string> titles;
+    for (const auto& [title, identity] : identities_)
+      if (!file_.simulated && drivers::is_virtual_identity(identity)) titles.push_back(title);
+    return titles;
+  }
+
   Result<FoundChamber> inspect_chamber() {
     const auto state = query_with_retries([&] { return chamber_->inspect(); });
     if (!state) return failure(state.error());
@@ -411,6 +423,7 @@ class AssembledRig : public Rig {
                         .limits = *limits,
                         .missing = chamber_->missing(),
                         .identities = identities_,
+                        .virtual_instruments = list_virtual_instruments(),
                         .settings = chamber_->settings(),
                         .air_mismatch = file_.simulated ? std::string() : compare_air(state->air)};
   }
@@ -569,6 +582,7 @@ simulator::VirtualThermometer virtual_thermometer(const ThermometerSettings& set
 simulator::VirtualGyroLine virtual_gyro(const GyroLine& line, const std::vector<UnitSettings>& units) {
   simulator::VirtualGyroLine served{.frame = line.frame};
   if (line.stream) served.commands = line.stream->start;
+  if (line.stream) served.identity = line.stream->identity;
   for (const auto& share : line.shares)
     for (const auto& axis : units[share.unit].info.axes)
       served.axes.push_back({.unit = units[share.unit].info.name, .axis = axis.name});

@@ -70,6 +70,8 @@ struct FoundChamber {
   std::vector<std::string> missing{};
   /// Reported identity of each instrument of the rig, by its title ("chamber", "thermometer 2").
   std::map<std::string, std::string> identities{};
+  /// Titles of the instruments of a real rig whose identity is that of a virtual instrument.
+  std::vector<std::string> virtual_instruments{};
   drivers::ControllerSettings settings{};
   /// Warning if the chamber's air is far from all thermometers of a real rig (describe_air_mismatch()); may be empty.
   std::string air_mismatch{};
@@ -87,7 +89,8 @@ class Rig {
   virtual ~Rig() = default;
 
   /// Queries and reads each instrument without moving anything. Returns one line each (inquiry.hpp), such as "chamber:
-  /// Virtual chamber, air 20.01 °C, …", or the instrument's fault.
+  /// Virtual chamber, air 20.01 °C, …", or the instrument's fault. On a real rig, the line of a virtual instrument
+  /// contains SIMULATED.
   [[nodiscard]] virtual std::vector<Result<std::string>> query_instruments() = 0;
   /// Returns the range of set points that the chamber's controller accepts with its current settings.
   [[nodiscard]] virtual Result<drivers::SetPointRange> controller_limits() = 0;

@@ -76,7 +76,7 @@ record::RunInfo run_info(std::string_view program_version, const profile::Profil
   info.gyro_model = rig.gyro_model.name;
   info.gyro_film = rig.gyro_model.film;
   info.gyro_model_text = rig.gyro_model.text;
-  info.simulated = rig.simulated;
+  info.virtual_rig = rig.simulated;
   info.seed = seed;
   info.days_later = days_later;
   info.started_utc = started_utc;

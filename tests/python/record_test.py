@@ -104,6 +104,27 @@ class Record(FolderTest):
             self.assertEqual(run.info.started_utc_ns, described + late)
             self.assertEqual(str(run.to_pandas()["utc"].iloc[0]), "2026-01-01 00:00:06.300000+00:00")
 
+    def test_run_on_virtual_instruments_of_a_real_rig_is_marked(self):
+        copy = self.folder / "served.db"
+        shutil.copy(self.path, copy)
+        database = sqlite3.connect(copy)
+        database.execute("UPDATE meta SET value = 0 WHERE key = 'simulated'")
+        database.commit()
+        run = module.open(copy)
+        self.assertFalse(run.info.simulated)
+        self.assertEqual(run.to_xarray().attrs["source"], "measured")
+        for position, name in enumerate(("chamber", "thermometer 2")):
+            database.execute("INSERT INTO list(name, of, value, position) VALUES('virtual_instruments', '', ?, ?)",
+                             (name, position))
+        database.commit()
+        database.close()
+        run = module.open(copy)
+        self.assertTrue(run.info.simulated)
+        self.assertEqual(run.info.virtual_instruments, ("chamber", "thermometer 2"))
+        self.assertIn("SIMULATED", repr(run))
+        self.assertEqual(run.to_xarray().attrs["source"],
+                         "SIMULATED: these instruments were virtual: chamber, thermometer 2")
+
     def test_faults_and_gaps_are_nan(self):
         copy = self.folder / "gaps.db"
         shutil.copy(self.path, copy)

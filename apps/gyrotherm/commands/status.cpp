@@ -70,8 +70,8 @@ std::string state_lines(const record::RunStatus& status) {
   if (overview.state == RunState::held && status.being_written)
     text += "  \"gyrotherm tell RUN.db resume\" continues the run\n";
   if (overview.time_left)
-    text +=
-        fmt::format("  {} left{}", format_duration(*overview.time_left), status.simulated ? " in simulated time" : "");
+    text += fmt::format("  {} left{}", format_duration(*overview.time_left),
+                        is_in_virtual_time(status) ? " in simulated time" : "");
   if (overview.time_left && overview.behind_plan)
     text += fmt::format(", {} behind plan", format_duration(*overview.behind_plan));
   if (overview.time_left) text += "\n";
@@ -155,6 +155,9 @@ std::string units_line(const record::RunStatus& status) {
 std::string describe(const record::RunStatus& status) {
   auto text = fmt::format("{}{}: {}\n", status.simulated ? "SIMULATED " : "", status.path, describe_state(status));
   text += age_line(status);
+  if (!status.virtual_instruments.empty())
+    text +=
+        fmt::format("  SIMULATED: these instruments are virtual: {}\n", fmt::join(status.virtual_instruments, ", "));
   if (!status.unreleased.empty()) text += fmt::format("  UNRELEASED: {}\n", fmt::join(status.unreleased, ", "));
   text += units_line(status);
   if (is_imported(status)) return text + " " + thermometer_line(status);

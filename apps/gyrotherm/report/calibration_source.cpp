@@ -224,7 +224,7 @@ void add_record(report::CalibrationReport& report, const SourceRecord& source, c
   const record::Record& record = source.record;
   const record::UnitInfo* found = record::find_unit(record.info, unit);
   if (found == nullptr) return;
-  report.simulated = report.simulated || record.info.simulated;
+  report.simulated = report.simulated || record::is_simulated(record.info);
   const Duration end = record.last_utc.value_or(record.info.started_utc);
   if (record.info.started_utc > Duration{}) {
     const std::string begun = utc_day(record.info.started_utc), ended = utc_day(end);

@@ -33,7 +33,7 @@ bool has_rows(const std::string& path, const std::string& sha256) {
 
 /// Returns what the report states differently from the header of a record; empty if they agree.
 std::string find_false_claim(const record::RunInfo& info, const report::CalibrationReport& report) {
-  if (info.simulated && !report.simulated) return "is simulated, but the report is not marked as simulated";
+  if (record::is_simulated(info) && !report.simulated) return "is simulated, but the report is not marked as simulated";
   const record::UnitInfo* unit = record::find_unit(info, report.item.name);
   if (unit == nullptr) return plain(fmt::format("has no unit \"{}\"", report.item.name));
   for (const auto& [what, recorded, reported] :
@@ -42,6 +42,12 @@ std::string find_false_claim(const record::RunInfo& info, const report::Calibrat
     if (!recorded->empty() && *recorded != *reported)
       return plain(fmt::format("contains the {} \"{}\", but the report \"{}\"", what, *recorded, *reported));
   return {};
+}
+
+/// Returns the mark of a simulated record, which names the virtual instruments of a real rig.
+std::string simulation_note(const record::RunInfo& info) {
+  if (!record::is_simulated(info)) return {};
+  return info.virtual_rig ? "; SIMULATED" : "; SIMULATED: " + record::describe_simulation(info);
 }
 
 Check check_record(const report::CalibrationReport& report, const report::UsedFile& file, const std::string& path,
@@ -58,7 +64,7 @@ Check check_record(const report::CalibrationReport& report, const report::UsedFi
   if (const std::string claim = find_false_claim(*info, report); !claim.empty()) return {file.name, fails, claim};
   return {file.name, holds,
           fmt::format("is the file on which the report is based, and all of its {} rows are unchanged{}",
-                      verified->rows, info->simulated ? "; SIMULATED" : "")};
+                      verified->rows, simulation_note(*info))};
 }
 
 /// Returns the files in a folder that have the name of a used file.

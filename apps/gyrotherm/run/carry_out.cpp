@@ -141,7 +141,7 @@ Result<void> drive(const ActiveRun& run) {
 
 /// Returns the duration of the interruption.
 run::Downtime measure_downtime(const record::Record& record, const std::string& path, const ResumeOptions& options) {
-  if (record.info.simulated) return options.gap;
+  if (record.info.virtual_rig) return options.gap;
   const auto where = record::status_path(path);
   const auto status =
       read_text_file(where).and_then([&](const std::string& text) { return record::parse_status(text, where); });
@@ -410,10 +410,18 @@ Result<Celsius> enter_run(const NewRun& plan, Opening& opening, const rig::Found
   auto info = run::run_info(GYROTHERM_VERSION, plan.profile, plan.file, plan.options.seed,
                             opening.rig->will_start_utc(), plan.options.days_later, plan.options.goal);
   info.identities = found.identities;
+  info.virtual_instruments = found.virtual_instruments;
   info.releases = plan.releases;
   auto store = record::Store::create(plan.path, info, store_options(plan.file.simulated));
   if (store) remove_trace(plan.path);  // trace of an earlier record
   return open_run(opening, std::move(store), found);
+}
+
+/// Prints which instruments are virtual, if any is.
+void print_simulation(Console& console, const record::RunInfo& info) {
+  if (info.virtual_instruments.empty()) return;
+  console.print_message(fmt::format("SIMULATED: these instruments are virtual: {}; every result of this run is marked",
+                                    fmt::join(info.virtual_instruments, ", ")));
 }
 
 /// Notes how the run begins. `names` are the lines that prepare() returned. After an upload, the last line is the name
@@ -473,6 +481,17 @@ Result<StoppedRun> find_interrupted(Console& console, const std::string& path, c
                     .history = std::move(*record)};
 }
 
+/// Fails with interrupted if a run that began on real instruments would continue on virtual ones. Its description
+/// cannot be changed, so the rows would not be marked as SIMULATED.
+Result<void> check_still_real(const StoppedRun& run, const rig::FoundChamber& found) {
+  if (is_simulated(run.info) || found.virtual_instruments.empty()) return {};
+  return failure(
+      FaultKind::interrupted, run.path,
+      fmt::format("{} {} now virtual, but the run is not marked as SIMULATED; connect the real instruments "
+                  "and resume the run again, or start a new run",
+                  fmt::join(found.virtual_instruments, ", "), found.virtual_instruments.size() == 1 ? "is" : "are"));
+}
+
 /// Applies the resume rule to the present state of the chamber, and reopens the record. Returns the first set point.
 Result<Celsius> reenter_run(StoppedRun& run, const ResumeOptions& options, Opening& opening,
                             const rig::FoundChamber& found) {
@@ -481,6 +500,7 @@ Result<Celsius> reenter_run(StoppedRun& run, const ResumeOptions& options, Openi
   on.interruption.mismatched_instruments = run::compare_identities(run.info.identities, found.identities);
   const auto next = fmt::format("run \"gyrotherm resume {} --accept\"", run.path);
   if (auto alarm = find_alarm_fault(found.state, FaultKind::interrupted, next)) return failure(std::move(*alarm));
+  if (auto real = check_still_real(run, found); !real) return failure(real.error());
   const auto entry = find_entry(on, found.state, run.path, options.accept);
   if (!entry) return failure(entry.error());
   opening.entry = *entry;
@@ -567,6 +587,7 @@ Result<void> start_run(Console& console, const profile::Profile& profile, const 
   for (const auto& line : *names) console.print_detail(line);
   run::RunController run_controller(profile, *opening->rig, *opening->store, plan.first, 0);
   if (!opening->air_mismatch.empty()) console.print_message(opening->air_mismatch);
+  print_simulation(console, opening->store->info());
   note_start(plan, *opening, *names, run_controller);
   note_waiting_guards(run_controller, opening->ownership);
   warn_at_start(console, run_controller, *opening->rig, opening->missing);
@@ -601,6 +622,7 @@ Result<void> resume_run(Console& console, const std::string& path, const ResumeO
   run::RunController run_controller(on.profile, *opening->rig, *opening->store, on.state, first);
   run_controller.leave_out(on.start.dropped_units);
   run_controller.continue_tally(run->tally);
+  print_simulation(console, run->info);
   note_resumption(console, *run, opening->entry, first, run_controller);
   note_waiting_guards(run_controller, opening->ownership);
   warn_at_start(console, run_controller, *opening->rig, opening->missing);

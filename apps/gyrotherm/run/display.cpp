@@ -78,8 +78,8 @@ std::optional<DegreesPerHour> BiasMeter::subtract_earth_rate(std::optional<Degre
   return rate;
 }
 
-Display::Display(Console& console, const profile::Profile& profile, const rig::RigFile& rig)
-    : console_(console), profile_(profile), rig_(rig), channels_(list_channels(rig)) {
+Display::Display(Console& console, const profile::Profile& profile, const rig::RigFile& rig, bool is_simulated)
+    : console_(console), profile_(profile), rig_(rig), is_simulated_(is_simulated), channels_(list_channels(rig)) {
   for (const auto& unit : rig.units) {
     auto& axes = bias_.emplace_back();
     for (std::size_t i = 0; i < unit.info.axes.size(); ++i) axes.emplace_back(unit.info.axes[i], i);
@@ -113,7 +113,7 @@ std::string Display::headline(const Sample& sample, const RunOverview& overview)
   const auto share =
       overview.time_left ? fmt::format("{:.0f} %, ", 100 * std::max(done, 0.0) / std::max(done + left, 1.0)) : "";
   const auto time = wall_time_left ? format_duration(*wall_time_left) + " left, " : "time left unknown, ";
-  auto line = fmt::format("{}{}: {}{}{}", rig_.simulated ? "SIMULATED " : "", profile_.name, share,
+  auto line = fmt::format("{}{}: {}{}{}", is_simulated_ ? "SIMULATED " : "", profile_.name, share,
                           is_ending ? "" : time, name(overview.state));
   if (!overview.cause.empty()) line += ": " + overview.cause;
   if (overview.behind_plan >= std::chrono::seconds(1))

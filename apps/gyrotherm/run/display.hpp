@@ -39,8 +39,8 @@ class BiasMeter {
 
 class Display {
  public:
-  /// All arguments must outlive the object.
-  Display(Console& console, const profile::Profile& profile, const rig::RigFile& rig);
+  /// Console, profile and rig must outlive the object. `is_simulated` marks the headline of a run as SIMULATED.
+  Display(Console& console, const profile::Profile& profile, const rig::RigFile& rig, bool is_simulated);
 
   /// Adds the readings of a second. Must be called for each second.
   void add_sample(const Sample& sample);
@@ -66,6 +66,7 @@ class Display {
   Console& console_;
   const profile::Profile& profile_;
   const rig::RigFile& rig_;
+  bool is_simulated_;
   std::vector<record::Channel> channels_;
   std::vector<std::vector<BiasMeter>> bias_;
   SteadyClock clock_;

@@ -141,7 +141,9 @@ void print_sample(const ActiveRun& run) {
 class RealTime {
  public:
   explicit RealTime(const ActiveRun& run)
-      : run_(run), display_(run.console, run.profile, run.rig.file()), control_socket_(open_control_socket(run)) {
+      : run_(run),
+        display_(run.console, run.profile, run.rig.file(), is_simulated(run.store.info())),
+        control_socket_(open_control_socket(run)) {
     timer_.setTimerType(Qt::PreciseTimer);
     timer_.setSingleShot(true);
     timer_.callOnTimeout([this] { tick(); });
@@ -283,7 +285,7 @@ void await_disk(const ActiveRun& run) {
 }
 
 Result<run::RunOutcome> drive_virtual(const ActiveRun& run) {
-  Display display(run.console, run.profile, run.rig.file());
+  Display display(run.console, run.profile, run.rig.file(), is_simulated(run.store.info()));
   auto control_socket = open_control_socket(run);
   Pacer pacer(run.pace);
   auto last_sync = steady_clock::now();

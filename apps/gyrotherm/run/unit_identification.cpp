@@ -191,7 +191,7 @@ std::vector<std::string> find_earlier_runs(const rig::RigFile& rig, const Order&
   for (const auto& path : records) {
     const auto info = record::read_info(path);
     const bool is_same = info && info->order_number == order.content->number && info->profile_name == run.profile &&
-                         info->simulated == rig.simulated;
+                         info->virtual_rig == rig.simulated;
     if (!is_same || !is_complete(path)) continue;
     for (const auto& unit : list_units_in_use(rig))
       if (!unit.serial_number.empty() &&

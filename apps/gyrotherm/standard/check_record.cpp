@@ -117,7 +117,8 @@ Result<void> check_fits(const CheckRecord& record, const assurance::HistoryHead&
   const auto refuse = [&](const std::string& why) { return failure(FaultKind::usage, record.files.path, why); };
   const record::RunInfo& info = record.info;
   if (info.rig_name != head.rig) return refuse(fmt::format("is of the rig {}, expected {}", info.rig_name, head.rig));
-  if (info.simulated != head.simulated) return refuse("is of a virtual rig and the rig is real, or the reverse");
+  if (record::is_simulated(info) != head.simulated)
+    return refuse("is SIMULATED and the check standard is real, or the reverse");
   if (info.profile_name != head.profile)
     return refuse(fmt::format("is a run of {}, expected the check profile {}", info.profile_name, head.profile));
   if (!head.profile_sha256.empty() && sha256(info.profile_text) != head.profile_sha256)

@@ -224,7 +224,9 @@ function update_frame() {
     document.querySelector('#tabs [aria-current="page"]')?.scrollIntoView({block: 'nearest', inline: 'nearest'});
   }
   set_text(document.getElementById('run-title'), run ? `${status.name} · ${status.profile} on ${status.rig}` : '');
-  document.getElementById('simulated').hidden = !(status && status.simulated);
+  const simulated = document.getElementById('simulated');
+  simulated.hidden = !(status && status.simulated);
+  set_text(simulated, status && status.simulated ? simulation_text(status) : '');
   const unreleased = (status && status.unreleased) || [];
   const notice = document.getElementById('unreleased');
   notice.hidden = unreleased.length === 0;

@@ -259,6 +259,14 @@ function state_badge(status) {
   return make_element('span', {class: 'badge ' + state}, kStates[state] || state);
 }
 
+// Returns the banner of a simulated run. The chamber of a rig with some virtual instruments may be real and move.
+function simulation_text(status) {
+  const titles = status.virtual_instruments || [];
+  return titles.length
+    ? `SIMULATED — these instruments are virtual: ${titles.join(', ')}; the others may be real`
+    : 'SIMULATED — a virtual rig, no hardware moves';
+}
+
 function simulated_badge(status) {
   return status.simulated ? make_element('span', {class: 'badge sim'}, 'SIMULATED') : null;
 }

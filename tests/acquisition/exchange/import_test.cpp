@@ -41,7 +41,7 @@ TEST(Import, MakesFinishedRecordMarkedAsImported) {
   EXPECT_EQ(summary->span, std::chrono::seconds(30));
   EXPECT_EQ(summary->gaps, 1u);
   const Record record = read_record(folder / "run.db").value();
-  EXPECT_TRUE(record.finished && record.info.imported && !record.info.simulated);
+  EXPECT_TRUE(record.finished && record.info.imported && !record.info.virtual_rig);
   EXPECT_EQ(record.info.id.size(), 32u);
   EXPECT_EQ(record.info.rig_text, kSmallMap);
   EXPECT_EQ(record.info.units[0].axes[0].earth_rate, DegreesPerHour{8.4});

@@ -49,6 +49,15 @@ TEST(Export, TitlesColumnsAndLeavesMissingValuesEmpty) {
             "3,3,22.5,,,-0.1,1e-09,,,\"hold, \"\"hot\"\"\",,holding,\n");
 }
 
+TEST(Export, NamesVirtualInstrumentsOfRealRig) {
+  Record record = small_record();
+  record.info.virtual_rig = false;
+  EXPECT_TRUE(to_csv(record).starts_with("# run "));
+  record.info.virtual_instruments = {"chamber", "gyro a\nb"};
+  EXPECT_TRUE(to_csv(record).starts_with("# SIMULATED: these instruments were virtual: chamber, gyro a b\n# run "))
+      << to_csv(record);
+}
+
 /// The column determines the sign of the Earth rate. It is empty while an operator turns the unit.
 TEST(Export, MarksRowsWithTurnedUnit) {
   Record record = small_record();
@@ -68,7 +77,7 @@ TEST(Export, MarksRowsWithTurnedUnit) {
 
 TEST(Export, MarksUnfinishedRun) {
   Record record = small_record();
-  record.info.simulated = false;
+  record.info.virtual_rig = false;
   record.finished = false;
   record.info.profile_name = "two\nlines";
   EXPECT_EQ(

@@ -33,7 +33,7 @@ TEST(Record, RestoresDescriptionOfRun) {
   EXPECT_EQ(info.gyro_model_text, given.gyro_model_text);
   EXPECT_EQ(info.seed, given.seed);
   EXPECT_EQ(info.days_later, 365u);
-  EXPECT_TRUE(info.simulated);
+  EXPECT_TRUE(info.virtual_rig);
   EXPECT_FALSE(info.imported);
   EXPECT_EQ(info.started_utc, given.started_utc);
   ASSERT_EQ(info.thermometers.size(), 2u);
@@ -68,16 +68,57 @@ Duration start_time(RunInfo info, Duration late, std::int64_t samples) {
   return read_record(folder / "run.db").value().info.started_utc;
 }
 
+/// Writes a description into a new record, changes the record by `edit`, and reads it.
+RunInfo description_after(const RunInfo& info, const char* edit = "") {
+  const Folder folder;
+  EXPECT_TRUE(Store::create(folder / "run.db", info).has_value());
+  if (*edit != '\0') {
+    auto database = Database::open(folder / "run.db", Access::read_write, 0).value();
+    EXPECT_TRUE(database.execute(edit));
+  }
+  return read_info(folder / "run.db").value();
+}
+
+TEST(Record, RestoresVirtualInstrumentsOfRealRig) {
+  auto mixed = two_thermometers();
+  mixed.virtual_rig = false;
+  mixed.identities = {{"chamber", "a real one"}, {"thermometer 2", "PT12 VIRTUAL1"}};
+  EXPECT_FALSE(is_simulated(description_after(mixed)));
+  EXPECT_EQ(describe_simulation(mixed), "");
+  mixed.virtual_instruments = {"chamber", "thermometer 2"};
+  const auto back = description_after(mixed);
+  EXPECT_FALSE(back.virtual_rig) << "its time is real";
+  EXPECT_EQ(back.virtual_instruments, mixed.virtual_instruments);
+  EXPECT_TRUE(is_simulated(back));
+  EXPECT_EQ(describe_simulation(back), "these instruments were virtual: chamber, thermometer 2");
+  EXPECT_EQ(describe_simulation(description_after(two_thermometers())), "the instruments were virtual");
+}
+
+/// A record of an earlier version has no list of virtual instruments, even if its instruments were virtual.
+TEST(Record, ReadsDescriptionWithoutVirtualInstruments) {
+  auto served = two_thermometers();
+  served.virtual_rig = false;
+  served.identities = {{"thermometer 1", "LSCI,MODEL218S,VIRTUAL1,010126"}};
+  served.virtual_instruments = {"thermometer 1"};
+  const auto old = description_after(served, "DELETE FROM list WHERE name = 'virtual_instruments'");
+  EXPECT_EQ(old.identities, served.identities);
+  EXPECT_FALSE(is_simulated(old));
+  EXPECT_TRUE(is_simulated(description_after(two_thermometers(), "DELETE FROM list")));
+}
+
 TEST(Record, TakesStartOfRealRunFromFirstSample) {
   constexpr Duration kLate = std::chrono::milliseconds(5300);
   auto real = two_thermometers();
-  real.simulated = false;
+  real.virtual_rig = false;
   EXPECT_EQ(start_time(real, kLate, 3), real.started_utc + kLate);
   EXPECT_EQ(start_time(real, kLate, 0), real.started_utc) << "while there is no sample";
   auto foreign = real;
   foreign.imported = true;
   EXPECT_EQ(start_time(foreign, kLate, 3), foreign.started_utc);
   EXPECT_EQ(start_time(two_thermometers(), kLate, 3), real.started_utc) << "a virtual one";
+  auto served = real;
+  served.virtual_instruments = {"chamber"};
+  EXPECT_EQ(start_time(served, kLate, 3), real.started_utc + kLate) << "virtual instruments in real time";
 }
 
 TEST(Record, KeepsKnownTrueBias) {

@@ -44,7 +44,7 @@ inline RunInfo two_thermometers() {
   info.profile_text = "schema = \"gyrotherm-profile/1\"\n# 5 °C/min\n";
   info.rig_name = "a rig";
   info.rig_text = std::string("text with a zero \0 in it", 24);
-  info.simulated = true;
+  info.virtual_rig = true;
   info.gyro_model = "calibrated";
   info.gyro_film = "chamber";
   info.gyro_model_text = "schema = \"gyrotherm-reduced-gyro/1\"\n";

@@ -39,6 +39,29 @@ TEST(Status, SurvivesJsonUnchanged) {
   EXPECT_EQ(back->frames, status.frames);
 }
 
+TEST(Status, MarksRunWithVirtualInstrumentsInRealTime) {
+  RunInfo info = two_thermometers();
+  EXPECT_TRUE(is_in_virtual_time(make_first_status("run.db", info)));
+  info.virtual_rig = false;
+  EXPECT_FALSE(make_first_status("run.db", info).simulated);
+  EXPECT_FALSE(is_in_virtual_time(make_first_status("run.db", info)));
+  info.virtual_instruments = {"chamber", "gyro"};
+  const auto json = to_json(make_first_status("run.db", info));
+  const auto back = parse_status(json, "here").value();
+  EXPECT_TRUE(back.simulated);
+  EXPECT_FALSE(is_in_virtual_time(back));
+  EXPECT_EQ(back.virtual_instruments, info.virtual_instruments);
+  // The status file of an earlier version
+  auto old = json;
+  const std::string member = R"("virtual_instruments":["chamber","gyro"])";
+  const auto at = old.find(member);
+  ASSERT_NE(at, std::string::npos) << old;
+  old.replace(at, member.size(), R"("former":0)");
+  const auto read = parse_status(old, "here");
+  ASSERT_TRUE(read) << text(read.error());
+  EXPECT_TRUE(is_in_virtual_time(*read)) << "earlier versions marked only virtual rigs";
+}
+
 TEST(Status, RefusesOtherText) {
   for (const char* text :
        {"", "{", "[]", "{}", R"({"schema": 1})", R"({"schema": "gyrotherm-status/1", "pid": "x"})"}) {

@@ -66,7 +66,7 @@ struct Shown {
     overview.time_left = std::chrono::seconds(2700);
   }
   [[nodiscard]] std::string text() {
-    Display display(console, profile, rig);
+    Display display(console, profile, rig, rig.simulated);
     display.add_sample(sample);
     std::string all;
     for (const auto& line : display.lines(sample, overview)) all += line + "\n";
@@ -100,7 +100,7 @@ TEST(Display, ShowsProgressAndMarksSimulatedRun) {
 
 TEST(Display, ShowsNewestUnacknowledgedAlarms) {
   Shown shown;
-  Display display(shown.console, shown.profile, shown.rig);
+  Display display(shown.console, shown.profile, shown.rig, shown.rig.simulated);
   std::vector<record::Alarm> alarms;
   for (int i = 9; i >= 1; --i)
     alarms.push_back({.number = i, .interlock = "door", .text = "door (suspend): open", .count = i, .active = i > 8});
@@ -119,7 +119,7 @@ TEST(Display, ShowsNewestUnacknowledgedAlarms) {
 
 TEST(Display, CountsShelvedAlarmsWithoutShowingThem) {
   Shown shown;
-  Display display(shown.console, shown.profile, shown.rig);
+  Display display(shown.console, shown.profile, shown.rig, shown.rig.simulated);
   const record::Alarm alarm{
       .number = 7, .interlock = "stuck", .text = "stuck (warn): A", .acknowledged = true, .shelved_by = "ada"};
   for (const int count : {1, 2}) {
@@ -135,7 +135,7 @@ TEST(Display, FitsIntoSixtyColumns) {
   shown.rig.thermometers[0].calibrated.resize(9);
   shown.sample.thermometers.resize(9, {Celsius{-38.25}, {}});
   for (std::size_t i = 0; i < 9; ++i) shown.rig.thermometers[0].calibrated[i].name = "shell-" + std::to_string(i);
-  Display display(shown.console, shown.profile, shown.rig);
+  Display display(shown.console, shown.profile, shown.rig, shown.rig.simulated);
   std::size_t found = 0;
   for (const auto& line : display.lines(shown.sample, shown.overview)) {
     if (line.find("shell-") == std::string::npos) continue;

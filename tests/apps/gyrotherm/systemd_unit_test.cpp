@@ -103,7 +103,7 @@ TEST(SystemdUnit, SkipsFinishedRunWithoutFailure) {
 void leave_second_file(const Folder& folder) {
   record::RunInfo info;
   info.id = "0123456789abcdef0123456789abcdef";
-  info.simulated = true;
+  info.virtual_rig = true;
   const record::Continuation continuation{.part = 2, .before = "rate.db", .from = 0, .cause = "rate.db was removed"};
   auto file = record::RunFile::create(folder / "rate.2.db", info, continuation);
   ASSERT_TRUE(file) << text(file.error());

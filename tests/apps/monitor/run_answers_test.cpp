@@ -111,7 +111,7 @@ TEST(RunCatalogue, ChecksFoldersIndependently) {
 /// continues until the other end of the pipe is closed.
 [[noreturn]] void write_real_run(const std::string& path, Duration late, int told) {
   auto info = small_run_info();
-  info.simulated = false;
+  info.virtual_rig = false;
   auto store = record::Store::create(path, info, {.live_copy = record::LiveCopyOptions{.pause = 1ms}});
   bool fine = store && (*store)->append_event({.at = {}, .kind = EventKind::started, .text = "begins"});
   pollfd word{.fd = told, .events = POLLIN, .revents = 0};

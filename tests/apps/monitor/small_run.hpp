@@ -18,7 +18,7 @@ inline record::RunInfo small_run_info() {
   info.id = "0123456789abcdef0123456789abcdef";
   info.profile_name = "a profile";
   info.rig_name = "a rig";
-  info.simulated = true;
+  info.virtual_rig = true;
   info.started_utc = kVirtualEpoch;
   info.thermometers = {{"A", "a bridge", Kelvins{0}}};
   info.units = {{.axes = {{.kind = record::GyroKind::pulse_count, .scale = 0.1}}, .gradients = {"A"}}};

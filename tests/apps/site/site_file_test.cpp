@@ -162,7 +162,7 @@ TEST_F(DocumentFile, IsKnownByItsSchema) {
 
 TEST(RunText, HasANumberForEachColumnButSlotAndUtc) {
   record::RunInfo info;
-  info.simulated = true;
+  info.virtual_rig = true;
   info.thermometers = {{.name = "A", .instrument = "i", .offset = {}}};
   info.units = {{.axes = {{.kind = record::GyroKind::pulse_count, .scale = 1}}}};
   std::string names;
@@ -170,9 +170,22 @@ TEST(RunText, HasANumberForEachColumnButSlotAndUtc) {
   EXPECT_EQ(names,
             "monotonic_ns set_point_c chamber_air_c chamber_set_point_c A pulses interval_ns segment cycle phase "
             "in_segment_ns soaked_ns state true_bias_deg_per_h ");
-  info.simulated = false;
+  info.virtual_rig = false;
   EXPECT_EQ(stored_channels(info).back().name, "state") << "what only a virtual gyro knows";
   EXPECT_EQ(stored_channels(info).back().keywords.size(), kRunStates.size());
+}
+
+TEST(RunText, MarksRunOnVirtualInstruments) {
+  const auto is_marked = [](const record::RunInfo& info) {
+    return run_as_json(info).find("\"simulated\":true") != std::string::npos;
+  };
+  record::RunInfo info;
+  EXPECT_FALSE(is_marked(info));
+  info.virtual_instruments = {"chamber"};
+  EXPECT_TRUE(is_marked(info));
+  info.virtual_instruments.clear();
+  info.virtual_rig = true;
+  EXPECT_TRUE(is_marked(info));
 }
 
 }  // namespace

@@ -148,8 +148,9 @@ WebAnswer RunAnswers::answer_stream(const FoundRun& run, const RequestHead& head
   }
   WebAnswer answer{.type = "text/event-stream"};
   answer.headers.emplace_back("X-Accel-Buffering", "no");
-  answer.stream = [watch, position = FeedPosition{.slot = *slot, .event = *event, .skips_old_samples = !samples.empty()}, stopping = is_stopping_,
-                   has_access = std::move(has_access)](const Send& send) mutable {
+  answer.stream = [watch,
+                   position = FeedPosition{.slot = *slot, .event = *event, .skips_old_samples = !samples.empty()},
+                   stopping = is_stopping_, has_access = std::move(has_access)](const Send& send) mutable {
     if (!send("retry: 1000\n\n")) return false;
     auto checked = since_boot(), sent = checked;
     while (!stopping()) {

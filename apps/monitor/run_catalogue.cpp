@@ -11,9 +11,9 @@
 
 #include "acquisition/record/record_files.hpp"
 #include "acquisition/record/run_source.hpp"
+#include "core/rig_defaults.hpp"
 #include "core/sha256.hpp"
 #include "core/toml_reader.hpp"
-#include "sequencer/watchdog/safe_evidence.hpp"
 
 namespace gyrotherm::monitor {
 
@@ -46,11 +46,11 @@ void drop_unused_texts(record::RunInfo& info) {
 /// Sets `chamber_after_stop`, `chamber_after_abort` and `safe_observe` from the rig file.
 void read_end_states(FoundRun& run, const record::RunInfo& info) {
   run.chamber_after_stop = run.chamber_after_abort = "the chamber is made safe";
-  run.safe_observe = watchdog::kUsualObserve;
+  run.safe_observe = kUsualObserve;
   const auto rig = TomlTable::parse(info.rig_text, "rig");
   if (!rig) return;
   const auto safe = rig->table("safe"), chamber = rig->table("chamber");
-  run.safe_observe = safe.duration("observe", watchdog::kUsualObserve);
+  run.safe_observe = safe.duration("observe", kUsualObserve);
   const bool is_in_safe_table = safe.has("set_point");
   if (is_in_safe_table || chamber.has("safe_set_point")) {
     const auto set_point = is_in_safe_table ? safe.celsius("set_point") : chamber.celsius("safe_set_point");

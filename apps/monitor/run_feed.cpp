@@ -146,8 +146,7 @@ std::string RunFeed::Watch::wait_for_messages(FeedPosition& position, Duration t
     };
     if (!feed_.changed_.wait_for(lock, timeout, is_new) || feed_.stopped_) return text;
     const auto& run = feed_.runs_[key_];
-    if (run.id != position.run && !position.run.empty())
-      position = {.skips_old_samples = position.skips_old_samples};
+    if (run.id != position.run && !position.run.empty()) position = {.skips_old_samples = position.skips_old_samples};
     position.run = run.id;
     if (run.status_version != position.status_version) {
       text += format_message("status", run.status, -1);
@@ -251,7 +250,9 @@ std::optional<RunFeed::NewRows> RunFeed::read_new_rows(const FoundRun& found, co
   auto samples = read_samples_after(found, first_slot, kMaxRowsPerRead);
   auto events = read_events_after(found, position.event, kMaxRowsPerRead);
   if (!samples || !events) return std::nullopt;
-  return NewRows{.samples = std::move(*samples), .events = std::move(*events), .has_run_ended = has_ended,
+  return NewRows{.samples = std::move(*samples),
+                 .events = std::move(*events),
+                 .has_run_ended = has_ended,
                  .has_skipped = first_slot > position.slot};
 }
 

@@ -46,7 +46,8 @@ constexpr Duration kAnswerTimeout = std::chrono::seconds(5);
 constexpr std::array kCommands{"pause", "resume", "stop", "abort", "note", "acknowledge", "shelve", "unshelve"};
 
 constexpr const char* kStopNote =
-    "A stop is final: the run cannot be resumed. To interrupt the run and go on later, pause it, or press Ctrl-C in its "
+    "A stop is final: the run cannot be resumed. To interrupt the run and go on later, pause it, or press Ctrl-C in "
+    "its "
     "terminal and run gyrotherm resume.";
 constexpr const char* kAbortNote =
     "After an abort, the run can go on only by gyrotherm resume with --accept, when a person has checked the chamber.";
@@ -70,13 +71,13 @@ WebAnswer RunControl::request_confirmation(const Sender& sender, const FoundRun&
       run.status.slot >= 0 ? format_duration(std::chrono::seconds(run.status.slot)) : std::string("nothing");
   const auto left = overview.time_left ? format_duration(*overview.time_left) : std::string("an unknown time");
   const auto& chamber = verb == "abort" ? run.chamber_after_abort : run.chamber_after_stop;
-  return {.status = 409,
-          .body = json_text(
-              Json{{"confirm", confirmations_.issue_token(sender.name(), run.key, verb)},
-                   {"question", fmt::format("{} done, {} left. The run ends and {}. {}", done, left, chamber,
-                                            verb == "abort" ? kAbortNote : kStopNote)},
-                   {"elapsed_s", std::max<std::int64_t>(run.status.slot, 0)},
-                   {"left_s", overview.time_left ? Json(to_seconds(*overview.time_left)) : Json(nullptr)}})};
+  return {
+      .status = 409,
+      .body = json_text(Json{{"confirm", confirmations_.issue_token(sender.name(), run.key, verb)},
+                             {"question", fmt::format("{} done, {} left. The run ends and {}. {}", done, left, chamber,
+                                                      verb == "abort" ? kAbortNote : kStopNote)},
+                             {"elapsed_s", std::max<std::int64_t>(run.status.slot, 0)},
+                             {"left_s", overview.time_left ? Json(to_seconds(*overview.time_left)) : Json(nullptr)}})};
 }
 
 WebAnswer RunControl::answer(const WebRequest& request, const std::string& key, const std::string& verb) {

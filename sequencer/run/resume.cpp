@@ -430,9 +430,10 @@ std::string finished_refusal(const record::Record& record) {
   const auto stop = std::find_if(record.events.rbegin(), record.events.rend(), is_stop);
   const bool was_stopped = !record.state.empty() && record.state.back() == RunState::stopped;
   if (!was_stopped || stop == record.events.rend()) return "this run has finished; there is nothing to resume";
-  return fmt::format("this run was {}, at {}; a stop is final, so it cannot be resumed: start a new run. To go on "
-                     "later, end a run by Ctrl-C or pause it",
-                     stop->event.text, civil_time(stop->event.at.utc));
+  return fmt::format(
+      "this run was {}, at {}; a stop is final, so it cannot be resumed: start a new run. To go on "
+      "later, end a run by Ctrl-C or pause it",
+      stop->event.text, civil_time(stop->event.at.utc));
 }
 
 /// Returns the units that the run dropped, and those of empty positions.

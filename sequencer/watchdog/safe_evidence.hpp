@@ -7,14 +7,12 @@
 #include <string>
 
 #include "core/quantity.hpp"
+#include "core/rig_defaults.hpp"
 #include "core/sample.hpp"
 #include "drivers/chamber/register_map.hpp"
 #include "sequencer/watchdog/air_watch.hpp"
 
 namespace gyrotherm::watchdog {
-
-/// Default of [safe] observe.
-inline constexpr Duration kUsualObserve = std::chrono::minutes(5);
 
 /// The required final state of the chamber, and the capabilities of its map.
 struct SafeGoal {

@@ -40,8 +40,8 @@ std::string refusal_after(std::vector<RunState> states, const std::vector<std::s
 
 TEST(FinishedRun, NamesUserAndTimeOfStop) {
   const auto why = refusal_after({RunState::execute, RunState::aborting, RunState::stopped},
-                                 {"held: paused by eve (uid 1)", "execute", "aborting: stopped by ada (uid 1000): smoke",
-                                  "stopped by ada (uid 1000): smoke"});
+                                 {"held: paused by eve (uid 1)", "execute",
+                                  "aborting: stopped by ada (uid 1000): smoke", "stopped by ada (uid 1000): smoke"});
   EXPECT_NE(why.find("this run was stopped by ada (uid 1000): smoke, at " +
                      civil_time(kVirtualEpoch + std::chrono::minutes(4))),
             std::string::npos)

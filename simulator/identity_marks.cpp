@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <string_view>
 
 #include "drivers/chamber/item_exchange.hpp"
 #include "drivers/virtual_identity.hpp"
@@ -15,6 +16,15 @@ bool fits(const drivers::Fingerprint& print, const std::string& text) {
   return print.is_expression ? drivers::fits_expression(print.pattern, text) : drivers::matches(print.pattern, text);
 }
 
+/// Returns whether a text ends in a decimal fraction. It is then a line of values in a fixed form, which other clients
+/// parse to its end.
+bool ends_in_fraction(std::string_view text) {
+  const auto last = text.substr(text.find_last_of(" ,") + 1);
+  const auto point = last.find('.');
+  return point != std::string_view::npos && point > 0 && point + 1 < last.size() &&
+         last.find_first_not_of("0123456789.") == std::string_view::npos;
+}
+
 /// Marks an item that contains a text, unless the item is too short. `print` is the pattern of the text, if it has one.
 void mark_text(SimulatedUnit& unit, const drivers::RegisterItem& item, const drivers::Fingerprint* print) {
   const auto described =
@@ -24,6 +34,7 @@ void mark_text(SimulatedUnit& unit, const drivers::RegisterItem& item, const dri
     text = described->second;
   else if (print != nullptr)
     text = drivers::make_example(print->pattern);
+  if (ends_in_fraction(text)) return;
   text = text.empty() ? std::string(drivers::kVirtualSerialNumber) : drivers::add_virtual_mark(text);
   if (text.size() > item.text.characters || (print != nullptr && !fits(*print, text))) return;
   if (described != unit.initial_texts.end())

@@ -9,7 +9,8 @@
 namespace gyrotherm::simulator {
 
 /// Returns the unit with a marked identity: its text contains the serial number of virtual instruments, and its item
-/// `serial_number` is their integer. An item that is too short, or whose pattern excludes the mark, remains unchanged.
+/// `serial_number` is their integer. An item remains unchanged if it is too short, if it ends in a decimal fraction, or
+/// if its pattern excludes the mark.
 [[nodiscard]] SimulatedUnit mark_identity(SimulatedUnit unit, const drivers::RegisterMap& map);
 
 /// Marks the identities of thermometers, supplies and gyros, as far as their protocols and descriptions permit.

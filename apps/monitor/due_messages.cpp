@@ -24,6 +24,7 @@ void describe(auto& form, Like<LastSeenRun> auto& run) {
   form("record", run.record);
   form("rig", run.rig);
   form("simulated", run.simulated);
+  form.if_present("virtual_rig", run.virtual_rig, run.virtual_rig);  // since 0.2.0
 }
 void describe(auto& form, Like<NotificationMemory> auto& memory) {
   form.derived("schema", kMemorySchema);
@@ -72,8 +73,11 @@ void NotificationMemory::update_runs(const Situation& now) {
     if (run.running && std::ranges::find(seen_active_, run.id) == seen_active_.end()) seen_active_.push_back(run.id);
     std::erase_if(last_seen_, [&](const auto& known) { return known.first == run.id; });
     if (run.running)
-      last_seen_.emplace_back(
-          run.id, LastSeenRun{.name = run.name, .record = run.record, .rig = run.rig, .simulated = run.simulated});
+      last_seen_.emplace_back(run.id, LastSeenRun{.name = run.name,
+                                                  .record = run.record,
+                                                  .rig = run.rig,
+                                                  .simulated = run.simulated,
+                                                  .virtual_rig = run.virtual_rig});
   }
 }
 
@@ -86,6 +90,7 @@ std::vector<ObservedRun> NotificationMemory::missing_runs(const Situation& now) 
                          .record = run.record,
                          .rig = run.rig,
                          .simulated = run.simulated,
+                         .virtual_rig = run.virtual_rig,
                          .running = true,
                          .silent = true,
                          .outcome = {},
@@ -203,7 +208,7 @@ std::vector<Incident> find_incidents(const Site& site, const NotifyRule& rule, c
   std::vector<Incident> found;
   for (const auto* runs : {&now.runs, &missing})
     for (const auto& run : *runs)
-      if (known.contains(run.id) && (rule.simulated || !run.simulated))
+      if (known.contains(run.id) && (rule.simulated || !run.virtual_rig))
         find_run_incidents(site, rule, run, true, found);
   const auto answers = now.responding_monitors.find(rule.monitor);
   if (rule.trigger == RuleTrigger::silent && answers != now.responding_monitors.end() && !answers->second)

@@ -32,7 +32,10 @@ struct ObservedRun {
   /// Path of the record.
   std::string record;
   std::string rig;
+  /// The run is marked as SIMULATED.
   bool simulated{};
+  /// All instruments of the run are virtual, and so is its time.
+  bool virtual_rig{};
   /// A program executes the run. It may be silent.
   bool running{};
   /// The program does not respond, or it ended without finishing the run.
@@ -86,6 +89,7 @@ struct LastSeenRun {
   std::string record;
   std::string rig;
   bool simulated{};
+  bool virtual_rig{};
   bool operator==(const LastSeenRun&) const = default;
 };
 

@@ -32,6 +32,7 @@ ObservedRun observe_run(const FoundRun& run) {
                        .record = run.path,
                        .rig = run.info ? run.info->rig_name : std::string(),
                        .simulated = run.status.simulated,
+                       .virtual_rig = is_in_virtual_time(run.status),
                        .running = run.is_running(),
                        .silent = run.is_silent() || run.is_abandoned(),
                        .outcome = !has_ended                    ? ""

@@ -142,7 +142,7 @@ class Control(unittest.TestCase):
         self.assertTrue(until(lambda: self.status()["alarms"]))
         alarm = self.status()["alarms"][0]
         self.assertTrue(until(lambda: self.mail.letters))
-        self.assertIn("Subject: Alarm: laboratory: run on virtual", self.mail.letters[0])
+        self.assertIn("Subject: Alarm: laboratory: SIMULATED run on virtual", self.mail.letters[0])
         self.assertIn("To: ada@example.org", self.mail.letters[0])
         boss = self.folder / "boss.txt"
         self.assertTrue(until(boss.exists), "nobody acknowledges: the next address")
@@ -163,7 +163,7 @@ class Control(unittest.TestCase):
 
         asked = self.tell("stop")
         self.assertEqual(asked.status, 409)
-        self.assertRegex(asked.json["question"], r"done, .* left\..*Sure\?")
+        self.assertRegex(asked.json["question"], r"done, .* left\..*A stop is final")
         self.assertIn("safe set point, ", asked.json["question"], "what becomes of the chamber, with the temperature")
         self.assertEqual(self.tell("stop", confirm=asked.json["confirm"], text="the day is over").status, 200)
         self.assertEqual(self.run_.run.wait(timeout=60), 0)

@@ -61,6 +61,7 @@ class Told : public ::testing::Test {
                   .record = "/r/soak.db",
                   .rig = "one",
                   .simulated = false,
+                  .virtual_rig = false,
                   .running = true,
                   .silent = false,
                   .outcome = {},
@@ -219,7 +220,7 @@ TEST_F(Told, IgnoresRemovalOfEndedRun) {
       {.name = "a run is silent", .trigger = RuleTrigger::silent, .addresses = {"day"}, .after = 2min});
   auto simulated = now_.runs.front();
   simulated.id = "s";
-  simulated.simulated = true;
+  simulated.simulated = simulated.virtual_rig = true;
   now_.runs.push_back(simulated);
   EXPECT_EQ(told(), Messages{});
   now_.runs.front().running = false;
@@ -259,11 +260,20 @@ TEST_F(Told, ReportsSilentMonitorAfterDelay) {
   EXPECT_EQ(told(), Messages{"night: lab: http://other:8321/ does not respond"});
 }
 
-TEST_F(Told, ReportsSimulatedRunsOnlyToRulesThatIncludeThem) {
-  now_.runs.front().simulated = true;
+TEST_F(Told, ReportsVirtualRigsOnlyToRulesThatIncludeThem) {
+  now_.runs.front().simulated = now_.runs.front().virtual_rig = true;
   now_.runs.front().alarms = {{7, "air above its limit"}};
   now_.runs.front().free_bytes = 0;
   EXPECT_EQ(told(), Messages{"day: Alarm: lab: SIMULATED soak on one"});
+}
+
+/// Its other instruments are real, and may be in danger.
+TEST_F(Told, ReportsRealRigWithVirtualInstrumentToAllRules) {
+  now_.runs.front().simulated = true;
+  now_.runs.front().alarms = {{7, "air above its limit"}};
+  EXPECT_EQ(told(), Messages{"day: Alarm: lab: SIMULATED soak on one"});
+  utc_ += 20min;
+  EXPECT_EQ(told(), Messages{"night: Alarm: lab: SIMULATED soak on one"});
 }
 
 TEST(SiteFile, RefusesLiveTableOnce) {

@@ -57,7 +57,7 @@ def simserv() -> list[Step]:
     def ask(sent: str, answer: str, **more: bool) -> Step:
         return line(sent, answer, "\r", "\r\n", **more)
     return [
-        ask("99997¶1¶1", "1¶LabEvent T/210/70/5", published=True),
+        ask("99997¶1¶1", "1¶LabEvent T/210/70/5( VIRTUAL1)?", published=True),
         ask("11004¶1¶1", r"1¶-?\d+\.\d+"),
         exact("31 31 30 30 31 B6 31 B6 31 B6 2D 34 30 2E 30 0D", "31 0D 0A"),  # -40 °C
         ask("11002¶1¶1", r"1¶-40(\.0+)?", eventually=True),

@@ -47,8 +47,7 @@ constexpr std::array kCommands{"pause", "resume", "stop", "abort", "note", "ackn
 
 constexpr const char* kStopNote =
     "A stop is final: the run cannot be resumed. To interrupt the run and go on later, pause it, or press Ctrl-C in "
-    "its "
-    "terminal and run gyrotherm resume.";
+    "its terminal and run gyrotherm resume.";
 constexpr const char* kAbortNote =
     "After an abort, the run can go on only by gyrotherm resume with --accept, when a person has checked the chamber.";
 

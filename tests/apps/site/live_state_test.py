@@ -71,7 +71,8 @@ class Live(unittest.TestCase):
             self.addCleanup(lambda rig=rig: rig.process.poll() is None and rig.kill())
         on_page = lambda: {rig["rig"]: rig for rig in monitor.ask("/api/v1/site").json["rigs"]
                            if rig["rig"] in ("rig-1", "rig-2")}
-        shown = until(lambda: len(now := on_page()) == 2 and all(rig["segment"] for rig in now.values()) and now, 60)
+        shown = until(lambda: len(now := on_page()) == 2
+                      and all(rig["segment"] and rig["state"] == "execute" for rig in now.values()) and now, 60)
         self.assertTrue(shown, monitor.ask("/api/v1/site").body)
         for rig in shown.values():
             self.assertEqual((rig["state"], rig["alarms"]), ("execute", 0))

@@ -26,7 +26,7 @@ struct FeedPosition {
   std::int64_t status_version{-1};
   /// Id of the run. If the record of another run replaces it, the feed restarts.
   std::string run{};
-  /// The watcher does not need samples that are no longer in memory.
+  /// Omits the samples before those in memory.
   bool skips_old_samples{};
 };
 

@@ -68,8 +68,8 @@ class AnswerSearch {
     return std::nullopt;
   }
 
-  /// Whether the reply was received, but after a byte that also begins an echo of the command. That byte may be the
-  /// last of a frame instead: one frame in 256 ends in it.
+  /// Returns whether the reply was received, but after a byte that also begins an echo of the command. That byte may be
+  /// the last of a frame instead: one frame in 256 ends in it.
   [[nodiscard]] bool has_echoed_reply() const {
     return !command_.reply.empty() && find(command_.reply, std::string::npos) != std::string::npos;
   }
@@ -199,13 +199,12 @@ std::vector<GyroCommand> read_commands(const TomlTable& root, const char* key, c
 
 Result<void> send_command(const GyroCommand& command, const FrameFormat& format, ByteStream& line, Duration within,
                           const Clock* clock) {
-  AnswerSearch first(command, format);
-  if (auto found = search_answer(command, first, line, within, clock)) return std::move(*found);
-  if (!requires_answer(command)) return {};
-  if (!first.has_echoed_reply()) return missing_answer(command, first);
-  AnswerSearch second(command, format);
-  if (auto found = search_answer(command, second, line, within, clock)) return std::move(*found);
-  return missing_answer(command, second);
+  for (bool is_repeated = false;; is_repeated = true) {
+    AnswerSearch search(command, format);
+    if (auto found = search_answer(command, search, line, within, clock)) return std::move(*found);
+    if (!requires_answer(command)) return {};
+    if (is_repeated || !search.has_echoed_reply()) return missing_answer(command, search);
+  }
 }
 
 IdentityQuery read_identity_query(const TomlTable& table) {

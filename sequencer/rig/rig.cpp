@@ -188,7 +188,7 @@ class AssembledRig : public Rig {
     // The description of a silent instrument names its line and the instrument expected there.
     const auto titled = [this](const std::string& title, const std::string& place, Result<std::string> answer) {
       if (answer) {
-        const bool is_marked = !file_.simulated && drivers::is_virtual_identity(*answer);
+        const bool is_marked = is_unexpectedly_virtual(*answer);
         return Result<std::string>(plain(title + ": " + *answer + (is_marked ? "; SIMULATED: it is virtual" : "")));
       }
       auto& [kind, where, what] = answer.error();
@@ -406,11 +406,16 @@ class AssembledRig : public Rig {
     return readings;
   }
 
+  /// Returns whether an instrument of a real rig has the identity of a virtual one.
+  [[nodiscard]] bool is_unexpectedly_virtual(const std::string& identity) const {
+    return !file_.simulated && drivers::is_virtual_identity(identity);
+  }
+
   /// Returns the titles of the instruments whose identity is that of a virtual one; none on a virtual rig.
   [[nodiscard]] std::vector<std::string> list_virtual_instruments() const {
     std::vector<std::string> titles;
     for (const auto& [title, identity] : identities_)
-      if (!file_.simulated && drivers::is_virtual_identity(identity)) titles.push_back(title);
+      if (is_unexpectedly_virtual(identity)) titles.push_back(title);
     return titles;
   }
 

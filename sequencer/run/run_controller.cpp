@@ -155,7 +155,7 @@ RunController::Acknowledged RunController::append_acknowledgements(const std::ve
       const auto stored = store_.append_event(
           acknowledgement_event(row, rig_.clock().now(), profile_position(profile_, state_).segment, who, comment));
       if (!stored) result.refusals.push_back(text(stored.error()));
-      (row.suppressed_by.empty() ? result.count : result.consequences) += stored ? 1 : 0;
+      (row.suppressed_by.empty() ? result.roots : result.consequences) += stored ? 1 : 0;
     }
   };
   if (numbers.empty()) append(store_.alarms().unacknowledged());

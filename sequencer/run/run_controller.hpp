@@ -137,8 +137,8 @@ class RunController {
                                                           const std::string& who, const std::string& reason);
   void note_ended_shelvings();
   struct Acknowledged {
-    /// Alarms that are no consequences, and their consequences.
-    std::size_t count{}, consequences{};
+    /// Numbers of acknowledged root alarms and of acknowledged consequences.
+    std::size_t roots{}, consequences{};
     /// One per refused number.
     std::vector<std::string> refusals{};
   };

@@ -27,13 +27,14 @@ Result<Exit> resume(Console& console, const ResumeArguments& options) {
   if (!gap) return failure(FaultKind::usage, "--gap", gap.error().what);
   // resume_run() reports a record that cannot be read. Until that call, Ctrl-C ends the program immediately.
   const auto status = record::read_status(options.run);
-  const auto pace = pace_of_run(options.pace, !status || is_in_virtual_time(*status));
+  const bool is_virtual = status && is_in_virtual_time(*status);
+  const auto pace = pace_of_run(options.pace, !status || is_virtual);
   if (!pace) return failure(pace.error());
   // A virtual run is replayed from the record before the record is opened for writing. Its files are verified first.
-  if (status && is_in_virtual_time(*status))
+  if (is_virtual)
     if (const auto whole = record::find_record_files(options.run).and_then(record::verify_files); !whole)
       return failure(whole.error());
-  watch_for_interrupts(status && is_in_virtual_time(*status) ? SecondInterrupt::ends : SecondInterrupt::is_counted);
+  watch_for_interrupts(is_virtual ? SecondInterrupt::ends : SecondInterrupt::is_counted);
   if (auto ran = resume_run(console, options.run,
                             {.accept = options.accept,
                              .trust_commands = options.trust_commands,

@@ -33,7 +33,8 @@ struct StartOptions {
   bool accept_air = false;
   /// Goal of a run that ends by itself. Required if the profile has a table [until].
   std::optional<record::RunInfo::Goal> goal{};
-  double pace{};  ///< pace of a virtual rig (pace.hpp); 0: as fast as possible
+  /// Pace of a virtual rig (pace.hpp). 0: as fast as possible.
+  double pace{};
 };
 
 /// Adds the option --accept-air to a command that starts runs.
@@ -65,7 +66,8 @@ struct ResumeOptions {
   Duration gap = std::chrono::seconds(30);  ///< virtual rig: duration of the interruption
   /// Values of --unit, "u1=0042". The run keeps its units, so a difference is an error.
   std::vector<std::string> units{};
-  double pace{};  ///< pace of a virtual rig (pace.hpp); 0: as fast as possible
+  /// Pace of a virtual rig (pace.hpp). 0: as fast as possible.
+  double pace{};
 };
 
 /// Resumes an unfinished run in the same segment, without shortening a soak, and records the gap. Fails with
@@ -88,7 +90,8 @@ struct ActiveRun {
   const std::string& path;  ///< record
   /// Decides how a run continues that ends by itself; null for a profile with a fixed end.
   RunDecider* decider = nullptr;
-  double pace{};  ///< pace of a virtual rig (pace.hpp); 0: as fast as possible
+  /// Pace of a virtual rig (pace.hpp). 0: as fast as possible.
+  double pace{};
 };
 
 /// Ticks at the run's pace and syncs at least once a second of wall time, or after each tick that takes longer. Fails

@@ -153,13 +153,17 @@ function unacknowledged_alarms(status) {
   return (status.alarms || []).filter(alarm => !alarm.acknowledged && !alarm.suppressed_by);
 }
 
-/// Returns the interlock and the subject of an event: "channel_lost thermometer 1".
+/// Returns an interlock with its subject: "channel_lost thermometer 1".
+function interlock_tag(interlock, subject) {
+  return subject ? `${interlock} ${subject}` : interlock;
+}
+
 function subject_tag(event) {
-  return event.channel ? `${event.interlock} ${event.channel}` : event.interlock;
+  return interlock_tag(event.interlock, event.channel);
 }
 
 function alarm_tag(alarm) {
-  return alarm.subject ? `${alarm.interlock} ${alarm.subject}` : alarm.interlock;
+  return interlock_tag(alarm.interlock, alarm.subject);
 }
 
 /// Returns "2 unacknowledged alarms: 1 active, 1 returned", or an empty text if there is none.

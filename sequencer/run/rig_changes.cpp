@@ -107,11 +107,11 @@ std::vector<RigChange> RigChanges::compare_alarms(const interlocks::InterlockRes
   }
   for (const auto& alarm : result.cleared)
     changes.push_back({EventKind::recovered,
-                       fmt::format("{} is over: {}", name(alarm.id), alarm.text),
+                       fmt::format("{} is over; its cause was: {}", name(alarm.id), alarm.text),
                        {.interlock = name(alarm.id), .reaction = name(alarm.reaction), .channel = alarm.subject}});
   for (const auto& root : found.cleared)
     changes.push_back({EventKind::recovered,
-                       fmt::format("{} is over: {}", root.id, root.text),
+                       fmt::format("{} is over; its cause was: {}", root.id, root.text),
                        {.interlock = root.id, .reaction = name(interlocks::Reaction::go_on), .channel = root.subject}});
   return changes;
 }

@@ -19,10 +19,10 @@
 namespace gyrotherm::exchange {
 namespace {
 
-// A message is its kind, the size of its content in 8 bytes, and the content: many rows, a fault, or nothing at the
-// end.
-enum class MessageKind : char { rows = 'R', fault = 'F', end = 'E' };
-constexpr std::size_t kMessageHead = 1 + sizeof(std::uint64_t), kLargestRows = 1 << 18, kLargestFault = 1 << 16;
+// A message is its kind, the size of its content in 8 bytes, and the content: many rows, a text, a fault, or nothing at
+// the end.
+enum class MessageKind : char { rows = 'R', text = 'T', fault = 'F', end = 'E' };
+constexpr std::size_t kMessageHead = 1 + sizeof(std::uint64_t), kLargestRows = 1 << 18, kLargestText = 1 << 16;
 
 /// The fixed part of a row. Its numbers follow.
 struct RowHead {
@@ -53,6 +53,9 @@ class RowWriter {
     message.append(reinterpret_cast<const char*>(&size), sizeof size).append(content);
     if (!write_all(line_, message)) ::_exit(1);  // the parent has ended
   }
+  void write(const Fault& fault) const {
+    write(MessageKind::fault, std::string(1, static_cast<char>(fault.kind)) + fault.where + '\0' + fault.what);
+  }
 
  private:
   int line_;
@@ -68,9 +71,15 @@ void read_in_child(int line, const ReadInSteps& read, const ReadingLimits& limit
       },
       [&] { limit_processor_time(limits.processor_time); });
   writer.send();
-  if (done) return writer.write(MessageKind::end, "");
-  const Fault& fault = done.error();
-  writer.write(MessageKind::fault, std::string(1, static_cast<char>(fault.kind)) + fault.where + '\0' + fault.what);
+  done ? writer.write(MessageKind::end, "") : writer.write(done.error());
+}
+
+void read_text_in_child(int line, const ReadTextInSteps& read, const ReadingLimits& limits) {
+  const RowWriter writer(line);
+  const auto text = read([&] { limit_processor_time(limits.processor_time); });
+  if (!text) return writer.write(text.error());
+  writer.write(MessageKind::text, std::string_view(*text).substr(0, kLargestText));
+  writer.write(MessageKind::end, "");
 }
 
 /// Receives rows in the parent process. Messages of the child are untrusted, like the file.
@@ -87,15 +96,21 @@ class RowReader {
       std::uint64_t size = 0;
       std::memcpy(&size, head.data() + 1, sizeof size);
       const auto kind = static_cast<MessageKind>(head[0]);
-      if (size > std::max(kLargestRows + size_of_row(numbers_.size()), kLargestFault)) return malformed_message();
+      if (size > std::max(kLargestRows + size_of_row(numbers_.size()), kLargestText)) return malformed_message();
       content_.resize(size);
       if (auto got = fill(content_.data(), size); !got) return got;
       if (kind == MessageKind::end && size == 0) return {};
       if (kind == MessageKind::fault) return fault();
+      if (kind == MessageKind::text) {
+        text_ = content_;
+        continue;
+      }
       if (kind != MessageKind::rows) return malformed_message();
       if (auto taken = take_rows(); !taken) return taken;
     }
   }
+  /// Returns the text that the child sent.
+  [[nodiscard]] const std::string& text() const { return text_; }
 
  private:
   tl::unexpected<Fault> read_failure(const std::string& what) const {
@@ -161,18 +176,30 @@ class RowReader {
   const ReadingLimits& limits_;
   ChildProcess& child_;
   std::vector<double> numbers_;
-  std::string content_{};
+  std::string content_{}, text_{};
   std::size_t row_{};
 };
+
+tl::unexpected<Fault> no_process_failure(const std::string& path) {
+  return failure(FaultKind::storage, path, "no process can be started for the library that reads it");
+}
 
 }  // namespace
 
 Result<void> read_confined(const std::string& path, const std::string& library, std::size_t columns,
                            const ReadInSteps& read, const TakeRow& take, const ReadingLimits& limits) {
   ChildProcess child([&](int line) { read_in_child(line, read, limits); }, Confinement{limits.memory_bytes});
-  if (!child.has_begun())
-    return failure(FaultKind::storage, path, "no process can be started for the library that reads it");
+  if (!child.has_begun()) return no_process_failure(path);
   return RowReader(path, library, columns, take, limits, child).read();
+}
+
+Result<std::string> read_text_confined(const std::string& path, const std::string& library,
+                                       const ReadTextInSteps& read, const ReadingLimits& limits) {
+  ChildProcess child([&](int line) { read_text_in_child(line, read, limits); }, Confinement{limits.memory_bytes});
+  if (!child.has_begun()) return no_process_failure(path);
+  const TakeRow no_rows = [](const ForeignRow&) { return Result<void>(); };
+  RowReader reader(path, library, 0, no_rows, limits, child);
+  return reader.read().map([&] { return reader.text(); });
 }
 
 }  // namespace gyrotherm::exchange

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Reads rows with a third-party library in a separate process with limits. A crash, a hang or excessive memory use of
-/// the library becomes a fault.
+/// Reads rows, or a text, with a third-party library in a separate process with limits. A crash, a hang or excessive
+/// memory use of the library becomes a fault.
 #pragma once
 
 #include <chrono>
@@ -33,5 +33,12 @@ using ReadInSteps = std::function<Result<void>(const TakeRow& take, const std::f
 [[nodiscard]] Result<void> read_confined(const std::string& path, const std::string& library, std::size_t columns,
                                          const ReadInSteps& read, const TakeRow& take,
                                          const ReadingLimits& limits = {});
+
+/// Reads a text about a file, of at most 64 KiB. Calls `step` at the start of each step.
+using ReadTextInSteps = std::function<Result<std::string>(const std::function<void()>& step)>;
+
+/// Runs `read` for the file at `path` as read_confined() does, and returns its text. Fails as read_confined() does.
+[[nodiscard]] Result<std::string> read_text_confined(const std::string& path, const std::string& library,
+                                                     const ReadTextInSteps& read, const ReadingLimits& limits = {});
 
 }  // namespace gyrotherm::exchange

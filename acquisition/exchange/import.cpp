@@ -19,6 +19,7 @@
 #include "acquisition/exchange/netcdf_table.hpp"
 #include "acquisition/exchange/row_order.hpp"
 #include "acquisition/exchange/row_pipe.hpp"
+#include "acquisition/exchange/simulation_mark.hpp"
 #include "acquisition/exchange/text_table.hpp"
 #include "acquisition/exchange/ulog.hpp"
 #include "acquisition/record/chain.hpp"
@@ -111,6 +112,8 @@ Result<RunInfo> make_run_info(const ImportMap& map, const std::string& path, con
   const auto file = plain(std::filesystem::path(path).filename().string());
   const auto digest = record::file_digest(path);
   if (!digest) return failure(digest.error());
+  auto virtual_instruments = read_simulation_mark(path, map.format);
+  if (!virtual_instruments) return failure(virtual_instruments.error());
   constexpr std::size_t kDigits = 32;  // size of a run's id
   RunInfo info;
   info.id = sha256(*digest + map.text).substr(0, kDigits);
@@ -119,6 +122,7 @@ Result<RunInfo> make_run_info(const ImportMap& map, const std::string& path, con
   info.rig_name = map.name;
   info.rig_text = map.text;
   info.imported = true;
+  info.virtual_instruments = std::move(*virtual_instruments);
   info.thermometers = make_channels(map, "imported from " + file);
   info.units = map.units;
   return info;

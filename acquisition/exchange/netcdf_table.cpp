@@ -164,8 +164,7 @@ class NetcdfTable {
   NetcdfTable& operator=(const NetcdfTable&) = delete;
 
   Result<void> open(const ImportMap& map) {
-    step_();
-    if (auto opened = check(nc_open(path_.c_str(), NC_NOWRITE, &file_)); !opened) return opened;
+    if (auto opened = open_file(); !opened) return opened;
     const auto time = find(map.time->name);
     if (!time) return missing_columns_failure({map.time->name}, {});
     dimension_ = time->dimension;
@@ -174,6 +173,12 @@ class NetcdfTable {
     if (auto checked = check_numbers(time_, map.time->name); !checked) return checked;
     if (auto units = read_units(map.time->name, map.file_units); !units) return units;
     return find_columns(map);
+  }
+
+  /// Opens the file and returns its global attribute `source`; an empty text if it has none, or none that is a text.
+  Result<std::string> read_source() {
+    if (auto opened = open_file(); !opened) return failure(opened.error());
+    return text_attribute(NC_GLOBAL, "source", "the file").value_or("");
   }
 
   Result<void> read(const TakeRow& take) {
@@ -193,6 +198,10 @@ class NetcdfTable {
  private:
   tl::unexpected<Fault> bad_file_failure(const std::string& what) const {
     return failure(FaultKind::bad_file, path_, plain(what, Blanks::kept));
+  }
+  Result<void> open_file() {
+    step_();
+    return check(nc_open(path_.c_str(), NC_NOWRITE, &file_));
   }
   Result<void> check(int error) const {
     return error == NC_NOERR ? Result<void>{}
@@ -520,6 +529,8 @@ class NetcdfTable {
   std::optional<CountedTime> first_{};
 };
 
+constexpr const char* kLibrary = "the NetCDF library";
+
 }  // namespace
 
 bool is_netcdf(std::string_view beginning) {
@@ -541,7 +552,12 @@ Result<void> read_netcdf(const std::string& path, const ImportMap& map, const Ta
     NetcdfTable table(path, step);
     return table.open(map).and_then([&] { return table.read(take_in_child); });
   };
-  return read_confined(path, "the NetCDF library", map.columns().size(), read, take, limits);
+  return read_confined(path, kLibrary, map.columns().size(), read, take, limits);
+}
+
+Result<std::string> read_netcdf_source(const std::string& path) {
+  return read_text_confined(
+      path, kLibrary, [&](const std::function<void()>& step) { return NetcdfTable(path, step).read_source(); });
 }
 
 }  // namespace gyrotherm::exchange

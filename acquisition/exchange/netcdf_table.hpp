@@ -23,6 +23,10 @@ namespace gyrotherm::exchange {
 [[nodiscard]] Result<void> read_netcdf(const std::string& path, const ImportMap& map, const TakeRow& take,
                                        const ReadingLimits& limits = {});
 
+/// Returns the global attribute `source` of the file at `path`; an empty text if there is none. Fails as read_netcdf()
+/// does if the library cannot read the file.
+[[nodiscard]] Result<std::string> read_netcdf_source(const std::string& path);
+
 /// Returns whether a file with this beginning is NetCDF: classic, or HDF5, which netCDF-4 and MATLAB 7.3 write. MATLAB
 /// writes a 512-byte block before the HDF5 content.
 [[nodiscard]] bool is_netcdf(std::string_view beginning);

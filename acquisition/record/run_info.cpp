@@ -585,7 +585,7 @@ bool is_simulated(const RunInfo& info) { return info.virtual_rig || !info.virtua
 std::string describe_simulation(const RunInfo& info) {
   if (info.virtual_rig) return "the instruments were virtual";
   if (info.virtual_instruments.empty()) return {};
-  return fmt::format("these instruments were virtual: {}", fmt::join(info.virtual_instruments, ", "));
+  return fmt::format("{}{}", kVirtualInstrumentsText, fmt::join(info.virtual_instruments, ", "));
 }
 
 bool has_ended(const RunInfo& info) { return !info.added_blocks.empty() && info.added_blocks.back().empty(); }

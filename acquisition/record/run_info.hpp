@@ -173,7 +173,7 @@ struct RunInfo {
   /// The rig is virtual: all instruments belong to the run itself, and the run is in virtual time.
   bool virtual_rig{};
   /// The titles of the instruments of a real rig that identified themselves as virtual ones when the run began
-  /// ("chamber", "thermometer 2"). Empty for a record of an earlier version.
+  /// ("chamber", "thermometer 2"), or those of the mark of an imported file. Empty for a record of an earlier version.
   std::vector<std::string> virtual_instruments{};
   std::uint64_t seed{};
   /// The age of a virtual gyro in days.
@@ -236,6 +236,9 @@ struct RunInfo {
 
 /// Returns whether the results of the run are marked as SIMULATED: the rig is virtual, or some of its instruments are.
 [[nodiscard]] bool is_simulated(const RunInfo& info);
+
+/// The text before the titles in describe_simulation().
+inline constexpr std::string_view kVirtualInstrumentsText = "these instruments were virtual: ";
 
 /// Returns what was virtual in a simulated run: "the instruments were virtual", or "these instruments were virtual:
 /// chamber, thermometer 2". Returns an empty text for any other run.

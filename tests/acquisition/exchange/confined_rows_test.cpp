@@ -96,6 +96,26 @@ TEST(ConfinedRows, PassOnFaultsOfReaderAndTaker) {
   EXPECT_EQ(stopped.error().kind, FaultKind::interrupted);
 }
 
+TEST(ConfinedRows, ReturnTextOfReader) {
+  const auto text_of = [](const ReadTextInSteps& read) {
+    const auto found = read_text_confined("a.nc", "the library", read, kShort);
+    return found ? *found : text(found.error());
+  };
+  EXPECT_EQ(text_of([](const Step& step) -> Result<std::string> {
+              step();
+              return std::string("measured\0", 9);
+            }),
+            std::string("measured\0", 9));
+  EXPECT_EQ(text_of([](const Step&) -> Result<std::string> { return std::string(1 << 20, 'x'); }),
+            std::string(1 << 16, 'x'));
+  EXPECT_EQ(text_of([](const Step&) -> Result<std::string> {
+              return failure(FaultKind::bad_file, "a.nc", "not a NetCDF file");
+            }),
+            "a.nc: not a NetCDF file");
+  EXPECT_NE(text_of([](const Step&) -> Result<std::string> { std::abort(); }).find("ended by signal 6"),
+            std::string::npos);
+}
+
 TEST(ConfinedRows, RefuseFileThatCrashesReader) {
   EXPECT_NE(reading_fault([] { ::raise(SIGSEGV); }), "");
   EXPECT_NE(reading_fault([] { std::abort(); }), "");

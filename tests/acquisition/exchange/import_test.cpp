@@ -1,11 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "acquisition/exchange/import.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "acquisition/record/record.hpp"
 #include "acquisition/record/status.hpp"
@@ -55,6 +60,35 @@ TEST(Import, MakesFinishedRecordMarkedAsImported) {
   EXPECT_EQ(record.events[0].slot, 3);
   EXPECT_EQ(record.events[0].event.text, "1 gap longer than 10 s, 28 s in all; the first, of 28 s, after row 2");
   EXPECT_TRUE(read_status(folder / "run.db")->finished);
+}
+
+TEST(Import, KeepsMarkOfSimulatedTable) {
+  using Titles = std::vector<std::string>;
+  const std::string instruments = "SIMULATED: these instruments were virtual: ";
+  const std::vector<std::pair<std::string, Titles>> cases{
+      {"", {}},
+      {"# run 5a of random on virtual\n", {}},
+      {"# the air was SIMULATED\n", {}},
+      {"# SIMULATED: the instruments were virtual\n", {"all those of small.csv"}},
+      {"\xEF\xBB\xBF\"# SIMULATED: the instruments were virtual\",,\r\n", {"all those of small.csv"}},
+      {"# gyrotherm 0.2.0\n#SIMULATED\n", {"all those of small.csv"}},
+      {"# " + instruments + "chamber, thermometer 2\n", {"chamber", "thermometer 2"}},
+      {"# " + instruments + "chamber\x1b[2J\n", {"chamber\\x1b[2J"}},
+  };
+  for (const auto& [head, titles] : cases) {
+    SCOPED_TRACE(head);
+    const TestFolder folder;
+    std::string map = kSmallMap;
+    map.insert(map.find("[time]"), fmt::format("[file]\npreamble = {}\n", std::ranges::count(head, '\n')));
+    std::ofstream(folder / "small.toml") << map;
+    std::ofstream(folder / "small.csv") << head << "t,T,w\n100,20,1.25\n101,21,1.5\n";
+    const auto summary = import_record(folder / "small.csv", folder / "small.toml", folder / "run.db", "0.2.0");
+    ASSERT_TRUE(summary) << text(summary.error());
+    const auto info = read_record(folder / "run.db").value().info;
+    EXPECT_EQ(info.virtual_instruments, titles);
+    EXPECT_EQ(is_simulated(info), !titles.empty());
+    EXPECT_FALSE(info.virtual_rig);
+  }
 }
 
 TEST(Import, LeavesNoRecordWhenItFails) {

@@ -98,7 +98,7 @@ struct Proof {
   std::string rig{}, title{};
   std::string rig_file{};
   std::string rig_sha256{};
-  bool simulated{};       ///< the rig is virtual
+  bool simulated{};       ///< the rig or its chamber is virtual
   std::string chamber{};  ///< as identified; empty: it was not asked
   std::string version{};  ///< the program's version
   std::string operator_name{};

@@ -16,6 +16,7 @@
 #include "core/file.hpp"
 #include "core/sha256.hpp"
 #include "drivers/supply/safety_relay.hpp"
+#include "drivers/virtual_identity.hpp"
 #include "sequencer/prove/chamber_snapshot.hpp"
 #include "sequencer/prove/driven_child.hpp"
 #include "sequencer/prove/interlock_proof.hpp"
@@ -106,6 +107,7 @@ class ProofSession {
     const auto identity = chamber->identify();
     if (!identity) return failure(identity.error());
     proof_.chamber = *identity;
+    proof_.simulated = proof_.simulated || drivers::is_virtual_identity(*identity);
     auto found = prove::ChamberSnapshot::take(rig_.chamber_map, *registers, *chamber);
     if (!found) return failure(found.error());
     if (const auto why = prove::refusal_reason(found->state()); !why.empty())

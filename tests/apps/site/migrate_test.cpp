@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Migrations after the first one, with a PostgreSQL server whose address is in GYROTHERM_STORE. Site.LetsNobodyElseIn
+/// Migrations after the first one, with a PostgreSQL server whose address is in GYROTHERM_STORE. Site.RefusesOtherRoles
 /// starts the server, and a publisher sends to it meanwhile.
 #include "apps/site/migrate.hpp"
 
@@ -44,7 +44,7 @@ class MigratedStore : public testing::Test {
  protected:
   void SetUp() override {
     const char* address = std::getenv("GYROTHERM_STORE");
-    if (address == nullptr) GTEST_SKIP() << "GYROTHERM_STORE is not set: Site.LetsNobodyElseIn sets it";
+    if (address == nullptr) GTEST_SKIP() << "GYROTHERM_STORE is not set: Site.RefusesOtherRoles sets it";
     auto store = Postgres::connect({.conninfo = address}, {});
     ASSERT_TRUE(store) << text(store.error());
     store_.emplace(std::move(*store));

@@ -50,7 +50,7 @@ after = "2 min"
 monitor = "http://other:8321/"
 )";
 
-class Told : public ::testing::Test {
+class DueMessages : public ::testing::Test {
  protected:
   void SetUp() override {
     auto read = parse_site(kSite, "site.toml");
@@ -84,7 +84,7 @@ class Told : public ::testing::Test {
   Duration utc_ = 1000h;
 };
 
-TEST_F(Told, EscalatesAlarmUntilAcknowledged) {
+TEST_F(DueMessages, EscalatesAlarmUntilAcknowledged) {
   EXPECT_EQ(told(), Messages{});
   now_.runs.front().alarms = {{7, "air above its limit"}};
   EXPECT_EQ(told(), Messages{"day: Alarm: lab: soak on one"});
@@ -97,7 +97,7 @@ TEST_F(Told, EscalatesAlarmUntilAcknowledged) {
   EXPECT_EQ(told(), Messages{}) << "there is nobody left";
 }
 
-TEST_F(Told, EndsEscalationWhenAcknowledged) {
+TEST_F(DueMessages, EndsEscalationWhenAcknowledged) {
   now_.runs.front().alarms = {{7, "air above its limit"}};
   EXPECT_EQ(told().size(), 1u);
   now_.runs.front().alarms.clear();
@@ -107,7 +107,7 @@ TEST_F(Told, EndsEscalationWhenAcknowledged) {
   EXPECT_EQ(told().size(), 1u) << "another alarm is another matter";
 }
 
-TEST_F(Told, KeepsMemoryOverRestart) {
+TEST_F(DueMessages, KeepsMemoryOverRestart) {
   now_.runs.front().alarms = {{7, "air above its limit"}};
   EXPECT_EQ(told().size(), 1u);
   auto read = NotificationMemory::parse(memory_.to_text(), "told.json");
@@ -119,7 +119,7 @@ TEST_F(Told, KeepsMemoryOverRestart) {
   EXPECT_EQ(told(), Messages{"night: Alarm: lab: soak on one"});
 }
 
-TEST_F(Told, TriesAddressThreeTimesBeforeNext) {
+TEST_F(DueMessages, TriesAddressThreeTimesBeforeNext) {
   now_.runs.front().alarms = {{7, "air above its limit"}};
   for (int i = 0; i < kMaxAttempts; ++i) {
     const auto due = due_messages(site_, now_, utc_, memory_);
@@ -133,7 +133,7 @@ TEST_F(Told, TriesAddressThreeTimesBeforeNext) {
   EXPECT_EQ(told(), Messages{"night: Alarm: lab: soak on one"});
 }
 
-TEST_F(Told, ReportsEndOfRunOnceButNotOfOldRun) {
+TEST_F(DueMessages, ReportsEndOfRunOnceButNotOfOldRun) {
   EXPECT_EQ(told(), Messages{});
   auto& run = now_.runs.front();
   run.running = false;
@@ -145,7 +145,7 @@ TEST_F(Told, ReportsEndOfRunOnceButNotOfOldRun) {
   EXPECT_EQ(told(), Messages{});
 }
 
-TEST_F(Told, RepeatsDiskLowOnlyAfterRecovery) {
+TEST_F(DueMessages, RepeatsDiskLowOnlyAfterRecovery) {
   EXPECT_EQ(told(), Messages{});
   now_.runs.front().free_bytes = 1'000'000'000;
   EXPECT_EQ(told(), Messages{"day: Disk low: lab: soak on one"});
@@ -156,7 +156,7 @@ TEST_F(Told, RepeatsDiskLowOnlyAfterRecovery) {
   EXPECT_EQ(told().size(), 1u);
 }
 
-TEST_F(Told, RepeatsNothingWhenRunReappears) {
+TEST_F(DueMessages, RepeatsNothingWhenRunReappears) {
   EXPECT_EQ(told(), Messages{});
   now_.runs.front().alarms = {{7, "air above its limit"}};
   now_.runs.front().free_bytes = 1'000'000'000;
@@ -179,7 +179,7 @@ TEST_F(Told, RepeatsNothingWhenRunReappears) {
       << "it ended while nobody saw";
 }
 
-TEST_F(Told, ForgetsRunAfterDayOfAbsence) {
+TEST_F(DueMessages, ForgetsRunAfterDayOfAbsence) {
   now_.runs.front().alarms = {{7, "air above its limit"}};
   EXPECT_EQ(told().size(), 1u);
   now_.runs.clear();
@@ -190,7 +190,7 @@ TEST_F(Told, ForgetsRunAfterDayOfAbsence) {
   EXPECT_EQ(memory_, NotificationMemory{});
 }
 
-TEST_F(Told, ReportsMissingRunAsSilentAfterRestart) {
+TEST_F(DueMessages, ReportsMissingRunAsSilentAfterRestart) {
   site_.rules.push_back(
       {.name = "a run is silent", .trigger = RuleTrigger::silent, .addresses = {"day"}, .after = 2min});
   const auto run = now_.runs.front();
@@ -215,7 +215,7 @@ TEST_F(Told, ReportsMissingRunAsSilentAfterRestart) {
   EXPECT_EQ(memory_, NotificationMemory{}) << "after a day it is forgotten";
 }
 
-TEST_F(Told, IgnoresRemovalOfEndedRun) {
+TEST_F(DueMessages, IgnoresRemovalOfEndedRun) {
   site_.rules.push_back(
       {.name = "a run is silent", .trigger = RuleTrigger::silent, .addresses = {"day"}, .after = 2min});
   auto simulated = now_.runs.front();
@@ -232,7 +232,7 @@ TEST_F(Told, IgnoresRemovalOfEndedRun) {
   EXPECT_EQ(told(), Messages{}) << "and of a virtual rig nobody wants to hear";
 }
 
-TEST_F(Told, RestartsWaitingTimesWhenClockIsSetBack) {
+TEST_F(DueMessages, RestartsWaitingTimesWhenClockIsSetBack) {
   now_.runs.front().alarms = {{7, "air above its limit"}};
   const auto due = due_messages(site_, now_, utc_, memory_);
   ASSERT_EQ(due.size(), 1u);
@@ -247,7 +247,7 @@ TEST_F(Told, RestartsWaitingTimesWhenClockIsSetBack) {
   EXPECT_EQ(told(), Messages{"night: Alarm: lab: soak on one"});
 }
 
-TEST_F(Told, ReportsSilentMonitorAfterDelay) {
+TEST_F(DueMessages, ReportsSilentMonitorAfterDelay) {
   now_.responding_monitors["http://other:8321/"] = false;
   EXPECT_EQ(told(), Messages{});
   utc_ += 1min;
@@ -260,7 +260,7 @@ TEST_F(Told, ReportsSilentMonitorAfterDelay) {
   EXPECT_EQ(told(), Messages{"night: lab: http://other:8321/ does not respond"});
 }
 
-TEST_F(Told, ReportsVirtualRigsOnlyToRulesThatIncludeThem) {
+TEST_F(DueMessages, ReportsVirtualRigsOnlyToRulesThatIncludeThem) {
   now_.runs.front().simulated = now_.runs.front().virtual_rig = true;
   now_.runs.front().alarms = {{7, "air above its limit"}};
   now_.runs.front().free_bytes = 0;
@@ -268,7 +268,7 @@ TEST_F(Told, ReportsVirtualRigsOnlyToRulesThatIncludeThem) {
 }
 
 /// Its other instruments are real, and may be in danger.
-TEST_F(Told, ReportsRealRigWithVirtualInstrumentToAllRules) {
+TEST_F(DueMessages, ReportsRealRigWithVirtualInstrumentToAllRules) {
   now_.runs.front().simulated = true;
   now_.runs.front().alarms = {{7, "air above its limit"}};
   EXPECT_EQ(told(), Messages{"day: Alarm: lab: SIMULATED soak on one"});

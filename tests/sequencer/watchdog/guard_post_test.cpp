@@ -46,12 +46,12 @@ class Post : public ::testing::Test {
       fmt::format("test-{}-{}", ::testing::UnitTest::GetInstance()->current_test_info()->name(), ::getpid());
 };
 
-TEST_F(Post, HasNoSuccessorBeforeReport) {
+TEST_F(GuardPost, HasNoSuccessorBeforeReport) {
   GuardPost post(place, kDead);
   EXPECT_FALSE(post.find_successor());
 }
 
-TEST_F(Post, NamesSuccessorThatHasEnded) {
+TEST_F(GuardPost, NamesSuccessorThatHasEnded) {
   GuardPost post(place, kDead);
   const auto run = run_elsewhere([&] { relieve_guards(place, "/data/later.db"); });
   const auto words = fmt::format("process {} of {}, record /data/later.db", run, describe_user(::getuid()));
@@ -59,13 +59,13 @@ TEST_F(Post, NamesSuccessorThatHasEnded) {
   EXPECT_EQ(post.find_successor(), words) << "a later question has the same answer";
 }
 
-TEST_F(Post, IgnoresReportForOtherChamber) {
+TEST_F(GuardPost, IgnoresReportForOtherChamber) {
   GuardPost post(place, kDead);
   for (const auto* other : {"", "0", "-1", "#"}) relieve_guards(place + other + "x", "/data/later.db");
   EXPECT_FALSE(post.find_successor());
 }
 
-TEST_F(Post, IgnoresReportOfWatchedProcess) {
+TEST_F(GuardPost, IgnoresReportOfWatchedProcess) {
   GuardPost post(place, ::getpid());
   relieve_guards(place, "/data/hung.db");
   EXPECT_FALSE(post.find_successor());
@@ -73,7 +73,7 @@ TEST_F(Post, IgnoresReportOfWatchedProcess) {
   EXPECT_TRUE(post.find_successor()) << "another process reports later";
 }
 
-TEST_F(Post, IgnoresUserWhoMayNotDriveChambers) {
+TEST_F(GuardPost, IgnoresUserWhoMayNotDriveChambers) {
   if (::geteuid() != 0) GTEST_SKIP() << "only root can be another user";
   constexpr uid_t kStranger = 65534;
   GuardPost post(place, kDead);
@@ -83,7 +83,7 @@ TEST_F(Post, IgnoresUserWhoMayNotDriveChambers) {
   EXPECT_FALSE(post.find_successor());
 }
 
-TEST_F(Post, IgnoresQueriesAndAnswersThem) {
+TEST_F(GuardPost, IgnoresQueriesAndAnswersThem) {
   GuardPost post(place, kDead);
   for (int i = 0; i < 200; ++i) {
     if (i % 50 == 0) {
@@ -94,7 +94,7 @@ TEST_F(Post, IgnoresQueriesAndAnswersThem) {
   }
 }
 
-TEST_F(Post, IsFoundWithProcessAndRecordUntilItEnds) {
+TEST_F(GuardPost, IsFoundWithProcessAndRecordUntilItEnds) {
   {
     const GuardPost post(place, kDead);
     const auto guards = find_waiting_guards(place);
@@ -108,7 +108,7 @@ TEST_F(Post, IsFoundWithProcessAndRecordUntilItEnds) {
   EXPECT_TRUE(find_waiting_guards(place).empty());
 }
 
-TEST_F(Post, DistinguishesLongPlaces) {
+TEST_F(GuardPost, DistinguishesLongPlaces) {
   const std::string end(100, 'y');
   GuardPost post("a" + place + end, kDead);
   relieve_guards("b" + place + end, "/data/later.db");
@@ -117,7 +117,7 @@ TEST_F(Post, DistinguishesLongPlaces) {
   EXPECT_TRUE(post.find_successor());
 }
 
-TEST_F(Post, RelievesEveryGuardOfChamber) {
+TEST_F(GuardPost, RelievesEveryGuardOfChamber) {
   GuardPost first(place, kDead), second(place, kDead);
   run_elsewhere([&] { relieve_guards(place, "/data/later.db"); });
   EXPECT_TRUE(first.find_successor());
@@ -177,7 +177,7 @@ void drive(const std::string& place, const std::string& record, bool beats) {
   (*started)->end_watch();
 }
 
-TEST_F(Post, IsRelievedOnlyByRunThatDroveChamber) {
+TEST_F(GuardPost, IsRelievedOnlyByRunThatDroveChamber) {
   const tests::TestFolder folder;
   GuardPost post(place, kDead);
   run_elsewhere([&] { drive(place, folder / "failed.db", false); });

@@ -35,9 +35,9 @@ pid_t run_elsewhere(const std::function<void()>& work) {
   return child;
 }
 
-class Post : public ::testing::Test {
+class GuardPostTest : public ::testing::Test {
  protected:
-  ~Post() override {
+  ~GuardPostTest() override {
     std::error_code error;
     for (const auto* folder : {"/run/gyrotherm", "/run/lock/gyrotherm-0"})
       std::filesystem::remove(fmt::format("{}/{}.lock", folder, place), error);
@@ -46,12 +46,12 @@ class Post : public ::testing::Test {
       fmt::format("test-{}-{}", ::testing::UnitTest::GetInstance()->current_test_info()->name(), ::getpid());
 };
 
-TEST_F(GuardPost, HasNoSuccessorBeforeReport) {
+TEST_F(GuardPostTest, HasNoSuccessorBeforeReport) {
   GuardPost post(place, kDead);
   EXPECT_FALSE(post.find_successor());
 }
 
-TEST_F(GuardPost, NamesSuccessorThatHasEnded) {
+TEST_F(GuardPostTest, NamesSuccessorThatHasEnded) {
   GuardPost post(place, kDead);
   const auto run = run_elsewhere([&] { relieve_guards(place, "/data/later.db"); });
   const auto words = fmt::format("process {} of {}, record /data/later.db", run, describe_user(::getuid()));
@@ -59,13 +59,13 @@ TEST_F(GuardPost, NamesSuccessorThatHasEnded) {
   EXPECT_EQ(post.find_successor(), words) << "a later question has the same answer";
 }
 
-TEST_F(GuardPost, IgnoresReportForOtherChamber) {
+TEST_F(GuardPostTest, IgnoresReportForOtherChamber) {
   GuardPost post(place, kDead);
   for (const auto* other : {"", "0", "-1", "#"}) relieve_guards(place + other + "x", "/data/later.db");
   EXPECT_FALSE(post.find_successor());
 }
 
-TEST_F(GuardPost, IgnoresReportOfWatchedProcess) {
+TEST_F(GuardPostTest, IgnoresReportOfWatchedProcess) {
   GuardPost post(place, ::getpid());
   relieve_guards(place, "/data/hung.db");
   EXPECT_FALSE(post.find_successor());
@@ -73,7 +73,7 @@ TEST_F(GuardPost, IgnoresReportOfWatchedProcess) {
   EXPECT_TRUE(post.find_successor()) << "another process reports later";
 }
 
-TEST_F(GuardPost, IgnoresUserWhoMayNotDriveChambers) {
+TEST_F(GuardPostTest, IgnoresUserWhoMayNotDriveChambers) {
   if (::geteuid() != 0) GTEST_SKIP() << "only root can be another user";
   constexpr uid_t kStranger = 65534;
   GuardPost post(place, kDead);
@@ -83,7 +83,7 @@ TEST_F(GuardPost, IgnoresUserWhoMayNotDriveChambers) {
   EXPECT_FALSE(post.find_successor());
 }
 
-TEST_F(GuardPost, IgnoresQueriesAndAnswersThem) {
+TEST_F(GuardPostTest, IgnoresQueriesAndAnswersThem) {
   GuardPost post(place, kDead);
   for (int i = 0; i < 200; ++i) {
     if (i % 50 == 0) {
@@ -94,7 +94,7 @@ TEST_F(GuardPost, IgnoresQueriesAndAnswersThem) {
   }
 }
 
-TEST_F(GuardPost, IsFoundWithProcessAndRecordUntilItEnds) {
+TEST_F(GuardPostTest, IsFoundWithProcessAndRecordUntilItEnds) {
   {
     const GuardPost post(place, kDead);
     const auto guards = find_waiting_guards(place);
@@ -108,7 +108,7 @@ TEST_F(GuardPost, IsFoundWithProcessAndRecordUntilItEnds) {
   EXPECT_TRUE(find_waiting_guards(place).empty());
 }
 
-TEST_F(GuardPost, DistinguishesLongPlaces) {
+TEST_F(GuardPostTest, DistinguishesLongPlaces) {
   const std::string end(100, 'y');
   GuardPost post("a" + place + end, kDead);
   relieve_guards("b" + place + end, "/data/later.db");
@@ -117,7 +117,7 @@ TEST_F(GuardPost, DistinguishesLongPlaces) {
   EXPECT_TRUE(post.find_successor());
 }
 
-TEST_F(GuardPost, RelievesEveryGuardOfChamber) {
+TEST_F(GuardPostTest, RelievesEveryGuardOfChamber) {
   GuardPost first(place, kDead), second(place, kDead);
   run_elsewhere([&] { relieve_guards(place, "/data/later.db"); });
   EXPECT_TRUE(first.find_successor());
@@ -134,7 +134,7 @@ SafeState safe_state_for(const std::string& record) {
 }
 
 /// Makes attempts on a chamber that does not exist.
-class Attempting : public Post {
+class Attempting : public GuardPostTest {
  protected:
   [[nodiscard]] RescueResult attempt(GuardPost& post) {
     auto chamber = make_safe_state_chamber(state).value();
@@ -177,7 +177,7 @@ void drive(const std::string& place, const std::string& record, bool beats) {
   (*started)->end_watch();
 }
 
-TEST_F(GuardPost, IsRelievedOnlyByRunThatDroveChamber) {
+TEST_F(GuardPostTest, IsRelievedOnlyByRunThatDroveChamber) {
   const tests::TestFolder folder;
   GuardPost post(place, kDead);
   run_elsewhere([&] { drive(place, folder / "failed.db", false); });

@@ -58,10 +58,42 @@ std::optional<BlockRange> find_block_range(const data::Dataset& dataset, const d
   return range;
 }
 
+/// Returns the span of the clusters: start of the first and end of the last; 0 to 0 if there are none.
+std::pair<double, double> find_period(const data::Clusters& clusters) {
+  const Eigen::Index count = clusters.start_s.size();
+  if (count == 0) return {0, 0};
+  return {clusters.start_s(0), clusters.start_s(count - 1) + clusters.length_s};
+}
+
+/// A record and the hashes of the rows that its clusters use; none for a record that was not imported.
+struct SampledRecord {
+  const data::Dataset& dataset;
+  double from_s{}, to_s{};
+  std::vector<std::int64_t> rows;
+};
+
+SampledRecord sample_record(const data::Dataset& dataset, const data::Clusters& clusters) {
+  const auto [from_s, to_s] = find_period(clusters);
+  return {dataset, from_s, to_s,
+          dataset.imported ? data::sample_rows(dataset, from_s, to_s) : std::vector<std::int64_t>()};
+}
+
+/// Returns whether two imported files have rows in common. A short file that is a part of a long one is found by its
+/// own sample.
+bool share_rows(const SampledRecord& one, const SampledRecord& other) {
+  const auto has_rows = [](const SampledRecord& record, const std::vector<std::int64_t>& rows) {
+    return !rows.empty() && data::has_rows_of(record.dataset, rows, record.from_s, record.to_s);
+  };
+  if (!one.dataset.imported || !other.dataset.imported) return false;
+  return has_rows(one, other.rows) || has_rows(other, one.rows);
+}
+
 }  // namespace
 
 Result<void> check_records(const std::vector<data::Dataset>& datasets, const std::vector<data::Clusters>& records) {
+  std::vector<SampledRecord> sampled;
   for (std::size_t i = 0; i < datasets.size(); ++i) {
+    sampled.push_back(sample_record(datasets[i], records[i]));
     if (jumps_by_turning(datasets[i], records[i]))
       return failure(FaultKind::usage, datasets[i].path,
                      "the unit is turned around in this record, and the Earth rate is unknown: the bias has a step of "
@@ -70,6 +102,9 @@ Result<void> check_records(const std::vector<data::Dataset>& datasets, const std
       const data::Dataset &one = datasets[i], &other = datasets[j];
       if (one.run_id == other.run_id)
         return failure(FaultKind::usage, one.path, fmt::format("is the same run as {}", other.path));
+      if (share_rows(sampled[i], sampled[j]))
+        return failure(FaultKind::usage, one.path,
+                       fmt::format("has rows of {}; expected records without common rows", other.path));
       if (auto one_gyro = check_same_gyro(one, other, other.path, "; all records of a model must be of one gyro");
           !one_gyro)
         return one_gyro;
@@ -86,7 +121,7 @@ void record_sources(Model& model, const std::vector<data::Dataset>& datasets,
     const data::Dataset& dataset = datasets[i];
     const Eigen::Index count = records[i].start_s.size();
     if (count == 0) continue;
-    const double from_s = records[i].start_s(0), to_s = records[i].start_s(count - 1) + records[i].length_s;
+    const auto [from_s, to_s] = find_period(records[i]);
     model.trained_on.push_back({dataset.run_id, dataset.path, dataset.profile_name, dataset.simulated,
                                 static_cast<int>(count), from_s, to_s, dataset.of, dataset.identity, dataset.bias_zero,
                                 find_block_range(dataset, records[i], inputs),

@@ -188,6 +188,28 @@ TEST(ForeignWay, GivesVerdictOnAnotherRecord) {
   EXPECT_EQ(quiet.err, "");
 }
 
+TEST(ForeignWay, RefusesRecordsWithCommonRows) {
+  const Folder folder;
+  const auto record = make_record(folder, clean_rate);
+  const auto import_rows = [&](const std::string& name, int first, double offset) {
+    std::ofstream file(folder / (name + ".csv"));
+    file << "t,TA,TB,w\n";
+    for (int i = first; i < Bench::kRows; ++i)
+      file << fmt::format("{},{:.6f},{:.6f},{:.6f}\n", 10 * (i - first), Bench::oven_c(i), Bench::wall_c(i),
+                          Bench::rate_deg_per_h(i) + offset * std::sin(i * 1.1));
+    file.close();
+    const auto made = gyrotherm_with("import " + (folder / (name + ".csv")) + " --map " + (folder / "t.toml") +
+                                     " --out " + (folder / (name + ".db")));
+    EXPECT_EQ(made.exit_code, 0) << made.err;
+    return folder / (name + ".db");
+  };
+  const auto part = import_rows("part", 2000, 0), other = import_rows("other", 0, 0.01);
+  const auto refused = train(folder, record + " " + part, "");
+  EXPECT_NE(refused.find(part + ": has rows of " + record), std::string::npos) << refused;
+  EXPECT_NE(train(folder, part + " " + record, "").find(record + ": has rows of " + part), std::string::npos);
+  EXPECT_NE(train(folder, record + " " + other, "").find("linear on temperatures"), std::string::npos);
+}
+
 TEST(ForeignWay, NamesRemedyForSingleThermometer) {
   const Folder folder;
   std::ofstream(folder / "t.csv") << table(

@@ -106,7 +106,7 @@ Result<model::FusedAxes> load_axes(Console& console, const std::string& path, co
   const auto record = record::read_record(checked->files);
   if (!record) return failure(record.error());
   if (!record->finished)
-    return failure(FaultKind::usage, path, "the run has not finished; \"gyrotherm resume\" ends it");
+    return failure(FaultKind::usage, path, "the run has not finished; \"gyrotherm resume\" completes it");
   const auto chosen = axes_to_fuse(record->info, options.axes, path);
   if (!chosen) return failure(chosen.error());
   if (auto models_used = check_models_used(*named, *chosen, path); !models_used) return failure(models_used.error());

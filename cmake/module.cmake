@@ -91,10 +91,12 @@ function(gyrotherm_precompile_test name first)
 endfunction()
 
 # gyrotherm_test(NAME [COMPUTES [NUMERICAL]] USES modules … SOURCES … [PRIVATE third parties …] [TOGETHER suites …]) makes
-# NAME_test and registers each of its tests with CTest; each suite in TOGETHER is registered as one.
+# NAME_test and registers each of its tests with CTest; each suite in TOGETHER is registered as one. A unity build
+# compiles more files of a test together than of a module, because they instantiate the same templates.
 function(gyrotherm_test name)
   cmake_parse_arguments(test "COMPUTES;NUMERICAL" "" "USES;SOURCES;PRIVATE;TOGETHER" ${ARGN})
   add_executable(${name}_test ${test_SOURCES})
+  set_target_properties(${name}_test PROPERTIES UNITY_BUILD_BATCH_SIZE 64)
   gyrotherm_options(${name}_test)
   if(NOT test_COMPUTES)
     gyrotherm_unoptimised(${name}_test)

@@ -9,7 +9,7 @@ namespace gyrotherm::exchange {
 namespace {
 
 // Several batches and a partial one.
-constexpr int kRows = 20'001;
+constexpr int kPipedRows = 20'001;
 
 ImportedRow make_row(const std::vector<double>& numbers, int second) {
   return {.time = std::chrono::seconds(second), .usual = std::chrono::seconds(1), .numbers = numbers};
@@ -23,9 +23,9 @@ TEST(RowPipe, WritesRowsInOrderWithNumbers) {
     ++written;
     return {};
   });
-  for (int i = 0; i < kRows; ++i) ASSERT_TRUE(pipe.push(make_row({1.0 * i, 0.5}, i)));
+  for (int i = 0; i < kPipedRows; ++i) ASSERT_TRUE(pipe.push(make_row({1.0 * i, 0.5}, i)));
   ASSERT_TRUE(pipe.finish());
-  EXPECT_EQ(written, kRows);
+  EXPECT_EQ(written, kPipedRows);
 }
 
 TEST(RowPipe, ReportsWriteFaultToReader) {
@@ -36,7 +36,7 @@ TEST(RowPipe, ReportsWriteFaultToReader) {
     return {};
   });
   Result<void> pushed;
-  for (int i = 0; pushed && i < 100 * kRows; ++i) pushed = pipe.push(make_row({1}, i));
+  for (int i = 0; pushed && i < 100 * kPipedRows; ++i) pushed = pipe.push(make_row({1}, i));
   ASSERT_FALSE(pushed);
   EXPECT_EQ(pushed.error().what, "the disk is full");
   EXPECT_EQ(pipe.finish().error().what, "the disk is full");
@@ -50,7 +50,7 @@ TEST(RowPipe, FinishesImmediatelyWithoutRows) {
 
 TEST(RowPipe, DropsWaitingRowsWhenDestroyed) {
   RowPipe pipe([](const ImportedRow&) -> Result<void> { return {}; });
-  for (int i = 0; i < kRows; ++i) ASSERT_TRUE(pipe.push(make_row({1}, i)));
+  for (int i = 0; i < kPipedRows; ++i) ASSERT_TRUE(pipe.push(make_row({1}, i)));
 }
 
 }  // namespace

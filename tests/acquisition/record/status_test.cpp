@@ -152,7 +152,7 @@ TEST(Status, ReportsMissingRecordAsBadFile) {
 
 namespace {
 
-constexpr int kSeconds = 40;  ///< too few for a checkpoint
+constexpr int kRecordedSeconds = 40;  ///< too few for a checkpoint
 
 /// Leaves an unfinished run of a dead writer, with one transaction per second.
 void leave_unfinished_run(const std::string& path) {
@@ -161,7 +161,7 @@ void leave_unfinished_run(const std::string& path) {
     return;
   }
   auto store = Store::create(path, two_thermometers());
-  for (int slot = 0; store && slot < kSeconds; ++slot) {
+  for (int slot = 0; store && slot < kRecordedSeconds; ++slot) {
     (void)(*store)->append(sample_at(slot), {});
     (void)(*store)->sync();
   }
@@ -186,7 +186,7 @@ TEST(LostEnd, IsFoundWhereverLogIsTruncated) {
     std::filesystem::copy_file(folder / "log", path + "-wal", std::filesystem::copy_options::overwrite_existing);
     std::filesystem::resize_file(path + "-wal", random() % whole);
     const auto last = read_record(path)->slot.size();
-    ASSERT_LT(last, static_cast<std::size_t>(kSeconds));
+    ASSERT_LT(last, static_cast<std::size_t>(kRecordedSeconds));
     const auto words = "ends at second " + std::to_string(static_cast<int>(last) - 1) +
                        ", but second 39 was acknowledged: its end is lost";
     EXPECT_EQ(find_lost_end(path), words);

@@ -19,7 +19,7 @@
 namespace gyrotherm::drivers {
 namespace {
 
-constexpr const char* kMap = R"(schema = "gyrotherm-text/1"
+constexpr const char* kTextMap = R"(schema = "gyrotherm-text/1"
 kind = "chamber"
 name = "C 1"
 vendor = "Maker"
@@ -94,7 +94,7 @@ class TextChamber : public ::testing::Test {
     auto stream = std::make_unique<ScriptedChamber>();
     line = stream.get();
     line->answer = [this](const std::string& question) { return respond(question); };
-    const auto map = parse_register_map(kMap, "test").value();
+    const auto map = parse_register_map(kTextMap, "test").value();
     chamber = make_modbus_chamber(map, make_text_registers(map, std::move(stream), "test"), make_virtual_pauses(), {});
   }
 
@@ -175,7 +175,7 @@ TEST_F(TextChamber, TakesNoLateAnswerForALaterQuestion) {
 }
 
 TEST_F(TextChamber, StopTriesEveryStepAndReportsFirstFailure) {
-  std::string text_of = kMap;
+  std::string text_of = kTextMap;
   const std::string step = "stop = [{ write = \"mode\", code = \"standby\" }]";
   text_of.replace(text_of.find(step), step.size(),
                   "stop = [{ write = \"set_point\", value = 300 }, { write = \"mode\", code = \"standby\" }]");
@@ -192,7 +192,7 @@ TEST_F(TextChamber, StopTriesEveryStepAndReportsFirstFailure) {
 
 /// Returns the map with `from` replaced.
 std::string map_text_with(const std::string& from, const std::string& to) {
-  std::string text_of = kMap;
+  std::string text_of = kTextMap;
   EXPECT_NE(text_of.find(from), std::string::npos) << from;
   return text_of.replace(text_of.find(from), from.size(), to);
 }
@@ -266,7 +266,7 @@ TEST(TextMap, LinesAfterACommandHaveACondition) {
 }
 
 TEST(TextMap, ReadsProposedForm) {
-  const auto map = parse_register_map(kMap, "test").value();
+  const auto map = parse_register_map(kTextMap, "test").value();
   EXPECT_TRUE(map.find("air_temperature")->readable);
   EXPECT_TRUE(map.find("set_point")->writable);
   EXPECT_EQ(map.find("set_point")->resolution, 0.1);
@@ -276,7 +276,7 @@ TEST(TextMap, ReadsProposedForm) {
 
 TEST(TextMap, NamesEachErrorWithItsPlace) {
   const auto fails = [](const std::string& from, const std::string& to, const std::string& expected) {
-    std::string text = kMap;
+    std::string text = kTextMap;
     text.replace(text.find(from), from.size(), to);
     const auto map = parse_register_map(text, "test.toml");
     ASSERT_FALSE(map) << to;

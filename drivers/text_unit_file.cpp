@@ -10,13 +10,14 @@
 
 #include "core/toml_reader.hpp"
 #include "drivers/chamber/text_file_reader.hpp"
+#include "drivers/supply/supply_description.hpp"
 #include "drivers/thermometer/thermometer_description.hpp"
 
 namespace gyrotherm::drivers {
 namespace {
 
 constexpr std::string_view kSchema = "gyrotherm-text/1";
-constexpr std::string_view kChamber = "chamber";
+constexpr std::string_view kChamber = "chamber", kSupply = "supply";
 
 /// Returns the confidence of a description after its own reader has checked it.
 using CheckKind = Result<std::string> (*)(std::string_view text, const std::string& file,
@@ -35,9 +36,24 @@ Result<std::string> check_thermometer(std::string_view text, const std::string& 
   });
 }
 
+Result<std::string> check_supply(std::string_view text, const std::string& file, const TextParameters& parameters) {
+  TextParameters of_supply = parameters;
+  of_supply.erase(kOutputParameter);
+  return parse_supply_description(text, file, of_supply).map([](const SupplyDescription& description) {
+    return describe_confidence(description);
+  });
+}
+
 /// Kinds with their own reader.
-constexpr std::array<std::pair<std::string_view, CheckKind>, 2> kChecks{
-    {{kChamber, check_chamber}, {"thermometer", check_thermometer}}};
+constexpr std::array<std::pair<std::string_view, CheckKind>, 3> kChecks{
+    {{kChamber, check_chamber}, {"thermometer", check_thermometer}, {kSupply, check_supply}}};
+
+/// Returns the parameters that a kind has without listing them: the number of a supply's output, by default its first.
+TextParameters find_own_parameters(std::string_view kind, const TextParameters& parameters) {
+  if (kind != kSupply) return {};
+  const auto output = parameters.find(kOutputParameter);
+  return {{kOutputParameter, output == parameters.end() ? "1" : output->second}};
+}
 
 /// Returns the confidence of the items of a kind without its own reader.
 std::string describe_items(const RegisterMap& unit) {
@@ -87,7 +103,7 @@ Result<TextUnitFile> read_text_unit_file(std::string_view text, const std::strin
     if (!confidence) return failure(std::move(confidence.error()));
     found.confidence = std::move(*confidence);
   }
-  read_text_lines(*parsed, parameters, found.unit);
+  read_text_lines(*parsed, parameters, find_own_parameters(kind, parameters), found.unit);
   found.preparation = read_preparation(*parsed, parameters);
   ignore_other_keys(*parsed);
   if (kind == kChamber) {

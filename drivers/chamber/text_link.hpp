@@ -125,7 +125,9 @@ struct TextLink {
 /// those of the file. Errors are noted in the table.
 void read_text_unit(const TomlTable& file, const TextParameters& parameters, RegisterMap& map);
 /// Reads the same keys of a text instrument of any kind, as far as they describe its lines. An item with `inputs` has
-/// one question for each, and the item NAME_INPUT. The values are those on the line.
-void read_text_lines(const TomlTable& file, const TextParameters& parameters, RegisterMap& map);
+/// one question for each, and the item NAME_INPUT. The values are those on the line. `own_parameters` are those of the
+/// kind, which the file does not list.
+void read_text_lines(const TomlTable& file, const TextParameters& parameters, const TextParameters& own_parameters,
+                     RegisterMap& map);
 
 }  // namespace gyrotherm::drivers

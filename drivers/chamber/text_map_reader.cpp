@@ -301,7 +301,8 @@ class ItemReader {
     if (table.has("then_when"))
       command.then_when = std::make_shared<const Condition>(read_condition(table.table("then_when"), map_));
     const bool has_effect = table.has("effect") && is_readable(table, "effect", table.text("effect"));
-    if (command.acknowledged.empty() && !item->readable && item->seen_in.empty() && !has_effect)
+    // The readers of other kinds have rules of their own for commands without an answer.
+    if (!any_kind_ && command.acknowledged.empty() && !item->readable && item->seen_in.empty() && !has_effect)
       table.note_error("tell", "this command is neither acknowledged nor read back");
     command.item = static_cast<std::size_t>(item - map_.items.data());
     tables_of_commands_.push_back(&table);
@@ -357,7 +358,8 @@ class ItemReader {
 
 namespace {
 
-void read_any_text_unit(const TomlTable& file, const TextParameters& parameters, bool any_kind, RegisterMap& map) {
+void read_any_text_unit(const TomlTable& file, const TextParameters& parameters, const TextParameters& own_parameters,
+                        bool any_kind, RegisterMap& map) {
   map.name = file.text("name");
   map.vendor = file.text("vendor");
   for (const auto* documentation : {"model", "firmware"}) (void)file.text(documentation, "");
@@ -365,7 +367,8 @@ void read_any_text_unit(const TomlTable& file, const TextParameters& parameters,
   auto text = std::make_shared<TextLink>();
   const auto link = file.table("link");
   text->encoding = read_text_encoding(link);
-  const TemplateReader templates(file, text->encoding, parameters);
+  TemplateReader templates(file, text->encoding, parameters);
+  for (const auto& [name, value] : own_parameters) templates = templates.with(name, value);
   map.parameters = templates.parameters();
   read_text_links(link, templates, map);
   read_text_refusals(link, templates, *text);
@@ -391,11 +394,12 @@ void read_any_text_unit(const TomlTable& file, const TextParameters& parameters,
 
 void read_text_unit(const TomlTable& file, const TextParameters& parameters, RegisterMap& map) {
   (void)file.choice("kind", {"chamber"});
-  read_any_text_unit(file, parameters, false, map);
+  read_any_text_unit(file, parameters, {}, false, map);
 }
 
-void read_text_lines(const TomlTable& file, const TextParameters& parameters, RegisterMap& map) {
-  read_any_text_unit(file, parameters, true, map);
+void read_text_lines(const TomlTable& file, const TextParameters& parameters, const TextParameters& own_parameters,
+                     RegisterMap& map) {
+  read_any_text_unit(file, parameters, own_parameters, true, map);
 }
 
 const TextQuery* TextLink::find_query(std::uint16_t address) const {

@@ -15,8 +15,6 @@
 namespace gyrotherm::drivers {
 namespace {
 
-constexpr const char* kOutputParameter = "output";
-
 bool is_trip(const std::string& name) { return name.ends_with("trip") && name != kClearTrip; }
 
 bool has_codes(const std::string& name) { return name == kOutputState || name == kOverCurrent || is_trip(name); }

@@ -72,6 +72,9 @@ struct SimulatedSupply {
   std::string unknown;
 };
 
+/// The parameter of the lines of a supply that is the number of the output, from 1.
+inline constexpr const char* kOutputParameter = "output";
+
 struct SupplyDescription : TextInstrumentDescription {
   std::vector<SupplyOutput> outputs;
   /// The output trips at its current limit and has no level of its own for over-current.

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <map>
@@ -20,9 +21,9 @@
 namespace gyrotherm::app {
 namespace {
 
-/// A power supply: a kind without a reader of its own.
-constexpr const char* kSupply = R"(schema = "gyrotherm-text/1"
-kind = "supply"
+/// An electronic load: a kind without a reader of its own.
+constexpr const char* kLoad = R"(schema = "gyrotherm-text/1"
+kind = "load"
 name = "PS-1"
 vendor = "Acme"
 source = "a test"
@@ -103,8 +104,8 @@ class Instrument {
 
 TEST(Describe, ListsLinesOfAnyKind) {
   const Folder folder;
-  std::ofstream(folder / "supply.toml") << kSupply;
-  const auto ran = gyrotherm_with("describe --parameter output=2 " + (folder / "supply.toml"));
+  std::ofstream(folder / "load.toml") << kLoad;
+  const auto ran = gyrotherm_with("describe --parameter output=2 " + (folder / "load.toml"));
   ASSERT_EQ(ran.exit_code, 0) << ran.err;
   for (const auto* expected :
        {"Acme PS-1", "parameter output = 2", "MEAS:VOLT? 2 ", "OUTP? 2 ", "VOLT 2,… ", "writes set_voltage",
@@ -119,9 +120,31 @@ TEST(Describe, ListsLinesOfAnyKind) {
   EXPECT_NE(gyrotherm_with("describe lakeshore_336").out.find("readings_A"), std::string::npos);
 }
 
+TEST(Describe, ListsLinesOfOutputOfEveryShippedSupply) {
+  int count = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(GYROTHERM_SOURCE_DIR "/profiles/supplies")) {
+    if (entry.path().extension() != ".toml") continue;
+    const auto name = entry.path().stem().string();
+    SCOPED_TRACE(name);
+    ++count;
+    const auto first = gyrotherm_with("describe " + name);
+    EXPECT_EQ(first.exit_code, 0) << first.err;
+    EXPECT_NE(first.out.find("measured_voltage"), std::string::npos) << first.out;
+    EXPECT_NE(first.out.find(" output"), std::string::npos) << first.out;
+    const auto unknown = gyrotherm_with("describe " + name + " --parameter outputs=2");
+    EXPECT_EQ(unknown.exit_code, 2);
+    EXPECT_NE(unknown.err.find("has no parameter \"outputs\", expected one of: output"), std::string::npos)
+        << unknown.err;
+  }
+  EXPECT_GE(count, 6);
+  const auto second = gyrotherm_with("describe tti --parameter output=2");
+  EXPECT_NE(second.out.find("OVP2? "), std::string::npos) << second.out << second.err;
+  EXPECT_EQ(second.out.find("OVP1"), std::string::npos);
+}
+
 TEST(Describe, RefusesErrorsWithTheirPosition) {
   const Folder folder;
-  std::string wrong = kSupply;
+  std::string wrong = kLoad;
   wrong.replace(wrong.find("{value:f}"), 9, "{value:z}");
   std::ofstream(folder / "wrong.toml") << wrong;
   const auto ran = gyrotherm_with("describe " + (folder / "wrong.toml"));
@@ -140,9 +163,9 @@ TEST(Describe, RefusesErrorsWithTheirPosition) {
 
 TEST(Describe, AsksInstrumentOfAnyKind) {
   const Folder folder;
-  std::ofstream(folder / "supply.toml") << kSupply;
+  std::ofstream(folder / "load.toml") << kLoad;
   Instrument supply({{"MEAS:VOLT? 1", "11.97"}, {"OUTP? 1", "1"}, {"MEAS:VOLT? 2", "ERR 2"}});
-  const auto talk = "describe " + (folder / "supply.toml") + " --talk " + supply.line();
+  const auto talk = "describe " + (folder / "load.toml") + " --talk " + supply.line();
   const auto voltage = gyrotherm_with(talk + " --item voltage");
   EXPECT_EQ(voltage.exit_code, 0) << voltage.err;
   EXPECT_NE(voltage.out.find("voltage              11.97\n"), std::string::npos) << voltage.out;

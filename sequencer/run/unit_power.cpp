@@ -126,7 +126,11 @@ std::string UnitPower::wait() const {
   return {};
 }
 
-bool UnitPower::may_be_silent() const { return !wait().empty() || boot_left_ > Duration{}; }
+bool UnitPower::may_be_silent() const {
+  const bool is_off_after_stop =
+      has_stopped_ && std::ranges::any_of(rig_.supplies, &rig::SupplySettings::is_off_on_stop);
+  return is_off_after_stop || !wait().empty() || boot_left_ > Duration{};
+}
 
 bool UnitPower::is_settled() const {
   return !has_stopped_ || since_stop_ >= kLongestSwitchOff || std::ranges::none_of(supplies_, &Supply::is_switching);

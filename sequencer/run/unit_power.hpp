@@ -41,7 +41,7 @@ class UnitPower {
   [[nodiscard]] const interlocks::PowerFaults& faults() const { return faults_; }
   /// Describes the switch that is being carried out; empty if there is none.
   [[nodiscard]] std::string wait() const;
-  /// Returns whether a unit may be silent because it is being switched, or is starting.
+  /// Returns whether a unit may be silent because it is being switched, is starting, or was switched off by stop().
   [[nodiscard]] bool may_be_silent() const;
   /// Returns whether no supply is being switched off after stop(), or the attempts have taken too long.
   [[nodiscard]] bool is_settled() const;

@@ -149,6 +149,21 @@ TEST(PowerRun, AnAbortSwitchesOffIfTheRigSaysSo) {
   }
 }
 
+TEST(PowerRun, SilenceOfUnitThatStopSwitchesOffIsNoFault) {
+  for (const bool is_off : {false, true}) {
+    tests::DryRun dry_run(kColdStarts, 0, kSupplyRig);
+    dry_run.file().supplies[0].is_off_on_stop = is_off;
+    (void)dry_run.run({}, nullptr, [&](tests::RunHarness& harness, rig::Rig&) {
+      harness.seconds(5);
+      harness.run_controller().submit(OperatorCommand::stop, "ada");
+      harness.seconds(400);
+      EXPECT_EQ(harness.outcome(), RunOutcome::made_safe);
+    });
+    EXPECT_FALSE(has_power_alarm(dry_run.path(), "gyro_silent")) << is_off;
+    std::filesystem::remove(dry_run.path());
+  }
+}
+
 /// Returns the continuation of a run that was killed after `seconds`.
 RunContinuation kill_supplied_run(tests::DryRun& dry_run, std::int64_t seconds) {
   EXPECT_EQ(dry_run.run(seconds), RunOutcome::going_on);

@@ -628,21 +628,19 @@ Result<simulator::LaboratoryParameters> laboratory_for(const RigFile& file) {
   if (!path) return failure(path.error());
   const auto text = read_text_file(*path);
   if (!text) return failure(text.error());
-  return simulator::parse_laboratory(*text, *path, {});
+  auto laboratory = simulator::parse_laboratory(*text, *path, {});
+  const auto& axis = file.units.front().info.axes.front();
+  if (laboratory && axis.earth_rate) laboratory->gyro.earth_rate_deg_per_h = axis.earth_rate->value;
+  return laboratory;
 }
 
-/// Assigns the channels of the virtual laboratory to the thermometers in order, regardless of the channels' names.
-Result<void> assign_virtual_channels(const std::vector<std::string>& there, const RigFile& file,
-                                     std::vector<simulator::VirtualThermometer>& thermometers) {
+/// Assigns the channels of the virtual laboratory to the thermometers in order, regardless of the channels' names. With
+/// more thermometers than channels, several thermometers measure at the same place.
+void assign_virtual_channels(const std::vector<std::string>& there,
+                             std::vector<simulator::VirtualThermometer>& thermometers) {
   std::size_t next = 0;
   for (auto& thermometer : thermometers)
-    for (auto& channel : thermometer.channels) {
-      if (next == there.size())
-        return failure(FaultKind::usage, file.file,
-                       fmt::format("has more than {} thermometers, the most that can be served", there.size()));
-      channel = there[next++];
-    }
-  return {};
+    for (auto& channel : thermometer.channels) channel = there[next++ % there.size()];
 }
 
 }  // namespace
@@ -664,10 +662,7 @@ Result<std::unique_ptr<simulator::VirtualInstruments>> serve_virtual(const RigFi
   for (const auto& line : file.gyro_lines) options.gyros.push_back(virtual_gyro(line, file.units));
   for (const auto& settings : file.thermometers) options.thermometers.push_back(virtual_thermometer(settings));
   if (!file.simulated)
-    if (auto assigned =
-            assign_virtual_channels(simulator::list_thermometer_names(parameters->units), file, options.thermometers);
-        !assigned)
-      return failure(assigned.error());
+    assign_virtual_channels(simulator::list_thermometer_names(parameters->units), options.thermometers);
   for (const auto& settings : file.analogue_inputs)
     options.analogue_inputs.push_back(virtual_analogue(settings, file.units));
   for (const auto& settings : file.supplies) options.supplies.push_back(virtual_supply(settings, file));

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <csignal>
+#include <fstream>
 #include <map>
 #include <regex>
 #include <vector>
@@ -189,6 +190,20 @@ TEST(Simulate, ServesVirtualInstrumentsOfRealRig) {
   EXPECT_NE(output.find("pt12: shell"), std::string::npos) << output;
   EXPECT_NE(output.find("frames: kvh-dsp-3000-ascii"), std::string::npos) << output;
   EXPECT_NE(output.find("SIMULATED"), std::string::npos) << output;
+}
+
+/// The rig has its own latitude and more thermometers than the virtual gyro.
+TEST(Simulate, ServesRigWithManyThermometersElsewhere) {
+  const Folder folder;
+  const auto made = shell("sed 's/^latitude = .*/latitude = 51.05/' profiles/rigs/example-f4t-lakeshore-kvh.toml > " +
+                          (folder / "rig.toml"));
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  std::ofstream(folder / "rig.toml", std::ios::app)
+      << "\n[[thermometer]]\ndriver = \"lakeshore_218\"\nline = \"tcp://127.0.0.1:7777\"\nuncertainty = 0.04\n"
+         "channels = [\"p1\", \"p2\", \"p3\", \"p4\", \"p5\", \"p6\", \"p7\", \"p8\"]\n";
+  Background simulate({"simulate", "--rig", folder / "rig.toml"}, folder / "log");
+  ASSERT_TRUE(simulate.wait_for("gyro  ", 60)) << simulate.output();
+  EXPECT_NE(simulate.output().find("p8"), std::string::npos) << simulate.output();
 }
 
 /// The unit register of an F4T has address 6730 on TCP and 14080 on a serial line.

@@ -77,8 +77,9 @@ std::string describe_left_chamber(const ActiveRun& run) {
   const auto& chamber = run.run_controller.last().chamber.value;
   if (run.rig.file().simulated || !chamber) return {};
   if (chamber->activity == ChamberActivity::off) return "the chamber is switched off";
+  // The last sample was read before the profile's last set point was sent.
   return fmt::format("the chamber stays on at its set point of {:g} °C; no program monitors it from now on",
-                     chamber->set_point.value);
+                     run.run_controller.profile().segments.back().target.value);
 }
 
 /// Releases the chamber, closes the record unless the chamber was made safe, and prints the outcome. Fails with
@@ -514,7 +515,7 @@ void note_resumption(Console& console, const StoppedRun& run, const run::EntryPo
   const run::RunContinuation& on = run.on;
   const auto text = fmt::format("resumed after {}; cause of the interruption: {}", describe_downtime(on.interruption),
                                 on.why_stopped);
-  console.print_message(fmt::format("{}: {} at second {}", run.path, text, first));
+  console.print_message(fmt::format("{}: {}; continues at second {}", run.path, text, first));
   run_controller.note(EventKind::resumed, text);
   if (!on.interruption.mismatched_instruments.empty())
     run_controller.note(EventKind::note, "accepted: " + on.interruption.mismatched_instruments);

@@ -109,12 +109,13 @@ std::string Display::headline(const Sample& sample, const RunOverview& overview)
   const auto done = static_cast<double>(sample.slot + 1) - to_seconds(overview.behind_plan.value_or(Duration{}));
   const auto left = to_seconds(overview.time_left.value_or(Duration{}));
   const auto wall_time_left = time_left(sample, overview);
-  const bool is_ending = overview.state == RunState::aborting || overview.state == RunState::aborted;
+  const bool has_no_time_left = overview.state == RunState::aborting || overview.state == RunState::aborted ||
+                                overview.state == RunState::complete;
   const auto share =
       overview.time_left ? fmt::format("{:.0f} %, ", 100 * std::max(done, 0.0) / std::max(done + left, 1.0)) : "";
   const auto time = wall_time_left ? format_duration(*wall_time_left) + " left, " : "time left unknown, ";
   auto line = fmt::format("{}{}: {}{}{}", is_simulated_ ? "SIMULATED " : "", profile_.name, share,
-                          is_ending ? "" : time, name(overview.state));
+                          has_no_time_left ? "" : time, name(overview.state));
   if (!overview.cause.empty()) line += ": " + overview.cause;
   if (overview.behind_plan >= std::chrono::seconds(1))
     line += fmt::format(" ({} behind plan)", format_duration(*overview.behind_plan));

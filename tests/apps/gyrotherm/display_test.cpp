@@ -96,6 +96,10 @@ TEST(Display, ShowsProgressAndMarksSimulatedRun) {
   shown.rig.simulated = false;
   EXPECT_TRUE(shown.text().starts_with("random: 25 %, 45 min 00 s left, ")) << "a real rig is not simulated";
   EXPECT_NE(shown.text().find("Z, ends "), std::string::npos) << "the hour of the end: " << shown.text();
+  shown.overview.state = RunState::complete;
+  shown.overview.time_left = Duration{};
+  shown.rig.simulated = true;
+  EXPECT_TRUE(shown.text().starts_with("SIMULATED random: 100 %, complete\n")) << shown.text();
 }
 
 TEST(Display, ShowsNewestUnacknowledgedAlarms) {

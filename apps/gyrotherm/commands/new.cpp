@@ -40,7 +40,7 @@ constexpr std::array kAnswerOptions{
     AnswerOption{"--safe", "T", "safe set point, °C (default: 20)"},
     AnswerOption{"--air", "\"T T\"",
                  "lowest and highest air temperature at which a run ends, °C (default: 10 K beyond "
-                 "the set points)"},
+                 "the set points, or halfway to the limiter if that is nearer)"},
     AnswerOption{"--limiter", "TEXT",
                  "class and settings of the chamber's own limiter, \"3.3 -50 75\" (default: "
                  "unknown)"},

@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <iterator>
+#include <map>
 #include <optional>
 #include <utility>
 
@@ -27,7 +29,7 @@ namespace gyrotherm::app {
 namespace {
 
 struct ExportArguments {
-  std::string run, out, model, outside = "continue", format = "csv";
+  std::string run, out, model, outside = "continue", format;
   std::string from, to, every;
   bool compensated = false;
   bool follow = false;
@@ -177,8 +179,24 @@ Result<std::size_t> write_table(Console& console, const record::RecordFiles& fil
                              : write_rows(files, options, *choice);
 }
 
-Result<Exit> export_table(Console& console, const ExportArguments& options) {
-  const bool is_chosen = !(options.from + options.to + options.every).empty() || options.format != "csv";
+/// Returns the format that --as names or, without it, the one that the ending of the file stands for. Fails with usage
+/// if the two contradict each other.
+Result<std::string> find_format(const ExportArguments& options) {
+  static const std::map<std::string, std::string> endings{{".csv", "csv"},     {".nc", "netcdf"},
+                                                          {".nc4", "netcdf"},  {".gp", "gnuplot"},
+                                                          {".plt", "gnuplot"}, {".gnuplot", "gnuplot"}};
+  const auto ending = std::filesystem::path(options.out).extension().string();
+  const auto known = endings.find(ending);
+  if (options.format.empty()) return known == endings.end() ? "csv" : known->second;
+  if (known == endings.end() || known->second == options.format) return options.format;
+  return failure(FaultKind::usage, "--out",
+                 fmt::format("{} has the ending of --as {}, but --as {} is given; expected another ending", options.out,
+                             known->second, options.format));
+}
+
+Result<Exit> export_table(Console& console, const ExportArguments& given) {
+  ExportArguments options = given;
+  const bool is_chosen = !(options.from + options.to + options.every + options.format).empty();
   if (options.follow && (options.compensated || is_chosen || !options.out.empty()))
     return failure(
         FaultKind::usage, "--follow",
@@ -190,6 +208,9 @@ Result<Exit> export_table(Console& console, const ExportArguments& options) {
       return failure(
           FaultKind::usage, "--out",
           fmt::format("no {} file can be written; write FILE.csv, which a spreadsheet program opens", spreadsheet));
+  auto format = find_format(options);
+  if (!format) return failure(format.error());
+  options.format = std::move(*format);
   if (auto free = check_is_free(options.out, options.force); !free) return failure(free.error());
   const auto checked = check_recorded_run(console, options.run, options.unverified);
   if (!checked) return failure(checked.error());
@@ -213,7 +234,8 @@ void add_export(Program& program) {
   add_force_flag(command, options.force);
   command
       .add_option("--as", options.format,
-                  "output format: csv, netcdf (netCDF-4 with CF conventions) or gnuplot (a script with its data)")
+                  "output format: csv, netcdf (netCDF-4 with CF conventions) or gnuplot (a script with its data); "
+                  "default: that of the ending of --out")
       ->check(CLI::IsMember({"csv", "netcdf", "gnuplot"}))
       ->type_name("FORMAT");
   command.add_option("--from", options.from, "the first row: \"2 h\" since the start, or \"2026-03-01T12:00:00Z\"")

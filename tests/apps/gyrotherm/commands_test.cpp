@@ -402,6 +402,34 @@ TEST(Train, LimitsThreadsToThoseOfMachine) {
   }
 }
 
+TEST(Export, TakesFormatFromEnding) {
+  const Folder folder;
+  make_small_model(folder);
+  const auto begins_with = [&](const std::string& file, std::string_view beginning) {
+    return read_text_file(folder / file, std::size_t{1} << 24).value().starts_with(beginning);
+  };
+  const auto exported = [&](const std::string& arguments) {
+    return gyrotherm_with("export " + (folder / "record.db") + " --out " + (folder / arguments));
+  };
+  for (const auto* file : {"a.nc", "a.nc4"}) {
+    EXPECT_EQ(exported(file).exit_code, 0);
+    EXPECT_TRUE(begins_with(file, "\x89HDF")) << file;
+  }
+  for (const auto* arguments : {"b.csv", "b.txt", "b.dat --as csv", "b"}) {
+    EXPECT_EQ(exported(arguments).exit_code, 0) << arguments;
+    EXPECT_TRUE(begins_with(std::string(arguments).substr(0, std::string(arguments).find(' ')), "#")) << arguments;
+  }
+  EXPECT_EQ(exported("c.gp").exit_code, 0);
+  EXPECT_EQ(exported("d.any --as netcdf").exit_code, 0);
+  EXPECT_TRUE(begins_with("d.any", "\x89HDF"));
+  for (const auto* arguments : {"e.nc --as csv", "e.csv --as netcdf", "e.csv --as gnuplot", "e.gp --as netcdf"}) {
+    const auto refused = exported(arguments);
+    EXPECT_EQ(refused.exit_code, 2) << arguments;
+    EXPECT_NE(refused.err.find("has the ending of --as "), std::string::npos) << refused.err;
+  }
+  EXPECT_FALSE(std::filesystem::exists(folder / "e.nc"));
+}
+
 TEST_F(Force, NeverOverwritesRecord) {
   for (const auto* command :
        {"export record.db", "export record.db --as netcdf", "export record.db --compensated --model model.json",

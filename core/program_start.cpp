@@ -139,6 +139,10 @@ std::string explain_range(const std::string& refusal) {
 }  // namespace
 
 std::string plain_error_message(const std::string& refusal) {
+  constexpr std::string_view kTooMany = ": At Most 1 required but received ";
+  if (const auto at = refusal.find(kTooMany); at != std::string::npos)
+    return fmt::format("{} is given {} times, expected once", refusal.substr(0, at),
+                       refusal.substr(at + kTooMany.size()));
   if (auto choice = explain_choice(refusal); !choice.empty()) return choice;
   if (auto range = explain_range(refusal); !range.empty()) return range;
   constexpr std::string_view kRefusalStart = "Could not convert: ", kValueSeparator = " = ";

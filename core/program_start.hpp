@@ -49,7 +49,7 @@ void write_to_stderr(std::string_view text);
                                                 std::span<const std::string> known);
 
 /// Returns CLI11's error message unchanged, except that this program's own messages replace those for an invalid
-/// number, a number outside its range, and a value that is not one of a list.
+/// number, a number outside its range, a value that is not one of a list, and an option that is given several times.
 [[nodiscard]] std::string plain_error_message(const std::string& refusal);
 
 /// Returns a command as it is typed with all that it requires, such as "gyrotherm compensate MODEL".

@@ -109,6 +109,8 @@ Result<std::string> resolve_path(const std::string& given, const ShippedKind& ki
   if (auto found = given.empty() ? "" : find_shipped_file(fmt::format("{}/{}{}", kind.folder, given, kExtension));
       !found.empty())
     return found;
+  if (std::error_code error; given.find_first_not_of('.') == std::string::npos && fs::is_directory(given, error))
+    return failure(FaultKind::bad_file, given, fmt::format("is a folder, expected a {}", kind.what));
   if (const auto other = recognise_other_format(given); !other.empty())
     return failure(FaultKind::bad_file, given, fmt::format("is {}, expected a {}", other, kind.what));
   const auto names = shipped_names(kind);

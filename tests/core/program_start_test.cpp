@@ -111,6 +111,11 @@ TEST(PlainErrorMessage, NamesValueAndPermittedValues) {
             "--by: \"a: b not in {x,y}\" is not one of one, two");
 }
 
+TEST(PlainErrorMessage, NamesRepeatedOption) {
+  EXPECT_EQ(plain_error_message("--rig: At Most 1 required but received 2"), "--rig is given 2 times, expected once");
+  EXPECT_EQ(plain_error_message("--as: At Most 1 required but received 12"), "--as is given 12 times, expected once");
+}
+
 TEST(PlainErrorMessage, TellsRangeFromInvalidNumber) {
   const std::string range = " not in range -100.000000 to 150.000000";
   EXPECT_EQ(plain_error_message("--ambient: Value 293" + range), "--ambient: 293 is outside -100 to 150");

@@ -109,13 +109,13 @@ Result<ProgramPlan> make_plan(Console& console, const PlanArguments& options, co
     if (!read) return failure(read.error());
     prior = std::move(*read);
   }
+  if (!options.mission.empty()) released.until->mission = options.mission;
+  const auto mission = read_mission(released.until->mission);
+  if (!mission) return failure(mission.error());
   const auto path = find_reference(console, options, rig);
   if (!path) return failure(path.error());
   const auto reference = load_recorded_run(console, *path, {{}, options.unverified, options.axis});
   if (!reference) return failure(reference.error());
-  if (!options.mission.empty()) released.until->mission = options.mission;
-  const auto mission = read_mission(released.until->mission);
-  if (!mission) return failure(mission.error());
   const auto forecasts = make_forecasts(console, prior, *reference, *mission);
   if (!forecasts) return failure(forecasts.error());
   const ForecastFunction expanded = [&](const planning::ProgramPath& program) {

@@ -345,6 +345,8 @@ std::string_view reserved_ending(std::string_view path) {
 
 Result<void> check_name_of_new_record(const std::string& path) {
   const auto refuse = [&](const std::string& why) { return failure(FaultKind::storage, path, why); };
+  if (std::error_code error; fs::is_directory(path, error))
+    return failure(FaultKind::usage, path, "is a folder, expected the name of a record, which ends in .db");
   if (path_exists(path)) return refuse("exists already, and a record is never overwritten");
   static const std::set<std::string> others{".csv", ".tsv",  ".txt", ".xlsx", ".json", ".toml", ".nc",
                                             ".svg", ".html", ".pdf", ".xml",  ".c",    ".gp"};

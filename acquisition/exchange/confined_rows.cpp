@@ -193,8 +193,8 @@ Result<void> read_confined(const std::string& path, const std::string& library, 
   return RowReader(path, library, columns, take, limits, child).read();
 }
 
-Result<std::string> read_text_confined(const std::string& path, const std::string& library,
-                                       const ReadTextInSteps& read, const ReadingLimits& limits) {
+Result<std::string> read_text_confined(const std::string& path, const std::string& library, const ReadTextInSteps& read,
+                                       const ReadingLimits& limits) {
   ChildProcess child([&](int line) { read_text_in_child(line, read, limits); }, Confinement{limits.memory_bytes});
   if (!child.has_begun()) return no_process_failure(path);
   const TakeRow no_rows = [](const ForeignRow&) { return Result<void>(); };

@@ -556,8 +556,8 @@ Result<void> read_netcdf(const std::string& path, const ImportMap& map, const Ta
 }
 
 Result<std::string> read_netcdf_source(const std::string& path) {
-  return read_text_confined(
-      path, kLibrary, [&](const std::function<void()>& step) { return NetcdfTable(path, step).read_source(); });
+  return read_text_confined(path, kLibrary,
+                            [&](const std::function<void()>& step) { return NetcdfTable(path, step).read_source(); });
 }
 
 }  // namespace gyrotherm::exchange

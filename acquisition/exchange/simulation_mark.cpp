@@ -16,8 +16,8 @@ namespace gyrotherm::exchange {
 
 namespace {
 
-/// Returns the instruments that a marked text names; nothing if the text has no mark. Characters of comments and quotes,
-/// which spreadsheets write around a cell, may precede and follow the mark.
+/// Returns the instruments that a marked text names; nothing if the text has no mark. Characters of comments and the
+/// quotes of spreadsheets may be around the mark.
 std::vector<std::string> parse_mark(std::string_view text, const std::string& file) {
   constexpr std::string_view kMark = "SIMULATED", kAround = " \t#%;,\"'!";
   text = trimmed(text, kAround);

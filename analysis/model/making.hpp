@@ -15,9 +15,9 @@
 
 namespace gyrotherm::model {
 
-/// Fails with usage if a run is given twice or imported records have common rows (they would be held out and learnt from
-/// at the same time), if records are of different gyros or have different bias references, or if a bias jumps because
-/// the unit was turned around.
+/// Fails with usage if a run is given twice or imported records have common rows (such rows would be held out and used
+/// for training at the same time), if records are of different gyros or have different bias references, or if a bias
+/// jumps because the unit was turned around.
 [[nodiscard]] Result<void> check_records(const std::vector<data::Dataset>& datasets,
                                          const std::vector<data::Clusters>& records);
 

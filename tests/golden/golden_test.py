@@ -95,15 +95,19 @@ class Golden(unittest.TestCase):
         self.run_program("train", "one.db", "--prior", "prior.json", "--out", "with-prior.json")
         self.run_program("verify", "with-prior.json", "later.db")
 
+    def make_report(self, folder: str, *records: str):
+        self.run_program("report", *records, "--model", "ridge-u.json", "--laboratory", "laboratory.toml", "--order",
+                         "order.toml", "--out", folder)
+
     def test_signed_report_is_verified_and_compared(self):
         self.run_program("report", "verify", "calibration", "--trusted", "authority.pem")
-        self.run_program("report", "compare", "calibration", "calibration")
+        self.make_report("compared", "later.db", "one.db")
+        self.run_program("report", "compare", "calibration", "compared")
 
     def test_texts_of_a_laboratory_are_read(self):
         self.run_program("check", "./half-hour.toml", "--rig", "./rig.toml")
         self.run_program("import", "logger.csv", "--map", "./logger.toml", "--out", "again.db")
-        self.run_program("report", "one.db", "later.db", "--model", "ridge-u.json", "--laboratory", "laboratory.toml",
-                         "--order", "order.toml", "--out", "calibration-now")
+        self.make_report("calibration-now", "one.db", "later.db")
 
     def test_files_of_running_program_are_read(self):
         shutil.copy(self.folder / "parts.db", self.folder / "seen.db")

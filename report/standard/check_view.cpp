@@ -28,6 +28,30 @@ const char* chart_verdict(const assurance::ChartPoint& point) {
   return point.individual_is_out ? "value" : point.ewma_is_out ? "EWMA" : "in control";
 }
 
+/// Returns how many decimals give `width` this number of significant digits; at least 0 and at most 9.
+int decimals_for(double width, int digits) {
+  if (!std::isfinite(width) || width <= 0) return 4;
+  return std::clamp(digits - 1 - static_cast<int>(std::floor(std::log10(width) + 1e-9)), 0, 9);
+}
+
+/// Returns "98.2 %". A probability that would round to 0 % or 100 % is "< 0.1 %" or "> 99.9 %", as in the figures.
+std::string format_percent(double probability) {
+  constexpr double kMinPrinted = 0.0005;
+  if (probability < kMinPrinted) return "< 0.1 %";
+  if (probability > 1 - kMinPrinted) return "> 99.9 %";
+  return fmt::format("{:.1f} %", 100 * probability);
+}
+
+/// Returns the value with its limits, or the EWMA with its limit if only the EWMA is out of control.
+std::string describe_point(const CheckResult& of, const assurance::ChartPoint& point,
+                           const assurance::ChartLimits& limits) {
+  const int decimals = decimals_for(point.high - point.low, 3);
+  const auto value = fmt::format("{:>12.{}f} {}", point.value, decimals, of.unit);
+  if (point.ewma_is_out && !point.individual_is_out)
+    return value + fmt::format(", EWMA {:.2f}, limits ±{:.2f}", point.ewma * limits.ewma, limits.ewma);
+  return value + fmt::format(", expected {:.{}f} to {:.{}f}", point.low, decimals, point.high, decimals);
+}
+
 std::string list_open_runs(const CheckedStandard& standard) {
   const auto& [file, history, assessment, diagnosis] = standard;
   std::string text;
@@ -37,17 +61,22 @@ std::string list_open_runs(const CheckedStandard& standard) {
     for (const std::size_t c : assessment.runs[r].charts) {
       const auto& chart = assessment.charts[c];
       const auto& point = chart.points[r];
-      text += fmt::format("    {:<36} {:>12.6f} {}, expected {:.6f} to {:.6f} ({})\n", label(chart.of), point.value,
-                          chart.of.unit, point.low, point.high, chart_verdict(point));
+      const auto& limits =
+          chart.of.kind == assurance::CheckKind::thermometer ? assessment.limits.thermometers : assessment.limits.gyro;
+      text += fmt::format("    {:<36} {} ({})\n", label(chart.of), describe_point(chart.of, point, limits),
+                          chart_verdict(point));
     }
   }
   return text;
 }
 
 std::string describe_hypothesis(const Hypothesis& one) {
-  auto text = fmt::format("    {:>5.1f} %  {}", 100 * one.posterior, name(one.cause));
+  auto text = fmt::format("    {:>8}  {}", format_percent(one.posterior), name(one.cause));
   if (!one.part.empty()) text += " " + one.part;
-  if (std::isfinite(one.amount)) text += fmt::format(": {:.4f} ± {:.4f} {}", one.amount, one.amount_u, one.unit);
+  if (std::isfinite(one.amount)) {
+    const int decimals = decimals_for(one.amount_u, 2);
+    text += fmt::format(": {:.{}f} ± {:.{}f} {}", one.amount, decimals, one.amount_u, decimals, one.unit);
+  }
   return text + fmt::format("; χ² {:.1f} of {:g}, P = {:.3f}\n", one.chi_squared, one.degrees, one.fits);
 }
 

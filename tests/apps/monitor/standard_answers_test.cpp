@@ -1,16 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/monitor/standard_answers.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <regex>
 #include <string>
 
 #include "apps/monitor/run_answers.hpp"
 #include "core/file.hpp"
+#include "report/standard/check_view.hpp"
 #include "tests/apps/monitor/small_run.hpp"
 #include "tests/support/check_study.hpp"
 #include "tests/support/folder.hpp"
@@ -67,6 +71,53 @@ class Answers {
   RunFeed feed_{catalogue_};
   RunAnswers answers_;
 };
+
+/// Returns the number of decimals of a printed number.
+std::size_t decimals_of(const std::string& number) {
+  const auto point = number.find('.');
+  return point == std::string::npos ? 0 : number.size() - point - 1;
+}
+
+TEST(StandardText, RoundsValuesToTheirLimitsAndAmountsToTheirUncertainty) {
+  const auto checked = standard::assess_standard(make_checked_history(), "history.jsonl");
+  const auto text = describe(checked);
+  EXPECT_NE(text.find("    > 99.9 %  thermometer gyro.E: "), std::string::npos) << text;
+  const std::regex value(R"( (-?[\d.]+) \S+, expected (-?[\d.]+) to (-?[\d.]+) \()");
+  int values = 0;
+  for (std::sregex_iterator line(text.begin(), text.end(), value), end; line != end; ++line, ++values) {
+    const auto decimals = decimals_of((*line)[1]);
+    EXPECT_EQ(decimals_of((*line)[2]), decimals) << line->str();
+    EXPECT_EQ(decimals_of((*line)[3]), decimals) << line->str();
+    const double width =
+        std::round((std::stod((*line)[3]) - std::stod((*line)[2])) * std::pow(10, static_cast<double>(decimals)));
+    EXPECT_GE(width, 99) << line->str();
+    EXPECT_LE(width, 1001) << line->str();
+  }
+  EXPECT_GE(values, 1) << text;
+  const std::regex amount(R"(: (-?[\d.]+) ± 0\.0*(\d+) K;)");
+  std::smatch found;
+  ASSERT_TRUE(std::regex_search(text, found, amount)) << text;
+  EXPECT_EQ(found[2].length(), 2) << found.str();
+}
+
+TEST(StandardText, NamesValueAndLimitOfEwma) {
+  auto checked = standard::assess_standard(make_checked_history(), "history.jsonl");
+  int changed = 0;
+  for (std::size_t r = 0; r < checked.assessment.runs.size(); ++r)
+    for (const auto c : checked.assessment.runs[r].charts) {
+      auto& point = checked.assessment.charts[c].points[r];
+      point.individual_is_out = false;
+      point.ewma_is_out = true;
+      point.ewma = -1.25;
+      ++changed;
+    }
+  ASSERT_GE(changed, 1);
+  const auto limit = checked.assessment.limits.thermometers.ewma;
+  const auto text = describe(checked);
+  EXPECT_NE(text.find(fmt::format(", EWMA {:.2f}, limits ±{:.2f} (EWMA)", -1.25 * limit, limit)), std::string::npos)
+      << text;
+  EXPECT_EQ(text.find("expected"), std::string::npos) << text;
+}
 
 std::string error_of(const WebAnswer& answer) { return nlohmann::json::parse(answer.body).value("error", ""); }
 

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <filesystem>
 
 #include "core/clock.hpp"
@@ -50,8 +51,12 @@ std::optional<std::vector<std::size_t>> find_channels(const std::string& names, 
 Json channels_as_json(const FoundRun& run) {
   Json channels = Json::array();
   if (!run.info) return channels;
+  const auto& empty = run.channels_without_values;
   for (const auto& channel : series_channels(*run.info))
-    channels.push_back({{"name", channel.name}, {"unit", channel.unit}, {"unit_under_test", channel.unit_under_test}});
+    channels.push_back({{"name", channel.name},
+                        {"unit", channel.unit},
+                        {"unit_under_test", channel.unit_under_test},
+                        {"has_values", std::ranges::find(empty, channel.name) == empty.end()}});
   return channels;
 }
 
@@ -93,6 +98,16 @@ WebAnswer alarms_answer(const FoundRun& run) {
   return {.body = json_text(Json{{"alarms", std::move(alarms)}})};
 }
 
+/// Returns the slots of the requested seconds: the same numbers, or rows if the record is imported.
+Result<std::pair<std::int64_t, std::int64_t>> find_slots(const FoundRun& run, std::int64_t from, std::int64_t to) {
+  if (!run.info->imported) return std::pair(from, std::min(to, std::max(run.status.slot, from) + 60));
+  const auto first = find_imported_row(run, kSecond * from);
+  if (!first) return failure(first.error());
+  const auto last = find_imported_row(run, kSecond * to);
+  if (!last) return failure(last.error());
+  return std::pair(*first, *last);
+}
+
 }  // namespace
 
 WebAnswer RunAnswers::answer_list() const {
@@ -106,21 +121,24 @@ WebAnswer RunAnswers::answer_series(const FoundRun& run, const RequestHead& head
   const auto all = series_channels(*run.info);
   const auto channels = find_channels(head.parameter("channels"), all);
   if (!channels) return refusal(400, "unknown channel in \"channels\"");
-  const auto from = parse_integer(head.parameter("from"), 0), to = parse_integer(head.parameter("to"), run.status.slot);
+  const auto end =
+      run.info->imported ? static_cast<std::int64_t>(std::ceil(to_seconds(run.length()))) : run.status.slot;
+  const auto from = parse_integer(head.parameter("from"), 0), to = parse_integer(head.parameter("to"), end);
   const auto buckets = parse_integer(head.parameter("buckets"), 2000);
   if (!from || !to || *from < 0)
     return refusal(400, "expected seconds since the start of the run for \"from\" and \"to\"");
   if (!buckets || *buckets < 1 || *buckets > kMaxBuckets)
     return refusal(400, fmt::format("expected 1 to {} for \"buckets\"", kMaxBuckets));
-  const SeriesRequest requested{.channels = *channels,
-                                .from = *from,
-                                .to = std::min(*to, std::max(run.status.slot, *from) + 60),
-                                .buckets = *buckets};
-  const auto made = cache_.buckets(run, requested);
+  const auto slots = find_slots(run, *from, *to);
+  if (!slots) return fault_answer(slots.error());
+  const auto made =
+      cache_.buckets(run, {.channels = *channels, .from = slots->first, .to = slots->second, .buckets = *buckets});
   if (!made) return fault_answer(made.error());
+  const auto times_s = run.info->imported ? imported_times_s(run, *made) : Result<std::vector<double>>();
+  if (!times_s) return fault_answer(times_s.error());
   std::vector<SeriesChannel> named;
   for (const auto channel : *channels) named.push_back(all[channel]);
-  return {.body = series_text(*made, named)};
+  return {.body = series_text(*made, named, *times_s)};
 }
 
 WebAnswer RunAnswers::answer_standard(const FoundRun& run, const RequestHead& head, bool as_figure) {

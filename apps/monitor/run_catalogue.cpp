@@ -11,6 +11,7 @@
 
 #include "acquisition/record/record_files.hpp"
 #include "acquisition/record/run_source.hpp"
+#include "apps/monitor/series.hpp"
 #include "core/rig_defaults.hpp"
 #include "core/sha256.hpp"
 #include "core/toml_reader.hpp"
@@ -59,6 +60,52 @@ void read_end_states(FoundRun& run, const record::RunInfo& info) {
   }
   const bool holds = safe.text("on_stop", "safe") == "hold";
   run.chamber_after_stop = holds ? "the chamber holds its present set point" : run.chamber_after_abort;
+}
+
+/// Returns which channels have a value in the first rows of a record.
+Result<std::vector<bool>> find_channels_with_values(const std::vector<SeriesChannel>& channels,
+                                                    const record::RecordFiles& files, std::int64_t rows) {
+  constexpr std::size_t kChannelsPerQuery = 500;
+  std::vector<bool> has_values(channels.size());
+  for (std::size_t first = 0; first < channels.size(); first += kChannelsPerQuery) {
+    const auto end = std::min(first + kChannelsPerQuery, channels.size());
+    std::string columns;
+    for (auto i = first; i < end; ++i)
+      columns += fmt::format("{}max({} IS NOT NULL)", i > first ? ", " : "", channels[i].sql);
+    const auto read = record::each_row(files, {.what = columns, .last = rows - 1}, [&](const record::Statement& row) {
+      for (auto i = first; i < end; ++i)
+        if (row.integer(static_cast<int>(i - first)) != 0) has_values[i] = true;
+      return true;
+    });
+    if (!read) return failure(read.error());
+  }
+  return has_values;
+}
+
+/// Returns the names of the channels of an imported record that have no value. Does not search a long record, because
+/// the scan of a folder must not take long: it returns only the channels of the chamber, which no import fills.
+std::vector<std::string> find_channels_without_values(const record::RunInfo& info, const record::RecordFiles& files,
+                                                      std::int64_t rows) {
+  constexpr std::int64_t kMaxRowsToSearch = 100'000;
+  constexpr std::size_t kChamberChannels = 3;
+  auto channels = series_channels(info);
+  if (rows > kMaxRowsToSearch) channels.erase(channels.begin() + kChamberChannels, channels.end());
+  const auto has_values = find_channels_with_values(channels, files, kMaxRowsToSearch);
+  std::vector<std::string> names;
+  for (std::size_t i = 0; has_values && i < channels.size(); ++i)
+    if (!(*has_values)[i]) names.push_back(channels[i].name);
+  return names;
+}
+
+/// Returns the time of the last row of an imported record; 0 if it cannot be read.
+Duration read_imported_length(const record::RecordFiles& files, std::int64_t last_row) {
+  Duration length{};
+  (void)record::each_row(files, {.what = "monotonic_ns", .first = last_row, .last = last_row},
+                         [&](const record::Statement& row) {
+                           length = Duration(row.integer(0));
+                           return true;
+                         });
+  return length;
 }
 
 std::optional<double> compute_age_s(const FoundRun& run) {
@@ -114,6 +161,8 @@ bool FoundRun::is_abandoned() const {
          status.overview.state <= RunState::aborting;
 }
 
+Duration FoundRun::length() const { return imported_length.value_or(kSecond * (status.slot + 1)); }
+
 RunCatalogue::RunCatalogue(std::vector<std::string> folders) : folders_(remove_duplicates(std::move(folders))) {}
 
 RunCatalogue::FileStates RunCatalogue::read_file_states(const std::string& path) {
@@ -139,6 +188,12 @@ void RunCatalogue::read_info(Entry& entry) {
   entry.info_id = info && is_final ? run.status.id : std::string();
   if (info) read_end_states(run, *info);
   run.standard = info ? find_standard(*info, run.path) : std::nullopt;
+  run.imported_length.reset();
+  run.channels_without_values.clear();
+  if (info && info->imported) {
+    run.imported_length = read_imported_length(*files, run.status.slot);
+    run.channels_without_values = find_channels_without_values(*info, *files, run.status.slot + 1);
+  }
   if (info) drop_unused_texts(*info);
   entry.info = info ? std::make_shared<const record::RunInfo>(std::move(*info)) : nullptr;
 }

@@ -45,7 +45,13 @@ struct FoundRun {
   Duration safe_observe{};
   /// History of check runs of the rig; empty if the rig has no check standard.
   std::optional<StandardSource> standard{};
+  /// Time from the first to the last row of an imported record, whose slots are row numbers; empty for another record.
+  std::optional<Duration> imported_length{};
+  /// Names of the channels of an imported record that have no value.
+  std::vector<std::string> channels_without_values{};
 
+  /// Returns the length of the run so far: the seconds up to the last sample, or the time of the rows if imported.
+  [[nodiscard]] Duration length() const;
   /// Returns whether a program executes the run, according to the status.
   [[nodiscard]] bool is_running() const;
   /// Returns whether the program of the run has been silent for longer than record::kSilentAfter.

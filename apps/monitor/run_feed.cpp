@@ -44,16 +44,25 @@ Json text_or_null(const record::Statement& row, int column) {
   return row.null(column) ? Json(nullptr) : Json(std::string(row.text(column)));
 }
 
-std::string event_text(const record::Statement& row) {
-  return json_text(Json{{"number", row.integer(0)},
-                        {"slot", row.integer(1)},
-                        {"utc_ms", std::llround(row.real(2) / kNsPerMs)},
-                        {"kind", row.text(3)},
-                        {"interlock", text_or_null(row, 4)},
-                        {"reaction", text_or_null(row, 5)},
-                        {"segment", row.null(6) ? Json(nullptr) : Json(row.integer(6))},
-                        {"channel", text_or_null(row, 7)},
-                        {"text", std::string(row.text(8))}});
+/// Returns an event as JSON. The slot of an event of an imported record is a row number, so its time is added.
+std::string event_text(const record::Statement& row, bool imported) {
+  Json json{{"number", row.integer(0)},
+            {"slot", row.integer(1)},
+            {"utc_ms", std::llround(row.real(2) / kNsPerMs)},
+            {"kind", row.text(3)},
+            {"interlock", text_or_null(row, 4)},
+            {"reaction", text_or_null(row, 5)},
+            {"segment", row.null(6) ? Json(nullptr) : Json(row.integer(6))},
+            {"channel", text_or_null(row, 7)},
+            {"text", std::string(row.text(8))}};
+  if (imported) json["time_s"] = to_seconds(Duration(row.integer(9)));
+  return json_text(json);
+}
+
+/// Returns the start of a run. The start of an imported record without dates is unknown.
+Json started_ms(const FoundRun& run) {
+  if (!run.info || (run.info->imported && run.info->started_utc == Duration{})) return nullptr;
+  return run.info->started_utc.count() / 1'000'000;
 }
 
 /// Returns a message of an event stream. A negative id is omitted.
@@ -95,13 +104,15 @@ Result<std::vector<FeedRow>> read_events_after(const FoundRun& run, std::int64_t
   std::vector<FeedRow> rows;
   const auto files = record::find_source_files(run.path, run.is_running());
   if (!files) return failure(files.error());
-  const record::RowQuery query{.what = "id, slot, utc_ns, kind, interlock, reaction, segment, channel, text",
-                               .table = fmt::format("(SELECT * FROM event WHERE id > {})", number),
-                               .order = "id",
-                               .first = -1,
-                               .most = max_rows};
+  const bool imported = run.info && run.info->imported;
+  const record::RowQuery query{
+      .what = "id, slot, utc_ns, kind, interlock, reaction, segment, channel, text, monotonic_ns",
+      .table = fmt::format("(SELECT * FROM event WHERE id > {})", number),
+      .order = "id",
+      .first = -1,
+      .most = max_rows};
   const auto read = record::each_row(*files, query, [&](const record::Statement& row) {
-    rows.push_back({row.integer(0), event_text(row)});
+    rows.push_back({row.integer(0), event_text(row, imported)});
     return true;
   });
   return read.map([&] { return std::move(rows); });
@@ -119,8 +130,9 @@ std::string status_text(const FoundRun& run) {
   json["trouble"] = run.read_error;
   json["profile"] = run.info ? run.info->profile_name : "";
   json["rig"] = run.info ? run.info->rig_name : "";
-  json["started_ms"] = run.info ? Json(run.info->started_utc.count() / 1'000'000) : Json(nullptr);
+  json["started_ms"] = started_ms(run);
   json["imported"] = run.info && run.info->imported;
+  json["length_s"] = to_seconds(run.length());
   return json_text(json);
 }
 

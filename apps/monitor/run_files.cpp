@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -24,15 +25,23 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Returns the slot at which each segment has begun so far.
+/// Returns the time of an event in ms, or null if it is unknown.
+Json event_ms(std::int64_t utc_ns) {
+  return utc_ns > 0 ? Json(std::llround(static_cast<double>(utc_ns) / 1e6)) : Json(nullptr);
+}
+
+/// Returns the slot and the time at which each segment has begun so far.
 Json segment_starts(const FoundRun& run) {
   Json begun = Json::array();
   const auto events =
       record::find_source_files(run.path, run.is_running()).and_then([&](const record::RecordFiles& files) {
         return record::each_row(
-            files, {.what = "slot, segment", .table = "(SELECT * FROM event WHERE kind = 'segment')", .order = "id"},
+            files,
+            {.what = "slot, segment, utc_ns", .table = "(SELECT * FROM event WHERE kind = 'segment')", .order = "id"},
             [&](const record::Statement& row) {
-              if (!row.null(1)) begun.push_back({{"segment", row.integer(1)}, {"slot", row.integer(0)}});
+              if (!row.null(1))
+                begun.push_back(
+                    {{"segment", row.integer(1)}, {"slot", row.integer(0)}, {"utc_ms", event_ms(row.integer(2))}});
               return begun.size() < 20'000;
             });
       });
@@ -50,7 +59,7 @@ Json goal_json(const FoundRun& run, const profile::Profile& profile) {
   const auto read =
       record::find_source_files(run.path, run.is_running()).and_then([&](const record::RecordFiles& files) {
         return record::each_row(files,
-                                {.what = "slot, text",
+                                {.what = "slot, text, utc_ns",
                                  .table = fmt::format("(SELECT * FROM event WHERE {})", record::kIsDecision),
                                  .order = "id"},
                                 [&](const record::Statement& row) {
@@ -58,6 +67,7 @@ Json goal_json(const FoundRun& run, const profile::Profile& profile) {
                                   if (!decision) return true;
                                   auto json = Json(make_json(*decision));
                                   json["slot"] = row.integer(0);
+                                  json["utc_ms"] = event_ms(row.integer(2));
                                   decisions.push_back(std::move(json));
                                   return decisions.size() < 20'000;
                                 });

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <functional>
 #include <iterator>
-#include <limits>
 
 #include "acquisition/record/row.hpp"
 #include "acquisition/record/run_source.hpp"
@@ -16,7 +15,6 @@
 namespace gyrotherm::monitor {
 namespace {
 
-constexpr float kNoValue = std::numeric_limits<float>::quiet_NaN();
 constexpr std::int64_t kMinOverviewWidth = 16;  ///< slots
 /// Largest number of rows per query. The record is open during a query, and a program that resumes the run must wait
 /// until it is closed.
@@ -79,34 +77,55 @@ std::vector<SeriesChannel> series_channels(const record::RunInfo& info) {
 }
 
 Buckets::Buckets(std::size_t channels, std::int64_t first, std::int64_t width)
-    : channels_(channels), first_(first), width_(width) {}
+    : channels_(channels), first_(first), width_(width), last_slot_(first - 1) {}
 
 void Buckets::extend_to(std::int64_t slot) {
+  last_slot_ = std::max(last_slot_, slot);
   const auto required = static_cast<std::size_t>((slot - first_) / width_ + 1);
   if (required <= count_) return;
   count_ = required;
-  low_.resize(count_ * channels_, kNoValue);
-  high_.resize(count_ * channels_, kNoValue);
+  cells_.resize(count_ * channels_);
+}
+
+Buckets::Cell& Buckets::cell_at(std::int64_t slot, std::size_t channel) {
+  extend_to(slot);
+  return cells_[static_cast<std::size_t>((slot - first_) / width_) * channels_ + channel];
+}
+
+void Buckets::merge(Cell& into, const Cell& other) {
+  if (other.count == 0) return;
+  if (!(into.low <= other.low)) into.low = other.low;
+  if (!(into.high >= other.high)) into.high = other.high;
+  into.sum += other.sum;
+  into.count += other.count;
 }
 
 void Buckets::add(std::int64_t slot, std::size_t channel, double value) {
   if (std::isnan(value)) return;
-  extend_to(slot);
-  const auto index = static_cast<std::size_t>((slot - first_) / width_) * channels_ + channel;
   const auto number = static_cast<float>(value);
-  if (!(low_[index] <= number)) low_[index] = number;
-  if (!(high_[index] >= number)) high_[index] = number;
+  merge(cell_at(slot, channel), {.sum = value, .low = number, .high = number, .count = 1});
+}
+
+void Buckets::merge(std::int64_t slot, std::size_t channel, const Buckets& other, std::size_t bucket,
+                    std::size_t other_channel) {
+  const auto& from = other.cell(bucket, other_channel);
+  if (from.count > 0) merge(cell_at(slot, channel), from);
+}
+
+double Buckets::mean(std::size_t bucket, std::size_t channel) const {
+  const auto& [sum, low, high, count] = cell(bucket, channel);
+  // Low and high are rounded to float, the mean is not.
+  return count == 0 ? std::numeric_limits<double>::quiet_NaN()
+                    : std::clamp(sum / count, static_cast<double>(low), static_cast<double>(high));
 }
 
 void Buckets::merge_pairs() {
   Buckets coarse(channels_, first_, 2 * width_);
   for (std::size_t bucket = 0; bucket < count_; ++bucket)
-    for (std::size_t channel = 0; channel < channels_; ++channel) {
-      const auto slot = first_ + static_cast<std::int64_t>(bucket) * width_;
-      coarse.add(slot, channel, static_cast<double>(lowest(bucket, channel)));
-      coarse.add(slot, channel, static_cast<double>(highest(bucket, channel)));
-    }
+    for (std::size_t channel = 0; channel < channels_; ++channel)
+      coarse.merge(first_ + static_cast<std::int64_t>(bucket) * width_, channel, *this, bucket, channel);
   if (count_ > 0) coarse.extend_to(first_ + static_cast<std::int64_t>(count_) * width_ - 1);
+  coarse.last_slot_ = last_slot_;
   *this = std::move(coarse);
 }
 
@@ -156,10 +175,9 @@ Buckets make_from_overview(const Buckets& overview, const SeriesRequest& request
   for (auto slot = first; slot <= request.to; slot += overview.width()) {
     const auto bucket = static_cast<std::size_t>((slot - overview.first()) / overview.width());
     if (bucket >= overview.size()) break;
-    for (std::size_t i = 0; i < request.channels.size(); ++i) {
-      buckets.add(slot, i, static_cast<double>(overview.lowest(bucket, request.channels[i])));
-      buckets.add(slot, i, static_cast<double>(overview.highest(bucket, request.channels[i])));
-    }
+    buckets.extend_to(std::min(slot + overview.width() - 1, overview.last_slot()));
+    for (std::size_t i = 0; i < request.channels.size(); ++i)
+      buckets.merge(slot, i, overview, bucket, request.channels[i]);
   }
   return buckets;
 }
@@ -170,9 +188,7 @@ Result<void> SeriesCache::update(Overview& overview, const FoundRun& run) const 
   const auto max_overview_bytes = max_bytes_ / 2;
   const auto limit_size = [&](std::int64_t slot) {
     auto& buckets = overview.buckets;
-    const auto required_bytes = [&] {
-      return static_cast<std::size_t>(slot / buckets.width() + 1) * buckets.channels() * 2 * sizeof(float);
-    };
+    const auto required_bytes = [&] { return buckets.bytes_for(static_cast<std::size_t>(slot / buckets.width() + 1)); };
     while (required_bytes() > max_overview_bytes) buckets.merge_pairs();
   };
   const auto read = add_rows(run, all_channels(overview.buckets.channels()), overview.last_slot + 1, record::kNoEnd - 1,
@@ -256,33 +272,101 @@ Result<Buckets> SeriesCache::buckets(const FoundRun& run, const SeriesRequest& r
 
 namespace {
 
-void add_numbers(std::string& text, const Buckets& buckets, std::size_t channel, bool high) {
+/// Adds an array of `count` numbers. `digits` is the number of significant digits.
+void add_numbers(std::string& text, std::size_t count, int digits, const auto& number_at) {
   text += '[';
-  for (std::size_t i = 0; i < buckets.size(); ++i) {
-    const auto value = high ? buckets.highest(i, channel) : buckets.lowest(i, channel);
+  for (std::size_t i = 0; i < count; ++i) {
+    const double value = number_at(i);
     if (i > 0) text += ',';
     if (std::isfinite(value))
-      fmt::format_to(std::back_inserter(text), "{:.7g}", value);
+      fmt::format_to(std::back_inserter(text), "{:.{}g}", value, digits);
     else
       text += "null";
   }
   text += ']';
 }
 
+/// Adds a channel with its arrays. A bucket of one slot has one value.
+void add_channel(std::string& text, const Buckets& buckets, std::size_t channel, const SeriesChannel& description) {
+  constexpr int kDigits = 7;  // of a float
+  const auto add = [&](const char* key, const auto& number_at) {
+    text += fmt::format(R"(,"{}":)", key);
+    add_numbers(text, buckets.size(), kDigits, number_at);
+  };
+  text += fmt::format(R"({{"name":{},"unit":{})", json_text(Json(description.name)), json_text(Json(description.unit)));
+  add("low", [&](std::size_t i) { return static_cast<double>(buckets.lowest(i, channel)); });
+  if (buckets.width() > 1) {
+    add("high", [&](std::size_t i) { return static_cast<double>(buckets.highest(i, channel)); });
+    add("mean", [&](std::size_t i) { return buckets.mean(i, channel); });
+  }
+  text += '}';
+}
+
+Result<Duration> read_row_time(const FoundRun& run, const record::RecordFiles& files, std::int64_t slot) {
+  std::optional<Duration> time;
+  const auto read = record::each_row(files, {.what = "slot, monotonic_ns", .first = slot, .last = slot},
+                                     [&](const record::Statement& row) {
+                                       time = Duration(row.integer(1));
+                                       return true;
+                                     });
+  if (!read) return failure(read.error());
+  if (!time) return failure(FaultKind::bad_file, run.path, fmt::format("row {} is missing", slot));
+  return *time;
+}
+
 }  // namespace
 
-std::string series_text(const Buckets& buckets, const std::vector<SeriesChannel>& channels) {
-  auto text =
-      fmt::format(R"({{"from":{},"step":{},"count":{},"channels":[)", buckets.first(), buckets.width(), buckets.size());
+/// Bisects, because the times of the rows increase and have no index.
+Result<std::int64_t> find_imported_row(const FoundRun& run, Duration time) {
+  const auto files = record::find_source_files(run.path, run.is_running());
+  if (!files) return failure(files.error());
+  std::int64_t low = 0, high = std::max<std::int64_t>(0, run.status.slot);
+  while (low < high) {
+    const auto middle = low + (high - low) / 2;
+    const auto found = read_row_time(run, *files, middle);
+    if (!found) return failure(found.error());
+    if (*found < time)
+      low = middle + 1;
+    else
+      high = middle;
+  }
+  return low;
+}
+
+Result<std::vector<double>> imported_times_s(const FoundRun& run, const Buckets& buckets) {
+  std::vector<double> times_s(buckets.size(), std::numeric_limits<double>::quiet_NaN());
+  if (times_s.empty()) return times_s;
+  const auto files = record::find_source_files(run.path, run.is_running());
+  if (!files) return failure(files.error());
+  const auto last = buckets.first() + static_cast<std::int64_t>(buckets.size() - 1) * buckets.width();
+  const auto first_rows = fmt::format(
+      "(WITH RECURSIVE bucket(start) AS (SELECT {} UNION ALL SELECT start + {} FROM bucket WHERE start < {}) SELECT "
+      "sample.slot AS slot, monotonic_ns FROM bucket CROSS JOIN sample ON sample.slot = bucket.start)",
+      buckets.first(), buckets.width(), last);
+  const auto read = record::each_row(
+      *files, {.what = "slot, monotonic_ns", .table = first_rows, .first = buckets.first(), .last = last},
+      [&](const record::Statement& row) {
+        const auto bucket = static_cast<std::size_t>((row.integer(0) - buckets.first()) / buckets.width());
+        times_s[bucket] = to_seconds(Duration(row.integer(1)));
+        return true;
+      });
+  return read.map([&] { return std::move(times_s); });
+}
+
+std::string series_text(const Buckets& buckets, const std::vector<SeriesChannel>& channels,
+                        const std::vector<double>& times_s) {
+  auto text = fmt::format(R"({{"from":{},"step":{},"count":{},"last":{},)", buckets.first(), buckets.width(),
+                          buckets.size(), buckets.last_slot());
+  if (!times_s.empty()) {
+    constexpr int kTimeDigits = 12;  // milliseconds of ten years
+    text += R"("times_s":)";
+    add_numbers(text, times_s.size(), kTimeDigits, [&](std::size_t i) { return times_s[i]; });
+    text += ',';
+  }
+  text += R"("channels":[)";
   for (std::size_t i = 0; i < buckets.channels(); ++i) {
-    text += fmt::format(R"({}{{"name":{},"unit":{},"low":)", i > 0 ? "," : "", json_text(Json(channels[i].name)),
-                        json_text(Json(channels[i].unit)));
-    add_numbers(text, buckets, i, false);
-    if (buckets.width() > 1) {
-      text += R"(,"high":)";
-      add_numbers(text, buckets, i, true);
-    }
-    text += '}';
+    if (i > 0) text += ',';
+    add_channel(text, buckets, i, channels[i]);
   }
   return text + "]}";
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Data of charts: the minimum and maximum of each channel in at most some thousand time buckets of equal width. A
-/// bucket may have no value of a channel, so gaps are visible.
+/// Data of charts: the minimum, maximum and mean of each channel in at most some thousand time buckets of equal width.
+/// A bucket may have no value of a channel, so gaps are visible.
 ///
 /// The cache keeps an overview of each viewed run, with buckets of 16 s (wider for a very long run or many channels). A
 /// chart of many hours is made from the overview and reads only rows that are new. A chart of a shorter interval is
@@ -9,6 +9,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <list>
 #include <memory>
 #include <mutex>
@@ -34,38 +35,55 @@ struct SeriesChannel {
 /// and the measurements of each unit.
 [[nodiscard]] std::vector<SeriesChannel> series_channels(const record::RunInfo& info);
 
-/// Minimum and maximum of some channels in buckets of equal width; NaN if a bucket has no value. Positions and widths
-/// are in slots.
+/// Minimum, maximum and mean of some channels in buckets of equal width; NaN if a bucket has no value. Positions and
+/// widths are in slots.
 class Buckets {
  public:
   Buckets(std::size_t channels, std::int64_t first, std::int64_t width);
 
   /// Adds a value. Ignores NaN. `slot` must not be below first().
   void add(std::int64_t slot, std::size_t channel, double value);
-  /// Adds empty buckets up to the one that contains `slot`.
+  /// Adds all values of a channel that a bucket of `other` contains to the bucket of `slot`.
+  void merge(std::int64_t slot, std::size_t channel, const Buckets& other, std::size_t bucket,
+             std::size_t other_channel);
+  /// Adds empty buckets up to the one that contains `slot`, which becomes last_slot() unless a later one is.
   void extend_to(std::int64_t slot);
   /// Merges each pair of adjacent buckets, which doubles the width.
   void merge_pairs();
 
   /// Slot at which the first bucket begins.
   [[nodiscard]] std::int64_t first() const { return first_; }
+  /// Last slot that extend_to() or add() has received; first() − 1 if there is none. Later slots may be in no bucket
+  /// yet.
+  [[nodiscard]] std::int64_t last_slot() const { return last_slot_; }
   [[nodiscard]] std::int64_t width() const { return width_; }
   [[nodiscard]] std::size_t size() const { return count_; }
   [[nodiscard]] std::size_t channels() const { return channels_; }
-  [[nodiscard]] float lowest(std::size_t bucket, std::size_t channel) const {
-    return low_[bucket * channels_ + channel];
-  }
-  [[nodiscard]] float highest(std::size_t bucket, std::size_t channel) const {
-    return high_[bucket * channels_ + channel];
-  }
-  [[nodiscard]] std::size_t bytes() const { return (low_.capacity() + high_.capacity()) * sizeof(float); }
+  [[nodiscard]] float lowest(std::size_t bucket, std::size_t channel) const { return cell(bucket, channel).low; }
+  [[nodiscard]] float highest(std::size_t bucket, std::size_t channel) const { return cell(bucket, channel).high; }
+  [[nodiscard]] double mean(std::size_t bucket, std::size_t channel) const;
+  [[nodiscard]] std::size_t bytes() const { return cells_.capacity() * sizeof(Cell); }
+  /// Returns the memory of this number of buckets, without reserves.
+  [[nodiscard]] std::size_t bytes_for(std::size_t buckets) const { return buckets * channels_ * sizeof(Cell); }
 
  private:
+  /// The values of a channel in a bucket.
+  struct Cell {
+    double sum{};
+    float low{std::numeric_limits<float>::quiet_NaN()}, high{std::numeric_limits<float>::quiet_NaN()};
+    std::uint32_t count{};
+  };
+  [[nodiscard]] Cell& cell_at(std::int64_t slot, std::size_t channel);
+  [[nodiscard]] const Cell& cell(std::size_t bucket, std::size_t channel) const {
+    return cells_[bucket * channels_ + channel];
+  }
+  static void merge(Cell& into, const Cell& other);
+
   std::size_t channels_;
-  std::int64_t first_, width_;
+  std::int64_t first_, width_, last_slot_;
   std::size_t count_{};
-  /// For each bucket, the values of all channels.
-  std::vector<float> low_, high_;
+  /// For each bucket, the cells of all channels.
+  std::vector<Cell> cells_;
 };
 
 /// A request for a chart.
@@ -116,8 +134,16 @@ class SeriesCache {
   std::list<std::shared_ptr<Overview>> overviews_;
 };
 
-/// Returns JSON: {"from", "step", "count", "channels": [{"name", "unit", "low": […], "high": […]}]}. "high" is omitted
-/// for buckets of one slot.
-[[nodiscard]] std::string series_text(const Buckets& buckets, const std::vector<SeriesChannel>& channels);
+/// Returns the number of the first row of an imported record at or after `time`, or of the last row if there is none.
+/// Fails with storage or bad_file.
+[[nodiscard]] Result<std::int64_t> find_imported_row(const FoundRun& run, Duration time);
+/// Returns the time of the first row of each bucket of an imported record, in s since its first row; NaN if the bucket
+/// has no row. Fails with storage or bad_file.
+[[nodiscard]] Result<std::vector<double>> imported_times_s(const FoundRun& run, const Buckets& buckets);
+
+/// Returns JSON: {"from", "step", "count", "last", "channels": [{"name", "unit", "low": […], "high": […], "mean":
+/// […]}]}, and "times_s" unless `times_s` is empty. "high" and "mean" are omitted for buckets of one slot.
+[[nodiscard]] std::string series_text(const Buckets& buckets, const std::vector<SeriesChannel>& channels,
+                                      const std::vector<double>& times_s = {});
 
 }  // namespace gyrotherm::monitor

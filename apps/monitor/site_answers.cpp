@@ -66,8 +66,7 @@ Result<control::ControlRequest> make_request(const std::string& verb, const std:
 
 WebAnswer RunControl::request_confirmation(const Sender& sender, const FoundRun& run, const std::string& verb) {
   const auto& overview = run.status.overview;
-  const auto done =
-      run.status.slot >= 0 ? format_duration(std::chrono::seconds(run.status.slot)) : std::string("nothing");
+  const auto done = run.status.slot >= 0 ? format_duration(run.length()) : std::string("nothing");
   const auto left = overview.time_left ? format_duration(*overview.time_left) : std::string("an unknown time");
   const auto& chamber = verb == "abort" ? run.chamber_after_abort : run.chamber_after_stop;
   return {
@@ -75,7 +74,7 @@ WebAnswer RunControl::request_confirmation(const Sender& sender, const FoundRun&
       .body = json_text(Json{{"confirm", confirmations_.issue_token(sender.name(), run.key, verb)},
                              {"question", fmt::format("{} done, {} left. The run ends and {}. {}", done, left, chamber,
                                                       verb == "abort" ? kAbortNote : kStopNote)},
-                             {"elapsed_s", std::max<std::int64_t>(run.status.slot, 0)},
+                             {"elapsed_s", run.status.slot + 1},
                              {"left_s", overview.time_left ? Json(to_seconds(*overview.time_left)) : Json(nullptr)}})};
 }
 

@@ -9,6 +9,7 @@
 #include <array>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <memory>
 #include <numeric>
 #include <set>
@@ -188,6 +189,68 @@ TEST(RunFeed, SendsEveryEventOfEndedRun) {
   ASSERT_TRUE(all);
   EXPECT_GE(all->size(), std::size_t{kEvents});
   EXPECT_EQ(numbers.size(), all->size());
+}
+
+/// Returns the answer to a request about the only run of a catalogue.
+Json ask_run(RunCatalogue& catalogue, const std::string& path, std::map<std::string, std::string> query = {}) {
+  RunFeed feed(catalogue);
+  RunAnswers answers(catalogue, feed, [] { return false; });
+  WebRequest request;
+  for (const auto& [name, value] : query) request.head.query[name] = value;
+  const auto answer = answers.answer(request, "/" + catalogue.runs().front().key + path, [] { return true; });
+  EXPECT_EQ(answer.status, 200) << answer.body;
+  return Json::parse(answer.body, nullptr, false);
+}
+
+TEST(ImportedRun, HasTimesOfItsRows) {
+  const tests::TestFolder folder;
+  write_imported_run(folder / "run.db", 360);
+  RunCatalogue catalogue({folder / ""});
+  catalogue.scan();
+  const auto status = ask_run(catalogue, "");
+  EXPECT_EQ(status["length_s"], 3590 + 3600);
+  EXPECT_TRUE(status["started_ms"].is_null()) << "the file has no date";
+  const auto event = ask_run(catalogue, "/events")["events"].back();
+  EXPECT_EQ(event["time_s"], 3590 + 3600);
+  const auto series = ask_run(catalogue, "/series", {{"channels", "A"}, {"from", "500"}, {"to", "4700"}});
+  EXPECT_EQ(series["from"], 50);
+  EXPECT_EQ(series["times_s"].front(), 500);
+  EXPECT_EQ(series["times_s"].back(), 4700);
+  EXPECT_EQ(series["times_s"].size(), series["count"]);
+  const auto whole = ask_run(catalogue, "/series", {{"channels", "A"}, {"buckets", "10"}});
+  EXPECT_EQ(whole["last"], 359) << "the default is the end of the record";
+  EXPECT_EQ(whole["times_s"].size(), whole["count"]);
+}
+
+TEST(ImportedRun, NamesChannelsWithoutValues) {
+  const tests::TestFolder folder;
+  write_imported_run(folder / "run.db", 20, kVirtualEpoch);
+  RunCatalogue catalogue({folder / ""});
+  catalogue.scan();
+  const auto status = ask_run(catalogue, "");
+  EXPECT_EQ(status["started_ms"], kVirtualEpoch.count() / 1'000'000);
+  std::map<std::string, bool> has_values;
+  for (const auto& channel : status["channels"]) has_values[channel["name"]] = channel["has_values"];
+  EXPECT_EQ(has_values, (std::map<std::string, bool>{{"A", true},
+                                                     {"rate", true},
+                                                     {"set_point_c", false},
+                                                     {"chamber_air_c", false},
+                                                     {"chamber_set_point_c", false}}));
+}
+
+TEST(OrdinaryRun, HasLengthUpToEndOfLastSecond) {
+  const tests::TestFolder folder;
+  write_small_run(folder / "run.db", 600, 100, 199);
+  RunCatalogue catalogue({folder / ""});
+  catalogue.scan();
+  const auto status = ask_run(catalogue, "");
+  EXPECT_EQ(status["slot"], 599);
+  EXPECT_EQ(status["length_s"], 600);
+  for (const auto& channel : status["channels"]) EXPECT_TRUE(channel["has_values"]) << channel["name"];
+  const auto series = ask_run(catalogue, "/series", {{"channels", "A"}, {"from", "50"}, {"to", "60"}});
+  EXPECT_EQ(series["from"], 50);
+  EXPECT_FALSE(series.contains("times_s"));
+  EXPECT_FALSE(ask_run(catalogue, "/events")["events"].front().contains("time_s"));
 }
 
 std::vector<int> slots_in(const std::string& told) {

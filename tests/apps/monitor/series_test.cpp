@@ -29,6 +29,31 @@ TEST(Buckets, HaveLowestAndHighestValue) {
   EXPECT_EQ(buckets.lowest(3, 0), 7);
 }
 
+TEST(Buckets, HaveMeanOfValuesAndNotOfRange) {
+  Buckets buckets(2, 0, 4);
+  for (const auto value : {0.0, 0.0, 0.0, 8.0}) buckets.add(1, 0, value);
+  buckets.add(5, 0, 4);
+  buckets.add(6, 1, -2.5);
+  EXPECT_EQ(buckets.mean(0, 0), 2);
+  EXPECT_TRUE(std::isnan(buckets.mean(0, 1)));
+  EXPECT_EQ(buckets.mean(1, 0), 4);
+  EXPECT_EQ(buckets.last_slot(), 6);
+  buckets.merge_pairs();
+  EXPECT_EQ(buckets.mean(0, 0), 12.0 / 5) << "weighted by the counts";
+  EXPECT_EQ(buckets.mean(0, 1), -2.5);
+  EXPECT_EQ(buckets.last_slot(), 6);
+}
+
+TEST(Buckets, HaveMeanOfQuantisedRampThatRisesSteadily) {
+  Buckets buckets(1, 0, 100);
+  for (std::int64_t slot = 0; slot < 1000; ++slot)
+    buckets.add(slot, 0, std::round(20 + static_cast<double>(slot) / 500));
+  ASSERT_EQ(buckets.size(), 10u);
+  EXPECT_EQ(buckets.mean(0, 0), 20);
+  EXPECT_NEAR(buckets.mean(2, 0), 20.5, 0.01);
+  EXPECT_EQ(buckets.mean(4, 0), 21);
+}
+
 TEST(Buckets, AreEqualWhenCoarsened) {
   std::mt19937_64 random(7);
   std::normal_distribution<double> normal;
@@ -45,6 +70,7 @@ TEST(Buckets, AreEqualWhenCoarsened) {
   for (std::size_t bucket = 0; bucket < wide.size(); ++bucket) {
     EXPECT_EQ(fine.lowest(bucket, 1), wide.lowest(bucket, 1)) << bucket;
     EXPECT_EQ(fine.highest(bucket, 1), wide.highest(bucket, 1)) << bucket;
+    EXPECT_NEAR(fine.mean(bucket, 1), wide.mean(bucket, 1), 1e-12) << bucket;
   }
 }
 
@@ -89,6 +115,29 @@ TEST_F(SeriesOfARun, HasAtMostRequestedBucketsWithEachValueInOne) {
   }
 }
 
+TEST_F(SeriesOfARun, HasMeanOfEachBucket) {
+  for (const std::int64_t most : {3, 500, 4000}) {
+    const auto made =
+        cache_.buckets(run_, {.channels = {kThermometer}, .from = 0, .to = kSeconds - 1, .buckets = most});
+    ASSERT_TRUE(made);
+    ASSERT_GT(made->width(), 1);
+    for (std::size_t bucket = 0; bucket < made->size(); ++bucket) {
+      double sum = 0, count = 0;
+      const auto first = made->first() + static_cast<std::int64_t>(bucket) * made->width();
+      for (auto slot = first; slot < std::min(first + made->width(), kSeconds); ++slot) {
+        if (slot == 17 || (slot >= 3000 && slot <= 3999)) continue;
+        sum += static_cast<double>(slot) / 100;
+        count += 1;
+      }
+      if (count > 0)
+        EXPECT_NEAR(made->mean(bucket, 0), sum / count, 1e-5) << most << " " << bucket;
+      else
+        EXPECT_TRUE(std::isnan(made->mean(bucket, 0))) << most << " " << bucket;
+    }
+    EXPECT_EQ(made->last_slot(), kSeconds - 1) << most;
+  }
+}
+
 TEST_F(SeriesOfARun, ShowsGap) {
   const auto whole = cache_.buckets(run_, {.channels = {kThermometer}, .from = 0, .to = kSeconds - 1, .buckets = 1000});
   ASSERT_TRUE(whole);
@@ -128,7 +177,50 @@ TEST_F(SeriesOfARun, WritesNullForMissingValues) {
   const auto made = cache_.buckets(run_, {.channels = {kThermometer}, .from = 16, .to = 18});
   ASSERT_TRUE(made);
   EXPECT_EQ(series_text(*made, {series_channels(*run_.info)[kThermometer]}),
-            R"({"from":16,"step":1,"count":3,"channels":[{"name":"A","unit":"°C","low":[0.16,null,0.18]}]})");
+            R"({"from":16,"step":1,"count":3,"last":18,"channels":[{"name":"A","unit":"°C","low":[0.16,null,0.18]}]})");
+}
+
+TEST_F(SeriesOfARun, WritesMeanBesideLowestAndHighestValue) {
+  const auto made = cache_.buckets(run_, {.channels = {kThermometer}, .from = 16, .to = 19, .buckets = 2});
+  ASSERT_TRUE(made);
+  EXPECT_EQ(series_text(*made, {series_channels(*run_.info)[kThermometer]}, {1.5, std::nan("")}),
+            R"({"from":16,"step":2,"count":2,"last":19,"times_s":[1.5,null],"channels":[{"name":"A","unit":"°C",)"
+            R"("low":[0.16,0.18],"high":[0.16,0.19],"mean":[0.16,0.185]}]})");
+}
+
+class ImportedSeries : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    std::filesystem::create_directories(folder_ / "");
+    write_imported_run(folder_ / "run.db", kRows);
+    run_ = found_in(folder_ / "");
+    ASSERT_TRUE(run_.info);
+  }
+  static constexpr std::int64_t kRows = 360;
+  tests::TestFolder folder_;
+  FoundRun run_;
+  SeriesCache cache_;
+};
+
+TEST_F(ImportedSeries, FindsRowOfTime) {
+  using std::chrono_literals::operator""s;
+  const std::vector<std::pair<Duration, std::int64_t>> rows{{0s, 0},      {5s, 1},      {10s, 1},     {990s, 99},
+                                                            {1000s, 100}, {4600s, 100}, {4601s, 101}, {99'999s, 359}};
+  for (const auto& [time, row] : rows) EXPECT_EQ(find_imported_row(run_, time).value_or(-1), row) << to_seconds(time);
+}
+
+TEST_F(ImportedSeries, HasTimeOfEachBucket) {
+  for (const std::int64_t most : {4000, 100, 7}) {
+    const auto made = cache_.buckets(run_, {.channels = {kThermometer}, .from = 3, .to = kRows - 1, .buckets = most});
+    ASSERT_TRUE(made);
+    const auto times_s = imported_times_s(run_, *made);
+    ASSERT_TRUE(times_s) << text(times_s.error());
+    ASSERT_EQ(times_s->size(), made->size());
+    for (std::size_t i = 0; i < made->size(); ++i) {
+      const auto row = made->first() + static_cast<std::int64_t>(i) * made->width();
+      EXPECT_EQ((*times_s)[i], to_seconds(imported_time(row))) << most << " " << row;
+    }
+  }
 }
 
 TEST_F(SeriesOfARun, SendsSamplesAndEventsOnceInOrder) {

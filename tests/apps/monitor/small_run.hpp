@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -57,6 +58,32 @@ inline void write_small_run(const std::string& path, std::int64_t seconds, std::
     if (slot % 500 == 0)
       events.push_back({.at = {}, .kind = EventKind::note, .text = "second " + std::to_string(slot)});
     ASSERT_TRUE((*store)->append(small_sample(slot, is_silent), events));
+  }
+  ASSERT_TRUE((*store)->finish());
+}
+
+/// Returns the time of a row of the imported record: 10 s apart, with a gap of an hour before row 100.
+inline Duration imported_time(std::int64_t row) { return std::chrono::seconds(10 * row + (row < 100 ? 0 : 3600)); }
+
+/// Writes a record as an import does: its slots are row numbers, and it has no chamber, no profile and, unless
+/// `started` is given, no date. The thermometer reads row / 100 °C. An event belongs to the last row.
+inline void write_imported_run(const std::string& path, std::int64_t rows, Duration started = {}) {
+  auto info = small_run_info();
+  info.imported = true;
+  info.virtual_rig = false;
+  info.segments.clear();
+  info.profile_name = "log.csv";
+  info.started_utc = started;
+  auto store = record::Store::create(path, info);
+  ASSERT_TRUE(store) << text(store.error());
+  for (std::int64_t row = 0; row < rows; ++row) {
+    auto sample = small_sample(row, false);
+    sample.at = {imported_time(row), started + imported_time(row)};
+    sample.chamber = {failure(FaultKind::timeout, "chamber", "none"), sample.at};
+    sample.progress.set_point = Celsius{std::numeric_limits<double>::quiet_NaN()};
+    std::vector<Event> events;
+    if (row + 1 == rows) events.push_back({.at = sample.at, .kind = EventKind::note, .text = "values of the file"});
+    ASSERT_TRUE((*store)->append(sample, events));
   }
   ASSERT_TRUE((*store)->finish());
 }

@@ -29,12 +29,13 @@ function scrollable_table(label, table) {
 const kRigColumns = ['Rig', 'State', 'Segment', '>Air', '>Set point', '>Alarms', '>Last sample'];
 
 function rig_row(rig) {
-  const state = rig.state === 'idle' ? 'Idle' : kStates[rig.state] || rig.state;
+  const state = is_stopping(rig) ? 'stopping' : rig.state,
+    text = state === 'idle' ? 'Idle' : kStates[state] || state;
   const celsius = value => (value === null ? '–' : format_with_unit(value, '°C'));
   return table_row(
     kRigColumns,
     rig.rig,
-    [make_element('span', {class: 'badge ' + rig.state}, state), ' ', simulated_badge(rig)],
+    [make_element('span', {class: 'badge ' + state}, text), ' ', simulated_badge(rig)],
     format_text(rig.segment || ''),
     celsius(rig.chamber_air_c),
     celsius(rig.set_point_c),

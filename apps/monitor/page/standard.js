@@ -41,10 +41,6 @@ const standard_view = (() => {
     return format_number(value, Number.isFinite(width) && width > 0 ? digits_for_distance(width) + 2 : 4);
   }
 
-  function format_percent(fraction) {
-    return `${format_number(100 * fraction, 1)} %`;
-  }
-
   function standing_text(charts) {
     const open = charts.runs.filter(run => run.verdict === 'out of control').length,
       last = charts.runs[charts.runs.length - 1];
@@ -91,8 +87,8 @@ const standard_view = (() => {
       .filter(one => one.probability >= 0.005)
       .map(one => [
         [name(one.cause), one.part].filter(Boolean).join(' '),
-        format_percent(one.probability),
-        one.amount === null ? '–' : `${format_number(one.amount, 4)} ± ${format_number(one.amount_u, 4)} ${one.unit}`,
+        format_probability(one.probability),
+        one.amount === null ? '–' : format_with_uncertainty(one.amount, one.amount_u, one.unit),
         format_number(one.p, 3),
       ]);
     return make_section(

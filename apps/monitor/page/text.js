@@ -32,6 +32,28 @@ function format_signed(value, digits) {
   return /^[\d.]*[1-9]/.test(text) ? '+' + text : text;
 }
 
+/// Formats a number with significant digits: 3 digits of 0.1 are "0.100".
+function format_significant(value, digits) {
+  const rounded = Number.isFinite(value) ? Math.abs(Number(value.toPrecision(digits))) : 0,
+    exponent = rounded > 0 ? Math.floor(Math.log10(rounded) + 1e-9) : 0;
+  return format_number(value, Math.min(20, Math.max(0, digits - 1 - exponent)));
+}
+
+/// Formats a probability: "98.2 %". A probability that would round to 0 % or 100 % is "< 0.1 %" or "> 99.9 %".
+function format_probability(probability) {
+  const kMinPrinted = 0.0005;
+  if (probability === null || probability === undefined) return '–';
+  if (probability < kMinPrinted) return '<\u00a00.1\u00a0%';
+  if (probability > 1 - kMinPrinted) return '>\u00a099.9\u00a0%';
+  return `${format_number(100 * probability, 1)}\u00a0%`;
+}
+
+/// Formats a value and its uncertainty, which has two digits: "0.488 ± 0.046 K".
+function format_with_uncertainty(value, uncertainty, unit) {
+  const digits = uncertainty > 0 ? digits_for_distance(Number(uncertainty.toPrecision(2))) + 1 : 4;
+  return `${format_number(value, digits)} ± ${format_number(uncertainty, digits)} ${unit}`;
+}
+
 /// Returns how many decimals distinguish two numbers that differ by `distance`.
 function digits_for_distance(distance) {
   return Math.min(10, Math.max(0, -Math.floor(Math.log10(Math.abs(distance)) + 1e-6)));

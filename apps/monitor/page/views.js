@@ -58,12 +58,21 @@ function decision_text(decision) {
   return decision.block ? `continue with “${decision.block}”` : `end: ${decision.end}`;
 }
 
+/// Formats an expanded uncertainty with three digits.
 function format_u(u_deg_per_h) {
-  return u_deg_per_h === null ? 'unknown' : format_with_unit(u_deg_per_h, '°/h');
+  return u_deg_per_h === null ? 'unknown' : `${format_significant(u_deg_per_h, 3)}\u00a0°/h`;
+}
+
+/// Returns the time that the run may still take in s after its last decision. After the decision to end it, only the
+/// closing segments remain.
+function goal_left_s(status, sample) {
+  const {decision, running} = status;
+  if (!running || !decision.block) return time_left_s(status);
+  return Math.max(0, 3600 * (decision.hours_used + decision.hours_left) - run_length_s(status, sample));
 }
 
 /// Returns a table row with the numbers of a decision.
-function decision_row(run, decision) {
+function decision_row(decision) {
   return table_row(
     kDecisionColumns,
     String(decision.number),

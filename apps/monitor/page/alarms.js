@@ -83,7 +83,7 @@ function make_alarm_row(run, on_select) {
     details
   );
   const consequence_line = alarm =>
-    make_element('li', {}, `${alarm.active ? 'Active' : 'Returned'}: ${alarm.text} (${alarm_times(alarm)})`);
+    make_element('li', {}, `${alarm.active ? 'Active' : 'Returned'}: ${format_text(alarm.text)} (${alarm_times(alarm)})`);
   function update(alarm, suppressed) {
     const is_active = alarm.active !== false,
       level = alarm.priority || 'low';
@@ -98,7 +98,7 @@ function make_alarm_row(run, on_select) {
     set_text(priority, `${level} priority`);
     priority.className = 'badge ' + level;
     acknowledged_badge.hidden = !alarm.acknowledged || Boolean(alarm.shelved_by);
-    set_text(text, alarm.text);
+    set_text(text, format_text(alarm.text));
     set_text(times, `Alarm ${alarm.number}, ${alarm_times(alarm)}`);
     set_text(comment, alarm.comment ? `${alarm.acknowledged_by}: ${alarm.comment}` : '');
     comment.hidden = !alarm.comment;

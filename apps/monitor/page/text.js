@@ -12,12 +12,20 @@ function make_element(tag, attributes, ...children) {
     else if (value === true) element.setAttribute(name, '');
     else if (value !== false && value !== null && value !== undefined) element.setAttribute(name, value);
   }
-  for (const child of children.flat()) if (child !== null && child !== undefined) element.append(child);
+  for (const child of children.flat())
+    if (child !== null && child !== undefined) element.append(...(child instanceof Node ? [child] : text_nodes(child)));
   return element;
 }
 
+/// Returns a text as nodes. A line does not break within an option of a command, such as "--accept".
+function text_nodes(text) {
+  return String(text)
+    .split(/((?<![\w-])--[a-z][\w-]*)/)
+    .map((part, i) => (i % 2 === 0 ? part : make_element('span', {class: 'no-break'}, document.createTextNode(part))));
+}
+
 function set_text(element, text) {
-  if (element && element.textContent !== text) element.textContent = text;
+  if (element && element.textContent !== text) element.replaceChildren(...text_nodes(text));
 }
 
 function format_number(value, digits) {
@@ -196,10 +204,11 @@ function alarm_summary(status) {
   const states = [active && `${active} active`, active < open.length && `${open.length - active} returned`];
   const noun = open.length === 1 ? 'alarm' : 'alarms';
   const consequences = (status.alarms || []).filter(alarm => !alarm.acknowledged && alarm.suppressed_by).length,
-    plural = consequences === 1 ? 'consequence' : 'consequences';
+    them = consequences === 1 ? 'consequence that is' : 'consequences that are',
+    together = `acknowledged together with ${open.length === 1 ? 'it' : 'them'}`;
   return (
     `${open.length} unacknowledged ${noun}: ${states.filter(Boolean).join(', ')}` +
-    (consequences > 0 ? `, with ${consequences} ${plural} that are acknowledged together with them` : '')
+    (consequences > 0 ? `, with ${consequences} ${them} ${together}` : '')
   );
 }
 
@@ -300,7 +309,7 @@ function simulated_badge(status) {
 function display_cause(status) {
   if (status.trouble) return status.trouble;
   if (status.silent) return 'the run\'s program or disk does not respond; this is the last known state';
-  const last_cause = status.cause || status.ended_by || '';
+  const last_cause = format_text(status.cause || status.ended_by || '');
   if (display_state(status) !== 'interrupted') return last_cause;
   return 'no program is executing this run' + (last_cause ? `; its last message: ${last_cause}` : '');
 }

@@ -222,7 +222,7 @@ views.now = content => {
     set_text(parts.state, kStates[state] || state);
     set_text(parts.cause, display_cause(status));
     const open = unacknowledged_alarms(status);
-    set_text(parts.alarms, open.length > 0 ? `${alarm_summary(status)}. Newest: ${open[0].text}` : '');
+    set_text(parts.alarms, open.length > 0 ? `${alarm_summary(status)}. Newest: ${format_text(open[0].text)}` : '');
     parts.alarms.className = open.some(alarm => alarm.active !== false) ? 'error' : 'returned';
     const decision = status.decision;
     parts.goal.hidden = !decision;
@@ -371,9 +371,12 @@ views.events = content => {
     return table_row(
       kEventColumns,
       event.utc_ms > 0 ? format_time(event.utc_ms, true, true) : '–',
-      format_duration(Math.max(0, event.slot)),
+      format_duration(event_time_s(event)),
       badge,
-      [event.interlock && !event.text.startsWith(event.interlock) ? `${subject_tag(event)}: ` : '', event.text]
+      [
+        event.interlock && !event.text.startsWith(event.interlock) ? `${subject_tag(event)}: ` : '',
+        format_text(event.text),
+      ]
     );
   };
   const fill = () => {
@@ -442,7 +445,7 @@ views.alarms = content => {
       history
     )
   );
-  const named = event => (event.interlock ? `${subject_tag(event)}: ${event.text}` : event.text);
+  const named = event => (event.interlock ? `${subject_tag(event)}: ` : '') + format_text(event.text);
   const make_entry = event => make_element('li', {}, `${format_time(event.utc_ms, true, true)}: ${named(event)}`);
   const refresh = () => {
     list.refresh();
@@ -565,7 +568,7 @@ function alarms_badge(run) {
 function outcome_text(status) {
   if (time_left_s(status) !== null)
     return `${kStates[display_state(status)]}, ${format_duration(time_left_s(status))} left`;
-  return [kStates[display_state(status)], status.ended_by].filter(Boolean).join(': ');
+  return [kStates[display_state(status)], format_text(status.ended_by || '')].filter(Boolean).join(': ');
 }
 
 views.runs = content => {

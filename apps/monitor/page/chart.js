@@ -53,42 +53,67 @@ const chart = (() => {
       .trim();
   }
 
-  /// Converts buckets to rows of dygraphs: the time, and the minimum, centre and maximum of each channel. The set point
-  /// of the profile has no value while the profile does not command the chamber.
+  /// Returns the time of a bucket in s since the start of the run. The monitor sends the times of an imported record.
+  function bucket_time_s(series, bucket) {
+    return series.times_s ? series.times_s[bucket] : series.from + bucket * series.step;
+  }
+
+  /// Returns the longest time between two buckets of an imported record that is not a gap.
+  function longest_usual_step_s(times_s) {
+    const kGapInUsualSteps = 5,
+      steps = times_s.slice(1).map((time, i) => time - times_s[i]).sort((a, b) => a - b);
+    return steps.length > 0 ? kGapInUsualSteps * steps[Math.floor(steps.length / 2)] : Infinity;
+  }
+
+  /// Converts buckets to rows of dygraphs: the time, and the minimum, mean and maximum of each channel. The set point of
+  /// the profile has no value while the profile does not command the chamber. A gap of an imported record becomes a row
+  /// without values.
   function make_rows(series, started_ms, events) {
     const intervals = intervals_after_profile(events),
       rows = [],
-      no_value = [NaN, NaN, NaN];
+      no_value = [NaN, NaN, NaN],
+      longest_s = series.times_s ? longest_usual_step_s(series.times_s) : Infinity;
     for (let i = 0; i < series.count; ++i) {
-      const row = [new Date(started_ms + 1000 * (series.from + i * series.step))];
+      const time_s = bucket_time_s(series, i),
+        before_s = i > 0 ? bucket_time_s(series, i - 1) : time_s;
+      if (time_s - before_s > longest_s)
+        rows.push([new Date(started_ms + 500 * (before_s + time_s)), ...series.channels.map(() => no_value)]);
+      const row = [new Date(started_ms + 1000 * time_s)];
       for (const channel of series.channels) {
         const low = channel.low[i],
-          high = channel.high ? channel.high[i] : low,
           is_idle = channel.name === 'set_point_c' && is_in_interval(series.from + i * series.step, intervals);
-        row.push(low === null || is_idle ? no_value : [low, (low + high) / 2, high]);
+        row.push(
+          low === null || is_idle
+            ? no_value
+            : [low, channel.mean ? channel.mean[i] : low, channel.high ? channel.high[i] : low]
+        );
       }
       rows.push(row);
     }
     return rows;
   }
 
-  /// Adds a sample to its bucket, and creates the buckets up to it. `value_indices` are the positions of the shown
-  /// channels in a sample.
+  /// Returns the bar of a bucket with one more value. `count` is the number of values so far.
+  function add_value([low, mean, high], count, value) {
+    if (Number.isNaN(mean)) return [value, value, value];
+    return [Math.min(low, value), mean + (value - mean) / (count + 1), Math.max(high, value)];
+  }
+
+  /// Adds a sample to its bucket, and creates the buckets up to it. Ignores a sample that is already in a bucket.
+  /// `value_indices` are the positions of the shown channels in a sample.
   function add_sample(rows, series, sample, value_indices, started_ms) {
     const bucket = Math.floor((sample.slot - series.from) / series.step);
-    if (bucket < 0) return;
+    if (bucket < 0 || sample.slot <= series.last) return;
+    series.last = sample.slot;
     while (rows.length <= bucket)
       rows.push([
         new Date(started_ms + 1000 * (series.from + rows.length * series.step)),
         ...value_indices.map(() => [NaN, NaN, NaN]),
       ]);
+    const count = sample.slot - (series.from + bucket * series.step);
     value_indices.forEach((value_index, i) => {
-      const value = sample.values[value_index],
-        old = rows[bucket][i + 1];
-      if (value === null || value === undefined) return;
-      const low = Number.isNaN(old[0]) ? value : Math.min(old[0], value),
-        high = Number.isNaN(old[2]) ? value : Math.max(old[2], value);
-      rows[bucket][i + 1] = [low, (low + high) / 2, high];
+      const value = sample.values[value_index];
+      if (value !== null && value !== undefined) rows[bucket][i + 1] = add_value(rows[bucket][i + 1], count, value);
     });
   }
 
@@ -112,14 +137,14 @@ const chart = (() => {
       const bucket = Math.floor((event.slot - series.from) / series.step),
         previous = by_bucket.get(bucket);
       if (previous) {
-        previous.text += '\n' + event.text;
+        previous.text += '\n' + format_text(event.text);
         if (event.kind === 'interlock') Object.assign(previous, {shortText: '!', cssClass: 'alarm-mark'});
       } else {
         by_bucket.set(bucket, {
           series: channel,
-          x: started_ms + 1000 * (series.from + bucket * series.step),
+          x: started_ms + 1000 * bucket_time_s(series, bucket),
           shortText: kMarks[event.kind],
-          text: event.text,
+          text: format_text(event.text),
           width: 18,
           height: 18,
           tickHeight: 6,
@@ -134,11 +159,14 @@ const chart = (() => {
   /// Fills the view Trend.
   function trend(content, run) {
     const started_ms = run.status.started_ms || 0,
-      names = run.channels.map(channel => channel.name);
+      is_dated = run.status.started_ms !== null,
+      channels = shown_channels(run),
+      names = channels.map(channel => channel.name),
+      value_names = run.channels.map(channel => channel.name);
     const selected = new Set(
       (JSON.parse(localStorage.getItem('channels') || 'null') || []).filter(name => names.includes(name))
     );
-    if (selected.size === 0) for (const name of default_channels(run.channels)) selected.add(name);
+    if (selected.size === 0) for (const name of default_channels(channels)) selected.add(name);
     const box = make_element('div', {
       class: 'chart',
       role: 'img',
@@ -153,31 +181,43 @@ const chart = (() => {
     let graph = null,
       series = null,
       rows = [],
-      view = {span: run.status.slot > 7200 ? 0 : 3600, from: null, to: null},
+      view = {span: run_length_s(run.status, null) > 7200 ? 0 : 3600, from: null, to: null},
       request_count = 0,
       redraw_due_ms = 0,
       loaded_ms = 0;
-    const last_slot = () => Math.max(0, run.sample ? run.sample.slot : 0, run.status.slot);
+    // The last second with data. The requests of the chart are in seconds.
+    const last_s = () =>
+      run.status.imported
+        ? Math.ceil(run_length_s(run.status, null))
+        : Math.max(0, run.sample ? run.sample.slot : 0, run.status.slot);
     const is_following = () => view.from === null;
-    const visible_slots = () =>
+    const visible_seconds = () =>
       is_following()
-        ? {from: view.span ? Math.max(0, last_slot() - view.span) : 0, to: last_slot()}
+        ? {from: view.span ? Math.max(0, last_s() - view.span) : 0, to: last_s()}
         : {from: view.from, to: view.to};
+    /// Formats a time in s since the start: as a date, or as a duration if the record has no dates.
+    const format_second = seconds =>
+      is_dated ? format_time(started_ms + 1000 * seconds, true, true) : format_duration(seconds);
+    const step_text = () => {
+      if (series.step === 1) return run.status.imported ? 'every row' : 'every second';
+      const step = run.status.imported ? `${series.step} rows` : format_duration(series.step);
+      return `mean, minimum and maximum of each ${step}`;
+    };
 
     const span_buttons = kSpans.map(([span, label]) =>
       make_element('button', {type: 'button', on: {click: () => set_view({span, from: null, to: null})}}, label)
     );
     const make_button = (label, on_click) => make_element('button', {type: 'button', on: {click: on_click}}, label);
     const zoom = factor => {
-      const {from, to} = visible_slots(),
+      const {from, to} = visible_seconds(),
         middle = (from + to) / 2,
         half = Math.max(5, ((to - from) / 2) * factor);
-      show_slots(middle - half, middle + half);
+      show_seconds(middle - half, middle + half);
     };
     const shift = fraction => {
-      const {from, to} = visible_slots(),
-        slots = (to - from) * fraction;
-      show_slots(from + slots, to + slots);
+      const {from, to} = visible_seconds(),
+        seconds = (to - from) * fraction;
+      show_seconds(from + seconds, to + seconds);
     };
     content.replaceChildren(
       make_element(
@@ -207,7 +247,7 @@ const chart = (() => {
           make_element(
             'div',
             {class: 'pick', tabindex: 0, role: 'group', 'aria-label': 'Channels'},
-            ...run.channels.map((channel, i) => {
+            ...channels.map((channel, i) => {
               const checkbox = make_element('input', {type: 'checkbox', id: 'channel-' + i});
               checkbox.checked = selected.has(channel.name);
               checkbox.addEventListener('change', () => {
@@ -224,7 +264,7 @@ const chart = (() => {
                 'label',
                 {for: 'channel-' + i},
                 checkbox,
-                ` ${channel_label(channel.name)}${shown_unit(channel.unit) ? ` [${channel.unit}]` : ''}`
+                ` ${channel_label(channel)}${shown_unit(channel.unit) ? ` [${channel.unit}]` : ''}`
               );
             })
           )
@@ -273,11 +313,11 @@ const chart = (() => {
       view = new_view;
       load();
     }
-    function show_slots(from, to) {
+    function show_seconds(from, to) {
       set_view({
         span: view.span,
         from: Math.max(0, Math.floor(from)),
-        to: Math.min(last_slot(), Math.max(Math.ceil(to), Math.floor(from) + 10)),
+        to: Math.min(last_s(), Math.max(Math.ceil(to), Math.floor(from) + 10)),
       });
     }
 
@@ -290,7 +330,7 @@ const chart = (() => {
             'li',
             {},
             line,
-            `${channel_label(channel.name)} `,
+            `${channel_label(channel)} `,
             values ? make_element('strong', {}, format_with_unit(values[i], channel.unit)) : shown_unit(channel.unit)
           );
         })
@@ -310,17 +350,19 @@ const chart = (() => {
         gridLineColor: getComputedStyle(document.documentElement).getPropertyValue('--line').trim(),
         axisLineColor: getComputedStyle(document.documentElement).getPropertyValue('--soft').trim(),
         axisLabelFontSize: 13,
-        labelsUTC: false,
+        labelsUTC: !is_dated,
         rightGap: 12,
         dateWindow: null,
         ...make_axes(series.channels),
         axes: {
           y: {axisLabelWidth: label_width, ticker: make_ticks, valueRange: value_range()},
           y2: {axisLabelWidth: label_width, ticker: make_ticks, independentTicks: true, drawGrid: false},
-          x: {pixelsPerLabel: 80},
+          x: is_dated
+            ? {pixelsPerLabel: 80}
+            : {pixelsPerLabel: 80, axisLabelFormatter: time => format_round_duration(time / 1000)},
         },
         zoomCallback: (first, second) => {
-          if (graph && first !== undefined) show_slots((first - started_ms) / 1000, (second - started_ms) / 1000);
+          if (graph && first !== undefined) show_seconds((first - started_ms) / 1000, (second - started_ms) / 1000);
         },
         highlightCallback: (event, x, points, row) =>
           show_legend(rows[row].slice(1).map(bar => (Number.isNaN(bar[1]) ? null : bar[1]))),
@@ -335,13 +377,11 @@ const chart = (() => {
         if (marks.length > 0) graph.setAnnotations(marks);
       }
       show_legend(null);
-      const {from, to} = visible_slots();
+      const {from, to} = visible_seconds();
       set_text(
         caption,
-        series.channels.map(channel => channel_label(channel.name)).join(', ') +
-          `: ${format_time(started_ms + 1000 * from, true, true)} to ` +
-          `${format_time(started_ms + 1000 * to, true, true)}, ` +
-          (series.step === 1 ? 'every second' : `minimum and maximum of each ${format_duration(series.step)}`) +
+        series.channels.map(channel_label).join(', ') +
+          `: ${format_second(from)} to ${format_second(to)}, ${step_text()}` +
           (is_following() && run.status.running ? ', live' : '') +
           '.'
       );
@@ -352,10 +392,10 @@ const chart = (() => {
 
     async function load() {
       const request = ++request_count,
-        {from, to} = visible_slots(),
-        channels = names.filter(name => selected.has(name));
+        {from, to} = visible_seconds(),
+        requested = names.filter(name => selected.has(name));
       const response = await request_json(
-        `/api/v1/runs/${run.key}/series?channels=${channels.map(encodeURIComponent).join(',')}` +
+        `/api/v1/runs/${run.key}/series?channels=${requested.map(encodeURIComponent).join(',')}` +
           `&from=${from}&to=${to}&buckets=${Math.min(kMaxBuckets, Math.max(300, box.clientWidth))}`
       );
       if (request !== request_count || page.view.name !== 'trend') return;
@@ -369,7 +409,7 @@ const chart = (() => {
       }
       series = response.json;
       rows = shown.rows = make_rows(series, started_ms, run.events);
-      if (is_following()) run.recent_samples.forEach(add);
+      if (is_following() && !run.status.imported) run.recent_samples.forEach(add);
       loaded_ms = performance.now();
       if (rows.length === 0) return set_text(caption, 'No data in this interval.');
       draw();
@@ -378,7 +418,7 @@ const chart = (() => {
     function add(sample) {
       const is_idle = ['aborting', 'aborted', 'stopped'].includes(sample.state),
         value_indices = series.channels.map(channel =>
-          channel.name === 'set_point_c' && is_idle ? -1 : names.indexOf(channel.name)
+          channel.name === 'set_point_c' && is_idle ? -1 : value_names.indexOf(channel.name)
         );
       add_sample(rows, series, sample, value_indices, started_ms);
     }
@@ -386,7 +426,7 @@ const chart = (() => {
     /// Adds a sample. Redraws at most four times a second. Requests the buckets again if there are too many or if they
     /// begin too long before the visible interval.
     function on_sample(sample) {
-      if (!series || !is_following()) return;
+      if (!series || !is_following() || run.status.imported) return;
       add(sample);
       const now = performance.now();
       if (now < redraw_due_ms || !graph) return;
@@ -439,5 +479,10 @@ const chart = (() => {
     return shown.rows.filter(row => row.slice(1).every(bar => Number.isNaN(bar[1]))).length;
   }
 
-  return {trend, count_empty_rows};
+  /// Returns the times of the shown rows in s since 1970 or, without dates, since the first row; for tests.
+  function shown_times_s() {
+    return shown.rows.map(row => row[0] / 1000);
+  }
+
+  return {trend, count_empty_rows, shown_times_s};
 })();

@@ -48,6 +48,7 @@ const drawing = (() => {
     let past = null,
       loaded_slot = -1,
       is_closed = false,
+      drawn_width = 0,
       drawn_ms = -Infinity;
     async function load(slot) {
       loaded_slot = slot;
@@ -83,10 +84,7 @@ const drawing = (() => {
       const set_point = present_set_point(run),
         intervals = intervals_after_profile(run.events);
       const [profile, air, chamber] = past.channels.map(channel =>
-        channel.low.map((value, i) => [
-          past.from + i * past.step,
-          value === null ? null : (value + (channel.high || channel.low)[i]) / 2,
-        ])
+        (channel.mean || channel.low).map((value, i) => [past.from + i * past.step, value])
       );
       const done = profile.map(([t, value], i) =>
         is_in_interval(t, intervals) ? [t, chamber ? chamber[i][1] : null] : [t, value]
@@ -94,7 +92,8 @@ const drawing = (() => {
       const remaining = remaining_path(run, slot, set_point),
         all = [...done, ...air, ...remaining].filter(point => point[1] !== null);
       if (all.length < 2) return;
-      const width = Math.max(280, Math.round(box.clientWidth || 600)),
+      drawn_width = box.clientWidth;
+      const width = Math.max(280, Math.round(drawn_width || 600)),
         left = 52,
         bottom = 40,
         top = 12,
@@ -166,10 +165,17 @@ const drawing = (() => {
       }
       box.replaceChildren(picture);
     }
+    const observer = new ResizeObserver(() => {
+      if (!past || box.clientWidth === drawn_width) return;
+      drawn_ms = -Infinity;
+      refresh();
+    });
+    observer.observe(box);
     return {
       refresh,
       close: () => {
         is_closed = true;
+        observer.disconnect();
       },
     };
   }
@@ -184,28 +190,37 @@ const drawing = (() => {
 
   /// Draws the uncertainty at each decision in `box`, and again when the width of the box changes: a step line over the
   /// hours of the run, and the wanted value. The scale of the uncertainty is logarithmic. Draws nothing before the first
-  /// decision.
-  function draw_uncertainty(box, goal) {
-    const known = goal.decisions.filter(decision => decision.u_now_deg_per_h > 0);
-    if (known.length === 0) return;
+  /// decision. Returns {close()}.
+  function draw_uncertainty(box, run) {
+    const goal = run.plan.goal,
+      known = goal.decisions.filter(decision => decision.u_now_deg_per_h > 0);
+    if (known.length === 0) return {close: () => {}};
     let drawn_width = 0;
-    new ResizeObserver(() => {
+    const observer = new ResizeObserver(() => {
       const width = Math.max(280, Math.round(box.clientWidth));
       if (width === drawn_width) return;
       drawn_width = width;
-      box.replaceChildren(uncertainty_picture(width, goal, known));
-    }).observe(box);
+      box.replaceChildren(uncertainty_picture(width, goal, known, uncertainty_end_h(run, known[known.length - 1])));
+    });
+    observer.observe(box);
+    return {close: () => observer.disconnect()};
   }
 
-  function uncertainty_picture(width, goal, known) {
+  /// Returns the end of the time axis in h. After the decision to end, the last value holds up to the end of the run,
+  /// at least for a visible step.
+  function uncertainty_end_h(run, last) {
+    if (last.block) return Math.max(0.1, last.hours_used + 0.05 * last.hours_left);
+    const end_h = (run_length_s(run.status, present_sample(run)) + (time_left_s(run.status) || 0)) / 3600;
+    return Math.max(0.1, end_h, 1.03 * last.hours_used);
+  }
+
+  function uncertainty_picture(width, goal, known, end_h) {
     const height = 220,
       left = 60,
       bottom = 28,
       top = 24,
       right = 14;
-    const last = known[known.length - 1],
-      end_h = Math.max(0.1, last.block ? last.hours_used + 0.05 * last.hours_left : last.hours_used),
-      all = [goal.u_deg_per_h, ...known.map(decision => decision.u_now_deg_per_h)],
+    const all = [goal.u_deg_per_h, ...known.map(decision => decision.u_now_deg_per_h)],
       low = Math.min(...all) / 1.3,
       high = Math.max(...all) * 1.3;
     const x = hours => left + ((width - left - right) * hours) / end_h,

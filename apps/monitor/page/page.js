@@ -148,7 +148,9 @@ async function load_run(key, is_current) {
     last_event_number: -1,
     plan: null,
   });
-  const [plan] = await Promise.all([request_json(`/api/v1/runs/${key}/profile`), load_events(run)]);
+  // An imported record has no profile.
+  const load_profile = async () => (run.status.imported ? {ok: false} : request_json(`/api/v1/runs/${key}/profile`)),
+    [plan] = await Promise.all([load_profile(), load_events(run)]);
   run.plan = plan.ok ? plan.json : null;
   if (page.run === run) open_stream();
   return null;

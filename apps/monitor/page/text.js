@@ -70,9 +70,23 @@ function digits_for_distance(distance) {
 const kLabels = {set_point_c: 'set point', chamber_air_c: 'air', chamber_set_point_c: 'chamber set point',
                  chamber_humidity_percent: 'humidity', chamber_dew_point_c: 'dew point'};
 
+// How names of channels end for their unit. Other units are written in lower case: "mA" as "_ma".
+const kUnitSuffixes = {'°/h': 'deg_per_h', '%': 'percent', '°C': 'c', Ω: 'ohm'};
+
+function unit_suffix(unit) {
+  return '_' + (kUnitSuffixes[unit] || unit.replace(/[µμ]/g, 'u').replaceAll('/', '_per_').toLowerCase());
+}
+
 /// Returns the name of a channel for people: without the unit at its end, which is shown beside it.
-function channel_label(channel) {
-  return kLabels[channel] || channel.replace(/_(deg_per_h|percent|c|v|a)$/, '').replaceAll('_', ' ');
+function channel_label({name, unit}) {
+  const suffix = unit_suffix(unit || ''),
+    has_suffix = suffix.length > 1 && name.toLowerCase().endsWith(suffix) && name.length > suffix.length;
+  return kLabels[name] || (has_suffix ? name.slice(0, -suffix.length) : name).replaceAll('_', ' ');
+}
+
+/// Returns the channels to show. An imported record has channels without any value.
+function shown_channels(run) {
+  return run.channels.filter(channel => channel.has_values !== false);
 }
 
 /// Returns the unit of a channel as it is shown. A number without a unit is a count.
@@ -212,9 +226,23 @@ function alarm_summary(status) {
   );
 }
 
-/// Returns whether the chamber is being made safe because an operator has stopped the run.
+/// Returns whether the chamber is being made safe because an operator has stopped the run. The status of an earlier
+/// version and the store of a site have only the text of the cause.
 function is_stopping(status) {
-  return status.state === 'aborting' && (status.cause || '').startsWith('stopped by ');
+  if (status.state !== 'aborting') return false;
+  return status.stopped_by_operator ?? (status.cause || '').startsWith('stopped by ');
+}
+
+/// Returns the length of the run in s up to the end of a sample, or up to the status without one. The slots of an
+/// imported record are row numbers.
+function run_length_s(status, sample) {
+  if (status.imported) return status.length_s;
+  return sample ? sample.slot + 1 : status.length_s;
+}
+
+/// Returns the time of an event in s since the start of the run.
+function event_time_s(event) {
+  return event.time_s ?? Math.max(0, event.slot);
 }
 
 /// Returns whether the profile no longer commands the chamber: its set point is not the profile's.

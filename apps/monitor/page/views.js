@@ -76,21 +76,21 @@ function decision_row(decision) {
   return table_row(
     kDecisionColumns,
     String(decision.number),
-    format_time(run.status.started_ms + 1000 * decision.slot, true),
+    format_time(decision.utc_ms, true),
     format_u(decision.u_now_deg_per_h),
     decision_text(decision),
     decision.block ? format_u(decision.u_expected_deg_per_h) : '–',
-    format_duration(3600 * decision.hours_left)
+    decision.block ? format_duration(3600 * decision.hours_left) : '–'
   );
 }
 
-/// Returns the section with the decisions of a run that ends by itself, or null for another run.
+/// Returns the section with the decisions of a run that ends by itself, {element, close()}, or null for another run.
 function decisions_sheet(run) {
   if (!run.plan || !run.plan.goal) return null;
   const goal = run.plan.goal,
-    lines = make_element('div', {});
-  drawing.draw_uncertainty(lines, goal);
-  return make_element(
+    lines = make_element('div', {}),
+    {close} = drawing.draw_uncertainty(lines, run);
+  const element = make_element(
     'section',
     {class: 'sheet', 'aria-labelledby': 'profile-goal'},
     make_element('h2', {id: 'profile-goal'}, `Until U = ${format_u(goal.u_deg_per_h)} on ${goal.mission}`),
@@ -102,10 +102,11 @@ function decisions_sheet(run) {
         'table',
         {},
         table_head(...kDecisionColumns),
-        make_element('tbody', {}, ...goal.decisions.map(decision => decision_row(run, decision)))
+        make_element('tbody', {}, ...goal.decisions.map(decision_row))
       )
     )
   );
+  return {element, close};
 }
 
 views.now = content => {
@@ -117,6 +118,7 @@ views.now = content => {
   parts.state = make_element('p', {class: 'state'});
   parts.cause = make_element('p', {class: 'cause'});
   parts.drawing = make_element('div', {});
+  parts.segment = make_element('p', {class: 'row'});
   parts.alarms = make_element('p', {});
   parts.troubles = make_element('div', {});
   content.replaceChildren(
@@ -169,13 +171,15 @@ views.now = content => {
           )
         )
       )),
-      make_element(
-        'section',
-        {class: 'sheet', 'aria-labelledby': 'now-profile'},
-        make_element('h2', {id: 'now-profile'}, 'Profile'),
-        (parts.segment = make_element('p', {class: 'row'})),
-        parts.drawing
-      ),
+      run.status.imported
+        ? null
+        : make_element(
+            'section',
+            {class: 'sheet', 'aria-labelledby': 'now-profile'},
+            make_element('h2', {id: 'now-profile'}, 'Profile'),
+            parts.segment,
+            parts.drawing
+          ),
       (parts.goal = make_element(
         'section',
         {class: 'sheet', 'aria-labelledby': 'now-goal', hidden: true},
@@ -200,14 +204,24 @@ views.now = content => {
       ),
     ].filter(Boolean)
   );
-  parts.values = run.channels.slice(1).map(channel => {
-    const name = make_element('span', {class: 'name'}, channel_label(channel.name)),
-      value = make_element('span', {class: 'value'}, '–');
-    parts.channels.append(make_element('li', {}, name, value));
-    return {channel, value};
-  });
+  const channels = shown_channels(run);
+  parts.values = channels
+    .filter(channel => channel.name !== 'set_point_c')
+    .map(channel => {
+      const name = make_element('span', {class: 'name'}, channel_label(channel)),
+        value = make_element('span', {class: 'value'}, '–');
+      parts.channels.append(make_element('li', {}, name, value));
+      return {channel, value, index: run.channels.indexOf(channel)};
+    });
   parts.set_point_label = parts.set_point.previousElementSibling;
-  const profile_drawing = drawing.draw_profile(parts.drawing, run, 220);
+  // An imported record has no profile, and most have no chamber.
+  const has_chamber = channels.some(channel => channel.name === 'chamber_air_c');
+  if (run.status.imported) {
+    for (const name of ['time_left', 'end', 'behind', 'age', 'utc']) parts[name].parentElement.hidden = true;
+    for (const name of ['air', 'set_point', 'deviation']) parts[name].parentElement.hidden = !has_chamber;
+    set_text(parts.elapsed.previousElementSibling, 'Length');
+  }
+  const profile_drawing = run.status.imported ? null : drawing.draw_profile(parts.drawing, run, 220);
   const update_age = () => {
     const age_s = sample_age_s(run, performance.now());
     const age = age_s !== null && age_s < 10 ? `${age_s.toFixed(0)} s` : format_duration(age_s);
@@ -227,17 +241,11 @@ views.now = content => {
     const decision = status.decision;
     parts.goal.hidden = !decision;
     if (decision) {
-      const seconds = sample ? sample.slot : status.slot;
       set_text(parts.u_now, format_u(decision.u_now_deg_per_h));
       set_text(parts.u_expected, decision.block ? format_u(decision.u_expected_deg_per_h) : '–');
       set_text(parts.u_wanted, format_u(decision.target_deg_per_h));
       set_text(parts.decision, decision_text(decision));
-      set_text(
-        parts.goal_left,
-        status.running
-          ? format_duration(Math.max(0, 3600 * (decision.hours_used + decision.hours_left) - seconds))
-          : '–'
-      );
+      set_text(parts.goal_left, format_duration(goal_left_s(status, sample)));
     }
     const rates = status.gyro_rates || [];
     parts.gyro.hidden = rates.length === 0;
@@ -252,15 +260,15 @@ views.now = content => {
       parts.watched,
       watched_ms === null ? '' : `The air is watched until ${format_time(watched_ms)} at least.`
     );
-    for (const name of ['time_left', 'end', 'behind']) parts[name].parentElement.hidden = has_left;
+    for (const name of ['time_left', 'end', 'behind'])
+      parts[name].parentElement.hidden = has_left || status.imported;
     set_text(parts.air, format_with_unit(air, '°C'));
     set_text(parts.set_point, format_with_unit(set_point, '°C'));
     set_text(
       parts.deviation,
       air === null || set_point === null ? '–' : format_signed(air - set_point, digits_for_unit('°C')) + '\u00a0K'
     );
-    const slot = sample ? sample.slot : status.slot;
-    set_text(parts.elapsed, format_duration(Math.max(0, slot)));
+    set_text(parts.elapsed, format_duration(run_length_s(status, sample)));
     set_text(parts.time_left, format_duration(time_left_s(status)));
     set_text(parts.end, format_time(expected_end_ms(status, sample), true));
     set_text(
@@ -278,20 +286,22 @@ views.now = content => {
     );
     const shown = sample || (run.sample && {values: run.sample.values.map(() => undefined)});
     if (shown)
-      parts.values.forEach(({channel, value}, i) => {
-        const present = shown.values[i + 1];
-        set_text(value, present === null ? 'fault' : format_with_unit(present, channel.unit));
-        value.className = present === null ? 'value fault' : 'value';
+      parts.values.forEach(({channel, value, index}) => {
+        const present = shown.values[index],
+          // The file of an imported record does not state why a value is missing.
+          is_fault = present === null && !status.imported;
+        set_text(value, is_fault ? 'fault' : format_with_unit(present, channel.unit));
+        value.className = is_fault ? 'value fault' : 'value';
       });
     if (parts.faults_text !== status.faults_now.join()) {
       parts.faults_text = status.faults_now.join();
       parts.faults.replaceChildren(...status.faults_now.map(text => make_element('li', {}, text)));
     }
     control.update_command_bar(run);
-    profile_drawing.refresh();
+    profile_drawing?.refresh();
     update_age();
   };
-  return {refresh, on_sample: refresh, on_second: update_age, close: () => profile_drawing.close()};
+  return {refresh, on_sample: refresh, on_second: update_age, close: () => profile_drawing?.close()};
 };
 
 views.trend = content => chart.trend(content, page.run);
@@ -304,9 +314,10 @@ views.profile = content => {
   }
   const drawing_box = make_element('div', {}),
     body = make_element('tbody', {});
-  const first_slots = new Map(run.plan.begun.map(({segment, slot}) => [segment, slot]));
+  const began_ms = new Map(run.plan.begun.map(({segment, utc_ms}) => [segment, utc_ms])),
+    decisions = decisions_sheet(run);
   content.replaceChildren(
-    ...[decisions_sheet(run)].filter(Boolean),
+    ...(decisions ? [decisions.element] : []),
     make_element(
       'section',
       {class: 'sheet', 'aria-labelledby': 'profile-title'},
@@ -326,7 +337,7 @@ views.profile = content => {
     )
   );
   const rows = run.plan.segments.map((segment, i) => {
-    const began = first_slots.has(i) ? format_time(run.status.started_ms + 1000 * first_slots.get(i), true, true) : '–';
+    const began = format_time(began_ms.get(i), true, true);
     const row = table_row(
       kSegmentColumns,
       String(i + 1),
@@ -346,13 +357,17 @@ views.profile = content => {
     );
     profile_drawing.refresh();
   };
+  const close = () => {
+    profile_drawing.close();
+    decisions?.close();
+  };
   // Builds the view again after a decision has added segments.
   const on_plan = () => {
-    profile_drawing.close();
+    close();
     page.view = views.profile(content);
     page.view.refresh();
   };
-  return {refresh, on_sample: () => profile_drawing.refresh(), on_plan, close: () => profile_drawing.close()};
+  return {refresh, on_sample: () => profile_drawing.refresh(), on_plan, close};
 };
 
 views.events = content => {
@@ -606,7 +621,7 @@ views.runs = content => {
           run.profile,
           run.rig,
           format_time(run.started_ms, true),
-          format_duration(Math.max(0, run.slot)),
+          format_duration(run_length_s(run, null)),
           outcome_text(run)
         )
       )

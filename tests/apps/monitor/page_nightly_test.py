@@ -8,7 +8,7 @@ import sys
 import time
 import unittest
 
-from programs import PASSWORD, Monitor, RealTimeRun, monitor_command, key_of, Browser, WatchedRun, until
+from programs import PASSWORD, Monitor, RealTimeRun, monitor_command, gyrotherm, key_of, Browser, WatchedRun, until
 
 try:
     from selenium import webdriver
@@ -266,8 +266,27 @@ class Page(WatchedRun):
             "format_round_duration(86400)": "1 d",
             "format_text('ramp to -40 °C')": "ramp to \u221240\u00a0°C",
             "format_text('check-standard 2-3')": "check-standard 2-3",
-            "channel_label('u1.discharge_current_a')": "u1.discharge current",
-            "channel_label('true_bias_deg_per_h')": "true bias",
+            "channel_label({name: 'u1.discharge_current_a', unit: 'A'})": "u1.discharge current",
+            "channel_label({name: 'x.discharge_current_ma', unit: 'mA'})": "x.discharge current",
+            "channel_label({name: 'x.pickoff_mv', unit: 'mV'})": "x.pickoff",
+            "channel_label({name: 'heater_v', unit: '°C'})": "heater v",
+            "channel_label({name: 'true_bias_deg_per_h', unit: '°/h'})": "true bias",
+            "channel_label({name: 'chamber_air_c', unit: '°C'})": "air",
+            "channel_label({name: 'frames', unit: '1'})": "frames",
+            "format_u(0.285)": "0.285\u00a0°/h",
+            "format_u(0.1)": "0.100\u00a0°/h",
+            "format_u(0.09996)": "0.100\u00a0°/h",
+            "format_u(12.34)": "12.3\u00a0°/h",
+            "format_u(1234)": "1234\u00a0°/h",
+            "format_u(null)": "unknown",
+            "format_probability(1)": ">\u00a099.9\u00a0%",
+            "format_probability(0.9994)": "99.9\u00a0%",
+            "format_probability(0)": "<\u00a00.1\u00a0%",
+            "format_with_uncertainty(0.48831, 0.0463, 'K')": "0.488 ± 0.046 K",
+            "format_with_uncertainty(-12.34, 3.2, 'K')": "\u221212.3 ± 3.2 K",
+            "format_text('set point -40.5 °C, was (-2 °C)')": "set point \u221240.5\u00a0°C, was (\u22122\u00a0°C)",
+            "text_nodes('resume with --accept, and --json').length": 5,
+            "text_nodes('by 5--6 or a-b').length": 1,
             "format_time(Date.UTC(2001, 5, 1, 12), true).includes('2001')": True,
             "format_time(Date.now(), true).length < 18": True,
             "time_left_s({running: true, state: 'aborting', time_left_s: 5})": None,
@@ -275,6 +294,76 @@ class Page(WatchedRun):
         }
         for call, text in written.items():
             self.assertEqual(self.browser.execute_script("return " + call), text, call)
+
+    def test_2_summary_of_alarms_has_its_numbers(self) -> None:
+        self.open_view("now")
+        root, consequence = "{number: 1, active: true}", "{number: 2, suppressed_by: 'a'}"
+        for alarms, text in (
+            ([root], "1 unacknowledged alarm: 1 active"),
+            ([root, consequence], "with 1 consequence that is acknowledged together with it"),
+            ([root, consequence, consequence], "with 2 consequences that are acknowledged together with it"),
+            ([root, root, consequence], "with 1 consequence that is acknowledged together with them"),
+        ):
+            self.assertIn(text, self.evaluate(f"alarm_summary({{alarms: [{', '.join(alarms)}]}})"))
+
+    def test_2_time_left_ends_with_the_decision_to_end(self) -> None:
+        self.open_view("now")
+        decision = "{block: 'cold', hours_used: 1, hours_left: 2}"
+        status = f"{{running: true, state: 'execute', slot: 3599, length_s: 3600, time_left_s: 90, decision: {decision}}}"
+        self.assertEqual(self.evaluate(f"goal_left_s({status}, null)"), 7200)
+        self.assertEqual(self.evaluate(f"goal_left_s({status.replace('cold', '')}, null)"), 90)
+        self.assertIsNone(self.evaluate(f"goal_left_s({status.replace('cold', '').replace('true', 'false')}, null)"))
+
+    def test_2_imported_record_has_its_own_times(self) -> None:
+        rows = "".join(f"{10 * row},{20 + row / 100:.2f},{9 + row / 1000:.3f}\n" for row in range(360))
+        (self.folder / "log.csv").write_text("t_s,T1,rate_dph\n" + rows)
+        record, column_map = self.folder / "log.db", self.folder / "map.toml"
+        for words in (("--guess", "--out", str(column_map)), ("--map", str(column_map), "--out", str(record))):
+            made = gyrotherm("import", str(self.folder / "log.csv"), *words)
+            self.assertEqual(made.returncode, 0, made.stderr)
+        headers = Browser(self.monitor, "ada").headers
+        key = until(lambda: key_of(self.monitor, headers, "log"))
+        address = f"http://127.0.0.1:{self.monitor.port}/#/run/{key}/"
+        self.browser.get("about:blank")
+        self.browser.get(address + "now")
+        self.expect_text("59 min 50 s")
+        self.expect_text("Imported")
+        self.expect_text("23.59")
+        for absent in ("fault", "1970", "Set point", "Time left", "\nProfile\n\n"):
+            self.assertNotIn(absent, self.text().split("Rigs", 1)[1])
+        self.browser.get(address + "trend")
+        self.expect_text("0 s to 59 min 50 s, every row")
+        last = self.evaluate("chart.shown_times_s().at(-1)")
+        self.assertEqual(last, 3590)
+        self.assertNotIn("1970", self.text())
+        self.browser.get(address + "events")
+        self.expect_text("59 min 50 s")
+        self.browser.get(f"http://127.0.0.1:{self.monitor.port}/#/runs")
+        self.expect_text("59 min 50 s")
+        for path in (record, record.with_name("log.db.sha256")):
+            path.unlink()
+
+    def test_2_profile_is_drawn_for_each_width(self) -> None:
+        for view in ("now", "profile"):
+            self.set_width(1200)
+            self.open_view(view)
+            width = "document.querySelector('.profile-svg')?.viewBox.baseVal.width - " \
+                "document.querySelector('.profile-svg')?.parentElement.clientWidth"
+            for pixels in (1200, 700, 1500):
+                self.set_width(pixels)
+                self.assertTrue(until(lambda: self.evaluate(width) == 0, 10), f"{view} {pixels}: {self.evaluate(width)}")
+
+    def test_2_mark_of_an_alarm_has_its_colour(self) -> None:
+        colours = self.evaluate('''(() => {
+            const mark = document.createElement('div');
+            mark.className = 'dygraph-annotation alarm-mark';
+            mark.style.color = mark.style.borderColor = 'rgb(1, 2, 3)';
+            document.body.append(mark);
+            const style = getComputedStyle(mark), colours = [style.color, style.borderTopColor];
+            mark.remove();
+            return colours;
+          })()''')
+        self.assertNotIn("rgb(1, 2, 3)", colours)
 
     def test_3_page_is_usable_by_keyboard(self) -> None:
         self.set_width(1200)
@@ -361,6 +450,11 @@ class Page(WatchedRun):
         self.assertEqual(self.evaluate(f"sample_age_s({{{silent.replace('7200', '0')}}}, 9000)"), 8)
         stop = "{state: 'aborting', running: true, cause: 'stopped by ada (uid 0): smoke'}"
         self.assertEqual(self.evaluate(f"kStates[display_state({stop})]"), "Stopping")
+        for known, shown in (("false", "aborting"), ("true", "stopping"), ("null", "stopping")):
+            status = stop.replace("state:", f"stopped_by_operator: {known}, state:")
+            self.assertEqual(self.evaluate(f"display_state({status})"), shown)
+        status = stop.replace("stopped by ada", "ada ended it").replace("state:", "stopped_by_operator: true, state:")
+        self.assertEqual(self.evaluate(f"display_state({status})"), "stopping")
         self.assertEqual(self.evaluate(f"display_state({stop.replace('stopped by', 'aborted by')})"), "aborting")
         self.assertEqual(self.evaluate(f"display_state({stop.replace('true', 'false')})"), "interrupted")
         self.assertEqual(self.evaluate("format_signed(20.23 - 20.0333, 2)"), "+0.20")

@@ -179,6 +179,9 @@ struct RunOverview {
   RunState state{};
   /// Reason for the state; empty in the state execute.
   std::string cause{};
+  /// An operator stopped the run, and the chamber is being made safe or is safe. Not an abort. Nothing if it is
+  /// unknown, as in a file of an earlier version.
+  std::optional<bool> stopped_by_operator{};
   /// Time to the end of the run, assuming that no soak is interrupted from now on.
   std::optional<Duration> time_left{};
   /// Time that passed while the profile's clock was stopped.
@@ -212,6 +215,7 @@ void describe(auto& form, Like<RunOverview> auto& overview) {
   form("missed_set_points", overview.missed_set_points);
   form("faults_now", overview.faults_now);
   form.if_present("unconfirmed_set_points", true, overview.unconfirmed_set_points);  // since 0.2.0
+  form.if_present("stopped_by_operator", overview.stopped_by_operator.has_value(), overview.stopped_by_operator);
 }
 
 enum class EventKind {

@@ -558,6 +558,7 @@ RunOverview RunController::overview() const {
   const bool is_ending = run_state() == RunState::aborting || run_state() == RunState::aborted;
   return {.state = run_state(),
           .cause = state_cause(machine_),
+          .stopped_by_operator = is_stopped_by_operator(machine_),
           .time_left = is_open(profile_) || is_ending ? std::nullopt : std::optional(left),
           .behind_plan = std::max(Duration{}, kSecond * next_slot_ - (planned_ - left)),
           .missed_set_points = lead_->missed_set_points(),

@@ -137,6 +137,11 @@ std::string state_cause(const RunStateMachine& machine) {
   return std::visit([](const auto& state) { return cause(state); }, machine);
 }
 
+bool is_stopped_by_operator(const RunStateMachine& machine) {
+  const auto* aborting = std::get_if<Aborting>(&machine);
+  return aborting != nullptr ? aborting->stops : std::holds_alternative<Stopped>(machine);
+}
+
 bool is_over(const RunStateMachine& machine) {
   const auto state = run_state(machine);
   return state == RunState::aborted || state == RunState::stopped || state == RunState::complete;

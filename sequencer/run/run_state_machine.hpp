@@ -96,6 +96,8 @@ struct RunInputs {
 [[nodiscard]] RunState run_state(const RunStateMachine& machine);
 /// Returns the reason why the run is not in Execute; empty if there is none.
 [[nodiscard]] std::string state_cause(const RunStateMachine& machine);
+/// Returns true if an operator has stopped the run, until and after the chamber is safe. An abort is not a stop.
+[[nodiscard]] bool is_stopped_by_operator(const RunStateMachine& machine);
 /// Returns true if no state follows.
 [[nodiscard]] bool is_over(const RunStateMachine& machine);
 

@@ -30,6 +30,7 @@ TEST(Status, SurvivesJsonUnchanged) {
   status.thermometers = {{"B", Celsius{1.5}}, {"A", std::nullopt}};
   status.faults = 2;
   status.frames = FrameCount{.seen = 1000, .lost = 3, .bad = 1};
+  status.overview.stopped_by_operator = true;
   const auto back = parse_status(to_json(status), "here");
   ASSERT_TRUE(back) << text(back.error());
   EXPECT_EQ(to_json(*back), to_json(status));
@@ -60,6 +61,18 @@ TEST(Status, MarksRunWithVirtualInstrumentsInRealTime) {
   const auto read = parse_status(old, "here");
   ASSERT_TRUE(read) << text(read.error());
   EXPECT_TRUE(is_in_virtual_time(*read)) << "earlier versions marked only virtual rigs";
+}
+
+TEST(Status, StatesWhetherOperatorStoppedRun) {
+  RunStatus status;
+  status.overview.state = RunState::aborting;
+  const auto unknown = to_json(status);
+  EXPECT_EQ(unknown.find("stopped_by_operator"), std::string::npos) << "as in a file of an earlier version";
+  EXPECT_FALSE(parse_status(unknown, "here").value().overview.stopped_by_operator.has_value());
+  for (const bool is_stop : {false, true}) {
+    status.overview.stopped_by_operator = is_stop;
+    EXPECT_EQ(parse_status(to_json(status), "here").value().overview.stopped_by_operator, is_stop);
+  }
 }
 
 TEST(Status, RefusesOtherText) {

@@ -158,6 +158,26 @@ TEST(RunStateMachine, AbortsDuringStop) {
             RunState::aborted);
 }
 
+TEST(RunStateMachine, DistinguishesStopByOperatorFromAbort) {
+  auto confirmed = quiet_inputs();
+  confirmed.safe_confirmed = true;
+  const auto stopping = after(Execute{}, inputs_with_command(OperatorCommand::stop));
+  EXPECT_TRUE(is_stopped_by_operator(stopping));
+  EXPECT_TRUE(is_stopped_by_operator(after(stopping, confirmed)));
+  interlocks::RunLimits limits;
+  limits.on_stop = interlocks::OnStop::hold;
+  EXPECT_TRUE(is_stopped_by_operator(after(kHeld, inputs_with_command(OperatorCommand::stop), 1, limits)));
+  for (const auto& aborting : {after(Execute{}, inputs_with_command(OperatorCommand::abort)),
+                               after(Execute{}, inputs_with_reaction(interlocks::Reaction::abort, "too hot")),
+                               after(stopping, inputs_with_command(OperatorCommand::abort)),
+                               RunStateMachine(Aborting{"stopped by SIGTERM", {}, false})}) {
+    EXPECT_FALSE(is_stopped_by_operator(aborting)) << state_cause(aborting);
+    EXPECT_FALSE(is_stopped_by_operator(after(aborting, confirmed))) << state_cause(aborting);
+  }
+  for (const auto& state : {RunStateMachine(Execute{}), kSuspended, kHeld, kReturning, RunStateMachine(Completed{})})
+    EXPECT_FALSE(is_stopped_by_operator(state));
+}
+
 TEST(RunStateMachine, AppliesMostSevereReaction) {
   auto all = inputs_with_reaction(interlocks::Reaction::abort, "too hot");
   all.request = OperatorRequest{OperatorCommand::pause, "Ada"};

@@ -414,8 +414,10 @@ TEST(BrokenRig, SendsNothingAndStopsClockWhileHeld) {
 TEST(BrokenRig, StopLeavesChamberAsRigSpecifies) {
   tests::Bench safe(kSoak);
   safe.seconds(500);
+  EXPECT_EQ(safe.run_controller().overview().stopped_by_operator, false);
   safe.run_controller().submit(OperatorCommand::stop, "Ada");
   EXPECT_EQ(safe.seconds(3), RunOutcome::stopped);
+  EXPECT_EQ(safe.run_controller().overview().stopped_by_operator, true);
   EXPECT_EQ(safe.chamber().set_point_c, 20);
   tests::Bench hold(kSoak, [](rig::RigFile& file) { file.run_limits.on_stop = interlocks::OnStop::hold; });
   hold.seconds(500);
@@ -423,6 +425,11 @@ TEST(BrokenRig, StopLeavesChamberAsRigSpecifies) {
   EXPECT_EQ(hold.seconds(1), RunOutcome::stopped);
   EXPECT_EQ(hold.chamber().set_point_c, 30);
   EXPECT_EQ(hold.run_controller().end_cause(), "stopped by Ada");
+  EXPECT_EQ(hold.run_controller().overview().stopped_by_operator, true);
+  tests::Bench terminated(kSoak);
+  terminated.seconds(500);
+  terminated.run_controller().make_safe("stopped by SIGTERM");
+  EXPECT_EQ(terminated.run_controller().overview().stopped_by_operator, false) << "no operator";
 }
 
 /// Returns nine thermometers. The certificate of the second states that it reads too high by `too_high`.

@@ -15,6 +15,7 @@
 #include "acquisition/exchange/import_map.hpp"
 #include "acquisition/exchange/lvm_layout.hpp"
 #include "acquisition/exchange/netcdf_table.hpp"
+#include "acquisition/exchange/own_export.hpp"
 #include "acquisition/exchange/table_sample.hpp"
 #include "acquisition/exchange/time_guess.hpp"
 #include "acquisition/exchange/ulog.hpp"
@@ -227,6 +228,8 @@ bool contains(const Columns& columns, std::size_t column) {
 std::string table_map(const TableSample& sample, const std::string& file) {
   std::vector<std::string> names;
   for (std::size_t i = 0; i < sample.names.size(); ++i) names.push_back(sample.column_name(i));
+  if (const auto own = find_own_columns(sample.names, sample.comments))
+    return map_head(file, names) + file_section(sample) + "\n" + own_sections(*own);
   const bool has_names = std::ranges::any_of(sample.names, [](const std::string& name) { return !name.empty(); });
   const auto has_numbers = [&](std::size_t column) { return !sample.column_numbers(column).empty(); };
   Columns gyros = has_names ? gyro_columns(names) : Columns{};
@@ -373,6 +376,17 @@ std::string log_map(const std::vector<LogColumn>& columns, FileFormat format, co
   return text;
 }
 
+/// Returns the map of a NetCDF file that gyrotherm exported; empty for any other file.
+std::string own_netcdf_map(const std::string& path) {
+  const auto variables = list_own_variables(path);
+  if (!variables) return "";
+  const auto own = find_own_columns(*variables);
+  if (!own) return "";
+  std::vector<std::string> names;
+  for (const NetcdfVariable& variable : *variables) names.push_back(variable.name);
+  return map_head(path, names) + "[file]\nformat = \"netcdf\"\n\n" + own_sections(*own);
+}
+
 /// Names the variables of a file, as the fault of a missing time column does.
 std::string list_netcdf_variables(const std::string& path) {
   ImportMap map;
@@ -418,12 +432,14 @@ Result<FileFormat> detect_format(Bytes& bytes) {
 Result<std::string> guess_map(const std::string& path) {
   auto bytes = Bytes::open(path);
   if (!bytes) return failure(bytes.error());
-  if (const auto format = detect_format(*bytes); format && *format == FileFormat::netcdf)
+  if (const auto format = detect_format(*bytes); format && *format == FileFormat::netcdf) {
+    if (auto map = own_netcdf_map(path); !map.empty()) return map;
     return failure(
         FaultKind::bad_file, path,
         fmt::format("HDF5 or NetCDF: no map can be guessed; write one with format = \"netcdf\" in [file] and "
                     "a time column ({})",
                     list_netcdf_variables(path)));
+  }
   return guess(std::move(*bytes));
 }
 

@@ -181,6 +181,26 @@ class NetcdfTable {
     return text_attribute(NC_GLOBAL, "source", "the file").value_or("");
   }
 
+  /// Returns a line of five fields, separated by tabs, per variable of a file that gyrotherm exported.
+  Result<std::string> describe_own_variables() {
+    if (auto opened = open_file(); !opened) return failure(opened.error());
+    const auto history = text_attribute(NC_GLOBAL, "history", "the file").value_or("");
+    const auto time = find("time");
+    if (!history.starts_with("made by gyrotherm ") || !time) return "";
+    dimension_ = time->dimension;
+    std::string lines;
+    for (const auto& name : list_row_variables({})) {
+      const auto variable = find(name);
+      if (!variable) continue;
+      lines += plain(name);
+      for (const char* attribute : {"units", "long_name", "channel"})
+        lines += "\t" + plain(text_attribute(variable->id, attribute, name).value_or(""));
+      const auto earth_rate = numbers_of_attribute(variable->id, "earth_rate_deg_per_h");
+      lines += earth_rate.size() == 1 ? fmt::format("\t{}\n", earth_rate.front()) : "\t\n";
+    }
+    return lines;
+  }
+
   Result<void> read(const TakeRow& take) {
     constexpr std::size_t kRowsAtOnce = 1 << 14;
     std::vector<double> numbers(columns_.size());
@@ -558,6 +578,28 @@ Result<void> read_netcdf(const std::string& path, const ImportMap& map, const Ta
 Result<std::string> read_netcdf_source(const std::string& path) {
   return read_text_confined(path, kLibrary,
                             [&](const std::function<void()>& step) { return NetcdfTable(path, step).read_source(); });
+}
+
+Result<std::vector<NetcdfVariable>> list_own_variables(const std::string& path) {
+  const auto lines = read_text_confined(path, kLibrary, [&](const std::function<void()>& step) {
+    return NetcdfTable(path, step).describe_own_variables();
+  });
+  if (!lines) return failure(lines.error());
+  std::vector<NetcdfVariable> variables;
+  std::string_view rest = *lines;
+  const auto take_until = [&](char end) {
+    const auto length = std::min(rest.find(end), rest.size());
+    std::string field(rest.substr(0, length));
+    rest.remove_prefix(std::min(length + 1, rest.size()));
+    return field;
+  };
+  while (!rest.empty()) {
+    NetcdfVariable& variable = variables.emplace_back();
+    for (std::string* field : {&variable.name, &variable.units, &variable.long_name, &variable.channel})
+      *field = take_until('\t');
+    variable.earth_rate = take_until('\n');
+  }
+  return variables;
 }
 
 }  // namespace gyrotherm::exchange

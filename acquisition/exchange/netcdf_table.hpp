@@ -4,6 +4,7 @@
 
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "acquisition/exchange/confined_rows.hpp"
 #include "acquisition/exchange/foreign_row.hpp"
@@ -26,6 +27,17 @@ namespace gyrotherm::exchange {
 /// Returns the global attribute `source` of the file at `path`; an empty text if there is none. Fails as read_netcdf()
 /// does if the library cannot read the file.
 [[nodiscard]] Result<std::string> read_netcdf_source(const std::string& path);
+
+/// A variable of a NetCDF file that gyrotherm exported. Attributes that it does not have are empty.
+struct NetcdfVariable {
+  std::string name{}, units{}, long_name{}, channel{};
+  /// The Earth rate that gyrotherm removes from the bias, °/h, as text.
+  std::string earth_rate{};
+};
+
+/// Returns the variables along the time of a file that gyrotherm exported; nothing for any other file. Fails as
+/// read_netcdf() does if the library cannot read the file.
+[[nodiscard]] Result<std::vector<NetcdfVariable>> list_own_variables(const std::string& path);
 
 /// Returns whether a file with this beginning is NetCDF: classic, or HDF5, which netCDF-4 and MATLAB 7.3 write. MATLAB
 /// writes a 512-byte block before the HDF5 content.

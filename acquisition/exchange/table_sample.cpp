@@ -164,10 +164,12 @@ bool is_row(const Fields& fields, const std::vector<bool>& values) {
   return false;
 }
 
-/// Returns whether a line has only texts, which could be the names or units of the columns.
-bool is_text_line(const Fields& fields, const std::vector<bool>& values) {
+/// Returns whether a line has only texts, which could be the names or units of the columns. Such a line may also name
+/// columns that are empty in every row.
+bool is_text_line(const Fields& fields, const std::vector<bool>& values, const Shape& shape) {
   constexpr std::size_t kMaxExtraFields = 2;
-  if (fields.size() < values.size() || filled_width(fields) > values.size() + kMaxExtraFields) return false;
+  const std::size_t widest = std::max(shape.width, shape.fields) + kMaxExtraFields;
+  if (fields.size() < values.size() || filled_width(fields) > widest) return false;
   for (std::size_t i = 0; i < values.size(); ++i)
     if (values[i] && is_value(fields[i])) return false;
   return true;
@@ -201,7 +203,7 @@ class HeaderSearch {
     std::optional<std::size_t> names, wider;
     for (std::size_t i = first_; i-- > 0 && first_ - i <= kMaxLinesAbove;) {
       const auto fields = split_fields(lines_[i].text, shape_.separator);
-      if (!fields || fields->front() == "TOA5" || !is_text_line(*fields, values_)) break;
+      if (!fields || fields->front() == "TOA5" || !is_text_line(*fields, values_, shape_)) break;
       if (!is_full(*fields, shape_.width)) continue;
       (filled_width(*fields) <= std::max(shape_.width, shape_.fields) ? names : wider) = i;
     }
@@ -236,7 +238,7 @@ class HeaderSearch {
     for (std::size_t i = first_; i-- > 0 && first_ - i <= kMaxHeaderLines;) {
       joined.insert(0, lines_[i].text + (joined.empty() ? "" : " "));
       const auto fields = split_fields(joined, shape_.separator);
-      if (!fields || fields->size() != shape_.width || !is_text_line(*fields, values_)) continue;
+      if (!fields || fields->size() != shape_.width || !is_text_line(*fields, values_, shape_)) continue;
       sample_.names = *fields;
       return true;
     }
@@ -249,7 +251,7 @@ class HeaderSearch {
       if (comment->number > lines_[first_].number) continue;
       const auto fields =
           split_fields(std::string(trimmed(comment->text.substr(sample_.comment.size()))), shape_.separator);
-      if (!fields || fields->size() != shape_.width || !is_text_line(*fields, values_)) return false;
+      if (!fields || fields->size() != shape_.width || !is_text_line(*fields, values_, shape_)) return false;
       const auto has_meaning = [](const std::string& name) {
         return is_time_name(name) || is_temperature_name(name) || is_gyro_name(name);
       };
@@ -503,6 +505,8 @@ Result<TableSample> sample_table(Bytes bytes) {
   if (!lines) return failure(lines.error());
   if (sample_lvm(*lines, sample)) return sample;
   const auto comments = take_comments(*lines, sample);
+  for (const Line& comment : comments)
+    sample.comments.emplace_back(trimmed(comment.text.substr(sample.comment.size())));
   const Shape shape = find_shape(*lines);
   if (shape.width < 2) return no_table();
   sample.separator = shape.separator;

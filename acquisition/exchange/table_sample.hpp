@@ -18,6 +18,8 @@ namespace gyrotherm::exchange {
 /// The first rows of a table and its notation.
 struct TableSample {
   std::string comment{};
+  /// The comment lines without the beginning `comment`.
+  std::vector<std::string> comments{};
   char separator = ',';
   bool header = true;      ///< the column names are usable
   std::size_t preamble{};  ///< lines before the header

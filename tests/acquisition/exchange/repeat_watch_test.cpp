@@ -11,7 +11,7 @@ namespace gyrotherm::exchange {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr int kRows = 8000;
+constexpr int kWatchedRows = 8000;
 constexpr double kStep_s = 5;
 
 /// A chamber with four ramps and rests, as seen by a thermometer with a lag.
@@ -41,7 +41,7 @@ class Thermometer {
 using Change = std::function<void(int row, std::vector<double>& values)>;
 
 /// Watches a reference thermometer, a second thermometer and a gyro.
-Notes watch(Thermometer second, const Change& change = {}, double gyro_resolution = 1e-4, int rows = kRows) {
+Notes watch(Thermometer second, const Change& change = {}, double gyro_resolution = 1e-4, int rows = kWatchedRows) {
   RepeatWatch watch;
   watch.add({.name = "T1", .unit = "°C", .is_temperature = true, .has_missing_texts = true});
   watch.add({.name = "T2", .unit = "°C", .is_temperature = true, .has_missing_texts = true});
@@ -98,7 +98,7 @@ TEST(RepeatWatch, AcceptsSensorsThatLoggersSampleSlowly) {
 
 TEST(RepeatWatch, ReportsFrozenThermometer) {
   for (const auto& sensor : {fine(), Thermometer(600, 0, 0), coarse(), Thermometer(600, 0.05, 0.5)}) {
-    const auto notes = watch(sensor, hold(1, kRows / 2 + 700, kRows - 1));
+    const auto notes = watch(sensor, hold(1, kWatchedRows / 2 + 700, kWatchedRows - 1));
     ASSERT_EQ(notes.size(), 1u);
     EXPECT_TRUE(contains(notes[0], "T2 repeats ")) << notes[0];
     EXPECT_TRUE(contains(notes[0], "while T1 moves from ")) << notes[0];
@@ -157,7 +157,7 @@ TEST(RepeatWatch, NamesNumberOfFileInRemedy) {
              .offset = -273.15,
              .has_missing_texts = true});
   Thermometer sensor = fine();
-  for (int row = 0; row < kRows; ++row) {
+  for (int row = 0; row < kWatchedRows; ++row) {
     const double value = row < 4100 ? sensor.next() : 0.5 * 65535 / 100 - 273.15;
     watch.push(from_seconds(row), std::vector{value});
   }

@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/exchange/own_export.hpp"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "acquisition/exchange/export_choice.hpp"
+#include "acquisition/exchange/guess.hpp"
+#include "acquisition/exchange/import.hpp"
+#include "acquisition/exchange/netcdf_export.hpp"
+#include "acquisition/record/csv.hpp"
+#include "acquisition/record/record.hpp"
+#include "tests/support/folder.hpp"
+
+namespace gyrotherm::exchange {
+namespace {
+
+using record::AxisInfo, record::GyroKind, record::Record, record::UnitInfo, tests::TestFolder;
+
+constexpr int kRecordedRows = 60;
+
+/// Returns a record of one-second rows with the given units; all channels vary.
+Record make_varied_record(std::vector<UnitInfo> units, bool imported) {
+  Record record;
+  record.finished = true;
+  record.info.id = "0123456789abcdef0123456789abcdef";
+  record.info.program_version = "0.2.0";
+  record.info.profile_name = "slow, ramp";
+  record.info.rig_name = "bench";
+  record.info.imported = imported;
+  record.info.units = std::move(units);
+  record.info.thermometers = {{"Ofen oben", "", Kelvins{}}, {"shell-1.b", "", Kelvins{-0.25}}};
+  if (!imported) record.info.segments = {{"warm up", false, Celsius{70}, CelsiusPerMinute{5}, -1}};
+  record.thermometers_c.resize(2);
+  for (const UnitInfo& unit : record.info.units) {
+    record.units.push_back({.rotation = std::vector<std::vector<double>>(unit.axes.size()),
+                            .interval_s = {},
+                            .values = std::vector<std::vector<double>>(unit.values.size()),
+                            .true_bias_deg_per_h = std::vector<std::vector<double>>(unit.axes.size())});
+  }
+  for (int row = 0; row < kRecordedRows; ++row) {
+    record.slot.push_back(row);
+    record.time_s.push_back(row);
+    record.set_point_c.push_back(imported ? NAN : 22.5);
+    record.chamber_air_c.push_back(imported ? NAN : 20 + 0.1 * row);
+    record.chamber_set_point_c.push_back(imported ? NAN : 21);
+    record.thermometers_c[0].push_back(20 + 0.125 * row);
+    record.thermometers_c[1].push_back(row % 7 == 3 ? NAN : 19 + 0.25 * row);
+    record.progress.push_back({.segment = imported ? -1 : 0, .cycle = -1, .set_point = Celsius{22.5}});
+    record.state.push_back({});
+    for (std::size_t u = 0; u < record.units.size(); ++u) {
+      record.units[u].interval_s.push_back(1);
+      for (std::size_t axis = 0; axis < record.units[u].rotation.size(); ++axis) {
+        record.units[u].rotation[axis].push_back(100 + 31 * (row % 5) + 7 * static_cast<double>(u + 3 * axis));
+        record.units[u].true_bias_deg_per_h[axis].push_back(NAN);
+      }
+      for (auto& value : record.units[u].values) value.push_back(30 + 0.5 * row);
+    }
+  }
+  return record;
+}
+
+UnitInfo make_unit_of_axes(const std::string& name, std::vector<AxisInfo> axes) {
+  return {.name = name, .axes = std::move(axes)};
+}
+
+struct ExportedRecord {
+  std::string name;
+  Record record;
+};
+
+std::vector<ExportedRecord> make_exported_records() {
+  const AxisInfo counted{.kind = GyroKind::pulse_count, .scale = 0.1, .earth_rate = DegreesPerHour{10.636}};
+  const AxisInfo rate{.kind = GyroKind::rate, .scale = 219.5};
+  const auto named = [](AxisInfo axis, const char* name) {
+    axis.name = name;
+    return axis;
+  };
+  auto self = make_unit_of_axes("gyro", {counted});
+  self.values = {{.name = "die", .unit = "°C", .is_temperature = true}, {.name = "current", .unit = "mA"}};
+  std::vector<ExportedRecord> cases{
+      {"single", make_varied_record({make_unit_of_axes("gyro", {counted})}, false)},
+      {"values", make_varied_record({self}, false)},
+      {"lot",
+       make_varied_record({make_unit_of_axes("G-1_a", {counted}), make_unit_of_axes("G-2_a", {counted})}, false)},
+      {"triad",
+       make_varied_record({make_unit_of_axes("imu", {named(rate, "x"), named(rate, "y"), named(rate, "z")})}, false)},
+      {"imported", make_varied_record({make_unit_of_axes("gyro", {rate})}, true)},
+  };
+  for (ExportedRecord& one : cases) one.record.info.virtual_rig = one.name == "lot" || one.name == "triad";
+  return cases;
+}
+
+/// Exports a record, guesses its map and imports the file with this map, without any correction.
+Record make_round_trip(const TestFolder& folder, const Record& record, bool as_netcdf, std::string& map) {
+  const auto file = folder / (as_netcdf ? "table.nc" : "table.csv");
+  if (as_netcdf)
+    EXPECT_TRUE(export_netcdf(record, {}, file));
+  else
+    std::ofstream(file) << record::to_csv(record);
+  const auto guessed = guess_map(file);
+  EXPECT_TRUE(guessed) << text(guessed.error());
+  map = guessed.value_or("");
+  std::ofstream(folder / "map.toml") << map;
+  const auto imported = import_record(file, folder / "map.toml", folder / "back.db", "0.2.0");
+  EXPECT_TRUE(imported) << text(imported.error()) << map;
+  return imported ? record::read_record(folder / "back.db").value() : Record{};
+}
+
+void expect_same_numbers(const std::vector<double>& back, const std::vector<double>& original, std::size_t first) {
+  ASSERT_EQ(back.size(), original.size());
+  for (std::size_t row = first; row < back.size(); ++row) {
+    EXPECT_EQ(std::isnan(back[row]), std::isnan(original[row])) << row;
+    if (!std::isnan(original[row])) EXPECT_NEAR(back[row], original[row], 1e-9 * std::abs(original[row])) << row;
+  }
+}
+
+TEST(OwnExport, ComesBackFromTableAndNetcdfOfEveryKindOfRecord) {
+  for (const ExportedRecord& one : make_exported_records())
+    for (const bool as_netcdf : {false, true}) {
+      SCOPED_TRACE(one.name + (as_netcdf ? " NetCDF" : " CSV"));
+      const TestFolder folder;
+      std::string map;
+      const Record back = make_round_trip(folder, one.record, as_netcdf, map);
+      SCOPED_TRACE(map);
+      EXPECT_EQ(back.time_s, one.record.time_s);
+      EXPECT_EQ(is_simulated(back.info), is_simulated(one.record.info));
+      ASSERT_EQ(back.info.thermometers.size(), 2u);
+      for (std::size_t i = 0; i < 2; ++i) {
+        EXPECT_EQ(back.info.thermometers[i].name, one.record.info.thermometers[i].name);
+        expect_same_numbers(exchange::calibrated_temperatures(back, i),
+                            exchange::calibrated_temperatures(one.record, i), 0);
+      }
+      ASSERT_EQ(back.units.size(), one.record.units.size());
+      for (std::size_t unit = 0; unit < back.units.size(); ++unit) {
+        const auto &was = one.record.info.units[unit], &is = back.info.units[unit];
+        EXPECT_EQ(is.name, was.name);
+        EXPECT_EQ(is.values.size(), was.values.size());  // NetCDF sorts its variables
+        for (const auto& value : was.values) EXPECT_EQ(std::ranges::count(is.values, value), 1) << value.name;
+        ASSERT_EQ(is.axes.size(), was.axes.size());
+        for (std::size_t axis = 0; axis < is.axes.size(); ++axis) {
+          EXPECT_EQ(is.axes[axis].name, was.axes[axis].name);
+          EXPECT_EQ(is.axes[axis].earth_rate, was.axes[axis].earth_rate);
+          expect_same_numbers(axis_rates(back, unit, axis), axis_rates(one.record, unit, axis), 1);
+        }
+      }
+    }
+}
+
+TEST(OwnExport, StatesCorrectionThatMapCannotHold) {
+  Record record = make_varied_record({make_unit_of_axes("gyro", {{.kind = GyroKind::rate, .scale = 1}})}, true);
+  record.info.thermometers[0].polynomial = {0.5, 1.01};
+  record.info.thermometers[1].polynomial = {0.1, 1, 1e-4};
+  const auto map = guess_map_from_bytes(record::to_csv(record), "table.csv");
+  ASSERT_TRUE(map);
+  EXPECT_NE(map->find("scale = 1.01\noffset = 0.5 "), std::string::npos) << *map;
+  const auto at = map->find("# The table has the reading.");
+  ASSERT_NE(at, std::string::npos) << *map;
+  EXPECT_GT(at, map->find("name = \"shell-1.b\""));
+}
+
+TEST(OwnExport, ReadsBiasOfCompensatedTableOnly) {
+  const auto own = find_own_columns(
+      {"time [s]", "A [°C]", "self", "bias [°/h]", "compensated [°/h]", "U of a mean over 100 s [°/h]"}, {});
+  ASSERT_TRUE(own);
+  ASSERT_EQ(own->axes.size(), 1u);
+  EXPECT_EQ(own->axes[0].column, "bias [°/h]");
+  ASSERT_EQ(own->thermometers.size(), 1u);
+  EXPECT_EQ(own->thermometers[0].name, "A");
+  EXPECT_FALSE(find_own_columns({"time [s]", "A [°C]", "bias [°/h]"}, {}));
+}
+
+TEST(OwnExport, LeavesTablesOfOtherProgramsAlone) {
+  EXPECT_FALSE(find_own_columns({"slot", "time [s]", "A [°C]", "gyro [1 °/h]"}, {}));
+  EXPECT_FALSE(find_own_columns(std::vector<std::string>{}, {}));
+  EXPECT_FALSE(find_own_columns(std::vector<NetcdfVariable>{{.name = "time", .units = "s"}}));
+  const auto own = find_own_columns({"slot", "time [s]", "set point [°C]", "chamber air [°C]", "chamber set point [°C]",
+                                     "chamber humidity [%]", "chamber dew point [°C]", "A [°C]", "u1 [0.5 °/h]",
+                                     "u1 interval [s]", "segment", "cycle", "phase", "turned", "true bias [°/h]"},
+                                    {"axis u1: scale 0.5, earth rate 3.5"});
+  ASSERT_TRUE(own);
+  EXPECT_EQ(own->thermometers.size(), 1u);
+  ASSERT_EQ(own->axes.size(), 1u);
+  EXPECT_EQ(own->axes[0].earth_rate, "3.5");
+  EXPECT_TRUE(own->has_turned && own->values.empty());
+}
+
+/// A table with columns that are empty in every row has a header that is wider than its rows.
+TEST(TableSample, FindsHeaderAboveColumnsThatAreAlwaysEmpty) {
+  for (int empty = 0; empty <= 6; ++empty) {
+    std::string table = "Time [s];Oven [°C];Gyro x [°/h]", commas(static_cast<std::size_t>(empty), ';');
+    for (int i = 0; i < empty; ++i) table += fmt::format(";note {}", i);
+    for (int row = 0; row < 20; ++row) table += fmt::format("\n{};20.5;0.{}{}", row, row % 9, commas);
+    const auto map = guess_map_from_bytes(table + "\n", "table.csv");
+    ASSERT_TRUE(map);
+    EXPECT_NE(map->find("column = \"Gyro x [°/h]\""), std::string::npos) << empty << *map;
+  }
+}
+
+}  // namespace
+}  // namespace gyrotherm::exchange

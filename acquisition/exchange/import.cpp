@@ -67,6 +67,19 @@ struct FileResults {
   std::size_t rows{}, rows_left_out{}, repeated_times{};
 };
 
+/// Fails with bad_file, without a position, if the rows to be combined are farther apart than the interval that
+/// combines them. A deviation of 5 % is accepted, because the clock of a logger may be inaccurate. A few rows have no
+/// usual spacing.
+Result<void> check_every(Duration every, Duration usual, std::size_t rows) {
+  constexpr double kTolerance = 0.05;
+  constexpr std::size_t kFewestRows = 20;
+  if (rows < kFewestRows || to_seconds(usual) <= (1 + kTolerance) * to_seconds(every)) return {};
+  return failure(FaultKind::bad_file, "",
+                 fmt::format("the rows are {:g} s apart, every = \"{:g} s\" does not combine any of them; expected a "
+                             "longer interval, or no every",
+                             to_seconds(usual), to_seconds(every)));
+}
+
 /// Reads a file and passes on the rows of the record. Messages of a log may be out of order within a stretch, so they
 /// are passed directly to the grouping. Other rows are put in order first.
 Result<void> read_foreign(const ReadRows& read, const ImportMap& map, const TakeImported& take, FileResults& file) {
@@ -74,7 +87,10 @@ Result<void> read_foreign(const ReadRows& read, const ImportMap& map, const Take
   const bool is_log = map.format == FileFormat::ulog || map.format == FileFormat::dataflash;
   const bool skips_ordering = is_log && in_stretches;
   Grouping grouping(map, take);
-  Spacing spacing(map, [&](const ImportedRow& row) { return in_stretches ? grouping.push(row) : take(row); });
+  Spacing spacing(map, [&](const ImportedRow& row) -> Result<void> {
+    if (!in_stretches) return take(row);
+    return check_every(map.every, row.usual, file.rows).and_then([&] { return grouping.push(row); });
+  });
   RowOrder order(map, [&](const ForeignRow& row) { return spacing.push(row); });
   std::vector<double> numbers;
   Duration previous{};

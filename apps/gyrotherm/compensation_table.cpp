@@ -203,4 +203,9 @@ Eigen::VectorXd CompensationTable::slot(const Eigen::Ref<const data::SampleMatri
   return rows.rightCols(1);
 }
 
+std::string advice_for_spacing(double interval_s) {
+  return interval_s < 1 ? "import them again with every = \"1 s\" in [time], or use verify"
+                        : "no import makes them finer; verify applies the model to means of such rows";
+}
+
 }  // namespace gyrotherm::app

@@ -67,4 +67,7 @@ class CompensationTable {
   bool has_at_rest_ = false;
 };
 
+/// Returns what to do with rows that are `interval_s` apart if one row per second is required.
+[[nodiscard]] std::string advice_for_spacing(double interval_s);
+
 }  // namespace gyrotherm::app

@@ -115,8 +115,7 @@ Result<void> Compensation::print_compensated(Console& console, const record::Liv
     return failure(
         FaultKind::bad_file, fmt::format("stdin:{}:1", rows.lines()[static_cast<std::size_t>(pace->row)]),
         fmt::format("compensate requires one row per second, but these rows are {:g} s apart; {}", pace->step_s,
-                    pace->is_averaged ? "export the record without --every"
-                                      : "import them again with every = \"1 s\" in [time], or use verify"));
+                    pace->is_averaged ? "export the record without --every" : advice_for_spacing(pace->step_s)));
   if (good > 0) console.print(compensate_rows(numbers.topRows(good), seconds));
   if (good == count) return {};
   const double slot = table_.slot(numbers)(good);

@@ -18,6 +18,7 @@
 #include "analysis/data/dataset.hpp"
 #include "analysis/model/stream.hpp"
 #include "apps/console/command.hpp"
+#include "apps/gyrotherm/compensation_table.hpp"
 #include "apps/gyrotherm/follow.hpp"
 #include "apps/gyrotherm/output_file.hpp"
 #include "apps/gyrotherm/recorded_run.hpp"
@@ -52,9 +53,8 @@ Result<void> check_one_row_per_second(const data::Dataset& dataset) {
   const double interval_s = data::sample_interval_s(dataset);
   if (std::abs(interval_s - 1) <= kMaxIntervalError_s) return {};
   return failure(FaultKind::usage, dataset.path,
-                 fmt::format("--compensated requires one row per second, but these rows are {:g} s apart; import "
-                             "them again with every = \"1 s\" in [time]",
-                             interval_s));
+                 fmt::format("--compensated requires one row per second, but these rows are {:g} s apart; {}",
+                             interval_s, advice_for_spacing(interval_s)));
 }
 
 Result<CompensatedRows> compensate(Console& console, const record::RecordFiles& files, const ExportArguments& options) {

@@ -160,5 +160,29 @@ TEST(Import, WritesMoreRowsThanOneTransaction) {
   EXPECT_EQ(record.events.size(), 2u) << "the die is always 20.5 °C, and the values";
 }
 
+/// No import makes rows finer.
+TEST(Import, RefusesEveryBelowSpacingOfRows) {
+  struct Case {
+    double spacing_s;
+    const char* every;
+    bool is_accepted;
+  };
+  for (const auto& [spacing_s, every, is_accepted] :
+       {Case{10, "1 s", false}, Case{10, "9 s", false}, Case{10, "10 s", true}, Case{10, "20 s", true},
+        Case{1.01, "1 s", true}, Case{0.1, "50 ms", false}, Case{0.1, "1 s", true}}) {
+    SCOPED_TRACE(fmt::format("{} s, every {}", spacing_s, every));
+    const TestFolder folder;
+    std::string map = kSmallMap, table = "t,T,w\n";
+    map.insert(map.find("[[thermometer]]"), fmt::format("every = \"{}\"\n", every));
+    for (int row = 0; row < 60; ++row)
+      table += fmt::format("{},{},{}\n", spacing_s * row, 20 + row % 7, 1.25 + row % 3);
+    std::ofstream(folder / "small.toml") << map;
+    std::ofstream(folder / "small.csv") << table;
+    const auto summary = import_record(folder / "small.csv", folder / "small.toml", folder / "run.db", "0.2.0");
+    EXPECT_EQ(summary.has_value(), is_accepted) << (summary ? "" : text(summary.error()));
+    if (!summary) EXPECT_EQ(summary.error().kind, FaultKind::bad_file);
+  }
+}
+
 }  // namespace
 }  // namespace gyrotherm::exchange

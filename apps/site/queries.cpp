@@ -57,9 +57,9 @@ constexpr std::array kQueries{
                "days_left <= 90 OR due IS NULL", "due NULLS FIRST, rig, name",
                "Lists thermometers whose calibration is due within 90 days or unknown."},
     StoreQuery{"utilisation", "v1_utilisation",
-               "rig, week, runs, round(hours, 2) AS hours, round(percent, 1) AS percent", "NOT simulated",
-               "week DESC, rig", "Lists operating hours of each rig by week."},
-    StoreQuery{"attention", "v1_attention", "rig, started, profile, what, detail, run", "NOT simulated",
+               "rig, week, runs, round(hours, 2) AS hours, round(percent, 1) AS percent, simulated", "NOT simulated",
+               "week DESC, rig, simulated", "Lists operating hours of each rig by week."},
+    StoreQuery{"attention", "v1_attention", "rig, started, profile, what, detail, simulated, run", "NOT simulated",
                "started DESC, what", "Lists runs that need attention: aborted, with alarms, with gaps, silent."},
     StoreQuery{"alarms", "v1_alarm_month",
                "month, rig, round(hours, 1) AS hours, alarms, high, medium, low, round(per_10_min, 2) AS per_10_min, "
@@ -88,8 +88,12 @@ bool is_number(const QueryResult& answer, int column) {
   return std::ranges::find(kNumberTypes, answer.type(column)) != kNumberTypes.end();
 }
 
+/// Formats a cell. The column `simulated` has the mark SIMULATED, or is empty.
 std::string format_cell(const QueryResult& answer, int row, int column) {
+  const bool is_bool = answer.type(column) == kBoolType;
+  if (is_bool && answer.name(column) == "simulated") return answer.text(row, column) == "t" ? "SIMULATED" : "";
   if (answer.null(row, column)) return "–";
+  if (is_bool) return answer.text(row, column) == "t" ? "yes" : "no";
   constexpr unsigned kFloat8 = 701;
   const auto text = answer.text(row, column);
   if (answer.type(column) != kFloat8) return plain(text);

@@ -289,7 +289,14 @@ class Store(unittest.TestCase):
             text=True,
             check=True,
         )
-        self.assertRegex(table.stdout, r"rig +state +profile .*\nrig-1 +idle +short-rate")
+        self.assertRegex(table.stdout, r"rig +state +profile .* simulated\nrig-1 +idle +short-rate .* SIMULATED\n")
+        table = subprocess.run(
+            [SITE, "utilisation", "--all", "--store", self.store.address("ada")],
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        self.assertRegex(table.stdout, r"rig +week .* simulated\n(.*\n)*rig-1 .* SIMULATED\n")
 
     def test_status_says_how_far_it_is(self) -> None:
         status = self.rig.status()

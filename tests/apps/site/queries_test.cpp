@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/site/queries.hpp"
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <string_view>
+
+namespace gyrotherm::site {
+namespace {
+
+/// A query that leaves out virtual runs also lists them with --all, and must then mark them.
+TEST(Queries, MarkVirtualRunsThatTheyLeaveOutByDefault) {
+  int checked = 0;
+  for (const StoreQuery& query : queries()) {
+    if (std::string_view(query.condition).find("simulated") == std::string_view::npos) continue;
+    EXPECT_NE((", " + std::string(query.columns) + ",").find(", simulated,"), std::string::npos) << query.name;
+    ++checked;
+  }
+  EXPECT_EQ(checked, 13);
+}
+
+}  // namespace
+}  // namespace gyrotherm::site

@@ -30,17 +30,41 @@ void copy_position(RunStatus& status, const RunStatus& before) {
   if (status.finished && status.overview.state == RunState::execute) status.overview.state = RunState::complete;
 }
 
+/// The numbers of faults of a file.
+struct FaultCounts {
+  std::int64_t all{};
+  /// Those of units in segments that switch the units off.
+  std::int64_t while_off{};
+};
+
+/// Counts the faults before a slot.
+Result<FaultCounts> count_faults(Database& database, std::int64_t end) {
+  FaultCounts counts;
+  return assign_result(counts.all,
+                       database.query_integer(fmt::format("SELECT count(*) FROM fault WHERE slot < {}", end), 0))
+      .and_then([&] {
+        return assign_result(
+            counts.while_off,
+            database.query_integer(
+                fmt::format("SELECT count(*) FROM fault JOIN sample ON sample.slot = fault.slot "
+                            "JOIN segment ON segment.position = sample.segment JOIN unit ON unit.name = fault.channel "
+                            "WHERE segment.unit_off AND fault.slot < {}",
+                            end),
+                0));
+      })
+      .map([&] { return counts; });
+}
+
 /// Counts the faults in the files before the last one. Does not count rows that a later file repeats, and ignores
 /// damaged files.
-Result<std::int64_t> faults_before_last(const RecordFiles& files) {
-  std::int64_t sum = 0;
+Result<FaultCounts> faults_before_last(const RecordFiles& files) {
+  FaultCounts sum;
   auto end = files.parts.back().continuation.from;
   for (auto part = std::next(files.parts.rbegin()); part != files.parts.rend(); ++part) {
-    const auto faults = open_part(*part).and_then([end](Database database) {
-      return database.query_integer(fmt::format("SELECT count(*) FROM fault WHERE slot < {}", end), 0);
-    });
+    const auto faults = open_part(*part).and_then([end](Database database) { return count_faults(database, end); });
     if (!faults && is_locked(faults.error())) return failure(faults.error());
-    sum += faults.value_or(0);
+    sum.all += faults ? faults->all : 0;
+    sum.while_off += faults ? faults->while_off : 0;
     end = std::min(end, part->continuation.from);
   }
   return sum;
@@ -104,7 +128,8 @@ Result<RunStatus> read_record_status(const RecordFiles& files) {
     if (const auto before = read_part_status(*part); before && before->slot >= 0) copy_position(*status, *before);
   const auto faults = faults_before_last(files);
   if (!faults) return failure(faults.error());
-  status->faults += *faults;
+  status->faults += faults->all;
+  status->faults_while_off += faults->while_off;
   status->path = files.path;
   if (files.lost) status->record_damage = text(*files.lost);
   for (const auto& part : files.parts)
@@ -224,7 +249,10 @@ Result<RunStatus> read_stored_status(Database& database, const std::string& path
   std::optional<SampleRow> row;
   const auto read = assign_result(status.finished, is_finished(database))
                         .and_then([&] {
-                          return assign_result(status.faults, database.query_integer("SELECT count(*) FROM fault", 0));
+                          return count_faults(database, kMaxSlots + 1).map([&](const FaultCounts& counts) {
+                            status.faults = counts.all;
+                            status.faults_while_off = counts.while_off;
+                          });
                         })
                         .and_then([&] { return assign_result(status.frames, stored_frames(database)); })
                         .and_then([&] { return assign_result(status.acknowledged, last_slot(database)); })

@@ -47,6 +47,7 @@ void describe(auto& form, Like<RunStatus> auto& status) {
   form.if_present("decision", true, status.decision);
   form.if_present("unreleased", true, status.unreleased);
   form.if_present("virtual_instruments", true, status.virtual_instruments);
+  form.if_present("faults_while_off", true, status.faults_while_off);
   form.if_present("chamber_set_point_c", true, status.chamber_set_point);
 }
 

@@ -52,6 +52,8 @@ struct RunStatus {
   std::vector<std::pair<std::string, std::optional<Celsius>>> thermometers;
   /// The number of failed readings since the run started.
   std::int64_t faults{};
+  /// The part of `faults` that are readings of units in segments that switch the units off.
+  std::int64_t faults_while_off{};
   /// The frames of all gyros since the run started; nothing before the first second.
   std::optional<FrameCount> frames{};
 

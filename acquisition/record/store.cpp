@@ -41,6 +41,16 @@ struct RestoredState {
   Alarms alarms{};
 };
 
+/// Counts the missing readings of units in a segment that switches the units off.
+std::int64_t count_missing_while_off(const Entry& entry, const RunInfo& info) {
+  const auto segment = entry.sample && entry.sample->progress ? entry.sample->progress->segment : -1;
+  const bool is_known = segment >= 0 && static_cast<std::size_t>(segment) < info.segments.size();
+  if (!is_known || !info.segments[static_cast<std::size_t>(segment)].unit.off) return 0;
+  return std::ranges::count_if(entry.missing, [&](const Entry::MissingReading& missing) {
+    return std::ranges::any_of(info.units, [&](const UnitInfo& unit) { return unit.name == missing.channel; });
+  });
+}
+
 /// Base class of all stores. Ensures that each slot has exactly one row or belongs to exactly one gap. Maintains the
 /// status. Numbers events when they are appended; the record's table uses the same numbers.
 class OrderedStore : public Store {
@@ -51,12 +61,14 @@ class OrderedStore : public Store {
     Entry entry = sample_entry(sample, events, info_);
     number_events(entry);
     const auto faults = static_cast<std::int64_t>(entry.missing.size());
+    const auto while_off = count_missing_while_off(entry, info_);
     auto kept = entry.events;
     if (auto taken = take(std::move(entry)); !taken) return taken;
     update_alarms(sample.slot, std::move(kept));
     meters_.add(sample);
     last_ = sample.slot;
     status_.faults += faults;
+    status_.faults_while_off += while_off;
     update_status(sample);
     return {};
   }
@@ -642,7 +654,10 @@ Result<std::unique_ptr<Store>> Store::reopen(const std::string& path, const Stor
   status->alarms = alarms->list();
   for (const auto& part : files->parts)
     if (part.path != path) status->parts.push_back(part.path);
-  if (before) status->faults = before->faults;  // all files
+  if (before) {  // all files
+    status->faults = before->faults;
+    status->faults_while_off = before->faults_while_off;
+  }
   if (auto proved = file->test_write(); !proved) return failure(proved.error());
   return open_store(std::move(*file), std::move(*status), {.last_event = *last_event, .alarms = std::move(*alarms)},
                     std::move(copy), options, last.continuation.part);

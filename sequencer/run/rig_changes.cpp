@@ -59,10 +59,10 @@ std::vector<RigChange> RigChanges::compare_readings(const Sample& sample, const 
   std::vector<RigChange> changes;
   const auto channels = read_faults(sample, rig_, dropped);
   is_faulty_.resize(channels.size());
-  faulty_readings_ = 0;
+  faulty_readings_ = readings_while_off_ = 0;
   for (std::size_t i = 0; i < channels.size(); ++i) {
     const auto& channel = channels[i];
-    faulty_readings_ += channel.fault != nullptr ? 1 : 0;
+    if (channel.fault != nullptr) ++(channel.is_unit && units_may_be_off ? readings_while_off_ : faulty_readings_);
     if (channel.is_dropped) continue;
     const bool is_faulty = channel.fault != nullptr && !(channel.is_unit && units_may_be_off);
     if (is_faulty && !is_faulty_[i])

@@ -31,8 +31,10 @@ class RigChanges {
   /// `units_may_be_off`, the silence of a unit is not a fault.
   [[nodiscard]] std::vector<RigChange> compare_readings(const Sample& sample, const std::vector<bool>& dropped,
                                                         bool units_may_be_off);
-  /// Counts the faulty readings of the last sample, including those of units that may be off.
+  /// Counts the faulty readings of the last sample, without those of units that may be off.
   [[nodiscard]] std::int64_t faulty_readings() const { return faulty_readings_; }
+  /// Counts the missing readings of units that may be off in the last sample.
+  [[nodiscard]] std::int64_t readings_while_off() const { return readings_while_off_; }
 
   /// Returns the alarms that are raised or return to normal in this second. `missed` is the time without ticks before
   /// this second. In the result, a raised root precedes its consequences, and a cleared root follows them.
@@ -46,7 +48,7 @@ class RigChanges {
   std::vector<bool> is_faulty_;  ///< per channel
   /// Alarms in the last reading.
   std::vector<std::string> chamber_alarms_;
-  std::int64_t faulty_readings_{};
+  std::int64_t faulty_readings_{}, readings_while_off_{};
 };
 
 }  // namespace gyrotherm::run

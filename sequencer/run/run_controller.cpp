@@ -275,6 +275,7 @@ void RunController::note_changes(const Sample& sample) {
   note_all(
       changes_.compare_readings(sample, dropped_.all(), unit_may_be_off(profile_, state_) || power_.may_be_silent()));
   tally_.faulty_readings += changes_.faulty_readings();
+  tally_.readings_while_off += changes_.readings_while_off();
   if (sample.progress.segment != last_segment_) note(EventKind::segment, describe(profile_, sample.progress));
   last_segment_ = sample.progress.segment;
 }

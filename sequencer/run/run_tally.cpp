@@ -38,16 +38,21 @@ void RunTally::count_gap(std::int64_t first, std::int64_t last) {
   gap_s += last - first + 1;
 }
 
-RunTally count_tally(const record::Record& record, std::int64_t faulty_readings) {
-  RunTally tally{.faulty_readings = faulty_readings};
+RunTally count_tally(const record::Record& record, std::int64_t missing_readings, std::int64_t while_off) {
+  RunTally tally{.faulty_readings = missing_readings - while_off, .readings_while_off = while_off};
   for (const auto state : record.state) tally.count_state(state);
   for (const auto& gap : record.gaps) tally.count_gap(gap.first, gap.last);
   return tally;
 }
 
+std::string describe_faults(std::int64_t faulty_readings, std::int64_t while_off) {
+  auto words = format_count(faulty_readings, "faulty reading", "faulty readings");
+  return while_off == 0 ? words : words + fmt::format(", {} missing while a unit was off", while_off);
+}
+
 std::string describe(const RunTally& tally, const record::AlarmCount& alarms) {
   return fmt::format("{}, {}, {} suspended, {} held, {}",
-                     format_count(tally.faulty_readings, "faulty reading", "faulty readings"), describe(alarms),
+                     describe_faults(tally.faulty_readings, tally.readings_while_off), describe(alarms),
                      format_duration(std::chrono::seconds(tally.suspended_s)),
                      format_duration(std::chrono::seconds(tally.held_s)), describe_gaps(tally));
 }

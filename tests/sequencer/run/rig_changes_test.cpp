@@ -50,9 +50,13 @@ TEST_F(Changes, IgnoreUnitThatIsDroppedOrMayBeOff) {
   sample_.units[0].count.value = silence("gyro");
   constexpr bool kDropped = true, kMayBeOff = true;
   EXPECT_EQ(compare(kDropped), Texts{});
-  EXPECT_EQ(compare(!kDropped, kMayBeOff), Texts{});
   EXPECT_EQ(changes_.faulty_readings(), 1);
+  EXPECT_EQ(compare(!kDropped, kMayBeOff), Texts{});
+  EXPECT_EQ(changes_.faulty_readings(), 0) << "the profile has switched it off";
+  EXPECT_EQ(changes_.readings_while_off(), 1);
   EXPECT_EQ(compare(), Texts{"fault gyro: no reply"});
+  EXPECT_EQ(changes_.faulty_readings(), 1);
+  EXPECT_EQ(changes_.readings_while_off(), 0);
 }
 
 TEST_F(Changes, ReportAlarmsOfChamberWhenTheyChange) {

@@ -46,8 +46,12 @@ TEST(RunTally, ContinuesFromRecordOfResumedRun) {
   record::Record record;
   record.state = {RunState::execute, RunState::suspended, RunState::suspended, RunState::held};
   record.gaps = {{.first = 4, .last = 9, .cause = "late"}, {.first = 20, .last = 20, .cause = "late"}};
-  const auto tally = count_tally(record, 17);
-  EXPECT_EQ(tally, (RunTally{.faulty_readings = 17, .suspended_s = 2, .held_s = 1, .gaps = 2, .gap_s = 7}));
+  const auto tally = count_tally(record, 17, 5);
+  EXPECT_EQ(
+      tally,
+      (RunTally{.faulty_readings = 12, .readings_while_off = 5, .suspended_s = 2, .held_s = 1, .gaps = 2, .gap_s = 7}));
+  EXPECT_EQ(describe_faults(1, 0), "1 faulty reading");
+  EXPECT_EQ(describe_faults(12, 5), "12 faulty readings, 5 missing while a unit was off");
 }
 
 }  // namespace

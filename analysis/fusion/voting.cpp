@@ -9,6 +9,7 @@
 #include <cassert>
 
 #include "analysis/data/statistics.hpp"
+#include "core/number_text.hpp"
 
 namespace gyrotherm::fusion {
 namespace {
@@ -40,8 +41,8 @@ std::string make_reason(const Verdict& verdict, const FaultTest& test) {
   const Isolation& isolation = *verdict.joint.isolation;
   const char* unit = verdict.kind == VerdictKind::broken_thermometer ? "K" : "°/h";
   if (!verdict.who.empty())
-    return fmt::format("{} is off by {:.3g} ± {:.2g} {} (k = 1), ahead of any other explanation by {:.3g}: {}",
-                       verdict.who, verdict.size, verdict.size_std, unit, isolation.margin, parts);
+    return fmt::format("{} is off by {} {} (k = 1), ahead of any other explanation by {:.3g}: {}", verdict.who,
+                       format_with_error(verdict.size, verdict.size_std), unit, isolation.margin, parts);
   if (!isolation.explains)
     return fmt::format("no single fault explains it; the best candidate is {}, with a residual χ² of {:.3g}: {}",
                        test.candidates[static_cast<std::size_t>(isolation.likeliest)], isolation.left, parts);

@@ -11,6 +11,7 @@
 #include "analysis/data/correlated_fit.hpp"
 #include "analysis/data/distributions.hpp"
 #include "core/count_text.hpp"
+#include "core/number_text.hpp"
 
 namespace gyrotherm::model {
 namespace {
@@ -56,8 +57,11 @@ Comparison compare(const Eigen::VectorXd& bias, const Eigen::VectorXd& residual,
 }
 
 std::string describe_comparison(const char* what, const Comparison& compared) {
-  return fmt::format("{} {:.4g} → {:.4g} °/h, smaller by {:.2g} ± {:.2g}", what, compared.raw, compared.residual,
-                     compared.reduction.value, compared.reduction.error);
+  constexpr int kDigits = 4;
+  const auto& [change, error] = compared.reduction;
+  return fmt::format("{} {} → {} °/h, {} by {}", what, format_digits(compared.raw, kDigits),
+                     format_digits(compared.residual, kDigits), change < 0 ? "larger" : "smaller",
+                     format_with_error(std::abs(change), error));
 }
 
 Gain decide(const Comparison& std, const Comparison& rmse, bool rmse_counts) {

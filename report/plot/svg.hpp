@@ -6,6 +6,7 @@
 #include <string>
 #include <string_view>
 
+#include "core/number_text.hpp"
 #include "report/plot/png.hpp"
 
 namespace gyrotherm::plot {
@@ -44,9 +45,7 @@ inline constexpr const char* kSimulated = "#a8371b";
 /// Returns true if white text is easier to read than dark text on shade_colour(fraction).
 [[nodiscard]] bool is_shade_dark(double fraction);
 
-/// Formats a number with fixed decimals and a true minus sign: decimal(0.00214, 4) is "0.0021". NaN is "–", and zero is
-/// never negative.
-[[nodiscard]] std::string decimal(double value, int digits);
+using gyrotherm::decimal, gyrotherm::format_error, gyrotherm::format_significant, gyrotherm::format_with_error;
 
 /// Formats a bias or a residual in °/h with four decimals, as in the paper's tables.
 [[nodiscard]] std::string format_bias(double deg_per_h);
@@ -54,18 +53,8 @@ inline constexpr const char* kSimulated = "#a8371b";
 /// Formats a fraction in per cent with one decimal: percent(0.76404) is "76.4 %".
 [[nodiscard]] std::string percent(double fraction);
 
-/// Formats a number with three significant digits: 1.23e-05 is "1.23 × 10⁻⁵" and 4.84 is "4.84".
-[[nodiscard]] std::string format_significant(double value);
-
 /// Returns the label of digit × 10^exponent on a logarithmic axis: "0.02" and "500" near 1, otherwise "2 × 10⁻⁵".
 [[nodiscard]] std::string digit_and_power(int digit, int exponent);
-
-/// Formats a value and its standard error, both to the second significant digit of the error. Without an error,
-/// formats the value like format_significant().
-[[nodiscard]] std::string format_with_error(double value, double error);
-
-/// Formats a standard error to its second digit: "0.000057".
-[[nodiscard]] std::string format_error(double error);
 
 /// Formats a duration in hours with two decimals: "18.67 h".
 [[nodiscard]] std::string format_hours(double seconds);

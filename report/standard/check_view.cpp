@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/json.hpp"
+#include "core/number_text.hpp"
 #include "report/standard/check_words.hpp"
 
 namespace gyrotherm::standard {
@@ -73,10 +74,7 @@ std::string list_open_runs(const CheckedStandard& standard) {
 std::string describe_hypothesis(const Hypothesis& one) {
   auto text = fmt::format("    {:>8}  {}", format_percent(one.posterior), name(one.cause));
   if (!one.part.empty()) text += " " + one.part;
-  if (std::isfinite(one.amount)) {
-    const int decimals = decimals_for(one.amount_u, 2);
-    text += fmt::format(": {:.{}f} ± {:.{}f} {}", one.amount, decimals, one.amount_u, decimals, one.unit);
-  }
+  if (std::isfinite(one.amount)) text += fmt::format(": {} {}", format_with_error(one.amount, one.amount_u), one.unit);
   return text + fmt::format("; χ² {:.1f} of {:g}, P = {:.3f}\n", one.chi_squared, one.degrees, one.fits);
 }
 

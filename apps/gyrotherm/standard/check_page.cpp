@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/number_text.hpp"
 #include "report/document.hpp"
 #include "report/standard/check_chart.hpp"
 #include "report/standard/check_words.hpp"
@@ -119,9 +120,10 @@ class CheckDocument {
     constexpr double kListedOnPage = 0.005;
     for (const auto& one : diagnosis.hypotheses) {
       if (one.posterior < kListedOnPage) continue;
-      const auto amount = std::isfinite(one.amount)
-                              ? fmt::format("{} ± {} {}", number(one.amount, 4), number(one.amount_u, 4), one.unit)
-                              : "–";
+      const int decimals = one.amount_u > 0 ? decimals_for(one.amount_u) : 4;
+      const auto amount = std::isfinite(one.amount) ? fmt::format("{} ± {} {}", number(one.amount, decimals),
+                                                                  number(one.amount_u, decimals), one.unit)
+                                                    : "–";
       table.rows.push_back({{.text = cause(one.cause), .note = part(one.part)},
                             {.text = report::format_probability(language_, one.posterior)},
                             {.text = amount},

@@ -114,6 +114,14 @@ Result<void> check_records(const std::vector<data::Dataset>& datasets, const std
   return {};
 }
 
+/// Returns the trace by which an export of the record is recognised. Virtual runs with one seed have the same noise,
+/// so a simulated record has a trace only if it was imported.
+std::optional<data::RateTrace> make_trace(const data::Dataset& dataset, double from_s, double to_s) {
+  if (!dataset.imported && dataset.simulated) return std::nullopt;
+  auto trace = data::trace_rates(dataset, from_s, to_s);
+  return trace.means.empty() ? std::nullopt : std::optional(std::move(trace));
+}
+
 void record_sources(Model& model, const std::vector<data::Dataset>& datasets,
                     const std::vector<data::Clusters>& records) {
   const std::set<std::string> inputs = thermometers_in(model.terms);
@@ -125,7 +133,8 @@ void record_sources(Model& model, const std::vector<data::Dataset>& datasets,
     model.trained_on.push_back({dataset.run_id, dataset.path, dataset.profile_name, dataset.simulated,
                                 static_cast<int>(count), from_s, to_s, dataset.of, dataset.identity, dataset.bias_zero,
                                 find_block_range(dataset, records[i], inputs),
-                                dataset.imported ? sample_rows(dataset, from_s, to_s) : std::vector<std::int64_t>()});
+                                dataset.imported ? sample_rows(dataset, from_s, to_s) : std::vector<std::int64_t>(),
+                                make_trace(dataset, from_s, to_s)});
     const bool is_three_point = model.inputs.find("three-point") != std::string::npos;
     if (dataset.three_point_stand_in && is_three_point) {
       model.warnings.push_back(

@@ -12,6 +12,7 @@
 
 #include "analysis/data/clusters.hpp"
 #include "analysis/data/features.hpp"
+#include "analysis/data/rate_trace.hpp"
 #include "analysis/data/statistics.hpp"
 #include "analysis/methods/method.hpp"
 #include "analysis/model/budget.hpp"
@@ -80,6 +81,8 @@ struct TrainingRecord {
   std::optional<BlockRange> block{};
   /// data::sample_rows() of an imported record; empty for any other record.
   std::vector<std::int64_t> row_sample{};
+  /// data::trace_rates() of a record that was imported or is not simulated; nothing for any other record.
+  std::optional<data::RateTrace> rate_trace{};
 };
 
 /// The loss of accuracy caused by the reduction of a model.

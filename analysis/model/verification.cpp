@@ -14,6 +14,7 @@
 #include "analysis/data/row_sample.hpp"
 #include "analysis/model/stream.hpp"
 #include "analysis/model/uncertainty.hpp"
+#include "core/number_text.hpp"
 
 namespace gyrotherm::model {
 namespace {
@@ -136,7 +137,8 @@ bool has_training_rows(const Model& model, const data::Dataset& dataset, const d
   if (!dataset.imported) return false;
   const double from_s = clusters.start_s(0), to_s = clusters.start_s(clusters.start_s.size() - 1) + clusters.length_s;
   return std::ranges::any_of(model.trained_on, [&](const TrainingRecord& record) {
-    return !record.row_sample.empty() && has_rows_of(dataset, record.row_sample, from_s, to_s);
+    return (!record.row_sample.empty() && has_rows_of(dataset, record.row_sample, from_s, to_s)) ||
+           (record.rate_trace && has_rates_of(dataset, *record.rate_trace, from_s, to_s));
   });
 }
 
@@ -199,11 +201,11 @@ std::vector<std::string> make_warnings(const Verification& result, const Model& 
     warnings.push_back(*warning);
   if (const RangeExceedance& outside = result.outside; outside.clusters > 0) {
     const auto block = trained_block(model.trained_on);
-    warnings.push_back(
-        fmt::format("{} of {} clusters have an input outside the trained range{} (farthest: {}, by {:.2g} % of its "
-                    "range); {}",
-                    outside.clusters, clusters.start_s.size(), block ? ", " + describe(*block) : "",
-                    outside.farthest_term, 100 * outside.farthest, describe_policy(outside.policy)));
+    warnings.push_back(fmt::format(
+        "{} of {} clusters have an input outside the trained range{} (farthest: {}, by {} % of its "
+        "range); {}",
+        outside.clusters, clusters.start_s.size(), block ? ", " + describe(*block) : "", outside.farthest_term,
+        format_significant(100 * outside.farthest), describe_policy(outside.policy)));
   }
   if (clusters.length_s != model.cluster_length_s) {
     warnings.push_back(fmt::format("the model was trained on means over {} s, but the clusters are means over {} s",

@@ -343,6 +343,26 @@ std::string_view reserved_ending(std::string_view path) {
   return {};
 }
 
+namespace {
+
+/// Returns whether a status file belongs to an unfinished run with acknowledged seconds, or cannot be read.
+bool is_needed_by_run(const std::string& record_path) {
+  if (!path_exists(status_path(record_path))) return false;
+  const auto status = read_status_file_if_any(record_path);
+  return !status || (!status->finished && status->acknowledged >= 0);
+}
+
+/// Returns the names of files that another record of this name left behind and that a new record would replace.
+std::vector<std::string> find_files_left_behind(const std::string& record_path) {
+  std::vector<std::string> names;
+  for (const auto* ending : {"-wal", ".safe-state"})
+    if (path_exists(record_path + ending)) names.push_back(name_in_folder(record_path + ending));
+  if (is_needed_by_run(record_path)) names.push_back(name_in_folder(status_path(record_path)));
+  return names;
+}
+
+}  // namespace
+
 Result<void> check_name_of_new_record(const std::string& path) {
   const auto refuse = [&](const std::string& why) { return failure(FaultKind::storage, path, why); };
   if (std::error_code error; fs::is_directory(path, error))
@@ -362,6 +382,11 @@ Result<void> check_name_of_new_record(const std::string& path) {
         fmt::format("its run continues in {}, and a record is never overwritten; \"gyrotherm resume {}\" resumes it",
                     files->parts.front().path, path));
   if (files.error().kind != FaultKind::bad_file) return failure(files.error());
+  if (const auto left = find_files_left_behind(path); !left.empty())
+    return refuse(fmt::format(
+        "a record of this name was moved or removed without {}, which a new record would replace; move all files of a "
+        "record together, or choose another name",
+        fmt::join(left, " and ")));
   const auto name = part_name(path);
   const auto whole = name ? find_record_files(name->record) : files;
   if (!whole && whole.error().kind == FaultKind::bad_file) return {};

@@ -123,8 +123,9 @@ struct RecordFiles {
 [[nodiscard]] std::string_view reserved_ending(std::string_view path);
 
 /// Fails with storage if a new record must not have this name: the file exists, parts of a record of this name exist,
-/// an existing record has a part of this name, or the name has a reserved ending. Fails with usage if the name is that
-/// of another kind of file, such as a table.
+/// a moved record of this name left its log, its safe-state file or the status file of its unfinished run behind, an
+/// existing record has a part of this name, or the name has a reserved ending. Fails with usage if the name is that of
+/// another kind of file, such as a table.
 [[nodiscard]] Result<void> check_name_of_new_record(const std::string& path);
 
 /// Returns the first part number above `present` for which neither a part nor a status file exists. Part numbers

@@ -182,6 +182,50 @@ Result<std::optional<LostEnd>> lost_end(const RecordFiles& files) {
 
 namespace {
 
+/// Returns whether the last writer of an unfinished file closed it, so that its log was copied into it. A writer that
+/// ends in order notes this in its last event; it notes the start of a run in its first second.
+Result<bool> was_closed_in_order(Database& database, const RunStatus& held) {
+  if (held.overview.state == RunState::aborted) return true;
+  const auto row = database.first_row(fmt::format(
+      "SELECT kind FROM event WHERE kind IN ('{}', '{}', '{}', '{}') ORDER BY id DESC LIMIT 1",
+      name(EventKind::started), name(EventKind::resumed), name(EventKind::interrupted), name(EventKind::finished)));
+  if (!row) return failure(row.error());
+  if (!*row) return held.slot >= 0;  // rows of another program
+  const auto kind = find_event_kind((*row)->text(0));
+  return kind == EventKind::interrupted || kind == EventKind::finished;
+}
+
+}  // namespace
+
+Result<std::vector<std::string>> missing_files(const RecordFiles& files) {
+  std::vector<std::string> missing;
+  const auto& last = files.parts.back();
+  if (last.is_live_copy) return missing;
+  const auto held = read_record_status(files);
+  if (!held) return failure(held.error());
+  if (held->finished) return missing;
+  auto database = open_part(last);
+  if (!database) return failure(database.error());
+  const auto log = database->path() + "-wal";  // beside the target of a link
+  if (path_exists(log)) return missing;
+  const auto status = read_status_file(files.path);
+  if (status && status->id == held->id) {
+    if (status->acknowledged > held->acknowledged) missing.push_back(name_in_folder(log));
+    return missing;
+  }
+  const auto closed = was_closed_in_order(*database, *held);
+  if (!closed) return failure(closed.error());
+  if (!*closed) missing = {name_in_folder(log), name_in_folder(status_path(files.path))};
+  return missing;
+}
+
+std::string describe_missing(const std::vector<std::string>& names) {
+  return fmt::format("{} {} missing; move all files of a record together", fmt::join(names, " and "),
+                     names.size() == 1 ? "is" : "are");
+}
+
+namespace {
+
 Result<FrameCount> stored_frames(Database& database) {
   FrameCount frames;
   const auto read = database.each_row("SELECT seen, lost, bad FROM frames", [&](const Statement& row) {

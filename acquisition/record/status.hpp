@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "acquisition/record/alarms.hpp"
 #include "acquisition/record/record_files.hpp"
@@ -34,6 +35,14 @@ struct LostEnd {
 /// Compares the record of an unfinished run with the status file of the same run. No program may be writing the record.
 /// Returns nothing if the record has all acknowledged seconds or has no status file. Fails as read_record() does.
 [[nodiscard]] Result<std::optional<LostEnd>> lost_end(const RecordFiles& files);
+
+/// Returns the names of the files that an unfinished record needs and that are missing beside it: the log of its last
+/// file, and the status file if that is missing too. Returns nothing if the last file is complete, as these show: the
+/// status file of the same run acknowledges no later second; the last writer closed the record in order; the run is
+/// finished; the file is a live copy. Fails as read_record() does, also if a program is writing the record.
+[[nodiscard]] Result<std::vector<std::string>> missing_files(const RecordFiles& files);
+/// Describes them: "k.db-wal and k.db.status are missing; move all files of a record together".
+[[nodiscard]] std::string describe_missing(const std::vector<std::string>& names);
 
 /// Reads the alarms from all files of the record. Fails as read_record() does.
 [[nodiscard]] Result<Alarms> read_record_alarms(const RecordFiles& files);

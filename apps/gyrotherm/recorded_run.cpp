@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "acquisition/record/record.hpp"
+#include "acquisition/record/status.hpp"
 #include "analysis/data/outliers.hpp"
 #include "core/file.hpp"
 
@@ -40,12 +41,21 @@ Result<std::optional<ClusterRange>> parse_cluster_range(const std::string& text)
 
 }  // namespace
 
+void warn_of_missing_files(Console& console, const record::RecordFiles& files) {
+  const auto missing = record::missing_files(files);
+  if (!missing || missing->empty()) return;
+  console.print_message(
+      fmt::format("warning: {}: its last seconds may be absent: {}", files.path, record::describe_missing(*missing)));
+}
+
 Result<CheckedRun> check_recorded_run(Console& console, const std::string& path, bool unverified) {
   if (unverified) {
     console.print_message(
         fmt::format("warning: {}: the integrity of the record was not verified (--unverified)", path));
-    return record::find_files_to_read(path).map(
-        [](record::RecordFiles files) { return CheckedRun{.files = std::move(files), .verified = {}}; });
+    return record::find_files_to_read(path).map([&](record::RecordFiles files) {
+      warn_of_missing_files(console, files);
+      return CheckedRun{.files = std::move(files), .verified = {}};
+    });
   }
   auto files = record::find_record_files(path);
   if (!files)
@@ -53,6 +63,7 @@ Result<CheckedRun> check_recorded_run(Console& console, const std::string& path,
   const auto verified = record::verify_record(*files);
   // Reading a locked record fails with a fault that names the writing program.
   if (!verified && !record::is_locked(verified.error())) return failure(verified.error());
+  warn_of_missing_files(console, *files);
   return CheckedRun{.files = std::move(*files), .verified = verified.value_or(record::Verified{})};
 }
 

@@ -21,6 +21,8 @@ struct CheckedRun {
   record::RecordFiles files;
   record::Verified verified;
 };
+/// Prints a warning if files of an unfinished record are missing (record::missing_files).
+void warn_of_missing_files(Console& console, const record::RecordFiles& files);
 /// Finds the files of a record and verifies them (verify_record). Fails with bad_file, which names the first altered
 /// position, or like read_record() if the record cannot be read. With `unverified`, only finds the files and prints a
 /// warning.

@@ -13,6 +13,7 @@
 #include "acquisition/record/run_source.hpp"
 #include "apps/console/command.hpp"
 #include "apps/console/interrupt.hpp"
+#include "apps/gyrotherm/recorded_run.hpp"
 #include "core/clock.hpp"
 #include "core/count_text.hpp"
 #include "core/json.hpp"
@@ -238,13 +239,17 @@ Result<Exit> print_status(Console& console, const std::string& path) {
     console.print(to_json(*status, *guard));
   else
     console.print(describe(*status) + guard_lines(path) + (*guard ? "  " + describe(**guard) + "\n" : ""));
+  if (!status->being_written && !status->finished)
+    if (const auto files = record::find_record_files(path)) warn_of_missing_files(console, *files);
   return Exit::done;
 }
 
 /// Verifies the record. A record that is being written is not opened.
 Result<Exit> verify(Console& console, const std::string& path) {
-  const auto verified = record::verify_record(path);
+  const auto files = record::find_record_files(path);
+  const auto verified = files ? record::verify_record(*files) : failure(files.error());
   if (!verified) return failure(verified.error());
+  warn_of_missing_files(console, *files);
   console.print(console.json ? fmt::format("{{\"rows\": {}, \"files\": {}, \"finished\": {}, \"manifest\": {}}}\n",
                                            verified->rows, verified->files, verified->finished, verified->manifest)
                              : fmt::format("{}: verified, all {} rows are unchanged{}\n", path, verified->rows,

@@ -450,6 +450,7 @@ struct StoppedRun {
   record::RunInfo info;
   run::RunContinuation on;
   Result<std::optional<record::LostEnd>> lost;  ///< lost end of the record
+  std::vector<std::string> missing;             ///< lost files of the record
   run::RunTally tally;
   record::Record history;
 };
@@ -461,6 +462,12 @@ Result<StoppedRun> find_interrupted(Console& console, const std::string& path, c
   if (!files) return failure(files.error());
   auto record = record::read_verified_record(*files);
   if (!record) return failure(record.error());
+  auto missing = record::missing_files(*files);
+  if (!missing) return failure(missing.error());
+  if (!missing->empty() && !options.accept)
+    return failure(FaultKind::interrupted, path,
+                   fmt::format("{}; \"gyrotherm resume {} --accept\" resumes the run without the seconds in them",
+                               record::describe_missing(*missing), path));
   auto on = run::plan_continuation(*record, path, measure_downtime(*record, path, options),
                                    run::run_number(record->info.profile_text));
   if (!on) return failure(on.error());
@@ -478,6 +485,7 @@ Result<StoppedRun> find_interrupted(Console& console, const std::string& path, c
                     .info = record->info,
                     .on = std::move(*on),
                     .lost = std::move(lost),
+                    .missing = std::move(*missing),
                     .tally = run::count_tally(*record, status ? status->faults : 0),
                     .history = std::move(*record)};
 }
@@ -521,6 +529,11 @@ void note_resumption(Console& console, const StoppedRun& run, const run::EntryPo
     run_controller.note(EventKind::note, "accepted: " + on.interruption.mismatched_instruments);
   if (entry.away) run_controller.begin_away(entry.set_point, on.why_stopped, on.interruption.air);
   if (entry.behind) run_controller.begin_behind(entry.set_point);
+  if (!run.missing.empty()) {
+    const auto accepted = fmt::format("resumed without the seconds in {}", fmt::join(run.missing, " and "));
+    console.print_message(fmt::format("warning: {}: {}", run.path, accepted));
+    run_controller.note(EventKind::fault, accepted);
+  }
   if (!run.lost || !*run.lost) return;
   console.print_message(fmt::format("warning: {}: {}", run.path, record::describe(**run.lost)));
   run_controller.note(EventKind::fault, "the record " + describe(**run.lost));

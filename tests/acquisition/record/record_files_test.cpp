@@ -273,6 +273,9 @@ TEST(RunParts, ReserveNamesAgainstNewRecords) {
   const auto refused = fault_text(check_name_of_new_record(path));
   EXPECT_NE(refused.find("its run continues in " + part_path(path, 2)), std::string::npos) << refused;
   fs::remove(part_path(path, 2));
+  EXPECT_NE(fault_text(check_name_of_new_record(path)).find("without run.db.status"), std::string::npos)
+      << "the status file of an unfinished run remains";
+  fs::remove(status_path(path));
   EXPECT_EQ(fault_text(check_name_of_new_record(path)), "");
   const auto fresh = folder / "fresh.db";
   for (const char* ending : {".status", ".sha256", ".socket", ".safe-state", ".made-safe", "-wal", "-shm", "-journal"})
@@ -282,6 +285,39 @@ TEST(RunParts, ReserveNamesAgainstNewRecords) {
   EXPECT_NE(fault_text(check_name_of_new_record(live_copy_path(fresh))).find("end with .live.db"), std::string::npos);
   for (const char* name : {"status", "run-wal.db", "live.db", "sha256.db"})
     EXPECT_EQ(fault_text(check_name_of_new_record(folder / name)), "") << name;
+}
+
+TEST(RunParts, ReserveNameForFilesThatMovedRecordLeftBehind) {
+  const Folder folder;
+  const auto path = folder / "run.db";
+  for (const std::string ending : {"-wal", ".safe-state", ".status"}) {
+    std::ofstream(path + ending) << "left";
+    const auto refused = check_name_of_new_record(path);
+    ASSERT_FALSE(refused) << ending;
+    EXPECT_EQ(refused.error().kind, FaultKind::storage);
+    EXPECT_NE(refused.error().what.find("without run.db" + ending + ","), std::string::npos) << refused.error().what;
+    fs::remove(path + ending);
+    EXPECT_EQ(fault_text(check_name_of_new_record(path)), "") << ending;
+  }
+  std::ofstream(path + "-wal") << "left";
+  std::ofstream(path + ".safe-state") << "left";
+  EXPECT_NE(fault_text(check_name_of_new_record(path)).find("run.db-wal and run.db.safe-state"), std::string::npos);
+}
+
+TEST(RunParts, AllowNameOfRemovedFinishedRecord) {
+  const Folder folder;
+  const auto path = folder / "run.db";
+  auto store = store_with(path, 3);
+  ASSERT_TRUE(store->finish());
+  store.reset();
+  fs::remove(path);
+  ASSERT_TRUE(fs::exists(status_path(path)));
+  EXPECT_EQ(fault_text(check_name_of_new_record(path)), "");
+  RunStatus waiting;  // a program was killed while it waited for serial numbers
+  waiting.path = path;
+  waiting.being_written = true;
+  ASSERT_TRUE(write_status(waiting));
+  EXPECT_EQ(fault_text(check_name_of_new_record(path)), "");
 }
 
 TEST(RunParts, RefuseNamesOfOtherKindsOfFiles) {

@@ -5,7 +5,9 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <filesystem>
 #include <fstream>
+#include <optional>
 #include <random>
 
 #include "acquisition/record/chain.hpp"
@@ -165,7 +167,7 @@ TEST(Status, ReportsMissingRecordAsBadFile) {
 
 namespace {
 
-constexpr int kRecordedSeconds = 40;  ///< too few for a checkpoint
+constexpr int kUnfoldedSeconds = 40;  ///< too few for a checkpoint
 
 /// Leaves an unfinished run of a dead writer, with one transaction per second.
 void leave_unfinished_run(const std::string& path) {
@@ -174,7 +176,7 @@ void leave_unfinished_run(const std::string& path) {
     return;
   }
   auto store = Store::create(path, two_thermometers());
-  for (int slot = 0; store && slot < kRecordedSeconds; ++slot) {
+  for (int slot = 0; store && slot < kUnfoldedSeconds; ++slot) {
     (void)(*store)->append(sample_at(slot), {});
     (void)(*store)->sync();
   }
@@ -199,7 +201,7 @@ TEST(LostEnd, IsFoundWhereverLogIsTruncated) {
     std::filesystem::copy_file(folder / "log", path + "-wal", std::filesystem::copy_options::overwrite_existing);
     std::filesystem::resize_file(path + "-wal", random() % whole);
     const auto last = read_record(path)->slot.size();
-    ASSERT_LT(last, static_cast<std::size_t>(kRecordedSeconds));
+    ASSERT_LT(last, static_cast<std::size_t>(kUnfoldedSeconds));
     const auto words = "ends at second " + std::to_string(static_cast<int>(last) - 1) +
                        ", but second 39 was acknowledged: its end is lost";
     EXPECT_EQ(find_lost_end(path), words);
@@ -237,6 +239,96 @@ TEST(LostEnd, IsReportedOnlyByStatusOfSameRun) {
   store.reset();
   ASSERT_TRUE(write_status(status));
   EXPECT_EQ(find_lost_end(path), "nothing") << "a finished run states its end";
+}
+
+namespace fs = std::filesystem;
+
+/// Leaves an unfinished run whose writer noted `last` in its last second. A dead writer leaves its log.
+void leave_run(const std::string& path, std::optional<EventKind> last, bool is_dead) {
+  const auto child = ::fork();
+  if (child != 0) {
+    ASSERT_EQ(::waitpid(child, nullptr, 0), child);
+    return;
+  }
+  {
+    auto store = Store::create(path, two_thermometers());
+    if (!store) ::_exit(1);
+    for (int slot = 0; slot < 5; ++slot) {
+      std::vector<Event> events;
+      if (slot == 0) events.push_back({{}, EventKind::started, "begun"});
+      if (slot == 4 && last) events.push_back({{}, *last, "ended"});
+      (void)(*store)->append(sample_at(slot), events);
+      (void)(*store)->sync();
+    }
+    if (is_dead) ::_exit(0);
+  }
+  ::_exit(0);
+}
+
+std::string find_missing(const std::string& path) {
+  const auto missing = find_record_files(path).and_then(missing_files);
+  if (!missing) return text(missing.error());
+  return missing->empty() ? "nothing" : describe_missing(*missing);
+}
+
+TEST(MissingFiles, AreNamedWhenRecordWasMovedAlone) {
+  const Folder folder;
+  const auto path = folder / "run.db", moved = folder / "v/run.db";
+  fs::create_directory(folder / "v");
+  leave_run(path, std::nullopt, true);
+  EXPECT_EQ(find_missing(path), "nothing");
+  fs::copy_file(path, moved);
+  EXPECT_EQ(find_missing(moved), "run.db-wal and run.db.status are missing; move all files of a record together");
+  fs::copy_file(status_path(path), status_path(moved));
+  EXPECT_EQ(find_missing(moved), "run.db-wal is missing; move all files of a record together");
+  fs::copy_file(path + "-wal", moved + "-wal");
+  EXPECT_EQ(find_missing(moved), "nothing");
+  fs::remove(status_path(moved));
+  EXPECT_EQ(find_missing(moved), "nothing") << "the log has every second";
+  fs::create_symlink(path, folder / "link.db");
+  EXPECT_EQ(find_missing(folder / "link.db"), "nothing") << "the log is beside the target";
+}
+
+TEST(MissingFiles, AreNamedWhenOtherProgramReplacedStatusFile) {
+  const Folder folder;
+  const auto path = folder / "run.db";
+  leave_run(path, EventKind::resumed, true);
+  fs::remove(path + "-wal");
+  auto other = read_status_file(path).value();
+  other.id = "another";
+  ASSERT_TRUE(write_status(other));
+  EXPECT_NE(find_missing(path).find("run.db-wal and run.db.status"), std::string::npos);
+}
+
+TEST(MissingFiles, AreNoneInFilesThatWereClosedInOrder) {
+  const Folder folder;
+  for (const auto kind : {EventKind::interrupted, EventKind::finished}) {
+    const auto path = folder / name(kind);
+    leave_run(path, kind, false);
+    ASSERT_FALSE(fs::exists(path + "-wal")) << "was copied into the record";
+    EXPECT_EQ(find_missing(path), "nothing") << name(kind);
+    fs::remove(status_path(path));
+    EXPECT_EQ(find_missing(path), "nothing") << name(kind);
+    fs::permissions(path, fs::perms::owner_read);
+    EXPECT_EQ(find_missing(path), "nothing") << name(kind);
+  }
+}
+
+TEST(MissingFiles, AreNoneWhenOtherProgramCopiedLogIntoRecord) {
+  const Folder folder;
+  const auto path = folder / "run.db";
+  leave_run(path, std::nullopt, true);
+  ASSERT_TRUE(Database::open(path, Access::read_write, 0).value().query_text("PRAGMA wal_checkpoint(TRUNCATE)"));
+  ASSERT_FALSE(fs::exists(path + "-wal"));
+  EXPECT_EQ(find_missing(path), "nothing") << "the status file acknowledges no later second";
+}
+
+TEST(MissingFiles, AreNoneInRecordWithoutEvents) {
+  const Folder folder;
+  const auto path = folder / "run.db";
+  store_with(path, 4).reset();
+  fs::remove(status_path(path));
+  EXPECT_EQ(find_missing(path), "nothing");
 }
 
 }  // namespace

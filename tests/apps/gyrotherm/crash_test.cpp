@@ -111,5 +111,49 @@ TEST(Crash, ResumeNeedsOnlyRecord) {
   EXPECT_EQ(resumed.exit_code, 0) << resumed.err;
 }
 
+/// Starts a run and kills it after some seconds.
+void kill_run(const std::string& path, const std::string& log) {
+  Background run({"run", kShortRate, "--rig", "profiles/rigs/virtual.toml", "--pace", "x20", "--out", path, "--json"},
+                 log);
+  ASSERT_TRUE(run.wait_for("acknowledged", 60));
+  std::this_thread::sleep_for(std::chrono::milliseconds(300));
+  run.signal(SIGKILL);
+  ASSERT_EQ(run.wait(), -SIGKILL);
+}
+
+TEST(Crash, RefusesRecordThatWasMovedWithoutItsLog) {
+  const Folder folder;
+  const auto path = folder / "k.db", moved = folder / "v/k.db";
+  kill_run(path, folder / "log");
+  std::filesystem::create_directory(folder / "v");
+  std::filesystem::rename(path, moved);
+  const auto refused = gyrotherm_with("resume " + moved);
+  EXPECT_EQ(refused.exit_code, 5) << refused.err;
+  EXPECT_NE(refused.err.find("k.db-wal and k.db.status are missing"), std::string::npos) << refused.err;
+  EXPECT_NE(gyrotherm_with("status " + moved).err.find("move all files of a record together"), std::string::npos);
+  const auto second = gyrotherm_with(std::string("run ") + kShortRate + " --rig virtual --out " + path);
+  EXPECT_EQ(second.exit_code, 4) << second.err;
+  EXPECT_NE(second.err.find("k.db-wal"), std::string::npos) << second.err;
+  ASSERT_TRUE(std::filesystem::exists(path + "-wal"));
+  for (const char* ending : {"-wal", ".status"}) std::filesystem::rename(path + ending, moved + ending);
+  const auto resumed = gyrotherm_with("resume " + moved);
+  EXPECT_EQ(resumed.exit_code, 0) << resumed.err;
+  const auto record = record::read_record(moved);
+  ASSERT_TRUE(record) << text(record.error());
+  EXPECT_TRUE(record->finished);
+  EXPECT_GT(record->gaps.at(0).first, 0) << "the acknowledged seconds remain";
+}
+
+TEST(Crash, ResumesWithoutLostFilesOnlyIfOperatorAccepts) {
+  const Folder folder;
+  const auto path = folder / "k.db";
+  kill_run(path, folder / "log");
+  std::filesystem::remove(path + "-wal");
+  EXPECT_EQ(gyrotherm_with("resume " + path).exit_code, 5);
+  const auto resumed = gyrotherm_with("resume --accept " + path);
+  EXPECT_EQ(resumed.exit_code, 0) << resumed.err;
+  EXPECT_NE(resumed.err.find("without the seconds in k.db-wal"), std::string::npos) << resumed.err;
+}
+
 }  // namespace
 }  // namespace gyrotherm::app

@@ -56,9 +56,12 @@ Result<UnitSerial> parse_unit_serial(std::string_view text, const RigFile& rig) 
   const auto equals = text.find('=');
   const auto name = std::string(trimmed(text.substr(0, std::min(equals, text.size()))));
   const bool is_named = equals != std::string_view::npos && std::ranges::count(names, name) > 0;
-  if (!is_named && (names.size() > 1 || equals == 0))
-    return refuse(fmt::format("\"{}\" names no position of this rig, expected POSITION=SERIAL with one of {}",
-                              plain(text), fmt::join(names, ", ")));
+  if (!is_named && (names.size() > 1 || equals != std::string_view::npos)) {
+    const auto nearest = find_nearest(name, names);
+    const auto meant = nearest.empty() || name.empty() ? "" : fmt::format("; did you mean {}=?", nearest);
+    return refuse(fmt::format("\"{}\" names no position of this rig, expected POSITION=SERIAL with one of {}{}",
+                              plain(text), fmt::join(names, ", "), meant));
+  }
   const auto number = is_named ? text.substr(equals + 1) : text;
   UnitSerial serial{.unit = is_named ? name : names.front()};
   if (is_named && trimmed(number, " \t\r\n").empty()) return serial;

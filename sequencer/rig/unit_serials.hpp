@@ -21,8 +21,9 @@ struct UnitSerial {
   bool operator==(const UnitSerial&) const = default;
 };
 
-/// Parses "u1=0042", or "u1=" for an empty position. On a rig with one unit, "0042" is sufficient. Fails with usage if
-/// the rig has no unit of that name, or the serial number is invalid.
+/// Parses "u1=0042", or "u1=" for an empty position. On a rig with one unit, "0042" is sufficient; a number
+/// that contains "=" must follow the name of the unit. Fails with usage, naming the nearest unit, if the rig has no
+/// unit of that name, and if the serial number is invalid.
 [[nodiscard]] Result<UnitSerial> parse_unit_serial(std::string_view text, const RigFile& rig);
 
 /// Sets the serial number of a unit, or marks its position as empty. Fails with usage, naming both values, if the rig

@@ -52,7 +52,14 @@ TEST(UnitSerial, NeedsNoPositionIfRigHasOneUnit) {
   const auto rig = make_rig({{"gyro", ""}});
   EXPECT_EQ(parse_unit_serial("0042", rig).value(), (UnitSerial{"gyro", "0042"}));
   EXPECT_EQ(parse_unit_serial("gyro=0042", rig).value(), (UnitSerial{"gyro", "0042"}));
-  EXPECT_EQ(parse_unit_serial("A=7", rig).value(), (UnitSerial{"gyro", "A=7"}));
+  EXPECT_EQ(parse_unit_serial("gyro=A=7", rig).value(), (UnitSerial{"gyro", "A=7"}));
+  for (const auto* other : {"A=7", "gyor=3", "gyor=", "Gyro =3", "=0042"}) {
+    const auto refused = parse_unit_serial(other, rig);
+    ASSERT_FALSE(refused) << other;
+    EXPECT_EQ(refused.error().kind, FaultKind::usage);
+  }
+  EXPECT_NE(parse_unit_serial("gyor=3", rig).error().what.find("did you mean gyro=?"), std::string::npos);
+  EXPECT_EQ(parse_unit_serial("A=7", rig).error().what.find("did you mean"), std::string::npos);
   EXPECT_FALSE(parse_unit_serial("", rig));
 }
 

@@ -10,7 +10,10 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <utility>
+
+#include "core/text.hpp"
 
 namespace gyrotherm::drivers {
 namespace {
@@ -217,6 +220,28 @@ Result<double> decode(const RegisterItem& item, std::span<const std::uint16_t> w
     return failure(FaultKind::out_of_range, item.name,
                    fmt::format("{:g} ({}) is an impossible value", value, to_hex(words)));
   return value;
+}
+
+std::string describe_shared_code(const RegisterItem& item, std::span<const std::string> texts) {
+  std::map<std::int64_t, std::string> names;
+  for (const auto& [name, codes] : item.codes)
+    for (const auto code : codes) {
+      const auto [other, is_new] = names.emplace(code, name);
+      if (is_new || other->second == name) continue;
+      const auto position = static_cast<std::size_t>(code);
+      return fmt::format(
+          "{} and {} are both {}", other->second, name,
+          position < texts.size() ? fmt::format("\"{}\"", plain(texts[position])) : fmt::format("{}", code));
+    }
+  return {};
+}
+
+std::string describe_shared_bit(const RegisterItem& item) {
+  std::map<int, std::string> names;
+  for (const auto& [name, bit] : item.flags)
+    if (const auto [other, is_new] = names.emplace(bit, name); !is_new)
+      return fmt::format("{} and {} are both bit {}", other->second, name, bit);
+  return {};
 }
 
 std::string meaning(const RegisterItem& item, double value) {

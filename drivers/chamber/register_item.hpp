@@ -178,5 +178,10 @@ struct ItemContext {
 
 /// Returns the meaning of a code: its name in the map, `otherwise` if that is set, or the number as text.
 [[nodiscard]] std::string meaning(const RegisterItem& item, double value);
+/// Describes two names of one code: "constant and standby are both 0". If the codes are texts, `texts` has them at the
+/// positions that are the codes. Returns an empty text if all codes differ.
+[[nodiscard]] std::string describe_shared_code(const RegisterItem& item, std::span<const std::string> texts = {});
+/// Describes two flags on one bit: "fan and heater are both bit 3". Returns an empty text if all bits differ.
+[[nodiscard]] std::string describe_shared_bit(const RegisterItem& item);
 
 }  // namespace gyrotherm::drivers

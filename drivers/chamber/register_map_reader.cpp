@@ -176,6 +176,9 @@ RegisterItem read_item(const TomlTable& table, const ItemDefaults& defaults) {
   item.name = table.text("name");
   read_addresses(table, defaults.address_base, item);
   read_form(table, defaults.order, item);
+  // In the memory of programs, the last step may be written like another kind of step.
+  if (auto shared = describe_shared_code(item); !shared.empty()) table.note_error("codes", std::move(shared));
+  if (auto shared = describe_shared_bit(item); !shared.empty()) table.note_error("flags", std::move(shared));
   read_access(table, item);
   read_functions(table, defaults, item);
   read_limits_of_value(table, item);

@@ -4,10 +4,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <charconv>
+#include <map>
 #include <regex>
 #include <utility>
 
+#include "core/text.hpp"
 #include "drivers/line/line_address.hpp"
 
 namespace gyrotherm::drivers {
@@ -32,10 +35,38 @@ TextFrame read_frame(const TomlTable& table) {
   return frame;
 }
 
+/// Describes the slip if a terminator is spelt with letters, such as "CR", or with an escaped backslash. Returns an
+/// empty text for any other terminator.
+std::string describe_spelt_terminator(const std::string& end) {
+  static const std::map<std::string, std::string> written{{"CR", "\\r"},      {"LF", "\\n"},      {"NL", "\\n"},
+                                                          {"CRLF", "\\r\\n"}, {"LFCR", "\\n\\r"}, {"TAB", "\\t"},
+                                                          {"NUL", "\\u0000"}, {"ETX", "\\u0003"}, {"EOT", "\\u0004"},
+                                                          {"\\r", "\\r"},     {"\\n", "\\n"},     {"\\r\\n", "\\r\\n"}};
+  static constexpr std::array kNumbers{"", "one letter", "two letters", "three letters", "four letters"};
+  std::string name;
+  bool is_spelt = !end.empty();
+  for (const char c : end) {
+    const bool is_letter = (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z');
+    const bool separates = c == ' ' || c == '+' || c == '-' || c == '<' || c == '>';
+    is_spelt = is_spelt && (is_letter || separates);
+    if (is_letter) name += static_cast<char>(c >= 'a' ? c - 'a' + 'A' : c);
+  }
+  if (name.empty()) is_spelt = false;
+  const auto known = written.find(is_spelt ? name : end);
+  if (known == written.end() && !is_spelt) return {};
+  const auto what = !is_spelt                       ? std::string("a backslash and a letter")
+                    : name.size() < kNumbers.size() ? std::string(kNumbers[name.size()])
+                                                    : fmt::format("{} letters", name.size());
+  if (known != written.end()) return fmt::format("\"{}\" is {}; write \"{}\"", plain(end), what, known->second);
+  return fmt::format("\"{}\" is {}, expected the characters that end a line, such as \"\\r\\n\"", plain(end), what);
+}
+
 /// Reads the keys that [link] and [link.tcp] or [link.serial] have in common.
 void read_wire(const TomlTable& table, const TemplateReader& templates, TextWire& wire, ModbusLink& settings) {
   const auto line_end = [&](const char* key, std::string& target) {
-    if (table.has(key)) target = table.text(key);
+    if (!table.has(key)) return;
+    target = table.text(key);
+    if (auto slip = describe_spelt_terminator(target); !slip.empty()) table.note_error(key, std::move(slip));
   };
   line_end("question_end", wire.question_end);
   line_end("answer_end", wire.answer_end);

@@ -3,12 +3,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <cctype>
 #include <cmath>
 #include <map>
 #include <memory>
+#include <set>
 #include <span>
 #include <utility>
 
+#include "core/text.hpp"
 #include "drivers/chamber/register_map.hpp"
 #include "drivers/chamber/text_file_reader.hpp"
 #include "drivers/chamber/text_link.hpp"
@@ -64,6 +68,19 @@ std::vector<std::string> find_field_names(const std::string& text) {
     if (end != std::string::npos && text[end] == ':') names.push_back(text.substr(begin + 1, end - begin - 1));
   }
   return names;
+}
+
+/// Returns whether a unit is a spelling of one of a temperature: "degF", "° C", "Kelvin".
+bool is_like_temperature(std::string_view unit) {
+  std::string letters;
+  for (const char c : unit)
+    if (std::isalpha(static_cast<unsigned char>(c)) != 0)
+      letters += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  for (const std::string_view prefix : {"degrees", "degree", "deg", "grad"})
+    if (letters.starts_with(prefix)) letters.erase(0, prefix.size());
+  static const std::set<std::string_view> kNames{"c", "f", "k", "celsius", "fahrenheit", "kelvin", "centigrade"};
+  const bool has_other = unit.find_first_of("/%*^0123456789") != std::string_view::npos;
+  return !has_other && kNames.contains(letters);
 }
 
 /// Reads the items of a file: first all questions with the fields of their answers, then the commands.
@@ -246,6 +263,9 @@ class ItemReader {
       if (all.is_table(name)) read_flags(all.table(name), item);
     }
     read_flags(table.table("flags"), item);
+    if (auto shared = describe_shared_code(item, codes.texts); !shared.empty())
+      table.note_error("codes", std::move(shared));
+    if (auto shared = describe_shared_bit(item); !shared.empty()) table.note_error("flags", std::move(shared));
     item.otherwise = table.text("otherwise", "");
     item.confidence = one_of(kConfidences, table, "confidence", "unverified");
     item.note = table.text("note", "");
@@ -254,6 +274,7 @@ class ItemReader {
 
   void read_number(const TomlTable& table, const FieldForm& form, RegisterItem& item) const {
     const auto unit = table.text("unit", "");
+    check_unit(table, item.name, unit);
     item.fahrenheit = !any_kind_ && unit == "°F";
     item.step = table.boolean("difference", false);
     item.scale = table.number("scale", 1);
@@ -271,6 +292,18 @@ class ItemReader {
     item.seen_within = table.duration("lags", Duration{});
     // A run cannot wait for a set point that is read back seconds later; the next readings verify it.
     item.seen_later = table.boolean("seen_later", item.name == "set_point" && item.seen_within > Duration{});
+  }
+
+  /// Notes an error for a temperature in another unit than °C and °F, which would be read as °C. A difference may be in
+  /// K.
+  void check_unit(const TomlTable& table, const std::string& item, const std::string& unit) const {
+    static constexpr std::array kTemperatures{"air_temperature", "set_point", "dew_point"};
+    const bool is_temperature = std::ranges::count(kTemperatures, item) > 0;
+    if (any_kind_ || unit.empty() || unit == "°C" || unit == "°F") return;
+    if (unit == "K" && table.boolean("difference", false) && !is_temperature) return;
+    if (is_temperature || is_like_temperature(unit))
+      table.note_error(
+          "unit", fmt::format("\"{}\" is not a unit of a temperature, expected one of: \"°C\", \"°F\"", plain(unit)));
   }
 
   void read_command(const TomlTable& table) {

@@ -166,6 +166,13 @@ TEST(RegisterMap, ReportsEachError) {
   EXPECT_NE(with("[identity]\nregister = \"who\"\nvalue = 1").find("no register is named \"who\""), std::string::npos);
   EXPECT_NE(with("[control]\ncommanded = \"air_temperature\"").find("not writable"), std::string::npos);
   EXPECT_NE(with("[control]\ncommanded = \"set_point\"").find("no code named \"on\""), std::string::npos);
+  const std::string state = "[[register]]\nname = \"state\"\naddress = 9\ntype = \"u16\"\n";
+  EXPECT_NE(with((state + "codes = { standby = 0, constant = 0 }").c_str()).find("constant and standby are both 0"),
+            std::string::npos);
+  EXPECT_NE(with((state + "codes = { a = [1, 2], b = [3, 2] }").c_str()).find("a and b are both 2"), std::string::npos);
+  EXPECT_NE(with((state + "flags = { door = 4, fan = 4 }").c_str()).find("door and fan are both bit 4"),
+            std::string::npos);
+  EXPECT_EQ(with((state + "codes = { a = [1, 2], b = 3 }").c_str()), "");
   EXPECT_NE(mistakes_in("schema = \"gyrotherm-chamber/1\"").find("\"air_temperature\""), std::string::npos);
 }
 

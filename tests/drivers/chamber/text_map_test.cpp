@@ -489,6 +489,79 @@ TEST_F(TextWord, ReadsFlagsOfSeveralWordsInOneAnswer) {
   EXPECT_TRUE(chamber->inspect()->must_stop);
 }
 
+/// Returns the errors of the first test map after a replacement; empty if there are none.
+std::string errors_after(const std::string& from, const std::string& to) {
+  std::string file = kMap;
+  file.replace(file.find(from), from.size(), to);
+  const auto map = parse_register_map(file, "test.toml");
+  return map ? "" : map.error().where + map.error().what;
+}
+
+TEST(TextMap, RefusesOtherUnitsOfTemperatures) {
+  const std::string line = "lags = \"2 s\"\n";
+  for (const auto* unit : {"degF", "K", "° F", "°f", "deg C", "Celsius", "º C", "%", "kelvin"})
+    EXPECT_NE(errors_after("ask = \"TEMP?\"\n", "unit = \"" + std::string(unit) + "\"\nask = \"TEMP?\"\n")
+                  .find("expected one of: \"°C\", \"°F\""),
+              std::string::npos)
+        << unit;
+  for (const auto* unit : {"°C", "°F", ""})
+    EXPECT_EQ(errors_after("ask = \"TEMP?\"\n", "unit = \"" + std::string(unit) + "\"\nask = \"TEMP?\"\n"), "") << unit;
+  const auto other = [](const std::string& keys) {
+    return errors_after("[control]",
+                        "[[item]]\nname = \"other\"\nask = \"O?\"\nanswer = \"{value:f}\"\n" + keys + "\n[control]");
+  };
+  for (const auto* unit : {"%", "K/min", "s", "°C", "°F", "1", "deg", "°C/min"})
+    EXPECT_EQ(other("unit = \"" + std::string(unit) + "\""), "") << unit;
+  EXPECT_EQ(other("unit = \"K\"\ndifference = true"), "");
+  for (const auto* unit : {"K", "degC", "°c", "Fahrenheit"})
+    EXPECT_NE(other("unit = \"" + std::string(unit) + "\""), "") << unit;
+}
+
+TEST(TextMap, RefusesTwoNamesOfOneCode) {
+  const std::string codes = "{ standby = \"STANDBY\", constant = \"CONSTANT\" }";
+  EXPECT_NE(errors_after(codes, "{ standby = \"STANDBY\", constant = [\"RUN\", \"STANDBY\"] }")
+                .find("constant and standby are both \"STANDBY\""),
+            std::string::npos);
+  EXPECT_EQ(errors_after(codes, "{ standby = \"STANDBY\", constant = [\"RUN\", \"CONSTANT\"] }"), "");
+  const auto numbers = [](const std::string& keys) {
+    return errors_after("[control]",
+                        "[[item]]\nname = \"other\"\nask = \"O?\"\nanswer = \"{value:d}\"\n" + keys + "\n[control]");
+  };
+  EXPECT_NE(numbers("codes = { off = 3, on = 4, held = [7, 3] }").find("held and off are both 3"), std::string::npos);
+  EXPECT_EQ(numbers("codes = { off = [3, 3], on = 4 }"), "") << "one name";
+  EXPECT_NE(numbers("flags = { door = 2, fan = 2 }").find("door and fan are both bit 2"), std::string::npos);
+  EXPECT_EQ(numbers("flags = { door = 2, fan = 3 }"), "");
+}
+
+TEST(TextMap, RefusesSpeltTerminators) {
+  const std::string end = "question_end = \"\\r\\n\"";
+  for (const auto& [spelt, what] :
+       {std::pair(R"("CR")", R"("CR" is two letters; write "\r")"), std::pair(R"("lf")", R"(write "\n")"),
+        std::pair(R"("CRLF")", R"("CRLF" is four letters; write "\r\n")"), std::pair(R"("CR LF")", R"(write "\r\n")"),
+        std::pair(R"("<CR><LF>")", R"(write "\r\n")"), std::pair(R"("\\r")", R"(write "\r")"),
+        std::pair(R"('\r\n')", R"(write "\r\n")"), std::pair(R"("X")", R"("X" is one letter, expected)"),
+        std::pair(R"("ETX")", R"(write "\u0003")")})
+    EXPECT_NE(errors_after(end, "question_end = " + std::string(spelt)).find(what), std::string::npos)
+        << errors_after(end, "question_end = " + std::string(spelt));
+  for (const auto* good : {R"("\r")", R"("\n")", R"("\r\n")", R"(";")", R"("\u0003")", R"(">")", R"("#\r")", R"("")"})
+    EXPECT_EQ(errors_after(end, "question_end = " + std::string(good)), "") << good;
+  EXPECT_NE(errors_after("answer_end = \"\\r\\n\"", "answer_end = \"LF\"").find("two letters"), std::string::npos);
+}
+
+TEST_F(TextChamber, NamesRemedyOfLineThatRepeatsQuestion) {
+  for (const bool at_once : {false, true}) {
+    line->answer = [&](const std::string& question) {
+      if (!at_once) line->coming.push_back(question + "\r\n");
+      return (at_once ? question + "\r\n" : "") + respond(question);
+    };
+    const auto identity = chamber->identify();
+    ASSERT_FALSE(identity);
+    EXPECT_NE(identity.error().what.find("repeats the question \"TYPE?\"; set echo = true in [chamber.link]"),
+              std::string::npos)
+        << identity.error().what;
+  }
+}
+
 TEST(TextMap, RejectedItemCausesOneError) {
   for (const auto& [from, to] :
        {std::pair<std::string, std::string>("{running:s1}{error:s1}", "{running:s}{error:s1}"),

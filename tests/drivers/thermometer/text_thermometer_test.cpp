@@ -359,6 +359,9 @@ TEST(ThermometerDescriptions, RefuseErrors) {
   expect("{value:f*2,}", "{value:f*2,} {air:f}", "\"air\" has no meaning here");
   expect("range = [-100, 200]", "range = [200, -100]", "expected [lowest, highest]");
   expect("count = 2", "count = 65", "expected 1 to 64");
+  for (const auto* unit : {"degF", "° F", "°f", "kelvin"})
+    expect("unit = \"°F\"", "unit = \"" + std::string(unit) + "\"", "°F");
+  expect("[link.tcp]\n", "[link.tcp]\nquestion_end = \"CR\"\n", "\"CR\" is two letters; write \"\\r\"");
   expect("count = 2\n", "", "expected one of \"count\" and \"inputs\"");
   expect("\"ID?\"", "\"ID?\"\npattern = \"(a|b)\"", "is not a regular expression without groups");
   expect("[[item]]", "[sequence]\nprepare = [{ tell = \"A {x:d}\" }]\n[[item]]", "the field \"x\" has no value here");

@@ -23,6 +23,11 @@ constexpr int kLongestSpellFactor = 5;
 /// air changes by kAirMoved.
 constexpr Kelvins kAirMoved{10};
 constexpr Duration kAirMovedTime = std::chrono::minutes(10);
+/// A channel that moved is declared frozen after this number of missing steps, if the air has moved on by kAheadK in
+/// the same direction.
+constexpr double kMissingSteps = 20;
+constexpr double kAheadK = 1;
+constexpr std::size_t kReadingsOfPace = 60, kLeastReadingsOfPace = 20;
 /// The air follows a set point within this time; later changes are noise.
 constexpr Duration kSettlingTime = std::chrono::minutes(1);
 constexpr Kelvins kSameSetPoint{0.02};
@@ -45,6 +50,28 @@ void update_rest_time(const Sample& sample, const LivenessSecond& second, Livene
   memory.at_rest = {};
 }
 
+/// Returns the channels of an instrument that move.
+std::vector<MovingChannel> find_moving(const std::vector<std::size_t>& columns, const LivenessMemory& memory) {
+  std::vector<MovingChannel> moving;
+  for (const auto i : columns)
+    if (i < memory.last_minute.size() && memory.last_minute[i].pace() != 0)
+      moving.push_back({.pace = memory.last_minute[i].pace(), .step = memory.thermometers[i].step()});
+  return moving;
+}
+
+/// Adds a second of a spell. A body that follows the air does not stop while the air moves on.
+void update_moving(std::vector<MovingChannel>& moving, Kelvins air_moved) {
+  for (auto& channel : moving) {
+    channel.air_ahead = channel.pace > 0 ? air_moved.value : -air_moved.value;
+    if (channel.air_ahead >= 0) channel.missing_steps += std::abs(channel.pace) / channel.step;
+  }
+}
+
+/// Returns whether a channel would have changed its last digit many times if it had followed the air.
+bool lacks_steps(const MovingChannel& channel) {
+  return channel.missing_steps >= kMissingSteps && channel.air_ahead >= kAheadK;
+}
+
 /// Updates the spell of one instrument. `identical` is the smallest count of identical readings among its channels.
 void update_spell(const InterlockLimits& limits, int identical, double improbability, const std::optional<Celsius>& air,
                   Duration elapsed, IdenticalSpell& memory) {
@@ -58,19 +85,25 @@ void update_spell(const InterlockLimits& limits, int identical, double improbabi
   memory.duration += elapsed;
   if (air && !memory.air_before) memory.air_before = air;
   if (air) memory.air_moved = std::max(memory.air_moved, abs(*air - *memory.air_before));
-  const bool beyond_noise =
-      improbability > kImprobabilityLimit && memory.duration > kLongestSpellFactor * memory.longest_before;
+  if (air) update_moving(memory.moving, *air - *memory.air_before);
+  const bool is_longest = memory.duration > kLongestSpellFactor * memory.longest_before;
+  const bool beyond_noise = improbability > kImprobabilityLimit && is_longest;
+  const bool beyond_movement = is_longest && std::ranges::any_of(memory.moving, lacks_steps);
   const bool beyond_air = memory.air_moved >= kAirMoved && memory.duration >= kAirMovedTime;
-  memory.frozen = memory.duration >= limits.frozen_after && (beyond_noise || beyond_air);
+  memory.frozen = memory.duration >= limits.frozen_after && (beyond_noise || beyond_movement || beyond_air);
 }
 
 void update_thermometers(const InterlockLimits& limits, const Sample& sample, Duration elapsed,
                          LivenessMemory& memory) {
   const bool is_settled = memory.at_rest >= kSettlingTime;
   memory.thermometers.resize(sample.thermometers.size());
+  memory.last_minute.resize(sample.thermometers.size());
   memory.instruments.resize(limits.instruments.size());
   for (std::size_t i = 0; i < sample.thermometers.size(); ++i)
-    if (const auto& reading = sample.thermometers[i].value) memory.thermometers[i].add(reading->value, is_settled);
+    if (const auto& reading = sample.thermometers[i].value) {
+      memory.thermometers[i].add(reading->value, is_settled);
+      memory.last_minute[i].add(reading->value);
+    }
   const auto air = sample.chamber.value ? std::optional(sample.chamber.value->air) : std::nullopt;
   for (std::size_t k = 0; k < limits.instruments.size(); ++k) {
     std::optional<int> identical;
@@ -81,6 +114,7 @@ void update_thermometers(const InterlockLimits& limits, const Sample& sample, Du
       improbability += memory.thermometers[i].improbability();
     }
     if (identical) update_spell(limits, *identical, improbability, air, elapsed, memory.instruments[k]);
+    if (identical == 0) memory.instruments[k].moving = find_moving(limits.instruments[k].columns, memory);
   }
   if (!air) return;
   memory.air_noise.add(air->value, is_settled);
@@ -212,6 +246,20 @@ void Noise::add(double value, bool at_rest) {
   step_ = std::min(step_, std::abs(change));
   last_change_ = change;
   identical_ = 0;
+}
+
+void LastMinute::add(double value) {
+  values_.push_back(value);
+  if (values_.size() > kReadingsOfPace) values_.pop_front();
+}
+
+std::optional<double> LastMinute::last() const {
+  return values_.empty() ? std::nullopt : std::optional(values_.back());
+}
+
+double LastMinute::pace() const {
+  if (values_.size() < kLeastReadingsOfPace) return 0;
+  return (values_.back() - values_.front()) / static_cast<double>(values_.size() - 1);
 }
 
 double Noise::improbability() const { return -identical_ * std::log1p(-std::min(share_, kMaxNoiseShare)); }

@@ -3,6 +3,7 @@
 /// thermometers that do not respond, jump or drift. Plain values; any thread.
 #pragma once
 
+#include <deque>
 #include <limits>
 #include <optional>
 #include <string>
@@ -25,6 +26,8 @@ class Noise {
   [[nodiscard]] int identical() const { return identical_; }
   /// Returns −ln of the probability of the current spell of identical readings; 0 while the noise is unknown.
   [[nodiscard]] double improbability() const;
+  /// Returns the smallest change so far; infinity if there was none.
+  [[nodiscard]] double step() const { return step_; }
 
  private:
   std::optional<double> last_;
@@ -37,6 +40,28 @@ class Noise {
   int identical_{}, identical_at_rest_{};
 };
 
+/// The latest readings of one channel, up to a minute of them.
+class LastMinute {
+ public:
+  void add(double value);
+  [[nodiscard]] std::optional<double> last() const;
+  /// Returns the mean change per reading; 0 before there are enough readings.
+  [[nodiscard]] double pace() const;
+
+ private:
+  std::deque<double> values_;
+};
+
+/// A channel that moved when a spell of identical readings began.
+struct MovingChannel {
+  double pace{};  ///< K per reading, before the spell
+  double step{};  ///< K
+  /// Movement of the air since the beginning, in the direction of the channel, in K.
+  double air_ahead{};
+  /// Steps that are missing in the spell, because the air did not turn back.
+  double missing_steps{};
+};
+
 /// A spell of identical readings of one instrument: every channel repeats its last reading.
 struct IdenticalSpell {
   int samples{};
@@ -46,6 +71,8 @@ struct IdenticalSpell {
   std::optional<Celsius> air_before{};  ///< at the spell's beginning
   /// Largest change of the air since then.
   Kelvins air_moved{};
+  /// Channels that moved at the spell's beginning.
+  std::vector<MovingChannel> moving{};
   bool frozen{};
 };
 
@@ -82,6 +109,7 @@ struct ThermometerPast {
 
 struct LivenessMemory {
   std::vector<Noise> thermometers;          ///< one per column
+  std::vector<LastMinute> last_minute;      ///< one per column
   std::vector<IdenticalSpell> instruments;  ///< order of InterlockLimits::instruments
   Noise air_noise;
   IdenticalSpell air;

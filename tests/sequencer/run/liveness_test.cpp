@@ -113,6 +113,36 @@ TEST(Frozen, FindsInstrumentThatNeverChangedAfterAirMoved) {
   EXPECT_TRUE(bench.has(InterlockId::frozen));
 }
 
+/// The noise is not known yet, because the set point has not been constant for a minute.
+TEST(Frozen, FindsInstrumentThatStopsDuringFirstRamp) {
+  for (const auto& quality : {Quality{0.01, 0.01}, Quality{0, 0.01}, Quality{0, 0.1}, Quality{0.005, 0.1}})
+    for (const double step : {0.05, -0.05}) {
+      NoisyBench bench(quality, {0.05, 0.1});
+      bench.pass(10);
+      bench.pass(50, step);
+      bench.first_is_frozen = true;
+      bench.pass(50, step);
+      EXPECT_FALSE(bench.has(InterlockId::frozen)) << "frozen_after has not passed";
+      bench.pass(20, step);
+      EXPECT_EQ(std::ranges::count(bench.raised, "frozen thermometer 1"), 1)
+          << quality.noise << " K, in steps of " << quality.resolution;
+      EXPECT_EQ(std::ranges::count(bench.raised, "frozen thermometer 2"), 0);
+    }
+}
+
+TEST(Frozen, IgnoresInstrumentThatStopsWithTheAir) {
+  for (const auto& quality : {Quality{0.005, 0.1}, Quality{0, 0.1}, Quality{0, 0.01}, Quality{0, 0}, Quality{0, 1}}) {
+    NoisyBench bench(quality, {0.05, 0.1});
+    for (const double step : {0.05, -0.05, 0.002, -0.01, 0.1}) {
+      bench.pass(300, step);
+      bench.pass(600);
+    }
+    for (int i = 0; i < 20; ++i) bench.pass(100, i % 2 == 0 ? 0.03 : -0.03);
+    EXPECT_EQ(std::ranges::count(bench.raised, "frozen thermometer 1"), 0) << quality.resolution;
+    EXPECT_EQ(std::ranges::count(bench.raised, "frozen thermometer 2"), 0) << quality.resolution;
+  }
+}
+
 TEST(Frozen, IgnoresCoarseAndNoiselessInstrumentsDuringSoak) {
   for (const auto& quality : {Quality{0.005, 0.1}, Quality{0.02, 0.1}, Quality{0, 0.1}, Quality{0, 0}}) {
     NoisyBench bench(quality, quality);

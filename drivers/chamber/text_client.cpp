@@ -14,14 +14,8 @@ namespace {
 
 /// A shorter identity may also be the answer to another question.
 constexpr std::size_t kShortestIdentity = 5;
-constexpr std::size_t kLongestQuote = 80;
 /// Number of failed questions in a row after which another unit may be on the line.
 constexpr int kFailuresUntilNewUnit = 5;
-
-std::string quote_line(const std::string& line) {
-  const bool is_long = line.size() > kLongestQuote;
-  return fmt::format("\"{}{}\"", plain(line.substr(0, kLongestQuote)), is_long ? "…" : "");
-}
 
 TextExchangeOptions exchange_options(const RegisterMap& unit, const Clock* clock) {
   const auto& wire = unit.link.text;
@@ -97,8 +91,12 @@ Fault TextClient::noted(Fault fault, const std::string& question) {
     identity_answer_.clear();
   }
   fault.where = place_;
-  if (fault.kind == FaultKind::timeout)
+  if (received_text(fault.what) == std::string(kReceived) + quote_line(prefix_ + question)) {
+    fault.kind = FaultKind::corrupted;
+    fault.what = echo_hint(question);
+  } else if (fault.kind == FaultKind::timeout) {
     fault.what = fmt::format("no answer to {}: {}", quote_line(question), fault.what);
+  }
   return fault;
 }
 
@@ -124,7 +122,27 @@ Result<void> TextClient::send_line(const std::string& command) {
   return sent ? Result<void>{} : failure(noted(std::move(sent.error()), command));
 }
 
+Result<void> TextClient::send_unconfirmed(const std::string& command) {
+  exchange_.set_time_limit(unit_.link.modbus.timeout);
+  auto sent = exchange_.send_unconfirmed(prefix_ + command);
+  exchange_.rest_before_next(unit_.link.text.after_write);
+  return sent ? Result<void>{} : failure(noted(std::move(sent.error()), command));
+}
+
+bool TextClient::is_echo(const std::string& question, const std::string& answer) const {
+  return answer == question || answer == prefix_ + question;
+}
+
+std::string TextClient::echo_hint(const std::string& question) const {
+  return fmt::format("the line repeats the question {}; set echo = true in [{}.link]", quote_line(prefix_ + question),
+                     unit_.find("air_temperature") ? "chamber" : "thermometer");
+}
+
 tl::unexpected<Fault> TextClient::not_understood(const std::string& question, const std::string& answer) {
+  if (is_echo(question, answer)) {
+    exchange_.reject_answer();
+    return failure(FaultKind::corrupted, place_, echo_hint(question));
+  }
   for (const auto& refused : text_.refused)
     if (const auto found = refused.match(answer))
       return failure(FaultKind::refused, place_,
@@ -149,6 +167,8 @@ Result<TextAnswer> TextClient::ask_any(const std::string& question, const std::v
                                        NumberCheck check) {
   auto line = ask_line(question);
   if (!line) return failure(std::move(line.error()));
+  // A command may be acknowledged by itself.
+  if (check != NumberCheck::none && is_echo(question, *line)) return not_understood(question, *line);
   for (const auto& form : answers) {
     auto fields = form.match(*line, check);
     if (!fields) continue;

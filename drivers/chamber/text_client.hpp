@@ -40,6 +40,8 @@ class TextClient {
                                        std::optional<Duration> within = {});
   /// Sends a command. If `acknowledged` is not empty, the unit must acknowledge it by a line that fits.
   [[nodiscard]] Result<void> tell(const std::string& command, const std::vector<TextTemplate>& acknowledged = {});
+  /// Sends a command although the answers of the unit cannot be understood (TextExchange::send_unconfirmed).
+  [[nodiscard]] Result<void> send_unconfirmed(const std::string& command);
   /// Returns the refusal or the fault that an answer means if it is not an answer to its question.
   [[nodiscard]] tl::unexpected<Fault> not_understood(const std::string& question, const std::string& answer);
 
@@ -61,6 +63,10 @@ class TextClient {
   void note_identity(const std::string& line);
   [[nodiscard]] Result<std::string> ask_line(const std::string& question);
   [[nodiscard]] Result<void> send_line(const std::string& command);
+  /// Returns whether an answer repeats its question, as on a line that returns what is sent.
+  [[nodiscard]] bool is_echo(const std::string& question, const std::string& answer) const;
+  /// Describes the fault of a line that returns what is sent, and its remedy.
+  [[nodiscard]] std::string echo_hint(const std::string& question) const;
   [[nodiscard]] std::string reason(const FieldValues& fields, const std::string& answer) const;
 
   const RegisterMap& unit_;

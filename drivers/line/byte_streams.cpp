@@ -19,11 +19,13 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <string_view>
 #include <utility>
 #include <vector>
 
 #include "core/deadline.hpp"
 #include "core/file.hpp"
+#include "core/text.hpp"
 #include "drivers/line/pauses.hpp"
 
 namespace gyrotherm::drivers {
@@ -327,13 +329,13 @@ std::unique_ptr<ByteStream> make_serial_stream(std::string device, const SerialF
 
 namespace {
 
-constexpr std::size_t kMaxStrayBytes = 8;
 /// Maximum silence within an echo. A gateway may delay its second packet until the first is acknowledged.
 constexpr Duration kEchoGap = std::chrono::milliseconds(250);
 
 class EchoStream final : public ByteStream {
  public:
-  EchoStream(std::unique_ptr<ByteStream> line, const Clock* clock) : line_(std::move(line)), clock_(clock) {}
+  EchoStream(std::unique_ptr<ByteStream> line, std::size_t most_stray_bytes, const Clock* clock)
+      : line_(std::move(line)), most_stray_bytes_(most_stray_bytes), clock_(clock) {}
 
   Result<std::size_t> read(std::span<std::byte> buffer, Duration within) override {
     if (after_echo_.empty()) return line_->read(buffer, within);
@@ -353,16 +355,14 @@ class EchoStream final : public ByteStream {
     while (true) {
       const auto size = line_->read(buffer, std::min(kEchoGap, deadline.left()));
       if (!size && size.error().kind != FaultKind::timeout) return failure(size.error());
-      if (!size) return echo_fault(received.size(), bytes.size());
+      if (!size) return echo_fault(received);
       received.insert(received.end(), buffer.begin(), buffer.begin() + static_cast<std::ptrdiff_t>(*size));
       const auto echo = std::ranges::search(received, bytes);
       if (!echo.empty()) {
         after_echo_.assign(echo.end(), received.end());
         return {};
       }
-      if (received.size() >= bytes.size() + kMaxStrayBytes)
-        return failure(FaultKind::corrupted, "",
-                       "the echo differs from the bytes sent; check the adapter, or remove \"echo\"");
+      if (received.size() >= bytes.size() + most_stray_bytes_) return echo_fault(received);
     }
   }
 
@@ -370,15 +370,20 @@ class EchoStream final : public ByteStream {
   void end_rest() override { line_->end_rest(); }
 
  private:
-  [[nodiscard]] static tl::unexpected<Fault> echo_fault(std::size_t received, std::size_t sent) {
-    if (received == 0)
+  [[nodiscard]] static tl::unexpected<Fault> echo_fault(std::span<const std::byte> received) {
+    constexpr std::size_t kLongestQuote = 80;
+    if (received.empty())
       return failure(FaultKind::timeout, "", "no echo received; check the adapter, or remove \"echo\"");
-    return failure(
-        FaultKind::corrupted, "",
-        fmt::format("the echo has {} bytes, but {} were sent; check the adapter, or remove \"echo\"", received, sent));
+    const std::string_view text(reinterpret_cast<const char*>(received.data()), received.size());
+    return failure(FaultKind::corrupted, "",
+                   fmt::format("the echo differs from the bytes sent; check the adapter, or remove \"echo\"; "
+                               "received \"{}{}\"",
+                               plain(text.substr(0, kLongestQuote)), text.size() > kLongestQuote ? "…" : ""));
   }
 
   std::unique_ptr<ByteStream> line_;
+  /// Maximum number of bytes around the echo.
+  std::size_t most_stray_bytes_;
   const Clock* clock_;
   /// Bytes that arrived after the echo, in the same reads.
   std::vector<std::byte> after_echo_;
@@ -386,8 +391,9 @@ class EchoStream final : public ByteStream {
 
 }  // namespace
 
-std::unique_ptr<ByteStream> make_echo_stream(std::unique_ptr<ByteStream> line, const Clock* clock) {
-  return std::make_unique<EchoStream>(std::move(line), clock);
+std::unique_ptr<ByteStream> make_echo_stream(std::unique_ptr<ByteStream> line, const Clock* clock,
+                                             std::size_t most_stray_bytes) {
+  return std::make_unique<EchoStream>(std::move(line), most_stray_bytes, clock);
 }
 
 }  // namespace gyrotherm::drivers

@@ -66,11 +66,14 @@ struct SerialPortFound {
 [[nodiscard]] std::unique_ptr<ByteStream> make_serial_stream(std::string device, const SerialFormat& format);
 
 /// Wraps `line`, whose adapter echoes everything that is sent, as two-wire RS-485 adapters with an active receiver do.
-/// Each write reads its echo and compares it, so reads return only bytes from other devices. Up to eight stray bytes
-/// before the echo are ignored, because no answer can precede the echo. A write fails as a write to `line` does, with
-/// timeout if no byte returns within 250 ms, and with corrupted if the returned bytes differ; even then an answer may
-/// follow. `clock` must be the clock of `line` and outlive the stream; null means the steady clock.
+/// Each write reads its echo and compares it, so reads return only bytes from other devices. Up to `most_stray_bytes`
+/// before the echo are ignored, because no answer can precede the echo; a unit that sends lines without a question
+/// needs room for one of them. A write fails as a write to `line` does, with timeout if no byte returns within 250 ms,
+/// and with corrupted, quoting the returned bytes, if these differ; even then an answer may follow. `clock` must be the
+/// clock of `line` and outlive the stream; null means the steady clock.
+inline constexpr std::size_t kUsualStrayBytes = 8;
 [[nodiscard]] std::unique_ptr<ByteStream> make_echo_stream(std::unique_ptr<ByteStream> line,
-                                                           const Clock* clock = nullptr);
+                                                           const Clock* clock = nullptr,
+                                                           std::size_t most_stray_bytes = kUsualStrayBytes);
 
 }  // namespace gyrotherm::drivers

@@ -8,12 +8,14 @@
 #include <utility>
 
 #include "core/deadline.hpp"
+#include "core/text.hpp"
 
 namespace gyrotherm::drivers {
 
 namespace {
 
 constexpr std::size_t kReadBufferSize = 256;
+constexpr std::size_t kLongestQuote = 80;
 /// Bytes that an idle bus adds between lines. They do not occur in a line.
 constexpr std::string_view kNoise("\0\xFF", 2);
 
@@ -22,6 +24,10 @@ void remove_noise_before(std::string& text) { text.erase(0, std::min(text.find_f
 constexpr Duration kRestPeriod = std::chrono::milliseconds(3250);
 
 }  // namespace
+
+std::string quote_line(std::string_view line) {
+  return fmt::format("\"{}{}\"", plain(line.substr(0, kLongestQuote)), line.size() > kLongestQuote ? "…" : "");
+}
 
 TextExchange::TextExchange(std::unique_ptr<ByteStream> line, TextExchangeOptions options)
     : line_(std::move(line)), options_(std::move(options)) {}
@@ -58,9 +64,10 @@ Result<std::string> TextExchange::receive(const ResyncQuery& expected) {
         line_->read(std::span(buffer).first(std::min(kReadBufferSize, options_.longest - text.size())), patience);
     if (!size) {
       const bool is_end = ends_by_silence && !text.empty() && size.error().kind == FaultKind::timeout;
-      if (!is_end) return failure(size.error());
-      if (expected.accepts(text)) return text;
-      return failure(FaultKind::corrupted, "", "answer to another question");
+      if (expected.accepts(text) && is_end) return text;
+      if (!text.empty()) discarded_ = text;
+      if (!is_end) return failure(with_discarded(size.error()));
+      return failure(with_discarded({FaultKind::corrupted, "", "answer to another question"}));
     }
     text.append(reinterpret_cast<const char*>(buffer.data()), *size);
     remove_noise_before(text);
@@ -69,14 +76,46 @@ Result<std::string> TextExchange::receive(const ResyncQuery& expected) {
       auto after = text.substr(end + options_.answer_end.size());
       remove_noise_before(after);
       text.resize(end);
-      if (expected.accepts(text))
-        return after.empty() ? Result<std::string>(std::move(text))
-                             : failure(FaultKind::corrupted, "", "more than one line in the answer");
-      text = after;
+      if (expected.accepts(text) && after.empty()) return text;
+      if (expected.accepts(text)) {
+        discarded_ = text;
+        return failure(with_discarded({FaultKind::corrupted, "", "more than one line in the answer"}));
+      }
+      discarded_ = std::exchange(text, std::move(after));
     }
     if (text.size() == options_.longest)
       return failure(FaultKind::corrupted, "", fmt::format("no end of line in {} bytes", options_.longest));
   }
+}
+
+Fault TextExchange::with_discarded(Fault fault) const {
+  if (!discarded_.empty() && fault.kind != FaultKind::disconnected)
+    fault.what += std::string(kReceived) + quote_line(discarded_);
+  return fault;
+}
+
+Result<void> TextExchange::discard(Duration first_pause, Duration pause, Duration within) {
+  std::array<std::byte, kReadBufferSize> stale;
+  const Deadline deadline(within, options_.clock);
+  for (auto silence = first_pause; !deadline.has_passed(); silence = pause) {
+    const auto size = line_->read(stale, std::min(silence, deadline.left()));
+    if (!size && size.error().kind == FaultKind::disconnected) return failure(size.error());
+    if (!size) return {};
+  }
+  return {};
+}
+
+/// Waits after the command too, because a unit may not take the next command while it answers this one.
+Result<void> TextExchange::send_unconfirmed(std::string_view command) {
+  end_rest();
+  const auto pause = std::max(options_.pause, quiet_until_ ? quiet_until_->left() : Duration{});
+  quiet_until_.reset();
+  if (auto ready = discard(pause, pause, std::max(pause, options_.within)); !ready) return ready;
+  const auto sent = transmit(command);
+  must_resynchronise_ = answer_may_come_late_ = true;
+  // An echo that differs shows that the bytes were sent.
+  if (!sent && sent.error().kind != FaultKind::corrupted) return sent;
+  return discard(options_.within, options_.pause, options_.within);
 }
 
 Result<void> TextExchange::transmit(std::string_view text) {
@@ -91,6 +130,7 @@ Result<std::string> TextExchange::exchange(std::string_view question, const Resy
   answer_may_come_late_ = true;
   auto answer = receive(expected);
   answer_may_come_late_ = !answer;
+  if (answer) discarded_.clear();
   return answer;
 }
 
@@ -105,7 +145,8 @@ Result<void> TextExchange::send_resync(const ResyncQuery& resync) {
 
 /// Waits for silence, and resynchronises after a lost answer.
 Result<void> TextExchange::prepare(const ResyncQuery& resync) {
-  if (rest_ && !rest_->has_passed()) return failure(FaultKind::timeout, "", "waiting after lost answers");
+  if (rest_ && !rest_->has_passed())
+    return failure(with_discarded({FaultKind::timeout, "", "waiting after lost answers"}));
   rest_.reset();
   if (auto silent = wait_for_silence(must_resynchronise_ && !resync.question.empty()); !silent) return silent;
   return must_resynchronise_ && !resync.question.empty() ? send_resync(resync) : Result<void>{};

@@ -49,12 +49,24 @@ struct ResyncQuery {
   }
 };
 
+/// Begins the end of a fault's text that quotes the last received line, which answers no question.
+inline constexpr std::string_view kReceived = "; received ";
+/// Returns that end: `; received "@04PV=+0021.0"`. Returns an empty text if the fault has none.
+[[nodiscard]] inline std::string received_text(const std::string& fault) {
+  const auto begin = fault.rfind(kReceived);
+  return begin == std::string::npos ? "" : fault.substr(begin);
+}
+
+/// Returns a received line in quotation marks, without control characters, up to 80 bytes.
+[[nodiscard]] std::string quote_line(std::string_view line);
+
 class TextExchange {
  public:
   TextExchange(std::unique_ptr<ByteStream> line, TextExchangeOptions options);
 
   /// Discards unread bytes on the line, sends `question` and returns its one-line answer. Fails with timeout,
-  /// disconnected or corrupted (no silence, no end within the longest answer, or bytes after the end).
+  /// disconnected or corrupted (no silence, no end within the longest answer, or bytes after the end). The fault quotes
+  /// the last line that arrived instead of the answer (received_text()).
   ///
   /// After an unanswered question, sends `resync` before `question` and requires its answer, so a late answer is not
   /// accepted for `question`. Before that, the line must be silent for `within`, unless the instrument is the only one
@@ -65,6 +77,10 @@ class TextExchange {
   [[nodiscard]] Result<std::string> query(std::string_view question, const ResyncQuery& resync = {});
   /// Sends a command that has no answer. Resynchronises first, as query() does. Fails as query() does.
   [[nodiscard]] Result<void> send(std::string_view command, const ResyncQuery& resync = {});
+  /// Sends a command although the answers on the line cannot be understood: does not resynchronise, and discards what
+  /// arrives within the pause before the command and the time limit after it. Success means only that the bytes were
+  /// sent. Fails with disconnected.
+  [[nodiscard]] Result<void> send_unconfirmed(std::string_view command);
 
   /// Changes the time limit for a whole answer, from the next question on.
   void set_time_limit(Duration within) { options_.within = within; }
@@ -86,6 +102,10 @@ class TextExchange {
   [[nodiscard]] Result<void> send_resync(const ResyncQuery& resync);
   [[nodiscard]] Result<void> prepare(const ResyncQuery& resync);
   [[nodiscard]] Result<void> transmit(std::string_view line);
+  /// Discards arriving bytes until the line is silent for `pause`, at most for `within`.
+  [[nodiscard]] Result<void> discard(Duration first_pause, Duration pause, Duration within);
+  /// Adds the last discarded line to the text of a fault.
+  [[nodiscard]] Fault with_discarded(Fault fault) const;
 
   std::unique_ptr<ByteStream> line_;
   TextExchangeOptions options_;
@@ -93,6 +113,8 @@ class TextExchange {
   bool must_resynchronise_ = false;
   /// The answer to `resync` may still arrive.
   bool is_resync_outstanding_ = false;
+  /// Latest line since the last accepted answer that was no answer to its question.
+  std::string discarded_;
   /// No question is sent before this deadline.
   std::optional<Deadline> rest_;
   std::optional<Deadline> quiet_until_;

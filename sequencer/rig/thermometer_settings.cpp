@@ -335,7 +335,9 @@ std::unique_ptr<drivers::Thermometer> make_thermometer(const ThermometerSettings
   }
   auto stream = make_stream(line, defaults, kConnectWithin);
   if (settings.echo || (settings.description && settings.description->unit.link.modbus.echo))
-    stream = drivers::make_echo_stream(std::move(stream));
+    stream = drivers::make_echo_stream(
+        std::move(stream), nullptr,
+        settings.description ? settings.description->unit.link.text.longest_answer : drivers::kUsualStrayBytes);
   return make_thermometer(settings, place, std::move(stream), false);
 }
 

@@ -36,6 +36,8 @@ struct DescribeOptions {
   std::vector<std::string> parameters;
   /// The lines of [sequence] prepare are sent first.
   bool prepares = false;
+  /// The line returns what is sent.
+  bool echo = false;
 };
 
 /// Bytes that were exchanged with an instrument.
@@ -230,8 +232,9 @@ Result<Exit> ask_instrument(Console& console, const DescribeOptions& options) {
   if (!line || !drivers::is_byte_line(*line))
     return failure(FaultKind::usage, "--talk",
                    line ? fmt::format("\"{}\" is not a TCP or serial line", options.line) : line.error().what);
-  const auto linked = select_link_for(file->unit, *line);
+  auto linked = select_link_for(file->unit, *line);
   if (!linked) return failure(linked.error());
+  linked->link.modbus.echo = options.echo;
   const auto questions = find_questions(*linked, options.item);
   if (questions.empty())
     return failure(FaultKind::usage, "--item",
@@ -264,6 +267,9 @@ void add_describe(Program& program) {
                    ->type_name("LINE");
   command.add_option("--item", options->item, "Item whose question is sent; by default the first question")
       ->type_name("ITEM")
+      ->needs(talk);
+  command
+      .add_flag("--echo", options->echo, "The line or its adapter returns what is sent, as echo = true in a rig file")
       ->needs(talk);
   command.add_flag("--prepare", options->prepares, "Sends the lines of [sequence] prepare first")->needs(talk);
   command

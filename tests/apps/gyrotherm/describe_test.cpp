@@ -178,6 +178,19 @@ TEST(Describe, AsksInstrumentOfAnyKind) {
   EXPECT_EQ(supply.heard(), (std::vector<std::string>{"MEAS:VOLT? 1", "OUTP? 1", "MEAS:VOLT? 2"}));
 }
 
+TEST(Describe, TalksOverLineThatEchoes) {
+  const Folder folder;
+  std::ofstream(folder / "supply.toml") << kSupply;
+  Instrument supply({{"OUTP? 1", "OUTP? 1\n1"}});
+  const auto talk = "describe " + (folder / "supply.toml") + " --item state --talk " + supply.line();
+  const auto without = gyrotherm_with(talk);
+  EXPECT_EQ(without.exit_code, 3) << without.out;
+  EXPECT_NE(without.err.find("the line repeats the question \"OUTP? 1\""), std::string::npos) << without.err;
+  const auto with = gyrotherm_with(talk + " --echo");
+  EXPECT_EQ(with.exit_code, 0) << with.err;
+  EXPECT_NE(with.out.find("state                on\n"), std::string::npos) << with.out;
+}
+
 TEST(Describe, PreparesAndReadsScanner) {
   Instrument scanner({{"SYST:ERR?", "+0,\"No error\""}, {"INIT;*OPC?;FETC?", "1;+2.35E+01,+9.90000000E+37"}});
   const std::string talk = "describe keysight_34970a --parameter channels=101:102 --parameter channel_count=2 --talk " +

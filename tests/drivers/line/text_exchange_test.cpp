@@ -100,6 +100,43 @@ TEST(TextExchange, ReadsItsQuestionBackFromALineThatEchoes) {
     }
 }
 
+TEST(TextExchange, IgnoresUnsolicitedLineBeforeEcho) {
+  for (const bool has_room : {false, true}) {
+    auto made = std::make_unique<SlowStream>();
+    auto& line = *made;
+    line.returns_questions = true;
+    line.before = "EVT 17 COMPRESSOR\n";
+    TextExchange exchange(make_echo_stream(std::move(made), nullptr, has_room ? 256 : 8), kOptions);
+    const auto answer = exchange.query("$012");
+    if (has_room) line.before.clear();
+    if (has_room) {
+      EXPECT_EQ(exchange.query("#01").value(), "answer 2");
+    } else {
+      EXPECT_NE(answer.error().what.find("received \"EVT 17 COMPRESSOR"), std::string::npos) << answer.error().what;
+    }
+  }
+}
+
+TEST(TextExchange, QuotesLastLineThatWasNoAnswer) {
+  auto made = std::make_unique<SlowStream>();
+  auto& line = *made;
+  TextExchange exchange(std::move(made), kOptions);
+  line.cut = 4;
+  EXPECT_NE(exchange.query("one").error().what.find("; received \"answ\""), std::string::npos);
+  line.cut = 0;
+  const ResyncQuery resync{.question = "who", .answer_begins = "me"};
+  line.cut = SIZE_MAX;
+  const auto other = exchange.query("two", resync);
+  ASSERT_FALSE(other);
+  EXPECT_NE(other.error().what.find("; received \"answer 2\""), std::string::npos) << other.error().what;
+  EXPECT_NE(exchange.query("three", resync).error().what.find("waiting after lost answers; received \"answer 2\""),
+            std::string::npos);
+  line.before = "\x1b[2J";
+  exchange.end_rest();
+  EXPECT_NE(exchange.query("four", resync).error().what.find("\\x1b[2J"), std::string::npos)
+      << "control characters are escaped";
+}
+
 TEST(TextExchange, DoesNotAcceptLateAnswerForNextQuestion) {
   for (const auto late : {milliseconds(505), milliseconds(600), milliseconds(990)}) {
     auto made = std::make_unique<SlowStream>();

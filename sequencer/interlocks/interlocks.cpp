@@ -8,6 +8,7 @@
 #include <cmath>
 #include <utility>
 
+#include "drivers/line/text_exchange.hpp"
 #include "sequencer/interlocks/measurement_checks.hpp"
 
 namespace gyrotherm::interlocks {
@@ -159,7 +160,8 @@ Found check_chamber_silent(const CheckInputs& in) {
   if (in.chamber()) return {};
   const auto& fault = in.sample.chamber.value.error();
   const bool is_silent = fault.kind == FaultKind::timeout || fault.kind == FaultKind::disconnected;
-  return make_result(is_silent ? "chamber silent" : fmt::format("no reading of the chamber ({})", text(fault)));
+  if (is_silent) return {{.text = "chamber silent", .detail = drivers::received_text(fault.what)}};
+  return make_result(fmt::format("no reading of the chamber ({})", text(fault)));
 }
 /// The silent units, and the number of units that should send. A unit that is counted as dead is not silent.
 struct SilentUnits {
@@ -631,6 +633,7 @@ void step(const InterlockLimits& limits, const Interlock& row, const CheckResult
   watch.reaction = effective_reaction(limits, row, *found, watch.lasted);
   if (row.is_never_over && !is_news) watch.reaction = std::min(watch.reaction, Reaction::warn);
   if (row.lost_after != nullptr) watch.text += " for " + format_duration(watch.lasted);
+  watch.text += found->detail;
   if (!std::exchange(watch.raised, true)) judged.raised.push_back({row.id, watch.reaction, watch.text, watch.subject});
   raise_demand(watch, judged.demand);
 }

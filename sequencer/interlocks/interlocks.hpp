@@ -94,6 +94,8 @@ struct CheckResult {
   Reaction at_most = Reaction::abort;
   /// Replaces the time for which the cause must be present.
   std::optional<Duration> after = {};
+  /// Follows the text and the time for which the cause was present.
+  std::string detail = {};
 };
 
 struct CheckInputs;

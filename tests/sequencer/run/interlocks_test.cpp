@@ -44,6 +44,14 @@ TEST(Interlocks, SuspendWhenChamberIsSilentAndAbortWhenLost) {
   EXPECT_EQ(after(sample, 600).cause, "chamber silent for 10 min 00 s");
 }
 
+TEST(Interlocks, QuoteLineThatChamberSentInsteadOfAnswer) {
+  auto sample = good_sample();
+  sample.chamber.value = failure(FaultKind::timeout, "chamber", "still busy after 900 ms; received \"@04ID=A; B\"");
+  EXPECT_EQ(after(sample, 7).cause, "chamber silent for 7 s; received \"@04ID=A; B\"");
+  sample.chamber.value = failure(FaultKind::disconnected, "chamber", "no connection");
+  EXPECT_EQ(after(sample, 7).cause, "chamber silent for 7 s");
+}
+
 TEST(Interlocks, ForgetSilenceThatEnded) {
   auto silent = good_sample();
   silent.chamber.value = no_reply();

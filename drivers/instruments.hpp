@@ -98,6 +98,14 @@ class Chamber : public Identified {
     end_rest();
     return send_set_point(target);
   }
+  /// Sends the commands of the safe state to a chamber whose answers cannot be understood: the preparation, the set
+  /// point `target`, and if `off` the stop. No answer is evaluated, so success means only that the commands were sent.
+  /// Call it only for a chamber that was identified before. Fails with refused if the commands cannot be formed without
+  /// reading, and with disconnected if nothing can be sent, or if another unit answered the last query of the identity.
+  [[nodiscard]] virtual Result<void> send_safe_state_unconfirmed(Celsius target, bool off) {
+    (void)target, (void)off;
+    return failure(FaultKind::refused, "chamber", "not supported by this chamber");
+  }
   /// Ends the program that the controller is executing, even one started at its panel. Does nothing if no program is
   /// running or the controller has no programs.
   [[nodiscard]] virtual Result<void> end_program() { return {}; }

@@ -36,6 +36,14 @@ class Registers {
   /// effect yet; read it back to verify it.
   [[nodiscard]] virtual Result<void> write(WriteFunction function, std::uint16_t address,
                                            std::span<const std::uint16_t> words) = 0;
+  /// Writes words although the replies of the unit cannot be understood, and ignores the reply. Success means only that
+  /// the request was sent. Ignores rest periods. Fails with disconnected, and with refused if the unit's protocol does
+  /// not permit it.
+  [[nodiscard]] virtual Result<void> write_unconfirmed(WriteFunction function, std::uint16_t address,
+                                                       std::span<const std::uint16_t> words) {
+    (void)function, (void)address, (void)words;
+    return failure(FaultKind::refused, "", "nothing is written without a reply");
+  }
   /// Makes the next call try immediately, even if the line is in its rest period after failures. For urgent commands.
   virtual void end_rest() {}
   /// Returns the number of connections that broke so far. After a break, another instrument may answer.

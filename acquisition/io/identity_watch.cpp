@@ -22,7 +22,15 @@ Result<void> IdentityWatch::confirm(drivers::Identified& instrument) {
   if (is_check_requested_.exchange(false)) in_doubt_ = true;
   if (!in_doubt_ && instrument.breaks() == breaks_) return {};
   in_doubt_ = true;
-  return compare(instrument);
+  auto same = compare(instrument);
+  if (!same) set_last_fault(&same.error());
+  return same;
+}
+
+bool IdentityWatch::may_be_commanded_after(const Fault& fault) const {
+  const bool is_understood =
+      fault.kind != FaultKind::timeout && fault.kind != FaultKind::corrupted && fault.kind != FaultKind::disconnected;
+  return !known_.identity.empty() && !is_understood && mismatch_text().empty();
 }
 
 bool IdentityWatch::is_known_by_name(drivers::Identified& instrument) const {
@@ -56,6 +64,7 @@ Result<void> IdentityWatch::compare(drivers::Identified& instrument) {
 }
 
 void IdentityWatch::note_result(const Fault* fault) {
+  set_last_fault(fault);
   const bool is_silence =
       fault != nullptr && (fault->kind == FaultKind::timeout || fault->kind == FaultKind::corrupted);
   silences_ = is_silence ? silences_ + 1 : 0;
@@ -67,6 +76,16 @@ void IdentityWatch::note_result(const Fault* fault) {
 std::string IdentityWatch::mismatch_text() const {
   const std::lock_guard lock(mutex_);
   return mismatch_text_;
+}
+
+std::string IdentityWatch::last_fault() const {
+  const std::lock_guard lock(mutex_);
+  return last_fault_;
+}
+
+void IdentityWatch::set_last_fault(const Fault* fault) {
+  const std::lock_guard lock(mutex_);
+  last_fault_ = fault != nullptr ? fault->what : "";
 }
 
 void IdentityWatch::set_mismatch_text(std::string text) {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Checks that an instrument is still the one with which the run began. The check is made after every event during
 /// which the instrument could have been exchanged: a broken connection, a series of unanswered calls, or several
-/// seconds without a call. Only the instrument's own thread may use a watch, except for mismatch_text() and
-/// request_check(), which any thread may call.
+/// seconds without a call. Only the instrument's own thread may use a watch, except for mismatch_text(),
+/// last_fault() and request_check(), which any thread may call.
 #pragma once
 
 #include <atomic>
@@ -56,6 +56,10 @@ class IdentityWatch {
     return answer;
   }
 
+  /// Returns whether commands may be sent although `fault` prevented the last call: the instrument was identified when
+  /// the run began, its answers since cannot be understood or are missing, and no other instrument has answered.
+  [[nodiscard]] bool may_be_commanded_after(const Fault& fault) const;
+
   /// Records how a call ended: with the given fault, or successfully if null.
   void note_result(const Fault* fault);
 
@@ -65,11 +69,14 @@ class IdentityWatch {
   /// Describes the instrument that answered at the last comparison if it is not the known one. Returns an empty text if
   /// it is.
   [[nodiscard]] std::string mismatch_text() const;
+  /// Returns the text of the fault of the last call that ended; empty if it succeeded. Any thread may call it.
+  [[nodiscard]] std::string last_fault() const;
 
  private:
   [[nodiscard]] bool is_known_by_name(drivers::Identified& instrument) const;
   [[nodiscard]] Result<void> compare(drivers::Identified& instrument);
   void set_mismatch_text(std::string text);
+  void set_last_fault(const Fault* fault);
 
   KnownIdentity known_;
   std::atomic<bool> is_check_requested_{};
@@ -78,8 +85,9 @@ class IdentityWatch {
   /// The instrument's count of broken connections at the last successful comparison. Valid if `has_begun_`.
   std::uint64_t breaks_ = 0;
   bool has_begun_ = false;
-  mutable std::mutex mutex_;  ///< guards `mismatch_text_`
+  mutable std::mutex mutex_;  ///< guards the members below
   std::string mismatch_text_;
+  std::string last_fault_;
 };
 
 }  // namespace gyrotherm::io

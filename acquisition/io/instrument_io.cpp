@@ -16,6 +16,7 @@
 #include <utility>
 
 #include "core/process.hpp"
+#include "drivers/line/text_exchange.hpp"
 
 namespace gyrotherm::io {
 namespace {
@@ -193,6 +194,15 @@ class WatchedChamber {
     chamber_.end_rest();
     return watch_.guard_safe(chamber_, [&] { return chamber_.send_set_point_immediately(target); });
   }
+  /// Sends the safe state without an answer if the commands cannot be confirmed.
+  Result<void> send_safe_set_point(Celsius target, bool off) {
+    auto sent = send_set_point_immediately(target);
+    if (sent || !watch_.may_be_commanded_after(sent.error())) return sent;
+    Fault fault = std::move(sent.error());
+    const auto unconfirmed = chamber_.send_safe_state_unconfirmed(target, off);
+    fault.what += unconfirmed ? "; the commands were sent without an answer" : "; nothing was sent without an answer";
+    return failure(std::move(fault));
+  }
   Result<void> switch_on(bool on) {
     if (on) return watch_.guard(chamber_, [&] { return chamber_.start(); });
     return watch_.guard_safe(chamber_, [&] { return chamber_.stop(); });
@@ -277,6 +287,9 @@ class InlineIo final : public InstrumentIo {
   Result<void> send_set_point_immediately(Celsius target) override {
     return watches_.chamber.send_set_point_immediately(target);
   }
+  Result<void> send_safe_set_point(Celsius target, bool off) override {
+    return watches_.chamber.send_safe_set_point(target, off);
+  }
   Result<void> switch_on(bool on) override { return watches_.chamber.switch_on(on); }
   void demand_power(std::size_t supply, drivers::PowerDemand demand) override {
     instruments_.supplies[supply].instrument.demand(demand);
@@ -307,6 +320,12 @@ class Worker {
     auto answer = task->get_future();
     enqueue([task] { (*task)(); });
     return answer;
+  }
+
+  /// Returns whether post() may be called: no job waits.
+  [[nodiscard]] bool can_post() {
+    const std::lock_guard lock(mutex_);
+    return !waiting_;
   }
 
   /// Removes the waiting job. Returns false if it has already begun.
@@ -377,7 +396,10 @@ class WorkerIo final : public InstrumentIo {
     const Instant now = clock.now();
     clock_ = &clock;
     read_at_ = now.since_start;
-    auto chamber = chamber_.post([this, &clock] { return stamp(clock, watches_.chamber.read()); });
+    overtime_ = {};
+    std::optional<std::future<Reading<ChamberState>>> chamber;
+    if (chamber_.can_post())  // the safe set point has priority
+      chamber = chamber_.post([this, &clock] { return stamp(clock, watches_.chamber.read()); });
     std::vector<std::future<ThermometerReadings>> thermometers;
     for (std::size_t i = 0; i < thermometers_.size(); ++i)
       thermometers.push_back(thermometers_[i].post([this, &clock, i] {
@@ -399,27 +421,31 @@ class WorkerIo final : public InstrumentIo {
           [this, &clock, i] { return read_stamped(instruments_.supplies[i], watches_.supplies[i], clock); }));
 
     Sample sample = empty_sample(slot, now, units_);
-    sample.chamber = accept_if_in_time(await(chamber_, chamber, clock, now), "chamber", clock, now);
+    sample.chamber =
+        accept_if_in_time(chamber ? await(chamber_, *chamber, clock, now) : std::nullopt,
+                          {.title = "chamber", .last_fault = watches_.chamber.watch().last_fault()}, clock, now);
     for (std::size_t i = 0; i < thermometers_.size(); ++i) {
       auto readings = await(thermometers_[i], thermometers[i], clock, now);
-      append_readings(instruments_.thermometers[i], accept_if_in_time(std::move(readings), "thermometer", clock, now),
-                      sample);
+      const LateInstrument late{.title = "thermometer", .last_fault = watches_.thermometers[i].last_fault()};
+      append_readings(instruments_.thermometers[i], accept_if_in_time(std::move(readings), late, clock, now), sample);
     }
     for (std::size_t i = 0; i < gyros_.size(); ++i) {
       auto reading = await(gyros_[i], gyros[i], clock, now);
       if (reading) frames_[i] = reading->frames;
       append_readings(instruments_.gyros[i],
-                      reading ? *reading : GyroReading{late_reading<GyroCount>("gyro", clock), frames_[i]}, sample);
+                      reading ? *reading : GyroReading{late_reading<GyroCount>({.title = "gyro"}, clock), frames_[i]},
+                      sample);
     }
     for (std::size_t i = 0; i < analogue_.size(); ++i) {
       auto readings = await(analogue_[i], analogue[i], clock, now);
-      append_readings(instruments_.analogue[i], accept_if_in_time(std::move(readings), "analogue input", clock, now),
-                      sample);
+      append_readings(instruments_.analogue[i],
+                      accept_if_in_time(std::move(readings), {.title = "analogue input"}, clock, now), sample);
     }
     supplies_.clear();
     for (std::size_t i = 0; i < supply_workers_.size(); ++i) {
       auto readings = await(supply_workers_[i], supplies[i], clock, now);
-      auto accepted = accept_if_in_time(std::move(readings), "supply", clock, now);
+      auto accepted = accept_if_in_time(
+          std::move(readings), {.title = "supply", .last_fault = watches_.supplies[i].last_fault()}, clock, now);
       supplies_.push_back(accepted.value ? std::move(*accepted.value)
                                          : failed_readings(instruments_.supplies[i], accepted.value.error()));
       append_readings(instruments_.supplies[i], supplies_.back(), accepted.at, sample);
@@ -449,30 +475,70 @@ class WorkerIo final : public InstrumentIo {
     return run_command(fmt::format("set point {:g} °C", target.value), send, options_.patience);
   }
 
+  Result<void> send_safe_set_point(Celsius target, bool off) override {
+    const auto within = remaining_tick();
+    const auto take_result = [this](Duration longest) -> std::optional<Result<void>> {
+      if (!urgent_ || urgent_->wait_for(longest) != std::future_status::ready) return {};
+      return std::exchange(urgent_, std::nullopt)->get();
+    };
+    auto former = take_result({});
+    if (former && *former) return *former;
+    if (!urgent_ && chamber_.can_post())
+      urgent_ = chamber_.post([this, target, off] { return watches_.chamber.send_safe_set_point(target, off); });
+    if (auto result = take_result(within)) return std::move(*result);
+    if (former) return std::move(*former);
+    return failure(
+        FaultKind::timeout, "chamber",
+        fmt::format("set point {:g} °C {} within {}, the time left in its second; {}", target.value,
+                    chamber_.can_post() ? "not confirmed" : "not sent", to_ms(within),
+                    chamber_.can_post() ? "the chamber may have taken it" : "it is the chamber's next call") +
+            drivers::received_text(watches_.chamber.watch().last_fault()));
+  }
+
+  Duration overtime() const override { return overtime_; }
+
   Result<void> switch_on(bool on) override {
     return run_command(
         on ? "start" : "stop", [this, on] { return watches_.chamber.switch_on(on); }, remaining_tick());
   }
 
  private:
+  /// An instrument whose reading may be late, and the fault of its last call that ended.
+  struct LateInstrument {
+    const char* title;
+    std::string last_fault{};
+  };
+
   /// Runs a command in the chamber's worker and waits for it. `what` is the name of the command in a fault.
   Result<void> run_command(const std::string& what, std::function<Result<void>()> job, Duration within) {
+    const auto busy_fault = [&] {
+      return failure(FaultKind::timeout, "chamber",
+                     fmt::format("{} not sent: the chamber was still busy after {}", what, to_ms(within)));
+    };
+    if (!chamber_.can_post()) return busy_fault();
+    const auto began = spent();
     auto done = chamber_.post(std::move(job));
-    if (done.wait_for(within) == std::future_status::ready) return done.get();
+    const auto ended = done.wait_for(within);
+    if (began < options_.interval) overtime_ = std::max(overtime_, spent() - options_.interval);
+    if (ended == std::future_status::ready) return done.get();
     const bool never_begun = chamber_.withdraw();
+    if (never_begun) return busy_fault();
     return failure(FaultKind::timeout, "chamber",
-                   never_begun ? fmt::format("{} not sent: the chamber was still busy after {}", what, to_ms(within))
-                               : fmt::format("{} not confirmed within {}, the time left in its second; the chamber may "
-                                             "have taken it",
-                                             what, to_ms(within)));
+                   fmt::format("{} not confirmed within {}, the time left in its second; the chamber may have taken it",
+                               what, to_ms(within)));
+  }
+
+  /// Returns the time since the last read began.
+  [[nodiscard]] Duration spent() const {
+    return clock_ != nullptr ? clock_->now().since_start - read_at_ : options_.interval;
   }
 
   /// Returns the time that remains of the present tick.
-  Duration remaining_tick() const {
+  [[nodiscard]] Duration remaining_tick() const {
     constexpr Duration kMinRemaining = std::chrono::milliseconds(20);
-    const auto spent = clock_ ? clock_->now().since_start - read_at_ : options_.interval;
-    if (spent >= options_.interval) return options_.patience;  // outside a tick
-    return std::clamp(options_.tick - spent, kMinRemaining, options_.patience);
+    const auto so_far = spent();
+    if (so_far >= options_.interval) return options_.patience;  // outside a tick
+    return std::clamp(options_.tick - so_far, kMinRemaining, options_.patience);
   }
 
   /// Returns the worker's answer to the job posted at `since`, or nothing if it does not arrive in time.
@@ -487,7 +553,7 @@ class WorkerIo final : public InstrumentIo {
   /// Replaces a missing answer by the fault timeout. Also replaces an answer that belongs to a later second, as can
   /// happen after the machine was suspended.
   template <class T>
-  Reading<T> accept_if_in_time(std::optional<Reading<T>> reading, const char* instrument, const Clock& clock,
+  Reading<T> accept_if_in_time(std::optional<Reading<T>> reading, const LateInstrument& instrument, const Clock& clock,
                                Instant since) const {
     const bool good = reading && reading->at.since_start - since.since_start <= options_.interval;
     return good ? std::move(*reading) : late_reading<T>(instrument, clock);
@@ -495,8 +561,10 @@ class WorkerIo final : public InstrumentIo {
 
   /// Makes the reading of an instrument that did not answer in time.
   template <class T>
-  Reading<T> late_reading(const char* instrument, const Clock& clock) const {
-    return stamp<T>(clock, failure(FaultKind::timeout, instrument, std::string(kStillBusy) + to_ms(options_.patience)));
+  Reading<T> late_reading(const LateInstrument& instrument, const Clock& clock) const {
+    return stamp<T>(clock, failure(FaultKind::timeout, instrument.title,
+                                   fmt::format("{}{}{}", kStillBusy, to_ms(options_.patience),
+                                               drivers::received_text(instrument.last_fault))));
   }
 
   Instruments instruments_;
@@ -512,6 +580,9 @@ class WorkerIo final : public InstrumentIo {
   /// The clock and the start of the last read.
   const Clock* clock_ = nullptr;
   Duration read_at_{};
+  Duration overtime_{};
+  /// The safe set point that was sent last, until its result is taken.
+  std::optional<std::future<Result<void>>> urgent_;
 };
 
 }  // namespace

@@ -117,7 +117,7 @@ class InstrumentIo {
 
   /// Reads every instrument once. With workers it returns at most `patience` after the call. An instrument that has not
   /// answered by then gets the fault timeout ("still busy after 900 ms") in its own columns. Its late answer is dropped
-  /// and never used for a later second.
+  /// and never used for a later second; the fault quotes the last line that the driver could not understand.
   /// `clock` stamps the sample and its readings and must outlive this object. The rig sets the sample's `progress`. The
   /// identity of an instrument is compared with the known one after a reconnection or a silence. If another instrument
   /// answers, its reading is the fault mismatch.
@@ -132,6 +132,15 @@ class InstrumentIo {
   /// Sends a set point immediately, even on a line that pauses after failures, and waits up to the full `patience` for
   /// the result. Intended for urgent commands.
   [[nodiscard]] virtual Result<void> send_set_point_immediately(Celsius target) = 0;
+  /// Sends the safe set point immediately, but waits only for the remainder of the `tick`. With workers, a command that
+  /// has not begun by then stays the next call of the chamber, before its next reading; a later call returns its
+  /// result. If the chamber was identified when the run began and its answers are missing or cannot be understood, the
+  /// commands of the safe state are sent without an answer, with the stop if `off`
+  /// (Chamber::send_safe_state_unconfirmed). The result remains a failure then.
+  [[nodiscard]] virtual Result<void> send_safe_set_point(Celsius target, bool off) {
+    (void)off;
+    return send_set_point_immediately(target);
+  }
   /// Starts or stops conditioning. Fails as Chamber::start() and stop() do, and like send_set_point().
   [[nodiscard]] virtual Result<void> switch_on(bool on) = 0;
 
@@ -142,6 +151,10 @@ class InstrumentIo {
     static const std::vector<drivers::SupplyReadings> none;
     return none;
   }
+
+  /// Returns the time by which, since the last read began, a wait for the chamber exceeded the tick. Zero without
+  /// workers.
+  [[nodiscard]] virtual Duration overtime() const { return {}; }
 
   /// Describes each instrument that answered in place of the known one when identities were last compared.
   [[nodiscard]] virtual std::vector<std::string> mismatched_instruments() const { return {}; }

@@ -190,13 +190,18 @@ Result<IdentityFound> ItemExchange::recognise(const RegisterItem& instead) {
   IdentityFound found{.who = fmt::format("{} {}", map_.vendor, map_.name), .verified = {}, .not_verified = {}};
   const auto& wanted = map_.verification;
   const auto shown = read_shown(map_.identity ? item(map_.identity->item) : instead);
+  if (!shown) another_answers_ = another_answers_ || shown.error().kind == FaultKind::refused;
   if (!shown) return failure(shown.error());
+  const auto refuse = [this](Fault fault) {
+    another_answers_ = true;
+    return failure(std::move(fault));
+  };
   if (map_.identity) {
     for (const auto& other : wanted.other_maps)
       if (check(other.print, *shown))
-        return failure(FaultKind::mismatch, place(item(other.print.item)),
-                       fmt::format("is {}: {}; use the map {}", shown->words, other.what, other.map));
-    if (auto same = check(*map_.identity, *shown); !same) return failure(std::move(same.error()));
+        return refuse({FaultKind::mismatch, place(item(other.print.item)),
+                       fmt::format("is {}: {}; use the map {}", shown->words, other.what, other.map)});
+    if (auto same = check(*map_.identity, *shown); !same) return refuse(std::move(same.error()));
     found.who += fmt::format(" ({} = {}", map_.identity->item, shown->words);
     found.verified.push_back(wanted.verifies.empty() ? found.who + ")" : wanted.verifies);
   } else {
@@ -205,6 +210,7 @@ Result<IdentityFound> ItemExchange::recognise(const RegisterItem& instead) {
   for (const auto& name : wanted.shows)
     if (auto added = add_property(name, nullptr, found); !added) return failure(std::move(added.error()));
   found.who += ")";
+  another_answers_ = false;
   recognised_ = found.who;
   recognised_at_ = pauses_.now();
   recognised_item_ = &instead;
@@ -378,6 +384,7 @@ ItemExchange::UnitCheck ItemExchange::check_unit() {
   if (is_same) accepted_breaks_ = now;
   if (is_same) return UnitCheck::same;
   const bool has_answered = who || who.error().kind == FaultKind::mismatch || who.error().kind == FaultKind::refused;
+  if (has_answered) another_answers_ = true;
   return has_answered && registers_.breaks() == now ? UnitCheck::another : UnitCheck::unanswered;
 }
 
@@ -392,6 +399,36 @@ Result<void> ItemExchange::write_safe_words(const RegisterItem& item, std::span<
   const bool is_recent = !recognised_.empty() && pauses_.now() - recognised_at_ < kRecognisedFor;
   if (!is_recent && check_unit() == UnitCheck::another) return not_sent_fault(item);
   return registers_.write(write_function(item.write_function, words.size()), item.address, words);
+}
+
+Result<void> ItemExchange::write_unconfirmed(const RegisterItem& item, double value) {
+  if (another_answers_) return not_sent_fault(item);
+  const auto latest = [&](const RegisterItem& other) {
+    return value_or_latest(other, failure(FaultKind::refused, place(other), "was never read"));
+  };
+  const auto context = read_context(map_, item, latest);
+  if (!context) return failure(context.error());
+  if (item.type == RegisterType::bits && item.readable)
+    return failure(FaultKind::refused, place(item), "the other bits of its register are unknown");
+  for (const auto& name : item.also)
+    if (auto same = write_unconfirmed(this->item(name), value); !same) return same;
+  auto words = encode(apply_context(item, *context), value);
+  if (item.companion) {
+    const auto more = encode(this->item(item.companion->item), item.companion->value);
+    words.insert(words.end(), more.begin(), more.end());
+  }
+  return registers_.write_unconfirmed(write_function(item.write_function, words.size()), item.address, words);
+}
+
+Result<void> ItemExchange::perform_unconfirmed(const Sequence& sequence) {
+  Result<void> all;
+  for (const auto& step : sequence) {
+    if (step.only_if) continue;
+    if (step.kind == SequenceStep::Kind::pause) pauses_.rest(step.duration);
+    if (step.kind != SequenceStep::Kind::write || step.source != SequenceStep::Source::number) continue;
+    if (auto done = write_unconfirmed(item(step.item), step.value); !done && all) all = std::move(done);
+  }
+  return all;
 }
 
 tl::unexpected<Fault> ItemExchange::not_sent_fault(const RegisterItem& item) const {

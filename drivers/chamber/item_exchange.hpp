@@ -107,6 +107,10 @@ class ItemExchange {
   [[nodiscard]] Result<void> write_persistently(const RegisterItem& item, double value) {
     return write(item, value, 3);
   }
+  /// Writes `value` to the item and to its `also` and `companion` items without a reply (Registers::write_unconfirmed),
+  /// in the latest known unit and decimals. Fails with refused if these are unknown, and with disconnected if another
+  /// unit answered the last query of the identity. Nothing is sent in both cases.
+  [[nodiscard]] Result<void> write_unconfirmed(const RegisterItem& item, double value);
   [[nodiscard]] Result<void> write_date(const RegisterItem& item, const CivilTime& time);
   /// Writes the words unchanged.
   [[nodiscard]] Result<void> write_words(const RegisterItem& item, std::span<const std::uint16_t> words);
@@ -121,6 +125,9 @@ class ItemExchange {
   /// Executes a command that ends something: tries every step, even after a step that failed, because each step makes
   /// the unit safer. Fails with the first failure.
   [[nodiscard]] Result<void> perform_every_step(const Sequence& sequence);
+  /// Executes the writes of a command by write_unconfirmed(), and its pauses. Omits steps with a condition, because
+  /// nothing can be read. Returns the first failure after all steps.
+  [[nodiscard]] Result<void> perform_unconfirmed(const Sequence& sequence);
 
  private:
   /// Fails with out_of_range if the unit answered without a value for the item.
@@ -172,6 +179,8 @@ class ItemExchange {
   std::vector<const RegisterItem*> contexts_;
   ControllerSettings latest_settings_;
   bool falls_back_ = false;
+  /// Another unit answered the last query of the identity that was answered.
+  bool another_answers_ = false;
 };
 
 }  // namespace gyrotherm::drivers

@@ -252,6 +252,21 @@ class ModbusChamber final : public Chamber {
     return done ? free : done;
   }
 
+  Result<void> send_safe_state_unconfirmed(Celsius target, bool off) override {
+    end_rest();
+    items_.fall_back();
+    if (const auto found = map_.sequences.find("prepare"); found != map_.sequences.end())
+      (void)items_.perform_unconfirmed(found->second);
+    auto sent = items_.write_unconfirmed(set_point_, target.value);
+    if (!off) return sent;
+    Result<void> stopped;
+    if (const auto found = map_.sequences.find("stop"); found != map_.sequences.end())
+      stopped = items_.perform_unconfirmed(found->second);
+    else if (map_.control)
+      stopped = items_.write_unconfirmed(items_.item(map_.control->commanded), static_cast<double>(map_.control->off));
+    return sent ? stopped : sent;
+  }
+
   Result<void> end_program() override {
     if (!map_.sequences.contains("stop_program") || map_.states.empty()) return {};
     const auto state = inspect();

@@ -62,6 +62,22 @@ class TextRegisters final : public Registers {
     return done;
   }
 
+  /// Sends the lines that follow the command too, unless they depend on a state of the unit.
+  Result<void> write_unconfirmed(WriteFunction, std::uint16_t address, std::span<const std::uint16_t> words) override {
+    const auto* command = text_.find_command(map_, address);
+    if (!command || words.size() != word_count(map_.items[command->item]))
+      return failure(FaultKind::refused, place_, "this item has no command");
+    const FieldValues values{{"value", to_field(map_.items[command->item], command->codes, words)}};
+    for (const auto& field : command->tell.fields())
+      if (field.name != "_" && field.name != "value")
+        return failure(FaultKind::refused, place_, "the command repeats a value that must be read");
+    pending_.clear();
+    auto sent = client_.send_unconfirmed(command->tell.format(values));
+    for (const auto& line : command->then)
+      if (sent && !command->then_when) sent = client_.send_unconfirmed(line);
+    return sent;
+  }
+
   void end_rest() override { client_.end_rest(); }
   std::uint64_t breaks() const override { return client_.breaks(); }
 
@@ -179,7 +195,7 @@ std::unique_ptr<Registers> make_text_registers(const RegisterMap& map, std::uniq
 std::unique_ptr<ByteStream> make_text_stream(const Line& line, const RegisterMap& map) {
   const auto& link = map.link.modbus;
   auto stream = make_stream(line, {.port = link.port, .serial = link.serial}, kConnectWithin);
-  return link.echo ? make_echo_stream(std::move(stream)) : std::move(stream);
+  return link.echo ? make_echo_stream(std::move(stream), nullptr, map.link.text.longest_answer) : std::move(stream);
 }
 
 std::unique_ptr<Registers> make_registers(const Line& line, const RegisterMap& map) {

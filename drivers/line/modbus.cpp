@@ -60,6 +60,22 @@ class GuardedRegisters final : public Registers {
     return {};
   }
 
+  Result<void> write_unconfirmed(WriteFunction function, std::uint16_t address,
+                                 std::span<const std::uint16_t> words) override {
+    end_rest();
+    const auto size = function == WriteFunction::registers ? words.size() : 1;
+    for (; !words.empty(); words = words.subspan(size)) {
+      auto message = request(static_cast<std::uint8_t>(function), address);
+      message.words.assign(words.begin(), words.begin() + static_cast<std::ptrdiff_t>(size));
+      message.count = static_cast<std::uint16_t>(size);
+      auto sent = line_->send_unconfirmed(message, Deadline(exchange_limit(link_), clock_));
+      if (!sent) note_break(sent.error());
+      if (!sent) return failure(sent.error().kind, place(message), sent.error().what);
+      address = static_cast<std::uint16_t>(address + size);
+    }
+    return {};
+  }
+
   void end_rest() override {
     backoff_.end_rest();
     line_->end_rest();

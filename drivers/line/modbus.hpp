@@ -89,6 +89,12 @@ class ModbusLine {
   /// Bytes that arrive after a failed attempt are never accepted as the answer to a later request. Fails with timeout,
   /// disconnected or corrupted.
   [[nodiscard]] virtual Result<ModbusAnswer> try_request(ModbusRequest& request, const Deadline& deadline) = 0;
+  /// Sends the request once and ignores its answer, even if the line does not become silent. Fails with disconnected.
+  [[nodiscard]] virtual Result<void> send_unconfirmed(ModbusRequest& request, const Deadline& deadline) {
+    const auto answer = try_request(request, deadline);
+    const bool was_sent = answer || answer.error().kind != FaultKind::disconnected;
+    return was_sent ? Result<void>{} : failure(answer.error());
+  }
   /// Waits for `time`. Bytes that arrive meanwhile are never accepted as an answer.
   virtual void rest(Duration time) = 0;
   /// Makes the next call try immediately, even if the underlying line is in its rest period after failures.

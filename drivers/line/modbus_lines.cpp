@@ -244,6 +244,18 @@ class ModbusRtu final : public ModbusLine {
     return answer;
   }
 
+  Result<void> send_unconfirmed(ModbusRequest& request, const Deadline& deadline) override {
+    rest(std::min(std::max(silence_, pace_.left()), deadline.left()));
+    const auto sent = stream_->write(encode_rtu_request(request), deadline.left());
+    if (!sent && sent.error().kind == FaultKind::disconnected) return sent;
+    pace_.note_start();
+    answer_may_come_late_ = true;
+    late_answers_ = Deadline(2 * timeout_, clock_);
+    rest(std::min(timeout_, deadline.left()));
+    pace_.note_end(request);
+    return {};
+  }
+
   void rest(Duration time) override {
     std::array<std::byte, kBufferSize> stale;
     const Deadline deadline(time, clock_);

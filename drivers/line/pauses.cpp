@@ -62,6 +62,12 @@ class NotingRegisters final : public Registers {
     activity_->note();
     return done;
   }
+  Result<void> write_unconfirmed(WriteFunction function, std::uint16_t address,
+                                 std::span<const std::uint16_t> words) override {
+    auto done = registers_->write_unconfirmed(function, address, words);
+    activity_->note();
+    return done;
+  }
   void end_rest() override { registers_->end_rest(); }
   std::uint64_t breaks() const override { return registers_->breaks(); }
 

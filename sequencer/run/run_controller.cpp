@@ -256,15 +256,18 @@ std::optional<OperatorRequest> RunController::take_request() {
 /// unless the chamber is being made safe. The air in the gap is unknown: it is assumed to follow the set point if the
 /// machine slept, and to be unchanged otherwise.
 Result<void> RunController::record_gap(std::int64_t slot) {
+  waited_for_chamber_ = false;
   if (slot <= next_slot_) return {};
   const auto missed = slot - next_slot_;
-  note(EventKind::fault, fmt::format("{} s without a tick: the program was late", missed));
   const bool slept = kSecond * missed > kLongestUnattended;
+  waited_for_chamber_ = !slept && rig_.io().overtime() > Duration{};
+  const auto* why = waited_for_chamber_ ? "the program waited for the chamber" : "the program was late";
+  note(EventKind::fault, fmt::format("{} s without a tick: {}", missed, why));
   const bool goes_on = lead_->can_continue_alone() && run_state() != RunState::aborting;
   for (auto left = goes_on ? missed : 0; left > 0; --left)
     state_ = next(profile_, state_, {.elapsed = kSecond, .air = slept ? demanded_set_point(profile_, state_) : air_});
   tally_.count_gap(next_slot_, slot - 1);
-  return store_.append_gap(std::exchange(next_slot_, slot), slot - 1, "the program was late");
+  return store_.append_gap(std::exchange(next_slot_, slot), slot - 1, why);
 }
 
 void RunController::note_all(std::vector<RigChange> changes) {
@@ -318,7 +321,7 @@ interlocks::InterlockInputs RunController::inputs(const Sample& sample, Duration
 interlocks::InterlockDemand RunController::judge_second(const Sample& sample, Duration missed) {
   auto result = judge(rig_.file().limits, std::move(memory_), sample, kSecond + missed, inputs(sample, missed));
   memory_ = std::move(result.memory);
-  note_all(changes_.compare_alarms(result, sample, missed));
+  note_all(changes_.compare_alarms(result, sample, waited_for_chamber_ ? Duration{} : missed));
   return lead_->adjust_demand(std::move(result.demand), second(sample, missed));
 }
 

@@ -196,6 +196,8 @@ class RunController {
   Duration planned_;
   /// The last hold continues because no decision has been made in its time.
   bool is_prolonged_ = false;
+  /// The seconds before this tick are missing because a command to the chamber took longer than its second.
+  bool waited_for_chamber_ = false;
   /// The last second continues until the air has been observed for long enough.
   bool is_end_observed_ = false;
   std::optional<Celsius> air_;  ///< last known

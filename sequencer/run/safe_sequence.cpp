@@ -33,7 +33,7 @@ SafeSequence::SafeSequence(const rig::RigFile& rig) : target_(rig.safe_set_point
 Result<void> SafeSequence::carry_out(io::InstrumentIo& io, bool at_once) {
   Result<void> sent;
   if (evidence_.next() == SafeAction::set_point) {
-    sent = at_once ? io.send_set_point_immediately(target_) : io.send_set_point(target_);
+    sent = at_once ? io.send_safe_set_point(target_, evidence_.must_be_off()) : io.send_set_point(target_);
     if (sent) evidence_.acknowledge(SafeAction::set_point);
   }
   const auto action = evidence_.next();

@@ -28,6 +28,8 @@ constexpr Duration kRetryInterval = std::chrono::milliseconds(300);
 constexpr Duration kLastTryTime = std::chrono::seconds(8);
 constexpr int kLaterStepTries = 3;
 constexpr int kMaxQueries = 3;
+/// The commands are sent without an answer after this many failed tries.
+constexpr int kTriesUntilUnconfirmed = 3;
 
 class Attempt {
  public:
@@ -72,6 +74,7 @@ class Attempt {
     const bool is_other =
         identity ? !goal_.identity.starts_with(*identity) && !goal_.identity.empty()
                  : identity.error().kind == FaultKind::mismatch || identity.error().kind == FaultKind::refused;
+    is_other_ = is_other_ || is_other;
     if (is_other)
       return failure(FaultKind::mismatch, "chamber",
                      fmt::format("nothing is sent to another instrument: {}; the run began with: {}",
@@ -99,8 +102,18 @@ class Attempt {
         return true;
       }
       try_later(sent.error());
+      if (done_.tries % kTriesUntilUnconfirmed == 0) send_unconfirmed(sent.error());
     }
     return false;
+  }
+
+  /// Sends the commands to a chamber whose answers are missing or cannot be understood, if the run has identified it
+  /// and no other instrument answers. This is no evidence, so the attempt fails anyway.
+  void send_unconfirmed(const Fault& fault) {
+    is_other_ = is_other_ || fault.kind == FaultKind::mismatch || fault.kind == FaultKind::refused;
+    if (goal_.identity.empty() || is_other_) return;
+    if (chamber_->send_safe_state_unconfirmed(goal_.set_point, must_be_off()))
+      report(done_.reached, text(fault) + "; the commands were sent without an answer");
   }
 
   /// Reads the state, and keeps it as evidence even if a later command fails.
@@ -166,7 +179,8 @@ class Attempt {
   Duration began_;
   std::unique_ptr<drivers::Chamber> chamber_;
   bool is_recognised_ = false;
-  int unrecognised_ = 0;  ///< queries without an answer
+  int unrecognised_ = 0;   ///< queries without an answer
+  bool is_other_ = false;  ///< another instrument answered
   SafeAttempt done_;
 };
 

@@ -93,6 +93,7 @@ class BenchIo final : public io::InstrumentIo {
   }
 
   std::vector<std::string> mismatched_instruments() const override { return others; }
+  Duration overtime() const override { return over; }
 
   /// Unauthorised programs that use the instruments.
   std::vector<std::string> others;
@@ -100,6 +101,8 @@ class BenchIo final : public io::InstrumentIo {
   std::optional<double> thermometer_c;  ///< first thermometer
   std::vector<std::size_t> silent_thermometers;
   bool gyro_silent = false;  ///< first unit under test
+  /// Time by which waits for the chamber exceed each tick.
+  Duration over{};
   std::size_t units = 1;
   std::vector<bool> switched;
   /// Readings of the first unit's analogue inputs.
@@ -162,8 +165,9 @@ class BenchStore final : public record::Store {
     for (const auto& event : more) (void)append_event(event);
     return {};
   }
-  Result<void> append_gap(std::int64_t first, std::int64_t last, const std::string&) override {
+  Result<void> append_gap(std::int64_t first, std::int64_t last, const std::string& cause) override {
     gap_seconds += last - first + 1;
+    gap_cause = cause;
     return {};
   }
   Result<void> append_event(const Event& event) override {
@@ -188,6 +192,7 @@ class BenchStore final : public record::Store {
   std::vector<Sample> samples;
   std::vector<Event> events;
   std::int64_t gap_seconds = 0;
+  std::string gap_cause{};  ///< the latest
 
  private:
   record::Alarms alarms_;

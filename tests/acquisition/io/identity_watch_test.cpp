@@ -53,7 +53,13 @@ class WiredChamber final : public drivers::Chamber {
   Result<void> send_set_point(Celsius) override { return count_command(); }
   Result<void> start() override { return count_command(); }
   Result<void> stop() override { return count_command(); }
-  int commands = 0;
+  Result<void> send_safe_state_unconfirmed(Celsius, bool off) override {
+    ++unconfirmed;
+    was_switched_off = was_switched_off || off;
+    return {};
+  }
+  int commands = 0, unconfirmed = 0;
+  bool was_switched_off = false;
 
  private:
   Result<void> count_command() {
@@ -247,6 +253,57 @@ TEST(ExchangedChamber, ReceivesNoCommand) {
     }
     EXPECT_EQ(rack.chamber.commands, 1);
   }
+}
+
+TEST(ExchangedChamber, ReceivesNoUnconfirmedCommand) {
+  for (const bool with_workers : {false, true}) {
+    Rack rack;
+    const auto io = with_workers ? InstrumentIo::workers(rack.instruments(), {.patience = 10s})
+                                 : InstrumentIo::inline_calls(rack.instruments());
+    (void)io->read(0, rack.clock);
+    rack.chamber_wire.swap();
+    EXPECT_EQ(io->send_safe_set_point(Celsius{20}, true).error().kind, FaultKind::mismatch);
+    rack.chamber_wire.broken = FaultKind::timeout;
+    EXPECT_FALSE(io->send_safe_set_point(Celsius{20}, true)) << "the other chamber has answered before";
+    EXPECT_EQ(rack.chamber.commands, 0);
+    EXPECT_EQ(rack.chamber.unconfirmed, 0);
+  }
+}
+
+TEST(UnreadableChamber, ReceivesSafeStateWithoutEvidence) {
+  for (const bool with_workers : {false, true})
+    for (const auto kind : {FaultKind::corrupted, FaultKind::timeout, FaultKind::disconnected}) {
+      Rack rack;
+      const auto io = with_workers ? InstrumentIo::workers(rack.instruments(), {.patience = 10s})
+                                   : InstrumentIo::inline_calls(rack.instruments());
+      (void)io->read(0, rack.clock);
+      ASSERT_TRUE(io->send_safe_set_point(Celsius{20}, false));
+      EXPECT_EQ(rack.chamber.unconfirmed, 0) << "the commands were confirmed";
+      rack.chamber_wire.broken = kind;
+      for (int tries = 1; tries < 4; ++tries) {
+        EXPECT_EQ(io->send_safe_set_point(Celsius{20}, true).error().kind, kind);
+        EXPECT_EQ(rack.chamber.unconfirmed, tries);
+        EXPECT_TRUE(rack.chamber.was_switched_off);
+      }
+      rack.chamber_wire.broken.reset();
+      EXPECT_TRUE(io->send_safe_set_point(Celsius{20}, true));
+    }
+}
+
+TEST(UnreadableChamber, ReceivesNothingIfItWasNeverIdentifiedOrRefuses) {
+  Rack rack;
+  auto instruments = rack.instruments();
+  instruments.chamber_known = {};
+  const auto io = InstrumentIo::inline_calls(std::move(instruments));
+  rack.chamber_wire.broken = FaultKind::corrupted;
+  EXPECT_FALSE(io->send_safe_set_point(Celsius{20}, true));
+  EXPECT_EQ(rack.chamber.unconfirmed, 0);
+  Rack refusing;
+  const auto other = InstrumentIo::inline_calls(refusing.instruments());
+  (void)other->read(0, refusing.clock);
+  refusing.chamber_wire.broken = FaultKind::refused;
+  EXPECT_FALSE(other->send_safe_set_point(Celsius{20}, true));
+  EXPECT_EQ(refusing.chamber.unconfirmed, 0);
 }
 
 TEST(ExchangedChamber, IsNotComparedWithoutKnownIdentity) {

@@ -291,6 +291,54 @@ TEST(InstrumentIo, WithdrawsCommandThatCouldNotBegin) {
   EXPECT_EQ(io->read(1, bench.clock).chamber.value->set_point, Celsius{20});
 }
 
+TEST(InstrumentIo, KeepsSafeSetPointAsNextCallOfBusyChamber) {
+  Bench bench;
+  const auto io = InstrumentIo::workers(bench.instruments, {.patience = 20ms});
+  bench.chamber.gate.close();
+  (void)io->read(0, bench.clock);
+  EXPECT_EQ(io->send_safe_set_point(Celsius{5}, false).error().kind, FaultKind::timeout);
+  bench.clock.advance(1s);
+  const auto late = io->read(1, bench.clock);
+  EXPECT_EQ(late.chamber.value.error().kind, FaultKind::timeout);
+  EXPECT_FALSE(io->switch_on(false)) << "is not sent before the safe set point";
+  EXPECT_FALSE(io->send_safe_set_point(Celsius{5}, false));
+  bench.chamber.gate.open();
+  bench.chamber.command_gate.wait_for_arrivals(1);
+  while (bench.chamber.set_point != 5) std::this_thread::yield();
+  bench.clock.advance(1s);
+  Result<void> sent = io->send_safe_set_point(Celsius{5}, false);
+  for (int tries = 0; !sent && tries < 100; ++tries) sent = io->send_safe_set_point(Celsius{5}, false);
+  EXPECT_TRUE(sent) << "the result of the call is reported later";
+  EXPECT_EQ(bench.chamber.reads, 1) << "the second reading had not begun";
+}
+
+TEST(InstrumentIo, LimitsSafeSetPointToRemainderOfTick) {
+  Bench bench;
+  const SteadyClock clock;
+  const auto io = InstrumentIo::workers(bench.instruments, {.patience = 300ms, .tick = 320ms});
+  bench.chamber.gate.close();
+  const auto began = clock.now().since_start;
+  (void)io->read(0, clock);
+  EXPECT_FALSE(io->send_safe_set_point(Celsius{5}, false));
+  EXPECT_LT(clock.now().since_start - began, 600ms) << "not the whole patience after the reading";
+  EXPECT_EQ(io->overtime(), 0s);
+  bench.chamber.gate.open();
+}
+
+TEST(InstrumentIo, MeasuresOvertimeOfCommands) {
+  Bench bench;
+  const SteadyClock clock;
+  const auto io = InstrumentIo::workers(bench.instruments, {.interval = 100ms, .patience = 300ms, .tick = 90ms});
+  (void)io->read(0, clock);
+  EXPECT_EQ(io->overtime(), 0s);
+  bench.chamber.command_gate.close();
+  EXPECT_FALSE(io->send_set_point_immediately(Celsius{5}));
+  EXPECT_GT(io->overtime(), 100ms);
+  bench.chamber.command_gate.open();
+  (void)io->read(1, clock);
+  EXPECT_EQ(io->overtime(), 0s);
+}
+
 TEST(InstrumentIo, ReportsUnconfirmedCommandAsUnknown) {
   Bench bench;
   bench.chamber.command_gate.close();

@@ -554,6 +554,23 @@ TEST(BrokenRig, TreatsLostReadingInLateSecondAsNoSilence) {
   EXPECT_EQ(bench.run_controller().run_state(), RunState::execute);
 }
 
+TEST(BrokenRig, AttributesSecondsWithoutTickToChamberThatWasAwaited) {
+  for (const bool waits : {true, false}) {
+    tests::Bench bench(kSoak);
+    bench.seconds(400);
+    bench.instruments().over = waits ? std::chrono::milliseconds(200) : Duration{};
+    bench.chamber().silent = true;
+    for (int i = 0; i < 12; ++i) {
+      bench.late(1);
+      bench.seconds(1);
+    }
+    EXPECT_EQ(bench.record().gap_cause, waits ? "the program waited for the chamber" : "the program was late");
+    EXPECT_EQ(bench.told(EventKind::fault, "1 s without a tick: " + bench.record().gap_cause), true);
+    EXPECT_EQ(bench.told(EventKind::fault, "host_late"), !waits) << "only a late program shows a busy machine";
+    EXPECT_EQ(bench.record().gap_seconds, 12) << "each second is accounted for";
+  }
+}
+
 /// Applies also if another cause stops the run, or if the chamber does not answer at first.
 TEST(BrokenRig, WaitsForAirToReturnAfterPause) {
   for (const int pause : {100, 125})

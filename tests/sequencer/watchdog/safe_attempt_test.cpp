@@ -31,6 +31,7 @@ class FakeChamber final : public drivers::Chamber {
     ChamberActivity activity = ChamberActivity::running;
     int connections = 0;
     Result<std::string> who = std::string("Watlow F4T (serial_number = 111)");
+    int unconfirmed = 0, unconfirmed_stops = 0;
     std::string heard;
   };
   explicit FakeChamber(ProfileState& state) : state_(state) { ++state.connections; }
@@ -57,6 +58,12 @@ class FakeChamber final : public drivers::Chamber {
     state_.heard += "program ";
     if (state_.keeps_program) return failure(FaultKind::refused, "chamber", "no");
     state_.runs_program = false;
+    return {};
+  }
+  Result<void> send_safe_state_unconfirmed(Celsius target, bool off) override {
+    EXPECT_EQ(target, Celsius{23});
+    ++state_.unconfirmed;
+    if (off) ++state_.unconfirmed_stops;
     return {};
   }
   Result<void> start() override {
@@ -120,6 +127,40 @@ TEST(MakeSafe, SendsSetPointWhenIdentityQueryIsLost) {
   state.who = failure(FaultKind::timeout, "part_number", "no reply");
   EXPECT_EQ(attempt(state).reached, SafeStage::all);
   EXPECT_EQ(state.set_point, (Celsius{23}));
+}
+
+TEST(MakeSafe, SendsCommandsWithoutAnswerToKnownChamberThatCannotBeUnderstood) {
+  for (const auto kind : {FaultKind::corrupted, FaultKind::timeout})
+    for (const bool switch_off : {false, true}) {
+      SafeGoal goal = switch_off ? kOff : SafeGoal{.set_point = {23}, .tolerance = {0.1}};
+      goal.identity = "Watlow F4T (serial_number = 111)";
+      FakeChamber::ProfileState state;
+      state.who = failure(kind, "part_number", "no reply");
+      state.silent_tries = 1000;
+      state.silence = kind;
+      const auto tried = attempt(state, goal);
+      EXPECT_EQ(tried.reached, SafeStage::nothing) << "this is no evidence";
+      EXPECT_GT(state.unconfirmed, 1);
+      EXPECT_EQ(state.unconfirmed_stops, switch_off ? state.unconfirmed : 0);
+      EXPECT_NE(tried.details.find("sent without an answer"), std::string::npos) << tried.details;
+    }
+}
+
+TEST(MakeSafe, SendsNothingWithoutAnswerToUnknownOrOtherChamber) {
+  FakeChamber::ProfileState state;
+  state.who = failure(FaultKind::corrupted, "part_number", "no reply");
+  state.silent_tries = 1000;
+  (void)attempt(state);
+  EXPECT_EQ(state.unconfirmed, 0) << "the run had not identified it";
+  const SafeGoal known{.set_point = {23}, .tolerance = {0.1}, .identity = "Watlow F4T (serial_number = 111)"};
+  for (const Result<std::string>& other :
+       {Result<std::string>("Watlow F4T (serial_number = 222)"),
+        Result<std::string>(failure(FaultKind::refused, "part_number", "exception 2"))}) {
+    FakeChamber::ProfileState exchanged;
+    exchanged.who = other;
+    (void)attempt(exchanged, known);
+    EXPECT_EQ(exchanged.unconfirmed, 0);
+  }
 }
 
 TEST(MakeSafe, IsConfirmedOnlyByReadBack) {

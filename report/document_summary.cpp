@@ -15,6 +15,7 @@ namespace {
 /// Value of one quantity in a result that has a single row.
 struct SummaryValue {
   const ResultTable* table = nullptr;
+  std::string quantity{};
   ReportedValue value{};
   std::string unit{};
 };
@@ -22,7 +23,7 @@ struct SummaryValue {
 std::optional<SummaryValue> find_value(const ResultTable* table, const char* quantity) {
   const Column* column = table == nullptr ? nullptr : find_column(*table, quantity);
   if (column == nullptr || column->values.empty() || !std::isfinite(column->values.front().value)) return {};
-  return SummaryValue{table, column->values.front(), column->unit};
+  return SummaryValue{table, quantity, column->values.front(), column->unit};
 }
 
 std::optional<SummaryValue> find_result_value(const CalibrationReport& report, const char* key, const char* quantity,
@@ -99,40 +100,43 @@ void add_calibrated_item(DocumentWriter& writer) {
   writer.add(std::move(lines).finish());
 }
 
-/// Returns the worst verdict on an axis at a stage; pass if no limit applies to it.
-Verdict worst_verdict(const CalibrationReport& report, const std::string& axis, Stage stage) {
-  Verdict worst = Verdict::pass;
+/// Returns the worst verdict on a figure: on its own quantity, axis, stage and record. Returns nothing if no limit
+/// applies to it.
+std::optional<Verdict> find_verdict(const CalibrationReport& report, const SummaryValue& figure) {
+  std::optional<Verdict> worst;
+  const ResultTable& own = *figure.table;
   for (const Conformity& one : report.conformity)
-    if (one.axis == axis && one.stage == stage) worst = std::max(worst, one.verdict);
+    if (one.quantity == own.key + "." + figure.quantity && one.axis == own.axis && one.stage == own.stage &&
+        one.run == own.run)
+      worst = std::max(worst.value_or(Verdict::pass), one.verdict);
   return worst;
 }
 
-KeyFigures::Entry key_figure(const DocumentWriter& writer, const SummaryValue& figure, const char* label_key,
-                             bool best) {
+KeyFigures::Entry key_figure(const DocumentWriter& writer, const SummaryValue& figure, const char* label_key) {
   const std::string stage = writer.translated(std::string("key.") + name(figure.table->stage));
   std::string label = writer.sentence("key.of_stage", writer.translated(label_key), stage);
   if (const std::string note = coverage_note(writer.language, figure.value); !note.empty()) label += " (" + note + ")";
   if (figure.table->in_sample) label += ", " + writer.translated("label.in_sample");
+  const std::optional<Verdict> verdict = find_verdict(writer.report, figure);
+  if (verdict) label += "; " + writer.translated(name(*verdict));
   return {.value = format(writer.language, figure.value),
           .unit = format_unit(figure.unit),
           .label = std::move(label),
-          .best = best};
+          .best = verdict == Verdict::pass};
 }
 
 void add_key_figures(DocumentWriter& writer, const std::string& axis) {
   const CalibrationReport& report = writer.report;
   const Stage last = find_last_stage(report, axis);
   KeyFigures keys{.title = axis.empty() ? "" : writer.sentence("heading.axis", axis), .figures = {}};
-  const auto take = [&](const std::optional<SummaryValue>& figure, const char* label_key, bool best) {
-    if (figure) keys.figures.push_back(key_figure(writer, *figure, label_key, best));
+  const auto take = [&](const std::optional<SummaryValue>& figure, const char* label_key) {
+    if (figure) keys.figures.push_back(key_figure(writer, *figure, label_key));
   };
   const auto mean = find_mean(report, axis, last);
-  const Verdict verdict = worst_verdict(report, axis, last);
-  take(mean, "key.mean", verdict == Verdict::pass);
-  if (mean && verdict != Verdict::pass) keys.figures.back().label += "; " + writer.translated(name(verdict));
-  take(find_result_value(report, "whole_run", "rmse", axis, last), "key.rmse", false);
-  take(find_result_value(report, "whole_run", "std", axis, last), "key.std", false);
-  take(find_mean_as_found(report, last, mean), "key.mean", false);
+  take(mean, "key.mean");
+  take(find_result_value(report, "whole_run", "rmse", axis, last), "key.rmse");
+  take(find_result_value(report, "whole_run", "std", axis, last), "key.std");
+  take(find_mean_as_found(report, last, mean), "key.mean");
   if (!keys.figures.empty()) writer.add(std::move(keys));
 }
 

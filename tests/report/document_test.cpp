@@ -216,6 +216,43 @@ TEST(Document, BeginsWithMeanOfEachAxis) {
   EXPECT_TRUE(has(keys[0].figures[3].label, "as found"));
 }
 
+/// A limit applies to one quantity of one axis, stage and record. The other figures have no verdict and no colour.
+TEST(Document, KeyFigureHasOnlyVerdictOfItsOwnLimit) {
+  CalibrationReport report = sample_calibration();
+  const auto own = report.conformity[1];  // compensated mean of u1.x, as left: pass
+  report.conformity.clear();
+  const auto figures = [&](std::size_t axis) {
+    return all_of<KeyFigures>(make_document(report, Language::english)).at(axis).figures;
+  };
+  for (std::size_t axis = 0; axis < 2; ++axis)
+    for (const KeyFigures::Entry& one : figures(axis)) EXPECT_FALSE(one.best) << one.label;
+  const auto judge = [&](const char* quantity, Verdict verdict, auto change) {
+    Conformity one = own;
+    one.quantity = quantity;
+    one.verdict = verdict;
+    change(one);
+    report.conformity.push_back(one);
+  };
+  const auto keep = [](Conformity&) {};
+  judge("compensated_mean.compensated_bias", Verdict::pass, keep);
+  judge("stabilised_bias.bias", Verdict::fail, keep);
+  judge("compensated_mean.compensated_bias", Verdict::fail, [](Conformity& one) { one.run = "another"; });
+  judge("compensated_mean.compensated_bias", Verdict::conditional_fail, [](Conformity& one) { one.axis = "u1.y"; });
+  judge("whole_run.rmse", Verdict::conditional_pass, keep);
+  judge("whole_run.std", Verdict::fail, [](Conformity& one) { one.stage = Stage::uncompensated; });
+  judge("compensated_mean.compensated_bias", Verdict::fail, [](Conformity& one) { one.stage = Stage::as_found; });
+  const auto x = figures(0), y = figures(1);
+  ASSERT_EQ(x.size(), 4u);
+  EXPECT_TRUE(x[0].best && x[0].label.ends_with("; Pass")) << x[0].label;
+  EXPECT_TRUE(!x[1].best && x[1].label.ends_with("; Conditional pass")) << x[1].label;
+  EXPECT_TRUE(!x[2].best && !has(x[2].label, ";")) << x[2].label;
+  EXPECT_TRUE(!x[3].best && x[3].label.ends_with("; Fail")) << x[3].label;
+  EXPECT_TRUE(!y[0].best && y[0].label.ends_with("; Conditional fail")) << y[0].label;
+  for (std::size_t k = 1; k < y.size(); ++k) EXPECT_TRUE(!y[k].best && !has(y[k].label, ";")) << y[k].label;
+  judge("compensated_mean.compensated_bias", Verdict::not_known, keep);
+  EXPECT_FALSE(figures(0)[0].best) << "the worst of two limits of one quantity";
+}
+
 /// The model is trained on the ramp run and verified on the random run, which has another bias.
 TEST(Document, ComparesStagesOfOneRecord) {
   CalibrationReport report = sample_calibration();

@@ -39,14 +39,21 @@ struct TerminalSize {
   std::size_t columns = 80, rows = 24;
 };
 
-/// Returns the size of the terminal on stderr, or 80 × 24.
-TerminalSize terminal_size() {
+/// Returns the size of the terminal on a descriptor, or 80 × 24.
+TerminalSize terminal_size(int descriptor) {
   winsize size{};
   TerminalSize found;
-  if (::ioctl(STDERR_FILENO, TIOCGWINSZ, &size) != 0) return found;
+  if (::ioctl(descriptor, TIOCGWINSZ, &size) != 0) return found;
   if (size.ws_col > 0) found.columns = size.ws_col;
   if (size.ws_row > 0) found.rows = size.ws_row;
   return found;
+}
+
+/// Breaks lines that are longer than the terminal on a descriptor. Leaves the text unchanged for a pipe or a file.
+std::string fit_to_terminal(std::string_view text, int descriptor) {
+  if (::isatty(descriptor) != 1) return std::string(text);
+  constexpr std::size_t kNarrowest = 20;
+  return wrap_lines(text, std::max(terminal_size(descriptor).columns, kNarrowest));
 }
 
 }  // namespace
@@ -75,7 +82,7 @@ void Console::draw(std::vector<std::string> lines) {
 }
 
 void Console::print_message(std::string_view message) {
-  if (!quiet) write_message(fmt::format("{}\n", message));
+  if (!quiet) write_message(fmt::format("{}\n", fit_to_terminal(message, STDERR_FILENO)));
 }
 
 void Console::print_detail(std::string_view message) {
@@ -86,6 +93,10 @@ void Console::print(std::string_view text) {
   print_fact([&](std::size_t) { return plain(text, Blanks::kept); });
 }
 
+void Console::print_report(std::string_view text) {
+  print(json ? std::string(text) : fit_to_terminal(plain(text, Blanks::kept), STDOUT_FILENO));
+}
+
 /// Erases the panel first, because stdout may be the same terminal.
 void Console::print_fact(const std::function<std::string(std::size_t missed)>& text) {
   if (redraws_) write_message({});
@@ -93,7 +104,7 @@ void Console::print_fact(const std::function<std::string(std::size_t missed)>& t
 }
 
 void Console::print_fault(std::string_view program, const Fault& fault) {
-  write_message(fmt::format("{}: {}\n", program, text(fault)));
+  write_message(fit_to_terminal(fmt::format("{}: {}\n", program, text(fault)), STDERR_FILENO));
 }
 
 bool Console::can_ask() const { return ::isatty(STDIN_FILENO) == 1 && ::isatty(STDERR_FILENO) == 1; }
@@ -133,7 +144,7 @@ void Console::panel(const std::function<std::vector<std::string>()>& lines, bool
   last_shown_ = now;
   auto shown = lines();
   if (!redraws_) return write_message(shown.front() + "\n");
-  const auto [columns, rows] = terminal_size();
+  const auto [columns, rows] = terminal_size(STDERR_FILENO);
   // Lines that have scrolled off the top cannot be redrawn.
   if (shown.size() >= rows) shown.resize(std::max<std::size_t>(rows, 2) - 1);
   for (auto& line : shown) line = truncate_line(plain(line), columns);

@@ -33,12 +33,15 @@ class Console {
   /// is dropped. The next message or fact reports how many messages or facts were dropped before it.
   void never_wait();
 
-  /// Prints one line on stderr unless --quiet was given.
+  /// Prints one line on stderr unless --quiet was given. On a terminal, a line that is too long is broken at blanks.
   void print_message(std::string_view message);
   /// Prints one line of detail on stderr if --verbose was given.
   void print_detail(std::string_view message);
   /// Prints text on stdout, without characters that could control a terminal.
   void print(std::string_view text);
+  /// Prints a text for a person on stdout. On a terminal, lines that are too long are broken at blanks. With --json,
+  /// prints the text unchanged.
+  void print_report(std::string_view text);
   /// Prints a line of data on stdout. `text` returns the line; `missed` is the number of lines that were dropped before
   /// it.
   void print_fact(const std::function<std::string(std::size_t missed)>& text);

@@ -5,6 +5,7 @@
 #include <poll.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <condition_variable>
@@ -163,6 +164,51 @@ std::string truncate_line(const std::string& line, std::size_t width) {
   for (std::size_t i = 0; i < line.size(); ++i)
     if ((static_cast<unsigned char>(line[i]) & 0xC0) != 0x80 && characters++ == width) return line.substr(0, i);
   return line;
+}
+
+namespace {
+
+std::size_t count_characters(std::string_view text) {
+  return static_cast<std::size_t>(
+      std::ranges::count_if(text, [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; }));
+}
+
+void wrap_line(std::string_view line, std::size_t width, std::string& wrapped) {
+  constexpr std::size_t kMoreIndent = 2;
+  if (count_characters(line) <= width) return void(wrapped += line);
+  const auto indent = std::min(line.find_first_not_of(' '), line.size());
+  std::size_t used = 0;
+  bool is_first = true;
+  for (std::size_t at = 0; at < line.size();) {
+    const auto word = std::min(line.find_first_not_of(' ', at), line.size());
+    const auto end = std::min(line.find(' ', word), line.size());
+    const auto blanks = word - at, length = count_characters(line.substr(word, end - word));
+    if (length == 0) break;
+    if (!is_first && used + blanks + length > width) {
+      wrapped += '\n' + std::string(indent + kMoreIndent, ' ');
+      used = indent + kMoreIndent;
+    } else {
+      wrapped.append(blanks, ' ');
+      used += blanks;
+    }
+    wrapped += line.substr(word, end - word);
+    used += length;
+    is_first = false;
+    at = end;
+  }
+}
+
+}  // namespace
+
+std::string wrap_lines(std::string_view text, std::size_t width) {
+  std::string wrapped;
+  for (std::size_t at = 0; at < text.size();) {
+    const auto end = std::min(text.find('\n', at), text.size());
+    wrap_line(text.substr(at, end - at), width, wrapped);
+    if (end < text.size()) wrapped += '\n';
+    at = end + 1;
+  }
+  return wrapped;
 }
 
 }  // namespace gyrotherm::app

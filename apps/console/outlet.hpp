@@ -66,4 +66,8 @@ class Screen {
 /// Shortens a line to `width` characters, because a line that wraps cannot be erased completely.
 [[nodiscard]] std::string truncate_line(const std::string& line, std::size_t width);
 
+/// Breaks each line that is longer than `width` characters at blanks. The parts after the first one are indented by two
+/// characters more than the line. A word that is longer than a line is not broken.
+[[nodiscard]] std::string wrap_lines(std::string_view text, std::size_t width);
+
 }  // namespace gyrotherm::app

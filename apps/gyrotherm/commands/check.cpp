@@ -11,6 +11,7 @@
 #include "apps/gyrotherm/run/checked_profile.hpp"
 #include "apps/gyrotherm/run/readiness.hpp"
 #include "core/clock.hpp"
+#include "core/count_text.hpp"
 #include "core/file.hpp"
 #include "core/json.hpp"
 #include "drivers/chamber/register_map.hpp"
@@ -174,7 +175,7 @@ std::string unstable_lines(const rig::RigFile& rig) {
 /// Describes how many set points a run sends. Warns if the controller stores each of them in memory with limited
 /// writes.
 std::string set_point_lines(std::int64_t count, const rig::RigFile* rig) {
-  auto lines = fmt::format("\n  a run sends {} set points\n", count);
+  auto lines = fmt::format("\n  a run sends {}\n", format_count(count, "set point"));
   const auto endures = rig ? rig->chamber_map.limits.nonvolatile : 0;
   if (endures == 0) return lines;
   return lines + fmt::format(
@@ -445,7 +446,7 @@ Result<Exit> check(Console& console, const CheckArguments& options) {
     rig = std::move(*checked);
   }
   if (found.fault) {  // print all findings before the fault
-    console.print(console.json ? json_text(found.json) + "\n" : found.words);
+    console.print_report(console.json ? json_text(found.json) + "\n" : found.words);
     return failure(*found.fault);
   }
   if (rig && options.profile.empty())
@@ -467,7 +468,7 @@ Result<Exit> check(Console& console, const CheckArguments& options) {
     if (rig && rig->chamber_map.limits.nonvolatile > 0)
       found.json["profile"]["nonvolatile_set_points"] = rig->chamber_map.limits.nonvolatile;
   }
-  console.print(console.json ? json_text(found.json) + "\n" : found.words);
+  console.print_report(console.json ? json_text(found.json) + "\n" : found.words);
   return Exit::done;
 }
 

@@ -177,7 +177,7 @@ Json findings_json(const std::vector<Finding>& findings) {
 Result<Exit> doctor(Console& console, const DoctorArguments& options) {
   const auto findings = run_checks(options);
   if (!findings) return failure(findings.error());
-  console.print(console.json ? json_text(findings_json(*findings)) + "\n" : describe(*findings));
+  console.print_report(console.json ? json_text(findings_json(*findings)) + "\n" : describe(*findings));
   const auto first = std::ranges::find(*findings, FindingState::fault, &Finding::state);
   if (first == findings->end()) return Exit::done;
   const auto faults = std::ranges::count(*findings, FindingState::fault, &Finding::state);

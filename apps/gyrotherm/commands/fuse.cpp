@@ -21,6 +21,7 @@
 #include "apps/gyrotherm/recorded_run.hpp"
 #include "core/file.hpp"
 #include "core/json.hpp"
+#include "core/number_text.hpp"
 #include "report/fusion_view.hpp"
 
 namespace gyrotherm::app {
@@ -209,19 +210,20 @@ std::string describe_rest(const model::FusionSummary& summary) {
                      vector_line("U (k = 2), °/h", rest.rate.expanded_deg_per_h) +
                      vector_line("rate minus Earth rate, °/h", rest.residual_deg_per_h);
   text += rest.heading_deg
-              ? fmt::format("  {:<34} {:.4f}° ± {:.4f}° (95 %); the record states {:.4f}°\n", "heading of x",
-                            *rest.heading_deg, *rest.heading_expanded_deg, *summary.said_heading_deg)
+              ? fmt::format("  {:<34} ({})° (95 %); the record states {:.4f}°\n", "heading of x",
+                            format_with_error(*rest.heading_deg, *rest.heading_expanded_deg), *summary.said_heading_deg)
               : fmt::format("  {:<34} not found: {}\n", "heading of x", rest.no_heading);
   if (rest.turn_deg.empty()) return text;
   text += fmt::format("  {:<34} {:.1f} of {}, limit {:.1f}\n", "χ² of readings and priors", rest.statistic,
                       rest.bias_deg_per_h.size(), rest.limit);
   for (std::size_t k = 0; k < 3; ++k) {
     constexpr const char* kTurns[] = {"turn about north", "turn about east", "turn about down"};
-    text += fmt::format("  {:<34} {:.4f}° ± {:.4f}° (k = 1)\n", kTurns[k], rest.turn_deg[k], rest.turn_std_deg[k]);
+    text +=
+        fmt::format("  {:<34} ({})° (k = 1)\n", kTurns[k], format_with_error(rest.turn_deg[k], rest.turn_std_deg[k]));
   }
   for (std::size_t a = 0; a < rest.axes.size(); ++a)
-    text += fmt::format("  {:<34} {:.5f} ± {:.5f} °/h (k = 1)\n", "bias of " + rest.axes[a], rest.bias_deg_per_h[a],
-                        rest.bias_std_deg_per_h[a]);
+    text += fmt::format("  {:<34} {} °/h (k = 1)\n", "bias of " + rest.axes[a],
+                        format_with_error(rest.bias_deg_per_h[a], rest.bias_std_deg_per_h[a]));
   return text;
 }
 
@@ -320,7 +322,7 @@ Result<void> fuse_one(Console& console, const std::string& path, const HealthyRe
   if (options.out == "-") {
     console.print_message(summary);
   } else {
-    console.print(summary);
+    console.print_report(summary);
   }
   return {};
 }

@@ -10,6 +10,7 @@
 #include "apps/console/interrupt.hpp"
 #include "apps/gyrotherm/recorded_run.hpp"
 #include "core/json.hpp"
+#include "core/number_text.hpp"
 
 namespace gyrotherm::app {
 namespace {
@@ -69,8 +70,9 @@ Result<std::vector<SupportVectorResult>> confirm_steps(Console& console, const P
 std::string join_names(const std::vector<std::string>& names) { return fmt::format("{}", fmt::join(names, " ")); }
 
 std::string row(const std::string& what, const model::SubsetAccuracy& set, const SupportVectorResult* confirmed) {
-  auto text = fmt::format("  {:<12} {:>9.5f} ± {:.5f} {:>+11.6f} ± {:.6f}", what, set.held_out.std,
-                          standard_error_of_std(set.held_out), set.price_deg_per_h, set.price_error_deg_per_h);
+  auto text = fmt::format("  {:<12} {:>19} {:>21}", what,
+                          format_with_error(set.held_out.std, standard_error_of_std(set.held_out)),
+                          format_with_error(set.price_deg_per_h, set.price_error_deg_per_h));
   if (set.unseen) text += fmt::format(" {:>9.5f}", set.unseen->std);
   if (confirmed != nullptr) {
     text += fmt::format(" {:>9.5f}", confirmed->held_out.std);
@@ -81,7 +83,7 @@ std::string row(const std::string& what, const model::SubsetAccuracy& set, const
 
 std::string heading(std::string_view what, const model::Placement& placement,
                     const std::vector<SupportVectorResult>& confirmed) {
-  auto text = fmt::format("  {:<12} {:>9}   {:<7} {:>11}   {:<8}", what, "held out", "", "price", "");
+  auto text = fmt::format("  {:<12} {:>19} {:>21}", what, "held out", "price");
   if (placement.all.unseen) text += fmt::format(" {:>9}", "unseen");
   if (!confirmed.empty()) {
     text += fmt::format(" {:>9}", "svr");
@@ -114,8 +116,9 @@ std::string describe(const RecordedRuns& records, const model::Placement& placem
             row(join_names(placement.best_three->left_out), *placement.best_three, nullptr);
   const auto spared = static_cast<std::size_t>(placement.spared);
   const auto& enough = spared == 0 ? placement.all : placement.elimination[spared - 1];
-  return text + fmt::format("{} of {} thermometers can be left out at a price within its error; {} suffice\n", spared,
-                            placement.all.kept.size(), join_names(enough.kept));
+  return text + fmt::format("{} of {} thermometers can be left out at a price within its error; {} {}\n", spared,
+                            placement.all.kept.size(), join_names(enough.kept),
+                            enough.kept.size() == 1 ? "suffices" : "suffice");
 }
 
 Json set_json(const model::SubsetAccuracy& set, const SupportVectorResult* confirmed = nullptr) {
@@ -184,7 +187,8 @@ Result<Exit> rank_thermometers(Console& console, const PlacementArguments& given
   if (!placement) return failure(placement.error());
   const auto confirmed = confirm_steps(console, options, *records, *unseen, *placement);
   if (!confirmed) return failure(confirmed.error());
-  console.print(console.json ? json(*records, *placement, *confirmed) : describe(*records, *placement, *confirmed));
+  console.print_report(console.json ? json(*records, *placement, *confirmed)
+                                    : describe(*records, *placement, *confirmed));
   return Exit::done;
 }
 

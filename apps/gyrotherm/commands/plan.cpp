@@ -148,7 +148,7 @@ Result<Exit> plan_and_write(Console& console, const PlanArguments& options) {
   if (const auto valid = parse_checked_profile(&*rig, text, options.out); !valid) return failure(valid.error());
   if (auto written = replace_text_file(options.out, text); !written) return failure(written.error());
   if (auto written = replace_text_file(figure, to_svg(*plan)); !written) return failure(written.error());
-  console.print(console.json ? to_json(*plan) : describe(*plan));
+  console.print_report(console.json ? to_json(*plan) : describe(*plan));
   console.print_message(fmt::format("{} and {} written", options.out, figure));
   return is_met(*plan) ? Exit::done : Exit::outside_limits;
 }

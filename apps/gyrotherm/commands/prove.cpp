@@ -71,7 +71,7 @@ Result<Exit> file_proof(Console& console, const prove::Proof& proof, const std::
     return failure(written.error());
   if (!key.key_file.empty())
     if (auto done = sign_protocol(folder, proof_protocol(), key); !done) return failure(done.error());
-  console.print(console.json ? to_json(proof) : outcome_lines(proof));
+  console.print_report(console.json ? to_json(proof) : outcome_lines(proof));
   console.print_message(fmt::format("{}: protocol{}", folder, key.key_file.empty() ? ", UNSIGNED" : ", signed"));
   if (!proof.is_as_found)
     return failure(FaultKind::mismatch, proof.rig_file,

@@ -322,7 +322,7 @@ Result<Exit> print_outcome(Console& console, const QualifyArguments& options, co
                            Timings& timings) {
   const auto& [trained, report] = outcome;
   if (auto written = write_report_and_timings(console, options, timings); !written) return failure(written.error());
-  console.print(console.json ? to_json(report) : result_table(report, trained) + later_table(report));
+  console.print_report(console.json ? to_json(report) : result_table(report, trained) + later_table(report));
   for (const report::AcceptedLimit& limit : report.accept)
     if (!limit.passed)
       console.print_message(fmt::format("FAIL: {} is {:.5g}, limit {:.5g}", limit.figure, limit.value, limit.limit));
@@ -389,7 +389,7 @@ Result<Exit> qualify_lot(Console& console, const QualifyArguments& options, cons
   if (!summary) return failure(summary.error());
   if (is_whole)
     if (auto written = write_report_and_timings(console, options, timings); !written) return failure(written.error());
-  console.print(console.json ? to_json(*summary) : describe(*summary));
+  console.print_report(console.json ? to_json(*summary) : describe(*summary));
   if (is_whole) console.print_message(timings.describe() + options.out + "/lot.html");
   return overall_verdict(*summary) == "FAIL" ? Exit::outside_limits : Exit::done;
 }

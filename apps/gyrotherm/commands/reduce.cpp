@@ -62,7 +62,7 @@ Result<Exit> reduce_and_write(Console& console, const ReduceArguments& options) 
   const auto smaller = reduce(*model, *all, options.goal);
   if (!smaller) return failure(smaller.error());
   if (auto written = write_model(options.out, *smaller); !written) return failure(written.error());
-  console.print(console.json ? to_json(*smaller) : describe(*smaller->reduction));
+  console.print_report(console.json ? to_json(*smaller) : describe(*smaller->reduction));
   return Exit::done;
 }
 

@@ -113,7 +113,7 @@ Result<Exit> compare_reports(Console& console, const CompareArguments& options) 
     if (auto same = check_is_unchanged(console, *one); !same) return failure(same.error());
   const auto comparison = report::compare_files(*before, *now, options.check_standard);
   if (!comparison) return failure(comparison.error());
-  console.print(console.json ? to_json(*comparison) : describe(*comparison));
+  console.print_report(console.json ? to_json(*comparison) : describe(*comparison));
   if (options.out.empty()) return Exit::done;
   const ComparedFiles files{.before = before->path, .now = now->path, .history = options.check_standard};
   return write_comparison(console, *comparison, files, options.out, options.languages).map([] { return Exit::done; });

@@ -54,7 +54,7 @@ Result<Exit> add_check_runs(Console& console, const StandardArguments& options) 
   if (!checked) return failure(checked.error());
   if (standard->text != before)
     if (auto written = replace_text_file(standard->path, standard->text); !written) return failure(written.error());
-  console.print(console.json ? to_json(*checked) : describe(*checked));
+  console.print_report(console.json ? to_json(*checked) : describe(*checked));
   if (auto written = write_chart(console, options, *checked); !written) return failure(written.error());
   return checked->assessment.is_open() ? Exit::outside_limits : Exit::done;
 }
@@ -82,7 +82,7 @@ Result<Exit> explain(Console& console, const ExplainArguments& options) {
   const auto explained = standard::assess_standard(standard->text, standard->path);
   if (!explained) return failure(explained.error());
   if (auto written = replace_text_file(standard->path, standard->text); !written) return failure(written.error());
-  console.print(console.json ? to_json(*explained) : describe(*explained));
+  console.print_report(console.json ? to_json(*explained) : describe(*explained));
   return explained->assessment.is_open() ? Exit::outside_limits : Exit::done;
 }
 

@@ -17,6 +17,7 @@
 #include "core/clock.hpp"
 #include "core/count_text.hpp"
 #include "core/json.hpp"
+#include "sequencer/run/run_tally.hpp"
 #include "sequencer/watchdog/guard_post.hpp"
 #include "sequencer/watchdog/safe_state_file.hpp"
 
@@ -162,8 +163,8 @@ std::string describe(const record::RunStatus& status) {
   if (!status.unreleased.empty()) text += fmt::format("  UNRELEASED: {}\n", fmt::join(status.unreleased, ", "));
   text += units_line(status);
   if (is_imported(status)) return text + " " + thermometer_line(status);
-  text += fmt::format("  up to second {}, acknowledged up to {}, {} faulty readings\n", status.slot,
-                      status.acknowledged, status.faults);
+  text += fmt::format("  up to second {}, acknowledged up to {}, {}\n", status.slot, status.acknowledged,
+                      run::describe_faults(status.faults - status.faults_while_off, status.faults_while_off));
   if (status.segment_count > 0)
     text += fmt::format("  segment {} of {}, {}: {}\n", status.segment_index + 1, status.segment_count, status.segment,
                         name(status.phase));
@@ -238,7 +239,7 @@ Result<Exit> print_status(Console& console, const std::string& path) {
   if (console.json)
     console.print(to_json(*status, *guard));
   else
-    console.print(describe(*status) + guard_lines(path) + (*guard ? "  " + describe(**guard) + "\n" : ""));
+    console.print_report(describe(*status) + guard_lines(path) + (*guard ? "  " + describe(**guard) + "\n" : ""));
   if (!status->being_written && !status->finished)
     if (const auto files = record::find_record_files(path)) warn_of_missing_files(console, *files);
   return Exit::done;
@@ -250,10 +251,11 @@ Result<Exit> verify(Console& console, const std::string& path) {
   const auto verified = files ? record::verify_record(*files) : failure(files.error());
   if (!verified) return failure(verified.error());
   warn_of_missing_files(console, *files);
-  console.print(console.json ? fmt::format("{{\"rows\": {}, \"files\": {}, \"finished\": {}, \"manifest\": {}}}\n",
-                                           verified->rows, verified->files, verified->finished, verified->manifest)
-                             : fmt::format("{}: verified, all {} rows are unchanged{}\n", path, verified->rows,
-                                           verified->manifest ? " and the file matches its manifest" : ""));
+  console.print_report(console.json
+                           ? fmt::format("{{\"rows\": {}, \"files\": {}, \"finished\": {}, \"manifest\": {}}}\n",
+                                         verified->rows, verified->files, verified->finished, verified->manifest)
+                           : fmt::format("{}: verified, all {} rows are unchanged{}\n", path, verified->rows,
+                                         verified->manifest ? " and the file matches its manifest" : ""));
   return Exit::done;
 }
 

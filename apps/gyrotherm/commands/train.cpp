@@ -144,7 +144,7 @@ Result<Exit> train_and_write(Console& console, const TrainArguments& options) {
   const data::Figures raw = raw_figures(*records);
   add_warnings(*model, *records, options.cluster_length_s);
   if (auto written = write_model(options.out, *model); !written) return failure(written.error());
-  console.print(console.json ? to_json(*model) : describe_trained(*model, raw));
+  console.print_report(console.json ? to_json(*model) : describe_trained(*model, raw));
   return Exit::done;
 }
 

@@ -153,7 +153,7 @@ Result<Exit> learn_and_write(Console& console, const TypePriorArguments& options
   for (const SeenRun& seen : units->seen) prior->records.push_back(seen.record);
   const auto json = to_json(*prior);
   if (auto written = replace_text_file(options.out, json); !written) return failure(written.error());
-  console.print(console.json ? json : describe(*prior, units->units));
+  console.print_report(console.json ? json : describe(*prior, units->units));
   return Exit::done;
 }
 

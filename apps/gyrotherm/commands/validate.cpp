@@ -65,7 +65,7 @@ Result<Exit> validate(Console& console, const ValidateArguments& options) {
     if (auto done = sign_protocol(options.out, kind, options.key); !done) return failure(done.error());
   std::string words = validation.simulated ? "SIMULATED: the rig is virtual\n" : "";
   for (const RequirementResult& result : validation.results) words += describe(result);
-  console.print(console.json ? to_json(validation) : words);
+  console.print_report(console.json ? to_json(validation) : words);
   console.print_message(
       fmt::format("{}: protocol{}", options.out, options.key.key_file.empty() ? ", UNSIGNED" : ", signed"));
   return overall_verdict(validation) == ValidationVerdict::passed ? Exit::done : Exit::outside_limits;

@@ -256,17 +256,18 @@ Result<Exit> verify_all(Console& console, const VerifyArguments& options) {
       const auto residual = tracking::space_evenly(verification->residual_deg_per_h, clusters);
       tracked = assess(**noise, residual, clusters.length_s);
     }
-    console.print(console.json ? json(run, *verification, behaviour, tracked)
-                               : describe(run, *verification, behaviour, tracked));
+    console.print_report(console.json ? json(run, *verification, behaviour, tracked)
+                                      : describe(run, *verification, behaviour, tracked));
     if (!verification->identity.empty()) gyros.insert(verification->identity);
     verifications.push_back(std::move(*verification));
     starts.push_back(behaviour.characterisation);
   }
   if (const auto between = compute_run_scatter(verifications))
-    console.print(console.json ? json_text(Json{{"between_runs", make_json(*between)}}) + "\n" : describe(*between));
+    console.print_report(console.json ? json_text(Json{{"between_runs", make_json(*between)}}) + "\n"
+                                      : describe(*between));
   if (gyros.size() > 1) return Exit::done;  // different gyros give no repeatability
   for (const model::TurnOn& turn_on : model::turn_on_scatter(starts))
-    console.print(console.json ? json_text(Json{{"turn_on", make_json(turn_on)}}) + "\n" : describe(turn_on));
+    console.print_report(console.json ? json_text(Json{{"turn_on", make_json(turn_on)}}) + "\n" : describe(turn_on));
   return Exit::done;
 }
 

@@ -216,5 +216,27 @@ TEST(Console, PrintsWholeMessagesOfSeveralThreads) {
     }
 }
 
+TEST(WrappedLines, AreBrokenAtBlanksOnly) {
+  EXPECT_EQ(wrap_lines("one two three", 20), "one two three");
+  EXPECT_EQ(wrap_lines("one two three", 7), "one two\n  three");
+  EXPECT_EQ(wrap_lines("  Earth rate 10.6356 °/h removed\nnext\n", 18),
+            "  Earth rate\n    10.6356 °/h\n    removed\nnext\n");
+  EXPECT_EQ(wrap_lines("a very-long-word-that-fits-nowhere b", 10), "a\n  very-long-word-that-fits-nowhere\n  b");
+  EXPECT_EQ(wrap_lines("name    1.5    2.5", 12), "name    1.5\n  2.5") << "columns keep their blanks within a line";
+  EXPECT_EQ(wrap_lines("\n\n  \nä ö ü ß\n", 7), "\n\n  \nä ö ü ß\n") << "characters, not bytes";
+  EXPECT_EQ(wrap_lines("", 5), "");
+}
+
+TEST(WrappedLines, KeepAllWords) {
+  const std::string text =
+      "std 1.073 → 0.08197 °/h, smaller by 0.9910 ± 0.0042; rmse 1.2 → 0.1 °/h, smaller by 1.10 ± 0.15";
+  for (std::size_t width = 20; width < 100; ++width) {
+    auto wrapped = wrap_lines(text, width);
+    for (auto at = wrapped.find("\n  "); at != std::string::npos; at = wrapped.find("\n  "))
+      wrapped.replace(at, 3, " ");
+    EXPECT_EQ(wrapped, text) << width;
+  }
+}
+
 }  // namespace
 }  // namespace gyrotherm::app

@@ -24,6 +24,7 @@
 #include "apps/gyrotherm/run/readiness.hpp"
 #include "apps/gyrotherm/run/run_decider.hpp"
 #include "core/clock.hpp"
+#include "core/count_text.hpp"
 #include "core/deadline.hpp"
 #include "core/file.hpp"
 #include "core/process.hpp"
@@ -108,7 +109,7 @@ tl::unexpected<Fault> interruption_fault(const ActiveRun& run) {
   print_summary(run);
   if (!run.rig.file().simulated && run.run_controller.run_state() == RunState::aborting)
     return failure(FaultKind::interrupted, run.path,
-                   fmt::format("stopped after {} s: {}; the guard remains until the chamber confirms the safe set "
+                   fmt::format("interrupted after {} s: {}; the guard remains until the chamber confirms the safe set "
                                "point; \"gyrotherm resume "
                                "{}\" continues",
                                run.run_controller.next_slot(), run.run_controller.end_cause(), run.path));
@@ -117,13 +118,13 @@ tl::unexpected<Fault> interruption_fault(const ActiveRun& run) {
   if (!why.empty() && !run.rig.file().simulated)
     return failure(
         FaultKind::interrupted, run.path,
-        fmt::format("stopped after {} s: {}; the guard, gyrotherm-make-safe, sends the chamber to {:g} °C and "
+        fmt::format("interrupted after {} s: {}; the guard, gyrotherm-make-safe, sends the chamber to {:g} °C and "
                     "monitors it; \"gyrotherm resume {} --accept\" continues",
                     run.run_controller.next_slot(), why, run.rig.file().safe_set_point.value, run.path));
   run.ownership.release();
   const auto chamber = run.run_controller.is_led_by_controller() ? "continues its program" : "holds its set point";
   return failure(FaultKind::interrupted, run.path,
-                 fmt::format("stopped after {} s, the chamber {}; \"gyrotherm resume {}\" continues the run",
+                 fmt::format("interrupted after {} s, the chamber {}; \"gyrotherm resume {}\" continues the run",
                              run.run_controller.next_slot(), chamber, run.path));
 }
 
@@ -190,7 +191,7 @@ void print_connecting(Console& console, const rig::RigFile& rig) {
   if (rig.simulated) return;
   auto words = fmt::format("connecting to the {} at {}", rig.chamber_map.name, rig.chamber_line);
   for (const auto& thermometer : rig.thermometers)
-    words += fmt::format(", {} thermometers at {}", thermometer.channels.size(), thermometer.line);
+    words += fmt::format(", {} at {}", format_count(thermometer.channels.size(), "thermometer"), thermometer.line);
   for (const auto& line : rig.gyro_lines) words += ", gyro at " + line.line;
   for (const auto& inputs : rig.analogue_inputs) words += ", analogue inputs at " + inputs.line;
   for (const auto& supply : rig.supplies) words += ", supply at " + supply.line;
@@ -481,13 +482,14 @@ Result<StoppedRun> find_interrupted(Console& console, const std::string& path, c
     return failure(admitted.error());
   auto lost = record::lost_end(*files);
   const auto status = record::read_status(*files);
-  return StoppedRun{.path = path,
-                    .info = record->info,
-                    .on = std::move(*on),
-                    .lost = std::move(lost),
-                    .missing = std::move(*missing),
-                    .tally = run::count_tally(*record, status ? status->faults : 0),
-                    .history = std::move(*record)};
+  return StoppedRun{
+      .path = path,
+      .info = record->info,
+      .on = std::move(*on),
+      .lost = std::move(lost),
+      .missing = std::move(*missing),
+      .tally = run::count_tally(*record, status ? status->faults : 0, status ? status->faults_while_off : 0),
+      .history = std::move(*record)};
 }
 
 /// Fails with interrupted if a run that began on real instruments would continue on virtual ones. Its description

@@ -5,8 +5,10 @@
 
 #include <array>
 
+#include "apps/gyrotherm/german_evidence.hpp"
 #include "report/html_page.hpp"
 #include "report/plot/svg.hpp"
+#include "report/words.hpp"
 #include "sequencer/prove/proof.hpp"
 
 namespace gyrotherm::app {
@@ -124,16 +126,23 @@ std::string identity_html(const Proof& proof, const std::string& sha256, const s
   return html + "</dl>\n";
 }
 
+/// Returns a text of the protocol, which is in English, in the language of the page.
+std::string evidence_html(const std::string& text, Language language) {
+  return escaped(language == Language::german ? translate_evidence(text) : text);
+}
+
 std::string result_html(const ProofResult& result, Language language) {
   const auto& t = page_texts(language);
-  auto html = fmt::format("<h2>{} – {}</h2>\n<p>{}, {:.1f} s</p>\n", test_text(result.test, language),
-                          verdict_text(result.verdict, language), escaped(result.began), result.duration_s);
-  if (!result.cause.empty()) html += fmt::format("<p class=\"caution\">{}: {}</p>\n", t.cause, escaped(result.cause));
+  const auto shown = [&](const std::string& text) { return evidence_html(text, language); };
+  auto html = fmt::format("<h2>{} – {}</h2>\n<p>{}, {} s</p>\n", test_text(result.test, language),
+                          verdict_text(result.verdict, language), escaped(result.began),
+                          report::format_number(language, result.duration_s, 1));
+  if (!result.cause.empty()) html += fmt::format("<p class=\"caution\">{}: {}</p>\n", t.cause, shown(result.cause));
   report::HtmlTable limits{.header = {t.limit, t.value}, .text_columns = 2};
-  for (const auto& limit : result.limits) limits.rows.push_back({escaped(limit.what), escaped(limit.limit)});
+  for (const auto& limit : result.limits) limits.rows.push_back({shown(limit.what), shown(limit.limit)});
   report::HtmlTable readings{.header = {t.reading, t.value, t.seconds}, .text_columns = 2};
   for (const auto& one : result.readings)
-    readings.rows.push_back({escaped(one.what), escaped(one.value), fmt::format("{:.1f}", one.at_s)});
+    readings.rows.push_back({shown(one.what), shown(one.value), report::format_number(language, one.at_s, 1)});
   if (!limits.rows.empty()) html += to_html(limits);
   if (!readings.rows.empty()) html += to_html(readings);
   return html;
@@ -143,8 +152,9 @@ std::string registers_html(const Proof& proof, Language language) {
   if (proof.registers.empty() && proof.is_as_found) return "";
   const auto& t = page_texts(language);
   auto html = fmt::format("<h2>{}</h2>\n<p>{}</p>\n", t.restored,
-                          proof.is_as_found ? std::string(t.as_found)
-                                            : fmt::format(fmt::runtime(t.not_as_found), escaped(proof.restoration)));
+                          proof.is_as_found
+                              ? std::string(t.as_found)
+                              : fmt::format(fmt::runtime(t.not_as_found), evidence_html(proof.restoration, language)));
   report::HtmlTable table{.header = {t.item, t.before, t.after}, .text_columns = 3};
   for (const auto& one : proof.registers)
     table.rows.push_back({escaped(one.item), escaped(one.before), escaped(one.after)});
@@ -160,8 +170,8 @@ Result<std::string> proof_page(const ProtocolText& protocol, const std::string& 
   auto body = identity_html(proof, sha256, signer, language);
   report::HtmlTable overview{.header = {t.test, t.verdict, t.cause}, .text_columns = 3};
   for (const auto& result : proof.results)
-    overview.rows.push_back(
-        {test_text(result.test, language), verdict_text(result.verdict, language), escaped(result.cause)});
+    overview.rows.push_back({test_text(result.test, language), verdict_text(result.verdict, language),
+                             evidence_html(result.cause, language)});
   body += fmt::format("<h2>{}</h2>\n", t.results) + to_html(overview);
   for (const auto& result : proof.results) body += result_html(result, language);
   body += registers_html(proof, language);

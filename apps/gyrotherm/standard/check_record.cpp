@@ -10,6 +10,7 @@
 
 #include "acquisition/record/chain.hpp"
 #include "acquisition/record/check_history.hpp"
+#include "acquisition/record/record.hpp"
 #include "acquisition/record/record_files.hpp"
 #include "analysis/assurance/record_state.hpp"
 #include "apps/gyrotherm/recorded_run.hpp"

@@ -22,6 +22,7 @@ void describe(auto& form, Like<RequirementResult> auto& result) {
   form("requirement_de", result.german);
   form("verdict", one_of(result.verdict, kValidationVerdicts));
   form("evidence", result.evidence);
+  form.if_present("evidence_de", !result.evidence_german.empty(), result.evidence_german);
 }
 
 void describe(auto& form, Like<Validation> auto& validation) {
@@ -122,8 +123,10 @@ Result<std::string> validation_page(const ProtocolText& protocol, const std::str
   report::HtmlTable table{.header = {words.number, words.requirement, words.verdict, words.evidence},
                           .text_columns = 4};
   for (const RequirementResult& result : validation->results)
-    table.rows.push_back({unbroken(result.id), plot::escaped(is_german ? result.german : result.english),
-                          verdict_word(result.verdict, words), plot::escaped(result.evidence)});
+    table.rows.push_back(
+        {unbroken(result.id), plot::escaped(is_german ? result.german : result.english),
+         verdict_word(result.verdict, words),
+         plot::escaped(is_german && !result.evidence_german.empty() ? result.evidence_german : result.evidence)});
   report::HtmlTable programs{.header = {words.file, "SHA-256"}, .text_columns = 2};
   for (const InstalledProgram& program : validation->programs)
     programs.rows.push_back({plot::escaped(program.name), plot::escaped(program.sha256)});

@@ -97,6 +97,9 @@ TEST_F(ProofCommand, LeavesChamberAsFoundAndSignsProtocol) {
   EXPECT_NE(page.find("NICHT SIGNIERT"), std::string::npos);
   EXPECT_NE(page.find("<h2>Sicherer Zustand – bestanden</h2>"), std::string::npos);
   EXPECT_EQ(page.find(">make-safe<"), std::string::npos);
+  for (const char* english : {"abort after", "hold after", "not tested", "confirmed by the guard", "program drives"})
+    EXPECT_EQ(page.find(english), std::string::npos) << english << " in " << page;
+  EXPECT_NE(page.find("<td>Programm fährt die Kammer auf</td>"), std::string::npos) << page;
   EXPECT_NE(gyrotherm_with("check --rig " + rig).out.find("UNSIGNED"), std::string::npos);
   const auto key = folder / "lab.key", certificate = folder / "lab.pem";
   ASSERT_EQ(shell("openssl req -x509 -newkey rsa:2048 -nodes -keyout " + key + " -out " + certificate +
@@ -115,6 +118,17 @@ TEST_F(ProofCommand, LeavesChamberAsFoundAndSignsProtocol) {
   EXPECT_EQ(gyrotherm_with(verify).exit_code, 4) << "another page";
   std::ofstream(protocol + "/proof.json", std::ios::app) << " ";
   EXPECT_EQ(gyrotherm_with(verify).exit_code, 4) << "another protocol";
+}
+
+/// The rig file describes real instruments, but the chamber identifies itself as a virtual one.
+TEST_F(ProofCommand, MarksProtocolOfServedChamberAsSimulated) {
+  EXPECT_EQ(read_text_file(rig).value_or("").find("simulated"), std::string::npos) << "not in the rig file";
+  const auto ran = gyrotherm_with("prove " + rig + " --only relay --by Ada");
+  EXPECT_EQ(ran.exit_code, 0) << ran.out << ran.err;
+  const auto protocol = newest_protocol();
+  EXPECT_NE(read_text_file(protocol + "/proof.json").value_or("").find("\"simulated\": true"), std::string::npos);
+  EXPECT_NE(read_text_file(protocol + "/proof.en.html").value_or("").find("SIMULATED"), std::string::npos);
+  EXPECT_NE(read_text_file(protocol + "/proof.de.html").value_or("").find("SIMULIERT"), std::string::npos);
 }
 
 TEST_F(ProofCommand, LeavesChamberSafeWhenKilledInEachStep) {

@@ -374,13 +374,13 @@ std::string describe(const Comparison& comparison) {
   if (!comparison.same_model) text += "the as-found model is not the as-left model of the previous calibration\n";
   text += fmt::format("  {:>6}  {:>9}  {:>9}  {:>9}  {:>9}\n", "E_n", "before", "now", "change", "U");
   for (const ComparedResult* one : all)
-    text += fmt::format("  {:>6.2f}  {:>9}  {:>9}  {:>9}  {:>9}  {} {}.{}{}{}, {} → {}{}{}\n", one->normalised_error,
-                        plot::format_significant(one->before.value), plot::format_significant(one->now.value),
-                        plot::format_significant(one->change), plot::format_significant(one->expanded), one->axis,
-                        one->key, one->quantity, describe_condition(one->condition),
-                        one->unit.empty() || one->unit == "1" ? "" : ", " + one->unit,
-                        words_of_keyword(name(one->before_at)), words_of_keyword(name(one->now_at)),
-                        one->profile.empty() ? "" : ", ", one->profile);
+    text += fmt::format(
+        "  {:>6}  {:>9}  {:>9}  {:>9}  {:>9}  {} {}.{}{}{}, {} → {}{}{}\n", plot::decimal(one->normalised_error, 2),
+        plot::format_significant(one->before.value), plot::format_significant(one->now.value),
+        plot::format_significant(one->change), plot::format_significant(one->expanded), one->axis, one->key,
+        one->quantity, describe_condition(one->condition),
+        one->unit.empty() || one->unit == "1" ? "" : ", " + one->unit, words_of_keyword(name(one->before_at)),
+        words_of_keyword(name(one->now_at)), one->profile.empty() ? "" : ", ", one->profile);
   text += describe_checks(comparison);
   return text + fmt::format("{} of {} results differ by more than their combined uncertainty (|E_n| > 1)\n",
                             count_disagreements(comparison), all.size());

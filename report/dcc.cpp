@@ -9,6 +9,7 @@
 #include "core/sha256.hpp"
 #include "report/dcc_text.hpp"
 #include "report/plot/png.hpp"
+#include "report/stored_texts.hpp"
 
 namespace gyrotherm::report {
 namespace {
@@ -283,10 +284,12 @@ class Certificate {
   /// Writes the state of the report: valid, draft, simulated or superseded.
   void state_statement() {
     if (is_draft(report_))
-      write_invalid_state("mark.draft",
-                          report_.missing.empty()
-                              ? texts_for("say.draft")
-                              : texts_for("say.missing", fmt::format("{}", fmt::join(report_.missing, ", "))));
+      write_invalid_state(
+          "mark.draft",
+          report_.missing.empty()
+              ? texts_for("say.draft")
+              : Texts{sentence(Language::english, "say.missing", translate_missing(Language::english, report_.missing)),
+                      sentence(Language::german, "say.missing", translate_missing(Language::german, report_.missing))});
     if (report_.simulated) write_invalid_state("mark.simulated", texts_for("say.simulated"));
     if (report_.state == ReportState::superseded)
       write_invalid_state("mark.superseded",

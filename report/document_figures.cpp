@@ -8,6 +8,7 @@
 #include "report/document_parts.hpp"
 #include "report/plot/plot.hpp"
 #include "report/plot/svg.hpp"
+#include "report/stored_texts.hpp"
 
 namespace gyrotherm::report {
 namespace {
@@ -135,7 +136,7 @@ std::string line_name(Language language, const FigureData& figure, std::size_t i
   const bool has_stages = differs_between_lines(figure, &FigureLine::stage);
   const bool has_keys = differs_between_lines(figure, &FigureLine::key);
   if (!crowded && (has_keys || (!has_stages && line.detail.empty()))) join(translate(language, line.key));
-  if (!line.detail.empty()) join(line.detail);
+  if (!line.detail.empty()) join(translate_thermometer(language, line.detail));
   if (!has_stages) return name;
   const std::string_view stage = translate(language, report::name(line.stage));
   if (name.empty()) return std::string(stage);

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "report/document_parts.hpp"
+#include "report/stored_texts.hpp"
 
 namespace gyrotherm::report {
 namespace {
@@ -123,7 +124,8 @@ std::string uncertainty_text(const DocumentWriter& writer, double kelvins) {
 std::vector<Cell> equipment_row(const DocumentWriter& writer, const Equipment& one) {
   const auto dash = [](const std::string& text) { return text.empty() ? std::string("–") : text; };
   const Cell instrument{
-      .text = dash(one.names.empty() ? one.name : text_in(writer.language, one.names)),
+      .text = dash(one.names.empty() ? translate_instrument(writer.language, one.name)
+                                     : text_in(writer.language, one.names)),
       .note = one.serial_number.empty() ? "" : writer.translated("column.serial_number") + " " + one.serial_number};
   const Cell certificate{.text = dash(one.certificate),
                          .note = one.calibrated.empty() ? ""
@@ -156,7 +158,8 @@ std::vector<std::string> overdue_names(const DocumentWriter& writer) {
   for (const Equipment& one : writer.report.equipment)
     if (one.overdue)
       names.push_back(one.name.empty() ? writer.translated(one.role)
-                                       : fmt::format("{} {}", writer.translated(one.role), one.name));
+                                       : fmt::format("{} {}", writer.translated(one.role),
+                                                     translate_instrument(writer.language, one.name)));
   return names;
 }
 

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "report/document_parts.hpp"
+#include "report/stored_texts.hpp"
 
 namespace gyrotherm::report {
 namespace {
@@ -67,7 +68,7 @@ void add_cautions(DocumentWriter& writer) {
   if (report.state == ReportState::draft)
     writer.paragraph(report.missing.empty()
                          ? writer.translated("say.draft")
-                         : writer.sentence("say.missing", fmt::format("{}", fmt::join(report.missing, "; "))),
+                         : writer.sentence("say.missing", translate_missing(writer.language, report.missing)),
                      kCaution);
   if (report.simulated) writer.paragraph(writer.translated("say.simulated"), kCaution);
   if (report.state == ReportState::superseded || report.replaced_by)

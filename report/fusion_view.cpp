@@ -87,18 +87,17 @@ std::string parity_figure(const model::FusedRun& run) {
 /// Returns a figure with a line per axis while it contributes to the rate.
 std::string axes_figure(const model::FusedRun& run) {
   plot::Plot plot = make_hour_plot(run.summary, "axes", "Axes used for the rate");
-  plot::Panel panel = plot::make_panel({}, "Axis no.", {}, 24.0 * static_cast<double>(run.summary.axes.size()) + 30);
-  panel.left.range = plot::Range{0, static_cast<double>(run.summary.axes.size()) + 1};
+  plot::Panel panel = plot::make_panel({}, {}, {}, 24.0 * static_cast<double>(run.summary.axes.size()) + 30);
   for (std::size_t a = 0; a < run.summary.axes.size(); ++a) {
+    panel.left.categories.push_back(run.summary.axes[a].name);
     plot::Curve curve{
         .name = run.summary.axes[a].name, .colour = plot::palette(a), .x = to_hours(run.time_s), .width_px = 5};
     for (const model::AxisSet used : run.used)
-      curve.y.push_back((used >> a & 1) != 0 ? static_cast<double>(a + 1) : std::numeric_limits<double>::quiet_NaN());
+      curve.y.push_back((used >> a & 1) != 0 ? static_cast<double>(a) : std::numeric_limits<double>::quiet_NaN());
     panel.curves.push_back(std::move(curve));
   }
   plot.panels = {std::move(panel)};
-  return figure(
-      plot, "Axes used for the fused rate, in the order of the table. A gap: the axis was excluded or had no value.");
+  return figure(plot, "Axes used for the fused rate. A gap: the axis was excluded or had no value.");
 }
 
 std::string alarms_table(const model::FusionSummary& summary) {
@@ -111,8 +110,9 @@ std::string alarms_table(const model::FusionSummary& summary) {
     if (table.rows.size() == kMaxListedAlarms) break;
     const bool is_thermometer = alarm.kind == model::AlarmKind::thermometer;
     table.rows.push_back(
-        {name(alarm.kind), plot::escaped(alarm.who.empty() ? "–" : alarm.who), plot::escaped(alarm.statement),
-         plot::format_hours(alarm.at_s), plot::format_hours(alarm.since_s), plot::format_hours(alarm.until_s),
+        {name(alarm.kind), plot::escaped(alarm.who.empty() ? "–" : alarm.who),
+         plot::escaped(with_minus_signs(alarm.statement)), plot::format_hours(alarm.at_s),
+         plot::format_hours(alarm.since_s), plot::format_hours(alarm.until_s),
          alarm.who.empty() ? "–" : plot::decimal(alarm.size, 4) + (is_thermometer ? "&nbsp;K" : "&nbsp;°/h")});
   }
   const auto more = summary.alarms.size() - table.rows.size();
@@ -146,13 +146,12 @@ std::string axes_table(const model::FusionSummary& summary) {
 
 std::string format_with_expanded(const std::vector<double>& values, const std::vector<double>& expanded,
                                  std::size_t k) {
-  return fmt::format("{}&nbsp;±&nbsp;{}", plot::decimal(values[k], 4), plot::decimal(expanded[k], 4));
+  return plot::format_with_error(values[k], expanded[k]);
 }
 
 std::string heading_text(const model::RestStretch& rest) {
   if (!rest.heading_deg) return "–";
-  return fmt::format("{}°&nbsp;±&nbsp;{}°", plot::decimal(*rest.heading_deg, 3),
-                     plot::decimal(*rest.heading_expanded_deg, 3));
+  return fmt::format("({})°", plot::format_with_error(*rest.heading_deg, *rest.heading_expanded_deg));
 }
 
 std::string rest_table(const model::FusionSummary& summary) {
@@ -170,7 +169,8 @@ std::string rest_table(const model::FusionSummary& summary) {
   };
   if (summary.rest) add(*summary.rest, "<b>all holds</b>");
   for (const model::RestStretch& rest : summary.holds)
-    add(rest, fmt::format("{}&nbsp;·&nbsp;{}", plot::escaped(rest.name), plot::format_hours(rest.start_s)));
+    add(rest,
+        fmt::format("{}&nbsp;·&nbsp;{}", plot::escaped(with_minus_signs(rest.name)), plot::format_hours(rest.start_s)));
   return to_html(table);
 }
 

@@ -75,14 +75,27 @@ void copy_results(const Report& report, LotAxis& axis) {
     axis.expanded_deg_per_h = combined(uncertainty->budget.rows).expanded_deg_per_h;
 }
 
+constexpr std::size_t kFewestScored = 6;
+
+/// Returns the reason why the lot has no scores; empty if it has them or does not need the reason.
+std::string missing_scores_reason(const Lot& lot) {
+  const auto lacks_all = [&](double LotAxis::*score) {
+    return std::ranges::all_of(lot.axes, [&](const LotAxis& axis) { return std::isnan(axis.*score); });
+  };
+  if (lot.axes.empty() || !lacks_all(&LotAxis::raw_score) || !lacks_all(&LotAxis::compensated_score)) return {};
+  return lot.axes.size() < kFewestScored
+             ? fmt::format("no score: at least {} axes are needed", kFewestScored)
+             : fmt::format("no score: fewer than {} axes have a result, or half of the results are equal",
+                           kFewestScored);
+}
+
 std::vector<double> robust_scores(const std::vector<double>& values) {
   // MAD of a normal distribution divided by its standard deviation.
   constexpr double kMadOfNormal = 0.6745;
-  constexpr std::size_t kMinUnits = 6;
   std::vector<double> scores(values.size(), kNotKnown), known;
   for (const double value : values)
     if (value > 0) known.push_back(std::log(value));
-  if (known.size() < kMinUnits) return scores;
+  if (known.size() < kFewestScored) return scores;
   const double middle = median(known);
   for (double& one : known) one = std::abs(one - middle);
   const double deviation = median(known);
@@ -235,6 +248,9 @@ std::string describe(const Lot& lot) {
   };
   text += line({"axis", "serial", "verdict", "", "raw", "compensated", "floor", "U", "raw z", "comp. z"});
   for (const auto& row : lot_rows(lot, "")) text += line(row);
+  text +=
+      "STD of the bias in the random run, °/h, raw and compensated; U of a mean over 1 h; z: robust score in the lot\n";
+  if (const auto reason = missing_scores_reason(lot); !reason.empty()) text += reason + "\n";
   for (const auto& event : lot.events) text += "  " + event + "\n";
   return text;
 }
@@ -244,8 +260,11 @@ std::string to_html(const Lot& lot) {
                           lot.quick ? " Models were tuned with a small swarm, for a trial." : "");
   body += report_links(lot) + to_html(lot_table(lot)) + lot_figure(lot);
   body +=
-      "<p>An axis is an outlier if its score is outside ±3.5 (Iglewicz and Hoaglin 1993). The score is the distance of "
-      "the logarithm of its deviation from the median of the lot, divided by the median of all such distances.</p>\n";
+      "<p>An axis is an outlier if its score is outside ±3.5 (Iglewicz and Hoaglin 1993). The score is 0.6745 times "
+      "the "
+      "distance of the logarithm of its deviation from the median of the lot, divided by the median of all such "
+      "distances.</p>\n";
+  if (const auto reason = missing_scores_reason(lot); !reason.empty()) body += fmt::format("<p>{}.</p>\n", reason);
   if (!lot.events.empty()) body += heading("Units that stopped sending or were dropped") + events_html(lot);
   return to_html(HtmlPage{.title = "Lot summary – " + lot.rig_title,
                           .kind = "Lot summary",

@@ -160,6 +160,7 @@ Range logarithmic_range(const Panel& panel, Side side) {
 Range y_range(const Panel& panel, Side side) {
   const AxisStyle& style = side == Side::left ? panel.left : *panel.right;
   if (style.range) return *style.range;
+  if (!style.categories.empty()) return {-0.6, static_cast<double>(style.categories.size()) - 0.4};
   if (style.logarithmic) return logarithmic_range(panel, side);
   std::optional<Range> range;
   for (const Curve& curve : panel.curves) {
@@ -189,6 +190,9 @@ Range x_range(const Plot& plot) {
 }
 
 std::vector<Tick> make_ticks(const AxisStyle& style, const Range& range, int count) {
+  std::vector<Tick> all;
+  for (const std::string& name : style.categories) all.push_back({static_cast<double>(all.size()), name});
+  if (!all.empty()) return all;
   return style.logarithmic ? logarithmic_ticks(range) : ticks(range, count);
 }
 
@@ -196,12 +200,7 @@ std::vector<Tick> make_y_ticks(const Panel& panel, const PanelLayout& layout, Si
   return make_ticks(side == Side::left ? panel.left : *panel.right, layout.scale(side).values, y_tick_count(panel));
 }
 
-std::vector<Tick> make_x_ticks(const Plot& plot) {
-  if (plot.x.categories.empty()) return make_ticks(plot.x, x_range(plot), kXTicks);
-  std::vector<Tick> all;
-  for (const std::string& name : plot.x.categories) all.push_back({static_cast<double>(all.size()), name});
-  return all;
-}
+std::vector<Tick> make_x_ticks(const Plot& plot) { return make_ticks(plot.x, x_range(plot), kXTicks); }
 
 void draw_background(SvgWriter& svg, const Plot& plot, const Panel& panel, const PanelLayout& layout) {
   for (const Band& band : panel.bands) {
@@ -238,7 +237,7 @@ void draw_y_axis(SvgWriter& svg, const Plot& plot, const Panel& panel, const Pan
     const double y = layout.scale(side)(tick.value);
     svg.line(edge, y, edge + outwards * kTickLength * (tick.label.empty() ? 0.5 : 1), y, {colour::kFaintInk});
     if (tick.label.empty()) continue;
-    svg.text(edge + outwards * (kTickLength + 4), y + 3.8, tick_label(plot, tick, false),
+    svg.text(edge + outwards * (kTickLength + 4), y + 3.8, tick_label(plot, tick, !style.categories.empty()),
              {.colour = style.colour, .anchor = left ? Anchor::end : Anchor::start});
   }
   const double middle = layout.top_px + layout.height_px / 2;

@@ -109,7 +109,7 @@ struct AxisStyle {
   std::string title;
   /// Absent: the range of the data, rounded outwards.
   std::optional<Range> range = {};
-  /// x axis only: names at 0, 1, 2, … instead of numbers.
+  /// Names at 0, 1, 2, … instead of numbers.
   std::vector<std::string> categories = {};
   std::string colour = "#1d2733";
   /// Logarithmic axis. Values that are not positive are not drawn.

@@ -143,5 +143,18 @@ TEST(LogarithmicPlot, BreaksLineAtValueThatIsNotPositive) {
   EXPECT_EQ(tests::count_occurrences(path.substr(0, path.find("\" fill")), "M"), 2) << path;
 }
 
+TEST(Plot, NamesCategoriesOfLeftAxis) {
+  Plot plot = long_plot(10);
+  plot.language.decimal_comma = true;
+  plot.panels[0].curves.resize(1);
+  plot.panels[0].right.reset();
+  plot.panels[0].left.categories = {"u1.x", "u1.y", "skew<2>"};
+  for (double& y : plot.panels[0].curves[0].y) y = std::fmod(y, 2) > 0 ? 1 : 2;
+  const auto svg = to_svg(plot);
+  for (const char* name : {">u1.x<", ">u1.y<", ">skew&lt;2&gt;<"})
+    EXPECT_EQ(tests::count_occurrences(svg, name), 1) << name;
+  EXPECT_EQ(tests::count_occurrences(svg, ">4<"), 1) << "only on the x axis";
+}
+
 }  // namespace
 }  // namespace gyrotherm::plot

@@ -115,6 +115,32 @@ TEST(Status, FollowsEachSync) {
   EXPECT_EQ(status.faults, 1);
 }
 
+/// Segment 1 of the profile switches the unit off.
+TEST(Status, CountsFaultsOfSwitchedOffUnitsApart) {
+  const Folder folder;
+  auto info = two_thermometers();
+  info.segments[1].unit.off = true;
+  auto store = Store::create(folder / "run.db", info).value();
+  for (std::int64_t slot = 0; slot < 6; ++slot) {
+    Sample sample = sample_at(slot);
+    sample.progress.segment = slot < 2 ? 0 : 1;
+    if (slot > 0) sample.units[0].count.value = failure(FaultKind::timeout, "gyro", "silent");
+    if (slot == 5) sample.thermometers[0].value = failure(FaultKind::timeout, "A", "silent");
+    ASSERT_TRUE(store->append(sample, {}));
+  }
+  ASSERT_TRUE(store->sync());
+  std::ifstream file(status_path(folder / "run.db"));
+  const auto live = parse_status(std::string(std::istreambuf_iterator<char>(file), {}), "status").value();
+  EXPECT_EQ(live.faults, 6);
+  EXPECT_EQ(live.faults_while_off, 4) << "one is before the segment, one is of a thermometer";
+  ASSERT_TRUE(store->finish());
+  store.reset();
+  std::filesystem::remove(status_path(folder / "run.db"));
+  const auto stored = read_status(folder / "run.db").value();
+  EXPECT_EQ(stored.faults, 6);
+  EXPECT_EQ(stored.faults_while_off, 4);
+}
+
 TEST(Status, ComesFromRecordWhenRunIsFinished) {
   const Folder folder;
   auto store = store_with(folder / "run.db", 4);

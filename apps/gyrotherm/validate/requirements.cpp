@@ -44,13 +44,13 @@ struct Sentence {
 };
 
 /// The evidence of a requirement that is met, or the reason why it is not applicable.
-struct Evidence {
+struct Observation {
   Sentence sentence;
   bool is_applicable = true;
 };
-using Tested = tl::expected<Evidence, Sentence>;
+using Tested = tl::expected<Observation, Sentence>;
 
-Tested met(std::string english, std::string german) { return Evidence{{std::move(english), std::move(german)}}; }
+Tested met(std::string english, std::string german) { return Observation{{std::move(english), std::move(german)}}; }
 tl::unexpected<Sentence> unmet(std::string english, std::string german) {
   return tl::unexpected(Sentence{std::move(english), std::move(german)});
 }
@@ -259,10 +259,10 @@ Tested test_calibrations(const ValidationSite& site) {
 }
 
 Tested test_proofs(const ValidationSite& site) {
-  if (site.rig.simulated) return Evidence{{"the rig is virtual", "der Prüfstand ist virtuell"}, false};
+  if (site.rig.simulated) return Observation{{"the rig is virtual", "der Prüfstand ist virtuell"}, false};
   if (!site.rig.proof.every)
-    return Evidence{{"the rig file has no [proof] with `every`", "die Prüfstandsdatei hat kein [proof] mit `every`"},
-                    false};
+    return Observation{{"the rig file has no [proof] with `every`", "die Prüfstandsdatei hat kein [proof] mit `every`"},
+                       false};
   const auto state = prove::judge_proofs(site.rig, prove::find_proofs(site.rig), SteadyClock().now().utc);
   auto sentence = fmt::format("{}", fmt::join(state.lines, "; "));
   if (!state.is_valid) return unmet(sentence, translate_evidence(sentence));

@@ -13,11 +13,11 @@ TEST(StoredTexts, TranslateInstrumentsButNotTheirNames) {
             "lakeshore_218 1 an virtueller Leitung, Eingang 1");
   EXPECT_EQ(translate_instrument(kGerman, "dcon 2 at serial:/dev/ttyUSB0, module 0A, input 3"),
             "dcon 2 an serial:/dev/ttyUSB0, Modul 0A, Eingang 3");
-  EXPECT_EQ(translate_instrument(kGerman, "Look at me, Meter, thermometer 12 at tcp://10.0.0.5:502, input 16"),
-            "Look at me, Meter, Thermometer 12 an tcp://10.0.0.5:502, Eingang 16");
+  EXPECT_EQ(translate_instrument(kGerman, "Fluke at home, thermometer 12 at tcp://10.0.0.5:502, input 16"),
+            "Fluke at home, Thermometer 12 an tcp://10.0.0.5:502, Eingang 16");
   EXPECT_EQ(translate_instrument(kGerman, "imported from flat at 20, input 2.csv"),
             "importiert aus flat at 20, input 2.csv");
-  for (const char* other : {"", "Fluke 1524 at home", "a bridge, input A"})
+  for (const char* other : {"", "Fluke 1524 in room 3", "a bridge, input A"})
     EXPECT_EQ(translate_instrument(kGerman, other), other);
   EXPECT_EQ(translate_instrument(kEnglish, "dcon 2 at x, input 3"), "dcon 2 at x, input 3");
 }

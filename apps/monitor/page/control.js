@@ -118,8 +118,10 @@ const control = (() => {
     ['abort', 'Abort …', true],
   ];
 
+  /// Returns the section with the commands, or null for a user without control. update_controls() shows the section
+  /// while the run is running.
   function command_bar(run) {
-    if (!page.session.may_control || !run.status.running) return null;
+    if (!page.session.may_control) return null;
     const buttons = kCommands.map(([verb, label, is_destructive]) =>
       make_element(
         'button',
@@ -134,16 +136,22 @@ const control = (() => {
     );
     return make_element(
       'section',
-      {class: 'sheet', id: 'control', 'aria-labelledby': 'control-title'},
+      {class: 'sheet', id: 'control', 'aria-labelledby': 'control-title', hidden: !run.status.running},
       make_element('h2', {id: 'control-title'}, 'Control'),
       make_element('div', {class: 'row'}, ...buttons),
       make_element('p', {class: 'note', id: 'command-result', role: 'status'})
     );
   }
 
-  function update_command_bar(run) {
-    const bar = document.getElementById('control');
-    if (!bar) return;
+  /// Shows the sections of command_bar() and note_form() only while the run is running: a run that ends can be resumed.
+  function update_controls(run) {
+    for (const id of ['control', 'note']) {
+      const section = document.getElementById(id);
+      if (section) section.hidden = !run.status.running;
+    }
+    // The result of a command belongs to the program that executed it.
+    if (!run.status.running) set_text(document.getElementById('command-result'), '');
+    if (!document.getElementById('control')) return;
     const is_held = run.status.running && run.status.state === 'held',
       has_ended = !run.status.running || has_left_profile(run.status) || run.status.state === 'complete';
     document.getElementById('command-pause').disabled = is_held || has_ended;
@@ -152,8 +160,9 @@ const control = (() => {
     document.getElementById('command-abort').disabled = has_ended && !(run.status.running && is_stopping(run.status));
   }
 
+  /// Returns the section that adds a note, or null for a user without control. See update_controls().
   function note_form(run) {
-    if (!page.session.may_control || !run.status.running) return null;
+    if (!page.session.may_control) return null;
     const text_input = make_element('input', {id: 'note-text', maxlength: 500, required: true, autocomplete: 'off'});
     const form = make_element(
       'form',
@@ -170,7 +179,7 @@ const control = (() => {
     });
     return make_element(
       'section',
-      {class: 'sheet', 'aria-label': 'Add a note to the record'},
+      {class: 'sheet', id: 'note', 'aria-label': 'Add a note to the record', hidden: !run.status.running},
       form,
       make_element('p', {class: 'note', id: 'command-result', role: 'status'})
     );
@@ -198,7 +207,7 @@ const control = (() => {
     login_view,
     log_out,
     command_bar,
-    update_command_bar,
+    update_controls,
     note_form,
     acknowledge,
     send_to_alarm,

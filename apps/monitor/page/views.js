@@ -297,7 +297,7 @@ views.now = content => {
       parts.faults_text = status.faults_now.join();
       parts.faults.replaceChildren(...status.faults_now.map(text => make_element('li', {}, text)));
     }
-    control.update_command_bar(run);
+    control.update_controls(run);
     profile_drawing?.refresh();
     update_age();
   };
@@ -437,7 +437,7 @@ views.events = content => {
     ].filter(Boolean)
   );
   fill();
-  return {on_event: fill};
+  return {refresh: () => control.update_controls(run), on_event: fill};
 };
 
 views.alarms = content => {
@@ -474,8 +474,9 @@ views.alarms = content => {
 };
 
 views.files = async content => {
-  const response = await request_json(`/api/v1/runs/${page.run.key}/files`),
-    run = page.run;
+  const run = page.run,
+    was_running = run.status.running,
+    response = await request_json(`/api/v1/runs/${run.key}/files`);
   const size = bytes => (bytes < 1e6 ? `${Math.ceil(bytes / 1000)} kB` : `${(bytes / 1e6).toFixed(1)} MB`);
   const list = response.ok
     ? response.json.files.map(file =>
@@ -508,7 +509,11 @@ views.files = async content => {
         : make_element('p', {class: 'note'}, response.ok ? 'No file is available.' : response.json.error)
     )
   );
-  return {};
+  // The files of a run are available after its end.
+  const refresh = () => {
+    if (run.status.running !== was_running) show_view();
+  };
+  return {refresh};
 };
 
 // Views of all runs.

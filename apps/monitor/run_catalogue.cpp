@@ -108,8 +108,9 @@ Duration read_imported_length(const record::RecordFiles& files, std::int64_t las
   return length;
 }
 
+/// Returns the age of the last status file of an unfinished run.
 std::optional<double> compute_age_s(const FoundRun& run) {
-  const auto age = run.is_running() ? record::status_age(run.status) : std::nullopt;
+  const auto age = run.is_running() || run.is_abandoned() ? record::status_age(run.status) : std::nullopt;
   return age ? std::optional(to_seconds(*age)) : std::nullopt;
 }
 
@@ -119,6 +120,32 @@ void set_names(FoundRun& run, const std::string& path) {
   run.name = fs::path(path).stem().string();
 }
 
+/// Copies the write time of the last status file to the status of a run that no program executes.
+void copy_write_time(FoundRun& run) {
+  const auto last = record::read_status_file_if_any(run.path);
+  if (!last || last->id != run.status.id) return;
+  run.status.written_utc = last->written_utc;
+  run.status.written_since_boot = last->written_since_boot;
+  run.status.written_in_boot = last->written_in_boot;
+}
+
+std::string safe_trace_path(const std::string& record) { return record + ".made-safe"; }
+
+/// Reads the trace of gyrotherm-make-safe. Returns nothing if there is none, or if it cannot be read.
+std::optional<SafeTrace> read_safe_trace(const std::string& record) {
+  const auto path = safe_trace_path(record);
+  const auto text = read_text_file_if_any(path, kLargestText, Links::refused);
+  const auto table = text && *text ? TomlTable::parse(**text, path) : failure(FaultKind::bad_file, path, "no trace");
+  if (!table) return std::nullopt;
+  table->expect("schema", "gyrotherm-made-safe/1");
+  for (const auto* unused : {"at", "because", "details", "relay", "by"}) table->ignore(unused);
+  const SafeTrace trace{.at = Duration(table->integer("utc_ns")),
+                        .set_point = {table->number("set_point_c")},
+                        .confirmed = table->boolean("confirmed"),
+                        .given_up = !table->text("given_up", "").empty()};
+  return table->verdict() ? std::optional(trace) : std::nullopt;
+}
+
 /// Reads the status of a run and computes its age. If the status cannot be read, keeps the last one and sets
 /// `read_error`.
 void read_status(FoundRun& run) {
@@ -126,12 +153,16 @@ void read_status(FoundRun& run) {
   auto status = fresh ? Result<record::RunStatus>(std::move(*fresh)) : record::read_status(run.path);
   run.read_error = status ? std::string() : text(status.error());
   if (status) run.status = std::move(*status);
+  const bool is_abandoned = run.is_abandoned();
+  if (is_abandoned) copy_write_time(run);
+  run.safe_trace = is_abandoned ? read_safe_trace(run.path) : std::nullopt;
   run.age_s = compute_age_s(run);
 }
 
-/// Returns whether the status or the read error has changed.
+/// Returns whether the status, the trace of gyrotherm-make-safe or the read error has changed.
 bool is_changed(const FoundRun& before, const FoundRun& now) {
-  return before.read_error != now.read_error || record::to_json(before.status) != record::to_json(now.status);
+  return before.read_error != now.read_error || before.safe_trace != now.safe_trace ||
+         record::to_json(before.status) != record::to_json(now.status);
 }
 
 /// Returns the free space on the disk of a folder.
@@ -169,7 +200,8 @@ RunCatalogue::FileStates RunCatalogue::read_file_states(const std::string& path)
   return {.status = read_file_state(record::status_path(path)),
           .record = read_file_state(path),
           .log = read_file_state(path + "-wal"),
-          .live_copy = read_file_identity(record::live_copy_path(path))};
+          .live_copy = read_file_identity(record::live_copy_path(path)),
+          .safe_trace = read_file_state(safe_trace_path(path))};
 }
 
 RunCatalogue::Entry RunCatalogue::copy_entry(const std::string& path) const {

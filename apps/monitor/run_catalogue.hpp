@@ -20,6 +20,19 @@
 
 namespace gyrotherm::monitor {
 
+/// Trace that gyrotherm-make-safe leaves next to the record of a run whose program has ended. `gyrotherm resume`
+/// removes it.
+struct SafeTrace {
+  /// Time of the action, UTC since 1970.
+  Duration at{};
+  Celsius set_point{};
+  /// The chamber has shown the set point.
+  bool confirmed{};
+  /// An operator has ended the attempts.
+  bool given_up{};
+  bool operator==(const SafeTrace&) const = default;
+};
+
 /// A run whose record is in one of the folders.
 struct FoundRun {
   /// Key of the run in addresses of the page: 16 hexadecimal digits, derived from the record's path.
@@ -28,10 +41,12 @@ struct FoundRun {
   std::string path;
   std::string name;
   record::RunStatus status;
-  /// Time since the status was written; empty if no program executes the run.
+  /// Time since the status was written. Empty if the run has ended, or if the machine was started since then.
   std::optional<double> age_s;
   /// Free space on the record's disk at the last scan; empty if unknown.
   std::optional<std::uint64_t> free_bytes;
+  /// Action of gyrotherm-make-safe on the chamber of an unfinished run; empty if there is no trace of one.
+  std::optional<SafeTrace> safe_trace{};
   /// Reason why the status cannot be read; empty if it can be read.
   std::string read_error;
   /// Changes when a member above changes, except age and free space, and when the run becomes silent.
@@ -81,7 +96,7 @@ class RunCatalogue {
  private:
   /// States of a run's files when they were last read.
   struct FileStates {
-    FileState status, record, log, live_copy;
+    FileState status, record, log, live_copy, safe_trace;
     bool operator==(const FileStates&) const = default;
   };
   struct Entry {

@@ -65,6 +65,16 @@ Json started_ms(const FoundRun& run) {
   return run.info->started_utc.count() / 1'000'000;
 }
 
+/// Returns the trace of gyrotherm-make-safe, or null.
+Json safe_trace_json(const FoundRun& run) {
+  const auto& trace = run.safe_trace;
+  if (!trace) return nullptr;
+  return {{"utc_ms", trace->at.count() / 1'000'000},
+          {"set_point_c", trace->set_point.value},
+          {"confirmed", trace->confirmed},
+          {"given_up", trace->given_up}};
+}
+
 /// Returns a message of an event stream. A negative id is omitted.
 std::string format_message(const char* kind, const std::string& data, std::int64_t id) {
   const auto line = id < 0 ? std::string() : fmt::format("id: {}\n", id);
@@ -127,6 +137,7 @@ std::string status_text(const FoundRun& run) {
   json["running"] = run.is_running();
   json["silent"] = run.is_silent();
   json["age_s"] = run.age_s ? Json(*run.age_s) : Json(nullptr);
+  json["made_safe"] = safe_trace_json(run);
   json["trouble"] = run.read_error;
   json["profile"] = run.info ? run.info->profile_name : "";
   json["rig"] = run.info ? run.info->rig_name : "";

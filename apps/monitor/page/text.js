@@ -303,6 +303,57 @@ function display_state(status) {
 }
 
 const kStates = {
+/// Returns whether no program executes an unfinished run. Its values are the last known ones.
+function is_interrupted(status) {
+  return display_state(status) === 'interrupted';
+}
+
+/// Returns whether all instruments of the run are virtual, so no real chamber can move.
+function is_virtual(status) {
+  return Boolean(status.simulated) && (status.virtual_instruments || []).length === 0;
+}
+
+/// Returns the label of the value of present_set_point().
+function set_point_label(status) {
+  if (has_left_profile(status)) return is_interrupted(status) ? 'Last set point of the chamber' : 'Chamber set point';
+  return is_interrupted(status) ? 'Last set point of the run' : 'Set point';
+}
+
+function air_label(status) {
+  return is_interrupted(status) ? 'Last air of the run' : 'Air';
+}
+
+/// Returns a text about the chamber of an interrupted run, or an empty text if no real chamber is concerned.
+function safe_chamber_text(status) {
+  if (!is_interrupted(status) || is_virtual(status)) return '';
+  const trace = status.made_safe,
+    set_point = trace && format_number(trace.set_point_c, 1) + '\u00a0°C',
+    at = trace && format_time(trace.utc_ms, true, true);
+  const action = !trace
+    ? 'After a crash, gyrotherm-make-safe sends the chamber to its safe set point'
+    : trace.confirmed
+      ? `gyrotherm-make-safe sent the chamber to its safe set point of ${set_point} at ${at}`
+      : `gyrotherm-make-safe has NOT brought the chamber to its safe set point of ${set_point} (at ${at}` +
+        `${trace.given_up ? '; an operator has ended the attempts' : ''})`;
+  return `The program of the run has ended. ${action}; gyrotherm status ${status.name}.db shows the result.`;
+}
+
+/// Describes the position in the profile: the phase while the profile commands the chamber, and otherwise where it has
+/// ended. `sample` may be null.
+function position_text(status, sample) {
+  const {segment_index, segment_count} = status;
+  if (!(segment_count > 0)) return '';
+  const state = display_state(status),
+    passed = sample ? format_duration(sample.in_segment_s) : null,
+    segment = `segment ${segment_index + 1} of ${segment_count}: ${format_text(status.segment)}`;
+  if (state === 'complete')
+    return segment_count === 1 ? 'The segment is done' : `All ${segment_count} segments are done`;
+  if (status.running && !has_left_profile(status))
+    return `Segment${segment.slice(7)} (${status.phase}${passed === null ? '' : `, ${passed} elapsed`})`;
+  const verb = state === 'interrupted' && !has_left_profile(status) ? 'Interrupted' : 'Ended';
+  return `${verb} in ${segment}${passed === null ? '' : `, after ${passed}`}`;
+}
+
   execute: 'Running',
   suspended: 'Suspended',
   held: 'Held',
@@ -351,13 +402,14 @@ function recording_problems(status) {
   ].filter(Boolean);
 }
 
-/// Returns the age of the newest sample in seconds, or null if it is unknown. A sample may be old when it arrives, so
-/// the age of the last write, from the status, is a lower limit. `now` is performance.now().
+/// Returns the age of the newest sample in seconds, or null if it is unknown or the run has ended. A sample may be old
+/// when it arrives, so the age of the last write, from the status, is a lower limit. `now` is performance.now().
 function sample_age_s(run, now) {
   const {running, age_s} = run.status;
-  if (!running || age_s === null || age_s === undefined) return null;
+  if (!running && !is_interrupted(run.status)) return null;
+  if (age_s === null || age_s === undefined) return null;
   const write_age_s = age_s + (now - run.status_received_ms) / 1000;
-  return run.sample ? Math.max(write_age_s, (now - run.sample_received_ms) / 1000) : write_age_s;
+  return running && run.sample ? Math.max(write_age_s, (now - run.sample_received_ms) / 1000) : write_age_s;
 }
 
 /// Returns the remaining time of the profile in s, or null if the profile does not continue.

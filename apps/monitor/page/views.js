@@ -130,6 +130,7 @@ views.now = content => {
         parts.state,
         parts.cause,
         (parts.watched = make_element('p', {class: 'cause'})),
+        (parts.safe_chamber = make_element('p', {class: 'cause'})),
         parts.alarms,
         parts.troubles,
         make_element(
@@ -214,6 +215,7 @@ views.now = content => {
       return {channel, value, index: run.channels.indexOf(channel)};
     });
   parts.set_point_label = parts.set_point.previousElementSibling;
+  parts.air_label = parts.air.previousElementSibling;
   // An imported record has no profile, and most have no chamber.
   const has_chamber = channels.some(channel => channel.name === 'chamber_air_c');
   if (run.status.imported) {
@@ -226,7 +228,7 @@ views.now = content => {
     const age_s = sample_age_s(run, performance.now());
     const age = age_s !== null && age_s < 10 ? `${age_s.toFixed(0)} s` : format_duration(age_s);
     set_text(parts.age, age_s === null ? '–' : age + ' ago');
-    parts.age.className = age_s > 5 ? 'fault' : '';
+    parts.age.className = age_s > 5 && run.status.running ? 'fault' : '';
   };
   const refresh = () => {
     const status = run.status,
@@ -255,7 +257,9 @@ views.now = content => {
       set_point = present_set_point(run),
       has_left = has_left_profile(status),
       watched_ms = watched_until_ms(run);
-    set_text(parts.set_point_label, has_left ? 'Chamber set point' : 'Set point');
+    set_text(parts.set_point_label, set_point_label(status));
+    set_text(parts.air_label, air_label(status));
+    set_text(parts.safe_chamber, safe_chamber_text(status));
     set_text(
       parts.watched,
       watched_ms === null ? '' : `The air is watched until ${format_time(watched_ms)} at least.`
@@ -668,10 +672,11 @@ views.rigs = content => {
         make_element(
           'dl',
           {class: 'facts'},
-          fact('Air', format_with_unit(run.chamber_air_c, '°C')),
-          has_left_profile(run)
-            ? fact('Chamber set point', format_with_unit(run.chamber_set_point_c ?? null, '°C'))
-            : fact('Set point', format_with_unit(run.set_point_c, '°C')),
+          fact(air_label(run), format_with_unit(run.chamber_air_c, '°C')),
+          fact(
+            set_point_label(run),
+            format_with_unit(has_left_profile(run) ? run.chamber_set_point_c : run.set_point_c, '°C')
+          ),
           fact('Time left', format_duration(time_left_s(run))),
           fact('Ends', format_time(expected_end_ms(run, null), true))
         ),

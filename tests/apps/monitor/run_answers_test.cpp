@@ -342,6 +342,55 @@ void leave_status(const std::string& path, Duration ago) {
   std::ofstream(record::status_path(path)) << record::to_json(status) << "\n";
 }
 
+TEST(RunCatalogue, ReportsAgeAndSafeTraceOfInterruptedRun) {
+  const tests::TestFolder folder;
+  const auto path = folder / "run.db";
+  auto info = small_run_info();
+  info.id = std::string(32, 'a');
+  {
+    auto store = record::Store::create(path, info);
+    ASSERT_TRUE(store) << text(store.error());
+    for (int slot = 0; slot < 3; ++slot) ASSERT_TRUE((*store)->append(small_sample(slot, false), {}));
+  }
+  leave_status(path, 100s);
+  RunCatalogue catalogue({folder / ""});
+  catalogue.scan();
+  auto run = catalogue.runs().at(0);
+  ASSERT_TRUE(run.is_abandoned());
+  EXPECT_GE(run.age_s.value_or(0), 100);
+  EXPECT_FALSE(run.is_silent());
+  EXPECT_EQ(ask_run(catalogue, "")["made_safe"], nullptr);
+  const std::string trace =
+      "schema = \"gyrotherm-made-safe/1\"\nat = \"2026-03-01T00:00:00Z\"\nutc_ns = 1772323200000000000\n"
+      "because = \"the program that drove it has ended\"\nset_point_c = 20.5\nconfirmed = true\n"
+      "details = \"set point 20.5 °C\"\n";
+  std::ofstream(path + ".made-safe") << trace;
+  const auto version = run.version;
+  catalogue.scan();
+  EXPECT_NE(catalogue.runs().at(0).version, version) << "the page receives it";
+  EXPECT_EQ(ask_run(catalogue, "")["made_safe"],
+            Json({{"utc_ms", 1772323200000}, {"set_point_c", 20.5}, {"confirmed", true}, {"given_up", false}}));
+  std::ofstream(path + ".made-safe", std::ios::app) << "given_up = \"ada (uid 0): no power\"\n";
+  catalogue.scan();
+  EXPECT_EQ(ask_run(catalogue, "")["made_safe"]["given_up"], true);
+  for (const auto& unreadable : {std::string("schema = 1"), trace + "more = 1\n", std::string("\xff")}) {
+    std::ofstream(path + ".made-safe") << unreadable;
+    catalogue.scan();
+    EXPECT_EQ(ask_run(catalogue, "")["made_safe"], nullptr) << unreadable;
+  }
+}
+
+TEST(RunCatalogue, HasNoAgeFromStatusFileOfAnotherRun) {
+  const tests::TestFolder folder;
+  { auto store = record::Store::create(folder / "run.db", small_run_info()); }
+  leave_status(folder / "run.db", 100s);
+  write_small_run(folder / "ended.db", 3);
+  RunCatalogue catalogue({folder / ""});
+  catalogue.scan();
+  ASSERT_EQ(catalogue.runs().size(), 2u);
+  for (const auto& run : catalogue.runs()) EXPECT_FALSE(run.age_s) << run.name;
+}
+
 TEST(RunFeed, SendsPresentAgeToLateWatcher) {
   const tests::TestFolder folder;
   RunCatalogue catalogue({folder / ""});

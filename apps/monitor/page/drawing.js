@@ -3,6 +3,11 @@
 'use strict';
 
 const drawing = (() => {
+  // Smallest deviation of the air that is marked.
+  const kMinColouredK = 0.5;
+  const kMinIntervalMs = 900;
+  const kRetryMs = 2000;
+
   function make_svg(tag, attributes, text) {
     const element = document.createElementNS('http://www.w3.org/2000/svg', tag);
     for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, value);
@@ -42,14 +47,24 @@ const drawing = (() => {
     return round.find(interval => duration_s / interval <= most) || kDay * Math.ceil(duration_s / kDay / most);
   }
 
-  /// Draws the profile in `box`. Returns {refresh(), close()}. refresh() redraws at most once per second.
+  /// Draws the profile in `box`. Returns {refresh(), close()}. refresh() redraws at most once per second, and at once
+  /// when the state of the run changes.
   function draw_profile(box, run, height) {
     const started = run.status.started_ms || 0;
     let past = null,
+      past_slot = -1,
       loaded_slot = -1,
       is_closed = false,
       drawn_width = 0,
-      drawn_ms = -Infinity;
+      drawn_ms = -Infinity,
+      drawn_state = null,
+      timer = null;
+    function refresh_later(ms) {
+      timer ??= setTimeout(() => {
+        timer = null;
+        refresh();
+      }, ms);
+    }
     async function load(slot) {
       loaded_slot = slot;
       const names = ['set_point_c', 'chamber_air_c', 'chamber_set_point_c'].filter(name =>
@@ -58,8 +73,14 @@ const drawing = (() => {
       const response = await request_json(
         `/api/v1/runs/${run.key}/series?channels=${names.join()}&from=0&to=${slot}&buckets=400`
       );
-      if (is_closed || !response.ok) return;
+      // A later request may have been answered first.
+      if (is_closed || past_slot > slot) return;
+      if (!response.ok) {
+        loaded_slot = -1;
+        return refresh_later(kRetryMs);
+      }
       past = response.json;
+      past_slot = slot;
       drawn_ms = -Infinity;
       refresh();
     }
@@ -75,11 +96,18 @@ const drawing = (() => {
 
     function refresh() {
       const slot = Math.max(0, present_sample(run)?.slot ?? run.status.slot),
-        now = performance.now();
-      if (loaded_slot < 0 || slot - loaded_slot > Math.max(20, slot / 400)) {
-        if (now - drawn_ms > 1000 || loaded_slot < 0) load(slot);
+        now = performance.now(),
+        state = display_state(run.status),
+        has_changed = drawn_state !== state;
+      if (loaded_slot < 0 || has_changed || slot - loaded_slot > Math.max(20, slot / 400)) {
+        if (now - drawn_ms > 1000 || has_changed) load(slot);
       }
-      if (!past || now - drawn_ms < 900) return;
+      drawn_state = state;
+      if (!past) return;
+      if (now - drawn_ms < kMinIntervalMs && !has_changed) {
+        // No later refresh may follow, so the picture is drawn when the interval has passed.
+        return refresh_later(kMinIntervalMs - (now - drawn_ms));
+      }
       drawn_ms = now;
       const set_point = present_set_point(run),
         intervals = intervals_after_profile(run.events);
@@ -98,7 +126,7 @@ const drawing = (() => {
         bottom = 40,
         top = 12,
         right = 14;
-      const end = Math.max(...all.map(point => point[0]), 1),
+      const end = Math.max(slot, ...all.map(point => point[0]), 1),
         values = all.map(point => point[1]);
       let low = Math.min(...values),
         high = Math.max(...values);
@@ -137,7 +165,6 @@ const drawing = (() => {
       const pairs = done
         .map((point, i) => [point[0], point[1], air[i] ? air[i][1] : null])
         .filter(point => point[1] !== null && point[2] !== null && !is_in_interval(point[0], intervals));
-      const kMinColouredK = 0.5;
       let area = '';
       for (let i = 1; i < pairs.length; ++i) {
         const [t0, s0, a0] = pairs[i - 1],
@@ -175,6 +202,7 @@ const drawing = (() => {
       refresh,
       close: () => {
         is_closed = true;
+        clearTimeout(timer);
         observer.disconnect();
       },
     };
@@ -260,5 +288,5 @@ const drawing = (() => {
     return picture;
   }
 
-  return {draw_profile, draw_uncertainty};
+  return {draw_profile, draw_uncertainty, kMinColouredK};
 })();

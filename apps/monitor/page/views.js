@@ -305,7 +305,7 @@ views.now = content => {
     profile_drawing?.refresh();
     update_age();
   };
-  return {refresh, on_sample: refresh, on_second: update_age, close: () => profile_drawing?.close()};
+  return {refresh, on_sample: refresh, on_event: refresh, on_second: update_age, close: () => profile_drawing?.close()};
 };
 
 views.trend = content => chart.trend(content, page.run);

@@ -280,14 +280,7 @@ views.now = content => {
       status.behind_plan_s ? format_duration(status.behind_plan_s) : time_left_s(status) === null ? '–' : 'on plan'
     );
     set_text(parts.utc, sample && sample.utc_ms !== null ? new Date(sample.utc_ms).toISOString().slice(11, 19) : '–');
-    const elapsed = sample ? `, ${format_duration(sample.in_segment_s)} elapsed` : '';
-    set_text(
-      parts.segment,
-      status.segment_count > 0
-        ? `Segment ${status.segment_index + 1} of ${status.segment_count}: ${format_text(status.segment)} ` +
-            `(${status.phase}${elapsed})`
-        : ''
-    );
+    set_text(parts.segment, position_text(status, sample));
     const shown = sample || (run.sample && {values: run.sample.values.map(() => undefined)});
     if (shown)
       parts.values.forEach(({channel, value, index}) => {
@@ -356,8 +349,9 @@ views.profile = content => {
   });
   const profile_drawing = drawing.draw_profile(drawing_box, run, 420);
   const refresh = () => {
+    const is_executed = run.status.running && !has_left_profile(run.status);
     rows.forEach((row, i) =>
-      row.setAttribute('aria-current', i === run.status.segment_index && run.status.running ? 'step' : 'false')
+      row.setAttribute('aria-current', i === run.status.segment_index && is_executed ? 'step' : 'false')
     );
     profile_drawing.refresh();
   };

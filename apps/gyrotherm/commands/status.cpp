@@ -154,6 +154,20 @@ std::string units_line(const record::RunStatus& status) {
   return units.empty() ? "" : fmt::format("  units: {}\n", units);
 }
 
+/// Returns the position in the profile: with the phase while the profile commands the chamber, and otherwise the
+/// segment in which it has ended.
+std::string segment_line(const record::RunStatus& status) {
+  if (status.segment_count == 0) return {};
+  const auto state = status.overview.state;
+  if (status.finished && state == RunState::complete)
+    return fmt::format("  {} done\n", format_count(status.segment_count, "segment"));
+  const auto position = fmt::format("segment {} of {}", status.segment_index + 1, status.segment_count);
+  const bool has_left_profile = state == RunState::aborting || state == RunState::aborted || state == RunState::stopped;
+  if (status.being_written && !has_left_profile)
+    return fmt::format("  {}, {}: {}\n", position, status.segment, name(status.phase));
+  return fmt::format("  {} in {}, {}\n", has_left_profile ? "ended" : "interrupted", position, status.segment);
+}
+
 std::string describe(const record::RunStatus& status) {
   auto text = fmt::format("{}{}: {}\n", status.simulated ? "SIMULATED " : "", status.path, describe_state(status));
   text += age_line(status);
@@ -163,12 +177,10 @@ std::string describe(const record::RunStatus& status) {
   if (!status.unreleased.empty()) text += fmt::format("  UNRELEASED: {}\n", fmt::join(status.unreleased, ", "));
   text += units_line(status);
   if (is_imported(status)) return text + " " + thermometer_line(status);
-  text += fmt::format("  up to second {}, acknowledged up to {}, {}\n", status.slot, status.acknowledged,
+  text += fmt::format("  up to second {}, acknowledged up to {}, {}
+", status.slot, status.acknowledged,
                       run::describe_faults(status.faults - status.faults_while_off, status.faults_while_off));
-  if (status.segment_count > 0)
-    text += fmt::format("  segment {} of {}, {}: {}\n", status.segment_index + 1, status.segment_count, status.segment,
-                        name(status.phase));
-  text += state_lines(status);
+  text += segment_line(status) + state_lines(status);
   if (status.decision) text += fmt::format("  {}\n", describe_progress(*status.decision, status.slot + 1));
   if (const auto& frames = status.frames)
     text += fmt::format("  gyro frames: {} received, {} lost, {} bad\n", frames->seen, frames->lost, frames->bad);

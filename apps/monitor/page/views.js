@@ -303,6 +303,16 @@ views.now = content => {
 
 views.trend = content => chart.trend(content, page.run);
 
+/// Returns the times when the segments have begun, ms UTC, by the index of the segment. A resumed run reports its
+/// segment again; the first report counts.
+function segment_beginnings(run) {
+  const began_ms = new Map(),
+    reported = run.events.filter(event => event.kind === 'segment');
+  for (const {segment, utc_ms} of [...run.plan.begun, ...reported])
+    if (segment !== null && !began_ms.has(segment)) began_ms.set(segment, utc_ms > 0 ? utc_ms : null);
+  return began_ms;
+}
+
 views.profile = content => {
   const run = page.run;
   if (!run.plan) {
@@ -311,8 +321,7 @@ views.profile = content => {
   }
   const drawing_box = make_element('div', {}),
     body = make_element('tbody', {});
-  const began_ms = new Map(run.plan.begun.map(({segment, utc_ms}) => [segment, utc_ms])),
-    decisions = decisions_sheet(run);
+  const decisions = decisions_sheet(run);
   content.replaceChildren(
     ...(decisions ? [decisions.element] : []),
     make_element(
@@ -333,20 +342,23 @@ views.profile = content => {
       make_element('table', {}, table_head(...kSegmentColumns), body)
     )
   );
-  const rows = run.plan.segments.map((segment, i) => {
-    const began = format_time(began_ms.get(i), true, true);
-    const row = table_row(
+  const rows = run.plan.segments.map((segment, i) =>
+    table_row(
       kSegmentColumns,
       String(i + 1),
       [format_text(segment.name), segment.prompt ? ` — prompt: ${segment.prompt}` : ''],
       segment.kind,
       format_with_unit(segment.to_c, '°C'),
       format_round_duration(segment.duration_s),
-      began
-    );
-    body.append(row);
-    return row;
-  });
+      '–'
+    )
+  );
+  body.append(...rows);
+  const show_beginnings = () => {
+    const began_ms = segment_beginnings(run);
+    rows.forEach((row, i) => set_text(row.lastChild.firstChild, format_time(began_ms.get(i), true, true)));
+  };
+  show_beginnings();
   const profile_drawing = drawing.draw_profile(drawing_box, run, 420);
   const refresh = () => {
     const is_executed = run.status.running && !has_left_profile(run.status);
@@ -365,7 +377,11 @@ views.profile = content => {
     page.view = views.profile(content);
     page.view.refresh();
   };
-  return {refresh, on_sample: () => profile_drawing.refresh(), on_plan, close};
+  const on_event = () => {
+    show_beginnings();
+    profile_drawing.refresh();
+  };
+  return {refresh, on_sample: () => profile_drawing.refresh(), on_event, on_plan, close};
 };
 
 views.events = content => {

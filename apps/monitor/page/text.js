@@ -89,19 +89,20 @@ function shown_channels(run) {
   return run.channels.filter(channel => channel.has_values !== false);
 }
 
-/// Returns the unit of a channel as it is shown. A number without a unit is a count.
+/// Returns the unit of a channel as it is shown. The unit of a count or a share is not shown.
 function shown_unit(unit) {
   return unit === '1' ? '' : unit;
 }
 
 function digits_for_unit(unit) {
-  if (shown_unit(unit) === '') return 0;
   return unit === '°C' ? 2 : 4;
 }
 
+/// Formats a value with its unit. A value without a unit is a count, or a share with three significant digits.
 function format_with_unit(value, unit) {
+  if (!shown_unit(unit)) return Number.isInteger(value) ? format_number(value, 0) : format_significant(value, 3);
   const text = format_number(value, digits_for_unit(unit));
-  return text === '–' || !shown_unit(unit) ? text : `${text}\u00a0${unit}`;
+  return text === '–' ? text : `${text}\u00a0${unit}`;
 }
 
 /// Returns a text of a profile or a program with the minus sign of typography, and no line break before a unit.
@@ -302,7 +303,6 @@ function display_state(status) {
   return status.finished ? 'complete' : 'interrupted';
 }
 
-const kStates = {
 /// Returns whether no program executes an unfinished run. Its values are the last known ones.
 function is_interrupted(status) {
   return display_state(status) === 'interrupted';
@@ -354,6 +354,7 @@ function position_text(status, sample) {
   return `${verb} in ${segment}${passed === null ? '' : `, after ${passed}`}`;
 }
 
+const kStates = {
   execute: 'Running',
   suspended: 'Suspended',
   held: 'Held',

@@ -90,9 +90,10 @@ function make_alarm_row(run, on_select) {
     row.alarm = alarm;
     const acknowledged = alarm.acknowledged ? ' acknowledged' : '';
     element.className = `alarm ${is_active ? 'active' : 'returned'} ${level}${acknowledged}`;
-    box.disabled = Boolean(alarm.acknowledged);
+    // The form that acknowledges is shown only while the run is running.
+    box.disabled = Boolean(alarm.acknowledged) || !run.status.running;
     box.hidden = !page.session.may_control || Boolean(alarm.shelved_by);
-    if (alarm.acknowledged) box.checked = false;
+    if (box.disabled) box.checked = false;
     set_text(state, is_active ? 'Active' : 'Returned');
     state.className = `badge ${is_active ? 'alarm' : 'returned'}`;
     set_text(priority, `${level} priority`);

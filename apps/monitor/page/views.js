@@ -332,8 +332,9 @@ views.profile = content => {
       make_element(
         'p',
         {class: 'note'},
-        'Solid: past set point; dashed: planned set point; red: deviation of the air from the set point. After a stop or ' +
-          'an abort, the solid line is the set point that the chamber reports.'
+        'Solid: past set point; dashed: planned set point; red: deviation of the air from the set point, from ' +
+          `${drawing.kMinColouredK}\u00a0K on. After a stop or an abort, the solid line is the set point that the ` +
+          'chamber reports.'
       )
     ),
     make_element(

@@ -4,11 +4,25 @@ acknowledged, a chart zoomed. The page fits each width and the browser logs no e
 (GYROTHERM_AXE=…/axe.min.js), it finds no problems. Screenshots are written to GYROTHERM_PICTURES, if set."""
 import os
 import pathlib
+import re
+import subprocess
 import sys
 import time
 import unittest
 
-from programs import PASSWORD, Monitor, RealTimeRun, monitor_command, gyrotherm, key_of, Browser, WatchedRun, until
+from programs import (
+    GYROTHERM,
+    PASSWORD,
+    SOURCE,
+    Browser,
+    Monitor,
+    RealTimeRun,
+    WatchedRun,
+    gyrotherm,
+    key_of,
+    monitor_command,
+    until,
+)
 
 try:
     from selenium import webdriver
@@ -255,6 +269,12 @@ class Page(WatchedRun):
         written = {
             "format_with_unit(null, '°C')": "–",
             "format_with_unit(1, '1')": "1",
+            "format_with_unit(0, '1')": "0",
+            "format_with_unit(-3, '1')": "\u22123",
+            "format_with_unit(0.12, '1')": "0.120",
+            "format_with_unit(0.00034567, '1')": "0.000346",
+            "format_with_unit(1234.5, '1')": "1235",
+            "format_with_unit(null, '1')": "–",
             "format_signed(0.001, 2)": "0.00",
             "format_signed(-0.001, 2)": "0.00",
             "format_signed(0.5, 2)": "+0.50",
@@ -294,6 +314,170 @@ class Page(WatchedRun):
         }
         for call, text in written.items():
             self.assertEqual(self.browser.execute_script("return " + call), text, call)
+
+    def test_2_phase_is_shown_only_while_the_profile_commands(self) -> None:
+        self.open_view("now")
+        status = "segment: 'hold -20 °C', segment_index: 2, segment_count: 12, phase: 'holding'"
+        sample = "{in_segment_s: 1590}"
+        place = "segment 3 of 12: hold \u221220\u00a0°C"
+        for state, shown in (
+            ("running: true, state: 'execute'", f"S{place[1:]} (holding, 26 min 30 s elapsed)"),
+            ("running: true, state: 'held'", f"S{place[1:]} (holding, 26 min 30 s elapsed)"),
+            ("running: true, state: 'aborting', cause: 'stopped by ada'", f"Ended in {place}, after 26 min 30 s"),
+            ("running: false, state: 'stopped', finished: true", f"Ended in {place}, after 26 min 30 s"),
+            ("running: false, state: 'aborted'", f"Ended in {place}, after 26 min 30 s"),
+            ("running: false, state: 'aborting'", f"Ended in {place}, after 26 min 30 s"),
+            ("running: false, state: 'execute'", f"Interrupted in {place}, after 26 min 30 s"),
+            ("running: false, state: 'complete', finished: true", "All 12 segments are done"),
+        ):
+            self.assertEqual(self.evaluate(f"position_text({{{status}, {state}}}, {sample})"), shown)
+        self.assertEqual(self.evaluate(f"position_text({{{status}, running: false, state: 'held'}}, null)"),
+                         f"Interrupted in {place}")
+        self.assertEqual(self.evaluate("position_text({segment_count: 0, running: true, state: 'held'}, null)"), "")
+
+    def test_2_interrupted_run_has_last_values(self) -> None:
+        self.open_view("now")
+        interrupted = "name: 'quick', running: false, state: 'execute', age_s: 100"
+        self.assertEqual(self.evaluate(f"set_point_label({{{interrupted}}})"), "Last set point of the run")
+        self.assertEqual(self.evaluate("set_point_label({running: true, state: 'execute'})"), "Set point")
+        self.assertEqual(self.evaluate("set_point_label({running: true, state: 'aborting'})"), "Chamber set point")
+        self.assertEqual(
+            self.evaluate("set_point_label({running: false, state: 'aborting'})"), "Last set point of the chamber"
+        )
+        run = f"{{status: {{{interrupted}}}, status_received_ms: 1000, sample: {{}}, sample_received_ms: 2000}}"
+        self.assertEqual(self.evaluate(f"sample_age_s({run}, 3000)"), 102)
+        self.assertIsNone(self.evaluate(f"sample_age_s({run.replace('age_s: 100', 'age_s: null')}, 3000)"))
+        self.assertIsNone(self.evaluate(f"sample_age_s({run.replace('execute', 'aborted')}, 3000)"))
+        trace = "made_safe: {utc_ms: Date.now(), set_point_c: 20, confirmed: true, given_up: false}"
+        for more, shown in (
+            ("", "gyrotherm status quick.db"),
+            (", " + trace, "sent the chamber to its safe set point of 20.0\u00a0°C at"),
+            (", " + trace.replace("true", "false"), "has NOT brought the chamber"),
+            (", " + trace.replace("true, given_up: false", "false, given_up: true"), "an operator has ended"),
+            (", simulated: true, virtual_instruments: ['gyro']", "gyrotherm-make-safe"),
+        ):
+            self.assertIn(shown, self.evaluate(f"safe_chamber_text({{{interrupted}{more}}})"))
+        for more in ("simulated: true", "running: true", "finished: true", "state: 'aborted'"):
+            self.assertEqual(self.evaluate(f"safe_chamber_text({{{interrupted}, {more}}})"), "", more)
+
+    def test_2_segment_keeps_its_first_beginning(self) -> None:
+        self.open_view("profile")
+        begun = "[{segment: 0, utc_ms: 1000}, {segment: 1, utc_ms: 5000}, {segment: 0, utc_ms: 9000}]"
+        events = ("[{kind: 'segment', segment: 1, utc_ms: 5000}, {kind: 'note', segment: 2, utc_ms: 6000},"
+                  " {kind: 'segment', segment: 2, utc_ms: 7000}]")
+        run = f"{{plan: {{begun: {begun}}}, events: {events}}}"
+        self.assertEqual(self.evaluate(f"[...segment_beginnings({run})]"), [[0, 1000], [1, 5000], [2, 7000]])
+
+    def test_2_alarms_of_ended_run_cannot_be_selected(self) -> None:
+        self.open_view("alarms")
+        alarm = "{number: 1, interlock: 'a', text: 'a', utc_ns: 1, acknowledged: false}"
+        for running, acknowledged in ((True, False), (True, True), (False, False), (False, True)):
+            disabled = self.evaluate(
+                f"(row => (row.update(Object.assign({alarm}, {{acknowledged: {str(acknowledged).lower()}}}), []),"
+                f" row.box.disabled))(make_alarm_row({{status: {{running: {str(running).lower()}}}}}, () => {{}}))"
+            )
+            self.assertEqual(disabled, acknowledged or not running)
+
+    def test_2_controls_follow_the_state_of_the_run(self) -> None:
+        """A view that was opened while no program executed the run shows its controls after a resume."""
+        for view, section in (("now", "control"), ("events", "note")):
+            self.browser.get("about:blank")
+            self.open_view(view)
+            self.assertTrue(until(lambda: self.browser.find_elements(By.ID, section), 10))
+            seen = self.evaluate(f"""(() => {{
+                const status = page.run.status, hidden = () => document.getElementById('{section}').hidden, seen = [];
+                page.run.status = Object.assign({{}}, status, {{running: false}});
+                page.view.close?.();
+                page.view = views.{view}(document.getElementById('content'));
+                page.view.refresh();
+                seen.push(hidden());
+                for (const running of [true, false, true]) {{
+                  handle_status(Object.assign({{}}, status, {{running}}));
+                  seen.push(hidden());
+                }}
+                return seen;
+              }})()""")
+            self.assertEqual(seen, [True, False, True, False], view)
+
+    def test_2_profile_is_drawn_again_at_the_end(self) -> None:
+        self.browser.get("about:blank")
+        self.open_view("profile")
+        self.expect_text("red: deviation of the air from the set point, from 0.5\u00a0K on")
+        self.assertTrue(until(lambda: self.browser.find_elements(By.CSS_SELECTOR, ".profile-svg .now"), 15))
+        for change in ("finished: true, state: 'execute'", "finished: true, state: 'stopped'", "state: 'execute'"):
+            shown = self.evaluate(f"""(() => {{
+                const status = page.run.status, find = name => document.querySelector('.profile-svg .' + name);
+                const shown = () => [find('now') !== null, find('remaining').getAttribute('d') !== ''];
+                handle_status(Object.assign({{}}, status, {{running: true, state: 'execute', time_left_s: 600}}));
+                const before = shown();
+                handle_status(Object.assign({{}}, status, {{running: false, {change}}}));
+                const after = shown();
+                handle_status(Object.assign({{}}, status));
+                return [before, after];
+              }})()""")
+            self.assertEqual(shown, [[True, True], [False, False]], change)
+        inside = self.evaluate("""(() => {
+            const status = page.run.status, sample = page.run.sample;
+            page.run.sample = Object.assign({}, sample, {slot: sample.slot + 900});
+            handle_status(Object.assign({}, status, {state: 'aborting'}));
+            const now = document.querySelector('.profile-svg .now'), box = now.ownerSVGElement.viewBox.baseVal;
+            const inside = now.x1.baseVal.value < box.width;
+            page.run.sample = sample;
+            handle_status(status);
+            return inside;
+          })()""")
+        self.assertTrue(inside)
+
+    def test_2_last_refresh_of_profile_is_drawn(self) -> None:
+        """A refresh within the shortest interval between two pictures is drawn after it."""
+        self.browser.get("about:blank")
+        self.open_view("profile")
+        self.assertTrue(until(lambda: self.browser.find_elements(By.CSS_SELECTOR, ".profile-svg .now"), 15))
+        self.browser.execute_script("""
+            close_stream();
+            page.view.refresh();
+            window.drawn = document.querySelector('.profile-svg');
+            page.view.refresh();
+            """)
+        self.assertTrue(until(lambda: self.evaluate("document.querySelector('.profile-svg') !== drawn"), 10))
+
+    def test_2_last_step_of_uncertainty_is_visible(self) -> None:
+        """The decision to end a run is drawn with a step, even if the run ends in the same second."""
+        self.open_view("profile")
+        for length_s, running in ((7200, False), (7200, True), (7100, False), (9000, False)):
+            decisions = ", ".join(
+                f"{{u_now_deg_per_h: {u}, hours_used: {hours}, hours_left: 1, block: '{block}'}}"
+                for u, hours, block in ((0.3, 1, "cold"), (0.1, 2, ""))
+            )
+            status = f"{{running: {str(running).lower()}, state: 'execute', length_s: {length_s}, time_left_s: 0}}"
+            self.browser.execute_script(f"""
+                const box = document.createElement('div');
+                box.id = 'steps';
+                document.getElementById('steps')?.remove();
+                document.getElementById('content').append(box);
+                drawing.draw_uncertainty(box, {{sample: null, status: {status},
+                  plan: {{goal: {{u_deg_per_h: 0.1, decisions: [{decisions}]}}}}}});
+                """)
+            path = until(lambda: self.evaluate("document.querySelector('#steps .done')?.getAttribute('d')"), 10)
+            begin, end = [float(x) for x in re.findall(r"[ML]([\d.]+) [\d.]+H([\d.]+)", path)[-1]]
+            self.assertGreater(end - begin, 5, f"{length_s}: {path}")
+
+    def test_2_list_of_rigs_names_a_stop(self) -> None:
+        """The store of a site has the cause of the state only as a text."""
+        self.open_view("rigs")
+        rig = "rig: 'r', segment: null, chamber_air_c: null, set_point_c: null, alarms: null, age_s: null"
+        for state, cause, shown in (
+            ("aborting", "'stopped by ada (uid 0): smoke'", "Stopping"),
+            ("aborting", "'aborted by ada (uid 0)'", "Aborting"),
+            ("aborting", "'the air is too hot'", "Aborting"),
+            ("aborting", "null", "Aborting"),
+            ("stopped", "'stopped by ada (uid 0)'", "Stopped"),
+            ("idle", "null", "Idle"),
+        ):
+            row = self.evaluate(
+                f"rig_row({{{rig}, state: '{state}', cause: {cause}}}).querySelector('[data-title=State]').textContent"
+            )
+            self.assertEqual(row.strip(), shown, cause)
 
     def test_2_summary_of_alarms_has_its_numbers(self) -> None:
         self.open_view("now")
@@ -502,6 +686,43 @@ class Page(WatchedRun):
         self.assertFalse([text for text in texts if text.startswith("foreign_set_point: foreign_set_point")])
         self.open_view("alarms")
         self.expect_text("foreign_set_point: alarm")
+
+    def test_6_killed_run_is_interrupted_and_resumed(self) -> None:
+        record, log = self.folder / "killed.db", open(self.folder / "killed.log", "w", encoding="utf-8")
+        virtual = ("--rig", "virtual", "--pace", "x10", "--out", str(record))
+        output = {"cwd": SOURCE, "stdout": log, "stderr": log}
+        program = subprocess.Popen([GYROTHERM, "run", str(self.folder / "up.toml"), *virtual], **output)
+        key = until(lambda: key_of(self.monitor, Browser(self.monitor, "ada").headers, "killed"), 30)
+        address = f"http://127.0.0.1:{self.monitor.port}/#/run/{key}/"
+        self.browser.get("about:blank")
+        self.browser.get(address + "now")
+        self.expect_text("Segment 2 of 3", 60)
+        program.kill()
+        program.wait()
+        self.expect_text("Interrupted in segment", 30)
+        for view in ("profile", "now"):
+            self.browser.get(address + view)
+            self.expect_text("Interrupted" if view == "now" else "Solid: past set point")
+            self.assertTrue(until(lambda: self.evaluate("document.querySelector('.profile-svg') !== null"), 10))
+            self.assertFalse(self.evaluate("document.querySelector('.profile-svg .now') !== null"))
+        self.expect_text("Last set point of the run")
+        age = "//dt[.='Last sample']/following-sibling::dd"
+        self.assertRegex(self.browser.find_element(By.XPATH, age).text, r"\d+ s ago")
+        self.assertNotIn("Control", self.text())
+        self.assertNotIn("gyrotherm-make-safe", self.text(), "no real chamber")
+        program = subprocess.Popen([GYROTHERM, "resume", str(record), "--pace", "x10"], **output)
+        try:
+            self.expect_text("Running", 60)
+            self.assertTrue(until(lambda: self.browser.find_element(By.ID, "command-pause").is_displayed(), 10))
+            self.browser.get(address + "profile")
+            self.expect_text("Solid: past set point")
+            cell = "document.querySelector('[data-title=Began] > div')?.textContent"
+            self.assertTrue(until(lambda: self.evaluate(cell), 10))
+            self.assertRegex(self.evaluate(cell), r"00:00:0\d$", "not the time of the resume")
+        finally:
+            program.kill()
+            program.wait()
+            log.close()
 
     def test_7_replaced_record_is_loaded_again(self) -> None:
         self.open_view("now")

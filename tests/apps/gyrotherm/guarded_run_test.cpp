@@ -277,6 +277,8 @@ TEST_F(GuardedRun, StopSurvivesInterruptInSameSecond) {
     const auto kept = record::read_record(path);
     ASSERT_TRUE(kept) << text(kept.error());
     EXPECT_TRUE(kept->finished);
+    const auto status = gyrotherm_with("status " + path).out;
+    EXPECT_NE(status.find("  ended in segment 1 of "), std::string::npos) << status;
     return;
   }
   FAIL() << "the signal never arrived within the second";

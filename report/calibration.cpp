@@ -276,6 +276,18 @@ void describe(auto& form, Like<TrainedRange> auto& range) {
   form("block", range.block);
 }
 
+void describe(auto& form, Like<ModelVerification> auto& verification) {
+  form("axis", verification.axis);
+  form("stage", one_of(verification.stage, {Stage::as_found, Stage::as_left}));
+  form("run", verification.run);
+  form("verdict", verification.verdict);
+  form("clusters", verification.clusters);
+  form("outside_trained_range", verification.outside);
+  form("farthest_term", verification.farthest_term);
+  form("farthest", verification.farthest);
+  form("coverage", verification.coverage);
+}
+
 void describe(auto& form, Like<CalibrationReport> auto& report) {
   form("number", report.number);
   form("state", one_of(report.state, {ReportState::draft, ReportState::authorised, ReportState::superseded}));
@@ -309,6 +321,7 @@ void describe(auto& form, Like<CalibrationReport> auto& report) {
   form.if_present("bias_zeros", !report.bias_zeros.empty(), report.bias_zeros);
   form("cluster_length_s", positive(report.cluster_length_s));
   form.if_present("trained_ranges", !report.trained_ranges.empty(), report.trained_ranges);
+  form.if_present("verifications", !report.verifications.empty(), report.verifications);
   form.if_present("block_thermometers", !report.block_thermometers.empty(), report.block_thermometers);
   form.derived("coverage", model::kCoverage);
   form("results", report.results);

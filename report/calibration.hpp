@@ -17,6 +17,7 @@
 
 #include "analysis/model/budget.hpp"
 #include "analysis/model/model.hpp"
+#include "analysis/model/verification.hpp"
 #include "core/result.hpp"
 
 namespace gyrotherm::report {
@@ -286,6 +287,23 @@ struct TrainedRange {
   bool operator==(const TrainedRange&) const = default;
 };
 
+/// Verification of a model by one record of an axis.
+struct ModelVerification {
+  std::string axis{};
+  Stage stage{};  ///< as_found or as_left
+  std::string run{};
+  model::Verdict verdict{};
+  int clusters{};
+  /// Clusters with an input outside the trained range.
+  int outside{};
+  /// Term that is farthest outside, such as "A-D", and its distance relative to its range; empty and 0 if there is
+  /// none.
+  std::string farthest_term{};
+  double farthest{};
+  /// Observed coverage of the intervals; absent for a model without an uncertainty.
+  std::optional<model::Coverage> coverage{};
+};
+
 struct CalibrationReport {
   /// Number from the order; empty for a draft without one.
   std::string number{};
@@ -318,6 +336,8 @@ struct CalibrationReport {
   std::vector<BiasReference> bias_zeros{};
   double cluster_length_s{};
   std::vector<TrainedRange> trained_ranges{};  ///< one per model
+  /// One per model and record; empty in reports of earlier builds.
+  std::vector<ModelVerification> verifications{};
   /// Thermometers whose mean is the "temperature" of the results; empty in reports of gyrotherm 0.1.0.
   std::vector<std::string> block_thermometers{};
   std::vector<ResultTable> results{};

@@ -225,19 +225,26 @@ void add_behaviour(const ResultTarget& of, const model::Characterisation& found,
   add_hysteresis(of, found.hysteresis);
 }
 
-/// Adds the calibrated value of the unit: the mean of its compensated bias, with the uncertainty of the model's budget
-/// in that run. For a training record the budget omits the thermometer drift since training.
-void add_compensated_mean(const ResultTarget& of, const data::Figures& figures, const model::Model& model,
-                          const data::Dataset& dataset) {
+/// Returns the budget of a model's compensated mean in a run. For a training record the budget omits the thermometer
+/// drift since training. If the model was used outside its trained range, the budget has a row for it.
+Result<model::Budget> make_run_budget(const model::Model& model, const data::RecordedRun& run, bool in_sample) {
+  model::Budget budget = model.uncertainty->budget;
+  if (!in_sample) budget.rows = model::rows_for_run(run.dataset, std::move(budget.rows));
+  auto extrapolation = budget_of_extrapolation(model, *model.uncertainty, budget.rows, run.clusters);
+  if (!extrapolation) return failure(extrapolation.error());
+  if (*extrapolation) budget.rows.push_back(std::move(**extrapolation));
+  return budget;
+}
+
+/// Adds the calibrated value of the unit: the mean of its compensated bias, with the uncertainty of the budget.
+void add_compensated_mean(const ResultTarget& of, const data::Figures& figures, std::optional<model::Budget> budget) {
   ReportedValue value = exact_value(figures.mean);
-  if (model.uncertainty) {
-    model::Budget budget = model.uncertainty->budget;
-    if (!of.in_sample) budget.rows = model::rows_for_run(dataset, std::move(budget.rows));
-    const model::CombinedUncertainty all = combined(budget.rows);
+  if (budget) {
+    const model::CombinedUncertainty all = combined(budget->rows);
     value.standard_uncertainty = all.standard_deg_per_h;
     value.coverage_factor = all.coverage_factor;
     value.degrees_of_freedom = all.degrees_of_freedom;
-    of.report.budgets.push_back({.axis = of.axis, .stage = of.stage, .run = of.run, .budget = std::move(budget)});
+    of.report.budgets.push_back({.axis = of.axis, .stage = of.stage, .run = of.run, .budget = std::move(*budget)});
   }
   add(of, Group::compensation, "compensated_mean", {column("compensated_bias", "°/h", {value})});
 }
@@ -261,6 +268,18 @@ void add_coverage(const ResultTarget& of, const std::optional<model::Coverage>& 
     columns.push_back(column("share_high", "1", {exact_value(high)}));
   }
   add(of, Group::compensation, "coverage", std::move(columns));
+}
+
+void add_verification(const ResultTarget& of, const model::Verification& found, const data::Clusters& clusters) {
+  of.report.verifications.push_back({.axis = of.axis,
+                                     .stage = of.stage,
+                                     .run = of.run,
+                                     .verdict = found.verdict,
+                                     .clusters = static_cast<int>(clusters.start_s.size()),
+                                     .outside = found.outside.clusters,
+                                     .farthest_term = found.outside.farthest_term,
+                                     .farthest = found.outside.farthest,
+                                     .coverage = found.coverage});
 }
 
 std::vector<double> to_hours(const Eigen::VectorXd& seconds) {
@@ -290,6 +309,8 @@ struct VerifiedRun {
     Stage stage{};
     const model::Model* model{};
     model::Verification verification{};
+    /// Absent for a model without an uncertainty.
+    std::optional<model::Budget> budget{};
     data::HoldNoise noise{};
   };
   std::vector<ModelResult> models{};
@@ -303,8 +324,14 @@ Result<VerifiedRun> verify_run(const CalibratedAxis& axis, const data::RecordedR
     if (!*model) continue;
     auto verification = verify(**model, run.dataset, run.clusters);
     if (!verification) return failure(verification.error());
+    std::optional<model::Budget> budget;
+    if ((*model)->uncertainty) {
+      auto made = make_run_budget(**model, run, verification->trained_on_this);
+      if (!made) return failure(made.error());
+      budget = std::move(*made);
+    }
     auto noise = measure_compensated_hold_noise(run.dataset, run.clusters, verification->residual_deg_per_h);
-    verified.models.push_back({stage, &**model, std::move(*verification), std::move(noise)});
+    verified.models.push_back({stage, &**model, std::move(*verification), std::move(budget), std::move(noise)});
   }
   return verified;
 }
@@ -377,8 +404,9 @@ std::map<Stage, model::Characterisation> add_run(CalibrationReport& report, cons
     add_behaviour(of, found[one.stage], dataset);
     add_noise(of, one.noise);
     add_whole_run(of, one.verification.compensated);
-    add_compensated_mean(of, one.verification.compensated, *one.model, dataset);
+    add_compensated_mean(of, one.verification.compensated, one.budget);
     add_coverage(of, one.verification.coverage);
+    add_verification(of, one.verification, clusters);
   }
   add_courses(report, axis, verified);
   add_allan_figure(report, axis, verified);

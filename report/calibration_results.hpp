@@ -30,7 +30,8 @@ struct CalibratedAxis {
 /// For an Earth rate measured in two positions, the only type B uncertainty is that of the scale factor. Temperatures
 /// have the calibration uncertainty of the gradient thermometers and their drift until the run, assumed fully
 /// correlated. The compensated bias of the unit is the mean over the record, with the model's budget of a 1 h mean in
-/// that run. That budget includes the thermometer drift until the run, except for a record used in training.
+/// that run. That budget includes the thermometer drift until the run, except for a record used in training, and a row
+/// for the use outside the trained range, if there is any.
 ///
 /// Fails with usage if a record has no channel for a thermometer of a model, or if a model rejects the whole record.
 [[nodiscard]] Result<void> add_results(CalibrationReport& report, const CalibratedAxis& axis);

@@ -7,6 +7,7 @@
 #include <cctype>
 
 #include "core/sha256.hpp"
+#include "report/cautions.hpp"
 #include "report/dcc_text.hpp"
 #include "report/plot/png.hpp"
 #include "report/stored_texts.hpp"
@@ -260,6 +261,7 @@ class Certificate {
     statement({"Scope of the results", "Geltungsbereich der Ergebnisse"}, "gyrotherm_scope",
               join_texts(join_texts(texts_for(scope_key(report_)), " ", texts_for("say.standing")), " ",
                          texts_for("say.in_full")));
+    cautions();
     traceability();
     xml_.element("dcc:statement", {{"refType", "gyrotherm_norm"}}, [&] {
       dcc_.text("dcc:name", {"Content of the report", "Inhalt des Berichts"});
@@ -302,6 +304,18 @@ class Certificate {
   }
 
   /// Writes the traceability statement. Simulations and drafts are not traceable.
+  /// Writes the cautions about the results of each model, one statement per axis, stage and record.
+  void cautions() {
+    for (const ModelVerification& one : report_.verifications) {
+      const Texts text{describe_cautions(Language::english, one), describe_cautions(Language::german, one)};
+      if (text.empty()) continue;
+      Texts of = texts_for(name(one.stage));
+      if (!one.axis.empty()) of = join_texts(same_text(text_or_not_given(one.axis)), ", ", of);
+      of = join_texts(of, ", ", same_text(text_or_not_given(one.run)));
+      statement(texts_for("label.caution"), "gyrotherm_caution", join_texts(of, ": ", text));
+    }
+  }
+
   void traceability() {
     const bool stated = !report_.traceability.empty() && !is_draft(report_) && !report_.simulated;
     xml_.element("dcc:statement", {{"refType", "basic_metrologicallyTraceableToSI"}}, [&] {

@@ -2,6 +2,7 @@
 /// Helpers that build documents, used only by document*.cpp and comparison_document.cpp.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -76,6 +77,9 @@ class DefinitionsWriter {
 /// result of all records to one of a single record. Returns null if there is none.
 [[nodiscard]] const ResultTable* find_representative_result(const CalibrationReport& report, std::string_view key,
                                                             std::string_view axis, Stage stage);
+
+/// Adds the cautions about the models of an axis, one paragraph per record. `stage` limits them to one stage.
+void add_model_cautions(DocumentWriter& writer, const std::string& axis, std::optional<Stage> stage = {});
 
 /// Returns a verdict with text and sign.
 [[nodiscard]] Cell verdict_cell(const DocumentWriter& writer, Verdict verdict);

@@ -8,6 +8,7 @@
 #include <set>
 #include <utility>
 
+#include "report/cautions.hpp"
 #include "report/document_parts.hpp"
 
 namespace gyrotherm::report {
@@ -340,6 +341,17 @@ void add_result_tables(DocumentWriter& writer, const std::string& axis) {
     add_group(writer, group, axis);
 }
 
+void add_model_cautions(DocumentWriter& writer, const std::string& axis, std::optional<Stage> stage) {
+  for (const ModelVerification& one : writer.report.verifications) {
+    if (one.axis != axis || (stage && one.stage != *stage)) continue;
+    const std::string text = describe_cautions(writer.language, one);
+    if (text.empty()) continue;
+    std::string of = axis_and_stage(writer, axis, one.stage);
+    if (const std::string record = record_label(writer.report, one.run); !record.empty()) of += ", " + record;
+    writer.paragraph(of + ": " + text, Paragraph::Style::caution);
+  }
+}
+
 void add_results(DocumentWriter& writer) {
   const CalibrationReport& report = writer.report;
   writer.heading("heading.results");
@@ -354,6 +366,7 @@ void add_results(DocumentWriter& writer) {
   const std::vector<std::string> axes = all_axes(report);
   for (std::size_t k = 0; k < axes.size(); ++k) {
     writer.subheading(axis_heading(writer, axes[k]), fmt::format("results-{}", k + 1));
+    add_model_cautions(writer, axes[k]);
     add_result_tables(writer, axes[k]);
     add_figures(writer, axes[k]);
   }

@@ -283,6 +283,8 @@ void add_summary(DocumentWriter& writer) {
   add_cautions(writer);
   writer.heading("heading.summary");
   add_calibrated_item(writer);
+  for (const std::string& axis : all_axes(writer.report))
+    add_model_cautions(writer, axis, find_last_stage(writer.report, axis));
   for (const std::string& axis : all_axes(writer.report)) add_key_figures(writer, axis);
   for (const std::string& axis : all_axes(writer.report)) writer.paragraph(trained_range_text(writer, axis));
   const bool in_sample = std::ranges::any_of(writer.report.results, &ResultTable::in_sample);

@@ -139,6 +139,7 @@ constexpr Translation kTranslations[] = {
   {"source.fixture roll", "Roll of the fixture", "Rollwinkel der Aufnahme"},
   {"source.axis direction", "Direction of the axis in the fixture", "Richtung der Achse in der Aufnahme"},
   {"source.scale factor", "Scale factor", "Skalenfaktor"},
+  {"source.extrapolation", "Use outside the trained range", "Einsatz außerhalb des trainierten Bereichs"},
   {"distribution.normal", "normal", "normal"},
   {"distribution.rectangular", "rectangular", "rechteckig"},
   {"distribution.triangular", "triangular", "dreieckig"},
@@ -209,6 +210,7 @@ constexpr Translation kTranslations[] = {
   {"label.customers_number", "Customer's number", "Nummer des Auftraggebers"},
   {"label.name_in_rig", "Name in the rig", "Bezeichnung im Prüfstand"},
   {"label.axes", "Axes", "Achsen"},
+  {"label.caution", "Caution about the model", "Vorbehalt zum Modell"},
   {"label.condition", "Condition as received", "Zustand bei Anlieferung"},
   {"label.customer", "Customer", "Auftraggeber"},
   {"label.name", "Name", "Name"},
@@ -443,6 +445,22 @@ constexpr Translation kTranslations[] = {
    "der Kammer."},
   {"say.trained_range_unknown", "{}The model does not state the block temperatures at which it was trained.",
    "{}Das Modell gibt nicht an, bei welchen Temperaturen des Blocks es trainiert wurde."},
+  {"say.outside",
+   "In {} of {} means the model was used outside the range in which it was trained. There the compensation is an "
+   "extrapolation.",
+   "Bei {} von {} Mittelwerten wurde das Modell außerhalb des Bereichs eingesetzt, in dem es trainiert wurde. Dort ist "
+   "die Kompensation eine Extrapolation."},
+  {"say.outside_in_u", "U includes the uncertainty of the extrapolation.",
+   "U enthält die Unsicherheit der Extrapolation."},
+  {"say.no_improvement", "The model does not reduce the bias of this record.",
+   "Das Modell verringert die Nullpunktabweichung dieser Aufzeichnung nicht."},
+  {"say.improvement_not_shown", "The record does not show that the model reduces the bias.",
+   "Die Aufzeichnung weist nicht nach, dass das Modell die Nullpunktabweichung verringert."},
+  {"say.intervals_do_not_hold",
+   "The uncertainty of the model is too small for this record: {} of the means are within the intervals that should "
+   "contain {} of them.",
+   "Die Unsicherheit des Modells ist für diese Aufzeichnung zu klein: {} der Mittelwerte liegen in den Intervallen, "
+   "die {} enthalten sollen."},
   {"say.gain", "Over the whole run the root mean square error is {}. Without compensation it is {}, {} times as large.",
    "Über den gesamten Prüflauf beträgt der quadratische Mittelwert der Abweichung {}. Ohne Kompensation beträgt er "
    "{}, das {}-Fache."},

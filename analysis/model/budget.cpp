@@ -22,7 +22,7 @@ struct SourceInfo {
 };
 
 /// One row per Source, in the order of the enumeration.
-constexpr std::array<SourceInfo, 19> kSources{
+constexpr std::array<SourceInfo, 20> kSources{
     {{"angle random walk", "°/h", Variability::within_a_run, TimeScaling::inverse_root},
      {"flicker", "°/h", Variability::within_a_run, TimeScaling::constant},
      {"rate random walk", "°/h", Variability::within_a_run, TimeScaling::root},
@@ -41,7 +41,8 @@ constexpr std::array<SourceInfo, 19> kSources{
      {"fixture elevation", "°", Variability::never, TimeScaling::constant},
      {"fixture roll", "°", Variability::never, TimeScaling::constant},
      {"axis direction", "°", Variability::never, TimeScaling::constant},
-     {"scale factor", "ppm", Variability::never, TimeScaling::constant}}};
+     {"scale factor", "ppm", Variability::never, TimeScaling::constant},
+     {"extrapolation", "°/h", Variability::within_a_run, TimeScaling::constant}}};
 
 const SourceInfo& source_info(Source source) { return kSources[static_cast<std::size_t>(source)]; }
 

@@ -38,7 +38,8 @@ enum class Source {
   fixture_elevation,  ///< fixture
   fixture_roll,
   axis_direction,  ///< of the axis in its fixture
-  scale_factor
+  scale_factor,
+  extrapolation  ///< use outside the trained range
 };
 [[nodiscard]] const char* name(Source source);
 /// Returns true if the error of this source is the drift of a thermometer or another input, which grows with time.
@@ -165,12 +166,14 @@ struct Uncertainty {
 [[nodiscard]] double expanded_outside(const Uncertainty& uncertainty, double averaging_s, double excess);
 
 void describe(auto& form, Like<BudgetRow> auto& row) {
-  form("source", one_of(row.source, {Source::angle_random_walk, Source::flicker, Source::rate_random_walk,
-                                     Source::counting, Source::thermometer_noise, Source::model_form,
-                                     Source::coefficients, Source::hysteresis, Source::turn_on,
-                                     Source::thermometer_drift, Source::input_drift, Source::thermometer_calibration,
-                                     Source::latitude, Source::azimuth, Source::tilt, Source::fixture_elevation,
-                                     Source::fixture_roll, Source::axis_direction, Source::scale_factor}));
+  form("source",
+       one_of(row.source, {Source::angle_random_walk, Source::flicker,           Source::rate_random_walk,
+                           Source::counting,          Source::thermometer_noise, Source::model_form,
+                           Source::coefficients,      Source::hysteresis,        Source::turn_on,
+                           Source::thermometer_drift, Source::input_drift,       Source::thermometer_calibration,
+                           Source::latitude,          Source::azimuth,           Source::tilt,
+                           Source::fixture_elevation, Source::fixture_roll,      Source::axis_direction,
+                           Source::scale_factor,      Source::extrapolation}));
   form.if_present("of", !row.of.empty(), row.of);
   form("type", one_of(row.evaluation, {Evaluation::a, Evaluation::b}));
   form("distribution", one_of(row.distribution, {ErrorDistribution::normal, ErrorDistribution::rectangular,

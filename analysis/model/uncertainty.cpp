@@ -543,6 +543,28 @@ Result<Eigen::VectorXd> interval_half_widths(const Model& model, const Uncertain
   return combined(rows).coverage_factor * variance.cwiseSqrt();
 }
 
+Result<std::optional<BudgetRow>> budget_of_extrapolation(const Model& model, const Uncertainty& trained,
+                                                         const std::vector<BudgetRow>& rows,
+                                                         const data::Clusters& clusters) {
+  const auto inputs = evaluate(model.terms, clusters);
+  if (!inputs) return failure(inputs.error());
+  const std::vector<Eigen::Index> known = data::finite_rows(*inputs);
+  const RangedInputs ranged = apply_range_policy(model, *inputs, Outside::extrapolate);
+  if (ranged.rows.empty()) return std::optional<BudgetRow>();
+  Eigen::VectorXd variance = form_variance(rows) * ranged.excess.unaryExpr(&extrapolation_factor);
+  const auto coefficients = std::ranges::find(rows, Source::coefficients, &BudgetRow::source);
+  const double included =
+      coefficients != rows.end() ? std::pow(contribution_deg_per_h(*coefficients), 2) : trained.variance_in_training;
+  if (model.variance && std::isfinite(included)) {
+    const auto open = function_variance(model, clusters);
+    if (!open) return failure(open.error());
+    for (const Eigen::Index at : ranged.rows) variance(at) += std::max(0.0, (*open)(at)-included);
+  }
+  return std::optional(BudgetRow{.source = Source::extrapolation,
+                                 .evaluation = Evaluation::b,
+                                 .standard_uncertainty = std::sqrt(variance(known).mean())});
+}
+
 FixtureSlopes fixture_slopes(const record::GyroUncertainty& known) {
   constexpr double kRadian = std::numbers::pi / 180;
   const auto along = [](double azimuth_deg, double elevation_deg) {  // north, east, down

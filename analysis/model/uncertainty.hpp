@@ -4,6 +4,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <vector>
 
 #include "analysis/data/clusters.hpp"
@@ -150,6 +151,14 @@ struct ThermometersInUse {
 [[nodiscard]] Result<Eigen::VectorXd> interval_half_widths(const Model& model, const Uncertainty& trained,
                                                            const data::Dataset& dataset,
                                                            const data::Clusters& clusters);
+
+/// Returns the budget row for the use of a model outside its trained range in a run: the variance that
+/// interval_half_widths() adds there, averaged over all clusters of the run with known inputs. `rows` is the budget
+/// without this row. The row is of type B, because extrapolation_factor() assumes the growth of the error. No value if
+/// no cluster is outside. Fails like sensitivities().
+[[nodiscard]] Result<std::optional<BudgetRow>> budget_of_extrapolation(const Model& model, const Uncertainty& trained,
+                                                                       const std::vector<BudgetRow>& rows,
+                                                                       const data::Clusters& clusters);
 
 /// Partial derivatives of the Earth rate on an axis in a fixture, °/h per degree: with respect to elevation and roll of
 /// the fixture, signed, and to a tilt of the axis, as a root mean square over all directions perpendicular to the axis.

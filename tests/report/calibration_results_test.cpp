@@ -139,6 +139,42 @@ TEST(CompensatedMean, IncludesThermometerDriftSinceTraining) {
   check(later.dataset.run_id, std::hypot(0.05, 0.1));
 }
 
+/// A model trained up to 20 °C is used in a run up to 60 °C.
+TEST(CompensatedMean, IncludesUncertaintyOfUseOutsideTrainedRange) {
+  const SyntheticExperiment experiment;
+  model::Model left = plane_in_a("another run");
+  left.uncertainty->budget.rows.push_back(
+      {.source = model::Source::model_form, .standard_uncertainty = 0.003, .degrees_of_freedom = 12});
+  const auto reported = [&](double highest_c) {
+    left.input_max.setConstant(highest_c);
+    CalibrationReport report;
+    const auto added = add_results(report, {.label = "x", .runs = {experiment.random}, .left = left});
+    EXPECT_TRUE(added) << text(added.error());
+    return report;
+  };
+  const CalibrationReport inside = reported(100), outside = reported(20);
+  ASSERT_EQ(inside.verifications.size(), 1u);
+  ASSERT_EQ(outside.verifications.size(), 1u);
+  EXPECT_EQ(inside.verifications.front().outside, 0);
+  const ModelVerification& found = outside.verifications.front();
+  EXPECT_EQ(found.run, experiment.random.dataset.run_id);
+  EXPECT_EQ(found.stage, Stage::as_left);
+  EXPECT_EQ(found.clusters, experiment.random.clusters.start_s.size());
+  EXPECT_GT(found.outside, 0);
+  EXPECT_LT(found.outside, found.clusters);
+  EXPECT_EQ(found.farthest_term, "A");
+  const auto u = [](const CalibrationReport& report) {
+    const auto table = std::ranges::find(report.results, "compensated_mean", &ResultTable::key);
+    return find_column(*table, "compensated_bias")->values.front();
+  };
+  const model::BudgetRow& row = outside.budgets.front().budget.rows.back();
+  EXPECT_EQ(row.source, model::Source::extrapolation);
+  EXPECT_EQ(inside.budgets.front().budget.rows.back().source, model::Source::model_form);
+  EXPECT_NEAR(u(outside).standard_uncertainty, std::hypot(u(inside).standard_uncertainty, row.standard_uncertainty),
+              1e-12);
+  EXPECT_DOUBLE_EQ(u(outside).expanded(), combined(outside.budgets.front().budget.rows).expanded_deg_per_h);
+}
+
 /// The two positions have the rates r± = b ± Ω. b is half of their sum for any scale factor; Ω is proportional to the
 /// scale factor.
 TEST(TwoPositions, GiveEarthRateUncertaintyOfScaleFactor) {

@@ -47,6 +47,7 @@ void for_each_text(CalibrationReport& report, const std::function<void(std::stri
     for (model::BudgetRow& row : budget.budget.rows) use(row.of);
   for (ComparedModel& one : report.compared) use(one.inputs), use(one.method);
   for (ResultTable& table : report.results) use(table.detail), use(table.run);
+  for (ModelVerification& one : report.verifications) use(one.run), use(one.farthest_term), use(one.verdict.statement);
 }
 
 void for_each_axis(CalibrationReport& report, const std::function<void(std::string&)>& use) {
@@ -55,6 +56,7 @@ void for_each_axis(CalibrationReport& report, const std::function<void(std::stri
   for (ReportedBudget& one : report.budgets) use(one.axis);
   for (Conformity& one : report.conformity) use(one.axis);
   for (ComparedModel& one : report.compared) use(one.axis);
+  for (ModelVerification& one : report.verifications) use(one.axis);
 }
 
 void for_each_value(CalibrationReport& report, const std::function<void(ReportedValue&)>& use) {

@@ -81,7 +81,7 @@ TEST(Words, CoverKeysComposedOfEnumerators) {
     EXPECT_TRUE(covers(std::string("key.") + name(static_cast<Stage>(k)))) << k;
   for (int k = 0; k <= static_cast<int>(DecisionRule::guard_band); ++k)
     EXPECT_TRUE(covers(std::string("say.rule_") + name(static_cast<DecisionRule>(k)))) << k;
-  for (int k = 0; k <= static_cast<int>(model::Source::scale_factor); ++k)
+  for (int k = 0; k <= static_cast<int>(model::Source::extrapolation); ++k)
     EXPECT_TRUE(covers(std::string("source.") + model::name(static_cast<model::Source>(k)))) << k;
   for (int k = 0; k <= static_cast<int>(model::ErrorDistribution::triangular); ++k)
     EXPECT_TRUE(covers(std::string("distribution.") + model::name(static_cast<model::ErrorDistribution>(k)))) << k;

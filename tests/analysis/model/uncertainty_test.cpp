@@ -497,6 +497,38 @@ TEST_F(ModelUncertainty, AddsOnlyVarianceAboveTrainingMean) {
   EXPECT_LT(wider, half.size());
 }
 
+TEST_F(ModelUncertainty, HasRowOfExtrapolationOnlyOutsideTrainedRange) {
+  Model model = model_;
+  model.variance.reset();
+  const std::vector<BudgetRow> rows{
+      {.source = Source::turn_on, .standard_uncertainty = 0.001},
+      {.source = Source::model_form, .standard_uncertainty = 0.002, .degrees_of_freedom = 9}};
+  const Uncertainty& trained = *model.uncertainty;
+  const auto inside = budget_of_extrapolation(model, trained, rows, clusters_);
+  ASSERT_TRUE(inside) << inside.error().what;
+  EXPECT_FALSE(*inside) << "the clusters of the training";
+  const Eigen::RowVectorXd width = model.input_max - model.input_min;
+  model.input_max = model.input_min + 0.5 * width;
+  const auto outside = budget_of_extrapolation(model, trained, rows, clusters_);
+  ASSERT_TRUE(outside && *outside);
+  EXPECT_EQ((*outside)->source, Source::extrapolation);
+  EXPECT_EQ((*outside)->evaluation, Evaluation::b);
+  EXPECT_FALSE(std::isfinite((*outside)->degrees_of_freedom));
+  const auto inputs = *evaluate(model.terms, clusters_);
+  double sum = 0;
+  const auto known = data::finite_rows(inputs);
+  for (const Eigen::Index row : known) {
+    const double excess = ((inputs.row(row) - model.input_max).array() / (0.5 * width.array())).maxCoeff();
+    sum += 4e-6 * extrapolation_factor(std::max(0.0, excess));
+  }
+  EXPECT_NEAR((*outside)->standard_uncertainty, std::sqrt(sum / static_cast<double>(known.size())), 1e-12);
+  model.variance = model_.variance;
+  ASSERT_TRUE(model.variance);
+  const auto with_variance = budget_of_extrapolation(model, trained, rows, clusters_);
+  ASSERT_TRUE(with_variance && *with_variance);
+  EXPECT_GE((*with_variance)->standard_uncertainty, (*outside)->standard_uncertainty);
+}
+
 TEST_F(ModelUncertainty, WidensCoefficientsForCorrelatedResiduals) {
   data::Clusters wandering = clusters_;
   double wander = 0;

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "report/cautions.hpp"
+
+namespace gyrotherm::report {
+namespace {
+
+/// Returns the key of the sentence about the gain of a model; null if the record shows an improvement or is in-sample.
+const char* gain_caution_key(model::Gain gain) {
+  switch (gain) {
+    case model::Gain::does_not_improve: return "say.no_improvement";
+    case model::Gain::undecided:
+    case model::Gain::not_enough_data: return "say.improvement_not_shown";
+    case model::Gain::improves:
+    case model::Gain::in_sample: return nullptr;
+  }
+  return nullptr;
+}
+
+std::string format_percent(Language language, double share, int decimals) {
+  constexpr double kPercent = 100;
+  return format_number(language, kPercent * share, decimals) + "\u00a0%";
+}
+
+}  // namespace
+
+std::string describe_cautions(Language language, const ModelVerification& verification) {
+  std::string text;
+  const auto add = [&](const std::string& sentence) { text += (text.empty() ? "" : " ") + sentence; };
+  const auto& coverage = verification.coverage;
+  if (verification.outside > 0) {
+    add(sentence(language, "say.outside", verification.outside, verification.clusters));
+    if (coverage) add(std::string(translate(language, "say.outside_in_u")));
+  }
+  if (const char* key = gain_caution_key(verification.verdict.gain)) add(std::string(translate(language, key)));
+  if (verification.verdict.intervals_hold == false && coverage)
+    add(sentence(language, "say.intervals_do_not_hold", format_percent(language, coverage->seen, 1),
+                 format_percent(language, coverage->nominal, 0)));
+  return text;
+}
+
+}  // namespace gyrotherm::report

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Cautions about the results of a model: its use outside the trained range, a missing improvement, and intervals that
+/// do not hold. Page, PDF and digital certificate contain the same sentences.
+#pragma once
+
+#include <string>
+
+#include "report/calibration.hpp"
+#include "report/words.hpp"
+
+namespace gyrotherm::report {
+
+/// Returns the cautions about one verification as sentences; empty if there is none. A record on which the model was
+/// trained has its own mark and does not verify the model; for it, only the use outside the trained range counts.
+[[nodiscard]] std::string describe_cautions(Language language, const ModelVerification& verification);
+
+}  // namespace gyrotherm::report

@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "report/cautions.hpp"
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "report/dcc.hpp"
+#include "report/document.hpp"
+#include "tests/support/markup.hpp"
+#include "tests/support/sample_calibration.hpp"
+
+namespace gyrotherm::report {
+namespace {
+
+constexpr Language kEnglish = Language::english, kGerman = Language::german;
+
+ModelVerification good_verification() { return sample_calibration().verifications.front(); }
+
+TEST(Cautions, AreAbsentFromGoodVerification) {
+  for (const Language language : {kEnglish, kGerman}) EXPECT_EQ(describe_cautions(language, good_verification()), "");
+  ModelVerification in_sample = good_verification();
+  in_sample.verdict.gain = model::Gain::in_sample;
+  in_sample.verdict.intervals_hold.reset();
+  EXPECT_EQ(describe_cautions(kEnglish, in_sample), "");
+}
+
+TEST(Cautions, StateMeansOutsideTrainedRange) {
+  ModelVerification one = good_verification();
+  one.clusters = 432;
+  one.outside = 374;
+  EXPECT_TRUE(describe_cautions(kEnglish, one).starts_with("In 374 of 432 means the model was used outside"));
+  EXPECT_TRUE(describe_cautions(kEnglish, one).ends_with("U includes the uncertainty of the extrapolation."));
+  EXPECT_TRUE(describe_cautions(kGerman, one).starts_with("Bei 374 von 432 Mittelwerten"));
+  one.coverage.reset();
+  EXPECT_EQ(describe_cautions(kEnglish, one).find("U includes"), std::string::npos) << "a model without U";
+}
+
+TEST(Cautions, StateMissingImprovement) {
+  ModelVerification one = good_verification();
+  one.verdict.gain = model::Gain::does_not_improve;
+  EXPECT_EQ(describe_cautions(kEnglish, one), "The model does not reduce the bias of this record.");
+  for (const model::Gain gain : {model::Gain::undecided, model::Gain::not_enough_data}) {
+    one.verdict.gain = gain;
+    EXPECT_EQ(describe_cautions(kEnglish, one), "The record does not show that the model reduces the bias.");
+  }
+}
+
+TEST(Cautions, StateObservedShareOfIntervalsThatDoNotHold) {
+  ModelVerification one = good_verification();
+  one.verdict.intervals_hold = false;
+  one.coverage->seen = 0.7449;
+  EXPECT_NE(describe_cautions(kEnglish, one).find("74.5\u00a0% of the means"), std::string::npos);
+  EXPECT_NE(describe_cautions(kEnglish, one).find("contain 95\u00a0%"), std::string::npos);
+  EXPECT_NE(describe_cautions(kGerman, one).find("74,5\u00a0% der Mittelwerte"), std::string::npos);
+  one.verdict.gain = model::Gain::does_not_improve;
+  EXPECT_TRUE(describe_cautions(kEnglish, one).starts_with("The model does not reduce"));
+}
+
+/// Returns the caution paragraphs before and after the end of the first section.
+std::pair<std::vector<std::string>, std::vector<std::string>> caution_paragraphs(const Document& document) {
+  std::pair<std::vector<std::string>, std::vector<std::string>> found;
+  int sections = 0;
+  for (const Block& block : document.blocks) {
+    if (const auto* heading = std::get_if<Heading>(&block); heading != nullptr && !heading->sub) ++sections;
+    const auto* paragraph = std::get_if<Paragraph>(&block);
+    if (paragraph == nullptr || paragraph->style != Paragraph::Style::caution) continue;
+    (sections < 2 ? found.first : found.second).push_back(paragraph->text);
+  }
+  return found;
+}
+
+TEST(Cautions, AreOnFirstPageAndAtResults) {
+  CalibrationReport report = sample_calibration();
+  report.simulated = false;
+  report.equipment.clear();
+  const auto before = caution_paragraphs(make_document(report, kEnglish));
+  EXPECT_TRUE(before.first.empty());
+  for (ModelVerification& one : report.verifications) {
+    if (one.axis == "u1.y") one.outside = one.stage == Stage::as_left ? 7 : 2160;
+  }
+  for (const Language language : {kEnglish, kGerman}) {
+    const auto [first, later] = caution_paragraphs(make_document(report, language));
+    ASSERT_EQ(first.size(), 1u) << "only the last stage is on the first page";
+    EXPECT_TRUE(first.front().starts_with("u1.y, "));
+    EXPECT_NE(first.front().find(" 7 "), std::string::npos) << first.front();
+    EXPECT_EQ(later.size(), before.second.size() + 2);
+  }
+}
+
+TEST(Cautions, AreStatementsOfDigitalCertificate) {
+  CalibrationReport report = sample_calibration();
+  EXPECT_EQ(make_dcc(report, {})->find("gyrotherm_caution"), std::string::npos);
+  report.verifications.back().verdict.intervals_hold = false;
+  const auto dcc = make_dcc(report, {});
+  ASSERT_TRUE(dcc);
+  EXPECT_EQ(tests::count_occurrences(*dcc, "refType=\"gyrotherm_caution\""), 1);
+  for (const char* text : {"The uncertainty of the model is too small", "Die Unsicherheit des Modells"})
+    EXPECT_NE(dcc->find(text), std::string::npos) << text;
+}
+
+TEST(Cautions, AreOptionalInCalibrationFile) {
+  CalibrationReport report = sample_calibration();
+  report.verifications.front().outside = 3;
+  report.verifications.front().farthest_term = "A-D";
+  report.verifications.front().farthest = 0.25;
+  const auto again = calibration_from_json(to_json(report), "calibration.json");
+  ASSERT_TRUE(again) << text(again.error());
+  EXPECT_EQ(to_json(*again), to_json(report));
+  report.verifications.clear();
+  EXPECT_EQ(to_json(report).find("\"verifications\""), std::string::npos);
+  EXPECT_TRUE(calibration_from_json(to_json(report), "calibration.json"));
+}
+
+}  // namespace
+}  // namespace gyrotherm::report

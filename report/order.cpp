@@ -452,6 +452,24 @@ std::vector<std::string> find_wrong_days(const CalibrationReport& report) {
   return wrong;
 }
 
+std::vector<std::string> find_days_against_authorisation(const CalibrationReport& report, const std::string& now_utc) {
+  constexpr std::chrono::days kLocalTime{1}, kFarthestIssue{31};
+  const std::string day_of_now = now_utc.substr(0, std::string_view("2026-11-25").size());
+  const auto issued = record::parse_day(report.issued), ended = record::parse_day(report.ended),
+             today = record::parse_day(day_of_now);
+  std::vector<std::string> wrong;
+  if (ended && today && *ended > *today)
+    wrong.push_back(fmt::format(
+        "records: end of the calibration on {} (UTC), after {}, the time of authorisation; check the clocks",
+        report.ended, now_utc));
+  if (issued && today && *today > *issued + kLocalTime)
+    wrong.push_back(fmt::format("order.toml: issued, on or after {} (UTC), the day of authorisation", now_utc));
+  if (issued && today && *issued > *today + kFarthestIssue)
+    wrong.push_back(fmt::format("order.toml: issued, at most {} days after {} (UTC), the day of authorisation",
+                                kFarthestIssue.count(), now_utc));
+  return wrong;
+}
+
 Conformity find_worst_row(const std::vector<ReportedValue>& values, double limit, DecisionRule rule) {
   std::optional<Conformity> worst;
   for (const ReportedValue& value : values) {

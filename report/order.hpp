@@ -84,6 +84,12 @@ void add_order(CalibrationReport& report, const std::optional<LaboratoryFile>& l
 /// they are not missing, because its days come from a virtual clock; the commands print them.
 [[nodiscard]] std::vector<std::string> find_wrong_days(const CalibrationReport& report);
 
+/// Returns the days of a report that an authorisation at `now_utc` contradicts: the calibration has not ended, the day
+/// of issue is past, or it is more than 31 days ahead. One day after the day of issue is allowed, because that day is
+/// in local time.
+[[nodiscard]] std::vector<std::string> find_days_against_authorisation(const CalibrationReport& report,
+                                                                       const std::string& now_utc);
+
 /// Checks that `by` has the role authorising among these persons. Fails with usage and lists the persons with that
 /// role.
 [[nodiscard]] Result<void> check_may_authorise(const std::vector<Person>& people, const std::string& by);

@@ -41,6 +41,7 @@ Result<ProgramRun> run_program(const std::string& program, const std::vector<std
   QProcess process;
   QProcessEnvironment environment = QProcessEnvironment::systemEnvironment();
   environment.insert("LC_ALL", "C.UTF-8");
+  environment.insert("TZ", "UTC");
   process.setProcessEnvironment(environment);
   process.setProcessChannelMode(QProcess::MergedChannels);
   process.setStandardInputFile(QProcess::nullDevice());

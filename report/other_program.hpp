@@ -15,9 +15,9 @@ struct ProgramRun {
   std::string out{};  ///< stdout and stderr, in order
 };
 
-/// Runs a program of the PATH to its end, in English and with an empty stdin. No shell interprets `arguments`. Fails
-/// with bad_file and the name of the Debian package if the program is not installed, with timeout if it does not end in
-/// time, and with refused if a signal ended it.
+/// Runs a program of the PATH to its end, in English, in UTC and with an empty stdin. No shell interprets `arguments`.
+/// Fails with bad_file and the name of the Debian package if the program is not installed, with timeout if it does not
+/// end in time, and with refused if a signal ended it.
 [[nodiscard]] Result<ProgramRun> run_program(const std::string& program, const std::vector<std::string>& arguments,
                                              std::chrono::milliseconds longest = std::chrono::seconds(60));
 

@@ -449,6 +449,18 @@ Result<PdfSignature> read_signature(const std::string& output, const std::string
   return PdfSignature{std::stoul(match[1]), std::stoul(match[2]), std::stoul(match[3])};
 }
 
+/// Converts the line "  - Signing Time: Nov 30 2026 08:47:35" of pdfsig, in UTC, to "2026-11-30T08:47:35Z".
+std::optional<std::string> parse_signing_time(const std::string& output) {
+  static const std::regex line(R"(\n *- Signing Time: ([A-Z][a-z]{2}) +(\d{1,2}) (\d{4}) (\d\d:\d\d:\d\d)\n)");
+  constexpr std::string_view kMonthNames = "JanFebMarAprMayJunJulAugSepOctNovDec";
+  std::smatch match;
+  if (count_occurrences(output, "- Signing Time: ") != 1 || !std::regex_search(output, match, line))
+    return std::nullopt;
+  const auto month = kMonthNames.find(match[1].str());
+  if (month == std::string_view::npos || month % 3 != 0) return std::nullopt;
+  return fmt::format("{}-{:02}-{:0>2}T{}Z", match[3].str(), month / 3 + 1, match[2].str(), match[4].str());
+}
+
 /// Returns the options with which pdfsig signs a PDF: into the empty field left by gyrotherm-pdf, or into a new field,
 /// which adds a font of half a megabyte.
 Result<Strings> signing_options(const std::string& path) {
@@ -645,6 +657,12 @@ Result<Signer> verify_pdf(const std::string& path, const Trust& trust) {
   if (run->exit_code != 0) return failure(FaultKind::bad_file, path, "its signature is not valid");
   if (auto trusted = check_trust(*folder, trust, path); !trusted) return failure(trusted.error());
   return read_signer(*folder / "own.pem");
+}
+
+Result<std::optional<std::string>> find_signing_time(const std::string& path) {
+  const auto output = run_program("pdfsig", {"-nocert", absolute_path(path)});
+  if (!output) return failure(output.error());
+  return parse_signing_time(output->out);
 }
 
 Result<std::string> sign_bytes(std::string_view bytes, const SigningKey& key) {

@@ -89,6 +89,10 @@ inline constexpr int kEnoughRsaBits = 3072;
 /// the whole file, the file is unchanged, and the signer is trusted.
 [[nodiscard]] Result<Signer> verify_pdf(const std::string& path, const Trust& trust);
 
+/// Returns the time in the signature of a PDF, from the clock of the signer, such as "2026-11-25T14:03:07Z"; nothing if
+/// it has none. Does not verify the signature.
+[[nodiscard]] Result<std::optional<std::string>> find_signing_time(const std::string& path);
+
 /// Signs the bytes of a file that is neither a certificate nor a PDF. Returns a detached signature as PEM (CMS of RFC
 /// 5652, SHA-256) with the key's certificates. Fails like sign_dcc().
 [[nodiscard]] Result<std::string> sign_bytes(std::string_view bytes, const SigningKey& key);

@@ -56,6 +56,15 @@ Result<CalibrationReport> read_report_to_sign(const std::string& json, const std
   return report;
 }
 
+/// Compares two times, such as "2026-11-25T14:03:07Z", to the second. Returns false if one of them is not such a time.
+bool is_before(std::string_view one, std::string_view other) {
+  constexpr std::size_t kToTheSecond = std::string_view("2026-11-25T14:03:07").size();
+  const auto is_time = [](std::string_view text) {
+    return text.size() > kToTheSecond && text[10] == 'T' && text.ends_with('Z');
+  };
+  return is_time(one) && is_time(other) && one.substr(0, kToTheSecond) < other.substr(0, kToTheSecond);
+}
+
 Result<AuthorisedFiles> read_authorisation(const std::string& folder) {
   const std::string path = join_path(folder, kAuthorisationFile);
   const auto json = read_text_file_if_any(path, kLargestTable);
@@ -163,6 +172,28 @@ std::string signer_text(const Signer& signer) {
                      signer.issuer, signer.not_after, weak.empty() ? "" : "; ", weak);
 }
 
+/// Returns the failed check of a PDF whose signature is older than the authorisation of its report; nothing otherwise,
+/// or if the time of the signature is unknown.
+Result<std::optional<Check>> check_signing_time(const std::string& folder, const std::string& name,
+                                                const std::optional<CalibrationReport>& report) {
+  if (!is_pdf(name) || !report || !report->authorised) return std::optional<Check>();
+  const auto signed_utc = find_signing_time(join_path(folder, name));
+  if (!signed_utc) return failure(signed_utc.error());
+  if (!*signed_utc || !is_before(**signed_utc, report->authorised->utc)) return std::optional<Check>();
+  return Check{name, Check::Outcome::fails,
+               plain(fmt::format("was signed at {}, before the report was authorised at {}", **signed_utc,
+                                 report->authorised->utc))};
+}
+
+/// Returns the failed check of a report that is verified for a day (UTC) before its authorisation.
+std::optional<Check> check_day(const CalibrationReport& report, const Trust& trust) {
+  if (!report.authorised || !trust.on_day) return {};
+  if (!is_before(*trust.on_day + "T23:59:59Z", report.authorised->utc)) return {};
+  return Check{"authorisation", Check::Outcome::fails,
+               plain(fmt::format("the report was authorised at {}, after the day {} for which it is verified",
+                                 report.authorised->utc, *trust.on_day))};
+}
+
 /// Returns what authorisation.json states about the comparison of the report with its sources.
 std::string describe_comparison(const std::string& folder) {
   const auto authorised = read_authorisation(folder);
@@ -214,7 +245,7 @@ Result<FolderDifferences> compare_with_authorisation(const std::string& folder, 
 }
 
 Result<std::vector<std::string>> sign_report(const std::string& folder, const SigningKey& key,
-                                             const RenderFiles& render) {
+                                             const RenderFiles& render, const std::string& now_utc) {
   const auto already = is_signed(folder);
   if (!already) return failure(already.error());
   if (*already) return failure(FaultKind::bad_file, join_path(folder, kDccFile), "is already signed");
@@ -223,6 +254,10 @@ Result<std::vector<std::string>> sign_report(const std::string& folder, const Si
   if (!json) return failure(json.error());
   const auto report = read_report_to_sign(*json, path);
   if (!report) return failure(report.error());
+  if (is_before(now_utc, report->authorised->utc))
+    return failure(FaultKind::usage, path,
+                   plain(fmt::format("was authorised at {}, after the time of this computer, {}; check its clock",
+                                     report->authorised->utc, now_utc)));
   const auto authorised = read_authorisation(folder);
   if (!authorised) return failure(authorised.error());
   if (const auto differences = compare_folder(folder, *authorised, *report); !differences.empty())
@@ -271,6 +306,11 @@ Result<VerifiedReport> verify_report(const std::string& folder, const Trust& tru
     auto check = files.check(file);
     if (!check) return failure(check.error());
     const bool is_report = file.name == kCalibrationFile && check->outcome == holds;
+    if (check->outcome == holds) {
+      auto too_early = check_signing_time(folder, file.name, found.report);
+      if (!too_early) return failure(too_early.error());
+      if (*too_early) check = std::move(**too_early);
+    }
     if (file.name == kAuthorisationFile && check->outcome == holds) check->text += describe_comparison(folder);
     found.checks.push_back(std::move(*check));
     if (!is_report) continue;
@@ -278,6 +318,8 @@ Result<VerifiedReport> verify_report(const std::string& folder, const Trust& tru
     if (!json || sha256(*json) != file.sha256) continue;
     if (auto report = calibration_from_json(*json, kCalibrationFile)) found.report = std::move(*report);
   }
+  if (found.report)
+    if (auto too_early = check_day(*found.report, trust)) found.checks.push_back(std::move(*too_early));
   std::vector<std::string> names{kDccFile};
   for (const IssuedFile& file : read->files) names.push_back(file.name);
   const auto used = found.report ? found.report->files : std::vector<UsedFile>();

@@ -39,12 +39,13 @@ using RenderFiles =
 /// Signs the report of a folder. It signs each PDF, then writes and signs a new dcc.xml over the PDFs, over every other
 /// file listed in authorisation.json, and over authorisation.json itself; dcc.xml embeds the PDF in its mandatory
 /// language. The signed bytes are those that `render` makes from calibration.json. Returns the names of the files.
-/// Fails with bad_file if the report is a draft, is already signed, or has no authorisation.json; if a file was changed
+/// Fails with usage if the report was authorised after `now_utc`. Fails with bad_file if the report is a draft, is
+/// already signed, or has no authorisation.json; if a file was changed
 /// or removed after authorisation, is not rendered to the same bytes, or is not part of the report; or like sign_dcc()
 /// and sign_pdf(). Fails with storage. A failure leaves the folder unchanged, even on a full disk, unless the failure
 /// occurs while files are being renamed.
 [[nodiscard]] Result<std::vector<std::string>> sign_report(const std::string& folder, const SigningKey& key,
-                                                           const RenderFiles& render);
+                                                           const RenderFiles& render, const std::string& now_utc);
 
 /// Compares the files of a folder with its authorisation. Fails with bad_file if authorisation.json is missing or
 /// cannot be read.

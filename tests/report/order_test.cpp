@@ -185,6 +185,25 @@ TEST(Order, FindsWrongDaysOfSimulatedReport) {
   EXPECT_TRUE(find_wrong_days(report).empty());
 }
 
+TEST(Order, FindsDaysThatContradictAuthorisation) {
+  CalibrationReport report;
+  report.ended = "2026-11-20";
+  report.issued = "2026-11-25";
+  const auto count = [&](const char* now_utc) { return find_days_against_authorisation(report, now_utc).size(); };
+  EXPECT_EQ(count("2026-11-19T23:59:59Z"), 1U) << "the calibration has not ended";
+  EXPECT_EQ(count("2026-11-20T00:00:00Z"), 0U);
+  EXPECT_EQ(count("2026-11-26T23:59:59Z"), 0U) << "the day of issue is in local time";
+  EXPECT_EQ(count("2026-11-27T00:00:00Z"), 1U) << "after the day of issue";
+  report.issued = "2026-12-21";
+  EXPECT_EQ(count("2026-11-20T12:00:00Z"), 0U) << "31 days ahead";
+  report.issued = "2026-12-22";
+  EXPECT_EQ(count("2026-11-20T12:00:00Z"), 1U);
+  report.ended = "2027-01-05";
+  EXPECT_EQ(count("2026-11-20T12:00:00Z"), 2U);
+  report.ended = report.issued = "";
+  EXPECT_EQ(count("2026-11-20T12:00:00Z"), 0U) << "missing days are reported by add_order()";
+}
+
 TEST(Order, PermitsOnlyAuthorisingPersons) {
   CalibrationReport report = report_without_order();
   report.people = {{"B. Berg", "authorising", ""}, {"K. Kurz", "operator", ""}, {"R. Roth", "reviewer", ""}};

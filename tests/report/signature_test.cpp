@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <memory>
 #include <random>
+#include <regex>
 
 #include "core/file.hpp"
 #include "core/sha256.hpp"
@@ -29,6 +30,7 @@ constexpr int kTries = 100;
 constexpr int kTries = 10;
 #endif
 
+constexpr const char* kLateUtc = "2999-01-01T00:00:00Z";
 constexpr const char* kForSigning =
     "basicConstraints=critical,CA:FALSE\nkeyUsage=critical,digitalSignature,nonRepudiation\n";
 
@@ -154,9 +156,11 @@ class Signed : public testing::Test {
     ASSERT_TRUE(report);
     write(kAuthorisationFile, to_json(make_authorisation(*report, views_, "0.1.0")));
   }
-  [[nodiscard]] Result<std::vector<std::string>> signed_with(const SigningKey& key) const {
-    return sign_report(folder_path(), key,
-                       [&](const CalibrationReport&, const std::vector<std::string>&) { return views_; });
+  /// Signs with a clock that is later than any authorisation, unless the test sets another.
+  [[nodiscard]] Result<std::vector<std::string>> signed_with(const SigningKey& key,
+                                                             const std::string& now_utc = kLateUtc) const {
+    return sign_report(
+        folder_path(), key, [&](const CalibrationReport&, const std::vector<std::string>&) { return views_; }, now_utc);
   }
   void sign() {
     const auto done = signed_with(keys_->key("lab"));
@@ -560,6 +564,43 @@ TEST_F(Signed, VerifiesOnGivenDayOfValidity) {
   EXPECT_EQ(found.error().kind, FaultKind::usage);
 }
 
+/// The clock of the signature, and the day of the verification, are before the authorisation.
+TEST_F(Signed, RefusesTimesBeforeAuthorisation) {
+  CalibrationReport report = sample_calibration();
+  report.authorised->utc = "2998-06-01T12:00:00Z";
+  write("calibration.json", to_json(report));
+  authorise();
+  const auto refused = signed_with(keys_->key("lab"), "2998-06-01T11:59:59Z");
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().kind, FaultKind::usage);
+  EXPECT_FALSE(*is_signed(folder_path()));
+  sign();
+  const auto signed_utc = find_signing_time(at("report.pdf"));
+  ASSERT_TRUE(signed_utc && *signed_utc);
+  EXPECT_TRUE(std::regex_match(**signed_utc, std::regex(R"(20\d\d-\d\d-\d\dT\d\d:\d\d:\d\dZ)"))) << **signed_utc;
+  EXPECT_EQ(failing(), std::vector<std::string>{"report.pdf"}) << "the clock of pdfsig is that of this computer";
+  Trust trust = keys_->trust();
+  trust.on_day = (*signed_utc)->substr(0, 10);
+  EXPECT_EQ(failing(trust), (std::vector<std::string>{"report.pdf", "authorisation"}));
+}
+
+TEST_F(Signed, AcceptsDayOfAuthorisation) {
+  CalibrationReport report = sample_calibration();
+  sign();
+  const std::string today = (**find_signing_time(at("report.pdf"))).substr(0, 10);
+  Trust trust = keys_->trust();
+  trust.on_day = today;
+  for (const auto& path : list_folder(folder_path()))
+    if (const std::string name = path.filename(); name == kDccFile || name == kAuthorisationFile)
+      std::filesystem::remove(path);
+  write("report.pdf", pdf_of("Bias 0.0021 deg/h", "page 2"));
+  report.authorised->utc = today + "T00:00:00Z";
+  write("calibration.json", to_json(report));
+  authorise();
+  ASSERT_TRUE(signed_with(keys_->key("lab"), today + "T00:00:00Z"));
+  EXPECT_TRUE(failing(trust).empty());
+}
+
 /// The result does not depend on the time of day at which the certificate starts and ends.
 TEST_F(Signed, VerifiesOnFirstAndLastDayOfCertificate) {
   const SigningKey brief = keys_->key("brief");
@@ -697,11 +738,13 @@ TEST_F(Signed, RefusesKeyThatIsNotRsa) {
 /// The disk becomes full while the last file is written.
 TEST_F(Signed, LeavesFolderUnchangedWhenDiskIsFull) {
   const std::string before = bytes("report.pdf");
-  const auto refused =
-      sign_report(folder_path(), keys_->key("lab"), [&](const CalibrationReport&, const std::vector<std::string>&) {
+  const auto refused = sign_report(
+      folder_path(), keys_->key("lab"),
+      [&](const CalibrationReport&, const std::vector<std::string>&) {
         std::filesystem::create_directories(at("dcc.xml.new/in-the-way"));
         return views_;
-      });
+      },
+      kLateUtc);
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().kind, FaultKind::storage);
   EXPECT_EQ(bytes("report.pdf"), before);

@@ -4,11 +4,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
+#include <iterator>
 #include <string>
 #include <vector>
 
-#include "acquisition/record/run_info.hpp"
 #include "apps/console/command.hpp"
 #include "apps/gyrotherm/prove/proof_page.hpp"
 #include "apps/gyrotherm/report/calibration_folder.hpp"
@@ -56,13 +55,11 @@ Result<void> check_may_be_authorised(Console& console, const FiledReport& filed,
   return {};
 }
 
-/// Fails if the report is authorised after its day of issue. One day is allowed, because that day is in local time. For
-/// a simulated report, whose days come from a virtual clock, the contradictions of its days are printed instead.
-Result<void> check_day_of_issue(Console& console, const report::CalibrationReport& report, const std::string& now) {
-  const auto issued = record::parse_day(report.issued), today = record::parse_day(now.substr(0, 10));
-  const bool is_late = issued && today && *today > *issued + std::chrono::days(1);
+/// Fails if the days of the report contradict each other or the time of the authorisation. For a simulated report,
+/// whose days come from a virtual clock, the contradictions are printed instead.
+Result<void> check_days(Console& console, const report::CalibrationReport& report, const std::string& now) {
   std::vector<std::string> wrong = report::find_wrong_days(report);
-  if (is_late) wrong.push_back(fmt::format("order.toml: issued, on or after {} (UTC), the day of authorisation", now));
+  std::ranges::move(report::find_days_against_authorisation(report, now), std::back_inserter(wrong));
   if (wrong.empty()) return {};
   if (report.simulated) {
     console.print_message(fmt::format("SIMULATED, therefore accepted: {}", fmt::join(wrong, "; ")));
@@ -90,7 +87,7 @@ Result<Exit> authorise(Console& console, const AuthoriseArguments& options) {
   if (!draft) return failure(draft.error());
   if (auto may = report::check_may_authorise(draft->laboratory.people, options.by); !may) return failure(may.error());
   const std::string now = civil_time(SteadyClock().now().utc);
-  if (auto in_time = check_day_of_issue(console, report, now); !in_time) return failure(in_time.error());
+  if (auto in_time = check_days(console, report, now); !in_time) return failure(in_time.error());
   report.state = report::ReportState::authorised;
   report.authorised = report::Authorisation{options.by, now};
   return rewrite_report(console, *filed, folder, draft->sources_compared);
@@ -111,7 +108,8 @@ Result<Exit> sign_folder(Console& console, const SigningArguments& options) {
     console.print_message(fmt::format("{}: signed the protocol {}.json", options.folder, kind.stem));
     return Exit::done;
   }
-  const auto names = report::sign_report(options.folder, options.key, render_calibration);
+  const auto names =
+      report::sign_report(options.folder, options.key, render_calibration, civil_time(SteadyClock().now().utc));
   if (!names) return failure(names.error());
   console.print_message(fmt::format("{}: signed {}", options.folder, fmt::join(*names, ", ")));
   return Exit::done;

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "acquisition/record/record.hpp"
+#include "core/clock.hpp"
 #include "core/file.hpp"
 #include "core/sha256.hpp"
 #include "report/calibration.hpp"
@@ -132,8 +133,8 @@ report::CalibrationReport report_with_certificate(const std::string& digest) {
   report.customer.name = "Harbour Pilots";
   report.people = {{"B. Berg", "authorising", ""}};
   report.item.serial_number = "0042";
-  report.begun = report.ended = "2026-11-20";
-  report.issued = "2099-12-31";
+  report.begun = report.ended = "2020-11-20";
+  report.issued = civil_time(SteadyClock().now().utc).substr(0, 10);
   report.cluster_length_s = 100;
   report.results = {{.group = report::Group::bias,
                      .key = "stabilised_bias",

@@ -8,6 +8,7 @@
 
 #include "acquisition/record/record.hpp"
 #include "acquisition/record/run_file.hpp"
+#include "core/clock.hpp"
 #include "core/file.hpp"
 #include "core/sha256.hpp"
 #include "report/calibration.hpp"
@@ -30,8 +31,8 @@ report::CalibrationReport report_on(const Folder& folder) {
   report.people = {{"B. Berg", "authorising", ""}};
   report.item.name = record::read_info(folder / "record.db").value().units.front().name;
   report.item.serial_number = "0042";
-  report.begun = report.ended = "2026-11-20";
-  report.issued = "2099-12-31";
+  report.begun = report.ended = "2020-11-20";
+  report.issued = civil_time(SteadyClock().now().utc).substr(0, 10);
   report.cluster_length_s = 100;
   report.results = {{.group = report::Group::bias,
                      .key = "stabilised_bias",

@@ -109,7 +109,8 @@ struct Deviation {
 
 /// A file used to make the report.
 struct UsedFile {
-  /// Key of words.hpp: "record", "model_found", "model_left", "profile", "rig", "certificate_file".
+  /// Key of words.hpp: "record", "model_found", "model_left", "profile", "rig", "column_map",
+  /// "certificate_file".
   std::string role{};
   std::string name{};
   std::string id{};  ///< run id of a record

@@ -118,6 +118,19 @@ bool is_symbolic_link(const std::string& path) {
   return std::filesystem::is_symlink(path, error);
 }
 
+bool has_name_in_text(const UsedFile& file) {
+  return file.role == "profile" || file.role == "rig" || file.role == "column_map";
+}
+
+bool may_be_used_file(const std::string& name, const std::function<std::string()>& digest, const UsedFile& file,
+                      const std::vector<UsedFile>& all) {
+  const auto is_other = [&](const UsedFile& one) { return one.name == name && one.sha256 != file.sha256; };
+  if (has_name_in_text(file) && !name.ends_with(".toml")) return digest() == file.sha256;
+  if (std::ranges::none_of(all, is_other)) return true;
+  const std::string own = digest();
+  return std::ranges::none_of(all, [&](const UsedFile& one) { return is_other(one) && one.sha256 == own; });
+}
+
 std::vector<std::string> find_unsigned_entries(const std::string& folder, const std::vector<UsedFile>& used) {
   std::vector<std::string> found;
   for (const UsedFile& file : used)
@@ -131,10 +144,11 @@ std::vector<std::string> find_unlisted_entries(const std::string& folder, const 
                                                const std::vector<UsedFile>& used) {
   std::set<std::string> known(names.begin(), names.end());
   for (const UsedFile& file : used) {
-    const bool is_there = is_file_in(folder, file.name);
+    const auto digest = [&] { return sha256(read_text_file(folder + "/" + file.name, kLargestTable).value_or("")); };
+    const bool is_there = is_file_in(folder, file.name) && may_be_used_file(file.name, digest, file, used);
     if (is_there) known.insert(file.name);
     if (is_there && file.role == "record") known.insert({file.name + ".sha256", file.name + kStatusEnd});
-    if (!is_there && (file.role == "profile" || file.role == "rig")) known.insert(file.name + ".toml");
+    if (!is_there && has_name_in_text(file)) known.insert(file.name + ".toml");
   }
   std::vector<std::string> foreign;
   for (const auto& path : list_folder(folder))

@@ -4,6 +4,7 @@
 /// hashes are signed.
 #pragma once
 
+#include <functional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -76,13 +77,23 @@ struct FolderDifferences {
 /// Returns true for a symbolic link, also to a missing file.
 [[nodiscard]] bool is_symbolic_link(const std::string& path);
 
+/// Returns true if a report names this file by the name inside it: a profile, a rig or a column map. The file itself
+/// may also be called NAME.toml.
+[[nodiscard]] bool has_name_in_text(const UsedFile& file);
+
+/// Returns true if a file called `name` may be a used file. A file with another digest is none if `all` lists it in
+/// another role, or if it is not a TOML file and has_name_in_text() is true: a column map may have the name of the
+/// table that it describes. `digest` returns the SHA-256 of the file and is called only if needed.
+[[nodiscard]] bool may_be_used_file(const std::string& name, const std::function<std::string()>& digest,
+                                    const UsedFile& file, const std::vector<UsedFile>& all);
+
 /// Returns the status files in a folder that belong to used records in the folder, sorted. No digest covers them.
 [[nodiscard]] std::vector<std::string> find_unsigned_entries(const std::string& folder,
                                                              const std::vector<UsedFile>& used);
 
 /// Returns the entries of a folder that are neither in `names` nor used by the report, sorted. Used are regular files
-/// with the name of a used file, a profile or a rig also with ".toml" after its name if only one of both is there, and
-/// the manifest and the status file of a used record that is there.
+/// that may_be_used_file() accepts under the name of a used file, a profile, a rig or a column map also with ".toml"
+/// after its name if only one of both is there, and the manifest and the status file of a used record that is there.
 [[nodiscard]] std::vector<std::string> find_unlisted_entries(const std::string& folder,
                                                              const std::vector<std::string>& names,
                                                              const std::vector<UsedFile>& used);

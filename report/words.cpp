@@ -107,6 +107,7 @@ constexpr Translation kTranslations[] = {
   {"model_left", "Compensation model as left", "Kompensationsmodell nach Justierung"},
   {"profile", "Temperature profile", "Temperaturprofil"},
   {"rig", "Rig description", "Beschreibung des Prüfstands"},
+  {"column_map", "Column map", "Spaltenzuordnung"},
   {"certificate_file", "Certificate of a thermometer", "Kalibrierschein eines Thermometers"},
   // Figures, their lines and axes
   {"temperatures", "Temperatures over time", "Temperaturen über der Zeit"},

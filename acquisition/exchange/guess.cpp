@@ -206,7 +206,8 @@ std::string gyro_section(const TableSample& sample, const Columns& columns) {
 
 std::string map_head(const std::string& file, const std::vector<std::string>& names) {
   constexpr std::size_t kMaxListedNames = 400, kMaxLineWidth = 100;
-  const auto name = plain(std::filesystem::path(file).filename().string());
+  const std::filesystem::path path = file;
+  const auto name = plain(path.filename().string()), map_name = plain(path.stem().string());
   std::string text = fmt::format("# Draft map of {}, detected automatically; check every line. Columns of the file:\n",
                                  name),
               line;
@@ -218,7 +219,7 @@ std::string map_head(const std::string& file, const std::vector<std::string>& na
     line += " " + toml_text(names[i]);
   }
   text += "#  " + line + (names.size() > kMaxListedNames ? " …\n" : "\n");
-  return text + fmt::format("schema = \"{}\"\nname = {}\n\n", kImportSchema, toml_text(name));
+  return text + fmt::format("schema = \"{}\"\nname = {}\n\n", kImportSchema, toml_text(map_name));
 }
 
 bool contains(const Columns& columns, std::size_t column) {

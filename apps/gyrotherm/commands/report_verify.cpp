@@ -32,11 +32,12 @@ struct SignedReportArguments {
 };
 
 /// Checks the certificate file of a thermometer: its digest, and its own signature.
-Check check_certificate_file(const SignedReportArguments& options, const report::UsedFile& file) {
+Check check_certificate_file(const SignedReportArguments& options, const report::UsedFile& file,
+                             const std::vector<report::UsedFile>& all) {
   using enum Check::Outcome;
   std::vector<std::string> given = options.records;
   if (!options.certificates.empty()) given.insert(given.begin(), options.certificates);
-  const std::string path = find_used_file(search_folders(options.folder, given), file);
+  const std::string path = find_used_file(search_folders(options.folder, given), file, all);
   if (path.empty()) return {file.name, not_there, "was not found; not checked"};
   const auto bytes = read_text_file(path, report::kLargestForeignDcc);
   if (!bytes) return {file.name, fails, text(bytes.error())};
@@ -106,8 +107,9 @@ Result<Exit> verify_signed(Console& console, const SignedReportArguments& option
   const SearchFolders folders = search_folders(options.folder, options.records);
   if (found->report)
     for (const report::UsedFile& file : found->report->files)
-      found->checks.push_back(file.role == "certificate_file" ? check_certificate_file(options, file)
-                                                              : check_used_file(folders, *found->report, file));
+      found->checks.push_back(file.role == "certificate_file"
+                                  ? check_certificate_file(options, file, found->report->files)
+                                  : check_used_file(folders, *found->report, file));
   const auto failing = std::ranges::count_if(found->checks, report::is_failure, &Check::outcome);
   console.print(console.json ? checks_json(*found, failing == 0) : checks_text(*found));
   if (failing > 0)

@@ -215,7 +215,7 @@ void add_files(report::CalibrationReport& report, const SourceRecord& source) {
     report.files.push_back({.role = role, .name = name, .sha256 = digest});
   };
   add_text("profile", info.profile_name, info.profile_text);
-  add_text("rig", info.rig_name, info.rig_text);
+  add_text(info.imported ? "column_map" : "rig", info.rig_name, info.rig_text);
 }
 
 }  // namespace

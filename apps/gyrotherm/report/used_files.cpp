@@ -67,16 +67,20 @@ Check check_record(const report::CalibrationReport& report, const report::UsedFi
                       verified->rows, simulation_note(*info))};
 }
 
-/// Returns the files in a folder that have the name of a used file.
-std::vector<std::string> list_candidates(const std::string& folder, const report::UsedFile& file) {
+/// Returns the files in a folder that have the name of a used file and may be this file.
+std::vector<std::string> list_candidates(const std::string& folder, const report::UsedFile& file,
+                                         const std::vector<report::UsedFile>& all) {
   const std::filesystem::path wanted = file.name;
   if (file.name.empty() || wanted.is_absolute() || std::ranges::find(wanted, "..") != wanted.end()) return {};
   std::vector<std::string> names{file.name}, found;
-  if (file.role == "profile" || file.role == "rig") names.push_back(file.name + ".toml");
+  if (report::has_name_in_text(file)) names.push_back(file.name + ".toml");
   std::error_code error;
-  for (const std::string& name : names)
-    if (const auto path = std::filesystem::path(folder) / name; std::filesystem::is_regular_file(path, error))
+  for (const std::string& name : names) {
+    const auto path = std::filesystem::path(folder) / name;
+    const auto digest = [&] { return record::file_digest(path.string()).value_or(""); };
+    if (std::filesystem::is_regular_file(path, error) && report::may_be_used_file(name, digest, file, all))
       found.push_back(path.string());
+  }
   return found;
 }
 
@@ -90,16 +94,17 @@ SearchFolders search_folders(const std::string& folder, const std::vector<std::s
   return all;
 }
 
-std::string find_used_file(const SearchFolders& folders, const report::UsedFile& file) {
+std::string find_used_file(const SearchFolders& folders, const report::UsedFile& file,
+                           const std::vector<report::UsedFile>& all) {
   const auto has_digest = [&](const std::string& path) { return record::file_digest(path) == file.sha256; };
-  if (const auto own = list_candidates(folders.own, file); !own.empty()) return own.front();
+  if (const auto own = list_candidates(folders.own, file, all); !own.empty()) return own.front();
   std::string first;
   for (const std::string& folder : folders.others)
-    for (const std::string& path : list_candidates(folder, file)) {
+    for (const std::string& path : list_candidates(folder, file, all)) {
       if (has_digest(path)) return path;
       if (first.empty()) first = path;
     }
-  for (const std::string& path : list_candidates(folders.distant, file))
+  for (const std::string& path : list_candidates(folders.distant, file, all))
     if (has_digest(path)) return path;
   return first;
 }
@@ -107,7 +112,7 @@ std::string find_used_file(const SearchFolders& folders, const report::UsedFile&
 Check check_used_file(const SearchFolders& folders, const report::CalibrationReport& report,
                       const report::UsedFile& file) {
   using enum Check::Outcome;
-  const std::string path = find_used_file(folders, file);
+  const std::string path = find_used_file(folders, file, report.files);
   if (path.empty()) return {file.name, not_there, "was not found; not checked"};
   const auto digest = record::file_digest(path);
   const bool has_bytes = digest && *digest == file.sha256;

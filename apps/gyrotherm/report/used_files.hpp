@@ -19,9 +19,11 @@ struct SearchFolders {
 [[nodiscard]] SearchFolders search_folders(const std::string& folder, const std::vector<std::string>& given);
 
 /// Returns the file of the report: the one in its own folder, otherwise the first one with the right digest, otherwise
-/// the first one in the other folders; empty if there is none. A profile and a rig are also found under their name with
-/// ".toml". A name may contain folders, but must not lead out of the searched folder.
-[[nodiscard]] std::string find_used_file(const SearchFolders& folders, const report::UsedFile& file);
+/// the first one in the other folders; empty if there is none. A profile, a rig and a column map are also found under
+/// their name with ".toml". Ignores files that report::may_be_used_file() rejects; `all` are the files of the report. A
+/// name may contain folders, but must not lead out of the searched folder.
+[[nodiscard]] std::string find_used_file(const SearchFolders& folders, const report::UsedFile& file,
+                                         const std::vector<report::UsedFile>& all);
 
 /// Checks a file on which the report is based by its digest. A record is also verified against its hash chain, and
 /// compared with the report: whether it is simulated, and the model and serial number of the unit. The digest of a

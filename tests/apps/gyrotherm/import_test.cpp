@@ -103,6 +103,24 @@ TEST(ImportCommand, MakesTableThatCompensateReads) {
   EXPECT_LT(std::abs(std::stod(last)), 3) << "without the mean of 7 °/h";
 }
 
+TEST(ImportCommand, ReportListsColumnMap) {
+  const Folder folder;
+  ASSERT_EQ(import_table(folder, "two.axes", bench_table(9000, 1)).exit_code, 0);
+  const std::string map = read_text_file(folder / "two.axes.toml").value();
+  EXPECT_NE(map.find("\nname = \"two.axes\"\n"), std::string::npos) << map.substr(0, 400);
+  const auto made =
+      gyrotherm_with("report " + (folder / "two.axes.db") + " --language en,de --out " + (folder / "calibration"));
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  const std::string json = read_text_file(folder / "calibration/calibration.json", kLargestTable).value();
+  EXPECT_NE(json.find("\"role\": \"column_map\""), std::string::npos);
+  EXPECT_EQ(json.find("\"role\": \"rig\""), std::string::npos);
+  for (const auto& [file, words] :
+       {std::pair("calibration.html", "Column map"), std::pair("calibration.de.html", "Spaltenzuordnung")})
+    EXPECT_NE(read_text_file(folder / ("calibration/" + std::string(file)), kLargestTable).value().find(words),
+              std::string::npos)
+        << file;
+}
+
 TEST(ImportCommand, TreatsEarthRateOfZeroAsNone) {
   const Folder folder;
   ASSERT_EQ(import_table(folder, "one", bench_table(9000, 1)).exit_code, 0);

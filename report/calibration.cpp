@@ -387,6 +387,12 @@ std::vector<const ResultTable*> results_in_group(const CalibrationReport& report
   return found;
 }
 
+bool has_certified_thermometer(const CalibrationReport& report) {
+  return std::ranges::any_of(report.equipment, [](const Equipment& one) {
+    return one.role == "thermometer" && !(one.certificate.empty() && one.certificate_sha256.empty());
+  });
+}
+
 const char* scope_key(const CalibrationReport& report) {
   const bool is_left = std::ranges::find(report.results, Stage::as_left, &ResultTable::stage) != report.results.end();
   return is_left ? "say.as_left_item" : "say.only_this_item";

@@ -357,6 +357,9 @@ struct CalibrationReport {
 /// Returns the results of a group in their order.
 [[nodiscard]] std::vector<const ResultTable*> results_in_group(const CalibrationReport& report, Group group);
 
+/// Returns true if a thermometer has a calibration certificate. Without one, no result is metrologically traceable.
+[[nodiscard]] bool has_certified_thermometer(const CalibrationReport& report);
+
 /// Returns the key of words.hpp for the state of the item to which the results relate. It depends on whether there are
 /// results as left.
 [[nodiscard]] const char* scope_key(const CalibrationReport& report);

@@ -303,7 +303,6 @@ class Certificate {
               [&] { xml_.leaf("dcc:valid", "true"); });
   }
 
-  /// Writes the traceability statement. Simulations and drafts are not traceable.
   /// Writes the cautions about the results of each model, one statement per axis, stage and record.
   void cautions() {
     for (const ModelVerification& one : report_.verifications) {
@@ -316,8 +315,11 @@ class Certificate {
     }
   }
 
+  /// Writes the traceability statement. Simulations, drafts and results without a certified thermometer are not
+  /// traceable.
   void traceability() {
-    const bool stated = !report_.traceability.empty() && !is_draft(report_) && !report_.simulated;
+    const bool stated =
+        !report_.traceability.empty() && !is_draft(report_) && !report_.simulated && has_certified_thermometer(report_);
     xml_.element("dcc:statement", {{"refType", "basic_metrologicallyTraceableToSI"}}, [&] {
       dcc_.text("dcc:name", {"Metrological traceability", "Metrologische Rückführung"});
       xml_.leaf("dcc:traceable", stated ? "true" : "false");

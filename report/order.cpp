@@ -85,7 +85,7 @@ std::vector<Equipment> equipment(const TomlTable& table) {
   std::vector<Equipment> all;
   for (const TomlTable& one : table.tables("equipment")) {
     const auto [name, names] = read_translated(one, "name");
-    all.push_back({.role = "reference",
+    all.push_back({.role = one.choice("role", {"reference", "thermometer"}, "reference"),
                    .name = name,
                    .serial_number = one.text("serial_number", ""),
                    .certificate = one.text("certificate", ""),
@@ -418,6 +418,9 @@ void list_missing(CalibrationReport& report) {
   require_key(!report.item.model.empty(), kOrder, "unit.model");
   require_key(!report.item.serial_number.empty(), kOrder, "unit.serial_number");
   require_key(!report.item.condition.empty(), kOrder, "unit.condition");
+  require_key(report.simulated || has_certified_thermometer(report), "records",
+              "certificate of a thermometer; without one in the rig file, equipment with role \"thermometer\" in "
+              "laboratory.toml");
   require_key(!report.begun.empty(), "records",
               "start times; an imported record has them only if its map states the start of its time");
   require_key(is_verified(report), "records", "a record that the model was not trained on");

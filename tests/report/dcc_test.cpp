@@ -146,6 +146,19 @@ TEST(Dcc, MarksSimulation) {
   EXPECT_NE(xml.find("<dcc:traceable>false</dcc:traceable>"), std::string::npos);
 }
 
+TEST(Dcc, IsTraceableOnlyWithCertificateOfThermometer) {
+  const auto is_traceable = [](const CalibrationReport& report) {
+    return dcc(report).find("<dcc:traceable>true</dcc:traceable>") != std::string::npos;
+  };
+  CalibrationReport report = real_report();
+  EXPECT_TRUE(is_traceable(report));
+  report.equipment.front().certificate.clear();
+  report.equipment.push_back({.role = "reference", .name = "Granite table", .certificate = "L-17"});
+  EXPECT_FALSE(is_traceable(report));
+  report.equipment.push_back({.role = "thermometer", .name = "logger", .certificate_sha256 = std::string(64, 'e')});
+  EXPECT_TRUE(is_traceable(report));
+}
+
 TEST(Dcc, RefusesIncompleteReportThatIsNotDraft) {
   for (const auto& take :
        std::vector<void (*)(CalibrationReport&)>{[](CalibrationReport& report) { report.number = " "; },

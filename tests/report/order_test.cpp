@@ -92,6 +92,28 @@ TEST(Order, ListsEachMissingField) {
   EXPECT_FALSE(lacks("order.toml: customer.name"));
 }
 
+TEST(Order, RequiresCertificateOfThermometer) {
+  const auto order = parse_order(kOrder, "order.toml");
+  ASSERT_TRUE(order);
+  const auto missing = [&](const std::string& more, bool simulated, const char* certificate) {
+    const auto laboratory = parse_laboratory(std::string(kLaboratory) + more, "laboratory.toml");
+    EXPECT_TRUE(laboratory) << text(laboratory.error());
+    CalibrationReport report = report_without_order();
+    report.simulated = simulated;
+    report.equipment.front().certificate = certificate;
+    add_order(report, *laboratory, *order);
+    return report.missing;
+  };
+  EXPECT_TRUE(missing("", false, "2026-0123").empty());
+  EXPECT_TRUE(missing("", true, "").empty());
+  ASSERT_EQ(missing("", false, "").size(), 1U);
+  EXPECT_TRUE(missing("", false, "").front().starts_with("records: certificate of a thermometer"));
+  const std::string table = "[[equipment]]\nname = \"Granite table\"\ncertificate = \"L-17\"\n";
+  EXPECT_EQ(missing(table, false, "").size(), 1U) << "a certificate of another instrument";
+  EXPECT_TRUE(missing(table + "role = \"thermometer\"\n", false, "").empty());
+  EXPECT_FALSE(parse_laboratory(std::string(kLaboratory) + table + "role = \"chamber\"\n", "laboratory.toml"));
+}
+
 TEST(Order, ListsPersonsWithoutConfirmedRole) {
   const auto missing = [](const std::string& laboratory_people, const std::string& order_people) {
     const std::string head = std::string(kLaboratory).substr(0, std::string(kLaboratory).find("[[person]]"));

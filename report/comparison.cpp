@@ -47,6 +47,8 @@ void describe(auto& form, Like<CheckedRecord> auto& record) {
 void describe(auto& form, Like<Comparison> auto& comparison) {
   form("before", comparison.before_number);
   form("now", comparison.now_number);
+  form.derived("before_state", name(comparison.before_state));
+  form.derived("now_state", name(comparison.now_state));
   form("before_sha256", comparison.before_sha256);
   form("now_sha256", comparison.now_sha256);
   form("unit_model", comparison.model);
@@ -248,6 +250,14 @@ std::string describe_checks(const Comparison& comparison) {
   return text;
 }
 
+/// Returns a caution about a report that is not valid, for a terminal; empty for a valid one.
+std::string describe_state(const std::string& number, ReportState state) {
+  if (state == ReportState::authorised) return {};
+  const char* const what =
+      state == ReportState::draft ? "is a draft, not a calibration report" : "is superseded and no longer valid";
+  return fmt::format("caution: {} {}\n", number.empty() ? "a report without a number" : number, what);
+}
+
 double days_between(const std::string& before, const std::string& now) {
   const auto first = record::parse_day(before), second = record::parse_day(now);
   return first && second ? static_cast<double>((*second - *first).count()) : std::numeric_limits<double>::quiet_NaN();
@@ -267,6 +277,8 @@ Result<Comparison> compare(const CalibrationReport& before, const CalibrationRep
                                now.begun, before.number, before.begun));
   Comparison comparison{.before_number = before.number,
                         .now_number = now.number,
+                        .before_state = before.state,
+                        .now_state = now.state,
                         .model = now.item.model,
                         .serial_number = now.item.serial_number,
                         .laboratory = now.laboratory.name,
@@ -371,6 +383,8 @@ std::string describe(const Comparison& comparison) {
                   comparison.serial_number, comparison.now_number, comparison.before_number,
                   std::isfinite(comparison.days_between) ? fmt::format(", {:.0f} days later", comparison.days_between)
                                                          : std::string());
+  text += describe_state(comparison.now_number, comparison.now_state) +
+          describe_state(comparison.before_number, comparison.before_state);
   if (!comparison.same_model) text += "the as-found model is not the as-left model of the previous calibration\n";
   text += fmt::format("  {:>6}  {:>9}  {:>9}  {:>9}  {:>9}\n", "E_n", "before", "now", "change", "U");
   for (const ComparedResult* one : all)

@@ -56,6 +56,7 @@ struct CheckedRecord {
 
 struct Comparison {
   std::string before_number{}, now_number{};
+  ReportState before_state = ReportState::authorised, now_state = ReportState::authorised;
   std::string before_sha256{}, now_sha256{};  ///< hashes of calibration.json
   std::string model{}, serial_number{};
   std::string laboratory{};                                        ///< laboratory of the later report

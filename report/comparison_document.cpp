@@ -24,6 +24,8 @@ class ComparisonWriter : public BlockWriter {
   [[nodiscard]] Document document() && {
     heading("heading.summary");
     if (comparison_.simulated) paragraph(translated("say.simulated"), Paragraph::Style::caution);
+    add_state(comparison_.now_number, comparison_.now_state);
+    add_state(comparison_.before_number, comparison_.before_state);
     if (!comparison_.same_model) paragraph(translated("say.other_model"), Paragraph::Style::caution);
     if (is_check_open(comparison_)) paragraph(check_text("compared.open"), Paragraph::Style::caution);
     add(compared_reports());
@@ -49,16 +51,25 @@ class ComparisonWriter : public BlockWriter {
   }
 
  private:
+  /// Adds a caution about a compared report that is not valid.
+  void add_state(const std::string& number, ReportState state) {
+    if (state == ReportState::authorised) return;
+    paragraph(sentence(state == ReportState::draft ? "say.compared_draft" : "say.compared_superseded",
+                       number_or_dash(number)),
+              Paragraph::Style::caution);
+  }
   [[nodiscard]] static std::string number_or_dash(const std::string& number) { return number.empty() ? "–" : number; }
 
   [[nodiscard]] Definitions compared_reports() const {
-    const auto report = [&](const std::string& number, const std::string& sha256) {
-      return fmt::format("{}\nSHA-256 {}", number_or_dash(number), sha256);
+    const auto report = [&](const std::string& number, ReportState state, const std::string& sha256) {
+      return fmt::format("{} ({})\nSHA-256 {}", number_or_dash(number), translated(name(state)), sha256);
     };
     Definitions lines{
         {{translated("label.item"), sentence("label.serial_short", comparison_.model, comparison_.serial_number)},
-         {translated("label.compared_now"), report(comparison_.now_number, comparison_.now_sha256)},
-         {translated("label.compared_before"), report(comparison_.before_number, comparison_.before_sha256)}}};
+         {translated("label.compared_now"),
+          report(comparison_.now_number, comparison_.now_state, comparison_.now_sha256)},
+         {translated("label.compared_before"),
+          report(comparison_.before_number, comparison_.before_state, comparison_.before_sha256)}}};
     if (std::isfinite(comparison_.days_between))
       lines.lines.emplace_back(translated("label.days_between"), format_number(language, comparison_.days_between, 0));
     return lines;

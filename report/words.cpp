@@ -372,6 +372,10 @@ constexpr Translation kTranslations[] = {
    "Verteilung normal."},
   {"say.no_u", "Values without ± have no stated uncertainty: they are settings, counts or selected values.",
    "Werte ohne ± haben keine angegebene Messunsicherheit: Sie sind eingestellt, gezählt oder ausgewählt."},
+  {"say.compared_draft", "The report {} is a draft and not a calibration report.",
+   "Der Bericht {} ist ein Entwurf und kein Kalibrierbericht."},
+  {"say.compared_superseded", "The report {} has been replaced and is no longer valid.",
+   "Der Bericht {} ist ersetzt und nicht mehr gültig."},
   {"say.other_model",
    "The as-found model of this calibration is not the as-left model of the previous one. The change is not only due "
    "to the drift of the unit.",

@@ -45,6 +45,38 @@ const ComparedResult* find(const Comparison& comparison, const std::string& key,
   return found == comparison.results.end() ? nullptr : &*found;
 }
 
+/// Returns the caution paragraphs of a comparison that contain a text.
+std::ptrdiff_t count_cautions(const Comparison& comparison, Language language, const std::string& text) {
+  const Document document = make_document(comparison, language);
+  return std::ranges::count_if(document.blocks, [&](const Block& block) {
+    const auto* paragraph = std::get_if<Paragraph>(&block);
+    return paragraph != nullptr && paragraph->style == Paragraph::Style::caution &&
+           paragraph->text.find(text) != std::string::npos;
+  });
+}
+
+TEST(Comparison, StatesReportsThatAreNotValid) {
+  CalibrationReport before = sample_calibration(), now = a_year_later();
+  const auto valid = compare(before, now);
+  ASSERT_TRUE(valid);
+  EXPECT_EQ(describe(*valid).find("caution"), std::string::npos);
+  EXPECT_EQ(count_cautions(*valid, Language::english, "C-202"), 0);
+  before.state = ReportState::superseded;
+  now.state = ReportState::draft;
+  now.number.clear();
+  const auto comparison = compare(before, now);
+  ASSERT_TRUE(comparison);
+  EXPECT_NE(describe(*comparison).find("caution: C-2026-0042 is superseded"), std::string::npos);
+  EXPECT_NE(describe(*comparison).find("caution: a report without a number is a draft"), std::string::npos);
+  EXPECT_EQ(count_cautions(*comparison, Language::english, "C-2026-0042 has been replaced"), 1);
+  EXPECT_EQ(count_cautions(*comparison, Language::english, "– is a draft"), 1);
+  EXPECT_EQ(count_cautions(*comparison, Language::german, "C-2026-0042 ist ersetzt"), 1);
+  EXPECT_EQ(count_cautions(*comparison, Language::german, "– ist ein Entwurf"), 1);
+  const auto json = nlohmann::json::parse(to_json(*comparison));
+  EXPECT_EQ(json["before_state"], "superseded");
+  EXPECT_EQ(json["now_state"], "draft");
+}
+
 TEST(Comparison, ReturnsChangeWithUncertaintyAndNormalisedError) {
   const auto comparison = compare(sample_calibration(), a_year_later());
   ASSERT_TRUE(comparison) << text(comparison.error());

@@ -293,14 +293,18 @@ class Certificate {
               : Texts{sentence(Language::english, "say.missing", translate_missing(Language::english, report_.missing)),
                       sentence(Language::german, "say.missing", translate_missing(Language::german, report_.missing))});
     if (report_.simulated) write_invalid_state("mark.simulated", texts_for("say.simulated"));
-    if (report_.state == ReportState::superseded)
-      write_invalid_state("mark.superseded",
-                          report_.replaced_by
-                              ? texts_for("say.superseded", text_or_not_given(report_.replaced_by->number))
-                              : texts_for("say.superseded_plainly"));
+    if (report_.state == ReportState::superseded) write_invalid_state("mark.superseded", replacement());
     if (is_draft(report_) || report_.simulated || report_.state == ReportState::superseded) return;
     statement(report_.title.empty() ? texts_for("title.report") : report_.title, "gyrotherm_state", authorised(),
               [&] { xml_.leaf("dcc:valid", "true"); });
+  }
+
+  /// Returns the text about the report that replaces this one, with the reason.
+  [[nodiscard]] Texts replacement() const {
+    if (!report_.replaced_by) return texts_for("say.superseded_plainly");
+    const OtherReport& by = *report_.replaced_by;
+    const Texts text = texts_for("say.superseded", text_or_not_given(by.number));
+    return by.reason.empty() ? text : join_texts(text, " ", by.reason);
   }
 
   /// Writes the cautions about the results of each model, one statement per axis, stage and record.

@@ -36,6 +36,8 @@ struct NewFile {
 [[nodiscard]] Result<void> replace_all(const std::string& folder, const std::vector<NewFile>& files);
 
 inline constexpr const char* kAuthorisationFile = "authorisation.json";
+/// Folder, in that of a superseded report, with the copy of the report as it was signed.
+inline constexpr const char* kSignedCopyFolder = "as-signed";
 inline constexpr const char* kAuthorisationSchema = "gyrotherm-authorisation/1";
 
 struct AuthorisedFiles {

@@ -172,6 +172,14 @@ std::string signer_text(const Signer& signer) {
                      signer.issuer, signer.not_after, weak.empty() ? "" : "; ", weak);
 }
 
+/// Names the signed copy of a superseded report, whose own dcc.xml is not signed; empty if there is none.
+std::string describe_signed_copy(const std::string& folder, std::string_view dcc) {
+  const std::string copy = join_path(folder, kSignedCopyFolder);
+  if (dcc.find("<ds:Signature") != std::string_view::npos || !std::filesystem::exists(join_path(copy, kDccFile)))
+    return {};
+  return plain(fmt::format(": the report is superseded; verify the report as it was signed, {}", copy));
+}
+
 /// Returns the failed check of a PDF whose signature is older than the authorisation of its report; nothing otherwise,
 /// or if the time of the signature is unknown.
 Result<std::optional<Check>> check_signing_time(const std::string& folder, const std::string& name,
@@ -291,7 +299,7 @@ Result<VerifiedReport> verify_report(const std::string& folder, const Trust& tru
   const auto signer = verify_dcc(*bytes, path, trust);
   if (!signer) {
     if (!is_check_result(signer.error(), path)) return failure(signer.error());
-    found.checks.push_back({kDccFile, fails, signer.error().what});
+    found.checks.push_back({kDccFile, fails, signer.error().what + describe_signed_copy(folder, *bytes)});
     return found;
   }
   found.signer = *signer;

@@ -584,6 +584,21 @@ TEST_F(Signed, RefusesTimesBeforeAuthorisation) {
   EXPECT_EQ(failing(trust), (std::vector<std::string>{"report.pdf", "authorisation"}));
 }
 
+TEST_F(Signed, NamesSignedCopyOfSupersededReport) {
+  const auto text_of_dcc = [&] { return verify_report(folder_path(), keys_->trust())->checks.front().text; };
+  sign();
+  EXPECT_EQ(text_of_dcc().find("as-signed"), std::string::npos);
+  std::filesystem::create_directory(at(kSignedCopyFolder));
+  std::filesystem::copy_file(at(kDccFile), at("as-signed/dcc.xml"));
+  EXPECT_EQ(text_of_dcc().find("as-signed"), std::string::npos) << "signed itself";
+  CalibrationReport report = sample_calibration();
+  report.state = ReportState::superseded;
+  write(kDccFile, make_dcc(report, {}).value());
+  EXPECT_TRUE(text_of_dcc().ends_with("verify the report as it was signed, " + at(kSignedCopyFolder))) << text_of_dcc();
+  std::filesystem::remove_all(at(kSignedCopyFolder));
+  EXPECT_EQ(text_of_dcc().find("as-signed"), std::string::npos);
+}
+
 TEST_F(Signed, AcceptsDayOfAuthorisation) {
   CalibrationReport report = sample_calibration();
   sign();

@@ -161,8 +161,9 @@ Result<Exit> supersede(Console& console, const StateArguments& options) {
                    "is a draft, which was never valid; only an authorised report can be superseded");
   if (auto kept = copy_signed_report(console, options.folder); !kept) return failure(kept.error());
   report.state = report::ReportState::superseded;
-  report.replaced_by =
-      report::OtherReport{by->report.number, by->sha256, report::Texts{options.reason, options.reason}};
+  const report::Texts reason =
+      options.reason.empty() ? by->report.replaces->reason : report::Texts{options.reason, options.reason};
+  report.replaced_by = report::OtherReport{by->report.number, by->sha256, reason};
   return rewrite_report(console, *filed, options.folder);
 }
 
@@ -193,7 +194,10 @@ void add_supersede(Program& program, CLI::App& report) {
                      "gyrotherm report supersede out/calibration --by out/calibration-2", supersede);
   command.add_option("folder", options.folder, "the folder of the report")->type_name(value::kFolder)->required();
   command.add_option("--by", options.by, "the folder of the replacement")->type_name(value::kFolder)->required();
-  command.add_option("--reason", options.reason, "the reason")->type_name("TEXT");
+  command
+      .add_option("--reason", options.reason,
+                  "the reason (default: that of [replaces] in the order of the replacement)")
+      ->type_name("TEXT");
 }
 
 }  // namespace

@@ -157,7 +157,8 @@ Result<void> copy_signed_report(Console& console, const std::string& folder) {
   const auto certificate = read_text_file_if_any(folder + "/" + report::kDccFile, kLargestTable);
   if (!certificate) return failure(certificate.error());
   if (!*certificate || (*certificate)->find("<ds:Signature") == std::string::npos) return {};
-  const std::filesystem::path kept = std::filesystem::path(folder) / "as-signed", begun = kept.string() + ".new";
+  const std::filesystem::path kept = std::filesystem::path(folder) / report::kSignedCopyFolder,
+                              begun = kept.string() + ".new";
   std::error_code error;
   if (std::filesystem::exists(kept, error)) return check_copy(folder, kept, **certificate);
   std::filesystem::remove_all(begun, error);

@@ -470,6 +470,15 @@ TEST_F(CalibrationOfAUnit, IsSupersededByAuthorisedReportOfSameUnit) {
     run("report authorise " + in(name) + " --by 'B. Berg'");
     EXPECT_NE(refused(name).find(why), std::string::npos) << name;
   }
+  reported("heir", {{"\"C-1\"", "\"C-5\""}, {"\"0042\"", "\"0043\""}},
+           "[replaces]\nnumber = \"C-3\"\nreason = { en = \"typing error\", de = \"Tippfehler\" }\n");
+  run("report authorise " + in("heir") + " --by 'B. Berg'");
+  run("report supersede " + in("stranger") + " --by " + in("heir"));
+  EXPECT_EQ(read_report("stranger").replaced_by->reason, (report::Texts{"typing error", "Tippfehler"}))
+      << "the reason of the order";
+  const std::string dcc = read_text_file(in("stranger/dcc.xml"), kLargestTable).value();
+  EXPECT_NE(dcc.find("replaced by the report C-5 and is no longer valid. typing error"), std::string::npos);
+  EXPECT_NE(dcc.find("nicht mehr gültig. Tippfehler"), std::string::npos);
   const auto reversed = gyrotherm_with("report supersede " + in("second") + " --by " + in("first"));
   EXPECT_EQ(reversed.exit_code, 2);
   EXPECT_NE(reversed.err.find("is the replaced report"), std::string::npos) << reversed.err;

@@ -359,9 +359,10 @@ void add_unit(CalibratedItem& item, const CalibratedItem& ordered) {
 void add_order(CalibrationReport& report, const OrderFile& order) {
   report.number = order.number;
   const OrderedUnit* unit = find_ordered_unit(order, report.item);
-  const bool is_found_by_serial = unit != nullptr && unit->name.empty();
+  if (unit != nullptr) add_unit(report.item, unit->item);
+  const bool has_ordered_serial = unit != nullptr && !unit->item.serial_number.empty();
   if (!order.number.empty() && order.units.size() > 1)
-    report.number += "-" + (is_found_by_serial ? report.item.serial_number : report.item.name);
+    report.number += "-" + (has_ordered_serial ? report.item.serial_number : report.item.name);
   report.customer = order.customer;
   report.received = order.received;
   report.issued = order.issued;
@@ -372,7 +373,6 @@ void add_order(CalibrationReport& report, const OrderFile& order) {
   append(report.influences, order.influences);
   append(report.deviations, order.deviations);
   report.replaces = order.replaces;
-  if (unit != nullptr) add_unit(report.item, unit->item);
 }
 
 /// Lists persons of the order whose role the laboratory does not confirm. Only the laboratory gives the role

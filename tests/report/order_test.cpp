@@ -379,6 +379,12 @@ TEST(Order, NumbersReportsOfLotBySerialNumber) {
   add_order(report, std::nullopt, *order);
   EXPECT_EQ(report.number, "2026-17-0050") << "the next run has another unit at u1";
   EXPECT_EQ(report.item.model, "RLG-2");
+  report.item = {.name = "u7", .serial_number = "0057"};
+  add_order(report, std::nullopt, *order);
+  EXPECT_EQ(report.number, "2026-17-0057") << "a unit with a name and a serial number";
+  report.item = {.name = "u7"};
+  add_order(report, std::nullopt, *order);
+  EXPECT_EQ(report.number, "2026-17-0057") << "the serial number of the order";
   report.item = {.name = "u8"};
   add_order(report, std::nullopt, *order);
   EXPECT_EQ(report.number, "2026-17-u8");

@@ -63,7 +63,7 @@ std::string quantity_text(Language language, const ReportedValue& value, std::st
   std::string text = format(language, value);
   const bool has_u = std::isfinite(value.expanded()) && value.expanded() > 0;
   if (has_u && !text.starts_with('(')) text = "(" + text + ")";
-  if (const std::string printed = format_unit(unit); !printed.empty()) text += "\u00a0" + printed;
+  if (const std::string printed = format_unit(unit); !printed.empty()) text = append_unit(text, unit);
   if (has_u) text += " (k\u00a0=\u00a0" + format_number(language, value.coverage_factor, 2) + ")";
   return text;
 }
@@ -112,6 +112,8 @@ std::string document_title(const DocumentWriter& writer) {
   return writer.report.state == ReportState::draft ? writer.sentence("title.draft", title) : title;
 }
 
+}  // namespace
+
 std::string document_mark(const DocumentWriter& writer) {
   std::string mark;
   const auto join = [&](std::string_view key) { mark += (mark.empty() ? "" : " · ") + writer.translated(key); };
@@ -120,8 +122,6 @@ std::string document_mark(const DocumentWriter& writer) {
   if (writer.report.state == ReportState::superseded) join("mark.superseded");
   return mark;
 }
-
-}  // namespace
 
 Document make_document(const CalibrationReport& report, Language language) {
   DocumentWriter writer(report, language);

@@ -77,7 +77,7 @@ plot::Curve make_curve(const FigureData& figure, std::size_t index, std::string 
 
 plot::AxisStyle axis_style(const DocumentWriter& writer, const std::string& key, const std::string& unit,
                            bool logarithmic) {
-  return {.title = name_with_unit(writer.translated(key), unit), .logarithmic = logarithmic};
+  return {.title = remove_word_joiners(name_with_unit(writer.translated(key), unit)), .logarithmic = logarithmic};
 }
 
 std::string figure_caption(const DocumentWriter& writer, const FigureData& figure) {
@@ -93,13 +93,13 @@ constexpr double kNarrowPx = 330;
 
 std::string to_svg(const DocumentWriter& writer, const FigureData& figure, const std::string& id,
                    const std::string& caption, double width_px = plot::Plot{}.width_px) {
+  const std::string mark = document_mark(writer);
   plot::Plot plot{.id = id,
                   .title = caption,
                   .x = axis_style(writer, figure.x_key, figure.x_unit, figure.logarithmic),
-                  .simulated = writer.report.simulated,
+                  .simulated = !mark.empty(),
                   .width_px = width_px,
-                  .language = {.decimal_comma = writer.language == Language::german,
-                               .simulated = writer.translated("mark.simulated")}};
+                  .language = {.decimal_comma = writer.language == Language::german, .simulated = mark}};
   plot::Panel panel;
   panel.left = axis_style(writer, figure.y_key, figure.y_unit, figure.logarithmic);
   for (std::size_t k = 0; k < figure.lines.size(); ++k)

@@ -32,8 +32,9 @@ a { color: var(--accent); }
 .watermark { display: none; }
 .sheet { max-width: 940px; margin: 24px auto 56px; padding: 40px 52px 48px; background: #fff;
   box-shadow: 0 1px 3px rgba(20, 30, 40, .14); }
-.letterhead { display: flex; gap: 20px; align-items: flex-start; justify-content: space-between; }
-.letterhead img { max-height: 64px; max-width: 180px; }
+.letterhead { display: flex; flex-wrap: wrap; gap: 20px; align-items: flex-start; justify-content: space-between; }
+.letterhead div { flex: 1 1 280px; }
+.letterhead img { max-height: 64px; max-width: 180px; margin-bottom: 14px; }
 .kind { margin: 0 0 6px; color: var(--faint); font-size: 14px; }
 h1 { font-size: 27px; line-height: 1.2; font-weight: 600; margin: 0 0 4px; }
 .report-number { margin: 0 0 18px; color: var(--faint); font-variant-numeric: tabular-nums; }

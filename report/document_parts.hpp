@@ -63,6 +63,8 @@ class DefinitionsWriter {
   Definitions made_{};
 };
 
+/// Returns the mark of the report, "DRAFT · SIMULATED", for its pages and figures; empty for a valid report.
+[[nodiscard]] std::string document_mark(const DocumentWriter& writer);
 /// Returns "k = 2.03, ν = 35"; empty without U.
 [[nodiscard]] std::string coverage_note(Language language, const ReportedValue& value);
 /// Returns "(0.002 000 ± 0.000 061) °/h (k = 2.02)".

@@ -244,10 +244,6 @@ std::string axis_and_stage(const DocumentWriter& writer, const std::string& axis
   return axis.empty() ? by_stage : axis + ", " + by_stage;
 }
 
-std::string append_unit(const std::string& number, std::string_view unit) {
-  return number + "\u00a0" + format_unit(unit);
-}
-
 std::string freedom_text(Language language, double degrees_of_freedom) {
   return std::isfinite(degrees_of_freedom) ? format_number(language, std::floor(degrees_of_freedom), 0) : "∞";
 }

@@ -14,6 +14,7 @@ namespace {
 
 constexpr const char* kMinus = "−";
 constexpr const char* kNarrowSpace = "\u202f";
+constexpr const char* kWordJoiner = "\u2060";
 constexpr const char* kPlusMinus = "\u00a0±\u00a0";  // non-breaking spaces
 constexpr const char* kTimesTenTo = "\u00a0×\u00a010";
 constexpr const char* kDash = "–";
@@ -184,10 +185,24 @@ std::string format_instant(Language language, std::string_view utc) {
 std::string format_unit(std::string_view unit) {
   if (unit == "1") return "";
   const auto first = unit.find('/');
-  const auto second = first == std::string_view::npos ? first : unit.find('/', first + 1);
-  if (second == std::string_view::npos) return std::string(unit);
-  return fmt::format("{}/({}·{})", unit.substr(0, first), unit.substr(first + 1, second - first - 1),
-                     unit.substr(second + 1));
+  if (first == std::string_view::npos) return std::string(unit);
+  const auto second = unit.find('/', first + 1);
+  const std::string above = std::string(unit.substr(0, first)) + "/" + kWordJoiner;
+  if (second == std::string_view::npos) return above + std::string(unit.substr(first + 1));
+  return fmt::format("{}({}·{})", above, unit.substr(first + 1, second - first - 1), unit.substr(second + 1));
+}
+
+std::string append_unit(std::string_view number, std::string_view unit) {
+  const std::string printed = format_unit(unit);
+  if (printed.empty()) return std::string(number);
+  const bool is_angle = printed == "°" || printed == "′" || printed == "″";
+  return fmt::format("{}{}{}", number, is_angle ? "" : "\u00a0", printed);
+}
+
+std::string remove_word_joiners(std::string text) {
+  for (auto at = text.find(kWordJoiner); at != std::string::npos; at = text.find(kWordJoiner, at))
+    text.erase(at, std::string_view(kWordJoiner).size());
+  return text;
 }
 
 std::string name_with_unit(std::string_view name, std::string_view unit) {

@@ -102,7 +102,8 @@ footer { margin-top: 44px; padding-top: 10px; border-top: 1px solid var(--line);
   } .keys { grid-template-columns: repeat(2, 1fr); }
   main { overflow-wrap: anywhere; }
   table, figure { overflow-x: auto; overflow-wrap: normal; }
-  table { display: block; background: linear-gradient(to right, #fff 30%, transparent) left / 30px 100% no-repeat local,
+  table { display: block; }
+  table, figure { background: linear-gradient(to right, #fff 30%, transparent) left / 30px 100% no-repeat local,
     linear-gradient(to left, #fff 30%, transparent) right / 30px 100% no-repeat local,
     linear-gradient(to right, rgba(0, 0, 0, .2), transparent) left / 11px 100% no-repeat scroll,
     linear-gradient(to left, rgba(0, 0, 0, .2), transparent) right / 11px 100% no-repeat scroll; }

@@ -26,7 +26,7 @@ Cells budget_row(const BudgetRow& row) {
           name(row.distribution),
           name(variability(row.source)),
           remarks(row).empty() ? "known" : fmt::format("<b>{}</b>", fmt::join(remarks(row), ", ")),
-          fmt::format("{}&nbsp;{}", plot::format_significant(row.standard_uncertainty), plot::escaped(row_unit(row))),
+          plot::escaped(append_unit(plot::format_significant(row.standard_uncertainty), row_unit(row))),
           plot::format_significant(row.sensitivity),
           plot::format_significant(contribution_deg_per_h(row)),
           format_freedom(row.degrees_of_freedom)};

@@ -66,8 +66,13 @@ struct FormattedValue {
 /// Formats "2026-11-25T14:03:07Z" as "25 November 2026, 14:03:07 UTC"; returns any other text unchanged.
 [[nodiscard]] std::string format_instant(Language language, std::string_view utc);
 
-/// Formats a unit for print: "°/h/K" becomes "°/(h·K)", and "1" becomes empty.
+/// Formats a unit for print: "°/h/K" becomes "°/(h·K)", and "1" becomes empty. A word joiner (U+2060) after the slash
+/// prevents a line break there.
 [[nodiscard]] std::string format_unit(std::string_view unit);
+/// Returns "0.012 K", or "0.0100°" without a blank for an angle in °, ′ or ″ (SI Brochure, 5.4.3).
+[[nodiscard]] std::string append_unit(std::string_view number, std::string_view unit);
+/// Removes all word joiners, for a text that is never broken.
+[[nodiscard]] std::string remove_word_joiners(std::string text);
 /// Returns "Bias / (°/h)" or "Temperature / °C", with no line break after the slash; only the name if dimensionless.
 [[nodiscard]] std::string name_with_unit(std::string_view name, std::string_view unit);
 

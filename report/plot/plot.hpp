@@ -140,8 +140,9 @@ struct Stretch {
 
 /// Language of the texts that a figure generates.
 struct PlotLanguage {
-  bool decimal_comma = false;           ///< decimal sign of the axes
-  std::string simulated = "SIMULATED";  ///< mark of simulated data
+  bool decimal_comma = false;  ///< decimal sign of the axes
+  /// Mark of a figure with Plot::simulated. A document uses its own, such as "DRAFT · SIMULATED".
+  std::string simulated = "SIMULATED";
 };
 
 struct Plot {
@@ -153,7 +154,7 @@ struct Plot {
   std::vector<Panel> panels = {};
   /// Drawn with thin separating lines through all panels and with names above the first panel.
   std::vector<Stretch> stretches = {};
-  /// Marks every panel as simulated.
+  /// Draws the mark PlotLanguage::simulated across every panel.
   bool simulated = false;
   double width_px = 760;
   PlotLanguage language = {};

@@ -185,7 +185,10 @@ std::string SvgWriter::finish() && {
 }
 
 void draw_simulated_mark(SvgWriter& svg, double x, double y, double width, double height, std::string_view mark) {
-  const double size_px = std::clamp(0.2 * height, 18.0, 44.0);
+  // Letter width of bold capitals relative to the estimate of text_width(), and the share of the width that is used.
+  constexpr double kBoldCapitals = 1.5, kShareOfWidth = 0.95;
+  const double size_px = std::min(std::clamp(0.2 * height, 18.0, 44.0),
+                                  kShareOfWidth * width / (kBoldCapitals * std::max(1.0, text_width(mark, 1))));
   svg.text(x + width / 2, y + height / 2 + 0.35 * size_px, mark,
            {.size_px = size_px,
             .colour = colour::kSimulated,

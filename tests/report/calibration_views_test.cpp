@@ -187,6 +187,10 @@ TEST(ChartData, IsThinnedAndDoesNotEndScript) {
   EXPECT_LT(count_occurrences(data, ","), 3 * 2 * 105 + 20);
 }
 
+TEST(CalibrationPage, WrapsLetterheadInsteadOfTitle) {
+  EXPECT_TRUE(contains(page_of(sample_calibration()), ".letterhead { display: flex; flex-wrap: wrap;"));
+}
+
 TEST(ChartData, HasMarkOfSimulatedData) {
   const FigureData figure = sample_calibration().figures[0];
   EXPECT_TRUE(contains(chart_data(figure, Language::english, 100, "SIMULATED"), "\"mark\":\"SIMULATED\""));

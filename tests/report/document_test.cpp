@@ -281,8 +281,9 @@ TEST(Document, ComparesStagesOfOneRecord) {
 
 TEST(Document, ShowsStagesInAdjacentColumns) {
   const auto tables = all_of<DocumentTable>(make_document(sample_calibration(), Language::english));
-  const auto found = std::ranges::find_if(
-      tables, [](const DocumentTable& table) { return table.caption.ends_with(": Hold bias /\u00a0(°/h)"); });
+  const auto found = std::ranges::find_if(tables, [](const DocumentTable& table) {
+    return remove_word_joiners(table.caption).ends_with(": Hold bias /\u00a0(°/h)");
+  });
   ASSERT_NE(found, tables.end());
   EXPECT_EQ(found->header, (std::vector<std::string>{"Set point /\u00a0°C", "Temperature /\u00a0°C", "Uncompensated",
                                                      "As found", "As left"}));
@@ -320,7 +321,7 @@ TEST(Document, NamesRecordInTableOfOneOfSeveralRecords) {
   std::set<std::string> records;
   int tables = 0;
   for (const DocumentTable& table : all_of<DocumentTable>(make_document(report, Language::english))) {
-    if (!table.caption.ends_with(": Hold bias /\u00a0(°/h)")) continue;
+    if (!remove_word_joiners(table.caption).ends_with(": Hold bias /\u00a0(°/h)")) continue;
     ++tables;
     ASSERT_EQ(table.header[0], "Record") << table.caption;
     records.insert(table.rows[0][0].text);
@@ -342,6 +343,31 @@ TEST(Document, HasRectangularTables) {
   for (const Language language : kLanguages)
     for (const DocumentTable& table : all_of<DocumentTable>(make_document(sample_calibration(), language)))
       for (const auto& row : table.rows) EXPECT_EQ(row.size(), table.header.size()) << table.caption;
+}
+
+TEST(Document, MarksFiguresLikeItsPages) {
+  CalibrationReport report = sample_calibration();
+  const auto check = [&](const char* mark) {
+    const Document document = make_document(report, Language::english);
+    EXPECT_EQ(document.mark, mark);
+    const auto figures = all_of<DocumentFigure>(document);
+    EXPECT_EQ(figures.size(), 6u);
+    for (const DocumentFigure& figure : figures)
+      for (const std::string& svg : {figure.svg, figure.narrow_svg}) {
+        if (svg.empty()) continue;
+        const std::string marked = std::string(">") + mark + "</text>";
+        if (!document.mark.empty()) EXPECT_EQ(tests::count_occurrences(svg, marked), 2) << figure.caption;
+        EXPECT_EQ(has(svg, "DRAFT"), has(document.mark, "DRAFT"));
+        EXPECT_EQ(has(svg, "SIMULATED"), has(document.mark, "SIMULATED"));
+      }
+  };
+  check("SIMULATED");
+  report.state = ReportState::draft;
+  check("DRAFT · SIMULATED");
+  report.simulated = false;
+  check("DRAFT");
+  report.state = ReportState::authorised;
+  check("");
 }
 
 TEST(Document, DrawsFiguresInItsLanguage) {

@@ -48,6 +48,14 @@ TEST(HtmlReport, ShowsSimulatedInBannerPrintAndEveryFigure) {
   EXPECT_EQ(tests::count_occurrences(page, "<title>SIMULATED"), 1 + static_cast<int>(figures.size()));
 }
 
+TEST(HtmlReport, ShowsThatNarrowTablesAndFiguresContinue) {
+  const SyntheticExperiment experiment;
+  const std::string page = page_of(experiment.report());
+  const auto narrow = page.find("@media screen and (max-width: 760px)");
+  ASSERT_NE(narrow, std::string::npos);
+  EXPECT_NE(page.find("table, figure { background: linear-gradient", narrow), std::string::npos);
+}
+
 TEST(HtmlReport, RoundsTemperaturesInNamesOfSegments) {
   const SyntheticExperiment experiment;
   Report report = experiment.report();

@@ -203,11 +203,20 @@ TEST(DayFormat, FollowsLanguage) {
   EXPECT_EQ(format_instant(kDe, "yesterday"), "yesterday");
 }
 
+TEST(UnitFormat, FollowsNumberWithBlankUnlessAngle) {
+  for (const char* angle : {"°", "′", "″"}) EXPECT_EQ(append_unit("0.0100", angle), std::string("0.0100") + angle);
+  for (const char* unit : {"K", "°C", "ppm"}) EXPECT_EQ(append_unit("2", unit), std::string("2\u00a0") + unit);
+  EXPECT_EQ(append_unit("2", "°/h"), "2\u00a0°/\u2060h");
+  EXPECT_EQ(append_unit("2", "1"), "2");
+}
+
 TEST(UnitFormat, HasSingleFraction) {
-  EXPECT_EQ(format_unit("°/h/K"), "°/(h·K)");
-  EXPECT_EQ(format_unit("°/√h"), "°/√h");
+  EXPECT_EQ(format_unit("°/h/K"), "°/\u2060(h·K)");
+  EXPECT_EQ(format_unit("°/√h"), "°/\u2060√h");
+  EXPECT_EQ(format_unit("°C"), "°C");
   EXPECT_EQ(format_unit("1"), "");
-  EXPECT_EQ(plain(name_with_unit("Bias", "°/h")), "Bias / (°/h)");
+  EXPECT_EQ(remove_word_joiners(format_unit("°/h/√h")), "°/(h·√h)");
+  EXPECT_EQ(plain(remove_word_joiners(name_with_unit("Bias", "°/h"))), "Bias / (°/h)");
   EXPECT_EQ(plain(name_with_unit("Temperature", "°C")), "Temperature / °C");
   EXPECT_EQ(plain(name_with_unit("Starts", "1")), "Starts");
 }

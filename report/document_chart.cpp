@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "core/json.hpp"
@@ -36,6 +37,12 @@ constexpr const char* kScript = R"js(
   function written(value) {
     return value.toLocaleString(language, {maximumSignificantDigits: 6, useGrouping: false}).replace('-', '\u2212');
   }
+  function written_by(axis) {
+    var fixed = {minimumFractionDigits: axis.decimals, maximumFractionDigits: axis.decimals, useGrouping: false};
+    return function (value) {
+      return value.toLocaleString(language, fixed).replace('-', '\u2212') + axis.unit;
+    };
+  }
   function as_text(text) {
     var box = document.createElement('span');
     box.textContent = text;
@@ -52,14 +59,24 @@ constexpr const char* kScript = R"js(
     });
     return Array.from(rows.values()).sort(function (a, b) { return a[0] - b[0]; });
   }
-  function legend_of(data, lines) {
+  /* The width of a value is reserved while none is shown, so that the figure below does not move. */
+  function value_box(text, axis) {
+    var box = document.createElement('b');
+    var write = written_by(axis);
+    box.style.minWidth = Math.min(24, Math.max(write(axis.low).length, write(axis.high).length) + 1) + 'ch';
+    box.textContent = text || '\u00a0';
+    return box;
+  }
+  function legend_of(shown, data) {
     var box = document.createElement('div');
-    data.series.forEach(function (one, k) {
-      var line = document.createElement('i');
-      line.style.borderTop = '3px ' + (lines[k].dashed ? 'dashed ' : 'solid ') + lines[k].colour;
-      box.append(line, ' ' + lines[k].name + (one.yHTML ? ' ' + one.yHTML : '') + '\u2003');
+    box.append(value_box(shown.xHTML, data.x_axis));
+    shown.series.forEach(function (one, k) {
+      var entry = document.createElement('span'), line = document.createElement('i');
+      line.style.borderTop = '3px ' + (data.lines[k].dashed ? 'dashed ' : 'solid ') + data.lines[k].colour;
+      entry.append(line, ' ' + data.lines[k].name + ' ', value_box(one.yHTML, data.y_axis));
+      box.append(entry);
     });
-    return (data.xHTML ? data.xHTML + ':\u2003' : '') + box.innerHTML;
+    return box.innerHTML;
   }
   function draw_mark(context, area, mark) {
     context.save();
@@ -86,13 +103,13 @@ constexpr const char* kScript = R"js(
       colors: data.lines.map(function (line) { return line.colour; }),
       series: series, xlabel: as_text(data.x), ylabel: as_text(data.y),
       labelsDiv: legend, legend: 'always', connectSeparatedPoints: true,
-      legendFormatter: function (shown) { return legend_of(shown, data.lines); },
+      legendFormatter: function (shown) { return legend_of(shown, data); },
       underlayCallback: function (context, area) { if (data.mark) draw_mark(context, area, data.mark); },
       strokeWidth: 1.3, highlightCircleSize: 3.5, interactionModel: touchless,
       gridLineColor: '#e3e7ec', axisLineColor: '#8b95a1', axisLabelFontSize: 12, xLabelHeight: 15, yLabelWidth: 15,
       axes: {
-        x: {axisLabelFormatter: written, valueFormatter: written, pixelsPerLabel: 60},
-        y: {axisLabelFormatter: written, valueFormatter: written, axisLabelWidth: 58}
+        x: {axisLabelFormatter: written, valueFormatter: written_by(data.x_axis), pixelsPerLabel: 60},
+        y: {axisLabelFormatter: written, valueFormatter: written_by(data.y_axis), axisLabelWidth: 58}
       }
     });
   }
@@ -125,6 +142,24 @@ std::string quote_json(const std::string& text) {
   return safe;
 }
 
+/// Describes an axis for the values of the legend: their unit, their range, and decimals for a thousandth of the range.
+std::string axis_json(const FigureData& figure, std::vector<double> FigureLine::*values, const std::string& unit) {
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  for (const FigureLine& line : figure.lines)
+    for (const double value : line.*values) {
+      if (!std::isfinite(value)) continue;
+      low = std::min(low, value);
+      high = std::max(high, value);
+    }
+  if (!(low <= high)) low = high = 0;
+  constexpr int kDigitsOfRange = 3, kMostDecimals = 12;
+  const double range = high > low ? high - low : std::max(1.0, std::abs(high));
+  const int decimals =
+      std::isfinite(range) ? kDigitsOfRange - static_cast<int>(std::floor(std::log10(range))) : kDigitsOfRange;
+  return fmt::format("{{\"unit\":{},\"decimals\":{},\"low\":{:.6g},\"high\":{:.6g}}}",
+                     quote_json(append_unit("", unit)), std::clamp(decimals, 0, kMostDecimals), low, high);
+}
+
 /// Returns the name of a line with a number if necessary: dygraphs requires unique names.
 std::string unique_name(Language language, const FigureData& figure, std::size_t index) {
   std::string name = line_name(language, figure, index);
@@ -151,10 +186,11 @@ std::string chart_data(const FigureData& figure, Language language, std::size_t 
                          lines.empty() ? "" : ",", quote_json(unique_name(language, figure, k)), line_colour(figure, k),
                          is_line_dashed(figure, k), numbers(kept.x, kDigitsOfX), numbers(kept.y, kDigitsOfY));
   }
-  return fmt::format("{{\"x\":{},\"y\":{},\"mark\":{},\"lines\":[{}]}}",
+  return fmt::format("{{\"x\":{},\"y\":{},\"x_axis\":{},\"y_axis\":{},\"mark\":{},\"lines\":[{}]}}",
                      quote_json(name_with_unit(translate(language, figure.x_key), figure.x_unit)),
-                     quote_json(name_with_unit(translate(language, figure.y_key), figure.y_unit)), quote_json(mark),
-                     lines);
+                     quote_json(name_with_unit(translate(language, figure.y_key), figure.y_unit)),
+                     axis_json(figure, &FigureLine::x, figure.x_unit), axis_json(figure, &FigureLine::y, figure.y_unit),
+                     quote_json(mark), lines);
 }
 
 std::string chart_script() { return kNotice + std::string(dygraphs_script()) + kScript; }

@@ -97,6 +97,8 @@ figcaption { font-size: 13px; line-height: 1.45; color: var(--faint); margin-top
 .live .chart-legend { display: block; font-size: 12.5px; min-height: 1.5em; line-height: 1.5; }
 .live .chart-legend i { display: inline-block; width: 22px; vertical-align: middle; }
 .live .chart-legend { overflow-wrap: normal; }
+.live .chart-legend span { display: inline-block; max-width: 100%; margin-right: 1em; }
+.live .chart-legend b { display: inline-block; font-weight: 400; font-variant-numeric: tabular-nums; }
 .live .static { display: none; }
 .live .zoom-note { display: block; }
 @media (pointer: coarse) { .live .zoom-note { display: none; } }

@@ -187,8 +187,33 @@ TEST(ChartData, IsThinnedAndDoesNotEndScript) {
   EXPECT_LT(count_occurrences(data, ","), 3 * 2 * 105 + 20);
 }
 
+TEST(ChartData, HasUnitAndDecimalsOfEachAxis) {
+  FigureData figure = sample_calibration().figures[0];
+  figure.lines.resize(1);
+  const auto data = [&](double x, double low, double high, const char* unit) {
+    figure.lines[0].x = {0, x};
+    figure.lines[0].y = {low, high};
+    figure.y_unit = unit;
+    return chart_data(figure, Language::english, 100, "");
+  };
+  EXPECT_TRUE(
+      contains(data(97, -40, 61.5, "°C"), "\"x_axis\":{\"unit\":\"\u00a0h\",\"decimals\":2,\"low\":0,\"high\":97}"));
+  EXPECT_TRUE(contains(data(97, -40, 61.5, "°C"), "\"y_axis\":{\"unit\":\"\u00a0°C\",\"decimals\":1,\"low\":-40,"));
+  EXPECT_TRUE(contains(data(97, 0.01, 0.05, "°/h"), "\"unit\":\"\u00a0°/\u2060h\",\"decimals\":5,"));
+  EXPECT_TRUE(contains(data(97, 0, 25000, "1"), "\"unit\":\"\",\"decimals\":0,"));
+  EXPECT_TRUE(contains(data(97, 5, 5, "K"), "\"decimals\":3,\"low\":5,\"high\":5}")) << "a constant";
+  figure.lines[0].y = {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::quiet_NaN()};
+  EXPECT_TRUE(contains(chart_data(figure, Language::english, 100, ""), "\"low\":0,\"high\":0}"));
+}
+
 TEST(CalibrationPage, WrapsLetterheadInsteadOfTitle) {
   EXPECT_TRUE(contains(page_of(sample_calibration()), ".letterhead { display: flex; flex-wrap: wrap;"));
+}
+
+TEST(CalibrationPage, ReservesWidthOfValuesInLegend) {
+  const std::string page = page_of(sample_calibration());
+  EXPECT_TRUE(contains(page, "box.style.minWidth"));
+  EXPECT_TRUE(contains(page, "valueFormatter: written_by(data.y_axis)"));
 }
 
 TEST(ChartData, HasMarkOfSimulatedData) {

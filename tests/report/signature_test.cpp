@@ -18,6 +18,7 @@
 #include "report/other_program.hpp"
 #include "report/report_files.hpp"
 #include "report/signed_report.hpp"
+#include "tests/report/signing_keys.hpp"
 #include "tests/support/folder.hpp"
 #include "tests/support/sample_calibration.hpp"
 
@@ -31,73 +32,6 @@ constexpr int kTries = 10;
 #endif
 
 constexpr const char* kLateUtc = "2999-01-01T00:00:00Z";
-constexpr const char* kForSigning =
-    "basicConstraints=critical,CA:FALSE\nkeyUsage=critical,digitalSignature,nonRepudiation\n";
-
-void run(const std::string& program, const std::vector<std::string>& words) {
-  const auto ran = run_program(program, words);
-  ASSERT_TRUE(ran) << text(ran.error());
-  ASSERT_EQ(ran->exit_code, 0) << program << ": " << ran->out;
-}
-
-/// Keys and certificates of an authority and of the signers that it has certified.
-class Keys {
- public:
-  Keys() {
-    authority("ca");
-    authority("other-ca");
-    issue("lab", "ca", {"-days", "3650"});
-    issue("colleague", "ca", {"-days", "3650"});
-    issue("brief", "ca", {"-days", "1"});
-    issue("stranger", "other-ca", {"-days", "3650"});
-    run("openssl",
-        {"pkey", "-in", folder_ / "lab.key", "-aes256", "-passout", "pass:a secret", "-out", folder_ / "locked.key"});
-    write("password", "a secret\n");
-    write("wrong-password", "another\n");
-  }
-  [[nodiscard]] std::string operator/(const std::string& name) const { return folder_ / name; }
-  [[nodiscard]] SigningKey key(const std::string& name) const {
-    return {.key_file = folder_ / (name + ".key"), .certificate_file = folder_ / (name + ".pem")};
-  }
-  [[nodiscard]] Trust trust(const std::string& name = "ca") const {
-    return {.certificates_file = folder_ / (name + ".pem")};
-  }
-  /// Issues a certificate with these extensions, signed by the authority "ca".
-  void issue_with(const std::string& name, const std::string& extensions) {
-    issue(name, "ca", {"-days", "3650"}, extensions);
-  }
-
- private:
-  void write(const std::string& name, const std::string& bytes) { (void)replace_text_file(folder_ / name, bytes); }
-  void authority(const std::string& name) {
-    run("openssl", {"req", "-x509", "-newkey", "rsa:2048", "-nodes", "-keyout", folder_ / (name + ".key"), "-out",
-                    folder_ / (name + ".pem"), "-days", "3650", "-subj", "/CN=" + name});
-  }
-  void issue(const std::string& name, const std::string& by, const std::vector<std::string>& more,
-             const std::string& extensions = kForSigning) {
-    write("extensions", extensions);
-    run("openssl", {"req", "-newkey", "rsa:2048", "-nodes", "-keyout", folder_ / (name + ".key"), "-out",
-                    folder_ / "request", "-subj", "/C=DE/O=Inertial Laboratory/CN=" + name});
-    std::vector<std::string> words{"x509",
-                                   "-req",
-                                   "-in",
-                                   folder_ / "request",
-                                   "-CA",
-                                   folder_ / (by + ".pem"),
-                                   "-CAkey",
-                                   folder_ / (by + ".key"),
-                                   "-CAcreateserial",
-                                   "-extfile",
-                                   folder_ / "extensions",
-                                   "-out",
-                                   folder_ / (name + ".pem")};
-    words.insert(words.end(), more.begin(), more.end());
-    run("openssl", words);
-  }
-
-  tests::TestFolder folder_;
-};
-
 /// Returns a PDF with two pages, and optionally with an empty signature field on the second page.
 std::string pdf_of(const std::string& first, const std::string& second, bool has_field = false) {
   const auto stream = [](const std::string& content) {

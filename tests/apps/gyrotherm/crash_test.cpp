@@ -72,7 +72,7 @@ TEST(Crash, StopsCleanlyOnCtrlCAndResumes) {
   const auto status = gyrotherm_with("status " + path);
   EXPECT_EQ(status.exit_code, 0);
   EXPECT_NE(status.out.find("not finished"), std::string::npos) << status.out;
-  EXPECT_NE(status.out.find("  interrupted in segment 1 of "), std::string::npos) << status.out;
+  EXPECT_NE(status.out.find("  interrupted in segment "), std::string::npos) << status.out;
   EXPECT_EQ(gyrotherm_with("train " + path + " --method linear --inputs A --out " + (folder / "m.json")).exit_code, 2)
       << "an unfinished run is not reported as finished";
   EXPECT_EQ(gyrotherm_with("resume " + path + " --gap '10 min'").exit_code, 5)

@@ -106,14 +106,12 @@ std::optional<Rates> read_rates(const Dataset& dataset, double from_s, double to
   Rates rates{.spacing_s = middle_value(steps)};
   if (!(rates.spacing_s > 0)) return std::nullopt;
   constexpr double kLongestStep = 1.5;
-  double mean = 0;  // keeps the integral small
-  for (const auto row : rows)
-    if (std::isfinite(dataset.bias_deg_per_h(row)))
-      mean += dataset.bias_deg_per_h(row) / static_cast<double>(rows.size());
+  const bool is_reduced = dataset.bias_zero != kNothingRemoved;
+  const double removed = is_reduced ? dataset.earth_rate_deg_per_h.value_or(0) : 0;
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const double step = i < steps.size() ? steps[i] : rates.spacing_s;
     const double length = step > kLongestStep * rates.spacing_s ? rates.spacing_s : step;
-    rates.integral.add(dataset.time_s(rows[i]), length, dataset.bias_deg_per_h(rows[i]) - mean);
+    rates.integral.add(dataset.time_s(rows[i]), length, dataset.bias_deg_per_h(rows[i]) + removed);
   }
   return rates.integral.is_empty() ? std::nullopt : std::optional(std::move(rates));
 }
@@ -125,27 +123,29 @@ double rows_per_mean(double count) {
       if (count <= decade * digit * static_cast<double>(kMaxMeans)) return decade * digit;
 }
 
-std::string encode_means(const std::vector<double>& means) {
+/// Fills the trace; leaves it empty if the means do not vary.
+void encode_means(const std::vector<double>& means, RateTrace& trace) {
   constexpr double kStepsOfScatter = 8;
   std::vector<double> differences;
   for (std::size_t i = 1; i < means.size(); ++i) differences.push_back(means[i] - means[i - 1]);
   const double step = robust_scatter(differences) / std::sqrt(2.0) / kStepsOfScatter;
-  if (!(step > 0)) return {};
-  std::string text;
+  const auto first = std::ranges::find_if(means, [](double mean) { return std::isfinite(mean); });
+  if (!(step > 0) || first == means.end()) return;
+  trace.first_deg_per_h = *first;
+  trace.step_deg_per_h = step;
   for (const double mean : means) {
-    const double level = std::round(mean / step);
+    const double level = std::round((mean - *first) / step);
     const bool is_known = std::isfinite(level) && std::abs(level) < 1e15;
     const auto code =
         static_cast<std::size_t>(is_known ? std::fmod(std::fmod(level, kLevels) + kLevels, kLevels) : double{kLevels});
-    text += kBase64[code / kBase64.size()];
-    text += kBase64[code % kBase64.size()];
+    trace.means += kBase64[code / kBase64.size()];
+    trace.means += kBase64[code % kBase64.size()];
   }
-  return text;
 }
 
-/// Returns the rates of a trace in multiples of its step; nothing if the text is not one.
+/// Returns the rates of a trace; nothing if the text is not one.
 std::optional<Rates> decode(const RateTrace& trace) {
-  if (!(trace.interval_s > 0) || trace.means.size() % 2 != 0) return std::nullopt;
+  if (!(trace.interval_s > 0) || !(trace.step_deg_per_h > 0) || trace.means.size() % 2 != 0) return std::nullopt;
   Rates rates{.spacing_s = trace.interval_s};
   double level = 0;
   for (std::size_t i = 0; i + 1 < trace.means.size(); i += 2) {
@@ -154,16 +154,26 @@ std::optional<Rates> decode(const RateTrace& trace) {
     const auto code = static_cast<double>(high * kBase64.size() + low);
     if (code >= kLevels) continue;
     level += std::remainder(code - level, double{kLevels});  // the nearest level with this code
-    rates.integral.add(static_cast<double>(i / 2) * trace.interval_s, trace.interval_s, level);
+    rates.integral.add(static_cast<double>(i / 2) * trace.interval_s, trace.interval_s,
+                       trace.first_deg_per_h + level * trace.step_deg_per_h);
   }
   return rates.integral.is_empty() ? std::nullopt : std::optional(std::move(rates));
 }
 
-/// Returns the fourth differences of the means, limited to four times their scatter; 0 where a mean is missing. Empty
-/// if all are 0.
-Eigen::VectorXf noise_of(const std::vector<double>& means) {
-  constexpr std::size_t kReach = 2;
-  constexpr double kLimit = 4;
+constexpr std::size_t kReach = 2;  ///< of a fourth difference
+
+/// Means over windows of equal length.
+struct Windows {
+  std::vector<double> means{};
+  /// The fourth differences of the means, limited to four times their scatter; 0 where a mean is missing. Element i
+  /// belongs to mean i + kReach. Empty if all are 0.
+  Eigen::VectorXf noise{};
+  /// The standard deviation of a mean.
+  double scatter{};
+};
+
+Windows make_windows(std::vector<double> means) {
+  constexpr double kLimit = 4, kNoiseGain = 8.3666;  // √(1 + 16 + 36 + 16 + 1)
   std::vector<double> noise;
   for (std::size_t i = kReach; i + kReach < means.size(); ++i)
     noise.push_back(means[i - 2] - 4 * means[i - 1] + 6 * means[i] - 4 * means[i + 1] + means[i + 2]);
@@ -173,16 +183,15 @@ Eigen::VectorXf noise_of(const std::vector<double>& means) {
   for (std::size_t i = 0; i < noise.size(); ++i)
     limited(static_cast<Eigen::Index>(i)) =
         std::isfinite(noise[i]) ? static_cast<float>(std::clamp(noise[i] / scatter, -kLimit, kLimit)) : 0.0F;
-  return limited;
+  return {std::move(means), std::move(limited), scatter / kNoiseGain};
 }
 
-/// Returns the magnitude of the correlation.
 double correlation(const Eigen::VectorXf& one, Eigen::Index from_one, const Eigen::VectorXf& other,
                    Eigen::Index from_other, Eigen::Index count) {
   const auto a = one.segment(from_one, count);
   const auto b = other.segment(from_other, count);
   const double norms = static_cast<double>(a.squaredNorm()) * static_cast<double>(b.squaredNorm());
-  return norms > 0 ? std::abs(static_cast<double>(a.dot(b))) / std::sqrt(norms) : 0;
+  return norms > 0 ? static_cast<double>(a.dot(b)) / std::sqrt(norms) : 0;
 }
 
 /// Returns whether a correlation of so many fourth differences cannot be that of independent noise.
@@ -196,8 +205,25 @@ bool is_same_noise(double correlation, Eigen::Index count) {
   return std::atanh(std::min(correlation, 1 - 1e-12)) * std::sqrt(independent) > kDeviations;
 }
 
-/// Returns whether any piece of `pieces` has the noise of `whole`, at any shift.
-bool has_common_piece(const Eigen::VectorXf& pieces, const Eigen::VectorXf& whole) {
+/// Returns whether the means agree on average within what rounding may change.
+bool has_same_level(const Windows& one, Eigen::Index from_one, const Windows& other, Eigen::Index from_other,
+                    Eigen::Index count) {
+  constexpr double kScatters = 3, kShare = 0.005;
+  double difference = 0, level = 0, known = 0;
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const double a = one.means[static_cast<std::size_t>(from_one + i) + kReach];
+    const double b = other.means[static_cast<std::size_t>(from_other + i) + kReach];
+    if (!std::isfinite(a) || !std::isfinite(b)) continue;
+    difference += a - b;
+    level += std::abs(a);
+    ++known;
+  }
+  return known > 0 && std::abs(difference) <= kScatters * one.scatter * known + kShare * level;
+}
+
+/// Returns whether any piece of `pieces` has the noise and the level of `whole`, at any shift.
+bool has_common_piece(const Windows& one, const Windows& other) {
+  const auto &pieces = one.noise, &whole = other.noise;
   constexpr Eigen::Index kPiece = 128, kFirstLook = 32;
   constexpr double kLeastAtFirst = 0.5;
   for (Eigen::Index first = 0; first + kFewestWindows <= pieces.size(); first += kPiece) {
@@ -207,7 +233,9 @@ bool has_common_piece(const Eigen::VectorXf& pieces, const Eigen::VectorXf& whol
       const auto from = std::max<Eigen::Index>(0, -shift);
       const auto count = std::min(length, whole.size() - shift) - from;
       if (correlation(pieces, first + from, whole, shift + from, kFirstLook) < kLeastAtFirst) continue;
-      if (is_same_noise(correlation(pieces, first + from, whole, shift + from, count), count)) return true;
+      if (is_same_noise(correlation(pieces, first + from, whole, shift + from, count), count) &&
+          has_same_level(one, first + from, other, shift + from, count))
+        return true;
     }
     if (length > kPiece) break;
   }
@@ -221,8 +249,9 @@ RateTrace trace_rates(const Dataset& dataset, double from_s, double to_s) {
   if (!rates) return {};
   const auto& integral = rates->integral;
   const double interval = rates->spacing_s * rows_per_mean((integral.end_s() - integral.begin_s()) / rates->spacing_s);
-  auto means = encode_means(integral.means(integral.begin_s(), interval));
-  return means.empty() ? RateTrace{} : RateTrace{interval, std::move(means)};
+  RateTrace trace{.interval_s = interval};
+  encode_means(integral.means(integral.begin_s(), interval), trace);
+  return trace.means.empty() ? RateTrace{} : trace;
 }
 
 bool has_rates_of(const Dataset& dataset, const RateTrace& trace, double from_s, double to_s) {
@@ -237,13 +266,16 @@ bool has_rates_of(const Dataset& dataset, const RateTrace& trace, double from_s,
   // A window that divides rows is wide enough that the divided rows at its ends do not matter.
   const bool divides_rows = std::abs(ratio - std::round(ratio)) > kNearWhole * ratio;
   const double window = coarse.spacing_s * (divides_rows ? std::ceil(kFinePerWindow / ratio) : 1);
-  const auto pieces = noise_of(coarse.integral.means(coarse.integral.begin_s(), window));
-  if (pieces.size() < kFewestWindows) return false;
+  const auto pieces = make_windows(coarse.integral.means(coarse.integral.begin_s(), window));
+  if (pieces.noise.size() < kFewestWindows) return false;
   // Half a row, because the time of a mean may be its start or its middle.
   const double step = std::max(fine.spacing_s / 2, window / 64);
   for (double phase = 0; phase < window - step / 2; phase += step) {
-    const auto whole = noise_of(fine.integral.means(fine.integral.begin_s() + phase, window));
-    if (whole.size() >= kFewestWindows && has_common_piece(pieces, whole)) return true;
+    const auto whole = make_windows(fine.integral.means(fine.integral.begin_s() + phase, window));
+    constexpr double kMostRatio = 2;
+    const double scatters = whole.scatter > 0 ? pieces.scatter / whole.scatter : 0;
+    const bool are_alike = scatters > 1 / kMostRatio && scatters < kMostRatio;
+    if (are_alike && whole.noise.size() >= kFewestWindows && has_common_piece(pieces, whole)) return true;
   }
   return false;
 }

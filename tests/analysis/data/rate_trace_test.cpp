@@ -66,9 +66,14 @@ TEST(RateTrace, RecognisesOtherUnitsAndFewerDecimals) {
   EXPECT_TRUE(has_rates_of(convert_rates(run, 1 / 3600.0, 1e-9), trace, 0, kForever_s)) << "°/s";
   for (const double step : {0.01, 0.1, 0.25})
     EXPECT_TRUE(has_rates_of(convert_rates(run, 1, step), trace, 0, kForever_s)) << step;
-  Dataset other_sign = run;
-  other_sign.bias_deg_per_h *= -5;
-  EXPECT_TRUE(has_rates_of(other_sign, trace, 0, kForever_s));
+  Dataset reduced = run;
+  reduced.bias_zero = "earth rate removed";
+  reduced.earth_rate_deg_per_h = 10.6;
+  reduced.bias_deg_per_h.array() -= 10.6;
+  EXPECT_TRUE(has_rates_of(reduced, trace, 0, kForever_s));
+  Dataset drifting = run;
+  drifting.bias_deg_per_h -= 0.05 * drifting.time_s;
+  EXPECT_TRUE(has_rates_of(drifting, trace_rates(drifting, 0, kForever_s), 0, kForever_s)) << "codes wrap around";
 }
 
 TEST(RateTrace, RecognisesMeans) {
@@ -107,6 +112,17 @@ TEST(RateTrace, RecognisesPiecesWithMissingRows) {
   EXPECT_FALSE(has_rates_of(mixed, trace, 0, 20'000)) << "before the common rows";
 }
 
+/// Equal noise at another level belongs to a constructed record, not to an export.
+TEST(RateTrace, DistinguishesLevelAndScale) {
+  const Dataset run = run_profile(9);
+  const auto trace = trace_rates(run, 0, kForever_s);
+  Dataset other = run;
+  other.bias_deg_per_h.array() += 12;
+  EXPECT_FALSE(has_rates_of(other, trace, 0, kForever_s));
+  other.bias_deg_per_h = -5 * run.bias_deg_per_h;
+  EXPECT_FALSE(has_rates_of(other, trace, 0, kForever_s));
+}
+
 /// A thermostat that turns the phase of its cycle makes two runs similar, but not their noise.
 TEST(RateTrace, DoesNotAccuseOtherRunsOfProfile) {
   for (const double noise : {0.02, 0.3}) {
@@ -134,11 +150,11 @@ TEST(RateTrace, IgnoresConstantAndShortRecords) {
 
 TEST(RateTrace, RefusesTextsThatAreNoTrace) {
   const Dataset run = run_profile(8);
-  EXPECT_FALSE(has_rates_of(run, {10, "AAB"}, 0, kForever_s));
-  EXPECT_FALSE(has_rates_of(run, {10, std::string(200, '?')}, 0, kForever_s));
-  EXPECT_FALSE(has_rates_of(run, {10, std::string(200, '/')}, 0, kForever_s)) << "all missing";
-  EXPECT_FALSE(has_rates_of(run, {0, std::string(200, 'A')}, 0, kForever_s));
-  EXPECT_FALSE(has_rates_of(run, {1e-300, trace_rates(run, 0, kForever_s).means}, 0, kForever_s));
+  EXPECT_FALSE(has_rates_of(run, {10, 0, 1, "AAB"}, 0, kForever_s));
+  EXPECT_FALSE(has_rates_of(run, {10, 0, 1, std::string(200, '?')}, 0, kForever_s));
+  EXPECT_FALSE(has_rates_of(run, {10, 0, 1, std::string(200, '/')}, 0, kForever_s)) << "all missing";
+  EXPECT_FALSE(has_rates_of(run, {0, 0, 1, std::string(200, 'A')}, 0, kForever_s));
+  EXPECT_FALSE(has_rates_of(run, {1e-300, 0, 1, trace_rates(run, 0, kForever_s).means}, 0, kForever_s));
 }
 
 }  // namespace

@@ -174,6 +174,14 @@ struct Sample {
 inline constexpr std::string_view kStillBusy = "still busy after ";
 [[nodiscard]] inline bool is_still_busy(const Fault& fault) { return fault.what.starts_with(kStillBusy); }
 
+/// Begins the end of a fault's text that quotes the last received line, which answers no question.
+inline constexpr std::string_view kReceived = "; received ";
+/// Returns that end: `; received "@04PV=+0021.0"`. Returns an empty text if the fault has none.
+[[nodiscard]] inline std::string received_text(const std::string& fault) {
+  const auto begin = fault.rfind(kReceived);
+  return begin == std::string::npos ? "" : fault.substr(begin);
+}
+
 /// Status of a run, for programs and pages that display it.
 struct RunOverview {
   RunState state{};

@@ -16,7 +16,6 @@
 #include <utility>
 
 #include "core/process.hpp"
-#include "drivers/line/text_exchange.hpp"
 
 namespace gyrotherm::io {
 namespace {
@@ -492,7 +491,7 @@ class WorkerIo final : public InstrumentIo {
         fmt::format("set point {:g} °C {} within {}, the time left in its second; {}", target.value,
                     chamber_.can_post() ? "not confirmed" : "not sent", to_ms(within),
                     chamber_.can_post() ? "the chamber may have taken it" : "it is the chamber's next call") +
-            drivers::received_text(watches_.chamber.watch().last_fault()));
+            received_text(watches_.chamber.watch().last_fault()));
   }
 
   Duration overtime() const override { return overtime_; }
@@ -564,7 +563,7 @@ class WorkerIo final : public InstrumentIo {
   Reading<T> late_reading(const LateInstrument& instrument, const Clock& clock) const {
     return stamp<T>(clock, failure(FaultKind::timeout, instrument.title,
                                    fmt::format("{}{}{}", kStillBusy, to_ms(options_.patience),
-                                               drivers::received_text(instrument.last_fault))));
+                                               received_text(instrument.last_fault))));
   }
 
   Instruments instruments_;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/sample.hpp"
 #include "core/text.hpp"
 #include "drivers/line/text_frame.hpp"
 

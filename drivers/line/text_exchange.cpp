@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/deadline.hpp"
+#include "core/sample.hpp"
 #include "core/text.hpp"
 
 namespace gyrotherm::drivers {

@@ -49,14 +49,6 @@ struct ResyncQuery {
   }
 };
 
-/// Begins the end of a fault's text that quotes the last received line, which answers no question.
-inline constexpr std::string_view kReceived = "; received ";
-/// Returns that end: `; received "@04PV=+0021.0"`. Returns an empty text if the fault has none.
-[[nodiscard]] inline std::string received_text(const std::string& fault) {
-  const auto begin = fault.rfind(kReceived);
-  return begin == std::string::npos ? "" : fault.substr(begin);
-}
-
 /// Returns a received line in quotation marks, without control characters, up to 80 bytes.
 [[nodiscard]] std::string quote_line(std::string_view line);
 

@@ -8,7 +8,6 @@
 #include <cmath>
 #include <utility>
 
-#include "drivers/line/text_exchange.hpp"
 #include "sequencer/interlocks/measurement_checks.hpp"
 
 namespace gyrotherm::interlocks {
@@ -160,7 +159,7 @@ Found check_chamber_silent(const CheckInputs& in) {
   if (in.chamber()) return {};
   const auto& fault = in.sample.chamber.value.error();
   const bool is_silent = fault.kind == FaultKind::timeout || fault.kind == FaultKind::disconnected;
-  if (is_silent) return {{.text = "chamber silent", .detail = drivers::received_text(fault.what)}};
+  if (is_silent) return {{.text = "chamber silent", .detail = received_text(fault.what)}};
   return make_result(fmt::format("no reading of the chamber ({})", text(fault)));
 }
 /// The silent units, and the number of units that should send. A unit that is counted as dead is not silent.

@@ -64,8 +64,9 @@ const RenderedReport& sample() {
   return made;
 }
 
-/// Splits a text at blanks, including narrow and non-breaking ones.
+/// Splits a text at blanks, including narrow and non-breaking ones. Removes word joiners, which a PDF does not contain.
 std::vector<std::string> split_words(std::string text) {
+  text = report::remove_word_joiners(std::move(text));
   for (const std::string blank : {"\u202f", "\u00a0", "\u2009"})
     for (auto at = text.find(blank); at != std::string::npos; at = text.find(blank, at))
       text.replace(at, blank.size(), " ");
@@ -290,8 +291,8 @@ TEST(Pdf, KeepsLongTextsInsideSheet) {
     for (const auto* word : {"word0 ", "word2000 ", "word3999", "note 299"})
       EXPECT_NE(text.find(word), std::string::npos) << word;
     std::size_t letters = 0;
-    for (const auto& word : split_words(text))
-      if (word.find_first_not_of('W') == std::string::npos) letters += word.size();
+    for (const auto& word : split_words(text))  // a single letter belongs to the turned mark "ENTWURF" of a figure
+      if (word.size() > 1 && word.find_first_not_of('W') == std::string::npos) letters += word.size();
     EXPECT_EQ(letters, 600u) << "the customer is named twice";
     EXPECT_EQ(shell("pdfsig " + made.pdf(language)).out.find("not signed"), std::string::npos)
         << "a draft is not signed";

@@ -64,7 +64,7 @@ const RenderedReport& sample() {
   return made;
 }
 
-/// Splits a text at blanks, including narrow and non-breaking ones. Removes word joiners, which a PDF does not contain.
+/// Splits a text at blanks, including narrow and non-breaking ones. Removes word joiners, some of which a PDF lacks.
 std::vector<std::string> split_words(std::string text) {
   text = report::remove_word_joiners(std::move(text));
   for (const std::string blank : {"\u202f", "\u00a0", "\u2009"})
@@ -99,7 +99,7 @@ std::set<std::string> words_in(const std::string& pdf) {
          {std::pair("&lt;", "<"), {"&gt;", ">"}, {"&quot;", "\""}, {"&apos;", "'"}, {"&amp;", "&"}})
       for (auto at = word.find(code); at != std::string::npos; at = word.find(code))
         word.replace(at, std::strlen(code), letter);
-    words.insert(word);
+    words.insert(report::remove_word_joiners(std::move(word)));
   }
   return words;
 }

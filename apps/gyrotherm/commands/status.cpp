@@ -177,8 +177,7 @@ std::string describe(const record::RunStatus& status) {
   if (!status.unreleased.empty()) text += fmt::format("  UNRELEASED: {}\n", fmt::join(status.unreleased, ", "));
   text += units_line(status);
   if (is_imported(status)) return text + " " + thermometer_line(status);
-  text += fmt::format("  up to second {}, acknowledged up to {}, {}
-", status.slot, status.acknowledged,
+  text += fmt::format("  up to second {}, acknowledged up to {}, {}\n", status.slot, status.acknowledged,
                       run::describe_faults(status.faults - status.faults_while_off, status.faults_while_off));
   text += segment_line(status) + state_lines(status);
   if (status.decision) text += fmt::format("  {}\n", describe_progress(*status.decision, status.slot + 1));

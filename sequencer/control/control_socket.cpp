@@ -14,7 +14,6 @@
 #include <optional>
 #include <utility>
 
-#include "acquisition/record/record_files.hpp"
 #include "core/abstract_socket.hpp"
 #include "core/deadline.hpp"
 #include "core/file.hpp"
@@ -147,11 +146,7 @@ namespace {
 /// Returns why no program has a socket for this record.
 std::string explain_absence(const std::string& record) {
   std::error_code error;
-  if (std::filesystem::exists(record, error)) {
-    const auto original = record::record_of_copy(record);
-    return original == record ? "no program is running this run, so no request can be sent"
-                              : fmt::format("is the live copy of a record, expected {}", original);
-  }
+  if (std::filesystem::exists(record, error)) return "no program is running this run, so no request can be sent";
   const auto named = record + ".db";
   const bool is_near = std::filesystem::exists(named, error);
   return "no such file, expected the record of a run in progress" +

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include "acquisition/record/record.hpp"
 #include "acquisition/record/record_files.hpp"
 #include "acquisition/record/status.hpp"
 #include "apps/console/command.hpp"
@@ -18,9 +19,13 @@ struct TellArguments {
   std::vector<std::string> texts;
 };
 
-/// Names the end of a finished run as the cause of a fault.
+/// Names the cause of a fault if the file is not the record of a run in progress.
 Fault explain_fault(const std::string& run, const Fault& fault) {
   if (fault.kind != FaultKind::usage) return fault;
+  if (const auto original = record::record_of_copy(run); original != run)
+    return {FaultKind::usage, run, fmt::format("is the live copy of a record, expected {}", original)};
+  if (const auto info = record::read_info(run); info && info->imported)
+    return {FaultKind::usage, run, "is an imported record, which no program runs"};
   const auto status = record::read_status(run);
   if (!status || !status->finished) return fault;
   return {

@@ -179,6 +179,19 @@ TEST_F(CopyOfAnotherRun, IsNotFollowed) {
   }
 }
 
+TEST_F(CopyOfAnotherRun, AcceptsNoRequest) {
+  std::filesystem::copy_file(folder_ / "two.db", folder_ / "run.db");
+  const auto copy = gyrotherm_with("tell " + (folder_ / "run.live.db") + " pause");
+  EXPECT_EQ(copy.exit_code, 2);
+  EXPECT_NE(copy.err.find("is the live copy of a record, expected " + (folder_ / "run.db")), std::string::npos)
+      << copy.err;
+  const auto imported = gyrotherm_with("tell " + (folder_ / "two.db") + " note seen");
+  EXPECT_EQ(imported.exit_code, 2);
+  EXPECT_NE(imported.err.find("is an imported record"), std::string::npos) << imported.err;
+  const auto shortened = gyrotherm_with("tell " + (folder_ / "two") + " note seen");
+  EXPECT_NE(shortened.err.find("did you mean"), std::string::npos) << shortened.err;
+}
+
 TEST_F(CopyOfAnotherRun, EndsFollowing) {
   Background follower({"export", folder_ / "run.db", "--follow"}, folder_ / "followed");
   ASSERT_TRUE(follower.wait_for("\n39,", 60)) << follower.output();

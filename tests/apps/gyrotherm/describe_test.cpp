@@ -180,7 +180,7 @@ TEST(Describe, AsksInstrumentOfAnyKind) {
 
 TEST(Describe, TalksOverLineThatEchoes) {
   const Folder folder;
-  std::ofstream(folder / "supply.toml") << kSupply;
+  std::ofstream(folder / "supply.toml") << kLoad;
   Instrument supply({{"OUTP? 1", "OUTP? 1\n1"}});
   const auto talk = "describe " + (folder / "supply.toml") + " --item state --talk " + supply.line();
   const auto without = gyrotherm_with(talk);

@@ -47,10 +47,10 @@ std::string format_percent(double probability) {
 std::string describe_point(const CheckResult& of, const assurance::ChartPoint& point,
                            const assurance::ChartLimits& limits) {
   const int decimals = decimals_for(point.high - point.low, 3);
-  const auto value = fmt::format("{:>12.{}f} {}", point.value, decimals, of.unit);
+  const auto value = fmt::format("{:>12} {}", decimal(point.value, decimals), of.unit);
   if (point.ewma_is_out && !point.individual_is_out)
-    return value + fmt::format(", EWMA {:.2f}, limits ±{:.2f}", point.ewma * limits.ewma, limits.ewma);
-  return value + fmt::format(", expected {:.{}f} to {:.{}f}", point.low, decimals, point.high, decimals);
+    return value + fmt::format(", EWMA {}, limits ±{:.2f}", decimal(point.ewma * limits.ewma, 2), limits.ewma);
+  return value + fmt::format(", expected {} to {}", decimal(point.low, decimals), decimal(point.high, decimals));
 }
 
 std::string list_open_runs(const CheckedStandard& standard) {

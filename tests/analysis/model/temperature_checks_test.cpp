@@ -12,10 +12,10 @@
 namespace gyrotherm::model {
 namespace {
 
-/// Imported record with the thermometer A and one row per 10 s.
+/// Imported record with the thermometer A and one row per 10 s. Records with different ids have different noise.
 data::Dataset imported(const std::function<double(double)>& temperature_c, double hours, const char* run_id = "a") {
   const auto rows = static_cast<Eigen::Index>(hours * 360);
-  std::mt19937_64 random(3);
+  std::mt19937_64 random(static_cast<unsigned char>(*run_id));
   std::normal_distribution<double> normal(0, 0.02), noise(0, 0.16);
   data::Dataset dataset;
   dataset.run_id = run_id;

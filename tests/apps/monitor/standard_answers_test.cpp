@@ -80,7 +80,7 @@ std::size_t decimals_of(const std::string& number) {
 
 TEST(StandardText, RoundsValuesToTheirLimitsAndAmountsToTheirUncertainty) {
   const auto checked = standard::assess_standard(make_checked_history(), "history.jsonl");
-  const auto text = describe(checked);
+  const auto text = std::regex_replace(describe(checked), std::regex("−"), "-");
   EXPECT_NE(text.find("    > 99.9 %  thermometer gyro.E: "), std::string::npos) << text;
   const std::regex value(R"( (-?[\d.]+) \S+, expected (-?[\d.]+) to (-?[\d.]+) \()");
   int values = 0;
@@ -114,7 +114,7 @@ TEST(StandardText, NamesValueAndLimitOfEwma) {
   ASSERT_GE(changed, 1);
   const auto limit = checked.assessment.limits.thermometers.ewma;
   const auto text = describe(checked);
-  EXPECT_NE(text.find(fmt::format(", EWMA {:.2f}, limits ±{:.2f} (EWMA)", -1.25 * limit, limit)), std::string::npos)
+  EXPECT_NE(text.find(fmt::format(", EWMA −{:.2f}, limits ±{:.2f} (EWMA)", 1.25 * limit, limit)), std::string::npos)
       << text;
   EXPECT_EQ(text.find("expected"), std::string::npos) << text;
 }

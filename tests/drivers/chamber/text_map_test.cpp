@@ -491,7 +491,7 @@ TEST_F(TextWord, ReadsFlagsOfSeveralWordsInOneAnswer) {
 
 /// Returns the errors of the first test map after a replacement; empty if there are none.
 std::string errors_after(const std::string& from, const std::string& to) {
-  std::string file = kMap;
+  std::string file = kTextMap;
   file.replace(file.find(from), from.size(), to);
   const auto map = parse_register_map(file, "test.toml");
   return map ? "" : map.error().where + map.error().what;

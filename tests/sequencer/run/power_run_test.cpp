@@ -157,7 +157,7 @@ TEST(PowerRun, SilenceOfUnitThatStopSwitchesOffIsNoFault) {
       harness.seconds(5);
       harness.run_controller().submit(OperatorCommand::stop, "ada");
       harness.seconds(400);
-      EXPECT_EQ(harness.outcome(), RunOutcome::made_safe);
+      EXPECT_EQ(harness.outcome(), RunOutcome::stopped);
     });
     EXPECT_FALSE(has_power_alarm(dry_run.path(), "gyro_silent")) << is_off;
     std::filesystem::remove(dry_run.path());

@@ -90,7 +90,8 @@ void update_spell(const InterlockLimits& limits, int identical, double improbabi
   const bool beyond_noise = improbability > kImprobabilityLimit && is_longest;
   const bool beyond_movement = is_longest && std::ranges::any_of(memory.moving, lacks_steps);
   const bool beyond_air = memory.air_moved >= kAirMoved && memory.duration >= kAirMovedTime;
-  memory.frozen = memory.duration >= limits.frozen_after && (beyond_noise || beyond_movement || beyond_air);
+  const bool is_found = memory.duration >= limits.frozen_after && (beyond_noise || beyond_movement || beyond_air);
+  memory.frozen = memory.frozen || is_found;  // also if the air returns
 }
 
 void update_thermometers(const InterlockLimits& limits, const Sample& sample, Duration elapsed,

@@ -109,7 +109,8 @@ bool Invariants::is_active(InjectedFaultKind first, InjectedFaultKind last) cons
 /// I1, I2, I3, I4: judges the set points that were sent. A return to the profile may begin at an air temperature
 /// outside the profile's extremes, clamped to the limits, and must move towards the profile. If a broken chamber keeps
 /// the air away or shows the previous set point, a set point that was not read back may be sent again.
-void Invariants::judge_set_points(std::int64_t second, RunState state) {
+void Invariants::judge_set_points(std::int64_t second, const Sample& sample) {
+  const RunState state = sample.state;
   auto& port = plant_.chamber();
   const auto& limits = file_.chamber_limits;
   auto before = in_force_;
@@ -143,7 +144,9 @@ void Invariants::judge_set_points(std::int64_t second, RunState state) {
     if (sent.applied) before = value;
     sent_ = value;
   }
-  if (port.unread_set_points() > 0)
+  const bool is_unconfirmed = severity(state) >= severity(RunState::aborting) && !sample.chamber.value && sent_ &&
+                              abs(*sent_ - file_.safe_set_point) <= kSame;
+  if (port.unread_set_points() > 0 && !is_unconfirmed)
     report_violation("I4", second, "a set point was not read back by the next exchange");
   port.forget();
 }
@@ -561,7 +564,7 @@ void Invariants::after_tick(std::int64_t second, const RecordingStore& recording
   judge_alarms(second, recording);
   if (!recording.sample()) return;
   const auto& sample = *recording.sample();
-  judge_set_points(second, sample.state);
+  judge_set_points(second, sample);
   judge_values(second, sample);
   judge_identities(second, sample);
   judge_state(second, sample);

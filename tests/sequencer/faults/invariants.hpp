@@ -86,7 +86,7 @@ class Invariants {
   };
 
   void restart_liveness() { ticks_of_life_ = 0, identical_.clear(), without_counts_.clear(), beyond_.clear(); }
-  void judge_set_points(std::int64_t second, RunState state);
+  void judge_set_points(std::int64_t second, const Sample& sample);
   void judge_rows(std::int64_t second, const RecordingStore& recording);
   void judge_values(std::int64_t second, const Sample& sample);
   void judge_identities(std::int64_t second, const Sample& sample);

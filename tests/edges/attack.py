@@ -117,7 +117,9 @@ class Scene:
         """Starts `gyrotherm run`. Its output files are next to the record."""
         path = self.folder / record
         options = ["--json"] if json else []
-        run = program.start(self.programs, ["run", profile, "--rig", rig, "--out", path, *options], path,
+        # The thermometers of the laboratory do not follow its chamber.
+        command = ["run", profile, "--rig", rig, "--out", path, "--accept-air", *options]
+        run = program.start(self.programs, command, path,
                             **{"name": path.stem} | how)
         self.runs.append(run)
         return run

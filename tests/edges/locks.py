@@ -73,7 +73,8 @@ class Machine:
         """Returns the result of a second program, within 15 s."""
         record = record or self.scene.folder / "second.db"
         return self.scene.programs.finish([self.scene.programs.gyrotherm, "run", self.other, "--rig",
-                                           self.rig(host, "second.toml"), "--out", record], 15, before, **environment)
+                                           self.rig(host, "second.toml"), "--out", record, "--accept-air"], 15, before,
+                                          **environment)
 
     def as_nobody(self, *command: str) -> None:
         """Runs a command as user nobody. It may fail."""

@@ -24,7 +24,8 @@ FOUND_AT = 35.0  # °C, set point before the run
 def try_to_start(scene: Scene, laboratory: Laboratory, record: pathlib.Path, before: tuple[str, ...] = ()) -> Ran:
     """Starts a run that should end by itself within seconds."""
     profile, rig = scene.profile(hold(60.0, 3600)), scene.rig(laboratory)
-    return scene.programs.finish([scene.programs.gyrotherm, "run", profile, "--rig", rig, "--out", record], 30, before)
+    return scene.programs.finish([scene.programs.gyrotherm, "run", profile, "--rig", rig, "--out", record,
+                                  "--accept-air"], 30, before)
 
 
 def expect_untouched(scene: Scene, laboratory: Laboratory, ran: Ran, *codes: int) -> None:
@@ -208,7 +209,7 @@ def controller_limit_at_run(scene: Scene) -> None:
     """The controller accepts at most 30 °C and the profile requires 40 °C. run refuses before the first write."""
     laboratory, profile, rig = limited(scene)
     ran = scene.programs.finish([scene.programs.gyrotherm, "run", profile, "--rig", rig, "--out",
-                                 scene.folder / "run.db"], 25)
+                                 scene.folder / "run.db", "--accept-air"], 25)
     expect_untouched(scene, laboratory, ran, 3, 4)
     scene.expect(names_the_limit(ran.text), f"it does not name the controller's limit of 30 °C: {ran.text[-600:]}")
 

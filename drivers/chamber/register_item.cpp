@@ -215,7 +215,9 @@ Result<double> decode(const RegisterItem& item, std::span<const std::uint16_t> w
     if (std::abs(raw - sentinel) <= kSameSentinel * std::abs(sentinel))
       return failure(FaultKind::out_of_range, item.name, fmt::format("{} ({})", why, to_hex(words)));
   const double value = from_unit(item, raw * item.scale + item.offset);
-  if (!std::isfinite(value)) return failure(FaultKind::corrupted, item.name, to_hex(words) + " is not a finite number");
+  if (!std::isfinite(value))
+    return failure(FaultKind::corrupted, item.name,
+                   fmt::format("{} is not a finite number; check the word order", to_hex(words)));
   if ((item.lowest && value < *item.lowest) || (item.highest && value > *item.highest))
     return failure(FaultKind::out_of_range, item.name,
                    fmt::format("{:g} ({}) is an impossible value", value, to_hex(words)));

@@ -158,7 +158,9 @@ TEST_F(Fuse, RefusesModelOfAnotherAxis) {
   const auto verified = gyrotherm_with("verify " + of_b + " " + in("random.db") + axis_a);
   EXPECT_EQ(verified.exit_code, 0) << verified.err;
   EXPECT_NE(verified.out.find("another axis: it was trained on tetrad.b, this is tetrad.a"), std::string::npos);
-  const auto compensated = gyrotherm_with("compensate " + of_b + axis_a, "A,bias\n");
+  const auto compensated =
+      shell("gyrotherm export " + in("random.db") + " --out " + in("rows.csv") + " --force && head -n 40 " +
+            in("rows.csv") + " | gyrotherm compensate " + of_b + axis_a);
   EXPECT_NE(compensated.err.find("another axis: it was trained on tetrad.b, this is tetrad.a"), std::string::npos);
 }
 

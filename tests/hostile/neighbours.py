@@ -45,7 +45,7 @@ def special_file(one):
             ["resume", other], ["train", other, "--out", one.path("out/m.json")],
             ["verify", other, laboratory.path("table.db")], ["verify", laboratory.path("linear.json"), other],
             ["compensate", other], ["export-model", other, "--as", "libsvm"],
-            ["reduce", other, laboratory.path("table.db"), "--out", one.path("out/m.json")],
+            ["reduce", other, laboratory.path("table.db"), "--keep", "5", "--out", one.path("out/m.json")],
             ["placement", other], ["thermal", "--gyro", other, "--out", one.path("out/image")],
             ["run", other, "--rig", laboratory.path("rig.toml"), "--out", one.path("out/r.db")]]
     for way in draw.sample(ways, 4):

@@ -8,6 +8,7 @@ page. Needs chromium-driver and python3-selenium."""
 from __future__ import annotations
 
 import json
+import os
 import re
 import socket
 import subprocess
@@ -69,18 +70,23 @@ def wait_for_text(path: Path, pattern: str) -> str:
     raise SystemExit(f"{path} does not contain {pattern} after 30 s")
 
 
+def read_rig_commands(first: int) -> str:
+    """Returns the commands of the tutorial that write the rig file, with the ports from `first`."""
+    tutorial = (DOCS / "tutorial/first-real-rig.md").read_text(encoding="utf-8")
+    commands = re.findall(r"^\$ ((?:gyrotherm new rig rig\.toml|sed -i)[^\n]*(?:\n> [^\n]*)*)", tutorial, re.M)
+    text = "\n".join(command.replace("\n> ", "\n") for command in commands)
+    for i in range(4):
+        text = text.replace(str(TUTORIAL_PORT + i), str(first + i))
+    return text
+
+
 def main() -> int:
     programs = Path(sys.argv[1]).resolve()
     pictures = Path(sys.argv[2]) if len(sys.argv) > 2 else DOCS / "figures"
     first = find_free_ports()
-    tutorial = (DOCS / "tutorial/first-real-rig.md").read_text(encoding="utf-8")
-    rig = re.search(r"```toml\n(# rig\.toml\n.*?)```", tutorial, re.S)[1]
-    for i in range(4):
-        rig = rig.replace(str(TUTORIAL_PORT + i), str(first + i))
     started = []
     with tempfile.TemporaryDirectory(prefix="gyrotherm-pictures-") as name:
         folder = Path(name)
-        (folder / "rig.toml").write_text(rig, encoding="utf-8")
         (folder / "warm-up.toml").write_text(PROFILE, encoding="utf-8")
 
         def start(program: str, *arguments: str) -> None:
@@ -90,7 +96,9 @@ def main() -> int:
         try:
             start("gyrotherm", "simulate", "--port", str(first))
             wait_for_text(folder / "simulate.txt", "gyro  ")
-            start("gyrotherm", "run", "./warm-up.toml", "--rig", "./rig.toml", "--out", "warm-up.db")
+            subprocess.run(["sh", "-euc", read_rig_commands(first)], cwd=folder, check=True, stdout=subprocess.DEVNULL,
+                           env=os.environ | {"PATH": f"{programs}:{os.environ['PATH']}"})
+            start("gyrotherm", "run", "./warm-up.toml", "--rig", "./rig.toml", "--unit", "0042", "--out", "warm-up.db")
             start("gyrotherm-monitor", "--folder", ".", "--listen", "127.0.0.1:0", "--state", "state")
             page = re.search(r"http://\S+:\d+/", wait_for_text(folder / "folder.txt", r"http://\S+:\d+/"))[0]
             time.sleep(60)

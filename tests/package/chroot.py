@@ -12,6 +12,7 @@ source, uses them, upgrades them during a run, and purges them. Packages of an e
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -151,17 +152,23 @@ def use(system: System) -> None:
     system.run("mkdir /srv/trial; cd /srv/trial; gyrotherm qualify --quick --out out; test -s out/report/report.html")
 
 
+def read_rig_commands() -> str:
+    """Returns the commands of the tutorial that write the rig file."""
+    tutorial = (SOURCE / "docs/tutorial/first-real-rig.md").read_text(encoding="utf-8")
+    commands = re.findall(r"^\$ ((?:gyrotherm new rig rig\.toml|sed -i)[^\n]*(?:\n> [^\n]*)*)", tutorial, re.M)
+    return "\n".join(command.replace("\n> ", "\n") for command in commands)
+
+
 def upgrade_during_run(system: System) -> None:
     """Upgrades the packages during a run of 90 s on the rig of the tutorial."""
-    rig = next(block for block in read_blocks(SOURCE / "docs/tutorial/first-real-rig.md") if block.file == "rig.toml")
     bench = system.root / "srv/bench"
     bench.mkdir()
-    (bench / "rig.toml").write_text("\n".join(rig.lines) + "\n", encoding="utf-8")
     (bench / "short.toml").write_text('schema = "gyrotherm-profile/1"\nname = "short"\n\n[[segment]]\n'
                                       'kind = "hold"\nat = "20 °C"\ntime = "90 s"\n', encoding="utf-8")
     laboratory = subprocess.Popen(system.command("exec gyrotherm simulate --pace real --port 15020"), env=ENVIRONMENT,
                                   stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     time.sleep(3)
+    system.run(f"cd /srv/bench; {read_rig_commands()}")
     command = "cd /srv/bench; exec gyrotherm run ./short.toml --rig ./rig.toml --unit 0042 --out run.db"
     run = subprocess.Popen(system.command(command), env=ENVIRONMENT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
                            text=True)

@@ -374,7 +374,7 @@ def manual_mode_by_hand(scene: Scene) -> None:
     laboratory.chamber.switch_to(MANUAL)
     made = scene.programs.finish([scene.programs.make_safe, run.record], 60)
     scene.expect(made.code == 0, f"exit {made.code}: {made.text}")
-    for part in ("set point read back; mode running; air ", "made safe by the guard"):
+    for part in ("set point read back; mode running; air ", "made safe by gyrotherm-make-safe"):
         scene.expect(part in made.text, f"\"{part}\" is not in {made.text}")
     scene.expect(laboratory.chamber.active_mode == AUTO, f"it is left in mode {laboratory.chamber.active_mode}")
     expect_air_to_fall(scene, laboratory.chamber, "make-safe has ended")

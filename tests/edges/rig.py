@@ -63,7 +63,7 @@ safe_set_point = "{SAFE:g} °C"
 
 [chamber.limiter]
 class = "3.3"
-lowest = "-50 °C"
+lowest = "-65 °C"
 highest = "110 °C"
 
 [[thermometer]]

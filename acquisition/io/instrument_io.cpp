@@ -193,10 +193,12 @@ class WatchedChamber {
     chamber_.end_rest();
     return watch_.guard_safe(chamber_, [&] { return chamber_.send_set_point_immediately(target); });
   }
-  /// Sends the safe state without an answer if the commands cannot be confirmed.
+  /// Sends the safe state without an answer if the chamber could not be read before, and the commands cannot be
+  /// confirmed.
   Result<void> send_safe_set_point(Celsius target, bool off) {
+    const bool was_read = watch_.last_fault().empty();
     auto sent = send_set_point_immediately(target);
-    if (sent || !watch_.may_be_commanded_after(sent.error())) return sent;
+    if (sent || was_read || !watch_.may_be_commanded_after(sent.error())) return sent;
     Fault fault = std::move(sent.error());
     const auto unconfirmed = chamber_.send_safe_state_unconfirmed(target, off);
     fault.what += unconfirmed ? "; the commands were sent without an answer" : "; nothing was sent without an answer";

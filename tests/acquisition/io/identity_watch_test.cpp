@@ -280,7 +280,10 @@ TEST(UnreadableChamber, ReceivesSafeStateWithoutEvidence) {
       ASSERT_TRUE(io->send_safe_set_point(Celsius{20}, false));
       EXPECT_EQ(rack.chamber.unconfirmed, 0) << "the commands were confirmed";
       rack.chamber_wire.broken = kind;
+      EXPECT_EQ(io->send_safe_set_point(Celsius{20}, true).error().kind, kind);
+      EXPECT_EQ(rack.chamber.unconfirmed, 0) << "the last reading was good";
       for (int tries = 1; tries < 4; ++tries) {
+        EXPECT_FALSE(io->read(tries, rack.clock).chamber.value);
         EXPECT_EQ(io->send_safe_set_point(Celsius{20}, true).error().kind, kind);
         EXPECT_EQ(rack.chamber.unconfirmed, tries);
         EXPECT_TRUE(rack.chamber.was_switched_off);

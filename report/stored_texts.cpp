@@ -26,8 +26,7 @@ constexpr StoredPhrase kMissingItems[] = {
     {"laboratory.toml or order.toml", "laboratory.toml oder order.toml"},
     {"records: start times; an imported record has them only if its map states the start of its time",
      "Aufzeichnungen: Anfangszeiten; eine importierte Aufzeichnung hat sie nur, wenn ihre Zuordnung den Beginn der "
-     "Zeit "
-     "nennt"},
+     "Zeit nennt"},
     {"records: a record that the model was not trained on",
      "Aufzeichnungen: eine Aufzeichnung, mit der das Modell nicht trainiert wurde"},
     {"models: one trained on this unit", "Modelle: eines, das mit diesem Prüfling trainiert wurde"},

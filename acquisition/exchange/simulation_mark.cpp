@@ -38,7 +38,7 @@ Result<std::vector<std::string>> find_mark(TextLines lines, const std::string& f
   constexpr int kSearchedLines = 50;
   for (int i = 0; i < kSearchedLines; ++i) {
     const auto next = lines.next();
-    if (!next || !*next) break;  // the reader of the rows reports a fault of a line, with the map's rules
+    if (!next || !*next) break;  // the reader of the rows reports it
     if (auto titles = parse_mark(lines.line(), file); !titles.empty()) return titles;
   }
   return std::vector<std::string>();

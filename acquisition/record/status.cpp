@@ -33,7 +33,7 @@ void copy_position(RunStatus& status, const RunStatus& before) {
 /// The numbers of faults of a file.
 struct FaultCounts {
   std::int64_t all{};
-  /// Those of units in segments that switch the units off.
+  /// Faults of units in segments that switch the units off.
   std::int64_t while_off{};
 };
 

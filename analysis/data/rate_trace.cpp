@@ -160,7 +160,7 @@ std::optional<Rates> decode(const RateTrace& trace) {
   return rates.integral.is_empty() ? std::nullopt : std::optional(std::move(rates));
 }
 
-constexpr std::size_t kReach = 2;  ///< of a fourth difference
+constexpr std::size_t kReach = 2;  ///< neighbours on each side in a fourth difference
 
 /// Means over windows of equal length.
 struct Windows {

@@ -288,7 +288,7 @@ void add_numbers(std::string& text, std::size_t count, int digits, const auto& n
 
 /// Adds a channel with its arrays. A bucket of one slot has one value.
 void add_channel(std::string& text, const Buckets& buckets, std::size_t channel, const SeriesChannel& description) {
-  constexpr int kDigits = 7;  // of a float
+  constexpr int kDigits = 7;  // a float has no more
   const auto add = [&](const char* key, const auto& number_at) {
     text += fmt::format(R"(,"{}":)", key);
     add_numbers(text, buckets.size(), kDigits, number_at);

@@ -29,7 +29,7 @@ struct RequirementResult {
   ValidationVerdict verdict{};
   /// Observed facts, or the reason of a failure.
   std::string evidence{};
-  /// The same in German; empty in a protocol of an earlier version.
+  /// The evidence in German; empty in a protocol of an earlier version.
   std::string evidence_german{};
 };
 

@@ -107,8 +107,9 @@ bool Invariants::is_active(InjectedFaultKind first, InjectedFaultKind last) cons
 }
 
 /// I1, I2, I3, I4: judges the set points that were sent. A return to the profile may begin at an air temperature
-/// outside the profile's extremes, clamped to the limits, and must move towards the profile. If a broken chamber keeps
-/// the air away or shows the previous set point, a set point that was not read back may be sent again.
+/// outside the profile's extremes, clamped to the limits, and must move towards the profile, also if the air sensor then
+/// fails. If a broken chamber keeps the air away or shows the previous set point, a set point that was not read back may
+/// be sent again.
 void Invariants::judge_set_points(std::int64_t second, const Sample& sample) {
   const RunState state = sample.state;
   auto& port = plant_.chamber();
@@ -116,7 +117,7 @@ void Invariants::judge_set_points(std::int64_t second, const Sample& sample) {
   auto before = in_force_;
   sent_before_ = sent_;
   const bool is_broken = is_active(Kind::heater_weak, Kind::machinery_stuck) ||
-                         is_active(Kind::air_sensor_frozen, Kind::air_sensor_frozen);
+                         is_active(Kind::air_sensor_error, Kind::air_sensor_frozen);
   is_kept_away_ = is_kept_away_ || is_broken;
   for (const auto& sent : port.set_points_sent()) {
     const auto value = sent.value;

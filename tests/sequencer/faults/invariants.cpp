@@ -107,17 +107,17 @@ bool Invariants::is_active(InjectedFaultKind first, InjectedFaultKind last) cons
 }
 
 /// I1, I2, I3, I4: judges the set points that were sent. A return to the profile may begin at an air temperature
-/// outside the profile's extremes, clamped to the limits, and must move towards the profile, also if the air sensor then
-/// fails. If a broken chamber keeps the air away or shows the previous set point, a set point that was not read back may
-/// be sent again.
+/// outside the profile's extremes, clamped to the limits, and must move towards the profile, also if the air sensor
+/// then fails. If a broken chamber keeps the air away or shows the previous set point, a set point that was not read
+/// back may be sent again.
 void Invariants::judge_set_points(std::int64_t second, const Sample& sample) {
   const RunState state = sample.state;
   auto& port = plant_.chamber();
   const auto& limits = file_.chamber_limits;
   auto before = in_force_;
   sent_before_ = sent_;
-  const bool is_broken = is_active(Kind::heater_weak, Kind::machinery_stuck) ||
-                         is_active(Kind::air_sensor_error, Kind::air_sensor_frozen);
+  const bool is_broken =
+      is_active(Kind::heater_weak, Kind::machinery_stuck) || is_active(Kind::air_sensor_error, Kind::air_sensor_frozen);
   is_kept_away_ = is_kept_away_ || is_broken;
   for (const auto& sent : port.set_points_sent()) {
     const auto value = sent.value;
@@ -204,12 +204,13 @@ void Invariants::judge_values(std::int64_t second, const Sample& sample) {
     }
 }
 
-/// I28: another instrument receives no command, and its values are not stored as good. While a fault hides the answers,
-/// an exchange cannot be seen, and the safe state is sent without an answer.
+/// I28: another instrument receives no command, and its values are not stored as good. While a fault hides the answers
+/// or their sender, an exchange cannot be seen, and the safe state is sent without an answer.
 void Invariants::judge_identities(std::int64_t second, const Sample& sample) {
   const bool is_hidden = severity(sample.state) >= severity(RunState::aborting) && !sample.chamber.value &&
                          (is_active(Kind::chamber_silent, Kind::chamber_half_open) ||
-                          is_active(Kind::chamber_answers_lost, Kind::chamber_cut));
+                          is_active(Kind::chamber_answers_lost, Kind::chamber_cut) ||
+                          is_active(Kind::chamber_foreign_unit, Kind::chamber_wrong_number));
   if (plant_.chamber().take_writes_to_other_chamber() > 0 && !is_hidden)
     report_violation("I28", second, "another chamber received a command");
   if (plant_.chamber().trouble.exchanged && sample.chamber.value)
@@ -459,7 +460,8 @@ void Invariants::count_ticks(const Sample& sample) {
   count(ticks.thermometers_bad, silent_lines == plant_.thermometer_count());
   count(ticks.door, good && is_active(Kind::door_open, Kind::door_open));
   count(ticks.off, good && !laboratory.is_on());
-  count(ticks.other_set_point, good && sent_before_ && abs(in_force_ - *sent_before_) > Kelvins{0.05});
+  const auto tolerance = drivers::set_point_tolerance(file_.chamber_map) + kSame;
+  count(ticks.other_set_point, good && sent_before_ && abs(in_force_ - *sent_before_) > tolerance);
   const auto& limits = file_.limits;
   const auto outside = [&](const auto& reading) {
     return reading.value &&
@@ -469,8 +471,7 @@ void Invariants::count_ticks(const Sample& sample) {
                    (sample.chamber.value->air < limits.air_lowest || sample.chamber.value->air > limits.air_highest);
   count(ticks.beyond, (air ? 1 : 0) + std::ranges::count_if(sample.thermometers, outside) >= 2);
   // A chamber that reads back the safe set point is accepted, whichever client sent it.
-  const bool reads_back =
-      abs(laboratory.set_point() - file_.safe_set_point) <= drivers::set_point_tolerance(file_.chamber_map) + kSame;
+  const bool reads_back = abs(laboratory.set_point() - file_.safe_set_point) <= tolerance;
   const bool safe = reads_back || !laboratory.is_on();
   const bool obeys = !is_active(Kind::chamber_ignores_writes, Kind::chamber_clamps);
   const bool lossy_alone = injector_.active_faults().size() == 1 && is_active(Kind::chamber_lossy, Kind::chamber_lossy);

@@ -238,6 +238,7 @@ class ImportedRecord {
 
   [[nodiscard]] std::int64_t rows() const { return taken_; }
   [[nodiscard]] Duration span() const { return last_; }
+  [[nodiscard]] Duration usual_step() const { return usual_; }
   [[nodiscard]] std::optional<Duration> started() const { return first_utc_; }
 
   /// Removes an incomplete record.
@@ -343,6 +344,7 @@ Result<void> judge(const std::string& path, const ImportMap& map, const Imported
                    std::optional<Duration> utc, FileResults& file) {
   constexpr std::size_t kMinRowsToJudge = 20;
   constexpr double kMaxRowRate_hz = 2000;
+  constexpr Duration kLongestUsualStep = std::chrono::seconds(90);
   const auto rows = static_cast<std::size_t>(made.rows());
   if (map.every > Duration{} && rows == 1 && file.rows >= kMinRowsToJudge)
     return failure(
@@ -355,6 +357,9 @@ Result<void> judge(const std::string& path, const ImportMap& map, const Imported
   const double rate = made.span() > Duration{} ? static_cast<double>(file.rows) / to_seconds(made.span()) : 0;
   if (file.rows >= kMinRowsToJudge && rate > kMaxRowRate_hz)
     file.findings.notes.push_back(fmt::format("{:.0f} rows per second: is the unit in [time] right?", rate));
+  if (file.rows >= kMinRowsToJudge && made.usual_step() > kLongestUsualStep)
+    file.findings.notes.push_back(
+        fmt::format("the rows are {:g} s apart: is the unit in [time] right?", to_seconds(made.usual_step())));
   if (utc && made.started() && *made.started() > *utc + std::chrono::hours(24))
     file.findings.notes.push_back(fmt::format("the first row is dated {}, in the future", civil_time(*made.started())));
   return {};

@@ -13,6 +13,7 @@
 #include "acquisition/exchange/text_lines.hpp"
 #include "acquisition/record/csv.hpp"
 #include "acquisition/record/row.hpp"
+#include "core/count_text.hpp"
 #include "core/text.hpp"
 
 namespace gyrotherm::exchange {
@@ -211,8 +212,19 @@ class TextTable {
       if (auto index = assign_result(indices_.emplace_back(), locate(column)); !index) return index;
     if (missing.empty()) return {};
     const bool is_named = map_.header && highest == 0;
-    return failure(fault_at(1, is_named ? describe_missing_columns(missing, header_)
-                                        : fmt::format("{} columns, expected at least {}", width_, highest)));
+    const auto what = is_named ? describe_missing_columns(missing, header_)
+                               : fmt::format("{}, expected at least {}", format_count(width_, "column"), highest);
+    return failure(fault_at(1, what + suggest_separator()));
+  }
+
+  /// Returns the hint to another separator if the line has one field by the map's separator; otherwise nothing.
+  std::string suggest_separator() const {
+    if (width_ != 1) return {};
+    const auto line = lines_.line();
+    for (const auto& [name, separator] : {std::pair("\\t", '\t'), {";", ';'}, {",", ','}})
+      if (separator != map_.separator && line.find(separator) != std::string_view::npos)
+        return fmt::format("; the line has separators \"{0}\": set separator = \"{0}\" in [file]", name);
+    return {};
   }
 
   bool is_missing(std::string_view text) const { return std::ranges::find(map_.missing, text) != map_.missing.end(); }

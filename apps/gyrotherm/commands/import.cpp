@@ -63,7 +63,7 @@ std::vector<std::string> value_lines(const exchange::ImportSummary& summary) {
         ", on average {:.3g} s apart; their times have a resolution of {:g} s, so rows with the same time "
         "are combined",
         to_seconds(summary.span + summary.step) / static_cast<double>(summary.file_rows), resolution_s);
-  else if (summary.step > Duration{})
+  else if (summary.file_rows > 1)
     rows += fmt::format(", usually {:g} s apart", to_seconds(summary.step));
   if (summary.started) rows += ", from " + format_start(*summary.started);
   std::vector<std::string> lines{rows};

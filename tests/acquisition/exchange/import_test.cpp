@@ -91,6 +91,20 @@ TEST(Import, KeepsMarkOfSimulatedTable) {
   }
 }
 
+TEST(Import, AsksForUnitOfTimeIfRowsAreFarApart) {
+  for (const int step : {60, 1000}) {
+    const TestFolder folder;
+    std::ofstream(folder / "small.toml") << kSmallMap;
+    std::string table = "t,T,w\n";
+    for (int i = 0; i < 40; ++i) table += fmt::format("{},{},1\n", step * i, 20 + 0.1 * i);
+    std::ofstream(folder / "small.csv") << table;
+    const auto summary = import_record(folder / "small.csv", folder / "small.toml", folder / "run.db", "0.1.0");
+    ASSERT_TRUE(summary) << text(summary.error());
+    EXPECT_EQ(std::ranges::count(summary->notes, "the rows are 1000 s apart: is the unit in [time] right?"),
+              step == 1000 ? 1 : 0);
+  }
+}
+
 TEST(Import, LeavesNoRecordWhenItFails) {
   const TestFolder folder;
   std::ofstream(folder / "small.toml") << kSmallMap;

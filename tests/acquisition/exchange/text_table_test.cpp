@@ -118,6 +118,8 @@ TEST(TextTable, LimitsLineLengthAndFieldCount) {
 TEST(TextTable, NamesMissingColumnNumber) {
   ImportMap map = numbered_map(4);
   EXPECT_EQ(text(read_rows("1,2,3\n", map, "f").error()), "f:1:1: 3 columns, expected at least 4");
+  EXPECT_EQ(text(read_rows("1;2;3;4\n", map, "f").error()),
+            "f:1:1: 1 column, expected at least 4; the line has separators \";\": set separator = \";\" in [file]");
   map.skip = 2;
   EXPECT_EQ(text(read_rows("1,2,3\n", map, "f").error()), "f:1:1: the file ends within the lines to skip");
 }

@@ -52,6 +52,10 @@ tl::unexpected<Fault> host_fault(std::string_view text, std::string_view host, s
   if (text.starts_with("tty"))
     return address_fault(text, "a device file is not a network address", fmt::format("\"serial:/dev/{}\"", text));
   if (is_windows_port(text)) return address_fault(text, "this is a Windows port name", kPortHelp);
+  if (constexpr std::string_view kScheme = "tcp:"; text.starts_with(kScheme) && !text.starts_with(kTcp)) {
+    const auto address = text.substr(std::min(text.find_first_not_of('/', kScheme.size()), text.size()));
+    return address_fault(text, "an address begins with \"tcp://\"", fmt::format("\"{}{}\"", kTcp, address));
+  }
   const bool has_scheme = text.find("://") != std::string_view::npos && !text.starts_with(kTcp);
   const auto is_name_letter = [](char c) {
     return std::isalnum(static_cast<unsigned char>(c)) || c == '-' || c == '.';

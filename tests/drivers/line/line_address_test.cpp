@@ -29,6 +29,8 @@ TEST(LineAddress, SuggestsIntendedAddress) {
   for (const char* host : {"chamber", "tcp://chamber:502", "f4t-3.lab.example.org", "tcp://F4T"})
     EXPECT_NE(why(host).find("host names are not resolved"), std::string::npos) << why(host);
   EXPECT_NE(why("tcp://f4t.lab:502").find("getent ahostsv4 f4t.lab\""), std::string::npos);
+  for (const char* address : {"tcp:10.0.0.5:502", "tcp:/10.0.0.5:502"})
+    EXPECT_NE(why(address).find("expected \"tcp://10.0.0.5:502\""), std::string::npos) << why(address);
   for (const char* other : {"", "tcp://", "10.0.0", "udp://10.0.0.7", "virtual ", "300.1.1.1", "tcp://[::1]:502"})
     EXPECT_NE(why(other).find("the host is not a numeric IPv4 address"), std::string::npos) << why(other);
 }

@@ -124,13 +124,21 @@ std::string find_error_cause(const std::string& refusal, const App& program, std
 /// Makes every option of the program and its commands refuse the values that objection_to() refuses. CLI11 itself
 /// accepts "" as 0, "0x10" as 16, and a number above the maximum as the maximum. Call this once, after all options have
 /// been added.
+/// Also makes the positionals of a command refuse a misspelt name of a command below it.
 template <class App>
 void refuse_invalid_values(App& app) {
+  std::vector<std::string> below;
+  for (const auto* command : app.get_subcommands([](const App* each) { return !each->get_group().empty(); }))
+    below.push_back(command->get_name());
   for (auto* option : app.get_options()) {
     if (option->get_items_expected_max() == 0) continue;
     const std::string type = option->get_type_name();
     option->check(
         [kind = type.substr(0, type.find(':'))](const std::string& value) { return objection_to(value, kind); });
+    if (option->get_positional() && !below.empty())
+      option->check([below, name = app.get_name()](const std::string& value) {
+        return misspelt_command_reason(value, name, below);
+      });
   }
   for (auto* command : app.get_subcommands([](const App*) { return true; })) refuse_invalid_values(*command);
 }

@@ -14,6 +14,7 @@
 #include "apps/gyrotherm/run/carry_out.hpp"
 #include "apps/gyrotherm/run/checked_profile.hpp"
 #include "core/clock.hpp"
+#include "core/program_start.hpp"
 #include "core/quantity.hpp"
 
 namespace gyrotherm::app {
@@ -26,6 +27,16 @@ struct GoArguments {
   std::string out;
   StartOptions start;
 };
+
+/// Refuses a set point in the place of the rig.
+CLI::Validator reject_number() {
+  return {[](const std::string& rig) {
+            return objection_to(rig, "FLOAT").empty()
+                       ? fmt::format("\"{}\" is a set point, expected the rig before it", rig)
+                       : std::string();
+          },
+          ""};
+}
 
 /// Returns "go-2026-11-25-224503.db", in UTC.
 std::string default_record_name() {
@@ -72,7 +83,7 @@ void add_go(Program& program) {
       program, "go",
       "Brings the chamber of a rig to one temperature and holds it there, with the interlocks and the record of a run.",
       "gyrotherm go virtual 25 --for \"2 h\"", go);
-  command.add_option("rig", options.rig, "the rig")->type_name(value::kRig)->required();
+  command.add_option("rig", options.rig, "the rig")->check(reject_number())->type_name(value::kRig)->required();
   command.add_option("at", options.at, "the set point, °C")->required();
   command.add_option("--for", options.time, "duration of the hold (default: 24 h)");
   command.add_option("--out", options.out, "the record (default: go-DATE-TIME.db, in UTC)")

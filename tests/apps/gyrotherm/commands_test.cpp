@@ -20,6 +20,13 @@ TEST(CommandLine, SuggestsNearestCommandWhenMisspelt) {
   EXPECT_NE(ran.err.find("Did you mean \"qualify\"?"), std::string::npos) << ran.err;
 }
 
+TEST(CommandLine, SuggestsCommandBelowCommandWithFiles) {
+  const auto ran = gyrotherm_with("standard explian");
+  EXPECT_EQ(ran.exit_code, 2);
+  EXPECT_NE(ran.err.find("\"explian\" is not a command of standard. Did you mean \"explain\"?"), std::string::npos)
+      << ran.err;
+}
+
 TEST(CommandLine, RefusesMissingCommandAndUnknownOptions) {
   EXPECT_EQ(gyrotherm_with("").exit_code, 2);
   EXPECT_EQ(gyrotherm_with("check --colour").exit_code, 2);

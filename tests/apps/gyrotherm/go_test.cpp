@@ -37,6 +37,10 @@ TEST(Go, RespectsLimitsOfRig) {
     EXPECT_FALSE(std::filesystem::exists(record)) << beyond;
   }
   EXPECT_EQ(gyrotherm_with("go " + std::string(kVirtual) + " warm").exit_code, 2);
+  const auto swapped = gyrotherm_with("go 25 " + std::string(kVirtual));
+  EXPECT_EQ(swapped.exit_code, 2);
+  EXPECT_NE(swapped.err.find("rig: \"25\" is a set point, expected the rig before it"), std::string::npos)
+      << swapped.err;
   const auto never = gyrotherm_with("go " + std::string(kVirtual) + " 25 --for soon");
   EXPECT_EQ(never.exit_code, 2);
   EXPECT_NE(never.err.find("--for"), std::string::npos) << never.err;

@@ -387,10 +387,20 @@ std::vector<const ResultTable*> results_in_group(const CalibrationReport& report
   return found;
 }
 
-bool has_certified_thermometer(const CalibrationReport& report) {
-  return std::ranges::any_of(report.equipment, [](const Equipment& one) {
-    return one.role == "thermometer" && !(one.certificate.empty() && one.certificate_sha256.empty());
-  });
+std::vector<std::string> find_uncertified_thermometers(const CalibrationReport& report) {
+  const auto is_certified = [&](const std::string& channel) {
+    return std::ranges::any_of(report.equipment, [&](const Equipment& one) {
+      return one.role == "thermometer" && (one.channel.empty() || one.channel == channel) &&
+             !(one.certificate.empty() && one.certificate_sha256.empty());
+    });
+  };
+  auto channels = report.block_thermometers;
+  if (channels.empty())
+    for (const Equipment& one : report.equipment)
+      if (one.role == "thermometer") channels.push_back(one.channel);
+  if (channels.empty()) channels.emplace_back();  // not even listed
+  std::erase_if(channels, is_certified);
+  return channels;
 }
 
 const char* scope_key(const CalibrationReport& report) {

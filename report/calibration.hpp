@@ -357,8 +357,10 @@ struct CalibrationReport {
 /// Returns the results of a group in their order.
 [[nodiscard]] std::vector<const ResultTable*> results_in_group(const CalibrationReport& report, Group group);
 
-/// Returns true if a thermometer has a calibration certificate. Without one, no result is metrologically traceable.
-[[nodiscard]] bool has_certified_thermometer(const CalibrationReport& report);
+/// Returns the channels without a calibration certificate among those that measured the temperatures of the results. A
+/// certified thermometer without a channel, such as one in `laboratory.toml`, covers all channels. A result is
+/// metrologically traceable only if there are none.
+[[nodiscard]] std::vector<std::string> find_uncertified_thermometers(const CalibrationReport& report);
 
 /// Returns the key of words.hpp for the state of the item to which the results relate. It depends on whether there are
 /// results as left.

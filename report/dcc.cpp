@@ -319,11 +319,11 @@ class Certificate {
     }
   }
 
-  /// Writes the traceability statement. Simulations, drafts and results without a certified thermometer are not
+  /// Writes the traceability statement. Simulations, drafts and results of uncertified thermometers are not
   /// traceable.
   void traceability() {
-    const bool stated =
-        !report_.traceability.empty() && !is_draft(report_) && !report_.simulated && has_certified_thermometer(report_);
+    const bool stated = !report_.traceability.empty() && !is_draft(report_) && !report_.simulated &&
+                        find_uncertified_thermometers(report_).empty();
     xml_.element("dcc:statement", {{"refType", "basic_metrologicallyTraceableToSI"}}, [&] {
       dcc_.text("dcc:name", {"Metrological traceability", "Metrologische Rückführung"});
       xml_.leaf("dcc:traceable", stated ? "true" : "false");

@@ -418,9 +418,11 @@ void list_missing(CalibrationReport& report) {
   require_key(!report.item.model.empty(), kOrder, "unit.model");
   require_key(!report.item.serial_number.empty(), kOrder, "unit.serial_number");
   require_key(!report.item.condition.empty(), kOrder, "unit.condition");
-  require_key(report.simulated || has_certified_thermometer(report), "records",
-              "certificate of a thermometer; without one in the rig file, equipment with role \"thermometer\" in "
-              "laboratory.toml");
+  if (const auto channels = find_uncertified_thermometers(report); !report.simulated && !channels.empty())
+    report.missing.push_back(
+        fmt::format("records: certificate of a thermometer{}; without one in the rig file, equipment with role "
+                    "\"thermometer\" in laboratory.toml",
+                    channels.front().empty() ? "" : fmt::format(": {}", fmt::join(channels, ", "))));
   require_key(!report.begun.empty(), "records",
               "start times; an imported record has them only if its map states the start of its time");
   require_key(is_verified(report), "records", "a record that the model was not trained on");

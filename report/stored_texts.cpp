@@ -13,6 +13,9 @@ struct StoredPhrase {
 };
 
 constexpr StoredPhrase kMissingItems[] = {
+    {"records: certificate of a thermometer", "Aufzeichnungen: Kalibrierschein eines Thermometers"},
+    {"; without one in the rig file, equipment with role ",
+     "; ohne Kalibrierschein in der Messplatzdatei: Messeinrichtung mit der Rolle "},
     {": received, on or before ", ": received, spätestens am "},
     {": issued, on or after ", ": issued, frühestens am "},
     {" (UTC) when the calibration began", " (UTC), als die Kalibrierung begann"},

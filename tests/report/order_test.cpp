@@ -114,6 +114,27 @@ TEST(Order, RequiresCertificateOfThermometer) {
   EXPECT_FALSE(parse_laboratory(std::string(kLaboratory) + table + "role = \"chamber\"\n", "laboratory.toml"));
 }
 
+TEST(Order, RequiresCertificateOfEachThermometerOfResults) {
+  const auto order = parse_order(kOrder, "order.toml"), laboratory = parse_laboratory(kLaboratory, "laboratory.toml");
+  ASSERT_TRUE(order && laboratory);
+  const auto missing = [&](std::vector<std::string> block, std::string channel) {
+    CalibrationReport report = report_without_order();
+    report.block_thermometers = std::move(block);
+    report.equipment.front().channel = std::move(channel);
+    auto other = report.equipment.front();
+    other.channel = "H";
+    other.certificate.clear();
+    report.equipment.push_back(other);
+    add_order(report, *laboratory, *order);
+    return report.missing;
+  };
+  EXPECT_TRUE(missing({"A"}, "A").empty()) << "H is not used";
+  EXPECT_TRUE(missing({"A", "H"}, "").empty()) << "covers all channels";
+  ASSERT_EQ(missing({"A", "H", "C"}, "A").size(), 1U);
+  EXPECT_TRUE(missing({"A", "H", "C"}, "A").front().starts_with("records: certificate of a thermometer: H, C; "));
+  EXPECT_EQ(missing({}, "A").size(), 1U) << "all channels may have been used";
+}
+
 TEST(Order, ListsPersonsWithoutConfirmedRole) {
   const auto missing = [](const std::string& laboratory_people, const std::string& order_people) {
     const std::string head = std::string(kLaboratory).substr(0, std::string(kLaboratory).find("[[person]]"));

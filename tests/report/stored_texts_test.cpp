@@ -37,6 +37,10 @@ TEST(StoredTexts, TranslateMissingItems) {
             "order.toml: received, spätestens am 2026-03-01 (UTC), als die Kalibrierung begann; laboratory.toml: city; "
             "order.toml: issued, frühestens am 2026-03-05, als der Prüfling einging; "
             "laboratory.toml: Person \"A. with role\" mit der Rolle \"operator\", die order.toml nennt");
+  EXPECT_EQ(translate_missing(kTranslated, {"records: certificate of a thermometer: B, C; without one in the rig file, "
+                                            "equipment with role \"thermometer\" in laboratory.toml"}),
+            "Aufzeichnungen: Kalibrierschein eines Thermometers: B, C; ohne Kalibrierschein in der Messplatzdatei: "
+            "Messeinrichtung mit der Rolle \"thermometer\" in laboratory.toml");
   EXPECT_EQ(translate_missing(kUntranslated, {"a: b", "c: d"}), "a: b; c: d");
   EXPECT_EQ(translate_missing(kTranslated, {}), "");
 }

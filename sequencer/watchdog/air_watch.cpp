@@ -22,6 +22,10 @@ constexpr double kColdestRoomC = 10, kWarmestRoomC = 35;
 constexpr Duration kLongestPause = std::chrono::seconds(30), kSparseInterval = std::chrono::seconds(5);
 /// Time in the band after which the air has settled. Air that only passes the set point leaves the band sooner.
 constexpr Duration kSettledTime = std::chrono::seconds(60);
+/// Drift in K away from the set point, in a minute, that ambient temperature alone does not cause once the air has been
+/// watched. A heater or a valve that remains on causes it.
+constexpr double kFastDriftK = 1.2;
+constexpr Duration kDriftTime = std::chrono::minutes(1);
 constexpr Duration kStationaryFor = std::chrono::minutes(15);
 constexpr int kStationaryFactor = 3;
 
@@ -43,6 +47,13 @@ double AirWatch::distance(double air_c) const {
   return std::max({lowest - air_c, air_c - highest, 0.0});
 }
 
+/// Returns true if nothing should condition the air, and it nevertheless moves quickly away from the set point.
+bool AirWatch::drifts_off_quickly(double air_c) const {
+  if (source_ == AirSource::controller || last_minute_.empty()) return false;
+  const double now = std::abs(air_c - set_point_.value);
+  return now > kSafeBand.value && now - std::abs(last_minute_.front().second - set_point_.value) > kFastDriftK;
+}
+
 AirVerdict AirWatch::judge(double air_c) const {
   const double now = distance(air_c);
   if (now > std::max(nearest_k_, kSafeBand.value) + kAwayDistanceK) return AirVerdict::moves_away;
@@ -50,7 +61,8 @@ AirVerdict AirWatch::judge(double air_c) const {
   if (watched_ < observe_) return AirVerdict::watching;
   const bool is_staying = near_since_ && watched_ - *near_since_ >= std::min(observe_, kSettledTime);
   const bool is_approaching = farthest_k_ - now >= kApproachDistanceK && now <= nearest_k_ + kApproachDistanceK;
-  if (is_staying || is_approaching || source_ == AirSource::seen_off) return AirVerdict::shown;
+  const bool behaves = is_staying || is_approaching || source_ == AirSource::seen_off;
+  if (behaves && !drifts_off_quickly(air_c)) return AirVerdict::shown;
   return watched_ >= std::max(observe_ * kStationaryFactor, kStationaryFor) ? AirVerdict::does_not_move
                                                                             : AirVerdict::watching;
 }
@@ -71,6 +83,8 @@ AirVerdict AirWatch::add_reading(Celsius air, Duration at) {
     watched_ += std::min(at - *last_at_, kLongestPause);
   }
   last_at_ = at;
+  last_minute_.emplace_back(watched_, now_c_);
+  while (last_minute_.front().first + kDriftTime < watched_) last_minute_.pop_front();
   if (k > kSafeBand.value)
     near_since_.reset();
   else if (!near_since_)

@@ -3,8 +3,10 @@
 /// docs/decisions/0036 gives the reasons for the constants. Pure.
 #pragma once
 
+#include <deque>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "core/quantity.hpp"
 
@@ -58,6 +60,7 @@ class AirWatch {
  private:
   [[nodiscard]] double distance(double air_c) const;
   [[nodiscard]] AirVerdict judge(double air_c) const;
+  [[nodiscard]] bool drifts_off_quickly(double air_c) const;
 
   Celsius set_point_;
   Duration observe_;
@@ -69,6 +72,8 @@ class AirWatch {
   std::optional<Duration> near_since_;
   std::optional<double> last_c_, before_c_;  ///< the two newest readings
   double first_c_{}, now_c_{};               ///< medians of three readings
+  /// The medians of the last minute with their watched times, oldest first.
+  std::deque<std::pair<Duration, double>> last_minute_;
   double nearest_k_{}, farthest_k_{};
 };
 

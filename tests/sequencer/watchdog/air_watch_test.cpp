@@ -73,6 +73,19 @@ TEST(AirWatch, AllowsDriftToAmbientWhenChamberIsOff) {
   EXPECT_EQ(after(minutes(5), AirSource::seen_off, [](double s) { return -s / 10; }), AirVerdict::moves_away);
 }
 
+TEST(AirWatch, WatchesQuickDriftOfChamberThatIsOffUntilItSlowsOrGoesTooFar) {
+  for (const auto source : {AirSource::seen_off, AirSource::switched_off}) {
+    const auto heats = [](double s) { return 16 + s / 20; };
+    EXPECT_EQ(after(minutes(5), source, heats), AirVerdict::watching) << "3 K/min through room temperature";
+    EXPECT_EQ(after(minutes(20), source, heats), AirVerdict::moves_away);
+    const auto slows = [](double s) { return 34 - 14 * std::exp(-s / 300); };
+    EXPECT_EQ(after(minutes(4), source, slows, minutes(3)), AirVerdict::watching);
+    EXPECT_EQ(after(minutes(15), source, slows), AirVerdict::shown) << "ambient temperature";
+  }
+  EXPECT_EQ(after(minutes(5), AirSource::seen_off, [](double s) { return -10 + s / 20; }), AirVerdict::shown)
+      << "towards the set point";
+}
+
 TEST(AirWatch, CountsOnlyTimeWithReadings) {
   AirWatch watch(kSafe, minutes(5));
   EXPECT_EQ(watch.add_reading({22}, {}), AirVerdict::watching);

@@ -79,6 +79,16 @@ Result<RegularFile> open_regular_file(const std::string& path, Links links) {
   return file;
 }
 
+Result<bool> begins_with(const std::string& path, std::string_view bytes) {
+  struct stat info {};
+  if (::stat(path.c_str(), &info) != 0 || !S_ISREG(info.st_mode)) return false;
+  const auto file = open_regular_file(path);
+  if (!file) return failure(file.error());
+  std::string beginning(bytes.size(), '\0');
+  const auto size = read_some(file->descriptor.number(), beginning.data(), beginning.size());
+  return size == std::ssize(beginning) && beginning == bytes;
+}
+
 Result<std::string> read_whole(const RegularFile& file, const std::string& path, std::size_t most) {
   if (file.size > most)
     return failure(FaultKind::bad_file, path + ":1:1",

@@ -75,6 +75,12 @@ struct RegularFile {
 [[nodiscard]] Result<std::string> read_whole(const RegularFile& file, const std::string& path,
                                              std::size_t most = kLargestText);
 
+/// Beginning of each SQLite database, such as a record.
+inline constexpr std::string_view kSqliteBeginning = "SQLite format 3";
+/// Returns whether a regular file begins with these bytes; false if there is no such file. Fails as
+/// open_regular_file() does.
+[[nodiscard]] Result<bool> begins_with(const std::string& path, std::string_view bytes);
+
 /// Opens a regular file and reads all of it. Fails as open_regular_file() and read_whole() do.
 [[nodiscard]] Result<std::string> read_text_file(const std::string& path, std::size_t most = kLargestText);
 

@@ -14,10 +14,12 @@
 #include <cstdlib>
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <thread>
 #include <utility>
 
 #include "core/deadline.hpp"
+#include "core/file.hpp"
 #include "core/process.hpp"
 #include "core/program_start.hpp"
 #include "sequencer/watchdog/child_work.hpp"
@@ -136,16 +138,46 @@ RescueResult retry_until_safe(SafeRescue& rescue, RescueResult result, RelayResc
   return result;
 }
 
-MakeSafeExit make_safe(ErrorPrinter& printer, const std::string& record, RescueMode mode) {
+bool has_safe_state(const std::string& record) {
+  std::error_code error;
+  return std::filesystem::exists(safe_state_path(record), error);
+}
+
+/// Returns the record of a run in progress to which a file belongs by its name, such as RUN.db for RUN.live.db and
+/// RUN.db.status. Returns the path itself if there is none.
+std::string find_record(const std::string& path) {
+  constexpr std::string_view kEnding = ".db", kLive = ".live";
+  if (has_safe_state(path)) return path;
+  for (auto at = path.find(kEnding, path.rfind('/') + 1); at != std::string::npos; at = path.find(kEnding, at + 1)) {
+    auto stem = path.substr(0, at);
+    if (stem.ends_with(kLive)) stem.resize(stem.size() - kLive.size());
+    for (const auto& record : {stem + std::string(kEnding), stem})
+      if (has_safe_state(record)) return record;
+  }
+  return path;
+}
+
+/// Reports that a path has no safe-state file.
+MakeSafeExit report_no_run(ErrorPrinter& printer, const std::string& path) {
+  std::error_code error;
+  if (!std::filesystem::exists(path, error)) {
+    printer.print(path + ": the record does not exist and has no safe-state file; check the path");
+    return MakeSafeExit::file;
+  }
+  if (!begins_with(path, kSqliteBeginning).value_or(false)) {
+    printer.print(path + ": is not a record, expected the record of the run, RUN.db");
+    return MakeSafeExit::file;
+  }
+  printer.print(path + ": no run is in progress; nothing to do");
+  return MakeSafeExit::safe;
+}
+
+MakeSafeExit make_safe(ErrorPrinter& printer, const std::string& path, RescueMode mode) {
+  const auto record = find_record(path);
+  if (record != path) printer.print(fmt::format("{} belongs to {}", path, record));
   auto safe_state = read_safe_state(safe_state_path(record));
   if (!safe_state) return report_fault(printer, safe_state.error(), MakeSafeExit::file);
-  if (!*safe_state) {
-    std::error_code error;
-    const bool is_there = std::filesystem::exists(record, error);
-    printer.print(record + (is_there ? ": no run is in progress; nothing to do"
-                                     : ": the record does not exist and has no safe-state file; check the path"));
-    return is_there ? MakeSafeExit::safe : MakeSafeExit::file;
-  }
+  if (!*safe_state) return report_no_run(printer, record);
   if ((*safe_state)->record != record) {
     printer.print(fmt::format("the safe-state file is for {}; using it for {}", (*safe_state)->record, record));
     (*safe_state)->record = record;
@@ -261,7 +293,8 @@ bool wait_for_guard(const std::string& record) {
 }
 
 /// Orders the guard of a run to give up. Without a guard, leaves the trace itself. Commands no chamber.
-MakeSafeExit give_up(ErrorPrinter& printer, const std::string& record, const std::string& reason) {
+MakeSafeExit give_up(ErrorPrinter& printer, const std::string& path, const std::string& reason) {
+  const auto record = find_record(path);
   const auto safe_state = read_safe_state(safe_state_path(record));
   if (!safe_state) return report_fault(printer, safe_state.error(), MakeSafeExit::file);
   if (!*safe_state) {

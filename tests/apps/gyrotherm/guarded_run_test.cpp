@@ -315,6 +315,23 @@ class Watchdog {
   std::string messages_;
 };
 
+TEST_F(GuardedRun, IsFoundByMakeSafeThroughAnyFileOfItsRecord) {
+  Background run(warm_run(record), folder / "log");
+  ASSERT_TRUE(run.wait_for("\"acknowledged\": 1}", 60)) << run.output();
+  const std::string make_safe = std::string(GYROTHERM_PROGRAM) + "-make-safe ";
+  const auto stem = record.substr(0, record.size() - 3);
+  for (const auto& file : {record + ".status", record + "-wal", stem + ".live.db", stem + ".live.db.1"}) {
+    const auto other = shell(make_safe + file);
+    EXPECT_EQ(other.exit_code, 5) << file << other.err;
+    EXPECT_NE(other.err.find("belongs to " + record), std::string::npos) << other.err;
+  }
+  for (const auto& other : {folder / "", folder / "log"}) {
+    const auto refused = shell(make_safe + other);
+    EXPECT_EQ(refused.exit_code, 4) << other;
+    EXPECT_NE(refused.err.find("is not a record, expected the record of the run"), std::string::npos) << refused.err;
+  }
+}
+
 TEST_F(GuardedRun, NotifiesSystemdWatchdogEachTick) {
   Watchdog watchdog(folder / "notify");
   Background run(warm_run(record), folder / "log");

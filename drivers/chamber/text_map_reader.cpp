@@ -324,6 +324,7 @@ class ItemReader {
       map_.items.push_back(std::move(made.first));
       item = &map_.items.back();
     } else {
+      check_carries_value(table, command.tell, name);
       command.codes = find_codes(item);
       if (value && value->form.decimals >= 0)
         item->resolution = std::max(item->resolution, std::pow(10.0, -value->form.decimals) * item->scale);
@@ -340,6 +341,13 @@ class ItemReader {
     command.item = static_cast<std::size_t>(item - map_.items.data());
     tables_of_commands_.push_back(&table);
     text_.commands.push_back(std::move(command));
+  }
+
+  /// Notes an error for a command of an item that sends neither the value nor a field of the item's name.
+  static void check_carries_value(const TomlTable& table, const TextTemplate& tell, const std::string& item) {
+    if (!tell.find("value") && !tell.find(item))
+      table.note_error("tell",
+                       fmt::format("the command does not send the value of \"{}\", expected {{value}} in it", item));
   }
 
   /// Returns whether an item can be read, and notes an error if it cannot.

@@ -283,6 +283,7 @@ TEST(TextMap, NamesEachErrorWithItsPlace) {
     EXPECT_NE((map.error().where + map.error().what).find(expected), std::string::npos) << map.error().what;
   };
   fails("{value:f.1}", "{value:z}", "is not a field");
+  fails("{value:f.1}", "20.0", "the command does not send the value of \"set_point\"");
   fails("ask = \"TEMP?\"", "asks = \"TEMP?\"", "asks");
   fails("pattern = \"C-1|C-2\"", "pattern = \"(C-1\"", "regular expression");
   fails("answer = \"{air_temperature:f}, {set", "answer = \"{air:f}, {set", "air_temperature");

@@ -16,6 +16,7 @@
 #include <array>
 
 #include "core/deadline.hpp"
+#include "core/file.hpp"
 #include "core/program_start.hpp"
 
 namespace gyrotherm::monitor {
@@ -59,17 +60,22 @@ Result<TlsServer> TlsServer::load(const std::string& certificate_file, const std
   SSL_CTX_set_mode(context,
                    SSL_MODE_ENABLE_PARTIAL_WRITE | SSL_MODE_ACCEPT_MOVING_WRITE_BUFFER | SSL_MODE_RELEASE_BUFFERS);
   SSL_CTX_set_session_cache_mode(context, SSL_SESS_CACHE_OFF);
+  for (const auto& file : {certificate_file, key_file})
+    if (const auto opened = open_regular_file(file); !opened) return failure(opened.error());
   if (SSL_CTX_use_certificate_chain_file(context, certificate_file.c_str()) != 1)
     return failure(FaultKind::bad_file, certificate_file, "is not a PEM certificate: " + last_tls_error());
   // A service cannot answer a prompt for a password.
   SSL_CTX_set_default_passwd_cb(context, [](char*, int, int, void*) { return -1; });
+  const auto not_its_key = [&] {
+    return failure(FaultKind::bad_file, key_file, "is not the key of the certificate " + certificate_file);
+  };
   if (SSL_CTX_use_PrivateKey_file(context, key_file.c_str(), SSL_FILETYPE_PEM) != 1) {
-    const bool is_other = ERR_GET_REASON(ERR_peek_last_error()) == X509_R_KEY_VALUES_MISMATCH;
-    return failure(FaultKind::bad_file, key_file,
-                   is_other ? "is not the key of the certificate " + certificate_file
-                            : "is not a PEM private key without a password: " + last_tls_error());
+    if (ERR_GET_REASON(ERR_peek_last_error()) == X509_R_KEY_VALUES_MISMATCH) return not_its_key();
+    return failure(FaultKind::bad_file, key_file, "is not a PEM private key without a password: " + last_tls_error());
   }
+  // A key of another kind replaces the certificate.
   const auto* certificate = SSL_CTX_get0_certificate(context);
+  if (certificate == nullptr || SSL_CTX_check_private_key(context) != 1) return not_its_key();
   if (X509_cmp_current_time(X509_get0_notAfter(certificate)) < 0)
     write_to_stderr(fmt::format(
         "gyrotherm-monitor: warning: {}: the certificate has expired; browsers refuse the page\n", certificate_file));

@@ -158,7 +158,11 @@ void add_user_commands(CLI::App& cli, UserArguments& options, Result<void> (*&ac
 void add_serve_options(CLI::App& cli, MonitorOptions& options) {
   cli.add_option("--folder", options.folders, "folder with records; repeat for further folders");
   cli.add_option("--listen", options.listen, "ADDRESS:PORT; port 0 selects a free port")->capture_default_str();
-  cli.add_option("--host", options.hosts, "additional host name of the page");
+  cli.add_option("--host", options.hosts, "additional host name of the page")->check([](const std::string& host) {
+    return host.find_first_of("/@ ") == std::string::npos
+               ? std::string()
+               : "\"" + host + "\" is not a host name, expected one such as rig.example.org, without http:// and port";
+  });
   cli.add_option("--site", options.site_file, "site file with the notification rules (docs/monitor.md)");
   cli.add_option("--state", options.state_folder, "folder of the monitor's users and sessions");
   cli.add_flag("--control", options.control, "permit operators to control runs");

@@ -2,8 +2,12 @@
 #include "apps/monitor/site_file.hpp"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <charconv>
+#include <cstring>
 #include <filesystem>
 #include <set>
 
@@ -37,12 +41,35 @@ std::vector<std::string> read_texts(const TomlTable& table, const char* key) {
   return texts;
 }
 
+/// Reads a command. Notes an error if its program is missing, because the people whom it notifies would not learn of
+/// that. A name without a folder is looked up when the command runs.
+std::vector<std::string> read_command(const TomlTable& table) {
+  auto command = read_texts(table, "command");
+  if (!command.empty() && command.front().find('/') != std::string::npos &&
+      ::access(command.front().c_str(), X_OK) != 0)
+    table.note_error("command", fmt::format("\"{}\" is not a program that can be run: {}", plain(command.front()),
+                                            std::strerror(errno)));
+  return command;
+}
+
+std::vector<std::string> read_mail_addresses(const TomlTable& table) {
+  auto addresses = read_texts(table, "mail");
+  for (const auto& address : addresses) {
+    const auto at = address.find('@');
+    const bool is_address = at != 0 && at != std::string::npos && at + 1 < address.size() &&
+                            address.find_first_of(" \t,;") == std::string::npos;
+    if (!is_address)
+      table.note_error("mail", fmt::format("\"{}\" is not a mail address, expected NAME@HOST", plain(address)));
+  }
+  return addresses;
+}
+
 NotifyAddress read_address(const TomlTable& table) {
   NotifyAddress address{.name = read_text_line(table, "name"), .method = CommandAddress{}};
   const int methods = (table.has("command") ? 1 : 0) + (table.has("mail") ? 1 : 0) + (table.has("apprise") ? 1 : 0);
   if (methods != 1) table.note_error("name", "expected exactly one of command, mail and apprise");
-  if (table.has("command")) address.method = CommandAddress{read_texts(table, "command")};
-  if (table.has("mail")) address.method = MailAddress{read_texts(table, "mail")};
+  if (table.has("command")) address.method = CommandAddress{read_command(table)};
+  if (table.has("mail")) address.method = MailAddress{read_mail_addresses(table)};
   if (table.has("apprise")) {
     address.method = AppriseAddress{read_text_line(table, "apprise")};
     if (std::get<AppriseAddress>(address.method).url.starts_with('-'))
@@ -66,6 +93,17 @@ NotifyRule read_rule(const TomlTable& table) {
   return rule;
 }
 
+/// Returns false if an address ends in ":" and no port number from 1 to 65535 follows.
+bool has_valid_port(std::string_view url) {
+  const auto host = url.find("://");
+  const auto colon = url.find(':', host == std::string_view::npos ? 0 : host + 3);
+  if (colon == std::string_view::npos) return true;
+  const auto digits = url.substr(colon + 1, url.find('/', colon) - colon - 1);
+  std::uint16_t port = 0;
+  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), port);
+  return error == std::errc() && end == digits.data() + digits.size() && port != 0;
+}
+
 MailServer read_mail_server(const TomlTable& table, const std::string& file) {
   MailServer mail{.url = read_text_line(table, "server"),
                   .from = read_text_line(table, "from"),
@@ -74,6 +112,8 @@ MailServer read_mail_server(const TomlTable& table, const std::string& file) {
                   .requires_tls = table.boolean("secure", true)};
   if (!mail.url.starts_with("smtp://") && !mail.url.starts_with("smtps://"))
     table.note_error("server", "expected the address of a mail server, smtp://HOST:PORT or smtps://HOST:PORT");
+  else if (!has_valid_port(mail.url))
+    table.note_error("server", fmt::format("\"{}\" has no valid port, expected 1 to 65535", plain(mail.url)));
   if (mail.user.empty()) return mail;
   const auto name = std::filesystem::path(file).parent_path() / table.text("password_file");
   const auto password = read_private_file(name.string());

@@ -327,6 +327,7 @@ class Starts(unittest.TestCase):
             (("--folder", folder, "--nonsense"), "--nonsense"),
             (("--folder", folder, "--certificate", "x"), "--key"),
             (("--folder", folder, "--behind-proxy", "--listen", "0.0.0.0:1"), "requires --listen on 127.0.0.1"),
+            (("--folder", folder, "--host", "http://rig1"), "is not a host name"),
         ):
             with self.subTest(options):
                 code, said = self.starts(*options)
@@ -505,6 +506,11 @@ class Starts(unittest.TestCase):
             made = ["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "2", "-subj", "/CN=localhost"]
             names = ["-addext", "subjectAltName=DNS:localhost", "-keyout", key, "-out", certificate]
             subprocess.run([*made, *names], capture_output=True, check=True)
+            other = folder / "other.key"
+            subprocess.run(["openssl", "ecparam", "-name", "prime256v1", "-genkey", "-noout", "-out", other], check=True)
+            for wrong, why in ((other, "is not the key of the certificate"), (folder / "none", "cannot be read")):
+                code, said = self.starts("--folder", str(folder), "--certificate", str(certificate), "--key", str(wrong))
+                self.assertEqual((code, why in said), (4, True), said)
             monitor_command(folder, "user", "add", "ada", "--role", "viewer", password=PASSWORD)
             (folder / "runs").mkdir()
             monitor = Monitor(folder, "--certificate", str(certificate), "--key", str(key), runs=folder / "runs")

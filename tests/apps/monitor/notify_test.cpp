@@ -300,6 +300,26 @@ tell = ["nobody"]
   EXPECT_NE(read.error().what.find("\"nobody\""), std::string::npos) << read.error().what;
 }
 
+TEST(SiteFile, RefusesAddressesThatReachNobody) {
+  const auto refusal_of = [](const std::string& address, const std::string& server) {
+    const auto read = parse_site("schema = \"gyrotherm-site/1\"\n[notify.mail]\nserver = \"" + server +
+                                     "\"\nfrom = \"rig@example.org\"\n[[notify.address]]\nname = \"post\"\n" + address +
+                                     "\n[[notify.rule]]\nwhen = \"alarm\"\ntell = [\"post\"]\n",
+                                 "site.toml");
+    return read ? std::string() : text(read.error());
+  };
+  const std::string ada = "mail = [\"ada@example.org\"]", server = "smtp://mail.example.org:587";
+  EXPECT_EQ(refusal_of(ada, server), "");
+  EXPECT_EQ(refusal_of("command = [\"notify\", \"x\"]", server), "") << "is looked up when it runs";
+  for (const auto* wrong : {"mail = [\"ada example.org\"]", "mail = [\"@example.org\"]", "mail = [\"ada@\"]"})
+    EXPECT_NE(refusal_of(wrong, server).find("is not a mail address"), std::string::npos) << wrong;
+  EXPECT_NE(
+      refusal_of("command = [\"/nowhere/notify\"]", server).find("is not a program that can be run: No such file"),
+      std::string::npos);
+  for (const auto* wrong : {"smtp://mail.example.org:99999", "smtp://mail.example.org:0", "smtps://mail.example.org:"})
+    EXPECT_NE(refusal_of(ada, wrong).find("has no valid port"), std::string::npos) << wrong;
+}
+
 TEST(Mail, HasNoInjectedHeader) {
   const MailServer server{.url = "smtp://x", .from = "rig@example.org", .user = {}, .password = {}};
   const auto text = mail_text(server, {{"ada@example.org"}},

@@ -39,6 +39,21 @@ std::optional<double> read_uncertainty(const TomlTable& table, const char* key) 
   return std::nullopt;
 }
 
+double read_angle(const TomlTable& table, const char* key, double usual, double most) {
+  const double angle = table.number(key, usual);
+  if (!(std::abs(angle) <= most))
+    table.note_error(key, fmt::format("\"{}\" is {:g}°, expected {:g} to {:g}", key, angle, -most, most));
+  return angle;
+}
+
+std::optional<double> read_angle_uncertainty(const TomlTable& table, const char* key) {
+  constexpr double kMost = 45;
+  const auto value = read_uncertainty(table, key);
+  if (value && *value > kMost)
+    table.note_error(key, fmt::format("\"{}\" is {:g}°, expected at most {:g}", key, *value, kMost));
+  return value;
+}
+
 DegreesPerHour earth_rate(double latitude_deg, double azimuth_deg, double elevation_deg) {
   const double phi = latitude_deg * kRadian, az = azimuth_deg * kRadian, el = elevation_deg * kRadian;
   return {kEarthRateDegPerHour * (std::cos(phi) * std::cos(az) * std::cos(el) + std::sin(phi) * std::sin(el))};
@@ -46,20 +61,20 @@ DegreesPerHour earth_rate(double latitude_deg, double azimuth_deg, double elevat
 
 double read_latitude(const TomlTable& table) {
   const double latitude = table.number("latitude");
-  if (!(std::abs(latitude) <= 90))
+  if (!(std::abs(latitude) <= kQuarterTurn))
     table.note_error("latitude", fmt::format("\"latitude\" is {:g}°, expected -90 to 90, north positive", latitude));
   return latitude;
 }
 
 Fixture read_fixture(const TomlTable& table) {
   return {.latitude = read_latitude(table),
-          .azimuth = table.number("azimuth", 0),
-          .elevation = table.number("elevation", 0),
-          .roll = table.number("roll", 0),
-          .latitude_uncertainty = read_uncertainty(table, "latitude_uncertainty"),
-          .azimuth_uncertainty = read_uncertainty(table, "azimuth_uncertainty"),
-          .elevation_uncertainty = read_uncertainty(table, "elevation_uncertainty"),
-          .roll_uncertainty = read_uncertainty(table, "roll_uncertainty")};
+          .azimuth = read_angle(table, "azimuth", 0, kFullTurn),
+          .elevation = read_angle(table, "elevation", 0, kQuarterTurn),
+          .roll = read_angle(table, "roll", 0, kFullTurn),
+          .latitude_uncertainty = read_angle_uncertainty(table, "latitude_uncertainty"),
+          .azimuth_uncertainty = read_angle_uncertainty(table, "azimuth_uncertainty"),
+          .elevation_uncertainty = read_angle_uncertainty(table, "elevation_uncertainty"),
+          .roll_uncertainty = read_angle_uncertainty(table, "roll_uncertainty")};
 }
 
 void orient_axis(const Fixture& fixture, const FixtureVector& direction,

@@ -29,6 +29,13 @@ struct Fixture {
 /// Reads `latitude`, degrees, north positive. Records an error outside ±90.
 [[nodiscard]] double read_latitude(const TomlTable& table);
 
+inline constexpr double kQuarterTurn = 90, kFullTurn = 360;
+/// Reads an angle in degrees; `usual` if the key is absent. Records an error outside ±`most`.
+[[nodiscard]] double read_angle(const TomlTable& table, const char* key, double usual, double most);
+
+/// Reads the standard uncertainty of an angle, 0 to 45 degrees; nothing if the key is absent.
+[[nodiscard]] std::optional<double> read_angle_uncertainty(const TomlTable& table, const char* key);
+
 /// Reads [fixture]: latitude, azimuth, elevation, roll and the uncertainty of each (`latitude_uncertainty` …).
 [[nodiscard]] Fixture read_fixture(const TomlTable& table);
 

@@ -68,11 +68,11 @@ std::vector<double> read_direction(const TomlTable& table) {
 /// Reads the direction of a unit's only axis if the rig has no fixture.
 void read_single_direction(const TomlTable& table, record::AxisInfo& axis) {
   const bool located = table.has("latitude");
-  const double latitude = located ? read_latitude(table) : 0, azimuth = table.number("azimuth", 0),
-               elevation = table.number("elevation", 90);
-  axis.uncertainty.latitude_uncertainty_deg = read_uncertainty(table, "latitude_uncertainty");
-  axis.uncertainty.azimuth_uncertainty_deg = read_uncertainty(table, "azimuth_uncertainty");
-  axis.uncertainty.tilt_uncertainty_deg = read_uncertainty(table, "tilt_uncertainty");
+  const double latitude = located ? read_latitude(table) : 0, azimuth = read_angle(table, "azimuth", 0, kFullTurn),
+               elevation = read_angle(table, "elevation", kQuarterTurn, kQuarterTurn);
+  axis.uncertainty.latitude_uncertainty_deg = read_angle_uncertainty(table, "latitude_uncertainty");
+  axis.uncertainty.azimuth_uncertainty_deg = read_angle_uncertainty(table, "azimuth_uncertainty");
+  axis.uncertainty.tilt_uncertainty_deg = read_angle_uncertainty(table, "tilt_uncertainty");
   if (!located) return;
   axis.earth_rate = earth_rate(latitude, azimuth, elevation);
   axis.uncertainty.latitude_deg = latitude;

@@ -4,14 +4,28 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <filesystem>
+#include <string_view>
 
 namespace gyrotherm::rig {
+
+namespace {
+
+/// Returns true if a text ends in .xml, in capitals or not. Other texts are numbers of certificates.
+bool is_certificate_file(const std::string& name) {
+  const auto is_equal = [](char one, char other) { return std::tolower(static_cast<unsigned char>(one)) == other; };
+  const std::string_view ending = kCertificateEnding;
+  return name.size() >= ending.size() &&
+         std::equal(name.end() - static_cast<std::ptrdiff_t>(ending.size()), name.end(), ending.begin(), is_equal);
+}
+
+}  // namespace
 
 std::optional<NamedCertificate> read_named_certificate(const TomlTable& table, const std::string& folder) {
   const std::string name = table.has("certificate") ? table.text("certificate") : "";
   const std::string serial_number = table.text("serial_number", "");
-  if (!name.ends_with(kCertificateEnding)) {
+  if (!is_certificate_file(name)) {
     if (table.has("serial_number"))
       table.note_error("serial_number", "selects an item of a certificate file, but \"certificate\" is not one (.xml)");
     return std::nullopt;

@@ -177,7 +177,7 @@ std::optional<double> read_positive_number(const TomlTable& table, const char* k
 /// Reads the standard uncertainty of a certificate: the stated value divided by its coverage factor (default 2), or the
 /// half-width of rectangular limits divided by √3 (GUM 4.3.3, 4.3.7).
 record::ThermometerUncertainty read_uncertainty(const TomlTable& table) {
-  constexpr double kUsualCoverage = 2;
+  constexpr double kUsualCoverage = 2, kMostUncertain_k = 5;
   record::ThermometerUncertainty uncertainty{
       .rectangular = one_of(kDistributions, table, "distribution", "normal") == Distribution::rectangular,
       .calibrated = read_day(table, "calibrated")};
@@ -189,6 +189,10 @@ record::ThermometerUncertainty read_uncertainty(const TomlTable& table) {
   for (const auto* key : {"coverage_factor", "distribution"})
     if (table.has(key) && !table.has("uncertainty"))
       table.note_error(key, "applies only to an \"uncertainty\", which is missing");
+  if (value && *value > kMostUncertain_k)
+    table.note_error("uncertainty",
+                     fmt::format("{:g} K is no uncertainty of a usable thermometer, expected at most {:g} K", *value,
+                                 kMostUncertain_k));
   const double divisor = uncertainty.rectangular ? std::numbers::sqrt3 : coverage.value_or(kUsualCoverage);
   if (value) uncertainty.calibration = Kelvins{*value / divisor};
   if (const auto drift = read_positive_number(table, "drift_k_per_year")) uncertainty.drift_in_a_year = Kelvins{*drift};
@@ -206,6 +210,21 @@ void apply_uncertainty(const TomlTable& table, std::span<record::Channel> channe
     }
     if (!known.drift_in_a_year) known.drift_in_a_year = stated.drift_in_a_year;
     if (!known.calibrated) known.calibrated = stated.calibrated;
+  }
+}
+
+/// Notes an error for a calibration that changes a reading within the usual range of a chamber by more than 10 K, such
+/// as one with exchanged coefficients, or with an offset from kelvins.
+void check_correction(const TomlTable& table, const char* key, const std::vector<double>& coefficients) {
+  constexpr double kMostCorrection_k = 10;
+  for (const double reading : {-40.0, 0.0, 25.0, 85.0}) {
+    double corrected = 0;
+    for (auto c = coefficients.rbegin(); c != coefficients.rend(); ++c) corrected = corrected * reading + *c;
+    if (std::abs(corrected - reading) <= kMostCorrection_k) continue;
+    return table.note_error(key,
+                            fmt::format("makes {:g} °C out of a reading of {:g} °C, expected a correction of at most "
+                                        "{:g} K",
+                                        corrected, reading, kMostCorrection_k));
   }
 }
 
@@ -228,6 +247,8 @@ void read_calibration(const TomlTable& table, const std::string& folder, Thermom
   found->polynomial = table.numbers("polynomial");
   if (table.has("polynomial") && (found->polynomial.size() < 2 || found->polynomial.size() > kMaxCoefficients))
     table.note_error("polynomial", fmt::format("expected 2 to {} coefficients, the constant first", kMaxCoefficients));
+  if (table.has("offset")) check_correction(table, "offset", {found->offset.value, 1});
+  if (table.has("polynomial")) check_correction(table, "polynomial", found->polynomial);
   const auto index = static_cast<std::size_t>(found - channels.begin());
   if (add_certificate_file(table, folder, {index}, settings)) found->certificate = table.text("certificate");
   read_certificate(table, {&*found, 1});
@@ -254,7 +275,10 @@ void read_offsets(const TomlTable& table, std::vector<record::Channel>& channels
   const auto offsets = table.numbers("offsets");
   if (!offsets.empty() && offsets.size() != channels.size())
     table.note_error("offsets", fmt::format("{} offsets for {} channels", offsets.size(), channels.size()));
-  for (std::size_t i = 0; i < std::min(offsets.size(), channels.size()); ++i) channels[i].offset = {offsets[i]};
+  for (std::size_t i = 0; i < std::min(offsets.size(), channels.size()); ++i) {
+    channels[i].offset = {offsets[i]};
+    check_correction(table, "offsets", {offsets[i], 1});
+  }
 }
 
 /// Returns "dcon 2 at serial:/dev/ttyUSB0, module 01, input 3"; inputs count from 1.

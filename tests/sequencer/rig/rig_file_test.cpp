@@ -230,12 +230,25 @@ TEST(RigFile, RefusesPortOfTwoInstruments) {
   EXPECT_NE(with_gyro_at("serial:/dev/serial/by-id/usb-FTDI_USB-RS232_Cable_FT123456-if00-port0")
                 .find("FT123456-if00-port0?9600,7O1\" is the line of two instruments"),
             std::string::npos);
-  EXPECT_EQ(with_gyro_at("tcp://192.168.1.20:502"), "") << "an address may lead to several instruments";
+  EXPECT_EQ(with_gyro_at("tcp://192.168.1.20:4001"), "") << "an address may lead to several instruments";
+  EXPECT_NE(with_gyro_at("tcp://192.168.1.20:502").find("is also the line of another instrument"), std::string::npos);
 }
 
 TEST(RigFile, RefusesThreePointNamesThatAreNotChannels) {
   EXPECT_NE(rig_error(replace_once(virtual_rig(), "\"D\", \"shell\"]", "\"D\", \"shall\"]")).find("shall"),
             std::string::npos);
+}
+
+TEST(RigFile, RefusesRepeatedThermometersOfAnalysis) {
+  const auto repeated = rig_error(replace_once(virtual_rig(), "\"D\", \"shell\"]", "\"shell\", \"shell\"]"));
+  EXPECT_NE(repeated.find("\"shell\" is listed twice"), std::string::npos) << repeated;
+}
+
+TEST(RigFile, RefusesImpossibleAngles) {
+  const std::string gyro = "[gyro]\n";
+  for (const auto* line : {"azimuth = 4000", "elevation = 190", "elevation = -91", "azimuth_uncertainty = 100"})
+    EXPECT_NE(rig_error(replace_once(mixed_rig(), gyro, gyro + line + "\n")).find("°, expected"), std::string::npos)
+        << line;
 }
 
 TEST(RigFile, NamesMissingRegisterMap) {
@@ -584,6 +597,7 @@ TEST(RigFile, RefusesImpossibleUncertainty) {
   };
   EXPECT_EQ(with("uncertainty = 0.01\ncoverage_factor = 2\ndrift_k_per_year = 0.05"), "");
   EXPECT_NE(with("uncertainty = 0").find("above zero"), std::string::npos);
+  EXPECT_NE(with("uncertainty = 40").find("expected at most 5 K"), std::string::npos);
   EXPECT_NE(with("drift_k_per_year = -0.1").find("above zero"), std::string::npos);
   EXPECT_NE(with("coverage_factor = 2").find("\"uncertainty\", which is missing"), std::string::npos);
   EXPECT_NE(with("uncertainty = 0.01\ncoverage_factor = 2\ndistribution = \"rectangular\"")
@@ -604,6 +618,11 @@ TEST(RigFile, RefusesImpossibleCalibration) {
   EXPECT_EQ(with(of_a + "offset = 0.1\ndue = \"2027-01-31\""), "");
   EXPECT_NE(with(of_a + "offset = 0.1\npolynomial = [0, 1]").find("one of the two"), std::string::npos);
   EXPECT_NE(with(of_a + "polynomial = [1]").find("2 to 10"), std::string::npos);
+  for (const auto* wrong :
+       {"polynomial = [0, 0]", "polynomial = [0.99987, 0.0031]", "polynomial = [0, 1, 0.002]", "offset = -273.15"})
+    EXPECT_NE(with(of_a + wrong).find("expected a correction of at most 10 K"), std::string::npos) << wrong;
+  EXPECT_EQ(with(of_a + "polynomial = [-1.5, 1.02, 3e-4]"), "");
+  EXPECT_NE(with("offsets = [0, 0, 293, 0]").find("expected a correction of at most 10 K"), std::string::npos);
   EXPECT_NE(with(of_a + "due = \"2027-02-30\"").find("expected a day"), std::string::npos);
   EXPECT_NE(with("[[thermometer.calibration]]\nchannel = \"Z\"\noffset = 1").find("not a channel"), std::string::npos);
   EXPECT_NE(with(of_a + "offset = 0.1\n" + of_a + "offset = 0.2").find("already"), std::string::npos);

@@ -139,13 +139,13 @@ Result<void> check_profile(const Profile& profile, const ChamberLimits& limits) 
   return errors.verdict();
 }
 
-Result<void> check_air(const Profile& profile, Celsius lowest, Celsius highest) {
+Result<void> check_run_limits(const Profile& profile, const char* which, Celsius lowest, Celsius highest) {
   ErrorList errors;
   each_released(profile, [&](const Segment& segment, Celsius) {
     if (segment.target < lowest || segment.target > highest)
-      errors.note(segment, fmt::format("{:g} °C is outside the rig's air limits, at which a run ends, expected "
+      errors.note(segment, fmt::format("{:g} °C is outside the rig's {} limits, at which a run ends, expected "
                                        "{:g} to {:g} °C",
-                                       segment.target.value, lowest.value, highest.value));
+                                       segment.target.value, which, lowest.value, highest.value));
   });
   return errors.verdict();
 }

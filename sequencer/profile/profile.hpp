@@ -147,9 +147,9 @@ struct ChamberLimits {
 /// for, soak keys without a guaranteed soak). Lists every error with the position of its segment.
 [[nodiscard]] Result<void> check_profile(const Profile& profile, const ChamberLimits& limits);
 
-/// Fails if the target of a segment is outside the limits of the chamber's air, at which a run ends. Lists the position
-/// of each such segment.
-[[nodiscard]] Result<void> check_air(const Profile& profile, Celsius lowest, Celsius highest);
+/// Fails if the target of a segment is outside limits at which a run ends: those of the "air" or of the "thermometer".
+/// Lists the position of each such segment.
+[[nodiscard]] Result<void> check_run_limits(const Profile& profile, const char* which, Celsius lowest, Celsius highest);
 
 /// Fails if a segment soaks on a sensor that is neither "air" nor one of `channels`. Lists the position of each such
 /// segment.

@@ -33,8 +33,12 @@ Result<profile::Profile> parse_checked_profile(const rig::RigFile* rig, const st
   if (!profile) return profile;
   std::vector<Result<void>> verdicts{check_profile(*profile, rig ? rig->chamber_limits : profile::ChamberLimits{})};
   if (rig) {
-    if (verdicts.front())
-      verdicts.push_back(profile::check_air(*profile, rig->limits.air_lowest, rig->limits.air_highest));
+    const auto& limits = rig->limits;
+    if (verdicts.front()) {
+      verdicts.push_back(profile::check_run_limits(*profile, "air", limits.air_lowest, limits.air_highest));
+      verdicts.push_back(
+          profile::check_run_limits(*profile, "thermometer", limits.thermometers_lowest, limits.thermometers_highest));
+    }
     verdicts.push_back(profile::check_sensors(*profile, rig->limits.channels));
     verdicts.push_back(
         profile::check_turns(*profile, std::ranges::all_of(rig->units, &rig::UnitSettings::can_be_turned)));

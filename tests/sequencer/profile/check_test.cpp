@@ -54,8 +54,8 @@ rates = [2, 7]
 
 TEST(Check, RefusesTemperatureAtAirLimit) {
   const auto p = parsed(kHold20);
-  EXPECT_TRUE(check_air(p, {20}, {20}));
-  const auto verdict = check_air(p, {-60}, {15});
+  EXPECT_TRUE(check_run_limits(p, "air", {20}, {20}));
+  const auto verdict = check_run_limits(p, "air", {-60}, {15});
   ASSERT_FALSE(verdict);
   EXPECT_EQ(text(verdict.error()),
             "p.toml:4:1: 20 °C is outside the rig's air limits, at which a run ends, expected -60 to 15 °C");

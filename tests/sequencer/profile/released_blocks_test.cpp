@@ -125,8 +125,8 @@ TEST(Until, LimitsAreCheckedFromEveryStart) {
   EXPECT_EQ(text(checked.error()), "p.toml:23:1: 6 °C/min is faster than the chamber heats, expected at most 5 °C/min");
   EXPECT_TRUE(check_profile(profile, {{-45}, {70}, {6}, {5}}));
   EXPECT_FALSE(check_profile(profile, {{-10}, {70}, {6}, {5}}));
-  EXPECT_FALSE(check_air(profile, {-15}, {70}));
-  EXPECT_TRUE(check_air(profile, {-20}, {40}));
+  EXPECT_FALSE(check_run_limits(profile, "air", {-15}, {70}));
+  EXPECT_TRUE(check_run_limits(profile, "air", {-20}, {40}));
   const auto soaked =
       parsed(kOpening + kHead + kCold +
              hold("until.block.segment", "time = \"15 min\"\nguaranteed_soak = true\nsoak_sensor = \"Q\"\n"));

@@ -15,7 +15,7 @@ namespace gyrotherm::exchange {
 
 namespace {
 
-constexpr double kAbsoluteZero_c = -273.15, kHottest_c = 5000, kFastest_deg_per_h = 1e8, kOverload = 1e30;
+constexpr double kOverload = 1e30;
 
 /// Returns whether sensors or loggers send this number if they have no value: a DS18B20 that does not answer, an open
 /// thermocouple, various loggers.

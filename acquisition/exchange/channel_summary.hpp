@@ -33,6 +33,9 @@ struct ChannelSummary {
 /// Describes a channel: "T1: 1080 values, 19.98 to 40.3 °C, 2 missing ("---" 2)".
 [[nodiscard]] std::string describe(const ChannelSummary& channel);
 
+/// Limits of possible temperatures and rates. Values outside them are error codes or have another unit.
+inline constexpr double kAbsoluteZero_c = -273.15, kHottest_c = 5000, kFastest_deg_per_h = 1e8;
+
 /// Collects the statistics of all numbers of a file.
 class ChannelTally {
  public:

@@ -13,6 +13,7 @@
 #include <optional>
 #include <utility>
 
+#include "acquisition/exchange/channel_summary.hpp"
 #include "acquisition/record/csv.hpp"
 #include "acquisition/record/schema.hpp"
 #include "analysis/model/stream.hpp"
@@ -52,6 +53,12 @@ std::string format_rows(const Eigen::VectorXd& values, const UncertaintyFunction
   return lines;
 }
 
+/// A row with a temperature or bias that no instrument measures.
+struct ImpossibleValue {
+  Eigen::Index row{};
+  std::string text;
+};
+
 /// Compensates the rows of standard input and, if requested, tracks their residual bias.
 class Compensation {
  public:
@@ -73,6 +80,7 @@ class Compensation {
 
   using Rows = Eigen::Ref<const data::SampleMatrix>;
   [[nodiscard]] Eigen::Index count_rows_in_order(const Rows& rows);
+  [[nodiscard]] std::optional<ImpossibleValue> find_impossible(const Rows& rows) const;
   struct Pace {
     Eigen::Index row{};
     double step_s{};
@@ -109,7 +117,9 @@ Result<void> Compensation::print_compensated(Console& console, const record::Liv
   const auto columns = static_cast<Eigen::Index>(rows.columns().size());
   const auto count = static_cast<Eigen::Index>(rows.lines().size());
   const Eigen::Map<const data::SampleMatrix> numbers(rows.numbers().data(), count, columns);
-  const Eigen::Index good = count_rows_in_order(numbers);
+  const Eigen::Index in_order = count_rows_in_order(numbers);
+  const auto impossible = find_impossible(numbers.topRows(in_order));
+  const Eigen::Index good = impossible ? impossible->row : in_order;
   Eigen::VectorXd seconds;
   if (const auto pace = table_.has_seconds() ? find_seconds(numbers.topRows(good), seconds) : std::nullopt)
     return failure(
@@ -118,11 +128,30 @@ Result<void> Compensation::print_compensated(Console& console, const record::Liv
                     pace->is_averaged ? "export the record without --every" : advice_for_spacing(pace->step_s)));
   if (good > 0) console.print(compensate_rows(numbers.topRows(good), seconds));
   if (good == count) return {};
+  if (impossible)
+    return failure(FaultKind::bad_file, fmt::format("stdin:{}:1", rows.lines()[static_cast<std::size_t>(good)]),
+                   impossible->text);
   const double slot = table_.slot(numbers)(good);
   return failure(
       FaultKind::bad_file, fmt::format("stdin:{}:1", rows.lines()[static_cast<std::size_t>(good)]),
       fmt::format("{}, expected a whole number from {:.0f} to {}",
                   std::isnan(slot) ? "no slot" : fmt::format("slot {:.12g}", slot), last_slot_ + 1, record::kMaxSlots));
+}
+
+/// Returns the first row with a value that is impossible. Missing values are possible.
+std::optional<ImpossibleValue> Compensation::find_impossible(const Rows& rows) const {
+  const auto temperatures = table_.temperatures_c(rows);
+  const Eigen::VectorXd bias = table_.bias_deg_per_h(rows);
+  for (Eigen::Index row = 0; row < rows.rows(); ++row) {
+    for (Eigen::Index i = 0; i < temperatures.cols(); ++i)
+      if (const double t = temperatures(row, i); t < exchange::kAbsoluteZero_c || t > exchange::kHottest_c)
+        return ImpossibleValue{row, fmt::format("{} is {:g} °C, which is impossible; expected an empty field for a "
+                                                "missing reading",
+                                                table_.thermometers()[static_cast<std::size_t>(i)], t)};
+    if (std::abs(bias(row)) > exchange::kFastest_deg_per_h)
+      return ImpossibleValue{row, fmt::format("the bias is {:g} °/h, which is impossible", bias(row))};
+  }
+  return std::nullopt;
 }
 
 /// Returns the number of leading rows with valid, increasing slots, and remembers the last of these slots.

@@ -177,6 +177,16 @@ TEST_F(Compensate, RefusesMalformedRowAfterAnsweringEarlierRows) {
   EXPECT_EQ(gyrotherm_with("compensate " + (folder_ / "none.json")).exit_code, 4);
 }
 
+TEST_F(Compensate, RefusesImpossibleValueAfterAnsweringEarlierRows) {
+  for (const std::string row : {"1e99,20,1\n", "20,-300,1\n", "20,20,-1e12\n"}) {
+    const auto ran = compensate(small_rows(150) + row);
+    EXPECT_EQ(ran.exit_code, 4) << row;
+    EXPECT_NE(ran.err.find("stdin:152:1: "), std::string::npos) << ran.err;
+    EXPECT_NE(ran.err.find("which is impossible"), std::string::npos) << ran.err;
+    EXPECT_EQ(split_lines(ran.out).size(), 151u) << row;
+  }
+}
+
 TEST_F(Compensate, RefusesColumnsInOtherUnits) {
   const auto rows = [](const std::string& header) {
     const auto plain = small_rows(101);

@@ -73,6 +73,10 @@ Result<Exit> review_file(Console& console, const ReleaseArguments& options) {
   if (*known && !(*known)->signature.empty())
     return failure(FaultKind::usage, options.file,
                    fmt::format("is released already, as revision {}", (*known)->revision));
+  if (*known && (*known)->reviewed.by != options.by)
+    return failure(FaultKind::usage, options.file,
+                   fmt::format("was reviewed by {} at {}; its next step is release sign", (*known)->reviewed.by,
+                               (*known)->reviewed.at));
   const Release release{.title = std::filesystem::path(options.file).filename().string(),
                         .sha256 = digest,
                         .revision = options.revision,

@@ -89,6 +89,10 @@ TEST_F(Releases, AreReviewedByOnePersonAndSignedByAnother) {
   EXPECT_EQ(sign("brief.toml").exit_code, 2) << "not reviewed";
   ASSERT_EQ(review("brief.toml").exit_code, 0);
   EXPECT_NE(list().out.find("NOT RELEASED"), std::string::npos);
+  const auto second = review("brief.toml", "'B. Other'");
+  EXPECT_EQ(second.exit_code, 2);
+  EXPECT_NE(second.err.find("was reviewed by R. Reviewer at "), std::string::npos) << second.err;
+  EXPECT_EQ(review("brief.toml").exit_code, 0) << "the same person may repeat the review";
   const auto same = sign("brief.toml", "'R. Reviewer'");
   EXPECT_EQ(same.exit_code, 2);
   EXPECT_NE(same.err.find("another person"), std::string::npos) << same.err;

@@ -19,18 +19,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Returns whether a file exists and is an SQLite database.
-Result<bool> is_sqlite_file(const std::string& path) {
-  constexpr std::string_view kBeginning = "SQLite format 3";
-  std::error_code error;
-  if (!fs::is_regular_file(path, error)) return false;
-  const auto file = open_regular_file(path);
-  if (!file) return failure(file.error());
-  std::string bytes(kBeginning.size(), '\0');
-  const auto size = ::pread(file->descriptor.number(), bytes.data(), bytes.size(), 0);
-  return size == static_cast<ssize_t>(bytes.size()) && bytes == kBeginning;
-}
-
 /// Returns whether a run is writing a record with this name, or died while it wrote one.
 bool has_run_files(const std::string& path) {
   return record::path_exists(record::status_path(path)) || record::path_exists(control::control_socket_path(path)) ||
@@ -52,12 +40,12 @@ Result<void> check_not_record(const std::string& path) {
   const auto target = fs::weakly_canonical(path, error).string();
   if (record::is_live_copy(path)) return refused("is the live copy of a record");
   if (has_run_files(path) || has_run_files(target)) return refused("is the name of a run's record");
-  const auto sqlite = is_sqlite_file(path);
+  const auto sqlite = begins_with(path, kSqliteBeginning);
   if (!sqlite) return failure(sqlite.error());
   if (*sqlite) return refused("is an SQLite file, like a record");
   const auto record = owning_record(path);
   if (record.empty()) return {};
-  const auto belongs = is_sqlite_file(record);
+  const auto belongs = begins_with(record, kSqliteBeginning);
   if (!belongs) return failure(belongs.error());
   return *belongs ? refused("belongs to " + record) : Result<void>{};
 }
@@ -83,6 +71,8 @@ Result<void> check_can_create(const std::string& path) {
 Result<void> check_is_free(const std::string& path, bool force) {
   if (auto can_create = check_can_create(path); !can_create) return can_create;
   if (auto free = check_not_record(path); !free) return free;
+  if (path.ends_with(".db"))
+    return failure(FaultKind::usage, path, "ends in .db, as a record does; expected another ending");
   std::error_code error;
   if (force || !fs::exists(path, error)) return {};
   return failure(FaultKind::usage, path, "exists; --force overwrites it");

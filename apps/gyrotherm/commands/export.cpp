@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <iterator>
@@ -187,6 +188,11 @@ Result<std::string> find_format(const ExportArguments& options) {
                                                           {".plt", "gnuplot"}, {".gnuplot", "gnuplot"}};
   const auto ending = std::filesystem::path(options.out).extension().string();
   const auto known = endings.find(ending);
+  static constexpr std::array kOther{".svg",  ".png",  ".pdf",  ".html", ".mat", ".h5",
+                                     ".hdf5", ".json", ".toml", ".gz",   ".zip"};
+  if (options.format.empty() && std::ranges::count(kOther, ending) > 0)
+    return failure(FaultKind::usage, "--out",
+                   fmt::format("no {} file can be written; expected FILE.csv, FILE.nc or FILE.gp", ending));
   if (options.format.empty()) return known == endings.end() ? "csv" : known->second;
   if (known == endings.end() || known->second == options.format) return options.format;
   return failure(FaultKind::usage, "--out",

@@ -34,6 +34,8 @@ Result<Exit> draft_map(Console& console, const ImportArguments& options) {
     console.print(*map);
     return Exit::done;
   }
+  if (!options.out.ends_with(".toml"))
+    return failure(FaultKind::usage, "--out", fmt::format("{} does not end in .toml, as a map does", options.out));
   if (std::filesystem::exists(options.out))
     return failure(FaultKind::storage, options.out, "exists; a column map is never overwritten");
   if (auto written = replace_text_file(options.out, *map); !written) return failure(written.error());

@@ -86,6 +86,10 @@ std::string option_refusal_reason(std::string_view word, const std::string& comm
                      near.empty() ? "" : fmt::format(". Did you mean {}?", near));
 }
 
+std::string misplaced_option_reason(std::string_view word, const std::string& command) {
+  return fmt::format("{0} is an option of {1}, expected it after {1}", word, command);
+}
+
 std::string misspelt_command_reason(std::string_view word, const std::string& command,
                                     std::span<const std::string> known) {
   if (word.starts_with('-') || std::ranges::find(known, word) != known.end()) return {};

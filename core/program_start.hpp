@@ -48,6 +48,9 @@ void write_to_stderr(std::string_view text);
 [[nodiscard]] std::string option_refusal_reason(std::string_view word, const std::string& command,
                                                 std::span<const std::string> known);
 
+/// Returns the reason for refusing an option of `command` that was given before the command.
+[[nodiscard]] std::string misplaced_option_reason(std::string_view word, const std::string& command);
+
 /// Returns CLI11's error message unchanged, except that this program's own messages replace those for an invalid
 /// number, a number outside its range, a value that is not one of a list, and an option that is given several times.
 [[nodiscard]] std::string plain_error_message(const std::string& refusal);
@@ -104,7 +107,10 @@ std::string find_error_cause(const std::string& refusal, const App& program, std
     if (!is_known || (has_one_dash && command->get_option_no_throw("-" + word) != nullptr))
       cause = option_refusal_reason(word, command->get_name(), options);
   }
-  if (const auto extra = program.remaining(true); cause.empty() && !extra.empty())
+  const auto extra = program.remaining(true);
+  if (cause.empty() && !extra.empty() && command->get_option_no_throw(extra.front()) != nullptr)
+    cause = misplaced_option_reason(extra.front(), command->get_name());
+  if (cause.empty() && !extra.empty())
     cause = extra.front().starts_with('-') ? option_refusal_reason(extra.front(), command->get_name(), options)
                                            : extra_word_refusal_reason(extra.front(), describe_form(*command));
   if (!cause.empty()) return cause;

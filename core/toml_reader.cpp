@@ -378,7 +378,8 @@ std::string TomlTable::choice(std::string_view key, const std::vector<std::strin
 }
 
 void TomlTable::expect(std::string_view key, std::string_view value) const {
-  const auto found = text(key);
+  const auto expected = fmt::format("expected \"{}\"", value);
+  const auto found = read(*this, mark_read(key).table, key, std::optional<std::string>(), expected.c_str(), as_text);
   if (found == value) return;
   if (found.empty() && !is_empty_text(find(node_->table, key))) return;  // missing or no text, noted by text()
   const auto kind = [](std::string_view schema) { return schema.substr(0, schema.find('/')); };

@@ -13,6 +13,7 @@
 #include <charconv>
 #include <memory>
 
+#include "core/text.hpp"
 #include "drivers/line/byte_streams.hpp"
 
 namespace gyrotherm::drivers {
@@ -51,6 +52,8 @@ tl::unexpected<Fault> host_fault(std::string_view text, std::string_view host, s
     return address_fault(text, "a device file is not a network address", fmt::format("\"serial:{}\"", text));
   if (text.starts_with("tty"))
     return address_fault(text, "a device file is not a network address", fmt::format("\"serial:/dev/{}\"", text));
+  if (!find_nearest(text, std::array{std::string(kVirtual)}).empty())
+    return address_fault(text, "no such line", fmt::format("\"{}\"", kVirtual));
   if (is_windows_port(text)) return address_fault(text, "this is a Windows port name", kPortHelp);
   if (constexpr std::string_view kScheme = "tcp:"; text.starts_with(kScheme) && !text.starts_with(kTcp)) {
     const auto address = text.substr(std::min(text.find_first_not_of('/', kScheme.size()), text.size()));
@@ -64,6 +67,9 @@ tl::unexpected<Fault> host_fault(std::string_view text, std::string_view host, s
       std::ranges::any_of(host, [](char c) { return std::isalpha(static_cast<unsigned char>(c)); }))
     return address_fault(text, "host names are not resolved, because name lookup has no time limit",
                          fmt::format("the numeric IPv4 address that \"getent ahostsv4 {}\" prints", host));
+  if (has_scheme)
+    return address_fault(text, fmt::format("\"{}\" is no kind of line", text.substr(0, text.find("://") + 3)),
+                         expected);
   return address_fault(text, "the host is not a numeric IPv4 address", expected);
 }
 

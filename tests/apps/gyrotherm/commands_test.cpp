@@ -27,6 +27,12 @@ TEST(CommandLine, SuggestsCommandBelowCommandWithFiles) {
       << ran.err;
 }
 
+TEST(CommandLine, NamesPlaceOfOptionBeforeItsCommand) {
+  const auto ran = gyrotherm_with("--rig virtual check random");
+  EXPECT_EQ(ran.exit_code, 2);
+  EXPECT_NE(ran.err.find("--rig is an option of check, expected it after check"), std::string::npos) << ran.err;
+}
+
 TEST(CommandLine, RefusesMissingCommandAndUnknownOptions) {
   EXPECT_EQ(gyrotherm_with("").exit_code, 2);
   EXPECT_EQ(gyrotherm_with("check --colour").exit_code, 2);
@@ -101,6 +107,8 @@ TEST(CommandLine, NamesRemedyOfUsualSlips) {
       {"tell", "run is required: "},
       {"release", "release: a command is required, one of review, sign, list"},
       {"plan virtual --target-u 0 --out p.toml", "--target-u: 0 is not a number above zero"},
+      {"plan virtual --target-u 1 --out p.svg", "--out: p.svg does not end in .toml, as a profile does"},
+      {"import table.csv --guess --out map.db", "--out: map.db does not end in .toml, as a map does"},
       {"export run.db --out rows.xlsx", "--out: no .xlsx file can be written"},
       {"tell '" + (folder / "no.db") + "' pause", "no such file"}};
   for (const auto& [arguments, message] : kSlips) {
@@ -429,6 +437,9 @@ TEST(Export, TakesFormatFromEnding) {
   EXPECT_EQ(exported("c.gp").exit_code, 0);
   EXPECT_EQ(exported("d.any --as netcdf").exit_code, 0);
   EXPECT_TRUE(begins_with("d.any", "\x89HDF"));
+  for (const auto* other : {"e.svg", "e.mat", "e.json"})
+    EXPECT_NE(exported(other).err.find("file can be written; expected FILE.csv"), std::string::npos) << other;
+  EXPECT_NE(exported("e.db").err.find("ends in .db, as a record does"), std::string::npos);
   for (const auto* arguments : {"e.nc --as csv", "e.csv --as netcdf", "e.csv --as gnuplot", "e.gp --as netcdf"}) {
     const auto refused = exported(arguments);
     EXPECT_EQ(refused.exit_code, 2) << arguments;

@@ -30,6 +30,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// Returns a path as one word of a shell command.
+std::string quote_for_shell(const std::string& path) {
+  if (path.find_first_of(" \t'\"$`\\*?&;|<>()") == std::string::npos) return path;
+  std::string quoted = "'";
+  for (const char c : path) quoted += c == '\'' ? "'\\''" : std::string(1, c);
+  return quoted + "'";
+}
+
 // ---- disk
 
 constexpr double kMegabyte = 1e6;
@@ -86,8 +94,9 @@ Finding check_space(const std::string& folder, const struct statvfs& disk) {
   else if (bytes < kScarceBytes || (has_inodes && disk.f_favail < kScarceInodes))
     finding.state = FindingState::warning;
   if (finding.state != FindingState::ok)
-    finding.fix = fmt::format(
-        "free disk space (du -x {0} | sort -n | tail), or record in another folder: --folder FOLDER", folder);
+    finding.fix =
+        fmt::format("free disk space (du -x {0} | sort -n | tail), or record in another folder: --folder FOLDER",
+                    quote_for_shell(folder));
   return finding;
 }
 
@@ -283,7 +292,7 @@ std::vector<Finding> check_disk(const std::string& folder) {
   struct statfs kind {};
   if (::statvfs(folder.c_str(), &space) != 0 || ::statfs(folder.c_str(), &kind) != 0)
     return {{"disk", FindingState::fault, fmt::format("{}: {}", folder, std::generic_category().message(errno)),
-             fmt::format("mkdir -p {}", folder), FaultKind::storage}};
+             "mkdir -p " + quote_for_shell(folder), FaultKind::storage}};
   std::vector<Finding> findings;
   if (std::error_code error; !fs::is_directory(folder, error))
     findings.push_back({"folder", FindingState::fault, folder + " is not a folder", "name a folder: --folder FOLDER",

@@ -212,6 +212,8 @@ Result<ControlRequest> make_request(const std::string& keyword, const std::strin
     return refuse(unknown_command_error(keyword));
   if (is_for_unit && text.find_first_not_of(' ') == std::string::npos)
     return refuse(fmt::format("needs a unit: gyrotherm tell RUN.db {} UNIT \"…\"", keyword));
+  if (is_for_alarm && text.empty())
+    return refuse(fmt::format("needs alarms and a text: gyrotherm tell RUN.db {} ALARMS \"…\"", keyword));
   if (!found && text.empty()) return refuse(fmt::format("needs a text: gyrotherm tell RUN.db {} \"…\"", keyword));
   if (const auto why = text_error(text); !why.empty()) return refuse(why);
   if (is_for_unit) return make_unit_request(keyword == kDrop, text);

@@ -90,6 +90,9 @@ Result<Exit> verify_signed(Console& console, const SignedReportArguments& option
   if (!options.on_day.empty()) trust.on_day = options.on_day;
   if (auto there = check_report_folder(options.folder); !there) return failure(there.error());
   std::error_code error;
+  for (const auto& folder : options.records)
+    if (!std::filesystem::is_directory(folder, error))
+      return failure(FaultKind::bad_file, folder, "is not a folder, expected one with records of the report");
   if (!options.certificates.empty() && !std::filesystem::is_directory(options.certificates, error))
     return failure(FaultKind::usage, "--certificates", fmt::format("{} is not a folder", options.certificates));
   for (const auto& file : {trust.certificates_file, options.trusted_issuers})
@@ -113,9 +116,8 @@ Result<Exit> verify_signed(Console& console, const SignedReportArguments& option
   const auto failing = std::ranges::count_if(found->checks, report::is_failure, &Check::outcome);
   console.print(console.json ? checks_json(*found, failing == 0) : checks_text(*found));
   if (failing > 0)
-    return failure(
-        FaultKind::bad_file, options.folder,
-        fmt::format("does not match what was signed: {} of {} checks failed", failing, found->checks.size()));
+    return failure(FaultKind::bad_file, options.folder,
+                   fmt::format("{} of {} checks failed, so the report is not verified", failing, found->checks.size()));
   console.print_message(fmt::format("{}: report {} matches what was signed", options.folder, found->identifier));
   return Exit::done;
 }

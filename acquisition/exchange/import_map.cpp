@@ -324,6 +324,21 @@ std::vector<std::optional<ValidRange>> ImportMap::valid_ranges() const {
   return all;
 }
 
+namespace {
+
+/// Notes an error if the last thermometer has the column of an earlier one.
+void note_repeated_column(const TomlTable& table, const ImportMap& map) {
+  const auto& column = map.thermometer_columns.back().column;
+  for (std::size_t i = 0; i + 1 < map.thermometer_columns.size(); ++i)
+    if (const auto& other = map.thermometer_columns[i].column;
+        other.name == column.name && other.number == column.number)
+      return table.note_error(
+          column.number > 0 ? "column_number" : "column",
+          fmt::format("{} is also that of thermometer \"{}\"", describe(column), map.thermometers[i]));
+}
+
+}  // namespace
+
 Result<ImportMap> parse_import_map(std::string_view text, const std::string& file) {
   const auto root = TomlTable::parse(text, file);
   if (!root) return failure(root.error());
@@ -341,6 +356,7 @@ Result<ImportMap> parse_import_map(std::string_view text, const std::string& fil
     map.thermometers.push_back(table.text("name"));
     map.thermometer_columns.push_back(read_scaled(table, map.header));
     tables.thermometers.push_back(table);
+    note_repeated_column(table, map);
   }
   read_units(*root, map, tables);
   check_names(tables, map);

@@ -104,6 +104,14 @@ TEST(ImportMap, ReportsEveryErrorWithPosition) {
   }
 }
 
+TEST(ImportMap, RefusesTwoThermometersOnOneColumn) {
+  const auto map = parse_import_map(
+      replace_once(kMap, "[gyro]", "[[thermometer]]\nname = \"case\"\ncolumn = \"T\"\n[gyro]"), "map.toml");
+  ASSERT_FALSE(map);
+  EXPECT_NE(text(map.error()).find("map.toml:16:10: "), std::string::npos) << text(map.error());
+  EXPECT_NE(text(map.error()).find("is also that of thermometer \"die\""), std::string::npos) << text(map.error());
+}
+
 TEST(ImportMap, ReportsEveryInvalidNameWithPosition) {
   const std::string units = R"([[gyro]]
 name = "one two"

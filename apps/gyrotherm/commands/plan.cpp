@@ -20,6 +20,7 @@
 #include "apps/gyrotherm/run/carry_out.hpp"
 #include "apps/gyrotherm/run/checked_profile.hpp"
 #include "apps/gyrotherm/run/run_goal.hpp"
+#include "core/count_text.hpp"
 #include "core/file.hpp"
 #include "sequencer/profile/released_blocks.hpp"
 
@@ -116,6 +117,11 @@ Result<ProgramPlan> make_plan(Console& console, const PlanArguments& options, co
   if (!path) return failure(path.error());
   const auto reference = load_recorded_run(console, *path, {{}, options.unverified, options.axis});
   if (!reference) return failure(reference.error());
+  constexpr Eigen::Index kFewestClusters = 20;
+  if (const auto clusters = reference->clusters.bias_deg_per_h.size(); clusters < kFewestClusters)
+    return failure(FaultKind::usage, *path,
+                   fmt::format("has {} of {:g} s, expected at least {} for a plan", format_count(clusters, "cluster"),
+                               reference->clusters.length_s, kFewestClusters));
   const auto forecasts = make_forecasts(console, prior, *reference, *mission);
   if (!forecasts) return failure(forecasts.error());
   const ForecastFunction expanded = [&](const planning::ProgramPath& program) {

@@ -46,7 +46,12 @@ Result<JsonNode> JsonNode::parse(std::string_view text, std::string file, Nulls 
     if (!other.empty() && other != "JSON")
       return failure(FaultKind::bad_file, format_position(text, 1, file),
                      fmt::format("is {}, expected a JSON document", other));
-    return failure(FaultKind::bad_file, format_position(text, error.byte, file), "not JSON, expected a JSON document");
+    if (text.find_first_not_of(" \t\r\n") == std::string_view::npos)
+      return failure(FaultKind::bad_file, format_position(text, 1, file), "is empty, expected a JSON document");
+    const bool is_cut = error.byte > text.size();
+    return failure(
+        FaultKind::bad_file, format_position(text, error.byte, file),
+        is_cut ? "the file ends here, expected the rest of a JSON document" : "not JSON, expected a JSON document");
   } catch (const Json::exception& error) {
     return failure(FaultKind::bad_file, file, error.what());
   }

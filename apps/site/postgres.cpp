@@ -50,11 +50,12 @@ Result<void> check_conninfo(const std::string& conninfo) {
                                                                              PQconninfoFree);
   const std::unique_ptr<char, decltype(&PQfreemem)> message(why, PQfreemem);
   if (!options)
-    return failure(FaultKind::usage, {}, why != nullptr ? join_lines(why) : "is not a libpq connection string");
+    return failure(FaultKind::usage, "connection to the store",
+                   why != nullptr ? join_lines(why) : "is not a libpq connection string");
   for (const auto* option = options.get(); option->keyword != nullptr; ++option)
     if (option->val != nullptr && std::string_view(option->keyword).ends_with("password"))
       return failure(
-          FaultKind::usage, {},
+          FaultKind::usage, "connection to the store",
           fmt::format("contains \"{}\", which other users can read; use a passfile instead", option->keyword));
   return {};
 }

@@ -115,7 +115,8 @@ TEST(Order, RequiresCertificateOfThermometer) {
 }
 
 TEST(Order, RequiresCertificateOfEachThermometerOfResults) {
-  const auto order = parse_order(kOrder, "order.toml"), laboratory = parse_laboratory(kLaboratory, "laboratory.toml");
+  const auto order = parse_order(kOrder, "order.toml");
+  const auto laboratory = parse_laboratory(kLaboratory, "laboratory.toml");
   ASSERT_TRUE(order && laboratory);
   const auto missing = [&](std::vector<std::string> block, std::string channel) {
     CalibrationReport report = report_without_order();

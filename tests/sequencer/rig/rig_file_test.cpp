@@ -244,13 +244,6 @@ TEST(RigFile, RefusesRepeatedThermometersOfAnalysis) {
   EXPECT_NE(repeated.find("\"shell\" is listed twice"), std::string::npos) << repeated;
 }
 
-TEST(RigFile, RefusesImpossibleAngles) {
-  const std::string gyro = "[gyro]\n";
-  for (const auto* line : {"azimuth = 4000", "elevation = 190", "elevation = -91", "azimuth_uncertainty = 100"})
-    EXPECT_NE(rig_error(replace_once(mixed_rig(), gyro, gyro + line + "\n")).find("°, expected"), std::string::npos)
-        << line;
-}
-
 TEST(RigFile, NamesMissingRegisterMap) {
   const auto rig =
       parse_rig(replace_once(virtual_rig(), "chambers/virtual.toml", "chambers/none.toml"), kRigs + "virtual.toml");
@@ -607,6 +600,13 @@ TEST(RigFile, RefusesImpossibleUncertainty) {
   const std::string gyro = "[gyro]\n";
   EXPECT_NE(rig_error(replace_once(mixed_rig(), gyro, gyro + "tilt_uncertainty = -1\n")).find("of zero or more"),
             std::string::npos);
+}
+
+TEST(RigFile, RefusesImpossibleAngles) {
+  const std::string gyro = "[gyro]\n";
+  for (const auto* line : {"azimuth = 4000", "elevation = 190", "elevation = -91", "azimuth_uncertainty = 100"})
+    EXPECT_NE(rig_error(replace_once(mixed_rig(), gyro, gyro + line + "\n")).find("°, expected"), std::string::npos)
+        << line;
 }
 
 TEST(RigFile, RefusesImpossibleCalibration) {

@@ -263,6 +263,7 @@ class ItemReader {
       if (all.is_table(name)) read_flags(all.table(name), item);
     }
     read_flags(table.table("flags"), item);
+    if (!item.codes.empty() || !codes.texts.empty() || !item.flags.empty()) make_unscaled(table, item);
     if (auto shared = describe_shared_code(item, codes.texts); !shared.empty())
       table.note_error("codes", std::move(shared));
     if (auto shared = describe_shared_bit(item); !shared.empty()) table.note_error("flags", std::move(shared));
@@ -270,6 +271,17 @@ class ItemReader {
     item.confidence = one_of(kConfidences, table, "confidence", "unverified");
     item.note = table.text("note", "");
     return {std::move(item), std::move(codes.texts)};
+  }
+
+  /// Removes the scale and unit that a question states for its numbers from an item with codes or flags. Notes an error
+  /// if they belong to the item itself.
+  static void make_unscaled(const TomlTable& table, RegisterItem& item) {
+    const bool is_scaled = item.scale != 1 || item.fahrenheit || item.step;
+    if (is_scaled && table.text("name") == item.name)
+      table.note_error(table.has("scale") ? "scale" : "unit",
+                       fmt::format("\"{}\" has codes or flags, which have no scale and unit", item.name));
+    item.scale = item.resolution = 1;
+    item.fahrenheit = item.step = false;
   }
 
   void read_number(const TomlTable& table, const FieldForm& form, RegisterItem& item) const {

@@ -236,6 +236,21 @@ TEST(TextMap, ReadsListsAsNumberedItems) {
   EXPECT_EQ(decode(third, *words).value(), -3);
 }
 
+TEST(TextMap, ScaleOfQuestionIsNotThatOfItsCodes) {
+  const auto text_of = map_text_with(
+      "[control]",
+      "[[item]]\nname = \"all\"\nask = \"ALL?\"\nanswer = \"{humidity:d};{valve:d};{door:d}\"\nscale = 0.1\n"
+      "codes.valve = { shut = \"3\", open = \"4\" }\nflags.door = { open = 1 }\n[control]");
+  const auto map = parse_register_map(text_of, "test");
+  ASSERT_TRUE(map) << text(map.error());
+  EXPECT_EQ(map->find("humidity")->scale, 0.1);
+  EXPECT_EQ(map->find("valve")->scale, 1);
+  EXPECT_EQ(map->find("door")->scale, 1);
+  const auto scaled = parse_register_map(map_text_with("codes = {", "scale = 0.1\ncodes = {"), "test");
+  ASSERT_FALSE(scaled);
+  EXPECT_NE(scaled.error().what.find("\"mode\" has codes or flags"), std::string::npos) << scaled.error().what;
+}
+
 /// A unit whose set points take effect at the next start command, which it does not acknowledge.
 const std::string kPendingSetPoint =
     "tell = \"TEMP, S{value:f.1}\"\nthen = \"RUN\"\nthen_when = { item = \"mode\", is = \"constant\" }";

@@ -341,7 +341,11 @@ RescueResult SafeRescue::attempt(Duration at_most) {
   const bool ineffective = evidence_.is_ineffective();
   rescued.is_ineffective = is_answering_ && ineffective;
   rescued.has_shown_commands = is_answering_ && evidence_.has_shown_set_point() && evidence_.has_shown_mode();
-  if (is_answering_) rescued.details = (ineffective ? "safe_ineffective: " : "") + evidence_.describe();
+  if (is_answering_) {
+    const bool is_refused = what != SafeTask::look && rescued.reached != SafeStage::all && !rescued.details.empty();
+    rescued.details =
+        (ineffective ? "safe_ineffective: " : "") + evidence_.describe() + (is_refused ? "; " + rescued.details : "");
+  }
   if (!is_answering_)
     rescued.reached = std::min(rescued.reached, SafeStage::set_point);
   else if (!evidence_.is_safe())

@@ -13,7 +13,7 @@ namespace gyrotherm::watchdog {
 namespace {
 
 constexpr Duration kReadWithin = std::chrono::seconds(2);
-constexpr Duration kMinTraceInterval = std::chrono::minutes(1);
+constexpr Duration kMinTraceInterval = std::chrono::minutes(1), kMinChangeInterval = std::chrono::seconds(5);
 constexpr Duration kMissingTimeLimit = std::chrono::hours(24);
 constexpr const char *kActive = "active", *kGone = "gone", *kFulfilled = "fulfilled", *kOtherRun = "another's";
 constexpr std::string_view kGiveUp = "give up: ";
@@ -32,11 +32,15 @@ TraceWriter::TraceWriter(const SafeState& safe_state, std::string because, std::
 
 bool TraceWriter::record(const RescueResult& rescued) {
   const bool confirmed = rescued.reached == SafeStage::all;
-  const bool same = confirmed == trace_.confirmed && same_until_ && !confirmed;
-  if (same && (rescued.details == trace_.details || !same_until_->has_passed())) return false;
+  const Evidence evidence{rescued.reached, rescued.is_ineffective, rescued.has_shown_commands};
+  const bool may_wait = same_until_ && confirmed == trace_.confirmed && !confirmed;
+  const auto& next_at = evidence == evidence_ ? same_until_ : changed_until_;
+  if (may_wait && (rescued.details == trace_.details || !next_at->has_passed())) return false;
   // A confirmed chamber stays confirmed if a later attempt fails.
   if (trace_.confirmed && !confirmed) return false;
+  evidence_ = evidence;
   same_until_.emplace(kMinTraceInterval);
+  changed_until_.emplace(kMinChangeInterval);
   trace_.at = SteadyClock().now().utc;
   trace_.confirmed = confirmed;
   trace_.details = rescued.details;
@@ -115,7 +119,7 @@ std::optional<std::string> TraceWriter::find_end_reason() {
     give_up_order_ = orders->substr(kGiveUp.size());
     return "ordered to give up by " + give_up_order_;
   }
-  if (orders == kOtherRun) return "the safe-state file belongs to another run";
+  if (orders == kOtherRun) return "the run was resumed and has a guard of its own";
   if (orders == kFulfilled) return "another program has made the chamber safe";
   if (orders == kActive) gone_until_.reset();
   if (orders == kGone && !gone_until_) gone_until_.emplace(kMissingTimeLimit);

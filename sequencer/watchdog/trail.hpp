@@ -54,7 +54,16 @@ class TraceWriter {
   const SafeState& safe_state_;
   MadeSafe trace_;
   Duration began_;  ///< UTC
-  std::optional<Deadline> same_until_, gone_until_;
+  /// What the last recorded result has shown.
+  struct Evidence {
+    SafeStage reached{};
+    bool is_ineffective{}, has_shown_commands{};
+    bool operator==(const Evidence&) const = default;
+  };
+  Evidence evidence_;
+  /// Times from which a result is recorded that shows the same, or something else.
+  std::optional<Deadline> same_until_, changed_until_;
+  std::optional<Deadline> gone_until_;
   bool trace_to_write_ = false, safe_state_to_remove_ = false;
   std::string give_up_order_;
   /// The files are changed only if the safe-state file is that of this run.

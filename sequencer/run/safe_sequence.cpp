@@ -52,8 +52,7 @@ std::optional<std::string> SafeSequence::attempt(io::InstrumentIo& io, Duration 
   if (at_once) forced_ = at;
   const auto done = carry_out(io, at_once);
   trouble_ = done ? "" : text(done.error());
-  const bool fails = !done || evidence_.is_ineffective() || unread_ >= kUnreadToReport;
-  if (!fails || !is_due(reported_, at, kReportInterval)) return std::nullopt;
+  if (!is_failing() || !is_due(reported_, at, kReportInterval)) return std::nullopt;
   reported_ = at;
   return describe() + "; further attempts follow";
 }
@@ -66,6 +65,10 @@ void SafeSequence::add_reading(const Reading<ChamberState>& chamber, Duration at
   if (!chamber.value) return;
   evidence_.add_reading(*chamber.value, at);
   confirmed_ = evidence_.is_safe();
+}
+
+bool SafeSequence::is_failing() const {
+  return !trouble_.empty() || evidence_.is_ineffective() || unread_ >= kUnreadToReport;
 }
 
 bool SafeSequence::is_only_being_watched() const {
@@ -81,6 +84,9 @@ std::string SafeSequence::describe() const {
   const bool is_acknowledged = began_ && trouble_.empty() && !evidence_.is_ineffective();
   if (is_acknowledged || is_only_being_watched())
     return fmt::format("the chamber was {}, and is NOT confirmed safe yet ({})", what, shown);
+  if (trouble_.empty() && evidence_.has_shown_set_point() && evidence_.has_shown_mode())
+    return fmt::format("the chamber was {}, but its air does NOT follow ({}){}", what, shown,
+                       evidence_.must_be_off() ? "; cut its power" : "");
   return fmt::format("the chamber could NOT be {} ({}{}{})", what, trouble_, trouble_.empty() ? "" : "; ", shown);
 }
 

@@ -12,8 +12,8 @@
 namespace gyrotherm::watchdog {
 namespace {
 
-/// A controller changes its mode within this time, even on a slow line.
-constexpr Duration kModeWithin = std::chrono::seconds(60);
+/// A controller takes a set point and changes its mode within this time, even on a slow line.
+constexpr Duration kTakenWithin = std::chrono::seconds(60);
 /// A reading that is older is described with its age.
 constexpr Duration kMaxFreshAge = std::chrono::seconds(5);
 constexpr int kSwitchesOff = 2;  ///< the escalation that switches off
@@ -75,6 +75,7 @@ void SafeEvidence::escalate(Celsius air, Duration at) {
   follow_due_ = !must_be_off() && goal_.can_start && activity_ != ChamberActivity::unknown && !is_off(activity_);
   is_accepted_ = switched_off_ = false;
   mode_wrong_since_.reset();
+  set_point_wrong_since_.reset();
   air_.begin(source());
   trend_.begin(source());
   (void)trend_.add_reading(air, at);
@@ -86,9 +87,9 @@ void SafeEvidence::watch_air(Celsius air, Duration at, bool was_complete) {
   if (complete != was_complete || air_.source() != source()) air_.begin(source());
   const auto trend = trend_.add_reading(air, at);
   const auto verdict = complete ? air_.add_reading(air, at) : AirVerdict::watching;
-  const bool mode_fails = mode_wrong_since_ && at - *mode_wrong_since_ > kModeWithin;
+  const auto is_refused = [at](const std::optional<Duration>& since) { return since && at - *since > kTakenWithin; };
   if (trend == AirVerdict::moves_away || verdict == AirVerdict::moves_away || verdict == AirVerdict::does_not_move ||
-      mode_fails)
+      is_refused(set_point_wrong_since_) || is_refused(mode_wrong_since_))
     escalate(air, at);
   if (is_safe()) ineffective_ = false;
 }
@@ -105,10 +106,11 @@ void SafeEvidence::add_reading(const ChamberState& chamber, Duration at) {
   set_point_shown_ = is_accepted_;
   if (switched_off_ && activity_ == ChamberActivity::running) switched_off_ = false;
   mode_shown_ = judge_mode();
-  if (mode_shown_)
-    mode_wrong_since_.reset();
-  else if (!mode_wrong_since_)
-    mode_wrong_since_ = at;
+  const auto note_wrong = [at](bool is_shown, std::optional<Duration>& since) {
+    since = is_shown ? std::nullopt : since ? since : std::optional(at);
+  };
+  note_wrong(set_point_shown_ || is_off(activity_), set_point_wrong_since_);
+  note_wrong(mode_shown_, mode_wrong_since_);
   watch_air(chamber.air, at, was_complete);
 }
 

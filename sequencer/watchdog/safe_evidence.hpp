@@ -94,7 +94,7 @@ class SafeEvidence {
   ChamberActivity activity_ = ChamberActivity::unknown;
   bool is_accepted_ = false, switched_off_ = false, follow_due_ = false;
   bool set_point_shown_ = false, mode_shown_ = false;
-  std::optional<Duration> mode_wrong_since_;
+  std::optional<Duration> set_point_wrong_since_, mode_wrong_since_;
   int escalations_ = 0;
   bool ineffective_ = false;
   /// Movement of the air that caused the last escalation; empty: it was not the air.

@@ -60,6 +60,22 @@ TEST(SafeSequence, ReportsChamberThatCannotBeReadAtOnceAndThenOnceAMinute) {
   EXPECT_EQ(bench.run_controller().end_cause().find("no reading"), std::string::npos);
 }
 
+TEST(SafeSequence, ReportsRefusedSetPointAndSwitchesOff) {
+  tests::Bench bench(kHoldAt30, watch_air);
+  bench.chamber().air_c = 30;
+  bench.seconds(60);
+  bench.chamber().refuses = true;
+  bench.run_controller().submit(OperatorCommand::abort, "Ada");
+  bench.seconds(3);
+  const auto faults = bench.run_controller().overview().faults_now;
+  ASSERT_FALSE(faults.empty());
+  EXPECT_NE(faults.back().find("the chamber could NOT be sent to 20 °C"), std::string::npos) << faults.back();
+  bench.seconds(60);
+  EXPECT_EQ(bench.count(EventKind::interlock, "safe_ineffective (abort): "), 1) << "within about a minute";
+  bench.seconds(80);
+  EXPECT_FALSE(bench.chamber().on) << "the chamber obeys this command";
+}
+
 TEST(SafeSequence, WritesModeOfChamberInManualMode) {
   tests::Bench bench(kHoldAt30, watch_air);
   abort_at_30(bench);

@@ -180,6 +180,18 @@ void compare_rates(Duration elapsed, InterlockMemory& memory) {
 
 }  // namespace
 
+void note_alteration(bool is_altered, const ExplainedAir& before, const ChamberState& chamber,
+                     InterlockMemory& memory) {
+  auto& kept = memory.explained_before_alteration;
+  if (is_altered && !kept) kept = before;
+  if (is_altered || !kept) return;
+  memory.explained.lowest = kept->first ? std::min(kept->lowest, chamber.air) : chamber.air;
+  memory.explained.highest = kept->first ? std::max(kept->highest, chamber.air) : chamber.air;
+  memory.expected = chamber.air;
+  memory.lag = {};
+  kept.reset();
+}
+
 void remember(const InterlockLimits& limits, const Sample& sample, Duration elapsed, bool is_after_pause,
               InterlockMemory& memory) {
   memory.thermometers.resize(sample.thermometers.size());

@@ -153,6 +153,8 @@ struct InterlockMemory {
   Kelvins lag{};
   std::optional<Celsius> set_point{};
   ExplainedAir explained{};
+  /// `explained` before the chamber was altered by another program, at its panel or by a restart; absent: it is not.
+  std::optional<ExplainedAir> explained_before_alteration{};
   /// Last known air temperature.
   std::optional<Celsius> last_air{};
   /// Time since `last_air` was read.
@@ -177,6 +179,11 @@ class Ranks {
  private:
   std::vector<double> sorted_;
 };
+
+/// Notes whether the chamber differs from its commanded state. Once it no longer does, forgets the set points that this
+/// program has not sent: they explain no air temperature but the present one. `before` is `memory.explained` before
+/// this second.
+void note_alteration(bool is_altered, const ExplainedAir& before, const ChamberState& chamber, InterlockMemory& memory);
 
 /// Adds a sample that covers `elapsed` to the trends. `is_after_pause` is true if the program paused before the sample.
 void remember(const InterlockLimits& limits, const Sample& sample, Duration elapsed, bool is_after_pause,

@@ -172,6 +172,11 @@ struct Sample {
 /// Begins the fault of an instrument whose reading was not finished in its second. The instrument may answer later: it
 /// is too slow rather than silent.
 inline constexpr std::string_view kStillBusy = "still busy after ";
+/// Returns true if an instrument did not answer. An answer without a valid value is an answer.
+[[nodiscard]] inline bool means_no_answer(const Fault& fault) {
+  return fault.kind == FaultKind::timeout || fault.kind == FaultKind::disconnected;
+}
+
 [[nodiscard]] inline bool is_still_busy(const Fault& fault) { return fault.what.starts_with(kStillBusy); }
 
 /// Begins the end of a fault's text that quotes the last received line, which answers no question.

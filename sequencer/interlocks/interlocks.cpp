@@ -158,8 +158,7 @@ Found check_stuck(const CheckInputs& in) {
 Found check_chamber_silent(const CheckInputs& in) {
   if (in.chamber()) return {};
   const auto& fault = in.sample.chamber.value.error();
-  const bool is_silent = fault.kind == FaultKind::timeout || fault.kind == FaultKind::disconnected;
-  if (is_silent) return {{.text = "chamber silent", .detail = received_text(fault.what)}};
+  if (means_no_answer(fault)) return {{.text = "chamber silent", .detail = received_text(fault.what)}};
   return make_result(fmt::format("no reading of the chamber ({})", text(fault)));
 }
 /// The silent units, and the number of units that should send. A unit that is counted as dead is not silent.
@@ -210,6 +209,10 @@ Found check_thermometers_lost(const CheckInputs& in) {
   const auto needed = std::min<std::ptrdiff_t>(in.limits.thermometers_needed, std::ssize(all));
   if (answer >= needed) return {};
   if (answer > 0) return make_result(fmt::format("{} thermometers answer, {} are needed", answer, needed));
+  const auto invalid =
+      std::ranges::find_if(all, [](const auto& reading) { return !means_no_answer(reading.value.error()); });
+  if (invalid != all.end())
+    return make_result(fmt::format("no valid reading of any thermometer ({})", text(invalid->value.error())));
   const auto late = std::ranges::find_if(all, [](const auto& reading) { return is_still_busy(reading.value.error()); });
   return make_result(late == all.end() ? "every thermometer silent"
                                        : fmt::format("every thermometer silent or too slow: {}; a reading must take "
@@ -692,9 +695,12 @@ InterlockResult judge(const InterlockLimits& limits, InterlockMemory memory, con
            memory.liveness);
   Sample alive = sample;
   mask_dead_readings(limits, memory.liveness, alive);
+  const auto explained = memory.explained;
   remember(limits, alive, elapsed, inputs.missed > Duration{}, memory);
   std::array<Verdict, kInterlocks> verdicts;
   const CheckInputs second{limits, memory, alive, inputs, Ranks(alive)};
+  if (const auto& chamber = alive.chamber.value)
+    note_alteration(describe_alteration(second).has_value(), explained, *chamber, memory);
   for (std::size_t i = 0; i < kInterlocks; ++i) {
     verdicts[i].found = kTable[i].check(second);
     for (const auto& watch : memory.watches[i])

@@ -169,7 +169,7 @@ struct InterlockResult {
 [[nodiscard]] std::vector<InterlockId> causes_ended_by_resume(const InterlockMemory& memory);
 
 /// Returns the reason why the chamber must not be left at its set point: its air is away from the set point and does
-/// not approach it. Returns an empty text if the chamber may be left, or if it was not read.
+/// not approach it, or it has been silent for 2 s. Returns an empty text if the chamber may be left.
 [[nodiscard]] std::string leaving_refusal(const InterlockLimits& limits, const InterlockMemory& memory,
                                           const Sample& sample);
 

@@ -90,7 +90,11 @@ std::vector<CheckResult> find_unexplained_air(const CheckInputs& in) {
 }
 
 std::string leaving_refusal(const InterlockLimits& limits, const InterlockMemory& memory, const Sample& sample) {
+  constexpr Duration kSilent = std::chrono::seconds(2);
   const auto& chamber = sample.chamber.value;
+  if (!chamber && memory.since_last_air >= kSilent)
+    return fmt::format("the chamber has not answered for {}, so its set point is not confirmed",
+                       format_duration(memory.since_last_air));
   if (!chamber || !memory.expected || !memory.set_point || !may_condition(chamber->activity)) return {};
   const auto& known = memory.explained;
   const auto permitted = known.watched < kShortRun ? kUnexplainedInShortRun : kUnexplained;

@@ -37,16 +37,17 @@ RigLine& line_at(std::vector<RigLine>& lines, const std::string& address, const 
   return lines.back();
 }
 
+bool is_unanswered(const auto& value) { return !value && means_no_answer(value.error()); }
 bool is_silent_thermometer(const Sample& sample, std::size_t column) {
-  return column < sample.thermometers.size() && !sample.thermometers[column].value;
+  return column < sample.thermometers.size() && is_unanswered(sample.thermometers[column].value);
 }
 bool is_silent_unit(const Sample& sample, std::size_t unit) {
-  return unit < sample.units.size() && !sample.units[unit].count.value;
+  return unit < sample.units.size() && is_unanswered(sample.units[unit].count.value);
 }
 
-/// Returns true if no instrument on the line delivered a reading.
+/// Returns true if no instrument on the line answered. An invalid answer is one.
 bool is_silent(const RigLine& line, const Sample& sample) {
-  if (line.has_chamber && sample.chamber.value) return false;
+  if (line.has_chamber && !is_unanswered(sample.chamber.value)) return false;
   return std::ranges::all_of(line.thermometers, [&](auto column) { return is_silent_thermometer(sample, column); }) &&
          std::ranges::all_of(line.units, [&](auto unit) { return is_silent_unit(sample, unit); });
 }

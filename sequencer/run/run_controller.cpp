@@ -456,7 +456,7 @@ void RunController::step_profile(const Sample& sample) {
   state_ = is_paused ? next_while_paused(profile_, state_, observation(sample))
                      : next(profile_, state_, observation(sample));
   if (is_paused) return;
-  if (std::holds_alternative<profile::Complete>(state_) && must_observe_end()) {
+  if (std::holds_alternative<profile::Complete>(state_) && must_observe_end(sample)) {
     state_ = before;
     return;
   }
@@ -473,11 +473,14 @@ void RunController::step_profile(const Sample& sample) {
   note(EventKind::finished, "profile complete");
 }
 
-/// Returns whether the profile's last second continues, because the air of a real chamber has been observed for too
-/// short a time to leave the chamber. Records the first such second.
-bool RunController::must_observe_end() {
+/// Returns whether the profile's last second continues, because the chamber does not answer, or because the air of a
+/// real chamber has been observed for too short a time to leave the chamber. Records the first second of the latter
+/// kind.
+bool RunController::must_observe_end(const Sample& sample) {
   const auto& rig = rig_.file();
-  if (rig.simulated || lead_->can_continue_alone() || !last_.chamber.value) return false;
+  if (lead_->can_continue_alone()) return false;
+  if (!sample.chamber.value) return true;  // its silence has an interlock
+  if (rig.simulated) return false;
   const auto needed = std::min(rig.safe_observe, kLongestEndObservation);
   if (memory_.explained.watched >= needed) return false;
   if (!std::exchange(is_end_observed_, true))
@@ -560,6 +563,8 @@ std::string RunController::describe_external_change() const {
 RunOverview RunController::overview() const {
   const auto left = time_left(profile_, state_);
   const bool is_ending = run_state() == RunState::aborting || run_state() == RunState::aborted;
+  auto faults = active_faults(memory_);
+  if (run_state() == RunState::aborting && safe_.is_failing()) faults.push_back(safe_.describe());
   return {.state = run_state(),
           .cause = state_cause(machine_),
           .stopped_by_operator = is_stopped_by_operator(machine_),
@@ -567,7 +572,7 @@ RunOverview RunController::overview() const {
           .behind_plan = std::max(Duration{}, kSecond * next_slot_ - (planned_ - left)),
           .missed_set_points = lead_->missed_set_points(),
           .unconfirmed_set_points = lead_->unconfirmed_set_points(),
-          .faults_now = active_faults(memory_)};
+          .faults_now = std::move(faults)};
 }
 
 std::string RunController::end_cause() const {

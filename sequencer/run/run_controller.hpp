@@ -169,7 +169,7 @@ class RunController {
   void step_machine(const Sample& sample, const interlocks::InterlockDemand& demand, Duration missed);
   void change_to(RunStateMachine machine);
   void step_profile(const Sample& sample);
-  [[nodiscard]] bool must_observe_end();
+  [[nodiscard]] bool must_observe_end(const Sample& sample);
   [[nodiscard]] std::string leaving_refusal(const Sample& sample) const;
   void note_following(const std::string& why);
   [[nodiscard]] profile::Observation observation(const Sample& sample) const;

@@ -117,6 +117,36 @@ TEST(EndOfRun, IsRefusedWhileAirStaysAwayFromSetPoint) {
   }
 }
 
+TEST(EndOfRun, IsRefusedWhileChamberIsSilent) {
+  InterlockBench bench;
+  bench.seconds(60);
+  bench.sample.chamber.value = silence();
+  bench.second();
+  EXPECT_EQ(leaving_refusal(bench.limits, bench.memory, bench.sample), "") << "one lost answer";
+  bench.seconds(2);
+  EXPECT_EQ(leaving_refusal(bench.limits, bench.memory, bench.sample),
+            "the chamber has not answered for 3 s, so its set point is not confirmed");
+}
+
+/// A set point of another program, seen for a second, must not widen the band in which the air counts as following.
+TEST(Following, IsWatchedAgainAfterForeignSetPoint) {
+  for (const double foreign : {20.0, 60.0, -50.0}) {
+    InterlockBench bench;
+    bench.chamber() = {.air = {20}, .set_point = {20}, .activity = ChamberActivity::running};
+    bench.seconds(2400);
+    bench.chamber().set_point = {foreign};
+    bench.second();
+    bench.chamber().set_point = {20};
+    bench.seconds(10);
+    int lasted = 0;
+    for (; lasted < 1200 && !bench.has(InterlockId::following); ++lasted) {
+      bench.chamber().air = {20 + 5.0 * lasted / 60};
+      bench.second();
+    }
+    EXPECT_LT(lasted, 120) << foreign << ": air " << bench.chamber().air.value;
+  }
+}
+
 /// Evaluates the interlocks with an air temperature that a function of time returns. Returns the most severe reaction.
 Reaction most_severe(const std::function<double(double)>& air, const std::function<double(double)>& set_point,
                      int time_s) {

@@ -194,6 +194,7 @@ int run(int argc, char** argv) {
     write_to_stderr(fmt::format("gyrotherm-monitor: {}\nRun with --help for more information.\n", cause));
     return kUsageExit;
   }
+  if (user.state.empty()) user.state = options.state_folder;
   const auto report_address = [](const std::string& address) {
     [[maybe_unused]] const auto written = write_to_stdout(address + "\n");
   };

@@ -144,7 +144,7 @@ void report_draft(Console& console, const Draft& draft, const std::string& file)
                     "check --rig {}\n",
                     rig_argument(file)));
   }
-  if (silent > 0) console.print(fmt::format("{} of {} instruments did not answer\n", silent, draft.probes.size()));
+  if (silent > 0) console.print(fmt::format("{} of {} instruments were not identified\n", silent, draft.probes.size()));
   console.print(fmt::format("next: gyrotherm check --rig {} --connect\n", rig_argument(file)));
 }
 

@@ -47,9 +47,11 @@ std::unique_ptr<drivers::Registers> open_registers(const rig::RigFile& rig) {
 }
 
 Probe make_probe(std::string title, const Result<std::string>& answer) {
+  const bool is_silent =
+      !answer && (answer.error().kind == FaultKind::timeout || answer.error().kind == FaultKind::disconnected);
   return {.title = std::move(title),
           .answers = answer.has_value(),
-          .text = plain(answer ? *answer : "NO ANSWER: " + text(answer.error()))};
+          .text = plain(answer ? *answer : (is_silent ? "NO ANSWER: " : "NOT IDENTIFIED: ") + text(answer.error()))};
 }
 
 Probe probe_chamber(const rig::RigFile& rig, std::optional<Celsius>& air) {

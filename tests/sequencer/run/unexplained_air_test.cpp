@@ -120,7 +120,7 @@ TEST(EndOfRun, IsRefusedWhileAirStaysAwayFromSetPoint) {
 TEST(EndOfRun, IsRefusedWhileChamberIsSilent) {
   InterlockBench bench;
   bench.seconds(60);
-  bench.sample.chamber.value = silence();
+  bench.sample.chamber.value = failure(FaultKind::timeout, "chamber", "no reply in 500 ms");
   bench.second();
   EXPECT_EQ(leaving_refusal(bench.limits, bench.memory, bench.sample), "") << "one lost answer";
   bench.seconds(2);

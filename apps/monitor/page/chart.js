@@ -129,8 +129,9 @@ const chart = (() => {
   };
 
   /// Returns the annotations of dygraphs: one per bucket with an event, at most the last 200. `channel` carries them.
-  function make_marks(events, series, channel, started_ms) {
-    const end = series.from + series.step * series.count,
+  /// If the chart grows with new samples, events after the loaded buckets have marks too.
+  function make_marks(events, series, channel, started_ms, is_growing) {
+    const end = is_growing ? Infinity : series.from + series.step * series.count,
       by_bucket = new Map();
     for (const event of events) {
       if (!kMarks[event.kind] || event.slot < series.from || event.slot >= end) continue;
@@ -174,7 +175,9 @@ const chart = (() => {
       'aria-describedby': 'trend-caption',
     });
     const legend = make_element('ul', {class: 'legend', 'aria-hidden': 'true'}),
-      caption = make_element('p', {class: 'note', id: 'trend-caption', role: 'status'});
+      // The caption follows each sample, so only the notice is announced.
+      caption = make_element('p', {class: 'note', id: 'trend-caption'}),
+      notice = make_element('p', {class: 'note', role: 'status'});
     const low_input = make_element('input', {type: 'number', id: 'scale-low', step: 'any'}),
       high_input = make_element('input', {type: 'number', id: 'scale-high', step: 'any'});
     const fixed_box = make_element('input', {type: 'checkbox', id: 'scale-fixed'});
@@ -191,6 +194,8 @@ const chart = (() => {
         ? Math.ceil(run_length_s(run.status, null))
         : Math.max(0, run.sample ? run.sample.slot : 0, run.status.slot);
     const is_following = () => view.from === null;
+    // New samples are added to the chart.
+    const is_growing = () => is_following() && !run.status.imported;
     const visible_seconds = () =>
       is_following()
         ? {from: view.span ? Math.max(0, last_s() - view.span) : 0, to: last_s()}
@@ -235,7 +240,8 @@ const chart = (() => {
         ),
         box,
         legend,
-        caption
+        caption,
+        notice
       ),
       make_element(
         'section',
@@ -253,7 +259,7 @@ const chart = (() => {
               checkbox.addEventListener('change', () => {
                 if (checkbox.checked && selected.size >= kMaxChannels) {
                   checkbox.checked = false;
-                  return set_text(caption, `At most ${kMaxChannels} channels can be shown.`);
+                  return set_text(notice, `At most ${kMaxChannels} channels can be shown.`);
                 }
                 if (checkbox.checked) selected.add(channel.name);
                 else selected.delete(channel.name);
@@ -337,6 +343,21 @@ const chart = (() => {
       );
     }
 
+    function show_caption() {
+      const {from, to} = visible_seconds();
+      set_text(
+        caption,
+        series.channels.map(channel_label).join(', ') +
+          `: ${format_second(from)} to ${format_second(to)}, ${step_text()}` +
+          (is_following() && run.status.running ? ', live' : '') +
+          '.'
+      );
+    }
+
+    function present_marks() {
+      return make_marks(run.events, series, series.channels[0].name, started_ms, is_growing());
+    }
+
     function draw() {
       const label_width = box.clientWidth < 480 ? 46 : 56;
       const options = {
@@ -368,7 +389,7 @@ const chart = (() => {
           show_legend(rows[row].slice(1).map(bar => (Number.isNaN(bar[1]) ? null : bar[1]))),
         unhighlightCallback: () => show_legend(null),
       };
-      const marks = make_marks(run.events, series, series.channels[0].name, started_ms);
+      const marks = present_marks();
       if (graph) {
         graph.setAnnotations(marks, true);
         graph.updateOptions(options, false);
@@ -377,14 +398,7 @@ const chart = (() => {
         if (marks.length > 0) graph.setAnnotations(marks);
       }
       show_legend(null);
-      const {from, to} = visible_seconds();
-      set_text(
-        caption,
-        series.channels.map(channel_label).join(', ') +
-          `: ${format_second(from)} to ${format_second(to)}, ${step_text()}` +
-          (is_following() && run.status.running ? ', live' : '') +
-          '.'
-      );
+      show_caption();
       span_buttons.forEach((button, i) =>
         button.setAttribute('aria-pressed', is_following() && kSpans[i][0] === view.span ? 'true' : 'false')
       );
@@ -399,7 +413,8 @@ const chart = (() => {
           `&from=${from}&to=${to}&buckets=${Math.min(kMaxBuckets, Math.max(300, box.clientWidth))}`
       );
       if (request !== request_count || page.view.name !== 'trend') return;
-      if (!response.ok) return set_text(caption, response.json.error);
+      set_text(notice, response.ok ? '' : response.json.error);
+      if (!response.ok) return;
       if (
         graph &&
         (!series || series.channels.map(c => c.name).join() !== response.json.channels.map(c => c.name).join())
@@ -409,10 +424,11 @@ const chart = (() => {
       }
       series = response.json;
       rows = shown.rows = make_rows(series, started_ms, run.events);
-      if (is_following() && !run.status.imported) run.recent_samples.forEach(add);
+      if (is_growing()) run.recent_samples.forEach(add);
       loaded_ms = performance.now();
-      if (rows.length === 0) return set_text(caption, 'No data in this interval.');
-      draw();
+      if (rows.length > 0) return draw();
+      set_text(caption, '');
+      set_text(notice, 'No data in this interval.');
     }
 
     function add(sample) {
@@ -426,7 +442,7 @@ const chart = (() => {
     /// Adds a sample. Redraws at most four times a second. Requests the buckets again if there are too many or if they
     /// begin too long before the visible interval.
     function on_sample(sample) {
-      if (!series || !is_following() || run.status.imported) return;
+      if (!series || !is_growing()) return;
       add(sample);
       const now = performance.now();
       if (now < redraw_due_ms || !graph) return;
@@ -442,6 +458,7 @@ const chart = (() => {
         series.from += first * series.step;
       }
       graph.updateOptions({file: rows});
+      show_caption();
     }
 
     const dark = matchMedia('(prefers-color-scheme: dark)'),
@@ -462,7 +479,7 @@ const chart = (() => {
         if (is_following() && performance.now() - loaded_ms > 1000) load();
       },
       on_event: () => {
-        if (graph) graph.setAnnotations(make_marks(run.events, series, series.channels[0].name, started_ms));
+        if (graph) graph.setAnnotations(present_marks());
       },
       close: () => {
         dark.removeEventListener('change', draw_again);
@@ -484,5 +501,5 @@ const chart = (() => {
     return shown.rows.map(row => row[0] / 1000);
   }
 
-  return {trend, count_empty_rows, shown_times_s};
+  return {trend, make_marks, count_empty_rows, shown_times_s};
 })();

@@ -264,6 +264,27 @@ class Page(WatchedRun):
         left = self.browser.find_element(By.CSS_SELECTOR, ".dygraph-ylabel").get_attribute("textContent")
         self.assertEqual(left, "°C")
 
+    def test_2_trend_follows_new_events_and_samples(self) -> None:
+        self.set_width(1200)
+        self.browser.get("about:blank")
+        self.open_view("trend")
+        self.press("//button[.='10 min']")
+        self.assertTrue(until(lambda: self.browser.find_elements(By.CSS_SELECTOR, ".chart canvas"), 10))
+        caption = "document.getElementById('trend-caption').textContent"
+        loaded = until(lambda: self.evaluate(caption), 10)
+        self.assertIn(", live", loaded)
+        self.assertTrue(until(lambda: self.evaluate(caption) != loaded, 10), "it contains the present second")
+        self.assertIsNone(self.browser.find_element(By.ID, "trend-caption").get_attribute("role"))
+        told = gyrotherm("tell", str(self.run_.record), "note", "seen in the trend")
+        self.assertEqual(told.returncode, 0, told.stderr)
+        marks = "[...document.querySelectorAll('.dygraph-annotation')].filter(m => m.title.includes('seen in the trend'))"
+        self.assertTrue(until(lambda: self.evaluate(f"{marks}.length") == 1, 15), "without a reload")
+        series = "{from: 100, step: 2, count: 5}"
+        events = "[99, 100, 109, 110, 500].map(slot => ({kind: 'note', slot, text: 'a'}))"
+        for is_growing, times_s in (("false", [100, 108]), ("true", [100, 108, 110, 500])):
+            marks = f"chart.make_marks({events}, {series}, 'air', 0, {is_growing})"
+            self.assertEqual(self.evaluate(f"{marks}.map(mark => mark.x / 1000)"), times_s)
+
     def test_2_values_are_written_as_people_write_them(self) -> None:
         self.open_view("now")
         written = {

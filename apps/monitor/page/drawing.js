@@ -156,7 +156,7 @@ const drawing = (() => {
           make_svg(
             'text',
             {x: x(t), y: height - 22, 'text-anchor': anchor},
-            format_time(started + 1000 * t, end > 20 * 3600)
+            format_tick(started + 1000 * t, end > 20 * 3600)
           ),
           make_svg('text', {x: x(t), y: height - 5, 'text-anchor': anchor}, format_round_duration(t))
         );

@@ -129,10 +129,20 @@ function format_round_duration(seconds) {
 }
 
 /// Formats a time, ms UTC, in the browser's time zone: with the date and without seconds, or with seconds only. The date
-/// contains the year unless it is the present one. `with_seconds` adds the seconds to a date.
+/// contains the year unless it is the present one. `with_seconds` adds the seconds to a date. The zone is
+/// appended: "12:03:04 CET".
 function format_time(ms, with_date, with_seconds) {
+  return format_local_time(ms, with_date, with_seconds, {timeZoneName: 'short'});
+}
+
+/// Formats the time of a tick of a chart: like format_time(), but without the zone.
+function format_tick(ms, with_date) {
+  return format_local_time(ms, with_date, false, {});
+}
+
+function format_local_time(ms, with_date, with_seconds, zone) {
   if (ms === null || ms === undefined) return '–';
-  const format = {hour: '2-digit', minute: '2-digit', hour12: false};
+  const format = {hour: '2-digit', minute: '2-digit', hour12: false, ...zone};
   if (with_date) Object.assign(format, {weekday: 'short', day: 'numeric', month: 'short'});
   if (!with_date || with_seconds) format.second = '2-digit';
   if (with_date && new Date(ms).getFullYear() !== new Date().getFullYear()) format.year = 'numeric';

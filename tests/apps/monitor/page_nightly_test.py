@@ -329,7 +329,12 @@ class Page(WatchedRun):
             "text_nodes('resume with --accept, and --json').length": 5,
             "text_nodes('by 5--6 or a-b').length": 1,
             "format_time(Date.UTC(2001, 5, 1, 12), true).includes('2001')": True,
-            "format_time(Date.now(), true).length < 18": True,
+            "format_tick(Date.now(), true).length < 18": True,
+            "format_time(Date.now(), true).startsWith(format_tick(Date.now(), true) + ' ')": True,
+            "/^.*2001, \\d\\d:00 [A-Z]\\S+$/.test(format_time(Date.UTC(2001, 0, 1, 12), true))": True,
+            "/^\\d\\d:00:00 [A-Z]\\S+$/.test(format_time(Date.UTC(2001, 6, 1, 12)))": True,
+            "/^\\d\\d:00:00$/.test(format_tick(Date.UTC(2001, 6, 1, 12)))": True,
+            "format_time(null, true)": "–",
             "time_left_s({running: true, state: 'aborting', time_left_s: 5})": None,
             "time_left_s({running: true, state: 'held', time_left_s: 5})": 5,
         }
@@ -698,7 +703,7 @@ class Page(WatchedRun):
         self.assertTrue(until(lambda: self.browser.find_elements(By.CSS_SELECTOR, "[data-title=Time]"), 10))
         times = self.evaluate("[...document.querySelectorAll('td[data-title=Time]')].map(cell => cell.innerText)")
         for shown in times:
-            self.assertRegex(shown, r"\d\d:\d\d:\d\d$")
+            self.assertRegex(shown, r"\d\d:\d\d:\d\d [A-Z]\S+$")
         self.assertIn("1970", self.evaluate("format_time(86400000, true, true)"))
         self.set_width(1280)
         lines = "Math.max(...[...document.querySelectorAll('td[data-title=Time] > div')].map(cell => cell.offsetHeight))"
@@ -739,7 +744,7 @@ class Page(WatchedRun):
             self.expect_text("Solid: past set point")
             cell = "document.querySelector('[data-title=Began] > div')?.textContent"
             self.assertTrue(until(lambda: self.evaluate(cell), 10))
-            self.assertRegex(self.evaluate(cell), r"00:00:0\d$", "not the time of the resume")
+            self.assertRegex(self.evaluate(cell), r"\d\d:00:0\d [A-Z]\S+$", "not the time of the resume")
         finally:
             program.kill()
             program.wait()

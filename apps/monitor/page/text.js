@@ -256,6 +256,32 @@ function event_time_s(event) {
   return event.time_s ?? Math.max(0, event.slot);
 }
 
+/// Returns the units that an operator has dropped, and the names in the present faults of channels: of the chamber, of
+/// thermometers, of units and of their analogue values. A program that resumes a run reports present faults again.
+function channel_conditions(run) {
+  if (run.conditions?.event_count === run.events.length) return run.conditions;
+  const dropped = new Set(),
+    faulty = new Set();
+  for (const {kind, interlock, channel} of run.events) {
+    if (kind === 'dropped') dropped.add(channel);
+    if (kind === 'returned') dropped.delete(channel);
+    if (kind === 'resumed') faulty.clear();
+    if (kind === 'fault' && !interlock) faulty.add(channel);
+    if (kind === 'recovered' && !interlock) faulty.delete(channel);
+  }
+  return (run.conditions = {event_count: run.events.length, dropped, faulty});
+}
+
+/// Returns why a channel has no value: 'dropped', 'fault', or an empty text, such as for a unit whose power is off.
+function missing_reason(run, {name, unit_under_test}) {
+  // The file of an imported record does not state why a value is missing.
+  if (run.status.imported) return '';
+  const {dropped, faulty} = channel_conditions(run);
+  if (dropped.has(unit_under_test)) return 'dropped';
+  const instrument = name.startsWith('chamber_') ? 'chamber' : unit_under_test;
+  return faulty.has(name) || faulty.has(instrument) ? 'fault' : '';
+}
+
 /// Returns whether the profile no longer commands the chamber: its set point is not the profile's.
 function has_left_profile(status) {
   return ['aborting', 'aborted', 'stopped'].includes(status.state);

@@ -25,17 +25,23 @@ function rate_row(axis) {
   );
 }
 
-/// Returns the section with the serial numbers and the order of a run, or null if the record has neither.
-function units_sheet(run) {
-  if (!run.order_number && !run.units.some(unit => unit.serial_number)) return null;
-  const rows = run.units.map(unit =>
+/// Returns the rows of the table of units.
+function unit_rows(run) {
+  const {dropped} = channel_conditions(run);
+  return run.units.map(unit =>
     table_row(
       kUnitColumns,
-      unit.name,
+      unit.name + (unit.in_use && dropped.has(unit.name) ? ' (dropped)' : ''),
       unit.in_use ? unit.serial_number || '–' : 'empty position',
       unit.model || '–'
     )
   );
+}
+
+/// Returns the section with the serial numbers and the order of a run, or null if the record has neither. Its rows are
+/// those of the element `body`.
+function units_sheet(run, body) {
+  if (!run.order_number && !run.units.some(unit => unit.serial_number)) return null;
   return make_element(
     'section',
     {class: 'sheet', 'aria-labelledby': 'now-units'},
@@ -47,7 +53,7 @@ function units_sheet(run) {
         'table',
         {class: 'compact'},
         table_head(...kUnitColumns),
-        make_element('tbody', {}, ...rows)
+        body
       )
     )
   );
@@ -195,7 +201,7 @@ views.now = content => {
           box('goal_left', 'Time left at most')
         )
       )),
-      units_sheet(run),
+      units_sheet(run, (parts.units = make_element('tbody', {}))),
       make_element(
         'section',
         {class: 'sheet', 'aria-labelledby': 'now-channels'},
@@ -252,6 +258,7 @@ views.now = content => {
     const rates = status.gyro_rates || [];
     parts.gyro.hidden = rates.length === 0;
     update_children(parts.rates, rates.map(rate_row));
+    update_children(parts.units, unit_rows(run));
     update_children(parts.troubles, recording_problems(status).map(text => make_element('p', {class: 'error'}, text)));
     const air = sample ? sample.values[1] : status.chamber_air_c,
       set_point = present_set_point(run),
@@ -285,10 +292,9 @@ views.now = content => {
     if (shown)
       parts.values.forEach(({channel, value, index}) => {
         const present = shown.values[index],
-          // The file of an imported record does not state why a value is missing.
-          is_fault = present === null && !status.imported;
-        set_text(value, is_fault ? 'fault' : format_with_unit(present, channel.unit));
-        value.className = is_fault ? 'value fault' : 'value';
+          reason = present === null ? missing_reason(run, channel) : '';
+        set_text(value, reason || format_with_unit(present, channel.unit));
+        value.className = reason === 'fault' ? 'value fault' : 'value';
       });
     if (parts.faults_text !== status.faults_now.join()) {
       parts.faults_text = status.faults_now.join();

@@ -386,6 +386,38 @@ class Page(WatchedRun):
         for more in ("simulated: true", "running: true", "finished: true", "state: 'aborted'"):
             self.assertEqual(self.evaluate(f"safe_chamber_text({{{interrupted}, {more}}})"), "", more)
 
+    def test_2_missing_value_has_its_reason(self) -> None:
+        self.open_view("now")
+        fault, recovered = "{kind: 'fault', channel: '%s'}", "{kind: 'recovered', channel: '%s'}"
+        y = "{name: 'y.rate_deg_per_h', unit_under_test: 'y'}"
+        voltage = "{name: 'y.supply_v', unit_under_test: 'y'}"
+        thermometer, air = "{name: 'A', unit_under_test: 'y'}", "{name: 'chamber_air_c', unit_under_test: ''}"
+        dropped, returned = "{kind: 'dropped', channel: 'y'}", "{kind: 'returned', channel: 'y'}"
+        raised = "{kind: 'fault', channel: 'y', interlock: 'no_counts'}"
+        for channel, events, reason in (
+            (y, (), ""),
+            (y, (dropped,), "dropped"),
+            (voltage, (dropped,), "dropped"),
+            (y, (fault % "y", dropped), "dropped"),
+            (y, (dropped, returned), ""),
+            (y, (fault % "y", dropped, returned), "fault"),
+            (y, (fault % "x",), ""),
+            (y, (fault % "y", recovered % "y"), ""),
+            (y, (fault % "y", "{kind: 'resumed'}"), ""),
+            (y, (raised,), ""),
+            (voltage, (fault % "y.supply_v",), "fault"),
+            (thermometer, (fault % "A",), "fault"),
+            (thermometer, (fault % "B",), ""),
+            (air, (fault % "chamber",), "fault"),
+        ):
+            run = f"{{status: {{imported: false}}, events: [{', '.join(events)}]}}"
+            self.assertEqual(self.evaluate(f"missing_reason({run}, {channel})"), reason, (channel, events))
+        imported = f"{{status: {{imported: true}}, events: [{fault % 'y'}]}}"
+        self.assertEqual(self.evaluate(f"missing_reason({imported}, {y})"), "")
+        run = f"{{events: [{dropped}], units: [{{name: 'x', in_use: true}}, {{name: 'y', in_use: true}}]}}"
+        positions = f"unit_rows({run}).map(row => row.firstChild.textContent)"
+        self.assertEqual(self.evaluate(positions), ["x", "y (dropped)"])
+
     def test_2_segment_keeps_its_first_beginning(self) -> None:
         self.open_view("profile")
         begun = "[{segment: 0, utc_ms: 1000}, {segment: 1, utc_ms: 5000}, {segment: 0, utc_ms: 9000}]"

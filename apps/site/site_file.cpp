@@ -68,6 +68,28 @@ ArchiveSettings read_archive(const TomlTable& table, const std::string& file) {
   return archive;
 }
 
+/// Reads the address of the store and the limits of its connection.
+void read_store_table(const TomlTable& root, const std::string& file, const std::string& credentials,
+                      SiteSettings& site) {
+  const auto store = root.table("store");
+  site.store = read_store_address(store, file, credentials);
+  site.longest_wait = store.duration("longest_wait", site.longest_wait);
+  site.longest_answer = store.duration("longest_answer", site.longest_answer);
+  constexpr Duration kMinTimeout = std::chrono::milliseconds(100);
+  if (site.longest_wait < kMinTimeout) store.note_error("longest_wait", "expected 100 ms or more");
+  if (site.longest_answer < kMinTimeout) store.note_error("longest_answer", "expected 100 ms or more");
+}
+
+void refuse_live_table(const TomlTable& root) {
+  if (root.has("live"))
+    root.note_error("live", "[live] is no longer used, because the store contains the live state; remove it");
+}
+
+std::string credentials_folder() {
+  const char* credentials = std::getenv("CREDENTIALS_DIRECTORY");
+  return credentials != nullptr ? credentials : "";
+}
+
 }  // namespace
 
 Result<SiteSettings> parse_site(std::string_view text, const std::string& file, const std::string& credentials) {
@@ -79,24 +101,33 @@ Result<SiteSettings> parse_site(std::string_view text, const std::string& file, 
   SiteSettings site{.rig = read_rig_name(*root, "rig")};
   for (const auto& folder : root->texts("folders")) site.folders.push_back(resolve_path(file, folder));
   if (site.folders.empty()) root->note_error("folders", "\"folders\" is empty, expected folders of records");
-  const auto store = root->table("store");
-  site.store = read_store_address(store, file, credentials);
-  site.longest_wait = store.duration("longest_wait", site.longest_wait);
-  site.longest_answer = store.duration("longest_answer", site.longest_answer);
-  constexpr Duration kMinTimeout = std::chrono::milliseconds(100);
-  if (site.longest_wait < kMinTimeout) store.note_error("longest_wait", "expected 100 ms or more");
-  if (site.longest_answer < kMinTimeout) store.note_error("longest_answer", "expected 100 ms or more");
-  if (root->has("live"))
-    root->note_error("live", "[live] is no longer used, because the store contains the live state; remove it");
+  read_store_table(*root, file, credentials, site);
+  refuse_live_table(*root);
   if (root->has("archive")) site.archive = read_archive(root->table("archive"), file);
   if (const auto verdict = root->verdict(); !verdict) return failure(verdict.error());
   return site;
 }
 
 Result<SiteSettings> read_site(const std::string& file) {
-  const char* credentials = std::getenv("CREDENTIALS_DIRECTORY");
   return read_text_file(file).and_then(
-      [&](const std::string& text) { return parse_site(text, file, credentials != nullptr ? credentials : ""); });
+      [&](const std::string& text) { return parse_site(text, file, credentials_folder()); });
+}
+
+Result<StoreAddress> parse_store(std::string_view text, const std::string& file, const std::string& credentials) {
+  const auto root = TomlTable::parse(text, file);
+  if (!root) return failure(root.error());
+  root->expect("schema", kSiteSchema);
+  for (const char* key : {"name", "notify", "rig", "folders", "archive"}) root->ignore(key);
+  SiteSettings site;
+  read_store_table(*root, file, credentials, site);
+  refuse_live_table(*root);
+  if (const auto verdict = root->verdict(); !verdict) return failure(verdict.error());
+  return site.store;
+}
+
+Result<StoreAddress> read_store(const std::string& file) {
+  return read_text_file(file).and_then(
+      [&](const std::string& text) { return parse_store(text, file, credentials_folder()); });
 }
 
 }  // namespace gyrotherm::site

@@ -45,5 +45,10 @@ struct SiteSettings {
 [[nodiscard]] Result<SiteSettings> parse_site(std::string_view text, const std::string& file,
                                               const std::string& credentials);
 [[nodiscard]] Result<SiteSettings> read_site(const std::string& file);
+/// Parses the address of the store, for a program that only queries it. Of all tables, the site file needs only
+/// [store]; the others may be missing and are not checked. Otherwise like parse_site().
+[[nodiscard]] Result<StoreAddress> parse_store(std::string_view text, const std::string& file,
+                                               const std::string& credentials);
+[[nodiscard]] Result<StoreAddress> read_store(const std::string& file);
 
 }  // namespace gyrotherm::site

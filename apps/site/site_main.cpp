@@ -33,9 +33,7 @@ Result<Postgres> connect_store(const SiteOptions& options) {
   if (!options.store.empty()) return Postgres::connect({options.store, options.passfile}, {});
   if (options.site_file.empty())
     return failure(FaultKind::usage, {}, "the address of the store is missing; give --store ADDRESS or --site FILE");
-  return read_site(options.site_file).and_then([](const SiteSettings& site) {
-    return Postgres::connect(site.store, {});
-  });
+  return read_store(options.site_file).and_then([](const StoreAddress& store) { return Postgres::connect(store, {}); });
 }
 
 /// Prints a warning if the owner of the store may not end the session of a rig that blocks others, or if a rig's role

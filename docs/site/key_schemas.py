@@ -127,10 +127,11 @@ _RULES = {
     "store": _not_both("passfile", "credential"),
     "[notify.address]": _either("command", "mail", "apprise"),
 }
-# gyrotherm-monitor reads site files without these tables, gyrotherm-publish needs all of them.
+# gyrotherm-monitor reads site files without these tables, gyrotherm site needs only [store], gyrotherm-publish needs all
+# of them.
 _PUBLISHED = {
     "dependencies": {
-        "rig": ["folders", "store"], "folders": ["rig", "store"], "store": ["rig", "folders"], "archive": ["store"],
+        "rig": ["folders", "store"], "folders": ["rig", "store"], "archive": ["rig", "folders", "store"],
     }
 }  # fmt: skip
 

@@ -153,7 +153,8 @@ ORDER = {
 }  # fmt: skip
 SITE = {
     "apps/site/site_file.cpp": {
-        "read_passfile": ["store"], "read_store_address": ["store"], "read_archive": ["archive"], "parse_site:store": ["store"], "parse_site": [""],
+        "read_passfile": ["store"], "read_store_address": ["store"], "read_archive": ["archive"], "read_store_table:store": ["store"],
+        "read_store_table": [""], "parse_site": [""], "parse_store": [""],
     },
     "apps/monitor/site_file.cpp": {
         "read_address": ["[notify.address]"], "read_rule": ["[notify.rule]"], "read_mail_server": ["notify.mail"],
@@ -347,8 +348,9 @@ FILES = {
     ),
     "site": FileKind(
         "Site", "gyrotherm-site/1", SITE,
-        "One file for two programs. `gyrotherm-publish` reads all tables but `[notify]` ([The site](../site.md)). "
-        "`gyrotherm-monitor` reads `name` and `[notify]` ([The live page](../monitor.md)).",
+        "One file for three programs. `gyrotherm-publish` reads all tables but `[notify]` ([The site](../site.md)). "
+        "`gyrotherm-monitor` reads `name` and `[notify]` ([The live page](../monitor.md)). `gyrotherm site` reads only "
+        "`[store]`, also for the view Site of the live page.",
     ),
 }  # fmt: skip
 

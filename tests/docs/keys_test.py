@@ -218,6 +218,10 @@ class Schemas(unittest.TestCase):
             for position, content in files:
                 self.assert_accepts(self.validator(name), content, position)
 
+    def test_site_file_of_queries_needs_only_the_store(self):
+        content = {"schema": "gyrotherm-site/1", "store": {"address": "host=db user=ada", "passfile": "pgpass"}}
+        self.assert_accepts(self.validator("site"), content, "[store] alone")
+
     def test_examples_are_accepted(self):
         seen = 0
         for name in keys.FILES:
@@ -286,7 +290,10 @@ class Schemas(unittest.TestCase):
             ("order", order, "a day of another form", lambda f: f.update(issued="25.11.2026")),
             ("order", order, "a limit of 0", lambda f: f["limit"][0].update(at_most=0)),
             ("site", site, "an address without a way", lambda f: f.update(notify={"address": [{"name": "day"}]})),
-            ("site", site, "a store without a rig", lambda f: (f.pop("rig", None), f.update(store={"address": ""}))),
+            ("site", site, "a rig without a store", lambda f: (f.pop("store", None), f.update(rig="r"))),
+            ("site", site, "folders without a rig", lambda f: (f.pop("rig", None), f.update(folders=["runs"]))),
+            ("site", site, "an archive without a rig", lambda f: (f.pop("rig", None), f.pop("folders", None), f.update(
+                store={"address": "host=db"}, archive={"folder": "kept"}))),
         ]  # fmt: skip
         for name, good, what, change in wrong:
             self.assertTrue(self.validator(name).is_valid(good), what)

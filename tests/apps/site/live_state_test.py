@@ -29,7 +29,7 @@ class Live(unittest.TestCase):
 
     def monitor(self) -> Monitor:
         own = self.store.folder / "monitor.toml"
-        own.write_text('schema = "gyrotherm-site/1"\nname = "hall 4"\nrig = "none"\nfolders = ["none"]\n\n'
+        own.write_text('schema = "gyrotherm-site/1"\nname = "hall 4"\n\n'
                        f'[store]\naddress = "{self.store.address("ada")}"\n')
         (self.store.folder / "none").mkdir(exist_ok=True)
         monitor = Monitor(self.store.folder, "--site", str(own), runs=self.store.folder / "none")

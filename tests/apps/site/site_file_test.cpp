@@ -66,6 +66,27 @@ TEST(SiteFile, TellsWhatIsWrong) {
   EXPECT_NE(mistakes_of(without(whole, "\"chamber-3\"", "\"\"")).find("is not a name"), std::string::npos);
 }
 
+/// A monitor or an analyst has no rig and no records.
+TEST(SiteFile, NeedsOnlyStoreForQueries) {
+  const std::string only =
+      "schema = \"gyrotherm-site/1\"\n[store]\naddress = \"host=db user=ada\"\npassfile = \"pgpass\"\n";
+  const auto store = parse_store(only, "/etc/gyrotherm/site.toml", "").value();
+  EXPECT_EQ(store.conninfo, "host=db user=ada");
+  EXPECT_EQ(store.passfile, "/etc/gyrotherm/pgpass");
+  EXPECT_EQ(parse_store(kWhole, "site.toml", "").value().conninfo, parse_site(kWhole, "site.toml", "")->store.conninfo);
+  EXPECT_FALSE(parse_site(only, "site.toml", "")) << "a publisher needs the name of its rig";
+  const auto refusal_of = [](const std::string& text) {
+    const auto parsed = parse_store(text, "site.toml", "");
+    return parsed ? "" : parsed.error().what;
+  };
+  EXPECT_NE(refusal_of(without(only, "address =", "adress =")).find("did you mean \"address\""), std::string::npos);
+  EXPECT_NE(refusal_of(without(only, "[store]", "[stoer]")).find("store"), std::string::npos);
+  EXPECT_NE(refusal_of(without(only, "[store]", "rgi = \"a\"\n[store]")).find("rgi"), std::string::npos);
+  EXPECT_NE(refusal_of(without(only, "user=ada", "password=secret")).find("use a passfile"), std::string::npos);
+  EXPECT_NE(refusal_of(only + "longest_wait = \"5 ms\"\n").find("100 ms"), std::string::npos);
+  EXPECT_NE(refusal_of(only + "[live]\nbroker = \"b\"\n").find("[live] is no longer used"), std::string::npos);
+}
+
 /// A rig of version 0.1.0 with a broker.
 TEST(SiteFile, RefusesLiveTableWithRemedy) {
   const auto read = parse_site(std::string(kWhole) + "[live]\nbroker = \"mqtts://b\"\n", "site.toml", "");

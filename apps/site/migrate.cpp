@@ -11,9 +11,12 @@
 namespace gyrotherm::site {
 namespace {
 
-constexpr std::array kMigrations{
-    Migration{1, "store", store_schema}, Migration{2, "units", units_schema}, Migration{3, "alarms", alarms_schema},
-    Migration{4, "check-standards", check_standards_schema}, Migration{5, "figures-of-types", figures_of_types_schema}};
+constexpr std::array kMigrations{Migration{1, "store", store_schema},
+                                 Migration{2, "units", units_schema},
+                                 Migration{3, "alarms", alarms_schema},
+                                 Migration{4, "check-standards", check_standards_schema},
+                                 Migration{5, "figures-of-types", figures_of_types_schema},
+                                 Migration{6, "real-runs", real_runs_schema}};
 
 /// Creates the schema and the table of applied migrations, if they do not exist.
 constexpr const char* kCreateMigrationTable = R"(

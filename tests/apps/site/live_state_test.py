@@ -119,6 +119,29 @@ class Live(unittest.TestCase):
         self.assertEqual((silent["state"], silent["set_point_c"]), ("silent", None))
         self.assertTrue(90 <= silent["age_s"] < 150, silent)
 
+    def attention(self, rig: str) -> list[str]:
+        asked = [SITE, "attention", "--all", "--store", self.store.address("ada"), "--json", "--most", "0"]
+        rows = json.loads(subprocess.run(asked, capture_output=True, text=True, check=True).stdout)
+        return [row["what"] for row in rows if row["rig"] == rig]
+
+    def test_a_running_virtual_run_needs_no_attention(self) -> None:
+        """Its clock is virtual: it may begin in 1970 or in the next year."""
+        for rig, age_s in (("past", 30_000_000), ("future", -30_000_000)):
+            self.add_run(rig, age_s, simulated=True)
+            self.assertEqual(self.attention(rig), [], rig)
+            self.make_old(rig, 540)
+            self.assertEqual(self.attention(rig), [], "the limit is ten minutes")
+            self.make_old(rig, 120)
+            self.assertEqual(self.attention(rig), ["silent"], rig)
+
+    def test_a_real_run_is_silent_by_either_clock(self) -> None:
+        self.add_run("fresh", 0)
+        self.assertEqual(self.attention("fresh"), [])
+        self.make_old("fresh", 660)
+        self.assertEqual(self.attention("fresh"), ["silent"])
+        self.add_run("delayed", 660)
+        self.assertEqual(self.attention("delayed"), ["silent"])
+
     def test_a_backlog_is_as_old_as_its_rows(self) -> None:
         self.add_run("backlog", 3600)
         self.assertEqual(self.live("backlog")["state"], "silent")

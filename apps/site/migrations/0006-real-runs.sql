@@ -30,3 +30,62 @@ CREATE OR REPLACE VIEW gyrotherm.v1_attention AS
     SELECT 'more rows than its record', format('%s rows here, %s in the record', r.rows, r.rows_in_record)
     WHERE r.rows > r.rows_in_record
   ) a;
+
+-- As in migration 1, but an imported run does not change the thermometers of the rig either: its rig is unknown.
+CREATE OR REPLACE FUNCTION gyrotherm.add_run(a_run uuid, a_rig text, a_info jsonb) RETURNS void
+LANGUAGE plpgsql SECURITY DEFINER SET search_path = pg_catalog, pg_temp SET timezone = 'UTC' SET lock_timeout = '10s'
+AS $$
+DECLARE
+  begun timestamptz := gyrotherm.utc((a_info->>'started_ns')::bigint);
+  kept jsonb := a_info - 'channels';
+  there gyrotherm.run;
+  is_new boolean := false;
+BEGIN
+  IF begun IS NULL OR begun < 'epoch' OR begun >= '2117-01-01' THEN
+    PERFORM gyrotherm.refuse('no run starts then');
+  END IF;
+  IF NOT EXISTS (SELECT FROM gyrotherm.run WHERE id = a_run) THEN
+    PERFORM gyrotherm.end_stale();
+    PERFORM gyrotherm.own_rig(a_rig);
+    PERFORM gyrotherm.make_month(begun);
+    INSERT INTO gyrotherm.run(id, rig, owner, started, profile, simulated, imported, info, heard)
+    VALUES (a_run, a_rig, session_user, begun, a_info->>'profile', (a_info->>'simulated')::boolean,
+            (a_info->>'imported')::boolean, kept, now())
+    ON CONFLICT DO NOTHING;
+    is_new := FOUND;
+  END IF;
+  IF NOT is_new THEN -- or another session was faster
+    there := gyrotherm.own_run(a_run);
+    IF there.info <> kept OR there.rig <> a_rig THEN
+      PERFORM gyrotherm.refuse('the run that is there is another one');
+    END IF;
+    RETURN;
+  END IF;
+  INSERT INTO gyrotherm.channel(run, position, name, unit, measures, unit_under_test, words, calibration)
+  SELECT a_run, c.position, c.value->>'name', c.value->>'unit', c.value->>'measures', c.value->>'unit_under_test',
+         CASE WHEN c.value ? 'words' THEN ARRAY(SELECT jsonb_array_elements_text(c.value->'words')) END,
+         c.value->'calibration'
+  FROM jsonb_array_elements(a_info->'channels') WITH ORDINALITY AS c(value, position);
+  INSERT INTO gyrotherm.run_unit(run, label, serial_number, model)
+  SELECT a_run, u->>'label', u->>'serial_number', u->>'model' FROM jsonb_array_elements(a_info->'units') u
+  WHERE u->>'serial_number' <> '';
+  IF (a_info->>'simulated')::boolean OR (a_info->>'imported')::boolean THEN RETURN; END IF;
+  INSERT INTO gyrotherm.thermometer(rig, name, instrument, certificate, calibrated, due, run, started)
+  SELECT a_rig, c->>'name', c->'calibration'->>'instrument', c->'calibration'->>'certificate',
+         nullif(c->'calibration'->>'calibrated', '')::date, nullif(c->'calibration'->>'due', '')::date, a_run, begun
+  FROM jsonb_array_elements(a_info->'channels') c WHERE c->>'measures' = 'temperature' AND c ? 'calibration'
+  ON CONFLICT (rig, name) DO UPDATE SET instrument = EXCLUDED.instrument, certificate = EXCLUDED.certificate,
+    calibrated = EXCLUDED.calibrated, due = EXCLUDED.due, run = EXCLUDED.run, started = EXCLUDED.started
+  WHERE gyrotherm.thermometer.started < EXCLUDED.started;
+END
+$$;
+
+-- Removes the thermometers of imported runs. Such a run may have replaced the thermometer of a real one.
+DELETE FROM gyrotherm.thermometer t USING gyrotherm.run r WHERE r.id = t.run AND r.imported;
+INSERT INTO gyrotherm.thermometer(rig, name, instrument, certificate, calibrated, due, run, started)
+SELECT DISTINCT ON (r.rig, c.name) r.rig, c.name, c.calibration->>'instrument', c.calibration->>'certificate',
+       nullif(c.calibration->>'calibrated', '')::date, nullif(c.calibration->>'due', '')::date, r.id, r.started
+FROM gyrotherm.run r JOIN gyrotherm.channel c ON c.run = r.id
+WHERE NOT r.simulated AND NOT r.imported AND c.measures = 'temperature' AND c.calibration IS NOT NULL
+ORDER BY r.rig, c.name, r.started DESC
+ON CONFLICT DO NOTHING;

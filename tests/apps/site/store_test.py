@@ -430,14 +430,15 @@ class Simulated(unittest.TestCase):
         cls.add_calibration("0042", "2026-10-01", 0.001)
 
     @classmethod
-    def add_run(cls, rig: str, day: str, certificate: str = "", due: str = "", simulated: bool = False) -> str:
+    def add_run(cls, rig: str, day: str, certificate: str = "", due: str = "", simulated: bool = False,
+                imported: bool = False) -> str:
         run = str(uuid.uuid4())
         began = int(datetime.datetime.fromisoformat(f"{day}T12:00:00+00:00").timestamp()) * 10**9
         calibration = {"instrument": "virtual" if simulated else "F200", "certificate": certificate,
                        "calibrated": "2026-01-17", "due": due}
         channel = {"name": "A", "unit": "°C", "measures": "temperature", "unit_under_test": "",
                    "calibration": calibration}
-        info = {"started_ns": began, "profile": day, "simulated": simulated, "imported": False, "units": [],
+        info = {"started_ns": began, "profile": day, "simulated": simulated, "imported": imported, "units": [],
                 "channels": [channel]}
         cls.store.sql(f"SELECT gyrotherm.add_run('{run}', '{rig}', '{json.dumps(info)}')", "rig_1")
         return run
@@ -471,6 +472,15 @@ class Simulated(unittest.TestCase):
         self.assertEqual(self.thermometer(), ["F200", "K-2026-0117", "2027-01-17"])
         self.add_run("chamber-3", "2026-11-21", certificate="K-2026-0200", due="2027-11-20")
         self.assertEqual(self.thermometer(), ["F200", "K-2026-0200", "2027-11-20"])
+
+    def test_an_imported_table_has_no_thermometer_of_the_rig(self) -> None:
+        self.add_run("chamber-8", "2026-11-22", imported=True)
+        of_rig = "SELECT name, certificate FROM gyrotherm.v1_thermometer WHERE rig = 'chamber-8'"
+        self.assertEqual(self.store.sql(of_rig, "ada"), [])
+        self.add_run("chamber-8", "2026-11-20", certificate="K-1")
+        self.assertEqual(self.store.sql(of_rig, "ada"), [["A", "K-1"]])
+        self.add_run("chamber-8", "2026-11-23", imported=True)
+        self.assertEqual(self.store.sql(of_rig, "ada"), [["A", "K-1"]])
 
     def test_no_unit_drifts_from_what_was_simulated(self) -> None:
         self.assertEqual(self.changes(False), [])
@@ -554,6 +564,30 @@ class Simulated(unittest.TestCase):
         told = [(row["what"], row["detail"]) for row in self.ask("attention") if row["rig"] == "chamber-7"]
         self.assertEqual(sorted(told), [("aborted", "too hot"), ("alarm", "A stands"), ("alarm", "lost A (2 times)"),
                                         ("alarm", "lost B"), ("alarm", "open"), ("alarm", "too hot")])
+
+
+class Upgraded(unittest.TestCase):
+    """A store of an earlier version, with data, that is migrated."""
+
+    def test_thermometers_of_imported_tables_are_removed(self) -> None:
+        with cluster() as store:
+            owner = f"{store.address('postgres')} options='-c role=gyrotherm_owner'"
+            words = [SITE, "migrate", "--to", "5", "--store", owner]
+            subprocess.run(words, capture_output=True, text=True, check=True)
+            store.add_people()
+            for rig, started, imported, certificate in (("a", 1, False, "old"), ("a", 2, False, "real"),
+                                                        ("a", 3, True, ""), ("b", 4, True, ""), ("c", 5, False, "c")):
+                calibration = {"instrument": "i", "certificate": certificate, "calibrated": "", "due": "2027-01-17"}
+                channel = {"name": "A", "unit": "°C", "measures": "temperature", "unit_under_test": "",
+                           "calibration": calibration}
+                info = {"started_ns": started * 10**18 // 10, "profile": "p", "simulated": False, "imported": imported,
+                        "units": [], "channels": [channel]}
+                store.sql(f"SELECT gyrotherm.add_run('{uuid.uuid4()}', '{rig}', '{json.dumps(info)}')", "rig_1")
+            known = "SELECT rig, certificate, due FROM gyrotherm.v1_thermometer ORDER BY rig"
+            self.assertEqual(store.sql(known, "ada"),
+                             [["a", "", "2027-01-17"], ["b", "", "2027-01-17"], ["c", "c", "2027-01-17"]])
+            self.assertIn("migration 6", store.migrate())
+            self.assertEqual(store.sql(known, "ada"), [["a", "real", "2027-01-17"], ["c", "c", "2027-01-17"]])
 
 
 class Entrance(unittest.TestCase):

@@ -137,6 +137,10 @@ views.site = content => {
     set_text(document.getElementById('site-title'), site.name ? `Site: ${site.name}` : 'Site');
     set_text(note, site_note(site));
     body.replaceChildren(...site.rigs.map(rig_row));
-    if (queries.children.length === 0) queries.replaceChildren(...site.questions.map(make_query_section));
+    if (queries.children.length === 0 && site.questions.length > 0)
+      queries.replaceChildren(
+        make_element('p', {class: 'note'}, 'Runs on virtual rigs are not listed below.'),
+        ...site.questions.map(make_query_section)
+      );
   });
 };

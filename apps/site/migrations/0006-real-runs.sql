@@ -89,3 +89,17 @@ FROM gyrotherm.run r JOIN gyrotherm.channel c ON c.run = r.id
 WHERE NOT r.simulated AND NOT r.imported AND c.measures = 'temperature' AND c.calibration IS NOT NULL
 ORDER BY r.rig, c.name, r.started DESC
 ON CONFLICT DO NOTHING;
+
+-- As in migration 1, but only runs of the kind that is shown are counted: real ones, or virtual ones of a rig without a
+-- real run.
+CREATE OR REPLACE VIEW gyrotherm.v1_rig AS
+  SELECT g.name AS rig, g.owner, CASE WHEN r.finished THEN 'idle' ELSE r.state END AS state, r.profile, r.started,
+         gyrotherm.utc(r.last_utc_ns) AS last_row,
+         (SELECT string_agg(u.serial_number, ' ' ORDER BY u.label)
+          FROM gyrotherm.run_unit u WHERE u.run = r.id) AS units,
+         (SELECT count(*) FROM gyrotherm.run o WHERE o.rig = g.name AND o.simulated = r.simulated) AS runs,
+         r.id AS run, r.simulated
+  FROM gyrotherm.rig g
+  LEFT JOIN LATERAL (
+    SELECT * FROM gyrotherm.run o WHERE o.rig = g.name
+    ORDER BY o.simulated, o.imported, o.started DESC LIMIT 1) r ON true;

@@ -537,11 +537,11 @@ class Simulated(unittest.TestCase):
         self.add_run("chamber-5", "2026-05-01", simulated=True)
         self.store.sql("SELECT gyrotherm.add_document('chamber-6', 'model', 'm',"
                        " '{\"schema\": \"gyrotherm-model/1\"}')", "rig_1")
-        told = {row["rig"]: (row["state"], row["profile"]) for row in self.ask("rigs")}
-        self.assertEqual(told["chamber-4"], ("idle", "2026-06-01"))
-        self.assertEqual(told["chamber-6"], (None, None), "a rig without a run")
+        told = {row["rig"]: (row["state"], row["profile"], row["runs"]) for row in self.ask("rigs")}
+        self.assertEqual(told["chamber-4"], ("idle", "2026-06-01", 2), "without the virtual run")
+        self.assertEqual(told["chamber-6"], (None, None, 0), "a rig without a run")
         self.assertNotIn("chamber-5", told)
-        self.assertIn("chamber-5", [row["rig"] for row in self.ask("rigs", "--all")])
+        self.assertEqual([row["runs"] for row in self.ask("rigs", "--all") if row["rig"] == "chamber-5"], [1])
 
     def test_a_warning_is_an_alarm_and_an_aborted_run_is_not_silent(self) -> None:
         run = self.add_run("chamber-7", "2026-07-01")

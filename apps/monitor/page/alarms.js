@@ -82,10 +82,14 @@ function make_alarm_row(run, on_select) {
     shelving.element,
     details
   );
+  const state_title = is_active => {
+    const title = is_active ? active_text(run.status) : 'returned';
+    return title[0].toUpperCase() + title.slice(1);
+  };
   const consequence_line = alarm =>
-    make_element('li', {}, `${alarm.active ? 'Active' : 'Returned'}: ${format_text(alarm.text)} (${alarm_times(alarm)})`);
+    make_element('li', {}, `${state_title(alarm.active)}: ${format_text(alarm.text)} (${alarm_times(alarm)})`);
   function update(alarm, suppressed) {
-    const is_active = alarm.active !== false,
+    const is_active = is_active_now(run.status, alarm),
       level = alarm.priority || 'low';
     row.alarm = alarm;
     const acknowledged = alarm.acknowledged ? ' acknowledged' : '';
@@ -94,7 +98,7 @@ function make_alarm_row(run, on_select) {
     box.disabled = Boolean(alarm.acknowledged) || !run.status.running;
     box.hidden = !page.session.may_control || Boolean(alarm.shelved_by);
     if (box.disabled) box.checked = false;
-    set_text(state, is_active ? 'Active' : 'Returned');
+    set_text(state, state_title(alarm.active !== false));
     state.className = `badge ${is_active ? 'alarm' : 'returned'}`;
     set_text(priority, `${level} priority`);
     priority.className = 'badge ' + level;

@@ -221,12 +221,23 @@ function alarm_tag(alarm) {
   return interlock_tag(alarm.interlock, alarm.subject);
 }
 
+/// Describes an active alarm. After the end of a run, no program evaluates its alarms or can acknowledge them.
+function active_text(status) {
+  if (status.running) return 'active';
+  return is_interrupted(status) ? 'active at the interruption' : 'active at the end of the run';
+}
+
+/// Returns whether an alarm of a run in progress is active.
+function is_active_now(status, alarm) {
+  return Boolean(status.running) && alarm.active !== false;
+}
+
 /// Returns "2 unacknowledged alarms: 1 active, 1 returned", or an empty text if there is none.
 function alarm_summary(status) {
   const open = unacknowledged_alarms(status),
     active = open.filter(alarm => alarm.active !== false).length;
   if (open.length === 0) return '';
-  const states = [active && `${active} active`, active < open.length && `${open.length - active} returned`];
+  const states = [active && `${active} ${active_text(status)}`, active < open.length && `${open.length - active} returned`];
   const noun = open.length === 1 ? 'alarm' : 'alarms';
   const consequences = (status.alarms || []).filter(alarm => !alarm.acknowledged && alarm.suppressed_by).length,
     them = consequences === 1 ? 'consequence that is' : 'consequences that are',

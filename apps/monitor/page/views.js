@@ -245,7 +245,7 @@ views.now = content => {
     set_text(parts.cause, display_cause(status));
     const open = unacknowledged_alarms(status);
     set_text(parts.alarms, open.length > 0 ? `${alarm_summary(status)}. Newest: ${format_text(open[0].text)}` : '');
-    parts.alarms.className = open.some(alarm => alarm.active !== false) ? 'error' : 'returned';
+    parts.alarms.className = open.some(alarm => is_active_now(status, alarm)) ? 'error' : 'returned';
     const decision = status.decision;
     parts.goal.hidden = !decision;
     if (decision) {
@@ -599,11 +599,14 @@ function update_keeping_focus(box, nodes) {
     [...box.querySelectorAll('a')].find(link => link.getAttribute('href') === href)?.focus({preventScroll: true});
 }
 
-/// Returns a badge with the number of unacknowledged alarms, or null if there are none.
+/// Returns a badge with the number of unacknowledged alarms, or null if there are none. The badge of a run in progress is
+/// that of an alarm.
 function alarms_badge(run) {
   const count = unacknowledged_alarms(run).length;
   if (count === 0) return null;
-  return make_element('span', {class: 'badge alarm'}, `${count} ${count === 1 ? 'alarm' : 'alarms'}`);
+  const noun = count === 1 ? 'alarm' : 'alarms';
+  if (run.running) return make_element('span', {class: 'badge alarm'}, `${count} ${noun}`);
+  return make_element('span', {class: 'badge returned'}, `${count} unacknowledged ${noun}`);
 }
 
 function outcome_text(status) {

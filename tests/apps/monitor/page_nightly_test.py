@@ -436,6 +436,30 @@ class Page(WatchedRun):
             )
             self.assertEqual(disabled, acknowledged or not running)
 
+    def test_2_alarms_of_ended_run_are_not_active_now(self) -> None:
+        self.open_view("alarms")
+        alarms = [f"{{number: {i}, interlock: 'i{i}', text: 't', utc_ns: 1, active: {active}}}"
+                  for i, active in enumerate(("true", "true", "false"))]
+        for status, state, badge, red in (
+            ("running: true, state: 'held'", "active", "3 alarms", True),
+            ("running: false, state: 'execute', finished: true", "active at the end of the run",
+             "3 unacknowledged alarms", False),
+            ("running: false, state: 'aborted'", "active at the end of the run", "3 unacknowledged alarms", False),
+            ("running: false, state: 'execute'", "active at the interruption", "3 unacknowledged alarms", False),
+        ):
+            status = f"{{{status}, alarms: [{', '.join(alarms)}]}}"
+            self.assertEqual(self.evaluate(f"alarm_summary({status})"),
+                             f"3 unacknowledged alarms: 2 {state}, 1 returned")
+            row = (f"(row => (row.update({alarms[0]}, [{alarms[1]}, {alarms[2]}]), row.element))"
+                   f"(make_alarm_row({{status: {status}}}, () => {{}}))")
+            self.assertEqual(self.evaluate(f"{row}.querySelector('.badge').textContent"), state.capitalize())
+            self.assertEqual(self.evaluate(f"{row}.querySelector('.badge').classList.contains('alarm')"), red)
+            self.assertEqual(self.evaluate(f"{row}.classList.contains('active')"), red)
+            lines = self.evaluate(f"[...{row}.querySelectorAll('details li')].map(line => line.textContent)")
+            self.assertEqual([line.split(":")[0] for line in lines], [state.capitalize(), "Returned"])
+            self.assertEqual(self.evaluate(f"alarms_badge({status}).textContent"), badge)
+            self.assertEqual(self.evaluate(f"alarms_badge({status}).classList.contains('alarm')"), red)
+
     def test_2_controls_follow_the_state_of_the_run(self) -> None:
         """A view that was opened while no program executed the run shows its controls after a resume."""
         for view, section in (("now", "control"), ("events", "note")):
@@ -546,7 +570,7 @@ class Page(WatchedRun):
             ([root, consequence, consequence], "with 2 consequences that are acknowledged together with it"),
             ([root, root, consequence], "with 1 consequence that is acknowledged together with them"),
         ):
-            self.assertIn(text, self.evaluate(f"alarm_summary({{alarms: [{', '.join(alarms)}]}})"))
+            self.assertIn(text, self.evaluate(f"alarm_summary({{running: true, alarms: [{', '.join(alarms)}]}})"))
 
     def test_2_time_left_ends_with_the_decision_to_end(self) -> None:
         self.open_view("now")

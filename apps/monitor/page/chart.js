@@ -20,11 +20,16 @@ const chart = (() => {
   // The shown rows, for tests.
   const shown = {rows: []};
 
-  /// Returns the ticks of dygraphs. Their labels have enough decimals to distinguish adjacent ticks.
+  /// Returns the ticks of dygraphs. Their labels have enough decimals to distinguish adjacent ticks. A tick at the lower
+  /// end has no label, which would cover the labels of the time axis.
   function make_ticks(low, high, pixels, options, graph, values) {
+    const kUnlabelledPixels = 10,
+      lowest_labelled = low + ((high - low) * kUnlabelledPixels) / pixels;
     const ticks = Dygraph.numericTicks(low, high, pixels, options, graph, values),
       digits = digits_for_distance(ticks.length > 1 ? ticks[1].v - ticks[0].v : high - low);
-    return ticks.map(tick => Object.assign(tick, {label: format_number(tick.v, digits)}));
+    return ticks.map(tick =>
+      Object.assign(tick, {label: tick.v < lowest_labelled ? '' : format_number(tick.v, digits)})
+    );
   }
 
   /// Assigns the channels to two axes: those with the unit of the first channel to the left one, all others to the right
@@ -373,6 +378,8 @@ const chart = (() => {
         axisLabelFontSize: 13,
         labelsUTC: !is_dated,
         rightGap: 12,
+        // A mark at an end of the chart does not cover the labels of an axis.
+        xRangePad: 12,
         dateWindow: null,
         ...make_axes(series.channels),
         axes: {
@@ -501,5 +508,5 @@ const chart = (() => {
     return shown.rows.map(row => row[0] / 1000);
   }
 
-  return {trend, make_marks, count_empty_rows, shown_times_s};
+  return {trend, make_marks, make_ticks, count_empty_rows, shown_times_s};
 })();

@@ -178,6 +178,35 @@ class Page(WatchedRun):
         self.assertGreaterEqual(len(labels), 3)
         self.assertEqual(len(set(labels)), len(labels), labels)
 
+    def test_2_labels_of_axes_do_not_touch(self) -> None:
+        options = "name => ({pixelsPerLabel: 30, axisLabelFormatter: String})[name]"
+        ticks = self.evaluate(f"chart.make_ticks(19, 31, 240, {options}, null).map(tick => [tick.v, tick.label])")
+        self.assertGreaterEqual(len(ticks), 4)
+        for value, label in ticks:
+            self.assertEqual(label == "", value < 19.5, (value, label))
+        for width in (360, 1200):
+            self.set_width(width)
+            self.browser.get("about:blank")
+            self.open_view("trend")
+            self.press("//button[.='All']")
+            self.assertTrue(until(lambda: self.browser.find_elements(By.CSS_SELECTOR, ".dygraph-annotation"), 20))
+            touching = self.evaluate("""(() => {
+                const find = name => [...document.querySelectorAll(name)].filter(one => one.textContent !== '');
+                const boxes = [...find('.dygraph-axis-label'), ...find('.dygraph-annotation')].map(one => {
+                  const range = document.createRange();
+                  range.selectNodeContents(one);
+                  const text = one.className.includes('annotation') ? one : range;
+                  return [one, text.getBoundingClientRect()];
+                });
+                const touch = (a, b) =>
+                  a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom;
+                return boxes.flatMap(([one, box], i) => boxes.slice(i + 1)
+                  .filter(([other, its]) => touch(box, its)
+                    && !(one.className.includes('annotation') && other.className.includes('annotation')))
+                  .map(([other]) => one.textContent + ' and ' + other.textContent));
+              })()""")
+            self.assertEqual(touching, [], width)
+
     def events(self) -> list[tuple[str, str]]:
         found = Browser(self.monitor, "ada").ask(f"/api/v1/runs/{self.key}/events").json["events"]
         return [(event["kind"], event["text"]) for event in found]

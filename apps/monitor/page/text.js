@@ -94,14 +94,17 @@ function shown_unit(unit) {
   return unit === '1' ? '' : unit;
 }
 
+// Decimals of values with these units. Values with other units have five significant digits.
+const kDecimals = {'°C': 2, '°/h': 4};
+
 function digits_for_unit(unit) {
-  return unit === '°C' ? 2 : 4;
+  return kDecimals[unit];
 }
 
 /// Formats a value with its unit. A value without a unit is a count, or a share with three significant digits.
 function format_with_unit(value, unit) {
   if (!shown_unit(unit)) return Number.isInteger(value) ? format_number(value, 0) : format_significant(value, 3);
-  const text = format_number(value, digits_for_unit(unit));
+  const text = unit in kDecimals ? format_number(value, kDecimals[unit]) : format_significant(value, 5);
   return text === '–' ? text : `${text}\u00a0${unit}`;
 }
 

@@ -56,18 +56,43 @@ function site_note(site) {
   return site.rigs.length === 0 ? 'No rig has sent data yet.' : '';
 }
 
+// Titles of columns whose names in the store are not words. The keys are the names, or QUERY.NAME.
+const kColumnTitles = {
+  e_n: 'E_n',
+  cpk: 'Cpk',
+  robust_z: 'robust z-score',
+  ewma: 'EWMA',
+  'yield.low': '95\u00a0% low',
+  'yield.high': '95\u00a0% high',
+  'capability.low': '95\u00a0% low',
+  'capability.high': '95\u00a0% high',
+  'charts.low': 'lower limit',
+  'charts.high': 'upper limit',
+};
+
+function column_title(query, name) {
+  return kColumnTitles[`${query}.${name}`] || kColumnTitles[name] || name.replaceAll('_', ' ');
+}
+
 function cell_text(value) {
   if (value === null || value === undefined) return '–';
   if (typeof value === 'boolean') return value ? 'yes' : 'no';
-  if (typeof value === 'number') return String(Number(value.toPrecision(6))).replace('-', '\u2212');
+  if (typeof value === 'number')
+    return Number.isInteger(value) ? format_number(value, 0) : format_significant(value, 4);
   return String(value).replace(/^(\d{4}-\d\d-\d\d \d\d:\d\d:\d\d)(\.\d+)?\+00$/, '$1 UTC');
 }
 
-function answer_table(label, rows) {
+/// Returns the content of a cell. A date does not break.
+function cell_content(value) {
+  const text = cell_text(value);
+  return /^\d{4}-\d\d-\d\d/.test(text) ? make_element('span', {class: 'no-break'}, text) : text;
+}
+
+function answer_table(query, label, rows) {
   if (rows.length === 0) return make_element('p', {class: 'note'}, 'None.');
   const names = Object.keys(rows[0]);
   const is_number = name => rows.some(row => typeof row[name] === 'number');
-  const columns = names.map(name => (is_number(name) ? '>' : '') + name.replaceAll('_', ' '));
+  const columns = names.map(name => (is_number(name) ? '>' : '') + column_title(query, name));
   return scrollable_table(
     label,
     make_element(
@@ -77,7 +102,7 @@ function answer_table(label, rows) {
       make_element(
         'tbody',
         {},
-        ...rows.map(row => table_row(columns, ...names.map(name => cell_text(row[name]))))
+        ...rows.map(row => table_row(columns, ...names.map(name => cell_content(row[name]))))
       )
     )
   );
@@ -102,7 +127,7 @@ function make_query_section(name) {
     }
     body.replaceChildren(
       response.ok
-        ? make_element('div', {}, truncation_note(name, response.json), answer_table(title, response.json))
+        ? make_element('div', {}, truncation_note(name, response.json), answer_table(name, title, response.json))
         : make_element('p', {class: 'error'}, (response.json && response.json.error) || 'The store does not respond.')
     );
   });

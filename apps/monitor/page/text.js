@@ -265,9 +265,9 @@ function run_length_s(status, sample) {
   return sample ? sample.slot + 1 : status.length_s;
 }
 
-/// Returns the time of an event in s since the start of the run.
+/// Returns the time of an event in s since the start of the run: the end of its slot, as in run_length_s().
 function event_time_s(event) {
-  return event.time_s ?? Math.max(0, event.slot);
+  return event.time_s ?? (event.kind === 'started' ? 0 : Math.max(0, event.slot + 1));
 }
 
 /// Returns the units that an operator has dropped, and the names in the present faults of channels: of the chamber, of

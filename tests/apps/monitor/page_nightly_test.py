@@ -388,6 +388,11 @@ class Page(WatchedRun):
             "column_title('yield', 'low')": "95\u00a0% low",
             "column_title('alarms', 'low')": "low",
             "column_title('rigs', 'last_row')": "last row",
+            "event_time_s({slot: 35999})": 36000,
+            "event_time_s({slot: -1})": 0,
+            "event_time_s({slot: 0, kind: 'started'})": 0,
+            "event_time_s({slot: 0, kind: 'segment'})": 1,
+            "event_time_s({slot: 7, time_s: 3.5})": 3.5,
             "time_left_s({running: true, state: 'aborting', time_left_s: 5})": None,
             "time_left_s({running: true, state: 'held', time_left_s: 5})": 5,
         }

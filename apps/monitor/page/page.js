@@ -225,7 +225,7 @@ function update_frame() {
     page.tabs_key = tabs_key;
     document.querySelector('#tabs [aria-current="page"]')?.scrollIntoView({block: 'nearest', inline: 'nearest'});
   }
-  set_text(document.getElementById('run-title'), run ? `${status.name} · ${status.profile} on ${status.rig}` : '');
+  set_text(document.getElementById('run-title'), run ? run_title(status) : '');
   const simulated = document.getElementById('simulated');
   simulated.hidden = !(status && status.simulated);
   set_text(simulated, status && status.simulated ? simulation_text(status) : '');

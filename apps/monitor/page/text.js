@@ -353,6 +353,11 @@ function display_state(status) {
   return status.finished ? 'complete' : 'interrupted';
 }
 
+/// Returns the title of a run: record, profile and rig. The rig of an imported record is unknown.
+function run_title(status) {
+  return `${status.name} · ${status.profile}` + (status.imported ? '' : ` on ${status.rig}`);
+}
+
 /// Returns whether no program executes an unfinished run. Its values are the last known ones.
 function is_interrupted(status) {
   return display_state(status) === 'interrupted';
@@ -466,6 +471,12 @@ function sample_age_s(run, now) {
 /// Returns the remaining time of the profile in s, or null if the profile does not continue.
 function time_left_s(status) {
   return status.running && status.state !== 'aborting' ? (status.time_left_s ?? null) : null;
+}
+
+/// Returns the end of a run that has ended, ms UTC, on the clock of its samples, or null if it has not or has no dates.
+function ended_ms(status) {
+  const has_ended = !status.running && ['complete', 'aborted', 'stopped'].includes(display_state(status));
+  return has_ended && status.started_ms !== null ? status.started_ms + 1000 * run_length_s(status, null) : null;
 }
 
 /// Returns the expected end of the run, ms UTC, on the clock of its samples. A virtual run has a virtual clock.

@@ -157,6 +157,7 @@ views.now = content => {
           box('elapsed', 'Elapsed'),
           box('time_left', 'Time left'),
           box('end', 'Ends'),
+          box('ended', 'Ended'),
           box('behind', 'Behind plan'),
           box('age', 'Last sample'),
           box('utc', 'UTC')
@@ -225,7 +226,7 @@ views.now = content => {
   // An imported record has no profile, and most have no chamber.
   const has_chamber = channels.some(channel => channel.name === 'chamber_air_c');
   if (run.status.imported) {
-    for (const name of ['time_left', 'end', 'behind', 'age', 'utc']) parts[name].parentElement.hidden = true;
+    for (const name of ['ended', 'age', 'utc']) parts[name].parentElement.hidden = true;
     for (const name of ['air', 'set_point', 'deviation']) parts[name].parentElement.hidden = !has_chamber;
     set_text(parts.elapsed.previousElementSibling, 'Length');
   }
@@ -272,7 +273,12 @@ views.now = content => {
       watched_ms === null ? '' : `The air is watched until ${format_time(watched_ms)} at least.`
     );
     for (const name of ['time_left', 'end', 'behind'])
-      parts[name].parentElement.hidden = has_left || status.imported;
+      parts[name].parentElement.hidden = has_left || status.imported || !status.running;
+    if (!status.imported) {
+      parts.ended.parentElement.hidden = ended_ms(status) === null;
+      parts.age.parentElement.hidden = ended_ms(status) !== null;
+    }
+    set_text(parts.ended, format_time(ended_ms(status), true));
     set_text(parts.air, format_with_unit(air, '°C'));
     set_text(parts.set_point, format_with_unit(set_point, '°C'));
     set_text(
@@ -669,7 +675,8 @@ views.rigs = content => {
     if (current === previous) return;
     previous = current;
     // Shows the active runs of a rig, or its first listed run if none is active.
-    for (const run of runs) {
+    const of_rigs = runs.filter(run => !run.imported);
+    for (const run of of_rigs) {
       const shown = rigs.get(run.rig) || [];
       if (run.running || shown.length === 0)
         rigs.set(run.rig, shown.filter(other => other.running || !run.running).concat(run));
@@ -697,12 +704,19 @@ views.rigs = content => {
             set_point_label(run),
             format_with_unit(has_left_profile(run) ? run.chamber_set_point_c : run.set_point_c, '°C')
           ),
-          fact('Time left', format_duration(time_left_s(run))),
-          fact('Ends', format_time(expected_end_ms(run, null), true))
+          run.running ? fact('Time left', format_duration(time_left_s(run))) : null,
+          run.running ? fact('Ends', format_time(expected_end_ms(run, null), true)) : null,
+          ended_ms(run) === null ? null : fact('Ended', format_time(ended_ms(run), true))
         ),
         make_element('p', {}, make_element('a', {href: `#/run/${run.key}/now`}, `${run.name}: ${run.profile}`))
       );
-    const empty_note = make_element('p', {class: 'sheet note'}, 'There is no record in the monitor\u2019s folders.');
+    const empty_note = make_element(
+      'p',
+      {class: 'sheet note'},
+      runs.length === 0
+        ? 'There is no record in the monitor\u2019s folders.'
+        : 'The monitor\u2019s folders have only imported records; the view Runs lists them.'
+    );
     update_keeping_focus(
       cards,
       rigs.size === 0 ? [empty_note] : [...rigs].flatMap(([rig, rig_runs]) => rig_runs.map(run => make_card(rig, run)))

@@ -476,6 +476,51 @@ class Page(WatchedRun):
         positions = f"unit_rows({run}).map(row => row.firstChild.textContent)"
         self.assertEqual(self.evaluate(positions), ["x", "y (dropped)"])
 
+    def test_2_ended_run_has_its_end(self) -> None:
+        self.open_view("now")
+        self.expect_text("Time left")
+        fields = "started_ms: 1000, slot: 99, length_s: 100, imported: false"
+        for state, end_ms in (
+            ("running: false, state: 'complete', finished: true", 101000),
+            ("running: false, state: 'aborted'", 101000),
+            ("running: true, state: 'execute'", None),
+            ("running: false, state: 'execute'", None),
+            ("running: false, state: 'complete', trouble: 'unreadable'", None),
+        ):
+            self.assertEqual(self.evaluate(f"ended_ms({{{fields}, {state}}})"), end_ms, state)
+        labels = self.evaluate("""(() => {
+            const status = page.run.status, view = page.view;
+            page.run.status = Object.assign({}, status, {running: false, state: 'execute', finished: true});
+            view.refresh();
+            const boxes = [...document.querySelectorAll('[aria-labelledby=now-times] dl > div')];
+            const labels = boxes.filter(box => !box.hidden).map(box => box.firstChild.textContent);
+            page.run.status = status;
+            view.refresh();
+            return labels;
+          })()""")
+        self.assertEqual(labels, ["Elapsed", "Ended", "UTC"])
+        imported = "{name: 'german.csv', profile: 'imported', rig: 'german', imported: true}"
+        self.assertEqual(self.evaluate(f"run_title({imported})"), "german.csv · imported")
+        self.assertEqual(self.evaluate(f"run_title({imported.replace('true', 'false')})"),
+                         "german.csv · imported on german")
+
+    def test_4_rigs_have_no_imported_records(self) -> None:
+        self.browser.get("about:blank")
+        self.open_view("rigs")
+        self.expect_text("soak")
+        self.replace_runs_answer(
+            "new Response(JSON.stringify({runs: json.runs.concat(json.runs.map(run => Object.assign({}, run,"
+            " {key: 'table', name: 'german.csv', rig: 'german', imported: true, running: false})))}))"
+        )
+        time.sleep(4.5)
+        self.assertIn("soak", self.text())
+        self.assertNotIn("german", self.text())
+        self.replace_runs_answer(
+            "new Response(JSON.stringify({runs: json.runs.map(run => Object.assign({}, run,"
+            " {key: 'table', name: 'german.csv', rig: 'german', imported: true, running: false}))}))"
+        )
+        self.expect_text("have only imported records")
+
     def test_2_segment_keeps_its_first_beginning(self) -> None:
         self.open_view("profile")
         begun = "[{segment: 0, utc_ms: 1000}, {segment: 1, utc_ms: 5000}, {segment: 0, utc_ms: 9000}]"

@@ -46,6 +46,19 @@ WebAnswer make_retry_answer() {
 
 }  // namespace
 
+std::string one_line_reason(std::string_view message) {
+  constexpr std::string_view kBlanks = " \t\r\n", kEnd = " \t\r\n.,;:?!";
+  std::string reason;
+  while (!message.empty()) {
+    auto line = message.substr(0, message.find('\n'));
+    message.remove_prefix(std::min(line.size() + 1, message.size()));
+    line.remove_prefix(std::min(line.find_first_not_of(kBlanks), line.size()));
+    line = line.substr(0, line.find_last_not_of(kEnd) + 1);
+    if (!line.empty()) reason += (reason.empty() ? "" : "; ") + std::string(line);
+  }
+  return reason;
+}
+
 WebAnswer SiteOverview::answer(std::string_view subpath) {
   if (subpath.empty()) return answer_site();
   const auto name = subpath.substr(1);
@@ -85,7 +98,9 @@ SiteOverview::RigStates SiteOverview::query_rig_states() {
   const bool is_list = json && Json::parse(*json, nullptr, false).is_array();
   const std::lock_guard cache_lock(cache_mutex_);
   rig_states_.queried_at = since_boot();
-  rig_states_.error = is_list ? "" : json ? "gyrotherm-site did not return a list of rigs" : json.error().what;
+  rig_states_.error = is_list ? ""
+                      : json  ? "gyrotherm-site did not return a list of rigs"
+                              : one_line_reason(json.error().what);
   if (is_list) {
     rig_states_.rigs = *json;
     rig_states_.answered_at = rig_states_.queried_at;
@@ -111,8 +126,8 @@ WebAnswer SiteOverview::answer_query(const std::string& name) {
   if (!lock.owns_lock()) return cached ? cached->answer : make_retry_answer();
   if (cached = cached_answer(name); is_fresh(cached)) return cached->answer;
   auto json = query_store(name, site_file_, kStoreTimeout);
-  auto answer =
-      json ? WebAnswer{.body = std::move(*json)} : refusal(503, "the store does not respond: " + json.error().what);
+  auto answer = json ? WebAnswer{.body = std::move(*json)}
+                     : refusal(503, "the query to the store failed: " + one_line_reason(json.error().what));
   const std::lock_guard cache_lock(cache_mutex_);
   answers_[name] = {.answer = answer, .answered_at = since_boot()};
   return answer;

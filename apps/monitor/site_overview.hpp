@@ -14,6 +14,9 @@
 
 namespace gyrotherm::monitor {
 
+/// Returns the message of a failed query on one line: its lines joined by "; ", each without punctuation at its end.
+[[nodiscard]] std::string one_line_reason(std::string_view message);
+
 class SiteOverview {
  public:
   /// Creates an overview. `site_file` contains the address of the store; empty if the site has none.

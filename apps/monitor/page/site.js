@@ -50,7 +50,7 @@ function site_note(site) {
   const {error, age_s} = site.store;
   if (error) {
     const age = age_s === null ? '' : ` The list is ${format_duration(age_s)} old.`;
-    return `The store does not respond: ${error}.${age}`;
+    return `The query to the store failed: ${error}.${age}`;
   }
   if (age_s === null) return 'Waiting for the store.';
   return site.rigs.length === 0 ? 'No rig has sent data yet.' : '';
@@ -108,6 +108,10 @@ function answer_table(query, label, rows) {
   );
 }
 
+function make_sentence(text) {
+  return text[0].toUpperCase() + text.slice(1) + '.';
+}
+
 function truncation_note(name, rows) {
   if (rows.length < kMaxRows) return null;
   return make_element('p', {class: 'note'}, `There may be more rows. gyrotherm site ${name} --most 0 prints all.`);
@@ -128,7 +132,7 @@ function make_query_section(name) {
     body.replaceChildren(
       response.ok
         ? make_element('div', {}, truncation_note(name, response.json), answer_table(name, title, response.json))
-        : make_element('p', {class: 'error'}, (response.json && response.json.error) || 'The store does not respond.')
+        : make_element('p', {class: 'error'}, make_sentence(response.json.error || 'the query to the store failed'))
     );
   });
   return details;

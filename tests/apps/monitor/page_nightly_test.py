@@ -393,6 +393,7 @@ class Page(WatchedRun):
             "event_time_s({slot: 0, kind: 'started'})": 0,
             "event_time_s({slot: 0, kind: 'segment'})": 1,
             "event_time_s({slot: 7, time_s: 3.5})": 3.5,
+            "make_sentence('the query failed: permission denied')": "The query failed: permission denied.",
             "time_left_s({running: true, state: 'aborting', time_left_s: 5})": None,
             "time_left_s({running: true, state: 'held', time_left_s: 5})": 5,
         }
@@ -646,6 +647,12 @@ class Page(WatchedRun):
             path = until(lambda: self.evaluate("document.querySelector('#steps .done')?.getAttribute('d')"), 10)
             begin, end = [float(x) for x in re.findall(r"[ML]([\d.]+) [\d.]+H([\d.]+)", path)[-1]]
             self.assertGreater(end - begin, 5, f"{length_s}: {path}")
+
+    def test_2_failed_query_to_the_store_is_one_sentence(self) -> None:
+        self.open_view("rigs")
+        for age_s, shown in (("null", ""), ("90", " The list is 1 min 30 s old.")):
+            note = self.evaluate(f"site_note({{store: {{error: 'permission denied', age_s: {age_s}}}, rigs: []}})")
+            self.assertEqual(note, "The query to the store failed: permission denied." + shown)
 
     def test_2_list_of_rigs_names_a_stop(self) -> None:
         """The store of a site has the cause of the state only as a text."""

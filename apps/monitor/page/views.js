@@ -397,6 +397,11 @@ views.profile = content => {
   return {refresh, on_sample: () => profile_drawing.refresh(), on_event, on_plan, close};
 };
 
+/// Returns "2 of 9 events".
+function found_text(found, all) {
+  return `${found} of ${all} ${all === 1 ? 'event' : 'events'}`;
+}
+
 views.events = content => {
   const run = page.run;
   const kinds = make_element('select', {id: 'event-kind'}, make_element('option', {value: ''}, 'all kinds'));
@@ -434,7 +439,7 @@ views.events = content => {
       count,
       found.length > kMaxRows
         ? `the last ${kMaxRows} of ${found.length} events`
-        : `${found.length} of ${run.events.length} events`
+        : found_text(found.length, run.events.length)
     );
   };
   kinds.addEventListener('change', fill);

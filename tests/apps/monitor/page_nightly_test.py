@@ -394,6 +394,10 @@ class Page(WatchedRun):
             "event_time_s({slot: 0, kind: 'segment'})": 1,
             "event_time_s({slot: 7, time_s: 3.5})": 3.5,
             "make_sentence('the query failed: permission denied')": "The query failed: permission denied.",
+            "found_text(1, 1)": "1 of 1 event",
+            "found_text(0, 1)": "0 of 1 event",
+            "found_text(1, 2)": "1 of 2 events",
+            "found_text(0, 0)": "0 of 0 events",
             "time_left_s({running: true, state: 'aborting', time_left_s: 5})": None,
             "time_left_s({running: true, state: 'held', time_left_s: 5})": 5,
         }

@@ -121,8 +121,9 @@ TEST(Order, RequiresCertificateOfEachThermometerOfResults) {
   const auto missing = [&](std::vector<std::string> block, std::string channel) {
     CalibrationReport report = report_without_order();
     report.block_thermometers = std::move(block);
-    report.equipment.front().channel = std::move(channel);
     auto other = report.equipment.front();
+    report.equipment = {other};
+    report.equipment.front().channel = std::move(channel);
     other.channel = "H";
     other.certificate.clear();
     report.equipment.push_back(other);

@@ -603,10 +603,10 @@ TEST(RigFile, RefusesImpossibleUncertainty) {
 }
 
 TEST(RigFile, RefusesImpossibleAngles) {
-  const std::string gyro = "[gyro]\n";
-  for (const auto* line : {"azimuth = 4000", "elevation = 190", "elevation = -91", "azimuth_uncertainty = 100"})
-    EXPECT_NE(rig_error(replace_once(mixed_rig(), gyro, gyro + line + "\n")).find("°, expected"), std::string::npos)
-        << line;
+  for (const auto* line : {"azimuth = 4000", "elevation = 190", "elevation = -91", "azimuth_uncertainty = 100"}) {
+    const std::string replaced = std::string(line).starts_with("elevation") ? "elevation = 90.0" : "azimuth = 0.0";
+    EXPECT_NE(rig_error(replace_once(mixed_rig(), replaced, line)).find("°, expected"), std::string::npos) << line;
+  }
 }
 
 TEST(RigFile, RefusesImpossibleCalibration) {

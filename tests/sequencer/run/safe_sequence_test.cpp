@@ -62,7 +62,7 @@ TEST(SafeSequence, ReportsChamberThatCannotBeReadAtOnceAndThenOnceAMinute) {
 
 TEST(SafeSequence, ReportsRefusedSetPointAndSwitchesOff) {
   tests::Bench bench(kHoldAt30, watch_air);
-  bench.chamber().air_c = 30;
+  bench.chamber().air_c = bench.chamber().set_point_c = 30;
   bench.seconds(60);
   bench.chamber().refuses = true;
   bench.run_controller().submit(OperatorCommand::abort, "Ada");

@@ -45,15 +45,17 @@ bool ChamberPort::is_identity_request(const drivers::ModbusRequest& request) con
 
 /// Checks that the next request after each set point reads it back. Ignores identity requests, which follow a
 /// reconnection. A set point without an acknowledgement may be repeated. A refused one need not be read back before
-/// another command, such as one that switches the chamber off.
+/// another command, such as one that switches the chamber off. The line may lose the request that reads it back.
 void ChamberPort::note(const drivers::ModbusRequest& request) {
   if (is_identity_request(request)) return;
   const auto sent = is_read(request.function) ? std::nullopt : set_point_in(request);
   const bool is_another = sent && to_be_read_back_ && abs(*sent - *to_be_read_back_) >= Kelvins{1e-3};
   const bool reads_back = is_read(request.function) && shows_set_point(request);
   const bool commands_after_refusal = !is_read(request.function) && is_refused_;
-  if (to_be_read_back_ && !sent && !reads_back && !commands_after_refusal) ++not_read_back_;
+  const bool may_be_lost = line_.lost_requests() > lost_before_;
+  if (to_be_read_back_ && !sent && !reads_back && !commands_after_refusal && !may_be_lost) ++not_read_back_;
   to_be_read_back_ = sent;
+  lost_before_ = line_.lost_requests();
   is_refused_ = trouble.exception != 0;
   if (sent) sent_.push_back({*sent, !trouble.ignores_writes && !is_refused_, is_another});
 }

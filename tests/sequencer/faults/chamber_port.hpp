@@ -82,7 +82,7 @@ class ChamberPort {
   std::vector<SetPointSent> sent_;
   std::optional<Celsius> to_be_read_back_;
   bool is_refused_ = false;  ///< the last command
-  int not_read_back_ = 0;
+  int not_read_back_ = 0, lost_before_ = 0;
   std::int64_t exchanges_ = 0;
   int sent_to_another_ = 0;
 };

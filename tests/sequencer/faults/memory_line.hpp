@@ -56,8 +56,11 @@ class LineEnd {
   enum class Loss { none, of_request, of_answer };
   [[nodiscard]] Loss loss() {
     if (!draw_event(trouble.lost)) return Loss::none;
-    return random_() % 2 == 0 ? Loss::of_request : Loss::of_answer;
+    if (random_() % 2 != 0) return Loss::of_answer;
+    ++lost_requests_;
+    return Loss::of_request;
   }
+  [[nodiscard]] int lost_requests() const { return lost_requests_; }
 
   void open() { coming_.clear(), next_ = 0, open_ = true; }
   void close() { open_ = false; }
@@ -84,6 +87,7 @@ class LineEnd {
   std::size_t next_ = 0;
   bool open_ = false;
   Bytes answered_;
+  int lost_requests_ = 0;
 };
 
 /// A program's end of a line. Opening it discards bytes that were on their way.

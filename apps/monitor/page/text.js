@@ -334,10 +334,11 @@ function present_set_point(run) {
   return (sample && i >= 0 ? sample.values[i] : run.status.chamber_set_point_c) ?? null;
 }
 
-/// Returns until when the air of a chamber that is being made safe is watched, ms UTC, or null if it is not.
+/// Returns until when the air of a chamber that is being made safe is watched, ms UTC, or null if it is not, or if the
+/// chamber has not taken the safe state.
 function watched_until_ms(run) {
-  const {running, state, observe_s} = run.status;
-  if (!running || state !== 'aborting' || !observe_s) return null;
+  const {running, state, observe_s, faults_now} = run.status;
+  if (!running || state !== 'aborting' || !observe_s || faults_now.some(text => text.includes(' NOT '))) return null;
   const began = run.events.findLast(event => event.kind === 'state');
   return began && began.utc_ms > 0 ? began.utc_ms + 1000 * observe_s : null;
 }
@@ -366,6 +367,14 @@ function is_interrupted(status) {
 /// Returns whether all instruments of the run are virtual, so no real chamber can move.
 function is_virtual(status) {
   return Boolean(status.simulated) && (status.virtual_instruments || []).length === 0;
+}
+
+/// Returns whether the chamber has another set point than the profile, as while a run returns to its profile.
+function is_chamber_elsewhere(status) {
+  const {running, set_point_c, chamber_set_point_c} = status;
+  if (!running || has_left_profile(status)) return false;
+  const are_known = Number.isFinite(set_point_c) && Number.isFinite(chamber_set_point_c);
+  return are_known && Math.abs(set_point_c - chamber_set_point_c) > 0.5;
 }
 
 /// Returns the label of the value of present_set_point().

@@ -709,6 +709,9 @@ views.rigs = content => {
             set_point_label(run),
             format_with_unit(has_left_profile(run) ? run.chamber_set_point_c : run.set_point_c, '°C')
           ),
+          is_chamber_elsewhere(run)
+            ? fact('Chamber set point', format_with_unit(run.chamber_set_point_c, '°C'))
+            : null,
           run.running ? fact('Time left', format_duration(time_left_s(run))) : null,
           run.running ? fact('Ends', format_time(expected_end_ms(run, null), true)) : null,
           ended_ms(run) === null ? null : fact('Ended', format_time(ended_ms(run), true))

@@ -694,6 +694,17 @@ class Page(WatchedRun):
         self.assertEqual(self.evaluate(f"goal_left_s({status.replace('cold', '')}, null)"), 90)
         self.assertIsNone(self.evaluate(f"goal_left_s({status.replace('cold', '').replace('true', 'false')}, null)"))
 
+    def test_chamber_that_refuses_safe_state_is_not_called_watched(self) -> None:
+        began = "{kind: 'state', utc_ms: 1000}"
+        for faults, expected in (("[]", 301000), ("['the chamber could NOT be sent to 20 °C (exception 4)']", None)):
+            status = f"{{running: true, state: 'aborting', observe_s: 300, faults_now: {faults}}}"
+            self.assertEqual(self.evaluate(f"watched_until_ms({{status: {status}, events: [{began}]}})"), expected)
+
+    def test_card_of_rig_shows_chamber_that_returns(self) -> None:
+        for chamber, state, expected in ((24, "suspended", True), (28, "execute", False), (20, "aborting", False)):
+            status = f"{{running: true, state: '{state}', set_point_c: 28.3, chamber_set_point_c: {chamber}}}"
+            self.assertEqual(self.evaluate(f"is_chamber_elsewhere({status})"), expected)
+
     def test_2_imported_record_has_its_own_times(self) -> None:
         rows = "".join(f"{10 * row},{20 + row / 100:.2f},{9 + row / 1000:.3f}\n" for row in range(360))
         (self.folder / "log.csv").write_text("t_s,T1,rate_dph\n" + rows)

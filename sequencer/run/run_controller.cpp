@@ -337,7 +337,8 @@ void RunController::change_to(RunStateMachine machine) {
   machine_ = std::move(machine);
   if (!is_reported) return;
   const bool again = after == RunState::execute;
-  note(EventKind::state, again && !why.empty() ? "execute: the profile continues, after: " + why : describe(machine_));
+  note(EventKind::state,
+       again && !why.empty() ? fmt::format("{}, after: {}", kProfileContinues, why) : describe(machine_));
 }
 
 /// Returns the task for the operator before the profile continues. A virtual rig confirms it immediately.

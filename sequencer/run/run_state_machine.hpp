@@ -22,6 +22,7 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 #include <variant>
 
 #include "core/quantity.hpp"
@@ -65,6 +66,9 @@ struct Stopped {
 };
 struct Completed {};
 using RunStateMachine = std::variant<Execute, Suspended, Returning, Held, Aborting, Aborted, Stopped, Completed>;
+
+/// Beginning of the text of the state event with which the profile continues. Reports recognise the event by it.
+inline constexpr std::string_view kProfileContinues = "execute: the profile continues";
 
 /// The inputs of one second.
 struct RunInputs {

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <optional>
 #include <string_view>
@@ -13,6 +14,7 @@
 
 #include "core/clock.hpp"
 #include "core/sha256.hpp"
+#include "sequencer/run/run_state_machine.hpp"
 
 namespace gyrotherm::app {
 namespace {
@@ -102,13 +104,14 @@ void add_air(report::CalibrationReport& report, const std::vector<double>& air_c
 
 /// Returns the report's kind of deviation for an event, or an empty string if the event is not a deviation.
 std::string deviation_kind(const Event& event) {
-  constexpr std::array<std::pair<std::string_view, const char*>, 6> kStates{
-      {{"held", "held"},
-       {"suspended", "paused"},
-       {"aborting", "stopped"},
-       {"aborted", "stopped"},
-       {"stopped", "stopped"},
-       {"execute: the profile goes on", "resumed"}}};
+  constexpr std::string_view kEarlierProfileContinues = "execute: the profile goes on";  // gyrotherm 0.1.0
+  constexpr std::array<std::pair<std::string_view, const char*>, 7> kStates{{{"held", "held"},
+                                                                             {"suspended", "paused"},
+                                                                             {"aborting", "stopped"},
+                                                                             {"aborted", "stopped"},
+                                                                             {"stopped", "stopped"},
+                                                                             {run::kProfileContinues, "resumed"},
+                                                                             {kEarlierProfileContinues, "resumed"}}};
   switch (event.kind) {
     case EventKind::interlock: return "interlock";
     case EventKind::note: return "note";
@@ -171,14 +174,32 @@ void add_faults(std::vector<report::Deviation>& deviations, const record::Record
   }
 }
 
+/// Returns whether an event ends the state that the run was in.
+bool ends_state(const Event& event) {
+  return event.kind == EventKind::state || event.kind == EventKind::resumed || event.kind == EventKind::interrupted ||
+         event.kind == EventKind::finished;
+}
+
+/// Returns the time from the event at `index` until the next change of state; NaN if it is unknown.
+double seconds_in_state(const std::vector<record::RecordedEvent>& events, std::size_t index) {
+  const auto begins = events.begin() + static_cast<std::ptrdiff_t>(index);
+  const auto next = std::find_if(begins + 1, events.end(), [](const auto& one) { return ends_state(one.event); });
+  const Duration from = begins->event.at.utc;
+  if (next == events.end() || !(from > Duration{}) || next->event.at.utc < from)
+    return std::numeric_limits<double>::quiet_NaN();
+  return std::chrono::duration<double>(next->event.at.utc - from).count();
+}
+
 void add_deviations(std::vector<report::Deviation>& deviations, const record::Record& record, const std::string& unit) {
   std::vector<report::Deviation> own;
   add_gaps(own, record);
   add_faults(own, record, unit);
-  for (const record::RecordedEvent& one : record.events) {
-    const std::string kind = deviation_kind(one.event);
-    if (kind.empty() || belongs_to_other_unit(one.event, record.info, unit)) continue;
-    own.push_back({.utc = format_utc(one.event.at.utc), .run = record.info.id, .kind = kind, .text = one.event.text});
+  for (std::size_t i = 0; i < record.events.size(); ++i) {
+    const Event& event = record.events[i].event;
+    const std::string kind = deviation_kind(event);
+    if (kind.empty() || belongs_to_other_unit(event, record.info, unit)) continue;
+    own.push_back({.utc = format_utc(event.at.utc), .run = record.info.id, .kind = kind, .text = event.text});
+    if (kind == "held" || kind == "paused") own.back().seconds = seconds_in_state(record.events, i);
   }
   std::ranges::stable_sort(own, {}, &report::Deviation::utc);
   deviations.insert(deviations.end(), own.begin(), own.end());

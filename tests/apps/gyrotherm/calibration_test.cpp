@@ -229,6 +229,41 @@ TEST_F(CalibrationOfAUnit, ListsEachCalibrationOfThermometer) {
   EXPECT_EQ(of_a, (std::vector<double>{0.02, 0.1})) << "as in the budgets of the two records";
 }
 
+/// Returns kind and duration of each deviation, such as "paused 100 s".
+std::vector<std::string> summarise(const std::vector<report::Deviation>& deviations) {
+  std::vector<std::string> all;
+  for (const report::Deviation& one : deviations)
+    all.push_back(std::isfinite(one.seconds) ? fmt::format("{} {:g} s", one.kind, one.seconds) : one.kind);
+  return all;
+}
+
+TEST_F(CalibrationOfAUnit, StatesEndAndDurationOfHoldAndSuspension) {
+  std::ofstream(in("approach.toml")) << "schema = \"gyrotherm-profile/1\"\nname = \"approach\"\n"
+                                     << "[[segment]]\nkind = \"hold\"\nat = \"10 °C\"\ntime = \"10 min\"\n";
+  run("run " + in("approach.toml") + " --rig profiles/rigs/virtual.toml --out " + in("approach.db"));
+  const auto report_of = [&](const std::string& change) {
+    const auto record = in("approach.db");
+    if (!change.empty())
+      EXPECT_TRUE(record::Database::open(record, record::Access::read_write, 0).value().execute(change));
+    run("report " + record + (change.empty() ? "" : " --unverified") + " --out " + in("approach"));
+    return summarise(read_report("approach").deviations);
+  };
+  const auto begins_suspended = report_of("");
+  ASSERT_EQ(begins_suspended.size(), 2u) << "the air was not at the first set point";
+  EXPECT_EQ(begins_suspended[0], "paused 101 s");
+  EXPECT_EQ(begins_suspended[1], "resumed");
+  const auto duration = begins_suspended[0].substr(begins_suspended[0].find(' '));
+  EXPECT_EQ(report_of("UPDATE event SET text = 'held: paused by ada' WHERE text LIKE 'suspended: %'"),
+            (std::vector<std::string>{"held" + duration, "resumed"}));
+  EXPECT_EQ(report_of("UPDATE event SET text = 'execute: the profile goes on, after: paused by ada' "
+                      "WHERE text LIKE 'execute: %'"),
+            (std::vector<std::string>{"held" + duration, "resumed"}))
+      << "text of gyrotherm 0.1.0";
+  EXPECT_EQ(report_of("UPDATE event SET text = 'held: the profile asks' WHERE text LIKE 'execute: %'"),
+            (std::vector<std::string>{"held" + duration, "held 599 s"}))
+      << "the second hold ends with the run";
+}
+
 TEST_F(CalibrationOfAUnit, IsAuthorisedOnceAndNeverOverwritten) {
   run("report " + in("random.db") + " --model " + in("model.json") + files("order.toml") + " --out " + in("once"));
   run("report authorise " + in("once") + " --by 'B. Berg'");

@@ -5,10 +5,10 @@ namespace gyrotherm::report {
 namespace {
 
 /// Returns the key of the sentence about the gain of a model; null if the record shows an improvement or is in-sample.
-const char* gain_caution_key(model::Gain gain) {
-  switch (gain) {
+const char* gain_caution_key(const model::Verdict& verdict) {
+  switch (verdict.gain) {
     case model::Gain::does_not_improve: return "say.no_improvement";
-    case model::Gain::undecided:
+    case model::Gain::undecided: return verdict.only_offset ? "say.only_offset" : "say.improvement_not_shown";
     case model::Gain::not_enough_data: return "say.improvement_not_shown";
     case model::Gain::improves:
     case model::Gain::in_sample: return nullptr;
@@ -31,7 +31,7 @@ std::string describe_cautions(Language language, const ModelVerification& verifi
     add(sentence(language, "say.outside", verification.outside, verification.clusters));
     if (coverage) add(std::string(translate(language, "say.outside_in_u")));
   }
-  if (const char* key = gain_caution_key(verification.verdict.gain)) add(std::string(translate(language, key)));
+  if (const char* key = gain_caution_key(verification.verdict)) add(std::string(translate(language, key)));
   if (verification.verdict.intervals_hold == false && coverage)
     add(sentence(language, "say.intervals_do_not_hold", format_percent(language, coverage->seen, 1),
                  format_percent(language, coverage->nominal, 0)));

@@ -461,6 +461,8 @@ constexpr Translation kTranslations[] = {
    "Das Modell verringert die Nullpunktabweichung dieser Aufzeichnung nicht."},
   {"say.improvement_not_shown", "The record does not show that the model reduces the bias.",
    "Die Aufzeichnung weist nicht nach, dass das Modell die Nullpunktabweichung verringert."},
+  {"say.only_offset", "The model reduces only a constant offset of this record, not its variation.",
+   "Das Modell verringert nur einen konstanten Versatz dieser Aufzeichnung, nicht ihre Streuung."},
   {"say.intervals_do_not_hold",
    "The uncertainty of the model is too small for this record: {} of the means are within the intervals that should "
    "contain {} of them.",

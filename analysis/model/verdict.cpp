@@ -70,10 +70,15 @@ Gain decide(const Comparison& std, const Comparison& rmse, bool rmse_counts) {
   return std.effective < kFewestEffective ? Gain::not_enough_data : Gain::undecided;
 }
 
+/// Returns whether a gain is undecided because the model removes an offset, but no variation.
+bool removes_only_offset(Gain gain, const Comparison& rmse, bool rmse_counts) {
+  return gain == Gain::undecided && rmse_counts && rmse.is_smaller;
+}
+
 /// Returns the reason for a gain that the figures alone do not explain; empty if there is none.
 std::string explain(Gain gain, const Comparison& std, const Comparison& rmse, bool rmse_counts) {
   if (gain == Gain::does_not_improve && std.is_smaller) return "; the rmse counts, so the offset decides";
-  if (gain == Gain::undecided && rmse_counts && rmse.is_smaller) return "; only a constant offset is removed";
+  if (removes_only_offset(gain, rmse, rmse_counts)) return "; only a constant offset is removed";
   if (gain == Gain::undecided) return "; the change of the std is within its uncertainty";
   if (gain == Gain::not_enough_data)
     return fmt::format("; only {:.1f} effective clusters, at least {:g} are needed", std.effective, kFewestEffective);
@@ -100,6 +105,7 @@ Verdict judge_gain(const Eigen::VectorXd& bias, const Eigen::VectorXd& residual,
   verdict.std_deg_per_h = std.reduction;
   if (rmse_counts) verdict.rmse_deg_per_h = rmse.reduction;
   verdict.effective = std.effective;
+  verdict.only_offset = removes_only_offset(verdict.gain, rmse, rmse_counts);
   verdict.statement = describe_comparison("std", std);
   if (rmse_counts) verdict.statement += "; " + describe_comparison("rmse", rmse);
   verdict.statement += explain(verdict.gain, std, rmse, rmse_counts);
@@ -117,6 +123,7 @@ Verdict judge_held_out(const Eigen::VectorXd& residual, const data::Clusters& cl
       judge_gain(raw.array() - raw.mean(), residual(rows), clusters, rows, BiasZero::mean_of_raw, kFewest);
   if (std::ssize(rows) >= kFewest && static_cast<double>(rows.size()) < kFewestPerParameter * effective_parameters) {
     verdict.gain = Gain::not_enough_data;
+    verdict.only_offset = false;
     verdict.statement +=
         fmt::format("; {} clusters for {:.3g} effective parameters, at least {:g} per parameter are needed",
                     rows.size(), effective_parameters, kFewestPerParameter);

@@ -36,6 +36,8 @@ struct Verdict {
   Reduction std_deg_per_h = {}, rmse_deg_per_h = {};
   /// Effective number of clusters of the bias that the prediction leaves over. 0 if unknown.
   double effective{};
+  /// True if the gain is undecided because the RMSE is smaller and the STD is not: the model removes an offset only.
+  bool only_offset{};
   /// False if the share of means inside their intervals is significantly below the nominal share. No value in-sample or
   /// without intervals.
   std::optional<bool> intervals_hold = {};
@@ -53,6 +55,7 @@ void describe(auto& form, Like<Verdict> auto& verdict) {
   form.if_present("std_reduction_deg_per_h", std::isfinite(verdict.std_deg_per_h.value), verdict.std_deg_per_h);
   form.if_present("rmse_reduction_deg_per_h", std::isfinite(verdict.rmse_deg_per_h.value), verdict.rmse_deg_per_h);
   form("effective_count", verdict.effective);
+  form.if_present("only_offset", verdict.only_offset, verdict.only_offset);  // since 0.2.0
   form.if_present("intervals_hold", verdict.intervals_hold.has_value(), verdict.intervals_hold);
 }
 

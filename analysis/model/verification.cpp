@@ -161,6 +161,7 @@ Verdict judge(const Verification& result, const data::Clusters& clusters) {
       judge_gain(clusters.bias_deg_per_h(rows), result.residual_deg_per_h(rows), clusters, rows, zero, kFewest);
   if (result.trained_on_this) {
     verdict.gain = Gain::in_sample;
+    verdict.only_offset = false;
     verdict.statement = "the model was trained on this record, so the record cannot verify it";
   } else if (result.coverage) {
     const double effective = std::min(result.coverage->effective, result.compensated.effective.of_mean);

@@ -49,6 +49,22 @@ TEST(Cautions, StateMissingImprovement) {
   }
 }
 
+TEST(Cautions, StateReducedOffsetAsSuch) {
+  ModelVerification one = good_verification();
+  one.verdict.gain = model::Gain::undecided;
+  one.verdict.only_offset = true;
+  EXPECT_EQ(describe_cautions(kEnglish, one),
+            "The model reduces only a constant offset of this record, not its variation.");
+  EXPECT_EQ(describe_cautions(kGerman, one),
+            "Das Modell verringert nur einen konstanten Versatz dieser Aufzeichnung, nicht ihre Streuung.");
+  CalibrationReport report = sample_calibration();
+  report.verifications.front() = one;
+  const auto again = calibration_from_json(to_json(report), "calibration.json");
+  ASSERT_TRUE(again) << text(again.error());
+  EXPECT_TRUE(again->verifications.front().verdict.only_offset);
+  EXPECT_FALSE(again->verifications.back().verdict.only_offset);
+}
+
 TEST(Cautions, StateObservedShareOfIntervalsThatDoNotHold) {
   ModelVerification one = good_verification();
   one.verdict.intervals_hold = false;

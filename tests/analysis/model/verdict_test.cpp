@@ -125,6 +125,7 @@ TEST(Verdict, DoesNotCallRemovedConstantAnImprovement) {
   const Eigen::VectorXd bias = white_noise(216, random).array() - 4.2;
   const Verdict verdict = judge(bias, Eigen::VectorXd::Constant(216, -4.2));
   EXPECT_EQ(verdict.gain, Gain::undecided);
+  EXPECT_TRUE(verdict.only_offset);
   EXPECT_NE(verdict.statement.find("only a constant offset"), std::string::npos) << verdict.statement;
   EXPECT_EQ(verdict.std_deg_per_h.value, 0);
 }
@@ -133,6 +134,7 @@ TEST(Verdict, FindsModelThatMakesBiasWorse) {
   std::mt19937_64 random(6);
   const Verdict verdict = judge(white_noise(216, random, 0.1), cycles(216, 3));
   EXPECT_EQ(verdict.gain, Gain::does_not_improve) << verdict.statement;
+  EXPECT_FALSE(verdict.only_offset);
   EXPECT_LT(verdict.std_deg_per_h.value, 0);
 }
 

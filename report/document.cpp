@@ -93,10 +93,33 @@ std::string axis_heading(const DocumentWriter& writer, const std::string& axis) 
   return axis.empty() ? writer.translated("heading.results_of") : writer.sentence("heading.axis", axis);
 }
 
+namespace {
+
+/// Returns the order of a result among those of several records: its worst verdict, then the RMSE of its record.
+/// Returns −1 for what the report does not have.
+std::pair<int, double> rank_record(const CalibrationReport& report, const ResultTable& table) {
+  const auto is_same = [&](const auto& one) {
+    return one.axis == table.axis && one.stage == table.stage && one.run == table.run;
+  };
+  int worst = -1;
+  for (const Conformity& one : report.conformity)
+    if (is_same(one)) worst = std::max(worst, static_cast<int>(one.verdict));
+  double rmse = -1;
+  for (const ResultTable& one : report.results) {
+    const Column* column = one.key == "whole_run" && is_same(one) ? find_column(one, "rmse") : nullptr;
+    if (column != nullptr && !column->values.empty()) rmse = std::fmax(rmse, column->values.front().value);
+  }
+  return {worst, rmse};
+}
+
+}  // namespace
+
 const ResultTable* find_representative_result(const CalibrationReport& report, std::string_view key,
                                               std::string_view axis, Stage stage) {
   const ResultTable* best = nullptr;
-  const auto rank = [](const ResultTable& table) { return (table.in_sample ? 0 : 2) + (table.run.empty() ? 1 : 0); };
+  const auto rank = [&](const ResultTable& table) {
+    return std::pair((table.in_sample ? 0 : 2) + (table.run.empty() ? 1 : 0), rank_record(report, table));
+  };
   for (const ResultTable& table : report.results) {
     if (table.key != key || table.axis != axis || table.stage != stage) continue;
     if (best == nullptr || rank(table) > rank(*best)) best = &table;

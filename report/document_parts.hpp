@@ -76,7 +76,8 @@ class DefinitionsWriter {
 /// Returns "Axis u1.x", or "Results of the unit" for an axis without a name.
 [[nodiscard]] std::string axis_heading(const DocumentWriter& writer, const std::string& axis);
 /// Returns the most representative result of a key. Prefers a result on an unseen record to an in-sample one, then a
-/// result of all records to one of a single record. Returns null if there is none.
+/// result of all records to one of a single record. Among several records it takes the one with the worst verdict on
+/// any result of the axis and stage, then the one with the largest RMSE. Returns null if there is none.
 [[nodiscard]] const ResultTable* find_representative_result(const CalibrationReport& report, std::string_view key,
                                                             std::string_view axis, Stage stage);
 

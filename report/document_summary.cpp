@@ -117,6 +117,8 @@ KeyFigures::Entry key_figure(const DocumentWriter& writer, const SummaryValue& f
   const std::string stage = writer.translated(std::string("key.") + name(figure.table->stage));
   std::string label = writer.sentence("key.of_stage", writer.translated(label_key), stage);
   if (const std::string note = coverage_note(writer.language, figure.value); !note.empty()) label += " (" + note + ")";
+  if (const std::string record = record_label(writer.report, figure.table->run); !record.empty())
+    label += ", " + record;
   if (figure.table->in_sample) label += ", " + writer.translated("label.in_sample");
   const std::optional<Verdict> verdict = find_verdict(writer.report, figure);
   if (verdict) label += "; " + writer.translated(name(*verdict));
@@ -174,24 +176,32 @@ std::string change_text(const DocumentWriter& writer, const SummaryValue& left, 
   return writer.sentence(change > both ? "say.changed" : "say.unchanged", before);
 }
 
+/// Returns "u1.x, R2: " before a sentence about a result of a record; empty without an axis and with one record.
+std::string sentence_prefix(const DocumentWriter& writer, const std::string& axis, const std::string& run) {
+  const std::string record = record_label(writer.report, run);
+  const std::string text = axis.empty() || record.empty() ? axis + record : axis + ", " + record;
+  return text.empty() ? text : text + ": ";
+}
+
 /// Returns two or three sentences about one axis.
 std::string axis_summary(const DocumentWriter& writer, const std::string& axis) {
   const CalibrationReport& report = writer.report;
   const Language language = writer.language;
   const Stage last = find_last_stage(report, axis);
   if (last == Stage::uncompensated) return {};
-  const std::string prefix = axis.empty() ? "" : axis + ": ";
   std::string text;
   const auto mean = find_mean(report, axis, last);
   const auto found = find_mean_as_found(report, last, mean);
   if (mean)
-    text = writer.sentence(last == Stage::as_left ? "say.mean_as_left" : "say.mean_as_found", prefix,
+    text = writer.sentence(last == Stage::as_left ? "say.mean_as_left" : "say.mean_as_found",
+                           sentence_prefix(writer, axis, mean->table->run),
                            quantity_text(language, mean->value, mean->unit));
   if (mean && found) text += " " + change_text(writer, *mean, *found);
   const auto rmse = find_result_value(report, "whole_run", "rmse", axis, last);
   if (!rmse) return text;
   const auto raw = find_at_stage(report, Stage::uncompensated, *rmse, "rmse");
-  text += text.empty() ? prefix : " ";
+  if (!text.empty()) text += " ";
+  if (!mean || mean->table->run != rmse->table->run) text += sentence_prefix(writer, axis, rmse->table->run);
   const std::string own = quantity_text(language, rmse->value, rmse->unit);
   if (!raw || !(rmse->value.value > 0)) return text + writer.sentence("say.gain_plain", own);
   return text + writer.sentence("say.gain", own, quantity_text(language, raw->value, raw->unit),

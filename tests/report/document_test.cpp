@@ -279,6 +279,44 @@ TEST(Document, ComparesStagesOfOneRecord) {
   EXPECT_EQ(keys[0].figures[3].value, format(Language::english, value_with_uncertainty(0.3, 0.01, 60))) << "as found";
 }
 
+/// The first record meets the limit and the second one does not, or has the larger RMSE.
+TEST(Document, SummarisesWorstRecordByName) {
+  for (const bool fails : {false, true}) {
+    CalibrationReport report = sample_calibration();
+    report.files.push_back({.role = "record", .name = "random.db", .id = "second", .sha256 = std::string(64, 'd')});
+    const double rmse = fails ? 0.001 : 0.09;
+    const std::size_t count = report.results.size();
+    for (std::size_t k = 0; k < count; ++k) {
+      ResultTable again = report.results[k];
+      again.run = "second";
+      if (again.stage == Stage::as_left && again.key == "whole_run")
+        again.columns[2].values[0] = value_with_uncertainty(rmse, 0.0002, 60);
+      if (again.stage == Stage::as_left && again.key == "compensated_mean")
+        again.columns[0].values[0] = value_with_uncertainty(-0.013, 0.008, 60);
+      report.results.push_back(std::move(again));
+    }
+    if (fails) {
+      Conformity one = report.conformity[1];
+      one.quantity = "stabilised_bias.bias";
+      one.run = "second";
+      one.verdict = Verdict::conditional_fail;
+      report.conformity.push_back(one);
+    } else {
+      report.conformity.clear();
+    }
+    const Document document = make_document(report, Language::english);
+    const auto keys = all_of<KeyFigures>(document);
+    const auto& figures = keys.at(0).figures;
+    EXPECT_EQ(figures.at(0).value, format(Language::english, value_with_uncertainty(-0.013, 0.008, 60))) << fails;
+    EXPECT_EQ(figures.at(1).value, format(Language::english, value_with_uncertainty(rmse, 0.0002, 60))) << fails;
+    for (const KeyFigures::Entry& one : figures) EXPECT_TRUE(has(one.label, ", R2")) << one.label;
+    EXPECT_TRUE(has(text_of(document), "u1.x, R2: As left, the unit has a mean bias of ")) << fails;
+    EXPECT_TRUE(has(text_of(report, Language::german), "u1.x, R2: Nach Justierung hat")) << fails;
+  }
+  const auto single = all_of<KeyFigures>(make_document(sample_calibration(), Language::english)).at(0);
+  EXPECT_FALSE(has(single.figures.at(0).label, "R1")) << "the only record";
+}
+
 TEST(Document, ShowsStagesInAdjacentColumns) {
   const auto tables = all_of<DocumentTable>(make_document(sample_calibration(), Language::english));
   const auto found = std::ranges::find_if(tables, [](const DocumentTable& table) {

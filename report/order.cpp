@@ -356,13 +356,28 @@ void add_unit(CalibratedItem& item, const CalibratedItem& ordered) {
   replace_if_given(item.condition, ordered.condition);
 }
 
-void add_order(CalibrationReport& report, const OrderFile& order) {
-  report.number = order.number;
+/// Returns whether the order is for one unit, which is this item by its name or serial number.
+bool is_for_item_only(const OrderFile& order, const CalibratedItem& item) {
+  if (order.units.size() != 1) return false;
+  const OrderedUnit& unit = order.units.front();
+  return (!unit.name.empty() && unit.name == item.name) ||
+         (!item.serial_number.empty() && unit.item.serial_number == item.serial_number);
+}
+
+/// Returns the number of the item's report. It contains the serial number or name of the item if the order has several
+/// units, or if other units of the record may be reported with the same order.
+std::string number_report(const OrderFile& order, const CalibratedItem& item, std::size_t units_in_record) {
+  const OrderedUnit* unit = find_ordered_unit(order, item);
+  const bool has_several = order.units.size() > 1 || (units_in_record > 1 && !is_for_item_only(order, item));
+  if (order.number.empty() || !has_several) return order.number;
+  const std::string serial_number = unit == nullptr ? item.serial_number : unit->item.serial_number;
+  return order.number + "-" + (serial_number.empty() ? item.name : serial_number);
+}
+
+void add_order(CalibrationReport& report, const OrderFile& order, std::size_t units_in_record) {
+  report.number = number_report(order, report.item, units_in_record);
   const OrderedUnit* unit = find_ordered_unit(order, report.item);
   if (unit != nullptr) add_unit(report.item, unit->item);
-  const bool has_ordered_serial = unit != nullptr && !unit->item.serial_number.empty();
-  if (!order.number.empty() && order.units.size() > 1)
-    report.number += "-" + (has_ordered_serial ? report.item.serial_number : report.item.name);
   report.customer = order.customer;
   report.received = order.received;
   report.issued = order.issued;
@@ -498,12 +513,12 @@ const OrderedUnit* find_ordered_unit(const OrderFile& order, const CalibratedIte
 }
 
 void add_order(CalibrationReport& report, const std::optional<LaboratoryFile>& laboratory,
-               const std::optional<OrderFile>& order) {
+               const std::optional<OrderFile>& order, std::size_t units_in_record) {
   if (laboratory) add_laboratory(report, *laboratory);
   report.people = merge_people(laboratory ? laboratory->people : std::vector<Person>(),
                                order ? order->people : std::vector<Person>());
   if (order) {
-    add_order(report, *order);
+    add_order(report, *order, units_in_record);
     apply_limits(report, order->limits, order->rule);
   }
   list_missing(report);

@@ -75,9 +75,11 @@ struct OrderFile {
 /// text (is_placeholder()), and persons of the order whose role laboratory.toml does not confirm: only laboratory.toml
 /// gives the role authorising, and if it lists operators or reviewers, those of the order must be among them. The
 /// persons of a role in the order replace those of the laboratory, except for the role authorising. The model and
-/// serial number already in the report have precedence.
+/// serial number already in the report have precedence. If the order or the record (`units_in_record`) has several
+/// units, the number of the report ends in the serial number or name of the unit, unless the order is for this unit
+/// only.
 void add_order(CalibrationReport& report, const std::optional<LaboratoryFile>& laboratory,
-               const std::optional<OrderFile>& order);
+               const std::optional<OrderFile>& order, std::size_t units_in_record = 1);
 
 /// Returns the days that contradict each other, as texts of `missing`: the unit is received before its calibration
 /// begins and before the report is issued, and the report is issued after the calibration ended. In a simulated report

@@ -413,6 +413,27 @@ TEST(Order, NumbersReportsOfLotBySerialNumber) {
   EXPECT_EQ(report.number, "2026-17-u8");
 }
 
+/// The record has the units x, y and z; the order lists no unit, or one of them.
+TEST(Order, NumbersEachReportOfRecordWithSeveralUnits) {
+  const auto number = [](const std::string& unit, const CalibratedItem& item, std::size_t units) {
+    const auto order =
+        parse_order("schema = \"gyrotherm-order/1\"\nnumber = \"C-44\"\n[customer]\n" + unit, "order.toml");
+    EXPECT_TRUE(order) << text(order.error());
+    CalibrationReport report = report_without_order();
+    report.item = item;
+    add_order(report, std::nullopt, *order, units);
+    return report.number;
+  };
+  EXPECT_EQ(number("", {.name = "x", .serial_number = "V1"}, 3), "C-44-V1");
+  EXPECT_EQ(number("", {.name = "y", .serial_number = "V2"}, 3), "C-44-V2");
+  EXPECT_EQ(number("", {.name = "z"}, 3), "C-44-z");
+  EXPECT_EQ(number("", {.name = "gyro", .serial_number = "V1"}, 1), "C-44") << "one unit";
+  const std::string only_x = "[[unit]]\nname = \"x\"\n", only_v1 = "[[unit]]\nserial_number = \"V1\"\n";
+  EXPECT_EQ(number(only_x, {.name = "x"}, 3), "C-44") << "the order is for this unit only";
+  EXPECT_EQ(number(only_v1, {.name = "x", .serial_number = "V1"}, 3), "C-44");
+  EXPECT_EQ(number(only_x, {.name = "y"}, 3), "C-44-y");
+}
+
 TEST(Order, RefusesInvalidAndDuplicateSerialNumbers) {
   const auto refused = [](const std::string& list, const std::string& unit) {
     const auto order = parse_order("schema = \"gyrotherm-order/1\"\n" + list +

@@ -371,7 +371,9 @@ Result<report::CalibrationReport> build_report(const ReportInput& given, const s
       return failure(added.error());
   }
   merge_bias_references(report);
-  add_order(report, given.laboratory, given.order);
+  std::size_t units = 0;
+  for (const CheckedRecord& one : given.records) units = std::max(units, one.info.units.size());
+  add_order(report, given.laboratory, given.order, units);
   return report;
 }
 

@@ -140,6 +140,7 @@ ReportedRun make_run(const ReportSourceRun& source, const model::PerModel<model:
       .run_id = run.dataset.run_id,
       .bias_zero = run.dataset.bias_zero,
       .record_sha256 = source.record_sha256,
+      .record_file_sha256 = source.record_file_sha256,
       .profile_sha256 = source.profile_sha256,
       .floor = verification.floor,
       .clusters = static_cast<int>(run.clusters.start_s.size()),

@@ -254,6 +254,7 @@ void describe_provenance(auto& form, Like<Report> auto& report) {
       form_of_run.derived("run_id", run.run_id);
       form_of_run.derived("profile", run.profile);
       form_of_run("record_sha256", run.record_sha256);
+      form_of_run.if_present("record_file_sha256", !run.record_file_sha256.empty(), run.record_file_sha256);
       form_of_run("profile_sha256", run.profile_sha256);
     });
   };

@@ -290,14 +290,22 @@ std::string thermometers_section(const Report& report) {
   return to_html(table);
 }
 
+std::string code(const std::string& text) { return "<code>" + plot::escaped(text) + "</code>"; }
+
+/// Appends the digests of a record: of its file, which `sha256sum` computes, and of its rows.
+void add_record_digests(HtmlTable& table, const std::string& name, const ReportedRun& run) {
+  if (!run.record_file_sha256.empty())
+    table.rows.push_back({name + ", file", code(run.run_id), code(run.record_file_sha256)});
+  table.rows.push_back({name + ", rows as exported", code(run.run_id), code(run.record_sha256)});
+}
+
 std::string provenance_section(const Report& report) {
-  const auto code = [](const std::string& text) { return "<code>" + plot::escaped(text) + "</code>"; };
   HtmlTable table{.caption = "Input files", .header = {"File", "Name", "SHA-256"}, .text_columns = 3, .style = "small"};
-  table.rows = {{"Ramp record", code(report.rate.run_id), code(report.rate.record_sha256)},
-                {"Ramp profile", plot::escaped(report.rate.profile), code(report.rate.profile_sha256)},
-                {"Random record", code(report.random.run_id), code(report.random.record_sha256)},
-                {"Random profile", plot::escaped(report.random.profile), code(report.random.profile_sha256)},
-                {"Rig", plot::escaped(report.rig.name), code(report.rig.sha256)}};
+  add_record_digests(table, "Ramp record", report.rate);
+  table.rows.push_back({"Ramp profile", plot::escaped(report.rate.profile), code(report.rate.profile_sha256)});
+  add_record_digests(table, "Random record", report.random);
+  table.rows.push_back({"Random profile", plot::escaped(report.random.profile), code(report.random.profile_sha256)});
+  table.rows.push_back({"Rig", plot::escaped(report.rig.name), code(report.rig.sha256)});
   if (const auto& model = report.thermal.model)
     table.rows.push_back({"Gyro file", plot::escaped(model->gyro), code(model->gyro_sha256)});
   return to_html(table);

@@ -48,6 +48,22 @@ TEST(HtmlReport, ShowsSimulatedInBannerPrintAndEveryFigure) {
   EXPECT_EQ(tests::count_occurrences(page, "<title>SIMULATED"), 1 + static_cast<int>(figures.size()));
 }
 
+TEST(HtmlReport, LabelsDigestsOfRecords) {
+  Report report = SyntheticExperiment().report();
+  report.rate.record_file_sha256 = std::string(64, '7');
+  report.rate.record_sha256 = std::string(64, '8');
+  report.random.record_file_sha256.clear();
+  const std::string page = page_of(report);
+  const auto row = [&](const std::string& name, const std::string& digest) {
+    const auto at = page.find(name + "</td>"), end = page.find("</tr>", at);
+    return at != std::string::npos && page.substr(at, end - at).find(digest) != std::string::npos;
+  };
+  EXPECT_TRUE(row("Ramp record, file", report.rate.record_file_sha256));
+  EXPECT_TRUE(row("Ramp record, rows as exported", report.rate.record_sha256));
+  EXPECT_TRUE(row("Random record, rows as exported", report.random.record_sha256));
+  EXPECT_EQ(page.find("Random record, file"), std::string::npos) << "the digest of the file is unknown";
+}
+
 TEST(HtmlReport, ShowsThatNarrowTablesAndFiguresContinue) {
   const SyntheticExperiment experiment;
   const std::string page = page_of(experiment.report());

@@ -104,6 +104,8 @@ struct Run {
   record::Record record{};
   /// Digest of the record's rows as `export` writes them.
   std::string sha256{};
+  /// Digest of the record's file; empty if the record is not closed.
+  std::string file_sha256{};
 };
 
 /// Returns whether the run is an existing record that --verify-later named. It may have any profile.
@@ -165,9 +167,9 @@ Result<void> record_run(Console& console, const Run& run, const rig::RigFile& ri
   return {};
 }
 
-/// Reads the record of a run and sets its digest. If the digest is stored and `unit` is given, reads only that unit.
+/// Reads the record of a run and sets its digests. If the digest is stored and `unit` is given, reads only that unit.
 Result<void> load_rows(Console& console, Run& run, KnownDigests& digests, const std::string& unit = {}) {
-  const auto known = digests.find_rows(run.path);
+  const auto known = digests.find(run.path);
   if (!known) return failure(known.error());
   auto rows = *known ? record::read_record(run.path, unit)
                      : check_recorded_run(console, run.path, false).and_then([](const CheckedRun& checked) {
@@ -175,8 +177,11 @@ Result<void> load_rows(Console& console, Run& run, KnownDigests& digests, const 
                        });
   if (!rows) return failure(rows.error());
   run.record = std::move(*rows);
-  run.sha256 = *known ? **known : digest_rows(run.record);
-  return *known ? Result<void>() : digests.store_rows(run.path, run.sha256);
+  run.sha256 = *known ? (*known)->rows : digest_rows(run.record);
+  auto file = *known ? Result<std::string>((*known)->file) : digests.store_rows(run.path, run.sha256);
+  if (!file) return failure(file.error());
+  run.file_sha256 = std::move(*file);
+  return {};
 }
 
 /// Returns the unit of all axes, or an empty string if they belong to several units.
@@ -222,7 +227,8 @@ Result<ExperimentRun> single_axis_run(const Run& run) {
                              .profile = run.profile,
                              .days_later = run.days_later,
                              .recorded = std::move(recorded),
-                             .sha256 = run.sha256};
+                             .sha256 = run.sha256,
+                             .file_sha256 = run.file_sha256};
       });
 }
 
@@ -366,7 +372,8 @@ LotRun lot_run(Run run) {
           .profile = std::move(run.profile),
           .days_later = run.days_later,
           .record = std::move(run.record),
-          .sha256 = std::move(run.sha256)};
+          .sha256 = std::move(run.sha256),
+          .file_sha256 = std::move(run.file_sha256)};
 }
 
 Result<Exit> qualify_lot(Console& console, const QualifyArguments& options, const rig::RigFile& rig, Runs runs,

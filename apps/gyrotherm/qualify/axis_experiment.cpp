@@ -119,10 +119,13 @@ report::Report build_report(const rig::RigFile& rig, const AxisExperiment& exper
   std::vector<report::ReportSourceLater> after;
   for (const ExperimentRun& run : later)
     after.push_back({std::filesystem::path(run.stage).filename().string(), run.recorded, run.sha256});
+  const auto source = [](const ExperimentRun& run) {
+    return report::ReportSourceRun{run.recorded, run.sha256, sha256(run.profile.text), run.file_sha256};
+  };
   report::Report report = report::make_report({.rig = describe_rig(rig, rate.recorded.dataset),
                                                .thermal = options.thermal,
-                                               .rate = {rate.recorded, rate.sha256, sha256(rate.profile.text)},
-                                               .random = {random.recorded, random.sha256, sha256(random.profile.text)},
+                                               .rate = source(rate),
+                                               .random = source(random),
                                                .later = std::move(after),
                                                .qualification = qualification,
                                                .program_version = training.program_version,

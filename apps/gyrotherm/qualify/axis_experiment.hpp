@@ -26,6 +26,8 @@ struct ExperimentRun {
   data::RecordedRun recorded;
   /// Digest of the record's rows as `export` writes them.
   std::string sha256;
+  /// Digest of the record's file; empty if the record is not closed.
+  std::string file_sha256{};
 };
 
 struct AxisExperiment {

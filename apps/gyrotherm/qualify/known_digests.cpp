@@ -24,6 +24,12 @@ std::vector<std::pair<std::string, std::string>> to_entries(const record::Manife
   return {manifest.begin(), manifest.end()};
 }
 
+/// Returns the digest of the record's first file; empty if the manifest does not have it.
+std::string file_digest(const record::Manifest& manifest, const std::string& record_path) {
+  const auto found = manifest.find(std::filesystem::path(record_path).filename().string());
+  return found == manifest.end() ? std::string() : found->second;
+}
+
 void describe(auto& form, Like<DigestsFile> auto& file) {
   form("schema", file.schema);
   form("program_version", file.program_version);
@@ -54,26 +60,29 @@ bool KnownDigests::is_empty() const {
   return entries_.empty();
 }
 
-Result<std::optional<std::string>> KnownDigests::find_rows(const std::string& record_path) const {
+Result<std::optional<KnownDigests::Digests>> KnownDigests::find(const std::string& record_path) const {
   if (is_empty()) return std::nullopt;
   const auto manifest = record::check_manifest(record_path);
   if (!manifest) return failure(manifest.error());
   if (!*manifest) return std::nullopt;
   const std::scoped_lock lock(guard_);
   const auto found = std::ranges::find(entries_, to_entries(**manifest), &Entry::files);
-  return found == entries_.end() ? std::nullopt : std::optional(found->rows);
+  return found == entries_.end() ? std::nullopt
+                                 : std::optional(Digests{file_digest(**manifest, record_path), found->rows});
 }
 
-Result<void> KnownDigests::store_rows(const std::string& record_path, const std::string& rows) {
+Result<std::string> KnownDigests::store_rows(const std::string& record_path, const std::string& rows) {
   const auto manifest = record::check_manifest(record_path);
   if (!manifest) return failure(manifest.error());
-  if (!*manifest) return {};
+  if (!*manifest) return std::string();
   const auto files = to_entries(**manifest);
   const std::scoped_lock lock(guard_);
   std::erase_if(entries_, [&](const Entry& entry) { return entry.files == files; });
   entries_.push_back({files, rows});
-  return replace_text_file(
-      path_, json_text(make_json(DigestsFile{.program_version = program_version_, .records = entries_}), 1) + "\n");
+  const DigestsFile stored{.program_version = program_version_, .records = entries_};
+  return replace_text_file(path_, json_text(make_json(stored), 1) + "\n").map([&] {
+    return file_digest(**manifest, record_path);
+  });
 }
 
 }  // namespace gyrotherm::app

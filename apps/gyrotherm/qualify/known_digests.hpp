@@ -20,13 +20,18 @@ class KnownDigests {
   /// has another format or version.
   KnownDigests(const std::string& folder, std::string program_version);
 
-  /// Returns the stored digest of the record's rows as `export` writes them, or nothing if no digest is stored for
-  /// exactly the present bytes of the record's files. Fails with bad_file if a file contradicts the record's manifest.
-  [[nodiscard]] Result<std::optional<std::string>> find_rows(const std::string& record_path) const;
+  /// Digests of a record: of its file, and of its rows as `export` writes them.
+  struct Digests {
+    std::string file{}, rows{};
+  };
 
-  /// Stores the digest of a closed record. Ignores a record that is not closed. Fails like find_rows(), or with
-  /// storage.
-  [[nodiscard]] Result<void> store_rows(const std::string& record_path, const std::string& rows);
+  /// Returns the stored digests of a record, or nothing if none are stored for exactly the present bytes of the
+  /// record's files. Fails with bad_file if a file contradicts the record's manifest.
+  [[nodiscard]] Result<std::optional<Digests>> find(const std::string& record_path) const;
+
+  /// Stores the digest of the rows of a closed record and returns the digest of its file. Ignores a record that is not
+  /// closed and returns an empty text. Fails like find(), or with storage.
+  [[nodiscard]] Result<std::string> store_rows(const std::string& record_path, const std::string& rows);
 
   struct Entry {
     std::vector<std::pair<std::string, std::string>> files{};  ///< name and digest of each file

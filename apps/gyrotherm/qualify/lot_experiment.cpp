@@ -68,7 +68,8 @@ Result<ExperimentRun> axis_run(const LotRun& run, const data::AxisChoice& of) {
                          .profile = run.profile,
                          .days_later = run.days_later,
                          .recorded = std::move(recorded),
-                         .sha256 = run.sha256};
+                         .sha256 = run.sha256,
+                         .file_sha256 = run.file_sha256};
   });
 }
 

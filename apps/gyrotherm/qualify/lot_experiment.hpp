@@ -22,7 +22,8 @@ struct LotRun {
   profile::Profile profile;
   std::uint64_t days_later{};
   record::Record record;
-  std::string sha256;
+  std::string sha256;  ///< of the rows
+  std::string file_sha256{};
 };
 
 struct LotExperiment {

@@ -12,6 +12,7 @@
 #include <thread>
 
 #include "core/file.hpp"
+#include "core/sha256.hpp"
 #include "tests/apps/gyrotherm/program.hpp"
 
 namespace gyrotherm::app {
@@ -48,6 +49,13 @@ TEST(Qualify, WritesAllPromisedFiles) {
   EXPECT_EQ(report["methods"].size(), 4) << "the others are trained with --compare or --further";
   const auto html = read_text_file(out + "/report/report.html", kLargestTable).value();
   EXPECT_NE(html.find("SIMULATED"), std::string::npos);
+  for (const auto& [run, file] : {std::pair("rate", "/ramp.db"), std::pair("random", "/random.db")}) {
+    const auto& provenance = report["provenance"][run];
+    const auto bytes = sha256(read_text_file(out + file, kLargestTable).value());
+    EXPECT_EQ(provenance["record_file_sha256"], bytes) << file;
+    EXPECT_NE(provenance["record_sha256"], bytes) << file;
+    EXPECT_NE(html.find(bytes), std::string::npos) << file;
+  }
   const auto figure = nlohmann::json::parse(shell(GYROTHERM_PROGRAM "-thermal figure").out);
   const auto& thermal = report["thermal"];
   EXPECT_EQ(thermal["missing"], "") << thermal["reason"];
@@ -58,6 +66,7 @@ TEST(Qualify, WritesAllPromisedFiles) {
   const auto again = gyrotherm_with("qualify --out " + out + kSmall);
   EXPECT_EQ(again.exit_code, 0) << again.err;
   EXPECT_NE(again.err.find("already recorded"), std::string::npos) << "existing records are kept";
+  EXPECT_EQ(report_in(out)["provenance"], report["provenance"]) << "also with stored digests";
   const auto other = gyrotherm_with("qualify --seed 9 --out " + out + kSmall);
   EXPECT_EQ(other.exit_code, 2) << "another experiment is refused in the same folder";
 }

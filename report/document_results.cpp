@@ -312,14 +312,17 @@ std::string limited_quantity(const DocumentWriter& writer, const std::string& qu
   return contains_name(key, own) ? key : key + ": " + own;
 }
 
+/// A limit is exact, so it is printed with all of its digits.
+constexpr int kDigitsOfLimit = 12;
+
 std::vector<Cell> conformity_row(const DocumentWriter& writer, const Conformity& one) {
   const std::string record = record_label(writer.report, one.run);
   return {{.text = name_with_unit(limited_quantity(writer, one.quantity), one.unit)},
           {.text = one.axis.empty() ? "–" : one.axis, .note = record},
           {.text = writer.translated(name(one.stage))},
           verdict_cell(writer, one.verdict),
-          value_cell(writer, one.value, false),
-          {.text = format_plain(writer.language, one.limit)},
+          {.text = format_compared(writer.language, one), .note = coverage_note(writer.language, one.value)},
+          {.text = format_plain(writer.language, one.limit, kDigitsOfLimit)},
           {.text = format_probability(writer.language, one.probability)}};
 }
 

@@ -20,6 +20,8 @@ constexpr const char* kTimesTenTo = "\u00a0×\u00a010";
 constexpr const char* kDash = "–";
 constexpr int kDigitsOfU = 2;
 constexpr int kDigitsOfAValue = 4;
+/// Most digits of a value, of its U and of a limit in a comparison.
+constexpr int kMostDigits = 12;
 /// Numbers below 10^kLeastPower, or of at least 10^kGreatestPower, are written with a power of ten.
 constexpr int kLeastPower = -4, kGreatestPower = 7;
 /// Values with U and more decimals than these are written with a power of ten.
@@ -74,12 +76,26 @@ struct Rounding {
   int power{};  ///< 0: none
 };
 
-Rounding choose_rounding(double value, double expanded) {
-  const int decimals = kDigitsOfU - 1 - decimal_exponent(expanded, kDigitsOfU);
+Rounding choose_rounding(double value, double expanded, int digits_of_u = kDigitsOfU) {
+  const int decimals = digits_of_u - 1 - decimal_exponent(expanded, digits_of_u);
   const double greatest = std::max(std::abs(value), expanded);
   const int power = decimal_exponent(greatest, kDigitsOfAValue);
-  if (decimals <= kMostDecimals && power < kGreatestPower) return {decimals, 0};
+  if (decimals - (digits_of_u - kDigitsOfU) <= kMostDecimals && power < kGreatestPower) return {decimals, 0};
   return {decimals + power, power};
+}
+
+/// Returns a number rounded as format_fixed() prints it after division by the power of ten.
+double round_number(double number, const Rounding& rounding) {
+  const double unit = std::pow(10.0, rounding.decimals - rounding.power);
+  return std::round(number * unit) / unit;
+}
+
+/// Formats a value and its U with one rounding.
+std::string format_rounded(Language language, const ReportedValue& value, const Rounding& rounding) {
+  const double scale = std::pow(10.0, rounding.power);
+  const std::string both = format_fixed(language, value.value / scale, rounding.decimals) + kPlusMinus +
+                           format_fixed(language, value.expanded() / scale, rounding.decimals);
+  return rounding.power == 0 ? both : "(" + both + ")" + format_power_of_ten(rounding.power);
 }
 
 bool has_expanded(const ReportedValue& value) { return std::isfinite(value.expanded()) && value.expanded() > 0; }
@@ -133,11 +149,29 @@ FormattedValue format_parts(Language language, const ReportedValue& value) {
 
 std::string format(Language language, const ReportedValue& value) {
   if (!std::isfinite(value.value) || !has_expanded(value)) return format_parts(language, value).value;
-  const Rounding rounding = choose_rounding(value.value, value.expanded());
-  const double scale = std::pow(10.0, rounding.power);
-  const std::string both = format_fixed(language, value.value / scale, rounding.decimals) + kPlusMinus +
-                           format_fixed(language, value.expanded() / scale, rounding.decimals);
-  return rounding.power == 0 ? both : "(" + both + ")" + format_power_of_ten(rounding.power);
+  return format_rounded(language, value, choose_rounding(value.value, value.expanded()));
+}
+
+std::string format_compared(Language language, const Conformity& conformity) {
+  const ReportedValue& value = conformity.value;
+  if (!std::isfinite(value.value)) return kDash;
+  const auto gives_verdict = [&](const ReportedValue& printed) {
+    return compare_with_limits(printed, conformity.limit, conformity.rule).verdict == conformity.verdict;
+  };
+  if (!has_expanded(value)) {
+    int digits = kDigitsOfAValue;
+    while (digits < kMostDigits &&
+           !gives_verdict({.value = std::stod(fmt::format("{:.{}e}", value.value, digits - 1))}))
+      ++digits;
+    return format_plain(language, value.value, digits);
+  }
+  for (int digits = kDigitsOfU;; ++digits) {
+    const Rounding rounding = choose_rounding(value.value, value.expanded(), digits);
+    ReportedValue printed = value;
+    printed.value = round_number(value.value, rounding);
+    printed.standard_uncertainty = round_number(value.expanded(), rounding) / value.coverage_factor;
+    if (digits == kMostDigits || gives_verdict(printed)) return format_rounded(language, value, rounding);
+  }
 }
 
 std::string format_number(Language language, double value, int decimals) {
@@ -153,11 +187,11 @@ std::string format_significant(Language language, double value, int digits) {
   return format_fixed(language, value / std::pow(10.0, power), digits - 1) + format_power_of_ten(power);
 }
 
-std::string format_plain(Language language, double value) {
+std::string format_plain(Language language, double value, int digits) {
   if (!std::isfinite(value)) return kDash;
   if (value == std::round(value) && std::abs(value) < std::pow(10.0, kGreatestPower))
     return format_fixed(language, value, 0);
-  return format_significant(language, value, digits_needed(value, kDigitsOfAValue));
+  return format_significant(language, value, digits_needed(value, digits));
 }
 
 std::string format_probability(Language language, double probability) {

@@ -50,14 +50,18 @@ struct FormattedValue {
 };
 [[nodiscard]] FormattedValue format_parts(Language language, const ReportedValue& value);
 
+/// Formats the value of a comparison like format(), with as many further digits as the printed numbers need to give the
+/// verdict: "0.000 99 ± 0.007 10" for a value below the limit 0.001.
+[[nodiscard]] std::string format_compared(Language language, const Conformity& conformity);
+
 /// Formats a number with fixed decimals in groups of three; "–" if it is not finite.
 [[nodiscard]] std::string format_number(Language language, double value, int decimals);
 /// Formats a number with significant digits in groups of three, with a power of ten if the number is very small
 /// or very large; "–" if it is not finite.
 [[nodiscard]] std::string format_significant(Language language, double value, int digits);
-/// Formats an exact number, or one without U: at most four significant digits without trailing zeros; an integer
+/// Formats an exact number, or one without U: at most `digits` significant digits without trailing zeros; an integer
 /// with all of its digits.
-[[nodiscard]] std::string format_plain(Language language, double value);
+[[nodiscard]] std::string format_plain(Language language, double value, int digits = 4);
 /// Formats a probability: "98.2 %", "> 99.9 %", "< 0.1 %"; "–" if unknown.
 [[nodiscard]] std::string format_probability(Language language, double probability);
 

@@ -193,6 +193,23 @@ TEST(NumberFormat, NeverShowsProbabilityAsCertain) {
   EXPECT_EQ(format_probability(kEn, kNaN), "–");
 }
 
+/// The printed value, U and limit give the verdict.
+TEST(NumberFormat, HasDigitsThatGiveVerdict) {
+  const auto printed = [](double value, double expanded, double limit, DecisionRule rule) {
+    return plain(format_compared(kEn, compare_with_limits(with_expanded(value, expanded), limit, rule)));
+  };
+  constexpr auto kGuard = DecisionRule::guard_band, kSimple = DecisionRule::simple;
+  EXPECT_EQ(printed(0.000991, 0.0071, 0.001, kGuard), "0.0010 ± 0.0071") << "0.0010 is not above 0.001";
+  EXPECT_EQ(printed(-0.001012, 0.0071, 0.001, kGuard), "−0.001 01 ± 0.007 10") << "conditional fail";
+  EXPECT_EQ(printed(-0.001012, 0.0071, 0.001, kSimple), "−0.001 01 ± 0.007 10");
+  EXPECT_EQ(printed(0.10004, 0.021, 0.1, kSimple), "0.100 04 ± 0.021 00");
+  EXPECT_EQ(printed(0.0790, 0.0208, 0.1, kGuard), "0.079 ± 0.021") << "both rounded numbers give the verdict";
+  EXPECT_EQ(printed(0.2, 0.021, 0.1, kGuard), "0.200 ± 0.021");
+  EXPECT_EQ(printed(0.100004, kNaN, 0.1, kSimple), "0.100 004");
+  EXPECT_EQ(printed(0.123456, kNaN, 0.1, kSimple), "0.1235");
+  EXPECT_EQ(printed(kNaN, kNaN, 0.1, kSimple), "–");
+}
+
 TEST(DayFormat, FollowsLanguage) {
   EXPECT_EQ(format_day(kEn, "2026-11-25"), "25 November 2026");
   EXPECT_EQ(format_day(kDe, "2026-03-05"), "5. März 2026");

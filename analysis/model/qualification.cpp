@@ -132,9 +132,8 @@ Recommendation recommend_uncompared(const Qualification& trained) {
   if (std::ranges::find(all, name, &NamedModel::name) == all.end()) return found;
   found.recommended = name;
   found.statement =
-      "which the rule chose for 17 of 20 virtual gyros (docs/evaluation.md); on this gyro nothing was compared, "
-      "because "
-      "there is no independent record for the choice; supply one with --further";
+      "which the rule chose for 17 of 20 virtual gyros (docs/evaluation.md); the rule was not applied to this gyro, "
+      "because there is no independent record for the choice; supply one with --further";
   return found;
 }
 

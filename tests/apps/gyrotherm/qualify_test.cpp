@@ -45,6 +45,8 @@ TEST(Qualify, WritesAllPromisedFiles) {
   EXPECT_EQ(report["rig"]["virtual"], true);
   EXPECT_LT(report["rate"]["multi_point_t"]["std_deg_per_h"], report["rate"]["raw"]["std_deg_per_h"]);
   EXPECT_EQ(report["recommendation"]["recommended"], "ridge-u-thermal-history");
+  const auto statement = report["recommendation"]["statement"].get<std::string>();
+  EXPECT_NE(statement.find("the rule was not applied to this gyro"), std::string::npos) << statement;
   EXPECT_EQ(report["recommendation"]["records"], 0) << "no record to select a model with";
   EXPECT_EQ(report["methods"].size(), 4) << "the others are trained with --compare or --further";
   const auto html = read_text_file(out + "/report/report.html", kLargestTable).value();

@@ -110,8 +110,11 @@ constexpr CheckTranslation kCheckTranslations[] = {
   {"mean", "mean of the previous runs", "Mittel der vorigen Läufe"},
   {"limit", "limit", "Grenze"},
   {"out", "out of control", "nicht beherrscht"},
-  {"caption", "Control charts. Each value is compared with the previous runs, so the limits narrow with every run.",
-   "Regelkarten. Jeder Wert wird mit den vorigen Läufen verglichen; die Grenzen werden daher mit jedem Lauf enger."},
+  {"caption",
+   "Control charts. Each value is compared with the previous runs. The limits include the error of limits from few "
+   "runs, so they usually narrow with further runs.",
+   "Regelkarten. Jeder Wert wird mit den vorigen Läufen verglichen. Die Grenzen enthalten den Fehler von Grenzen aus "
+   "wenigen Läufen und werden daher mit weiteren Läufen meist enger."},
   {"caption_more", "Control charts, continued ({} of {}).", "Regelkarten, Fortsetzung ({} von {})."},
 };
 // clang-format on

@@ -26,7 +26,8 @@ std::string row(const std::string& name, const std::string& about, const BeforeA
 std::string table(const std::string& caption, const std::string& first, const std::string& second,
                   const std::string& rows) {
   return fmt::format(
-      "<table class=\"small\" tabindex=\"0\">\n<caption>{}</caption>\n<thead><tr><th>{}</th><th>{}</th><th "
+      "<table class=\"small\" "
+      "tabindex=\"0\">\n<caption><span>{}</span></caption>\n<thead><tr><th>{}</th><th>{}</th><th "
       "class=\"n\">Before</th>"
       "<th class=\"n\">After</th></tr></thead>\n<tbody>\n{}</tbody>\n</table>\n",
       caption, first, second, rows);

@@ -74,6 +74,7 @@ dl.identity dd { margin: 0; padding: 2px 0; overflow-wrap: anywhere; }
 table { border-collapse: collapse; width: 100%; margin: 18px 0 20px; font-size: 13.5px; line-height: 1.4;
   font-variant-numeric: tabular-nums lining-nums; }
 caption { text-align: left; color: var(--faint); font-size: 13px; padding-bottom: 6px; }
+caption span { display: block; position: sticky; left: 0; width: max-content; max-width: min(100%, 100vw - 36px); }
 caption b { color: var(--ink); margin-right: .5em; }
 thead :is(th, td) { text-align: left; font-weight: 600; vertical-align: bottom; border-top: 1.5px solid var(--ink);
   border-bottom: 1px solid var(--ink); padding: 6px 14px 6px 0; }
@@ -172,7 +173,7 @@ std::string to_html(const HtmlPage& page) {
 std::string to_html(const HtmlTable& table) {
   std::string html = table.style.empty() ? "<table tabindex=\"0\">\n"
                                          : fmt::format("<table class=\"{}\" tabindex=\"0\">\n", table.style);
-  if (!table.caption.empty()) html += fmt::format("<caption>{}</caption>\n", table.caption);
+  if (!table.caption.empty()) html += fmt::format("<caption><span>{}</span></caption>\n", table.caption);
   html += "<thead>" + row_html(table.header, "th", table.text_columns) + "</thead>\n<tbody>\n";
   for (const auto& row : table.rows) {
     assert(row.size() == table.header.size());

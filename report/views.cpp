@@ -552,7 +552,7 @@ class Page {
   }
   /// Adds HTML and numbers the captions of its tables.
   void add(std::string html) {
-    constexpr std::string_view kCaption = "<caption>";
+    constexpr std::string_view kCaption = "<caption><span>";
     for (auto at = html.find(kCaption); at != std::string::npos; at = html.find(kCaption, at)) {
       at += kCaption.size();
       html.insert(at, fmt::format("<b>Table {}</b> ", ++tables_));

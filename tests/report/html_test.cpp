@@ -70,6 +70,9 @@ TEST(HtmlReport, ShowsThatNarrowTablesAndFiguresContinue) {
   const auto narrow = page.find("@media screen and (max-width: 760px)");
   ASSERT_NE(narrow, std::string::npos);
   EXPECT_NE(page.find("table, figure { background: linear-gradient", narrow), std::string::npos);
+  EXPECT_NE(page.find("caption span { display: block; position: sticky;"), std::string::npos);
+  EXPECT_EQ(tests::count_occurrences(page, "<caption>"), tests::count_occurrences(page, "<caption><span>"))
+      << "captions remain in view while a table is scrolled";
 }
 
 TEST(HtmlReport, RoundsTemperaturesInNamesOfSegments) {
@@ -117,7 +120,7 @@ TEST(HtmlReport, NumbersCaptionsFromOneWithoutGaps) {
   const SyntheticExperiment experiment;
   const std::string page = page_of(experiment.report());
   for (const auto& [label, captions] :
-       {std::pair{"<caption><b>Table ", "<caption>"}, {"<figcaption><b>Figure ", "<figcaption>"}}) {
+       {std::pair{"<caption><span><b>Table ", "<caption>"}, {"<figcaption><b>Figure ", "<figcaption>"}}) {
     std::vector<int> expected(static_cast<std::size_t>(tests::count_occurrences(page, captions)));
     std::iota(expected.begin(), expected.end(), 1);
     EXPECT_GT(expected.size(), 8u) << label;

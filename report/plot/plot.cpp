@@ -87,6 +87,9 @@ constexpr double kHeadHeight = 34;
 // Space below the last panel for tick labels and the x title.
 constexpr double kFootHeight = 46;
 constexpr double kPanelGap = 22;
+constexpr double kXTitleSize = 12;
+// Line of the tag SIMULATED below an x title that leaves no space for it.
+constexpr double kTagHeight = 14;
 // Space above the head of the first panel for the names of stretches.
 constexpr double kStretchHeight = 6;
 constexpr double kTickLength = 4;
@@ -256,7 +259,13 @@ void draw_x_axis(SvgWriter& svg, const Plot& plot, const PanelLayout& layout, bo
   }
   if (!labelled) return;
   svg.text(layout.left_px + layout.width_px / 2, layout.bottom_px() + 36, plot.x.title,
-           {.size_px = 12, .anchor = Anchor::middle});
+           {.size_px = kXTitleSize, .anchor = Anchor::middle});
+}
+
+/// Returns whether the tag of a simulated plot would overlap the x title, which is centred below a panel of this width.
+bool needs_tag_line(const Plot& plot, double width_px) {
+  return plot.simulated &&
+         text_width(plot.x.title, kXTitleSize) / 2 + simulated_tag_width(plot.language.simulated) > width_px / 2;
 }
 
 /// Returns the path of a curve. Coordinates are absolute, so rounding errors do not accumulate.
@@ -534,6 +543,7 @@ std::string to_svg(const Plot& plot) {
   double height = first_top + kFootHeight - kPanelGap;
   const double width = plot.width_px - kLeftMargin - right_margin;
   for (const Panel& panel : plot.panels) height += head_height(panel, width) + panel.height_px + kPanelGap;
+  if (needs_tag_line(plot, width)) height += kTagHeight;
   SvgWriter svg(plot.width_px, height, plot.simulated ? plot.language.simulated + " – " + plot.title : plot.title,
                 plot.description);
   double top = first_top;

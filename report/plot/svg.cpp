@@ -184,9 +184,16 @@ std::string SvgWriter::finish() && {
   return std::move(out_);
 }
 
+namespace {
+
+/// Letter width of bold capitals relative to the estimate of text_width().
+constexpr double kBoldCapitals = 1.5;
+constexpr double kTagSize = 10;
+
+}  // namespace
+
 void draw_simulated_mark(SvgWriter& svg, double x, double y, double width, double height, std::string_view mark) {
-  // Letter width of bold capitals relative to the estimate of text_width(), and the share of the width that is used.
-  constexpr double kBoldCapitals = 1.5, kShareOfWidth = 0.95;
+  constexpr double kShareOfWidth = 0.95;
   const double size_px = std::min(std::clamp(0.2 * height, 18.0, 44.0),
                                   kShareOfWidth * width / (kBoldCapitals * std::max(1.0, text_width(mark, 1))));
   svg.text(x + width / 2, y + height / 2 + 0.35 * size_px, mark,
@@ -199,7 +206,9 @@ void draw_simulated_mark(SvgWriter& svg, double x, double y, double width, doubl
 }
 
 void draw_simulated_tag(SvgWriter& svg, double x, double y, std::string_view mark) {
-  svg.text(x, y, mark, {.size_px = 10, .colour = colour::kSimulated, .anchor = Anchor::end, .bold = true});
+  svg.text(x, y, mark, {.size_px = kTagSize, .colour = colour::kSimulated, .anchor = Anchor::end, .bold = true});
 }
+
+double simulated_tag_width(std::string_view mark) { return kBoldCapitals * text_width(mark, kTagSize); }
 
 }  // namespace gyrotherm::plot

@@ -117,5 +117,7 @@ void draw_simulated_mark(SvgWriter& svg, double x, double y, double width, doubl
 
 /// Draws the mark of simulated data in small letters that end at (x, y), outside the data.
 void draw_simulated_tag(SvgWriter& svg, double x, double y, std::string_view mark = "SIMULATED");
+/// Returns the approximate width of this tag.
+[[nodiscard]] double simulated_tag_width(std::string_view mark);
 
 }  // namespace gyrotherm::plot

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 #include <regex>
+#include <string>
+#include <utility>
 
 #include "tests/support/markup.hpp"
 
@@ -38,6 +40,33 @@ TEST(Plot, ShowsSimulatedOnlyIfSimulated) {
   EXPECT_EQ(tests::count_occurrences(to_svg(plot), "SIMULATED"), 0);
   plot.simulated = true;
   EXPECT_GE(tests::count_occurrences(to_svg(plot), "SIMULATED"), 3);
+}
+
+/// Returns the vertical positions of the x title and of the tag at the edge of a simulated plot.
+std::pair<double, double> title_and_tag(const Plot& plot) {
+  const std::string svg = to_svg(plot);
+  const auto y_of = [&](const std::string& text, const char* anchor) {
+    std::smatch found;
+    const std::regex element("y=\"([0-9.]+)\"[^>]*text-anchor=\"" + std::string(anchor) + "\"[^>]*>" + text +
+                             "</text>");
+    return std::regex_search(svg, found, element) ? std::stod(found[1]) : std::nan("");
+  };
+  return {y_of(plot.x.title, "middle"), y_of(plot.language.simulated, "end")};
+}
+
+TEST(Plot, DrawsTagBelowTitleThatLeavesNoSpace) {
+  Plot plot = long_plot(10);
+  plot.simulated = true;
+  plot.x.title = "Averaging time, s";
+  for (const double width : {360.0, 420.0}) {
+    plot.width_px = width;
+    plot.language.simulated = "DRAFT · SIMULATED";
+    const auto [title, tag] = title_and_tag(plot);
+    EXPECT_GE(tag, title + 12) << width;
+  }
+  plot.width_px = 900;
+  const auto [title, tag] = title_and_tag(plot);
+  EXPECT_NEAR(tag, title, 4) << "one line";
 }
 
 TEST(Plot, IsFigureWithoutData) {

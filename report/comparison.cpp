@@ -396,8 +396,9 @@ std::string describe(const Comparison& comparison) {
         one->unit.empty() || one->unit == "1" ? "" : ", " + one->unit, words_of_keyword(name(one->before_at)),
         words_of_keyword(name(one->now_at)), one->profile.empty() ? "" : ", ", one->profile);
   text += describe_checks(comparison);
-  return text + fmt::format("{} of {} results differ by more than their combined uncertainty (|E_n| > 1)\n",
-                            count_disagreements(comparison), all.size());
+  const auto changed = count_disagreements(comparison);
+  return text + fmt::format("{} of {} results {} by more than their combined uncertainty (|E_n| > 1)\n", changed,
+                            all.size(), changed == 1 ? "differs" : "differ");
 }
 
 }  // namespace gyrotherm::report

@@ -30,8 +30,7 @@ class ComparisonWriter : public BlockWriter {
     if (is_check_open(comparison_)) paragraph(check_text("compared.open"), Paragraph::Style::caution);
     add(compared_reports());
     add(key_figures());
-    paragraph(disagreeing() == 0 ? translated("say.agrees")
-                                 : sentence("say.has_changed", disagreeing(), by_weight_.size()));
+    paragraph(describe_changes());
     heading("heading.changes");
     table(changes());
     paragraph(translated("say.normalised_error") + " " + translated("say.expected_share"), Paragraph::Style::note);
@@ -109,6 +108,11 @@ class ComparisonWriter : public BlockWriter {
     return state == "out_of_control" ? Cell::Mark::fail : Cell::Mark::caution;
   }
 
+  [[nodiscard]] std::string describe_changes() const {
+    if (disagreeing() == 0) return translated("say.agrees");
+    return disagreeing() == 1 ? sentence("say.one_has_changed", by_weight_.size())
+                              : sentence("say.has_changed", disagreeing(), by_weight_.size());
+  }
   [[nodiscard]] std::size_t disagreeing() const { return count_disagreements(comparison_); }
 
   [[nodiscard]] KeyFigures key_figures() const {

@@ -245,7 +245,8 @@ std::string models_section(const Report& report) {
 std::string warnings_section(const Report& report) {
   if (report.warnings.empty()) return "<p>None.</p>\n";
   std::string html = "<ul class=\"warnings\">\n";
-  for (const std::string& warning : report.warnings) html += "<li>" + plot::escaped(warning) + "</li>\n";
+  for (const std::string& warning : report.warnings)
+    html += "<li>" + plot::escaped(with_minus_signs(warning)) + "</li>\n";
   return html + "</ul>\n";
 }
 
@@ -348,7 +349,7 @@ std::string format_effective(const data::Figures& figures) {
 std::string describe_outside(const ReportedResidual& residual) {
   if (residual.outside.clusters == 0) return "0";
   return fmt::format("{} ({}: {}&nbsp;%)", residual.outside.clusters, plot::escaped(residual.outside.farthest_term),
-                     plot::format_significant(100 * residual.outside.farthest));
+                     format_digits(100 * residual.outside.farthest, 2));
 }
 
 const char* describe(model::Outside policy) {

@@ -389,6 +389,8 @@ constexpr Translation kTranslations[] = {
    "Kein Ergebnis hat sich um mehr als die gemeinsame Messunsicherheit beider Kalibrierungen geändert."},
   {"say.has_changed", "{} of {} results have changed by more than the combined uncertainty of both calibrations.",
    "{} von {} Ergebnissen haben sich um mehr als die gemeinsame Messunsicherheit beider Kalibrierungen geändert."},
+  {"say.one_has_changed", "1 of {} results has changed by more than the combined uncertainty of both calibrations.",
+   "1 von {} Ergebnissen hat sich um mehr als die gemeinsame Messunsicherheit beider Kalibrierungen geändert."},
   {"say.normalised_error",
    "Eₙ is the change divided by the root of the sum of the squares of both U (ISO 13528, 9.7). The two calibrations "
    "disagree if Eₙ is outside ±1. U counts common uncertainties twice, for example the thermometers of one "

@@ -203,10 +203,10 @@ std::vector<std::string> make_warnings(const Verification& result, const Model& 
   if (const RangeExceedance& outside = result.outside; outside.clusters > 0) {
     const auto block = trained_block(model.trained_on);
     warnings.push_back(fmt::format(
-        "{} of {} clusters have an input outside the trained range{} (farthest: {}, by {} % of its "
-        "range); {}",
-        outside.clusters, clusters.start_s.size(), block ? ", " + describe(*block) : "", outside.farthest_term,
-        format_significant(100 * outside.farthest), describe_policy(outside.policy)));
+        "{} of {} clusters {} an input outside the trained range{} (farthest: {}, by {} % of its range); {}",
+        outside.clusters, clusters.start_s.size(), outside.clusters == 1 ? "has" : "have",
+        block ? ", " + describe(*block) : "", outside.farthest_term, format_digits(100 * outside.farthest, 2),
+        describe_policy(outside.policy)));
   }
   if (clusters.length_s != model.cluster_length_s) {
     warnings.push_back(fmt::format("the model was trained on means over {} s, but the clusters are means over {} s",

@@ -235,6 +235,26 @@ TEST(Comparison, HasPageWithEachChange) {
   }
 }
 
+TEST(Comparison, CountsChangesInSingularAndPlural) {
+  auto comparison = compare(sample_calibration(), a_year_later());
+  ASSERT_TRUE(comparison);
+  const auto all = comparison->results.size();
+  ASSERT_GT(all, 2u);
+  for (ComparedResult& one : comparison->results) one.normalised_error = 0;
+  comparison->results[0].normalised_error = 2;
+  EXPECT_NE(
+      to_html(make_document(*comparison, Language::english)).find(fmt::format("1 of {} results has changed", all)),
+      std::string::npos);
+  EXPECT_NE(
+      to_html(make_document(*comparison, Language::german)).find(fmt::format("1 von {} Ergebnissen hat sich um", all)),
+      std::string::npos);
+  EXPECT_NE(describe(*comparison).find(fmt::format("1 of {} results differs by more", all)), std::string::npos);
+  comparison->results[1].normalised_error = -3;
+  EXPECT_NE(to_html(make_document(*comparison, Language::german)).find(fmt::format("2 von {} Ergebnissen haben", all)),
+            std::string::npos);
+  EXPECT_NE(describe(*comparison).find(fmt::format("2 of {} results differ by more", all)), std::string::npos);
+}
+
 TEST(Comparison, ReportsNoChange) {
   CalibrationReport now = sample_calibration();
   std::erase_if(now.results, [](const ResultTable& table) { return table.stage != Stage::uncompensated; });

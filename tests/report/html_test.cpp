@@ -188,6 +188,13 @@ TEST(HtmlReport, EscapesNamesFromFiles) {
   EXPECT_EQ(tests::markup_error(page), "");
 }
 
+TEST(HtmlReport, HasMinusSignsInWarnings) {
+  Report report = SyntheticExperiment().report();
+  report.warnings = {"the mean is -0.02801 °/h over A-B"};
+  const std::string page = page_of(report);
+  EXPECT_NE(page.find("the mean is −0.02801 °/h over A-B"), std::string::npos);
+}
+
 TEST(HtmlReport, ShowsErrorOfEachFigureOfMerit) {
   const SyntheticExperiment experiment;
   const std::string page = page_of(experiment.report());

@@ -194,6 +194,11 @@ TEST_F(LinearModelVerification, CountsClustersOutsideTrainedRange) {
   EXPECT_TRUE(result.outside.farthest_term.starts_with("A-")) << result.outside.farthest_term;
   EXPECT_GT(result.outside.farthest, 1) << "30 °C outside a range of a few kelvins";
   EXPECT_TRUE(has_warning(result, "the plane is extrapolated"));
+  EXPECT_TRUE(has_warning(result, "3 of "));
+  EXPECT_TRUE(has_warning(result, " clusters have an input outside the trained range"));
+  dataset = unseen_run();
+  dataset.temperature_c.block(0, 0, 100, 1).array() += 30;
+  EXPECT_TRUE(has_warning(verified(dataset), " clusters has an input outside the trained range")) << "one cluster";
 }
 
 TEST_F(LinearModelVerification, AppliesPolicyOutsideRange) {

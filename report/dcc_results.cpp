@@ -8,6 +8,7 @@
 #include "report/dcc.hpp"
 #include "report/dcc_text.hpp"
 #include "report/dsi.hpp"
+#include "report/stored_texts.hpp"
 
 namespace gyrotherm::report {
 namespace {
@@ -74,7 +75,17 @@ std::vector<T> at(const std::vector<T>& values, const std::vector<std::size_t>& 
   return picked;
 }
 
-std::string record_text(const std::string& run) { return run.empty() ? "" : "record " + run; }
+Texts record_text(const std::string& run) {
+  return run.empty() ? Texts() : Texts{"record " + run, "Aufzeichnung " + run};
+}
+
+/// Returns the description of a deviation in both languages.
+Texts deviation_text(const Deviation& deviation) {
+  if (deviation.text.empty() && deviation.translations.empty()) return {};
+  if (!deviation.translations.empty())
+    return {text_in(Language::english, deviation.translations), text_in(Language::german, deviation.translations)};
+  return {deviation.text, translate_event(Language::german, deviation.kind, deviation.text)};
+}
 
 /// Returns the refType of a key. Blanks become underscores because they separate the items of a list.
 std::string gyrotherm_type(std::string_view key) {
@@ -150,9 +161,13 @@ class MeasurementResults {
   void deviation_method(const Deviation& deviation) {
     xml_.element("dcc:usedMethod", {{"refType", "gyrotherm_deviation " + gyrotherm_type(deviation.kind)}}, [&] {
       dcc_.text("dcc:name", texts_or_key(deviation.kind));
-      std::vector<std::string> parts{deviation.utc, record_text(deviation.run), deviation.text};
-      std::erase(parts, "");
-      if (!parts.empty()) dcc_.text("dcc:description", same_text(fmt::format("{}", fmt::join(parts, ": "))));
+      Texts description = deviation_text(deviation);
+      if (const Texts record = record_text(deviation.run); !record.empty())
+        description = description.empty() ? record : join_texts(record, ": ", description);
+      if (!deviation.utc.empty())
+        description =
+            description.empty() ? same_text(deviation.utc) : join_texts(same_text(deviation.utc), ": ", description);
+      if (!description.empty()) dcc_.text("dcc:description", description);
       if (!std::isfinite(deviation.seconds)) return;
       xml_.element("dcc:usedMethodQuantities", [&] {
         dcc_.quantity(texts_for("duration"), "gyrotherm_duration", "s", {{.value = deviation.seconds}},
@@ -263,11 +278,17 @@ class MeasurementResults {
     for (const UsedFile& file : report_.files)
       xml_.element("dcc:metaData", {{"refType", "gyrotherm_file " + gyrotherm_type(file.role)}}, [&] {
         dcc_.text("dcc:name", texts_or_key(file.role));
-        std::vector<std::string> parts{text_or_not_given(file.name), record_text(file.id), file.started_utc};
-        if (!file.program_version.empty()) parts.push_back("gyrotherm " + file.program_version);
-        if (file.role == "record") parts.emplace_back(file.chain_verified ? "chain verified" : "chain not verified");
-        std::erase(parts, "");
-        dcc_.text("dcc:description", same_text(fmt::format("{}", fmt::join(parts, "; "))));
+        Texts description = same_text(text_or_not_given(file.name));
+        const auto add = [&](const Texts& more) {
+          if (!more.empty()) description = join_texts(description, "; ", more);
+        };
+        add(record_text(file.id));
+        add(same_text(file.started_utc));
+        if (!file.program_version.empty()) add(same_text("gyrotherm " + file.program_version));
+        if (file.role == "record")
+          add(file.chain_verified ? Texts{"chain verified", "Kette geprüft"}
+                                  : Texts{"chain not verified", "Kette nicht geprüft"});
+        dcc_.text("dcc:description", description);
         if (!file.sha256.empty()) xml_.leaf("dcc:reference", "SHA-256 " + file.sha256);
       });
   }
@@ -344,7 +365,7 @@ class MeasurementResults {
   }
 
   static Texts describe_result(const ResultTable& one) {
-    const Texts run = same_text(record_text(one.run));
+    const Texts run = record_text(one.run);
     if (!one.in_sample) return run;
     return join_texts(run, run.empty() ? "" : "; ",
                       {"the model was fitted to this record: not a verification",
@@ -352,7 +373,7 @@ class MeasurementResults {
   }
 
   static Texts describe_result(const ReportedBudget& budget) {
-    const Texts run = same_text(record_text(budget.run));
+    const Texts run = record_text(budget.run);
     return join_texts(run, run.empty() ? "" : "; ", texts_for("say.budget"));
   }
 

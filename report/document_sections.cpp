@@ -174,7 +174,8 @@ std::vector<Cell> deviation_row(const DocumentWriter& writer, const Deviation& o
   std::vector<Cell> row{{.text = table_instant(one.utc)}};
   if (with_record) row.push_back({.text = record_label(writer.report, one.run)});
   row.push_back({.text = writer.translated(one.kind)});
-  row.push_back({.text = one.translations.empty() ? one.text : text_in(writer.language, one.translations)});
+  row.push_back({.text = one.translations.empty() ? translate_event(writer.language, one.kind, one.text)
+                                                  : text_in(writer.language, one.translations)});
   row.push_back({.text = format_plain(writer.language, one.seconds)});
   return row;
 }
@@ -264,6 +265,8 @@ void add_deviations(DocumentWriter& writer) {
     table.header.push_back(writer.translated(key));
   for (const Deviation& one : report.deviations) table.rows.push_back(deviation_row(writer, one, with_record));
   writer.table(std::move(table));
+  if (std::ranges::any_of(report.deviations, [](const Deviation& one) { return one.kind != "stated"; }))
+    writer.paragraph(writer.translated("say.recorded_wording"), Paragraph::Style::note);
 }
 
 void add_files(DocumentWriter& writer) {

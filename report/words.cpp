@@ -404,6 +404,9 @@ constexpr Translation kTranslations[] = {
    "Es sind keine Grenzwerte vereinbart; eine Konformitätsaussage wird nicht getroffen."},
   {"say.no_deviations", "None. The records contain no gap, pause, interlock or fault.",
    "Keine: Die Aufzeichnungen enthalten weder Lücken noch Unterbrechungen, Verriegelungen oder Störungen."},
+  {"say.recorded_wording", "Descriptions of recorded events have the wording of the record.",
+   "Beschreibungen aufgezeichneter Ereignisse haben den Wortlaut der Aufzeichnung; nur feste Texte des Programms sind "
+   "übersetzt."},
   {"say.no_files", "No files are listed.", "Es sind keine Dateien angegeben."},
   {"say.no_equipment", "No equipment is listed.", "Es sind keine Messeinrichtungen angegeben."},
   {"say.rule_simple",

@@ -130,6 +130,21 @@ TEST(Dcc, HasUnitPerSourceOfUncertainty) {
   EXPECT_NE(xml.find(" \\degree\\hour\\tothe{-1}\\kelvin\\tothe{-1} "), std::string::npos);
 }
 
+TEST(Dcc, HasDeviationsInBothLanguages) {
+  CalibrationReport report = sample_calibration();
+  report.deviations = {{.utc = "2026-11-12T08:00:00Z", .run = "7", .kind = "held", .text = "held: paused by ada"},
+                       {.kind = "stated",
+                        .text = "Door opened for two minutes.",
+                        .translations = {"Door opened for two minutes.", "Tür zwei Minuten geöffnet."}}};
+  const std::string text = dcc(report);
+  for (const char* part :
+       {"<dcc:content lang=\"en\">2026-11-12T08:00:00Z: record 7: held: paused by ada<",
+        "<dcc:content lang=\"de\">2026-11-12T08:00:00Z: Aufzeichnung 7: gehalten: angehalten von ada<",
+        "<dcc:content lang=\"en\">Door opened for two minutes.<",
+        "<dcc:content lang=\"de\">Tür zwei Minuten geöffnet.<", "; Kette geprüft<", "; chain verified<"})
+    EXPECT_NE(text.find(part), std::string::npos) << part;
+}
+
 TEST(Dcc, MarksDraft) {
   const std::string xml = dcc({});
   EXPECT_NE(xml.find("<dcc:uniqueIdentifier>not given (draft)</dcc:uniqueIdentifier>"), std::string::npos);

@@ -117,6 +117,18 @@ TEST(Document, IsGermanOnRequest) {
   EXPECT_FALSE(has(text, "As left"));
 }
 
+TEST(Document, TranslatesFixedTextsOfEvents) {
+  CalibrationReport report = sample_calibration();
+  report.deviations = {{.kind = "paused", .text = "suspended: paused by ada"}};
+  const std::string german = text_of(report, Language::german);
+  EXPECT_TRUE(has(german, "angehalten: angehalten von ada"));
+  EXPECT_TRUE(has(german, "Wortlaut der Aufzeichnung"));
+  EXPECT_TRUE(has(text_of(report), "suspended: paused by ada"));
+  EXPECT_TRUE(has(text_of(report), "wording of the record"));
+  report.deviations = {{.kind = "stated", .text = "Door open."}};
+  EXPECT_FALSE(has(text_of(report), "wording of the record")) << "no event of a record";
+}
+
 TEST(Document, HasSameStructureInBothLanguages) {
   const CalibrationReport report = sample_calibration();
   const Document english = make_document(report, Language::english), german = make_document(report, Language::german);

@@ -141,8 +141,10 @@ std::string result_html(const ProofResult& result, Language language) {
   report::HtmlTable limits{.header = {t.limit, t.value}, .text_columns = 2};
   for (const auto& limit : result.limits) limits.rows.push_back({shown(limit.what), shown(limit.limit)});
   report::HtmlTable readings{.header = {t.reading, t.value, t.seconds}, .text_columns = 2};
+  const bool are_identifiers = result.test == prove::ProofTest::interlocks;
   for (const auto& one : result.readings)
-    readings.rows.push_back({shown(one.what), shown(one.value), report::format_number(language, one.at_s, 1)});
+    readings.rows.push_back({are_identifiers ? escaped(one.what) : shown(one.what), shown(one.value),
+                             report::format_number(language, one.at_s, 1)});
   if (!limits.rows.empty()) html += to_html(limits);
   if (!readings.rows.empty()) html += to_html(readings);
   return html;

@@ -17,6 +17,12 @@ TEST(GermanEvidence, TranslatesKnownPhrases) {
       {"120.0 °C ± 2.5 K", "120,0 °C ± 2,5 K"},
       {"confirmed by the guard after", "von der Wache bestätigt nach"},
       {"air", "Luft"},
+      {"0.2 s; set point 20 °C, air 19.99 °C, running", "0,2 s; Sollwert 20 °C, Luft 19,99 °C, läuft"},
+      {"set point -10.5 °C, air 21.00 °C, not following its set point",
+       "Sollwert -10,5 °C, Luft 21,00 °C, folgt ihrem Sollwert nicht"},
+      {"the chamber was not safe 60 s after the line returned: set point 20 °C, air 30.10 °C, door open",
+       "die Kammer war nicht sicher 60 s nach der Rückkehr der Leitung: Sollwert 20 °C, Luft 30,10 °C, Tür offen"},
+      {"the chamber did not take the set point: timeout", "die Kammer nahm den Sollwert nicht an: timeout"},
       {"file system: ext4, blocks of 4096 bytes; disk: /data: 12.5 GB free, 900 inodes",
        "Dateisystem: ext4, Blöcke zu 4096 Byte; Datenträger: /data: 12,5 GB frei, 900 Inodes"},
   };

@@ -97,9 +97,13 @@ TEST_F(ProofCommand, LeavesChamberAsFoundAndSignsProtocol) {
   EXPECT_NE(page.find("NICHT SIGNIERT"), std::string::npos);
   EXPECT_NE(page.find("<h2>Sicherer Zustand – bestanden</h2>"), std::string::npos);
   EXPECT_EQ(page.find(">make-safe<"), std::string::npos);
-  for (const char* english : {"abort after", "hold after", "not tested", "confirmed by the guard", "program drives"})
+  for (const char* english : {"abort after", "hold after", "not tested", "confirmed by the guard", "program drives",
+                              "; set point", ", running"})
     EXPECT_EQ(page.find(english), std::string::npos) << english << " in " << page;
   EXPECT_NE(page.find("<td>Programm fährt die Kammer auf</td>"), std::string::npos) << page;
+  const auto interlocks = page.find("jede Verriegelung wirkt");
+  ASSERT_NE(interlocks, std::string::npos);
+  EXPECT_NE(page.find("<td>program</td>", interlocks), std::string::npos) << "an identifier of an interlock";
   EXPECT_NE(gyrotherm_with("check --rig " + rig).out.find("UNSIGNED"), std::string::npos);
   const auto key = folder / "lab.key", certificate = folder / "lab.pem";
   ASSERT_EQ(shell("openssl req -x509 -newkey rsa:2048 -nodes -keyout " + key + " -out " + certificate +

@@ -114,9 +114,9 @@ Tested test_shipped_files(const ValidationSite& /*site*/) {
     if (const auto rig = load_rig(name); !rig) return unmet(rig.error());
   if (profiles.empty() || rigs.empty())
     return unmet("no shipped profiles or rigs were found", "keine mitgelieferten Profile oder Prüfstände gefunden");
-  return met(
-      fmt::format("{} profiles and {} rigs with their maps can be read", profiles.size(), rigs.size()),
-      fmt::format("{} Profile und {} Prüfstände mit ihren Registerkarten sind lesbar", profiles.size(), rigs.size()));
+  return met(fmt::format("{} profiles and {} rigs with their maps can be read", profiles.size(), rigs.size()),
+             fmt::format("{} Profile und {} Prüfstände mit ihren Registerbeschreibungen sind lesbar", profiles.size(),
+                         rigs.size()));
 }
 
 Tested test_installation(const ValidationSite& /*site*/) { return judge_findings(check_installation()); }

@@ -69,6 +69,7 @@ TEST_F(Validation, HasPagesInBothLanguages) {
   for (const char* text : {"UNSIGNED", "SIMULATED", "A run records each second of its profile."})
     EXPECT_NE(english.find(text), std::string::npos) << text;
   EXPECT_NE(german.find("Ein Lauf zeichnet jede Sekunde seines Profils auf."), std::string::npos);
+  EXPECT_NE(german.find("Registerbeschreibungen"), std::string::npos);
   for (const char* text : {"were recorded", "is writable", "can be read", "no limit", "none is overdue", "an altered",
                            "rig is virtual", "within the limits"})
     EXPECT_EQ(german.find(text), std::string::npos) << text;

@@ -106,9 +106,14 @@ Quantities separate_quantities(const TableGroup& tables) {
 }
 
 Cell value_cell(const DocumentWriter& writer, const ReportedValue& value, bool in_sample) {
-  Cell cell{.text = format(writer.language, value), .note = coverage_note(writer.language, value)};
+  Cell cell{.text = format_result(writer.language, value), .note = coverage_note(writer.language, value)};
   if (in_sample) cell.note += (cell.note.empty() ? "" : "; ") + writer.translated("label.in_sample");
   return cell;
+}
+
+/// Returns a setting or another condition of a row.
+Cell condition_cell(const DocumentWriter& writer, const ReportedValue& value) {
+  return {.text = format(writer.language, value), .note = coverage_note(writer.language, value)};
 }
 
 std::string key_with_detail(const DocumentWriter& writer, const ResultTable& table) {
@@ -178,7 +183,7 @@ class ResultsTable {
     if (has_quantity_column_) cells.push_back({.text = quantity_name(writer_, tables, quantity)});
     if (has_record_column_) cells.push_back({.text = record_label(writer_.report, record.run)});
     for (const std::string& condition : conditions) {
-      cells.push_back(value_cell(writer_, find_column(record.any(), condition)->values[row], false));
+      cells.push_back(condition_cell(writer_, find_column(record.any(), condition)->values[row]));
       if (&condition == &conditions.front()) cells.back().note = hold_note(record.any(), condition, row);
     }
     for (const Stage stage : stages_) {

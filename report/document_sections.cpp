@@ -153,13 +153,19 @@ DocumentTable equipment_table(const DocumentWriter& writer) {
   return table;
 }
 
+/// Returns "Thermometer A (lakeshore_218 1 at virtual, input 1)", or "Temperature chamber F4T" without a channel.
+std::string overdue_name(const DocumentWriter& writer, const Equipment& one) {
+  const std::string role = writer.translated(one.role);
+  const std::string name =
+      one.names.empty() ? translate_instrument(writer.language, one.name) : text_in(writer.language, one.names);
+  if (one.channel.empty()) return name.empty() ? role : role + " " + name;
+  return role + " " + one.channel + (name.empty() ? "" : " (" + name + ")");
+}
+
 std::vector<std::string> overdue_names(const DocumentWriter& writer) {
   std::vector<std::string> names;
   for (const Equipment& one : writer.report.equipment)
-    if (one.overdue)
-      names.push_back(one.name.empty() ? writer.translated(one.role)
-                                       : fmt::format("{} {}", writer.translated(one.role),
-                                                     translate_instrument(writer.language, one.name)));
+    if (one.overdue) names.push_back(overdue_name(writer, one));
   return names;
 }
 
@@ -293,7 +299,8 @@ void add_statements(DocumentWriter& writer) {
   writer.paragraph(text_in(writer.language, report.remarks));
   writer.paragraph(writer.translated(scope_key(report)) + " " + writer.translated("say.standing"));
   writer.paragraph(writer.translated("say.in_full"));
-  writer.paragraph(writer.translated("say.by_customer"));
+  writer.paragraph(
+      writer.translated(report.item.customers_number.empty() ? "say.customer_without_number" : "say.by_customer"));
   for (const Texts& statement : report.statements) writer.paragraph(text_in(writer.language, statement));
   add_people(writer);
 }

@@ -152,6 +152,12 @@ std::string format(Language language, const ReportedValue& value) {
   return format_rounded(language, value, choose_rounding(value.value, value.expanded()));
 }
 
+std::string format_result(Language language, const ReportedValue& value) {
+  const bool is_integer = value.value == std::round(value.value);
+  if (!std::isfinite(value.value) || has_expanded(value) || is_integer) return format(language, value);
+  return format_significant(language, value.value, kDigitsOfAValue);
+}
+
 std::string format_compared(Language language, const Conformity& conformity) {
   const ReportedValue& value = conformity.value;
   if (!std::isfinite(value.value)) return kDash;

@@ -521,6 +521,8 @@ constexpr Translation kTranslations[] = {
   {"say.by_customer",
    "Provided by the customer: name and address of the customer, and the customer’s number of the item.",
    "Vom Auftraggeber bereitgestellt: Name und Anschrift des Auftraggebers sowie dessen Nummer des Gegenstands."},
+  {"say.customer_without_number", "Provided by the customer: name and address of the customer.",
+   "Vom Auftraggeber bereitgestellt: Name und Anschrift des Auftraggebers."},
   {"say.standing", "The results were valid at the time of the calibration.",
    "Die Ergebnisse gelten für den Zeitpunkt der Kalibrierung."},
   {"say.not_authorised", "Not authorised.", "Nicht freigegeben."},

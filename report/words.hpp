@@ -44,6 +44,9 @@ template <class... Values>
 /// at most four significant digits, and an integer has all of its digits. An unknown value is "–". The result
 /// does not contain k.
 [[nodiscard]] std::string format(Language language, const ReportedValue& value);
+/// Formats a result like format(). Without U, a result that is not an integer has four significant digits with trailing
+/// zeros, like the other rows of its column.
+[[nodiscard]] std::string format_result(Language language, const ReportedValue& value);
 /// Value and U of format() as separate texts with the same number of decimals; `expanded` is empty without U.
 struct FormattedValue {
   std::string value, expanded;

@@ -71,7 +71,8 @@ TEST(Document, HasEveryValueWithItsUncertainty) {
     for (const ResultTable& table : report.results)
       for (const Column& column : table.columns)
         for (const ReportedValue& value : column.values)
-          EXPECT_TRUE(has(text, format(language, value))) << table.key << " " << column.quantity;
+          EXPECT_TRUE(has(text, format(language, value)) || has(text, format_result(language, value)))
+              << table.key << " " << column.quantity;
     for (const Conformity& one : report.conformity) EXPECT_TRUE(has(text, format(language, one.value)));
   }
 }
@@ -127,6 +128,35 @@ TEST(Document, TranslatesFixedTextsOfEvents) {
   EXPECT_TRUE(has(text_of(report), "wording of the record"));
   report.deviations = {{.kind = "stated", .text = "Door open."}};
   EXPECT_FALSE(has(text_of(report), "wording of the record")) << "no event of a record";
+}
+
+TEST(Document, NamesChannelOfOverdueThermometer) {
+  CalibrationReport report = sample_calibration();
+  report.equipment = {{.role = "thermometer", .channel = "B", .name = "dcon 2 at virtual, input 3", .overdue = true},
+                      {.role = "thermometer", .channel = "C", .names = {"Bridge", "Brücke"}, .overdue = true},
+                      {.role = "chamber", .name = "F4T", .overdue = true}};
+  EXPECT_TRUE(
+      has(text_of(report),
+          "overdue: Thermometer B (dcon 2 at virtual, input 3), Thermometer C (Bridge), Temperature chamber F4T."));
+  EXPECT_TRUE(has(text_of(report, Language::german),
+                  "Thermometer B (dcon 2 an virtueller Leitung, Eingang 3), Thermometer C (Brücke), Klimakammer F4T."));
+}
+
+TEST(Document, KeepsTrailingZerosOfResultsWithoutU) {
+  CalibrationReport report = sample_calibration();
+  for (ResultTable& table : report.results)
+    if (table.key == "whole_run") table.columns[3].values[0] = {.value = 0.684};
+  const std::string text = text_of(report);
+  EXPECT_TRUE(has(text, "0.6840"));
+  EXPECT_TRUE(has(text, "0.0005\n")) << "a setting has no trailing zeros";
+}
+
+TEST(Document, MentionsNumberOfCustomerOnlyIfGiven) {
+  CalibrationReport report = sample_calibration();
+  EXPECT_TRUE(has(text_of(report), "and the customer’s number of the item"));
+  report.item.customers_number.clear();
+  EXPECT_FALSE(has(text_of(report), "number of the item"));
+  EXPECT_TRUE(has(text_of(report, Language::german), "Name und Anschrift des Auftraggebers."));
 }
 
 TEST(Document, HasSameStructureInBothLanguages) {

@@ -19,6 +19,7 @@ namespace gyrotherm::report {
 void describe(auto& form, Like<ComparedResult> auto& result) {
   form("key", result.key);
   form("quantity", result.quantity);
+  form.if_present("detail", !result.detail.empty(), result.detail);
   form("unit", result.unit);
   form("axis", result.axis);
   form("profile", result.profile);
@@ -193,6 +194,7 @@ class ReportComparer {
       if (same == rows.end() || !is_measured || !std::isfinite(same->value.standard_uncertainty)) continue;
       ComparedResult result = compare_values(row.value, same->value, comparison_.days_between);
       result.key = table.key;
+      result.detail = table.detail;
       result.quantity = column.quantity;
       result.unit = column.unit;
       result.axis = table.axis;
@@ -389,10 +391,10 @@ std::string describe(const Comparison& comparison) {
   text += fmt::format("  {:>6}  {:>9}  {:>9}  {:>9}  {:>9}\n", "E_n", "before", "now", "change", "U");
   for (const ComparedResult* one : all)
     text += fmt::format(
-        "  {:>6}  {:>9}  {:>9}  {:>9}  {:>9}  {} {}.{}{}{}, {} → {}{}{}\n", plot::decimal(one->normalised_error, 2),
+        "  {:>6}  {:>9}  {:>9}  {:>9}  {:>9}  {} {}.{}{}{}{}, {} → {}{}{}\n", plot::decimal(one->normalised_error, 2),
         plot::format_significant(one->before.value), plot::format_significant(one->now.value),
         plot::format_significant(one->change), plot::format_significant(one->expanded), one->axis, one->key,
-        one->quantity, describe_condition(one->condition),
+        one->quantity, one->detail.empty() ? "" : " " + one->detail, describe_condition(one->condition),
         one->unit.empty() || one->unit == "1" ? "" : ", " + one->unit, words_of_keyword(name(one->before_at)),
         words_of_keyword(name(one->now_at)), one->profile.empty() ? "" : ", ", one->profile);
   text += describe_checks(comparison);

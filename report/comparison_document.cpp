@@ -145,8 +145,8 @@ class ComparisonWriter : public BlockWriter {
 
   /// Returns the name "Hold bias: Bias / (°/h)" with the note "u1.x, as left → as found, set point −40, random".
   [[nodiscard]] Cell result_name(const ComparedResult& one) const {
-    std::string text = translated(one.key);
-    if (const auto quantity = translated(one.quantity); quantity != text) text += ": " + quantity;
+    std::string text = translated(one.key) + (one.detail.empty() ? "" : " " + one.detail);
+    if (const auto quantity = translated(one.quantity); quantity != translated(one.key)) text += ": " + quantity;
     Cell cell{.text = name_with_unit(text, one.unit), .note = one.axis};
     const auto add = [&](const std::string& more) { cell.note += (cell.note.empty() ? "" : ", ") + more; };
     add(stages(one));

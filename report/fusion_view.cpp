@@ -206,9 +206,13 @@ std::string result_section(const model::FusionSummary& summary) {
             key_value_html("only the first three axes", plot::format_bias(summary.of_three->rms_deg_per_h), "°/h") +
             key_value_html("inconsistent seconds", std::to_string(summary.contradictions), "");
   }
-  if (summary.rest && summary.rest->heading_deg)
-    keys += key_value_html("heading minus stated heading",
-                           plot::decimal(60 * (*summary.rest->heading_deg - *summary.said_heading_deg), 2), "arcmin");
+  if (summary.rest && summary.rest->heading_deg) {
+    constexpr double kArcminutes = 60;
+    const double difference = kArcminutes * (*summary.rest->heading_deg - *summary.said_heading_deg);
+    const double expanded = kArcminutes * summary.rest->heading_expanded_deg.value_or(0);
+    keys += key_value_html("heading minus stated heading, ± U (95 %)", plot::format_with_error(difference, expanded),
+                           "arcmin");
+  }
   return "<div class=\"keys\">\n" + keys + "</div>\n" +
          fmt::format(
              "<p class=\"note\">RMS length of the error of the rate vector, means over 100&nbsp;s, relative to the "

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <regex>
@@ -586,6 +587,24 @@ Result<void> check_units(const OrderFile& order, const std::vector<CalibratedIte
   return {};
 }
 
+namespace {
+
+/// Returns the unit of a quantity that has a limit, for a report without a result of this quantity.
+std::string limited_unit(std::string_view quantity) {
+  static constexpr std::array<std::pair<std::string_view, const char*>, 8> kUnits{{{"duration", "s"},
+                                                                                   {"temperature_sensitivity", "°/h/K"},
+                                                                                   {"gradient_sensitivity", "°/h/K"},
+                                                                                   {"ramp_sensitivity", "°/h/(K/min)"},
+                                                                                   {"quantisation", "″"},
+                                                                                   {"angle_random_walk", "°/√h"},
+                                                                                   {"rate_random_walk", "°/h/√h"},
+                                                                                   {"rate_ramp", "°/h/h"}}};
+  const auto found = std::ranges::find(kUnits, quantity, &std::pair<std::string_view, const char*>::first);
+  return found == kUnits.end() ? "°/h" : found->second;
+}
+
+}  // namespace
+
 void apply_limits(CalibrationReport& report, const std::vector<ReportedLimit>& limits, DecisionRule rule) {
   report.rule = rule;
   for (const ReportedLimit& limit : limits) {
@@ -607,6 +626,7 @@ void apply_limits(CalibrationReport& report, const std::vector<ReportedLimit>& l
     if (report.conformity.size() > before) continue;
     Conformity none = compare_with_limits({}, limit.at_most, rule);
     none.quantity = limit.quantity;
+    none.unit = limited_unit(quantity);
     none.stage = limit.stage.value_or(Stage::as_left);
     report.conformity.push_back(std::move(none));
   }

@@ -40,22 +40,27 @@ std::string join_escaped(const std::vector<std::string>& texts) {
 
 std::string paragraph(const std::string& html) { return "<p>" + html + "</p>\n"; }
 
-std::string key_figure(const std::string& label, double deg_per_h, const char* style = "") {
+/// Returns a tile with a value and its standard error.
+std::string key_figure(const std::string& label, double deg_per_h, double error, const char* style = "") {
   return fmt::format(
       "<div class=\"key {}\"><span class=\"value\">{}</span><span class=\"unit\">°/h</span>"
       "<span class=\"label\">{}</span></div>\n",
-      style, plot::format_bias(deg_per_h), label);
+      style, plot::format_bias(deg_per_h),
+      std::isfinite(error) && error > 0 ? fmt::format("{}, standard error {}", label, plot::format_error(error))
+                                        : label);
 }
 
 std::string key_figures(const ReportedRun& run) {
   const auto& residual = run.residual;
-  return "<div class=\"keys\">\n" + key_figure("before compensation", run.raw.std) +
-         key_figure("three-point", residual.three_point.all.std) +
-         key_figure("multi-point", residual.multi_point.all.std) +
-         key_figure("multi-point with temperature", residual.multi_point_t.all.std, "best") +
-         key_figure("noise floor of the record", run.floor.deg_per_h) + "</div>\n" +
-         fmt::format("<p class=\"note\">Standard deviations of the {} run, {}.</p>\n", plot::escaped(run.profile),
-                     in_sample_text(run));
+  const auto tile = [](const std::string& label, const data::Figures& figures, const char* style = "") {
+    return key_figure(label, figures.std, standard_error_of_std(figures), style);
+  };
+  return "<div class=\"keys\">\n" + tile("before compensation", run.raw) +
+         tile("three-point", residual.three_point.all) + tile("multi-point", residual.multi_point.all) +
+         tile("multi-point with temperature", residual.multi_point_t.all, "best") +
+         key_figure("noise floor of the record", run.floor.deg_per_h, run.floor.error_deg_per_h) + "</div>\n" +
+         fmt::format("<p class=\"note\">Standard deviations of the {} run with their standard errors, {}.</p>\n",
+                     plot::escaped(run.profile), in_sample_text(run));
 }
 
 std::string floor_sentence(const ReportedRun& run) {

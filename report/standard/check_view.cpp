@@ -74,7 +74,8 @@ std::string list_open_runs(const CheckedStandard& standard) {
 std::string describe_hypothesis(const Hypothesis& one) {
   auto text = fmt::format("    {:>8}  {}", format_percent(one.posterior), name(one.cause));
   if (!one.part.empty()) text += " " + one.part;
-  if (std::isfinite(one.amount)) text += fmt::format(": {} {}", format_with_error(one.amount, one.amount_u), one.unit);
+  if (std::isfinite(one.amount))
+    text += fmt::format(": {} {} (k = 1)", format_with_error(one.amount, one.amount_u), one.unit);
   return text + fmt::format("; χ² {:.1f} of {:g}, P = {:.3f}\n", one.chi_squared, one.degrees, one.fits);
 }
 

@@ -71,7 +71,7 @@ constexpr CheckTranslation kCheckTranslations[] = {
   {"explanations_table", "Explanations of runs out of control", "Erklärungen nicht beherrschter Läufe"},
   {"hypotheses_table", "Possible causes of the change", "Mögliche Ursachen der Änderung"},
   {"probability", "Probability", "Wahrscheinlichkeit"},
-  {"amount", "Amount", "Betrag"},
+  {"amount", "Amount ± u (k\u00a0=\u00a01)", "Betrag ± u (k\u00a0=\u00a01)"},
   {"fit", "P(χ²)", "P(χ²)"},
   {"named", "Probable cause: {}. The change began with run {} ({}); {} runs before it and {} since are compared.",
    "Wahrscheinliche Ursache: {}. Die Änderung begann mit Lauf {} ({}); verglichen sind {} Läufe davor und {} seither."},

@@ -235,6 +235,16 @@ TEST(Comparison, HasPageWithEachChange) {
   }
 }
 
+TEST(Comparison, NamesGradientOfSensitivity) {
+  const auto comparison = compare(sample_calibration(), a_year_later());
+  ASSERT_TRUE(comparison);
+  EXPECT_TRUE(std::ranges::any_of(comparison->results, [](const ComparedResult& one) { return one.detail == "A-D"; }));
+  EXPECT_NE(to_html(make_document(*comparison, Language::english)).find("Sensitivity to temperature gradients A-D"),
+            std::string::npos);
+  EXPECT_NE(describe(*comparison).find("gradient_sensitivity.gradient_sensitivity A-D"), std::string::npos);
+  EXPECT_NE(to_json(*comparison).find("\"detail\": \"A-D\""), std::string::npos);
+}
+
 TEST(Comparison, CountsChangesInSingularAndPlural) {
   auto comparison = compare(sample_calibration(), a_year_later());
   ASSERT_TRUE(comparison);

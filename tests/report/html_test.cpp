@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 #include <string>
 #include <utility>
@@ -186,6 +187,16 @@ TEST(HtmlReport, EscapesNamesFromFiles) {
   const std::string page = page_of(report);
   EXPECT_EQ(tests::count_occurrences(page, "<script"), 0);
   EXPECT_EQ(tests::markup_error(page), "");
+}
+
+TEST(HtmlReport, ShowsStandardErrorInEachTile) {
+  const SyntheticExperiment experiment;
+  const Report report = experiment.report();
+  const std::string page = page_of(report);
+  const auto begin = page.find("<div class=\"keys\">"), end = page.find("</p>", begin);
+  ASSERT_NE(begin, std::string::npos);
+  EXPECT_EQ(tests::count_occurrences(page.substr(begin, end - begin), ", standard error "),
+            std::isfinite(report.random.floor.error_deg_per_h) ? 5 : 4);
 }
 
 TEST(HtmlReport, HasMinusSignsInWarnings) {

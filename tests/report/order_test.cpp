@@ -475,6 +475,23 @@ TEST(Order, ComparesEachRowWithLimit) {
   EXPECT_EQ(worst({{}, {.value = -0.2}, unknown}, simple).value.value, -0.2);
 }
 
+/// The units are those of the results of the sample report.
+TEST(Order, GivesLimitWithoutResultItsUnit) {
+  const auto unit_of = [](const CalibrationReport& results, const std::string& quantity) {
+    CalibrationReport report = results;
+    report.conformity.clear();
+    apply_limits(report, {{.quantity = quantity, .at_most = 1}}, DecisionRule::simple);
+    return report.conformity.at(0).unit;
+  };
+  const CalibrationReport sample = sample_calibration();
+  for (const char* quantity :
+       {"stabilised_bias.bias", "warm_up.duration", "temperature_sensitivity.temperature_sensitivity",
+        "gradient_sensitivity.gradient_sensitivity", "angle_random_walk.angle_random_walk", "whole_run.rmse"})
+    EXPECT_EQ(unit_of({}, quantity), unit_of(sample, quantity)) << quantity;
+  EXPECT_EQ(unit_of({}, "ramp_sensitivity.ramp_sensitivity"), "°/h/(K/min)");
+  EXPECT_EQ(unit_of({}, "quantisation.quantisation"), "″");
+}
+
 TEST(Order, RequiresDaysInOrder) {
   const auto order = parse_order(kOrder, "order.toml");
   ASSERT_TRUE(order);

@@ -108,7 +108,7 @@ const standard_view = (() => {
               'same way.'
           )
         : null,
-      make_table('Table of possible causes', ['Cause', '>Probability', '>Amount', '>P(χ²)'], rows)
+      make_table('Table of possible causes', ['Cause', '>Probability', '>Amount ± u (k = 1)', '>P(χ²)'], rows)
     );
   }
 

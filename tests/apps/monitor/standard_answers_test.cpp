@@ -94,7 +94,7 @@ TEST(StandardText, RoundsValuesToTheirLimitsAndAmountsToTheirUncertainty) {
     EXPECT_LE(width, 1001) << line->str();
   }
   EXPECT_GE(values, 1) << text;
-  const std::regex amount(R"(: (-?[\d.]+) ± 0\.0*(\d+) K;)");
+  const std::regex amount(R"(: (-?[\d.]+) ± 0\.0*(\d+) K \(k = 1\);)");
   std::smatch found;
   ASSERT_TRUE(std::regex_search(text, found, amount)) << text;
   EXPECT_EQ(found[2].length(), 2) << found.str();

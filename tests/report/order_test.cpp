@@ -120,6 +120,7 @@ TEST(Order, RequiresCertificateOfEachThermometerOfResults) {
   ASSERT_TRUE(order && laboratory);
   const auto missing = [&](std::vector<std::string> block, std::string channel) {
     CalibrationReport report = report_without_order();
+    report.simulated = false;
     report.block_thermometers = std::move(block);
     auto other = report.equipment.front();
     report.equipment = {other};

@@ -175,6 +175,7 @@ _KINDS = {
     "read_rates": "a list of rates", "read_band": "an amount in K", "read_rate_range": "[slowest, fastest]",
     "read_time_range": "[shortest, longest]", "read_temperature_ranges": "rows of [lowest, highest]",
     "read_uncertainty": "a number", "read_axis_uncertainty": "a number", "read_positive_number": "a number", "read_day": "a day",
+    "read_angle": "a number", "read_angle_uncertainty": "a number", "check_correction": None,
     "read_channel_names": "names of channels", "read_choice": "names of channels", "read_range": "a temperature",
     "ignore": "a table", "positive": "a number above 0", "not_negative": "a number, not below 0",
     "time_constant_s": "s, at least 1", "read_bounded": "a number",
@@ -192,6 +193,7 @@ _KINDS = {
 # Reading functions for which the key is optional.
 _OPTIONAL_READERS = {
     "read_limit_if_any", "read_time_if_any", "read_temperature_if_any", "read_rate_if_any", "read_uncertainty",
+    "read_angle", "read_angle_uncertainty",
     "read_axis_uncertainty", "read_positive_number", "read_day", "day", "one_of_or_default", "read_link_keyword", "read_either", "texts", "numbers", "rates",
     "read_rates", "read_level_if_any", "read_number_if_any", "read_channel_names", "read_choice", "tables", "read_range", "ignore", "table texts",
 }  # fmt: skip

@@ -69,7 +69,7 @@ std::vector<double> read_direction(const TomlTable& table) {
 void read_single_direction(const TomlTable& table, record::AxisInfo& axis) {
   const bool located = table.has("latitude");
   const double latitude = located ? read_latitude(table) : 0, azimuth = read_angle(table, "azimuth", 0, kFullTurn),
-               elevation = read_angle(table, "elevation", kQuarterTurn, kQuarterTurn);
+               elevation = read_angle(table, "elevation", 90, kQuarterTurn);
   axis.uncertainty.latitude_uncertainty_deg = read_angle_uncertainty(table, "latitude_uncertainty");
   axis.uncertainty.azimuth_uncertainty_deg = read_angle_uncertainty(table, "azimuth_uncertainty");
   axis.uncertainty.tilt_uncertainty_deg = read_angle_uncertainty(table, "tilt_uncertainty");

@@ -157,6 +157,7 @@ SITE = {
         "read_store_table": [""], "parse_site": [""], "parse_store": [""],
     },
     "apps/monitor/site_file.cpp": {
+        "read_command": ["[notify.address]"], "read_mail_addresses": ["[notify.address]"],
         "read_address": ["[notify.address]"], "read_rule": ["[notify.rule]"], "read_mail_server": ["notify.mail"],
         "check_names": [], "parse_site:notify": ["notify"], "parse_site": [""],
     },

@@ -251,26 +251,6 @@ void check_relay_line(const TomlTable& root, const RigFile& rig) {
           "line", fmt::format("\"{}\" is the line of an instrument, expected a line of the relay's own", text));
 }
 
-/// Records an error if a gyro shares its network address and port with another instrument. A gyro sends by itself, so
-/// its frames would mix with the answers of the other one.
-void check_gyro_addresses(const TomlTable& root, const RigFile& rig) {
-  const auto lines = list_lines(rig);
-  for (const auto& gyro : rig.gyro_lines) {
-    const auto own = drivers::parse_line(gyro.line);
-    const auto* address = own ? std::get_if<drivers::TcpLine>(&*own) : nullptr;
-    const auto is_shared = [&](const std::string& text) {
-      const auto line = drivers::parse_line(text);
-      const auto* other = line ? std::get_if<drivers::TcpLine>(&*line) : nullptr;
-      return other != nullptr && other->host == address->host && other->port == address->port;
-    };
-    if (address != nullptr && std::ranges::count_if(lines, is_shared) > 1)
-      root.note_error("gyro",
-                      fmt::format("\"{}\" is also the line of another instrument, expected a line of the gyro's "
-                                  "own",
-                                  gyro.line));
-  }
-}
-
 /// Checks that no port or USB device is shared by two instruments. Several instruments may share a network address.
 void check_ports(const TomlTable& root, const RigFile& rig) {
   std::set<std::string> taken;
@@ -289,7 +269,6 @@ void check_ports(const TomlTable& root, const RigFile& rig) {
   }
   if (any_hid && hids > 1)
     root.note_error("", "\"hid:\" is only for a rig with one USB device, expected serial numbers");
-  check_gyro_addresses(root, rig);
   check_relay_line(root, rig);
 }
 

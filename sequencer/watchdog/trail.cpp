@@ -32,13 +32,13 @@ TraceWriter::TraceWriter(const SafeState& safe_state, std::string because, std::
 
 bool TraceWriter::record(const RescueResult& rescued) {
   const bool confirmed = rescued.reached == SafeStage::all;
-  const Evidence evidence{rescued.reached, rescued.is_ineffective, rescued.has_shown_commands};
+  const Shown shown{rescued.reached, rescued.is_ineffective, rescued.has_shown_commands};
   const bool may_wait = same_until_ && confirmed == trace_.confirmed && !confirmed;
-  const auto& next_at = evidence == evidence_ ? same_until_ : changed_until_;
+  const auto& next_at = shown == shown_ ? same_until_ : changed_until_;
   if (may_wait && (rescued.details == trace_.details || !next_at->has_passed())) return false;
   // A confirmed chamber stays confirmed if a later attempt fails.
   if (trace_.confirmed && !confirmed) return false;
-  evidence_ = evidence;
+  shown_ = shown;
   same_until_.emplace(kMinTraceInterval);
   changed_until_.emplace(kMinChangeInterval);
   trace_.at = SteadyClock().now().utc;

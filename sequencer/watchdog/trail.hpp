@@ -55,12 +55,12 @@ class TraceWriter {
   MadeSafe trace_;
   Duration began_;  ///< UTC
   /// What the last recorded result has shown.
-  struct Evidence {
+  struct Shown {
     SafeStage reached{};
     bool is_ineffective{}, has_shown_commands{};
-    bool operator==(const Evidence&) const = default;
+    bool operator==(const Shown&) const = default;
   };
-  Evidence evidence_;
+  Shown shown_;
   /// Times from which a result is recorded that shows the same, or something else.
   std::optional<Deadline> same_until_, changed_until_;
   std::optional<Deadline> gone_until_;

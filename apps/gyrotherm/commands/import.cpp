@@ -28,14 +28,14 @@ struct ImportArguments {
 Result<Exit> draft_map(Console& console, const ImportArguments& options) {
   if (!options.map.empty())
     return failure(FaultKind::usage, "--guess", "creates a map; not valid with --map, which names an existing map");
+  if (!options.out.empty() && !options.out.ends_with(".toml"))
+    return failure(FaultKind::usage, "--out", fmt::format("{} does not end in .toml, as a map does", options.out));
   const auto map = exchange::guess_map(options.file);
   if (!map) return failure(map.error());
   if (options.out.empty()) {
     console.print(*map);
     return Exit::done;
   }
-  if (!options.out.ends_with(".toml"))
-    return failure(FaultKind::usage, "--out", fmt::format("{} does not end in .toml, as a map does", options.out));
   if (std::filesystem::exists(options.out))
     return failure(FaultKind::storage, options.out, "exists; a column map is never overwritten");
   if (auto written = replace_text_file(options.out, *map); !written) return failure(written.error());

@@ -108,7 +108,7 @@ TEST(ImportMap, RefusesTwoThermometersOnOneColumn) {
   const auto map = parse_import_map(
       replace_once(kMap, "[gyro]", "[[thermometer]]\nname = \"case\"\ncolumn = \"T\"\n[gyro]"), "map.toml");
   ASSERT_FALSE(map);
-  EXPECT_NE(text(map.error()).find("map.toml:16:10: "), std::string::npos) << text(map.error());
+  EXPECT_NE(text(map.error()).find("map.toml:17:10: "), std::string::npos) << text(map.error());
   EXPECT_NE(text(map.error()).find("is also that of thermometer \"die\""), std::string::npos) << text(map.error());
 }
 

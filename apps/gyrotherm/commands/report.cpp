@@ -55,14 +55,10 @@ Result<void> check_languages(const std::vector<std::string>& languages) {
   return {};
 }
 
-/// Fails unless the first argument is a record or a folder. Suggests the subcommand that it may be.
+/// Fails unless the first argument is a record or a folder.
 Result<void> check_subject(const std::string& subject) {
   if (record::path_exists(subject) || record::find_record_files(subject)) return {};
-  static const std::vector<std::string> subcommands{"authorise", "supersede", "compare", "sign", "verify"};
-  const auto near = find_nearest(subject, subcommands);
-  return failure(FaultKind::bad_file, subject,
-                 fmt::format("no such record or folder, and not a command of report{}",
-                             near.empty() ? "" : fmt::format("; did you mean \"{}\"?", near)));
+  return failure(FaultKind::bad_file, subject, "no such record or folder");
 }
 
 Result<Exit> report_on(Console& console, const CalibrationArguments& options) {

@@ -50,7 +50,7 @@ Result<Recorded> read(const std::string& path) {
   Recorded recorded{.json = gyrotherm::site::run_as_json(*info), .rows = {}};
   const auto channels = gyrotherm::site::stored_channels(*info);
   for (std::int64_t last = -1; recorded.rows.size() < kMostRows;) {
-    const auto batch = gyrotherm::site::next_rows(*files, channels, last, 1);
+    const auto batch = gyrotherm::site::read_rows(*files, channels, last, 1);
     if (!batch) return gyrotherm::failure(batch.error());
     if (batch->rows == 0) break;
     recorded.rows.push_back(batch->numbers.substr(1, batch->numbers.size() - 2));

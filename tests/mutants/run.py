@@ -108,7 +108,9 @@ class MutantBuild:
             text.write_text(compiled.read_text().replace(str(ROOT / source), str(folder / "mutant.cpp")))
         line = re.sub(r" -o \S+", " -o " + mutated_object, line)
         line = re.sub(r" -MF \S+", " -MF " + shlex.quote(str(folder / "mutant.d")), line)
-        line = re.sub(r" -O[0-9]", " -O0", line).replace(" -Werror", "")  # a mutant may leave unused variables
+        if "-include-pch" not in line:  # Clang takes a compiled header only with its own optimisation
+            line = re.sub(r" -O[0-9]", " -O0", line)
+        line = line.replace(" -Werror", "")  # a mutant may leave unused variables
         line = re.sub(r" -c \S+$", " -c " + shlex.quote(str(text)), line)
         subprocess.run(line, shell=True, cwd=self.build, check=True, capture_output=True)
         return original, mutated_object

@@ -65,35 +65,46 @@ std::pair<double, double> find_period(const data::Clusters& clusters) {
   return {clusters.start_s(0), clusters.start_s(count - 1) + clusters.length_s};
 }
 
-/// A record and the hashes of the rows that its clusters use; none for a record that was not imported.
-struct SampledRecord {
-  const data::Dataset& dataset;
-  double from_s{}, to_s{};
-  std::vector<std::int64_t> rows;
-};
-
-SampledRecord sample_record(const data::Dataset& dataset, const data::Clusters& clusters) {
-  const auto [from_s, to_s] = find_period(clusters);
-  return {dataset, from_s, to_s,
-          dataset.imported ? data::sample_rows(dataset, from_s, to_s) : std::vector<std::int64_t>()};
+/// Returns the trace by which an export of the record is recognised. Virtual runs with one seed have the same noise,
+/// so a simulated record has a trace only if it was imported.
+std::optional<data::RateTrace> make_trace(const data::Dataset& dataset, double from_s, double to_s) {
+  if (!dataset.imported && dataset.simulated) return std::nullopt;
+  auto trace = data::trace_rates(dataset, from_s, to_s);
+  return trace.means.empty() ? std::nullopt : std::optional(std::move(trace));
 }
 
-/// Returns whether two imported files have rows in common. A short file that is a part of a long one is found by its
-/// own sample.
-bool share_rows(const SampledRecord& one, const SampledRecord& other) {
-  const auto has_rows = [](const SampledRecord& record, const std::vector<std::int64_t>& rows) {
-    return !rows.empty() && data::has_rows_of(record.dataset, rows, record.from_s, record.to_s);
-  };
-  if (!one.dataset.imported || !other.dataset.imported) return false;
-  return has_rows(one, other.rows) || has_rows(other, one.rows);
+tl::unexpected<Fault> common_rows_fault(const std::string& path, const std::string& other) {
+  return failure(FaultKind::usage, path, fmt::format("has rows of {}; expected records without common rows", other));
 }
 
 }  // namespace
 
+ReadingsSample sample_readings(const data::Dataset& dataset, const data::Clusters& clusters) {
+  if (!dataset.imported) return {.path = dataset.path, .rows = {}, .trace = {}};
+  const auto [from_s, to_s] = find_period(clusters);
+  return {.path = dataset.path,
+          .rows = data::sample_rows(dataset, from_s, to_s),
+          .trace = make_trace(dataset, from_s, to_s)};
+}
+
+bool has_readings_of(const data::Dataset& dataset, const data::Clusters& clusters, const ReadingsSample& sample) {
+  if (!dataset.imported) return false;
+  const auto [from_s, to_s] = find_period(clusters);
+  return (!sample.rows.empty() && data::has_rows_of(dataset, sample.rows, from_s, to_s)) ||
+         (sample.trace && data::has_rates_of(dataset, *sample.trace, from_s, to_s));
+}
+
+Result<void> check_distinct(const data::Dataset& dataset, const data::Clusters& clusters,
+                            const std::vector<ReadingsSample>& others) {
+  for (const ReadingsSample& other : others)
+    if (has_readings_of(dataset, clusters, other)) return common_rows_fault(dataset.path, other.path);
+  return {};
+}
+
 Result<void> check_records(const std::vector<data::Dataset>& datasets, const std::vector<data::Clusters>& records) {
-  std::vector<SampledRecord> sampled;
+  std::vector<ReadingsSample> sampled;
   for (std::size_t i = 0; i < datasets.size(); ++i) {
-    sampled.push_back(sample_record(datasets[i], records[i]));
+    sampled.push_back(sample_readings(datasets[i], records[i]));
     if (jumps_by_turning(datasets[i], records[i]))
       return failure(FaultKind::usage, datasets[i].path,
                      "the unit is turned around in this record, and the Earth rate is unknown: the bias has a step of "
@@ -102,9 +113,9 @@ Result<void> check_records(const std::vector<data::Dataset>& datasets, const std
       const data::Dataset &one = datasets[i], &other = datasets[j];
       if (one.run_id == other.run_id)
         return failure(FaultKind::usage, one.path, fmt::format("is the same run as {}", other.path));
-      if (share_rows(sampled[i], sampled[j]))
-        return failure(FaultKind::usage, one.path,
-                       fmt::format("has rows of {}; expected records without common rows", other.path));
+      // A short file that is a part of a long one is found by its own sample.
+      if (has_readings_of(one, records[i], sampled[j]) || has_readings_of(other, records[j], sampled[i]))
+        return common_rows_fault(one.path, other.path);
       if (auto one_gyro = check_same_gyro(one, other, other.path, "; all records of a model must be of one gyro");
           !one_gyro)
         return one_gyro;
@@ -112,14 +123,6 @@ Result<void> check_records(const std::vector<data::Dataset>& datasets, const std
     }
   }
   return {};
-}
-
-/// Returns the trace by which an export of the record is recognised. Virtual runs with one seed have the same noise,
-/// so a simulated record has a trace only if it was imported.
-std::optional<data::RateTrace> make_trace(const data::Dataset& dataset, double from_s, double to_s) {
-  if (!dataset.imported && dataset.simulated) return std::nullopt;
-  auto trace = data::trace_rates(dataset, from_s, to_s);
-  return trace.means.empty() ? std::nullopt : std::optional(std::move(trace));
 }
 
 void record_sources(Model& model, const std::vector<data::Dataset>& datasets,

@@ -4,16 +4,34 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "analysis/data/clusters.hpp"
 #include "analysis/data/dataset.hpp"
+#include "analysis/data/rate_trace.hpp"
 #include "analysis/model/model.hpp"
 #include "analysis/tracking/bias_noise.hpp"
 #include "core/result.hpp"
 
 namespace gyrotherm::model {
+
+/// Readings of an imported record by which another record of the same measurement is recognised.
+struct ReadingsSample {
+  std::string path;
+  std::vector<std::int64_t> rows;  ///< hashes of rows; empty for a record that was not imported
+  std::optional<data::RateTrace> trace;
+};
+[[nodiscard]] ReadingsSample sample_readings(const data::Dataset& dataset, const data::Clusters& clusters);
+/// Returns whether an imported record has readings of the sample, at whatever time, also in another unit, rounded or
+/// averaged.
+[[nodiscard]] bool has_readings_of(const data::Dataset& dataset, const data::Clusters& clusters,
+                                   const ReadingsSample& sample);
+/// Fails with usage if a record has readings of one of the others.
+[[nodiscard]] Result<void> check_distinct(const data::Dataset& dataset, const data::Clusters& clusters,
+                                          const std::vector<ReadingsSample>& others);
 
 /// Fails with usage if a run is given twice or imported records have common rows (such rows would be held out and used
 /// for training at the same time), if records are of different gyros or have different bias references, or if a bias

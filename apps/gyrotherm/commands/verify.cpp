@@ -7,6 +7,7 @@
 
 #include "analysis/data/hold_noise.hpp"
 #include "analysis/model/characterisation.hpp"
+#include "analysis/model/making.hpp"
 #include "analysis/model/verification.hpp"
 #include "analysis/tracking/assessment.hpp"
 #include "apps/console/command.hpp"
@@ -232,11 +233,15 @@ Result<Exit> verify_all(Console& console, const VerifyArguments& options) {
   if (!noise) return failure(noise.error());
   std::vector<model::Verification> verifications;
   std::vector<model::Characterisation> starts;
+  std::vector<model::ReadingsSample> sampled;
   std::set<std::string> gyros;
   for (const auto& run : options.runs) {
     const auto recorded = load_recorded_run(
         console, run, {options.clusters, options.unverified, axis_for(*model, options.axis), model->cluster_length_s});
     if (!recorded) return failure(recorded.error());
+    if (auto distinct = model::check_distinct(recorded->dataset, recorded->clusters, sampled); !distinct)
+      return failure(distinct.error());
+    sampled.push_back(sample_readings(recorded->dataset, recorded->clusters));
     auto verification = verify(*model, recorded->dataset, recorded->clusters, *outside);
     if (!verification) return failure(verification.error());
     const auto& [dataset, clusters] = *recorded;

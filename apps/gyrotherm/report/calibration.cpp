@@ -16,6 +16,7 @@
 #include "acquisition/record/record.hpp"
 #include "acquisition/record/record_files.hpp"
 #include "analysis/data/clusters.hpp"
+#include "analysis/model/making.hpp"
 #include "apps/gyrotherm/recorded_run.hpp"
 #include "apps/gyrotherm/report/calibration_folder.hpp"
 #include "apps/gyrotherm/report/calibration_source.hpp"
@@ -293,6 +294,11 @@ Result<void> add_axis(report::CalibrationReport& report, const ReportInput& give
     auto dataset = data::make_dataset(records[i], given.records[i].files.path, choice);
     auto clusters = data::make_clusters(dataset);
     if (!clusters) return failure(clusters.error());
+    for (const auto& earlier : axis.runs)
+      if (auto distinct =
+              model::check_distinct(dataset, *clusters, {model::sample_readings(earlier.dataset, earlier.clusters)});
+          !distinct)
+        return distinct;
     if (i > 0) {
       const data::Dataset& first = axis.runs.front().dataset;
       if (auto one = check_same_gyro(dataset, first, first.path, "; a report covers one gyro"); !one) return one;

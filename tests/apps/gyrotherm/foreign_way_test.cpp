@@ -210,6 +210,34 @@ TEST(ForeignWay, RefusesRecordsWithCommonRows) {
   EXPECT_NE(train(folder, record + " " + other, "").find("linear on temperatures"), std::string::npos);
 }
 
+TEST(ForeignWay, RefusesRecordThatWasExportedAgain) {
+  const auto noisy = [](int i) {
+    return Bench::rate_deg_per_h(i) + 0.2 * (std::fmod(std::abs(std::sin(i * 12.9898) * 43758.5453), 1.0) - 0.5);
+  };
+  const Folder folder;
+  const auto record = make_record(folder, [&](int i) { return fmt::format("{:.6f}", noisy(i)); });
+  std::ofstream table(folder / "again.csv");
+  table << "t,TA,TB,w\n";
+  for (int i = 0; i < Bench::kRows; ++i)
+    table << fmt::format("{},{:.3f},{:.3f},{:.7f}\n", 10 * i + 7200, Bench::oven_c(i), Bench::wall_c(i),
+                         noisy(i) / 3600);
+  table.close();
+  auto map = read_text_file(folder / "t.toml").value();
+  const auto scale = map.find("scale = 1");
+  ASSERT_NE(scale, std::string::npos) << map;
+  std::ofstream(folder / "s.toml") << map.replace(scale, std::string("scale = 1").size(), "scale = 3600");
+  const auto again = folder / "again.db";
+  const auto made =
+      gyrotherm_with("import " + (folder / "again.csv") + " --map " + (folder / "s.toml") + " --out " + again);
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  const auto refused = train(folder, record + " " + again, "");
+  EXPECT_NE(refused.find(again + ": has rows of " + record), std::string::npos) << refused;
+  EXPECT_NE(train(folder, record, "").find("linear on temperatures"), std::string::npos);
+  const auto verified = gyrotherm_with("verify " + (folder / "m.json") + " " + record + " " + again);
+  EXPECT_EQ(verified.exit_code, 2) << verified.out;
+  EXPECT_NE(verified.err.find(again + ": has rows of " + record), std::string::npos) << verified.err;
+}
+
 TEST(ForeignWay, NamesRemedyForSingleThermometer) {
   const Folder folder;
   std::ofstream(folder / "t.csv") << table(

@@ -78,6 +78,19 @@ def prepare_for_print(markup: str) -> str:
     return re.sub(r'<text x="([^"]*)" y="([^"]*)"([^<>]*)>', condense_text, markup)
 
 
+def keep_words_whole(markup: str) -> str:
+    """Replaces word joiners (U+2060) by spans that do not break: WeasyPrint would store them in the text of the PDF for
+    the letter behind them, so that words could not be found or copied."""
+    joined = re.compile("[^\\s<>\u2060]*\u2060[^\\s<>]*")
+
+    def keep(token: re.Match[str]) -> str:
+        return f'<span style="white-space: nowrap">{token[0]}</span>'
+
+    parts = re.split(r"(<title>.*?</title>|<svg.*?</svg>|<style.*?</style>|<[^>]*>)", markup, flags=re.DOTALL)
+    parts[::2] = [joined.sub(keep, text) for text in parts[::2]]
+    return "".join(parts).replace("\u2060", "")
+
+
 def svg_size(svg: str) -> tuple[float, float]:
     """Returns width and height of an SVG in its own pixels."""
     roots: list[tuple[str, dict[str, str]]] = []
@@ -351,7 +364,7 @@ def html_to_pdf(html: str, *, has_signature_field: bool, remarks: list[str]) -> 
             add_signature_field(pdf, pydyf)
 
     remarks += check_fonts(unescape(re.sub(r"<svg.*?</svg>|<[^>]*>", "", html, flags=re.DOTALL)))
-    page = weasyprint.HTML(string=prepare_for_print(html), url_fetcher=lambda url, **_: fetch(url, remarks))
+    page = weasyprint.HTML(string=prepare_for_print(keep_words_whole(html)), url_fetcher=lambda url, **_: fetch(url, remarks))
     sheet = weasyprint.CSS(string=Path(__file__).with_name("paper.css").read_text())
     digest = hashlib.sha256(html.encode()).hexdigest()[:32]
     return page.write_pdf(stylesheets=[sheet], finisher=finish, identifier=digest.encode())

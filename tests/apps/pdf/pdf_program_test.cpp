@@ -125,6 +125,14 @@ std::vector<std::string> collect_texts(const Document& document) {
   return texts;
 }
 
+TEST(Pdf, TextHasNoWordJoiners) {
+  for (const std::string language : {"en", "de"}) {
+    const auto text = text_in(sample().pdf(language));
+    EXPECT_EQ(text.find("\u2060"), std::string::npos) << language;
+    EXPECT_NE(text.find("°/h"), std::string::npos) << language;
+  }
+}
+
 TEST(Pdf, ContainsEveryWordOfReport) {
   EXPECT_EQ(sample().remarks(), "");
   for (const std::string language : {"en", "de"}) {

@@ -415,6 +415,24 @@ bool is_verified(const CalibrationReport& report) {
   });
 }
 
+/// Lists the records whose rows may have been changed, and those without a date: the days of the report and the due
+/// days of the equipment would not cover them.
+void list_missing_of_records(CalibrationReport& report) {
+  bool are_dated = !report.begun.empty();
+  for (const UsedFile& file : report.files) {
+    if (file.role != "record") continue;
+    if (!file.chain_verified) report.missing.push_back(fmt::format("records: verified hash chain of {}", file.name));
+    if (!file.started_utc.empty()) continue;
+    are_dated = true;
+    report.missing.push_back(fmt::format(
+        "records: start time of {}; an imported record has one only if its map states the start of its time",
+        file.name));
+  }
+  if (!are_dated)
+    report.missing.emplace_back(
+        "records: start times; an imported record has them only if its map states the start of its time");
+}
+
 void list_missing(CalibrationReport& report) {
   const auto require_key = [&](bool is_there, const char* file, const char* key) {
     if (!is_there) report.missing.push_back(fmt::format("{}: {}", file, key));
@@ -439,8 +457,7 @@ void list_missing(CalibrationReport& report) {
         fmt::format("records: certificate of a thermometer{}; without one in the rig file, equipment with role "
                     "\"thermometer\" in laboratory.toml",
                     channels.front().empty() ? "" : fmt::format(": {}", fmt::join(channels, ", "))));
-  require_key(!report.begun.empty(), "records",
-              "start times; an imported record has them only if its map states the start of its time");
+  list_missing_of_records(report);
   require_key(is_verified(report), "records", "a record that the model was not trained on");
   require_key(has_role(report.people, "operator"), kOrder, "person with role \"operator\"");
   require_key(has_role(report.people, "authorising"), kLaboratory, "person with role \"authorising\"");

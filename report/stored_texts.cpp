@@ -33,6 +33,10 @@ constexpr StoredPhrase kMissingItems[] = {
     {"records: start times; an imported record has them only if its map states the start of its time",
      "Aufzeichnungen: Anfangszeiten; eine importierte Aufzeichnung hat sie nur, wenn ihre Zuordnung den Beginn der "
      "Zeit nennt"},
+    {"records: verified hash chain of ", "Aufzeichnungen: geprüfte Prüfsummenkette von "},
+    {"records: start time of ", "Aufzeichnungen: Anfangszeit von "},
+    {"; an imported record has one only if its map states the start of its time",
+     "; eine importierte Aufzeichnung hat sie nur, wenn ihre Zuordnung den Beginn der Zeit nennt"},
     {"records: a record that the model was not trained on",
      "Aufzeichnungen: eine Aufzeichnung, mit der das Modell nicht trainiert wurde"},
     {"models: one trained on this unit", "Modelle: eines, das mit diesem Prüfling trainiert wurde"},

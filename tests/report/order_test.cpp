@@ -92,6 +92,30 @@ TEST(Order, ListsEachMissingField) {
   EXPECT_FALSE(lacks("order.toml: customer.name"));
 }
 
+TEST(Order, RequiresDateAndVerifiedChainOfEachRecord) {
+  const auto order = parse_order(kOrder, "order.toml");
+  const auto laboratory = parse_laboratory(kLaboratory, "laboratory.toml");
+  ASSERT_TRUE(order && laboratory);
+  const auto missing = [&](std::vector<UsedFile> files) {
+    CalibrationReport report = report_without_order();
+    report.files = std::move(files);
+    add_order(report, *laboratory, *order);
+    return report.missing;
+  };
+  const UsedFile good{
+      .role = "record", .name = "A.db", .started_utc = "2026-03-01 10:00:00 UTC", .chain_verified = true};
+  auto undated = good, changed = good;
+  undated.name = "B.db";
+  undated.started_utc.clear();
+  changed.name = "C.db";
+  changed.chain_verified = false;
+  const UsedFile model{.role = "model_left", .name = "m.json"};
+  EXPECT_TRUE(missing({good, model}).empty());
+  ASSERT_EQ(missing({good, undated}).size(), 1U);
+  EXPECT_TRUE(missing({good, undated}).front().starts_with("records: start time of B.db; "));
+  EXPECT_EQ(missing({changed, good}), std::vector<std::string>{"records: verified hash chain of C.db"});
+}
+
 TEST(Order, RequiresCertificateOfThermometer) {
   const auto order = parse_order(kOrder, "order.toml");
   ASSERT_TRUE(order);

@@ -403,6 +403,11 @@ std::vector<std::string> find_uncertified_thermometers(const CalibrationReport& 
   return channels;
 }
 
+bool has_overdue_thermometer(const CalibrationReport& report) {
+  return std::ranges::any_of(report.equipment,
+                             [](const Equipment& one) { return one.role == "thermometer" && one.overdue; });
+}
+
 const char* scope_key(const CalibrationReport& report) {
   const bool is_left = std::ranges::find(report.results, Stage::as_left, &ResultTable::stage) != report.results.end();
   return is_left ? "say.as_left_item" : "say.only_this_item";

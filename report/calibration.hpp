@@ -361,6 +361,8 @@ struct CalibrationReport {
 /// certified thermometer without a channel, such as one in `laboratory.toml`, covers all channels. A result is
 /// metrologically traceable only if there are none.
 [[nodiscard]] std::vector<std::string> find_uncertified_thermometers(const CalibrationReport& report);
+/// Returns true if the calibration of a thermometer was overdue on the day of a run.
+[[nodiscard]] bool has_overdue_thermometer(const CalibrationReport& report);
 
 /// Returns the key of words.hpp for the state of the item to which the results relate. It depends on whether there are
 /// results as left.

@@ -319,11 +319,11 @@ class Certificate {
     }
   }
 
-  /// Writes the traceability statement. Simulations, drafts and results of uncertified thermometers are not
-  /// traceable.
+  /// Writes the traceability statement. Simulations, drafts and results of uncertified or overdue
+  /// thermometers are not traceable.
   void traceability() {
     const bool stated = !report_.traceability.empty() && !is_draft(report_) && !report_.simulated &&
-                        find_uncertified_thermometers(report_).empty();
+                        find_uncertified_thermometers(report_).empty() && !has_overdue_thermometer(report_);
     xml_.element("dcc:statement", {{"refType", "basic_metrologicallyTraceableToSI"}}, [&] {
       dcc_.text("dcc:name", {"Metrological traceability", "Metrologische Rückführung"});
       xml_.leaf("dcc:traceable", stated ? "true" : "false");

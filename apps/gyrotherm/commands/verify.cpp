@@ -241,7 +241,7 @@ Result<Exit> verify_all(Console& console, const VerifyArguments& options) {
     if (!recorded) return failure(recorded.error());
     if (auto distinct = model::check_distinct(recorded->dataset, recorded->clusters, sampled); !distinct)
       return failure(distinct.error());
-    sampled.push_back(sample_readings(recorded->dataset, recorded->clusters));
+    sampled.push_back(model::sample_readings(recorded->dataset, recorded->clusters));
     auto verification = verify(*model, recorded->dataset, recorded->clusters, *outside);
     if (!verification) return failure(verification.error());
     const auto& [dataset, clusters] = *recorded;

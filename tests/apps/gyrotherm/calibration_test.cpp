@@ -193,11 +193,13 @@ TEST_F(CalibrationOfAUnit, RefusesRecordsOfTwoGyros) {
 }
 
 TEST_F(CalibrationOfAUnit, StatesBiasReferenceOfEachRecord) {
-  std::ofstream table(in("table.csv"));
-  table << "s,T,g\n";
-  for (int second = 0; second < 300; ++second) table << second << ',' << 20 + second % 7 << ",10.6\n";
-  table.close();
   for (const auto& [name, earth_rate] : {std::pair{"known", "earth_rate = 10.6"}, std::pair{"unknown", ""}}) {
+    std::ofstream table(in("table.csv"));
+    table << "s,T,g\n";
+    const int period = *earth_rate != '\0' ? 7 : 5;
+    for (int second = 0; second < 300; ++second)
+      table << second << ',' << 20 + second % period << ",10." << second % period << '\n';
+    table.close();
     std::ofstream(in(name) + ".toml") << "schema = \"gyrotherm-import/1\"\nname = \"" << name << "\"\n"
                                       << "[time]\ncolumn = \"s\"\nunit = \"s\"\n"
                                       << "[[thermometer]]\nname = \"T\"\ncolumn = \"T\"\n"

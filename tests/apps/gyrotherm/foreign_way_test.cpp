@@ -191,19 +191,19 @@ TEST(ForeignWay, GivesVerdictOnAnotherRecord) {
 TEST(ForeignWay, RefusesRecordsWithCommonRows) {
   const Folder folder;
   const auto record = make_record(folder, clean_rate);
-  const auto import_rows = [&](const std::string& name, int first, double offset) {
+  const auto import_rows = [&](const std::string& name, int first, double other_noise) {
     std::ofstream file(folder / (name + ".csv"));
     file << "t,TA,TB,w\n";
     for (int i = first; i < Bench::kRows; ++i)
       file << fmt::format("{},{:.6f},{:.6f},{:.6f}\n", 10 * (i - first), Bench::oven_c(i), Bench::wall_c(i),
-                          Bench::rate_deg_per_h(i) + offset * std::sin(i * 1.1));
+                          Bench::rate_deg_per_h(i) + other_noise * (std::sin(i * 2.3) - std::sin(i * 1.7)));
     file.close();
     const auto made = gyrotherm_with("import " + (folder / (name + ".csv")) + " --map " + (folder / "t.toml") +
                                      " --out " + (folder / (name + ".db")));
     EXPECT_EQ(made.exit_code, 0) << made.err;
     return folder / (name + ".db");
   };
-  const auto part = import_rows("part", 2000, 0), other = import_rows("other", 0, 0.01);
+  const auto part = import_rows("part", 2000, 0), other = import_rows("other", 0, 0.02);
   const auto refused = train(folder, record + " " + part, "");
   EXPECT_NE(refused.find(part + ": has rows of " + record), std::string::npos) << refused;
   EXPECT_NE(train(folder, part + " " + record, "").find(record + ": has rows of " + part), std::string::npos);

@@ -184,12 +184,16 @@ void note_alteration(bool is_altered, const ExplainedAir& before, const ChamberS
                      InterlockMemory& memory) {
   auto& kept = memory.explained_before_alteration;
   if (is_altered && !kept) kept = before;
-  if (is_altered || !kept) return;
-  memory.explained.lowest = kept->first ? std::min(kept->lowest, chamber.air) : chamber.air;
-  memory.explained.highest = kept->first ? std::max(kept->highest, chamber.air) : chamber.air;
+  const bool is_another = is_altered && memory.altered_to && abs(chamber.set_point - *memory.altered_to) >= kMinChange;
+  memory.altered_to = is_altered ? std::optional(chamber.set_point) : std::nullopt;
+  if (!kept || (is_altered && !is_another)) return;
+  const auto shown = is_altered ? chamber.set_point : chamber.air;
+  const auto lowest = std::min(chamber.air, shown), highest = std::max(chamber.air, shown);
+  memory.explained.lowest = kept->first ? std::min(kept->lowest, lowest) : lowest;
+  memory.explained.highest = kept->first ? std::max(kept->highest, highest) : highest;
   memory.expected = chamber.air;
-  memory.lag = {};
-  kept.reset();
+  memory.lag = is_altered ? abs(chamber.set_point - chamber.air) : Kelvins{};
+  if (!is_altered) kept.reset();
 }
 
 void remember(const InterlockLimits& limits, const Sample& sample, Duration elapsed, bool is_after_pause,

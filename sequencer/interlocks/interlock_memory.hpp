@@ -155,6 +155,8 @@ struct InterlockMemory {
   ExplainedAir explained{};
   /// `explained` before the chamber was altered by another program, at its panel or by a restart; absent: it is not.
   std::optional<ExplainedAir> explained_before_alteration{};
+  /// Set point of the altered chamber in the last second.
+  std::optional<Celsius> altered_to{};
   /// Last known air temperature.
   std::optional<Celsius> last_air{};
   /// Time since `last_air` was read.
@@ -180,9 +182,9 @@ class Ranks {
   std::vector<double> sorted_;
 };
 
-/// Notes whether the chamber differs from its commanded state. Once it no longer does, forgets the set points that this
-/// program has not sent: they explain no air temperature but the present one. `before` is `memory.explained` before
-/// this second.
+/// Notes whether the chamber differs from its commanded state. Once it no longer does, or shows another foreign set
+/// point, forgets the set points that this program has not sent: they explain no air temperature but the present one.
+/// `before` is `memory.explained` before this second.
 void note_alteration(bool is_altered, const ExplainedAir& before, const ChamberState& chamber, InterlockMemory& memory);
 
 /// Adds a sample that covers `elapsed` to the trends. `is_after_pause` is true if the program paused before the sample.

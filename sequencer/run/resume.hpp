@@ -70,6 +70,10 @@ struct InterruptedRun {
   bool held{};
   /// Another program or a person had changed the chamber, and it was not restored.
   bool foreign{};
+  /// Who ended the work of the guard, and why; empty: nobody did.
+  std::string given_up{};
+  /// The chamber was found switched off, though neither the run nor its guard switches it off.
+  bool found_off{};
   /// Instruments that answer in place of the run's own instruments; empty: none.
   std::string mismatched_instruments{};
 };

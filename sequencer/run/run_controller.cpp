@@ -113,7 +113,8 @@ std::string RunController::answer_for(OperatorCommand command) const {
   const auto cold = command == OperatorCommand::resume ? std::string() : describe_cold_unit();
   const auto warning = cold.empty() ? cold : "; " + cold;
   if (command < OperatorCommand::stop) return command_answer(command) + warning;
-  const bool holds = command == OperatorCommand::stop && rig_.file().run_limits.on_stop == interlocks::OnStop::hold;
+  const bool holds = command == OperatorCommand::stop && rig_.file().run_limits.on_stop == interlocks::OnStop::hold &&
+                     leaving_refusal().empty();
   return command_answer(command) +
          (holds ? "the chamber holds its set point"
                 : fmt::format("the chamber is made safe at {:g} °C", rig_.file().safe_set_point.value)) +

@@ -54,6 +54,12 @@ void SafeEvidence::acknowledge(SafeAction action) {
 
 bool SafeEvidence::must_be_off() const { return goal_.switch_off || (escalations_ >= kSwitchesOff && goal_.can_stop); }
 
+bool SafeEvidence::is_exhausted() const {
+  const bool refuses =
+      off_without_set_point_since_ && last_at_ && *last_at_ - *off_without_set_point_since_ > kTakenWithin;
+  return refuses || escalations_ > kMaxEscalations;
+}
+
 bool SafeEvidence::judge_mode() const {
   const bool unseen = activity_ == ChamberActivity::unknown;
   if (must_be_off()) return is_off(activity_) || (unseen && !goal_.shows_off && switched_off_);
@@ -71,7 +77,10 @@ void SafeEvidence::escalate(Celsius air, Duration at) {
   ineffective_ = true;
   past_movement_ = trend_.verdict() == AirVerdict::moves_away ? trend_.describe_past() : air_.describe_past();
   escalated_at_ = at;
-  escalations_ = is_off(activity_) ? std::max(escalations_ + 1, kSwitchesOff) : escalations_ + 1;
+  // A refused set point has been sent again and again, so only the off command is left.
+  const bool is_last_resort =
+      is_off(activity_) || (set_point_wrong_since_ && at - *set_point_wrong_since_ > kTakenWithin);
+  escalations_ = is_last_resort ? std::max(escalations_ + 1, kSwitchesOff) : escalations_ + 1;
   follow_due_ = !must_be_off() && goal_.can_start && activity_ != ChamberActivity::unknown && !is_off(activity_);
   is_accepted_ = switched_off_ = false;
   mode_wrong_since_.reset();
@@ -111,6 +120,7 @@ void SafeEvidence::add_reading(const ChamberState& chamber, Duration at) {
   };
   note_wrong(set_point_shown_ || is_off(activity_), set_point_wrong_since_);
   note_wrong(mode_shown_, mode_wrong_since_);
+  note_wrong(set_point_shown_ || !is_off(activity_), off_without_set_point_since_);
   watch_air(chamber.air, at, was_complete);
 }
 

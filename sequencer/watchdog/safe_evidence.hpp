@@ -65,8 +65,9 @@ class SafeEvidence {
   /// Returns true while the last reading shows an unsafe chamber: it does not keep the set point or the mode, or the
   /// air moves away.
   [[nodiscard]] bool is_ineffective() const { return ineffective_; }
-  /// Returns true if switching off has also failed.
-  [[nodiscard]] bool is_exhausted() const { return escalations_ > kMaxEscalations; }
+  /// Returns true if further commands are useless: switching off has also failed, or the chamber is off and has refused
+  /// the set point for a minute.
+  [[nodiscard]] bool is_exhausted() const;
 
   [[nodiscard]] bool has_shown_set_point() const { return set_point_shown_; }
   [[nodiscard]] bool has_shown_mode() const { return mode_shown_; }
@@ -95,6 +96,7 @@ class SafeEvidence {
   bool is_accepted_ = false, switched_off_ = false, follow_due_ = false;
   bool set_point_shown_ = false, mode_shown_ = false;
   std::optional<Duration> set_point_wrong_since_, mode_wrong_since_;
+  std::optional<Duration> off_without_set_point_since_;
   int escalations_ = 0;
   bool ineffective_ = false;
   /// Movement of the air that caused the last escalation; empty: it was not the air.

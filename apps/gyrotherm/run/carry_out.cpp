@@ -216,8 +216,13 @@ Result<run::EntryPoint> find_entry(const run::RunContinuation& on, const Chamber
                                    bool accepted) {
   const auto goal = demanded_set_point(on.profile, on.state);
   const bool has_not_begun = on.last_slot < 0 && on.interruption.mismatched_instruments.empty();
+  auto interruption = on.interruption;
+  const auto trace = watchdog::read_trace(path);
+  if (trace && *trace) interruption.given_up = (*trace)->given_up;
+  const bool may_be_off = on.rig.safe_off || (trace && *trace);  // the guard switches a chamber off that does not obey
+  interruption.found_off = !on.rig.simulated && now.activity == ChamberActivity::off && !may_be_off;
   const auto verdict =
-      has_not_begun ? run::ReentryDecision{} : judge_reentry(on.interruption, on.rig.safe_set_point, now.air);
+      has_not_begun ? run::ReentryDecision{} : judge_reentry(interruption, on.rig.safe_set_point, now.air);
   if (verdict.way == run::Reentry::ask && !accepted)
     return failure(FaultKind::interrupted, path,
                    fmt::format("{}; check the chamber, then run \"gyrotherm resume {} --accept\"", verdict.why, path));

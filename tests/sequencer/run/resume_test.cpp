@@ -101,6 +101,16 @@ TEST(ResumeRule, AsksOperatorWhenInstrumentDiffersFromStart) {
   }
 }
 
+TEST(ResumeRule, AsksIfSomebodyMayBeAtChamber) {
+  auto stood = interrupted_hot_soak();
+  stood.given_up = "ada (1000): unplugged, I reach inside";
+  EXPECT_EQ(judge_reentry(stood, kMild, {59}).why,
+            "the guard was ordered to give up by ada (1000): unplugged, I reach inside");
+  stood = interrupted_hot_soak();
+  stood.found_off = true;
+  EXPECT_EQ(way(stood, 59), Reentry::ask);
+}
+
 TEST(ResumeRule, AsksOperatorAfterLongGapAtAnyAir) {
   auto stood = interrupted_hot_soak();
   stood.down = std::chrono::seconds(120);

@@ -125,7 +125,47 @@ TEST(EndOfRun, IsRefusedWhileChamberIsSilent) {
   EXPECT_EQ(leaving_refusal(bench.limits, bench.memory, bench.sample), "") << "one lost answer";
   bench.seconds(2);
   EXPECT_EQ(leaving_refusal(bench.limits, bench.memory, bench.sample),
-            "the chamber has not answered for 3 s, so its set point is not confirmed");
+            "the chamber has given no valid reading for 3 s, so its set point is not confirmed");
+}
+
+TEST(EndOfRun, IsRefusedWhileChamberDiffersFromWhatWasSent) {
+  const auto refusal_after = [](const std::function<void(InterlockBench&)>& change) {
+    InterlockBench bench;
+    bench.chamber().activity = ChamberActivity::running;
+    bench.seconds(60);
+    change(bench);
+    bench.seconds(3);
+    return leaving_refusal(bench.limits, bench.memory, bench.sample);
+  };
+  EXPECT_EQ(refusal_after([](InterlockBench&) {}), "");
+  EXPECT_NE(refusal_after([](InterlockBench& b) { b.chamber().set_point = {50}; }), "") << "at its panel";
+  EXPECT_NE(refusal_after([](InterlockBench& b) { b.chamber().activity = ChamberActivity::not_following; }), "");
+  EXPECT_NE(refusal_after([](InterlockBench& b) { b.around.refusals = 10; }), "") << "refuses set points";
+  for (const auto activity : {ChamberActivity::running, ChamberActivity::off})
+    EXPECT_NE(refusal_after([&](InterlockBench& b) {
+                const ChamberState restarted{.air = {20}, .set_point = {50}, .activity = activity};
+                b.sample.chamber.value = failure(FaultKind::timeout, "chamber", "no reply in 500 ms");
+                b.second();
+                b.sample.chamber.value = restarted;
+              }),
+              "")
+        << name(activity);
+}
+
+/// While a chamber keeps a foreign set point, an earlier foreign one explains no air.
+TEST(Following, IsWatchedAtSecondForeignSetPoint) {
+  InterlockBench bench;
+  bench.chamber() = {.air = {20}, .set_point = {20}, .activity = ChamberActivity::running};
+  bench.seconds(2400);
+  bench.chamber().set_point = {60};
+  bench.second();
+  bench.chamber().set_point = {22};
+  int lasted = 0;
+  for (; lasted < 3000 && !bench.has(InterlockId::following); ++lasted) {
+    bench.chamber().air = {20 + 2.0 * lasted / 60};
+    bench.second();
+  }
+  EXPECT_LT(bench.chamber().air, Celsius{45}) << lasted;
 }
 
 /// A set point of another program, seen for a second, must not widen the band in which the air counts as following.

@@ -168,9 +168,9 @@ struct InterlockResult {
 /// power supplies again, which ends a trip, and the change of an output by another program or a person.
 [[nodiscard]] std::vector<InterlockId> causes_ended_by_resume(const InterlockMemory& memory);
 
-/// Returns the reason why the chamber must not be left at its set point: it does not show what was sent, or does not
-/// follow it; its air is away from the set point and does not approach it; or it gave no reading for 2 s. Returns an
-/// empty text if the chamber may be left.
+/// Returns the reason why the chamber must not be left at its set point: it was restarted, or refuses set points; its
+/// air is away from the set point and does not approach it; or it gave no reading for 2 s. Changes by other programs
+/// are judged elsewhere. Returns an empty text if the chamber may be left.
 [[nodiscard]] std::string leaving_refusal(const InterlockLimits& limits, const InterlockMemory& memory,
                                           const Sample& sample);
 

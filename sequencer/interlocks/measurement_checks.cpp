@@ -95,8 +95,7 @@ std::string leaving_refusal(const InterlockLimits& limits, const InterlockMemory
   if (!chamber && memory.since_last_air >= kSilent)
     return fmt::format("the chamber has given no valid reading for {}, so its set point is not confirmed",
                        format_duration(memory.since_last_air));
-  for (const auto id : {InterlockId::foreign_set_point, InterlockId::not_following, InterlockId::restarted,
-                        InterlockId::restarted_off, InterlockId::not_taken})
+  for (const auto id : {InterlockId::restarted, InterlockId::restarted_off, InterlockId::not_taken})
     if (memory.is_cause_present(id)) return memory.most_affected_watch(id).text;
   if (!chamber || !memory.expected || !memory.set_point || !may_condition(chamber->activity)) return {};
   const auto& known = memory.explained;

@@ -68,7 +68,7 @@ void SafeSequence::add_reading(const Reading<ChamberState>& chamber, Duration at
 }
 
 bool SafeSequence::is_failing() const {
-  return !trouble_.empty() || evidence_.is_ineffective() || unread_ >= kUnreadToReport;
+  return !trouble_.empty() || evidence_.is_ineffective() || evidence_.is_drifting() || unread_ >= kUnreadToReport;
 }
 
 bool SafeSequence::is_only_being_watched() const {

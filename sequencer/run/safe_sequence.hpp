@@ -32,7 +32,8 @@ class SafeSequence {
 
   [[nodiscard]] bool is_confirmed() const { return confirmed_; }
   [[nodiscard]] bool is_ineffective() const { return evidence_.is_ineffective(); }
-  /// Returns true if the last attempt failed, or had no effect, or the chamber cannot be read.
+  /// Returns true if the last attempt failed, or had no effect, or the chamber cannot be read, or its air
+  /// moves away although it is off.
   [[nodiscard]] bool is_failing() const;
   /// Returns "the chamber was sent to 20 °C (set point read back; …)" "the chamber was sent to 20 °C, but its air
   /// does NOT follow (…)" or "the chamber could NOT be sent to 20 °C (…)".

@@ -51,6 +51,8 @@ class AirWatch {
   /// Returns the time for which the air has been watched. At most half a minute of a pause between two readings is
   /// included.
   [[nodiscard]] Duration watched() const { return watched_; }
+  /// Returns true if only a quick drift away from the set point keeps the watch from ending.
+  [[nodiscard]] bool is_drifting() const { return watched_ >= observe_ && drifts_off_quickly(now_c_); }
   /// Returns a text such as "air 40.10 °C, 61.30 °C 5 min before: moves towards 22 °C".
   [[nodiscard]] std::string describe() const;
   /// Returns what the air did when the verdict was reached, for a later message, such as "moved AWAY from 23 °C, from

@@ -65,6 +65,8 @@ class SafeEvidence {
   /// Returns true while the last reading shows an unsafe chamber: it does not keep the set point or the mode, or the
   /// air moves away.
   [[nodiscard]] bool is_ineffective() const { return ineffective_; }
+  /// Returns true if the chamber is off, and its air nevertheless moves away after the time to observe.
+  [[nodiscard]] bool is_drifting() const { return air_.is_drifting(); }
   /// Returns true if further commands are useless: switching off has also failed, or the chamber is off and has refused
   /// the set point for a minute.
   [[nodiscard]] bool is_exhausted() const;

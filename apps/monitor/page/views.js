@@ -270,7 +270,11 @@ views.now = content => {
     set_text(parts.safe_chamber, safe_chamber_text(status));
     set_text(
       parts.watched,
-      watched_ms === null ? '' : `The air is watched until ${format_time(watched_ms)} at least.`
+      watched_ms === null
+        ? ''
+        : watched_ms < Date.now() && !is_virtual(status)
+          ? 'The air is watched until it moves towards the safe set point or stays near it.'
+          : `The air is watched until ${format_time(watched_ms)} at least.`
     );
     for (const name of ['time_left', 'end', 'behind'])
       parts[name].parentElement.hidden = has_left || status.imported || !status.running;

@@ -86,6 +86,15 @@ TEST(AirWatch, WatchesQuickDriftOfChamberThatIsOffUntilItSlowsOrGoesTooFar) {
       << "towards the set point";
 }
 
+TEST(AirWatch, ReportsDriftOnlyAfterTimeToObserve) {
+  AirWatch watch(kSafe, minutes(2));
+  watch.begin(AirSource::seen_off);
+  for (int s = 0; s <= 180; ++s) {
+    (void)watch.add_reading({22 + s / 20.0}, kSecond * s);
+    EXPECT_EQ(watch.is_drifting(), s >= 120) << s;
+  }
+}
+
 TEST(AirWatch, CountsOnlyTimeWithReadings) {
   AirWatch watch(kSafe, minutes(5));
   EXPECT_EQ(watch.add_reading({22}, {}), AirVerdict::watching);

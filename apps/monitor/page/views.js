@@ -139,6 +139,7 @@ views.now = content => {
         (parts.safe_chamber = make_element('p', {class: 'cause'})),
         parts.alarms,
         parts.troubles,
+        (parts.faults = make_element('ul', {class: 'fault'})),
         make_element(
           'dl',
           {class: 'big'},
@@ -207,8 +208,7 @@ views.now = content => {
         'section',
         {class: 'sheet', 'aria-labelledby': 'now-channels'},
         make_element('h2', {id: 'now-channels'}, 'Channels'),
-        parts.channels,
-        (parts.faults = make_element('ul', {class: 'fault'}))
+        parts.channels
       ),
     ].filter(Boolean)
   );

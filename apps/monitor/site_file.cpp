@@ -13,6 +13,7 @@
 
 #include "apps/monitor/state_folder.hpp"
 #include "core/file.hpp"
+#include "core/text.hpp"
 #include "core/toml_reader.hpp"
 
 namespace gyrotherm::monitor {

@@ -337,7 +337,7 @@ function present_set_point(run) {
 /// Returns until when the air of a chamber that is being made safe is watched, ms UTC, or null if it is not, or if the
 /// chamber has not taken the safe state.
 function watched_until_ms(run) {
-  const {running, state, observe_s, faults_now} = run.status;
+  const {running, state, observe_s, faults_now = []} = run.status;
   if (!running || state !== 'aborting' || !observe_s || faults_now.some(text => text.includes(' NOT '))) return null;
   const began = run.events.findLast(event => event.kind === 'state');
   return began && began.utc_ms > 0 ? began.utc_ms + 1000 * observe_s : null;

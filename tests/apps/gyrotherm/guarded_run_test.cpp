@@ -330,6 +330,12 @@ TEST_F(GuardedRun, IsFoundByMakeSafeThroughAnyFileOfItsRecord) {
     EXPECT_EQ(refused.exit_code, 4) << other;
     EXPECT_NE(refused.err.find("is not a record, expected the record of the run"), std::string::npos) << refused.err;
   }
+  run.signal(SIGKILL);
+  EXPECT_EQ(run.wait(), -SIGKILL);
+  auto made = shell(make_safe + "--kill " + stem + ".live.db");
+  for (int i = 0; i < 60 && made.exit_code == 5; ++i)  // the guard still makes it safe
+    made = shell("sleep 1; " + make_safe + "--kill " + record);
+  EXPECT_EQ(made.exit_code, 0) << made.err;
 }
 
 TEST_F(GuardedRun, NotifiesSystemdWatchdogEachTick) {

@@ -21,7 +21,8 @@ namespace gyrotherm::model {
 /// Readings of an imported record by which another record of the same measurement is recognised.
 struct ReadingsSample {
   std::string path;
-  std::vector<std::int64_t> rows;  ///< hashes of rows; empty for a record that was not imported
+  /// Hashes of rows; empty for a record that was not imported.
+  std::vector<std::int64_t> rows;
   std::optional<data::RateTrace> trace;
 };
 [[nodiscard]] ReadingsSample sample_readings(const data::Dataset& dataset, const data::Clusters& clusters);

@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "analysis/data/distributions.hpp"
-#include "analysis/data/row_sample.hpp"
+#include "analysis/model/making.hpp"
 #include "analysis/model/stream.hpp"
 #include "analysis/model/uncertainty.hpp"
 #include "core/number_text.hpp"
@@ -134,11 +134,8 @@ bool is_trained_on(const Model& model, const data::Dataset& dataset, const data:
 
 /// Returns true if rows of these clusters are also in a training record, in whatever file and at whatever time.
 bool has_training_rows(const Model& model, const data::Dataset& dataset, const data::Clusters& clusters) {
-  if (!dataset.imported) return false;
-  const double from_s = clusters.start_s(0), to_s = clusters.start_s(clusters.start_s.size() - 1) + clusters.length_s;
   return std::ranges::any_of(model.trained_on, [&](const TrainingRecord& record) {
-    return (!record.row_sample.empty() && has_rows_of(dataset, record.row_sample, from_s, to_s)) ||
-           (record.rate_trace && has_rates_of(dataset, *record.rate_trace, from_s, to_s));
+    return has_readings_of(dataset, clusters, {.path = {}, .rows = record.row_sample, .trace = record.rate_trace});
   });
 }
 

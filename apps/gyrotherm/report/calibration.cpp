@@ -290,15 +290,13 @@ Result<void> add_axis(report::CalibrationReport& report, const ReportInput& give
                       const std::vector<record::Record>& records, const data::AxisChoice& choice,
                       const std::string& label, const CalibrationArguments& options) {
   report::CalibratedAxis axis{.label = label};
+  std::vector<model::ReadingsSample> sampled;
   for (std::size_t i = 0; i < records.size(); ++i) {
     auto dataset = data::make_dataset(records[i], given.records[i].files.path, choice);
     auto clusters = data::make_clusters(dataset);
     if (!clusters) return failure(clusters.error());
-    for (const auto& earlier : axis.runs)
-      if (auto distinct =
-              model::check_distinct(dataset, *clusters, {model::sample_readings(earlier.dataset, earlier.clusters)});
-          !distinct)
-        return distinct;
+    if (auto distinct = model::check_distinct(dataset, *clusters, sampled); !distinct) return distinct;
+    sampled.push_back(model::sample_readings(dataset, *clusters));
     if (i > 0) {
       const data::Dataset& first = axis.runs.front().dataset;
       if (auto one = check_same_gyro(dataset, first, first.path, "; a report covers one gyro"); !one) return one;

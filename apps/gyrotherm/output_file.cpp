@@ -68,6 +68,11 @@ Result<void> check_can_create(const std::string& path) {
   return {};
 }
 
+Result<void> check_is_toml(const std::string& path, const char* content) {
+  if (path.ends_with(".toml")) return {};
+  return failure(FaultKind::usage, "--out", fmt::format("{} does not end in .toml, as {} does", path, content));
+}
+
 Result<void> check_is_free(const std::string& path, bool force) {
   if (auto can_create = check_can_create(path); !can_create) return can_create;
   if (auto free = check_not_record(path); !free) return free;

@@ -15,6 +15,9 @@ void add_force_flag(CLI::App& command, bool& force);
 /// Fails with usage if the folder of the file does not exist, or if `path` is a folder.
 [[nodiscard]] Result<void> check_can_create(const std::string& path);
 
+/// Fails with usage unless a path of --out ends in .toml, as `content` does, such as "a map".
+[[nodiscard]] Result<void> check_is_toml(const std::string& path, const char* content);
+
 /// Fails like check_can_create(), or with usage if the file exists and `force` is not set. Fails regardless of `force`
 /// if the file belongs to a record: an SQLite file such as a record, a part or a live copy, a file next to a record, or
 /// the name of a run. Fails with bad_file if the check itself fails.

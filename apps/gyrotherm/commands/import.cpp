@@ -28,8 +28,7 @@ struct ImportArguments {
 Result<Exit> draft_map(Console& console, const ImportArguments& options) {
   if (!options.map.empty())
     return failure(FaultKind::usage, "--guess", "creates a map; not valid with --map, which names an existing map");
-  if (!options.out.empty() && !options.out.ends_with(".toml"))
-    return failure(FaultKind::usage, "--out", fmt::format("{} does not end in .toml, as a map does", options.out));
+  if (auto named = check_is_toml(options.out, "a map"); !options.out.empty() && !named) return failure(named.error());
   const auto map = exchange::guess_map(options.file);
   if (!map) return failure(map.error());
   if (options.out.empty()) {

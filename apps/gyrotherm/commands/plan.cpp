@@ -136,8 +136,7 @@ Result<ProgramPlan> make_plan(Console& console, const PlanArguments& options, co
 }
 
 Result<Exit> plan_and_write(Console& console, const PlanArguments& options) {
-  if (!options.out.ends_with(".toml"))
-    return failure(FaultKind::usage, "--out", fmt::format("{} does not end in .toml, as a profile does", options.out));
+  if (auto named = check_is_toml(options.out, "a profile"); !named) return failure(named.error());
   const auto figure = beside(options.out, "svg");
   for (const auto& path : {options.out, figure})
     if (auto free = check_is_free(path, options.force); !free) return failure(free.error());

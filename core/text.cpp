@@ -10,6 +10,8 @@
 #include <numeric>
 #include <vector>
 
+#include "core/file.hpp"
+
 namespace gyrotherm {
 namespace {
 
@@ -94,7 +96,7 @@ std::string plain(std::string_view text, Blanks blanks) {
 }
 
 std::string_view detect_other_format(std::string_view bytes) {
-  if (bytes.starts_with("SQLite format 3")) return "an SQLite file, as records are";
+  if (bytes.starts_with(kSqliteBeginning)) return "an SQLite file, as records are";
   return trimmed(bytes, " \t\r\n").starts_with('{') ? "JSON" : "";
 }
 

@@ -27,7 +27,8 @@ inline constexpr std::array<std::string_view, 5> kReferenceDependent{"bias", "me
 /// One quantity that both reports contain.
 struct ComparedResult {
   std::string key{}, quantity{}, unit{};
-  std::string detail{};  ///< addition to the key, such as the gradient "A-D"; may be empty
+  /// Addition to the key, such as the gradient "A-D"; may be empty.
+  std::string detail{};
   std::string axis{};
   /// Profile of both records; "random, 2" is the second record of that profile in each report.
   std::string profile{};

@@ -118,8 +118,8 @@ struct ReportedRun {
   /// True if the record was used to train a model.
   bool in_sample{};
   std::string profile, run_id, bias_zero;
-  std::string record_sha256;         ///< of the rows as `export` writes them
-  std::string record_file_sha256{};  ///< of the file; empty if unknown
+  std::string record_sha256;         ///< digest of the rows as `export` writes them
+  std::string record_file_sha256{};  ///< digest of the file; empty if unknown
   std::string profile_sha256;
   data::NoiseFloor floor;
   int clusters{}, dropped_rest{}, dropped_gaps{};
@@ -261,9 +261,9 @@ struct Limit {
 /// A record of the experiment with its hashes.
 struct ReportSourceRun {
   const data::RecordedRun& recorded;
-  std::string record_sha256;  ///< of the rows as `export` writes them
+  std::string record_sha256;  ///< digest of the rows as `export` writes them
   std::string profile_sha256;
-  std::string record_file_sha256{};  ///< of the file; empty if unknown
+  std::string record_file_sha256{};  ///< digest of the file; empty if unknown
 };
 
 /// A later record of the same gyro.

@@ -364,7 +364,8 @@ def html_to_pdf(html: str, *, has_signature_field: bool, remarks: list[str]) -> 
             add_signature_field(pdf, pydyf)
 
     remarks += check_fonts(unescape(re.sub(r"<svg.*?</svg>|<[^>]*>", "", html, flags=re.DOTALL)))
-    page = weasyprint.HTML(string=prepare_for_print(keep_words_whole(html)), url_fetcher=lambda url, **_: fetch(url, remarks))
+    printed = prepare_for_print(keep_words_whole(html))
+    page = weasyprint.HTML(string=printed, url_fetcher=lambda url, **_: fetch(url, remarks))
     sheet = weasyprint.CSS(string=Path(__file__).with_name("paper.css").read_text())
     digest = hashlib.sha256(html.encode()).hexdigest()[:32]
     return page.write_pdf(stylesheets=[sheet], finisher=finish, identifier=digest.encode())

@@ -183,7 +183,7 @@ class Ranks {
 };
 
 /// Notes whether the chamber differs from its commanded state. Once it no longer does, or shows another foreign set
-/// point, forgets the set points that this program has not sent: they explain no air temperature but the present one.
+/// point, forgets the set points that this program has not sent: they only explain the present air temperature.
 /// `before` is `memory.explained` before this second.
 void note_alteration(bool is_altered, const ExplainedAir& before, const ChamberState& chamber, InterlockMemory& memory);
 

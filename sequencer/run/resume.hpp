@@ -70,7 +70,7 @@ struct InterruptedRun {
   bool held{};
   /// Another program or a person had changed the chamber, and it was not restored.
   bool foreign{};
-  /// Who ended the work of the guard, and why; empty: nobody did.
+  /// Person who ended the work of the guard, with the reason; empty: it was not ended.
   std::string given_up{};
   /// The chamber was found switched off, though neither the run nor its guard switches it off.
   bool found_off{};

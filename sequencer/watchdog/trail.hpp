@@ -54,7 +54,7 @@ class TraceWriter {
   const SafeState& safe_state_;
   MadeSafe trace_;
   Duration began_;  ///< UTC
-  /// What the last recorded result has shown.
+  /// The parts of a result whose change is recorded soon.
   struct Shown {
     SafeStage reached{};
     bool is_ineffective{}, has_shown_commands{};

@@ -22,7 +22,7 @@ struct LotRun {
   profile::Profile profile;
   std::uint64_t days_later{};
   record::Record record;
-  std::string sha256;  ///< of the rows
+  std::string sha256;  ///< digest of the rows
   std::string file_sha256{};
 };
 

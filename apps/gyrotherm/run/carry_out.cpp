@@ -219,7 +219,8 @@ Result<run::EntryPoint> find_entry(const run::RunContinuation& on, const Chamber
   auto interruption = on.interruption;
   const auto trace = watchdog::read_trace(path);
   if (trace && *trace) interruption.given_up = (*trace)->given_up;
-  const bool may_be_off = on.rig.safe_off || (trace && *trace);  // the guard switches a chamber off that does not obey
+  // The guard switches a chamber off that does not obey.
+  const bool may_be_off = on.rig.safe_off || (trace && *trace);
   interruption.found_off = !on.rig.simulated && now.activity == ChamberActivity::off && !may_be_off;
   const auto verdict =
       has_not_begun ? run::ReentryDecision{} : judge_reentry(interruption, on.rig.safe_set_point, now.air);

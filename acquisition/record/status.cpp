@@ -4,7 +4,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <iterator>
+#include <string_view>
 
 #include "acquisition/record/row.hpp"
 
@@ -236,23 +238,29 @@ Result<FrameCount> stored_frames(Database& database) {
   return read.map([&] { return frames; });
 }
 
-/// Returns the text of the last event if its kind explains the end of the run.
-Result<std::string> end_cause(Database& database) {
-  const auto row = database.first_row("SELECT kind, text FROM event ORDER BY id DESC LIMIT 1");
-  if (!row) return failure(row.error());
-  if (!*row) return std::string();
-  switch (find_event_kind((*row)->text(0))) {
-    case EventKind::interlock:
+/// Returns true if an event with this text states how the program of the run ended. After a suspension or a warning,
+/// the program continues, so such an event does not explain an end.
+bool explains_end(std::optional<EventKind> kind, std::string_view reaction, std::string_view text) {
+  constexpr std::array kEnds = {RunState::aborting, RunState::aborted, RunState::stopped, RunState::complete};
+  switch (kind.value_or(EventKind::note)) {
     case EventKind::interrupted:
-    case EventKind::finished:
-    case EventKind::state: return std::string((*row)->text(1));
-    default: return std::string();
+    case EventKind::finished: return true;
+    // Early records contain no reactions; they end with the interlock.
+    case EventKind::interlock: return reaction.empty() || reaction == "abort";
+    case EventKind::state:
+      return std::ranges::any_of(kEnds, [&](RunState state) { return text.starts_with(name(state)); });
+    default: return false;
   }
 }
 
-}  // namespace
-
-namespace {
+/// Returns the text of the last event if it states how the program of the run ended.
+Result<std::string> end_cause(Database& database) {
+  const auto row = database.first_row("SELECT kind, reaction, text FROM event ORDER BY id DESC LIMIT 1");
+  if (!row) return failure(row.error());
+  if (!*row) return std::string();
+  const auto text = (*row)->text(2);
+  return std::string(explains_end(find_event_kind((*row)->text(0)), (*row)->text(1), text) ? text : "");
+}
 
 /// Returns the last decision of the run; nothing if it has none.
 Result<std::optional<Decision>> last_decision(Database& database) {

@@ -177,13 +177,18 @@ SilentUnits find_silent_units(const CheckInputs& in) {
   return units;
 }
 
-/// Describes silent units: "gyro silent", or "gyro u1 silent" if there are several units.
+/// Describes units without a count: "gyro silent", or "gyro u1 silent" if there are several units. States the reason if
+/// a unit sends, but not as its stream requires.
 Found describe_silent_units(const CheckInputs& in, const std::vector<std::size_t>& units) {
   const bool is_only_one = in.sample.units.size() < 2;
   Found all;
-  for (const auto unit : units)
+  for (const auto unit : units) {
+    const auto gyro = is_only_one ? std::string("gyro") : "gyro " + in.unit(unit);
+    const auto& fault = in.sample.units[unit].count.value.error();
     all.push_back(
-        {.text = is_only_one ? "gyro silent" : fmt::format("gyro {} silent", in.unit(unit)), .subject = in.unit(unit)});
+        {.text = means_no_answer(fault) ? gyro + " silent" : fmt::format("{} unreadable ({})", gyro, fault.what),
+         .subject = in.unit(unit)});
+  }
   return all;
 }
 

@@ -254,7 +254,7 @@ ProofResult prove_relay(const rig::RigFile& rig, const DrillEnvironment& environ
   return drill.log.end(ProofVerdict::passed);
 }
 
-std::string relay_objection(const rig::RigFile& rig) {
+std::string relay_objection(const rig::RigFile& rig, const std::string& rig_file) {
   const auto relay = make_rig_relay(rig);
   if (!relay) return "";
   const auto shown = relay->read();
@@ -263,7 +263,7 @@ std::string relay_objection(const rig::RigFile& rig) {
   return fmt::format(
       "the relay of [safe.also] is OPEN; find out why, then close it with \"gyrotherm prove {} "
       "--close-relay\"",
-      rig.file);
+      rig_file);
 }
 
 }  // namespace gyrotherm::prove

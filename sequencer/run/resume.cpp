@@ -244,6 +244,7 @@ bool had_foreign_set_point(const record::Record& record) {
 struct Ending {
   RunState state{};
   std::string why = "the program ended without stating a reason";
+  bool is_recorded = false;
 };
 
 Ending read_ending(const record::Record& record) {
@@ -257,6 +258,7 @@ Ending read_ending(const record::Record& record) {
     ending.state = RunState::aborted;
   if (last.kind == EventKind::interrupted || ending.state == RunState::aborted) {
     ending.why = last.text;
+    ending.is_recorded = true;
   } else if (ending.state != RunState::execute) {
     const auto reported = std::find_if(record.events.rbegin(), record.events.rend(),
                                        [](const auto& event) { return event.event.kind == EventKind::state; });
@@ -280,6 +282,9 @@ std::string compare_identities(const std::map<std::string, std::string>& at_star
 ReentryDecision judge_reentry(const InterruptedRun& interrupted, Celsius mild, Celsius air_now) {
   if (!interrupted.mismatched_instruments.empty()) return {Reentry::ask, interrupted.mismatched_instruments};
   if (interrupted.aborted) return {Reentry::ask, "the run was aborted"};
+  if (interrupted.end_lost)
+    return {Reentry::ask,
+            "the record does not state how the run ended; its last rows were not written, or its files were moved"};
   if (interrupted.held) return {Reentry::ask, "the run was held"};
   if (interrupted.foreign) return {Reentry::ask, "another program or a person had changed the chamber"};
   if (!interrupted.given_up.empty())
@@ -409,14 +414,15 @@ void set_real_downtime(const Downtime& downtime, InterruptedRun& interrupted) {
 }
 
 /// Collects the inputs of the resume rule. Uses profile, state, rig and last slot of `on`.
-InterruptedRun describe_interruption(const record::Record& record, const RunContinuation& on, RunState ending,
+InterruptedRun describe_interruption(const record::Record& record, const RunContinuation& on, const Ending& ending,
                                      const Downtime& downtime) {
   const auto [lowest, highest] = segment_extremes(on.profile, on.state);
   InterruptedRun interrupted{.lowest = lowest,
                              .highest = highest,
                              .air = last_air_in_execute(record),
-                             .aborted = ending == RunState::aborting || ending == RunState::aborted,
-                             .held = ending == RunState::held,
+                             .aborted = ending.state == RunState::aborting || ending.state == RunState::aborted,
+                             .end_recorded = ending.is_recorded,
+                             .held = ending.state == RunState::held,
                              .foreign = had_foreign_set_point(record)};
   if (on.rig.simulated)
     set_virtual_downtime(downtime.down, on.last_slot >= 0, interrupted);
@@ -473,7 +479,7 @@ Result<RunContinuation> plan_continuation(const record::Record& record, const st
     *profile = profile::switch_by_supplies(std::move(*profile), list_unfed_units(rig->supplies, rig->units));
   if (auto added = add_recorded_warm_ups(*profile, record.info); !added) return failure(added.error());
   if (auto added = profile::add_blocks(*profile, record.info.added_blocks); !added) return failure(added.error());
-  auto ending = read_ending(record);
+  const auto ending = read_ending(record);
   auto state = state_after(record, *profile, ending.state);
   if (!state) return failure(state.error());
   const auto last_slot = record.slot.empty() ? -1 : record.slot.back();
@@ -485,8 +491,8 @@ Result<RunContinuation> plan_continuation(const record::Record& record, const st
                      .last_slot = last_slot,
                      .recorded = record.gaps.empty() ? last_slot : std::max(last_slot, record.gaps.back().last),
                      .interruption = {},
-                     .why_stopped = std::move(ending.why)};
-  on.interruption = describe_interruption(record, on, ending.state, downtime);
+                     .why_stopped = ending.why};
+  on.interruption = describe_interruption(record, on, ending, downtime);
   on.start = plan_start(record, on, run);
   return on;
 }

@@ -66,6 +66,10 @@ struct InterruptedRun {
   std::string why_asks{};
   /// An interlock or an operator had aborted the run and made the chamber safe.
   bool aborted{};
+  /// The record states how the program of the run ended.
+  bool end_recorded{true};
+  /// The program ended the run and released the chamber, but the record does not state how.
+  bool end_lost{};
   /// The run was held; only an operator can resume it.
   bool held{};
   /// Another program or a person had changed the chamber, and it was not restored.

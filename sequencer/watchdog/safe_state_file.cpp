@@ -7,6 +7,8 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <filesystem>
+#include <system_error>
 
 #include "core/clock.hpp"
 #include "core/file.hpp"
@@ -216,6 +218,12 @@ Result<std::optional<MadeSafe>> read_trace(const std::string& record) {
   auto trace = parse_made_safe(**text, path);
   if (!trace) return failure(std::move(trace.error()));
   return *trace;
+}
+
+bool was_released(const std::string& record) {
+  std::error_code error;
+  return !std::filesystem::exists(safe_state_path(record), error) && !error &&
+         !std::filesystem::exists(made_safe_path(record), error) && !error;
 }
 
 std::string give_up_path(const std::string& record) { return record + ".give-up"; }

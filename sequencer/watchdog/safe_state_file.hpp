@@ -104,6 +104,10 @@ struct MadeSafe {
 /// Returns nothing if there is no trace. Fails with bad_file.
 [[nodiscard]] Result<std::optional<MadeSafe>> read_trace(const std::string& record);
 
+/// Returns true if neither a safe-state file nor a trace is next to the record. A program that dies leaves the former,
+/// a guard the latter, so the program itself released the chamber, or the files were moved.
+[[nodiscard]] bool was_released(const std::string& record);
+
 // The order to end the attempts: a line of text next to the record, which gyrotherm-make-safe --give-up writes. A guard
 // carries it out, removes it, and leaves its trace.
 

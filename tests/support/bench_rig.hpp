@@ -69,6 +69,7 @@ class BenchIo final : public io::InstrumentIo {
     if (thermometer_c) sample.thermometers[0].value = Celsius{*thermometer_c};
     sample.units.assign(units, {.count = {GyroCount{{106}, std::chrono::seconds(1)}, sample.at}});
     if (gyro_silent) sample.units[0].count.value = silence("gyro");
+    if (gyro_garbled) sample.units[0].count.value = failure(FaultKind::corrupted, "gyro", "no frame in 350 bytes");
     for (const auto& value : analogue) sample.units[0].analogue.push_back({value, sample.at});
     return sample;
   }
@@ -100,7 +101,8 @@ class BenchIo final : public io::InstrumentIo {
   double uut_c = 20;
   std::optional<double> thermometer_c;  ///< first thermometer
   std::vector<std::size_t> silent_thermometers;
-  bool gyro_silent = false;  ///< first unit under test
+  bool gyro_silent = false;   ///< first unit under test
+  bool gyro_garbled = false;  ///< first unit under test
   /// Time by which waits for the chamber exceed each tick.
   Duration over{};
   std::size_t units = 1;

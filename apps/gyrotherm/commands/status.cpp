@@ -33,16 +33,24 @@ bool is_imported(const record::RunStatus& status) {
   return status.segment_count == 0 && status.overview.state != RunState::held;
 }
 
-/// Returns whether an operator must check the chamber before a run in this state is resumed.
-bool needs_operator(RunState state) {
-  return state == RunState::held || state == RunState::aborting || state == RunState::aborted;
+/// Returns whether the program of a real run released the chamber, but the record does not state how the run ended.
+bool has_lost_end(const record::RunStatus& status) {
+  if (!status.ended_by.empty() || !watchdog::was_released(status.path)) return false;
+  const auto info = record::read_info(status.path);
+  return info && !info->virtual_rig;
+}
+
+/// Returns whether an operator must check the chamber before this run is resumed.
+bool needs_operator(const record::RunStatus& status) {
+  const auto state = status.overview.state;
+  return state == RunState::held || state == RunState::aborting || state == RunState::aborted || has_lost_end(status);
 }
 
 std::string describe_state(const record::RunStatus& status) {
   if (is_imported(status)) return "an import of " + format_count(status.slot + 1, "row");
   if (status.finished) return "finished";
   if (status.being_written) return "running";
-  if (!needs_operator(status.overview.state)) return "not finished; \"gyrotherm resume\" continues the run";
+  if (!needs_operator(status)) return "not finished; \"gyrotherm resume\" continues the run";
   return fmt::format("not finished; check the chamber, then run \"gyrotherm resume {} --accept\"", status.path);
 }
 
@@ -235,10 +243,18 @@ Result<record::RunStatus> read_present_status(const std::string& path) {
   return fresh ? Result<record::RunStatus>(std::move(*fresh)) : status;
 }
 
-std::string guard_lines(const std::string& path) {
+/// Returns a line per guard of a dead run, or a warning if the chamber was not made safe and no guard is left.
+std::string guard_lines(const record::RunStatus& status) {
   std::string text;
-  for (const auto& guard : find_guards(path))
+  for (const auto& guard : find_guards(status.path))
     text += fmt::format("  guard: process {} makes the chamber safe, or waits until it can\n", guard.pid);
+  const bool is_dead = !status.being_written && !status.finished;
+  if (text.empty() && is_dead && record::path_exists(watchdog::safe_state_path(status.path)))
+    text = fmt::format(
+        "  WARNING: no guard is left, and the chamber was not made safe; run \"gyrotherm-make-safe {0}\" or "
+        "\"gyrotherm "
+        "resume {0}\"\n",
+        status.path);
   return text;
 }
 
@@ -250,7 +266,7 @@ Result<Exit> print_status(Console& console, const std::string& path) {
   if (console.json)
     console.print(to_json(*status, *guard));
   else
-    console.print_report(describe(*status) + guard_lines(path) + (*guard ? "  " + describe(**guard) + "\n" : ""));
+    console.print_report(describe(*status) + guard_lines(*status) + (*guard ? "  " + describe(**guard) + "\n" : ""));
   if (!status->being_written && !status->finished)
     if (const auto files = record::find_record_files(path)) warn_of_missing_files(console, *files);
   return Exit::done;

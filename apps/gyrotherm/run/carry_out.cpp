@@ -221,6 +221,7 @@ Result<run::EntryPoint> find_entry(const run::RunContinuation& on, const Chamber
   if (trace && *trace) interruption.given_up = (*trace)->given_up;
   // The guard switches a chamber off that does not obey.
   const bool may_be_off = on.rig.safe_off || (trace && *trace);
+  interruption.end_lost = !on.rig.simulated && !interruption.end_recorded && watchdog::was_released(path);
   interruption.found_off = !on.rig.simulated && now.activity == ChamberActivity::off && !may_be_off;
   const auto verdict =
       has_not_begun ? run::ReentryDecision{} : judge_reentry(interruption, on.rig.safe_set_point, now.air);
@@ -625,7 +626,7 @@ Result<void> resume_run(Console& console, const std::string& path, const ResumeO
   auto run = find_interrupted(console, path, options);
   if (!run) return failure(run.error());
   run::RunContinuation& on = run->on;
-  if (const auto why = on.rig.simulated ? "" : prove::relay_objection(on.rig); !why.empty())
+  if (const auto why = on.rig.simulated ? "" : prove::relay_objection(on.rig, run->info.rig_file); !why.empty())
     return failure(FaultKind::refused, path, why);
   if (!on.rig.simulated) console.never_wait();
   auto opening = prepare_opening(console, on.rig, path, on.start, false);

@@ -67,6 +67,28 @@ TEST(Store, ReopenedRecordHasNoCauseOfItsEarlierEnd) {
   }
 }
 
+TEST(Store, StatusOfDeadRunQuotesOnlyEventThatEndsRun) {
+  const auto cause_after = [](EventKind kind, const std::string& text, const std::string& reaction) {
+    const Folder folder;
+    const auto path = folder / "run.db";
+    auto store = store_with(path, 3);
+    Event event{sample_at(2).at, kind, text};
+    event.about.reaction = reaction;
+    EXPECT_TRUE(store->append_event(event));
+    EXPECT_TRUE(store->sync());
+    store.reset();
+    return read_status(path)->ended_by;
+  };
+  EXPECT_EQ(cause_after(EventKind::state, "execute: the profile continues", ""), "");
+  EXPECT_EQ(cause_after(EventKind::state, "suspended: chamber silent", ""), "");
+  EXPECT_EQ(cause_after(EventKind::state, "held by Ada: lunch", ""), "");
+  EXPECT_EQ(cause_after(EventKind::interlock, "following (suspend): the air does not follow", "suspend"), "");
+  EXPECT_EQ(cause_after(EventKind::interlock, "air_high (abort): 91 °C", "abort"), "air_high (abort): 91 °C");
+  EXPECT_EQ(cause_after(EventKind::state, "aborted: air_high", ""), "aborted: air_high");
+  EXPECT_EQ(cause_after(EventKind::state, "aborting: air_high", ""), "aborting: air_high");
+  EXPECT_EQ(cause_after(EventKind::state, "stopped by Ada", ""), "stopped by Ada");
+}
+
 TEST(Store, ContinuesWithoutStatusFile) {
   for (const bool background : {false, true}) {
     const Folder folder;

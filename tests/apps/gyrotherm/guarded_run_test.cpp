@@ -89,6 +89,29 @@ TEST_F(GuardedRun, EndsManualModeAndObservesAirWhenKilled) {
   EXPECT_NE(status.out.find("set point read back; mode running; air "), std::string::npos) << status.out << status.err;
 }
 
+/// A full disk may lose the last rows of an abort. Then the record looks like that of a killed program, but the chamber
+/// was released.
+TEST_F(GuardedRun, AsksBeforeResumeIfRecordLacksEnd) {
+  Background run(warm_run(record), folder / "log");
+  ASSERT_TRUE(run.wait_for("\"acknowledged\": 1}", 60)) << run.output();
+  end_guards(record);
+  run.signal(SIGKILL);
+  EXPECT_EQ(run.wait(), -SIGKILL);
+  end_guards(record);
+  ASSERT_TRUE(std::filesystem::exists(record + ".safe-state"));
+  const auto killed = gyrotherm_with("status " + record);
+  EXPECT_NE(killed.out.find("WARNING: no guard is left"), std::string::npos) << killed.out << killed.err;
+  EXPECT_NE(killed.out.find("\"gyrotherm resume\" continues the run"), std::string::npos) << killed.out;
+  EXPECT_EQ(killed.out.find("ended by"), std::string::npos) << killed.out;
+  std::filesystem::remove(record + ".safe-state");
+  const auto released = gyrotherm_with("status " + record);
+  EXPECT_NE(released.out.find("resume " + record + " --accept\""), std::string::npos) << released.out << released.err;
+  EXPECT_EQ(released.out.find("WARNING"), std::string::npos) << released.out;
+  const auto resumed = gyrotherm_with("resume " + record);
+  EXPECT_EQ(resumed.exit_code, 5) << resumed.out << resumed.err;
+  EXPECT_NE(resumed.err.find("the record does not state how the run ended"), std::string::npos) << resumed.err;
+}
+
 TEST_F(GuardedRun, KeepsSetPointWithoutGuardAfterOrderlyStop) {
   Background run(warm_run(record), folder / "log");
   ASSERT_TRUE(run.wait_for("\"acknowledged\": 1}", 60)) << run.output();

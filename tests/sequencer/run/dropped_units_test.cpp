@@ -85,6 +85,19 @@ TEST(ManyUnitsInARun, ContinueWithoutSilentUnit) {
   EXPECT_TRUE(bench.told(EventKind::recovered, "gyro u1 answers again"));
 }
 
+TEST(ManyUnitsInARun, StateWhyUnitThatSendsIsUnreadable) {
+  for (const bool go_on : {true, false}) {
+    tests::Bench bench(kHold, make_two_units(go_on));
+    bench.seconds(10);
+    bench.instruments().gyro_garbled = true;
+    bench.seconds(20);
+    const std::string alarm = go_on ? "unit_silent (warn)" : "gyro_silent (suspend)";
+    EXPECT_TRUE(bench.told(go_on ? EventKind::fault : EventKind::interlock,
+                           alarm + ": gyro u1 unreadable (no frame in 350 bytes)"));
+    EXPECT_FALSE(bench.told(EventKind::fault, "u1 silent"));
+  }
+}
+
 TEST(ManyUnitsInARun, SuspendForSilentUnitThatRigRequires) {
   tests::Bench bench(kHold, make_two_units(false));
   bench.seconds(10);

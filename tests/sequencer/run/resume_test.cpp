@@ -214,6 +214,14 @@ TEST(ResumeRule, AsksOperatorAfterInterlockAbortOrOperatorHold) {
   EXPECT_EQ(way(stood, 59.8), Reentry::ask);
 }
 
+TEST(ResumeRule, AsksOperatorIfRecordLacksEnd) {
+  auto stood = interrupted_hot_soak();
+  stood.end_recorded = false;
+  EXPECT_EQ(way(stood, 59.8), Reentry::go_on) << "the program was killed";
+  stood.end_lost = true;
+  EXPECT_EQ(way(stood, 59.8), Reentry::ask);
+}
+
 TEST(ResumeRule, StabilisesWhenAirWasNeverRead) {
   auto stood = interrupted_hot_soak();
   stood.air.reset();

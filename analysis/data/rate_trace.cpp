@@ -186,23 +186,45 @@ Windows make_windows(std::vector<double> means) {
   return {std::move(means), std::move(limited), scatter / kNoiseGain};
 }
 
-double correlation(const Eigen::VectorXf& one, Eigen::Index from_one, const Eigen::VectorXf& other,
-                   Eigen::Index from_other, Eigen::Index count) {
-  const auto a = one.segment(from_one, count);
-  const auto b = other.segment(from_other, count);
-  const double norms = static_cast<double>(a.squaredNorm()) * static_cast<double>(b.squaredNorm());
-  return norms > 0 ? static_cast<double>(a.dot(b)) / std::sqrt(norms) : 0;
+using Noise = Eigen::Ref<const Eigen::VectorXf>;
+
+double correlation(const Noise& one, const Noise& other) {
+  const double norms = static_cast<double>(one.squaredNorm()) * static_cast<double>(other.squaredNorm());
+  return norms > 0 ? static_cast<double>(one.dot(other)) / std::sqrt(norms) : 0;
 }
 
-/// Returns whether a correlation of so many fourth differences cannot be that of independent noise.
-bool is_same_noise(double correlation, Eigen::Index count) {
+/// Returns the correlation of values that are `lag` apart.
+double autocorrelation(const Eigen::VectorXf& noise, Eigen::Index lag) {
+  const auto count = noise.size() - lag;
+  return static_cast<double>(noise.head(count).dot(noise.tail(count))) / static_cast<double>(noise.squaredNorm());
+}
+
+/// Returns the variance of the correlation of independent noise times the number of its values: 1 + 2 Σ ρ_k σ_k, with
+/// the autocorrelations ρ and σ (Bartlett, J. R. Stat. Soc. 98 (1935) 536). A gyro with few pulses in a second may have
+/// the same pattern of pulses in any two runs, so the variance is not always that of white noise.
+double correlated_variance(const Eigen::VectorXf& one, const Eigen::VectorXf& other) {
+  // For fourth differences of white noise, with the autocorrelations −0.8, 0.4, −0.114, 0.014.
+  constexpr double kOfWhiteNoise = 2.63;
+  constexpr Eigen::Index kMostLags = 64, kShare = 4;
+  double variance = 1;
+  for (Eigen::Index lag = 1; lag <= std::min(kMostLags, one.size() / kShare); ++lag)
+    variance += 2 * autocorrelation(one, lag) * autocorrelation(other, lag);
+  return std::max(kOfWhiteNoise, variance);
+}
+
+/// Returns whether the correlation of two noises cannot be that of independent noise. Considers only the elements that
+/// are known in both.
+bool is_same_noise(const Noise& one, const Noise& other) {
   constexpr double kLeast = 0.7, kDeviations = 7;
-  // The variance of the correlation of fourth differences of white noise is 2.63 / count: 1 + 2 Σ ρ_k², with the
-  // autocorrelations −0.8, 0.4, −0.114, 0.014 (Bartlett, J. R. Stat. Soc. 98 (1935) 536).
-  constexpr double kCorrelatedVariance = 2.63;
-  if (correlation < kLeast || count < kFewestWindows) return false;
-  const double independent = static_cast<double>(count) / kCorrelatedVariance;
-  return std::atanh(std::min(correlation, 1 - 1e-12)) * std::sqrt(independent) > kDeviations;
+  // Fewer independent values may be equal by chance, for example in a regular pattern of pulses.
+  constexpr double kFewestIndependent = 10;
+  const Eigen::VectorXf a = (other.array() != 0).select(one, 0.0F), b = (one.array() != 0).select(other, 0.0F);
+  const auto known = (a.array() != 0).count();
+  const double found = correlation(a, b);
+  if (found < kLeast || known < kFewestWindows) return false;
+  const double independent = static_cast<double>(known) / correlated_variance(a, b);
+  return independent >= kFewestIndependent &&
+         std::atanh(std::min(found, 1 - 1e-12)) * std::sqrt(independent) > kDeviations;
 }
 
 /// Returns whether the means agree on average within what rounding may change.
@@ -221,7 +243,19 @@ bool has_same_level(const Windows& one, Eigen::Index from_one, const Windows& ot
   return known > 0 && std::abs(difference) <= kScatters * one.scatter * known + kShare * level;
 }
 
-/// Returns whether any piece of `pieces` has the noise and the level of `whole`, at any shift.
+/// Returns whether the noises are the same in `count` elements, or in all elements that they have in common at this
+/// shift. A piece of a regular pattern may be too short for a decision.
+bool is_same_noise_at(const Eigen::VectorXf& one, Eigen::Index from_one, const Eigen::VectorXf& other,
+                      Eigen::Index from_other, Eigen::Index count) {
+  if (is_same_noise(one.segment(from_one, count), other.segment(from_other, count))) return true;
+  constexpr double kLeastInPiece = 0.9;
+  if (correlation(one.segment(from_one, count), other.segment(from_other, count)) < kLeastInPiece) return false;
+  const auto back = std::min(from_one, from_other);
+  const auto all = std::min(one.size() - from_one, other.size() - from_other) + back;
+  return is_same_noise(one.segment(from_one - back, all), other.segment(from_other - back, all));
+}
+
+/// Returns whether any piece of `one` has the noise and the level of `other`, at any shift.
 bool has_common_piece(const Windows& one, const Windows& other) {
   const auto &pieces = one.noise, &whole = other.noise;
   constexpr Eigen::Index kPiece = 128, kFirstLook = 32;
@@ -232,9 +266,9 @@ bool has_common_piece(const Windows& one, const Windows& other) {
     for (Eigen::Index shift = kFewestWindows - length; shift + kFewestWindows <= whole.size(); ++shift) {
       const auto from = std::max<Eigen::Index>(0, -shift);
       const auto count = std::min(length, whole.size() - shift) - from;
-      if (correlation(pieces, first + from, whole, shift + from, kFirstLook) < kLeastAtFirst) continue;
-      if (is_same_noise(correlation(pieces, first + from, whole, shift + from, count), count) &&
-          has_same_level(one, first + from, other, shift + from, count))
+      const auto at = first + from, at_other = shift + from;
+      if (correlation(pieces.segment(at, kFirstLook), whole.segment(at_other, kFirstLook)) < kLeastAtFirst) continue;
+      if (is_same_noise_at(pieces, at, whole, at_other, count) && has_same_level(one, at, other, at_other, count))
         return true;
     }
     if (length > kPiece) break;

@@ -38,8 +38,8 @@ void describe(auto& form, Like<RateTrace> auto& trace) {
 ///
 /// Both are averaged over windows of equal length. Fourth differences of the means remove the slow part, which two runs
 /// of the same profile have in common, and leave the noise. The noise of independent runs is not correlated. At least
-/// 40 windows must have a correlation above 0.7 which is more than 7 standard deviations of the correlation of
-/// independent white noise. Level and scatter must agree, too.
+/// 40 windows that are known in both must have a correlation above 0.7 which is more than 7 standard deviations of the
+/// correlation of independent noise with these autocorrelations. Level and scatter must agree, too.
 [[nodiscard]] bool has_rates_of(const Dataset& dataset, const RateTrace& trace, double from_s, double to_s);
 
 }  // namespace gyrotherm::data

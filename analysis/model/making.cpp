@@ -12,7 +12,6 @@
 #include <utility>
 
 #include "analysis/data/hold_noise.hpp"
-#include "analysis/data/row_sample.hpp"
 #include "analysis/data/statistics.hpp"
 #include "analysis/model/stream.hpp"
 
@@ -80,18 +79,15 @@ tl::unexpected<Fault> common_rows_fault(const std::string& path, const std::stri
 }  // namespace
 
 ReadingsSample sample_readings(const data::Dataset& dataset, const data::Clusters& clusters) {
-  if (!dataset.imported) return {.path = dataset.path, .rows = {}, .trace = {}};
+  if (!dataset.imported) return {.path = dataset.path, .trace = {}};
   const auto [from_s, to_s] = find_period(clusters);
-  return {.path = dataset.path,
-          .rows = data::sample_rows(dataset, from_s, to_s),
-          .trace = make_trace(dataset, from_s, to_s)};
+  return {.path = dataset.path, .trace = make_trace(dataset, from_s, to_s)};
 }
 
 bool has_readings_of(const data::Dataset& dataset, const data::Clusters& clusters, const ReadingsSample& sample) {
-  if (!dataset.imported) return false;
+  if (!dataset.imported || !sample.trace) return false;
   const auto [from_s, to_s] = find_period(clusters);
-  return (!sample.rows.empty() && data::has_rows_of(dataset, sample.rows, from_s, to_s)) ||
-         (sample.trace && data::has_rates_of(dataset, *sample.trace, from_s, to_s));
+  return data::has_rates_of(dataset, *sample.trace, from_s, to_s);
 }
 
 Result<void> check_distinct(const data::Dataset& dataset, const data::Clusters& clusters,
@@ -135,9 +131,7 @@ void record_sources(Model& model, const std::vector<data::Dataset>& datasets,
     const auto [from_s, to_s] = find_period(records[i]);
     model.trained_on.push_back({dataset.run_id, dataset.path, dataset.profile_name, dataset.simulated,
                                 static_cast<int>(count), from_s, to_s, dataset.of, dataset.identity, dataset.bias_zero,
-                                find_block_range(dataset, records[i], inputs),
-                                dataset.imported ? sample_rows(dataset, from_s, to_s) : std::vector<std::int64_t>(),
-                                make_trace(dataset, from_s, to_s)});
+                                find_block_range(dataset, records[i], inputs), make_trace(dataset, from_s, to_s)});
     const bool is_three_point = model.inputs.find("three-point") != std::string::npos;
     if (dataset.three_point_stand_in && is_three_point) {
       model.warnings.push_back(

@@ -21,8 +21,7 @@ namespace gyrotherm::model {
 /// Readings of an imported record by which another record of the same measurement is recognised.
 struct ReadingsSample {
   std::string path;
-  /// Hashes of rows; empty for a record that was not imported.
-  std::vector<std::int64_t> rows;
+  /// Nothing for a record that was not imported.
   std::optional<data::RateTrace> trace;
 };
 [[nodiscard]] ReadingsSample sample_readings(const data::Dataset& dataset, const data::Clusters& clusters);

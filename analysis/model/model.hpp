@@ -79,8 +79,6 @@ struct TrainingRecord {
   std::string bias_zero{};
   /// Temperature range of the block over the clusters used.
   std::optional<BlockRange> block{};
-  /// data::sample_rows() of an imported record; empty for any other record.
-  std::vector<std::int64_t> row_sample{};
   /// data::trace_rates() of a record that was imported or is not simulated; nothing for any other record.
   std::optional<data::RateTrace> rate_trace{};
 };

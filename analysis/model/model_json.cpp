@@ -221,7 +221,6 @@ void describe(auto& form, Like<TrainingRecord> auto& record) {
   form.if_present("identity", !record.identity.empty(), record.identity);
   form.if_present("bias_zero", !record.bias_zero.empty(), record.bias_zero);
   form.if_present("block", record.block.has_value(), record.block);
-  form.if_present("row_sample", !record.row_sample.empty(), record.row_sample);
   form.if_present("rate_trace", record.rate_trace.has_value(), record.rate_trace);
 }
 

@@ -135,7 +135,7 @@ bool is_trained_on(const Model& model, const data::Dataset& dataset, const data:
 /// Returns true if rows of these clusters are also in a training record, in whatever file and at whatever time.
 bool has_training_rows(const Model& model, const data::Dataset& dataset, const data::Clusters& clusters) {
   return std::ranges::any_of(model.trained_on, [&](const TrainingRecord& record) {
-    return has_readings_of(dataset, clusters, {.path = {}, .rows = record.row_sample, .trace = record.rate_trace});
+    return has_readings_of(dataset, clusters, {.path = {}, .trace = record.rate_trace});
   });
 }
 

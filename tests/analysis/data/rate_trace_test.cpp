@@ -137,6 +137,52 @@ TEST(RateTrace, DoesNotAccuseOtherRunsOfProfile) {
   }
 }
 
+/// Returns the counts of a gyro that gives few pulses in a second, as a rate in pulses. It carries the part of a pulse
+/// to the next second.
+Dataset count_pulses(std::uint64_t seed, Eigen::Index rows, double rate, double noise) {
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> normal;
+  Dataset dataset = make_rate_dataset(rows, 1);
+  double angle = 0.37 * static_cast<double>(seed % 7), counted = std::floor(angle);
+  for (Eigen::Index row = 0; row < rows; ++row) {
+    angle += rate + 0.1 * std::sin(static_cast<double>(row) / 1500) + noise * normal(random);
+    dataset.bias_deg_per_h(row) = std::floor(angle) - counted;
+    counted = std::floor(angle);
+  }
+  return dataset;
+}
+
+TEST(RateTrace, DistinguishesRunsOfGyroWithFewPulses) {
+  for (const double rate : {106.5, 106.33, 106.9, 106.0})
+    for (const double noise : {0.0, 0.02, 0.3}) {
+      const auto run = count_pulses(1, 4000, rate, noise);
+      const auto trace = trace_rates(run, 0, kForever_s);
+      ASSERT_FALSE(trace.means.empty()) << rate << " " << noise;
+      EXPECT_TRUE(has_rates_of(run, trace, 0, kForever_s)) << rate << " " << noise;
+      if (noise == 0) continue;  // every run is the same
+      for (std::uint64_t seed = 2; seed < 8; ++seed)
+        EXPECT_FALSE(has_rates_of(count_pulses(seed, 4000, rate, noise), trace, 0, kForever_s))
+            << rate << " " << noise << " " << seed;
+    }
+}
+
+/// Windows with a missing mean are no evidence.
+TEST(RateTrace, CountsOnlyWindowsThatAreKnownInBoth) {
+  const auto thin_out = [](Dataset dataset, Eigen::Index period, Eigen::Index kept) {
+    for (Eigen::Index row = 0; row < dataset.time_s.size(); ++row)
+      if (row % period >= kept) dataset.bias_deg_per_h(row) = std::numeric_limits<double>::quiet_NaN();
+    return dataset;
+  };
+  for (const Eigen::Index period : {37, 60, 90}) {
+    const auto run = thin_out(run_profile(40), period, 7);
+    const auto trace = trace_rates(run, 0, kForever_s);
+    for (std::uint64_t seed = 41; seed < 51; ++seed)
+      EXPECT_FALSE(has_rates_of(thin_out(run_profile(seed), period, 7), trace, 0, kForever_s)) << period << seed;
+    EXPECT_TRUE(
+        has_rates_of(run_profile(40), trace_rates(thin_out(run_profile(40), 100, 80), 0, kForever_s), 0, kForever_s));
+  }
+}
+
 TEST(RateTrace, IgnoresConstantAndShortRecords) {
   Dataset constant = run_profile(6, 500);
   constant.bias_deg_per_h.setConstant(12);

@@ -21,9 +21,15 @@ RunStateMachine enter_profile(const RunInputs& now) {
 }
 
 /// Returns the next state of a run that may resume.
-RunStateMachine resume_state(const RunInputs& now, const std::string& cause) {
+RunStateMachine resume_state(const RunInputs& now, const std::string& cause, Duration away) {
   if (now.in_place) return enter_profile(now);
-  return Returning{cause, {}};
+  return Returning{cause, {}, away};
+}
+
+/// Returns true if alternate suspensions and returns have lasted longer than the longest suspension and return
+/// together.
+bool is_away_too_long(const interlocks::RunLimits& limits, Duration away) {
+  return away >= limits.longest_suspended + limits.longest_return;
 }
 
 /// Returns "stopped by ada (uid 1000): the reason".
@@ -64,22 +70,27 @@ RunStateMachine step(const interlocks::RunLimits& limits, Suspended state, const
   if (auto other = overriding_state(limits, now, false)) return *other;
   const bool is_suspended = now.demand.reaction == interlocks::Reaction::suspend;
   state.since += now.elapsed;
+  state.away += now.elapsed;
   state.clear = is_suspended ? Duration{} : state.clear + now.elapsed;
   if (is_suspended) state.cause = now.demand.cause;
   if (is_suspended) state.waits = false;
-  if (state.waits && now.wait.empty()) return resume_state(now, state.cause);
+  if (state.waits && now.wait.empty()) return resume_state(now, state.cause, state.away);
   if (state.since >= limits.longest_suspended) return make_timeout_abort("suspended", state.since, state.cause);
+  if (is_away_too_long(limits, state.away)) return make_timeout_abort("away from the profile", state.away, state.cause);
   const bool is_resumed = has_request(now, OperatorCommand::resume) && !is_suspended;
   const bool may_resume = is_resumed || state.clear >= limits.resume_delay;
-  return may_resume && now.wait.empty() ? resume_state(now, state.cause) : state;
+  return may_resume && now.wait.empty() ? resume_state(now, state.cause, state.away) : state;
 }
 
 RunStateMachine step(const interlocks::RunLimits& limits, Returning state, const RunInputs& now) {
   if (auto other = overriding_state(limits, now, false)) return *other;
-  if (now.demand.reaction == interlocks::Reaction::suspend) return Suspended{now.demand.cause, {}, {}};
+  state.away += now.elapsed;
+  if (now.demand.reaction == interlocks::Reaction::suspend)
+    return Suspended{.cause = now.demand.cause, .away = state.away};
   state.since += now.elapsed;
   if (now.in_place) return enter_profile(now);
   if (state.since >= limits.longest_return) return make_timeout_abort("returning", state.since, state.cause);
+  if (is_away_too_long(limits, state.away)) return make_timeout_abort("away from the profile", state.away, state.cause);
   return state;
 }
 
@@ -91,7 +102,7 @@ RunStateMachine step(const interlocks::RunLimits& limits, Held state, const RunI
   if (now.takes_over) return Returning{state.cause, {}};
   if (now.demand.reaction == interlocks::Reaction::hold) return state;
   if (now.demand.reaction == interlocks::Reaction::suspend) return Suspended{now.demand.cause, {}, {}};
-  return resume_state(now, state.cause);
+  return resume_state(now, state.cause, {});
 }
 
 /// Continues until the chamber has shown the safe state. An abort replaces a stop, and a stop never replaces an abort.

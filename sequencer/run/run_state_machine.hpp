@@ -40,11 +40,15 @@ struct Suspended {
   Duration clear{};
   /// No fault: the run waits for a command that is being carried out, and continues immediately afterwards.
   bool waits{};
+  /// Time since the profile was left, over all suspensions and returns.
+  Duration away{};
 };
 struct Returning {
   /// Reason for leaving the profile.
   std::string cause;
   Duration since{};
+  /// Time since the profile was left, over all suspensions and returns.
+  Duration away{};
 };
 struct Held {
   std::string cause;

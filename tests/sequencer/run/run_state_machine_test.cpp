@@ -204,6 +204,36 @@ TEST(RunStateMachine, RemainsComplete) {
   EXPECT_EQ(state_after(complete, inputs_with_reaction(interlocks::Reaction::abort)), RunState::complete);
 }
 
+TEST(RunStateMachine, LimitsAlternateSuspensionsAndReturns) {
+  interlocks::RunLimits limits;
+  limits.longest_suspended = limits.longest_return = seconds(100);
+  limits.resume_delay = seconds(5);
+  for (const int period : {20, 50, 90}) {
+    RunStateMachine machine = Execute{};
+    int second = 0;
+    for (; second < 1000 && run_state(machine) != RunState::aborting; ++second) {
+      auto now = second % period < 10 ? inputs_with_reaction(interlocks::Reaction::suspend) : quiet_inputs();
+      now.in_place = false;
+      machine = next(limits, machine, now);
+    }
+    EXPECT_NEAR(second, 201, 3) << period;
+    EXPECT_NE(state_cause(machine).find("away from the profile for "), std::string::npos) << state_cause(machine);
+  }
+}
+
+TEST(RunStateMachine, CountsTimeAwayFromLastExecute) {
+  interlocks::RunLimits limits;
+  limits.longest_suspended = limits.longest_return = seconds(100);
+  limits.resume_delay = seconds(5);
+  RunStateMachine machine = Execute{};
+  for (int second = 0; second < 1000; ++second) {
+    auto now = second % 50 < 10 ? inputs_with_reaction(interlocks::Reaction::suspend) : quiet_inputs();
+    now.in_place = second % 50 > 40;
+    machine = next(limits, machine, now);
+    ASSERT_NE(run_state(machine), RunState::aborting) << second << " " << state_cause(machine);
+  }
+}
+
 /// Applies random events. Every transition is in the transition table, and every transition of the table occurs.
 TEST(RunStateMachine, FollowsTransitionTableOnly) {
   std::mt19937_64 random(20261122);

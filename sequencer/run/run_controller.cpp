@@ -58,6 +58,7 @@ RunController::RunController(const profile::Profile& profile, rig::Rig& rig, rec
       next_slot_(first_slot),
       lead_(std::make_unique<HostLead>(rig.file(), demanded_set_point(profile_, state_), kSecond * first_slot)),
       safe_(rig.file()),
+      relay_(rig.file().simulated ? std::nullopt : rig.file().safe_also),
       dropped_(unit_names(rig.file()), rig.file().identification.unused),
       channels_(list_channels(rig.file())),
       changes_(rig.file()),
@@ -113,11 +114,13 @@ std::string RunController::answer_for(OperatorCommand command) const {
   const auto cold = command == OperatorCommand::resume ? std::string() : describe_cold_unit();
   const auto warning = cold.empty() ? cold : "; " + cold;
   if (command < OperatorCommand::stop) return command_answer(command) + warning;
+  const auto* unconfirmed = last_.chamber.value ? "; \"gyrotherm status\" shows when it is confirmed safe"
+                                                : ", but does not answer: it is NOT confirmed safe";
   const bool holds = command == OperatorCommand::stop && rig_.file().run_limits.on_stop == interlocks::OnStop::hold &&
                      leaving_refusal().empty();
   return command_answer(command) +
          (holds ? "the chamber holds its set point"
-                : fmt::format("the chamber is made safe at {:g} °C", rig_.file().safe_set_point.value)) +
+                : fmt::format("the chamber is sent to {:g} °C{}", rig_.file().safe_set_point.value, unconfirmed)) +
          warning;
 }
 
@@ -546,6 +549,8 @@ void RunController::command_chamber(const Sample& sample) {
                           : lead_->send_set_point(rig_.io(), second(sample, {}), sample.state,
                                                   std::holds_alternative<Returning>(machine_), memory_);
   if (failed) note(EventKind::fault, *failed);
+  if (run_state() != RunState::aborting) return;
+  if (auto changed = relay_.advance(safe_.relay_due(), kSecond * next_slot_)) note(EventKind::fault, *changed);
 }
 
 void RunController::hand_over_to_controller() {
@@ -567,6 +572,7 @@ RunOverview RunController::overview() const {
   const bool is_ending = run_state() == RunState::aborting || run_state() == RunState::aborted;
   auto faults = active_faults(memory_);
   if (run_state() == RunState::aborting && safe_.is_failing()) faults.push_back(safe_.describe());
+  if (!relay_.words().empty()) faults.push_back(relay_.words());
   return {.state = run_state(),
           .cause = state_cause(machine_),
           .stopped_by_operator = is_stopped_by_operator(machine_),
@@ -580,8 +586,10 @@ RunOverview RunController::overview() const {
 std::string RunController::end_cause() const {
   const auto cause = state_cause(machine_);
   const bool safe = run_state() == RunState::aborting || run_state() == RunState::aborted || safe_.is_confirmed();
-  const auto power = power_.describe_stop();
-  return (safe ? cause + "; " + safe_.describe() : cause) + (power.empty() ? "" : "; " + power);
+  auto text = safe ? cause + "; " + safe_.describe() : cause;
+  for (const auto& part : {relay_.words(), power_.describe_stop()})
+    if (!part.empty()) text += "; " + part;
+  return text;
 }
 
 void RunController::make_safe(const std::string& cause) {

@@ -24,6 +24,7 @@
 #include "sequencer/run/rig_changes.hpp"
 #include "sequencer/run/run_state_machine.hpp"
 #include "sequencer/run/run_tally.hpp"
+#include "sequencer/run/safe_relay.hpp"
 #include "sequencer/run/safe_sequence.hpp"
 #include "sequencer/run/unit_power.hpp"
 
@@ -186,6 +187,7 @@ class RunController {
   interlocks::InterlockMemory memory_;
   std::unique_ptr<ChamberLead> lead_;
   SafeSequence safe_;
+  SafeRelay relay_;
   DroppedUnits dropped_;
   const std::vector<record::Channel> channels_;
   RigChanges changes_;

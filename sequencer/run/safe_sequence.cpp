@@ -75,6 +75,15 @@ bool SafeSequence::is_only_being_watched() const {
   return evidence_.has_shown_set_point() && evidence_.has_shown_mode() && !evidence_.is_ineffective();
 }
 
+watchdog::RelayDue SafeSequence::relay_due() const {
+  using watchdog::RelayDue;
+  if (confirmed_) return RelayDue::never;
+  const bool is_answering = unread_ < kUnreadToReport;
+  if (is_answering && evidence_.is_ineffective()) return RelayDue::now;
+  const bool has_shown_commands = evidence_.has_shown_set_point() && evidence_.has_shown_mode();
+  return is_answering && has_shown_commands ? RelayDue::never : RelayDue::in_time;
+}
+
 std::string SafeSequence::describe() const {
   const auto what = fmt::format("sent to {:g} °C{}", target_.value, evidence_.must_be_off() ? " and switched off" : "");
   auto shown = evidence_.describe(now_);

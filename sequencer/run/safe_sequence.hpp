@@ -10,6 +10,7 @@
 #include "core/quantity.hpp"
 #include "core/sample.hpp"
 #include "sequencer/rig/rig_file.hpp"
+#include "sequencer/watchdog/relay_rescue.hpp"
 #include "sequencer/watchdog/safe_evidence.hpp"
 
 namespace gyrotherm::run {
@@ -35,6 +36,8 @@ class SafeSequence {
   /// Returns true if the last attempt failed, or had no effect, or the chamber cannot be read, or its air
   /// moves away although it is off.
   [[nodiscard]] bool is_failing() const;
+  /// Returns whether the relay of [safe.also] must be opened, by the rules of the guard.
+  [[nodiscard]] watchdog::RelayDue relay_due() const;
   /// Returns "the chamber was sent to 20 °C (set point read back; …)" "the chamber was sent to 20 °C, but its air
   /// does NOT follow (…)" or "the chamber could NOT be sent to 20 °C (…)".
   [[nodiscard]] std::string describe() const;

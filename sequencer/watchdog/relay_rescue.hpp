@@ -8,6 +8,7 @@
 
 #include "core/clock.hpp"
 #include "core/quantity.hpp"
+#include "core/result.hpp"
 #include "drivers/supply/safety_relay.hpp"
 #include "sequencer/watchdog/safe_attempt.hpp"
 
@@ -20,6 +21,11 @@ enum class RelayDue {
 };
 /// Returns whether the result of an attempt requires the relay.
 [[nodiscard]] RelayDue is_relay_due(const RescueResult& result);
+
+/// Opens the relay and reads it back. Blocks for as long as the line takes.
+[[nodiscard]] Result<void> open_relay(const drivers::RelaySettings& settings);
+/// Describes the relay after an attempt to open it.
+[[nodiscard]] std::string describe_relay(const Result<void>& opened);
 
 class RelayRescue {
  public:

@@ -25,6 +25,8 @@ namespace gyrotherm::watchdog {
 namespace {
 
 constexpr Duration kRetryInterval = std::chrono::milliseconds(300);
+/// Retry interval for a chamber that answers, and keeps another set point.
+constexpr Duration kRefusedInterval = std::chrono::seconds(2);
 constexpr Duration kLastTryTime = std::chrono::seconds(8);
 constexpr int kLaterStepTries = 3;
 constexpr int kMaxQueries = 3;
@@ -61,7 +63,7 @@ class Attempt {
   /// earlier request.
   void try_later(const Fault& fault) {
     report(done_.reached, text(fault));
-    environment_.wait(kRetryInterval);
+    environment_.wait(fault.kind == FaultKind::mismatch ? kRefusedInterval : kRetryInterval);
     if (fault.kind == FaultKind::disconnected) chamber_ = environment_.connect();
     if (fault.kind == FaultKind::disconnected) is_recognised_ = false;
   }
@@ -357,7 +359,7 @@ Duration SafeRescue::pause() const {
   constexpr Duration kRetryPause = std::chrono::seconds(1), kLookPause = std::chrono::seconds(2);
   // A longer pause avoids flooding a controller that ignores commands.
   constexpr Duration kCommandPause = std::chrono::seconds(5);
-  if (!is_answering_ || !evidence_.has_shown_set_point()) return kRetryPause;
+  if (!is_answering_) return kRetryPause;
   return task() == SafeTask::look ? kLookPause : kCommandPause;
 }
 

@@ -31,6 +31,7 @@ TraceWriter::TraceWriter(const SafeState& safe_state, std::string because, std::
 }
 
 bool TraceWriter::record(const RescueResult& rescued) {
+  start_pending_work();
   const bool confirmed = rescued.reached == SafeStage::all;
   const Shown shown{rescued.reached, rescued.is_ineffective, rescued.has_shown_commands};
   const bool may_wait = same_until_ && confirmed == trace_.confirmed && !confirmed;

@@ -133,6 +133,8 @@ std::string describe_set_points(const record::RunStatus& status) {
   constexpr Kelvins kSame{0.15};  // a controller rounds to 0.1 K
   const auto& of_profile = status.set_point;
   const auto& of_chamber = status.chamber_set_point;
+  if (!of_chamber && !status.chamber_air && status.slot >= 0)
+    return fmt::format("set point of the profile {}, of the chamber unknown", degrees(of_profile));
   if (!of_chamber || (of_profile && abs(*of_profile - *of_chamber) <= kSame)) return "set point " + degrees(of_profile);
   return fmt::format("set point of the profile {}, of the chamber {}", degrees(of_profile), degrees(of_chamber));
 }

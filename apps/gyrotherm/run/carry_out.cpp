@@ -78,8 +78,8 @@ std::string describe_left_chamber(const ActiveRun& run) {
   const auto& chamber = run.run_controller.last().chamber.value;
   if (run.rig.file().simulated || !chamber) return {};
   if (chamber->activity == ChamberActivity::off) return "the chamber is switched off";
-  // The last sample was read before the profile's last set point was sent.
-  return fmt::format("the chamber stays on at its set point of {:g} °C; no program monitors it from now on",
+  // The last sample was read before the profile's last set point was sent, and the controller may round a set point.
+  return fmt::format("the chamber stays on; its last command was {:g} °C; no program monitors it from now on",
                      run.run_controller.profile().segments.back().target.value);
 }
 
@@ -88,7 +88,7 @@ std::string describe_left_chamber(const ActiveRun& run) {
 Result<void> finish_run(const ActiveRun& run, run::RunOutcome outcome) {
   run.ownership.release();  // complete, or safe set point confirmed
   if (outcome == run::RunOutcome::made_safe) {
-    await_disk(run);
+    await_end_on_disk(run);
     print_summary(run);
     return failure(FaultKind::interlock, run.path, run.run_controller.end_cause());
   }

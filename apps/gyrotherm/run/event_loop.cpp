@@ -16,6 +16,7 @@
 #include "apps/gyrotherm/run/pace.hpp"
 #include "apps/gyrotherm/run/run_decider.hpp"
 #include "core/clock.hpp"
+#include "core/deadline.hpp"
 #include "sequencer/control/control_socket.hpp"
 
 namespace gyrotherm::app {
@@ -80,7 +81,7 @@ Result<run::RunOutcome> finish_stopped(const ActiveRun& run) {
   if (auto noted = run.store.append_event({run.rig.clock().now(), EventKind::interrupted, "stopped by a signal"});
       !noted)
     return failure(noted.error());
-  await_disk(run);
+  await_end_on_disk(run);
   if (auto synced = sync(run); !synced) return failure(synced.error());
   return failure(FaultKind::interrupted, "", "stopped");
 }
@@ -282,6 +283,25 @@ void await_disk(const ActiveRun& run) {
   if (run.store.settle(kLongestFlush)) return;
   const auto health = run.store.health();
   run.console.print_message(fmt::format("warning: {} s are not on disk: {}", health.backlog_s, health.trouble));
+}
+
+void await_end_on_disk(const ActiveRun& run) {
+  constexpr Duration kReportInterval = std::chrono::minutes(1), kPollInterval = std::chrono::milliseconds(500);
+  if (run.store.settle(kLongestFlush)) return;
+  const auto stops_before = stops();
+  for (std::optional<Deadline> next_report; !run.store.settle(kPollInterval);) {
+    const auto health = run.store.health();
+    const auto missing = fmt::format("{} s are not on disk: {}", health.backlog_s, health.trouble);
+    if (stops() > stops_before) {
+      run.console.print_message(
+          fmt::format("warning: {}; THE END OF THE RUN IS NOT IN THE RECORD: do not resume it unasked", missing));
+      return;
+    }
+    if (next_report && !next_report->has_passed()) continue;
+    next_report.emplace(kReportInterval);
+    run.console.print_message(
+        fmt::format("warning: {}; the program waits for the disk; Ctrl-C ends it without these seconds", missing));
+  }
 }
 
 Result<run::RunOutcome> drive_virtual(const ActiveRun& run) {

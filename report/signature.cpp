@@ -9,7 +9,9 @@
 #include <charconv>
 #include <chrono>
 #include <cstdint>
+#include <ctime>
 #include <filesystem>
+#include <iterator>
 #include <optional>
 #include <ranges>
 #include <regex>
@@ -215,6 +217,21 @@ Result<void> check_usage(const std::string& certificate, const std::string& wher
   return refusal.empty() ? Result<void>{} : failure(FaultKind::bad_file, where, "the signer's certificate " + refusal);
 }
 
+/// Fails with bad_file at `where` if the first certificate of a PEM file is signed by its issuer with an algorithm that
+/// no verification accepts.
+Result<void> check_signature_of(const std::string& certificate, const std::string& where) {
+  const auto text = run_step("openssl", {"x509", "-in", certificate, "-noout", "-text", "-subject", "-issuer"},
+                             "cannot read the signer's certificate");
+  if (!text) return failure(text.error());
+  const auto algorithm = text_between(*text, "Signature Algorithm: ", "\n").value_or("");
+  const auto subject = text_between(*text, "\nsubject=", "\n"), issuer = text_between(*text, "\nissuer=", "\n");
+  const bool is_weak = std::regex_search(algorithm, std::regex("md[245]|sha1", std::regex::icase));
+  if (!is_weak || subject == issuer) return {};
+  return failure(
+      FaultKind::bad_file, where,
+      fmt::format("is signed with {}, which no verification accepts; have it issued with SHA-256", plain(algorithm)));
+}
+
 /// Returns the bits of the RSA key of the first certificate of a PEM file; 0 for another kind of key.
 Result<int> count_rsa_bits(const std::string& certificate) {
   const auto folder = PrivateFolder::make();
@@ -237,9 +254,25 @@ Result<int> count_rsa_bits(const std::string& certificate) {
 /// more and no SHA-1 (NIST SP 800-131A Rev. 2).
 constexpr const char* kSecurityLevel = "2";
 
+/// Returns the starts of validity of the certificates in PEM files, s since 1970. Ignores files that openssl cannot
+/// read.
+std::vector<std::int64_t> read_validity_starts(const Strings& files) {
+  std::vector<std::int64_t> starts;
+  for (const std::string& file : files) {
+    const auto run = run_program("openssl", {"storeutl", "-certs", "-noout", "-text", file});
+    if (!run) continue;
+    for (const std::string& start : all_texts_between(run->out, "Not Before: ", "\n")) {
+      std::tm time{};
+      if (::strptime(start.c_str(), "%b %d %H:%M:%S %Y", &time) != nullptr) starts.push_back(::timegm(&time));
+    }
+  }
+  return starts;
+}
+
 /// Returns the instants at which certificates are verified, s since 1970; absent for the current time. For a day these
-/// are its last second, its first second (a certificate may start or end on this day) and noon.
-std::vector<std::optional<std::int64_t>> verification_times(const Trust& trust) {
+/// are its last second, its first second, noon, and each start of validity on that day: a chain that is valid at some
+/// time of the day is valid at one of these instants or at the latest start of its certificates.
+std::vector<std::optional<std::int64_t>> verification_times(const Trust& trust, const Strings& certificate_files) {
   if (!trust.on_day) return {std::nullopt};
   int year = 0;
   unsigned month = 0, day = 0;
@@ -250,7 +283,10 @@ std::vector<std::optional<std::int64_t>> verification_times(const Trust& trust) 
   const std::chrono::sys_days at = std::chrono::year(year) / std::chrono::month(month) / std::chrono::day(day);
   const std::int64_t begins = std::chrono::seconds(at.time_since_epoch()).count();
   constexpr std::int64_t kDay_s = 86400;
-  return {begins + kDay_s - 1, begins, begins + kDay_s / 2};
+  std::vector<std::optional<std::int64_t>> times{begins + kDay_s - 1, begins, begins + kDay_s / 2};
+  for (const std::int64_t start : read_validity_starts(certificate_files))
+    if (start >= begins && start < begins + kDay_s) times.emplace_back(start);
+  return times;
 }
 
 /// Runs `openssl verify` with the certificates of `trust` and without those of the system. Succeeds if the certificates
@@ -258,8 +294,11 @@ std::vector<std::optional<std::int64_t>> verification_times(const Trust& trust) 
 Result<ProgramRun> run_openssl_verify(const Trust& trust, const Strings& files) {
   const Strings all{"verify",      "-no-CApath",   "-no-CAstore", "-partial_chain",
                     "-auth_level", kSecurityLevel, "-CAfile",     trust.certificates_file};
+  Strings certificate_files{trust.certificates_file};
+  std::ranges::copy_if(files, std::back_inserter(certificate_files),
+                       [](const std::string& argument) { return !argument.starts_with('-'); });
   Result<ProgramRun> run = ProgramRun{};
-  for (const auto& moment : verification_times(trust)) {
+  for (const auto& moment : verification_times(trust, certificate_files)) {
     Strings arguments = all;
     if (moment) arguments.insert(arguments.end(), {"-attime", std::to_string(*moment)});
     arguments.insert(arguments.end(), files.begin(), files.end());
@@ -371,6 +410,7 @@ Result<void> prepare_key(const PrivateFolder& folder, const SigningKey& key) {
   if (!certificates) return failure(certificates.error());
   if (auto written = write_private(folder / "chain.pem", *certificates); !written) return written;
   if (auto usable = check_usage(folder / "chain.pem", key.certificate_file); !usable) return usable;
+  if (auto strong = check_signature_of(folder / "chain.pem", key.certificate_file); !strong) return strong;
   if (auto unlocked = unlock_key(folder, key); !unlocked) return unlocked;
   const auto rsa = run_program("openssl", {"rsa", "-in", folder / "key.pem", "-noout"});
   if (!rsa) return failure(rsa.error());

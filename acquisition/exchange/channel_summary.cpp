@@ -242,12 +242,16 @@ Result<void> ChannelTally::judge(const std::string& file, const std::vector<Miss
           fmt::format("all {} values of {} are {:g} {}", channel.values, channel.name, channel.least, channel.unit));
     const auto all = channel.missing + channel.values;
     const bool is_much = is_combined_ ? 2 * channel.missing > all : kMissingToWarn * channel.missing > all;
+    // A combined row needs only one value of a slower column.
+    const auto* effect = is_axis ? "rows without a rate are not used"
+                         : is_combined_
+                             ? "a combined row uses the values that it has"
+                             : "clusters with a missing temperature are left out, unless the map does not "
+                               "name the channel; if a slower instrument wrote it, combine rows by \"every\"";
     if (is_much && all >= kMinValuesToJudge)
-      notes.push_back(fmt::format("warning: {} of {} values of {} are missing ({:.0f} %); {}", channel.missing, all,
-                                  channel.name, 100.0 * static_cast<double>(channel.missing) / static_cast<double>(all),
-                                  is_axis ? "rows without a rate are not used"
-                                          : "clusters with a missing temperature are left out, unless the map does "
-                                            "not name the channel"));
+      notes.push_back(fmt::format("{}{} of {} values of {} are missing ({:.0f} %); {}",
+                                  is_combined_ && !is_axis ? "" : "warning: ", channel.missing, all, channel.name,
+                                  100.0 * static_cast<double>(channel.missing) / static_cast<double>(all), effect));
     if (auto isolated = check_isolated(columns_[i], file, notes); !isolated) return isolated;
   }
   auto failed = watch_.warnings();

@@ -86,8 +86,9 @@ bool is_temperature_name(std::string_view name) {
   const auto bare = in_lower_case(field_name(strip_unit(name)));
   const bool is_letter = bare.size() == 1 && name.size() == 1 && name.front() >= 'A' && name.front() <= 'H';
   const bool is_small_t = strip_unit(name) == "t";  // it means time
-  return contains_any(lower, {"temp", "therm", "°c", "degc", "deg c", "[c]", "(c)"}) || is_letter ||
-         (is_letter_with_number(bare, 't') && !is_small_t);
+  return contains_any(lower, {"temp", "therm", "°c", "degc", "deg c", "[c]", "(c)", "°f", "degf", "[f]", "(f)", "[k]",
+                              "(k)", "[kelvin]", "(kelvin)", "kelvin)"}) ||
+         is_letter || (is_letter_with_number(bare, 't') && !is_small_t);
 }
 
 namespace {

@@ -107,6 +107,11 @@ Result<void> read_foreign(const ReadRows& read, const ImportMap& map, const Take
   const auto finished =
       order.finish().and_then([&] { return spacing.finish(); }).and_then([&] { return grouping.finish(); });
   if (!finished) return finished;
+  if (2 * order.skipped_rows() > file.rows)
+    return failure(FaultKind::bad_file, "",
+                   fmt::format("the times go back in {} of {} rows, so most rows would be left out; sort the rows by "
+                               "time, or check unit and order of [time]",
+                               order.skipped_rows(), file.rows));
   file.findings = std::move(*findings);
   file.rows_left_out = order.skipped_rows() + grouping.skipped_rows();
   order.note(file.findings.notes);

@@ -181,6 +181,19 @@ bool is_full(const Fields& fields, std::size_t width) {
   return 4 * static_cast<std::size_t>(filled) >= 3 * width;
 }
 
+/// Returns a unit without the brackets around it.
+std::string remove_brackets(const std::string& unit) {
+  return unit.size() > 2 && unit.find_first_of("[(") == 0 ? unit.substr(1, unit.size() - 2) : unit;
+}
+
+/// Returns whether a text is a unit of time, temperature or rate.
+bool is_unit(const std::string& text) {
+  constexpr std::array<std::string_view, 7> kTimes{"ns", "us", "ms", "s", "min", "h", "d"};
+  const auto named = "x [" + text + "]";
+  return celsius_scale(text) || degrees_per_hour_in(named) ||
+         std::ranges::find(kTimes, time_unit_in(named)) != kTimes.end();
+}
+
 /// Finds the names of the columns, and the lines before the rows that a map must skip.
 class HeaderSearch {
  public:
@@ -217,6 +230,22 @@ class HeaderSearch {
     if (!fits) return number_columns();  // rows have fewer fields
     if (at > 0) sample_.preamble = lines_[at].number - 1;
     sample_.skip = lines_[first_].number - lines_[at].number - 1 - comments_between(lines_[at].number);
+    take_units(at);
+  }
+
+  /// Takes the line of units between the names and the rows, if there is one.
+  void take_units(std::size_t names) {
+    for (std::size_t i = names + 1; i < first_; ++i) {
+      auto fields = split_fields(lines_[i].text, shape_.separator);
+      if (!fields) continue;
+      std::ranges::transform(*fields, fields->begin(), remove_brackets);
+      const auto known = std::ranges::count_if(*fields, is_unit);
+      const auto filled = std::ranges::count_if(*fields, [](const std::string& field) { return !field.empty(); });
+      if (known == 0 || 2 * known < filled) continue;
+      fields->resize(shape_.width);
+      sample_.header_units = std::move(*fields);
+      return;
+    }
   }
 
   std::size_t comments_between(std::size_t from) const {

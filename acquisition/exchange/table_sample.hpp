@@ -30,7 +30,7 @@ struct TableSample {
   std::vector<std::string> names{};
   /// The unit after the numbers of each column.
   std::vector<std::string> cell_units{};
-  /// The unit of each column that a LabVIEW header states; empty for other files.
+  /// The unit of each column that a LabVIEW header or a line of units states; empty for other files.
   std::vector<std::string> header_units{};
   bool is_lvm = false;  ///< a LabVIEW measurement file
   /// The spacing of rows without a time, from the header.

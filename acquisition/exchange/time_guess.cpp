@@ -242,9 +242,11 @@ std::optional<TimeGuess> guess_dates(const TableSample& sample) {
     }
     drop_less_likely(sample, i, readings);
     const auto& [unit, order, dated] = readings.front();
-    if (!is_increasing(dated.times_s)) continue;
+    const bool runs_backwards = is_increasing({dated.times_s.rbegin(), dated.times_s.rend()});
+    if (!is_increasing(dated.times_s) && !runs_backwards) continue;
     TimeGuess guess{.columns = {i}};
-    guess.text =
+    if (runs_backwards) guess.text = "# The times run backwards: sort the rows by time before the import.\n";
+    guess.text +=
         fmt::format("[time]\n{}\nunit = \"{}\"\n", sample.reference(i), unit) + order_lines(sample, i, readings);
     if (clock != none) {
       guess.text += sample.reference(clock, "clock") + "\n";

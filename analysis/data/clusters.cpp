@@ -57,16 +57,20 @@ bool is_whole(const Dataset& dataset, const Span& span, double length_s) {
          dataset.bias_deg_per_h.segment(span.first, span.count).allFinite();
 }
 
-/// Lists the thermometers that have no reading in any row, and the bias if it is missing in every row. Returns an empty
-/// string if nothing is missing throughout.
+/// Lists the thermometers that have no reading in any row, and the bias if it is missing in every row. If there is
+/// none, lists the thermometers that lack readings in some rows. Returns an empty string if nothing is missing.
 std::string list_missing_values(const Dataset& dataset) {
-  std::vector<std::string> missing;
+  std::vector<std::string> missing, sparse;
   for (Eigen::Index column = 0; column < dataset.temperature_c.cols(); ++column) {
     const std::string& name = dataset.thermometers[static_cast<std::size_t>(column)];
-    if (!is_own_value(name) && !dataset.temperature_c.col(column).array().isFinite().any()) missing.push_back(name);
+    if (is_own_value(name)) continue;
+    const auto known = dataset.temperature_c.col(column).array().isFinite().count();
+    if (known == 0) missing.push_back(name);
+    if (known > 0 && known < dataset.temperature_c.rows()) sparse.push_back(name);
   }
   if (!dataset.bias_deg_per_h.array().isFinite().any()) missing.emplace_back("the bias");
-  return missing.empty() ? "" : fmt::format("; no row has a value of {}", fmt::join(missing, ", "));
+  if (!missing.empty()) return fmt::format("; no row has a value of {}", fmt::join(missing, ", "));
+  return sparse.empty() ? "" : fmt::format("; rows lack values of {}", fmt::join(sparse, ", "));
 }
 
 /// Counts a dropped cluster for each of its inputs with a missing reading.

@@ -164,6 +164,8 @@ def make_clusters(axis: AxisColumns, length_s: float, run_id: str, profile_name:
         return np.add.reduceat(values, firsts) / counts
 
     each_second = (numbers < complete) & (axis.imported | (counts == round(length_s)))
+    if not axis.inputs:
+        raise RecordError("the record has no thermometer")
     temperatures = np.column_stack([means(values) for values in axis.inputs.values()])
     bias = means(axis.bias_deg_per_h)
     whole = each_second & np.isfinite(bias)

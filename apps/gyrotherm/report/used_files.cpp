@@ -10,6 +10,7 @@
 #include "acquisition/record/record.hpp"
 #include "acquisition/record/record_files.hpp"
 #include "apps/gyrotherm/qualify/axis_experiment.hpp"
+#include "core/file.hpp"
 #include "core/text.hpp"
 
 namespace gyrotherm::app {
@@ -84,6 +85,19 @@ std::vector<std::string> list_candidates(const std::string& folder, const report
   return found;
 }
 
+/// Returns a TOML file of a folder with the digest of a used file that is named in its text; empty if there is none.
+std::string find_named_in_text(const std::string& folder, const report::UsedFile& file) {
+  if (!report::has_name_in_text(file)) return {};
+  for (const auto& path : list_folder(folder))
+    if (path.extension() == ".toml" && record::file_digest(path.string()) == file.sha256) return path.string();
+  return {};
+}
+
+/// Returns true if the path is in the folder of the report.
+bool is_in_own_folder(const SearchFolders& folders, const std::string& path) {
+  return path.starts_with(folders.own + "/");
+}
+
 }  // namespace
 
 SearchFolders search_folders(const std::string& folder, const std::vector<std::string>& given) {
@@ -106,6 +120,8 @@ std::string find_used_file(const SearchFolders& folders, const report::UsedFile&
     }
   for (const std::string& path : list_candidates(folders.distant, file, all))
     if (has_digest(path)) return path;
+  for (const std::string& folder : folders.others)
+    if (auto path = find_named_in_text(folder, file); !path.empty()) return path;
   return first;
 }
 
@@ -117,6 +133,9 @@ Check check_used_file(const SearchFolders& folders, const report::CalibrationRep
   const auto digest = record::file_digest(path);
   const bool has_bytes = digest && *digest == file.sha256;
   if (file.role == "record") return check_record(report, file, path, has_bytes);
+  // A file that is named in its text may have any file name, so another file may have its name.
+  if (!has_bytes && report::has_name_in_text(file) && !is_in_own_folder(folders, path))
+    return {file.name, not_there, fmt::format("was not found; {} is another file; not checked", plain(path))};
   if (!has_bytes) return {file.name, fails, "is not the file on which the report is based"};
   return {file.name, holds, "is the file on which the report is based"};
 }

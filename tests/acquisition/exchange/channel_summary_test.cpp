@@ -168,6 +168,18 @@ TEST(ChannelSummary, WarnsAboutMissingPartAndStoresWarning) {
   EXPECT_EQ(import(cells)->notes, Notes{}) << "5 %";
 }
 
+TEST(ChannelSummary, DoesNotWarnAboutSlowColumnOfCombinedRows) {
+  Imported import;
+  import.time = "every = \"10 s\"\n";
+  import.file = "missing = [\"\"]\n";
+  std::vector<std::pair<int, std::string>> cells;
+  for (int row = 0; row < 400; ++row)
+    if (row % 5 != 0) cells.emplace_back(row, "");
+  const auto summary = import(cells);
+  ASSERT_TRUE(summary) << text(summary.error());
+  for (const auto& note : summary->notes) EXPECT_EQ(note.find("warning"), std::string::npos) << note;
+}
+
 TEST(ChannelSummary, AsksForScaleOfRawCountsFirst) {
   Imported import;
   const auto raw = import({{-1, "-5629"}});

@@ -357,6 +357,30 @@ TEST(Guess, SkipsUnitsBelowHeader) {
   EXPECT_EQ(draft("Time,Temp,Rate\n0,x,y\n1,20,1\n2,20,2\n").skip, 0u) << "a row with a number is a data row";
 }
 
+TEST(Guess, UsesUnitsBelowHeader) {
+  const ImportMap map = draft("Zeit;Block;Rueck;Wand;Drehrate\nms;°C;K;[°F];°/s\n0;20;293;68;1\n1000;20;293;68;1\n");
+  EXPECT_EQ(map.thermometers, (std::vector<std::string>{"Block", "Rueck", "Wand"}));
+  EXPECT_EQ(map.time_unit, std::chrono::milliseconds(1));
+  EXPECT_NEAR(map.thermometer_columns[1].offset, -273.15, 1e-9);
+  EXPECT_NEAR(map.thermometer_columns[2].scale, 5.0 / 9, 1e-9);
+  EXPECT_EQ(map.units[0].axes[0].scale, 3600);
+}
+
+TEST(Guess, TakesColumnsWithUnitOfTemperatureAsThermometers) {
+  const ImportMap map = draft(
+      "t [s],Case [°F],Back [K],Shell (F),Front (K),Gehäuse [°F],gyro_x\n"
+      "0,68,293,68,293,68,1\n1,68,293,68,293,68,1\n");
+  EXPECT_EQ(map.thermometers, (std::vector<std::string>{"Case", "Back", "Shell", "Front", "Gehaeuse"}));
+}
+
+TEST(Guess, SaysThatDatesRunBackwards) {
+  const auto text = guess_map_from_bytes(
+      "date,T [°C],gyro_x\n2026-03-02 10:00:03,20,1\n2026-03-02 10:00:02,20,1\n2026-03-02 10:00:01,20,1\n", "f.csv");
+  ASSERT_TRUE(text) << gyrotherm::text(text.error());
+  EXPECT_NE(text->find("run backwards: sort the rows"), std::string::npos) << *text;
+  EXPECT_EQ(text->find("unknown notation"), std::string::npos) << *text;
+}
+
 TEST(Guess, NumbersColumnsWithoutHeader) {
   const ImportMap map = draft("% made by hand\n0 20 5\n1 21 6\n2 22 7\n");
   EXPECT_FALSE(map.header);

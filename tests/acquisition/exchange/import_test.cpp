@@ -62,6 +62,22 @@ TEST(Import, MakesFinishedRecordMarkedAsImported) {
   EXPECT_TRUE(read_status(folder / "run.db")->finished);
 }
 
+TEST(Import, RefusesRowsInReverseOrder) {
+  const TestFolder folder;
+  std::string map = kSmallMap;
+  map.insert(map.find("[[thermometer]]"), "out_of_order = \"skip\"\n");
+  std::ofstream(folder / "small.toml") << map;
+  std::ofstream rows(folder / "small.csv");
+  rows << "t,T,w\n";
+  for (int i = 100; i > 0; --i) rows << i << ",20," << i % 7 << "\n";
+  rows.close();
+  const auto refused = import_record(folder / "small.csv", folder / "small.toml", folder / "run.db", "0.1.0");
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().what.find("the times go back in 99 of 100 rows"), std::string::npos)
+      << text(refused.error());
+  EXPECT_FALSE(std::filesystem::exists(folder / "run.db"));
+}
+
 TEST(Import, KeepsMarkOfSimulatedTable) {
   using Titles = std::vector<std::string>;
   const std::string instruments = "SIMULATED: these instruments were virtual: ";

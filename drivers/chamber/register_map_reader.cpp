@@ -432,7 +432,10 @@ void check_block(const TomlTable& link, const RegisterMap& map) {
 constexpr int kMostWrittenAtOnce = 123;
 
 /// Reads a non-negative duration that `link` may override.
-void read_duration(const TomlTable& link, const char* key, Duration& time) { time = link.duration(key, time); }
+void read_duration(const TomlTable& link, const char* key, Duration& time) {
+  time = link.duration(key, time);
+  check_longest(link, key, time, kMaxPause);
+}
 
 void read_serial(const TomlTable& link, SerialFormat& serial) {
   if (!link.has("serial")) return;

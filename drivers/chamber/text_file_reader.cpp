@@ -12,6 +12,7 @@
 
 #include "core/text.hpp"
 #include "drivers/line/line_address.hpp"
+#include "drivers/line/link_settings.hpp"
 
 namespace gyrotherm::drivers {
 namespace {
@@ -61,8 +62,18 @@ std::string describe_spelt_terminator(const std::string& end) {
   return fmt::format("\"{}\" is {}, expected the characters that end a line, such as \"\\r\\n\"", plain(end), what);
 }
 
+/// Reads the time limit of an answer.
+void read_timeout(const TomlTable& table, Duration longest, Duration& timeout) {
+  timeout = table.duration("timeout", timeout);
+  if (timeout <= Duration{})
+    table.note_error("timeout", "expected more than zero");
+  else
+    check_longest(table, "timeout", timeout, longest);
+}
+
 /// Reads the keys that [link] and [link.tcp] or [link.serial] have in common.
-void read_wire(const TomlTable& table, const TemplateReader& templates, TextWire& wire, ModbusLink& settings) {
+void read_wire(const TomlTable& table, const TemplateReader& templates, Duration longest_timeout, TextWire& wire,
+               ModbusLink& settings) {
   const auto line_end = [&](const char* key, std::string& target) {
     if (!table.has(key)) return;
     target = table.text(key);
@@ -70,11 +81,15 @@ void read_wire(const TomlTable& table, const TemplateReader& templates, TextWire
   };
   line_end("question_end", wire.question_end);
   line_end("answer_end", wire.answer_end);
-  wire.silence = table.duration("silence", wire.silence);
-  wire.quiet = table.duration("quiet", wire.quiet);
-  wire.after_read = table.duration("after_read", wire.after_read);
-  wire.after_write = table.duration("after_write", wire.after_write);
-  settings.timeout = table.duration("timeout", settings.timeout);
+  read_timeout(table, longest_timeout, settings.timeout);
+  const auto time = [&](const char* key, Duration longest, Duration& target) {
+    target = table.duration(key, target);
+    check_longest(table, key, target, longest);
+  };
+  time("silence", kLongestTextTimeout, wire.silence);
+  time("quiet", kLongestTextTimeout, wire.quiet);
+  time("after_read", kMaxPause, wire.after_read);
+  time("after_write", kMaxPause, wire.after_write);
   settings.unit = whole<std::uint8_t>(table, "address", 0, 255, settings.unit);
   constexpr std::int64_t kLongest = 65536;
   wire.longest_answer =
@@ -181,18 +196,19 @@ void check_answer_ends(const TomlTable& table, const std::vector<TextTemplate>& 
 
 TextEncoding read_text_encoding(const TomlTable& link) { return one_of(kEncodings, link, "encoding", "ascii"); }
 
-void read_text_links(const TomlTable& link, const TemplateReader& templates, RegisterMap& unit) {
+void read_text_links(const TomlTable& link, const TemplateReader& templates, Duration longest_timeout,
+                     RegisterMap& unit) {
   TextWire common;
   ModbusLink settings;
   settings.read_at_most = kTextReadAtMost;
   settings.write_at_most = kTextReadAtMost;
-  read_wire(link, templates, common, settings);
+  read_wire(link, templates, longest_timeout, common, settings);
   unit.holes = true;
   unit.status_every = whole<int>(link, "status_every", 0, 3600, 1);
   const auto add = [&](LinkKind kind, const TomlTable& own) {
     MapLink made{.kind = kind, .modbus = settings, .text = common};
     made.modbus.framing = kind == LinkKind::text_tcp ? ModbusLink::Framing::tcp : ModbusLink::Framing::rtu;
-    read_wire(own, templates, made.text, made.modbus);
+    read_wire(own, templates, longest_timeout, made.text, made.modbus);
     if (own.has("port")) made.modbus.port = whole<std::uint16_t>(own, "port", 1, 65535);
     if (own.has("settings")) {
       const auto format = parse_serial_format(own.text("settings"));

@@ -3,10 +3,12 @@
 /// Errors are noted in the tables.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <string>
 #include <vector>
 
+#include "core/quantity.hpp"
 #include "core/toml_reader.hpp"
 #include "drivers/chamber/register_map.hpp"
 #include "drivers/chamber/text_link.hpp"
@@ -16,6 +18,12 @@ namespace gyrotherm::drivers {
 
 /// Maximum number of virtual registers in one read of a text unit.
 inline constexpr std::uint16_t kTextReadAtMost = 250;
+
+/// Longest time limit of an answer of a chamber or supply, which one second of a run may wait for. After two such times
+/// without an answer, the guard takes the program for hung.
+inline constexpr Duration kLongestTextTimeout = std::chrono::seconds(4);
+/// Longest time limit of an answer of an instrument that is read in the background.
+inline constexpr Duration kLongestScanTimeout = std::chrono::seconds(10);
 
 /// Formats the value of a parameter that is a number.
 [[nodiscard]] std::string format_parameter(double number);
@@ -56,7 +64,8 @@ void check_answer_ends(const TomlTable& table, const std::vector<TextTemplate>& 
 /// Reads the encoding in [link].
 [[nodiscard]] TextEncoding read_text_encoding(const TomlTable& link);
 /// Reads the links of a unit, [link.tcp] and [link.serial], and selects the usual one.
-void read_text_links(const TomlTable& link, const TemplateReader& templates, RegisterMap& unit);
+void read_text_links(const TomlTable& link, const TemplateReader& templates, Duration longest_timeout,
+                     RegisterMap& unit);
 void read_text_refusals(const TomlTable& link, const TemplateReader& templates, TextLink& text);
 /// Reads the regular expression in [identity], with its parameters inserted. After an error, the result is a valid
 /// expression too.

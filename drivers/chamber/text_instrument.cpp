@@ -67,8 +67,8 @@ bool is_numeric_form(const FieldForm& form) {
   return form.kind == FieldForm::Kind::number || form.kind == FieldForm::Kind::integer;
 }
 
-void read_text_instrument(const TomlTable& file, const TemplateReader& templates, TextLink& text,
-                          TextInstrumentDescription& target) {
+void read_text_instrument(const TomlTable& file, const TemplateReader& templates, Duration longest_timeout,
+                          TextLink& text, TextInstrumentDescription& target) {
   auto& unit = target.unit;
   unit.parameters = templates.parameters();
   unit.name = file.text("name");
@@ -77,7 +77,7 @@ void read_text_instrument(const TomlTable& file, const TemplateReader& templates
   (void)file.text("source");
   const auto link = file.table("link");
   text.encoding = read_text_encoding(link);
-  read_text_links(link, templates, unit);
+  read_text_links(link, templates, longest_timeout, unit);
   read_text_refusals(link, templates, text);
   read_identity(file.table("identity"), templates, text, target);
   for (const auto& step : file.table("sequence").tables("prepare"))

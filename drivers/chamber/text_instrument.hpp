@@ -47,8 +47,8 @@ struct TextInstrumentDescription {
 
 /// Reads name, vendor, source, the parameters in effect, [link], [identity] and [sequence]. Errors are noted in the
 /// tables. The caller assigns `text` to the unit.
-void read_text_instrument(const TomlTable& file, const TemplateReader& templates, TextLink& text,
-                          TextInstrumentDescription& target);
+void read_text_instrument(const TomlTable& file, const TemplateReader& templates, Duration longest_timeout,
+                          TextLink& text, TextInstrumentDescription& target);
 
 /// The connection to one instrument. On each connection the identity is asked first and must fit the description. The
 /// preparation follows, and is repeated after forget_preparation(), because the instrument may have lost its settings.

@@ -423,7 +423,7 @@ void read_any_text_unit(const TomlTable& file, const TextParameters& parameters,
   TemplateReader templates(file, text->encoding, parameters);
   for (const auto& [name, value] : own_parameters) templates = templates.with(name, value);
   map.parameters = templates.parameters();
-  read_text_links(link, templates, map);
+  read_text_links(link, templates, any_kind ? kLongestScanTimeout : kLongestTextTimeout, map);
   read_text_refusals(link, templates, *text);
   ItemReader items(file, templates, any_kind, map, *text);
   const auto identity = file.table("identity");

@@ -15,9 +15,6 @@ constexpr int kMostReadAtOnce = 125;
 /// Maximum timeout. The watchdog must not act before three such timeouts have passed.
 constexpr Duration kMaxTimeout = std::chrono::seconds(2);
 
-/// Maximum pause. A run reads once a second.
-constexpr Duration kMaxPause = std::chrono::seconds(10);
-
 bool is_pause(Duration time) { return time >= Duration::zero() && time <= kMaxPause; }
 
 template <class T>
@@ -26,6 +23,12 @@ void override_value(T& value, const std::optional<T>& replacement) {
 }
 
 }  // namespace
+
+void check_longest(const TomlTable& table, const char* key, Duration time, Duration longest) {
+  if (time > longest)
+    table.note_error(
+        key, fmt::format("\"{}\" is {:g} s, expected at most {:g} s", key, to_seconds(time), to_seconds(longest)));
+}
 
 LinkSettings read_line_settings(const TomlTable& table) {
   LinkSettings settings;

@@ -3,6 +3,7 @@
 /// timeout of a slow gateway, an adapter that echoes, and deviations from the standard.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -12,6 +13,12 @@
 #include "drivers/line/modbus.hpp"
 
 namespace gyrotherm::drivers {
+
+/// Maximum pause between two lines or telegrams. A run reads once a second.
+inline constexpr Duration kMaxPause = std::chrono::seconds(10);
+
+/// Notes an error if a duration is longer than `longest`: "timeout is 20 s, expected at most 4 s".
+void check_longest(const TomlTable& table, const char* key, Duration time, Duration longest);
 
 /// Overrides of the link settings in an instrument's map. An empty member keeps the map's value.
 struct LinkSettings {

@@ -46,7 +46,7 @@ class SupplyParser {
         templates_(file, read_text_encoding(file.table("link")), parameters) {}
 
   void read() {
-    read_text_instrument(file_, templates_, *text_, target_);
+    read_text_instrument(file_, templates_, kLongestTextTimeout, *text_, target_);
     const auto outputs = whole<std::size_t>(file_, "outputs", 1, kMostSupplyOutputs);
     read_simulated(file_.table("simulated"));
     read_output(1);

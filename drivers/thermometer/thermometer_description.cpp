@@ -31,7 +31,7 @@ class DescriptionParser {
         templates_(file, read_text_encoding(file.table("link")), parameters) {}
 
   void read() {
-    read_text_instrument(file_, templates_, *text_, target_);
+    read_text_instrument(file_, templates_, kLongestScanTimeout, *text_, target_);
     read_items();
     read_simulated(file_.table("simulated"));
     target_.unit.text_link = std::move(text_);

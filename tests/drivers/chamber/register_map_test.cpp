@@ -173,6 +173,8 @@ TEST(RegisterMap, ReportsEachError) {
   EXPECT_NE(with((state + "flags = { door = 4, fan = 4 }").c_str()).find("door and fan are both bit 4"),
             std::string::npos);
   EXPECT_EQ(with((state + "codes = { a = [1, 2], b = 3 }").c_str()), "");
+  EXPECT_NE(with("[link]\ngap = \"11 s\"").find("\"gap\" is 11 s, expected at most 10 s"), std::string::npos);
+  EXPECT_NE(with("[link]\nminimum_period = \"1 min\"").find("expected at most 10 s"), std::string::npos);
   EXPECT_NE(mistakes_in("schema = \"gyrotherm-chamber/1\"").find("\"air_temperature\""), std::string::npos);
 }
 

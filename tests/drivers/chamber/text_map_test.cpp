@@ -564,6 +564,23 @@ TEST(TextMap, RefusesSpeltTerminators) {
   EXPECT_NE(errors_after("answer_end = \"\\r\\n\"", "answer_end = \"LF\"").find("two letters"), std::string::npos);
 }
 
+TEST(TextMap, RefusesTimesThatGuardTakesForHungProgram) {
+  const std::string timeout = "timeout = \"200 ms\"";
+  for (const auto* time : {"5 s", "4001 ms", "20 s", "1 min"})
+    EXPECT_NE(errors_after(timeout, "timeout = \"" + std::string(time) + "\"").find("expected at most 4 s"),
+              std::string::npos)
+        << time;
+  EXPECT_NE(errors_after(timeout, "timeout = \"20 s\"").find("\"timeout\" is 20 s"), std::string::npos);
+  EXPECT_NE(errors_after(timeout, "timeout = \"0 s\"").find("expected more than zero"), std::string::npos);
+  EXPECT_NE(errors_after("port = 10001", "port = 10001\ntimeout = \"9 s\"").find("at most 4 s"), std::string::npos);
+  for (const auto* key : {"silence", "quiet"})
+    EXPECT_NE(errors_after(timeout, std::string(key) + " = \"5 s\"").find("at most 4 s"), std::string::npos) << key;
+  for (const auto* key : {"after_read", "after_write"})
+    EXPECT_NE(errors_after(timeout, std::string(key) + " = \"11 s\"").find("at most 10 s"), std::string::npos) << key;
+  for (const auto* good : {"timeout = \"4 s\"", "timeout = \"1 ms\"", "after_write = \"10 s\"", "silence = \"4 s\""})
+    EXPECT_EQ(errors_after(timeout, good), "") << good;
+}
+
 TEST_F(TextChamber, NamesRemedyOfLineThatRepeatsQuestion) {
   for (const bool at_once : {false, true}) {
     line->answer = [&](const std::string& question) {

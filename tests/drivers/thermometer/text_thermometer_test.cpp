@@ -369,6 +369,7 @@ TEST(ThermometerDescriptions, RefuseErrors) {
   expect("[[item]]", "[sequence]\nprepare = [{ ask = \"A?\", answer = \"{x:d}\", is = \"one\" }]\n[[item]]",
          "the field \"x\" is a number");
   expect("[[item]]", "[simulated]\nnumber = \"{}\"\n[[item]]", "expected a format such as");
+  expect("[link.tcp]\n", "[link.tcp]\ntimeout = \"11 s\"\n", "\"timeout\" is 11 s, expected at most 10 s");
   expect("[link.tcp]\nport = 4001\n", "[link]\n", "expected [link.tcp] or [link.serial]");
   expect("kind = \"thermometer\"", "kind = \"chamber\"", "thermometer");
 }

@@ -10,6 +10,7 @@
 
 #include "core/toml_reader.hpp"
 #include "drivers/chamber/register_map.hpp"
+#include "drivers/chamber/text_forms.hpp"
 #include "drivers/line/link_settings.hpp"
 
 namespace gyrotherm::drivers {
@@ -737,6 +738,7 @@ Result<RegisterMap> parse_register_map(std::string_view text, const std::string&
   read_states(*parsed, map);
   read_alarms(*parsed, map);
   read_limits(parsed->table("limits"), map);
+  if (is_text_unit) select_unsigned_fields(map);
   if (!is_text_unit) read_forbidden(*parsed, defaults, map);
   if (!is_text_unit && parsed->has("profile_memory")) read_memory(parsed->table("profile_memory"), defaults, map);
   parsed->ignore("simulated");  // read by the simulator

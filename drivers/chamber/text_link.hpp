@@ -10,6 +10,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <string_view>
@@ -106,6 +107,8 @@ struct TextLink {
   /// Question of the identity item, whose answer resynchronises the line; empty if there is none.
   std::string identity_question;
   std::vector<TextTemplate> identity_answers;
+  /// Items with a unit or a scale, whose numbers have a sign.
+  std::set<std::string> quantities;
 
   [[nodiscard]] const TextQuery* find_query(std::uint16_t address) const;
   [[nodiscard]] const TextCommand* find_command(const RegisterMap& map, std::uint16_t address) const;

@@ -15,6 +15,7 @@
 #include "core/text.hpp"
 #include "drivers/chamber/register_map.hpp"
 #include "drivers/chamber/text_file_reader.hpp"
+#include "drivers/chamber/text_forms.hpp"
 #include "drivers/chamber/text_link.hpp"
 
 namespace gyrotherm::drivers {
@@ -27,30 +28,20 @@ constexpr std::uint16_t kCharactersOfText = 64;
 constexpr const char* kInputField = "{input:";
 constexpr double kUsualResolution = 0.001;
 
-/// Codes of an item: numbers, or texts whose positions are the numbers.
-struct ItemCodes {
-  std::map<std::string, std::vector<std::int64_t>> numbers;
-  CodeTexts texts;
-};
-
 /// Adds the codes of one table.
-void read_codes(const TomlTable& table, ItemCodes& codes) {
+void read_codes(const TomlTable& table, WrittenCodes& codes) {
   for (const auto& name : table.keys()) {
     if (table.is_table(name)) continue;
-    auto& all = codes.numbers[name];
-    if (!table.is_text(name)) {
-      if (table.is_list(name))
-        for (const double code : table.numbers(name)) all.push_back(static_cast<std::int64_t>(code));
-      else
-        all.push_back(table.integer(name));
+    if (table.is_text(name)) {
+      codes.texts[name] = texts_at(table, name.c_str());
       continue;
     }
-    for (const auto& text : texts_at(table, name.c_str())) {
-      auto found = std::ranges::find(codes.texts, text);
-      if (found == codes.texts.end()) found = codes.texts.insert(codes.texts.end(), text);
-      const auto position = static_cast<std::int64_t>(found - codes.texts.begin());
-      if (std::ranges::find(all, position) == all.end()) all.push_back(position);
-    }
+    auto& all = codes.numbers[name];
+    if (table.is_list(name))
+      for (const double code : table.numbers(name))
+        all.push_back(static_cast<std::int64_t>(std::clamp(code, -1e10, 1e10)));
+    else
+      all.push_back(table.integer(name));
   }
 }
 
@@ -233,28 +224,33 @@ class ItemReader {
         const auto own = own_.find(item_name);
         const bool has_own_question = own != own_.end() && own->second->has("ask") && own->second != &table;
         if (field == "_" || has_own_question || find_item(item_name)) continue;
-        auto [item, codes] =
-            make_item(item_name, {.kind = FieldForm::Kind::integer}, own == own_.end() ? table : *own->second, &table);
+        auto [item, codes] = make_item(item_name, std::nullopt, own == own_.end() ? table : *own->second, &table);
         add_cell(field, std::move(item), std::move(codes), query);
       }
     }
   }
 
-  /// Makes an item from its own table, or from that of the question that contains it.
-  std::pair<RegisterItem, CodeTexts> make_item(const std::string& name, const FieldForm& form, const TomlTable& table,
-                                               const TomlTable* question) const {
+  /// Makes an item from its own table, or from that of the question that contains it. An item without a field of its
+  /// own has no form.
+  std::pair<RegisterItem, CodeTexts> make_item(const std::string& name, const std::optional<FieldForm>& known,
+                                               const TomlTable& table, const TomlTable* question) {
+    static const std::set<std::string> kSigned{"air_temperature", "set_point", "dew_point"};
+    const auto has = [&](const char* key) { return table.has(key); };
+    if (kSigned.contains(name) || std::ranges::any_of(std::array{"unit", "scale", "difference", "lowest"}, has))
+      text_.quantities.insert(name);
     RegisterItem item;
     item.name = name;
-    ItemCodes codes;
+    WrittenCodes written;
     if (question && question->has("codes")) {
       const auto all = question->table("codes");
-      if (all.is_table(name)) read_codes(all.table(name), codes);
-      if (question == &table) read_codes(all, codes);
+      if (all.is_table(name)) read_codes(all.table(name), written);
+      if (question == &table) read_codes(all, written);
     }
-    if (question != &table && table.has("codes")) read_codes(table.table("codes"), codes);
-    item.codes = codes.numbers;
-    const bool is_text = form.kind == FieldForm::Kind::text || (form.kind == FieldForm::Kind::bits && form.width > 1);
-    item.type = is_text && codes.texts.empty() ? RegisterType::text : RegisterType::f64;
+    if (question != &table && table.has("codes")) read_codes(table.table("codes"), written);
+    const auto form =
+        known.value_or(FieldForm{.kind = written.texts.empty() ? FieldForm::Kind::integer : FieldForm::Kind::text});
+    auto texts = assign_codes(table, form, written, item);
+    item.type = known && is_text_form(form) && texts.empty() ? RegisterType::text : RegisterType::f64;
     item.text.characters =
         form.kind == FieldForm::Kind::bits ? static_cast<std::uint16_t>(form.width) : kCharactersOfText;
     read_number(table, form, item);
@@ -263,14 +259,14 @@ class ItemReader {
       if (all.is_table(name)) read_flags(all.table(name), item);
     }
     read_flags(table.table("flags"), item);
-    if (!item.codes.empty() || !codes.texts.empty() || !item.flags.empty()) make_unscaled(table, item);
-    if (auto shared = describe_shared_code(item, codes.texts); !shared.empty())
-      table.note_error("codes", std::move(shared));
+    if (known) check_flags_and_sentinels(table, form, item);
+    if (!item.codes.empty() || !item.flags.empty()) make_unscaled(table, item);
+    if (auto shared = describe_shared_code(item, texts); !shared.empty()) table.note_error("codes", std::move(shared));
     if (auto shared = describe_shared_bit(item); !shared.empty()) table.note_error("flags", std::move(shared));
     item.otherwise = table.text("otherwise", "");
     item.confidence = one_of(kConfidences, table, "confidence", "unverified");
     item.note = table.text("note", "");
-    return {std::move(item), std::move(codes.texts)};
+    return {std::move(item), std::move(texts)};
   }
 
   /// Removes the scale and unit that a question states for its numbers from an item with codes or flags. Notes an error
@@ -326,7 +322,7 @@ class ItemReader {
     auto* item = find_item(name);
     const auto* value = command.tell.find("value");
     if (!item) {
-      auto made = make_item(name, value ? value->form : FieldForm{.kind = FieldForm::Kind::integer}, table, nullptr);
+      auto made = make_item(name, value ? std::optional(value->form) : std::nullopt, table, nullptr);
       made.first.readable = false;
       made.first.self_clearing = true;
       made.first.address = static_cast<std::uint16_t>(kMostQuestions * kQuestionStride + next_command_);

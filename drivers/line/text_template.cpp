@@ -55,7 +55,11 @@ std::optional<FieldForm> parse_form(std::string_view text) {
   switch (kind) {
     case 'f': form.kind = FieldForm::Kind::number; break;
     case 'd': form.kind = FieldForm::Kind::integer; break;
-    case 'x': form.kind = FieldForm::Kind::hexadecimal; break;
+    case 'x':
+    case 'u':
+      form.kind = FieldForm::Kind::hexadecimal;
+      form.is_unsigned = kind == 'u';
+      break;
     case 's': form.kind = FieldForm::Kind::text; break;
     case 'b': form.kind = FieldForm::Kind::bits; break;
     default: return std::nullopt;
@@ -245,6 +249,11 @@ const TextTemplate::Field* TextTemplate::find(std::string_view field) const {
   return found == fields_.end() ? nullptr : &*found;
 }
 
+void TextTemplate::remove_sign(std::string_view field) {
+  const auto found = std::ranges::find(fields_, field, &Field::name);
+  if (found != fields_.end() && found->form.kind == FieldForm::Kind::hexadecimal) found->form.is_unsigned = true;
+}
+
 bool TextTemplate::has_value(const std::vector<Piece>& pieces, const FieldValues& values) const {
   return std::ranges::any_of(
       pieces, [&](const Piece& piece) { return piece.field && values.contains(fields_[*piece.field].name); });
@@ -373,7 +382,7 @@ class TextTemplate::Matcher {
       if (width == 1) return FieldValue(digits == "1" ? 1.0 : 0.0);
       return FieldValue(std::string(digits));
     }
-    if (form.kind == FieldForm::Kind::hexadecimal) return take_hexadecimal(width, at);
+    if (form.kind == FieldForm::Kind::hexadecimal) return take_hexadecimal(form, at);
     if (form.count == 0) {
       const auto number = take_decimal(form, at);
       return number ? std::optional<FieldValue>(*number) : std::nullopt;
@@ -392,9 +401,10 @@ class TextTemplate::Matcher {
     return FieldValue(std::move(list));
   }
 
-  /// Reads two's complement.
-  [[nodiscard]] std::optional<FieldValue> take_hexadecimal(std::size_t width, std::size_t& at) const {
+  /// Reads two's complement, or a number without sign.
+  [[nodiscard]] std::optional<FieldValue> take_hexadecimal(const FieldForm& form, std::size_t& at) const {
     constexpr int kBase = 16, kBitsPerDigit = 4;
+    const auto width = static_cast<std::size_t>(form.width);
     const auto digits = line_.substr(at, width);
     std::uint64_t value = 0;
     const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value, kBase);
@@ -402,7 +412,8 @@ class TextTemplate::Matcher {
     at += width;
     const auto modulus = std::int64_t{1} << (width * kBitsPerDigit);
     const auto number = static_cast<std::int64_t>(value);
-    return FieldValue(static_cast<double>(number >= modulus / 2 ? number - modulus : number));
+    const bool is_negative = !form.is_unsigned && number >= modulus / 2;
+    return FieldValue(static_cast<double>(is_negative ? number - modulus : number));
   }
 
   [[nodiscard]] std::optional<double> take_decimal(const FieldForm& form, std::size_t& at) const {

@@ -32,6 +32,8 @@ struct FieldForm {
   /// Number of values in a list; 0 for a single value.
   int count = 0;
   char separator = ',';
+  /// Hexadecimal digits are a number without sign, instead of two's complement.
+  bool is_unsigned = false;
   bool operator==(const FieldForm&) const = default;
 };
 
@@ -60,6 +62,9 @@ class TextTemplate {
   /// Returns all fields, including those of optional groups.
   [[nodiscard]] const std::vector<Field>& fields() const { return fields_; }
   [[nodiscard]] const Field* find(std::string_view field) const;
+
+  /// Makes the field with this name a number without sign if it is hexadecimal.
+  void remove_sign(std::string_view field);
 
   /// Formats a line. A field without a value is sent as 0 or as an empty text. An optional group is sent if `values`
   /// contains one of its fields.

@@ -564,6 +564,95 @@ TEST(TextMap, RefusesSpeltTerminators) {
   EXPECT_NE(errors_after("answer_end = \"\\r\\n\"", "answer_end = \"LF\"").find("two letters"), std::string::npos);
 }
 
+/// Returns the first test map with one more item.
+std::string map_with_item(const std::string& item, const std::string& rules = "") {
+  return map_text_with("[control]", "[[item]]\n" + item + "\n[control]") + (rules.empty() ? "" : "\n" + rules + "\n");
+}
+
+/// Reads the named item of a map whose unit answers `answer` to the question "R?".
+double read_after(const std::string& map_text, const std::string& answer, const std::string& name) {
+  const auto map = parse_register_map(map_text, "test");
+  EXPECT_TRUE(map) << text(map.error());
+  if (!map) return NAN;
+  auto stream = std::make_unique<ScriptedChamber>();
+  stream->answer = [&](const std::string&) { return answer + "\r\n"; };
+  const auto registers = make_text_registers(*map, std::move(stream), "test");
+  const auto& item = *map->find(name);
+  const auto words = registers->read(ReadFunction::holding_registers, item.address, word_count(item));
+  EXPECT_TRUE(words) << text(words.error());
+  const auto value = words ? decode(item, *words) : failure(words.error());
+  return value.value_or(NAN);
+}
+
+TEST(TextMap, ReadsStatusInHexadecimalDigitsWithoutSign) {
+  const std::string status = "name = \"status\"\nask = \"R?\"\nanswer = \"R{value:x2}{error:x2}\"\n";
+  const auto codes = map_with_item(status + "codes.status = { off = 0, on = 0x81 }");
+  EXPECT_EQ(read_after(codes, "R8100", "status"), 0x81);
+  EXPECT_EQ(read_after(codes, "R8180", "error"), -128) << "a number without codes and conditions";
+  const auto flags = map_with_item(status + "flags.error = { fatal = 7 }");
+  EXPECT_EQ(read_after(flags, "R8180", "error"), 0x80);
+  for (const auto* rule : {"above = 0", "bits = [7]"}) {
+    const auto alarm = map_with_item(status, "[[alarm]]\nitem = \"error\"\nseverity = \"stop\"\n" + std::string(rule));
+    EXPECT_EQ(read_after(alarm, "R0080", "error"), 0x80) << rule;
+    const auto map = parse_register_map(alarm, "test").value();
+    EXPECT_TRUE(holds(map.alarms.back().when, 0x80)) << rule;
+  }
+  EXPECT_EQ(read_after(map_with_item(status + "codes.status = { failed = -1, on = 1 }"), "RFF00", "status"), -1)
+      << "a negative code states the sign";
+  EXPECT_EQ(read_after(map_with_item("name = \"count\"\nask = \"R?\"\nanswer = \"R{value:u4}\""), "RFFFE", "count"),
+            0xFFFE);
+  const auto cold = map_with_item("name = \"product\"\nask = \"R?\"\nanswer = \"{value:x2}\"\nunit = \"°C\"",
+                                  "[[alarm]]\nitem = \"product\"\nabove = 90");
+  EXPECT_EQ(read_after(cold, "D8", "product"), -40) << "a temperature has a sign";
+}
+
+TEST(TextMap, SentinelsInHexadecimalDigitsHaveEitherSign) {
+  for (const auto* sentinel : {"0x8000", "-32768", "32768"}) {
+    const auto file = map_with_item(
+        "name = \"zone\"\nask = \"R?\"\nanswer = \"{value:x4}\"\nscale = 0.01\n"
+        "sentinels = { no_sensor = " +
+        std::string(sentinel) + " }");
+    EXPECT_TRUE(std::isnan(read_after(file, "8000", "zone"))) << sentinel;
+    EXPECT_EQ(read_after(file, "F060", "zone"), -40) << sentinel;
+  }
+  const auto without_sign = map_with_item(
+      "name = \"zone\"\nask = \"R?\"\nanswer = \"{value:x2}\"\ncodes = { off = 0 }\nsentinels = { none = -1 }");
+  EXPECT_TRUE(std::isnan(read_after(without_sign, "FF", "zone")));
+}
+
+TEST(TextMap, RefusesCodesThatFieldCannotProduce) {
+  const auto errors = [](const std::string& form, const std::string& keys) {
+    const auto map = parse_register_map(
+        map_with_item("name = \"other\"\nask = \"R?\"\nanswer = \"{value:" + form + "}\"\n" + keys), "test.toml");
+    return map ? std::string() : map.error().what;
+  };
+  const auto expect = [&](const std::string& form, const std::string& keys, const std::string& part) {
+    EXPECT_NE(errors(form, keys).find(part), std::string::npos) << form << " " << keys << ": " << errors(form, keys);
+  };
+  expect("x2", "flags = { fatal = 12 }", "the bit 12 of \"fatal\" is never set: the field has 8 bits");
+  expect("x2", "codes = { on = 256 }", "the code 256 of \"on\" never occurs: the field has numbers from 0 to 255");
+  expect("x2", "codes = { on = 200, off = -1 }", "numbers from -128 to 127");
+  expect("u1", "codes = { on = -1 }", "numbers from 0 to 15");
+  expect("x2", "sentinels = { none = 1000 }", "the sentinel 1000 of \"none\" never occurs");
+  expect("b1", "codes = { on = 2 }", "numbers from 0 to 1");
+  expect("s", "codes = { on = 1 }", "is never the number 1");
+  expect("s2", "flags = { on = 1 }", "expected a whole number for flags");
+  expect("d", "codes = { on = \"ON\" }", "is never the text \"ON\"");
+  for (const auto& [form, keys] :
+       {std::pair("x2", "flags = { fatal = 7 }"), std::pair("x2", "codes = { on = 255 }"),
+        std::pair("x2", "codes = { on = 127, off = -128 }"), std::pair("b1", "codes = { on = 1, off = 0 }"),
+        std::pair("s", "codes = { on = \"1\" }"), std::pair("d", "codes = { on = \"1\", off = 0 }"),
+        std::pair("d", "flags = { on = 31 }"), std::pair("x8", "flags = { on = 31 }")})
+    EXPECT_EQ(errors(form, keys), "") << form << " " << keys;
+}
+
+TEST(TextMap, TextsOfNumbersAreTheirNumbers) {
+  const std::string status = "name = \"valve\"\nask = \"R?\"\nanswer = \"{value:";
+  EXPECT_EQ(read_after(map_with_item(status + "d}\"\ncodes = { shut = \"3\", open = \"4\" }"), "4", "valve"), 4);
+  const auto map = parse_register_map(map_with_item(status + "x2}\"\ncodes = { open = \"8A\" }"), "test").value();
+  EXPECT_EQ(map.find("valve")->codes.at("open"), std::vector<std::int64_t>{0x8A});
+}
+
 TEST(TextMap, RefusesTimesThatGuardTakesForHungProgram) {
   const std::string timeout = "timeout = \"200 ms\"";
   for (const auto* time : {"5 s", "4001 ms", "20 s", "1 min"})

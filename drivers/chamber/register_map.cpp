@@ -21,6 +21,8 @@ bool holds(const Condition& condition, double value) {
   return one_of_them != condition.not_these;
 }
 
+bool can_stop(const RegisterMap& map) { return map.control || map.sequences.contains("stop"); }
+
 const RegisterItem* RegisterMap::find(std::string_view item) const {
   const auto found = std::find_if(items.begin(), items.end(), [&](const auto& other) { return other.name == item; });
   return found == items.end() ? nullptr : &*found;

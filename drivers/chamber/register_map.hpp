@@ -384,6 +384,9 @@ void read_verification(const TomlTable& table, RegisterMap& map);
 void check_steps(const TomlTable& table, const ProfileMemory& memory);
 /// Returns the number that a name denotes: the first code with this meaning, or the mask of the flag.
 [[nodiscard]] std::optional<double> find_code(const RegisterItem& item, const std::string& meaning);
+/// Returns whether the map has a command that stops the chamber.
+[[nodiscard]] bool can_stop(const RegisterMap& map);
+
 /// Reads { register, is | is_not | bits | above }.
 [[nodiscard]] Condition read_condition(const TomlTable& table, const RegisterMap& map);
 

@@ -153,6 +153,16 @@ void read_safe_state(const TomlTable& table, RigFile& rig) {
   if (table.has("also")) rig.safe_also = drivers::read_relay_settings(table.table("also"));
 }
 
+/// Records an error if the safe state switches off a chamber whose map has no command for it. A rig file from a record
+/// is not checked, so that the record can be read.
+void check_safe_off(const TomlTable& root, const RigFile& rig, const drivers::RegisterMap& map, bool is_recorded) {
+  if (rig.safe_off && !is_recorded && !drivers::can_stop(map))
+    root.table("safe").note_error(
+        "off", fmt::format("the map \"{}\" has no command that stops the chamber, expected [control] or stop in "
+                           "[sequence]; without them, remove \"off\" and rely on the safe set point",
+                           map.name));
+}
+
 /// Records an error if the safe set point is outside the air limits. The interlocks would otherwise trip while the
 /// chamber is being made safe.
 void check_safe_air(const TomlTable& root, const RigFile& rig) {
@@ -396,8 +406,8 @@ Result<RigFile> parse_rig(std::string_view text, const std::string& file, const 
   check_ports(*root, rig);
   if (const auto room = read_room(root->table("room")); !rig.simulated || root->has("room")) rig.limits.room = room;
   rig.chamber_power = chamber.text("power", "");
-  const auto framing = read_word_order_and_framing(chamber, rig);
-  auto map = read_map(chamber, rig, framing, known.chamber_map);
+  auto map = read_map(chamber, rig, read_word_order_and_framing(chamber, rig), known.chamber_map);
+  if (map) check_safe_off(*root, rig, *map, known.chamber_map.has_value());
   if (const auto verdict = root->verdict(); !verdict) return failure(verdict.error());
   if (!descriptions.outcome()) return failure(descriptions.outcome().error());
   if (!gyros) return failure(gyros.error());

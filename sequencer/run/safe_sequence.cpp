@@ -41,6 +41,7 @@ Result<void> SafeSequence::carry_out(io::InstrumentIo& io, bool at_once) {
   if (action == SafeAction::set_point && !(evidence_.is_ineffective() && evidence_.must_be_off())) return sent;
   const bool off = evidence_.must_be_off();
   auto switched = io.switch_on(!off);
+  mode_trouble_ = switched ? "" : text(switched.error());
   if (switched) evidence_.acknowledge(off ? SafeAction::off : SafeAction::follow);
   return sent ? switched : sent;
 }
@@ -51,7 +52,9 @@ std::optional<std::string> SafeSequence::attempt(io::InstrumentIo& io, Duration 
   const bool at_once = at - *began_ < kInitialAttemptTime || is_due(forced_, at, kLaterAttemptInterval);
   if (at_once) forced_ = at;
   const auto done = carry_out(io, at_once);
-  trouble_ = done ? "" : text(done.error());
+  if (evidence_.next() == SafeAction::keep) mode_trouble_.clear();
+  // A command that failed and is not repeated in this second still has to succeed.
+  trouble_ = done ? mode_trouble_ : text(done.error());
   if (!is_failing() || !is_due(reported_, at, kReportInterval)) return std::nullopt;
   reported_ = at;
   return describe() + "; further attempts follow";
@@ -84,8 +87,16 @@ watchdog::RelayDue SafeSequence::relay_due() const {
   return is_answering && has_shown_commands ? RelayDue::never : RelayDue::in_time;
 }
 
+/// Returns the commands that the chamber has acknowledged: "sent to 20 °C and switched off".
+std::string SafeSequence::describe_commands() const {
+  const auto off = !evidence_.must_be_off()      ? ""
+                   : evidence_.is_switched_off() ? " and switched off"
+                                                 : ", but NOT switched off";
+  return fmt::format("sent to {:g} °C{}", target_.value, off);
+}
+
 std::string SafeSequence::describe() const {
-  const auto what = fmt::format("sent to {:g} °C{}", target_.value, evidence_.must_be_off() ? " and switched off" : "");
+  const auto what = describe_commands();
   auto shown = evidence_.describe(now_);
   if (unread_ >= kUnreadToReport)
     shown += fmt::format("; no reading for {}: {}", format_duration(std::chrono::seconds(unread_)), read_trouble_);
@@ -96,7 +107,11 @@ std::string SafeSequence::describe() const {
   if (trouble_.empty() && evidence_.has_shown_set_point() && evidence_.has_shown_mode())
     return fmt::format("the chamber was {}, but its air does NOT follow ({}){}", what, shown,
                        evidence_.must_be_off() ? "; cut its power" : "");
-  return fmt::format("the chamber could NOT be {} ({}{}{})", what, trouble_, trouble_.empty() ? "" : "; ", shown);
+  const auto failed = evidence_.has_shown_set_point() && evidence_.must_be_off()
+                          ? fmt::format("was sent to {:g} °C, but could NOT be switched off", target_.value)
+                          : fmt::format("could NOT be sent to {:g} °C{}", target_.value,
+                                        evidence_.must_be_off() ? " and switched off" : "");
+  return fmt::format("the chamber {} ({}{}{})", failed, trouble_, trouble_.empty() ? "" : "; ", shown);
 }
 
 }  // namespace gyrotherm::run

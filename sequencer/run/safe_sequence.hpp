@@ -45,12 +45,15 @@ class SafeSequence {
  private:
   [[nodiscard]] Result<void> carry_out(io::InstrumentIo& io, bool at_once);
   [[nodiscard]] bool is_only_being_watched() const;
+  [[nodiscard]] std::string describe_commands() const;
 
   Celsius target_;
   watchdog::SafeEvidence evidence_;
   bool confirmed_ = false;
   std::optional<Duration> began_, reported_, forced_, now_;
   std::string trouble_;
+  /// Fault of the last command that set the mode; empty: it succeeded.
+  std::string mode_trouble_;
   /// Seconds in a row without a reading, and the fault of the last of them.
   int unread_ = 0;
   std::string read_trouble_;

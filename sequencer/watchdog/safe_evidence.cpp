@@ -39,7 +39,7 @@ SafeGoal safe_goal(const drivers::RegisterMap& map, Celsius set_point, Duration 
   goal.shows_mode = !map.states.empty();
   goal.shows_off = std::ranges::count(map.states, ChamberActivity::off, &drivers::StateRule::activity) > 0;
   goal.can_start = map.control || map.sequences.contains("start");
-  goal.can_stop = map.control || map.sequences.contains("stop");
+  goal.can_stop = drivers::can_stop(map);
   return goal;
 }
 
@@ -53,6 +53,8 @@ void SafeEvidence::acknowledge(SafeAction action) {
 }
 
 bool SafeEvidence::must_be_off() const { return goal_.switch_off || (escalations_ >= kSwitchesOff && goal_.can_stop); }
+
+bool SafeEvidence::is_switched_off() const { return switched_off_ || activity_ == ChamberActivity::off; }
 
 bool SafeEvidence::is_exhausted() const {
   const bool refuses =
@@ -126,7 +128,7 @@ void SafeEvidence::add_reading(const ChamberState& chamber, Duration at) {
 
 SafeAction SafeEvidence::next() const {
   if (!is_accepted_) return SafeAction::set_point;
-  if (must_be_off()) return switched_off_ || activity_ == ChamberActivity::off ? SafeAction::keep : SafeAction::off;
+  if (must_be_off()) return is_switched_off() ? SafeAction::keep : SafeAction::off;
   const bool wrong = !mode_shown_ && activity_ != ChamberActivity::unknown;
   return (wrong || follow_due_) && goal_.can_start ? SafeAction::follow : SafeAction::keep;
 }

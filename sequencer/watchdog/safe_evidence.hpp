@@ -71,6 +71,8 @@ class SafeEvidence {
   /// the set point for a minute.
   [[nodiscard]] bool is_exhausted() const;
 
+  /// Returns true if the chamber has acknowledged the command that switches it off, or shows that it is off.
+  [[nodiscard]] bool is_switched_off() const;
   [[nodiscard]] bool has_shown_set_point() const { return set_point_shown_; }
   [[nodiscard]] bool has_shown_mode() const { return mode_shown_; }
   [[nodiscard]] bool has_shown_air() const { return air_.verdict() == AirVerdict::shown; }

@@ -25,6 +25,8 @@ struct BenchChamber {
   bool silent{};
   /// Refuses set points with an exception.
   bool refuses{};
+  /// Refuses the command that switches it off.
+  bool refuses_off{};
   /// Acknowledges set points but keeps the previous one, which the read-back reveals.
   bool ignores{};
   bool door_open{};
@@ -87,6 +89,7 @@ class BenchIo final : public io::InstrumentIo {
   }
   Result<void> switch_on(bool on) override {
     if (chamber_.silent) return silence("chamber");
+    if (chamber_.refuses_off && !on) return failure(FaultKind::refused, "chamber stop", "no such command");
     switched.push_back(on);
     chamber_.on = on;
     chamber_.manual = chamber_.manual && chamber_.keeps_manual;

@@ -436,6 +436,21 @@ TEST(RigFile, ReadsSafeSequenceWithinChamberLimits) {
   EXPECT_NE(rig_error(with_tables("[safe]\nset_point = 90\n")), "");
 }
 
+TEST(RigFile, RefusesSwitchOffThatMapCannotCommand) {
+  for (const auto& [map, can_stop] : {std::pair("eurotherm_3504", false), std::pair("watlow_f4", false),
+                                      std::pair("lauda", true), std::pair("watlow_f4t", true)})
+    for (const bool off : {false, true}) {
+      auto file = with_tables(off ? "[safe]\noff = true\n" : "[safe]\noff = false\n");
+      const auto begin = file.find("map = \""), end = file.find('\n', begin);
+      file.replace(begin, end - begin, "map = \"../chambers/" + std::string(map) + ".toml\"");
+      const bool is_refused = rig_error(file).find("has no command that stops the chamber") != std::string::npos;
+      EXPECT_EQ(is_refused, off && !can_stop) << map << ": " << rig_error(file);
+    }
+  const auto record = read_text_file(GYROTHERM_SOURCE_DIR "/profiles/chambers/watlow_f4.toml").value();
+  const auto rig = parse_rig(with_tables("[safe]\noff = true\n"), kRigs + "virtual.toml", {.chamber_map = record});
+  EXPECT_TRUE(rig) << "a record can still be read: " << text(rig.error());
+}
+
 TEST(RigFile, ReadsLimitsOfSingleThermometer) {
   const auto own = [](const std::string& tables) {
     return replace_once(virtual_rig(), "\n[virtual]\n", "\n" + tables + "\n[virtual]\n");

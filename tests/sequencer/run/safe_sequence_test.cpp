@@ -123,6 +123,27 @@ TEST(SafeSequence, SwitchesOffAgainWhenChamberStartsAgain) {
   EXPECT_EQ(bench.seconds(320), RunOutcome::made_safe);
 }
 
+TEST(SafeSequence, ReportsNoSwitchOffThatFailed) {
+  tests::Bench bench(kHoldAt30, [](rig::RigFile& file) {
+    watch_air(file);
+    file.safe_off = true;
+  });
+  bench.chamber().refuses_off = true;
+  abort_at_30(bench);
+  for (int s = 0; s < 130; ++s) {
+    EXPECT_EQ(bench.seconds(1), RunOutcome::going_on);
+    EXPECT_EQ(bench.run_controller().end_cause().find("and switched off"), std::string::npos)
+        << s << ": " << bench.run_controller().end_cause();
+  }
+  EXPECT_GE(
+      bench.count(EventKind::fault, "sent to 20 °C, but could NOT be switched off (chamber stop: no such command"), 2)
+      << "once a minute";
+  bench.chamber().refuses_off = false;
+  EXPECT_EQ(bench.seconds(600), RunOutcome::made_safe);
+  EXPECT_NE(bench.run_controller().end_cause().find("sent to 20 °C and switched off ("), std::string::npos)
+      << bench.run_controller().end_cause();
+}
+
 TEST(SafeSequence, WatchesAirAfterStop) {
   tests::Bench bench(kHoldAt30, watch_air);
   bench.chamber().air_c = 30;

@@ -5,8 +5,9 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <utility>
+#include <vector>
 
 #include "drivers/chamber/register_map.hpp"
 
@@ -23,22 +24,50 @@ Result<std::vector<std::uint16_t>> read_words(const drivers::RegisterItem& item,
   return registers.read(item.read_function.value_or(drivers::ReadFunction::holding_registers), item.address, count);
 }
 
+/// Fails with the first fault of a channel that had a value in the first reading.
+template <class Value>
+Result<void> find_lost_channel(const std::vector<Result<Value>>& first, const std::vector<Result<Value>>& now) {
+  for (std::size_t i = 0; i < first.size() && i < now.size(); ++i)
+    if (first[i] && !now[i]) return failure(now[i].error());
+  return {};
+}
+
+std::string describe_failed(const RoundTrips& trips) {
+  return fmt::format("{} of {} reads failed: {}", trips.failed, kCalls, trips.fault ? text(*trips.fault) : "");
+}
+
 }  // namespace
 
-RoundTrips time_calls(const std::function<void()>& call, const Clock& clock) {
-  std::array<Duration, kCalls> times{};
-  for (auto& time : times) {
+RoundTrips time_calls(const std::function<Result<void>()>& call, const Clock& clock) {
+  std::vector<Duration> times;
+  RoundTrips trips;
+  for (std::size_t i = 0; i < kCalls; ++i) {
     const auto before = clock.now().since_start;
-    call();
-    time = clock.now().since_start - before;
+    if (auto done = call()) {
+      times.push_back(clock.now().since_start - before);
+    } else {
+      ++trips.failed;
+      if (!trips.fault) trips.fault = std::move(done.error());
+    }
   }
+  if (times.empty()) return trips;
   std::ranges::sort(times);
-  return {.least = times.front(), .median = (times[kCalls / 2 - 1] + times[kCalls / 2]) / 2, .most = times.back()};
+  trips.least = times.front();
+  trips.median = (times[(times.size() - 1) / 2] + times[times.size() / 2]) / 2;
+  trips.most = times.back();
+  return trips;
 }
 
 std::string text(const RoundTrips& trips) {
-  return fmt::format("{} reads: {:.3f}, {:.3f}, {:.3f} ms (least, median, most)", kCalls, to_ms(trips.least),
-                     to_ms(trips.median), to_ms(trips.most));
+  const auto times = fmt::format("{} reads: {:.3f}, {:.3f}, {:.3f} ms (least, median, most)", kCalls - trips.failed,
+                                 to_ms(trips.least), to_ms(trips.median), to_ms(trips.most));
+  return trips.failed == 0 ? times : times + "; WARNING: " + describe_failed(trips);
+}
+
+Result<void> check_calls(const RoundTrips& trips) {
+  if (2 * trips.failed < kCalls) return {};
+  const auto kind = trips.fault ? trips.fault->kind : FaultKind::timeout;
+  return failure(kind, "", describe_failed(trips) + "; a run would lose its readings");
 }
 
 /// Uses the same shares of a second as drivers/chamber/status_turns.cpp.
@@ -89,7 +118,8 @@ Result<std::string> query_chamber(drivers::Chamber& chamber, const Clock& clock)
   if (!name) return failure(name.error());
   const auto state = chamber.inspect();
   if (!state) return failure(state.error());
-  const auto trips = time_calls([&] { (void)chamber.read(); }, clock);
+  const auto trips = time_calls([&] { return chamber.read().map([](const ChamberState&) {}); }, clock);
+  if (auto good = check_calls(trips); !good) return failure(std::move(good.error()));
   auto line = fmt::format("{}, air {:.2f} °C, ", *name, state->air.value);
   line += std::isnan(state->set_point.value) ? "set point not shown"
                                              : fmt::format("set point {:.2f} °C", state->set_point.value);
@@ -112,7 +142,8 @@ Result<std::string> query_thermometer(drivers::Thermometer& thermometer, const s
   for (std::size_t i = 0; i < channels.size(); ++i)
     line += readings[i] ? fmt::format(", {} {:.3f} °C", channels[i], readings[i]->value)
                         : fmt::format(", {} {}", channels[i], readings[i].error().what);
-  const auto trips = time_calls([&] { (void)thermometer.read(); }, clock);
+  const auto trips = time_calls([&] { return find_lost_channel(readings, thermometer.read()); }, clock);
+  if (auto good = check_calls(trips); !good) return failure(std::move(good.error()));
   line += "; " + text(trips);
   if (trips.median > kLongestScan)
     return failure(
@@ -134,7 +165,9 @@ Result<std::string> query_analogue(drivers::AnalogueInputs& inputs, const std::v
     line += readings[i] ? fmt::format(", {} {:g} {}", channel, *readings[i] * scale + offset, unit)
                         : fmt::format(", {} {}", channel, readings[i].error().what);
   }
-  return line + "; " + text(time_calls([&] { (void)inputs.read(); }, clock));
+  const auto trips = time_calls([&] { return find_lost_channel(readings, inputs.read()); }, clock);
+  if (auto good = check_calls(trips); !good) return failure(std::move(good.error()));
+  return line + "; " + text(trips);
 }
 
 Result<std::string> query_supply(drivers::PowerSupply& supply, const SupplySettings& settings, const Clock& clock) {
@@ -156,7 +189,9 @@ Result<std::string> query_supply(drivers::PowerSupply& supply, const SupplySetti
     if (state.is_on && !difference.empty())
       line += fmt::format(", WARNING: it is on, but {}; a run refuses this", difference);
   }
-  const auto trips = time_calls([&] { (void)supply.read(); }, clock);
+  const auto first = supply.read();
+  const auto trips = time_calls([&] { return find_lost_channel(first.outputs, supply.read().outputs); }, clock);
+  if (auto good = check_calls(trips); !good) return failure(std::move(good.error()));
   line += "; " + text(trips);
   if (trips.median > kLongestScan)
     line += fmt::format(

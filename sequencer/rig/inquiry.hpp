@@ -18,14 +18,19 @@
 
 namespace gyrotherm::rig {
 
-/// Durations of several calls.
+/// Durations of the successful ones of ten calls; zero if all failed.
 struct RoundTrips {
   Duration least{}, median{}, most{};
+  std::size_t failed = 0;
+  /// The fault of the first call that failed.
+  std::optional<Fault> fault{};
 };
-/// Calls the function ten times and measures the duration of each call with `clock`.
-[[nodiscard]] RoundTrips time_calls(const std::function<void()>& call, const Clock& clock);
-/// Returns "10 reads: 0.210, 0.230, 0.410 ms (least, median, most)".
+/// Calls the function ten times and measures the duration of each successful call with `clock`.
+[[nodiscard]] RoundTrips time_calls(const std::function<Result<void>()>& call, const Clock& clock);
+/// Returns "10 reads: 0.210, 0.230, 0.410 ms (least, median, most)", with a warning if calls failed.
 [[nodiscard]] std::string text(const RoundTrips& trips);
+/// Fails with the first fault if half of the calls failed, or more.
+[[nodiscard]] Result<void> check_calls(const RoundTrips& trips);
 
 /// Describes whether the exchanges with the chamber fit into one second, and suggests a remedy if they do not. Returns
 /// an empty text if their number is unknown.
@@ -38,13 +43,14 @@ struct RoundTrips {
 /// Describes the word orders that give plausible values of the chamber's air temperature and set point; empty if the
 /// map needs no decision.
 [[nodiscard]] Result<std::string> query_word_order(const drivers::RegisterMap& map, drivers::Registers& registers);
-/// Describes the chamber: identity, state, verified items, missing items, and the time of ten readings. Fails with the
-/// first fault.
+/// Describes the chamber: identity, state, verified items, missing items, and the time of ten readings. Warns if some
+/// of these fail. Fails with the first fault, also if half of the ten readings fail.
 [[nodiscard]] Result<std::string> query_chamber(drivers::Chamber& chamber, const Clock& clock);
 /// Longest time for one reading of a thermometer in a run.
 inline constexpr Duration kLongestScan = std::chrono::milliseconds(800);
 /// Describes a thermometer: identity, one reading or fault of each channel, and the time of ten readings. Fails if it
-/// cannot be identified, and with timeout if a reading takes longer than kLongestScan.
+/// cannot be identified, if half of the readings lose a channel, and with timeout if a reading takes longer than
+/// kLongestScan.
 [[nodiscard]] Result<std::string> query_thermometer(drivers::Thermometer& thermometer,
                                                     const std::vector<std::string>& channels, const Clock& clock);
 /// The conversion of an input's reading to the value of a channel.
@@ -55,11 +61,12 @@ struct AnalogueReading {
   double offset = 0;
 };
 /// Describes analogue inputs: identity, one value or fault of each channel, and the time of ten readings. Fails if they
-/// cannot be identified.
+/// cannot be identified, or if half of the readings lose a channel.
 [[nodiscard]] Result<std::string> query_analogue(drivers::AnalogueInputs& inputs,
                                                  const std::vector<AnalogueReading>& channels, const Clock& clock);
 /// Describes a supply: identity, state, settings and readings of each used output, and the time of ten readings. Warns
-/// if an output that is on has other settings than the rig file. Fails if it cannot be identified.
+/// if an output that is on has other settings than the rig file. Fails if it cannot be identified, or if half of the
+/// readings lose an output.
 [[nodiscard]] Result<std::string> query_supply(drivers::PowerSupply& supply, const SupplySettings& settings,
                                                const Clock& clock);
 /// Returns a warning if the chamber's air differs from every thermometer by more than 15 K: one of the instruments then

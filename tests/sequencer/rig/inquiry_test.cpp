@@ -18,12 +18,65 @@ namespace {
 TEST(Inquiry, OrdersRoundTripTimes) {
   VirtualClock clock;
   int call = 0;
-  const auto trips = time_calls([&] { clock.advance(std::chrono::milliseconds(++call == 3 ? 100 : call)); }, clock);
+  const auto trips = time_calls(
+      [&]() -> Result<void> {
+        clock.advance(std::chrono::milliseconds(++call == 3 ? 100 : call));
+        return {};
+      },
+      clock);
   EXPECT_EQ(call, 10);
   EXPECT_EQ(trips.least, std::chrono::milliseconds(1));
   EXPECT_EQ(trips.median, std::chrono::microseconds(6500));
   EXPECT_EQ(trips.most, std::chrono::milliseconds(100));
   EXPECT_EQ(text(trips), "10 reads: 1.000, 6.500, 100.000 ms (least, median, most)");
+}
+
+TEST(Inquiry, TimesOnlyCallsThatSucceed) {
+  for (const int failing : {0, 1, 4, 5, 9, 10}) {
+    VirtualClock clock;
+    int call = 0;
+    const auto trips = time_calls(
+        [&]() -> Result<void> {
+          if (++call > failing) return clock.advance(std::chrono::milliseconds(20)), Result<void>{};
+          return failure(FaultKind::timeout, "HX-16", "no reply");
+        },
+        clock);
+    EXPECT_EQ(call, 10);
+    EXPECT_EQ(trips.failed, static_cast<std::size_t>(failing));
+    EXPECT_EQ(trips.least, std::chrono::milliseconds(failing == 10 ? 0 : 20)) << "a failure takes no time";
+    EXPECT_EQ(trips.median, trips.least);
+    EXPECT_EQ(text(trips).find("WARNING") != std::string::npos, failing > 0);
+    const auto good = check_calls(trips);
+    EXPECT_EQ(good.has_value(), failing < 5) << failing;
+    if (!good) EXPECT_EQ(good.error().kind, FaultKind::timeout);
+  }
+}
+
+/// A thermometer with two inputs. The second is open, and the first answers only `readings` times.
+class FailingThermometer final : public drivers::Thermometer {
+ public:
+  explicit FailingThermometer(int readings) : left_(readings) {}
+  Result<std::string> identify() override { return std::string("FAILING,1"); }
+  std::vector<Result<Celsius>> read() override {
+    const auto open = failure(FaultKind::out_of_range, "input 2", "open input");
+    if (left_-- > 0) return {Celsius{20}, open};
+    return {failure(FaultKind::timeout, "input 1", "no reply"), open};
+  }
+
+ private:
+  int left_;
+};
+
+TEST(Inquiry, RefusesInstrumentThatBecomesSilent) {
+  VirtualClock clock;
+  for (const auto& [readings, is_good, warns] : {std::tuple(11, true, false), std::tuple(7, true, true),
+                                                 std::tuple(6, false, false), std::tuple(1, false, false)}) {
+    FailingThermometer thermometer(readings);
+    const auto answer = query_thermometer(thermometer, {"A", "B"}, clock);
+    EXPECT_EQ(answer.has_value(), is_good) << readings;
+    if (answer) EXPECT_EQ(answer->find("of 10 reads failed: input 1: no reply") != std::string::npos, warns) << *answer;
+    if (!answer) EXPECT_EQ(answer.error().kind, FaultKind::timeout);
+  }
 }
 
 /// A thermometer whose reading takes `time` by the clock.

@@ -52,7 +52,7 @@ std::vector<std::uint16_t> AnalogueRegisters::encode_words(const drivers::Regist
   if (fingerprint && fingerprint->item == item.name && item.type != drivers::RegisterType::text)
     return encode_as_read(item, fingerprint->value);
   if (fingerprint && fingerprint->item == item.name)
-    return encode_text(item.text, drivers::make_example(fingerprint->pattern));
+    return encode_text(item.text, drivers::make_example(*fingerprint).value_or(""));
   return std::vector<std::uint16_t>(word_count(item));
 }
 

@@ -10,6 +10,7 @@
 
 #include "core/clock.hpp"
 #include "core/toml_reader.hpp"
+#include "drivers/chamber/expression_example.hpp"
 #include "simulator/chamber_limiter.hpp"
 #include "simulator/identity_marks.hpp"
 
@@ -18,6 +19,56 @@ namespace {
 
 bool matches_any(const std::vector<drivers::Condition>& conditions, const drivers::RegisterItem& item, double value) {
   return std::ranges::any_of(conditions, [&](const auto& c) { return c.item == item.name && holds(c, value); });
+}
+
+/// Reads a value in [simulated] initial.
+void read_initial_value(const TomlTable& table, const drivers::RegisterMap& map, SimulatedUnit& unit) {
+  const auto name = table.text(drivers::item_key(table));
+  const auto* item = drivers::find_named_item(map, table, drivers::item_key(table), name);
+  const bool is_text = item != nullptr && item->type == drivers::RegisterType::text;
+  if (table.has("text")) {
+    if (item != nullptr && !is_text) table.note_error("text", fmt::format("\"{}\" is not a text", name));
+    unit.initial_texts.emplace_back(name, table.text("text"));
+  } else if (is_text) {
+    table.note_error("", fmt::format("\"{}\" is a text, expected \"text\"", name));
+    for (const auto* key : {"code", "value"}) table.ignore(key);
+  } else if (table.has("code")) {
+    const auto code = item ? drivers::find_code(*item, table.text("code")) : std::optional(0.0);
+    if (!code) table.note_error("code", drivers::describe_unknown_code(map, *item, table.text("code")));
+    unit.initial.emplace_back(name, code.value_or(0));
+  } else {
+    unit.initial.emplace_back(name, table.number("value"));
+  }
+}
+
+/// Reads the values that an item shows in the states of the chamber.
+void read_shown_register(const TomlTable& table, const drivers::RegisterMap& map, SimulatedUnit& unit) {
+  SimulatedUnit::ShownRegister shows{.item = table.text(drivers::item_key(table)), .values = {}};
+  const auto* item = drivers::find_named_item(map, table, drivers::item_key(table), shows.item);
+  for (const auto* state : {"off", "on", "manual", "running", "ramping", "soaking", "held", "done"}) {
+    if (!table.has(state)) continue;
+    const bool is_name = item && !item->codes.empty() && table.is_text(state);
+    const auto code = is_name ? drivers::find_code(*item, table.text(state)) : table.number(state);
+    if (!code) table.note_error(state, drivers::describe_unknown_code(map, *item, table.text(state)));
+    shows.values[state] = code.value_or(0);
+  }
+  unit.shows.push_back(std::move(shows));
+}
+
+/// Checks the keys that the text server reads.
+void check_text_behaviour(const TomlTable& table, const drivers::RegisterMap& map) {
+  const auto check_line = [&](const TomlTable& place, const char* key) {
+    const auto line = drivers::to_encoding(place.text(key, ""), map.text_link->encoding);
+    if (!line) place.note_error(key, line.error().what);
+  };
+  check_line(table, "unknown");
+  (void)table.duration("lag", Duration{});
+  for (const auto& one : table.tables("refuses")) {
+    (void)drivers::find_named_item(map, one, "item", one.text("item"));
+    (void)one.text("with");
+    check_line(one, "with");
+  }
+  table.ignore("noise");  // has no effect
 }
 
 SimulatedUnit parse_unit(const TomlTable& table, const drivers::RegisterMap& map) {
@@ -35,42 +86,21 @@ SimulatedUnit parse_unit(const TomlTable& table, const drivers::RegisterMap& map
   conditions("creates_program", unit.creates_program);
   conditions("stores_program", unit.stores_program);
   conditions("loads_program", unit.loads_program);
-  unit.program_number = table.text("program_number", "");
-  unit.program_step = table.text("program_step", "");
-  for (const auto& one : table.tables("shows")) {
-    SimulatedUnit::ShownRegister shows{.item = one.text(drivers::item_key(one)), .values = {}};
-    const auto* item = drivers::find_named_item(map, one, drivers::item_key(one), shows.item);
-    for (const auto* state : {"off", "on", "manual", "running", "ramping", "soaking", "held", "done"}) {
-      if (!one.has(state)) continue;
-      const auto code = item && !item->codes.empty() && one.is_text(state) ? drivers::find_code(*item, one.text(state))
-                                                                           : one.number(state);
-      if (!code) one.note_error(state, fmt::format("not a code of register \"{}\"", shows.item));
-      shows.values[state] = code.value_or(0);
-    }
-    unit.shows.push_back(std::move(shows));
-  }
-  for (const auto& one : table.tables("initial")) {
-    const auto name = one.text(drivers::item_key(one));
-    const auto* item = drivers::find_named_item(map, one, drivers::item_key(one), name);
-    if (one.has("text"))
-      unit.initial_texts.emplace_back(name, one.text("text"));
-    else if (one.has("code"))
-      unit.initial.emplace_back(name, item ? drivers::find_code(*item, one.text("code")).value_or(0) : 0);
-    else
-      unit.initial.emplace_back(name, one.number("value"));
-  }
-  const auto limiter = [&](const char* key, std::string& name) {
+  const auto named_item = [&](const char* key, std::string& name) {
     name = table.text(key, "");
     if (!name.empty()) (void)drivers::find_named_item(map, table, key, name);
   };
-  limiter("limiter_setting", unit.limiter_setting);
-  limiter("limiter_reset", unit.limiter_reset);
-  limiter("limiter_fault", unit.limiter_fault);
-  limiter("limiter_alarm", unit.limiter_alarm);
+  named_item("program_number", unit.program_number);
+  named_item("program_step", unit.program_step);
+  for (const auto& one : table.tables("shows")) read_shown_register(one, map, unit);
+  for (const auto& one : table.tables("initial")) read_initial_value(one, map, unit);
+  named_item("limiter_setting", unit.limiter_setting);
+  named_item("limiter_reset", unit.limiter_reset);
+  named_item("limiter_fault", unit.limiter_fault);
+  named_item("limiter_alarm", unit.limiter_alarm);
   unit.when_off = table.texts("sentinel_when_off");
   for (const auto& name : unit.when_off) (void)drivers::find_named_item(map, table, "sentinel_when_off", name);
-  if (map.text_link)
-    for (const auto* key : {"refuses", "unknown", "lag", "noise"}) table.ignore(key);  // read by the text server
+  if (map.text_link) check_text_behaviour(table, map);
   unit.silent_exceptions = table.boolean("silent_exceptions", false);
   unit.ignores_blocks_elsewhere = table.boolean("ignores_blocks_elsewhere", false);
   return unit;
@@ -88,6 +118,22 @@ Result<SimulatedUnit> read_simulated_unit(const drivers::RegisterMap& map, const
   return unit;
 }
 
+Result<void> check_simulated_identity(const drivers::RegisterMap& map, const SimulatedUnit& unit,
+                                      const std::string& file) {
+  if (!map.identity || map.identity->pattern.empty()) return {};
+  const auto& print = *map.identity;
+  const auto stated =
+      std::ranges::find(unit.initial_texts, print.item, &decltype(unit.initial_texts)::value_type::first);
+  const bool is_stated = stated != unit.initial_texts.end();
+  if (is_stated ? drivers::fits(print, stated->second) : drivers::make_example(print).has_value()) return {};
+  return failure(FaultKind::bad_file, file,
+                 is_stated
+                     ? fmt::format("[simulated] initial: the text \"{}\" of \"{}\" does not fit the pattern \"{}\"",
+                                   stated->second, print.item, print.pattern)
+                     : fmt::format("[simulated] initial needs a text of \"{}\" that fits the pattern \"{}\"",
+                                   print.item, print.pattern));
+}
+
 RegisterImage::RegisterImage(const drivers::RegisterMap& map, const SimulatedUnit& unit) : map_(map) {
   if (map.identity && map.identity->pattern.empty()) set_value(*map.find(map.identity->item), map.identity->value);
   for (const auto& [name, value] : unit.initial) set_value(*map.find(name), value);
@@ -102,7 +148,8 @@ RegisterImage::RegisterImage(const drivers::RegisterMap& map, const SimulatedUni
   const auto set_example = [&](const std::string& name, const std::string& pattern) {
     if (!pattern.empty() && !is_set(name)) set_text(*map.find(name), drivers::make_example(pattern));
   };
-  if (map.identity) set_example(map.identity->item, map.identity->pattern);
+  if (map.identity && !map.identity->pattern.empty() && !is_set(map.identity->item))
+    set_text(*map.find(map.identity->item), drivers::make_example(*map.identity).value_or(""));
   for (const auto& setting : map.verification.settings) set_example(setting.item, setting.pattern);
 }
 

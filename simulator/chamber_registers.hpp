@@ -58,6 +58,10 @@ struct SimulatedUnit {
 /// has errors.
 [[nodiscard]] Result<SimulatedUnit> read_simulated_unit(const drivers::RegisterMap& map, const std::string& file);
 
+/// Fails with bad_file if the virtual unit would have an identity that its own map refuses.
+[[nodiscard]] Result<void> check_simulated_identity(const drivers::RegisterMap& map, const SimulatedUnit& unit,
+                                                    const std::string& file);
+
 /// Offset of coil addresses in an image. Modbus addresses coils and registers separately.
 inline constexpr int kCoils = 0x10000;
 [[nodiscard]] inline int image_address(const drivers::RegisterItem& item) {

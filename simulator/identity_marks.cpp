@@ -6,15 +6,11 @@
 #include <algorithm>
 #include <string_view>
 
-#include "drivers/chamber/item_exchange.hpp"
+#include "drivers/chamber/expression_example.hpp"
 #include "drivers/virtual_identity.hpp"
 
 namespace gyrotherm::simulator {
 namespace {
-
-bool fits(const drivers::Fingerprint& print, const std::string& text) {
-  return print.is_expression ? drivers::fits_expression(print.pattern, text) : drivers::matches(print.pattern, text);
-}
 
 /// Returns whether a text ends in a decimal fraction. It is then a line of values in a fixed form, which other clients
 /// parse to its end.
@@ -33,10 +29,10 @@ void mark_text(SimulatedUnit& unit, const drivers::RegisterItem& item, const dri
   if (described != unit.initial_texts.end())
     text = described->second;
   else if (print != nullptr)
-    text = drivers::make_example(print->pattern);
+    text = drivers::make_example(*print).value_or("");
   if (ends_in_fraction(text)) return;
   text = text.empty() ? std::string(drivers::kVirtualSerialNumber) : drivers::add_virtual_mark(text);
-  if (text.size() > item.text.characters || (print != nullptr && !fits(*print, text))) return;
+  if (text.size() > item.text.characters || (print != nullptr && !drivers::fits(*print, text))) return;
   if (described != unit.initial_texts.end())
     described->second = text;
   else
@@ -46,7 +42,7 @@ void mark_text(SimulatedUnit& unit, const drivers::RegisterItem& item, const dri
 /// Marks the identity of an instrument with lines of text, unless its pattern excludes the mark.
 void mark_line(std::string& identity, const drivers::RegisterMap& unit) {
   const auto marked = drivers::add_virtual_mark(identity);
-  if (unit.identity && fits(*unit.identity, marked)) identity = marked;
+  if (unit.identity && drivers::fits(*unit.identity, marked)) identity = marked;
 }
 
 }  // namespace

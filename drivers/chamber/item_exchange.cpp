@@ -8,6 +8,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "drivers/chamber/expression_example.hpp"
 #include "drivers/chamber/text_registers.hpp"
 
 namespace gyrotherm::drivers {
@@ -156,11 +157,10 @@ Result<ItemExchange::Shown> ItemExchange::read_shown(const RegisterItem& item) {
 
 Result<void> ItemExchange::check(const Fingerprint& print, const Shown& shown) const {
   if (shown.value) return check_fingerprint(map_, print, *shown.value);
-  const bool fits =
-      print.is_expression ? fits_expression(print.pattern, shown.words) : matches(print.pattern, shown.words);
-  if (fits) return {};
+  if (fits(print, shown.words)) return {};
   return failure(FaultKind::mismatch, place(item(print.item)),
-                 fmt::format("reads \"{}\", expected \"{}\"", shown.words, print.pattern));
+                 fmt::format("reads \"{}\", expected {}\"{}\"", shown.words,
+                             print.is_expression ? "a text that fits the pattern " : "", print.pattern));
 }
 
 Result<void> ItemExchange::check(const VerifiedSetting& setting, const Shown& shown) const {

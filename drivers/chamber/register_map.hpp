@@ -384,6 +384,10 @@ void read_verification(const TomlTable& table, RegisterMap& map);
 void check_steps(const TomlTable& table, const ProfileMemory& memory);
 /// Returns the number that a name denotes: the first code with this meaning, or the mask of the flag.
 [[nodiscard]] std::optional<double> find_code(const RegisterItem& item, const std::string& meaning);
+/// Describes a name that is neither a code nor a flag of an item, and lists those that are.
+[[nodiscard]] std::string describe_unknown_code(const RegisterMap& map, const RegisterItem& item,
+                                                const std::string& name);
+
 /// Returns whether the map has a command that stops the chamber.
 [[nodiscard]] bool can_stop(const RegisterMap& map);
 

@@ -690,6 +690,17 @@ const RegisterItem* find_named_item(const RegisterMap& map, const TomlTable& tab
   return item;
 }
 
+std::string describe_unknown_code(const RegisterMap& map, const RegisterItem& item, const std::string& name) {
+  std::vector<std::string> names;
+  for (const auto& [code, numbers] : item.codes) names.push_back(code);
+  for (const auto& [flag, bit] : item.flags) names.push_back(flag);
+  if (!item.otherwise.empty()) names.push_back(item.otherwise);
+  const auto* what = item.codes.empty() && !item.flags.empty() ? "flag" : "code";
+  const auto known =
+      names.empty() ? fmt::format("it has no {}s", what) : fmt::format("expected one of: {}", fmt::join(names, ", "));
+  return fmt::format("{} \"{}\" has no {} named \"{}\"; {}", item_kind(map), item.name, what, name, known);
+}
+
 std::optional<double> find_code(const RegisterItem& item, const std::string& meaning) {
   if (const auto code = item.codes.find(meaning); code != item.codes.end() && !code->second.empty())
     return static_cast<double>(code->second.front());

@@ -648,6 +648,10 @@ void assign_virtual_channels(const std::vector<std::string>& there,
 Result<std::unique_ptr<simulator::VirtualInstruments>> serve_virtual(const RigFile& file,
                                                                      simulator::LaboratorySeed seed,
                                                                      const ServeOptions& how) {
+  const auto unit = simulator::read_simulated_unit(file.chamber_map, file.chamber_map.name);
+  if (!unit) return failure(unit.error());
+  if (auto sound = check_simulated_identity(file.chamber_map, *unit, file.chamber_map.name); !sound)
+    return failure(std::move(sound.error()));
   auto parameters = laboratory_for(file);
   if (!parameters) return failure(parameters.error());
   if (parameters->soaked && how.first_set_point)

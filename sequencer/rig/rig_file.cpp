@@ -91,6 +91,17 @@ profile::RoomAir read_room(const TomlTable& table) {
   return room;
 }
 
+/// Checks the table [simulated] of a map. The map of a real rig in a record is not checked, so that the record can be
+/// read. The identity of the virtual chamber matters only in a simulation, because a real rig may have other
+/// parameters.
+Result<void> check_virtual_chamber(const drivers::RegisterMap& map, const std::string& file, bool is_simulated,
+                                   bool is_recorded) {
+  if (!is_simulated && is_recorded) return {};
+  const auto unit = simulator::read_simulated_unit(map, file);
+  if (!unit) return failure(unit.error());
+  return is_simulated ? check_simulated_identity(map, *unit, file) : Result<void>{};
+}
+
 /// Reads the map and selects the link for the line.
 Result<drivers::RegisterMap> read_map(const TomlTable& chamber, const RigFile& rig,
                                       std::optional<drivers::LinkKind> framing,
@@ -101,8 +112,8 @@ Result<drivers::RegisterMap> read_map(const TomlTable& chamber, const RigFile& r
   if (map) note_unknown_parameter(*map, chamber, rig.chamber_parameters);
   const auto line = drivers::parse_line(rig.chamber_line);
   if (!map || !line) return map;
-  if (rig.simulated)
-    if (const auto unit = simulator::read_simulated_unit(*map, named->path); !unit) return failure(unit.error());
+  if (auto sound = check_virtual_chamber(*map, named->path, rig.simulated, known.has_value()); !sound)
+    return failure(std::move(sound.error()));
   auto linked = select_link_for(std::move(*map), *line, framing);
   if (!linked) return failure(FaultKind::bad_file, chamber.location("line"), linked.error().what);
   auto powered = select_power_switch(std::move(*linked), rig.chamber_power);

@@ -20,6 +20,7 @@
 #include "drivers/chamber/text_registers.hpp"
 #include "drivers/line/line_address.hpp"
 #include "drivers/text_unit_file.hpp"
+#include "simulator/chamber_registers.hpp"
 
 namespace gyrotherm::app {
 namespace {
@@ -100,7 +101,13 @@ Result<drivers::TextUnitFile> read_description(const DescribeOptions& options) {
   if (!text) return failure(text.error());
   const auto parameters = read_parameters(options.parameters);
   if (!parameters) return failure(parameters.error());
-  return drivers::read_text_unit_file(*text, *path, *parameters);
+  auto file = drivers::read_text_unit_file(*text, *path, *parameters);
+  if (!file || file->unit.text.empty()) return file;
+  const auto unit = simulator::read_simulated_unit(file->unit, *path);
+  if (!unit) return failure(unit.error());
+  if (!parameters->empty()) return file;
+  if (auto sound = check_simulated_identity(file->unit, *unit, *path); !sound) return failure(std::move(sound.error()));
+  return file;
 }
 
 /// Returns the names of the items in an answer: "mode, alarm" or "readings_1 … readings_8".

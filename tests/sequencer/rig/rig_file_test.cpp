@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 
 #include "core/file.hpp"
 
@@ -138,6 +139,22 @@ TEST(RigFile, LinkSettingsReplaceThoseOfMap) {
   const auto order = parse_rig(real_rig_with("link = { word_order = \"dcba\" }\n"), kRigs + "mine.toml");
   ASSERT_TRUE(order);
   EXPECT_EQ(order->chamber_word_order, drivers::WordOrder::dcba);
+}
+
+TEST(RigFile, RefusesMistakesInVirtualChamberOfRealRig) {
+  const auto map = read_text_file(GYROTHERM_SOURCE_DIR "/profiles/chambers/lauda.toml").value();
+  const auto folder = std::filesystem::path(::testing::TempDir()) / "virtual_chamber";
+  std::filesystem::create_directories(folder);
+  for (const auto& [from, to] : {std::pair("turns_on = [", "turn_on = ["), std::pair("initial = [", "initially = [")}) {
+    const auto chamber = (folder / "lauda.toml").string();
+    std::ofstream(chamber) << replace_once(map, from, to);
+    auto file = real_rig_with("");
+    const auto begin = file.find("map = \""), end = file.find('\n', begin);
+    file.replace(begin, end - begin, "map = \"" + chamber + "\"");
+    const auto rig = parse_rig(file, kRigs + "mine.toml");
+    ASSERT_FALSE(rig) << to;
+    EXPECT_NE(rig.error().what.find(std::string(to).substr(0, 5)), std::string::npos) << text(rig.error());
+  }
 }
 
 TEST(RigFile, ParametersReplaceThoseOfTextChamber) {

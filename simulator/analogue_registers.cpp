@@ -7,6 +7,7 @@
 #include <cassert>
 #include <utility>
 
+#include "drivers/chamber/expression_example.hpp"
 #include "drivers/chamber/item_exchange.hpp"
 #include "drivers/chamber/status_turns.hpp"
 

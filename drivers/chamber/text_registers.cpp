@@ -55,6 +55,7 @@ class TextRegisters final : public Registers {
       return failure(FaultKind::refused, place_, "only a whole item can be written");
     FieldValues values{{"value", to_field(item, command->codes, words)}};
     if (auto complete = add_present_values(command->tell, values); !complete) return complete;
+    if (!command->tell.can_format(values)) return value_does_not_fit();
     const auto follows = must_follow(*command);
     if (!follows) return failure(follows.error());
     auto done = client_.tell(command->tell.format(values), command->acknowledged);
@@ -71,6 +72,7 @@ class TextRegisters final : public Registers {
     for (const auto& field : command->tell.fields())
       if (field.name != "_" && field.name != "value")
         return failure(FaultKind::refused, place_, "the command repeats a value that must be read");
+    if (!command->tell.can_format(values)) return value_does_not_fit();
     pending_.clear();
     auto sent = client_.send_unconfirmed(command->tell.format(values));
     for (const auto& line : command->then)
@@ -82,6 +84,10 @@ class TextRegisters final : public Registers {
   std::uint64_t breaks() const override { return client_.breaks(); }
 
  private:
+  [[nodiscard]] tl::unexpected<Fault> value_does_not_fit() const {
+    return failure(FaultKind::refused, place_, "the value has more digits than its field in the command");
+  }
+
   /// Returns the words of all items in the answer.
   Result<std::vector<std::uint16_t>> ask(const TextQuery& query) {
     for (const auto& command : query.before)
@@ -98,6 +104,7 @@ class TextRegisters final : public Registers {
     if (words.size() != line.count || address != line.address_of(line.step_at(address)))
       return failure(FaultKind::refused, place_, "only a whole line of a program can be written");
     const auto fields = to_fields(line, words);
+    if (!line.tell.can_format(fields)) return value_does_not_fit();
     if (const auto number = fields.find(kProgramNumberField); number != fields.end()) program_ = number->second;
     return client_.tell(line.tell.format(fields), line.acknowledged);
   }

@@ -50,6 +50,11 @@ bool take_list(std::string_view& text, FieldForm& form) {
 std::optional<FieldForm> parse_form(std::string_view text) {
   if (text.empty()) return std::nullopt;
   FieldForm form;
+  if (text.starts_with('+')) {
+    form.has_sign = true;
+    text.remove_prefix(1);
+    if (text.empty() || (text.front() != 'd' && text.front() != 'f')) return std::nullopt;
+  }
   const char kind = text.front();
   text.remove_prefix(1);
   switch (kind) {
@@ -89,12 +94,16 @@ std::string format_number(const FieldForm& form, double value) {
   if (!std::isfinite(value)) value = 0;
   if (form.kind == FieldForm::Kind::integer || form.decimals == 0) value = std::round(value);
   if (value == 0) value = 0;  // no minus sign
-  if (form.kind == FieldForm::Kind::integer) return fmt::format("{:0{}.0f}", value, form.width);
-  if (form.decimals < 0) return fmt::format("{:.10g}", value);
-  auto text = fmt::format("{:0{}.{}f}", value, form.width, form.decimals);
+  const auto write = [&form](double number) {
+    const int decimals = form.kind == FieldForm::Kind::integer ? 0 : form.decimals;
+    if (decimals < 0) return form.has_sign ? fmt::format("{:+.10g}", number) : fmt::format("{:.10g}", number);
+    return form.has_sign ? fmt::format("{:+0{}.{}f}", number, form.width, decimals)
+                         : fmt::format("{:0{}.{}f}", number, form.width, decimals);
+  };
+  auto text = write(value);
   // A value that rounds to zero keeps no minus sign either.
   const bool is_zero = text.starts_with('-') && text.find_first_not_of("-0.") == std::string::npos;
-  return is_zero ? fmt::format("{:0{}.{}f}", 0.0, form.width, form.decimals) : text;
+  return is_zero ? write(0.0) : text;
 }
 
 std::string format_hexadecimal(int width, double value) {
@@ -163,10 +172,50 @@ class TextTemplate::Parser {
     auto pieces = parse_pieces(false);
     if (!pieces) return failure(std::move(pieces.error()));
     target_.pieces_ = std::move(*pieces);
-    return {};
+    return mark_columns(target_.pieces_, {});
   }
 
  private:
+  /// Marks each number that a field or digit may follow, in these pieces and in their groups. `after` are the pieces
+  /// after a group.
+  Result<void> mark_columns(std::span<const Piece> pieces, std::span<const Piece> after) {
+    for (std::size_t i = 0; i < pieces.size(); ++i) {
+      const auto next = pieces.subspan(i + 1);
+      if (auto marked = mark_columns(pieces[i].group, next); !marked) return marked;
+      if (!pieces[i].field) continue;
+      auto& [name, form] = target_.fields_[*pieces[i].field];
+      const bool is_number = form.kind == FieldForm::Kind::number || form.kind == FieldForm::Kind::integer;
+      if (!is_number || !(follows_number(next, form) || (can_end(next) && follows_number(after, form)))) continue;
+      if (form.width == 0)
+        return template_fault(
+            fmt::format("the end of the number {{{0}}} cannot be found, because a field or digit follows it; give it a "
+                        "width, as in {{{0}:d3}} or {{{0}:f05.1}}, or give the number after it a sign, as in "
+                        "{{value:+d}}",
+                        plain(name)));
+      form.is_exact = true;
+    }
+    return {};
+  }
+
+  /// Returns whether these pieces may be left out.
+  static bool can_end(std::span<const Piece> pieces) {
+    return std::ranges::all_of(pieces, [](const Piece& piece) { return !piece.group.empty(); });
+  }
+
+  /// Returns whether these pieces may begin with a digit, or with a text of a fixed width after a number with a width.
+  [[nodiscard]] bool follows_number(std::span<const Piece> pieces, const FieldForm& number) const {
+    for (const auto& piece : pieces) {
+      if (!piece.group.empty()) {
+        if (follows_number(piece.group, number)) return true;
+        continue;
+      }
+      if (!piece.field) return is_digit(piece.literal.front());
+      const auto& form = target_.fields_[*piece.field].form;
+      return form.kind == FieldForm::Kind::text ? form.width > 0 && number.width > 0 : !form.has_sign;
+    }
+    return false;
+  }
+
   /// Parses up to the end, or in a group up to its "]".
   Result<std::vector<Piece>> parse_pieces(bool in_group) {
     std::vector<Piece> pieces;
@@ -254,6 +303,21 @@ void TextTemplate::remove_sign(std::string_view field) {
   if (found != fields_.end() && found->form.kind == FieldForm::Kind::hexadecimal) found->form.is_unsigned = true;
 }
 
+bool TextTemplate::can_format(const FieldValues& values) const {
+  constexpr int kBitsPerDigit = 4;
+  return std::ranges::all_of(fields_, [&](const Field& field) {
+    const auto found = values.find(field.name);
+    const auto* number = found == values.end() ? nullptr : std::get_if<double>(&found->second);
+    if (!number) return true;
+    const auto& form = field.form;
+    if (form.is_exact) return format_field(form, *number).size() == static_cast<std::size_t>(form.width);
+    if (form.kind != FieldForm::Kind::hexadecimal) return true;
+    const double values_of_field = std::exp2(kBitsPerDigit * form.width), rounded = std::round(*number);
+    return form.is_unsigned ? rounded >= 0 && rounded < values_of_field
+                            : rounded >= -values_of_field / 2 && rounded < values_of_field / 2;
+  });
+}
+
 bool TextTemplate::has_value(const std::vector<Piece>& pieces, const FieldValues& values) const {
   return std::ranges::any_of(
       pieces, [&](const Piece& piece) { return piece.field && values.contains(fields_[*piece.field].name); });
@@ -287,6 +351,7 @@ bool TextTemplate::end_with_open_number(std::span<const Piece> pieces) const {
     if (last.group.empty()) {
       if (!last.field) return false;
       const auto& form = fields_[*last.field].form;
+      if (form.is_exact) return false;
       return form.kind == FieldForm::Kind::integer || (form.kind == FieldForm::Kind::number && form.decimals <= 0);
     }
     if (end_with_open_number(last.group)) return true;
@@ -417,11 +482,14 @@ class TextTemplate::Matcher {
   }
 
   [[nodiscard]] std::optional<double> take_decimal(const FieldForm& form, std::size_t& at) const {
+    const auto size = form.is_exact ? at + static_cast<std::size_t>(form.width) : line_.size();
     auto from = skip_blanks(at);
-    if (from < line_.size() && line_[from] == '+') ++from;
-    const auto first = from < line_.size() && line_[from] == '-' ? from + 1 : from;
-    if (first == line_.size() || !is_digit(line_[first])) return std::nullopt;  // "inf" and "nan" are no numbers
-    const auto* end = line_.data() + line_.size();
+    if (size > line_.size() || from >= size) return std::nullopt;
+    if (form.has_sign && line_[from] != '+' && line_[from] != '-') return std::nullopt;
+    if (line_[from] == '+') ++from;
+    const auto first = from < size && line_[from] == '-' ? from + 1 : from;
+    if (first >= size || !is_digit(line_[first])) return std::nullopt;  // "inf" and "nan" are no numbers
+    const auto* end = line_.data() + size;
     const auto* begin = line_.data() + from;
     double value = 0;
     const auto* stop = begin;
@@ -436,6 +504,7 @@ class TextTemplate::Matcher {
       if (error != std::errc{}) return std::nullopt;
       stop = after;
     }
+    if (form.is_exact && stop != end) return std::nullopt;
     if (stop - begin > kLongestNumber || !has_required_decimals(form, {begin, stop})) return std::nullopt;
     at = static_cast<std::size_t>(stop - line_.data());
     return value;

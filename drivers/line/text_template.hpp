@@ -24,8 +24,8 @@ enum class TextEncoding { ascii, latin1 };
 struct FieldForm {
   enum class Kind { number, integer, hexadecimal, text, bits };
   Kind kind{};
-  /// Minimum width of a number with leading zeros; exact number of hexadecimal or binary digits, or of the characters
-  /// of a text; 0 for any.
+  /// Minimum width of a number with leading zeros, exact width if `is_exact`; exact number of hexadecimal or binary
+  /// digits, or of the characters of a text; 0 for any.
   int width = 0;
   /// Decimals of a sent number; −1 sends the shortest form.
   int decimals = -1;
@@ -34,6 +34,10 @@ struct FieldForm {
   char separator = ',';
   /// Hexadecimal digits are a number without sign, instead of two's complement.
   bool is_unsigned = false;
+  /// A field or digit follows a number without a literal, so that only its width shows where it ends.
+  bool is_exact = false;
+  /// A number always has a sign, also "+".
+  bool has_sign = false;
   bool operator==(const FieldForm&) const = default;
 };
 
@@ -56,7 +60,7 @@ class TextTemplate {
   };
 
   /// Parses a template in UTF-8. Fails with bad_file (an unclosed field or group, an unknown form, two adjacent texts,
-  /// a character outside `encoding`). The caller sets `where`.
+  /// a number without width before a field or digit, a character outside `encoding`). The caller sets `where`.
   [[nodiscard]] static Result<TextTemplate> parse(std::string_view text, TextEncoding encoding);
 
   /// Returns all fields, including those of optional groups.
@@ -65,6 +69,10 @@ class TextTemplate {
 
   /// Makes the field with this name a number without sign if it is hexadecimal.
   void remove_sign(std::string_view field);
+
+  /// Returns whether each value has a number of characters or digits that its field can hold. A longer number would
+  /// shift the fields after it, and a hexadecimal number would lose its first digits.
+  [[nodiscard]] bool can_format(const FieldValues& values) const;
 
   /// Formats a line. A field without a value is sent as 0 or as an empty text. An optional group is sent if `values`
   /// contains one of its fields.

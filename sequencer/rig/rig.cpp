@@ -18,6 +18,7 @@
 #include "drivers/line/pauses.hpp"
 #include "drivers/virtual_identity.hpp"
 #include "sequencer/rig/inquiry.hpp"
+#include "simulator/chamber_registers.hpp"
 #include "simulator/laboratory_parameters.hpp"
 #include "simulator/virtual_laboratory.hpp"
 #include "simulator/virtual_unit.hpp"

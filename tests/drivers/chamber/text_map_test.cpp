@@ -606,6 +606,24 @@ TEST(TextMap, ReadsStatusInHexadecimalDigitsWithoutSign) {
   EXPECT_EQ(read_after(cold, "D8", "product"), -40) << "a temperature has a sign";
 }
 
+TEST(TextMap, SendsNoValueThatDoesNotFitItsField) {
+  const auto map = parse_register_map(
+      map_text_with("tell = \"TEMP, S{value:f.1}\"", "tell = \"TEMP, S{value:x4}\"\nscale = 0.01"), "test");
+  ASSERT_TRUE(map) << text(map.error());
+  auto stream = std::make_unique<ScriptedChamber>();
+  auto* line = stream.get();
+  line->answer = [](const std::string& question) { return "OK:" + question + "\r\n"; };
+  const auto registers = make_text_registers(*map, std::move(stream), "test");
+  const auto& set_point = *map->find("set_point");
+  ASSERT_TRUE(registers->write(WriteFunction::registers, set_point.address, encode(set_point, -40)));
+  EXPECT_EQ(line->heard.back(), "TEMP, SF060");
+  const auto hot = registers->write(WriteFunction::registers, set_point.address, encode(set_point, 400));
+  ASSERT_FALSE(hot) << "would be -255.36";
+  EXPECT_EQ(hot.error().kind, FaultKind::refused);
+  EXPECT_FALSE(registers->write_unconfirmed(WriteFunction::registers, set_point.address, encode(set_point, 400)));
+  EXPECT_EQ(line->heard.size(), 1U);
+}
+
 TEST(TextMap, SentinelsInHexadecimalDigitsHaveEitherSign) {
   for (const auto* sentinel : {"0x8000", "-32768", "32768"}) {
     const auto file = map_with_item(

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <tuple>
 
 #include "drivers/line/text_frame.hpp"
 
@@ -180,6 +181,72 @@ TEST(TextFrame, HasPlainSum) {
   broken[3] = '7';
   EXPECT_FALSE(from_frame(sum, broken));
   EXPECT_FALSE(from_frame({.end = '\r', .checksum = FrameChecksum::negated_sum}, frame));
+}
+
+TEST(TextTemplate, ReadsColumnsOfNumbersWithoutLiterals) {
+  const auto status = parse("T{error:d1}{air_temperature:d5}{set_point:d5}{mode:d1}");
+  const auto fields = status.match("T0+0220-02001").value();
+  EXPECT_EQ(number(fields, "error"), 0);
+  EXPECT_EQ(number(fields, "air_temperature"), 220);
+  EXPECT_EQ(number(fields, "set_point"), -200);
+  EXPECT_EQ(number(fields, "mode"), 1);
+  EXPECT_EQ(status.format(fields), "T000220-02001");
+  EXPECT_EQ(status.match(status.format(fields)), fields) << "a virtual unit can be read";
+  for (const auto* wrong : {"T0+0220+020", "T0+022+02000", "T0+022x+02000", "T 0+0220-02001", "T0"})
+    EXPECT_FALSE(status.match(wrong)) << wrong;
+  const auto mixed = parse("{a:f05.1}{b:x2}{c:d2}{d:b1}{e:d3}{f:s2}7{g:f04.1}8");
+  const auto values = mixed.match("-12.5FF 31007C 79.508").value();
+  EXPECT_EQ(number(values, "a"), -12.5);
+  EXPECT_EQ(number(values, "c"), 3);
+  EXPECT_EQ(number(values, "e"), 7);
+  EXPECT_EQ(text(values, "f"), "C ");
+  EXPECT_EQ(number(values, "g"), 9.5);
+  const auto optional = parse("{a:d2}[{b:d2}]{c:s1}");
+  EXPECT_EQ(number(optional.match("1234x").value(), "a"), 12);
+  EXPECT_EQ(number(optional.match("12x").value(), "a"), 12);
+  EXPECT_EQ(number(parse("[{a:d2}]{b:d2}").match("0712").value(), "a"), 7);
+}
+
+TEST(TextTemplate, RefusesNumbersWithoutEnd) {
+  for (const auto* wrong : {"{a:d}{b:d2}", "{a:f.1}{b:d2}", "{a:f}{b:x2}", "{a:d}{b:b8}", "{a:d}0", "{a:d}[{b:d2}]",
+                            "[{a:d}]{b:d2}", "{a:d}[C]{b:d}", "{a:f*2,}{b:d}", "{a:d}[ {b:d}]5"}) {
+    const auto made = TextTemplate::parse(wrong, TextEncoding::ascii);
+    ASSERT_FALSE(made) << wrong;
+    EXPECT_NE(made.error().what.find("the end of the number {a} cannot be found"), std::string::npos);
+  }
+  for (const auto* good : {"{a:d}C{b:d2}", "{a:f.1} {b:d}", "{a:d}{b:+d}", "{a:f}{b:s}", "{a:f.1}{_:s3}", "{a:d}[C]",
+                           "0{a:d}", "{a:s1}{b:d}", "{a:x2}{b:d}", "{a:d}[ {b:d}]"})
+    EXPECT_TRUE(TextTemplate::parse(good, TextEncoding::ascii)) << good;
+}
+
+TEST(TextTemplate, SignEndsNumberBefore) {
+  const auto limits = parse("QR C{highest:d}{lowest:+d}");
+  const auto fields = limits.match("QR C200-100").value();
+  EXPECT_EQ(number(fields, "highest"), 200);
+  EXPECT_EQ(number(fields, "lowest"), -100);
+  EXPECT_EQ(limits.format(fields), "QR C200-100");
+  EXPECT_EQ(number(limits.match("QR C85+5").value(), "lowest"), 5);
+  EXPECT_FALSE(limits.match("QR C855"));
+  EXPECT_EQ(parse("{value:+f06.1}").format({{"value", 22.0}}), "+022.0");
+  EXPECT_EQ(parse("{value:+f.1}").format({{"value", -0.01}}), "+0.0");
+  EXPECT_EQ(parse("{value:+d}").format({{"value", 0.0}}), "+0");
+  for (const auto* wrong : {"{a:+x2}", "{a:+s}", "{a:+}", "{a:d+}"})
+    EXPECT_FALSE(TextTemplate::parse(wrong, TextEncoding::ascii)) << wrong;
+}
+
+TEST(TextTemplate, RecognisesValuesThatDoNotFit) {
+  const auto column = parse("W{a:d3}{b:d1}");
+  for (const auto& [value, fits] : {std::pair(999.0, true), std::pair(-99.0, true), std::pair(1000.0, false),
+                                    std::pair(-100.0, false), std::pair(999.6, false)})
+    EXPECT_EQ(column.can_format({{"a", value}}), fits) << value;
+  const auto signed_digits = parse("W{a:x4}"), digits = parse("W{a:u4}");
+  for (const auto& [value, fits, fits_unsigned] :
+       {std::tuple(32767.0, true, true), std::tuple(32768.0, false, true), std::tuple(-32768.0, true, false),
+        std::tuple(-32769.0, false, false), std::tuple(65536.0, false, false)}) {
+    EXPECT_EQ(signed_digits.can_format({{"a", value}}), fits) << value;
+    EXPECT_EQ(digits.can_format({{"a", value}}), fits_unsigned) << value;
+  }
+  EXPECT_TRUE(parse("W{a:d3}").can_format({{"a", 12345.0}})) << "a minimum width";
 }
 
 TEST(TextTemplate, ReadsColumnsOfCharactersWithoutLiterals) {

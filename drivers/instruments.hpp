@@ -80,6 +80,9 @@ class Chamber : public Identified {
   /// Returns the status values and alarms that do not exist in the controller and are therefore no longer read. The
   /// list is complete after inspect().
   [[nodiscard]] virtual std::vector<std::string> missing() const { return {}; }
+  /// Returns the values that the latest status has if none of the map's states fits them: "mode \"AUTO\"". Empty if one
+  /// fits, or if the map has no states.
+  [[nodiscard]] virtual std::string unmatched_state() const { return {}; }
   /// Returns the settings that were read last. Empty if the controller has none or none was read.
   [[nodiscard]] virtual ControllerSettings settings() const { return {}; }
   /// Executes another command of the instrument: "acknowledge" (its alarms), "pause", "resume" (its program), … Fails

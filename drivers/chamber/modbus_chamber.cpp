@@ -42,6 +42,7 @@ std::string alarm_text(const AlarmRule& rule, const RegisterItem& item, double v
 
 struct ChamberStatus {
   ChamberActivity activity = ChamberActivity::unknown;
+  std::string unmatched;  ///< values that fit no state
   std::vector<std::string> alarms;  ///< most severe first
   bool must_stop{};
   std::optional<double> humidity_percent;
@@ -52,14 +53,31 @@ struct ChamberStatus {
 /// not apply.
 using ItemValue = std::function<std::optional<double>(const std::string&)>;
 
+/// Describes the values of the items in the rules of the states, each once: "mode 7, run \"AUTO\" (no name in codes)".
+std::string describe_state_values(const RegisterMap& map, const ItemValue& value) {
+  std::vector<std::string> names, texts;
+  for (const auto& rule : map.states) {
+    const auto& name = rule.when.item;
+    const auto found = value(name);
+    if (!found || std::ranges::find(names, name) != names.end()) continue;
+    names.push_back(name);
+    const auto& item = *map.find(name);
+    texts.push_back(fmt::format("{} {}", name, item.codes.empty() ? fmt::format("{:g}", *found) : meaning(item, *found)));
+  }
+  return fmt::format("{}", fmt::join(texts, ", "));
+}
+
 ChamberStatus evaluate_rules(const RegisterMap& map, const ItemValue& value) {
   ChamberStatus status;
-  for (const auto& rule : map.states) {
+  const auto fits = [&](const StateRule& rule) {
     const auto found = value(rule.when.item);
-    if (!found || !holds(rule.when, *found)) continue;
-    status.activity = rule.activity;
-    break;
-  }
+    return found && holds(rule.when, *found);
+  };
+  const auto state = std::ranges::find_if(map.states, fits);
+  if (state != map.states.end())
+    status.activity = state->activity;
+  else
+    status.unmatched = describe_state_values(map, value);
   std::vector<std::pair<AlarmSeverity, std::string>> raised;
   for (const auto& rule : map.alarms) {
     const auto found = value(rule.when.item);
@@ -289,6 +307,7 @@ class ModbusChamber final : public Chamber {
   }
 
   std::vector<std::string> missing() const override { return missing_; }
+  std::string unmatched_state() const override { return status_.unmatched; }
   ControllerSettings settings() const override { return items_.latest_settings(); }
 
   Result<std::string> upload(const ChamberProgram& program) override {

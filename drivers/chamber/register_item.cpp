@@ -224,6 +224,21 @@ Result<double> decode(const RegisterItem& item, std::span<const std::uint16_t> w
   return value;
 }
 
+double UnknownTexts::assign_number(std::string_view text) {
+  constexpr std::size_t kMostTexts = 16;
+  const std::lock_guard lock(mutex_);
+  auto found = std::ranges::find(texts_, text);
+  if (found == texts_.end() && texts_.size() < kMostTexts) found = texts_.emplace(found, text);
+  return -1.0 - static_cast<double>(found - texts_.begin());
+}
+
+std::optional<std::string> UnknownTexts::find_text(double number) const {
+  const std::lock_guard lock(mutex_);
+  const double position = -1.0 - number;
+  if (!(position >= 0) || position >= static_cast<double>(texts_.size())) return std::nullopt;
+  return texts_[static_cast<std::size_t>(position)];
+}
+
 std::string describe_shared_code(const RegisterItem& item, std::span<const std::string> texts) {
   std::map<std::int64_t, std::string> names;
   for (const auto& [name, codes] : item.codes)
@@ -249,7 +264,9 @@ std::string describe_shared_bit(const RegisterItem& item) {
 std::string meaning(const RegisterItem& item, double value) {
   for (const auto& [name, codes] : item.codes)
     if (std::ranges::any_of(codes, [&](auto code) { return static_cast<double>(code) == value; })) return name;
-  return item.otherwise.empty() ? fmt::format("{:g}", value) : item.otherwise;
+  if (!item.otherwise.empty()) return item.otherwise;
+  const auto unknown = item.unknown_texts ? item.unknown_texts->find_text(value) : std::nullopt;
+  return unknown ? fmt::format("\"{}\" (no name in codes)", plain(*unknown)) : fmt::format("{:g}", value);
 }
 
 std::vector<std::uint16_t> encode_text(const TextForm& form, std::string_view text) {

@@ -4,6 +4,8 @@
 
 #include <cstdint>
 #include <map>
+#include <memory>
+#include <mutex>
 #include <optional>
 #include <span>
 #include <string>
@@ -58,6 +60,20 @@ struct CivilTime {
 struct Companion {
   std::string item;
   double value{};
+};
+
+/// Texts of a text unit that are not codes of their item. Each text has a negative number, so that a register can hold
+/// it. Any thread.
+class UnknownTexts {
+ public:
+  /// Returns the number of a text, and assigns one to a new text: −1 to the first. Texts beyond the first 16 share a
+  /// number without a text.
+  [[nodiscard]] double assign_number(std::string_view text);
+  [[nodiscard]] std::optional<std::string> find_text(double number) const;
+
+ private:
+  mutable std::mutex mutex_;
+  std::vector<std::string> texts_;
 };
 
 struct RegisterItem {
@@ -117,6 +133,8 @@ struct RegisterItem {
   std::map<std::string, std::uint8_t> flags;  ///< bit numbers, keyed by their meaning
   /// Meaning of an unlisted code; unknown if empty.
   std::string otherwise;
+  /// Set if the codes are texts. All copies of the item share it.
+  std::shared_ptr<UnknownTexts> unknown_texts;
   /// Raw values that mark a missing value, keyed by the reason.
   std::map<std::string, double> sentinels;
   /// The instrument sometimes returns zero instead of the value.
@@ -176,7 +194,8 @@ struct ItemContext {
 /// Returns `specified` if it is set, otherwise function 6 for one register and 16 for more.
 [[nodiscard]] WriteFunction write_function(const std::optional<WriteFunction>& specified, std::size_t count);
 
-/// Returns the meaning of a code: its name in the map, `otherwise` if that is set, or the number as text.
+/// Returns the meaning of a code: its name in the map, `otherwise` if that is set, the text that has no name, or the
+/// number as text.
 [[nodiscard]] std::string meaning(const RegisterItem& item, double value);
 /// Describes two names of one code: "constant and standby are both 0". If the codes are texts, `texts` has them at the
 /// positions that are the codes. Returns an empty text if all codes differ.

@@ -263,6 +263,7 @@ class ItemReader {
     if (!item.codes.empty() || !item.flags.empty()) make_unscaled(table, item);
     if (auto shared = describe_shared_code(item, texts); !shared.empty()) table.note_error("codes", std::move(shared));
     if (auto shared = describe_shared_bit(item); !shared.empty()) table.note_error("flags", std::move(shared));
+    if (!texts.empty()) item.unknown_texts = std::make_shared<UnknownTexts>();
     item.otherwise = table.text("otherwise", "");
     item.confidence = one_of(kConfidences, table, "confidence", "unverified");
     item.note = table.text("note", "");
@@ -480,7 +481,8 @@ std::optional<std::vector<std::uint16_t>> to_words(const TextCell& cell, const R
   raw.fahrenheit = false;
   if (const auto* text = std::get_if<std::string>(&value)) {
     const auto found = std::ranges::find(cell.codes, *text);
-    return encode_as_read(raw, found == cell.codes.end() ? -1.0 : static_cast<double>(found - cell.codes.begin()));
+    if (found != cell.codes.end()) return encode_as_read(raw, static_cast<double>(found - cell.codes.begin()));
+    return encode_as_read(raw, item.unknown_texts ? item.unknown_texts->assign_number(*text) : -1.0);
   }
   const auto* list = std::get_if<std::vector<double>>(&value);
   const auto position = cell.position.value_or(0);
@@ -493,7 +495,8 @@ FieldValue to_field(const RegisterItem& item, const CodeTexts& codes, std::span<
   if (item.type == RegisterType::text) return decode_text(item.text, words);
   const double raw = raw_value(item, words);
   if (codes.empty()) return raw;
-  const auto position = static_cast<std::size_t>(std::max(raw, 0.0));
+  if (raw < 0) return item.unknown_texts ? item.unknown_texts->find_text(raw).value_or("") : std::string();
+  const auto position = static_cast<std::size_t>(raw);
   return position < codes.size() ? codes[position] : std::string();
 }
 

@@ -124,6 +124,8 @@ Result<std::string> query_chamber(drivers::Chamber& chamber, const Clock& clock)
   line += std::isnan(state->set_point.value) ? "set point not shown"
                                              : fmt::format("set point {:.2f} °C", state->set_point.value);
   if (state->activity != ChamberActivity::unknown) line += fmt::format(", {}", gyrotherm::name(state->activity));
+  if (const auto unmatched = chamber.unmatched_state(); !unmatched.empty())
+    line += fmt::format(", WARNING: no [[state]] of its map fits {}; a run cannot tell whether it is on", unmatched);
   if (!state->alarms.empty()) line += fmt::format(", ALARMS: {}", fmt::join(state->alarms, "; "));
   const auto identity = chamber.verification();
   if (!identity.verified.empty()) line += fmt::format("; verified: {}", fmt::join(identity.verified, ", "));

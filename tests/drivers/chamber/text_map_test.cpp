@@ -147,6 +147,19 @@ TEST_F(TextChamber, NeedsAnotherUnitsNameToFit) {
   EXPECT_EQ(chamber->identify().error().kind, FaultKind::mismatch);
 }
 
+TEST_F(TextChamber, KeepsTextWithoutCode) {
+  mode = "AUTO";
+  auto state = chamber->inspect().value();
+  EXPECT_EQ(state.activity, ChamberActivity::unknown);
+  EXPECT_EQ(chamber->unmatched_state(), "mode \"AUTO\" (no name in codes)");
+  mode = "HOLD";
+  (void)chamber->inspect();
+  EXPECT_EQ(chamber->unmatched_state(), "mode \"HOLD\" (no name in codes)");
+  mode = "STANDBY";
+  EXPECT_EQ(chamber->inspect().value().activity, ChamberActivity::off);
+  EXPECT_EQ(chamber->unmatched_state(), "");
+}
+
 TEST_F(TextChamber, AcceptsNoGarbageAsAValue) {
   for (const auto* garbage : {"23,5,20,0,105,0,-45,0", "23.5,20.0", "23.5,20.0,105.0,-45.0,7", "OK:TEMP?", "nan,1,2,3",
                               "23.5 C,20.0,105.0,-45.0", "1.7E400,1,2,3"}) {
@@ -604,6 +617,32 @@ TEST(TextMap, ReadsStatusInHexadecimalDigitsWithoutSign) {
   const auto cold = map_with_item("name = \"product\"\nask = \"R?\"\nanswer = \"{value:x2}\"\nunit = \"°C\"",
                                   "[[alarm]]\nitem = \"product\"\nabove = 90");
   EXPECT_EQ(read_after(cold, "D8", "product"), -40) << "a temperature has a sign";
+}
+
+TEST(TextMap, RepeatsPresentTextWithoutCode) {
+  const auto map = parse_register_map(
+      map_text_with("tell = \"TEMP, S{value:f.1}\"", "tell = \"SET {value:f.1},{mode:s}\""), "test");
+  ASSERT_TRUE(map) << text(map.error());
+  auto stream = std::make_unique<ScriptedChamber>();
+  auto* line = stream.get();
+  line->answer = [](const std::string& question) {
+    return (question == "MODE?" ? "PAUSED" : "OK:" + question) + std::string("\r\n");
+  };
+  const auto registers = make_text_registers(*map, std::move(stream), "test");
+  const auto& set_point = *map->find("set_point");
+  ASSERT_TRUE(registers->write(WriteFunction::registers, set_point.address, encode(set_point, 30)));
+  EXPECT_EQ(line->heard.back(), "SET 30.0,PAUSED") << "the command must not change the mode";
+}
+
+TEST(UnknownTexts, HaveNumbersBelowZero) {
+  UnknownTexts texts;
+  EXPECT_EQ(texts.assign_number("A"), -1);
+  EXPECT_EQ(texts.assign_number("B"), -2);
+  EXPECT_EQ(texts.assign_number("A"), -1);
+  EXPECT_EQ(texts.find_text(-2), "B");
+  for (const double number : {0.0, 1.0, -3.0, -1e300}) EXPECT_FALSE(texts.find_text(number)) << number;
+  for (int i = 0; i < 100; ++i) (void)texts.assign_number(std::to_string(i));
+  EXPECT_FALSE(texts.find_text(texts.assign_number("one too many")));
 }
 
 TEST(TextMap, SendsNoValueThatDoesNotFitItsField) {

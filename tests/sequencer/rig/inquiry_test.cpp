@@ -52,6 +52,28 @@ TEST(Inquiry, TimesOnlyCallsThatSucceed) {
   }
 }
 
+/// A chamber in a mode that its map does not name.
+class OddChamber final : public drivers::Chamber {
+ public:
+  explicit OddChamber(std::string mode) : mode_(std::move(mode)) {}
+  Result<std::string> identify() override { return std::string("Odd"); }
+  Result<ChamberState> read() override { return ChamberState{.air = {20}, .set_point = {20}}; }
+  Result<void> send_set_point(Celsius) override { return {}; }
+  Result<void> start() override { return {}; }
+  Result<void> stop() override { return {}; }
+  std::string unmatched_state() const override { return mode_; }
+
+ private:
+  std::string mode_;
+};
+
+TEST(Inquiry, WarnsWhenNoStateFits) {
+  VirtualClock clock;
+  OddChamber odd("mode 7"), known("");
+  EXPECT_NE(query_chamber(odd, clock).value().find("WARNING: no [[state]] of its map fits mode 7;"), std::string::npos);
+  EXPECT_EQ(query_chamber(known, clock).value().find("WARNING"), std::string::npos);
+}
+
 /// A thermometer with two inputs. The second is open, and the first answers only `readings` times.
 class FailingThermometer final : public drivers::Thermometer {
  public:

@@ -95,7 +95,7 @@ Result<TextUnitFile> read_text_unit_file(std::string_view text, const std::strin
   if (!parsed) return failure(parsed.error());
   if (parsed->text("schema", "") != kSchema)
     return failure(FaultKind::usage, file, fmt::format("is not the file of a text instrument (schema {})", kSchema));
-  const auto kind = parsed->text("kind", "");
+  const auto kind = parsed->text("kind");
   TextUnitFile found;
   const auto own = std::ranges::find(kChecks, kind, &decltype(kChecks)::value_type::first);
   if (own != kChecks.end()) {

@@ -303,8 +303,7 @@ void read_written_value(const TomlTable& table, const RegisterMap& map, const Re
   if (table.has("code")) {
     const auto meaning = table.text("code");
     const auto code = item ? find_code(*item, meaning) : std::nullopt;
-    if (item && !code)
-      table.note_error("code", fmt::format("{} \"{}\" has no code named \"{}\"", item_kind(map), item->name, meaning));
+    if (item && !code) table.note_error("code", describe_unknown_code(map, *item, meaning));
     step.value = code.value_or(0);
   } else if (table.has("of")) {
     step.source = table.choice("of", {"program", "step"}) == "program" ? SequenceStep::Source::program
@@ -403,14 +402,23 @@ void check_required(const TomlTable& file, const RegisterMap& map) {
   const auto* kind = map.text_link ? "item" : "[[register]]";
   if (!air) file.note_error("", fmt::format("missing {} named \"air_temperature\"", kind));
   if (!set_point) file.note_error("", fmt::format("missing {} named \"set_point\"", kind));
-  if (air && !air->readable) file.note_error("", "register \"air_temperature\" cannot be read");
+  const auto note = [&](const char* name, const char* of_register, const char* of_item) {
+    if (!map.text_link) return file.note_error("", fmt::format("register \"{}\" {}", name, of_register));
+    const auto tables = file.tables("item");
+    const auto own = std::ranges::find_if(tables, [&](const auto& table) { return table.text("name", "") == name; });
+    const bool is_empty = own != tables.end() && !own->has("ask") && !own->has("tell");
+    if (is_empty) return;  // has an error already
+    (own == tables.end() ? file : *own).note_error("", fmt::format("item \"{}\" {}", name, of_item));
+  };
+  if (air && !air->readable) note("air_temperature", "cannot be read", "has no \"ask\"");
   if (set_point && !set_point->writable)
-    file.note_error("", "register \"set_point\" must have access = \"rw\" or \"w\"");
+    note("set_point", "must have access = \"rw\" or \"w\"",
+         "has no \"tell\", expected an [[item]] of this name with the command");
   const auto is_number = [](const RegisterItem* item) {
     return !item || (item->type != RegisterType::text && item->type != RegisterType::date_time);
   };
   if (!is_number(air) || !is_number(set_point))
-    file.note_error("", "registers \"air_temperature\" and \"set_point\" must be numbers");
+    file.note_error("", fmt::format("{}s \"air_temperature\" and \"set_point\" must be numbers", item_kind(map)));
 }
 
 void check_block(const TomlTable& link, const RegisterMap& map) {
@@ -487,8 +495,8 @@ std::vector<std::int64_t> collect_codes(const RegisterItem& item) {
 }
 
 /// Adds the codes or bits of one meaning of the item.
-void add_meaning(const TomlTable& table, const char* key, const RegisterItem& item, const std::string& meaning,
-                 Condition& condition) {
+void add_meaning(const TomlTable& table, const char* key, const RegisterMap& map, const RegisterItem& item,
+                 const std::string& meaning, Condition& condition) {
   if (const auto codes = item.codes.find(meaning); codes != item.codes.end()) {
     condition.codes.insert(condition.codes.end(), codes->second.begin(), codes->second.end());
   } else if (const auto flag = item.flags.find(meaning); flag != item.flags.end()) {
@@ -497,7 +505,7 @@ void add_meaning(const TomlTable& table, const char* key, const RegisterItem& it
     condition.codes = collect_codes(item);
     condition.not_these = true;
   } else {
-    table.note_error(key, fmt::format("register \"{}\" has no code named \"{}\"", item.name, meaning));
+    table.note_error(key, describe_unknown_code(map, item, meaning));
   }
 }
 
@@ -569,12 +577,12 @@ void read_control(const TomlTable& table, RegisterMap& map) {
   const auto* commanded = find_named_item(map, table, "commanded", control.commanded);
   (void)find_named_item(map, table, "active", control.active);
   if (commanded && !commanded->writable)
-    table.note_error("commanded", fmt::format("register \"{}\" is not writable", commanded->name));
+    table.note_error("commanded", fmt::format("{} \"{}\" is not writable", item_kind(map), commanded->name));
   const auto code = [&](const char* key) -> std::int64_t {
     const auto name = table.text(key, key);
     if (!commanded) return 0;
     if (const auto found = find_code(*commanded, name)) return static_cast<std::int64_t>(*found);
-    table.note_error(key, fmt::format("register \"{}\" has no code named \"{}\"", commanded->name, name));
+    table.note_error(key, describe_unknown_code(map, *commanded, name));
     return 0;
   };
   control.on = code("on");
@@ -602,7 +610,7 @@ void read_limits(const TomlTable& table, RegisterMap& map) {
   const auto item = [&](const char* key) {
     const auto name = table.text(key, "");
     const auto* found = name.empty() ? nullptr : find_named_item(map, table, key, name);
-    if (found && !found->readable) table.note_error(key, fmt::format("register \"{}\" cannot be read", name));
+    if (found && !found->readable) table.note_error(key, fmt::format("{} \"{}\" cannot be read", item_kind(map), name));
     return name;
   };
   limits.lowest_item = item(table.has("lowest_item") ? "lowest_item" : "lowest_register");
@@ -717,9 +725,9 @@ Condition read_condition(const TomlTable& table, const RegisterMap& map) {
   const char* key = is_negated ? "is_not" : "is";
   if (table.has(key)) condition.meanings = read_one_or_more(table, key);
   if (item && !item->readable && item->type == RegisterType::text)
-    table.note_error(item_key(table), fmt::format("register \"{}\" is not a number", item->name));
+    table.note_error(item_key(table), fmt::format("{} \"{}\" is not a number", item_kind(map), item->name));
   for (const auto& meaning : condition.meanings)
-    if (item) add_meaning(table, key, *item, meaning, condition);
+    if (item) add_meaning(table, key, map, *item, meaning, condition);
   if (is_negated) condition.not_these = !condition.not_these;
   read_numbers(table, condition);
   const bool has_condition = !condition.meanings.empty() || condition.bits != 0 || condition.above;

@@ -134,6 +134,14 @@ bool TextClient::is_echo(const std::string& question, const std::string& answer)
   return answer == question || answer == prefix_ + question;
 }
 
+bool TextClient::begins_with_echo(const std::string& question, const std::string& answer) const {
+  const auto begins_with = [&](const std::string& line) {
+    return !line.empty() && answer.size() > line.size() && answer.starts_with(line) &&
+           (answer[line.size()] == '\r' || answer[line.size()] == '\n');
+  };
+  return begins_with(question) || begins_with(prefix_ + question);
+}
+
 std::string TextClient::echo_hint(const std::string& question) const {
   return fmt::format("the line repeats the question {}; set echo = true in [{}.link]", quote_line(prefix_ + question),
                      unit_.find("air_temperature") ? "chamber" : "thermometer");
@@ -149,8 +157,12 @@ tl::unexpected<Fault> TextClient::not_understood(const std::string& question, co
       return failure(FaultKind::refused, place_,
                      fmt::format("{} was refused: {}", quote_line(question), reason(*found, answer)));
   exchange_.reject_answer();
+  const auto hint =
+      begins_with_echo(question, answer)
+          ? fmt::format(": {}, or write the repeated question into the template of the answer", echo_hint(question))
+          : "";
   return failure(FaultKind::corrupted, place_,
-                 fmt::format("{} is no answer to {}", quote_line(answer), quote_line(question)));
+                 fmt::format("{} is no answer to {}{}", quote_line(answer), quote_line(question), hint));
 }
 
 std::string TextClient::reason(const FieldValues& fields, const std::string& answer) const {

@@ -65,6 +65,8 @@ class TextClient {
   [[nodiscard]] Result<void> send_line(const std::string& command);
   /// Returns whether an answer repeats its question, as on a line that returns what is sent.
   [[nodiscard]] bool is_echo(const std::string& question, const std::string& answer) const;
+  /// Returns whether an answer begins with its question and the end of a line.
+  [[nodiscard]] bool begins_with_echo(const std::string& question, const std::string& answer) const;
   /// Describes the fault of a line that returns what is sent, and its remedy.
   [[nodiscard]] std::string echo_hint(const std::string& question) const;
   [[nodiscard]] std::string reason(const FieldValues& fields, const std::string& answer) const;

@@ -203,12 +203,17 @@ void read_text_links(const TomlTable& link, const TemplateReader& templates, Dur
   settings.read_at_most = kTextReadAtMost;
   settings.write_at_most = kTextReadAtMost;
   read_wire(link, templates, longest_timeout, common, settings);
+  const auto check_prefix = [](const TomlTable& table, const TextWire& wire) {
+    if (wire.answers_have_prefix && !wire.prefix)
+      table.note_error("answers_have_prefix", "the link has no \"prefix\" that the answers could begin with");
+  };
   unit.holes = true;
   unit.status_every = whole<int>(link, "status_every", 0, 3600, 1);
   const auto add = [&](LinkKind kind, const TomlTable& own) {
     MapLink made{.kind = kind, .modbus = settings, .text = common};
     made.modbus.framing = kind == LinkKind::text_tcp ? ModbusLink::Framing::tcp : ModbusLink::Framing::rtu;
     read_wire(own, templates, longest_timeout, made.text, made.modbus);
+    check_prefix(own.has("answers_have_prefix") ? own : link, made.text);
     if (own.has("port")) made.modbus.port = whole<std::uint16_t>(own, "port", 1, 65535);
     if (own.has("settings")) {
       const auto format = parse_serial_format(own.text("settings"));

@@ -19,7 +19,6 @@ namespace gyrotherm::drivers {
 struct WrittenCodes {
   std::map<std::string, std::vector<std::int64_t>> numbers;
   std::map<std::string, std::vector<std::string>> texts;
-  [[nodiscard]] bool is_empty() const { return numbers.empty() && texts.empty(); }
 };
 
 /// Returns whether a field of this form is a text in the virtual registers.

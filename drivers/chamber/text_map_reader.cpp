@@ -45,6 +45,17 @@ void read_codes(const TomlTable& table, WrittenCodes& codes) {
   }
 }
 
+/// Adds the names of `others` to a map. Returns whether each name that both have is the same in both.
+template <class Names>
+bool add_names(Names& names, const Names& others) {
+  bool agree = true;
+  for (const auto& [name, value] : others) {
+    const auto [known, is_new] = names.emplace(name, value);
+    agree = agree && (is_new || known->second == value);
+  }
+  return agree;
+}
+
 /// Adds the bits of one table.
 void read_flags(const TomlTable& table, RegisterItem& item) {
   for (const auto& flag : table.keys())
@@ -56,7 +67,8 @@ std::vector<std::string> find_field_names(const std::string& text) {
   std::vector<std::string> names;
   for (auto begin = text.find('{'); begin != std::string::npos; begin = text.find('{', begin + 1)) {
     const auto end = text.find_first_of(":{}", begin + 1);
-    if (end != std::string::npos && text[end] == ':') names.push_back(text.substr(begin + 1, end - begin - 1));
+    const bool is_name = end != std::string::npos && text[end] != '{' && end > begin + 1;
+    if (is_name) names.push_back(text.substr(begin + 1, end - begin - 1));
   }
   return names;
 }
@@ -80,12 +92,18 @@ class ItemReader {
   /// `any_kind` is set for a file whose kind is not that of a chamber: an item may have no question of its own, its
   /// values are those on the line, and one question may be asked for each of several inputs.
   ItemReader(const TomlTable& file, const TemplateReader& templates, bool any_kind, RegisterMap& map, TextLink& text)
-      : templates_(templates), any_kind_(any_kind), map_(map), text_(text), tables_(file.tables("item")) {
-    for (const auto& table : tables_) {
+      : templates_(templates), any_kind_(any_kind), map_(map), text_(text) {
+    std::set<std::string> names;
+    for (const auto& table : file.tables("item")) {
       const auto name = table.text("name");
-      if (!own_.emplace(name, &table).second)
-        table.note_error("name", fmt::format("a second item is named \"{}\"", name));
+      if (names.insert(name).second) {
+        tables_.push_back(table);
+        continue;
+      }
+      table.note_error("name", fmt::format("a second item is named \"{}\"", name));
+      for (const auto& key : table.keys()) table.ignore(key);
     }
+    for (const auto& table : tables_) own_.emplace(table.text("name"), &table);
   }
 
   void read() {
@@ -123,6 +141,7 @@ class ItemReader {
     if (query.also_asked.empty()) return table.note_error("ask", "missing key \"ask\"");
     query.ask = query.also_asked.front();
     query.also_asked.erase(query.also_asked.begin());
+    check_line_end(table, "ask", query.ask);
     if (text_.queries.size() == kMostQuestions)
       table.note_error("ask", fmt::format("more than {} questions", kMostQuestions));
     query.first = static_cast<std::uint16_t>(std::min(text_.queries.size(), kMostQuestions) * kQuestionStride);
@@ -177,13 +196,16 @@ class ItemReader {
 
   void read_question(const TomlTable& table, const TemplateReader& templates, const std::string& name) {
     TextQuery query;
-    for (const auto& line : texts_at(table, "before"))
+    for (const auto& line : texts_at(table, "before")) {
       query.before.push_back(templates.read_constant(table, "before", line));
+      check_line_end(table, "before", query.before.back());
+    }
     query.answers = templates.read_all(table, "answer");
     if (query.answers.empty()) table.note_error("answer", "missing key \"answer\"");
     if (any_kind_ && table.has("within")) query.within = table.duration("within");
     check_answer_ends(table, query.answers, map_);
     begin_question(table, templates, query);
+    check_asked_once(table, query);
     for (const auto& answer : query.answers)
       for (const auto& field : answer.fields()) {
         const bool is_known =
@@ -214,6 +236,29 @@ class ItemReader {
     text_.queries.push_back(std::move(query));
   }
 
+  /// Notes an error for a line that contains the characters that are sent after each line.
+  void check_line_end(const TomlTable& table, const char* key, const std::string& line) const {
+    const auto contains_end = [&](const MapLink& link) {
+      const auto& end = link.text.question_end;
+      return !link.text.frame && !end.empty() && line.find(end) != std::string::npos;
+    };
+    if (std::ranges::any_of(map_.links, contains_end))
+      table.note_error(
+          key, fmt::format("\"{}\" contains \"question_end\", which is sent after each line; remove it", plain(line)));
+  }
+
+  /// Notes an error for a question that another item asks with another answer. A virtual unit has one answer to it.
+  void check_asked_once(const TomlTable& table, const TextQuery& query) {
+    if (any_kind_ || query.ask.empty()) return;
+    const auto answers = texts_at(table, "answer");
+    const auto [other, is_new] = asked_.emplace(query.ask, std::pair(table.text("name"), answers));
+    if (!is_new && other->second.second != answers)
+      table.note_error("ask",
+                       fmt::format("the item \"{}\" asks the same question and has another answer; write one item "
+                                   "whose answer has the fields of both, as in {{air_temperature:f.1}}",
+                                   other->second.first));
+  }
+
   /// Adds the items of answers that could not be parsed, so that the rules about them cause no further errors.
   void add_rejected_items(const TomlTable& table, const std::string& name, TextQuery& query) {
     const auto lines = texts_at(table, "answer");
@@ -240,13 +285,7 @@ class ItemReader {
       text_.quantities.insert(name);
     RegisterItem item;
     item.name = name;
-    WrittenCodes written;
-    if (question && question->has("codes")) {
-      const auto all = question->table("codes");
-      if (all.is_table(name)) read_codes(all.table(name), written);
-      if (question == &table) read_codes(all, written);
-    }
-    if (question != &table && table.has("codes")) read_codes(table.table("codes"), written);
+    const auto written = read_all_codes(name, table, question);
     const auto form =
         known.value_or(FieldForm{.kind = written.texts.empty() ? FieldForm::Kind::integer : FieldForm::Kind::text});
     auto texts = assign_codes(table, form, written, item);
@@ -254,11 +293,7 @@ class ItemReader {
     item.text.characters =
         form.kind == FieldForm::Kind::bits ? static_cast<std::uint16_t>(form.width) : kCharactersOfText;
     read_number(table, form, item);
-    if (question && question->has("flags")) {
-      const auto all = question->table("flags");
-      if (all.is_table(name)) read_flags(all.table(name), item);
-    }
-    read_flags(table.table("flags"), item);
+    read_all_flags(table, question, item);
     if (known) check_flags_and_sentinels(table, form, item);
     if (!item.codes.empty() || !item.flags.empty()) make_unscaled(table, item);
     if (auto shared = describe_shared_code(item, texts); !shared.empty()) table.note_error("codes", std::move(shared));
@@ -268,6 +303,38 @@ class ItemReader {
     item.confidence = one_of(kConfidences, table, "confidence", "unverified");
     item.note = table.text("note", "");
     return {std::move(item), std::move(texts)};
+  }
+
+  /// Reads the codes of an item from its own table, and from that of the question that contains it.
+  static WrittenCodes read_all_codes(const std::string& name, const TomlTable& table, const TomlTable* question) {
+    WrittenCodes written, own;
+    const auto all = question ? question->table("codes") : table.table("codes");
+    if (question && all.is_table(name)) read_codes(all.table(name), written);
+    if (question == &table) read_codes(all, written);
+    if (question == &table || !table.has("codes")) return written;
+    read_codes(table.table("codes"), own);
+    const bool agree = add_names(own.numbers, written.numbers) && add_names(own.texts, written.texts);
+    if (!agree) note_given_twice(table, "codes", name, *question);
+    return own;
+  }
+
+  static void note_given_twice(const TomlTable& table, const char* key, const std::string& name,
+                               const TomlTable& question) {
+    table.note_error(key,
+                     fmt::format("one of the {1} of \"{0}\" is given twice and differs: here, and as {1}.{0} of the "
+                                 "question \"{2}\"",
+                                 name, key, question.text("name")));
+  }
+
+  /// Reads the flags of an item from its own table, and from that of the question that contains it.
+  static void read_all_flags(const TomlTable& table, const TomlTable* question, RegisterItem& item) {
+    if (question && question->has("flags")) {
+      const auto all = question->table("flags");
+      if (all.is_table(item.name)) read_flags(all.table(item.name), item);
+    }
+    const auto of_question = std::exchange(item.flags, {});
+    read_flags(table.table("flags"), item);
+    if (!add_names(item.flags, of_question)) note_given_twice(table, "flags", item.name, *question);
   }
 
   /// Removes the scale and unit that a question states for its numbers from an item with codes or flags. Notes an error
@@ -339,11 +406,15 @@ class ItemReader {
         item->resolution = std::max(item->resolution, std::pow(10.0, -value->form.decimals) * item->scale);
     }
     item->writable = true;
-    for (const auto& line : texts_at(table, "then"))
+    check_line_end(table, "tell", command.tell.format({}));
+    for (const auto& line : texts_at(table, "then")) {
       command.then.push_back(templates_.read_constant(table, "then", line));
+      check_line_end(table, "then", command.then.back());
+    }
     if (table.has("then_when"))
       command.then_when = std::make_shared<const Condition>(read_condition(table.table("then_when"), map_));
-    const bool has_effect = table.has("effect") && is_readable(table, "effect", table.text("effect"));
+    const bool has_effect = table.has("effect");
+    if (has_effect) (void)is_readable(table, "effect", table.text("effect"));  // an unknown one is an error of its own
     // The readers of other kinds have rules of their own for commands without an answer.
     if (!any_kind_ && command.acknowledged.empty() && !item->readable && item->seen_in.empty() && !has_effect)
       table.note_error("tell", "this command is neither acknowledged nor read back");
@@ -398,6 +469,8 @@ class ItemReader {
     std::string field, item;
   };
   std::vector<LateMirror> late_mirrors_;
+  /// Question → the first item that asks it, and its answers.
+  std::map<std::string, std::pair<std::string, std::vector<std::string>>> asked_;
   std::vector<TomlTable> tables_;
   std::map<std::string, const TomlTable*> own_;
   std::vector<const TomlTable*> tables_of_commands_;
@@ -415,6 +488,7 @@ void read_any_text_unit(const TomlTable& file, const TextParameters& parameters,
   for (const auto* documentation : {"model", "firmware"}) (void)file.text(documentation, "");
   (void)file.text("source");
   auto text = std::make_shared<TextLink>();
+  map.text_link = text;
   const auto link = file.table("link");
   text->encoding = read_text_encoding(link);
   TemplateReader templates(file, text->encoding, parameters);
@@ -437,7 +511,6 @@ void read_any_text_unit(const TomlTable& file, const TextParameters& parameters,
   }
   if (!any_kind && file.has("profile_memory"))
     text->memory = read_text_memory(file.table("profile_memory"), templates, map);
-  map.text_link = std::move(text);
 }
 
 }  // namespace

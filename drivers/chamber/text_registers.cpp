@@ -172,7 +172,8 @@ class TextRegisters final : public Registers {
       }
       const auto words =
           std::span(known->second).subspan(static_cast<std::size_t>(item.address - query->first), word_count(item));
-      const auto cell = std::ranges::find(query->cells, field.name, &TextCell::field);
+      const auto cell =
+          std::ranges::find(query->cells, static_cast<std::size_t>(&item - map_.items.data()), &TextCell::item);
       values[field.name] = to_field(item, cell == query->cells.end() ? CodeTexts{} : cell->codes, words);
     }
     return {};

@@ -122,7 +122,10 @@ std::string list_names(const drivers::RegisterMap& unit, const drivers::TextQuer
 /// Formats a template with the names of its fields in place of their values: "PRGM DATA WRITE,PGM…,STEP…".
 std::string show_template(const drivers::TextTemplate& form) {
   drivers::FieldValues values;
-  for (const auto& field : form.fields()) values[field.name] = std::string("…");
+  for (const auto& [name, field] : form.fields()) {
+    const bool is_digits = field.kind == drivers::FieldForm::Kind::bits;
+    values[name] = is_digits ? std::string(static_cast<std::size_t>(field.width), '?') : std::string("…");
+  }
   return plain(form.format(values));
 }
 
@@ -140,9 +143,8 @@ std::string list_lines(const drivers::TextUnitFile& file) {
     add(query.ask, list_names(unit, query));
   }
   for (const auto& command : unit.text_link->commands)
-    add(command.tell.format({{"value", std::string("…")}}),
-        fmt::format("writes {}{}", unit.items[command.item].name,
-                    command.acknowledged.empty() ? "; not acknowledged" : ""));
+    add(show_template(command.tell), fmt::format("writes {}{}", unit.items[command.item].name,
+                                                 command.acknowledged.empty() ? "; not acknowledged" : ""));
   for (const auto& stored : unit.text_link->memory) {
     add(show_template(stored.tell), "stores a part of a program");
     if (stored.ask) add(show_template(*stored.ask), "reads it back");

@@ -620,8 +620,8 @@ TEST(TextMap, ReadsStatusInHexadecimalDigitsWithoutSign) {
 }
 
 TEST(TextMap, RepeatsPresentTextWithoutCode) {
-  const auto map = parse_register_map(
-      map_text_with("tell = \"TEMP, S{value:f.1}\"", "tell = \"SET {value:f.1},{mode:s}\""), "test");
+  const auto map =
+      parse_register_map(map_text_with("tell = \"TEMP, S{value:f.1}\"", "tell = \"SET {value:f.1},{mode:s}\""), "test");
   ASSERT_TRUE(map) << text(map.error());
   auto stream = std::make_unique<ScriptedChamber>();
   auto* line = stream.get();
@@ -739,6 +739,65 @@ TEST_F(TextChamber, NamesRemedyOfLineThatRepeatsQuestion) {
               std::string::npos)
         << identity.error().what;
   }
+}
+
+TEST_F(TextChamber, NamesRemedyOfAnswerAfterRepeatedQuestion) {
+  for (const auto* end : {"\r", "\n", "\n\r"}) {
+    line->answer = [&](const std::string& question) { return question + end + " 20.28\r\n"; };
+    ASSERT_FALSE(chamber->read());
+    const auto fault = chamber->read().error();
+    EXPECT_NE(fault.what.find("repeats the question"), std::string::npos) << fault.what;
+    EXPECT_NE(fault.what.find("or write the repeated question into the template"), std::string::npos) << fault.what;
+  }
+  line->answer = [&](const std::string& question) { return question + " 20.28\r\n"; };
+  EXPECT_EQ(chamber->read().error().what.find("repeats"), std::string::npos) << "may be the name of the value";
+}
+
+/// Counts the errors of the first test map after a replacement.
+std::ptrdiff_t count_errors(const std::string& from, const std::string& to) {
+  const auto errors = errors_after(from, to);
+  return errors.empty() ? 0 : std::ranges::count(errors, '\n') + 1;
+}
+
+TEST(TextMap, EachMistakeIsOneErrorWithItsCause) {
+  const auto expect = [](const std::string& from, const std::string& to, const std::string& part) {
+    EXPECT_NE(errors_after(from, to).find(part), std::string::npos) << to << ": " << errors_after(from, to);
+    EXPECT_EQ(count_errors(from, to), 1) << to << ": " << errors_after(from, to);
+  };
+  expect("answer = \"{value:s}\"", "answer = \"{value}\"", "is not a field");
+  expect("answer = \"{air_temperature:f}, {set_point:f}", "answer = \"{air_temperature}, {set_point:f}",
+         "is not a field");
+  expect("[control]", "[[item]]\nname = \"mode\"\nask = \"M?\"\nanswer = \"{value:d}\"\n[control]",
+         "a second item is named \"mode\"");
+  expect("[control]", "[[item]]\nname = \"go\"\ntell = \"GO\"\neffect = \"gone\"\n[control]",
+         "no item is named \"gone\"");
+  const std::string tell = "tell = \"TEMP, S{value:f.1}\"\nacknowledged = \"OK:{_:s}\"\n";
+  expect(tell, "", "expected \"ask\" or \"tell\"");
+  expect(tell, "ask = \"SP?\"\nanswer = \"{value:f}\"\n", "item \"set_point\" has no \"tell\"");
+  expect("is = \"constant\"", "is = \"constnat\"",
+         "item \"mode\" has no code named \"constnat\"; expected one of: constant, standby");
+  expect("on = \"constant\"", "on = \"run\"", "item \"mode\" has no code named \"run\"; expected one of");
+  expect("code = \"constant\"", "code = \"run\"", "item \"mode\" has no code named \"run\"; expected one of");
+  expect("timeout = \"200 ms\"", "answers_have_prefix = true", "has no \"prefix\"");
+  expect("ask = \"TEMP?\"", "ask = \"TEMP?\\r\\n\"", "contains \"question_end\"");
+  expect("tell = \"TEMP, S{value:f.1}\"", "tell = \"TEMP, S{value:f.1}\\r\\n\"", "contains \"question_end\"");
+  expect("[control]", "[[item]]\nname = \"again\"\nask = \"MODE?\"\nanswer = \"{value:d}\"\n[control]",
+         "the item \"mode\" asks the same question");
+  const std::string status = "[[item]]\nname = \"status\"\nask = \"S?\"\nanswer = \"{lamp:d},{fan:x2}\"\n";
+  const std::string lamp = "[[item]]\nname = \"lamp\"\ntell = \"L{value:d}\"\nacknowledged = \"OK\"\n";
+  expect("[control]", status + "codes.lamp = { off = 0, on = 5 }\n" + lamp + "codes = { off = 0, on = 1 }\n[control]",
+         "one of the codes of \"lamp\" is given twice and differs");
+  expect("[control]", status + "flags.lamp = { on = 1, off = 2 }\n" + lamp + "flags = { on = 3 }\n[control]",
+         "one of the flags of \"lamp\" is given twice and differs");
+  EXPECT_EQ(errors_after("[control]", status + "codes.lamp = { off = 0, on = 1 }\n" + lamp +
+                                          "codes = { off = 0, spare = 2 }\n[control]"),
+            "")
+      << "names that agree are combined";
+  expect("state = [", "alarm = [{ item = \"fan\", is = \"jam\" }]\nstate = [", "no item is named \"fan\"");
+  const auto flags = map_with_item("name = \"fan\"\nask = \"F?\"\nanswer = \"{value:d}\"\nflags = { stuck = 1 }",
+                                   "[[alarm]]\nitem = \"fan\"\nis = \"jam\"");
+  EXPECT_NE(parse_register_map(flags, "test").error().what.find("has no flag named \"jam\"; expected one of: stuck"),
+            std::string::npos);
 }
 
 TEST(TextMap, RejectedItemCausesOneError) {

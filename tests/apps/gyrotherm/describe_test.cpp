@@ -12,6 +12,7 @@
 #include <mutex>
 #include <span>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -159,6 +160,88 @@ TEST(Describe, RefusesErrorsWithTheirPosition) {
     EXPECT_EQ(refused.exit_code, 2) << arguments;
     EXPECT_NE(refused.err.find(expected), std::string::npos) << refused.err;
   }
+}
+
+/// A chamber whose commands repeat present values, and whose status is a text.
+constexpr const char* kChamber = R"(schema = "gyrotherm-text/1"
+kind = "chamber"
+name = "C-1"
+vendor = "Acme"
+source = "a test"
+[link]
+question_end = "\n"
+answer_end = "\n"
+timeout = "500 ms"
+[link.tcp]
+port = 5025
+[identity]
+ask = "ID?"
+pattern = "^C-1"
+[[item]]
+name = "air_temperature"
+ask = "T?"
+answer = "{value:f.1}"
+[[item]]
+name = "set_point"
+ask = "S?"
+answer = "{value:x4},{run:b1}"
+tell = "W{value:x4}M{run:b1}F{fan:d}"
+acknowledged = "OK"
+scale = 0.1
+[[item]]
+name = "fan"
+ask = "F?"
+answer = "{value:d}"
+tell = "W{set_point:x4}F{value:d}"
+acknowledged = "OK"
+[[item]]
+name = "mode"
+ask = "M?"
+answer = "{value:s}"
+codes = { off = "AUS", on = "EIN" }
+[simulated]
+initial = [{ item = "identity", text = "C-1 V1" }]
+)";
+
+/// Writes the chamber with a replacement to a file. Returns the path.
+std::string write_chamber(const Folder& folder, const std::string& from = "", const std::string& to = "") {
+  std::string text = kChamber;
+  if (!from.empty()) text.replace(text.find(from), from.size(), to);
+  std::ofstream(folder / "chamber.toml") << text;
+  return folder / "chamber.toml";
+}
+
+TEST(Describe, ListsFieldsOfCommandsThatRepeatValues) {
+  const Folder folder;
+  const auto ran = gyrotherm_with("describe " + write_chamber(folder));
+  ASSERT_EQ(ran.exit_code, 0) << ran.err;
+  for (const auto* expected : {"W…M?F… ", "W…F… "})
+    EXPECT_NE(ran.out.find(expected), std::string::npos) << expected << "\n" << ran.out;
+  EXPECT_NE(gyrotherm_with("describe weiss_ascii2").out.find("E … … …"), std::string::npos);
+}
+
+TEST(Describe, RefusesMistakesInVirtualChamberAndKind) {
+  for (const auto& [from, to, expected] : std::vector<std::tuple<std::string, std::string, std::string>>{
+           {"initial = [", "initially = [", "initially"},
+           {"item = \"identity\", text = \"C-1 V1\"", "item = \"fan\", value = \"fast\"", "value"},
+           {"text = \"C-1 V1\"", "text = \"D-1\"", "does not fit the pattern \"^C-1\""},
+           {"kind = \"chamber\"\n", "", "missing key \"kind\""}}) {
+    const Folder folder;
+    const auto refused = gyrotherm_with("describe " + write_chamber(folder, from, to));
+    EXPECT_EQ(refused.exit_code, 4) << to;
+    EXPECT_NE(refused.err.find(expected), std::string::npos) << to << ": " << refused.err;
+  }
+}
+
+TEST(Describe, ShowsTextWithoutCode) {
+  const Folder folder;
+  const auto file = write_chamber(folder);
+  const Instrument chamber({{"ID?", "C-1 V1"}, {"M?", "OFF"}, {"T?", "T?\r 20.5"}});
+  const auto talk = [&](const std::string& item) {
+    return gyrotherm_with("describe " + file + " --talk " + chamber.line() + " --item " + item);
+  };
+  EXPECT_NE(talk("mode").out.find("\"OFF\" (no name in codes)"), std::string::npos) << talk("mode").out;
+  EXPECT_NE(talk("air_temperature").err.find("repeats the question"), std::string::npos);
 }
 
 TEST(Describe, AsksInstrumentOfAnyKind) {

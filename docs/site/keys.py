@@ -45,7 +45,7 @@ RIG = {
         "parse_rig": [""], "parse_rig:chamber": ["chamber"], "read_chamber": ["chamber"], "read_map": ["chamber"],
         "read_word_order_and_framing": ["chamber", "chamber.link"],
         "read_limiter:chamber": ["chamber"], "read_limiter": ["chamber.limiter"], "read_analysis": ["analysis"],
-        "read_safe_state": ["safe"], "read_room": ["room"], "check_safe_air": [], "check_relay_line": [], "determine_simulated": [""],
+        "read_safe_state": ["safe"], "read_room": ["room"], "check_safe_air": [], "check_safe_off": [], "check_relay_line": [], "determine_simulated": [""],
         "read_trusted_certificates": ["certificates"],
     },
     "sequencer/rig/thermometer_certificate.cpp": {"read_named_certificate": _CALIBRATED},

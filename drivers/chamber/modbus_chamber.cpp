@@ -42,7 +42,7 @@ std::string alarm_text(const AlarmRule& rule, const RegisterItem& item, double v
 
 struct ChamberStatus {
   ChamberActivity activity = ChamberActivity::unknown;
-  std::string unmatched;  ///< values that fit no state
+  std::string unmatched;            ///< values that fit no state
   std::vector<std::string> alarms;  ///< most severe first
   bool must_stop{};
   std::optional<double> humidity_percent;
@@ -62,7 +62,8 @@ std::string describe_state_values(const RegisterMap& map, const ItemValue& value
     if (!found || std::ranges::find(names, name) != names.end()) continue;
     names.push_back(name);
     const auto& item = *map.find(name);
-    texts.push_back(fmt::format("{} {}", name, item.codes.empty() ? fmt::format("{:g}", *found) : meaning(item, *found)));
+    texts.push_back(
+        fmt::format("{} {}", name, item.codes.empty() ? fmt::format("{:g}", *found) : meaning(item, *found)));
   }
   return fmt::format("{}", fmt::join(texts, ", "));
 }

@@ -64,18 +64,21 @@ Result<control::ControlRequest> make_request(const std::string& verb, const std:
 
 }  // namespace
 
-WebAnswer RunControl::request_confirmation(const Sender& sender, const FoundRun& run, const std::string& verb) {
+WebAnswer RunControl::request_confirmation(const Sender& sender, const FoundRun& run, const std::string& verb,
+                                           bool has_confirmed) {
   const auto& overview = run.status.overview;
   const auto done = run.status.slot >= 0 ? format_duration(run.length()) : std::string("nothing");
   const auto left = overview.time_left ? format_duration(*overview.time_left) : std::string("an unknown time");
   const auto& chamber = verb == "abort" ? run.chamber_after_abort : run.chamber_after_stop;
-  return {
-      .status = 409,
-      .body = json_text(Json{{"confirm", confirmations_.issue_token(sender.name(), run.key, verb)},
-                             {"question", fmt::format("{} done, {} left. The run ends and {}. {}", done, left, chamber,
-                                                      verb == "abort" ? kAbortNote : kStopNote)},
-                             {"elapsed_s", run.status.slot + 1},
-                             {"left_s", overview.time_left ? Json(to_seconds(*overview.time_left)) : Json(nullptr)}})};
+  Json json{{"confirm", confirmations_.issue_token(sender.name(), run.key, verb)},
+            {"question", fmt::format("{} done, {} left. The run ends and {}. {}", done, left, chamber,
+                                     verb == "abort" ? kAbortNote : kStopNote)},
+            {"elapsed_s", run.status.slot + 1},
+            {"left_s", overview.time_left ? Json(to_seconds(*overview.time_left)) : Json(nullptr)}};
+  if (has_confirmed)
+    json["error"] = fmt::format("{} was not sent: a confirmation is valid once, within {}", verb,
+                                format_duration(Confirmations::kLifetime));
+  return {.status = 409, .body = json_text(json)};
 }
 
 WebAnswer RunControl::answer(const WebRequest& request, const std::string& key, const std::string& verb) {
@@ -91,7 +94,7 @@ WebAnswer RunControl::answer(const WebRequest& request, const std::string& key, 
   auto command = make_request(verb, *body);
   if (!command) return refusal(400, command.error().what);
   if (is_ending_command(verb) && !confirmations_.redeem(body->at("confirm"), sender.name(), run->key, verb))
-    return request_confirmation(sender, *run, verb);
+    return request_confirmation(sender, *run, verb, !body->at("confirm").empty());
   command->for_user = sender.name();
   const auto answer = control::send_request(run->path, *command, kAnswerTimeout);
   if (!answer) return refusal(503, answer.error().what);

@@ -24,11 +24,12 @@ class RunControl {
   /// Answers POST /api/v1/runs/KEY/VERB with {"text", "alarm", "time", "confirm"}. The verb is pause, resume, stop,
   /// abort, note, acknowledge, shelve or unshelve. For stop, abort and shelve, the text is the reason. Without a valid
   /// "confirm", stop and abort change nothing: the answer is 409, with the progress of the run and a token, valid for
-  /// 30 s, that confirms the command.
+  /// 30 s, that confirms the command. If "confirm" is not valid, the answer has an "error", too.
   [[nodiscard]] WebAnswer answer(const WebRequest& request, const std::string& key, const std::string& verb);
 
  private:
-  [[nodiscard]] WebAnswer request_confirmation(const Sender& sender, const FoundRun& run, const std::string& verb);
+  [[nodiscard]] WebAnswer request_confirmation(const Sender& sender, const FoundRun& run, const std::string& verb,
+                                               bool has_confirmed);
 
   AccessControl& access_;
   const RunCatalogue& catalogue_;

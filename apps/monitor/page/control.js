@@ -55,10 +55,11 @@ const control = (() => {
     start_page();
   }
 
-  /// Shows a dialog. `input_label` adds a text input. Resolves to the entered text, or to null if the user cancels.
-  function show_dialog(title, text, action, is_destructive, input_label) {
+  /// Shows a dialog. `input_label` adds a text input, which contains `entered` at first. Resolves to the entered text, or
+  /// to null if the user cancels.
+  function show_dialog(title, text, action, is_destructive, input_label, entered = '') {
     return new Promise(resolve => {
-      const text_input = make_element('input', {id: 'dialog-text', maxlength: 500, autocomplete: 'off'});
+      const text_input = make_element('input', {id: 'dialog-text', maxlength: 500, autocomplete: 'off', value: entered});
       const form = make_element(
         'form',
         {method: 'dialog'},
@@ -85,7 +86,7 @@ const control = (() => {
 
   /// Shows the result of a command and reports it to screen readers.
   function show_result(response) {
-    const text = response.ok ? response.json.done : response.json.error;
+    const text = response.ok ? response.json.done : (response.json.error ?? 'the command was not carried out');
     announce(text);
     set_text(document.getElementById('command-result'), text);
   }
@@ -97,17 +98,29 @@ const control = (() => {
       if (text !== null) show_result(await post(`/api/v1/runs/${run.key}/${verb}`, {text}));
       return;
     }
-    const first = await post(`/api/v1/runs/${run.key}/${verb}`, {});
-    if (!first.json.confirm) return show_result(first);
-    const reason = await show_dialog(
-      verb === 'stop' ? 'Stop the run?' : 'Abort the run?',
-      first.json.question,
-      verb === 'stop' ? 'Stop run' : 'Abort run',
-      true,
-      'Reason'
-    );
-    if (reason === null) return;
-    show_result(await post(`/api/v1/runs/${run.key}/${verb}`, {confirm: first.json.confirm, text: reason}));
+    const response = await send_confirmed(`/api/v1/runs/${run.key}/${verb}`, verb);
+    if (response !== null) show_result(response);
+  }
+
+  /// Sends a command that ends the run and asks the user to confirm it, again if the confirmation was too late. Returns
+  /// the last response, or null if the user cancels.
+  async function send_confirmed(path, verb) {
+    let response = await post(path, {}),
+      reason = '';
+    while (response.json.confirm) {
+      const {confirm, question, error} = response.json;
+      reason = await show_dialog(
+        verb === 'stop' ? 'Stop the run?' : 'Abort the run?',
+        error ? `${make_sentence(error)} ${question}` : question,
+        verb === 'stop' ? 'Stop run' : 'Abort run',
+        true,
+        'Reason',
+        reason
+      );
+      if (reason === null) return null;
+      response = await post(path, {confirm, text: reason});
+    }
+    return response;
   }
 
   // Verb in the address, label of the button, and whether the command ends the run.

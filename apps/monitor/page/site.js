@@ -108,10 +108,6 @@ function answer_table(query, label, rows) {
   );
 }
 
-function make_sentence(text) {
-  return text[0].toUpperCase() + text.slice(1) + '.';
-}
-
 function truncation_note(name, rows) {
   if (rows.length < kMaxRows) return null;
   return make_element('p', {class: 'note'}, `There may be more rows. gyrotherm site ${name} --most 0 prints all.`);

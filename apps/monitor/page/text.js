@@ -125,6 +125,11 @@ function format_duration(seconds) {
   return `${whole} s`;
 }
 
+/// Returns a text as a sentence: with a capital and a full stop.
+function make_sentence(text) {
+  return text[0].toUpperCase() + text.slice(1) + '.';
+}
+
 /// Like format_duration, but without a part that is zero: "30 min", "1 h".
 function format_round_duration(seconds) {
   const text = format_duration(seconds);

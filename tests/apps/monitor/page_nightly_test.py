@@ -207,6 +207,41 @@ class Page(WatchedRun):
               })()""")
             self.assertEqual(touching, [], width)
 
+    def test_2_late_confirmation_is_requested_again(self) -> None:
+        for verb, action in (("stop", "Stop run"), ("abort", "Abort run")):
+            self.browser.get("about:blank")
+            self.open_view("now")
+            self.expect_text("Last sample")
+            self.browser.execute_script("window.sent = [];")
+            self.replace_answers("/" + verb, """(() => {
+                const body = JSON.parse(options.body), tokens = [undefined, 'a', 'b', 'c'];
+                sent.push([body.confirm, body.text]);
+                if (body.confirm === 'c') return Response.json({done: 'the run ends'});
+                const error = body.confirm && 'not sent: too late';
+                const confirm = tokens[tokens.indexOf(body.confirm) + 1];
+                return Response.json({confirm, question: '1 min done.', error}, {status: 409});
+              })()""", asks=False)
+            self.press(f"//button[@id='command-{verb}']")
+            self.expect_text("1 min done.")
+            self.assertNotIn("too late", self.text())
+            self.enter("dialog-text", "smoke")
+            for more in (" and fire", "", ""):
+                self.assertTrue(self.evaluate("document.getElementById('dialog').open"))
+                self.enter("dialog-text", more)
+                self.browser.execute_script("window.form = document.querySelector('dialog form');")
+                self.press(f"//dialog//button[.='{action}']")
+                is_answered = "document.querySelector('dialog form') !== form || sent.at(-1)[0] === 'c'"
+                self.assertTrue(until(lambda: self.evaluate(is_answered), 5))
+                if more:
+                    self.expect_text("Not sent: too late. 1 min done.")
+            result = "document.getElementById('command-result').textContent"
+            self.assertTrue(until(lambda: self.evaluate(result) == "the run ends", 5), self.evaluate(result))
+            reason = "smoke and fire"
+            self.assertEqual(self.evaluate("sent"), [[None, None], ["a", reason], ["b", reason], ["c", reason]])
+            self.replace_answers("/" + verb, "Response.json({}, {status: 500})", asks=False)
+            self.press(f"//button[@id='command-{verb}']")
+            self.assertTrue(until(lambda: self.evaluate(result) == "the command was not carried out", 5))
+
     def events(self) -> list[tuple[str, str]]:
         found = Browser(self.monitor, "ada").ask(f"/api/v1/runs/{self.key}/events").json["events"]
         return [(event["kind"], event["text"]) for event in found]
@@ -776,6 +811,18 @@ class Page(WatchedRun):
 
     def connection(self) -> str:
         return self.browser.find_element(By.ID, "connection").text
+
+    def replace_answers(self, part: str, answer: str, asks: bool = True) -> None:
+        """Replaces later answers to requests whose path contains `part`. `answer` is computed from the monitor's answer,
+        `got`, unless `asks` is false, and from the `options` of the request."""
+        self.browser.execute_script(f"""
+            window.own_fetch ??= window.fetch;
+            window.fetch = async (path, options) => {{
+              if (!path.includes('{part}')) return own_fetch(path, options);
+              const got = {"await own_fetch(path, options)" if asks else "null"};
+              return {answer};
+            }};
+            """)
 
     def replace_runs_answer(self, answer: str) -> None:
         """Replaces later answers to requests for all runs. `answer` is computed from the monitor's answer, `json`."""

@@ -104,11 +104,13 @@ const chart = (() => {
     return [Math.min(low, value), mean + (value - mean) / (count + 1), Math.max(high, value)];
   }
 
-  /// Adds a sample to its bucket, and creates the buckets up to it. Ignores a sample that is already in a bucket.
+  /// Adds a sample to its bucket, which may be a new one. Ignores a sample that is already in a bucket. Returns false and
+  /// adds nothing if samples between the last bucket and this sample are missing: the stream omits samples of a fast run.
   /// `value_indices` are the positions of the shown channels in a sample.
   function add_sample(rows, series, sample, value_indices, started_ms) {
     const bucket = Math.floor((sample.slot - series.from) / series.step);
-    if (bucket < 0 || sample.slot <= series.last) return;
+    if (bucket < 0 || sample.slot <= series.last) return true;
+    if (sample.slot > series.last + series.step) return false;
     series.last = sample.slot;
     while (rows.length <= bucket)
       rows.push([
@@ -120,6 +122,7 @@ const chart = (() => {
       const value = sample.values[value_index];
       if (value !== null && value !== undefined) rows[bucket][i + 1] = add_value(rows[bucket][i + 1], count, value);
     });
+    return true;
   }
 
   // Labels of the marks, by the kind of the event. Other kinds have no mark.
@@ -192,7 +195,10 @@ const chart = (() => {
       view = {span: run_length_s(run.status, null) > 7200 ? 0 : 3600, from: null, to: null},
       request_count = 0,
       redraw_due_ms = 0,
-      loaded_ms = 0;
+      // Samples are missing after the last bucket.
+      is_stale = false,
+      is_loading = false,
+      requested_ms = -Infinity;
     // The last second with data. The requests of the chart are in seconds.
     const last_s = () =>
       run.status.imported
@@ -415,11 +421,14 @@ const chart = (() => {
       const request = ++request_count,
         {from, to} = visible_seconds(),
         requested = names.filter(name => selected.has(name));
+      is_loading = true;
+      requested_ms = performance.now();
       const response = await request_json(
         `/api/v1/runs/${run.key}/series?channels=${requested.map(encodeURIComponent).join(',')}` +
           `&from=${from}&to=${to}&buckets=${Math.min(kMaxBuckets, Math.max(300, box.clientWidth))}`
       );
       if (request !== request_count || page.view.name !== 'trend') return;
+      is_loading = false;
       set_text(notice, response.ok ? '' : response.json.error);
       if (!response.ok) return;
       if (
@@ -431,8 +440,8 @@ const chart = (() => {
       }
       series = response.json;
       rows = shown.rows = make_rows(series, started_ms, run.events);
+      is_stale = false;
       if (is_growing()) run.recent_samples.forEach(add);
-      loaded_ms = performance.now();
       if (rows.length > 0) return draw();
       set_text(caption, '');
       set_text(notice, 'No data in this interval.');
@@ -443,21 +452,20 @@ const chart = (() => {
         value_indices = series.channels.map(channel =>
           channel.name === 'set_point_c' && is_idle ? -1 : value_names.indexOf(channel.name)
         );
-      add_sample(rows, series, sample, value_indices, started_ms);
+      is_stale = !add_sample(rows, series, sample, value_indices, started_ms) || is_stale;
     }
 
-    /// Adds a sample. Redraws at most four times a second. Requests the buckets again if there are too many or if they
-    /// begin too long before the visible interval.
+    /// Adds a sample. Redraws at most four times a second. Requests the buckets again if samples are missing, if there
+    /// are too many buckets, or if they begin too long before the visible interval.
     function on_sample(sample) {
       if (!series || !is_growing()) return;
       add(sample);
       const now = performance.now();
       if (now < redraw_due_ms || !graph) return;
       redraw_due_ms = now + 250;
-      if (
-        now - loaded_ms > 3000 &&
-        (rows.length > 1.25 * kMaxBuckets || (view.span && sample.slot - series.from > 1.2 * view.span))
-      )
+      const is_too_long =
+        rows.length > 1.25 * kMaxBuckets || (view.span && sample.slot - series.from > 1.2 * view.span);
+      if (!is_loading && ((is_stale && now - requested_ms > 1000) || (is_too_long && now - requested_ms > 3000)))
         return load();
       const first = view.span ? rows.findIndex(row => row[0] >= started_ms + 1000 * (sample.slot - view.span)) : 0;
       if (first > 0) {
@@ -482,9 +490,6 @@ const chart = (() => {
     return {
       name: 'trend',
       on_sample,
-      on_skip: () => {
-        if (is_following() && performance.now() - loaded_ms > 1000) load();
-      },
       on_event: () => {
         if (graph) graph.setAnnotations(present_marks());
       },

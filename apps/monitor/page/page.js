@@ -4,9 +4,6 @@
 // alarms.js the list of alarms, standard.js the view of the check standard, and site.js the view of the site.
 'use strict';
 
-// Longest gap between samples in s after which a chart is not requested again.
-const kLongestSmallGapS = 60;
-
 const page = {
   session: {may_look: false, may_control: false, name: null},
   // The shown run, as created by load_run().
@@ -90,14 +87,10 @@ function handle_sample(sample) {
   if (run.sample && sample.slot <= run.sample.slot) return;
   // The page was opened before the header of the record was complete.
   if (run.channels.length === 0) return load_again();
-  // Samples are omitted if the run is faster than the stream.
-  const has_skipped = run.sample && sample.slot > run.sample.slot + kLongestSmallGapS;
   run.sample = sample;
-  if (has_skipped) run.recent_samples = [];
   run.recent_samples.push(sample);
   if (run.recent_samples.length > 300) run.recent_samples.shift();
   run.sample_received_ms = performance.now();
-  if (has_skipped && page.view.on_skip) page.view.on_skip();
   if (page.view.on_sample) page.view.on_sample(sample);
 }
 

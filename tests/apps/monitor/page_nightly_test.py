@@ -207,6 +207,25 @@ class Page(WatchedRun):
               })()""")
             self.assertEqual(touching, [], width)
 
+    def test_2_trend_shows_no_gap_that_is_not_in_the_record(self) -> None:
+        """A sample that does not follow the last one is not added: the samples before it are requested."""
+        self.browser.get("about:blank")
+        self.open_view("trend")
+        self.press("//button[.='All']")
+        self.assertTrue(until(lambda: self.browser.find_elements(By.CSS_SELECTOR, ".chart canvas"), 10))
+        time.sleep(2.5)
+        self.browser.execute_script("close_stream(); window.requests = 0;")
+        self.replace_answers("/series?", "(++requests, got)")
+        for count, skipped in enumerate((1, 30, 300), 1):
+            self.browser.execute_script(f"""
+                const sample = page.run.sample;
+                handle_sample(Object.assign({{}}, sample, {{slot: sample.slot + 1 + {skipped}}}));
+                """)
+            self.assertEqual(self.evaluate("chart.count_empty_rows()"), 0, skipped)
+            self.assertTrue(until(lambda: self.evaluate("requests") == count, 5), skipped)
+            time.sleep(1.5)
+            self.assertEqual(self.evaluate("chart.count_empty_rows()"), 0, skipped)
+
     def test_2_late_confirmation_is_requested_again(self) -> None:
         for verb, action in (("stop", "Stop run"), ("abort", "Abort run")):
             self.browser.get("about:blank")

@@ -57,6 +57,7 @@ const drawing = (() => {
       is_closed = false,
       drawn_width = 0,
       drawn_ms = -Infinity,
+      requested_ms = -Infinity,
       drawn_state = null,
       timer = null;
     function refresh_later(ms) {
@@ -67,6 +68,7 @@ const drawing = (() => {
     }
     async function load(slot) {
       loaded_slot = slot;
+      requested_ms = performance.now();
       const names = ['set_point_c', 'chamber_air_c', 'chamber_set_point_c'].filter(name =>
         run.channels.some(channel => channel.name === name)
       );
@@ -100,7 +102,7 @@ const drawing = (() => {
         state = display_state(run.status),
         has_changed = drawn_state !== state;
       if (loaded_slot < 0 || has_changed || slot - loaded_slot > Math.max(20, slot / 400)) {
-        if (now - drawn_ms > 1000 || has_changed) load(slot);
+        if (now - requested_ms > 1000 || has_changed) load(slot);
       }
       drawn_state = state;
       if (!past) return;
@@ -117,6 +119,7 @@ const drawing = (() => {
       const done = profile.map(([t, value], i) =>
         is_in_interval(t, intervals) ? [t, chamber ? chamber[i][1] : null] : [t, value]
       );
+      if (run.status.running && slot > past.last) done.push([slot, set_point]);
       const remaining = remaining_path(run, slot, set_point),
         all = [...done, ...air, ...remaining].filter(point => point[1] !== null);
       if (all.length < 2) return;

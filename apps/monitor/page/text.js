@@ -493,9 +493,14 @@ function ended_ms(status) {
   return has_ended && status.started_ms !== null ? status.started_ms + 1000 * run_length_s(status, null) : null;
 }
 
-/// Returns the expected end of the run, ms UTC, on the clock of its samples. A virtual run has a virtual clock.
+/// Returns the expected end of the run, ms UTC, on the clock of its samples, or null if the run has no dates. A virtual
+/// run has a virtual clock. `sample` may be null, and of another second than the status: it only shows whether the clock
+/// was set during the run.
 function expected_end_ms(status, sample) {
-  if (time_left_s(status) === null) return null;
-  const now = sample && sample.utc_ms !== null ? sample.utc_ms : status.started_ms + 1000 * Math.max(0, status.slot);
-  return now + 1000 * status.time_left_s;
+  const left_s = time_left_s(status);
+  if (left_s === null || status.started_ms === null) return null;
+  const kClockWasSetMs = 30000,
+    difference_ms = sample && sample.utc_ms !== null ? sample.utc_ms - (status.started_ms + 1000 * sample.slot) : 0,
+    correction_ms = Math.abs(difference_ms) > kClockWasSetMs ? difference_ms : 0;
+  return status.started_ms + 1000 * (status.slot + 1 + left_s) + correction_ms;
 }

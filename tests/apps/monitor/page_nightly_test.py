@@ -535,6 +535,21 @@ class Page(WatchedRun):
         positions = f"unit_rows({run}).map(row => row.firstChild.textContent)"
         self.assertEqual(self.evaluate(positions), ["x", "y (dropped)"])
 
+    def test_2_expected_end_follows_the_status(self) -> None:
+        """A sample of another second does not change the end, unless it shows that the clock was set during the run."""
+        self.open_view("now")
+        status = "{running: true, state: 'execute', started_ms: 1000, slot: 24109, time_left_s: 3790}"
+        end_ms = 1000 + 27900000
+        for sample in ("null", "{slot: 24109, utc_ms: 24110000}", "{slot: 24050, utc_ms: 24051000}",
+                       "{slot: 24300, utc_ms: 24302000}", "{slot: 24109, utc_ms: null}"):
+            self.assertEqual(self.evaluate(f"expected_end_ms({status}, {sample})"), end_ms, sample)
+        is_set = "{slot: 24050, utc_ms: 24051000 + 3600000}"
+        self.assertEqual(self.evaluate(f"expected_end_ms({status}, {is_set})"), end_ms + 3600000)
+        self.assertIsNone(self.evaluate(f"expected_end_ms({status.replace('1000', 'null')}, null)"))
+        self.assertIsNone(self.evaluate(f"expected_end_ms({status.replace('true', 'false')}, null)"))
+        first = status.replace("24109", "-1")
+        self.assertEqual(self.evaluate(f"expected_end_ms({first}, null)"), 1000 + 3790000)
+
     def test_2_ended_run_has_its_end(self) -> None:
         self.open_view("now")
         self.expect_text("Time left")
@@ -996,6 +1011,49 @@ class Page(WatchedRun):
             program.kill()
             program.wait()
             log.close()
+
+    def test_6_fast_run_is_followed(self) -> None:
+        """The stream omits samples of a fast run. Trend, profile and expected end follow it nevertheless."""
+        record = self.folder / "fast.db"
+        with open(self.folder / "fast.log", "w", encoding="utf-8") as log:
+            program = subprocess.Popen(
+                [GYROTHERM, "run", "two-position", "--rig", "virtual", "--pace", "x60", "--out", str(record)],
+                cwd=SOURCE, stdout=log, stderr=log
+            )
+        try:
+            key = until(lambda: key_of(self.monitor, Browser(self.monitor, "ada").headers, "fast"), 30)
+            address = f"http://127.0.0.1:{self.monitor.port}/#/run/{key}/"
+            self.browser.get("about:blank")
+            self.browser.get(address + "trend")
+            self.assertTrue(until(lambda: self.browser.find_elements(By.CSS_SELECTOR, ".chart canvas"), 30))
+            seen = set()
+            for _ in range(20):
+                time.sleep(0.4)
+                self.assertEqual(self.evaluate("chart.count_empty_rows()"), 0)
+                seen.add(self.evaluate("chart.shown_times_s().at(-1)"))
+            self.assertGreater(len(seen), 3, "the chart grows")
+            self.browser.get(address + "now")
+            self.assertTrue(until(lambda: self.browser.find_elements(By.CSS_SELECTOR, ".profile-svg .now"), 15))
+            self.browser.execute_script("window.requests = 0;")
+            self.replace_answers("/series?", "(++requests, got)")
+            ends, apart = set(), []
+            for _ in range(20):
+                time.sleep(0.4)
+                ends.add(self.evaluate("expected_end_ms(page.run.status, page.run.sample)"))
+                ends.add(self.evaluate("expected_end_ms(page.run.status, null)"))
+                apart.append(self.evaluate("""(() => {
+                    const done = document.querySelector('.profile-svg .done').getAttribute('d');
+                    return Number(document.querySelector('.profile-svg .now').getAttribute('x1'))
+                      - Number(done.match(/.*[ML]([\\d.]+) /)[1]);
+                  })()"""))
+            self.assertGreater(self.evaluate("requests"), 3, "of the series of the profile")
+            self.assertLess(max(apart), 2, "the solid line ends at the present second")
+            behind = self.evaluate("page.run.status.behind_plan_s")
+            if not behind:
+                self.assertEqual(len(ends), 1, ends)
+        finally:
+            program.kill()
+            program.wait()
 
     def test_7_replaced_record_is_loaded_again(self) -> None:
         self.open_view("now")

@@ -62,7 +62,7 @@ constexpr std::array kQueries{
     StoreQuery{"attention", "v1_attention", "rig, started, profile, what, detail, simulated, run", "NOT simulated",
                "started DESC, what", "Lists runs that need attention: aborted, with alarms, with gaps, silent."},
     StoreQuery{"alarms", "v1_alarm_month",
-               "month, rig, round(hours, 1) AS hours, alarms, high, medium, low, round(per_10_min, 2) AS per_10_min, "
+               "month, rig, round(hours, 2) AS hours, alarms, high, medium, low, round(per_10_min, 2) AS per_10_min, "
                "most_in_10_min, round(flood_percent, 1) AS flood_percent, most_frequent, "
                "round(most_frequent_percent) AS most_frequent_percent, stale, chattering, acknowledged_after_s, "
                "suppressed, shelved, shelvings, outside_isa_18_2, simulated",

@@ -78,7 +78,7 @@ function cell_text(value) {
   if (value === null || value === undefined) return '–';
   if (typeof value === 'boolean') return value ? 'yes' : 'no';
   if (typeof value === 'number')
-    return Number.isInteger(value) ? format_number(value, 0) : format_significant(value, 4);
+    return Number.isInteger(value) ? format_number(value, 0) : format_rounded(value, 4);
   return String(value).replace(/^(\d{4}-\d\d-\d\d \d\d:\d\d:\d\d)(\.\d+)?\+00$/, '$1 UTC');
 }
 

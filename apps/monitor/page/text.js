@@ -47,6 +47,12 @@ function format_significant(value, digits) {
   return format_number(value, Math.min(20, Math.max(0, digits - 1 - exponent)));
 }
 
+/// Formats a number with at most this number of significant digits, and without zeros at its end: the number may have
+/// been rounded before, so they would be invented. 4 digits of 0.05 are "0.05".
+function format_rounded(value, digits) {
+  return format_significant(value, digits).replace(/\.0+$|(\.\d*[1-9])0+$/, '$1');
+}
+
 /// Formats a probability: "98.2 %". A probability that would round to 0 % or 100 % is "< 0.1 %" or "> 99.9 %".
 function format_probability(probability) {
   const kMinPrinted = 0.0005;

@@ -20,5 +20,17 @@ TEST(Queries, MarkVirtualRunsThatTheyLeaveOutByDefault) {
   EXPECT_EQ(checked, 13);
 }
 
+/// The hours of the same runs have the same digits in each query.
+TEST(Queries, RoundHoursToTheSameDigits) {
+  int checked = 0;
+  for (const StoreQuery& query : queries()) {
+    const std::string columns = std::string(", ") + query.columns + ",";
+    if (columns.find("hours") == std::string::npos) continue;
+    EXPECT_NE(columns.find(", round(hours, 2) AS hours,"), std::string::npos) << query.name;
+    ++checked;
+  }
+  EXPECT_EQ(checked, 2);
+}
+
 }  // namespace
 }  // namespace gyrotherm::site

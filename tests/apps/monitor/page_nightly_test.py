@@ -557,6 +557,38 @@ class Page(WatchedRun):
         first = status.replace("24109", "-1")
         self.assertEqual(self.evaluate(f"expected_end_ms({first}, null)"), 1000 + 3790000)
 
+    def test_2_site_uses_the_width_of_the_page(self) -> None:
+        rows = "[{rig: 'chamber-3', runs: 57, hours: 57.1, last_run: '2026-11-30 07:45:00+00', days_since: 0.05}]"
+        for width in (360, 800, 1280):
+            self.set_width(width)
+            self.browser.get("about:blank")
+            self.open_view("rigs")
+            self.expect_text("soak")
+            self.replace_answers("/api/v1/site", f"""Response.json(path === '/api/v1/site' ? {{name: 'hall 2',
+                store: {{age_s: 1, error: ''}}, rigs: [], questions: ['standards', 'utilisation']}} : {rows})""",
+                asks=False)
+            self.browser.execute_script("location.hash = '#/site'")
+            self.expect_text("Runs on virtual rigs are not listed below.")
+            note = "[...document.querySelectorAll('.wide > .note')].map(one => [one.clientWidth, one.clientHeight])[0]"
+            note_width, note_height = self.evaluate(note)
+            self.assertGreater(note_width, 0.8 * width - 40)
+            self.assertLess(note_height, 60, "two lines at most")
+            sections = self.evaluate("[...document.querySelectorAll('.wide > .sheet')].map(one => one.clientWidth)")
+            self.assertEqual(len(sections), 2)
+            for section in sections:
+                self.assertGreaterEqual(section, note_width - 4)
+            for summary in self.browser.find_elements(By.CSS_SELECTOR, "summary"):
+                summary.click()
+            self.assertTrue(until(lambda: self.evaluate("document.querySelectorAll('.wide td').length") == 10, 5))
+            cut = self.evaluate("""[...document.querySelectorAll('.wide td')].filter(cell => {
+                const range = document.createRange();
+                range.selectNodeContents(cell);
+                return range.getBoundingClientRect().right > cell.closest('.scroll').getBoundingClientRect().right;
+              }).map(cell => cell.textContent)""")
+            self.assertEqual(cut, [], width)
+            self.assertIn("0.05", self.text())
+            self.assertIn("57.1", self.text())
+
     def test_2_ended_run_has_its_end(self) -> None:
         self.open_view("now")
         self.expect_text("Time left")

@@ -32,6 +32,37 @@ const chart = (() => {
     );
   }
 
+  /// Returns the ticks of the time axis: those of dygraphs, or more if these have fewer than two labels. dygraphs has no
+  /// intervals of 3 and of 12 hours.
+  function make_time_ticks(low, high, pixels, options, graph, values) {
+    const kHourMs = 3600000,
+      kLabelPixels = 43,
+      ticks = Dygraph.dateTicker(low, high, pixels, options, graph, values);
+    if (ticks.length > 1) return ticks;
+    const hour = tick => (options('labelsUTC') ? new Date(tick.v).getUTCHours() : new Date(tick.v).getHours()),
+      interval = [3, 6, 12].find(hours => (pixels * hours * kHourMs) / (high - low) >= kLabelPixels);
+    if (interval === undefined || high - low < interval * kHourMs) return ticks;
+    return Dygraph.getDateAxis(low, high, Dygraph.Granularity.HOURLY, options, graph).filter(
+      tick => hour(tick) % interval === 0
+    );
+  }
+
+  /// Returns the width of the labels that make_ticks() creates for these values on an axis of `pixels`, in pixels. It
+  /// includes the title of the axis, which dygraphs turns and draws beside the labels.
+  function label_width(values, pixels) {
+    const kCharacter = 7.5,
+      kTitle = 18,
+      kPixelsPerTick = 30,
+      known = values.filter(Number.isFinite),
+      lowest = known.reduce((least, value) => Math.min(least, value), Infinity),
+      highest = known.reduce((most, value) => Math.max(most, value), -Infinity);
+    const range = highest > lowest ? highest - lowest : 1,
+      digits = digits_for_distance((range * kPixelsPerTick) / pixels),
+      // The axis extends beyond the values.
+      ends = known.length > 0 ? [lowest - range / 5, highest + range / 5] : [0, 1];
+    return kTitle + Math.ceil(kCharacter * Math.max(...ends.map(end => format_number(end, digits).length)));
+  }
+
   /// Assigns the channels to two axes: those with the unit of the first channel to the left one, all others to the right
   /// one. Returns the options of dygraphs.
   function make_axes(channels) {
@@ -311,8 +342,17 @@ const chart = (() => {
         high = Number(high_input.value);
       return low < high ? [low, high] : null;
     };
+    /// Returns the values of the channels on the left axis, or on the right one.
+    const shown_values = is_left => {
+      const is_on_axis = series.channels.map(({unit}) => (unit === series.channels[0].unit) === is_left);
+      return rows.flatMap(row => row.slice(1).filter((_, i) => is_on_axis[i]).flat());
+    };
+    const left_scale = () => ({
+      axisLabelWidth: label_width(value_range() || shown_values(true), box.clientHeight),
+      valueRange: value_range(),
+    });
     const rescale = () => {
-      if (graph) graph.updateOptions({axes: {y: {valueRange: value_range()}}});
+      if (graph) graph.updateOptions({axes: {y: left_scale()}});
     };
     fixed_box.addEventListener('change', () => {
       if (fixed_box.checked && graph && low_input.value === '') {
@@ -369,8 +409,15 @@ const chart = (() => {
       return make_marks(run.events, series, series.channels[0].name, started_ms, is_growing());
     }
 
+    /// Returns the width for a label of the time axis. On a narrow page, labels without seconds have less.
+    function time_label_pixels() {
+      const kWide = 80,
+        kNarrow = 45,
+        {from, to} = visible_seconds();
+      return box.clientWidth < 480 && to - from > 2 * 3600 ? kNarrow : kWide;
+    }
+
     function draw() {
-      const label_width = box.clientWidth < 480 ? 46 : 56;
       const options = {
         file: rows,
         labels: ['time', ...series.channels.map(channel => channel.name)],
@@ -389,11 +436,18 @@ const chart = (() => {
         dateWindow: null,
         ...make_axes(series.channels),
         axes: {
-          y: {axisLabelWidth: label_width, ticker: make_ticks, valueRange: value_range()},
-          y2: {axisLabelWidth: label_width, ticker: make_ticks, independentTicks: true, drawGrid: false},
-          x: is_dated
-            ? {pixelsPerLabel: 80}
-            : {pixelsPerLabel: 80, axisLabelFormatter: time => format_round_duration(time / 1000)},
+          y: {ticker: make_ticks, ...left_scale()},
+          y2: {
+            axisLabelWidth: label_width(shown_values(false), box.clientHeight),
+            ticker: make_ticks,
+            independentTicks: true,
+            drawGrid: false,
+          },
+          x: {
+            pixelsPerLabel: time_label_pixels(),
+            ticker: make_time_ticks,
+            ...(is_dated ? {} : {axisLabelFormatter: time => format_round_duration(time / 1000)}),
+          },
         },
         zoomCallback: (first, second) => {
           if (graph && first !== undefined) show_seconds((first - started_ms) / 1000, (second - started_ms) / 1000);

@@ -190,22 +190,58 @@ class Page(WatchedRun):
             self.open_view("trend")
             self.press("//button[.='All']")
             self.assertTrue(until(lambda: self.browser.find_elements(By.CSS_SELECTOR, ".dygraph-annotation"), 20))
-            touching = self.evaluate("""(() => {
-                const find = name => [...document.querySelectorAll(name)].filter(one => one.textContent !== '');
-                const boxes = [...find('.dygraph-axis-label'), ...find('.dygraph-annotation')].map(one => {
-                  const range = document.createRange();
-                  range.selectNodeContents(one);
-                  const text = one.className.includes('annotation') ? one : range;
-                  return [one, text.getBoundingClientRect()];
-                });
-                const touch = (a, b) =>
-                  a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom;
-                return boxes.flatMap(([one, box], i) => boxes.slice(i + 1)
-                  .filter(([other, its]) => touch(box, its)
-                    && !(one.className.includes('annotation') && other.className.includes('annotation')))
-                  .map(([other]) => one.textContent + ' and ' + other.textContent));
-              })()""")
-            self.assertEqual(touching, [], width)
+            self.assertEqual(self.touching_labels(), [], width)
+
+    def touching_labels(self) -> list[str]:
+        """Returns the labels of the trend that cover each other."""
+        return self.evaluate("""(() => {
+            const find = name => [...document.querySelectorAll(name)].filter(one => one.textContent !== '');
+            const names = ['.dygraph-axis-label', '.dygraph-ylabel', '.dygraph-y2label', '.dygraph-annotation'];
+            const boxes = names.flatMap(find).map(one => {
+              const range = document.createRange();
+              range.selectNodeContents(one);
+              const text = one.className.includes('annotation') ? one : range;
+              return [one, text.getBoundingClientRect()];
+            });
+            const touch = (a, b) =>
+              a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom;
+            return boxes.flatMap(([one, box], i) => boxes.slice(i + 1)
+              .filter(([other, its]) => touch(box, its)
+                && !(one.className.includes('annotation') && other.className.includes('annotation')))
+              .map(([other]) => one.textContent + ' and ' + other.textContent));
+          })()""")
+
+    def test_2_trend_of_long_run_has_labels_on_a_narrow_page(self) -> None:
+        for width in (360, 800, 1200):
+            for hours in (3, 15, 20, 50):
+                for started_ms in ("1764495000000", "null"):
+                    self.set_width(width)
+                    self.browser.get("about:blank")
+                    self.open_view("now")
+                    self.expect_text("Last sample")
+                    last = 3600 * hours - 1
+                    air_c = -100 if hours == 50 else 20
+                    self.replace_answers("/series?", f"""Response.json({{from: 0, step: 60, count: {60 * hours},
+                        last: {last}, channels: [['chamber_air_c', '°C', {air_c}], ['rate', '°/h', 10.7]].map(
+                        ([name, unit, mean]) => {{
+                          const values = Array.from({{length: {60 * hours}}}, (_, i) => mean + 0.04 * Math.sin(i));
+                          return {{name, unit, low: values, mean: values, high: values}};
+                        }})}})""")
+                    self.browser.execute_script(f"""
+                        close_stream();
+                        page.run.sample = null;
+                        Object.assign(page.run.status, {{slot: {last}, started_ms: {started_ms}}});
+                        location.hash = `#/run/${{page.run.key}}/trend`;
+                        """)
+                    for span in ("24 h", "All"):
+                        self.press(f"//button[.='{span}']")
+                        time.sleep(0.5)
+                        shown = (width, hours, started_ms, span)
+                        labels = self.evaluate("document.querySelectorAll('.dygraph-axis-label-x').length")
+                        self.assertGreaterEqual(labels, 2, shown)
+                        self.assertEqual(self.touching_labels(), [], shown)
+                        self.assertIn("10.70", self.evaluate(
+                            "[...document.querySelectorAll('.dygraph-axis-label-y2')].map(one => one.textContent)"))
 
     def test_2_trend_shows_no_gap_that_is_not_in_the_record(self) -> None:
         """A sample that does not follow the last one is not added: the samples before it are requested."""

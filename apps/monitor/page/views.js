@@ -13,13 +13,21 @@ const kSegmentColumns = ['#', 'Segment', 'Kind', '>To', '>Planned', 'Began'];
 const kEventColumns = ['Time', '>Run time', 'Kind', 'Text'];
 const kRunColumns = ['Run', 'State', 'Profile', 'Rig', 'Started', '>Length', 'Outcome'];
 
+/// Returns the rate of a gyro axis in the second of the sample, or in that of the status without a sample. The rate of
+/// the single unnamed gyro of a rig is the channel "rate".
+function present_rate(run, axis) {
+  const sample = present_sample(run),
+    i = run.channels.findIndex(({name, unit}) => unit === '°/h' && (name === `${axis.axis}.rate` || name === 'rate'));
+  return sample && i >= 0 ? sample.values[i] : axis.rate_deg_per_h;
+}
+
 /// Returns a table row with the rates of a gyro axis.
-function rate_row(axis) {
+function rate_row(run, axis) {
   const cell = value => format_number(value, digits_for_unit('°/h'));
   return table_row(
     kRateColumns,
     axis.axis,
-    cell(axis.rate_deg_per_h),
+    cell(present_rate(run, axis)),
     cell(axis.mean_100s_deg_per_h),
     cell(axis.earth_rate_deg_per_h)
   );
@@ -258,7 +266,7 @@ views.now = content => {
     }
     const rates = status.gyro_rates || [];
     parts.gyro.hidden = rates.length === 0;
-    update_children(parts.rates, rates.map(rate_row));
+    update_children(parts.rates, rates.map(axis => rate_row(run, axis)));
     update_children(parts.units, unit_rows(run));
     update_children(parts.troubles, recording_problems(status).map(text => make_element('p', {class: 'error'}, text)));
     const air = sample ? sample.values[1] : status.chamber_air_c,

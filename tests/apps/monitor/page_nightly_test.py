@@ -593,6 +593,23 @@ class Page(WatchedRun):
         first = status.replace("24109", "-1")
         self.assertEqual(self.evaluate(f"expected_end_ms({first}, null)"), 1000 + 3790000)
 
+    def test_2_rate_of_last_second_is_that_of_the_sample(self) -> None:
+        self.open_view("now")
+        rate = "rate_deg_per_h: 10.6, mean_100s_deg_per_h: 10.5, earth_rate_deg_per_h: 10"
+        for axis, channel, unit, sample, running, shown in (
+            ("gyro", "rate", "°/h", "{slot: 9, values: [20, 10.7]}", "true", "10.7000"),
+            ("x.z", "x.z.rate", "°/h", "{slot: 9, values: [20, 10.7]}", "true", "10.7000"),
+            ("x.z", "x.z.rate", "°/h", "{slot: 9, values: [20, null]}", "true", "–"),
+            ("x.z", "x.z.rate", "°/h", "null", "true", "10.6000"),
+            ("x.z", "x.z.rate", "°/h", "{slot: 8, values: [20, 10.7]}", "false", "10.6000"),
+            ("x.z", "x.y.rate", "°/h", "{slot: 9, values: [20, 10.7]}", "true", "10.6000"),
+            ("gyro", "rate", "V", "{slot: 9, values: [20, 10.7]}", "true", "10.6000"),
+        ):
+            run = (f"{{channels: [{{name: 'set_point_c', unit: '°C'}}, {{name: '{channel}', unit: '{unit}'}}],"
+                   f" sample: {sample}, status: {{running: {running}, slot: 9}}}}")
+            row = self.evaluate(f"[...rate_row({run}, {{axis: '{axis}', {rate}}}).cells].map(cell => cell.textContent)")
+            self.assertEqual(row, [axis, shown, "10.5000", "10.0000"], (axis, channel, sample))
+
     def test_2_site_uses_the_width_of_the_page(self) -> None:
         rows = "[{rig: 'chamber-3', runs: 57, hours: 57.1, last_run: '2026-11-30 07:45:00+00', days_since: 0.05}]"
         for width in (360, 800, 1280):

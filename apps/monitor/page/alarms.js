@@ -154,8 +154,7 @@ function make_alarm_list(run) {
   const form = make_element(
     'form',
     {class: 'row acknowledge'},
-    make_element('label', {for: 'alarm-comment'}, 'Comment'),
-    comment,
+    make_field(make_element('label', {for: 'alarm-comment'}, 'Comment'), comment),
     selected_button,
     all_button
   );

@@ -324,12 +324,16 @@ const chart = (() => {
           make_element(
             'div',
             {class: 'row'},
-            make_element('label', {for: 'scale-fixed'}, fixed_box, ' fixed, from'),
-            make_element('label', {for: 'scale-low', class: 'unseen'}, 'Minimum'),
-            low_input,
-            ' to ',
-            make_element('label', {for: 'scale-high', class: 'unseen'}, 'Maximum'),
-            high_input
+            make_field(
+              make_element('label', {for: 'scale-fixed'}, fixed_box, ' fixed, from'),
+              make_element('label', {for: 'scale-low', class: 'unseen'}, 'Minimum'),
+              low_input
+            ),
+            make_field(
+              make_element('span', {'aria-hidden': 'true'}, 'to'),
+              make_element('label', {for: 'scale-high', class: 'unseen'}, 'Maximum'),
+              high_input
+            )
           )
         )
       )

@@ -180,8 +180,7 @@ const control = (() => {
     const form = make_element(
       'form',
       {class: 'row'},
-      make_element('label', {for: 'note-text'}, 'Note'),
-      text_input,
+      make_field(make_element('label', {for: 'note-text'}, 'Note'), text_input),
       make_element('button', {}, 'Add')
     );
     form.addEventListener('submit', async event => {

@@ -17,6 +17,11 @@ function make_element(tag, attributes, ...children) {
   return element;
 }
 
+/// Joins a label and its input, which then stay on one line.
+function make_field(...children) {
+  return make_element('span', {class: 'field'}, ...children);
+}
+
 /// Returns a text as nodes. A line does not break within an option of a command, such as "--accept".
 function text_nodes(text) {
   return String(text)

@@ -466,10 +466,8 @@ views.events = content => {
         make_element(
           'div',
           {class: 'row'},
-          make_element('label', {for: 'event-kind'}, 'Kind'),
-          kinds,
-          make_element('label', {for: 'event-text'}, 'Text'),
-          filter_text
+          make_field(make_element('label', {for: 'event-kind'}, 'Kind'), kinds),
+          make_field(make_element('label', {for: 'event-text'}, 'Text'), filter_text)
         ),
         count,
         make_element(

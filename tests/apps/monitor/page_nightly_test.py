@@ -642,6 +642,27 @@ class Page(WatchedRun):
             self.assertIn("0.05", self.text())
             self.assertIn("57.1", self.text())
 
+    def test_2_label_is_beside_its_field(self) -> None:
+        seen = set()
+        for width in (360, 420, 1200):
+            self.set_width(width)
+            for view in ("events", "trend", "alarms", "now"):
+                self.browser.get("about:blank")
+                self.open_view(view)
+                self.assertTrue(until(lambda: self.browser.find_elements(By.CSS_SELECTOR, "main > *"), 10))
+                time.sleep(0.7)
+                pairs = self.evaluate("""[...document.querySelectorAll('main label[for], main .field')].flatMap(label => {
+                    const field = label.htmlFor ? document.getElementById(label.htmlFor) : label.lastChild;
+                    const [a, b] = [label.htmlFor ? label : label.firstChild, field].map(one => one.getBoundingClientRect());
+                    const is_unseen = label.classList.contains('unseen') || field.offsetParent === null;
+                    return is_unseen ? [] : [[field.id, a.top < b.bottom && b.top < a.bottom, b.right <= innerWidth]];
+                  })""")
+                for name, is_beside, is_inside in pairs:
+                    self.assertTrue(is_beside and is_inside, (width, view, name))
+                    seen.add(name)
+        for name in ("event-kind", "event-text", "note-text", "scale-low", "scale-high", "scale-fixed"):
+            self.assertIn(name, seen)
+
     def test_2_ended_run_has_its_end(self) -> None:
         self.open_view("now")
         self.expect_text("Time left")

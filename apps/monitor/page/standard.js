@@ -242,8 +242,8 @@ const standard_view = (() => {
               make_element(
                 'figcaption',
                 {class: 'note'},
-                'Each value is compared with the previous runs, so the limits narrow with every run. The table has ' +
-                  'the numbers of the last run.'
+                'Each value is compared with the previous runs, so the limits usually narrow with further runs. The ' +
+                  'table has the numbers of the last run.'
               )
             ),
             results_table(charts)

@@ -435,13 +435,14 @@ Result<Eigen::VectorXd> nested_residual(const data::TrainingSet& training_set, c
   Eigen::VectorXd residual = unknown_residual(training_set.clusters.start_s.size());
   for (std::size_t i = 0; i < splits.size(); ++i) {
     const std::string stage = fmt::format("nested, fold {} of {}", i + 1, splits.size());
+    const ProgressSink at_begin = [&](std::string_view, double) { return should_continue(progress, stage, 0); };
     const ProgressSink within_stage = [&](std::string_view, double fraction) {
       return should_continue(progress, stage, fraction);
     };
     // The bias is not filtered here, since each inner split filters it.
     const auto inner = ensure_two_folds(restrict_rows(training_set, training_set.folds.folds[i].training));
     if (!inner) return failure(inner.error());
-    const auto inner_splits = split_at_folds(*inner, inputs, estimator.method, within_stage);
+    const auto inner_splits = split_at_folds(*inner, inputs, estimator.method, at_begin);
     if (!inner_splits) return failure(inner_splits.error());
     const auto choice = choose(*inner_splits, estimator, within_stage);
     if (!choice) return failure(choice.error());

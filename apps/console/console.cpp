@@ -28,11 +28,9 @@ bool can_redraw() {
   return is_terminal() && std::getenv("NO_COLOR") == nullptr && !is_dumb;
 }
 
-/// Returns ", 12 min 03 s left", or nothing until 1 % and two seconds have passed.
-std::string format_time_left(double fraction, steady_clock::duration spent) {
-  if (fraction < 0.01 || spent < std::chrono::seconds(2) || fraction >= 1) return {};
-  const auto seconds = std::chrono::duration<double>(spent).count() * (1 - fraction) / fraction;
-  return ", " + format_duration(from_seconds(seconds)) + " left";
+/// Returns ", 12 min 03 s left", or nothing if the time is unknown.
+std::string format_time_left(std::optional<Duration> left) {
+  return left ? ", " + format_duration(*left) + " left" : "";
 }
 
 struct TerminalSize {
@@ -123,13 +121,14 @@ void Console::progress(std::string_view stage, double fraction) {
   if (new_stage) {
     stage_ = stage;
     stage_began_ = now;
+    time_left_ = {};
   }
+  const auto left = time_left_.after(fraction, now - stage_began_);
   const auto interval = redraws_ ? std::chrono::milliseconds(100) : std::chrono::milliseconds(10000);
   if (!new_stage && now - last_shown_ < interval && fraction < 1) return;
   if (new_stage && !redraws_ && fraction >= 1) return;
   last_shown_ = now;
-  auto line = fmt::format("{}: {:3.0f} %{}", stage_, 100 * std::clamp(fraction, 0.0, 1.0),
-                          format_time_left(fraction, now - stage_began_));
+  auto line = fmt::format("{}: {:3.0f} %{}", stage_, 100 * std::clamp(fraction, 0.0, 1.0), format_time_left(left));
   if (redraws_)
     draw({std::move(line)});
   else

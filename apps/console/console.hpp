@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "apps/console/outlet.hpp"
+#include "apps/console/time_left.hpp"
 #include "core/result.hpp"
 
 namespace gyrotherm::app {
@@ -78,6 +79,7 @@ class Console {
   Outlet out_, err_;
   bool redraws_;  ///< stderr is a capable terminal
   std::string stage_;
+  TimeLeft time_left_;  ///< of the stage
   std::chrono::steady_clock::time_point stage_began_{}, last_shown_{};
 };
 

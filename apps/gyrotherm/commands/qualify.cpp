@@ -359,7 +359,9 @@ Result<Exit> qualify_one_axis(Console& console, const QualifyArguments& options,
                                  .training = options.training,
                                  .thermal = std::move(*thermal),
                                  .on_stage = [&](const std::string& stage) { timings.begin(stage); }};
-  TrainingProgress progress(console.sink(), axis_options.compare);
+  TrainingProgress progress(
+      console.sink(),
+      {.compares = axis_options.compare, .quick = options.training.quick, .nested = options.training.nested});
   const auto outcome = carry_out(*experiment, rig, axis_options, std::ref(progress), warnings);
   if (!outcome) return failure(outcome.error());
   for (const std::string& warning : warnings) console.print_message(warning);

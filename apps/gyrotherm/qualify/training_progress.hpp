@@ -9,20 +9,31 @@
 
 namespace gyrotherm::app {
 
+/// The options of a training that change how its time is distributed.
+struct TrainingKind {
+  bool compares = false;  ///< the methods of comparison are trained, too
+  bool quick = false;     ///< a small swarm
+  bool nested = false;    ///< nested cross-validation after each training
+};
+
 /// Combines the progress of the trainings into one fraction, which never decreases and reaches 1 only at the end. Each
-/// model has a weight: its measured share of the time on the default rig. Not thread-safe.
+/// model and each step of its training have a weight: their measured share of the time on the default rig. Not
+/// thread-safe.
 class TrainingProgress {
  public:
-  /// `compares` is true if the methods of comparison are trained, too. `show` receives the combined progress; may be
-  /// empty.
-  TrainingProgress(ProgressSink show, bool compares);
+  /// `show` receives the combined progress; may be empty.
+  TrainingProgress(ProgressSink show, TrainingKind kind);
 
   /// Takes the progress of one training: "training multi-point: tuning" and its fraction. Returns false if the
   /// trainings must stop.
   bool operator()(std::string_view stage, double fraction);
 
  private:
+  /// Returns the completed part of the training of a model.
+  [[nodiscard]] double completed_part(std::string_view step, double fraction) const;
+
   ProgressSink show_;
+  TrainingKind kind_;
   double total_{};
   std::string model_;  ///< "training multi-point"
   double before_{};    ///< weights of the earlier models

@@ -65,6 +65,18 @@ Json started_ms(const FoundRun& run) {
   return run.info->started_utc.count() / 1'000'000;
 }
 
+/// Returns the UTC time at the end of the status' slot, on the clock of the samples, or null if the run has no dates.
+/// The clock of a virtual run is virtual. That of a real run may have been set since the start; the status file then
+/// has the present time.
+Json slot_end_utc_ms(const FoundRun& run) {
+  constexpr Duration kClockWasSet = std::chrono::seconds(30);
+  if (started_ms(run).is_null()) return nullptr;
+  const auto counted = run.info->started_utc + run.length(), written = run.status.written_utc;
+  const bool has_own_clock = run.is_running() && !run.info->virtual_rig && written > Duration{};
+  const bool was_set = has_own_clock && std::chrono::abs(written - counted) > kClockWasSet;
+  return (was_set ? written : counted).count() / 1'000'000;
+}
+
 /// Returns the trace of gyrotherm-make-safe, or null.
 Json safe_trace_json(const FoundRun& run) {
   const auto& trace = run.safe_trace;
@@ -142,6 +154,7 @@ std::string status_text(const FoundRun& run) {
   json["profile"] = run.info ? run.info->profile_name : "";
   json["rig"] = run.info ? run.info->rig_name : "";
   json["started_ms"] = started_ms(run);
+  json["utc_ms"] = slot_end_utc_ms(run);
   json["imported"] = run.info && run.info->imported;
   json["length_s"] = to_seconds(run.length());
   return json_text(json);

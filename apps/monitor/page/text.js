@@ -505,13 +505,8 @@ function ended_ms(status) {
 }
 
 /// Returns the expected end of the run, ms UTC, on the clock of its samples, or null if the run has no dates. A virtual
-/// run has a virtual clock. `sample` may be null, and of another second than the status: it only shows whether the clock
-/// was set during the run.
-function expected_end_ms(status, sample) {
+/// run has a virtual clock. The time left belongs to the second of the status, not to that of a sample.
+function expected_end_ms(status) {
   const left_s = time_left_s(status);
-  if (left_s === null || status.started_ms === null) return null;
-  const kClockWasSetMs = 30000,
-    difference_ms = sample && sample.utc_ms !== null ? sample.utc_ms - (status.started_ms + 1000 * sample.slot) : 0,
-    correction_ms = Math.abs(difference_ms) > kClockWasSetMs ? difference_ms : 0;
-  return status.started_ms + 1000 * (status.slot + 1 + left_s) + correction_ms;
+  return left_s === null || status.utc_ms === null ? null : status.utc_ms + 1000 * left_s;
 }

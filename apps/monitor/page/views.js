@@ -299,7 +299,7 @@ views.now = content => {
     );
     set_text(parts.elapsed, format_duration(run_length_s(status, sample)));
     set_text(parts.time_left, format_duration(time_left_s(status)));
-    set_text(parts.end, format_time(expected_end_ms(status, sample), true));
+    set_text(parts.end, format_time(expected_end_ms(status), true));
     set_text(
       parts.behind,
       status.behind_plan_s ? format_duration(status.behind_plan_s) : time_left_s(status) === null ? '–' : 'on plan'
@@ -723,7 +723,7 @@ views.rigs = content => {
             ? fact('Chamber set point', format_with_unit(run.chamber_set_point_c, '°C'))
             : null,
           run.running ? fact('Time left', format_duration(time_left_s(run))) : null,
-          run.running ? fact('Ends', format_time(expected_end_ms(run, null), true)) : null,
+          run.running ? fact('Ends', format_time(expected_end_ms(run), true)) : null,
           ended_ms(run) === null ? null : fact('Ended', format_time(ended_ms(run), true))
         ),
         make_element('p', {}, make_element('a', {href: `#/run/${run.key}/now`}, `${run.name}: ${run.profile}`))

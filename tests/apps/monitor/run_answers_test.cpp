@@ -331,6 +331,28 @@ TEST(RunFeed, OmitsOldSamplesForWatcherOfPresentValues) {
   EXPECT_EQ(all, every) << "every sample for another watcher";
 }
 
+TEST(StatusText, HasTimeOfItsSlotOnTheClockOfTheSamples) {
+  constexpr auto kMs = std::chrono::milliseconds(1);
+  const auto utc_ms = [&](bool is_virtual, bool is_running, Duration since_start, std::int64_t slot) {
+    auto info = small_run_info();
+    info.virtual_rig = is_virtual;
+    FoundRun run;
+    run.status.slot = slot;
+    run.status.being_written = is_running;
+    run.status.written_utc = since_start == Duration{} ? Duration{} : kVirtualEpoch + since_start;
+    run.info = std::make_shared<record::RunInfo>(std::move(info));
+    return Json::parse(status_text(run))["utc_ms"].get<std::int64_t>() - kVirtualEpoch / kMs;
+  };
+  EXPECT_EQ(utc_ms(false, true, 100s + 300 * kMs, 99), 100'000) << "does not follow the time of writing";
+  EXPECT_EQ(utc_ms(false, true, 3700s, 99), 3'700'000) << "the clock was set";
+  EXPECT_EQ(utc_ms(false, true, -3500s, 99), -3'500'000);
+  EXPECT_EQ(utc_ms(true, true, 3700s, 99), 100'000) << "the run has a virtual clock";
+  EXPECT_EQ(utc_ms(false, false, 3700s, 99), 100'000) << "the file was written later";
+  EXPECT_EQ(utc_ms(false, true, Duration{}, 99), 100'000);
+  EXPECT_EQ(utc_ms(false, true, 1s, -1), 0);
+  EXPECT_EQ(Json::parse(status_text({}))["utc_ms"], nullptr);
+}
+
 /// Writes the status file of a program that has been silent since `ago`, without a readable record.
 void leave_status(const std::string& path, Duration ago) {
   record::RunStatus status;

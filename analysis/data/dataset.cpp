@@ -138,6 +138,22 @@ void remove_handling(Dataset& dataset, const record::Record& record) {
     if (std::isnan(turned_at(record, static_cast<std::size_t>(row)))) dataset.bias_deg_per_h(row) = kMissing;
 }
 
+bool is_ended(RunState state) {
+  return state == RunState::aborting || state == RunState::aborted || state == RunState::stopped;
+}
+
+/// Removes bias, set point and position in the profile from the rows in which the run was aborted or stopped: the
+/// chamber no longer followed the profile.
+void remove_ended(Dataset& dataset, const record::Record& record) {
+  const auto rows = std::min(record.state.size(), static_cast<std::size_t>(dataset.segment.size()));
+  for (std::size_t i = 0; i < rows; ++i) {
+    if (!is_ended(record.state[i])) continue;
+    const auto row = static_cast<Eigen::Index>(i);
+    dataset.bias_deg_per_h(row) = dataset.set_point_c(row) = kMissing;
+    dataset.segment(row) = dataset.cycle(row) = -1;
+  }
+}
+
 /// Computes the mean of the first hold that has a bias. Returns NaN if none has.
 double mean_of_first_hold(const Dataset& dataset) {
   int first = -1, count = 0;
@@ -229,6 +245,13 @@ std::vector<std::string> block_thermometers(const Dataset& dataset) {
 
 bool is_temperature(std::string_view input) { return !input.starts_with(kAux); }
 
+std::optional<int> find_stopped_segment(const record::Record& record) {
+  if (record.info.imported || record.state.empty() || !is_ended(record.state.back())) return std::nullopt;
+  for (auto at = record.progress.rbegin(); at != record.progress.rend(); ++at)
+    if (at->segment >= 0) return at->segment;
+  return 0;
+}
+
 Dataset make_dataset(const record::Record& record, const std::string& path, const AxisChoice& of) {
   const record::RunInfo& info = record.info;
   const AxisLocation at = locate_axis(record, of);
@@ -260,6 +283,8 @@ Dataset make_dataset(const record::Record& record, const std::string& path, cons
   dataset.set_point_c = column(info.imported ? std::vector<double>{} : record.set_point_c, row_count(record));
   assign_segments(dataset, record);
   remove_handling(dataset, record);
+  remove_ended(dataset, record);
+  dataset.stopped_in = find_stopped_segment(record);
   set_reference(dataset, record, at.axis.earth_rate);
   for (const record::Gap& gap : record.gaps) {
     dataset.gaps_s.emplace_back(static_cast<double>(gap.first), static_cast<double>(gap.last + 1));

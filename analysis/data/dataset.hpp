@@ -105,6 +105,8 @@ struct Dataset {
   Eigen::VectorXd set_point_c;  ///< NaN if imported
   Eigen::VectorXi segment;      ///< −1 if none
   Eigen::VectorXi cycle;        ///< −1 if none
+  /// Segment in which the run was stopped or aborted. Empty if the run continued afterwards, or was never stopped.
+  std::optional<int> stopped_in{};
   /// Start and end of each gap in the record.
   std::vector<std::pair<double, double>> gaps_s;
   Duration started_utc{};
@@ -129,9 +131,13 @@ struct Dataset {
 /// rate is unknown, the mean of the first hold is removed from native records, and nothing from imported ones; an
 /// imported Earth rate of 0 is the same reference. If the unit was also turned around, no mean is removed, since the
 /// sign of the Earth rate changes. The bias is missing while the profile waits for an operator to handle the unit.
-/// Temperatures are the readings plus the offset of their channel. If there is no list of gradient thermometers, all
-/// thermometers are used. `of` must be a result of choose_axis().
+/// Bias, set point and segment are missing while the run is aborting, aborted or stopped. Temperatures are the readings
+/// plus the offset of their channel. If there is no list of gradient thermometers, all thermometers are used. `of` must
+/// be a result of choose_axis().
 [[nodiscard]] Dataset make_dataset(const record::Record& record, const std::string& path, const AxisChoice& of);
+
+/// Returns the segment in which the run was stopped or aborted, unless the run continued afterwards.
+[[nodiscard]] std::optional<int> find_stopped_segment(const record::Record& record);
 
 /// Name of the input for the unit's own temperature, and prefix of the names of its other values.
 inline constexpr std::string_view kSelf = "self", kAux = "aux:";

@@ -174,6 +174,10 @@ std::vector<std::string> make_warnings(const Verification& result, const Model& 
     warnings.push_back(
         "the bias reference is computed from this record, " + dataset.bias_zero +
         ": mean, RMSE and maximum of the residual exclude a constant error; its STD does not depend on the reference");
+  if (dataset.stopped_in)
+    warnings.push_back(
+        fmt::format("the run was stopped in segment {} of {}: results over the whole run cover its part until then",
+                    *dataset.stopped_in + 1, dataset.segments.size()));
   }
   if (jumps_by_turning(dataset, clusters)) {
     warnings.push_back(

@@ -103,6 +103,41 @@ TEST(Dataset, OmitsBiasWhileOperatorHandlesUnit) {
   EXPECT_FALSE(std::isnan(dataset.bias_deg_per_h(3)));
 }
 
+TEST(Dataset, OmitsRowsAfterStopInHotHold) {
+  record::Record record = four_seconds();
+  record.info.units[0].axes[0].earth_rate = DegreesPerHour{4};
+  record.info.segments = {{"up", false, {50}, {1}, 0}, {"hold 50", true, {50}, {}, 0}};
+  record.set_point_c = {49, 50, 50, 50};
+  record.state = {RunState::execute, RunState::execute, RunState::aborting, RunState::stopped};
+  const Dataset dataset = to_dataset(record);
+  EXPECT_FALSE(std::isnan(dataset.bias_deg_per_h(1)));
+  for (const Eigen::Index row : {2, 3}) {
+    EXPECT_TRUE(std::isnan(dataset.bias_deg_per_h(row))) << row;
+    EXPECT_TRUE(std::isnan(dataset.set_point_c(row))) << row;
+    EXPECT_EQ(dataset.segment(row), -1) << row;
+    EXPECT_EQ(dataset.cycle(row), -1) << row;
+  }
+  EXPECT_EQ(dataset.temperature_c(3, 0), 21.25) << "temperatures remain";
+  EXPECT_EQ(dataset.stopped_in, 1);
+}
+
+TEST(Dataset, ContinuesAfterAbortOfResumedRun) {
+  record::Record record = four_seconds();
+  record.state = {RunState::execute, RunState::aborted, RunState::suspended, RunState::execute};
+  const Dataset dataset = to_dataset(record);
+  EXPECT_TRUE(std::isnan(dataset.bias_deg_per_h(1)));
+  EXPECT_FALSE(std::isnan(dataset.bias_deg_per_h(2)));
+  EXPECT_FALSE(std::isnan(dataset.bias_deg_per_h(3)));
+  EXPECT_EQ(dataset.bias_deg_per_h(0), 0) << "the aborted second is not part of the reference";
+  EXPECT_FALSE(dataset.stopped_in);
+  record.state.back() = RunState::complete;
+  EXPECT_FALSE(to_dataset(record).stopped_in);
+  record.state = {RunState::execute, RunState::execute, RunState::execute, RunState::aborting};
+  EXPECT_EQ(to_dataset(record).stopped_in, 1);
+  record.progress[3].segment = record.progress[2].segment = -1;
+  EXPECT_EQ(to_dataset(record).stopped_in, 0) << "the last known segment";
+}
+
 TEST(Dataset, TakesReferenceFromFirstHoldWithBias) {
   record::Record record = four_seconds();
   record.info.segments[1].hold = true;

@@ -152,6 +152,8 @@ void describe(auto& form, Like<UsedFile> auto& file) {
   form("profile", file.profile);
   form("started_utc", file.started_utc);
   form("chain_verified", file.chain_verified);
+  form.if_present("stopped_in_segment", file.stopped_in_segment > 0, file.stopped_in_segment);  // since 0.2.0
+  form.if_present("segments", file.stopped_in_segment > 0, file.segments);
 }
 
 void describe(auto& form, Like<ReportedValue> auto& value) {

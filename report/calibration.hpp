@@ -121,6 +121,9 @@ struct UsedFile {
   std::string started_utc{};
   /// Record only: true if the hash chain of all rows was verified.
   bool chain_verified{};
+  /// Stopped or aborted record only: segment in which it ended, from 1, and number of segments of its profile; 0 if the
+  /// run was completed.
+  int stopped_in_segment{}, segments{};
 };
 
 /// A number with its uncertainty.

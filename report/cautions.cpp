@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "report/cautions.hpp"
 
+#include <string_view>
+
+#include "report/stored_texts.hpp"
+
 namespace gyrotherm::report {
 namespace {
 
@@ -36,6 +40,19 @@ std::string describe_cautions(Language language, const ModelVerification& verifi
     add(sentence(language, "say.intervals_do_not_hold", format_percent(language, coverage->seen, 1),
                  format_percent(language, coverage->nominal, 0)));
   return text;
+}
+
+std::vector<RecordCaution> list_record_cautions(Language language, const CalibrationReport& report) {
+  constexpr std::string_view kWarning = "warning: ";
+  std::vector<RecordCaution> cautions;
+  for (const UsedFile& file : report.files)
+    if (file.role == "record" && file.stopped_in_segment > 0)
+      cautions.push_back({file.id, sentence(language, "say.stopped_run", file.stopped_in_segment, file.segments)});
+  for (const Deviation& one : report.deviations)
+    if (one.kind == "note" && one.text.starts_with(kWarning))
+      cautions.push_back({one.run, sentence(language, "say.recorded_warning",
+                                            translate_event(language, one.kind, one.text.substr(kWarning.size())))});
+  return cautions;
 }
 
 }  // namespace gyrotherm::report

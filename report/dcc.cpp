@@ -307,8 +307,14 @@ class Certificate {
     return by.reason.empty() ? text : join_texts(text, " ", by.reason);
   }
 
-  /// Writes the cautions about the results of each model, one statement per axis, stage and record.
+  /// Writes the cautions about the records, and about the results of each model: one statement per axis, stage and
+  /// record.
   void cautions() {
+    const auto english = list_record_cautions(Language::english, report_);
+    const auto german = list_record_cautions(Language::german, report_);
+    for (std::size_t i = 0; i < english.size(); ++i)
+      statement(texts_for("label.record_caution"), "gyrotherm_caution",
+                join_texts(same_text(text_or_not_given(english[i].run)), ": ", Texts{english[i].text, german[i].text}));
     for (const ModelVerification& one : report_.verifications) {
       const Texts text{describe_cautions(Language::english, one), describe_cautions(Language::german, one)};
       if (text.empty()) continue;

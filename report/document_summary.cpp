@@ -7,6 +7,7 @@
 #include <optional>
 #include <utility>
 
+#include "report/cautions.hpp"
 #include "report/document_parts.hpp"
 #include "report/stored_texts.hpp"
 
@@ -71,6 +72,10 @@ void add_cautions(DocumentWriter& writer) {
                          : writer.sentence("say.missing", translate_missing(writer.language, report.missing)),
                      kCaution);
   if (report.simulated) writer.paragraph(writer.translated("say.simulated"), kCaution);
+  for (const RecordCaution& one : list_record_cautions(writer.language, report)) {
+    const std::string record = record_label(report, one.run);
+    writer.paragraph(record.empty() ? one.text : record + ": " + one.text, kCaution);
+  }
   if (report.state == ReportState::superseded || report.replaced_by)
     writer.paragraph(report.replaced_by ? writer.sentence("say.superseded", report.replaced_by->number)
                                         : writer.translated("say.superseded_plainly"),

@@ -211,6 +211,7 @@ constexpr Translation kTranslations[] = {
   {"label.customers_number", "Customer's number", "Nummer des Auftraggebers"},
   {"label.name_in_rig", "Name in the rig", "Bezeichnung im Prüfstand"},
   {"label.axes", "Axes", "Achsen"},
+  {"label.record_caution", "Caution about the record", "Vorbehalt zur Aufzeichnung"},
   {"label.caution", "Caution about the model", "Vorbehalt zum Modell"},
   {"label.condition", "Condition as received", "Zustand bei Anlieferung"},
   {"label.customer", "Customer", "Auftraggeber"},
@@ -345,6 +346,14 @@ constexpr Translation kTranslations[] = {
    "Mit „Trainingsdaten“ bezeichnete Ergebnisse stammen aus der Aufzeichnung, an die das Modell angepasst wurde. "
    "Sie sind kein Nachweis seiner Güte."},
   {"say.overdue", "On the day of the run, the calibration of the following instruments was overdue: {}.",
+  {"say.in_sample_virtual",
+   "Results marked “in-sample” were computed from the record to which the model was fitted, or from a virtual run of "
+   "the same profile, seed and day. They do not verify the model.",
+   "Mit „Trainingsdaten“ bezeichnete Ergebnisse stammen aus der Aufzeichnung, an die das Modell angepasst wurde, oder "
+   "aus einem virtuellen Prüflauf mit demselben Profil, Startwert und Tag. Sie sind kein Nachweis seiner Güte."},
+  {"say.stopped_run", "The run was stopped in segment {} of {}. “Whole run” is its part until then.",
+   "Der Prüflauf wurde in Abschnitt {} von {} beendet. „Gesamter Prüflauf“ ist sein Teil bis dahin."},
+  {"say.recorded_warning", "Warning of the record: {}.", "Warnung der Aufzeichnung: {}."},
    "Am Tag des Prüflaufs war die Kalibrierung folgender Geräte überfällig: {}."},
   {"say.chain_broken", "The hash chain of the following records was not verified: {}. Their integrity is not proven.",
    "Die Prüfsummenkette der folgenden Aufzeichnungen wurde nicht geprüft: {}. Ihre Unversehrtheit ist nicht "

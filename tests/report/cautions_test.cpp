@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <string>
 #include <utility>
 #include <variant>
@@ -105,6 +106,35 @@ TEST(Cautions, AreOnFirstPageAndAtResults) {
     EXPECT_NE(first.front().find(" 7 "), std::string::npos) << first.front();
     EXPECT_EQ(later.size(), before.second.size() + 2);
   }
+}
+
+TEST(Cautions, StateStopAndFailedSensorOfRecord) {
+  CalibrationReport report = sample_calibration();
+  EXPECT_TRUE(list_record_cautions(kEnglish, report).empty());
+  const auto record = std::ranges::find(report.files, "record", &UsedFile::role);
+  record->stopped_in_segment = 3;
+  record->segments = 5;
+  const std::string run = record->id;
+  report.deviations = {{.run = run, .kind = "note", .text = "warning: the lid was open"},
+                       {.run = run, .kind = "note", .text = "the warning: none"},
+                       {.run = run, .kind = "alarm", .text = "warning: of an alarm"}};
+  const auto english = list_record_cautions(kEnglish, report), german = list_record_cautions(kGerman, report);
+  ASSERT_EQ(english.size(), 2u);
+  EXPECT_EQ(english[0].text, "The run was stopped in segment 3 of 5. “Whole run” is its part until then.");
+  EXPECT_EQ(english[0].run, run);
+  EXPECT_EQ(english[1].text, "Warning of the record: the lid was open.");
+  EXPECT_EQ(german[0].text,
+            "Der Prüflauf wurde in Abschnitt 3 von 5 beendet. „Gesamter Prüflauf“ ist sein Teil bis dahin.");
+  EXPECT_EQ(german[1].text, "Warnung der Aufzeichnung: the lid was open.");
+  const auto [first, later] = caution_paragraphs(make_document(report, kEnglish));
+  for (const RecordCaution& one : english) EXPECT_NE(std::ranges::find(first, one.text), first.end()) << one.text;
+  const auto dcc = make_dcc(report, {});
+  ASSERT_TRUE(dcc);
+  EXPECT_EQ(tests::count_occurrences(*dcc, "Caution about the record"), 2);
+  const auto again = calibration_from_json(to_json(report), "calibration.json");
+  ASSERT_TRUE(again) << text(again.error());
+  EXPECT_EQ(to_json(*again), to_json(report));
+  EXPECT_EQ(to_json(sample_calibration()).find("stopped_in_segment"), std::string::npos);
 }
 
 TEST(Cautions, AreStatementsOfDigitalCertificate) {

@@ -14,6 +14,7 @@
 
 #include "core/clock.hpp"
 #include "core/sha256.hpp"
+#include "analysis/data/dataset.hpp"
 #include "sequencer/run/run_state_machine.hpp"
 
 namespace gyrotherm::app {
@@ -227,7 +228,9 @@ void add_files(report::CalibrationReport& report, const SourceRecord& source) {
                           .program_version = info.program_version,
                           .profile = info.profile_name,
                           .started_utc = format_utc(info.started_utc),
-                          .chain_verified = source.chain_verified});
+                          .chain_verified = source.chain_verified,
+                          .stopped_in_segment = stopped_in ? *stopped_in + 1 : 0,
+                          .segments = stopped_in ? static_cast<int>(info.segments.size()) : 0});
   report.files.insert(report.files.end(), source.parts.begin(), source.parts.end());
   const auto add_text = [&](const char* role, const std::string& name, const std::string& text) {
     const std::string digest = sha256(text);
@@ -253,6 +256,7 @@ void add_record(report::CalibrationReport& report, const SourceRecord& source, c
     report.ended = std::max(report.ended, ended);
   }
   add_item(report.item, *found);
+  const auto stopped_in = data::find_stopped_segment(source.record);
   add_equipment(report, record.info, *found, end);
   add_air(report, record.chamber_air_c);
   add_deviations(report.deviations, record, unit);

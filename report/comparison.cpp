@@ -7,11 +7,13 @@
 #include <chrono>
 #include <cmath>
 #include <map>
+#include <utility>
 
 #include "analysis/assurance/record_state.hpp"
 #include "analysis/data/dataset.hpp"
 #include "core/file.hpp"
 #include "core/json.hpp"
+#include "report/document_parts.hpp"
 #include "report/plot/svg.hpp"
 
 namespace gyrotherm::report {
@@ -23,6 +25,9 @@ void describe(auto& form, Like<ComparedResult> auto& result) {
   form("unit", result.unit);
   form("axis", result.axis);
   form("profile", result.profile);
+  form.if_present("before_record", !result.before_record.empty(), result.before_record);  // since 0.2.0
+  form.if_present("now_record", !result.now_record.empty(), result.now_record);
+  form("days_between", result.days_between);
   form.derived("before_at", name(result.before_at));
   form.derived("now_at", name(result.now_at));
   form("condition", result.condition);
@@ -74,20 +79,84 @@ std::string find_profile(const CalibrationReport& report, const std::string& run
   return run.empty() || file == report.files.end() ? std::string() : file->profile;
 }
 
-/// Counts the tables before this one that are not in-sample and have the same key, axis, stage, detail and profile.
-std::ptrdiff_t count_previous(const CalibrationReport& report, const ResultTable& table) {
-  const std::string profile = find_profile(report, table.run);
-  return std::count_if(report.results.data(), &table, [&](const ResultTable& one) {
-    return one.key == table.key && one.axis == table.axis && one.stage == table.stage && !one.in_sample &&
-           one.detail == table.detail && find_profile(report, one.run) == profile;
-  });
+/// Record of a report with comparable results, or all records of the report: `run` and `profile` are then empty.
+struct ComparableRecord {
+  std::string run, profile;
+  /// Position among the records of its profile, from 0.
+  std::size_t position{};
+  bool is_paired{};
+};
+
+/// Lists the runs of a report in the order of its records. An empty id stands for the results of all records.
+std::vector<std::string> list_runs(const CalibrationReport& report) {
+  std::vector<std::string> runs;
+  const auto add_once = [&](const std::string& run) {
+    if (std::ranges::find(runs, run) == runs.end()) runs.push_back(run);
+  };
+  for (const UsedFile& file : report.files)
+    if (file.role == "record") add_once(file.id);
+  for (const ResultTable& table : report.results) add_once(table.run);
+  return runs;
 }
 
-/// Returns the profile of a table's run, numbered after the first record: "random, 2".
-std::string numbered_profile(const CalibrationReport& report, const ResultTable& table) {
-  const std::string profile = find_profile(report, table.run);
-  const auto number = count_previous(report, table);
-  return number > 0 && !profile.empty() ? fmt::format("{}, {}", profile, number + 1) : profile;
+/// Lists the records with results at a stage that are not in-sample.
+std::vector<ComparableRecord> list_comparable(const CalibrationReport& report, Stage stage) {
+  std::vector<ComparableRecord> records;
+  std::map<std::string, std::size_t> known;
+  for (const std::string& run : list_runs(report)) {
+    ComparableRecord record{.run = run, .profile = find_profile(report, run)};
+    if (!run.empty()) record.position = known[record.profile]++;
+    const auto is_its_result = [&](const ResultTable& table) {
+      return table.run == run && table.stage == stage && !table.in_sample;
+    };
+    if (std::ranges::any_of(report.results, is_its_result)) records.push_back(std::move(record));
+  }
+  return records;
+}
+
+/// Returns the free record with which to compare `one`; null if there is none.
+ComparableRecord* find_counterpart(const ComparableRecord& one, std::vector<ComparableRecord>& others,
+                                   bool at_same_position) {
+  const auto found = std::ranges::find_if(others, [&](const ComparableRecord& other) {
+    return !other.is_paired && other.profile == one.profile && other.run.empty() == one.run.empty() &&
+           (!at_same_position || other.position == one.position);
+  });
+  return found == others.end() ? nullptr : &*found;
+}
+
+/// Pairs the records of two reports: first those at the same position, then the others in their order.
+std::vector<std::pair<ComparableRecord, ComparableRecord>> pair_records(std::vector<ComparableRecord> before,
+                                                                        std::vector<ComparableRecord> now) {
+  std::vector<std::pair<ComparableRecord, ComparableRecord>> pairs;
+  for (const bool at_same_position : {true, false}) {
+    for (ComparableRecord& one : before) {
+      ComparableRecord* other = one.is_paired ? nullptr : find_counterpart(one, now, at_same_position);
+      if (other == nullptr) continue;
+      one.is_paired = other->is_paired = true;
+      pairs.emplace_back(one, *other);
+    }
+  }
+  return pairs;
+}
+
+/// Returns the profile of a pair. Records after the first are numbered if both have the same position: "random, 2".
+std::string describe_profile(const ComparableRecord& before, const ComparableRecord& now) {
+  const bool is_numbered = before.position == now.position && before.position > 0 && !before.profile.empty();
+  return is_numbered ? fmt::format("{}, {}", before.profile, before.position + 1) : before.profile;
+}
+
+/// Returns the start of a run; empty if unknown.
+std::string find_start(const CalibrationReport& report, const std::string& run) {
+  const auto file = std::ranges::find(report.files, run, &UsedFile::id);
+  return run.empty() || file == report.files.end() ? std::string() : file->started_utc;
+}
+
+/// Returns the days between two instants such as "2026-11-25T14:03:07Z", or two days; NaN if one is unknown.
+double days_between(const std::string& before, const std::string& now) {
+  constexpr std::size_t kDayLength = 10;  // length of "2026-11-25"
+  const auto first = record::parse_day(before.substr(0, kDayLength)),
+             second = record::parse_day(now.substr(0, kDayLength));
+  return first && second ? static_cast<double>((*second - *first).count()) : std::numeric_limits<double>::quiet_NaN();
 }
 
 /// Returns true if each as-found model is an as-left model of the previous calibration.
@@ -132,12 +201,13 @@ std::vector<Row> column_rows(const ResultTable& table, const Column& column) {
   return rows;
 }
 
-ComparedResult compare_values(const ReportedValue& before, const ReportedValue& now, double days) {
-  ComparedResult result{.before = before, .now = now, .change = now.value - before.value};
+void set_change(ComparedResult& result, const ReportedValue& before, const ReportedValue& now) {
+  result.before = before;
+  result.now = now;
+  result.change = now.value - before.value;
   result.expanded = std::hypot(before.expanded(), now.expanded());
   if (result.expanded > 0) result.normalised_error = result.change / result.expanded;
-  if (days > 0) result.in_a_year = result.change * kDaysInAYear / days;
-  return result;
+  if (result.days_between > 0) result.in_a_year = result.change * kDaysInAYear / result.days_between;
 }
 
 /// Returns the bias reference of a table.
@@ -151,17 +221,15 @@ bool depends_on_bias_reference(const std::string& quantity) {
   return std::ranges::find(kReferenceDependent, quantity) != kReferenceDependent.end();
 }
 
-/// Returns the table of the report `in` at `stage` that corresponds to `table` of the report `of`: it has the same key,
-/// axis, detail and profile, and the same position among the records of that profile. Ignores in-sample tables. Returns
-/// null if there is none.
-const ResultTable* find_matching_table(const ResultTable& table, const CalibrationReport& of,
-                                       const CalibrationReport& in, Stage stage) {
-  for (const ResultTable& other : in.results)
-    if (other.key == table.key && other.axis == table.axis && other.stage == stage && !other.in_sample &&
-        other.detail == table.detail && find_profile(in, other.run) == find_profile(of, table.run) &&
-        count_previous(in, other) == count_previous(of, table))
-      return &other;
-  return nullptr;
+/// Returns the result of a run at a stage with the key, axis and detail of `table`; null if there is none, or if it is
+/// in-sample.
+const ResultTable* find_matching_table(const CalibrationReport& report, const std::string& run, Stage stage,
+                                       const ResultTable& table) {
+  const auto found = std::ranges::find_if(report.results, [&](const ResultTable& other) {
+    return other.run == run && other.stage == stage && !other.in_sample && other.key == table.key &&
+           other.axis == table.axis && other.detail == table.detail;
+  });
+  return found == report.results.end() ? nullptr : &*found;
 }
 
 class ReportComparer {
@@ -170,38 +238,48 @@ class ReportComparer {
       : before_(before), now_(now), comparison_(comparison) {}
 
   void compare(Stage before_at, Stage now_at) {
-    for (const ResultTable& table : before_.results) {
-      if (table.stage != before_at || table.in_sample) continue;
-      const ResultTable* other = find_matching_table(table, before_, now_, now_at);
-      if (other == nullptr) continue;
-      // Two records with their own mean as bias reference are not comparable.
-      const std::string zero = find_bias_reference(before_, table);
-      const bool have_one_reference = zero == find_bias_reference(now_, *other) && zero != data::kOwnReference;
-      for (const Column& column : table.columns) {
-        if (!have_one_reference && depends_on_bias_reference(column.quantity)) continue;
-        const Column* matching = column.quantity == kConditionQuantity ? nullptr : find_column(*other, column.quantity);
-        if (matching != nullptr) compare(table, column, *other, *matching);
+    for (const auto& [before, now] : pair_records(list_comparable(before_, before_at), list_comparable(now_, now_at))) {
+      const double days = days_between(find_start(before_, before.run), find_start(now_, now.run));
+      const ComparedResult pair{.profile = describe_profile(before, now),
+                                .before_record = record_label(before_, before.run),
+                                .now_record = record_label(now_, now.run),
+                                .days_between = std::isfinite(days) ? days : comparison_.days_between,
+                                .before_at = before_at,
+                                .now_at = now_at};
+      for (const ResultTable& table : before_.results) {
+        if (table.run != before.run || table.stage != before_at || table.in_sample) continue;
+        if (const ResultTable* other = find_matching_table(now_, now.run, now_at, table)) compare(pair, table, *other);
       }
     }
   }
 
  private:
-  void compare(const ResultTable& table, const Column& column, const ResultTable& other, const Column& matching) {
+  void compare(const ComparedResult& pair, const ResultTable& table, const ResultTable& other) {
+    // Two records with their own mean as bias reference are not comparable.
+    const std::string zero = find_bias_reference(before_, table);
+    const bool have_one_reference = zero == find_bias_reference(now_, other) && zero != data::kOwnReference;
+    for (const Column& column : table.columns) {
+      if (!have_one_reference && depends_on_bias_reference(column.quantity)) continue;
+      const Column* matching = column.quantity == kConditionQuantity ? nullptr : find_column(other, column.quantity);
+      if (matching != nullptr) compare(pair, table, column, other, *matching);
+    }
+  }
+
+  void compare(const ComparedResult& pair, const ResultTable& table, const Column& column, const ResultTable& other,
+               const Column& matching) {
     const std::vector<Row> rows = column_rows(other, matching);
     for (const Row& row : column_rows(table, column)) {
       const auto same = std::ranges::find(rows, row.condition, &Row::condition);
       const bool is_measured = std::isfinite(row.value.standard_uncertainty);
       if (same == rows.end() || !is_measured || !std::isfinite(same->value.standard_uncertainty)) continue;
-      ComparedResult result = compare_values(row.value, same->value, comparison_.days_between);
+      ComparedResult result = pair;
       result.key = table.key;
       result.detail = table.detail;
       result.quantity = column.quantity;
       result.unit = column.unit;
       result.axis = table.axis;
-      result.profile = numbered_profile(before_, table);
-      result.before_at = table.stage;
-      result.now_at = other.stage;
       result.condition = row.condition;
+      set_change(result, row.value, same->value);
       comparison_.results.push_back(std::move(result));
     }
   }
@@ -258,11 +336,6 @@ std::string describe_state(const std::string& number, ReportState state) {
   const char* const what =
       state == ReportState::draft ? "is a draft, not a calibration report" : "is superseded and no longer valid";
   return fmt::format("caution: {} {}\n", number.empty() ? "a report without a number" : number, what);
-}
-
-double days_between(const std::string& before, const std::string& now) {
-  const auto first = record::parse_day(before), second = record::parse_day(now);
-  return first && second ? static_cast<double>((*second - *first).count()) : std::numeric_limits<double>::quiet_NaN();
 }
 
 }  // namespace
@@ -368,6 +441,14 @@ std::string words_of_keyword(std::string keyword) {
   return keyword;
 }
 
+/// Returns ", R2 against R1, 335 days" for a pair of records; empty if both reports have one record.
+std::string describe_pair(const ComparedResult& one) {
+  if (one.before_record.empty() && one.now_record.empty()) return {};
+  const auto label = [](const std::string& record) { return record.empty() ? std::string("R1") : record; };
+  const auto days = std::isfinite(one.days_between) ? fmt::format(", {:.0f} days", one.days_between) : std::string();
+  return fmt::format(", {} against {}{}", label(one.now_record), label(one.before_record), days);
+}
+
 /// Returns " at set point 20 °C (row 2)" for the condition "set_point 20, 2", and nothing for no condition.
 std::string describe_condition(const std::string& condition) {
   if (condition.empty()) return {};
@@ -391,12 +472,12 @@ std::string describe(const Comparison& comparison) {
   text += fmt::format("  {:>6}  {:>9}  {:>9}  {:>9}  {:>9}\n", "E_n", "before", "now", "change", "U");
   for (const ComparedResult* one : all)
     text += fmt::format(
-        "  {:>6}  {:>9}  {:>9}  {:>9}  {:>9}  {} {}.{}{}{}{}, {} → {}{}{}\n", plot::decimal(one->normalised_error, 2),
+        "  {:>6}  {:>9}  {:>9}  {:>9}  {:>9}  {} {}.{}{}{}{}, {} → {}{}{}{}\n", plot::decimal(one->normalised_error, 2),
         plot::format_significant(one->before.value), plot::format_significant(one->now.value),
         plot::format_significant(one->change), plot::format_significant(one->expanded), one->axis, one->key,
         one->quantity, one->detail.empty() ? "" : " " + one->detail, describe_condition(one->condition),
         one->unit.empty() || one->unit == "1" ? "" : ", " + one->unit, words_of_keyword(name(one->before_at)),
-        words_of_keyword(name(one->now_at)), one->profile.empty() ? "" : ", ", one->profile);
+        words_of_keyword(name(one->now_at)), one->profile.empty() ? "" : ", ", one->profile, describe_pair(*one));
   text += describe_checks(comparison);
   const auto changed = count_disagreements(comparison);
   return text + fmt::format("{} of {} results {} by more than their combined uncertainty (|E_n| > 1)\n", changed,

@@ -32,6 +32,10 @@ struct ComparedResult {
   std::string axis{};
   /// Profile of both records; "random, 2" is the second record of that profile in each report.
   std::string profile{};
+  /// Records of the pair, "R1", as their reports name them; empty for a result of all records and in a report of one.
+  std::string before_record{}, now_record{};
+  /// Days between the starts of both records; those between the reports if a start is unknown.
+  double days_between = std::numeric_limits<double>::quiet_NaN();
   /// Stages of the compared results: the same stage twice, or as_left before and as_found now.
   Stage before_at{}, now_at{};
   /// Condition of the row: "set_point 20, 2" is the second row at that set point; empty for a single row.
@@ -61,8 +65,9 @@ struct Comparison {
   ReportState before_state = ReportState::authorised, now_state = ReportState::authorised;
   std::string before_sha256{}, now_sha256{};  ///< hashes of calibration.json
   std::string model{}, serial_number{};
-  std::string laboratory{};                                        ///< laboratory of the later report
-  double days_between = std::numeric_limits<double>::quiet_NaN();  ///< between the starts of the runs
+  std::string laboratory{};  ///< laboratory of the later report
+  /// Days between the first days of both calibrations.
+  double days_between = std::numeric_limits<double>::quiet_NaN();
   bool simulated{};
   /// True if each as-found model of this calibration is an as-left model of the previous one.
   bool same_model{};
@@ -75,7 +80,8 @@ struct Comparison {
 /// Compares the results that both reports have for the same profile, row by row: the first record of one report with
 /// the first of the other, and so on. It compares uncompensated results with each other, and results as left with the
 /// later ones as found; the second comparison gives the drift of the compensated unit. Results of a model on its own
-/// training record are skipped. Fails with usage if the reports are not of one unit (serial number and model) if
+/// training record are skipped; a record without a counterpart at its position is then compared with the next free
+/// record of the profile. Fails with usage if the reports are not of one unit (serial number and model) if
 /// `now` began before `before`, or if they have no result in common.
 [[nodiscard]] Result<Comparison> compare(const CalibrationReport& before, const CalibrationReport& now);
 

@@ -143,6 +143,15 @@ class ComparisonWriter : public BlockWriter {
     return text + " " + format_plain(language, value) + "\u00a0°C" + std::string(read.ptr, end);
   }
 
+  /// Returns "R2 → R1, 335 days" for the compared records; empty if both reports have one record.
+  [[nodiscard]] std::string pair_text(const ComparedResult& one) const {
+    if (one.before_record.empty() && one.now_record.empty()) return {};
+    const auto label = [](const std::string& record) { return record.empty() ? std::string("R1") : record; };
+    const std::string pair = label(one.before_record) + " → " + label(one.now_record);
+    if (!std::isfinite(one.days_between)) return pair;
+    return pair + ", " + sentence("label.days", format_number(language, one.days_between, 0));
+  }
+
   /// Returns the name "Hold bias: Bias / (°/h)" with the note "u1.x, as left → as found, set point −40, random".
   [[nodiscard]] Cell result_name(const ComparedResult& one) const {
     std::string text = translated(one.key) + (one.detail.empty() ? "" : " " + one.detail);
@@ -154,6 +163,7 @@ class ComparisonWriter : public BlockWriter {
     if (!one.condition.empty()) add(condition_text(one.condition.substr(0, comma)));
     if (comma < one.condition.size()) add(sentence("label.row", one.condition.substr(comma + 2)));
     if (!one.profile.empty()) add(one.profile);
+    if (const std::string pair = pair_text(one); !pair.empty()) add(pair);
     return cell;
   }
 

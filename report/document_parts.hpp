@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Helpers that build documents, used only by document*.cpp and comparison_document.cpp.
+/// Helpers that build documents, used only by document*.cpp and comparison*.cpp.
 #pragma once
 
 #include <optional>

@@ -26,8 +26,10 @@ CalibrationReport a_year_later() {
   CalibrationReport now = sample_calibration();
   now.number = "C-2027-0042";
   now.begun = "2027-11-10";
-  for (UsedFile& file : now.files)
+  for (UsedFile& file : now.files) {
     if (file.role == "model_left") file.role = "model_found";
+    if (file.role == "record" && !file.started_utc.empty()) file.started_utc.replace(0, 4, "2027");
+  }
   for (ResultTable& table : now.results) {
     if (table.key != "stabilised_bias") continue;
     for (Column& column : table.columns)
@@ -140,13 +142,66 @@ TEST(Comparison, PairsRecordsOfOneProfileInOrder) {
                                     }),
               1)
         << one.key;
-  EXPECT_NE(describe(*twice).find(", random, 2\n"), std::string::npos);
+  EXPECT_NE(describe(*twice).find(", random, 2, R2 against R2"), std::string::npos);
   const std::string first = std::ranges::find(now.files, "record", &UsedFile::role)->id;
   for (ResultTable& table : now.results)
     if (table.run == first) table.in_sample = true;
   const auto unseen = compare(before, now);
   ASSERT_TRUE(unseen);
-  EXPECT_EQ(unseen->results.size(), once->results.size()) << "the first comparable records form the pair";
+  EXPECT_EQ(unseen->results.size(), once->results.size()) << "the records at the same position form the pair";
+}
+
+/// Sets the start of a record, by its position.
+void set_start(CalibrationReport& report, std::size_t position, const char* utc) {
+  for (UsedFile& file : report.files)
+    if (file.role == "record" && position-- == 0) file.started_utc = utc;
+}
+
+TEST(Comparison, PairsOneRecordForAllResultsOfStage) {
+  CalibrationReport before = sample_calibration(), now = a_year_later();
+  for (CalibrationReport* one : {&before, &now}) one->files.front().profile = "random";
+  add_second_record(before, 0.1);
+  set_start(before, 0, "2026-01-01T08:00:00Z");
+  set_start(before, 1, "2026-01-31T08:00:00Z");
+  set_start(now, 0, "2027-01-01T08:00:00Z");
+  const std::string first = std::ranges::find(before.files, "record", &UsedFile::role)->id;
+  for (ResultTable& table : before.results)
+    if (table.run == first && table.stage == Stage::as_left) table.in_sample = true;
+  // Only the second record has this gradient: it is no result of the first pair.
+  std::erase_if(before.results, [&](const ResultTable& table) {
+    return table.run == first && table.stage == Stage::uncompensated && table.detail == "A-D";
+  });
+  const auto comparison = compare(before, now);
+  ASSERT_TRUE(comparison);
+  int uncompensated = 0, as_left = 0;
+  for (const ComparedResult& one : comparison->results) {
+    if (one.before_record.empty()) continue;  // a result of all records
+    const bool is_raw = one.before_at == Stage::uncompensated;
+    ++(is_raw ? uncompensated : as_left);
+    EXPECT_EQ(one.before_record, is_raw ? "R1" : "R2") << one.key;
+    EXPECT_EQ(one.now_record, "") << "the later report has one record";
+    EXPECT_EQ(one.days_between, is_raw ? 365 : 335) << one.key;
+    EXPECT_NEAR(one.in_a_year, one.change * 365.25 / (is_raw ? 365 : 335), 1e-12);
+    EXPECT_EQ(one.profile, "random");
+    EXPECT_FALSE(is_raw && one.detail == "A-D");
+  }
+  EXPECT_GT(uncompensated, 0);
+  EXPECT_GT(as_left, 0);
+  EXPECT_NE(describe(*comparison).find(", as left → as found, random, R1 against R2, 335 days\n"), std::string::npos)
+      << describe(*comparison);
+  EXPECT_NE(to_html(make_document(*comparison, Language::english)).find("R2 → R1, 335 days"), std::string::npos);
+  EXPECT_NE(to_html(make_document(*comparison, Language::german)).find("R1 → R1, 365 Tage"), std::string::npos);
+  const auto json = nlohmann::json::parse(to_json(*comparison));
+  EXPECT_EQ(json["results"].back()["before_record"], "R2");
+  EXPECT_EQ(json["results"].back()["days_between"], 335);
+}
+
+TEST(Comparison, UsesDaysOfReportsWhenStartIsUnknown) {
+  CalibrationReport before = sample_calibration(), now = a_year_later();
+  set_start(before, 0, "");
+  const auto comparison = compare(before, now);
+  ASSERT_TRUE(comparison);
+  for (const ComparedResult& one : comparison->results) EXPECT_EQ(one.days_between, 365);
 }
 
 TEST(Comparison, SkipsConditions) {

@@ -249,21 +249,14 @@ void add_compensated_mean(const ResultTarget& of, const data::Figures& figures, 
   add(of, Group::compensation, "compensated_mean", {column("compensated_bias", "°/h", {value})});
 }
 
-/// Returns the Wilson interval of a share that was observed in `count` independent trials, for 95 % coverage (E. B.
-/// Wilson, J. Am. Stat. Assoc. 22, 209 (1927)). It is within 0 to 1 and has a width also for a share of 0 or 1.
-std::pair<double, double> wilson_interval(double share, double count) {
-  const double z = data::coverage_factor(model::kCoverage, kInfinite), weight = z * z / count;
-  const double centre = (share + weight / 2) / (1 + weight);
-  const double half = z / (1 + weight) * std::sqrt(share * (1 - share) / count + weight / (4 * count));
-  return {std::max(0.0, centre - half), std::min(1.0, centre + half)};
-}
-
 void add_coverage(const ResultTarget& of, const std::optional<model::Coverage>& coverage) {
   if (!coverage) return;
   std::vector<Column> columns{column("nominal_share", "1", {exact_value(coverage->nominal)}),
                               column("seen_share", "1", {exact_value(coverage->seen)})};
   if (coverage->effective > 1) {
-    const auto [low, high] = wilson_interval(coverage->seen, coverage->effective);
+    // The same distribution and number as those of Verdict::intervals_hold: the bounds cannot contradict the caution.
+    const auto [low, high] =
+        data::binomial_interval(coverage->seen * coverage->effective, coverage->effective, model::kCoverage);
     columns.push_back(column("share_low", "1", {exact_value(low)}));
     columns.push_back(column("share_high", "1", {exact_value(high)}));
   }

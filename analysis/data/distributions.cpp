@@ -60,4 +60,12 @@ double binomial_at_most(double successes, double trials, double probability) {
   return boost::math::ibeta(trials - successes, successes + 1, 1 - probability, DistributionPolicy());
 }
 
+std::pair<double, double> binomial_interval(double successes, double trials, double share) {
+  assert(successes >= 0 && successes <= trials && trials > 0 && share > 0 && share < 1);
+  const double tail = (1 - share) / 2, failures = trials - successes;
+  const double low = successes > 0 ? boost::math::ibeta_inv(successes, failures + 1, tail, DistributionPolicy()) : 0;
+  const double high = failures > 0 ? boost::math::ibetac_inv(successes + 1, failures, tail, DistributionPolicy()) : 1;
+  return {low, high};
+}
+
 }  // namespace gyrotherm::data

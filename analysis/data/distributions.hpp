@@ -3,6 +3,8 @@
 /// distribution. Degrees of freedom are above 0 and need not be whole numbers.
 #pragma once
 
+#include <utility>
+
 namespace gyrotherm::data {
 
 // χ². Values and the noncentrality λ, the sum of the squared means, are not negative.
@@ -34,5 +36,10 @@ namespace gyrotherm::data {
 /// Returns the probability of at most `successes` in `trials`, each with the given `probability`, 0 < p < 1. Neither
 /// number need be whole: the distribution is continued by the incomplete beta function. 0 ≤ successes ≤ trials.
 [[nodiscard]] double binomial_at_most(double successes, double trials, double probability);
+
+/// Returns the exact interval of the probability of a success after `successes` in `trials`, for a coverage of `share`
+/// (C. J. Clopper and E. S. Pearson, Biometrika 26, 404 (1934)). A probability p above it has
+/// binomial_at_most(successes, trials, p) < (1 − share)/2. 0 ≤ successes ≤ trials, and trials > 0.
+[[nodiscard]] std::pair<double, double> binomial_interval(double successes, double trials, double share);
 
 }  // namespace gyrotherm::data

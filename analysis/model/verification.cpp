@@ -148,8 +148,7 @@ double share_of_parameters(const Model& model, const Verification& result) {
   return all > 0 && model.effective_parameters > 0 ? model.effective_parameters * result.compensated.count / all : 0;
 }
 
-/// Judges the gain on the clusters with a residual, and the intervals. An offset that all means share determines one
-/// mean only, so the effective number of the intervals is at most that of the residual's mean.
+/// Judges the gain on the clusters with a residual, and the intervals.
 Verdict judge(const Verification& result, const data::Clusters& clusters) {
   constexpr int kFewest = 8;
   const Rows rows = data::finite_rows(result.residual_deg_per_h);
@@ -161,8 +160,8 @@ Verdict judge(const Verification& result, const data::Clusters& clusters) {
     verdict.only_offset = false;
     verdict.statement = "the model was trained on this record, so the record cannot verify it";
   } else if (result.coverage) {
-    const double effective = std::min(result.coverage->effective, result.compensated.effective.of_mean);
-    verdict.intervals_hold = !is_below_nominal(result.coverage->seen, result.coverage->nominal, effective);
+    const Coverage& coverage = *result.coverage;
+    verdict.intervals_hold = !is_below_nominal(coverage.seen, coverage.nominal, coverage.effective);
   }
   return verdict;
 }
@@ -312,6 +311,8 @@ Result<Verification> verify(const Model& model, const data::Dataset& dataset, co
     if (!half_width) return failure(half_width.error());
     result.coverage = find_coverage(residual, *half_width, clusters);
   }
+    if (result.coverage)
+      result.coverage->effective = std::min(result.coverage->effective, result.compensated.effective.of_mean);
   result.verdict = judge(result, clusters);
   result.warnings = make_warnings(result, model, dataset, clusters);
   return result;

@@ -67,7 +67,8 @@ struct Coverage {
   double nominal{};  ///< expected share, 0.95
   double seen{};     ///< observed share
   int clusters{};
-  /// Number of independent clusters that would determine the share equally well.
+  /// Number of independent clusters that would determine the share equally well. An offset that all means share
+  /// determines one mean only, so it is at most the effective number of the mean compensated bias.
   double effective{};
   double mean_half_width_deg_per_h{};
 };

@@ -116,5 +116,29 @@ TEST(StudentsT, DecreasesWithDegreesOfFreedom) {
   }
 }
 
+/// Exact intervals for ten trials; without a success the upper bound is 1 − 0.025^(1/10).
+TEST(Binomial, IntervalMatchesTabulatedValues) {
+  const auto expect = [](double successes, double trials, double low, double high) {
+    const auto [lower, upper] = binomial_interval(successes, trials, 0.95);
+    EXPECT_NEAR(lower, low, 5e-5) << successes << " of " << trials;
+    EXPECT_NEAR(upper, high, 5e-5) << successes << " of " << trials;
+  };
+  expect(0, 10, 0, 0.3085);
+  expect(10, 10, 0.6915, 1);
+  expect(5, 10, 0.1871, 0.8129);
+  expect(8, 10, 0.4439, 0.9748);
+}
+
+/// The bound and the test that judges the intervals of a model are of one distribution.
+TEST(Binomial, UpperBoundIsWhereTestBecomesSignificant) {
+  for (const double trials : {2.0, 7.3, 54.0, 216.0})
+    for (const double share : {0.0, 0.5, 0.8613, 0.93}) {
+      const double high = binomial_interval(share * trials, trials, 0.95).second;
+      EXPECT_NEAR(binomial_at_most(share * trials, trials, high), 0.025, 1e-6) << share << " of " << trials;
+    }
+  EXPECT_EQ(binomial_interval(54, 54, 0.95).second, 1);
+  EXPECT_EQ(binomial_interval(0, 54, 0.95).first, 0);
+}
+
 }  // namespace
 }  // namespace gyrotherm::data

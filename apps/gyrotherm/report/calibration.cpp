@@ -368,6 +368,12 @@ Result<report::CalibrationReport> build_report(const ReportInput& given, const s
     const CheckedRecord& one = given.records[i];
     add_record(report, {(*records)[i], names[i], one.sha256, one.chain_verified, one.parts}, unit);
   }
+/// Sorts the deviations of all records by their time; those of an unknown time are last.
+void sort_by_time(std::vector<report::Deviation>& deviations) {
+  std::ranges::stable_sort(deviations, {},
+                           [](const report::Deviation& one) { return std::pair(one.utc.empty(), one.utc); });
+}
+
   const record::UnitInfo& info = *find_unit(given.records.front().info, unit);
   for (std::size_t a = 0; a < info.axes.size(); ++a) {
     const data::AxisChoice choice{unit, info.axes[a].name};
@@ -378,6 +384,7 @@ Result<report::CalibrationReport> build_report(const ReportInput& given, const s
   std::size_t units = 0;
   for (const CheckedRecord& one : given.records) units = std::max(units, one.info.units.size());
   add_order(report, given.laboratory, given.order, units);
+  sort_by_time(report.deviations);
   return report;
 }
 

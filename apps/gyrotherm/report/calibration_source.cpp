@@ -5,16 +5,18 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cmath>
 #include <limits>
 #include <map>
 #include <optional>
+#include <string>
 #include <string_view>
 #include <utility>
 
+#include "analysis/data/dataset.hpp"
 #include "core/clock.hpp"
 #include "core/sha256.hpp"
-#include "analysis/data/dataset.hpp"
 #include "sequencer/run/run_state_machine.hpp"
 
 namespace gyrotherm::app {
@@ -191,15 +193,46 @@ double seconds_in_state(const std::vector<record::RecordedEvent>& events, std::s
   return std::chrono::duration<double>(next->event.at.utc - from).count();
 }
 
+/// Removes the state from the text of a stop: "aborting: aborted by ada" becomes "aborted by ada".
+std::string remove_stop_state(std::string text) {
+  constexpr std::array<std::string_view, 3> kStates{"aborting: ", "aborted: ", "stopped: "};
+  for (const std::string_view state : kStates)
+    if (text.starts_with(state)) return text.substr(state.size());
+  return text;
+}
+
+/// Adds an event to the row of a stop, with the time since the stop began, and returns true. Returns false if the event
+/// has another cause. The event that ends a stop appends the state of the chamber to the cause.
+bool extend_stop(report::Deviation& stop, Duration begun, const Event& event) {
+  const bool is_end_note = event.kind == EventKind::interlock && event.about.interlock.empty();
+  if (!is_end_note && deviation_kind(event) != "stopped") return false;
+  std::string text = remove_stop_state(event.text);
+  const bool is_longer = text.starts_with(stop.text + "; ");
+  if (text != stop.text && !is_longer && !stop.text.starts_with(text + "; ")) return false;
+  if (is_longer) stop.text = std::move(text);
+  if (begun > Duration{} && event.at.utc > begun)
+    stop.seconds = std::chrono::duration<double>(event.at.utc - begun).count();
+  return true;
+}
+
 void add_deviations(std::vector<report::Deviation>& deviations, const record::Record& record, const std::string& unit) {
   std::vector<report::Deviation> own;
   add_gaps(own, record);
   add_faults(own, record, unit);
+  std::optional<std::size_t> stop;  // row of the stop in progress
+  Duration stop_begun{};
   for (std::size_t i = 0; i < record.events.size(); ++i) {
     const Event& event = record.events[i].event;
+    if (stop && extend_stop(own[*stop], stop_begun, event)) continue;
+    if (ends_state(event)) stop.reset();
     const std::string kind = deviation_kind(event);
     if (kind.empty() || belongs_to_other_unit(event, record.info, unit)) continue;
     own.push_back({.utc = format_utc(event.at.utc), .run = record.info.id, .kind = kind, .text = event.text});
+    if (kind == "stopped") {
+      own.back().text = remove_stop_state(event.text);
+      stop = own.size() - 1;
+      stop_begun = event.at.utc;
+    }
     if (kind == "held" || kind == "paused") own.back().seconds = seconds_in_state(record.events, i);
   }
   std::ranges::stable_sort(own, {}, &report::Deviation::utc);
@@ -221,6 +254,7 @@ void add_certificate_files(report::CalibrationReport& report, const record::RunI
 
 void add_files(report::CalibrationReport& report, const SourceRecord& source) {
   const record::RunInfo& info = source.record.info;
+  const auto stopped_in = data::find_stopped_segment(source.record);
   report.files.push_back({.role = "record",
                           .name = source.name,
                           .id = info.id,
@@ -256,7 +290,6 @@ void add_record(report::CalibrationReport& report, const SourceRecord& source, c
     report.ended = std::max(report.ended, ended);
   }
   add_item(report.item, *found);
-  const auto stopped_in = data::find_stopped_segment(source.record);
   add_equipment(report, record.info, *found, end);
   add_air(report, record.chamber_air_c);
   add_deviations(report.deviations, record, unit);

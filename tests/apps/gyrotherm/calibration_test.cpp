@@ -266,6 +266,65 @@ TEST_F(CalibrationOfAUnit, StatesEndAndDurationOfHoldAndSuspension) {
       << "the second hold ends with the run";
 }
 
+/// Adds an event to a record, with a time after the start of the run. `interlock` is SQL.
+void insert_event(const std::string& path, int second, const char* kind, const char* interlock, const char* text) {
+  auto database = record::Database::open(path, record::Access::read_write, 0).value();
+  EXPECT_TRUE(database.execute(
+      fmt::format("INSERT INTO event (slot, monotonic_ns, utc_ns, kind, interlock, text, chain) SELECT {0}, 0, "
+                  "(SELECT min(utc_ns) FROM event) + {0} * 1000000000, '{1}', {2}, '{3}', 0",
+                  second, kind, interlock, text)));
+}
+
+TEST_F(CalibrationOfAUnit, ReportsStopAsOneRow) {
+  const std::string record = in("stopped.db");
+  std::filesystem::copy_file(in("random.db"), record);
+  const auto insert = [&](int second, const char* kind, const char* interlock, const char* text) {
+    insert_event(record, second, kind, interlock, text);
+  };
+  insert(10, "state", "NULL", "aborting: aborted by ada: smoke");
+  insert(12, "interlock", "'door'", "door (abort): the door is open");
+  insert(310, "state", "NULL", "aborted by ada: smoke");
+  insert(310, "interlock", "NULL", "aborted by ada: smoke; the chamber was sent to 20 °C (set point read back)");
+  insert(400, "resumed", "NULL", "resumed after 90 s; cause of the interruption: aborted by ada: smoke");
+  insert(500, "state", "NULL", "aborting: aborted by ada: smoke");
+  insert(600, "interlock", "NULL", "chamber off");
+  run("report " + record + " --unverified --out " + in("stopped"));
+  auto deviations = read_report("stopped").deviations;
+  std::erase_if(deviations, [](const report::Deviation& one) { return one.kind == "note"; });
+  EXPECT_EQ(summarise(deviations),
+            (std::vector<std::string>{"stopped 300 s", "interlock", "resumed", "stopped", "interlock"}))
+      << "an event of another cause has its own row";
+  EXPECT_EQ(deviations.at(0).text, "aborted by ada: smoke; the chamber was sent to 20 °C (set point read back)");
+  EXPECT_EQ(deviations.at(3).text, "aborted by ada: smoke");
+}
+
+TEST_F(CalibrationOfAUnit, SortsDeviationsOfAllRecordsByTime) {
+  for (const char* name : {"ramp", "random"}) std::filesystem::copy_file(in(name) + ".db", in(name) + "-noted.db");
+  insert_event(in("ramp-noted.db"), 300, "note", "NULL", "third");
+  insert_event(in("ramp-noted.db"), 100, "note", "NULL", "first");
+  insert_event(in("random-noted.db"), 200, "note", "NULL", "second");
+  run("report " + in("random-noted.db") + " " + in("ramp-noted.db") + " --unverified --out " + in("sorted"));
+  std::vector<std::string> texts;
+  for (const report::Deviation& one : read_report("sorted").deviations) texts.push_back(one.text);
+  EXPECT_EQ(texts, (std::vector<std::string>{"first", "second", "third"}));
+}
+
+TEST_F(CalibrationOfAUnit, NamesReasonForRefusingEqualRuns) {
+  const auto refusal = [&](const std::string& other) {
+    const auto refused =
+        gyrotherm_with("report " + in("random.db") + " " + in(other) + " --unverified --out " + in("none"));
+    EXPECT_EQ(refused.exit_code, 2);
+    return refused.err;
+  };
+  EXPECT_NE(refusal("random.db").find("the same run is given twice"), std::string::npos);
+  std::filesystem::copy_file(in("random.db"), in("variant.db"));
+  {
+    auto record = record::Database::open(in("variant.db"), record::Access::read_write, 0).value();
+    ASSERT_TRUE(record.execute("UPDATE event SET text = 'another text' WHERE kind = 'started'"));
+  }
+  EXPECT_NE(refusal("variant.db").find("is a virtual run of the same profile, seed and day as "), std::string::npos);
+}
+
 TEST_F(CalibrationOfAUnit, IsAuthorisedOnceAndNeverOverwritten) {
   run("report " + in("random.db") + " --model " + in("model.json") + files("order.toml") + " --out " + in("once"));
   run("report authorise " + in("once") + " --by 'B. Berg'");

@@ -16,8 +16,9 @@ namespace gyrotherm::report {
 /// Returns the name of a thermometer in a figure: "self", the temperature that the unit reports, is "eigene".
 [[nodiscard]] std::string translate_thermometer(plot::Language language, const std::string& stored);
 
-/// Returns the description of an event of a record: "suspended: the air …". Translates the fixed texts of the program;
-/// everything else is the wording of the record. `kind` is the kind of the deviation.
+/// Returns the description of an event of a record: "suspended: the air …". A fixed text of the program is translated,
+/// except for its names, numbers and words of persons; any other text is the wording of the record. `kind` is the kind
+/// of the deviation.
 [[nodiscard]] std::string translate_event(plot::Language language, const std::string& kind, const std::string& stored);
 
 /// Returns the missing items of a draft, joined by "; ". Names of files, keys and persons stay as they are.

@@ -59,6 +59,72 @@ TEST(StoredTexts, TranslateFixedTextsOfEvents) {
   EXPECT_EQ(event("dropped", "u3 dropped by ada: smoke"), "u3 herausgenommen von ada: smoke");
 }
 
+TEST(StoredTexts, TranslateStopWithStateOfChamber) {
+  const auto stop = [](const char* text) { return translate_event(kTranslated, "stopped", text); };
+  EXPECT_EQ(
+      stop("aborted by root: smoke; the chamber was sent to 20 °C (set point read back; mode running; air 22.10 °C, "
+           "40.00 °C 5 min 00 s before: near 22 °C)"),
+      "abgebrochen von root: smoke; die Kammer wurde auf 20 °C gestellt (Sollwert zurückgelesen; Betriebsart in "
+      "Betrieb; Luft 22,10 °C, 40,00 °C 5 min 00 s zuvor: nahe 22 °C)");
+  EXPECT_EQ(
+      stop("stopped by a signal; the chamber was sent to 23.5 °C and switched off, and is NOT confirmed safe yet "
+           "(set point NOT shown: reads 50 °C; switched off, as acknowledged; air 50.00 °C: being watched (read "
+           "12 s ago)); supply 1 off"),
+      "beendet durch ein Signal; die Kammer wurde auf 23,5 °C gestellt und ausgeschaltet, ist aber noch NICHT als "
+      "sicher bestätigt (Sollwert NICHT angezeigt: 50 °C gelesen; ausgeschaltet, wie quittiert; Luft 50,00 °C: wird "
+      "beobachtet (vor 12 s gelesen)); Netzgerät 1 aus");
+  EXPECT_EQ(stop("held for 2 h 00 min 00 s: paused by ada"), "gehalten während 2 h 00 min 00 s: angehalten von ada");
+  EXPECT_EQ(stop("aborted by ada: smoke; see log"), "abgebrochen von ada: smoke; see log") << "words of a person";
+}
+
+TEST(StoredTexts, TranslateWholeTextOrNothing) {
+  for (const auto& [kind, text] :
+       {std::pair("held", "held: gyro_silent (hold): gyro u1 silent"),
+        std::pair("stopped", "aborting: door open at 3 °C"),
+        std::pair("resumed", "resumed after 5 s; cause of the interruption: power"),
+        std::pair("stopped", "aborted by root; the chamber was sent to 20 °C (set point read back; its fan hums)"),
+        std::pair("note", "values of the file: T: 3 values, 1 to 2 °C; g: lost"),
+        std::pair("gap", "the program was not running; power"), std::pair("fault", "u1: no reply (3 ×)")})
+    EXPECT_EQ(translate_event(kTranslated, kind, text), text);
+}
+
+TEST(StoredTexts, TranslateGapsAndFaults) {
+  const auto event = [](const char* kind, const char* text) { return translate_event(kTranslated, kind, text); };
+  EXPECT_EQ(event("gap", "the program was not running"), "das Programm lief nicht");
+  EXPECT_EQ(event("gap",
+                  "the program was not running; there is no status file of this run: it was down for 1 h 00 min "
+                  "00 s according to the wall clock only"),
+            "das Programm lief nicht; zu diesem Prüflauf gibt es keine Statusdatei: es stand 1 h 00 min 00 s still, "
+            "allein nach der Uhr");
+  EXPECT_EQ(event("fault", "gyro u1: the frame counter restarted; the counts before it are lost (3 ×)"),
+            "gyro u1: der Rahmenzähler begann neu; die Zählungen davor sind verloren (3 ×)");
+  EXPECT_EQ(event("resumed",
+                  "resumed after an unknown time; cause of the interruption: the program ended without "
+                  "stating a reason; it was held: paused by ada"),
+            "fortgesetzt nach unbekannter Zeit; Ursache der Unterbrechung: das Programm endete ohne Angabe eines "
+            "Grundes; es war gehalten: angehalten von ada");
+}
+
+TEST(StoredTexts, TranslateNotesOfImport) {
+  const auto note = [](const char* text) { return translate_event(kTranslated, "note", text); };
+  EXPECT_EQ(note("values of the file: T, top: 300 values, 20.5 to 24 °C, 3 missing (\"nan\", \"x\"), 1 of them outside "
+                 "the valid range; g: 1 value, -1 to 1 °/h; h: 5 values; and 3 more channels"),
+            "Werte der Datei: T, top: 300 Werte, 20,5 bis 24 °C, 3 fehlen (\"nan\", \"x\"), davon 1 außerhalb des "
+            "gültigen Bereichs; g: 1 Wert, -1 bis 1 °/h; h: 5 Werte; und 3 weitere Kanäle");
+  EXPECT_EQ(
+      note("warning: B repeats 21.5 °C in 600 consecutive values, from row 100 (1 h 00 min 00 s) to row 700 (2 h 00 "
+           "min 00 s), after a jump from 35.1 °C, while A moves from 20 to 40 °C: the sensor has probably failed; "
+           "train with --clusters before or after them, or remove B from the map"),
+      "Warnung: B wiederholt 21,5 °C in 600 aufeinanderfolgenden Werten, von Zeile 100 (1 h 00 min 00 s) bis Zeile "
+      "700 (2 h 00 min 00 s), nach einem Sprung von 35,1 °C, während sich A von 20 auf 40 °C ändert: der Sensor "
+      "ist wahrscheinlich ausgefallen; mit --clusters davor oder danach trainieren oder B aus der Zuordnung "
+      "entfernen");
+  EXPECT_EQ(note("warning: 50 of 300 values of A are missing (17 %); rows without a rate are not used"),
+            "Warnung: 50 von 300 Werten von A fehlen (17 %); Zeilen ohne Drehrate werden nicht verwendet");
+  EXPECT_EQ(note("2 gaps longer than 1.5 s, 12.5 s in all; the first, of 8 s, after row 9"),
+            "2 Lücken länger als 1,5 s, insgesamt 12,5 s; die erste, von 8 s, nach Zeile 9");
+}
+
 TEST(StoredTexts, KeepWordingOfPeopleAndUnknownTexts) {
   for (const auto& [kind, text] :
        {std::pair("note", "ada: held: the door"), std::pair("stated", "held: paused by root"),

@@ -277,7 +277,10 @@ std::vector<std::string> collect_warnings(const ReportSource& source) {
     for_each_model(models, [&](const char*, const model::TrainedModel& m) {
       // The models were trained on the ramp run by design, and the report marks its results as in-sample.
       auto warnings = (m.*on).warnings;
-      if (on == &model::TrainedModel::rate) std::erase(warnings, model::kTrainedOnThisWarning);
+      if (on == &model::TrainedModel::rate)
+        std::erase_if(warnings, [](const std::string& warning) {
+          return warning == model::kTrainedOnThisWarning || warning == model::kTrainedOnThisVirtualRunWarning;
+        });
       add(m.model.inputs + " on the " + run + " run", warnings);
     });
   return all;

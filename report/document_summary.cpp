@@ -303,7 +303,9 @@ void add_summary(DocumentWriter& writer) {
   for (const std::string& axis : all_axes(writer.report)) add_key_figures(writer, axis);
   for (const std::string& axis : all_axes(writer.report)) writer.paragraph(trained_range_text(writer, axis));
   const bool in_sample = std::ranges::any_of(writer.report.results, &ResultTable::in_sample);
-  if (in_sample) writer.paragraph(writer.translated("say.in_sample"), Paragraph::Style::caution);
+  if (in_sample)
+    writer.paragraph(writer.translated(writer.report.simulated ? "say.in_sample_virtual" : "say.in_sample"),
+                     Paragraph::Style::caution);
   add_verdict(writer);
   for (const std::string& axis : all_axes(writer.report)) writer.paragraph(axis_summary(writer, axis));
   add_compared(writer);

@@ -173,11 +173,11 @@ std::vector<std::string> make_warnings(const Verification& result, const Model& 
     warnings.push_back(
         "the bias reference is computed from this record, " + dataset.bias_zero +
         ": mean, RMSE and maximum of the residual exclude a constant error; its STD does not depend on the reference");
+  }
   if (dataset.stopped_in)
     warnings.push_back(
         fmt::format("the run was stopped in segment {} of {}: results over the whole run cover its part until then",
                     *dataset.stopped_in + 1, dataset.segments.size()));
-  }
   if (jumps_by_turning(dataset, clusters)) {
     warnings.push_back(
         "the unit is turned around and the Earth rate is unknown: results over both positions contain a step of twice "
@@ -188,7 +188,8 @@ std::vector<std::string> make_warnings(const Verification& result, const Model& 
         "the model was trained on rows of this record, which are in another file: the results are in-sample and not a "
         "verification");
   } else if (result.trained_on_this) {
-    warnings.emplace_back(kTrainedOnThisWarning);
+    const bool is_virtual = dataset.simulated && !dataset.imported;
+    warnings.emplace_back(is_virtual ? kTrainedOnThisVirtualRunWarning : kTrainedOnThisWarning);
   } else if (auto warning = make_no_gain_warning("compensated bias", result.verdict)) {
     warnings.push_back(std::move(*warning));
   }
@@ -310,9 +311,9 @@ Result<Verification> verify(const Model& model, const data::Dataset& dataset, co
     const auto half_width = interval_half_widths(model, *model.uncertainty, dataset, clusters);
     if (!half_width) return failure(half_width.error());
     result.coverage = find_coverage(residual, *half_width, clusters);
-  }
     if (result.coverage)
       result.coverage->effective = std::min(result.coverage->effective, result.compensated.effective.of_mean);
+  }
   result.verdict = judge(result, clusters);
   result.warnings = make_warnings(result, model, dataset, clusters);
   return result;

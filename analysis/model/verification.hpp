@@ -141,6 +141,12 @@ struct Verification {
 inline constexpr const char* kTrainedOnThisWarning =
     "the model was trained on this record: the results are in-sample and not a verification";
 
+/// Warning of a model's results on a virtual run with the id of its training record. The id is derived from profile,
+/// seed and day, so the record may be another file.
+inline constexpr const char* kTrainedOnThisVirtualRunWarning =
+    "the model was trained on a virtual run of the same profile, seed and day: the results are in-sample and not a "
+    "verification";
+
 /// Returns the error of predictions relative to the true bias, given the residual of each cluster's mean. Uses the
 /// clusters with a residual. No value if the truth is unknown.
 [[nodiscard]] std::optional<TrueBiasError> compute_true_bias_error(const data::Dataset& dataset,

@@ -70,13 +70,23 @@ Result<CheckedRecord> check(Console& console, const std::string& path, bool unve
   return CheckedRecord{std::move(files), std::move(*digest), !unverified, std::move(*info), std::move(*parts)};
 }
 
+/// Returns why two records of one run id are refused. The id of a virtual run is derived from profile, seed and day.
+std::string describe_repetition(const CheckedRecord& first, const CheckedRecord& second) {
+  if (!second.info.virtual_rig || first.sha256 == second.sha256) return "the same run is given twice";
+  return fmt::format(
+      "is a virtual run of the same profile, seed and day as {}: both are one virtual measurement; make another run "
+      "with --days-later or --seed",
+      first.files.path);
+}
+
 Result<std::vector<CheckedRecord>> check_records(Console& console, const CalibrationArguments& options) {
   std::vector<CheckedRecord> records;
   for (const std::string& path : options.runs) {
     auto one = check(console, path, options.unverified);
     if (!one) return failure(one.error());
-    const auto same = [&](const CheckedRecord& other) { return other.info.id == one->info.id; };
-    if (std::ranges::any_of(records, same)) return failure(FaultKind::usage, path, "the same run is given twice");
+    const auto same =
+        std::ranges::find_if(records, [&](const CheckedRecord& other) { return other.info.id == one->info.id; });
+    if (same != records.end()) return failure(FaultKind::usage, path, describe_repetition(*same, *one));
     records.push_back(std::move(*one));
   }
   return records;
@@ -358,6 +368,12 @@ std::vector<std::string> name_records(const std::vector<CheckedRecord>& records)
   return names;
 }
 
+/// Sorts the deviations of all records by their time; those of an unknown time are last.
+void sort_by_time(std::vector<report::Deviation>& deviations) {
+  std::ranges::stable_sort(deviations, {},
+                           [](const report::Deviation& one) { return std::pair(one.utc.empty(), one.utc); });
+}
+
 Result<report::CalibrationReport> build_report(const ReportInput& given, const std::string& unit,
                                                const CalibrationArguments& options) {
   const auto records = read_records(given.records, unit);
@@ -368,12 +384,7 @@ Result<report::CalibrationReport> build_report(const ReportInput& given, const s
     const CheckedRecord& one = given.records[i];
     add_record(report, {(*records)[i], names[i], one.sha256, one.chain_verified, one.parts}, unit);
   }
-/// Sorts the deviations of all records by their time; those of an unknown time are last.
-void sort_by_time(std::vector<report::Deviation>& deviations) {
-  std::ranges::stable_sort(deviations, {},
-                           [](const report::Deviation& one) { return std::pair(one.utc.empty(), one.utc); });
-}
-
+  sort_by_time(report.deviations);
   const record::UnitInfo& info = *find_unit(given.records.front().info, unit);
   for (std::size_t a = 0; a < info.axes.size(); ++a) {
     const data::AxisChoice choice{unit, info.axes[a].name};
@@ -384,7 +395,6 @@ void sort_by_time(std::vector<report::Deviation>& deviations) {
   std::size_t units = 0;
   for (const CheckedRecord& one : given.records) units = std::max(units, one.info.units.size());
   add_order(report, given.laboratory, given.order, units);
-  sort_by_time(report.deviations);
   return report;
 }
 

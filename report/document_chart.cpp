@@ -105,7 +105,7 @@ constexpr const char* kScript = R"js(
       labelsDiv: legend, legend: 'always', connectSeparatedPoints: true,
       legendFormatter: function (shown) { return legend_of(shown, data); },
       underlayCallback: function (context, area) { if (data.mark) draw_mark(context, area, data.mark); },
-      strokeWidth: 1.3, highlightCircleSize: 3.5, interactionModel: touchless,
+      strokeWidth: 1.3, rightGap: 32, highlightCircleSize: 3.5, interactionModel: touchless,
       gridLineColor: '#e3e7ec', axisLineColor: '#8b95a1', axisLabelFontSize: 12, xLabelHeight: 15, yLabelWidth: 15,
       axes: {
         x: {axisLabelFormatter: written, valueFormatter: written_by(data.x_axis), pixelsPerLabel: 60},

@@ -68,7 +68,7 @@ dd { margin: 0; padding: 2px 0; white-space: pre-line; }
 table { border-collapse: collapse; width: 100%; font-size: 13.5px; line-height: 1.4;
   font-variant-numeric: tabular-nums lining-nums; overflow-wrap: normal; }
 caption { text-align: left; color: var(--faint); font-size: 13px; padding-bottom: 6px; }
-caption span { display: block; position: sticky; left: 0; width: max-content; max-width: min(100%, 100vw - 32px); }
+caption span { display: block; position: sticky; left: 0; width: 0; min-width: min(100%, 100vw - 32px); }
 caption b, figcaption b { color: var(--ink); margin-right: .3em; }
 thead th { font-weight: 600; text-align: left; vertical-align: bottom; border-top: 1.5px solid var(--ink);
   border-bottom: 1px solid var(--ink); padding: 6px 14px 6px 0; hyphens: auto; }

@@ -62,11 +62,12 @@ dl.identity { display: grid; grid-template-columns: 132px 1fr; margin: 0; paddin
   border-top: 1px solid var(--line); border-bottom: 1px solid var(--line); }
 dl.identity dt { color: var(--faint); padding: 2px 0; }
 dl.identity dd { margin: 0; padding: 2px 0; overflow-wrap: anywhere; }
-.keys { display: grid; grid-template-columns: repeat(5, 1fr); margin: 4px 0 8px; border: 1px solid var(--line);
-  border-radius: 3px; }
+.keys { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 138px), 1fr)); margin: 4px 0 8px;
+  border: 1px solid var(--line); border-radius: 3px; }
 .key { padding: 14px 12px 12px 16px; border-left: 1px solid var(--line); }
 .key:first-child { border-left: 0; }
-.key .value { font-size: 25px; font-weight: 600; font-variant-numeric: tabular-nums; letter-spacing: -.01em; }
+.key .value { font-size: 25px; font-weight: 600; white-space: nowrap; font-variant-numeric: tabular-nums;
+  letter-spacing: -.01em; }
 .key .unit { color: var(--faint); font-size: 13px; margin-left: 4px; }
 .key .label { display: block; color: var(--faint); font-size: 12.5px; line-height: 1.3; margin-top: 2px; }
 .key.best { background: #eef6f2; box-shadow: inset 0 3px 0 #00855f; }
@@ -74,7 +75,7 @@ dl.identity dd { margin: 0; padding: 2px 0; overflow-wrap: anywhere; }
 table { border-collapse: collapse; width: 100%; margin: 18px 0 20px; font-size: 13.5px; line-height: 1.4;
   font-variant-numeric: tabular-nums lining-nums; }
 caption { text-align: left; color: var(--faint); font-size: 13px; padding-bottom: 6px; }
-caption span { display: block; position: sticky; left: 0; width: max-content; max-width: min(100%, 100vw - 36px); }
+caption span { display: block; position: sticky; left: 0; width: 0; min-width: min(100%, 100vw - 36px); }
 caption b { color: var(--ink); margin-right: .5em; }
 thead :is(th, td) { text-align: left; font-weight: 600; vertical-align: bottom; border-top: 1.5px solid var(--ink);
   border-bottom: 1px solid var(--ink); padding: 6px 14px 6px 0; }

@@ -8,9 +8,11 @@
 #include <cmath>
 #include <filesystem>
 #include <regex>
+#include <set>
 #include <span>
 #include <tuple>
 #include <utility>
+#include <vector>
 
 #include "analysis/data/dataset.hpp"
 #include "core/file.hpp"
@@ -620,6 +622,14 @@ std::string limited_unit(std::string_view quantity) {
   return found == kUnits.end() ? "°/h" : found->second;
 }
 
+/// Returns the stages of the results in their order; as left for a report without results.
+std::vector<Stage> list_stages(const CalibrationReport& report) {
+  std::set<Stage> stages;
+  for (const ResultTable& table : report.results) stages.insert(table.stage);
+  if (stages.empty()) return {Stage::as_left};
+  return {stages.begin(), stages.end()};
+}
+
 }  // namespace
 
 void apply_limits(CalibrationReport& report, const std::vector<ReportedLimit>& limits, DecisionRule rule) {
@@ -641,11 +651,13 @@ void apply_limits(CalibrationReport& report, const std::vector<ReportedLimit>& l
       report.conformity.push_back(std::move(one));
     }
     if (report.conformity.size() > before) continue;
-    Conformity none = compare_with_limits({}, limit.at_most, rule);
-    none.quantity = limit.quantity;
-    none.unit = limited_unit(quantity);
-    none.stage = limit.stage.value_or(Stage::as_left);
-    report.conformity.push_back(std::move(none));
+    for (const Stage stage : limit.stage ? std::vector{*limit.stage} : list_stages(report)) {
+      Conformity none = compare_with_limits({}, limit.at_most, rule);
+      none.quantity = limit.quantity;
+      none.unit = limited_unit(quantity);
+      none.stage = stage;
+      report.conformity.push_back(std::move(none));
+    }
   }
 }
 

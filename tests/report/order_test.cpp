@@ -517,6 +517,25 @@ TEST(Order, GivesLimitWithoutResultItsUnit) {
   EXPECT_EQ(unit_of({}, "quantisation.quantisation"), "″");
 }
 
+TEST(Order, GivesLimitWithoutResultOneRowPerStage) {
+  const auto stages_of = [](CalibrationReport report, std::optional<Stage> stage) {
+    report.conformity.clear();
+    apply_limits(report, {{.quantity = "ramp_sensitivity.ramp_sensitivity", .stage = stage, .at_most = 1}},
+                 DecisionRule::simple);
+    std::vector<Stage> stages;
+    for (const Conformity& one : report.conformity) {
+      EXPECT_EQ(one.verdict, Verdict::not_known);
+      stages.push_back(one.stage);
+    }
+    return stages;
+  };
+  CalibrationReport report = sample_calibration();
+  EXPECT_EQ(stages_of(report, {}), (std::vector{Stage::uncompensated, Stage::as_found, Stage::as_left}));
+  EXPECT_EQ(stages_of(report, Stage::as_left), std::vector{Stage::as_left}) << "required by the order";
+  std::erase_if(report.results, [](const ResultTable& table) { return table.stage != Stage::uncompensated; });
+  EXPECT_EQ(stages_of(report, {}), std::vector{Stage::uncompensated});
+}
+
 TEST(Order, RequiresDaysInOrder) {
   const auto order = parse_order(kOrder, "order.toml");
   ASSERT_TRUE(order);

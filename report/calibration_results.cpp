@@ -329,6 +329,35 @@ Result<VerifiedRun> verify_run(const CalibratedAxis& axis, const data::RecordedR
   return verified;
 }
 
+/// Returns the means of a column of the record over the cluster length. Intervals without a reading are gaps. Rows
+/// without a bias count too, such as those of a unit that is switched off.
+FigureLine record_course(FigureLine line, const data::Dataset& dataset, double length_s,
+                         const Eigen::Ref<const Eigen::VectorXd>& values) {
+  constexpr double kTimeSlack = 1e-9;  // fraction of the cluster length
+  std::vector<double> hours, means;
+  double sum = 0, count = 0, number = 0;
+  const auto finish = [&] {
+    if (count > 0) {
+      hours.push_back((dataset.time_s(0) + number * length_s) / kSecondsPerHour);
+      means.push_back(sum / count);
+    }
+    sum = count = 0;
+  };
+  for (Eigen::Index row = 0; row < values.size(); ++row) {
+    const double at = std::floor((dataset.time_s(row) - dataset.time_s(0)) / length_s + kTimeSlack);
+    if (at != number) finish();
+    number = at;
+    if (!std::isfinite(values(row))) continue;
+    sum += values(row);
+    ++count;
+  }
+  finish();
+  auto [x, y] = plot::break_at_gaps(hours, means, length_s / kSecondsPerHour);
+  line.x = std::move(x);
+  line.y = std::move(y);
+  return line;
+}
+
 void add_courses(CalibrationReport& report, const std::string& axis, const VerifiedRun& verified) {
   const auto& [dataset, clusters] = verified.run;
   const auto course = [&clusters](FigureLine line, const Eigen::Ref<const Eigen::VectorXd>& values) {
@@ -344,11 +373,14 @@ void add_courses(CalibrationReport& report, const std::string& axis, const Verif
                           .x_unit = "h",
                           .y_key = "temperature",
                           .y_unit = "°C"};
-  if (!dataset.imported) temperatures.lines.push_back(course({.key = "set_point"}, clusters.set_point_c));
-  for (std::size_t k = 0; k < clusters.thermometers.size(); ++k) {
-    if (!data::is_temperature(clusters.thermometers[k])) continue;
-    temperatures.lines.push_back(course({.key = "temperature", .detail = clusters.thermometers[k]},
-                                        clusters.temperature_c.col(static_cast<Eigen::Index>(k))));
+  if (!dataset.imported)
+    temperatures.lines.push_back(record_course({.key = "set_point"}, dataset, clusters.length_s, dataset.set_point_c));
+  for (std::size_t k = 0; k < dataset.thermometers.size(); ++k) {
+    if (!data::is_temperature(dataset.thermometers[k])) continue;
+    const auto column = static_cast<Eigen::Index>(k);
+    if (column < dataset.temperature_c.cols())
+      temperatures.lines.push_back(record_course({.key = "temperature", .detail = dataset.thermometers[k]}, dataset,
+                                                 clusters.length_s, dataset.temperature_c.col(column)));
   }
   FigureData bias = temperatures;
   bias.key = "bias_course";

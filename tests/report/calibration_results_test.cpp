@@ -210,21 +210,48 @@ TEST(TwoPositions, GiveEarthRateUncertaintyOfScaleFactor) {
   EXPECT_EQ(reported(50, "bias").standard_uncertainty, reported(0, "bias").standard_uncertainty);
 }
 
-TEST(Courses, BreakAtMissingClusters) {
+/// Returns nine clusters of 100 s. The bias is missing in the clusters 3 to 5, the temperatures only in the cluster 7.
+data::RecordedRun nine_clusters() {
+  constexpr Eigen::Index kRows = 18;
   data::RecordedRun run = SyntheticExperiment().rate;
   run.clusters.samples = Eigen::VectorXi::Constant(run.clusters.start_s.size(), 100);
-  run.clusters = pick_clusters(run.clusters, {0, 1, 2, 6, 7, 8});
+  run.clusters = pick_clusters(run.clusters, {0, 1, 2, 6, 8});
+  run.dataset.time_s = Eigen::VectorXd::LinSpaced(kRows, 0, 850);  // two rows per cluster
+  run.dataset.temperature_c =
+      Eigen::MatrixXd::Constant(kRows, static_cast<Eigen::Index>(run.dataset.thermometers.size()), 20);
+  run.dataset.temperature_c.row(8).setConstant(21);  // the second row of cluster 4 is missing
+  run.dataset.temperature_c.row(9).setConstant(std::numeric_limits<double>::quiet_NaN());
+  run.dataset.temperature_c.middleRows(14, 2).setConstant(std::numeric_limits<double>::quiet_NaN());
+  run.dataset.set_point_c = Eigen::VectorXd::Constant(kRows, 25);
+  run.dataset.moment_s = run.dataset.time_s;
+  run.dataset.bias_deg_per_h = Eigen::VectorXd::Zero(kRows);
+  run.dataset.segment = run.dataset.cycle = Eigen::VectorXi::Constant(kRows, -1);
+  return run;
+}
+
+TEST(Courses, BreakAtMissingReadings) {
   CalibrationReport report;
-  ASSERT_TRUE(add_results(report, {.label = "x", .runs = {run}}));
+  ASSERT_TRUE(add_results(report, {.label = "x", .runs = {nine_clusters()}}));
   int lines = 0;
-  for (const FigureData& figure : report.figures)
+  for (const FigureData& figure : report.figures) {
     for (const FigureLine& line : figure.lines) {
       if (figure.logarithmic) continue;
       ++lines;
-      ASSERT_EQ(line.x.size(), 7u) << figure.key;
-      EXPECT_DOUBLE_EQ(line.x[3], 300.0 / 3600);
-      EXPECT_TRUE(std::isnan(line.y[3])) << figure.key << " " << line.detail;
+      if (line.key == "set_point") {
+        EXPECT_EQ(line.x.size(), 9u) << "a set point in each cluster";
+        continue;
+      }
+      const bool is_bias = figure.key == "bias_course";
+      ASSERT_EQ(line.x.size(), is_bias ? 7u : 9u) << figure.key;
+      const std::size_t gap = is_bias ? 3 : 7;
+      EXPECT_DOUBLE_EQ(line.x[gap], (is_bias ? 300.0 : 700.0) / 3600);
+      EXPECT_TRUE(std::isnan(line.y[gap])) << figure.key << " " << line.detail;
+      if (!is_bias) {
+        EXPECT_EQ(line.y[3], 20) << "recorded while the bias was missing";
+        EXPECT_EQ(line.y[4], 21) << "the mean of the row that has a reading";
+      }
     }
+  }
   EXPECT_EQ(lines, 1 + 8 + 1);
 }
 

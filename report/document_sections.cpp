@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "report/document_parts.hpp"
 #include "report/stored_texts.hpp"
@@ -103,6 +105,19 @@ std::string bias_reference_text(const DocumentWriter& writer) {
   return zeros;
 }
 
+/// Returns both ends of a range with the same number of decimals.
+std::pair<std::string, std::string> format_range(Language language, double low, double high) {
+  constexpr int kMostDecimals = 6;
+  const auto is_written = [&](double value, int decimals) {
+    const double power = std::pow(10.0, decimals);
+    return !std::isfinite(value) || std::abs(std::round(value * power) / power - value) <= 1e-9 * std::abs(value);
+  };
+  for (int decimals = 0; decimals <= kMostDecimals; ++decimals)
+    if (is_written(low, decimals) && is_written(high, decimals))
+      return {format_number(language, low, decimals), format_number(language, high, decimals)};
+  return {format_plain(language, low), format_plain(language, high)};
+}
+
 DocumentTable influences_table(const DocumentWriter& writer) {
   DocumentTable table{.caption = writer.translated("caption.influences"),
                       .header = {writer.translated("column.influence"), writer.translated("column.low"),
@@ -110,9 +125,9 @@ DocumentTable influences_table(const DocumentWriter& writer) {
   for (const Influence& influence : writer.report.influences) {
     const std::string name =
         influence.key.empty() ? text_in(writer.language, influence.name) : writer.translated(influence.key);
-    table.rows.push_back({{.text = name_with_unit(name, influence.unit)},
-                          {.text = format_plain(writer.language, influence.low)},
-                          {.text = format_plain(writer.language, influence.high)}});
+    auto [low, high] = format_range(writer.language, influence.low, influence.high);
+    table.rows.push_back(
+        {{.text = name_with_unit(name, influence.unit)}, {.text = std::move(low)}, {.text = std::move(high)}});
   }
   return table;
 }
@@ -211,6 +226,20 @@ DocumentTable files_table(const DocumentWriter& writer) {
   return table;
 }
 
+/// Returns a sentence about the data that the customer provided; empty if the report has none of them.
+std::string customer_data_text(const DocumentWriter& writer) {
+  const CalibrationReport& report = writer.report;
+  const bool has_name = !report.customer.name.empty(), has_address = !address_text(report.customer).empty();
+  std::string provided;
+  if (has_name || has_address)
+    provided = writer.translated(!has_address ? "provided.name" : has_name ? "provided.both" : "provided.address");
+  if (!report.item.customers_number.empty()) {
+    const std::string number = writer.translated("provided.number");
+    provided = provided.empty() ? number : writer.sentence("provided.and", provided, number);
+  }
+  return provided.empty() ? provided : writer.sentence("say.by_customer", provided);
+}
+
 void add_people(DocumentWriter& writer) {
   const CalibrationReport& report = writer.report;
   DefinitionsWriter lines(writer);
@@ -299,8 +328,7 @@ void add_statements(DocumentWriter& writer) {
   writer.paragraph(text_in(writer.language, report.remarks));
   writer.paragraph(writer.translated(scope_key(report)) + " " + writer.translated("say.standing"));
   writer.paragraph(writer.translated("say.in_full"));
-  writer.paragraph(
-      writer.translated(report.item.customers_number.empty() ? "say.customer_without_number" : "say.by_customer"));
+  writer.paragraph(customer_data_text(writer));
   for (const Texts& statement : report.statements) writer.paragraph(text_in(writer.language, statement));
   add_people(writer);
 }

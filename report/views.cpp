@@ -55,9 +55,17 @@ std::string key_figures(const ReportedRun& run) {
   const auto tile = [](const std::string& label, const data::Figures& figures, const char* style = "") {
     return key_figure(label, figures.std, standard_error_of_std(figures), style);
   };
+  const auto shown = [](const data::Figures& figures) { return plot::format_bias(figures.std); };
+  const data::Figures* const models[] = {&residual.three_point.all, &residual.multi_point.all,
+                                         &residual.multi_point_t.all};
+  const data::Figures& least = **std::ranges::min_element(models, {}, [](const auto* one) { return one->std; });
+  const auto model_tile = [&](const std::string& label, const data::Figures& figures) {
+    const bool is_best = figures.std < run.raw.std && shown(figures) == shown(least);
+    return tile(label, figures, is_best ? "best" : "");
+  };
   return "<div class=\"keys\">\n" + tile("before compensation", run.raw) +
-         tile("three-point", residual.three_point.all) + tile("multi-point", residual.multi_point.all) +
-         tile("multi-point with temperature", residual.multi_point_t.all, "best") +
+         model_tile("three-point", residual.three_point.all) + model_tile("multi-point", residual.multi_point.all) +
+         model_tile("multi-point with temperature", residual.multi_point_t.all) +
          key_figure("noise floor of the record", run.floor.deg_per_h, run.floor.error_deg_per_h) + "</div>\n" +
          fmt::format("<p class=\"note\">Standard deviations of the {} run with their standard errors, {}.</p>\n",
                      plot::escaped(run.profile), in_sample_text(run));

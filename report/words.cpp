@@ -346,7 +346,6 @@ constexpr Translation kTranslations[] = {
    "model.",
    "Mit „Trainingsdaten“ bezeichnete Ergebnisse stammen aus der Aufzeichnung, an die das Modell angepasst wurde. "
    "Sie sind kein Nachweis seiner Güte."},
-  {"say.overdue", "On the day of the run, the calibration of the following instruments was overdue: {}.",
   {"say.in_sample_virtual",
    "Results marked “in-sample” were computed from the record to which the model was fitted, or from a virtual run of "
    "the same profile, seed and day. They do not verify the model.",
@@ -355,6 +354,7 @@ constexpr Translation kTranslations[] = {
   {"say.stopped_run", "The run was stopped in segment {} of {}. “Whole run” is its part until then.",
    "Der Prüflauf wurde in Abschnitt {} von {} beendet. „Gesamter Prüflauf“ ist sein Teil bis dahin."},
   {"say.recorded_warning", "Warning of the record: {}.", "Warnung der Aufzeichnung: {}."},
+  {"say.overdue", "On the day of the run, the calibration of the following instruments was overdue: {}.",
    "Am Tag des Prüflaufs war die Kalibrierung folgender Geräte überfällig: {}."},
   {"say.chain_broken", "The hash chain of the following records was not verified: {}. Their integrity is not proven.",
    "Die Prüfsummenkette der folgenden Aufzeichnungen wurde nicht geprüft: {}. Ihre Unversehrtheit ist nicht "
@@ -528,11 +528,12 @@ constexpr Translation kTranslations[] = {
   {"say.in_full", "This report shall not be reproduced except in full without approval of the laboratory.",
    "Dieser Kalibrierbericht darf nur vollständig und unverändert weiterverbreitet werden. Auszüge oder Änderungen "
    "bedürfen der Genehmigung des Laboratoriums."},
-  {"say.by_customer",
-   "Provided by the customer: name and address of the customer, and the customer’s number of the item.",
-   "Vom Auftraggeber bereitgestellt: Name und Anschrift des Auftraggebers sowie dessen Nummer des Gegenstands."},
-  {"say.customer_without_number", "Provided by the customer: name and address of the customer.",
-   "Vom Auftraggeber bereitgestellt: Name und Anschrift des Auftraggebers."},
+  {"say.by_customer", "Provided by the customer: {}.", "Vom Auftraggeber bereitgestellt: {}."},
+  {"provided.both", "name and address of the customer", "Name und Anschrift des Auftraggebers"},
+  {"provided.name", "name of the customer", "Name des Auftraggebers"},
+  {"provided.address", "address of the customer", "Anschrift des Auftraggebers"},
+  {"provided.number", "the customer’s number of the item", "die Nummer des Auftraggebers für den Gegenstand"},
+  {"provided.and", "{}, and {}", "{} sowie {}"},
   {"say.standing", "The results were valid at the time of the calibration.",
    "Die Ergebnisse gelten für den Zeitpunkt der Kalibrierung."},
   {"say.not_authorised", "Not authorised.", "Nicht freigegeben."},

@@ -39,6 +39,8 @@ constexpr Phrase kPhrases[] = {
     {"disk: ", "Datenträger: "},
     // clock
     {"synchronised with UTC to within ", "mit UTC synchronisiert bis auf "},
+    {"the clock is not synchronised: UTC times in records may be wrong, but durations are correct",
+     "die Uhr ist nicht synchronisiert: UTC-Zeiten der Aufzeichnungen können falsch sein, Zeitdauern stimmen"},
     {"is not synchronised: UTC times in records may be wrong, but durations are correct",
      "nicht synchronisiert: UTC-Zeiten der Aufzeichnungen können falsch sein, Zeitdauern stimmen"},
     // limits

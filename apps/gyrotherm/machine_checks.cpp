@@ -320,7 +320,7 @@ Finding check_clock() {
     return finding;
   }
   finding.state = FindingState::warning;
-  finding.found = "is not synchronised: UTC times in records may be wrong, but durations are correct";
+  finding.found = "the clock is not synchronised: UTC times in records may be wrong, but durations are correct";
   finding.fix = "sudo timedatectl set-ntp true, or sudo apt-get install chrony";
   return finding;
 }

@@ -159,6 +159,31 @@ TEST(Document, MentionsNumberOfCustomerOnlyIfGiven) {
   EXPECT_TRUE(has(text_of(report, Language::german), "Name und Anschrift des Auftraggebers."));
 }
 
+TEST(Document, NamesOnlyDataThatCustomerProvided) {
+  CalibrationReport report = sample_calibration();
+  report.customer = {.name = "Navigation Works"};
+  EXPECT_TRUE(has(text_of(report), "Provided by the customer: name of the customer, and the customer’s number"));
+  report.customer = {.city = "Kiel"};
+  report.item.customers_number.clear();
+  EXPECT_TRUE(has(text_of(report), "Provided by the customer: address of the customer."));
+  report.customer = {};
+  for (const Language language : {Language::english, Language::german})
+    for (const char* part : {"Provided by the customer", "Vom Auftraggeber bereitgestellt"})
+      EXPECT_FALSE(has(text_of(report, language), part));
+}
+
+TEST(Document, PrintsBothEndsOfInfluenceWithSameDecimals) {
+  CalibrationReport report = sample_calibration();
+  const auto row_of = [&](double low, double high) {
+    report.influences = {{.key = "air_temperature", .unit = "°C", .low = low, .high = high}};
+    return text_of(report);
+  };
+  EXPECT_TRUE(has(row_of(19.5, 50.48), "19.50\n\n50.48"));
+  EXPECT_TRUE(has(row_of(-40.4, 50.49), "−40.40\n\n50.49"));
+  EXPECT_TRUE(has(row_of(35, 45), "35\n\n45"));
+  EXPECT_TRUE(has(row_of(0, 0.125), "0.000\n\n0.125"));
+}
+
 TEST(Document, HasSameStructureInBothLanguages) {
   const CalibrationReport report = sample_calibration();
   const Document english = make_document(report, Language::english), german = make_document(report, Language::german);

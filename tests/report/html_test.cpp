@@ -199,6 +199,26 @@ TEST(HtmlReport, ShowsStandardErrorInEachTile) {
             std::isfinite(report.random.floor.error_deg_per_h) ? 5 : 4);
 }
 
+TEST(HtmlReport, MarksTilesOfLeastResidual) {
+  Report report = SyntheticExperiment().report();
+  const auto marked = [&](double three_point, double multi_point, double with_temperature) {
+    report.random.raw.std = 1;
+    report.random.residual.three_point.all.std = three_point;
+    report.random.residual.multi_point.all.std = multi_point;
+    report.random.residual.multi_point_t.all.std = with_temperature;
+    const std::string page = page_of(report);
+    std::string found;
+    const std::string begin = "<div class=\"key ";
+    for (auto at = page.find(begin); at != std::string::npos; at = page.find(begin, at + 1))
+      found += page.substr(at + begin.size(), 4) == "best" ? '1' : '0';
+    return found.substr(0, 4);  // raw, three-point, multi-point, with temperature
+  };
+  EXPECT_EQ(marked(0.5, 0.3, 0.1), "0001");
+  EXPECT_EQ(marked(0.5, 0.0025, 0.0026), "0010");
+  EXPECT_EQ(marked(0.5, 0.3, 0.3), "0011") << "equal as printed";
+  EXPECT_EQ(marked(1.5, 1.3, 1.1), "0000") << "no model reduces the bias";
+}
+
 TEST(HtmlReport, HasMinusSignsInWarnings) {
   Report report = SyntheticExperiment().report();
   report.warnings = {"the mean is -0.02801 °/h over A-B"};

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "apps/gyrotherm/report/used_files.hpp"
+#include "core/count_text.hpp"
 #include "core/file.hpp"
 #include "core/text.hpp"
 
@@ -186,8 +187,8 @@ Result<CheckedDraft> check_draft(Console& console, const report::FiledReport& fi
   auto laboratory = read_laboratory(again.laboratory);
   if (!laboratory) return failure(laboratory.error());
   console.print_message(
-      plain(fmt::format("{}: is what {}, {} models, {} and {} yield", filed.path, fmt::join(again.runs, ", "),
-                        (*sources)->models_left.size(), again.order, again.laboratory)));
+      plain(fmt::format("{}: is what {}, {}, {} and {} yield", filed.path, fmt::join(again.runs, ", "),
+                        format_count((*sources)->models_left.size(), "model"), again.order, again.laboratory)));
   return CheckedDraft{std::move(*laboratory), true};
 }
 

@@ -159,18 +159,17 @@ double days_between(const std::string& before, const std::string& now) {
   return first && second ? static_cast<double>((*second - *first).count()) : std::numeric_limits<double>::quiet_NaN();
 }
 
-/// Returns true if each as-found model is an as-left model of the previous calibration.
+/// Returns true if each as-found model is an as-left model of the previous calibration. Results without compensation need
+/// no model.
 bool has_same_models(const CalibrationReport& before, const CalibrationReport& now) {
-  bool any = false;
   for (const UsedFile& found : now.files) {
     if (found.role != "model_found") continue;
     const auto is_same_model = [&](const UsedFile& left) {
       return left.role == "model_left" && left.sha256 == found.sha256;
     };
     if (std::ranges::none_of(before.files, is_same_model)) return false;
-    any = true;
   }
-  return any;
+  return true;
 }
 
 /// Returns the condition of a row, "set_point 20" or "temperature 10"; empty if the table has no such column.

@@ -462,7 +462,7 @@ class ModbusChamber final : public Chamber {
                      fmt::format("reads {:g} °C, which is impossible; check word order and unit", *set_point));
     if (!is_expected(*set_point))
       return failure(FaultKind::mismatch, place(set_point_),
-                     fmt::format("reads {} after {} was written", *set_point, sent_c_));
+                     fmt::format("reads {:.6g} after {:.6g} was written", *set_point, sent_c_));
     return set_point;
   }
 

@@ -179,10 +179,8 @@ Result<std::string> query_supply(drivers::PowerSupply& supply, const SupplySetti
   const auto outputs = supply.inspect();
   for (std::size_t i = 0; i < outputs.size(); ++i) {
     const auto title = fmt::format(", output {} ", settings.outputs[i].settings.output + 1);
-    if (!outputs[i]) {
-      line += title + outputs[i].error().what;
-      continue;
-    }
+    if (!outputs[i])
+      return failure(outputs[i].error().kind, "", fmt::format("{}{}{}", *identity, title, outputs[i].error().what));
     const auto& [state, shown, difference] = *outputs[i];
     line += fmt::format("{}{} ({}), {:.3f} V, {:.3f} A", title, state.is_on ? "on" : "off",
                         shown.empty() ? "its settings cannot be read" : shown, state.voltage_v, state.current_a);

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <set>
 #include <utility>
 
 #include "core/deadline.hpp"
@@ -207,11 +208,17 @@ class AssembledRig : public Rig {
                                query_thermometer(*thermometers_[i], file_.thermometers[i].channels, watch)));
     if (answers.front())
       if (const auto warning = compare_air(); !warning.empty()) *answers.front() += "; " + warning;
+    const auto unpowered = find_unpowered_units();
     for (std::size_t i = 0; i < file_.gyro_lines.size(); ++i) {
+      const GyroLine& line = file_.gyro_lines[i];
       const auto gyro = drivers_->gyro(file_, i, kGyroQueryWithin);
-      answers.push_back(
-          titled(line_title(file_.gyro_lines[i], file_.units), describe_line(file_.gyro_lines[i]),
-                 query_gyro(*gyro, file_.gyro_lines[i], file_.units, file_.simulated, [this] { let_pass(1); })));
+      const bool is_off =
+          std::ranges::all_of(line.shares, [&](const auto& share) { return unpowered.contains(share.unit); });
+      answers.push_back(titled(line_title(line, file_.units), describe_line(line),
+                               is_off
+                                   ? Result<std::string>("not read, because the output of its supply is off; a run "
+                                                         "switches it on")
+                                   : query_gyro(*gyro, line, file_.units, file_.simulated, [this] { let_pass(1); })));
     }
     for (std::size_t i = 0; i < analogue_.size(); ++i)
       answers.push_back(titled(analogue_title(i), "on " + file_.analogue_inputs[i].line,
@@ -235,6 +242,20 @@ class AssembledRig : public Rig {
   const RigFile& file() const override { return file_; }
 
  protected:
+  /// Returns the units whose supplies answer and have switched all of their outputs off.
+  [[nodiscard]] std::set<std::size_t> find_unpowered_units() {
+    std::set<std::size_t> off, on;
+    for (std::size_t i = 0; i < supplies_.size(); ++i) {
+      if (!supplies_[i]->identify()) continue;
+      const auto outputs = supplies_[i]->inspect();
+      for (std::size_t j = 0; j < outputs.size(); ++j)
+        for (const auto& share : file_.supplies[i].outputs[j].shares)
+          if (outputs[j]) (outputs[j]->state.is_on ? on : off).insert(share.unit);
+    }
+    for (const auto unit : on) off.erase(unit);
+    return off;
+  }
+
   [[nodiscard]] io::Instruments instruments() {
     io::Instruments all{.chamber = *chamber_, .thermometers = {}, .gyros = {}, .chamber_line = chamber_line_.get()};
     all.chamber_known = known(kChamberTitle);

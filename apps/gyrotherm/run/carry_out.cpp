@@ -304,11 +304,12 @@ void remove_empty_record(std::unique_ptr<record::Store> store, const std::string
 }
 
 /// Returns the store's options. A virtual run that ends within moments needs no live copy; a longer one is copied at
-/// most once a second and updates its status file ten times a second.
-record::StoreOptions store_options(bool simulated) {
+/// most once a second and updates its status file ten times a second. Somebody watches a run with a pace, so it
+/// continues in a new part if its file is moved or fails, like a run of a real rig.
+record::StoreOptions store_options(bool simulated, double pace) {
   using std::chrono_literals::operator""ms;
   const record::LiveCopyOptions of_real{}, of_virtual{.pause = 1000ms, .begins_after = 1500ms};
-  return {.background = !simulated,
+  return {.background = !simulated || pace > 0,
           .status_interval = simulated ? Duration(100ms) : Duration::zero(),
           .live_copy = simulated ? of_virtual : of_real};
 }
@@ -421,7 +422,7 @@ Result<Celsius> enter_run(const NewRun& plan, Opening& opening, const rig::Found
   info.identities = found.identities;
   info.virtual_instruments = found.virtual_instruments;
   info.releases = plan.releases;
-  auto store = record::Store::create(plan.path, info, store_options(plan.file.simulated));
+  auto store = record::Store::create(plan.path, info, store_options(plan.file.simulated, plan.options.pace));
   if (store) remove_trace(plan.path);  // trace of an earlier record
   return open_run(opening, std::move(store), found);
 }
@@ -523,7 +524,7 @@ Result<Celsius> reenter_run(StoppedRun& run, const ResumeOptions& options, Openi
   if (!entry) return failure(entry.error());
   opening.entry = *entry;
   if (auto good = check_controller(found.limits, on.profile, on.rig); !good) return failure(good.error());
-  return open_run(opening, record::Store::reopen(run.path, store_options(on.rig.simulated)), found);
+  return open_run(opening, record::Store::reopen(run.path, store_options(on.rig.simulated, options.pace)), found);
 }
 
 /// Prints and records how the run resumes. `first` is its next second.

@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <csignal>
+#include <filesystem>
 
 #include "acquisition/record/record.hpp"
 #include "tests/apps/gyrotherm/program.hpp"
@@ -46,6 +48,19 @@ TEST(VirtualPace, DoesNotChangeRecord) {
   const auto fast = rows("max.db");
   EXPECT_GT(fast.size(), 500U);
   EXPECT_EQ(fast, rows("x10.db"));
+}
+
+TEST(VirtualPace, ContinuesInNewPartIfRecordIsMoved) {
+  const Folder folder;
+  const auto record = folder / "run.db";
+  Background run({"run", "profiles/qualification.toml", "--rig", "virtual", "--pace", "x60", "--json", "--out", record},
+                 folder / "log");
+  ASSERT_TRUE(run.wait_for("\"acknowledged\"", 60)) << run.output();
+  std::filesystem::rename(record, folder / "moved.db");
+  EXPECT_TRUE(becomes([&] { return std::filesystem::exists(folder / "run.2.db"); })) << run.output();
+  run.signal(SIGINT);
+  EXPECT_EQ(run.wait(), 5) << run.output();
+  EXPECT_EQ(run.output().find("NOT confirmed safe"), std::string::npos) << run.output();
 }
 
 TEST(VirtualPace, IsRefusedForRealRigAndUnknownValue) {

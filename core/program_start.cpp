@@ -13,7 +13,9 @@
 #include <cstdio>
 #include <limits>
 #include <ranges>
+#include <string>
 #include <system_error>
+#include <vector>
 
 #include "core/text.hpp"
 
@@ -79,9 +81,25 @@ std::string command_refusal_reason(std::string_view word, std::span<const std::s
                       : fmt::format("\"{}\" is not a command. Did you mean \"{}\"?", word, near);
 }
 
+namespace {
+
+std::string without_dashes(std::string_view option) {
+  return std::string(option.substr(std::min(option.find_first_not_of('-'), option.size())));
+}
+
+/// Returns the option with the nearest name; the dashes before the names are not compared.
+std::string find_nearest_option(std::string_view word, std::span<const std::string> known) {
+  std::vector<std::string> names;
+  for (const auto& option : known) names.push_back(without_dashes(option));
+  const auto near = std::ranges::find(names, find_nearest(without_dashes(word), names));
+  return near == names.end() || near->empty() ? "" : known[static_cast<std::size_t>(near - names.begin())];
+}
+
+}  // namespace
+
 std::string option_refusal_reason(std::string_view word, const std::string& command,
                                   std::span<const std::string> known) {
-  const auto near = find_nearest(word, known);
+  const auto near = find_nearest_option(word, known);
   return fmt::format("{} is not an option of {}{}", word, command,
                      near.empty() ? "" : fmt::format(". Did you mean {}?", near));
 }
@@ -137,6 +155,8 @@ std::string explain_range(const std::string& refusal) {
   double least = 0, most = 0;
   if (!can_parse(refusal.substr(range + kRange.size(), to - range - kRange.size()), least)) return {};
   if (!can_parse(refusal.substr(to + kTo.size()), most)) return {};
+  if (double given = 0; can_parse(number, given) && given >= least && given <= most)
+    return fmt::format("{}: {} is not a whole number", name, number);
   return fmt::format("{}: {} is outside {:g} to {:g}", name, number, least, most);
 }
 
@@ -147,6 +167,9 @@ std::string plain_error_message(const std::string& refusal) {
   if (const auto at = refusal.find(kTooMany); at != std::string::npos)
     return fmt::format("{} is given {} times, expected once", refusal.substr(0, at),
                        refusal.substr(at + kTooMany.size()));
+  constexpr std::string_view kOneRequired = ": 1 required ";
+  if (const auto at = refusal.find(kOneRequired); at != std::string::npos && refusal.ends_with(" missing"))
+    return refusal.substr(0, at) + ": its value is missing";
   if (auto choice = explain_choice(refusal); !choice.empty()) return choice;
   if (auto range = explain_range(refusal); !range.empty()) return range;
   constexpr std::string_view kRefusalStart = "Could not convert: ", kValueSeparator = " = ";

@@ -32,16 +32,25 @@ bool is_direction_mark(char32_t point) {
   return (point >= 0x202A && point <= 0x202E) || (point >= 0x2066 && point <= 0x2069);
 }
 
-/// Computes the Levenshtein distance, one row at a time.
+/// Returns the text with ASCII letters in lower case.
+std::string lower_case(std::string_view text) {
+  std::string lower(text);
+  for (char& c : lower)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c + ('a' - 'A'));
+  return lower;
+}
+
+/// Computes the number of inserted, deleted, replaced and exchanged adjacent characters, one row at a time.
 std::size_t edit_distance(std::string_view a, std::string_view b) {
-  std::vector<std::size_t> row(b.size() + 1);
+  std::vector<std::size_t> before(b.size() + 1), last(b.size() + 1), row(b.size() + 1);
   std::iota(row.begin(), row.end(), std::size_t{0});
   for (std::size_t i = 1; i <= a.size(); ++i) {
-    std::size_t diagonal = row[0]++;
+    before.swap(last);
+    last.swap(row);
+    row[0] = i;
     for (std::size_t j = 1; j <= b.size(); ++j) {
-      const std::size_t substituted = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
-      diagonal = row[j];
-      row[j] = std::min({row[j] + 1, row[j - 1] + 1, substituted});
+      row[j] = std::min({last[j] + 1, row[j - 1] + 1, last[j - 1] + (a[i - 1] == b[j - 1] ? 0 : 1)});
+      if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1]) row[j] = std::min(row[j], before[j - 2] + 1);
     }
   }
   return row.back();
@@ -103,11 +112,13 @@ std::string_view detect_other_format(std::string_view bytes) {
 std::string find_nearest(std::string_view word, std::span<const std::string> known) {
   std::string best;
   std::size_t least = std::max<std::size_t>(2, word.size() / 3) + 1;
-  for (const auto& candidate : known)
-    if (const auto d = edit_distance(word, candidate); d < least) {
-      least = d;
-      best = candidate;
-    }
+  for (const auto& candidate : known) {
+    if (candidate == word) return candidate;
+    const auto d = edit_distance(lower_case(word), lower_case(candidate));
+    if (d >= least || 2 * d >= std::max(word.size(), candidate.size())) continue;
+    least = d;
+    best = candidate;
+  }
   return best;
 }
 

@@ -31,8 +31,9 @@ enum class Blanks { escaped, kept };
 /// other content.
 [[nodiscard]] std::string_view detect_other_format(std::string_view bytes);
 
-/// Returns the element of `known` with the least edit distance to `word`. Returns "" if the least distance exceeds both
-/// 2 and a third of the length of `word`.
+/// Returns the element of `known` with the least edit distance to `word`, regardless of the case of ASCII letters.
+/// Returns
+/// "" if the least distance exceeds both 2 and a third of the length of `word`, or is half of the longer word or more.
 [[nodiscard]] std::string find_nearest(std::string_view word, std::span<const std::string> known);
 
 }  // namespace gyrotherm

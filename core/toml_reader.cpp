@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
 #include <filesystem>
 #include <optional>
@@ -113,8 +114,12 @@ TomlTable::Document::ErrorList TomlTable::Document::collect_errors() const {
   for (const auto& node : nodes)
     for (const auto& [key, value] : *node->table) {
       if (node->read_keys.contains(key.str())) continue;
-      const std::vector<std::string> read_keys(node->read_keys.begin(), node->read_keys.end());
-      const auto near = all.is_full() ? std::string() : find_nearest(key.str(), read_keys);
+      // A key that is present is not meant, except for another table of an array.
+      std::vector<std::string> possible_keys;
+      for (const auto& known : node->read_keys)
+        if (const auto* there = node->table->get(known); !there || there->is_array_of_tables())
+          possible_keys.push_back(known);
+      const auto near = all.is_full() ? std::string() : find_nearest(key.str(), possible_keys);
       const auto meant = near.empty() ? "" : fmt::format(", did you mean \"{}\"?", near);
       if (!near.empty()) all.drop_missing(node->at, near);
       all.note({Rank::key_error, key.source().begin, fmt::format("unknown key \"{}\"{}", key.str(), meant)});
@@ -254,6 +259,8 @@ std::string describe_value(const toml::node& node) {
   std::ostringstream text;
   if (const auto* string = node.as_string())
     text << '"' << string->get() << '"';
+  else if (const auto* number = node.as_floating_point())
+    text << fmt::format("{}{}", number->get(), std::trunc(number->get()) == number->get() ? ".0" : "");
   else
     text << toml::toml_formatter{node};
   return text.str().size() > kMaxQuotedLength ? "something else" : text.str();
@@ -366,13 +373,26 @@ std::string TomlTable::text(std::string_view key, const std::optional<std::strin
   return read(*this, mark_read(key).table, key, fallback, kExpectText, as_text);
 }
 
+namespace {
+
+/// Lists keywords, in quotes if one of them is a mark such as a comma.
+std::string list_choices(const std::vector<std::string>& allowed) {
+  const auto is_mark = [](const std::string& word) {
+    return std::ranges::none_of(word, [](unsigned char c) { return std::isalnum(c) != 0 || c >= 0x80; });
+  };
+  if (std::ranges::none_of(allowed, is_mark)) return fmt::format("{}", fmt::join(allowed, ", "));
+  return fmt::format("\"{}\"", fmt::join(allowed, "\", \""));
+}
+
+}  // namespace
+
 std::string TomlTable::choice(std::string_view key, const std::vector<std::string>& allowed,
                               std::string fallback) const {
   const auto value = text(key, fallback.empty() ? std::nullopt : std::optional(std::move(fallback)));
   if (std::find(allowed.begin(), allowed.end(), value) != allowed.end()) return value;
   if (value.empty() && !is_empty_text(find(node_->table, key))) return value;  // missing or no text, noted by text()
   const auto near = find_nearest(value, allowed);
-  note_error(key, fmt::format("\"{}\" is not one of {}{}", value, fmt::join(allowed, ", "),
+  note_error(key, fmt::format("\"{}\" is not one of {}{}", value, list_choices(allowed),
                               near.empty() ? "" : fmt::format("; did you mean \"{}\"?", near)));
   return allowed.front();
 }

@@ -114,6 +114,10 @@ TEST(PlainErrorMessage, NamesValueAndPermittedValues) {
 TEST(PlainErrorMessage, NamesRepeatedOption) {
   EXPECT_EQ(plain_error_message("--rig: At Most 1 required but received 2"), "--rig is given 2 times, expected once");
   EXPECT_EQ(plain_error_message("--as: At Most 1 required but received 12"), "--as is given 12 times, expected once");
+  EXPECT_EQ(plain_error_message("--pace: 1 required FLOAT:FLOAT in [0.01 - 100] missing"),
+            "--pace: its value is missing");
+  EXPECT_EQ(plain_error_message("--days-later: Value 1.5 not in range 0 to 36500"),
+            "--days-later: 1.5 is not a whole number");
 }
 
 TEST(PlainErrorMessage, TellsRangeFromInvalidNumber) {

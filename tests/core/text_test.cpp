@@ -75,5 +75,23 @@ TEST(Nearest, IsEmptyWithoutSimilarWord) {
   EXPECT_EQ(find_nearest("qualify", {}), "");
 }
 
+TEST(Nearest, IsEmptyIfHalfOfTheWordDiffers) {
+  const auto nearest = [](const char* word, const std::vector<std::string>& known) {
+    return find_nearest(word, known);
+  };
+  EXPECT_EQ(nearest("4", {"1", "2"}), "");
+  EXPECT_EQ(nearest("fr", {"en", "de"}), "");
+  EXPECT_EQ(nearest("at", {"out"}), "");
+  EXPECT_EQ(nearest(";", {".", ","}), "");
+  EXPECT_EQ(nearest("", {"A"}), "");
+  EXPECT_EQ(nearest("rum", {"run"}), "run");
+  EXPECT_EQ(nearest("hodl", {"ramp", "hold"}), "hold") << "exchanged letters are one error";
+}
+
+TEST(Nearest, IgnoresCase) {
+  EXPECT_EQ(find_nearest("QUALIFY", kKnownWords), "qualify");
+  EXPECT_EQ(find_nearest("Rn", kKnownWords), "run");
+}
+
 }  // namespace
 }  // namespace gyrotherm

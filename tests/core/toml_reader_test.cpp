@@ -111,6 +111,34 @@ TEST(TomlTable, SuggestsNearestChoice) {
   EXPECT_EQ(verdict(t), "f.toml:1:8: \"hodl\" is not one of ramp, hold; did you mean \"hold\"?");
 }
 
+TEST(TomlTable, QuotesChoicesThatAreMarks) {
+  const auto t = parsed("separator = \"comma\"\n");
+  (void)t.choice("separator", {",", ";", "blanks"});
+  EXPECT_EQ(verdict(t), "f.toml:1:13: \"comma\" is not one of \",\", \";\", \"blanks\"");
+}
+
+TEST(TomlTable, SuggestsNoKeyThatIsPresent) {
+  const auto t = parsed("time = 1\ntiem = 2\nRate = 3\n");
+  (void)t.number("time");
+  (void)t.number("rate");
+  EXPECT_EQ(verdict(t), "f.toml:2:1: unknown key \"tiem\"\nf.toml:3:1: unknown key \"Rate\", did you mean \"rate\"?");
+}
+
+TEST(TomlTable, SuggestsTablesThatArePresent) {
+  const auto t = parsed("[[segment]]\n[[segments]]\n[[Segment]]\n");
+  (void)t.tables("segment");
+  EXPECT_EQ(verdict(t),
+            "f.toml:2:3: unknown key \"segments\", did you mean \"segment\"?\n"
+            "f.toml:3:3: unknown key \"Segment\", did you mean \"segment\"?");
+}
+
+TEST(TomlTable, ShowsRefusedNumberAsWritten) {
+  const auto t = parsed("class = 3.3\nname = 2.0\n");
+  (void)t.text("class");
+  (void)t.text("name");
+  EXPECT_EQ(verdict(t), "f.toml:1:9: \"class\" is 3.3, expected text\nf.toml:2:8: \"name\" is 2.0, expected text");
+}
+
 TEST(TomlTable, ChoiceRefusesEmptyText) {
   const auto t = parsed("kind = \"\"\non_stop = \"\"\n");
   EXPECT_EQ(t.choice("kind", {"ramp", "hold"}), "ramp");

@@ -173,8 +173,7 @@ TEST(SegmentBomb, ReportsFirstHundredErrors) {
     told = profile_errors(segments);
   };
   EXPECT_LT(tests::growth_over_ten(refuse, 2'000), tests::kLargestLinearGrowth);
-  EXPECT_TRUE(told.starts_with("p.toml:8:1: unknown key \"x\", did you mean \"at\"?\np.toml:13:1: unknown key"))
-      << told.substr(0, 200);
+  EXPECT_TRUE(told.starts_with("p.toml:8:1: unknown key \"x\"\np.toml:13:1: unknown key")) << told.substr(0, 200);
   EXPECT_EQ(std::count(told.begin(), told.end(), '\n'), 100);
   EXPECT_TRUE(told.ends_with("p.toml: more errors than the 100 reported here"));
 }

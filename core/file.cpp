@@ -90,9 +90,15 @@ Result<bool> begins_with(const std::string& path, std::string_view bytes) {
 }
 
 Result<std::string> read_whole(const RegularFile& file, const std::string& path, std::size_t most) {
-  if (file.size > most)
+  if (file.size > most) {
+    std::string beginning(kSqliteBeginning.size(), '\0');
+    const auto size = ::pread(file.descriptor.number(), beginning.data(), beginning.size(), 0);
+    const bool is_sqlite = size == std::ssize(beginning) && beginning == kSqliteBeginning;
     return failure(FaultKind::bad_file, path + ":1:1",
-                   fmt::format("the file has {} bytes, expected at most {}", file.size, most));
+                   fmt::format("{} {} bytes, expected {}at most {}",
+                               is_sqlite ? "is an SQLite file, as records are, of" : "the file has", file.size,
+                               is_sqlite ? "another file of " : "", most));
+  }
   std::string text;
   const auto size = static_cast<std::size_t>(file.size);
   if (!read_up_to(file.descriptor.number(), text, size + 1)) return read_failure(path, std::strerror(errno));

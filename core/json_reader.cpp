@@ -7,6 +7,9 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <set>
+#include <string>
+#include <vector>
 
 #include "core/text.hpp"
 
@@ -39,8 +42,17 @@ JsonNode::JsonNode(std::shared_ptr<Document> document, const void* node, std::st
 
 Result<JsonNode> JsonNode::parse(std::string_view text, std::string file, Nulls nulls) {
   auto document = std::make_shared<Document>();
+  std::vector<std::set<std::string>> open_objects;
+  std::optional<std::string> repeated_key;
+  const auto watch_keys = [&](int, Json::parse_event_t event, const Json& parsed) {
+    if (event == Json::parse_event_t::object_start) open_objects.emplace_back();
+    if (event == Json::parse_event_t::object_end) open_objects.pop_back();
+    if (event == Json::parse_event_t::key && !open_objects.back().insert(parsed.get<std::string>()).second)
+      repeated_key = parsed.get<std::string>();
+    return true;
+  };
   try {
-    document->root = Json::parse(text);
+    document->root = Json::parse(text, watch_keys);
   } catch (const Json::parse_error& error) {
     const auto other = detect_other_format(text);
     if (!other.empty() && other != "JSON")
@@ -48,6 +60,9 @@ Result<JsonNode> JsonNode::parse(std::string_view text, std::string file, Nulls 
                      fmt::format("is {}, expected a JSON document", other));
     if (text.find_first_not_of(" \t\r\n") == std::string_view::npos)
       return failure(FaultKind::bad_file, format_position(text, 1, file), "is empty, expected a JSON document");
+    if (text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF"))
+      return failure(FaultKind::bad_file, format_position(text, 1, file),
+                     "the file is in UTF-16, expected UTF-8: save it as UTF-8, without \"Unicode\" or \"UTF-16\"");
     const bool is_cut = error.byte > text.size();
     return failure(
         FaultKind::bad_file, format_position(text, error.byte, file),
@@ -55,6 +70,8 @@ Result<JsonNode> JsonNode::parse(std::string_view text, std::string file, Nulls 
   } catch (const Json::exception& error) {
     return failure(FaultKind::bad_file, file, error.what());
   }
+  if (repeated_key)
+    return failure(FaultKind::bad_file, file, fmt::format("the key \"{}\" occurs twice in an object", *repeated_key));
   document->file = std::move(file);
   document->nulls = nulls;
   const void* root = &document->root;

@@ -60,7 +60,11 @@ Result<Duration> parse_duration(std::string_view whole) {
     seconds += q->value * unit->second;
     any = true;
   }
-  if (!any || seconds > 1e8)
+  constexpr double kLongest_s = 1e8;
+  if (any && seconds > kLongest_s)
+    return failure(FaultKind::bad_file, "",
+                   fmt::format("\"{}\" is too long; expected at most {:.0f} h", whole, std::floor(kLongest_s / 3600)));
+  if (!any)
     return failure(FaultKind::bad_file, "",
                    fmt::format("\"{}\" is not a duration; expected text like \"2 h\", \"90 s\"", whole));
   return from_seconds(seconds);

@@ -96,6 +96,10 @@ TEST_F(ReadFile, ChecksSizeBeforeReading) {
   fs::resize_file(in("sparse"), 100);
   EXPECT_EQ(read_result(in("sparse"), 99), in("sparse") + ":1:1: the file has 100 bytes, expected at most 99");
   EXPECT_EQ(read_result(in("sparse"), 100), "read");
+  std::ofstream(in("run.db")) << kSqliteBeginning << std::string(100, 'x');
+  EXPECT_EQ(
+      read_result(in("run.db"), 99),
+      in("run.db") + ":1:1: is an SQLite file, as records are, of 115 bytes, expected another file of at most 99");
 }
 
 TEST_F(ReadFile, FollowsLinkOnlyIfPermitted) {

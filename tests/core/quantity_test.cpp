@@ -66,5 +66,14 @@ TEST(ParseDuration, QuotesInvalidText) {
   }
 }
 
+TEST(ParseDuration, StatesLongestDuration) {
+  EXPECT_TRUE(parse_duration("27777 h"));
+  for (const std::string text : {"27778 h", "1000000 h", "1200 d"}) {
+    const auto d = parse_duration(text);
+    ASSERT_FALSE(d.has_value()) << text;
+    EXPECT_EQ(d.error().what, "\"" + text + "\" is too long; expected at most 27777 h");
+  }
+}
+
 }  // namespace
 }  // namespace gyrotherm

@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
@@ -22,6 +23,7 @@
 #include "core/file.hpp"
 #include "core/process.hpp"
 #include "core/program_start.hpp"
+#include "core/text.hpp"
 #include "sequencer/watchdog/child_work.hpp"
 #include "sequencer/watchdog/guard.hpp"
 #include "sequencer/watchdog/relay_rescue.hpp"
@@ -157,17 +159,23 @@ std::string find_record(const std::string& path) {
   return path;
 }
 
-/// Reports that a path has no safe-state file.
-MakeSafeExit report_no_run(ErrorPrinter& printer, const std::string& path) {
+/// Returns whether a path without a safe-state file is a record. Reports the reason if it is not.
+bool check_is_record(ErrorPrinter& printer, const std::string& path) {
   std::error_code error;
   if (!std::filesystem::exists(path, error)) {
     printer.print(path + ": the record does not exist and has no safe-state file; check the path");
-    return MakeSafeExit::file;
+    return false;
   }
   if (!begins_with(path, kSqliteBeginning).value_or(false)) {
     printer.print(path + ": is not a record, expected the record of the run, RUN.db");
-    return MakeSafeExit::file;
+    return false;
   }
+  return true;
+}
+
+/// Reports that a path has no safe-state file.
+MakeSafeExit report_no_run(ErrorPrinter& printer, const std::string& path) {
+  if (!check_is_record(printer, path)) return MakeSafeExit::file;
   printer.print(path + ": no run is in progress; nothing to do");
   return MakeSafeExit::safe;
 }
@@ -298,6 +306,7 @@ MakeSafeExit give_up(ErrorPrinter& printer, const std::string& path, const std::
   const auto safe_state = read_safe_state(safe_state_path(record));
   if (!safe_state) return report_fault(printer, safe_state.error(), MakeSafeExit::file);
   if (!*safe_state) {
+    if (!check_is_record(printer, record)) return MakeSafeExit::file;
     printer.print(record + ": no guard is at work; nothing to give up");
     return MakeSafeExit::safe;
   }
@@ -355,7 +364,13 @@ MakeSafeExit run(int argc, char** argv) {
   if (first == "--give-up" && argc == 4 && *argv[3] != '\0')
     return give_up(printer, resolve_symlink(std::filesystem::absolute(argv[2], error).string()), argv[3]);
   const bool with_option = first == "--guard" || first == "--kill" || first == "--insist";
-  if (argc != (with_option ? 3 : 2) || (!with_option && first.starts_with('-'))) {
+  if (first.starts_with('-') && !with_option && first != "--give-up") {
+    const std::array<std::string, 6> options{"--kill", "--insist", "--guard", "--give-up", "--help", "--version"};
+    const auto near = find_nearest(first, options);
+    printer.print(
+        fmt::format("{} is not an option{}", first, near.empty() ? "" : fmt::format("; did you mean {}?", near)));
+  }
+  if (argc != (with_option ? 3 : 2) || (!with_option && first.starts_with('-')) || *argv[argc - 1] == '\0') {
     printer.print("expected [--kill|--insist|--guard] RUN.db, or --give-up RUN.db REASON; see --help");
     return MakeSafeExit::usage;
   }

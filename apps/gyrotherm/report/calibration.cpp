@@ -182,10 +182,27 @@ Result<std::optional<ModelOfAxis>> find_model(const ModelSource& source, const s
   return std::optional(std::move(*model));
 }
 
-/// Fails with usage if a named model applies to no axis of the reported units.
+/// Fails with usage if two named models apply to an axis.
+Result<void> check_one_model(const ModelSource& source, const data::AxisChoice& axis, const char* option) {
+  const ModelOfAxis* first = nullptr;
+  for (const ModelOfAxis& one : source.named) {
+    if (!applies_to(one.model, axis)) continue;
+    if (first != nullptr)
+      return failure(FaultKind::usage, option,
+                     fmt::format("{} and {} apply to one axis, {}{}{}; expected one model per axis", first->file.name,
+                                 one.file.name, axis.unit, axis.axis.empty() ? "" : ".", axis.axis));
+    first = &one;
+  }
+  return {};
+}
+
+/// Fails with usage if a named model applies to no axis of the reported units, or two to the same axis.
 Result<void> check_models_apply(const std::vector<CheckedRecord>& records, const std::vector<std::string>& units,
                                 const ModelSource& source) {
   const char* const option = std::string_view(source.role) == "model_left" ? "--model" : "--found";
+  for (const std::string& name : units)
+    for (const auto& axis : find_unit(records.front().info, name)->axes)
+      if (auto one = check_one_model(source, {name, axis.name}, option); !one) return one;
   for (const ModelOfAxis& one : source.named) {
     bool applies = false;
     for (const std::string& name : units)

@@ -192,6 +192,15 @@ TEST_F(CalibrationOfAUnit, RefusesRecordsOfTwoGyros) {
   EXPECT_NE(std::ranges::find(missing, "models: one trained on this unit"), missing.end());
 }
 
+TEST_F(CalibrationOfAUnit, RefusesTwoModelsOfOneAxis) {
+  std::filesystem::copy_file(in("model.json"), in("second.json"));
+  const auto ran = gyrotherm_with("report " + in("ramp.db") + " --model " + in("model.json") + " --model " +
+                                  in("second.json") + " --out " + in("two_models"));
+  EXPECT_EQ(ran.exit_code, 2) << ran.err;
+  EXPECT_NE(ran.err.find("model.json and second.json apply to one axis"), std::string::npos) << ran.err;
+  EXPECT_FALSE(std::filesystem::exists(in("two_models")));
+}
+
 TEST_F(CalibrationOfAUnit, StatesBiasReferenceOfEachRecord) {
   for (const auto& [name, earth_rate] : {std::pair{"known", "earth_rate = 10.6"}, std::pair{"unknown", ""}}) {
     std::ofstream table(in("table.csv"));

@@ -209,6 +209,11 @@ Result<Clusters> make_clusters(const Dataset& dataset, double length_s) {
                    fmt::format("contains no complete cluster of {} s{}", length_s,
                                dataset.time_s.size() == 0 ? "" : list_missing_values(dataset)));
   };
+  if (!dataset.imported && length_s != std::round(length_s))
+    return failure(FaultKind::usage, dataset.path,
+                   fmt::format("has one sample per second, so clusters of {:g} s differ in their number of samples; "
+                               "expected a whole number of seconds",
+                               length_s));
   if (dataset.time_s.size() == 0) return none();
   const double span_s = dataset.time_s(dataset.time_s.size() - 1) - dataset.time_s(0) + sample_interval_s(dataset);
   const Eigen::Index complete = cluster_number(span_s, length_s);

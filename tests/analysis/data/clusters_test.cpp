@@ -52,6 +52,18 @@ TEST(Clusters, AverageTrueBiasWhenKnown) {
   EXPECT_DOUBLE_EQ(both->true_bias_deg_per_h(4), 2 * 149.5);
 }
 
+TEST(Clusters, HaveWholeSecondsInNativeRecords) {
+  EXPECT_TRUE(make_clusters(ramp(400), 7));
+  for (const double length_s : {1.5, 99.5}) {
+    const auto refused = make_clusters(ramp(400), length_s);
+    ASSERT_FALSE(refused);
+    EXPECT_EQ(refused.error().kind, FaultKind::usage);
+    auto imported = ramp(400);
+    imported.imported = true;
+    EXPECT_TRUE(make_clusters(imported, length_s));
+  }
+}
+
 TEST(Clusters, KeepLastClusterWhenExactlyComplete) { EXPECT_EQ(make_clusters(ramp(400))->start_s.size(), 4); }
 
 TEST(Clusters, ComputeCausalRate) {

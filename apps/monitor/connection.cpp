@@ -22,11 +22,11 @@
 namespace gyrotherm::monitor {
 namespace {
 
+/// Returns the reason of the last error in words, such as "no start line".
 std::string last_tls_error() {
-  std::array<char, 200> text{};
-  ERR_error_string_n(ERR_get_error(), text.data(), text.size());
+  const char* reason = ERR_reason_error_string(ERR_get_error());
   ERR_clear_error();
-  return text.data();
+  return reason != nullptr ? reason : "unknown error";
 }
 
 /// Returns the poll event for which a TLS call waits, or 0 if the call has failed.

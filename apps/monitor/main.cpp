@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <csignal>
 #include <iostream>
 #include <span>
@@ -92,9 +93,16 @@ Result<void> change_users(const UserArguments& options, Change change) {
 }
 
 Result<void> add_user(const UserArguments& options) {
-  return change_users(options, [&](UserList& list) {
+  std::string replaced_role;
+  auto changed = change_users(options, [&](UserList& list) {
+    const auto known = std::ranges::find(list.users, options.name, &User::name);
+    if (known != list.users.end()) replaced_role = name(known->role);
     return add_or_replace_user(list, options.name, *find_role(options.role), read_password());
   });
+  if (changed && !replaced_role.empty())
+    write_to_stderr(
+        fmt::format("{}: replaced the password; role {} → {}\n", options.name, replaced_role, options.role));
+  return changed;
 }
 
 /// Adds a token and prints it. If it cannot be printed, does not store it.
@@ -117,9 +125,7 @@ Result<void> remove_user(const UserArguments& options) {
 }
 
 Result<void> list_users(const UserArguments& options) {
-  const auto file = users_file(options);
-  if (!file) return failure(file.error());
-  const auto list = read_users(*file);
+  const auto list = read_users(resolve_state_folder(options.state) + "/" + kUsersFile);
   if (!list) return failure(list.error());
   std::string lines;
   for (const auto& user : list->users) lines += fmt::format("{:<14} {}\n", name(user.role), user.name);

@@ -219,7 +219,7 @@ Result<int> WebServer::bind() {
   auto& options = server_threads_->options;
   auto listener = listen_on_tcp(options.address, static_cast<std::uint16_t>(options.port), kMaxWaiting);
   if (!listener)
-    return failure(FaultKind::usage, fmt::format("{}:{}", options.address, options.port),
+    return failure(FaultKind::storage, fmt::format("{}:{}", options.address, options.port),
                    "cannot listen: the port is in use, or the address does not belong to this machine");
   server_threads_->listener = std::move(*listener);
   const int port = listening_port(server_threads_->listener);

@@ -37,8 +37,8 @@ class WebServer {
   WebServer(const WebServer&) = delete;
   WebServer& operator=(const WebServer&) = delete;
 
-  /// Binds the address. Returns the port. Fails with usage if the address is not available, for example because another
-  /// program uses it.
+  /// Binds the address. Returns the port. Fails with storage if the address is not available, for example because
+  /// another program uses it.
   [[nodiscard]] Result<int> bind();
   /// Serves until a thread calls stop(). Returns immediately if stop() was called before.
   void serve();

@@ -407,6 +407,13 @@ class Starts(unittest.TestCase):
             self.assertEqual(
                 monitor_command(folder, "user", "add", "ada", "--role", "operator", password=PASSWORD).returncode, 0
             )
+            elsewhere = [MONITOR, "user", "list", "--state", folder / "none"]
+            self.assertEqual(subprocess.run(elsewhere, check=False).returncode, 0)
+            self.assertFalse((folder / "none").exists(), "a list creates no folder")
+            monitor_command(folder, "user", "add", "bob", "--role", "viewer", password=PASSWORD)
+            replaced = monitor_command(folder, "user", "add", "bob", "--role", "operator", password=PASSWORD)
+            self.assertIn("bob: replaced the password; role viewer → operator", replaced.stderr)
+            monitor_command(folder, "user", "remove", "bob")
             token = monitor_command(folder, "token", "add", "script", "--role", "viewer").stdout.strip()
             self.assertEqual(len(token), 43)
             listed = monitor_command(folder, "user", "list").stdout

@@ -74,6 +74,16 @@ class Served {
 
 WebAnswer nothing(const WebRequest& /*request*/) { return {.body = "{}"}; }
 
+TEST(WebServer, FailsWithStorageIfPortIsUsed) {
+  WebServer first({.address = "127.0.0.1"}, nothing);
+  const auto port = first.bind();
+  ASSERT_TRUE(port);
+  WebServer second({.address = "127.0.0.1", .port = *port}, nothing);
+  const auto refused = second.bind();
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().kind, FaultKind::storage);
+}
+
 TEST(WebServer, StopsBeforeServing) {
   WebServer server({.address = "127.0.0.1"}, nothing);
   ASSERT_TRUE(server.bind());

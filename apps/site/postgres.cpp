@@ -35,11 +35,25 @@ FaultKind fault_kind(std::string_view state) {
 /// Checks the passfile. libpq ignores a passfile that other users may read, and would report a missing password.
 Result<void> check_passfile(const std::string& path) {
   struct stat facts {};
-  if (::stat(path.c_str(), &facts) != 0) return failure(FaultKind::bad_file, path, std::strerror(errno));
-  if (!S_ISREG(facts.st_mode)) return failure(FaultKind::bad_file, path, "is not a regular file");
+  if (::stat(path.c_str(), &facts) != 0) return failure(FaultKind::bad_file, "passfile " + path, std::strerror(errno));
+  if (!S_ISREG(facts.st_mode)) return failure(FaultKind::bad_file, "passfile " + path, "is not a regular file");
   if ((facts.st_mode & 077) != 0)
-    return failure(FaultKind::bad_file, path, "is accessible to other users, expected mode 0600");
+    return failure(FaultKind::bad_file, "passfile " + path, "is accessible to other users, expected mode 0600");
   return {};
+}
+
+/// Returns whether `ports` are the ports of one or more hosts, such as "5432" or "5432,5433". An empty one is the
+/// default.
+bool are_ports(std::string_view ports) {
+  for (;;) {
+    const auto comma = ports.find(',');
+    const auto one = ports.substr(0, comma);
+    std::uint16_t port{};
+    const auto [end, error] = std::from_chars(one.data(), one.data() + one.size(), port);
+    if (!one.empty() && (error != std::errc{} || end != one.data() + one.size() || port == 0)) return false;
+    if (comma == std::string_view::npos) return true;
+    ports.remove_prefix(comma + 1);
+  }
 }
 
 }  // namespace
@@ -52,11 +66,15 @@ Result<void> check_conninfo(const std::string& conninfo) {
   if (!options)
     return failure(FaultKind::usage, "connection to the store",
                    why != nullptr ? join_lines(why) : "is not a libpq connection string");
-  for (const auto* option = options.get(); option->keyword != nullptr; ++option)
+  for (const auto* option = options.get(); option->keyword != nullptr; ++option) {
+    if (option->val != nullptr && std::string_view(option->keyword) == "port" && !are_ports(option->val))
+      return failure(FaultKind::usage, "connection to the store",
+                     fmt::format("port is \"{}\", expected 1 to 65535", option->val));
     if (option->val != nullptr && std::string_view(option->keyword).ends_with("password"))
       return failure(
           FaultKind::usage, "connection to the store",
           fmt::format("contains \"{}\", which other users can read; use a passfile instead", option->keyword));
+  }
   return {};
 }
 

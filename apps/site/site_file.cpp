@@ -44,6 +44,8 @@ std::string read_passfile(const TomlTable& table, const std::string& file, const
 
 StoreAddress read_store_address(const TomlTable& table, const std::string& file, const std::string& credentials) {
   StoreAddress address{.conninfo = table.text("address")};
+  if (address.conninfo.empty() && table.is_text("address"))
+    table.note_error("address", "\"address\" is empty, expected a libpq connection string such as \"host=db\"");
   if (const auto good = check_conninfo(address.conninfo); !good && !address.conninfo.empty())
     table.note_error("address", good.error().what);
   address.passfile = read_passfile(table, file, credentials);

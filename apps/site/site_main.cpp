@@ -96,10 +96,12 @@ Result<int> show_status(const SiteOptions& options) {
 }
 
 void add_common_options(CLI::App& command, SiteOptions& options) {
-  command.add_option("--store", options.store,
-                     "address of the store as a libpq connection string, such as \"host=db dbname=gyrotherm\"");
+  auto* store =
+      command.add_option("--store", options.store,
+                         "address of the store as a libpq connection string, such as \"host=db dbname=gyrotherm\"");
   command.add_option("--passfile", options.passfile, "file with the password (default: ~/.pgpass)");
-  command.add_option("--site", options.site_file, "site file, whose [store] table contains address and passfile");
+  command.add_option("--site", options.site_file, "site file, whose [store] table contains address and passfile")
+      ->excludes(store);
 }
 
 void add_query(CLI::App& cli, const StoreQuery& query, SiteOptions& options, Action& action) {
@@ -146,7 +148,9 @@ int run_site(int argc, char** argv) {
       "Example: gyrotherm-site migrate --store \"host=db dbname=gyrotherm user=gyrotherm_owner\"\n\n"
       "Brings the store's schema up to date.");
   add_common_options(migrating, options);
-  migrating.add_option("--to", options.to, "last migration to apply")->capture_default_str();
+  migrating.add_option("--to", options.to, "last migration to apply")
+      ->check(CLI::Range(0, migrations().back().number))
+      ->capture_default_str();
   migrating.callback([&] { action = [&] { return run_migrations(options); }; });
   auto& status = *cli.add_subcommand("status",
                                      "Example: gyrotherm-site status --site site.toml\n\nPrints the number of rigs, "

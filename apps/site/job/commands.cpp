@@ -111,6 +111,7 @@ Result<int> run_job(const Job& job, const std::string& folder, const JobOptions&
 
 Result<int> start_job(const Result<Job>& job, const std::string& out, const JobOptions& options) {
   if (!job) return failure(job.error());
+  if (const auto settings = make_distribution_settings(options); !settings) return failure(settings.error());
   const auto folder = out + "/job";
   if (auto written = write_job(*job, folder); !written) return failure(written.error());
   return run_job(*job, folder, options);

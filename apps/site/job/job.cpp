@@ -201,6 +201,13 @@ Arguments qualify_command(const std::string& rig, const std::string& lot, const 
   return Arguments{"qualify", "--rig", rig, "--out", lot} + options.arguments;
 }
 
+/// Fails like record::read_info() if a record cannot be read. Otherwise every task would fail on it.
+Result<void> check_records(const std::vector<std::string>& records) {
+  for (const std::string& record : records)
+    if (const auto info = record::read_info(record); !info) return failure(info.error());
+  return {};
+}
+
 Arguments thread_options(const PlanOptions& options) { return {"--threads", std::to_string(options.threads)}; }
 
 }  // namespace
@@ -229,6 +236,8 @@ Result<Job> plan_seeds(const Seeds& seeds, const std::string& out, const PlanOpt
   if (seeds.last < seeds.first || seeds.last - seeds.first >= kMaxSeeds)
     return failure(FaultKind::usage, "--first, --last",
                    fmt::format("{} to {}, expected 1 to {} seeds", seeds.first, seeds.last, kMaxSeeds));
+  for (const auto* records : {&seeds.records, &seeds.verify})
+    if (auto good = check_records(*records); !good) return failure(good.error());
   auto job = make_empty_job(fmt::format("seeds {} to {}", seeds.first, seeds.last), options);
   for (std::uint64_t i = 0; i <= seeds.last - seeds.first; ++i) {
     const auto seed = seeds.first + i;
@@ -255,6 +264,7 @@ Result<Job> plan_leave_one_out(const std::vector<std::string>& records, double h
   if (records.size() < kMinRecords)
     return failure(FaultKind::usage, {},
                    fmt::format("{} records, expected {} or more, one per unit", records.size(), kMinRecords));
+  if (auto good = check_records(records); !good) return failure(good.error());
   const auto clusters = std::lround(hours * kClustersPerHour);
   std::set<std::string> names;
   auto job = make_empty_job(fmt::format("{} units, each left out", records.size()), options);
@@ -284,6 +294,7 @@ Result<Job> plan_leave_one_out(const std::vector<std::string>& records, double h
 
 Result<Job> plan_placement(const std::vector<std::string>& records, const std::string& out,
                            const PlanOptions& options) {
+  if (auto good = check_records(records); !good) return failure(good.error());
   const auto info = record::read_info(records.front());
   if (!info) return failure(info.error());
   auto job = make_empty_job("placement on " + records.front(), options);

@@ -103,6 +103,13 @@ class ByParallel(Spread):
             self.assertIn(f"{first} to {last}, expected 1 to 100000 seeds", ran.stderr)
         self.assertFalse((self.folder / "here/seeds").exists())
 
+    def test_a_record_that_cannot_be_read_is_refused_at_once(self) -> None:
+        (self.folder / "model.json").write_text("{}")
+        for command in (["seeds", "none.db"], ["seeds", "../model.json"], ["placement", "none.db"],
+                        ["leave-one-out", "a.db", "b.db", "c.db", "d.db"]):
+            self.run_in("here", SITE, *command, "--out", "results", "--by", "parallel", expect=4)
+            self.assertFalse((self.folder / "here/results").exists(), command)
+
     def test_a_lot_is_the_same_whatever_died(self) -> None:
         self.alone("virtual-triad", SMALL)
         command = [SITE, "train", "--rig", "virtual-triad", "--lot", "lot", "--by", "parallel", "--", *SMALL]

@@ -66,6 +66,17 @@ TEST(SiteFile, TellsWhatIsWrong) {
   EXPECT_NE(mistakes_of(without(whole, "\"chamber-3\"", "\"\"")).find("is not a name"), std::string::npos);
 }
 
+TEST(SiteFile, NamesPositionOfUnusableAddress) {
+  const std::string whole = kWhole, address = "host=db dbname=gyrotherm user=rig_3 sslmode=verify-full";
+  EXPECT_NE(mistakes_of(without(whole, address, "")).find("site.toml:6:11: \"address\" is empty"), std::string::npos);
+  for (const char* port : {"abc", "0", "70000", "5432,x"})
+    EXPECT_NE(mistakes_of(without(whole, address, "host=db port=" + std::string(port))).find("site.toml:6:11: port is"),
+              std::string::npos)
+        << port;
+  for (const char* port : {"5432", "5432,5433", "''"})
+    EXPECT_EQ(mistakes_of(without(whole, address, "host=db port=" + std::string(port))), "") << port;
+}
+
 /// A monitor or an analyst has no rig and no records.
 TEST(SiteFile, NeedsOnlyStoreForQueries) {
   const std::string only =

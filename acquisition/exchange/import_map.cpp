@@ -326,15 +326,37 @@ std::vector<std::optional<ValidRange>> ImportMap::valid_ranges() const {
 
 namespace {
 
+/// Returns whether two columns are the same one. A missing column, which is an error already, is none.
+bool is_same_column(const ColumnName& one, const ColumnName& other) {
+  return one.name == other.name && one.number == other.number && (!one.name.empty() || one.number > 0);
+}
+
+const char* column_key(const ColumnName& column) { return column.number > 0 ? "column_number" : "column"; }
+
 /// Notes an error if the last thermometer has the column of an earlier one.
 void note_repeated_column(const TomlTable& table, const ImportMap& map) {
   const auto& column = map.thermometer_columns.back().column;
   for (std::size_t i = 0; i + 1 < map.thermometer_columns.size(); ++i)
-    if (const auto& other = map.thermometer_columns[i].column;
-        other.name == column.name && other.number == column.number)
-      return table.note_error(
-          column.number > 0 ? "column_number" : "column",
-          fmt::format("{} is also that of thermometer \"{}\"", describe(column), map.thermometers[i]));
+    if (is_same_column(map.thermometer_columns[i].column, column))
+      return table.note_error(column_key(column), fmt::format("{} is also that of thermometer \"{}\"", describe(column),
+                                                              map.thermometers[i]));
+}
+
+/// Notes an error for each axis with the column of a thermometer or of an earlier axis.
+void note_repeated_axis_columns(const NamedTables& tables, const ImportMap& map) {
+  std::size_t axis = 0;
+  for (const auto& unit : tables.axes)
+    for (const TomlTable& table : unit) {
+      const auto& column = map.axis_columns[axis++];
+      const auto note = [&](const std::string& owner) {
+        table.note_error(column_key(column), fmt::format("{} is also that of {}", describe(column), owner));
+      };
+      for (std::size_t i = 0; i < map.thermometers.size(); ++i)
+        if (is_same_column(map.thermometer_columns[i].column, column))
+          note(fmt::format("thermometer \"{}\"", map.thermometers[i]));
+      for (std::size_t i = 0; i + 1 < axis; ++i)
+        if (is_same_column(map.axis_columns[i], column)) note("another axis");
+    }
 }
 
 }  // namespace
@@ -359,6 +381,7 @@ Result<ImportMap> parse_import_map(std::string_view text, const std::string& fil
     note_repeated_column(table, map);
   }
   read_units(*root, map, tables);
+  note_repeated_axis_columns(tables, map);
   check_names(tables, map);
   if (auto verdict = root->verdict(); !verdict) return failure(verdict.error());
   return map;

@@ -101,7 +101,8 @@ Result<TextLines> TextLines::open(Bytes bytes, std::string comment) {
 }
 
 Fault TextLines::fault_at(std::size_t column, std::string what) const {
-  return {FaultKind::bad_file, fmt::format("{}:{}:{}", file(), number_, column), std::move(what)};
+  return {FaultKind::bad_file, fmt::format("{}:{}:{}", file(), std::max<std::size_t>(number_, 1), column),
+          std::move(what)};
 }
 
 bool TextLines::has_content() const {

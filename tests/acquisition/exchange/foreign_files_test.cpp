@@ -126,7 +126,7 @@ std::vector<ForeignFile> foreign_files() {
        ": the file is netcdf, the map reads text; expected format = \"netcdf\" in [file]"},
       {"what is no NetCDF file", table_map("format = \"netcdf\"", ""), good, 0,
        ": cannot be read as NetCDF or HDF5: NetCDF: Unknown file format"},
-      {"an empty file", table_map(""), "", 0, ":0:1: the file ends, expected a header"},
+      {"an empty file", table_map(""), "", 0, ":1:1: the file ends, expected a header"},
       {"a picture", table_map(""), std::string("\x89PNG\r\n\x1A\n\0\0\0\rIHDR", 16), 0,
        ":1:1: no columns \"t\", \"T\", \"w\", expected one of: \"\\u0089PNG\""},
   };

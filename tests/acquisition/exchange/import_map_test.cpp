@@ -40,6 +40,8 @@ std::string replace_once(std::string text, const std::string& from, const std::s
   return text.replace(text.find(from), from.size(), to);
 }
 
+std::string text_of(const Fault& fault) { return text(fault); }
+
 TEST(ImportMap, ParsesExample) {
   const auto map = parse_import_map(kMap, "map.toml");
   ASSERT_TRUE(map) << text(map.error());
@@ -61,7 +63,8 @@ TEST(ImportMap, ParsesExample) {
 
 TEST(ImportMap, NumbersColumnsWithoutHeader) {
   std::string numbered = replace_once(kMap, "comment = \"#\"", "header = false");
-  for (const char* name : {"\"t\"", "\"T\"", "\"w\""}) numbered = replace_once(numbered, name, "2");
+  for (const auto& [name, number] : {std::pair{"\"t\"", "1"}, {"\"T\"", "3"}, {"\"w\"", "2"}})
+    numbered = replace_once(numbered, name, number);
   const auto map = parse_import_map(numbered, "map.toml");
   ASSERT_TRUE(map) << text(map.error());
   EXPECT_EQ(map->axis_columns[0].number, 2u);
@@ -110,6 +113,21 @@ TEST(ImportMap, RefusesTwoThermometersOnOneColumn) {
   ASSERT_FALSE(map);
   EXPECT_NE(text(map.error()).find("map.toml:17:10: "), std::string::npos) << text(map.error());
   EXPECT_NE(text(map.error()).find("is also that of thermometer \"die\""), std::string::npos) << text(map.error());
+}
+
+TEST(ImportMap, RefusesAxisOnColumnOfThermometerOrOtherAxis) {
+  const auto error_of = [](const std::string& text) {
+    const auto map = parse_import_map(text, "map.toml");
+    return map ? "" : text_of(map.error());
+  };
+  EXPECT_NE(error_of(replace_once(kMap, "column = \"w\"", "column = \"T\""))
+                .find("map.toml:16:10: \"T\" is also that of thermometer \"die\""),
+            std::string::npos);
+  const std::string axis = "[[gyro.axis]]\nname = \"x\"\ncolumn = \"w\"\nkind = \"rate\"\nscale = 1\n";
+  auto triad = replace_once(kMap, "column = \"w\"\nkind = \"rate\"\nscale = 219.5\n", axis);
+  EXPECT_EQ(error_of(triad), "");
+  triad = replace_once(triad, "[analysis]", replace_once(axis, "\"x\"", "\"y\"") + "[analysis]");
+  EXPECT_NE(error_of(triad).find("\"w\" is also that of another axis"), std::string::npos) << error_of(triad);
 }
 
 TEST(ImportMap, ReportsEveryInvalidNameWithPosition) {

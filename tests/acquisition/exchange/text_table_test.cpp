@@ -61,7 +61,7 @@ TEST(TextTable, ReportsPositionOfEveryKindOfError) {
     const char* said;
   };
   for (const Case& bad : {
-           Case{"", "f:0:1: the file ends, expected a header"},
+           Case{"", "f:1:1: the file ends, expected a header"},
            Case{"t,T,w\n", "f:1:1: the file ends, expected at least one row"},
            Case{"t,T\n1,2\n", "f:1:1: no column \"w\", expected one of: \"t\", \"T\""},
            Case{"t,T,w,T \n1,2,3,4\n", "f:1:7: a second column \"T\", expected one, or column_number = 2 in the map"},

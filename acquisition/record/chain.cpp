@@ -150,15 +150,18 @@ Result<std::optional<Manifest>> check_manifest(const std::string& record_path) {
     return std::ranges::any_of(*lines, [&](const auto& line) { return line.first == own; });
   };
   // The first line names the record's own file, under its name at the time of closing.
-  if (!lines->empty() && !is_named())
-    for (const auto old_name = lines->front().first; auto& [name, digest] : *lines)
-      name = name_after_rename(name, old_name, own);
+  const auto old_name = lines->empty() || is_named() ? own : lines->front().first;
+  if (old_name != own)
+    for (auto& [name, digest] : *lines) name = name_after_rename(name, old_name, own);
   if (!is_named()) return refuse("does not name the record");
   Manifest files;
   for (const auto& [name, digest] : *lines) {
     const auto path = (folder / name).string();
     const auto hash = file_digest(path);
     if (!hash) return failure(hash.error());
+    if (*hash != digest && path_exists((folder / old_name).string()) && old_name != own)
+      return failure(FaultKind::bad_file, manifest_path(record_path),
+                     fmt::format("is the manifest of {}, which is in the same folder", old_name));
     if (*hash != digest) return failure(FaultKind::bad_file, path, "has changed since the run was closed");
     files.emplace(name, *hash);
   }

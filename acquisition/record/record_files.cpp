@@ -365,12 +365,15 @@ std::vector<std::string> find_files_left_behind(const std::string& record_path) 
 
 Result<void> check_name_of_new_record(const std::string& path) {
   const auto refuse = [&](const std::string& why) { return failure(FaultKind::storage, path, why); };
-  if (std::error_code error; fs::is_directory(path, error))
+  if (std::error_code error; path.ends_with('/') || fs::is_directory(path, error))
     return failure(FaultKind::usage, path, "is a folder, expected the name of a record, which ends in .db");
-  if (path_exists(path)) return refuse("exists already, and a record is never overwritten");
   static const std::set<std::string> others{".csv", ".tsv",  ".txt", ".xlsx", ".json", ".toml", ".nc",
                                             ".svg", ".html", ".pdf", ".xml",  ".c",    ".gp"};
-  if (others.contains(fs::path(path).extension().string()))
+  const bool is_other = others.contains(fs::path(path).extension().string());
+  if (path_exists(path))
+    return refuse(is_other ? "exists already and is not a record, expected a new name that ends in .db"
+                           : "exists already, and a record is never overwritten");
+  if (is_other)
     return failure(
         FaultKind::usage, path,
         "is not the name of a record, expected one that ends in .db; \"gyrotherm export\" makes a table of it");

@@ -266,6 +266,17 @@ TEST(Manifest, IsAcceptedBySha256sum) {
   EXPECT_EQ(std::system(("cd '" + (folder / "") + "' && sha256sum -c --quiet run.db.sha256").c_str()), 0);
 }
 
+TEST(Manifest, NamesOtherRecordInSameFolder) {
+  const Folder folder;
+  make_run(folder / "run.db");
+  std::filesystem::copy_file(folder / "run.db", folder / "other.db");
+  std::filesystem::copy_file(folder / "run.db.sha256", folder / "other.db.sha256");
+  EXPECT_TRUE(check_manifest(folder / "other.db")) << "a copy under another name";
+  std::ofstream(folder / "other.db", std::ios::app) << "x";
+  EXPECT_EQ(text(check_manifest(folder / "other.db").error()),
+            folder / "other.db.sha256" + ": is the manifest of run.db, which is in the same folder");
+}
+
 TEST(Manifest, MatchesRenamedRecord) {
   const Folder folder;
   const auto old = folder / "run.db", path = folder / "kept.db";

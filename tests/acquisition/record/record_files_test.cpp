@@ -331,7 +331,9 @@ TEST(RunParts, RefuseNamesOfOtherKindsOfFiles) {
   for (const char* name : {"run", "csv", "run.sqlite", "run.csv.db", "2026.11.30"})
     EXPECT_EQ(fault_text(check_name_of_new_record(folder / name)), "") << name;
   std::ofstream(folder / "there.csv") << "0,1\n";
-  EXPECT_NE(fault_text(check_name_of_new_record(folder / "there.csv")).find("exists already"), std::string::npos);
+  EXPECT_NE(fault_text(check_name_of_new_record(folder / "there.csv")).find("exists already and is not a record"),
+            std::string::npos);
+  EXPECT_NE(fault_text(check_name_of_new_record(folder / "run.db/")).find("is a folder"), std::string::npos);
 }
 
 TEST(RunFinder, HidesPartsButNotRecordsWithSimilarNames) {

@@ -323,6 +323,9 @@ Result<Exit> compensate(Console& console, const CompensateArguments& options) {
                         const std::vector<std::string>& comments) -> Result<Compensation> {
     auto table = CompensationTable::of(header, comments, *model, axis_for(*model, options.axis), noise->has_value());
     if (!table) return failure(table.error());
+    if (!table->has_seconds() && options.axis != data::AxisChoice{})
+      return failure(FaultKind::usage, options.axis.unit.empty() ? "--axis" : "--unit",
+                     "not valid for a table whose last column is a bias; it has only one");
     const std::string bias_zero = table->bias_zero();
     auto opened = Compensation::open(*model, std::move(*table), *outside, *noise, *expanded);
     if (!opened) return opened;

@@ -67,6 +67,14 @@ TEST_F(Compensate, EndsWhenOutputIsClosed) {
   EXPECT_NE(full.err.find("stdout: cannot be written"), std::string::npos) << full.err;
 }
 
+TEST_F(Compensate, RefusesUnitOfTableWithOneBias) {
+  for (const char* option : {"--unit", "--axis"}) {
+    const auto refused = shell("gyrotherm compensate " + (folder_ / "model.json") + " " + option + " x", small_rows(3));
+    EXPECT_EQ(refused.exit_code, 2) << refused.out;
+    EXPECT_NE(refused.err.find(std::string(option) + ": not valid"), std::string::npos) << refused.err;
+  }
+}
+
 TEST_F(Compensate, AnswersIndependentlyOfInputPieces) {
   const auto bulk = compensate(small_rows(700));
   const auto single =

@@ -213,5 +213,16 @@ TEST(RegisterMap, ReportsEachErrorOfRules) {
   expect("[profile_memory]\nsteps_at_most = 3\nlongest_step = \"1 h\"", "no cell of a step contains its target");
 }
 
+TEST(UnknownTexts, HaveNumbersBelowZero) {
+  UnknownTexts texts;
+  EXPECT_EQ(texts.assign_number("A"), -1);
+  EXPECT_EQ(texts.assign_number("B"), -2);
+  EXPECT_EQ(texts.assign_number("A"), -1);
+  EXPECT_EQ(texts.find_text(-2), "B");
+  for (const double number : {0.0, 1.0, -3.0, -1e300}) EXPECT_FALSE(texts.find_text(number)) << number;
+  for (int i = 0; i < 100; ++i) (void)texts.assign_number(std::to_string(i));
+  EXPECT_FALSE(texts.find_text(texts.assign_number("one too many")));
+}
+
 }  // namespace
 }  // namespace gyrotherm::drivers

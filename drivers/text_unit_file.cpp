@@ -20,7 +20,7 @@ constexpr std::string_view kSchema = "gyrotherm-text/1";
 constexpr std::string_view kChamber = "chamber", kSupply = "supply";
 
 /// Returns the confidence of a description after its own reader has checked it.
-using CheckKind = Result<std::string> (*)(std::string_view text, const std::string& file,
+using KindCheck = Result<std::string> (*)(std::string_view text, const std::string& file,
                                           const TextParameters& parameters);
 
 Result<std::string> check_chamber(std::string_view text, const std::string& file, const TextParameters& parameters) {
@@ -45,7 +45,7 @@ Result<std::string> check_supply(std::string_view text, const std::string& file,
 }
 
 /// Kinds with their own reader.
-constexpr std::array<std::pair<std::string_view, CheckKind>, 3> kChecks{
+constexpr std::array<std::pair<std::string_view, KindCheck>, 3> kChecks{
     {{kChamber, check_chamber}, {"thermometer", check_thermometer}, {kSupply, check_supply}}};
 
 /// Returns the parameters that a kind has without listing them: the number of a supply's output, by default its first.

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "core/toml_reader.hpp"
+#include "drivers/chamber/exchange_time.hpp"
 #include "drivers/chamber/register_map.hpp"
 #include "drivers/chamber/text_forms.hpp"
 #include "drivers/line/link_settings.hpp"
@@ -730,6 +731,8 @@ Condition read_condition(const TomlTable& table, const RegisterMap& map) {
     if (item) add_meaning(table, key, map, *item, meaning, condition);
   if (is_negated) condition.not_these = !condition.not_these;
   read_numbers(table, condition);
+  if (const int bits = item ? count_bits(map, *item) : kBitsOfAnyItem; (std::uint64_t{condition.bits} >> bits) != 0)
+    table.note_error("bits", fmt::format("the field of \"{}\" has the bits 0 to {}", item->name, bits - 1));
   const bool has_condition = !condition.meanings.empty() || condition.bits != 0 || condition.above;
   if (!has_condition && item && !item->flags.empty())
     for (const auto& [name, bit] : item->flags) condition.bits |= 1U << bit;
@@ -762,6 +765,10 @@ Result<RegisterMap> parse_register_map(std::string_view text, const std::string&
   if (!is_text_unit && parsed->has("profile_memory")) read_memory(parsed->table("profile_memory"), defaults, map);
   parsed->ignore("simulated");  // read by the simulator
   check_required(*parsed, map);
+  if (parsed->verdict())  // otherwise, a time may have an error of its own
+    for (const auto& link : map.links)
+      if (auto slow = describe_slow_exchange(link); !slow.empty())
+        parsed->table("link").note_error("timeout", std::move(slow));
   check_block(parsed->table("link"), map);
   if (auto verdict = parsed->verdict(); !verdict) return failure(std::move(verdict.error()));
   const auto usual = map.links.front().kind;

@@ -24,6 +24,10 @@ bool is_single_bit(const FieldForm& form) { return form.kind == FieldForm::Kind:
 /// Returns the number of values of a hexadecimal field.
 double count_values(const FieldForm& form) { return std::exp2(kBitsOfHexadecimalDigit * form.width); }
 
+int count_bits_of_form(const FieldForm& form) {
+  return is_single_bit(form) ? 1 : is_hexadecimal(form) ? kBitsOfHexadecimalDigit * form.width : kBitsOfAnyItem;
+}
+
 /// Range of the numbers of a field; nothing if any number is possible.
 struct FormRange {
   double lowest, highest;
@@ -163,7 +167,7 @@ void check_flags_and_sentinels(const TomlTable& table, const FieldForm& form, co
     table.note_error("flags", fmt::format("the field of \"{}\" is a text, expected a whole number for flags, as in "
                                           "{{value:d}} or {{value:x4}}",
                                           item.name));
-  const int bits = is_single_bit(form) ? 1 : is_hexadecimal(form) ? kBitsOfHexadecimalDigit * form.width : 32;
+  const int bits = count_bits_of_form(form);
   for (const auto& [name, bit] : item.flags)
     if (bit >= bits)
       table.note_error("flags",
@@ -175,6 +179,16 @@ void check_flags_and_sentinels(const TomlTable& table, const FieldForm& form, co
       table.note_error("sentinels", fmt::format("the sentinel {:g} of \"{}\" never occurs: the field has numbers from "
                                                 "{} to {}",
                                                 number, why, lowest, highest));
+}
+
+int count_bits(const RegisterMap& map, const RegisterItem& item) {
+  if (!map.text_link) return kBitsOfAnyItem;
+  for (const auto& query : map.text_link->queries)
+    for (const auto& cell : query.cells)
+      for (const auto& answer : query.answers)
+        if (const auto* field = &map.items[cell.item] == &item ? answer.find(cell.field) : nullptr)
+          return count_bits_of_form(field->form);
+  return kBitsOfAnyItem;
 }
 
 void select_unsigned_fields(RegisterMap& map) {

@@ -31,6 +31,11 @@ struct WrittenCodes {
 /// Notes an error for a flag or sentinel that the field cannot produce.
 void check_flags_and_sentinels(const TomlTable& table, const FieldForm& form, const RegisterItem& item);
 
+/// Largest number of bits of a value.
+inline constexpr int kBitsOfAnyItem = 32;
+/// Returns the number of bits of the field of an item, or kBitsOfAnyItem if the field has no such limit.
+[[nodiscard]] int count_bits(const RegisterMap& map, const RegisterItem& item);
+
 /// Selects the items whose hexadecimal fields have no sign: those with codes or flags, and those without unit and scale
 /// that a condition compares with "bits" or "above". An item with a negative code keeps the sign. Converts the
 /// sentinels to the numbers that the fields produce.

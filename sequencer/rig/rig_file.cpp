@@ -13,6 +13,7 @@
 #include "core/file.hpp"
 #include "core/humidity.hpp"
 #include "core/toml_reader.hpp"
+#include "drivers/chamber/exchange_time.hpp"
 #include "drivers/chamber/register_map.hpp"
 #include "drivers/chamber/text_file_reader.hpp"
 #include "drivers/line/line_address.hpp"
@@ -120,7 +121,10 @@ Result<drivers::RegisterMap> read_map(const TomlTable& chamber, const RigFile& r
   if (!powered) return failure(FaultKind::bad_file, chamber.location("power"), powered.error().what);
   auto measuring = chamber.boolean("humidity", false) ? select_humidity(std::move(*powered)) : std::move(powered);
   if (!measuring) return failure(FaultKind::bad_file, chamber.location("humidity"), measuring.error().what);
-  return apply_link_settings(std::move(*measuring), chamber, rig.chamber_line, rig.chamber_link);
+  auto applied = apply_link_settings(std::move(*measuring), chamber, rig.chamber_line, rig.chamber_link);
+  const auto slow = known ? std::string() : drivers::describe_slow_exchange(applied.link);
+  if (!slow.empty()) return failure(FaultKind::bad_file, chamber.location("link"), slow);
+  return applied;
 }
 
 /// Reads the word order. Returns the framing that the file requires, if any.

@@ -175,6 +175,10 @@ TEST(RegisterMap, ReportsEachError) {
   EXPECT_EQ(with((state + "codes = { a = [1, 2], b = 3 }").c_str()), "");
   EXPECT_NE(with("[link]\ngap = \"11 s\"").find("\"gap\" is 11 s, expected at most 10 s"), std::string::npos);
   EXPECT_NE(with("[link]\nminimum_period = \"1 min\"").find("expected at most 10 s"), std::string::npos);
+  EXPECT_NE(with("[link]\ntimeout = \"1 s\"\nafter_write = \"7 s\"")
+                .find("a pause of 7 s and twice the timeout of 1 s are 9 s"),
+            std::string::npos);
+  EXPECT_EQ(with("[link]\ntimeout = \"1 s\"\nafter_write = \"6 s\""), "");
   EXPECT_NE(mistakes_in("schema = \"gyrotherm-chamber/1\"").find("\"air_temperature\""), std::string::npos);
 }
 

@@ -192,6 +192,8 @@ TEST(RigFile, RefusesSettingsThatLinkCannotHave) {
   constexpr const char* kSerial = "example-binder-dcon-stim300.toml";
   expect("link = { unit = 256 }\n", "\"unit\" is 256", kTcp);
   expect("link = { timeout = \"2100 ms\" }\n", "\"timeout\" is out of range", kTcp);
+  expect("link = { timeout = \"2 s\", after_write = \"5 s\" }\n", "a pause of 5 s and twice the timeout of 2 s are 9 s",
+         kTcp);
   expect("link = { timeout = \"0 s\" }\n", "\"timeout\" is out of range", kSerial);
   expect("link = { read_at_most = 126 }\n", "\"read_at_most\" is 126", kTcp);
   expect("link = { read_at_most = 1 }\n", "in one exchange", kTcp);

@@ -44,8 +44,8 @@ constexpr StoredPhrase kMissingItems[] = {
     {"models: one trained on this unit", "Modelle: eines, das mit diesem Prüfling trainiert wurde"},
 };
 
-// Fixed texts of the program. A {} is a variable part that stays as it is, such as a name or a number; an {n} is one
-// without ", ", a {c} one without ": " and "; ", and a {p} consists of the words of a person. A {t} must itself be a
+// Fixed texts of the program. A {} is a variable part that stays as it is, such as a name or a number. A {c} is one
+// without ": " and "; ", an {n} also without ", ", and a {p} consists of the words of a person. A {t} must itself be a
 // text of the same table, and an {l} a list of such texts, separated by "; "; otherwise the phrase does not match. A
 // text is therefore translated wholly or not at all. The first phrase that matches is used. The German text has the
 // variable parts in the same order.
@@ -84,7 +84,7 @@ constexpr StoredPhrase kStates[] = {
     {"stopped by a signal", "beendet durch ein Signal"},
     {"stopped by {p}", "beendet von {p}"},
     {"aborted by {p}", "abgebrochen von {p}"},
-    // Evidence: set point, mode and air
+    // Set point, mode and air of a chamber in its safe state
     {"{t} (read {} ago)", "{t} (vor {} gelesen)"},
     {"air {} °C, {} °C {} before: near {} °C", "Luft {} °C, {} °C {} zuvor: nahe {} °C"},
     {"air {} °C, {} °C {} before: moves towards {} °C", "Luft {} °C, {} °C {} zuvor: bewegt sich zu {} °C hin"},
@@ -326,10 +326,9 @@ class Translator {
   [[nodiscard]] std::optional<std::string> translate_variable(std::string_view part, char kind) const {
     if (kind == 't') return translate(part);
     if (kind == 'l') return translate_list(part);
-    if (kind == 'c' && (part.find(": ") != std::string_view::npos || part.find("; ") != std::string_view::npos))
-      return std::nullopt;
-    if (kind == 'n' && part.find(", ") != std::string_view::npos) return std::nullopt;
-    if (kind == 'p' && part.find("; the chamber ") != std::string_view::npos) return std::nullopt;
+    const auto has = [&](std::string_view separator) { return part.find(separator) != std::string_view::npos; };
+    if ((kind == 'c' || kind == 'n') && (has(": ") || has("; "))) return std::nullopt;
+    if ((kind == 'n' && has(", ")) || (kind == 'p' && has("; the chamber "))) return std::nullopt;
     return localise_number(std::string(part));
   }
 

@@ -175,6 +175,34 @@ TEST(CompensatedMean, IncludesUncertaintyOfUseOutsideTrainedRange) {
   EXPECT_DOUBLE_EQ(u(outside).expanded(), combined(outside.budgets.front().budget.rows).expanded_deg_per_h);
 }
 
+/// The bounds of the share and the caution about the intervals never contradict each other.
+TEST(CoverageBounds, AgreeWithVerdictOnIntervals) {
+  data::RecordedRun run = SyntheticExperiment().random;
+  std::mt19937_64 random(7);
+  std::normal_distribution<double> normal(0, kScatter_deg_per_h);
+  for (Eigen::Index k = 0; k < run.clusters.bias_deg_per_h.size(); ++k)
+    run.clusters.bias_deg_per_h(k) = 0.004 * run.clusters.temperature_c(k, 0) + normal(random);
+  int holding = 0, failing = 0;
+  for (const double in_scatter : {0.01, 0.1, 0.3, 0.6, 0.7, 0.8, 0.9, 1.0, 2.0, 10.0}) {
+    SCOPED_TRACE(in_scatter);
+    model::Model left = plane_in_a("another run");
+    left.uncertainty->budget.rows = {
+        {.source = model::Source::turn_on, .standard_uncertainty = in_scatter * kScatter_deg_per_h}};
+    CalibrationReport report;
+    ASSERT_TRUE(add_results(report, {.label = "x", .runs = {run}, .left = left}));
+    const ModelVerification& found = report.verifications.front();
+    ASSERT_TRUE(found.coverage && found.verdict.intervals_hold);
+    const auto table = std::ranges::find(report.results, "coverage", &ResultTable::key);
+    ASSERT_NE(table, report.results.end());
+    const Column* high = find_column(*table, "share_high");
+    ASSERT_NE(high, nullptr);
+    EXPECT_EQ(*found.verdict.intervals_hold, high->values.front().value >= found.coverage->nominal);
+    ++(*found.verdict.intervals_hold ? holding : failing);
+  }
+  EXPECT_GT(holding, 0);
+  EXPECT_GT(failing, 0);
+}
+
 /// The two positions have the rates r± = b ± Ω. b is half of their sum for any scale factor; Ω is proportional to the
 /// scale factor.
 TEST(TwoPositions, GiveEarthRateUncertaintyOfScaleFactor) {

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
 #include <filesystem>
 #include <regex>
@@ -66,21 +67,30 @@ std::string country(const TomlTable& table) {
   return code;
 }
 
+std::string email(const TomlTable& table) {
+  std::string address = table.text("email", "");
+  const auto at = address.find('@');
+  const bool is_address = at != 0 && at != std::string::npos && at + 1 < address.size() &&
+                          address.find_first_of(" \t") == std::string::npos;
+  if (!address.empty() && !is_address)
+    table.note_error("email", fmt::format("\"{}\" is not an e-mail address, expected NAME@DOMAIN", address));
+  return address;
+}
+
 Party party(const TomlTable& table) {
   return {.name = table.text("name", ""),
           .address = table.texts("address"),
           .postal_code = table.text("postal_code", ""),
           .city = table.text("city", ""),
           .country = country(table),
-          .email = table.text("email", ""),
+          .email = email(table),
           .phone = table.text("phone", "")};
 }
 
 std::vector<Person> read_people(const TomlTable& table) {
   std::vector<Person> all;
   for (const TomlTable& one : table.tables("person"))
-    all.push_back(
-        {one.text("name"), one.choice("role", {"operator", "reviewer", "authorising"}), one.text("email", "")});
+    all.push_back({one.text("name"), one.choice("role", {"operator", "reviewer", "authorising"}), email(one)});
   return all;
 }
 
@@ -95,6 +105,8 @@ std::vector<Equipment> equipment(const TomlTable& table) {
                    .names = names,
                    .calibrated = day(one, "calibrated"),
                    .due = day(one, "due")});
+    if (const Equipment& last = all.back(); !last.due.empty() && last.due < last.calibrated)
+      one.note_error("due", fmt::format("is before \"calibrated\", {}", last.calibrated));
   }
   return all;
 }
@@ -228,15 +240,29 @@ std::vector<ReportedLimit> limits(const TomlTable& table) {
     if (one.has("stage")) limit.stage = one_of(kStages, one, "stage");
     check_is_result(one, limit.quantity);
     if (!(limit.at_most > 0)) one.note_error("at_most", "expected a number above 0");
+    const auto is_same = [&](const ReportedLimit& other) {
+      return other.quantity == limit.quantity && other.stage == limit.stage;
+    };
+    if (std::ranges::any_of(all, is_same))
+      one.note_error("quantity", fmt::format("duplicate limit of \"{}\"{}", limit.quantity,
+                                             one.has("stage") ? " in this stage" : ""));
     all.push_back(std::move(limit));
   }
   return all;
 }
 
+bool is_sha256(std::string_view text) {
+  constexpr std::size_t kDigits = 64;
+  return text.size() == kDigits && std::ranges::all_of(text, [](unsigned char c) { return std::isxdigit(c) != 0; });
+}
+
 std::optional<OtherReport> read_replaced_report(const TomlTable& table) {
   if (!table.has("replaces")) return std::nullopt;
   const TomlTable other = table.table("replaces");
-  return OtherReport{other.text("number"), other.text("sha256", ""), texts(other, "reason")};
+  OtherReport report{other.text("number"), other.text("sha256", ""), texts(other, "reason")};
+  if (!report.sha256.empty() && !is_sha256(report.sha256))
+    other.note_error("sha256", fmt::format("\"{}\", expected 64 hexadecimal digits", report.sha256));
+  return report;
 }
 
 /// Returns true for a UTC time such as "2026-11-25T14:03:00Z".

@@ -28,7 +28,7 @@ _SOAKS = ["defaults", "[segment] hold", "[segment] random"]
 _CALIBRATED = ["[thermometer]", "[thermometer.calibration]"]
 _AXIS = ["[gyro]", "[gyro.axis]"]
 PROFILE = {
-    "sequencer/profile/profile.cpp": {"parse_profile": [""], "read_accept": [], "read_condensation": ["condensation"]},
+    "sequencer/profile/profile.cpp": {"parse_profile": [""], "read_accept": [], "read_accepted": [], "read_condensation": ["condensation"]},
     "sequencer/profile/written_profile.cpp": {
         "read_all": ["", "[segment] repeat", "[until.block]", "until.closing"], "read": ["[segment]"], "read_hold": ["[segment] hold"],
         "read_prompt": ["[segment] hold"], "read_ramp": ["[segment] ramp"], "read_repeat": ["[segment] repeat"],
@@ -45,12 +45,12 @@ RIG = {
         "parse_rig": [""], "parse_rig:chamber": ["chamber"], "read_chamber": ["chamber"], "read_map": ["chamber"],
         "read_word_order_and_framing": ["chamber", "chamber.link"],
         "read_limiter:chamber": ["chamber"], "read_limiter": ["chamber.limiter"], "read_analysis": ["analysis"],
-        "read_safe_state": ["safe"], "read_room": ["room"], "check_safe_air": [], "check_safe_off": [], "check_relay_line": [], "determine_simulated": [""],
+        "read_safe_state": ["safe"], "read_room": ["room"], "check_safe_air": [], "check_safe_off": [], "check_relay_line": [], "list_line_tables": [""], "determine_simulated": [""],
         "read_trusted_certificates": ["certificates"],
     },
     "sequencer/rig/thermometer_certificate.cpp": {"read_named_certificate": _CALIBRATED},
     "sequencer/rig/thermometer_settings.cpp": {
-        "read_common_certificate": ["[thermometer]"],
+        "read_common_certificate": ["[thermometer]"], "check_days": _CALIBRATED,
         "read_link": ["[thermometer]"], "read_link:link": ["thermometer.link"], "read_text_link": ["[thermometer]"],
         "read_sensor": ["thermometer.sensor"], "read_dcon": ["[thermometer] dcon"],
         "read_command": ["[thermometer] process"], "read_description": ["[thermometer] text"], "read_certificate": _CALIBRATED,
@@ -135,7 +135,7 @@ VIRTUAL = {
 _ORDER = "report/order.cpp"
 LABORATORY = {
     _ORDER: {
-        "texts": [], "read_translated": [], "country": [""], "party": [""], "read_people:table": [""], "read_people": ["[person]"],
+        "texts": [], "read_translated": [], "country": [""], "email": ["", "[person]"], "party": [""], "read_people:table": [""], "read_people": ["[person]"],
         "equipment:table": [""], "equipment": ["[equipment]"], "logo": [""], "item": [], "units": [], "influences": [],
         "limits": [], "read_replaced_report": [], "deviations": [], "parse_laboratory:one": ["[statement]"],
         "parse_laboratory": [""], "parse_order": [],
@@ -143,7 +143,7 @@ LABORATORY = {
 }  # fmt: skip
 ORDER = {
     _ORDER: {
-        "texts": [], "read_translated": [], "country": ["customer"], "party": ["customer"], "read_people:table": [""],
+        "texts": [], "read_translated": [], "country": ["customer"], "email": ["customer", "[person]"], "party": ["customer"], "read_people:table": [""],
         "read_people": ["[person]"],
         "equipment": [], "logo": [], "item": ["[unit]"], "units:table": [""], "units": ["[unit]"],
         "influences:table": [""], "influences": ["[influence]"], "limits:table": [""], "limits": ["[limit]"],
@@ -187,7 +187,7 @@ _KINDS = {
     "read_texts": "a list of texts", "table texts": "a text, or one for each of `en` and `de`",
     "read_translated": "a text, or one for each of `en` and `de`",
     "table numbers": "a list of numbers",
-    "has": None, "note_error": None, "location": None, "is_list": None, "is_table": None, "append": None, "bounded": None, "check": None,
+    "has": None, "note_error": None, "location": None, "is_list": None, "is_table": None, "is_text": None, "append": None, "bounded": None, "check": None,
     "check_safe_set_point": None, "expect_set_point": None, "format": None, "failure": None, "find_node": None,
     "has_role": None, "check_order": None,
 }  # fmt: skip

@@ -305,6 +305,42 @@ TEST(Order, IsRefusedWithEachErrorAndItsPosition) {
     EXPECT_NE(said.find(fmt::format("{}, expected a UTC time", utc)), std::string::npos) << said;
 }
 
+TEST(Order, RefusesRepeatedLimitsAndInvalidTexts) {
+  const std::string limit = "[[limit]]\nquantity = \"compensated_mean.compensated_bias\"\nat_most = 0.02\n";
+  const auto error_of = [](const std::string& more, const std::string& customer = "") {
+    std::string order = std::string(kOrder) + more;
+    if (!customer.empty()) order.insert(order.find("city = \"Hamburg\""), customer);
+    const auto parsed = parse_order(order, "order.toml");
+    return parsed ? "" : parsed.error().what;
+  };
+  EXPECT_EQ(error_of(limit), "") << "another stage";
+  EXPECT_EQ(error_of(limit + limit), "duplicate limit of \"compensated_mean.compensated_bias\"");
+  EXPECT_EQ(error_of(limit + "stage = \"as_left\"\n"),
+            "duplicate limit of \"compensated_mean.compensated_bias\" in this stage");
+  const auto replacing = [&](const std::string& digest) {
+    return error_of("[replaces]\nnumber = \"C-0\"\nreason = \"late\"\nsha256 = \"" + digest + "\"\n");
+  };
+  EXPECT_EQ(replacing(std::string(64, 'a')), "");
+  for (const auto& digest : {std::string("abc"), std::string(63, '0') + "g", std::string(65, '0')})
+    EXPECT_NE(replacing(digest).find("expected 64 hexadecimal digits"), std::string::npos) << digest;
+  EXPECT_EQ(error_of("", "email = \"lab@example.org\"\n"), "");
+  for (const char* address : {"lab", "@example.org", "lab@", "lab @example.org"})
+    EXPECT_NE(error_of("", fmt::format("email = \"{}\"\n", address)).find("is not an e-mail address"),
+              std::string::npos)
+        << address;
+}
+
+TEST(Laboratory, RefusesDueDayBeforeCalibration) {
+  const auto error_of = [](const std::string& due) {
+    const auto parsed = parse_laboratory(
+        std::string(kLaboratory) + "[[equipment]]\nname = \"A\"\ncalibrated = \"2026-03-01\"\ndue = \"" + due + "\"\n",
+        "laboratory.toml");
+    return parsed ? "" : parsed.error().what;
+  };
+  EXPECT_EQ(error_of("2027-03-01"), "");
+  EXPECT_EQ(error_of("2025-03-01"), "is before \"calibrated\", 2026-03-01");
+}
+
 TEST(Order, SkipsLimitsForInSampleResults) {
   CalibrationReport report = report_without_order();
   for (ResultTable& table : report.results) table.in_sample = table.stage == Stage::as_left;

@@ -18,12 +18,19 @@ namespace {
 constexpr const char* kSchema = "gyrotherm-profile/1";
 
 /// Reads `prefix.key = number` at any depth: both "a.b" = 1 and a.b = 1 are the path a.b.
+/// Reads an upper limit of a magnitude.
+double read_accepted(const TomlTable& table, const std::string& key) {
+  const double limit = table.number(key);
+  if (limit < 0) table.note_error(key, fmt::format("\"{}\" is {}, expected 0 or more", key, limit));
+  return limit;
+}
+
 void read_accept(const TomlTable& table, const std::string& prefix, std::vector<AcceptLimit>& limits) {
   for (const auto& key : table.keys()) {
     if (table.is_table(key))
       read_accept(table.table(key), prefix + key + ".", limits);
     else
-      limits.push_back({prefix + key, table.number(key)});
+      limits.push_back({prefix + key, read_accepted(table, key)});
   }
 }
 
@@ -111,6 +118,7 @@ Result<Profile> parse_profile(std::string_view text, const std::string& file) {
   Profile profile;
   profile.text = text;
   profile.name = root->text("name");
+  if (profile.name.empty() && root->is_text("name")) root->note_error("name", "\"name\" is empty, expected a name");
   profile.title = root->text("title", profile.name);
   const auto metadata = root->table("metadata");
   for (const auto& key : metadata.keys()) profile.metadata[key] = metadata.text(key);

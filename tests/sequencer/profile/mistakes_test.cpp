@@ -158,6 +158,19 @@ std::string written_holds(int count) {
   return segments;
 }
 
+TEST(ProfileMistakes, EmptyNameAndNegativeLimitAreRefused) {
+  const std::string hold = "[[segment]]\nkind = \"hold\"\nat = 20\ntime = \"1 s\"\n";
+  const auto error_of = [&](const std::string& name, const std::string& limit) {
+    const auto parsed = parse_profile(
+        "schema = \"gyrotherm-profile/1\"\nname = \"" + name + "\"\naccept.random.std = " + limit + "\n" + hold,
+        "p.toml");
+    return parsed ? "" : text(parsed.error());
+  };
+  EXPECT_EQ(error_of("x", "0"), "");
+  EXPECT_EQ(error_of("", "0.5"), "p.toml:2:8: \"name\" is empty, expected a name");
+  EXPECT_EQ(error_of("x", "-0.5"), "p.toml:3:21: \"std\" is -0.5, expected 0 or more");
+}
+
 TEST(SegmentBomb, IsParsedInLinearTime) {
   const auto read = [](int count) { EXPECT_EQ(std::ssize(parsed(written_holds(count)).segments), count); };
   EXPECT_LT(tests::growth_over_ten(read, 2'000), tests::kLargestLinearGrowth);

@@ -45,6 +45,10 @@ std::optional<Limiter> read_limiter(const TomlTable& chamber, Celsius lowest, Ce
                   .highest = read_limit_if_any(table, "highest")};
   if (!limiter.lowest && !limiter.highest)
     table.note_error("", "expected lowest, highest or both: the limiter's settings");
+  if (limiter.lowest && limiter.highest && *limiter.lowest >= *limiter.highest) {
+    table.note_error("lowest", "the limiter's lowest setting is not below its highest");
+    return limiter;
+  }
   if (limiter.lowest && *limiter.lowest >= lowest)
     table.note_error("lowest", "the limiter would trip at a permitted set point");
   if (limiter.highest && *limiter.highest <= highest)
@@ -137,6 +141,7 @@ std::optional<drivers::LinkKind> read_word_order_and_framing(const TomlTable& ch
 void read_analysis(const TomlTable& table, const std::vector<std::string>& channels, std::vector<UnitSettings>& units) {
   const auto gradients = table.texts("gradients"), three_point = table.texts("three_point");
   const auto check = [&](const char* key, const std::vector<std::string>& names) {
+    if (channels.empty()) return;  // an error already
     for (auto name = names.begin(); name != names.end(); ++name)
       if (std::ranges::count(channels, *name) == 0)
         table.note_error(key, fmt::format("\"{}\" is not a channel of this rig's thermometers", *name));
@@ -242,9 +247,16 @@ void check_names(const TomlTable& root, const RigFile& rig, bool is_recorded) {
   record::RunInfo info;
   info.thermometers = thermometer_channels(rig);
   for (const auto& unit : rig.units) info.units.push_back(unit.info);
+  const auto is_noted_already = [&](const record::NameTrouble& trouble) {
+    if (trouble.of == record::NameTrouble::Of::unit) return rig.units[trouble.unit].info.name.empty();
+    if (trouble.of != record::NameTrouble::Of::thermometer) return false;
+    const auto& name = info.thermometers[trouble.index].name;
+    return std::ranges::count(info.thermometers, name, &record::Channel::name) > 1;
+  };
   for (const auto& trouble : is_recorded ? record::name_troubles(info) : record::new_name_troubles(info))
-    root.note_error(trouble.of == record::NameTrouble::Of::thermometer ? "thermometer" : "gyro",
-                    fmt::format("{}: {}", trouble.what, trouble.why));
+    if (!is_noted_already(trouble))
+      root.note_error(trouble.of == record::NameTrouble::Of::thermometer ? "thermometer" : "gyro",
+                      fmt::format("{}: {}", trouble.what, trouble.why));
 }
 
 std::vector<std::string> list_lines(const RigFile& rig) {
@@ -276,21 +288,36 @@ void check_relay_line(const TomlTable& root, const RigFile& rig) {
           "line", fmt::format("\"{}\" is the line of an instrument, expected a line of the relay's own", text));
 }
 
+/// Lists the tables with the lines of list_lines(), in the same order.
+std::vector<TomlTable> list_line_tables(const TomlTable& root) {
+  std::vector<TomlTable> tables{root.table("chamber")};
+  for (const auto& gyro : root.is_list("gyro") ? root.tables("gyro") : std::vector{root.table("gyro")})
+    if (!gyro.has("shares_line_with")) tables.push_back(gyro);
+  for (const auto& others : {root.tables("thermometer"), root.tables("analogue_input"), root.tables("supply")})
+    tables.insert(tables.end(), others.begin(), others.end());
+  return tables;
+}
+
 /// Checks that no port or USB device is shared by two instruments. Several instruments may share a network address.
 void check_ports(const TomlTable& root, const RigFile& rig) {
+  const auto lines = list_lines(rig);
+  const auto tables = list_line_tables(root);
+  const bool is_complete = tables.size() == lines.size();
   std::set<std::string> taken;
   int hids = 0;
   bool any_hid = false;
-  for (const auto& text : list_lines(rig)) {
-    const auto line = drivers::parse_line(text);
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    const auto line = drivers::parse_line(lines[i]);
     if (!line) continue;
     const auto* serial = std::get_if<drivers::SerialLine>(&*line);
     const auto* hid = std::get_if<drivers::HidLine>(&*line);
     hids += hid != nullptr ? 1 : 0;
     any_hid = any_hid || (hid != nullptr && hid->serial.empty());
     const bool is_exclusive = serial != nullptr || hid != nullptr;
-    if (is_exclusive && !taken.insert(serial ? serial->device : text).second)
-      root.note_error("", fmt::format("\"{}\" is the line of two instruments, expected one line per instrument", text));
+    if (is_exclusive && !taken.insert(serial ? serial->device : lines[i]).second)
+      (is_complete ? tables[i] : root)
+          .note_error(is_complete ? "line" : "",
+                      fmt::format("\"{}\" is the line of two instruments, expected one line per instrument", lines[i]));
   }
   if (any_hid && hids > 1)
     root.note_error("", "\"hid:\" is only for a rig with one USB device, expected serial numbers");
@@ -334,11 +361,16 @@ Result<void> apply_certificates(RigFile& rig, const std::string& trusted, const 
   return {};
 }
 
-/// Checks that either all lines are virtual, or none.
+/// Returns whether a line is an address, or a program that communicates with its instrument.
+bool is_valid_line(const std::string& line) { return line.starts_with("process:") || drivers::parse_line(line); }
+
+/// Checks that either all lines are virtual, or none. Checks nothing if a line is invalid, because it could be a
+/// misspelt "virtual".
 void determine_simulated(const TomlTable& root, RigFile& rig) {
   const auto lines = list_lines(rig);
   const auto count = std::count(lines.begin(), lines.end(), kVirtualLine);
   rig.simulated = count == static_cast<std::ptrdiff_t>(lines.size());
+  if (!std::ranges::all_of(lines, is_valid_line)) return root.ignore("virtual");
   if (count != 0 && !rig.simulated)
     root.note_error("chamber", "some lines are \"virtual\" and some are not; a rig is wholly virtual or wholly real");
   if (rig.simulated != root.has("virtual"))
@@ -376,6 +408,7 @@ Result<RigFile> parse_rig(std::string_view text, const std::string& file, const 
   rig.file = file;
   root->expect("schema", "gyrotherm-rig/1");
   rig.name = root->text("name");
+  if (rig.name.empty() && root->is_text("name")) root->note_error("name", "\"name\" is empty, expected a name");
   rig.title = root->text("title", rig.name);
   const auto chamber = root->table("chamber");
   read_chamber(chamber, rig);

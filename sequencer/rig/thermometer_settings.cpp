@@ -151,6 +151,13 @@ bool add_certificate_file(const TomlTable& table, const std::string& folder, std
   return true;
 }
 
+/// Notes an error if a calibration is due before its day.
+void check_days(const TomlTable& table) {
+  const auto calibrated = read_day(table, "calibrated"), due = read_day(table, "due");
+  if (calibrated && due && *due < *calibrated)
+    table.note_error("due", fmt::format("is before \"calibrated\", {}", record::format_day(*calibrated)));
+}
+
 /// Applies a table's certificate to all of `channels` without their own.
 void read_certificate(const TomlTable& table, std::span<record::Channel> channels) {
   const auto certificate = table.text("certificate", "");
@@ -253,6 +260,7 @@ void read_calibration(const TomlTable& table, const std::string& folder, Thermom
   if (add_certificate_file(table, folder, {index}, settings)) found->certificate = table.text("certificate");
   read_certificate(table, {&*found, 1});
   apply_uncertainty(table, {&*found, 1});
+  check_days(table);
 }
 
 /// Adds the certificate file of a thermometer for all channels without their own certificate.
@@ -273,7 +281,7 @@ void read_common_certificate(const TomlTable& table, const std::string& folder, 
 
 void read_offsets(const TomlTable& table, std::vector<record::Channel>& channels) {
   const auto offsets = table.numbers("offsets");
-  if (!offsets.empty() && offsets.size() != channels.size())
+  if (!offsets.empty() && !channels.empty() && offsets.size() != channels.size())
     table.note_error("offsets", fmt::format("{} offsets for {} channels", offsets.size(), channels.size()));
   for (std::size_t i = 0; i < std::min(offsets.size(), channels.size()); ++i) {
     channels[i].offset = {offsets[i]};
@@ -297,7 +305,8 @@ std::string describe_input(const ThermometerSettings& settings, std::size_t numb
 void read_channels(const TomlTable& table, std::size_t number, std::set<std::string>& seen,
                    ThermometerSettings& settings) {
   settings.channels = table.texts("channels");
-  if (settings.channels.empty() || settings.channels.size() > count_inputs(settings))
+  const bool is_wrong_type = table.has("channels") && !table.is_list("channels");  // noted by texts()
+  if (!is_wrong_type && (settings.channels.empty() || settings.channels.size() > count_inputs(settings)))
     table.note_error("channels",
                      fmt::format("{} channels, expected 1 to {}", settings.channels.size(), count_inputs(settings)));
   for (std::size_t i = 0; i < settings.channels.size(); ++i) {
@@ -344,6 +353,7 @@ ThermometerSettings read_thermometer(const TomlTable& table, const std::string& 
   read_common_certificate(table, folder, settings);
   read_certificate(table, settings.calibrated);
   apply_uncertainty(table, settings.calibrated);
+  check_days(table);
   return settings;
 }
 

@@ -58,7 +58,7 @@ Result<UnitSerial> parse_unit_serial(std::string_view text, const RigFile& rig) 
   const bool is_named = equals != std::string_view::npos && std::ranges::count(names, name) > 0;
   if (!is_named && (names.size() > 1 || equals != std::string_view::npos)) {
     const auto nearest = find_nearest(name, names);
-    const auto meant = nearest.empty() || name.empty() ? "" : fmt::format("; did you mean {}=?", nearest);
+    const auto meant = nearest.empty() || name.empty() ? "" : fmt::format("; did you mean {}=SERIAL?", nearest);
     return refuse(fmt::format("\"{}\" names no position of this rig, expected POSITION=SERIAL with one of {}{}",
                               plain(text), fmt::join(names, ", "), meant));
   }

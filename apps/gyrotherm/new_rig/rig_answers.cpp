@@ -14,9 +14,11 @@
 
 #include "acquisition/record/schema.hpp"
 #include "apps/gyrotherm/new_rig/line_answers.hpp"
+#include "core/count_text.hpp"
 #include "core/file.hpp"
 #include "core/number_hint.hpp"
 #include "core/serial_number.hpp"
+#include "core/shipped.hpp"
 #include "core/text.hpp"
 #include "drivers/thermometer/thermometer_description.hpp"
 #include "drivers/thermometer/thermometer_kinds.hpp"
@@ -207,6 +209,11 @@ Result<void> accept_limiter(RigAnswers& answers, const std::string& text) {
     if (!low) return failure(low.error());
     limiter.lowest = *low;
   }
+  if (limiter.lowest && limiter.highest && *limiter.lowest >= *limiter.highest)
+    return refused(
+        fmt::format("the lowest setting, {:g} °C, is not below the highest, {:g} °C; expected the class, the "
+                    "lowest and the highest setting",
+                    limiter.lowest->value, limiter.highest->value));
   if ((limiter.lowest && *limiter.lowest >= answers.lowest) || (limiter.highest && *limiter.highest <= answers.highest))
     return refused(fmt::format("the limiter would trip at a permitted set point, {:g} to {:g} °C", answers.lowest.value,
                                answers.highest.value));
@@ -222,6 +229,15 @@ std::size_t count_scanner_inputs(const ScannerAnswer& scanner) {
   return description ? description->inputs : drivers::kMostTextInputs;
 }
 
+/// Returns the built-in driver or shipped description with the nearest name; empty if none is near.
+std::string find_nearest_driver(const std::string& kind) {
+  auto names = shipped_names(kShippedThermometer);
+  for (const auto& row : drivers::kThermometerKinds)
+    if (row.kind != drivers::ThermometerKind::text && row.kind != drivers::ThermometerKind::process)
+      names.emplace_back(row.name);
+  return find_nearest(kind, names);
+}
+
 Result<void> accept_scanner_kind(RigAnswers& answers, const std::string& text) {
   auto& scanner = answers.scanners.back();
   scanner = {};
@@ -230,7 +246,11 @@ Result<void> accept_scanner_kind(RigAnswers& answers, const std::string& text) {
   if (const auto* row = find_driver(text);
       row && row->kind != drivers::ThermometerKind::text && row->kind != drivers::ThermometerKind::process)
     return {};
-  return load_scanner(text).map([](const auto&) {});
+  const auto loaded = load_scanner(text);
+  if (loaded) return {};
+  const auto near = is_path(text) ? "" : find_nearest_driver(text);
+  if (near.empty() || near == text) return failure(loaded.error());
+  return refused(fmt::format("\"{}\" is neither a driver nor a shipped description; did you mean \"{}\"?", text, near));
 }
 
 Result<void> accept_scanner_line(RigAnswers& answers, const std::string& text) {
@@ -290,15 +310,17 @@ Result<void> accept_scanner_channels(RigAnswers& answers, const std::string& tex
   auto& scanner = answers.scanners.back();
   scanner.channels.clear();
   auto names = split_words(text);
+  const auto inputs = count_scanner_inputs(scanner);
   std::size_t count = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), count);
   if (error == std::errc{} && end == text.data() + text.size()) {
+    if (count > inputs) return refused(fmt::format("it has {} inputs, expected 1 to {} channels", inputs, inputs));
     names = list_free_channels(answers, count);
     if (count == 0 || names.size() != count)
-      return refused(fmt::format("{} positions of A to H are not in use; give the names of {} channels",
-                                 list_free_channels(answers, drivers::kMostTextInputs).size(), count));
+      return refused(fmt::format("unused positions of A to H: {}; give the names of {}",
+                                 list_free_channels(answers, drivers::kMostTextInputs).size(),
+                                 format_count(count, "channel")));
   }
-  const auto inputs = count_scanner_inputs(scanner);
   if (names.empty() || names.size() > inputs) return refused(fmt::format("expected 1 to {} channels", inputs));
   const auto used = list_channel_names(answers);
   for (std::size_t i = 0; i < names.size(); ++i)

@@ -104,7 +104,8 @@ TEST(Doctor, ChecksCalibrationsAndDeviceNames) {
   const std::string offline = "-e 's#tcp://[0-9.]*:502#tcp://127.0.0.1:9#' ";
   const auto valid = findings_for_rig(folder, offline + "-e 's/^due = .*/due = \"2199-01-01\"/'");
   EXPECT_EQ(valid.at("calibrations").at("state"), "ok");
-  const auto overdue = findings_for_rig(folder, offline + "-e 's/^due = .*/due = \"2020-01-01\"/'");
+  const auto overdue = findings_for_rig(
+      folder, offline + "-e 's/^due = .*/due = \"2020-01-01\"/; s/^calibrated = .*/calibrated = \"2019-01-01\"/'");
   EXPECT_EQ(overdue.at("calibrations").at("state"), "warning");
   expect_fixes(overdue);
   const auto check = shell("gyrotherm check --json --rig '" + (folder / "rig.toml") + "'");

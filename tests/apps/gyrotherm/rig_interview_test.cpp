@@ -126,6 +126,7 @@ TEST(RigInterview, RefusesWrongOptionWithItsName) {
   EXPECT_TRUE(collect_answers("rig.toml", with("--limiter", "3.3 -50 70"), {}));
   EXPECT_TRUE(collect_answers("rig.toml", with("--limiter", "3.1 75"), {}));
   EXPECT_FALSE(collect_answers("rig.toml", with("--limiter", "2 75 °C"), {}).has_value());
+  EXPECT_NE(text(fault_of(with("--limiter", "3.3 75 -50"))).find("is not below the highest"), std::string::npos);
 }
 
 TEST(RigInterview, PlacesLimitsOfAirInsideThoseOfLimiter) {

@@ -252,6 +252,39 @@ TEST(RigFile, RefusesPortOfTwoInstruments) {
   EXPECT_EQ(with_gyro_at("tcp://192.168.1.20:502"), "") << "an address may lead to several instruments";
 }
 
+TEST(RigFile, NamesPositionOfLineThatIsTaken) {
+  const auto text = read_text_file(kRigs + "example-f4t-lakeshore-kvh.toml").value();
+  const auto rig =
+      parse_rig(replace_once(text, "usb-Moxa_UPort_1150-if00-port0", "usb-FTDI_USB-RS232_Cable_FT123456-if00-port0"),
+                kRigs + "mine.toml");
+  ASSERT_FALSE(rig);
+  const auto line =
+      1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(text.find("usb-FTDI")), '\n');
+  EXPECT_NE(rig.error().where.find(":" + std::to_string(line) + ":"), std::string::npos) << rig.error().where;
+}
+
+TEST(RigFile, ReportsMisspeltLineWithoutConsequences) {
+  for (const auto* line : {"virtuel", "http://10.0.0.5"}) {
+    const auto error =
+        rig_error(replace_once(virtual_rig(), "line = \"virtual\"", std::string("line = \"") + line + "\""));
+    EXPECT_NE(error, "");
+    EXPECT_EQ(error.find("[virtual]"), std::string::npos) << error;
+    EXPECT_EQ(error.find("wholly"), std::string::npos) << error;
+  }
+}
+
+TEST(RigFile, ReportsRepeatedChannelOnce) {
+  auto text = virtual_rig();
+  const auto error = rig_error(replace_once(text, "channels = [\"A\", \"B\"", "channels = [\"A\", \"A\""));
+  EXPECT_NE(error.find("channel \"A\" is listed twice"), std::string::npos) << error;
+  EXPECT_EQ(error.find("already in use"), std::string::npos) << error;
+}
+
+TEST(RigFile, RefusesEmptyName) {
+  EXPECT_NE(rig_error(replace_once(virtual_rig(), "name = \"virtual\"", "name = \"\"")).find("is empty"),
+            std::string::npos);
+}
+
 TEST(RigFile, RefusesThreePointNamesThatAreNotChannels) {
   EXPECT_NE(rig_error(replace_once(virtual_rig(), "\"D\", \"shell\"]", "\"D\", \"shall\"]")).find("shall"),
             std::string::npos);
@@ -692,6 +725,8 @@ TEST(RigFile, RefusesLimiterInsideSetPointRange) {
   EXPECT_NE(rig_error(with("class = \"2\"\nhighest = \"70 °C\"\n")).find("would trip"), std::string::npos);
   EXPECT_NE(rig_error(with("class = \"3.2\"\nlowest = \"-40 °C\"\n")).find("would trip"), std::string::npos);
   EXPECT_NE(rig_error(with("class = \"2\"\n")).find("the limiter's settings"), std::string::npos);
+  EXPECT_EQ(rig_error(with("class = \"3.3\"\nlowest = 75\nhighest = -50\n")),
+            "the limiter's lowest setting is not below its highest");
   EXPECT_NE(rig_error(with("class = \"4\"\nhighest = \"75 °C\"\n")), "");
 }
 

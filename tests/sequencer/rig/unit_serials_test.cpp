@@ -58,7 +58,7 @@ TEST(UnitSerial, NeedsNoPositionIfRigHasOneUnit) {
     ASSERT_FALSE(refused) << other;
     EXPECT_EQ(refused.error().kind, FaultKind::usage);
   }
-  EXPECT_NE(parse_unit_serial("gyor=3", rig).error().what.find("did you mean gyro=?"), std::string::npos);
+  EXPECT_NE(parse_unit_serial("gyor=3", rig).error().what.find("did you mean gyro=SERIAL?"), std::string::npos);
   EXPECT_EQ(parse_unit_serial("A=7", rig).error().what.find("did you mean"), std::string::npos);
   EXPECT_FALSE(parse_unit_serial("", rig));
 }

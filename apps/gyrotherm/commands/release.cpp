@@ -8,12 +8,20 @@
 
 #include "apps/console/command.hpp"
 #include "apps/gyrotherm/release/program_register.hpp"
+#include "apps/gyrotherm/rig_source.hpp"
+#include "apps/gyrotherm/run/checked_profile.hpp"
 #include "core/clock.hpp"
 #include "core/file.hpp"
 #include "core/json.hpp"
 #include "core/sha256.hpp"
+#include "core/shipped.hpp"
 #include "core/text.hpp"
 #include "core/toml_reader.hpp"
+#include "drivers/analogue/modbus_analogue_input.hpp"
+#include "drivers/chamber/register_map.hpp"
+#include "drivers/gyro/framed_gyro.hpp"
+#include "drivers/text_unit_file.hpp"
+#include "simulator/thermal/reduced/reduced_model.hpp"
 
 namespace gyrotherm::app {
 namespace {
@@ -46,16 +54,54 @@ Result<void> check_releaser(const std::string& by) {
   return {};
 }
 
+/// Returns a name in a form that is equal for spellings of the same name: ASCII and Latin-1 letters in lower case,
+/// single spaces between the words.
+std::string fold_name(std::string_view name) {
+  std::string folded;
+  bool is_space_due = false;
+  for (; !name.empty();) {
+    const auto size = std::max<std::size_t>(character_size(name), 1);
+    std::string character(name.substr(0, size));
+    name.remove_prefix(size);
+    if (character == " " || character == "\u00a0") {
+      is_space_due = !folded.empty();
+      continue;
+    }
+    if (is_space_due) folded += ' ';
+    is_space_due = false;
+    char& last = character.back();
+    const bool is_latin_capital = character >= "\u00c0" && character <= "\u00de" && character != "\u00d7";
+    if (is_latin_capital || (size == 1 && last >= 'A' && last <= 'Z')) last = static_cast<char>(last + ('a' - 'A'));
+    folded += character;
+  }
+  return folded;
+}
+
+bool is_same_person(std::string_view one, std::string_view other) { return fold_name(one) == fold_name(other); }
+
 std::string utc_now() { return civil_time(SteadyClock().now().utc); }
 
-/// Fails with bad_file unless a text can take part in a run: a profile, rig file, map or description.
+template <class T>
+Result<void> verdict_of(const Result<T>& parsed) {
+  if (!parsed) return failure(parsed.error());
+  return {};
+}
+
+/// Fails with bad_file unless a text is a valid profile, rig file, map or description, which can take part in a run. Of
+/// a gyro file, from which gyrotherm-thermal makes the model of a run, only the schema is checked.
 Result<void> check_program_text(std::string_view text, const std::string& file) {
   const auto table = TomlTable::parse(text, file);
   if (!table) return failure(table.error());
   const auto schema = table->text("schema", "");
-  for (const auto* kind :
-       {"profile", "rig", "chamber", "gyro-stream", "text", "analogue-inputs", "gyro", "reduced-gyro"})
-    if (schema.starts_with(fmt::format("gyrotherm-{}/", kind))) return {};
+  const auto is = [&](std::string_view kind) { return schema.starts_with(fmt::format("gyrotherm-{}/", kind)); };
+  if (is("profile")) return verdict_of(parse_checked_profile(nullptr, std::string(text), file));
+  if (is("rig")) return verdict_of(load_rig(is_path(file) ? file : "./" + file));
+  if (is("chamber")) return verdict_of(drivers::parse_register_map(text, file));
+  if (is("gyro-stream")) return verdict_of(drivers::parse_gyro_stream(text, file));
+  if (is("text")) return verdict_of(drivers::read_text_unit_file(text, file));
+  if (is("analogue-inputs")) return verdict_of(drivers::parse_analogue_map(text, file));
+  if (is("gyro")) return {};
+  if (is("reduced-gyro")) return verdict_of(thermal::parse_reduced_model(text, file));
   return failure(FaultKind::bad_file, file,
                  fmt::format("its schema is \"{}\", expected a profile, rig file, map or description", plain(schema)));
 }
@@ -73,7 +119,7 @@ Result<Exit> review_file(Console& console, const ReleaseArguments& options) {
   if (*known && !(*known)->signature.empty())
     return failure(FaultKind::usage, options.file,
                    fmt::format("is released already, as revision {}", (*known)->revision));
-  if (*known && (*known)->reviewed.by != options.by)
+  if (*known && !is_same_person((*known)->reviewed.by, options.by))
     return failure(FaultKind::usage, options.file,
                    fmt::format("was reviewed by {} at {}; its next step is release sign", (*known)->reviewed.by,
                                (*known)->reviewed.at));
@@ -103,9 +149,9 @@ Result<Exit> release_file(Console& console, const ReleaseArguments& options) {
   if (!release.signature.empty())
     return failure(FaultKind::usage, options.file,
                    fmt::format("is released already, as revision {}", release.revision));
-  if (release.reviewed.by == options.by)
+  if (is_same_person(release.reviewed.by, options.by))
     return failure(FaultKind::usage, "--by",
-                   fmt::format("{} reviewed this text; another person must release it", options.by));
+                   fmt::format("{} reviewed this text; another person must release it", release.reviewed.by));
   release.released = {.by = options.by, .at = utc_now()};
   auto signature = report::sign_bytes(signed_text(release), options.key);
   if (!signature) return failure(signature.error());
@@ -135,8 +181,9 @@ Result<Exit> list_register(Console& console, const ReleaseArguments& options) {
   const bool has_signature = std::ranges::any_of(*all, [](const Release& each) { return !each.signature.empty(); });
   if (has_signature && trusted->empty())
     return failure(FaultKind::usage, "--trusted", fmt::format("is required, because {} names none", kPolicyFile));
-  if (has_signature)
+  if (!trusted->empty())
     if (auto usable = report::check_trusted_file(*trusted); !usable) return failure(usable.error());
+  if (all->empty()) console.print_message(fmt::format("no releases in {}", *folder));
   bool all_hold = true;
   Json json = Json::array();
   for (const Release& release : *all) {

@@ -109,6 +109,68 @@ TEST_F(Releases, AreReviewedByOnePersonAndSignedByAnother) {
   EXPECT_EQ(entries[0]["trouble"], "");
 }
 
+TEST_F(Releases, RecogniseReviewerInOtherSpelling) {
+  ASSERT_EQ(review("brief.toml", "'Ö. Reviewer'").exit_code, 0);
+  for (const char* same : {"'ö. reviewer'", "'  Ö.   REVIEWER '", "'Ö.\u00a0Reviewer'"}) {
+    const auto refused = sign("brief.toml", same);
+    EXPECT_EQ(refused.exit_code, 2) << same;
+    EXPECT_NE(refused.err.find(" reviewed this text"), std::string::npos) << refused.err;
+    EXPECT_EQ(review("brief.toml", same).exit_code, 0) << "the same person may repeat the review";
+  }
+  EXPECT_EQ(sign("brief.toml", "'O. Reviewer'").exit_code, 0);
+}
+
+TEST_F(Releases, RefuseInvalidPrograms) {
+  auto profile = *read_text_file(site_ / "brief.toml");
+  write("profile.toml", profile + "colour = 1\n");
+  write("rig.toml", *read_text_file(site_ / "lab.toml") + "[policy]\nfrozen = \"perhaps\"\n");
+  write("map.toml", "schema = \"gyrotherm-chamber/1\"\nname = \"x\"\n");
+  write("stream.toml", "schema = \"gyrotherm-gyro-stream/1\"\nname = \"x\"\n");
+  write("text.toml", "schema = \"gyrotherm-text/1\"\nname = \"x\"\n");
+  write("inputs.toml", "schema = \"gyrotherm-analogue-inputs/1\"\nname = \"x\"\n");
+  write("reduced.toml", "schema = \"gyrotherm-reduced-gyro/1\"\nname = \"x\"\n");
+  for (const char* file :
+       {"profile.toml", "rig.toml", "map.toml", "stream.toml", "text.toml", "inputs.toml", "reduced.toml"}) {
+    const auto refused = review(file);
+    EXPECT_EQ(refused.exit_code, 4) << file;
+    EXPECT_NE(refused.err.find(std::string(file) + ":"), std::string::npos) << refused.err;
+    EXPECT_FALSE(std::filesystem::exists(entry(file))) << file;
+  }
+}
+
+TEST_F(Releases, AcceptEachShippedKindOfProgram) {
+  for (const char* file : {"profiles/chambers/watlow_f4t.toml", "profiles/chambers/lauda.toml",
+                           "profiles/gyro-streams/stim300.toml", "profiles/thermometers/keysight_34970a.toml"}) {
+    copy(file, "shipped.toml");
+    const auto reviewed = review("shipped.toml");
+    EXPECT_EQ(reviewed.exit_code, 0) << reviewed.err;
+    std::filesystem::remove(site_ / "shipped.toml");
+  }
+}
+
+TEST_F(Releases, StateThatRegisterIsEmptyAndCheckCertificates) {
+  const auto listed = list();
+  EXPECT_EQ(listed.exit_code, 0);
+  EXPECT_NE(listed.err.find("no releases in "), std::string::npos) << listed.err;
+  EXPECT_EQ(gyrotherm_with("release list --register " + (site_ / "register") + " --trusted " + (site_ / "lab.toml"))
+                .exit_code,
+            4);
+}
+
+TEST_F(Releases, AreRefusedWithRepeatedKeyOrInUtf16) {
+  ASSERT_EQ(review("brief.toml").exit_code, 0);
+  const auto path = entry("brief.toml");
+  auto repeated = *read_text_file(path);
+  repeated.insert(repeated.find("\"by\""), "\"by\": \"B. Other\", ");
+  for (const auto& [text, cause] : {std::pair(repeated, "the key \"by\" occurs twice"),
+                                    std::pair(std::string("\xFF\xFE{\0}\0", 6), "is in UTF-16")}) {
+    std::ofstream(path) << text;
+    const auto listed = list();
+    EXPECT_EQ(listed.exit_code, 4) << cause;
+    EXPECT_NE(listed.err.find(cause), std::string::npos) << listed.err;
+  }
+}
+
 TEST_F(Releases, AreInTheRecordAndMarkedOnViews) {
   use_policy();
   release("brief.toml");

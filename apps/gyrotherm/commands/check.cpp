@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <map>
 #include <optional>
 #include <utility>
+#include <variant>
 
 #include "acquisition/record/run_info.hpp"
 #include "apps/console/command.hpp"
@@ -15,6 +17,7 @@
 #include "core/file.hpp"
 #include "core/json.hpp"
 #include "drivers/chamber/register_map.hpp"
+#include "drivers/line/line_address.hpp"
 #include "sequencer/profile/profile.hpp"
 #include "sequencer/profile/released_blocks.hpp"
 #include "sequencer/prove/make_safe_proof.hpp"
@@ -166,6 +169,32 @@ std::vector<std::string> unstable_names(const rig::RigFile& rig) {
   return sentences;
 }
 
+/// Returns a sentence for each network address of two instruments that cannot share a connection: gyros, which send by
+/// themselves, and thermometers of a built-in driver without an address.
+std::vector<std::string> list_shared_connections(const rig::RigFile& rig) {
+  std::vector<std::string> lines, sentences;
+  if (rig.simulated) return sentences;
+  for (const auto& gyro : rig.gyro_lines) lines.push_back(gyro.line);
+  for (const auto& settings : rig.thermometers)
+    if (settings.kind != drivers::ThermometerKind::dcon && settings.kind != drivers::ThermometerKind::text)
+      lines.push_back(settings.line);
+  std::map<std::string, int> users;
+  for (const auto& line : lines)
+    if (const auto parsed = drivers::parse_line(line); parsed && std::holds_alternative<drivers::TcpLine>(*parsed))
+      ++users[line];
+  for (const auto& [line, count] : users)
+    if (count > 1)
+      sentences.push_back(
+          fmt::format("{} is the line of {} gyros or thermometers; each needs a connection of its own", line, count));
+  return sentences;
+}
+
+std::string shared_connection_lines(const rig::RigFile& rig) {
+  std::string lines;
+  for (const auto& sentence : list_shared_connections(rig)) lines += fmt::format("  WARNING: {}\n", sentence);
+  return lines;
+}
+
 std::string unstable_lines(const rig::RigFile& rig) {
   std::string lines;
   for (const auto& sentence : unstable_names(rig)) lines += fmt::format("  WARNING: {}\n", sentence);
@@ -231,7 +260,8 @@ std::string relay_line(const rig::RigFile& rig) {
 std::string rig_lines(const rig::RigFile& rig) {
   return fmt::format("{}: {}{}\n", rig.file, rig.simulated ? "SIMULATED, " : "", rig.title) + chamber_line(rig) +
          proof_lines(rig) + thermometer_lines(rig) + (is_one_axis(rig) ? gyro_line(rig) : lot_lines(rig)) +
-         bias_zero_line(rig) + analogue_lines(rig) + supply_lines(rig) + room_lines(rig) + unstable_lines(rig);
+         bias_zero_line(rig) + analogue_lines(rig) + supply_lines(rig) + room_lines(rig) + unstable_lines(rig) +
+         shared_connection_lines(rig);
 }
 
 Json calibrations_json(const rig::RigFile& rig) {
@@ -310,6 +340,7 @@ Json rig_json(const rig::RigFile& rig) {
           {"certificates", certificates_json(rig)},
           {"overdue", list_overdue(rig)},
           {"unstable_names", unstable_names(rig)},
+          {"shared_connections", list_shared_connections(rig)},
           {"bias_zero_known", check_bias_zero(rig).state == FindingState::ok},
           {"arcsec_per_pulse", rig.units.front().info.axes.front().scale},
           {"gyro_stream", stream ? stream->name : ""},
@@ -317,6 +348,31 @@ Json rig_json(const rig::RigFile& rig) {
           {"units", units_json(rig)},
           {"gyro_model", rig.gyro_model.name},
           {"gyro_film", rig.gyro_model.film}};
+}
+
+/// Returns a sentence for each limit that ends a run and that a set point of the profile reaches: a reading slightly
+/// beyond the set point is enough.
+std::vector<std::string> list_reached_limits(const profile::Profile& profile, const rig::RigFile& rig) {
+  std::optional<Celsius> lowest, highest;
+  each_released(profile, [&](const profile::Segment& segment, Celsius) {
+    lowest = std::min(lowest.value_or(segment.target), segment.target);
+    highest = std::max(highest.value_or(segment.target), segment.target);
+  });
+  std::vector<std::string> sentences;
+  const auto compare = [&](const std::string& which, Celsius low, Celsius high) {
+    const auto add = [&](Celsius set_point, Celsius limit, const char* side) {
+      sentences.push_back(fmt::format("the set point of {:g} °C reaches a limit of {}: a run ends {} {:g} °C",
+                                      set_point.value, which, side, limit.value));
+    };
+    if (lowest && *lowest <= low) add(*lowest, low, "below");
+    if (highest && *highest >= high) add(*highest, high, "above");
+  };
+  const auto& limits = rig.limits;
+  compare("the air", limits.air_lowest, limits.air_highest);
+  if (limits.thermometers.empty()) compare("the thermometers", limits.thermometers_lowest, limits.thermometers_highest);
+  for (std::size_t i = 0; i < limits.thermometers.size(); ++i)
+    compare("thermometer " + limits.channels[i], limits.thermometers[i].lowest, limits.thermometers[i].highest);
+  return sentences;
 }
 
 /// Returns the goal and the blocks of a run that ends by itself, with their times at the end of the opening; null for
@@ -465,6 +521,11 @@ Result<Exit> check(Console& console, const CheckArguments& options) {
     found.words += describe(*profile, timeline) + set_point_lines(set_points, rig ? &*rig : nullptr);
     found.json["profile"] = timeline_json(*profile, timeline);
     found.json["profile"]["set_points"] = set_points;
+    if (rig) {
+      const auto reached = list_reached_limits(*profile, *rig);
+      for (const auto& sentence : reached) found.words += fmt::format("  WARNING: {}\n", sentence);
+      found.json["profile"]["reached_limits"] = reached;
+    }
     if (rig && rig->chamber_map.limits.nonvolatile > 0)
       found.json["profile"]["nonvolatile_set_points"] = rig->chamber_map.limits.nonvolatile;
   }

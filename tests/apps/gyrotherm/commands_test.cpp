@@ -190,6 +190,32 @@ TEST(CommandLine, BeginsHelpOfEachCommandWithExample) {
   }
 }
 
+TEST(MakeSafe, GivesUpOnlyRecords) {
+  const Folder folder;
+  std::ofstream(folder / "other.txt") << "text";
+  for (const char* name : {"none.db", "other.txt"}) {
+    const auto ran = shell(std::string(GYROTHERM_PROGRAM) + "-make-safe --give-up " + (folder / name) + " reason");
+    EXPECT_EQ(ran.exit_code, 4) << name << ran.err;
+  }
+}
+
+TEST(MakeSafe, RefusesUnknownOptionAndEmptyPath) {
+  const auto misspelt = shell(std::string(GYROTHERM_PROGRAM) + "-make-safe --kil run.db");
+  EXPECT_EQ(misspelt.exit_code, 2);
+  EXPECT_NE(misspelt.err.find("--kil is not an option; did you mean --kill?"), std::string::npos) << misspelt.err;
+  EXPECT_EQ(shell(std::string(GYROTHERM_PROGRAM) + "-make-safe ''").exit_code, 2);
+}
+
+TEST(Tell, NamesPathThatIsNotARecord) {
+  const Folder folder;
+  std::ofstream(folder / "other.txt") << "text";
+  for (const char* name : {"none.db", "other.txt", ""}) {
+    const auto ran = gyrotherm_with("tell " + (folder / name) + " pause");
+    EXPECT_EQ(ran.exit_code, 4) << name << ran.err;
+    EXPECT_NE(ran.err.find("record"), std::string::npos) << ran.err;
+  }
+}
+
 TEST(Check, PrintsTimelineOfRampProgram) {
   const auto ran = gyrotherm_with("check profiles/qualification.toml --rig profiles/rigs/virtual.toml");
   EXPECT_EQ(ran.exit_code, 0) << ran.err;
@@ -204,6 +230,43 @@ TEST(Check, RefusesProfileOutsideChamberLimitsWithPosition) {
   const auto ran = gyrotherm_with("check " + (folder / "hot.toml") + " --rig profiles/rigs/virtual.toml");
   EXPECT_EQ(ran.exit_code, 4);
   EXPECT_NE(ran.err.find("hot.toml:4:1"), std::string::npos) << ran.err;
+}
+
+TEST(Check, WarnsOfSetPointAtLimitThatEndsRun) {
+  const Folder folder;
+  const auto rig = folder / "rig.toml";
+  const auto warnings_with = [&](const std::string& limits) {
+    const auto ran = shell("sed 's|\"\\.\\./|\"'$PWD'/profiles/|; s/^thermometers_highest.*/" + limits +
+                           "/' profiles/rigs/virtual-reference.toml > " + rig +
+                           "; gyrotherm check qualification --json --rig " + rig);
+    EXPECT_EQ(ran.exit_code, 0) << ran.err;
+    return nlohmann::json::parse(ran.out)["profile"]["reached_limits"];
+  };
+  EXPECT_EQ(warnings_with("thermometers_highest = 85").size(), 0u);
+  const auto common = warnings_with("thermometers_highest = 60");
+  ASSERT_EQ(common.size(), 1u);
+  EXPECT_EQ(common[0], "the set point of 60 °C reaches a limit of the thermometers: a run ends above 60 °C");
+  const auto own = warnings_with("channel.shell = { lowest = -30, highest = 90 }");
+  ASSERT_EQ(own.size(), 1u) << own;
+  EXPECT_NE(own[0].get<std::string>().find("of thermometer shell: a run ends below -30 °C"), std::string::npos) << own;
+}
+
+TEST(Check, WarnsOfGyroAndThermometerOnOneConnection) {
+  const Folder folder;
+  const auto rig = folder / "rig.toml";
+  const auto shared_with = [&](const std::string& port) {
+    const auto ran = shell(
+        "sed 's|\"\\.\\./|\"'$PWD'/profiles/|; s#serial:/dev/serial/by-id/usb-Moxa[^\"]*#tcp://10.0.0.5:4001#; "
+        "s#serial:/dev/serial/by-id/usb-FTDI_USB-RS232_Cable_FT123456[^\"]*#tcp://10.0.0.5:" +
+        port + "#' profiles/rigs/example-f4t-lakeshore-kvh.toml > " + rig + "; gyrotherm check --json --rig " + rig);
+    EXPECT_EQ(ran.exit_code, 0) << ran.err;
+    return nlohmann::json::parse(ran.out)["rig"]["shared_connections"];
+  };
+  EXPECT_EQ(shared_with("4002").size(), 0u);
+  const auto shared = shared_with("4001");
+  ASSERT_EQ(shared.size(), 1u);
+  EXPECT_EQ(shared[0],
+            "tcp://10.0.0.5:4001 is the line of 2 gyros or thermometers; each needs a connection of its own");
 }
 
 TEST(Check, RefusesVirtualRigLikeRun) {

@@ -223,6 +223,7 @@ class Conversation {
   }
 
   void print_bytes() {
+    if (bytes_.sent.empty() && bytes_.received.empty()) return;  // the line could not be opened
     console_.print(fmt::format("sent      {}\nreceived  {}\n", plain(bytes_.sent), plain(bytes_.received)));
     bytes_ = {};
   }
@@ -253,11 +254,15 @@ Result<Exit> ask_instrument(Console& console, const DescribeOptions& options) {
   if (options.prepares && file->preparation.empty())
     return failure(FaultKind::usage, "--prepare", "the description has no [sequence] prepare");
   Conversation conversation(console, *linked, *line);
+  const auto fail_at_line = [&](Fault fault) {
+    fault.where += " at " + options.line;
+    return failure(std::move(fault));
+  };
   if (options.prepares)
     for (const auto& one : file->preparation)
-      if (auto done = conversation.prepare(one); !done) return failure(std::move(done.error()));
+      if (auto done = conversation.prepare(one); !done) return fail_at_line(std::move(done.error()));
   for (const auto* query : questions)
-    if (auto done = conversation.ask(*query); !done) return failure(std::move(done.error()));
+    if (auto done = conversation.ask(*query); !done) return fail_at_line(std::move(done.error()));
   return Exit::done;
 }
 

@@ -11,6 +11,7 @@
 #include <map>
 #include <utility>
 
+#include "core/count_text.hpp"
 #include "core/quantity.hpp"
 
 namespace gyrotherm::data {
@@ -76,8 +77,8 @@ Result<Cut> cut_into_blocks(const Clusters& record, const FoldOptions& options) 
   constexpr Eigen::Index kFewestInBlock = 2;
   if (rows < kFewestInBlock * blocks) {
     return failure(FaultKind::usage, "folds",
-                   fmt::format("a record of {} clusters is too short for {} blocks, at least {} are needed", rows,
-                               blocks, kFewestInBlock * blocks));
+                   fmt::format("a record of {} is too short for {} blocks, at least {} are needed",
+                               format_count(rows, "cluster"), blocks, kFewestInBlock * blocks));
   }
   Cut cut{.fold = {}, .folds = blocks, .guard_s = default_guard_s(rows / blocks, record.length_s)};
   if (options.guard_minutes) cut.guard_s = *options.guard_minutes * kSecondsPerMinute;

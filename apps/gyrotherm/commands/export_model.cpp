@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 
 #include "analysis/model/model_export.hpp"
@@ -49,6 +50,10 @@ Result<void> export_c(Console& console, const ExportModelArguments& options, con
     return failure(FaultKind::usage, "--out",
                    "the name of a C source must end in .c; its header is written next to it");
   }
+  const auto stem = source.stem().string();
+  if (std::ranges::any_of(stem, [](unsigned char c) { return c >= 0x80; }))
+    return failure(FaultKind::usage, "--out",
+                   fmt::format("\"{}\" is not plain ASCII; the functions in the C source have this name", stem));
   const auto noise =
       find_tracking_noise(console, model, options.tracking, {.unverified = options.unverified, .axis = options.axis});
   if (!noise) return failure(noise.error());

@@ -140,6 +140,8 @@ Result<Exit> train_and_write(Console& console, const TrainArguments& options) {
   if (!records) return failure(records.error());
   watch_for_interrupts(SecondInterrupt::ends);
   auto model = train_model(console, options, *records, *training);
+  if (!model && model.error().where == "folds" && !options.clusters.empty())
+    return failure(FaultKind::usage, "--clusters", model.error().what);
   if (!model) return failure(model.error());
   const data::Figures raw = raw_figures(*records);
   add_warnings(*model, *records, options.cluster_length_s);

@@ -45,7 +45,7 @@ constexpr double kMegabyte = 1e6;
 constexpr double kScarceBytes = 1000 * kMegabyte, kTooFewBytes = 100 * kMegabyte;
 constexpr std::uint64_t kScarceInodes = 10'000, kTooFewInodes = 100;
 
-enum class DiskKind { local, in_memory, network, simple };
+enum class DiskKind { local, in_memory, network, simple, kernel };
 
 struct FileSystem {
   std::uint32_t magic;
@@ -62,7 +62,13 @@ constexpr std::array kFileSystems{
     FileSystem{0xFE534D42, "SMB", DiskKind::network},     FileSystem{0x517B, "SMB", DiskKind::network},
     FileSystem{0x65735546, "FUSE", DiskKind::network},    FileSystem{0x01021997, "9p", DiskKind::network},
     FileSystem{0x00C36400, "Ceph", DiskKind::network},    FileSystem{0x4D44, "FAT", DiskKind::simple},
-    FileSystem{0x2011BAB0, "exFAT", DiskKind::simple}};
+    FileSystem{0x2011BAB0, "exFAT", DiskKind::simple},    FileSystem{0x9FA0, "proc", DiskKind::kernel},
+    FileSystem{0x62656572, "sysfs", DiskKind::kernel}};
+
+bool is_of_kernel(const struct statfs& disk) {
+  const auto* known = std::ranges::find(kFileSystems, static_cast<std::uint32_t>(disk.f_type), &FileSystem::magic);
+  return known != kFileSystems.end() && known->kind == DiskKind::kernel;
+}
 
 Finding check_file_system(const std::string& folder, const struct statfs& disk) {
   const auto magic = static_cast<std::uint32_t>(disk.f_type);
@@ -70,7 +76,8 @@ Finding check_file_system(const std::string& folder, const struct statfs& disk) 
   const auto name = known == kFileSystems.end() ? fmt::format("file system 0x{:x}", magic) : std::string(known->name);
   Finding finding{"file system", FindingState::ok, fmt::format("{}, blocks of {} bytes", name, disk.f_bsize), ""};
   switch (known == kFileSystems.end() ? DiskKind::local : known->kind) {
-    case DiskKind::local: return finding;
+    case DiskKind::local:
+    case DiskKind::kernel: return finding;  // check_disk() reports a fault for the latter
     case DiskKind::in_memory: finding.found += ": it is in memory, and a power cut erases its records"; break;
     case DiskKind::network:
       finding.found += ": it may be on another machine, and this machine cannot guarantee its locks and syncs";
@@ -297,6 +304,10 @@ std::vector<Finding> check_disk(const std::string& folder) {
   if (std::error_code error; !fs::is_directory(folder, error))
     findings.push_back({"folder", FindingState::fault, folder + " is not a folder", "name a folder: --folder FOLDER",
                         FaultKind::storage});
+  else if (is_of_kernel(kind))
+    findings.push_back({"folder", FindingState::fault,
+                        folder + " is in a file system of the kernel, which has no files",
+                        "record in a folder on a disk", FaultKind::storage});
   else if ((space.f_flag & ST_RDONLY) != 0)
     findings.push_back({"folder", FindingState::fault, folder + " is on a disk that is mounted read-only",
                         "record in another folder, or mount it with rw", FaultKind::storage});

@@ -42,7 +42,7 @@ PROFILE = {
 }  # fmt: skip
 RIG = {
     "sequencer/rig/rig_file.cpp": {
-        "parse_rig": [""], "parse_rig:chamber": ["chamber"], "read_chamber": ["chamber"], "read_map": ["chamber"],
+        "parse_rig": [""], "read_name": [""], "parse_rig:chamber": ["chamber"], "read_chamber": ["chamber"], "read_map": ["chamber"],
         "read_word_order_and_framing": ["chamber", "chamber.link"],
         "read_limiter:chamber": ["chamber"], "read_limiter": ["chamber.limiter"], "read_analysis": ["analysis"],
         "read_safe_state": ["safe"], "read_room": ["room"], "check_safe_air": [], "check_safe_off": [], "check_relay_line": [], "list_line_tables": [""], "determine_simulated": [""],

@@ -56,6 +56,13 @@ std::optional<Limiter> read_limiter(const TomlTable& chamber, Celsius lowest, Ce
   return limiter;
 }
 
+/// Reads the name and the title.
+void read_name(const TomlTable& root, RigFile& rig) {
+  rig.name = root.text("name");
+  if (rig.name.empty() && root.is_text("name")) root.note_error("name", "\"name\" is empty, expected a name");
+  rig.title = root.text("title", rig.name);
+}
+
 void read_chamber(const TomlTable& table, RigFile& rig) {
   rig.chamber_line = table.text("line");
   check_line(table, rig.chamber_line);
@@ -407,9 +414,7 @@ Result<RigFile> parse_rig(std::string_view text, const std::string& file, const 
   rig.text = text;
   rig.file = file;
   root->expect("schema", "gyrotherm-rig/1");
-  rig.name = root->text("name");
-  if (rig.name.empty() && root->is_text("name")) root->note_error("name", "\"name\" is empty, expected a name");
-  rig.title = root->text("title", rig.name);
+  read_name(*root, rig);
   const auto chamber = root->table("chamber");
   read_chamber(chamber, rig);
   std::set<std::string> seen;

@@ -21,7 +21,6 @@
 #include "drivers/chamber/register_map.hpp"
 #include "drivers/gyro/framed_gyro.hpp"
 #include "drivers/text_unit_file.hpp"
-#include "simulator/thermal/reduced/reduced_model.hpp"
 
 namespace gyrotherm::app {
 namespace {
@@ -87,8 +86,8 @@ Result<void> verdict_of(const Result<T>& parsed) {
   return {};
 }
 
-/// Fails with bad_file unless a text is a valid profile, rig file, map or description, which can take part in a run. Of
-/// a gyro file, from which gyrotherm-thermal makes the model of a run, only the schema is checked.
+/// Fails with bad_file unless a text is a valid profile, rig file, map or description, which can take part in a run.
+/// The files of virtual gyros are only recognised by their schema.
 Result<void> check_program_text(std::string_view text, const std::string& file) {
   const auto table = TomlTable::parse(text, file);
   if (!table) return failure(table.error());
@@ -100,8 +99,7 @@ Result<void> check_program_text(std::string_view text, const std::string& file) 
   if (is("gyro-stream")) return verdict_of(drivers::parse_gyro_stream(text, file));
   if (is("text")) return verdict_of(drivers::read_text_unit_file(text, file));
   if (is("analogue-inputs")) return verdict_of(drivers::parse_analogue_map(text, file));
-  if (is("gyro")) return {};
-  if (is("reduced-gyro")) return verdict_of(thermal::parse_reduced_model(text, file));
+  if (is("gyro") || is("reduced-gyro")) return {};
   return failure(FaultKind::bad_file, file,
                  fmt::format("its schema is \"{}\", expected a profile, rig file, map or description", plain(schema)));
 }

@@ -128,9 +128,7 @@ TEST_F(Releases, RefuseInvalidPrograms) {
   write("stream.toml", "schema = \"gyrotherm-gyro-stream/1\"\nname = \"x\"\n");
   write("text.toml", "schema = \"gyrotherm-text/1\"\nname = \"x\"\n");
   write("inputs.toml", "schema = \"gyrotherm-analogue-inputs/1\"\nname = \"x\"\n");
-  write("reduced.toml", "schema = \"gyrotherm-reduced-gyro/1\"\nname = \"x\"\n");
-  for (const char* file :
-       {"profile.toml", "rig.toml", "map.toml", "stream.toml", "text.toml", "inputs.toml", "reduced.toml"}) {
+  for (const char* file : {"profile.toml", "rig.toml", "map.toml", "stream.toml", "text.toml", "inputs.toml"}) {
     const auto refused = review(file);
     EXPECT_EQ(refused.exit_code, 4) << file;
     EXPECT_NE(refused.err.find(std::string(file) + ":"), std::string::npos) << refused.err;

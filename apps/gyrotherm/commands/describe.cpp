@@ -215,6 +215,9 @@ class Conversation {
     return {};
   }
 
+  /// Returns whether bytes were sent or received.
+  [[nodiscard]] bool has_exchanged() const { return has_exchanged_; }
+
  private:
   Result<drivers::TextAnswer> ask_once(const drivers::TextQuery& query) {
     for (const auto& command : query.before)
@@ -224,6 +227,7 @@ class Conversation {
 
   void print_bytes() {
     if (bytes_.sent.empty() && bytes_.received.empty()) return;  // the line could not be opened
+    has_exchanged_ = true;
     console_.print(fmt::format("sent      {}\nreceived  {}\n", plain(bytes_.sent), plain(bytes_.received)));
     bytes_ = {};
   }
@@ -231,6 +235,7 @@ class Conversation {
   Console& console_;
   const drivers::RegisterMap& unit_;
   ExchangedBytes bytes_;
+  bool has_exchanged_ = false;
   drivers::TextClient client_;
 };
 
@@ -255,7 +260,7 @@ Result<Exit> ask_instrument(Console& console, const DescribeOptions& options) {
     return failure(FaultKind::usage, "--prepare", "the description has no [sequence] prepare");
   Conversation conversation(console, *linked, *line);
   const auto fail_at_line = [&](Fault fault) {
-    fault.where += " at " + options.line;
+    if (!conversation.has_exchanged()) fault.where += " at " + options.line;
     return failure(std::move(fault));
   };
   if (options.prepares)

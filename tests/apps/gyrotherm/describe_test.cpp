@@ -300,5 +300,12 @@ TEST(Describe, AsksEachInput) {
   EXPECT_EQ(lakeshore.heard(), (std::vector<std::string>{"CRDG? B", "CRDG? A", "CRDG? B", "CRDG? C", "CRDG? D"}));
 }
 
+TEST(Describe, NamesLineThatCannotBeOpened) {
+  const auto ran = gyrotherm_with("describe lakeshore_336 --talk tcp://127.0.0.1:9 --item readings");
+  EXPECT_EQ(ran.exit_code, 3);
+  EXPECT_EQ(ran.out, "") << "nothing was exchanged";
+  EXPECT_NE(ran.err.find(" at tcp://127.0.0.1:9: "), std::string::npos) << ran.err;
+}
+
 }  // namespace
 }  // namespace gyrotherm::app

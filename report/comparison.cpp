@@ -114,11 +114,12 @@ std::vector<ComparableRecord> list_comparable(const CalibrationReport& report, S
   return records;
 }
 
-/// Returns the free record with which to compare `one`; null if there is none.
+/// Returns the free record with which to compare `one`; null if there is none. A record is not compared with itself.
 ComparableRecord* find_counterpart(const ComparableRecord& one, std::vector<ComparableRecord>& others,
                                    bool at_same_position) {
   const auto found = std::ranges::find_if(others, [&](const ComparableRecord& other) {
-    return !other.is_paired && other.profile == one.profile && other.run.empty() == one.run.empty() &&
+    const bool is_same = !one.run.empty() && other.run == one.run;
+    return !other.is_paired && !is_same && other.profile == one.profile && other.run.empty() == one.run.empty() &&
            (!at_same_position || other.position == one.position);
   });
   return found == others.end() ? nullptr : &*found;
@@ -159,8 +160,8 @@ double days_between(const std::string& before, const std::string& now) {
   return first && second ? static_cast<double>((*second - *first).count()) : std::numeric_limits<double>::quiet_NaN();
 }
 
-/// Returns true if each as-found model is an as-left model of the previous calibration. Results without compensation need
-/// no model.
+/// Returns true if each as-found model is an as-left model of the previous calibration. Results without compensation
+/// need no model.
 bool has_same_models(const CalibrationReport& before, const CalibrationReport& now) {
   for (const UsedFile& found : now.files) {
     if (found.role != "model_found") continue;
@@ -440,12 +441,12 @@ std::string words_of_keyword(std::string keyword) {
   return keyword;
 }
 
-/// Returns ", R2 against R1, 335 days" for a pair of records; empty if both reports have one record.
+/// Returns ", R1 → R2, 335 days" for a pair of records; empty if both reports have one record.
 std::string describe_pair(const ComparedResult& one) {
   if (one.before_record.empty() && one.now_record.empty()) return {};
   const auto label = [](const std::string& record) { return record.empty() ? std::string("R1") : record; };
   const auto days = std::isfinite(one.days_between) ? fmt::format(", {:.0f} days", one.days_between) : std::string();
-  return fmt::format(", {} against {}{}", label(one.now_record), label(one.before_record), days);
+  return fmt::format(", {} → {}{}", label(one.before_record), label(one.now_record), days);
 }
 
 /// Returns " at set point 20 °C (row 2)" for the condition "set_point 20, 2", and nothing for no condition.

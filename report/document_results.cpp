@@ -365,7 +365,8 @@ void add_results(DocumentWriter& writer) {
     writer.paragraph(writer.translated("say.coverage") + " " + writer.translated("say.no_u"));
   }
   if (std::ranges::any_of(report.results, &ResultTable::in_sample))
-    writer.paragraph(writer.translated("say.in_sample"), Paragraph::Style::caution);
+    writer.paragraph(writer.translated(report.simulated ? "say.in_sample_virtual" : "say.in_sample"),
+                     Paragraph::Style::caution);
   if (!report.figures.empty()) writer.paragraph(writer.translated("say.figures"), Paragraph::Style::note);
   const std::vector<std::string> axes = all_axes(report);
   for (std::size_t k = 0; k < axes.size(); ++k) {

@@ -108,9 +108,10 @@ std::string bias_reference_text(const DocumentWriter& writer) {
 /// Returns both ends of a range with the same number of decimals.
 std::pair<std::string, std::string> format_range(Language language, double low, double high) {
   constexpr int kMostDecimals = 6;
+  constexpr double kRounding = 1e-6;  // numbers of a record have the precision of float
   const auto is_written = [&](double value, int decimals) {
     const double power = std::pow(10.0, decimals);
-    return !std::isfinite(value) || std::abs(std::round(value * power) / power - value) <= 1e-9 * std::abs(value);
+    return !std::isfinite(value) || std::abs(std::round(value * power) / power - value) <= kRounding * std::abs(value);
   };
   for (int decimals = 0; decimals <= kMostDecimals; ++decimals)
     if (is_written(low, decimals) && is_written(high, decimals))

@@ -68,7 +68,7 @@ dl.identity dd { margin: 0; padding: 2px 0; overflow-wrap: anywhere; }
 .key:first-child { border-left: 0; }
 .key .value { font-size: 25px; font-weight: 600; white-space: nowrap; font-variant-numeric: tabular-nums;
   letter-spacing: -.01em; }
-.key .unit { color: var(--faint); font-size: 13px; margin-left: 4px; }
+.key .unit { color: var(--faint); font-size: 13px; margin-left: 4px; white-space: nowrap; }
 .key .label { display: block; color: var(--faint); font-size: 12.5px; line-height: 1.3; margin-top: 2px; }
 .key.best { background: #eef6f2; box-shadow: inset 0 3px 0 #00855f; }
 .key.best .value { color: #006b4c; }

@@ -337,8 +337,8 @@ std::set<std::string> list_records(const std::string& folder) {
 }
 
 std::string_view reserved_ending(std::string_view path) {
-  for (const std::string_view ending :
-       {"-wal", "-shm", "-journal", ".status", ".socket", ".safe-state", ".made-safe", ".sha256", ".live.db"})
+  for (const std::string_view ending : {"-wal", "-shm", "-journal", ".status", ".socket", ".safe-state", ".made-safe",
+                                        ".ask-operator", ".sha256", ".live.db"})
     if (path.ends_with(ending)) return ending;
   return {};
 }

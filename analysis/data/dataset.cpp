@@ -142,12 +142,14 @@ bool is_ended(RunState state) {
   return state == RunState::aborting || state == RunState::aborted || state == RunState::stopped;
 }
 
-/// Removes bias, set point and position in the profile from the rows in which the run was aborted or stopped: the
-/// chamber no longer followed the profile.
+/// Removes bias, set point and position in the profile from the rows in which the run was aborted or stopped, and from
+/// those in which a resumed run returns to its profile: the chamber did not follow the profile.
 void remove_ended(Dataset& dataset, const record::Record& record) {
   const auto rows = std::min(record.state.size(), static_cast<std::size_t>(dataset.segment.size()));
+  bool is_away = false;
   for (std::size_t i = 0; i < rows; ++i) {
-    if (!is_ended(record.state[i])) continue;
+    is_away = is_ended(record.state[i]) || (is_away && record.state[i] == RunState::suspended);
+    if (!is_away) continue;
     const auto row = static_cast<Eigen::Index>(i);
     dataset.bias_deg_per_h(row) = dataset.set_point_c(row) = kMissing;
     dataset.segment(row) = dataset.cycle(row) = -1;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstddef>
 #include <optional>
+#include <set>
 #include <string_view>
 #include <vector>
 
@@ -212,18 +213,25 @@ double correlated_variance(const Eigen::VectorXf& one, const Eigen::VectorXf& ot
   return std::max(kOfWhiteNoise, variance);
 }
 
+/// Returns whether most of the known values of a noise differ from each other. Counts of few pulses do not.
+bool has_many_levels(const Eigen::VectorXf& noise, Eigen::Index known) {
+  const std::set<float> levels(noise.begin(), noise.end());
+  return 2 * std::ssize(levels) >= known;
+}
+
 /// Returns whether the correlation of two noises cannot be that of independent noise. Considers only the elements that
 /// are known in both.
 bool is_same_noise(const Noise& one, const Noise& other) {
   constexpr double kLeast = 0.7, kDeviations = 7;
-  // Fewer independent values may be equal by chance, for example in a regular pattern of pulses.
-  constexpr double kFewestIndependent = 10;
+  // Fewer independent values may be equal by chance in a regular pattern of pulses, but not if the values are many.
+  constexpr double kFewestIndependent = 10, kOfCopy = 0.9999;
   const Eigen::VectorXf a = (other.array() != 0).select(one, 0.0F), b = (one.array() != 0).select(other, 0.0F);
   const auto known = (a.array() != 0).count();
   const double found = correlation(a, b);
   if (found < kLeast || known < kFewestWindows) return false;
   const double independent = static_cast<double>(known) / correlated_variance(a, b);
-  return independent >= kFewestIndependent &&
+  const bool is_copy = found >= kOfCopy && has_many_levels(a, known);
+  return (is_copy || independent >= kFewestIndependent) &&
          std::atanh(std::min(found, 1 - 1e-12)) * std::sqrt(independent) > kDeviations;
 }
 

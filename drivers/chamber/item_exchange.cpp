@@ -480,7 +480,8 @@ Result<void> ItemExchange::wait_until_seen(const RegisterItem& written, double v
     if (found && std::abs(*found - value) <= tolerance) return {};
     if (!found && pauses_.now() >= end) return failure(found.error());
     if (pauses_.now() >= end)
-      return failure(FaultKind::mismatch, place(shown), fmt::format("reads {:.6g} after {:.6g} was written", *found, value));
+      return failure(FaultKind::mismatch, place(shown),
+                     fmt::format("reads {:.6g} after {:.6g} was written", *found, value));
     pauses_.rest(std::min(kPollInterval, end - pauses_.now()));
   }
 }

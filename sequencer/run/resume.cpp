@@ -282,10 +282,10 @@ std::string compare_identities(const std::map<std::string, std::string>& at_star
 ReentryDecision judge_reentry(const InterruptedRun& interrupted, Celsius mild, Celsius air_now) {
   if (!interrupted.mismatched_instruments.empty()) return {Reentry::ask, interrupted.mismatched_instruments};
   if (interrupted.aborted) return {Reentry::ask, "the run was aborted"};
+  if (interrupted.held) return {Reentry::ask, "the run was held"};
   if (interrupted.end_lost)
     return {Reentry::ask,
             "the record does not state how the run ended; its last rows were not written, or its files were moved"};
-  if (interrupted.held) return {Reentry::ask, "the run was held"};
   if (interrupted.foreign) return {Reentry::ask, "another program or a person had changed the chamber"};
   if (!interrupted.given_up.empty())
     return {Reentry::ask, "the guard was ordered to give up by " + interrupted.given_up};

@@ -24,7 +24,7 @@ SafeRelay::SafeRelay(std::optional<drivers::RelaySettings> settings, Open open)
 std::optional<std::string> SafeRelay::advance(watchdog::RelayDue due, Duration at) {
   using watchdog::RelayDue;
   if (!settings_) return std::nullopt;
-  if (!began_) began_ = at;
+  if (!began_ || due == RelayDue::never) began_ = at;
   if (work_) return take_result();
   const bool is_early = due == RelayDue::in_time && at - *began_ < settings_->after;
   const bool is_resting = tried_ && at - *tried_ < kRelayRetryInterval;

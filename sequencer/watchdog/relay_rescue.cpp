@@ -49,13 +49,14 @@ RelayDue is_relay_due(const RescueResult& result) {
 
 Duration RelayRescue::left() const {
   if (!settings_ || is_open_) return Duration::max();
-  const auto left = settings_->after - clock_.now().since_start;
+  const auto left = settings_->after - (clock_.now().since_start - began_);
   return left > Duration::zero() ? left : Duration::max();
 }
 
 std::optional<std::string> RelayRescue::advance(RelayDue due) {
+  if (due == RelayDue::never) began_ = clock_.now().since_start;
   if (!settings_ || is_open_ || due == RelayDue::never) return std::nullopt;
-  if (due == RelayDue::in_time && clock_.now().since_start < settings_->after) return std::nullopt;
+  if (due == RelayDue::in_time && clock_.now().since_start - began_ < settings_->after) return std::nullopt;
   const auto opened = open_relay_in_time(*settings_);
   is_open_ = opened.has_value();
   auto words = describe_relay(opened);

@@ -29,7 +29,7 @@ enum class RelayDue {
 
 class RelayRescue {
  public:
-  /// Starts the time. Without settings, nothing is ever due.
+  /// Starts the time, which starts again when the relay is not due. Without settings, nothing is ever due.
   explicit RelayRescue(std::optional<drivers::RelaySettings> settings) : settings_(std::move(settings)) {}
 
   /// Returns the time until the relay may be due. Returns the largest duration if the relay is open or overdue, or if
@@ -43,6 +43,8 @@ class RelayRescue {
  private:
   std::optional<drivers::RelaySettings> settings_;
   SteadyClock clock_;
+  /// Start, or the last time at which the relay was not due.
+  Duration began_{};
   bool is_open_ = false;
   std::string last_;
 };

@@ -251,11 +251,12 @@ Result<AxisExperiment> single_axis_experiment(const Runs& runs, std::vector<data
 std::string result_table(const report::Report& report, const model::Qualification& qualification) {
   const auto row = [](std::string_view what, const std::string& rate, const std::string& cycle,
                       const std::string& random, const std::string& size, const std::string& training) {
-    return fmt::format("{:<39} {:>13} {:>14} {:>15} {:>10} {:>11}\n", what, rate, cycle, random, size, training);
+    return fmt::format("{:<30} {:>9} {:>9} {:>9} {:>8} {:>8}\n", what, rate, cycle, random, size, training);
   };
   const auto number = [](double std) { return fmt::format("{:.5f}", std); };
   auto text = std::string(report.rig.is_virtual ? "SIMULATED\n" : "");
-  text += row("STD, °/h", "ramp (fitted)", "held-out cycle", "random (unseen)", "parameters", "training, s");
+  text += row("", "ramp,", "held-out", "random,", "", "");
+  text += row("STD, °/h", "fitted", "cycle", "unseen", "numbers", "train, s");
   text += row("raw", number(report.rate.raw.std), "", number(report.random.raw.std), "", "");
   const auto add = [&](const model::TrainedModel& trained) {
     const model::Model& model = trained.model;

@@ -14,6 +14,7 @@
 #include "apps/console/command.hpp"
 #include "apps/console/interrupt.hpp"
 #include "apps/gyrotherm/recorded_run.hpp"
+#include "apps/gyrotherm/run/operator_mark.hpp"
 #include "core/clock.hpp"
 #include "core/count_text.hpp"
 #include "core/json.hpp"
@@ -33,8 +34,9 @@ bool is_imported(const record::RunStatus& status) {
   return status.segment_count == 0 && status.overview.state != RunState::held;
 }
 
-/// Returns whether the program of a real run released the chamber, but the record does not state how the run ended.
+/// Returns whether the record of a real run does not state that the run was held or aborted, or how it ended.
 bool has_lost_end(const record::RunStatus& status) {
+  if (has_operator_mark(status.path)) return true;
   if (!status.ended_by.empty() || !watchdog::was_released(status.path)) return false;
   const auto info = record::read_info(status.path);
   return info && !info->virtual_rig;
@@ -254,9 +256,8 @@ std::string guard_lines(const record::RunStatus& status) {
   if (text.empty() && is_dead && record::path_exists(watchdog::safe_state_path(status.path)))
     text = fmt::format(
         "  WARNING: no guard is left, and the chamber was not made safe; run \"gyrotherm-make-safe {0}\" or "
-        "\"gyrotherm "
-        "resume {0}\"\n",
-        status.path);
+        "\"gyrotherm resume {0}{1}\"\n",
+        status.path, needs_operator(status) ? " --accept" : "");
   return text;
 }
 

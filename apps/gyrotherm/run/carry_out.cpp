@@ -21,6 +21,7 @@
 #include "apps/gyrotherm/release/program_register.hpp"
 #include "apps/gyrotherm/run/checked_profile.hpp"
 #include "apps/gyrotherm/run/confirmed_commands.hpp"
+#include "apps/gyrotherm/run/operator_mark.hpp"
 #include "apps/gyrotherm/run/readiness.hpp"
 #include "apps/gyrotherm/run/run_decider.hpp"
 #include "core/clock.hpp"
@@ -88,13 +89,14 @@ std::string describe_left_chamber(const ActiveRun& run) {
 Result<void> finish_run(const ActiveRun& run, run::RunOutcome outcome) {
   run.ownership.release();  // complete, or safe set point confirmed
   if (outcome == run::RunOutcome::made_safe) {
-    await_end_on_disk(run);
+    if (await_end_on_disk(run)) remove_operator_mark(run.path);
     print_summary(run);
     return failure(FaultKind::interlock, run.path, run.run_controller.end_cause());
   }
   if (outcome == run::RunOutcome::stopped)
     run.console.print_message(fmt::format("{}: {}", run.path, run.run_controller.end_cause()));
   if (auto finished = run.store.finish(); !finished) return finished;
+  remove_operator_mark(run.path);
   run.console.print_message(
       fmt::format("{}: recorded, {} s from start to end", run.path, run.run_controller.next_slot()));
   print_summary(run);
@@ -221,7 +223,8 @@ Result<run::EntryPoint> find_entry(const run::RunContinuation& on, const Chamber
   if (trace && *trace) interruption.given_up = (*trace)->given_up;
   // The guard switches a chamber off that does not obey.
   const bool may_be_off = on.rig.safe_off || (trace && *trace);
-  interruption.end_lost = !on.rig.simulated && !interruption.end_recorded && watchdog::was_released(path);
+  interruption.end_lost =
+      !on.rig.simulated && (has_operator_mark(path) || (!interruption.end_recorded && watchdog::was_released(path)));
   interruption.found_off = !on.rig.simulated && now.activity == ChamberActivity::off && !may_be_off;
   const auto verdict =
       has_not_begun ? run::ReentryDecision{} : judge_reentry(interruption, on.rig.safe_set_point, now.air);
@@ -308,8 +311,9 @@ void remove_empty_record(std::unique_ptr<record::Store> store, const std::string
 /// continues in a new part if its file is moved or fails, like a run of a real rig.
 record::StoreOptions store_options(bool simulated, double pace) {
   using std::chrono_literals::operator""ms;
+  constexpr double kFastestWatched = 60;
   const record::LiveCopyOptions of_real{}, of_virtual{.pause = 1000ms, .begins_after = 1500ms};
-  return {.background = !simulated || pace > 0,
+  return {.background = !simulated || (pace > 0 && pace <= kFastestWatched),
           .status_interval = simulated ? Duration(100ms) : Duration::zero(),
           .live_copy = simulated ? of_virtual : of_real};
 }
@@ -424,6 +428,7 @@ Result<Celsius> enter_run(const NewRun& plan, Opening& opening, const rig::Found
   info.releases = plan.releases;
   auto store = record::Store::create(plan.path, info, store_options(plan.file.simulated, plan.options.pace));
   if (store) remove_trace(plan.path);  // trace of an earlier record
+  if (store) remove_operator_mark(plan.path);
   return open_run(opening, std::move(store), found);
 }
 

@@ -105,7 +105,8 @@ struct ActiveRun {
 /// Waits up to three seconds until all rows are on the disk, and prints a warning if they are not.
 void await_disk(const ActiveRun& run);
 /// Waits until the end of the run is on the disk, because a record without it looks like that of a killed program.
-/// Reports once a minute how much is missing. A further request to stop ends the wait, with a warning.
-void await_end_on_disk(const ActiveRun& run);
+/// Reports once a minute how much is missing. A further request to stop ends the wait, with a warning. Returns true if
+/// the end is on the disk.
+bool await_end_on_disk(const ActiveRun& run);
 
 }  // namespace gyrotherm::app

@@ -13,6 +13,7 @@
 #include "apps/console/interrupt.hpp"
 #include "apps/gyrotherm/run/carry_out.hpp"
 #include "apps/gyrotherm/run/display.hpp"
+#include "apps/gyrotherm/run/operator_mark.hpp"
 #include "apps/gyrotherm/run/pace.hpp"
 #include "apps/gyrotherm/run/run_decider.hpp"
 #include "core/clock.hpp"
@@ -81,7 +82,7 @@ Result<run::RunOutcome> finish_stopped(const ActiveRun& run) {
   if (auto noted = run.store.append_event({run.rig.clock().now(), EventKind::interrupted, "stopped by a signal"});
       !noted)
     return failure(noted.error());
-  await_end_on_disk(run);
+  (void)await_end_on_disk(run);
   if (auto synced = sync(run); !synced) return failure(synced.error());
   return failure(FaultKind::interrupted, "", "stopped");
 }
@@ -144,7 +145,8 @@ class RealTime {
   explicit RealTime(const ActiveRun& run)
       : run_(run),
         display_(run.console, run.profile, run.rig.file(), is_simulated(run.store.info())),
-        control_socket_(open_control_socket(run)) {
+        control_socket_(open_control_socket(run)),
+        mark_(run.path) {
     timer_.setTimerType(Qt::PreciseTimer);
     timer_.setSingleShot(true);
     timer_.callOnTimeout([this] { tick(); });
@@ -239,6 +241,7 @@ class RealTime {
       run_.run_controller.set_guard_troubles(run_.ownership.troubles());
       auto outcome = run_.run_controller.tick(slot);
       run_.ownership.heartbeat(run_.rig.io().stuck_for());
+      mark_.follow(run_.run_controller.run_state());
       if (const auto decided = outcome ? decide_if_due(run_) : Result<void>(); !decided)
         outcome = failure(decided.error());
       if (const auto synced = sync(run_); !synced && outcome) outcome = failure(synced.error());
@@ -256,6 +259,7 @@ class RealTime {
   const ActiveRun& run_;
   Display display_;
   std::optional<control::ControlSocket> control_socket_;
+  OperatorMark mark_;
   QTimer timer_;
   bool ended_ = false;
   bool leaves_after_tick_ = false;
@@ -285,23 +289,30 @@ void await_disk(const ActiveRun& run) {
   run.console.print_message(fmt::format("warning: {} s are not on disk: {}", health.backlog_s, health.trouble));
 }
 
-void await_end_on_disk(const ActiveRun& run) {
+bool await_end_on_disk(const ActiveRun& run) {
   constexpr Duration kReportInterval = std::chrono::minutes(1), kPollInterval = std::chrono::milliseconds(500);
-  if (run.store.settle(kLongestFlush)) return;
   const auto stops_before = stops();
-  for (std::optional<Deadline> next_report; !run.store.settle(kPollInterval);) {
+  // The guard ends a program without a heartbeat.
+  const auto is_on_disk = [&] {
+    run.ownership.heartbeat({});
+    return run.store.settle(kPollInterval);
+  };
+  for (const Deadline flush(kLongestFlush); !flush.has_passed();)
+    if (is_on_disk()) return true;
+  for (std::optional<Deadline> next_report; !is_on_disk();) {
     const auto health = run.store.health();
     const auto missing = fmt::format("{} s are not on disk: {}", health.backlog_s, health.trouble);
     if (stops() > stops_before) {
       run.console.print_message(
           fmt::format("warning: {}; THE END OF THE RUN IS NOT IN THE RECORD: do not resume it unasked", missing));
-      return;
+      return false;
     }
     if (next_report && !next_report->has_passed()) continue;
     next_report.emplace(kReportInterval);
     run.console.print_message(
         fmt::format("warning: {}; the program waits for the disk; Ctrl-C ends it without these seconds", missing));
   }
+  return true;
 }
 
 Result<run::RunOutcome> drive_virtual(const ActiveRun& run) {

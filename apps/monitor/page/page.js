@@ -297,7 +297,8 @@ async function start_page() {
 
 window.addEventListener('hashchange', async () => {
   await show_view();
-  document.getElementById('content').focus();
+  document.getElementById('content').focus({preventScroll: true});
+  window.scrollTo(0, 0);
 });
 document.getElementById('log-out').addEventListener('click', () => control.log_out());
 setInterval(() => {

@@ -434,7 +434,7 @@ views.events = content => {
       badge,
       [
         event.interlock && !event.text.startsWith(event.interlock) ? `${subject_tag(event)}: ` : '',
-        format_text(event.text),
+        format_text(event.text.replace(/^aborting: stopped by/, 'stopping: stopped by')),
       ]
     );
   };

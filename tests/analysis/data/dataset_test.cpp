@@ -126,7 +126,8 @@ TEST(Dataset, ContinuesAfterAbortOfResumedRun) {
   record.state = {RunState::execute, RunState::aborted, RunState::suspended, RunState::execute};
   const Dataset dataset = to_dataset(record);
   EXPECT_TRUE(std::isnan(dataset.bias_deg_per_h(1)));
-  EXPECT_FALSE(std::isnan(dataset.bias_deg_per_h(2)));
+  EXPECT_TRUE(std::isnan(dataset.bias_deg_per_h(2))) << "the run returns to its profile";
+  EXPECT_EQ(dataset.segment(2), -1);
   EXPECT_FALSE(std::isnan(dataset.bias_deg_per_h(3)));
   EXPECT_EQ(dataset.bias_deg_per_h(0), 0) << "the aborted second is not part of the reference";
   EXPECT_FALSE(dataset.stopped_in);
@@ -136,6 +137,13 @@ TEST(Dataset, ContinuesAfterAbortOfResumedRun) {
   EXPECT_EQ(to_dataset(record).stopped_in, 1);
   record.progress[3].segment = record.progress[2].segment = -1;
   EXPECT_EQ(to_dataset(record).stopped_in, 0) << "the last known segment";
+}
+
+TEST(Dataset, KeepsRowsOfOrdinarySuspension) {
+  record::Record record = four_seconds();
+  record.state = {RunState::execute, RunState::suspended, RunState::suspended, RunState::execute};
+  const Dataset dataset = to_dataset(record);
+  for (const Eigen::Index row : {0, 1, 2, 3}) EXPECT_FALSE(std::isnan(dataset.bias_deg_per_h(row))) << row;
 }
 
 TEST(Dataset, TakesReferenceFromFirstHoldWithBias) {

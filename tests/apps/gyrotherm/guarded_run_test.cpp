@@ -112,6 +112,30 @@ TEST_F(GuardedRun, AsksBeforeResumeIfRecordLacksEnd) {
   EXPECT_NE(resumed.err.find("the record does not state how the run ended"), std::string::npos) << resumed.err;
 }
 
+TEST_F(GuardedRun, MarksHeldRunForOperator) {
+  const auto mark = record + ".ask-operator";
+  const auto exists = [&](bool wanted) {
+    for (int i = 0; i < 100 && std::filesystem::exists(mark) != wanted; ++i) shell("sleep 0.1");
+    return std::filesystem::exists(mark);
+  };
+  Background run(warm_run(record), folder / "log");
+  ASSERT_TRUE(run.wait_for("\"acknowledged\": 1}", 60)) << run.output();
+  EXPECT_FALSE(exists(false));
+  EXPECT_EQ(gyrotherm_with("tell " + record + " pause").exit_code, 0);
+  EXPECT_TRUE(exists(true));
+  EXPECT_EQ(gyrotherm_with("tell " + record + " resume").exit_code, 0);
+  EXPECT_FALSE(exists(false));
+  end_guards(record);
+  run.signal(SIGKILL);
+  EXPECT_EQ(run.wait(), -SIGKILL);
+  end_guards(record);
+  std::ofstream(mark).close();  // as if the last rows, which state a pause, had not been written
+  const auto status = gyrotherm_with("status " + record);
+  EXPECT_NE(status.out.find("\"gyrotherm resume " + record + " --accept\""), std::string::npos) << status.out;
+  const auto resumed = gyrotherm_with("resume " + record);
+  EXPECT_EQ(resumed.exit_code, 5) << resumed.out << resumed.err;
+}
+
 TEST_F(GuardedRun, KeepsSetPointWithoutGuardAfterOrderlyStop) {
   Background run(warm_run(record), folder / "log");
   ASSERT_TRUE(run.wait_for("\"acknowledged\": 1}", 60)) << run.output();

@@ -96,6 +96,35 @@ TEST(HangingDisk, DelaysNoTickIsReportedAndLosesNothing) {
   expect_every_second_up_to(well.acknowledged, record);
 }
 
+/// The guard must not take the waiting program for a dead one.
+TEST(HangingDisk, InterruptedRunWaitsUntilItsEndIsWritten) {
+  const Folder folder;
+  const RealLaboratory laboratory(folder / "");
+  ASSERT_TRUE(laboratory.serves());
+  const auto record = folder / "run.db", hangs = folder / "hangs";
+  std::optional<Background> run;
+  {
+    const EnvironmentVariable disk("LD_PRELOAD", GYROTHERM_HANGING_DISK), file("GYROTHERM_HANG", hangs);
+    const EnvironmentVariable also_with_its_sanitizer("ASAN_OPTIONS", "verify_asan_link_order=0");
+    run.emplace(std::vector<std::string>{"run", "tests/profiles/ten-minutes-warm.toml", "--rig", laboratory.rig(),
+                                         "--out", record, "--json"},
+                folder / "log");
+  }
+  ASSERT_TRUE(run->wait_for(acknowledged(1), 60)) << run->output();
+  std::ofstream(hangs) << "now";
+  (void)wait_for_status(record, [](const auto& status) { return !status.storage_trouble.empty(); });
+  run->signal(SIGINT);
+  EXPECT_TRUE(run->wait_for("the program waits for the disk", 30)) << run->output();
+  std::this_thread::sleep_for(std::chrono::seconds(12));
+  ASSERT_TRUE(run->is_running()) << run->output();
+  EXPECT_FALSE(std::filesystem::exists(record + ".made-safe"));
+  std::filesystem::remove(hangs);
+  EXPECT_EQ(run->wait(), 5) << run->output();
+  const auto kept = record::read_record(record);
+  ASSERT_TRUE(kept) << text(kept.error());
+  EXPECT_EQ(kept->events.back().event.kind, EventKind::interrupted);
+}
+
 TEST(HangingDisk, LetsRunEndWithoutStatusFile) {
   const Folder folder;
   const RealLaboratory laboratory(folder / "");

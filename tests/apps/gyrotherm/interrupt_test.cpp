@@ -163,13 +163,9 @@ kind = "hold"
 at = 20
 time = "2 s"
 )";
-  const std::vector<std::pair<std::string, std::string>> names{{"../evil", "_._evil.db"},
-                                                               {"/tmp/evil", "_tmp_evil.db"},
-                                                               {".hidden", "_hidden.db"},
-                                                               {"-rf", "_rf.db"},
-                                                               {"\\u001b[2J", "_[2J.db"},
-                                                               {"20 °C, slow", "20 °C, slow.db"},
-                                                               {"", "run.db"}};
+  const std::vector<std::pair<std::string, std::string>> names{
+      {"../evil", "_._evil.db"}, {"/tmp/evil", "_tmp_evil.db"}, {".hidden", "_hidden.db"},
+      {"-rf", "_rf.db"},         {"\\u001b[2J", "_[2J.db"},     {"20 °C, slow", "20 °C, slow.db"}};
   for (const auto& [name, record] : names) {
     auto text = profile;
     std::ofstream(folder / "in/p.toml") << text.replace(text.find("{}"), 2, name);

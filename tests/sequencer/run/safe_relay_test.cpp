@@ -74,6 +74,18 @@ TEST_F(SafeRelayTest, LeavesRelayOfSafeChamber) {
   EXPECT_EQ(relay.words(), "");
 }
 
+TEST_F(SafeRelayTest, IgnoresShortSilenceOfChamberThatObeys) {
+  for (int i = 0; i < 200; ++i) {
+    const bool is_silent = i % 20 > 14;
+    EXPECT_EQ(relay.advance(is_silent ? RelayDue::in_time : RelayDue::never, seconds(at++)), std::nullopt);
+  }
+  EXPECT_EQ(counted->attempts, 0);
+  for (int i = 0; i < 19; ++i) EXPECT_EQ(relay.advance(RelayDue::in_time, seconds(at++)), std::nullopt);
+  EXPECT_EQ(counted->attempts, 0);
+  at += 2;
+  EXPECT_TRUE(second(RelayDue::in_time)) << "the time began with the last reading";
+}
+
 TEST_F(SafeRelayTest, RepeatsFailedAttemptEveryTenSeconds) {
   counted->sticks = true;
   const auto failed = second(RelayDue::now);

@@ -114,12 +114,11 @@ std::vector<ComparableRecord> list_comparable(const CalibrationReport& report, S
   return records;
 }
 
-/// Returns the free record with which to compare `one`; null if there is none. A record is not compared with itself.
+/// Returns the free record with which to compare `one`; null if there is none.
 ComparableRecord* find_counterpart(const ComparableRecord& one, std::vector<ComparableRecord>& others,
                                    bool at_same_position) {
   const auto found = std::ranges::find_if(others, [&](const ComparableRecord& other) {
-    const bool is_same = !one.run.empty() && other.run == one.run;
-    return !other.is_paired && !is_same && other.profile == one.profile && other.run.empty() == one.run.empty() &&
+    return !other.is_paired && other.profile == one.profile && other.run.empty() == one.run.empty() &&
            (!at_same_position || other.position == one.position);
   });
   return found == others.end() ? nullptr : &*found;

@@ -27,8 +27,7 @@ Fault explain_fault(const std::string& run, const Fault& fault) {
     return {FaultKind::usage, run, fmt::format("is the live copy of a record, expected {}", original)};
   if (const auto info = record::read_info(run); info && info->imported)
     return {FaultKind::usage, run, "is an imported record, which no program runs"};
-  if (!record::path_exists(run)) return {FaultKind::usage, run, "there is no such record"};
-  if (!begins_with(run, kSqliteBeginning).value_or(false))
+  if (record::path_exists(run) && !begins_with(run, kSqliteBeginning).value_or(false))
     return {FaultKind::bad_file, run, "is not a record, expected the record of the run, RUN.db"};
   const auto status = record::read_status(run);
   if (!status || !status->finished) return fault;

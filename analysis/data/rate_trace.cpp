@@ -213,10 +213,9 @@ double correlated_variance(const Eigen::VectorXf& one, const Eigen::VectorXf& ot
   return std::max(kOfWhiteNoise, variance);
 }
 
-/// Returns whether most of the known values of a noise differ from each other. Counts of few pulses do not.
-bool has_many_levels(const Eigen::VectorXf& noise, Eigen::Index known) {
-  const std::set<float> levels(noise.begin(), noise.end());
-  return 2 * std::ssize(levels) >= known;
+/// Counts the different values of a noise.
+std::ptrdiff_t count_levels(const Eigen::VectorXf& noise) {
+  return std::ssize(std::set<float>(noise.begin(), noise.end()));
 }
 
 /// Returns whether the correlation of two noises cannot be that of independent noise. Considers only the elements that
@@ -224,13 +223,14 @@ bool has_many_levels(const Eigen::VectorXf& noise, Eigen::Index known) {
 bool is_same_noise(const Noise& one, const Noise& other) {
   constexpr double kLeast = 0.7, kDeviations = 7;
   // Fewer independent values may be equal by chance in a regular pattern of pulses, but not if the values are many.
-  constexpr double kFewestIndependent = 10, kOfCopy = 0.9999;
+  constexpr double kFewestIndependent = 10, kOfCopy = 0.99;
   const Eigen::VectorXf a = (other.array() != 0).select(one, 0.0F), b = (one.array() != 0).select(other, 0.0F);
   const auto known = (a.array() != 0).count();
   const double found = correlation(a, b);
   if (found < kLeast || known < kFewestWindows) return false;
   const double independent = static_cast<double>(known) / correlated_variance(a, b);
-  const bool is_copy = found >= kOfCopy && has_many_levels(a, known);
+  // A trace has fewer levels than the rates from which it was taken.
+  const bool is_copy = found >= kOfCopy && 2 * std::max(count_levels(a), count_levels(b)) >= known;
   return (is_copy || independent >= kFewestIndependent) &&
          std::atanh(std::min(found, 1 - 1e-12)) * std::sqrt(independent) > kDeviations;
 }

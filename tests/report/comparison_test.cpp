@@ -142,7 +142,7 @@ TEST(Comparison, PairsRecordsOfOneProfileInOrder) {
                                     }),
               1)
         << one.key;
-  EXPECT_NE(describe(*twice).find(", random, 2, R2 against R2"), std::string::npos);
+  EXPECT_NE(describe(*twice).find(", random, 2, R2 → R2"), std::string::npos);
   const std::string first = std::ranges::find(now.files, "record", &UsedFile::role)->id;
   for (ResultTable& table : now.results)
     if (table.run == first) table.in_sample = true;
@@ -187,7 +187,7 @@ TEST(Comparison, PairsOneRecordForAllResultsOfStage) {
   }
   EXPECT_GT(uncompensated, 0);
   EXPECT_GT(as_left, 0);
-  EXPECT_NE(describe(*comparison).find(", as left → as found, random, R1 against R2, 335 days\n"), std::string::npos)
+  EXPECT_NE(describe(*comparison).find(", as left → as found, random, R2 → R1, 335 days\n"), std::string::npos)
       << describe(*comparison);
   EXPECT_NE(to_html(make_document(*comparison, Language::english)).find("R2 → R1, 335 days"), std::string::npos);
   EXPECT_NE(to_html(make_document(*comparison, Language::german)).find("R1 → R1, 365 Tage"), std::string::npos);

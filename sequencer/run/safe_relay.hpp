@@ -24,8 +24,8 @@ class SafeRelay {
   explicit SafeRelay(std::optional<drivers::RelaySettings> settings, Open open = watchdog::open_relay);
 
   /// Begins to open the relay if it is due at run time `at`. The time of [safe.also] begins with the first call, and
-  /// again whenever the relay is not due. Repeats a failed attempt after ten seconds. Never waits for the relay. Returns
-  /// a description if its state has changed.
+  /// again whenever the relay is not due. Repeats a failed attempt after ten seconds. Never waits for the relay.
+  /// Returns a description if its state has changed.
   [[nodiscard]] std::optional<std::string> advance(watchdog::RelayDue due, Duration at);
   /// Returns the last description; empty if the relay was never due.
   [[nodiscard]] const std::string& words() const { return words_; }

@@ -111,7 +111,7 @@ class RenamedInstruments : public testing::Test {
   std::string start_proxy(int thermometer, const std::string& port, const std::string& serial_number) {
     const auto name = folder / ("proxy" + std::to_string(thermometer));
     const auto started =
-        shell("/usr/bin/python3 tests/apps/gyrotherm/renaming_proxy.py " + port + " " +
+        shell("rm -f " + name + "; /usr/bin/python3 tests/apps/gyrotherm/renaming_proxy.py " + port + " " +
               find_port("thermometer " + std::to_string(thermometer), simulate.output()) + " VIRTUAL1 " +
               serial_number + " > " + name + " 2>&1 & echo $! > " + name + ".pid; for i in $(seq 100); do [ -s " +
               name + " ] && break; sleep 0.1; done; cat " + name);

@@ -6,7 +6,6 @@ SELECT setseed(0.25);
 BEGIN;
 
 INSERT INTO gyrotherm.rig SELECT 'rig-' || r, 'gyrotherm_owner' FROM generate_series(1, 10) r;
-INSERT INTO gyrotherm.unit SELECT to_char(u, 'FM0000'), 'RLG-' || u % 4 FROM generate_series(1, 200) u;
 
 -- Two runs per calibration, one day each.
 CREATE TEMP TABLE visit AS

@@ -35,9 +35,8 @@ bool is_imported(const record::RunStatus& status) {
 }
 
 /// Returns whether the record of a real run does not state that the run was held or aborted, or how it ended.
-bool has_lost_end(const record::RunStatus& status) {
-  if (has_operator_mark(status.path)) return true;
-  if (!status.ended_by.empty() || !watchdog::was_released(status.path)) return false;
+bool is_end_lost(const record::RunStatus& status) {
+  if (!has_lost_end(status.path, !status.ended_by.empty())) return false;
   const auto info = record::read_info(status.path);
   return info && !info->virtual_rig;
 }
@@ -45,7 +44,7 @@ bool has_lost_end(const record::RunStatus& status) {
 /// Returns whether an operator must check the chamber before this run is resumed.
 bool needs_operator(const record::RunStatus& status) {
   const auto state = status.overview.state;
-  return state == RunState::held || state == RunState::aborting || state == RunState::aborted || has_lost_end(status);
+  return state == RunState::held || state == RunState::aborting || state == RunState::aborted || is_end_lost(status);
 }
 
 std::string describe_state(const record::RunStatus& status) {

@@ -223,8 +223,7 @@ Result<run::EntryPoint> find_entry(const run::RunContinuation& on, const Chamber
   if (trace && *trace) interruption.given_up = (*trace)->given_up;
   // The guard switches a chamber off that does not obey.
   const bool may_be_off = on.rig.safe_off || (trace && *trace);
-  interruption.end_lost =
-      !on.rig.simulated && (has_operator_mark(path) || (!interruption.end_recorded && watchdog::was_released(path)));
+  interruption.end_lost = !on.rig.simulated && has_lost_end(path, interruption.end_recorded);
   interruption.found_off = !on.rig.simulated && now.activity == ChamberActivity::off && !may_be_off;
   const auto verdict =
       has_not_begun ? run::ReentryDecision{} : judge_reentry(interruption, on.rig.safe_set_point, now.air);
@@ -307,8 +306,9 @@ void remove_empty_record(std::unique_ptr<record::Store> store, const std::string
 }
 
 /// Returns the store's options. A virtual run that ends within moments needs no live copy; a longer one is copied at
-/// most once a second and updates its status file ten times a second. Somebody watches a run with a pace, so it
-/// continues in a new part if its file is moved or fails, like a run of a real rig.
+/// most once a second and updates its status file ten times a second. A person may watch a run up to x60, so it
+/// continues in a new part if its file is moved or fails, like a run of a real rig. A faster run would seem to be
+/// behind its disk.
 record::StoreOptions store_options(bool simulated, double pace) {
   using std::chrono_literals::operator""ms;
   constexpr double kFastestWatched = 60;

@@ -10,6 +10,8 @@
 #include <system_error>
 #include <thread>
 
+#include "sequencer/watchdog/safe_state_file.hpp"
+
 namespace gyrotherm::app {
 
 /// The mark, shared with the threads that change it.
@@ -18,7 +20,7 @@ struct OperatorMark::Shared {
   std::string path;
   std::atomic<bool> is_wanted = false;
 
-  /// Applies the latest wish.
+  /// Creates or removes the file, as required last.
   void apply() {
     const std::lock_guard lock(mutex);
     if (!is_wanted) {
@@ -48,6 +50,10 @@ std::string operator_mark_path(const std::string& record) { return record + ".as
 bool has_operator_mark(const std::string& record) {
   std::error_code error;
   return std::filesystem::exists(operator_mark_path(record), error);
+}
+
+bool has_lost_end(const std::string& record, bool is_end_recorded) {
+  return has_operator_mark(record) || (!is_end_recorded && watchdog::was_released(record));
 }
 
 void remove_operator_mark(const std::string& record) {

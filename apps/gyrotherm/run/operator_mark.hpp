@@ -29,6 +29,9 @@ class OperatorMark {
 /// Returns the path of the mark: "RUN.db" → "RUN.db.ask-operator".
 [[nodiscard]] std::string operator_mark_path(const std::string& record);
 [[nodiscard]] bool has_operator_mark(const std::string& record);
+/// Returns true if a real run was held, aborted or ended by its program, and its record may not state this.
+/// `is_end_recorded` is true if the record states how its program ended.
+[[nodiscard]] bool has_lost_end(const std::string& record, bool is_end_recorded);
 /// Removes the mark of a run whose record states its end.
 void remove_operator_mark(const std::string& record);
 

@@ -6,6 +6,7 @@
 #include <csignal>
 #include <cstdlib>
 #include <fstream>
+#include <memory>
 #include <thread>
 
 #include "acquisition/record/chain.hpp"
@@ -58,19 +59,23 @@ void expect_every_second_up_to(std::int64_t last, const std::string& path) {
   EXPECT_TRUE(record::verify_record(path));
 }
 
+/// Starts a run of a shipped test profile, with record "run.db", on a disk that hangs while the file "hangs" exists.
+/// `variable` selects the hanging writes.
+std::unique_ptr<Background> start_run(const std::string& profile, const RealLaboratory& laboratory,
+                                      const Folder& folder, const char* variable) {
+  const EnvironmentVariable disk("LD_PRELOAD", GYROTHERM_HANGING_DISK), file(variable, folder / "hangs");
+  const EnvironmentVariable also_with_its_sanitizer("ASAN_OPTIONS", "verify_asan_link_order=0");
+  return std::make_unique<Background>(std::vector<std::string>{"run", "tests/profiles/" + profile + ".toml", "--rig",
+                                                               laboratory.rig(), "--out", folder / "run.db", "--json"},
+                                      folder / "log");
+}
+
 TEST(HangingDisk, DelaysNoTickIsReportedAndLosesNothing) {
   const Folder folder;
   const RealLaboratory laboratory(folder / "");
   ASSERT_TRUE(laboratory.serves());
   const auto record = folder / "run.db", hangs = folder / "hangs";
-  std::optional<Background> run;
-  {
-    const EnvironmentVariable disk("LD_PRELOAD", GYROTHERM_HANGING_DISK), file("GYROTHERM_HANG", hangs);
-    const EnvironmentVariable also_with_its_sanitizer("ASAN_OPTIONS", "verify_asan_link_order=0");
-    run.emplace(std::vector<std::string>{"run", "tests/profiles/ten-minutes-warm.toml", "--rig", laboratory.rig(),
-                                         "--out", record, "--json"},
-                folder / "log");
-  }
+  const auto run = start_run("ten-minutes-warm", laboratory, folder, "GYROTHERM_HANG");
   ASSERT_TRUE(run->wait_for(acknowledged(1), 60)) << run->output();
 
   std::ofstream(hangs) << "now";
@@ -102,14 +107,7 @@ TEST(HangingDisk, InterruptedRunWaitsUntilItsEndIsWritten) {
   const RealLaboratory laboratory(folder / "");
   ASSERT_TRUE(laboratory.serves());
   const auto record = folder / "run.db", hangs = folder / "hangs";
-  std::optional<Background> run;
-  {
-    const EnvironmentVariable disk("LD_PRELOAD", GYROTHERM_HANGING_DISK), file("GYROTHERM_HANG", hangs);
-    const EnvironmentVariable also_with_its_sanitizer("ASAN_OPTIONS", "verify_asan_link_order=0");
-    run.emplace(std::vector<std::string>{"run", "tests/profiles/ten-minutes-warm.toml", "--rig", laboratory.rig(),
-                                         "--out", record, "--json"},
-                folder / "log");
-  }
+  const auto run = start_run("ten-minutes-warm", laboratory, folder, "GYROTHERM_HANG");
   ASSERT_TRUE(run->wait_for(acknowledged(1), 60)) << run->output();
   std::ofstream(hangs) << "now";
   (void)wait_for_status(record, [](const auto& status) { return !status.storage_trouble.empty(); });
@@ -130,14 +128,7 @@ TEST(HangingDisk, LetsRunEndWithoutStatusFile) {
   const RealLaboratory laboratory(folder / "");
   ASSERT_TRUE(laboratory.serves());
   const auto record = folder / "run.db", hangs = folder / "hangs";
-  std::optional<Background> run;
-  {
-    const EnvironmentVariable disk("LD_PRELOAD", GYROTHERM_HANGING_DISK), file("GYROTHERM_HANG_STATUS", hangs);
-    const EnvironmentVariable also_with_its_sanitizer("ASAN_OPTIONS", "verify_asan_link_order=0");
-    run.emplace(std::vector<std::string>{"run", "tests/profiles/ten-seconds.toml", "--rig", laboratory.rig(), "--out",
-                                         record, "--json"},
-                folder / "log");
-  }
+  const auto run = start_run("ten-seconds", laboratory, folder, "GYROTHERM_HANG_STATUS");
   ASSERT_TRUE(run->wait_for(acknowledged(1), 60)) << run->output();
   std::ofstream(hangs) << "now";
   EXPECT_EQ(run->wait(), 0) << run->output();

@@ -79,7 +79,7 @@ class Console {
   Outlet out_, err_;
   bool redraws_;  ///< stderr is a capable terminal
   std::string stage_;
-  TimeLeft time_left_;  ///< of the stage
+  TimeLeft time_left_;
   std::chrono::steady_clock::time_point stage_began_{}, last_shown_{};
 };
 

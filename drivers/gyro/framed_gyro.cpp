@@ -225,7 +225,8 @@ class FramedGyro final : public Gyro {
   FramedGyro& operator=(const FramedGyro&) = delete;
 
   Result<void> open() override {
-    if (auto alive = line_->write({}, within_); !alive || open_) return alive;
+    if (auto alive = line_->write({}, within_); !alive) return at_place(std::move(alive.error()));
+    if (open_) return {};
     for (const auto& command : commands_.start)
       if (auto done = send(command); !done) return done;
     open_ = true;
@@ -256,7 +257,7 @@ class FramedGyro final : public Gyro {
     if (!commands_.identity) return std::string();
     const auto answer = query_identity(*commands_.identity, *line_, within_, clock_);
     reset_stream();
-    if (!answer) return failure(answer.error());
+    if (!answer) return at_place(answer.error());
     if (answer->empty() && has_identity_)
       return failure(FaultKind::timeout, place(),
                      fmt::format("no answer to \"{}\"", first_line(commands_.identity->send)));
@@ -267,8 +268,14 @@ class FramedGyro final : public Gyro {
  private:
   [[nodiscard]] Result<void> send(const GyroCommand& command) {
     auto sent = send_command(command, format_, *line_, within_, clock_);
-    if (!sent && sent.error().where.empty()) sent.error().where = place();
+    if (!sent) return at_place(std::move(sent.error()));
     return sent;
+  }
+
+  /// Returns the fault with the name of the gyro, unless it names its place.
+  [[nodiscard]] tl::unexpected<Fault> at_place(Fault fault) const {
+    if (fault.where.empty()) fault.where = place();
+    return failure(std::move(fault));
   }
 
   /// Count of one read; empty if the read only received the origin, from which the next read counts.
@@ -305,7 +312,7 @@ class FramedGyro final : public Gyro {
         const auto what =
             more.error().kind == FaultKind::timeout ? explain_missing_count(frames_.seen - seen_before) : std::string();
         reset_stream();
-        if (what.empty()) return failure(more.error());
+        if (what.empty()) return at_place(more.error());
         open_ = false;  // the gyro may have restarted
         return failure(FaultKind::corrupted, place(), what);
       }

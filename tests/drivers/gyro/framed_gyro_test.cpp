@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "drivers/gyro/framed_gyro.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -150,6 +151,25 @@ TEST_F(FramedGyro, FramesMarkedBadMakeTheSecondInvalid) {
   EXPECT_EQ(gyro->read(seconds(1)).error().kind, FaultKind::out_of_range);
   send(10);
   expect_second();
+}
+
+/// A line whose faults have no place.
+class LineWithoutPlace final : public ByteStream {
+ public:
+  Result<std::size_t> read(std::span<std::byte>, Duration) override {
+    return failure(FaultKind::timeout, "", "no data");
+  }
+  Result<void> write(std::span<const std::byte> bytes, Duration) override {
+    if (bytes.empty()) return {};
+    return failure(FaultKind::timeout, "", "could not send");
+  }
+};
+
+TEST(SilentGyro, IsNamedByItsFault) {
+  const auto format = virtual_gyro_frame();
+  const auto gyro = make_framed_gyro(format, std::make_unique<LineWithoutPlace>(), milliseconds(100), {}, nullptr);
+  for (const auto& fault : {gyro->wait_for_origin().error(), gyro->read(seconds(1)).error()})
+    EXPECT_EQ(text(fault), fmt::format("gyro {}: no data", format.name));
 }
 
 TEST_F(FramedGyro, TimesOutWhenSilentAndRestarts) {

@@ -65,7 +65,7 @@ class DescriptorStream : public ByteStream {
   /// ready.
   [[nodiscard]] tl::unexpected<Fault> close_with_fault(std::string why) {
     line_.close();
-    backoff_.note_failure();
+    backoff_.note_failure(why);
     return failure(FaultKind::disconnected, place(), std::move(why));
   }
 

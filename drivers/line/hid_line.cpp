@@ -143,7 +143,7 @@ class OpenedHid final : public HidReports {
 
   [[nodiscard]] tl::unexpected<Fault> close_with_fault(std::string why) {
     device_.reset();
-    backoff_.note_failure();
+    backoff_.note_failure(why);
     return failure(FaultKind::disconnected, place(), std::move(why));
   }
 

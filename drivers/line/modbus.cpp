@@ -116,7 +116,7 @@ class GuardedRegisters final : public Registers {
   [[nodiscard]] Result<Words> exchange(ModbusRequest& request, int most_tries) {
     if (backoff_.left() > Duration::zero()) return failure(FaultKind::disconnected, place(request), backoff_.message());
     auto answer = request_with_retries(request, most_tries);
-    answer ? backoff_.note_success() : backoff_.note_failure();
+    answer ? backoff_.note_success() : backoff_.note_failure(answer.error().what);
     if (answer && answer->exception == 0) return std::move(answer->words);
     auto fault = answer ? refusal(request, answer->exception) : std::move(answer.error());
     fault.where = place(request);

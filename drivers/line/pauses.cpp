@@ -12,14 +12,25 @@
 
 namespace gyrotherm::drivers {
 
-void Backoff::note_failure() {
+namespace {
+
+/// Begin of the part of a message that a layer above may have received from the line below.
+constexpr std::string_view kNextTry = "; next try in ";
+
+}  // namespace
+
+void Backoff::note_failure(std::string_view cause) {
   constexpr Duration kFirstRest = std::chrono::milliseconds(500), kLongestRest = std::chrono::seconds(10);
+  cause_ = cause.substr(0, cause.find(kNextTry));
   if (++failures_ < 2) return;
   rest_ = std::clamp(2 * rest_, kFirstRest, kLongestRest);
   next_ = Deadline(rest_, clock_);
 }
 
-std::string Backoff::message() const { return fmt::format("failed before, next try in {:.1f} s", to_seconds(left())); }
+std::string Backoff::message() const {
+  constexpr double kResolution = 0.1;
+  return fmt::format("{}{}{:.1f} s", cause_, kNextTry, std::max(kResolution, to_seconds(left())));
+}
 
 namespace {
 

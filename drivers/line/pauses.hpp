@@ -6,6 +6,7 @@
 #include <chrono>
 #include <memory>
 #include <string>
+#include <string_view>
 
 #include "core/clock.hpp"
 #include "core/deadline.hpp"
@@ -21,17 +22,19 @@ class Backoff {
   /// Uses `clock`, which must outlive this object; null means the steady clock.
   explicit Backoff(const Clock* clock = nullptr) : clock_(clock), next_(Duration::zero(), clock) {}
   void note_success() { rest_ = Duration::zero(), failures_ = 0; }
-  void note_failure();
+  /// Begins a rest period after the second failure in a row. `cause` appears in the message.
+  void note_failure(std::string_view cause);
   /// Ends the rest period. If the next attempt fails too, the next rest period is again the shortest one.
   void end_rest() { rest_ = Duration::zero(); }
   /// Returns the remaining rest period; zero if the line may be tried.
   [[nodiscard]] Duration left() const { return rest_ == Duration::zero() ? rest_ : next_.left(); }
-  /// Returns a message about the rest period: "failed before, next try in 0.5 s".
+  /// Returns the cause of the last failure and the rest period: "Connection refused; next try in 0.5 s".
   [[nodiscard]] std::string message() const;
 
  private:
   const Clock* clock_;
   int failures_ = 0;
+  std::string cause_;
   Duration rest_{};
   Deadline next_;
 };

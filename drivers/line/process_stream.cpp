@@ -179,8 +179,6 @@ struct ProcessStream::State {
   ProgramCommand command;
   std::unique_ptr<Child> child{};
   Backoff backoff{};
-  /// Reason why the program ended last.
-  std::string why{};
 };
 
 ProcessStream::ProcessStream(ProgramCommand command)
@@ -191,12 +189,10 @@ ProcessStream::~ProcessStream() {
 }
 
 Result<void> ProcessStream::start() {
-  auto& [command, child, backoff, why] = *state_;
+  auto& [command, child, backoff] = *state_;
   if (child && !child->is_running()) return close_with_fault({});
   if (child) return {};
-  if (backoff.left() > Duration::zero())
-    return failure(FaultKind::disconnected, text(command),
-                   fmt::format("{}; next try in {:.1f} s", why, to_seconds(backoff.left())));
+  if (backoff.left() > Duration::zero()) return failure(FaultKind::disconnected, text(command), backoff.message());
   auto pipes = make_pipes(text(command));
   if (!pipes) return failure(pipes.error());
   const auto process = spawn(command, *pipes);
@@ -212,8 +208,7 @@ tl::unexpected<Fault> ProcessStream::close_with_fault(std::string why) {
     if (why.empty()) why = exit;
   }
   state_->child.reset();
-  state_->backoff.note_failure();
-  state_->why = why;
+  state_->backoff.note_failure(why);
   return failure(FaultKind::disconnected, text(state_->command), std::move(why));
 }
 

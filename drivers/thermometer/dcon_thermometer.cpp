@@ -311,7 +311,7 @@ class DconModules final : public Thermometer {
       const bool silent =
           !first && (first.error().kind == FaultKind::timeout || first.error().kind == FaultKind::disconnected);
       if (silent) module.last_fault = first.error();
-      silent ? module.backoff.note_failure() : module.backoff.note_success();
+      silent ? module.backoff.note_failure(module.last_fault.what) : module.backoff.note_success();
       if (!silent && module.silences >= kSilencesBeforeDoubt) ++breaks_;
       module.silences = silent ? module.silences + 1 : 0;
       all.insert(all.end(), std::make_move_iterator(readings.begin()), std::make_move_iterator(readings.end()));

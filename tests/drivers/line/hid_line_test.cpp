@@ -15,7 +15,8 @@ TEST(HidLine, FailsAndRestsIfDeviceIsMissing) {
   EXPECT_EQ(text(line->open().error()), "hid 01234567: no NONE or NOTHING with serial number 01234567 is connected");
   std::array<std::byte, 2> report{};
   EXPECT_EQ(line->write(report).error().kind, FaultKind::disconnected);
-  EXPECT_EQ(line->read(report, std::chrono::seconds(5)).error().what, "failed before, next try in 0.5 s");
+  EXPECT_EQ(line->read(report, std::chrono::seconds(5)).error().what,
+            "no NONE or NOTHING with serial number 01234567 is connected; next try in 0.5 s");
 }
 
 TEST(HidLine, ListsEachDeviceOnce) {

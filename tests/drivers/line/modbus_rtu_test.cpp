@@ -258,7 +258,7 @@ TEST_F(ModbusRtu, RestsAfterTheSecondFailureInARow) {
   line->disconnect();
   EXPECT_EQ(registers->read(kHolding, 1, 1).error().what, "gone");
   EXPECT_EQ(registers->read(kHolding, 1, 1).error().what, "gone");
-  EXPECT_EQ(registers->read(kHolding, 1, 1).error().what, "failed before, next try in 0.5 s");
+  EXPECT_EQ(registers->read(kHolding, 1, 1).error().what, "gone; next try in 0.5 s");
   line->recover();
   EXPECT_FALSE(registers->read(kHolding, 1, 1));
   clock.advance(milliseconds(500));
@@ -274,7 +274,7 @@ TEST(ModbusRtuOverTcp, EndsRestPeriodOfSocketAndRegisters) {
   const auto over_tcp = make_modbus(nobody, usual());
   const auto why = [&] { return over_tcp->read(kHolding, 1, 1).error().what; };
   EXPECT_EQ(why(), "Connection refused");
-  EXPECT_EQ(why(), "failed before, next try in 0.5 s");
+  EXPECT_EQ(why(), "Connection refused; next try in 0.5 s");
   over_tcp->end_rest();
   EXPECT_EQ(why(), "Connection refused");
 }

@@ -295,7 +295,8 @@ TEST(ModbusTcp, RestsAfterTheSecondFailureInARow) {
   EXPECT_TRUE(client->read(kHolding, 1, 1).error().what.starts_with("no connection: "));
   const auto resting = client->read(kHolding, 1, 1);
   EXPECT_EQ(resting.error().kind, FaultKind::disconnected);
-  EXPECT_EQ(resting.error().what, "failed before, next try in 0.5 s");
+  EXPECT_TRUE(resting.error().what.starts_with("no connection: ")) << resting.error().what;
+  EXPECT_TRUE(resting.error().what.ends_with("; next try in 0.5 s")) << resting.error().what;
 }
 
 }  // namespace

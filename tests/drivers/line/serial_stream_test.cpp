@@ -76,7 +76,7 @@ TEST(SerialStream, AnUnpluggedLineIsDisconnectedAtOnce) {
   const Deadline soon(kPatient / 2);
   EXPECT_EQ(read_text(*stream, kPatient).error().what, "the port was removed");
   EXPECT_EQ(read_text(*stream, kPatient).error().what, "no such device");
-  EXPECT_EQ(read_text(*stream, kPatient).error().what, "failed before, next try in 0.5 s");
+  EXPECT_EQ(read_text(*stream, kPatient).error().what, "no such device; next try in 0.5 s");
   stream->end_rest();
   EXPECT_EQ(read_text(*stream, kPatient).error().what, "no such device") << "tried at once";
   EXPECT_FALSE(soon.has_passed());

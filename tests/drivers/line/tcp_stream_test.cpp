@@ -73,10 +73,10 @@ TEST(TcpStream, RestsAfterTheSecondFailureInARow) {
   const auto stream = make_tcp_stream(nobody, kSoon);
   EXPECT_EQ(exchange(*stream, "?", kSoon).error().what, "Connection refused");
   EXPECT_EQ(exchange(*stream, "?", kSoon).error().what, "Connection refused");
-  EXPECT_EQ(exchange(*stream, "?", kSoon).error().what, "failed before, next try in 0.5 s");
+  EXPECT_EQ(exchange(*stream, "?", kSoon).error().what, "Connection refused; next try in 0.5 s");
   stream->end_rest();
   EXPECT_EQ(exchange(*stream, "?", kSoon).error().what, "Connection refused") << "tried at once";
-  EXPECT_EQ(exchange(*stream, "?", kSoon).error().what, "failed before, next try in 0.5 s") << "once";
+  EXPECT_EQ(exchange(*stream, "?", kSoon).error().what, "Connection refused; next try in 0.5 s") << "once";
 }
 
 }  // namespace

@@ -80,7 +80,7 @@ template <class Call>
 auto rested(const Call& call) {
   while (true) {
     auto result = call();
-    if (result || !result.error().what.starts_with("failed before")) return result;
+    if (result || result.error().what.find("; next try in ") == std::string::npos) return result;
     (void)wait_until_ready(kNoDescriptor, POLLIN, Deadline(milliseconds(20)));
   }
 }

@@ -138,6 +138,14 @@ Result<std::optional<Continuation>> read_continuation(Database& database) {
 
 namespace {
 
+/// Describes a record that does not exist. Proposes a file whose name differs only by ".db".
+std::string describe_missing(const std::string& path) {
+  std::error_code error;
+  const auto with_ending = path + ".db";
+  if (fs::is_regular_file(with_ending, error)) return fmt::format("no such file. Did you mean \"{}\"?", with_ending);
+  return "no such file, expected a gyrotherm record";
+}
+
 Result<Database> open_copy(const std::string& copy) {
   if (!is_live_copy(copy))
     return failure(FaultKind::bad_file, copy,
@@ -160,7 +168,7 @@ Result<Database> open_part(const Part& part) {
   if (part.is_live_copy) return open_copy(part.path);
   std::error_code error;
   const auto status = fs::status(part.path, error);
-  if (!fs::exists(status)) return failure(FaultKind::bad_file, part.path, "no such file, expected a gyrotherm record");
+  if (!fs::exists(status)) return failure(FaultKind::bad_file, part.path, describe_missing(part.path));
   if (!fs::is_regular_file(status))
     return failure(FaultKind::bad_file, part.path, "is not a regular file, expected a gyrotherm record");
   auto database = Database::open(part.path, Access::read_only, kReaderPatienceMs);

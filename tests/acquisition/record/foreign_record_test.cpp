@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Tests that reading a record from an untrusted source changes nothing, executes nothing, and terminates.
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
@@ -236,6 +237,14 @@ TEST(ForeignRecord, IsRefusedWhenTimesAreImpossible) {
   std::ofstream(path, std::ios::binary) << whole;
   execute(path, sample_of("100000000"));
   EXPECT_EQ(read_every_way(path), "read");
+}
+
+TEST(ForeignRecord, ProposesNameWithItsEnding) {
+  const Folder folder;
+  store_with(folder / "run.db", 3).reset();
+  EXPECT_EQ(open_record(folder / "run").error().what,
+            fmt::format("no such file. Did you mean \"{}\"?", folder / "run.db"));
+  EXPECT_EQ(open_record(folder / "ran").error().what, "no such file, expected a gyrotherm record");
 }
 
 TEST(ForeignRecord, IsRefusedWithSchemaNameWhenNewer) {

@@ -99,11 +99,22 @@ std::vector<std::string> list_runs(const CalibrationReport& report) {
   return runs;
 }
 
-/// Lists the records with results at a stage that are not in-sample.
-std::vector<ComparableRecord> list_comparable(const CalibrationReport& report, Stage stage) {
+/// Returns whether a report has the same record, unchanged, as another.
+bool shares_record(const CalibrationReport& report, const CalibrationReport& other, const std::string& run) {
+  const auto find_record = [&](const CalibrationReport& in) { return std::ranges::find(in.files, run, &UsedFile::id); };
+  const auto file = find_record(report), same = find_record(other);
+  return !run.empty() && file != report.files.end() && same != other.files.end() && file->sha256 == same->sha256 &&
+         file->started_utc == same->started_utc;
+}
+
+/// Lists the records with results at a stage that are not in-sample: those that the other report has too, or the
+/// others.
+std::vector<ComparableRecord> list_comparable(const CalibrationReport& report, const CalibrationReport& other,
+                                              Stage stage, bool shared) {
   std::vector<ComparableRecord> records;
   std::map<std::string, std::size_t> known;
   for (const std::string& run : list_runs(report)) {
+    if (shares_record(report, other, run) != shared) continue;
     ComparableRecord record{.run = run, .profile = find_profile(report, run)};
     if (!run.empty()) record.position = known[record.profile]++;
     const auto is_its_result = [&](const ResultTable& table) {
@@ -236,8 +247,17 @@ class ReportComparer {
   ReportComparer(const CalibrationReport& before, const CalibrationReport& now, Comparison& comparison)
       : before_(before), now_(now), comparison_(comparison) {}
 
-  void compare(Stage before_at, Stage now_at) {
-    for (const auto& [before, now] : pair_records(list_comparable(before_, before_at), list_comparable(now_, now_at))) {
+  /// Compares the records that both reports have, or the others.
+  void compare(bool shared) {
+    compare(Stage::uncompensated, Stage::uncompensated, shared);
+    compare(Stage::as_left, Stage::as_found, shared);
+  }
+
+ private:
+  void compare(Stage before_at, Stage now_at, bool shared) {
+    const auto pairs =
+        pair_records(list_comparable(before_, now_, before_at, shared), list_comparable(now_, before_, now_at, shared));
+    for (const auto& [before, now] : pairs) {
       const double days = days_between(find_start(before_, before.run), find_start(now_, now.run));
       const ComparedResult pair{.profile = describe_profile(before, now),
                                 .before_record = record_label(before_, before.run),
@@ -252,7 +272,6 @@ class ReportComparer {
     }
   }
 
- private:
   void compare(const ComparedResult& pair, const ResultTable& table, const ResultTable& other) {
     // Two records with their own mean as bias reference are not comparable.
     const std::string zero = find_bias_reference(before_, table);
@@ -360,8 +379,8 @@ Result<Comparison> compare(const CalibrationReport& before, const CalibrationRep
                         .simulated = before.simulated || now.simulated,
                         .same_model = has_same_models(before, now)};
   ReportComparer comparer(before, now, comparison);
-  comparer.compare(Stage::uncompensated, Stage::uncompensated);
-  comparer.compare(Stage::as_left, Stage::as_found);
+  comparer.compare(false);
+  if (comparison.results.empty()) comparer.compare(true);
   if (comparison.results.empty())
     return failure(FaultKind::usage, now.number,
                    "has no result in common with the other report for the same profile and bias reference");

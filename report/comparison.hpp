@@ -81,8 +81,9 @@ struct Comparison {
 /// the first of the other, and so on. It compares uncompensated results with each other, and results as left with the
 /// later ones as found; the second comparison gives the drift of the compensated unit. Results of a model on its own
 /// training record are skipped; a record without a counterpart at its position is then compared with the next free
-/// record of the profile. Fails with usage if the reports are not of one unit (serial number and model) if
-/// `now` began before `before`, or if they have no result in common.
+/// record of the profile. Records that both reports have are compared only if there is nothing else to compare. Fails
+/// with usage if the reports are not of one unit (serial number and model), if `now` began before `before`, or if they
+/// have no result in common.
 [[nodiscard]] Result<Comparison> compare(const CalibrationReport& before, const CalibrationReport& now);
 
 /// Adds the state of the check standard at the time of each record of both reports. Fails with usage if the history is

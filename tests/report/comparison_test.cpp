@@ -121,6 +121,24 @@ void add_second_record(CalibrationReport& report, double shift) {
   }
 }
 
+TEST(Comparison, SkipsRecordOfBothReports) {
+  CalibrationReport before = sample_calibration(), now = a_year_later();
+  for (CalibrationReport* one : {&before, &now}) one->files.front().profile = "random";
+  const auto usual = compare(before, now)->results.size();
+  add_second_record(before, 0.1);
+  UsedFile shared = before.files.back();
+  now.files.push_back(shared);
+  for (const ResultTable& table : before.results)
+    if (table.run == shared.id) now.results.push_back(table);
+  EXPECT_EQ(compare(before, now)->results.size(), usual) << "the second record of both is the same one";
+  now.files.back().sha256.back() = '0';
+  EXPECT_EQ(compare(before, now)->results.size(), 2 * usual) << "another file";
+  now.files = before.files;
+  const auto same = compare(before, now);
+  ASSERT_TRUE(same) << "both reports have the same records, and nothing else can be compared";
+  EXPECT_EQ(same->results.size(), 2 * usual);
+}
+
 TEST(Comparison, PairsRecordsOfOneProfileInOrder) {
   CalibrationReport before = sample_calibration(), now = a_year_later();
   for (CalibrationReport* one : {&before, &now}) one->files.front().profile = "random";

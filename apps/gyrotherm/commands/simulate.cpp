@@ -3,6 +3,8 @@
 #include <poll.h>
 
 #include <chrono>
+#include <cstdint>
+#include <limits>
 #include <optional>
 #include <utility>
 
@@ -124,8 +126,10 @@ void add_simulate(Program& program) {
   add_pace_option(command, options.pace, "real, max, or xN for N times real time (such as x10)");
   command.add_option("--seed", options.seed, "seed of the virtual gyro and its noise; 0: the gyro of the file")
       ->check(not_negative());
-  command.add_option("--port", options.port,
-                     "port of the chamber; the other instruments use the following ports (default: free ports)");
+  command
+      .add_option("--port", options.port,
+                  "port of the chamber; the other instruments use the following ports (default: free ports)")
+      ->check(CLI::Range(std::numeric_limits<std::uint16_t>::max()));
   command.add_flag(
       "--full-rate", options.full_rate,
       "for a virtual rig: send frames at the full rate of each gyro stream instead of one per second; for a real "

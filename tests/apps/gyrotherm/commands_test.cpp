@@ -51,9 +51,14 @@ TEST(CommandLine, AcceptsOnlyFiniteDecimalNumbers) {
     refused(std::string("go virtual ") + number, "at");
   for (const auto* number : {"''", "' 1'", "0x10", "1.5", "18446744073709551616"}) {
     refused(std::string("check --rig virtual --seed ") + number, "--seed");
-    refused(std::string("simulate --port ") + number, "--port");
   }
-  refused("simulate --port 65536", "--port");
+  for (const auto* number : {"''", "' 1'", "0x10"}) refused(std::string("simulate --port ") + number, "--port");
+  for (const std::string words :
+       {"1.5 is not a whole number", "65536 is outside 0 to 65535", "18446744073709551616 is outside 0 to 65535"}) {
+    const auto ran = gyrotherm_with("simulate --port " + words.substr(0, words.find(' ')));
+    EXPECT_EQ(ran.exit_code, 2);
+    EXPECT_NE(ran.err.find("--port: " + words), std::string::npos) << ran.err;
+  }
   for (const auto* option : {"--threshold", "--guard", "--threads"})
     refused(std::string("train run.db --out model.json ") + option + " nan", option);
   refused("fuse run.db --models out --false-alarm nan", "--false-alarm");

@@ -145,6 +145,10 @@ enum class RunState {
 inline constexpr std::initializer_list<RunState> kRunStates = {
     RunState::execute, RunState::suspended, RunState::held,    RunState::aborting,
     RunState::aborted, RunState::stopped,   RunState::complete};
+/// Returns whether the run was aborted or stopped: the chamber no longer follows the profile.
+[[nodiscard]] constexpr bool has_left_profile(RunState state) {
+  return state == RunState::aborting || state == RunState::aborted || state == RunState::stopped;
+}
 
 /// Readings of one unit under test in one second. The pulses of all axes and the housekeeping values come from one
 /// instrument and succeed or fail together. Values from analogue inputs succeed or fail independently.

@@ -182,6 +182,14 @@ const RunInfo::SegmentInfo* segment_at(const Record& record, std::size_t row) {
   return index < record.info.segments.size() ? &record.info.segments[index] : nullptr;
 }
 
+std::vector<bool> find_rows_away(const Record& record) {
+  std::vector<bool> away(record.state.size());
+  bool is_away = false;
+  for (std::size_t i = 0; i < away.size(); ++i)
+    away[i] = is_away = has_left_profile(record.state[i]) || (is_away && record.state[i] == RunState::suspended);
+  return away;
+}
+
 bool has_operator_actions(const RunInfo& info) {
   return std::ranges::any_of(info.segments, [](const RunInfo::SegmentInfo& segment) {
     return segment.unit.turned || !segment.prompt.empty();

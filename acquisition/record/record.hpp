@@ -68,6 +68,10 @@ void append_sample(Record& record, const Sample& sample);
 /// Returns the segment of a row, or null if it is unknown, as in an imported record.
 [[nodiscard]] const RunInfo::SegmentInfo* segment_at(const Record& record, std::size_t row);
 
+/// Returns for each row whether the chamber was away from the profile: the run was aborted or stopped, or a resumed run
+/// was on its way back.
+[[nodiscard]] std::vector<bool> find_rows_away(const Record& record);
+
 /// Returns whether operators handle the unit during the profile: a prompt requests any action on the unit.
 [[nodiscard]] bool has_operator_actions(const RunInfo& info);
 /// Returns the mounting of the unit in a row: 1 if it was turned around, 0 if not. Returns NaN while an operator

@@ -138,18 +138,12 @@ void remove_handling(Dataset& dataset, const record::Record& record) {
     if (std::isnan(turned_at(record, static_cast<std::size_t>(row)))) dataset.bias_deg_per_h(row) = kMissing;
 }
 
-bool is_ended(RunState state) {
-  return state == RunState::aborting || state == RunState::aborted || state == RunState::stopped;
-}
-
-/// Removes bias, set point and position in the profile from the rows in which the run was aborted or stopped, and from
-/// those in which a resumed run returns to its profile: the chamber did not follow the profile.
-void remove_ended(Dataset& dataset, const record::Record& record) {
-  const auto rows = std::min(record.state.size(), static_cast<std::size_t>(dataset.segment.size()));
-  bool is_away = false;
+/// Removes bias, set point and position in the profile from the rows in which the chamber was away from the profile.
+void remove_rows_away(Dataset& dataset, const record::Record& record) {
+  const auto away = record::find_rows_away(record);
+  const auto rows = std::min(away.size(), static_cast<std::size_t>(dataset.segment.size()));
   for (std::size_t i = 0; i < rows; ++i) {
-    is_away = is_ended(record.state[i]) || (is_away && record.state[i] == RunState::suspended);
-    if (!is_away) continue;
+    if (!away[i]) continue;
     const auto row = static_cast<Eigen::Index>(i);
     dataset.bias_deg_per_h(row) = dataset.set_point_c(row) = kMissing;
     dataset.segment(row) = dataset.cycle(row) = -1;
@@ -248,7 +242,7 @@ std::vector<std::string> block_thermometers(const Dataset& dataset) {
 bool is_temperature(std::string_view input) { return !input.starts_with(kAux); }
 
 std::optional<int> find_stopped_segment(const record::Record& record) {
-  if (record.info.imported || record.state.empty() || !is_ended(record.state.back())) return std::nullopt;
+  if (record.info.imported || record.state.empty() || !has_left_profile(record.state.back())) return std::nullopt;
   for (auto at = record.progress.rbegin(); at != record.progress.rend(); ++at)
     if (at->segment >= 0) return at->segment;
   return 0;
@@ -285,7 +279,7 @@ Dataset make_dataset(const record::Record& record, const std::string& path, cons
   dataset.set_point_c = column(info.imported ? std::vector<double>{} : record.set_point_c, row_count(record));
   assign_segments(dataset, record);
   remove_handling(dataset, record);
-  remove_ended(dataset, record);
+  remove_rows_away(dataset, record);
   dataset.stopped_in = find_stopped_segment(record);
   set_reference(dataset, record, at.axis.earth_rate);
   for (const record::Gap& gap : record.gaps) {

@@ -173,10 +173,9 @@ std::string segment_line(const record::RunStatus& status) {
   if (status.finished && state == RunState::complete)
     return fmt::format("  {} done\n", format_count(status.segment_count, "segment"));
   const auto position = fmt::format("segment {} of {}", status.segment_index + 1, status.segment_count);
-  const bool has_left_profile = state == RunState::aborting || state == RunState::aborted || state == RunState::stopped;
-  if (status.being_written && !has_left_profile)
+  if (status.being_written && !has_left_profile(state))
     return fmt::format("  {}, {}: {}\n", position, status.segment, name(status.phase));
-  return fmt::format("  {} in {}, {}\n", has_left_profile ? "ended" : "interrupted", position, status.segment);
+  return fmt::format("  {} in {}, {}\n", has_left_profile(state) ? "ended" : "interrupted", position, status.segment);
 }
 
 std::string describe(const record::RunStatus& status) {

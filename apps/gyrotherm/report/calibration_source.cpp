@@ -87,11 +87,14 @@ void add_item(report::CalibratedItem& item, const record::UnitInfo& unit) {
   for (std::size_t axis = 0; axis < unit.axes.size(); ++axis) item.axes.push_back(record::axis_label(unit, axis));
 }
 
-/// Extends the span of the air temperature to include the span of a record.
-void add_air(report::CalibrationReport& report, const std::vector<double>& air_c) {
+/// Extends the span of the air temperature to include that of a record, except where the chamber was away from the
+/// profile.
+void add_air(report::CalibrationReport& report, const record::Record& record) {
+  const auto away = record::find_rows_away(record);
   std::optional<std::pair<double, double>> span;
-  for (const double air : air_c) {
-    if (!std::isfinite(air)) continue;
+  for (std::size_t i = 0; i < record.chamber_air_c.size(); ++i) {
+    const double air = record.chamber_air_c[i];
+    if (away[i] || !std::isfinite(air)) continue;
     if (!span) span = {air, air};
     span = {std::min(span->first, air), std::max(span->second, air)};
   }
@@ -291,7 +294,7 @@ void add_record(report::CalibrationReport& report, const SourceRecord& source, c
   }
   add_item(report.item, *found);
   add_equipment(report, record.info, *found, end);
-  add_air(report, record.chamber_air_c);
+  add_air(report, record);
   add_deviations(report.deviations, record, unit);
   add_files(report, source);
   add_certificate_files(report, record.info, unit);

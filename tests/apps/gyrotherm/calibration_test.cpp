@@ -307,6 +307,27 @@ TEST_F(CalibrationOfAUnit, ReportsStopAsOneRow) {
   EXPECT_EQ(deviations.at(3).text, "aborted by ada: smoke");
 }
 
+/// The chamber goes to its safe state after an abort, and a resumed run returns from there.
+TEST_F(CalibrationOfAUnit, StatesAirOfProfileOnly) {
+  const auto air = [&](const std::string& change) {
+    const std::string record = in("air.db");
+    std::filesystem::copy_file(in("random.db"), record, std::filesystem::copy_options::overwrite_existing);
+    EXPECT_TRUE(record::Database::open(record, record::Access::read_write, 0).value().execute(change));
+    run("report " + record + " --unverified --out " + in("air"));
+    const auto influences = read_report("air").influences;
+    return std::pair{influences.at(0).low, influences.at(0).high};
+  };
+  const auto usual = air("UPDATE sample SET chamber_air_c = chamber_air_c");
+  const auto changed = [](const char* slots, const char* state) {
+    return fmt::format("UPDATE sample SET chamber_air_c = 95, state = '{}' WHERE slot BETWEEN {}; ", state, slots);
+  };
+  EXPECT_EQ(
+      air(changed("300 AND 309", "aborting") + changed("310 AND 319", "aborted") + changed("320 AND 399", "suspended")),
+      usual);
+  EXPECT_EQ(air(changed("300 AND 400", "stopped")), usual);
+  EXPECT_EQ(air(changed("300 AND 399", "suspended")).second, 95) << "the profile waits";
+}
+
 TEST_F(CalibrationOfAUnit, SortsDeviationsOfAllRecordsByTime) {
   for (const char* name : {"ramp", "random"}) std::filesystem::copy_file(in(name) + ".db", in(name) + "-noted.db");
   insert_event(in("ramp-noted.db"), 300, "note", "NULL", "third");

@@ -189,7 +189,9 @@ const standard_view = (() => {
 
   /// Loads the figure in the width of `box`, and again when the width changes. Returns {refresh(), close()}.
   function show_figure(box, path) {
-    let shown_width = 0;
+    const kRetryMs = 2000;
+    let shown_width = 0,
+      retry = null;
     const load = async () => {
       const width = Math.min(1400, Math.max(240, Math.floor(box.clientWidth)));
       if (Math.abs(width - shown_width) < 8) return;
@@ -198,14 +200,20 @@ const standard_view = (() => {
         figure = response && response.ok ? parse_figure(await response.text()) : null;
       if (width !== shown_width) return;
       box.replaceChildren(figure || make_element('p', {class: 'error'}, 'The figure cannot be loaded.'));
+      if (!figure) retry = setTimeout(refresh, kRetryMs);
     };
     const observer = new ResizeObserver(load);
     observer.observe(box);
     const refresh = () => {
+      clearTimeout(retry);
       shown_width = 0;
       load();
     };
-    return {refresh, close: () => observer.disconnect()};
+    const close = () => {
+      clearTimeout(retry);
+      observer.disconnect();
+    };
+    return {refresh, close};
   }
 
   function show(content) {

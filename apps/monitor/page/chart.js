@@ -4,7 +4,11 @@
 
 const chart = (() => {
   const kMaxBuckets = 2000,
+    kRetryMs = 2000,
     kMaxChannels = 16,
+    // Width of a mark, and of both axes with their labels.
+    kMarkPixels = 20,
+    kAxesPixels = 120,
     // Length in s, 0: the whole run; and label.
     kSpans = [
       [60, '1 min'],
@@ -167,20 +171,23 @@ const chart = (() => {
     interrupted: 'X',
   };
 
-  /// Returns the annotations of dygraphs: one per bucket with an event, at most the last 200. `channel` carries them.
-  /// If the chart grows with new samples, events after the loaded buckets have marks too.
-  function make_marks(events, series, channel, started_ms, is_growing) {
+  /// Returns the annotations of dygraphs: one per bucket with an event, at most the last 200. `channel` carries them. An
+  /// event within `buckets` of a mark joins it, so that marks do not hide each other. If the chart grows with new
+  /// samples, events after the loaded buckets have marks too.
+  function make_marks(events, series, channel, started_ms, is_growing, buckets = 1) {
     const end = is_growing ? Infinity : series.from + series.step * series.count,
-      by_bucket = new Map();
-    for (const event of events) {
+      marks = [];
+    let marked = -Infinity;
+    for (const event of [...events].sort((one, other) => one.slot - other.slot)) {
       if (!kMarks[event.kind] || event.slot < series.from || event.slot >= end) continue;
-      const bucket = Math.floor((event.slot - series.from) / series.step),
-        previous = by_bucket.get(bucket);
-      if (previous) {
+      const bucket = Math.floor((event.slot - series.from) / series.step);
+      if (bucket - marked < buckets) {
+        const previous = marks[marks.length - 1];
         previous.text += '\n' + format_text(event.text);
         if (event.kind === 'interlock') Object.assign(previous, {shortText: '!', cssClass: 'alarm-mark'});
       } else {
-        by_bucket.set(bucket, {
+        marked = bucket;
+        marks.push({
           series: channel,
           x: started_ms + 1000 * bucket_time_s(series, bucket),
           shortText: kMarks[event.kind],
@@ -193,7 +200,7 @@ const chart = (() => {
         });
       }
     }
-    return [...by_bucket.values()].slice(-200);
+    return marks.slice(-200);
   }
 
   /// Fills the view Trend.
@@ -229,7 +236,8 @@ const chart = (() => {
       // Samples are missing after the last bucket.
       is_stale = false,
       is_loading = false,
-      requested_ms = -Infinity;
+      requested_ms = -Infinity,
+      retry = null;
     // The last second with data. The requests of the chart are in seconds.
     const last_s = () =>
       run.status.imported
@@ -410,7 +418,9 @@ const chart = (() => {
     }
 
     function present_marks() {
-      return make_marks(run.events, series, series.channels[0].name, started_ms, is_growing());
+      const {from, to} = visible_seconds(),
+        buckets = ((to - from) / series.step) * (kMarkPixels / Math.max(box.clientWidth - kAxesPixels, kMarkPixels));
+      return make_marks(run.events, series, series.channels[0].name, started_ms, is_growing(), Math.max(1, buckets));
     }
 
     /// Returns the width for a label of the time axis. On a narrow page, labels without seconds have less.
@@ -479,6 +489,7 @@ const chart = (() => {
       const request = ++request_count,
         {from, to} = visible_seconds(),
         requested = names.filter(name => selected.has(name));
+      clearTimeout(retry);
       is_loading = true;
       requested_ms = performance.now();
       const response = await request_json(
@@ -488,7 +499,10 @@ const chart = (() => {
       if (request !== request_count || page.view.name !== 'trend') return;
       is_loading = false;
       set_text(notice, response.ok ? '' : response.json.error);
-      if (!response.ok) return;
+      if (!response.ok) {
+        retry = setTimeout(load, kRetryMs);
+        return;
+      }
       if (
         graph &&
         (!series || series.channels.map(c => c.name).join() !== response.json.channels.map(c => c.name).join())
@@ -555,6 +569,7 @@ const chart = (() => {
         dark.removeEventListener('change', draw_again);
         if (graph) graph.destroy();
         graph = null;
+        clearTimeout(retry);
         // Discards the response to a request that is under way.
         ++request_count;
       },

@@ -127,7 +127,8 @@ const drawing = (() => {
       const width = Math.max(280, Math.round(drawn_width || 600)),
         left = 52,
         bottom = 40,
-        top = 12,
+        // The label "now" is above the picture, where it covers no line.
+        top = 24,
         right = 14;
       const end = Math.max(slot, ...all.map(point => point[0]), 1),
         values = all.map(point => point[1]);
@@ -164,7 +165,7 @@ const drawing = (() => {
           make_svg('text', {x: x(t), y: height - 5, 'text-anchor': anchor}, format_round_duration(t))
         );
       }
-      picture.append(make_svg('text', {x: 4, y: top + 2}, '°C'));
+      picture.append(make_svg('text', {x: 4, y: top - 8}, '°C'));
       const pairs = done
         .map((point, i) => [point[0], point[1], air[i] ? air[i][1] : null])
         .filter(point => point[1] !== null && point[2] !== null && !is_in_interval(point[0], intervals));
@@ -183,12 +184,12 @@ const drawing = (() => {
       );
       if (run.status.running) {
         const is_near_right_edge = x(slot) > width - 60,
-          anchor = is_near_right_edge ? 'end' : 'start';
+          anchor = is_near_right_edge ? 'end' : 'middle';
         picture.append(
           make_svg('line', {class: 'now', x1: x(slot), x2: x(slot), y1: top, y2: height - bottom}),
           make_svg(
             'text',
-            {x: x(slot) + (is_near_right_edge ? -5 : 5), y: top + 10, 'text-anchor': anchor},
+            {x: x(slot), y: top - 5, 'text-anchor': anchor},
             'now'
           )
         );

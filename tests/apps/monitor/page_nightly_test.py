@@ -403,6 +403,25 @@ class Page(WatchedRun):
         for is_growing, times_s in (("false", [100, 108]), ("true", [100, 108, 110, 500])):
             marks = f"chart.make_marks({events}, {series}, 'air', 0, {is_growing})"
             self.assertEqual(self.evaluate(f"{marks}.map(mark => mark.x / 1000)"), times_s)
+        joined = f"chart.make_marks({events}, {series}, 'air', 0, true, 6)"
+        self.assertEqual(self.evaluate(f"{joined}.map(mark => [mark.x / 1000, mark.text.length])"), [[100, 5], [500, 1]])
+
+    def test_2_trend_is_requested_again_after_a_failure(self) -> None:
+        self.set_width(1200)
+        self.browser.get("about:blank")
+        self.open_view("now")
+        self.assertTrue(until(lambda: self.evaluate("typeof page === 'object' && page.run !== null"), 15))
+        self.browser.execute_script("""
+            window.usual_fetch = window.fetch;
+            window.fetch = (path, ...more) =>
+              String(path).includes('/series?') ? Promise.reject(new Error('no line')) : usual_fetch(path, ...more);
+            location.hash = location.hash.replace('now', 'trend');
+            """)
+        self.expect_text("the monitor does not respond")
+        self.assertEqual(self.browser.find_elements(By.CSS_SELECTOR, ".chart canvas"), [])
+        self.browser.execute_script("window.fetch = window.usual_fetch")
+        self.assertTrue(until(lambda: self.browser.find_elements(By.CSS_SELECTOR, ".chart canvas"), 15))
+        self.assertNotIn("the monitor does not respond", self.text())
 
     def test_2_values_are_written_as_people_write_them(self) -> None:
         self.open_view("now")

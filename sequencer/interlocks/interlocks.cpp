@@ -304,6 +304,12 @@ Found check_not_taken(const CheckInputs& in) {
   return make_result(fmt::format("the chamber refuses set points: {}", in.facts.refusal));
 }
 
+/// Formats a set point to 0.01 °C, without trailing zeros. On a ramp it has any number of digits.
+std::string format_set_point(Celsius set_point) {
+  constexpr double kSteps = 100;
+  return fmt::format("{:g} °C", std::round(kSteps * set_point.value) / kSteps);
+}
+
 /// Describes how the chamber differs from its commanded state. Returns nothing if it does not differ or may differ.
 std::optional<std::string> describe_alteration(const CheckInputs& in) {
   if (!in.chamber() || in.facts.led_by_controller) return std::nullopt;
@@ -313,9 +319,10 @@ std::optional<std::string> describe_alteration(const CheckInputs& in) {
   if (sent && is_program_activity(chamber.activity)) return "runs a program of its own";
   // A unit that cannot show its set point never had one in this run.
   if (sent && std::isnan(chamber.set_point.value) && in.memory.set_point)
-    return fmt::format("has no set point instead of {:g} °C", sent->value);
+    return "has no set point instead of " + format_set_point(*sent);
   if (!sent || !(abs(chamber.set_point - *sent) > in.facts.set_point_tolerance)) return std::nullopt;
-  return fmt::format("has the set point {:g} °C instead of {:g} °C", chamber.set_point.value, sent->value);
+  return fmt::format("has the set point {} instead of {}", format_set_point(chamber.set_point),
+                     format_set_point(*sent));
 }
 
 /// Returns true if the chamber differs because it was restarted: it was silent before, and it did not differ before

@@ -249,6 +249,16 @@ TEST(InterlockId, DetectsForeignSetPointAtSecondPoll) {
   EXPECT_EQ(bench.seconds(10'000).reaction, interlocks::Reaction::suspend) << "while the foreign set point is active";
 }
 
+TEST(InterlockId, RoundsSetPointsInItsText) {
+  Bench bench;
+  bench.around.sent = bench.chamber().set_point = {20 + 1.0 / 3};
+  bench.seconds(10);
+  bench.chamber().set_point = {-12.3456};
+  bench.second();
+  EXPECT_EQ(bench.second().cause,
+            "changed by another program or at its panel: the chamber has the set point -12.35 °C instead of 20.33 °C");
+}
+
 TEST(InterlockId, AcceptsSetPointRoundedByController) {
   Bench bench;
   bench.chamber().set_point = {20.09};

@@ -91,6 +91,9 @@ struct TomlTable::Document {
   }
   /// Returns the noted errors and one for each key that was never read.
   [[nodiscard]] ErrorList collect_errors() const;
+  /// Returns where a key belongs that is unknown in `node`, with "; " in front: another table has it and lacks it here.
+  /// Otherwise returns an empty text.
+  [[nodiscard]] std::string hint_at_table(const Node& node, std::string_view key) const;
 };
 
 struct TomlTable::Node {
@@ -109,6 +112,15 @@ struct TomlTable::Node {
   }
 };
 
+std::string TomlTable::Document::hint_at_table(const Node& node, std::string_view key) const {
+  const auto owner = std::ranges::find_if(nodes, [&](const std::shared_ptr<Node>& other) {
+    return other->path != node.path && other->read_keys.contains(key) && !other->table->contains(key);
+  });
+  if (owner == nodes.end()) return {};
+  return (*owner)->path.empty() ? "; it belongs before the first table"
+                                : fmt::format("; it belongs in [{}]", (*owner)->path);
+}
+
 TomlTable::Document::ErrorList TomlTable::Document::collect_errors() const {
   auto all = errors;
   for (const auto& node : nodes)
@@ -120,7 +132,7 @@ TomlTable::Document::ErrorList TomlTable::Document::collect_errors() const {
         if (const auto* there = node->table->get(known); !there || there->is_array_of_tables())
           possible_keys.push_back(known);
       const auto near = all.is_full() ? std::string() : find_nearest(key.str(), possible_keys);
-      const auto meant = near.empty() ? "" : fmt::format(", did you mean \"{}\"?", near);
+      const auto meant = near.empty() ? hint_at_table(*node, key.str()) : fmt::format(", did you mean \"{}\"?", near);
       if (!near.empty()) all.drop_missing(node->at, near);
       all.note({Rank::key_error, key.source().begin, fmt::format("unknown key \"{}\"{}", key.str(), meant)});
       if (all.has_more()) return all;

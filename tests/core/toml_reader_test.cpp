@@ -132,6 +132,26 @@ TEST(TomlTable, SuggestsTablesThatArePresent) {
             "f.toml:3:3: unknown key \"Segment\", did you mean \"segment\"?");
 }
 
+TEST(TomlTable, NamesTableOfMisplacedKey) {
+  const auto told = [](const std::string& file) {
+    const auto t = parsed(file);
+    (void)t.text("name", "");
+    const auto chamber = t.table("chamber"), limits = t.table("limits");
+    (void)chamber.text("line", "");
+    (void)limits.number("highest", 0);
+    for (const auto& sensor : limits.tables("sensor")) (void)sensor.number("least", 0);
+    return verdict(t);
+  };
+  EXPECT_EQ(told("[chamber]\nname = \"a\"\n[limits]\n"),
+            "f.toml:2:1: unknown key \"name\"; it belongs before the first table");
+  EXPECT_EQ(told("[chamber]\nhighest = 1\n[limits]\n"), "f.toml:2:1: unknown key \"highest\"; it belongs in [limits]");
+  EXPECT_EQ(told("highest = 1\n[chamber]\n[limits]\n"), "f.toml:1:1: unknown key \"highest\"; it belongs in [limits]");
+  EXPECT_EQ(told("least = 1\n[chamber]\n[limits]\n[[limits.sensor]]\n"),
+            "f.toml:1:1: unknown key \"least\"; it belongs in [limits.sensor]");
+  EXPECT_EQ(told("[chamber]\nhighest = 1\n[limits]\nhighest = 2\n"), "f.toml:2:1: unknown key \"highest\"")
+      << "the other table has it too";
+}
+
 TEST(TomlTable, ShowsRefusedNumberAsWritten) {
   const auto t = parsed("class = 3.3\nname = 2.0\n");
   (void)t.text("class");

@@ -73,6 +73,10 @@ Eigen::MatrixXd covariance_products(const Eigen::MatrixXd& x, const Eigen::Vecto
   return sum;
 }
 
+/// Greatest ratio of the scale of a shape to the one that the size of the residual gives. The likelihood extrapolates
+/// the scale from the steps between neighbours; noise of another shape made it 20 times the one that was seen.
+constexpr double kMaxRatioToSeen = 2;
+
 /// Restricted log-likelihood of a shape of the noise, and the variances of the coefficients for it.
 struct WeighedShape {
   double log_weight{};
@@ -90,10 +94,11 @@ WeighedShape weigh_shape(const Eigen::MatrixXd& x, const Eigen::VectorXd& residu
   const double squares =
       std::max(products(count, count) - against.dot(information.solve(against)), std::numeric_limits<double>::min());
   const auto freedom = static_cast<double>(x.rows() - count);
-  const Eigen::MatrixXd covariance = inverse * covariance_products(x, positions, shape) * inverse;
+  const Eigen::MatrixXd leverage = inverse * covariance_products(x, positions, shape);
+  const double seen = residual.squaredNorm() / (static_cast<double>(x.rows()) - leverage.trace());
   return {shape.log_prior -
               0.5 * (log_determinant + information.vectorD().array().abs().log().sum() + freedom * std::log(squares)),
-          squares / (freedom - 2) * covariance.diagonal()};
+          std::min(squares / (freedom - 2), kMaxRatioToSeen * seen) * (leverage * inverse).diagonal()};
 }
 
 }  // namespace

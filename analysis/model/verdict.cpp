@@ -32,27 +32,32 @@ Comparison compare(const Eigen::VectorXd& bias, const Eigen::VectorXd& residual,
                    bool centred) {
   const auto count = static_cast<double>(bias.size());
   const double divisor = centred ? count - 1 : count;
-  const auto centre = [&](const Eigen::VectorXd& values) -> Eigen::VectorXd {
-    return values.array() - (centred ? values.mean() : 0.0);
+  const Eigen::VectorXd prediction = bias - residual;
+  const double mean_bias = bias.mean(), mean_prediction = prediction.mean();
+  const Eigen::VectorXd b = bias.array() - mean_bias, p = prediction.array() - mean_prediction;
+  const double mean_square = p.squaredNorm() / divisor, offset = centred ? 0 : mean_prediction;
+  const auto root_mean_square = [&](const Eigen::VectorXd& values, double mean) {
+    return std::sqrt(values.squaredNorm() / divisor + (centred ? 0 : mean * mean));
   };
-  const Eigen::VectorXd b = centre(bias), p = centre(bias - residual);
-  Comparison result{.raw = std::sqrt(b.squaredNorm() / divisor),
-                    .residual = std::sqrt((b - p).squaredNorm() / divisor),
+  Comparison result{.raw = root_mean_square(b, mean_bias),
+                    .residual = root_mean_square(b - p, mean_bias - mean_prediction),
                     .reduction = {0, 0},
                     .effective = count};
   constexpr double kRounding = 1e-12;
-  if (!(p.norm() > kRounding * b.norm())) return result;
-  Eigen::MatrixXd x(bias.size(), centred ? 2 : 1);
-  x.col(0) = p;
-  if (centred) x.col(1).setOnes();
+  const bool varies = p.norm() > kRounding * b.norm();
+  if (!varies && offset == 0) return result;
+  Eigen::MatrixXd x = Eigen::MatrixXd::Ones(bias.size(), varies ? 2 : 1);
+  if (varies) x.col(0) = p;
   const int longest = positions(positions.size() - 1) - positions(0) + 1;
   const data::CorrelatedFit fit = data::fit_with_correlated_noise(x, b, positions, longest);
   result.effective = data::effective_number(fit.residual, positions).of_mean;
   const double k = data::coverage_factor(kShare, std::max(1.0, result.effective - 2));
-  const double slope = fit.coefficients(0), sum = result.raw + result.residual;
-  result.reduction = {result.raw - result.residual, 2 * fit.u(0) * p.squaredNorm() / divisor / sum};
-  result.is_smaller = slope - k * fit.u(0) > 0.5;
-  result.is_larger = slope + k * fit.u(0) < 0.5;
+  const double by_slope = varies ? (2 * fit.coefficients(0) - 1) * mean_square : 0;
+  const double change = by_slope + offset * (2 * mean_bias - mean_prediction);
+  const double u = 2 * std::hypot(varies ? mean_square * fit.u(0) : 0, offset * fit.u(fit.u.size() - 1));
+  result.reduction = {result.raw - result.residual, u / (result.raw + result.residual)};
+  result.is_smaller = change - k * u > 0;
+  result.is_larger = change + k * u < 0;
   return result;
 }
 

@@ -67,9 +67,9 @@ enum class BiasZero { known, mean_of_first_hold, mean_of_raw };
 ///
 /// The prediction p is the raw bias b minus the residual. The model reduces the variance of the bias if and only if the
 /// slope β of b over p exceeds ½, because var b − var(b − p) = (2β − 1)·var p (Pitman, Biometrika 31 (1939) 9; Morgan,
-/// ibid. 13). The slope through the origin gives the same for the mean squares. The uncertainty of β comes from
-/// fit_with_correlated_noise() with correlations of up to the whole record, its 95 % limits from Student's t with the
-/// effective number of values of b − βp minus 2. The verdict is
+/// ibid. 13). The mean squares also differ by those of the means, 2·mean(b)·mean(p) − mean(p)². The uncertainties of β
+/// and of mean(b) come from fit_with_correlated_noise() with correlations of up to the whole record, the 95 % limits
+/// from Student's t with the effective number of values of b − βp minus 2. The verdict is
 /// - `does not improve` if STD or RMSE are larger than that of the raw bias, and the limits exclude chance;
 /// - `improves` if the STD is smaller and the limits exclude chance;
 /// - `not enough data` for fewer than `fewest` clusters, or if neither holds and fewer than 5 values are effective;

@@ -120,6 +120,39 @@ TEST(Verdict, RefusesOffsetOfAnotherUnit) {
   EXPECT_FALSE(make_no_gain_warning("compensated bias", own_zero));
 }
 
+/// The model removes a large wave and adds an offset that is larger still. The offset is known, so it is not noise.
+TEST(Verdict, RefusesOffsetThatExceedsRemovedWave) {
+  std::mt19937_64 random(9);
+  const Eigen::VectorXd wave = 0.06 * cycles(288, 3), bias = wave + white_noise(288, random, 0.005);
+  for (const double offset : {0.2, -0.2}) {
+    const Verdict verdict = judge(bias, wave.array() + offset);
+    EXPECT_EQ(verdict.gain, Gain::does_not_improve) << verdict.statement;
+    EXPECT_TRUE(make_no_gain_warning("compensated bias", verdict));
+    EXPECT_LT(verdict.rmse_deg_per_h.error, 0.01) << verdict.statement;
+  }
+  EXPECT_EQ(judge(bias, wave.array() + 0.005).gain, Gain::improves);
+}
+
+/// The scatter of the reduction of the RMSE between records, with an offset that the model removes in part.
+TEST(Verdict, StatesErrorOfReductionOfRmse) {
+  constexpr int kSeeds = 200;
+  std::mt19937_64 random(10);
+  double error_squares = 0;
+  std::vector<double> reductions;
+  for (int seed = 0; seed < kSeeds; ++seed) {
+    const Eigen::VectorXd bias = (0.5 * cycles(216, 3) + white_noise(216, random)).array() + 0.7;
+    const Verdict verdict = judge(bias, (0.4 * cycles(216, 3)).array() + 0.5);
+    reductions.push_back(verdict.rmse_deg_per_h.value);
+    error_squares += std::pow(verdict.rmse_deg_per_h.error, 2) / kSeeds;
+  }
+  const double mean = std::accumulate(reductions.begin(), reductions.end(), 0.0) / kSeeds;
+  double squares = 0;
+  for (const double reduction : reductions) squares += std::pow(reduction - mean, 2) / kSeeds;
+  const double ratio = std::sqrt(error_squares / squares);
+  EXPECT_GT(ratio, 0.8);
+  EXPECT_LT(ratio, 1.7) << "a short record cannot exclude slow noise of the mean";
+}
+
 TEST(Verdict, DoesNotCallRemovedConstantAnImprovement) {
   std::mt19937_64 random(4);
   const Eigen::VectorXd bias = white_noise(216, random).array() - 4.2;

@@ -101,7 +101,8 @@ std::string leaving_refusal(const InterlockLimits& limits, const InterlockMemory
   const auto& known = memory.explained;
   const auto permitted = known.watched < kShortRun ? kUnexplainedInShortRun : kUnexplained;
   if (unexplained_distance(known, *chamber) > permitted) return describe_unexplained(known, *chamber);
-  if (abs(chamber->air - *memory.expected) <= std::max(limits.follow_band, memory.lag * 3)) return {};
+  const auto is_near = [&](Celsius where) { return abs(chamber->air - where) <= limits.follow_band; };
+  if (is_near(*memory.expected) || is_near(*memory.set_point)) return {};
   const auto rate = memory.air.rate();
   const auto approach = (*memory.set_point - chamber->air).value > 0 ? 1 : -1;
   if (!rate || rate->value * approach >= kApproach.value) return {};

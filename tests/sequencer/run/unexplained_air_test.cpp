@@ -117,6 +117,25 @@ TEST(EndOfRun, IsRefusedWhileAirStaysAwayFromSetPoint) {
   }
 }
 
+/// A short ramp: the lag of the chamber is still a large part of the way, and the run ends before "following" acts.
+TEST(EndOfRun, IsRefusedAfterShortRampWithoutEffect) {
+  for (const double rise_per_min : {0.0, -1.0, 2.0})
+    for (const int ramp_s : {60, 120, 200}) {
+      InterlockBench bench;
+      bench.chamber().activity = ChamberActivity::running;
+      bench.chamber().air = bench.chamber().set_point = {20};
+      bench.seconds(70);
+      for (int s = 1; s <= ramp_s; ++s) {
+        bench.around.sent = bench.chamber().set_point = {20 + 5.0 * s / 60};
+        bench.chamber().air = {20 + rise_per_min * s / 60};
+        bench.second();
+      }
+      const auto why = leaving_refusal(bench.limits, bench.memory, bench.sample);
+      const bool is_within_band = ramp_s == 60 && rise_per_min >= 0;
+      EXPECT_EQ(why.empty(), rise_per_min > 0 || is_within_band) << rise_per_min << ", " << ramp_s << " s: " << why;
+    }
+}
+
 TEST(EndOfRun, IsRefusedWhileChamberIsSilent) {
   InterlockBench bench;
   bench.seconds(60);

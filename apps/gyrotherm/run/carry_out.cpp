@@ -88,21 +88,25 @@ std::string describe_left_chamber(const ActiveRun& run) {
 /// interlock if the chamber was made safe, or with storage.
 Result<void> finish_run(const ActiveRun& run, run::RunOutcome outcome) {
   run.ownership.release();  // complete, or safe set point confirmed
+  const auto cause = outcome == run::RunOutcome::complete ? "the profile is complete" : run.run_controller.end_cause();
+  const bool is_on_disk = await_end_on_disk(run);
   if (outcome == run::RunOutcome::made_safe) {
-    if (await_end_on_disk(run)) remove_operator_mark(run.path);
+    if (is_on_disk) remove_operator_mark(run.path);
     print_summary(run);
-    return failure(FaultKind::interlock, run.path, run.run_controller.end_cause());
+    return failure(FaultKind::interlock, run.path, cause);
   }
-  if (outcome == run::RunOutcome::stopped)
-    run.console.print_message(fmt::format("{}: {}", run.path, run.run_controller.end_cause()));
-  if (auto finished = run.store.finish(); !finished) return finished;
-  remove_operator_mark(run.path);
-  run.console.print_message(
-      fmt::format("{}: recorded, {} s from start to end", run.path, run.run_controller.next_slot()));
+  if (outcome == run::RunOutcome::stopped) run.console.print_message(fmt::format("{}: {}", run.path, cause));
+  auto finished = is_on_disk ? run.store.finish()
+                             : failure(FaultKind::storage, run.path, cause + ", but the record lacks its last seconds");
+  if (finished) {
+    remove_operator_mark(run.path);
+    run.console.print_message(
+        fmt::format("{}: recorded, {} s from start to end", run.path, run.run_controller.next_slot()));
+  }
   print_summary(run);
   if (const auto left = describe_left_chamber(run); outcome == run::RunOutcome::complete && !left.empty())
     run.console.print_message(fmt::format("{}: {}", run.path, left));
-  return {};
+  return finished;
 }
 
 /// Returns the fault of a run that a signal stopped. Releases the chamber if it holds its set point; otherwise the

@@ -123,6 +123,41 @@ TEST(HangingDisk, InterruptedRunWaitsUntilItsEndIsWritten) {
   EXPECT_EQ(kept->events.back().event.kind, EventKind::interrupted);
 }
 
+TEST(HangingDisk, CompleteRunWaitsUntilItsEndIsWritten) {
+  const Folder folder;
+  const RealLaboratory laboratory(folder / "");
+  ASSERT_TRUE(laboratory.serves());
+  const auto record = folder / "run.db", hangs = folder / "hangs";
+  const auto run = start_run("ten-seconds", laboratory, folder, "GYROTHERM_HANG");
+  ASSERT_TRUE(run->wait_for(acknowledged(1), 60)) << run->output();
+  std::ofstream(hangs) << "now";
+  EXPECT_TRUE(run->wait_for("the program waits for the disk", 60)) << run->output();
+  constexpr auto kLongerThanAnyCloseOfRecord = std::chrono::seconds(32);
+  std::this_thread::sleep_for(kLongerThanAnyCloseOfRecord);
+  ASSERT_TRUE(run->is_running()) << run->output();
+  std::filesystem::remove(hangs);
+  EXPECT_EQ(run->wait(), 0) << run->output();
+  EXPECT_NE(run->output().find("recorded, "), std::string::npos) << run->output();
+  expect_every_second_up_to(9, record);
+  EXPECT_TRUE(record::read_record(record)->finished);
+}
+
+TEST(HangingDisk, CompleteRunSaysWhatIsMissingIfItIsNotToWait) {
+  const Folder folder;
+  const RealLaboratory laboratory(folder / "");
+  ASSERT_TRUE(laboratory.serves());
+  const auto hangs = folder / "hangs";
+  const auto run = start_run("ten-seconds", laboratory, folder, "GYROTHERM_HANG");
+  ASSERT_TRUE(run->wait_for(acknowledged(1), 60)) << run->output();
+  std::ofstream(hangs) << "now";
+  EXPECT_TRUE(run->wait_for("the program waits for the disk", 60)) << run->output();
+  run->signal(SIGINT);
+  EXPECT_TRUE(run->wait_for("the profile is complete, but the record lacks its last seconds", 30)) << run->output();
+  EXPECT_NE(run->output().find("the chamber stays on"), std::string::npos) << run->output();
+  std::filesystem::remove(hangs);
+  EXPECT_EQ(run->wait(), 4) << run->output();
+}
+
 TEST(HangingDisk, LetsRunEndWithoutStatusFile) {
   const Folder folder;
   const RealLaboratory laboratory(folder / "");

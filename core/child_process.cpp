@@ -223,12 +223,21 @@ Result<pid_t> start(const std::vector<std::string>& command, const LaunchSetting
   return spawn(command, files);
 }
 
+namespace {
+
+/// Returns the exit code, or 128 plus the number of the signal, as shells do.
+int shell_exit_code(int status) {
+  constexpr int kSignalOffset = 128;
+  return WIFEXITED(status) ? WEXITSTATUS(status) : kSignalOffset + WTERMSIG(status);
+}
+
+}  // namespace
+
 int wait_for(pid_t child) {
-  constexpr int kSignalOffset = 128;  // the convention of shells
   int status = 0;
   while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
   }
-  return WIFEXITED(status) ? WEXITSTATUS(status) : kSignalOffset + WTERMSIG(status);
+  return shell_exit_code(status);
 }
 
 Result<int> run_and_wait(const std::vector<std::string>& command, const LaunchSettings& in) {
@@ -247,10 +256,16 @@ Result<std::string> read_program_output(const std::vector<std::string>& command,
   if (!child) return failure(child.error());
   output.to.close();
   errors.to.close();
-  auto printed = read_both_pipes(output.from.number(), errors.from.number(), Deadline(within));
-  if (!printed) ::kill(*child, SIGKILL);
-  const int code = wait_for(*child);
-  if (!printed) return failure(FaultKind::timeout, command.front(), "did not end in time");
+  const Deadline deadline(within);
+  auto printed = read_both_pipes(output.from.number(), errors.from.number(), deadline);
+  int status = 0;
+  // A program may close its output and continue.
+  if (!printed || !reap(*child, deadline.left(), &status)) {
+    ::kill(*child, SIGKILL);
+    (void)wait_for(*child);
+    return failure(FaultKind::timeout, command.front(), "did not end in time");
+  }
+  const int code = shell_exit_code(status);
   if (code != 0)
     return failure(FaultKind::refused, fmt::format("{}", fmt::join(command, " ")),
                    fmt::format("ended with {}: {}", code,

@@ -41,6 +41,12 @@ TEST(ReadProgramOutput, FailsAfterTimeout) {
   EXPECT_EQ(late.error().kind, FaultKind::timeout);
 }
 
+TEST(ReadProgramOutput, FailsAfterTimeoutIfOnlyOutputEnds) {
+  const auto printed = read_program_output({"sh", "-c", "echo a; exec sleep 60 >&- 2>&-"}, std::chrono::seconds(1));
+  ASSERT_FALSE(printed);
+  EXPECT_EQ(printed.error().kind, FaultKind::timeout);
+}
+
 TEST(ReadProgramOutput, NamesMissingProgram) {
   const auto none = read_program_output({"/nowhere/program"}, kTimeout);
   ASSERT_FALSE(none);

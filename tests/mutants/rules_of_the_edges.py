@@ -96,7 +96,7 @@ MUTANTS = [
     # The chamber's lock.
     ("a name that is taken is no lock", "drivers/chamber/chamber_lock.cpp",
      "if (!name && name.error() == EADDRINUSE)", "if (false)",
-     "drivers_test", "ChamberLockTest.AStrangerWhoHoldsItIsNamedWithUserAndProcess"),
+     "drivers_test", "ChamberLockTest.IsTakenDespiteStrangerWhoHoldsItsName"),
     ("a folder of others is used", "drivers/chamber/chamber_lock.cpp",
      "|| !is_writable_by_this_user_only(found)) return {};", ") return {};",
      "drivers_test", "ChamberLockTest.IgnoresFolderOfAnotherUser"),
@@ -230,7 +230,7 @@ MUTANTS = [
      "if (!found.rate_mismatch.empty()) return fault(FaultKind::mismatch, found.rate_mismatch);", "",
      "drivers_test", "OtherRate.IsNotReportedAsLostFrames"),
     ("bytes without a frame are a silence", "drivers/gyro/framed_gyro.cpp",
-     "if (what.empty()) return failure(more.error());", "if (true) return failure(more.error());",
+     "if (what.empty()) return at_place(more.error());", "if (true) return at_place(more.error());",
      "drivers_test", "ForeignBytes.AreReportedWithCountAndFirstBytes"),
     ("other settings in a configuration message do not count", "drivers/gyro/framed_gyro.cpp",
      "if (!differing_settings_.empty())", "if (false)",

@@ -3,7 +3,8 @@
 """Breaks one safety rule at a time and checks that a named test fails.
 
     tests/mutants/run.py BUILD [PART-OF-A-NAME]
-    tests/mutants/run.py --lines               checks that the text that each mutant edits occurs exactly once
+    tests/mutants/run.py --lines               checks that the text that each mutant edits occurs exactly once, and that
+                                               its test exists
 
 BUILD is a folder built with Ninja, including all tests. A mutant is one edit of one source. It is compiled from a copy
 (in a unity build together with the other sources of the unit) and linked instead of the original object. The named test
@@ -158,12 +159,22 @@ def test_mutant(mutant_build, source, old, new, program, test):
             return "SURVIVES" if passes(mutant_build.build / program, test) else "caught"
 
 
+def unknown_tests():
+    """Returns the mutants whose test is in no source below tests."""
+    sources = "".join(path.read_text() for path in sorted((ROOT / "tests").rglob("*.cpp")))
+    known = {f"{suite}.{name}" for suite, name in re.findall(r"TEST(?:_F|_P)?\((\w+), (\w+)\)", sources)}
+    return [name for name, _, _, _, program, test in MUTANTS
+            if program not in PROGRAMS and "/".join(re.findall(r"\w*[A-Za-z]\w*\.\w+", test)) not in known]
+
+
 def main():
     if len(sys.argv) < 2:
         sys.exit(__doc__)
     if sys.argv[1] == "--lines":
         gone = [name for name, source, old, *_ in MUTANTS if (ROOT / source).read_text().count(old) != 1]
-        sys.exit("\n".join(f"text to edit does not occur exactly once: {name}" for name in gone) or 0)
+        wrong = [f"text to edit does not occur exactly once: {name}" for name in gone]
+        wrong += [f"no such test: {name}" for name in unknown_tests()]
+        sys.exit("\n".join(wrong) or 0)
     mutant_build = MutantBuild(sys.argv[1])
     chosen = [m for m in MUTANTS if len(sys.argv) < 3 or sys.argv[2] in m[0]]
     if not chosen:

@@ -15,7 +15,7 @@
 namespace gyrotherm::record {
 namespace {
 
-constexpr std::string_view kAlarm = "alarm ", kTo = " to ", kAcknowledged = " acknowledged by ";
+constexpr std::string_view kAlarm = "alarm ", kStateSeparator = " to ", kAcknowledged = " acknowledged by ";
 constexpr std::string_view kShelvedFor = " shelved for ", kUnshelved = " unshelved", kBy = " by ";
 constexpr const char* kWarning = "warn";  ///< reaction
 constexpr std::string_view kConsequence = " [consequence of ", kEnd = "]";
@@ -55,8 +55,8 @@ AcknowledgementText parse_acknowledgement(std::string_view text) {
   text.remove_prefix(kAlarm.size());
   const auto first = take_number(text);
   auto last = first;
-  if (text.starts_with(kTo)) {
-    text.remove_prefix(kTo.size());
+  if (text.starts_with(kStateSeparator)) {
+    text.remove_prefix(kStateSeparator.size());
     last = take_number(text);
   }
   if (first <= 0 || last < first || !text.starts_with(kAcknowledged)) return {};
@@ -383,7 +383,7 @@ std::string Alarms::unshelving_refusal_reason(std::int64_t number) const {
 
 Event acknowledgement_event(const Alarm& alarm, const Instant& at, std::optional<int> segment, std::string_view author,
                             std::string_view comment) {
-  const auto last = alarm.last_number > alarm.number ? fmt::format("{}{}", kTo, alarm.last_number) : "";
+  const auto last = alarm.last_number > alarm.number ? fmt::format("{}{}", kStateSeparator, alarm.last_number) : "";
   return make_alarm_event(EventKind::acknowledged, alarm, at, segment,
                           fmt::format("{}{}{}{}{}: {}", kAlarm, alarm.number, last, kAcknowledged, author, comment));
 }

@@ -53,7 +53,7 @@ struct Subject {
   Eigen::VectorXd before, after;
 };
 
-Eigen::VectorXd mean_of_block(const Subject& subject, const Eigen::MatrixXd& of_each) {
+Eigen::VectorXd block_mean(const Subject& subject, const Eigen::MatrixXd& of_each) {
   const std::vector<std::string> block = data::block_thermometers(subject.dataset);
   Eigen::VectorXd mean = Eigen::VectorXd::Zero(of_each.rows());
   int count = 0;
@@ -443,8 +443,8 @@ Characterisation characterise(const data::Dataset& dataset, const data::Clusters
                   .turned = {},
                   .before = clusters.bias_deg_per_h,
                   .after = residual_deg_per_h};
-  subject.temperature_c = mean_of_block(subject, clusters.temperature_c);
-  subject.rate_k_per_min = mean_of_block(subject, clusters.rate_c_per_min);
+  subject.temperature_c = block_mean(subject, clusters.temperature_c);
+  subject.rate_k_per_min = block_mean(subject, clusters.rate_c_per_min);
   subject.turned = clusters.segment.cast<double>().unaryExpr([&](double segment) {
     return segment >= 0 && dataset.segments[static_cast<std::size_t>(segment)].unit.turned ? 1.0 : 0.0;
   });

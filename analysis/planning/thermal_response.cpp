@@ -19,14 +19,15 @@ constexpr std::array kTypicalGain = {0.1, 0.1, 0.4, 0.4, 0.0};
 constexpr double kTypicalHeating_k = 5;
 
 /// Bodies that follow an input with each time constant: rows of the path × time constants.
-Eigen::MatrixXd follow(const Eigen::VectorXd& input, double start, double length_s, const Eigen::VectorXd& times_s) {
+Eigen::MatrixXd first_order_responses(const Eigen::VectorXd& input, double start, double length_s,
+                                      const Eigen::VectorXd& times_s) {
   Eigen::MatrixXd followed(input.size(), times_s.size());
   Eigen::RowVectorXd state = Eigen::RowVectorXd::Constant(times_s.size(), start);
   const Eigen::RowVectorXd step = 1 - (-length_s * times_s.transpose().array().inverse()).exp();
   for (Eigen::Index k = 0; k < input.size(); ++k) {
     const Eigen::RowVectorXd before = state;
     state.array() += step.array() * (input(k) - state.array());
-    followed.row(k) = 0.5 * (before + state);  // mean over the cluster
+    followed.row(k) = 0.5 * (before + state);  // approximates the mean
   }
   return followed;
 }
@@ -40,8 +41,8 @@ Eigen::MatrixXd regressors(const ProgramPath& path, const Eigen::VectorXd& times
   const Eigen::Index count = times_s.size();
   Eigen::MatrixXd all(path.set_point_c.size(), 2 * count + 1);
   if (all.rows() == 0) return all;
-  all.leftCols(count) = follow(path.set_point_c, path.set_point_c(0), path.length_s, times_s);
-  all.middleCols(count, count) = follow(power_of(path), 1, path.length_s, times_s);
+  all.leftCols(count) = first_order_responses(path.set_point_c, path.set_point_c(0), path.length_s, times_s);
+  all.middleCols(count, count) = first_order_responses(power_of(path), 1, path.length_s, times_s);
   all.rightCols(1).setOnes();
   return all;
 }

@@ -48,7 +48,7 @@ enum Method { kWithPrior, kAlone, kRidgeU, kTypeMean, kMethods };
 constexpr std::array<const char*, kMethods> kMethodNames = {"type prior", "alone", "`ridge-u`",
                                                             "mean of the others, own constant"};
 
-using ByHour = std::vector<std::array<MethodErrors, kMethods>>;
+using ErrorsByHour = std::vector<std::array<MethodErrors, kMethods>>;
 
 /// Returns the clusters of the first `hours`; all clusters for kLastHour.
 data::Clusters first_hours(const data::Clusters& clusters, int hours) {
@@ -119,9 +119,9 @@ Result<MethodErrors> assess_mean(const population::TypePrior& type, const data::
   return assess(there->bias_deg_per_h.array() + constant, {}, unit.random_truth_deg_per_h);
 }
 
-Result<ByHour> assess_by_hours(const population::TypePrior& type, const VirtualUnit& unit) {
+Result<ErrorsByHour> assess_by_hours(const population::TypePrior& type, const VirtualUnit& unit) {
   const auto uncertainty = model::thermometers_in_use(unit.rate.dataset).uncertainty_k;
-  ByHour all;
+  ErrorsByHour all;
   for (int hours = 0; hours <= kLastHour; ++hours) {
     const data::Clusters own = first_hours(unit.rate.clusters, hours);
     std::array<MethodErrors, kMethods>& errors = all.emplace_back();
@@ -157,13 +157,14 @@ constexpr std::array kFigures = {
     Figure{"share of errors within U, %", &MethodErrors::within_u, 100},
     Figure{"uncertainty from one year of thermometer drift (k = 1), 10⁻³ °/h", &MethodErrors::drift, 1000}};
 
-MeanWithError mean_over_units(const std::vector<ByHour>& units, int hours, Method method, double MethodErrors::*value) {
+MeanWithError mean_over_units(const std::vector<ErrorsByHour>& units, int hours, Method method,
+                              double MethodErrors::*value) {
   std::vector<double> values;
-  for (const ByHour& unit : units) values.push_back(unit[static_cast<std::size_t>(hours)][method].*value);
+  for (const ErrorsByHour& unit : units) values.push_back(unit[static_cast<std::size_t>(hours)][method].*value);
   return mean_with_error(values);
 }
 
-void print_tables(const std::vector<ByHour>& units) {
+void print_tables(const std::vector<ErrorsByHour>& units) {
   for (const Figure& figure : kFigures) {
     fmt::print("\n**{}**, mean over the units ± its standard error\n\n| own hours |", figure.name);
     for (const int hours : kShownHours) fmt::print(" {} |", hours);
@@ -186,7 +187,7 @@ void print_tables(const std::vector<ByHour>& units) {
 }
 
 /// Prints the change of the error by the prior as a mean of paired differences between units.
-void print_differences(const std::vector<ByHour>& units) {
+void print_differences(const std::vector<ErrorsByHour>& units) {
   fmt::print("\n**Error with the type prior minus error without it, paired by unit**, 10⁻³ °/h\n\n| own hours |");
   for (const int hours : kShownHours) fmt::print(" {} |", hours);
   fmt::print("\n|---|");
@@ -195,7 +196,7 @@ void print_differences(const std::vector<ByHour>& units) {
     fmt::print("\n| minus {} |", kMethodNames[method]);
     for (const int hours : kShownHours) {
       std::vector<double> differences;
-      for (const ByHour& unit : units) {
+      for (const ErrorsByHour& unit : units) {
         const auto& at = unit[static_cast<std::size_t>(hours)];
         differences.push_back(1000 * (at[kWithPrior].error - at[method].error));
       }
@@ -207,7 +208,7 @@ void print_differences(const std::vector<ByHour>& units) {
 }
 
 /// Returns the first hour from which on U without the prior is at most `wanted`, or the hour after the last one.
-int first_hour_within(const ByHour& unit, double wanted) {
+int first_hour_within(const ErrorsByHour& unit, double wanted) {
   int first = kLastHour + 1;
   for (; first > 1; --first)
     if (!(unit[static_cast<std::size_t>(first - 1)][kAlone].expanded <= wanted)) break;
@@ -221,10 +222,10 @@ struct SavedHours {
   int never{};  ///< units that never reach it
 };
 
-SavedHours saved_hours_at_equal_u(const std::vector<ByHour>& units, int hours_with_prior) {
+SavedHours saved_hours_at_equal_u(const std::vector<ErrorsByHour>& units, int hours_with_prior) {
   SavedHours saved;
   std::vector<double> all;
-  for (const ByHour& unit : units) {
+  for (const ErrorsByHour& unit : units) {
     const int first = first_hour_within(unit, unit[static_cast<std::size_t>(hours_with_prior)][kWithPrior].expanded);
     if (first > kLastHour) ++saved.never;
     all.push_back(first - hours_with_prior);
@@ -235,10 +236,10 @@ SavedHours saved_hours_at_equal_u(const std::vector<ByHour>& units, int hours_wi
 
 /// Returns the first hour at which the mean error of another method no longer exceeds that of the prior after
 /// `hours_with_prior` hours by more than two standard errors; −1 if there is none.
-int first_hour_as_good(const std::vector<ByHour>& units, Method method, int hours_with_prior) {
+int first_hour_as_good(const std::vector<ErrorsByHour>& units, Method method, int hours_with_prior) {
   for (int hours = 1; hours <= kLastHour; ++hours) {
     std::vector<double> more;
-    for (const ByHour& unit : units)
+    for (const ErrorsByHour& unit : units)
       more.push_back(unit[static_cast<std::size_t>(hours)][method].error -
                      unit[static_cast<std::size_t>(hours_with_prior)][kWithPrior].error);
     const auto found = mean_with_error(more);
@@ -247,7 +248,7 @@ int first_hour_as_good(const std::vector<ByHour>& units, Method method, int hour
   return -1;
 }
 
-void print_savings(const std::vector<ByHour>& units) {
+void print_savings(const std::vector<ErrorsByHour>& units) {
   fmt::print(
       "\n**Hours that a unit needs without the type prior to match the result with it.** Equal U: mean over the units; "
       "a "
@@ -282,7 +283,7 @@ Result<void> measure_units(const std::vector<VirtualUnit>& units, const std::str
   if (!plan->candidates.empty())
     return failure(FaultKind::usage, inputs, "selects inputs by data; expected fixed inputs");
   const auto turn_on = units.front().rate.dataset.gyro_uncertainty.turn_on_repeatability_deg_per_h;
-  std::vector<ByHour> errors;
+  std::vector<ErrorsByHour> errors;
   fmt::print(
       "\nPriors from the other units:\n\n| next unit | white, wander, 10⁻³ °/h | time of the wander, h | shrinkage of "
       "the correlations, equivalent units |\n|---|---|---|---|\n");

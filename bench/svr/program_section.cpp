@@ -71,7 +71,7 @@ Result<model::Model> designed_model(const data::Dataset& record) {
   return train({record}, {*clusters}, options);
 }
 
-std::string rows_of(const data::Dataset& record, int rows) {
+std::string format_rows(const data::Dataset& record, int rows) {
   std::string text = fmt::format("{},bias\n", fmt::join(kNames, ","));
   for (int i = 0; i < rows; ++i) {
     const Eigen::Index at = i % record.temperature_c.rows();
@@ -106,7 +106,7 @@ Result<void> measure_compensation(const std::string& program, const std::string&
   const std::string rows_path = scratch + "/compensation-rows.csv";
   const std::string count_path = scratch + "/compensation-count.txt";
   if (auto ok = replace_text_file(model_path, to_json(*model)); !ok) return failure(ok.error());
-  if (auto ok = replace_text_file(rows_path, rows_of(record, rows)); !ok) return failure(ok.error());
+  if (auto ok = replace_text_file(rows_path, format_rows(record, rows)); !ok) return failure(ok.error());
   const std::string command =
       fmt::format("cat '{}' | '{}' compensate --quiet '{}' | wc -l > '{}'", rows_path, program, model_path, count_path);
   std::vector<double> times;

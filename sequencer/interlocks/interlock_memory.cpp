@@ -24,7 +24,7 @@ void add_jump(const InterlockLimits& limits, const std::optional<Celsius>& air, 
   const auto before = std::exchange(memory.last_air, air);
   const auto unseen = std::exchange(memory.since_last_air, Duration{});
   if (!before) return;
-  const CelsiusPerMinute fastest{std::max(kNoAir.value, kTimesTheFastest * limits.air_fastest.value)};
+  const CelsiusPerMinute fastest{std::max(kFastestPlausibleAir.value, kTimesTheFastest * limits.air_fastest.value)};
   const auto change = *air - *before;
   if (abs(change) > fastest * unseen) {
     memory.air_jump_sum = memory.air_jump_sum + change;

@@ -168,7 +168,7 @@ struct InterlockMemory {
 
 /// Fastest plausible change of the air. A faster change is a sensor fault. If 3 × air_fastest is greater, that limit
 /// applies instead.
-inline constexpr CelsiusPerMinute kNoAir{120};
+inline constexpr CelsiusPerMinute kFastestPlausibleAir{120};
 
 /// The readings of the answering thermometers, sorted.
 class Ranks {

@@ -111,7 +111,7 @@ class UnitSession final : public TextUnitSession {
       const auto at = static_cast<std::size_t>(item.address - query.first);
       const auto its = std::span(words).subspan(at, word_count(item));
       auto value = to_field(item, cell.codes, words_before_lag(item, {its.begin(), its.end()}));
-      if (auto* text = std::get_if<std::string>(&value)) fit_width(query.answers.front(), cell.field, *text);
+      if (auto* text = std::get_if<std::string>(&value)) pad_to_width(query.answers.front(), cell.field, *text);
       const auto* number = std::get_if<double>(&value);
       if (!cell.position || !number) {
         values[cell.field] = std::move(value);
@@ -130,7 +130,7 @@ class UnitSession final : public TextUnitSession {
   }
 
   /// Gives a text the width of its field. A text that was never set has blanks.
-  static void fit_width(const drivers::TextTemplate& form, const std::string& field, std::string& text) {
+  static void pad_to_width(const drivers::TextTemplate& form, const std::string& field, std::string& text) {
     const auto* found = form.find(field);
     if (!found || found->form.kind != drivers::FieldForm::Kind::text || found->form.width == 0) return;
     const auto width = static_cast<std::size_t>(found->form.width);

@@ -44,9 +44,9 @@ void mark_extremes(const GyroMesh& mesh, SteadyState& state) {
 }
 
 /// One steady problem. Members that do not change between the rounds are computed once.
-class Rounds {
+class SteadySolver {
  public:
-  Rounds(const GyroModel& model, const GyroMesh& mesh, const SteadyOptions& options)
+  SteadySolver(const GyroModel& model, const GyroMesh& mesh, const SteadyOptions& options)
       : model_(model),
         mesh_(mesh),
         options_(options),
@@ -138,7 +138,7 @@ class Rounds {
 }  // namespace
 
 Result<SteadyState> steady_state(const GyroModel& model, const GyroMesh& mesh, const SteadyOptions& options) {
-  return Rounds(model, mesh, options).run();
+  return SteadySolver(model, mesh, options).run();
 }
 
 double gain_difference_k(std::span<const double, kThermalOutputs> outputs_c) {

@@ -175,9 +175,11 @@ Result<Duration> parse_moment(const std::string& text, const RunInfo& info, cons
   if (!civil || !civil->zone)
     return failure(
         FaultKind::usage, option,
-        fmt::format("\"{}\", expected a time since the start like \"2 h\", or like \"2026-03-01T12:00:00Z\"", text));
+        fmt::format(
+            "\"{}\", expected a time since the start such as \"2 h\", or a UTC time such as \"2026-03-01T12:00:00Z\"",
+            text));
   if (info.started_utc == Duration{})
-    return failure(FaultKind::usage, option, "the record has no start time, expected a time like \"2 h\"");
+    return failure(FaultKind::usage, option, "the record has no start time, expected a time such as \"2 h\"");
   return civil->reading - *civil->zone - info.started_utc;
 }
 

@@ -204,8 +204,8 @@ Eigen::VectorXd CompensationTable::slot(const Eigen::Ref<const data::SampleMatri
 }
 
 std::string advice_for_spacing(double interval_s) {
-  return interval_s < 1 ? "import them again with every = \"1 s\" in [time], or use verify"
-                        : "no import makes them finer; verify applies the model to means of such rows";
+  return interval_s < 1 ? "import the file again with every = \"1 s\" in [time], or use verify"
+                        : "no import makes the rows finer; verify applies the model to means of such rows";
 }
 
 }  // namespace gyrotherm::app

@@ -130,7 +130,8 @@ Result<std::string> query_chamber(drivers::Chamber& chamber, const Clock& clock)
   const auto identity = chamber.verification();
   if (!identity.verified.empty()) line += fmt::format("; verified: {}", fmt::join(identity.verified, ", "));
   if (!identity.not_verified.empty()) line += fmt::format("; NOT verified: {}", fmt::join(identity.not_verified, ", "));
-  for (const auto& one : chamber.missing()) line += "; WARNING: not watched, the unit does not have it: " + one;
+  for (const auto& one : chamber.missing())
+    line += "; WARNING: not monitored, because the unit does not report it: " + one;
   const auto effort = describe(chamber.effort());
   return line + "; " + text(trips) + (effort.empty() ? "" : "; " + effort);
 }

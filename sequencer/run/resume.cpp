@@ -289,7 +289,7 @@ ReentryDecision judge_reentry(const InterruptedRun& interrupted, Celsius mild, C
   if (interrupted.foreign) return {Reentry::ask, "another program or a person had changed the chamber"};
   if (!interrupted.given_up.empty())
     return {Reentry::ask, "the guard was ordered to give up by " + interrupted.given_up};
-  if (interrupted.found_off) return {Reentry::ask, "the chamber is switched off; somebody may be working in it"};
+  if (interrupted.found_off) return {Reentry::ask, "the chamber is switched off; a person may be working in it"};
   if (!interrupted.why_unknown.empty()) return {Reentry::ask, interrupted.why_unknown};
   if (interrupted.down > kLongestUnattended)
     return {Reentry::ask, fmt::format("down for {}, longer than {}", format_duration(interrupted.down),

@@ -77,9 +77,10 @@ Finding check_hid(const drivers::HidLine& line, const std::vector<Device>& devic
 Finding check_program(const drivers::ProgramCommand& program) {
   const auto found = find_program(program);
   if (!found)
-    return {"", FindingState::fault, text(found.error()),
-            fmt::format("install it, or chmod +x; `command` in the rig file is relative to {}", program.folder)};
-  return {"", FindingState::ok, *found + " may be run", ""};
+    return {
+        "", FindingState::fault, text(found.error()),
+        fmt::format("install it or make it executable; `command` in the rig file is relative to {}", program.folder)};
+  return {"", FindingState::ok, *found + " is executable", ""};
 }
 
 Finding check_line(const ConnectedInstrument& connected, const std::vector<Device>& devices) {

@@ -172,8 +172,10 @@ is = "open"
   const auto chamber = make_modbus_chamber(*map, std::move(without_door));
   const auto answer = query_chamber(*chamber, VirtualClock());
   ASSERT_TRUE(answer) << text(answer.error());
-  EXPECT_NE(answer->find("WARNING: not watched, the unit does not have it: door (exception 2, illegal data address)"),
-            std::string::npos)
+  EXPECT_NE(
+      answer->find(
+          "WARNING: not monitored, because the unit does not report it: door (exception 2, illegal data address)"),
+      std::string::npos)
       << *answer;
 }
 

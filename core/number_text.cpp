@@ -23,10 +23,10 @@ int rounded_exponent(double value, int digits) {
   return std::atoi(text.c_str() + text.find('e') + 1);
 }
 
-/// Returns the number of decimals down to the second digit of the error; negative if that digit is before the point.
+/// Returns the decimal place of the second digit of the error: 3 for 0.012, 0 for 12, −1 for 120.
 int decimals_of_error(double error) { return 1 - rounded_exponent(error, 2); }
 
-/// Rounds to decimals, of which there may be a negative number: round_to(1234, −2) is "1200".
+/// Rounds to a number of decimals, which may be negative: round_to(1234, −2) is "1200".
 std::string round_to(double value, int decimals) {
   if (decimals >= 0) return decimal(value, decimals);
   const double unit = std::pow(10.0, -decimals);

@@ -361,8 +361,8 @@ struct CalibrationReport {
 [[nodiscard]] std::vector<const ResultTable*> results_in_group(const CalibrationReport& report, Group group);
 
 /// Returns the channels without a calibration certificate among those that measured the temperatures of the results. A
-/// certified thermometer without a channel, such as one in `laboratory.toml`, covers all channels. A result is
-/// metrologically traceable only if there are none.
+/// certified thermometer without a channel, such as one in `laboratory.toml`, covers all channels. Returns
+/// one empty name if the report lists no thermometer. A result is metrologically traceable only if the list is empty.
 [[nodiscard]] std::vector<std::string> find_uncertified_thermometers(const CalibrationReport& report);
 /// Returns true if the calibration of a thermometer was overdue on the day of a run.
 [[nodiscard]] bool has_overdue_thermometer(const CalibrationReport& report);

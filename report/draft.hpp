@@ -38,9 +38,9 @@ struct DraftSources {
 /// Returns the keys in which two JSON documents differ, such as "conformity/0/verdict", in their order.
 [[nodiscard]] Result<std::vector<std::string>> find_changed_keys(std::string_view before, std::string_view now);
 
-/// Returns what contradicts itself in a report, without its sources: verdicts and probabilities that do not follow from
-/// value, limit and decision rule; values that are not in a table of results; tables that a limit should judge and
-/// does not; and uncertainties that are not those of their budget.
+/// Lists the contradictions within a report, without its sources: verdicts and probabilities that do not follow from
+/// value, limit and decision rule; values that are in no table of results; limits that are not applied to a table; and
+/// uncertainties that differ from their budget.
 [[nodiscard]] std::vector<std::string> find_contradictions(const CalibrationReport& report);
 
 }  // namespace gyrotherm::report

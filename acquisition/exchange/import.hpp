@@ -23,7 +23,7 @@ namespace gyrotherm::exchange {
 /// The notes describe skipped content. Fails with bad_file, and as `take` does.
 [[nodiscard]] Result<Notes> read_foreign_file(const std::string& path, const ImportMap& map, const TakeImported& take);
 
-/// Does the same for a text in memory, called `name` in faults. NetCDF is not supported, because a library reads it.
+/// Does the same for a text in memory, called `name` in faults. Does not read NetCDF.
 [[nodiscard]] Result<Notes> read_foreign_text(std::string_view text, const std::string& name, const ImportMap& map,
                                               const TakeImported& take);
 

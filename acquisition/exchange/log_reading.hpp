@@ -68,10 +68,11 @@ class LogReading {
   /// name in the map that is not of the form MESSAGE.FIELD matches nothing, and finish() reports it as missing.
   explicit LogReading(const ImportMap* map = nullptr, const TakeRow* take = nullptr);
 
-  /// Adds a series and returns its index. Fails with bad_file if there are more series than a log can have.
+  /// Adds a series and returns its index. Fails with bad_file if there are more series or fields than a log can have.
   [[nodiscard]] Result<std::size_t> add(const LogSeries& series, const std::string& file);
-  /// Passes on a message of a series if the map has a column of it. Counts a message that is shorter than its format as
-  /// damaged. `at` is its position in faults.
+  /// Passes on a message of a series if the map has a column of it. Counts a message that is shorter than its format or
+  /// has an impossible time as damaged. `at` is its position in faults. Fails with bad_file if the columns come from
+  /// several messages and the map does not combine them, and as TakeRow does.
   [[nodiscard]] Result<void> take(std::size_t series, std::string_view message, const std::string& file,
                                   std::uint64_t at);
   /// Fails with bad_file if the log lacks a column of the map, or has no usable message with such columns.

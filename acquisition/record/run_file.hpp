@@ -32,7 +32,8 @@ struct ChainedSamples {
 class RunFile {
  public:
   /// Creates a file with the schema and `info`. The file is durable when this function returns. Fails with storage if
-  /// the file exists, and with bad_file if the name of a channel cannot be a column name. Leaves no file after a
+  /// the file exists, with usage if the path contains a control character, and with bad_file if the name of a channel
+  /// cannot be a column name. Leaves no file after a
   /// failure. The path kInMemory creates a database in memory.
   [[nodiscard]] static Result<RunFile> create(const std::string& path, const RunInfo& info,
                                               const std::optional<Continuation>& continuation = {});

@@ -30,7 +30,8 @@ using Trial = std::function<Result<Eigen::MatrixXd>(const Fold& fold, std::size_
 
 /// Computes the mean squared error over all held-out rows, (°/h)², for each candidate of each trial. The error of a
 /// candidate is infinite if the candidate could not be trained on every fold. Trials × folds run in parallel. Fails as
-/// check_folds does, with interrupted, or with the fault of the first trial if no candidate could be trained.
+/// check_folds does, with interrupted, with the fault of the first trial if no candidate could be trained, or with
+/// numeric if no error is finite.
 [[nodiscard]] Result<std::vector<Eigen::VectorXd>> held_out_errors(std::span<const Fold> folds, std::size_t trials,
                                                                    const Trial& trial, const MethodOptions& options,
                                                                    const ProgressSink& progress);

@@ -34,7 +34,7 @@ namespace gyrotherm::methods {
 
 /// Fits the inputs and a constant by a complete orthogonal decomposition, which gives the shortest weights if inputs
 /// are dependent. The relative threshold for dependence is 10⁻⁹. The number of effective parameters is the rank. Fails
-/// with usage unless there are more samples than coefficients.
+/// with usage unless there are more samples than the rank.
 [[nodiscard]] FitFunction fit_linear;
 
 // Polynomial in the temperature and its rate, by least squares: y = Σ_{k=0}^{m} a_k T^k (+ a_{m+1} Ṫ + a_{m+2} T Ṫ),

@@ -48,7 +48,7 @@ void record_sources(Model& model, const std::vector<data::Dataset>& datasets,
 /// usage if the clusters lack a thermometer.
 [[nodiscard]] Result<void> evaluate_in_sample(Model& model, const data::Clusters& clusters);
 
-/// Warns if the in-sample residual is further below a record's noise floor than the number of parameters explains.
+/// Warns if the in-sample residual is below a record's noise floor by more than two standard errors.
 void warn_about_over_fit(Model& model, const std::vector<data::Dataset>& datasets,
                          const std::vector<data::Clusters>& records);
 

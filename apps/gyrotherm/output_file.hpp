@@ -12,7 +12,8 @@ namespace gyrotherm::app {
 /// Adds the flag --force, which allows a command to overwrite an existing file.
 void add_force_flag(CLI::App& command, bool& force);
 
-/// Fails with usage if the folder of the file does not exist, or if `path` is a folder.
+/// Fails with usage if the folder of the file does not exist, or if `path` is a folder; with storage if the folder is
+/// not writable.
 [[nodiscard]] Result<void> check_can_create(const std::string& path);
 
 /// Fails with usage unless a path of --out ends in .toml, as `content` does, such as "a map".

@@ -21,7 +21,7 @@ inline constexpr const char *kUsersFile = "users.json", *kSessionsFile = "sessio
 [[nodiscard]] Result<void> make_state_folder(const std::string& folder);
 
 /// Reads a whole file. Returns nothing if it does not exist. Fails with bad_file if it cannot be read, is a link,
-/// belongs to another user, or is accessible to other users.
+/// belongs to a user other than this one and root, or is accessible to other users.
 [[nodiscard]] Result<std::optional<std::string>> read_private_file(const std::string& path);
 /// Replaces a file atomically, with mode 0600. Its folder must exist. Fails with storage.
 [[nodiscard]] Result<void> write_private_file(const std::string& path, std::string_view text);

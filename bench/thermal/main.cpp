@@ -85,8 +85,8 @@ Result<Eigen::VectorXd> read_field(const std::string& path, Eigen::Index nodes) 
   return failure(FaultKind::numeric, path, "does not contain every node");
 }
 
-/// Runs `ccx` with one thread in `scratch`, which receives large files. Fails with numeric if it is missing, fails or
-/// omits nodes.
+/// Runs `ccx` with one thread in `scratch`, which receives large files. Fails with storage, and with numeric if the
+/// program is missing, fails or omits nodes.
 Result<CalculixRun> run_calculix(const thermal::GyroModel& model, const thermal::GyroMesh& mesh,
                                  const thermal::ThermalCoefficients& coefficients, const std::string& solver,
                                  const std::string& scratch) {

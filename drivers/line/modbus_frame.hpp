@@ -74,8 +74,8 @@ struct ModbusAnswer {
 /// Server: returns the length of the first complete frame in `bytes`, or nothing if more bytes are needed. Fails with
 /// corrupted if the bytes cannot become a frame.
 [[nodiscard]] Result<std::optional<std::size_t>> frame_length(std::span<const std::byte> bytes);
-/// Server: decodes one complete frame. Fails with refused if the answer must be an exception; `what` is the exception
-/// code as text ("1", "3").
+/// Server: decodes one complete frame. Fails with corrupted if it is not exactly one frame, and with refused if the
+/// answer must be an exception; `what` is the exception code as text ("1", "3").
 [[nodiscard]] Result<ModbusRequest> decode_request(std::span<const std::byte> frame);
 [[nodiscard]] std::vector<std::byte> encode_reply(const ModbusRequest& request, std::span<const std::uint16_t> words);
 [[nodiscard]] std::vector<std::byte> encode_exception(std::span<const std::byte> request_frame, std::uint8_t code);

@@ -57,8 +57,8 @@ class TextExchange {
   TextExchange(std::unique_ptr<ByteStream> line, TextExchangeOptions options);
 
   /// Discards unread bytes on the line, sends `question` and returns its one-line answer. Fails with timeout,
-  /// disconnected or corrupted (no silence, no end within the longest answer, or bytes after the end). The fault quotes
-  /// the last line that arrived instead of the answer (received_text()).
+  /// disconnected or corrupted (no silence, no end within the longest answer, bytes after the end, or an answer to
+  /// another question). The fault quotes the last line that arrived instead of the answer (received_text()).
   ///
   /// After an unanswered question, sends `resync` before `question` and requires its answer, so a late answer is not
   /// accepted for `question`. Before that, the line must be silent for `within`, unless the instrument is the only one
@@ -71,7 +71,7 @@ class TextExchange {
   [[nodiscard]] Result<void> send(std::string_view command, const ResyncQuery& resync = {});
   /// Sends a command although the answers on the line cannot be understood: does not resynchronise, and discards what
   /// arrives within the pause before the command and the time limit after it. Success means only that the bytes were
-  /// sent. Fails with disconnected.
+  /// sent. Fails with timeout or disconnected.
   [[nodiscard]] Result<void> send_unconfirmed(std::string_view command);
 
   /// Changes the time limit for a whole answer, from the next question on.

@@ -29,7 +29,7 @@ enum class RelayDue {
 
 class RelayRescue {
  public:
-  /// Starts the time, which starts again when the relay is not due. Without settings, nothing is ever due.
+  /// Starts the waiting time. advance(RelayDue::never) restarts it. Without settings, the relay is never due.
   explicit RelayRescue(std::optional<drivers::RelaySettings> settings) : settings_(std::move(settings)) {}
 
   /// Returns the time until the relay may be due. Returns the largest duration if the relay is open or overdue, or if

@@ -91,7 +91,7 @@ Result<std::vector<planning::Forecast>> make_forecasts(Console& console,
   return forecasts;
 }
 
-/// Returns the lower of the forecasts, as a run that ends by itself takes the better model.
+/// Returns the lowest forecast, because a run that ends by itself uses the better model.
 Result<double> least_expanded(const std::vector<planning::Forecast>& forecasts, const planning::ProgramPath& program) {
   double least = std::numeric_limits<double>::infinity();
   for (const auto& forecast : forecasts) {

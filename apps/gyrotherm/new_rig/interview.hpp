@@ -19,7 +19,7 @@ struct GivenAnswers {
   std::vector<std::string> scanners;
 };
 
-/// A person who answers. Both are absent if nobody can.
+/// Functions that print to a person and question the person. Both are absent without a person.
 struct Person {
   /// Prints a line.
   std::function<void(const std::string& line)> tell;

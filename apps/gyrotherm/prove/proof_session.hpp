@@ -25,7 +25,7 @@ struct ProofOrder {
 [[nodiscard]] Result<prove::Proof> carry_out_proofs(Console& console, const ProofOrder& order);
 
 /// Closes the relay of [safe.also] after the person has confirmed it. Fails with usage if the rig has none or no person
-/// can answer, and like switch_relay().
+/// can answer, with interrupted if it was not confirmed, and as switch_relay() does.
 [[nodiscard]] Result<void> close_relay_by_person(Console& console, const rig::RigFile& rig);
 
 }  // namespace gyrotherm::app

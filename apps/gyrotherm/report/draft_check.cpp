@@ -126,7 +126,7 @@ Result<CheckedDraft> check_without_sources(Console& console, const report::Filed
   return CheckedDraft{std::move(*read), false};
 }
 
-/// Fails unless calibration.json is a draft as written, or an authorised report, whose digests authorisation.json has.
+/// Fails if a draft was changed after the program wrote it. Does not check a report in another state.
 Result<void> check_digest(const report::FiledReport& filed, const report::DraftSources& sources) {
   if (filed.report.state != report::ReportState::draft || filed.sha256 == sources.calibration_sha256) return {};
   return failure(FaultKind::bad_file, filed.path,

@@ -20,9 +20,12 @@ namespace gyrotherm::app {
 
 struct DraftCheckOptions {
   std::string folder;
-  std::string laboratory;            ///< empty: the one from which the draft was made
-  std::vector<std::string> records;  ///< further folders with the files from which the draft was made
-  bool without_sources{};            ///< accepts a draft of which not all of these files are found
+  /// Laboratory file; empty: the one from which the draft was made.
+  std::string laboratory;
+  /// Further folders with the files from which the draft was made.
+  std::vector<std::string> records;
+  /// Accepts a draft although some of these files are missing.
+  bool without_sources{};
 };
 
 struct CheckedDraft {

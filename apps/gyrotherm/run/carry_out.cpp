@@ -48,7 +48,8 @@ constexpr Duration kLongestWaitForReaders = std::chrono::seconds(60);
 constexpr Duration kReaderPollInterval = std::chrono::milliseconds(100);
 
 /// Waits for programs that read the record, because a reader may lock it after the writer has died. Fails with timeout
-/// after the longest wait. systemd then starts the resume again, at a rate below its start limit.
+/// after the longest wait, and with interrupted on Ctrl-C. systemd then starts the resume again, at a rate below its
+/// start limit.
 Result<void> await_readers(Console& console, const std::string& path) {
   if (const auto status = record::read_status(path); status && status->finished)
     return {};  // a finished run is not resumed

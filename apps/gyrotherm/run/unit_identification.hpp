@@ -35,9 +35,9 @@ struct PlannedRun {
 /// Sets the serial numbers of the units: from the options, from the units that the order names by position, and from
 /// prompts on the terminal or on the live page. A virtual rig needs no serial numbers. Call it before signals are
 /// handled, because a prompt on a terminal waits for input. Fails with usage if a number is missing and no person can
-/// be asked, is given twice, or contradicts
-/// the rig file; with bad_file if the order is invalid or does not contain a unit; with refused if a unit has already
-/// finished a run of this profile in this order, unless `again` is set or the operator confirms it.
+/// be asked, or if a number is given twice or contradicts the rig file; with bad_file if the order is invalid or does
+/// not contain a unit; with refused if a unit has already finished a run of this profile in this order, unless `again`
+/// is set or the operator confirms it.
 [[nodiscard]] Result<void> identify_units(Console& console, rig::RigFile& rig, const IdentificationOptions& options,
                                           const PlannedRun& run);
 

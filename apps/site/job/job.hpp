@@ -58,7 +58,8 @@ struct TaskEnd {
 void remove_task_end(const std::string& folder, const Task& task);
 
 /// Runs a task unless it has a result, and stores the result. Writes the errors of its commands to
-/// FOLDER/tasks/NAME.log. Fails with interrupted, and stores no result, if a signal or a stop request ended a command.
+/// FOLDER/tasks/NAME.log. Fails with usage if the task does not exist. Fails with interrupted, and
+/// stores no result, if a signal or a stop request ended a command.
 [[nodiscard]] Result<TaskEnd> run_task(const Job& job, const std::string& folder, std::size_t index);
 
 /// Runs one command in the job's folder, with the standard output of this program. Returns its exit code.

@@ -226,7 +226,7 @@ class Faults(unittest.TestCase):
 
 
 def killed_in_its_middle(path: pathlib.Path) -> None:
-    """After some of its seconds, of which nobody can read before its end; a run that was sooner is made again."""
+    """Kills a run after some rows were written and before its end. Repeats a run that ended sooner."""
     some = 1_000_000  # bytes; before the first there are 0.5 MB, after the last 3.5
     words = ["run", "tests/profiles/short-rate.toml", "--rig", "profiles/rigs/virtual.toml", "--out", path, "--quiet"]
     for _ in range(20):

@@ -92,7 +92,7 @@ TEST(ModbusFrame, AReplyOfAnyOtherLengthIsCorrupted) {
   }
 }
 
-// The UMC1200's source shows that its length is that of the request.
+// According to its source code, the UMC1200 copies the length of the request into the reply.
 TEST(ModbusFrame, ComparesOtherFieldsOfMiscountedReply) {
   auto write = kWriteTwo;
   const auto reply = hex("00 00 00 00 00 0B 01 10 06 CE 00 02");

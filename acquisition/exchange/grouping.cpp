@@ -74,11 +74,11 @@ Result<void> Spacing::finish() {
 }
 
 Grouping::Grouping(const ImportMap& map, TakeImported take)
-    : map_(map), take_(std::move(take)), columns_(map.columns().size()), most_open_(max_open_stretches(map)) {
-  if (!map.counts_increments()) return;
-  first_sum_ = map.thermometer_columns.size();
-  end_of_sums_ = first_sum_ + map.axis_columns.size();
-}
+    : map_(map),
+      take_(std::move(take)),
+      columns_(map.columns().size()),
+      increments_(map),
+      most_open_(max_open_stretches(map)) {}
 
 Grouping::Stretch& Grouping::stretch_at(const std::deque<Stretch>::iterator& position, std::int64_t number) {
   if (position != open_.end() && position->number == number) return *position;
@@ -91,7 +91,9 @@ void Grouping::add(Stretch& stretch, const ImportedRow& row) const {
   stretch.interval += row.interval;
   if (row.utc && !stretch.utc) stretch.utc = *row.utc - (row.time - map_.every * stretch.number);
   for (std::size_t i = 0; i < columns_; ++i) {
-    if (std::isnan(row.numbers[i]) && !is_increment(i)) continue;
+    const bool is_part =
+        increments_.is_summed(i) ? increments_.is_counted(i, row.numbers) : !std::isnan(row.numbers[i]);
+    if (!is_part) continue;
     stretch.sums[i] += row.numbers[i];
     ++stretch.counts[i];
   }
@@ -120,7 +122,7 @@ Result<void> Grouping::pass_on_first() {
   for (std::size_t i = 0; i < columns_; ++i) {
     const auto count = static_cast<double>(stretch.counts[i]);
     if (count == 0) stretch.sums[i] = record::kMissing;
-    if (!is_increment(i)) stretch.sums[i] /= count;
+    if (!increments_.is_summed(i)) stretch.sums[i] /= count;
   }
   return take_({.time = map_.every * (stretch.number - *first_),
                 .utc = stretch.utc,

@@ -13,6 +13,7 @@
 
 #include "acquisition/exchange/foreign_row.hpp"
 #include "acquisition/exchange/import_map.hpp"
+#include "acquisition/exchange/increment_columns.hpp"
 #include "core/result.hpp"
 
 namespace gyrotherm::exchange {
@@ -37,7 +38,7 @@ struct ImportedRow {
   Duration time{};
   /// UTC, if the file has it.
   std::optional<Duration> utc{};
-  /// The interval that a gyro's number covers.
+  /// The interval that a gyro's number covers, unless the row contains its counting time.
   Duration interval{};
   /// The spacing of rows without gaps.
   Duration usual{};
@@ -75,7 +76,8 @@ class Spacing {
 };
 
 /// Combines all rows of a stretch of ImportMap::every. Takes the means of the available temperatures, rates and values,
-/// and the sums of increments and their intervals. A stretch without rows produces no row.
+/// and the sums of increments, their intervals and their counting times. A row without a counting time is not part of
+/// the sums. A stretch without rows produces no row.
 class Grouping {
  public:
   Grouping(const ImportMap& map, TakeImported take);
@@ -96,12 +98,11 @@ class Grouping {
   Stretch& stretch_at(const std::deque<Stretch>::iterator& position, std::int64_t number);
   void add(Stretch& stretch, const ImportedRow& row) const;
   [[nodiscard]] Result<void> pass_on_first();
-  [[nodiscard]] bool is_increment(std::size_t column) const { return column >= first_sum_ && column < end_of_sums_; }
 
   const ImportMap& map_;
   TakeImported take_;
   std::size_t columns_{};
-  std::size_t first_sum_{}, end_of_sums_{};  ///< range of the increment columns
+  IncrementColumns increments_;
   std::size_t most_open_{};
   /// Open stretches, in order of their numbers.
   std::deque<Stretch> open_{};

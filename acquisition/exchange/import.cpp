@@ -16,6 +16,7 @@
 
 #include "acquisition/exchange/dataflash.hpp"
 #include "acquisition/exchange/guess.hpp"
+#include "acquisition/exchange/increment_columns.hpp"
 #include "acquisition/exchange/netcdf_table.hpp"
 #include "acquisition/exchange/row_order.hpp"
 #include "acquisition/exchange/row_pipe.hpp"
@@ -92,10 +93,12 @@ Result<void> read_foreign(const ReadRows& read, const ImportMap& map, const Take
     return check_every(map.every, row.usual, file.rows).and_then([&] { return grouping.push(row); });
   });
   RowOrder order(map, [&](const ForeignRow& row) { return spacing.push(row); });
+  const IncrementColumns increments(map);
   std::vector<double> numbers;
   Duration previous{};
   auto findings = read([&](const ForeignRow& row) -> Result<void> {
     numbers.assign(row.numbers.begin(), row.numbers.end());
+    if (auto checked = increments.check(numbers); !checked) return checked;
     if (auto possible = file.tally.push(row.time, numbers); !possible) return possible;
     if (file.rows > 0 && row.time == previous) ++file.repeated_times;
     previous = row.time;
@@ -195,7 +198,7 @@ std::string describe_values(const std::vector<ChannelSummary>& channels) {
 class ImportedRecord {
  public:
   ImportedRecord(std::string path, const ImportMap& map, RunInfo info)
-      : path_(std::move(path)), map_(map), info_(std::move(info)), gaps_(map) {}
+      : path_(std::move(path)), map_(map), increments_(map), info_(std::move(info)), gaps_(map) {}
 
   Result<void> insert(const ImportedRow& imported) {
     constexpr std::int64_t kRowsOfATransaction = 100'000;
@@ -301,9 +304,9 @@ class ImportedRecord {
     row.utc = imported.utc;
     for (std::size_t i = 0; i < row.thermometers_c.size(); ++i)
       row.thermometers_c[i] = scaled(map_.thermometer_columns[i]);
-    for (auto& unit : row.units) {
-      unit.interval = imported.interval;
-      for (double& number : unit.rotation) number = *numbers++;
+    for (std::size_t i = 0; i < row.units.size(); ++i) {
+      row.units[i].interval = increments_.counting_time(i, imported.numbers, imported.interval);
+      for (double& number : row.units[i].rotation) number = *numbers++;
     }
     auto column = map_.value_columns.begin();
     for (auto& unit : row.units)
@@ -312,6 +315,7 @@ class ImportedRecord {
 
   std::string path_;
   const ImportMap& map_;
+  IncrementColumns increments_;
   RunInfo info_;
   std::optional<RunFile> file_{};
   bool begun_ = false;

@@ -47,6 +47,11 @@ ColumnName read_column(const TomlTable& table, bool header, const char* key = "c
   return {.number = static_cast<std::size_t>(std::max<std::int64_t>(number, 1))};
 }
 
+/// Returns whether two columns are the same one. A missing column, which is an error already, is none.
+bool is_same_column(const ColumnName& one, const ColumnName& other) {
+  return one.name == other.name && one.number == other.number && (!one.name.empty() || one.number > 0);
+}
+
 std::optional<ValidRange> read_valid(const TomlTable& table) {
   if (!table.has("valid")) return std::nullopt;
   const auto bounds = table.numbers("valid");
@@ -243,6 +248,24 @@ void read_value(const TomlTable& table, ImportMap& map, UnitInfo& unit) {
   map.value_columns.push_back(read_scaled(table, map.header));
 }
 
+/// Reads the column with the counting times of a unit's increments. Returns nothing if the table has none.
+std::optional<ColumnName> read_interval_column(const TomlTable& table, const ImportMap& map, const UnitInfo& unit) {
+  const char* key = table.has("interval_column") ? "interval_column" : "interval_column_number";
+  if (!table.has(key)) return std::nullopt;
+  if (unit.axes.front().kind != GyroKind::pulse_count)
+    table.note_error(key, "only increments are counted over a time; expected kind = \"increment\"");
+  const auto column = read_column(table, map.header, "interval_column");
+  const auto note = [&](const ColumnName& other, const char* owner) {
+    if (is_same_column(other, column))
+      table.note_error(key, fmt::format("{} is also that of {}", describe(column), owner));
+  };
+  if (map.time) note(*map.time, "the time");
+  for (const auto& thermometer : map.thermometer_columns) note(thermometer.column, "a thermometer");
+  for (const auto& axis : map.axis_columns) note(axis, "an axis");
+  for (const auto& value : map.value_columns) note(value.column, "a value");
+  return column;
+}
+
 void read_gyro(const TomlTable& table, ImportMap& map, NamedTables& tables, bool one_of_several) {
   UnitInfo unit;
   if (one_of_several) unit.name = table.text("name");
@@ -260,6 +283,7 @@ void read_gyro(const TomlTable& table, ImportMap& map, NamedTables& tables, bool
     made.axes.back().name = axis.text("name");
   }
   for (const TomlTable& value : table.tables("value")) read_value(value, map, made);
+  map.interval_columns.push_back(read_interval_column(table, map, made));
   if (!one_of_several) return;
   made.gradients = read_choice(table, "thermometers", map);
   made.three_point = read_choice(table, "three_point", map);
@@ -312,6 +336,8 @@ std::vector<ColumnName> ImportMap::columns() const {
   for (const auto& thermometer : thermometer_columns) all.push_back(thermometer.column);
   all.insert(all.end(), axis_columns.begin(), axis_columns.end());
   for (const auto& value : value_columns) all.push_back(value.column);
+  for (const auto& column : interval_columns)
+    if (column) all.push_back(*column);
   return all;
 }
 
@@ -321,15 +347,11 @@ std::vector<std::optional<ValidRange>> ImportMap::valid_ranges() const {
   all.insert(all.end(), axis_valid.begin(), axis_valid.end());
   all.resize(thermometer_columns.size() + axis_columns.size());
   for (const auto& value : value_columns) all.push_back(value.valid);
+  all.resize(columns().size());
   return all;
 }
 
 namespace {
-
-/// Returns whether two columns are the same one. A missing column, which is an error already, is none.
-bool is_same_column(const ColumnName& one, const ColumnName& other) {
-  return one.name == other.name && one.number == other.number && (!one.name.empty() || one.number > 0);
-}
 
 const char* column_key(const ColumnName& column) { return column.number > 0 ? "column_number" : "column"; }
 

@@ -120,10 +120,13 @@ struct ImportMap {
   std::vector<std::optional<ValidRange>> axis_valid;
   /// The columns of all units' values, in order.
   std::vector<ScaledColumn> value_columns;
+  /// One per unit, or fewer: the column with the times in seconds over which its increments were counted. Without a
+  /// column, an increment covers the time since the row before.
+  std::vector<std::optional<ColumnName>> interval_columns;
 
   /// Returns true if the axes have increments, which are summed when rows are combined; false if they have rates.
   [[nodiscard]] bool counts_increments() const;
-  /// Returns all columns of a row except the time: thermometers, axes, values, in this order.
+  /// Returns all columns of a row except the time: thermometers, axes, values, counting times, in this order.
   [[nodiscard]] std::vector<ColumnName> columns() const;
   /// Returns the valid range of each of columns().
   [[nodiscard]] std::vector<std::optional<ValidRange>> valid_ranges() const;

@@ -181,7 +181,7 @@ class NetcdfTable {
     return text_attribute(NC_GLOBAL, "source", "the file").value_or("");
   }
 
-  /// Returns a line of five fields, separated by tabs, per variable of a file that gyrotherm exported.
+  /// Returns a line of fields, separated by tabs, per variable of a file that gyrotherm exported.
   Result<std::string> describe_own_variables() {
     if (auto opened = open_file(); !opened) return failure(opened.error());
     const auto history = text_attribute(NC_GLOBAL, "history", "the file").value_or("");
@@ -195,8 +195,11 @@ class NetcdfTable {
       lines += plain(name);
       for (const char* attribute : {"units", "long_name", "channel"})
         lines += "\t" + plain(text_attribute(variable->id, attribute, name).value_or(""));
-      const auto earth_rate = numbers_of_attribute(variable->id, "earth_rate_deg_per_h");
-      lines += earth_rate.size() == 1 ? fmt::format("\t{}\n", earth_rate.front()) : "\t\n";
+      for (const char* attribute : {"earth_rate_deg_per_h", "arcsec_per_pulse"}) {
+        const auto numbers = numbers_of_attribute(variable->id, attribute);
+        lines += numbers.size() == 1 ? fmt::format("\t{}", numbers.front()) : "\t";
+      }
+      lines += "\n";
     }
     return lines;
   }
@@ -448,6 +451,20 @@ class NetcdfTable {
                                               name->name, *units, *stated));
         ++name;
       }
+    return check_interval_units(map);
+  }
+
+  /// Fails if a variable of counting times states another unit than seconds.
+  Result<void> check_interval_units(const ImportMap& map) const {
+    const auto names = map.columns();
+    const auto first = map.thermometer_columns.size() + map.axis_columns.size() + map.value_columns.size();
+    for (std::size_t i = first; i < names.size(); ++i) {
+      const auto units = text_attribute(columns_[i].id, "units", names[i].name);
+      if (!units || units->empty()) continue;
+      const auto parsed = parse_time_units(*units, EarlyDays::julian);
+      if (!parsed || parsed->unit != kSecond)
+        return bad_file_failure(fmt::format("\"{}\" has the units \"{}\", expected \"s\"", names[i].name, *units));
+    }
     return {};
   }
 
@@ -595,9 +612,10 @@ Result<std::vector<NetcdfVariable>> list_own_variables(const std::string& path) 
   };
   while (!rest.empty()) {
     NetcdfVariable& variable = variables.emplace_back();
-    for (std::string* field : {&variable.name, &variable.units, &variable.long_name, &variable.channel})
+    for (std::string* field :
+         {&variable.name, &variable.units, &variable.long_name, &variable.channel, &variable.earth_rate})
       *field = take_until('\t');
-    variable.earth_rate = take_until('\n');
+    variable.arcsec_per_pulse = take_until('\n');
   }
   return variables;
 }

@@ -31,8 +31,8 @@ namespace gyrotherm::exchange {
 /// A variable of a NetCDF file that gyrotherm exported. Attributes that it does not have are empty.
 struct NetcdfVariable {
   std::string name{}, units{}, long_name{}, channel{};
-  /// The Earth rate that gyrotherm removes from the bias, °/h, as text.
-  std::string earth_rate{};
+  /// The Earth rate that gyrotherm removes from the bias, °/h, and the scale of a number of pulses, both as text.
+  std::string earth_rate{}, arcsec_per_pulse{};
 };
 
 /// Returns the variables along the time of a file that gyrotherm exported; nothing for any other file. Fails as

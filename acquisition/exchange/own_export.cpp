@@ -60,6 +60,15 @@ OwnColumns::Thermometer make_thermometer(const std::string& name, const std::str
   return thermometer;
 }
 
+/// Returns the part of a label before its last point.
+std::string_view label_prefix(std::string_view label) { return label.substr(0, label.rfind('.')); }
+
+/// Returns the title with the counting times of an axis; empty if there is none.
+std::string find_interval(const std::vector<std::string>& titles, std::string_view axis_label) {
+  const auto title = fmt::format("{} interval [s]", label_prefix(axis_label));
+  return std::ranges::find(titles, title) == titles.end() ? "" : title;
+}
+
 /// Returns the axis of a title such as "u1.x [0.1 °/h]" or "gyro [pulses of 0.1 arcsec]"; nothing for other titles.
 std::optional<OwnColumns::Axis> parse_axis(const std::string& title, const std::vector<std::string>& comments) {
   const auto [label, unit] = split_title(title);
@@ -77,9 +86,6 @@ std::optional<OwnColumns::Axis> parse_axis(const std::string& title, const std::
   return axis;
 }
 
-/// Returns the part of a label before its last point.
-std::string_view label_prefix(std::string_view label) { return label.substr(0, label.rfind('.')); }
-
 std::string axis_text(const OwnColumns::Axis& axis) {
   const bool is_increment = axis.kind == record::GyroKind::pulse_count;
   auto text =
@@ -87,6 +93,12 @@ std::string axis_text(const OwnColumns::Axis& axis) {
                   is_increment ? "increment" : "rate", axis.scale, is_increment ? "arcsec" : "°/h");
   if (!axis.earth_rate.empty()) text += fmt::format("earth_rate = {}\n", axis.earth_rate);
   return text;
+}
+
+/// Returns the keys of a unit that are not those of an axis.
+std::string unit_text(const OwnColumns::Axis& first) {
+  if (first.interval.empty()) return "";
+  return fmt::format("interval_column = {}        # counting time in s\n", toml_text(first.interval));
 }
 
 std::string value_text(const OwnColumns::Value& value) {
@@ -123,6 +135,7 @@ std::string gyro_sections(const OwnColumns& columns) {
   std::string text;
   for (const UnitAxes& unit : units) {
     text += is_only ? "\n[gyro]\n" : fmt::format("\n[[gyro]]\nname = {}\n", toml_text(unit.name));
+    text += unit_text(columns.axes[unit.first]);
     const bool has_one = unit.last == unit.first + 1;
     if (has_one) text += axis_text(columns.axes[unit.first]);
     for (std::size_t i = unit.first; i < unit.last && !has_one; ++i)
@@ -153,6 +166,24 @@ std::optional<OwnColumns> find_compensated_columns(const std::vector<std::string
   return columns;
 }
 
+/// Replaces the rates by the numbers of pulses and their counting times, if the file has them for every axis.
+void use_counts(std::vector<OwnColumns::Axis>& axes, const std::vector<NetcdfVariable>& variables) {
+  const auto find = [&](const std::string& long_name) {
+    return std::ranges::find(variables, long_name, &NetcdfVariable::long_name);
+  };
+  auto counted = axes;
+  for (auto& axis : counted) {
+    const auto pulses = find("pulses of " + axis.label);
+    const auto interval = find(fmt::format("time over which pulses of {} were counted", label_prefix(axis.label)));
+    if (pulses == variables.end() || interval == variables.end() || pulses->arcsec_per_pulse.empty()) return;
+    axis.column = pulses->name;
+    axis.kind = record::GyroKind::pulse_count;
+    axis.scale = pulses->arcsec_per_pulse;
+    axis.interval = interval->name;
+  }
+  axes = std::move(counted);
+}
+
 }  // namespace
 
 std::optional<OwnColumns> find_own_columns(const std::vector<std::string>& titles,
@@ -168,6 +199,7 @@ std::optional<OwnColumns> find_own_columns(const std::vector<std::string>& title
     if (title.empty() || title.starts_with("chamber ") || (name.ends_with(" interval") && unit == "s")) continue;
     if (name == "true bias" || name.ends_with(" true bias")) continue;
     if (auto axis = parse_axis(title, comments)) {
+      if (axis->kind == record::GyroKind::pulse_count) axis->interval = find_interval(titles, axis->label);
       columns.axes.push_back(std::move(*axis));
     } else if (columns.axes.empty() && unit == kCelsius) {
       columns.thermometers.push_back(make_thermometer(name, title, comments));
@@ -197,6 +229,7 @@ std::optional<OwnColumns> find_own_columns(const std::vector<NetcdfVariable>& va
     }
     columns.has_turned = columns.has_turned || variable.name == record::kTurnedTitle;
   }
+  use_counts(columns.axes, variables);
   return columns.axes.empty() ? std::nullopt : std::optional(columns);
 }
 

@@ -31,6 +31,8 @@ struct OwnColumns {
     std::string scale{};
     /// °/h; empty if nothing is removed.
     std::string earth_rate{};
+    /// The column with the counting times of the unit; empty if there is none.
+    std::string interval{};
   };
   std::vector<Axis> axes{};
   struct Value {

@@ -57,11 +57,7 @@ Fault out_of_order(const ImportMap& map, Duration back, std::optional<Duration> 
 }
 
 RowOrder::RowOrder(const ImportMap& map, TakeRow take)
-    : map_(map), take_(std::move(take)), is_grouped_(map.every > Duration{}) {
-  if (!map.counts_increments()) return;
-  first_sum_ = map.thermometer_columns.size();
-  end_of_sums_ = first_sum_ + map.axis_columns.size();
-}
+    : map_(map), take_(std::move(take)), is_grouped_(map.every > Duration{}), increments_(map) {}
 
 Result<void> RowOrder::push(const ForeignRow& row) {
   if (map_.out_of_order == OutOfOrder::refuse) {
@@ -117,9 +113,10 @@ Result<void> RowOrder::pop() {
 
 void RowOrder::leave_out(const ForeignRow& row) {
   ++left_out_;
-  if (end_of_sums_ == 0) return;
+  if (!increments_.has_any()) return;
   carried_.resize(row.numbers.size());
-  for (std::size_t i = first_sum_; i < end_of_sums_; ++i) carried_[i] += row.numbers[i];
+  for (std::size_t i = 0; i < carried_.size(); ++i)
+    if (increments_.is_summed(i) && increments_.is_counted(i, row.numbers)) carried_[i] += row.numbers[i];
   carries_ = true;
 }
 
@@ -128,7 +125,8 @@ Result<void> RowOrder::pass_on(const ForeignRow& row) {
   last_ = row.time;
   if (!carries_) return take_(row);
   added_.assign(row.numbers.begin(), row.numbers.end());
-  for (std::size_t i = first_sum_; i < end_of_sums_; ++i) added_[i] += std::exchange(carried_[i], 0);
+  for (std::size_t i = 0; i < added_.size(); ++i)
+    if (increments_.is_summed(i)) added_[i] += std::exchange(carried_[i], 0);
   carries_ = false;
   return take_({row.time, row.utc, added_});
 }
@@ -147,7 +145,7 @@ std::string describe_rows_left_out(std::size_t rows) {
 void RowOrder::note(Notes& notes) const {
   if (left_out_ > 0) {
     auto note = describe_rows_left_out(left_out_);
-    if (end_of_sums_ > 0)
+    if (increments_.has_any())
       note += carries_ ? "; the increments of the last ones are lost"
                        : "; their increments are added to the rows that follow";
     notes.push_back(std::move(note));

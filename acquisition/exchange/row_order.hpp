@@ -10,6 +10,7 @@
 
 #include "acquisition/exchange/foreign_row.hpp"
 #include "acquisition/exchange/import_map.hpp"
+#include "acquisition/exchange/increment_columns.hpp"
 #include "core/result.hpp"
 
 namespace gyrotherm::exchange {
@@ -30,7 +31,7 @@ class RowOrder {
   /// order is treated as the map requires:
   /// - refuse: fails with bad_file, without a position, at the first such row.
   /// - skip: drops the fewest rows such that the remaining rows of each window of 33 rows are in order. Adds the
-  ///   increments of a dropped row to the next row.
+  ///   increments of a dropped row, and their counting time, to the next row.
   /// - continue: shifts the times of the row and of all later rows, such that the row follows its predecessor at the
   ///   last spacing.
   /// Fails as `take` does.
@@ -57,7 +58,7 @@ class RowOrder {
   const ImportMap& map_;
   TakeRow take_;
   bool is_grouped_;
-  std::size_t first_sum_{}, end_of_sums_{};  ///< range of the increment columns
+  IncrementColumns increments_;
   std::deque<Held> held_{};
   std::vector<double> carried_{}, added_{};  ///< increments of rows left out
   bool carries_ = false;

@@ -57,6 +57,53 @@ TEST(Spacing, PassesRowsImmediatelyAfterHeldRows) {
   EXPECT_EQ(handed_on, kRows);
 }
 
+/// Returns the map of increments with the counting time in column "s".
+ImportMap counted_increments() {
+  ImportMap map = increments();
+  map.interval_columns = {ColumnName{"s"}};
+  map.missing = {""};
+  return map;
+}
+
+TEST(Spacing, KeepsCountingTimeOfRow) {
+  const auto rows =
+      read_rows("t,T,w,s\n0,2,3,0.011\n10,2,3,0.009\n500,2,3,0.01\n510,2,3,\n520,2,,0.01\n", counted_increments(), "f");
+  ASSERT_TRUE(rows) << text(rows.error());
+  ASSERT_EQ(rows->columns.size(), 3u);
+  EXPECT_EQ(std::vector(rows->columns[2].begin(), rows->columns[2].begin() + 3),
+            (std::vector<double>{0.011, 0.009, 0.01}));
+  EXPECT_EQ(rows->columns[1][2], 3);
+  EXPECT_TRUE(std::isnan(rows->columns[1][3])) << "without a counting time the increment is missing";
+  EXPECT_TRUE(std::isnan(rows->columns[1][4]) && rows->columns[2][4] == 0.01);
+}
+
+TEST(Spacing, RefusesImpossibleCountingTime) {
+  for (const char* time : {"0", "-1", "1e-12", "1e9"}) {
+    const auto rows = read_rows(std::string("t,T,w,s\n0,2,3,0.01\n10,2,3,") + time + "\n", counted_increments(), "f");
+    ASSERT_FALSE(rows) << time;
+    EXPECT_EQ(rows.error().kind, FaultKind::bad_file);
+    EXPECT_EQ(rows.error().where.rfind("f:3:", 0), 0u) << text(rows.error());
+  }
+}
+
+TEST(Grouping, AddsCountingTimesOfCountedRows) {
+  ImportMap map = counted_increments();
+  map.every = milliseconds(100);
+  std::string table = "t,T,w,s\n";
+  for (int i = 0; i < 40; ++i) {
+    const bool has_no_time = i == 3 || i >= 30, has_no_number = i == 3 || i == 15;
+    table += std::to_string(10 * i) + ",20," + (has_no_number ? "" : "7") + "," + (has_no_time ? "" : "0.0101") + "\n";
+  }
+  const auto rows = read_rows(table, map, "f");
+  ASSERT_TRUE(rows) << text(rows.error());
+  EXPECT_EQ(rows->columns[1][0], 63) << "a row without both is not part of the sums";
+  EXPECT_NEAR(rows->columns[2][0], 9 * 0.0101, 1e-12);
+  EXPECT_TRUE(std::isnan(rows->columns[1][1])) << "an increment is missing from the counting time";
+  EXPECT_NEAR(rows->columns[2][1], 10 * 0.0101, 1e-12);
+  EXPECT_EQ(rows->columns[1][2], 70);
+  EXPECT_TRUE(std::isnan(rows->columns[1][3]) && std::isnan(rows->columns[2][3]));
+}
+
 TEST(Grouping, AveragesAvailableRatesAndTemperatures) {
   ImportMap map = every(seconds(1));
   map.missing = {""};

@@ -130,6 +130,31 @@ TEST(ImportMap, RefusesAxisOnColumnOfThermometerOrOtherAxis) {
   EXPECT_NE(error_of(triad).find("\"w\" is also that of another axis"), std::string::npos) << error_of(triad);
 }
 
+TEST(ImportMap, ReadsColumnOfCountingTimes) {
+  const auto with = [](const std::string& keys) {
+    return parse_import_map(
+        replace_once(kMap, "kind = \"rate\"\nscale = 219.5\n", "kind = \"increment\"\nscale = 0.1\n" + keys), "m");
+  };
+  const auto named = with("interval_column = \"gate\"\n"), numbered = with("interval_column_number = 4\n");
+  ASSERT_TRUE(named && numbered);
+  EXPECT_EQ(named->interval_columns.front()->name, "gate");
+  EXPECT_EQ(named->columns().back().name, "gate");
+  EXPECT_EQ(named->valid_ranges().size(), named->columns().size());
+  EXPECT_EQ(numbered->interval_columns.front()->number, 4u);
+  EXPECT_FALSE(with("")->interval_columns.front());
+  for (const char* keys :
+       {"interval_column = \"w\"\n", "interval_column = \"T\"\n", "interval_column = \"t\"\n", "interval_column = 4\n",
+        "interval_column_number = 0\n", "interval_column = \"gate\"\ninterval_column_number = 4\n"}) {
+    const auto map = with(keys);
+    ASSERT_FALSE(map) << keys;
+    EXPECT_EQ(map.error().where.rfind("m:", 0), 0u) << text(map.error());
+  }
+  const auto rate =
+      parse_import_map(replace_once(kMap, "scale = 219.5\n", "scale = 219.5\ninterval_column = \"gate\"\n"), "m");
+  ASSERT_FALSE(rate);
+  EXPECT_EQ(rate.error().where.rfind("m:19:", 0), 0u) << text(rate.error());
+}
+
 TEST(ImportMap, ReportsEveryInvalidNameWithPosition) {
   const std::string units = R"([[gyro]]
 name = "one two"

@@ -36,6 +36,63 @@ scale = 2
 earth_rate = 8.4
 )";
 
+/// Two counters with gates of their own, and a gap of 30 s before the third row.
+TEST(Import, UsesCountingTimesOfEachUnit) {
+  const TestFolder folder;
+  std::ofstream(folder / "counters.toml") << R"(schema = "gyrotherm-import/1"
+name = "counters"
+[file]
+missing = [""]
+[time]
+column = "t"
+unit = "s"
+[[gyro]]
+name = "one"
+column = "n1"
+kind = "increment"
+scale = 0.5
+interval_column = "gate 1"
+[[gyro]]
+name = "two"
+interval_column_number = 6
+[[gyro.axis]]
+name = "x"
+column = "x"
+kind = "increment"
+scale = 2
+[[gyro.axis]]
+name = "y"
+column = "y"
+kind = "increment"
+scale = 2
+[[gyro]]
+name = "three"
+column = "n3"
+kind = "increment"
+scale = 1
+)";
+  std::ofstream(folder / "counters.csv") << "t,n1,gate 1,x,y,gate 2,n3\n0,10,1.25,1,2,0.5,7\n1,20,0.75,3,4,0.25,8\n"
+                                            "31,30,1.000005,5,6,,9\n32,40,,7,8,1,10\n";
+  const auto summary = import_record(folder / "counters.csv", folder / "counters.toml", folder / "run.db", "0.2.0");
+  ASSERT_TRUE(summary) << text(summary.error());
+  EXPECT_EQ(summary->channels.size(), 4u) << "a counting time is no channel";
+  const Record record = read_record(folder / "run.db").value();
+  ASSERT_EQ(record.units.size(), 3u);
+  const auto expect_times = [&](std::size_t unit, const std::vector<double>& expected) {
+    for (std::size_t row = 0; row < expected.size(); ++row) {
+      const double time = record.units[unit].interval_s[row];
+      EXPECT_TRUE(std::abs(time - expected[row]) < 1e-12 || (std::isnan(time) && std::isnan(expected[row])))
+          << unit << " " << row << " " << time;
+      for (const auto& numbers : record.units[unit].rotation) EXPECT_EQ(std::isnan(numbers[row]), std::isnan(time));
+    }
+  };
+  expect_times(0, {1.25, 0.75, 1.000005, NAN});
+  expect_times(1, {0.5, 0.25, NAN, 1});
+  expect_times(2, {1, 1, 30, 1});
+  EXPECT_EQ(record.units[0].rotation[0][2], 30);
+  EXPECT_EQ(record.units[1].rotation[1][3], 8);
+}
+
 TEST(Import, MakesFinishedRecordMarkedAsImported) {
   const TestFolder folder;
   std::ofstream(folder / "small.toml") << kSmallMap;

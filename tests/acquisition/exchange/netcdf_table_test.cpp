@@ -126,6 +126,24 @@ Result<std::vector<double>> calibrated_temperatures(const CfFile& file, double s
   return done ? Result<std::vector<double>>(read) : failure(done.error());
 }
 
+TEST(NetcdfTable, RequiresCountingTimesInSeconds) {
+  const tests::TestFolder folder;
+  ImportMap map = netcdf_map();
+  map.thermometer_columns[0] = {{"T"}, 1, 0, {}};
+  map.axis_columns[0] = {"w"};
+  map.interval_columns = {ColumnName{"w"}};
+  const auto can_read = [&](const char* units) {
+    CfFile file;
+    file.rate_units = units;
+    const auto read =
+        read_netcdf(file.write_file(folder / "cf.nc"), map, [](const ForeignRow&) { return Result<void>(); });
+    EXPECT_TRUE(read || read.error().kind == FaultKind::bad_file);
+    return read.has_value();
+  };
+  EXPECT_TRUE(can_read("") && can_read("s") && can_read("seconds"));
+  EXPECT_FALSE(can_read("ms") || can_read("degC"));
+}
+
 TEST(NetcdfTable, TreatsNumbersOutsideValidRangeAsMissing) {
   const auto is_missing = [](const CfFile& file) {
     const auto read = calibrated_temperatures(file);

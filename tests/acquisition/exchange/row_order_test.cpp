@@ -60,6 +60,21 @@ TEST(RowOrder, AddsIncrementsOfRowsLeftOut) {
   }
 }
 
+TEST(RowOrder, AddsCountingTimesOfRowsLeftOut) {
+  ImportMap map = map_with(OutOfOrder::skip, true);
+  map.interval_columns = {ColumnName{"s"}};
+  const auto rows = read_rows("t,T,w,s\n0,20,1,0.5\n1000,20,2,0.25\n500,20,4,0.125\n2000,20,8,1\n", map, "f");
+  ASSERT_TRUE(rows) << text(rows.error());
+  ASSERT_EQ(rows->time.size(), 3u);
+  double increments = 0, seconds = 0;
+  for (std::size_t row = 0; row < rows->time.size(); ++row) {
+    increments += rows->columns[1][row];
+    seconds += rows->columns[2][row];
+  }
+  EXPECT_EQ(increments, 15);
+  EXPECT_EQ(seconds, 1.875);
+}
+
 TEST(RowOrder, AddsIncrementsOfEqualTimesWhenRowsAreCombined) {
   ImportMap map = map_with(OutOfOrder::refuse, true);
   map.every = std::chrono::seconds(2);
